@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "cli_fwd.hpp"
+
+namespace stereogrid::app {
+
+/// What the program tells the shell.
+enum ExitCode : int {
+  exit_done = 0,
+  exit_usage = 64,         ///< wrong arguments or settings
+  exit_input = 65,         ///< input that cannot be used
+  exit_bug = 70,           ///< our fault
+  exit_try_again = 75,     ///< disk full, device missing
+  exit_signal_base = 128,  ///< plus the number of the signal that stopped us
+};
+
+// Each adds a sub-command to the tool; running it sets `exit_code` or throws.
+void add_run_command(CLI::App& tool, int& exit_code);
+void add_simulate_command(CLI::App& tool, int& exit_code);
+void add_evaluate_command(CLI::App& tool, int& exit_code);
+void add_info_command(CLI::App& tool, int& exit_code);
+void add_config_command(CLI::App& tool);
+
+}  // namespace stereogrid::app

@@ -1,0 +1,92 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+#include <type_traits>
+
+#include "commands.hpp"
+#include "config_options.hpp"
+#include "stereogrid/config.hpp"
+#include "stereogrid/io/config_file.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+struct Options {
+  ConfigOptions config;
+  bool json{false};
+  bool markdown{false};
+};
+
+/// "1 … 500", "true or false" or the names of the choices.
+template <class T>
+std::string range_of(const Parameter& parameter, const T&) {
+  if constexpr (std::is_same_v<T, bool>) {
+    return "true, false";
+  } else if constexpr (std::is_enum_v<T>) {
+    return fmt::format("{}", fmt::join(names_of(T{}), ", "));
+  } else {
+    return fmt::format("{} … {}", parameter.minimum, parameter.maximum);
+  }
+}
+
+void print_yaml_like(const Config& config) {
+  std::string group_before;
+  visit_parameters(config, [&](std::string_view group, const Parameter& parameter, const auto& value) {
+    if (group != group_before) fmt::print("{}{}:\n", group_before.empty() ? "" : "\n", group);
+    group_before = group;
+    const std::string key{fmt::format("{}.{}", group, parameter.name)};
+    const std::string unit{parameter.unit.empty() ? "" : fmt::format(" {}", parameter.unit)};
+    fmt::print("  {} = {}{}   [{}]\n      {}\n", key, get(config, key), unit, range_of(parameter, value),
+               parameter.sentence);
+  });
+}
+
+void print_markdown() {
+  const Config standard{preset("default")};
+  const Config paper{preset("paper")};
+  fmt::print(
+      "<!-- SPDX-FileCopyrightText: 2026 The stereogrid authors -->\n"
+      "<!-- SPDX-License-Identifier: Apache-2.0 -->\n"
+      "# Parameters\n\n"
+      "Made by `stereogrid config --markdown`; do not edit. Set them with `--set group.name=value`, in a file for\n"
+      "`--config`, or in C++ as fields of `stereogrid::Config`. Where the preset `paper` differs, its value follows "
+      "in\n"
+      "brackets.\n");
+  std::string group_before;
+  visit_parameters(standard, [&](std::string_view group, const Parameter& parameter, const auto& value) {
+    if (group != group_before) {
+      fmt::print("\n## {}\n\n| parameter | default | unit | range | |\n|---|---|---|---|---|\n", group);
+    }
+    group_before = group;
+    const std::string key{fmt::format("{}.{}", group, parameter.name)};
+    std::string shown{get(standard, key)};
+    if (get(paper, key) != shown) shown += fmt::format(" ({})", get(paper, key));
+    fmt::print("| `{}` | {} | {} | {} | {} |\n", parameter.name, shown, parameter.unit, range_of(parameter, value),
+               parameter.sentence);
+  });
+}
+
+}  // namespace
+
+void add_config_command(CLI::App& tool) {
+  auto options{std::make_shared<Options>()};
+  CLI::App* command{tool.add_subcommand("config", "Show every parameter: value, unit, range, meaning.")};
+  add_config_options(*command, options->config);
+  auto* json{command->add_flag("--json", options->json, "As JSON, values only.")};
+  command->add_flag("--markdown", options->markdown, "The page docs/config.md.")->excludes(json);
+  command->callback([options] {
+    if (options->markdown) return print_markdown();
+    const Config config{config_from(options->config)};
+    if (options->json) {
+      fmt::print("{}\n", io::to_json(config, 2));
+    } else {
+      print_yaml_like(config);
+    }
+  });
+}
+
+}  // namespace stereogrid::app

@@ -1,0 +1,101 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "frame_lines.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "stages.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+Json json_of(const Obstacle& obstacle) {
+  return {{"id", obstacle.id},
+          {"x_m", obstacle.x_m},
+          {"y_m", obstacle.y_m},
+          {"vx_mps", obstacle.vx_mps},
+          {"vy_mps", obstacle.vy_mps},
+          {"length_m", obstacle.length_m},
+          {"width_m", obstacle.width_m},
+          {"yaw_rad", obstacle.yaw_rad},
+          {"age_s", obstacle.age_s},
+          {"occupancy", obstacle.occupancy},
+          {"confirmed", obstacle.confirmed}};
+}
+
+FrameSummary summary_of(const Json& line) {
+  FrameSummary frame;
+  frame.index = line.at("index").get<std::size_t>();
+  const Json& pose{line.at("pose")};
+  frame.world_from_vehicle = {pose.at("x_m").get<double>(), pose.at("y_m").get<double>(),
+                              pose.at("yaw_rad").get<double>()};
+  for (const StageField& stage : stage_fields) {
+    frame.timing_ms.*stage.milliseconds = line.at("timing_ms").at(stage.name).get<double>();
+  }
+  frame.warnings = line.at("warnings").get<std::vector<std::string>>();
+  return frame;
+}
+
+void take(FinishedFrames& finished, const std::string& text) {
+  const Json line(Json::parse(text));
+  finished.frames.push_back(summary_of(line));
+  for (const Json& obstacle : line.at("obstacles")) {
+    finished.largest_id = std::max(finished.largest_id, obstacle.at("id").get<std::int64_t>());
+  }
+}
+
+}  // namespace
+
+std::string frame_line(const StereoFrame& frame, const FrameResult& result) {
+  const Ground& ground{result.ground};
+  const Pose2& pose{result.world_from_vehicle};
+  Json timing;
+  for (const StageField& stage : stage_fields) timing[std::string{stage.name}] = result.timing_ms.*stage.milliseconds;
+  Json obstacles(Json::array());
+  for (const Obstacle& obstacle : result.obstacles) obstacles.push_back(json_of(obstacle));
+  const Json line{{"index", frame.index},
+                  {"name", frame.name},
+                  {"stamp_ns", frame.stamp_ns},
+                  {"pose", {{"x_m", pose.x_m}, {"y_m", pose.y_m}, {"yaw_rad", pose.yaw_rad}}},
+                  {"ground",
+                   {{"height_m", ground.height_m},
+                    {"pitch_rad", ground.pitch_rad},
+                    {"roll_rad", ground.roll_rad},
+                    {"estimated", ground.estimated}}},
+                  {"timing_ms", timing},
+                  {"density", {{"obstacle", result.obstacle_density}, {"road", result.road_density}}},
+                  {"obstacles", obstacles},
+                  {"warnings", result.warnings}};
+  return line.dump();
+}
+
+FinishedFrames read_frame_lines(const fs::path& path) {
+  FinishedFrames finished;
+  if (!fs::exists(path)) return finished;
+  const std::string text{io::read_file(path)};
+  const std::size_t last_end{text.rfind('\n')};
+  const std::size_t whole{last_end == std::string::npos ? 0 : last_end + 1};
+  for (std::size_t begin{0}; begin < whole;) {
+    const std::size_t end{text.find('\n', begin)};
+    try {
+      take(finished, text.substr(begin, end - begin));
+    } catch (const nlohmann::json::exception& error) {
+      throw InputError{path.string(),
+                       fmt::format("line {} cannot be understood ({}).", finished.frames.size() + 1, error.what()),
+                       "Remove the lines from there on, or start the run anew in another folder."};
+    }
+    begin = end + 1;
+  }
+  if (whole < text.size()) fs::resize_file(path, whole);
+  return finished;
+}
+
+}  // namespace stereogrid::app

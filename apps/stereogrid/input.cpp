@@ -1,0 +1,132 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "input.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string_view>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/recording.hpp"
+#include "stereogrid/scenes/scene.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_scene(const std::string& path) {
+  return path.starts_with("scene:");
+}
+
+Input open_scene(const InputOptions& options) {
+  if (options.paths.size() > 1 || !options.calibration.empty() || !options.poses.empty()) {
+    throw ConfigError{"A built-in scene brings its own calibration and poses: give it alone."};
+  }
+  auto scene{std::make_unique<scenes::Scene>(scenes::parse_scene(options.paths.front()))};
+  Input input;
+  input.scene = scene.get();
+  input.source = std::move(scene);
+  return input;
+}
+
+std::optional<std::size_t> parse_index(std::string_view text) {
+  std::size_t index{0};
+  const auto [end, error]{std::from_chars(text.data(), text.data() + text.size(), index)};
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return index;
+}
+
+std::string text_of(const fs::path& path) {
+  return path.empty() ? std::string{} : fs::weakly_canonical(path).string();
+}
+
+}  // namespace
+
+const char* const frame_range_help{
+    "Only these frames: places in the input from 0, both ends included; either may be left out (5:9, :99, 100:)."};
+
+void add_input_options(CLI::App& command, InputOptions& options) {
+  command.add_option("INPUT", options.paths, "A drive's folder, LEFT and RIGHT image, or a built-in scene.")
+      ->type_name("[RIGHT]")
+      ->required()
+      ->expected(1, 2);
+  command.add_option("--calibration", options.calibration, "Calibration file instead of the input's own.")
+      ->type_name("FILE");
+  command
+      .add_option("--poses", options.poses,
+                  "Pose file instead of the input's own; 'none': the vehicle is taken to stand still.")
+      ->type_name("FILE|none");
+}
+
+Input open_input(const InputOptions& options) {
+  if (is_scene(options.paths.front())) return open_scene(options);
+  io::InputArguments arguments;
+  arguments.paths.assign(options.paths.begin(), options.paths.end());
+  if (!options.calibration.empty()) arguments.calibration = options.calibration;
+  arguments.poses = options.poses;
+  auto recording{io::open_recording(arguments)};
+  Input input;
+  input.recording = recording.get();
+  input.source = std::move(recording);
+  return input;
+}
+
+nlohmann::ordered_json describe(const Input& input, const InputOptions& options) {
+  if (input.scene != nullptr) return {{"kind", "scene"}, {"paths", options.paths}};
+  std::vector<std::string> paths;
+  for (const std::string& path : options.paths) paths.push_back(text_of(path));
+  const io::RecordingContents& contents{input.recording->contents()};
+  return {{"kind", contents.kind},
+          {"paths", paths},
+          {"calibration", text_of(contents.calibration_file)},
+          {"poses", text_of(contents.poses_file)}};
+}
+
+void log_input(const Input& input) {
+  const Rig& rig{input.source->rig()};
+  const std::string kind{input.recording != nullptr ? input.recording->contents().kind : "built-in scene"};
+  spdlog::info("{}: {} frames of {} × {} px", kind, input.source->size(), rig.width_px, rig.height_px);
+  if (input.recording == nullptr) return;
+  for (const std::string& note : input.recording->contents().notes) spdlog::info("{}", note);
+  for (const std::string& warning : input.recording->contents().warnings) spdlog::warn("{}", warning);
+}
+
+double rate_hz(const Input& input) {
+  if (input.scene != nullptr) return input.scene->options().rate_hz;
+  const std::vector<io::RecordedFrame>& frames{input.recording->contents().frames};
+  std::vector<double> steps_s;
+  for (std::size_t i{1}; i < frames.size(); ++i) {
+    const double step_s{static_cast<double>(frames[i].stamp_ns - frames[i - 1].stamp_ns) * 1e-9};
+    if (step_s > 0) steps_s.push_back(step_s);
+  }
+  if (steps_s.empty()) return 10;
+  const auto middle{steps_s.begin() + static_cast<std::ptrdiff_t>(steps_s.size() / 2)};
+  std::nth_element(steps_s.begin(), middle, steps_s.end());
+  return 1 / *middle;
+}
+
+FrameRange parse_frame_range(const std::string& text, std::size_t frames) {
+  if (text.empty()) return {0, frames};
+  const std::size_t colon{text.find(':')};
+  const std::string first_text{text.substr(0, colon)};
+  const std::string last_text{colon == std::string::npos ? first_text : text.substr(colon + 1)};
+  const std::optional<std::size_t> first{first_text.empty() ? 0 : parse_index(first_text)};
+  const std::optional<std::size_t> last{last_text.empty() ? frames - 1 : parse_index(last_text)};
+  if (!first || !last || *last < *first) {
+    throw ConfigError{fmt::format("--frames {}: give FIRST:LAST, such as 0:99 for the first hundred frames.", text)};
+  }
+  if (*first >= frames) {
+    throw ConfigError{fmt::format("--frames {}: the input has {} frames, 0 to {}.", text, frames, frames - 1)};
+  }
+  return {*first, std::min(*last + 1, frames)};
+}
+
+}  // namespace stereogrid::app

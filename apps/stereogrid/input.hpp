@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "cli_fwd.hpp"
+#include "stereogrid/frame.hpp"
+
+namespace stereogrid::io {
+class Recording;
+}
+namespace stereogrid::scenes {
+class Scene;
+}
+
+namespace stereogrid::app {
+
+/// INPUT on the command line, and what the user says about it.
+struct InputOptions {
+  std::vector<std::string> paths;  ///< a folder, LEFT and RIGHT, or one "scene:…"
+  std::string calibration;
+  std::string poses;
+};
+
+void add_input_options(CLI::App& command, InputOptions& options);
+
+/// An opened INPUT. Exactly one of `recording` and `scene` is set and points into `source`.
+struct Input {
+  std::unique_ptr<FrameSource> source;
+  const io::Recording* recording{nullptr};
+  const scenes::Scene* scene{nullptr};
+};
+
+/// Throws InputError, ConfigError.
+[[nodiscard]] Input open_input(const InputOptions& options);
+
+/// For run.json: kind, paths, calibration, poses.
+[[nodiscard]] nlohmann::ordered_json describe(const Input& input, const InputOptions& options);
+
+/// Tells the log what was chosen and what is odd.
+void log_input(const Input& input);
+
+/// Frames per second, from the stamps.
+[[nodiscard]] double rate_hz(const Input& input);
+
+/// Frames [first, end) of an input.
+struct FrameRange {
+  std::size_t first{0};
+  std::size_t end{0};
+};
+
+/// Reads "FIRST:LAST", both inclusive, from 0, either may be left out; "" is all. Throws ConfigError.
+[[nodiscard]] FrameRange parse_frame_range(const std::string& text, std::size_t frames);
+
+extern const char* const frame_range_help;
+
+}  // namespace stereogrid::app

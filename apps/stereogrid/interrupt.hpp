@@ -1,0 +1,13 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace stereogrid::app {
+
+/// From now on Ctrl-C (and SIGTERM) only ask to stop; a second one ends the program at once.
+void catch_interrupts();
+
+/// The signal that asked to stop; 0: none.
+[[nodiscard]] int interrupted();
+
+}  // namespace stereogrid::app

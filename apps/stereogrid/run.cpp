@@ -1,0 +1,215 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "run.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+
+#include "commands.hpp"
+#include "interrupt.hpp"
+#include "progress.hpp"
+#include "result_writer.hpp"
+#include "run_record.hpp"
+#include "stages.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/config_file.hpp"
+#include "stereogrid/io/frame_queue.hpp"
+#include "stereogrid/io/recording.hpp"
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t warm_up_frames{30};
+
+BackEnd back_end_of(const std::string& device) {
+  if (device == "cuda") {
+    throw DeviceError{"--device cuda: this build has no CUDA back end. Take --device cpu, or auto."};
+  }
+  return device == "reference" ? BackEnd::reference : BackEnd::cpu;
+}
+
+Json json_of(const Rig& rig) {
+  return {{"focal_px", rig.focal_px},
+          {"centre_u_px", rig.centre_u_px},
+          {"centre_v_px", rig.centre_v_px},
+          {"baseline_m", rig.baseline_m},
+          {"width_px", rig.width_px},
+          {"height_px", rig.height_px},
+          {"camera_height_m", rig.camera_height_m},
+          {"camera_pitch_rad", rig.camera_pitch_rad},
+          {"camera_roll_rad", rig.camera_roll_rad}};
+}
+
+/// What run.json begins with: everything that decides about the results.
+Json settings_json(const RunOptions& options, const Input& input, const Pipeline& pipeline, BackEnd back_end) {
+  const GridGeometry grid{pipeline.vehicle_grid()};
+  const GridGeometry world{pipeline.world_grid()};
+  return {{"version", version()},
+          {"preset", options.config.preset},
+          {"config", Json::parse(io::to_json(pipeline.config()))},
+          {"input", describe(input, options.input)},
+          {"device", back_end == BackEnd::reference ? "reference" : "cpu"},
+          {"rig", json_of(pipeline.rig())},
+          {"grid",
+           {{"x_min_m", grid.x_min_m},
+            {"y_min_m", grid.y_min_m},
+            {"cell_size_m", grid.cell_size_m},
+            {"nx", grid.nx},
+            {"ny", grid.ny}}},
+          {"world_grid", {{"cell_size_m", world.cell_size_m}, {"nx", world.nx}, {"ny", world.ny}}}};
+}
+
+/// The first frame that can be loaded. Throws InputError where there is none.
+StereoFrame first_usable_frame(const FrameSource& source, FrameRange range) {
+  std::string first_error;
+  for (std::size_t index{range.first}; index < range.end; ++index) {
+    try {
+      return source.load(index);
+    } catch (const InputError& error) {
+      if (first_error.empty()) first_error = error.what();
+    }
+  }
+  throw InputError{
+      fmt::format("None of the {} frames can be used. The first one: {}", range.end - range.first, first_error)};
+}
+
+/// One sitting of a run: takes the frames of the input through the pipeline and to the files.
+class Sitting {
+ public:
+  Sitting(Pipeline& pipeline, RunRecord& record, ResultWriter& writer)
+      : pipeline_{pipeline}, record_{record}, writer_{writer}, first_to_write_{first_to_do(record)} {}
+
+  void go_through(const FrameSource& source) {
+    const std::size_t total{record_.range().end - first_to_write_};
+    Progress progress{"frames", total};
+    io::FrameQueue queue{source, prepare_warm_up(), record_.range().end};
+    while (interrupted() == 0) {
+      std::optional<io::QueuedFrame> queued{queue.next()};
+      if (!queued) break;
+      take(std::move(*queued));
+      progress.update(total - (record_.range().end - next_));
+    }
+    writer_.finish();
+    seconds_ = progress.seconds();
+  }
+
+  [[nodiscard]] bool is_complete() const { return next_ == record_.range().end; }
+  [[nodiscard]] double frames_per_second() const { return seconds_ > 0 ? frames_written_ / seconds_ : 0; }
+
+ private:
+  static std::size_t first_to_do(const RunRecord& record) {
+    const std::vector<FrameSummary>& finished{record.finished().frames};
+    return finished.empty() ? record.range().first : finished.back().index + 1;
+  }
+
+  // A run that goes on takes the last frames through the pipeline once more, so that the filter knows the street. From
+  // the run's first frame on everything repeats; from a later one obstacles get new ids.
+  std::size_t prepare_warm_up() {
+    const std::vector<FrameSummary>& finished{record_.finished().frames};
+    if (finished.empty()) return record_.range().first;
+    const std::size_t again{std::min(warm_up_frames, finished.size())};
+    const FrameSummary& start{finished[finished.size() - again]};
+    pipeline_.start_at(start.world_from_vehicle);
+    if (again < finished.size()) pipeline_.start_ids_at(record_.finished().largest_id + 1);
+    spdlog::info("going on with frame {} of {}", first_to_write_, record_.range().end);
+    return start.index;
+  }
+
+  void take(io::QueuedFrame queued) {
+    next_ = std::max(next_, queued.index + 1);
+    if (!queued.frame) return skip(queued, queued.error);
+    try {
+      const FrameResult& result{pipeline_.process(*queued.frame)};
+      if (queued.index < first_to_write_) return;
+      tell_warnings(queued.name, result.warnings);
+      record_.add_frame({queued.index, result.world_from_vehicle, result.timing_ms, result.warnings});
+      ++frames_written_;
+      writer_.write(std::move(*queued.frame), result);
+    } catch (const InputError& error) {
+      skip(queued, error.what());
+    }
+  }
+
+  void skip(const io::QueuedFrame& queued, const std::string& reason) {
+    if (queued.index < first_to_write_) return;
+    spdlog::warn("frame {} is skipped: {}", queued.name, reason);
+    record_.add_skipped({queued.index, queued.name, reason});
+    record_.save(false);
+  }
+
+  void tell_warnings(const std::string& name, const std::vector<std::string>& warnings) {
+    for (const std::string& warning : warnings) {
+      const bool is_new{told_.insert(warning).second};
+      spdlog::log(is_new ? spdlog::level::warn : spdlog::level::debug, "frame {}: {}", name, warning);
+    }
+  }
+
+  Pipeline& pipeline_;
+  RunRecord& record_;
+  ResultWriter& writer_;
+  std::size_t first_to_write_;
+  std::size_t next_{first_to_write_};
+  int frames_written_{0};
+  double seconds_{0};
+  std::set<std::string> told_;
+};
+
+void print_summary(const RunRecord& record, const Sitting& sitting) {
+  if (!spdlog::should_log(spdlog::level::info)) return;
+  const std::size_t skipped{record.skipped().size()};
+  fmt::print("{} frames, {} skipped, {:.2f} frames per second\n", record.finished().frames.size(), skipped,
+             sitting.frames_per_second());
+  fmt::print("median ms per frame:");
+  for (const StageField& stage : stage_fields) {
+    fmt::print(" {} {:.1f}", stage.name, record.timing(stage.milliseconds).p50);
+  }
+  fmt::print("\nresults in {}\n", record.folder().string());
+}
+
+void check_options(const RunOptions& options) {
+  if (options.resume && !options.video.empty()) {
+    throw ConfigError{"--video cannot go on with --resume: a film is made in one go. Leave one of them out."};
+  }
+}
+
+RunRecord open_record(const RunOptions& options, const Input& input, const Pipeline& pipeline, BackEnd back_end) {
+  const FrameRange range{parse_frame_range(options.frames, input.source->size())};
+  RunRecord record{options.folder, range, settings_json(options, input, pipeline, back_end),
+                   Json{{"simd_target", simd_target()}, {"threads", pipeline.threads()}}};
+  const std::optional<std::string> complaint{io::complaint_if_swapped(first_usable_frame(*input.source, range))};
+  if (complaint) throw InputError{*complaint};
+  options.resume ? record.resume() : record.begin();
+  return record;
+}
+
+}  // namespace
+
+int run(const RunOptions& options) {
+  check_options(options);
+  const BackEnd back_end{back_end_of(options.device)};
+  const Config config{config_from(options.config)};
+  const Input input{open_input(options.input)};
+  log_input(input);
+  Pipeline pipeline{config, input.source->rig(), back_end, options.threads};
+  RunRecord record{open_record(options, input, pipeline, back_end)};
+  ResultWriter writer{
+      {options.folder, options.save_stages, options.pictures, options.video, rate_hz(input), pipeline.rig()}};
+  Sitting sitting{pipeline, record, writer};
+  catch_interrupts();
+  sitting.go_through(*input.source);
+  record.save(sitting.is_complete());
+  print_summary(record, sitting);
+  if (sitting.is_complete()) return exit_done;
+  spdlog::warn("stopped; the same command with --resume goes on");
+  return exit_signal_base + interrupted();
+}
+
+}  // namespace stereogrid::app

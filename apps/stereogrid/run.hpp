@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "config_options.hpp"
+#include "input.hpp"
+
+namespace stereogrid::app {
+
+struct RunOptions {
+  InputOptions input;
+  std::string folder;
+  ConfigOptions config;
+  std::string frames;
+  std::string device{"auto"};
+  int threads{0};
+  bool save_stages{false};
+  bool pictures{false};
+  std::string video;
+  bool resume{false};
+};
+
+/// `stereogrid run`. Returns the exit code; throws ConfigError, InputError, DeviceError.
+[[nodiscard]] int run(const RunOptions& options);
+
+}  // namespace stereogrid::app

@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "commands.hpp"
+#include "run.hpp"
+
+namespace stereogrid::app {
+
+void add_run_command(CLI::App& tool, int& exit_code) {
+  auto options{std::make_shared<RunOptions>()};
+  CLI::App* command{tool.add_subcommand("run", "Occupancy grids and obstacles from a stereo drive.")};
+  add_input_options(*command, options->input);
+  command->add_option("--out,-o", options->folder, "Folder for the results; docs/format.md tells what comes there.")
+      ->type_name("DIR")
+      ->required();
+  add_config_options(*command, options->config);
+  command->add_option("--frames", options->frames, frame_range_help)->type_name("FIRST:LAST");
+  command->add_option("--device", options->device, "Where the work is done; auto: the fastest there is.")
+      ->check(CLI::IsMember({"auto", "cpu", "cuda", "reference"}))
+      ->capture_default_str();
+  command
+      ->add_option("--threads", options->threads, "Threads of the pipeline; 0: all cores. Results do not depend on it.")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  command->add_flag("--save-stages", options->save_stages, "Also what the stages hand to each other: stages/NAME.npz.");
+  command->add_flag("--pictures", options->pictures, "Also a picture of every frame: pictures/NAME.png.");
+  command->add_option("--video", options->video, "Also the pictures as a film (H.264, through the program ffmpeg).")
+      ->type_name("FILE.mp4");
+  command->add_flag("--resume", options->resume, "Go on with a run that was stopped.");
+  command->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace stereogrid::app

@@ -1,0 +1,137 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "run_record.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+#include "stages.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+double quantile(const std::vector<double>& sorted, double share) {
+  const double place{share * static_cast<double>(sorted.size() - 1)};
+  const auto below{static_cast<std::size_t>(place)};
+  const std::size_t above{std::min(below + 1, sorted.size() - 1)};
+  return sorted[below] + (place - static_cast<double>(below)) * (sorted[above] - sorted[below]);
+}
+
+Percentiles percentiles(std::vector<double> values) {
+  if (values.empty()) return {};
+  std::sort(values.begin(), values.end());
+  const double sum{std::accumulate(values.begin(), values.end(), 0.0)};
+  return {quantile(values, 0.5), quantile(values, 0.9), quantile(values, 0.99),
+          sum / static_cast<double>(values.size())};
+}
+
+/// The sentences of all frames, each once, with the number of frames that said it.
+Json warnings_json(const std::vector<FrameSummary>& frames) {
+  std::map<std::string, int> counts;
+  for (const FrameSummary& frame : frames) {
+    for (const std::string& warning : frame.warnings) ++counts[warning];
+  }
+  Json list(Json::array());
+  for (const auto& [text, count] : counts) list.push_back({{"text", text}, {"frames", count}});
+  return list;
+}
+
+Json read_json(const fs::path& path) {
+  try {
+    return Json::parse(io::read_file(path));
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError{path.string(), fmt::format("cannot be understood ({}).", error.what()),
+                     "Start the run anew in another folder."};
+  }
+}
+
+}  // namespace
+
+RunRecord::RunRecord(fs::path folder, FrameRange range, Json settings, Json machine)
+    : folder_{std::move(folder)}, range_{range}, settings_(std::move(settings)), machine_(std::move(machine)) {}
+
+void RunRecord::begin() {
+  for (const char* file : {"run.json", "frames.jsonl"}) {
+    if (!fs::exists(folder_ / file)) continue;
+    throw ConfigError{fmt::format("{} already holds a run ({}). Go on with it: --resume; or give another folder.",
+                                  folder_.string(), file)};
+  }
+  io::create_folder(folder_);
+  save(false);
+}
+
+void RunRecord::resume() {
+  if (!fs::exists(folder_ / "run.json")) return begin();
+  const Json before(read_json(folder_ / "run.json"));
+  check_same_settings(before);
+  finished_ = read_frame_lines(folder_ / "frames.jsonl");
+  take_skipped(before);
+  save(false);
+}
+
+void RunRecord::check_same_settings(const Json& before) const {
+  const Json now(settings_.flatten());
+  const Json then(before.flatten());
+  std::string differing;
+  for (const auto& [key, value] : now.items()) {
+    const Json old(then.contains(key) ? then.at(key) : Json{});
+    if (old != value) differing += fmt::format("\n  {}: was {}, is {}", key.substr(1), old.dump(), value.dump());
+  }
+  const Json first_before(before.value(Json::json_pointer{"/frames/first"}, Json{}));
+  if (first_before != Json(range_.first)) {
+    differing += fmt::format("\n  first frame: was {}, is {}", first_before.dump(), range_.first);
+  }
+  if (differing.empty()) return;
+  throw ConfigError{fmt::format("{} was begun with other settings; a run goes on only with its own:{}",
+                                (folder_ / "run.json").string(), differing)};
+}
+
+// Frames skipped behind the last finished one are tried again.
+void RunRecord::take_skipped(const Json& before) {
+  const std::size_t next{finished_.frames.empty() ? 0 : finished_.frames.back().index + 1};
+  for (const Json& frame : before.value("skipped", Json(Json::array()))) {
+    SkippedFrame skipped{frame.value("index", std::size_t{0}), frame.value("name", ""), frame.value("reason", "")};
+    if (skipped.index < next) skipped_.push_back(std::move(skipped));
+  }
+}
+
+Percentiles RunRecord::timing(double StageTimes::*stage) const {
+  std::vector<double> values;
+  for (const FrameSummary& frame : finished_.frames) values.push_back(frame.timing_ms.*stage);
+  return percentiles(std::move(values));
+}
+
+Json RunRecord::frames_json(bool complete) const {
+  return {{"first", range_.first},
+          {"last", range_.end - 1},
+          {"done", finished_.frames.size()},
+          {"skipped", skipped_.size()},
+          {"complete", complete}};
+}
+
+void RunRecord::save(bool complete) const {
+  Json run(settings_);
+  run.update(machine_);
+  run["frames"] = frames_json(complete);
+  Json& timing{run["timing_ms"]};
+  for (const StageField& stage : stage_fields) {
+    const Percentiles p{this->timing(stage.milliseconds)};
+    timing[std::string{stage.name}] = {{"p50", p.p50}, {"p90", p.p90}, {"p99", p.p99}, {"mean", p.mean}};
+  }
+  Json& skipped{run["skipped"] = Json::array()};
+  for (const SkippedFrame& frame : skipped_) {
+    skipped.push_back({{"index", frame.index}, {"name", frame.name}, {"reason", frame.reason}});
+  }
+  run["warnings"] = warnings_json(finished_.frames);
+  io::write_file(folder_ / "run.json", run.dump(2) + "\n");
+}
+
+}  // namespace stereogrid::app

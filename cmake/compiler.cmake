@@ -1,0 +1,42 @@
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# One place for compiler settings: link a target to stereogrid_compiler to get them.
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+if(NOT DEFINED CMAKE_CXX_FLAGS_RELWITHDEBINFO OR CMAKE_CXX_FLAGS_RELWITHDEBINFO STREQUAL "-O2 -g -DNDEBUG")
+  set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O3 -g1 -DNDEBUG")
+endif()
+
+find_program(CCACHE ccache)
+if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+endif()
+
+add_library(stereogrid_compiler INTERFACE)
+target_compile_options(
+  stereogrid_compiler
+  INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wall
+            -Wextra
+            -Wpedantic
+            -Wshadow
+            -Wconversion
+            -Wno-sign-conversion
+            -Wnon-virtual-dtor
+            # g++ 12 sees overlaps in std::string's operator+ that are not there
+            $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-restrict>
+            # scalar, vectorised and GPU code must round alike
+            -ffp-contract=off>)
+if(STEREOGRID_WERROR)
+  target_compile_options(stereogrid_compiler INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Werror>)
+endif()
+if(STEREOGRID_SANITIZE)
+  add_compile_options(-fsanitize=${STEREOGRID_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=${STEREOGRID_SANITIZE})
+  # with sanitizers g++ sees these in the standard library's <regex>, where there are none
+  target_compile_options(stereogrid_compiler INTERFACE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-maybe-uninitialized>)
+endif()

@@ -1,0 +1,48 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# Builds the tool and shows what it does.
+#
+#   ./demo.sh                  simulates a drive through a street and runs the pipeline on it
+#   ./demo.sh INPUT [OPTION…]  runs the pipeline on your own drive (a folder, a pair of images with --calibration, or
+#                              scene:NAME); options are those of `stereogrid run`
+#
+# Results go to out/demo/ beside this script; earlier results of the same name are replaced.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+build=$root/build/release
+out=$root/out/demo
+tool=$build/bin/stereogrid
+
+"$root/scripts/install-dependencies.sh"
+# what the preset "release" does, spelt out because Ubuntu 22.04's CMake is older than presets of this kind
+cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
+  --log-level=WARNING
+cmake --build "$build" --target stereogrid_tool
+
+if [ $# -eq 0 ]; then
+  name=street
+  rm -rf "$out/street"
+  "$tool" simulate 'scene:street?frames=30' --out "$out/street"
+  set -- "$out/street"
+else
+  name=${1#scene:}                                   # scene:street?frames=60 → street
+  name=${name%%\?*}
+  name=$(basename -- "$name")                        # some/where/drive/ → drive
+  name=$(printf %s "${name%.*}" | tr -c 'A-Za-z0-9_-' _)
+  case "$name" in '' | _ | __) name=drive ;; esac    # . and ..
+fi
+run=$out/$name-run
+rm -rf "$run"
+"$tool" run "$@" --out "$run" --pictures
+
+cat <<END
+
+Look at
+  $run/pictures      a picture per frame: camera with overlay, u-disparity grid, Cartesian grid with velocities
+  $run/grids         the same as numbers: numpy.load opens every .npz
+  $run/frames.jsonl  a line per frame: pose, ground, timing, obstacles
+  $run/run.json      the whole configuration and the timing
+END

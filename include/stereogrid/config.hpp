@@ -1,0 +1,258 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+namespace stereogrid {
+
+/// What surrounds a parameter: its name, unit, range (both ends allowed) and a sentence. Unit "" = a plain number.
+struct Parameter {
+  std::string_view name;
+  std::string_view unit;
+  double minimum;
+  double maximum;
+  std::string_view sentence;
+};
+
+// Every parameter is declared once: its default where it stands, the rest in its struct's visit_fields. YAML, the
+// command line, run.json and docs/config.md are loops over visit_fields.
+
+struct GridConfig {
+  double length_m{20};
+  double width_m{20};
+  double cell_size_m{0.2};
+
+  template <class Self, class Visitor>
+  static void visit_fields(Self& self, Visitor&& visit) {
+    visit(Parameter{"length_m", "m", 1, 500, "How far the grid reaches ahead of the camera."}, self.length_m);
+    visit(Parameter{"width_m", "m", 1, 500, "Width of the grid, half of it to each side."}, self.width_m);
+    visit(Parameter{"cell_size_m", "m", 0.02, 5, "Side of a square cell."}, self.cell_size_m);
+  }
+};
+
+struct MatchingConfig {
+  int disparities{0};
+  int window_px{13};
+  int road_margin_px{3};
+  double uniqueness{0.02};
+  double texture{1.0};
+  int left_right_px{1};
+  int speckle_px{60};
+  bool subpixel{true};
+
+  template <class Self, class Visitor>
+  static void visit_fields(Self& self, Visitor&& visit) {
+    visit(Parameter{"disparities", "px", 0, 256,
+                    "Disparities searched, 0 to this minus one; 0: a tenth of the image's width, at least 64."},
+          self.disparities);
+    visit(Parameter{"window_px", "px", 3, 41, "Side of the square correlation window, odd."}, self.window_px);
+    visit(Parameter{"road_margin_px", "px", 1, 15,
+                    "The road hypothesis searches this far on both sides of the ground plane's disparity."},
+          self.road_margin_px);
+    visit(Parameter{"uniqueness", "", 0, 1,
+                    "Reject a match unless every other disparity costs more by this share of its cost."},
+          self.uniqueness);
+    visit(Parameter{"texture", "grey levels", 0, 255,
+                    "Reject a match where the window's mean horizontal contrast |L(u+1) − L(u−1)| is below this."},
+          self.texture);
+    visit(Parameter{"left_right_px", "px", 0, 255, "Largest difference between left-to-right and right-to-left match."},
+          self.left_right_px);
+    visit(Parameter{"speckle_px", "px", 0, 100000, "Remove connected patches of fewer pixels; 0: keep all."},
+          self.speckle_px);
+    visit(Parameter{"subpixel", "", 0, 1, "Refine disparities between the integers on the winner's cost curve."},
+          self.subpixel);
+  }
+};
+
+struct GroundConfig {
+  bool estimate{true};
+  double height_gate_m{0.25};
+  double pitch_gate_deg{3.0};
+  double roll_gate_deg{4.0};
+  double smoothing{0.5};
+
+  template <class Self, class Visitor>
+  static void visit_fields(Self& self, Visitor&& visit) {
+    visit(Parameter{"estimate", "", 0, 1, "Measure the road plane in every frame; off: trust the calibration."},
+          self.estimate);
+    visit(Parameter{"height_gate_m", "m", 0, 2, "Largest believed departure from the calibrated camera height."},
+          self.height_gate_m);
+    visit(Parameter{"pitch_gate_deg", "deg", 0, 20, "Largest believed departure from the calibrated pitch."},
+          self.pitch_gate_deg);
+    visit(Parameter{"roll_gate_deg", "deg", 0, 20, "Largest believed departure from the calibrated roll."},
+          self.roll_gate_deg);
+    visit(Parameter{"smoothing", "", 0, 0.99, "Weight of the plane carried over from the frame before."},
+          self.smoothing);
+  }
+};
+
+/// Which road pixels count as rays that have passed a cell.
+enum class RoadRays { none, visible };
+constexpr std::array<std::string_view, 2> names_of(RoadRays) {
+  return {"none", "visible"};
+}
+
+struct UDisparityConfig {
+  double obstacle_height_m{1.8};
+  double false_positive{0.02};
+  double false_negative{0.02};
+  double tau_obstacle{0.1};
+  double tau_road{0.1};
+  double sigma_disparity{0.4};
+  double sigma_column{1.5};
+  RoadRays road_rays{RoadRays::visible};
+  int small_count_guard{2};
+  bool left_border{true};
+
+  template <class Self, class Visitor>
+  static void visit_fields(Self& self, Visitor&& visit) {
+    visit(Parameter{"obstacle_height_m", "m", 0.2, 10, "Height h of the volume that must be free (eq. 9)."},
+          self.obstacle_height_m);
+    visit(Parameter{"false_positive", "", 0.001, 0.4, "P_FP of eq. 4."}, self.false_positive);
+    visit(Parameter{"false_negative", "", 0.001, 0.4, "P_FN of eq. 4."}, self.false_negative);
+    visit(Parameter{"tau_obstacle", "", 0.001, 10, "tau_O of eq. 13: the filled share of a column that counts."},
+          self.tau_obstacle);
+    visit(Parameter{"tau_road", "", 0.001, 10, "tau_R of eq. 15."}, self.tau_road);
+    visit(Parameter{"sigma_disparity", "px", 0, 5, "Gaussian smoothing along disparity; 0: none."},
+          self.sigma_disparity);
+    visit(Parameter{"sigma_column", "px", 0, 20, "Gaussian smoothing along columns; 0: none."}, self.sigma_column);
+    visit(Parameter{"road_rays", "", 0, 1,
+                    "none: only obstacle pixels are rays (the paper); visible: road pixels are rays that passed."},
+          self.road_rays);
+    visit(Parameter{"small_count_guard", "px", 0, 50, "Added to N_V in r_O so that a lone outlier is no obstacle."},
+          self.small_count_guard);
+    visit(Parameter{"left_border", "", 0, 1,
+                    "Leave bins unknown that the right camera cannot see (u below disparity + half a window)."},
+          self.left_border);
+  }
+};
+
+/// Which bins of the u-disparity plane speak for a cell (eq. 16).
+enum class Footprint { overlap, centre };
+constexpr std::array<std::string_view, 2> names_of(Footprint) {
+  return {"overlap", "centre"};
+}
+
+struct ProjectionConfig {
+  Footprint footprint{Footprint::overlap};
+
+  template <class Self, class Visitor>
+  static void visit_fields(Self& self, Visitor&& visit) {
+    visit(Parameter{"footprint", "", 0, 1,
+                    "overlap: every bin that touches the cell; centre: bins centred in it, and the one at its centre."},
+          self.footprint);
+  }
+};
+
+/// The two forms of the Bayesian Occupancy Filter.
+enum class FilterModel { tay2008, joint };
+constexpr std::array<std::string_view, 2> names_of(FilterModel) {
+  return {"tay2008", "joint"};
+}
+
+struct FilterConfig {
+  FilterModel model{FilterModel::joint};
+  double velocity_max_mps{10};
+  double velocity_step_mps{2};
+  double forgetting_s{2};
+  double velocity_noise{0.05};
+  double likelihood_exponent{1};
+  double static_prior{0.7};
+  double border_occupancy{0.2};
+
+  template <class Self, class Visitor>
+  static void visit_fields(Self& self, Visitor&& visit) {
+    visit(Parameter{"model", "", 0, 1, "tay2008: velocity given the cell; joint: mass of (occupied, velocity)."},
+          self.model);
+    visit(Parameter{"velocity_max_mps", "m/s", 0, 60, "Largest speed of the velocity lattice along each world axis."},
+          self.velocity_max_mps);
+    visit(Parameter{"velocity_step_mps", "m/s", 0.1, 20, "Distance between the lattice's velocities."},
+          self.velocity_step_mps);
+    visit(Parameter{"forgetting_s", "s", 0.05, 1000, "Time constant with which an unobserved cell returns to unknown."},
+          self.forgetting_s);
+    visit(
+        Parameter{
+            "velocity_noise", "", 0.0001, 0.9,
+            "Share of the moving mass that changes its velocity in a frame; what stands starts at a tenth of it."},
+        self.velocity_noise);
+    visit(Parameter{"likelihood_exponent", "", 0.05, 1,
+                    "Tempers a frame's evidence, since stereo errors repeat from frame to frame; 1: full."},
+          self.likelihood_exponent);
+    visit(Parameter{"static_prior", "", 0.01, 0.99, "Share of newly born mass that stands still."}, self.static_prior);
+    visit(Parameter{"border_occupancy", "", 0.01, 0.9, "Occupancy assumed outside the window (joint)."},
+          self.border_occupancy);
+  }
+};
+
+struct TrackingConfig {
+  double occupancy_min{0.65};
+  int cells_min{3};
+  double gate_m{1.5};
+  int confirm_frames{3};
+  double coast_s{1.0};
+  double acceleration_mps2{3.0};
+
+  template <class Self, class Visitor>
+  static void visit_fields(Self& self, Visitor&& visit) {
+    visit(Parameter{"occupancy_min", "", 0.5, 0.99, "Cells above this occupancy are clustered."}, self.occupancy_min);
+    visit(Parameter{"cells_min", "cells", 1, 1000, "Smaller clusters are ignored."}, self.cells_min);
+    visit(Parameter{"gate_m", "m", 0.1, 10, "Farthest a cluster may lie from a track's prediction."}, self.gate_m);
+    visit(Parameter{"confirm_frames", "frames", 1, 50, "Sightings before an obstacle counts as confirmed."},
+          self.confirm_frames);
+    visit(Parameter{"coast_s", "s", 0, 10, "How long an obstacle that is not seen is carried on."}, self.coast_s);
+    visit(Parameter{"acceleration_mps2", "m/s²", 0.1, 30, "Process noise of an obstacle's constant-velocity model."},
+          self.acceleration_mps2);
+  }
+};
+
+/// Every parameter of the pipeline. Keys are `group.name`, as in `grid.length_m`.
+struct Config {
+  GridConfig grid;
+  MatchingConfig matching;
+  GroundConfig ground;
+  UDisparityConfig u_disparity;
+  ProjectionConfig projection;
+  FilterConfig filter;
+  TrackingConfig tracking;
+
+  template <class Self, class Visitor>
+  static void visit_groups(Self& self, Visitor&& visit) {
+    visit(std::string_view{"grid"}, self.grid);
+    visit(std::string_view{"matching"}, self.matching);
+    visit(std::string_view{"ground"}, self.ground);
+    visit(std::string_view{"u_disparity"}, self.u_disparity);
+    visit(std::string_view{"projection"}, self.projection);
+    visit(std::string_view{"filter"}, self.filter);
+    visit(std::string_view{"tracking"}, self.tracking);
+  }
+};
+
+/// Calls visit(group, parameter, value&) for every parameter of a (const) Config.
+template <class ConfigType, class Visitor>
+void visit_parameters(ConfigType& config, Visitor&& visit) {
+  Config::visit_groups(config, [&](std::string_view group, auto& fields) {
+    std::remove_cvref_t<decltype(fields)>::visit_fields(
+        fields, [&](const Parameter& parameter, auto& value) { visit(group, parameter, value); });
+  });
+}
+
+/// "default" or "paper". Throws ConfigError for other names.
+[[nodiscard]] Config preset(std::string_view name);
+[[nodiscard]] std::vector<std::string> preset_names();
+
+/// Sets `key` ("group.name") from text. Throws ConfigError: unknown key (with the nearest known one), text that is no
+/// value.
+void set(Config& config, std::string_view key, std::string_view text);
+
+/// The value of `key` as text that `set` would take.
+[[nodiscard]] std::string get(const Config& config, std::string_view key);
+
+/// Everything that is wrong with a configuration, a sentence each; empty: nothing.
+[[nodiscard]] std::vector<std::string> problems(const Config& config);
+
+}  // namespace stereogrid

@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "stereogrid/camera.hpp"
+#include "stereogrid/image.hpp"
+
+namespace stereogrid {
+
+/// Position (m) and heading (rad, counter-clockwise, 0 along x) on the ground plane. As `a_from_b` it takes points of
+/// frame b to frame a.
+struct Pose2 {
+  double x_m{0};
+  double y_m{0};
+  double yaw_rad{0};
+
+  friend bool operator==(const Pose2&, const Pose2&) = default;
+};
+
+struct Point2 {
+  double x{0};
+  double y{0};
+};
+
+/// a_from_b applied to a point given in b.
+[[nodiscard]] inline Point2 operator*(const Pose2& a_from_b, Point2 in_b) {
+  const double c{std::cos(a_from_b.yaw_rad)};
+  const double s{std::sin(a_from_b.yaw_rad)};
+  return {a_from_b.x_m + c * in_b.x - s * in_b.y, a_from_b.y_m + s * in_b.x + c * in_b.y};
+}
+
+/// a_from_c = a_from_b · b_from_c; the heading is kept in (−π, π].
+[[nodiscard]] inline Pose2 operator*(const Pose2& a_from_b, const Pose2& b_from_c) {
+  const Point2 origin{a_from_b * Point2{b_from_c.x_m, b_from_c.y_m}};
+  return {origin.x, origin.y, std::remainder(a_from_b.yaw_rad + b_from_c.yaw_rad, 2 * 3.14159265358979323846)};
+}
+
+[[nodiscard]] inline Pose2 inverse(const Pose2& a_from_b) {
+  const double c{std::cos(a_from_b.yaw_rad)};
+  const double s{std::sin(a_from_b.yaw_rad)};
+  return {-c * a_from_b.x_m - s * a_from_b.y_m, s * a_from_b.x_m - c * a_from_b.y_m, -a_from_b.yaw_rad};
+}
+
+/// One rectified grey pair, rows aligned, with what is known about its instant.
+struct StereoFrame {
+  std::string name;                         ///< the input's name for it; output files carry it
+  std::int64_t index{0};                    ///< place in the input, from 0
+  std::int64_t stamp_ns{0};                 ///< instant of exposure
+  Image<std::uint8_t> left;                 ///< reference image
+  Image<std::uint8_t> right;                ///< same size
+  std::optional<Pose2> world_from_vehicle;  ///< none: unknown
+};
+
+/// A recorded, simulated or live sequence of frames.
+class FrameSource {
+ public:
+  FrameSource() = default;
+  FrameSource(const FrameSource&) = delete;
+  FrameSource& operator=(const FrameSource&) = delete;
+  virtual ~FrameSource() = default;
+
+  [[nodiscard]] virtual const Rig& rig() const = 0;
+  [[nodiscard]] virtual std::size_t size() const = 0;
+  [[nodiscard]] virtual std::string name(std::size_t index) const = 0;
+  /// Loads one frame. Safe to call from several threads. Throws InputError when this frame cannot be used; the others
+  /// still can.
+  [[nodiscard]] virtual StereoFrame load(std::size_t index) const = 0;
+};
+
+}  // namespace stereogrid

@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace stereogrid {
+
+/// Where the memory behind a View lies.
+struct Host {};
+struct Device {};
+
+/// Rows of pixels or cells that somebody else owns. `pitch` is the distance between rows in elements (≥ width).
+/// Images are addressed (u, v), grids (ix, iy): the fast axis first.
+template <class T, class Space = Host>
+struct View {
+  T* data{nullptr};
+  int width{0};
+  int height{0};
+  std::ptrdiff_t pitch{0};
+
+  [[nodiscard]] T* row(int v) const { return data + v * pitch; }
+  [[nodiscard]] T& operator()(int u, int v) const { return data[v * pitch + u]; }
+  [[nodiscard]] bool empty() const { return width == 0 || height == 0; }
+
+  // NOLINTNEXTLINE(google-explicit-constructor): a writable view is a readable one
+  operator View<const T, Space>() const { return {data, width, height, pitch}; }
+};
+
+/// An owned image or grid: `height` rows of `width` elements, contiguous, row-major.
+template <class T>
+class Image {
+ public:
+  Image() = default;
+  Image(int width, int height, T value = T{})
+      : width_{width},
+        height_{height},
+        elements_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), value) {}
+
+  [[nodiscard]] int width() const { return width_; }
+  [[nodiscard]] int height() const { return height_; }
+  [[nodiscard]] bool empty() const { return elements_.empty(); }
+  [[nodiscard]] std::size_t size() const { return elements_.size(); }
+  [[nodiscard]] T* data() { return elements_.data(); }
+  [[nodiscard]] const T* data() const { return elements_.data(); }
+  [[nodiscard]] T* row(int v) { return data() + index(0, v); }
+  [[nodiscard]] const T* row(int v) const { return data() + index(0, v); }
+  [[nodiscard]] T& operator()(int u, int v) { return elements_[index(u, v)]; }
+  [[nodiscard]] const T& operator()(int u, int v) const { return elements_[index(u, v)]; }
+  [[nodiscard]] auto begin() { return elements_.begin(); }
+  [[nodiscard]] auto end() { return elements_.end(); }
+  [[nodiscard]] auto begin() const { return elements_.begin(); }
+  [[nodiscard]] auto end() const { return elements_.end(); }
+  void fill(T value) { std::fill(elements_.begin(), elements_.end(), value); }
+
+  [[nodiscard]] View<T> view() { return {data(), width_, height_, width_}; }
+  [[nodiscard]] View<const T> view() const { return {data(), width_, height_, width_}; }
+
+  friend bool operator==(const Image&, const Image&) = default;
+
+ private:
+  [[nodiscard]] std::size_t index(int u, int v) const {
+    return static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u);
+  }
+
+  int width_{0};
+  int height_{0};
+  std::vector<T> elements_;
+};
+
+}  // namespace stereogrid

@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+namespace stereogrid {
+
+/// A tracked cluster of occupied cells. Positions in the vehicle frame of the same instant; velocities relative to the
+/// ground, in vehicle axes.
+struct Obstacle {
+  std::int64_t id{0};  ///< stays with the obstacle for as long as it is tracked; never used again
+  double x_m{0};       ///< centre of the occupied cells
+  double y_m{0};
+  double vx_mps{0};
+  double vy_mps{0};
+  double length_m{0};   ///< extent along yaw_rad
+  double width_m{0};    ///< extent across yaw_rad
+  double yaw_rad{0};    ///< of the motion where it moves, else of the longer side
+  double occupancy{0};  ///< mean P(occupied) of its cells
+  double age_s{0};      ///< since it was first seen
+  bool confirmed{false};
+};
+
+}  // namespace stereogrid

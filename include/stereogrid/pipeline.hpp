@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "stereogrid/camera.hpp"
+#include "stereogrid/config.hpp"
+#include "stereogrid/frame.hpp"
+#include "stereogrid/grid.hpp"
+#include "stereogrid/obstacle.hpp"
+
+namespace stereogrid {
+
+/// What the stages of one frame handed to each other. H, W: image size; D: disparities. u-disparity images have a row
+/// per disparity d and a column per image column u.
+struct StageImages {
+  Image<float> obstacle_disparity;   ///< (H, W) px, 0 = none
+  Image<float> road_disparity;       ///< (H, W) px, 0 = none
+  std::vector<int> possible;         ///< (D) N_P, eq. 10
+  Image<std::uint16_t> visible;      ///< (D, W) N_V, eq. 11
+  Image<std::uint16_t> observed;     ///< (D, W) N_O
+  Image<float> visibility;           ///< (D, W) P(V), eq. 11
+  Image<float> obstacle_confidence;  ///< (D, W) P(C), eq. 13
+  Image<float> road_confidence;      ///< (D, W) P(R), eq. 15
+  Image<float> occupancy;            ///< (D, W) P(T), eq. 14
+  Image<float> occupancy_smooth;     ///< (D, W) after the Gaussian
+};
+
+/// Wall-clock milliseconds.
+struct StageTimes {
+  double match{0};
+  double ground{0};
+  double count{0};
+  double project{0};
+  double filter{0};
+  double track{0};
+  double total{0};
+};
+
+/// What is known after a frame. Owned by the pipeline; valid until its next call of process().
+struct FrameResult {
+  Ground ground;               ///< what the stages of this frame used
+  Pose2 world_from_vehicle;    ///< world: the vehicle frame of the first frame
+  double obstacle_density{0};  ///< share of the pixels matched as obstacle
+  double road_density{0};      ///< share of the pixels matched as road
+  GridGeometry vehicle_grid;   ///< of the next four
+  Image<float> observed;       ///< P(T_X) of this frame alone, vehicle frame
+  Image<float> occupancy;      ///< filtered, re-sampled into the vehicle frame
+  Image<float> age_s;
+  Image<float> velocity_x;  ///< m/s relative to the ground, vehicle axes
+  Image<float> velocity_y;
+  GridLayers world;  ///< filtered, world-aligned; its geometry moves with the car in whole cells
+  std::vector<Obstacle> obstacles;
+  StageImages stages;
+  StageTimes timing_ms;
+  std::vector<std::string> warnings;
+};
+
+/// Where the work is done.
+enum class BackEnd { cpu, reference };
+
+/// Stereo frames in, occupancy grids out (T-ITS 2012, with the Bayesian Occupancy Filter and obstacle tracks behind
+/// it).
+///
+/// Not thread-safe: one pipeline serves one camera, one frame after the other.
+class Pipeline {
+ public:
+  /// Allocates everything. `threads` 0: all cores. Throws ConfigError with every problem of `config` and `rig`.
+  Pipeline(const Config& config, const Rig& rig, BackEnd back_end = BackEnd::cpu, int threads = 0);
+  Pipeline(Pipeline&&) noexcept;
+  Pipeline& operator=(Pipeline&&) noexcept;
+  ~Pipeline();
+
+  /// Takes the next frame. Frames may be missing, the time between two is taken from their stamps; stamps must grow.
+  /// Throws InputError when the frame does not fit the rig; the pipeline's state is then unchanged.
+  const FrameResult& process(const StereoFrame& frame);
+
+  /// The configuration with every "automatic" value resolved.
+  [[nodiscard]] const Config& config() const;
+  [[nodiscard]] const Rig& rig() const;
+  [[nodiscard]] GridGeometry vehicle_grid() const;
+  /// Size of the world-aligned window: its nx, ny and cell_size_m are constant, its origin follows the car.
+  [[nodiscard]] GridGeometry world_grid() const;
+  [[nodiscard]] int threads() const;
+
+  /// Where the vehicle is in the world at the first frame (of a resumed run). Call it before process(); not called: the
+  /// world begins there.
+  void start_at(const Pose2& world_from_vehicle);
+
+  /// Ids of new obstacles start here (after a resumed run).
+  void start_ids_at(std::int64_t first_id);
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+/// Version of the library, "major.minor.patch".
+[[nodiscard]] std::string_view version();
+
+/// The instruction set that the CPU back end uses on this machine, e.g. "x86-64-v3".
+[[nodiscard]] std::string_view simd_target();
+
+}  // namespace stereogrid

@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "stereogrid/frame.hpp"
+#include "stereogrid/grid.hpp"
+
+namespace stereogrid {
+
+/// Pixel classes of ground truth.
+enum class TruthLabel : std::uint8_t { sky = 0, road = 1, obstacle = 2, low = 3 };
+
+/// Cell states of ground truth.
+enum class TruthCell : std::uint8_t { hidden = 0, seen_free = 1, seen_occupied = 2 };
+
+/// A thing that stands or moves in the scene.
+struct TruthObject {
+  std::int64_t id{0};
+  std::string kind;
+  Pose2 world_from_object;
+  double vx_mps{0};  ///< world axes
+  double vy_mps{0};
+  double height_m{0};
+  double size_m[3]{0, 0, 0};      ///< width, length, height
+  std::vector<Point2> footprint;  ///< convex, counter-clockwise, world frame; the part between the cells' height limits
+  std::int64_t pixels{0};         ///< seen in the left image
+};
+
+/// The ego vehicle's motion in the world frame.
+struct TruthEgo {
+  Pose2 world_from_vehicle;
+  double vx_mps{0};
+  double vy_mps{0};
+  double yaw_rate_radps{0};
+};
+
+/// What the cells are measured on: vehicle frame, obstacles between two heights.
+struct TruthGrid {
+  GridGeometry geometry;
+  double height_min_m{0.15};
+  double height_max_m{1.8};
+};
+
+/// Exact knowledge about one frame. Images are of the left camera; grids lie in the vehicle frame.
+struct FrameTruth {
+  std::string name;
+  std::int64_t stamp_ns{0};
+  TruthEgo ego;
+  std::vector<TruthObject> objects;
+  Image<float> disparity;            ///< px, 0 = none (sky), at the pixel centre
+  Image<std::uint8_t> label;         ///< TruthLabel
+  Image<std::uint16_t> instance;     ///< object id, 0 = none
+  Image<std::uint8_t> seen_by_both;  ///< 255: the surface point is visible in the right image too
+  Image<std::uint8_t> state;         ///< TruthCell, per cell
+  Image<std::uint8_t> occupied;      ///< a footprint overlaps the cell, seen or not
+  Image<std::int32_t> owner;         ///< id of the object on the cell, 0 = none
+  Image<std::int32_t> pixels;        ///< obstacle pixels (within the height limits) that fall into the cell
+  Image<std::int32_t> seen_object;   ///< id of the object most of those pixels belong to
+  Image<std::uint8_t> free_points;   ///< 0–9 of the cell's 3 × 3 ground points seen
+  Image<std::uint8_t> low;           ///< a low object (kerb, pavement, verge) lies on the cell
+  Image<float> velocity_x;           ///< m/s in WORLD axes
+  Image<float> velocity_y;
+};
+
+}  // namespace stereogrid

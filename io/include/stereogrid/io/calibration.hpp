@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "stereogrid/camera.hpp"
+
+namespace stereogrid::io {
+
+/// One camera of a pair that is not rectified, as OpenCV models it.
+struct CameraModel {
+  double focal_u_px{0};
+  double focal_v_px{0};
+  double centre_u_px{0};
+  double centre_v_px{0};
+  std::vector<double> distortion;  ///< k1 k2 p1 p2 [k3 [k4 k5 k6]]; empty: none
+};
+
+/// Two cameras that are not rectified. A point of the left camera's frame lies at R·p + t in the right camera's.
+struct RawPair {
+  CameraModel left;
+  CameraModel right;
+  std::array<double, 9> right_from_left_rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major 3 × 3
+  std::array<double, 3> right_from_left_translation_m{0, 0, 0};
+};
+
+/// A 3 × 4 rigid transform, row-major.
+using Transform = std::array<double, 12>;
+
+struct Calibration {
+  Rig rig;                                        ///< of the rectified pair; width and height 0 where the file has none
+  std::optional<RawPair> raw;                     ///< there: images have to be rectified (Rectifier)
+  std::optional<Transform> camera_from_velodyne;  ///< to the left rectified camera (x right, y down, z forward)
+  std::string kind;                               ///< "calibration.yaml", "KITTI odometry" or "KITTI raw"
+};
+
+/// Which cameras of a KITTI set are the pair.
+enum class KittiPair { grey, colour };
+
+/// Reads any of our calibration.yaml (docs/input.md), KITTI odometry's calib.txt, KITTI raw's calib_cam_to_cam.txt
+/// (with calib_velo_to_cam.txt beside it), told apart by content. KITTI gives no mounting: height 1.65 m, pitch 0.
+/// `width_px`, `height_px`: size of the recording's images, 0 = not known yet. Throws InputError with what is wrong:
+/// missing keys, baseline zero, negative or in millimetres, other image size, …
+[[nodiscard]] Calibration read_calibration(const std::filesystem::path& path, int width_px = 0, int height_px = 0,
+                                           KittiPair pair = KittiPair::grey);
+
+/// Everything that makes a rig unusable, a sentence each; empty: nothing. Width and height 0 are not looked at.
+[[nodiscard]] std::vector<std::string> problems(const Rig& rig);
+
+/// Writes the rectified form of calibration.yaml. Throws DeviceError.
+void write_calibration_yaml(const std::filesystem::path& path, const Rig& rig);
+
+}  // namespace stereogrid::io

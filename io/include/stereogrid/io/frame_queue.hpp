@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "stereogrid/frame.hpp"
+
+namespace stereogrid::io {
+
+/// A frame of the queue, or why there is none.
+struct QueuedFrame {
+  std::size_t index{0};  ///< in the source
+  std::string name;
+  std::optional<StereoFrame> frame;  ///< none: it cannot be used
+  std::string error;                 ///< then: the InputError's text
+};
+
+/// Loads the next frames of a source on background threads while the consumer works on the ones before. Frames come out
+/// in order, whatever the number of threads. next() is for one consumer.
+class FrameQueue {
+ public:
+  /// Frames [first, last) of the source, which has to live as long as the queue; at most `capacity` wait loaded.
+  FrameQueue(const FrameSource& source, std::size_t first, std::size_t last, std::size_t capacity = 4, int threads = 1);
+  FrameQueue(const FrameQueue&) = delete;
+  FrameQueue& operator=(const FrameQueue&) = delete;
+  /// Stops at once: waits only for frames that are being loaded at this moment.
+  ~FrameQueue();
+
+  /// The next frame; waits for it. None: the end. A frame that cannot be used comes in its place with its error;
+  /// exceptions other than InputError are thrown again here.
+  [[nodiscard]] std::optional<QueuedFrame> next();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace stereogrid::io

@@ -1,0 +1,97 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "stereogrid/image.hpp"
+
+namespace stereogrid::io {
+
+/// Element types of NumPy arrays, little-endian.
+enum class DType { float32, float64, int8, int16, int32, int64, uint8, uint16, uint32, uint64, boolean };
+
+/// "<f4" and so on, as NumPy spells it.
+[[nodiscard]] std::string_view spelling(DType dtype);
+[[nodiscard]] std::size_t element_size(DType dtype);
+
+template <class T>
+[[nodiscard]] constexpr DType dtype_of() {
+  if constexpr (std::is_same_v<T, float>) {
+    return DType::float32;
+  } else if constexpr (std::is_same_v<T, double>) {
+    return DType::float64;
+  } else if constexpr (std::is_same_v<T, std::int32_t>) {
+    return DType::int32;
+  } else if constexpr (std::is_same_v<T, std::int64_t>) {
+    return DType::int64;
+  } else if constexpr (std::is_same_v<T, std::uint8_t>) {
+    return DType::uint8;
+  } else {
+    static_assert(std::is_same_v<T, std::uint16_t>);
+    return DType::uint16;
+  }
+}
+
+/// An array that somebody else owns, for writing. Row-major: the last dimension is the fastest.
+struct NpzArray {
+  std::string name;
+  DType dtype{DType::float32};
+  std::vector<std::size_t> shape;
+  std::span<const std::byte> bytes;
+
+  /// `values` and `image` have to live until the file is written.
+  template <class T>
+  NpzArray(std::string array_name, std::vector<std::size_t> array_shape, std::span<const T> values)
+      : name{std::move(array_name)},
+        dtype{dtype_of<T>()},
+        shape{std::move(array_shape)},
+        bytes{std::as_bytes(values)} {}
+  template <class T>
+  NpzArray(std::string array_name, std::vector<std::size_t> array_shape, const std::vector<T>& values)
+      : NpzArray{std::move(array_name), std::move(array_shape), std::span<const T>{values}} {}
+  /// Shape (height, width).
+  template <class T>
+  NpzArray(std::string array_name, const Image<T>& image)
+      : NpzArray{std::move(array_name),
+                 {static_cast<std::size_t>(image.height()), static_cast<std::size_t>(image.width())},
+                 std::span<const T>{image.data(), image.size()}} {}
+};
+
+/// Writes a compressed .npz that numpy.load opens; the same arrays give the same bytes. Leaves whole files only. Throws
+/// DeviceError; std::invalid_argument where a shape does not fit its bytes.
+void write_npz(const std::filesystem::path& path, std::span<const NpzArray> arrays);
+
+/// An array read from a file.
+struct NpyArray {
+  DType dtype{DType::float32};
+  std::vector<std::size_t> shape;
+  std::vector<std::byte> bytes;
+
+  /// Number of elements.
+  [[nodiscard]] std::size_t size() const { return bytes.size() / element_size(dtype); }
+
+  /// The elements, converted as by static_cast. T: float, double, std::int32_t, std::int64_t, std::uint8_t,
+  /// std::uint16_t.
+  template <class T>
+  [[nodiscard]] std::vector<T> to() const;
+
+  /// A two-dimensional array (rows, columns) as an image, converted as by to(). Throws InputError for other shapes.
+  template <class T>
+  [[nodiscard]] Image<T> to_image() const;
+};
+
+/// Every array of an .npz by name. Throws InputError: missing or damaged file, an element type or memory order that is
+/// not understood.
+[[nodiscard]] std::map<std::string, NpyArray> read_npz(const std::filesystem::path& path);
+
+}  // namespace stereogrid::io

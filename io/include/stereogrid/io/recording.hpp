@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "stereogrid/frame.hpp"
+#include "stereogrid/io/calibration.hpp"
+#include "stereogrid/io/rectifier.hpp"
+
+namespace stereogrid::io {
+
+/// What the user said about the input.
+struct InputArguments {
+  std::vector<std::filesystem::path> paths;          ///< a folder, or LEFT and RIGHT image files
+  std::optional<std::filesystem::path> calibration;  ///< instead of the input's own
+  std::string poses;                                 ///< a file instead of the input's own; "none"; "": look for them
+};
+
+/// A frame of a recording as it lies on the disk.
+struct RecordedFrame {
+  std::string name;
+  std::int64_t stamp_ns{0};
+  std::filesystem::path left;  ///< where it is or should be; see the flags
+  std::filesystem::path right;
+  bool left_exists{true};
+  bool right_exists{true};
+  std::filesystem::path scan;  ///< lidar sweep (float32 x, y, z, reflectance); empty: none
+  std::optional<Pose2> world_from_vehicle;
+};
+
+/// Everything known about a recording before its images are read.
+struct RecordingContents {
+  std::string kind;  ///< "KITTI odometry sequence", "KITTI raw drive", "plain folder" or "image pair"
+  std::filesystem::path root;
+  std::filesystem::path calibration_file;
+  Calibration calibration;
+  std::filesystem::path poses_file;    ///< or the oxts folder; empty: no poses
+  std::filesystem::path truth_folder;  ///< empty: no ground truth
+  std::vector<RecordedFrame> frames;
+  int sample_bits{8};                 ///< of the images; see read_grey
+  std::vector<std::string> notes;     ///< what was chosen: calibration, poses, stamps
+  std::vector<std::string> warnings;  ///< what is wrong but does not stop the recording
+};
+
+/// A recorded drive. Opened by open_recording.
+class Recording final : public FrameSource {
+ public:
+  explicit Recording(RecordingContents contents);
+
+  [[nodiscard]] const Rig& rig() const override { return contents_.calibration.rig; }
+  [[nodiscard]] std::size_t size() const override { return contents_.frames.size(); }
+  [[nodiscard]] std::string name(std::size_t index) const override { return contents_.frames.at(index).name; }
+  /// Reads, checks and (raw pairs) rectifies a frame. Throws InputError: an image is missing, damaged, of another size.
+  [[nodiscard]] StereoFrame load(std::size_t index) const override;
+
+  [[nodiscard]] const RecordingContents& contents() const { return contents_; }
+  [[nodiscard]] bool has_poses() const { return !contents_.poses_file.empty(); }
+  [[nodiscard]] bool has_scans() const;
+  [[nodiscard]] bool has_truth() const { return !contents_.truth_folder.empty(); }
+
+ private:
+  RecordingContents contents_;
+  std::optional<Rectifier> rectifier_;
+};
+
+/// Recognises the input by looking at it and reads everything but the images. Throws InputError (which file, what is
+/// wrong, what would mend it) where the recording as a whole cannot be used.
+[[nodiscard]] std::unique_ptr<Recording> open_recording(const InputArguments& arguments);
+
+/// A sentence where left and right seem to be swapped: more of the pair matches at negative disparities than at
+/// positive ones.
+[[nodiscard]] std::optional<std::string> complaint_if_swapped(const StereoFrame& frame);
+
+}  // namespace stereogrid::io

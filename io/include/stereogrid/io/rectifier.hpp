@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "stereogrid/image.hpp"
+#include "stereogrid/io/calibration.hpp"
+
+namespace stereogrid::io {
+
+/// Turns the images of a raw pair into a rectified pair of the same size: rows aligned, distortion gone.
+class Rectifier {
+ public:
+  /// Throws InputError when the pair cannot be rectified (`raw` has no baseline along x).
+  Rectifier(const RawPair& raw, int width_px, int height_px);
+  Rectifier(Rectifier&&) noexcept;
+  Rectifier& operator=(Rectifier&&) noexcept;
+  ~Rectifier();
+
+  /// Of the rectified pair; the mount is not known here and left at its defaults.
+  [[nodiscard]] const Rig& rig() const;
+
+  /// Size as given at construction. Safe to call from several threads.
+  [[nodiscard]] Image<std::uint8_t> left(const Image<std::uint8_t>& raw) const;
+  [[nodiscard]] Image<std::uint8_t> right(const Image<std::uint8_t>& raw) const;
+
+ private:
+  struct Maps;
+  std::unique_ptr<const Maps> maps_;
+};
+
+}  // namespace stereogrid::io

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "stereogrid/camera.hpp"
+#include "stereogrid/frame.hpp"
+#include "stereogrid/io/poses.hpp"
+#include "stereogrid/truth.hpp"
+
+namespace stereogrid::io {
+
+/// Reads the truth/ folder of the plain-folder layout (docs/input.md).
+class TruthReader {
+ public:
+  /// `folder`: the truth/ folder itself. Throws InputError: grid.json or objects.jsonl missing or not understood.
+  explicit TruthReader(const std::filesystem::path& folder);
+
+  [[nodiscard]] const TruthGrid& grid() const { return grid_; }
+  /// The frames that have truth, in the order of objects.jsonl.
+  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
+  [[nodiscard]] bool has(const std::string& name) const { return lines_.contains(name); }
+  /// Everything about one frame. Throws InputError: no such frame, a file missing, damaged or of the wrong size.
+  [[nodiscard]] FrameTruth frame(const std::string& name) const;
+  /// Ego motion and objects only, no images and cells.
+  [[nodiscard]] FrameTruth objects(const std::string& name) const;
+
+ private:
+  std::filesystem::path folder_;
+  TruthGrid grid_;
+  std::vector<std::string> names_;
+  std::map<std::string, std::string> lines_;  // of objects.jsonl, by frame
+};
+
+/// Writes a recording in the plain-folder layout. Call write() for each frame, then finish(): calibration.yaml,
+/// poses.csv and objects.jsonl come last, so that a folder half-written is not taken for a whole one.
+class PlainFolderWriter {
+ public:
+  /// `truth`: the cells that ground truth is given on; none: the recording has no truth. Throws InputError where the
+  /// folder already holds images, DeviceError where it cannot be written.
+  PlainFolderWriter(const std::filesystem::path& folder, const Rig& rig, std::optional<TruthGrid> truth = std::nullopt);
+
+  /// `truth` belongs to the frame; nullptr: none. Throws DeviceError.
+  void write(const StereoFrame& frame, const FrameTruth* truth = nullptr);
+
+  /// Throws DeviceError.
+  void finish();
+
+ private:
+  std::filesystem::path folder_;
+  Rig rig_;
+  std::optional<TruthGrid> truth_;
+  std::vector<NamedPose> poses_;
+  std::string objects_;
+};
+
+}  // namespace stereogrid::io

@@ -1,0 +1,102 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/io/frame_queue.hpp"
+
+#include <algorithm>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "stereogrid/error.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+struct Slot {
+  bool ready{false};
+  QueuedFrame frame;
+  std::exception_ptr failure;  ///< not the frame's fault
+};
+
+Slot load(const FrameSource& source, std::size_t index) {
+  Slot slot;
+  slot.ready = true;
+  slot.frame.index = index;
+  try {
+    slot.frame.name = source.name(index);
+    slot.frame.frame = source.load(index);
+  } catch (const InputError& error) {
+    slot.frame.error = error.what();
+  } catch (...) {
+    slot.failure = std::current_exception();
+  }
+  return slot;
+}
+
+}  // namespace
+
+struct FrameQueue::State {
+  State(const FrameSource& frame_source, std::size_t first, std::size_t end, std::size_t capacity)
+      : source{frame_source},
+        last{end},
+        slots(std::max<std::size_t>(1, capacity)),
+        to_load{first},
+        to_hand_out{first} {}
+
+  void work() {
+    std::unique_lock lock{mutex};
+    for (;;) {
+      space.wait(lock, [this] { return stop || to_load >= last || to_load < to_hand_out + slots.size(); });
+      if (stop || to_load >= last) return;
+      const std::size_t index{to_load++};
+      lock.unlock();
+      Slot slot{load(source, index)};
+      lock.lock();
+      slots[index % slots.size()] = std::move(slot);
+      filled.notify_one();
+    }
+  }
+
+  const FrameSource& source;
+  const std::size_t last;
+  std::mutex mutex;
+  std::condition_variable space;
+  std::condition_variable filled;
+  std::vector<Slot> slots;  ///< frame i waits in slot i % size
+  std::size_t to_load;
+  std::size_t to_hand_out;
+  bool stop{false};
+  std::vector<std::thread> threads;
+};
+
+FrameQueue::FrameQueue(const FrameSource& source, std::size_t first, std::size_t last, std::size_t capacity,
+                       int threads)
+    : state_{std::make_unique<State>(source, first, std::min(last, source.size()), capacity)} {
+  for (int i{0}; i < std::max(1, threads); ++i) state_->threads.emplace_back([this] { state_->work(); });
+}
+
+FrameQueue::~FrameQueue() {
+  {
+    const std::lock_guard lock{state_->mutex};
+    state_->stop = true;
+  }
+  state_->space.notify_all();
+  for (std::thread& thread : state_->threads) thread.join();
+}
+
+std::optional<QueuedFrame> FrameQueue::next() {
+  std::unique_lock lock{state_->mutex};
+  if (state_->to_hand_out >= state_->last) return std::nullopt;
+  Slot& slot{state_->slots[state_->to_hand_out % state_->slots.size()]};
+  state_->filled.wait(lock, [&slot] { return slot.ready; });
+  Slot taken{std::exchange(slot, Slot{})};
+  ++state_->to_hand_out;
+  state_->space.notify_all();
+  if (taken.failure) std::rethrow_exception(taken.failure);
+  return std::move(taken.frame);
+}
+
+}  // namespace stereogrid::io

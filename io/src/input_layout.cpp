@@ -1,0 +1,224 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "input_layout.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "kitti_text.hpp"
+#include "natural_order.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+const char* const what_input_may_be{
+    "INPUT is a folder: a KITTI odometry sequence (image_0/ image_1/ calib.txt), a KITTI raw drive (image_00/data/ "
+    "image_01/data/) or left/ right/ calibration.yaml; or two images LEFT RIGHT with --calibration FILE."};
+
+/// The first of the candidates that exists; empty: none does.
+fs::path first_existing(std::initializer_list<fs::path> candidates) {
+  for (const fs::path& candidate : candidates) {
+    if (fs::exists(candidate)) return candidate;
+  }
+  return {};
+}
+
+void need_folder(const fs::path& folder) {
+  if (!fs::is_directory(folder)) {
+    throw InputError{folder.string(), "the folder is missing.", "Both cameras' images are needed, left and right."};
+  }
+}
+
+InputLayout odometry(const fs::path& root) {
+  const bool grey{fs::is_directory(root / "image_0") || fs::is_directory(root / "image_1")};
+  InputLayout layout{InputKind::kitti_odometry,
+                     root,
+                     root / (grey ? "image_0" : "image_2"),
+                     root / (grey ? "image_1" : "image_3"),
+                     {},
+                     {},
+                     grey ? KittiPair::grey : KittiPair::colour};
+  layout.calibration = first_existing({root / "calib.txt", root / "calibration.yaml"});
+  layout.scans = first_existing({root / "velodyne"});
+  return layout;
+}
+
+InputLayout raw_drive(const fs::path& root) {
+  const bool grey{fs::is_directory(root / "image_00") || fs::is_directory(root / "image_01")};
+  const auto images{[&root](const char* camera) { return root / camera / "data"; }};
+  InputLayout layout{InputKind::kitti_raw,
+                     root,
+                     images(grey ? "image_00" : "image_02"),
+                     images(grey ? "image_01" : "image_03"),
+                     {},
+                     {},
+                     grey ? KittiPair::grey : KittiPair::colour};
+  layout.calibration =
+      first_existing({root / "calib_cam_to_cam.txt",
+                      fs::absolute(root / "").lexically_normal().parent_path().parent_path() / "calib_cam_to_cam.txt",
+                      root / "calibration.yaml"});
+  layout.scans = first_existing({root / "velodyne_points" / "data"});
+  return layout;
+}
+
+InputLayout plain_folder(const fs::path& root) {
+  InputLayout layout{InputKind::plain_folder, root, root / "left", root / "right", {}, {}, KittiPair::grey};
+  layout.calibration = first_existing({root / "calibration.yaml", root / "calibration.yml", root / "calib.txt"});
+  layout.scans = first_existing({root / "velodyne"});
+  return layout;
+}
+
+std::optional<InputLayout> recognise_folder(const fs::path& root) {
+  const auto has{[&root](const char* name) { return fs::is_directory(root / name); }};
+  if (has("image_00") || has("image_01") || has("image_02") || has("image_03")) return raw_drive(root);
+  if (has("image_0") || has("image_1") || has("image_2") || has("image_3")) return odometry(root);
+  if (has("left") || has("right")) return plain_folder(root);
+  return std::nullopt;
+}
+
+std::vector<fs::path> entries_of(const fs::path& folder) {
+  std::error_code error;
+  std::vector<fs::path> entries;
+  fs::directory_iterator entry{folder, error};
+  for (; !error && entry != fs::directory_iterator{}; entry.increment(error)) entries.push_back(entry->path());
+  if (error) {
+    throw InputError{folder.string(), "the folder cannot be read (" + error.message() + ").", "Check its permissions."};
+  }
+  std::ranges::sort(entries);
+  return entries;
+}
+
+[[noreturn]] void not_recognised(const fs::path& root) {
+  std::string inside;
+  for (const fs::path& entry : entries_of(root)) {
+    if (inside.empty() && fs::is_directory(entry) && recognise_folder(entry)) inside = entry.string();
+  }
+  throw InputError{
+      root.string(), "holds no stereo recording that is known.",
+      inside.empty() ? what_input_may_be : "There are recordings inside; name one, such as " + inside + "."};
+}
+
+/// Images by their name without extension.
+using Images = std::map<std::string, fs::path, NaturalOrder>;
+
+Images images_in(const fs::path& folder) {
+  static const std::set<std::string> extensions{".png", ".pgm", ".ppm", ".pnm", ".jpg", ".jpeg"};
+  Images images;
+  for (const fs::path& entry : entries_of(folder)) {
+    std::string extension{entry.extension().string()};
+    std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+    const std::string name{entry.stem().string()};
+    if (!extensions.contains(extension) || name.starts_with('.')) continue;
+    if (!images.emplace(name, entry).second) {
+      throw InputError{entry.string(), "there is another image of the same name in this folder.",
+                       "Keep one image for each name."};
+    }
+  }
+  return images;
+}
+
+/// frames.txt: a name per line; lines of poses*.txt and times.txt belong to them.
+std::vector<std::string> names_in(const fs::path& frames_file) {
+  const std::string text{read_file(frames_file)};
+  std::vector<std::string> names;
+  for (const std::string_view line : lines_of(text)) {
+    const auto start{line.find_first_not_of(" \t")};
+    if (start == std::string_view::npos) continue;
+    names.emplace_back(line.substr(start, line.find_last_not_of(" \t") - start + 1));
+  }
+  std::set<std::string> unique{names.begin(), names.end()};
+  if (unique.size() != names.size()) {
+    throw InputError{frames_file.string(), "names a frame twice.", "Name each frame once, in their order."};
+  }
+  return names;
+}
+
+/// Names of the frames in their order: those of frames.txt, else every image of either camera.
+std::vector<std::string> order_of(const InputLayout& layout, const Images& left, const Images& right) {
+  const auto frames_file{layout.root / "frames.txt"};
+  if (layout.kind != InputKind::kitti_raw && fs::exists(frames_file)) return names_in(frames_file);
+  std::set<std::string, NaturalOrder> names;
+  for (const auto& [name, path] : left) names.insert(name);
+  for (const auto& [name, path] : right) names.insert(name);
+  return {names.begin(), names.end()};
+}
+
+}  // namespace
+
+std::string name_of(InputKind kind) {
+  switch (kind) {
+    case InputKind::kitti_odometry:
+      return "KITTI odometry sequence";
+    case InputKind::kitti_raw:
+      return "KITTI raw drive";
+    case InputKind::plain_folder:
+      return "plain folder";
+    case InputKind::image_pair:
+      return "image pair";
+  }
+  return {};
+}
+
+InputLayout recognise(const std::vector<fs::path>& paths) {
+  if (paths.empty() || paths.size() > 2) throw InputError{"INPUT", "is missing.", what_input_may_be};
+  for (const fs::path& path : paths) {
+    if (!fs::exists(path)) throw InputError{path.string(), "there is no such file or folder.", what_input_may_be};
+  }
+  if (paths.size() == 2) {
+    return {InputKind::image_pair, paths[0].parent_path(), paths[0], paths[1], {}, {}, KittiPair::grey};
+  }
+  if (!fs::is_directory(paths[0])) {
+    throw InputError{paths[0].string(), "is one file; a pair needs two images.", what_input_may_be};
+  }
+  static_cast<void>(entries_of(paths[0]));  // complains where the folder cannot be read
+  const auto layout{recognise_folder(paths[0])};
+  if (!layout) not_recognised(paths[0]);
+  need_folder(layout->left);
+  need_folder(layout->right);
+  return *layout;
+}
+
+std::vector<RecordedFrame> find_frames(const InputLayout& layout) {
+  if (layout.kind == InputKind::image_pair) {
+    return {{layout.left.stem().string(), 0, layout.left, layout.right, true, true, {}, {}}};
+  }
+  const auto left{images_in(layout.left)};
+  const auto right{images_in(layout.right)};
+  for (const auto& [images, folder] : {std::pair{&left, layout.left}, std::pair{&right, layout.right}}) {
+    if (images->empty()) {
+      throw InputError{folder.string(), "holds no images.", "PNG, PGM or JPEG files belong there, one per frame."};
+    }
+  }
+  const std::vector<std::string> order{order_of(layout, left, right)};
+  const auto path_of{[](const auto& images, const fs::path& folder, const std::string& name) {
+    const auto found{images.find(name)};
+    return found != images.end() ? found->second : folder / (name + images.begin()->second.extension().string());
+  }};
+  std::vector<RecordedFrame> frames;
+  for (const std::string& name : order) {
+    frames.push_back({name,
+                      0,
+                      path_of(left, layout.left, name),
+                      path_of(right, layout.right, name),
+                      left.contains(name),
+                      right.contains(name),
+                      {},
+                      {}});
+    const auto scan{layout.scans / (name + ".bin")};
+    if (!layout.scans.empty() && fs::exists(scan)) frames.back().scan = scan;
+  }
+  if (std::ranges::none_of(frames, [](const RecordedFrame& f) { return f.left_exists && f.right_exists; })) {
+    throw InputError{layout.root.string(), "no left image has a right one of the same name.",
+                     fmt::format("The images of a frame have the same name in {} and {}.",
+                                 layout.left.filename().string(), layout.right.filename().string())};
+  }
+  return frames;
+}
+
+}  // namespace stereogrid::io

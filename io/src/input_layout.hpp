@@ -1,0 +1,37 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "stereogrid/io/calibration.hpp"
+#include "stereogrid/io/recording.hpp"
+
+namespace stereogrid::io {
+
+enum class InputKind { kitti_odometry, kitti_raw, plain_folder, image_pair };
+
+/// Where the parts of an input lie. Paths of parts that are not there are empty.
+struct InputLayout {
+  InputKind kind{InputKind::plain_folder};
+  std::filesystem::path root;
+  std::filesystem::path left;  ///< folder of images, or the image itself
+  std::filesystem::path right;
+  std::filesystem::path calibration;
+  std::filesystem::path scans;
+  KittiPair pair{KittiPair::grey};
+};
+
+/// "KITTI odometry sequence" and so on.
+[[nodiscard]] std::string name_of(InputKind kind);
+
+/// Recognises an input. Throws InputError: nothing there, or nothing that is known.
+[[nodiscard]] InputLayout recognise(const std::vector<std::filesystem::path>& paths);
+
+/// The frames, paired by name; a frame one of whose images is missing is marked. Throws InputError: no images, no pair.
+[[nodiscard]] std::vector<RecordedFrame> find_frames(const InputLayout& layout);
+
+}  // namespace stereogrid::io

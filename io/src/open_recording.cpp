@@ -1,0 +1,244 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <set>
+
+#include "input_layout.hpp"
+#include "stamps.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/image_file.hpp"
+#include "stereogrid/io/poses.hpp"
+#include "stereogrid/io/recording.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> names_of(const RecordingContents& contents) {
+  std::vector<std::string> names;
+  for (const RecordedFrame& frame : contents.frames) names.push_back(frame.name);
+  return names;
+}
+
+void warn_of_missing_images(RecordingContents& contents) {
+  constexpr std::size_t most{5};
+  std::size_t count{0};
+  for (const RecordedFrame& frame : contents.frames) {
+    if (frame.left_exists && frame.right_exists) continue;
+    const bool left{!frame.left_exists};
+    if (++count <= most) {
+      contents.warnings.push_back(fmt::format("frame {}: the {} image is missing ({})", frame.name,
+                                              left ? "left" : "right", (left ? frame.left : frame.right).string()));
+    }
+  }
+  if (count > most) {
+    contents.warnings.push_back(fmt::format("{} more frames have only one image of the pair", count - most));
+  }
+}
+
+struct Size {
+  int width_px{0};
+  int height_px{0};
+};
+
+/// The first left image that can be read says how large and how deep the images of the recording are.
+Size look_at_images(RecordingContents& contents) {
+  std::string first_problem;
+  for (const RecordedFrame& frame : contents.frames) {
+    if (!frame.left_exists) continue;
+    try {
+      const auto image{read_grey(frame.left)};
+      contents.sample_bits = sample_bits(frame.left);
+      if (contents.sample_bits > 8) {
+        contents.notes.push_back(fmt::format("images: 16-bit files, of which {} bits are used (as in {})",
+                                             contents.sample_bits, frame.left.filename().string()));
+      }
+      return {image.width(), image.height()};
+    } catch (const InputError& error) {
+      if (first_problem.empty()) first_problem = error.what();
+    }
+  }
+  throw InputError{contents.root.string(), "none of the left images can be read.", first_problem};
+}
+
+void find_calibration(RecordingContents& contents, const InputLayout& layout, const InputArguments& arguments,
+                      Size size) {
+  contents.calibration_file = arguments.calibration.value_or(layout.calibration);
+  if (contents.calibration_file.empty()) {
+    throw InputError{contents.root.empty() ? layout.left.string() : contents.root.string(), "there is no calibration.",
+                     "Put a calibration.yaml there, or name a file with --calibration."};
+  }
+  contents.calibration = read_calibration(contents.calibration_file, size.width_px, size.height_px, layout.pair);
+  contents.notes.push_back(fmt::format("calibration: {} ({}{})", contents.calibration_file.string(),
+                                       contents.calibration.kind,
+                                       contents.calibration.raw ? ", raw pair: rectified on loading" : ""));
+  if (contents.calibration.kind != "calibration.yaml") {
+    contents.notes.push_back("mounting: not in the calibration; camera height 1.65 m and pitch 0 assumed");
+  }
+}
+
+/// Stamps by name. False: the frames are not all named in the file.
+bool take_stamps(RecordingContents& contents, const std::vector<NamedPose>& rows) {
+  std::map<std::string, std::int64_t> stamps;
+  for (const NamedPose& row : rows) stamps[row.name] = row.stamp_ns;
+  for (RecordedFrame& frame : contents.frames) {
+    const auto found{stamps.find(frame.name)};
+    if (found == stamps.end()) return false;
+    frame.stamp_ns = found->second;
+  }
+  return true;
+}
+
+void take_stamps(RecordingContents& contents, const std::vector<std::int64_t>& stamps) {
+  for (std::size_t i{0}; i < stamps.size(); ++i) contents.frames[i].stamp_ns = stamps[i];
+}
+
+/// Line i of timestamps.txt belongs to the image of number i: single images of a drive may have been left out.
+bool take_numbered_stamps(RecordingContents& contents, const std::vector<std::int64_t>& stamps) {
+  for (RecordedFrame& frame : contents.frames) {
+    std::size_t number{0};
+    const auto [end, error]{std::from_chars(frame.name.data(), frame.name.data() + frame.name.size(), number)};
+    if (error != std::errc{} || *end != '\0' || number >= stamps.size()) return false;
+    frame.stamp_ns = stamps[number];
+  }
+  return true;
+}
+
+fs::path stamps_file(const InputLayout& layout, const std::string& poses) {
+  std::vector<fs::path> candidates{layout.root / "times.txt", layout.root / "poses.csv"};
+  if (layout.kind == InputKind::plain_folder) std::ranges::reverse(candidates);
+  if (layout.kind == InputKind::kitti_raw) candidates = {layout.left.parent_path() / "timestamps.txt"};
+  if (layout.kind == InputKind::image_pair) candidates.clear();
+  if (fs::path{poses}.extension() == ".csv") candidates.emplace_back(poses);
+  const auto found{std::ranges::find_if(candidates, [](const fs::path& path) { return fs::exists(path); })};
+  return found == candidates.end() ? fs::path{} : *found;
+}
+
+void find_stamps(RecordingContents& contents, const InputLayout& layout, const std::string& poses) {
+  const fs::path file{stamps_file(layout, poses)};
+  bool known{!file.empty()};
+  if (file.filename() == "times.txt") {
+    take_stamps(contents, read_times(file, contents.frames.size()));
+  } else if (file.filename() == "timestamps.txt") {
+    known = take_numbered_stamps(contents, read_timestamps(file));
+  } else if (known) {
+    known = take_stamps(contents, read_poses_csv(file));
+  }
+  if (!known) {
+    for (std::size_t i{0}; i < contents.frames.size(); ++i) {
+      contents.frames[i].stamp_ns = static_cast<std::int64_t>(i) * 100'000'000;
+    }
+    if (contents.frames.size() > 1) contents.notes.push_back("stamps: none, 10 frames a second assumed");
+    return;
+  }
+  contents.notes.push_back("stamps: " + file.string());
+  for (std::size_t i{1}; i < contents.frames.size(); ++i) {
+    if (contents.frames[i].stamp_ns > contents.frames[i - 1].stamp_ns) continue;
+    throw InputError{
+        file.string(),
+        fmt::format("frame {} is not later than frame {}.", contents.frames[i].name, contents.frames[i - 1].name),
+        "Frames are taken in the order of their names; their stamps have to grow."};
+  }
+}
+
+void take_named_poses(RecordingContents& contents, const fs::path& file) {
+  const std::vector<NamedPose> rows{read_poses_csv(file)};
+  std::map<std::string, Pose2> poses;
+  for (const NamedPose& row : rows) poses[row.name] = row.world_from_vehicle;
+  for (RecordedFrame& frame : contents.frames) {
+    const auto found{poses.find(frame.name)};
+    if (found == poses.end()) {
+      throw InputError{file.string(),
+                       fmt::format("has {} poses, but there are {} frames: frame {} has none.", rows.size(),
+                                   contents.frames.size(), frame.name),
+                       "Add a line for it, or run with --poses none."};
+    }
+    frame.world_from_vehicle = found->second;
+  }
+  if (rows.size() > contents.frames.size()) {
+    contents.warnings.push_back(fmt::format("{}: {} poses, but there are {} frames: the others are not used",
+                                            file.string(), rows.size(), contents.frames.size()));
+  }
+}
+
+void take_poses(RecordingContents& contents, const std::vector<Pose2>& poses) {
+  for (std::size_t i{0}; i < poses.size(); ++i) contents.frames[i].world_from_vehicle = poses[i];
+}
+
+/// The file or oxts folder of poses; empty: none. Notes what was passed over.
+fs::path choose_poses(RecordingContents& contents, const InputLayout& layout, const std::string& wanted) {
+  if (wanted == "none" || (wanted.empty() && layout.kind == InputKind::image_pair)) return {};
+  if (!wanted.empty()) return wanted;
+  if (const auto choice{find_poses(layout.root)}) {
+    std::string others;
+    for (const fs::path& other : choice->others) others += fmt::format(" {}", other.filename().string());
+    if (!others.empty()) contents.notes.push_back(fmt::format("poses: not taken:{} (--poses FILE takes them)", others));
+    return choice->file;
+  }
+  if (fs::is_directory(layout.root / "oxts" / "data")) return layout.root / "oxts" / "data";
+  // as KITTI's odometry benchmark is unpacked: sequences/04 and poses/04.txt
+  const fs::path root{fs::absolute(layout.root / "").lexically_normal().parent_path()};
+  const fs::path benchmark{root.parent_path().parent_path() / "poses" / (root.filename().string() + ".txt")};
+  const bool there{layout.kind == InputKind::kitti_odometry && fs::is_regular_file(benchmark)};
+  return there ? benchmark : fs::path{};
+}
+
+void find_poses_of(RecordingContents& contents, const InputLayout& layout, const std::string& wanted) {
+  const fs::path file{choose_poses(contents, layout, wanted)};
+  contents.poses_file = file;
+  if (file.empty()) {
+    contents.notes.push_back("poses: none, the camera is taken to stand still");
+    return;
+  }
+  if (fs::is_directory(file)) {
+    const auto names{names_of(contents)};
+    const fs::path& calibration{layout.calibration.empty() ? contents.calibration_file : layout.calibration};
+    const OxtsPoses poses{read_oxts(file, names, calibration.parent_path())};
+    take_poses(contents, poses.world_from_vehicle);
+    contents.notes.push_back(fmt::format("poses: {} (GPS/IMU{})", file.string(),
+                                         poses.of_camera ? ", moved to the left camera"
+                                                         : "; of the IMU, since calib_imu_to_velo.txt, "
+                                                           "calib_velo_to_cam.txt or calib_cam_to_cam.txt is missing"));
+    return;
+  }
+  if (file.extension() == ".csv") {
+    take_named_poses(contents, file);
+  } else {
+    take_poses(contents, read_kitti_poses(file, contents.frames.size()));
+  }
+  contents.notes.push_back("poses: " + file.string());
+}
+
+RecordingContents look_at(const InputArguments& arguments) {
+  const InputLayout layout{recognise(arguments.paths)};
+  RecordingContents contents;
+  contents.kind = name_of(layout.kind);
+  contents.root = layout.root;
+  contents.frames = find_frames(layout);
+  warn_of_missing_images(contents);
+  const Size size{look_at_images(contents)};
+  find_calibration(contents, layout, arguments, size);
+  find_poses_of(contents, layout, arguments.poses);
+  find_stamps(contents, layout, arguments.poses);
+  if (fs::is_directory(layout.root / "truth") && layout.kind == InputKind::plain_folder) {
+    contents.truth_folder = layout.root / "truth";
+  }
+  return contents;
+}
+
+}  // namespace
+
+std::unique_ptr<Recording> open_recording(const InputArguments& arguments) {
+  try {
+    return std::make_unique<Recording>(look_at(arguments));
+  } catch (const fs::filesystem_error& error) {  // a folder on the way that may not be entered
+    throw InputError{error.path1().string(), "cannot be read (" + error.code().message() + ").",
+                     "Check its permissions and those of the folders above it."};
+  }
+}
+
+}  // namespace stereogrid::io

@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "stereogrid/camera.hpp"
+#include "world.hpp"
+
+namespace stereogrid::scenes {
+
+/// A pinhole camera in the world frame.
+struct Camera {
+  int width_px{0};
+  int height_px{0};
+  double focal_px{0};
+  double centre_u_px{0};
+  double centre_v_px{0};
+  Vector3 position;
+  Vector3 right;
+  Vector3 down;
+  Vector3 forward;
+
+  /// The direction of a pixel, as long as its depth is 1: position + depth · ray.
+  [[nodiscard]] Vector3 ray(double u, double v) const {
+    return forward + ((u - centre_u_px) / focal_px) * right + ((v - centre_v_px) / focal_px) * down;
+  }
+};
+
+/// The rig's cameras on a vehicle at that pose.
+[[nodiscard]] Camera left_camera(const Rig& rig, const Pose2& world_from_vehicle);
+[[nodiscard]] Camera right_camera(const Rig& rig, const Pose2& world_from_vehicle);
+
+/// Where a point appears. Depth ≤ 0: behind the camera, u and v mean nothing.
+struct Projection {
+  double u{0};
+  double v{0};
+  double depth{0};
+};
+[[nodiscard]] Projection project(const Camera& camera, Vector3 point);
+/// Inside the image, which reaches half a pixel beyond the outermost pixel centres.
+[[nodiscard]] bool inside(const Camera& camera, const Projection& at);
+
+/// What a ray meets first.
+struct Hit {
+  static constexpr int sky{-2};
+  static constexpr int road{-1};
+
+  int part{sky};    ///< index into the placed parts, or road, or sky
+  double depth{0};  ///< along the camera's axis
+  Vector3 normal;   ///< in the part's own frame
+};
+
+/// Casts rays from one camera. Knows for every tile of the image which parts can appear in it.
+class Caster {
+ public:
+  Caster(const Camera& camera, const std::vector<PlacedPart>& parts);
+
+  /// What is seen at a place in the image, between pixels too.
+  [[nodiscard]] Hit trace(double u, double v) const;
+  /// Whether the sun is hidden from a point on the ground (or not far above it) that is seen there.
+  [[nodiscard]] bool in_shadow(double u, double v, Vector3 point) const;
+
+  [[nodiscard]] const Camera& camera() const { return camera_; }
+  [[nodiscard]] const std::vector<PlacedPart>& parts() const { return parts_; }
+
+ private:
+  struct Candidate {
+    double nearest_m{0};
+    int part{0};
+  };
+  using Tiles = std::vector<std::vector<Candidate>>;
+
+  [[nodiscard]] std::size_t tile_of(double u, double v) const;
+  void enlist(Tiles& tiles, int part, const std::vector<Vector3>& hull) const;
+
+  Camera camera_;
+  const std::vector<PlacedPart>& parts_;
+  int tiles_across_;
+  int tiles_down_;
+  std::vector<Vector3> origins_;  ///< the camera in each part's frame
+  Tiles visible_;                 ///< sorted by distance
+  Tiles shadowing_;
+};
+
+/// A vector of the world in a part's own frame.
+[[nodiscard]] inline Vector3 turned_into(const PlacedPart& part, Vector3 v) {
+  return {part.heading.cosine * v.x + part.heading.sine * v.y, -part.heading.sine * v.x + part.heading.cosine * v.y,
+          v.z};
+}
+
+/// Direction to the sun, unit length, world frame.
+constexpr Vector3 to_sun{-0.36, 0.48, 0.8};
+
+}  // namespace stereogrid::scenes

@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "stereogrid/frame.hpp"
+#include "stereogrid/truth.hpp"
+
+namespace stereogrid::scenes {
+
+/// Which scene, seen by which camera. 0 where marked: take the default.
+///
+/// Default camera: images narrower than 1000 px have f = 410 px · width/512, 0.22 m baseline and 1.25 m height; wider
+/// ones are like KITTI's: f = 721.5 px · width/1242, 0.54 m, 1.65 m. The centre is (width/2, height/2).
+struct SceneOptions {
+  std::string name;
+  int frames{0};  ///< 0: as many as the scene was made for
+  std::uint64_t seed{1};
+  int width_px{512};
+  int height_px{320};
+  double focal_px{0};         ///< 0: default camera
+  double baseline_m{0};       ///< 0: default camera
+  double camera_height_m{0};  ///< 0: default camera
+  double camera_pitch_rad{0};
+  double rate_hz{10};
+  double noise_grey{2.5};  ///< standard deviation of the sensor noise, each camera and frame its own
+  double gain{1.05};       ///< brightness of the right camera relative to the left one
+};
+
+/// The built-in scenes, in alphabetical order.
+[[nodiscard]] std::vector<std::string> scene_names();
+
+/// Reads "scene:street?frames=60&seed=3&width=1242&height=375", with or without "scene:". Keys: frames, seed, width,
+/// height, focal (px), baseline (m), camera_height (m), pitch_deg, rate (Hz), noise (grey levels), gain.
+/// Throws InputError, with the known scenes or keys and their ranges.
+[[nodiscard]] SceneOptions parse_scene(std::string_view text);
+
+/// A ray-cast street scene with exact truth. World frame: the vehicle frame of the start. The same options give the
+/// same images on every machine and any number of threads.
+class Scene : public FrameSource {
+ public:
+  /// `threads` 0: all cores. Throws InputError for an unknown scene or values out of range.
+  explicit Scene(SceneOptions options, int threads = 0);
+  ~Scene() override;
+
+  [[nodiscard]] const Rig& rig() const override;
+  [[nodiscard]] std::size_t size() const override;
+  [[nodiscard]] std::string name(std::size_t index) const override;
+  /// Renders both images. Throws InputError beyond the last frame.
+  [[nodiscard]] StereoFrame load(std::size_t index) const override;
+
+  /// With every default filled in.
+  [[nodiscard]] const SceneOptions& options() const;
+  [[nodiscard]] FrameTruth truth(std::size_t index) const;
+  [[nodiscard]] TruthGrid truth_grid() const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace stereogrid::scenes

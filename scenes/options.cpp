@@ -1,0 +1,161 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+
+#include "angle.hpp"
+#include "layouts/layouts.hpp"
+#include "options.hpp"
+#include "stereogrid/error.hpp"
+
+namespace stereogrid::scenes {
+namespace {
+
+/// One key of the text form: how it is written, its range, and where it goes.
+struct Key {
+  std::string_view name;
+  double minimum;
+  double maximum;
+  double (*get)(const SceneOptions&);
+  void (*set)(SceneOptions&, double);
+};
+
+constexpr double degree{pi / 180};
+
+// The seed is apart: a double cannot hold all of its values.
+constexpr Key keys[]{
+    {"frames", 1, 1e6, [](const SceneOptions& o) { return double(o.frames); },
+     [](SceneOptions& o, double x) { o.frames = static_cast<int>(x); }},
+    {"width", 16, 8192, [](const SceneOptions& o) { return double(o.width_px); },
+     [](SceneOptions& o, double x) { o.width_px = static_cast<int>(x); }},
+    {"height", 16, 8192, [](const SceneOptions& o) { return double(o.height_px); },
+     [](SceneOptions& o, double x) { o.height_px = static_cast<int>(x); }},
+    {"focal", 1, 1e5, [](const SceneOptions& o) { return o.focal_px; },
+     [](SceneOptions& o, double x) { o.focal_px = x; }},
+    {"baseline", 0.01, 5, [](const SceneOptions& o) { return o.baseline_m; },
+     [](SceneOptions& o, double x) { o.baseline_m = x; }},
+    {"camera_height", 0.2, 20, [](const SceneOptions& o) { return o.camera_height_m; },
+     [](SceneOptions& o, double x) { o.camera_height_m = x; }},
+    {"pitch_deg", -20, 20, [](const SceneOptions& o) { return o.camera_pitch_rad / degree; },
+     [](SceneOptions& o, double x) { o.camera_pitch_rad = x * degree; }},
+    {"rate", 0.1, 1000, [](const SceneOptions& o) { return o.rate_hz; },
+     [](SceneOptions& o, double x) { o.rate_hz = x; }},
+    {"noise", 0, 60, [](const SceneOptions& o) { return o.noise_grey; },
+     [](SceneOptions& o, double x) { o.noise_grey = x; }},
+    {"gain", 0.2, 5, [](const SceneOptions& o) { return o.gain; }, [](SceneOptions& o, double x) { o.gain = x; }}};
+
+bool is_whole(const Key& key) {
+  return key.name == "frames" || key.name == "width" || key.name == "height";
+}
+
+std::string plain(double number) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", number);
+  return text;
+}
+
+std::string range_of(const Key& key) {
+  return std::string{key.name} + " is a " + (is_whole(key) ? "whole number" : "number") + " from " +
+         plain(key.minimum) + " to " + plain(key.maximum) + ".";
+}
+
+std::string known_keys() {
+  std::string text{"Known keys: seed"};
+  for (const Key& key : keys) text += ", " + std::string{key.name};
+  return text + ".";
+}
+
+std::string known_scenes() {
+  std::string text{"Known scenes:"};
+  for (const Layout& layout : layouts()) text += " " + std::string{layout.name};
+  return text + ".";
+}
+
+bool fits(const Key& key, double value) {
+  constexpr double slack{1e-9};  // degrees have been to radians and back
+  return value >= key.minimum - slack && value <= key.maximum + slack && (!is_whole(key) || value == std::floor(value));
+}
+
+template <class Number>
+bool read(std::string_view text, Number& number) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc{} && end == text.data() + text.size();
+}
+
+void set(SceneOptions& options, const std::string& scene, std::string_view name, std::string_view value) {
+  const std::string given{std::string{name} + "=" + std::string{value}};
+  if (name == "seed") {
+    if (read(value, options.seed)) return;
+    throw InputError{scene, "cannot use " + given + ".", "seed is a whole number from 0 to 18446744073709551615."};
+  }
+  for (const Key& key : keys) {
+    if (key.name != name) continue;
+    double number{0};
+    if (!read(value, number) || !fits(key, number)) throw InputError{scene, "cannot use " + given + ".", range_of(key)};
+    key.set(options, number);
+    return;
+  }
+  throw InputError{scene, "there is no key \"" + std::string{name} + "\".", known_keys()};
+}
+
+const Layout& find_layout(const std::string& name) {
+  for (const Layout& layout : layouts()) {
+    if (layout.name == name) return layout;
+  }
+  throw InputError{"scene:" + name, "there is no such scene.", known_scenes()};
+}
+
+}  // namespace
+
+std::vector<std::string> scene_names() {
+  std::vector<std::string> names;
+  for (const Layout& layout : layouts()) names.emplace_back(layout.name);
+  return names;
+}
+
+SceneOptions parse_scene(std::string_view text) {
+  constexpr std::string_view prefix{"scene:"};
+  if (text.starts_with(prefix)) text.remove_prefix(prefix.size());
+  const std::size_t question{std::min(text.find('?'), text.size())};
+  SceneOptions options;
+  options.name = text.substr(0, question);
+  static_cast<void>(find_layout(options.name));
+  text.remove_prefix(std::min(question + 1, text.size()));
+  const std::string scene{"scene:" + options.name};
+  while (!text.empty()) {
+    const std::string_view setting{text.substr(0, text.find('&'))};
+    const std::size_t equals{setting.find('=')};
+    if (equals == std::string_view::npos) {
+      throw InputError{scene, "cannot read \"" + std::string{setting} + "\".",
+                       "Write settings as key=value, with & between them. " + known_keys()};
+    }
+    set(options, scene, setting.substr(0, equals), setting.substr(equals + 1));
+    text.remove_prefix(std::min(setting.size() + 1, text.size()));
+  }
+  return options;
+}
+
+SceneOptions completed(SceneOptions options) {
+  const Layout& layout{find_layout(options.name)};
+  const bool wide{options.width_px >= 1000};
+  if (options.frames == 0) options.frames = layout.frames;
+  if (options.focal_px == 0) options.focal_px = wide ? 721.5 * options.width_px / 1242 : 410.0 * options.width_px / 512;
+  if (options.baseline_m == 0) options.baseline_m = wide ? 0.54 : 0.22;
+  if (options.camera_height_m == 0) options.camera_height_m = wide ? 1.65 : 1.25;
+  for (const Key& key : keys) {
+    const double value{key.get(options)};
+    if (!fits(key, value)) {
+      throw InputError{"scene:" + options.name, "cannot use " + std::string{key.name} + "=" + plain(value) + ".",
+                       range_of(key)};
+    }
+  }
+  return options;
+}
+
+World build_world(const SceneOptions& options) {
+  return find_layout(options.name).build(options.seed, options.frames / options.rate_hz);
+}
+
+}  // namespace stereogrid::scenes

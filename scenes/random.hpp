@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+namespace stereogrid::scenes {
+
+/// Spreads every bit of the input over all bits of the output (lowbias32).
+[[nodiscard]] inline std::uint32_t scramble(std::uint32_t bits) {
+  bits ^= bits >> 16;
+  bits *= 0x7feb352dU;
+  bits ^= bits >> 15;
+  bits *= 0x846ca68bU;
+  return bits ^ (bits >> 16);
+}
+
+/// The same for 64 bits (the finaliser of SplitMix64).
+[[nodiscard]] inline std::uint64_t scramble(std::uint64_t bits) {
+  bits += 0x9e3779b97f4a7c15U;
+  bits = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9U;
+  bits = (bits ^ (bits >> 27)) * 0x94d049bb133111ebU;
+  return bits ^ (bits >> 31);
+}
+
+/// Random numbers for layouts. The standard library's distributions differ from one implementation to the next.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_{scramble(seed)} {}
+
+  [[nodiscard]] double between(double low, double high) {
+    state_ = scramble(state_);
+    return low + (high - low) * static_cast<double>(state_ >> 11) * 0x1p-53;
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+/// Standard normal noise, the sum of four uniform numbers cut from 64 well-spread bits.
+[[nodiscard]] inline double gaussian(std::uint64_t bits) {
+  constexpr double mean{2 * 65535.0};
+  constexpr double sigma{37837.0};  // 65536 · sqrt(4/12)
+  const std::uint64_t sum{(bits & 0xffff) + ((bits >> 16) & 0xffff) + ((bits >> 32) & 0xffff) + (bits >> 48)};
+  return (static_cast<double>(sum) - mean) / sigma;
+}
+
+}  // namespace stereogrid::scenes

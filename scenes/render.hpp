@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "caster.hpp"
+#include "stereogrid/image.hpp"
+#include "world.hpp"
+
+namespace stereogrid::scenes {
+
+/// What the sensor adds to the light.
+struct Sensor {
+  double gain{1};
+  double noise_grey{0};
+  std::uint64_t seed{0};
+};
+
+/// The picture that the caster's camera takes. Runs on the threads of the current TBB arena.
+[[nodiscard]] Image<std::uint8_t> render(const World& world, const Caster& caster, const Sensor& sensor);
+
+}  // namespace stereogrid::scenes

@@ -1,0 +1,132 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/scenes/scene.hpp"
+
+#include <tbb/task_arena.h>
+
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "options.hpp"
+#include "random.hpp"
+#include "render.hpp"
+#include "stereogrid/error.hpp"
+#include "truth.hpp"
+
+namespace stereogrid::scenes {
+namespace {
+
+Rig rig_of(const SceneOptions& options) {
+  Rig rig;
+  rig.width_px = options.width_px;
+  rig.height_px = options.height_px;
+  rig.focal_px = options.focal_px;
+  rig.centre_u_px = options.width_px / 2.0;
+  rig.centre_v_px = options.height_px / 2.0;
+  rig.baseline_m = options.baseline_m;
+  rig.camera_height_m = options.camera_height_m;
+  rig.camera_pitch_rad = options.camera_pitch_rad;
+  return rig;
+}
+
+/// Everything that both cameras see at one instant.
+struct Instant {
+  Instant(const World& world, const Rig& rig, double time)
+      : time_s{time},
+        world_from_vehicle{world.ego.pose_at(time)},
+        parts{world.at(time)},
+        left{left_camera(rig, world_from_vehicle), parts},
+        right{right_camera(rig, world_from_vehicle), parts} {}
+  Instant(const Instant&) = delete;  // the casters refer to parts
+  Instant& operator=(const Instant&) = delete;
+
+  double time_s;
+  Pose2 world_from_vehicle;
+  std::vector<PlacedPart> parts;
+  Caster left;
+  Caster right;
+};
+
+}  // namespace
+
+struct Scene::Implementation {
+  Implementation(SceneOptions given, int threads)
+      : options{completed(std::move(given))},
+        rig{rig_of(options)},
+        world{build_world(options)},
+        arena{threads > 0 ? threads : tbb::task_arena::automatic} {}
+
+  [[nodiscard]] Instant at(std::size_t index) const {
+    if (index >= static_cast<std::size_t>(options.frames)) {
+      throw InputError{"scene:" + options.name, "there is no frame " + std::to_string(index) + ".",
+                       "It has " + std::to_string(options.frames) + "; ask for more with frames=N."};
+    }
+    return {world, rig, static_cast<double>(index) / options.rate_hz};
+  }
+
+  [[nodiscard]] Sensor sensor(std::size_t index, bool right) const {
+    const std::uint64_t exposure{scramble(options.seed ^ scramble(2 * index + (right ? 1 : 0)))};
+    return {right ? options.gain : 1.0, options.noise_grey, exposure};
+  }
+
+  SceneOptions options;
+  Rig rig;
+  World world;
+  mutable tbb::task_arena arena;
+};
+
+Scene::Scene(SceneOptions options, int threads)
+    : implementation_{std::make_unique<Implementation>(std::move(options), threads)} {}
+
+Scene::~Scene() = default;
+
+const Rig& Scene::rig() const {
+  return implementation_->rig;
+}
+
+std::size_t Scene::size() const {
+  return static_cast<std::size_t>(implementation_->options.frames);
+}
+
+std::string Scene::name(std::size_t index) const {
+  char text[24];
+  std::snprintf(text, sizeof text, "%06zu", index);
+  return text;
+}
+
+const SceneOptions& Scene::options() const {
+  return implementation_->options;
+}
+
+StereoFrame Scene::load(std::size_t index) const {
+  const Instant now{implementation_->at(index)};
+  StereoFrame frame;
+  frame.name = name(index);
+  frame.index = static_cast<std::int64_t>(index);
+  frame.stamp_ns = std::llround(now.time_s * 1e9);
+  frame.world_from_vehicle = now.world_from_vehicle;
+  implementation_->arena.execute([&] {
+    frame.left = render(implementation_->world, now.left, implementation_->sensor(index, false));
+    frame.right = render(implementation_->world, now.right, implementation_->sensor(index, true));
+  });
+  return frame;
+}
+
+FrameTruth Scene::truth(std::size_t index) const {
+  const Instant now{implementation_->at(index)};
+  const Moment moment{implementation_->world, implementation_->rig, now.parts, now.left, now.right, now.time_s};
+  FrameTruth truth;
+  implementation_->arena.execute([&] { truth = truth_of(moment, truth_grid()); });
+  truth.name = name(index);
+  truth.stamp_ns = std::llround(now.time_s * 1e9);
+  return truth;
+}
+
+TruthGrid Scene::truth_grid() const {
+  TruthGrid grid;
+  grid.geometry = {0, -10, 0.2, 100, 100};
+  return grid;
+}
+
+}  // namespace stereogrid::scenes

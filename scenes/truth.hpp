@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "caster.hpp"
+#include "stereogrid/truth.hpp"
+#include "world.hpp"
+
+namespace stereogrid::scenes {
+
+/// One instant of a world as the rig sees it. Everything referred to must outlive it.
+struct Moment {
+  const World& world;
+  const Rig& rig;
+  const std::vector<PlacedPart>& parts;
+  const Caster& left;
+  const Caster& right;
+  double time_s{0};
+};
+
+/// Exact knowledge about a moment, all but name and stamp. Runs on the threads of the current TBB arena.
+[[nodiscard]] FrameTruth truth_of(const Moment& moment, const TruthGrid& grid);
+
+/// The part of it that is measured on the grid. Expects ego, objects, label and instance to be known.
+void fill_cells(const Moment& moment, const TruthGrid& grid, FrameTruth& truth);
+
+/// A point is in view when nothing lies more than this before it.
+constexpr double view_tolerance_m{1e-3};
+[[nodiscard]] bool in_view(const Caster& caster, Vector3 point);
+
+}  // namespace stereogrid::scenes

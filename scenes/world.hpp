@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "angle.hpp"
+#include "materials.hpp"
+#include "shapes.hpp"
+#include "stereogrid/frame.hpp"
+#include "stereogrid/truth.hpp"
+
+namespace stereogrid::scenes {
+
+/// A convex piece of a body, in the body's frame (x forward, z up from the ground).
+struct Part {
+  Solid solid;
+  Vector3 centre;
+  double yaw_rad{0};
+  Material material;
+};
+
+/// Constant speed along an arc between two instants, at rest before and after. Curvature 0: straight.
+struct Motion {
+  Pose2 start;
+  double speed_mps{0};
+  double curvature_per_m{0};  ///< positive: to the left
+  double begin_s{0};
+  double end_s{1e9};
+
+  [[nodiscard]] Pose2 pose_at(double time_s) const;
+  /// Speed at that instant; the heading of pose_at is its direction.
+  [[nodiscard]] double speed_at(double time_s) const;
+};
+
+/// The pose `distance_m` along an arc and `left_m` to the left of it.
+[[nodiscard]] Pose2 along_arc(const Pose2& start, double curvature_per_m, double distance_m, double left_m = 0);
+
+/// A rigid thing.
+struct Body {
+  std::string kind;
+  TruthLabel label{TruthLabel::obstacle};
+  Motion motion;
+  std::vector<Part> parts;
+  std::uint16_t id{0};  ///< given by World::add; 0 for low things, which have no identity
+};
+
+/// A part where it stands at one instant, in the world frame.
+struct PlacedPart {
+  const Part* part{nullptr};
+  const Body* body{nullptr};
+  int body_index{0};
+  Vector3 centre;
+  Direction heading;
+  std::uint32_t texture_seed{0};
+};
+
+/// Everything there is: a flat road, bodies, the ego vehicle's motion.
+struct World {
+  std::uint64_t seed{1};
+  Road road;
+  Motion ego;
+  std::vector<Body> bodies;
+
+  /// Puts a body on a surface of that height (0: the road).
+  void add(Body body, double surface_height_m = 0);
+  /// The parts at one instant. They point into this world.
+  [[nodiscard]] std::vector<PlacedPart> at(double time_s) const;
+
+ private:
+  std::uint16_t last_id_{0};
+};
+
+}  // namespace stereogrid::scenes

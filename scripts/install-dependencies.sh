@@ -1,0 +1,38 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# Installs the Debian / Ubuntu packages that stereogrid is built, tested and run with.
+# Does nothing where they are all there. Uses sudo where the caller is not root.
+set -euo pipefail
+
+packages=(
+  g++ cmake ninja-build ccache pkg-config git        # build
+  libopencv-dev libyaml-cpp-dev nlohmann-json3-dev   # images and calibration, YAML in, JSON out
+  libcli11-dev libspdlog-dev libfmt-dev              # command line, log
+  libtbb-dev libhwy-dev libzip-dev zlib1g-dev        # threads, SIMD, .npz
+  libgtest-dev libgmock-dev libbenchmark-dev         # tests, benchmarks
+  ffmpeg                                             # --video
+  python3 python3-numpy                              # tests that read our files as users do
+)
+[ "${1:-}" = "--ci" ] && packages+=(clang-format clang-tidy)
+
+missing=()
+for package in "${packages[@]}"; do
+  status=$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)
+  [ "$status" = installed ] || missing+=("$package")
+done
+[ ${#missing[@]} -gt 0 ] || exit 0
+
+if ! command -v apt-get >/dev/null; then
+  echo "These packages are missing and apt-get is not here to install them: ${missing[*]}" >&2
+  exit 1
+fi
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+  command -v sudo >/dev/null || { echo "Run as root, or install sudo: packages are missing: ${missing[*]}" >&2; exit 1; }
+  as_root=(sudo)
+fi
+echo "Installing: ${missing[*]}"
+"${as_root[@]}" apt-get update -qq
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null

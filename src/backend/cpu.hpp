@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+namespace stereogrid {
+
+/// Threads of the CPU back end, in an arena of its own so that other users of oneTBB in the process are left alone.
+class Cpu {
+ public:
+  explicit Cpu(int threads) : arena_{threads > 0 ? threads : tbb::task_arena::automatic} {}
+
+  [[nodiscard]] int threads() { return arena_.max_concurrency(); }
+
+  /// Calls work(begin, end) on disjoint parts of [0, count) of at least `grain` elements. Results must not depend on
+  /// how it is cut.
+  template <class Work>
+  void for_ranges(int count, int grain, const Work& work) {
+    arena_.execute([&] {
+      tbb::parallel_for(tbb::blocked_range<int>{0, count, static_cast<std::size_t>(grain)},
+                        [&](const tbb::blocked_range<int>& part) { work(part.begin(), part.end()); });
+    });
+  }
+
+  /// Calls work(part, begin, end) with [0, count) cut into `parts` equal pieces.
+  template <class Work>
+  void for_parts(int count, int parts, const Work& work) {
+    arena_.execute([&] {
+      tbb::parallel_for(0, parts, [&](int part) {
+        work(part, static_cast<int>(static_cast<long>(count) * part / parts),
+             static_cast<int>(static_cast<long>(count) * (part + 1) / parts));
+      });
+    });
+  }
+
+ private:
+  tbb::task_arena arena_;
+};
+
+}  // namespace stereogrid

@@ -1,0 +1,181 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/config.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+#include <string>
+#include <type_traits>
+
+#include "stereogrid/error.hpp"
+
+namespace stereogrid {
+namespace {
+
+template <class T>
+constexpr bool is_choice = std::is_enum_v<T>;
+
+std::string key_of(std::string_view group, const Parameter& parameter) {
+  return std::string{group} + "." + std::string{parameter.name};
+}
+
+std::string text_of(double number) {
+  std::array<char, 32> buffer{};
+  const auto end{std::to_chars(buffer.data(), buffer.data() + buffer.size(), number).ptr};
+  return {buffer.data(), end};
+}
+
+template <class T>
+std::string text_of_value(const T& value) {
+  if constexpr (std::is_same_v<T, bool>) {
+    return value ? "true" : "false";
+  } else if constexpr (is_choice<T>) {
+    return std::string{names_of(T{})[static_cast<std::size_t>(value)]};
+  } else {
+    return text_of(static_cast<double>(value));
+  }
+}
+
+void parse(bool& value, std::string_view text, const std::string& key) {
+  if (text == "true" || text == "on" || text == "yes" || text == "1") {
+    value = true;
+  } else if (text == "false" || text == "off" || text == "no" || text == "0") {
+    value = false;
+  } else {
+    throw ConfigError{key + " is true or false, not '" + std::string{text} + "'."};
+  }
+}
+
+template <class T>
+requires std::is_arithmetic_v<T>
+void parse(T& value, std::string_view text, const std::string& key) {
+  T parsed{};
+  const auto [end, error]{std::from_chars(text.data(), text.data() + text.size(), parsed)};
+  if (error != std::errc{} || end != text.data() + text.size()) {
+    throw ConfigError{key + " is " + (std::is_integral_v<T> ? "a whole number" : "a number") + ", not '" +
+                      std::string{text} + "'."};
+  }
+  value = parsed;
+}
+
+template <class T>
+requires is_choice<T>
+void parse(T& value, std::string_view text, const std::string& key) {
+  const auto names{names_of(T{})};
+  const auto found{std::find(names.begin(), names.end(), text)};
+  if (found == names.end()) {
+    std::string message{key + " is not '" + std::string{text} + "' but one of:"};
+    for (const std::string_view name : names) message += " " + std::string{name};
+    throw ConfigError{message + "."};
+  }
+  value = static_cast<T>(found - names.begin());
+}
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i{0}; i < a.size(); ++i) {
+    std::size_t diagonal{row[0]};
+    row[0] = i + 1;
+    for (std::size_t j{0}; j < b.size(); ++j) {
+      const std::size_t replaced{diagonal + (a[i] == b[j] ? 0 : 1)};
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+[[noreturn]] void throw_unknown_key(std::string_view key) {
+  std::string nearest;
+  std::size_t smallest{1000};
+  const Config config;
+  visit_parameters(config, [&](std::string_view group, const Parameter& parameter, const auto&) {
+    const std::string known{key_of(group, parameter)};
+    const std::size_t distance{std::min(edit_distance(key, known), edit_distance(key, parameter.name))};
+    if (distance < smallest) {
+      smallest = distance;
+      nearest = known;
+    }
+  });
+  throw ConfigError{"There is no parameter '" + std::string{key} + "'. Nearest: '" + nearest +
+                    "'. `stereogrid config` lists them all."};
+}
+
+Config paper() {
+  Config config;
+  config.matching.window_px = 21;
+  config.matching.subpixel = false;
+  config.u_disparity.sigma_disparity = 0.5;
+  config.u_disparity.road_rays = RoadRays::none;
+  config.u_disparity.small_count_guard = 0;
+  config.u_disparity.left_border = false;
+  config.projection.footprint = Footprint::overlap;
+  config.filter.model = FilterModel::tay2008;
+  config.filter.likelihood_exponent = 1;
+  return config;
+}
+
+}  // namespace
+
+Config preset(std::string_view name) {
+  if (name == "default") return {};
+  if (name == "paper") return paper();
+  throw ConfigError{"There is no preset '" + std::string{name} + "'. There are: default, paper."};
+}
+
+std::vector<std::string> preset_names() {
+  return {"default", "paper"};
+}
+
+void set(Config& config, std::string_view key, std::string_view text) {
+  bool found{false};
+  visit_parameters(config, [&](std::string_view group, const Parameter& parameter, auto& value) {
+    const std::string known{key_of(group, parameter)};
+    if (known != key) return;
+    found = true;
+    parse(value, text, known);
+  });
+  if (!found) throw_unknown_key(key);
+}
+
+std::string get(const Config& config, std::string_view key) {
+  std::string text;
+  bool found{false};
+  visit_parameters(config, [&](std::string_view group, const Parameter& parameter, const auto& value) {
+    if (key_of(group, parameter) != key) return;
+    found = true;
+    text = text_of_value(value);
+  });
+  if (!found) throw_unknown_key(key);
+  return text;
+}
+
+std::vector<std::string> problems(const Config& config) {
+  std::vector<std::string> found;
+  visit_parameters(config, [&](std::string_view group, const Parameter& parameter, const auto& value) {
+    using T = std::remove_cvref_t<decltype(value)>;
+    if constexpr (std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) {
+      const double number{static_cast<double>(value)};
+      if (number >= parameter.minimum && number <= parameter.maximum) return;
+      found.push_back(key_of(group, parameter) + " is " + text_of(number) + " and must lie in " +
+                      text_of(parameter.minimum) + " … " + text_of(parameter.maximum) + ".");
+    }
+  });
+  if (config.matching.window_px % 2 == 0) {
+    found.push_back("matching.window_px is " + std::to_string(config.matching.window_px) + " and must be odd.");
+  }
+  if (config.grid.length_m / config.grid.cell_size_m > 4000 || config.grid.width_m / config.grid.cell_size_m > 4000) {
+    found.emplace_back("grid: more than 4000 cells along a side; take larger cells or a smaller grid.");
+  }
+  const double steps{2 * std::floor(config.filter.velocity_max_mps / config.filter.velocity_step_mps) + 1};
+  if (steps * steps > 1000) {
+    found.emplace_back("filter: more than 1000 velocities; raise velocity_step_mps or lower velocity_max_mps.");
+  }
+  return found;
+}
+
+}  // namespace stereogrid

@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "filter/filter.hpp"
+
+namespace stereogrid {
+namespace {
+
+// how much more seldom a standing thing starts than a moving one changes its velocity
+constexpr double starting_share{0.1};
+
+constexpr float never{std::numeric_limits<float>::infinity()};
+
+float interpolated(const Image<float>& cells, double x, double y) {
+  const int ix{static_cast<int>(std::floor(x))};
+  const int iy{static_cast<int>(std::floor(y))};
+  const float fx{static_cast<float>(x - ix)};
+  const float fy{static_cast<float>(y - iy)};
+  const auto at = [&](int cell_x, int cell_y) {
+    return cells(std::clamp(cell_x, 0, cells.width() - 1), std::clamp(cell_y, 0, cells.height() - 1));
+  };
+  return (1 - fy) * ((1 - fx) * at(ix, iy) + fx * at(ix + 1, iy)) +
+         fy * ((1 - fx) * at(ix, iy + 1) + fx * at(ix + 1, iy + 1));
+}
+
+}  // namespace
+
+std::vector<Point2> velocity_lattice(const FilterConfig& config) {
+  const int steps{static_cast<int>(config.velocity_max_mps / config.velocity_step_mps + 1e-9)};
+  std::vector<Point2> lattice;
+  for (int j{-steps}; j <= steps; ++j) {
+    for (int i{-steps}; i <= steps; ++i) {
+      lattice.push_back({i * config.velocity_step_mps, j * config.velocity_step_mps});
+    }
+  }
+  return lattice;
+}
+
+Window::Window(const GridGeometry& grid)
+    : cell_size_m_{grid.cell_size_m},
+      ahead_m_{grid.x_min_m + grid.nx * grid.cell_size_m / 2},
+      aside_m_{grid.y_min_m + grid.ny * grid.cell_size_m / 2},
+      cells_{static_cast<int>(std::ceil(std::hypot(grid.nx, grid.ny))) + 4} {}
+
+GridGeometry Window::at(const Pose2& world_from_vehicle) const {
+  const Point2 centre{world_from_vehicle * Point2{ahead_m_, aside_m_}};
+  const double first_x{std::floor(centre.x / cell_size_m_) - cells_ / 2};
+  const double first_y{std::floor(centre.y / cell_size_m_) - cells_ / 2};
+  return {first_x * cell_size_m_, first_y * cell_size_m_, cell_size_m_, cells_, cells_};
+}
+
+FilterState::FilterState(int cells, int velocities)
+    : velocity(static_cast<std::size_t>(velocities), Image<float>{cells, cells}),
+      occupancy{cells, cells, 0.5f},
+      age_s{cells, cells, never} {}
+
+FilterStep step_of(const FilterInput& input) {
+  const FilterConfig& config{input.config};
+  const int velocities{static_cast<int>(input.lattice.size())};
+  const double others{std::max(velocities - 1, 1) * 1.0};
+  const double forgetting{(1 - std::exp(-input.dt_s / config.forgetting_s)) / 2};
+  const double prior_static{velocities == 1 ? 1.0 : config.static_prior};
+  const double noise{velocities == 1 ? 0.0 : config.velocity_noise};
+  const double starting{noise * starting_share};
+  const bool joint{config.model == FilterModel::joint};
+  return {velocities,
+          static_cast<float>(forgetting),
+          static_cast<float>(1 - noise),
+          static_cast<float>(1 - starting),
+          static_cast<float>(noise / others),
+          static_cast<float>(starting / others),
+          joint ? static_cast<float>(config.border_occupancy) : 0.5f,
+          static_cast<float>(prior_static),
+          static_cast<float>((1 - prior_static) / others)};
+}
+
+Likelihood likelihood_of(const FilterConfig& config, float observed) {
+  // 0 and 1 would make a cell deaf to everything that comes later
+  const double p{std::clamp(static_cast<double>(observed), 0.001, 0.999)};
+  return {static_cast<float>(std::pow(p, config.likelihood_exponent)),
+          static_cast<float>(std::pow(1 - p, config.likelihood_exponent))};
+}
+
+void reset(FilterState& state, const FilterConfig& config, const GridGeometry& geometry) {
+  const std::vector<Point2> lattice{velocity_lattice(config)};
+  const FilterStep step{step_of({config, lattice, geometry, 0})};
+  const float mass{config.model == FilterModel::joint ? 0.5f : 1.0f};
+  state.geometry = geometry;
+  for (int k{0}; k < step.velocities; ++k) state.velocity[static_cast<std::size_t>(k)].fill(mass * prior_of(step, k));
+  state.occupancy.fill(0.5f);
+  state.age_s.fill(never);
+}
+
+void resample(const GridLayers& world, const Pose2& world_from_vehicle, const GridGeometry& grid,
+              Image<float>& occupancy, Image<float>& velocity_x, Image<float>& velocity_y, Image<float>& age_s) {
+  const GridGeometry& window{world.geometry};
+  const float c{static_cast<float>(std::cos(world_from_vehicle.yaw_rad))};
+  const float s{static_cast<float>(std::sin(world_from_vehicle.yaw_rad))};
+  for (int iy{0}; iy < grid.ny; ++iy) {
+    for (int ix{0}; ix < grid.nx; ++ix) {
+      const Point2 at{world_from_vehicle * Point2{grid.x_min_m + (ix + 0.5) * grid.cell_size_m,
+                                                  grid.y_min_m + (iy + 0.5) * grid.cell_size_m}};
+      const double x{(at.x - window.x_min_m) / window.cell_size_m};
+      const double y{(at.y - window.y_min_m) / window.cell_size_m};
+      const int nearest_x{std::clamp(static_cast<int>(std::floor(x)), 0, window.nx - 1)};
+      const int nearest_y{std::clamp(static_cast<int>(std::floor(y)), 0, window.ny - 1)};
+      const float vx{world.velocity_x(nearest_x, nearest_y)};
+      const float vy{world.velocity_y(nearest_x, nearest_y)};
+      occupancy(ix, iy) = interpolated(world.occupancy, x - 0.5, y - 0.5);
+      velocity_x(ix, iy) = c * vx + s * vy;
+      velocity_y(ix, iy) = -s * vx + c * vy;
+      age_s(ix, iy) = world.age_s(nearest_x, nearest_y);
+    }
+  }
+}
+
+}  // namespace stereogrid

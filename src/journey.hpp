@@ -1,0 +1,168 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "filter/filter.hpp"
+#include "ground/ground.hpp"
+#include "matching/matching.hpp"
+#include "projection/projection.hpp"
+#include "stereogrid/pipeline.hpp"
+#include "tracking/tracking.hpp"
+#include "u_disparity/u_disparity.hpp"
+
+namespace stereogrid {
+
+/// A frame as the stages take it: level images that fit the rig.
+struct JourneyInput {
+  View<const std::uint8_t> left;
+  View<const std::uint8_t> right;
+  Pose2 world_from_vehicle;
+  double dt_s{0};
+};
+
+/// The way of a frame through all stages, on some back end.
+class Journey {
+ public:
+  Journey() = default;
+  Journey(const Journey&) = delete;
+  Journey& operator=(const Journey&) = delete;
+  virtual ~Journey() = default;
+  virtual void run(const JourneyInput& input, FrameResult& result) = 0;
+  virtual void start_ids_at(std::int64_t first_id) = 0;
+  virtual int threads() = 0;
+};
+
+std::unique_ptr<Journey> cpu_journey(const Config& config, const Rig& rig, int threads);
+std::unique_ptr<Journey> reference_journey(const Config& config, const Rig& rig);
+
+/// What the stages hand to each other and keep between frames. Allocated once.
+struct JourneyMemory {
+  JourneyMemory(const Config& parameters, const Rig& level_rig, const GridGeometry& vehicle_grid);
+
+  Config config;
+  Rig rig;
+  Ground ground;  ///< of the last frame
+  int frames_without_ground{0};
+  bool is_first{true};
+  Matches matches;
+  MatchingSpace matching;
+  GroundSpace ground_samples;
+  UDisparityTables u_disparity_tables;
+  UDisparitySpace u_disparity;
+  Window window;
+  std::vector<Point2> lattice;
+  Image<float> observed_world;
+  FilterState filtered;
+  FilterState filtered_before;
+  Image<int> cluster_labels;
+  std::vector<Cluster> clusters;
+  Tracker tracker;
+};
+
+/// Milliseconds since the last call.
+class Stopwatch {
+ public:
+  double lap() {
+    const auto now{std::chrono::steady_clock::now()};
+    return std::chrono::duration<double, std::milli>(now - std::exchange(last_, now)).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_{std::chrono::steady_clock::now()};
+};
+
+template <class BackEndType>
+class JourneyOn final : public Journey {
+ public:
+  template <class... BackEndArguments>
+  JourneyOn(const Config& config, const Rig& rig, const GridGeometry& vehicle_grid, BackEndArguments... arguments)
+      : back_end_{arguments...}, memory_{config, rig, vehicle_grid} {}
+
+  void run(const JourneyInput& input, FrameResult& result) override {
+    Stopwatch watch;
+    JourneyMemory& m{memory_};
+    match_and_estimate_ground(input, result, watch);
+    count(back_end_, m.matches, m.rig, m.ground, m.u_disparity_tables, m.u_disparity, result.stages);
+    result.timing_ms.count = watch.lap();
+
+    const GridGeometry window{m.window.at(input.world_from_vehicle)};
+    project_to(result.vehicle_grid, {}, result, result.observed);
+    project_to(window, inverse(input.world_from_vehicle), result, m.observed_world);
+    result.timing_ms.project = watch.lap();
+
+    std::swap(m.filtered, m.filtered_before);
+    if (m.is_first) reset(m.filtered_before, m.config.filter, window);
+    filter(back_end_, {m.config.filter, m.lattice, window, input.dt_s}, m.observed_world.view(), m.filtered_before,
+           m.filtered, result.world);
+    resample(result.world, input.world_from_vehicle, result.vehicle_grid, result.occupancy, result.velocity_x,
+             result.velocity_y, result.age_s);
+    result.timing_ms.filter = watch.lap();
+
+    find_clusters(result.world, m.config.tracking, m.cluster_labels, m.clusters);
+    m.tracker.update(result.world, m.clusters, input.dt_s);
+    m.tracker.report(input.world_from_vehicle, result.obstacles);
+    result.timing_ms.track = watch.lap();
+    m.is_first = false;
+  }
+
+  void start_ids_at(std::int64_t first_id) override { memory_.tracker.start_ids_at(first_id); }
+
+  int threads() override {
+    if constexpr (requires { back_end_.threads(); }) return back_end_.threads();
+    return 1;
+  }
+
+ private:
+  /// Frames without a measured road after which it is searched anew.
+  static constexpr int patience{5};
+
+  void match_on(const JourneyInput& input, const Ground& ground) {
+    JourneyMemory& m{memory_};
+    match(back_end_, input.left, input.right, road_plane(m.rig, ground), m.config.matching, m.matching, m.matches);
+  }
+
+  // The road hypothesis needs a plane before there is any disparity: that of the frame before. At the start, and when
+  // the road has been lost, a plane is searched in what matched, and the frame is matched again.
+  void match_and_estimate_ground(const JourneyInput& input, FrameResult& result, Stopwatch& watch) {
+    JourneyMemory& m{memory_};
+    match_on(input, m.ground);
+    result.timing_ms.match = watch.lap();
+    result.timing_ms.ground = 0;
+    if (m.config.ground.estimate && (m.is_first || m.frames_without_ground > patience)) {
+      const Ground calibrated{m.rig.camera_height_m, m.rig.camera_pitch_rad, m.rig.camera_roll_rad};
+      m.ground = search_ground(m.rig, m.config.ground, m.matches.obstacle.view(), m.matches.road.view(), calibrated,
+                               m.ground_samples);
+      result.timing_ms.ground = watch.lap();
+      match_on(input, m.ground);
+      result.timing_ms.match += watch.lap();
+    }
+    m.ground = estimate_ground(m.rig, m.config.ground, m.matches.road.view(), m.ground, m.ground_samples);
+    m.frames_without_ground = m.ground.estimated ? 0 : m.frames_without_ground + 1;
+    result.ground = m.ground;
+    result.stages.obstacle_disparity = m.matches.obstacle;
+    result.stages.road_disparity = m.matches.road;
+    result.timing_ms.ground += watch.lap();
+  }
+
+  void project_to(const GridGeometry& grid, const Pose2& vehicle_from_grid, const FrameResult& result,
+                  Image<float>& cells) {
+    const GridInVehicle placed{grid, vehicle_from_grid.x_m, vehicle_from_grid.y_m, std::cos(vehicle_from_grid.yaw_rad),
+                               std::sin(vehicle_from_grid.yaw_rad)};
+    project(back_end_, result.stages.occupancy_smooth.view(), BinGeometry{memory_.rig}, placed,
+            memory_.config.projection.footprint, cells.view());
+  }
+
+  BackEndType back_end_;
+  JourneyMemory memory_;
+};
+
+/// The vehicle-frame grid that a configuration asks for.
+GridGeometry vehicle_grid_of(const GridConfig& config);
+
+}  // namespace stereogrid

@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "stereogrid/camera.hpp"
+#include "stereogrid/image.hpp"
+
+namespace stereogrid {
+
+class Cpu;
+
+/// Pitch beyond which images are levelled, 1°. specification §1.
+constexpr double levelling_pitch_rad{0.017453292519943295};
+
+/// Turns a pitched camera level: K·R·K⁻¹ with a rotation about the baseline, the same for both images, so that rows
+/// stay aligned. Parts that the camera does not see become 0.
+class Levelling {
+ public:
+  explicit Levelling(const Rig& rig);
+
+  /// Does this rig need it?
+  [[nodiscard]] bool is_needed() const { return needed_; }
+  /// The rig whose images come out: pitch 0, all else the same.
+  [[nodiscard]] const Rig& level_rig() const { return level_rig_; }
+  void apply(Cpu& cpu, View<const std::uint8_t> pitched, View<std::uint8_t> level) const;
+
+ private:
+  bool needed_;
+  Rig level_rig_;
+  double sin_pitch_;
+  double cos_pitch_;
+};
+
+}  // namespace stereogrid

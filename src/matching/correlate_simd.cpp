@@ -1,0 +1,238 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+// Compiled once per instruction set; Highway picks one at run time. All vectors run along the shifts of one pixel.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "matching/correlate_simd.cpp"  // NOLINT
+#include "hwy/foreach_target.h"                           // IWYU pragma: keep
+// after foreach_target
+#include "hwy/highway.h"
+#include "matching/correlate_simd.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <utility>
+
+HWY_BEFORE_NAMESPACE();
+namespace stereogrid {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// All rows of shifts are padded to this many, a multiple of every target's vector of uint16.
+constexpr int block{64};
+constexpr int padded(int count) {
+  return (count + block - 1) / block * block;
+}
+
+struct Space {
+  Space(const Band& band, int n) : width{band.left.width} {
+    const auto take = [&](std::size_t size) {
+      std::uint8_t* start{band.memory == nullptr ? nullptr : band.memory + bytes};
+      bytes += (size + 63) / 64 * 64;
+      return start;
+    };
+    const std::size_t volume{static_cast<std::size_t>(width) * static_cast<std::size_t>(n)};
+    const std::size_t reach{static_cast<std::size_t>(width + 2 * n + 2 * std::abs(band.shifts.first))};
+    column_sums = reinterpret_cast<std::uint16_t*>(take(2 * volume));
+    box = reinterpret_cast<std::uint16_t*>(take(2 * static_cast<std::size_t>(n)));
+    right_reversed = reinterpret_cast<std::uint32_t*>(take(4 * reach));
+    right_cost = reinterpret_cast<std::uint16_t*>(take(2 * reach));
+    right_best = reinterpret_cast<std::uint16_t*>(take(2 * reach));
+    rows = 2 * band.half_window + 2;
+    ring = take(static_cast<std::size_t>(rows) * volume);
+  }
+
+  int width;
+  int rows{0};
+  std::uint16_t* column_sums;     // [u][shift]: costs summed over the window's rows
+  std::uint16_t* box;             // [shift]: costs summed over the window
+  std::uint32_t* right_reversed;  // right descriptors from right to left, borders repeated
+  std::uint16_t* right_cost;      // smallest cost and its shift, seen from the right pixel
+  std::uint16_t* right_best;
+  std::uint8_t* ring;  // [row % rows][u][shift]: costs of single pixels
+  std::size_t bytes{0};
+};
+
+// Place in the reversed arrays of the right pixel that belongs to (u, first shift).
+int reversed_start(const Band& band, int u) {
+  return band.left.width - 1 - u + band.shifts.first + std::max(0, -band.shifts.first);
+}
+
+void hamming_row(const Band& band, int n, int v, const Space& space) {
+  const int width{band.left.width};
+  const std::uint32_t* right{band.right.row(v)};
+  const int offset{std::max(0, -band.shifts.first)};
+  const int reach{reversed_start(band, 0) + n};
+  for (int j{0}; j < reach; ++j) space.right_reversed[j] = right[std::clamp(width - 1 + offset - j, 0, width - 1)];
+
+  const hn::ScalableTag<std::uint32_t> d32;
+  const hn::Rebind<std::uint8_t, decltype(d32)> d8;
+  const int lanes{static_cast<int>(hn::Lanes(d32))};
+  std::uint8_t* out{space.ring + static_cast<std::size_t>(v % space.rows) * static_cast<std::size_t>(width * n)};
+  for (int u{0}; u < width; ++u, out += n) {
+    const auto descriptor = hn::Set(d32, band.left(u, v));
+    const std::uint32_t* candidates{space.right_reversed + reversed_start(band, u)};
+    for (int k{0}; k < n; k += lanes) {
+      const auto differing = hn::PopulationCount(hn::Xor(descriptor, hn::LoadU(d32, candidates + k)));
+      hn::StoreU(hn::U8FromU32(differing), d8, out + k);
+    }
+  }
+}
+
+// column_sums += added − removed; either may be null
+void update_column_sums(const Space& space, int n, const std::uint8_t* added, const std::uint8_t* removed) {
+  const hn::ScalableTag<std::uint16_t> d16;
+  const hn::Rebind<std::uint8_t, decltype(d16)> d8;
+  const int lanes{static_cast<int>(hn::Lanes(d16))};
+  const int volume{space.width * n};
+  for (int k{0}; k < volume; k += lanes) {
+    auto sum = hn::Load(d16, space.column_sums + k);
+    sum = hn::Add(sum, hn::PromoteTo(d16, hn::LoadU(d8, added + k)));
+    if (removed != nullptr) sum = hn::Sub(sum, hn::PromoteTo(d16, hn::LoadU(d8, removed + k)));
+    hn::Store(sum, d16, space.column_sums + k);
+  }
+}
+
+// box += column `entering` − column `leaving`
+void update_box(const Space& space, int n, int entering, int leaving) {
+  const hn::ScalableTag<std::uint16_t> d16;
+  const int lanes{static_cast<int>(hn::Lanes(d16))};
+  const std::uint16_t* in{space.column_sums + static_cast<std::ptrdiff_t>(entering) * n};
+  const std::uint16_t* out{leaving < 0 ? nullptr : space.column_sums + static_cast<std::ptrdiff_t>(leaving) * n};
+  for (int k{0}; k < n; k += lanes) {
+    auto sum = hn::Add(hn::Load(d16, space.box + k), hn::Load(d16, in + k));
+    if (out != nullptr) sum = hn::Sub(sum, hn::Load(d16, out + k));
+    hn::Store(sum, d16, space.box + k);
+  }
+}
+
+std::uint16_t minimum(const std::uint16_t* costs, int n) {
+  const hn::ScalableTag<std::uint16_t> d16;
+  const int lanes{static_cast<int>(hn::Lanes(d16))};
+  auto smallest = hn::Load(d16, costs);
+  for (int k{lanes}; k < n; k += lanes) smallest = hn::Min(smallest, hn::Load(d16, costs + k));
+  return hn::GetLane(hn::MinOfLanes(d16, smallest));
+}
+
+int first_of(const std::uint16_t* costs, std::uint16_t value, int n) {
+  const hn::ScalableTag<std::uint16_t> d16;
+  const int lanes{static_cast<int>(hn::Lanes(d16))};
+  const auto wanted = hn::Set(d16, value);
+  for (int k{0}; k < n; k += lanes) {
+    const auto found = hn::FindFirstTrue(d16, hn::Eq(hn::Load(d16, costs + k), wanted));
+    if (found >= 0) return k + static_cast<int>(found);
+  }
+  return 0;
+}
+
+// Costs beyond the last shift must never win; they are set anew for each pixel.
+Candidate candidate_of(std::uint16_t* costs, Shifts shifts, int n) {
+  const int count{shifts.count};
+  std::fill(costs + count, costs + n, std::uint16_t{65535});
+  const std::uint16_t cost{minimum(costs, n)};
+  const int best{first_of(costs, cost, n)};
+  const int from{std::max(best - 1, 0)};
+  const int to{std::min(best + 1, count - 1)};
+  std::uint16_t kept[3];
+  for (int k{from}; k <= to; ++k) kept[k - from] = std::exchange(costs[k], std::uint16_t{65535});
+  const std::uint16_t runner_up{minimum(costs, n)};
+  for (int k{from}; k <= to; ++k) costs[k] = kept[k - from];
+  const bool inside{best > 0 && best < count - 1};
+  return {cost, runner_up, static_cast<std::int16_t>(shifts.first + best), false,
+          inside ? subpixel_offset(costs[best - 1], cost, costs[best + 1]) : 0.0f};
+}
+
+void offer_to_right(const Space& space, int start, int n) {
+  const hn::ScalableTag<std::uint16_t> d16;
+  const int lanes{static_cast<int>(hn::Lanes(d16))};
+  for (int k{0}; k < n; k += lanes) {
+    const auto cost = hn::Load(d16, space.box + k);
+    const auto smallest = hn::LoadU(d16, space.right_cost + start + k);
+    const auto better = hn::Lt(cost, smallest);
+    const auto shift = hn::Iota(d16, static_cast<std::uint16_t>(k));
+    const auto best = hn::LoadU(d16, space.right_best + start + k);
+    hn::StoreU(hn::Min(cost, smallest), d16, space.right_cost + start + k);
+    hn::StoreU(hn::IfThenElse(better, shift, best), d16, space.right_best + start + k);
+  }
+}
+
+void finish_row(const Band& band, const Space& space, int n, int v) {
+  const int width{space.width};
+  const int half{band.half_window};
+  const int reach{reversed_start(band, 0) + n};
+  std::fill(space.right_cost, space.right_cost + reach, std::uint16_t{65535});
+  std::fill(space.box, space.box + n, std::uint16_t{0});
+  for (int i{-half}; i < half; ++i) update_box(space, n, std::clamp(i, 0, width - 1), -1);
+  for (int u{0}; u < width; ++u) {
+    update_box(space, n, std::min(u + half, width - 1), u == 0 ? -1 : std::max(u - half - 1, 0));
+    band.candidates(u, v) = candidate_of(space.box, band.shifts, n);
+    offer_to_right(space, reversed_start(band, u), n);
+  }
+  for (int u{0}; u < width; ++u) {
+    Candidate& candidate{band.candidates(u, v)};
+    const int right_u{u - candidate.shift};
+    if (right_u < 0 || right_u >= width) continue;
+    const int best{space.right_best[reversed_start(band, u) + candidate.shift - band.shifts.first]};
+    candidate.consistent = std::abs(band.shifts.first + best - candidate.shift) <= band.left_right_px;
+  }
+}
+
+void Correlate(const Band& band) {
+  const int n{padded(band.shifts.count)};
+  const int half{band.half_window};
+  const int last{band.left.height - 1};
+  const Space space{band, n};
+  const auto costs_of = [&](int v) {
+    return space.ring +
+           static_cast<std::size_t>(std::clamp(v, 0, last) % space.rows) * static_cast<std::size_t>(space.width * n);
+  };
+  std::fill(space.column_sums, space.column_sums + static_cast<std::ptrdiff_t>(space.width) * n, std::uint16_t{0});
+  const int first{band.first_row - half};
+  for (int v{std::max(first, 0)}; v <= std::min(first + 2 * half - 1, last); ++v) hamming_row(band, n, v, space);
+  for (int v{first}; v < first + 2 * half; ++v) update_column_sums(space, n, costs_of(v), nullptr);
+  for (int v{band.first_row}; v < band.end_row; ++v) {
+    if (v + half <= last) hamming_row(band, n, v + half, space);
+    update_column_sums(space, n, costs_of(v + half), v == band.first_row ? nullptr : costs_of(v - half - 1));
+    finish_row(band, space, n, v);
+  }
+}
+
+const char* Target() {
+  return hwy::TargetName(HWY_TARGET);
+}
+
+std::size_t Memory(const Band& band) {
+  return Space{band, padded(band.shifts.count)}.bytes;
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace stereogrid
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace stereogrid {
+
+HWY_EXPORT(Correlate);
+HWY_EXPORT(Target);
+HWY_EXPORT(Memory);
+
+std::size_t correlate_memory(int width, Shifts shifts, int half_window) {
+  Band band;
+  band.left.width = width;
+  band.shifts = shifts;
+  band.half_window = half_window;
+  return HWY_DYNAMIC_DISPATCH(Memory)(band);
+}
+
+void correlate_band(const Band& band) {
+  HWY_DYNAMIC_DISPATCH(Correlate)(band);
+}
+
+std::string_view correlate_target() {
+  return HWY_DYNAMIC_DISPATCH(Target)();
+}
+
+}  // namespace stereogrid
+#endif

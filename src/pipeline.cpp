@@ -1,0 +1,207 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/pipeline.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "backend/cpu.hpp"
+#include "journey.hpp"
+#include "levelling/levelling.hpp"
+#include "stereogrid/error.hpp"
+
+namespace stereogrid {
+namespace {
+
+constexpr int disparities_min{64};
+constexpr int disparities_step{16};
+
+Config resolved(Config config, const Rig& rig) {
+  if (config.matching.disparities == 0) {
+    const int tenth{(rig.width_px / 10 + disparities_step - 1) / disparities_step * disparities_step};
+    config.matching.disparities = std::clamp(tenth, disparities_min, 256);
+  }
+  return config;
+}
+
+void check(const Config& config, const Rig& rig) {
+  std::vector<std::string> found{problems(config)};
+  const auto require = [&](bool fine, const char* problem) {
+    if (!fine) found.emplace_back(problem);
+  };
+  require(rig.width_px > 0 && rig.height_px > 0, "rig: the image size must be positive.");
+  require(rig.focal_px > 0, "rig: focal_px must be positive.");
+  require(rig.baseline_m > 0, "rig: baseline_m must be positive (left camera minus right camera, in metres).");
+  require(rig.camera_height_m > 0, "rig: camera_height_m must be positive.");
+  require(std::abs(rig.camera_pitch_rad) < 0.8, "rig: camera_pitch_rad must be within ±0.8 (45°).");
+  require(config.matching.disparities != 1, "matching.disparities must be 0 (automatic) or at least 2.");
+  if (found.empty()) return;
+  std::string message;
+  for (const std::string& problem : found) message += (message.empty() ? "" : "\n") + problem;
+  throw ConfigError{message};
+}
+
+double share_matched(const Image<float>& disparity) {
+  const auto matched{std::count_if(disparity.begin(), disparity.end(), [](float d) { return d > 0; })};
+  return static_cast<double>(matched) / static_cast<double>(disparity.size());
+}
+
+StageImages stage_images(int width, int height, int disparities) {
+  return {Image<float>{width, height},
+          Image<float>{width, height},
+          std::vector<int>(static_cast<std::size_t>(disparities)),
+          Image<std::uint16_t>{width, disparities},
+          Image<std::uint16_t>{width, disparities},
+          Image<float>{width, disparities},
+          Image<float>{width, disparities},
+          Image<float>{width, disparities},
+          Image<float>{width, disparities},
+          Image<float>{width, disparities}};
+}
+
+GridLayers grid_layers(int cells, double cell_size_m) {
+  const Image<float> zero{cells, cells};
+  return {{0, 0, cell_size_m, cells, cells}, zero, zero, zero, zero};
+}
+
+}  // namespace
+
+GridGeometry vehicle_grid_of(const GridConfig& config) {
+  return {0, -config.width_m / 2, config.cell_size_m,
+          static_cast<int>(std::lround(config.length_m / config.cell_size_m)),
+          static_cast<int>(std::lround(config.width_m / config.cell_size_m))};
+}
+
+JourneyMemory::JourneyMemory(const Config& parameters, const Rig& level_rig, const GridGeometry& vehicle_grid)
+    : config{parameters},
+      rig{level_rig},
+      ground{rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad},
+      matches{rig.width_px, rig.height_px},
+      matching{rig.width_px, rig.height_px, config.matching.disparities},
+      ground_samples{rig.width_px, rig.height_px},
+      u_disparity_tables{config.u_disparity, rig.height_px, config.matching.window_px},
+      u_disparity{rig.width_px, rig.height_px, config.matching.disparities},
+      window{vehicle_grid},
+      lattice{velocity_lattice(config.filter)},
+      observed_world{window.cells(), window.cells()},
+      filtered{window.cells(), static_cast<int>(lattice.size())},
+      filtered_before{filtered},
+      cluster_labels{window.cells(), window.cells()},
+      tracker{config.tracking} {}
+
+struct Pipeline::Implementation {
+  Implementation(const Config& parameters, const Rig& given_rig, BackEnd back_end, int threads)
+      : config{resolved(parameters, given_rig)},
+        rig{given_rig},
+        levelling{rig},
+        cpu{threads},
+        journey{back_end == BackEnd::reference ? reference_journey(config, levelling.level_rig())
+                                               : cpu_journey(config, levelling.level_rig(), threads)},
+        level_left{rig.width_px, rig.height_px},
+        level_right{rig.width_px, rig.height_px} {
+    result.vehicle_grid = vehicle_grid_of(config.grid);
+    const Image<float> cells{result.vehicle_grid.nx, result.vehicle_grid.ny};
+    result.observed = result.occupancy = result.age_s = result.velocity_x = result.velocity_y = cells;
+    result.world = grid_layers(Window{result.vehicle_grid}.cells(), config.grid.cell_size_m);
+    result.stages = stage_images(rig.width_px, rig.height_px, config.matching.disparities);
+  }
+
+  void check_frame(const StereoFrame& frame) const {
+    const auto fits = [&](const Image<std::uint8_t>& image) {
+      return image.width() == rig.width_px && image.height() == rig.height_px;
+    };
+    if (!fits(frame.left) || !fits(frame.right)) {
+      throw InputError{"frame " + frame.name, "the images do not have the calibration's size.",
+                       "Both must be " + std::to_string(rig.width_px) + " × " + std::to_string(rig.height_px) + "."};
+    }
+    if (last_stamp_ns && frame.stamp_ns <= *last_stamp_ns) {
+      throw InputError{"frame " + frame.name, "its stamp is not after that of the frame before.",
+                       "Frames must come in the order of their stamps."};
+    }
+    const Pose2 pose{frame.world_from_vehicle.value_or(Pose2{})};
+    if (!std::isfinite(pose.x_m) || !std::isfinite(pose.y_m) || !std::isfinite(pose.yaw_rad)) {
+      throw InputError{"frame " + frame.name, "its pose is not finite.", "Give numbers, or leave the pose out."};
+    }
+  }
+
+  // World is the vehicle frame of the first frame.
+  Pose2 place(const StereoFrame& frame) {
+    result.warnings.clear();
+    if (!frame.world_from_vehicle) {
+      if (!has_warned_of_poses) result.warnings.emplace_back("no pose: the vehicle is taken to stand still");
+      has_warned_of_poses = true;
+      return last_pose;
+    }
+    if (!input_from_world) input_from_world = *frame.world_from_vehicle * inverse(last_pose);
+    last_pose = inverse(*input_from_world) * *frame.world_from_vehicle;
+    return last_pose;
+  }
+
+  Config config;
+  Rig rig;
+  Levelling levelling;
+  Cpu cpu;
+  std::unique_ptr<Journey> journey;
+  Image<std::uint8_t> level_left;
+  Image<std::uint8_t> level_right;
+  FrameResult result;
+  std::optional<std::int64_t> last_stamp_ns;
+  std::optional<Pose2> input_from_world;
+  Pose2 last_pose;
+  bool has_warned_of_poses{false};
+};
+
+Pipeline::Pipeline(const Config& config, const Rig& rig, BackEnd back_end, int threads) {
+  check(config, rig);
+  implementation_ = std::make_unique<Implementation>(config, rig, back_end, threads);
+}
+Pipeline::Pipeline(Pipeline&&) noexcept = default;
+Pipeline& Pipeline::operator=(Pipeline&&) noexcept = default;
+Pipeline::~Pipeline() = default;
+
+const FrameResult& Pipeline::process(const StereoFrame& frame) {
+  Implementation& self{*implementation_};
+  self.check_frame(frame);
+  Stopwatch watch;
+  FrameResult& result{self.result};
+  JourneyInput input{frame.left.view(), frame.right.view(), self.place(frame),
+                     self.last_stamp_ns ? static_cast<double>(frame.stamp_ns - *self.last_stamp_ns) * 1e-9 : 0.0};
+  if (self.levelling.is_needed()) {
+    self.levelling.apply(self.cpu, input.left, self.level_left.view());
+    self.levelling.apply(self.cpu, input.right, self.level_right.view());
+    input.left = self.level_left.view();
+    input.right = self.level_right.view();
+  }
+  self.last_stamp_ns = frame.stamp_ns;
+  self.journey->run(input, result);
+  result.world_from_vehicle = input.world_from_vehicle;
+  result.obstacle_density = share_matched(result.stages.obstacle_disparity);
+  result.road_density = share_matched(result.stages.road_disparity);
+  result.timing_ms.total = watch.lap();
+  return result;
+}
+
+const Config& Pipeline::config() const {
+  return implementation_->config;
+}
+const Rig& Pipeline::rig() const {
+  return implementation_->rig;
+}
+GridGeometry Pipeline::vehicle_grid() const {
+  return implementation_->result.vehicle_grid;
+}
+GridGeometry Pipeline::world_grid() const {
+  return implementation_->result.world.geometry;
+}
+int Pipeline::threads() const {
+  return implementation_->journey->threads();
+}
+void Pipeline::start_at(const Pose2& world_from_vehicle) {
+  implementation_->last_pose = world_from_vehicle;
+}
+void Pipeline::start_ids_at(std::int64_t first_id) {
+  implementation_->journey->start_ids_at(first_id);
+}
+
+}  // namespace stereogrid

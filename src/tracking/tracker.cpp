@@ -1,0 +1,139 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "tracking/tracking.hpp"
+
+namespace stereogrid {
+namespace {
+
+constexpr double velocity_sigma_mps{1.0};
+constexpr double free_occupancy{0.2};
+constexpr double gone_s{0.25};
+
+}  // namespace
+
+void Tracker::Axis::predict(double dt_s, double acceleration_mps2) {
+  const double q{acceleration_mps2 * acceleration_mps2};
+  position += velocity * dt_s;
+  covariance[0] += 2 * dt_s * covariance[1] + dt_s * dt_s * covariance[2] + q * dt_s * dt_s * dt_s * dt_s / 4;
+  covariance[1] += dt_s * covariance[2] + q * dt_s * dt_s * dt_s / 2;
+  covariance[2] += q * dt_s * dt_s;
+}
+
+void Tracker::Axis::update_position(double measured, double variance) {
+  const double gain_p{covariance[0] / (covariance[0] + variance)};
+  const double gain_v{covariance[1] / (covariance[0] + variance)};
+  const double innovation{measured - position};
+  position += gain_p * innovation;
+  velocity += gain_v * innovation;
+  covariance[2] -= gain_v * covariance[1];
+  covariance[1] -= gain_v * covariance[0];
+  covariance[0] -= gain_p * covariance[0];
+}
+
+void Tracker::Axis::update_velocity(double measured, double variance) {
+  const double gain_p{covariance[1] / (covariance[2] + variance)};
+  const double gain_v{covariance[2] / (covariance[2] + variance)};
+  const double innovation{measured - velocity};
+  position += gain_p * innovation;
+  velocity += gain_v * innovation;
+  covariance[0] -= gain_p * covariance[1];
+  covariance[1] -= gain_p * covariance[2];
+  covariance[2] -= gain_v * covariance[2];
+}
+
+void Tracker::update(const GridLayers& world, const std::vector<Cluster>& clusters, double dt_s) {
+  for (Track& track : tracks_) {
+    track.x.predict(dt_s, config_.acceleration_mps2);
+    track.y.predict(dt_s, config_.acceleration_mps2);
+    track.age_s += dt_s;
+    track.unseen_s += dt_s;
+  }
+  associate(clusters);
+  std::erase_if(tracks_, [&](const Track& track) { return is_over(track, world); });
+}
+
+void Tracker::associate(const std::vector<Cluster>& clusters) {
+  struct Pair {
+    double distance;
+    std::size_t track;
+    std::size_t cluster;
+  };
+  std::vector<Pair> pairs;
+  for (std::size_t t{0}; t < tracks_.size(); ++t) {
+    for (std::size_t c{0}; c < clusters.size(); ++c) {
+      const double distance{
+          std::hypot(tracks_[t].x.position - clusters[c].centre.x, tracks_[t].y.position - clusters[c].centre.y)};
+      // the visible part of a large thing may change by its size from frame to frame
+      const double gate{config_.gate_m + 0.25 * std::max(tracks_[t].shape.length_m, clusters[c].length_m)};
+      if (distance <= gate) pairs.push_back({distance, t, c});
+    }
+  }
+  std::stable_sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.distance < b.distance; });
+  std::vector<bool> track_taken(tracks_.size());
+  std::vector<bool> cluster_taken(clusters.size());
+  for (const Pair& pair : pairs) {
+    if (track_taken[pair.track] || cluster_taken[pair.cluster]) continue;
+    track_taken[pair.track] = cluster_taken[pair.cluster] = true;
+    correct(tracks_[pair.track], clusters[pair.cluster]);
+  }
+  for (std::size_t c{0}; c < clusters.size(); ++c) {
+    if (!cluster_taken[c]) begin_track(clusters[c]);
+  }
+}
+
+void Tracker::correct(Track& track, const Cluster& cluster) const {
+  // where the outline of a large thing changes with what is seen of it, its centre says little about its motion
+  const double change{std::abs(cluster.length_m - track.shape.length_m) +
+                      std::abs(cluster.width_m - track.shape.width_m)};
+  const double position_sigma{0.15 + 0.1 * cluster.length_m + change};
+  track.x.update_position(cluster.centre.x, position_sigma * position_sigma);
+  track.y.update_position(cluster.centre.y, position_sigma * position_sigma);
+  track.x.update_velocity(cluster.velocity.x, velocity_sigma_mps * velocity_sigma_mps);
+  track.y.update_velocity(cluster.velocity.y, velocity_sigma_mps * velocity_sigma_mps);
+  track.shape = cluster;
+  track.unseen_s = 0;
+  ++track.sightings;
+}
+
+void Tracker::begin_track(const Cluster& cluster) {
+  const double position_variance{0.3 * 0.3};
+  const double velocity_variance{3.0 * 3.0};
+  Track track;
+  track.id = next_id_++;
+  track.x = {cluster.centre.x, cluster.velocity.x, {position_variance, 0, velocity_variance}};
+  track.y = {cluster.centre.y, cluster.velocity.y, {position_variance, 0, velocity_variance}};
+  track.shape = cluster;
+  track.sightings = 1;
+  tracks_.push_back(track);
+}
+
+bool Tracker::is_over(const Track& track, const GridLayers& world) const {
+  if (track.unseen_s == 0) return false;
+  if (track.unseen_s > config_.coast_s || track.sightings < config_.confirm_frames) return true;
+  const GridGeometry& grid{world.geometry};
+  const int x{static_cast<int>(std::floor((track.x.position - grid.x_min_m) / grid.cell_size_m))};
+  const int y{static_cast<int>(std::floor((track.y.position - grid.y_min_m) / grid.cell_size_m))};
+  if (x < 0 || x >= grid.nx || y < 0 || y >= grid.ny) return true;
+  return track.unseen_s > gone_s && world.occupancy(x, y) < free_occupancy && world.age_s(x, y) == 0;
+}
+
+void Tracker::report(const Pose2& world_from_vehicle, std::vector<Obstacle>& obstacles) const {
+  const Pose2 vehicle_from_world{inverse(world_from_vehicle)};
+  const double c{std::cos(vehicle_from_world.yaw_rad)};
+  const double s{std::sin(vehicle_from_world.yaw_rad)};
+  obstacles.clear();
+  for (const Track& track : tracks_) {
+    const Point2 at{vehicle_from_world * Point2{track.x.position, track.y.position}};
+    const double vx{track.x.velocity};
+    const double vy{track.y.velocity};
+    obstacles.push_back({track.id, at.x, at.y, c * vx - s * vy, s * vx + c * vy, track.shape.length_m,
+                         track.shape.width_m,
+                         std::remainder(track.shape.yaw_rad + vehicle_from_world.yaw_rad, 2 * M_PI),
+                         track.shape.occupancy, track.age_s, track.sightings >= config_.confirm_frames});
+  }
+}
+
+}  // namespace stereogrid

@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "stereogrid/config.hpp"
+#include "stereogrid/frame.hpp"
+#include "stereogrid/grid.hpp"
+#include "stereogrid/obstacle.hpp"
+
+namespace stereogrid {
+
+/// Connected occupied cells that move alike. World axes.
+struct Cluster {
+  int cells{0};
+  Point2 centre;        ///< middle of the cells' bounding box along the axes of motion
+  Point2 velocity;      ///< mean over the cells
+  double occupancy{0};  ///< mean over the cells
+  double length_m{0};
+  double width_m{0};
+  double yaw_rad{0};
+};
+
+/// Clusters of the filtered grid: 8-connected cells above `occupancy_min` that have been observed and whose velocities
+/// differ by less than a lattice step between neighbours. `labels` (ny, nx) is working memory; afterwards it holds the
+/// cluster's number + 1 of each cell, 0 = none.
+void find_clusters(const GridLayers& world, const TrackingConfig& config, Image<int>& labels,
+                   std::vector<Cluster>& clusters);
+
+/// Follows clusters through time: nearest-neighbour association within a gate around each track's prediction, a
+/// constant-velocity Kalman filter for each track, ids that are never used twice. method §3.2, kept simple.
+class Tracker {
+ public:
+  explicit Tracker(const TrackingConfig& config) : config_{config} {}
+
+  void start_ids_at(std::int64_t first_id) { next_id_ = first_id; }
+
+  /// Moves all tracks on by dt_s, gives each its cluster, begins and ends tracks.
+  void update(const GridLayers& world, const std::vector<Cluster>& clusters, double dt_s);
+
+  /// The tracks as obstacles in the vehicle frame.
+  void report(const Pose2& world_from_vehicle, std::vector<Obstacle>& obstacles) const;
+
+ private:
+  // One axis of a constant-velocity Kalman filter.
+  struct Axis {
+    double position{0};
+    double velocity{0};
+    std::array<double, 3> covariance{};  // pp, pv, vv
+
+    void predict(double dt_s, double acceleration_mps2);
+    void update_position(double measured, double variance);
+    void update_velocity(double measured, double variance);
+  };
+
+  struct Track {
+    std::int64_t id{0};
+    Axis x;
+    Axis y;
+    Cluster shape;
+    int sightings{0};
+    double age_s{0};
+    double unseen_s{0};
+  };
+
+  void associate(const std::vector<Cluster>& clusters);
+  void correct(Track& track, const Cluster& cluster) const;
+  void begin_track(const Cluster& cluster);
+  [[nodiscard]] bool is_over(const Track& track, const GridLayers& world) const;
+
+  TrackingConfig config_;
+  std::vector<Track> tracks_;
+  std::int64_t next_id_{1};
+};
+
+}  // namespace stereogrid

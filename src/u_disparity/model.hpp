@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "host_device.hpp"
+
+namespace stereogrid {
+
+/// Eq. 4: occupancy from visibility P(V) and obstacle confidence P(C).
+STEREOGRID_HD inline float obstacle_probability(float visible, float confidence, float false_positive,
+                                                float false_negative) {
+  return visible * confidence * (1 - false_positive) + visible * (1 - confidence) * false_negative +
+         (1 - visible) * 0.5f;
+}
+
+/// Eq. 14, kept within what a sensor with errors can know (specification §3.6).
+STEREOGRID_HD inline float occupancy_probability(float obstacle, float road, float false_positive,
+                                                 float false_negative) {
+  const float occupancy{obstacle * (1 - road)};
+  const float highest{1 - false_positive};
+  const float raised{occupancy < false_negative ? false_negative : occupancy};
+  return raised > highest ? highest : raised;
+}
+
+/// Bin of a disparity; 0 is "no measurement".
+STEREOGRID_HD inline int bin_of(float disparity) {
+  return static_cast<int>(disparity + 0.5f);
+}
+
+/// Eq. 11: share of the possible rays that reach the bin.
+STEREOGRID_HD inline float visibility_of(int visible, int possible) {
+  return possible > 0 ? static_cast<float>(visible) / static_cast<float>(possible) : 0.0f;
+}
+
+/// Place of (N_V, N_O), N_O ≤ N_V, in a table over all pairs.
+STEREOGRID_HD inline int pair_index(int visible, int observed) {
+  return visible * (visible + 1) / 2 + observed;
+}
+
+}  // namespace stereogrid

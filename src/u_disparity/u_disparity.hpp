@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "ground/model.hpp"
+#include "matching/matching.hpp"
+#include "stereogrid/config.hpp"
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid {
+
+/// exp() of the small integers that the probabilities are made of, and the smoothing weights. Built once.
+struct UDisparityTables {
+  UDisparityTables(const UDisparityConfig& config, int image_height, int window_px);
+
+  UDisparityConfig config;
+  int half_window{0};                   ///< with left_border, bins with u < d + this stay unknown
+  std::vector<float> miss;              ///< [pair_index(N_V, N_O)]: exp(−r_O/τ_O) = 1 − P(C)
+  std::array<float, 10> road_factor{};  ///< [road cells among 9]: exp(−(1−r_R)/τ_R)
+  std::vector<float> weights_column;    ///< −K … K, sum 1
+  std::vector<float> weights_disparity;
+};
+
+/// exp(−r_O/τ_O) with r_O = N_O/(N_V + guard), 0 where N_V = 0. eq. 12, 13.
+float miss_of(const UDisparityConfig& config, int visible, int observed);
+
+/// The Gaussian's integrals over bins, |k| ≤ ceil(3σ), sum 1. specification §3.7.
+std::vector<float> gaussian_weights(double sigma);
+
+/// Rows that an obstacle at a disparity can cover in the image: first … last; none where first > last. eq. 9.
+struct RowRange {
+  int first;
+  int last;
+};
+RowRange possible_rows(const Rig& rig, const Ground& ground, double obstacle_height_m, int d, int image_height);
+
+/// Bins for which a row is possible: first … last; none where first > last.
+struct BinRange {
+  int first;
+  int last;
+};
+
+/// What `count` works in.
+struct UDisparitySpace {
+  UDisparitySpace(int width, int height, int disparities);
+  Image<std::int16_t> visible_steps;  ///< (D+1, W) difference array of N_V
+  Image<std::uint16_t> road_pixels;   ///< (D, W)
+  Image<float> smooth_once;           ///< (D, W)
+  std::vector<BinRange> bins_of_row;  ///< (H)
+};
+
+/// Disparity images to occupancy in the u-disparity plane: counts N_P, N_V, N_O (eq. 9–12), probabilities (eq. 4,
+/// 11–15), Gaussian smoothing. Fills everything in `stages` but the disparity images.
+void count(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& ground, const UDisparityTables& tables,
+           UDisparitySpace& space, StageImages& stages);
+void count(Reference& reference, const Matches& matches, const Rig& rig, const Ground& ground,
+           const UDisparityTables& tables, UDisparitySpace& space, StageImages& stages);
+
+}  // namespace stereogrid

@@ -1,0 +1,16 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# Builds everything and runs all tests. Arguments go to ctest, e.g. ./test.sh -L fast -R projection
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+build=$root/build/release
+
+"$root/scripts/install-dependencies.sh"
+# what the preset "release" does, spelt out because Ubuntu 22.04's CMake is older than presets of this kind
+cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
+  -DSTEREOGRID_TESTS=ON
+cmake --build "$build"
+ctest --test-dir "$build" --parallel 2 --output-on-failure --no-tests=error "$@"

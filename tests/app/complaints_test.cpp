@@ -1,0 +1,150 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fstream>
+
+#include "support.hpp"
+
+namespace stereogrid::app::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+/// A simulated drive on the disk.
+void simulate(const fs::path& folder, const std::string& scene, const std::string& more) {
+  run_well({"simulate", small_scene(scene, more), "--out", folder.string()});
+}
+
+std::vector<std::string> run_words(const fs::path& input, const fs::path& out) {
+  return {"run", input.string(), "--out", out.string()};
+}
+
+void cut_in_half(const fs::path& path) {
+  fs::resize_file(path, fs::file_size(path) / 2);
+}
+
+TEST(BadFrame, InTheMiddleIsSkippedAndCounted) {
+  const TemporaryFolder folder;
+  simulate(folder / "drive", "street", "&frames=5");
+  cut_in_half(folder / "drive" / "left" / "000002.png");
+  const Outcome outcome{run_well(run_words(folder / "drive", folder / "run"))};
+  EXPECT_THAT(outcome.errors, HasSubstr("000002"));
+  EXPECT_THAT(outcome.output, HasSubstr("4 frames, 1 skipped"));
+  const Json run(json_of(folder / "run" / "run.json"));
+  EXPECT_EQ(run["frames"]["done"], 4);
+  EXPECT_EQ(run["frames"]["complete"], true);
+  ASSERT_EQ(run["skipped"].size(), 1U);
+  EXPECT_EQ(run["skipped"][0]["name"], "000002");
+  EXPECT_THAT(run["skipped"][0]["reason"].get<std::string>(), HasSubstr("000002.png"));
+  const std::vector<Json> lines(lines_of(folder / "run"));
+  ASSERT_EQ(lines.size(), 4U);
+  EXPECT_EQ(lines[2]["index"], 3);
+  EXPECT_FALSE(fs::exists(folder / "run" / "grids" / "000002.npz"));
+}
+
+TEST(BadFrame, AtTheStartIsSkippedToo) {
+  const TemporaryFolder folder;
+  simulate(folder / "drive", "street", "&frames=3");
+  cut_in_half(folder / "drive" / "right" / "000000.png");
+  run_well(run_words(folder / "drive", folder / "run"));
+  EXPECT_EQ(lines_of(folder / "run").size(), 2U);
+}
+
+TEST(BadFrame, EverywhereEndsTheRunBeforeItBegins) {
+  const TemporaryFolder folder;
+  simulate(folder / "drive", "street", "&frames=2");
+  for (const char* name : {"000000.png", "000001.png"}) cut_in_half(folder / "drive" / "left" / name);
+  const Outcome outcome{run_tool(run_words(folder / "drive", folder / "run"))};
+  EXPECT_EQ(outcome.exit_code, 65);
+  EXPECT_THAT(outcome.errors, HasSubstr("000000.png"));
+  EXPECT_FALSE(fs::exists(folder / "run" / "run.json"));
+}
+
+TEST(Swapped, LeftAndRightAreRefused) {
+  const TemporaryFolder folder;
+  run_well({"simulate", "scene:street?frames=2&width=320&height=200", "--out", (folder / "drive").string()});
+  fs::rename(folder / "drive" / "left", folder / "drive" / "other");
+  fs::rename(folder / "drive" / "right", folder / "drive" / "left");
+  fs::rename(folder / "drive" / "other", folder / "drive" / "right");
+  const Outcome run{run_tool(run_words(folder / "drive", folder / "run"))};
+  EXPECT_EQ(run.exit_code, 65);
+  EXPECT_THAT(run.errors, HasSubstr("swapped"));
+  EXPECT_FALSE(fs::exists(folder / "run" / "run.json"));
+  const Outcome info{run_tool({"info", (folder / "drive").string()})};
+  EXPECT_EQ(info.exit_code, 65);
+  EXPECT_THAT(info.output, HasSubstr("swapped"));
+}
+
+struct WrongUsage {
+  std::vector<std::string> words;
+  std::string said;
+};
+
+TEST(ExitCodes, WrongUsageIs64) {
+  const TemporaryFolder folder;
+  const std::string out{(folder / "run").string()};
+  for (const WrongUsage& wrong :
+       std::vector<WrongUsage>{{{}, "sub-command"},
+                               {{"fly"}, "fly"},
+                               {{"run", "scene:empty"}, "--out"},
+                               {{"run", "scene:empty", "--out", out, "--frobnicate"}, "--frobnicate"},
+                               {{"run", "scene:empty", "--out", out, "--device", "abacus"}, "abacus"},
+                               {{"run", "scene:empty", "--out", out, "--set", "grid.lenght_m=3"}, "grid.length_m"},
+                               {{"run", "scene:empty", "--out", out, "--set", "grid.length_m"}, "KEY=VALUE"},
+                               {{"run", "scene:empty", "--out", out, "--set", "grid.length_m=-3"}, "must lie in"},
+                               {{"run", "scene:empty", "--out", out, "--preset", "nice"}, "preset"},
+                               {{"run", "scene:empty", "--out", out, "--frames", "5:2"}, "FIRST:LAST"},
+                               {{"run", "scene:empty?frames=4", "--out", out, "--frames", "9:"}, "4 frames"},
+                               {{"run", "scene:empty", "--out", out, "--calibration", "x.yaml"}, "scene"},
+                               {{"run", "scene:empty", "--out", out, "--resume", "--video", "x.mp4"}, "--video"}}) {
+    const Outcome outcome{run_tool(wrong.words)};
+    EXPECT_EQ(outcome.exit_code, 64) << outcome.errors;
+    EXPECT_THAT(outcome.errors, HasSubstr("stereogrid: "));
+    EXPECT_THAT(outcome.errors, HasSubstr(wrong.said));
+  }
+  EXPECT_FALSE(fs::exists(out));
+}
+
+TEST(ExitCodes, BadInputIs65) {
+  const TemporaryFolder folder;
+  const std::string out{(folder / "run").string()};
+  fs::create_directory(folder / "nothing");
+  EXPECT_EQ(run_tool({"run", (folder / "not_there").string(), "--out", out}).exit_code, 65);
+  EXPECT_EQ(run_tool({"run", (folder / "nothing").string(), "--out", out}).exit_code, 65);
+  EXPECT_EQ(run_tool({"run", "scene:moon", "--out", out}).exit_code, 65);
+  EXPECT_EQ(run_tool({"run", "scene:empty", "--out", out, "--config", (folder / "no.yaml").string()}).exit_code, 65);
+  EXPECT_EQ(run_tool({"info", (folder / "nothing").string()}).exit_code, 65);
+  EXPECT_EQ(run_tool({"evaluate", (folder / "nothing").string(), "scene:empty"}).exit_code, 65);
+  EXPECT_FALSE(fs::exists(out));
+}
+
+TEST(ExitCodes, WhatMayWorkLaterIs75) {
+  const TemporaryFolder folder;
+  const std::string out{(folder / "run").string()};
+  const std::string scene{small_scene("empty", "&frames=1")};
+  const Outcome cuda{run_tool({"run", scene, "--out", out, "--device", "cuda"})};
+  EXPECT_EQ(cuda.exit_code, 75);
+  EXPECT_THAT(cuda.errors, HasSubstr("no CUDA back end"));
+  std::ofstream{folder / "a_file"} << "x";
+  EXPECT_EQ(run_tool({"run", scene, "--out", (folder / "a_file" / "run").string()}).exit_code, 75);
+  const Outcome film{run_tool({"run", scene, "--out", out, "--video", "x.mp4"}, "PATH=/nonexistent")};
+  EXPECT_EQ(film.exit_code, 75);
+  EXPECT_THAT(film.errors, HasSubstr("ffmpeg"));
+}
+
+TEST(ExitCodes, HelpAndVersionAre0) {
+  EXPECT_THAT(run_well({"--version"}).output, HasSubstr("stereogrid "));
+  EXPECT_THAT(run_well({"--help"}).output, HasSubstr("Exit codes"));
+  EXPECT_THAT(run_well({"run", "--help"}).output, HasSubstr("--save-stages"));
+}
+
+TEST(Quiet, SaysNothing) {
+  const TemporaryFolder folder;
+  const Outcome outcome{
+      run_well({"run", small_scene("empty", "&frames=1"), "--out", (folder / "run").string(), "--quiet"})};
+  EXPECT_EQ(outcome.output, "");
+  EXPECT_EQ(outcome.errors, "");
+}
+
+}  // namespace
+}  // namespace stereogrid::app::testing

@@ -1,0 +1,154 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+#include "support.hpp"
+
+extern char** environ;
+
+namespace stereogrid::app::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::vector<std::string> command(const fs::path& out, const std::string& frames, const std::string& more = "") {
+  std::vector<std::string> words{"run", small_scene("street", "&frames=6"), "--out", out.string(), "--frames", frames};
+  if (!more.empty()) words.push_back(more);
+  return words;
+}
+
+void append(const fs::path& path, const std::string& text) {
+  std::ofstream{path, std::ios::app | std::ios::binary} << text;
+}
+
+TEST(Resume, GoesOnExactly) {
+  const TemporaryFolder folder;
+  run_well(command(folder / "whole", "0:5"));
+  run_well(command(folder / "parts", "0:2"));
+  EXPECT_EQ(lines_of(folder / "parts").size(), 3U);
+  run_well(command(folder / "parts", "0:5", "--resume"));
+  expect_equal_runs(folder / "whole", folder / "parts");
+  const Json run(json_of(folder / "parts" / "run.json"));
+  EXPECT_EQ(run["frames"]["done"], 6);
+  EXPECT_EQ(run["frames"]["complete"], true);
+}
+
+TEST(Resume, DropsATornLastLine) {
+  const TemporaryFolder folder;
+  run_well(command(folder / "whole", ":"));
+  run_well(command(folder / "torn", ":3"));
+  append(folder / "torn" / "frames.jsonl", R"({"index":4,"name":"0000)");
+  run_well(command(folder / "torn", ":", "--resume"));
+  expect_equal_runs(folder / "whole", folder / "torn");
+}
+
+TEST(Resume, OfAFinishedRunChangesNothing) {
+  const TemporaryFolder folder;
+  run_well(command(folder / "run", "0:1"));
+  const std::string before{text_of(folder / "run" / "frames.jsonl")};
+  run_well(command(folder / "run", "0:1", "--resume"));
+  EXPECT_EQ(text_of(folder / "run" / "frames.jsonl"), before);
+}
+
+TEST(Resume, StartsWhereThereIsNothing) {
+  const TemporaryFolder folder;
+  run_well(command(folder / "run", "0:0", "--resume"));
+  EXPECT_EQ(lines_of(folder / "run").size(), 1U);
+}
+
+TEST(Resume, RefusesOtherSettingsAndNamesThem) {
+  const TemporaryFolder folder;
+  run_well(command(folder / "run", "0:0"));
+  std::vector<std::string> words{command(folder / "run", "0:2", "--resume")};
+  words.insert(words.end(), {"--set", "filter.forgetting_s=2"});
+  const Outcome other{run_tool(words)};
+  EXPECT_EQ(other.exit_code, 64);
+  EXPECT_THAT(other.errors, HasSubstr("filter/forgetting_s: was 3"));
+  const Outcome later{run_tool(command(folder / "run", "1:2", "--resume"))};
+  EXPECT_EQ(later.exit_code, 64);
+  EXPECT_THAT(later.errors, HasSubstr("first frame: was 0, is 1"));
+}
+
+TEST(Resume, WithoutItAFolderWithARunIsRefused) {
+  const TemporaryFolder folder;
+  run_well(command(folder / "run", "0:0"));
+  const Outcome again{run_tool(command(folder / "run", "0:0"))};
+  EXPECT_EQ(again.exit_code, 64);
+  EXPECT_THAT(again.errors, HasSubstr("--resume"));
+}
+
+TEST(Resume, ComplainsOfADamagedLine) {
+  const TemporaryFolder folder;
+  run_well(command(folder / "run", "0:0"));
+  append(folder / "run" / "frames.jsonl", "no json\n");
+  const Outcome outcome{run_tool(command(folder / "run", "0:2", "--resume"))};
+  EXPECT_EQ(outcome.exit_code, 65);
+  EXPECT_THAT(outcome.errors, HasSubstr("line 2"));
+}
+
+// Longer than what is repeated to warm up: the world stays where it was, ids go on.
+TEST(Resume, KeepsTheWorldOfALongRun) {
+  const TemporaryFolder folder;
+  const std::string scene{"scene:street?frames=36&width=112&height=70"};
+  run_well({"run", scene, "--out", (folder / "whole").string()});
+  run_well({"run", scene, "--out", (folder / "parts").string(), "--frames", ":33"});
+  run_well({"run", scene, "--out", (folder / "parts").string(), "--resume"});
+  const Json whole(lines_of(folder / "whole").back());
+  const std::vector<Json> parts(lines_of(folder / "parts"));
+  ASSERT_EQ(parts.size(), 36U);
+  for (const char* key : {"x_m", "y_m", "yaw_rad"}) {
+    EXPECT_NEAR(parts.back()["pose"][key].get<double>(), whole["pose"][key].get<double>(), 1e-9) << key;
+  }
+  std::int64_t largest{0};
+  for (std::size_t i{0}; i <= 33; ++i) {
+    for (const Json& obstacle : parts[i]["obstacles"]) largest = std::max(largest, obstacle["id"].get<std::int64_t>());
+  }
+  for (const Json& obstacle : parts[34]["obstacles"]) EXPECT_GT(obstacle["id"].get<std::int64_t>(), largest);
+  const auto origin = [&](const char* run) {
+    return io::read_npz(folder / run / "grids" / "000035.npz").at("world_origin").to<double>();
+  };
+  EXPECT_EQ(origin("whole"), origin("parts"));
+}
+
+pid_t start(std::vector<std::string> words) {
+  words.insert(words.begin(), STEREOGRID_TOOL);
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  pid_t process{-1};
+  EXPECT_EQ(posix_spawn(&process, STEREOGRID_TOOL, nullptr, nullptr, arguments.data(), environ), 0);
+  return process;
+}
+
+TEST(Interrupt, LeavesARunThatCanGoOn) {
+  const TemporaryFolder folder;
+  const std::vector<std::string> words{"run", "scene:street?frames=40&width=320&height=200", "--out",
+                                       (folder / "run").string(), "--quiet"};
+  const pid_t process{start(words)};
+  const auto deadline{std::chrono::steady_clock::now() + std::chrono::seconds{30}};
+  while (lines_of(folder / "run").empty() && std::chrono::steady_clock::now() < deadline) {
+    std::this_thread::sleep_for(std::chrono::milliseconds{5});
+  }
+  kill(process, SIGINT);
+  int status{0};
+  ASSERT_EQ(waitpid(process, &status, 0), process);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  const Json run(json_of(folder / "run" / "run.json"));
+  EXPECT_EQ(run["frames"]["complete"], false);
+  EXPECT_EQ(run["frames"]["done"], lines_of(folder / "run").size());
+  EXPECT_LT(lines_of(folder / "run").size(), 40U);
+  std::vector<std::string> on{words};
+  on.insert(on.end(), {"--resume", "--frames", ":20"});
+  run_well(on);
+  EXPECT_GE(lines_of(folder / "run").size(), 21U);
+}
+
+}  // namespace
+}  // namespace stereogrid::app::testing

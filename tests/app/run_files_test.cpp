@@ -1,0 +1,197 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "stereogrid/io/image_file.hpp"
+#include "support.hpp"
+
+namespace stereogrid::app::testing {
+namespace {
+
+using ::testing::ElementsAre;
+using Shape = std::vector<std::size_t>;
+
+std::set<std::string> keys_of(const Json& object) {
+  std::set<std::string> keys;
+  for (const auto& [key, value] : object.items()) keys.insert(key);
+  return keys;
+}
+
+std::set<std::string> names_of(const Arrays& arrays) {
+  std::set<std::string> names;
+  for (const auto& [name, array] : arrays) names.insert(name);
+  return names;
+}
+
+void expect_array(const Arrays& arrays, const std::string& name, io::DType dtype, const Shape& shape) {
+  ASSERT_TRUE(arrays.contains(name)) << name;
+  EXPECT_EQ(arrays.at(name).dtype, dtype) << name;
+  EXPECT_EQ(arrays.at(name).shape, shape) << name;
+}
+
+/// One run with everything, looked at by all tests of this file.
+class RunFiles : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder = std::make_unique<TemporaryFolder>();
+    run_well({"run", small_scene("crossing", "&frames=3"), "--out", run().string(), "--save-stages", "--pictures",
+              "--set", "grid.length_m=16", "--set", "matching.disparities=48"});
+  }
+  static void TearDownTestSuite() { folder.reset(); }
+  static fs::path run() { return folder->path() / "run"; }
+
+  static std::unique_ptr<TemporaryFolder> folder;
+};
+std::unique_ptr<TemporaryFolder> RunFiles::folder;
+
+TEST_F(RunFiles, EveryFrameHasItsFilesAndNothingElseIsLeft) {
+  EXPECT_THAT(files_in(run()), ElementsAre("frames.jsonl", "grids", "pictures", "run.json", "stages"));
+  EXPECT_THAT(files_in(run() / "grids"), ElementsAre("000000.npz", "000001.npz", "000002.npz"));
+  EXPECT_THAT(files_in(run() / "stages"), ElementsAre("000000.npz", "000001.npz", "000002.npz"));
+  EXPECT_THAT(files_in(run() / "pictures"), ElementsAre("000000.png", "000001.png", "000002.png"));
+}
+
+TEST_F(RunFiles, RunJsonTellsWhatWasDone) {
+  const Json json(json_of(run() / "run.json"));
+  for (const char* key : {"version", "preset", "config", "input", "frames", "device", "simd_target", "timing_ms", "rig",
+                          "grid", "world_grid", "skipped", "warnings"}) {
+    EXPECT_TRUE(json.contains(key)) << key;
+  }
+  EXPECT_EQ(keys_of(json["rig"]),
+            (std::set<std::string>{"focal_px", "centre_u_px", "centre_v_px", "baseline_m", "width_px", "height_px",
+                                   "camera_height_m", "camera_pitch_rad", "camera_roll_rad"}));
+  EXPECT_EQ(json["grid"],
+            Json::parse(R"({"x_min_m": 0.0, "y_min_m": -10.0, "cell_size_m": 0.2, "nx": 80, "ny": 100})"));
+  EXPECT_EQ(keys_of(json["world_grid"]), (std::set<std::string>{"cell_size_m", "nx", "ny"}));
+  EXPECT_EQ(json["config"]["grid"]["length_m"], 16.0);
+  EXPECT_EQ(json["config"]["matching"]["disparities"], 48);
+  EXPECT_EQ(json["frames"]["done"], 3);
+  EXPECT_EQ(json["frames"]["complete"], true);
+  for (const char* stage : {"match", "ground", "count", "project", "filter", "track", "total"}) {
+    EXPECT_EQ(keys_of(json["timing_ms"][stage]), (std::set<std::string>{"p50", "p90", "p99", "mean"})) << stage;
+  }
+  EXPECT_GT(json["timing_ms"]["total"]["p50"], 0);
+}
+
+TEST_F(RunFiles, EveryLineHasEveryKey) {
+  const std::vector<Json> lines(lines_of(run()));
+  ASSERT_EQ(lines.size(), 3U);
+  for (std::size_t i{0}; i < 3; ++i) {
+    const Json& line{lines[i]};
+    EXPECT_EQ(keys_of(line), (std::set<std::string>{"index", "name", "stamp_ns", "pose", "ground", "timing_ms",
+                                                    "density", "obstacles", "warnings"}));
+    EXPECT_EQ(line["index"], i);
+    EXPECT_EQ(line["name"], "00000" + std::to_string(i));
+    EXPECT_EQ(line["stamp_ns"], i * 100'000'000);
+    EXPECT_EQ(keys_of(line["pose"]), (std::set<std::string>{"x_m", "y_m", "yaw_rad"}));
+    EXPECT_EQ(keys_of(line["density"]), (std::set<std::string>{"obstacle", "road"}));
+    EXPECT_GT(line["density"]["road"], 0.05);
+    for (const Json& obstacle : line["obstacles"]) {
+      EXPECT_EQ(keys_of(obstacle), (std::set<std::string>{"id", "x_m", "y_m", "vx_mps", "vy_mps", "length_m", "width_m",
+                                                          "yaw_rad", "occupancy", "age_s", "confirmed"}));
+    }
+  }
+  EXPECT_EQ(text_of(run() / "frames.jsonl").find("null"), std::string::npos);
+}
+
+TEST_F(RunFiles, GridsHaveTheirShapes) {
+  const Json json(json_of(run() / "run.json"));
+  const auto world{json["world_grid"]["nx"].get<std::size_t>()};
+  ASSERT_EQ(json["world_grid"]["ny"], world);
+  const Arrays arrays{io::read_npz(run() / "grids" / "000002.npz")};
+  EXPECT_EQ(names_of(arrays), (std::set<std::string>{"observed", "occupancy", "age_s", "velocity", "world_occupancy",
+                                                     "world_velocity", "world_age_s", "world_origin"}));
+  for (const char* name : {"observed", "occupancy", "age_s"}) {
+    expect_array(arrays, name, io::DType::float32, {100, 80});
+  }
+  expect_array(arrays, "velocity", io::DType::float32, {2, 100, 80});
+  expect_array(arrays, "world_occupancy", io::DType::float32, {world, world});
+  expect_array(arrays, "world_age_s", io::DType::float32, {world, world});
+  expect_array(arrays, "world_velocity", io::DType::float32, {2, world, world});
+  expect_array(arrays, "world_origin", io::DType::float64, {2});
+  const auto age{arrays.at("age_s").to<float>()};
+  EXPECT_TRUE(std::any_of(age.begin(), age.end(), [](float a) { return std::isinf(a); }));
+  EXPECT_TRUE(std::any_of(age.begin(), age.end(), [](float a) { return a == 0; }));
+}
+
+// The window lies around the vehicle, which stands at the world's origin: the cell 5 m ahead is in both grids.
+TEST_F(RunFiles, WorldOriginIsTheCornerOfTheFirstCell) {
+  const Json json(json_of(run() / "run.json"));
+  const Arrays arrays{io::read_npz(run() / "grids" / "000002.npz")};
+  const auto origin{arrays.at("world_origin").to<double>()};
+  const double cell{json["world_grid"]["cell_size_m"].get<double>()};
+  const Image<float> world{arrays.at("world_occupancy").to_image<float>()};
+  const Image<float> vehicle{arrays.at("occupancy").to_image<float>()};
+  const int x{static_cast<int>(std::floor((5.05 - origin[0]) / cell))};
+  const int y{static_cast<int>(std::floor((0.05 - origin[1]) / cell))};
+  ASSERT_LT(x, world.width());
+  ASSERT_LT(y, world.height());
+  EXPECT_LT(world(x, y), 0.3F);
+  EXPECT_NEAR(world(x, y), vehicle(25, 50), 0.02F);
+}
+
+TEST_F(RunFiles, StagesHaveTheirShapes) {
+  const Arrays arrays{io::read_npz(run() / "stages" / "000001.npz")};
+  EXPECT_EQ(arrays.size(), 10U);
+  expect_array(arrays, "obstacle_disparity", io::DType::float32, {100, 160});
+  expect_array(arrays, "road_disparity", io::DType::float32, {100, 160});
+  expect_array(arrays, "possible", io::DType::int32, {48});
+  expect_array(arrays, "visible", io::DType::uint16, {48, 160});
+  expect_array(arrays, "observed_pixels", io::DType::uint16, {48, 160});
+  for (const char* name :
+       {"visibility", "obstacle_confidence", "road_confidence", "u_occupancy", "u_occupancy_smooth"}) {
+    expect_array(arrays, name, io::DType::float32, {48, 160});
+  }
+}
+
+TEST_F(RunFiles, PicturesHaveOneSizeAndShowSomething) {
+  const io::RgbImage first{io::read_rgb(run() / "pictures" / "000000.png")};
+  const io::RgbImage last{io::read_rgb(run() / "pictures" / "000002.png")};
+  EXPECT_EQ(first.width, last.width);
+  EXPECT_EQ(first.height, last.height);
+  EXPECT_GT(first.width, 800);
+  EXPECT_LT(first.width, 3000);
+  EXPECT_GT(first.height, 500);
+  int blue{0};  // the road's tint
+  for (int v{0}; v < last.height; ++v) {
+    for (int u{0}; u < last.width; ++u) {
+      const std::uint8_t* rgb{last.pixels.row(v) + 3 * u};
+      if (rgb[2] > rgb[0] + 60) ++blue;
+    }
+  }
+  EXPECT_GT(blue, 20000);
+}
+
+TEST(Run, GivesTheSameOnOneAndTwoThreads) {
+  const TemporaryFolder folder;
+  for (const char* threads : {"1", "2"}) {
+    run_well({"run", small_scene("street", "&frames=3"), "--out", (folder / threads).string(), "--threads", threads,
+              "--save-stages"});
+  }
+  expect_equal_runs(folder / "1", folder / "2");
+}
+
+TEST(Run, FramesAreBothInclusive) {
+  const TemporaryFolder folder;
+  run_well({"run", small_scene("empty", "&frames=5"), "--out", (folder / "middle").string(), "--frames", "1:3"});
+  EXPECT_THAT(files_in(folder / "middle" / "grids"), ElementsAre("000001.npz", "000002.npz", "000003.npz"));
+  run_well({"run", small_scene("empty", "&frames=5"), "--out", (folder / "end").string(), "--frames", "3:"});
+  EXPECT_THAT(files_in(folder / "end" / "grids"), ElementsAre("000003.npz", "000004.npz"));
+}
+
+TEST(Run, MakesAVideo) {
+  if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) GTEST_SKIP() << "ffmpeg is not here";
+  const TemporaryFolder folder;
+  run_well({"run", small_scene("empty", "&frames=3"), "--out", (folder / "run").string(), "--video",
+            (folder / "film" / "street.mp4").string()});
+  EXPECT_THAT(files_in(folder / "film"), ElementsAre("street.mp4"));
+  const std::string film{text_of(folder / "film" / "street.mp4")};
+  EXPECT_GT(film.size(), 3000U);
+  EXPECT_EQ(film.substr(4, 4), "ftyp");
+  EXPECT_FALSE(fs::exists(folder / "run" / "pictures"));
+}
+
+}  // namespace
+}  // namespace stereogrid::app::testing

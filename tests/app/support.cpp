@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "support.hpp"
+
+#include <stdlib.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+namespace stereogrid::app::testing {
+
+TemporaryFolder::TemporaryFolder() {
+  std::string name{(fs::temp_directory_path() / "stereogrid_app_XXXXXX").string()};
+  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error{"no temporary folder " + name};
+  path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
+std::string quoted(const std::string& word) {
+  std::string text{"'"};
+  for (const char c : word) text += c == '\'' ? std::string{"'\\''"} : std::string{c};
+  return text + "'";
+}
+
+Outcome run_tool(const std::vector<std::string>& words, const std::string& environment) {
+  const TemporaryFolder folder;
+  std::string command{environment + " " + quoted(STEREOGRID_TOOL)};
+  for (const std::string& word : words) command += " " + quoted(word);
+  command += " >" + quoted((folder / "out").string()) + " 2>" + quoted((folder / "err").string());
+  const int status{std::system(command.c_str())};
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(folder / "out"), text_of(folder / "err")};
+}
+
+Outcome run_well(const std::vector<std::string>& words) {
+  Outcome outcome{run_tool(words)};
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+  return outcome;
+}
+
+std::string text_of(const fs::path& path) {
+  std::ostringstream text;
+  text << std::ifstream{path, std::ios::binary}.rdbuf();
+  return text.str();
+}
+
+Json json_of(const fs::path& path) {
+  return Json::parse(text_of(path));
+}
+
+std::vector<Json> lines_of(const fs::path& run, bool with_timing) {
+  std::vector<Json> lines;
+  std::ifstream file{run / "frames.jsonl"};
+  for (std::string line; std::getline(file, line);) {
+    lines.push_back(Json::parse(line));
+    if (!with_timing) lines.back().erase("timing_ms");
+  }
+  return lines;
+}
+
+std::vector<std::string> files_in(const fs::path& folder) {
+  std::vector<std::string> names;
+  if (!fs::is_directory(folder)) return names;
+  for (const fs::directory_entry& entry : fs::directory_iterator{folder}) names.push_back(entry.path().filename());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+void expect_equal_runs(const fs::path& a, const fs::path& b) {
+  EXPECT_EQ(lines_of(a, false), lines_of(b, false));
+  for (const char* folder : {"grids", "stages"}) {
+    ASSERT_EQ(files_in(a / folder), files_in(b / folder));
+    for (const std::string& name : files_in(a / folder)) {
+      EXPECT_TRUE(text_of(a / folder / name) == text_of(b / folder / name)) << folder << "/" << name << " differ";
+    }
+  }
+}
+
+std::string small_scene(const std::string& name, const std::string& more) {
+  return "scene:" + name + "?width=160&height=100" + more;
+}
+
+}  // namespace stereogrid::app::testing

@@ -1,0 +1,316 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The whole pipeline on scenes whose truth is known: would catch a wrong sign anywhere on the way.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/pipeline.hpp"
+#include "stereogrid/scenes/scene.hpp"
+
+namespace stereogrid {
+namespace {
+
+using scenes::Scene;
+
+struct Drive {
+  explicit Drive(const char* scene_text, const Config& config = preset("default"), int threads = 2,
+               BackEnd back_end = BackEnd::cpu)
+      : scene{scenes::parse_scene(scene_text), 2}, pipeline{config, scene.rig(), back_end, threads} {}
+
+  const FrameResult& step(std::size_t index) { return pipeline.process(scene.load(index)); }
+
+  Scene scene;
+  Pipeline pipeline;
+};
+
+bool is_cell(const Image<std::uint8_t>& state, int ix, int iy, TruthCell wanted) {
+  return state(ix, iy) == static_cast<std::uint8_t>(wanted);
+}
+
+double centre_x(const GridGeometry& grid, int ix) {
+  return grid.x_min_m + (ix + 0.5) * grid.cell_size_m;
+}
+double centre_y(const GridGeometry& grid, int iy) {
+  return grid.y_min_m + (iy + 0.5) * grid.cell_size_m;
+}
+
+const TruthObject& object_of_kind(const FrameTruth& truth, const char* kind) {
+  return *std::find_if(truth.objects.begin(), truth.objects.end(),
+                       [&](const TruthObject& object) { return object.kind == kind; });
+}
+
+// Largest probability within `reach_m` of a place in the vehicle frame.
+float highest_near(const Image<float>& cells, const GridGeometry& grid, double x_m, double y_m, double reach_m) {
+  float highest{0};
+  for (int iy{0}; iy < grid.ny; ++iy) {
+    for (int ix{0}; ix < grid.nx; ++ix) {
+      if (std::hypot(centre_x(grid, ix) - x_m, centre_y(grid, iy) - y_m) <= reach_m) {
+        highest = std::max(highest, cells(ix, iy));
+      }
+    }
+  }
+  return highest;
+}
+
+const Obstacle* nearest(const std::vector<Obstacle>& obstacles, double x_m, double y_m, double reach_m) {
+  const Obstacle* found{nullptr};
+  for (const Obstacle& obstacle : obstacles) {
+    const double distance{std::hypot(obstacle.x_m - x_m, obstacle.y_m - y_m)};
+    if (!obstacle.confirmed || distance > reach_m) continue;
+    reach_m = distance;
+    found = &obstacle;
+  }
+  return found;
+}
+
+// Crate of the scene `occlusion`: face at x = 6.0, y from −0.6 to 0.6.
+void expect_crate_in_place(const FrameResult& result) {
+  const GridGeometry& grid{result.vehicle_grid};
+  const auto occupied = [&](double x_m, double y_m) {
+    return result.observed(static_cast<int>((x_m - grid.x_min_m) / grid.cell_size_m),
+                           static_cast<int>((y_m - grid.y_min_m) / grid.cell_size_m)) > 0.5f;
+  };
+  double first_x{0};
+  while (first_x < 19 && !occupied(first_x + 0.1, 0.1)) first_x += grid.cell_size_m;
+  EXPECT_NEAR(first_x, 6.0, 0.21) << "nearest occupied cell straight ahead";
+  double left_edge{0.1};
+  while (left_edge < 5 && occupied(6.1, left_edge)) left_edge += grid.cell_size_m;
+  double right_edge{-0.1};
+  while (right_edge > -5 && occupied(6.1, right_edge)) right_edge -= grid.cell_size_m;
+  EXPECT_NEAR(left_edge, 0.7, 0.21);
+  EXPECT_NEAR(right_edge, -0.7, 0.21);
+}
+
+TEST(Chain, PutsAnObstacleIntoItsCell) {
+  Drive run{"occlusion?width=1242&height=375"};
+  expect_crate_in_place(run.step(0));
+}
+
+TEST(Chain, LevelsAPitchedCamera) {
+  Drive run{"occlusion?width=1242&height=375&pitch_deg=3"};
+  const FrameResult& result{run.step(0)};
+  expect_crate_in_place(result);
+  EXPECT_LT(std::abs(result.ground.pitch_rad), 0.005) << "the stages see level images";
+}
+
+TEST(Chain, FindsAHalfHiddenPersonThatTheNearestObstacleRuleCannotSee) {
+  for (const char* name : {"paper", "default"}) {
+    Drive run{"occlusion", preset(name)};
+    const FrameResult& result{run.step(0)};
+    const FrameTruth truth{run.scene.truth(0)};
+    const TruthObject& person{object_of_kind(truth, "person")};
+    const Rig& rig{run.scene.rig()};
+    const double x_m{person.world_from_object.x_m};
+    const int u{static_cast<int>(std::lround(rig.centre_u_px - rig.focal_px * person.world_from_object.y_m / x_m))};
+    const double person_px{rig.focal_px * rig.baseline_m / x_m};
+    int nearer_pixels{0};
+    for (int v{0}; v < rig.height_px; ++v) {
+      if (result.stages.obstacle_disparity(u, v) > person_px + 1.5) ++nearer_pixels;
+    }
+    EXPECT_GT(nearer_pixels, 20) << "the crate hides the person from a rule that stops at the nearest obstacle";
+    EXPECT_GT(highest_near(result.observed, result.vehicle_grid, x_m, person.world_from_object.y_m, 0.45), 0.75)
+        << name;
+  }
+}
+
+TEST(Chain, KeepsAnEmptyRoadFree) {
+  Drive run{"empty"};
+  for (std::size_t i{0}; i < 4; ++i) {
+    const FrameResult& result{run.step(i)};
+    const FrameTruth truth{run.scene.truth(i)};
+    int seen{0};
+    int free{0};
+    for (int iy{0}; iy < result.observed.height(); ++iy) {
+      for (int ix{10}; ix < result.observed.width(); ++ix) {
+        if (!is_cell(truth.state, ix, iy, TruthCell::seen_free)) continue;
+        ++seen;
+        free += result.observed(ix, iy) < 0.45f ? 1 : 0;
+        EXPECT_LT(result.observed(ix, iy), 0.75f) << ix << " " << iy;
+      }
+    }
+    EXPECT_GT(free, 0.97 * seen);
+    EXPECT_EQ(std::count_if(result.obstacles.begin(), result.obstacles.end(),
+                            [](const Obstacle& obstacle) { return obstacle.confirmed; }),
+              0);
+  }
+}
+
+TEST(Chain, KnowsNothingBehindAWall) {
+  Drive run{"wall"};
+  for (std::size_t i{0}; i < 3; ++i) {
+    const FrameResult& result{run.step(i)};
+    const GridGeometry& grid{result.vehicle_grid};
+    for (int iy{0}; iy < grid.ny; ++iy) {
+      for (int ix{0}; ix < grid.nx; ++ix) {
+        if (centre_x(grid, ix) < 10 || std::abs(centre_y(grid, iy)) > 5) continue;
+        EXPECT_NEAR(result.observed(ix, iy), 0.5, 0.03);
+        EXPECT_NEAR(result.occupancy(ix, iy), 0.5, 0.03);
+        EXPECT_TRUE(std::isinf(result.age_s(ix, iy)));
+      }
+    }
+    EXPECT_GT(highest_near(result.observed, grid, 8.0, 0.0, 0.3), 0.75);
+    EXPECT_LT(highest_near(result.observed, grid, 5.0, 0.0, 0.5), 0.3);
+  }
+}
+
+TEST(Chain, SeesTheCarOnTheLeftAndNothingOnTheRight) {
+  Drive run{"crossing"};
+  const FrameResult& result{run.step(9)};  // the car is at x = 13, y = 5.6
+  EXPECT_GT(highest_near(result.observed, result.vehicle_grid, 13.0, 5.6, 0.6), 0.7);
+  EXPECT_LT(highest_near(result.observed, result.vehicle_grid, 13.0, -5.6, 0.6), 0.6);
+}
+
+// Frames given to the pipeline; the velocities after them must be those of the scene.
+void expect_crossing_velocities(const std::vector<std::size_t>& frames) {
+  Drive run{"crossing"};
+  for (const std::size_t i : frames) {
+    const FrameResult& result{run.step(i)};
+    const FrameTruth truth{run.scene.truth(i)};
+    for (const TruthObject& object : truth.objects) {
+      if (std::abs(object.vy_mps) < 0.5 || i < 18) continue;
+      const Point2 at{object.world_from_object.x_m, object.world_from_object.y_m};
+      if (std::abs(at.y) > 5) continue;
+      const Obstacle* found{nearest(result.obstacles, at.x, at.y, 2.0)};
+      ASSERT_NE(found, nullptr) << object.kind << " in frame " << i;
+      EXPECT_NEAR(found->vy_mps, object.vy_mps, 0.2 * std::abs(object.vy_mps) + 0.5) << object.kind << " " << i;
+      EXPECT_NEAR(found->vx_mps, 0, 1.0) << object.kind << " " << i;
+    }
+  }
+}
+
+TEST(Chain, MeasuresVelocitiesInDirectionAndSize) {
+  std::vector<std::size_t> frames;
+  for (std::size_t i{0}; i < 24; ++i) frames.push_back(i);
+  expect_crossing_velocities(frames);
+}
+
+TEST(Chain, BridgesMissingFrames) {
+  std::vector<std::size_t> frames;
+  for (std::size_t i{0}; i < 26; ++i) {
+    if (i % 5 != 3) frames.push_back(i);
+  }
+  expect_crossing_velocities(frames);
+}
+
+TEST(Chain, StandingThingsStandWhileTheCarMoves) {
+  Drive run{"street"};
+  int cells{0};
+  int moving{0};
+  for (std::size_t i{0}; i < 15; ++i) {
+    const FrameResult& result{run.step(i)};
+    const FrameTruth truth{run.scene.truth(i)};
+    EXPECT_NEAR(result.world_from_vehicle.x_m, truth.ego.world_from_vehicle.x_m, 1e-9);
+    if (i < 5) continue;
+    for (int iy{0}; iy < result.occupancy.height(); ++iy) {
+      for (int ix{0}; ix < result.occupancy.width(); ++ix) {
+        const bool stands{truth.velocity_x(ix, iy) == 0 && truth.velocity_y(ix, iy) == 0};
+        if (!stands || !is_cell(truth.state, ix, iy, TruthCell::seen_occupied)) continue;
+        if (result.occupancy(ix, iy) < 0.6f) continue;
+        ++cells;
+        moving += std::hypot(result.velocity_x(ix, iy), result.velocity_y(ix, iy)) > 1 ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(cells, 1000);
+  EXPECT_LT(moving, 0.02 * cells);
+}
+
+void expect_equal(const FrameResult& a, const FrameResult& b) {
+  EXPECT_EQ(a.ground, b.ground);
+  EXPECT_EQ(a.stages.obstacle_disparity, b.stages.obstacle_disparity);
+  EXPECT_EQ(a.stages.road_disparity, b.stages.road_disparity);
+  EXPECT_EQ(a.stages.possible, b.stages.possible);
+  EXPECT_EQ(a.stages.visible, b.stages.visible);
+  EXPECT_EQ(a.stages.observed, b.stages.observed);
+  EXPECT_EQ(a.stages.occupancy_smooth, b.stages.occupancy_smooth);
+  EXPECT_EQ(a.observed, b.observed);
+  EXPECT_EQ(a.world.geometry, b.world.geometry);
+  EXPECT_EQ(a.world.occupancy, b.world.occupancy);
+  EXPECT_EQ(a.world.velocity_x, b.world.velocity_x);
+  EXPECT_EQ(a.occupancy, b.occupancy);
+  ASSERT_EQ(a.obstacles.size(), b.obstacles.size());
+}
+
+TEST(Chain, CpuEqualsReferenceOnAnyNumberOfThreads) {
+  for (const char* name : {"paper", "default"}) {
+    Config config{preset(name)};
+    config.matching.window_px = 7;
+    config.matching.disparities = 32;
+    config.matching.speckle_px = 10;
+    config.grid.length_m = 8;
+    config.grid.width_m = 6;
+    config.filter.velocity_max_mps = 4;
+    const char* scene{"street?width=123&height=77&frames=3"};
+    Drive reference{scene, config, 1, BackEnd::reference};
+    Drive one{scene, config, 1};
+    Drive two{scene, config, 2};
+    for (std::size_t i{0}; i < 3; ++i) {
+      const FrameResult& expected{reference.step(i)};
+      expect_equal(expected, one.step(i));
+      expect_equal(expected, two.step(i));
+    }
+  }
+}
+
+TEST(Chain, RefusesAFrameThatDoesNotFitAndGoesOn) {
+  Drive run{"crossing?width=160&height=100"};
+  Drive undisturbed{"crossing?width=160&height=100"};
+  run.step(0);
+  undisturbed.step(0);
+  StereoFrame wrong_size{run.scene.load(1)};
+  wrong_size.right = Image<std::uint8_t>{159, 100};
+  EXPECT_THROW(run.pipeline.process(wrong_size), InputError);
+  StereoFrame of_the_past{run.scene.load(1)};
+  of_the_past.stamp_ns = 0;
+  EXPECT_THROW(run.pipeline.process(of_the_past), InputError);
+  StereoFrame nowhere{run.scene.load(1)};
+  nowhere.world_from_vehicle = Pose2{NAN, 0, 0};
+  EXPECT_THROW(run.pipeline.process(nowhere), InputError);
+  expect_equal(undisturbed.step(1), run.step(1));
+}
+
+TEST(Chain, SaysThatItHasNoPoses) {
+  Drive run{"crossing?width=160&height=100"};
+  StereoFrame frame{run.scene.load(0)};
+  frame.world_from_vehicle.reset();
+  EXPECT_EQ(run.pipeline.process(frame).warnings.size(), 1u);
+  frame.stamp_ns += 100'000'000;
+  EXPECT_TRUE(run.pipeline.process(frame).warnings.empty()) << "once is enough";
+}
+
+TEST(Chain, WorldBeginsAtTheFirstFrame) {
+  Drive run{"street?width=160&height=100"};
+  const FrameResult& result{run.step(7)};
+  EXPECT_EQ(result.world_from_vehicle, (Pose2{0, 0, 0}));
+}
+
+TEST(Chain, ReportsEveryProblemOfItsSettings) {
+  Config config;
+  config.matching.window_px = 8;
+  config.grid.cell_size_m = -1;
+  try {
+    const Pipeline pipeline{config, Rig{}};
+    FAIL() << "accepted";
+  } catch (const ConfigError& error) {
+    const std::string text{error.what()};
+    for (const char* word : {"window_px", "cell_size_m", "image size", "baseline_m", "focal_px"}) {
+      EXPECT_NE(text.find(word), std::string::npos) << word;
+    }
+  }
+}
+
+TEST(Chain, TakesImagesNarrowerThanTheDisparities) {
+  Config config;
+  config.matching.disparities = 64;
+  Drive run{"crossing?width=24&height=17", config};
+  const FrameResult& result{run.step(0)};
+  EXPECT_EQ(result.stages.occupancy.height(), 64);
+}
+
+}  // namespace
+}  // namespace stereogrid

@@ -1,0 +1,216 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/config.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+
+#include "stereogrid/error.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+struct Entry {
+  std::string key;
+  Parameter parameter;
+};
+
+std::vector<Entry> entries() {
+  std::vector<Entry> all;
+  const Config config;
+  visit_parameters(config, [&](std::string_view group, const Parameter& parameter, const auto&) {
+    all.push_back({std::string{group} + "." + std::string{parameter.name}, parameter});
+  });
+  return all;
+}
+
+std::string message_of_set(std::string_view key, std::string_view text) {
+  Config config;
+  try {
+    set(config, key, text);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+bool mentions(const std::vector<std::string>& sentences, std::string_view words) {
+  return std::any_of(sentences.begin(), sentences.end(),
+                     [&](const std::string& sentence) { return sentence.find(words) != std::string::npos; });
+}
+
+TEST(Config, NamesAreUniqueAndDescribed) {
+  std::set<std::string> keys;
+  for (const Entry& entry : entries()) {
+    EXPECT_TRUE(keys.insert(entry.key).second) << entry.key;
+    EXPECT_FALSE(entry.parameter.sentence.empty()) << entry.key;
+    EXPECT_EQ(entry.parameter.sentence.back(), '.') << entry.key;
+    EXPECT_LT(entry.parameter.minimum, entry.parameter.maximum) << entry.key;
+  }
+  EXPECT_GT(keys.size(), 30u);
+}
+
+TEST(Config, DefaultsLieInTheirRanges) {
+  for (const std::string& name : preset_names()) {
+    const Config config{preset(name)};
+    EXPECT_EQ(problems(config), std::vector<std::string>{}) << name;
+    visit_parameters(config, [&](std::string_view group, const Parameter& parameter, const auto& value) {
+      EXPECT_GE(static_cast<double>(value), parameter.minimum) << group << "." << parameter.name;
+      EXPECT_LE(static_cast<double>(value), parameter.maximum) << group << "." << parameter.name;
+    });
+  }
+}
+
+TEST(Config, PaperPresetHasThePapersValues) {
+  const Config config{preset("paper")};
+  EXPECT_EQ(config.grid.length_m, 20);
+  EXPECT_EQ(config.grid.width_m, 20);
+  EXPECT_EQ(config.grid.cell_size_m, 0.2);
+  EXPECT_EQ(config.matching.window_px, 21);
+  EXPECT_FALSE(config.matching.subpixel);
+  EXPECT_EQ(config.u_disparity.obstacle_height_m, 1.8);
+  EXPECT_EQ(config.u_disparity.false_positive, 0.02);
+  EXPECT_EQ(config.u_disparity.false_negative, 0.02);
+  EXPECT_EQ(config.u_disparity.tau_obstacle, 0.1);
+  EXPECT_EQ(config.u_disparity.tau_road, 0.1);
+  EXPECT_EQ(config.u_disparity.sigma_disparity, 0.5);
+  EXPECT_EQ(config.u_disparity.sigma_column, 1.5);
+  EXPECT_EQ(config.u_disparity.road_rays, RoadRays::none);
+  EXPECT_EQ(config.u_disparity.small_count_guard, 0);
+  EXPECT_FALSE(config.u_disparity.left_border);
+  EXPECT_EQ(config.projection.footprint, Footprint::overlap);
+  EXPECT_EQ(config.filter.model, FilterModel::tay2008);
+  EXPECT_EQ(config.filter.likelihood_exponent, 1);
+}
+
+TEST(Config, PresetsAreFoundByName) {
+  EXPECT_EQ(preset_names(), (std::vector<std::string>{"default", "paper"}));
+  EXPECT_EQ(get(preset("default"), "grid.length_m"), "20");
+  try {
+    static_cast<void>(preset("papper"));
+    FAIL() << "took a preset that does not exist";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string{error.what()}.find("paper"), std::string::npos);
+  }
+}
+
+// Values of one preset, written as text and read into the other preset, arrive unchanged.
+TEST(Config, TextGoesThereAndBackForEveryParameter) {
+  for (const auto& [from, to] : {std::pair{"paper", "default"}, std::pair{"default", "paper"}}) {
+    const Config source{preset(from)};
+    Config target{preset(to)};
+    for (const Entry& entry : entries()) set(target, entry.key, get(source, entry.key));
+    for (const Entry& entry : entries()) EXPECT_EQ(get(target, entry.key), get(source, entry.key)) << entry.key;
+  }
+}
+
+TEST(Config, SetReachesOnlyTheNamedParameter) {
+  for (const Entry& entry : entries()) {
+    const Config untouched;
+    Config config;
+    const std::string before{get(config, entry.key)};
+    const bool is_switch{before == "true" || before == "false"};
+    std::string other{before == "true" ? "false" : "true"};
+    if (!is_switch) {
+      other = "7";
+      if (before == "visible" || before == "none") other = before == "none" ? "visible" : "none";
+      if (before == "overlap" || before == "centre") other = before == "centre" ? "overlap" : "centre";
+      if (before == "joint" || before == "tay2008") other = before == "joint" ? "tay2008" : "joint";
+    }
+    set(config, entry.key, other);
+    EXPECT_EQ(get(config, entry.key), other) << entry.key;
+    for (const Entry& neighbour : entries()) {
+      if (neighbour.key == entry.key) continue;
+      EXPECT_EQ(get(config, neighbour.key), get(untouched, neighbour.key)) << entry.key << " changed " << neighbour.key;
+    }
+  }
+}
+
+TEST(Config, FractionsSurviveAsText) {
+  Config config;
+  config.grid.cell_size_m = 0.1;
+  config.filter.forgetting_s = 1.0 / 3;
+  Config copy;
+  set(copy, "grid.cell_size_m", get(config, "grid.cell_size_m"));
+  set(copy, "filter.forgetting_s", get(config, "filter.forgetting_s"));
+  EXPECT_EQ(get(config, "grid.cell_size_m"), "0.1");
+  EXPECT_EQ(copy.grid.cell_size_m, 0.1);
+  EXPECT_EQ(copy.filter.forgetting_s, 1.0 / 3);
+}
+
+TEST(Config, UnknownKeySuggestsTheNearest) {
+  EXPECT_NE(message_of_set("grid.lenght_m", "20").find("'grid.length_m'"), std::string::npos);
+  EXPECT_NE(message_of_set("matching.windowpx", "21").find("'matching.window_px'"), std::string::npos);
+  EXPECT_NE(message_of_set("footprint", "centre").find("'projection.footprint'"), std::string::npos);
+  EXPECT_THROW(static_cast<void>(get(Config{}, "grid.height_m")), ConfigError);
+}
+
+TEST(Config, TextThatIsNoValueIsRefused) {
+  EXPECT_NE(message_of_set("matching.window_px", "21.5").find("whole number"), std::string::npos);
+  EXPECT_NE(message_of_set("grid.length_m", "twenty").find("'twenty'"), std::string::npos);
+  EXPECT_NE(message_of_set("grid.length_m", "20 m").find("grid.length_m"), std::string::npos);
+  EXPECT_NE(message_of_set("grid.length_m", "").find("grid.length_m"), std::string::npos);
+  EXPECT_NE(message_of_set("ground.estimate", "maybe").find("true or false"), std::string::npos);
+  const std::string choices{message_of_set("filter.model", "tay")};
+  EXPECT_NE(choices.find("tay2008"), std::string::npos);
+  EXPECT_NE(choices.find("joint"), std::string::npos);
+  EXPECT_NE(message_of_set("matching.disparities", "99999999999"), "");
+}
+
+TEST(Config, SwitchesAreWrittenInManyWays) {
+  Config config;
+  for (const char* yes : {"true", "on", "yes", "1"}) {
+    config.ground.estimate = false;
+    set(config, "ground.estimate", yes);
+    EXPECT_TRUE(config.ground.estimate) << yes;
+  }
+  for (const char* no : {"false", "off", "no", "0"}) {
+    config.ground.estimate = true;
+    set(config, "ground.estimate", no);
+    EXPECT_FALSE(config.ground.estimate) << no;
+  }
+}
+
+TEST(Config, AllProblemsAreToldAtOnce) {
+  Config config;
+  config.grid.length_m = -1;
+  config.matching.window_px = 12;
+  config.u_disparity.false_positive = 0.7;
+  config.filter.velocity_max_mps = 60;
+  config.filter.velocity_step_mps = 0.5;
+  const std::vector<std::string> found{problems(config)};
+  EXPECT_EQ(found.size(), 4u);
+  EXPECT_TRUE(mentions(found, "grid.length_m is -1"));
+  EXPECT_TRUE(mentions(found, "matching.window_px is 12 and must be odd"));
+  EXPECT_TRUE(mentions(found, "u_disparity.false_positive is 0.7"));
+  EXPECT_TRUE(mentions(found, "velocities"));
+}
+
+TEST(Config, BothEndsOfARangeAreAllowedAndNothingBeyond) {
+  Config config;
+  config.filter.likelihood_exponent = 1;
+  config.filter.static_prior = 0.01;
+  EXPECT_TRUE(problems(config).empty());
+  config.filter.likelihood_exponent = 1.0001;
+  config.filter.static_prior = 0.0099;
+  EXPECT_EQ(problems(config).size(), 2u);
+}
+
+TEST(Config, NotANumberIsAProblem) {
+  Config config;
+  set(config, "grid.width_m", "nan");
+  EXPECT_TRUE(mentions(problems(config), "grid.width_m"));
+}
+
+TEST(Config, TooManyCellsAreAProblem) {
+  Config config;
+  config.grid.length_m = 500;
+  config.grid.cell_size_m = 0.1;
+  EXPECT_TRUE(mentions(problems(config), "4000 cells"));
+}
+
+}  // namespace
+}  // namespace stereogrid::test

@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "filter/filter.hpp"
+
+namespace stereogrid::test {
+
+/// Cell 0.2 m, 0.1 s a step: 2 m/s is a cell a step. 5 × 5 velocities, K = 25, eps = 0.01 as in method §2.4.
+inline FilterConfig method_config(FilterModel model) {
+  FilterConfig config;
+  config.model = model;
+  config.velocity_max_mps = 4;
+  config.velocity_step_mps = 2;
+  config.forgetting_s = 4.95;
+  config.velocity_noise = 0.01;
+  config.likelihood_exponent = 1;
+  config.static_prior = 0.5;
+  config.border_occupancy = 0.2;
+  return config;
+}
+
+/// The filter with its two states, step by step.
+template <class BackEndType>
+class FilterRun {
+ public:
+  FilterRun(BackEndType& back_end, const FilterConfig& parameters, const GridGeometry& geometry)
+      : back_end_{back_end},
+        config{parameters},
+        lattice{velocity_lattice(config)},
+        now{geometry.nx, static_cast<int>(lattice.size())},
+        before{now} {
+    const Image<float> cells{geometry.nx, geometry.ny};
+    layers = {geometry, cells, cells, cells, cells};
+    reset(now, config, geometry);
+  }
+
+  void step(const Image<float>& observed, double dt_s = 0.1) { step(observed, dt_s, now.geometry); }
+
+  void step(const Image<float>& observed, double dt_s, const GridGeometry& geometry) {
+    std::swap(now, before);
+    filter(back_end_, {config, lattice, geometry, dt_s}, observed.view(), before, now, layers);
+  }
+
+ private:
+  BackEndType& back_end_;
+
+ public:
+  FilterConfig config;
+  std::vector<Point2> lattice;
+  FilterState now;
+  FilterState before;
+  GridLayers layers;
+};
+
+/// A free world of square `cells` with an object of nx × ny cells from (x, y).
+inline Image<float> scene(int cells, int x, int y, int nx, int ny, float object = 0.98f, float free = 0.02f) {
+  Image<float> observed{cells, cells, free};
+  for (int iy{y}; iy < y + ny; ++iy) {
+    for (int ix{x}; ix < x + nx; ++ix) observed(ix, iy) = object;
+  }
+  return observed;
+}
+
+/// Mean of a layer over nx × ny cells from (x, y).
+inline double mean_over(const Image<float>& layer, int x, int y, int nx, int ny) {
+  double sum{0};
+  for (int iy{y}; iy < y + ny; ++iy) {
+    for (int ix{x}; ix < x + nx; ++ix) sum += layer(ix, iy);
+  }
+  return sum / (nx * ny);
+}
+
+}  // namespace stereogrid::test

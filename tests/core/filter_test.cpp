@@ -1,0 +1,221 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "backend/cpu.hpp"
+#include "backend/reference.hpp"
+#include "filter_run.hpp"
+#include "support.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+constexpr double cell_m{0.2};
+
+// Patches of free, occupied, unknown and in-between.
+Image<float> random_observation(int cells, std::mt19937& generator) {
+  Image<float> observed{cells, cells, 0.5f};
+  for (float& p : observed) {
+    const double kind{uniform(generator, 0, 1)};
+    p = static_cast<float>(kind < 0.3 ? 0.5 : (kind < 0.4 ? 1.0 : (kind < 0.6 ? 0.0 : uniform(generator, 0, 1))));
+  }
+  return observed;
+}
+
+bool same_bits(float a, float b) {
+  return a == b || (std::isinf(a) && std::isinf(b));
+}
+
+int differences(const Image<float>& a, const Image<float>& b) {
+  int different{0};
+  for (std::size_t i{0}; i < a.size(); ++i) different += same_bits(a.data()[i], b.data()[i]) ? 0 : 1;
+  return different;
+}
+
+struct Move {
+  int x;
+  int y;
+};
+
+class FilterOfBothModels : public testing::TestWithParam<FilterModel> {};
+
+TEST_P(FilterOfBothModels, CpuEqualsReference) {
+  std::mt19937 generator{17};
+  for (const int cells : {1, 5, 23, 34}) {
+    for (const int threads : {1, 2}) {
+      FilterConfig config{method_config(GetParam())};
+      config.velocity_step_mps = 1.3;  // fractions of a cell
+      config.likelihood_exponent = 0.6;
+      Reference reference;
+      Cpu cpu{threads};
+      GridGeometry geometry{-1, 2, cell_m, cells, cells};
+      FilterRun slow{reference, config, geometry};
+      FilterRun fast{cpu, config, geometry};
+      const double steps_s[]{0.1, 0.033, 0.25, 0.1, 0.1, 0.1, 0.0};
+      const Move moves[]{{0, 0}, {1, 0}, {-2, 3}, {0, -1}, {40, 0}, {0, -40}, {3, 3}};
+      for (std::size_t i{0}; i < std::size(moves); ++i) {
+        geometry.x_min_m += moves[i].x * cell_m;
+        geometry.y_min_m += moves[i].y * cell_m;
+        const Image<float> observed{random_observation(cells, generator)};
+        slow.step(observed, steps_s[i], geometry);
+        fast.step(observed, steps_s[i], geometry);
+        const auto where = testing::Message() << cells << " cells, " << threads << " threads, step " << i;
+        EXPECT_EQ(differences(slow.layers.occupancy, fast.layers.occupancy), 0) << where;
+        EXPECT_EQ(differences(slow.layers.velocity_x, fast.layers.velocity_x), 0) << where;
+        EXPECT_EQ(differences(slow.layers.velocity_y, fast.layers.velocity_y), 0) << where;
+        EXPECT_EQ(differences(slow.layers.age_s, fast.layers.age_s), 0) << where;
+        for (std::size_t k{0}; k < slow.lattice.size(); ++k) {
+          EXPECT_EQ(differences(slow.now.velocity[k], fast.now.velocity[k]), 0) << where << ", velocity " << k;
+        }
+        EXPECT_EQ(fast.layers.geometry, geometry);
+        EXPECT_EQ(fast.now.geometry, geometry);
+      }
+    }
+  }
+}
+
+// Hard contradictions, 0 against 1, for a hundred frames.
+TEST_P(FilterOfBothModels, MassStaysBetweenZeroAndOne) {
+  std::mt19937 generator{23};
+  Cpu cpu{2};
+  constexpr int cells{20};
+  GridGeometry geometry{0, 0, cell_m, cells, cells};
+  FilterRun run{cpu, method_config(GetParam()), geometry};
+  for (int step{0}; step < 100; ++step) {
+    Image<float> observed{random_observation(cells, generator)};
+    for (int x{0}; x < cells; ++x) observed(x, 3) = step % 2 == 0 ? 0.0f : 1.0f;
+    if (step % 7 == 0) geometry.x_min_m += cell_m;
+    run.step(observed, 0.1, geometry);
+    for (int y{0}; y < cells; ++y) {
+      for (int x{0}; x < cells; ++x) {
+        double mass{0};
+        for (const Image<float>& velocity : run.now.velocity) {
+          ASSERT_GE(velocity(x, y), 0) << x << " " << y << " step " << step;
+          mass += velocity(x, y);
+        }
+        const float occupancy{run.layers.occupancy(x, y)};
+        ASSERT_TRUE(occupancy >= 0 && occupancy <= 1.000001f) << occupancy;
+        // joint: the mass is the occupancy; tay2008: velocities are a distribution of their own
+        ASSERT_NEAR(mass, GetParam() == FilterModel::joint ? occupancy : 1.0, 1e-4);
+        ASSERT_LE(std::abs(run.layers.velocity_x(x, y)), 4.0001f);
+        ASSERT_LE(std::abs(run.layers.velocity_y(x, y)), 4.0001f);
+      }
+    }
+  }
+}
+
+TEST_P(FilterOfBothModels, NeverObservedStaysUnknown) {
+  Cpu cpu{1};
+  constexpr int cells{20};
+  GridGeometry geometry{0, 0, cell_m, cells, cells};
+  FilterRun run{cpu, method_config(GetParam()), geometry};
+  const Image<float> nothing{cells, cells, 0.5f};
+  for (int step{0}; step < 40; ++step) {
+    geometry.y_min_m += step % 3 == 0 ? cell_m : 0;
+    run.step(nothing, 0.1, geometry);
+  }
+  for (const float p : run.layers.occupancy) EXPECT_NEAR(p, 0.5, 1e-4);
+  for (const float age : run.layers.age_s) EXPECT_TRUE(std::isinf(age));
+}
+
+// With one velocity, standstill, the posterior is Bayes' rule for two coins and can be written down.
+TEST_P(FilterOfBothModels, OneCellByHand) {
+  Cpu cpu{1};
+  FilterConfig config{method_config(GetParam())};
+  config.velocity_max_mps = 0;
+  FilterRun run{cpu, config, {0, 0, cell_m, 5, 5}};
+  run.step(Image<float>(5, 5, 0.8f), 0.1);
+  // the prediction of 0.5 is 0.5 whatever is forgotten; then 0.8
+  EXPECT_NEAR(run.layers.occupancy(2, 2), 0.8, 1e-5);
+  run.step(Image<float>(5, 5, 0.3f), 0.1);
+  // eps = (1 − exp(−0.1/4.95))/2 = 0.0100; prediction 0.8·0.9900 + 0.2·0.0100 = 0.7940;
+  // 0.3·0.7940/(0.3·0.7940 + 0.7·0.2060) = 0.62291
+  EXPECT_NEAR(run.layers.occupancy(2, 2), 0.62291, 2e-5);
+}
+
+TEST_P(FilterOfBothModels, ExponentTempersTheEvidence) {
+  Cpu cpu{1};
+  FilterConfig config{method_config(GetParam())};
+  config.velocity_max_mps = 0;
+  config.likelihood_exponent = 0.5;
+  FilterRun run{cpu, config, {0, 0, cell_m, 5, 5}};
+  run.step(Image<float>(5, 5, 0.9f), 0.1);
+  // sqrt(0.9)/(sqrt(0.9) + sqrt(0.1)) = 3/4
+  EXPECT_NEAR(run.layers.occupancy(2, 2), 0.75, 1e-5);
+}
+
+TEST_P(FilterOfBothModels, AnUnknownObservationLeavesThePrediction) {
+  Cpu cpu{1};
+  FilterConfig config{method_config(GetParam())};
+  config.velocity_max_mps = 0;
+  FilterRun run{cpu, config, {0, 0, cell_m, 5, 5}};
+  run.step(Image<float>(5, 5, 0.8f), 0.1);
+  run.step(Image<float>(5, 5, 0.5f), 0.1);
+  EXPECT_NEAR(run.layers.occupancy(2, 2), 0.7940, 2e-5);
+}
+
+TEST_P(FilterOfBothModels, ForgettingDoesNotDependOnTheFrameRate) {
+  Cpu cpu{1};
+  FilterConfig config{method_config(GetParam())};
+  config.velocity_max_mps = 0;
+  config.forgetting_s = 2;
+  const GridGeometry geometry{0, 0, cell_m, 5, 5};
+  FilterRun coarse{cpu, config, geometry};
+  FilterRun fine{cpu, config, geometry};
+  const Image<float> nothing{5, 5, 0.5f};
+  for (auto* run : {&coarse, &fine}) run->step(Image<float>(5, 5, 0.9f), 0.1);
+  for (int i{0}; i < 10; ++i) coarse.step(nothing, 0.2);
+  for (int i{0}; i < 20; ++i) fine.step(nothing, 0.1);
+  // after one time constant 1/e of the departure from 0.5 is left
+  EXPECT_NEAR(coarse.layers.occupancy(2, 2), 0.5 + 0.4 * std::exp(-1.0), 1e-4);
+  EXPECT_NEAR(fine.layers.occupancy(2, 2), coarse.layers.occupancy(2, 2), 1e-4);
+}
+
+TEST_P(FilterOfBothModels, AgeGrowsAndIsResetBySeeing) {
+  Cpu cpu{1};
+  GridGeometry geometry{0, 0, cell_m, 8, 8};
+  FilterRun run{cpu, method_config(GetParam()), geometry};
+  Image<float> observed{8, 8, 0.5f};
+  observed(3, 4) = 0.9f;
+  observed(5, 4) = 0.54f;  // too near to 0.5 to count
+  run.step(observed, 0.1);
+  EXPECT_EQ(run.layers.age_s(3, 4), 0);
+  EXPECT_TRUE(std::isinf(run.layers.age_s(4, 4)));
+  EXPECT_TRUE(std::isinf(run.layers.age_s(5, 4)));
+  observed.fill(0.5f);
+  run.step(observed, 0.1);
+  // the window moves by a cell: what was at (3, 4) is at (2, 4)
+  geometry.x_min_m += cell_m;
+  run.step(observed, 0.25, geometry);
+  EXPECT_NEAR(run.layers.age_s(2, 4), 0.35, 1e-6);
+  EXPECT_TRUE(std::isinf(run.layers.age_s(3, 4)));
+  observed(2, 4) = 0.1f;
+  run.step(observed, 0.1);
+  EXPECT_EQ(run.layers.age_s(2, 4), 0);
+}
+
+TEST_P(FilterOfBothModels, WhatEntersTheWindowIsUnknown) {
+  Cpu cpu{1};
+  GridGeometry geometry{0, 0, cell_m, 12, 12};
+  FilterRun run{cpu, method_config(GetParam()), geometry};
+  for (int i{0}; i < 5; ++i) run.step(Image<float>(12, 12, 0.02f));
+  geometry.x_min_m += 3 * cell_m;
+  run.step(Image<float>(12, 12, 0.5f), 0.1, geometry);
+  for (int y{0}; y < 12; ++y) {
+    // tay2008 lets free space from next door in: the prediction is a mean over antecedents
+    EXPECT_NEAR(run.layers.occupancy(11, y), 0.5, GetParam() == FilterModel::joint ? 1e-4 : 0.02);
+    EXPECT_TRUE(std::isinf(run.layers.age_s(9, y)));
+    EXPECT_FALSE(std::isinf(run.layers.age_s(8, y)));
+  }
+  EXPECT_LT(run.layers.occupancy(4, 6), 0.15);
+}
+
+INSTANTIATE_TEST_SUITE_P(Models, FilterOfBothModels, testing::Values(FilterModel::tay2008, FilterModel::joint),
+                         [](const auto& name) { return std::string{names_of(name.param)[static_cast<std::size_t>(
+                                                                      name.param)]}; });
+
+}  // namespace
+}  // namespace stereogrid::test

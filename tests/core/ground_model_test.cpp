@@ -1,0 +1,132 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "ground/model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "support.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+using Vector = std::array<double, 3>;
+
+struct Seen {
+  double u;
+  double v;
+  double disparity;
+};
+
+// A camera that stands `height_m` above the road. The level camera looks along +forward; it is then pitched nose down,
+// then rolled right side down. Axes of the world: right, down, forward; the road is at down = height_m.
+class Camera {
+ public:
+  Camera(const Rig& rig, const Ground& ground) : rig_{rig}, height_m_{ground.height_m} {
+    const double cp{std::cos(ground.pitch_rad)};
+    const double sp{std::sin(ground.pitch_rad)};
+    const double cr{std::cos(ground.roll_rad)};
+    const double sr{std::sin(ground.roll_rad)};
+    forward_ = {0, sp, cp};              // nose down: the optical axis gains a downward part
+    const Vector level_right{1, 0, 0};
+    const Vector pitched_down{0, cp, -sp};
+    for (std::size_t i{0}; i < 3; ++i) {
+      right_[i] = cr * level_right[i] + sr * pitched_down[i];  // right side down
+      down_[i] = cr * pitched_down[i] - sr * level_right[i];
+    }
+  }
+
+  [[nodiscard]] Seen see(double right_m, double above_road_m, double forward_m) const {
+    const Vector point{right_m, height_m_ - above_road_m, forward_m};
+    const double depth{dot(forward_, point)};
+    return {rig_.centre_u_px + rig_.focal_px * dot(right_, point) / depth,
+            rig_.centre_v_px + rig_.focal_px * dot(down_, point) / depth, rig_.focal_px * rig_.baseline_m / depth};
+  }
+
+ private:
+  static double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+  Rig rig_;
+  double height_m_;
+  Vector right_{};
+  Vector down_{};
+  Vector forward_{};
+};
+
+const std::vector<Ground>& grounds() {
+  static const std::vector<Ground> all{
+      {1.65, 0, 0, false},           {1.2, 0.05, 0, false},        {1.65, -0.03, 0, false},
+      {1.5, 0, 0.04, false},         {1.5, 0, -0.04, false},       {1.7, 0.02, 0.03, false},
+      {0.9, -0.015, -0.05, false},   {2.2, 0.2, 0.1, false},
+  };
+  return all;
+}
+
+TEST(GroundModel, RoadPlaneIsWhatACameraSees) {
+  const Rig rig{small_kitti_rig()};
+  for (const Ground& ground : grounds()) {
+    const Camera camera{rig, ground};
+    const RoadPlane plane{road_plane(rig, ground)};
+    for (const double right_m : {-4.0, -1.0, 0.0, 2.5}) {
+      for (const double forward_m : {4.0, 9.0, 25.0}) {
+        const Seen seen{camera.see(right_m, 0, forward_m)};
+        EXPECT_NEAR(plane.disparity(seen.u, seen.v), seen.disparity, 1e-9)
+            << "pitch " << ground.pitch_rad << " roll " << ground.roll_rad;
+      }
+    }
+  }
+}
+
+TEST(GroundModel, SignsOfPitchAndRoll) {
+  const Rig rig{small_kitti_rig()};
+  const RoadPlane level{road_plane(rig, {1.65, 0, 0, false})};
+  EXPECT_NEAR(level.at_centre, 0, 1e-12);
+  EXPECT_NEAR(level.per_u, 0, 1e-12);
+  EXPECT_NEAR(level.per_v, rig.baseline_m / 1.65, 1e-12);
+  // looking down, the road fills the image's middle, so the horizon has moved up
+  EXPECT_GT(road_plane(rig, {1.65, 0.05, 0, false}).at_centre, 0);
+  EXPECT_LT(horizon_row(rig, {1.65, 0.05, 0, false}), rig.centre_v_px);
+  // with its right side down the camera sees the road nearer on the right
+  EXPECT_GT(road_plane(rig, {1.65, 0, 0.05, false}).per_u, 0);
+}
+
+TEST(GroundModel, GroundOfUndoesRoadPlane) {
+  const Rig rig{small_kitti_rig()};
+  for (const Ground& ground : grounds()) {
+    const Ground back{ground_of(rig, road_plane(rig, ground))};
+    EXPECT_NEAR(back.height_m, ground.height_m, 1e-12);
+    EXPECT_NEAR(back.pitch_rad, ground.pitch_rad, 1e-12);
+    EXPECT_NEAR(back.roll_rad, ground.roll_rad, 1e-12);
+    EXPECT_TRUE(back.estimated);
+  }
+}
+
+TEST(GroundModel, HorizonIsWhereTheRoadEnds) {
+  const Rig rig{small_kitti_rig()};
+  for (const double pitch_rad : {-0.04, 0.0, 0.05}) {
+    const Ground ground{1.65, pitch_rad, 0, false};
+    EXPECT_NEAR(horizon_row(rig, ground), rig.centre_v_px - rig.focal_px * std::tan(pitch_rad), 1e-12);
+    EXPECT_NEAR(Camera(rig, ground).see(0, 0, 1e9).v, horizon_row(rig, ground), 1e-5);
+    EXPECT_NEAR(road_plane(rig, ground).disparity(10, horizon_row(rig, ground)), 0, 1e-12);
+  }
+}
+
+// method eq. 1a: points at a height, at any depth, below or above the camera
+TEST(GroundModel, RowAtHeightIsWhereACameraSeesIt) {
+  const Rig rig{small_kitti_rig()};
+  for (const double pitch_rad : {-0.04, 0.0, 0.05, 0.15}) {
+    const Ground ground{1.65, pitch_rad, 0, false};
+    const Camera camera{rig, ground};
+    for (const double above_m : {0.0, 0.3, 1.65, 1.8, 3.0}) {
+      for (const double forward_m : {4.0, 10.0, 40.0}) {
+        const Seen seen{camera.see(-1.5, above_m, forward_m)};
+        EXPECT_NEAR(row_at_height(rig, ground, seen.disparity, above_m), seen.v, 1e-9)
+            << "pitch " << pitch_rad << " height " << above_m;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace stereogrid::test

@@ -1,0 +1,126 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "levelling/levelling.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "backend/cpu.hpp"
+#include "support.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+struct Point {
+  double right;
+  double down;
+  double forward;
+};
+
+struct Pixel {
+  double u;
+  double v;
+};
+
+// The camera looks down by pitch_rad: a rotation about the axis to its right.
+Pixel seen_by(const Rig& rig, double pitch_rad, const Point& point) {
+  const double down{std::cos(pitch_rad) * point.down - std::sin(pitch_rad) * point.forward};
+  const double depth{std::sin(pitch_rad) * point.down + std::cos(pitch_rad) * point.forward};
+  return {rig.centre_u_px + rig.focal_px * point.right / depth, rig.centre_v_px + rig.focal_px * down / depth};
+}
+
+// A soft blob, so that its centre of mass tells its place to a fraction of a pixel.
+void draw_blob(Image<std::uint8_t>& image, Pixel at) {
+  for (int v{0}; v < image.height(); ++v) {
+    for (int u{0}; u < image.width(); ++u) {
+      const double r2{(u - at.u) * (u - at.u) + (v - at.v) * (v - at.v)};
+      image(u, v) = static_cast<std::uint8_t>(std::min(255.0, image(u, v) + 200 * std::exp(-r2 / 8)));
+    }
+  }
+}
+
+Pixel centre_of_mass(const Image<std::uint8_t>& image) {
+  double sum{0};
+  Pixel centre{0, 0};
+  for (int v{0}; v < image.height(); ++v) {
+    for (int u{0}; u < image.width(); ++u) {
+      sum += image(u, v);
+      centre.u += u * static_cast<double>(image(u, v));
+      centre.v += v * static_cast<double>(image(u, v));
+    }
+  }
+  return {centre.u / sum, centre.v / sum};
+}
+
+Rig pitched_rig(double pitch_deg) {
+  return {161, 121, 130, 78.3, 57.9, 0.3, 1.4, pitch_deg * degree, 0.01};
+}
+
+TEST(Levelling, PutsPointsWhereALevelCameraSeesThem) {
+  Cpu cpu{2};
+  for (const double pitch_deg : {3.0, -4.0, 12.0}) {
+    const Rig rig{pitched_rig(pitch_deg)};
+    const Levelling levelling{rig};
+    ASSERT_TRUE(levelling.is_needed());
+    for (const Point point : {Point{1.0, 0.5, 8}, Point{-2, 1.2, 9}, Point{0.3, 1.0, 6}}) {
+      Image<std::uint8_t> pitched{rig.width_px, rig.height_px};
+      draw_blob(pitched, seen_by(rig, rig.camera_pitch_rad, point));
+      Image<std::uint8_t> level{rig.width_px, rig.height_px, 77};
+      levelling.apply(cpu, pitched.view(), level.view());
+      const Pixel expected{seen_by(rig, 0, point)};
+      const Pixel found{centre_of_mass(level)};
+      EXPECT_NEAR(found.u, expected.u, 0.1) << pitch_deg;
+      EXPECT_NEAR(found.v, expected.v, 0.1) << pitch_deg;
+    }
+  }
+}
+
+// Both cameras are turned about the baseline: a point stays in one row, and its disparity is that of a level pair.
+TEST(Levelling, KeepsRowsAlignedAndTheDisparityRight) {
+  Cpu cpu{1};
+  const Rig rig{pitched_rig(3)};
+  const Levelling levelling{rig};
+  const Point of_left{0.8, 0.9, 7};
+  const Point of_right{of_left.right - rig.baseline_m, of_left.down, of_left.forward};
+  Image<std::uint8_t> left{rig.width_px, rig.height_px};
+  Image<std::uint8_t> right{rig.width_px, rig.height_px};
+  draw_blob(left, seen_by(rig, rig.camera_pitch_rad, of_left));
+  draw_blob(right, seen_by(rig, rig.camera_pitch_rad, of_right));
+  Image<std::uint8_t> level_left{left};
+  Image<std::uint8_t> level_right{right};
+  levelling.apply(cpu, left.view(), level_left.view());
+  levelling.apply(cpu, right.view(), level_right.view());
+  EXPECT_NEAR(centre_of_mass(level_left).v, centre_of_mass(level_right).v, 0.05);
+  EXPECT_NEAR(centre_of_mass(level_left).u - centre_of_mass(level_right).u,
+              rig.focal_px * rig.baseline_m / of_left.forward, 0.05);
+}
+
+TEST(Levelling, WhatTheCameraDoesNotSeeIsBlack) {
+  Cpu cpu{1};
+  const Rig rig{pitched_rig(10)};
+  const Image<std::uint8_t> pitched{rig.width_px, rig.height_px, 200};
+  Image<std::uint8_t> level{rig.width_px, rig.height_px, 77};
+  Levelling{rig}.apply(cpu, pitched.view(), level.view());
+  // looking down, the camera sees nothing of what a level one has in its uppermost rows
+  for (int u{0}; u < rig.width_px; ++u) EXPECT_EQ(level(u, 0), 0);
+  EXPECT_EQ(level(80, 118), 200);
+  for (const std::uint8_t pixel : level) EXPECT_TRUE(pixel == 0 || pixel == 200);
+}
+
+TEST(Levelling, OnlyPitchBeyondOneDegreeNeedsIt) {
+  EXPECT_FALSE(Levelling{pitched_rig(0.99)}.is_needed());
+  EXPECT_FALSE(Levelling{pitched_rig(-0.99)}.is_needed());
+  EXPECT_TRUE(Levelling{pitched_rig(1.01)}.is_needed());
+  EXPECT_TRUE(Levelling{pitched_rig(-1.01)}.is_needed());
+}
+
+TEST(Levelling, LevelRigDiffersInItsPitchOnly) {
+  Rig expected{pitched_rig(3)};
+  expected.camera_pitch_rad = 0;
+  EXPECT_EQ(Levelling{pitched_rig(3)}.level_rig(), expected);
+  EXPECT_EQ(Levelling{pitched_rig(0.5)}.level_rig(), pitched_rig(0.5));
+}
+
+}  // namespace
+}  // namespace stereogrid::test

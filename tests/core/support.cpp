@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "support.hpp"
+
+#include <cmath>
+
+namespace stereogrid::test {
+
+Rig small_kitti_rig() {
+  return {621, 188, 360.5, 304.8, 86.4, 0.537, 1.65, 0, 0};
+}
+
+Texture::Texture(unsigned seed) {
+  std::mt19937 generator{seed};
+  for (int wave{0}; wave < 40; ++wave) {
+    const double length_px{uniform(generator, 3.5, 25)};
+    const double direction{uniform(generator, 0, 2 * pi)};
+    waves_.push_back({2 * pi / length_px * std::cos(direction), 2 * pi / length_px * std::sin(direction),
+                      uniform(generator, 0, 2 * pi)});
+  }
+}
+
+double Texture::at(double u, double v) const {
+  double sum{0};
+  for (const Wave& wave : waves_) sum += std::sin(wave.per_u * u + wave.per_v * v + wave.phase);
+  return 100 + 80 * std::tanh(sum / 6);
+}
+
+Image<std::uint8_t> noise_image(int width, int height, std::mt19937& generator) {
+  Image<std::uint8_t> image{width, height};
+  for (std::uint8_t& pixel : image) pixel = static_cast<std::uint8_t>(generator() >> 24);
+  return image;
+}
+
+double uniform(std::mt19937& generator, double low, double high) {
+  return low + (high - low) * (static_cast<double>(generator()) / 4294967296.0);
+}
+
+int uniform_int(std::mt19937& generator, int low, int high) {
+  return low + static_cast<int>(generator() % static_cast<unsigned>(high - low + 1));
+}
+
+double gaussian(std::mt19937& generator) {
+  double sum{-6};
+  for (int i{0}; i < 12; ++i) sum += uniform(generator, 0, 1);
+  return sum;
+}
+
+}  // namespace stereogrid::test

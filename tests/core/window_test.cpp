@@ -1,0 +1,161 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "filter/filter.hpp"
+#include "support.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+constexpr float never{std::numeric_limits<float>::infinity()};
+
+TEST(VelocityLattice, IsASquareWithStandstillInTheMiddle) {
+  FilterConfig config;
+  config.velocity_max_mps = 4;
+  config.velocity_step_mps = 2;
+  const std::vector<Point2> lattice{velocity_lattice(config)};
+  ASSERT_EQ(lattice.size(), 25u);
+  EXPECT_EQ(lattice[12].x, 0);
+  EXPECT_EQ(lattice[12].y, 0);
+  // y-major
+  EXPECT_EQ(lattice[13].x, 2);
+  EXPECT_EQ(lattice[13].y, 0);
+  EXPECT_EQ(lattice[17].x, 0);
+  EXPECT_EQ(lattice[17].y, 2);
+  EXPECT_EQ(lattice[0].x, -4);
+  EXPECT_EQ(lattice[0].y, -4);
+  config.velocity_max_mps = 0;
+  EXPECT_EQ(velocity_lattice(config).size(), 1u);
+  config.velocity_max_mps = 0.6;
+  config.velocity_step_mps = 0.2;  // 0.6 / 0.2 is a little less than 3 in floating point
+  EXPECT_EQ(velocity_lattice(config).size(), 49u);
+}
+
+TEST(Window, CoversTheVehicleGridInEveryHeading) {
+  for (const GridGeometry& grid : {GridGeometry{0, -10, 0.2, 100, 100}, GridGeometry{0, -3, 0.25, 70, 24}}) {
+    const Window window{grid};
+    for (int i{0}; i < 200; ++i) {
+      const Pose2 pose{0.137 * i - 9, 3.3 - 0.071 * i, 0.1 * i};
+      const GridGeometry placed{window.at(pose)};
+      EXPECT_EQ(placed.nx, window.cells());
+      EXPECT_EQ(placed.ny, window.cells());
+      for (const int iy : {0, grid.ny}) {
+        for (const int ix : {0, grid.nx}) {
+          const Point2 corner{pose *
+                              Point2{grid.x_min_m + ix * grid.cell_size_m, grid.y_min_m + iy * grid.cell_size_m}};
+          const double x{(corner.x - placed.x_min_m) / placed.cell_size_m};
+          const double y{(corner.y - placed.y_min_m) / placed.cell_size_m};
+          // interpolation needs a neighbour on every side
+          EXPECT_GE(std::min(x, y), 0.5) << i;
+          EXPECT_LE(std::max(x, y), window.cells() - 0.5) << i;
+        }
+      }
+    }
+  }
+}
+
+TEST(Window, MovesInWholeCells) {
+  const Window window{{0, -10, 0.2, 100, 100}};
+  for (int i{0}; i < 100; ++i) {
+    const GridGeometry placed{window.at({0.0731 * i, -0.031 * i, 0.02 * i})};
+    EXPECT_NEAR(std::remainder(placed.x_min_m, 0.2), 0, 1e-9);
+    EXPECT_NEAR(std::remainder(placed.y_min_m, 0.2), 0, 1e-9);
+    EXPECT_EQ(placed.cell_size_m, 0.2);
+  }
+  // the grid reaches 20 m ahead, so its middle lies 10 m ahead of the car
+  const GridGeometry ahead{window.at({0, 0, 0})};
+  EXPECT_NEAR(ahead.x_min_m + 0.1 * ahead.nx, 10, 0.2);
+  EXPECT_NEAR(ahead.y_min_m + 0.1 * ahead.ny, 0, 0.2);
+  const GridGeometry turned{window.at({0, 0, 90 * degree})};
+  EXPECT_NEAR(turned.x_min_m + 0.1 * turned.nx, 0, 0.2);
+  EXPECT_NEAR(turned.y_min_m + 0.1 * turned.ny, 10, 0.2);
+}
+
+GridLayers layers_of(const GridGeometry& geometry) {
+  const Image<float> zero{geometry.nx, geometry.ny};
+  return {geometry, Image<float>{geometry.nx, geometry.ny, 0.5f}, zero, zero,
+          Image<float>{geometry.nx, geometry.ny, never}};
+}
+
+struct Resampled {
+  explicit Resampled(const GridLayers& world, const Pose2& world_from_vehicle, const GridGeometry& grid)
+      : occupancy{grid.nx, grid.ny}, velocity_x{occupancy}, velocity_y{occupancy}, age_s{occupancy} {
+    resample(world, world_from_vehicle, grid, occupancy, velocity_x, velocity_y, age_s);
+  }
+
+  Image<float> occupancy;
+  Image<float> velocity_x;
+  Image<float> velocity_y;
+  Image<float> age_s;
+};
+
+TEST(Resample, PutsCellsWhereARotatedCarSeesThem) {
+  GridLayers world{layers_of({-4, -4, 0.2, 40, 40})};
+  // a block of 3 × 3 cells around (1.1, 2.1), which moves in +x
+  for (int iy{29}; iy < 32; ++iy) {
+    for (int ix{24}; ix < 27; ++ix) {
+      world.occupancy(ix, iy) = 0.9f;
+      world.velocity_x(ix, iy) = 3;
+      world.age_s(ix, iy) = 0.25f;
+    }
+  }
+  // the car at (1.1, −0.9) faces +y: the block's middle is 3 m ahead; +x is to its right
+  const GridGeometry grid{0, -2, 0.2, 24, 20};
+  const Resampled seen{world, {1.1, -0.9, 90 * degree}, grid};
+  const auto cell_at = [&](const Image<float>& image, double x, double y) {
+    return image(static_cast<int>((x - grid.x_min_m) / 0.2), static_cast<int>((y - grid.y_min_m) / 0.2));
+  };
+  EXPECT_NEAR(cell_at(seen.occupancy, 3.1, 0.1), 0.9, 1e-5);
+  EXPECT_NEAR(cell_at(seen.velocity_x, 3.1, 0.1), 0, 1e-5);
+  EXPECT_NEAR(cell_at(seen.velocity_y, 3.1, 0.1), -3, 1e-5);
+  EXPECT_FLOAT_EQ(cell_at(seen.age_s, 3.1, 0.1), 0.25f);
+  for (const Point2 elsewhere : {Point2{3.7, 0.1}, Point2{2.3, 0.1}, Point2{3.1, 0.7}, Point2{3.1, -0.7}}) {
+    EXPECT_NEAR(cell_at(seen.occupancy, elsewhere.x, elsewhere.y), 0.5, 1e-5);
+    EXPECT_EQ(cell_at(seen.age_s, elsewhere.x, elsewhere.y), never);
+  }
+}
+
+TEST(Resample, OfAnAlignedGridIsACopy) {
+  std::mt19937 generator{3};
+  GridLayers world{layers_of({-1, -2, 0.2, 20, 20})};
+  for (float& p : world.occupancy) p = static_cast<float>(uniform(generator, 0, 1));
+  const GridGeometry grid{0, 0, 0.2, 5, 6};
+  const Resampled seen{world, {0.6, -0.4, 0}, grid};
+  for (int iy{0}; iy < grid.ny; ++iy) {
+    for (int ix{0}; ix < grid.nx; ++ix) EXPECT_NEAR(seen.occupancy(ix, iy), world.occupancy(ix + 8, iy + 8), 1e-5);
+  }
+}
+
+TEST(Resample, InterpolatesOccupancyBetweenCells) {
+  GridLayers world{layers_of({0, 0, 0.2, 10, 10})};
+  for (int y{0}; y < 10; ++y) {
+    for (int x{0}; x < 10; ++x) world.occupancy(x, y) = static_cast<float>(0.05 * x + 0.03 * y);
+  }
+  // a quarter of a cell to the right, half a cell up
+  const Resampled seen{world, {0.05, 0.1, 0}, {0.4, 0.4, 0.2, 3, 3}};
+  EXPECT_NEAR(seen.occupancy(0, 0), 0.05 * 2.25 + 0.03 * 2.5, 1e-5);
+  EXPECT_NEAR(seen.occupancy(2, 1), 0.05 * 4.25 + 0.03 * 3.5, 1e-5);
+}
+
+TEST(Resample, OutsideTheWindowNothingIsKnown) {
+  GridLayers world{layers_of({0, 0, 0.2, 10, 10})};
+  world.occupancy.fill(0.9f);
+  world.velocity_x.fill(1);
+  world.velocity_y.fill(1);
+  world.age_s.fill(0);
+  const Resampled seen{world, {0, 0, 0}, {-1, 0.4, 0.2, 20, 3}};
+  for (const int ix : {0, 3, 16, 19}) {
+    EXPECT_EQ(seen.occupancy(ix, 1), 0.5f) << ix;
+    EXPECT_EQ(seen.velocity_x(ix, 1), 0) << ix;
+    EXPECT_EQ(seen.velocity_y(ix, 1), 0) << ix;
+    EXPECT_EQ(seen.age_s(ix, 1), never) << ix;
+  }
+  EXPECT_NEAR(seen.occupancy(8, 1), 0.9, 1e-6);
+}
+
+}  // namespace
+}  // namespace stereogrid::test

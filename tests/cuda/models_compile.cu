@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Uses every host-and-device function of src/*/model.hpp in a kernel. There is nothing to run: this file guards that
+// the formulas of the CPU compile for the GPU as they stand.
+#include <cstdint>
+
+#include "filter/model.hpp"
+#include "ground/model.hpp"
+#include "matching/model.hpp"
+#include "projection/model.hpp"
+#include "u_disparity/model.hpp"
+
+namespace stereogrid {
+namespace {
+
+struct GreyAt {
+  const std::uint8_t* centre;
+  int pitch;
+  STEREOGRID_HD int operator()(int i, int j) const { return centre[j * pitch + i]; }
+};
+
+__global__ void matching_models(const std::uint8_t* image, int width, RoadPlane plane, float* out) {
+  const int u{static_cast<int>(threadIdx.x)};
+  const std::uint32_t bits{census(GreyAt{image + u, width})};
+  const int shear{shear_of(plane.disparity(u, 0))};
+  const Candidate candidate{1, 2, 3, is_unique(1, 2, 40), subpixel_offset(3, 1, 2)};
+  out[u] = static_cast<float>(bits) + sheared(image, width, u, shear) + candidate.offset;
+}
+
+__global__ void u_disparity_models(const float* disparity, float* out) {
+  const unsigned i{threadIdx.x};
+  const int bin{bin_of(disparity[i])};
+  const float visible{visibility_of(bin, 9)};
+  const float obstacle{obstacle_probability(visible, 0.5f, 0.02f, 0.02f)};
+  out[pair_index(bin, 0)] = occupancy_probability(obstacle, 0.1f, 0.02f, 0.02f);
+}
+
+__global__ void projection_models(Rig rig, GridInVehicle grid, int u, int d, double* out) {
+  const BinGeometry bins{rig};
+  const CellCorners cell{grid.corners(static_cast<int>(threadIdx.x), static_cast<int>(threadIdx.y))};
+  const ColumnSpan span{columns_of(bins, cell, bins.nearest_x(d), bins.farthest_x(d))};
+  const Point2 centre{grid.centre(static_cast<int>(threadIdx.x), static_cast<int>(threadIdx.y))};
+  const bool speaks{span.touches(u) || span.holds(u) || bins.disparity(centre.x) > d};
+  out[threadIdx.x] = speaks ? cell.nearest_x() : cell.farthest_x();
+}
+
+__global__ void filter_models(FilterStep step, double shift, float* out) {
+  const int k{static_cast<int>(threadIdx.x)};
+  const Antecedents from{antecedents(shift, -shift, 1, 0)};
+  const Likelihood likelihood{prior_of(step, k), static_cast<float>(floor_of(shift))};
+  out[k] = from.w00 * likelihood.occupied + from.w11 * likelihood.empty;
+}
+
+}  // namespace
+
+/// Keeps the kernels: what nobody launches is dropped before it is compiled for the device.
+void launch_all(const std::uint8_t* image, float* floats, double* doubles) {
+  matching_models<<<1, 32>>>(image, 32, RoadPlane{}, floats);
+  u_disparity_models<<<1, 32>>>(floats, floats);
+  projection_models<<<1, 32>>>(Rig{}, GridInVehicle{}, 1, 1, doubles);
+  filter_models<<<1, 32>>>(FilterStep{}, 0.5, floats);
+}
+
+}  // namespace stereogrid

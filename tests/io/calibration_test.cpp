@@ -1,0 +1,172 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/io/calibration.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "stereogrid/io/file.hpp"
+#include "support.hpp"
+
+namespace stereogrid::io::testing {
+namespace {
+
+constexpr const char* odometry{
+    "P0: 700 0 600 0 0 700 180 0 0 0 1 0\n"
+    "P1: 700 0 600 -378 0 700 180 0 0 0 1 0\n"
+    "P2: 700 0 600 42 0 700 180 0.7 0 0 1 0.003\n"
+    "P3: 700 0 600 -336 0 700 180 0.7 0 0 1 0.003\n"
+    "Tr: 0 -1 0 0.01 0 0 -1 -0.08 1 0 0 -0.27\n"};
+
+constexpr const char* raw_drive{
+    "calib_time: 09-Jan-2012 13:57:47\n"
+    "S_rect_00: 1.242e+03 3.75e+02\n"
+    "R_rect_00: 1 0 0 0 1 0 0 0 1\n"
+    "P_rect_00: 721.5 0 609.5 0 0 721.5 172.8 0 0 0 1 0\n"
+    "P_rect_01: 721.5 0 609.5 -387.5 0 721.5 172.8 0 0 0 1 0\n"};
+
+std::string rectified(const std::string& baseline = "0.22", const std::string& rest = "",
+                      const std::string& mount = "{camera_height_m: 1.25, camera_pitch_rad: 0.1}") {
+  return "image: {width_px: 512, height_px: 320}\nfocal_px: 410.0\ncentre_u_px: 256.0\ncentre_v_px: "
+         "160.0\nbaseline_m: " +
+         baseline + "\nmount: " + mount + "\n" + rest;
+}
+
+class CalibrationFile : public ::testing::Test {
+ protected:
+  [[nodiscard]] Calibration read(const std::string& name, const std::string& text, int width_px = 0, int height_px = 0,
+                                 KittiPair pair = KittiPair::grey) const {
+    put(folder_ / name, text);
+    return read_calibration(folder_ / name, width_px, height_px, pair);
+  }
+  void expect_refused(const std::string& name, const std::string& text,
+                      std::initializer_list<std::string_view> parts) const {
+    expect_complaint([&] { static_cast<void>(read(name, text, 512, 320)); }, parts);
+    expect_complaint([&] { static_cast<void>(read(name, text, 512, 320)); }, {name});
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(CalibrationFile, OwnFormRoundTrips) {
+  const Rig rig{1241, 377, 707.0912, 601.8873, 183.1104, 0.53715, 1.65, -0.0139626, 0.001};
+  write_calibration_yaml(folder_ / "calibration.yaml", rig);
+  const auto read{read_calibration(folder_ / "calibration.yaml", 1241, 377)};
+  EXPECT_EQ(read.rig, rig);
+  EXPECT_FALSE(read.raw);
+}
+
+TEST_F(CalibrationFile, OwnForm) {
+  const Rig rig{read("c.yaml", rectified()).rig};
+  EXPECT_EQ(rig, (Rig{512, 320, 410, 256, 160, 0.22, 1.25, 0.1, 0}));
+}
+
+TEST_F(CalibrationFile, SizeComesFromTheImagesWhereTheFileHasNone) {
+  EXPECT_EQ(read("calib.txt", odometry, 1226, 370).rig.width_px, 1226);
+  EXPECT_EQ(read("c.yaml", "focal_px: 9\ncentre_u_px: 5\ncentre_v_px: 5\nbaseline_m: 1\nmount: {camera_height_m: 1}\n",
+                 64, 48)
+                .rig.height_px,
+            48);
+}
+
+TEST_F(CalibrationFile, KittiOdometry) {
+  const auto grey{read("calib.txt", odometry, 1226, 370)};
+  EXPECT_EQ(grey.kind, "KITTI odometry");
+  EXPECT_EQ(grey.rig, (Rig{1226, 370, 700, 600, 180, 0.54, 1.65, 0, 0}));
+  ASSERT_TRUE(grey.camera_from_velodyne);
+  EXPECT_DOUBLE_EQ(grey.camera_from_velodyne->at(3), 0.01);
+}
+
+TEST_F(CalibrationFile, KittiColourPairIsItsOwnReference) {
+  const auto colour{read("calib.txt", odometry, 1226, 370, KittiPair::colour)};
+  EXPECT_DOUBLE_EQ(colour.rig.baseline_m, 0.54);
+  // camera 2 stands 6 cm left of camera 0: a point lies 6 cm further right in its frame, less what z makes of the
+  // centre
+  EXPECT_NEAR(colour.camera_from_velodyne->at(3), 0.01 + (42 - 600 * 0.003) / 700, 1e-12);
+  EXPECT_NEAR(colour.camera_from_velodyne->at(11), -0.27 + 0.003, 1e-12);
+}
+
+TEST_F(CalibrationFile, KittiRaw) {
+  put(folder_ / "calib_velo_to_cam.txt", "calib_time: x\nR: 0 -1 0 0 0 -1 1 0 0\nT: 0.1 0.2 0.3\n");
+  const auto raw{read("calib_cam_to_cam.txt", raw_drive, 1242, 375)};
+  EXPECT_EQ(raw.kind, "KITTI raw");
+  EXPECT_NEAR(raw.rig.baseline_m, 387.5 / 721.5, 1e-12);
+  ASSERT_TRUE(raw.camera_from_velodyne);
+  EXPECT_EQ(*raw.camera_from_velodyne, (Transform{0, -1, 0, 0.1, 0, 0, -1, 0.2, 1, 0, 0, 0.3}));
+}
+
+TEST_F(CalibrationFile, KittiRawOfOtherImages) {
+  put(folder_ / "calib_cam_to_cam.txt", raw_drive);
+  expect_complaint([&] { static_cast<void>(read_calibration(folder_ / "calib_cam_to_cam.txt", 1392, 512)); },
+                   {"1242×375", "1392×512", "synced"});
+}
+
+TEST_F(CalibrationFile, ComplainsOfTheBaseline) {
+  expect_refused("c.yaml", rectified("0"), {"baseline is zero"});
+  expect_refused("c.yaml", rectified("-0.22"), {"negative", "swapped"});
+  expect_refused("c.yaml", rectified("220"), {"millimetres", "divide by 1000"});
+  expect_refused("calib.txt", "P0: 700 0 300 0 0 700 180 0 0 0 1 0\nP1: 700 0 300 0 0 700 180 0 0 0 1 0\n", {"zero"});
+  expect_refused("calib.txt", "P0: 700 0 300 0 0 700 180 0 0 0 1 0\nP1: 700 0 300 378 0 700 180 0 0 0 1 0\n",
+                 {"swapped"});
+}
+
+TEST_F(CalibrationFile, ComplainsOfMissingKeys) {
+  expect_refused("c.yaml", "focal_px: 410\n", {"no 'centre_u_px'", "docs/input.md"});
+  expect_refused("c.yaml", "focal_px: 410\ncentre_u_px: 1\ncentre_v_px: 1\nbaseline_m: 1\n", {"no 'mount'"});
+  expect_refused("c.yaml", rectified("0.2", "", "{camera_pitch_rad: 0}"), {"no 'mount.camera_height_m'"});
+  expect_refused("calib.txt", "P0: 700 0 600 0 0 700 180 0 0 0 1 0\n", {"'P1:"});
+  expect_refused("calib.txt", "P0: 700 0 600 0\nP1: 1 2 3\n", {"not 12"});
+  expect_refused("calib.txt", "hello\n", {"no calibration that is known"});
+  expect_refused("calib_cam_to_cam.txt", "P_rect_00: 721.5 0 609.5 0 0 721.5 172.8 0 0 0 1 0\n", {"P_rect_01"});
+}
+
+TEST_F(CalibrationFile, ComplainsOfTypingErrors) {
+  expect_refused("c.yaml", rectified("0.22", "basline_m: 3\n"), {"unknown key 'basline_m'", "line 7"});
+  expect_refused("c.yaml", rectified("0.22 m"), {"'baseline_m' in line 5", "no number"});
+  expect_refused("c.yaml", rectified(".nan"), {"no number"});
+  expect_refused("c.yaml", "focal_px: [1\n", {"no YAML"});
+  expect_refused("c.yaml", "just text\n", {"no YAML mapping"});
+  expect_refused("c.yaml", rectified("0.22", "", "5"), {"'mount' is no group"});
+  expect_refused("calib.txt", "P0: nan 0 600 0 0 700 180 0 0 0 1 0\nP1: 700 0 600 -9 0 700 180 0 0 0 1 0\n",
+                 {"not finite"});
+}
+
+TEST_F(CalibrationFile, ComplainsOfTheOptics) {
+  const auto p{[](const std::string& f, const std::string& g, const std::string& u) {
+    const std::string head{f + " 0 " + u + " "};
+    const std::string tail{" 0 " + g + " 160 0 0 0 1 0\n"};
+    return "P0: " + head + "0" + tail + "P1: " + head + "-200" + tail;
+  }};
+  expect_refused("calib.txt", p("0", "0", "256"), {"focal length is 0"});
+  expect_refused("calib.txt", p("-400", "-400", "256"), {"focal length is -400"});
+  expect_refused("calib.txt", p("400", "500", "256"), {"400 and 500", "rectified"});
+  expect_refused("calib.txt", p("400", "400", "600"), {"principal point (600, 160)", "outside"});
+  expect_refused("calib.txt", "P0: 400 0 256 0 0 400 160 0 0 0 1 0\nP1: 410 0 256 -200 0 410 160 0 0 0 1 0\n",
+                 {"different focal lengths"});
+  expect_refused("c.yaml", "image: {width_px: 640, height_px: 320}\n" + rectified().substr(39), {"640×320", "512×320"});
+}
+
+TEST_F(CalibrationFile, ComplainsOfTheMount) {
+  expect_refused("c.yaml", rectified("0.2", "", "{camera_height_m: 0}"), {"camera height is 0"});
+  expect_refused("c.yaml", rectified("0.2", "", "{camera_height_m: -1.2}"), {"camera height is -1.2"});
+  expect_refused("c.yaml", rectified("0.2", "", "{camera_height_m: 1, camera_pitch_rad: 3.0}"), {"pitch", "degrees"});
+  expect_refused("c.yaml", rectified("0.2", "", "{camera_height_m: 1, camera_roll_rad: -1}"), {"roll", "degrees"});
+}
+
+TEST_F(CalibrationFile, NamesEveryProblemAtOnce) {
+  expect_refused("c.yaml", rectified("0", "", "{camera_height_m: -1.2}"), {"baseline is zero", "camera height"});
+}
+
+TEST_F(CalibrationFile, MissingFile) {
+  expect_complaint([&] { static_cast<void>(read_calibration(folder_ / "none.yaml")); }, {"none.yaml", "no such file"});
+}
+
+TEST(RigProblems, NotFinite) {
+  Rig rig{512, 320, 410, 256, 160, 0.22, 1.25, 0, 0};
+  EXPECT_TRUE(problems(rig).empty());
+  rig.camera_roll_rad = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(problems(rig), ::testing::ElementsAre(::testing::HasSubstr("not finite")));
+}
+
+}  // namespace
+}  // namespace stereogrid::io::testing

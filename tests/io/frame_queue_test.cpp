@@ -1,0 +1,113 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/io/frame_queue.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "support.hpp"
+
+namespace stereogrid::io::testing {
+namespace {
+
+/// Frames that take a while to load, frame 3 a long one; `bad` ones fail.
+class SlowSource final : public FrameSource {
+ public:
+  explicit SlowSource(std::size_t count) : count_{count} {}
+
+  [[nodiscard]] const Rig& rig() const override { return rig_; }
+  [[nodiscard]] std::size_t size() const override { return count_; }
+  [[nodiscard]] std::string name(std::size_t index) const override { return "f" + std::to_string(index); }
+  [[nodiscard]] StereoFrame load(std::size_t index) const override {
+    std::this_thread::sleep_for(std::chrono::milliseconds{index == 3 ? 20 : 1});
+    ++loads;
+    if (index == bad) throw InputError{name(index) + " is damaged"};
+    if (index == broken) throw std::logic_error{"a bug"};
+    StereoFrame frame;
+    frame.index = static_cast<std::int64_t>(index);
+    frame.left = Image<std::uint8_t>{8, 8, static_cast<std::uint8_t>(index)};
+    return frame;
+  }
+
+  std::size_t bad{1000};
+  std::size_t broken{1000};
+  mutable std::atomic<std::size_t> loads{0};
+
+ private:
+  Rig rig_;
+  std::size_t count_;
+};
+
+TEST(FrameQueue, KeepsTheOrderWhateverTheThreadsAndTheCapacity) {
+  const SlowSource source{20};
+  for (const int threads : {1, 2, 5}) {
+    for (const std::size_t capacity : {std::size_t{0}, std::size_t{1}, std::size_t{3}, std::size_t{50}}) {
+      FrameQueue queue{source, 0, 20, capacity, threads};
+      for (std::size_t i{0}; i < 20; ++i) {
+        const auto item{queue.next()};
+        ASSERT_TRUE(item && item->frame);
+        EXPECT_EQ(item->index, i);
+        EXPECT_EQ(item->name, source.name(i));
+        EXPECT_EQ(item->frame->left(0, 0), i);
+      }
+      EXPECT_FALSE(queue.next());
+      EXPECT_FALSE(queue.next()) << "the end stays the end";
+    }
+  }
+}
+
+TEST(FrameQueue, TakesARangeAndStopsAtTheSourcesEnd) {
+  const SlowSource source{6};
+  FrameQueue queue{source, 4, 100};
+  EXPECT_EQ(queue.next()->index, 4U);
+  EXPECT_EQ(queue.next()->index, 5U);
+  EXPECT_FALSE(queue.next());
+  FrameQueue nothing{source, 6, 6};
+  EXPECT_FALSE(nothing.next());
+}
+
+TEST(FrameQueue, ABadFrameComesInItsPlace) {
+  SlowSource source{9};
+  source.bad = 4;
+  FrameQueue queue{source, 0, 9, 4, 2};
+  for (std::size_t i{0}; i < 9; ++i) {
+    const auto item{queue.next()};
+    ASSERT_TRUE(item);
+    EXPECT_EQ(item->index, i);
+    EXPECT_EQ(item->frame.has_value(), i != 4);
+    EXPECT_EQ(item->error, i == 4 ? "f4 is damaged" : "");
+  }
+  EXPECT_FALSE(queue.next());
+}
+
+TEST(FrameQueue, OtherExceptionsAreThrownAgain) {
+  SlowSource source{5};
+  source.broken = 1;
+  FrameQueue queue{source, 0, 5};
+  EXPECT_EQ(queue.next()->index, 0U);
+  EXPECT_THROW(static_cast<void>(queue.next()), std::logic_error);
+  EXPECT_EQ(queue.next()->index, 2U);
+}
+
+TEST(FrameQueue, LoadsNoMoreThanItsCapacityAhead) {
+  const SlowSource source{50};
+  FrameQueue queue{source, 0, 50, 3, 2};
+  std::this_thread::sleep_for(std::chrono::milliseconds{60});
+  EXPECT_EQ(source.loads, 3U);
+  static_cast<void>(queue.next());
+  std::this_thread::sleep_for(std::chrono::milliseconds{60});
+  EXPECT_EQ(source.loads, 4U);
+}
+
+TEST(FrameQueue, StopsEarly) {
+  const SlowSource source{100000};
+  for (const int taken : {0, 1, 5}) {
+    FrameQueue queue{source, 0, 100000, 4, 3};
+    for (int i{0}; i < taken; ++i) static_cast<void>(queue.next());
+  }
+  EXPECT_LT(source.loads, 100U);
+}
+
+}  // namespace
+}  // namespace stereogrid::io::testing

@@ -1,0 +1,166 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/io/npz.hpp"
+
+#include <limits>
+
+#include "stereogrid/io/file.hpp"
+#include "support.hpp"
+
+namespace stereogrid::io::testing {
+namespace {
+
+template <class T>
+void expect_round_trip(const std::vector<T>& values) {
+  const TemporaryFolder folder;
+  const std::vector<NpzArray> arrays{{"values", {values.size()}, values}};
+  write_npz(folder / "a.npz", arrays);
+  const NpyArray read{read_npz(folder / "a.npz").at("values")};
+  EXPECT_EQ(read.dtype, dtype_of<T>());
+  EXPECT_EQ(read.shape, std::vector<std::size_t>{values.size()});
+  EXPECT_EQ(read.template to<T>(), values);
+}
+
+TEST(Npz, RoundTripsEveryType) {
+  expect_round_trip<float>({1.5F, -0.0F, std::numeric_limits<float>::infinity(), 3e38F});
+  expect_round_trip<double>({1e300, -2.5});
+  expect_round_trip<std::int32_t>({-5, 2147483647});
+  expect_round_trip<std::int64_t>({-5, std::numeric_limits<std::int64_t>::max()});
+  expect_round_trip<std::uint8_t>({0, 255});
+  expect_round_trip<std::uint16_t>({0, 65535});
+  expect_round_trip<float>({});
+}
+
+TEST(Npz, KeepsShapesAndImages) {
+  const TemporaryFolder folder;
+  Image<float> image{3, 2, 1};
+  image(2, 1) = 9;
+  const std::vector<double> cube(24, 0.5);
+  const std::vector<double> one{7};
+  write_npz(folder / "a.npz", std::vector<NpzArray>{{"image", image}, {"cube", {2, 3, 4}, cube}, {"scalar", {}, one}});
+  const auto read{read_npz(folder / "a.npz")};
+  EXPECT_EQ(read.at("image").shape, (std::vector<std::size_t>{2, 3}));
+  EXPECT_EQ(read.at("image").to_image<float>(), image);
+  EXPECT_EQ(read.at("cube").shape, (std::vector<std::size_t>{2, 3, 4}));
+  EXPECT_TRUE(read.at("scalar").shape.empty());
+  EXPECT_EQ(read.at("scalar").to<std::int32_t>(), std::vector<std::int32_t>{7});
+  EXPECT_THROW(static_cast<void>(read.at("cube").to_image<float>()), InputError);
+}
+
+TEST(Npz, TheSameArraysGiveTheSameBytes) {
+  const TemporaryFolder folder;
+  const std::vector<float> values(1000, 0.5F);
+  const std::vector<NpzArray> arrays{{"a", {10, 100}, values}};
+  write_npz(folder / "a.npz", arrays);
+  write_npz(folder / "b.npz", arrays);
+  EXPECT_EQ(read_file(folder / "a.npz"), read_file(folder / "b.npz"));
+  EXPECT_LT(fs::file_size(folder / "a.npz"), 1000) << "compressed";
+}
+
+TEST(Npz, ShapeThatDoesNotFitIsABug) {
+  const TemporaryFolder folder;
+  const std::vector<float> values(5);
+  EXPECT_THROW(write_npz(folder / "a.npz", std::vector<NpzArray>{{"a", {2, 3}, values}}), std::invalid_argument);
+  EXPECT_FALSE(fs::exists(folder / "a.npz"));
+}
+
+TEST(Npz, MissingFolderIsADeviceError) {
+  const TemporaryFolder folder;
+  const std::vector<float> values(5);
+  EXPECT_THROW(write_npz(folder / "none" / "a.npz", std::vector<NpzArray>{{"a", {5}, values}}), DeviceError);
+}
+
+TEST(Npz, TruncatedFilesAreSeen) {
+  const TemporaryFolder folder;
+  std::vector<std::uint16_t> values(500);
+  for (std::size_t i{0}; i < values.size(); ++i) values[i] = static_cast<std::uint16_t>(i * i);
+  write_npz(folder / "a.npz", std::vector<NpzArray>{{"a", {500}, values}});
+  const std::string whole{read_file(folder / "a.npz")};
+  for (std::size_t length{0}; length < whole.size(); length += 13) {
+    put(folder / "cut.npz", whole.substr(0, length));
+    expect_complaint([&] { static_cast<void>(read_npz(folder / "cut.npz")); }, {"cut.npz"});
+  }
+}
+
+TEST(Npz, DamagedFilesAreSeenOrMakeNoDifference) {
+  const TemporaryFolder folder;
+  std::vector<std::uint16_t> values(500);
+  for (std::size_t i{0}; i < values.size(); ++i) values[i] = static_cast<std::uint16_t>(i * i);
+  write_npz(folder / "a.npz", std::vector<NpzArray>{{"a", {500}, values}});
+  const std::string whole{read_file(folder / "a.npz")};
+  std::size_t seen{0};
+  for (std::size_t at{0}; at < whole.size(); ++at) {
+    std::string damaged{whole};
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x11);
+    put(folder / "damaged.npz", damaged);
+    try {
+      const auto arrays{read_npz(folder / "damaged.npz")};
+      for (const auto& [name, array] : arrays) EXPECT_EQ(array.to<std::uint16_t>(), values) << "byte " << at;
+    } catch (const InputError&) {
+      ++seen;
+    }
+  }
+  EXPECT_GT(seen, whole.size() / 2);
+}
+
+TEST(Npz, NumpyOpensOurs) {
+  if (!has_numpy()) GTEST_SKIP() << "/usr/bin/python3 has no numpy";
+  const TemporaryFolder folder;
+  Image<float> image{3, 2, 0.25F};
+  image(1, 0) = std::numeric_limits<float>::infinity();
+  const std::vector<std::int64_t> stamps{1, -2, 1'700'000'000'000'000'000};
+  const std::vector<std::uint8_t> bytes{1, 2, 3, 255};
+  const std::vector<double> one{3.5};
+  write_npz(folder / "a.npz", std::vector<NpzArray>{{"image", image},
+                                                    {"stamps", {3}, stamps},
+                                                    {"bytes", {2, 1, 2}, bytes},
+                                                    {"scalar", {}, one},
+                                                    {"none", {0, 4}, std::vector<std::uint16_t>{}}});
+  EXPECT_TRUE(run_python(R"(
+import numpy as np
+with np.load(')" + (folder / "a.npz").string() +
+                         R"(') as z:
+    assert sorted(z) == ['bytes', 'image', 'none', 'scalar', 'stamps'], list(z)
+    assert z['image'].dtype == np.float32 and z['image'].shape == (2, 3)
+    assert np.isinf(z['image'][0, 1]) and z['image'][1, 1] == 0.25
+    assert z['stamps'].dtype == np.int64 and z['stamps'].tolist() == [1, -2, 1700000000000000000]
+    assert z['bytes'].dtype == np.uint8 and z['bytes'].tolist() == [[[1, 2]], [[3, 255]]]
+    assert z['scalar'].shape == () and z['scalar'] == 3.5
+    assert z['none'].shape == (0, 4) and z['none'].dtype == np.uint16
+)"));
+}
+
+TEST(Npz, WeOpenNumpys) {
+  if (!has_numpy()) GTEST_SKIP() << "/usr/bin/python3 has no numpy";
+  const TemporaryFolder folder;
+  ASSERT_TRUE(
+      run_python("import numpy as np\nnp.random.seed(1)\n"
+                 "d = '" +
+                 folder.path().string() +
+                 "/'\n"
+                 "np.savez_compressed(d + 'a.npz', f=np.arange(6, dtype=np.float64).reshape(2, 3), b=np.array([True, "
+                 "False]), i=np.array([-3], np.int16), u=np.array([2**40], np.uint64))\n"
+                 "np.savez(d + 'stored.npz', x=np.arange(3, dtype=np.int32))\n"
+                 "np.savez(d + 'half.npz', x=np.zeros(3, np.float16))\n"
+                 "np.savez(d + 'big.npz', x=np.zeros(3, '>f4'))\n"
+                 "np.savez(d + 'columns.npz', x=np.asfortranarray(np.zeros((3, 2))))\n"));
+  const auto arrays{read_npz(folder / "a.npz")};
+  EXPECT_EQ(arrays.at("f").to_image<float>()(2, 1), 5.0F);
+  EXPECT_EQ(arrays.at("b").to<std::uint8_t>(), (std::vector<std::uint8_t>{1, 0}));
+  EXPECT_EQ(arrays.at("i").to<std::int32_t>(), std::vector<std::int32_t>{-3});
+  EXPECT_EQ(arrays.at("u").to<std::int64_t>(), std::vector<std::int64_t>{std::int64_t{1} << 40});
+  EXPECT_EQ(read_npz(folder / "stored.npz").at("x").to<std::int64_t>(), (std::vector<std::int64_t>{0, 1, 2}));
+  expect_complaint([&] { static_cast<void>(read_npz(folder / "half.npz")); }, {"half.npz", "x.npy", "<f2"});
+  expect_complaint([&] { static_cast<void>(read_npz(folder / "big.npz")); }, {"big.npz", ">f4"});
+  expect_complaint([&] { static_cast<void>(read_npz(folder / "columns.npz")); }, {"columns.npz", "column by column"});
+}
+
+TEST(Npz, NoArchive) {
+  const TemporaryFolder folder;
+  put(folder / "text.npz", "hello");
+  expect_complaint([&] { static_cast<void>(read_npz(folder / "text.npz")); }, {"text.npz", "no whole .npz"});
+  expect_complaint([&] { static_cast<void>(read_npz(folder / "none.npz")); }, {"none.npz", "no such file"});
+}
+
+}  // namespace
+}  // namespace stereogrid::io::testing

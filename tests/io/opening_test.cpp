@@ -1,0 +1,222 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+// What is wrong with an input: each complaint names the file, what is wrong, and what would mend it.
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "recordings.hpp"
+#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/recording.hpp"
+#include "support.hpp"
+
+namespace stereogrid::io::testing {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+class Opening : public ::testing::Test {
+ protected:
+  [[nodiscard]] std::unique_ptr<Recording> open() const { return open_recording({{folder_.path()}, {}, ""}); }
+  void expect_refused(std::initializer_list<std::string_view> parts) const {
+    expect_complaint([&] { static_cast<void>(open()); }, parts);
+  }
+  void cut_in_half(const fs::path& path) const {
+    const std::string whole{read_file(path)};
+    put(path, whole.substr(0, whole.size() / 2));
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(Opening, NothingThere) {
+  expect_complaint(
+      [&] {
+        static_cast<void>(open_recording({{folder_ / "none"}, {}, ""}));
+      },
+      {"none", "no such file or folder", "INPUT is", "left/"});
+  expect_complaint([&] { static_cast<void>(open_recording({})); }, {"INPUT"});
+  expect_refused({"no stereo recording", "image_0"});
+  put(folder_ / "file.png", "");
+  expect_complaint(
+      [&] {
+        static_cast<void>(open_recording({{folder_ / "file.png"}, {}, ""}));
+      },
+      {"file.png", "one file", "LEFT RIGHT"});
+}
+
+TEST_F(Opening, RecordingsInsideAreSuggested) {
+  put_plain(folder_ / "drive_7");
+  expect_refused({"no stereo recording", "drive_7"});
+}
+
+TEST_F(Opening, FolderMissingOrEmpty) {
+  put_plain(folder_.path());
+  fs::remove_all(folder_ / "right");
+  expect_refused({"right", "the folder is missing"});
+  fs::create_directories(folder_ / "right");
+  expect_refused({"right", "holds no images"});
+  fs::remove_all(folder_ / "left");
+  fs::create_directories(folder_ / "left");
+  expect_refused({"left", "holds no images"});
+}
+
+/// Opens as somebody who is not root, since root may read everything. 0: refused with these words.
+int open_as_nobody(const fs::path& root, std::string_view words) {
+  const pid_t child{::fork()};
+  if (child == 0) {
+    if (::geteuid() == 0 && ::setuid(65534) != 0) ::_exit(3);
+    try {
+      static_cast<void>(open_recording({{root}, {}, ""}));
+      ::_exit(1);
+    } catch (const InputError& error) {
+      ::_exit(std::string_view{error.what()}.find(words) != std::string_view::npos ? 0 : 2);
+    } catch (...) {
+      ::_exit(4);
+    }
+  }
+  int status{0};
+  ::waitpid(child, &status, 0);
+  return WEXITSTATUS(status);
+}
+
+TEST_F(Opening, UnreadableFolder) {
+  put_plain(folder_ / "drive");
+  fs::permissions(folder_.path(), fs::perms::all);
+  fs::permissions(folder_ / "drive" / "left", fs::perms::none);
+  EXPECT_EQ(open_as_nobody(folder_ / "drive", "left: the folder cannot be read"), 0);
+  fs::permissions(folder_ / "drive" / "left", fs::perms::owner_all);
+  fs::permissions(folder_ / "drive", fs::perms::none);
+  EXPECT_EQ(open_as_nobody(folder_ / "drive", "drive: the folder cannot be read"), 0);
+  EXPECT_EQ(open_as_nobody(folder_ / "drive" / "left", "cannot be read"), 0);
+  fs::permissions(folder_ / "drive", fs::perms::owner_all);
+}
+
+TEST_F(Opening, NoPairs) {
+  put_plain(folder_.path());
+  for (const char* const name : {"a", "b", "c"}) {
+    fs::rename(folder_ / "right" / (std::string{name} + ".png"), folder_ / "right" / (std::string{name} + "_r.png"));
+  }
+  expect_refused({"no left image has a right one of the same name"});
+}
+
+TEST_F(Opening, TwoImagesOfOneName) {
+  put_plain(folder_.path());
+  fs::copy(folder_ / "left" / "a.png", folder_ / "left" / "a.jpg");
+  expect_refused({"another image of the same name"});
+}
+
+TEST_F(Opening, MissingRightImageIsThatFramesError) {
+  put_plain(folder_.path());
+  fs::remove(folder_ / "right" / "b.png");
+  const auto recording{open()};
+  ASSERT_EQ(recording->size(), 3U);
+  EXPECT_THAT(recording->contents().warnings, ElementsAre(HasSubstr("frame b: the right image is missing")));
+  expect_complaint([&] { static_cast<void>(recording->load(1)); }, {"b.png", "right image", "missing"});
+  EXPECT_EQ(recording->load(2).left(0, 0), 12) << "the other frames work";
+}
+
+TEST_F(Opening, MissingLeftImageIsThatFramesError) {
+  put_odometry(folder_.path());
+  fs::remove(folder_ / "image_0" / "000046.png");
+  const auto recording{open()};
+  ASSERT_EQ(recording->size(), 3U) << "poses and times still belong to their frames";
+  expect_complaint([&] { static_cast<void>(recording->load(0)); }, {"000046.png", "left image", "missing"});
+  EXPECT_DOUBLE_EQ(recording->load(1).world_from_vehicle->x_m, 8);
+}
+
+TEST_F(Opening, ManyMissingImagesAreSummedUp) {
+  std::vector<std::string> names;
+  for (int i{100}; i < 110; ++i) names.push_back(std::to_string(i));
+  put_pairs(folder_ / "left", folder_ / "right", names);
+  put(folder_ / "calibration.yaml", small_yaml);
+  for (int i{101}; i < 110; ++i) fs::remove(folder_ / "right" / (std::to_string(i) + ".png"));
+  const auto warnings{open()->contents().warnings};
+  ASSERT_EQ(warnings.size(), 6U);
+  EXPECT_THAT(warnings.back(), HasSubstr("4 more"));
+}
+
+TEST_F(Opening, TruncatedImageIsThatFramesError) {
+  put_plain(folder_.path());
+  cut_in_half(folder_ / "left" / "a.png");
+  const auto recording{open()};
+  expect_complaint([&] { static_cast<void>(recording->load(0)); }, {"a.png", "truncated"});
+  EXPECT_EQ(recording->load(1).left(0, 0), 11);
+  cut_in_half(folder_ / "left" / "b.png");
+  cut_in_half(folder_ / "left" / "c.png");
+  expect_refused({"none of the left images can be read", "a.png", "truncated"});
+}
+
+TEST_F(Opening, UnequalSizesAreThatFramesError) {
+  put_plain(folder_.path());
+  write_png(folder_ / "right" / "b.png", Image<std::uint8_t>{64, 33});
+  write_png(folder_ / "left" / "c.png", Image<std::uint8_t>{31, 33});
+  write_png(folder_ / "right" / "c.png", Image<std::uint8_t>{31, 33});
+  const auto recording{open()};
+  expect_complaint([&] { static_cast<void>(recording->load(1)); },
+                   {"left/b.png", "65×33", "right/b.png", "64×33", "same size"});
+  expect_complaint([&] { static_cast<void>(recording->load(2)); }, {"c.png", "31×33", "calibration is for 65×33"});
+}
+
+TEST_F(Opening, Calibration) {
+  put_plain(folder_.path());
+  fs::remove(folder_ / "calibration.yaml");
+  expect_refused({"no calibration", "calibration.yaml", "--calibration"});
+  std::string other{small_yaml};
+  other.replace(other.find("65"), 2, "66");
+  put(folder_ / "calibration.yaml", other);
+  expect_refused({"calibration.yaml", "66×33", "65×33"});
+}
+
+TEST_F(Opening, PoseCount) {
+  put_odometry(folder_.path());
+  put(folder_ / "poses_gt.txt", "1 0 0 0 0 1 0 0 0 0 1 7\n");
+  expect_refused({"poses_gt.txt", "1 poses", "3 frames", "--poses none"});
+  fs::remove_all(folder_.path());
+  put_plain(folder_.path());
+  put(folder_ / "poses.csv", "name,stamp_ns,x_m,y_m,yaw_rad\na,0,0,0,0\nc,2,0,0,0\n");
+  expect_refused({"poses.csv", "2 poses", "3 frames", "frame b has none"});
+  put(folder_ / "poses.csv", "name,stamp_ns,x_m,y_m,yaw_rad\na,0,0,0,0\nb,1,0,0,0\nc,2,0,0,0\nd,3,0,0,0\n");
+  EXPECT_THAT(open()->contents().warnings, ElementsAre(HasSubstr("4 poses, but there are 3 frames")));
+}
+
+TEST_F(Opening, PosesThatAreNotFinite) {
+  put_odometry(folder_.path());
+  put(folder_ / "poses_gt.txt", "1 0 0 0 0 1 0 0 0 0 1 7\n1 0 0 nan 0 1 0 0 0 0 1 7\n1 0 0 0 0 1 0 0 0 0 1 7\n");
+  expect_refused({"poses_gt.txt", "line 2", "not finite"});
+}
+
+TEST_F(Opening, Stamps) {
+  put_odometry(folder_.path());
+  put(folder_ / "times.txt", "0\n0.1\n");
+  expect_refused({"times.txt", "2 times", "3 frames"});
+  put(folder_ / "times.txt", "0\n0.2\n0.1\n");
+  expect_refused({"times.txt", "line 3", "not later"});
+  put(folder_ / "times.txt", "0\nnan\n0.1\n");
+  expect_refused({"times.txt", "line 2", "no number"});
+  fs::remove_all(folder_.path());
+  put_plain(folder_.path());
+  put(folder_ / "poses.csv", "name,stamp_ns,x_m,y_m,yaw_rad\nb,0,0,0,0\na,1,0,0,0\nc,2,0,0,0\n");
+  expect_refused({"poses.csv", "frame b is not later than frame a"});
+}
+
+TEST_F(Opening, RawTimestamps) {
+  put_pairs(folder_ / "image_00" / "data", folder_ / "image_01" / "data", {"0", "1"});
+  put(folder_ / "calibration.yaml", small_yaml);
+  put(folder_ / "image_00" / "timestamps.txt", "2011-09-26 13:02:25.9\n2011-13-26 13:02:25.9\n");
+  expect_refused({"timestamps.txt", "line 2", "no time stamp"});
+  put(folder_ / "image_00" / "timestamps.txt", "2011-09-26 13:02:25.9\n2011-09-26 13:02:25.8\n");
+  expect_refused({"timestamps.txt", "line 2", "not later"});
+}
+
+TEST_F(Opening, NamedPosesThatAreNotThere) {
+  put_plain(folder_.path());
+  expect_complaint(
+      [&] {
+        static_cast<void>(open_recording({{folder_.path()}, {}, "nowhere.csv"}));
+      },
+      {"nowhere.csv", "no such file"});
+}
+
+}  // namespace
+}  // namespace stereogrid::io::testing

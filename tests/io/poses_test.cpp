@@ -1,0 +1,157 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/io/poses.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "stereogrid/io/file.hpp"
+#include "support.hpp"
+
+namespace stereogrid::io::testing {
+namespace {
+
+class PoseFile : public ::testing::Test {
+ protected:
+  [[nodiscard]] std::vector<Pose2> kitti(const std::string& text, std::size_t expected) const {
+    put(folder_ / "poses.txt", text);
+    return read_kitti_poses(folder_ / "poses.txt", expected);
+  }
+  [[nodiscard]] std::vector<NamedPose> csv(const std::string& text) const {
+    put(folder_ / "poses.csv", text);
+    return read_poses_csv(folder_ / "poses.csv");
+  }
+
+  TemporaryFolder folder_;
+};
+
+constexpr const char* still{"1 0 0 0 0 1 0 0 0 0 1 0\n"};
+constexpr const char* head{"name,stamp_ns,x_m,y_m,yaw_rad\n"};
+
+TEST_F(PoseFile, KittiAxesBecomeVehicleAxes) {
+  const auto poses{kitti("1 0 0 2 0 1 0 -0.1 0 0 1 5\n", 1)};
+  EXPECT_DOUBLE_EQ(poses[0].x_m, 5) << "5 m ahead";
+  EXPECT_DOUBLE_EQ(poses[0].y_m, -2) << "2 m to the right";
+  EXPECT_DOUBLE_EQ(poses[0].yaw_rad, 0);
+}
+
+TEST_F(PoseFile, KittiTurnToTheLeftIsPositive) {
+  // after a turn to the left the optical axis points to the world camera's −x
+  const auto poses{kitti("0.9553365 0 -0.2955202 0 0 1 0 0 0.2955202 0 0.9553365 0\n", 1)};
+  EXPECT_NEAR(poses[0].yaw_rad, 0.3, 1e-6);
+}
+
+TEST_F(PoseFile, KittiIsNotMovedToTheFirstFrame) {
+  const auto poses{kitti("1 0 0 0 0 1 0 0 0 0 1 100\n1 0 0 0 0 1 0 0 0 0 1 101\n", 2)};
+  EXPECT_DOUBLE_EQ(poses[0].x_m, 100);
+}
+
+TEST_F(PoseFile, KittiLinesMayEndAnyWay) {
+  EXPECT_EQ(kitti("1 0 0 0 0 1 0 0 0 0 1 1\r\n1 0 0 0 0 1 0 0 0 0 1 2", 2)[1].x_m, 2);
+}
+
+TEST_F(PoseFile, KittiComplaints) {
+  const std::string one{still};
+  expect_complaint([&] { static_cast<void>(kitti(one + one, 3)); },
+                   {"poses.txt", "2 poses", "3 frames", "--poses none"});
+  expect_complaint([&] { static_cast<void>(kitti(one + one, 1)); }, {"2 poses", "1 frames"});
+  expect_complaint([&] { static_cast<void>(kitti(one + "1 0 0 nan 0 1 0 0 0 0 1 0\n", 2)); }, {"line 2", "not finite"});
+  expect_complaint([&] { static_cast<void>(kitti(one + "1 0 0 inf 0 1 0 0 0 0 1 0\n", 2)); }, {"line 2", "not finite"});
+  expect_complaint([&] { static_cast<void>(kitti("1 0 0\n", 1)); }, {"line 1", "3 numbers, not 12"});
+  expect_complaint([&] { static_cast<void>(kitti("1 0 0 0 0 1 0 0 0 0 1 x\n", 1)); }, {"line 1", "no number"});
+  expect_complaint([&] { static_cast<void>(kitti("2 0 0 0 0 1 0 0 0 0 1 0\n", 1)); }, {"line 1", "no rotation"});
+  expect_complaint([&] { static_cast<void>(kitti("1 0 0 0 0 1 0 0 0 0 -1 0\n", 1)); }, {"no rotation"});
+  expect_complaint([&] { static_cast<void>(read_kitti_poses(folder_ / "none.txt", 1)); }, {"none.txt"});
+}
+
+TEST_F(PoseFile, CsvRoundTrips) {
+  const std::vector<NamedPose> poses{{"a", -5, {1.25, -2.5, 0.125}}, {"b", 1'700'000'000'000'000'000, {3, 4, -3}}};
+  write_poses_csv(folder_ / "poses.csv", poses);
+  const auto read{read_poses_csv(folder_ / "poses.csv")};
+  ASSERT_EQ(read.size(), 2U);
+  for (std::size_t i{0}; i < 2; ++i) {
+    EXPECT_EQ(read[i].name, poses[i].name);
+    EXPECT_EQ(read[i].stamp_ns, poses[i].stamp_ns);
+    EXPECT_EQ(read[i].world_from_vehicle, poses[i].world_from_vehicle);
+  }
+}
+
+TEST_F(PoseFile, CsvComplaints) {
+  const std::string top{head};
+  expect_complaint([&] { static_cast<void>(csv("a,0,0,0,0\n")); }, {"poses.csv", "line 1", "name,stamp_ns"});
+  expect_complaint([&] { static_cast<void>(csv("")); }, {"line 1"});
+  expect_complaint([&] { static_cast<void>(csv(top + "a,0,0,0\n")); }, {"line 2", "4 fields"});
+  expect_complaint([&] { static_cast<void>(csv(top + "a,0,nan,0,0\n")); }, {"line 2", "not finite"});
+  expect_complaint([&] { static_cast<void>(csv(top + "a,0,0,0,0\nb,1,0,-inf,0\n")); }, {"line 3", "not finite"});
+  expect_complaint([&] { static_cast<void>(csv(top + "a,0.5,0,0,0\n")); }, {"line 2", "whole number"});
+  expect_complaint([&] { static_cast<void>(csv(top + "a,0,x,0,0\n")); }, {"line 2", "three numbers"});
+  expect_complaint([&] { static_cast<void>(csv(top + "a,0,0,0,0\na,1,0,0,0\n")); }, {"line 3", "a second time"});
+  expect_complaint([&] { static_cast<void>(csv(top + "a,5,0,0,0\nb,5,0,0,0\n")); }, {"line 3", "not later"});
+  expect_complaint([&] { static_cast<void>(csv(top + ",5,0,0,0\n")); }, {"line 2", "no name"});
+}
+
+TEST_F(PoseFile, OrderOfChoice) {
+  EXPECT_FALSE(find_poses(folder_.path()));
+  for (const char* const name :
+       {"poses_zz.txt", "poses_aa.txt", "poses_vo.txt", "poses.txt", "poses_gt.txt", "poses.csv"}) {
+    put(folder_ / name, "");
+    const auto choice{find_poses(folder_.path())};
+    ASSERT_TRUE(choice);
+    EXPECT_EQ(choice->file.filename(), name);
+  }
+  EXPECT_EQ(find_poses(folder_.path())->others.size(), 5U);
+}
+
+constexpr double degree{std::numbers::pi / 180};
+
+std::string oxts(double latitude_deg, double longitude_deg, double yaw_rad) {
+  return std::to_string(latitude_deg) + " " + std::to_string(longitude_deg) + " 110 0 0 " + std::to_string(yaw_rad) +
+         " 0 0 0\n";
+}
+
+TEST_F(PoseFile, OxtsOfTheImu) {
+  put(folder_ / "data" / "0.txt", oxts(49, 8.4, 1.5));
+  put(folder_ / "data" / "1.txt", oxts(49.001, 8.4, 1.5));
+  put(folder_ / "data" / "2.txt", oxts(49, 8.401, 1.5));
+  const std::vector<std::string> names{"0", "1", "2"};
+  const auto poses{read_oxts(folder_ / "data", names, folder_.path())};
+  EXPECT_FALSE(poses.of_camera);
+  const auto& p{poses.world_from_vehicle};
+  EXPECT_NEAR(p[0].yaw_rad, 1.5, 1e-9);
+  // a thousandth of a degree: 111.3 m of latitude, cos 49° of it for longitude
+  EXPECT_NEAR(p[1].y_m - p[0].y_m, 6378137 * degree * 0.001, 0.05);
+  EXPECT_NEAR(p[1].x_m - p[0].x_m, 0, 1e-6);
+  EXPECT_NEAR(p[2].x_m - p[0].x_m, 6378137 * degree * 0.001 * std::cos(49 * degree), 0.05);
+}
+
+TEST_F(PoseFile, OxtsMovedToTheCamera) {
+  // the velodyne 0.8 m behind… the IMU's origin lies at (−0.8, 0.3) of the velodyne's frame; the camera 0.27 m ahead of
+  // the velodyne: 1.07 m ahead and 0.3 m right of the IMU
+  put(folder_ / "calib_imu_to_velo.txt", "R: 1 0 0 0 1 0 0 0 1\nT: -0.8 0.3 -0.8\n");
+  put(folder_ / "calib_velo_to_cam.txt", "R: 0 -1 0 0 0 -1 1 0 0\nT: 0 -0.08 -0.27\n");
+  put(folder_ / "calib_cam_to_cam.txt", "R_rect_00: 1 0 0 0 1 0 0 0 1\n");
+  put(folder_ / "data" / "0.txt", oxts(49, 8.4, std::numbers::pi / 2));
+  const std::vector<std::string> names{"0"};
+  const auto camera{read_oxts(folder_ / "data", names, folder_.path())};
+  const auto imu{read_oxts(folder_ / "data", names, folder_ / "elsewhere")};
+  ASSERT_TRUE(camera.of_camera);
+  EXPECT_NEAR(camera.world_from_vehicle[0].yaw_rad, std::numbers::pi / 2, 1e-6);
+  // heading north: ahead is +y, right is +x
+  EXPECT_NEAR(camera.world_from_vehicle[0].y_m - imu.world_from_vehicle[0].y_m, 1.07, 1e-5);
+  EXPECT_NEAR(camera.world_from_vehicle[0].x_m - imu.world_from_vehicle[0].x_m, 0.3, 1e-5);
+}
+
+TEST_F(PoseFile, OxtsComplaints) {
+  const std::vector<std::string> names{"0", "1"};
+  put(folder_ / "data" / "0.txt", oxts(49, 8.4, 0));
+  expect_complaint([&] { static_cast<void>(read_oxts(folder_ / "data", names, folder_.path())); },
+                   {"1.txt", "record of frame 1 is missing"});
+  put(folder_ / "data" / "1.txt", "49 8.4 nan 0 0 0\n");
+  expect_complaint([&] { static_cast<void>(read_oxts(folder_ / "data", names, folder_.path())); },
+                   {"1.txt", "not finite"});
+  put(folder_ / "data" / "1.txt", "49 8.4\n");
+  expect_complaint([&] { static_cast<void>(read_oxts(folder_ / "data", names, folder_.path())); }, {"lat lon alt"});
+}
+
+}  // namespace
+}  // namespace stereogrid::io::testing

@@ -1,0 +1,245 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/io/recording.hpp"
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "recordings.hpp"
+#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/frame_queue.hpp"
+#include "support.hpp"
+
+namespace stereogrid::io::testing {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+class RecordingTest : public ::testing::Test {
+ protected:
+  [[nodiscard]] std::unique_ptr<Recording> open(const std::string& poses = "") const {
+    return open_recording({{folder_.path()}, {}, poses});
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(RecordingTest, KittiOdometryMayStartAnywhere) {
+  put_odometry(folder_.path());
+  put(folder_ / "velodyne" / "000047.bin", "");
+  const auto recording{open()};
+  EXPECT_EQ(recording->contents().kind, "KITTI odometry sequence");
+  ASSERT_EQ(recording->size(), 3U);
+  EXPECT_EQ(recording->name(0), "000046");
+  EXPECT_EQ(recording->rig(), (Rig{65, 33, 60, 32, 16, 0.5, 1.65, 0, 0}));
+  EXPECT_TRUE(recording->has_poses());
+  EXPECT_TRUE(recording->has_scans());
+  EXPECT_TRUE(recording->contents().frames[0].scan.empty());
+  EXPECT_FALSE(recording->has_truth());
+  const StereoFrame frame{recording->load(1)};
+  EXPECT_EQ(frame.name, "000047");
+  EXPECT_EQ(frame.index, 1);
+  EXPECT_EQ(frame.stamp_ns, 104'128'400);
+  EXPECT_EQ(frame.left(64, 32), 11);
+  EXPECT_EQ(frame.right(0, 0), 111);
+  ASSERT_TRUE(frame.world_from_vehicle);
+  EXPECT_DOUBLE_EQ(frame.world_from_vehicle->x_m, 8);
+  EXPECT_TRUE(recording->contents().warnings.empty());
+  EXPECT_THAT(recording->contents().notes, Contains(HasSubstr("mounting: not in the calibration")));
+  EXPECT_THAT(recording->contents().notes, Contains(HasSubstr("poses_gt.txt")));
+}
+
+TEST_F(RecordingTest, FramesFileSaysWhichFramesTheLinesBelongTo) {
+  put_odometry(folder_.path());
+  put_pairs(folder_ / "image_0", folder_ / "image_1", {"000001"});  // a frame that is not listed
+  put(folder_ / "frames.txt", "000046\n000047\n000048\n");
+  EXPECT_EQ(open()->size(), 3U);
+  put(folder_ / "frames.txt", "000046\n000046\n");
+  expect_complaint([&] { static_cast<void>(open()); }, {"frames.txt", "twice"});
+}
+
+TEST_F(RecordingTest, OtherPosesCanBeNamedOrLeftOut) {
+  put_odometry(folder_.path());
+  put(folder_ / "poses_vo.txt", "1 0 0 0 0 1 0 0 0 0 1 1\n1 0 0 0 0 1 0 0 0 0 1 2\n1 0 0 0 0 1 0 0 0 0 1 3\n");
+  EXPECT_THAT(open()->contents().notes, Contains(HasSubstr("not taken: poses_vo.txt")));
+  EXPECT_DOUBLE_EQ(open((folder_ / "poses_vo.txt").string())->load(0).world_from_vehicle->x_m, 1);
+  const auto without{open("none")};
+  EXPECT_FALSE(without->has_poses());
+  EXPECT_FALSE(without->load(0).world_from_vehicle);
+  EXPECT_EQ(without->load(2).stamp_ns, 200'000'000);
+}
+
+TEST_F(RecordingTest, PosesOfTheUnpackedBenchmark) {
+  put_odometry(folder_ / "sequences" / "04");
+  fs::remove(folder_ / "sequences" / "04" / "poses_gt.txt");
+  put(folder_ / "poses" / "04.txt", "1 0 0 0 0 1 0 0 0 0 1 3\n1 0 0 0 0 1 0 0 0 0 1 4\n1 0 0 0 0 1 0 0 0 0 1 5\n");
+  for (const fs::path& root : {folder_ / "sequences" / "04", folder_ / "sequences" / "04" / ""}) {
+    EXPECT_DOUBLE_EQ(open_recording({{root}, {}, ""})->load(0).world_from_vehicle->x_m, 3);
+  }
+}
+
+TEST_F(RecordingTest, ColourPairOfKitti) {
+  put_pairs(folder_ / "image_2", folder_ / "image_3", {"0"});
+  put(folder_ / "calib.txt", small_calib);
+  const auto recording{open()};
+  EXPECT_DOUBLE_EQ(recording->rig().baseline_m, 0.45);
+  EXPECT_EQ(recording->load(0).right(0, 0), 110);
+}
+
+TEST_F(RecordingTest, StampsAreTenHertzWhereThereAreNone) {
+  put_odometry(folder_.path());
+  fs::remove(folder_ / "times.txt");
+  const auto recording{open()};
+  EXPECT_EQ(recording->load(2).stamp_ns, 200'000'000);
+  EXPECT_THAT(recording->contents().notes, Contains(HasSubstr("10 frames a second assumed")));
+}
+
+TEST_F(RecordingTest, KittiRawDrive) {
+  const fs::path drive{folder_ / "2011_09_26" / "2011_09_26_drive_0001_sync"};
+  put_pairs(drive / "image_00" / "data", drive / "image_01" / "data", {"0000000000", "0000000002"});
+  put(drive / "image_00" / "timestamps.txt",
+      "2011-09-26 13:02:25.964389445\n2011-09-26 13:02:26.064389445\n2011-09-26 13:02:26.5\n");
+  put(drive / "velodyne_points" / "data" / "0000000002.bin", "");
+  for (const char* const name : {"0000000000", "0000000002"}) {
+    put(drive / "oxts" / "data" / (std::string{name} + ".txt"), "49 8.4 110 0 0 0.5 1 2 3\n");
+  }
+  put(folder_ / "2011_09_26" / "calib_cam_to_cam.txt",
+      "calib_time: 09-Jan-2012 13:57:47\nS_rect_00: 65 33\nP_rect_00: 60 0 32 0 0 60 16 0 0 0 1 0\n"
+      "P_rect_01: 60 0 32 -30 0 60 16 0 0 0 1 0\n");
+  const auto recording{open_recording({{drive}, {}, ""})};
+  EXPECT_EQ(recording->contents().kind, "KITTI raw drive");
+  ASSERT_EQ(recording->size(), 2U);
+  EXPECT_EQ(recording->load(0).stamp_ns, 1'317'042'145'964'389'445);
+  EXPECT_EQ(recording->load(1).stamp_ns, 1'317'042'146'500'000'000) << "line of the frame's number";
+  EXPECT_NEAR(recording->load(1).world_from_vehicle->yaw_rad, 0.5, 1e-9);
+  EXPECT_FALSE(recording->contents().frames[1].scan.empty());
+  EXPECT_THAT(recording->contents().notes, Contains(HasSubstr("of the IMU")));
+}
+
+TEST_F(RecordingTest, PlainFolder) {
+  put_plain(folder_.path());
+  const auto recording{open()};
+  EXPECT_EQ(recording->contents().kind, "plain folder");
+  EXPECT_EQ(recording->load(2).stamp_ns, 200'000'005);
+  EXPECT_DOUBLE_EQ(recording->load(2).world_from_vehicle->yaw_rad, 0.1);
+  EXPECT_DOUBLE_EQ(recording->rig().camera_height_m, 1.2);
+  EXPECT_EQ(open("none")->load(2).stamp_ns, 200'000'005) << "stamps are still known";
+}
+
+TEST_F(RecordingTest, NamesAreInNaturalOrder) {
+  put_pairs(folder_ / "left", folder_ / "right", {"frame_10", "frame_9", "frame_100"});
+  put(folder_ / "calibration.yaml", small_yaml);
+  const auto recording{open()};
+  EXPECT_EQ(recording->name(0), "frame_9");
+  EXPECT_EQ(recording->name(1), "frame_10");
+  EXPECT_EQ(recording->name(2), "frame_100");
+}
+
+TEST_F(RecordingTest, ImagePair) {
+  put_pairs(folder_ / "l", folder_ / "r", {"x"});
+  put(folder_ / "c.yaml", small_yaml);
+  const std::vector<fs::path> paths{folder_ / "l" / "x.png", folder_ / "r" / "x.png"};
+  const auto recording{open_recording({paths, folder_ / "c.yaml", ""})};
+  EXPECT_EQ(recording->contents().kind, "image pair");
+  EXPECT_EQ(recording->load(0).right(3, 3), 110);
+  EXPECT_EQ(recording->name(0), "x");
+  expect_complaint([&] { static_cast<void>(open_recording({paths, {}, ""})); }, {"no calibration", "--calibration"});
+}
+
+TEST_F(RecordingTest, CalibrationCanBeNamed) {
+  put_plain(folder_.path());
+  put(folder_ / "other.txt", small_calib);
+  EXPECT_DOUBLE_EQ(open_recording({{folder_.path()}, folder_ / "other.txt", ""})->rig().baseline_m, 0.5);
+}
+
+TEST_F(RecordingTest, SixteenBitImagesShareOneScale) {
+  put(folder_ / "calibration.yaml", small_yaml);
+  fs::create_directories(folder_ / "left");
+  fs::create_directories(folder_ / "right");
+  for (const auto& [name, left, right] : {std::tuple{"0", 4000, 2000}, {"1", 500, 16000}}) {
+    write_png(folder_ / "left" / (std::string{name} + ".png"),
+              Image<std::uint16_t>{small_width_px, small_height_px, static_cast<std::uint16_t>(left)});
+    write_png(folder_ / "right" / (std::string{name} + ".png"),
+              Image<std::uint16_t>{small_width_px, small_height_px, static_cast<std::uint16_t>(right)});
+  }
+  const auto recording{open()};
+  EXPECT_EQ(recording->contents().sample_bits, 12);
+  EXPECT_EQ(recording->load(0).left(0, 0), 250);
+  EXPECT_EQ(recording->load(0).right(0, 0), 125);
+  EXPECT_EQ(recording->load(1).left(0, 0), 31) << "the scale of the first image, not this one's";
+  EXPECT_EQ(recording->load(1).right(0, 0), 255);
+}
+
+TEST_F(RecordingTest, ColourJpegAndPgm) {
+  put(folder_ / "calibration.yaml", small_yaml);
+  fs::create_directories(folder_ / "left");
+  fs::create_directories(folder_ / "right");
+  const cv::Mat colour(small_height_px, small_width_px, CV_8UC3, cv::Scalar(40, 80, 120));
+  cv::imwrite((folder_ / "left" / "0.jpg").string(), colour);
+  cv::imwrite((folder_ / "right" / "0.JPG").string(), colour);
+  const cv::Mat grey(small_height_px, small_width_px, CV_8UC1, cv::Scalar(90));
+  cv::imwrite((folder_ / "left" / "1.pgm").string(), grey);
+  cv::imwrite((folder_ / "right" / "1.pgm").string(), grey);
+  const auto recording{open()};
+  ASSERT_EQ(recording->size(), 2U);
+  EXPECT_NEAR(recording->load(0).left(5, 5), 0.114 * 40 + 0.587 * 80 + 0.299 * 120, 2);
+  EXPECT_EQ(recording->load(1).right(5, 5), 90);
+}
+
+TEST_F(RecordingTest, EveryDataSetOpens) {
+  const auto data{data_folder()};
+  if (!data) GTEST_SKIP() << "no data sets on this machine (STEREOGRID_DATA)";
+  const std::vector<std::tuple<std::string, std::size_t, bool>> sets{{"kitti_odo04", 41, true},
+                                                                     {"kitti_raw0009", 31, true},
+                                                                     {"kitti_raw0001", 20, true},
+                                                                     {"kitti_pairs/obj_stereo_rcnn", 1, false},
+                                                                     {"kitti_pairs/stereo2015_000046", 1, false},
+                                                                     {"synthetic/A-static-occlusion", 5, true},
+                                                                     {"synthetic/B-crossing", 40, true},
+                                                                     {"synthetic/C-street", 60, true},
+                                                                     {"synthetic/D-pitched", 20, true},
+                                                                     {"synthetic/E-kitti-like", 12, true}};
+  for (const auto& [name, count, poses] : sets) {
+    const auto recording{open_recording({{*data / name}, {}, ""})};
+    EXPECT_EQ(recording->size(), count) << name;
+    EXPECT_EQ(recording->has_poses(), poses) << name;
+    EXPECT_THAT(recording->contents().warnings, ::testing::IsEmpty()) << name;
+    EXPECT_EQ(recording->has_truth(), name.starts_with("synthetic")) << name;
+    const StereoFrame first{recording->load(0)};
+    EXPECT_FALSE(complaint_if_swapped(first)) << name;
+    StereoFrame exchanged{first};
+    std::swap(exchanged.left, exchanged.right);
+    EXPECT_TRUE(complaint_if_swapped(exchanged)) << name;
+    EXPECT_EQ(recording->load(count - 1).left.width(), recording->rig().width_px) << name;
+  }
+}
+
+TEST_F(RecordingTest, LoadsOnSeveralThreads) {
+  put_plain(folder_.path());
+  const std::string whole{read_file(folder_ / "left" / "b.png")};
+  put(folder_ / "left" / "b.png", whole.substr(0, whole.size() / 2));
+  const auto recording{open()};
+  for (int round{0}; round < 10; ++round) {
+    FrameQueue queue{*recording, 0, recording->size(), 3, 3};
+    EXPECT_EQ(queue.next()->frame->left(0, 0), 10);
+    EXPECT_THAT(queue.next()->error, HasSubstr("b.png"));
+    EXPECT_EQ(queue.next()->frame->left(0, 0), 12);
+    EXPECT_FALSE(queue.next());
+  }
+}
+
+TEST_F(RecordingTest, PosesOfTheDataSetsPointTheRightWay) {
+  const auto data{data_folder()};
+  if (!data) GTEST_SKIP() << "no data sets on this machine (STEREOGRID_DATA)";
+  for (const char* const name : {"kitti_odo04", "kitti_raw0009", "kitti_raw0001", "synthetic/C-street"}) {
+    const auto recording{open_recording({{*data / name}, {}, ""})};
+    const auto& frames{recording->contents().frames};
+    const Pose2 step{inverse(*frames[4].world_from_vehicle) * *frames[5].world_from_vehicle};
+    EXPECT_GT(step.x_m, 0.7) << name << ": the car drives forward";
+    EXPECT_NEAR(step.y_m, 0, 0.1) << name;
+    EXPECT_NEAR(step.yaw_rad, 0, 0.03) << name;
+  }
+}
+
+}  // namespace
+}  // namespace stereogrid::io::testing

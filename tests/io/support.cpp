@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "support.hpp"
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <opencv2/imgproc.hpp>
+#include <random>
+#include <vector>
+
+namespace stereogrid::io::testing {
+
+TemporaryFolder::TemporaryFolder() {
+  std::string name{(fs::temp_directory_path() / "stereogrid_io_XXXXXX").string()};
+  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error{"no temporary folder"};
+  path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
+std::optional<fs::path> data_folder() {
+  const char* const named{std::getenv("STEREOGRID_DATA")};
+  const fs::path folder{named != nullptr ? fs::path{named}
+                                         : fs::path{STEREOGRID_SOURCE_DIR} / ".." / "shared" / "data"};
+  return fs::is_directory(folder) ? std::optional{folder.lexically_normal()} : std::nullopt;
+}
+
+void put(const fs::path& path, std::string_view text) {
+  fs::create_directories(path.parent_path());
+  std::ofstream{path, std::ios::binary} << text;
+}
+
+bool run_python(const std::string& script) {
+  const TemporaryFolder folder;
+  put(folder / "script.py", script);
+  return std::system(("/usr/bin/python3 " + (folder / "script.py").string()).c_str()) == 0;
+}
+
+bool has_numpy() {
+  return std::system("/usr/bin/python3 -c 'import numpy' >/dev/null 2>&1") == 0;
+}
+
+StereoFrame textured_pair(int width, int height, int disparity_px, unsigned seed) {
+  std::mt19937 random{seed};
+  cv::Mat texture(height, width + disparity_px, CV_8UC1);
+  for (int v{0}; v < texture.rows; ++v) {
+    for (int u{0}; u < texture.cols; ++u) texture.at<uchar>(v, u) = static_cast<uchar>(random() >> 24);
+  }
+  cv::GaussianBlur(texture, texture, {5, 5}, 1.2);
+  StereoFrame frame;
+  frame.name = "textured";
+  frame.left = Image<std::uint8_t>{width, height};
+  frame.right = Image<std::uint8_t>{width, height};
+  for (int v{0}; v < height; ++v) {
+    for (int u{0}; u < width; ++u) {
+      frame.left(u, v) = texture.at<uchar>(v, u);
+      frame.right(u, v) = texture.at<uchar>(v, u + disparity_px);
+    }
+  }
+  return frame;
+}
+
+}  // namespace stereogrid::io::testing

@@ -1,0 +1,117 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+"""Checks the rules of ARCHITECTURE.md that a compiler does not: who may include what, licence lines, paths.
+
+Usage: check.py [ROOT]. Prints every violation as file:line: sentence; exit status 1 where there are any.
+"""
+import re
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+CODE = {".hpp", ".cpp", ".cu", ".cuh", ".h"}
+WITH_LICENCE = CODE | {".cmake", ".sh", ".py", ".yaml", ".yml"}
+LICENCE_LINES = ("SPDX-FileCopyrightText: 2026 The stereogrid authors", "SPDX-License-Identifier: Apache-2.0")
+LINES_TO_REPORT = 350
+TBB = r"(oneapi/)?tbb/.*"
+STANDARD = re.compile(r"[a-z_0-9]+")  # <vector>; C++'s own headers have neither dot nor folder
+# folders of one machine; written so that this file does not match itself
+MACHINE_PATH = re.compile(r"(?<![\w.$}~*/-])/(?:wor[k]|hom[e]/\w+|roo[t]|User[s]/\w+|tmp/brie[f])(?:/|\b)")
+
+
+@dataclass(frozen=True)
+class Room:
+    """A part of the tree and what its files may include."""
+
+    folder: str
+    include_roots: tuple[str, ...]  # quoted includes and <stereogrid/…> must be found in one of them
+    others: str  # regular expression of what else it may include; None of it: the standard library only
+    only_in: str = ".*"  # files within the folder that this room is about
+
+
+# the first that fits
+ROOMS = (
+    Room("include", ("include",), "(?!)"),
+    Room("io/include", ("include", "io/include"), "(?!)"),
+    Room("scenes/include", ("include", "scenes/include"), "(?!)"),
+    Room("src", ("include", "src"), TBB, r"src/backend/cpu\.hpp"),
+    Room("src", ("include", "src"), r"hwy/.*", r".*_simd\.(cpp|hpp)"),
+    Room("src", ("include", "src"), r"cuda.*|cub/.*|cooperative_groups.*", r"src/backend/cuda\.hpp|.*\.cu"),
+    Room("src", ("include", "src"), "(?!)"),
+    Room("io", ("include", "io/include", "io/src"), r"(opencv2|yaml-cpp|nlohmann|fmt)/.*|zip\.h|zlib\.h|(sys/)?\w+\.h"),
+    Room("scenes", ("include", "scenes/include", "scenes"), TBB),
+    Room("evaluation", ("include", "evaluation/include", "evaluation"), TBB),
+    Room("apps", ("include", "io/include", "scenes/include", "evaluation/include", "apps/stereogrid"),
+         r"(opencv2|nlohmann|fmt|spdlog|CLI)/.*|(sys/)?\w+\.h"),
+)
+
+
+def files_of(root: Path) -> list[str]:
+    """Files that belong to the project: what git would track, or all where this is no git checkout."""
+    git = subprocess.run(["git", "-C", str(root), "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+                         capture_output=True, check=False)
+    if git.returncode == 0:
+        names = git.stdout.decode().split("\0")
+        return sorted(name for name in set(names) if name and (root / name).is_file())
+    walked = (path.relative_to(root) for path in root.rglob("*") if path.is_file())
+    return sorted(str(path) for path in walked if path.parts[0] not in {".git", "build", "out"})
+
+
+def room_of(name: str) -> "Room | None":
+    return next((room for room in ROOMS if name.startswith(room.folder + "/") and re.fullmatch(room.only_in, name)), None)
+
+
+def include_violation(root: Path, name: str, included: str) -> "str | None":
+    room = room_of(name)
+    if room is None or STANDARD.fullmatch(included) or re.fullmatch(room.others, included):
+        return None
+    # from one of the room's roots, or beside the file itself; "../" must not lead out
+    starts = [(folder, folder) for folder in room.include_roots] + [(room.folder, str(Path(name).parent))]
+    for allowed, start in starts:
+        path = (root / start / included).resolve()
+        if path.is_file() and path.is_relative_to((root / allowed).resolve()):
+            return None
+    return f"{room.folder}/ must not include {included}: dependencies point inwards (ARCHITECTURE.md)"
+
+
+def violations(root: Path, names: list[str]) -> list[str]:
+    found = []
+    for name in names:
+        path = root / name
+        try:
+            lines = path.read_text(encoding="utf-8").splitlines()
+        except UnicodeDecodeError:  # a picture
+            continue
+        if path.suffix in WITH_LICENCE or path.name == "CMakeLists.txt" or "".join(lines[:1]).startswith("#!"):
+            head = "\n".join(lines[:4])
+            found += [f"{name}:1: missing line: {line}" for line in LICENCE_LINES if line not in head]
+        for number, line in enumerate(lines, start=1):
+            if MACHINE_PATH.search(line):
+                found.append(f"{name}:{number}: a path of somebody's machine: {line.strip()}")
+            include = re.match(r'\s*#\s*include\s*[<"]([^>"]+)[>"]', line) if path.suffix in CODE else None
+            if include and (sentence := include_violation(root, name, include[1])):
+                found.append(f"{name}:{number}: {sentence}")
+    return found
+
+
+def long_files(root: Path, names: list[str]) -> list[str]:
+    lengths = ((name, (root / name).read_bytes().count(b"\n")) for name in names if Path(name).suffix in CODE | {".py"})
+    return [f"{name}: {lines} lines; is there a missing concept?" for name, lines in lengths if lines > LINES_TO_REPORT]
+
+
+def main() -> int:
+    root = Path(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parents[2]).resolve()
+    names = files_of(root)
+    found = violations(root, names)
+    for note in long_files(root, names):
+        print("note:", note)
+    for violation in found:
+        print(violation)
+    print(f"{len(names)} files, {len(found)} violations")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,82 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+"""The rules find what they are there for, and let pass what is allowed."""
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+import check  # noqa: E402
+
+LICENCE = "".join(f"// {line}\n" for line in check.LICENCE_LINES)
+
+
+class Rules(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.root = Path(folder.name)
+        for name in ("include/stereogrid/grid.hpp", "io/include/stereogrid/io/npz.hpp", "io/src/own.hpp",
+                     "src/filter/filter.hpp", "src/backend/cpu.hpp", "scenes/world.hpp"):
+            self.write(name, LICENCE)
+
+    def write(self, name, text):
+        path = self.root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+        return name
+
+    def found(self, name, text, licence=LICENCE):
+        return check.violations(self.root, [self.write(name, licence + text)])
+
+    def assert_allowed(self, name, include):
+        self.assertEqual(self.found(name, f"#include {include}\n"), [])
+
+    def assert_forbidden(self, name, include):
+        self.assertEqual(len(self.found(name, f"#include {include}\n")), 1, f"{name} includes {include}")
+
+    def test_public_headers_need_the_standard_library_only(self):
+        for header in ("include/stereogrid/new.hpp", "io/include/stereogrid/io/new.hpp"):
+            self.assert_allowed(header, "<vector>")
+            self.assert_allowed(header, '"stereogrid/grid.hpp"')
+            for other in ("<opencv2/core.hpp>", "<cuda_runtime.h>", "<oneapi/tbb/task_arena.h>", "<stdint.h>",
+                          "<yaml-cpp/yaml.h>", "<nlohmann/json.hpp>", "<hwy/highway.h>", '"filter/filter.hpp"'):
+                self.assert_forbidden(header, other)
+        self.assert_forbidden("include/stereogrid/new.hpp", '"stereogrid/io/npz.hpp"')
+
+    def test_the_core_knows_only_itself(self):
+        self.assert_allowed("src/filter/cpu.cpp", '"filter/filter.hpp"')
+        for other in ('"stereogrid/io/npz.hpp"', '"../../io/src/own.hpp"', "<opencv2/core.hpp>", "<fmt/format.h>"):
+            self.assert_forbidden("src/filter/cpu.cpp", other)
+
+    def test_threads_simd_and_cuda_have_one_place_each(self):
+        self.assert_allowed("src/backend/cpu.hpp", "<oneapi/tbb/parallel_for.h>")
+        self.assert_allowed("src/matching/correlate_simd.cpp", '"hwy/highway.h"')
+        self.assert_allowed("src/filter/cuda.cu", "<cuda_runtime.h>")
+        for other in ("<oneapi/tbb/parallel_for.h>", '"hwy/highway.h"', "<cuda_runtime.h>"):
+            self.assert_forbidden("src/filter/cpu.cpp", other)
+
+    def test_outer_parts_know_only_public_headers_of_others(self):
+        self.assert_allowed("io/src/new.cpp", '"own.hpp"')
+        self.assert_allowed("apps/stereogrid/main.cpp", '"stereogrid/io/npz.hpp"')
+        self.assert_forbidden("io/src/new.cpp", '"../../scenes/world.hpp"')
+        self.assert_forbidden("io/src/new.cpp", '"backend/cpu.hpp"')
+        self.assert_forbidden("scenes/new.cpp", '"stereogrid/io/npz.hpp"')
+        self.assert_forbidden("apps/stereogrid/main.cpp", '"backend/cpu.hpp"')
+
+    def test_licence_lines(self):
+        self.assertEqual(len(self.found("src/new.cpp", "int x;\n", licence="")), 2)
+        self.assertEqual(len(self.found("src/CMakeLists.txt", "", licence="# SPDX-License-Identifier: MIT\n")), 2)
+        self.assertEqual(self.found("notes.txt", "any\n", licence=""), [])
+
+    def test_paths_of_one_machine(self):
+        for path in ("/".join(("", "wor" + "k", "x")), "/".join(("", "hom" + "e", "me", "x")), "/roo" + "t/x"):
+            self.assertEqual(len(self.found("docs/page.md", f"see {path}\n")), 1, path)
+        for text in ("at work/home", "${prefix}/wor" + "k/x", "./roo" + "t/x", "a/wor" + "k/b"):
+            self.assertEqual(self.found("docs/page.md", f"see {text}\n"), [], text)
+
+
+if __name__ == "__main__":
+    unittest.main()
