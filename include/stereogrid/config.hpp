@@ -195,7 +195,7 @@ struct TrackingConfig {
   double gate_m{1.5};
   int confirm_frames{3};
   double coast_s{1.0};
-  double acceleration_mps2{3.0};
+  double acceleration_mps2{4.0};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {

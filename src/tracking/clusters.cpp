@@ -9,7 +9,7 @@
 namespace stereogrid {
 namespace {
 
-constexpr double velocity_gap_mps{2.0};
+constexpr double velocity_gap_mps{3.0};
 constexpr double moving_mps{0.7};
 
 struct Cell {
@@ -25,20 +25,36 @@ bool is_active(const GridLayers& world, const TrackingConfig& config, int x, int
   return world.occupancy(x, y) >= config.occupancy_min && std::isfinite(world.age_s(x, y));
 }
 
-bool moves_alike(const GridLayers& world, Cell a, Cell b) {
-  return std::hypot(world.velocity_x(a.x, a.y) - world.velocity_x(b.x, b.y),
-                    world.velocity_y(a.x, a.y) - world.velocity_y(b.x, b.y)) < velocity_gap_mps;
-}
+// Mean velocity of the cells taken so far. A cell is compared with it and not with its neighbour: from a parked car to
+// one that passes close by, velocities change in small steps.
+class MeanVelocity {
+ public:
+  void take(const GridLayers& world, Cell cell) {
+    ++count_;
+    mean_.x += (world.velocity_x(cell.x, cell.y) - mean_.x) / count_;
+    mean_.y += (world.velocity_y(cell.x, cell.y) - mean_.y) / count_;
+  }
+  [[nodiscard]] bool is_like(const GridLayers& world, int x, int y) const {
+    return std::hypot(world.velocity_x(x, y) - mean_.x, world.velocity_y(x, y) - mean_.y) < velocity_gap_mps;
+  }
+
+ private:
+  int count_{0};
+  Point2 mean_;
+};
 
 void grow(const GridLayers& world, const TrackingConfig& config, int label, Image<int>& labels,
           std::vector<Cell>& cells) {
+  MeanVelocity mean;
+  mean.take(world, cells.front());
   for (std::size_t next{0}; next < cells.size(); ++next) {
     const Cell cell{cells[next]};
     for (int y{std::max(cell.y - 1, 0)}; y <= std::min(cell.y + 1, labels.height() - 1); ++y) {
       for (int x{std::max(cell.x - 1, 0)}; x <= std::min(cell.x + 1, labels.width() - 1); ++x) {
-        if (labels(x, y) != 0 || !is_active(world, config, x, y) || !moves_alike(world, cell, {x, y})) continue;
+        if (labels(x, y) != 0 || !is_active(world, config, x, y) || !mean.is_like(world, x, y)) continue;
         labels(x, y) = label;
         cells.push_back({x, y});
+        mean.take(world, {x, y});
       }
     }
   }

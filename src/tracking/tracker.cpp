@@ -8,7 +8,12 @@
 namespace stereogrid {
 namespace {
 
-constexpr double velocity_sigma_mps{1.0};
+// The grid's velocities say surely that a large thing stands; how fast a small one walks they say less well than its
+// positions: the lattice is coarse, and what is newly covered counts as standing at first.
+constexpr double standing_mps{0.5};
+constexpr double large_m{1.5};
+constexpr double large_sigma_mps{0.4};
+constexpr double velocity_sigma_mps{2.0};
 constexpr double free_occupancy{0.2};
 constexpr double gone_s{0.25};
 
@@ -88,11 +93,14 @@ void Tracker::correct(Track& track, const Cluster& cluster) const {
   // where the outline of a large thing changes with what is seen of it, its centre says little about its motion
   const double change{std::abs(cluster.length_m - track.shape.length_m) +
                       std::abs(cluster.width_m - track.shape.width_m)};
-  const double position_sigma{0.15 + 0.1 * cluster.length_m + change};
+  const double position_sigma{0.15 + 0.05 * cluster.length_m + 0.5 * change};
+  const bool is_large{cluster.length_m > large_m};
+  const bool stands{std::hypot(cluster.velocity.x, cluster.velocity.y) < standing_mps};
+  const double velocity_sigma{is_large && stands ? large_sigma_mps : velocity_sigma_mps};
   track.x.update_position(cluster.centre.x, position_sigma * position_sigma);
   track.y.update_position(cluster.centre.y, position_sigma * position_sigma);
-  track.x.update_velocity(cluster.velocity.x, velocity_sigma_mps * velocity_sigma_mps);
-  track.y.update_velocity(cluster.velocity.y, velocity_sigma_mps * velocity_sigma_mps);
+  track.x.update_velocity(cluster.velocity.x, velocity_sigma * velocity_sigma);
+  track.y.update_velocity(cluster.velocity.y, velocity_sigma * velocity_sigma);
   track.shape = cluster;
   track.unseen_s = 0;
   ++track.sightings;

@@ -28,7 +28,7 @@ class Camera {
     const double sp{std::sin(ground.pitch_rad)};
     const double cr{std::cos(ground.roll_rad)};
     const double sr{std::sin(ground.roll_rad)};
-    forward_ = {0, sp, cp};              // nose down: the optical axis gains a downward part
+    forward_ = {0, sp, cp};  // nose down: the optical axis gains a downward part
     const Vector level_right{1, 0, 0};
     const Vector pitched_down{0, cp, -sp};
     for (std::size_t i{0}; i < 3; ++i) {
@@ -56,9 +56,8 @@ class Camera {
 
 const std::vector<Ground>& grounds() {
   static const std::vector<Ground> all{
-      {1.65, 0, 0, false},           {1.2, 0.05, 0, false},        {1.65, -0.03, 0, false},
-      {1.5, 0, 0.04, false},         {1.5, 0, -0.04, false},       {1.7, 0.02, 0.03, false},
-      {0.9, -0.015, -0.05, false},   {2.2, 0.2, 0.1, false},
+      {1.65, 0, 0, false},    {1.2, 0.05, 0, false},    {1.65, -0.03, 0, false},     {1.5, 0, 0.04, false},
+      {1.5, 0, -0.04, false}, {1.7, 0.02, 0.03, false}, {0.9, -0.015, -0.05, false}, {2.2, 0.2, 0.1, false},
   };
   return all;
 }

@@ -28,8 +28,8 @@ struct Street {
 
 struct Flaws {
   double noise_px{0.3};
-  double outliers{0.2};    // share of the pixels with any disparity
-  bool van{false};         // hides most of the road ahead
+  double outliers{0.2};  // share of the pixels with any disparity
+  bool van{false};       // hides most of the road ahead
 };
 
 // What an ideal matcher makes of an endless road, with flaws.
@@ -67,9 +67,9 @@ TEST(EstimateGround, RecoversHeightPitchAndRoll) {
   const Rig rig{small_kitti_rig()};
   GroundSpace space{rig.width_px, rig.height_px};
   unsigned seed{1};
-  for (const Ground& truth : {Ground{1.65, 0, 0, false}, Ground{1.70, 0.2 * degree, 0, false},
-                              Ground{1.60, -0.2 * degree, 0.8 * degree, false},
-                              Ground{1.62, 0.15 * degree, -0.8 * degree, false}}) {
+  for (const Ground& truth :
+       {Ground{1.65, 0, 0, false}, Ground{1.70, 0.2 * degree, 0, false},
+        Ground{1.60, -0.2 * degree, 0.8 * degree, false}, Ground{1.62, 0.15 * degree, -0.8 * degree, false}}) {
     const Street seen{street(rig, truth, {0.3, 0, false}, seed++)};
     const Ground found{estimate_ground(rig, gates(), seen.road.view(), calibrated(rig), space)};
     EXPECT_TRUE(found.estimated);
@@ -159,8 +159,22 @@ TEST(SearchGround, FindsARoadWhoseCalibratedPitchIsADegreeWrong) {
   for (const double pitch_deg : {1.0, -1.0, 2.0}) {
     const Ground truth{1.60, pitch_deg * degree, 0.5 * degree, false};
     const Street seen{street(rig, truth, {0.3, 0.2, true}, seed++)};
-    const Ground found{
-        search_ground(rig, gates(), seen.obstacle.view(), seen.road.view(), calibrated(rig), space)};
+    const Ground found{search_ground(rig, gates(), seen.obstacle.view(), seen.road.view(), calibrated(rig), space)};
+    EXPECT_TRUE(found.estimated);
+    expect_close(found, truth, 0.03, 0.06);
+  }
+}
+
+// With a long lens two degrees are 8 px of disparity, out of the reach of a fit that starts at the calibration.
+TEST(SearchGround, FindsARoadFarFromTheCalibration) {
+  Rig rig{small_kitti_rig()};
+  rig.focal_px = 721;
+  GroundSpace space{rig.width_px, rig.height_px};
+  unsigned seed{21};
+  for (const double pitch_deg : {2.0, -1.5}) {
+    const Ground truth{1.50, pitch_deg * degree, -0.5 * degree, false};
+    const Street seen{street(rig, truth, {0.3, 0.2, false}, seed++)};
+    const Ground found{search_ground(rig, gates(), seen.obstacle.view(), seen.road.view(), calibrated(rig), space)};
     EXPECT_TRUE(found.estimated);
     expect_close(found, truth, 0.03, 0.06);
   }

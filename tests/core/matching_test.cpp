@@ -1,0 +1,254 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "matching_run.hpp"
+#include "support.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+constexpr int width{160};
+constexpr int height{80};
+
+Image<std::uint8_t> left_image(const Texture& texture) {
+  return textured_image(texture, width, height, [](int u, int) { return u; });
+}
+
+// What the right camera sees where the disparity depends on the row alone: left u is right u − d.
+Image<std::uint8_t> right_image(const Texture& texture, const std::function<double(int)>& disparity_of_row) {
+  return textured_image(texture, width, height, [&](int u, int v) { return u + disparity_of_row(v); });
+}
+
+// A horizontal road whose horizon is row 5.
+const RoadPlane road{0.3 * (height / 2.0 - 5), 0, 0.3, width / 2.0, height / 2.0};
+
+double road_of_row(int v) {
+  return std::max(road.disparity(0, v), 0.0);
+}
+
+TEST(Matching, FindsAConstantShift) {
+  const Texture texture{1};
+  Cpu cpu{2};
+  for (const int shift : {1, 7, 20, 31}) {
+    const MatchRun run{cpu, left_image(texture), right_image(texture, [&](int) { return shift; }), no_road,
+                       permissive_config()};
+    const int half{permissive_config().window_px / 2};
+    for (int v{0}; v < height; ++v) {
+      for (int u{shift + half + census_half_u}; u < width - half - census_half_u; ++u) {
+        ASSERT_EQ(run.space.upright(u, v).shift, shift) << u << " " << v;
+        ASSERT_EQ(run.space.upright(u, v).cost, 0);
+        ASSERT_NEAR(run.matches.obstacle(u, v), shift, 0.25);
+        ASSERT_EQ(run.matches.road(u, v), 0);
+      }
+    }
+  }
+}
+
+TEST(Matching, WholePixelsWithoutSubpixel) {
+  const Texture texture{1};
+  Cpu cpu{2};
+  MatchingConfig config{permissive_config()};
+  config.subpixel = false;
+  const MatchRun run{cpu, left_image(texture), right_image(texture, [](int) { return 7.3; }), no_road, config};
+  for (int v{8}; v < height - 8; ++v) {
+    for (int u{20}; u < width - 20; ++u) ASSERT_EQ(run.matches.obstacle(u, v), 7);
+  }
+}
+
+// A match from the left image's left border would lie outside the right image.
+TEST(Matching, LeavesTheLeftBorderEmpty) {
+  const Texture texture{2};
+  Cpu cpu{2};
+  constexpr int shift{20};
+  MatchingConfig config{permissive_config()};
+  config.uniqueness = 0.05;
+  const MatchRun run{cpu, left_image(texture), right_image(texture, [](int) { return shift; }), no_road, config};
+  int wrong{0};
+  for (int v{0}; v < height; ++v) {
+    for (int u{0}; u < shift; ++u) wrong += run.matches.obstacle(u, v) > 0 ? 1 : 0;
+  }
+  EXPECT_LT(wrong, 0.05 * shift * height);
+}
+
+TEST(Matching, DisparityZeroIsNoMeasurement) {
+  const Texture texture{3};
+  Cpu cpu{1};
+  const Image<std::uint8_t> image{left_image(texture)};
+  const MatchRun run{cpu, image, image, no_road, permissive_config()};
+  EXPECT_EQ(run.space.upright(80, 40).shift, 0);
+  for (const float d : run.matches.obstacle) EXPECT_EQ(d, 0);
+}
+
+TEST(Matching, GainAndOffsetOfTheRightCameraDoNotMatter) {
+  const Texture texture{4};
+  Cpu cpu{2};
+  const Image<std::uint8_t> left{left_image(texture)};
+  const Image<std::uint8_t> right{right_image(texture, [](int v) { return v < 40 ? 9 : road_of_row(v); })};
+  Image<std::uint8_t> brighter{right};
+  for (std::uint8_t& pixel : brighter) {
+    ASSERT_LT(pixel * 1.3 + 12, 255);
+    pixel = static_cast<std::uint8_t>(pixel * 1.3 + 12.5);
+  }
+  const MatchRun plain{cpu, left, right, road, permissive_config()};
+  const MatchRun gained{cpu, left, brighter, road, permissive_config()};
+  for (std::size_t i{0}; i < plain.space.upright.size(); ++i) {
+    ASSERT_EQ(plain.space.upright.data()[i].cost, gained.space.upright.data()[i].cost);
+    ASSERT_EQ(plain.space.upright.data()[i].shift, gained.space.upright.data()[i].shift);
+  }
+  // sheared rows are interpolated and rounded, before or after the gain
+  int changed{0};
+  for (std::size_t i{0}; i < plain.matches.road.size(); ++i) {
+    changed += std::abs(plain.matches.road.data()[i] - gained.matches.road.data()[i]) > 0.2f ? 1 : 0;
+  }
+  EXPECT_LT(changed, 0.01 * width * height);
+}
+
+TEST(Matching, NothingMatchesWithoutTexture) {
+  Cpu cpu{2};
+  MatchingConfig config{permissive_config()};
+  const auto nothing_matched = [](const MatchRun& run) {
+    for (std::size_t i{0}; i < run.matches.road.size(); ++i) {
+      if (run.matches.road.data()[i] != 0 || run.matches.obstacle.data()[i] != 0) return false;
+    }
+    return true;
+  };
+  const Image<std::uint8_t> blank{width, height, 120};
+  EXPECT_TRUE(nothing_matched({cpu, blank, blank, road, config}));
+  // horizontal stripes have contrast, but none along the rows
+  Image<std::uint8_t> stripes{width, height};
+  for (int v{0}; v < height; ++v) std::fill(stripes.row(v), stripes.row(v) + width, v % 6 < 3 ? 40 : 160);
+  EXPECT_TRUE(nothing_matched({cpu, stripes, stripes, road, config}));
+  // the threshold is the window's mean of |L(u+1) − L(u−1)|, here 8 everywhere but at the ends
+  Image<std::uint8_t> slope{width, height};
+  for (int v{0}; v < height; ++v) {
+    for (int u{0}; u < width; ++u) slope(u, v) = static_cast<std::uint8_t>((u * 4) % 256);
+  }
+  const Image<std::uint8_t> ramp{[&] {
+    Image<std::uint8_t> part{60, 20};
+    for (int v{0}; v < 20; ++v) std::copy(slope.row(v), slope.row(v) + 60, part.row(v));
+    return part;
+  }()};
+  config.texture = 7.99;
+  EXPECT_EQ(MatchRun(cpu, ramp, ramp, no_road, config).space.textured(30, 10), 1);
+  config.texture = 8.01;
+  EXPECT_EQ(MatchRun(cpu, ramp, ramp, no_road, config).space.textured(30, 10), 0);
+}
+
+TEST(Matching, FindsTheRoad) {
+  const Texture texture{5};
+  Cpu cpu{2};
+  const MatchRun run{cpu, left_image(texture), right_image(texture, road_of_row), road, permissive_config()};
+  int labelled{0};
+  int pixels{0};
+  for (int v{20}; v < height - 4; ++v) {
+    for (int u{40}; u < width - 10; ++u, ++pixels) {
+      EXPECT_EQ(run.matches.obstacle(u, v) > 0 && run.matches.road(u, v) > 0, false);
+      if (run.matches.road(u, v) == 0) continue;
+      ++labelled;
+      ASSERT_NEAR(run.matches.road(u, v), road_of_row(v), 0.2) << u << " " << v;
+    }
+  }
+  EXPECT_GT(labelled, 0.97 * pixels);
+}
+
+// The plane of the frame before is a little off: the residual shift and its fraction make up for it.
+TEST(Matching, FindsARoadThatIsNotWhereThePlaneSays) {
+  const Texture texture{6};
+  Cpu cpu{2};
+  for (const double error_px : {-2.4, 0.7, 1.5}) {
+    RoadPlane expected{road};
+    expected.at_centre += error_px;
+    const MatchRun run{cpu, left_image(texture), right_image(texture, road_of_row), expected, permissive_config()};
+    double sum{0};
+    int labelled{0};
+    int pixels{0};
+    for (int v{30}; v < height - 4; ++v) {
+      for (int u{40}; u < width - 10; ++u, ++pixels) {
+        if (run.matches.road(u, v) == 0) continue;
+        sum += run.matches.road(u, v) - road_of_row(v);
+        ++labelled;
+      }
+    }
+    EXPECT_GT(labelled, 0.9 * pixels) << error_px;
+    EXPECT_NEAR(sum / labelled, 0, 0.1) << error_px;
+  }
+}
+
+TEST(Matching, FindsARollingRoad) {
+  const Texture texture{7};
+  Cpu cpu{2};
+  const RoadPlane rolled{12, 0.05, 0.2, width / 2.0, height / 2.0};
+  // left u of right column w: w = u − d(u, v), which is linear in u
+  const Image<std::uint8_t> right{textured_image(
+      texture, width, height, [&](int w, int v) { return (w + rolled.disparity(0, v)) / (1 - rolled.per_u); })};
+  const MatchRun run{cpu, left_image(texture), right, rolled, permissive_config()};
+  int labelled{0};
+  int pixels{0};
+  for (int v{12}; v < height - 4; ++v) {
+    for (int u{40}; u < width - 20; ++u, ++pixels) {
+      if (run.matches.road(u, v) == 0) continue;
+      ++labelled;
+      ASSERT_NEAR(run.matches.road(u, v), rolled.disparity(u, v), 0.25) << u << " " << v;
+    }
+  }
+  EXPECT_GT(labelled, 0.95 * pixels);
+}
+
+TEST(Matching, AnUprightSurfaceIsAnObstacle) {
+  const Texture texture{8};
+  Cpu cpu{2};
+  constexpr int shift{18};
+  const MatchRun run{cpu, left_image(texture), right_image(texture, [](int) { return shift; }), road,
+                     permissive_config()};
+  int labelled{0};
+  int pixels{0};
+  for (int v{10}; v < height - 10; ++v) {
+    for (int u{40}; u < width - 10; ++u, ++pixels) {
+      if (run.matches.obstacle(u, v) == 0) continue;
+      ++labelled;
+      ASSERT_NEAR(run.matches.obstacle(u, v), shift, 0.2) << u << " " << v;
+    }
+  }
+  EXPECT_GT(labelled, 0.97 * pixels);
+}
+
+// A box stands on the road: upright down to its foot, road below and beside.
+TEST(Matching, TellsABoxFromTheRoad) {
+  const Texture of_road{9};
+  const Texture of_box{10};
+  Cpu cpu{2};
+  constexpr int foot{50};
+  const double shift{road_of_row(foot)};
+  const auto on_box = [&](double u, int v) { return u >= 60 && u < 110 && v >= 10 && v < foot; };
+  Image<std::uint8_t> left{left_image(of_road)};
+  Image<std::uint8_t> right{right_image(of_road, road_of_row)};
+  for (int v{0}; v < height; ++v) {
+    for (int u{0}; u < width; ++u) {
+      if (on_box(u, v)) left(u, v) = static_cast<std::uint8_t>(of_box.at(u, v));
+      if (on_box(u + shift, v)) right(u, v) = static_cast<std::uint8_t>(of_box.at(u + shift, v));
+    }
+  }
+  const MatchRun run{cpu, left, right, road, permissive_config()};
+  int obstacle{0};
+  int missed{0};
+  for (int v{16}; v < foot - 8; ++v) {
+    for (int u{68}; u < 102; ++u) {
+      obstacle += std::abs(run.matches.obstacle(u, v) - shift) < 0.5 ? 1 : 0;
+      missed += run.matches.road(u, v) > 0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(obstacle, 0.95 * (foot - 24) * 34);
+  EXPECT_LT(missed, 0.02 * (foot - 24) * 34);
+  int false_obstacle{0};
+  for (int v{foot + 8}; v < height - 4; ++v) {
+    for (int u{40}; u < width - 10; ++u) false_obstacle += run.matches.obstacle(u, v) > 0 ? 1 : 0;
+  }
+  EXPECT_LT(false_obstacle, 0.02 * (height - foot - 12) * 110);
+}
+
+}  // namespace
+}  // namespace stereogrid::test

@@ -148,7 +148,8 @@ TEST(Tracker, FollowsAMovingBlob) {
   Tracker tracker{plain_config()};
   for (int step{0}; step < 25; ++step) {
     // the filter's velocity is unsure at first: it says nothing
-    tracker.update(world.layers, {blob_at(0.14 * step, 2 - 0.06 * step)}, 0.1);
+    const Point2 velocity{step < 4 ? Point2{} : Point2{1.4, -0.6}};
+    tracker.update(world.layers, {blob_at(0.14 * step, 2 - 0.06 * step, velocity)}, 0.1);
     const std::vector<Obstacle> seen{report_of(tracker)};
     ASSERT_EQ(seen.size(), 1u);
     EXPECT_EQ(seen[0].id, 1);
@@ -156,24 +157,23 @@ TEST(Tracker, FollowsAMovingBlob) {
     EXPECT_NEAR(seen[0].age_s, 0.1 * step, 1e-9);
   }
   const Obstacle last{report_of(tracker)[0]};
-  EXPECT_NEAR(last.x_m, 0.14 * 24, 0.15);
-  EXPECT_NEAR(last.y_m, 2 - 0.06 * 24, 0.15);
-  // the clusters' own velocity, 0, pulls the estimate down a little
-  EXPECT_GT(last.vx_mps, 0.9);
-  EXPECT_LT(last.vx_mps, 1.5);
-  EXPECT_LT(last.vy_mps, -0.35);
+  EXPECT_NEAR(last.x_m, 0.14 * 24, 0.03);
+  EXPECT_NEAR(last.y_m, 2 - 0.06 * 24, 0.03);
+  EXPECT_NEAR(last.vx_mps, 1.4, 0.05);
+  EXPECT_NEAR(last.vy_mps, -0.6, 0.05);
 }
 
-TEST(Tracker, VelocityConvergesToTheTruth) {
+// The clusters say that they stand, their places that they move: places count.
+TEST(Tracker, MeasuresVelocityFromPlacesToo) {
   World world;
   Tracker tracker{plain_config()};
-  for (int step{0}; step < 20; ++step) {
-    tracker.update(world.layers, {blob_at(0.14 * step, 2 - 0.06 * step, {2, 0})}, 0.1);
+  for (int step{0}; step < 25; ++step) {
+    tracker.update(world.layers, {blob_at(0.14 * step, 2 - 0.06 * step)}, 0.1);
   }
-  tracker.update(world.layers, {blob_at(0.14 * 20, 2 - 0.06 * 20, {1.4, -0.6})}, 0.1);
   const Obstacle last{report_of(tracker)[0]};
-  EXPECT_NEAR(last.vx_mps, 1.4, 0.35);
-  EXPECT_NEAR(last.vy_mps, -0.6, 0.35);
+  EXPECT_GT(last.vx_mps, 0.4);
+  EXPECT_LT(last.vx_mps, 1.4);
+  EXPECT_LT(last.vy_mps, -0.15);
 }
 
 TEST(Tracker, KeepsTwoApart) {
@@ -223,7 +223,9 @@ TEST(Tracker, EndsWhereItsPlaceIsSeenFree) {
   World world;
   Tracker tracker{plain_config()};
   for (int step{0}; step < 10; ++step) tracker.update(world.layers, {blob_at(3, 0)}, 0.1);
-  for (int step{0}; step < 3; ++step) tracker.update(world.layers, {}, 0.1);
+  tracker.update(world.layers, {}, 0.1);
+  EXPECT_EQ(report_of(tracker).size(), 1u);  // once may be an error
+  for (int step{0}; step < 2; ++step) tracker.update(world.layers, {}, 0.1);
   EXPECT_TRUE(report_of(tracker).empty());
 }
 
@@ -263,14 +265,14 @@ TEST(Tracker, FarAwayIsAnotherThing) {
 TEST(Tracker, ReportsInTheVehicleFrame) {
   World world;
   Tracker tracker{plain_config()};
-  Cluster blob{blob_at(4, 3, {2, 0})};
+  Cluster blob{blob_at(4, 3, {2, 1})};
   blob.yaw_rad = 30 * degree;
   for (int step{0}; step < 4; ++step) tracker.update(world.layers, {blob}, 0);
-  // the car stands at (4, 1) and faces +y: the blob is 2 m ahead and moves to the right
+  // the car stands at (4, 1) and faces +y: the blob is 2 m ahead, moves to the right and away
   const Obstacle seen{report_of(tracker, {4, 1, 90 * degree}).at(0)};
   EXPECT_NEAR(seen.x_m, 2, 1e-6);
   EXPECT_NEAR(seen.y_m, 0, 1e-6);
-  EXPECT_NEAR(seen.vx_mps, 0, 1e-6);
+  EXPECT_NEAR(seen.vx_mps, 1, 1e-6);
   EXPECT_NEAR(seen.vy_mps, -2, 1e-6);
   EXPECT_NEAR(seen.yaw_rad, -60 * degree, 1e-6);
   EXPECT_NEAR(seen.length_m, 0.6, 1e-9);

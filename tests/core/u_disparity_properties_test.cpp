@@ -65,8 +65,8 @@ TEST(UDisparityEquality, CpuEqualsReference) {
     Cpu cpu{1 + round % 2};
     const StageImages slow{counted(reference, matches, rig_of(c), c.ground, c.config, c.disparities, window_px)};
     const StageImages fast{counted(cpu, matches, rig_of(c), c.ground, c.config, c.disparities, window_px)};
-    const auto where = testing::Message() << "round " << round << ": " << c.width << " × " << c.height << " × "
-                                          << c.disparities;
+    const auto where = testing::Message()
+                       << "round " << round << ": " << c.width << " × " << c.height << " × " << c.disparities;
     EXPECT_EQ(slow.possible, fast.possible) << where;
     EXPECT_EQ(count_differences(slow.visible, fast.visible), 0) << where;
     EXPECT_EQ(count_differences(slow.observed, fast.observed), 0) << where;

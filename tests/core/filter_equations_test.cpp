@@ -1,0 +1,170 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "backend/reference.hpp"
+#include "filter_run.hpp"
+#include "support.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+// The equations of the method note once more, in double precision and for whole-cell velocities, straight from the
+// text. 3 × 3 velocities: v = (k % 3 − 1, k / 3 − 1) cells a step. Two departures of ours: the prior of a velocity is
+// mostly standstill, and what stands starts ten times less often than what moves changes its velocity.
+constexpr int cells{24};
+constexpr int velocities{9};
+constexpr int standstill{4};
+constexpr double eps{0.00999966331328972};  // (1 − exp(−0.1/4.95))/2
+constexpr double mu{0.05};
+constexpr double exponent{0.7};
+constexpr double static_prior{0.6};
+constexpr double border{0.2};
+
+struct Cell {
+  std::array<double, velocities> of_velocity{};  // joint: P(occupied, v); tay2008: P(v)
+  double occupied{0.5};
+};
+using Cells = std::vector<Cell>;
+
+double prior(std::size_t k) {
+  return k == standstill ? static_prior : (1 - static_prior) / (velocities - 1);
+}
+
+// Velocity noise: a Markov chain over the velocities.
+double disturbed(const Cell& cell, std::size_t k) {
+  if (k == standstill) return (1 - mu / 10) * cell.of_velocity[k];
+  double sum{(1 - mu) * cell.of_velocity[k]};
+  for (std::size_t j{0}; j < velocities; ++j) {
+    sum += (j == standstill ? mu / 10 : mu) / (velocities - 1) * cell.of_velocity[j];
+  }
+  return sum;
+}
+
+// The cell that velocity k takes to (x, y); null outside the window.
+const Cell* antecedent(const Cells& before, int x, int y, std::size_t k) {
+  const int from_x{x - (static_cast<int>(k % 3) - 1)};
+  const int from_y{y - (static_cast<int>(k / 3) - 1)};
+  if (from_x < 0 || from_x >= cells || from_y < 0 || from_y >= cells) return nullptr;
+  return &before[static_cast<std::size_t>(from_y * cells + from_x)];
+}
+
+double metres_per_second(std::size_t k) {
+  return 2 * (static_cast<double>(k % 3) - 1);
+}
+
+double likelihood(double p) {
+  return std::pow(std::clamp(p, 0.001, 0.999), exponent);
+}
+
+// method §2.3
+Cell tay(const Cells& before, int x, int y, double p, double& velocity_x) {
+  Cell after;
+  double sum{0};
+  double occupied{0};
+  velocity_x = 0;
+  for (std::size_t k{0}; k < velocities; ++k) {
+    const Cell* a{antecedent(before, x, y, k)};
+    const double pi_a{a == nullptr ? prior(k) : disturbed(*a, k)};
+    const double o_a{a == nullptr ? 0.5 : a->occupied};
+    const double alpha_occupied{pi_a * ((1 - eps) * o_a + eps * (1 - o_a))};
+    const double alpha_empty{pi_a * (eps * o_a + (1 - eps) * (1 - o_a))};
+    const double beta_occupied{likelihood(p) * alpha_occupied};
+    after.of_velocity[k] = beta_occupied + likelihood(1 - p) * alpha_empty;
+    sum += after.of_velocity[k];
+    occupied += beta_occupied;
+    velocity_x += beta_occupied * metres_per_second(k);
+  }
+  for (double& pi_k : after.of_velocity) pi_k /= sum;
+  velocity_x /= occupied;
+  after.occupied = occupied / sum;
+  return after;
+}
+
+// method §2.6, for cells that have been seen before
+Cell joint(const Cells& before, int x, int y, double p, double& velocity_x) {
+  Cell after;
+  double sum{0};
+  for (std::size_t k{0}; k < velocities; ++k) {
+    const Cell* a{antecedent(before, x, y, k)};
+    after.of_velocity[k] = a == nullptr ? border * prior(k) : disturbed(*a, k);
+    sum += after.of_velocity[k];
+  }
+  for (double& m : after.of_velocity) m /= std::max(sum, 1.0);
+  sum = std::min(sum, 1.0);
+  const double predicted{(1 - eps) * sum + eps * (1 - sum)};
+  const double n{likelihood(p) * predicted + likelihood(1 - p) * (1 - predicted)};
+  velocity_x = 0;
+  for (std::size_t k{0}; k < velocities; ++k) {
+    double& m{after.of_velocity[k]};
+    m = ((1 - eps) * m + eps * prior(k) * (1 - sum)) * likelihood(p) / n;
+    velocity_x += m * metres_per_second(k);
+  }
+  after.occupied = likelihood(p) * predicted / n;
+  velocity_x /= after.occupied;
+  return after;
+}
+
+Cells cells_of(const FilterState& state) {
+  Cells all;
+  for (std::size_t i{0}; i < state.occupancy.size(); ++i) {
+    Cell cell;
+    cell.occupied = state.occupancy.data()[i];
+    for (std::size_t k{0}; k < velocities; ++k) cell.of_velocity[k] = state.velocity[k].data()[i];
+    all.push_back(cell);
+  }
+  return all;
+}
+
+// Free ground with one cell in four occupied; a third of the frames sees nothing.
+Image<float> observation(int step, std::mt19937& generator) {
+  Image<float> observed{cells, cells, 0.5f};
+  if (step % 3 == 0) return observed;
+  for (float& p : observed) {
+    p = static_cast<float>(uniform(generator, 0.1, 0.4) + (generator() % 4 == 0 ? 0.5 : 0));
+  }
+  return observed;
+}
+
+class FilterEquations : public testing::TestWithParam<FilterModel> {};
+
+TEST_P(FilterEquations, AreThoseOfTheMethodNote) {
+  FilterConfig config{method_config(GetParam())};
+  config.velocity_max_mps = 2;
+  config.velocity_noise = mu;
+  config.likelihood_exponent = exponent;
+  config.static_prior = static_prior;
+  config.border_occupancy = border;
+  Reference reference;
+  FilterRun run{reference, config, {0, 0, 0.2, cells, cells}};
+  std::mt19937 generator{91};
+  run.step(observation(1, generator));  // cells that nobody has seen have a rule of their own
+  Cells expected{cells_of(run.now)};
+  for (int step{2}; step < 14; ++step) {
+    const Image<float> observed{observation(step, generator)};
+    run.step(observed);
+    const Cells before{expected};
+    for (int y{0}; y < cells; ++y) {
+      for (int x{0}; x < cells; ++x) {
+        double velocity_x{0};
+        const auto equations = GetParam() == FilterModel::joint ? joint : tay;
+        const Cell cell{equations(before, x, y, static_cast<double>(observed(x, y)), velocity_x)};
+        expected[static_cast<std::size_t>(y * cells + x)] = cell;
+        ASSERT_NEAR(run.layers.occupancy(x, y), cell.occupied, 1e-5) << "step " << step << ": " << x << " " << y;
+        ASSERT_NEAR(run.layers.velocity_x(x, y), velocity_x, 1e-4) << "step " << step << ": " << x << " " << y;
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Models, FilterEquations, testing::Values(FilterModel::tay2008, FilterModel::joint),
+                         [](const auto& name) {
+                           return std::string{names_of(name.param)[static_cast<std::size_t>(name.param)]};
+                         });
+
+}  // namespace
+}  // namespace stereogrid::test
