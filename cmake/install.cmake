@@ -28,13 +28,6 @@ stereogrid_install_component(core stereogrid ${PROJECT_SOURCE_DIR}/include)
 set(STEREOGRID_COMPONENTS core)
 if(STEREOGRID_TOOL)
   stereogrid_install_component(io stereogrid_io ${PROJECT_SOURCE_DIR}/io/include)
-  # what users of the installed library need, without the folders and warning flags of the build
-  set_target_properties(
-    stereogrid_scenes
-    PROPERTIES EXPORT_NAME scenes
-               INTERFACE_INCLUDE_DIRECTORIES
-               "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/scenes/include;${PROJECT_SOURCE_DIR}/include>"
-               INTERFACE_LINK_LIBRARIES "$<LINK_ONLY:TBB::tbb>")
   stereogrid_install_component(scenes stereogrid_scenes ${PROJECT_SOURCE_DIR}/scenes/include)
   list(APPEND STEREOGRID_COMPONENTS io scenes)
   install(TARGETS stereogrid_tool RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})

@@ -115,7 +115,7 @@ Config paper() {
   config.u_disparity.left_border = false;
   config.projection.footprint = Footprint::overlap;
   config.filter.model = FilterModel::tay2008;
-  config.filter.likelihood_exponent = 1;
+  config.filter.static_prior = 0;
   return config;
 }
 

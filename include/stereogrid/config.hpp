@@ -175,15 +175,16 @@ struct FilterConfig {
           self.velocity_step_mps);
     visit(Parameter{"forgetting_s", "s", 0.05, 1000, "Time constant with which an unobserved cell returns to unknown."},
           self.forgetting_s);
-    visit(
-        Parameter{
-            "velocity_noise", "", 0.0001, 0.9,
-            "Share of the moving mass that changes its velocity in a frame; what stands starts at a tenth of it."},
-        self.velocity_noise);
+    visit(Parameter{"velocity_noise", "", 0.0001, 0.9,
+                    "Share of the moving mass that changes its velocity in a frame; what stands starts at a tenth of "
+                    "it, if static_prior > 0."},
+          self.velocity_noise);
     visit(Parameter{"likelihood_exponent", "", 0.05, 1,
                     "Tempers a frame's evidence, since stereo errors repeat from frame to frame; 1: full."},
           self.likelihood_exponent);
-    visit(Parameter{"static_prior", "", 0.01, 0.99, "Share of newly born mass that stands still."}, self.static_prior);
+    visit(Parameter{"static_prior", "", 0, 0.99,
+                    "Share of newly born mass that stands still; 0: all velocities are alike, standstill too (2008)."},
+          self.static_prior);
     visit(Parameter{"border_occupancy", "", 0.01, 0.9, "Occupancy assumed outside the window (joint)."},
           self.border_occupancy);
   }

@@ -121,7 +121,8 @@ class RowFilter {
       const Rows rows{rows_of(k, row)};
       const float border{step_.border_occupancy * prior};
       if (is_standstill(k)) {
-        fetch(row, from.ix, border, target, [&](int x) { return disturbed_standing(step_, rows.mass[x]); });
+        fetch(row, from.ix, border, target,
+              [&](int x) { return disturbed_standing(step_, rows.mass[x], rows.occupancy[x]); });
       } else {
         fetch(row, from.ix, border, target,
               [&](int x) { return disturbed(step_, rows.mass[x], rows.occupancy[x], rows.standing[x]); });
@@ -208,7 +209,7 @@ class RowFilter {
     const auto fetch_both = [&](int row, float* moving, float* moving_occupied) {
       const Rows rows{rows_of(k, row)};
       if (is_standstill(k)) {
-        fetch(row, from.ix, prior, moving, [&](int x) { return disturbed_standing(step_, rows.mass[x]); });
+        fetch(row, from.ix, prior, moving, [&](int x) { return disturbed_standing(step_, rows.mass[x], 1.0f); });
       } else {
         fetch(row, from.ix, prior, moving,
               [&](int x) { return disturbed(step_, rows.mass[x], 1.0f, rows.standing[x]); });

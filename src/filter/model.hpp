@@ -14,6 +14,7 @@ struct FilterStep {
   float kept_standing;     ///< share of the standing mass that goes on standing
   float spread;            ///< share of all moving mass that each moving velocity gains
   float start;             ///< share of the standing mass that each moving velocity gains
+  float stop;              ///< share of the moving mass that comes to stand
   float border_occupancy;  ///< of cells outside the window
   float prior_static;      ///< prior of standstill for new mass
   float prior_moving;      ///< prior of every other velocity for new mass
@@ -24,12 +25,11 @@ STEREOGRID_HD inline float prior_of(const FilterStep& step, int k) {
 }
 
 /// Velocity noise: mass of one velocity after it, from the mass of that velocity, of all velocities and of standstill.
-/// What moves changes its velocity now and then; what stands seldom starts.
 STEREOGRID_HD inline float disturbed(const FilterStep& step, float mass, float all, float standing) {
   return step.kept_moving * mass + step.spread * (all - standing) + step.start * standing;
 }
-STEREOGRID_HD inline float disturbed_standing(const FilterStep& step, float mass) {
-  return step.kept_standing * mass;
+STEREOGRID_HD inline float disturbed_standing(const FilterStep& step, float standing, float all) {
+  return step.kept_standing * standing + step.stop * (all - standing);
 }
 
 /// Bilinear weights of a displacement that is not a whole number of cells: the mass of cell c comes from the four cells

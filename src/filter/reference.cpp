@@ -28,7 +28,7 @@ struct Step {
   // mass of velocity k after the noise; `all`: mass of all velocities
   [[nodiscard]] float disturbed_at(std::size_t k, int x, int y, float all) const {
     const std::size_t standstill{before.velocity.size() / 2};
-    return k == standstill ? disturbed_standing(constants, before.velocity[k](x, y))
+    return k == standstill ? disturbed_standing(constants, before.velocity[k](x, y), all)
                            : disturbed(constants, before.velocity[k](x, y), all, before.velocity[standstill](x, y));
   }
   // the cell has been in the window before

@@ -47,8 +47,9 @@ Window::Window(const GridGeometry& grid)
 
 GridGeometry Window::at(const Pose2& world_from_vehicle) const {
   const Point2 centre{world_from_vehicle * Point2{ahead_m_, aside_m_}};
-  const double first_x{std::floor(centre.x / cell_size_m_) - cells_ / 2};
-  const double first_y{std::floor(centre.y / cell_size_m_) - cells_ / 2};
+  const int half{cells_ / 2};
+  const double first_x{std::floor(centre.x / cell_size_m_) - half};
+  const double first_y{std::floor(centre.y / cell_size_m_) - half};
   return {first_x * cell_size_m_, first_y * cell_size_m_, cell_size_m_, cells_, cells_};
 }
 
@@ -61,20 +62,26 @@ FilterStep step_of(const FilterInput& input) {
   const FilterConfig& config{input.config};
   const int velocities{static_cast<int>(input.lattice.size())};
   const double others{std::max(velocities - 1, 1) * 1.0};
-  const double forgetting{(1 - std::exp(-input.dt_s / config.forgetting_s)) / 2};
-  const double prior_static{velocities == 1 ? 1.0 : config.static_prior};
-  const double noise{velocities == 1 ? 0.0 : config.velocity_noise};
-  const double starting{noise * starting_share};
-  const bool joint{config.model == FilterModel::joint};
-  return {velocities,
-          static_cast<float>(forgetting),
-          static_cast<float>(1 - noise),
-          static_cast<float>(1 - starting),
-          static_cast<float>(noise / others),
-          static_cast<float>(starting / others),
-          joint ? static_cast<float>(config.border_occupancy) : 0.5f,
-          static_cast<float>(prior_static),
-          static_cast<float>((1 - prior_static) / others)};
+  FilterStep step{};
+  step.velocities = velocities;
+  step.forgetting = static_cast<float>((1 - std::exp(-input.dt_s / config.forgetting_s)) / 2);
+  step.border_occupancy = config.model == FilterModel::joint ? static_cast<float>(config.border_occupancy) : 0.5f;
+  step.kept_standing = step.kept_moving = step.prior_static = 1;
+  if (velocities == 1) return step;
+  const double noise{config.velocity_noise};
+  step.kept_moving = static_cast<float>(1 - noise);
+  if (config.static_prior == 0) {
+    step.spread = step.start = step.stop = static_cast<float>(noise / velocities);
+    step.kept_standing = static_cast<float>(1 - noise + noise / velocities);
+    step.prior_static = step.prior_moving = static_cast<float>(1.0 / velocities);
+  } else {
+    step.spread = static_cast<float>(noise / others);
+    step.start = static_cast<float>(noise * starting_share / others);
+    step.kept_standing = static_cast<float>(1 - noise * starting_share);
+    step.prior_static = static_cast<float>(config.static_prior);
+    step.prior_moving = static_cast<float>((1 - config.static_prior) / others);
+  }
+  return step;
 }
 
 Likelihood likelihood_of(const FilterConfig& config, float observed) {
@@ -105,8 +112,14 @@ void resample(const GridLayers& world, const Pose2& world_from_vehicle, const Gr
                                                   grid.y_min_m + (iy + 0.5) * grid.cell_size_m}};
       const double x{(at.x - window.x_min_m) / window.cell_size_m};
       const double y{(at.y - window.y_min_m) / window.cell_size_m};
-      const int nearest_x{std::clamp(static_cast<int>(std::floor(x)), 0, window.nx - 1)};
-      const int nearest_y{std::clamp(static_cast<int>(std::floor(y)), 0, window.ny - 1)};
+      if (!(x >= 0 && x < window.nx && y >= 0 && y < window.ny)) {
+        occupancy(ix, iy) = 0.5f;
+        velocity_x(ix, iy) = velocity_y(ix, iy) = 0;
+        age_s(ix, iy) = never;
+        continue;
+      }
+      const int nearest_x{static_cast<int>(x)};
+      const int nearest_y{static_cast<int>(y)};
       const float vx{world.velocity_x(nearest_x, nearest_y)};
       const float vy{world.velocity_y(nearest_x, nearest_y)};
       occupancy(ix, iy) = interpolated(world.occupancy, x - 0.5, y - 0.5);

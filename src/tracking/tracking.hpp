@@ -25,7 +25,7 @@ struct Cluster {
 };
 
 /// Clusters of the filtered grid: 8-connected cells above `occupancy_min` that have been observed and whose velocities
-/// differ by less than a lattice step between neighbours. `labels` (ny, nx) is working memory; afterwards it holds the
+/// differ little from the cluster's mean. `labels` (ny, nx) is working memory; afterwards it holds the
 /// cluster's number + 1 of each cell, 0 = none.
 void find_clusters(const GridLayers& world, const TrackingConfig& config, Image<int>& labels,
                    std::vector<Cluster>& clusters);

@@ -192,10 +192,10 @@ TEST(Config, AllProblemsAreToldAtOnce) {
 TEST(Config, BothEndsOfARangeAreAllowedAndNothingBeyond) {
   Config config;
   config.filter.likelihood_exponent = 1;
-  config.filter.static_prior = 0.01;
+  config.filter.border_occupancy = 0.01;
   EXPECT_TRUE(problems(config).empty());
   config.filter.likelihood_exponent = 1.0001;
-  config.filter.static_prior = 0.0099;
+  config.filter.border_occupancy = 0.0099;
   EXPECT_EQ(problems(config).size(), 2u);
 }
 
