@@ -3,17 +3,24 @@
 #pragma once
 
 #include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
 
 namespace stereogrid {
 
 /// Threads of the CPU back end, in an arena of its own so that other users of oneTBB in the process are left alone.
 class Cpu {
  public:
-  explicit Cpu(int threads) : arena_{threads > 0 ? threads : tbb::task_arena::automatic} {}
+  /// `threads` 0: as many as the machine has cores. More than that are not started (oneTBB would complain on stderr),
+  /// but the work is cut for them.
+  explicit Cpu(int threads)
+      : threads_{threads > 0 ? threads : tbb::info::default_concurrency()},
+        arena_{std::min(threads_, tbb::info::default_concurrency())} {}
 
-  [[nodiscard]] int threads() { return arena_.max_concurrency(); }
+  [[nodiscard]] int threads() const { return threads_; }
 
   /// Calls work(begin, end) on disjoint parts of [0, count) of at least `grain` elements. Results must not depend on
   /// how it is cut.
@@ -37,6 +44,7 @@ class Cpu {
   }
 
  private:
+  int threads_;
   tbb::task_arena arena_;
 };
 

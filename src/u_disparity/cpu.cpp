@@ -73,16 +73,6 @@ void count_columns(const Matches& matches, const UDisparityTables& tables, int b
   }
 }
 
-int road_cells_around(View<const std::uint16_t> road_pixels, int u, int d) {
-  int cells{0};
-  for (int dd{std::max(d - 1, 1)}; dd <= std::min(d + 1, road_pixels.height - 1); ++dd) {
-    for (int uu{std::max(u - 1, 0)}; uu <= std::min(u + 1, road_pixels.width - 1); ++uu) {
-      cells += road_pixels(uu, dd) > 0 ? 1 : 0;
-    }
-  }
-  return cells;
-}
-
 void infer_row(const UDisparityTables& tables, View<const std::uint16_t> road_pixels, int d, StageImages& stages) {
   const UDisparityConfig& config{tables.config};
   const float false_positive{static_cast<float>(config.false_positive)};

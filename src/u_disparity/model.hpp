@@ -37,4 +37,17 @@ STEREOGRID_HD inline int pair_index(int visible, int observed) {
   return visible * (visible + 1) / 2 + observed;
 }
 
+/// How many of the nine bins around (u, d) hold a road pixel (specification §3.5). Bin 0 and what lies outside count as
+/// empty. `road_pixels` is (D, W).
+template <class View>
+STEREOGRID_HD inline int road_cells_around(const View& road_pixels, int u, int d) {
+  const int last_d{d + 1 < road_pixels.height ? d + 1 : road_pixels.height - 1};
+  const int last_u{u + 1 < road_pixels.width ? u + 1 : road_pixels.width - 1};
+  int cells{0};
+  for (int dd{d > 1 ? d - 1 : 1}; dd <= last_d; ++dd) {
+    for (int uu{u > 0 ? u - 1 : 0}; uu <= last_u; ++uu) cells += road_pixels(uu, dd) > 0 ? 1 : 0;
+  }
+  return cells;
+}
+
 }  // namespace stereogrid

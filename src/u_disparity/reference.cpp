@@ -33,16 +33,6 @@ bool has_road_pixel(const Matches& matches, int u, int d) {
   return false;
 }
 
-int road_cells_around(View<const std::uint16_t> road_pixels, int u, int d) {
-  int cells{0};
-  for (int dd{std::max(d - 1, 1)}; dd <= std::min(d + 1, road_pixels.height - 1); ++dd) {
-    for (int uu{std::max(u - 1, 0)}; uu <= std::min(u + 1, road_pixels.width - 1); ++uu) {
-      if (road_pixels(uu, dd) > 0) ++cells;
-    }
-  }
-  return cells;
-}
-
 void infer_bin(const UDisparityTables& tables, View<const std::uint16_t> road_pixels, int u, int d,
                StageImages& stages) {
   const UDisparityConfig& config{tables.config};
