@@ -35,7 +35,14 @@ struct GridConfig {
   }
 };
 
+/// How disparities and labels are found.
+enum class MatchingMethod { correlation, semi_global };
+constexpr std::array<std::string_view, 2> names_of(MatchingMethod) {
+  return {"correlation", "semi_global"};
+}
+
 struct MatchingConfig {
+  MatchingMethod method{MatchingMethod::correlation};
   int disparities{0};
   int window_px{13};
   int road_margin_px{3};
@@ -44,9 +51,15 @@ struct MatchingConfig {
   int left_right_px{1};
   int speckle_px{60};
   bool subpixel{true};
+  int penalty_step{7};
+  int penalty_jump{40};
+  int penalty_change{20};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
+    visit(Parameter{"method", "", 0, 1,
+                    "correlation: the paper's windows; semi_global: both hypotheses optimised along four paths."},
+          self.method);
     visit(Parameter{"disparities", "px", 0, 256,
                     "Disparities searched, 0 to this minus one; 0: a tenth of the image's width, at least 64."},
           self.disparities);
@@ -66,6 +79,13 @@ struct MatchingConfig {
           self.speckle_px);
     visit(Parameter{"subpixel", "", 0, 1, "Refine disparities between the integers on the winner's cost curve."},
           self.subpixel);
+    visit(Parameter{"penalty_step", "", 0, 100, "Semi-global: cost of one disparity up or down to the next pixel."},
+          self.penalty_step);
+    visit(Parameter{"penalty_jump", "", 1, 190, "Semi-global: cost of any other change of disparity or hypothesis."},
+          self.penalty_jump);
+    visit(Parameter{"penalty_change", "", 0, 190,
+                    "Semi-global: cost of changing between upright and road where both have the same disparity."},
+          self.penalty_change);
   }
 };
 

@@ -7,6 +7,7 @@
 // after foreach_target
 #include "hwy/highway.h"
 #include "matching/correlate_simd.hpp"
+#include "matching/curve-inl.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -16,8 +17,6 @@ HWY_BEFORE_NAMESPACE();
 namespace stereogrid {
 namespace HWY_NAMESPACE {
 namespace {
-
-namespace hn = hwy::HWY_NAMESPACE;
 
 // All rows of shifts are padded to this many, a multiple of every target's vector of uint16.
 constexpr int block{64};
@@ -107,56 +106,6 @@ void update_box(const Space& space, int n, int entering, int leaving) {
   }
 }
 
-std::uint16_t minimum(const std::uint16_t* costs, int n) {
-  const hn::ScalableTag<std::uint16_t> d16;
-  const int lanes{static_cast<int>(hn::Lanes(d16))};
-  auto smallest = hn::Load(d16, costs);
-  for (int k{lanes}; k < n; k += lanes) smallest = hn::Min(smallest, hn::Load(d16, costs + k));
-  return hn::GetLane(hn::MinOfLanes(d16, smallest));
-}
-
-int first_of(const std::uint16_t* costs, std::uint16_t value, int n) {
-  const hn::ScalableTag<std::uint16_t> d16;
-  const int lanes{static_cast<int>(hn::Lanes(d16))};
-  const auto wanted = hn::Set(d16, value);
-  for (int k{0}; k < n; k += lanes) {
-    const auto found = hn::FindFirstTrue(d16, hn::Eq(hn::Load(d16, costs + k), wanted));
-    if (found >= 0) return k + static_cast<int>(found);
-  }
-  return 0;
-}
-
-// Costs beyond the last shift must never win; they are set anew for each pixel.
-Candidate candidate_of(std::uint16_t* costs, Shifts shifts, int n) {
-  const int count{shifts.count};
-  std::fill(costs + count, costs + n, std::uint16_t{65535});
-  const std::uint16_t cost{minimum(costs, n)};
-  const int best{first_of(costs, cost, n)};
-  const int from{std::max(best - 1, 0)};
-  const int to{std::min(best + 1, count - 1)};
-  std::uint16_t kept[3];
-  for (int k{from}; k <= to; ++k) kept[k - from] = std::exchange(costs[k], std::uint16_t{65535});
-  const std::uint16_t runner_up{minimum(costs, n)};
-  for (int k{from}; k <= to; ++k) costs[k] = kept[k - from];
-  const bool inside{best > 0 && best < count - 1};
-  return {cost, runner_up, static_cast<std::int16_t>(shifts.first + best), false,
-          inside ? subpixel_offset(costs[best - 1], cost, costs[best + 1]) : 0.0f};
-}
-
-void offer_to_right(const Space& space, int start, int n) {
-  const hn::ScalableTag<std::uint16_t> d16;
-  const int lanes{static_cast<int>(hn::Lanes(d16))};
-  for (int k{0}; k < n; k += lanes) {
-    const auto cost = hn::Load(d16, space.box + k);
-    const auto smallest = hn::LoadU(d16, space.right_cost + start + k);
-    const auto better = hn::Lt(cost, smallest);
-    const auto shift = hn::Iota(d16, static_cast<std::uint16_t>(k));
-    const auto best = hn::LoadU(d16, space.right_best + start + k);
-    hn::StoreU(hn::Min(cost, smallest), d16, space.right_cost + start + k);
-    hn::StoreU(hn::IfThenElse(better, shift, best), d16, space.right_best + start + k);
-  }
-}
-
 void finish_row(const Band& band, const Space& space, int n, int v) {
   const int width{space.width};
   const int half{band.half_window};
@@ -166,8 +115,9 @@ void finish_row(const Band& band, const Space& space, int n, int v) {
   for (int i{-half}; i < half; ++i) update_box(space, n, std::clamp(i, 0, width - 1), -1);
   for (int u{0}; u < width; ++u) {
     update_box(space, n, std::min(u + half, width - 1), u == 0 ? -1 : std::max(u - half - 1, 0));
-    band.candidates(u, v) = candidate_of(space.box, band.shifts, n);
-    offer_to_right(space, reversed_start(band, u), n);
+    band.candidates(u, v) = candidate_of(hn::ScalableTag<std::uint16_t>{}, space.box, band.shifts, n);
+    const int start{reversed_start(band, u)};
+    offer_to_right(hn::ScalableTag<std::uint16_t>{}, space.box, space.right_cost + start, space.right_best + start, n);
   }
   for (int u{0}; u < width; ++u) {
     Candidate& candidate{band.candidates(u, v)};

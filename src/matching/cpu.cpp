@@ -8,6 +8,7 @@
 
 #include "matching/correlate_simd.hpp"
 #include "matching/matching.hpp"
+#include "matching/semi_global.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid {
@@ -97,19 +98,22 @@ void correlate(Cpu& cpu, View<const std::uint32_t> left, View<const std::uint32_
 void match(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
            const MatchingConfig& config, MatchingSpace& space, Matches& matches) {
   const int height{left.height};
+  const CensusTriple census{space.census_left.view(), space.census_right.view(), space.census_sheared.view()};
   cpu.for_ranges(height, rows_grain, [&](int begin, int end) {
     census_rows(left, space.census_left.view(), begin, end);
     census_rows(right, space.census_right.view(), begin, end);
     shear_rows(right, plane, space.sheared_right.view(), begin, end);
     texture_rows(left, config, space.textured.view(), begin, end);
   });
-  correlate(cpu, space.census_left.view(), space.census_right.view(), upright_shifts(config), config, space.band_memory,
-            space.upright.view());
   cpu.for_ranges(height, rows_grain, [&](int begin, int end) {
-    census_rows(space.sheared_right.view(), space.census_right.view(), begin, end);
+    census_rows(space.sheared_right.view(), space.census_sheared.view(), begin, end);
   });
-  correlate(cpu, space.census_left.view(), space.census_right.view(), road_shifts(config), config, space.band_memory,
-            space.level.view());
+  if (config.method == MatchingMethod::semi_global) {
+    optimise(cpu, census, plane, config, space.memory, space.upright.view(), space.level.view());
+  } else {
+    correlate(cpu, census.left, census.right, upright_shifts(config), config, space.memory, space.upright.view());
+    correlate(cpu, census.left, census.sheared, road_shifts(config), config, space.memory, space.level.view());
+  }
   cpu.for_ranges(height, rows_grain, [&](int begin, int end) {
     for (int v{begin}; v < end; ++v) decide_row(v, plane, config, space, matches);
   });

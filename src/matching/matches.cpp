@@ -36,6 +36,7 @@ MatchingSpace::MatchingSpace(int width, int height, int)
     : sheared_right{width, height},
       census_left{width, height},
       census_right{width, height},
+      census_sheared{width, height},
       upright{width, height},
       level{width, height},
       textured{width, height},

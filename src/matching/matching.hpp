@@ -34,11 +34,11 @@ struct MatchingSpace {
   MatchingSpace(int width, int height, int disparities);
 
   Image<std::uint8_t> sheared_right;
-  Image<std::uint32_t> census_left, census_right;
+  Image<std::uint32_t> census_left, census_right, census_sheared;
   Image<Candidate> upright, level;
   Image<std::uint8_t> textured;
-  Image<int> patch;                       ///< speckle removal: union-find over pixels
-  std::vector<std::uint8_t> band_memory;  ///< CPU: working memory of the bands
+  Image<int> patch;                  ///< speckle removal: union-find over pixels
+  std::vector<std::uint8_t> memory;  ///< CPU: working memory of the bands
 };
 
 /// Double correlation (T-ITS 2012, III-C): every pixel is matched as part of an upright surface (constant disparity in

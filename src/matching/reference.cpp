@@ -8,6 +8,7 @@
 #include <cstdlib>
 
 #include "matching/matching.hpp"
+#include "matching/semi_global.hpp"
 
 namespace stereogrid {
 namespace {
@@ -103,19 +104,22 @@ void correlate(Reference&, View<const std::uint32_t> left, View<const std::uint3
 
 void match(Reference& reference, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
            const MatchingConfig& config, MatchingSpace& space, Matches& matches) {
-  census_image(left, space.census_left.view());
-  census_image(right, space.census_right.view());
-  correlate(reference, space.census_left.view(), space.census_right.view(), upright_shifts(config), config,
-            space.upright.view());
   for (int v{0}; v < left.height; ++v) {
     for (int u{0}; u < left.width; ++u) {
       space.sheared_right(u, v) = sheared(right.row(v), left.width, u, shear_of(plane.disparity(u, v)));
       space.textured(u, v) = is_textured(left, u, v, config) ? 1 : 0;
     }
   }
-  census_image(space.sheared_right.view(), space.census_right.view());
-  correlate(reference, space.census_left.view(), space.census_right.view(), road_shifts(config), config,
-            space.level.view());
+  census_image(left, space.census_left.view());
+  census_image(right, space.census_right.view());
+  census_image(space.sheared_right.view(), space.census_sheared.view());
+  const CensusTriple census{space.census_left.view(), space.census_right.view(), space.census_sheared.view()};
+  if (config.method == MatchingMethod::semi_global) {
+    optimise(reference, census, plane, config, space.upright.view(), space.level.view());
+  } else {
+    correlate(reference, census.left, census.right, upright_shifts(config), config, space.upright.view());
+    correlate(reference, census.left, census.sheared, road_shifts(config), config, space.level.view());
+  }
   for (int v{0}; v < left.height; ++v) decide_row(v, plane, config, space, matches);
   remove_speckles(config.speckle_px, space.patch, matches);
 }

@@ -217,7 +217,9 @@ TEST(Matching, AnUprightSurfaceIsAnObstacle) {
 }
 
 // A box stands on the road: upright down to its foot, road below and beside.
-TEST(Matching, TellsABoxFromTheRoad) {
+class BoxOnTheRoad : public testing::TestWithParam<MatchingMethod> {};
+
+TEST_P(BoxOnTheRoad, IsTheObstacle) {
   const Texture of_road{9};
   const Texture of_box{10};
   Cpu cpu{2};
@@ -232,7 +234,9 @@ TEST(Matching, TellsABoxFromTheRoad) {
       if (on_box(u + shift, v)) right(u, v) = static_cast<std::uint8_t>(of_box.at(u + shift, v));
     }
   }
-  const MatchRun run{cpu, left, right, road, permissive_config()};
+  MatchingConfig config{permissive_config()};
+  config.method = GetParam();
+  const MatchRun run{cpu, left, right, road, config};
   int obstacle{0};
   int missed{0};
   for (int v{16}; v < foot - 8; ++v) {
@@ -248,7 +252,15 @@ TEST(Matching, TellsABoxFromTheRoad) {
     for (int u{40}; u < width - 10; ++u) false_obstacle += run.matches.obstacle(u, v) > 0 ? 1 : 0;
   }
   EXPECT_LT(false_obstacle, 0.02 * (height - foot - 12) * 110);
+  int found_road{0};
+  for (int v{foot + 8}; v < height - 4; ++v) {
+    for (int u{40}; u < width - 10; ++u) found_road += std::abs(run.matches.road(u, v) - road_of_row(v)) < 0.5 ? 1 : 0;
+  }
+  EXPECT_GT(found_road, 0.9 * (height - foot - 12) * (width - 50));
 }
+
+INSTANTIATE_TEST_SUITE_P(Methods, BoxOnTheRoad,
+                         testing::Values(MatchingMethod::correlation, MatchingMethod::semi_global));
 
 }  // namespace
 }  // namespace stereogrid::test

@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "matching/matching.hpp"
+
+namespace stereogrid {
+
+/// Cost of leaving a pixel's label on the way to the next one.
+struct Penalties {
+  int step;    ///< P1: one disparity up or down within a hypothesis
+  int jump;    ///< P2: any other change
+  int change;  ///< P_c: to the other hypothesis at the same disparity, ±1
+};
+Penalties penalties_of(const MatchingConfig& config);
+
+/// What semi-global matching compares: census descriptors of the left image, the right image and the sheared right
+/// image.
+struct CensusTriple {
+  View<const std::uint32_t> left;
+  View<const std::uint32_t> right;
+  View<const std::uint32_t> sheared;
+};
+
+/// Semi-global double correlation (method §1.7): the labels (upright, d) and (road, δ) in one optimisation along four
+/// paths (from the left, right, top and bottom), so that the winning label's type is the class. Pixel cost: Hamming
+/// distance of single descriptors. `upright` and `level` get the best label of each type with the summed cost.
+void optimise(Reference& reference, const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config,
+              View<Candidate> upright, View<Candidate> level);
+void optimise(Cpu& cpu, const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config,
+              std::vector<std::uint8_t>& memory, View<Candidate> upright, View<Candidate> level);
+
+/// Whole-pixel road disparity, where the two hypotheses meet.
+int meeting_disparity(const RoadPlane& plane, int u, int v);
+
+}  // namespace stereogrid
