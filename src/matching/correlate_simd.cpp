@@ -7,7 +7,7 @@
 // after foreach_target
 #include "hwy/highway.h"
 #include "matching/correlate_simd.hpp"
-#include "matching/curve-inl.hpp"
+#include "matching/curve_simd.hpp"
 
 #include <algorithm>
 #include <cstdlib>

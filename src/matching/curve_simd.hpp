@@ -3,11 +3,11 @@
 //
 // Reading a pixel's cost curve with vectors. Included once per instruction set by *_simd.cpp; the guard works per
 // target.
-#if defined(STEREOGRID_CURVE_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef STEREOGRID_CURVE_INL
-#undef STEREOGRID_CURVE_INL
+#if defined(STEREOGRID_CURVE_SIMD) == defined(HWY_TARGET_TOGGLE)
+#ifdef STEREOGRID_CURVE_SIMD
+#undef STEREOGRID_CURVE_SIMD
 #else
-#define STEREOGRID_CURVE_INL
+#define STEREOGRID_CURVE_SIMD
 #endif
 
 #include <algorithm>
