@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <vector>
 
+#include "matching/census_simd.hpp"
 #include "matching/correlate_simd.hpp"
 #include "matching/matching.hpp"
 #include "matching/semi_global.hpp"
@@ -19,8 +20,9 @@ constexpr int rows_grain{32};
 void census_rows(View<const std::uint8_t> grey, View<std::uint32_t> descriptors, int begin, int end) {
   constexpr int rows{2 * census_half_v + 1};
   const int width{grey.width};
-  const int stride{width + 2 * census_half_u};
+  const int stride{width + 2 * census_half_u + census_padding};
   std::vector<std::uint8_t> padded(static_cast<std::size_t>(rows * stride));
+  std::vector<std::uint32_t> row(static_cast<std::size_t>(width + census_padding));
   for (int v{begin}; v < end; ++v) {
     const std::uint8_t* window[rows];
     for (int j{0}; j < rows; ++j) {
@@ -31,10 +33,8 @@ void census_rows(View<const std::uint8_t> grey, View<std::uint32_t> descriptors,
       std::fill(target + census_half_u + width, target + stride, source[width - 1]);
       window[j] = target + census_half_u;
     }
-    std::uint32_t* out{descriptors.row(v)};
-    for (int u{0}; u < width; ++u) {
-      out[u] = census([&](int i, int j) { return window[j + census_half_v][u + i]; });
-    }
+    census_row(window, width, row.data());
+    std::copy(row.data(), row.data() + width, descriptors.row(v));
   }
 }
 
