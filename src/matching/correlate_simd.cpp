@@ -11,18 +11,22 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <utility>
 
 HWY_BEFORE_NAMESPACE();
 namespace stereogrid {
 namespace HWY_NAMESPACE {
 namespace {
 
-// All rows of shifts are padded to this many, a multiple of every target's vector of uint16.
+// Rows of shifts are padded to a multiple of every target's vector of uint16; the few shifts of the road hypothesis to
+// one short vector.
 constexpr int block{64};
+constexpr int short_block{16};
 constexpr int padded(int count) {
-  return (count + block - 1) / block * block;
+  return count <= short_block ? short_block : (count + block - 1) / block * block;
 }
+
+using Long16 = hn::ScalableTag<std::uint16_t>;
+using Short16 = hn::CappedTag<std::uint16_t, short_block>;
 
 struct Space {
   Space(const Band& band, int n) : width{band.left.width} {
@@ -65,7 +69,7 @@ void hamming_row(const Band& band, int n, int v, const Space& space) {
   const int reach{reversed_start(band, 0) + n};
   for (int j{0}; j < reach; ++j) space.right_reversed[j] = right[std::clamp(width - 1 + offset - j, 0, width - 1)];
 
-  const hn::ScalableTag<std::uint32_t> d32;
+  const hn::CappedTag<std::uint32_t, short_block> d32;
   const hn::Rebind<std::uint8_t, decltype(d32)> d8;
   const int lanes{static_cast<int>(hn::Lanes(d32))};
   std::uint8_t* out{space.ring + static_cast<std::size_t>(v % space.rows) * static_cast<std::size_t>(width * n)};
@@ -80,9 +84,9 @@ void hamming_row(const Band& band, int n, int v, const Space& space) {
 }
 
 // column_sums += added − removed; either may be null
-void update_column_sums(const Space& space, int n, const std::uint8_t* added, const std::uint8_t* removed) {
-  const hn::ScalableTag<std::uint16_t> d16;
-  const hn::Rebind<std::uint8_t, decltype(d16)> d8;
+template <class D16>
+void update_column_sums(D16 d16, const Space& space, int n, const std::uint8_t* added, const std::uint8_t* removed) {
+  const hn::Rebind<std::uint8_t, D16> d8;
   const int lanes{static_cast<int>(hn::Lanes(d16))};
   const int volume{space.width * n};
   for (int k{0}; k < volume; k += lanes) {
@@ -94,8 +98,8 @@ void update_column_sums(const Space& space, int n, const std::uint8_t* added, co
 }
 
 // box += column `entering` − column `leaving`
-void update_box(const Space& space, int n, int entering, int leaving) {
-  const hn::ScalableTag<std::uint16_t> d16;
+template <class D16>
+void update_box(D16 d16, const Space& space, int n, int entering, int leaving) {
   const int lanes{static_cast<int>(hn::Lanes(d16))};
   const std::uint16_t* in{space.column_sums + static_cast<std::ptrdiff_t>(entering) * n};
   const std::uint16_t* out{leaving < 0 ? nullptr : space.column_sums + static_cast<std::ptrdiff_t>(leaving) * n};
@@ -106,18 +110,19 @@ void update_box(const Space& space, int n, int entering, int leaving) {
   }
 }
 
-void finish_row(const Band& band, const Space& space, int n, int v) {
+template <class D16>
+void finish_row(D16 d16, const Band& band, const Space& space, int n, int v) {
   const int width{space.width};
   const int half{band.half_window};
   const int reach{reversed_start(band, 0) + n};
   std::fill(space.right_cost, space.right_cost + reach, std::uint16_t{65535});
   std::fill(space.box, space.box + n, std::uint16_t{0});
-  for (int i{-half}; i < half; ++i) update_box(space, n, std::clamp(i, 0, width - 1), -1);
+  for (int i{-half}; i < half; ++i) update_box(d16, space, n, std::clamp(i, 0, width - 1), -1);
   for (int u{0}; u < width; ++u) {
-    update_box(space, n, std::min(u + half, width - 1), u == 0 ? -1 : std::max(u - half - 1, 0));
-    band.candidates(u, v) = candidate_of(hn::ScalableTag<std::uint16_t>{}, space.box, band.shifts, n);
+    update_box(d16, space, n, std::min(u + half, width - 1), u == 0 ? -1 : std::max(u - half - 1, 0));
+    band.candidates(u, v) = candidate_of(d16, space.box, band.shifts, n);
     const int start{reversed_start(band, u)};
-    offer_to_right(hn::ScalableTag<std::uint16_t>{}, space.box, space.right_cost + start, space.right_best + start, n);
+    offer_to_right(d16, space.box, space.right_cost + start, space.right_best + start, n);
   }
   for (int u{0}; u < width; ++u) {
     Candidate& candidate{band.candidates(u, v)};
@@ -128,7 +133,8 @@ void finish_row(const Band& band, const Space& space, int n, int v) {
   }
 }
 
-void Correlate(const Band& band) {
+template <class D16>
+void correlate_with(D16 d16, const Band& band) {
   const int n{padded(band.shifts.count)};
   const int half{band.half_window};
   const int last{band.left.height - 1};
@@ -140,11 +146,19 @@ void Correlate(const Band& band) {
   std::fill(space.column_sums, space.column_sums + static_cast<std::ptrdiff_t>(space.width) * n, std::uint16_t{0});
   const int first{band.first_row - half};
   for (int v{std::max(first, 0)}; v <= std::min(first + 2 * half - 1, last); ++v) hamming_row(band, n, v, space);
-  for (int v{first}; v < first + 2 * half; ++v) update_column_sums(space, n, costs_of(v), nullptr);
+  for (int v{first}; v < first + 2 * half; ++v) update_column_sums(d16, space, n, costs_of(v), nullptr);
   for (int v{band.first_row}; v < band.end_row; ++v) {
     if (v + half <= last) hamming_row(band, n, v + half, space);
-    update_column_sums(space, n, costs_of(v + half), v == band.first_row ? nullptr : costs_of(v - half - 1));
-    finish_row(band, space, n, v);
+    update_column_sums(d16, space, n, costs_of(v + half), v == band.first_row ? nullptr : costs_of(v - half - 1));
+    finish_row(d16, band, space, n, v);
+  }
+}
+
+void Correlate(const Band& band) {
+  if (padded(band.shifts.count) == short_block) {
+    correlate_with(Short16{}, band);
+  } else {
+    correlate_with(Long16{}, band);
   }
 }
 

@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <utility>
 
 #include "hwy/highway.h"
 #include "matching/matching.hpp"
@@ -44,21 +43,30 @@ int first_of(D16 d16, const std::uint16_t* costs, std::uint16_t value, int n) {
   return 0;
 }
 
+// Smallest cost more than one step away from `best`.
+template <class D16>
+std::uint16_t runner_up_of(D16 d16, const std::uint16_t* costs, int best, int n) {
+  const int lanes{static_cast<int>(hn::Lanes(d16))};
+  const auto highest = hn::Set(d16, std::uint16_t{65535});
+  auto smallest = highest;
+  for (int k{0}; k < n; k += lanes) {
+    // wraps round for shifts before best − 1
+    const auto distance = hn::Iota(d16, static_cast<std::uint16_t>(k - best + 1));
+    const auto is_near = hn::Lt(distance, hn::Set(d16, std::uint16_t{3}));
+    smallest = hn::Min(smallest, hn::IfThenElse(is_near, highest, hn::LoadU(d16, costs + k)));
+  }
+  return hn::GetLane(hn::MinOfLanes(d16, smallest));
+}
+
 // Costs beyond the last shift must never win; they are set anew for each pixel.
 template <class D16>
 Candidate candidate_of(D16 d16, std::uint16_t* costs, Shifts shifts, int n) {
   const int count{shifts.count};
-  std::fill(costs + count, costs + n, std::uint16_t{65535});
+  if (count < n) std::fill(costs + count, costs + n, std::uint16_t{65535});
   const std::uint16_t cost{minimum(d16, costs, n)};
   const int best{first_of(d16, costs, cost, n)};
-  const int from{std::max(best - 1, 0)};
-  const int to{std::min(best + 1, count - 1)};
-  std::uint16_t kept[3];
-  for (int k{from}; k <= to; ++k) kept[k - from] = std::exchange(costs[k], std::uint16_t{65535});
-  const std::uint16_t runner_up{minimum(d16, costs, n)};
-  for (int k{from}; k <= to; ++k) costs[k] = kept[k - from];
   const bool inside{best > 0 && best < count - 1};
-  return {cost, runner_up, static_cast<std::int16_t>(shifts.first + best), false,
+  return {cost, runner_up_of(d16, costs, best, n), static_cast<std::int16_t>(shifts.first + best), false,
           inside ? subpixel_offset(costs[best - 1], cost, costs[best + 1]) : 0.0f};
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -34,6 +35,8 @@ void optimise(Cpu& cpu, const CensusTriple& census, const RoadPlane& plane, cons
               std::vector<std::uint8_t>& memory, View<Candidate> upright, View<Candidate> level);
 
 /// Whole-pixel road disparity, where the two hypotheses meet.
-int meeting_disparity(const RoadPlane& plane, int u, int v);
+inline int meeting_disparity(const RoadPlane& plane, int u, int v) {
+  return static_cast<int>(std::floor(plane.disparity(u, v) + 0.5));
+}
 
 }  // namespace stereogrid

@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <cmath>
 
 #include "backend/cpu.hpp"
 #include "matching/semi_global.hpp"
@@ -11,10 +10,6 @@ namespace stereogrid {
 
 Penalties penalties_of(const MatchingConfig& config) {
   return {config.penalty_step, config.penalty_jump, config.penalty_change};
-}
-
-int meeting_disparity(const RoadPlane& plane, int u, int v) {
-  return static_cast<int>(std::floor(plane.disparity(u, v) + 0.5));
 }
 
 void optimise(Cpu& cpu, const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config,
