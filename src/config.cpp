@@ -107,6 +107,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 Config paper() {
   Config config;
+  config.matching.method = MatchingMethod::correlation;
   config.matching.window_px = 21;
   config.matching.subpixel = false;
   config.u_disparity.sigma_disparity = 0.5;
@@ -116,6 +117,7 @@ Config paper() {
   config.projection.footprint = Footprint::overlap;
   config.filter.model = FilterModel::tay2008;
   config.filter.static_prior = 0;
+  config.filter.likelihood_exponent = 1;
   return config;
 }
 

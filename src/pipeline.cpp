@@ -78,7 +78,7 @@ JourneyMemory::JourneyMemory(const Config& parameters, const Rig& level_rig, con
       rig{level_rig},
       ground{rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad},
       matches{rig.width_px, rig.height_px},
-      matching{rig.width_px, rig.height_px, config.matching.disparities},
+      matching{rig.width_px, rig.height_px},
       ground_samples{rig.width_px, rig.height_px},
       u_disparity_tables{config.u_disparity, rig.height_px, config.matching.window_px},
       u_disparity{rig.width_px, rig.height_px, config.matching.disparities},

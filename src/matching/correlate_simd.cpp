@@ -57,30 +57,12 @@ struct Space {
   std::size_t bytes{0};
 };
 
-// Place in the reversed arrays of the right pixel that belongs to (u, first shift).
-int reversed_start(const Band& band, int u) {
-  return band.left.width - 1 - u + band.shifts.first + std::max(0, -band.shifts.first);
-}
-
 void hamming_row(const Band& band, int n, int v, const Space& space) {
   const int width{band.left.width};
-  const std::uint32_t* right{band.right.row(v)};
-  const int offset{std::max(0, -band.shifts.first)};
-  const int reach{reversed_start(band, 0) + n};
-  for (int j{0}; j < reach; ++j) space.right_reversed[j] = right[std::clamp(width - 1 + offset - j, 0, width - 1)];
-
-  const hn::CappedTag<std::uint32_t, short_block> d32;
-  const hn::Rebind<std::uint8_t, decltype(d32)> d8;
-  const int lanes{static_cast<int>(hn::Lanes(d32))};
+  const RightToLeft order{width, band.shifts};
+  order.reverse(band.right.row(v), n, space.right_reversed);
   std::uint8_t* out{space.ring + static_cast<std::size_t>(v % space.rows) * static_cast<std::size_t>(width * n)};
-  for (int u{0}; u < width; ++u, out += n) {
-    const auto descriptor = hn::Set(d32, band.left(u, v));
-    const std::uint32_t* candidates{space.right_reversed + reversed_start(band, u)};
-    for (int k{0}; k < n; k += lanes) {
-      const auto differing = hn::PopulationCount(hn::Xor(descriptor, hn::LoadU(d32, candidates + k)));
-      hn::StoreU(hn::U8FromU32(differing), d8, out + k);
-    }
-  }
+  for (int u{0}; u < width; ++u, out += n) hamming(band.left(u, v), space.right_reversed + order.start(u), n, out);
 }
 
 // column_sums += added − removed; either may be null
@@ -114,23 +96,17 @@ template <class D16>
 void finish_row(D16 d16, const Band& band, const Space& space, int n, int v) {
   const int width{space.width};
   const int half{band.half_window};
-  const int reach{reversed_start(band, 0) + n};
-  std::fill(space.right_cost, space.right_cost + reach, std::uint16_t{65535});
+  const RightToLeft order{width, band.shifts};
+  std::fill(space.right_cost, space.right_cost + order.length(n), std::uint16_t{65535});
   std::fill(space.box, space.box + n, std::uint16_t{0});
   for (int i{-half}; i < half; ++i) update_box(d16, space, n, std::clamp(i, 0, width - 1), -1);
   for (int u{0}; u < width; ++u) {
     update_box(d16, space, n, std::min(u + half, width - 1), u == 0 ? -1 : std::max(u - half - 1, 0));
     band.candidates(u, v) = candidate_of(d16, space.box, band.shifts, n);
-    const int start{reversed_start(band, u)};
+    const int start{order.start(u)};
     offer_to_right(d16, space.box, space.right_cost + start, space.right_best + start, n);
   }
-  for (int u{0}; u < width; ++u) {
-    Candidate& candidate{band.candidates(u, v)};
-    const int right_u{u - candidate.shift};
-    if (right_u < 0 || right_u >= width) continue;
-    const int best{space.right_best[reversed_start(band, u) + candidate.shift - band.shifts.first]};
-    candidate.consistent = std::abs(band.shifts.first + best - candidate.shift) <= band.left_right_px;
-  }
+  order.mark_consistent(space.right_best, band.left_right_px, band.candidates.row(v));
 }
 
 template <class D16>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Reading a pixel's cost curve with vectors. Included once per instruction set by *_simd.cpp; the guard works per
-// target.
+// A pixel's cost curve with vectors, for every matcher: filling it, reading it, the test from right to left. Included
+// once per instruction set by *_simd.cpp; the guard works per target.
 #if defined(STEREOGRID_CURVE_SIMD) == defined(HWY_TARGET_TOGGLE)
 #ifdef STEREOGRID_CURVE_SIMD
 #undef STEREOGRID_CURVE_SIMD
@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstdlib>
 
 #include "hwy/highway.h"
 #include "matching/matching.hpp"
@@ -22,7 +23,49 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// In all of these, `d16` is a tag for vectors of uint16 whose length divides n, the padded number of shifts.
+// Order of right pixels from right to left, borders repeated: the shifts of a left pixel then lie in a row.
+class RightToLeft {
+ public:
+  RightToLeft(int width, Shifts shifts) : width_{width}, first_{shifts.first}, offset_{std::max(0, -shifts.first)} {}
+
+  // Place of the right pixel that belongs to u and the first shift.
+  [[nodiscard]] int start(int u) const { return width_ - 1 - u + first_ + offset_; }
+  // Places that are used when every left pixel has n shifts.
+  [[nodiscard]] int length(int n) const { return start(0) + n; }
+
+  void reverse(const std::uint32_t* row, int n, std::uint32_t* out) const {
+    for (int j{0}; j < length(n); ++j) out[j] = row[std::clamp(width_ - 1 + offset_ - j, 0, width_ - 1)];
+  }
+
+  // Right-to-left test for a row of candidates; `right_best` is what offer_to_right has filled.
+  void mark_consistent(const std::uint16_t* right_best, int left_right_px, Candidate* candidates) const {
+    for (int u{0}; u < width_; ++u) {
+      const int right_u{u - candidates[u].shift};
+      if (right_u < 0 || right_u >= width_) continue;
+      const int best{right_best[start(u) + candidates[u].shift - first_]};
+      candidates[u].consistent = std::abs(first_ + best - candidates[u].shift) <= left_right_px;
+    }
+  }
+
+ private:
+  int width_;
+  int first_;
+  int offset_;
+};
+
+// Costs of one pixel: bits in which its descriptor differs from each of n right ones; n is a multiple of 16.
+inline void hamming(std::uint32_t left, const std::uint32_t* right, int n, std::uint8_t* out) {
+  const hn::CappedTag<std::uint32_t, 16> d32;
+  const hn::Rebind<std::uint8_t, decltype(d32)> d8;
+  const int lanes{static_cast<int>(hn::Lanes(d32))};
+  const auto descriptor = hn::Set(d32, left);
+  for (int k{0}; k < n; k += lanes) {
+    const auto differing = hn::PopulationCount(hn::Xor(descriptor, hn::LoadU(d32, right + k)));
+    hn::StoreU(hn::U8FromU32(differing), d8, out + k);
+  }
+}
+
+// In what follows, `d16` is a tag for vectors of uint16 whose length divides n, the padded number of shifts.
 
 template <class D16>
 std::uint16_t minimum(D16 d16, const std::uint16_t* costs, int n) {

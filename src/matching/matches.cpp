@@ -32,7 +32,7 @@ bool same_surface(float a, float b) {
 
 }  // namespace
 
-MatchingSpace::MatchingSpace(int width, int height, int)
+MatchingSpace::MatchingSpace(int width, int height)
     : sheared_right{width, height},
       census_left{width, height},
       census_right{width, height},

@@ -31,7 +31,7 @@ struct Shifts {
 
 /// What `match` works in. Allocated once per pipeline.
 struct MatchingSpace {
-  MatchingSpace(int width, int height, int disparities);
+  MatchingSpace(int width, int height);
 
   Image<std::uint8_t> sheared_right;
   Image<std::uint32_t> census_left, census_right, census_sheared;

@@ -58,40 +58,6 @@ struct Costs {
   Costs(std::uint8_t* start, const Layout& layout) : upright{start + guard}, road{start + layout.road_start} {}
 };
 
-// Right descriptors of one row from right to left, borders repeated.
-class Reversed {
- public:
-  Reversed(std::uint32_t* memory, Shifts shifts)
-      : memory_{memory}, first_{shifts.first}, offset_{std::max(0, -shifts.first)} {}
-
-  void fill(const std::uint32_t* row, int width, int labels) {
-    width_ = width;
-    const int length{at(0) + labels};
-    for (int j{0}; j < length; ++j) memory_[j] = row[std::clamp(width - 1 + offset_ - j, 0, width - 1)];
-  }
-  // place of the right pixel of u and the first shift
-  [[nodiscard]] int at(int u) const { return width_ - 1 - u + first_ + offset_; }
-  [[nodiscard]] const std::uint32_t* of(int u) const { return memory_ + at(u); }
-
- private:
-  std::uint32_t* memory_;
-  int first_;
-  int offset_;
-  int width_{0};
-};
-
-inline void hamming(std::uint32_t left, const std::uint32_t* right, int count, int n, std::uint8_t* out) {
-  const hn::CappedTag<std::uint32_t, road_block> d32;
-  const hn::Rebind<std::uint8_t, decltype(d32)> d8;
-  const int lanes{static_cast<int>(hn::Lanes(d32))};
-  const auto descriptor = hn::Set(d32, left);
-  for (int k{0}; k < n; k += lanes) {
-    const auto differing = hn::PopulationCount(hn::Xor(descriptor, hn::LoadU(d32, right + k)));
-    hn::StoreU(hn::U8FromU32(differing), d8, out + k);
-  }
-  std::fill(out + count, out + n, unreachable);
-}
-
 template <class D8>
 std::uint8_t smallest_of([[maybe_unused]] D8 d8, hn::Vec<D8> values) {
 #if HWY_TARGET == HWY_SCALAR

@@ -36,8 +36,10 @@ class Worker {
       : task_{task},
         layout_{task},
         step_{task_, layout_},
-        right_{reinterpret_cast<std::uint32_t*>(memory), task.upright},
-        sheared_{reinterpret_cast<std::uint32_t*>(memory) + layout_.reach, task.road},
+        upright_order_{task.census.left.width, task.upright},
+        road_order_{task.census.left.width, task.road},
+        right_{reinterpret_cast<std::uint32_t*>(memory)},
+        sheared_{right_ + layout_.reach},
         costs_{memory + 8 * static_cast<std::size_t>(layout_.reach)},
         paths_{costs_ + layout_.stride} {}
 
@@ -80,16 +82,17 @@ class Worker {
 
   void choose(int begin, int end) {
     for (int v{begin}; v < end; ++v) {
-      choose_row(Upright16{}, v, 0, layout_.uprights, task_.upright, task_.upright_candidates.row(v));
-      choose_row(Road16{}, v, layout_.uprights, layout_.roads, task_.road, task_.level_candidates.row(v));
+      choose_row(Upright16{}, upright_order_, sums(0, v), layout_.uprights, task_.upright,
+                 task_.upright_candidates.row(v));
+      choose_row(Road16{}, road_order_, sums(0, v) + layout_.uprights, layout_.roads, task_.road,
+                 task_.level_candidates.row(v));
     }
   }
 
  private:
   void start_row(int v) {
-    const int width{task_.census.left.width};
-    right_.fill(task_.census.right.row(v), width, layout_.uprights);
-    sheared_.fill(task_.census.sheared.row(v), width, layout_.roads);
+    upright_order_.reverse(task_.census.right.row(v), layout_.uprights, right_);
+    road_order_.reverse(task_.census.sheared.row(v), layout_.roads, sheared_);
   }
 
   [[nodiscard]] Costs path(int slot) const {
@@ -108,8 +111,10 @@ class Worker {
   std::uint8_t go(int u, int v, int now, int before, bool begins, std::uint8_t smallest, bool overwrite) {
     const Costs costs{costs_, layout_};
     const std::uint32_t left{task_.census.left(u, v)};
-    hamming(left, right_.of(u), task_.upright.count, layout_.uprights, costs.upright);
-    hamming(left, sheared_.of(u), task_.road.count, layout_.roads, costs.road);
+    hamming(left, right_ + upright_order_.start(u), layout_.uprights, costs.upright);
+    hamming(left, sheared_ + road_order_.start(u), layout_.roads, costs.road);
+    std::fill(costs.upright + task_.upright.count, costs.upright + layout_.uprights, unreachable);
+    std::fill(costs.road + task_.road.count, costs.road + layout_.roads, unreachable);
     const int meeting{meeting_disparity(task_.plane, u, v) + task_.road.first - task_.upright.first};
     const Costs to{path(now)};
     smallest = begins ? step_.begin(costs, to) : step_.advance(costs, path(before), smallest, meeting, to);
@@ -118,31 +123,28 @@ class Worker {
     return smallest;
   }
 
+  // `costs`: summed costs of the row's first pixel; those of the next follow behind all its labels.
   template <class D16>
-  void choose_row(D16 d16, int v, int from, int n, Shifts shifts, Candidate* candidates) {
-    const int width{task_.census.left.width};
-    const int offset{std::max(0, -shifts.first)};
-    const auto start = [&](int u) { return width - 1 - u + shifts.first + offset; };
-    auto* const right_cost{reinterpret_cast<std::uint16_t*>(costs_ - 8 * static_cast<std::size_t>(layout_.reach))};
+  void choose_row(D16 d16, const RightToLeft& order, std::uint16_t* costs, int n, Shifts shifts,
+                  Candidate* candidates) const {
+    // the row of descriptors is not needed any more: its room serves the test from right to left
+    auto* const right_cost{reinterpret_cast<std::uint16_t*>(right_)};
     auto* const right_best{right_cost + layout_.reach};
-    std::fill(right_cost, right_cost + start(0) + n, std::uint16_t{65535});
-    for (int u{0}; u < width; ++u) {
-      candidates[u] = candidate_of(d16, sums(u, v) + from, shifts, n);
-      offer_to_right(d16, sums(u, v) + from, right_cost + start(u), right_best + start(u), n);
+    std::fill(right_cost, right_cost + order.length(n), std::uint16_t{65535});
+    for (int u{0}; u < task_.census.left.width; ++u, costs += layout_.uprights + layout_.roads) {
+      candidates[u] = candidate_of(d16, costs, shifts, n);
+      offer_to_right(d16, costs, right_cost + order.start(u), right_best + order.start(u), n);
     }
-    for (int u{0}; u < width; ++u) {
-      const int right_u{u - candidates[u].shift};
-      if (right_u < 0 || right_u >= width) continue;
-      const int best{right_best[start(u) + candidates[u].shift - shifts.first]};
-      candidates[u].consistent = std::abs(shifts.first + best - candidates[u].shift) <= task_.left_right_px;
-    }
+    order.mark_consistent(right_best, task_.left_right_px, candidates);
   }
 
   const SemiGlobalTask& task_;
   Layout layout_;
   PathStep step_;
-  Reversed right_;
-  Reversed sheared_;
+  RightToLeft upright_order_;
+  RightToLeft road_order_;
+  std::uint32_t* right_;  // descriptors of the row at work, in these orders
+  std::uint32_t* sheared_;
   std::uint8_t* costs_;
   std::uint8_t* paths_;
 };

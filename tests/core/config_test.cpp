@@ -84,6 +84,8 @@ TEST(Config, PaperPresetHasThePapersValues) {
   EXPECT_EQ(config.projection.footprint, Footprint::overlap);
   EXPECT_EQ(config.filter.model, FilterModel::tay2008);
   EXPECT_EQ(config.filter.likelihood_exponent, 1);
+  EXPECT_EQ(config.filter.static_prior, 0) << "all velocities alike";
+  EXPECT_EQ(config.matching.method, MatchingMethod::correlation);
 }
 
 TEST(Config, PresetsAreFoundByName) {

@@ -20,7 +20,7 @@ struct Decision {
 // One pixel with the road at 10 px.
 Decision decide(const Candidate& upright, const Candidate& level, const MatchingConfig& config, double road_px = 10,
                 bool textured = true) {
-  MatchingSpace space{1, 1, config.disparities};
+  MatchingSpace space{1, 1};
   Matches matches{1, 1};
   space.upright(0, 0) = upright;
   space.level(0, 0) = level;

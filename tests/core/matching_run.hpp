@@ -29,7 +29,7 @@ struct MatchRun {
   template <class BackEndType>
   MatchRun(BackEndType& back_end, const Image<std::uint8_t>& left, const Image<std::uint8_t>& right,
            const RoadPlane& plane, const MatchingConfig& config)
-      : space{left.width(), left.height(), config.disparities}, matches{left.width(), left.height()} {
+      : space{left.width(), left.height()}, matches{left.width(), left.height()} {
     matches.road.fill(-7);
     matches.obstacle.fill(-7);
     match(back_end, left.view(), right.view(), plane, config, space, matches);
