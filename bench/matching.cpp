@@ -39,7 +39,7 @@ double time_ours(const StereoFrame& frame, const Rig& rig, MatchingMethod method
   config.window_px = window_px;
   config.disparities = disparities;
   Cpu cpu{threads};
-  MatchingSpace space{rig.width_px, rig.height_px};
+  MatchingSpace space{rig.width_px, rig.height_px, config, threads};
   Matches matches{rig.width_px, rig.height_px};
   const RoadPlane plane{road_plane(rig, {rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad})};
   return median_ms([&] { match(cpu, frame.left.view(), frame.right.view(), plane, config, space, matches); });

@@ -43,7 +43,7 @@ std::unique_ptr<Journey> reference_journey(const Config& config, const Rig& rig)
 
 /// What the stages hand to each other and keep between frames. Allocated once.
 struct JourneyMemory {
-  JourneyMemory(const Config& parameters, const Rig& level_rig, const GridGeometry& vehicle_grid);
+  JourneyMemory(const Config& parameters, const Rig& level_rig, const GridGeometry& vehicle_grid, int threads);
 
   Config config;
   Rig rig;
@@ -82,7 +82,7 @@ class JourneyOn final : public Journey {
  public:
   template <class... BackEndArguments>
   JourneyOn(const Config& config, const Rig& rig, const GridGeometry& vehicle_grid, BackEndArguments... arguments)
-      : back_end_{arguments...}, memory_{config, rig, vehicle_grid} {}
+      : back_end_{arguments...}, memory_{config, rig, vehicle_grid, threads()} {}
 
   void run(const JourneyInput& input, FrameResult& result) override {
     Stopwatch watch;

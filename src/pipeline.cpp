@@ -73,12 +73,13 @@ GridGeometry vehicle_grid_of(const GridConfig& config) {
           static_cast<int>(std::lround(config.width_m / config.cell_size_m))};
 }
 
-JourneyMemory::JourneyMemory(const Config& parameters, const Rig& level_rig, const GridGeometry& vehicle_grid)
+JourneyMemory::JourneyMemory(const Config& parameters, const Rig& level_rig, const GridGeometry& vehicle_grid,
+                             int threads)
     : config{parameters},
       rig{level_rig},
       ground{rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad},
       matches{rig.width_px, rig.height_px},
-      matching{rig.width_px, rig.height_px},
+      matching{rig.width_px, rig.height_px, config.matching, threads},
       ground_samples{rig.width_px, rig.height_px},
       u_disparity_tables{config.u_disparity, rig.height_px, config.matching.window_px},
       u_disparity{rig.width_px, rig.height_px, config.matching.disparities},

@@ -41,6 +41,43 @@ void CensusRow(const std::uint8_t* const* window, int width, std::uint32_t* out)
   }
 }
 
+void ShortCensusRow(const std::uint8_t* const* window, int width, int bits, std::uint8_t* out) {
+  const hn::ScalableTag<std::uint8_t> d8;
+  const int lanes{static_cast<int>(hn::Lanes(d8))};
+  const auto compared = hn::Set(d8, static_cast<std::uint8_t>((1 << bits) - 1));
+  for (int u{0}; u < width; u += lanes) {
+    const auto darker = [&](int i, int j, int bit) {
+      const auto pixel = hn::LoadU(d8, window[short_census_half_v + j] + u + i);
+      const auto mirrored = hn::LoadU(d8, window[short_census_half_v - j] + u - i);
+      return hn::IfThenElseZero(hn::Lt(pixel, mirrored), hn::Set(d8, static_cast<std::uint8_t>(1 << bit)));
+    };
+    const auto near = hn::Or(hn::Or(darker(-1, 0, 0), darker(-2, 0, 1)), hn::Or(darker(-1, -1, 2), darker(1, -1, 3)));
+    const auto far = hn::Or(hn::Or(darker(-3, -1, 4), darker(3, -1, 5)), hn::Or(darker(-2, -2, 6), darker(2, -2, 7)));
+    hn::StoreU(hn::And(hn::Or(near, far), compared), d8, out + u);
+  }
+}
+
+void ShearRow(const std::uint8_t* right_row, int width, const RoadRow& road, std::uint8_t* out) {
+  const hn::CappedTag<std::int32_t, 16> d32;
+  const hn::Rebind<std::uint8_t, decltype(d32)> d8;
+  const int lanes{static_cast<int>(hn::Lanes(d32))};
+  const auto set = [&](std::int32_t value) { return hn::Set(d32, value); };
+  for (int u{0}; u < width; u += lanes) {
+    const auto column = hn::Iota(d32, u);
+    const auto tilt = hn::ShiftRight<2>(hn::Add(hn::Mul(column, set(road.slope)), set(2)));
+    const auto disparity = hn::ShiftRight<8>(hn::Add(hn::Add(tilt, set(road.start)), set(128)));
+    const auto position = hn::Sub(hn::ShiftLeft<8>(column), disparity);
+    const auto part = hn::And(position, set(255));
+    const auto below = hn::Min(hn::Max(hn::ShiftRight<8>(position), set(-1)), set(width - 1));
+    // four pixels from `below` on, of which two are used
+    const auto pixels = hn::GatherOffset(d32, reinterpret_cast<const std::int32_t*>(right_row), below);
+    const auto a = hn::And(pixels, set(255));
+    const auto b = hn::And(hn::ShiftRight<8>(pixels), set(255));
+    const auto sum = hn::Add(hn::Mul(a, hn::Sub(set(256), part)), hn::Mul(b, part));
+    hn::StoreU(hn::DemoteTo(d8, hn::ShiftRight<8>(hn::Add(sum, set(128)))), d8, out + u);
+  }
+}
+
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace stereogrid
@@ -50,9 +87,19 @@ HWY_AFTER_NAMESPACE();
 namespace stereogrid {
 
 HWY_EXPORT(CensusRow);
+HWY_EXPORT(ShortCensusRow);
+HWY_EXPORT(ShearRow);
 
 void census_row(const std::uint8_t* const* window, int width, std::uint32_t* out) {
   HWY_DYNAMIC_DISPATCH(CensusRow)(window, width, out);
+}
+
+void short_census_row(const std::uint8_t* const* window, int width, int bits, std::uint8_t* out) {
+  HWY_DYNAMIC_DISPATCH(ShortCensusRow)(window, width, bits, out);
+}
+
+void shear_row(const std::uint8_t* right_row, int width, const RoadRow& road, std::uint8_t* out) {
+  HWY_DYNAMIC_DISPATCH(ShearRow)(right_row, width, road, out);
 }
 
 }  // namespace stereogrid

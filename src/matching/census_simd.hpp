@@ -8,12 +8,17 @@
 
 namespace stereogrid {
 
-/// Pixels that may be read on either side of a row given to census_row, beyond the window's own reach.
-constexpr int census_padding{64};
+/// Elements that the functions below read or write beyond a row's ends.
+constexpr int row_overrun{64 + census_half_u};
 
-/// Descriptors of one row, bit-equal to `census` of model.hpp. `window[j]` is the row j − census_half_v away; columns
-/// −census_half_u … width + census_half_u − 1 carry the image with its border repeated, and census_padding more on the
-/// right may be read. `out` has room for a multiple of census_padding.
+/// Descriptors of a row, equal to `census`. `window` are the image rows v − census_half_v … v + census_half_v at u = 0.
 void census_row(const std::uint8_t* const* window, int width, std::uint32_t* out);
+
+/// Descriptors of a row, equal to the `bits` lowest of `short_census`. `window` are the image rows v −
+/// short_census_half_v … v + short_census_half_v.
+void short_census_row(const std::uint8_t* const* window, int width, int bits, std::uint8_t* out);
+
+/// A row of the right image as the road hypothesis sees it, equal to `sheared`.
+void shear_row(const std::uint8_t* right_row, int width, const RoadRow& road, std::uint8_t* out);
 
 }  // namespace stereogrid

@@ -6,30 +6,42 @@
 #include <cstdint>
 #include <string_view>
 
+#include "matching/candidates.hpp"
 #include "matching/matching.hpp"
+#include "matching/padded.hpp"
 
 namespace stereogrid {
 
+/// Short census of the images that `correlate` compares.
+struct ShortCensus {
+  const Padded<std::uint8_t>& left;
+  const Padded<std::uint8_t>& right_reversed;  ///< each row from right to left: a left pixel's shifts lie in a row
+  const Padded<std::uint8_t>& sheared;
+};
+
 /// One band of rows of `correlate`.
 struct Band {
-  View<const std::uint32_t> left;
-  View<const std::uint32_t> right;
-  Shifts shifts;
+  ShortCensus census;
+  Shifts upright;
+  Shifts road;
   int half_window{0};
-  int left_right_px{0};
   int first_row{0};
   int end_row{0};
   std::uint8_t* memory{nullptr};  ///< correlate_memory() bytes, 64-byte aligned
-  View<Candidate> candidates;
+  RowCandidates* candidates{nullptr};
+  CandidateSink* sink{nullptr};
 };
 
-/// Bytes that a band works in.
-std::size_t correlate_memory(int width, Shifts shifts, int half_window);
+/// Bytes that a band works in, whatever the instruction set.
+std::size_t correlate_memory(int width, Shifts upright, Shifts road, int half_window);
 
-/// Fills the band's rows of `candidates`, bit-equal to the reference on every instruction set.
+/// Elements beyond the ends of the rows of `ShortCensus` that are read, whatever the instruction set.
+int correlate_border(Shifts upright, Shifts road);
+
+/// Hands the candidates of the band's rows to its sink, equal to the reference on every instruction set.
 void correlate_band(const Band& band);
 
-/// Name of the instruction set that correlate_band uses on this machine.
+/// Name of the instruction set that correlate_band uses on this machine; "SCALAR": it cannot work.
 std::string_view correlate_target();
 
 }  // namespace stereogrid

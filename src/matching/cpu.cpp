@@ -3,11 +3,13 @@
 #include "backend/cpu.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <vector>
 
 #include "matching/census_simd.hpp"
 #include "matching/correlate_simd.hpp"
+#include "matching/decide_simd.hpp"
 #include "matching/matching.hpp"
 #include "matching/semi_global.hpp"
 #include "stereogrid/pipeline.hpp"
@@ -17,38 +19,43 @@ namespace {
 
 constexpr int rows_grain{32};
 
-void census_rows(View<const std::uint8_t> grey, View<std::uint32_t> descriptors, int begin, int end) {
-  constexpr int rows{2 * census_half_v + 1};
-  const int width{grey.width};
-  const int stride{width + 2 * census_half_u + census_padding};
-  std::vector<std::uint8_t> padded(static_cast<std::size_t>(rows * stride));
-  std::vector<std::uint32_t> row(static_cast<std::size_t>(width + census_padding));
+std::uint8_t* aligned(std::uint8_t* memory) {
+  constexpr std::uintptr_t alignment{64};
+  return memory + (alignment - reinterpret_cast<std::uintptr_t>(memory) % alignment) % alignment;
+}
+
+void census_rows(const Padded<std::uint8_t>& grey, Padded<std::uint32_t>& descriptors, int begin, int end) {
   for (int v{begin}; v < end; ++v) {
-    const std::uint8_t* window[rows];
-    for (int j{0}; j < rows; ++j) {
-      const std::uint8_t* source{grey.row(std::clamp(v + j - census_half_v, 0, grey.height - 1))};
-      std::uint8_t* target{padded.data() + j * stride};
-      std::fill(target, target + census_half_u, source[0]);
-      std::copy(source, source + width, target + census_half_u);
-      std::fill(target + census_half_u + width, target + stride, source[width - 1]);
-      window[j] = target + census_half_u;
-    }
-    census_row(window, width, row.data());
-    std::copy(row.data(), row.data() + width, descriptors.row(v));
+    std::array<const std::uint8_t*, 2 * census_half_v + 1> window{};
+    for (int j{-census_half_v}; j <= census_half_v; ++j)
+      window[static_cast<std::size_t>(j + census_half_v)] = grey.clamped_row(v + j);
+    census_row(window.data(), grey.width(), descriptors.row(v));
+    descriptors.repeat_border(v);
   }
 }
 
-void shear_rows(View<const std::uint8_t> right, const RoadPlane& plane, View<std::uint8_t> out, int begin, int end) {
+void short_census_rows(const Padded<std::uint8_t>& grey, int bits, Padded<std::uint8_t>& descriptors, int begin,
+                       int end) {
   for (int v{begin}; v < end; ++v) {
-    for (int u{0}; u < right.width; ++u) {
-      out(u, v) = sheared(right.row(v), right.width, u, shear_of(plane.disparity(u, v)));
+    std::array<const std::uint8_t*, 2 * short_census_half_v + 1> window{};
+    for (int j{-short_census_half_v}; j <= short_census_half_v; ++j) {
+      window[static_cast<std::size_t>(j + short_census_half_v)] = grey.clamped_row(v + j);
     }
+    short_census_row(window.data(), grey.width(), bits, descriptors.row(v));
+    descriptors.repeat_border(v);
+  }
+}
+
+void reverse_rows(Padded<std::uint8_t>& image, int begin, int end) {
+  for (int v{begin}; v < end; ++v) {
+    std::reverse(image.row(v), image.row(v) + image.width());
+    image.repeat_border(v);
   }
 }
 
 // Sum over the window of |L(u+1) − L(u−1)|, by sliding sums; the border is repeated.
-void texture_rows(View<const std::uint8_t> left, const MatchingConfig& config, View<std::uint8_t> textured, int begin,
-                  int end) {
+void texture_rows(View<const std::uint8_t> left, const MatchingConfig& config, Padded<std::uint8_t>& textured,
+                  int begin, int end) {
   const int width{left.width};
   const int half{config.window_px / 2};
   const double least{config.texture * config.window_px * config.window_px};
@@ -68,12 +75,82 @@ void texture_rows(View<const std::uint8_t> left, const MatchingConfig& config, V
     for (int i{-half}; i < half; ++i) sum += column(i);
     for (int u{0}; u < width; ++u) {
       sum += column(u + half);
-      textured(u, v) = sum >= least ? 1 : 0;
+      textured.row(v)[u] = sum >= least ? 1 : 0;
       sum -= column(u - half);
     }
     add_row(v - half, -1);
   }
 }
+
+// Grey images with borders, the right one also as the road hypothesis sees it, and where there is texture.
+void prepare(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
+             const MatchingConfig& config, MatchingSpace& space) {
+  cpu.for_ranges(left.height, rows_grain, [&](int begin, int end) {
+    for (int v{begin}; v < end; ++v) {
+      space.left.copy_row(v, left.row(v));
+      space.right.copy_row(v, right.row(v));
+      shear_row(space.right.row(v), left.width, road_row(plane, v), space.sheared.row(v));
+      space.sheared.repeat_border(v);
+    }
+    texture_rows(left, config, space.textured, begin, end);
+  });
+}
+
+void correlate(Cpu& cpu, const MatchingConfig& config, MatchingSpace& space, CandidateSink& sink) {
+  const int width{space.left.width()};
+  const int height{space.left.height()};
+  const int bits{compared_bits(config.window_px)};
+  cpu.for_ranges(height, rows_grain, [&](int begin, int end) {
+    short_census_rows(space.left, bits, space.short_left, begin, end);
+    short_census_rows(space.right, bits, space.short_right_reversed, begin, end);
+    reverse_rows(space.short_right_reversed, begin, end);
+    short_census_rows(space.sheared, bits, space.short_sheared, begin, end);
+  });
+  const Shifts upright{upright_shifts(config)};
+  const Shifts road{road_shifts(config)};
+  const int half{config.window_px / 2};
+  const int bands{cpu.threads()};
+  const std::size_t band_memory{correlate_memory(width, upright, road, half)};
+  space.memory.resize(64 + static_cast<std::size_t>(bands) * band_memory);
+  const ShortCensus census{space.short_left, space.short_right_reversed, space.short_sheared};
+  cpu.for_parts(height, bands, [&](int part, int begin, int end) {
+    const std::size_t p{static_cast<std::size_t>(part)};
+    correlate_band({census, upright, road, half, begin, end, aligned(space.memory.data()) + p * band_memory,
+                    &space.rows[p], &sink});
+  });
+}
+
+void optimise_census(Cpu& cpu, const RoadPlane& plane, const MatchingConfig& config, MatchingSpace& space,
+                     CandidateSink& sink) {
+  cpu.for_ranges(space.left.height(), rows_grain, [&](int begin, int end) {
+    census_rows(space.left, space.census_left, begin, end);
+    census_rows(space.right, space.census_right, begin, end);
+    census_rows(space.sheared, space.census_sheared, begin, end);
+  });
+  const CensusTriple census{space.census_left.view(), space.census_right.view(), space.census_sheared.view()};
+  optimise(cpu, census, plane, config, space.memory, space.rows, sink);
+}
+
+class Decider final : public CandidateSink {
+ public:
+  Decider(const RoadPlane& plane, const MatchingConfig& config, MatchingSpace& space, Matches& matches)
+      : plane_{plane}, config_{config}, space_{space}, matches_{matches} {}
+
+  void take(int v, const RowCandidates& candidates) override {
+    // the working memory of the band whose candidates these are
+    const std::size_t band{static_cast<std::size_t>(&candidates - space_.rows.data())};
+    decide_row({candidates, road_row(plane_, v), space_.textured.row(v), matches_.road.width(), config_.disparities,
+                uniqueness_1024(config_), config_.left_right_px, config_.subpixel, matches_.obstacle.row(v),
+                matches_.road.row(v)},
+               space_.decisions[band]);
+  }
+
+ private:
+  const RoadPlane& plane_;
+  const MatchingConfig& config_;
+  MatchingSpace& space_;
+  Matches& matches_;
+};
 
 }  // namespace
 
@@ -81,42 +158,20 @@ std::string_view simd_target() {
   return correlate_target();
 }
 
-void correlate(Cpu& cpu, View<const std::uint32_t> left, View<const std::uint32_t> right, Shifts shifts,
-               const MatchingConfig& config, std::vector<std::uint8_t>& memory, View<Candidate> candidates) {
-  constexpr std::size_t alignment{64};
-  const int half{config.window_px / 2};
-  const int bands{std::min(cpu.threads(), left.height)};
-  const std::size_t band_memory{correlate_memory(left.width, shifts, half)};
-  memory.resize(std::max(memory.size(), alignment + static_cast<std::size_t>(bands) * band_memory));
-  auto* const start{memory.data() + (alignment - reinterpret_cast<std::uintptr_t>(memory.data()) % alignment)};
-  cpu.for_parts(left.height, bands, [&](int part, int begin, int end) {
-    correlate_band({left, right, shifts, half, config.left_right_px, begin, end,
-                    start + static_cast<std::size_t>(part) * band_memory, candidates});
-  });
+void find_candidates(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
+                     const MatchingConfig& config, MatchingSpace& space, CandidateSink& sink) {
+  prepare(cpu, left, right, plane, config, space);
+  if (config.method == MatchingMethod::semi_global) {
+    optimise_census(cpu, plane, config, space, sink);
+  } else {
+    correlate(cpu, config, space, sink);
+  }
 }
 
 void match(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
            const MatchingConfig& config, MatchingSpace& space, Matches& matches) {
-  const int height{left.height};
-  const CensusTriple census{space.census_left.view(), space.census_right.view(), space.census_sheared.view()};
-  cpu.for_ranges(height, rows_grain, [&](int begin, int end) {
-    census_rows(left, space.census_left.view(), begin, end);
-    census_rows(right, space.census_right.view(), begin, end);
-    shear_rows(right, plane, space.sheared_right.view(), begin, end);
-    texture_rows(left, config, space.textured.view(), begin, end);
-  });
-  cpu.for_ranges(height, rows_grain, [&](int begin, int end) {
-    census_rows(space.sheared_right.view(), space.census_sheared.view(), begin, end);
-  });
-  if (config.method == MatchingMethod::semi_global) {
-    optimise(cpu, census, plane, config, space.memory, space.upright.view(), space.level.view());
-  } else {
-    correlate(cpu, census.left, census.right, upright_shifts(config), config, space.memory, space.upright.view());
-    correlate(cpu, census.left, census.sheared, road_shifts(config), config, space.memory, space.level.view());
-  }
-  cpu.for_ranges(height, rows_grain, [&](int begin, int end) {
-    for (int v{begin}; v < end; ++v) decide_row(v, plane, config, space, matches);
-  });
+  Decider decider{plane, config, space, matches};
+  find_candidates(cpu, left, right, plane, config, space, decider);
   remove_speckles(config.speckle_px, space.patch, matches);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A pixel's cost curve with vectors, for every matcher: filling it, reading it, the test from right to left. Included
+// A pixel's cost curve with vectors, for every matcher: filling it and reading it. Included
 // once per instruction set by *_simd.cpp; the guard works per target.
 #if defined(STEREOGRID_CURVE_SIMD) == defined(HWY_TARGET_TOGGLE)
 #ifdef STEREOGRID_CURVE_SIMD
@@ -35,16 +35,6 @@ class RightToLeft {
 
   void reverse(const std::uint32_t* row, int n, std::uint32_t* out) const {
     for (int j{0}; j < length(n); ++j) out[j] = row[std::clamp(width_ - 1 + offset_ - j, 0, width_ - 1)];
-  }
-
-  // Right-to-left test for a row of candidates; `right_best` is what offer_to_right has filled.
-  void mark_consistent(const std::uint16_t* right_best, int left_right_px, Candidate* candidates) const {
-    for (int u{0}; u < width_; ++u) {
-      const int right_u{u - candidates[u].shift};
-      if (right_u < 0 || right_u >= width_) continue;
-      const int best{right_best[start(u) + candidates[u].shift - first_]};
-      candidates[u].consistent = std::abs(first_ + best - candidates[u].shift) <= left_right_px;
-    }
   }
 
  private:
@@ -109,23 +99,8 @@ Candidate candidate_of(D16 d16, std::uint16_t* costs, Shifts shifts, int n) {
   const std::uint16_t cost{minimum(d16, costs, n)};
   const int best{first_of(d16, costs, cost, n)};
   const bool inside{best > 0 && best < count - 1};
-  return {cost, runner_up_of(d16, costs, best, n), static_cast<std::int16_t>(shifts.first + best), false,
-          inside ? subpixel_offset(costs[best - 1], cost, costs[best + 1]) : 0.0f};
-}
-
-// Lets the shifts of a left pixel compete for the right pixels that they lead to: both arrays begin at the right pixel
-// of the first shift and run from right to left.
-template <class D16>
-void offer_to_right(D16 d16, const std::uint16_t* costs, std::uint16_t* right_cost, std::uint16_t* right_best, int n) {
-  const int lanes{static_cast<int>(hn::Lanes(d16))};
-  for (int k{0}; k < n; k += lanes) {
-    const auto cost = hn::LoadU(d16, costs + k);
-    const auto smallest = hn::LoadU(d16, right_cost + k);
-    const auto better = hn::Lt(cost, smallest);
-    const auto shift = hn::Iota(d16, static_cast<std::uint16_t>(k));
-    hn::StoreU(hn::IfThenElse(better, shift, hn::LoadU(d16, right_best + k)), d16, right_best + k);
-    hn::StoreU(hn::Min(cost, smallest), d16, right_cost + k);
-  }
+  return {cost, runner_up_of(d16, costs, best, n), inside ? costs[best - 1] : cost, inside ? costs[best + 1] : cost,
+          static_cast<std::int16_t>(shifts.first + best)};
 }
 
 }  // namespace HWY_NAMESPACE

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "matching/census_simd.hpp"
+#include "matching/correlate_simd.hpp"
 #include "matching/matching.hpp"
 
 namespace stereogrid {
@@ -32,15 +34,21 @@ bool same_surface(float a, float b) {
 
 }  // namespace
 
-MatchingSpace::MatchingSpace(int width, int height)
-    : sheared_right{width, height},
-      census_left{width, height},
-      census_right{width, height},
-      census_sheared{width, height},
-      upright{width, height},
-      level{width, height},
-      textured{width, height},
-      patch{width, height} {}
+MatchingSpace::MatchingSpace(int width, int height, const MatchingConfig& config, int threads)
+    : left{width, height, row_overrun},
+      right{width, height, row_overrun},
+      sheared{width, height, row_overrun},
+      textured{width, height, row_overrun},
+      patch{width, height},
+      rows(static_cast<std::size_t>(threads), RowCandidates{width}),
+      decisions(static_cast<std::size_t>(threads), DecideSpace{width}) {
+  if (config.method == MatchingMethod::semi_global) {
+    for (auto* census : {&census_left, &census_right, &census_sheared}) *census = {width, height, row_overrun};
+  } else {
+    const int border{correlate_border(upright_shifts(config), road_shifts(config))};
+    for (auto* census : {&short_left, &short_right_reversed, &short_sheared}) *census = {width, height, border};
+  }
+}
 
 Shifts upright_shifts(const MatchingConfig& config) {
   return {0, config.disparities};
@@ -50,33 +58,8 @@ Shifts road_shifts(const MatchingConfig& config) {
   return {-config.road_margin_px, 2 * config.road_margin_px + 1};
 }
 
-void decide_row(int v, const RoadPlane& plane, const MatchingConfig& config, const MatchingSpace& space,
-                Matches& matches) {
-  const int uniqueness{static_cast<int>(std::lround(config.uniqueness * 1024))};
-  const auto accepted = [&](const Candidate& candidate) {
-    return candidate.consistent && is_unique(candidate.cost, candidate.runner_up, uniqueness);
-  };
-  for (int u{0}; u < matches.road.width(); ++u) {
-    const Candidate& upright{space.upright(u, v)};
-    const Candidate& level{space.level(u, v)};
-    const double road_disparity{plane.disparity(u, v)};
-    const bool is_road{road_disparity >= 1 && level.cost < upright.cost};
-    float road{0};
-    float obstacle{0};
-    if (space.textured(u, v) != 0) {
-      const float level_offset{config.subpixel ? level.offset : 0.0f};
-      const float upright_offset{config.subpixel ? upright.offset : 0.0f};
-      const float on_road{static_cast<float>(road_disparity) + static_cast<float>(level.shift) + level_offset};
-      if (is_road && accepted(level) && on_road >= 0.5f && on_road < static_cast<float>(config.disparities) - 0.5f) {
-        road = on_road;
-      }
-      if (!is_road && upright.shift > 0 && accepted(upright)) {
-        obstacle = static_cast<float>(upright.shift) + upright_offset;
-      }
-    }
-    matches.road(u, v) = road;
-    matches.obstacle(u, v) = obstacle;
-  }
+int uniqueness_1024(const MatchingConfig& config) {
+  return static_cast<int>(std::lround(config.uniqueness * 1024));
 }
 
 void remove_speckles(int speckle_px, Image<int>& patch, Matches& matches) {

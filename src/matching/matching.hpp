@@ -6,7 +6,10 @@
 #include <vector>
 
 #include "ground/model.hpp"
+#include "matching/candidates.hpp"
+#include "matching/decide_simd.hpp"
 #include "matching/model.hpp"
+#include "matching/padded.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/image.hpp"
 
@@ -31,39 +34,40 @@ struct Shifts {
 
 /// What `match` works in. Allocated once per pipeline.
 struct MatchingSpace {
-  MatchingSpace(int width, int height);
+  MatchingSpace(int width, int height, const MatchingConfig& config, int threads);
 
-  Image<std::uint8_t> sheared_right;
-  Image<std::uint32_t> census_left, census_right, census_sheared;
-  Image<Candidate> upright, level;
-  Image<std::uint8_t> textured;
-  Image<int> patch;                  ///< speckle removal: union-find over pixels
-  std::vector<std::uint8_t> memory;  ///< CPU: working memory of the bands
+  Padded<std::uint8_t> left, right, sheared;                             ///< grey levels
+  Padded<std::uint8_t> short_left, short_right_reversed, short_sheared;  ///< correlation: short census
+  Padded<std::uint32_t> census_left, census_right, census_sheared;       ///< semi-global: census
+  Padded<std::uint8_t> textured;                                         ///< 1 where a window has contrast
+  Image<int> patch;                                                      ///< speckle removal: union-find over pixels
+  std::vector<std::uint8_t> memory;                                      ///< CPU: working memory of the bands
+  std::vector<RowCandidates> rows;                                       ///< CPU: of each band
+  std::vector<DecideSpace> decisions;
 };
 
 /// Double correlation (T-ITS 2012, III-C): every pixel is matched as part of an upright surface (constant disparity in
 /// the window) and of the road (disparity of the plane, window sheared along). The cheaper hypothesis gives label and
-/// disparity, if it passes the texture, uniqueness and left-right tests. Cost: Hamming distance of centre-symmetric
-/// census, summed over the window; outside the image the border is repeated.
+/// disparity, if it passes the texture and uniqueness tests and no cheaper pixel of the row claims the same place of
+/// the right image. Cost: Hamming distance of centre-symmetric census, summed over the window; outside the image the
+/// border is repeated.
 void match(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
            const MatchingConfig& config, MatchingSpace& space, Matches& matches);
 void match(Reference& reference, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
            const MatchingConfig& config, MatchingSpace& space, Matches& matches);
 
-/// Matches `left` against `right` with fronto-parallel windows over `shifts` (left u against right u − shift).
-/// Exposed for tests; images are census descriptors.
-void correlate(Reference& reference, View<const std::uint32_t> left, View<const std::uint32_t> right, Shifts shifts,
-               const MatchingConfig& config, View<Candidate> candidates);
-void correlate(Cpu& cpu, View<const std::uint32_t> left, View<const std::uint32_t> right, Shifts shifts,
-               const MatchingConfig& config, std::vector<std::uint8_t>& memory, View<Candidate> candidates);
+/// The candidates alone, row by row. Exposed for tests.
+void find_candidates(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
+                     const MatchingConfig& config, MatchingSpace& space, CandidateSink& sink);
+void find_candidates(Reference& reference, View<const std::uint8_t> left, View<const std::uint8_t> right,
+                     const RoadPlane& plane, const MatchingConfig& config, MatchingSpace& space, CandidateSink& sink);
 
 /// The shifts of the two hypotheses.
 Shifts upright_shifts(const MatchingConfig& config);
 Shifts road_shifts(const MatchingConfig& config);
 
-/// Label and disparity of one pixel from its two candidates, by the test that the doc comment of `match` names.
-void decide_row(int v, const RoadPlane& plane, const MatchingConfig& config, const MatchingSpace& space,
-                Matches& matches);
+/// The share by which a runner-up must cost more, in 1/1024.
+int uniqueness_1024(const MatchingConfig& config);
 
 /// Removes connected patches (neighbours of the same label, disparities within 1 px) of fewer than `speckle_px` pixels.
 void remove_speckles(int speckle_px, Image<int>& patch, Matches& matches);

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "ground/model.hpp"
 #include "host_device.hpp"
 
 namespace stereogrid {
@@ -28,23 +29,52 @@ STEREOGRID_HD inline std::uint32_t census(const Pixel& pixel) {
   return bits;
 }
 
-/// Where the road hypothesis looks in the right image: 1/256 px, so that every back end interpolates alike.
-constexpr int shear_steps{256};
+/// Half sizes of the short census, and its descriptor's bits.
+constexpr int short_census_half_u{3};
+constexpr int short_census_half_v{2};
+constexpr int short_census_bits{8};
 
-STEREOGRID_HD inline int shear_of(double road_disparity_px) {
-  const double scaled{road_disparity_px * shear_steps};
-  return static_cast<int>(scaled < 0 ? scaled - 0.5 : scaled + 0.5);
+/// Centre-symmetric census of eight pairs in 7 × 5 pixels: enough where costs are summed over a window, and a byte.
+template <class Pixel>
+STEREOGRID_HD inline std::uint8_t short_census(const Pixel& pixel) {
+  const auto darker = [&](int i, int j) { return pixel(i, j) < pixel(-i, -j) ? 1u : 0u; };
+  return static_cast<std::uint8_t>(darker(-1, 0) | darker(-2, 0) << 1 | darker(-1, -1) << 2 | darker(1, -1) << 3 |
+                                   darker(-3, -1) << 4 | darker(3, -1) << 5 | darker(-2, -2) << 6 | darker(2, -2) << 7);
 }
 
-/// Grey level of the right image seen at u − shear, interpolated between its neighbours; the border pixel is repeated.
-STEREOGRID_HD inline std::uint8_t sheared(const std::uint8_t* right_row, int width, int u, int shear) {
-  const int position{u * shear_steps - shear};
-  const int below{position >= 0 ? position / shear_steps : -((-position + shear_steps - 1) / shear_steps)};
-  const int part{position - below * shear_steps};
-  const int a{below < 0 ? 0 : (below >= width ? width - 1 : below)};
-  const int b{below + 1 < 0 ? 0 : (below + 1 >= width ? width - 1 : below + 1)};
-  return static_cast<std::uint8_t>((right_row[a] * (shear_steps - part) + right_row[b] * part + shear_steps / 2) /
-                                   shear_steps);
+/// Bits of the short census that a window of this side compares: a column of differing bits must be countable in a
+/// byte.
+STEREOGRID_HD inline int compared_bits(int window_px) {
+  return 255 / window_px < short_census_bits ? 255 / window_px : short_census_bits;
+}
+
+/// Disparity of the road along an image row in fixed point, so that every back end rounds alike.
+struct RoadRow {
+  std::int32_t start{0};  ///< at u = 0, in 1/65536 px
+  std::int32_t slope{0};  ///< per column, in 1/262144 px
+
+  /// In 1/65536 px.
+  [[nodiscard]] STEREOGRID_HD std::int32_t at(int u) const { return start + ((slope * u + 2) >> 2); }
+  [[nodiscard]] STEREOGRID_HD float disparity_px(int u) const { return static_cast<float>(at(u)) / 65536.0f; }
+};
+
+/// Disparities beyond ±16384 px and slopes beyond ±0.25, far from any road, are cut off; columns up to 16384.
+STEREOGRID_HD inline RoadRow road_row(const RoadPlane& plane, int v) {
+  const auto fixed = [](double value, double limit) {
+    const double bounded{value < -limit ? -limit : (value > limit ? limit : value)};
+    return static_cast<std::int32_t>(bounded < 0 ? bounded - 0.5 : bounded + 0.5);
+  };
+  return {fixed(plane.disparity(0, v) * 65536, 1 << 30), fixed(plane.per_u * 262144, 1 << 16)};
+}
+
+/// Grey level of the right image where the road hypothesis looks for column u: at u − disparity, in 1/256 px,
+/// interpolated between its neighbours. `right_row` may be read at −1 and at width, where the border pixel is repeated.
+STEREOGRID_HD inline std::uint8_t sheared(const std::uint8_t* right_row, int width, int u, const RoadRow& road) {
+  const int position{u * 256 - ((road.at(u) + 128) >> 8)};
+  const int part{position & 255};
+  int below{position >> 8};
+  below = below < -1 ? -1 : (below > width - 1 ? width - 1 : below);
+  return static_cast<std::uint8_t>((right_row[below] * (256 - part) + right_row[below + 1] * part + 128) >> 8);
 }
 
 /// Sub-pixel place of a cost curve's minimum between the integers, from the costs one step before, at and after it: the
@@ -61,14 +91,38 @@ STEREOGRID_HD inline float subpixel_offset(int before, int at, int after) {
 struct Candidate {
   std::uint16_t cost;       ///< of the best shift
   std::uint16_t runner_up;  ///< smallest cost more than one step away from the best; 65535: none
+  std::uint16_t before;     ///< cost one step below the best shift; `cost` where the best is at an end of the range
+  std::uint16_t after;      ///< cost one step above it
   std::int16_t shift;       ///< best shift in px
-  bool consistent;          ///< right-to-left matching agrees
-  float offset;             ///< sub-pixel correction of `shift`
+
+  friend bool operator==(const Candidate&, const Candidate&) = default;
 };
 
 /// Is the minimum clear? Every shift but its neighbours must cost more by the share `uniqueness`, given in 1/1024.
 STEREOGRID_HD inline bool is_unique(int cost, int runner_up, int uniqueness_1024) {
   return runner_up * 1024 >= cost * (1024 + uniqueness_1024) && runner_up > cost;
+}
+
+/// The cheaper hypothesis at a pixel.
+struct Winner {
+  bool is_road;
+  std::uint16_t cost;
+  float disparity;    ///< px
+  int whole;          ///< px: the column of the right image that is claimed is u − whole
+  bool is_plausible;  ///< unique, and within the disparities searched
+};
+
+/// The paper's decision without a threshold (T-ITS 2012, III-C): road where the road hypothesis costs less.
+STEREOGRID_HD inline Winner winner_of(const Candidate& upright, const Candidate& level, std::int32_t road_65536,
+                                      int disparities, int uniqueness_1024, bool subpixel) {
+  const bool is_road{road_65536 >= 65536 && level.cost < upright.cost};
+  const Candidate& best{is_road ? level : upright};
+  const float offset{subpixel ? subpixel_offset(best.before, best.cost, best.after) : 0.0f};
+  const float disparity{(is_road ? static_cast<float>(road_65536) / 65536.0f : 0.0f) +
+                        (static_cast<float>(best.shift) + offset)};
+  const bool in_range{disparity >= 0.5f && disparity < static_cast<float>(disparities) - 0.5f};
+  return {is_road, best.cost, disparity, static_cast<int>(disparity + 0.5f),
+          in_range && is_unique(best.cost, best.runner_up, uniqueness_1024)};
 }
 
 }  // namespace stereogrid

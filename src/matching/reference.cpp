@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstdlib>
+#include <vector>
 
 #include "matching/matching.hpp"
 #include "matching/semi_global.hpp"
@@ -18,52 +18,73 @@ T at_clamped(View<const T> image, int u, int v) {
   return image(std::clamp(u, 0, image.width - 1), std::clamp(v, 0, image.height - 1));
 }
 
-void census_image(View<const std::uint8_t> grey, View<std::uint32_t> descriptors) {
+template <class Descriptor, class Describe>
+Image<Descriptor> described(View<const std::uint8_t> grey, const Describe& describe) {
+  Image<Descriptor> descriptors{grey.width, grey.height};
   for (int v{0}; v < grey.height; ++v) {
     for (int u{0}; u < grey.width; ++u) {
-      descriptors(u, v) = census([&](int i, int j) { return at_clamped(grey, u + i, v + j); });
+      descriptors(u, v) = describe([&](int i, int j) { return at_clamped(grey, u + i, v + j); });
     }
   }
+  return descriptors;
 }
 
-int window_cost(View<const std::uint32_t> left, View<const std::uint32_t> right, int u, int v, int shift, int half) {
+int window_cost(View<const std::uint8_t> left, View<const std::uint8_t> right, int u, int v, int shift, int half) {
   int sum{0};
   for (int j{-half}; j <= half; ++j) {
     for (int i{-half}; i <= half; ++i) {
       // the window's pixels outside the left image repeat the border; so do the right image's
       const int column{std::clamp(u + i, 0, left.width - 1)};
-      sum += std::popcount(at_clamped(left, column, v + j) ^ at_clamped(right, column - shift, v + j));
+      sum += std::popcount(
+          static_cast<std::uint8_t>(at_clamped(left, column, v + j) ^ at_clamped(right, column - shift, v + j)));
     }
   }
   return sum;
 }
 
-// argmin over the shifts for which the right pixel sees a left pixel of this image
-int best_shift_of_right(const std::vector<int>& costs_of_row, int width, Shifts shifts, int right_u) {
-  int best{-1};
-  int best_cost{0};
+Candidate best_of(View<const std::uint8_t> left, View<const std::uint8_t> right, int u, int v, Shifts shifts,
+                  int half_window) {
+  std::vector<std::uint16_t> costs;
   for (int k{0}; k < shifts.count; ++k) {
-    const int u{right_u + shifts.first + k};
-    if (u < 0 || u >= width) continue;
-    const int cost{costs_of_row[static_cast<std::size_t>(u * shifts.count + k)]};
-    if (best < 0 || cost < best_cost) {
-      best = k;
-      best_cost = cost;
-    }
+    costs.push_back(static_cast<std::uint16_t>(window_cost(left, right, u, v, shifts.first + k, half_window)));
   }
-  return shifts.first + best;
-}
-
-Candidate candidate_of(const int* costs, Shifts shifts) {
-  const int best{static_cast<int>(std::min_element(costs, costs + shifts.count) - costs)};
-  int runner_up{65535};
+  const auto least = std::min_element(costs.begin(), costs.end());
+  const int best{static_cast<int>(least - costs.begin())};
+  std::uint16_t runner_up{65535};
   for (int k{0}; k < shifts.count; ++k) {
-    if (std::abs(k - best) > 1) runner_up = std::min(runner_up, costs[k]);
+    if (std::abs(k - best) > 1) runner_up = std::min(runner_up, costs[static_cast<std::size_t>(k)]);
   }
   const bool inside{best > 0 && best < shifts.count - 1};
-  return {static_cast<std::uint16_t>(costs[best]), static_cast<std::uint16_t>(runner_up),
-          static_cast<std::int16_t>(shifts.first + best), false,
-          inside ? subpixel_offset(costs[best - 1], costs[best], costs[best + 1]) : 0.0f};
+  return {*least, runner_up, inside ? least[-1] : *least, inside ? least[1] : *least,
+          static_cast<std::int16_t>(shifts.first + best)};
+}
+
+void correlate(View<const std::uint8_t> left, View<const std::uint8_t> right, View<const std::uint8_t> sheared,
+               const MatchingConfig& config, CandidateSink& sink) {
+  const unsigned compared{(1u << compared_bits(config.window_px)) - 1};
+  const auto describe = [&](const auto& pixel) { return static_cast<std::uint8_t>(short_census(pixel) & compared); };
+  const auto census_left = described<std::uint8_t>(left, describe);
+  const auto census_right = described<std::uint8_t>(right, describe);
+  const auto census_sheared = described<std::uint8_t>(sheared, describe);
+  const int half{config.window_px / 2};
+  RowCandidates row{left.width};
+  for (int v{0}; v < left.height; ++v) {
+    for (int u{0}; u < left.width; ++u) {
+      row.upright.set(u, best_of(census_left.view(), census_right.view(), u, v, upright_shifts(config), half));
+      row.level.set(u, best_of(census_left.view(), census_sheared.view(), u, v, road_shifts(config), half));
+    }
+    sink.take(v, row);
+  }
+}
+
+void optimise_census(Reference& reference, View<const std::uint8_t> left, View<const std::uint8_t> right,
+                     View<const std::uint8_t> sheared, const RoadPlane& plane, const MatchingConfig& config,
+                     CandidateSink& sink) {
+  const auto describe = [](const auto& pixel) { return census(pixel); };
+  const auto of_left = described<std::uint32_t>(left, describe);
+  const auto of_right = described<std::uint32_t>(right, describe);
+  const auto of_sheared = described<std::uint32_t>(sheared, describe);
+  optimise(reference, {of_left.view(), of_right.view(), of_sheared.view()}, plane, config, sink);
 }
 
 bool is_textured(View<const std::uint8_t> left, int u, int v, const MatchingConfig& config) {
@@ -78,49 +99,69 @@ bool is_textured(View<const std::uint8_t> left, int u, int v, const MatchingConf
   return sum >= config.texture * config.window_px * config.window_px;
 }
 
+// decide_row, a pixel at a time.
+class Decider final : public CandidateSink {
+ public:
+  Decider(View<const std::uint8_t> left, const RoadPlane& plane, const MatchingConfig& config, Matches& matches)
+      : left_{left}, plane_{plane}, config_{config}, matches_{matches} {}
+
+  void take(int v, const RowCandidates& candidates) override {
+    const RoadRow road{road_row(plane_, v)};
+    std::vector<Winner> winners;
+    std::vector<int> claimant(static_cast<std::size_t>(left_.width), -1);
+    const auto winner = [&](int u) -> const Winner& { return winners[static_cast<std::size_t>(u)]; };
+    // cost first, then the smaller disparity
+    const auto rank = [&](int u) {
+      return static_cast<std::uint32_t>(winner(u).cost) << 16 | static_cast<std::uint16_t>(winner(u).whole);
+    };
+    for (int u{0}; u < left_.width; ++u) {
+      winners.push_back(winner_of(candidates.upright.at(u), candidates.level.at(u), road.at(u), config_.disparities,
+                                  uniqueness_1024(config_), config_.subpixel));
+      const int right_u{u - winner(u).whole};
+      if (right_u < 0 || right_u >= left_.width) continue;
+      int& first{claimant[static_cast<std::size_t>(right_u)]};
+      if (first < 0 || rank(u) < rank(first)) first = u;
+    }
+    for (int u{0}; u < left_.width; ++u) {
+      const int right_u{u - winner(u).whole};
+      const bool consistent{right_u >= 0 && right_u < left_.width &&
+                            std::abs(winner(claimant[static_cast<std::size_t>(right_u)]).whole - winner(u).whole) <=
+                                config_.left_right_px};
+      const bool accepted{consistent && winner(u).is_plausible && is_textured(left_, u, v, config_)};
+      matches_.road(u, v) = accepted && winner(u).is_road ? winner(u).disparity : 0;
+      matches_.obstacle(u, v) = accepted && !winner(u).is_road ? winner(u).disparity : 0;
+    }
+  }
+
+ private:
+  View<const std::uint8_t> left_;
+  const RoadPlane& plane_;
+  const MatchingConfig& config_;
+  Matches& matches_;
+};
+
 }  // namespace
 
-void correlate(Reference&, View<const std::uint32_t> left, View<const std::uint32_t> right, Shifts shifts,
-               const MatchingConfig& config, View<Candidate> candidates) {
-  const int width{left.width};
-  std::vector<int> costs(static_cast<std::size_t>(width * shifts.count));
+void find_candidates(Reference& reference, View<const std::uint8_t> left, View<const std::uint8_t> right,
+                     const RoadPlane& plane, const MatchingConfig& config, MatchingSpace& space, CandidateSink& sink) {
   for (int v{0}; v < left.height; ++v) {
-    for (int u{0}; u < width; ++u) {
-      int* curve{&costs[static_cast<std::size_t>(u * shifts.count)]};
-      for (int k{0}; k < shifts.count; ++k) {
-        curve[k] = window_cost(left, right, u, v, shifts.first + k, config.window_px / 2);
-      }
-      candidates(u, v) = candidate_of(curve, shifts);
+    space.right.copy_row(v, right.row(v));
+    for (int u{0}; u < left.width; ++u) {
+      space.sheared.row(v)[u] = sheared(space.right.row(v), left.width, u, road_row(plane, v));
     }
-    for (int u{0}; u < width; ++u) {
-      Candidate& candidate{candidates(u, v)};
-      const int right_u{u - candidate.shift};
-      candidate.consistent =
-          right_u >= 0 && right_u < width &&
-          std::abs(best_shift_of_right(costs, width, shifts, right_u) - candidate.shift) <= config.left_right_px;
-    }
+  }
+  const View<const std::uint8_t> sheared_right = space.sheared.view();
+  if (config.method == MatchingMethod::semi_global) {
+    optimise_census(reference, left, right, sheared_right, plane, config, sink);
+  } else {
+    correlate(left, right, sheared_right, config, sink);
   }
 }
 
 void match(Reference& reference, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
            const MatchingConfig& config, MatchingSpace& space, Matches& matches) {
-  for (int v{0}; v < left.height; ++v) {
-    for (int u{0}; u < left.width; ++u) {
-      space.sheared_right(u, v) = sheared(right.row(v), left.width, u, shear_of(plane.disparity(u, v)));
-      space.textured(u, v) = is_textured(left, u, v, config) ? 1 : 0;
-    }
-  }
-  census_image(left, space.census_left.view());
-  census_image(right, space.census_right.view());
-  census_image(space.sheared_right.view(), space.census_sheared.view());
-  const CensusTriple census{space.census_left.view(), space.census_right.view(), space.census_sheared.view()};
-  if (config.method == MatchingMethod::semi_global) {
-    optimise(reference, census, plane, config, space.upright.view(), space.level.view());
-  } else {
-    correlate(reference, census.left, census.right, upright_shifts(config), config, space.upright.view());
-    correlate(reference, census.left, census.sheared, road_shifts(config), config, space.level.view());
-  }
-  for (int v{0}; v < left.height; ++v) decide_row(v, plane, config, space, matches);
+  Decider decider{left, plane, config, matches};
+  find_candidates(reference, left, right, plane, config, space, decider);
   remove_speckles(config.speckle_px, space.patch, matches);
 }
 

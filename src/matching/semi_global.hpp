@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "matching/candidates.hpp"
 #include "matching/matching.hpp"
 
 namespace stereogrid {
@@ -28,11 +29,11 @@ struct CensusTriple {
 
 /// Semi-global double correlation (method §1.7): the labels (upright, d) and (road, δ) in one optimisation along four
 /// paths (from the left, right, top and bottom), so that the winning label's type is the class. Pixel cost: Hamming
-/// distance of single descriptors. `upright` and `level` get the best label of each type with the summed cost.
+/// distance of single descriptors. The sink gets the best label of each type with the summed cost.
 void optimise(Reference& reference, const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config,
-              View<Candidate> upright, View<Candidate> level);
+              CandidateSink& sink);
 void optimise(Cpu& cpu, const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config,
-              std::vector<std::uint8_t>& memory, View<Candidate> upright, View<Candidate> level);
+              std::vector<std::uint8_t>& memory, std::vector<RowCandidates>& rows, CandidateSink& sink);
 
 /// Whole-pixel road disparity, where the two hypotheses meet.
 inline int meeting_disparity(const RoadPlane& plane, int u, int v) {

@@ -13,13 +13,11 @@ Penalties penalties_of(const MatchingConfig& config) {
 }
 
 void optimise(Cpu& cpu, const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config,
-              std::vector<std::uint8_t>& memory, View<Candidate> upright, View<Candidate> level) {
+              std::vector<std::uint8_t>& memory, std::vector<RowCandidates>& rows, CandidateSink& sink) {
   constexpr std::size_t alignment{64};
   const int width{census.left.width};
   const int height{census.left.height};
-  SemiGlobalTask task{
-      census,  plane, penalties_of(config), upright_shifts(config), road_shifts(config), config.left_right_px, nullptr,
-      upright, level};
+  SemiGlobalTask task{census, plane, penalties_of(config), upright_shifts(config), road_shifts(config), nullptr, &sink};
   const std::size_t pixels{static_cast<std::size_t>(width) * static_cast<std::size_t>(height)};
   const std::size_t sums{pixels * semi_global_labels(task) * sizeof(std::uint16_t)};
   const std::size_t part_memory{(semi_global_memory(task) + alignment - 1) / alignment * alignment};
@@ -30,7 +28,9 @@ void optimise(Cpu& cpu, const CensusTriple& census, const RoadPlane& plane, cons
   const auto room = [&](int part) { return start + sums + static_cast<std::size_t>(part) * part_memory; };
   cpu.for_parts(height, parts, [&](int part, int begin, int end) { semi_global_rows(task, begin, end, room(part)); });
   cpu.for_parts(width, parts, [&](int part, int begin, int end) { semi_global_columns(task, begin, end, room(part)); });
-  cpu.for_parts(height, parts, [&](int part, int begin, int end) { semi_global_choose(task, begin, end, room(part)); });
+  cpu.for_parts(height, parts, [&](int part, int begin, int end) {
+    semi_global_choose(task, begin, end, room(part), rows[static_cast<std::size_t>(part)]);
+  });
 }
 
 }  // namespace stereogrid

@@ -98,42 +98,22 @@ void walk(const Problem& problem, int du, int dv, Image<Labels>& sums) {
   }
 }
 
-// Best label of one type for a row, with the test from right to left.
-template <class LabelsOf>
-void choose(int width, Shifts shifts, int left_right_px, const LabelsOf& labels_of, Candidate* candidates) {
-  for (int u{0}; u < width; ++u) {
-    const std::vector<int>& costs{labels_of(u)};
-    const int best{static_cast<int>(std::min_element(costs.begin(), costs.end()) - costs.begin())};
-    int runner_up{65535};
-    for (int k{0}; k < shifts.count; ++k) {
-      if (std::abs(k - best) > 1) runner_up = std::min(runner_up, at(costs, k));
-    }
-    const bool inside{best > 0 && best < shifts.count - 1};
-    const float offset{inside ? subpixel_offset(at(costs, best - 1), at(costs, best), at(costs, best + 1)) : 0.0f};
-    candidates[u] = {static_cast<std::uint16_t>(at(costs, best)), static_cast<std::uint16_t>(runner_up),
-                     static_cast<std::int16_t>(shifts.first + best), false, offset};
+Candidate best_of(const std::vector<int>& costs, Shifts shifts) {
+  const int best{static_cast<int>(std::min_element(costs.begin(), costs.end()) - costs.begin())};
+  int runner_up{65535};
+  for (int k{0}; k < shifts.count; ++k) {
+    if (std::abs(k - best) > 1) runner_up = std::min(runner_up, at(costs, k));
   }
-  for (int u{0}; u < width; ++u) {
-    const int right_u{u - candidates[u].shift};
-    if (right_u < 0 || right_u >= width) continue;
-    int best{-1};
-    int best_cost{0};
-    for (int k{0}; k < shifts.count; ++k) {
-      const int left_u{right_u + shifts.first + k};
-      if (left_u < 0 || left_u >= width) continue;
-      const int cost{at(labels_of(left_u), k)};
-      if (best >= 0 && cost >= best_cost) continue;
-      best = k;
-      best_cost = cost;
-    }
-    candidates[u].consistent = std::abs(shifts.first + best - candidates[u].shift) <= left_right_px;
-  }
+  const bool inside{best > 0 && best < shifts.count - 1};
+  const auto cost_at = [&](int k) { return static_cast<std::uint16_t>(at(costs, k)); };
+  return {cost_at(best), static_cast<std::uint16_t>(runner_up), cost_at(inside ? best - 1 : best),
+          cost_at(inside ? best + 1 : best), static_cast<std::int16_t>(shifts.first + best)};
 }
 
 }  // namespace
 
 void optimise(Reference&, const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config,
-              View<Candidate> upright, View<Candidate> level) {
+              CandidateSink& sink) {
   const Problem problem{census, plane, penalties_of(config), upright_shifts(config), road_shifts(config)};
   const auto count_of = [](Shifts shifts) { return static_cast<std::size_t>(shifts.count); };
   Image<Labels> sums{problem.width(),
@@ -143,11 +123,13 @@ void optimise(Reference&, const CensusTriple& census, const RoadPlane& plane, co
   walk(problem, -1, 0, sums);
   walk(problem, 0, 1, sums);
   walk(problem, 0, -1, sums);
+  RowCandidates row{problem.width()};
   for (int v{0}; v < problem.height(); ++v) {
-    const auto upright_of = [&](int u) -> const std::vector<int>& { return sums(u, v).upright; };
-    const auto road_of = [&](int u) -> const std::vector<int>& { return sums(u, v).road; };
-    choose(problem.width(), problem.upright, config.left_right_px, upright_of, upright.row(v));
-    choose(problem.width(), problem.road, config.left_right_px, road_of, level.row(v));
+    for (int u{0}; u < problem.width(); ++u) {
+      row.upright.set(u, best_of(sums(u, v).upright, problem.upright));
+      row.level.set(u, best_of(sums(u, v).road, problem.road));
+    }
+    sink.take(v, row);
   }
 }
 

@@ -80,12 +80,11 @@ class Worker {
     }
   }
 
-  void choose(int begin, int end) {
+  void choose(int begin, int end, RowCandidates& candidates) {
     for (int v{begin}; v < end; ++v) {
-      choose_row(Upright16{}, upright_order_, sums(0, v), layout_.uprights, task_.upright,
-                 task_.upright_candidates.row(v));
-      choose_row(Road16{}, road_order_, sums(0, v) + layout_.uprights, layout_.roads, task_.road,
-                 task_.level_candidates.row(v));
+      choose_row(Upright16{}, sums(0, v), layout_.uprights, task_.upright, candidates.upright);
+      choose_row(Road16{}, sums(0, v) + layout_.uprights, layout_.roads, task_.road, candidates.level);
+      task_.sink->take(v, candidates);
     }
   }
 
@@ -125,17 +124,10 @@ class Worker {
 
   // `costs`: summed costs of the row's first pixel; those of the next follow behind all its labels.
   template <class D16>
-  void choose_row(D16 d16, const RightToLeft& order, std::uint16_t* costs, int n, Shifts shifts,
-                  Candidate* candidates) const {
-    // the row of descriptors is not needed any more: its room serves the test from right to left
-    auto* const right_cost{reinterpret_cast<std::uint16_t*>(right_)};
-    auto* const right_best{right_cost + layout_.reach};
-    std::fill(right_cost, right_cost + order.length(n), std::uint16_t{65535});
+  void choose_row(D16 d16, std::uint16_t* costs, int n, Shifts shifts, CandidateRow& candidates) const {
     for (int u{0}; u < task_.census.left.width; ++u, costs += layout_.uprights + layout_.roads) {
-      candidates[u] = candidate_of(d16, costs, shifts, n);
-      offer_to_right(d16, costs, right_cost + order.start(u), right_best + order.start(u), n);
+      candidates.set(u, candidate_of(d16, costs, shifts, n));
     }
-    order.mark_consistent(right_best, task_.left_right_px, candidates);
   }
 
   const SemiGlobalTask& task_;
@@ -155,8 +147,8 @@ void Rows(const SemiGlobalTask& task, int begin, int end, std::uint8_t* memory) 
 void Columns(const SemiGlobalTask& task, int begin, int end, std::uint8_t* memory) {
   Worker{task, memory}.columns(begin, end);
 }
-void Choose(const SemiGlobalTask& task, int begin, int end, std::uint8_t* memory) {
-  Worker{task, memory}.choose(begin, end);
+void Choose(const SemiGlobalTask& task, int begin, int end, std::uint8_t* memory, RowCandidates& candidates) {
+  Worker{task, memory}.choose(begin, end, candidates);
 }
 std::size_t Memory(const SemiGlobalTask& task) {
   return Worker::memory_of(task);
@@ -192,8 +184,9 @@ void semi_global_rows(const SemiGlobalTask& task, int begin, int end, std::uint8
 void semi_global_columns(const SemiGlobalTask& task, int begin, int end, std::uint8_t* memory) {
   HWY_DYNAMIC_DISPATCH(Columns)(task, begin, end, memory);
 }
-void semi_global_choose(const SemiGlobalTask& task, int begin, int end, std::uint8_t* memory) {
-  HWY_DYNAMIC_DISPATCH(Choose)(task, begin, end, memory);
+void semi_global_choose(const SemiGlobalTask& task, int begin, int end, std::uint8_t* memory,
+                        RowCandidates& candidates) {
+  HWY_DYNAMIC_DISPATCH(Choose)(task, begin, end, memory, candidates);
 }
 
 }  // namespace stereogrid

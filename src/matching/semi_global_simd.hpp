@@ -16,10 +16,8 @@ struct SemiGlobalTask {
   Penalties penalties;
   Shifts upright;
   Shifts road;
-  int left_right_px{0};
   std::uint16_t* sums{nullptr};  ///< [v][u][label], semi_global_labels() a pixel, 64-byte aligned
-  View<Candidate> upright_candidates;
-  View<Candidate> level_candidates;
+  CandidateSink* sink{nullptr};
 };
 
 /// Labels of a pixel with their padding.
@@ -31,6 +29,7 @@ std::size_t semi_global_memory(const SemiGlobalTask& task);
 /// sums. Columns: paths from the top and from the bottom, adding. Choose: the candidates of rows.
 void semi_global_rows(const SemiGlobalTask& task, int begin, int end, std::uint8_t* memory);
 void semi_global_columns(const SemiGlobalTask& task, int begin, int end, std::uint8_t* memory);
-void semi_global_choose(const SemiGlobalTask& task, int begin, int end, std::uint8_t* memory);
+void semi_global_choose(const SemiGlobalTask& task, int begin, int end, std::uint8_t* memory,
+                        RowCandidates& candidates);
 
 }  // namespace stereogrid

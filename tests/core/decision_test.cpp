@@ -2,14 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <vector>
+
 #include "matching_run.hpp"
 
 namespace stereogrid::test {
 namespace {
 
+// Its neighbours' costs say that the minimum is a quarter of a pixel on.
 Candidate candidate(int shift, int cost, int runner_up = 1000) {
-  return {static_cast<std::uint16_t>(cost), static_cast<std::uint16_t>(runner_up), static_cast<std::int16_t>(shift),
-          true, 0.25f};
+  const auto word = [](int value) { return static_cast<std::uint16_t>(value); };
+  return {word(cost), word(runner_up), word(cost + 40), word(cost + 20), static_cast<std::int16_t>(shift)};
 }
 
 struct Decision {
@@ -17,16 +20,39 @@ struct Decision {
   float road;
 };
 
-// One pixel with the road at 10 px.
+struct Pixel {
+  Candidate upright;
+  Candidate level;
+  bool textured{true};
+};
+
+// A row that begins at column 40 of the image, with the road at one disparity; nothing claims before.
+std::vector<Decision> decide_all(const std::vector<Pixel>& pixels, const MatchingConfig& config, double road_px = 10) {
+  constexpr int first{40};
+  const int width{first + static_cast<int>(pixels.size())};
+  RowCandidates candidates{width};
+  std::vector<std::uint8_t> textured(static_cast<std::size_t>(width) + CandidateRow::padding, 0);
+  for (int u{0}; u < width; ++u) {
+    const Pixel pixel{u < first ? Pixel{candidate(-30000, 65000), candidate(-30000, 65000), false}
+                                : pixels[static_cast<std::size_t>(u - first)]};
+    candidates.upright.set(u, pixel.upright);
+    candidates.level.set(u, pixel.level);
+    textured[static_cast<std::size_t>(u)] = pixel.textured ? 1 : 0;
+  }
+  Matches matches{width, 1};
+  DecideSpace space{width};
+  decide_row(
+      {candidates, road_row({road_px, 0, 0, 0, 0}, 0), textured.data(), width, config.disparities,
+       uniqueness_1024(config), config.left_right_px, config.subpixel, matches.obstacle.row(0), matches.road.row(0)},
+      space);
+  std::vector<Decision> decisions;
+  for (int u{first}; u < width; ++u) decisions.push_back({matches.obstacle(u, 0), matches.road(u, 0)});
+  return decisions;
+}
+
 Decision decide(const Candidate& upright, const Candidate& level, const MatchingConfig& config, double road_px = 10,
                 bool textured = true) {
-  MatchingSpace space{1, 1};
-  Matches matches{1, 1};
-  space.upright(0, 0) = upright;
-  space.level(0, 0) = level;
-  space.textured(0, 0) = textured ? 1 : 0;
-  decide_row(0, {road_px, 0, 0, 0, 0}, config, space, matches);
-  return {matches.obstacle(0, 0), matches.road(0, 0)};
+  return decide_all({{upright, level, textured}}, config, road_px)[0];
 }
 
 TEST(Deciding, TheCheaperHypothesisGivesLabelAndDisparity) {
@@ -52,16 +78,46 @@ TEST(Deciding, ADoubtfulWinnerIsNotReplacedByTheLoser) {
   EXPECT_TRUE(nothing(decide(candidate(12, 50, 54), candidate(-1, 60), config)));
   EXPECT_EQ(decide(candidate(12, 50, 56), candidate(-1, 60), config).obstacle, 12.25f);
   EXPECT_TRUE(nothing(decide(candidate(12, 60), candidate(-1, 50, 54), config)));
-  Candidate contradicted{candidate(12, 50)};
-  contradicted.consistent = false;
-  EXPECT_TRUE(nothing(decide(contradicted, candidate(-1, 60), config)));
-  contradicted = candidate(-1, 50);
-  contradicted.consistent = false;
-  EXPECT_TRUE(nothing(decide(candidate(12, 60), contradicted, config)));
   EXPECT_TRUE(nothing(decide(candidate(12, 50), candidate(-1, 60), config, 10, false)));
   // a draw between two far shifts is never unique
   config.uniqueness = 0;
   EXPECT_TRUE(nothing(decide(candidate(12, 50, 50), candidate(-1, 60), config)));
+}
+
+// Three pixels look at the same place of the right image; the cheapest keeps it, and who agrees with it within a pixel.
+TEST(Deciding, APlaceInTheRightImageBelongsToTheCheapestClaim) {
+  MatchingConfig config{permissive_config()};
+  config.subpixel = false;
+  const Candidate none{candidate(-3, 500)};
+  const auto claims = [&](int first, int second, int third) {
+    return decide_all({{candidate(12, first), none}, {candidate(13, second), none}, {candidate(14, third), none}},
+                      config);
+  };
+  std::vector<Decision> decisions{claims(50, 60, 70)};
+  EXPECT_EQ(decisions[0].obstacle, 12);
+  EXPECT_EQ(decisions[1].obstacle, 13);
+  EXPECT_EQ(decisions[2].obstacle, 0);
+  decisions = claims(70, 60, 50);
+  EXPECT_EQ(decisions[0].obstacle, 0);
+  EXPECT_EQ(decisions[2].obstacle, 14);
+  config.left_right_px = 2;
+  EXPECT_EQ(claims(70, 60, 50)[0].obstacle, 12);
+  // a road pixel claims in the same image
+  config.left_right_px = 1;
+  decisions = decide_all({{candidate(16, 50), none},
+                          {none, none},
+                          {none, none},
+                          {none, none},
+                          {none, none},
+                          {none, none},
+                          {candidate(30, 900), candidate(12, 40)}},
+                         config);
+  EXPECT_EQ(decisions[0].obstacle, 0);
+  EXPECT_EQ(decisions[6].road, 22);
+  // nothing is seen beyond the right image's left border
+  EXPECT_EQ(decide_all({{candidate(31, 50), none}}, config)[0].obstacle, 31);
+  config.disparities = 64;
+  EXPECT_EQ(decide_all({{candidate(41, 50), none}}, config)[0].obstacle, 0);
 }
 
 TEST(Deciding, ThereIsNoRoadAboveTheHorizonOrBeyondTheSearch) {

@@ -25,18 +25,55 @@ inline MatchingConfig permissive_config() {
 /// No road anywhere in the image.
 constexpr RoadPlane no_road{-1000, 0, 0, 0, 0};
 
+/// Keeps what the hypotheses found.
+class Recorder final : public CandidateSink {
+ public:
+  Recorder(Image<Candidate>& upright, Image<Candidate>& level) : upright_{upright}, level_{level} {}
+
+  void take(int v, const RowCandidates& candidates) override {
+    for (int u{0}; u < upright_.width(); ++u) {
+      upright_(u, v) = candidates.upright.at(u);
+      level_(u, v) = candidates.level.at(u);
+    }
+  }
+
+ private:
+  Image<Candidate>& upright_;
+  Image<Candidate>& level_;
+};
+
+inline int threads_of(const Cpu& cpu) {
+  return cpu.threads();
+}
+inline int threads_of(const Reference&) {
+  return 1;
+}
+
 struct MatchRun {
   template <class BackEndType>
   MatchRun(BackEndType& back_end, const Image<std::uint8_t>& left, const Image<std::uint8_t>& right,
            const RoadPlane& plane, const MatchingConfig& config)
-      : space{left.width(), left.height()}, matches{left.width(), left.height()} {
+      : space{left.width(), left.height(), config, threads_of(back_end)},
+        matches{left.width(), left.height()},
+        upright{left.width(), left.height()},
+        level{left.width(), left.height()} {
+    run(back_end, left, right, plane, config);
+  }
+
+  template <class BackEndType>
+  void run(BackEndType& back_end, const Image<std::uint8_t>& left, const Image<std::uint8_t>& right,
+           const RoadPlane& plane, const MatchingConfig& config) {
     matches.road.fill(-7);
     matches.obstacle.fill(-7);
+    Recorder recorder{upright, level};
+    find_candidates(back_end, left.view(), right.view(), plane, config, space, recorder);
     match(back_end, left.view(), right.view(), plane, config, space, matches);
   }
 
   MatchingSpace space;
   Matches matches;
+  Image<Candidate> upright;
+  Image<Candidate> level;
 };
 
 }  // namespace stereogrid::test

@@ -29,7 +29,7 @@ Winners winners_on_noise(const RoadPlane& plane, const MatchingConfig& config, u
   for (int v{10}; v < height - 10; ++v) {
     for (int u{70}; u < width - 10; ++u) {
       ++winners.all;
-      winners.road += run.space.level(u, v).cost < run.space.upright(u, v).cost ? 1 : 0;
+      winners.road += run.level(u, v).cost < run.upright(u, v).cost ? 1 : 0;
     }
   }
   return winners;

@@ -23,9 +23,11 @@ struct GreyAt {
 __global__ void matching_models(const std::uint8_t* image, int width, RoadPlane plane, float* out) {
   const int u{static_cast<int>(threadIdx.x)};
   const std::uint32_t bits{census(GreyAt{image + u, width})};
-  const int shear{shear_of(plane.disparity(u, 0))};
-  const Candidate candidate{1, 2, 3, is_unique(1, 2, 40), subpixel_offset(3, 1, 2)};
-  out[u] = static_cast<float>(bits) + sheared(image, width, u, shear) + candidate.offset;
+  const RoadRow road{road_row(plane, 0)};
+  const Candidate candidate{1, 2, 3, 4, 5};
+  const Winner winner{winner_of(candidate, candidate, road.at(u), 64, compared_bits(13), true)};
+  out[u] = static_cast<float>(bits) + short_census(GreyAt{image + u, width}) + sheared(image, width, u, road) +
+           winner.disparity;
 }
 
 __global__ void u_disparity_models(const float* disparity, float* out) {

@@ -1,0 +1,155 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+// Compiled once per instruction set; Highway picks one at run time. Vectors run along the pixels of a row.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "matching/decide_simd.cpp"  // NOLINT
+#include "hwy/foreach_target.h"                        // IWYU pragma: keep
+// after foreach_target
+#include "hwy/highway.h"
+#include "matching/decide_simd.hpp"
+
+#include <algorithm>
+#include <cstddef>
+
+HWY_BEFORE_NAMESPACE();
+namespace stereogrid {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Ints = hn::CappedTag<std::int32_t, 16>;
+using Floats = hn::Rebind<float, Ints>;
+using IntVector = hn::Vec<Ints>;
+using FloatVector = hn::Vec<Floats>;
+
+IntVector load(const std::uint16_t* values) {
+  const Ints d32;
+  const hn::Rebind<std::uint16_t, Ints> d16;
+  return hn::PromoteTo(d32, hn::LoadU(d16, values));
+}
+
+IntVector load(const std::int16_t* values) {
+  const Ints d32;
+  const hn::Rebind<std::int16_t, Ints> d16;
+  return hn::PromoteTo(d32, hn::LoadU(d16, values));
+}
+
+FloatVector real(IntVector values) {
+  return hn::ConvertTo(Floats{}, values);
+}
+
+// subpixel_offset
+FloatVector offset_of(IntVector before, IntVector at, IntVector after) {
+  const Floats d;
+  const auto rise = hn::Sub(hn::Max(before, after), at);
+  const auto quotient = hn::Div(real(hn::Sub(before, after)), real(hn::Add(rise, rise)));
+  const auto bounded = hn::Min(hn::Max(quotient, hn::Set(d, -0.49f)), hn::Set(d, 0.49f));
+  return hn::IfThenElseZero(hn::RebindMask(d, hn::Gt(rise, hn::Zero(Ints{}))), bounded);
+}
+
+// winner_of, and whether anything is wrong with it but its claim
+void find_winners(const DecideRow& row, int u, DecideSpace& space) {
+  const Ints d32;
+  const Floats df;
+  const hn::Rebind<std::uint8_t, Ints> d8;
+  const auto set = [&](int value) { return hn::Set(d32, value); };
+  const CandidateRow& upright{row.candidates.upright};
+  const CandidateRow& level{row.candidates.level};
+  const auto tilt = hn::ShiftRight<2>(hn::Add(hn::Mul(hn::Iota(d32, u), set(row.road.slope)), set(2)));
+  const auto road = hn::Add(tilt, set(row.road.start));
+  const auto upright_cost = load(upright.cost() + u);
+  const auto level_cost = load(level.cost() + u);
+  const auto is_road = hn::And(hn::Gt(road, set(65535)), hn::Lt(level_cost, upright_cost));
+  const auto best = [&](const auto* of_upright, const auto* of_level) {
+    return hn::IfThenElse(is_road, load(of_level + u), load(of_upright + u));
+  };
+  const auto cost = hn::IfThenElse(is_road, level_cost, upright_cost);
+  const auto runner_up = best(upright.runner_up(), level.runner_up());
+  auto within = real(best(upright.shift(), level.shift()));
+  if (row.subpixel) {
+    within =
+        hn::Add(within, offset_of(best(upright.before(), level.before()), cost, best(upright.after(), level.after())));
+  }
+  const auto base = hn::IfThenElseZero(hn::RebindMask(df, is_road), hn::Mul(real(road), hn::Set(df, 1.0f / 65536)));
+  const auto disparity = hn::Add(base, within);
+  const auto unique =
+      hn::And(hn::Not(hn::Lt(hn::ShiftLeft<10>(runner_up), hn::Mul(cost, set(1024 + row.uniqueness_1024)))),
+              hn::Gt(runner_up, cost));
+  const auto in_range = hn::And(hn::Ge(disparity, hn::Set(df, 0.5f)),
+                                hn::Lt(disparity, hn::Set(df, static_cast<float>(row.disparities) - 0.5f)));
+  const auto textured = hn::Gt(hn::PromoteTo(d32, hn::LoadU(d8, row.textured + u)), set(0));
+  const auto good = hn::And(hn::And(unique, textured), hn::RebindMask(d32, in_range));
+  const auto label = hn::IfThenElseZero(good, hn::IfThenElse(is_road, set(2), set(1)));
+  hn::StoreU(hn::ConvertTo(d32, hn::Add(disparity, hn::Set(df, 0.5f))), d32, space.whole.data() + u);
+  hn::StoreU(cost, d32, space.cost.data() + u);
+  hn::StoreU(disparity, df, space.disparity.data() + u);
+  hn::StoreU(hn::DemoteTo(d8, label), d8, space.label.data() + u);
+}
+
+void claim(int width, DecideSpace& space) {
+  std::fill(space.claims.begin(), space.claims.end(), ~std::uint32_t{0});
+  for (int u{0}; u < width; ++u) {
+    const std::size_t i{static_cast<std::size_t>(u)};
+    const int right_u{u - space.whole[i]};
+    if (right_u < 0 || right_u >= width) continue;
+    std::uint32_t& place{space.claims[static_cast<std::size_t>(right_u)]};
+    place =
+        std::min(place, static_cast<std::uint32_t>(space.cost[i]) << 16 | static_cast<std::uint16_t>(space.whole[i]));
+  }
+}
+
+void write_results(const DecideRow& row, int u, DecideSpace& space) {
+  const Ints d32;
+  const Floats df;
+  const hn::Rebind<std::uint8_t, Ints> d8;
+  const auto set = [&](int value) { return hn::Set(d32, value); };
+  const auto whole = hn::LoadU(d32, space.whole.data() + u);
+  const auto right_u = hn::Sub(hn::Iota(d32, u), whole);
+  const auto place = hn::Min(hn::Max(right_u, set(0)), set(row.width - 1));
+  const auto claimed = hn::GatherIndex(d32, reinterpret_cast<const std::int32_t*>(space.claims.data()), place);
+  const auto difference = hn::Abs(hn::Sub(hn::ShiftRight<16>(hn::ShiftLeft<16>(claimed)), whole));
+  const auto consistent = hn::And(hn::Eq(place, right_u), hn::Lt(difference, set(row.left_right_px + 1)));
+  const auto label = hn::PromoteTo(d32, hn::LoadU(d8, space.label.data() + u));
+  const auto disparity = hn::LoadU(df, space.disparity.data() + u);
+  const auto is = [&](int wanted) { return hn::RebindMask(df, hn::And(consistent, hn::Eq(label, set(wanted)))); };
+  hn::StoreU(hn::IfThenElseZero(is(1), disparity), df, space.obstacle.data() + u);
+  hn::StoreU(hn::IfThenElseZero(is(2), disparity), df, space.on_road.data() + u);
+}
+
+void Decide(const DecideRow& row, DecideSpace& space) {
+  const int lanes{static_cast<int>(hn::Lanes(Ints{}))};
+  for (int u{0}; u < row.width; u += lanes) find_winners(row, u, space);
+  claim(row.width, space);
+  for (int u{0}; u < row.width; u += lanes) write_results(row, u, space);
+  std::copy(space.obstacle.begin(), space.obstacle.begin() + row.width, row.obstacle);
+  std::copy(space.on_road.begin(), space.on_road.begin() + row.width, row.on_road);
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace stereogrid
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace stereogrid {
+
+HWY_EXPORT(Decide);
+
+DecideSpace::DecideSpace(int width) {
+  const std::size_t size{static_cast<std::size_t>(width) + CandidateRow::padding};
+  whole.resize(size);
+  cost.resize(size);
+  disparity.resize(size);
+  label.resize(size);
+  obstacle.resize(size);
+  on_road.resize(size);
+  claims.resize(size);
+}
+
+void decide_row(const DecideRow& row, DecideSpace& space) {
+  HWY_DYNAMIC_DISPATCH(Decide)(row, space);
+}
+
+}  // namespace stereogrid
+#endif

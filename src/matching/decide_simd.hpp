@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "matching/candidates.hpp"
+
+namespace stereogrid {
+
+/// Working memory of decide_row.
+struct DecideSpace {
+  DecideSpace() = default;
+  explicit DecideSpace(int width);
+
+  std::vector<std::int32_t> whole;  ///< [u]: Winner::whole
+  std::vector<std::int32_t> cost;   ///< [u]: Winner::cost
+  std::vector<float> disparity;     ///< [u]: Winner::disparity
+  std::vector<std::uint8_t> label;  ///< [u]: 0 nothing, 1 upright, 2 road
+  std::vector<float> obstacle;      ///< [u]: results, with room for whole vectors
+  std::vector<float> on_road;
+  std::vector<std::uint32_t> claims;  ///< [u of the right image]: cost << 16 | whole of the cheapest claim
+};
+
+/// One row of `decide`.
+struct DecideRow {
+  const RowCandidates& candidates;
+  RoadRow road;
+  const std::uint8_t* textured;  ///< [u]: 0: too little; readable up to width + 64
+  int width;
+  int disparities;
+  int uniqueness_1024;
+  int left_right_px;
+  bool subpixel;
+  float* obstacle;  ///< [u]: result, px, 0: none
+  float* on_road;   ///< [u]: result, px, 0: none
+};
+
+/// Label and disparity of a row's pixels: the cheaper hypothesis (winner_of), if its minimum is clear and its window
+/// textured, and if no cheaper pixel of the row claims the same place of the right image with another disparity.
+void decide_row(const DecideRow& row, DecideSpace& space);
+
+}  // namespace stereogrid
