@@ -21,20 +21,20 @@ class CandidateRow {
       : pitch_{static_cast<std::size_t>(width) + padding}, values_(4 * pitch_), shifts_(pitch_) {}
 
   [[nodiscard]] std::uint16_t* cost() { return values_.data(); }
-  [[nodiscard]] std::uint16_t* runner_up() { return values_.data() + pitch_; }
+  [[nodiscard]] std::uint16_t* rivals() { return values_.data() + pitch_; }
   [[nodiscard]] std::uint16_t* before() { return values_.data() + 2 * pitch_; }
   [[nodiscard]] std::uint16_t* after() { return values_.data() + 3 * pitch_; }
   [[nodiscard]] std::int16_t* shift() { return shifts_.data(); }
   [[nodiscard]] const std::uint16_t* cost() const { return values_.data(); }
-  [[nodiscard]] const std::uint16_t* runner_up() const { return values_.data() + pitch_; }
+  [[nodiscard]] const std::uint16_t* rivals() const { return values_.data() + pitch_; }
   [[nodiscard]] const std::uint16_t* before() const { return values_.data() + 2 * pitch_; }
   [[nodiscard]] const std::uint16_t* after() const { return values_.data() + 3 * pitch_; }
   [[nodiscard]] const std::int16_t* shift() const { return shifts_.data(); }
 
-  [[nodiscard]] Candidate at(int u) const { return {cost()[u], runner_up()[u], before()[u], after()[u], shift()[u]}; }
+  [[nodiscard]] Candidate at(int u) const { return {cost()[u], rivals()[u], before()[u], after()[u], shift()[u]}; }
   void set(int u, const Candidate& candidate) {
     cost()[u] = candidate.cost;
-    runner_up()[u] = candidate.runner_up;
+    rivals()[u] = candidate.rivals;
     before()[u] = candidate.before;
     after()[u] = candidate.after;
     shift()[u] = candidate.shift;

@@ -62,17 +62,27 @@ void ShearRow(const std::uint8_t* right_row, int width, const RoadRow& road, std
   const hn::Rebind<std::uint8_t, decltype(d32)> d8;
   const int lanes{static_cast<int>(hn::Lanes(d32))};
   const auto set = [&](std::int32_t value) { return hn::Set(d32, value); };
+  const auto pixel_below = [&](int u) { return (u * 256 - ((road.at(u) + 128) >> 8)) >> 8; };
   for (int u{0}; u < width; u += lanes) {
     const auto column = hn::Iota(d32, u);
     const auto tilt = hn::ShiftRight<2>(hn::Add(hn::Mul(column, set(road.slope)), set(2)));
     const auto disparity = hn::ShiftRight<8>(hn::Add(hn::Add(tilt, set(road.start)), set(128)));
     const auto position = hn::Sub(hn::ShiftLeft<8>(column), disparity);
     const auto part = hn::And(position, set(255));
-    const auto below = hn::Min(hn::Max(hn::ShiftRight<8>(position), set(-1)), set(width - 1));
-    // four pixels from `below` on, of which two are used
-    const auto pixels = hn::GatherOffset(d32, reinterpret_cast<const std::int32_t*>(right_row), below);
-    const auto a = hn::And(pixels, set(255));
-    const auto b = hn::And(hn::ShiftRight<8>(pixels), set(255));
+    const int first{pixel_below(u)};
+    auto a = hn::Zero(d32);
+    auto b = hn::Zero(d32);
+    const int last{pixel_below(u + lanes - 1)};
+    if (last - first == lanes - 1 && first >= -1 && last < width) {
+      a = hn::PromoteTo(d32, hn::LoadU(d8, right_row + first));
+      b = hn::PromoteTo(d32, hn::LoadU(d8, right_row + first + 1));
+    } else {  // at the ends, and where the road's tilt adds up to a pixel
+      const auto below = hn::Min(hn::Max(hn::ShiftRight<8>(position), set(-1)), set(width - 1));
+      // four pixels from `below` on, of which two are used
+      const auto pixels = hn::GatherOffset(d32, reinterpret_cast<const std::int32_t*>(right_row), below);
+      a = hn::And(pixels, set(255));
+      b = hn::And(hn::ShiftRight<8>(pixels), set(255));
+    }
     const auto sum = hn::Add(hn::Mul(a, hn::Sub(set(256), part)), hn::Mul(b, part));
     hn::StoreU(hn::DemoteTo(d8, hn::ShiftRight<8>(hn::Add(sum, set(128)))), d8, out + u);
   }

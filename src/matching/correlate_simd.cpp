@@ -33,10 +33,10 @@ void correlate_rows(const Band& band) {
   const ShortCensus& census{band.census};
   const int half{band.half_window};
   const int width{census.left.width()};
-  UprightRows<vectors> upright{width, band.upright, half, band.memory};
-  LevelRows level{width, band.road, half, band.memory + UprightRows<vectors>::memory(width)};
+  UprightRows<vectors> upright{width, band.upright, half, band.uniqueness_1024, band.memory};
+  LevelRows level{width, band.road, half, band.uniqueness_1024, band.memory + UprightRows<vectors>::memory(width)};
   const auto upright_rows = [&](int v) {
-    return RowPair{census.left.clamped_row(v), census.right_reversed.clamped_row(v)};
+    return RowPair{census.left_fourfold.clamped_row(v), census.right_reversed.clamped_row(v)};
   };
   for (int v{band.first_row - half}; v < band.first_row + half; ++v) {
     upright.add_row(upright_rows(v));
@@ -102,7 +102,7 @@ int padded_upright(Shifts shifts) {
 }  // namespace
 
 std::size_t correlate_memory(int width, Shifts upright, Shifts road, int half_window) {
-  const std::size_t of_upright{static_cast<std::size_t>(width + 4) * static_cast<std::size_t>(padded_upright(upright))};
+  const std::size_t of_upright{static_cast<std::size_t>(width + 3) * static_cast<std::size_t>(padded_upright(upright))};
   const std::size_t of_row{static_cast<std::size_t>(width + 4 * half_window + 256)};
   return (of_upright + of_row * static_cast<std::size_t>(2 + 3 * road.count) + 63) / 64 * 64;
 }

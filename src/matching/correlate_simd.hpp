@@ -15,6 +15,7 @@ namespace stereogrid {
 /// Short census of the images that `correlate` compares.
 struct ShortCensus {
   const Padded<std::uint8_t>& left;
+  const Padded<std::uint32_t>& left_fourfold;  ///< the left descriptor in each byte
   const Padded<std::uint8_t>& right_reversed;  ///< each row from right to left: a left pixel's shifts lie in a row
   const Padded<std::uint8_t>& sheared;
 };
@@ -25,6 +26,7 @@ struct Band {
   Shifts upright;
   Shifts road;
   int half_window{0};
+  int uniqueness_1024{0};
   int first_row{0};
   int end_row{0};
   std::uint8_t* memory{nullptr};  ///< correlate_memory() bytes, 64-byte aligned

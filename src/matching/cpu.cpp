@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "matching/decide_simd.hpp"
 #include "matching/matching.hpp"
 #include "matching/semi_global.hpp"
+#include "matching/texture_simd.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid {
@@ -53,35 +55,6 @@ void reverse_rows(Padded<std::uint8_t>& image, int begin, int end) {
   }
 }
 
-// Sum over the window of |L(u+1) − L(u−1)|, by sliding sums; the border is repeated.
-void texture_rows(View<const std::uint8_t> left, const MatchingConfig& config, Padded<std::uint8_t>& textured,
-                  int begin, int end) {
-  const int width{left.width};
-  const int half{config.window_px / 2};
-  const double least{config.texture * config.window_px * config.window_px};
-  std::vector<int> columns(static_cast<std::size_t>(width), 0);
-  const auto add_row = [&](int v, int sign) {
-    const std::uint8_t* row{left.row(std::clamp(v, 0, left.height - 1))};
-    for (int u{0}; u < width; ++u) {
-      columns[static_cast<std::size_t>(u)] +=
-          sign * std::abs(row[std::min(u + 1, width - 1)] - row[std::max(u - 1, 0)]);
-    }
-  };
-  const auto column = [&](int u) { return columns[static_cast<std::size_t>(std::clamp(u, 0, width - 1))]; };
-  for (int v{begin - half}; v < begin + half; ++v) add_row(v, 1);
-  for (int v{begin}; v < end; ++v) {
-    add_row(v + half, 1);
-    int sum{0};
-    for (int i{-half}; i < half; ++i) sum += column(i);
-    for (int u{0}; u < width; ++u) {
-      sum += column(u + half);
-      textured.row(v)[u] = sum >= least ? 1 : 0;
-      sum -= column(u - half);
-    }
-    add_row(v - half, -1);
-  }
-}
-
 // Grey images with borders, the right one also as the road hypothesis sees it, and where there is texture.
 void prepare(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
              const MatchingConfig& config, MatchingSpace& space) {
@@ -92,7 +65,11 @@ void prepare(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> r
       shear_row(space.right.row(v), left.width, road_row(plane, v), space.sheared.row(v));
       space.sheared.repeat_border(v);
     }
-    texture_rows(left, config, space.textured, begin, end);
+  });
+  const auto least = static_cast<std::int32_t>(std::ceil(config.texture * config.window_px * config.window_px));
+  cpu.for_parts(left.height, cpu.threads(), [&](int part, int begin, int end) {
+    texture_rows(space.left, config.window_px / 2, least, begin, end, space.textures[static_cast<std::size_t>(part)],
+                 space.textured);
   });
 }
 
@@ -102,6 +79,11 @@ void correlate(Cpu& cpu, const MatchingConfig& config, MatchingSpace& space, Can
   const int bits{compared_bits(config.window_px)};
   cpu.for_ranges(height, rows_grain, [&](int begin, int end) {
     short_census_rows(space.left, bits, space.short_left, begin, end);
+    for (int v{begin}; v < end; ++v) {
+      const std::uint8_t* descriptors{space.short_left.row(v)};
+      std::transform(descriptors, descriptors + width, space.short_left_fourfold.row(v),
+                     [](std::uint8_t byte) { return byte * 0x01010101u; });
+    }
     short_census_rows(space.right, bits, space.short_right_reversed, begin, end);
     reverse_rows(space.short_right_reversed, begin, end);
     short_census_rows(space.sheared, bits, space.short_sheared, begin, end);
@@ -112,11 +94,12 @@ void correlate(Cpu& cpu, const MatchingConfig& config, MatchingSpace& space, Can
   const int bands{cpu.threads()};
   const std::size_t band_memory{correlate_memory(width, upright, road, half)};
   space.memory.resize(64 + static_cast<std::size_t>(bands) * band_memory);
-  const ShortCensus census{space.short_left, space.short_right_reversed, space.short_sheared};
+  const ShortCensus census{space.short_left, space.short_left_fourfold, space.short_right_reversed,
+                           space.short_sheared};
   cpu.for_parts(height, bands, [&](int part, int begin, int end) {
     const std::size_t p{static_cast<std::size_t>(part)};
-    correlate_band({census, upright, road, half, begin, end, aligned(space.memory.data()) + p * band_memory,
-                    &space.rows[p], &sink});
+    correlate_band({census, upright, road, half, uniqueness_1024(config), begin, end,
+                    aligned(space.memory.data()) + p * band_memory, &space.rows[p], &sink});
   });
 }
 
@@ -140,8 +123,7 @@ class Decider final : public CandidateSink {
     // the working memory of the band whose candidates these are
     const std::size_t band{static_cast<std::size_t>(&candidates - space_.rows.data())};
     decide_row({candidates, road_row(plane_, v), space_.textured.row(v), matches_.road.width(), config_.disparities,
-                uniqueness_1024(config_), config_.left_right_px, config_.subpixel, matches_.obstacle.row(v),
-                matches_.road.row(v)},
+                config_.left_right_px, config_.subpixel, matches_.obstacle.row(v), matches_.road.row(v)},
                space_.decisions[band]);
   }
 
@@ -172,7 +154,7 @@ void match(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> rig
            const MatchingConfig& config, MatchingSpace& space, Matches& matches) {
   Decider decider{plane, config, space, matches};
   find_candidates(cpu, left, right, plane, config, space, decider);
-  remove_speckles(config.speckle_px, space.patch, matches);
+  space.speckles.remove(config.speckle_px, matches);
 }
 
 }  // namespace stereogrid

@@ -93,14 +93,15 @@ std::uint16_t runner_up_of(D16 d16, const std::uint16_t* costs, int best, int n)
 
 // Costs beyond the last shift must never win; they are set anew for each pixel.
 template <class D16>
-Candidate candidate_of(D16 d16, std::uint16_t* costs, Shifts shifts, int n) {
+Candidate candidate_of(D16 d16, std::uint16_t* costs, Shifts shifts, int uniqueness_1024, int n) {
   const int count{shifts.count};
   if (count < n) std::fill(costs + count, costs + n, std::uint16_t{65535});
   const std::uint16_t cost{minimum(d16, costs, n)};
   const int best{first_of(d16, costs, cost, n)};
   const bool inside{best > 0 && best < count - 1};
-  return {cost, runner_up_of(d16, costs, best, n), inside ? costs[best - 1] : cost, inside ? costs[best + 1] : cost,
-          static_cast<std::int16_t>(shifts.first + best)};
+  const bool is_unique{runner_up_of(d16, costs, best, n) > highest_rival(cost, uniqueness_1024)};
+  return {cost, static_cast<std::uint16_t>(is_unique ? 0 : 1), inside ? costs[best - 1] : cost,
+          inside ? costs[best + 1] : cost, static_cast<std::int16_t>(shifts.first + best)};
 }
 
 }  // namespace HWY_NAMESPACE

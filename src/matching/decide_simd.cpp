@@ -11,6 +11,11 @@
 #include <algorithm>
 #include <cstddef>
 
+namespace stereogrid {
+// Compiled for no instruction set: with one, g++ takes vectors for single numbers here, which is slower.
+void claim_places(int width, DecideSpace& space);
+}  // namespace stereogrid
+
 HWY_BEFORE_NAMESPACE();
 namespace stereogrid {
 namespace HWY_NAMESPACE {
@@ -65,7 +70,6 @@ void find_winners(const DecideRow& row, int u, DecideSpace& space) {
     return hn::IfThenElse(is_road, load(of_level + u), load(of_upright + u));
   };
   const auto cost = hn::IfThenElse(is_road, level_cost, upright_cost);
-  const auto runner_up = best(upright.runner_up(), level.runner_up());
   auto within = real(best(upright.shift(), level.shift()));
   if (row.subpixel) {
     within =
@@ -73,30 +77,21 @@ void find_winners(const DecideRow& row, int u, DecideSpace& space) {
   }
   const auto base = hn::IfThenElseZero(hn::RebindMask(df, is_road), hn::Mul(real(road), hn::Set(df, 1.0f / 65536)));
   const auto disparity = hn::Add(base, within);
-  const auto unique =
-      hn::And(hn::Not(hn::Lt(hn::ShiftLeft<10>(runner_up), hn::Mul(cost, set(1024 + row.uniqueness_1024)))),
-              hn::Gt(runner_up, cost));
+  const auto unique = hn::Eq(best(upright.rivals(), level.rivals()), set(0));
   const auto in_range = hn::And(hn::Ge(disparity, hn::Set(df, 0.5f)),
                                 hn::Lt(disparity, hn::Set(df, static_cast<float>(row.disparities) - 0.5f)));
   const auto textured = hn::Gt(hn::PromoteTo(d32, hn::LoadU(d8, row.textured + u)), set(0));
   const auto good = hn::And(hn::And(unique, textured), hn::RebindMask(d32, in_range));
   const auto label = hn::IfThenElseZero(good, hn::IfThenElse(is_road, set(2), set(1)));
-  hn::StoreU(hn::ConvertTo(d32, hn::Add(disparity, hn::Set(df, 0.5f))), d32, space.whole.data() + u);
-  hn::StoreU(cost, d32, space.cost.data() + u);
+  const auto whole = hn::ConvertTo(d32, hn::Add(disparity, hn::Set(df, 0.5f)));
+  const auto right_u = hn::Sub(hn::Iota(d32, u), whole);
+  const auto place = hn::Min(hn::Max(right_u, set(-1)), set(row.width));
+  const auto rank = hn::Or(hn::ShiftLeft<16>(cost), hn::And(whole, set(65535)));
+  hn::StoreU(whole, d32, space.whole.data() + u);
+  hn::StoreU(hn::Add(place, set(1)), d32, space.place.data() + u);
+  hn::StoreU(rank, d32, reinterpret_cast<std::int32_t*>(space.rank.data()) + u);
   hn::StoreU(disparity, df, space.disparity.data() + u);
   hn::StoreU(hn::DemoteTo(d8, label), d8, space.label.data() + u);
-}
-
-void claim(int width, DecideSpace& space) {
-  std::fill(space.claims.begin(), space.claims.end(), ~std::uint32_t{0});
-  for (int u{0}; u < width; ++u) {
-    const std::size_t i{static_cast<std::size_t>(u)};
-    const int right_u{u - space.whole[i]};
-    if (right_u < 0 || right_u >= width) continue;
-    std::uint32_t& place{space.claims[static_cast<std::size_t>(right_u)]};
-    place =
-        std::min(place, static_cast<std::uint32_t>(space.cost[i]) << 16 | static_cast<std::uint16_t>(space.whole[i]));
-  }
 }
 
 void write_results(const DecideRow& row, int u, DecideSpace& space) {
@@ -105,11 +100,11 @@ void write_results(const DecideRow& row, int u, DecideSpace& space) {
   const hn::Rebind<std::uint8_t, Ints> d8;
   const auto set = [&](int value) { return hn::Set(d32, value); };
   const auto whole = hn::LoadU(d32, space.whole.data() + u);
-  const auto right_u = hn::Sub(hn::Iota(d32, u), whole);
-  const auto place = hn::Min(hn::Max(right_u, set(0)), set(row.width - 1));
+  const auto place = hn::LoadU(d32, space.place.data() + u);
   const auto claimed = hn::GatherIndex(d32, reinterpret_cast<const std::int32_t*>(space.claims.data()), place);
   const auto difference = hn::Abs(hn::Sub(hn::ShiftRight<16>(hn::ShiftLeft<16>(claimed)), whole));
-  const auto consistent = hn::And(hn::Eq(place, right_u), hn::Lt(difference, set(row.left_right_px + 1)));
+  const auto inside = hn::And(hn::Gt(place, set(0)), hn::Lt(place, set(row.width + 1)));
+  const auto consistent = hn::And(inside, hn::Lt(difference, set(row.left_right_px + 1)));
   const auto label = hn::PromoteTo(d32, hn::LoadU(d8, space.label.data() + u));
   const auto disparity = hn::LoadU(df, space.disparity.data() + u);
   const auto is = [&](int wanted) { return hn::RebindMask(df, hn::And(consistent, hn::Eq(label, set(wanted)))); };
@@ -120,7 +115,7 @@ void write_results(const DecideRow& row, int u, DecideSpace& space) {
 void Decide(const DecideRow& row, DecideSpace& space) {
   const int lanes{static_cast<int>(hn::Lanes(Ints{}))};
   for (int u{0}; u < row.width; u += lanes) find_winners(row, u, space);
-  claim(row.width, space);
+  claim_places(row.width, space);
   for (int u{0}; u < row.width; u += lanes) write_results(row, u, space);
   std::copy(space.obstacle.begin(), space.obstacle.begin() + row.width, row.obstacle);
   std::copy(space.on_road.begin(), space.on_road.begin() + row.width, row.on_road);
@@ -136,10 +131,19 @@ namespace stereogrid {
 
 HWY_EXPORT(Decide);
 
+void claim_places(int width, DecideSpace& space) {
+  std::uint32_t* const claims{space.claims.data()};
+  const std::int32_t* const place{space.place.data()};
+  const std::uint32_t* const rank{space.rank.data()};
+  std::fill(space.claims.begin(), space.claims.end(), ~std::uint32_t{0});
+  for (int u{0}; u < width; ++u) claims[place[u]] = std::min(claims[place[u]], rank[u]);
+}
+
 DecideSpace::DecideSpace(int width) {
   const std::size_t size{static_cast<std::size_t>(width) + CandidateRow::padding};
   whole.resize(size);
-  cost.resize(size);
+  place.resize(size);
+  rank.resize(size);
   disparity.resize(size);
   label.resize(size);
   obstacle.resize(size);

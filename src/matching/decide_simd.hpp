@@ -15,12 +15,13 @@ struct DecideSpace {
   explicit DecideSpace(int width);
 
   std::vector<std::int32_t> whole;  ///< [u]: Winner::whole
-  std::vector<std::int32_t> cost;   ///< [u]: Winner::cost
+  std::vector<std::int32_t> place;  ///< [u]: 1 + column of the right image; 0 and width + 1: outside
+  std::vector<std::uint32_t> rank;  ///< [u]: cost << 16 | whole; the smallest claim of a place wins
   std::vector<float> disparity;     ///< [u]: Winner::disparity
   std::vector<std::uint8_t> label;  ///< [u]: 0 nothing, 1 upright, 2 road
   std::vector<float> obstacle;      ///< [u]: results, with room for whole vectors
   std::vector<float> on_road;
-  std::vector<std::uint32_t> claims;  ///< [u of the right image]: cost << 16 | whole of the cheapest claim
+  std::vector<std::uint32_t> claims;  ///< [place]: smallest rank
 };
 
 /// One row of `decide`.
@@ -30,7 +31,6 @@ struct DecideRow {
   const std::uint8_t* textured;  ///< [u]: 0: too little; readable up to width + 64
   int width;
   int disparities;
-  int uniqueness_1024;
   int left_right_px;
   bool subpixel;
   float* obstacle;  ///< [u]: result, px, 0: none

@@ -15,6 +15,7 @@
 
 #include "hwy/highway.h"
 #include "matching/correlate_simd.hpp"
+#include "matching/window_sums_simd.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace stereogrid {
@@ -24,10 +25,11 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 class LevelRows {
  public:
-  LevelRows(int width, Shifts shifts, int half_window, std::uint8_t* memory)
+  LevelRows(int width, Shifts shifts, int half_window, int uniqueness_1024, std::uint8_t* memory)
       : width_{width},
         half_{half_window},
         shifts_{shifts},
+        uniqueness_1024_{uniqueness_1024},
         stride_{row_length(width, half_window)},
         power_{reinterpret_cast<std::uint16_t*>(memory)},
         boxes_{power_ + stride_},
@@ -71,37 +73,14 @@ class LevelRows {
   [[nodiscard]] std::uint8_t* columns(int k) const { return columns_ + stride_ * k; }
   [[nodiscard]] std::uint16_t* box(int k) const { return boxes_ + stride_ * k; }
 
-  // Sums over the window's columns, which begin at column u − half_window: sums of 1, 2, 4, 8 … columns are doubled and
-  // those that the window's size has in binary are put behind each other.
   void sum_window(int k) const {
     const hn::ScalableTag<std::uint16_t> d16;
     const hn::Rebind<std::uint8_t, decltype(d16)> d8;
-    const int lanes{static_cast<int>(hn::Lanes(d16))};
-    const int size{2 * half_ + 1};
     std::uint8_t* sums{columns(k)};
     std::fill(sums, sums + half_, sums[half_]);
-    std::fill(sums + half_ + width_, sums + stride_, sums[half_ + width_ - 1]);
-    const int length{width_ + size};
-    for (int u{0}; u < length; u += lanes) {
-      const auto one = hn::PromoteTo(d16, hn::LoadU(d8, sums + u));
-      hn::StoreU(one, d16, box(k) + u);
-      hn::StoreU(hn::Add(one, hn::PromoteTo(d16, hn::LoadU(d8, sums + u + 1))), d16, power_ + u);
-    }
-    int summed{1};
-    for (int power{2}; power <= size; power *= 2) {
-      if ((size & power) != 0) {
-        for (int u{0}; u < width_; u += lanes) {
-          const auto more = hn::LoadU(d16, power_ + u + summed);
-          hn::StoreU(hn::Add(hn::LoadU(d16, box(k) + u), more), d16, box(k) + u);
-        }
-        summed += power;
-      }
-      if (2 * power > size) break;
-      for (int u{0}; u < length; u += lanes) {
-        const auto twice = hn::Add(hn::LoadU(d16, power_ + u), hn::LoadU(d16, power_ + u + power));
-        hn::StoreU(twice, d16, power_ + u);
-      }
-    }
+    std::fill(sums + half_ + width_, sums + 2 * half_ + width_, sums[half_ + width_ - 1]);
+    const auto load = [&](int u) { return hn::PromoteTo(d16, hn::LoadU(d8, sums + u)); };
+    window_sums(d16, load, width_, 2 * half_ + 1, power_, box(k));
   }
 
   void find_best(int u, CandidateRow& out) const {
@@ -121,22 +100,39 @@ class LevelRows {
       after = hn::IfThenElse(better, inside ? hn::LoadU(d16, box(k + 1) + u) : here, after);
       cost = hn::Min(cost, here);
     }
-    auto runner_up = set(65535);
+    const auto too_dear = hn::Add(rival_costs(d16, cost), set(1));
+    auto rivals = set(0);
     for (int k{0}; k < count; ++k) {
-      const auto is_near = hn::Lt(hn::Sub(set(k + 1), best), set(3));  // wraps round
-      runner_up = hn::Min(runner_up, hn::IfThenElse(is_near, set(65535), hn::LoadU(d16, box(k) + u)));
+      const auto is_far = hn::Gt(hn::Sub(set(k + 1), best), set(2));  // wraps round
+      const auto is_close = hn::Lt(hn::LoadU(d16, box(k) + u), too_dear);
+      rivals = hn::Add(rivals, hn::IfThenElseZero(hn::And(is_far, is_close), set(1)));
     }
     hn::StoreU(cost, d16, out.cost() + u);
-    hn::StoreU(runner_up, d16, out.runner_up() + u);
+    hn::StoreU(rivals, d16, out.rivals() + u);
     hn::StoreU(before, d16, out.before() + u);
     hn::StoreU(after, d16, out.after() + u);
     const auto shift = hn::Add(best, set(shifts_.first));
     hn::StoreU(shift, d16, reinterpret_cast<std::uint16_t*>(out.shift()) + u);
   }
 
+  // highest_rival
+  template <class D16, class V16>
+  [[nodiscard]] V16 rival_costs(D16 d16, V16 cost) const {
+    const hn::Half<D16> half;
+    const hn::Rebind<std::int32_t, decltype(half)> d32;
+    const auto of_half = [&](auto costs) {
+      const auto wide = hn::PromoteTo(d32, costs);
+      const auto scaled = hn::Add(hn::Mul(wide, hn::Set(d32, 1024 + uniqueness_1024_)), hn::Set(d32, 1023));
+      const auto limit = hn::Sub(hn::ShiftRight<10>(scaled), hn::Set(d32, 1));
+      return hn::DemoteTo(half, hn::Max(wide, limit));
+    };
+    return hn::Combine(d16, of_half(hn::UpperHalf(half, cost)), of_half(hn::LowerHalf(half, cost)));
+  }
+
   int width_;
   int half_;
   Shifts shifts_;
+  int uniqueness_1024_;
   std::ptrdiff_t stride_;
   std::uint16_t* power_;   // [u]: sums of 2, 4, 8 … columns
   std::uint16_t* boxes_;   // [shift][u]: costs

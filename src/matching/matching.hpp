@@ -8,8 +8,11 @@
 #include "ground/model.hpp"
 #include "matching/candidates.hpp"
 #include "matching/decide_simd.hpp"
+#include "matching/matches.hpp"
 #include "matching/model.hpp"
 #include "matching/padded.hpp"
+#include "matching/speckles.hpp"
+#include "matching/texture_simd.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/image.hpp"
 
@@ -17,14 +20,6 @@ namespace stereogrid {
 
 class Cpu;
 struct Reference;
-
-/// What `match` leaves: two disparity images (px, 0 = none); no pixel has both.
-struct Matches {
-  Matches(int width, int height) : obstacle{width, height}, road{width, height} {}
-
-  Image<float> obstacle;
-  Image<float> road;
-};
 
 /// A range of shifts to search: first … first + count − 1.
 struct Shifts {
@@ -38,12 +33,14 @@ struct MatchingSpace {
 
   Padded<std::uint8_t> left, right, sheared;                             ///< grey levels
   Padded<std::uint8_t> short_left, short_right_reversed, short_sheared;  ///< correlation: short census
-  Padded<std::uint32_t> census_left, census_right, census_sheared;       ///< semi-global: census
-  Padded<std::uint8_t> textured;                                         ///< 1 where a window has contrast
-  Image<int> patch;                                                      ///< speckle removal: union-find over pixels
-  std::vector<std::uint8_t> memory;                                      ///< CPU: working memory of the bands
-  std::vector<RowCandidates> rows;                                       ///< CPU: of each band
+  Padded<std::uint32_t> short_left_fourfold;
+  Padded<std::uint32_t> census_left, census_right, census_sheared;  ///< semi-global: census
+  Padded<std::uint8_t> textured;                                    ///< 1 where a window has contrast
+  Speckles speckles;
+  std::vector<std::uint8_t> memory;  ///< CPU: working memory of the bands
+  std::vector<RowCandidates> rows;   ///< CPU: of each band
   std::vector<DecideSpace> decisions;
+  std::vector<TextureSpace> textures;
 };
 
 /// Double correlation (T-ITS 2012, III-C): every pixel is matched as part of an upright surface (constant disparity in
@@ -68,8 +65,5 @@ Shifts road_shifts(const MatchingConfig& config);
 
 /// The share by which a runner-up must cost more, in 1/1024.
 int uniqueness_1024(const MatchingConfig& config);
-
-/// Removes connected patches (neighbours of the same label, disparities within 1 px) of fewer than `speckle_px` pixels.
-void remove_speckles(int speckle_px, Image<int>& patch, Matches& matches);
 
 }  // namespace stereogrid

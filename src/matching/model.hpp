@@ -89,18 +89,20 @@ STEREOGRID_HD inline float subpixel_offset(int before, int at, int after) {
 
 /// What one hypothesis found at a pixel.
 struct Candidate {
-  std::uint16_t cost;       ///< of the best shift
-  std::uint16_t runner_up;  ///< smallest cost more than one step away from the best; 65535: none
-  std::uint16_t before;     ///< cost one step below the best shift; `cost` where the best is at an end of the range
-  std::uint16_t after;      ///< cost one step above it
-  std::int16_t shift;       ///< best shift in px
+  std::uint16_t cost;    ///< of the best shift
+  std::uint16_t rivals;  ///< other shifts, more than one step away, that cost no more than highest_rival
+  std::uint16_t before;  ///< cost one step below the best shift; `cost` where the best is at an end of the range
+  std::uint16_t after;   ///< cost one step above it
+  std::int16_t shift;    ///< best shift in px
 
   friend bool operator==(const Candidate&, const Candidate&) = default;
 };
 
-/// Is the minimum clear? Every shift but its neighbours must cost more by the share `uniqueness`, given in 1/1024.
-STEREOGRID_HD inline bool is_unique(int cost, int runner_up, int uniqueness_1024) {
-  return runner_up * 1024 >= cost * (1024 + uniqueness_1024) && runner_up > cost;
+/// A match is unique if every shift but its neighbours costs more than this: `cost` itself, and less than the share
+/// `uniqueness` above it, given in 1/1024.
+STEREOGRID_HD inline int highest_rival(int cost, int uniqueness_1024) {
+  const int limit{((cost * (1024 + uniqueness_1024) + 1023) >> 10) - 1};
+  return limit > cost ? limit : cost;
 }
 
 /// The cheaper hypothesis at a pixel.
@@ -114,15 +116,14 @@ struct Winner {
 
 /// The paper's decision without a threshold (T-ITS 2012, III-C): road where the road hypothesis costs less.
 STEREOGRID_HD inline Winner winner_of(const Candidate& upright, const Candidate& level, std::int32_t road_65536,
-                                      int disparities, int uniqueness_1024, bool subpixel) {
+                                      int disparities, bool subpixel) {
   const bool is_road{road_65536 >= 65536 && level.cost < upright.cost};
   const Candidate& best{is_road ? level : upright};
   const float offset{subpixel ? subpixel_offset(best.before, best.cost, best.after) : 0.0f};
   const float disparity{(is_road ? static_cast<float>(road_65536) / 65536.0f : 0.0f) +
                         (static_cast<float>(best.shift) + offset)};
   const bool in_range{disparity >= 0.5f && disparity < static_cast<float>(disparities) - 0.5f};
-  return {is_road, best.cost, disparity, static_cast<int>(disparity + 0.5f),
-          in_range && is_unique(best.cost, best.runner_up, uniqueness_1024)};
+  return {is_road, best.cost, disparity, static_cast<int>(disparity + 0.5f), in_range && best.rivals == 0};
 }
 
 }  // namespace stereogrid

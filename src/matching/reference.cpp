@@ -43,19 +43,20 @@ int window_cost(View<const std::uint8_t> left, View<const std::uint8_t> right, i
 }
 
 Candidate best_of(View<const std::uint8_t> left, View<const std::uint8_t> right, int u, int v, Shifts shifts,
-                  int half_window) {
+                  const MatchingConfig& config) {
   std::vector<std::uint16_t> costs;
   for (int k{0}; k < shifts.count; ++k) {
-    costs.push_back(static_cast<std::uint16_t>(window_cost(left, right, u, v, shifts.first + k, half_window)));
+    costs.push_back(static_cast<std::uint16_t>(window_cost(left, right, u, v, shifts.first + k, config.window_px / 2)));
   }
   const auto least = std::min_element(costs.begin(), costs.end());
   const int best{static_cast<int>(least - costs.begin())};
-  std::uint16_t runner_up{65535};
+  const int rival_cost{highest_rival(*least, uniqueness_1024(config))};
+  std::uint16_t rivals{0};
   for (int k{0}; k < shifts.count; ++k) {
-    if (std::abs(k - best) > 1) runner_up = std::min(runner_up, costs[static_cast<std::size_t>(k)]);
+    if (std::abs(k - best) > 1 && costs[static_cast<std::size_t>(k)] <= rival_cost) ++rivals;
   }
   const bool inside{best > 0 && best < shifts.count - 1};
-  return {*least, runner_up, inside ? least[-1] : *least, inside ? least[1] : *least,
+  return {*least, rivals, inside ? least[-1] : *least, inside ? least[1] : *least,
           static_cast<std::int16_t>(shifts.first + best)};
 }
 
@@ -66,12 +67,11 @@ void correlate(View<const std::uint8_t> left, View<const std::uint8_t> right, Vi
   const auto census_left = described<std::uint8_t>(left, describe);
   const auto census_right = described<std::uint8_t>(right, describe);
   const auto census_sheared = described<std::uint8_t>(sheared, describe);
-  const int half{config.window_px / 2};
   RowCandidates row{left.width};
   for (int v{0}; v < left.height; ++v) {
     for (int u{0}; u < left.width; ++u) {
-      row.upright.set(u, best_of(census_left.view(), census_right.view(), u, v, upright_shifts(config), half));
-      row.level.set(u, best_of(census_left.view(), census_sheared.view(), u, v, road_shifts(config), half));
+      row.upright.set(u, best_of(census_left.view(), census_right.view(), u, v, upright_shifts(config), config));
+      row.level.set(u, best_of(census_left.view(), census_sheared.view(), u, v, road_shifts(config), config));
     }
     sink.take(v, row);
   }
@@ -116,7 +116,7 @@ class Decider final : public CandidateSink {
     };
     for (int u{0}; u < left_.width; ++u) {
       winners.push_back(winner_of(candidates.upright.at(u), candidates.level.at(u), road.at(u), config_.disparities,
-                                  uniqueness_1024(config_), config_.subpixel));
+                                  config_.subpixel));
       const int right_u{u - winner(u).whole};
       if (right_u < 0 || right_u >= left_.width) continue;
       int& first{claimant[static_cast<std::size_t>(right_u)]};
@@ -162,7 +162,7 @@ void match(Reference& reference, View<const std::uint8_t> left, View<const std::
            const MatchingConfig& config, MatchingSpace& space, Matches& matches) {
   Decider decider{left, plane, config, matches};
   find_candidates(reference, left, right, plane, config, space, decider);
-  remove_speckles(config.speckle_px, space.patch, matches);
+  space.speckles.remove(config.speckle_px, matches);
 }
 
 }  // namespace stereogrid

@@ -17,7 +17,9 @@ void optimise(Cpu& cpu, const CensusTriple& census, const RoadPlane& plane, cons
   constexpr std::size_t alignment{64};
   const int width{census.left.width};
   const int height{census.left.height};
-  SemiGlobalTask task{census, plane, penalties_of(config), upright_shifts(config), road_shifts(config), nullptr, &sink};
+  SemiGlobalTask task{
+      census,  plane, penalties_of(config), upright_shifts(config), road_shifts(config), uniqueness_1024(config),
+      nullptr, &sink};
   const std::size_t pixels{static_cast<std::size_t>(width) * static_cast<std::size_t>(height)};
   const std::size_t sums{pixels * semi_global_labels(task) * sizeof(std::uint16_t)};
   const std::size_t part_memory{(semi_global_memory(task) + alignment - 1) / alignment * alignment};

@@ -98,15 +98,16 @@ void walk(const Problem& problem, int du, int dv, Image<Labels>& sums) {
   }
 }
 
-Candidate best_of(const std::vector<int>& costs, Shifts shifts) {
+Candidate best_of(const std::vector<int>& costs, Shifts shifts, int uniqueness) {
   const int best{static_cast<int>(std::min_element(costs.begin(), costs.end()) - costs.begin())};
   int runner_up{65535};
   for (int k{0}; k < shifts.count; ++k) {
     if (std::abs(k - best) > 1) runner_up = std::min(runner_up, at(costs, k));
   }
+  const bool is_unique{runner_up > highest_rival(at(costs, best), uniqueness)};
   const bool inside{best > 0 && best < shifts.count - 1};
   const auto cost_at = [&](int k) { return static_cast<std::uint16_t>(at(costs, k)); };
-  return {cost_at(best), static_cast<std::uint16_t>(runner_up), cost_at(inside ? best - 1 : best),
+  return {cost_at(best), static_cast<std::uint16_t>(is_unique ? 0 : 1), cost_at(inside ? best - 1 : best),
           cost_at(inside ? best + 1 : best), static_cast<std::int16_t>(shifts.first + best)};
 }
 
@@ -126,8 +127,8 @@ void optimise(Reference&, const CensusTriple& census, const RoadPlane& plane, co
   RowCandidates row{problem.width()};
   for (int v{0}; v < problem.height(); ++v) {
     for (int u{0}; u < problem.width(); ++u) {
-      row.upright.set(u, best_of(sums(u, v).upright, problem.upright));
-      row.level.set(u, best_of(sums(u, v).road, problem.road));
+      row.upright.set(u, best_of(sums(u, v).upright, problem.upright, uniqueness_1024(config)));
+      row.level.set(u, best_of(sums(u, v).road, problem.road, uniqueness_1024(config)));
     }
     sink.take(v, row);
   }

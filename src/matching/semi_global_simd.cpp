@@ -126,7 +126,7 @@ class Worker {
   template <class D16>
   void choose_row(D16 d16, std::uint16_t* costs, int n, Shifts shifts, CandidateRow& candidates) const {
     for (int u{0}; u < task_.census.left.width; ++u, costs += layout_.uprights + layout_.roads) {
-      candidates.set(u, candidate_of(d16, costs, shifts, n));
+      candidates.set(u, candidate_of(d16, costs, shifts, task_.uniqueness_1024, n));
     }
   }
 

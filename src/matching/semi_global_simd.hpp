@@ -16,6 +16,7 @@ struct SemiGlobalTask {
   Penalties penalties;
   Shifts upright;
   Shifts road;
+  int uniqueness_1024{0};
   std::uint16_t* sums{nullptr};  ///< [v][u][label], semi_global_labels() a pixel, 64-byte aligned
   CandidateSink* sink{nullptr};
 };

@@ -11,7 +11,9 @@
 #endif
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
+#include <type_traits>
 
 #include "hwy/highway.h"
 #include "matching/correlate_simd.hpp"
@@ -39,9 +41,9 @@ HWY_INLINE std::uint16_t smallest_lane(D16 d16, V16 v) {
   }
 }
 
-// Descriptors that enter the window at its lower edge and leave it above; null: nothing leaves.
+// Descriptors of an image row.
 struct RowPair {
-  const std::uint8_t* left;
+  const std::uint32_t* left;  // four times the byte: a vector is then filled without shuffling
   const std::uint8_t* right_reversed;
 };
 
@@ -52,36 +54,42 @@ class UprightRows {
  public:
   static int padded_count() { return vectors * static_cast<int>(hn::Lanes(Bytes{})); }
   static std::size_t memory(int width) {
-    return static_cast<std::size_t>(width + 4) * static_cast<std::size_t>(padded_count());
+    return static_cast<std::size_t>(width + 3) * static_cast<std::size_t>(padded_count());
   }
 
-  UprightRows(int width, Shifts shifts, int half_window, std::uint8_t* memory)
+  UprightRows(int width, Shifts shifts, int half_window, int uniqueness_1024, std::uint8_t* memory)
       : width_{width},
         half_{half_window},
         shifts_{shifts},
+        uniqueness_1024_{uniqueness_1024},
         n_{padded_count()},
         beyond_{reinterpret_cast<std::uint16_t*>(memory)},
-        box_{beyond_ + n_},
-        columns_{memory + 4 * n_} {
+        nothing_{memory + 2 * n_},
+        columns_{memory + 3 * n_} {
+    std::fill(nothing_, nothing_ + n_, std::uint8_t{0});
     std::fill(columns_, columns_ + static_cast<std::ptrdiff_t>(width) * n_, std::uint8_t{0});
-    for (int k{0}; k < n_; ++k) beyond_[place(k)] = k < shifts.count ? std::uint16_t{0} : std::uint16_t{65535};
+    for (int k{0}; k < n_; ++k)
+      beyond_[(k & 1) * (n_ / 2) + k / 2] = k < shifts.count ? std::uint16_t{0} : std::uint16_t{65535};
   }
 
   void add_row(RowPair entering) {
-    for (int u{0}; u < width_; ++u) update_column(u, entering, entering, false);
+    for (int u{0}; u < width_; ++u) {
+      update_column<false>(u, rows(entering), rows(entering), columns_ + static_cast<std::ptrdiff_t>(u) * n_);
+    }
   }
 
   void finish_row(RowPair entering, RowPair leaving, bool something_leaves, CandidateRow& out) {
-    Sums box{};
-    for (int i{0}; i < vectors; ++i) box.even[i] = box.odd[i] = hn::Zero(Words{});
-    const int ahead{std::min(half_, width_)};
-    for (int u{0}; u < ahead; ++u) update_column(u, entering, leaving, something_leaves);
-    for (int i{-half_}; i < half_; ++i) add_column(std::clamp(i, 0, width_ - 1), box);
-    for (int u{0}; u < width_; ++u) {
-      if (u + half_ < width_) update_column(u + half_, entering, leaving, something_leaves);
-      add_column(std::min(u + half_, width_ - 1), box);
-      if (u > 0) subtract_column(std::max(u - half_ - 1, 0), box);
-      find_best(u, box, out);
+    const auto finish = [&](auto is_padded) {
+      if (something_leaves) {
+        finish_row_as<true, is_padded>(entering, leaving, out);
+      } else {
+        finish_row_as<false, is_padded>(entering, leaving, out);
+      }
+    };
+    if (shifts_.count < n_) {
+      finish(std::true_type{});
+    } else {
+      finish(std::false_type{});
     }
   }
 
@@ -93,94 +101,156 @@ class UprightRows {
     V16 odd[vectors];
   };
 
-  [[nodiscard]] int place(int k) const { return (k & 1) * (n_ / 2) + k / 2; }
-  [[nodiscard]] std::uint8_t* column(int u) const { return columns_ + static_cast<std::ptrdiff_t>(u) * n_; }
+  // Bytes are written in the loops below; what is read there is kept in local variables, which they cannot change.
+  struct Rows {
+    const std::uint32_t* left;
+    const std::uint8_t* right;  // of column 0 and the first shift; that of column u lies u before
+  };
+  [[nodiscard]] Rows rows(RowPair pair) const { return {pair.left, pair.right_reversed + width_ - 1 + shifts_.first}; }
 
-  [[nodiscard]] HWY_INLINE V8 differing_bits(RowPair rows, int u, int i) const {
+  static HWY_INLINE V8 differing_bits(Rows rows, std::ptrdiff_t u, int i) {
     const Bytes d8;
-    const std::uint8_t* right{rows.right_reversed + (width_ - 1 - u) + shifts_.first};
-    return hn::PopulationCount(hn::Xor(hn::Set(d8, rows.left[u]), hn::LoadU(d8, right + i * hn::Lanes(d8))));
+    const hn::Repartition<std::uint32_t, Bytes> d32;
+    const auto left = hn::BitCast(d8, hn::Set(d32, rows.left[u]));
+    return hn::PopulationCount(hn::Xor(left, hn::LoadU(d8, rows.right - u + i * hn::Lanes(d8))));
   }
 
-  HWY_INLINE void update_column(int u, RowPair entering, RowPair leaving, bool something_leaves) {
+  template <bool something_leaves>
+  static HWY_INLINE void update_column(std::ptrdiff_t u, Rows entering, Rows leaving, std::uint8_t* column) {
     const Bytes d8;
-    std::uint8_t* sums{column(u)};
     for (int i{0}; i < vectors; ++i) {
-      std::uint8_t* at{sums + i * hn::Lanes(d8)};
+      std::uint8_t* at{column + i * hn::Lanes(d8)};
       auto sum = hn::Add(hn::Load(d8, at), differing_bits(entering, u, i));
-      if (something_leaves) sum = hn::Sub(sum, differing_bits(leaving, u, i));
+      if constexpr (something_leaves) sum = hn::Sub(sum, differing_bits(leaving, u, i));
       hn::Store(sum, d8, at);
     }
   }
 
-  HWY_INLINE void add_column(int u, Sums& box) const {
+  // box += column entering − column leaving
+  static HWY_INLINE void move_box(const std::uint8_t* entering, const std::uint8_t* leaving, Sums& box) {
     const Bytes d8;
     const Words d16;
+    const auto low = hn::Set(d16, std::uint16_t{255});
     for (int i{0}; i < vectors; ++i) {
-      const auto both = hn::BitCast(d16, hn::Load(d8, column(u) + i * hn::Lanes(d8)));
-      box.even[i] = hn::Add(box.even[i], hn::And(both, hn::Set(d16, std::uint16_t{255})));
-      box.odd[i] = hn::Add(box.odd[i], hn::ShiftRight<8>(both));
+      const auto in = hn::BitCast(d16, hn::Load(d8, entering + i * hn::Lanes(d8)));
+      const auto out = hn::BitCast(d16, hn::Load(d8, leaving + i * hn::Lanes(d8)));
+      box.even[i] = hn::Add(box.even[i], hn::Sub(hn::And(in, low), hn::And(out, low)));
+      box.odd[i] = hn::Add(box.odd[i], hn::Sub(hn::ShiftRight<8>(in), hn::ShiftRight<8>(out)));
     }
   }
 
-  HWY_INLINE void subtract_column(int u, Sums& box) const {
-    const Bytes d8;
-    const Words d16;
-    for (int i{0}; i < vectors; ++i) {
-      const auto both = hn::BitCast(d16, hn::Load(d8, column(u) + i * hn::Lanes(d8)));
-      box.even[i] = hn::Sub(box.even[i], hn::And(both, hn::Set(d16, std::uint16_t{255})));
-      box.odd[i] = hn::Sub(box.odd[i], hn::ShiftRight<8>(both));
+  template <bool something_leaves, bool is_padded>
+  HWY_NOINLINE void finish_row_as(RowPair entering_pair, RowPair leaving_pair, CandidateRow& out) {
+    const Rows entering{rows(entering_pair)};
+    const Rows leaving{something_leaves ? rows(leaving_pair) : entering};
+    const std::ptrdiff_t n{n_};
+    const std::ptrdiff_t half{half_};
+    const std::ptrdiff_t width{width_};
+    std::uint8_t* const columns{columns_};
+    const std::uint8_t* const nothing{nothing_};
+    Sums box;
+    for (int i{0}; i < vectors; ++i) box.even[i] = box.odd[i] = hn::Zero(Words{});
+    for (std::ptrdiff_t u{0}; u < std::min(half, width); ++u) {
+      update_column<something_leaves>(u, entering, leaving, columns + u * n);
+    }
+    for (std::ptrdiff_t i{-half}; i < half; ++i) {
+      move_box(columns + std::clamp(i, std::ptrdiff_t{0}, width - 1) * n, nothing, box);
+    }
+    for (std::ptrdiff_t start{0}; start < width; start += block) {
+      const std::ptrdiff_t end{std::min(start + block, width)};
+      for (std::ptrdiff_t u{start}; u < end; ++u) {
+        const std::ptrdiff_t ahead{u + half};
+        if (ahead < width) update_column<something_leaves>(ahead, entering, leaving, columns + ahead * n);
+        const std::ptrdiff_t behind{u - half - 1};
+        move_box(columns + std::min(ahead, width - 1) * n,
+                 u == 0 ? nothing : columns + std::max(behind, std::ptrdiff_t{0}) * n, box);
+        find_minimum<is_padded>(box, beyond_, uniqueness_1024_, minima_[u - start]);
+      }
+      for (std::ptrdiff_t u{start}; u < end; ++u) out.set(static_cast<int>(u), candidate_at(minima_[u - start]));
     }
   }
 
-  HWY_INLINE void find_best(int u, const Sums& box, CandidateRow& out) {
+  // A bit for each shift of one parity, per vector.
+  static constexpr int lanes{static_cast<int>(hn::MaxLanes(Words{}))};
+  using Bits =
+      std::conditional_t<lanes == 32, std::uint32_t, std::conditional_t<lanes == 16, std::uint16_t, std::uint8_t>>;
+
+  // A pixel's costs and what vectors tell of them. Numbers are read as they were written: anything else would have to
+  // wait for the memory.
+  struct alignas(64) Minimum {
+    std::uint16_t costs[2][vectors * lanes];  // even shifts, odd shifts
+    Bits is_least[2][vectors];
+    Bits is_close[2][vectors];
+    int cost;
+    int rival_cost;
+  };
+
+  template <bool is_padded>
+  static HWY_INLINE void find_minimum(const Sums& box, const std::uint16_t* beyond, int uniqueness, Minimum& minimum) {
     const Words d16;
-    const int lanes{static_cast<int>(hn::Lanes(d16))};
-    const auto highest = hn::Set(d16, std::uint16_t{65535});
-    Sums costs;
-    auto least = highest;
+    V16 even[vectors];
+    V16 odd[vectors];
+    auto least = hn::Set(d16, std::uint16_t{65535});
     for (int i{0}; i < vectors; ++i) {
-      costs.even[i] = hn::Or(box.even[i], hn::Load(d16, beyond_ + i * lanes));
-      costs.odd[i] = hn::Or(box.odd[i], hn::Load(d16, beyond_ + n_ / 2 + i * lanes));
-      hn::Store(costs.even[i], d16, box_ + i * lanes);
-      hn::Store(costs.odd[i], d16, box_ + n_ / 2 + i * lanes);
-      least = hn::Min(least, hn::Min(costs.even[i], costs.odd[i]));
+      even[i] = box.even[i];
+      odd[i] = box.odd[i];
+      if constexpr (is_padded) {
+        even[i] = hn::Or(even[i], hn::Load(d16, beyond + i * lanes));
+        odd[i] = hn::Or(odd[i], hn::Load(d16, beyond + (vectors + i) * lanes));
+      }
+      hn::Store(even[i], d16, minimum.costs[0] + i * lanes);
+      hn::Store(odd[i], d16, minimum.costs[1] + i * lanes);
+      const auto lesser = hn::Min(even[i], odd[i]);
+      least = i == 0 ? lesser : hn::Min(least, lesser);
     }
-    const std::uint16_t cost{smallest_lane(d16, least)};
-    const auto wanted = hn::Set(d16, cost);
-    const auto iota = hn::ShiftLeft<1>(hn::Iota(d16, std::uint16_t{0}));
-    auto first = highest;
+    minimum.cost = smallest_lane(d16, least);
+    minimum.rival_cost = highest_rival(minimum.cost, uniqueness);
+    const auto wanted = hn::Set(d16, static_cast<std::uint16_t>(minimum.cost));
+    const auto too_dear = hn::Set(d16, static_cast<std::uint16_t>(minimum.rival_cost + 1));
     for (int i{0}; i < vectors; ++i) {
-      const auto even = hn::Add(iota, hn::Set(d16, static_cast<std::uint16_t>(2 * i * lanes)));
-      const auto odd = hn::Add(iota, hn::Set(d16, static_cast<std::uint16_t>(2 * i * lanes + 1)));
-      first = hn::Min(first, hn::IfThenElse(hn::Eq(costs.even[i], wanted), even, highest));
-      first = hn::Min(first, hn::IfThenElse(hn::Eq(costs.odd[i], wanted), odd, highest));
+      store_bits(d16, hn::Eq(even[i], wanted), minimum.is_least[0][i]);
+      store_bits(d16, hn::Eq(odd[i], wanted), minimum.is_least[1][i]);
+      store_bits(d16, hn::Lt(even[i], too_dear), minimum.is_close[0][i]);
+      store_bits(d16, hn::Lt(odd[i], too_dear), minimum.is_close[1][i]);
     }
-    const int best{smallest_lane(d16, first)};
-    auto others = highest;
+  }
+
+  static HWY_INLINE void store_bits(Words d16, hn::Mask<Words> mask, Bits& bits) {
+    hn::StoreMaskBits(d16, mask, reinterpret_cast<std::uint8_t*>(&bits));
+  }
+
+  // The first shift of one parity, in steps of two. Without a branch, which would often be mispredicted.
+  static HWY_INLINE int first_of(const Bits* bits) {
+    int place{1 << 20};
+    for (int i{vectors - 1}; i >= 0; --i) place = bits[i] != 0 ? lanes * i + std::countr_zero(bits[i]) : place;
+    return place;
+  }
+
+  HWY_INLINE Candidate candidate_at(const Minimum& minimum) const {
+    const int best{std::min(2 * first_of(minimum.is_least[0]), 2 * first_of(minimum.is_least[1]) + 1)};
+    const auto cost_at = [&](int k) { return int{minimum.costs[k & 1][k / 2]}; };
+    const int before{best > 0 ? cost_at(best - 1) : 65535};
+    const int after{best < shifts_.count - 1 ? cost_at(best + 1) : 65535};
+    int close{-1 - (before <= minimum.rival_cost ? 1 : 0) - (after <= minimum.rival_cost ? 1 : 0)};
     for (int i{0}; i < vectors; ++i) {
-      // wraps round for shifts before best − 1
-      const auto distance = hn::Add(iota, hn::Set(d16, static_cast<std::uint16_t>(2 * i * lanes - best + 1)));
-      const auto three = hn::Set(d16, std::uint16_t{3});
-      others = hn::Min(others, hn::IfThenElse(hn::Lt(distance, three), highest, costs.even[i]));
-      // an odd shift lies one further
-      const auto further = hn::Add(distance, hn::Set(d16, std::uint16_t{1}));
-      others = hn::Min(others, hn::IfThenElse(hn::Lt(further, three), highest, costs.odd[i]));
+      close += std::popcount(minimum.is_close[0][i]) + std::popcount(minimum.is_close[1][i]);
     }
     const bool inside{best > 0 && best < shifts_.count - 1};
-    out.cost()[u] = cost;
-    out.runner_up()[u] = smallest_lane(d16, others);
-    out.before()[u] = inside ? box_[place(best - 1)] : cost;
-    out.after()[u] = inside ? box_[place(best + 1)] : cost;
-    out.shift()[u] = static_cast<std::int16_t>(shifts_.first + best);
+    const auto word = [](int value) { return static_cast<std::uint16_t>(value); };
+    return {word(minimum.cost), word(close), word(inside ? before : minimum.cost), word(inside ? after : minimum.cost),
+            static_cast<std::int16_t>(shifts_.first + best)};
   }
+
+  static constexpr int block{16};
 
   int width_;
   int half_;
   Shifts shifts_;
+  int uniqueness_1024_;
   int n_;
   std::uint16_t* beyond_;  // [place]: 65535 for shifts that are not searched
-  std::uint16_t* box_;     // [place]: costs of the current pixel
+  std::uint8_t* nothing_;  // a column of zeros
+  Minimum minima_[block];  // of the pixels at work
   std::uint8_t* columns_;  // [u][shift]: differing bits summed over the window's rows
 };
 

@@ -10,9 +10,9 @@ namespace stereogrid::test {
 namespace {
 
 // Its neighbours' costs say that the minimum is a quarter of a pixel on.
-Candidate candidate(int shift, int cost, int runner_up = 1000) {
+Candidate candidate(int shift, int cost, int rivals = 0) {
   const auto word = [](int value) { return static_cast<std::uint16_t>(value); };
-  return {word(cost), word(runner_up), word(cost + 40), word(cost + 20), static_cast<std::int16_t>(shift)};
+  return {word(cost), word(rivals), word(cost + 40), word(cost + 20), static_cast<std::int16_t>(shift)};
 }
 
 struct Decision {
@@ -43,7 +43,7 @@ std::vector<Decision> decide_all(const std::vector<Pixel>& pixels, const Matchin
   DecideSpace space{width};
   decide_row(
       {candidates, road_row({road_px, 0, 0, 0, 0}, 0), textured.data(), width, config.disparities,
-       uniqueness_1024(config), config.left_right_px, config.subpixel, matches.obstacle.row(0), matches.road.row(0)},
+              config.left_right_px, config.subpixel, matches.obstacle.row(0), matches.road.row(0)},
       space);
   std::vector<Decision> decisions;
   for (int u{first}; u < width; ++u) decisions.push_back({matches.obstacle(u, 0), matches.road(u, 0)});
@@ -72,16 +72,19 @@ TEST(Deciding, TheCheaperHypothesisGivesLabelAndDisparity) {
 }
 
 TEST(Deciding, ADoubtfulWinnerIsNotReplacedByTheLoser) {
-  MatchingConfig config{permissive_config()};
-  config.uniqueness = 0.1;
+  const MatchingConfig config{permissive_config()};
   const auto nothing = [&](const Decision& decision) { return decision.obstacle == 0 && decision.road == 0; };
-  EXPECT_TRUE(nothing(decide(candidate(12, 50, 54), candidate(-1, 60), config)));
-  EXPECT_EQ(decide(candidate(12, 50, 56), candidate(-1, 60), config).obstacle, 12.25f);
-  EXPECT_TRUE(nothing(decide(candidate(12, 60), candidate(-1, 50, 54), config)));
+  EXPECT_TRUE(nothing(decide(candidate(12, 50, 1), candidate(-1, 60), config)));
+  EXPECT_EQ(decide(candidate(12, 50), candidate(-1, 60, 1), config).obstacle, 12.25f);
+  EXPECT_TRUE(nothing(decide(candidate(12, 60), candidate(-1, 50, 3), config)));
   EXPECT_TRUE(nothing(decide(candidate(12, 50), candidate(-1, 60), config, 10, false)));
-  // a draw between two far shifts is never unique
-  config.uniqueness = 0;
-  EXPECT_TRUE(nothing(decide(candidate(12, 50, 50), candidate(-1, 60), config)));
+}
+
+TEST(Deciding, ARivalCostsLessThanTheShareMore) {
+  EXPECT_EQ(highest_rival(50, 0), 50);  // a draw between two far shifts is never unique
+  EXPECT_EQ(highest_rival(50, 102), 54);
+  EXPECT_EQ(highest_rival(1024, 102), 1125);
+  EXPECT_EQ(highest_rival(0, 102), 0);
 }
 
 // Three pixels look at the same place of the right image; the cheapest keeps it, and who agrees with it within a pixel.
@@ -132,7 +135,6 @@ TEST(Deciding, ThereIsNoRoadAboveTheHorizonOrBeyondTheSearch) {
 TEST(Speckles, SmallPatchesGoAndLargeOnesStay) {
   constexpr int size{12};
   Matches matches{size, size};
-  Image<int> patch{size, size};
   const auto paint = [](Image<float>& image, int u, int v, int nu, int nv, float d) {
     for (int j{v}; j < v + nv; ++j) {
       for (int i{u}; i < u + nu; ++i) image(i, j) = d;
@@ -147,7 +149,7 @@ TEST(Speckles, SmallPatchesGoAndLargeOnesStay) {
   paint(matches.obstacle, 0, 8, 3, 1, 9);  // 3 and 3 pixels of two labels: two patches
   paint(matches.road, 0, 9, 3, 1, 9);
   paint(matches.road, 6, 8, 3, 2, 9);  // 6 pixels of road
-  remove_speckles(6, patch, matches);
+  Speckles{size, size}.remove(6, matches);
   EXPECT_EQ(matches.obstacle(2, 1), 9);
   EXPECT_EQ(matches.obstacle(7, 0), 0);
   EXPECT_EQ(matches.obstacle(1, 4), 9);
@@ -161,9 +163,8 @@ TEST(Speckles, SmallPatchesGoAndLargeOnesStay) {
 
 TEST(Speckles, ZeroKeepsEverything) {
   Matches matches{3, 3};
-  Image<int> patch{3, 3};
   matches.road(1, 1) = 4;
-  remove_speckles(0, patch, matches);
+  Speckles{3, 3}.remove(0, matches);
   EXPECT_EQ(matches.road(1, 1), 4);
 }
 

@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <cstddef>
+
+#include "matching/census_simd.hpp"
+#include "matching/correlate_simd.hpp"
+#include "matching/matching.hpp"
+
+namespace stereogrid {
+MatchingSpace::MatchingSpace(int width, int height, const MatchingConfig& config, int threads)
+    : left{width, height, row_overrun},
+      right{width, height, row_overrun},
+      sheared{width, height, row_overrun},
+      textured{width, height, row_overrun},
+      speckles{width, height},
+      rows(static_cast<std::size_t>(threads), RowCandidates{width}),
+      decisions(static_cast<std::size_t>(threads), DecideSpace{width}),
+      textures(static_cast<std::size_t>(threads), TextureSpace{width, config.window_px / 2}) {
+  if (config.method == MatchingMethod::semi_global) {
+    for (auto* census : {&census_left, &census_right, &census_sheared}) *census = {width, height, row_overrun};
+  } else {
+    short_left_fourfold = {width, height, 0};
+    const int border{correlate_border(upright_shifts(config), road_shifts(config))};
+    for (auto* census : {&short_left, &short_right_reversed, &short_sheared}) *census = {width, height, border};
+  }
+}
+
+Shifts upright_shifts(const MatchingConfig& config) {
+  return {0, config.disparities};
+}
+
+Shifts road_shifts(const MatchingConfig& config) {
+  return {-config.road_margin_px, 2 * config.road_margin_px + 1};
+}
+
+int uniqueness_1024(const MatchingConfig& config) {
+  return static_cast<int>(std::lround(config.uniqueness * 1024));
+}
+
+}  // namespace stereogrid
