@@ -38,6 +38,7 @@ double time_ours(const StereoFrame& frame, const Rig& rig, MatchingMethod method
   config.method = method;
   config.window_px = window_px;
   config.disparities = disparities;
+  config.speckle_px = 0;  // OpenCV's default
   Cpu cpu{threads};
   MatchingSpace space{rig.width_px, rig.height_px, config, threads};
   Matches matches{rig.width_px, rig.height_px};

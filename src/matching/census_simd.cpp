@@ -63,10 +63,10 @@ void ShearRow(const std::uint8_t* right_row, int width, const RoadRow& road, std
   const int lanes{static_cast<int>(hn::Lanes(d32))};
   const auto set = [&](std::int32_t value) { return hn::Set(d32, value); };
   const auto pixel_below = [&](int u) { return (u * 256 - ((road.at(u) + 128) >> 8)) >> 8; };
+  auto column = hn::Iota(d32, 0);
+  auto tilt = hn::Add(hn::Mul(column, set(road.slope)), set(2));
   for (int u{0}; u < width; u += lanes) {
-    const auto column = hn::Iota(d32, u);
-    const auto tilt = hn::ShiftRight<2>(hn::Add(hn::Mul(column, set(road.slope)), set(2)));
-    const auto disparity = hn::ShiftRight<8>(hn::Add(hn::Add(tilt, set(road.start)), set(128)));
+    const auto disparity = hn::ShiftRight<8>(hn::Add(hn::ShiftRight<2>(tilt), set(road.start + 128)));
     const auto position = hn::Sub(hn::ShiftLeft<8>(column), disparity);
     const auto part = hn::And(position, set(255));
     const int first{pixel_below(u)};
@@ -83,8 +83,10 @@ void ShearRow(const std::uint8_t* right_row, int width, const RoadRow& road, std
       a = hn::And(pixels, set(255));
       b = hn::And(hn::ShiftRight<8>(pixels), set(255));
     }
-    const auto sum = hn::Add(hn::Mul(a, hn::Sub(set(256), part)), hn::Mul(b, part));
+    const auto sum = hn::Add(hn::ShiftLeft<8>(a), hn::Mul(hn::Sub(b, a), part));
     hn::StoreU(hn::DemoteTo(d8, hn::ShiftRight<8>(hn::Add(sum, set(128)))), d8, out + u);
+    column = hn::Add(column, set(lanes));
+    tilt = hn::Add(tilt, set(lanes * road.slope));
   }
 }
 

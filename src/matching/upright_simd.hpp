@@ -219,10 +219,17 @@ class UprightRows {
     hn::StoreMaskBits(d16, mask, reinterpret_cast<std::uint8_t*>(&bits));
   }
 
-  // The first shift of one parity, in steps of two. Without a branch, which would often be mispredicted.
+  // The first shift of one parity, in steps of two; none: beyond all shifts. Up to 64 without a branch, which would
+  // often be mispredicted.
   static HWY_INLINE int first_of(const Bits* bits) {
-    int place{1 << 20};
-    for (int i{vectors - 1}; i >= 0; --i) place = bits[i] != 0 ? lanes * i + std::countr_zero(bits[i]) : place;
+    constexpr int per_word{std::min(64 / lanes, vectors)};
+    int place{lanes * vectors};
+    for (int i{vectors - per_word}; i >= 0; i -= per_word) {
+      std::uint64_t word{0};
+      for (int j{0}; j < per_word; ++j) word |= static_cast<std::uint64_t>(bits[i + j]) << (lanes * j);
+      const int first{lanes * i + std::popcount(~word & (word - 1))};
+      place = per_word == vectors || word != 0 ? first : place;
+    }
     return place;
   }
 

@@ -41,10 +41,9 @@ std::vector<Decision> decide_all(const std::vector<Pixel>& pixels, const Matchin
   }
   Matches matches{width, 1};
   DecideSpace space{width};
-  decide_row(
-      {candidates, road_row({road_px, 0, 0, 0, 0}, 0), textured.data(), width, config.disparities,
+  decide_row({candidates, road_row({road_px, 0, 0, 0, 0}, 0), textured.data(), width, config.disparities,
               config.left_right_px, config.subpixel, matches.obstacle.row(0), matches.road.row(0)},
-      space);
+             space);
   std::vector<Decision> decisions;
   for (int u{first}; u < width; ++u) decisions.push_back({matches.obstacle(u, 0), matches.road(u, 0)});
   return decisions;
