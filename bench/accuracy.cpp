@@ -30,10 +30,9 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--every", options.measure.every, "Takes every N-th frame with truth.")->check(CLI::Range(1, 1000));
   app.add_option("--set", options.settings, "Parameters of our matchers, group.name=value.");
   app.add_option("--only", options.measure.only, "Only matchers whose name holds this text, and their peers.");
-  app.add_option("--sets", options.set, "Only sets whose name holds this text.");
+  app.add_option("--sets", options.set, "Only sets whose group/name holds this text.");
   app.add_option("--json", options.json, "Everything as JSON, by set.");
-  app.add_option("--samples", options.samples,
-                 "A row per point that ours matched, as .npz (bench/accuracy/measure.cpp).");
+  app.add_option("--samples", options.samples, "A row per matched point, as .npz (bench/accuracy/measure.cpp).");
 }
 
 Config config_of(const std::vector<std::string>& settings) {
@@ -52,7 +51,7 @@ void run(Options options) {
   std::vector<SetResult> results;
   std::vector<SetResult> groups;
   for (const TruthSet& set : open_sets(options.data)) {
-    if (set.name.find(options.set) == std::string::npos) continue;
+    if ((set.group + "/" + set.name).find(options.set) == std::string::npos) continue;
     options.measure.set_number = static_cast<int>(results.size());
     results.push_back(measure(set, options.measure));
     if (groups.empty() || groups.back().name != set.group) {

@@ -140,12 +140,12 @@ SetResult measure(const TruthSet& set, const MeasureOptions& options) {
     for (std::size_t m{0}; m < matchers.size(); ++m) {
       const Matched matched{matchers[m].match(truth)};
       tally(matched, truth.points, result.matchers[m].tally);
+      if (options.samples != nullptr) sample(set, options, i, m, matched, truth);
       if (matchers[m].peer.empty()) {
         of_opencv[matchers[m].name] = matched;
-        continue;
+      } else {
+        compare(matched, of_opencv.at(matchers[m].peer), truth.points, result.matchers[m]);
       }
-      compare(matched, of_opencv.at(matchers[m].peer), truth.points, result.matchers[m]);
-      if (options.samples != nullptr) sample(set, options, i, m, matched, truth);
     }
   }
   std::fprintf(stderr, "\n");

@@ -12,7 +12,7 @@
 
 namespace stereogrid::bench {
 
-/// Raw observations, a row for each point of truth that a matcher with labels matched; a column per quantity.
+/// Raw observations, a row for each point of truth that a matcher matched; a column per quantity.
 class Samples {
  public:
   using Row = std::vector<std::pair<std::string, double>>;

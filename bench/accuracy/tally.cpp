@@ -67,7 +67,7 @@ LabelTally& LabelTally::operator+=(const LabelTally& other) {
 }
 
 void Reliability::add(float confidence, bool is_right) {
-  const double clamped{std::clamp(static_cast<double>(confidence), 0.0, 1.0)};
+  const double clamped{confidence > 0 ? std::min(static_cast<double>(confidence), 1.0) : 0.0};
   Bin& bin{table_[static_cast<std::size_t>(std::min(static_cast<int>(clamped * bins), bins - 1))]};
   ++bin.points;
   bin.right += is_right ? 1 : 0;

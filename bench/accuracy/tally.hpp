@@ -74,7 +74,7 @@ class Reliability {
     [[nodiscard]] double right_share() const { return share(right, points); }
   };
 
-  /// `confidence` is clamped to [0, 1].
+  /// `confidence` is clamped to [0, 1]; not a number counts as 0.
   void add(float confidence, bool is_right);
   Reliability& operator+=(const Reliability& other);
   [[nodiscard]] Count points() const;
