@@ -175,7 +175,7 @@ void label_by_height(const Rig& rig, const RoadPlane& plane, std::vector<TruthPo
     const double height{height_above(plane, camera_height_m, point)};
     point.surface = Surface::other;
     if (depth_m(rig, point) > 40) continue;
-    if (height > -0.3 && height < 0.1) point.surface = Surface::road;
+    if (std::abs(height) < 0.1) point.surface = Surface::road;
     if (height > 0.3) point.surface = Surface::obstacle;
   }
   mark_contact(rig.width_px, rig.height_px, points);

@@ -51,8 +51,8 @@ RoadPlane fit_road(const Rig& rig, const std::vector<TruthPoint>& points);
 /// Height above the plane, m.
 double height_above(const RoadPlane& plane, double camera_height_m, const TruthPoint& point);
 
-/// Sets surface by height above the plane: road below 0.10 m (also under it, to −0.30 m), obstacle above 0.30 m; other
-/// between and further than 40 m, where the plane is no longer known well enough. Sets near_contact too.
+/// Sets surface by height above the plane: road within 0.10 m of it, obstacle above 0.30 m; other in between, below,
+/// and further than 40 m, where the plane is no longer known well enough. Sets near_contact too.
 void label_by_height(const Rig& rig, const RoadPlane& plane, std::vector<TruthPoint>& points);
 
 /// Takes points of a pitched camera's image to that of the level camera (see levelling/levelling.hpp).

@@ -122,8 +122,8 @@ TEST(LabelByHeight, Bands) {
                  rig.focal_px * rig.baseline_m / depth_m);
   }};
   EXPECT_NEAR(height_above(plane, 1.65, at_height(0.7, 15)), 0.7, 1e-4);
-  std::vector<TruthPoint> points{at_height(0.09, 10), at_height(0.2, 10),  at_height(0.31, 10),
-                                 at_height(-0.2, 10), at_height(-0.4, 10), at_height(1, 45)};
+  std::vector<TruthPoint> points{at_height(0.09, 10),  at_height(0.2, 10),  at_height(0.31, 10),
+                                 at_height(-0.09, 10), at_height(-0.2, 10), at_height(1, 45)};
   label_by_height(rig, plane, points);
   EXPECT_EQ(points[0].surface, Surface::road);
   EXPECT_EQ(points[1].surface, Surface::other);
