@@ -8,6 +8,7 @@
 #include <exception>
 
 #include "accuracy/report.hpp"
+#include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 
 namespace {
@@ -61,6 +62,7 @@ void run(Options options) {
       groups.back() += results.back();
     }
   }
+  if (results.empty()) throw InputError{options.data, "holds none of the sets.", "Name the folder that they lie in."};
   for (const SetResult& group : groups) std::fputs(markdown(group).c_str(), stdout);
   if (!options.json.empty()) io::write_file(options.json, json(results));
   if (!options.samples.empty()) samples.write(options.samples);
