@@ -106,15 +106,12 @@ class Cells {
 };
 
 void read_images(const TruthFiles& files, FrameTruth& truth) {
-  const Image<std::uint16_t> disparity{read_u16(files.disparity)};
-  truth.disparity = Image<float>{disparity.width(), disparity.height()};
-  std::ranges::transform(disparity, truth.disparity.begin(),
-                         [](std::uint16_t value) { return static_cast<float>(value) / disparity_scale; });
+  truth.disparity = read_truth_disparity(files.disparity);
   truth.label = narrowed(read_u16(files.label));
   truth.instance = read_u16(files.instance);
   truth.seen_by_both = narrowed(read_u16(files.seen_by_both));
   const auto check{[&](const std::filesystem::path& path, const auto& image) {
-    if (image.width() == disparity.width() && image.height() == disparity.height()) return;
+    if (image.width() == truth.disparity.width() && image.height() == truth.disparity.height()) return;
     fail(path, "has another size than " + files.disparity.string() + ".");
   }};
   check(files.label, truth.label);
@@ -123,6 +120,19 @@ void read_images(const TruthFiles& files, FrameTruth& truth) {
 }
 
 }  // namespace
+
+Image<float> read_truth_disparity(const std::filesystem::path& path) {
+  const Image<std::uint16_t> scaled{read_u16(path)};
+  const int largest{scaled.empty() ? 0 : *std::ranges::max_element(scaled)};
+  if (largest != 0 && largest <= 255) {
+    throw InputError{path.string(), "has 8-bit values, no disparity of a pixel or more.",
+                     "Disparity images of ground truth are 16-bit PNG, disparity × 256."};
+  }
+  Image<float> disparity{scaled.width(), scaled.height()};
+  std::ranges::transform(scaled, disparity.begin(),
+                         [](std::uint16_t value) { return static_cast<float>(value) / disparity_scale; });
+  return disparity;
+}
 
 TruthReader::TruthReader(const std::filesystem::path& folder) : folder_{folder} {
   const auto grid_file{folder / "grid.json"};

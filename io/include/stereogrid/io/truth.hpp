@@ -15,6 +15,10 @@
 
 namespace stereogrid::io {
 
+/// Reads a disparity image of ground truth, KITTI's and ours: 16-bit PNG, disparity in px × 256, 0 = none (0 in the
+/// result too). Throws InputError: missing, damaged, in colour, or of 8-bit values.
+[[nodiscard]] Image<float> read_truth_disparity(const std::filesystem::path& path);
+
 /// Reads the truth/ folder of the plain-folder layout (docs/input.md).
 class TruthReader {
  public:
