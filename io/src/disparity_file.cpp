@@ -73,12 +73,13 @@ Image<float> read_pfm(const std::string& file, const std::string& bytes) {
   int width{0};
   int height{0};
   double scale{0};
-  if (!(head >> kind >> width >> height >> scale) || width <= 0 || height <= 0 || width > largest_side_px ||
-      height > largest_side_px || scale == 0) {
+  char separator{};
+  if (!(head >> kind >> width >> height >> scale) || !head.get(separator) || width <= 0 || height <= 0 ||
+      width > largest_side_px || height > largest_side_px || scale == 0) {
     throw InputError{file, "has a damaged PFM header.", again};
   }
   if (kind != "Pf") throw InputError{file, "is a PFM in colour.", kinds};
-  const std::size_t start{static_cast<std::size_t>(head.tellg()) + 1};
+  const auto start{static_cast<std::size_t>(head.tellg())};
   Image<float> image{width, height};
   if (bytes.size() < start + image.size() * sizeof(float)) {
     throw InputError{file, "is a truncated PFM (pixels are missing).", again};

@@ -180,7 +180,7 @@ TEST_F(DisparityFile, TruncatedFilesAreRefused) {
 
 TEST_F(DisparityFile, DamagedHeadersAreRefused) {
   for (const char* const head : {"Pf\n0 5\n-1.0\n", "Pf\n-3 5\n-1.0\n", "Pf\nfive 5\n-1.0\n", "Pf\n5 5\n0\n",
-                                 "Pf\n99999999 99999999\n-1.0\n", "Pf"}) {
+                                 "Pf\n99999999 99999999\n-1.0\n", "Pf\n1 1\n-1.0", "Pf"}) {
     put(file("a.pfm"), head);
     expect_refused("a.pfm", {"header"});
   }
