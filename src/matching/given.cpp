@@ -3,7 +3,7 @@
 #include "matching/given.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
 
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
@@ -21,24 +21,19 @@ bool is_usable(float disparity, const MatchingConfig& config) {
   return disparity >= 0.5f && disparity < static_cast<float>(config.disparities) - 0.5f;
 }
 
-void split_row(int v, View<const float> disparity, const Rig& rig, const Ground& ground, const MatchingConfig& config,
-               Matches& matches) {
-  const RoadPlane plane{road_plane(rig, ground)};
-  const PlaneSigmas sigmas{plane_sigmas(ground)};
+void split_row(int v, View<const float> disparity, const RoadPlane& plane, const HeightTest& test,
+               const MatchingConfig& config, Matches& matches) {
+  const auto centre_u{static_cast<float>(plane.centre_u_px)};
+  const auto per_u{static_cast<float>(plane.per_u)};
+  const auto at_centre{static_cast<float>(plane.disparity(plane.centre_u_px, v))};
   for (int u{0}; u < disparity.width; ++u) {
     const float d{disparity(u, v)};
-    float road{0};
-    float obstacle{0};
-    if (is_usable(d, config)) {
-      const RoadBand band{road_band(rig, ground.height_m, sigmas, config, u, plane.disparity(u, v))};
-      if (d > band.high) {
-        obstacle = d;
-      } else if (d >= band.low) {
-        road = d;
-      }
-    }
-    matches.road(u, v) = road;
-    matches.obstacle(u, v) = obstacle;
+    const float x{static_cast<float>(u) - centre_u};
+    const float r{at_centre + per_u * x};
+    const bool usable{is_usable(d, config)};
+    const bool above{test.is_above(d, r, x)};
+    matches.obstacle(u, v) = usable && above ? d : 0.0f;
+    matches.road(u, v) = usable && !above && !test.is_below(d, r, x) ? d : 0.0f;
   }
 }
 
@@ -48,32 +43,34 @@ PlaneSigmas plane_sigmas(const Ground& ground) {
   return ground.estimated ? fitted : predicted;
 }
 
-RoadBand road_band(const Rig& rig, double ground_height_m, const PlaneSigmas& sigmas, const MatchingConfig& config,
-                   double u, double road_disparity) {
+HeightTest::HeightTest(const Rig& rig, double ground_height_m, const PlaneSigmas& sigmas,
+                       const MatchingConfig& config) {
+  const auto squared = [](double deviation) {
+    return static_cast<float>(significance * deviation * significance * deviation);
+  };
   const double scale{rig.baseline_m / ground_height_m};
-  const double by_height{road_disparity * sigmas.height_m / ground_height_m};
-  const double by_pitch{scale * rig.focal_px * sigmas.pitch_rad};
-  const double by_roll{scale * (u - rig.centre_u_px) * sigmas.roll_rad};
-  const double variance{config.given_sigma_px * config.given_sigma_px + by_height * by_height + by_pitch * by_pitch +
-                        by_roll * by_roll};
-  const double noise{significance * std::sqrt(variance)};
-  // d = d_r/(1 − h/H); no pixel above the horizon is at the height of the road
   const double share{config.given_height_m / ground_height_m};
-  const double d{std::max(road_disparity, 0.0)};
-  return {std::min(d / (1 + share), road_disparity - noise),
-          std::max(share < 1 ? d / (1 - share) : HUGE_VAL, road_disparity + noise)};
+  constant = squared(config.given_sigma_px) + squared(scale * rig.focal_px * sigmas.pitch_rad);
+  per_r2 = squared(sigmas.height_m / ground_height_m);
+  per_x2 = squared(scale * sigmas.roll_rad);
+  above = share < 1 ? static_cast<float>(1 / (1 - share)) : std::numeric_limits<float>::infinity();
+  below = static_cast<float>(1 / (1 + share));
 }
 
 void split(Cpu& cpu, View<const float> disparity, const Rig& rig, const Ground& ground, const MatchingConfig& config,
            Matches& matches) {
+  const RoadPlane plane{road_plane(rig, ground)};
+  const HeightTest test{rig, ground.height_m, plane_sigmas(ground), config};
   cpu.for_ranges(disparity.height, rows_grain, [&](int begin, int end) {
-    for (int v{begin}; v < end; ++v) split_row(v, disparity, rig, ground, config, matches);
+    for (int v{begin}; v < end; ++v) split_row(v, disparity, plane, test, config, matches);
   });
 }
 
 void split(Reference&, View<const float> disparity, const Rig& rig, const Ground& ground, const MatchingConfig& config,
            Matches& matches) {
-  for (int v{0}; v < disparity.height; ++v) split_row(v, disparity, rig, ground, config, matches);
+  const RoadPlane plane{road_plane(rig, ground)};
+  const HeightTest test{rig, ground.height_m, plane_sigmas(ground), config};
+  for (int v{0}; v < disparity.height; ++v) split_row(v, disparity, plane, test, config, matches);
 }
 
 void leave_whole(View<const float> disparity, const MatchingConfig& config, Matches& matches) {

@@ -81,34 +81,34 @@ TEST(Given, AboveTheHorizonThereIsNoRoad) {
 
 TEST(Given, FarAwayNoiseDecides) {
   const Rig rig{small_kitti_rig()};
-  const Ground ground{fitted_ground()};
-  const PlaneSigmas exact{0, 0, 0};
-  const double d_r{5};
-  const RoadBand band{road_band(rig, ground.height_m, exact, config_for(0.7, 0.1), 300, d_r)};
-  EXPECT_DOUBLE_EQ(band.high, d_r + by_noise * 0.7) << "0.1 m are only 0.3 px there";
-  EXPECT_DOUBLE_EQ(band.low, d_r - by_noise * 0.7);
+  const HeightTest test{rig, 1.6, {0, 0, 0}, config_for(0.7, 0.1)};
+  const float r{5};  // 0.1 m are only 0.3 px there
+  EXPECT_FALSE(test.is_above(r + 1.39f, r, 0));
+  EXPECT_TRUE(test.is_above(r + 1.41f, r, 0));
+  EXPECT_FALSE(test.is_below(r - 1.39f, r, 0));
+  EXPECT_TRUE(test.is_below(r - 1.41f, r, 0));
 }
 
-TEST(Given, UncertaintyOfThePlaneWidensTheBand) {
+double margin(const Rig& rig, double height_m, const PlaneSigmas& sigmas, double x, double r) {
+  const HeightTest test{rig, height_m, sigmas, config_for(0, 0)};
+  return std::sqrt(test.margin2(static_cast<float>(r), static_cast<float>(x)));
+}
+
+TEST(Given, UncertaintyOfThePlaneWidensTheMargin) {
   const Rig rig{small_kitti_rig()};
   const double height_m{1.5};
-  const MatchingConfig config{config_for(0, 0)};
   const double scale{rig.baseline_m / height_m};
-  const auto half_width = [&](const PlaneSigmas& sigmas, double u, double d_r) {
-    const RoadBand band{road_band(rig, height_m, sigmas, config, u, d_r)};
-    EXPECT_NEAR(band.high - d_r, d_r - band.low, 1e-12);
-    return band.high - d_r;
-  };
-  EXPECT_NEAR(half_width({0.03, 0, 0}, 0, 20), by_noise * 20 * 0.03 / height_m, 1e-12);
-  EXPECT_NEAR(half_width({0, 0.002, 0}, 0, 20), by_noise * scale * rig.focal_px * 0.002, 1e-12);
-  EXPECT_NEAR(half_width({0, 0, 0.01}, rig.centre_u_px + 200, 20), by_noise * scale * 200 * 0.01, 1e-12);
-  EXPECT_EQ(half_width({0, 0, 0.01}, rig.centre_u_px, 20), 0);
-  EXPECT_NEAR(half_width({0.03, 0.002, 0}, 0, 20),
-              std::hypot(half_width({0.03, 0, 0}, 0, 20), half_width({0, 0.002, 0}, 0, 20)), 1e-12);
+  const double by_height{margin(rig, height_m, {0.03, 0, 0}, 0, 20)};
+  const double by_pitch{margin(rig, height_m, {0, 0.002, 0}, 0, 20)};
+  EXPECT_NEAR(by_height, by_noise * 20 * 0.03 / height_m, 1e-5);
+  EXPECT_NEAR(by_pitch, by_noise * scale * rig.focal_px * 0.002, 1e-5);
+  EXPECT_NEAR(margin(rig, height_m, {0, 0, 0.01}, -200, 20), by_noise * scale * 200 * 0.01, 1e-5);
+  EXPECT_EQ(margin(rig, height_m, {0, 0, 0.01}, 0, 20), 0);
+  EXPECT_NEAR(margin(rig, height_m, {0.03, 0.002, 0}, 0, 20), std::hypot(by_height, by_pitch), 1e-5);
 }
 
-// The formulas above are the derivatives of the plane's disparity.
-TEST(Given, TheBandCoversPlanesWithinTheirSigmas) {
+// The margins above are the derivatives of the plane's disparity.
+TEST(Given, TheMarginCoversPlanesWithinTheirSigmas) {
   const Rig rig{small_kitti_rig()};
   const Ground ground{1.5, 0.02, -0.01, true};
   for (const PlaneSigmas& sigmas : {PlaneSigmas{0.01, 0, 0}, PlaneSigmas{0, 0.001, 0}, PlaneSigmas{0, 0, 0.002}}) {
@@ -119,10 +119,20 @@ TEST(Given, TheBandCoversPlanesWithinTheirSigmas) {
     for (const int u : {20, 305, 610}) {
       const double before{road_plane(rig, ground).disparity(u, 150)};
       const double after{road_plane(rig, moved).disparity(u, 150)};
-      const RoadBand band{road_band(rig, ground.height_m, sigmas, config_for(0, 0), u, before)};
-      EXPECT_NEAR(std::abs(after - before), band.high - before, 0.03 * (band.high - before) + 2e-3) << u;
+      const double expected{margin(rig, ground.height_m, sigmas, u - rig.centre_u_px, before)};
+      EXPECT_NEAR(std::abs(after - before), expected, 0.03 * expected + 2e-3) << u;
     }
   }
+}
+
+TEST(Given, ALowCameraKeepsItsObstaclesAboveTheHorizonOnly) {
+  Rig rig{small_kitti_rig()};
+  Ground ground{fitted_ground()};
+  ground.height_m = 0.1;  // lower than what counts as road
+  const MatchingConfig config{config_for(0.3, 0.2)};
+  EXPECT_EQ(label_of(rig, ground, config, 300, 150, disparity_at(rig, ground, 300, 150, 0.05) / 4), Label::none);
+  EXPECT_EQ(label_of(rig, ground, config, 300, 88, 60), Label::road) << "nothing on a ray to the ground is higher";
+  EXPECT_EQ(label_of(rig, ground, config, 300, 20, 60), Label::obstacle);
 }
 
 TEST(Given, APredictedPlaneIsTrustedLess) {
