@@ -10,6 +10,7 @@
 
 #include "filter/filter.hpp"
 #include "ground/ground.hpp"
+#include "matching/given.hpp"
 #include "matching/matching.hpp"
 #include "projection/projection.hpp"
 #include "stereogrid/pipeline.hpp"
@@ -22,6 +23,7 @@ namespace stereogrid {
 struct JourneyInput {
   View<const std::uint8_t> left;
   View<const std::uint8_t> right;
+  View<const float> disparity;  ///< given instead of the right image; empty: match
   Pose2 world_from_vehicle;
   double dt_s{0};
 };
@@ -124,30 +126,47 @@ class JourneyOn final : public Journey {
 
   void match_on(const JourneyInput& input, const Ground& ground) {
     JourneyMemory& m{memory_};
+    if (!input.disparity.empty()) return split(back_end_, input.disparity, m.rig, ground, m.config.matching, m.matches);
     match(back_end_, input.left, input.right, road_plane(m.rig, ground), m.config.matching, m.matching, m.matches);
+  }
+
+  // Of the last frame; the car has moved since.
+  [[nodiscard]] Ground predicted_ground() const {
+    Ground ground{memory_.ground};
+    ground.estimated = false;
+    return ground;
+  }
+
+  void search_ground_on(const JourneyInput& input) {
+    JourneyMemory& m{memory_};
+    // a plane far off would have split the wrong pixels away
+    if (!input.disparity.empty()) leave_whole(input.disparity, m.config.matching, m.matches);
+    const Ground calibrated{m.rig.camera_height_m, m.rig.camera_pitch_rad, m.rig.camera_roll_rad};
+    m.ground = search_ground(m.rig, m.config.ground, m.matches.obstacle.view(), m.matches.road.view(), calibrated,
+                             m.ground_samples);
   }
 
   // The road hypothesis needs a plane before there is any disparity: that of the frame before. At the start, and when
   // the road has been lost, a plane is searched in what matched, and the frame is matched again.
   void match_and_estimate_ground(const JourneyInput& input, FrameResult& result, Stopwatch& watch) {
     JourneyMemory& m{memory_};
-    match_on(input, m.ground);
+    match_on(input, predicted_ground());
     result.timing_ms.match = watch.lap();
     result.timing_ms.ground = 0;
     if (m.config.ground.estimate && (m.is_first || m.frames_without_ground > patience)) {
-      const Ground calibrated{m.rig.camera_height_m, m.rig.camera_pitch_rad, m.rig.camera_roll_rad};
-      m.ground = search_ground(m.rig, m.config.ground, m.matches.obstacle.view(), m.matches.road.view(), calibrated,
-                               m.ground_samples);
+      search_ground_on(input);
       result.timing_ms.ground = watch.lap();
-      match_on(input, m.ground);
+      match_on(input, predicted_ground());
       result.timing_ms.match += watch.lap();
     }
     m.ground = estimate_ground(m.rig, m.config.ground, m.matches.road.view(), m.ground, m.ground_samples);
     m.frames_without_ground = m.ground.estimated ? 0 : m.frames_without_ground + 1;
     result.ground = m.ground;
+    result.timing_ms.ground += watch.lap();
+    if (!input.disparity.empty()) match_on(input, m.ground);  // splitting is cheap, and the plane is better now
     result.stages.obstacle_disparity = m.matches.obstacle;
     result.stages.road_disparity = m.matches.road;
-    result.timing_ms.ground += watch.lap();
+    result.timing_ms.match += watch.lap();
   }
 
   void project_to(const GridGeometry& grid, const Pose2& vehicle_from_grid, const FrameResult& result,

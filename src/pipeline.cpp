@@ -100,7 +100,8 @@ struct Pipeline::Implementation {
         journey{back_end == BackEnd::reference ? reference_journey(config, levelling.level_rig())
                                                : cpu_journey(config, levelling.level_rig(), threads)},
         level_left{rig.width_px, rig.height_px},
-        level_right{rig.width_px, rig.height_px} {
+        level_right{rig.width_px, rig.height_px},
+        level_disparity{rig.width_px, rig.height_px} {
     result.vehicle_grid = vehicle_grid_of(config.grid);
     const Image<float> cells{result.vehicle_grid.nx, result.vehicle_grid.ny};
     result.observed = result.occupancy = result.age_s = result.velocity_x = result.velocity_y = cells;
@@ -109,10 +110,16 @@ struct Pipeline::Implementation {
   }
 
   void check_frame(const StereoFrame& frame) const {
-    const auto fits = [&](const Image<std::uint8_t>& image) {
-      return image.width() == rig.width_px && image.height() == rig.height_px;
+    if (frame.right.empty() == frame.disparity.empty()) {
+      throw InputError{"frame " + frame.name,
+                       frame.right.empty() ? "has neither a right image nor disparities."
+                                           : "has both a right image and disparities.",
+                       "Give one of them."};
+    }
+    const auto fits = [&](const auto& image) {
+      return image.empty() || (image.width() == rig.width_px && image.height() == rig.height_px);
     };
-    if (!fits(frame.left) || !fits(frame.right)) {
+    if (frame.left.empty() || !fits(frame.left) || !fits(frame.right) || !fits(frame.disparity)) {
       throw InputError{"frame " + frame.name, "the images do not have the calibration's size.",
                        "Both must be " + std::to_string(rig.width_px) + " × " + std::to_string(rig.height_px) + "."};
     }
@@ -139,6 +146,19 @@ struct Pipeline::Implementation {
     return last_pose;
   }
 
+  // What the stages take: level images.
+  JourneyInput input_of(const StereoFrame& frame) {
+    const double dt_s{last_stamp_ns ? static_cast<double>(frame.stamp_ns - *last_stamp_ns) * 1e-9 : 0.0};
+    if (!levelling.is_needed()) {
+      return {frame.left.view(), frame.right.view(), frame.disparity.view(), place(frame), dt_s};
+    }
+    levelling.apply(cpu, frame.left.view(), level_left.view());
+    if (!frame.right.empty()) levelling.apply(cpu, frame.right.view(), level_right.view());
+    if (!frame.disparity.empty()) levelling.apply(cpu, frame.disparity.view(), level_disparity.view());
+    return {level_left.view(), level_right.view(),
+            frame.disparity.empty() ? View<const float>{} : level_disparity.view(), place(frame), dt_s};
+  }
+
   Config config;
   Rig rig;
   Levelling levelling;
@@ -146,6 +166,7 @@ struct Pipeline::Implementation {
   std::unique_ptr<Journey> journey;
   Image<std::uint8_t> level_left;
   Image<std::uint8_t> level_right;
+  Image<float> level_disparity;
   FrameResult result;
   std::optional<std::int64_t> last_stamp_ns;
   std::optional<Pose2> input_from_world;
@@ -166,14 +187,7 @@ const FrameResult& Pipeline::process(const StereoFrame& frame) {
   self.check_frame(frame);
   Stopwatch watch;
   FrameResult& result{self.result};
-  JourneyInput input{frame.left.view(), frame.right.view(), self.place(frame),
-                     self.last_stamp_ns ? static_cast<double>(frame.stamp_ns - *self.last_stamp_ns) * 1e-9 : 0.0};
-  if (self.levelling.is_needed()) {
-    self.levelling.apply(self.cpu, input.left, self.level_left.view());
-    self.levelling.apply(self.cpu, input.right, self.level_right.view());
-    input.left = self.level_left.view();
-    input.right = self.level_right.view();
-  }
+  const JourneyInput input{self.input_of(frame)};
   self.last_stamp_ns = frame.stamp_ns;
   self.journey->run(input, result);
   result.world_from_vehicle = input.world_from_vehicle;

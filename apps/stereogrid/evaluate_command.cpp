@@ -178,7 +178,7 @@ int evaluate(const Options& options) {
   Input scene_input;
   Truth truth;
   if (options.input.starts_with("scene:")) {
-    scene_input = open_input({{options.input}, "", ""});
+    scene_input = open_input({{options.input}, "", "", ""});
     truth = truth_of_scene(*scene_input.scene);
   } else {
     const fs::path folder{options.input};

@@ -49,6 +49,9 @@ void print_camera(const Rig& rig) {
 
 void print_recording(const io::Recording& recording) {
   const io::RecordingContents& contents{recording.contents()};
+  print_row("stereo", recording.gives_disparities()
+                          ? fmt::format("left images with given disparities ({})", contents.disparities.string())
+                          : "left and right images");
   print_row("calibration",
             fmt::format("{} ({}){}", text_or(contents.calibration_file, "none"), contents.calibration.kind,
                         contents.calibration.raw ? ", raw images: rectified on loading" : ""));

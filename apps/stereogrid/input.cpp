@@ -27,8 +27,9 @@ bool is_scene(const std::string& path) {
 }
 
 Input open_scene(const InputOptions& options) {
-  if (options.paths.size() > 1 || !options.calibration.empty() || !options.poses.empty()) {
-    throw ConfigError{"A built-in scene brings its own calibration and poses: give it alone."};
+  if (options.paths.size() > 1 || !options.calibration.empty() || !options.poses.empty() ||
+      !options.disparities.empty()) {
+    throw ConfigError{"A built-in scene brings its own images, calibration and poses: give it alone."};
   }
   auto scene{std::make_unique<scenes::Scene>(scenes::parse_scene(options.paths.front()))};
   Input input;
@@ -64,6 +65,11 @@ void add_input_options(CLI::App& command, InputOptions& options) {
       .add_option("--poses", options.poses,
                   "Pose file instead of the input's own; 'none': the vehicle is taken to stand still.")
       ->type_name("FILE|none");
+  command
+      .add_option("--disparities", options.disparities,
+                  "Disparity images to take instead of right images: PNG (KITTI), PFM, TIFF or NPY, named as the left "
+                  "images.")
+      ->type_name("DIR");
 }
 
 Input open_input(const InputOptions& options) {
@@ -72,6 +78,7 @@ Input open_input(const InputOptions& options) {
   arguments.paths.assign(options.paths.begin(), options.paths.end());
   if (!options.calibration.empty()) arguments.calibration = options.calibration;
   arguments.poses = options.poses;
+  if (!options.disparities.empty()) arguments.disparities = options.disparities;
   auto recording{io::open_recording(arguments)};
   Input input;
   input.recording = recording.get();
@@ -87,7 +94,8 @@ nlohmann::ordered_json describe(const Input& input, const InputOptions& options)
   return {{"kind", contents.kind},
           {"paths", paths},
           {"calibration", text_of(contents.calibration_file)},
-          {"poses", text_of(contents.poses_file)}};
+          {"poses", text_of(contents.poses_file)},
+          {"disparities", text_of(contents.disparities)}};
 }
 
 void log_input(const Input& input) {

@@ -25,6 +25,7 @@ struct InputOptions {
   std::vector<std::string> paths;  ///< a folder, LEFT and RIGHT, or one "scene:…"
   std::string calibration;
   std::string poses;
+  std::string disparities;
 };
 
 void add_input_options(CLI::App& command, InputOptions& options);

@@ -126,11 +126,11 @@ ResultWriter::~ResultWriter() {
   if (state_->thread.joinable()) state_->thread.join();
 }
 
-void ResultWriter::write(StereoFrame frame, const FrameResult& result) {
+void ResultWriter::write(StereoFrame frame, FrameResult result) {
   std::unique_lock lock{state_->mutex};
   state_->changed.wait(lock, [this] { return state_->failure || state_->jobs.size() < capacity; });
   if (state_->failure) std::rethrow_exception(state_->failure);
-  state_->jobs.push_back({std::move(frame), result});
+  state_->jobs.push_back({std::move(frame), std::move(result)});
   state_->changed.notify_all();
 }
 

@@ -29,8 +29,8 @@ class ResultWriter {
   /// Frames that wait are lost without finish().
   ~ResultWriter();
 
-  /// Copies the result; waits while too many frames wait. Throws what writing an earlier frame has thrown: DeviceError.
-  void write(StereoFrame frame, const FrameResult& result);
+  /// Waits while too many frames wait. Throws what writing an earlier frame has thrown: DeviceError.
+  void write(StereoFrame frame, FrameResult result);
   /// Waits for the last frame; throws as write().
   void finish();
 

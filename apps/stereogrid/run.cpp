@@ -12,6 +12,7 @@
 
 #include "commands.hpp"
 #include "interrupt.hpp"
+#include "opencv_stage.hpp"
 #include "progress.hpp"
 #include "result_writer.hpp"
 #include "run_record.hpp"
@@ -56,6 +57,7 @@ Json settings_json(const RunOptions& options, const Input& input, const Pipeline
           {"preset", options.config.preset},
           {"config", Json::parse(io::to_json(pipeline.config()))},
           {"input", describe(input, options.input)},
+          {"matcher", input.recording != nullptr && input.recording->gives_disparities() ? "given" : options.matcher},
           {"device", back_end == BackEnd::reference ? "reference" : "cpu"},
           {"rig", json_of(pipeline.rig())},
           {"grid",
@@ -84,8 +86,8 @@ StereoFrame first_usable_frame(const FrameSource& source, FrameRange range) {
 /// One sitting of a run: takes the frames of the input through the pipeline and to the files.
 class Sitting {
  public:
-  Sitting(Pipeline& pipeline, RunRecord& record, ResultWriter& writer)
-      : pipeline_{pipeline}, record_{record}, writer_{writer}, first_to_write_{first_to_do(record)} {}
+  Sitting(Pipeline& pipeline, const OpencvStage& opencv, RunRecord& record, ResultWriter& writer)
+      : pipeline_{pipeline}, opencv_{opencv}, record_{record}, writer_{writer}, first_to_write_{first_to_do(record)} {}
 
   void go_through(const FrameSource& source) {
     const std::size_t total{record_.range().end - first_to_write_};
@@ -127,12 +129,15 @@ class Sitting {
     next_ = std::max(next_, queued.index + 1);
     if (!queued.frame) return skip(queued, queued.error);
     try {
-      const FrameResult& result{pipeline_.process(*queued.frame)};
+      const double opencv_ms{opencv_.match(*queued.frame)};
+      FrameResult result{pipeline_.process(*queued.frame)};
       if (queued.index < first_to_write_) return;
+      result.timing_ms.match += opencv_ms;
+      result.timing_ms.total += opencv_ms;
       tell_warnings(queued.name, result.warnings);
       record_.add_frame({queued.index, result.world_from_vehicle, result.timing_ms, result.warnings});
       ++frames_written_;
-      writer_.write(std::move(*queued.frame), result);
+      writer_.write(std::move(*queued.frame), std::move(result));
     } catch (const InputError& error) {
       skip(queued, error.what());
     }
@@ -153,6 +158,7 @@ class Sitting {
   }
 
   Pipeline& pipeline_;
+  const OpencvStage& opencv_;
   RunRecord& record_;
   ResultWriter& writer_;
   std::size_t first_to_write_;
@@ -172,6 +178,13 @@ void print_summary(const RunRecord& record, const Sitting& sitting) {
     fmt::print(" {} {:.1f}", stage.name, record.timing(stage.milliseconds).p50);
   }
   fmt::print("\nresults in {}\n", record.folder().string());
+}
+
+void check_options(const RunOptions& options, const Input& input) {
+  if (options.matcher != "own" && input.recording != nullptr && input.recording->gives_disparities()) {
+    throw ConfigError{fmt::format("--matcher {} needs right images, but the disparities are given ({}). Leave one out.",
+                                  options.matcher, input.recording->contents().disparities.string())};
+  }
 }
 
 void check_options(const RunOptions& options) {
@@ -197,12 +210,14 @@ int run(const RunOptions& options) {
   const BackEnd back_end{back_end_of(options.device)};
   const Config config{config_from(options.config)};
   const Input input{open_input(options.input)};
+  check_options(options, input);
   log_input(input);
   Pipeline pipeline{config, input.source->rig(), back_end, options.threads};
   RunRecord record{open_record(options, input, pipeline, back_end)};
   ResultWriter writer{
       {options.folder, options.save_stages, options.pictures, options.video, rate_hz(input), pipeline.rig()}};
-  Sitting sitting{pipeline, record, writer};
+  const OpencvStage opencv{options.matcher, pipeline.config().matching.disparities};
+  Sitting sitting{pipeline, opencv, record, writer};
   catch_interrupts();
   sitting.go_through(*input.source);
   record.save(sitting.is_complete());

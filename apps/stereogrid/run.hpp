@@ -13,6 +13,7 @@ struct RunOptions {
   InputOptions input;
   std::string folder;
   ConfigOptions config;
+  std::string matcher{"own"};
   std::string frames;
   std::string device{"auto"};
   int threads{0};

@@ -16,6 +16,12 @@ void add_run_command(CLI::App& tool, int& exit_code) {
       ->type_name("DIR")
       ->required();
   add_config_options(*command, options->config);
+  command
+      ->add_option("--matcher", options->matcher,
+                   "Who finds the disparities: stereogrid itself (matching.method), or for comparison OpenCV's block "
+                   "or semi-global matcher.")
+      ->check(CLI::IsMember({"own", "opencv-bm", "opencv-sgbm"}))
+      ->capture_default_str();
   command->add_option("--frames", options->frames, frame_range_help)->type_name("FIRST:LAST");
   command->add_option("--device", options->device, "Where the work is done; auto: the fastest there is.")
       ->check(CLI::IsMember({"auto", "cpu", "cuda", "reference"}))

@@ -54,6 +54,8 @@ struct MatchingConfig {
   int penalty_step{7};
   int penalty_jump{40};
   int penalty_change{20};
+  double given_sigma_px{0.5};
+  double given_height_m{0.15};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
@@ -86,6 +88,11 @@ struct MatchingConfig {
     visit(Parameter{"penalty_change", "", 0, 190,
                     "Semi-global: cost of changing between upright and road where both have the same disparity."},
           self.penalty_change);
+    visit(Parameter{"given_sigma_px", "px", 0, 10,
+                    "Given disparities: their standard deviation; within two of the road plane a pixel is road."},
+          self.given_sigma_px);
+    visit(Parameter{"given_height_m", "m", 0, 1, "Given disparities: lower than this above the road plane is road."},
+          self.given_height_m);
   }
 };
 

@@ -47,13 +47,14 @@ struct Point2 {
   return {-c * a_from_b.x_m - s * a_from_b.y_m, s * a_from_b.x_m - c * a_from_b.y_m, -a_from_b.yaw_rad};
 }
 
-/// One rectified grey pair, rows aligned, with what is known about its instant.
+/// One rectified grey pair, rows aligned, or the left image with its disparities, and what is known about its instant.
 struct StereoFrame {
   std::string name;                         ///< the input's name for it; output files carry it
   std::int64_t index{0};                    ///< place in the input, from 0
   std::int64_t stamp_ns{0};                 ///< instant of exposure
   Image<std::uint8_t> left;                 ///< reference image
-  Image<std::uint8_t> right;                ///< same size
+  Image<std::uint8_t> right;                ///< same size; empty: `disparity` is given instead
+  Image<float> disparity;                   ///< px of the left image, 0 = none; empty where there is a right image
   std::optional<Pose2> world_from_vehicle;  ///< none: unknown
 };
 

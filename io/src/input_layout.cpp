@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 
 const char* const what_input_may_be{
     "INPUT is a folder: a KITTI odometry sequence (image_0/ image_1/ calib.txt), a KITTI raw drive (image_00/data/ "
-    "image_01/data/) or left/ right/ calibration.yaml; or two images LEFT RIGHT with --calibration FILE."};
+    "image_01/data/) or left/ right/ (or disparity/) calibration.yaml; or two images LEFT RIGHT with --calibration "
+    "FILE."};
 
 /// The first of the candidates that exists; empty: none does.
 fs::path first_existing(std::initializer_list<fs::path> candidates) {
@@ -71,6 +72,7 @@ InputLayout plain_folder(const fs::path& root) {
   InputLayout layout{InputKind::plain_folder, root, root / "left", root / "right", {}, {}, KittiPair::grey};
   layout.calibration = first_existing({root / "calibration.yaml", root / "calibration.yml", root / "calib.txt"});
   layout.scans = first_existing({root / "velodyne"});
+  if (!fs::exists(layout.right)) layout.disparities = first_existing({root / "disparity"});
   return layout;
 }
 
@@ -107,8 +109,10 @@ std::vector<fs::path> entries_of(const fs::path& folder) {
 /// Images by their name without extension.
 using Images = std::map<std::string, fs::path, NaturalOrder>;
 
-Images images_in(const fs::path& folder) {
-  static const std::set<std::string> extensions{".png", ".pgm", ".ppm", ".pnm", ".jpg", ".jpeg"};
+const std::set<std::string> image_extensions{".png", ".pgm", ".ppm", ".pnm", ".jpg", ".jpeg"};
+const std::set<std::string> disparity_extensions{".png", ".pfm", ".tif", ".tiff", ".npy"};
+
+Images images_in(const fs::path& folder, const std::set<std::string>& extensions) {
   Images images;
   for (const fs::path& entry : entries_of(folder)) {
     std::string extension{entry.extension().string()};
@@ -139,6 +143,51 @@ std::vector<std::string> names_in(const fs::path& frames_file) {
   return names;
 }
 
+struct Side {
+  fs::path folder;
+  Images images;
+
+  /// Where the image is or should be.
+  [[nodiscard]] fs::path path_of(const std::string& name) const {
+    const auto found{images.find(name)};
+    return found != images.end() ? found->second : folder / (name + images.begin()->second.extension().string());
+  }
+};
+
+struct Sides {
+  Side left;
+  Side right;        ///< may be empty where there are disparities
+  Side disparities;  ///< no folder: none
+
+  /// What a left image needs.
+  [[nodiscard]] const Side& second() const { return disparities.folder.empty() ? right : disparities; }
+};
+
+Side side_of(const fs::path& folder, const std::set<std::string>& extensions, const char* mend) {
+  Side side{folder, images_in(folder, extensions)};
+  if (side.images.empty()) throw InputError{folder.string(), "holds no images.", mend};
+  return side;
+}
+
+Sides sides_of(const InputLayout& layout) {
+  const char* const mend{"PNG, PGM or JPEG files belong there, one per frame."};
+  Sides sides;
+  if (layout.kind == InputKind::image_pair) {
+    sides.left = {layout.left.parent_path(), {{layout.left.stem().string(), layout.left}}};
+  } else {
+    sides.left = side_of(layout.left, image_extensions, mend);
+  }
+  if (layout.disparities.empty()) {
+    sides.right = side_of(layout.right, image_extensions, mend);
+    return sides;
+  }
+  sides.disparities = side_of(layout.disparities, disparity_extensions,
+                              "Disparities as PNG, PFM, TIFF or NPY belong there, one per left image.");
+  // the drive's lines of poses and stamps belong to the frames of either camera
+  if (fs::is_directory(layout.right)) sides.right = {layout.right, images_in(layout.right, image_extensions)};
+  return sides;
+}
+
 /// Names of the frames in their order: those of frames.txt, else every image of either camera.
 std::vector<std::string> order_of(const InputLayout& layout, const Images& left, const Images& right) {
   const auto frames_file{layout.root / "frames.txt"};
@@ -165,58 +214,53 @@ std::string name_of(InputKind kind) {
   return {};
 }
 
-InputLayout recognise(const std::vector<fs::path>& paths) {
+InputLayout recognise(const std::vector<fs::path>& paths, const std::optional<fs::path>& disparities) {
+  if (disparities && !fs::is_directory(*disparities)) {
+    throw InputError{disparities->string(), "there is no such folder.",
+                     "--disparities is a folder with a disparity image for each left image."};
+  }
   if (paths.empty() || paths.size() > 2) throw InputError{"INPUT", "is missing.", what_input_may_be};
   for (const fs::path& path : paths) {
     if (!fs::exists(path)) throw InputError{path.string(), "there is no such file or folder.", what_input_may_be};
   }
   if (paths.size() == 2) {
-    return {InputKind::image_pair, paths[0].parent_path(), paths[0], paths[1], {}, {}, KittiPair::grey};
+    return {InputKind::image_pair, paths[0].parent_path(),          paths[0], paths[1], {}, {},
+            KittiPair::grey,       disparities.value_or(fs::path{})};
   }
   if (!fs::is_directory(paths[0])) {
     throw InputError{paths[0].string(), "is one file; a pair needs two images.", what_input_may_be};
   }
   static_cast<void>(entries_of(paths[0]));  // complains where the folder cannot be read
-  const auto layout{recognise_folder(paths[0])};
+  auto layout{recognise_folder(paths[0])};
   if (!layout) not_recognised(paths[0]);
+  if (disparities) layout->disparities = *disparities;
   need_folder(layout->left);
-  need_folder(layout->right);
+  if (layout->disparities.empty()) need_folder(layout->right);
   return *layout;
 }
 
 std::vector<RecordedFrame> find_frames(const InputLayout& layout) {
-  if (layout.kind == InputKind::image_pair) {
-    return {{layout.left.stem().string(), 0, layout.left, layout.right, true, true, {}, {}}};
+  if (layout.kind == InputKind::image_pair && layout.disparities.empty()) {
+    return {{layout.left.stem().string(), 0, layout.left, layout.right, true, true, {}, {}, {}}};
   }
-  const auto left{images_in(layout.left)};
-  const auto right{images_in(layout.right)};
-  for (const auto& [images, folder] : {std::pair{&left, layout.left}, std::pair{&right, layout.right}}) {
-    if (images->empty()) {
-      throw InputError{folder.string(), "holds no images.", "PNG, PGM or JPEG files belong there, one per frame."};
-    }
-  }
-  const std::vector<std::string> order{order_of(layout, left, right)};
-  const auto path_of{[](const auto& images, const fs::path& folder, const std::string& name) {
-    const auto found{images.find(name)};
-    return found != images.end() ? found->second : folder / (name + images.begin()->second.extension().string());
-  }};
+  const Sides sides{sides_of(layout)};
   std::vector<RecordedFrame> frames;
-  for (const std::string& name : order) {
-    frames.push_back({name,
-                      0,
-                      path_of(left, layout.left, name),
-                      path_of(right, layout.right, name),
-                      left.contains(name),
-                      right.contains(name),
-                      {},
-                      {}});
+  for (const std::string& name : order_of(layout, sides.left.images, sides.right.images)) {
+    RecordedFrame& frame{frames.emplace_back()};
+    frame.name = name;
+    frame.left = sides.left.path_of(name);
+    frame.left_exists = sides.left.images.contains(name);
+    frame.right_exists = sides.second().images.contains(name);
+    (layout.disparities.empty() ? frame.right : frame.disparity) = sides.second().path_of(name);
     const auto scan{layout.scans / (name + ".bin")};
-    if (!layout.scans.empty() && fs::exists(scan)) frames.back().scan = scan;
+    if (!layout.scans.empty() && fs::exists(scan)) frame.scan = scan;
   }
   if (std::ranges::none_of(frames, [](const RecordedFrame& f) { return f.left_exists && f.right_exists; })) {
-    throw InputError{layout.root.string(), "no left image has a right one of the same name.",
-                     fmt::format("The images of a frame have the same name in {} and {}.",
-                                 layout.left.filename().string(), layout.right.filename().string())};
+    throw InputError{
+        layout.root.string(),
+        fmt::format("no left image has a {} one of the same name.", layout.disparities.empty() ? "right" : "disparity"),
+        fmt::format("The images of a frame have the same name in {} and {}.", sides.left.folder.filename().string(),
+                    sides.second().folder.filename().string())};
   }
   return frames;
 }

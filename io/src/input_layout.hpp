@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,15 +24,19 @@ struct InputLayout {
   std::filesystem::path calibration;
   std::filesystem::path scans;
   KittiPair pair{KittiPair::grey};
+  std::filesystem::path disparities{};  ///< folder that stands in for the right images
 };
 
 /// "KITTI odometry sequence" and so on.
 [[nodiscard]] std::string name_of(InputKind kind);
 
-/// Recognises an input. Throws InputError: nothing there, or nothing that is known.
-[[nodiscard]] InputLayout recognise(const std::vector<std::filesystem::path>& paths);
+/// Recognises an input. `disparities`: a folder to take instead of right images; none: that of a plain folder without
+/// right images. Throws InputError: nothing there, or nothing that is known.
+[[nodiscard]] InputLayout recognise(const std::vector<std::filesystem::path>& paths,
+                                    const std::optional<std::filesystem::path>& disparities);
 
-/// The frames, paired by name; a frame one of whose images is missing is marked. Throws InputError: no images, no pair.
+/// The frames, left images paired by name with right or disparity images; a frame one of whose images is missing is
+/// marked. Throws InputError: no images, no pair.
 [[nodiscard]] std::vector<RecordedFrame> find_frames(const InputLayout& layout);
 
 }  // namespace stereogrid::io

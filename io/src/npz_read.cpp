@@ -22,7 +22,7 @@ const DTypeEntry& entry_of(DType dtype) {
 }
 
 [[noreturn]] void fail(const std::string& file, const std::string& what) {
-  throw InputError{file, what, "Write it again with numpy.savez_compressed or by stereogrid."};
+  throw InputError{file, what, "Write it again with NumPy (C order, little-endian) or by stereogrid."};
 }
 
 struct Head {
@@ -199,6 +199,10 @@ std::map<std::string, NpyArray> read_npz(const std::filesystem::path& path) {
     arrays.emplace(name, parse_npy(read_entry(archive.get(), i, where), where));
   }
   return arrays;
+}
+
+NpyArray read_npy(const std::filesystem::path& path) {
+  return parse_npy(read_file(path), path.string());
 }
 
 }  // namespace stereogrid::io

@@ -31,12 +31,29 @@ void warn_of_missing_images(RecordingContents& contents) {
     if (frame.left_exists && frame.right_exists) continue;
     const bool left{!frame.left_exists};
     if (++count <= most) {
+      const bool right{contents.disparities.empty()};
+      const fs::path& file{left ? frame.left : right ? frame.right : frame.disparity};
       contents.warnings.push_back(fmt::format("frame {}: the {} image is missing ({})", frame.name,
-                                              left ? "left" : "right", (left ? frame.left : frame.right).string()));
+                                              left    ? "left"
+                                              : right ? "right"
+                                                      : "disparity",
+                                              file.string()));
     }
   }
   if (count > most) {
     contents.warnings.push_back(fmt::format("{} more frames have only one image of the pair", count - most));
+  }
+}
+
+void note_disparities(RecordingContents& contents) {
+  const fs::path own{contents.root / "disparity"};
+  if (!contents.disparities.empty()) {
+    contents.notes.push_back(fmt::format("disparities: given in {}, no matching", contents.disparities.string()));
+  } else if (contents.kind == name_of(InputKind::plain_folder) && fs::is_directory(own)) {
+    contents.notes.push_back(
+        fmt::format("disparities: those in {} are not taken, since there are right images "
+                    "(--disparities takes them)",
+                    own.string()));
   }
 }
 
@@ -214,11 +231,13 @@ void find_poses_of(RecordingContents& contents, const InputLayout& layout, const
 }
 
 RecordingContents look_at(const InputArguments& arguments) {
-  const InputLayout layout{recognise(arguments.paths)};
+  const InputLayout layout{recognise(arguments.paths, arguments.disparities)};
   RecordingContents contents;
   contents.kind = name_of(layout.kind);
   contents.root = layout.root;
+  contents.disparities = layout.disparities;
   contents.frames = find_frames(layout);
+  note_disparities(contents);
   warn_of_missing_images(contents);
   const Size size{look_at_images(contents)};
   find_calibration(contents, layout, arguments, size);

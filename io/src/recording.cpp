@@ -7,21 +7,30 @@
 #include <algorithm>
 
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/disparity_file.hpp"
 #include "stereogrid/io/image_file.hpp"
 
 namespace stereogrid::io {
 namespace {
 
-std::string size_of(const Image<std::uint8_t>& image) {
+template <class T>
+std::string size_of(const Image<T>& image) {
   return fmt::format("{}×{}", image.width(), image.height());
 }
 
-Image<std::uint8_t> read_side(const std::filesystem::path& path, bool exists, const char* side, int bits) {
-  if (!exists) {
-    throw InputError{path.string(), fmt::format("the {} image of this frame is missing.", side),
-                     "Add it; the frame is left out meanwhile."};
-  }
-  return read_grey(path, bits);
+void need(const std::filesystem::path& path, bool exists, const char* side) {
+  if (exists) return;
+  throw InputError{path.string(), fmt::format("the {} image of this frame is missing.", side),
+                   "Add it; the frame is left out meanwhile."};
+}
+
+template <class T>
+void need_equal_size(const Image<std::uint8_t>& left, const std::filesystem::path& left_file, const Image<T>& other,
+                     const std::filesystem::path& other_file) {
+  if (left.width() == other.width() && left.height() == other.height()) return;
+  throw InputError{left_file.string(),
+                   fmt::format("has {} px, but {} has {}.", size_of(left), other_file.string(), size_of(other)),
+                   "The two images of a frame have the same size."};
 }
 
 }  // namespace
@@ -37,25 +46,32 @@ StereoFrame Recording::load(std::size_t index) const {
   frame.index = static_cast<std::int64_t>(index);
   frame.stamp_ns = source.stamp_ns;
   frame.world_from_vehicle = source.world_from_vehicle;
-  frame.left = read_side(source.left, source.left_exists, "left", contents_.sample_bits);
-  frame.right = read_side(source.right, source.right_exists, "right", contents_.sample_bits);
-  if (frame.left.width() != frame.right.width() || frame.left.height() != frame.right.height()) {
-    throw InputError{
-        source.left.string(),
-        fmt::format("has {} px, but {} has {}.", size_of(frame.left), source.right.string(), size_of(frame.right)),
-        "The two images of a pair have the same size."};
-  }
+  need(source.left, source.left_exists, "left");
+  frame.left = read_grey(source.left, contents_.sample_bits);
+  load_second_image(source, frame);
   if (frame.left.width() != rig().width_px || frame.left.height() != rig().height_px) {
     throw InputError{source.left.string(),
-                     fmt::format("and {} have {} px, but the calibration is for {}×{}.", source.right.string(),
-                                 size_of(frame.left), rig().width_px, rig().height_px),
+                     fmt::format("has {} px, but the calibration is for {}×{}.", size_of(frame.left), rig().width_px,
+                                 rig().height_px),
                      "All frames of a recording have the same size."};
   }
   if (rectifier_) {
     frame.left = rectifier_->left(frame.left);
-    frame.right = rectifier_->right(frame.right);
+    if (!frame.right.empty()) frame.right = rectifier_->right(frame.right);
   }
   return frame;
+}
+
+void Recording::load_second_image(const RecordedFrame& source, StereoFrame& frame) const {
+  if (gives_disparities()) {
+    need(source.disparity, source.right_exists, "disparity");
+    frame.disparity = read_disparity(source.disparity);
+    need_equal_size(frame.left, source.left, frame.disparity, source.disparity);
+  } else {
+    need(source.right, source.right_exists, "right");
+    frame.right = read_grey(source.right, contents_.sample_bits);
+    need_equal_size(frame.left, source.left, frame.right, source.right);
+  }
 }
 
 bool Recording::has_scans() const {

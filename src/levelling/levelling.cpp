@@ -24,6 +24,11 @@ std::uint8_t interpolated(View<const std::uint8_t> image, double u, double v) {
   return static_cast<std::uint8_t>((1 - fv) * upper + fv * lower + 0.5);
 }
 
+float nearest(View<const float> image, double u, double v) {
+  if (!(u > -0.5 && v > -0.5 && u < image.width - 0.5 && v < image.height - 0.5)) return 0;
+  return image(static_cast<int>(u + 0.5), static_cast<int>(v + 0.5));
+}
+
 }  // namespace
 
 Levelling::Levelling(const Rig& rig)
@@ -34,7 +39,8 @@ Levelling::Levelling(const Rig& rig)
   if (needed_) level_rig_.camera_pitch_rad = 0;
 }
 
-void Levelling::apply(Cpu& cpu, View<const std::uint8_t> pitched, View<std::uint8_t> level) const {
+template <class Pixel>
+void Levelling::for_pixels(Cpu& cpu, View<Pixel> level, const auto& pixel_at) const {
   const Rig& rig{level_rig_};
   cpu.for_ranges(level.height, rows_grain, [&](int begin, int end) {
     for (int v{begin}; v < end; ++v) {
@@ -44,9 +50,20 @@ void Levelling::apply(Cpu& cpu, View<const std::uint8_t> pitched, View<std::uint
       const double pitched_v{rig.centre_v_px + rig.focal_px * (y * cos_pitch_ - sin_pitch_) / depth};
       for (int u{0}; u < level.width; ++u) {
         const double pitched_u{rig.centre_u_px + (u - rig.centre_u_px) / depth};
-        level(u, v) = depth > 0 ? interpolated(pitched, pitched_u, pitched_v) : std::uint8_t{0};
+        level(u, v) = depth > 0 ? pixel_at(pitched_u, pitched_v, depth) : Pixel{0};
       }
     }
+  });
+}
+
+void Levelling::apply(Cpu& cpu, View<const std::uint8_t> pitched, View<std::uint8_t> level) const {
+  for_pixels(cpu, level, [pitched](double u, double v, double) { return interpolated(pitched, u, v); });
+}
+
+void Levelling::apply(Cpu& cpu, View<const float> pitched, View<float> level) const {
+  // d = f·b/Z, and a point at depth Z along the level axis is at Z·depth along the pitched one
+  for_pixels(cpu, level, [pitched](double u, double v, double depth) {
+    return nearest(pitched, u, v) * static_cast<float>(depth);
   });
 }
 

@@ -25,8 +25,16 @@ class Levelling {
   /// The rig whose images come out: pitch 0, all else the same.
   [[nodiscard]] const Rig& level_rig() const { return level_rig_; }
   void apply(Cpu& cpu, View<const std::uint8_t> pitched, View<std::uint8_t> level) const;
+  /// The same for a disparity image (px, 0 = none). Depth is measured along another axis then, so d changes too. The
+  /// nearest pixel is taken: between a near and a far one there is nothing.
+  void apply(Cpu& cpu, View<const float> pitched, View<float> level) const;
 
  private:
+  /// level(u, v) = pixel_at(u, v, depth): place in the pitched image, and the depth along its axis of a point at depth
+  /// 1 along the level one.
+  template <class Pixel>
+  void for_pixels(Cpu& cpu, View<Pixel> level, const auto& pixel_at) const;
+
   bool needed_;
   Rig level_rig_;
   double sin_pitch_;

@@ -96,6 +96,43 @@ TEST(Levelling, KeepsRowsAlignedAndTheDisparityRight) {
               rig.focal_px * rig.baseline_m / of_left.forward, 0.05);
 }
 
+// A slanted wall, known at every pixel: the levelled disparities are those that a level camera would have.
+TEST(Levelling, DisparitiesAreThoseOfALevelCamera) {
+  Cpu cpu{2};
+  for (const double pitch_deg : {3.0, -6.0}) {
+    const Rig rig{pitched_rig(pitch_deg)};
+    // the wall n·X = 1 in the level camera's frame; a ray r meets it at depth r_z/(n·r)
+    const Point wall{0.02, 0.05, 0.1};
+    const auto level_disparity = [&](double u, double v) {
+      return rig.baseline_m *
+             (wall.right * (u - rig.centre_u_px) + wall.down * (v - rig.centre_v_px) + wall.forward * rig.focal_px);
+    };
+    const double c{std::cos(rig.camera_pitch_rad)};
+    const double s{std::sin(rig.camera_pitch_rad)};
+    const Point in_pitched{wall.right, c * wall.down - s * wall.forward, s * wall.down + c * wall.forward};
+    Image<float> pitched{rig.width_px, rig.height_px};
+    for (int v{0}; v < rig.height_px; ++v) {
+      for (int u{0}; u < rig.width_px; ++u) {
+        pitched(u, v) = static_cast<float>(rig.baseline_m * (in_pitched.right * (u - rig.centre_u_px) +
+                                                             in_pitched.down * (v - rig.centre_v_px) +
+                                                             in_pitched.forward * rig.focal_px));
+      }
+    }
+    Image<float> level{rig.width_px, rig.height_px, 77};
+    Levelling{rig}.apply(cpu, pitched.view(), level.view());
+    int known{0};
+    for (int v{0}; v < rig.height_px; ++v) {
+      for (int u{0}; u < rig.width_px; ++u) {
+        if (level(u, v) == 0) continue;
+        ++known;
+        // half a pixel of the nearest neighbour, times the wall's slant
+        EXPECT_NEAR(level(u, v), level_disparity(u, v), 0.02) << u << " " << v;
+      }
+    }
+    EXPECT_GT(known, 0.8 * rig.width_px * rig.height_px);
+  }
+}
+
 TEST(Levelling, WhatTheCameraDoesNotSeeIsBlack) {
   Cpu cpu{1};
   const Rig rig{pitched_rig(10)};

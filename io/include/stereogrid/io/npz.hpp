@@ -94,4 +94,7 @@ struct NpyArray {
 /// not understood.
 [[nodiscard]] std::map<std::string, NpyArray> read_npz(const std::filesystem::path& path);
 
+/// The array of an .npy file. Throws as read_npz.
+[[nodiscard]] NpyArray read_npy(const std::filesystem::path& path);
+
 }  // namespace stereogrid::io

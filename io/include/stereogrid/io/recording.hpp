@@ -17,9 +17,10 @@ namespace stereogrid::io {
 
 /// What the user said about the input.
 struct InputArguments {
-  std::vector<std::filesystem::path> paths;          ///< a folder, or LEFT and RIGHT image files
-  std::optional<std::filesystem::path> calibration;  ///< instead of the input's own
-  std::string poses;                                 ///< a file instead of the input's own; "none"; "": look for them
+  std::vector<std::filesystem::path> paths;            ///< a folder, or LEFT and RIGHT image files
+  std::optional<std::filesystem::path> calibration;    ///< instead of the input's own
+  std::string poses;                                   ///< a file instead of the input's own; "none"; "": look for them
+  std::optional<std::filesystem::path> disparities{};  ///< folder of disparity images to take instead of right images
 };
 
 /// A frame of a recording as it lies on the disk.
@@ -29,9 +30,10 @@ struct RecordedFrame {
   std::filesystem::path left;  ///< where it is or should be; see the flags
   std::filesystem::path right;
   bool left_exists{true};
-  bool right_exists{true};
+  bool right_exists{true};     ///< or the disparity image
   std::filesystem::path scan;  ///< lidar sweep (float32 x, y, z, reflectance); empty: none
   std::optional<Pose2> world_from_vehicle;
+  std::filesystem::path disparity;  ///< instead of `right`, which is then empty
 };
 
 /// Everything known about a recording before its images are read.
@@ -42,6 +44,7 @@ struct RecordingContents {
   Calibration calibration;
   std::filesystem::path poses_file;    ///< or the oxts folder; empty: no poses
   std::filesystem::path truth_folder;  ///< empty: no ground truth
+  std::filesystem::path disparities;   ///< folder of the disparity images; empty: right images
   std::vector<RecordedFrame> frames;
   int sample_bits{8};                 ///< of the images; see read_grey
   std::vector<std::string> notes;     ///< what was chosen: calibration, poses, stamps
@@ -56,15 +59,19 @@ class Recording final : public FrameSource {
   [[nodiscard]] const Rig& rig() const override { return contents_.calibration.rig; }
   [[nodiscard]] std::size_t size() const override { return contents_.frames.size(); }
   [[nodiscard]] std::string name(std::size_t index) const override { return contents_.frames.at(index).name; }
-  /// Reads, checks and (raw pairs) rectifies a frame. Throws InputError: an image is missing, damaged, of another size.
+  /// Reads, checks and (raw pairs) rectifies a frame. Disparities are taken as they are: they belong to the rectified
+  /// left image. Throws InputError: an image is missing, damaged, of another size.
   [[nodiscard]] StereoFrame load(std::size_t index) const override;
 
   [[nodiscard]] const RecordingContents& contents() const { return contents_; }
   [[nodiscard]] bool has_poses() const { return !contents_.poses_file.empty(); }
   [[nodiscard]] bool has_scans() const;
+  [[nodiscard]] bool gives_disparities() const { return !contents_.disparities.empty(); }
   [[nodiscard]] bool has_truth() const { return !contents_.truth_folder.empty(); }
 
  private:
+  void load_second_image(const RecordedFrame& source, StereoFrame& frame) const;
+
   RecordingContents contents_;
   std::optional<Rectifier> rectifier_;
 };

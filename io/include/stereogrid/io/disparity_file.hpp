@@ -1,0 +1,17 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+
+#include "stereogrid/image.hpp"
+
+namespace stereogrid::io {
+
+/// Reads a disparity image (px of the left image; what is not finite or not positive becomes 0 = none), told apart by
+/// content: PNG of 16 bits in KITTI's coding (disparity × 256), PFM of one channel, TIFF of 32- or 64-bit floats, NumPy
+/// .npy of float32 or float64 in shape (height, width). Throws InputError: missing, truncated or damaged, another type,
+/// or numbers that cannot be disparities in px (most exceed the image's width, or none reaches 1 px).
+[[nodiscard]] Image<float> read_disparity(const std::filesystem::path& path);
+
+}  // namespace stereogrid::io

@@ -1,0 +1,171 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The whole pipeline on disparities that are given: those of scenes, which are exact.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/pipeline.hpp"
+#include "stereogrid/scenes/scene.hpp"
+
+namespace stereogrid {
+namespace {
+
+using scenes::Scene;
+
+StereoFrame given_frame(const Scene& scene, std::size_t index) {
+  StereoFrame frame{scene.load(index)};
+  frame.right = {};
+  frame.disparity = scene.truth(index).disparity;
+  return frame;
+}
+
+// Balanced log-loss of the observed grid over the cells that the camera sees.
+class LogLoss {
+ public:
+  void add(const FrameTruth& truth, const Image<float>& observed) {
+    for (int iy{0}; iy < observed.height(); ++iy) {
+      for (int ix{0}; ix < observed.width(); ++ix) {
+        const auto state{static_cast<TruthCell>(truth.state(ix, iy))};
+        const double p{std::clamp(static_cast<double>(observed(ix, iy)), 0.001, 0.999)};
+        if (state == TruthCell::seen_occupied) add_to(occupied_, occupied_count_, -std::log(p));
+        if (state == TruthCell::seen_free) add_to(free_, free_count_, -std::log(1 - p));
+      }
+    }
+  }
+  [[nodiscard]] double mean() const { return (occupied_ / occupied_count_ + free_ / free_count_) / 2; }
+
+ private:
+  static void add_to(double& sum, int& count, double loss) {
+    sum += loss;
+    ++count;
+  }
+  double occupied_{0};
+  double free_{0};
+  int occupied_count_{0};
+  int free_count_{0};
+};
+
+TEST(GivenChain, ExactDisparitiesAreAtLeastAsGoodAsMatchedOnes) {
+  for (const char* text : {"street?frames=3", "crossing?frames=3", "crossing?frames=3&pitch_deg=4"}) {
+    const Scene scene{scenes::parse_scene(text), 2};
+    Pipeline matching{preset("default"), scene.rig(), BackEnd::cpu, 2};
+    Pipeline given{preset("default"), scene.rig(), BackEnd::cpu, 2};
+    LogLoss of_matching;
+    LogLoss of_given;
+    for (std::size_t i{0}; i < scene.size(); ++i) {
+      const FrameTruth truth{scene.truth(i)};
+      of_matching.add(truth, matching.process(scene.load(i)).observed);
+      of_given.add(truth, given.process(given_frame(scene, i)).observed);
+    }
+    EXPECT_LT(of_given.mean(), of_matching.mean()) << text;
+    EXPECT_LT(of_given.mean(), 0.5) << text;
+  }
+}
+
+TEST(GivenChain, RoadAndObstaclesAreToldApart) {
+  for (const char* text : {"street?frames=3", "street?frames=3&pitch_deg=3"}) {
+    const Scene scene{scenes::parse_scene(text), 2};
+    Pipeline pipeline{preset("default"), scene.rig(), BackEnd::cpu, 2};
+    // labels of the truth belong to the pitched image, so only the level camera's are compared
+    const bool level{std::abs(scene.rig().camera_pitch_rad) < 0.01};
+    for (std::size_t i{0}; i < scene.size(); ++i) {
+      const FrameTruth truth{scene.truth(i)};
+      const FrameResult& result{pipeline.process(given_frame(scene, i))};
+      EXPECT_TRUE(result.ground.estimated);
+      EXPECT_NEAR(result.ground.height_m, scene.rig().camera_height_m, 0.02) << text;
+      EXPECT_NEAR(result.ground.pitch_rad, 0, level ? 0.02 : 0.003) << text;
+      if (!level) continue;
+      int road{0};
+      int called_obstacle{0};
+      for (int v{0}; v < truth.label.height(); ++v) {
+        for (int u{0}; u < truth.label.width(); ++u) {
+          if (static_cast<TruthLabel>(truth.label(u, v)) != TruthLabel::road) continue;
+          ++road;
+          called_obstacle += result.stages.obstacle_disparity(u, v) > 0 ? 1 : 0;
+        }
+      }
+      EXPECT_LT(called_obstacle, 0.002 * road);
+    }
+  }
+}
+
+TEST(GivenChain, APlaneThatIsFarOffIsFoundInTheFirstFrame) {
+  const Scene scene{scenes::parse_scene("street?frames=2"), 2};
+  for (const double off_rad : {0.015, -0.015}) {
+    Rig rig{scene.rig()};
+    rig.camera_pitch_rad += off_rad;
+    Pipeline pipeline{preset("default"), rig, BackEnd::cpu, 2};
+    const Ground ground{pipeline.process(given_frame(scene, 0)).ground};
+    EXPECT_TRUE(ground.estimated);
+    EXPECT_NEAR(ground.pitch_rad, scene.rig().camera_pitch_rad, 0.003) << off_rad;
+    EXPECT_NEAR(ground.height_m, scene.rig().camera_height_m, 0.03) << off_rad;
+  }
+}
+
+TEST(GivenChain, CpuEqualsReference) {
+  const Scene scene{scenes::parse_scene("street?width=123&height=77&frames=3"), 2};
+  Config config{preset("default")};
+  config.grid.length_m = 8;
+  config.filter.velocity_max_mps = 4;
+  Pipeline reference{config, scene.rig(), BackEnd::reference};
+  Pipeline cpu{config, scene.rig(), BackEnd::cpu, 2};
+  for (std::size_t i{0}; i < 3; ++i) {
+    const FrameResult& a{reference.process(given_frame(scene, i))};
+    const FrameResult& b{cpu.process(given_frame(scene, i))};
+    EXPECT_EQ(a.ground, b.ground);
+    EXPECT_EQ(a.stages.obstacle_disparity, b.stages.obstacle_disparity);
+    EXPECT_EQ(a.stages.road_disparity, b.stages.road_disparity);
+    EXPECT_EQ(a.world.occupancy, b.world.occupancy);
+  }
+}
+
+TEST(GivenChain, MatchedAndGivenFramesMayTakeTurns) {
+  const Scene scene{scenes::parse_scene("street?width=160&height=100&frames=3"), 2};
+  Pipeline pipeline{preset("default"), scene.rig(), BackEnd::cpu, 2};
+  pipeline.process(scene.load(0));
+  EXPECT_GT(pipeline.process(given_frame(scene, 1)).road_density, 0.3);
+  EXPECT_GT(pipeline.process(scene.load(2)).road_density, 0.05);
+}
+
+void expect_refused(Pipeline& pipeline, const StereoFrame& frame, const char* words) {
+  try {
+    pipeline.process(frame);
+    FAIL() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string{error.what()}.find(words), std::string::npos) << error.what();
+  }
+}
+
+TEST(GivenChain, RefusesFramesThatAreNoPair) {
+  const Scene scene{scenes::parse_scene("street?width=160&height=100&frames=2"), 2};
+  Pipeline pipeline{preset("default"), scene.rig(), BackEnd::cpu, 2};
+  StereoFrame frame{given_frame(scene, 0)};
+  frame.right = frame.left;
+  expect_refused(pipeline, frame, "both a right image and disparities");
+  frame.right = {};
+  frame.disparity = {};
+  expect_refused(pipeline, frame, "neither a right image nor disparities");
+  frame.disparity = Image<float>{160, 99};
+  expect_refused(pipeline, frame, "160 × 100");
+  frame.disparity = scene.truth(0).disparity;
+  frame.left = {};
+  expect_refused(pipeline, frame, "160 × 100");
+  pipeline.process(given_frame(scene, 0));
+}
+
+TEST(GivenChain, WithoutAnyDisparityNothingIsKnown) {
+  const Scene scene{scenes::parse_scene("street?width=160&height=100&frames=1"), 2};
+  Pipeline pipeline{preset("default"), scene.rig(), BackEnd::cpu, 2};
+  StereoFrame frame{given_frame(scene, 0)};
+  frame.disparity.fill(0);
+  const FrameResult& result{pipeline.process(frame)};
+  EXPECT_FALSE(result.ground.estimated);
+  for (const float p : result.observed) EXPECT_NEAR(p, 0.5, 0.01);
+}
+
+}  // namespace
+}  // namespace stereogrid

@@ -1,0 +1,131 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+// Recordings that give disparities instead of right images.
+#include "recordings.hpp"
+#include "stereogrid/io/opencv_matcher.hpp"
+#include "stereogrid/io/recording.hpp"
+#include "support.hpp"
+
+namespace stereogrid::io::testing {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+class GivenRecording : public ::testing::Test {
+ protected:
+  [[nodiscard]] std::unique_ptr<Recording> open(const fs::path& root,
+                                                const std::optional<fs::path>& disparities = {}) const {
+    return open_recording({{folder_ / root}, {}, "", disparities});
+  }
+  /// Disparities 3, 4, … px all over.
+  void put_disparities(const fs::path& folder, const std::vector<std::string>& names) const {
+    fs::create_directories(folder_ / folder);
+    for (std::size_t i{0}; i < names.size(); ++i) {
+      write_png(folder_ / folder / (names[i] + ".png"),
+                Image<std::uint16_t>{small_width_px, small_height_px, static_cast<std::uint16_t>((3 + i) * 256)});
+    }
+  }
+  void put_plain_given() const {
+    put_plain(folder_.path());
+    fs::remove_all(folder_ / "right");
+    put_disparities("disparity", {"a", "b", "c"});
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(GivenRecording, PlainFolderWithDisparities) {
+  put_plain_given();
+  const auto recording{open("")};
+  EXPECT_TRUE(recording->gives_disparities());
+  EXPECT_EQ(recording->contents().kind, "plain folder");
+  EXPECT_THAT(recording->contents().notes, Contains(HasSubstr("disparities: given in")));
+  EXPECT_TRUE(recording->contents().warnings.empty());
+  ASSERT_EQ(recording->size(), 3U);
+  const StereoFrame frame{recording->load(1)};
+  EXPECT_EQ(frame.left(0, 0), 11);
+  EXPECT_TRUE(frame.right.empty());
+  EXPECT_EQ(frame.disparity, (Image<float>{small_width_px, small_height_px, 4}));
+  EXPECT_EQ(frame.stamp_ns, 100'000'005);
+  EXPECT_DOUBLE_EQ(frame.world_from_vehicle->x_m, 1);
+  EXPECT_FALSE(complaint_if_swapped(frame));
+}
+
+TEST_F(GivenRecording, RightImagesComeFirst) {
+  put_plain(folder_.path());
+  put_disparities("disparity", {"a", "b", "c"});
+  const auto recording{open("")};
+  EXPECT_FALSE(recording->gives_disparities());
+  EXPECT_TRUE(recording->load(0).disparity.empty());
+  EXPECT_THAT(recording->contents().notes, Contains(HasSubstr("there are right images (--disparities takes them)")));
+  EXPECT_EQ(open("", folder_ / "disparity")->load(0).disparity(3, 3), 3.0F);
+}
+
+TEST_F(GivenRecording, AnyLayoutTakesAFolder) {
+  put_odometry(folder_ / "odometry");
+  put_disparities("given", {"000046", "000047", "000048", "000099"});
+  const auto with_right{open("odometry", folder_ / "given")};
+  ASSERT_EQ(with_right->size(), 3U) << "a disparity image without a left one is no frame";
+  EXPECT_EQ(with_right->load(2).disparity(0, 0), 5.0F);
+  EXPECT_DOUBLE_EQ(with_right->load(2).world_from_vehicle->x_m, 9);
+  fs::remove_all(folder_ / "odometry" / "image_1");
+  EXPECT_EQ(open("odometry", folder_ / "given")->load(0).disparity(0, 0), 3.0F) << "right images are not needed";
+  const fs::path left{folder_ / "odometry" / "image_0" / "000047.png"};
+  const auto pair{open_recording({{left, left}, folder_ / "odometry" / "calib.txt", "", folder_ / "given"})};
+  EXPECT_EQ(pair->load(0).disparity(0, 0), 4.0F);
+}
+
+TEST_F(GivenRecording, AMissingOneIsThatFramesError) {
+  put_plain_given();
+  fs::remove(folder_ / "disparity" / "b.png");
+  const auto recording{open("")};
+  ASSERT_EQ(recording->size(), 3U);
+  EXPECT_THAT(recording->contents().warnings, ElementsAre(HasSubstr("frame b: the disparity image is missing")));
+  expect_complaint([&] { static_cast<void>(recording->load(1)); }, {"b.png", "disparity image", "missing"});
+  EXPECT_EQ(recording->load(2).disparity(0, 0), 5.0F);
+}
+
+TEST_F(GivenRecording, AnotherSizeIsThatFramesError) {
+  put_plain_given();
+  write_png(folder_ / "disparity" / "b.png", Image<std::uint16_t>{small_width_px, 32, 512});
+  const auto recording{open("")};
+  expect_complaint([&] { static_cast<void>(recording->load(1)); }, {"b.png", "65×33", "65×32", "same size"});
+  EXPECT_EQ(recording->load(0).disparity(0, 0), 3.0F);
+}
+
+TEST_F(GivenRecording, FoldersThatCannotBeUsed) {
+  put_plain_given();
+  expect_complaint([&] { static_cast<void>(open("", folder_ / "nowhere")); }, {"nowhere", "no such folder"});
+  fs::create_directories(folder_ / "empty");
+  expect_complaint([&] { static_cast<void>(open("", folder_ / "empty")); }, {"empty", "no images", "NPY"});
+  put_disparities("others", {"x"});
+  expect_complaint([&] { static_cast<void>(open("", folder_ / "others")); },
+                   {"no left image has a disparity one", "left and others"});
+  put(folder_ / "disparity" / "a.npy", "");
+  expect_complaint([&] { static_cast<void>(open("")); }, {"a.", "another image of the same name"});
+}
+
+TEST(OpencvMatcher, FindsThePlanesDisparity) {
+  const StereoFrame pair{textured_pair(200, 120, 9)};
+  for (const OpencvMatcher matcher : {OpencvMatcher::block, OpencvMatcher::semi_global}) {
+    const Image<float> disparity{match_with_opencv(matcher, pair.left, pair.right, 20)};
+    int right{0};
+    for (int v{20}; v < 100; ++v) {
+      for (int u{60}; u < 180; ++u) right += std::abs(disparity(u, v) - 9) < 0.5F ? 1 : 0;
+    }
+    EXPECT_GT(right, 0.95 * 80 * 120);
+    EXPECT_EQ(disparity(0, 60), 0) << "the right camera does not see the left border";
+  }
+}
+
+TEST(OpencvMatcher, TooSmallAnImageHasNoDisparities) {
+  const StereoFrame pair{textured_pair(40, 15, 3)};
+  for (const OpencvMatcher matcher : {OpencvMatcher::block, OpencvMatcher::semi_global}) {
+    EXPECT_EQ(match_with_opencv(matcher, pair.left, pair.right, 64), (Image<float>{40, 15}));
+  }
+}
+
+}  // namespace
+}  // namespace stereogrid::io::testing
