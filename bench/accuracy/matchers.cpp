@@ -29,12 +29,13 @@ Matched joined(const Image<float>& obstacle, const Image<float>& road) {
 Matcher on_true_road(const std::string& name, const std::string& peer, const TruthSet& set,
                      const MatchingConfig& config) {
   struct Room {
-    explicit Room(const Rig& rig) : space{rig.width_px, rig.height_px}, matches{rig.width_px, rig.height_px} {}
     Cpu cpu{0};
+    Room(const Rig& rig, const MatchingConfig& config)
+        : space{rig.width_px, rig.height_px, config, cpu.threads()}, matches{rig.width_px, rig.height_px} {}
     MatchingSpace space;
     Matches matches;
   };
-  const auto room{std::make_shared<Room>(set.rig)};
+  const auto room{std::make_shared<Room>(set.rig, config)};
   return {name, peer, [room, config](const TruthFrame& truth) {
             match(room->cpu, truth.frame.left.view(), truth.frame.right.view(), truth.plane, config, room->space,
                   room->matches);
