@@ -76,7 +76,7 @@ GridGeometry vehicle_grid_of(const GridConfig& config) {
 JourneyMemory::JourneyMemory(const Config& parameters, const Rig& level_rig, const GridGeometry& vehicle_grid)
     : config{parameters},
       rig{level_rig},
-      ground{rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad},
+      ground{calibrated_ground(rig, config.ground)},
       matches{rig.width_px, rig.height_px},
       matching{rig.width_px, rig.height_px},
       ground_samples{rig.width_px, rig.height_px},

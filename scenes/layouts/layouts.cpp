@@ -9,6 +9,7 @@ const std::vector<Layout>& layouts() {
                                        {"empty", 20, build_empty},
                                        {"occlusion", 10, build_occlusion},
                                        {"street", 60, build_street},
+                                       {"van", 30, build_van},
                                        {"wall", 5, build_wall}};
   return all;
 }
