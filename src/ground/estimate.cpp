@@ -9,6 +9,9 @@
 namespace stereogrid {
 namespace {
 
+// How many standard deviations of the calibration the gates are away.
+constexpr double gate_sigmas{4};
+
 constexpr double radians(double degrees) {
   return degrees * std::numbers::pi / 180;
 }
@@ -26,9 +29,9 @@ double first_row(const Rig& rig, const Ground& ground) {
 Ground calibrated_ground(const Rig& rig, const GroundConfig& config) {
   Ground ground{rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad, false};
   if (!config.estimate) return ground;
-  ground.height_sigma_m = config.height_gate_m / 2;
-  ground.pitch_sigma_rad = radians(config.pitch_gate_deg) / 2;
-  ground.roll_sigma_rad = radians(config.roll_gate_deg) / 2;
+  ground.height_sigma_m = config.height_gate_m / gate_sigmas;
+  ground.pitch_sigma_rad = radians(config.pitch_gate_deg) / gate_sigmas;
+  ground.roll_sigma_rad = radians(config.roll_gate_deg) / gate_sigmas;
   return ground;
 }
 

@@ -60,7 +60,7 @@ NormalEquations equations_of(const std::vector<GroundSample>& samples, const Roa
 double radius_of(const std::vector<GroundSample>& samples, const RoadPlane& plane) {
   constexpr int bins_per_px{25};
   constexpr std::size_t bins{50};
-  constexpr double medians{8};
+  constexpr double medians{5};
   constexpr double least_px{0.4};
   constexpr double most_px{2.5};
   std::array<std::size_t, bins> counts{};
@@ -124,13 +124,13 @@ void move(RoadPlane& plane, const Vector3& numbers) {
 }
 
 double refine(const std::vector<GroundSample>& samples, const Matrix3& covariance, RoadPlane& plane) {
-  // px²; what one pixel is worth: residuals of 0.3 px, of which those within a matching window are one
+  // px²; what one pixel is worth, so that the tether holds only what the pixels leave open
   constexpr double pixel_variance{9};
   const Vector3 start{numbers_of(plane)};
   const Matrix3 tether{scaled(pixel_variance, inverse(covariance))};
-  double radius_px{4};
+  double radius_px{2};
   for (int round{0}; round < 4; ++round) {
-    if (round == 1) radius_px = 2;
+    if (round == 1) radius_px = 1;
     if (round >= 2) radius_px = radius_of(samples, plane);
     const NormalEquations equations{equations_of(samples, plane, radius_px)};
     if (equations.inliers < ground_samples_min) return 0;

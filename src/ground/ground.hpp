@@ -27,7 +27,7 @@ struct GroundSpace {
   int blocks_across{0};
 };
 
-/// The plane that the calibration gives, as uncertain as half the gates. Trusted where nothing is to be estimated.
+/// The plane that the calibration gives, a quarter of the gates uncertain. Trusted where nothing is to be estimated.
 Ground calibrated_ground(const Rig& rig, const GroundConfig& config);
 
 /// Is it within the gates around the calibration?

@@ -41,12 +41,14 @@ void keep_plausible(const Rig& rig, const GroundConfig& config, std::vector<Grou
   });
 }
 
-std::size_t count_inliers(const std::vector<GroundSample>& samples, std::size_t stride, const RoadPlane& plane) {
-  std::size_t inliers{0};
+// Samples on the plane, less those below it, where nothing can be: or the plane leans on a kerb or an obstacle.
+int support_of(const std::vector<GroundSample>& samples, std::size_t stride, const RoadPlane& plane) {
+  int support{0};
   for (std::size_t i{0}; i < samples.size(); i += stride) {
-    inliers += std::abs(residual(plane, samples[i])) < inlier_px ? 1 : 0;
+    const double r{residual(plane, samples[i])};
+    support += std::abs(r) < inlier_px ? 1 : (r < -1.5 * inlier_px ? -1 : 0);
   }
-  return inliers;
+  return support;
 }
 
 // The line through two samples in v-disparity, with the roll of `plane`.
@@ -75,7 +77,8 @@ bool find_plane(const Rig& rig, const GroundConfig& config, const std::vector<Gr
                 RoadPlane& plane) {
   const std::size_t stride{std::max<std::size_t>(samples.size() / jury_size, 1)};
   const RoadPlane start{plane};
-  std::size_t most{count_inliers(samples, stride, plane)};
+  // Another plane must hold clearly more: what is a little off, the fit will mend.
+  int most{support_of(samples, stride, plane) * 3 / 2};
   Dice dice;
   for (int round{0}; round < rounds; ++round) {
     const GroundSample& a{samples[dice.below(samples.size())]};
@@ -84,13 +87,13 @@ bool find_plane(const Rig& rig, const GroundConfig& config, const std::vector<Gr
     RoadPlane candidate{start};
     if (!(round % 2 == 0 ? put_through(a, b, candidate) : put_through(a, b, c, candidate))) continue;
     if (!is_believable(rig, config, ground_of(rig, candidate))) continue;
-    const std::size_t inliers{count_inliers(samples, stride, candidate)};
-    if (inliers > most) {
-      most = inliers;
+    const int support{support_of(samples, stride, candidate)};
+    if (support > most) {
+      most = support;
       plane = candidate;
     }
   }
-  return most * stride >= ground_samples_min;
+  return most > 0 && static_cast<std::size_t>(most) * stride >= ground_samples_min;
 }
 
 }  // namespace
@@ -116,7 +119,7 @@ bool is_lost(const Rig& rig, const GroundConfig& config, View<const float> obsta
     const auto i{static_cast<std::size_t>(k)};
     // 2 px wide, centred between the bins k − 1 and k
     const std::size_t share{counts[i - 2] + counts[i - 1] + counts[i] + counts[i + 1]};
-    std::size_t& most{std::abs(k - bins / 2) <= 3 ? here : elsewhere};
+    std::size_t& most{std::abs(k - bins / 2) <= 2 ? here : elsewhere};
     most = std::max(most, share);
   }
   return elsewhere >= ground_samples_min && 4 * elsewhere > 5 * here;
