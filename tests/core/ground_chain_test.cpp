@@ -12,7 +12,7 @@ namespace {
 
 using scenes::Scene;
 
-constexpr const char* street{"street?width=400&height=250"};
+constexpr const char* street{"street?width=320&height=200"};
 
 struct Errors {
   double height{0};
@@ -35,18 +35,20 @@ Errors normalised_errors(const Rig& rig, const std::vector<Ground>& grounds) {
 
 TEST(GroundChain, RecoversFromAWrongCalibration) {
   const Scene scene{scenes::parse_scene(street), 2};
-  const std::vector<Ground> right{grounds_of(scene, scene.rig(), 7)};
+  const std::vector<StereoFrame> frames{frames_of(scene, 7)};
+  const std::vector<Ground> right{grounds_of(frames, scene.rig())};
   for (const WrongBy& by : {WrongBy{1, 0, 0}, WrongBy{-1, 0, 0}, WrongBy{2, 0, 0}, WrongBy{-2, 0, 0}, WrongBy{0, 1, 0},
                             WrongBy{0, -1, 0}, WrongBy{0, 0, 0.1}, WrongBy{0, 0, -0.1}, WrongBy{1, -1, 0.1}}) {
     SCOPED_TRACE(testing::Message() << by.pitch_deg << "° " << by.roll_deg << "° " << by.height_m << " m");
-    expect_recovered(right, grounds_of(scene, wrong(scene.rig(), by), 7));
+    expect_recovered(right, grounds_of(frames, wrong(scene.rig(), by)));
   }
 }
 
 TEST(GroundChain, FollowsAJumpOfThePitchAndBack) {
   const Scene scene{scenes::parse_scene(street), 2};
+  const std::vector<StereoFrame> frames{frames_of(scene, 9)};
   for (const double pitch_deg : {1.0, -1.0, 2.0}) {
-    const std::vector<Ground> grounds{grounds_of(scene, scene.rig(), 9, {3, 6, pitch_deg * degree})};
+    const std::vector<Ground> grounds{grounds_of(frames, scene.rig(), {3, 6, pitch_deg * degree})};
     for (std::size_t i{0}; i < grounds.size(); ++i) {
       if (i == 3 || i == 6) continue;  // the filter may take a frame
       EXPECT_NEAR(grounds[i].pitch_rad / degree, i > 3 && i < 6 ? pitch_deg : 0, 0.25) << "frame " << i;
@@ -57,7 +59,7 @@ TEST(GroundChain, FollowsAJumpOfThePitchAndBack) {
 TEST(GroundChain, ErrorsAreAboutAsLargeAsItSays) {
   for (const char* text : {street, "crossing", "empty"}) {
     const Scene scene{scenes::parse_scene(text), 2};
-    const Errors errors{normalised_errors(scene.rig(), grounds_of(scene, scene.rig(), 8))};
+    const Errors errors{normalised_errors(scene.rig(), grounds_of(frames_of(scene, 8), scene.rig()))};
     for (const double error : {errors.height, errors.pitch, errors.roll}) {
       EXPECT_GT(error, 0.1) << text;
       EXPECT_LT(error, 2) << text;
@@ -68,7 +70,7 @@ TEST(GroundChain, ErrorsAreAboutAsLargeAsItSays) {
 // A wall on the left, a pavement 12 cm up on the right, and between them little but the van.
 TEST(GroundChain, HoldsBehindAVanThatHidesTheRoad) {
   const Scene scene{scenes::parse_scene("van"), 2};
-  const std::vector<Ground> grounds{grounds_of(scene, scene.rig(), 30)};
+  const std::vector<Ground> grounds{grounds_of(frames_of(scene, 30), scene.rig())};
   for (const Ground& ground : grounds) {
     EXPECT_NEAR(ground.height_m, scene.rig().camera_height_m, 0.03);
     EXPECT_NEAR(ground.pitch_rad / degree, 0, 0.4);
@@ -81,7 +83,7 @@ TEST(GroundChain, HoldsBehindAVanThatHidesTheRoad) {
 
 TEST(GroundChain, AWallOverEverythingIsNoRoad) {
   const Scene scene{scenes::parse_scene("wall"), 2};
-  const std::vector<Ground> grounds{grounds_of(scene, scene.rig(), 5)};
+  const std::vector<Ground> grounds{grounds_of(frames_of(scene, 5), scene.rig())};
   for (const Ground& ground : grounds) {
     EXPECT_NEAR(ground.height_m, scene.rig().camera_height_m, 0.03);
     EXPECT_NEAR(ground.pitch_rad / degree, 0, 0.3);

@@ -34,19 +34,24 @@ inline void nod(const Rig& rig, double pitch_rad, StereoFrame& frame) {
   }
 }
 
+inline std::vector<StereoFrame> frames_of(const FrameSource& source, std::size_t count) {
+  std::vector<StereoFrame> frames;
+  for (std::size_t i{0}; i < count; ++i) frames.push_back(source.load(i));
+  return frames;
+}
+
 /// The ground of every frame as seen with a rig whose calibration may be wrong. Pitches are of the images as they are,
 /// not of the level ones.
-inline std::vector<Ground> grounds_of(const FrameSource& source, const Rig& rig, std::size_t frames,
-                                      const Nod& nodding = {}) {
+inline std::vector<Ground> grounds_of(const std::vector<StereoFrame>& frames, const Rig& rig, const Nod& nodding = {}) {
   Config config{preset("default")};
   config.grid.length_m = 8;
   config.grid.width_m = 8;
   Pipeline pipeline{config, rig, BackEnd::cpu, 2};
   const double levelled_rad{Levelling{rig}.is_needed() ? rig.camera_pitch_rad : 0.0};
   std::vector<Ground> grounds;
-  for (std::size_t i{0}; i < frames; ++i) {
-    StereoFrame frame{source.load(i)};
-    if (i >= nodding.first && i < nodding.end) nod(source.rig(), nodding.pitch_rad, frame);
+  for (std::size_t i{0}; i < frames.size(); ++i) {
+    StereoFrame frame{frames[i]};
+    if (i >= nodding.first && i < nodding.end) nod(rig, nodding.pitch_rad, frame);
     grounds.push_back(pipeline.process(frame).ground);
     grounds.back().pitch_rad += levelled_rad;
   }

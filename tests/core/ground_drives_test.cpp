@@ -24,14 +24,14 @@ class GroundDrives : public testing::TestWithParam<const char*> {};
 TEST_P(GroundDrives, RecoversWithinFiveFrames) {
   const std::filesystem::path folder{data_folder() / GetParam()};
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no data sets on this machine (STEREOGRID_DATA)";
-  constexpr std::size_t frames{8};
   io::InputArguments arguments;
   arguments.paths = {folder};
   const auto drive{io::open_recording(arguments)};
-  const std::vector<Ground> right{grounds_of(*drive, drive->rig(), frames)};
+  const std::vector<StereoFrame> frames{frames_of(*drive, 8)};
+  const std::vector<Ground> right{grounds_of(frames, drive->rig())};
   for (const WrongBy& by : {WrongBy{1, 0, 0}, WrongBy{-1, 0, 0}, WrongBy{0, 1, 0}, WrongBy{0, 0, 0.1}}) {
     SCOPED_TRACE(testing::Message() << by.pitch_deg << "° " << by.roll_deg << "° " << by.height_m << " m");
-    expect_recovered(right, grounds_of(*drive, wrong(drive->rig(), by), frames));
+    expect_recovered(right, grounds_of(frames, wrong(drive->rig(), by)));
   }
 }
 
@@ -41,7 +41,7 @@ TEST_P(GroundDrives, TheGateDoesNotBite) {
   io::InputArguments arguments;
   arguments.paths = {folder};
   const auto drive{io::open_recording(arguments)};
-  for (const Ground& ground : grounds_of(*drive, drive->rig(), drive->size())) {
+  for (const Ground& ground : grounds_of(frames_of(*drive, drive->size()), drive->rig())) {
     EXPECT_TRUE(ground.estimated);
     EXPECT_LT(ground.pitch_sigma_rad / degree, 0.3);
     EXPECT_LT(ground.height_sigma_m, 0.05);
