@@ -60,7 +60,7 @@ NormalEquations equations_of(const std::vector<GroundSample>& samples, const Roa
 double radius_of(const std::vector<GroundSample>& samples, const RoadPlane& plane) {
   constexpr int bins_per_px{25};
   constexpr std::size_t bins{50};
-  constexpr double medians{5};
+  constexpr double medians{4};
   constexpr double least_px{0.4};
   constexpr double most_px{2.5};
   std::array<std::size_t, bins> counts{};

@@ -12,7 +12,7 @@ namespace {
 
 using scenes::Scene;
 
-constexpr const char* street{"street?width=320&height=200"};
+constexpr const char* street{"street?width=400&height=250"};
 
 struct Errors {
   double height{0};
