@@ -50,7 +50,7 @@ struct JourneyMemory {
   Config config;
   Rig rig;
   Ground ground;  ///< of the last frame
-  int frames_without_ground{0};
+  int frames_to_search{0};
   bool is_first{true};
   Matches matches;
   MatchingSpace matching;
@@ -121,8 +121,8 @@ class JourneyOn final : public Journey {
   }
 
  private:
-  /// Frames without a measured road after which it is searched anew.
-  static constexpr int patience{5};
+  /// Frames after which a road that was not found is searched again.
+  static constexpr int pause_frames{3};
 
   void match_on(const JourneyInput& input, const Ground& ground) {
     JourneyMemory& m{memory_};
@@ -130,43 +130,45 @@ class JourneyOn final : public Journey {
     match(back_end_, input.left, input.right, road_plane(m.rig, ground), m.config.matching, m.matching, m.matches);
   }
 
-  // Of the last frame; the car has moved since.
-  [[nodiscard]] Ground predicted_ground() const {
-    Ground ground{memory_.ground};
-    ground.estimated = false;
-    return ground;
-  }
-
-  void search_ground_on(const JourneyInput& input) {
-    JourneyMemory& m{memory_};
-    // a plane far off would have split the wrong pixels away
-    if (!input.disparity.empty()) leave_whole(input.disparity, m.config.matching, m.matches);
-    const Ground calibrated{m.rig.camera_height_m, m.rig.camera_pitch_rad, m.rig.camera_roll_rad};
-    m.ground = search_ground(m.rig, m.config.ground, m.matches.obstacle.view(), m.matches.road.view(), calibrated,
-                             m.ground_samples);
-  }
-
   // The road hypothesis needs a plane before there is any disparity: that of the frame before. At the start, and when
-  // the road has been lost, a plane is searched in what matched, and the frame is matched again.
+  // the road turns out to lie elsewhere, a plane is searched in what matched, and the frame is matched again.
   void match_and_estimate_ground(const JourneyInput& input, FrameResult& result, Stopwatch& watch) {
     JourneyMemory& m{memory_};
-    match_on(input, predicted_ground());
+    match_on(input, predicted(m.rig, m.config.ground, m.ground, input.dt_s));
     result.timing_ms.match = watch.lap();
-    result.timing_ms.ground = 0;
-    if (m.config.ground.estimate && (m.is_first || m.frames_without_ground > patience)) {
-      search_ground_on(input);
-      result.timing_ms.ground = watch.lap();
-      match_on(input, predicted_ground());
+    const bool again{search_if_lost(input)};
+    result.timing_ms.ground = watch.lap();
+    if (again) {
+      match_on(input, m.ground);
       result.timing_ms.match += watch.lap();
     }
-    m.ground = estimate_ground(m.rig, m.config.ground, m.matches.road.view(), m.ground, m.ground_samples);
-    m.frames_without_ground = m.ground.estimated ? 0 : m.frames_without_ground + 1;
+    m.ground = estimate_ground(m.rig, m.config.ground, m.matches.road.view(), m.ground, input.dt_s, m.ground_samples);
     result.ground = m.ground;
     result.timing_ms.ground += watch.lap();
     if (!input.disparity.empty()) match_on(input, m.ground);  // splitting is cheap, and the plane is better now
     result.stages.obstacle_disparity = m.matches.obstacle;
     result.stages.road_disparity = m.matches.road;
     result.timing_ms.match += watch.lap();
+  }
+
+  // True: to be matched again. After a search that found nothing there is a pause, as it would find nothing again.
+  bool search_if_lost(const JourneyInput& input) {
+    JourneyMemory& m{memory_};
+    if (!m.config.ground.estimate) return false;
+    if (m.frames_to_search > 0 && --m.frames_to_search > 0) return false;
+    const auto obstacle{m.matches.obstacle.view()};
+    const auto road{m.matches.road.view()};
+    if (!m.is_first && !is_lost(m.rig, m.config.ground, obstacle, road, m.ground, m.ground_samples)) return false;
+    const bool is_given{!input.disparity.empty()};
+    // a plane far off would have split the wrong pixels away
+    if (is_given) leave_whole(input.disparity, m.config.matching, m.matches);
+    const Ground found{search_ground(m.rig, m.config.ground, obstacle, road, m.ground, m.ground_samples)};
+    if (found.estimated) {
+      m.ground = found;
+    } else {
+      m.frames_to_search = pause_frames;
+    }
+    return found.estimated || is_given;
   }
 
   void project_to(const GridGeometry& grid, const Pose2& vehicle_from_grid, const FrameResult& result,

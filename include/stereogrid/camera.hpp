@@ -30,6 +30,14 @@ struct Ground {
   double roll_rad{0};     ///< positive: camera's right side is down relative to the road
   bool estimated{false};  ///< measured in this frame; false: carried over or taken from the calibration
 
+  // Standard deviations and correlations of the errors; all 0: trusted.
+  double height_sigma_m{0};
+  double pitch_sigma_rad{0};
+  double roll_sigma_rad{0};
+  double height_pitch_correlation{0};
+  double height_roll_correlation{0};
+  double pitch_roll_correlation{0};
+
   friend bool operator==(const Ground&, const Ground&) = default;
 };
 

@@ -99,9 +99,11 @@ struct MatchingConfig {
 struct GroundConfig {
   bool estimate{true};
   double height_gate_m{0.25};
-  double pitch_gate_deg{3.0};
-  double roll_gate_deg{4.0};
-  double smoothing{0.5};
+  double pitch_gate_deg{4.5};
+  double roll_gate_deg{6.0};
+  double height_noise_m{0.03};
+  double pitch_noise_deg{0.5};
+  double roll_noise_deg{0.5};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
@@ -113,8 +115,13 @@ struct GroundConfig {
           self.pitch_gate_deg);
     visit(Parameter{"roll_gate_deg", "deg", 0, 20, "Largest believed departure from the calibrated roll."},
           self.roll_gate_deg);
-    visit(Parameter{"smoothing", "", 0, 0.99, "Weight of the plane carried over from the frame before."},
-          self.smoothing);
+    visit(Parameter{"height_noise_m", "m/√s", 0.001, 1,
+                    "How much the height over the road changes within a second (standard deviation)."},
+          self.height_noise_m);
+    visit(Parameter{"pitch_noise_deg", "deg/√s", 0.01, 20, "How much the pitch changes within a second."},
+          self.pitch_noise_deg);
+    visit(Parameter{"roll_noise_deg", "deg/√s", 0.01, 20, "How much the roll changes within a second."},
+          self.roll_noise_deg);
   }
 };
 

@@ -29,6 +29,8 @@ struct Layout {
 [[nodiscard]] World build_occlusion(std::uint64_t seed, double duration_s);
 /// 8 m/s on a slight curve between parked cars; an oncoming car, people stepping out.
 [[nodiscard]] World build_street(std::uint64_t seed, double duration_s);
+/// 5 m/s in an alley, up to 5 m behind a van whose back hides most of the road; wall left, pavement right.
+[[nodiscard]] World build_van(std::uint64_t seed, double duration_s);
 /// Car still before a wall that hides everything behind it.
 [[nodiscard]] World build_wall(std::uint64_t seed, double duration_s);
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "ground/model.hpp"
@@ -17,21 +18,39 @@ struct GroundSample {
   float disparity;
 };
 
-/// Working memory of estimate_ground.
+/// Working memory of this stage.
 struct GroundSpace {
   GroundSpace(int width, int height);
+
   std::vector<GroundSample> samples;
+  std::vector<Vector3> scores;  ///< one per block of the image
+  int blocks_across{0};
 };
 
-/// Road plane of this frame from its road disparities: robust least squares around `previous`, gated by the calibrated
-/// plane, blended with `previous`. Where too little road is seen or the fit leaves the gate: `previous`, `estimated`
-/// false. One implementation serves every back end: it reads a lattice of some thousand pixels.
-Ground estimate_ground(const Rig& rig, const GroundConfig& config, View<const float> road_disparity,
-                       const Ground& previous, GroundSpace& space);
+/// The plane that the calibration gives, a quarter of the gates uncertain. Trusted where nothing is to be estimated.
+Ground calibrated_ground(const Rig& rig, const GroundConfig& config);
 
-/// Road plane without trusting any earlier one beyond the gate: RANSAC over lines in v-disparity (eq. 1b; Labayrade
-/// 2002) on the pixels of both hypotheses. Falls back to `calibrated`, `estimated` false.
+/// Is it within the gates around the calibration?
+bool is_believable(const Rig& rig, const GroundConfig& config, const Ground& ground);
+
+/// `previous` after `dt_s` in which nothing was measured: less certain, but no less than the calibration.
+Ground predicted(const Rig& rig, const GroundConfig& config, const Ground& previous, double dt_s);
+
+/// Road plane of this frame: a Kalman filter's step from `previous` (dt_s ago) with the plane through this frame's road
+/// disparities. Where too little road is seen or the result leaves the gates: `predicted`, `estimated` false. One
+/// implementation serves every back end: it reads a lattice of some thousand pixels.
+Ground estimate_ground(const Rig& rig, const GroundConfig& config, View<const float> road_disparity,
+                       const Ground& previous, double dt_s, GroundSpace& space);
+
+/// Do clearly more pixels lie on a plane of another pitch than on this one? Road that is out of the road hypothesis'
+/// reach is matched as upright, so both images are read.
+bool is_lost(const Rig& rig, const GroundConfig& config, View<const float> obstacle_disparity,
+             View<const float> road_disparity, const Ground& ground, GroundSpace& space);
+
+/// Road plane without trusting `previous` beyond the gates: RANSAC over lines in v-disparity (eq. 1b; Labayrade 2002)
+/// and planes through three pixels, of both hypotheses. What is found is as uncertain as calibrated_ground. `previous`
+/// with `estimated` false, where none is found.
 Ground search_ground(const Rig& rig, const GroundConfig& config, View<const float> obstacle_disparity,
-                     View<const float> road_disparity, const Ground& calibrated, GroundSpace& space);
+                     View<const float> road_disparity, const Ground& previous, GroundSpace& space);
 
 }  // namespace stereogrid

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "ground/matrix3.hpp"
 #include "host_device.hpp"
 #include "stereogrid/camera.hpp"
 
@@ -36,6 +37,49 @@ inline Ground ground_of(const Rig& rig, const RoadPlane& plane) {
   const double gz{plane.at_centre / rig.focal_px};
   const double length{std::sqrt(plane.per_u * plane.per_u + plane.per_v * plane.per_v + gz * gz)};
   return {rig.baseline_m / length, std::asin(gz / length), std::atan2(plane.per_u, plane.per_v), true};
+}
+
+/// Derivatives of the road plane (at_centre, per_u, per_v) with respect to (height, pitch, roll).
+inline Matrix3 plane_by_ground(const Rig& rig, const Ground& ground) {
+  const RoadPlane plane{road_plane(rig, ground)};
+  const double scale{rig.baseline_m / ground.height_m};
+  const double sin_pitch{std::sin(ground.pitch_rad)};
+  return {{{-plane.at_centre / ground.height_m, scale * rig.focal_px * std::cos(ground.pitch_rad), 0},
+           {-plane.per_u / ground.height_m, -scale * sin_pitch * std::sin(ground.roll_rad), plane.per_v},
+           {-plane.per_v / ground.height_m, -scale * sin_pitch * std::cos(ground.roll_rad), -plane.per_u}}};
+}
+
+/// Covariance of (height, pitch, roll).
+inline Matrix3 covariance_of(const Ground& ground) {
+  const double height{ground.height_sigma_m};
+  const double pitch{ground.pitch_sigma_rad};
+  const double roll{ground.roll_sigma_rad};
+  const double height_pitch{ground.height_pitch_correlation * height * pitch};
+  const double height_roll{ground.height_roll_correlation * height * roll};
+  const double pitch_roll{ground.pitch_roll_correlation * pitch * roll};
+  return {{{height * height, height_pitch, height_roll},
+           {height_pitch, pitch * pitch, pitch_roll},
+           {height_roll, pitch_roll, roll * roll}}};
+}
+
+/// `ground` with that covariance of (height, pitch, roll); its diagonal must be positive.
+inline Ground with_covariance(Ground ground, const Matrix3& covariance) {
+  ground.height_sigma_m = std::sqrt(covariance[0][0]);
+  ground.pitch_sigma_rad = std::sqrt(covariance[1][1]);
+  ground.roll_sigma_rad = std::sqrt(covariance[2][2]);
+  ground.height_pitch_correlation = covariance[0][1] / (ground.height_sigma_m * ground.pitch_sigma_rad);
+  ground.height_roll_correlation = covariance[0][2] / (ground.height_sigma_m * ground.roll_sigma_rad);
+  ground.pitch_roll_correlation = covariance[1][2] / (ground.pitch_sigma_rad * ground.roll_sigma_rad);
+  return ground;
+}
+
+/// Standard deviation, in px, of the disparity that road_plane gives at a pixel.
+inline double plane_sigma_px(const Rig& rig, const Ground& ground, double u, double v) {
+  const Vector3 by_ground{transposed(plane_by_ground(rig, ground)) *
+                          Vector3{1, u - rig.centre_u_px, v - rig.centre_v_px}};
+  const Vector3 carried{covariance_of(ground) * by_ground};
+  const double variance{by_ground[0] * carried[0] + by_ground[1] * carried[1] + by_ground[2] * carried[2]};
+  return variance > 0 ? std::sqrt(variance) : 0.0;
 }
 
 /// Row of the horizon in the column u0: v0 − f·tan(pitch). specification §1.

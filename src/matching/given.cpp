@@ -13,8 +13,6 @@ namespace {
 
 constexpr int rows_grain{32};
 constexpr double significance{2};  // standard deviations
-constexpr PlaneSigmas fitted{0.02, 0.001, 0.003};
-constexpr PlaneSigmas predicted{0.05, 0.005, 0.01};
 
 // Bin 0 is "no measurement", and the u-disparity plane ends.
 bool is_usable(float disparity, const MatchingConfig& config) {
@@ -39,20 +37,15 @@ void split_row(int v, View<const float> disparity, const RoadPlane& plane, const
 
 }  // namespace
 
-PlaneSigmas plane_sigmas(const Ground& ground) {
-  return ground.estimated ? fitted : predicted;
-}
-
-HeightTest::HeightTest(const Rig& rig, double ground_height_m, const PlaneSigmas& sigmas,
-                       const MatchingConfig& config) {
+HeightTest::HeightTest(const Rig& rig, const Ground& ground, const MatchingConfig& config) {
   const auto squared = [](double deviation) {
     return static_cast<float>(significance * deviation * significance * deviation);
   };
-  const double scale{rig.baseline_m / ground_height_m};
-  const double share{config.given_height_m / ground_height_m};
-  constant = squared(config.given_sigma_px) + squared(scale * rig.focal_px * sigmas.pitch_rad);
-  per_r2 = squared(sigmas.height_m / ground_height_m);
-  per_x2 = squared(scale * sigmas.roll_rad);
+  const double scale{rig.baseline_m / ground.height_m};
+  const double share{config.given_height_m / ground.height_m};
+  constant = squared(config.given_sigma_px) + squared(scale * rig.focal_px * ground.pitch_sigma_rad);
+  per_r2 = squared(ground.height_sigma_m / ground.height_m);
+  per_x2 = squared(scale * ground.roll_sigma_rad);
   above = share < 1 ? static_cast<float>(1 / (1 - share)) : std::numeric_limits<float>::infinity();
   below = static_cast<float>(1 / (1 + share));
 }
@@ -60,7 +53,7 @@ HeightTest::HeightTest(const Rig& rig, double ground_height_m, const PlaneSigmas
 void split(Cpu& cpu, View<const float> disparity, const Rig& rig, const Ground& ground, const MatchingConfig& config,
            Matches& matches) {
   const RoadPlane plane{road_plane(rig, ground)};
-  const HeightTest test{rig, ground.height_m, plane_sigmas(ground), config};
+  const HeightTest test{rig, ground, config};
   cpu.for_ranges(disparity.height, rows_grain, [&](int begin, int end) {
     for (int v{begin}; v < end; ++v) split_row(v, disparity, plane, test, config, matches);
   });
@@ -69,7 +62,7 @@ void split(Cpu& cpu, View<const float> disparity, const Rig& rig, const Ground& 
 void split(Reference&, View<const float> disparity, const Rig& rig, const Ground& ground, const MatchingConfig& config,
            Matches& matches) {
   const RoadPlane plane{road_plane(rig, ground)};
-  const HeightTest test{rig, ground.height_m, plane_sigmas(ground), config};
+  const HeightTest test{rig, ground, config};
   for (int v{0}; v < disparity.height; ++v) split_row(v, disparity, plane, test, config, matches);
 }
 

@@ -13,22 +13,12 @@ namespace stereogrid {
 /// Matches from a disparity image that somebody else has made. It has one hypothesis only, so road and obstacles are
 /// told apart by their height above the road plane.
 
-/// Standard deviations of a road plane.
-struct PlaneSigmas {
-  double height_m;
-  double pitch_rad;
-  double roll_rad;
-};
-
-/// How well a plane is known: one that was fitted in this frame, or one that is only predicted.
-PlaneSigmas plane_sigmas(const Ground& ground);
-
 /// Is a disparity d above or below the road, whose disparity at the pixel is r? A point at height h above a plane at
 /// distance H has d = r·H/(H − h). Both need heights beyond ± given_height_m, and a difference d − r beyond two
 /// standard deviations: noise of the disparity, and the plane's own, σ² = given_sigma_px² + (r σ_H/H)² + (b/H)² ((f
 /// σ_pitch)² + (x σ_roll)²) with x = u − u0.
 struct HeightTest {
-  HeightTest(const Rig& rig, double ground_height_m, const PlaneSigmas& sigmas, const MatchingConfig& config);
+  HeightTest(const Rig& rig, const Ground& ground, const MatchingConfig& config);
 
   [[nodiscard]] float margin2(float r, float x) const { return constant + per_r2 * (r * r) + per_x2 * (x * x); }
   [[nodiscard]] bool is_above(float d, float r, float x) const {

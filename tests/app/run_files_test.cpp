@@ -86,6 +86,9 @@ TEST_F(RunFiles, EveryLineHasEveryKey) {
     EXPECT_EQ(line["name"], "00000" + std::to_string(i));
     EXPECT_EQ(line["stamp_ns"], i * 100'000'000);
     EXPECT_EQ(keys_of(line["pose"]), (std::set<std::string>{"x_m", "y_m", "yaw_rad"}));
+    EXPECT_EQ(keys_of(line["ground"]), (std::set<std::string>{"height_m", "pitch_rad", "roll_rad", "estimated",
+                                                              "height_sigma_m", "pitch_sigma_rad", "roll_sigma_rad"}));
+    EXPECT_GT(line["ground"]["pitch_sigma_rad"], 0);
     EXPECT_EQ(keys_of(line["density"]), (std::set<std::string>{"obstacle", "road"}));
     EXPECT_GT(line["density"]["road"], 0.05);
     for (const Json& obstacle : line["obstacles"]) {

@@ -81,7 +81,7 @@ TEST(Given, AboveTheHorizonThereIsNoRoad) {
 
 TEST(Given, FarAwayNoiseDecides) {
   const Rig rig{small_kitti_rig()};
-  const HeightTest test{rig, 1.6, {0, 0, 0}, config_for(0.7, 0.1)};
+  const HeightTest test{rig, Ground{1.6, 0, 0, true}, config_for(0.7, 0.1)};
   const float r{5};  // 0.1 m are only 0.3 px there
   EXPECT_FALSE(test.is_above(r + 1.39f, r, 0));
   EXPECT_TRUE(test.is_above(r + 1.41f, r, 0));
@@ -89,8 +89,18 @@ TEST(Given, FarAwayNoiseDecides) {
   EXPECT_TRUE(test.is_below(r - 1.41f, r, 0));
 }
 
+struct PlaneSigmas {
+  double height_m;
+  double pitch_rad;
+  double roll_rad;
+};
+
 double margin(const Rig& rig, double height_m, const PlaneSigmas& sigmas, double x, double r) {
-  const HeightTest test{rig, height_m, sigmas, config_for(0, 0)};
+  Ground ground{height_m, 0, 0, true};
+  ground.height_sigma_m = sigmas.height_m;
+  ground.pitch_sigma_rad = sigmas.pitch_rad;
+  ground.roll_sigma_rad = sigmas.roll_rad;
+  const HeightTest test{rig, ground, config_for(0, 0)};
   return std::sqrt(test.margin2(static_cast<float>(r), static_cast<float>(x)));
 }
 

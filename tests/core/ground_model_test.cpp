@@ -127,5 +127,46 @@ TEST(GroundModel, RowAtHeightIsWhereACameraSeesIt) {
   }
 }
 
+Ground moved(const Ground& ground, double height_m, double pitch_rad, double roll_rad) {
+  return {ground.height_m + height_m, ground.pitch_rad + pitch_rad, ground.roll_rad + roll_rad, false};
+}
+
+TEST(GroundModel, PlaneSigmaIsWhatAMovedPlaneDiffers) {
+  const Rig rig{small_kitti_rig()};
+  constexpr double step{1e-6};
+  for (Ground ground : grounds()) {
+    const auto change = [&](const Ground& other) {
+      return (road_plane(rig, other).disparity(100, 170) - road_plane(rig, ground).disparity(100, 170)) / step;
+    };
+    const double by_height{change(moved(ground, step, 0, 0))};
+    const double by_pitch{change(moved(ground, 0, step, 0))};
+    const double by_roll{change(moved(ground, 0, 0, step))};
+    ground.height_sigma_m = 0.02;
+    EXPECT_NEAR(plane_sigma_px(rig, ground, 100, 170), std::abs(0.02 * by_height), 1e-3);
+    ground.pitch_sigma_rad = 0.003;
+    ground.height_pitch_correlation = 1;
+    EXPECT_NEAR(plane_sigma_px(rig, ground, 100, 170), std::abs(0.02 * by_height + 0.003 * by_pitch), 1e-3);
+    ground.height_pitch_correlation = 0;
+    ground.roll_sigma_rad = 0.004;
+    EXPECT_NEAR(plane_sigma_px(rig, ground, 100, 170), std::hypot(0.02 * by_height, 0.003 * by_pitch, 0.004 * by_roll),
+                1e-3);
+  }
+  EXPECT_EQ(plane_sigma_px(rig, grounds()[0], 100, 170), 0) << "trusted";
+}
+
+TEST(GroundModel, CovarianceSurvivesTheWayThroughSigmasAndCorrelations) {
+  const Matrix3 covariance{{{4e-4, -1e-5, 2e-6}, {-1e-5, 9e-6, 1e-6}, {2e-6, 1e-6, 2.5e-5}}};
+  const Matrix3 back{covariance_of(with_covariance({1.65, 0, 0, true}, covariance))};
+  const Matrix3 one{covariance * inverse(covariance)};
+  for (std::size_t i{0}; i < 3; ++i) {
+    for (std::size_t j{0}; j < 3; ++j) {
+      EXPECT_NEAR(back[i][j], covariance[i][j], 1e-15);
+      EXPECT_NEAR(one[i][j], i == j ? 1 : 0, 1e-12);
+    }
+  }
+  EXPECT_TRUE(is_positive_definite(covariance));
+  EXPECT_FALSE(is_positive_definite({{{1, 2, 0}, {2, 1, 0}, {0, 0, 1}}}));
+}
+
 }  // namespace
 }  // namespace stereogrid::test

@@ -17,7 +17,6 @@ GroundConfig gates() {
   config.height_gate_m = 0.25;
   config.pitch_gate_deg = 3;
   config.roll_gate_deg = 4;
-  config.smoothing = 0.5;
   return config;
 }
 
@@ -26,10 +25,13 @@ struct Street {
   Image<float> road;
 };
 
+constexpr double frame_s{0.1};
+
 struct Flaws {
   double noise_px{0.3};
   double outliers{0.2};  // share of the pixels with any disparity
   bool van{false};       // hides most of the road ahead
+  int tile_px{1};        // the noise is the same within squares of this size
 };
 
 // What an ideal matcher makes of an endless road, with flaws.
@@ -37,6 +39,8 @@ Street street(const Rig& rig, const Ground& truth, const Flaws& flaws, unsigned 
   std::mt19937 generator{seed};
   const RoadPlane plane{road_plane(rig, truth)};
   Street seen{Image<float>{rig.width_px, rig.height_px}, Image<float>{rig.width_px, rig.height_px}};
+  Image<double> noise{rig.width_px / flaws.tile_px + 1, rig.height_px / flaws.tile_px + 1};
+  for (double& n : noise) n = flaws.noise_px * gaussian(generator);
   for (int v{0}; v < rig.height_px; ++v) {
     for (int u{0}; u < rig.width_px; ++u) {
       const double d{plane.disparity(u, v)};
@@ -46,7 +50,7 @@ Street street(const Rig& rig, const Ground& truth, const Flaws& flaws, unsigned 
       } else if (d >= 1) {
         const bool outlier{uniform(generator, 0, 1) < flaws.outliers};
         seen.road(u, v) = static_cast<float>(outlier ? uniform(generator, 1, 60)
-                                                     : std::max(d + flaws.noise_px * gaussian(generator), 0.5));
+                                                     : std::max(d + noise(u / flaws.tile_px, v / flaws.tile_px), 0.5));
       }
     }
   }
@@ -60,7 +64,19 @@ void expect_close(const Ground& found, const Ground& truth, double height_m, dou
 }
 
 Ground calibrated(const Rig& rig) {
-  return {rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad, false};
+  return calibrated_ground(rig, gates());
+}
+
+// As sure as after some frames on a good road.
+Ground tracked(const Ground& ground) {
+  Ground sure{ground};
+  sure.height_sigma_m = 0.005;
+  sure.pitch_sigma_rad = sure.roll_sigma_rad = 0.05 * degree;
+  return sure;
+}
+
+Ground carried_over(const Rig& rig, const GroundConfig& config, const Ground& before) {
+  return predicted(rig, config, before, frame_s);
 }
 
 TEST(EstimateGround, RecoversHeightPitchAndRoll) {
@@ -71,7 +87,7 @@ TEST(EstimateGround, RecoversHeightPitchAndRoll) {
        {Ground{1.65, 0, 0, false}, Ground{1.70, 0.2 * degree, 0, false},
         Ground{1.60, -0.2 * degree, 0.8 * degree, false}, Ground{1.62, 0.15 * degree, -0.8 * degree, false}}) {
     const Street seen{street(rig, truth, {0.3, 0, false}, seed++)};
-    const Ground found{estimate_ground(rig, gates(), seen.road.view(), calibrated(rig), space)};
+    const Ground found{estimate_ground(rig, gates(), seen.road.view(), calibrated(rig), frame_s, space)};
     EXPECT_TRUE(found.estimated);
     expect_close(found, truth, 0.01, 0.03);
   }
@@ -82,18 +98,32 @@ TEST(EstimateGround, BearsOutliersAndAVanThatHidesTheRoad) {
   GroundSpace space{rig.width_px, rig.height_px};
   const Ground truth{1.68, 0.2 * degree, -0.5 * degree, false};
   const Street seen{street(rig, truth, {0.3, 0.2, true}, 7)};
-  const Ground found{estimate_ground(rig, gates(), seen.road.view(), calibrated(rig), space)};
+  const Ground found{estimate_ground(rig, gates(), seen.road.view(), calibrated(rig), frame_s, space)};
   EXPECT_TRUE(found.estimated);
   expect_close(found, truth, 0.02, 0.05);
 }
 
-TEST(EstimateGround, WithoutRoadKeepsThePlaneBefore) {
+TEST(EstimateGround, WithoutRoadKeepsThePlaneBeforeAndGrowsUncertain) {
   const Rig rig{small_kitti_rig()};
   GroundSpace space{rig.width_px, rig.height_px};
   const Image<float> nothing{rig.width_px, rig.height_px};
-  const Ground before{1.7, 0.01, -0.02, true};
-  const Ground found{estimate_ground(rig, gates(), nothing.view(), before, space)};
-  EXPECT_EQ(found, (Ground{1.7, 0.01, -0.02, false}));
+  const Ground before{tracked({1.7, 0.01, -0.02, true})};
+  Ground ground{before};
+  for (int frame{0}; frame < 1000; ++frame) {
+    const Ground next{estimate_ground(rig, gates(), nothing.view(), ground, frame_s, space)};
+    EXPECT_FALSE(next.estimated);
+    EXPECT_GE(next.pitch_sigma_rad, ground.pitch_sigma_rad);
+    EXPECT_GE(next.height_sigma_m, ground.height_sigma_m);
+    EXPECT_GE(next.roll_sigma_rad, ground.roll_sigma_rad);
+    ground = next;
+    if (frame == 9) {
+      EXPECT_NEAR(ground.pitch_sigma_rad / degree, std::hypot(0.05, gates().pitch_noise_deg), 1e-9) << "after a second";
+    }
+  }
+  EXPECT_EQ(ground.height_m, before.height_m);
+  EXPECT_EQ(ground.pitch_rad, before.pitch_rad);
+  EXPECT_EQ(ground.roll_rad, before.roll_rad);
+  EXPECT_EQ(ground.pitch_sigma_rad, calibrated(rig).pitch_sigma_rad) << "no less certain than the calibration";
 }
 
 TEST(EstimateGround, AFewPixelsAreNoRoad) {
@@ -103,10 +133,11 @@ TEST(EstimateGround, AFewPixelsAreNoRoad) {
   for (int v{0}; v < rig.height_px; ++v) {
     for (int u{0}; u < rig.width_px; ++u) seen.road(u, v) = v < 150 && u > 300 && u < 320 ? seen.road(u, v) : 0.0f;
   }
-  EXPECT_FALSE(estimate_ground(rig, gates(), seen.road.view(), calibrated(rig), space).estimated);
+  EXPECT_FALSE(estimate_ground(rig, gates(), seen.road.view(), calibrated(rig), frame_s, space).estimated);
 }
 
-// The fit itself converges in each of these cases; only the gate says no.
+// The fit itself converges in each of these cases; only the gate says no. (A plane before that lies within it would
+// hold the result there.)
 TEST(EstimateGround, BeyondAGateThePlaneBeforeIsCarriedOver) {
   const Rig rig{small_kitti_rig()};
   GroundSpace space{rig.width_px, rig.height_px};
@@ -118,26 +149,83 @@ TEST(EstimateGround, BeyondAGateThePlaneBeforeIsCarriedOver) {
   roll.roll_gate_deg = 0.2;
   const Ground truth{1.70, 0.2 * degree, 0.5 * degree, false};
   const Street seen{street(rig, truth, {0.2, 0, false}, 4)};
-  const Ground before{1.66, 0.001, 0.002, true};
-  EXPECT_TRUE(estimate_ground(rig, gates(), seen.road.view(), before, space).estimated);
+  const Ground before{tracked({1.69, 0.18 * degree, 0.45 * degree, true})};
+  EXPECT_TRUE(estimate_ground(rig, gates(), seen.road.view(), before, frame_s, space).estimated);
   for (const GroundConfig& config : {height, pitch, roll}) {
-    EXPECT_EQ(estimate_ground(rig, config, seen.road.view(), before, space), (Ground{1.66, 0.001, 0.002, false}));
+    EXPECT_EQ(estimate_ground(rig, config, seen.road.view(), before, frame_s, space),
+              carried_over(rig, config, before));
   }
 }
 
-TEST(EstimateGround, SmoothsWithTheFrameBeforeOnlyIfThatWasMeasured) {
+TEST(EstimateGround, WeighsThePlaneBeforeByItsCertainty) {
   const Rig rig{small_kitti_rig()};
   GroundSpace space{rig.width_px, rig.height_px};
-  GroundConfig config{gates()};
-  config.smoothing = 0.75;
   const Ground truth{1.70, 0.1 * degree, 0.4 * degree, false};
-  const Street seen{street(rig, truth, {0, 0, false}, 4)};
-  Ground before{1.66, 0, 0, true};
-  // three parts of the frame before, one part of this one
-  expect_close(estimate_ground(rig, config, seen.road.view(), before, space),
-               {1.67, 0.025 * degree, 0.1 * degree, false}, 0.002, 0.01);
-  before.estimated = false;
-  expect_close(estimate_ground(rig, config, seen.road.view(), before, space), truth, 0.003, 0.01);
+  const Street seen{street(rig, truth, {0.3, 0, false}, 4)};
+  Ground before{calibrated(rig)};
+  expect_close(estimate_ground(rig, gates(), seen.road.view(), before, frame_s, space), truth, 0.01, 0.03);
+  before.height_sigma_m = 1e-4;
+  before.pitch_sigma_rad = before.roll_sigma_rad = 1e-5;
+  const Ground found{estimate_ground(rig, gates(), seen.road.view(), before, 1e-9, space)};
+  EXPECT_TRUE(found.estimated);
+  expect_close(found, before, 0.002, 0.005);
+}
+
+// Noise that neighbours have in common is what real disparities have.
+TEST(EstimateGround, ErrorsAreAsLargeAsItSays) {
+  const Rig rig{small_kitti_rig()};
+  GroundSpace space{rig.width_px, rig.height_px};
+  constexpr int trials{60};
+  double height{0};
+  double pitch{0};
+  double roll{0};
+  double at_road{0};
+  const Ground truth{1.68, 0.3 * degree, -0.4 * degree, false};
+  for (unsigned seed{100}; seed < 100 + trials; ++seed) {
+    const Street seen{street(rig, truth, {0.3, 0.1, true, 20}, seed)};
+    const Ground found{estimate_ground(rig, gates(), seen.road.view(), calibrated(rig), frame_s, space)};
+    ASSERT_TRUE(found.estimated);
+    height += std::pow((found.height_m - truth.height_m) / found.height_sigma_m, 2);
+    pitch += std::pow((found.pitch_rad - truth.pitch_rad) / found.pitch_sigma_rad, 2);
+    roll += std::pow((found.roll_rad - truth.roll_rad) / found.roll_sigma_rad, 2);
+    const double error_px{road_plane(rig, found).disparity(200, 150) - road_plane(rig, truth).disparity(200, 150)};
+    at_road += std::pow(error_px / plane_sigma_px(rig, found, 200, 150), 2);
+  }
+  for (const double sum : {height, pitch, roll, at_road}) {
+    EXPECT_GT(std::sqrt(sum / trials), 0.6);
+    EXPECT_LT(std::sqrt(sum / trials), 1.5);
+  }
+}
+
+TEST(EstimateGround, LessRoadIsLessCertain) {
+  const Rig rig{small_kitti_rig()};
+  GroundSpace space{rig.width_px, rig.height_px};
+  Street seen{street(rig, {1.65, 0, 0, false}, {0.3, 0, false, 20}, 3)};
+  const Ground whole{estimate_ground(rig, gates(), seen.road.view(), calibrated(rig), frame_s, space)};
+  for (int v{0}; v < rig.height_px; ++v) {
+    for (int u{150}; u < rig.width_px; ++u) seen.road(u, v) = 0;
+  }
+  const Ground strip{estimate_ground(rig, gates(), seen.road.view(), calibrated(rig), frame_s, space)};
+  EXPECT_TRUE(strip.estimated);
+  EXPECT_GT(strip.roll_sigma_rad, 2 * whole.roll_sigma_rad);
+  EXPECT_GT(strip.pitch_sigma_rad, whole.pitch_sigma_rad);
+}
+
+// Matched as road, since the road hypothesis searches around the plane.
+TEST(EstimateGround, APavementOnOneSideDoesNotTiltIt) {
+  const Rig rig{small_kitti_rig()};
+  GroundSpace space{rig.width_px, rig.height_px};
+  const Ground truth{1.65, 0.1 * degree, 0, false};
+  Street seen{street(rig, truth, {0.1, 0, false, 10}, 5)};
+  for (int v{0}; v < rig.height_px; ++v) {
+    for (int u{0}; u < rig.width_px; ++u) {
+      const double raised{seen.road(u, v) * truth.height_m / (truth.height_m - 0.12)};
+      const double right_m{(u - rig.centre_u_px) * rig.baseline_m / raised};
+      if (seen.road(u, v) > 0 && right_m > 1.7) seen.road(u, v) = static_cast<float>(raised);
+    }
+  }
+  const Ground found{estimate_ground(rig, gates(), seen.road.view(), tracked(truth), frame_s, space)};
+  expect_close(found, truth, 0.02, 0.3);  // through both: roll 1.6°
 }
 
 TEST(EstimateGround, CanBeSwitchedOff) {
@@ -147,9 +235,25 @@ TEST(EstimateGround, CanBeSwitchedOff) {
   config.estimate = false;
   const Street seen{street(rig, {1.70, 0.003, 0, false}, {0, 0, false}, 4)};
   const Ground before{1.65, 0, 0, true};
-  EXPECT_EQ(estimate_ground(rig, config, seen.road.view(), before, space), (Ground{1.65, 0, 0, false}));
+  EXPECT_EQ(estimate_ground(rig, config, seen.road.view(), before, frame_s, space), (Ground{1.65, 0, 0, false}));
   EXPECT_EQ(search_ground(rig, config, seen.obstacle.view(), seen.road.view(), before, space),
             (Ground{1.65, 0, 0, false}));
+}
+
+TEST(IsLost, WhenTheRoadLiesElsewhere) {
+  const Rig rig{small_kitti_rig()};
+  GroundSpace space{rig.width_px, rig.height_px};
+  const Ground truth{1.65, 0.2 * degree, 0.3 * degree, false};
+  const Street seen{street(rig, truth, {0.3, 0.2, true}, 31)};
+  const auto lost = [&](double pitch_deg) {
+    const Ground ground{truth.height_m, truth.pitch_rad + pitch_deg * degree, truth.roll_rad, true};
+    return is_lost(rig, gates(), seen.obstacle.view(), seen.road.view(), ground, space);
+  };
+  EXPECT_FALSE(lost(0));
+  EXPECT_FALSE(lost(0.3)) << "the fit reaches that far";
+  for (const double pitch_deg : {-2.0, 2.0, 3.0}) EXPECT_TRUE(lost(pitch_deg)) << pitch_deg;
+  const Image<float> nothing{rig.width_px, rig.height_px};
+  EXPECT_FALSE(is_lost(rig, gates(), nothing.view(), nothing.view(), truth, space));
 }
 
 TEST(SearchGround, FindsARoadWhoseCalibratedPitchIsADegreeWrong) {

@@ -1,0 +1,85 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "backend/cpu.hpp"
+#include "levelling/levelling.hpp"
+#include "stereogrid/pipeline.hpp"
+#include "support.hpp"
+
+namespace stereogrid::test {
+
+/// The camera looks down by so much more than the source knows, from frame `first` to before frame `end`.
+struct Nod {
+  std::size_t first{0};
+  std::size_t end{0};
+  double pitch_rad{0};
+};
+
+inline void nod(const Rig& rig, double pitch_rad, StereoFrame& frame) {
+  Rig turned{rig};
+  turned.camera_pitch_rad = -pitch_rad;
+  const Levelling levelling{turned};
+  Cpu cpu{1};
+  for (Image<std::uint8_t>* image : {&frame.left, &frame.right}) {
+    const Image<std::uint8_t> before{*image};
+    levelling.apply(cpu, before.view(), image->view());
+  }
+}
+
+inline std::vector<StereoFrame> frames_of(const FrameSource& source, std::size_t count) {
+  std::vector<StereoFrame> frames;
+  for (std::size_t i{0}; i < count; ++i) frames.push_back(source.load(i));
+  return frames;
+}
+
+/// The ground of every frame as seen with a rig whose calibration may be wrong. Pitches are of the images as they are,
+/// not of the level ones.
+inline std::vector<Ground> grounds_of(const std::vector<StereoFrame>& frames, const Rig& rig, const Nod& nodding = {}) {
+  Config config{preset("default")};
+  config.grid.length_m = 8;
+  config.grid.width_m = 8;
+  Pipeline pipeline{config, rig, BackEnd::cpu, 2};
+  const double levelled_rad{Levelling{rig}.is_needed() ? rig.camera_pitch_rad : 0.0};
+  std::vector<Ground> grounds;
+  for (std::size_t i{0}; i < frames.size(); ++i) {
+    StereoFrame frame{frames[i]};
+    if (i >= nodding.first && i < nodding.end) nod(rig, nodding.pitch_rad, frame);
+    grounds.push_back(pipeline.process(frame).ground);
+    grounds.back().pitch_rad += levelled_rad;
+  }
+  return grounds;
+}
+
+struct WrongBy {
+  double pitch_deg{0};
+  double roll_deg{0};
+  double height_m{0};
+};
+
+inline Rig wrong(Rig rig, const WrongBy& by) {
+  rig.camera_pitch_rad += by.pitch_deg * degree;
+  rig.camera_roll_rad += by.roll_deg * degree;
+  rig.camera_height_m += by.height_m;
+  return rig;
+}
+
+/// From the fifth frame on the two agree.
+inline void expect_recovered(const std::vector<Ground>& right, const std::vector<Ground>& wrong) {
+  ASSERT_EQ(right.size(), wrong.size());
+  ASSERT_GT(right.size(), 5U);
+  for (std::size_t i{4}; i < right.size(); ++i) {
+    EXPECT_TRUE(wrong[i].estimated) << "frame " << i;
+    EXPECT_NEAR(wrong[i].pitch_rad / degree, right[i].pitch_rad / degree, 0.1) << "frame " << i;
+    EXPECT_NEAR(wrong[i].height_m, right[i].height_m, 0.03) << "frame " << i;
+  }
+}
+
+}  // namespace stereogrid::test
