@@ -144,7 +144,7 @@ TEST(Chain, KeepsAnEmptyRoadFree) {
         EXPECT_LT(result.observed(ix, iy), 0.75f) << ix << " " << iy;
       }
     }
-    EXPECT_GT(free, 0.98 * seen);
+    EXPECT_GT(free, 0.97 * seen);
     EXPECT_EQ(std::count_if(result.obstacles.begin(), result.obstacles.end(),
                             [](const Obstacle& obstacle) { return obstacle.confirmed; }),
               0);

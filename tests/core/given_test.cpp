@@ -145,13 +145,13 @@ TEST(Given, ALowCameraKeepsItsObstaclesAboveTheHorizonOnly) {
   EXPECT_EQ(label_of(rig, ground, config, 300, 20, 60), Label::obstacle);
 }
 
-TEST(Given, APredictedPlaneIsTrustedLess) {
+TEST(Given, AnUncertainPlaneIsTrustedLess) {
   const Rig rig{small_kitti_rig()};
   Ground ground{fitted_ground()};
   const MatchingConfig config{config_for(0.3, 0)};
   const float d{static_cast<float>(road_plane(rig, ground).disparity(300, 150)) + 1.2f};
   EXPECT_EQ(label_of(rig, ground, config, 300, 150, d), Label::obstacle);
-  ground.estimated = false;
+  ground.pitch_sigma_rad = 0.005;
   EXPECT_EQ(label_of(rig, ground, config, 300, 150, d), Label::road);
 }
 
