@@ -54,7 +54,7 @@ struct MatchingConfig {
   int paths{3};
   int penalty_step{7};
   int penalty_jump{40};
-  int penalty_change{10};
+  int penalty_change{20};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
@@ -83,13 +83,15 @@ struct MatchingConfig {
     visit(Parameter{"paths", "", 3, 8,
                     "Semi-global: 3 = from the left, right and below; 4 = and from above; 8 = and the diagonals."},
           self.paths);
-    visit(Parameter{"penalty_step", "", 0, 100, "Semi-global: cost of one disparity up or down to the next pixel."},
+    visit(Parameter{"penalty_step", "", 0, 100,
+                    "Semi-global: cost of one disparity up or down to the next pixel; on the road twice that."},
           self.penalty_step);
     visit(Parameter{"penalty_jump", "", 1, 190, "Semi-global: cost of any other change of disparity or hypothesis."},
           self.penalty_jump);
-    visit(Parameter{"penalty_change", "", 0, 190,
-                    "Semi-global: cost of an upright surface beginning on the road, where both have the same disparity."},
-          self.penalty_change);
+    visit(
+        Parameter{"penalty_change", "", 0, 190,
+                  "Semi-global: cost of an upright surface beginning on the road where both have the same disparity."},
+        self.penalty_change);
   }
 };
 

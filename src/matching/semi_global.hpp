@@ -13,10 +13,12 @@ namespace stereogrid {
 
 /// Cost of leaving a pixel's label on the way to the next one.
 struct Penalties {
-  int step;    ///< P1: one disparity up or down within a hypothesis
-  int jump;    ///< P2: any other change
-  int change;  ///< P_c: between the hypotheses, where an obstacle may stand on the road
+  int step;       ///< P1: one disparity up or down on an upright surface
+  int road_step;  ///< P1 of the road, whose shape is known: else an obstacle's foot passes for a bent road
+  int jump;       ///< P2: any other change
+  int change;     ///< P_c: between the hypotheses, where an obstacle may stand on the road
 };
+/// A road step costs twice a step.
 Penalties penalties_of(const MatchingConfig& config);
 
 /// What semi-global matching compares: census descriptors of the left image, the right image and the sheared right

@@ -14,7 +14,7 @@
 namespace stereogrid {
 
 Penalties penalties_of(const MatchingConfig& config) {
-  return {config.penalty_step, config.penalty_jump, config.penalty_change};
+  return {config.penalty_step, 2 * config.penalty_step, config.penalty_jump, config.penalty_change};
 }
 
 LabelLayout::LabelLayout(Shifts upright)
@@ -173,7 +173,11 @@ void optimise(Cpu& cpu, const CensusTriple& census, const RoadPlane& plane, cons
     optimise(reference, census, plane, config, upright, level);
     return;
   }
-  SemiGlobalTask task{census, plane, penalties_of(config), upright_shifts(config), road_shifts(config),
+  SemiGlobalTask task{census,
+                      plane,
+                      penalties_of(config),
+                      upright_shifts(config),
+                      road_shifts(config),
                       LabelLayout{upright_shifts(config)}};
   task.left_right_px = config.left_right_px;
   task.upright_candidates = upright;

@@ -120,11 +120,12 @@ class PathStep {
  public:
   explicit PathStep(const Penalties& penalties)
       : step_{hn::Set(D8{}, static_cast<std::uint8_t>(penalties.step))},
+        road_step_{hn::Set(D8{}, static_cast<std::uint8_t>(penalties.road_step))},
         jump_{hn::Set(D8{}, static_cast<std::uint8_t>(penalties.jump))},
         change_{hn::Set(D8{}, static_cast<std::uint8_t>(penalties.change))} {}
 
   // Cheapest way into each label, from costs in registers …
-  template <int n>
+  template <int uprights, int n>
   HWY_INLINE Labels<n> way(const Labels<n>& before) const {
     const V8 border{hn::Set(D8{}, cost_max)};
     Labels<n> labels;
@@ -132,19 +133,21 @@ class PathStep {
       const V8 here{before.part[i]};
       const V8 low{last_block_before(i > 0 ? before.part[i - 1] : border, here)};
       const V8 high{first_block_behind(here, i < n - 1 ? before.part[i + 1] : border)};
-      labels.part[i] = cheapest(here, shifted_up(low, here), shifted_down(here, high));
+      labels.part[i] =
+          cheapest(here, shifted_up(low, here), shifted_down(here, high), i < uprights ? step_ : road_step_);
     }
     return labels;
   }
 
   // … or in memory.
-  template <int n>
+  template <int uprights, int n>
   HWY_INLINE Labels<n> way(const std::uint8_t* before) const {
     const D8 d8;
     Labels<n> labels;
     for (int i{0}; i < n; ++i) {
       const std::uint8_t* here{before + i * lanes};
-      labels.part[i] = cheapest(hn::Load(d8, here), hn::LoadU(d8, here - 1), hn::LoadU(d8, here + 1));
+      labels.part[i] = cheapest(hn::Load(d8, here), hn::LoadU(d8, here - 1), hn::LoadU(d8, here + 1),
+                                i < uprights ? step_ : road_step_);
     }
     return labels;
   }
@@ -191,8 +194,8 @@ class PathStep {
   }
 
  private:
-  HWY_INLINE V8 cheapest(V8 here, V8 below, V8 above) const {
-    return hn::Min(hn::Min(here, hn::SaturatedAdd(hn::Min(below, above), step_)), jump_);
+  HWY_INLINE V8 cheapest(V8 here, V8 below, V8 above, V8 step) const {
+    return hn::Min(hn::Min(here, hn::SaturatedAdd(hn::Min(below, above), step)), jump_);
   }
   HWY_INLINE static V8 shifted_up(V8 low, V8 here) { return hn::CombineShiftRightBytes<15>(D8{}, here, low); }
   HWY_INLINE static V8 shifted_down(V8 here, V8 high) { return hn::CombineShiftRightBytes<1>(D8{}, high, here); }
@@ -214,6 +217,7 @@ class PathStep {
   }
 
   V8 step_;
+  V8 road_step_;
   V8 jump_;
   V8 change_;
 };

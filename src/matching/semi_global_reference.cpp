@@ -52,9 +52,8 @@ int at(const std::vector<int>& labels, int k) {
 }
 
 // Cheapest way into label k of one type, from the pixel before on the path.
-int cheapest_within(const std::vector<int>& before, int k, int smallest, const Penalties& penalties) {
-  return std::min(
-      {at(before, k), std::min(at(before, k - 1), at(before, k + 1)) + penalties.step, smallest + penalties.jump});
+int cheapest_within(const std::vector<int>& before, int k, int step, int jump) {
+  return std::min({at(before, k), std::min(at(before, k - 1), at(before, k + 1)) + step, jump});
 }
 
 int cheapest_of_three(const std::vector<int>& before, int k) {
@@ -75,7 +74,7 @@ Labels advance(const Problem& problem, const Labels& before, int u, int v, Direc
   const bool changes{direction.du == 0 && meeting >= 0 && row_has_road(problem.plane, problem.width(), v)};
   Labels path{pixel_costs(problem, u, v)};
   for (int k{0}; k < problem.upright.count; ++k) {
-    int way{cheapest_within(before.upright, k, smallest, penalties)};
+    int way{cheapest_within(before.upright, k, penalties.step, smallest + penalties.jump)};
     // upwards, from the road to what stands on it
     if (changes && direction.dv < 0) {
       way = std::min(way, cheapest_of_three(before.road, k - meeting) + penalties.change);
@@ -84,7 +83,7 @@ Labels advance(const Problem& problem, const Labels& before, int u, int v, Direc
     cost = std::min(cost + way - smallest, cost_max);
   }
   for (int k{0}; k < problem.road.count; ++k) {
-    int way{cheapest_within(before.road, k, smallest, penalties)};
+    int way{cheapest_within(before.road, k, penalties.road_step, smallest + penalties.jump)};
     if (changes && direction.dv > 0) {
       way = std::min(way, cheapest_of_three(before.upright, k + meeting) + penalties.change);
     }
@@ -108,8 +107,7 @@ void walk(const Problem& problem, Direction direction, Image<Labels>& sums) {
       const int before_u{u - direction.du};
       const int before_v{v - direction.dv};
       const bool begins{before_u < 0 || before_u >= problem.width() || before_v < 0 || before_v >= problem.height()};
-      paths(u, v) =
-          begins ? pixel_costs(problem, u, v) : advance(problem, paths(before_u, before_v), u, v, direction);
+      paths(u, v) = begins ? pixel_costs(problem, u, v) : advance(problem, paths(before_u, before_v), u, v, direction);
       add(paths(u, v).upright, sums(u, v).upright);
       add(paths(u, v).road, sums(u, v).road);
     }

@@ -89,7 +89,7 @@ class Row {
     for (int u{begin}; u < end; ++u) {
       const Labels<all> costs{costs_at(u)};
       store(costs, at(room_.costs, u));
-      const Labels<all> path{sum(costs, step_.way(before))};
+      const Labels<all> path{sum(costs, step_.template way<uprights>(before))};
       before = step_.passed_on(path);
       Labels<all> sums{sum(path, from_row_before(u, costs))};
       if (task_.first_sums != nullptr) sums = sum(sums, load<all>(first_sums(u)));
@@ -102,7 +102,7 @@ class Row {
     Labels<all> before;
     for (V8& part : before.part) part = hn::Zero(D8{});
     for (int u{task_.census.left.width - 1}; u >= 0; --u) {
-      const Labels<all> path{sum(load<all>(at(room_.costs, u)), step_.way(before))};
+      const Labels<all> path{sum(load<all>(at(room_.costs, u)), step_.template way<uprights>(before))};
       before = step_.passed_on(path);
       store(sum(path, load<all>(at(room_.sums, u))), at(room_.sums, u));
       choose_at(u);
@@ -123,8 +123,7 @@ class Row {
     return pixels + static_cast<std::ptrdiff_t>(u) * task_.layout.stride;
   }
   [[nodiscard]] HWY_INLINE std::uint8_t* first_sums(int u) const {
-    return task_.first_sums +
-           (static_cast<std::ptrdiff_t>(v_) * task_.census.left.width + u) * task_.layout.stride;
+    return task_.first_sums + (static_cast<std::ptrdiff_t>(v_) * task_.census.left.width + u) * task_.layout.stride;
   }
 
   // Hamming distances.
@@ -143,8 +142,7 @@ class Row {
         const V8 other{hn::LoadU(d8, (upright ? room_.right : room_.sheared)[plane] + place)};
         return hn::PopulationCount(hn::Xor(descriptor, other));
       };
-      const V8 differing{
-          hn::Add(hn::Add(bits(left0, 0), bits(left1, 1)), hn::Add(bits(left2, 2), bits(left3, 3)))};
+      const V8 differing{hn::Add(hn::Add(bits(left0, 0), bits(left1, 1)), hn::Add(bits(left2, 2), bits(left3, 3)))};
       costs.part[i] = hn::Or(differing, hn::Load(d8, room_.closed + i * lanes));
     }
     return costs;
@@ -153,7 +151,7 @@ class Row {
   // Sum of the paths from the row before.
   HWY_INLINE Labels<all> from_row_before(int u, const Labels<all>& costs) const {
     std::uint8_t* const vertical{at(task_.vertical, u)};
-    Labels<all> ways{step_.template way<all>(vertical)};
+    Labels<all> ways{step_.template way<uprights, all>(vertical)};
     const int meeting{tail > 0 ? room_.meeting[u] : -1};
     if (meeting >= 0 && task_.up) {
       step_.template from_road<uprights>(vertical + task_.layout.road_at, task_.road.count, meeting, ways);
@@ -166,7 +164,7 @@ class Row {
     for (int k{0}; k < 2; ++k) {
       // pixel u is at u + 1
       const std::uint8_t* const before{at(task_.diagonal[k][(v_ + 1) % 2], k == 0 ? u : u + 2)};
-      const Labels<all> path{sum(costs, step_.template way<all>(before))};
+      const Labels<all> path{sum(costs, step_.template way<uprights, all>(before))};
       pass_on(path, at(task_.diagonal[k][v_ % 2], u + 1));
       sums = sum(sums, path);
     }
@@ -213,10 +211,14 @@ void with_row(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v, con
     has_road ? work(Row<uprights, block>{task, room, v}) : work(Row<uprights, 0>{task, room, v});
   };
   switch (task.layout.uprights / LabelLayout::block) {
-    case 1: return of_size(std::integral_constant<int, 1>{});
-    case 2: return of_size(std::integral_constant<int, 2>{});
-    case 3: return of_size(std::integral_constant<int, 3>{});
-    default: return of_size(std::integral_constant<int, 4>{});
+    case 1:
+      return of_size(std::integral_constant<int, 1>{});
+    case 2:
+      return of_size(std::integral_constant<int, 2>{});
+    case 3:
+      return of_size(std::integral_constant<int, 3>{});
+    default:
+      return of_size(std::integral_constant<int, 4>{});
   }
 }
 

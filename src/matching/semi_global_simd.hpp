@@ -28,12 +28,12 @@ struct LabelLayout {
 struct RowChoice {
   static constexpr int reach{256};  ///< how far right pixels may lie beside the row
 
-  std::uint16_t* key;      ///< cost · 256 + label
+  std::uint16_t* key;  ///< cost · 256 + label
   std::uint8_t* runner_up;
-  std::uint8_t* before;    ///< cost one label before the best
-  std::uint8_t* after;     ///< … and behind it
+  std::uint8_t* before;  ///< cost one label before the best
+  std::uint8_t* after;   ///< … and behind it
   float* offset;
-  std::uint16_t* claims;   ///< per right pixel, from −reach on: smallest key of the left pixels that lead to it
+  std::uint16_t* claims;  ///< per right pixel, from −reach on: smallest key of the left pixels that lead to it
 };
 
 /// Working memory of one row.
@@ -46,7 +46,7 @@ struct SemiGlobalRoom {
   std::uint8_t* carry;            ///< path costs of the row's last pixel so far
   std::uint8_t* costs;            ///< [u][label]
   std::uint8_t* sums;             ///< [u][label]
-  std::int32_t* meeting;          ///< per pixel: place of the upright label that meets the road's largest shift, or −1
+  std::int32_t* meeting;  ///< per pixel: place of the upright label that meets the road's largest shift, or −1
   RowChoice upright;
   RowChoice road;
 };

@@ -64,8 +64,8 @@ int differences(const Image<Candidate>& a, const Image<Candidate>& b) {
   for (std::size_t i{0}; i < a.size(); ++i) {
     const Candidate& x{a.data()[i]};
     const Candidate& y{b.data()[i]};
-    different += x.cost == y.cost && x.runner_up == y.runner_up && x.shift == y.shift &&
-                         x.consistent == y.consistent && x.offset == y.offset
+    different += x.cost == y.cost && x.runner_up == y.runner_up && x.shift == y.shift && x.consistent == y.consistent &&
+                         x.offset == y.offset
                      ? 0
                      : 1;
   }
