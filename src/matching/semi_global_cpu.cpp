@@ -47,7 +47,7 @@ class Pieces {
 class SemiGlobal {
  public:
   SemiGlobal(const SemiGlobalTask& task, int paths, int threads)
-      : task_{task}, paths_{paths}, rooms_(static_cast<std::size_t>(threads)) {}
+      : task_{task}, paths_{paths}, rooms_(static_cast<std::size_t>(threads * group)) {}
 
   void run(Cpu& cpu, std::vector<std::uint8_t>& memory) {
     constexpr std::size_t alignment{64};
@@ -129,35 +129,49 @@ class SemiGlobal {
   }
   [[nodiscard]] std::ptrdiff_t at(int u) const { return static_cast<std::ptrdiff_t>(u) * task_.layout.stride; }
 
-  // Rows one after another, each taken by the first idle thread: it follows the row before at a distance, and whoever
-  // has that one is at work already, so that nobody waits for ever.
+  // Groups of rows one after another, each taken by the first idle thread: it follows the group before at a distance,
+  // and whoever has that one is at work already, so that nobody waits for ever. Rows go in groups since what a row
+  // hands to the next is dear to move between cores.
   template <class Part, class Finish>
   void sweep(Cpu& cpu, const Part& part, const Finish& finish) {
     start_sweep();
     const auto passed = std::make_unique<std::atomic<int>[]>(static_cast<std::size_t>(height()));
     std::atomic<int> next{0};
-    const int threads{static_cast<int>(rooms_.size())};
+    const int threads{static_cast<int>(rooms_.size()) / group};
     cpu.for_parts(threads, threads, [&](int thread, int, int) {
-      const SemiGlobalRoom& room{rooms_[static_cast<std::size_t>(thread)]};
-      for (int i{next++}; i < height(); i = next++) {
-        const int v{task_.up ? height() - 1 - i : i};
-        semi_global_start_row(task_, room, v);
-        for (int begin{0}; begin < width(); begin += columns_grain) {
-          const int end{std::min(begin + columns_grain, width())};
-          if (i > 0) wait_for(passed[static_cast<std::size_t>(i - 1)], std::min(end + 1, width()));
-          part(task_, room, v, begin, end);
-          passed[static_cast<std::size_t>(i)].store(end, std::memory_order_release);
-        }
-        finish(task_, room, v);
+      const SemiGlobalRoom* const rooms{&rooms_[static_cast<std::size_t>(thread * group)]};
+      for (int first{next.fetch_add(group)}; first < height(); first = next.fetch_add(group)) {
+        const int count{std::min(group, height() - first)};
+        for (int row{0}; row < count; ++row) semi_global_start_row(task_, rooms[row], row_at(first + row));
+        group_forward(first, count, rooms, passed.get(), part);
+        for (int row{0}; row < count; ++row) finish(task_, rooms[row], row_at(first + row));
       }
     });
   }
+
+  // Each row one part of the columns behind the row before.
+  template <class Part>
+  void group_forward(int first, int count, const SemiGlobalRoom* rooms, std::atomic<int>* passed, const Part& part) {
+    const int parts{(width() + columns_grain - 1) / columns_grain};
+    for (int step{0}; step < parts + count - 1; ++step) {
+      for (int row{std::max(0, step - parts + 1)}; row < std::min(count, step + 1); ++row) {
+        const int i{first + row};
+        const int begin{(step - row) * columns_grain};
+        const int end{std::min(begin + columns_grain, width())};
+        if (i > 0) wait_for(passed[i - 1], std::min(end + 1, width()));
+        part(task_, rooms[row], row_at(i), begin, end);
+        passed[i].store(end, std::memory_order_release);
+      }
+    }
+  }
+  [[nodiscard]] int row_at(int i) const { return task_.up ? height() - 1 - i : i; }
 
   static void wait_for(const std::atomic<int>& passed, int columns) {
     while (passed.load(std::memory_order_acquire) < columns) std::this_thread::yield();
   }
 
   static constexpr int columns_grain{64};
+  static constexpr int group{2};
 
   SemiGlobalTask task_;
   int paths_;
