@@ -51,6 +51,7 @@ struct MatchingConfig {
   int left_right_px{1};
   int speckle_px{60};
   bool subpixel{true};
+  int paths{3};
   int penalty_step{7};
   int penalty_jump{40};
   int penalty_change{20};
@@ -60,7 +61,7 @@ struct MatchingConfig {
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
     visit(Parameter{"method", "", 0, 1,
-                    "correlation: the paper's windows; semi_global: both hypotheses optimised along four paths."},
+                    "correlation: the paper's windows; semi_global: both hypotheses optimised along paths."},
           self.method);
     visit(Parameter{"disparities", "px", 0, 256,
                     "Disparities searched, 0 to this minus one; 0: a tenth of the image's width, at least 64."},
@@ -81,13 +82,18 @@ struct MatchingConfig {
           self.speckle_px);
     visit(Parameter{"subpixel", "", 0, 1, "Refine disparities between the integers on the winner's cost curve."},
           self.subpixel);
-    visit(Parameter{"penalty_step", "", 0, 100, "Semi-global: cost of one disparity up or down to the next pixel."},
+    visit(Parameter{"paths", "", 3, 8,
+                    "Semi-global: 3 = from the left, right and below; 4 = and from above; 8 = and the diagonals."},
+          self.paths);
+    visit(Parameter{"penalty_step", "", 0, 100,
+                    "Semi-global: cost of one disparity up or down to the next pixel; on the road twice that."},
           self.penalty_step);
     visit(Parameter{"penalty_jump", "", 1, 190, "Semi-global: cost of any other change of disparity or hypothesis."},
           self.penalty_jump);
-    visit(Parameter{"penalty_change", "", 0, 190,
-                    "Semi-global: cost of changing between upright and road where both have the same disparity."},
-          self.penalty_change);
+    visit(
+        Parameter{"penalty_change", "", 0, 190,
+                  "Semi-global: cost of an upright surface beginning on the road where both have the same disparity."},
+        self.penalty_change);
     visit(Parameter{"given_sigma_px", "px", 0, 10,
                     "Given disparities: their standard deviation; within two of the road plane a pixel is road."},
           self.given_sigma_px);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -13,10 +14,12 @@ namespace stereogrid {
 
 /// Cost of leaving a pixel's label on the way to the next one.
 struct Penalties {
-  int step;    ///< P1: one disparity up or down within a hypothesis
-  int jump;    ///< P2: any other change
-  int change;  ///< P_c: to the other hypothesis at the same disparity, ±1
+  int step;       ///< P1: one disparity up or down on an upright surface
+  int road_step;  ///< P1 of the road, whose shape is known: else an obstacle's foot passes for a bent road
+  int jump;       ///< P2: any other change
+  int change;     ///< P_c: between the hypotheses, where an obstacle may stand on the road
 };
+/// A road step costs twice a step.
 Penalties penalties_of(const MatchingConfig& config);
 
 /// What semi-global matching compares: census descriptors of the left image, the right image and the sheared right
@@ -27,17 +30,29 @@ struct CensusTriple {
   View<const std::uint32_t> sheared;
 };
 
-/// Semi-global double correlation (method §1.7): the labels (upright, d) and (road, δ) in one optimisation along four
-/// paths (from the left, right, top and bottom), so that the winning label's type is the class. Pixel cost: Hamming
-/// distance of single descriptors. The sink gets the best label of each type with the summed cost.
+/// Semi-global double correlation (method §1.7): the labels (upright, d) and (road, δ) in one optimisation, so that the
+/// winning label's type is the class. Pixel cost: Hamming distance of single descriptors. `matching.paths`: 3 = from
+/// the left, the right and below (obstacles stand on what is below them); 4 = and from above; 8 = and the diagonals.
+/// Along the vertical paths, road below may turn into upright above at the penalty `change` where both have the same
+/// disparity ±1. Path costs and sums stop at 255. The sink gets the best label of each type with the summed cost.
 void optimise(Reference& reference, const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config,
               CandidateSink& sink);
 void optimise(Cpu& cpu, const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config,
               std::vector<std::uint8_t>& memory, std::vector<RowCandidates>& rows, CandidateSink& sink);
 
-/// Whole-pixel road disparity, where the two hypotheses meet.
-inline int meeting_disparity(const RoadPlane& plane, int u, int v) {
-  return static_cast<int>(std::floor(plane.disparity(u, v) + 0.5));
+/// Costs and their sums stop here; a label that cannot be taken costs as much.
+constexpr int cost_max{255};
+
+/// Can there be road in a row? Elsewhere no road label can be taken.
+inline bool row_has_road(const RoadPlane& plane, int width, int v) {
+  return std::max(plane.disparity(0, v), plane.disparity(width - 1, v)) >= 1;
+}
+
+/// The upright label with the disparity of the first road label; −1 where not all road labels lie among the upright
+/// ones, so that nothing can change between them.
+inline int meeting_label(const RoadPlane& plane, Shifts upright, Shifts road, int u, int v) {
+  const int meeting{static_cast<int>(std::floor(plane.disparity(u, v) + 0.5)) + road.first - upright.first};
+  return meeting > 0 && meeting + road.count < upright.count ? meeting : -1;
 }
 
 }  // namespace stereogrid

@@ -1,6 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <memory>
+#include <thread>
 
 #include "backend/cpu.hpp"
 #include "matching/semi_global.hpp"
@@ -9,30 +13,183 @@
 namespace stereogrid {
 
 Penalties penalties_of(const MatchingConfig& config) {
-  return {config.penalty_step, config.penalty_jump, config.penalty_change};
+  return {config.penalty_step, 2 * config.penalty_step, config.penalty_jump, config.penalty_change};
 }
+
+LabelLayout::LabelLayout(Shifts upright)
+    : uprights{(upright.count + block - 1) / block * block},
+      upright_at{uprights - upright.count},
+      road_at{uprights + guard},
+      stride{uprights + block} {}
+
+namespace {
+
+// Hands out aligned pieces of a memory; without one it only measures.
+class Pieces {
+ public:
+  explicit Pieces(std::uint8_t* memory) : memory_{memory} {}
+
+  template <class T>
+  T* take(std::size_t count) {
+    constexpr std::size_t alignment{64};
+    const std::size_t start{used_};
+    used_ += (count * sizeof(T) + alignment - 1) / alignment * alignment;
+    return memory_ == nullptr ? nullptr : reinterpret_cast<T*>(memory_ + start);
+  }
+  [[nodiscard]] std::size_t used() const { return used_; }
+
+ private:
+  std::uint8_t* memory_;
+  std::size_t used_{0};
+};
+
+class SemiGlobal {
+ public:
+  SemiGlobal(const SemiGlobalTask& task, int paths, std::vector<RowCandidates>& rows)
+      : task_{task}, paths_{paths}, rooms_(rows.size() * group) {
+    for (std::size_t i{0}; i < rooms_.size(); ++i) rooms_[i].candidates = &rows[i / group];
+  }
+
+  void run(Cpu& cpu, std::vector<std::uint8_t>& memory) {
+    constexpr std::size_t alignment{64};
+    Pieces measure{nullptr};
+    take_memory(measure);
+    memory.resize(std::max(memory.size(), measure.used() + alignment));
+    Pieces pieces{memory.data() + (alignment - reinterpret_cast<std::uintptr_t>(memory.data()) % alignment)};
+    take_memory(pieces);
+    task_.diagonals = paths_ == 8;
+    task_.up = false;
+    if (paths_ > 3) sweep(cpu, semi_global_first, [](const SemiGlobalTask&, const SemiGlobalRoom&, int) {});
+    task_.up = true;
+    sweep(cpu, semi_global_forward, semi_global_backward);
+  }
+
+ private:
+  [[nodiscard]] int width() const { return task_.census.left.width; }
+  [[nodiscard]] int height() const { return task_.census.left.height; }
+
+  void take_memory(Pieces& pieces) {
+    const LabelLayout& layout{task_.layout};
+    const auto stride = static_cast<std::size_t>(layout.stride);
+    const auto row = static_cast<std::size_t>(width());
+    pieces.take<std::uint8_t>(LabelLayout::guard);  // looked at beside the first pixel
+    task_.vertical = pieces.take<std::uint8_t>(row * stride);
+    if (paths_ > 3) task_.first_sums = pieces.take<std::uint8_t>(row * stride * static_cast<std::size_t>(height()));
+    for (auto& way : task_.diagonal) {
+      for (std::uint8_t*& parity : way) parity = pieces.take<std::uint8_t>(paths_ == 8 ? (row + 2) * stride + 64 : 0);
+    }
+    for (SemiGlobalRoom& room : rooms_) {
+      const std::size_t reach{row + stride};
+      for (std::uint8_t*& plane : room.right) plane = pieces.take<std::uint8_t>(reach);
+      for (std::uint8_t*& plane : room.sheared) plane = pieces.take<std::uint8_t>(reach);
+      room.closed = pieces.take<std::uint8_t>(stride);
+      room.carry = pieces.take<std::uint8_t>(stride);
+      room.costs = pieces.take<std::uint8_t>(row * stride);
+      room.sums = pieces.take<std::uint8_t>(row * stride);
+      room.meeting = pieces.take<std::int32_t>(row);
+      take_choice(pieces, room.upright);
+      take_choice(pieces, room.road);
+      if (room.closed != nullptr) close_guards(room.closed);
+    }
+  }
+
+  void take_choice(Pieces& pieces, RowChoice& choice) const {
+    const std::size_t row{static_cast<std::size_t>(width() + LabelLayout::block)};
+    choice.key = pieces.take<std::uint16_t>(row);
+    choice.runner_up = pieces.take<std::uint8_t>(row);
+    choice.before = pieces.take<std::uint8_t>(row);
+    choice.after = pieces.take<std::uint8_t>(row);
+  }
+
+  void close_guards(std::uint8_t* closed) const {
+    const LabelLayout& layout{task_.layout};
+    std::memset(closed, cost_max, static_cast<std::size_t>(layout.stride));
+    std::memset(closed + layout.upright_at, 0, static_cast<std::size_t>(task_.upright.count));
+    std::memset(closed + layout.road_at, 0, static_cast<std::size_t>(task_.road.count));
+  }
+
+  // Paths begin without costs, at the sweep's first row and beyond the diagonals' borders.
+  void start_sweep() {
+    const auto stride = static_cast<std::size_t>(task_.layout.stride);
+    std::vector<std::uint8_t> border(rooms_[0].closed, rooms_[0].closed + stride);
+    std::vector<std::uint8_t> first{border};
+    if (!row_has_road(task_.plane, width(), task_.up ? height() - 1 : 0)) {
+      std::fill(first.begin() + task_.layout.uprights, first.end(), std::uint8_t{cost_max});
+    }
+    task_.vertical[-1] = cost_max;
+    for (int u{0}; u < width(); ++u) std::copy(first.begin(), first.end(), task_.vertical + at(u));
+    if (!task_.diagonals) return;
+    for (auto& way : task_.diagonal) {
+      for (std::uint8_t* parity : way) {
+        for (int u{0}; u < width(); ++u) std::copy(first.begin(), first.end(), parity + at(u + 1));
+        for (const int u : {-1, width()}) std::copy(border.begin(), border.end(), parity + at(u + 1));
+      }
+    }
+  }
+  [[nodiscard]] std::ptrdiff_t at(int u) const { return static_cast<std::ptrdiff_t>(u) * task_.layout.stride; }
+
+  // Groups of rows one after another, each taken by the first idle thread: it follows the group before at a distance,
+  // and whoever has that one is at work already, so that nobody waits for ever. Rows go in groups since what a row
+  // hands to the next is dear to move between cores.
+  template <class Part, class Finish>
+  void sweep(Cpu& cpu, const Part& part, const Finish& finish) {
+    start_sweep();
+    const auto passed = std::make_unique<std::atomic<int>[]>(static_cast<std::size_t>(height()));
+    std::atomic<int> next{0};
+    const int threads{static_cast<int>(rooms_.size()) / group};
+    cpu.for_parts(threads, threads, [&](int thread, int, int) {
+      const SemiGlobalRoom* const rooms{&rooms_[static_cast<std::size_t>(thread * group)]};
+      for (int first{next.fetch_add(group)}; first < height(); first = next.fetch_add(group)) {
+        const int count{std::min(group, height() - first)};
+        for (int row{0}; row < count; ++row) semi_global_start_row(task_, rooms[row], row_at(first + row));
+        group_forward(first, count, rooms, passed.get(), part);
+        for (int row{0}; row < count; ++row) finish(task_, rooms[row], row_at(first + row));
+      }
+    });
+  }
+
+  // Each row one part of the columns behind the row before.
+  template <class Part>
+  void group_forward(int first, int count, const SemiGlobalRoom* rooms, std::atomic<int>* passed, const Part& part) {
+    const int parts{(width() + columns_grain - 1) / columns_grain};
+    for (int step{0}; step < parts + count - 1; ++step) {
+      for (int row{std::max(0, step - parts + 1)}; row < std::min(count, step + 1); ++row) {
+        const int i{first + row};
+        const int begin{(step - row) * columns_grain};
+        const int end{std::min(begin + columns_grain, width())};
+        if (i > 0) wait_for(passed[i - 1], std::min(end + 1, width()));
+        part(task_, rooms[row], row_at(i), begin, end);
+        passed[i].store(end, std::memory_order_release);
+      }
+    }
+  }
+  [[nodiscard]] int row_at(int i) const { return task_.up ? height() - 1 - i : i; }
+
+  static void wait_for(const std::atomic<int>& passed, int columns) {
+    while (passed.load(std::memory_order_acquire) < columns) std::this_thread::yield();
+  }
+
+  static constexpr int columns_grain{64};
+  static constexpr int group{2};
+
+  SemiGlobalTask task_;
+  int paths_;
+  std::vector<SemiGlobalRoom> rooms_;
+};
+
+}  // namespace
 
 void optimise(Cpu& cpu, const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config,
               std::vector<std::uint8_t>& memory, std::vector<RowCandidates>& rows, CandidateSink& sink) {
-  constexpr std::size_t alignment{64};
-  const int width{census.left.width};
-  const int height{census.left.height};
-  SemiGlobalTask task{
-      census,  plane, penalties_of(config), upright_shifts(config), road_shifts(config), uniqueness_1024(config),
-      nullptr, &sink};
-  const std::size_t pixels{static_cast<std::size_t>(width) * static_cast<std::size_t>(height)};
-  const std::size_t sums{pixels * semi_global_labels(task) * sizeof(std::uint16_t)};
-  const std::size_t part_memory{(semi_global_memory(task) + alignment - 1) / alignment * alignment};
-  const int parts{cpu.threads()};
-  memory.resize(std::max(memory.size(), alignment + sums + static_cast<std::size_t>(parts) * part_memory));
-  auto* const start{memory.data() + (alignment - reinterpret_cast<std::uintptr_t>(memory.data()) % alignment)};
-  task.sums = reinterpret_cast<std::uint16_t*>(start);
-  const auto room = [&](int part) { return start + sums + static_cast<std::size_t>(part) * part_memory; };
-  cpu.for_parts(height, parts, [&](int part, int begin, int end) { semi_global_rows(task, begin, end, room(part)); });
-  cpu.for_parts(width, parts, [&](int part, int begin, int end) { semi_global_columns(task, begin, end, room(part)); });
-  cpu.for_parts(height, parts, [&](int part, int begin, int end) {
-    semi_global_choose(task, begin, end, room(part), rows[static_cast<std::size_t>(part)]);
-  });
+  SemiGlobalTask task{census,
+                      plane,
+                      penalties_of(config),
+                      upright_shifts(config),
+                      road_shifts(config),
+                      LabelLayout{upright_shifts(config)}};
+  task.uniqueness_1024 = uniqueness_1024(config);
+  task.sink = &sink;
+  SemiGlobal{task, config.paths, rows}.run(cpu, memory);
 }
 
 }  // namespace stereogrid

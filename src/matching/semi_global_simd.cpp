@@ -1,13 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // Compiled once per instruction set; Highway picks one at run time. All vectors run along the labels of one pixel.
+// vectors whose length only the processor knows do not fit into arrays
+#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "matching/semi_global_simd.cpp"  // NOLINT
 #include "hwy/foreach_target.h"                             // IWYU pragma: keep
 // after foreach_target
 #include "hwy/highway.h"
-#include "matching/curve_simd.hpp"
-#include "matching/semi_global_path_simd.hpp"
+#include "matching/semi_global_choose_simd.hpp"
+#include "matching/semi_global_labels_simd.hpp"
 #include "matching/semi_global_simd.hpp"
 
 #include <algorithm>
@@ -19,144 +21,207 @@ namespace stereogrid {
 namespace HWY_NAMESPACE {
 namespace {
 
-template <class D16>
-void add_to_sums(D16 d16, const std::uint8_t* path, int n, bool overwrite, std::uint16_t* sums) {
-  const hn::Rebind<std::uint8_t, D16> d8;
-  const int lanes{static_cast<int>(hn::Lanes(d16))};
-  for (int k{0}; k < n; k += lanes) {
-    const auto cost = hn::PromoteTo(d16, hn::LoadU(d8, path + k));
-    hn::StoreU(overwrite ? cost : hn::Add(cost, hn::LoadU(d16, sums + k)), d16, sums + k);
+#if HWY_TARGET == HWY_SCALAR  // never called, see correlate_target
+void StartRow(const SemiGlobalTask&, const SemiGlobalRoom&, int) {}
+void First(const SemiGlobalTask&, const SemiGlobalRoom&, int, int, int) {}
+void Forward(const SemiGlobalTask&, const SemiGlobalRoom&, int, int, int) {}
+void Backward(const SemiGlobalTask&, const SemiGlobalRoom&, int) {}
+#else
+
+// Bytes of a row's descriptors, each kind on its own, from `lead` pixels before the row on; the border is repeated.
+void split(const std::uint32_t* row, int width, int lead, int length, std::uint8_t* const* planes) {
+  const auto* const bytes{reinterpret_cast<const std::uint8_t*>(row)};
+  for (int i{0}; i < SemiGlobalRoom::planes; ++i) {
+    std::uint8_t* plane{planes[i]};
+    const auto inner = [&](int j) { return std::clamp(j, 0, length); };
+    std::fill(plane, plane + inner(lead), bytes[i]);
+    for (int j{inner(lead)}; j < inner(lead + width); ++j) plane[j] = bytes[4 * (j - lead) + i];
+    std::fill(plane + inner(lead + width), plane + length, bytes[4 * (width - 1) + i]);
   }
 }
 
-// Working memory of one part, and what is computed in it for single pixels.
-class Worker {
+void StartRow(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v) {
+  const int width{task.census.left.width};
+  const LabelLayout& layout{task.layout};
+  split(task.census.right.row(v), width, layout.upright_at + task.upright.first + task.upright.count - 1,
+        width + layout.uprights, room.right);
+  split(task.census.sheared.row(v), width, layout.road_at - layout.uprights + task.road.first + task.road.count - 1,
+        width + layout.stride - layout.uprights, room.sheared);
+  for (int u{0}; u < width; ++u) {
+    const int meeting{meeting_label(task.plane, task.upright, task.road, u, v)};
+    room.meeting[u] = meeting < 0 ? -1 : layout.uprights - task.road.count - meeting;
+  }
+  std::memset(room.carry, 0, static_cast<std::size_t>(layout.stride));
+}
+
+// A row at work; `uprights` and `tail` are the vectors of the labels, the tail none where the row has no road.
+template <int uprights, int tail>
+class Row {
  public:
-  Worker(const SemiGlobalTask& task, std::uint8_t* memory)
-      : task_{task},
-        layout_{task},
-        step_{task_, layout_},
-        upright_order_{task.census.left.width, task.upright},
-        road_order_{task.census.left.width, task.road},
-        right_{reinterpret_cast<std::uint32_t*>(memory)},
-        sheared_{right_ + layout_.reach},
-        costs_{memory + 8 * static_cast<std::size_t>(layout_.reach)},
-        paths_{costs_ + layout_.stride} {}
+  static constexpr int all{uprights + tail};
 
-  static std::size_t memory_of(const SemiGlobalTask& task) {
-    const Layout layout{task};
-    // reversed rows (the same room serves the right-to-left test), the costs of a pixel, two rows of paths
-    return 8 * static_cast<std::size_t>(layout.reach) +
-           static_cast<std::size_t>(layout.stride) * (1 + 2 * static_cast<std::size_t>(task.census.left.width)) + 128;
+  Row(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v)
+      : task_{task}, room_{room}, v_{v}, step_{task.penalties} {
+    const int next{task.up ? v - 1 : v + 1};
+    const bool last{next < 0 || next >= task.census.left.height};
+    closes_road_ = tail == 0 && !last && row_has_road(task.plane, task.census.left.width, next);
   }
 
-  void rows(int begin, int end) {
-    std::memset(costs_, unreachable, static_cast<std::size_t>(3 * layout_.stride));
-    for (int v{begin}; v < end; ++v) {
-      start_row(v);
-      const int width{task_.census.left.width};
-      std::uint8_t smallest{0};
-      for (int u{0}; u < width; ++u) smallest = go(u, v, u % 2, 1 - u % 2, u == 0, smallest, true);
-      for (int u{width - 1}; u >= 0; --u) smallest = go(u, v, u % 2, 1 - u % 2, u == width - 1, smallest, false);
+  HWY_INLINE void first(int begin, int end) {
+    for (int u{begin}; u < end; ++u) {
+      const Labels<all> costs{costs_at(u)};
+      store(from_row_before(u, costs), first_sums(u));
     }
   }
 
-  void columns(int begin, int end) {
-    const int count{end - begin};
-    std::memset(costs_, unreachable,
-                static_cast<std::size_t>(layout_.stride) * static_cast<std::size_t>(1 + 2 * count));
-    const int last{task_.census.left.height - 1};
-    for (int i{0}; i <= 2 * last + 1; ++i) {
-      const int v{i <= last ? i : 2 * last + 1 - i};
-      const bool begins{i == 0 || i == last + 1};
-      start_row(v);
-      for (int u{begin}; u < end; ++u) {
-        const int now{(i % 2) * count + u - begin};
-        const int before{(1 - i % 2) * count + u - begin};
-        // each column's smallest cost waits in the guard behind its labels
-        const std::uint8_t smallest{begins ? std::uint8_t{0} : last_byte(before)};
-        last_byte(now) = go(u, v, now, before, begins, smallest, false);
-      }
+  HWY_INLINE void forward(int begin, int end) {
+    Labels<all> before{load<all>(room_.carry)};
+    for (int u{begin}; u < end; ++u) {
+      const Labels<all> costs{costs_at(u)};
+      store(costs, at(room_.costs, u));
+      const Labels<all> path{sum(costs, step_.template way<uprights>(before))};
+      before = step_.passed_on(path);
+      Labels<all> sums{sum(path, from_row_before(u, costs))};
+      if (task_.first_sums != nullptr) sums = sum(sums, load<all>(first_sums(u)));
+      store(sums, at(room_.sums, u));
     }
+    store(before, room_.carry);
   }
 
-  void choose(int begin, int end, RowCandidates& candidates) {
-    for (int v{begin}; v < end; ++v) {
-      choose_row(Upright16{}, sums(0, v), layout_.uprights, task_.upright, candidates.upright);
-      choose_row(Road16{}, sums(0, v) + layout_.uprights, layout_.roads, task_.road, candidates.level);
-      task_.sink->take(v, candidates);
+  HWY_INLINE void backward() {
+    Labels<all> before;
+    for (V8& part : before.part) part = hn::Zero(D8{});
+    for (int u{task_.census.left.width - 1}; u >= 0; --u) {
+      const Labels<all> path{sum(load<all>(at(room_.costs, u)), step_.template way<uprights>(before))};
+      before = step_.passed_on(path);
+      store(sum(path, load<all>(at(room_.sums, u))), at(room_.sums, u));
+      choose_at(u);
     }
+    const int width{task_.census.left.width};
+    finish(width, task_.upright, task_.uniqueness_1024, room_.upright, room_.candidates->upright);
+    if (tail > 0) {
+      finish(width, task_.road, task_.uniqueness_1024, room_.road, room_.candidates->level);
+    } else {
+      const Candidate none{cost_max, 1, cost_max, cost_max, static_cast<std::int16_t>(task_.road.first)};
+      for (int u{0}; u < width; ++u) room_.candidates->level.set(u, none);
+    }
+    task_.sink->take(v_, *room_.candidates);
   }
 
  private:
-  void start_row(int v) {
-    upright_order_.reverse(task_.census.right.row(v), layout_.uprights, right_);
-    road_order_.reverse(task_.census.sheared.row(v), layout_.roads, sheared_);
+  [[nodiscard]] HWY_INLINE std::uint8_t* at(std::uint8_t* pixels, int u) const {
+    return pixels + static_cast<std::ptrdiff_t>(u) * task_.layout.stride;
+  }
+  [[nodiscard]] HWY_INLINE std::uint8_t* first_sums(int u) const {
+    return task_.first_sums + (static_cast<std::ptrdiff_t>(v_) * task_.census.left.width + u) * task_.layout.stride;
   }
 
-  [[nodiscard]] Costs path(int slot) const {
-    return {paths_ + static_cast<std::size_t>(slot) * static_cast<std::size_t>(layout_.stride), layout_};
-  }
-  [[nodiscard]] std::uint8_t& last_byte(int slot) const {
-    return paths_[static_cast<std::size_t>(slot + 1) * static_cast<std::size_t>(layout_.stride) - 1];
-  }
-  [[nodiscard]] std::uint16_t* sums(int u, int v) const {
-    return task_.sums + (static_cast<std::size_t>(v) * static_cast<std::size_t>(task_.census.left.width) +
-                         static_cast<std::size_t>(u)) *
-                            static_cast<std::size_t>(layout_.uprights + layout_.roads);
-  }
-
-  // One pixel of a path, from slot `before` to slot `now`; returns its smallest cost.
-  std::uint8_t go(int u, int v, int now, int before, bool begins, std::uint8_t smallest, bool overwrite) {
-    const Costs costs{costs_, layout_};
-    const std::uint32_t left{task_.census.left(u, v)};
-    hamming(left, right_ + upright_order_.start(u), layout_.uprights, costs.upright);
-    hamming(left, sheared_ + road_order_.start(u), layout_.roads, costs.road);
-    std::fill(costs.upright + task_.upright.count, costs.upright + layout_.uprights, unreachable);
-    std::fill(costs.road + task_.road.count, costs.road + layout_.roads, unreachable);
-    const int meeting{meeting_disparity(task_.plane, u, v) + task_.road.first - task_.upright.first};
-    const Costs to{path(now)};
-    smallest = begins ? step_.begin(costs, to) : step_.advance(costs, path(before), smallest, meeting, to);
-    add_to_sums(Upright16{}, to.upright, layout_.uprights, overwrite, sums(u, v));
-    add_to_sums(Road16{}, to.road, layout_.roads, overwrite, sums(u, v) + layout_.uprights);
-    return smallest;
+  // Hamming distances.
+  HWY_INLINE Labels<all> costs_at(int u) const {
+    const D8 d8;
+    const auto* const left{reinterpret_cast<const std::uint8_t*>(&task_.census.left(u, v_))};
+    Labels<all> costs;
+    const V8 left0{hn::Set(d8, left[0])};
+    const V8 left1{hn::Set(d8, left[1])};
+    const V8 left2{hn::Set(d8, left[2])};
+    const V8 left3{hn::Set(d8, left[3])};
+    for (int i{0}; i < all; ++i) {
+      const bool upright{i < uprights};
+      const int place{u + (upright ? i : i - uprights) * lanes};
+      const auto bits = [&](V8 descriptor, int plane) {
+        const V8 other{hn::LoadU(d8, (upright ? room_.right : room_.sheared)[plane] + place)};
+        return hn::PopulationCount(hn::Xor(descriptor, other));
+      };
+      const V8 differing{hn::Add(hn::Add(bits(left0, 0), bits(left1, 1)), hn::Add(bits(left2, 2), bits(left3, 3)))};
+      costs.part[i] = hn::Or(differing, hn::Load(d8, room_.closed + i * lanes));
+    }
+    return costs;
   }
 
-  // `costs`: summed costs of the row's first pixel; those of the next follow behind all its labels.
-  template <class D16>
-  void choose_row(D16 d16, std::uint16_t* costs, int n, Shifts shifts, CandidateRow& candidates) const {
-    for (int u{0}; u < task_.census.left.width; ++u, costs += layout_.uprights + layout_.roads) {
-      candidates.set(u, candidate_of(d16, costs, shifts, task_.uniqueness_1024, n));
+  // Sum of the paths from the row before.
+  HWY_INLINE Labels<all> from_row_before(int u, const Labels<all>& costs) const {
+    std::uint8_t* const vertical{at(task_.vertical, u)};
+    Labels<all> ways{step_.template way<uprights, all>(vertical)};
+    const int meeting{tail > 0 ? room_.meeting[u] : -1};
+    if (meeting >= 0 && task_.up) {
+      step_.template from_road<uprights>(vertical + task_.layout.road_at, task_.road.count, meeting, ways);
+    } else if (meeting >= 0) {
+      step_.template from_upright<uprights>(vertical + meeting - LabelLayout::guard, ways);
+    }
+    Labels<all> sums{sum(costs, ways)};
+    pass_on(sums, vertical);
+    if (!task_.diagonals) return sums;
+    for (int k{0}; k < 2; ++k) {
+      // pixel u is at u + 1
+      const std::uint8_t* const before{at(task_.diagonal[k][(v_ + 1) % 2], k == 0 ? u : u + 2)};
+      const Labels<all> path{sum(costs, step_.template way<uprights, all>(before))};
+      pass_on(path, at(task_.diagonal[k][v_ % 2], u + 1));
+      sums = sum(sums, path);
+    }
+    return sums;
+  }
+
+  HWY_INLINE void pass_on(const Labels<all>& path, std::uint8_t* memory) const {
+    store(step_.passed_on(path), memory);
+    if (tail == 0 && closes_road_) {
+      std::memset(memory + task_.layout.uprights, cost_max,
+                  static_cast<std::size_t>(task_.layout.stride - task_.layout.uprights));
     }
   }
 
-  const SemiGlobalTask& task_;
-  Layout layout_;
+  HWY_INLINE void choose_at(int u) const {
+    const std::uint8_t* const sums{at(room_.sums, u)};
+    choose<uprights * lanes>(D8{}, sums, task_.layout.uprights - 1, u, room_.upright);
+    if (tail == 0) return;
+    const hn::FixedTag<std::uint8_t, 16> block;
+    const int highest{task_.road.count - 1};
+    const std::uint8_t* const road{sums + task_.layout.road_at};
+    if (highest < 16) {
+      choose<16>(block, road, highest, u, room_.road);
+    } else {
+      choose<32>(block, road, highest, u, room_.road);
+    }
+  }
+
+  // copies, which stores into the costs cannot change
+  const SemiGlobalTask task_;
+  const SemiGlobalRoom room_;
+  int v_;
   PathStep step_;
-  RightToLeft upright_order_;
-  RightToLeft road_order_;
-  std::uint32_t* right_;  // descriptors of the row at work, in these orders
-  std::uint32_t* sheared_;
-  std::uint8_t* costs_;
-  std::uint8_t* paths_;
+  bool closes_road_;  // the next row has road, which cannot be reached from this one
 };
 
-void Rows(const SemiGlobalTask& task, int begin, int end, std::uint8_t* memory) {
-  Worker{task, memory}.rows(begin, end);
+// Calls work(Row) with the kind of row that v is.
+template <class Work>
+void with_row(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v, const Work& work) {
+  constexpr int block{LabelLayout::block / lanes};
+  const bool has_road{row_has_road(task.plane, task.census.left.width, v)};
+  const auto of_size = [&](auto blocks) {
+    constexpr int uprights{decltype(blocks)::value * block};
+    has_road ? work(Row<uprights, block>{task, room, v}) : work(Row<uprights, 0>{task, room, v});
+  };
+  switch (task.layout.uprights / LabelLayout::block) {
+    case 1:
+      return of_size(std::integral_constant<int, 1>{});
+    case 2:
+      return of_size(std::integral_constant<int, 2>{});
+    case 3:
+      return of_size(std::integral_constant<int, 3>{});
+    default:
+      return of_size(std::integral_constant<int, 4>{});
+  }
 }
-void Columns(const SemiGlobalTask& task, int begin, int end, std::uint8_t* memory) {
-  Worker{task, memory}.columns(begin, end);
+
+void First(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v, int begin, int end) {
+  with_row(task, room, v, [&](auto&& row) { row.first(begin, end); });
 }
-void Choose(const SemiGlobalTask& task, int begin, int end, std::uint8_t* memory, RowCandidates& candidates) {
-  Worker{task, memory}.choose(begin, end, candidates);
+void Forward(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v, int begin, int end) {
+  with_row(task, room, v, [&](auto&& row) { row.forward(begin, end); });
 }
-std::size_t Memory(const SemiGlobalTask& task) {
-  return Worker::memory_of(task);
+void Backward(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v) {
+  with_row(task, room, v, [&](auto&& row) { row.backward(); });
 }
-std::size_t LabelCount(const SemiGlobalTask& task) {
-  const Layout layout{task};
-  return static_cast<std::size_t>(layout.uprights + layout.roads);
-}
+#endif
 
 }  // namespace
 }  // namespace HWY_NAMESPACE
@@ -166,27 +231,22 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace stereogrid {
 
-HWY_EXPORT(Rows);
-HWY_EXPORT(Columns);
-HWY_EXPORT(Choose);
-HWY_EXPORT(Memory);
-HWY_EXPORT(LabelCount);
+HWY_EXPORT(StartRow);
+HWY_EXPORT(First);
+HWY_EXPORT(Forward);
+HWY_EXPORT(Backward);
 
-std::size_t semi_global_labels(const SemiGlobalTask& task) {
-  return HWY_DYNAMIC_DISPATCH(LabelCount)(task);
+void semi_global_start_row(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v) {
+  HWY_DYNAMIC_DISPATCH(StartRow)(task, room, v);
 }
-std::size_t semi_global_memory(const SemiGlobalTask& task) {
-  return HWY_DYNAMIC_DISPATCH(Memory)(task);
+void semi_global_first(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v, int begin, int end) {
+  HWY_DYNAMIC_DISPATCH(First)(task, room, v, begin, end);
 }
-void semi_global_rows(const SemiGlobalTask& task, int begin, int end, std::uint8_t* memory) {
-  HWY_DYNAMIC_DISPATCH(Rows)(task, begin, end, memory);
+void semi_global_forward(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v, int begin, int end) {
+  HWY_DYNAMIC_DISPATCH(Forward)(task, room, v, begin, end);
 }
-void semi_global_columns(const SemiGlobalTask& task, int begin, int end, std::uint8_t* memory) {
-  HWY_DYNAMIC_DISPATCH(Columns)(task, begin, end, memory);
-}
-void semi_global_choose(const SemiGlobalTask& task, int begin, int end, std::uint8_t* memory,
-                        RowCandidates& candidates) {
-  HWY_DYNAMIC_DISPATCH(Choose)(task, begin, end, memory, candidates);
+void semi_global_backward(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v) {
+  HWY_DYNAMIC_DISPATCH(Backward)(task, room, v);
 }
 
 }  // namespace stereogrid

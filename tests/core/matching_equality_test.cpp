@@ -122,28 +122,6 @@ TEST(MatchingEquality, CpuEqualsReferenceWithEveryOption) {
   }
 }
 
-// Road planes whose labels meet the upright ones inside, at either end of and beyond the disparities.
-TEST(MatchingEquality, CpuEqualsReferenceWithSemiGlobalMatching) {
-  std::mt19937 generator{89};
-  for (const Size size : {Size{1, 1}, Size{3, 2}, Size{33, 17}, Size{61, 24}}) {
-    for (const int disparities : {2, 16, 64, 70}) {
-      MatchingConfig config{config_of(5, disparities)};
-      config.method = MatchingMethod::semi_global;
-      for (const RoadPlane& plane : {plain_plane, rolled_plane, falling_plane, RoadPlane{66, 0.1, 0.4, 10, 10}}) {
-        expect_equal(noise_pair(size, generator), plane, config, {1, 5});
-        expect_equal(textured_pair(size, generator), plane, config, {2});
-      }
-    }
-  }
-  MatchingConfig wide{config_of(5, 40)};
-  wide.method = MatchingMethod::semi_global;
-  wide.road_margin_px = 15;
-  wide.penalty_step = 3;
-  wide.penalty_jump = 190;
-  wide.penalty_change = 0;
-  expect_equal(textured_pair({49, 23}, generator), rolled_plane, wide, {1, 2});
-}
-
 TEST(MatchingEquality, BlankImages) {
   const Image<std::uint8_t> blank{40, 20, 128};
   expect_equal({blank, blank}, plain_plane, config_of(5, 16), {2});
