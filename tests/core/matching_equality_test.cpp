@@ -54,6 +54,7 @@ void expect_equal(const Pair& pair, const RoadPlane& plane, const MatchingConfig
     EXPECT_EQ(differences(slow.level, fast.level), 0) << where;
     EXPECT_EQ(count_differences(slow.matches.obstacle, fast.matches.obstacle), 0) << where;
     EXPECT_EQ(count_differences(slow.matches.road, fast.matches.road), 0) << where;
+    EXPECT_EQ(count_differences(slow.matches.confidence, fast.matches.confidence), 0) << where;
   }
 }
 
