@@ -31,6 +31,7 @@ void check(const Config& config, const Rig& rig) {
     if (!fine) found.emplace_back(problem);
   };
   require(rig.width_px > 0 && rig.height_px > 0, "rig: the image size must be positive.");
+  require(std::max(rig.width_px, rig.height_px) <= 16384, "rig: images of up to 16384 × 16384 can be matched.");
   require(rig.focal_px > 0, "rig: focal_px must be positive.");
   require(rig.baseline_m > 0, "rig: baseline_m must be positive (left camera minus right camera, in metres).");
   require(rig.camera_height_m > 0, "rig: camera_height_m must be positive.");

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <vector>
 
+#include "backend/reference.hpp"
 #include "matching/census_simd.hpp"
 #include "matching/correlate_simd.hpp"
 #include "matching/decide_simd.hpp"
@@ -135,6 +136,11 @@ class Decider final : public CandidateSink {
   Matches& matches_;
 };
 
+// Where Highway has no vectors the correlation cannot be compiled; the reference then does everything, slowly.
+bool has_vectors() {
+  return correlate_target() != "SCALAR";
+}
+
 }  // namespace
 
 std::string_view simd_target() {
@@ -143,6 +149,10 @@ std::string_view simd_target() {
 
 void find_candidates(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
                      const MatchingConfig& config, MatchingSpace& space, CandidateSink& sink) {
+  if (!has_vectors()) {
+    Reference reference;
+    return find_candidates(reference, left, right, plane, config, space, sink);
+  }
   prepare(cpu, left, right, plane, config, space);
   if (config.method == MatchingMethod::semi_global) {
     optimise_census(cpu, plane, config, space, sink);
@@ -153,6 +163,10 @@ void find_candidates(Cpu& cpu, View<const std::uint8_t> left, View<const std::ui
 
 void match(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
            const MatchingConfig& config, MatchingSpace& space, Matches& matches) {
+  if (!has_vectors()) {
+    Reference reference;
+    return match(reference, left, right, plane, config, space, matches);
+  }
   Decider decider{plane, config, space, matches};
   find_candidates(cpu, left, right, plane, config, space, decider);
   space.speckles.remove(config.speckle_px, matches);

@@ -97,6 +97,7 @@ class UprightRows {
   using V8 = hn::Vec<Bytes>;
   using V16 = hn::Vec<Words>;
   struct Sums {
+    HWY_INLINE Sums() {}  // the compiler's own would not be compiled for the instruction set
     V16 even[vectors];
     V16 odd[vectors];
   };

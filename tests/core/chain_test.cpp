@@ -10,25 +10,11 @@
 #include <string_view>
 #include <vector>
 
+#include "chain_run.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/pipeline.hpp"
-#include "stereogrid/scenes/scene.hpp"
 
-namespace stereogrid {
+namespace stereogrid::test {
 namespace {
-
-using scenes::Scene;
-
-struct Drive {
-  explicit Drive(const char* scene_text, const Config& config = preset("default"), int threads = 2,
-                 BackEnd back_end = BackEnd::cpu)
-      : scene{scenes::parse_scene(scene_text), 2}, pipeline{config, scene.rig(), back_end, threads} {}
-
-  const FrameResult& step(std::size_t index) { return pipeline.process(scene.load(index)); }
-
-  Scene scene;
-  Pipeline pipeline;
-};
 
 bool is_cell(const Image<std::uint8_t>& state, int ix, int iy, TruthCell wanted) {
   return state(ix, iy) == static_cast<std::uint8_t>(wanted);
@@ -232,43 +218,6 @@ TEST(Chain, StandingThingsStandWhileTheCarMoves) {
   EXPECT_LT(moving, 0.02 * cells);
 }
 
-void expect_equal(const FrameResult& a, const FrameResult& b) {
-  EXPECT_EQ(a.ground, b.ground);
-  EXPECT_EQ(a.stages.obstacle_disparity, b.stages.obstacle_disparity);
-  EXPECT_EQ(a.stages.road_disparity, b.stages.road_disparity);
-  EXPECT_EQ(a.stages.possible, b.stages.possible);
-  EXPECT_EQ(a.stages.visible, b.stages.visible);
-  EXPECT_EQ(a.stages.observed, b.stages.observed);
-  EXPECT_EQ(a.stages.occupancy_smooth, b.stages.occupancy_smooth);
-  EXPECT_EQ(a.observed, b.observed);
-  EXPECT_EQ(a.world.geometry, b.world.geometry);
-  EXPECT_EQ(a.world.occupancy, b.world.occupancy);
-  EXPECT_EQ(a.world.velocity_x, b.world.velocity_x);
-  EXPECT_EQ(a.occupancy, b.occupancy);
-  ASSERT_EQ(a.obstacles.size(), b.obstacles.size());
-}
-
-TEST(Chain, CpuEqualsReferenceOnAnyNumberOfThreads) {
-  for (const char* name : {"paper", "default"}) {
-    Config config{preset(name)};
-    config.matching.window_px = 7;
-    config.matching.disparities = 32;
-    config.matching.speckle_px = 10;
-    config.grid.length_m = 8;
-    config.grid.width_m = 6;
-    config.filter.velocity_max_mps = 4;
-    const char* scene{"street?width=123&height=77&frames=3"};
-    Drive reference{scene, config, 1, BackEnd::reference};
-    Drive one{scene, config, 1};
-    Drive two{scene, config, 2};
-    for (std::size_t i{0}; i < 3; ++i) {
-      const FrameResult& expected{reference.step(i)};
-      expect_equal(expected, one.step(i));
-      expect_equal(expected, two.step(i));
-    }
-  }
-}
-
 TEST(Chain, RefusesAFrameThatDoesNotFitAndGoesOn) {
   Drive run{"crossing?width=160&height=100"};
   Drive undisturbed{"crossing?width=160&height=100"};
@@ -327,4 +276,4 @@ TEST(Chain, TakesImagesNarrowerThanTheDisparities) {
 }
 
 }  // namespace
-}  // namespace stereogrid
+}  // namespace stereogrid::test

@@ -1,0 +1,97 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The whole pipeline on images smaller than its windows and narrower than its disparities.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/pipeline.hpp"
+#include "support.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+struct Run {
+  Rig rig;
+  MatchingMethod method;
+  bool has_disparities;
+};
+
+Rig rig_of(int width, int height) {
+  Rig rig{small_kitti_rig()};
+  rig.width_px = width;
+  rig.height_px = height;
+  rig.centre_u_px = width / 2.0;
+  rig.centre_v_px = height / 2.0;
+  return rig;
+}
+
+StereoFrame noise_frame(const Run& run, int index) {
+  std::mt19937 generator{static_cast<unsigned>(137 + index)};
+  StereoFrame frame;
+  frame.name = std::to_string(index);
+  frame.stamp_ns = 100'000'000 * (index + 1);
+  frame.left = noise_image(run.rig.width_px, run.rig.height_px, generator);
+  if (run.has_disparities) {
+    frame.disparity = Image<float>{run.rig.width_px, run.rig.height_px, 5.5f};
+  } else {
+    frame.right = noise_image(run.rig.width_px, run.rig.height_px, generator);
+  }
+  return frame;
+}
+
+Config small_config(MatchingMethod method) {
+  Config config{preset("default")};
+  config.matching.method = method;
+  config.matching.disparities = 64;
+  config.grid.length_m = 6;
+  config.grid.width_m = 4;
+  config.filter.velocity_max_mps = 3;
+  return config;
+}
+
+void expect_equal_to_reference(const Run& run) {
+  const Config config{small_config(run.method)};
+  Pipeline reference{config, run.rig, BackEnd::reference, 1};
+  Pipeline cpu{config, run.rig, BackEnd::cpu, 3};
+  for (int i{0}; i < 2; ++i) {
+    const FrameResult& expected{reference.process(noise_frame(run, i))};
+    const FrameResult& actual{cpu.process(noise_frame(run, i))};
+    EXPECT_EQ(expected.ground, actual.ground);
+    EXPECT_EQ(expected.stages.obstacle_disparity, actual.stages.obstacle_disparity);
+    EXPECT_EQ(expected.stages.road_disparity, actual.stages.road_disparity);
+    EXPECT_EQ(expected.observed, actual.observed);
+    EXPECT_EQ(expected.occupancy, actual.occupancy);
+  }
+}
+
+TEST(PipelineSizes, AnyImageWorks) {
+  for (const Rig& rig : {rig_of(1, 1), rig_of(1, 33), rig_of(33, 1), rig_of(2, 2), rig_of(7, 5), rig_of(63, 12)}) {
+    SCOPED_TRACE(std::to_string(rig.width_px) + " × " + std::to_string(rig.height_px));
+    expect_equal_to_reference({rig, MatchingMethod::correlation, false});
+    expect_equal_to_reference({rig, MatchingMethod::semi_global, false});
+    expect_equal_to_reference({rig, MatchingMethod::correlation, true});
+  }
+}
+
+TEST(PipelineSizes, AnyImageWorksWithATiltedCamera) {
+  for (Rig rig : {rig_of(1, 1), rig_of(33, 1), rig_of(7, 5)}) {
+    rig.camera_pitch_rad = 0.1;
+    rig.camera_roll_rad = 0.05;
+    expect_equal_to_reference({rig, MatchingMethod::correlation, false});
+  }
+}
+
+TEST(PipelineSizes, SaysThatAnImageIsTooLarge) {
+  try {
+    const Pipeline pipeline{preset("default"), rig_of(16385, 10)};
+    FAIL() << "accepted";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string{error.what()}.find("16384"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace stereogrid::test

@@ -1,0 +1,20 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the tests call of Highway's compiled part, for a machine with one instruction set (scripts/check-neon.sh).
+#include <hwy/targets.h>
+
+namespace hwy {
+
+std::int64_t SupportedTargets() {
+  return HWY_STATIC_TARGET;
+}
+
+void SetSupportedTargetsForTest(std::int64_t) {}
+
+ChosenTarget& GetChosenTarget() {
+  static ChosenTarget chosen;
+  return chosen;
+}
+
+}  // namespace hwy
