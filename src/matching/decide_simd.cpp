@@ -60,20 +60,19 @@ FloatVector confidence(const ConfidenceModel& model, hn::Mask<Floats> is_road, I
   const auto weight = [&](float ConfidenceWeights::*member) {
     return hn::IfThenElse(is_road, hn::Set(d, model.road.*member), hn::Set(d, model.upright.*member));
   };
-  const auto share = [&](IntVector value, float most) {
-    return hn::Min(hn::Mul(real(value), hn::Set(d, model.per_cost)), hn::Set(d, most));
-  };
-  const auto saturating = [&](FloatVector value, float half) {
-    return hn::Div(value, hn::Add(value, hn::Set(d, half)));
-  };
+  const auto up_to = [&](FloatVector value, float most) { return hn::Min(value, hn::Set(d, most)); };
+  const auto scaled = [&](IntVector value) { return hn::Mul(real(value), hn::Set(d, model.per_cost)); };
+  const auto rise_share = scaled(rise);
   auto x = weight(&ConfidenceWeights::constant);
   const auto add = [&](float ConfidenceWeights::*member, FloatVector term) {
     x = hn::Add(x, hn::Mul(weight(member), term));
   };
-  add(&ConfidenceWeights::cost, share(cost, 0.5f));
-  add(&ConfidenceWeights::rise, saturating(share(rise, 0.125f), 0.02f));
-  add(&ConfidenceWeights::margin, saturating(share(margin, 0.25f), 0.03f));
-  add(&ConfidenceWeights::disparity, saturating(disparity, 20.0f));
+  add(&ConfidenceWeights::cost, up_to(scaled(cost), 0.5f));
+  add(&ConfidenceWeights::small_rise, up_to(rise_share, 0.02f));
+  add(&ConfidenceWeights::rise, up_to(rise_share, 0.08f));
+  add(&ConfidenceWeights::margin, up_to(scaled(margin), 0.06f));
+  add(&ConfidenceWeights::near_disparity, up_to(hn::Mul(disparity, hn::Set(d, 0.05f)), 1.0f));
+  add(&ConfidenceWeights::disparity, up_to(hn::Mul(disparity, hn::Set(d, 0.0125f)), 1.0f));
   const auto half = hn::Set(d, 0.5f);
   const auto length = hn::Sqrt(hn::Add(hn::Set(d, 1.0f), hn::Mul(x, x)));
   return hn::Add(half, hn::Mul(half, hn::Div(x, length)));

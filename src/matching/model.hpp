@@ -106,12 +106,14 @@ STEREOGRID_HD inline int highest_rival(int cost, int uniqueness_1024) {
   return limit > cost ? limit : cost;
 }
 
-/// How sure the winner of one hypothesis is, see confidence_of.
+/// How the winner's costs and disparity weigh in confidence_of.
 struct ConfidenceWeights {
   float constant;
   float cost;
+  float small_rise;
   float rise;
   float margin;
+  float near_disparity;
   float disparity;
 };
 
@@ -123,18 +125,16 @@ struct ConfidenceModel {
 };
 
 /// Probability that a disparity is right to a pixel, from the winner's cost, its rise to the cheaper neighbour, the
-/// other hypothesis' distance (all costs) and the disparity (px). A sigmoid over saturating terms, fitted to lidar and
-/// exact truth; it takes no function that would round differently elsewhere.
+/// other hypothesis' distance (all costs) and the disparity (px). A sigmoid of straight lines with ends, fitted to
+/// lidar and exact truth; nothing in it rounds differently elsewhere.
 STEREOGRID_HD inline float confidence_of(const ConfidenceWeights& weights, float per_cost, int cost, int rise,
                                          int margin, float disparity) {
-  const auto share = [&](int value, float most) {
-    const float scaled{static_cast<float>(value) * per_cost};
-    return scaled < most ? scaled : most;
-  };
-  const float r{share(rise, 0.125f)};
-  const float m{share(margin, 0.25f)};
-  const float x{weights.constant + weights.cost * share(cost, 0.5f) + weights.rise * (r / (r + 0.02f)) +
-                weights.margin * (m / (m + 0.03f)) + weights.disparity * (disparity / (disparity + 20.0f))};
+  const auto up_to = [](float value, float most) { return value < most ? value : most; };
+  const auto share = [&](int value, float most) { return up_to(static_cast<float>(value) * per_cost, most); };
+  const float x{weights.constant + weights.cost * share(cost, 0.5f) + weights.small_rise * share(rise, 0.02f) +
+                weights.rise * share(rise, 0.08f) + weights.margin * share(margin, 0.06f) +
+                weights.near_disparity * up_to(disparity * 0.05f, 1.0f) +
+                weights.disparity * up_to(disparity * 0.0125f, 1.0f)};
   return 0.5f + 0.5f * (x / std::sqrt(1.0f + x * x));
 }
 

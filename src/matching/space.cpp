@@ -6,6 +6,7 @@
 #include "matching/census_simd.hpp"
 #include "matching/correlate_simd.hpp"
 #include "matching/matching.hpp"
+#include "matching/semi_global.hpp"
 
 namespace stereogrid {
 MatchingSpace::MatchingSpace(int width, int height, const MatchingConfig& config, int threads)
@@ -38,12 +39,14 @@ Shifts road_shifts(const MatchingConfig& config) {
 // reads (two lidar drives, two pairs, five rendered sequences; equal weight each). docs/results.md has the reliability.
 ConfidenceModel confidence_model(const MatchingConfig& config) {
   if (config.method == MatchingMethod::semi_global) {
-    return {1.0f / 255, {1.879f, -4.865f, 0.802f, -0.244f, -1.589f}, {1.975f, -6.243f, 0.846f, 1.791f, -3.256f}};
+    return {1.0f / cost_max,
+            {1.643f, -4.749f, -6.633f, 10.157f, -4.428f, 0.084f, -1.230f},
+            {2.800f, -6.784f, -19.694f, 13.666f, 7.520f, -1.072f, -1.176f}};
   }
   const int most{compared_bits(config.window_px) * config.window_px * config.window_px};
   return {1.0f / static_cast<float>(most),
-          {1.107f, -2.994f, 1.269f, 0.502f, -1.293f},
-          {1.629f, -3.957f, 1.952f, 2.527f, -2.805f}};
+          {0.796f, -2.726f, -9.249f, 22.429f, 5.851f, 0.222f, -1.012f},
+          {1.146f, -3.612f, -8.663f, 34.494f, 24.037f, 0.016f, -1.545f}};
 }
 
 int uniqueness_1024(const MatchingConfig& config) {
