@@ -37,6 +37,8 @@ void check(const Config& config, const Rig& rig) {
   require(rig.camera_height_m > 0, "rig: camera_height_m must be positive.");
   require(std::abs(rig.camera_pitch_rad) < 0.8, "rig: camera_pitch_rad must be within ±0.8 (45°).");
   require(config.matching.disparities != 1, "matching.disparities must be 0 (automatic) or at least 2.");
+  require(config.matching.disparities == 1 || config.matching.min_disparity <= config.matching.disparities - 2,
+          "matching.min_disparity must be at least 2 below matching.disparities.");
   if (found.empty()) return;
   std::string message;
   for (const std::string& problem : found) message += (message.empty() ? "" : "\n") + problem;

@@ -42,8 +42,9 @@ constexpr std::array<std::string_view, 2> names_of(MatchingMethod) {
 }
 
 struct MatchingConfig {
-  MatchingMethod method{MatchingMethod::correlation};
+  MatchingMethod method{MatchingMethod::semi_global};
   int disparities{0};
+  int min_disparity{0};
   int window_px{13};
   int road_margin_px{3};
   double uniqueness{0.02};
@@ -64,8 +65,11 @@ struct MatchingConfig {
                     "correlation: the paper's windows; semi_global: both hypotheses optimised along paths."},
           self.method);
     visit(Parameter{"disparities", "px", 0, 256,
-                    "Disparities searched, 0 to this minus one; 0: a tenth of the image's width, at least 64."},
+                    "Disparities searched, up to this minus one; 0: a tenth of the image's width, at least 64."},
           self.disparities);
+    visit(Parameter{"min_disparity", "px", 0, 254,
+                    "Upright surfaces are searched from here on. Farther ones are then left out, or now and then mistaken."},
+          self.min_disparity);
     visit(Parameter{"window_px", "px", 3, 41, "Side of the square correlation window, odd."}, self.window_px);
     visit(Parameter{"road_margin_px", "px", 1, 15,
                     "The road hypothesis searches this far on both sides of the ground plane's disparity."},

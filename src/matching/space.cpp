@@ -28,7 +28,7 @@ MatchingSpace::MatchingSpace(int width, int height, const MatchingConfig& config
 }
 
 Shifts upright_shifts(const MatchingConfig& config) {
-  return {0, config.disparities};
+  return {config.min_disparity, config.disparities - config.min_disparity};
 }
 
 Shifts road_shifts(const MatchingConfig& config) {

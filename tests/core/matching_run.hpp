@@ -11,6 +11,7 @@ namespace stereogrid::test {
 /// Every test of a match that can be switched off is off; left-right stays on.
 inline MatchingConfig permissive_config() {
   MatchingConfig config;
+  config.method = MatchingMethod::correlation;
   config.disparities = 32;
   config.window_px = 9;
   config.road_margin_px = 3;

@@ -130,6 +130,7 @@ MatchingConfig random_config(std::mt19937& generator) {
   config.method = uniform_int(generator, 0, 2) == 0 ? MatchingMethod::semi_global : MatchingMethod::correlation;
   config.window_px = 3 + 2 * uniform_int(generator, 0, uniform_int(generator, 0, 3) == 0 ? 19 : 6);
   config.disparities = uniform_int(generator, 2, uniform_int(generator, 0, 3) == 0 ? 256 : 70);
+  config.min_disparity = uniform_int(generator, 0, 1) == 0 ? 0 : uniform_int(generator, 0, config.disparities - 2);
   config.road_margin_px = uniform_int(generator, 1, uniform_int(generator, 0, 1) == 0 ? 15 : 4);
   config.uniqueness = any_of(0, 0.02, 0.1, 1);
   config.texture = any_of(0, 1, 20);

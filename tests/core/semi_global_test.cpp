@@ -38,6 +38,7 @@ MatchingConfig random_config(int disparities_max, std::mt19937& generator) {
   MatchingConfig config;
   config.method = MatchingMethod::semi_global;
   config.disparities = 2 + up_to(disparities_max - 2, generator);
+  config.min_disparity = up_to(1, generator) * up_to(config.disparities - 2, generator);
   config.road_margin_px = 1 + up_to(14, generator);
   config.paths = std::array{3, 4, 8}[static_cast<std::size_t>(up_to(2, generator))];
   config.left_right_px = up_to(2, generator);
