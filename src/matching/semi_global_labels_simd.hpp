@@ -35,6 +35,7 @@ using Block16 = hn::FixedTag<std::uint16_t, 8>;
 
 template <int n>
 struct Labels {
+  HWY_INLINE Labels() {}  // the compiler's own would not be compiled for the instruction set
   V8 part[n];
 };
 
@@ -79,7 +80,7 @@ HWY_INLINE V8 first_block_behind(V8 low, V8 high) {
 
 // In every lane the smallest of all lanes.
 template <class D>
-HWY_INLINE auto folded(D d, hn::Vec<D> values) {
+HWY_INLINE auto folded([[maybe_unused]] D d, hn::Vec<D> values) {
   if constexpr (hn::MaxLanes(D{}) * sizeof(hn::TFromD<D>) == 16) {
     return values;
   } else {

@@ -1,8 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // Compiled once per instruction set; Highway picks one at run time. All vectors run along the labels of one pixel.
-// vectors whose length only the processor knows do not fit into arrays
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "matching/semi_global_simd.cpp"  // NOLINT
 #include "hwy/foreach_target.h"                             // IWYU pragma: keep
