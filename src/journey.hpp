@@ -148,6 +148,7 @@ class JourneyOn final : public Journey {
     if (!input.disparity.empty()) match_on(input, m.ground);  // splitting is cheap, and the plane is better now
     result.stages.obstacle_disparity = m.matches.obstacle;
     result.stages.road_disparity = m.matches.road;
+    result.stages.match_confidence = m.matches.confidence;
     result.timing_ms.match += watch.lap();
   }
 

@@ -51,6 +51,7 @@ double share_matched(const Image<float>& disparity) {
 StageImages stage_images(int width, int height, int disparities) {
   return {Image<float>{width, height},
           Image<float>{width, height},
+          Image<float>{width, height},
           std::vector<int>(static_cast<std::size_t>(disparities)),
           Image<std::uint16_t>{width, disparities},
           Image<std::uint16_t>{width, disparities},

@@ -39,7 +39,9 @@ Matcher on_true_road(const std::string& name, const std::string& peer, const Tru
   return {name, peer, [room, config](const TruthFrame& truth) {
             match(room->cpu, truth.frame.left.view(), truth.frame.right.view(), truth.plane, config, room->space,
                   room->matches);
-            return joined(room->matches.obstacle, room->matches.road);
+            Matched matched{joined(room->matches.obstacle, room->matches.road)};
+            matched.confidence = room->matches.confidence;
+            return matched;
           }};
 }
 
@@ -47,7 +49,9 @@ Matcher in_pipeline(const std::string& name, const std::string& peer, const Trut
   const auto pipeline{std::make_shared<Pipeline>(config, set.rig)};
   return {name, peer, [pipeline](const TruthFrame& truth) {
             const FrameResult& result{pipeline->process(truth.frame)};
-            return joined(result.stages.obstacle_disparity, result.stages.road_disparity);
+            Matched matched{joined(result.stages.obstacle_disparity, result.stages.road_disparity)};
+            matched.confidence = result.stages.match_confidence;
+            return matched;
           }};
 }
 

@@ -20,6 +20,7 @@ namespace stereogrid {
 struct StageImages {
   Image<float> obstacle_disparity;   ///< (H, W) px, 0 = none
   Image<float> road_disparity;       ///< (H, W) px, 0 = none
+  Image<float> match_confidence;     ///< (H, W) probability that the disparity is right to a pixel, 0 = none
   std::vector<int> possible;         ///< (D) N_P, eq. 10
   Image<std::uint16_t> visible;      ///< (D, W) N_V, eq. 11
   Image<std::uint16_t> observed;     ///< (D, W) N_O

@@ -124,7 +124,8 @@ class Decider final : public CandidateSink {
     // the working memory of the band whose candidates these are
     const std::size_t band{static_cast<std::size_t>(&candidates - space_.rows.data())};
     decide_row({candidates, road_row(plane_, v), space_.textured.row(v), matches_.road.width(), config_.disparities,
-                config_.left_right_px, config_.subpixel, matches_.obstacle.row(v), matches_.road.row(v)},
+                config_.left_right_px, config_.subpixel, confidence_model(config_), matches_.obstacle.row(v),
+                matches_.road.row(v), matches_.confidence.row(v)},
                space_.decisions[band]);
   }
 

@@ -53,6 +53,32 @@ FloatVector offset_of(IntVector before, IntVector at, IntVector after) {
   return hn::IfThenElseZero(hn::RebindMask(d, hn::Gt(rise, hn::Zero(Ints{}))), bounded);
 }
 
+// confidence_of
+FloatVector confidence(const ConfidenceModel& model, hn::Mask<Floats> is_road, IntVector cost, IntVector rise,
+                       IntVector margin, FloatVector disparity) {
+  const Floats d;
+  const auto weight = [&](float ConfidenceWeights::*member) {
+    return hn::IfThenElse(is_road, hn::Set(d, model.road.*member), hn::Set(d, model.upright.*member));
+  };
+  const auto share = [&](IntVector value, float most) {
+    return hn::Min(hn::Mul(real(value), hn::Set(d, model.per_cost)), hn::Set(d, most));
+  };
+  const auto saturating = [&](FloatVector value, float half) {
+    return hn::Div(value, hn::Add(value, hn::Set(d, half)));
+  };
+  auto x = weight(&ConfidenceWeights::constant);
+  const auto add = [&](float ConfidenceWeights::*member, FloatVector term) {
+    x = hn::Add(x, hn::Mul(weight(member), term));
+  };
+  add(&ConfidenceWeights::cost, share(cost, 0.5f));
+  add(&ConfidenceWeights::rise, saturating(share(rise, 0.125f), 0.02f));
+  add(&ConfidenceWeights::margin, saturating(share(margin, 0.25f), 0.03f));
+  add(&ConfidenceWeights::disparity, saturating(disparity, 20.0f));
+  const auto half = hn::Set(d, 0.5f);
+  const auto length = hn::Sqrt(hn::Add(hn::Set(d, 1.0f), hn::Mul(x, x)));
+  return hn::Add(half, hn::Mul(half, hn::Div(x, length)));
+}
+
 // winner_of, and whether anything is wrong with it but its claim
 void find_winners(const DecideRow& row, int u, DecideSpace& space) {
   const Ints d32;
@@ -70,10 +96,11 @@ void find_winners(const DecideRow& row, int u, DecideSpace& space) {
     return hn::IfThenElse(is_road, load(of_level + u), load(of_upright + u));
   };
   const auto cost = hn::IfThenElse(is_road, level_cost, upright_cost);
+  const auto before = best(upright.before(), level.before());
+  const auto after = best(upright.after(), level.after());
   auto within = real(best(upright.shift(), level.shift()));
   if (row.subpixel) {
-    within =
-        hn::Add(within, offset_of(best(upright.before(), level.before()), cost, best(upright.after(), level.after())));
+    within = hn::Add(within, offset_of(before, cost, after));
   }
   const auto base = hn::IfThenElseZero(hn::RebindMask(df, is_road), hn::Mul(real(road), hn::Set(df, 1.0f / 65536)));
   const auto disparity = hn::Add(base, within);
@@ -90,6 +117,10 @@ void find_winners(const DecideRow& row, int u, DecideSpace& space) {
   hn::StoreU(whole, d32, space.whole.data() + u);
   hn::StoreU(hn::Add(place, set(1)), d32, space.place.data() + u);
   hn::StoreU(rank, d32, reinterpret_cast<std::int32_t*>(space.rank.data()) + u);
+  const auto margin = hn::Abs(hn::Sub(level_cost, upright_cost));
+  const auto rise = hn::Sub(hn::Min(before, after), cost);
+  hn::StoreU(confidence(row.confidences, hn::RebindMask(df, is_road), cost, rise, margin, disparity), df,
+             space.confidence.data() + u);
   hn::StoreU(disparity, df, space.disparity.data() + u);
   hn::StoreU(hn::DemoteTo(d8, label), d8, space.label.data() + u);
 }
@@ -110,6 +141,8 @@ void write_results(const DecideRow& row, int u, DecideSpace& space) {
   const auto is = [&](int wanted) { return hn::RebindMask(df, hn::And(consistent, hn::Eq(label, set(wanted)))); };
   hn::StoreU(hn::IfThenElseZero(is(1), disparity), df, space.obstacle.data() + u);
   hn::StoreU(hn::IfThenElseZero(is(2), disparity), df, space.on_road.data() + u);
+  const auto sure = hn::LoadU(df, space.confidence.data() + u);
+  hn::StoreU(hn::IfThenElseZero(hn::Or(is(1), is(2)), sure), df, space.confidence.data() + u);
 }
 
 void Decide(const DecideRow& row, DecideSpace& space) {
@@ -119,6 +152,7 @@ void Decide(const DecideRow& row, DecideSpace& space) {
   for (int u{0}; u < row.width; u += lanes) write_results(row, u, space);
   std::copy(space.obstacle.begin(), space.obstacle.begin() + row.width, row.obstacle);
   std::copy(space.on_road.begin(), space.on_road.begin() + row.width, row.on_road);
+  std::copy(space.confidence.begin(), space.confidence.begin() + row.width, row.confidence);
 }
 
 }  // namespace
@@ -148,6 +182,7 @@ DecideSpace::DecideSpace(int width) {
   label.resize(size);
   obstacle.resize(size);
   on_road.resize(size);
+  confidence.resize(size);
   claims.resize(size);
 }
 

@@ -21,6 +21,7 @@ struct DecideSpace {
   std::vector<std::uint8_t> label;  ///< [u]: 0 nothing, 1 upright, 2 road
   std::vector<float> obstacle;      ///< [u]: results, with room for whole vectors
   std::vector<float> on_road;
+  std::vector<float> confidence;
   std::vector<std::uint32_t> claims;  ///< [place]: smallest rank
 };
 
@@ -33,8 +34,10 @@ struct DecideRow {
   int disparities;
   int left_right_px;
   bool subpixel;
-  float* obstacle;  ///< [u]: result, px, 0: none
-  float* on_road;   ///< [u]: result, px, 0: none
+  ConfidenceModel confidences;
+  float* obstacle;    ///< [u]: result, px, 0: none
+  float* on_road;     ///< [u]: result, px, 0: none
+  float* confidence;  ///< [u]: result, 0: none
 };
 
 /// Label and disparity of a row's pixels: the cheaper hypothesis (winner_of), if its minimum is clear and its window

@@ -8,10 +8,11 @@ namespace stereogrid {
 
 /// What `match` leaves: two disparity images (px, 0 = none); no pixel has both.
 struct Matches {
-  Matches(int width, int height) : obstacle{width, height}, road{width, height} {}
+  Matches(int width, int height) : obstacle{width, height}, road{width, height}, confidence{width, height} {}
 
   Image<float> obstacle;
   Image<float> road;
+  Image<float> confidence;  ///< probability in [0, 1] that the disparity is right to a pixel; 0 where there is none
 };
 
 }  // namespace stereogrid

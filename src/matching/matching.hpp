@@ -63,6 +63,9 @@ void find_candidates(Reference& reference, View<const std::uint8_t> left, View<c
 Shifts upright_shifts(const MatchingConfig& config);
 Shifts road_shifts(const MatchingConfig& config);
 
+/// How sure this matcher's disparities are.
+ConfidenceModel confidence_model(const MatchingConfig& config);
+
 /// The share by which a runner-up must cost more, in 1/1024.
 int uniqueness_1024(const MatchingConfig& config);
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "ground/model.hpp"
@@ -105,6 +106,38 @@ STEREOGRID_HD inline int highest_rival(int cost, int uniqueness_1024) {
   return limit > cost ? limit : cost;
 }
 
+/// How sure the winner of one hypothesis is, see confidence_of.
+struct ConfidenceWeights {
+  float constant;
+  float cost;
+  float rise;
+  float margin;
+  float disparity;
+};
+
+/// Of a matcher whose costs have a largest possible value.
+struct ConfidenceModel {
+  float per_cost;  ///< 1 / the largest cost
+  ConfidenceWeights upright;
+  ConfidenceWeights road;
+};
+
+/// Probability that a disparity is right to a pixel, from the winner's cost, its rise to the cheaper neighbour, the
+/// other hypothesis' distance (all costs) and the disparity (px). A sigmoid over saturating terms, fitted to lidar and
+/// exact truth; it takes no function that would round differently elsewhere.
+STEREOGRID_HD inline float confidence_of(const ConfidenceWeights& weights, float per_cost, int cost, int rise,
+                                         int margin, float disparity) {
+  const auto share = [&](int value, float most) {
+    const float scaled{static_cast<float>(value) * per_cost};
+    return scaled < most ? scaled : most;
+  };
+  const float r{share(rise, 0.125f)};
+  const float m{share(margin, 0.25f)};
+  const float x{weights.constant + weights.cost * share(cost, 0.5f) + weights.rise * (r / (r + 0.02f)) +
+                weights.margin * (m / (m + 0.03f)) + weights.disparity * (disparity / (disparity + 20.0f))};
+  return 0.5f + 0.5f * (x / std::sqrt(1.0f + x * x));
+}
+
 /// The cheaper hypothesis at a pixel.
 struct Winner {
   bool is_road;
@@ -112,18 +145,26 @@ struct Winner {
   float disparity;    ///< px
   int whole;          ///< px: the column of the right image that is claimed is u − whole
   bool is_plausible;  ///< unique, and within the disparities searched
+  float confidence;   ///< that the disparity is right
 };
 
 /// The paper's decision without a threshold (T-ITS 2012, III-C): road where the road hypothesis costs less.
 STEREOGRID_HD inline Winner winner_of(const Candidate& upright, const Candidate& level, std::int32_t road_65536,
-                                      int disparities, bool subpixel) {
+                                      int disparities, bool subpixel, const ConfidenceModel& confidences) {
   const bool is_road{road_65536 >= 65536 && level.cost < upright.cost};
   const Candidate& best{is_road ? level : upright};
   const float offset{subpixel ? subpixel_offset(best.before, best.cost, best.after) : 0.0f};
   const float disparity{(is_road ? static_cast<float>(road_65536) / 65536.0f : 0.0f) +
                         (static_cast<float>(best.shift) + offset)};
   const bool in_range{disparity >= 0.5f && disparity < static_cast<float>(disparities) - 0.5f};
-  return {is_road, best.cost, disparity, static_cast<int>(disparity + 0.5f), in_range && best.rivals == 0};
+  return {is_road,
+          best.cost,
+          disparity,
+          static_cast<int>(disparity + 0.5f),
+          in_range && best.rivals == 0,
+          confidence_of(is_road ? confidences.road : confidences.upright, confidences.per_cost, best.cost,
+                        (best.before < best.after ? best.before : best.after) - best.cost,
+                        upright.cost < level.cost ? level.cost - upright.cost : upright.cost - level.cost, disparity)};
 }
 
 }  // namespace stereogrid

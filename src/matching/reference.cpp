@@ -116,7 +116,7 @@ class Decider final : public CandidateSink {
     };
     for (int u{0}; u < left_.width; ++u) {
       winners.push_back(winner_of(candidates.upright.at(u), candidates.level.at(u), road.at(u), config_.disparities,
-                                  config_.subpixel));
+                                  config_.subpixel, confidence_model(config_)));
       const int right_u{u - winner(u).whole};
       if (right_u < 0 || right_u >= left_.width) continue;
       int& first{claimant[static_cast<std::size_t>(right_u)]};
@@ -130,6 +130,7 @@ class Decider final : public CandidateSink {
       const bool accepted{consistent && winner(u).is_plausible && is_textured(left_, u, v, config_)};
       matches_.road(u, v) = accepted && winner(u).is_road ? winner(u).disparity : 0;
       matches_.obstacle(u, v) = accepted && !winner(u).is_road ? winner(u).disparity : 0;
+      matches_.confidence(u, v) = accepted ? winner(u).confidence : 0;
     }
   }
 

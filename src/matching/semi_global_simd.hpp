@@ -66,8 +66,9 @@ struct SemiGlobalTask {
   CandidateSink* sink{nullptr};
 };
 
-/// The steps for row v, in this order. They need vectors of 16 bytes, see correlate_target. The second one for consecutive parts of the columns, each after the row before
-/// in the sweep has passed it (with diagonals: and one column more).
+/// The steps for row v, in this order. They need vectors of 16 bytes, see correlate_target. The second one for
+/// consecutive parts of the columns, each after the row before in the sweep has passed it (with diagonals: and one
+/// column more).
 void semi_global_start_row(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v);
 /// Paths from the row before and, unless this is a first sweep, from the left.
 void semi_global_forward(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v, int begin, int end);

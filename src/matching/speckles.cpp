@@ -103,8 +103,9 @@ void Speckles::remove(int speckle_px, Matches& matches) {
   for (int run{0}; run < static_cast<int>(runs_.size()); ++run) {
     if (-runs_[static_cast<std::size_t>(find(run))].parent >= speckle_px) continue;
     const Run& small{runs_[static_cast<std::size_t>(run)]};
-    std::fill(matches.road.row(small.row) + small.begin, matches.road.row(small.row) + small.end, 0.0f);
-    std::fill(matches.obstacle.row(small.row) + small.begin, matches.obstacle.row(small.row) + small.end, 0.0f);
+    for (auto* image : {&matches.road, &matches.obstacle, &matches.confidence}) {
+      std::fill(image->row(small.row) + small.begin, image->row(small.row) + small.end, 0.0f);
+    }
   }
 }
 

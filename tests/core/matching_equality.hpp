@@ -66,6 +66,7 @@ inline void expect_equal(const MatchRun& expected, const MatchRun& actual) {
   EXPECT_EQ(differences(expected.level, actual.level), 0);
   EXPECT_EQ(count_differences(expected.matches.obstacle, actual.matches.obstacle), 0);
   EXPECT_EQ(count_differences(expected.matches.road, actual.matches.road), 0);
+  EXPECT_EQ(count_differences(expected.matches.confidence, actual.matches.confidence), 0);
 }
 
 /// The CPU's results are the reference's, on every instruction set of this machine and on each of these numbers of
