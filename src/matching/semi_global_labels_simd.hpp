@@ -176,7 +176,10 @@ class PathStep {
       const V8 first{hn::Set(d8, static_cast<std::uint8_t>(meeting + k))};
       for (int i{0}; i < n; ++i) {
         const V8 place{hn::Sub(hn::Iota(d8, static_cast<std::uint8_t>(i * lanes)), first)};
-        const V8 index{hn::SaturatedAdd(place, hn::Set(d8, 0x70))};
+        V8 index{hn::SaturatedAdd(place, hn::Set(d8, 0x70))};
+#if !HWY_ARCH_X86  // which looks at the last four bits and the first one only
+        index = hn::And(index, hn::Set(d8, 0x8f));
+#endif
         ways.part[i] = hn::Min(ways.part[i], hn::Not(hn::TableLookupBytesOr0(offer, index)));
       }
     }
@@ -198,8 +201,12 @@ class PathStep {
   HWY_INLINE V8 cheapest(V8 here, V8 below, V8 above, V8 step) const {
     return hn::Min(hn::Min(here, hn::SaturatedAdd(hn::Min(below, above), step)), jump_);
   }
-  HWY_INLINE static V8 shifted_up(V8 low, V8 here) { return hn::CombineShiftRightBytes<15>(D8{}, here, low); }
-  HWY_INLINE static V8 shifted_down(V8 here, V8 high) { return hn::CombineShiftRightBytes<1>(D8{}, high, here); }
+  HWY_INLINE static V8 shifted_up(V8 low, V8 here) {
+    return hn::CombineShiftRightBytes<15>(D8{}, here, low);
+  }
+  HWY_INLINE static V8 shifted_down(V8 here, V8 high) {
+    return hn::CombineShiftRightBytes<1>(D8{}, high, here);
+  }
 
   // 16 labels, in every block
   HWY_INLINE static V8 cheapest_of_three(const std::uint8_t* middle) {
