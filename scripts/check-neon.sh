@@ -25,7 +25,7 @@ for header in blocked_range info parallel_for task_arena; do
 done
 googletest=/usr/src/googletest/googletest
 
-mapfile -t sources < <(find src -name '*.cpp' && find tests/core -name '*.cpp' ! -name '*chain_*test.cpp')
+mapfile -t sources < <(find src -name '*.cpp' && find tests/core -name '*.cpp' ! -name '*chain_*test.cpp' ! -name 'ground_drives_test.cpp')
 sources+=(tests/neon/highway.cpp "$googletest/src/gtest-all.cc" "$googletest/src/gtest_main.cc")
 
 # definitions as in src/CMakeLists.txt, warnings as in cmake/compiler.cmake

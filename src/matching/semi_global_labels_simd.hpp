@@ -35,6 +35,7 @@ using Block16 = hn::FixedTag<std::uint16_t, 8>;
 
 template <int n>
 struct Labels {
+  HWY_INLINE Labels() {}  // the compiler's own would not be compiled for the instruction set
   V8 part[n];
 };
 
@@ -79,7 +80,7 @@ HWY_INLINE V8 first_block_behind(V8 low, V8 high) {
 
 // In every lane the smallest of all lanes.
 template <class D>
-HWY_INLINE auto folded(D d, hn::Vec<D> values) {
+HWY_INLINE auto folded([[maybe_unused]] D d, hn::Vec<D> values) {
   if constexpr (hn::MaxLanes(D{}) * sizeof(hn::TFromD<D>) == 16) {
     return values;
   } else {
@@ -175,7 +176,10 @@ class PathStep {
       const V8 first{hn::Set(d8, static_cast<std::uint8_t>(meeting + k))};
       for (int i{0}; i < n; ++i) {
         const V8 place{hn::Sub(hn::Iota(d8, static_cast<std::uint8_t>(i * lanes)), first)};
-        const V8 index{hn::SaturatedAdd(place, hn::Set(d8, 0x70))};
+        V8 index{hn::SaturatedAdd(place, hn::Set(d8, 0x70))};
+#if !HWY_ARCH_X86  // which looks at the last four bits and the first one only
+        index = hn::And(index, hn::Set(d8, 0x8f));
+#endif
         ways.part[i] = hn::Min(ways.part[i], hn::Not(hn::TableLookupBytesOr0(offer, index)));
       }
     }
@@ -197,8 +201,12 @@ class PathStep {
   HWY_INLINE V8 cheapest(V8 here, V8 below, V8 above, V8 step) const {
     return hn::Min(hn::Min(here, hn::SaturatedAdd(hn::Min(below, above), step)), jump_);
   }
-  HWY_INLINE static V8 shifted_up(V8 low, V8 here) { return hn::CombineShiftRightBytes<15>(D8{}, here, low); }
-  HWY_INLINE static V8 shifted_down(V8 here, V8 high) { return hn::CombineShiftRightBytes<1>(D8{}, high, here); }
+  HWY_INLINE static V8 shifted_up(V8 low, V8 here) {
+    return hn::CombineShiftRightBytes<15>(D8{}, here, low);
+  }
+  HWY_INLINE static V8 shifted_down(V8 here, V8 high) {
+    return hn::CombineShiftRightBytes<1>(D8{}, high, here);
+  }
 
   // 16 labels, in every block
   HWY_INLINE static V8 cheapest_of_three(const std::uint8_t* middle) {

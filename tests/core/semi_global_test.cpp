@@ -2,11 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include <hwy/targets.h>
-
 #include "matching/semi_global.hpp"
 #include "matching_run.hpp"
 #include "support.hpp"
+#include "targets.hpp"
 
 namespace stereogrid::test {
 namespace {
@@ -99,26 +98,13 @@ TEST(SemiGlobal, CpuEqualsReference) {
   expect_equal_on_random_problems(40, 256, 5);
 }
 
-// Every instruction set that this processor has and that has vectors.
-class SemiGlobalTarget : public testing::TestWithParam<std::int64_t> {
- protected:
-  void TearDown() override { hwy::SetSupportedTargetsForTest(0); }
-};
-
-TEST_P(SemiGlobalTarget, CpuEqualsReference) {
-  hwy::SetSupportedTargetsForTest(GetParam());
-  expect_equal_on_random_problems(60, 256, 7);
+TEST(SemiGlobal, CpuEqualsReferenceOnEveryTarget) {
+  for (const std::int64_t target : vector_targets()) {
+    SCOPED_TRACE(name_of_target(target));
+    const ForcedTarget forced{target};
+    expect_equal_on_random_problems(60, 256, 7);
+  }
 }
-
-std::vector<std::int64_t> targets_here() {
-  std::vector<std::int64_t> targets;
-  for (std::int64_t left{hwy::SupportedTargets() & ~(HWY_SCALAR | HWY_EMU128)}; left != 0; left &= left - 1)
-    targets.push_back(left & -left);
-  return targets;
-}
-
-INSTANTIATE_TEST_SUITE_P(Here, SemiGlobalTarget, testing::ValuesIn(targets_here()),
-                         [](const auto& target) { return std::string{hwy::TargetName(target.param)}; });
 
 // The whole of `match`, and images smaller than the disparities.
 TEST(SemiGlobal, MatchEqualsReference) {
