@@ -20,7 +20,7 @@ constexpr int disparities_step{16};
 Config resolved(Config config, const Rig& rig) {
   if (config.matching.disparities == 0) {
     const int tenth{(rig.width_px / 10 + disparities_step - 1) / disparities_step * disparities_step};
-    config.matching.disparities = std::clamp(tenth, disparities_min, 256);
+    config.matching.disparities = std::clamp(std::max(tenth, config.matching.min_disparity + 2), disparities_min, 256);
   }
   return config;
 }
@@ -37,7 +37,7 @@ void check(const Config& config, const Rig& rig) {
   require(rig.camera_height_m > 0, "rig: camera_height_m must be positive.");
   require(std::abs(rig.camera_pitch_rad) < 0.8, "rig: camera_pitch_rad must be within ±0.8 (45°).");
   require(config.matching.disparities != 1, "matching.disparities must be 0 (automatic) or at least 2.");
-  require(config.matching.disparities == 1 || config.matching.min_disparity <= config.matching.disparities - 2,
+  require(config.matching.disparities < 2 || config.matching.min_disparity <= config.matching.disparities - 2,
           "matching.min_disparity must be at least 2 below matching.disparities.");
   if (found.empty()) return;
   std::string message;
