@@ -42,7 +42,7 @@ constexpr std::array<std::string_view, 2> names_of(MatchingMethod) {
 }
 
 struct MatchingConfig {
-  MatchingMethod method{MatchingMethod::semi_global};
+  MatchingMethod method{MatchingMethod::correlation};
   int disparities{0};
   int min_disparity{0};
   int window_px{13};
