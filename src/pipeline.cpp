@@ -32,6 +32,8 @@ void check(const Config& config, const Rig& rig) {
   };
   require(rig.width_px > 0 && rig.height_px > 0, "rig: the image size must be positive.");
   require(std::max(rig.width_px, rig.height_px) <= 16384, "rig: images of up to 16384 × 16384 can be matched.");
+  require(rig.height_px <= 2047 || !config.u_disparity.confidence_weights,
+          "u_disparity.confidence_weights can count in images of up to 2047 rows.");
   require(rig.focal_px > 0, "rig: focal_px must be positive.");
   require(rig.baseline_m > 0, "rig: baseline_m must be positive (left camera minus right camera, in metres).");
   require(rig.camera_height_m > 0, "rig: camera_height_m must be positive.");

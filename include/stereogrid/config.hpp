@@ -67,9 +67,11 @@ struct MatchingConfig {
     visit(Parameter{"disparities", "px", 0, 256,
                     "Disparities searched, up to this minus one; 0: a tenth of the image's width, at least 64."},
           self.disparities);
-    visit(Parameter{"min_disparity", "px", 0, 254,
-                    "Upright surfaces are searched from here on. Farther ones are then left out, or now and then mistaken."},
-          self.min_disparity);
+    visit(
+        Parameter{
+            "min_disparity", "px", 0, 254,
+            "Upright surfaces are searched from here on. Farther ones are then left out, or now and then mistaken."},
+        self.min_disparity);
     visit(Parameter{"window_px", "px", 3, 41, "Side of the square correlation window, odd."}, self.window_px);
     visit(Parameter{"road_margin_px", "px", 1, 15,
                     "The road hypothesis searches this far on both sides of the ground plane's disparity."},
@@ -152,6 +154,7 @@ struct UDisparityConfig {
   RoadRays road_rays{RoadRays::visible};
   int small_count_guard{2};
   bool left_border{true};
+  bool confidence_weights{false};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
@@ -173,6 +176,9 @@ struct UDisparityConfig {
     visit(Parameter{"left_border", "", 0, 1,
                     "Leave bins unknown that the right camera cannot see (u below disparity + half a window)."},
           self.left_border);
+    visit(Parameter{"confidence_weights", "", 0, 1,
+                    "Each pixel counts in N_V and N_O by its match's confidence, in sixteenths; the sums are rounded."},
+          self.confidence_weights);
   }
 };
 

@@ -31,17 +31,29 @@ void find_bins_of_rows(const Rig& rig, const Ground& ground, const UDisparityTab
 }
 
 // A pixel that ends at bin `end` is a ray through every bin from there on: one step up, one step down.
-void add_ray(int end, BinRange bins, int u, Image<std::int16_t>& steps) {
+void add_ray(int end, BinRange bins, int u, int weight, Image<std::int16_t>& steps) {
   const int from{std::max(end, bins.first)};
   if (from > bins.last) return;
-  ++steps(u, from);
-  --steps(u, bins.last + 1);
+  steps(u, from) = static_cast<std::int16_t>(steps(u, from) + weight);
+  steps(u, bins.last + 1) = static_cast<std::int16_t>(steps(u, bins.last + 1) - weight);
+}
+
+// Parts of rays to rays.
+void round_counts(int begin, int end, StageImages& stages) {
+  for (int d{0}; d < stages.occupancy.height(); ++d) {
+    for (Image<std::uint16_t>* counts : {&stages.visible, &stages.observed}) {
+      for (int u{begin}; u < end; ++u) {
+        (*counts)(u, d) = static_cast<std::uint16_t>(((*counts)(u, d) + ray_parts / 2) / ray_parts);
+      }
+    }
+  }
 }
 
 void count_columns(const Matches& matches, const UDisparityTables& tables, int begin, int end, UDisparitySpace& space,
                    StageImages& stages) {
   const int disparities{stages.occupancy.height()};
   const bool road_rays{tables.config.road_rays == RoadRays::visible};
+  const bool is_weighted{tables.config.confidence_weights};
   for (int d{0}; d < disparities; ++d) {
     std::fill(stages.observed.row(d) + begin, stages.observed.row(d) + end, std::uint16_t{0});
     std::fill(space.road_pixels.row(d) + begin, space.road_pixels.row(d) + end, std::uint16_t{0});
@@ -53,13 +65,16 @@ void count_columns(const Matches& matches, const UDisparityTables& tables, int b
     for (int u{begin}; u < end; ++u) {
       const int obstacle{bin_of(matches.obstacle(u, v))};
       const int road{bin_of(matches.road(u, v))};
+      const int weight{is_weighted ? ray_weight(matches.confidence(u, v)) : 1};
       if (obstacle > 0) {
-        add_ray(obstacle, bins, u, space.visible_steps);
-        if (obstacle >= bins.first && obstacle <= bins.last) ++stages.observed(u, obstacle);
+        add_ray(obstacle, bins, u, weight, space.visible_steps);
+        if (obstacle >= bins.first && obstacle <= bins.last) {
+          stages.observed(u, obstacle) = static_cast<std::uint16_t>(stages.observed(u, obstacle) + weight);
+        }
       }
       if (road > 0) {
         ++space.road_pixels(u, road);
-        if (road_rays) add_ray(road, bins, u, space.visible_steps);
+        if (road_rays) add_ray(road, bins, u, weight, space.visible_steps);
       }
     }
   }
@@ -71,6 +86,7 @@ void count_columns(const Matches& matches, const UDisparityTables& tables, int b
       stages.visible(u, d) = static_cast<std::uint16_t>(stages.visible(u, d - 1) + space.visible_steps(u, d));
     }
   }
+  if (is_weighted) round_counts(begin, end, stages);
 }
 
 void infer_row(const UDisparityTables& tables, View<const std::uint16_t> road_pixels, int d, StageImages& stages) {

@@ -27,6 +27,16 @@ STEREOGRID_HD inline int bin_of(float disparity) {
   return static_cast<int>(disparity + 0.5f);
 }
 
+/// Parts of a ray that a pixel counts for, and their number in a whole one.
+constexpr int ray_parts{16};
+
+/// A match's confidence as parts of a ray; 0, where nothing is known of it, is a whole one.
+STEREOGRID_HD inline int ray_weight(float confidence) {
+  if (confidence <= 0) return ray_parts;
+  const int parts{static_cast<int>(confidence * ray_parts + 0.5f)};
+  return parts < 1 ? 1 : parts;
+}
+
 /// Eq. 11: share of the possible rays that reach the bin.
 STEREOGRID_HD inline float visibility_of(int visible, int possible) {
   return possible > 0 ? static_cast<float>(visible) / static_cast<float>(possible) : 0.0f;

@@ -12,18 +12,20 @@ namespace stereogrid {
 namespace {
 
 // Equations 9 to 12 for one bin, as they are written.
-void count_bin(const Matches& matches, RowRange rows, RoadRays road_rays, int u, int d, StageImages& stages) {
+void count_bin(const Matches& matches, RowRange rows, const UDisparityConfig& config, int u, int d,
+               StageImages& stages) {
   int visible{0};
   int observed{0};
   for (int v{rows.first}; v <= rows.last; ++v) {
     const int obstacle{bin_of(matches.obstacle(u, v))};
     const int road{bin_of(matches.road(u, v))};
-    if (obstacle > 0 && obstacle <= d) ++visible;
-    if (obstacle > 0 && obstacle == d) ++observed;
-    if (road_rays == RoadRays::visible && road > 0 && road <= d) ++visible;
+    const int weight{config.confidence_weights ? ray_weight(matches.confidence(u, v)) : ray_parts};
+    if (obstacle > 0 && obstacle <= d) visible += weight;
+    if (obstacle > 0 && obstacle == d) observed += weight;
+    if (config.road_rays == RoadRays::visible && road > 0 && road <= d) visible += weight;
   }
-  stages.visible(u, d) = static_cast<std::uint16_t>(visible);
-  stages.observed(u, d) = static_cast<std::uint16_t>(observed);
+  stages.visible(u, d) = static_cast<std::uint16_t>((visible + ray_parts / 2) / ray_parts);
+  stages.observed(u, d) = static_cast<std::uint16_t>((observed + ray_parts / 2) / ray_parts);
 }
 
 bool has_road_pixel(const Matches& matches, int u, int d) {
@@ -90,7 +92,7 @@ void count(Reference&, const Matches& matches, const Rig& rig, const Ground& gro
     const RowRange rows{possible_rows(rig, ground, tables.config.obstacle_height_m, d, height)};
     stages.possible[static_cast<std::size_t>(d)] = std::max(rows.last - rows.first + 1, 0);
     for (int u{0}; u < width; ++u) {
-      count_bin(matches, rows, tables.config.road_rays, u, d, stages);
+      count_bin(matches, rows, tables.config, u, d, stages);
       space.road_pixels(u, d) = has_road_pixel(matches, u, d) ? 1 : 0;
     }
   }

@@ -61,6 +61,39 @@ TEST(NoiseOnly, TheRoadDoesNotWinMoreThanItsShareOfTheSearch) {
   }
 }
 
+// Half of the right image is the left one, moved; the other half is noise of its own.
+TEST(Confidence, TellsMatchesFromNoise) {
+  constexpr int width{240};
+  constexpr int height{120};
+  std::mt19937 generator{3};
+  const Texture texture{5};
+  const Image<std::uint8_t> left{textured_image(texture, width, height, [](int u, int) { return u; })};
+  Image<std::uint8_t> right{textured_image(texture, width, height, [](int u, int) { return u + 9; })};
+  const Image<std::uint8_t> noise{noise_image(width, height, generator)};
+  for (int v{height / 2}; v < height; ++v) std::copy(noise.row(v), noise.row(v) + width, right.row(v));
+  Cpu cpu{2};
+  for (const MatchingMethod method : {MatchingMethod::correlation, MatchingMethod::semi_global}) {
+    MatchingConfig config{permissive_config()};
+    config.method = method;
+    const MatchRun run{cpu, left, right, no_road, config};
+    double sum[2]{};
+    int count[2]{};
+    for (int v{0}; v < height; ++v) {
+      for (int u{40}; u < width - 10; ++u) {
+        const float confidence{run.matches.confidence(u, v)};
+        ASSERT_EQ(confidence > 0, run.matches.obstacle(u, v) > 0 || run.matches.road(u, v) > 0);
+        ASSERT_TRUE(confidence >= 0 && confidence <= 1);
+        if (confidence == 0 || std::abs(v - height / 2) < 12) continue;
+        sum[v < height / 2 ? 0 : 1] += confidence;
+        ++count[v < height / 2 ? 0 : 1];
+      }
+    }
+    ASSERT_GT(count[0], 0);
+    EXPECT_GT(sum[0] / count[0], 0.9);
+    EXPECT_LT(sum[1] / std::max(count[1], 1), 0.6);
+  }
+}
+
 TEST(Subpixel, OffsetIsSymmetricAndSmall) {
   EXPECT_EQ(subpixel_offset(30, 10, 30), 0);
   EXPECT_EQ(subpixel_offset(10, 10, 10), 0);

@@ -37,6 +37,7 @@ Case random_case(std::mt19937& generator) {
   c.config.road_rays = uniform_int(generator, 0, 1) == 0 ? RoadRays::none : RoadRays::visible;
   c.config.small_count_guard = uniform_int(generator, 0, 3);
   c.config.left_border = uniform_int(generator, 0, 1) == 0;
+  c.config.confidence_weights = uniform_int(generator, 0, 2) == 0;
   return c;
 }
 
@@ -51,6 +52,7 @@ Matches random_matches(const Case& c, std::mt19937& generator) {
     const auto disparity{static_cast<float>(uniform(generator, 0.1, c.disparities - 0.51))};
     if (kind < 0.4) matches.obstacle.data()[i] = disparity;
     if (kind > 0.7) matches.road.data()[i] = disparity;
+    matches.confidence.data()[i] = static_cast<float>(std::max(uniform(generator, -0.2, 1), 0.0));
   }
   return matches;
 }

@@ -11,6 +11,7 @@
 
 #include "backend/reference.hpp"
 #include "support.hpp"
+#include "u_disparity/model.hpp"
 #include "u_disparity_run.hpp"
 
 namespace stereogrid::test {
@@ -97,6 +98,28 @@ TEST(UDisparity, RoadPixelsAreRaysWhenAskedFor) {
     EXPECT_EQ(stages.visible(3, d), visible_3[d]) << d;
     EXPECT_EQ(stages.observed(2, d), observed_2[d]) << d;
   }
+}
+
+TEST(UDisparity, ConfidencesWeighTheCountsWhenAskedFor) {
+  UDisparityConfig config{tiny_config()};
+  config.confidence_weights = true;
+  Matches matches{5, 12};
+  for (int v{5}; v < 8; ++v) matches.obstacle(2, v) = 3;  // of which bin 3 can reach the rows 5 to 8
+  const auto counts_with = [&](float a, float b, float c) {
+    matches.confidence(2, 5) = a;
+    matches.confidence(2, 6) = b;
+    matches.confidence(2, 7) = c;
+    const StageImages stages{tiny_count(config, matches)};
+    EXPECT_EQ(stages.visible(2, 3), stages.observed(2, 3));
+    return int{stages.observed(2, 3)};
+  };
+  const int all{counts_with(1, 1, 1)};
+  ASSERT_GE(all, 2);
+  EXPECT_EQ(counts_with(0, 0, 0), all) << "nothing known: whole rays";
+  EXPECT_EQ(counts_with(0.5f, 0.5f, 0.5f), (all + 1) / 2);
+  EXPECT_EQ(counts_with(0.1f, 0.1f, 0.1f), 0);
+  EXPECT_EQ(ray_weight(0.001f), 1);
+  EXPECT_EQ(ray_weight(0.97f), ray_parts);
 }
 
 TEST(UDisparity, Probabilities) {
