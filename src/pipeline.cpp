@@ -78,6 +78,8 @@ JourneyMemory::JourneyMemory(const Config& parameters, const Rig& level_rig, con
     : config{parameters},
       rig{level_rig},
       ground{rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad},
+      alignment{rig},
+      aligned_right{rig.width_px, rig.height_px},
       matches{rig.width_px, rig.height_px},
       matching{rig.width_px, rig.height_px, config.matching, threads},
       ground_samples{rig.width_px, rig.height_px},
