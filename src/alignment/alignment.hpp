@@ -17,7 +17,8 @@ namespace stereogrid {
 class Cpu;
 struct Reference;
 
-/// The right image with its rows where those of the left one are, by linear interpolation between two rows.
+/// The right image with its rows where those of the left one are, by linear interpolation between two rows. Above and
+/// below the image its first and last row are repeated.
 void align_rows(Cpu& cpu, View<const std::uint8_t> right, const RowOffsets& offsets, View<std::uint8_t> aligned);
 void align_rows(Reference& reference, View<const std::uint8_t> right, const RowOffsets& offsets,
                 View<std::uint8_t> aligned);

@@ -12,12 +12,15 @@
 namespace stereogrid {
 namespace {
 
-constexpr int lattice_u{16};
-constexpr int lattice_v{10};
+constexpr int lattice_u{20};
+constexpr int lattice_v{12};
 
-constexpr int half{5};
-constexpr int side{2 * half + 1};
-constexpr int pixels{side * side};
+/// A patch reaches so far from its pixel; a row of it is a whole number of vectors of bytes.
+constexpr int reach_u{8};
+constexpr int reach_v{4};
+constexpr int columns{2 * reach_u};
+constexpr int rows{2 * reach_v + 1};
+constexpr std::size_t pixels{columns * rows};
 
 /// Summed squared row gradient, freed of what a move along the row explains, below which a patch is not worth moving,
 /// and at which it has half the say of the best, in grey levels² per pixel.
@@ -51,29 +54,42 @@ struct Template {
   double variance{0};
 };
 
+// Four sums side by side, so that the compiler may use vectors: it must not reorder a single one.
+template <class Term>
+float sum_of(const Term& term) {
+  std::array<float, 4> sums{};
+  for (std::size_t k{0}; k < pixels; k += 4) {
+    for (std::size_t lane{0}; lane < 4; ++lane) sums[lane] += term(k + lane);
+  }
+  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+}
+
 void remove_mean(Patch& patch) {
-  const float mean{std::accumulate(patch.begin(), patch.end(), 0.0f) / pixels};
+  const float mean{sum_of([&](std::size_t k) { return patch[k]; }) / pixels};
   for (float& value : patch) value -= mean;
 }
 
 double product(const Patch& a, const Patch& b) {
-  float sum{0};
-  for (std::size_t k{0}; k < pixels; ++k) sum += a[k] * b[k];
-  return sum;
+  return sum_of([&](std::size_t k) { return a[k] * b[k]; });
 }
 
 // With `shear`, the disparity's change per row, a column of the patch is slanted in the right image.
 void cut(View<const std::uint8_t> left, int u, int v, float shear, Template& patch) {
-  std::size_t k{0};
-  for (int j{-half}; j <= half; ++j) {
-    const std::uint8_t* above{left.row(v + j - 1) + u};
-    const std::uint8_t* row{left.row(v + j) + u};
-    const std::uint8_t* below{left.row(v + j + 1) + u};
-    for (int i{-half}; i <= half; ++i, ++k) {
-      patch.grey[k] = row[i];
-      patch.gradient_u[k] = 0.5f * static_cast<float>(row[i + 1] - row[i - 1]);
-      patch.gradient_v[k] = 0.5f * static_cast<float>(below[i] - above[i]) + shear * patch.gradient_u[k];
+  float* grey{patch.grey.data()};
+  float* gradient_u{patch.gradient_u.data()};
+  float* gradient_v{patch.gradient_v.data()};
+  for (int j{-reach_v}; j <= reach_v; ++j) {
+    const std::uint8_t* above{left.row(v + j - 1) + u - reach_u};
+    const std::uint8_t* row{left.row(v + j) + u - reach_u};
+    const std::uint8_t* below{left.row(v + j + 1) + u - reach_u};
+    for (int i{0}; i < columns; ++i) {
+      grey[i] = row[i];
+      gradient_u[i] = 0.5f * static_cast<float>(row[i + 1] - row[i - 1]);
+      gradient_v[i] = 0.5f * static_cast<float>(below[i] - above[i]) + shear * gradient_u[i];
     }
+    grey += columns;
+    gradient_u += columns;
+    gradient_v += columns;
   }
   for (Patch* part : {&patch.grey, &patch.gradient_u, &patch.gradient_v}) remove_mean(*part);
   patch.uu = product(patch.gradient_u, patch.gradient_u);
@@ -91,20 +107,21 @@ double information(const Template& patch) {
 bool sample(View<const std::uint8_t> right, float u, float v, float shear, Patch& patch) {
   const float top{std::floor(v)};
   const float fv{v - top};
-  if (top - half < 0 || top + half + 1 >= static_cast<float>(right.height)) return false;
+  if (top - reach_v < 0 || top + reach_v + 1 >= static_cast<float>(right.height)) return false;
   float* out{patch.data()};
-  for (int j{-half}; j <= half; ++j) {
+  for (int j{-reach_v}; j <= reach_v; ++j) {
     const float column{u - shear * static_cast<float>(j)};
     const float first{std::floor(column)};
-    if (first - half < 0 || first + half + 1 >= static_cast<float>(right.width)) return false;
+    if (first - reach_u < 0 || first + reach_u >= static_cast<float>(right.width)) return false;
     const float fu{column - first};
-    const std::uint8_t* upper{right.row(static_cast<int>(top) + j) + static_cast<int>(first) - half};
+    const std::uint8_t* upper{right.row(static_cast<int>(top) + j) + static_cast<int>(first) - reach_u};
     const std::uint8_t* lower{upper + right.pitch};
-    for (int i{0}; i < side; ++i) {
-      const float a{static_cast<float>(upper[i]) + fv * static_cast<float>(lower[i] - upper[i])};
-      const float b{static_cast<float>(upper[i + 1]) + fv * static_cast<float>(lower[i + 1] - upper[i + 1])};
-      *out++ = a + fu * (b - a);
+    for (int i{0}; i < columns; ++i) {
+      const float above{static_cast<float>(upper[i]) + fu * static_cast<float>(upper[i + 1] - upper[i])};
+      const float below{static_cast<float>(lower[i]) + fu * static_cast<float>(lower[i + 1] - lower[i])};
+      out[i] = above + fv * (below - above);
     }
+    out += columns;
   }
   return true;
 }
@@ -198,8 +215,8 @@ void RowAlignment::collect(View<const std::uint8_t> left, View<const std::uint8_
   samples_.clear();
   const auto road_shear = static_cast<float>(plane.per_v);
   Template patch;
-  for (int v{half + 1}; v + half + 1 < left.height; v += lattice_v) {
-    for (int u{half + 1}; u + half + 1 < left.width; u += lattice_u) {
+  for (int v{reach_v + 1}; v + reach_v + 1 < left.height; v += lattice_v) {
+    for (int u{reach_u + 1}; u + reach_u < left.width; u += lattice_u) {
       const float road{matches.road(u, v)};
       const float disparity{road > 0 ? road : matches.obstacle(u, v)};
       if (disparity <= 0) continue;

@@ -37,45 +37,22 @@ struct RowOffsets {
   }
 };
 
-/// The offsets along an image row in fixed point, so that every back end rounds alike.
-struct OffsetRow {
-  std::int32_t start{0};  ///< at u = 0, in 1/2^20 px
-  std::int32_t slope{0};  ///< per column there, in 1/2^20 px
-  std::int32_t bend{0};   ///< per column squared, in 1/2^30 px
+/// So many columns share an offset, that in their middle: it changes by some hundredths of a pixel on the way.
+constexpr int offset_columns{16};
 
-  /// In 1/256 px.
-  [[nodiscard]] STEREOGRID_HD std::int32_t at(int u) const {
-    return (start + (slope + (bend * u >> 10)) * u + (1 << 11)) >> 12;
-  }
-};
-
-/// What is far from any rectified pair is cut off: ±512 px, slopes beyond ±1/32, bends beyond 1/2^16; columns up to
-/// 8192.
-STEREOGRID_HD inline OffsetRow offset_row(const RowOffsets& offsets, int v) {
-  const auto fixed = [](double value, double limit) {
-    const double bounded{value < -limit ? -limit : (value > limit ? limit : value)};
-    return static_cast<std::int32_t>(bounded < 0 ? bounded - 0.5 : bounded + 0.5);
-  };
-  constexpr double one{1 << 20};
-  const double before{offsets.at(-1, v)};
-  const double at_start{offsets.at(0, v)};
-  const double after{offsets.at(1, v)};
-  const double bend{(before + after) / 2 - at_start};
-  return {fixed(at_start * one, 512 * one), fixed((after - before) / 2 * one, one / 32),
-          fixed(bend * 1024 * one, one / 64)};
+/// Where a point of row v of the left image is seen in column u of the right one, in 1/256 px. Whole numbers, so that
+/// every back end interpolates alike; offsets beyond ±4096 px are cut off.
+STEREOGRID_HD inline int place_256(const RowOffsets& offsets, int u, int v) {
+  const double offset{offsets.at(u / offset_columns * offset_columns + offset_columns / 2, v) * 256};
+  constexpr double limit{4096 * 256};
+  const double bounded{offset < -limit ? -limit : (offset > limit ? limit : offset)};
+  return v * 256 + static_cast<int>(bounded < 0 ? bounded - 0.5 : bounded + 0.5);
 }
 
 /// Grey level between two rows, `part` / 256 below the upper one.
 STEREOGRID_HD inline std::uint8_t between_rows(std::uint8_t upper, std::uint8_t lower, int part) {
-  return static_cast<std::uint8_t>((upper * (256 - part) + lower * part + 128) >> 8);
-}
-
-/// Grey level of the right image where a point of row v of the left one is seen in column u. Above and below the image
-/// its first and last row are repeated.
-STEREOGRID_HD inline std::uint8_t aligned_pixel(View<const std::uint8_t> right, int u, int v, const OffsetRow& row) {
-  const int place{v * 256 + row.at(u)};
-  const auto clamped = [&](int at) { return at < 0 ? 0 : (at > right.height - 1 ? right.height - 1 : at); };
-  return between_rows(right(u, clamped(place >> 8)), right(u, clamped((place >> 8) + 1)), place & 255);
+  // at most 255·256 + 128: fits
+  return static_cast<std::uint8_t>(static_cast<std::uint16_t>(upper * (256 - part) + lower * part + 128) >> 8);
 }
 
 }  // namespace stereogrid
