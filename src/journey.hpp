@@ -170,7 +170,10 @@ class JourneyOn final : public Journey {
     JourneyMemory& m{memory_};
     match_on(input, predicted_ground());
     measure_rows(input, predicted_ground());
-    if (m.is_first && !m.alignment.is_identity()) match_on(input, predicted_ground());
+    if (m.is_first && !m.alignment.is_identity()) {
+      match_on(input, predicted_ground());
+      measure_rows(input, predicted_ground());
+    }
     result.timing_ms.match = watch.lap();
     result.timing_ms.ground = 0;
     if (m.config.ground.estimate && (m.is_first || m.frames_without_ground > patience)) {
