@@ -12,7 +12,7 @@
 namespace stereogrid {
 namespace {
 
-constexpr int lattice_u{20};
+constexpr int lattice_u{24};
 constexpr int lattice_v{12};
 
 /// A patch reaches so far from its pixel; a row of it is a whole number of vectors of bytes.
