@@ -43,7 +43,7 @@ constexpr std::array<std::string_view, 2> names_of(MatchingMethod) {
 
 struct MatchingConfig {
   MatchingMethod method{MatchingMethod::correlation};
-  bool align_rows{false};
+  bool align_rows{true};
   int disparities{0};
   int window_px{13};
   int road_margin_px{3};
