@@ -39,7 +39,7 @@ constexpr double scale_px{0.15};   ///< of the errors, for the outlier-resistant
 /// Weight of the assumption that there is no offset: holds what the patches leave open.
 constexpr double prior{0.5};
 constexpr double memory{0.9};
-constexpr double ignored_px{0.1};
+constexpr double ignored_px{0.25};
 
 using Patch = std::array<float, pixels>;
 
