@@ -108,6 +108,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 Config paper() {
   Config config;
   config.matching.method = MatchingMethod::correlation;
+  config.matching.align_rows = false;
   config.matching.window_px = 21;
   config.matching.subpixel = false;
   config.u_disparity.sigma_disparity = 0.5;

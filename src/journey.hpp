@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "alignment/alignment.hpp"
 #include "filter/filter.hpp"
 #include "ground/ground.hpp"
 #include "matching/given.hpp"
@@ -52,6 +53,8 @@ struct JourneyMemory {
   Ground ground;  ///< of the last frame
   int frames_to_search{0};
   bool is_first{true};
+  RowAlignment alignment;
+  Image<std::uint8_t> aligned_right;
   Matches matches;
   MatchingSpace matching;
   GroundSpace ground_samples;
@@ -127,14 +130,35 @@ class JourneyOn final : public Journey {
   void match_on(const JourneyInput& input, const Ground& ground) {
     JourneyMemory& m{memory_};
     if (!input.disparity.empty()) return split(back_end_, input.disparity, m.rig, ground, m.config.matching, m.matches);
-    match(back_end_, input.left, input.right, road_plane(m.rig, ground), m.config.matching, m.matching, m.matches);
+    match(back_end_, input.left, aligned(input.right), road_plane(m.rig, ground), m.config.matching, m.matching,
+          m.matches);
+  }
+
+  View<const std::uint8_t> aligned(View<const std::uint8_t> right) {
+    JourneyMemory& m{memory_};
+    if (m.alignment.is_identity()) return right;
+    align_rows(back_end_, right, m.alignment.offsets(), m.aligned_right.view());
+    return m.aligned_right.view();
+  }
+
+  // From the matches on the road `ground`.
+  void measure_rows(const JourneyInput& input, const Ground& ground) {
+    JourneyMemory& m{memory_};
+    if (!m.config.matching.align_rows || !input.disparity.empty()) return;
+    m.alignment.update(input.left, input.right, m.matches, road_plane(m.rig, ground));
   }
 
   // The road hypothesis needs a plane before there is any disparity: that of the frame before. At the start, and when
   // the road turns out to lie elsewhere, a plane is searched in what matched, and the frame is matched again.
   void match_and_estimate_ground(const JourneyInput& input, FrameResult& result, Stopwatch& watch) {
     JourneyMemory& m{memory_};
-    match_on(input, predicted(m.rig, m.config.ground, m.ground, input.dt_s));
+    const Ground expected{predicted(m.rig, m.config.ground, m.ground, input.dt_s)};
+    match_on(input, expected);
+    measure_rows(input, expected);
+    if (m.is_first && !m.alignment.is_identity()) {
+      match_on(input, expected);
+      measure_rows(input, expected);
+    }
     result.timing_ms.match = watch.lap();
     const bool again{search_if_lost(input)};
     result.timing_ms.ground = watch.lap();

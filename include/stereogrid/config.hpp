@@ -43,6 +43,7 @@ constexpr std::array<std::string_view, 2> names_of(MatchingMethod) {
 
 struct MatchingConfig {
   MatchingMethod method{MatchingMethod::correlation};
+  bool align_rows{true};
   int disparities{0};
   int min_disparity{0};
   int window_px{13};
@@ -64,6 +65,8 @@ struct MatchingConfig {
     visit(Parameter{"method", "", 0, 1,
                     "correlation: the paper's windows; semi_global: both hypotheses optimised along paths."},
           self.method);
+    visit(Parameter{"align_rows", "", 0, 1, "Measure by how much the right image's rows are off, and put them right."},
+          self.align_rows);
     visit(Parameter{"disparities", "px", 0, 256,
                     "Disparities searched, up to this minus one; 0: a tenth of the image's width, at least 64."},
           self.disparities);

@@ -5,6 +5,7 @@
 // the formulas of the CPU compile for the GPU as they stand.
 #include <cstdint>
 
+#include "alignment/model.hpp"
 #include "filter/model.hpp"
 #include "ground/model.hpp"
 #include "matching/model.hpp"
@@ -28,6 +29,11 @@ __global__ void matching_models(const std::uint8_t* image, int width, RoadPlane 
   const Winner winner{winner_of(candidate, candidate, road.at(u), highest_rival(compared_bits(13), 20), true, ConfidenceModel{})};
   out[u] = static_cast<float>(bits) + short_census(GreyAt{image + u, width}) + sheared(image, width, u, road) +
            winner.disparity + winner.confidence;
+}
+
+__global__ void alignment_models(const std::uint8_t* image, int width, float* out) {
+  const unsigned u{threadIdx.x};
+  out[u] = between_rows(image[u], image[u + width], 77);
 }
 
 __global__ void u_disparity_models(const float* disparity, float* out) {
@@ -58,6 +64,7 @@ __global__ void filter_models(FilterStep step, double shift, float* out) {
 
 /// Keeps the kernels: what nobody launches is dropped before it is compiled for the device.
 void launch_all(const std::uint8_t* image, float* floats, double* doubles) {
+  alignment_models<<<1, 32>>>(image, 32, floats);
   matching_models<<<1, 32>>>(image, 32, RoadPlane{}, floats);
   u_disparity_models<<<1, 32>>>(floats, floats);
   projection_models<<<1, 32>>>(Rig{}, GridInVehicle{}, 1, 1, doubles);

@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "host_device.hpp"
+#include "stereogrid/image.hpp"
+
+namespace stereogrid {
+
+/// Terms of RowOffsets.
+constexpr std::size_t row_terms{5};
+using RowTerms = std::array<double, row_terms>;
+
+/// By how many rows a point lies lower in the right image than in the left one, as a function of its place in the right
+/// image: what is left over when a pair has been rectified with slightly wrong rotation and lenses.
+/// terms · (1, x, y, x·y, x²) with x = (u − u0)/400 and y = (v − v0)/100: pitch, roll, scale, yaw, lens.
+struct RowOffsets {
+  RowTerms terms{};  ///< px
+  double centre_u_px{0};
+  double centre_v_px{0};
+
+  [[nodiscard]] RowTerms basis(double u, double v) const {
+    const double x{(u - centre_u_px) / 400};
+    const double y{(v - centre_v_px) / 100};
+    return {1, x, y, x * y, x * x};
+  }
+
+  [[nodiscard]] double at(double u, double v) const {
+    const RowTerms factors{basis(u, v)};
+    double sum{0};
+    for (std::size_t i{0}; i < row_terms; ++i) sum += terms[i] * factors[i];
+    return sum;
+  }
+};
+
+/// So many columns share an offset, that in their middle: it changes by some hundredths of a pixel on the way.
+constexpr int offset_columns{16};
+
+/// Where a point of row v of the left image is seen in column u of the right one, in 1/256 px. A whole number, so that
+/// every back end interpolates alike; offsets beyond ±4096 px are cut off.
+inline int place_256(const RowOffsets& offsets, int u, int v) {
+  const double offset{offsets.at(u / offset_columns * offset_columns + offset_columns / 2, v) * 256};
+  constexpr double limit{4096 * 256};
+  const double bounded{offset < -limit ? -limit : (offset > limit ? limit : offset)};
+  return v * 256 + static_cast<int>(bounded < 0 ? bounded - 0.5 : bounded + 0.5);
+}
+
+/// Grey level between two rows, `part` / 256 below the upper one.
+STEREOGRID_HD inline std::uint8_t between_rows(std::uint8_t upper, std::uint8_t lower, int part) {
+  // at most 255·256 + 128: fits
+  return static_cast<std::uint8_t>(static_cast<std::uint16_t>(upper * (256 - part) + lower * part + 128) >> 8);
+}
+
+}  // namespace stereogrid
