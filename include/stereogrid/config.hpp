@@ -82,9 +82,11 @@ struct MatchingConfig {
     visit(Parameter{"uniqueness", "", 0, 1,
                     "Reject a match unless every other disparity costs more by this share of its cost."},
           self.uniqueness);
-    visit(Parameter{"texture", "grey levels", 0, 255,
-                    "Reject a match where the window's mean horizontal contrast |L(u+1) − L(u−1)| is below this."},
-          self.texture);
+    visit(
+        Parameter{
+            "texture", "grey levels", 0, 255,
+            "Correlation: reject a match where the window's mean horizontal contrast |L(u+1) − L(u−1)| is below this."},
+        self.texture);
     visit(Parameter{"left_right_px", "px", 0, 255, "Largest difference between left-to-right and right-to-left match."},
           self.left_right_px);
     visit(Parameter{"speckle_px", "px", 0, 100000, "Remove connected patches of fewer pixels; 0: keep all."},

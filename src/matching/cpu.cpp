@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdlib>
 #include <vector>
 
@@ -67,7 +66,7 @@ void prepare(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> r
       space.sheared.repeat_border(v);
     }
   });
-  const auto least = static_cast<std::int32_t>(std::ceil(config.texture * config.window_px * config.window_px));
+  const int least{least_texture(config)};
   cpu.for_parts(left.height, cpu.threads(), [&](int part, int begin, int end) {
     texture_rows(space.left, config.window_px / 2, least, begin, end, space.textures[static_cast<std::size_t>(part)],
                  space.textured);

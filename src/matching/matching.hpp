@@ -63,6 +63,9 @@ void find_candidates(Reference& reference, View<const std::uint8_t> left, View<c
 Shifts upright_shifts(const MatchingConfig& config);
 Shifts road_shifts(const MatchingConfig& config);
 
+/// Sum of |L(u+1) − L(u−1)| that a window must have. Semi-global matching carries disparities over blank places: 0.
+int least_texture(const MatchingConfig& config);
+
 /// How sure this matcher's disparities are.
 ConfidenceModel confidence_model(const MatchingConfig& config);
 

@@ -96,7 +96,7 @@ bool is_textured(View<const std::uint8_t> left, int u, int v, const MatchingConf
       sum += std::abs(at_clamped(left, column + 1, v + j) - at_clamped(left, column - 1, v + j));
     }
   }
-  return sum >= config.texture * config.window_px * config.window_px;
+  return sum >= least_texture(config);
 }
 
 // decide_row, a pixel at a time.

@@ -35,18 +35,24 @@ Shifts road_shifts(const MatchingConfig& config) {
   return {-config.road_margin_px, 2 * config.road_margin_px + 1};
 }
 
+int least_texture(const MatchingConfig& config) {
+  if (config.method == MatchingMethod::semi_global) return 0;
+  return static_cast<int>(std::ceil(config.texture * config.window_px * config.window_px));
+}
+
 // Fitted by gradient descent on the log-loss of "right to a pixel" over the four kinds of truth that bench_accuracy
-// reads (two lidar drives, two pairs, five rendered sequences; equal weight each). docs/results.md has the reliability.
+// reads (two lidar drives, two pairs, five rendered sequences; equal weight each), matches of the whole pipeline.
+// docs/results.md has the reliability.
 ConfidenceModel confidence_model(const MatchingConfig& config) {
   if (config.method == MatchingMethod::semi_global) {
     return {1.0f / cost_max,
-            {1.643f, -4.749f, -6.633f, 10.157f, -4.428f, 0.084f, -1.230f},
-            {2.800f, -6.784f, -19.694f, 13.666f, 7.520f, -1.072f, -1.176f}};
+            {2.362f, -4.301f, -11.700f, 10.925f, -15.861f, -0.087f, -0.726f},
+            {1.714f, -6.735f, -6.223f, 23.645f, 14.709f, 0.407f, -1.014f}};
   }
   const int most{compared_bits(config.window_px) * config.window_px * config.window_px};
   return {1.0f / static_cast<float>(most),
-          {0.796f, -2.726f, -9.249f, 22.429f, 5.851f, 0.222f, -1.012f},
-          {1.146f, -3.612f, -8.663f, 34.494f, 24.037f, 0.016f, -1.545f}};
+          {1.057f, -2.645f, -6.135f, 20.821f, 0.743f, 0.121f, -0.741f},
+          {0.060f, -2.173f, -3.143f, 61.630f, 33.120f, 1.446f, -1.529f}};
 }
 
 int uniqueness_1024(const MatchingConfig& config) {
