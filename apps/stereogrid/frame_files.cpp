@@ -46,6 +46,7 @@ void write_stages(const std::filesystem::path& path, const StageImages& stages) 
   const std::array<io::NpzArray, 10> arrays{
       io::NpzArray{"obstacle_disparity", stages.obstacle_disparity},
       io::NpzArray{"road_disparity", stages.road_disparity},
+      io::NpzArray{"match_confidence", stages.match_confidence},
       io::NpzArray{"possible", {stages.possible.size()}, stages.possible},
       io::NpzArray{"visible", stages.visible},
       io::NpzArray{"observed_pixels", stages.observed},
