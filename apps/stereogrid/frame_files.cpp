@@ -43,7 +43,7 @@ void write_grids(const std::filesystem::path& path, const FrameResult& result) {
 }
 
 void write_stages(const std::filesystem::path& path, const StageImages& stages) {
-  const std::array<io::NpzArray, 10> arrays{
+  const std::array<io::NpzArray, 11> arrays{
       io::NpzArray{"obstacle_disparity", stages.obstacle_disparity},
       io::NpzArray{"road_disparity", stages.road_disparity},
       io::NpzArray{"match_confidence", stages.match_confidence},
