@@ -137,9 +137,10 @@ TEST_F(RunFiles, WorldOriginIsTheCornerOfTheFirstCell) {
 
 TEST_F(RunFiles, StagesHaveTheirShapes) {
   const Arrays arrays{io::read_npz(run() / "stages" / "000001.npz")};
-  EXPECT_EQ(arrays.size(), 10U);
+  EXPECT_EQ(arrays.size(), 11U);
   expect_array(arrays, "obstacle_disparity", io::DType::float32, {100, 160});
   expect_array(arrays, "road_disparity", io::DType::float32, {100, 160});
+  expect_array(arrays, "match_confidence", io::DType::float32, {100, 160});
   expect_array(arrays, "possible", io::DType::int32, {48});
   expect_array(arrays, "visible", io::DType::uint16, {48, 160});
   expect_array(arrays, "observed_pixels", io::DType::uint16, {48, 160});
