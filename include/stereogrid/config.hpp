@@ -87,7 +87,8 @@ struct MatchingConfig {
             "texture", "grey levels", 0, 255,
             "Correlation: reject a match where the window's mean horizontal contrast |L(u+1) − L(u−1)| is below this."},
         self.texture);
-    visit(Parameter{"left_right_px", "px", 0, 255, "Largest difference between left-to-right and right-to-left match."},
+    visit(Parameter{"left_right_px", "px", 0, 255,
+                    "Reject a match whose place in the right image a cheaper one claims with a disparity farther off."},
           self.left_right_px);
     visit(Parameter{"speckle_px", "px", 0, 100000, "Remove connected patches of fewer pixels; 0: keep all."},
           self.speckle_px);
