@@ -128,14 +128,21 @@ double refine(const std::vector<GroundSample>& samples, const Matrix3& covarianc
   constexpr double pixel_variance{9};
   const Vector3 start{numbers_of(plane)};
   const Matrix3 tether{scaled(pixel_variance, inverse(covariance))};
-  double radius_px{2};
-  for (int round{0}; round < 4; ++round) {
-    if (round == 1) radius_px = 1;
-    if (round >= 2) radius_px = radius_of(samples, plane);
+  // Wide at first, and until it settles: a cambered road has planes that each hold a part of it, and where this ends
+  // must not depend on where it began.
+  constexpr std::array<double, 2> first_radii_px{4, 2.5};
+  constexpr std::size_t rounds_max{12};
+  constexpr double settled_px{0.002};
+  double radius_px{0};
+  for (std::size_t round{0}; round < rounds_max; ++round) {
+    radius_px = round < first_radii_px.size() ? first_radii_px[round] : radius_of(samples, plane);
     const NormalEquations equations{equations_of(samples, plane, radius_px)};
     if (equations.inliers < ground_samples_min) return 0;
-    move(plane, inverse(equations.matrix + tether) * (equations.vector - tether * (numbers_of(plane) - start)));
+    const Vector3 step{inverse(equations.matrix + tether) * (equations.vector - tether * (numbers_of(plane) - start))};
+    move(plane, step);
     if (!(plane.per_v > 0)) return 0;
+    const double most{std::max({std::abs(step[0]), std::abs(step[1]), std::abs(step[2])})};
+    if (round > first_radii_px.size() && most < settled_px) break;
   }
   return radius_px;
 }

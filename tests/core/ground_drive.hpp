@@ -46,9 +46,6 @@ inline std::vector<Ground> grounds_of(const std::vector<StereoFrame>& frames, co
   Config config{preset("default")};
   config.grid.length_m = 8;
   config.grid.width_m = 8;
-  // its first measure leans on the first plane; with it, raw 0009 starts 9 cm high and needs some twenty frames to
-  // settle
-  config.matching.align_rows = false;
   Pipeline pipeline{config, rig, BackEnd::cpu, 2};
   const double levelled_rad{Levelling{rig}.is_needed() ? rig.camera_pitch_rad : 0.0};
   std::vector<Ground> grounds;

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "support.hpp"
@@ -226,6 +227,40 @@ TEST(EstimateGround, APavementOnOneSideDoesNotTiltIt) {
   }
   const Ground found{estimate_ground(rig, gates(), seen.road.view(), tracked(truth), frame_s, space)};
   expect_close(found, truth, 0.02, 0.3);  // through both: roll 1.6°
+}
+
+// Level to the right of a crease 1.5 m left of the axis; from there it falls off by 6°, over 3.5 m.
+double cambered_road(const Rig& rig, double height_m, int u, int v) {
+  const double x{(u - rig.centre_u_px) / rig.focal_px};
+  const double y{(v - rig.centre_v_px) / rig.focal_px};
+  double z{height_m / y};
+  for (int step{0}; step < 30; ++step) {
+    const double fallen_m{std::clamp(-1.5 - x * z, 0.0, 3.5) * std::tan(6 * degree)};
+    z = (z + (height_m + fallen_m) / y) / 2;
+  }
+  return rig.focal_px * rig.baseline_m / z;
+}
+
+TEST(EstimateGround, OnACamberedRoadTheSamePlaneIsFoundFromEverywhere) {
+  const Rig rig{small_kitti_rig()};
+  GroundSpace space{rig.width_px, rig.height_px};
+  std::mt19937 generator{6};
+  Image<float> road{rig.width_px, rig.height_px};
+  for (int v{static_cast<int>(rig.centre_v_px) + 12}; v < rig.height_px; ++v) {
+    for (int u{0}; u < rig.width_px; ++u)
+      road(u, v) = static_cast<float>(cambered_road(rig, 1.65, u, v) + 0.1 * gaussian(generator));
+  }
+  const auto found_from = [&](const Ground& start) {
+    return estimate_ground(rig, gates(), road.view(), with_covariance(start, covariance_of(calibrated(rig))), frame_s,
+                           space);
+  };
+  const Ground lane{found_from({1.65, 0, 0, false})};
+  EXPECT_TRUE(lane.estimated);
+  for (const Ground& start : {Ground{1.74, 0.35 * degree, 3.5 * degree, false}, Ground{1.65, 0, 3.5 * degree, false},
+                              Ground{1.6, -0.2 * degree, -1 * degree, false}}) {
+    SCOPED_TRACE(testing::Message() << start.height_m << " m, " << start.roll_rad / degree << "°");
+    expect_close(found_from(start), lane, 0.03, 0.4);  // from the first of them, in its surroundings: 0.1 m, 2°
+  }
 }
 
 TEST(EstimateGround, CanBeSwitchedOff) {
