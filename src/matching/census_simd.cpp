@@ -41,7 +41,9 @@ void CensusRow(const std::uint8_t* const* window, int width, std::uint32_t* out)
   }
 }
 
-void ShortCensusRow(const std::uint8_t* const* window, int width, int bits, std::uint8_t* out) {
+// store(descriptors, u)
+template <class Store>
+HWY_INLINE void short_census_of(const std::uint8_t* const* window, int width, int bits, const Store& store) {
   const hn::ScalableTag<std::uint8_t> d8;
   const int lanes{static_cast<int>(hn::Lanes(d8))};
   const auto compared = hn::Set(d8, static_cast<std::uint8_t>((1 << bits) - 1));
@@ -53,7 +55,34 @@ void ShortCensusRow(const std::uint8_t* const* window, int width, int bits, std:
     };
     const auto near = hn::Or(hn::Or(darker(-1, 0, 0), darker(-2, 0, 1)), hn::Or(darker(-1, -1, 2), darker(1, -1, 3)));
     const auto far = hn::Or(hn::Or(darker(-3, -1, 4), darker(3, -1, 5)), hn::Or(darker(-2, -2, 6), darker(2, -2, 7)));
-    hn::StoreU(hn::And(hn::Or(near, far), compared), d8, out + u);
+    store(hn::And(hn::Or(near, far), compared), u);
+  }
+}
+
+void ShortCensusRow(const std::uint8_t* const* window, int width, int bits, std::uint8_t* out) {
+  const hn::ScalableTag<std::uint8_t> d8;
+  short_census_of(window, width, bits, [&](auto bytes, int u) { hn::StoreU(bytes, d8, out + u); });
+}
+
+void ShortCensusReversed(const std::uint8_t* const* window, int width, int bits, std::uint8_t* out) {
+  const hn::ScalableTag<std::uint8_t> d8;
+  short_census_of(window, width, bits, [&](auto bytes, int u) {
+    std::uint8_t* const to{out + width - u - static_cast<int>(hn::Lanes(d8))};
+    if constexpr (hn::MaxLanes(hn::ScalableTag<std::uint8_t>{}) == 1) {
+      hn::StoreU(bytes, d8, to);
+    } else {
+      const hn::Repartition<std::uint16_t, decltype(d8)> d16;
+      const auto pairs = hn::Reverse(d16, hn::BitCast(d16, bytes));
+      hn::StoreU(hn::BitCast(d8, hn::Or(hn::ShiftLeft<8>(pairs), hn::ShiftRight<8>(pairs))), d8, to);
+    }
+  });
+}
+
+void FourfoldRow(const std::uint8_t* row, int width, std::uint32_t* out) {
+  const hn::ScalableTag<std::uint8_t> d8;
+  for (int u{0}; u < width; u += static_cast<int>(hn::Lanes(d8))) {
+    const auto bytes = hn::LoadU(d8, row + u);
+    hn::StoreInterleaved4(bytes, bytes, bytes, bytes, d8, reinterpret_cast<std::uint8_t*>(out + u));
   }
 }
 
@@ -100,6 +129,8 @@ namespace stereogrid {
 
 HWY_EXPORT(CensusRow);
 HWY_EXPORT(ShortCensusRow);
+HWY_EXPORT(ShortCensusReversed);
+HWY_EXPORT(FourfoldRow);
 HWY_EXPORT(ShearRow);
 
 void census_row(const std::uint8_t* const* window, int width, std::uint32_t* out) {
@@ -108,6 +139,14 @@ void census_row(const std::uint8_t* const* window, int width, std::uint32_t* out
 
 void short_census_row(const std::uint8_t* const* window, int width, int bits, std::uint8_t* out) {
   HWY_DYNAMIC_DISPATCH(ShortCensusRow)(window, width, bits, out);
+}
+
+void short_census_reversed(const std::uint8_t* const* window, int width, int bits, std::uint8_t* out) {
+  HWY_DYNAMIC_DISPATCH(ShortCensusReversed)(window, width, bits, out);
+}
+
+void fourfold_row(const std::uint8_t* row, int width, std::uint32_t* out) {
+  HWY_DYNAMIC_DISPATCH(FourfoldRow)(row, width, out);
 }
 
 void shear_row(const std::uint8_t* right_row, int width, const RoadRow& road, std::uint8_t* out) {

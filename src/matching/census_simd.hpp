@@ -18,6 +18,12 @@ void census_row(const std::uint8_t* const* window, int width, std::uint32_t* out
 /// short_census_half_v … v + short_census_half_v.
 void short_census_row(const std::uint8_t* const* window, int width, int bits, std::uint8_t* out);
 
+/// The same from right to left.
+void short_census_reversed(const std::uint8_t* const* window, int width, int bits, std::uint8_t* out);
+
+/// Each byte of a row four times.
+void fourfold_row(const std::uint8_t* row, int width, std::uint32_t* out);
+
 /// A row of the right image as the road hypothesis sees it, equal to `sheared`.
 void shear_row(const std::uint8_t* right_row, int width, const RoadRow& road, std::uint8_t* out);
 

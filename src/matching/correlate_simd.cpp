@@ -21,20 +21,13 @@ namespace {
 
 #if HWY_TARGET != HWY_SCALAR
 
-// Vectors of bytes for `count` shifts; the template is made for powers of two.
-int vectors_for(int count) {
-  int vectors{1};
-  while (vectors * static_cast<int>(hn::Lanes(Bytes{})) < count) vectors *= 2;
-  return vectors;
-}
-
-template <int vectors>
+template <int words>
 void correlate_rows(const Band& band) {
   const ShortCensus& census{band.census};
   const int half{band.half_window};
   const int width{census.left.width()};
-  UprightRows<vectors> upright{width, band.upright, half, band.uniqueness_1024, band.memory};
-  LevelRows level{width, band.road, half, band.uniqueness_1024, band.memory + UprightRows<vectors>::memory(width)};
+  UprightRows<words> upright{width, band.upright, half, band.uniqueness_1024, band.memory};
+  LevelRows level{width, band.road, half, band.uniqueness_1024, band.memory + UprightRows<words>::memory(width, half)};
   const auto upright_rows = [&](int v) {
     return RowPair{census.left_fourfold.clamped_row(v), census.right_reversed.clamped_row(v)};
   };
@@ -55,17 +48,15 @@ void correlate_rows(const Band& band) {
 }
 
 void Correlate(const Band& band) {
-  switch (vectors_for(band.upright.count)) {
+  switch (padded_upright(band.upright) / 64) {
     case 1:
       return correlate_rows<1>(band);
     case 2:
       return correlate_rows<2>(band);
-    case 4:
-      return correlate_rows<4>(band);
-    case 8:
-      return correlate_rows<8>(band);
+    case 3:
+      return correlate_rows<3>(band);
     default:
-      return correlate_rows<16>(band);
+      return correlate_rows<4>(band);
   }
 }
 
@@ -90,19 +81,9 @@ namespace stereogrid {
 HWY_EXPORT(Correlate);
 HWY_EXPORT(Target);
 
-namespace {
-
-// Shifts are padded to vectors of at most 64 bytes, a power of two of them.
-int padded_upright(Shifts shifts) {
-  int n{64};
-  while (n < shifts.count) n *= 2;
-  return n;
-}
-
-}  // namespace
-
 std::size_t correlate_memory(int width, Shifts upright, Shifts road, int half_window) {
-  const std::size_t of_upright{static_cast<std::size_t>(width + 3) * static_cast<std::size_t>(padded_upright(upright))};
+  const std::size_t of_upright{static_cast<std::size_t>(width + 2 * half_window + 1) *
+                               static_cast<std::size_t>(padded_upright(upright))};
   const std::size_t of_row{static_cast<std::size_t>(width + 4 * half_window + 256)};
   return (of_upright + of_row * static_cast<std::size_t>(2 + 3 * road.count) + 63) / 64 * 64;
 }

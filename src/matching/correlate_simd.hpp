@@ -34,6 +34,11 @@ struct Band {
   CandidateSink* sink{nullptr};
 };
 
+/// Upright shifts with padding: each parity in words of 32 bits.
+inline int padded_upright(Shifts shifts) {
+  return (shifts.count + 63) / 64 * 64;
+}
+
 /// Bytes that a band works in, whatever the instruction set.
 std::size_t correlate_memory(int width, Shifts upright, Shifts road, int half_window);
 

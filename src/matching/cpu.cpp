@@ -36,22 +36,17 @@ void census_rows(const Padded<std::uint8_t>& grey, Padded<std::uint32_t>& descri
   }
 }
 
-void short_census_rows(const Padded<std::uint8_t>& grey, int bits, Padded<std::uint8_t>& descriptors, int begin,
-                       int end) {
+using CensusOfRow = void (*)(const std::uint8_t* const*, int, int, std::uint8_t*);
+
+void short_census_rows(CensusOfRow census_of_row, const Padded<std::uint8_t>& grey, int bits,
+                       Padded<std::uint8_t>& descriptors, int begin, int end) {
   for (int v{begin}; v < end; ++v) {
     std::array<const std::uint8_t*, 2 * short_census_half_v + 1> window{};
     for (int j{-short_census_half_v}; j <= short_census_half_v; ++j) {
       window[static_cast<std::size_t>(j + short_census_half_v)] = grey.clamped_row(v + j);
     }
-    short_census_row(window.data(), grey.width(), bits, descriptors.row(v));
+    census_of_row(window.data(), grey.width(), bits, descriptors.row(v));
     descriptors.repeat_border(v);
-  }
-}
-
-void reverse_rows(Padded<std::uint8_t>& image, int begin, int end) {
-  for (int v{begin}; v < end; ++v) {
-    std::reverse(image.row(v), image.row(v) + image.width());
-    image.repeat_border(v);
   }
 }
 
@@ -78,15 +73,10 @@ void correlate(Cpu& cpu, const MatchingConfig& config, MatchingSpace& space, Can
   const int height{space.left.height()};
   const int bits{compared_bits(config.window_px)};
   cpu.for_ranges(height, rows_grain, [&](int begin, int end) {
-    short_census_rows(space.left, bits, space.short_left, begin, end);
-    for (int v{begin}; v < end; ++v) {
-      const std::uint8_t* descriptors{space.short_left.row(v)};
-      std::transform(descriptors, descriptors + width, space.short_left_fourfold.row(v),
-                     [](std::uint8_t byte) { return byte * 0x01010101u; });
-    }
-    short_census_rows(space.right, bits, space.short_right_reversed, begin, end);
-    reverse_rows(space.short_right_reversed, begin, end);
-    short_census_rows(space.sheared, bits, space.short_sheared, begin, end);
+    short_census_rows(short_census_row, space.left, bits, space.short_left, begin, end);
+    for (int v{begin}; v < end; ++v) fourfold_row(space.short_left.row(v), width, space.short_left_fourfold.row(v));
+    short_census_rows(short_census_reversed, space.right, bits, space.short_right_reversed, begin, end);
+    short_census_rows(short_census_row, space.sheared, bits, space.short_sheared, begin, end);
   });
   const Shifts upright{upright_shifts(config)};
   const Shifts road{road_shifts(config)};

@@ -53,6 +53,23 @@ FloatVector offset_of(IntVector before, IntVector at, IntVector after) {
   return hn::IfThenElseZero(hn::RebindMask(d, hn::Gt(rise, hn::Zero(Ints{}))), bounded);
 }
 
+// inverse_root
+FloatVector inverse_roots(FloatVector x) {
+  const Floats d;
+  const hn::Rebind<std::uint32_t, Floats> bits;
+  const auto half = hn::Mul(hn::Set(d, 0.5f), x);
+  const auto guess = hn::Sub(hn::Set(bits, root_guess), hn::ShiftRight<1>(hn::BitCast(bits, x)));
+  const auto improved = [&](FloatVector root) {
+    return hn::Mul(root, hn::Sub(hn::Set(d, 1.5f), hn::Mul(hn::Mul(half, root), root)));
+  };
+  return improved(improved(hn::BitCast(d, guess)));
+}
+
+// Columns from u on; hn::Iota would write them to memory one by one.
+IntVector columns_from(int u) {
+  return hn::Add(hn::Iota(Ints{}, 0), hn::Set(Ints{}, u));
+}
+
 // confidence_of
 FloatVector confidence(const ConfidenceModel& model, hn::Mask<Floats> is_road, IntVector cost, IntVector rise,
                        IntVector margin, FloatVector disparity) {
@@ -74,8 +91,8 @@ FloatVector confidence(const ConfidenceModel& model, hn::Mask<Floats> is_road, I
   add(&ConfidenceWeights::near_disparity, up_to(hn::Mul(disparity, hn::Set(d, 0.05f)), 1.0f));
   add(&ConfidenceWeights::disparity, up_to(hn::Mul(disparity, hn::Set(d, 0.0125f)), 1.0f));
   const auto half = hn::Set(d, 0.5f);
-  const auto length = hn::Sqrt(hn::Add(hn::Set(d, 1.0f), hn::Mul(x, x)));
-  return hn::Add(half, hn::Mul(half, hn::Div(x, length)));
+  const auto per_length = inverse_roots(hn::Add(hn::Set(d, 1.0f), hn::Mul(x, x)));
+  return hn::Add(half, hn::Mul(half, hn::Mul(x, per_length)));
 }
 
 // winner_of, and whether anything is wrong with it but its claim
@@ -86,7 +103,7 @@ void find_winners(const DecideRow& row, int u, DecideSpace& space) {
   const auto set = [&](int value) { return hn::Set(d32, value); };
   const CandidateRow& upright{row.candidates.upright};
   const CandidateRow& level{row.candidates.level};
-  const auto tilt = hn::ShiftRight<2>(hn::Add(hn::Mul(hn::Iota(d32, u), set(row.road.slope)), set(2)));
+  const auto tilt = hn::ShiftRight<2>(hn::Add(hn::Mul(columns_from(u), set(row.road.slope)), set(2)));
   const auto road = hn::Add(tilt, set(row.road.start));
   const auto upright_cost = load(upright.cost() + u);
   const auto level_cost = load(level.cost() + u);
@@ -110,10 +127,9 @@ void find_winners(const DecideRow& row, int u, DecideSpace& space) {
   const auto good = hn::And(hn::And(unique, textured), hn::RebindMask(d32, in_range));
   const auto label = hn::IfThenElseZero(good, hn::IfThenElse(is_road, set(2), set(1)));
   const auto whole = hn::ConvertTo(d32, hn::Add(disparity, hn::Set(df, 0.5f)));
-  const auto right_u = hn::Sub(hn::Iota(d32, u), whole);
+  const auto right_u = hn::Sub(columns_from(u), whole);
   const auto place = hn::Min(hn::Max(right_u, set(-1)), set(row.width));
   const auto rank = hn::Or(hn::ShiftLeft<16>(cost), hn::And(whole, set(65535)));
-  hn::StoreU(whole, d32, space.whole.data() + u);
   hn::StoreU(hn::Add(place, set(1)), d32, space.place.data() + u);
   hn::StoreU(rank, d32, reinterpret_cast<std::int32_t*>(space.rank.data()) + u);
   const auto margin = hn::Abs(hn::Sub(level_cost, upright_cost));
@@ -124,34 +140,43 @@ void find_winners(const DecideRow& row, int u, DecideSpace& space) {
   hn::StoreU(hn::DemoteTo(d8, label), d8, space.label.data() + u);
 }
 
-void write_results(const DecideRow& row, int u, DecideSpace& space) {
+// To obstacle[u] and so on, whole vectors.
+void write_results(const DecideRow& row, int u, const DecideSpace& space, float* obstacle, float* on_road,
+                   float* confidence) {
   const Ints d32;
   const Floats df;
   const hn::Rebind<std::uint8_t, Ints> d8;
   const auto set = [&](int value) { return hn::Set(d32, value); };
-  const auto whole = hn::LoadU(d32, space.whole.data() + u);
+  const auto lower_half = [](IntVector rank) { return hn::ShiftRight<16>(hn::ShiftLeft<16>(rank)); };
+  const auto rank = hn::LoadU(d32, reinterpret_cast<const std::int32_t*>(space.rank.data()) + u);
   const auto place = hn::LoadU(d32, space.place.data() + u);
   const auto claimed = hn::GatherIndex(d32, reinterpret_cast<const std::int32_t*>(space.claims.data()), place);
-  const auto difference = hn::Abs(hn::Sub(hn::ShiftRight<16>(hn::ShiftLeft<16>(claimed)), whole));
+  const auto difference = hn::Abs(hn::Sub(lower_half(claimed), lower_half(rank)));
   const auto inside = hn::And(hn::Gt(place, set(0)), hn::Lt(place, set(row.width + 1)));
   const auto consistent = hn::And(inside, hn::Lt(difference, set(row.left_right_px + 1)));
   const auto label = hn::PromoteTo(d32, hn::LoadU(d8, space.label.data() + u));
   const auto disparity = hn::LoadU(df, space.disparity.data() + u);
   const auto is = [&](int wanted) { return hn::RebindMask(df, hn::And(consistent, hn::Eq(label, set(wanted)))); };
-  hn::StoreU(hn::IfThenElseZero(is(1), disparity), df, space.obstacle.data() + u);
-  hn::StoreU(hn::IfThenElseZero(is(2), disparity), df, space.on_road.data() + u);
+  hn::StoreU(hn::IfThenElseZero(is(1), disparity), df, obstacle + u);
+  hn::StoreU(hn::IfThenElseZero(is(2), disparity), df, on_road + u);
   const auto sure = hn::LoadU(df, space.confidence.data() + u);
-  hn::StoreU(hn::IfThenElseZero(hn::Or(is(1), is(2)), sure), df, space.confidence.data() + u);
+  hn::StoreU(hn::IfThenElseZero(hn::Or(is(1), is(2)), sure), df, confidence + u);
 }
 
 void Decide(const DecideRow& row, DecideSpace& space) {
   const int lanes{static_cast<int>(hn::Lanes(Ints{}))};
   for (int u{0}; u < row.width; u += lanes) find_winners(row, u, space);
   claim_places(row.width, space);
-  for (int u{0}; u < row.width; u += lanes) write_results(row, u, space);
-  std::copy(space.obstacle.begin(), space.obstacle.begin() + row.width, row.obstacle);
-  std::copy(space.on_road.begin(), space.on_road.begin() + row.width, row.on_road);
-  std::copy(space.confidence.begin(), space.confidence.begin() + row.width, row.confidence);
+  int u{0};
+  for (; u + lanes <= row.width; u += lanes) write_results(row, u, space, row.obstacle, row.on_road, row.confidence);
+  if (u == row.width) return;
+  write_results(row, u, space, space.obstacle.data(), space.on_road.data(), space.confidence.data());
+  const auto copy = [&](const std::vector<float>& from, float* to) {
+    std::copy(from.begin() + u, from.begin() + row.width, to + u);
+  };
+  copy(space.obstacle, row.obstacle);
+  copy(space.on_road, row.on_road);
+  copy(space.confidence, row.confidence);
 }
 
 }  // namespace
@@ -174,7 +199,6 @@ void claim_places(int width, DecideSpace& space) {
 
 DecideSpace::DecideSpace(int width) {
   const std::size_t size{static_cast<std::size_t>(width) + CandidateRow::padding};
-  whole.resize(size);
   place.resize(size);
   rank.resize(size);
   disparity.resize(size);

@@ -14,12 +14,11 @@ struct DecideSpace {
   DecideSpace() = default;
   explicit DecideSpace(int width);
 
-  std::vector<std::int32_t> whole;  ///< [u]: Winner::whole
   std::vector<std::int32_t> place;  ///< [u]: 1 + column of the right image; 0 and width + 1: outside
   std::vector<std::uint32_t> rank;  ///< [u]: cost << 16 | whole; the smallest claim of a place wins
   std::vector<float> disparity;     ///< [u]: Winner::disparity
   std::vector<std::uint8_t> label;  ///< [u]: 0 nothing, 1 upright, 2 road
-  std::vector<float> obstacle;      ///< [u]: results, with room for whole vectors
+  std::vector<float> obstacle;      ///< [u]: results, where a whole vector has no room in the row
   std::vector<float> on_road;
   std::vector<float> confidence;
   std::vector<std::uint32_t> claims;  ///< [place]: smallest rank

@@ -16,11 +16,12 @@ Penalties penalties_of(const MatchingConfig& config) {
   return {config.penalty_step, 2 * config.penalty_step, config.penalty_jump, config.penalty_change};
 }
 
-LabelLayout::LabelLayout(Shifts upright)
+LabelLayout::LabelLayout(Shifts upright, Shifts road)
     : uprights{(upright.count + block - 1) / block * block},
       upright_at{uprights - upright.count},
       road_at{uprights + guard},
-      stride{uprights + block} {}
+      stride{uprights + block},
+      road_kept{(road.count + 15) / 16 * 16} {}
 
 namespace {
 
@@ -74,7 +75,13 @@ class SemiGlobal {
     const auto row = static_cast<std::size_t>(width());
     pieces.take<std::uint8_t>(LabelLayout::guard);  // looked at beside the first pixel
     task_.vertical = pieces.take<std::uint8_t>(row * stride);
-    if (paths_ > 3) task_.first_sums = pieces.take<std::uint8_t>(row * stride * static_cast<std::size_t>(height()));
+    if (paths_ > 3) {
+      const std::size_t pixels{row * static_cast<std::size_t>(height())};
+      task_.first_uprights = pieces.take<std::uint8_t>(pixels * static_cast<std::size_t>(layout.uprights));
+      pieces.take<std::uint8_t>(LabelLayout::block);
+      task_.first_road = pieces.take<std::uint8_t>(pixels * static_cast<std::size_t>(layout.road_kept));
+      pieces.take<std::uint8_t>(LabelLayout::block);
+    }
     for (auto& way : task_.diagonal) {
       for (std::uint8_t*& parity : way) parity = pieces.take<std::uint8_t>(paths_ == 8 ? (row + 2) * stride + 64 : 0);
     }
@@ -186,7 +193,7 @@ void optimise(Cpu& cpu, const CensusTriple& census, const RoadPlane& plane, cons
                       penalties_of(config),
                       upright_shifts(config),
                       road_shifts(config),
-                      LabelLayout{upright_shifts(config)}};
+                      LabelLayout{upright_shifts(config), road_shifts(config)}};
   task.uniqueness_1024 = uniqueness_1024(config);
   task.sink = &sink;
   SemiGlobal{task, config.paths, rows}.run(cpu, memory);

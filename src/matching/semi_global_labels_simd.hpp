@@ -56,6 +56,22 @@ HWY_INLINE Labels<n> sum(const Labels<n>& a, const Labels<n>& b) {
   return labels;
 }
 
+// The k-th 16 lanes.
+template <int k, class D>
+HWY_INLINE auto block_of([[maybe_unused]] D d, hn::Vec<D> labels) {
+  constexpr int blocks{static_cast<int>(hn::MaxLanes(D{})) / 16};
+  if constexpr (blocks == 1) {
+    return labels;
+  } else {
+    const hn::Half<D> half;
+    if constexpr (k < blocks / 2) {
+      return block_of<k>(half, hn::LowerHalf(half, labels));
+    } else {
+      return block_of<k - blocks / 2>(half, hn::UpperHalf(half, labels));
+    }
+  }
+}
+
 // `low` and `high` as neighbours, seen 16 lanes further down or up.
 HWY_INLINE V8 last_block_before(V8 low, V8 high) {
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <type_traits>
 
 HWY_BEFORE_NAMESPACE();
 namespace stereogrid {
@@ -68,7 +69,7 @@ class Row {
   HWY_INLINE void first(int begin, int end) {
     for (int u{begin}; u < end; ++u) {
       const Labels<all> costs{costs_at(u)};
-      store(from_row_before(u, costs), first_sums(u));
+      keep_first(from_row_before(u, costs), u);
     }
   }
 
@@ -80,7 +81,7 @@ class Row {
       const Labels<all> path{sum(costs, step_.template way<uprights>(before))};
       before = step_.passed_on(path);
       Labels<all> sums{sum(path, from_row_before(u, costs))};
-      if (task_.first_sums != nullptr) sums = sum(sums, load<all>(first_sums(u)));
+      if (task_.first_uprights != nullptr) sums = sum(sums, kept_first(u));
       store(sums, at(room_.sums, u));
     }
     store(before, room_.carry);
@@ -110,8 +111,40 @@ class Row {
   [[nodiscard]] HWY_INLINE std::uint8_t* at(std::uint8_t* pixels, int u) const {
     return pixels + static_cast<std::ptrdiff_t>(u) * task_.layout.stride;
   }
-  [[nodiscard]] HWY_INLINE std::uint8_t* first_sums(int u) const {
-    return task_.first_sums + (static_cast<std::ptrdiff_t>(v_) * task_.census.left.width + u) * task_.layout.stride;
+  [[nodiscard]] HWY_INLINE std::ptrdiff_t pixel(int u) const {
+    return static_cast<std::ptrdiff_t>(v_) * task_.census.left.width + u;
+  }
+  [[nodiscard]] HWY_INLINE std::uint8_t* first_uprights(int u) const {
+    return task_.first_uprights + pixel(u) * uprights * lanes;
+  }
+  [[nodiscard]] HWY_INLINE std::uint8_t* first_road(int u) const {
+    return task_.first_road + pixel(u) * task_.layout.road_kept;
+  }
+
+  HWY_INLINE void keep_first(const Labels<all>& sums, int u) const {
+    for (int i{0}; i < uprights; ++i) hn::Store(sums.part[i], D8{}, first_uprights(u) + i * lanes);
+    if constexpr (tail > 0) {
+      static_assert(LabelLayout::guard == 16);
+      const hn::FixedTag<std::uint8_t, 16> block;
+      constexpr int per_vector{lanes / 16};
+      const auto road = [&](auto k) {
+        constexpr int i{decltype(k)::value};
+        hn::Store(block_of<i % per_vector>(D8{}, sums.part[uprights + i / per_vector]), block,
+                  first_road(u) + (i - 1) * 16);
+      };
+      road(std::integral_constant<int, 1>{});
+      if (task_.layout.road_kept > 16) road(std::integral_constant<int, 2>{});
+    }
+  }
+
+  // Beside the road's labels, others' sums: they are added to what costs cost_max already.
+  HWY_INLINE Labels<all> kept_first(int u) const {
+    Labels<all> sums;
+    for (int i{0}; i < uprights; ++i) sums.part[i] = hn::Load(D8{}, first_uprights(u) + i * lanes);
+    for (int i{uprights}; i < all; ++i) {
+      sums.part[i] = hn::LoadU(D8{}, first_road(u) - LabelLayout::guard + (i - uprights) * lanes);
+    }
+    return sums;
   }
 
   // Hamming distances.

@@ -13,7 +13,7 @@ namespace stereogrid {
 /// between guards. Both run from the largest shift down, so that the right pixels which they look at lie in natural
 /// order. Padding and guards cost cost_max; labels beside a border are then dear by themselves.
 struct LabelLayout {
-  explicit LabelLayout(Shifts upright);
+  LabelLayout(Shifts upright, Shifts road);
 
   static constexpr int block{64};  ///< every target's vectors divide it
   static constexpr int guard{16};  ///< before the road's labels, of which there are at most 31
@@ -22,6 +22,7 @@ struct LabelLayout {
   int upright_at;  ///< place of the largest upright shift
   int road_at;     ///< place of the largest road shift
   int stride;      ///< bytes of a pixel
+  int road_kept;   ///< bytes of a pixel's road labels where they are kept alone
 };
 
 /// The best labels of one type, per pixel of a row. There is room for a vector behind the row.
@@ -58,11 +59,14 @@ struct SemiGlobalTask {
   Shifts road;
   LabelLayout layout;
   int uniqueness_1024{0};
-  bool up{true};                      ///< the sweep's way
-  bool diagonals{false};              ///< with the paths from the row before's neighbours
-  std::uint8_t* vertical{nullptr};    ///< [u][label]
-  std::uint8_t* diagonal[2][2]{};     ///< from the left and the right: [row parity][u + 1][label]; zeros at either end
-  std::uint8_t* first_sums{nullptr};  ///< [v][u][label] of the sweep before this one; null: there is none
+  bool up{true};                    ///< the sweep's way
+  bool diagonals{false};            ///< with the paths from the row before's neighbours
+  std::uint8_t* vertical{nullptr};  ///< [u][label]
+  std::uint8_t* diagonal[2][2]{};   ///< from the left and the right: [row parity][u + 1][label]; zeros at either end
+  /// Sums of the sweep before this one, a large part of all traffic to memory, hence without padding; null: there is
+  /// none.
+  std::uint8_t* first_uprights{nullptr};  ///< [v][u][label]
+  std::uint8_t* first_road{nullptr};      ///< [v][u][road label], with a vector's room at both ends
   CandidateSink* sink{nullptr};
 };
 
@@ -74,7 +78,7 @@ void semi_global_start_row(const SemiGlobalTask& task, const SemiGlobalRoom& roo
 void semi_global_forward(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v, int begin, int end);
 /// Paths from the right, and the row's candidates for the sink.
 void semi_global_backward(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v);
-/// In place of the second step in a first sweep, which only fills first_sums.
+/// In place of the second step in a first sweep, which only fills first_uprights and first_road.
 void semi_global_first(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v, int begin, int end);
 
 }  // namespace stereogrid
