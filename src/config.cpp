@@ -111,6 +111,13 @@ Config paper() {
   config.matching.align_rows = false;
   config.matching.window_px = 21;
   config.matching.subpixel = false;
+  config.matching.uniqueness = 0.02;
+  config.matching.left_right_px = 1;
+  config.matching.speckle_px = 60;
+  config.u_disparity.tau_obstacle = 0.1;
+  config.u_disparity.sigma_column = 1.5;
+  config.u_disparity.obstacle_min_height_m = 0;
+  config.u_disparity.follow_roll = false;
   config.u_disparity.sigma_disparity = 0.5;
   config.u_disparity.road_rays = RoadRays::none;
   config.u_disparity.small_count_guard = 0;

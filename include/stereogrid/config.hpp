@@ -48,10 +48,10 @@ struct MatchingConfig {
   int min_disparity{0};
   int window_px{13};
   int road_margin_px{3};
-  double uniqueness{0.02};
+  double uniqueness{0.01};
   double texture{1.0};
-  int left_right_px{1};
-  int speckle_px{60};
+  int left_right_px{3};
+  int speckle_px{40};
   bool subpixel{true};
   int paths{3};
   int penalty_step{7};
@@ -151,12 +151,14 @@ constexpr std::array<std::string_view, 2> names_of(RoadRays) {
 
 struct UDisparityConfig {
   double obstacle_height_m{1.8};
+  double obstacle_min_height_m{0.2};
+  bool follow_roll{true};
   double false_positive{0.02};
   double false_negative{0.02};
-  double tau_obstacle{0.1};
+  double tau_obstacle{0.05};
   double tau_road{0.1};
-  double sigma_disparity{0.4};
-  double sigma_column{1.5};
+  double sigma_disparity{0.3};
+  double sigma_column{0.7};
   RoadRays road_rays{RoadRays::visible};
   int small_count_guard{2};
   bool left_border{true};
@@ -166,6 +168,11 @@ struct UDisparityConfig {
   static void visit_fields(Self& self, Visitor&& visit) {
     visit(Parameter{"obstacle_height_m", "m", 0.2, 10, "Height h of the volume that must be free (eq. 9)."},
           self.obstacle_height_m);
+    visit(Parameter{"obstacle_min_height_m", "m", 0, 2,
+                    "Pixels lower above the road are no part of an obstacle: they count in N_V, not in N_O."},
+          self.obstacle_min_height_m);
+    visit(Parameter{"follow_roll", "", 0, 1, "Let the rows of a bin tilt with the road in the image."},
+          self.follow_roll);
     visit(Parameter{"false_positive", "", 0.001, 0.4, "P_FP of eq. 4."}, self.false_positive);
     visit(Parameter{"false_negative", "", 0.001, 0.4, "P_FN of eq. 4."}, self.false_negative);
     visit(Parameter{"tau_obstacle", "", 0.001, 10, "tau_O of eq. 13: the filled share of a column that counts."},

@@ -3,32 +3,19 @@
 #include "backend/cpu.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
+#include <limits>
 
+#include "u_disparity/infer_simd.hpp"
 #include "u_disparity/model.hpp"
 #include "u_disparity/u_disparity.hpp"
 
 namespace stereogrid {
 namespace {
 
-constexpr int columns_grain{64};
+constexpr int block{64};  // columns whose counts stay in the first cache
 constexpr int bins_grain{8};
-
-// For one row the bins that it is possible for are an interval, because both ends of S_P(d) move monotonously with d.
-void find_bins_of_rows(const Rig& rig, const Ground& ground, const UDisparityTables& tables, int disparities,
-                       UDisparitySpace& space, std::vector<int>& possible) {
-  const int height{static_cast<int>(space.bins_of_row.size())};
-  std::fill(space.bins_of_row.begin(), space.bins_of_row.end(), BinRange{disparities, -1});
-  for (int d{0}; d < disparities; ++d) {
-    const RowRange rows{possible_rows(rig, ground, tables.config.obstacle_height_m, d, height)};
-    possible[static_cast<std::size_t>(d)] = std::max(rows.last - rows.first + 1, 0);
-    for (int v{rows.first}; v <= rows.last; ++v) {
-      BinRange& bins{space.bins_of_row[static_cast<std::size_t>(v)]};
-      bins.first = std::min(bins.first, d);
-      bins.last = d;
-    }
-  }
-}
+constexpr std::size_t taps_max{2 * 60 + 1};  // of sigma_column 20
 
 // A pixel that ends at bin `end` is a ray through every bin from there on: one step up, one step down.
 void add_ray(int end, BinRange bins, int u, int weight, Image<std::int16_t>& steps) {
@@ -38,98 +25,121 @@ void add_ray(int end, BinRange bins, int u, int weight, Image<std::int16_t>& ste
   steps(u, bins.last + 1) = static_cast<std::int16_t>(steps(u, bins.last + 1) - weight);
 }
 
-// Parts of rays to rays.
-void round_counts(int begin, int end, StageImages& stages) {
-  for (int d{0}; d < stages.occupancy.height(); ++d) {
-    for (Image<std::uint16_t>* counts : {&stages.visible, &stages.observed}) {
-      for (int u{begin}; u < end; ++u) {
-        (*counts)(u, d) = static_cast<std::uint16_t>(((*counts)(u, d) + ray_parts / 2) / ray_parts);
+// The obstacle and road pixels of columns begin … end − 1.
+void count_pixels(const Matches& matches, const UDisparityConfig& config, int begin, int end, UDisparitySpace& space,
+                  Image<std::uint16_t>& observed) {
+  std::array<std::int16_t, block> ends;
+  const bool road_rays{config.road_rays == RoadRays::visible};
+  for (int v{0}; v < matches.road.height(); ++v) {
+    find_ends(matches.obstacle.row(v) + begin, matches.road.row(v) + begin, end - begin, ends.data());
+    for (int u{begin}; u < end; ++u) {
+      const int at{ends[static_cast<std::size_t>(u - begin)]};
+      if (at == 0) continue;
+      const int weight{config.confidence_weights ? ray_weight(matches.confidence(u, v)) : 1};
+      if (at < 0) {
+        if (-at < space.has_road.height()) space.has_road(u, -at) = 1;
+        if (road_rays) add_ray(-at, space.rows.bins(u, v), u, weight, space.visible_steps);
+        continue;
+      }
+      add_ray(at, space.rows.bins(u, v), u, weight, space.visible_steps);
+      const BinRange upright{space.rows.upright_bins(u, v)};
+      if (at >= upright.first && at <= upright.last) {
+        observed(u, at) = static_cast<std::uint16_t>(observed(u, at) + weight);
       }
     }
   }
 }
 
-void count_columns(const Matches& matches, const UDisparityTables& tables, int begin, int end, UDisparitySpace& space,
-                   StageImages& stages) {
+// Parts of rays to rays.
+void round_counts(int begin, int end, Image<std::uint16_t>& counts) {
+  for (int d{0}; d < counts.height(); ++d) {
+    std::uint16_t* row{counts.row(d)};
+    for (int u{begin}; u < end; ++u) row[u] = static_cast<std::uint16_t>((row[u] + ray_parts / 2) / ray_parts);
+  }
+}
+
+// N_V, N_O and the road's bins in columns begin … end − 1.
+void count_block(const Matches& matches, const UDisparityConfig& config, int begin, int end, UDisparitySpace& space,
+                 StageImages& stages) {
   const int disparities{stages.occupancy.height()};
-  const bool road_rays{tables.config.road_rays == RoadRays::visible};
-  const bool is_weighted{tables.config.confidence_weights};
   for (int d{0}; d < disparities; ++d) {
     std::fill(stages.observed.row(d) + begin, stages.observed.row(d) + end, std::uint16_t{0});
-    std::fill(space.road_pixels.row(d) + begin, space.road_pixels.row(d) + end, std::uint16_t{0});
+    std::fill(space.has_road.row(d) + begin, space.has_road.row(d) + end, std::uint8_t{0});
     std::fill(space.visible_steps.row(d) + begin, space.visible_steps.row(d) + end, std::int16_t{0});
   }
   std::fill(space.visible_steps.row(disparities) + begin, space.visible_steps.row(disparities) + end, std::int16_t{0});
-  for (int v{0}; v < matches.road.height(); ++v) {
-    const BinRange bins{space.bins_of_row[static_cast<std::size_t>(v)]};
+  count_pixels(matches, config, begin, end, space, stages.observed);
+  std::array<std::uint16_t, block> sum{};
+  for (int d{0}; d < disparities; ++d) {
+    const std::int16_t* steps{space.visible_steps.row(d)};
+    std::uint16_t* visible{stages.visible.row(d)};
     for (int u{begin}; u < end; ++u) {
-      const int obstacle{bin_of(matches.obstacle(u, v))};
-      const int road{bin_of(matches.road(u, v))};
-      const int weight{is_weighted ? ray_weight(matches.confidence(u, v)) : 1};
-      if (obstacle > 0) {
-        add_ray(obstacle, bins, u, weight, space.visible_steps);
-        if (obstacle >= bins.first && obstacle <= bins.last) {
-          stages.observed(u, obstacle) = static_cast<std::uint16_t>(stages.observed(u, obstacle) + weight);
-        }
-      }
-      if (road > 0) {
-        ++space.road_pixels(u, road);
-        if (road_rays) add_ray(road, bins, u, weight, space.visible_steps);
-      }
+      std::uint16_t& rays{sum[static_cast<std::size_t>(u - begin)]};
+      rays = static_cast<std::uint16_t>(rays + steps[u]);
+      visible[u] = rays;
     }
   }
-  for (int u{begin}; u < end; ++u) {
-    stages.visible(u, 0) = static_cast<std::uint16_t>(space.visible_steps(u, 0));
-  }
-  for (int d{1}; d < disparities; ++d) {
-    for (int u{begin}; u < end; ++u) {
-      stages.visible(u, d) = static_cast<std::uint16_t>(stages.visible(u, d - 1) + space.visible_steps(u, d));
-    }
-  }
-  if (is_weighted) round_counts(begin, end, stages);
+  if (!config.confidence_weights) return;
+  round_counts(begin, end, stages.visible);
+  round_counts(begin, end, stages.observed);
 }
 
-void infer_row(const UDisparityTables& tables, View<const std::uint16_t> road_pixels, int d, StageImages& stages) {
-  const UDisparityConfig& config{tables.config};
-  const float false_positive{static_cast<float>(config.false_positive)};
-  const float false_negative{static_cast<float>(config.false_negative)};
-  const int possible{stages.possible[static_cast<std::size_t>(d)]};
-  const int first_sighted{config.left_border ? d + tables.half_window : 0};
-  for (int u{0}; u < stages.occupancy.width(); ++u) {
-    const int visible{stages.visible(u, d)};
-    const float visibility{visibility_of(visible, possible)};
-    const float miss{tables.miss[static_cast<std::size_t>(pair_index(visible, stages.observed(u, d)))]};
-    const float road{tables.road_factor[static_cast<std::size_t>(road_cells_around(road_pixels, u, d))] * miss};
-    const float obstacle{obstacle_probability(visibility, 1 - miss, false_positive, false_negative)};
-    stages.visibility(u, d) = visibility;
-    stages.obstacle_confidence(u, d) = 1 - miss;
-    stages.road_confidence(u, d) = road;
-    stages.occupancy(u, d) =
-        d == 0 || u < first_sighted ? 0.5f : occupancy_probability(obstacle, road, false_positive, false_negative);
+// Of the three columns around each; bin 0 and the bins behind the last count as empty.
+void sum_road_columns(UDisparitySpace& space, int d) {
+  const int width{space.has_road.width()};
+  std::uint8_t* sums{space.road_columns.row(d)};
+  if (d == 0 || d >= space.has_road.height()) {
+    std::fill(sums, sums + width, std::uint8_t{0});
+    return;
   }
+  const std::uint8_t* row{space.has_road.row(d)};
+  for (int u{1}; u < width - 1; ++u) sums[u] = static_cast<std::uint8_t>(row[u - 1] + row[u] + row[u + 1]);
+  sums[0] = static_cast<std::uint8_t>(row[0] + (width > 1 ? row[1] : 0));
+  if (width > 1) sums[width - 1] = static_cast<std::uint8_t>(row[width - 2] + row[width - 1]);
+}
+
+void infer_row(const UDisparityTables& tables, const UDisparitySpace& space, int d, StageImages& stages) {
+  const UDisparityConfig& config{tables.config};
+  const RowRange rows{space.rows.rows[static_cast<std::size_t>(d)]};
+  int first_sighted{config.left_border ? d + tables.half_window : 0};
+  if (d == 0) first_sighted = std::numeric_limits<int>::max();
+  infer_bins(
+      {stages.visible.row(d), stages.observed.row(d), space.road_columns.row(std::max(d - 1, 0)),
+       space.road_columns.row(d), space.road_columns.row(d + 1), space.rows.shift.data(), rows.first, rows.last,
+       space.rows.height, tables.miss.data(), tables.road_factor.data(), static_cast<float>(config.false_positive),
+       static_cast<float>(config.false_negative), first_sighted, stages.visibility.row(d),
+       stages.obstacle_confidence.row(d), stages.road_confidence.row(d), stages.occupancy.row(d)},
+      stages.occupancy.width());
+}
+
+// One output column with the borders repeated.
+float smooth_at(const std::vector<float>& weights, const float* in, int width, int u) {
+  const int reach{static_cast<int>(weights.size()) / 2};
+  float sum{0};
+  for (int k{-reach}; k <= reach; ++k) {
+    sum += weights[static_cast<std::size_t>(k + reach)] * in[std::clamp(u + k, 0, width - 1)];
+  }
+  return sum;
 }
 
 void smooth_along_columns(const std::vector<float>& weights, const float* in, int width, float* out) {
-  const int reach{static_cast<int>(weights.size()) / 2};
-  std::fill(out, out + width, 0.0f);
-  for (int k{-reach}; k <= reach; ++k) {
-    const float weight{weights[static_cast<std::size_t>(k + reach)]};
-    const int inner_begin{std::clamp(-k, 0, width)};
-    const int inner_end{std::clamp(width - k, inner_begin, width)};
-    for (int u{0}; u < inner_begin; ++u) out[u] += weight * in[0];
-    for (int u{inner_begin}; u < inner_end; ++u) out[u] += weight * in[u + k];
-    for (int u{inner_end}; u < width; ++u) out[u] += weight * in[width - 1];
-  }
+  const int taps{static_cast<int>(weights.size())};
+  const int reach{taps / 2};
+  const int inner{std::max(width - 2 * reach, 0)};
+  std::array<const float*, taps_max> shifted;
+  for (int k{0}; k < taps; ++k) shifted[static_cast<std::size_t>(k)] = in + k;
+  weigh_rows(shifted.data(), weights.data(), taps, inner, out + reach);
+  for (int u{0}; u < std::min(reach, width); ++u) out[u] = smooth_at(weights, in, width, u);
+  for (int u{std::min(reach, width) + inner}; u < width; ++u) out[u] = smooth_at(weights, in, width, u);
 }
 
 void smooth_along_disparity(const std::vector<float>& weights, const Image<float>& in, int d, float* out) {
-  const int reach{static_cast<int>(weights.size()) / 2};
-  std::fill(out, out + in.width(), 0.0f);
-  for (int k{-reach}; k <= reach; ++k) {
-    const float weight{weights[static_cast<std::size_t>(k + reach)]};
-    const float* row{in.row(std::clamp(d + k, 1, in.height() - 1))};
-    for (int u{0}; u < in.width(); ++u) out[u] += weight * row[u];
+  const int taps{static_cast<int>(weights.size())};
+  std::array<const float*, taps_max> rows;
+  for (int k{0}; k < taps; ++k) {
+    rows[static_cast<std::size_t>(k)] = in.row(std::clamp(d + k - taps / 2, 1, in.height() - 1));
   }
+  weigh_rows(rows.data(), weights.data(), taps, in.width(), out);
 }
 
 }  // namespace
@@ -138,22 +148,29 @@ void count(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& groun
            UDisparitySpace& space, StageImages& stages) {
   const int width{matches.road.width()};
   const int disparities{stages.occupancy.height()};
-  find_bins_of_rows(rig, ground, tables, disparities, space, stages.possible);
-  cpu.for_ranges(width, columns_grain,
-                 [&](int begin, int end) { count_columns(matches, tables, begin, end, space, stages); });
-  cpu.for_ranges(disparities, bins_grain, [&](int begin, int end) {
-    for (int d{begin}; d < end; ++d) {
-      infer_row(tables, space.road_pixels.view(), d, stages);
-      smooth_along_columns(tables.weights_column, stages.occupancy.row(d), width, space.smooth_once.row(d));
+  space.rows.place(rig, ground, tables.config);
+  for (int d{0}; d < disparities; ++d) {
+    const RowRange rows{space.rows.rows[static_cast<std::size_t>(d)]};
+    stages.possible[static_cast<std::size_t>(d)] = possible_in_column(rows.first, rows.last, 0, space.rows.height);
+  }
+  cpu.for_ranges((width + block - 1) / block, 1, [&](int begin, int end) {
+    for (int b{begin}; b < end; ++b) {
+      count_block(matches, tables.config, b * block, std::min((b + 1) * block, width), space, stages);
     }
+  });
+  cpu.for_ranges(disparities + 1, bins_grain, [&](int begin, int end) {
+    for (int d{begin}; d < end; ++d) sum_road_columns(space, d);
   });
   cpu.for_ranges(disparities, bins_grain, [&](int begin, int end) {
     for (int d{begin}; d < end; ++d) {
-      if (d == 0) {
-        std::fill(stages.occupancy_smooth.row(0), stages.occupancy_smooth.row(0) + width, 0.5f);
-      } else {
-        smooth_along_disparity(tables.weights_disparity, space.smooth_once, d, stages.occupancy_smooth.row(d));
-      }
+      infer_row(tables, space, d, stages);
+      smooth_along_columns(tables.weights_column, stages.occupancy.row(d), width, space.smooth_once.row(d));
+    }
+  });
+  std::fill(stages.occupancy_smooth.row(0), stages.occupancy_smooth.row(0) + width, 0.5f);
+  cpu.for_ranges(disparities - 1, bins_grain, [&](int begin, int end) {
+    for (int d{begin + 1}; d < end + 1; ++d) {
+      smooth_along_disparity(tables.weights_disparity, space.smooth_once, d, stages.occupancy_smooth.row(d));
     }
   });
 }

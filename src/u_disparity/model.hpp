@@ -37,6 +37,13 @@ STEREOGRID_HD inline int ray_weight(float confidence) {
   return parts < 1 ? 1 : parts;
 }
 
+/// Eq. 10 in a column whose rows of the bin are first … last before the image's ends are looked at, `shift` lower.
+STEREOGRID_HD inline int possible_in_column(int first, int last, int shift, int height) {
+  const int from{first + shift > 0 ? first + shift : 0};
+  const int to{last + shift < height - 1 ? last + shift : height - 1};
+  return to >= from ? to - from + 1 : 0;
+}
+
 /// Eq. 11: share of the possible rays that reach the bin.
 STEREOGRID_HD inline float visibility_of(int visible, int possible) {
   return possible > 0 ? static_cast<float>(visible) / static_cast<float>(possible) : 0.0f;
@@ -48,14 +55,14 @@ STEREOGRID_HD inline int pair_index(int visible, int observed) {
 }
 
 /// How many of the nine bins around (u, d) hold a road pixel (specification §3.5). Bin 0 and what lies outside count as
-/// empty. `road_pixels` is (D, W).
+/// empty. `has_road` is (D, W).
 template <class View>
-STEREOGRID_HD inline int road_cells_around(const View& road_pixels, int u, int d) {
-  const int last_d{d + 1 < road_pixels.height ? d + 1 : road_pixels.height - 1};
-  const int last_u{u + 1 < road_pixels.width ? u + 1 : road_pixels.width - 1};
+STEREOGRID_HD inline int road_cells_around(const View& has_road, int u, int d) {
+  const int last_d{d + 1 < has_road.height ? d + 1 : has_road.height - 1};
+  const int last_u{u + 1 < has_road.width ? u + 1 : has_road.width - 1};
   int cells{0};
   for (int dd{d > 1 ? d - 1 : 1}; dd <= last_d; ++dd) {
-    for (int uu{u > 0 ? u - 1 : 0}; uu <= last_u; ++uu) cells += road_pixels(uu, dd) > 0 ? 1 : 0;
+    for (int uu{u > 0 ? u - 1 : 0}; uu <= last_u; ++uu) cells += has_road(uu, dd);
   }
   return cells;
 }

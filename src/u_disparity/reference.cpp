@@ -12,16 +12,20 @@ namespace stereogrid {
 namespace {
 
 // Equations 9 to 12 for one bin, as they are written.
-void count_bin(const Matches& matches, RowRange rows, const UDisparityConfig& config, int u, int d,
+void count_bin(const Matches& matches, const BinRows& bins, const UDisparityConfig& config, int u, int d,
                StageImages& stages) {
   int visible{0};
   int observed{0};
-  for (int v{rows.first}; v <= rows.last; ++v) {
+  const int shift{bins.shift[static_cast<std::size_t>(u)]};
+  const RowRange rows{bins.rows[static_cast<std::size_t>(d)]};
+  const RowRange upright{bins.upright_rows[static_cast<std::size_t>(d)]};
+  for (int v{std::max(rows.first + shift, 0)}; v <= std::min(rows.last + shift, bins.height - 1); ++v) {
     const int obstacle{bin_of(matches.obstacle(u, v))};
     const int road{bin_of(matches.road(u, v))};
     const int weight{config.confidence_weights ? ray_weight(matches.confidence(u, v)) : ray_parts};
     if (obstacle > 0 && obstacle <= d) visible += weight;
-    if (obstacle > 0 && obstacle == d) observed += weight;
+    const bool is_upright{v >= upright.first + shift && v <= upright.last + shift};
+    if (obstacle > 0 && obstacle == d && is_upright) observed += weight;
     if (config.road_rays == RoadRays::visible && road > 0 && road <= d) visible += weight;
   }
   stages.visible(u, d) = static_cast<std::uint16_t>((visible + ray_parts / 2) / ray_parts);
@@ -35,14 +39,18 @@ bool has_road_pixel(const Matches& matches, int u, int d) {
   return false;
 }
 
-void infer_bin(const UDisparityTables& tables, View<const std::uint16_t> road_pixels, int u, int d,
-               StageImages& stages) {
+int possible_at(const BinRows& bins, int u, int d) {
+  const RowRange rows{bins.rows[static_cast<std::size_t>(d)]};
+  return possible_in_column(rows.first, rows.last, bins.shift[static_cast<std::size_t>(u)], bins.height);
+}
+
+void infer_bin(const UDisparityTables& tables, const UDisparitySpace& space, int u, int d, StageImages& stages) {
   const UDisparityConfig& config{tables.config};
   const float false_positive{static_cast<float>(config.false_positive)};
   const float false_negative{static_cast<float>(config.false_negative)};
-  const float visible{visibility_of(stages.visible(u, d), stages.possible[static_cast<std::size_t>(d)])};
+  const float visible{visibility_of(stages.visible(u, d), possible_at(space.rows, u, d))};
   const float miss{miss_of(config, stages.visible(u, d), stages.observed(u, d))};
-  const float road{tables.road_factor[static_cast<std::size_t>(road_cells_around(road_pixels, u, d))] * miss};
+  const float road{tables.road_factor[static_cast<std::size_t>(road_cells_around(space.has_road.view(), u, d))] * miss};
   const bool blind{config.left_border && u < d + tables.half_window};
   const float obstacle{obstacle_probability(visible, 1 - miss, false_positive, false_negative)};
   stages.visibility(u, d) = visible;
@@ -86,18 +94,18 @@ void smooth(const UDisparityTables& tables, UDisparitySpace& space, StageImages&
 void count(Reference&, const Matches& matches, const Rig& rig, const Ground& ground, const UDisparityTables& tables,
            UDisparitySpace& space, StageImages& stages) {
   const int width{matches.road.width()};
-  const int height{matches.road.height()};
   const int disparities{stages.occupancy.height()};
+  space.rows.place(rig, ground, tables.config);
   for (int d{0}; d < disparities; ++d) {
-    const RowRange rows{possible_rows(rig, ground, tables.config.obstacle_height_m, d, height)};
+    const RowRange rows{possible_rows(rig, ground, tables.config.obstacle_height_m, d, space.rows.height)};
     stages.possible[static_cast<std::size_t>(d)] = std::max(rows.last - rows.first + 1, 0);
     for (int u{0}; u < width; ++u) {
-      count_bin(matches, rows, tables.config, u, d, stages);
-      space.road_pixels(u, d) = has_road_pixel(matches, u, d) ? 1 : 0;
+      count_bin(matches, space.rows, tables.config, u, d, stages);
+      space.has_road(u, d) = has_road_pixel(matches, u, d) ? 1 : 0;
     }
   }
   for (int d{0}; d < disparities; ++d) {
-    for (int u{0}; u < width; ++u) infer_bin(tables, space.road_pixels.view(), u, d, stages);
+    for (int u{0}; u < width; ++u) infer_bin(tables, space, u, d, stages);
   }
   smooth(tables, space, stages);
 }

@@ -46,17 +46,11 @@ std::vector<float> gaussian_weights(double sigma) {
   return normalised;
 }
 
-RowRange possible_rows(const Rig& rig, const Ground& ground, double obstacle_height_m, int d, int image_height) {
-  const double bottom{row_at_height(rig, ground, d, 0)};
-  const double top{row_at_height(rig, ground, d, obstacle_height_m)};
-  return {static_cast<int>(std::max(std::ceil(top), 0.0)),
-          static_cast<int>(std::min(std::floor(bottom), image_height - 1.0))};
-}
-
 UDisparitySpace::UDisparitySpace(int width, int height, int disparities)
-    : visible_steps{width, disparities + 1},
-      road_pixels{width, disparities},
-      smooth_once{width, disparities},
-      bins_of_row(static_cast<std::size_t>(height)) {}
+    : rows{width, height, disparities},
+      visible_steps{width, disparities + 1},
+      has_road{width, disparities},
+      road_columns{width, disparities + 1},
+      smooth_once{width, disparities} {}
 
 }  // namespace stereogrid

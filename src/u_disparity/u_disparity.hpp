@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "ground/model.hpp"
 #include "matching/matching.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/pipeline.hpp"
+#include "u_disparity/rows.hpp"
 
 namespace stereogrid {
 
@@ -31,30 +31,19 @@ float miss_of(const UDisparityConfig& config, int visible, int observed);
 /// The Gaussian's integrals over bins, |k| ≤ ceil(3σ), sum 1. specification §3.7.
 std::vector<float> gaussian_weights(double sigma);
 
-/// Rows that an obstacle at a disparity can cover in the image: first … last; none where first > last. eq. 9.
-struct RowRange {
-  int first;
-  int last;
-};
-RowRange possible_rows(const Rig& rig, const Ground& ground, double obstacle_height_m, int d, int image_height);
-
-/// Bins for which a row is possible: first … last; none where first > last.
-struct BinRange {
-  int first;
-  int last;
-};
-
 /// What `count` works in.
 struct UDisparitySpace {
   UDisparitySpace(int width, int height, int disparities);
+  BinRows rows;
   Image<std::int16_t> visible_steps;  ///< (D+1, W) difference array of N_V
-  Image<std::uint16_t> road_pixels;   ///< (D, W)
+  Image<std::uint8_t> has_road;       ///< (D, W) 1: the bin holds a road pixel
+  Image<std::uint8_t> road_columns;   ///< (D+1, W) bins with a road pixel among u−1, u, u+1
   Image<float> smooth_once;           ///< (D, W)
-  std::vector<BinRange> bins_of_row;  ///< (H)
 };
 
 /// Disparity images to occupancy in the u-disparity plane: counts N_P, N_V, N_O (eq. 9–12), probabilities (eq. 4,
-/// 11–15), Gaussian smoothing. Fills everything in `stages` but the disparity images.
+/// 11–15), Gaussian smoothing. N_P in `stages` is that of the column u0; with roll the image ends earlier or later in
+/// others. Fills everything in `stages` but the disparity images.
 void count(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& ground, const UDisparityTables& tables,
            UDisparitySpace& space, StageImages& stages);
 void count(Reference& reference, const Matches& matches, const Rig& rig, const Ground& ground,

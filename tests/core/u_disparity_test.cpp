@@ -29,6 +29,8 @@ constexpr int tiny_disparities{6};
 UDisparityConfig tiny_config() {
   UDisparityConfig config;
   config.obstacle_height_m = 0.5;
+  config.obstacle_min_height_m = 0;
+  config.follow_roll = false;
   config.false_positive = 0.02;
   config.false_negative = 0.02;
   config.tau_obstacle = 0.5;
@@ -98,6 +100,38 @@ TEST(UDisparity, RoadPixelsAreRaysWhenAskedFor) {
     EXPECT_EQ(stages.visible(3, d), visible_3[d]) << d;
     EXPECT_EQ(stages.observed(2, d), observed_2[d]) << d;
   }
+}
+
+TEST(UDisparity, LowPixelsAreSeenButNoObstacle) {
+  UDisparityConfig config{tiny_config()};
+  config.obstacle_min_height_m = 0.3;  // of bin 3: up to row 2 + 3·(1 − 0.3)/0.5 = 6.2
+  Matches matches{5, 12};
+  for (int v{5}; v < 9; ++v) matches.obstacle(2, v) = 3;
+  const StageImages stages{tiny_count(config, matches)};
+  EXPECT_EQ(stages.visible(2, 3), 4);
+  EXPECT_EQ(stages.observed(2, 3), 2) << "rows 5 and 6";
+}
+
+TEST(UDisparity, RowsTiltWithTheRoad) {
+  UDisparityConfig config{tiny_config()};
+  config.follow_roll = true;
+  Matches matches{17, 12};  // a column may be shifted by 17 / 8 = 2 rows
+  for (int u : {1, 2, 4}) {
+    for (int v{0}; v < 12; ++v) matches.obstacle(u, v) = 3;
+  }
+  const auto observed_with = [&](double roll_rad, int u) {
+    Reference reference;
+    Rig rig{tiny_rig()};
+    rig.width_px = 17;
+    return int{counted(reference, matches, rig, {1, 0, roll_rad, false}, config, tiny_disparities, 3).observed(u, 3)};
+  };
+  EXPECT_EQ(observed_with(0, 4), 4);
+  // roll lifts the road on the right of u0 = 2 and lowers it on the left: the rows 5 … 8 of bin 3 move, none is lost
+  EXPECT_EQ(observed_with(std::atan(0.5), 4), 4);
+  for (int v{0}; v < 5; ++v) matches.obstacle(4, v) = matches.obstacle(1, v) = matches.obstacle(2, v) = 0;
+  EXPECT_EQ(observed_with(std::atan(0.5), 2), 4);
+  EXPECT_EQ(observed_with(std::atan(0.5), 4), 3) << "rows 4 … 7";
+  EXPECT_EQ(observed_with(std::atan(-0.5), 4), 4) << "rows 6 … 9";
 }
 
 TEST(UDisparity, ConfidencesWeighTheCountsWhenAskedFor) {

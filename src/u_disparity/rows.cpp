@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "u_disparity/rows.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace stereogrid {
+namespace {
+
+constexpr int steepest{8};  // a column is shifted by at most an eighth of the image's width: roll up to 14 degrees
+
+// For one row the bins that it is possible for are an interval, because both ends of S_P(d) move monotonously with d.
+void find_bins(const std::vector<RowRange>& rows, int margin, std::vector<BinRange>& bins_of_row) {
+  const int disparities{static_cast<int>(rows.size())};
+  const int end{static_cast<int>(bins_of_row.size())};
+  std::fill(bins_of_row.begin(), bins_of_row.end(), BinRange{disparities, -1});
+  for (int d{0}; d < disparities; ++d) {
+    const RowRange& range{rows[static_cast<std::size_t>(d)]};
+    const int last{std::min(range.last + margin, end - 1)};
+    for (int row{std::max(range.first + margin, 0)}; row <= last; ++row) {
+      BinRange& bins{bins_of_row[static_cast<std::size_t>(row)]};
+      bins.first = std::min(bins.first, d);
+      bins.last = d;
+    }
+  }
+}
+
+}  // namespace
+
+RowRange rows_between(const Rig& rig, const Ground& ground, double lower_m, double upper_m, int d) {
+  constexpr double far{1e6};  // keeps the conversion to int defined
+  return {static_cast<int>(std::clamp(std::ceil(row_at_height(rig, ground, d, upper_m)), -far, far)),
+          static_cast<int>(std::clamp(std::floor(row_at_height(rig, ground, d, lower_m)), -far, far))};
+}
+
+RowRange possible_rows(const Rig& rig, const Ground& ground, double obstacle_height_m, int d, int image_height) {
+  const RowRange rows{rows_between(rig, ground, 0, obstacle_height_m, d)};
+  return {std::max(rows.first, 0), std::min(rows.last, image_height - 1)};
+}
+
+BinRows::BinRows(int width, int image_height, int disparities)
+    : height{image_height},
+      margin{width / steepest},
+      shift(static_cast<std::size_t>(width)),
+      rows(static_cast<std::size_t>(disparities)),
+      upright_rows(static_cast<std::size_t>(disparities)),
+      bins_of_row(static_cast<std::size_t>(image_height + 2 * margin)),
+      upright_bins_of_row(static_cast<std::size_t>(image_height + 2 * margin)) {}
+
+void BinRows::place(const Rig& rig, const Ground& ground, const UDisparityConfig& config) {
+  const double slope{config.follow_roll ? -std::tan(ground.roll_rad) : 0.0};
+  for (std::size_t u{0}; u < shift.size(); ++u) {
+    const double rows_lower{slope * (static_cast<double>(u) - rig.centre_u_px)};
+    shift[u] = static_cast<std::int32_t>(
+        std::clamp(std::lround(rows_lower), -static_cast<long>(margin), static_cast<long>(margin)));
+  }
+  for (std::size_t d{0}; d < rows.size(); ++d) {
+    rows[d] = rows_between(rig, ground, 0, config.obstacle_height_m, static_cast<int>(d));
+    upright_rows[d] =
+        rows_between(rig, ground, config.obstacle_min_height_m, config.obstacle_height_m, static_cast<int>(d));
+  }
+  find_bins(rows, margin, bins_of_row);
+  find_bins(upright_rows, margin, upright_bins_of_row);
+}
+
+}  // namespace stereogrid

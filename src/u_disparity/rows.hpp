@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "ground/model.hpp"
+#include "stereogrid/config.hpp"
+
+namespace stereogrid {
+
+/// Rows first … last; none where first > last.
+struct RowRange {
+  int first;
+  int last;
+};
+
+/// Rows between two heights above the road at disparity d, in the column u0; the image may end before. eq. 9.
+RowRange rows_between(const Rig& rig, const Ground& ground, double lower_m, double upper_m, int d);
+
+/// Those of them, from the road up to `obstacle_height_m`, that are in the image: S_P(d) of eq. 9.
+RowRange possible_rows(const Rig& rig, const Ground& ground, double obstacle_height_m, int d, int image_height);
+
+/// Bins for which a row is possible: first … last; none where first > last.
+struct BinRange {
+  int first;
+  int last;
+};
+
+/// Which rows belong to which bins. With roll the road tilts in the image and the rows of a bin with it: in column u
+/// they lie `shift[u]` lower than in the column u0.
+struct BinRows {
+  BinRows(int width, int height, int disparities);
+
+  /// For the road of a frame. `shift` stays 0 unless the configuration follows the roll.
+  void place(const Rig& rig, const Ground& ground, const UDisparityConfig& config);
+
+  /// Bins that the pixel (u, v) lies in the rows of.
+  [[nodiscard]] BinRange bins(int u, int v) const { return bins_of_row[index(u, v)]; }
+  /// Bins in which it is high enough above the road to be part of an obstacle.
+  [[nodiscard]] BinRange upright_bins(int u, int v) const { return upright_bins_of_row[index(u, v)]; }
+
+  int height;
+  int margin;                                 ///< rows that a column may be shifted by
+  std::vector<std::int32_t> shift;            ///< (W)
+  std::vector<RowRange> rows;                 ///< (D) in the column u0, the image may end before
+  std::vector<RowRange> upright_rows;         ///< (D) likewise, above the least height of an obstacle
+  std::vector<BinRange> bins_of_row;          ///< (height + 2·margin), from row −margin on
+  std::vector<BinRange> upright_bins_of_row;  ///< likewise
+
+ private:
+  [[nodiscard]] std::size_t index(int u, int v) const {
+    return static_cast<std::size_t>(v - shift[static_cast<std::size_t>(u)] + margin);
+  }
+};
+
+}  // namespace stereogrid
