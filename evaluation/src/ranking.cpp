@@ -72,7 +72,11 @@ std::vector<RocPoint> roc_of(std::span<const GroupCounts> groups, Kind positives
   for (const GroupCounts& group : groups) {
     found += group.*positives;
     alarms += group.*negatives;
-    points.push_back({alarms / all_negatives, found / all_positives});
+    const RocPoint point{alarms / all_negatives, found / all_positives};
+    const std::size_t n{points.size()};
+    // the middle of a level stretch says nothing
+    if (n > 1 && points[n - 1].recall == point.recall && points[n - 2].recall == point.recall) points.pop_back();
+    points.push_back(point);
   }
   return points;
 }
