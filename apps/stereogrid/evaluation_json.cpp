@@ -102,6 +102,17 @@ Json json_of(const Series& series) {
   return json;
 }
 
+Json list_of_metrics() {
+  Json list(Json::array());
+  for (const evaluation::Metric& metric : evaluation::metrics) {
+    const char* const better{metric.better == evaluation::Better::higher  ? "higher"
+                             : metric.better == evaluation::Better::lower ? "lower"
+                                                                          : "zero"};
+    list.push_back({{"name", metric.name}, {"title", metric.title}, {"better", better}});
+  }
+  return list;
+}
+
 }  // namespace
 
 std::string key_of(evaluation::Band band) {
@@ -113,7 +124,7 @@ Json json_of(const Evaluation& evaluation) {
   for (const auto& [key, text] : evaluation.about) about[key] = text;
   Json series;
   for (const Series& one : evaluation.series) series[one.name] = json_of(one);
-  return {{"about", about}, {"series", series}};
+  return {{"about", about}, {"metrics", list_of_metrics()}, {"series", series}};
 }
 
 }  // namespace stereogrid::app

@@ -61,6 +61,26 @@ TEST(Evaluate, ReadsTheTruthOfADriveAsThatOfItsScene) {
   }
 }
 
+TEST(Evaluate, WritesAReportThatNeedsNothingElse) {
+  const TemporaryFolder folder;
+  const fs::path run{folder / "a<" / "script>"};  // a path that would end the page's data
+  run_scene(small_scene("crossing", "&frames=2"), run);
+  const fs::path report{folder / "report.html"};
+  run_well({"evaluate", run.string(), "--html", report.string()});
+  const std::string page{text_of(report)};
+  for (const char* part : {"<!doctype html>", "hidden_recall", "000001", "prefers-color-scheme", "function rocChart"}) {
+    EXPECT_THAT(page, HasSubstr(part));
+  }
+  for (const char* part : {"http", "src=", "href=", "@DATA@", "@STYLE@", "@PAGE@", "a</script>"}) {
+    EXPECT_THAT(page, Not(HasSubstr(part)));
+  }
+  const std::string begin{"type=\"application/json\">"};
+  const std::size_t at{page.find(begin) + begin.size()};
+  const Json data(Json::parse(page.substr(at, page.find("</script>", at) - at)));
+  EXPECT_EQ(data["about"]["run"], run.string());
+  EXPECT_EQ(data["series"]["observed"]["frames"]["3-20"].size(), 2U);
+}
+
 TEST(Evaluate, RefusesCellsOfAnotherSize) {
   const TemporaryFolder folder;
   const std::string scene{small_scene("empty", "&frames=1")};
