@@ -5,7 +5,6 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -28,7 +27,7 @@ namespace fs = std::filesystem;
 struct Options {
   std::string run;
   std::string input;
-  TruthKind truth{TruthKind::automatic};
+  std::string truth;
   double camera_height_m{evaluation::kitti_camera_height_m};
   std::string json;
   std::string html;
@@ -42,6 +41,20 @@ InputOptions input_options(const Options& options, const RunReader& run) {
                      "Say where it is now: stereogrid evaluate " + options.run + " INPUT."};
   }
   return run.input();
+}
+
+TruthKind kind_of(const std::string& truth) {
+  if (truth.empty()) return TruthKind::automatic;
+  return truth == "lidar" ? TruthKind::lidar : TruthKind::exact;
+}
+
+/// Names alone do not tell drives apart: many begin with 000000.
+void check_same_images(const RunReader& run, const Rig& input) {
+  if (run.width_px() == input.width_px && run.height_px() == input.height_px) return;
+  throw InputError{run.folder().string(),
+                   fmt::format("was made from images of {} × {} px, but the input's have {} × {} px.", run.width_px(),
+                               run.height_px(), input.width_px, input.height_px),
+                   "Give the input that the run was made from."};
 }
 
 std::string text_of(const InputOptions& input) {
@@ -88,7 +101,8 @@ std::vector<Series> score(const RunReader& run, const TruthSource& truth) {
 int evaluate(const Options& options) {
   const RunReader run{options.run};
   const InputOptions input{input_options(options, run)};
-  const TruthSource truth{open_input(input), options.truth, options.camera_height_m};
+  const TruthSource truth{open_input(input), kind_of(options.truth), options.camera_height_m};
+  check_same_images(run, truth.input().source->rig());
   Evaluation evaluation;
   evaluation.series = score(run, truth);
   const std::size_t scored{evaluation.series.front().scores.frames()};
@@ -111,12 +125,11 @@ void add_evaluate_command(CLI::App& tool, int& exit_code) {
   CLI::App* command{tool.add_subcommand("evaluate", "Score a run against lidar or exact truth.")};
   command->add_option("RUN_DIR", options->run, "What `stereogrid run --out` has left.")->type_name(" ")->required();
   command->add_option("INPUT", options->input, "The run's input; left out: where the run says it was.")->type_name(" ");
-  const std::map<std::string, TruthKind> kinds{{"lidar", TruthKind::lidar}, {"truth", TruthKind::exact}};
   command
       ->add_option("--truth", options->truth,
                    "lidar: the input's sweeps; truth: exact truth of a scene or a rendered drive. Left out: what the "
                    "input has.")
-      ->transform(CLI::CheckedTransformer(kinds))
+      ->check(CLI::IsMember({"lidar", "truth"}))
       ->type_name("lidar|truth");
   command
       ->add_option("--camera-height", options->camera_height_m,

@@ -56,6 +56,8 @@ RunReader::RunReader(fs::path folder) : folder_{std::move(folder)} {
   try {
     const Json run(Json::parse(io::read_file(folder_ / file)));
     grid_ = grid_of(run.at("grid"));
+    width_px_ = run.at("rig").at("width_px").get<int>();
+    height_px_ = run.at("rig").at("height_px").get<int>();
     input_ = input_of(run.at("input"));
     preset_ = run.at("preset").get<std::string>();
     file = "frames.jsonl";

@@ -40,6 +40,9 @@ class RunReader {
   [[nodiscard]] const std::vector<RunFrame>& frames() const { return frames_; }
   /// What the run was made from, as far as its images and calibration go.
   [[nodiscard]] const InputOptions& input() const { return input_; }
+  /// Of its images.
+  [[nodiscard]] int width_px() const { return width_px_; }
+  [[nodiscard]] int height_px() const { return height_px_; }
   /// "default" and so on.
   [[nodiscard]] const std::string& preset() const { return preset_; }
   /// Throws InputError.
@@ -50,6 +53,8 @@ class RunReader {
 
   std::filesystem::path folder_;
   GridGeometry grid_;
+  int width_px_{0};
+  int height_px_{0};
   InputOptions input_;
   std::string preset_;
   std::vector<RunFrame> frames_;

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <vector>
 
 #include "nearest_obstacle.hpp"
 #include "road_plane.hpp"
@@ -15,6 +17,7 @@ constexpr double obstacle_to_m{1.8};
 constexpr double road_within_m{0.12};
 constexpr int obstacle_points_min{2};
 constexpr double ahead_min_m{1};
+constexpr double hiding_from_m{3};   // what returns from nearer by is often the own vehicle
 constexpr double column_reach{1.5};  // returns are about 2 columns apart on KITTI: no gaps within a surface
 
 bool in_view(const CameraPoint& p, const Rig& rig) {
@@ -22,27 +25,63 @@ bool in_view(const CameraPoint& p, const Rig& rig) {
   return p.z_m > ahead_min_m && u > 0 && u < rig.width_px;
 }
 
-struct Counts {
-  Image<int> obstacle;
-  Image<int> road;
+struct CellIndex {
+  int ix{0};
+  int iy{0};
 };
 
-void count(Image<int>& points, const CameraPoint& p, const GridGeometry& grid) {
+std::optional<CellIndex> cell_of(const CameraPoint& p, const GridGeometry& grid) {
   const double ix{std::floor((p.z_m - grid.x_min_m) / grid.cell_size_m)};
   const double iy{std::floor((-p.x_m - grid.y_min_m) / grid.cell_size_m)};
-  if (ix < 0 || iy < 0 || ix >= grid.nx || iy >= grid.ny) return;
-  ++points(static_cast<int>(ix), static_cast<int>(iy));
+  if (ix < 0 || iy < 0 || ix >= grid.nx || iy >= grid.ny) return std::nullopt;
+  return CellIndex{static_cast<int>(ix), static_cast<int>(iy)};
 }
 
-void label(const Counts& counts, Image<std::int8_t>& cells) {
+/// Points that the camera could see and that lie on cells.
+struct SeenPoints {
+  std::vector<CameraPoint> obstacle;
+  std::vector<CameraPoint> road;
+};
+
+SeenPoints sort_by_height(std::span<const CameraPoint> points, const RoadPlane& road, const Labels& labels) {
+  SeenPoints seen;
+  for (const CameraPoint& p : points) {
+    if (!in_view(p, labels.rig) || !cell_of(p, labels.geometry)) continue;
+    const double height{road.height_of(p)};
+    if (height > obstacle_from_m && height < obstacle_to_m) seen.obstacle.push_back(p);
+    if (std::abs(height) < road_within_m) seen.road.push_back(p);
+  }
+  return seen;
+}
+
+Image<int> count(const std::vector<CameraPoint>& points, const GridGeometry& grid) {
+  Image<int> counts{grid.nx, grid.ny};
+  for (const CameraPoint& p : points) {
+    const auto cell{cell_of(p, grid)};
+    if (cell) ++counts(cell->ix, cell->iy);
+  }
+  return counts;
+}
+
+void label(const Image<int>& obstacle, const Image<int>& road, Image<std::int8_t>& cells) {
   for (std::size_t i{0}; i < cells.size(); ++i) {
-    const int obstacle{counts.obstacle.data()[i]};
-    if (obstacle >= obstacle_points_min) {
+    if (obstacle.data()[i] >= obstacle_points_min) {
       cells.data()[i] = labelled_occupied;
-    } else if (obstacle == 0 && counts.road.data()[i] > 0) {
+    } else if (obstacle.data()[i] == 0 && road.data()[i] > 0) {
       cells.data()[i] = labelled_free;
     }
   }
+}
+
+/// Of the points on occupied cells.
+NearestObstacle nearest_of(const std::vector<CameraPoint>& obstacle, const Labels& labels) {
+  NearestObstacle nearest{labels.rig};
+  for (const CameraPoint& p : obstacle) {
+    const auto cell{cell_of(p, labels.geometry)};
+    if (!cell || p.z_m < hiding_from_m || labels.cells(cell->ix, cell->iy) != labelled_occupied) continue;
+    nearest.add(p.z_m, -p.x_m, column_reach);
+  }
+  return nearest;
 }
 
 }  // namespace
@@ -50,21 +89,9 @@ void label(const Counts& counts, Image<std::int8_t>& cells) {
 Labels lidar_labels(std::span<const CameraPoint> points, const Rig& rig, const GridGeometry& grid,
                     double camera_height_m) {
   Labels labels{grid, rig, {grid.nx, grid.ny, not_scored}, {grid.nx, grid.ny}};
-  Counts counts{{grid.nx, grid.ny}, {grid.nx, grid.ny}};
-  NearestObstacle nearest{rig};
-  const RoadPlane road{fit_road(points, camera_height_m)};
-  for (const CameraPoint& p : points) {
-    if (!in_view(p, rig)) continue;
-    const double height{road.height_of(p)};
-    if (height > obstacle_from_m && height < obstacle_to_m) {
-      count(counts.obstacle, p, grid);
-      nearest.add(p.z_m, -p.x_m, column_reach);
-    } else if (std::abs(height) < road_within_m) {
-      count(counts.road, p, grid);
-    }
-  }
-  label(counts, labels.cells);
-  mark_partly_hidden(nearest, labels);
+  const SeenPoints seen{sort_by_height(points, fit_road(points, camera_height_m), labels)};
+  label(count(seen.obstacle, grid), count(seen.road, grid), labels.cells);
+  mark_partly_hidden(nearest_of(seen.obstacle, labels), labels);
   return labels;
 }
 

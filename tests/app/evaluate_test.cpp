@@ -104,6 +104,8 @@ TEST(Evaluate, SaysWhatIsMissing) {
     return outcome.errors;
   };
   EXPECT_THAT(complaint({"--truth", "lidar"}), HasSubstr("has no lidar sweeps. It has exact truth"));
+  EXPECT_THAT(complaint({"scene:empty?frames=2&width=200&height=100"}),
+              HasSubstr("images of 160 × 100 px, but the input's have 200 × 100 px"));
   EXPECT_THAT(complaint({scene, "--truth", "lidar"}), HasSubstr("scene has no lidar"));
 
   // the same frames under other names

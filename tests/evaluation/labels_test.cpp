@@ -113,6 +113,16 @@ TEST(LidarLabels, KnowWhatIsPartlyHidden) {
   EXPECT_EQ(labels.partly_hidden(13, 5), 0) << "not labelled";
 }
 
+TEST(LidarLabels, SingleReturnsAndTheOwnBonnetHideNothing) {
+  Sweep sweep;
+  for (int y{-3}; y <= 2; ++y) sweep.add(6.1, y + 0.5, 0.8);  // one in each cell
+  for (double y{-0.5}; y <= 0.5; y += 0.01) sweep.add(2.2, y, 0.8);
+  sweep.add(12.5, 0.5, 1.5, 2);
+  const Labels labels(sweep.labels());
+  EXPECT_EQ(labels.cells(12, 5), labelled_occupied);
+  EXPECT_EQ(labels.partly_hidden(12, 5), 0);
+}
+
 TEST(LidarLabels, LowThingsHideNothing) {
   Sweep sweep;
   add_crate(sweep, 0.25);

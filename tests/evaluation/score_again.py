@@ -77,7 +77,9 @@ def labels(scan, grid, cal, width):
     upright = (height > 0.3) & (height < 1.8)
     obstacles, road = count(inside & upright), count(inside & (np.abs(height) < 0.12))
     label = np.where(obstacles >= 2, 1, np.where((obstacles == 0) & (road > 0), 0, -1))
-    nearest = nearest_by_column(column[seen & upright], ahead[seen & upright], width)
+    hiding = inside & upright & (ahead >= 3)
+    hiding[hiding] = label[iy[hiding].astype(int), ix[hiding].astype(int)] == 1
+    nearest = nearest_by_column(column[hiding], ahead[hiding], width)
     return label, hidden_cells(label, nearest, grid, cal, width)
 
 

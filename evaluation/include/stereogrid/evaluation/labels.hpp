@@ -43,8 +43,9 @@ inline constexpr double kitti_camera_height_m{1.64};
 /// axis, starting level at `camera_height_m` below the camera. Of the points that the camera could see, a cell is
 /// occupied with 2 or more that are 0.3–1.8 m above the plane; free with one within 0.12 m of it and none of 0.3–1.8 m.
 ///
-/// Partly hidden: every image column that the cell covers holds an obstacle point that is nearer by hiding_margin_m.
-/// A point covers its column and one more at each side: that is how far apart returns are.
+/// Partly hidden: every image column that the cell covers holds a point of a cell labelled occupied that is nearer by
+/// hiding_margin_m and 3 m ahead or more. A point covers its column and one more at each side: that is how far apart
+/// returns are.
 ///
 /// The camera has to look level (pitch and roll are taken for 0, as in KITTI's calibrations).
 [[nodiscard]] Labels lidar_labels(std::span<const CameraPoint> points, const Rig& rig, const GridGeometry& grid,
