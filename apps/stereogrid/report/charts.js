@@ -4,6 +4,7 @@
 
 const escaped = text => String(text).replace(/[&<>"]/g, c => ({'&': '&amp;', '<': '&lt;', '>': '&gt;', '"': '&quot;'})[c]);
 const colour = index => `var(--s${index % 8})`;
+const dashes = index => index < 8 ? {} : {'stroke-dasharray': '7 3'};  // when the colours come round again
 const tag = (name, attributes, content = '') =>
   `<${name} ${Object.entries(attributes).map(([key, value]) => `${key}="${value}"`).join(' ')}>${content}</${name}>`;
 const title = text => tag('title', {}, escaped(text));
@@ -49,7 +50,7 @@ function reliabilityChart(series) {
   series.forEach((bins, index) => {
     const there = bins.filter(bin => bin.cells > 0);
     const at = bin => [plot.toX(bin.mean_probability), plot.toY(bin.share_occupied)];
-    if (there.length) svg += path(there.map(at), colour(index));
+    if (there.length) svg += path(there.map(at), colour(index), dashes(index));
     const width = (plot.box.right - plot.box.left) / bins.length;
     bins.forEach((bin, place) => {
       if (!bin.cells) return;
@@ -74,7 +75,7 @@ function rocChart(series, negatives) {
   let svg = plot.svg + path([[plot.toX(0.01), plot.toY(0)], [plot.toX(0.01), plot.toY(1)]], 'var(--soft)',
                             {'stroke-dasharray': '4 4', 'stroke-width': 1});
   series.forEach((points, index) => {
-    if (points.length) svg += path(points.map(([alarms, found]) => [plot.toX(alarms), plot.toY(found)]), colour(index));
+    if (points.length) svg += path(points.map(([alarms, found]) => [plot.toX(alarms), plot.toY(found)]), colour(index), dashes(index));
   });
   if (!series.some(points => points.length)) {
     svg += tag('text', {x: 290, y: 150, 'text-anchor': 'middle'}, 'no such cells in this range');
@@ -99,14 +100,14 @@ function depthChart(series) {
   part.forEach((values, index) => {
     const points = values.flatMap((v, i) => [[plot.toX(from + i * step), plot.toY(v)], [plot.toX(from + (i + 1) * step), plot.toY(v)]]);
     const closed = [[plot.toX(from), plot.toY(0)], ...points, [plot.toX(from + bins * step), plot.toY(0)]];
-    svg += path(closed, 'none', {fill: colour(index), 'fill-opacity': 0.14}) + path(points, colour(index), {'stroke-width': 1.7});
+    svg += path(closed, 'none', {fill: colour(index), 'fill-opacity': 0.14 / Math.max(1, series.length / 2)}) + path(points, colour(index), {'stroke-width': 1.7, ...dashes(index)});
   });
   return plot.wrap(svg);
 }
 
 /** series: [{name, frames: [{name, balanced_log_loss}]}], a row of bars each. */
 function frameChart(series) {
-  const width = 1110, row = 74, left = 46, gap = 40, height = series.length * (row + gap) + 4;
+  const width = 1110, row = series.length > 3 ? 44 : 74, left = 46, gap = 40, height = series.length * (row + gap) + 4;
   const losses = series.flatMap(({frames}) => frames.map(frame => frame.balanced_log_loss ?? 0));
   const most = Math.max(0.1, ...losses);
   let svg = '';

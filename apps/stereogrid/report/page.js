@@ -5,7 +5,7 @@ const data = JSON.parse(document.getElementById('data').textContent);
 const names = Object.keys(data.series);
 const put = (id, html) => { document.getElementById(id).innerHTML = html; };
 const cells = (band, metric) => names.map(name => data.series[name].bands[band][metric]);
-const swatch = index => `<span class="swatch" style="--c:${colour(index)}"></span>`;
+const swatch = index => `<span class="swatch${index < 8 ? '' : ' dashed'}" style="--c:${colour(index)}"></span>`;
 const digits = value => value === null || value === undefined ? '–' : value.toFixed(3).replace('-', '−');
 const explained = {
   balanced_log_loss: 'surprise at the truth, occupied and free weighing the same',
@@ -32,7 +32,8 @@ function interval(estimates, index) {
 function card(band, metric) {
   const estimates = cells(band, metric.name);
   const rows = estimates.map((e, index) =>
-    `<div class="row" style="--c:${colour(index)}" title="${escaped(names[index])}"><b>${digits(e.value)}</b>${interval(estimates, index)}</div>`);
+    `<div class="row" style="--c:${colour(index)}" title="${escaped(names[index])}"><b>${digits(e.value)}</b>${
+      names.length > 2 ? `<i>${escaped(names[index])}</i>` : ''}${interval(estimates, index)}</div>`);
   return `<div class="card"><h3>${escaped(metric.title)}</h3><p>${explained[metric.name]}</p>${rows.join('')}</div>`;
 }
 
