@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "input.hpp"
 #include "stereogrid/grid.hpp"
 #include "stereogrid/obstacle.hpp"
 
@@ -23,23 +25,38 @@ struct RunFrame {
 struct RunGrids {
   Image<float> observed;
   Image<float> occupancy;
-  Image<float> speed_mps;
+  Image<float> velocity_x;  ///< m/s relative to the ground, vehicle axes
+  Image<float> velocity_y;
 };
 
 /// Reads the folder that `stereogrid run` leaves.
 class RunReader {
  public:
-  /// Throws InputError.
+  /// Throws InputError: no run, damaged, or without grids.
   explicit RunReader(std::filesystem::path folder);
 
+  [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
   [[nodiscard]] const GridGeometry& grid() const { return grid_; }
   [[nodiscard]] const std::vector<RunFrame>& frames() const { return frames_; }
+  /// What the run was made from, as far as its images and calibration go.
+  [[nodiscard]] const InputOptions& input() const { return input_; }
+  /// Of its images.
+  [[nodiscard]] int width_px() const { return width_px_; }
+  [[nodiscard]] int height_px() const { return height_px_; }
+  /// "default" and so on.
+  [[nodiscard]] const std::string& preset() const { return preset_; }
   /// Throws InputError.
   [[nodiscard]] RunGrids grids(const std::string& name) const;
 
  private:
+  void check_grids() const;
+
   std::filesystem::path folder_;
   GridGeometry grid_;
+  int width_px_{0};
+  int height_px_{0};
+  InputOptions input_;
+  std::string preset_;
   std::vector<RunFrame> frames_;
 };
 

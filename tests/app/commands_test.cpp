@@ -79,43 +79,5 @@ TEST(Info, ComplainsOfADamagedFrameAndStaysUsable) {
   EXPECT_THAT(said, HasSubstr("usable"));
 }
 
-TEST(Evaluate, ScoresARunAgainstItsScene) {
-  const TemporaryFolder folder;
-  const std::string scene{"scene:crossing?frames=13&width=256&height=160"};
-  run_well({"run", scene, "--out", (folder / "run").string()});
-  const std::string json_file{(folder / "scores.json").string()};
-  const Outcome outcome{run_well({"evaluate", (folder / "run").string(), scene, "--json", json_file})};
-  EXPECT_THAT(outcome.output, HasSubstr("balanced log-loss"));
-  const Json scores(json_of(json_file));
-  EXPECT_EQ(scores["frames"], 13);
-  EXPECT_GT(scores["observed"]["cells"], 10000);
-  EXPECT_GT(scores["observed"]["occupied"], 100);
-  EXPECT_GT(scores["observed"]["auc"], 0.7);
-  EXPECT_LT(scores["observed"]["auc"], 1.0);
-  EXPECT_GT(scores["observed"]["accuracy"], 0.6);
-  EXPECT_GT(scores["motion"]["sightings"], 0);
-}
-
-TEST(Evaluate, ReadsTheTruthOfADriveAsThatOfItsScene) {
-  const TemporaryFolder folder;
-  const std::string scene{small_scene("street", "&frames=2")};
-  const fs::path drive{folder / "drive"};
-  run_well({"simulate", scene, "--out", drive.string()});
-  run_well({"run", scene, "--out", (folder / "run").string(), "--set", "grid.length_m=30"});
-  const std::string run{(folder / "run").string()};
-  const std::string by_scene{run_well({"evaluate", run, scene}).output};
-  EXPECT_EQ(run_well({"evaluate", run, drive.string()}).output, by_scene);
-  EXPECT_EQ(run_well({"evaluate", run, "--truth", (drive / "truth").string()}).output, by_scene);
-}
-
-TEST(Evaluate, RefusesCellsOfAnotherSize) {
-  const TemporaryFolder folder;
-  const std::string scene{small_scene("empty", "&frames=1")};
-  run_well({"run", scene, "--out", (folder / "run").string(), "--set", "grid.cell_size_m=0.5"});
-  const Outcome outcome{run_tool({"evaluate", (folder / "run").string(), scene})};
-  EXPECT_EQ(outcome.exit_code, 65);
-  EXPECT_THAT(outcome.errors, HasSubstr("grid.cell_size_m=0.2"));
-}
-
 }  // namespace
 }  // namespace stereogrid::app::testing

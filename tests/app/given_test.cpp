@@ -19,7 +19,7 @@ class Given : public ::testing::Test {
   [[nodiscard]] Json run_json(const char* name) const { return json_of(folder_ / name / "run.json"); }
   [[nodiscard]] double log_loss_of(const char* name) const {
     run_well({"evaluate", out(name), drive(), "--json", out("scores.json")});
-    return json_of(folder_ / "scores.json")["observed"]["balanced_log_loss"];
+    return json_of(folder_ / "scores.json")["series"]["observed"]["bands"]["3-20"]["balanced_log_loss"]["value"];
   }
 
   TemporaryFolder folder_;

@@ -38,7 +38,7 @@ endif()
 run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/consumer -B ${WORK}/consumer -G ${GENERATOR}
     -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_CXX_COMPILER=${CXX} -D CMAKE_BUILD_TYPE=${BUILD_TYPE} ${flags})
 run(${CMAKE_COMMAND} --build ${WORK}/consumer)
-foreach(program IN ITEMS uses_core uses_io uses_scenes)
+foreach(program IN ITEMS uses_core uses_io uses_scenes uses_evaluation)
   run(${CMAKE_COMMAND} -E chdir ${WORK}/consumer ./${program})
 endforeach()
 run(${prefix}/bin/stereogrid --version)

@@ -36,6 +36,7 @@ ROOMS = (
     Room("include", ("include",), "(?!)"),
     Room("io/include", ("include", "io/include"), "(?!)"),
     Room("scenes/include", ("include", "scenes/include"), "(?!)"),
+    Room("evaluation/include", ("include", "evaluation/include"), "(?!)"),
     Room("src", ("include", "src"), TBB, r"src/backend/cpu\.hpp"),
     Room("src", ("include", "src"), r"hwy/.*", r".*_simd\.(cpp|hpp)"),
     Room("src", ("include", "src"), r"cuda.*|cub/.*|cooperative_groups.*", r"src/backend/cuda\.hpp|.*\.cu"),

@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "stereogrid/evaluation/motion.hpp"
+#include "stereogrid/evaluation/scores.hpp"
+
+namespace stereogrid::app {
+
+/// Grids of one kind over a drive, and how good they are.
+struct Series {
+  std::string name;
+  evaluation::Scores scores;
+  std::optional<evaluation::MotionScores> motion{};
+};
+
+/// What was scored against what.
+struct Evaluation {
+  std::vector<std::pair<std::string, std::string>> about;  ///< such as {"run", "runs/0009"}
+  std::vector<Series> series;
+};
+
+/// Every figure with its interval, and what the report draws (docs/evaluation.md).
+[[nodiscard]] nlohmann::ordered_json json_of(const Evaluation& evaluation);
+
+/// A table for the terminal, from json_of.
+[[nodiscard]] std::string table_of(const nlohmann::ordered_json& evaluation);
+
+/// One HTML file that needs nothing else, from json_of. Throws DeviceError.
+void write_report(const std::filesystem::path& path, const nlohmann::ordered_json& evaluation);
+
+/// "3–20 m" as a key: "3-20".
+[[nodiscard]] std::string key_of(evaluation::Band band);
+
+}  // namespace stereogrid::app

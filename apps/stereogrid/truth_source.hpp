@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "input.hpp"
+#include "stereogrid/evaluation/labels.hpp"
+#include "stereogrid/truth.hpp"
+
+namespace stereogrid::io {
+class TruthReader;
+}
+
+namespace stereogrid::app {
+
+enum class TruthKind { automatic, lidar, exact };
+
+/// What grids of an input can be scored against: its lidar sweeps, or the exact truth of a scene or a rendered drive.
+class TruthSource {
+ public:
+  /// `automatic`: exact truth where there is some, else lidar. Throws InputError where the input has not what is asked
+  /// for, with what it has. `camera_height_m`: where the search for
+  /// the lidar's road starts.
+  TruthSource(Input input, TruthKind kind, double camera_height_m = evaluation::kitti_camera_height_m);
+  ~TruthSource();
+
+  [[nodiscard]] const Input& input() const { return input_; }
+  /// lidar or exact.
+  [[nodiscard]] TruthKind kind() const { return kind_; }
+  /// Of exact truth.
+  [[nodiscard]] const TruthGrid& grid() const { return truth_grid_; }
+
+  /// A frame's labels; `truth` is set where the truth is exact.
+  struct FrameLabels {
+    evaluation::Labels labels;
+    std::optional<FrameTruth> truth;
+  };
+  /// None: nothing is known about a frame of this name. Throws InputError.
+  [[nodiscard]] std::optional<FrameLabels> frame(const std::string& name, const GridGeometry& grid) const;
+
+ private:
+  void check_lidar() const;
+  [[nodiscard]] bool has_exact() const;
+  [[nodiscard]] std::optional<FrameTruth> exact(const std::string& name) const;
+  [[nodiscard]] std::optional<evaluation::Labels> lidar(const std::string& name, const GridGeometry& grid) const;
+
+  Input input_;
+  TruthKind kind_;
+  double camera_height_m_;
+  std::map<std::string, std::size_t> places_;  // of the input's frames
+  std::unique_ptr<io::TruthReader> reader_;
+  TruthGrid truth_grid_;
+};
+
+}  // namespace stereogrid::app

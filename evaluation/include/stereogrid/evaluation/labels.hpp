@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "stereogrid/camera.hpp"
+#include "stereogrid/grid.hpp"
+#include "stereogrid/image.hpp"
+#include "stereogrid/truth.hpp"
+
+namespace stereogrid::evaluation {
+
+// Values of Labels::cells.
+inline constexpr std::int8_t not_scored{-1};
+inline constexpr std::int8_t labelled_free{0};
+inline constexpr std::int8_t labelled_occupied{1};
+
+/// What the cells of one frame truly are, on the vehicle-frame grid that is scored.
+struct Labels {
+  GridGeometry geometry;
+  Rig rig;                   ///< whose image columns decide what is hidden and along what free space is measured
+  Image<std::int8_t> cells;  ///< not_scored, labelled_free or labelled_occupied
+  Image<std::uint8_t>
+      partly_hidden;  ///< 1: labelled, though every image column of the cell meets an obstacle before it
+};
+
+/// A point in the left camera's frame: x right, y down, z forward.
+struct CameraPoint {
+  double x_m{0};
+  double y_m{0};
+  double z_m{0};
+};
+
+/// How much nearer (m) than a cell's near edge an obstacle has to be to hide the cell from the nearest-obstacle rule.
+inline constexpr double hiding_margin_m{0.5};
+
+/// Where the search for the road starts: as measured on KITTI's drives, whose calibrations give no height.
+inline constexpr double kitti_camera_height_m{1.64};
+
+/// Labels from one lidar sweep (specification §6). A plane is fitted to low points 4–30 m ahead and within 8 m of the
+/// axis, starting level at `camera_height_m` below the camera. Of the points that the camera could see, a cell is
+/// occupied with 2 or more that are 0.3–1.8 m above the plane; free with one within 0.12 m of it and none of 0.3–1.8 m.
+///
+/// Partly hidden: every image column that the cell covers holds a point of a cell labelled occupied that is nearer by
+/// hiding_margin_m and 3 m ahead or more. A point covers its column and one more at each side: that is how far apart
+/// returns are.
+///
+/// The camera has to look level (pitch and roll are taken for 0, as in KITTI's calibrations).
+[[nodiscard]] Labels lidar_labels(std::span<const CameraPoint> points, const Rig& rig, const GridGeometry& grid,
+                                  double camera_height_m = kitti_camera_height_m);
+
+/// Labels from exact truth: what the left camera sees of a cell, nothing: not scored. `grid` is the grid to be scored;
+/// cells that the truth does not reach are not scored. Throws InputError where the cells of both do not coincide, with
+/// the setting that would mend it.
+///
+/// Partly hidden: as above, with the pixels of obstacles between the truth's height limits. `rig`: of the recording.
+[[nodiscard]] Labels truth_labels(const FrameTruth& truth, const TruthGrid& truth_grid, const Rig& rig,
+                                  const GridGeometry& grid);
+
+/// Where cell (0, 0) of `truth` lies in the cells of `grid`. Throws InputError as truth_labels.
+struct CellShift {
+  int x{0};
+  int y{0};
+};
+[[nodiscard]] CellShift shift_between(const GridGeometry& grid, const GridGeometry& truth);
+
+}  // namespace stereogrid::evaluation

@@ -1,0 +1,98 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "nearest_obstacle.hpp"
+#include "road_plane.hpp"
+#include "stereogrid/evaluation/labels.hpp"
+
+namespace stereogrid::evaluation {
+namespace {
+
+constexpr double obstacle_from_m{0.3};
+constexpr double obstacle_to_m{1.8};
+constexpr double road_within_m{0.12};
+constexpr int obstacle_points_min{2};
+constexpr double ahead_min_m{1};
+constexpr double hiding_from_m{3};   // what returns from nearer by is often the own vehicle
+constexpr double column_reach{1.5};  // returns are about 2 columns apart on KITTI: no gaps within a surface
+
+bool in_view(const CameraPoint& p, const Rig& rig) {
+  const double u{rig.centre_u_px + rig.focal_px * p.x_m / std::max(p.z_m, 0.1)};
+  return p.z_m > ahead_min_m && u > 0 && u < rig.width_px;
+}
+
+struct CellIndex {
+  int ix{0};
+  int iy{0};
+};
+
+std::optional<CellIndex> cell_of(const CameraPoint& p, const GridGeometry& grid) {
+  const double ix{std::floor((p.z_m - grid.x_min_m) / grid.cell_size_m)};
+  const double iy{std::floor((-p.x_m - grid.y_min_m) / grid.cell_size_m)};
+  if (ix < 0 || iy < 0 || ix >= grid.nx || iy >= grid.ny) return std::nullopt;
+  return CellIndex{static_cast<int>(ix), static_cast<int>(iy)};
+}
+
+/// Points that the camera could see and that lie on cells.
+struct SeenPoints {
+  std::vector<CameraPoint> obstacle;
+  std::vector<CameraPoint> road;
+};
+
+SeenPoints sort_by_height(std::span<const CameraPoint> points, const RoadPlane& road, const Labels& labels) {
+  SeenPoints seen;
+  for (const CameraPoint& p : points) {
+    if (!in_view(p, labels.rig) || !cell_of(p, labels.geometry)) continue;
+    const double height{road.height_of(p)};
+    if (height > obstacle_from_m && height < obstacle_to_m) seen.obstacle.push_back(p);
+    if (std::abs(height) < road_within_m) seen.road.push_back(p);
+  }
+  return seen;
+}
+
+Image<int> count(const std::vector<CameraPoint>& points, const GridGeometry& grid) {
+  Image<int> counts{grid.nx, grid.ny};
+  for (const CameraPoint& p : points) {
+    const auto cell{cell_of(p, grid)};
+    if (cell) ++counts(cell->ix, cell->iy);
+  }
+  return counts;
+}
+
+void label(const Image<int>& obstacle, const Image<int>& road, Image<std::int8_t>& cells) {
+  for (std::size_t i{0}; i < cells.size(); ++i) {
+    if (obstacle.data()[i] >= obstacle_points_min) {
+      cells.data()[i] = labelled_occupied;
+    } else if (obstacle.data()[i] == 0 && road.data()[i] > 0) {
+      cells.data()[i] = labelled_free;
+    }
+  }
+}
+
+/// Of the points on occupied cells.
+NearestObstacle nearest_of(const std::vector<CameraPoint>& obstacle, const Labels& labels) {
+  NearestObstacle nearest{labels.rig};
+  for (const CameraPoint& p : obstacle) {
+    const auto cell{cell_of(p, labels.geometry)};
+    if (!cell || p.z_m < hiding_from_m || labels.cells(cell->ix, cell->iy) != labelled_occupied) continue;
+    nearest.add(p.z_m, -p.x_m, column_reach);
+  }
+  return nearest;
+}
+
+}  // namespace
+
+Labels lidar_labels(std::span<const CameraPoint> points, const Rig& rig, const GridGeometry& grid,
+                    double camera_height_m) {
+  Labels labels{grid, rig, {grid.nx, grid.ny, not_scored}, {grid.nx, grid.ny}};
+  const SeenPoints seen{sort_by_height(points, fit_road(points, camera_height_m), labels)};
+  label(count(seen.obstacle, grid), count(seen.road, grid), labels.cells);
+  mark_partly_hidden(nearest_of(seen.obstacle, labels), labels);
+  return labels;
+}
+
+}  // namespace stereogrid::evaluation

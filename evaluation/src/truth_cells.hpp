@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+
+#include "stereogrid/evaluation/motion.hpp"
+
+namespace stereogrid::evaluation {
+
+inline constexpr double moving_above_mps{0.3};
+
+/// Calls visit(truth cell, grid cell) with indices into both for every cell that the two grids share.
+template <class Visit>
+void for_shared_cells(const MotionFrame& frame, Visit visit) {
+  const CellShift shift{shift_between(frame.grid, frame.truth_grid.geometry)};
+  for (int ty{0}; ty < frame.truth.state.height(); ++ty) {
+    for (int tx{0}; tx < frame.truth.state.width(); ++tx) {
+      const int ix{tx + shift.x};
+      const int iy{ty + shift.y};
+      if (ix < 0 || iy < 0 || ix >= frame.grid.nx || iy >= frame.grid.ny) continue;
+      visit(tx, ty, ix, iy);
+    }
+  }
+}
+
+[[nodiscard]] inline TruthCell state_at(const FrameTruth& truth, int tx, int ty) {
+  return static_cast<TruthCell>(truth.state(tx, ty));
+}
+
+[[nodiscard]] inline bool is_moving(const FrameTruth& truth, int tx, int ty) {
+  return std::hypot(truth.velocity_x(tx, ty), truth.velocity_y(tx, ty)) > moving_above_mps;
+}
+
+[[nodiscard]] inline bool is_moving(const TruthObject& object) {
+  return std::hypot(object.vx_mps, object.vy_mps) > moving_above_mps;
+}
+
+}  // namespace stereogrid::evaluation

@@ -1,0 +1,134 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fstream>
+
+#include "support.hpp"
+
+namespace stereogrid::app::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+/// A run of a scene that is small enough for tests.
+void run_scene(const std::string& scene, const fs::path& out) {
+  run_well({"run", scene, "--out", out.string(), "--set", "grid.length_m=30"});
+}
+
+TEST(Evaluate, ScoresARunAgainstItsScene) {
+  const TemporaryFolder folder;
+  run_scene("scene:crossing?frames=13&width=256&height=160", folder / "run");
+  const std::string json_file{(folder / "scores.json").string()};
+  const Outcome outcome{run_well({"evaluate", (folder / "run").string(), "--json", json_file})};
+  EXPECT_THAT(outcome.output, HasSubstr("log-loss"));
+  EXPECT_THAT(outcome.output, HasSubstr("motion"));
+  const Json scores(json_of(json_file));
+  EXPECT_EQ(scores["about"]["frames"], "13 of 13");
+  EXPECT_EQ(scores["about"]["truth"], "exact");
+  const Json band(scores["series"]["observed"]["bands"]["3-20"]);
+  EXPECT_GT(band["cells"], 10000);
+  EXPECT_GT(band["occupied"], 100);
+  EXPECT_GT(band["hidden_occupied"], 10);
+  EXPECT_GT(band["auc"]["value"], 0.7);
+  EXPECT_LT(band["auc"]["value"], 1.0);
+  EXPECT_LE(band["auc"]["low"], band["auc"]["value"]);
+  EXPECT_GE(band["auc"]["high"], band["auc"]["value"]);
+  EXPECT_GT(scores["series"]["occupancy"]["motion"]["sightings"], 0);
+  EXPECT_FALSE(scores["series"]["observed"].contains("motion"));
+}
+
+TEST(Evaluate, ReadsTheTruthOfADriveAsThatOfItsScene) {
+  const TemporaryFolder folder;
+  const std::string scene{small_scene("street", "&frames=2")};
+  const fs::path drive{folder / "drive"};
+  run_well({"simulate", scene, "--out", drive.string()});
+  run_scene(scene, folder / "run");
+  const std::string run{(folder / "run").string()};
+  const auto band = [&](const std::vector<std::string>& input) {
+    const std::string file{(folder / "scores.json").string()};
+    std::vector<std::string> words{"evaluate", run, "--json", file};
+    words.insert(words.end(), input.begin(), input.end());
+    run_well(words);
+    return json_of(file)["series"]["occupancy"]["bands"]["3-20"];
+  };
+  const Json by_scene(band({}));
+  for (const Json& other : {band({scene, "--truth", "truth"}), band({drive.string()})}) {
+    for (const char* key : {"cells", "occupied", "auc", "balanced_log_loss", "iou_free", "depth_error_m"}) {
+      EXPECT_EQ(other[key], by_scene[key]) << key;
+    }
+    // the files' disparities are rounded to 1/256 px, and cells a hair from the margin change sides
+    EXPECT_NEAR(other["hidden_occupied"], by_scene["hidden_occupied"], 3);
+  }
+}
+
+TEST(Evaluate, WritesAReportThatNeedsNothingElse) {
+  const TemporaryFolder folder;
+  const fs::path run{folder / "a<" / "script>"};  // a path that would end the page's data
+  run_scene(small_scene("crossing", "&frames=2"), run);
+  const fs::path report{folder / "report.html"};
+  run_well({"evaluate", run.string(), "--html", report.string()});
+  const std::string page{text_of(report)};
+  for (const char* part : {"<!doctype html>", "hidden_recall", "000001", "prefers-color-scheme", "function rocChart"}) {
+    EXPECT_THAT(page, HasSubstr(part));
+  }
+  for (const char* part : {"http", "src=", "href=", "@DATA@", "@STYLE@", "@PAGE@", "a</script>"}) {
+    EXPECT_THAT(page, Not(HasSubstr(part)));
+  }
+  const std::string begin{"type=\"application/json\">"};
+  const std::size_t at{page.find(begin) + begin.size()};
+  const Json data(Json::parse(page.substr(at, page.find("</script>", at) - at)));
+  EXPECT_EQ(data["about"]["run"], run.string());
+  EXPECT_EQ(data["series"]["observed"]["frames"]["3-20"].size(), 2U);
+}
+
+TEST(Evaluate, RefusesCellsOfAnotherSize) {
+  const TemporaryFolder folder;
+  const std::string scene{small_scene("empty", "&frames=1")};
+  run_well({"run", scene, "--out", (folder / "run").string(), "--set", "grid.cell_size_m=0.5"});
+  const Outcome outcome{run_tool({"evaluate", (folder / "run").string(), scene})};
+  EXPECT_EQ(outcome.exit_code, 65);
+  EXPECT_THAT(outcome.errors, HasSubstr("grid.cell_size_m=0.2"));
+}
+
+TEST(Evaluate, SaysWhatIsMissing) {
+  const TemporaryFolder folder;
+  const std::string scene{small_scene("empty", "&frames=2")};
+  const fs::path drive{folder / "drive"};
+  run_well({"simulate", scene, "--out", drive.string()});
+  run_scene(drive.string(), folder / "run");
+  const auto complaint = [&](const std::vector<std::string>& words) {
+    std::vector<std::string> all{"evaluate", (folder / "run").string()};
+    all.insert(all.end(), words.begin(), words.end());
+    const Outcome outcome{run_tool(all)};
+    EXPECT_EQ(outcome.exit_code, 65);
+    return outcome.errors;
+  };
+  EXPECT_THAT(complaint({"--truth", "lidar"}), HasSubstr("has no lidar sweeps. It has exact truth"));
+  EXPECT_THAT(complaint({"scene:empty?frames=2&width=200&height=100"}),
+              HasSubstr("images of 160 × 100 px, but the input's have 200 × 100 px"));
+  EXPECT_THAT(complaint({scene, "--truth", "lidar"}), HasSubstr("scene has no lidar"));
+
+  // the same frames under other names
+  const fs::path other{folder / "other"};
+  run_well({"simulate", scene, "--out", other.string()});
+  const std::string lines{text_of(other / "truth" / "objects.jsonl")};
+  std::string renamed{lines};
+  for (std::size_t at{renamed.find("\"00000")}; at != std::string::npos; at = renamed.find("\"00000", at + 1)) {
+    renamed.replace(at, 6, "\"10000");
+  }
+  std::ofstream{other / "truth" / "objects.jsonl"} << renamed;
+  EXPECT_THAT(complaint({other.string()}), HasSubstr("none of its frames (000000 to 000001) has ground truth"));
+
+  fs::remove_all(drive / "truth");
+  EXPECT_THAT(complaint({}), HasSubstr("has no lidar sweeps"));
+  EXPECT_THAT(complaint({"--truth", "truth"}), HasSubstr("has no folder truth/"));
+  fs::remove_all(drive);
+  EXPECT_THAT(complaint({}), HasSubstr("is not there any more"));
+  fs::remove_all(folder / "run" / "grids");
+  EXPECT_THAT(complaint({}), HasSubstr("the run has no grids"));
+  fs::remove_all(folder / "run");
+  EXPECT_THAT(complaint({}), HasSubstr("is not a folder"));
+}
+
+}  // namespace
+}  // namespace stereogrid::app::testing

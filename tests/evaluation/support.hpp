@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "stereogrid/evaluation/scores.hpp"
+
+namespace stereogrid::evaluation::testing {
+
+/// Level camera 1.64 m high, one column per centimetre at 1 m: u = 100 − 100·y/x.
+inline Rig small_rig() {
+  Rig rig;
+  rig.width_px = 201;
+  rig.height_px = 101;
+  rig.focal_px = 100;
+  rig.centre_u_px = 100;
+  rig.centre_v_px = 50;
+  rig.baseline_m = 0.5;
+  rig.camera_height_m = 1.64;
+  return rig;
+}
+
+/// A line of metre cells straight ahead, from 0 to `cells`.
+inline GridGeometry lane(int cells) {
+  return {0, -0.5, 1, cells, 1};
+}
+
+/// Labels of a lane: '.' not scored, '0' free, '1' occupied, 'f' and 'o' the same but partly hidden.
+inline Labels lane_labels(const std::string& cells) {
+  const int n{static_cast<int>(cells.size())};
+  Labels labels{lane(n), small_rig(), {n, 1, not_scored}, {n, 1}};
+  for (int i{0}; i < n; ++i) {
+    const char c{cells[static_cast<std::size_t>(i)]};
+    labels.partly_hidden(i, 0) = c == 'f' || c == 'o' ? 1 : 0;
+    if (c != '.') labels.cells(i, 0) = c == '1' || c == 'o' ? labelled_occupied : labelled_free;
+  }
+  return labels;
+}
+
+inline Image<float> lane_of(const std::vector<float>& probabilities) {
+  Image<float> image{static_cast<int>(probabilities.size()), 1};
+  std::copy(probabilities.begin(), probabilities.end(), image.begin());
+  return image;
+}
+
+inline constexpr Band everything{0, 1000};
+
+}  // namespace stereogrid::evaluation::testing
