@@ -51,7 +51,7 @@ struct MatchingConfig {
   double uniqueness{0.01};
   double texture{1.0};
   int left_right_px{3};
-  int speckle_px{40};
+  int speckle_px{60};
   bool subpixel{true};
   int paths{3};
   int penalty_step{7};
