@@ -119,6 +119,7 @@ Config paper() {
   config.u_disparity.left_border = false;
   config.projection.footprint = Footprint::overlap;
   config.filter.model = FilterModel::tay2008;
+  config.filter.velocity_noise = 0.05;
   config.filter.static_prior = 0;
   config.filter.likelihood_exponent = 1;
   return config;

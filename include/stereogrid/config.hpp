@@ -216,7 +216,7 @@ struct FilterConfig {
   double velocity_max_mps{10};
   double velocity_step_mps{2};
   double forgetting_s{2};
-  double velocity_noise{0.05};
+  double velocity_noise{0.01};
   double likelihood_exponent{1};
   double static_prior{0.7};
   double border_occupancy{0.2};

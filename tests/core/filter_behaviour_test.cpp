@@ -152,6 +152,18 @@ TEST(FilterHiding, JointMovesWhatIsHidden) {
   EXPECT_LT(mean_over(run.layers.occupancy, 15, 15, 2, 2), 0.3);
 }
 
+// With the default noise: speed and mass after a second behind something.
+TEST(FilterHiding, JointKeepsTheSpeedOfWhatIsHidden) {
+  constexpr int wide{64};
+  Cpu cpu{2};
+  FilterRun run{cpu, FilterConfig{}, {0, 0, cell_m, wide, wide}};
+  for (int step{0}; step < 15; ++step) run.step(scene(wide, 4 + 2 * step, 30, 5, 5, 0.9f, 0.05f));
+  EXPECT_NEAR(mean_over(run.layers.velocity_x, 32, 30, 5, 5), 4, 0.2);
+  for (int step{0}; step < 10; ++step) run.step(Image<float>(wide, wide, 0.5f));
+  EXPECT_GT(mean_over(run.layers.occupancy, 52, 30, 5, 5), 0.8);
+  EXPECT_GT(mean_over(run.layers.velocity_x, 52, 30, 5, 5), 2.9);
+}
+
 // An object must be able to come in over the border with its velocity.
 TEST(FilterBorder, EnteringObjectsHaveTheRightVelocity) {
   for (const FilterModel model : {FilterModel::tay2008, FilterModel::joint, FilterModel::particles}) {
