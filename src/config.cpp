@@ -34,8 +34,10 @@ std::string text_of_value(const T& value) {
     return value ? "true" : "false";
   } else if constexpr (is_choice<T>) {
     return std::string{names_of(T{})[static_cast<std::size_t>(value)]};
+  } else if constexpr (std::is_integral_v<T>) {
+    return std::to_string(value);
   } else {
-    return text_of(static_cast<double>(value));
+    return text_of(value);
   }
 }
 
@@ -123,6 +125,7 @@ Config paper() {
   config.u_disparity.left_border = false;
   config.projection.footprint = Footprint::overlap;
   config.filter.model = FilterModel::tay2008;
+  config.filter.velocity_noise = 0.05;
   config.filter.static_prior = 0;
   config.filter.likelihood_exponent = 1;
   return config;
@@ -185,7 +188,7 @@ std::vector<std::string> problems(const Config& config) {
     found.emplace_back("grid: more than 4000 cells along a side; take larger cells or a smaller grid.");
   }
   const double steps{2 * std::floor(config.filter.velocity_max_mps / config.filter.velocity_step_mps) + 1};
-  if (steps * steps > 1000) {
+  if (config.filter.model != FilterModel::particles && steps * steps > 1000) {
     found.emplace_back("filter: more than 1000 velocities; raise velocity_step_mps or lower velocity_max_mps.");
   }
   return found;

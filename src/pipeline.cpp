@@ -94,7 +94,7 @@ JourneyMemory::JourneyMemory(const Config& parameters, const Rig& level_rig, con
       window{vehicle_grid},
       lattice{velocity_lattice(config.filter)},
       observed_world{window.cells(), window.cells()},
-      filtered{window.cells(), static_cast<int>(lattice.size())},
+      filtered{window.cells(), config.filter},
       filtered_before{filtered},
       cluster_labels{window.cells(), window.cells()},
       tracker{config.tracking} {}

@@ -212,10 +212,10 @@ struct ProjectionConfig {
   }
 };
 
-/// The two forms of the Bayesian Occupancy Filter.
-enum class FilterModel { tay2008, joint };
-constexpr std::array<std::string_view, 2> names_of(FilterModel) {
-  return {"tay2008", "joint"};
+/// The forms of the Bayesian Occupancy Filter.
+enum class FilterModel { tay2008, joint, particles };
+constexpr std::array<std::string_view, 3> names_of(FilterModel) {
+  return {"tay2008", "joint", "particles"};
 }
 
 struct FilterConfig {
@@ -223,17 +223,20 @@ struct FilterConfig {
   double velocity_max_mps{10};
   double velocity_step_mps{2};
   double forgetting_s{2};
-  double velocity_noise{0.05};
+  double velocity_noise{0.01};
   double likelihood_exponent{1};
   double static_prior{0.7};
   double border_occupancy{0.2};
+  int particles{100000};
+  double velocity_walk_mps{1};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"model", "", 0, 1, "tay2008: velocity given the cell; joint: mass of (occupied, velocity)."},
+    visit(Parameter{"model", "", 0, 1,
+                    "tay2008: velocity given the cell; joint: mass of (occupied, velocity); particles: that mass in "
+                    "particles."},
           self.model);
-    visit(Parameter{"velocity_max_mps", "m/s", 0, 60, "Largest speed of the velocity lattice along each world axis."},
-          self.velocity_max_mps);
+    visit(Parameter{"velocity_max_mps", "m/s", 0, 60, "Largest speed along each world axis."}, self.velocity_max_mps);
     visit(Parameter{"velocity_step_mps", "m/s", 0.1, 20, "Distance between the lattice's velocities."},
           self.velocity_step_mps);
     visit(Parameter{"forgetting_s", "s", 0.05, 1000, "Time constant with which an unobserved cell returns to unknown."},
@@ -250,6 +253,10 @@ struct FilterConfig {
           self.static_prior);
     visit(Parameter{"border_occupancy", "", 0.01, 0.9, "Occupancy assumed outside the window (joint)."},
           self.border_occupancy);
+    visit(Parameter{"particles", "", 1000, 5000000, "Particles: how many there are at most."}, self.particles);
+    visit(Parameter{"velocity_walk_mps", "m/s/√s", 0, 20,
+                    "Particles: how much a moving thing's velocity changes within a second (standard deviation)."},
+          self.velocity_walk_mps);
   }
 };
 

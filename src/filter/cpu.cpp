@@ -254,6 +254,9 @@ class RowFilter {
 
 void filter(Cpu& cpu, const FilterInput& input, View<const float> observed, const FilterState& before,
             FilterState& after, GridLayers& layers) {
+  if (input.config.model == FilterModel::particles) {
+    return filter_particles(cpu, input, observed, before, after, layers);
+  }
   after.geometry = layers.geometry = input.geometry;
   cpu.for_ranges(observed.height, rows_grain, [&](int begin, int end) {
     RowFilter rows{input, observed, before, after, layers};

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "filter/model.hpp"
+#include "filter/particles.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/grid.hpp"
@@ -34,12 +35,14 @@ class Window {
   int cells_;
 };
 
-/// What the filter remembers: per cell, mass[k] = P(occupied, v_k) (joint) or P(v_k) (tay2008), and P(occupied).
+/// What the filter remembers: per cell, P(occupied), and mass[k] = P(occupied, v_k) (joint) or P(v_k) (tay2008), or
+/// particles.
 struct FilterState {
-  FilterState(int cells, int velocities);
+  FilterState(int cells, const FilterConfig& config);
 
   GridGeometry geometry;               ///< of the last step; nx = 0: no step yet
-  std::vector<Image<float>> velocity;  ///< [k]
+  std::vector<Image<float>> velocity;  ///< [k]; none with particles
+  Particles particles;                 ///< none with the other models
   Image<float> occupancy;
   Image<float> age_s;
 };
@@ -54,7 +57,7 @@ struct FilterInput {
 
 /// One step of the Bayesian Occupancy Filter: `before` moved on by dt and into the window's new place, then updated
 /// with the observed grid (P(T_X) at the window's cells, 0.5 = nothing seen), into `after`. `layers` gets occupancy,
-/// velocity (mean given occupied) and age. method §2.3 (tay2008) and §2.6 (joint).
+/// velocity (mean given occupied) and age. method §2.3 (tay2008), §2.6 (joint) and §5.8 (particles).
 void filter(Cpu& cpu, const FilterInput& input, View<const float> observed, const FilterState& before,
             FilterState& after, GridLayers& layers);
 void filter(Reference& reference, const FilterInput& input, View<const float> observed, const FilterState& before,
@@ -65,6 +68,9 @@ void reset(FilterState& state, const FilterConfig& config, const GridGeometry& g
 
 FilterStep step_of(const FilterInput& input);
 Likelihood likelihood_of(const FilterConfig& config, float observed);
+
+/// How much more seldom a standing thing starts than a moving one changes its velocity.
+constexpr double starting_share{0.1};
 
 /// Cells that differ this much from 0.5 have been observed.
 constexpr float observed_difference{0.05f};

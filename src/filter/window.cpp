@@ -9,9 +9,6 @@
 namespace stereogrid {
 namespace {
 
-// how much more seldom a standing thing starts than a moving one changes its velocity
-constexpr double starting_share{0.1};
-
 constexpr float never{std::numeric_limits<float>::infinity()};
 
 float interpolated(const Image<float>& cells, double x, double y) {
@@ -53,10 +50,14 @@ GridGeometry Window::at(const Pose2& world_from_vehicle) const {
   return {first_x * cell_size_m_, first_y * cell_size_m_, cell_size_m_, cells_, cells_};
 }
 
-FilterState::FilterState(int cells, int velocities)
-    : velocity(static_cast<std::size_t>(velocities), Image<float>{cells, cells}),
-      occupancy{cells, cells, 0.5f},
-      age_s{cells, cells, never} {}
+FilterState::FilterState(int cells, const FilterConfig& config)
+    : occupancy{cells, cells, 0.5f}, age_s{cells, cells, never} {
+  if (config.model == FilterModel::particles) {
+    particles = Particles{cells, config};
+  } else {
+    velocity.assign(velocity_lattice(config).size(), Image<float>{cells, cells});
+  }
+}
 
 FilterStep step_of(const FilterInput& input) {
   const FilterConfig& config{input.config};
@@ -96,7 +97,12 @@ void reset(FilterState& state, const FilterConfig& config, const GridGeometry& g
   const FilterStep step{step_of({config, lattice, geometry, 0})};
   const float mass{config.model == FilterModel::joint ? 0.5f : 1.0f};
   state.geometry = geometry;
-  for (int k{0}; k < step.velocities; ++k) state.velocity[static_cast<std::size_t>(k)].fill(mass * prior_of(step, k));
+  for (std::size_t k{0}; k < state.velocity.size(); ++k) {
+    state.velocity[k].fill(mass * prior_of(step, static_cast<int>(k)));
+  }
+  state.particles.mass.fill({});
+  state.particles.count = 0;
+  state.particles.steps = 0;
   state.occupancy.fill(0.5f);
   state.age_s.fill(never);
 }

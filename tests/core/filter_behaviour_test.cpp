@@ -112,7 +112,8 @@ TEST_P(FilterBehaviour, ASlowObjectLiesBetweenTwoBins) {
   EXPECT_NEAR(mean_over(run.layers.velocity_y, 17, 14, 4, 4), 0, 0.3);
 }
 
-INSTANTIATE_TEST_SUITE_P(Models, FilterBehaviour, testing::Values(FilterModel::tay2008, FilterModel::joint),
+INSTANTIATE_TEST_SUITE_P(Models, FilterBehaviour,
+                         testing::Values(FilterModel::tay2008, FilterModel::joint, FilterModel::particles),
                          [](const auto& name) {
                            return std::string{names_of(name.param)[static_cast<std::size_t>(name.param)]};
                          });
@@ -126,10 +127,12 @@ double hidden_for(const FilterConfig& config, int frames) {
 }
 
 // method §2.4 no. 2 and §2.6: inner cells of a 4 × 4 object that nobody sees any more.
-TEST(FilterHiding, JointKeepsWhatIsHidden) {
-  for (const FilterConfig& config : {method_config(FilterModel::joint), without_static_prior(FilterModel::joint)}) {
-    EXPECT_GT(hidden_for(config, 1), 0.95);
-    EXPECT_GT(hidden_for(config, 10), 0.8);
+TEST(FilterHiding, KeepsWhatIsHidden) {
+  for (const FilterModel model : {FilterModel::joint, FilterModel::particles}) {
+    for (const FilterConfig& config : {method_config(model), without_static_prior(model)}) {
+      EXPECT_GT(hidden_for(config, 1), 0.95);
+      EXPECT_GT(hidden_for(config, 10), 0.8);
+    }
   }
 }
 
@@ -149,9 +152,21 @@ TEST(FilterHiding, JointMovesWhatIsHidden) {
   EXPECT_LT(mean_over(run.layers.occupancy, 15, 15, 2, 2), 0.3);
 }
 
+// With the default noise: speed and mass after a second behind something.
+TEST(FilterHiding, JointKeepsTheSpeedOfWhatIsHidden) {
+  constexpr int wide{64};
+  Cpu cpu{2};
+  FilterRun run{cpu, FilterConfig{}, {0, 0, cell_m, wide, wide}};
+  for (int step{0}; step < 15; ++step) run.step(scene(wide, 4 + 2 * step, 30, 5, 5, 0.9f, 0.05f));
+  EXPECT_NEAR(mean_over(run.layers.velocity_x, 32, 30, 5, 5), 4, 0.2);
+  for (int step{0}; step < 10; ++step) run.step(Image<float>(wide, wide, 0.5f));
+  EXPECT_GT(mean_over(run.layers.occupancy, 52, 30, 5, 5), 0.8);
+  EXPECT_GT(mean_over(run.layers.velocity_x, 52, 30, 5, 5), 2.9);
+}
+
 // An object must be able to come in over the border with its velocity.
 TEST(FilterBorder, EnteringObjectsHaveTheRightVelocity) {
-  for (const FilterModel model : {FilterModel::tay2008, FilterModel::joint}) {
+  for (const FilterModel model : {FilterModel::tay2008, FilterModel::joint, FilterModel::particles}) {
     Cpu cpu{1};
     FilterRun run{cpu, method_config(model), still_window()};
     for (int step{0}; step < 10; ++step) run.step(scene(cells, 0, 14, 1, 4, 0.02f));

@@ -31,7 +31,7 @@ class FilterRun {
       : back_end_{back_end},
         config{parameters},
         lattice{velocity_lattice(config)},
-        now{geometry.nx, static_cast<int>(lattice.size())},
+        now{geometry.nx, config},
         before{now} {
     const Image<float> cells{geometry.nx, geometry.ny};
     layers = {geometry, cells, cells, cells, cells};

@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "filter/particles.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "filter/filter.hpp"
+
+namespace stereogrid {
+namespace {
+
+constexpr int particles_of_a_full_cell{256};
+
+// The observed grid's edges jump by parts of a cell from frame to frame.
+constexpr double position_walk_cells{0.5};  // per √s
+
+}  // namespace
+
+Particles::Particles(int cells, const FilterConfig& config)
+    : mass{cells, cells},
+      particle(static_cast<std::size_t>(config.particles)),
+      arrived(particle.size()),
+      cell(particle.size()),
+      first(mass.size() + 1),
+      begin(mass.size() + 1) {}
+
+Scroll scroll_between(const GridGeometry& before, const GridGeometry& now) {
+  return {static_cast<int>(std::lround((now.x_min_m - before.x_min_m) / now.cell_size_m)),
+          static_cast<int>(std::lround((now.y_min_m - before.y_min_m) / now.cell_size_m))};
+}
+
+ParticleStep particle_step_of(const FilterInput& input, std::uint64_t number) {
+  const FilterConfig& config{input.config};
+  const double root{std::sqrt(std::max(input.dt_s, 0.0))};
+  ParticleStep step{};
+  step.number = number;
+  step.kept = static_cast<float>(std::exp(-input.dt_s / config.forgetting_s));
+  step.starting = config.velocity_max_mps > 0 ? static_cast<float>(config.velocity_noise * starting_share) : 0.0f;
+  step.renewed = static_cast<float>(config.velocity_noise);
+  step.static_prior = config.velocity_max_mps > 0 ? static_cast<float>(config.static_prior) : 1.0f;
+  step.velocity_max_mps = static_cast<float>(config.velocity_max_mps);
+  step.velocity_walk_mps = static_cast<float>(config.velocity_walk_mps * root);
+  step.position_walk = static_cast<float>(position_walk_cells * root);
+  step.cells_per_mps = static_cast<float>(input.dt_s / input.geometry.cell_size_m);
+  return step;
+}
+
+double weight_for(double total, int available) {
+  return std::max(total / available, 1.0 / particles_of_a_full_cell);
+}
+
+void CellUpdate::run(int x, int y, float observed, int count, float sum_vx_mps, float sum_vy_mps) const {
+  const Particles& old{before.particles};
+  const float arrived{static_cast<float>(count) * old.weight * step.kept};
+  const CellMass mass{
+      updated(step, value_before(old.mass, scroll, x, y, {}), arrived, likelihood_of(input.config, observed))};
+  after.particles.mass(x, y) = mass;
+  const float occupied{mass.occupied()};
+  const float share{count > 0 ? mass.moving / (occupied * static_cast<float>(count)) : 0.0f};
+  layers.velocity_x(x, y) = share * sum_vx_mps;
+  layers.velocity_y(x, y) = share * sum_vy_mps;
+  after.occupancy(x, y) = layers.occupancy(x, y) = occupied + 0.5f * mass.unknown();
+  const float age{value_before(before.age_s, scroll, x, y, std::numeric_limits<float>::infinity())};
+  const bool seen{std::abs(observed - 0.5f) > observed_difference};
+  after.age_s(x, y) = layers.age_s(x, y) = seen ? 0.0f : age + static_cast<float>(input.dt_s);
+}
+
+}  // namespace stereogrid
