@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "input.hpp"
 #include "stereogrid/evaluation/labels.hpp"
@@ -42,6 +43,13 @@ class TruthSource {
   };
   /// None: nothing is known about a frame of this name. Throws InputError.
   [[nodiscard]] std::optional<FrameLabels> frame(const std::string& name, const GridGeometry& grid) const;
+
+  /// Are there lidar sweeps, and is it known where the lidar is?
+  [[nodiscard]] bool has_sweeps() const;
+  /// A frame's sweep in the sensor's order; empty: none. Throws InputError.
+  [[nodiscard]] std::vector<evaluation::CameraPoint> sweep(const std::string& name) const;
+  /// Where the lidar is.
+  [[nodiscard]] evaluation::CameraPoint lidar_in_camera() const;
 
  private:
   void check_lidar() const;
