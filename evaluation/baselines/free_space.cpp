@@ -37,7 +37,7 @@ class Strip {
     }
   }
 
-  /// Median of the disparities near the base's own on the rows above it.
+  /// Median of the disparities near the base's own on the rows above it; 0: there is none.
   [[nodiscard]] double disparity_above(int base) const {
     constexpr double near_px{1.5};
     const double d{road_.disparity(centre_u_, base)};
@@ -46,7 +46,7 @@ class Strip {
       const double found{disparities_[static_cast<std::size_t>(v)]};
       if (found > 0 && std::abs(found - d) < near_px) near.push_back(found);
     }
-    return near.empty() ? d : median(near);
+    return near.empty() ? 0 : median(near);
   }
 
  private:

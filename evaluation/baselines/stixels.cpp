@@ -25,8 +25,9 @@ double cost_of(double probability) {
 
 /// −log of a Gaussian around what is expected, mixed with outliers spread over the whole range.
 double pixel_cost(double off, double sigma, double outliers, double range, double none) {
+  const double spread{(1 - none) * outliers / range};
   const double gaussian{std::exp(-0.5 * off * off / (sigma * sigma)) / (sigma * std::sqrt(2 * std::numbers::pi))};
-  return cost_of((1 - none) * (outliers / range + (1 - outliers) * gaussian));
+  return cost_of(spread + (1 - none) * (1 - outliers) * gaussian);
 }
 
 /// Sums over rows 0 … i − 1 at [i].
@@ -66,6 +67,9 @@ class ColumnCosts {
   [[nodiscard]] double mean(int first, int last) const {
     const float count{difference(counts_, first, last)};
     return count > 0 ? static_cast<double>(difference(disparities_, first, last) / count) : 0;
+  }
+  [[nodiscard]] double matched(int first, int last) const {
+    return static_cast<double>(difference(counts_, first, last)) / (last - first + 1);
   }
   [[nodiscard]] double median_of(int first, int last) const {
     std::vector<double> found;
@@ -107,12 +111,16 @@ class ColumnCosts {
   }
 
   void sum_objects(int bins) {
+    const double far_off{pixel_cost(1e9, 1, parameters_.outlier_object, range_, none_probability[1])};
+    const double none{cost_of(none_probability[1])};
     for (int bin{0}; bin < bins; ++bin) {
       const double d{static_cast<double>(bin) / object_bins_per_px};
       const double sigma{std::hypot(parameters_.sigma_px, d * d * parameters_.object_depth_m / focal_baseline_)};
       objects_.push_back(summed([&](std::size_t row) {
-        if (disparity_[row] <= 0) return cost_of(none_probability[1]);
-        return pixel_cost(disparity_[row] - d, sigma, parameters_.outlier_object, range_, none_probability[1]);
+        if (disparity_[row] <= 0) return none;
+        const double off{disparity_[row] - d};
+        if (std::abs(off) > 6 * sigma) return far_off;
+        return pixel_cost(off, sigma, parameters_.outlier_object, range_, none_probability[1]);
       }));
     }
   }
@@ -204,7 +212,8 @@ class ColumnCutter {
       const Best& here{best(last, kind)};
       const int rows{parameters_.row_px};
       const double d{kind == StixelClass::object ? costs_.median_of(here.first_row, last) : 0};
-      pieces.push_back({kind, image_height - (last + 1) * rows, image_height - 1 - here.first_row * rows, d});
+      pieces.push_back({kind, image_height - (last + 1) * rows, image_height - 1 - here.first_row * rows, d,
+                        costs_.matched(here.first_row, last)});
       kind = here.before;
       last = here.first_row - 1;
     }
@@ -221,11 +230,12 @@ class ColumnCutter {
 /// Writes what the pieces of a column say about the disparities behind each other.
 void paint(const std::vector<Stixel>& pieces, int u, const RoadModel& road, const StixelParameters& parameters,
            DisparityPlane& plane) {
+  constexpr double matched_min{0.2};
   std::vector<double> obstacles;
   double nearest{0};
   double farthest_ground{0};
   for (const Stixel& piece : pieces) {
-    if (piece.kind == StixelClass::ground) {
+    if (piece.kind == StixelClass::ground && piece.matched >= matched_min) {
       const double far{std::max(0.5, road.disparity(u, piece.first_row))};
       plane.set(u, far, road.disparity(u, piece.last_row), parameters.between_free);
       farthest_ground = far;

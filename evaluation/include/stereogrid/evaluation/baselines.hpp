@@ -52,8 +52,8 @@ struct NearestObstacleParameters {
 /// Stochastic occupancy over (column, disparity), then the best boundary by dynamic programming (Badino, Franke, Mester
 /// 2007). method §5.2.
 struct OccupancyBoundaryParameters {
-  ColumnGridParameters grid;
-  Levels levels;
+  ColumnGridParameters grid{.bins_per_px = 2, .sigma_column = 0.5};
+  Levels levels{.free = 0.05};
   double height_min_m{0.2};
   double height_max_m{1.8};
   int column_px{1};      ///< width of a column of the stochastic grid
@@ -70,11 +70,11 @@ struct OccupancyBoundaryParameters {
 /// Free space from a score of each image column's rows, smoothed by dynamic programming: the base of the stixels of
 /// Badino, Franke, Pfeiffer 2009. method §5.3.
 struct FreeSpaceParameters {
-  ColumnGridParameters grid;
-  Levels levels;
+  ColumnGridParameters grid{.bins_per_px = 2};
+  Levels levels{.free = 0.05};
   int column_px{3};
   double obstacle_height_m{0.8};  ///< what stands above the boundary
-  double obstacle_weight{0.5};
+  double obstacle_weight{1};
   double road_weight{1};
   double unexplained_px{2};     ///< what a row above the obstacle would differ by
   double none_px{3};            ///< difference that a pixel without disparity counts for
@@ -94,6 +94,7 @@ struct Stixel {
   int first_row{0};
   int last_row{0};
   double disparity{0};  ///< of an object
+  double matched{0};    ///< share of the rows that have a disparity
 };
 
 /// Columns cut into ground, objects and sky by exact dynamic programming (Pfeiffer & Franke 2011). method §5.5.

@@ -33,7 +33,8 @@ struct LogOddsParameters {
 /// The same over time: the log-odds of all frames summed in the world, which is taken to stand still.
 class LogOddsMap {
  public:
-  explicit LogOddsMap(double weight_of_frame = 0.5, const LogOddsParameters& parameters = {});
+  explicit LogOddsMap(double weight_of_frame = 0.8,
+                      const LogOddsParameters& parameters = {.any_hit = 1.5, .hit = 0.6, .lowest = -3});
 
   /// Adds a frame and gives the map as it lies under a grid in the vehicle frame.
   [[nodiscard]] Image<float> update(const DisparityFrame& frame, const Pose2& world_from_vehicle,
