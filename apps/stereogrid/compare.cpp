@@ -32,6 +32,7 @@ constexpr std::size_t pictures_at_most{6};
 /// What is known about a frame from outside.
 struct Known {
   std::optional<evaluation::Labels> labels;
+  std::optional<FrameTruth> truth;
   std::vector<evaluation::CameraPoint> sweep;
 };
 
@@ -63,7 +64,9 @@ class Comparer {
         methods_{compare_methods(config_from(options.config), truth.has_sweeps(), options.only)},
         first_{config_from(options.config), truth.input().source->rig(), BackEnd::cpu, options.threads} {
     for (const CompareMethod& method : methods_) {
-      comparison_.methods.push_back({method.name, method.title, method.over_time, {}, {}});
+      ComparedMethod compared{method.title, method.over_time, {method.name, {}}, {}};
+      if (method.over_time && truth.kind() == TruthKind::exact) compared.series.motion.emplace();
+      comparison_.methods.push_back(std::move(compared));
       pipelines_.push_back(pipeline_for(method));
     }
   }
@@ -98,11 +101,13 @@ class Comparer {
     if (options_.hold_out) {
       Rings rings{rings_of(known.sweep)};
       if (!known.sweep.empty()) {
-        known.labels = evaluation::lidar_labels(rings.odd, truth_.input().source->rig(), first_.vehicle_grid());
+        known.labels = evaluation::lidar_labels(rings.odd, truth_.input().source->rig(), first_.vehicle_grid(),
+                                                options_.camera_height_m);
       }
       known.sweep = std::move(rings.even);
     } else if (auto labelled{truth_.frame(frame.name, first_.vehicle_grid())}) {
       known.labels = std::move(labelled->labels);
+      known.truth = std::move(labelled->truth);
     }
     return known;
   }
@@ -115,22 +120,30 @@ class Comparer {
                                  result.vehicle_grid,
                                  result.world_from_vehicle,
                                  std::move(known.sweep),
-                                 truth_.lidar_in_camera()};
+                                 truth_.lidar_in_camera(),
+                                 options_.camera_height_m};
     ++comparison_.frames;
     comparison_.frames_with_truth += known.labels ? 1 : 0;
     std::vector<NamedGrid> grids;
     for (std::size_t i{0}; i < methods_.size(); ++i) {
-      const TimedGrid grid{grid_of(i, frame, result, compared)};
-      if (grid.occupancy.empty()) continue;
-      comparison_.methods[i].milliseconds.push_back(grid.milliseconds);
+      const MethodResult made{run(i, frame, result, compared)};
+      if (made.occupancy.empty()) continue;
+      comparison_.methods[i].milliseconds.push_back(made.milliseconds);
       if (!known.labels) continue;
-      comparison_.methods[i].scores.add(frame.name, grid.occupancy.view(), *known.labels);
-      if (!options_.pictures.empty()) grids.push_back({methods_[i].title, grid.occupancy});
+      score(comparison_.methods[i].series, frame.name, known, made, result.vehicle_grid);
+      if (!options_.pictures.empty()) grids.push_back({methods_[i].title, made.occupancy});
     }
     if (known.labels) draw(frame, *known.labels, grids);
   }
 
-  TimedGrid grid_of(std::size_t i, const StereoFrame& frame, const FrameResult& first, const ComparedFrame& compared) {
+  /// A grid, how long it took from disparities and ground, and what else this library knows.
+  struct MethodResult {
+    Image<float> occupancy;
+    double milliseconds{0};
+    const FrameResult* pipeline{nullptr};
+  };
+
+  MethodResult run(std::size_t i, const StereoFrame& frame, const FrameResult& first, const ComparedFrame& compared) {
     const CompareMethod& method{methods_[i]};
     if (!method.config) {
       const auto start{std::chrono::steady_clock::now()};
@@ -139,7 +152,21 @@ class Comparer {
       return {std::move(grid), spent.count()};
     }
     const FrameResult& result{pipelines_[i] ? pipelines_[i]->process(frame) : first};
-    return {method.over_time ? result.occupancy : result.observed, ms_after_ground(result.timing_ms, method.over_time)};
+    return {method.over_time ? result.occupancy : result.observed, ms_after_ground(result.timing_ms, method.over_time),
+            &result};
+  }
+
+  void score(Series& series, const std::string& name, const Known& known, const MethodResult& made,
+             const GridGeometry& grid) const {
+    series.scores.add(name, made.occupancy.view(), *known.labels);
+    if (!series.motion || !known.truth) return;
+    evaluation::MotionFrame motion{*known.truth, truth_.grid(), first_.rig(), grid, made.occupancy.view(), {}, {}, {}};
+    if (made.pipeline != nullptr) {
+      motion.velocity_x = made.pipeline->velocity_x.view();
+      motion.velocity_y = made.pipeline->velocity_y.view();
+      motion.obstacles = made.pipeline->obstacles;
+    }
+    series.motion->add(motion);
   }
 
   void draw(const StereoFrame& frame, const evaluation::Labels& labels, const std::vector<NamedGrid>& grids) {
@@ -161,13 +188,21 @@ class Comparer {
 }  // namespace
 
 int compare(const CompareOptions& options) {
-  const TruthSource truth{open_input(options.input), options.hold_out ? TruthKind::lidar : options.truth};
+  const TruthSource truth{open_input(options.input), options.hold_out ? TruthKind::lidar : options.truth,
+                          options.camera_height_m};
   log_input(truth.input());
   const FrameRange range{parse_frame_range(options.frames, truth.input().source->size())};
   if (!options.pictures.empty()) fs::create_directories(options.pictures);
   const Comparison comparison{Comparer{options, truth}.go_through(range)};
   print_table(comparison);
-  if (!options.json.empty()) io::write_file(options.json, json_of(comparison).dump(2) + "\n");
+  if (options.json.empty() && options.html.empty()) return exit_done;
+  const nlohmann::ordered_json json(
+      json_of(comparison, {{"input", options.input.paths.front()},
+                           {"preset", options.config.preset},
+                           {"truth", truth.kind() == TruthKind::lidar ? "lidar" : "exact"},
+                           {"frames", fmt::format("{} of {}", comparison.frames_with_truth, comparison.frames)}}));
+  if (!options.json.empty()) io::write_file(options.json, json.dump(1) + "\n");
+  if (!options.html.empty()) write_report(options.html, json);
   return exit_done;
 }
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "config_options.hpp"
+#include "evaluation_output.hpp"
 #include "input.hpp"
-#include "stereogrid/evaluation/scores.hpp"
 #include "truth_source.hpp"
 
 namespace stereogrid::app {
@@ -21,16 +21,17 @@ struct CompareOptions {
   bool hold_out{false};
   std::vector<std::string> only;
   int threads{0};
+  double camera_height_m{evaluation::kitti_camera_height_m};
   std::string json;
+  std::string html;
   std::string pictures;
 };
 
 /// What a method has made of the input.
 struct ComparedMethod {
-  std::string name;
   std::string title;
   bool over_time{false};
-  evaluation::Scores scores;
+  Series series;
   std::vector<double> milliseconds;  ///< of every frame, from disparities and ground to the grid
 };
 

@@ -24,6 +24,12 @@ void add_compare_command(CLI::App& tool, int& exit_code) {
                    "some.")
       ->transform(CLI::CheckedTransformer(kinds))
       ->type_name("lidar|truth");
+  command
+      ->add_option("--camera-height", options->camera_height_m,
+                   "Camera over the road, where the search for the lidar's road starts (m).")
+      ->type_name("M")
+      ->capture_default_str()
+      ->check(CLI::Range(0.3, 5.0));
   command->add_flag("--hold-out", options->hold_out,
                     "Every second ring of the lidar labels the cells, the others are for the lidar's own grid.");
   command->add_option("--only", options->only, "Only these methods; docs/baselines.md has their names.")
@@ -36,6 +42,7 @@ void add_compare_command(CLI::App& tool, int& exit_code) {
       ->capture_default_str();
   command->add_option("--json", options->json, "Also write every figure, with its interval, to this file.")
       ->type_name("FILE");
+  command->add_option("--html", options->html, "Also write a report with plots to this file.")->type_name("FILE");
   command
       ->add_option("--pictures", options->pictures, "Also draw the grids of some frames side by side into this folder.")
       ->type_name("DIR");

@@ -19,12 +19,7 @@ struct ComparedFrame {
   Pose2 world_from_vehicle;
   std::vector<evaluation::CameraPoint> sweep;  ///< empty: none
   evaluation::CameraPoint lidar;               ///< where the sensor is
-};
-
-/// A grid, and how long it took from disparities and ground.
-struct TimedGrid {
-  Image<float> occupancy;
-  double milliseconds{0};
+  double camera_height_m{0};                   ///< where the search for the lidar\'s road starts
 };
 
 /// A way to make a grid of a frame. Exactly one of `config` and `grid_of` is set.

@@ -42,19 +42,6 @@ Json number(double value) {
   return std::isfinite(value) ? Json(value) : Json{};
 }
 
-Json json_of(const Summary& summary) {
-  Json json{{"frames", summary.frames},
-            {"cells", summary.cells},
-            {"occupied", summary.occupied},
-            {"hidden_occupied", summary.hidden_occupied}};
-  for (const evaluation::Metric& metric : evaluation::metrics) {
-    const Estimate& estimate{summary.*metric.estimate};
-    json[std::string{metric.name}] = {
-        {"value", number(estimate.value)}, {"low", number(estimate.low)}, {"high", number(estimate.high)}};
-  }
-  return json;
-}
-
 }  // namespace
 
 void print_table(const Comparison& comparison) {
@@ -66,7 +53,7 @@ void print_table(const Comparison& comparison) {
   for (const ComparedMethod& method : comparison.methods) {
     if (method.over_time && !over_time) fmt::print("over time\n");
     over_time = method.over_time;
-    const Summary summary{method.scores.summary(table_band, 0)};
+    const Summary summary{method.series.scores.summary(table_band, 0)};
     fmt::print("{:<42}", method.title);
     for (const Column& column : columns) {
       const double value{(summary.*column.estimate).value};
@@ -79,20 +66,17 @@ void print_table(const Comparison& comparison) {
       "grid. docs/baselines.md tells what the methods are, docs/evaluation.md what the figures are.\n");
 }
 
-Json json_of(const Comparison& comparison) {
-  Json methods = Json::array();
+Json json_of(const Comparison& comparison, const std::vector<std::pair<std::string, std::string>>& about) {
+  Evaluation evaluation{about, {}};
+  for (const ComparedMethod& method : comparison.methods) evaluation.series.push_back(method.series);
+  Json json(json_of(evaluation));
   for (const ComparedMethod& method : comparison.methods) {
-    Json scores;
-    for (const Band band : evaluation::bands) {
-      scores[fmt::format("{:g}-{:g} m", band.from_m, band.to_m)] = json_of(method.scores.summary(band));
-    }
-    methods.push_back({{"name", method.name},
-                       {"title", method.title},
-                       {"over_time", method.over_time},
-                       {"median_ms", number(median(method.milliseconds))},
-                       {"scores", scores}});
+    Json& series{json["series"][method.series.name]};
+    series["title"] = method.title;
+    series["over_time"] = method.over_time;
+    series["median_ms"] = number(median(method.milliseconds));
   }
-  return {{"frames", comparison.frames}, {"frames_with_truth", comparison.frames_with_truth}, {"methods", methods}};
+  return json;
 }
 
 }  // namespace stereogrid::app

@@ -3,6 +3,9 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "compare.hpp"
 
@@ -11,7 +14,8 @@ namespace stereogrid::app {
 /// A line per method, 3–20 m.
 void print_table(const Comparison& comparison);
 
-/// Every figure of every method and band, with its 95 % interval; null where there is nothing to say.
-[[nodiscard]] nlohmann::ordered_json json_of(const Comparison& comparison);
+/// What json_of an evaluation gives, with each method's title and time. `about`: see Evaluation.
+[[nodiscard]] nlohmann::ordered_json json_of(const Comparison& comparison,
+                                             const std::vector<std::pair<std::string, std::string>>& about);
 
 }  // namespace stereogrid::app

@@ -99,7 +99,7 @@ evaluation::CameraPoint TruthSource::lidar_in_camera() const {
 std::optional<evaluation::Labels> TruthSource::lidar(const std::string& name, const GridGeometry& grid) const {
   const std::vector<evaluation::CameraPoint> points{sweep(name)};
   if (points.empty()) return std::nullopt;
-  return evaluation::lidar_labels(points, input_.source->rig(), grid);
+  return evaluation::lidar_labels(points, input_.source->rig(), grid, camera_height_m_);
 }
 
 std::optional<TruthSource::FrameLabels> TruthSource::frame(const std::string& name, const GridGeometry& grid) const {

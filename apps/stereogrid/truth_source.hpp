@@ -25,8 +25,7 @@ enum class TruthKind { automatic, lidar, exact };
 class TruthSource {
  public:
   /// `automatic`: exact truth where there is some, else lidar. Throws InputError where the input has not what is asked
-  /// for, with what it has. `camera_height_m`: where the search for
-  /// the lidar's road starts.
+  /// for, with what it has. `camera_height_m`: where the search for the lidar's road starts.
   TruthSource(Input input, TruthKind kind, double camera_height_m = evaluation::kitti_camera_height_m);
   ~TruthSource();
 

@@ -23,13 +23,13 @@ std::vector<Point2> directions_of(int beams) {
 
 }  // namespace
 
-Image<float> lidar_grid(std::span<const CameraPoint> points, const CameraPoint& lidar, const Rig& rig,
-                        const GridGeometry& grid, const LidarModelParameters& parameters) {
+Image<float> lidar_grid(std::span<const CameraPoint> points, const CameraPoint& lidar, const GridGeometry& grid,
+                        double camera_height_m, const LidarModelParameters& parameters) {
   const LogOddsParameters& log_odds{parameters.log_odds};
   const int beams{std::max(1, static_cast<int>(std::ceil(2 * std::numbers::pi / parameters.beam_rad)))};
   const Point2 origin{lidar.z_m, -lidar.x_m};
   Fan fan{origin, directions_of(beams), farthest_corner_m(grid) + std::hypot(origin.x, origin.y), grid.cell_size_m / 4};
-  const RoadPlane road{fit_road(points, rig.camera_height_m)};
+  const RoadPlane road{fit_road(points, camera_height_m)};
   for (const CameraPoint& point : points) {
     const double height_m{road.height_of(point)};
     const bool is_hit{height_m >= log_odds.height_min_m && height_m <= log_odds.height_max_m};

@@ -19,8 +19,9 @@ class Compare : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new TemporaryFolder;
-    outcome_ = new Outcome{run_well({"compare", scene(), "--json", (*folder_ / "scores.json").string(), "--pictures",
-                                     (*folder_ / "pictures").string()})};
+    outcome_ =
+        new Outcome{run_well({"compare", scene(), "--json", (*folder_ / "scores.json").string(), "--html",
+                              (*folder_ / "report.html").string(), "--pictures", (*folder_ / "pictures").string()})};
   }
   static void TearDownTestSuite() {
     delete outcome_;
@@ -28,16 +29,9 @@ class Compare : public ::testing::Test {
   }
 
   static std::string scene() { return "scene:street?frames=4&width=256&height=160"; }
-  static Json methods() { return json_of(*folder_ / "scores.json")["methods"]; }
-  static Json method(const std::string& name) {
-    for (const Json& method : methods()) {
-      if (method["name"] == name) return method;
-    }
-    ADD_FAILURE() << "no method " << name;
-    return {};
-  }
+  static Json methods() { return json_of(*folder_ / "scores.json")["series"]; }
   static double score(const Json& method, const std::string& figure) {
-    return method["scores"]["3-20 m"][figure]["value"].get<double>();
+    return method["bands"]["3-20"][figure]["value"].get<double>();
   }
 
   static TemporaryFolder* folder_;
@@ -49,7 +43,8 @@ Outcome* Compare::outcome_{nullptr};
 
 TEST_F(Compare, RunsEveryMethodAndFilterModel) {
   std::vector<std::string> names;
-  for (const Json& method : methods()) names.push_back(method["name"]);
+  const Json all(methods());
+  for (const auto& [name, method] : all.items()) names.push_back(name);
   for (const char* name : {"observed", "observed_paper", "nearest_obstacle", "occupancy_boundary", "free_space",
                            "stixels", "ray_casting", "ray_casting_map"}) {
     EXPECT_THAT(names, Contains(name));
@@ -62,14 +57,19 @@ TEST_F(Compare, RunsEveryMethodAndFilterModel) {
 
 TEST_F(Compare, PrintsALinePerMethod) {
   EXPECT_THAT(outcome_->output, HasSubstr("4 frames, 4 with truth"));
-  for (const Json& method : methods()) EXPECT_THAT(outcome_->output, HasSubstr(method["title"].get<std::string>()));
+  const Json all(methods());
+  for (const auto& [name, method] : all.items()) {
+    EXPECT_THAT(outcome_->output, HasSubstr(method["title"].get<std::string>()));
+  }
 }
 
 TEST_F(Compare, EveryMethodTellsObstaclesFromFreeSpace) {
-  for (const Json& method : methods()) {
-    EXPECT_GT(score(method, "auc"), 0.8) << method["name"];
-    EXPECT_GT(score(method, "known"), 0.7) << method["name"];
-    EXPECT_EQ(method["scores"]["3-20 m"]["frames"], 4) << method["name"];
+  const Json all(methods());
+  for (const auto& [name, method] : all.items()) {
+    EXPECT_GT(score(method, "auc"), 0.8) << name;
+    EXPECT_GT(score(method, "known"), 0.7) << name;
+    EXPECT_EQ(method["bands"]["3-20"]["frames"], 4) << name;
+    EXPECT_EQ(method["over_time"].get<bool>(), method.contains("motion")) << name;
   }
 }
 
@@ -79,11 +79,17 @@ TEST_F(Compare, GivesTheSameFiguresAsRunAndEvaluate) {
   run_well({"run", scene(), "--out", run});
   run_well({"evaluate", run, scene(), "--json", (folder / "scores.json").string()});
   const Json evaluated(json_of(folder / "scores.json"));
-  const std::string text{evaluated.dump()};
+  const Json compared(methods());
   for (const auto& [name, layer] : {std::pair{"observed", "observed"}, std::pair{"filter_joint", "occupancy"}}) {
-    const Json& bands = evaluated["layers"][layer]["bands"];
-    EXPECT_EQ(bands["3-20 m"]["auc"]["value"], method(name)["scores"]["3-20 m"]["auc"]["value"]) << text.substr(0, 600);
+    EXPECT_EQ(evaluated["series"][layer]["bands"], compared[name]["bands"]) << name;
   }
+  EXPECT_EQ(evaluated["series"]["occupancy"]["motion"], compared["filter_joint"]["motion"]);
+}
+
+TEST_F(Compare, WritesAReport) {
+  const std::string page{text_of(*folder_ / "report.html")};
+  EXPECT_THAT(page, HasSubstr("occupancy_boundary"));
+  EXPECT_THAT(page, HasSubstr("</html>"));
 }
 
 TEST_F(Compare, DrawsContactSheets) {
@@ -95,10 +101,10 @@ TEST_F(Compare, RunsOnlyWhatIsAskedFor) {
   const std::string json{(folder / "scores.json").string()};
   run_well({"compare", scene(), "--frames", "1:2", "--only", "stixels,observed", "--json", json});
   const Json scores(json_of(json));
-  EXPECT_EQ(scores["frames"], 2);
-  ASSERT_EQ(scores["methods"].size(), 2U);
-  EXPECT_EQ(scores["methods"][0]["name"], "observed");
-  EXPECT_EQ(scores["methods"][1]["name"], "stixels");
+  EXPECT_EQ(scores["about"]["frames"], "2 of 2");
+  ASSERT_EQ(scores["series"].size(), 2U);
+  EXPECT_TRUE(scores["series"].contains("observed"));
+  EXPECT_TRUE(scores["series"].contains("stixels"));
 }
 
 TEST_F(Compare, ComplainsOfMethodsThatDoNotExist) {
@@ -129,11 +135,9 @@ TEST(CompareLidar, UsesTheSweepsOfADrive) {
     words.insert(words.end(), more.begin(), more.end());
     run_well(words);
     const Json scores(json_of(folder / "scores.json"));
-    EXPECT_EQ(scores["frames"], 2);
-    EXPECT_EQ(scores["frames_with_truth"], 1) << "every second frame has a sweep";
-    EXPECT_EQ(scores["methods"][0]["name"], "stixels");
-    EXPECT_EQ(scores["methods"][1]["name"], "lidar");
-    return scores["methods"][1]["scores"]["3-20 m"]["balanced_log_loss"]["value"].get<double>();
+    EXPECT_EQ(scores["about"]["frames"], "1 of 2") << "every second frame has a sweep";
+    EXPECT_TRUE(scores["series"].contains("stixels"));
+    return scores["series"]["lidar"]["bands"]["3-20"]["balanced_log_loss"]["value"].get<double>();
   };
   const double same_points{log_loss({})};
   const double held_out{log_loss({"--hold-out"})};
