@@ -76,13 +76,29 @@ std::optional<FrameTruth> TruthSource::exact(const std::string& name) const {
   return input_.scene->truth(place->second);
 }
 
-std::optional<evaluation::Labels> TruthSource::lidar(const std::string& name, const GridGeometry& grid) const {
+bool TruthSource::has_sweeps() const {
+  return input_.recording != nullptr && input_.recording->has_scans() &&
+         input_.recording->contents().calibration.camera_from_velodyne;
+}
+
+std::vector<evaluation::CameraPoint> TruthSource::sweep(const std::string& name) const {
   const auto place{places_.find(name)};
-  if (place == places_.end()) return std::nullopt;
+  if (!has_sweeps() || place == places_.end()) return {};
   const io::RecordingContents& contents{input_.recording->contents()};
   const io::RecordedFrame& frame{contents.frames[place->second]};
-  if (frame.scan.empty()) return std::nullopt;
-  const auto points{into_camera(io::read_scan(frame.scan), *contents.calibration.camera_from_velodyne)};
+  if (frame.scan.empty()) return {};
+  return into_camera(io::read_scan(frame.scan), *contents.calibration.camera_from_velodyne);
+}
+
+evaluation::CameraPoint TruthSource::lidar_in_camera() const {
+  if (!has_sweeps()) return {};
+  const io::Transform& t{*input_.recording->contents().calibration.camera_from_velodyne};
+  return {t[3], t[7], t[11]};
+}
+
+std::optional<evaluation::Labels> TruthSource::lidar(const std::string& name, const GridGeometry& grid) const {
+  const std::vector<evaluation::CameraPoint> points{sweep(name)};
+  if (points.empty()) return std::nullopt;
   return evaluation::lidar_labels(points, input_.source->rig(), grid, camera_height_m_);
 }
 

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "input.hpp"
 #include "stereogrid/evaluation/labels.hpp"
@@ -24,8 +25,7 @@ enum class TruthKind { automatic, lidar, exact };
 class TruthSource {
  public:
   /// `automatic`: exact truth where there is some, else lidar. Throws InputError where the input has not what is asked
-  /// for, with what it has. `camera_height_m`: where the search for
-  /// the lidar's road starts.
+  /// for, with what it has. `camera_height_m`: where the search for the lidar's road starts.
   TruthSource(Input input, TruthKind kind, double camera_height_m = evaluation::kitti_camera_height_m);
   ~TruthSource();
 
@@ -42,6 +42,13 @@ class TruthSource {
   };
   /// None: nothing is known about a frame of this name. Throws InputError.
   [[nodiscard]] std::optional<FrameLabels> frame(const std::string& name, const GridGeometry& grid) const;
+
+  /// Are there lidar sweeps, and is it known where the lidar is?
+  [[nodiscard]] bool has_sweeps() const;
+  /// A frame's sweep in the sensor's order; empty: none. Throws InputError.
+  [[nodiscard]] std::vector<evaluation::CameraPoint> sweep(const std::string& name) const;
+  /// Where the lidar is.
+  [[nodiscard]] evaluation::CameraPoint lidar_in_camera() const;
 
  private:
   void check_lidar() const;

@@ -43,7 +43,7 @@ ROOMS = (
     Room("src", ("include", "src"), "(?!)"),
     Room("io", ("include", "io/include", "io/src"), r"(opencv2|yaml-cpp|nlohmann|fmt)/.*|zip\.h|zlib\.h|(sys/)?\w+\.h"),
     Room("scenes", ("include", "scenes/include", "scenes"), TBB),
-    Room("evaluation", ("include", "evaluation/include", "evaluation"), TBB),
+    Room("evaluation", ("include", "evaluation/include", "evaluation/src", "evaluation"), TBB),
     Room("apps", ("include", "io/include", "scenes/include", "evaluation/include", "apps/stereogrid"),
          r"(opencv2|nlohmann|fmt|spdlog|CLI)/.*|(sys/)?\w+\.h"),
 )
