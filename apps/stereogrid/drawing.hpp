@@ -3,11 +3,8 @@
 #pragma once
 
 #include <cstdint>
+#include <opencv2/core.hpp>
 #include <string>
-
-namespace cv {
-class Mat;
-}
 
 namespace stereogrid::app {
 
@@ -36,6 +33,10 @@ struct Box {
   int height{0};
 };
 
+[[nodiscard]] inline cv::Scalar scalar(Colour colour) {
+  return {double(colour.red), double(colour.green), double(colour.blue)};
+}
+
 enum class Align { left, centre, right };
 
 // Canvases are 8-bit R G B.
@@ -46,6 +47,7 @@ void draw_text(cv::Mat& canvas, int x, int y, const std::string& text, Colour co
 /// The same, readable on any background.
 void draw_text_on_picture(cv::Mat& canvas, int x, int y, const std::string& text, Colour colour,
                           Align align = Align::left);
+[[nodiscard]] int text_width_px(const std::string& text, double size = 0.45);
 void fill_box(cv::Mat& canvas, const Box& box, Colour colour);
 void frame_box(cv::Mat& canvas, const Box& box);
 

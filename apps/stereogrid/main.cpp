@@ -61,6 +61,7 @@ int run_tool(int argc, char** argv) {
   add_simulate_command(tool, exit_code);
   add_evaluate_command(tool, exit_code);
   add_compare_command(tool, exit_code);
+  add_figures_command(tool, exit_code);
   add_info_command(tool, exit_code);
   add_config_command(tool);
   for (CLI::App* command : tool.get_subcommands({})) command->fallthrough();

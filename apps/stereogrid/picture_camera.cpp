@@ -15,22 +15,6 @@ constexpr float free_below{0.4F};
 constexpr double tint{0.5};
 constexpr double level_below_rad{0.017453292519943295};
 
-/// The left image as the stages saw it: turned level where the camera is pitched.
-cv::Mat level_image(const StereoFrame& frame, const Rig& rig) {
-  const Image<std::uint8_t>& left{frame.left};
-  cv::Mat grey(left.height(), left.width(), CV_8UC1);
-  std::copy(left.begin(), left.end(), grey.begin<std::uint8_t>());
-  if (!is_levelled(rig)) return grey;
-  const double c{std::cos(rig.camera_pitch_rad)};
-  const double s{std::sin(rig.camera_pitch_rad)};
-  const cv::Matx33d camera{rig.focal_px, 0, rig.centre_u_px, 0, rig.focal_px, rig.centre_v_px, 0, 0, 1};
-  const cv::Matx33d pitched_from_level{1, 0, 0, 0, c, -s, 0, s, c};
-  cv::Mat level;
-  cv::warpPerspective(grey, level, camera * pitched_from_level * camera.inv(), grey.size(),
-                      cv::INTER_LINEAR | cv::WARP_INVERSE_MAP);
-  return level;
-}
-
 void blend(cv::Vec3b& pixel, Colour colour) {
   const double target[3]{double(colour.red), double(colour.green), double(colour.blue)};
   for (int i{0}; i < 3; ++i) pixel[i] = static_cast<std::uint8_t>((1 - tint) * pixel[i] + tint * target[i]);
@@ -46,6 +30,21 @@ float occupancy_at(const Image<float>& occupancy, int u, float disparity) {
 
 bool is_levelled(const Rig& rig) {
   return std::abs(rig.camera_pitch_rad) > level_below_rad;
+}
+
+cv::Mat level_image(const StereoFrame& frame, const Rig& rig) {
+  const Image<std::uint8_t>& left{frame.left};
+  cv::Mat grey(left.height(), left.width(), CV_8UC1);
+  std::copy(left.begin(), left.end(), grey.begin<std::uint8_t>());
+  if (!is_levelled(rig)) return grey;
+  const double c{std::cos(rig.camera_pitch_rad)};
+  const double s{std::sin(rig.camera_pitch_rad)};
+  const cv::Matx33d camera{rig.focal_px, 0, rig.centre_u_px, 0, rig.focal_px, rig.centre_v_px, 0, 0, 1};
+  const cv::Matx33d pitched_from_level{1, 0, 0, 0, c, -s, 0, s, c};
+  cv::Mat level;
+  cv::warpPerspective(grey, level, camera * pitched_from_level * camera.inv(), grey.size(),
+                      cv::INTER_LINEAR | cv::WARP_INVERSE_MAP);
+  return level;
 }
 
 void draw_camera(cv::Mat& canvas, const Box& box, const StereoFrame& frame, const FrameResult& result, const Rig& rig) {

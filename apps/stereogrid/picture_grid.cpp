@@ -6,9 +6,9 @@
 #include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <vector>
 
 #include "picture_panels.hpp"
+#include "top_view.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -16,43 +16,6 @@ namespace {
 constexpr float moving_above_mps{1.0F};
 constexpr float moving_occupancy{0.6F};
 constexpr double arrow_s{1.0};  // arrows end where the obstacle will be in so many seconds
-
-cv::Scalar scalar(Colour colour) {
-  return {double(colour.red), double(colour.green), double(colour.blue)};
-}
-
-/// The multiples of a round step in [from, to].
-std::vector<double> ruler_marks(double from_m, double to_m, double length_m) {
-  const double step_m{length_m > 60 ? 20.0 : length_m > 12 ? 5.0 : 1.0};
-  std::vector<double> marks;
-  const auto last{static_cast<long>(std::floor(to_m / step_m))};
-  for (auto i{static_cast<long>(std::ceil(from_m / step_m))}; i <= last; ++i) {
-    marks.push_back(static_cast<double>(i) * step_m);
-  }
-  return marks;
-}
-
-/// The vehicle frame on the canvas: x up, y to the left.
-class TopView {
- public:
-  TopView(const Box& box, const GridGeometry& grid)
-      : box_{box},
-        x_max_m_{grid.x_min_m + grid.nx * grid.cell_size_m},
-        y_max_m_{grid.y_min_m + grid.ny * grid.cell_size_m},
-        px_per_m_{box.height / (grid.nx * grid.cell_size_m)} {}
-
-  [[nodiscard]] cv::Point at(double x_m, double y_m) const {
-    return {box_.x + static_cast<int>(std::lround((y_max_m_ - y_m) * px_per_m_)),
-            box_.y + static_cast<int>(std::lround((x_max_m_ - x_m) * px_per_m_))};
-  }
-  [[nodiscard]] double px_per_m() const { return px_per_m_; }
-
- private:
-  Box box_;
-  double x_max_m_;
-  double y_max_m_;
-  double px_per_m_;
-};
 
 cv::Mat draw_cells(const FrameResult& result) {
   const GridGeometry& grid{result.vehicle_grid};
@@ -70,21 +33,6 @@ cv::Mat draw_cells(const FrameResult& result) {
     }
   }
   return cells;
-}
-
-/// What the camera can see, and how far it is.
-void draw_rulers(cv::Mat& part, const TopView& view, const GridGeometry& grid, const Rig& rig) {
-  const double far_m{grid.x_min_m + grid.nx * grid.cell_size_m};
-  const double left{rig.centre_u_px / rig.focal_px};
-  const double right{(rig.width_px - rig.centre_u_px) / rig.focal_px};
-  const cv::Scalar colour{scalar(palette::ruler)};
-  cv::line(part, view.at(0, 0), view.at(far_m, left * far_m), colour, 1, cv::LINE_AA);
-  cv::line(part, view.at(0, 0), view.at(far_m, -right * far_m), colour, 1, cv::LINE_AA);
-  for (const double range_m : ruler_marks(0, 1.5 * far_m, far_m)) {
-    const int radius{static_cast<int>(std::lround(range_m * view.px_per_m()))};
-    cv::ellipse(part, view.at(0, 0), {radius, radius}, 0, -90 - std::atan(left) * 57.29577951308232,
-                -90 + std::atan(right) * 57.29577951308232, colour, 1, cv::LINE_AA);
-  }
 }
 
 void draw_axes(cv::Mat& canvas, const Box& box, const TopView& view, const GridGeometry& grid) {
@@ -148,7 +96,7 @@ void draw_grid(cv::Mat& canvas, const Box& box, const FrameResult& result, const
   const cv::Mat cells{draw_cells(result)};
   cv::resize(cells, part, part.size(), 0, 0, box.height < cells.rows ? cv::INTER_AREA : cv::INTER_NEAREST);
   const TopView in_part{{0, 0, box.width, box.height}, grid};
-  draw_rulers(part, in_part, grid, rig);
+  draw_rulers(part, in_part, rig);
   for (const Obstacle& obstacle : result.obstacles) {
     if (obstacle.confirmed) draw_obstacle(part, in_part, obstacle);
   }

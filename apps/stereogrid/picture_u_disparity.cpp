@@ -13,8 +13,7 @@ namespace {
 constexpr int tick_px{5};
 
 void draw_tick(cv::Mat& canvas, int x, int y, int length) {
-  cv::line(canvas, {x, y}, {x + length, y},
-           {double(palette::ink.red), double(palette::ink.green), double(palette::ink.blue)});
+  cv::line(canvas, {x, y}, {x + length, y}, scalar(palette::ink));
 }
 
 /// Row of the canvas at the middle of a bin; bins may be fractional.
