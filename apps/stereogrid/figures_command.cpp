@@ -59,6 +59,7 @@ int draw_figures(Options options) {
   write(folder, 2, figures::figure_2(material.config.u_disparity));
   write(folder, 3, figures::figure_3(material));
   write(folder, 4, figures::figure_4(material));
+  write(folder, 6, figures::figure_6(material));
   write(folder, 7, figures::figure_7(material));
   write(folder, 8, figures::figure_8(material));
   const std::optional<io::RgbImage> beside_lidar{figures::figure_9(material)};

@@ -11,6 +11,7 @@
 #include "figures/equations.hpp"
 #include "figures/lidar_points.hpp"
 #include "figures/panels.hpp"
+#include "figures/reference_panels.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "stereogrid/scenes/scene.hpp"
 
@@ -124,6 +125,47 @@ TEST(FigureMaths, AheadIsUpAndLeftIsLeft) {
   EXPECT_EQ(panel.picture.at<cv::Vec3b>(10, panel.picture.cols - 10), cv::Vec3b(255, 255, 255));
   EXPECT_EQ(panel.x.from, 2);
   EXPECT_EQ(panel.x.to, -2);
+}
+
+constexpr GridGeometry four_by_eight{0, -2, 0.5, 4, 8};
+
+/// Colour in the middle of a cell; the rulers' lines may cross it elsewhere.
+cv::Vec3b colour_of_cell(const Panel& panel, int ix, int iy) {
+  const int cell_px{panel.picture.cols / four_by_eight.ny};
+  return panel.picture.at<cv::Vec3b>((four_by_eight.nx - 1 - ix) * cell_px + cell_px / 2,
+                                     (four_by_eight.ny - 1 - iy) * cell_px + cell_px / 2);
+}
+
+TEST(FigureMaths, LidarReturnsAreColouredByHeight) {
+  const std::vector<LidarPoint> scan{{0.25, 1.25, 0.1}, {1.25, 1.25, 1}, {1.25, -1.75, 2.5}, {40, 0, 1}};
+  const Panel panel{scan_panel("", scan, four_by_eight, Rig{512, 320, 410, 256, 160, 0.22})};
+  const auto key = [&](std::size_t i) {
+    const Colour colour{panel.keys.at(i).colour};
+    return cv::Vec3b(colour.red, colour.green, colour.blue);
+  };
+  EXPECT_EQ(colour_of_cell(panel, 2, 6), key(0));
+  EXPECT_EQ(colour_of_cell(panel, 0, 6), key(1));
+  EXPECT_EQ(colour_of_cell(panel, 2, 0), key(2));
+  EXPECT_EQ(colour_of_cell(panel, 3, 7), cv::Vec3b(255, 255, 255));
+}
+
+TEST(FigureMaths, TruthTellsSeenFromHidden) {
+  FrameTruth truth;
+  truth.state = Image<std::uint8_t>(4, 8, static_cast<std::uint8_t>(TruthCell::seen_free));
+  truth.occupied = Image<std::uint8_t>(4, 8);
+  truth.state(1, 7) = static_cast<std::uint8_t>(TruthCell::seen_occupied);
+  truth.state(2, 7) = static_cast<std::uint8_t>(TruthCell::hidden);
+  truth.state(3, 7) = static_cast<std::uint8_t>(TruthCell::hidden);
+  truth.occupied(1, 7) = truth.occupied(2, 7) = 1;
+  const Panel panel{truth_panel("", truth, four_by_eight, Rig{512, 320, 410, 256, 160, 0.22})};
+  const auto key = [&](std::size_t i) {
+    const Colour colour{panel.keys.at(i).colour};
+    return cv::Vec3b(colour.red, colour.green, colour.blue);
+  };
+  EXPECT_EQ(colour_of_cell(panel, 1, 7), key(0));
+  EXPECT_EQ(colour_of_cell(panel, 2, 7), key(1));
+  EXPECT_EQ(colour_of_cell(panel, 0, 7), key(2));
+  EXPECT_EQ(colour_of_cell(panel, 3, 7), key(3));
 }
 
 /// What the pipeline makes of a frame by the paper's formulas, and the shares that go into them.

@@ -19,6 +19,8 @@ namespace stereogrid::app::figures {
 [[nodiscard]] io::RgbImage figure_3(const Material& material);
 /// What the Gaussian and the temporal filter do.
 [[nodiscard]] io::RgbImage figure_4(const Material& material);
+/// The grid beside that of the nearest obstacles.
+[[nodiscard]] io::RgbImage figure_6(const Material& material);
 /// The result on the camera image, in a few frames.
 [[nodiscard]] io::RgbImage figure_7(const Material& material);
 /// The influence of P_FP and P_FN.

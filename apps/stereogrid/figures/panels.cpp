@@ -91,16 +91,24 @@ Panel count_panel(std::string title, const Image<std::uint16_t>& counts, const R
 Panel empty_grid_panel(std::string title, const GridGeometry& grid, GridSize size) {
   const double x_end_m{grid.x_min_m + grid.nx * grid.cell_size_m};
   const double y_end_m{grid.y_min_m + grid.ny * grid.cell_size_m};
-  return {std::move(title), cv::Mat(picture_size(grid, size), CV_8UC3, cv::Scalar::all(255)),
-          axis("to the left, y (m)", y_end_m, grid.y_min_m, 6), axis("ahead, x (m)", grid.x_min_m, x_end_m, 6)};
+  const cv::Size shown{picture_size(grid, size)};
+  return {std::move(title), cv::Mat(shown, CV_8UC3, cv::Scalar::all(255)),
+          axis("to the left, y (m)", y_end_m, grid.y_min_m, std::clamp(shown.width / 40, 3, 6)),
+          axis("ahead, x (m)", grid.x_min_m, x_end_m, std::clamp(shown.height / 25, 3, 6))};
+}
+
+Panel cells_panel(std::string title, const Image<float>& shares, Colour (*colour)(double share),
+                  const GridGeometry& grid, const Rig& rig, GridSize size) {
+  Panel panel{empty_grid_panel(std::move(title), grid, size)};
+  const cv::Size shown{panel.picture.size()};
+  panel.picture = map_picture(turned(shares), shown.width, shown.height, colour);
+  draw_rulers(panel.picture, TopView{{0, 0, shown.width, shown.height}, grid}, rig);
+  return panel;
 }
 
 Panel grid_panel(std::string title, const Image<float>& occupancy, const GridGeometry& grid, const Rig& rig,
                  GridSize size) {
-  Panel panel{empty_grid_panel(std::move(title), grid, size)};
-  const cv::Size shown{panel.picture.size()};
-  panel.picture = map_picture(turned(occupancy), shown.width, shown.height, occupancy_colour);
-  draw_rulers(panel.picture, TopView{{0, 0, shown.width, shown.height}, grid}, rig);
+  Panel panel{cells_panel(std::move(title), occupancy, occupancy_colour, grid, rig, size)};
   panel.bar = occupancy_bar();
   return panel;
 }

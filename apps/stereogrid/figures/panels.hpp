@@ -25,6 +25,9 @@ enum class GridSize : int { small = 300, large = 400 };
 /// Occupancy from above, in the vehicle frame.
 [[nodiscard]] Panel grid_panel(std::string title, const Image<float>& occupancy, const GridGeometry& grid,
                                const Rig& rig, GridSize size);
+/// Cells from above in other colours, given as shares; no colour bar.
+[[nodiscard]] Panel cells_panel(std::string title, const Image<float>& shares, Colour (*colour)(double share),
+                                const GridGeometry& grid, const Rig& rig, GridSize size);
 /// The same axes around white paper of the same size, to be drawn upon.
 [[nodiscard]] Panel empty_grid_panel(std::string title, const GridGeometry& grid, GridSize size);
 

@@ -26,6 +26,7 @@ constexpr int bar_text_px{64};
 constexpr double tick_size{0.45};
 constexpr double label_size{0.5};
 constexpr double title_size{0.7};
+constexpr double panel_title_size{0.52};
 
 bool is_drawn(const Axis& axis) {
   return !axis.label.empty() || !axis.ticks.empty();
@@ -48,7 +49,8 @@ Margins margins_of(const Panel& panel) {
 
 cv::Size size_of(const Panel& panel) {
   const Margins margins{margins_of(panel)};
-  return {margins.left + panel.picture.cols + margins.right, panel_title_px + panel.picture.rows + margins.below};
+  const int width{std::max(panel.picture.cols + margins.right, text_width_px(panel.title, panel_title_size) + 20)};
+  return {margins.left + width, panel_title_px + panel.picture.rows + margins.below};
 }
 
 /// Text that runs upwards; (x, y) is the middle of its base line.
@@ -116,7 +118,7 @@ void draw_keys(cv::Mat& canvas, int x, int y, const std::vector<Key>& keys) {
 void draw_panel(cv::Mat& canvas, int x, int y, const Panel& panel) {
   const Margins margins{margins_of(panel)};
   const Box box{x + margins.left, y + panel_title_px, panel.picture.cols, panel.picture.rows};
-  draw_text(canvas, box.x, box.y - 10, panel.title, palette::ink, Align::left, 0.52);
+  draw_text(canvas, box.x, box.y - 10, panel.title, palette::ink, Align::left, panel_title_size);
   panel.picture.copyTo(canvas(cv::Rect{box.x, box.y, box.width, box.height}));
   if (is_drawn(panel.x) || is_drawn(panel.y)) frame_box(canvas, box);
   draw_x_axis(canvas, box, panel.x);
