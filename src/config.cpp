@@ -124,6 +124,7 @@ Config paper() {
   config.u_disparity.small_count_guard = 0;
   config.u_disparity.left_border = false;
   config.projection.footprint = Footprint::overlap;
+  config.projection.calibrate = false;
   config.filter.model = FilterModel::tay2008;
   config.filter.velocity_noise = 0.05;
   config.filter.static_prior = 0;

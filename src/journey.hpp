@@ -13,6 +13,7 @@
 #include "ground/ground.hpp"
 #include "matching/given.hpp"
 #include "matching/matching.hpp"
+#include "projection/calibration.hpp"
 #include "projection/projection.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "tracking/tracking.hpp"
@@ -60,6 +61,7 @@ struct JourneyMemory {
   GroundSpace ground_samples;
   UDisparityTables u_disparity_tables;
   UDisparitySpace u_disparity;
+  Calibration calibration;
   Window window;
   std::vector<Point2> lattice;
   Image<float> observed_world;
@@ -202,6 +204,7 @@ class JourneyOn final : public Journey {
                                std::sin(vehicle_from_grid.yaw_rad)};
     project(back_end_, result.stages.occupancy_smooth.view(), BinGeometry{memory_.rig}, placed,
             memory_.config.projection.footprint, cells.view());
+    if (memory_.config.projection.calibrate) memory_.calibration.apply(cells.view());
   }
 
   BackEndType back_end_;

@@ -151,7 +151,7 @@ constexpr std::array<std::string_view, 2> names_of(RoadRays) {
 
 struct UDisparityConfig {
   double obstacle_height_m{1.8};
-  double obstacle_min_height_m{0.2};
+  double obstacle_min_height_m{0.25};
   bool follow_roll{true};
   double false_positive{0.02};
   double false_negative{0.02};
@@ -203,12 +203,16 @@ constexpr std::array<std::string_view, 2> names_of(Footprint) {
 
 struct ProjectionConfig {
   Footprint footprint{Footprint::overlap};
+  bool calibrate{true};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
     visit(Parameter{"footprint", "", 0, 1,
                     "overlap: every bin that touches the cell; centre: bins centred in it, and the one at its centre."},
           self.footprint);
+    visit(Parameter{"calibrate", "", 0, 1,
+                    "Turn the model's probabilities into how often such cells were occupied on drives with lidar."},
+          self.calibrate);
   }
 };
 

@@ -1,0 +1,27 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+
+#include "stereogrid/image.hpp"
+
+namespace stereogrid {
+
+/// A monotone map from P(T_X) of the model to how often such cells were occupied. Fitted on two drives with lidar
+/// (docs/ablation.md); 0.5, nothing known, stays 0.5.
+///
+/// Eq. 4 draws everything towards 0.5 that few rays reach, though an obstacle that two rays have met is as real as one
+/// that twenty have: above 0.5 the map climbs at once.
+class Calibration {
+ public:
+  Calibration();
+  [[nodiscard]] float operator()(float probability) const;
+  void apply(View<float> cells) const;
+
+ private:
+  static constexpr int steps{1024};
+  std::array<float, steps + 2> table_{};  // at k / steps; one more so that 1 has a neighbour
+};
+
+}  // namespace stereogrid
