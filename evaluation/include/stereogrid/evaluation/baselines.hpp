@@ -41,7 +41,7 @@ struct ColumnGridParameters {
 struct NearestObstacleParameters {
   ColumnGridParameters grid;
   Levels levels;
-  int spike_px{100};         ///< connected surfaces of fewer pixels are spikes and dropped
+  int spike_px{50};          ///< connected surfaces of fewer pixels are spikes and dropped
   double height_min_m{0.2};  ///< pixels between these heights are obstacles
   double height_max_m{1.8};
   double filled_m{0.2};  ///< height that must be filled with pixels of one disparity
@@ -101,12 +101,12 @@ struct Stixel {
 struct StixelParameters {
   ColumnGridParameters grid;
   Levels levels;
-  double between_free{0.4};  ///< probability where ground is seen behind the first object
+  double between_free{0.1};  ///< probability where ground is seen behind the first object
   double height_min_m{0.4};  ///< objects that reach into these heights are obstacles
   double height_max_m{1.8};
   int column_px{3};
   int row_px{2};
-  double sigma_px{0.7};
+  double sigma_px{0.5};
   double outlier_ground{0.05};
   double outlier_object{0.3};
   double outlier_sky{0.4};

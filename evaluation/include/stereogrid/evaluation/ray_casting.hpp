@@ -13,16 +13,16 @@ namespace stereogrid::evaluation {
 
 /// Log-odds that points and rays give, as in OctoMap and the layers of Nav2.
 struct LogOddsParameters {
-  double height_min_m{0.3};  ///< points between these heights are hits
+  double height_min_m{0.25};  ///< points between these heights are hits
   double height_max_m{1.8};
-  double road_m{0.5};    ///< points within this of the road end free rays
-  double any_hit{1};     ///< log-odds of a cell with hits
-  double hit{0.3};       ///< and of each of them
-  double any_pass{0.5};  ///< log-odds, taken away, of a cell without hits that rays go through
+  double road_m{0.2};    ///< points within this of the road end free rays
+  double any_hit{1.5};   ///< log-odds of a cell with hits
+  double hit{0.1};       ///< and of each of them
+  double any_pass{1};    ///< log-odds, taken away, of a cell without hits that rays go through
   double pass{0.001};    ///< and of each ray, with hits or without
   double points_min{1};  ///< fewer hits are none
   double lowest{-5};     ///< log-odds are kept between these
-  double highest{4};
+  double highest{5};
 };
 
 /// Point-cloud ray casting: obstacle points are hits, road points free ends, cells on the way are cleared by a grid
@@ -34,7 +34,7 @@ struct LogOddsParameters {
 class LogOddsMap {
  public:
   explicit LogOddsMap(double weight_of_frame = 0.8,
-                      const LogOddsParameters& parameters = {.any_hit = 1.5, .hit = 0.6, .lowest = -3});
+                      const LogOddsParameters& parameters = {.hit = 0.6, .any_pass = 0.5, .lowest = -3, .highest = 4});
 
   /// Adds a frame and gives the map as it lies under a grid in the vehicle frame.
   [[nodiscard]] Image<float> update(const DisparityFrame& frame, const Pose2& world_from_vehicle,
@@ -49,7 +49,7 @@ class LogOddsMap {
 /// Inverse sensor model of a lidar (Thrun, Burgard, Fox: Probabilistic Robotics, table 9.2), summed over the returns of
 /// a sweep. method §5.6.
 struct LidarModelParameters {
-  LogOddsParameters log_odds{.any_hit = 1.5, .hit = 0.75, .any_pass = 2, .pass = 0};
+  LogOddsParameters log_odds{.height_min_m = 0.3, .hit = 0.75, .any_pass = 2, .pass = 0};
   double beam_rad{0.0035};  ///< opening B
 };
 /// Heights are above the plane that lidar_labels fits, with the same `camera_height_m`. `lidar`: where the sensor is in
