@@ -46,7 +46,7 @@ struct MatchingConfig {
   bool align_rows{true};
   int disparities{0};
   int min_disparity{0};
-  int window_px{13};
+  int window_px{11};
   int road_margin_px{3};
   double uniqueness{0.01};
   double texture{1.0};
@@ -155,7 +155,7 @@ struct UDisparityConfig {
   bool follow_roll{true};
   double false_positive{0.02};
   double false_negative{0.02};
-  double tau_obstacle{0.05};
+  double tau_obstacle{0.07};
   double tau_road{0.1};
   double sigma_disparity{0.3};
   double sigma_column{0.7};
@@ -265,7 +265,7 @@ struct FilterConfig {
 };
 
 struct TrackingConfig {
-  double occupancy_min{0.65};
+  double occupancy_min{0.7};
   int cells_min{3};
   double gate_m{1.5};
   int confirm_frames{3};
