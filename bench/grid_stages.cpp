@@ -26,7 +26,8 @@ namespace {
 
 using namespace stereogrid;
 
-constexpr int rounds{101};
+constexpr int rounds{51};
+constexpr int calls{3};           // one after the other: the first finds the caches full of the others' images
 constexpr std::size_t frames{3};  // until the road is found
 constexpr std::size_t first_frame{8};
 constexpr double heading_rad{0.3};  // of the car in the world
@@ -44,9 +45,11 @@ std::vector<Timed> time_in_turns(const std::vector<std::function<void()>>& works
   std::vector<std::vector<double>> times(works.size());
   for (int round{0}; round < rounds; ++round) {
     for (std::size_t i{0}; i < works.size(); ++i) {
-      const double start{now_ms()};
-      works[i]();
-      times[i].push_back(now_ms() - start);
+      for (int call{0}; call < calls; ++call) {
+        const double start{now_ms()};
+        works[i]();
+        times[i].push_back(now_ms() - start);
+      }
     }
   }
   std::vector<Timed> timed;
@@ -66,7 +69,8 @@ class GridStages {
         pipeline_{config_, rig_, BackEnd::cpu, 1},
         matches_{rig_.width_px, rig_.height_px},
         tables_{config_.u_disparity, rig_.height_px, pipeline_.config().matching.window_px},
-        space_{rig_.width_px, rig_.height_px, disparities},
+        space_{rig_.width_px, rig_.height_px, disparities, 1},
+        projection_{rig_.width_px, disparities},
         observed_{pipeline_.vehicle_grid().nx, pipeline_.vehicle_grid().ny},
         observed_world_{pipeline_.world_grid().nx, pipeline_.world_grid().ny} {
     const std::size_t first{source.size() >= first_frame + frames ? first_frame : 0};
@@ -75,6 +79,7 @@ class GridStages {
       ground_ = result.ground;
       stages_ = result.stages;
     }
+    projection_.plan(BinGeometry{rig_}, {pipeline_.vehicle_grid()}, config_.projection.footprint);
     matches_.obstacle = stages_.obstacle_disparity;
     matches_.road = stages_.road_disparity;
     matches_.confidence = stages_.match_confidence;
@@ -99,7 +104,7 @@ class GridStages {
   void project_to(const GridGeometry& grid, const Pose2& vehicle_from_grid, Image<float>& cells) {
     const GridInVehicle placed{grid, vehicle_from_grid.x_m, vehicle_from_grid.y_m, std::cos(vehicle_from_grid.yaw_rad),
                                std::sin(vehicle_from_grid.yaw_rad)};
-    project(cpu_, stages_.occupancy_smooth.view(), BinGeometry{rig_}, placed, config_.projection.footprint,
+    project(cpu_, stages_.occupancy_smooth.view(), BinGeometry{rig_}, placed, config_.projection.footprint, projection_,
             cells.view());
   }
 
@@ -110,6 +115,7 @@ class GridStages {
   Matches matches_;
   UDisparityTables tables_;
   UDisparitySpace space_;
+  ProjectionSpace projection_;
   Image<float> observed_;
   Image<float> observed_world_;
   Ground ground_;
