@@ -48,6 +48,26 @@ HWY_INLINE V weight_of(hn::VFromD<Float> confidence) {
   return hn::IfThenElse(hn::RebindMask(Int{}, hn::Le(confidence, hn::Zero(df))), number(ray_parts), weight);
 }
 
+// What holds for all pixels of a row of a block.
+struct RowBounds {
+  explicit RowBounds(const PixelBlock& block, int v)
+      : first{number(block.bins[v].first)},
+        behind{number(block.bins[v].last + 1)},
+        upright_first{number(block.upright[v].first)},
+        upright_last{number(block.upright[v].last)},
+        disparities{number(block.disparities)},
+        road_rays{number(block.road_rays ? 1 : 0)},
+        leaves{block.bins[v].last >= 0 && block.bins[v].last + 1 < block.disparities} {}
+
+  V first;
+  V behind;
+  V upright_first;
+  V upright_last;
+  V disparities;
+  V road_rays;
+  bool leaves;
+};
+
 class BlockCounter {
  public:
   BlockCounter(const PixelBlock& block, std::uint16_t* counts) : block_{block}, counts_{counts} {
@@ -58,9 +78,10 @@ class BlockCounter {
     for (int v{0}; v < block_.height; ++v) {
       fetch_ahead(v + rows_ahead);
       const std::ptrdiff_t at{block_.stride * v};
+      const RowBounds bounds{block_, v};
       RowPlaces places;
       places.any_late = false;
-      for_vectors(Float{}, block_.width, [&](int u, auto n) { find_places(v, at + u, u, n, places); });
+      for_vectors(Float{}, block_.width, [&](int u, auto n) { find_places(bounds, v, at + u, u, n, places); });
       if (block_.confidence == nullptr) {
         for (int u{0}; u < block_.width; ++u) ++counts_[places.place[u]];
       } else {
@@ -82,32 +103,28 @@ class BlockCounter {
   }
 
   template <class N>
-  HWY_INLINE void find_places(int v, std::ptrdiff_t at, int u, N n, RowPlaces& places) {
+  HWY_INLINE void find_places(const RowBounds& bounds, int v, std::ptrdiff_t at, int u, N n, RowPlaces& places) {
     const Float df;
     const Int di;
     const auto half = hn::Set(df, 0.5f);
-    const V first{number(block_.bins[v].first)};
-    const V behind{number(block_.bins[v].last + 1)};
     const V upright{hn::ConvertTo(di, hn::Add(load(df, block_.obstacle + at, n), half))};
     const V ground{hn::ConvertTo(di, hn::Add(load(df, block_.road + at, n), half))};
     const auto is_road = hn::Gt(ground, hn::Zero(di));
     const V end{hn::Add(upright, ground)};
-    const V from{hn::Max(end, first)};
+    const V from{hn::Max(end, bounds.first)};
     // obstacles
-    const auto is_seen = hn::And(hn::Gt(upright, hn::Zero(di)), hn::Lt(from, behind));
-    const auto is_low =
-        hn::Or(hn::Lt(upright, number(block_.upright[v].first)), hn::Gt(upright, number(block_.upright[v].last)));
+    const auto is_seen = hn::And(hn::Gt(upright, hn::Zero(di)), hn::Lt(from, bounds.behind));
+    const auto is_low = hn::Or(hn::Lt(upright, bounds.upright_first), hn::Gt(upright, bounds.upright_last));
     V kind{hn::IfThenElseZero(is_low, number(passing_pixel))};
     V bin{hn::IfThenElseZero(is_seen, from)};
     // road: always marked, its ray where there is one
-    const auto has_ray =
-        hn::And(hn::And(is_road, hn::Lt(from, behind)), hn::Gt(number(block_.road_rays ? 1 : 0), hn::Zero(di)));
-    const auto is_early = hn::And(has_ray, hn::Eq(hn::Add(end, number(1)), first));
-    const auto is_late = hn::And(has_ray, hn::Lt(hn::Add(end, number(1)), first));
+    const auto has_ray = hn::And(hn::And(is_road, hn::Lt(from, bounds.behind)), hn::Gt(bounds.road_rays, hn::Zero(di)));
+    const auto is_early = hn::And(has_ray, hn::Eq(hn::Add(end, number(1)), bounds.first));
+    const auto is_late = hn::And(has_ray, hn::Lt(hn::Add(end, number(1)), bounds.first));
     const V road_kind{hn::IfThenElse(hn::Or(is_late, hn::Not(has_ray)), number(road_mark),
                                      hn::IfThenElse(is_early, number(early_road_pixel), number(road_pixel)))};
-    const V road_bin{hn::IfThenElse(is_early, first, end)};
-    const auto is_marked = hn::And(is_road, hn::Lt(road_bin, number(block_.disparities)));
+    const V road_bin{hn::IfThenElse(is_early, bounds.first, end)};
+    const auto is_marked = hn::And(is_road, hn::Lt(road_bin, bounds.disparities));
     kind = hn::IfThenElse(is_road, road_kind, kind);
     bin = hn::IfThenElse(is_marked, road_bin, bin);
     hn::Store(hn::Add(place_of(bin, kind), hn::Load(di, columns_ + u)), di, places.place + u);
@@ -117,7 +134,7 @@ class BlockCounter {
       hn::Store(weight, di, places.weight + u);
     }
     if (!hn::AllFalse(di, is_late)) note_late(weight, is_late, u, places);
-    if (block_.bins[v].last + 1 < block_.disparities) leave(v, hn::IfThenElseZero(hn::Or(is_seen, has_ray), weight), u);
+    if (bounds.leaves) leave(v, hn::IfThenElseZero(hn::Or(is_seen, has_ray), weight), u);
   }
 
   template <class M>
@@ -135,7 +152,6 @@ class BlockCounter {
 
   HWY_INLINE void leave(int v, V weight, int u) {
     const hn::Rebind<std::uint16_t, Float> d16;
-    if (block_.bins[v].last < 0) return;
     std::uint16_t* leaving{counts_ + ((block_.bins[v].last + 1) * pixel_kinds + leaving_pixels) * block_columns + u};
     hn::StoreU(hn::Add(hn::LoadU(d16, leaving), hn::DemoteTo(d16, weight)), d16, leaving);
   }

@@ -40,7 +40,9 @@ HWY_INLINE hn::VFromD<Float> road_factor(const BinRow& row, int u, N n) {
   const hn::Rebind<std::uint8_t, Float> d8;
   const auto cells = hn::Add(load(d8, row.road_here + u, n),
                              hn::Add(load(d8, row.road_before + u, n), load(d8, row.road_behind + u, n)));
-  return hn::GatherIndex(df, row.road_factor, hn::PromoteTo(di, cells));
+  const auto index = hn::PromoteTo(di, cells);
+  if (hn::AllFalse(di, hn::Gt(index, hn::Zero(di)))) return hn::Set(df, row.road_factor[0]);
+  return hn::GatherIndex(df, row.road_factor, index);
 }
 
 void InferBins(const BinRow& row, int width) {
@@ -56,7 +58,10 @@ void InferBins(const BinRow& row, int width) {
     const auto count = hn::PromoteTo(di, load(d16, row.visible + u, n));
     const auto observed = hn::PromoteTo(di, load(d16, row.observed + u, n));
     const auto pairs = hn::Mul(count, hn::Add(count, hn::Set(di, 1)));
-    const auto miss = hn::GatherIndex(df, row.miss, hn::Add(hn::ShiftRight<1>(pairs), observed));
+    auto miss = one;  // of bins where no obstacle was seen: most
+    if (!hn::AllFalse(di, hn::Gt(observed, hn::Zero(di)))) {
+      miss = hn::GatherIndex(df, row.miss, hn::Add(hn::ShiftRight<1>(pairs), observed));
+    }
     const auto visible = visibility(row, count, u, n);
     const auto confidence = hn::Sub(one, miss);
     const auto road = hn::Mul(road_factor(row, u, n), miss);
