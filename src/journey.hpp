@@ -61,6 +61,7 @@ struct JourneyMemory {
   GroundSpace ground_samples;
   UDisparityTables u_disparity_tables;
   UDisparitySpace u_disparity;
+  ProjectionSpace projection;
   Calibration calibration;
   Window window;
   std::vector<Point2> lattice;
@@ -203,7 +204,7 @@ class JourneyOn final : public Journey {
     const GridInVehicle placed{grid, vehicle_from_grid.x_m, vehicle_from_grid.y_m, std::cos(vehicle_from_grid.yaw_rad),
                                std::sin(vehicle_from_grid.yaw_rad)};
     project(back_end_, result.stages.occupancy_smooth.view(), BinGeometry{memory_.rig}, placed,
-            memory_.config.projection.footprint, cells.view());
+            memory_.config.projection.footprint, memory_.projection, cells.view());
     if (memory_.config.projection.calibrate) memory_.calibration.apply(cells.view());
   }
 

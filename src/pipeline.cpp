@@ -90,14 +90,17 @@ JourneyMemory::JourneyMemory(const Config& parameters, const Rig& level_rig, con
       matching{rig.width_px, rig.height_px, config.matching, threads},
       ground_samples{rig.width_px, rig.height_px},
       u_disparity_tables{config.u_disparity, rig.height_px, config.matching.window_px},
-      u_disparity{rig.width_px, rig.height_px, config.matching.disparities},
+      u_disparity{rig.width_px, rig.height_px, config.matching.disparities, threads},
+      projection{rig.width_px, config.matching.disparities},
       window{vehicle_grid},
       lattice{velocity_lattice(config.filter)},
       observed_world{window.cells(), window.cells()},
       filtered{window.cells(), config.filter},
       filtered_before{filtered},
       cluster_labels{window.cells(), window.cells()},
-      tracker{config.tracking} {}
+      tracker{config.tracking} {
+  projection.plan(BinGeometry{rig}, {vehicle_grid}, config.projection.footprint);
+}
 
 struct Pipeline::Implementation {
   Implementation(const Config& parameters, const Rig& given_rig, BackEnd back_end, int threads)

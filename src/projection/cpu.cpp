@@ -2,81 +2,96 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "backend/cpu.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include "projection/projection.hpp"
+#include "projection/spans.hpp"
 
 namespace stereogrid {
 namespace {
 
 constexpr int rows_grain{4};
 
-int clamped(double value, int highest) {
-  return static_cast<int>(std::clamp(value, -1.0, static_cast<double>(highest)));
+float larger(float a, float b) {
+  return a > b ? a : b;
 }
 
-// Largest occupancy of row d for the columns that satisfy `speaks`; they are an interval around [smallest, largest].
-template <class Speaks>
-float largest(View<const float> occupancy, int d, float so_far, const ColumnSpan& span, const Speaks& speaks) {
-  const int last{occupancy.width - 1};
-  int begin{std::max(clamped(std::floor(span.smallest - 1), last), 0)};
-  int end{clamped(std::ceil(span.largest + 1), last)};
-  while (begin <= end && !speaks(begin)) ++begin;
-  while (end >= begin && !speaks(end)) --end;
-  const float* row{occupancy.row(d)};
-  for (int u{begin}; u <= end; ++u) so_far = row[u] > so_far ? row[u] : so_far;
-  return so_far;
+// Row d of each level, from the level before.
+void find_largest(View<const float> occupancy, int d, ProjectionSpace& space) {
+  const float* before{occupancy.row(d)};
+  for (int k{0}; k < ProjectionSpace::levels; ++k) {
+    float* row{space.largest[static_cast<std::size_t>(k)].row(d)};
+    const int apart{1 << k};
+    for (int u{0}; u + 2 * apart <= occupancy.width; ++u) row[u] = larger(before[u], before[u + apart]);
+    before = row;
+  }
 }
 
-float cell_by_overlap(View<const float> occupancy, const BinGeometry& bins, const CellCorners& cell) {
-  const double near{cell.nearest_x()};
-  const double far{cell.farthest_x()};
-  float highest{-1};
-  int d{std::max(clamped(std::floor(bins.disparity(far) - 1.5), occupancy.height - 1), 0)};
-  for (; d < occupancy.height && bins.farthest_x(d) > near; ++d) {
-    if (bins.nearest_x(d) >= far) continue;
-    const ColumnSpan span{columns_of(bins, cell, bins.nearest_x(d), bins.farthest_x(d))};
-    highest = largest(occupancy, d, highest, span, [&](int u) { return span.touches(u); });
+// Largest occupancy of many columns from that of 1, 2, 4 or 8 at a time; the last ones overlap.
+class Largest {
+ public:
+  Largest(View<const float> occupancy, const ProjectionSpace& space) : width_{occupancy.width} {
+    level_[0] = occupancy.row(0);
+    for (std::size_t k{0}; k < space.largest.size(); ++k) level_[k + 1] = space.largest[k].data();
   }
-  return highest;
+
+  [[nodiscard]] float of(const BinSpan& span) const {
+    const int columns{span.end - span.begin + 1};
+    const int k{columns >= 8 ? 3 : columns >= 4 ? 2 : columns >= 2 ? 1 : 0};
+    const int step{1 << k};
+    const float* row{level_[k] + static_cast<std::ptrdiff_t>(width_) * span.d};
+    const int last{span.end + 1 - step};
+    float highest{row[last]};
+    for (int u{span.begin}; u < last; u += step) highest = larger(row[u], highest);
+    return highest;
+  }
+
+ private:
+  int width_;
+  const float* level_[ProjectionSpace::levels + 1];
+};
+
+bool is_same(const GridInVehicle& a, const GridInVehicle& b) {
+  return a.grid == b.grid && a.x_m == b.x_m && a.y_m == b.y_m && a.cos_yaw == b.cos_yaw && a.sin_yaw == b.sin_yaw;
 }
 
-float cell_by_centre(View<const float> occupancy, const BinGeometry& bins, const CellCorners& cell, Point2 centre) {
-  const double near{cell.nearest_x()};
-  const double far{cell.farthest_x()};
-  float highest{-1};
-  int d{std::max(clamped(std::floor(bins.disparity(far) - 0.5), occupancy.height - 1), 1)};
-  for (; d < occupancy.height; ++d) {
-    const double x{bins.focal_baseline_pxm / d};
-    if (x > far) continue;
-    if (x < near) break;
-    const ColumnSpan span{columns_of(bins, cell, x, x)};
-    highest = largest(occupancy, d, highest, span, [&](int u) { return span.holds(u); });
+void project_planned(const Largest& largest, const ProjectionSpace& space, int iy, View<float> cells) {
+  const std::size_t* first{space.first_span.data() + static_cast<std::ptrdiff_t>(iy) * cells.width};
+  for (int ix{0}; ix < cells.width; ++ix) {
+    float highest{-1};
+    for (std::size_t i{first[ix]}; i < first[ix + 1]; ++i) highest = larger(largest.of(space.spans[i]), highest);
+    cells(ix, iy) = highest < 0 ? 0.5f : highest;
   }
-  const double at_d{std::floor(bins.disparity(centre.x) + 0.5)};
-  const double at_u{std::floor(bins.column(centre.x, centre.y) + 0.5)};
-  if (at_d >= 0 && at_d < occupancy.height && at_u >= 0 && at_u < occupancy.width) {
-    highest = std::max(highest, occupancy(static_cast<int>(at_u), static_cast<int>(at_d)));
+}
+
+void project_row(const Largest& largest, const Spans& spans, Footprint footprint, int iy, View<float> cells) {
+  std::fill(cells.row(iy), cells.row(iy) + cells.width, -1.0f);
+  float* cell{cells.row(iy)};
+  const auto begin_cell = [&](int ix) { cell = cells.row(iy) + ix; };
+  const auto take = [&](const BinSpan& span) { *cell = larger(largest.of(span), *cell); };
+  if (footprint == Footprint::overlap) {
+    spans.row_by_overlap(iy, begin_cell, take);
+  } else {
+    for (int ix{0}; ix < cells.width; ++ix) {
+      begin_cell(ix);
+      spans.by_centre(ix, iy, take);
+    }
   }
-  return highest;
+  for (int ix{0}; ix < cells.width; ++ix) cells(ix, iy) = cells(ix, iy) < 0 ? 0.5f : cells(ix, iy);
 }
 
 }  // namespace
 
 void project(Cpu& cpu, View<const float> occupancy, const BinGeometry& bins, const GridInVehicle& grid,
-             Footprint footprint, View<float> cells) {
+             Footprint footprint, ProjectionSpace& space, View<float> cells) {
+  cpu.for_ranges(occupancy.height, rows_grain, [&](int begin, int end) {
+    for (int d{begin}; d < end; ++d) find_largest(occupancy, d, space);
+  });
+  const Largest largest{occupancy, space};
+  const bool is_planned{!space.first_span.empty() && footprint == space.planned_footprint &&
+                        is_same(grid, space.planned)};
+  const Spans spans{occupancy.width, occupancy.height, bins, grid};
   cpu.for_ranges(cells.height, rows_grain, [&](int begin, int end) {
     for (int iy{begin}; iy < end; ++iy) {
-      for (int ix{0}; ix < cells.width; ++ix) {
-        const CellCorners cell{grid.corners(ix, iy)};
-        float highest{-1};
-        if (cell.nearest_x() > 0) {
-          highest = footprint == Footprint::overlap ? cell_by_overlap(occupancy, bins, cell)
-                                                    : cell_by_centre(occupancy, bins, cell, grid.centre(ix, iy));
-        }
-        cells(ix, iy) = highest < 0 ? 0.5f : highest;
-      }
+      is_planned ? project_planned(largest, space, iy, cells) : project_row(largest, spans, footprint, iy, cells);
     }
   });
 }

@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "projection/model.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/image.hpp"
@@ -11,14 +14,37 @@ namespace stereogrid {
 class Cpu;
 struct Reference;
 
+/// Bins begin … end of disparity d.
+struct BinSpan {
+  std::int16_t d;
+  std::int16_t begin;
+  std::int16_t end;
+};
+
+/// What `project` works in, and which bins speak for the cells of a grid that stays where it is in the vehicle.
+struct ProjectionSpace {
+  static constexpr int levels{3};
+
+  ProjectionSpace(int width, int disparities);
+  /// Takes this grid as the one that stays: the next projections to it need no geometry. Allocates.
+  void plan(const BinGeometry& bins, const GridInVehicle& grid, Footprint footprint);
+
+  std::vector<Image<float>> largest;  ///< [k] (D, W) largest occupancy of the 2^(k+1) columns from u on
+  GridInVehicle planned{};
+  Footprint planned_footprint{};
+  std::vector<std::size_t> first_span;  ///< [cell], and the end of the last
+  std::vector<BinSpan> spans;
+};
+
 /// u-disparity occupancy to a Cartesian grid (eq. 16): a cell takes the largest occupancy of the bins that speak for
 /// it, 0.5 where none does. `occupancy` is (D, W); the grid may lie anywhere in the vehicle frame.
 ///
 /// Footprint::overlap: every bin whose footprint (depth [f·b/(d+½), f·b/(d−½)], columns u ± ½) shares an area with the
 /// cell. Footprint::centre: the bins whose centre lies in the cell, and the bin that holds the cell's centre.
+/// `bins` are those that `space` was planned for, if it was.
 void project(Cpu& cpu, View<const float> occupancy, const BinGeometry& bins, const GridInVehicle& grid,
-             Footprint footprint, View<float> cells);
+             Footprint footprint, ProjectionSpace& space, View<float> cells);
 void project(Reference& reference, View<const float> occupancy, const BinGeometry& bins, const GridInVehicle& grid,
-             Footprint footprint, View<float> cells);
+             Footprint footprint, ProjectionSpace& space, View<float> cells);
 
 }  // namespace stereogrid

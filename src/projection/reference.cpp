@@ -48,7 +48,7 @@ float cell_by_centre(View<const float> occupancy, const BinGeometry& bins, const
 }  // namespace
 
 void project(Reference&, View<const float> occupancy, const BinGeometry& bins, const GridInVehicle& grid,
-             Footprint footprint, View<float> cells) {
+             Footprint footprint, ProjectionSpace&, View<float> cells) {
   for (int iy{0}; iy < cells.height; ++iy) {
     for (int ix{0}; ix < cells.width; ++ix) {
       const CellCorners cell{grid.corners(ix, iy)};

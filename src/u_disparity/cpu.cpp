@@ -6,6 +6,7 @@
 #include <array>
 #include <limits>
 
+#include "u_disparity/count_simd.hpp"
 #include "u_disparity/infer_simd.hpp"
 #include "u_disparity/model.hpp"
 #include "u_disparity/u_disparity.hpp"
@@ -13,75 +14,23 @@
 namespace stereogrid {
 namespace {
 
-constexpr int block{64};  // columns whose counts stay in the first cache
 constexpr int bins_grain{8};
 constexpr std::size_t taps_max{2 * 60 + 1};  // of sigma_column 20
 
-// A pixel that ends at bin `end` is a ray through every bin from there on: one step up, one step down.
-void add_ray(int end, BinRange bins, int u, int weight, Image<std::int16_t>& steps) {
-  const int from{std::max(end, bins.first)};
-  if (from > bins.last) return;
-  steps(u, from) = static_cast<std::int16_t>(steps(u, from) + weight);
-  steps(u, bins.last + 1) = static_cast<std::int16_t>(steps(u, bins.last + 1) - weight);
-}
-
-// The obstacle and road pixels of columns begin … end − 1.
-void count_pixels(const Matches& matches, const UDisparityConfig& config, int begin, int end, UDisparitySpace& space,
-                  Image<std::uint16_t>& observed) {
-  std::array<std::int16_t, block> ends;
-  const bool road_rays{config.road_rays == RoadRays::visible};
-  for (int v{0}; v < matches.road.height(); ++v) {
-    find_ends(matches.obstacle.row(v) + begin, matches.road.row(v) + begin, end - begin, ends.data());
-    for (int u{begin}; u < end; ++u) {
-      const int at{ends[static_cast<std::size_t>(u - begin)]};
-      if (at == 0) continue;
-      const int weight{config.confidence_weights ? ray_weight(matches.confidence(u, v)) : 1};
-      if (at < 0) {
-        if (-at < space.has_road.height()) space.has_road(u, -at) = 1;
-        if (road_rays) add_ray(-at, space.rows.bins(u, v), u, weight, space.visible_steps);
-        continue;
-      }
-      add_ray(at, space.rows.bins(u, v), u, weight, space.visible_steps);
-      const BinRange upright{space.rows.upright_bins(u, v)};
-      if (at >= upright.first && at <= upright.last) {
-        observed(u, at) = static_cast<std::uint16_t>(observed(u, at) + weight);
-      }
-    }
-  }
-}
-
-// Parts of rays to rays.
-void round_counts(int begin, int end, Image<std::uint16_t>& counts) {
-  for (int d{0}; d < counts.height(); ++d) {
-    std::uint16_t* row{counts.row(d)};
-    for (int u{begin}; u < end; ++u) row[u] = static_cast<std::uint16_t>((row[u] + ray_parts / 2) / ray_parts);
-  }
-}
-
-// N_V, N_O and the road's bins in columns begin … end − 1.
-void count_block(const Matches& matches, const UDisparityConfig& config, int begin, int end, UDisparitySpace& space,
-                 StageImages& stages) {
+// N_V, N_O and the road's bins in columns begin … end − 1, which have one shift.
+void count_block(const Matches& matches, const UDisparityConfig& config, ColumnRange columns,
+                 std::vector<std::uint16_t>& counts, UDisparitySpace& space, StageImages& stages) {
+  const int begin{columns.begin};
+  const int width{columns.end - begin};
   const int disparities{stages.occupancy.height()};
-  for (int d{0}; d < disparities; ++d) {
-    std::fill(stages.observed.row(d) + begin, stages.observed.row(d) + end, std::uint16_t{0});
-    std::fill(space.has_road.row(d) + begin, space.has_road.row(d) + end, std::uint8_t{0});
-    std::fill(space.visible_steps.row(d) + begin, space.visible_steps.row(d) + end, std::int16_t{0});
-  }
-  std::fill(space.visible_steps.row(disparities) + begin, space.visible_steps.row(disparities) + end, std::int16_t{0});
-  count_pixels(matches, config, begin, end, space, stages.observed);
-  std::array<std::uint16_t, block> sum{};
-  for (int d{0}; d < disparities; ++d) {
-    const std::int16_t* steps{space.visible_steps.row(d)};
-    std::uint16_t* visible{stages.visible.row(d)};
-    for (int u{begin}; u < end; ++u) {
-      std::uint16_t& rays{sum[static_cast<std::size_t>(u - begin)]};
-      rays = static_cast<std::uint16_t>(rays + steps[u]);
-      visible[u] = rays;
-    }
-  }
-  if (!config.confidence_weights) return;
-  round_counts(begin, end, stages.visible);
-  round_counts(begin, end, stages.observed);
+  const float* confidence{config.confidence_weights ? matches.confidence.data() + begin : nullptr};
+  count_pixels({matches.obstacle.data() + begin, matches.road.data() + begin, confidence, matches.road.width(), width,
+                matches.road.height(), disparities, config.road_rays == RoadRays::visible, space.rows.bins(begin),
+                space.rows.upright_bins(begin)},
+               counts.data());
+  total_block({stages.visible.data() + begin, stages.observed.data() + begin, space.has_road.data() + begin,
+               matches.road.width(), width, disparities, config.confidence_weights},
+              counts.data());
 }
 
 // Of the three columns around each; bin 0 and the bins behind the last count as empty.
@@ -153,9 +102,12 @@ void count(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& groun
     const RowRange rows{space.rows.rows[static_cast<std::size_t>(d)]};
     stages.possible[static_cast<std::size_t>(d)] = possible_in_column(rows.first, rows.last, 0, space.rows.height);
   }
-  cpu.for_ranges((width + block - 1) / block, 1, [&](int begin, int end) {
+  space.rows.cut(block_columns);
+  const int parts{static_cast<int>(space.counts.size())};
+  cpu.for_parts(static_cast<int>(space.rows.blocks.size()), parts, [&](int part, int begin, int end) {
+    std::vector<std::uint16_t>& counts{space.counts[static_cast<std::size_t>(part)]};
     for (int b{begin}; b < end; ++b) {
-      count_block(matches, tables.config, b * block, std::min((b + 1) * block, width), space, stages);
+      count_block(matches, tables.config, space.rows.blocks[static_cast<std::size_t>(b)], counts, space, stages);
     }
   });
   cpu.for_ranges(disparities + 1, bins_grain, [&](int begin, int end) {

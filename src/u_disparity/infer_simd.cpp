@@ -8,60 +8,20 @@
 #include "hwy/highway.h"
 #include "u_disparity/infer_simd.hpp"
 #include "u_disparity/model.hpp"
-
-#include <algorithm>
+#include "u_disparity/vectors_simd.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace stereogrid {
 namespace HWY_NAMESPACE {
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
 constexpr std::size_t lanes_max{16};
 using Float = hn::CappedTag<float, lanes_max>;
 using Int = hn::Rebind<std::int32_t, Float>;
 
-// Calls work(u, n) for vectors of n elements from u on.
-template <class Work>
-void for_vectors(int width, const Work& work) {
-  const int lanes{static_cast<int>(hn::Lanes(Float{}))};
-  int u{0};
-  for (; u + lanes <= width; u += lanes) work(u, static_cast<std::size_t>(lanes));
-  if (u < width) work(u, static_cast<std::size_t>(width - u));
-}
-
-// The last elements of a row go through a whole vector in memory.
-template <class D>
-hn::VFromD<D> load(D d, const hn::TFromD<D>* from, std::size_t n) {
-  if (n == hn::Lanes(d)) return hn::LoadU(d, from);
-  hn::TFromD<D> whole[lanes_max]{};
-  std::copy_n(from, n, whole);
-  return hn::LoadU(d, whole);
-}
-
-template <class V, class D>
-void store(V v, D d, hn::TFromD<D>* to, std::size_t n) {
-  if (n == hn::Lanes(d)) return hn::StoreU(v, d, to);
-  hn::TFromD<D> whole[lanes_max];
-  hn::StoreU(v, d, whole);
-  std::copy_n(whole, n, to);
-}
-
-void FindEnds(const float* obstacle, const float* road, int width, std::int16_t* ends) {
-  const Float df;
-  const Int di;
-  const hn::Rebind<std::int16_t, Float> d16;
-  const auto half = hn::Set(df, 0.5f);
-  for_vectors(width, [&](int u, std::size_t n) {
-    const auto upright = hn::ConvertTo(di, hn::Add(load(df, obstacle + u, n), half));
-    const auto ground = hn::ConvertTo(di, hn::Add(load(df, road + u, n), half));
-    store(hn::DemoteTo(d16, hn::Sub(upright, ground)), d16, ends + u, n);
-  });
-}
-
 // Eq. 11 for the columns from u on.
-hn::VFromD<Float> visibility(const BinRow& row, hn::VFromD<Int> visible, int u, std::size_t n) {
+template <class N>
+HWY_INLINE hn::VFromD<Float> visibility(const BinRow& row, hn::VFromD<Int> visible, int u, N n) {
   const Float df;
   const Int di;
   const auto shift = load(di, row.shift + u, n);
@@ -73,13 +33,16 @@ hn::VFromD<Float> visibility(const BinRow& row, hn::VFromD<Int> visible, int u, 
   return hn::IfThenElseZero(is_possible, hn::Div(hn::ConvertTo(df, visible), rays));
 }
 
-hn::VFromD<Float> road_factor(const BinRow& row, int u, std::size_t n) {
+template <class N>
+HWY_INLINE hn::VFromD<Float> road_factor(const BinRow& row, int u, N n) {
   const Float df;
   const Int di;
   const hn::Rebind<std::uint8_t, Float> d8;
   const auto cells = hn::Add(load(d8, row.road_here + u, n),
                              hn::Add(load(d8, row.road_before + u, n), load(d8, row.road_behind + u, n)));
-  return hn::GatherIndex(df, row.road_factor, hn::PromoteTo(di, cells));
+  const auto index = hn::PromoteTo(di, cells);
+  if (hn::AllFalse(di, hn::Gt(index, hn::Zero(di)))) return hn::Set(df, row.road_factor[0]);
+  return hn::GatherIndex(df, row.road_factor, index);
 }
 
 void InferBins(const BinRow& row, int width) {
@@ -90,11 +53,15 @@ void InferBins(const BinRow& row, int width) {
   const auto half = hn::Set(df, 0.5f);
   const auto lowest = hn::Set(df, row.false_negative);
   const auto highest = hn::Set(df, 1 - row.false_positive);
-  for_vectors(width, [&](int u, std::size_t n) {
+  const auto columns = hn::Iota(di, 0);
+  for_vectors(df, width, [&](int u, auto n) {
     const auto count = hn::PromoteTo(di, load(d16, row.visible + u, n));
     const auto observed = hn::PromoteTo(di, load(d16, row.observed + u, n));
     const auto pairs = hn::Mul(count, hn::Add(count, hn::Set(di, 1)));
-    const auto miss = hn::GatherIndex(df, row.miss, hn::Add(hn::ShiftRight<1>(pairs), observed));
+    auto miss = one;  // of bins where no obstacle was seen: most
+    if (!hn::AllFalse(di, hn::Gt(observed, hn::Zero(di)))) {
+      miss = hn::GatherIndex(df, row.miss, hn::Add(hn::ShiftRight<1>(pairs), observed));
+    }
     const auto visible = visibility(row, count, u, n);
     const auto confidence = hn::Sub(one, miss);
     const auto road = hn::Mul(road_factor(row, u, n), miss);
@@ -104,7 +71,7 @@ void InferBins(const BinRow& row, int width) {
     const auto obstacle = hn::Add(hn::Add(seen, passed), hn::Mul(hn::Sub(one, visible), half));
     const auto occupied = hn::Mul(obstacle, hn::Sub(one, road));
     const auto kept = hn::Min(hn::Max(occupied, lowest), highest);
-    const auto is_hidden = hn::Lt(hn::Iota(di, u), hn::Set(di, row.first_sighted));
+    const auto is_hidden = hn::Lt(hn::Add(columns, hn::Set(di, u)), hn::Set(di, row.first_sighted));
     store(visible, df, row.visibility + u, n);
     store(confidence, df, row.obstacle_confidence + u, n);
     store(road, df, row.road_confidence + u, n);
@@ -114,7 +81,7 @@ void InferBins(const BinRow& row, int width) {
 
 void WeighRows(const float* const* in, const float* weights, int count, int width, float* out) {
   const Float df;
-  for_vectors(width, [&](int u, std::size_t n) {
+  for_vectors(df, width, [&](int u, auto n) {
     auto sum = hn::Mul(hn::Set(df, weights[0]), load(df, in[0] + u, n));
     for (int k{1}; k < count; ++k) sum = hn::Add(sum, hn::Mul(hn::Set(df, weights[k]), load(df, in[k] + u, n)));
     store(sum, df, out + u, n);
@@ -129,13 +96,8 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace stereogrid {
 
-HWY_EXPORT(FindEnds);
 HWY_EXPORT(InferBins);
 HWY_EXPORT(WeighRows);
-
-void find_ends(const float* obstacle, const float* road, int width, std::int16_t* ends) {
-  HWY_DYNAMIC_DISPATCH(FindEnds)(obstacle, road, width, ends);
-}
 
 void infer_bins(const BinRow& row, int width) {
   HWY_DYNAMIC_DISPATCH(InferBins)(row, width);

@@ -6,10 +6,6 @@
 
 namespace stereogrid {
 
-/// Where the rays of a row's pixels end: the bin of an obstacle pixel, minus the bin of a road pixel, 0 where nothing
-/// matched. No pixel has both disparities.
-void find_ends(const float* obstacle, const float* road, int width, std::int16_t* ends);
-
 /// What the probabilities of the bins (0 … width−1, d) are made of, and where they go.
 struct BinRow {
   const std::uint16_t* visible;     ///< N_V

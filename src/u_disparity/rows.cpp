@@ -46,7 +46,19 @@ BinRows::BinRows(int width, int image_height, int disparities)
       rows(static_cast<std::size_t>(disparities)),
       upright_rows(static_cast<std::size_t>(disparities)),
       bins_of_row(static_cast<std::size_t>(image_height + 2 * margin)),
-      upright_bins_of_row(static_cast<std::size_t>(image_height + 2 * margin)) {}
+      upright_bins_of_row(static_cast<std::size_t>(image_height + 2 * margin)) {
+  blocks.reserve(shift.size());
+}
+
+void BinRows::cut(int widest) {
+  blocks.clear();
+  const int width{static_cast<int>(shift.size())};
+  for (int begin{0}, end{0}; begin < width; begin = end) {
+    const auto shift_here = shift[static_cast<std::size_t>(begin)];
+    while (end < width && end - begin < widest && shift[static_cast<std::size_t>(end)] == shift_here) ++end;
+    blocks.push_back({begin, end});
+  }
+}
 
 void BinRows::place(const Rig& rig, const Ground& ground, const UDisparityConfig& config) {
   const double slope{config.follow_roll ? -std::tan(ground.roll_rad) : 0.0};

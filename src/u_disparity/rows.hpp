@@ -28,6 +28,12 @@ struct BinRange {
   int last;
 };
 
+/// Columns begin … end − 1.
+struct ColumnRange {
+  int begin;
+  int end;
+};
+
 /// Which rows belong to which bins. With roll the road tilts in the image and the rows of a bin with it: in column u
 /// they lie `shift[u]` lower than in the column u0.
 struct BinRows {
@@ -36,10 +42,12 @@ struct BinRows {
   /// For the road of a frame. `shift` stays 0 unless the configuration follows the roll.
   void place(const Rig& rig, const Ground& ground, const UDisparityConfig& config);
 
-  /// Bins that the pixel (u, v) lies in the rows of.
-  [[nodiscard]] BinRange bins(int u, int v) const { return bins_of_row[index(u, v)]; }
-  /// Bins in which it is high enough above the road to be part of an obstacle.
-  [[nodiscard]] BinRange upright_bins(int u, int v) const { return upright_bins_of_row[index(u, v)]; }
+  /// Cuts the columns into blocks with one shift, of at most `widest` columns.
+  void cut(int widest);
+  /// Bins that the pixels of column u lie in the rows of, from row 0 on.
+  [[nodiscard]] const BinRange* bins(int u) const { return bins_of_row.data() + first_row(u); }
+  /// Bins in which they are high enough above the road to be part of an obstacle.
+  [[nodiscard]] const BinRange* upright_bins(int u) const { return upright_bins_of_row.data() + first_row(u); }
 
   int height;
   int margin;                                 ///< rows that a column may be shifted by
@@ -48,11 +56,10 @@ struct BinRows {
   std::vector<RowRange> upright_rows;         ///< (D) likewise, above the least height of an obstacle
   std::vector<BinRange> bins_of_row;          ///< (height + 2·margin), from row −margin on
   std::vector<BinRange> upright_bins_of_row;  ///< likewise
+  std::vector<ColumnRange> blocks;
 
  private:
-  [[nodiscard]] std::size_t index(int u, int v) const {
-    return static_cast<std::size_t>(v - shift[static_cast<std::size_t>(u)] + margin);
-  }
+  [[nodiscard]] int first_row(int u) const { return margin - shift[static_cast<std::size_t>(u)]; }
 };
 
 }  // namespace stereogrid

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "u_disparity/count_simd.hpp"
 #include "u_disparity/model.hpp"
 #include "u_disparity/u_disparity.hpp"
 
@@ -46,9 +47,10 @@ std::vector<float> gaussian_weights(double sigma) {
   return normalised;
 }
 
-UDisparitySpace::UDisparitySpace(int width, int height, int disparities)
+UDisparitySpace::UDisparitySpace(int width, int height, int disparities, int threads)
     : rows{width, height, disparities},
-      visible_steps{width, disparities + 1},
+      counts(static_cast<std::size_t>(threads),
+             std::vector<std::uint16_t>(static_cast<std::size_t>(disparities + 1) * pixel_kinds * block_columns)),
       has_road{width, disparities},
       road_columns{width, disparities + 1},
       smooth_once{width, disparities} {}

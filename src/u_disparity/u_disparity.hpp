@@ -33,12 +33,12 @@ std::vector<float> gaussian_weights(double sigma);
 
 /// What `count` works in.
 struct UDisparitySpace {
-  UDisparitySpace(int width, int height, int disparities);
+  UDisparitySpace(int width, int height, int disparities, int threads);
   BinRows rows;
-  Image<std::int16_t> visible_steps;  ///< (D+1, W) difference array of N_V
-  Image<std::uint8_t> has_road;       ///< (D, W) 1: the bin holds a road pixel
-  Image<std::uint8_t> road_columns;   ///< (D+1, W) bins with a road pixel among u−1, u, u+1
-  Image<float> smooth_once;           ///< (D, W)
+  std::vector<std::vector<std::uint16_t>> counts;  ///< [thread] of a block of columns, all 0 between frames
+  Image<std::uint8_t> has_road;                    ///< (D, W) 1: the bin holds a road pixel
+  Image<std::uint8_t> road_columns;                ///< (D+1, W) bins with a road pixel among u−1, u, u+1
+  Image<float> smooth_once;                        ///< (D, W)
 };
 
 /// Disparity images to occupancy in the u-disparity plane: counts N_P, N_V, N_O (eq. 9–12), probabilities (eq. 4,

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "backend/cpu.hpp"
@@ -28,7 +29,8 @@ GridInVehicle placed(const GridGeometry& grid, const Pose2& vehicle_from_grid = 
 Image<float> projected(const Image<float>& occupancy, const GridInVehicle& grid, Footprint footprint) {
   Cpu cpu{1};
   Image<float> cells{grid.grid.nx, grid.grid.ny, -7.0f};
-  project(cpu, occupancy.view(), BinGeometry{round_rig()}, grid, footprint, cells.view());
+  ProjectionSpace space{occupancy.width(), occupancy.height()};
+  project(cpu, occupancy.view(), BinGeometry{round_rig()}, grid, footprint, space, cells.view());
   return cells;
 }
 
@@ -182,11 +184,13 @@ TEST(ProjectionEquality, CpuEqualsReference) {
                                 : Pose2{uniform(generator, -3, 6), uniform(generator, -3, 3),
                                         round % 4 == 0 ? 0.0 : uniform(generator, -3.1, 3.1)}};
     Cpu cpu{1 + round % 2};
+    ProjectionSpace space{width, bins};
     for (const Footprint footprint : {Footprint::overlap, Footprint::centre}) {
       Image<float> slow{geometry.nx, geometry.ny, -7.0f};
       Image<float> fast{geometry.nx, geometry.ny, -8.0f};
-      project(reference, occupancy.view(), BinGeometry{rig}, placed(geometry, pose), footprint, slow.view());
-      project(cpu, occupancy.view(), BinGeometry{rig}, placed(geometry, pose), footprint, fast.view());
+      project(reference, occupancy.view(), BinGeometry{rig}, placed(geometry, pose), footprint, space, slow.view());
+      if (round % 3 == 0) space.plan(BinGeometry{rig}, placed(geometry, pose), footprint);
+      project(cpu, occupancy.view(), BinGeometry{rig}, placed(geometry, pose), footprint, space, fast.view());
       EXPECT_EQ(count_differences(slow, fast), 0) << "round " << round;
     }
   }
@@ -199,12 +203,36 @@ TEST(ProjectionEquality, CpuEqualsReferenceOnTheVehicleGrid) {
   Cpu cpu{2};
   const GridGeometry geometry{0, -10, 0.2, 100, 100};
   const Image<float> occupancy{random_plane(201, disparities, generator)};
+  ProjectionSpace space{201, disparities};
   for (const Footprint footprint : {Footprint::overlap, Footprint::centre}) {
     Image<float> slow{geometry.nx, geometry.ny};
     Image<float> fast{slow};
-    project(reference, occupancy.view(), BinGeometry{round_rig()}, placed(geometry), footprint, slow.view());
-    project(cpu, occupancy.view(), BinGeometry{round_rig()}, placed(geometry), footprint, fast.view());
-    EXPECT_EQ(count_differences(slow, fast), 0);
+    project(reference, occupancy.view(), BinGeometry{round_rig()}, placed(geometry), footprint, space, slow.view());
+    for (const bool planned : {false, true}) {
+      if (planned) space.plan(BinGeometry{round_rig()}, placed(geometry), footprint);
+      std::fill(fast.begin(), fast.end(), -8.0f);
+      project(cpu, occupancy.view(), BinGeometry{round_rig()}, placed(geometry), footprint, space, fast.view());
+      EXPECT_EQ(count_differences(slow, fast), 0) << planned;
+    }
+  }
+}
+
+// The window of a pipeline, in all headings, also nearly along the axes; another grid is planned.
+TEST(ProjectionEquality, CpuEqualsReferenceInEveryHeading) {
+  std::mt19937 generator{59};
+  Reference reference;
+  Cpu cpu{2};
+  const GridGeometry geometry{-15, -15, 0.5, 60, 60};
+  const Image<float> occupancy{random_plane(201, disparities, generator)};
+  ProjectionSpace space{201, disparities};
+  space.plan(BinGeometry{round_rig()}, placed(geometry), Footprint::overlap);
+  for (const double yaw : {1e-12, 1e-5, -2e-3, 0.01, 0.3, 0.7853981633974483, 1.5707963267948966, 1.57, -2.4, 3.1}) {
+    const GridInVehicle grid{placed(geometry, {0.25, -0.1, yaw})};
+    Image<float> slow{geometry.nx, geometry.ny};
+    Image<float> fast{slow};
+    project(reference, occupancy.view(), BinGeometry{round_rig()}, grid, Footprint::overlap, space, slow.view());
+    project(cpu, occupancy.view(), BinGeometry{round_rig()}, grid, Footprint::overlap, space, fast.view());
+    EXPECT_EQ(count_differences(slow, fast), 0) << "yaw " << yaw;
   }
 }
 

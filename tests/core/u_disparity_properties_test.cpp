@@ -5,6 +5,7 @@
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
 #include "support.hpp"
+#include "targets.hpp"
 #include "u_disparity_run.hpp"
 
 namespace stereogrid::test {
@@ -59,10 +60,10 @@ Matches random_matches(const Case& c, std::mt19937& generator) {
   return matches;
 }
 
-TEST(UDisparityEquality, CpuEqualsReference) {
-  std::mt19937 generator{31};
+void expect_equality(unsigned seed, int rounds) {
+  std::mt19937 generator{seed};
   Reference reference;
-  for (int round{0}; round < 60; ++round) {
+  for (int round{0}; round < rounds; ++round) {
     const Case c{random_case(generator)};
     const Matches matches{random_matches(c, generator)};
     const int window_px{1 + 2 * uniform_int(generator, 1, 10)};
@@ -79,6 +80,18 @@ TEST(UDisparityEquality, CpuEqualsReference) {
     EXPECT_EQ(count_differences(slow.road_confidence, fast.road_confidence), 0) << where;
     EXPECT_EQ(count_differences(slow.occupancy, fast.occupancy), 0) << where;
     EXPECT_EQ(count_differences(slow.occupancy_smooth, fast.occupancy_smooth), 0) << where;
+  }
+}
+
+TEST(UDisparityEquality, CpuEqualsReference) {
+  expect_equality(31, 60);
+}
+
+TEST(UDisparityEquality, WithEveryInstructionSet) {
+  for (const std::int64_t target : vector_targets()) {
+    const ForcedTarget forced{target};
+    SCOPED_TRACE(name_of_target(target));
+    expect_equality(32, 20);
   }
 }
 
