@@ -225,7 +225,7 @@ constexpr std::array<std::string_view, 2> names_of(FusionRule) {
 struct FusionConfig {
   FusionRule rule{FusionRule::independent};
   double stereo_confidence{1};
-  double other_confidence{1};
+  double other_confidence{0.8};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {

@@ -36,7 +36,7 @@ float fused_cell(float stereo, const std::vector<ObservedGrid>& others, const Fu
   return fused(Image<float>{1, 1, stereo}, {one_cell}, others, config)(0, 0);
 }
 
-constexpr FusionConfig independent{};
+constexpr FusionConfig independent{FusionRule::independent, 1, 1};
 constexpr FusionConfig linear{FusionRule::linear, 1, 1};
 
 TEST(Fusion, IndependentSourcesMultiplyTheirOdds) {
@@ -150,7 +150,9 @@ StereoFrame grey_frame(const Rig& rig) {
 TEST(Fusion, ThePipelineHandsOnWhatAnotherSourceHasSeen) {
   const Rig rig{small_kitti_rig()};
   for (const BackEnd back_end : {BackEnd::cpu, BackEnd::reference}) {
-    Pipeline pipeline{preset("default"), rig, back_end, 1};
+    Config config{preset("default")};
+    config.fusion.other_confidence = 1;
+    Pipeline pipeline{config, rig, back_end, 1};
     StereoFrame frame{grey_frame(rig)};
     frame.world_from_vehicle = Pose2{3, 4, 0.5};
     frame.other_grids.push_back({{4, 1, 1, 2, 2}, Image<float>{2, 2, 0.9f}, {}});
