@@ -13,18 +13,18 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr int rings{64};
-constexpr int beams{2000};
+constexpr int ring_count{64};
+constexpr int beam_count{2000};
 
 /// Rings from left to right over a road; every second one of the upper rings, the odd ones, meets a wall 8 m ahead.
 std::vector<float> sweep() {
   std::vector<float> scan;
-  for (int ring{0}; ring < rings; ++ring) {
+  for (int ring{0}; ring < ring_count; ++ring) {
     const bool is_road{ring < 40 || ring % 2 == 0};
     const double x{is_road ? 3 + 0.2 * (ring % 40) : 8};
     const double z{is_road ? -1.65 : -1.6 + 0.08 * (ring - 40)};
-    for (int beam{0}; beam < beams; ++beam) {
-      const double y{10.0 * (1 - 2.0 * beam / beams)};
+    for (int beam{0}; beam < beam_count; ++beam) {
+      const double y{10.0 * (1 - 2.0 * beam / beam_count)};
       for (const double value : {x, y, z, 0.5}) scan.push_back(static_cast<float>(value));
     }
   }
