@@ -5,11 +5,13 @@
 #include <chrono>
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "alignment/alignment.hpp"
 #include "filter/filter.hpp"
+#include "fusion/fusion.hpp"
 #include "ground/ground.hpp"
 #include "matching/given.hpp"
 #include "matching/matching.hpp"
@@ -28,6 +30,7 @@ struct JourneyInput {
   View<const float> disparity;  ///< given instead of the right image; empty: match
   Pose2 world_from_vehicle;
   double dt_s{0};
+  std::span<const ObservedGrid> other_grids;
 };
 
 /// The way of a frame through all stages, on some back end.
@@ -100,8 +103,12 @@ class JourneyOn final : public Journey {
     result.timing_ms.count = watch.lap();
 
     const GridGeometry window{m.window.at(input.world_from_vehicle)};
-    project_to(result.vehicle_grid, {}, result, result.observed);
-    project_to(window, inverse(input.world_from_vehicle), result, m.observed_world);
+    const GridInVehicle vehicle_cells{placed(result.vehicle_grid, {})};
+    const GridInVehicle window_cells{placed(window, inverse(input.world_from_vehicle))};
+    project_to(vehicle_cells, result, result.observed);
+    project_to(window_cells, result, m.observed_world);
+    fuse(back_end_, input.other_grids, vehicle_cells, m.config.fusion, result.observed.view());
+    fuse(back_end_, input.other_grids, window_cells, m.config.fusion, m.observed_world.view());
     result.timing_ms.project = watch.lap();
 
     std::swap(m.filtered, m.filtered_before);
@@ -199,11 +206,13 @@ class JourneyOn final : public Journey {
     return found.estimated || is_given;
   }
 
-  void project_to(const GridGeometry& grid, const Pose2& vehicle_from_grid, const FrameResult& result,
-                  Image<float>& cells) {
-    const GridInVehicle placed{grid, vehicle_from_grid.x_m, vehicle_from_grid.y_m, std::cos(vehicle_from_grid.yaw_rad),
-                               std::sin(vehicle_from_grid.yaw_rad)};
-    project(back_end_, result.stages.occupancy_smooth.view(), BinGeometry{memory_.rig}, placed,
+  static GridInVehicle placed(const GridGeometry& grid, const Pose2& vehicle_from_grid) {
+    return {grid, vehicle_from_grid.x_m, vehicle_from_grid.y_m, std::cos(vehicle_from_grid.yaw_rad),
+            std::sin(vehicle_from_grid.yaw_rad)};
+  }
+
+  void project_to(const GridInVehicle& grid, const FrameResult& result, Image<float>& cells) {
+    project(back_end_, result.stages.occupancy_smooth.view(), BinGeometry{memory_.rig}, grid,
             memory_.config.projection.footprint, memory_.projection, cells.view());
     if (memory_.config.projection.calibrate) memory_.calibration.apply(cells.view());
   }

@@ -66,6 +66,26 @@ StageImages stage_images(int width, int height, int disparities) {
           Image<float>{width, disparities}};
 }
 
+void check_grid(const ObservedGrid& grid, const std::string& frame_name) {
+  const GridGeometry& geometry{grid.geometry};
+  const auto fits = [&](const auto& image) { return image.width() == geometry.nx && image.height() == geometry.ny; };
+  const auto are_shares = [](const auto& image) {
+    return std::all_of(image.begin(), image.end(), [](float p) { return p >= 0 && p <= 1; });
+  };
+  const auto require = [&](bool fine, const char* problem, const char* remedy) {
+    if (!fine) throw InputError{"frame " + frame_name, problem, remedy};
+  };
+  require(std::isfinite(geometry.x_min_m) && std::isfinite(geometry.y_min_m) && std::isfinite(geometry.cell_size_m) &&
+              geometry.cell_size_m > 0,
+          "another source's grid has no place.", "Its origin and cell size must be finite, cells larger than 0.");
+  require(fits(grid.occupancy) && (grid.confidence.empty() || fits(grid.confidence)),
+          "another source's grid does not have its geometry's size.",
+          "Occupancy and confidence must be nx × ny cells; confidence may be left empty.");
+  require(are_shares(grid.occupancy) && are_shares(grid.confidence),
+          "another source's grid has values that are no probabilities.",
+          "Occupancy and confidence must lie in 0 … 1; unknown is 0.5.");
+}
+
 GridLayers grid_layers(int cells, double cell_size_m) {
   const Image<float> zero{cells, cells};
   return {{0, 0, cell_size_m, cells, cells}, zero, zero, zero, zero};
@@ -142,6 +162,7 @@ struct Pipeline::Implementation {
     if (!std::isfinite(pose.x_m) || !std::isfinite(pose.y_m) || !std::isfinite(pose.yaw_rad)) {
       throw InputError{"frame " + frame.name, "its pose is not finite.", "Give numbers, or leave the pose out."};
     }
+    for (const ObservedGrid& grid : frame.other_grids) check_grid(grid, frame.name);
   }
 
   // World is the vehicle frame of the first frame.
@@ -161,13 +182,17 @@ struct Pipeline::Implementation {
   JourneyInput input_of(const StereoFrame& frame) {
     const double dt_s{last_stamp_ns ? static_cast<double>(frame.stamp_ns - *last_stamp_ns) * 1e-9 : 0.0};
     if (!levelling.is_needed()) {
-      return {frame.left.view(), frame.right.view(), frame.disparity.view(), place(frame), dt_s};
+      return {frame.left.view(), frame.right.view(), frame.disparity.view(), place(frame), dt_s, frame.other_grids};
     }
     levelling.apply(cpu, frame.left.view(), level_left.view());
     if (!frame.right.empty()) levelling.apply(cpu, frame.right.view(), level_right.view());
     if (!frame.disparity.empty()) levelling.apply(cpu, frame.disparity.view(), level_disparity.view());
-    return {level_left.view(), level_right.view(),
-            frame.disparity.empty() ? View<const float>{} : level_disparity.view(), place(frame), dt_s};
+    return {level_left.view(),
+            level_right.view(),
+            frame.disparity.empty() ? View<const float>{} : level_disparity.view(),
+            place(frame),
+            dt_s,
+            frame.other_grids};
   }
 
   Config config;

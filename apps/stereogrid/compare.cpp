@@ -36,21 +36,6 @@ struct Known {
   std::vector<evaluation::CameraPoint> sweep;
 };
 
-/// Every second ring of a sweep in the sensor's order. A ring ends where the azimuth passes straight ahead.
-struct Rings {
-  std::vector<evaluation::CameraPoint> even;
-  std::vector<evaluation::CameraPoint> odd;
-};
-Rings rings_of(const std::vector<evaluation::CameraPoint>& sweep) {
-  Rings rings;
-  bool is_even{true};
-  for (std::size_t i{0}; i < sweep.size(); ++i) {
-    if (i > 0 && sweep[i - 1].x_m > 0 && sweep[i].x_m <= 0 && sweep[i].z_m > 0) is_even = !is_even;
-    (is_even ? rings.even : rings.odd).push_back(sweep[i]);
-  }
-  return rings;
-}
-
 double ms_after_ground(const StageTimes& times, bool over_time) {
   return times.count + times.project + (over_time ? times.filter : 0);
 }
@@ -97,15 +82,8 @@ class Comparer {
 
   [[nodiscard]] Known known_about(const StereoFrame& frame) const {
     Known known;
-    if (truth_.has_sweeps()) known.sweep = truth_.sweep(frame.name);
-    if (options_.hold_out) {
-      Rings rings{rings_of(known.sweep)};
-      if (!known.sweep.empty()) {
-        known.labels = evaluation::lidar_labels(rings.odd, truth_.input().source->rig(), first_.vehicle_grid(),
-                                                options_.camera_height_m);
-      }
-      known.sweep = std::move(rings.even);
-    } else if (auto labelled{truth_.frame(frame.name, first_.vehicle_grid())}) {
+    if (truth_.has_sweeps()) known.sweep = truth_.sweep(frame.name, options_.hold_out ? Rings::even : Rings::all);
+    if (auto labelled{truth_.frame(frame.name, first_.vehicle_grid())}) {
       known.labels = std::move(labelled->labels);
       known.truth = std::move(labelled->truth);
     }
@@ -189,7 +167,7 @@ class Comparer {
 
 int compare(const CompareOptions& options) {
   const TruthSource truth{open_input(options.input), options.hold_out ? TruthKind::lidar : options.truth,
-                          options.camera_height_m};
+                          options.camera_height_m, options.hold_out ? Rings::odd : Rings::all};
   log_input(truth.input());
   const FrameRange range{parse_frame_range(options.frames, truth.input().source->size())};
   if (!options.pictures.empty()) fs::create_directories(options.pictures);

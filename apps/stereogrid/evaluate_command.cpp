@@ -29,6 +29,7 @@ struct Options {
   std::string input;
   std::string truth;
   double camera_height_m{evaluation::kitti_camera_height_m};
+  Rings rings{Rings::all};
   std::string json;
   std::string html;
 };
@@ -98,10 +99,15 @@ std::vector<Series> score(const RunReader& run, const TruthSource& truth) {
   return series;
 }
 
+std::string truth_text(const TruthSource& truth, Rings rings) {
+  if (truth.kind() == TruthKind::exact) return "exact";
+  return rings == Rings::all ? "lidar" : "lidar, " + name_of(rings) + " rings";
+}
+
 int evaluate(const Options& options) {
   const RunReader run{options.run};
   const InputOptions input{input_options(options, run)};
-  const TruthSource truth{open_input(input), kind_of(options.truth), options.camera_height_m};
+  const TruthSource truth{open_input(input), kind_of(options.truth), options.camera_height_m, options.rings};
   check_same_images(run, truth.input().source->rig());
   Evaluation evaluation;
   evaluation.series = score(run, truth);
@@ -109,7 +115,7 @@ int evaluate(const Options& options) {
   evaluation.about = {{"run", run.folder().string()},
                       {"preset", run.preset()},
                       {"input", text_of(input)},
-                      {"truth", truth.kind() == TruthKind::lidar ? "lidar" : "exact"},
+                      {"truth", truth_text(truth, options.rings)},
                       {"frames", fmt::format("{} of {}", scored, run.frames().size())}};
   const nlohmann::ordered_json json(json_of(evaluation));
   fmt::print("{}", table_of(json));
@@ -137,6 +143,12 @@ void add_evaluate_command(CLI::App& tool, int& exit_code) {
       ->type_name("M")
       ->capture_default_str()
       ->check(CLI::Range(0.3, 5.0));
+  command
+      ->add_option("--rings", options->rings,
+                   "Rings of the lidar that label the cells: odd scores a run with --fuse-rings even on what it has "
+                   "not seen.")
+      ->transform(CLI::CheckedTransformer(ring_names()))
+      ->type_name("all|even|odd");
   command->add_option("--json", options->json, "Also write every figure to this file.")->type_name("FILE");
   command->add_option("--html", options->html, "Also write a report with plots to this file.")->type_name("FILE");
   command->callback([options, &exit_code] { exit_code = evaluate(*options); });

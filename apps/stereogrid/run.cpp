@@ -12,6 +12,7 @@
 
 #include "commands.hpp"
 #include "interrupt.hpp"
+#include "lidar_stage.hpp"
 #include "opencv_stage.hpp"
 #include "progress.hpp"
 #include "result_writer.hpp"
@@ -58,6 +59,7 @@ Json settings_json(const RunOptions& options, const Input& input, const Pipeline
           {"config", Json::parse(io::to_json(pipeline.config()))},
           {"input", describe(input, options.input)},
           {"matcher", input.recording != nullptr && input.recording->gives_disparities() ? "given" : options.matcher},
+          {"fuse", {{"source", options.fuse}, {"rings", name_of(options.fuse_rings)}}},
           {"device", back_end == BackEnd::reference ? "reference" : "cpu"},
           {"rig", json_of(pipeline.rig())},
           {"grid",
@@ -86,8 +88,14 @@ StereoFrame first_usable_frame(const FrameSource& source, FrameRange range) {
 /// One sitting of a run: takes the frames of the input through the pipeline and to the files.
 class Sitting {
  public:
-  Sitting(Pipeline& pipeline, const OpencvStage& opencv, RunRecord& record, ResultWriter& writer)
-      : pipeline_{pipeline}, opencv_{opencv}, record_{record}, writer_{writer}, first_to_write_{first_to_do(record)} {}
+  Sitting(Pipeline& pipeline, const OpencvStage& opencv, const LidarStage& lidar, RunRecord& record,
+          ResultWriter& writer)
+      : pipeline_{pipeline},
+        opencv_{opencv},
+        lidar_{lidar},
+        record_{record},
+        writer_{writer},
+        first_to_write_{first_to_do(record)} {}
 
   void go_through(const FrameSource& source) {
     const std::size_t total{record_.range().end - first_to_write_};
@@ -130,10 +138,12 @@ class Sitting {
     if (!queued.frame) return skip(queued, queued.error);
     try {
       const double opencv_ms{opencv_.match(*queued.frame)};
+      const std::string without_lidar{lidar_.add_grid(*queued.frame)};
       FrameResult result{pipeline_.process(*queued.frame)};
       if (queued.index < first_to_write_) return;
       result.timing_ms.match += opencv_ms;
       result.timing_ms.total += opencv_ms;
+      if (!without_lidar.empty()) result.warnings.push_back(without_lidar);
       tell_warnings(queued.name, result.warnings);
       record_.add_frame({queued.index, result.world_from_vehicle, result.timing_ms, result.warnings});
       ++frames_written_;
@@ -159,6 +169,7 @@ class Sitting {
 
   Pipeline& pipeline_;
   const OpencvStage& opencv_;
+  const LidarStage& lidar_;
   RunRecord& record_;
   ResultWriter& writer_;
   std::size_t first_to_write_;
@@ -167,6 +178,12 @@ class Sitting {
   double seconds_{0};
   std::set<std::string> told_;
 };
+
+std::ptrdiff_t frames_of_stereo_alone(const RunRecord& record) {
+  return std::ranges::count_if(record.finished().frames, [](const FrameSummary& frame) {
+    return std::ranges::any_of(frame.warnings, [](const std::string& text) { return text.starts_with(stereo_alone); });
+  });
+}
 
 void print_summary(const RunRecord& record, const Sitting& sitting) {
   if (!spdlog::should_log(spdlog::level::info)) return;
@@ -177,6 +194,8 @@ void print_summary(const RunRecord& record, const Sitting& sitting) {
   for (const StageField& stage : stage_fields) {
     fmt::print(" {} {:.1f}", stage.name, record.timing(stage.milliseconds).p50);
   }
+  const std::ptrdiff_t alone{frames_of_stereo_alone(record)};
+  if (alone > 0) fmt::print("\n{} of {} frames had no lidar", alone, record.finished().frames.size());
   fmt::print("\nresults in {}\n", record.folder().string());
 }
 
@@ -188,6 +207,9 @@ void check_options(const RunOptions& options, const Input& input) {
 }
 
 void check_options(const RunOptions& options) {
+  if (options.fuse == "none" && options.fuse_rings != Rings::all) {
+    throw ConfigError{"--fuse-rings chooses among the lidar's rings, but nothing is fused. Give --fuse lidar, too."};
+  }
   if (options.resume && !options.video.empty()) {
     throw ConfigError{"--video cannot go on with --resume: a film is made in one go. Leave one of them out."};
   }
@@ -213,11 +235,12 @@ int run(const RunOptions& options) {
   check_options(options, input);
   log_input(input);
   Pipeline pipeline{config, input.source->rig(), back_end, options.threads};
+  const LidarStage lidar{options.fuse == "lidar", input, pipeline.vehicle_grid(), options.fuse_rings};
   RunRecord record{open_record(options, input, pipeline, back_end)};
   ResultWriter writer{
       {options.folder, options.save_stages, options.pictures, options.video, rate_hz(input), pipeline.rig()}};
   const OpencvStage opencv{options.matcher, pipeline.config().matching.disparities};
-  Sitting sitting{pipeline, opencv, record, writer};
+  Sitting sitting{pipeline, opencv, lidar, record, writer};
   catch_interrupts();
   sitting.go_through(*input.source);
   record.save(sitting.is_complete());

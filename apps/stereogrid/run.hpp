@@ -6,6 +6,7 @@
 
 #include "config_options.hpp"
 #include "input.hpp"
+#include "sweeps.hpp"
 
 namespace stereogrid::app {
 
@@ -14,6 +15,8 @@ struct RunOptions {
   std::string folder;
   ConfigOptions config;
   std::string matcher{"own"};
+  std::string fuse{"none"};
+  Rings fuse_rings{Rings::all};
   std::string frames;
   std::string device{"auto"};
   int threads{0};

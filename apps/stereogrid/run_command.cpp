@@ -22,6 +22,15 @@ void add_run_command(CLI::App& tool, int& exit_code) {
                    "or semi-global matcher.")
       ->check(CLI::IsMember({"own", "opencv-bm", "opencv-sgbm"}))
       ->capture_default_str();
+  command
+      ->add_option("--fuse", options->fuse, "Fuse the stereo grid with one of the input's lidar sweeps (fusion.rule).")
+      ->check(CLI::IsMember({"none", "lidar"}))
+      ->capture_default_str();
+  command
+      ->add_option("--fuse-rings", options->fuse_rings,
+                   "Rings of the lidar that are fused; evaluate --rings has the rest.")
+      ->transform(CLI::CheckedTransformer(ring_names()))
+      ->type_name("all|even|odd");
   command->add_option("--frames", options->frames, frame_range_help)->type_name("FIRST:LAST");
   command->add_option("--device", options->device, "Where the work is done; auto: the fastest there is.")
       ->check(CLI::IsMember({"auto", "cpu", "cuda", "reference"}))

@@ -7,30 +7,16 @@
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
-#include "stereogrid/io/scan.hpp"
 #include "stereogrid/io/truth.hpp"
 #include "stereogrid/scenes/scene.hpp"
 
 namespace stereogrid::app {
-namespace {
-
-std::vector<evaluation::CameraPoint> into_camera(const std::vector<io::ScanPoint>& scan, const io::Transform& t) {
-  std::vector<evaluation::CameraPoint> points;
-  points.reserve(scan.size());
-  for (const io::ScanPoint& s : scan) {
-    const double x{s.x_m};
-    const double y{s.y_m};
-    const double z{s.z_m};
-    points.push_back({t[0] * x + t[1] * y + t[2] * z + t[3], t[4] * x + t[5] * y + t[6] * z + t[7],
-                      t[8] * x + t[9] * y + t[10] * z + t[11]});
-  }
-  return points;
-}
-
-}  // namespace
-
-TruthSource::TruthSource(Input input, TruthKind kind, double camera_height_m)
-    : input_{std::move(input)}, kind_{kind}, camera_height_m_{camera_height_m} {
+TruthSource::TruthSource(Input input, TruthKind kind, double camera_height_m, Rings rings)
+    : input_{std::move(input)},
+      kind_{kind},
+      camera_height_m_{camera_height_m},
+      rings_{rings},
+      sweeps_{input_.recording} {
   if (kind_ == TruthKind::automatic) kind_ = has_exact() ? TruthKind::exact : TruthKind::lidar;
   if (kind_ == TruthKind::lidar) {
     check_lidar();
@@ -44,6 +30,11 @@ TruthSource::TruthSource(Input input, TruthKind kind, double camera_height_m)
                      input_.recording->has_scans() ? "It has lidar sweeps: use --truth lidar."
                                                    : "Give a rendered drive or a scene."};
   }
+  if (rings_ != Rings::all && kind_ != TruthKind::lidar) {
+    throw ConfigError{
+        "--rings chooses among the lidar's rings, but the input is scored against its exact truth. Leave "
+        "--rings out, or give --truth lidar."};
+  }
   for (std::size_t i{0}; i < input_.source->size(); ++i) places_.emplace(input_.source->name(i), i);
 }
 
@@ -54,19 +45,8 @@ bool TruthSource::has_exact() const {
 }
 
 void TruthSource::check_lidar() const {
-  if (input_.scene != nullptr) {
-    throw InputError{"A built-in scene has no lidar sweeps. Score it against its exact truth: --truth truth."};
-  }
-  const io::RecordingContents& contents{input_.recording->contents()};
-  if (!input_.recording->has_scans()) {
-    throw InputError{contents.root.string(), "has no lidar sweeps.",
-                     has_exact() ? "It has exact truth: use --truth truth."
-                                 : "Put KITTI's folder velodyne/ (raw drives: velodyne_points/) beside the images."};
-  }
-  if (!contents.calibration.camera_from_velodyne) {
-    throw InputError{contents.calibration_file.string(), "does not say where the lidar is.",
-                     "A line Tr (raw drives: the file calib_velo_to_cam.txt) is needed."};
-  }
+  sweeps_.require(has_exact() ? "It has exact truth: use --truth truth."
+                              : "Put KITTI's folder velodyne/ (raw drives: velodyne_points/) beside the images.");
 }
 
 std::optional<FrameTruth> TruthSource::exact(const std::string& name) const {
@@ -76,28 +56,13 @@ std::optional<FrameTruth> TruthSource::exact(const std::string& name) const {
   return input_.scene->truth(place->second);
 }
 
-bool TruthSource::has_sweeps() const {
-  return input_.recording != nullptr && input_.recording->has_scans() &&
-         input_.recording->contents().calibration.camera_from_velodyne;
-}
-
-std::vector<evaluation::CameraPoint> TruthSource::sweep(const std::string& name) const {
+std::vector<evaluation::CameraPoint> TruthSource::sweep(const std::string& name, Rings rings) const {
   const auto place{places_.find(name)};
-  if (!has_sweeps() || place == places_.end()) return {};
-  const io::RecordingContents& contents{input_.recording->contents()};
-  const io::RecordedFrame& frame{contents.frames[place->second]};
-  if (frame.scan.empty()) return {};
-  return into_camera(io::read_scan(frame.scan), *contents.calibration.camera_from_velodyne);
-}
-
-evaluation::CameraPoint TruthSource::lidar_in_camera() const {
-  if (!has_sweeps()) return {};
-  const io::Transform& t{*input_.recording->contents().calibration.camera_from_velodyne};
-  return {t[3], t[7], t[11]};
+  return place == places_.end() ? std::vector<evaluation::CameraPoint>{} : sweeps_.of(place->second, rings);
 }
 
 std::optional<evaluation::Labels> TruthSource::lidar(const std::string& name, const GridGeometry& grid) const {
-  const std::vector<evaluation::CameraPoint> points{sweep(name)};
+  const std::vector<evaluation::CameraPoint> points{sweep(name, rings_)};
   if (points.empty()) return std::nullopt;
   return evaluation::lidar_labels(points, input_.source->rig(), grid, camera_height_m_);
 }

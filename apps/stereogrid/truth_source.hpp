@@ -12,6 +12,7 @@
 #include "input.hpp"
 #include "stereogrid/evaluation/labels.hpp"
 #include "stereogrid/truth.hpp"
+#include "sweeps.hpp"
 
 namespace stereogrid::io {
 class TruthReader;
@@ -25,8 +26,10 @@ enum class TruthKind { automatic, lidar, exact };
 class TruthSource {
  public:
   /// `automatic`: exact truth where there is some, else lidar. Throws InputError where the input has not what is asked
-  /// for, with what it has. `camera_height_m`: where the search for the lidar's road starts.
-  TruthSource(Input input, TruthKind kind, double camera_height_m = evaluation::kitti_camera_height_m);
+  /// for, with what it has. `camera_height_m`: where the search for the lidar's road starts. `rings`: which of the
+  /// lidar's label the cells; ConfigError where the truth is exact.
+  TruthSource(Input input, TruthKind kind, double camera_height_m = evaluation::kitti_camera_height_m,
+              Rings rings = Rings::all);
   ~TruthSource();
 
   [[nodiscard]] const Input& input() const { return input_; }
@@ -44,11 +47,11 @@ class TruthSource {
   [[nodiscard]] std::optional<FrameLabels> frame(const std::string& name, const GridGeometry& grid) const;
 
   /// Are there lidar sweeps, and is it known where the lidar is?
-  [[nodiscard]] bool has_sweeps() const;
+  [[nodiscard]] bool has_sweeps() const { return sweeps_.exist(); }
   /// A frame's sweep in the sensor's order; empty: none. Throws InputError.
-  [[nodiscard]] std::vector<evaluation::CameraPoint> sweep(const std::string& name) const;
+  [[nodiscard]] std::vector<evaluation::CameraPoint> sweep(const std::string& name, Rings rings) const;
   /// Where the lidar is.
-  [[nodiscard]] evaluation::CameraPoint lidar_in_camera() const;
+  [[nodiscard]] evaluation::CameraPoint lidar_in_camera() const { return sweeps_.lidar_in_camera(); }
 
  private:
   void check_lidar() const;
@@ -59,6 +62,8 @@ class TruthSource {
   Input input_;
   TruthKind kind_;
   double camera_height_m_;
+  Rings rings_;
+  Sweeps sweeps_;
   std::map<std::string, std::size_t> places_;  // of the input's frames
   std::unique_ptr<io::TruthReader> reader_;
   TruthGrid truth_grid_;

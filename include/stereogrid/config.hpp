@@ -216,6 +216,31 @@ struct ProjectionConfig {
   }
 };
 
+/// How the observed grids of several sources become one.
+enum class FusionRule { independent, linear };
+constexpr std::array<std::string_view, 2> names_of(FusionRule) {
+  return {"independent", "linear"};
+}
+
+struct FusionConfig {
+  FusionRule rule{FusionRule::independent};
+  double stereo_confidence{1};
+  double other_confidence{0.8};
+
+  template <class Self, class Visitor>
+  static void visit_fields(Self& self, Visitor&& visit) {
+    visit(Parameter{"rule", "", 0, 1,
+                    "independent: the sources' odds multiply; linear: mean, weighted by confidence times |2P - 1|."},
+          self.rule);
+    visit(Parameter{"stereo_confidence", "", 0, 1,
+                    "How far the stereo grid is believed in frames that come with another grid; 0: not at all."},
+          self.stereo_confidence);
+    visit(Parameter{"other_confidence", "", 0, 1,
+                    "How far other grids are believed; times the confidence that they give for each cell."},
+          self.other_confidence);
+  }
+};
+
 /// The forms of the Bayesian Occupancy Filter.
 enum class FilterModel { tay2008, joint, particles };
 constexpr std::array<std::string_view, 3> names_of(FilterModel) {
@@ -292,6 +317,7 @@ struct Config {
   GroundConfig ground;
   UDisparityConfig u_disparity;
   ProjectionConfig projection;
+  FusionConfig fusion;
   FilterConfig filter;
   TrackingConfig tracking;
 
@@ -302,6 +328,7 @@ struct Config {
     visit(std::string_view{"ground"}, self.ground);
     visit(std::string_view{"u_disparity"}, self.u_disparity);
     visit(std::string_view{"projection"}, self.projection);
+    visit(std::string_view{"fusion"}, self.fusion);
     visit(std::string_view{"filter"}, self.filter);
     visit(std::string_view{"tracking"}, self.tracking);
   }

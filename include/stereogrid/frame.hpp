@@ -7,8 +7,10 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "stereogrid/camera.hpp"
+#include "stereogrid/grid.hpp"
 #include "stereogrid/image.hpp"
 
 namespace stereogrid {
@@ -47,6 +49,14 @@ struct Point2 {
   return {-c * a_from_b.x_m - s * a_from_b.y_m, s * a_from_b.x_m - c * a_from_b.y_m, -a_from_b.yaw_rad};
 }
 
+/// What another source has observed at a frame's instant: a lidar, a second stereo pair (the `observed` of its own
+/// pipeline, moved into this one's vehicle frame), a map.
+struct ObservedGrid {
+  GridGeometry geometry;      ///< in the vehicle frame of the frame; any size of cells
+  Image<float> occupancy;     ///< P(occupied) in [0, 1]; 0.5 = unknown
+  Image<float> confidence{};  ///< of each cell, in [0, 1]; 0: as if the cell were unknown; empty: 1
+};
+
 /// One rectified grey pair, rows aligned, or the left image with its disparities, and what is known about its instant.
 struct StereoFrame {
   std::string name;                         ///< the input's name for it; output files carry it
@@ -56,6 +66,7 @@ struct StereoFrame {
   Image<std::uint8_t> right;                ///< same size; empty: `disparity` is given instead
   Image<float> disparity;                   ///< px of the left image, 0 = none; empty where there is a right image
   std::optional<Pose2> world_from_vehicle;  ///< none: unknown
+  std::vector<ObservedGrid> other_grids{};  ///< what other sources have observed; fused with the stereo pair's grid
 };
 
 /// A recorded, simulated or live sequence of frames.

@@ -122,6 +122,7 @@ TEST(Config, SetReachesOnlyTheNamedParameter) {
       if (before == "overlap" || before == "centre") other = before == "centre" ? "overlap" : "centre";
       if (before == "joint" || before == "tay2008") other = before == "joint" ? "tay2008" : "joint";
       if (entry.key == "matching.method") other = before == "correlation" ? "semi_global" : "correlation";
+      if (entry.key == "fusion.rule") other = "linear";
     }
     set(config, entry.key, other);
     EXPECT_EQ(get(config, entry.key), other) << entry.key;

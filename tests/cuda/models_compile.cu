@@ -7,6 +7,7 @@
 
 #include "alignment/model.hpp"
 #include "filter/model.hpp"
+#include "fusion/model.hpp"
 #include "ground/model.hpp"
 #include "matching/model.hpp"
 #include "projection/model.hpp"
@@ -54,6 +55,13 @@ __global__ void projection_models(Rig rig, GridInVehicle grid, int u, int d, dou
   out[threadIdx.x] = speaks ? cell.nearest_x() : cell.farthest_x();
 }
 
+template <class Pool>
+__global__ void fusion_models(double* p) {
+  Pool pool;
+  pool.add(p[threadIdx.x], 1);
+  p[threadIdx.x] = pool.probability();
+}
+
 __global__ void filter_models(FilterStep step, double shift, float* out) {
   const int k{static_cast<int>(threadIdx.x)};
   const Antecedents from{antecedents(shift, -shift, 1, 0)};
@@ -69,6 +77,8 @@ void launch_all(const std::uint8_t* image, float* floats, double* doubles) {
   matching_models<<<1, 32>>>(image, 32, RoadPlane{}, floats);
   u_disparity_models<<<1, 32>>>(floats, floats);
   projection_models<<<1, 32>>>(Rig{}, GridInVehicle{}, 1, 1, doubles);
+  fusion_models<IndependentPool><<<1, 32>>>(doubles);
+  fusion_models<LinearPool><<<1, 32>>>(doubles);
   filter_models<<<1, 32>>>(FilterStep{}, 0.5, floats);
 }
 

@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "input.hpp"
+#include "stereogrid/frame.hpp"
+#include "sweeps.hpp"
+
+namespace stereogrid::app {
+
+/// What warnings of frames begin with that had nothing to be fused with.
+extern const char* const stereo_alone;
+
+/// Stands before the pipeline where the recording's lidar is to be fused (`run --fuse lidar`).
+class LidarStage {
+ public:
+  /// `grid`: where the lidar's grid is made. Throws InputError where it is `wanted` and the input has no sweeps.
+  LidarStage(bool wanted, const Input& input, const GridGeometry& grid, Rings rings);
+
+  /// Gives the frame the grid that an inverse sensor model makes of its sweep. Returns a warning where there is none
+  /// (`stereo_alone` and the reason), "" otherwise.
+  [[nodiscard]] std::string add_grid(StereoFrame& frame) const;
+
+ private:
+  bool wanted_;
+  Sweeps sweeps_;
+  GridGeometry grid_;
+  Rings rings_;
+  double camera_height_m_;
+};
+
+}  // namespace stereogrid::app

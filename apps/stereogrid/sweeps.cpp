@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "sweeps.hpp"
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/scan.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+std::vector<evaluation::CameraPoint> into_camera(const std::vector<io::ScanPoint>& scan, const io::Transform& t) {
+  std::vector<evaluation::CameraPoint> points;
+  points.reserve(scan.size());
+  for (const io::ScanPoint& s : scan) {
+    const double x{s.x_m};
+    const double y{s.y_m};
+    const double z{s.z_m};
+    points.push_back({t[0] * x + t[1] * y + t[2] * z + t[3], t[4] * x + t[5] * y + t[6] * z + t[7],
+                      t[8] * x + t[9] * y + t[10] * z + t[11]});
+  }
+  return points;
+}
+
+std::vector<evaluation::CameraPoint> every_second(const std::vector<evaluation::CameraPoint>& sweep, bool even) {
+  std::vector<evaluation::CameraPoint> chosen;
+  bool is_even{true};
+  for (std::size_t i{0}; i < sweep.size(); ++i) {
+    if (i > 0 && sweep[i - 1].x_m > 0 && sweep[i].x_m <= 0 && sweep[i].z_m > 0) is_even = !is_even;
+    if (is_even == even) chosen.push_back(sweep[i]);
+  }
+  return chosen;
+}
+
+}  // namespace
+
+const std::map<std::string, Rings>& ring_names() {
+  static const std::map<std::string, Rings> names{{"all", Rings::all}, {"even", Rings::even}, {"odd", Rings::odd}};
+  return names;
+}
+
+std::string name_of(Rings rings) {
+  for (const auto& [name, value] : ring_names()) {
+    if (value == rings) return name;
+  }
+  return "";
+}
+
+bool Sweeps::exist() const {
+  return recording_ != nullptr && recording_->has_scans() && recording_->contents().calibration.camera_from_velodyne;
+}
+
+void Sweeps::require(const std::string& instead) const {
+  if (recording_ == nullptr) throw InputError{"A built-in scene has no lidar sweeps. " + instead};
+  const io::RecordingContents& contents{recording_->contents()};
+  if (!recording_->has_scans()) throw InputError{contents.root.string(), "has no lidar sweeps.", instead};
+  if (!contents.calibration.camera_from_velodyne) {
+    throw InputError{contents.calibration_file.string(), "does not say where the lidar is.",
+                     "A line Tr (raw drives: the file calib_velo_to_cam.txt) is needed."};
+  }
+}
+
+std::vector<evaluation::CameraPoint> Sweeps::of(std::size_t index, Rings rings) const {
+  if (!exist()) return {};
+  const io::RecordingContents& contents{recording_->contents()};
+  const io::RecordedFrame& frame{contents.frames.at(index)};
+  if (frame.scan.empty()) return {};
+  std::vector<evaluation::CameraPoint> sweep{
+      into_camera(io::read_scan(frame.scan), *contents.calibration.camera_from_velodyne)};
+  return rings == Rings::all ? sweep : every_second(sweep, rings == Rings::even);
+}
+
+evaluation::CameraPoint Sweeps::lidar_in_camera() const {
+  if (!exist()) return {};
+  const io::Transform& t{*recording_->contents().calibration.camera_from_velodyne};
+  return {t[3], t[7], t[11]};
+}
+
+}  // namespace stereogrid::app

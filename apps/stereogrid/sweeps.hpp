@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "stereogrid/evaluation/labels.hpp"
+#include "stereogrid/io/recording.hpp"
+
+namespace stereogrid::app {
+
+/// Which rings of a lidar sweep: what one half has made can be scored with the other.
+enum class Rings { all, even, odd };
+
+/// For the command line.
+[[nodiscard]] const std::map<std::string, Rings>& ring_names();
+[[nodiscard]] std::string name_of(Rings rings);
+
+/// The lidar sweeps of a recording, in the left camera's frame.
+class Sweeps {
+ public:
+  /// `recording`: may be none, as of a scene; it must outlive this.
+  explicit Sweeps(const io::Recording* recording) : recording_{recording} {}
+
+  /// Are there sweeps, and is it known where the lidar is?
+  [[nodiscard]] bool exist() const;
+  /// Throws InputError where they do not; `instead` is what would mend that a recording has none.
+  void require(const std::string& instead) const;
+
+  /// Of a frame, in the sensor's order; empty: none. Rings end where the azimuth passes straight ahead. Throws
+  /// InputError.
+  [[nodiscard]] std::vector<evaluation::CameraPoint> of(std::size_t index, Rings rings = Rings::all) const;
+  /// Where the lidar is.
+  [[nodiscard]] evaluation::CameraPoint lidar_in_camera() const;
+
+ private:
+  const io::Recording* recording_;
+};
+
+}  // namespace stereogrid::app

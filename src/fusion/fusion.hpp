@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+
+#include "projection/model.hpp"
+#include "stereogrid/config.hpp"
+#include "stereogrid/frame.hpp"
+#include "stereogrid/image.hpp"
+
+namespace stereogrid {
+
+class Cpu;
+struct Reference;
+
+/// Adds what other sources have observed to `cells`, the stereo pair's P(occupied) on `grid`. Of another grid the cell
+/// counts that holds the centre of ours; where it does not reach, it says nothing. FusionRule::independent and linear
+/// are the pools of model.hpp. Without other grids nothing is changed.
+void fuse(Cpu& cpu, std::span<const ObservedGrid> others, const GridInVehicle& grid, const FusionConfig& config,
+          View<float> cells);
+void fuse(Reference& reference, std::span<const ObservedGrid> others, const GridInVehicle& grid,
+          const FusionConfig& config, View<float> cells);
+
+/// Rows [begin, end) of it.
+void fuse_rows(std::span<const ObservedGrid> others, const GridInVehicle& grid, const FusionConfig& config,
+               View<float> cells, int begin, int end);
+
+}  // namespace stereogrid

@@ -1,0 +1,198 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "fusion/fusion.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "backend/cpu.hpp"
+#include "backend/reference.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/pipeline.hpp"
+#include "support.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+constexpr GridGeometry one_cell{0, 0, 1, 1, 1};
+
+ObservedGrid saying(float p, std::optional<float> confidence = {}) {
+  return {one_cell, Image<float>{1, 1, p}, confidence ? Image<float>{1, 1, *confidence} : Image<float>{}};
+}
+
+Image<float> fused(const Image<float>& stereo, const GridInVehicle& grid, const std::vector<ObservedGrid>& others,
+                   const FusionConfig& config) {
+  Reference reference;
+  Image<float> cells{stereo};
+  fuse(reference, others, grid, config, cells.view());
+  return cells;
+}
+
+float fused_cell(float stereo, const std::vector<ObservedGrid>& others, const FusionConfig& config) {
+  return fused(Image<float>{1, 1, stereo}, {one_cell}, others, config)(0, 0);
+}
+
+constexpr FusionConfig independent{FusionRule::independent, 1, 1};
+constexpr FusionConfig linear{FusionRule::linear, 1, 1};
+
+TEST(Fusion, IndependentSourcesMultiplyTheirOdds) {
+  // odds 4 · 4 = 16, 4 · 1/9, and 3 · 3 · 3 = 27
+  EXPECT_NEAR(fused_cell(0.8f, {saying(0.8f)}, independent), 16.0 / 17, 1e-6);
+  EXPECT_NEAR(fused_cell(0.8f, {saying(0.1f)}, independent), 4.0 / 13, 1e-6);
+  EXPECT_NEAR(fused_cell(0.75f, {saying(0.75f), saying(0.75f)}, independent), 27.0 / 28, 1e-6);
+}
+
+TEST(Fusion, TheLinearPoolIsAWeightedMean) {
+  EXPECT_NEAR(fused_cell(0.8f, {saying(0.8f)}, linear), 0.8, 1e-6);
+  // weights |2p − 1| = 0.6 and 0.8
+  EXPECT_NEAR(fused_cell(0.8f, {saying(0.1f)}, linear), (0.6 * 0.8 + 0.8 * 0.1) / 1.4, 1e-6);
+  EXPECT_NEAR(fused_cell(0.8f, {saying(0.1f, 0.5f)}, linear), (0.6 * 0.8 + 0.4 * 0.1) / 1.0, 1e-6);
+}
+
+TEST(Fusion, ConfidenceMovesAnIndependentSourceTowardsUnknown) {
+  // believed by half, 0.9 counts as 0.7
+  const float expected{fused_cell(0.6f, {saying(0.7f)}, independent)};
+  EXPECT_NEAR(fused_cell(0.6f, {saying(0.9f, 0.5f)}, independent), expected, 1e-6);
+  EXPECT_NEAR(fused_cell(0.6f, {saying(0.9f)}, {FusionRule::independent, 1, 0.5}), expected, 1e-6);
+  EXPECT_NEAR(fused_cell(0.9f, {saying(0.6f)}, {FusionRule::independent, 0.5, 1}), expected, 1e-6);
+}
+
+TEST(Fusion, WhatASourceDoesNotKnowLeavesTheOtherUnchanged) {
+  for (const FusionConfig& config : {independent, linear}) {
+    for (const float p : {0.0007f, 0.1f, 0.5f, 0.731f, 0.98f}) {
+      EXPECT_EQ(fused_cell(p, {saying(0.5f)}, config), p);
+      EXPECT_EQ(fused_cell(p, {saying(0.9f, 0.0f)}, config), p);
+      EXPECT_EQ(fused_cell(p, {}, config), p);
+    }
+    EXPECT_EQ(fused_cell(0.5f, {saying(0.9f)}, config), 0.9f);
+    EXPECT_EQ(fused_cell(0.5f, {saying(0.5f)}, config), 0.5f);
+  }
+  EXPECT_EQ(fused_cell(0.1f, {saying(0.9f)}, {FusionRule::linear, 0, 1}), 0.9f);
+  EXPECT_EQ(fused_cell(0.1f, {saying(0.9f)}, {FusionRule::independent, 0, 1}), 0.9f);
+  EXPECT_EQ(fused_cell(0.1f, {saying(0.9f)}, {FusionRule::linear, 0, 0}), 0.5f);
+}
+
+TEST(Fusion, TheOrderOfTheSourcesDoesNotMatter) {
+  for (const FusionConfig& config : {independent, linear}) {
+    const float one_way{fused_cell(0.3f, {saying(0.9f), saying(0.2f, 0.4f), saying(0.6f)}, config)};
+    const float other_way{fused_cell(0.3f, {saying(0.6f), saying(0.9f), saying(0.2f, 0.4f)}, config)};
+    EXPECT_FLOAT_EQ(one_way, other_way);
+  }
+}
+
+TEST(Fusion, CertaintyOfAnotherSourceIsNotTheLastWord) {
+  for (const float p : {0.0f, 1.0f}) {
+    const float cell{fused_cell(0.5f, {saying(p)}, independent)};
+    EXPECT_GT(cell, 0.0005f);
+    EXPECT_LT(cell, 0.9995f);
+    EXPECT_NEAR(fused_cell(0.5f, {saying(p), saying(1 - p)}, independent), 0.5, 1e-6);
+  }
+}
+
+TEST(Fusion, OfAnotherGridTheCellCountsThatHoldsTheCentre) {
+  // 4 × 3 cells of 1 m; the other one's 2 × 1 cells of 2 m begin at (1, 0.8): they hold the centres of the second to
+  // fourth columns' two upper rows
+  const GridGeometry geometry{0, 0, 1, 4, 3};
+  ObservedGrid other{{1, 0.8, 2, 2, 1}, Image<float>{2, 1, 0.9f}, {}};
+  other.occupancy(1, 0) = 0.2f;
+  const Image<float> cells{fused(Image<float>{4, 3, 0.5f}, {geometry}, {other}, linear)};
+  for (int iy{0}; iy < 3; ++iy) {
+    for (int ix{0}; ix < 4; ++ix) {
+      const float expected{iy < 1 || ix < 1 ? 0.5f : (ix < 3 ? 0.9f : 0.2f)};
+      EXPECT_EQ(cells(ix, iy), expected) << ix << ", " << iy;
+    }
+  }
+}
+
+TEST(Fusion, CellsOfATurnedGridAreFoundInTheVehicleFrame) {
+  // the grid's x axis is the vehicle's y: its cell (2, 0) has its centre at (−0.5, 2.5) + (10, 0)
+  const GridInVehicle turned{{0, 0, 1, 4, 1}, 10, 0, 0, 1};
+  const ObservedGrid other{{9, 2, 1, 1, 1}, Image<float>{1, 1, 0.9f}, {}};
+  const Image<float> cells{fused(Image<float>{4, 1, 0.5f}, turned, {other}, independent)};
+  for (int ix{0}; ix < 4; ++ix) EXPECT_EQ(cells(ix, 0), ix == 2 ? 0.9f : 0.5f) << ix;
+}
+
+TEST(Fusion, TheThreadedFormEqualsTheReference) {
+  std::mt19937 generator{7};
+  const auto random_image = [&](int width, int height) {
+    Image<float> image{width, height};
+    for (float& p : image) p = static_cast<float>(uniform(generator, 0, 1));
+    return image;
+  };
+  const Image<float> stereo{random_image(83, 71)};
+  const std::vector<ObservedGrid> others{{{-3, -5, 0.3, 40, 50}, random_image(40, 50), random_image(40, 50)},
+                                         {{2, 1, 0.11, 61, 33}, random_image(61, 33), {}}};
+  const GridInVehicle grid{{-4, -8, 0.2, 83, 71}, 1, -2, std::cos(0.3), std::sin(0.3)};
+  for (const FusionConfig& config : {FusionConfig{FusionRule::independent, 0.9, 0.8}, linear}) {
+    const Image<float> expected{fused(stereo, grid, others, config)};
+    EXPECT_GT(count_differences(expected, stereo), 1000);
+    for (const int threads : {1, 3}) {
+      Cpu cpu{threads};
+      Image<float> cells{stereo};
+      fuse(cpu, others, grid, config, cells.view());
+      EXPECT_EQ(count_differences(cells, expected), 0) << threads;
+    }
+  }
+}
+
+constexpr Rig small_rig{160, 90, 80, 80, 45, 0.5, 1.5, 0, 0};
+
+/// A pair of grey images in which nothing matches.
+StereoFrame grey_frame() {
+  StereoFrame frame;
+  frame.name = "a";
+  frame.left = frame.right = Image<std::uint8_t>{small_rig.width_px, small_rig.height_px, 100};
+  return frame;
+}
+
+TEST(Fusion, ThePipelineHandsOnWhatAnotherSourceHasSeen) {
+  for (const BackEnd back_end : {BackEnd::cpu, BackEnd::reference}) {
+    Config config{preset("default")};
+    config.fusion.other_confidence = 1;
+    config.filter.velocity_max_mps = 2;
+    Pipeline pipeline{config, small_rig, back_end, 1};
+    StereoFrame frame{grey_frame()};
+    frame.world_from_vehicle = Pose2{3, 4, 0.5};
+    frame.other_grids.push_back({{4, 1, 1, 2, 2}, Image<float>{2, 2, 0.9f}, {}});
+    const FrameResult& result{pipeline.process(frame)};
+    const auto at = [&](const Image<float>& cells, double x, double y) {
+      const GridGeometry& g{result.vehicle_grid};
+      return cells(static_cast<int>((x - g.x_min_m) / g.cell_size_m),
+                   static_cast<int>((y - g.y_min_m) / g.cell_size_m));
+    };
+    EXPECT_NEAR(at(result.observed, 5.1, 2.1), 0.9, 1e-3);
+    EXPECT_NEAR(at(result.observed, 5.1, -2.1), 0.5, 1e-3);
+    EXPECT_GT(at(result.occupancy, 5.1, 2.1), 0.6f);
+    EXPECT_LT(at(result.occupancy, 5.1, -2.1), 0.55f);
+    EXPECT_EQ(at(result.age_s, 5.1, 2.1), 0);
+  }
+}
+
+TEST(Fusion, ThePipelineRefusesGridsThatCannotBe) {
+  Pipeline pipeline{preset("default"), small_rig, BackEnd::cpu, 1};
+  const auto complaint = [&](const ObservedGrid& grid) {
+    StereoFrame frame{grey_frame()};
+    frame.other_grids = {saying(0.5f), grid};
+    try {
+      (void)pipeline.process(frame);
+    } catch (const InputError& error) {
+      return std::string{error.what()};
+    }
+    return std::string{};
+  };
+  constexpr float nan{std::numeric_limits<float>::quiet_NaN()};
+  EXPECT_NE(complaint(saying(nan)).find("no probabilities"), std::string::npos);
+  EXPECT_NE(complaint(saying(1.01f)).find("no probabilities"), std::string::npos);
+  EXPECT_NE(complaint(saying(0.5f, -0.1f)).find("no probabilities"), std::string::npos);
+  EXPECT_NE(complaint({one_cell, Image<float>{2, 1}, {}}).find("size"), std::string::npos);
+  EXPECT_NE(complaint({one_cell, Image<float>{1, 1}, Image<float>{1, 2}}).find("size"), std::string::npos);
+  EXPECT_NE(complaint({{0, 0, 0, 1, 1}, Image<float>{1, 1}, {}}).find("no place"), std::string::npos);
+  EXPECT_EQ(complaint(saying(1.0f)), "");
+}
+
+}  // namespace
+}  // namespace stereogrid::test
