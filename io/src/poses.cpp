@@ -31,11 +31,6 @@ void check_finite(const fs::path& path, std::size_t line, const std::vector<doub
   }
 }
 
-/// world_from_camera (x right, y down, z forward) projected on the ground.
-Pose2 on_the_ground(const std::vector<double>& m) {
-  return {m[11], -m[3], std::atan2(-m[2], m[10])};
-}
-
 bool is_rotation(const std::vector<double>& m) {
   const cv::Matx33d r{m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]};
   return cv::norm(r * r.t() - cv::Matx33d::eye(), cv::NORM_INF) < 0.01 && cv::determinant(r) > 0;
@@ -79,6 +74,10 @@ bool is_blank(std::string_view line) {
 
 }  // namespace
 
+Pose2 on_the_ground(std::span<const double, 12> m) {
+  return {m[11], -m[3], std::atan2(-m[2], m[10])};
+}
+
 std::vector<Pose2> read_kitti_poses(const fs::path& path, std::size_t expected) {
   const std::string text{read_file(path)};
   std::vector<Pose2> poses;
@@ -91,7 +90,7 @@ std::vector<Pose2> read_kitti_poses(const fs::path& path, std::size_t expected) 
     if (numbers.size() != 12) fail(path, line_number, fmt::format("has {} numbers, not 12.", numbers.size()));
     check_finite(path, line_number, numbers);
     if (!is_rotation(numbers)) fail(path, line_number, "has a matrix that is no rotation.");
-    poses.push_back(on_the_ground(numbers));
+    poses.push_back(on_the_ground(std::span<const double, 12>{numbers}));
   }
   if (poses.size() != expected) {
     throw InputError{path.string(), fmt::format("has {} poses, but there are {} frames.", poses.size(), expected),

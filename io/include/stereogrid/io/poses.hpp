@@ -21,6 +21,10 @@ struct NamedPose {
   Pose2 world_from_vehicle;
 };
 
+/// A camera's pose, world_from_camera 3 × 4 row-major (x right, y down, z forward), on the ground: x forward, y left,
+/// heading of the optical axis.
+[[nodiscard]] Pose2 on_the_ground(std::span<const double, 12> world_from_camera);
+
 // Poses are relative to the file's own world, not to the first frame. Readers throw InputError and name the line.
 
 /// KITTI's pose file: 12 numbers a line, world_from_camera 3 × 4 row-major (x right, y down, z forward), projected on

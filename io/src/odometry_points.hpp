@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <opencv2/core/affine.hpp>
+#include <vector>
+
+#include "stereogrid/frame.hpp"
+
+namespace stereogrid::io {
+
+/// Image pyramid of optical flow, level 0 first, as OpenCV builds it.
+using Pyramid = std::vector<cv::Mat>;
+
+[[nodiscard]] Pyramid pyramid_of(const Image<std::uint8_t>& image);
+
+/// Points of the reference frame that have depth.
+struct Landmarks {
+  std::vector<cv::Point2f> at_px;      ///< in the left image
+  std::vector<cv::Point3f> in_camera;  ///< m, x right, y down, z forward
+};
+
+/// Where landmarks lie in a later left image.
+struct Tracks {
+  std::vector<int> landmark;  ///< which of them
+  std::vector<cv::Point2f> at_px;
+};
+
+/// Corners spread over the left image that have a disparity: matched in the right image to a fraction of a pixel, in
+/// rows as well, since rows of real pairs may differ; or read from the given disparities.
+[[nodiscard]] Landmarks find_landmarks(const StereoFrame& frame, const Pyramid& left, const Rig& rig);
+
+/// Follows landmarks forth and back again; those that do not come home are left out. `now_from_reference`: where the
+/// camera is expected.
+[[nodiscard]] Tracks follow(const Landmarks& landmarks, const Pyramid& reference, const Pyramid& now,
+                            const cv::Affine3d& now_from_reference, const Rig& rig);
+
+/// Where a point in front of the camera appears.
+[[nodiscard]] inline cv::Point2d project(const cv::Affine3d& camera_from_points, const cv::Point3f& point,
+                                         const Rig& rig) {
+  const cv::Vec3d p{camera_from_points * cv::Vec3d{point.x, point.y, point.z}};
+  return {rig.centre_u_px + rig.focal_px * p[0] / p[2], rig.centre_v_px + rig.focal_px * p[1] / p[2]};
+}
+
+}  // namespace stereogrid::io
