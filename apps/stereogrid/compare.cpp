@@ -16,6 +16,7 @@
 #include "compare_methods.hpp"
 #include "compare_picture.hpp"
 #include "compare_report.hpp"
+#include "pose_stage.hpp"
 #include "progress.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
@@ -59,10 +60,12 @@ class Comparer {
   Comparison go_through(FrameRange range) {
     Progress progress{"frames", range.end - range.first};
     io::FrameQueue queue{*truth_.input().source, range.first, range.end};
+    PoseStage poses{truth_.input()};
     picture_every_ = std::max<std::size_t>(1, (range.end - range.first) / pictures_at_most);
     next_picture_ = range.first;
     while (std::optional<io::QueuedFrame> queued{queue.next()}) {
       if (queued->frame) {
+        poses.place(*queued->frame);
         take(*queued->frame);
       } else {
         spdlog::warn("frame {} is skipped: {}", queued->name, queued->error);

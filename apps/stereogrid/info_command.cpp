@@ -55,7 +55,9 @@ void print_recording(const io::Recording& recording) {
   print_row("calibration",
             fmt::format("{} ({}){}", text_or(contents.calibration_file, "none"), contents.calibration.kind,
                         contents.calibration.raw ? ", raw images: rectified on loading" : ""));
-  print_row("poses", text_or(contents.poses_file, "none: the vehicle is taken to stand still"));
+  print_row("poses",
+            text_or(contents.poses_file, contents.wants_odometry ? "none: visual odometry from the images"
+                                                                 : "none: the vehicle is taken to stand still"));
   print_row("lidar", recording.has_scans() ? "yes" : "no");
   print_row("truth", text_or(contents.truth_folder, "no"));
   if (contents.sample_bits > 8) print_row("samples", fmt::format("{} bits in 16", contents.sample_bits));

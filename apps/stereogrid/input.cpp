@@ -26,14 +26,20 @@ bool is_scene(const std::string& path) {
   return path.starts_with("scene:");
 }
 
+PoseSource source_of(const std::string& poses) {
+  return poses == "none" ? PoseSource::none : poses == "odometry" ? PoseSource::odometry : PoseSource::input;
+}
+
 Input open_scene(const InputOptions& options) {
-  if (options.paths.size() > 1 || !options.calibration.empty() || !options.poses.empty() ||
-      !options.disparities.empty()) {
+  const PoseSource poses{source_of(options.poses)};
+  const bool has_pose_file{poses == PoseSource::input && !options.poses.empty() && options.poses != "file"};
+  if (options.paths.size() > 1 || !options.calibration.empty() || has_pose_file || !options.disparities.empty()) {
     throw ConfigError{"A built-in scene brings its own images, calibration and poses: give it alone."};
   }
   auto scene{std::make_unique<scenes::Scene>(scenes::parse_scene(options.paths.front()))};
   Input input;
   input.scene = scene.get();
+  input.poses = poses;
   input.source = std::move(scene);
   return input;
 }
@@ -63,8 +69,10 @@ void add_input_options(CLI::App& command, InputOptions& options) {
       ->type_name("FILE");
   command
       .add_option("--poses", options.poses,
-                  "Pose file instead of the input's own; 'none': the vehicle is taken to stand still.")
-      ->type_name("FILE|none");
+                  "Where the vehicle is: 'file': as the input's own pose file says; 'odometry': found from the images; "
+                  "'none': it is taken to stand still; or another pose file. Left out: file where there is one, else "
+                  "odometry.")
+      ->type_name("none|file|odometry|FILE");
   command
       .add_option("--disparities", options.disparities,
                   "Disparity images to take instead of right images: PNG (KITTI), PFM, TIFF or NPY, named as the left "
@@ -82,19 +90,22 @@ Input open_input(const InputOptions& options) {
   auto recording{io::open_recording(arguments)};
   Input input;
   input.recording = recording.get();
+  input.poses = recording->has_poses()                 ? PoseSource::input
+                : recording->contents().wants_odometry ? PoseSource::odometry
+                                                       : PoseSource::none;
   input.source = std::move(recording);
   return input;
 }
 
 nlohmann::ordered_json describe(const Input& input, const InputOptions& options) {
-  if (input.scene != nullptr) return {{"kind", "scene"}, {"paths", options.paths}};
+  if (input.scene != nullptr) return {{"kind", "scene"}, {"paths", options.paths}, {"poses", options.poses}};
   std::vector<std::string> paths;
   for (const std::string& path : options.paths) paths.push_back(text_of(path));
   const io::RecordingContents& contents{input.recording->contents()};
   return {{"kind", contents.kind},
           {"paths", paths},
           {"calibration", text_of(contents.calibration_file)},
-          {"poses", text_of(contents.poses_file)},
+          {"poses", input.poses == PoseSource::odometry ? "odometry" : text_of(contents.poses_file)},
           {"disparities", text_of(contents.disparities)}};
 }
 

@@ -24,17 +24,21 @@ namespace stereogrid::app {
 struct InputOptions {
   std::vector<std::string> paths;  ///< a folder, LEFT and RIGHT, or one "scene:…"
   std::string calibration;
-  std::string poses;
+  std::string poses;  ///< "", "file", "none", "odometry" or a file's name
   std::string disparities;
 };
 
 void add_input_options(CLI::App& command, InputOptions& options);
+
+/// Where the poses come from.
+enum class PoseSource { input, none, odometry };
 
 /// An opened INPUT. Exactly one of `recording` and `scene` is set and points into `source`.
 struct Input {
   std::unique_ptr<FrameSource> source;
   const io::Recording* recording{nullptr};
   const scenes::Scene* scene{nullptr};
+  PoseSource poses{PoseSource::input};
 };
 
 /// Throws InputError, ConfigError.

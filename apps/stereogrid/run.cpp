@@ -14,6 +14,7 @@
 #include "interrupt.hpp"
 #include "lidar_stage.hpp"
 #include "opencv_stage.hpp"
+#include "pose_stage.hpp"
 #include "progress.hpp"
 #include "result_writer.hpp"
 #include "run_record.hpp"
@@ -88,9 +89,10 @@ StereoFrame first_usable_frame(const FrameSource& source, FrameRange range) {
 /// One sitting of a run: takes the frames of the input through the pipeline and to the files.
 class Sitting {
  public:
-  Sitting(Pipeline& pipeline, const OpencvStage& opencv, const LidarStage& lidar, RunRecord& record,
+  Sitting(Pipeline& pipeline, PoseStage& poses, const OpencvStage& opencv, const LidarStage& lidar, RunRecord& record,
           ResultWriter& writer)
       : pipeline_{pipeline},
+        poses_{poses},
         opencv_{opencv},
         lidar_{lidar},
         record_{record},
@@ -137,12 +139,15 @@ class Sitting {
     next_ = std::max(next_, queued.index + 1);
     if (!queued.frame) return skip(queued, queued.error);
     try {
+      const PoseStage::Placing placing{poses_.place(*queued.frame)};
       const double opencv_ms{opencv_.match(*queued.frame)};
       const std::string without_lidar{lidar_.add_grid(*queued.frame)};
       FrameResult result{pipeline_.process(*queued.frame)};
       if (queued.index < first_to_write_) return;
       result.timing_ms.match += opencv_ms;
-      result.timing_ms.total += opencv_ms;
+      result.timing_ms.odometry = placing.milliseconds;
+      result.timing_ms.total += opencv_ms + placing.milliseconds;
+      if (!placing.warning.empty()) result.warnings.push_back(placing.warning);
       if (!without_lidar.empty()) result.warnings.push_back(without_lidar);
       tell_warnings(queued.name, result.warnings);
       record_.add_frame({queued.index, result.world_from_vehicle, result.timing_ms, result.warnings});
@@ -168,6 +173,7 @@ class Sitting {
   }
 
   Pipeline& pipeline_;
+  PoseStage& poses_;
   const OpencvStage& opencv_;
   const LidarStage& lidar_;
   RunRecord& record_;
@@ -240,7 +246,8 @@ int run(const RunOptions& options) {
   ResultWriter writer{
       {options.folder, options.save_stages, options.pictures, options.video, rate_hz(input), pipeline.rig()}};
   const OpencvStage opencv{options.matcher, pipeline.config().matching.disparities};
-  Sitting sitting{pipeline, opencv, lidar, record, writer};
+  PoseStage poses{input};
+  Sitting sitting{pipeline, poses, opencv, lidar, record, writer};
   catch_interrupts();
   sitting.go_through(*input.source);
   record.save(sitting.is_complete());

@@ -15,7 +15,8 @@ struct StageField {
 };
 
 /// The names that timings carry in every file.
-constexpr std::array<StageField, 7> stage_fields{{{"match", &StageTimes::match},
+constexpr std::array<StageField, 8> stage_fields{{{"odometry", &StageTimes::odometry},
+                                                  {"match", &StageTimes::match},
                                                   {"ground", &StageTimes::ground},
                                                   {"count", &StageTimes::count},
                                                   {"project", &StageTimes::project},

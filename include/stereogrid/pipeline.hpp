@@ -33,6 +33,7 @@ struct StageImages {
 
 /// Wall-clock milliseconds.
 struct StageTimes {
+  double odometry{0};  ///< not the pipeline's: for callers who find the poses from the images
   double match{0};
   double ground{0};
   double count{0};

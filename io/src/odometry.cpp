@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <set>
 
@@ -117,6 +118,9 @@ struct VisualOdometry::Implementation {
     if (stands(tracks)) {
       step.measured = step.standing = true;
       step.inliers = step.tracked;
+      std::vector<int> all(tracks.at_px.size());
+      std::iota(all.begin(), all.end(), 0);
+      step.spread = spread_of(all, tracks, rig);
       return reference_from_last;
     }
     const auto fit{fit_motion(landmarks, tracks, speed ? std::optional{expected.inv()} : std::nullopt, rig,
@@ -143,7 +147,7 @@ struct VisualOdometry::Implementation {
     step.camera_motion = numbers_of(motion);
     unmeasured_s = step.measured ? 0 : unmeasured_s + dt_s;
     if (step.measured) speed = Speed{motion.rvec() * (1 / dt_s), motion.translation() * (1 / dt_s)};
-    if (step.standing) return keep_place(step);
+    if (step.standing) return step;
     world_from_last = world_from_reference * on_the_ground(numbers_of(level * reference_from_now * level.inv()));
     reference_from_last = reference_from_now;
     for (std::size_t i{0}; i < tracks.at_px.size(); ++i) {
@@ -154,11 +158,6 @@ struct VisualOdometry::Implementation {
     if (far || step.inliers < kept_share_min * static_cast<double>(landmarks.at_px.size())) {
       take_as_reference(frame, std::move(pyramid));
     }
-    return step;
-  }
-
-  [[nodiscard]] OdometryStep keep_place(OdometryStep step) const {
-    step.spread = 1;
     return step;
   }
 

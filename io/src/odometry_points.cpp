@@ -11,15 +11,18 @@
 namespace stereogrid::io {
 namespace {
 
-const cv::Size flow_window{15, 15};
+const cv::Size flow_window{11, 11};
 constexpr int flow_levels{3};
 constexpr int cells_across{12};
 constexpr int cells_down{4};
 constexpr int corners_per_cell{14};
 constexpr double corner_quality{0.02};
 constexpr double corner_distance_px{7};
-constexpr float home_px{0.5F};            // how far from its start a point may end that was followed forth and back
-constexpr float row_difference_px{2.5F};  // between left and right; real pairs are not rectified better than that
+constexpr float home_px{0.5F};  // how far from its start a point may end that was followed forth and back
+// How far the rows of left and right may differ. Where a pair is off by more than the first, its columns are off too
+// (measured on KITTI, docs/odometry.md); such points are taken only where most of the picture is like that.
+constexpr float good_row_difference_px{0.6F};
+constexpr float row_difference_max_px{2.5F};
 constexpr float disparity_min_px{1};
 constexpr int coarse_window_px{15};
 
@@ -86,6 +89,18 @@ std::vector<float> coarse_disparities(const StereoFrame& frame, const std::vecto
   return found;
 }
 
+float row_limit_px(const std::vector<cv::Point2f>& left, const std::vector<cv::Point2f>& right,
+                   const std::vector<bool>& matched) {
+  std::vector<float> differences;
+  for (std::size_t i{0}; i < left.size(); ++i) {
+    if (matched[i]) differences.push_back(std::abs(left[i].y - right[i].y));
+  }
+  if (differences.empty()) return 0;
+  const auto middle{differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2)};
+  std::nth_element(differences.begin(), middle, differences.end());
+  return std::clamp(*middle, good_row_difference_px, row_difference_max_px);
+}
+
 /// Of the corners in px, 0: none.
 std::vector<float> disparities_of(const StereoFrame& frame, const Pyramid& left,
                                   const std::vector<cv::Point2f>& corners) {
@@ -101,9 +116,10 @@ std::vector<float> disparities_of(const StereoFrame& frame, const Pyramid& left,
   std::vector<cv::Point2f> in_right(corners.size());
   for (std::size_t i{0}; i < corners.size(); ++i) in_right[i] = corners[i] - cv::Point2f{coarse[i], 0};
   const std::vector<bool> matched{flow(left, pyramid_of(frame.right), corners, in_right)};
+  const float limit_px{row_limit_px(corners, in_right, matched)};
   for (std::size_t i{0}; i < corners.size(); ++i) {
     const cv::Point2f shift{corners[i] - in_right[i]};
-    if (matched[i] && std::abs(shift.y) <= row_difference_px) disparities[i] = shift.x;
+    if (matched[i] && std::abs(shift.y) <= limit_px) disparities[i] = shift.x;
   }
   return disparities;
 }

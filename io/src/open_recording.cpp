@@ -188,8 +188,9 @@ void take_poses(RecordingContents& contents, const std::vector<Pose2>& poses) {
 
 /// The file or oxts folder of poses; empty: none. Notes what was passed over.
 fs::path choose_poses(RecordingContents& contents, const InputLayout& layout, const std::string& wanted) {
-  if (wanted == "none" || (wanted.empty() && layout.kind == InputKind::image_pair)) return {};
-  if (!wanted.empty()) return wanted;
+  if (wanted == "none" || wanted == "odometry") return {};
+  if (!wanted.empty() && wanted != "file") return wanted;
+  if (layout.kind == InputKind::image_pair) return {};
   if (const auto choice{find_poses(layout.root)}) {
     std::string others;
     for (const fs::path& other : choice->others) others += fmt::format(" {}", other.filename().string());
@@ -204,13 +205,21 @@ fs::path choose_poses(RecordingContents& contents, const InputLayout& layout, co
   return there ? benchmark : fs::path{};
 }
 
+void do_without_poses(RecordingContents& contents, const std::string& wanted) {
+  if (wanted == "file") {
+    throw InputError{contents.root.string(), "there are no poses.",
+                     "Put a pose file there (docs/input.md), name one with --poses FILE, or take --poses odometry."};
+  }
+  contents.wants_odometry = wanted == "odometry" || (wanted.empty() && contents.frames.size() > 1);
+  contents.notes.emplace_back(!contents.wants_odometry ? "poses: none, the camera is taken to stand still"
+                              : wanted.empty()         ? "poses: none, visual odometry from the images"
+                                                       : "poses: visual odometry from the images");
+}
+
 void find_poses_of(RecordingContents& contents, const InputLayout& layout, const std::string& wanted) {
   const fs::path file{choose_poses(contents, layout, wanted)};
   contents.poses_file = file;
-  if (file.empty()) {
-    contents.notes.push_back("poses: none, the camera is taken to stand still");
-    return;
-  }
+  if (file.empty()) return do_without_poses(contents, wanted);
   if (fs::is_directory(file)) {
     const auto names{names_of(contents)};
     const fs::path& calibration{layout.calibration.empty() ? contents.calibration_file : layout.calibration};

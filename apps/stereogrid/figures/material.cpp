@@ -9,6 +9,7 @@
 #include <array>
 #include <utility>
 
+#include "pose_stage.hpp"
 #include "progress.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
@@ -66,11 +67,13 @@ class Side {
 void process(const Input& input, std::size_t first, std::size_t last, const Config& config, Material& material) {
   Pipeline pipeline{config, material.rig};
   Side side{config, material.rig};
+  PoseStage poses{input};
   material.config = pipeline.config();
   Progress progress{"frames", last - first + 1};
   for (std::size_t index{first}; index <= last; ++index) {
     try {
       StereoFrame frame{input.source->load(index)};
+      poses.place(frame);
       const FrameResult& result{pipeline.process(frame)};
       side.process(frame);
       const std::size_t before{last - index};

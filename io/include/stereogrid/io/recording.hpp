@@ -17,9 +17,10 @@ namespace stereogrid::io {
 
 /// What the user said about the input.
 struct InputArguments {
-  std::vector<std::filesystem::path> paths;            ///< a folder, or LEFT and RIGHT image files
-  std::optional<std::filesystem::path> calibration;    ///< instead of the input's own
-  std::string poses;                                   ///< a file instead of the input's own; "none"; "": look for them
+  std::vector<std::filesystem::path> paths;          ///< a folder, or LEFT and RIGHT image files
+  std::optional<std::filesystem::path> calibration;  ///< instead of the input's own
+  std::string poses;  ///< a file; "file": the input's own; "none"; "odometry"; "": the input's own if there are any,
+                      ///< else odometry
   std::optional<std::filesystem::path> disparities{};  ///< folder of disparity images to take instead of right images
 };
 
@@ -43,6 +44,7 @@ struct RecordingContents {
   std::filesystem::path calibration_file;
   Calibration calibration;
   std::filesystem::path poses_file;    ///< or the oxts folder; empty: no poses
+  bool wants_odometry{false};          ///< no poses here: the caller is to find them (VisualOdometry)
   std::filesystem::path truth_folder;  ///< empty: no ground truth
   std::filesystem::path disparities;   ///< folder of the disparity images; empty: right images
   std::vector<RecordedFrame> frames;

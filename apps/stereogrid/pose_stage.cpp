@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pose_stage.hpp"
+
+#include <chrono>
+
+namespace stereogrid::app {
+
+PoseStage::PoseStage(const Input& input) : poses_{input.poses} {
+  if (poses_ == PoseSource::odometry) odometry_.emplace(input.source->rig());
+}
+
+PoseStage::Placing PoseStage::place(StereoFrame& frame) {
+  if (poses_ == PoseSource::none) frame.world_from_vehicle.reset();
+  if (!odometry_) return {};
+  const auto start{std::chrono::steady_clock::now()};
+  io::OdometryStep step{odometry_->update(frame)};
+  frame.world_from_vehicle = step.world_from_vehicle;
+  const std::chrono::duration<double, std::milli> taken{std::chrono::steady_clock::now() - start};
+  return {taken.count(), std::move(step.warning)};
+}
+
+}  // namespace stereogrid::app

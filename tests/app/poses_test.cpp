@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <fstream>
+
+#include "support.hpp"
+
+namespace stereogrid::app::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+const char* const scene{"scene:street?width=256&height=160&frames=5"};
+
+class Poses : public ::testing::Test {
+ protected:
+  Poses() {
+    run_well({"simulate", scene, "--out", drive_, "--no-truth"});
+    run_well({"run", drive_, "--out", out("file")});
+  }
+
+  [[nodiscard]] std::string out(const std::string& name) const { return (folder_ / name).string(); }
+  void remove_poses() const { fs::remove(folder_ / "drive" / "poses.csv"); }
+  /// Of the last frame.
+  [[nodiscard]] double x_m(const std::string& run) const {
+    return lines_of(folder_ / run).back().at("pose").at("x_m").get<double>();
+  }
+  [[nodiscard]] std::string source(const std::string& run) const {
+    return json_of(folder_ / run / "run.json").at("input").at("poses").get<std::string>();
+  }
+
+  const TemporaryFolder folder_;
+  const std::string drive_{(folder_ / "drive").string()};
+};
+
+TEST_F(Poses, ABareDriveIsFollowedByOdometry) {
+  remove_poses();
+  const Outcome outcome{run_well({"run", drive_, "--out", out("bare")})};
+  EXPECT_THAT(outcome.errors, HasSubstr("poses: none, visual odometry from the images"));
+  EXPECT_EQ(source("bare"), "odometry");
+  EXPECT_GT(x_m("file"), 2);
+  EXPECT_NEAR(x_m("bare"), x_m("file"), 0.02 * x_m("file"));
+  for (const Json& line : lines_of(folder_ / "bare")) {
+    EXPECT_THAT(line["warnings"], IsEmpty());
+    EXPECT_GT(line["timing_ms"]["odometry"], 0);
+    EXPECT_GT(line["timing_ms"]["total"], line["timing_ms"]["odometry"]);
+  }
+  EXPECT_THAT(run_well({"info", drive_}).output, HasSubstr("none: visual odometry from the images"));
+}
+
+TEST_F(Poses, OdometryWhereThereIsAFile) {
+  const Outcome outcome{run_well({"run", drive_, "--out", out("asked"), "--poses", "odometry"})};
+  EXPECT_THAT(outcome.errors, HasSubstr("poses: visual odometry from the images"));
+  EXPECT_EQ(source("asked"), "odometry");
+  EXPECT_NE(x_m("asked"), x_m("file"));
+  EXPECT_NEAR(x_m("asked"), x_m("file"), 0.02 * x_m("file"));
+  run_well({"run", scene, "--out", out("scene"), "--poses", "odometry"});
+  EXPECT_EQ(x_m("scene"), x_m("asked"));
+}
+
+TEST_F(Poses, NoneIsStandstill) {
+  for (const std::string& input : {drive_, std::string{scene}}) {
+    const std::string name{input == scene ? "scene" : "drive_none"};
+    run_well({"run", input, "--out", out(name), "--poses", "none"});
+    EXPECT_EQ(x_m(name), 0);
+    EXPECT_THAT(lines_of(folder_ / name).front()["warnings"].dump(), HasSubstr("taken to stand still"));
+  }
+}
+
+TEST_F(Poses, FileMeansTheInputsOwn) {
+  run_well({"run", drive_, "--out", out("again"), "--poses", "file"});
+  EXPECT_EQ(x_m("again"), x_m("file"));
+  remove_poses();
+  const Outcome outcome{run_tool({"run", drive_, "--out", out("without"), "--poses", "file"})};
+  EXPECT_EQ(outcome.exit_code, 65);
+  EXPECT_THAT(outcome.errors, AllOf(HasSubstr("there are no poses"), HasSubstr("--poses odometry")));
+}
+
+TEST_F(Poses, AFileThatIsNotThereIsNamed) {
+  const Outcome outcome{run_tool({"run", drive_, "--out", out("x"), "--poses", out("nowhere.csv")})};
+  EXPECT_EQ(outcome.exit_code, 65);
+  EXPECT_THAT(outcome.errors, HasSubstr("nowhere.csv"));
+  EXPECT_EQ(run_tool({"run", scene, "--out", out("y"), "--poses", out("nowhere.csv")}).exit_code, 64);
+}
+
+TEST_F(Poses, DarkFramesAreCarriedOnWithAWarning) {
+  remove_poses();
+  for (const char* const side : {"left", "right"}) {
+    fs::remove(folder_ / "drive" / side / "000003.png");
+    std::ofstream{folder_ / "drive" / side / "000003.pgm"} << "P5\n256 160\n255\n" << std::string(256 * 160, '\x10');
+  }
+  run_well({"run", drive_, "--out", out("dark")});
+  const std::vector<Json> lines(lines_of(folder_ / "dark"));
+  EXPECT_THAT(lines[2]["warnings"].dump(), Not(HasSubstr("odometry")));
+  EXPECT_THAT(lines[3]["warnings"].dump(), HasSubstr("odometry: too few points agree"));
+  EXPECT_NEAR(x_m("dark"), x_m("file"), 0.1 * x_m("file"));
+}
+
+}  // namespace
+}  // namespace stereogrid::app::testing
