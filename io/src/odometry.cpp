@@ -19,7 +19,7 @@ namespace stereogrid::io {
 namespace {
 
 constexpr double standing_px{0.1};
-constexpr std::size_t standing_points_min{15};
+constexpr std::size_t points_min{15};
 constexpr double new_reference_m{0.25};
 constexpr double new_reference_rad{0.02};
 constexpr double kept_share_min{0.6};  // of the landmarks; below: a new reference
@@ -84,7 +84,10 @@ struct VisualOdometry::Implementation {
   }
 
   void take_as_reference(const StereoFrame& frame, Pyramid pyramid) {
-    landmarks = find_landmarks(frame, pyramid, rig);
+    Landmarks found{find_landmarks(frame, pyramid, rig)};
+    // in the dark the old one may serve again when there is light
+    if (found.at_px.size() < points_min && landmarks.at_px.size() >= points_min) return;
+    landmarks = std::move(found);
     reference = std::move(pyramid);
     world_from_reference = world_from_last;
     reference_from_last = cv::Affine3d::Identity();
@@ -101,7 +104,7 @@ struct VisualOdometry::Implementation {
 
   // Against the last frame that moved, so that creeping adds up and is seen.
   [[nodiscard]] bool stands(const Tracks& tracks) const {
-    if (tracks.at_px.size() < standing_points_min) return false;
+    if (unmeasured_s > 0 || tracks.at_px.size() < points_min) return false;
     std::vector<double> flow_px;
     for (std::size_t i{0}; i < tracks.at_px.size(); ++i) {
       flow_px.push_back(cv::norm(tracks.at_px[i] - last_at_px[static_cast<std::size_t>(tracks.landmark[i])]));
