@@ -207,7 +207,8 @@ fs::path choose_poses(RecordingContents& contents, const InputLayout& layout, co
 
 void do_without_poses(RecordingContents& contents, const std::string& wanted) {
   if (wanted == "file") {
-    throw InputError{contents.root.string(), "there are no poses.",
+    throw InputError{(contents.root.empty() ? contents.frames.front().left : contents.root).string(),
+                     "there are no poses.",
                      "Put a pose file there (docs/input.md), name one with --poses FILE, or take --poses odometry."};
   }
   contents.wants_odometry = wanted == "odometry" || (wanted.empty() && contents.frames.size() > 1);
