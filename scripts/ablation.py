@@ -1,0 +1,79 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+"""Changes one option of the default preset at a time and scores the grids against lidar: prints the table of
+docs/ablation.md.
+
+ablation.py TOOL DRIVE... [--set KEY=VALUE ...]     DRIVE: a recording with lidar; --set: for every run
+"""
+import argparse
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+CHANGES = [
+    ("as it is", []),
+    ("road pixels are no rays", ["u_disparity.road_rays=none"]),
+    ("rows do not follow the roll", ["u_disparity.follow_roll=false"]),
+    ("low pixels are obstacles", ["u_disparity.obstacle_min_height_m=0"]),
+    ("low: below 0.15 m", ["u_disparity.obstacle_min_height_m=0.15"]),
+    ("no guard of small N_V", ["u_disparity.small_count_guard=0"]),
+    ("left border not left out", ["u_disparity.left_border=false"]),
+    ("counts weighed by confidence", ["u_disparity.confidence_weights=true"]),
+    ("tau_O 0.05", ["u_disparity.tau_obstacle=0.05"]),
+    ("tau_O 0.1 (the paper's)", ["u_disparity.tau_obstacle=0.1"]),
+    ("sigma_u 0", ["u_disparity.sigma_column=0"]),
+    ("sigma_u 1.5 (the paper's)", ["u_disparity.sigma_column=1.5"]),
+    ("sigma_d 0", ["u_disparity.sigma_disparity=0"]),
+    ("sigma_d 0.5 (the paper's)", ["u_disparity.sigma_disparity=0.5"]),
+    ("footprint: centre", ["projection.footprint=centre"]),
+    ("not calibrated", ["projection.calibrate=false"]),
+    ("matches rejected as before", ["matching.uniqueness=0.02", "matching.left_right_px=1"]),
+    ("nothing rejected but by left-right", ["matching.uniqueness=0", "matching.speckle_px=0", "matching.texture=0"]),
+    ("window 9", ["matching.window_px=9"]),
+    ("window 13", ["matching.window_px=13"]),
+    ("window 21 (the paper's)", ["matching.window_px=21"]),
+    ("rows not aligned", ["matching.align_rows=false"]),
+]
+FIGURES = [("balanced_log_loss", 3), ("auc", 3), ("iou_occupied", 3), ("missed", 3), ("calibration_error", 3),
+           ("hidden_recall", 2)]
+
+
+def scores(tool, drive, settings):
+    """{series: figures} of 3–20 m."""
+    with tempfile.TemporaryDirectory() as folder:
+        options = [part for setting in settings for part in ("--set", setting)]
+        subprocess.run([tool, "run", drive, "--out", f"{folder}/run", *options], check=True, capture_output=True)
+        subprocess.run([tool, "evaluate", f"{folder}/run", drive, "--truth", "lidar", "--json", f"{folder}/scores.json"],
+                       check=True, capture_output=True)
+        series = json.loads(pathlib.Path(f"{folder}/scores.json").read_text())["series"]
+        return {name: series[name]["bands"]["3-20"] for name in ("observed", "occupancy")}
+
+
+def cells(figures):
+    values = (figures[name] for name, _ in FIGURES)
+    numbers = (value["value"] if isinstance(value, dict) else value for value in values)
+    return [f"{number:.{digits}f}" if number is not None else "–" for number, (_, digits) in zip(numbers, FIGURES)]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("tool")
+    parser.add_argument("drives", nargs="+")
+    parser.add_argument("--set", action="append", default=[], dest="settings", metavar="KEY=VALUE")
+    given = parser.parse_args()
+    for drive in given.drives:
+        print(f"\n**{pathlib.Path(drive).name}**\n")
+        print("| changed | observed: log-loss | AUC | IoU | missed | ECE | hidden | occupancy: log-loss | AUC | IoU | missed |")
+        print("|" + "---|" * 11)
+        for number, (title, changes) in enumerate(CHANGES, 1):
+            print(f"\r{number} of {len(CHANGES)}: {title:40}", end="", file=sys.stderr)
+            found = scores(given.tool, drive, given.settings + changes)
+            print("| " + " | ".join([title, *cells(found["observed"]), *cells(found["occupancy"])[:4]]) + " |", flush=True)
+    print(file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()
