@@ -115,6 +115,7 @@ Config paper() {
   config.matching.subpixel = false;
   config.matching.uniqueness = 0.02;
   config.matching.left_right_px = 1;
+  config.matching.speckle_px = 60;
   config.u_disparity.tau_obstacle = 0.1;
   config.u_disparity.sigma_column = 1.5;
   config.u_disparity.obstacle_min_height_m = 0;

@@ -46,12 +46,12 @@ struct MatchingConfig {
   bool align_rows{true};
   int disparities{0};
   int min_disparity{0};
-  int window_px{11};
+  int window_px{9};
   int road_margin_px{3};
   double uniqueness{0.01};
   double texture{1.0};
   int left_right_px{3};
-  int speckle_px{60};
+  int speckle_px{150};
   bool subpixel{true};
   int paths{3};
   int penalty_step{7};
@@ -254,7 +254,7 @@ struct FilterConfig {
   double forgetting_s{2};
   double velocity_noise{0.01};
   double likelihood_exponent{1};
-  double static_prior{0.7};
+  double static_prior{0.8};
   double border_occupancy{0.2};
   int particles{100000};
   double velocity_walk_mps{1};

@@ -119,7 +119,6 @@ TEST(Chain, KeepsAnEmptyRoadFree) {
     const FrameTruth truth{run.scene.truth(i)};
     int seen{0};
     int free{0};
-    int sure{0};
     for (int iy{0}; iy < result.observed.height(); ++iy) {
       // farther away the road has too little texture for some frames
       for (int ix{15}; centre_x(result.vehicle_grid, ix) < 15; ++ix) {
@@ -128,11 +127,10 @@ TEST(Chain, KeepsAnEmptyRoadFree) {
         if (!is_inner || !is_cell(truth.state, ix, iy, TruthCell::seen_free)) continue;
         ++seen;
         free += result.observed(ix, iy) < 0.45f ? 1 : 0;
-        sure += result.observed(ix, iy) > 0.75f ? 1 : 0;
+        EXPECT_LT(result.observed(ix, iy), 0.75f) << ix << " " << iy;
       }
     }
-    EXPECT_GT(free, 0.9 * seen) << "the scene's road has little texture";
-    EXPECT_LT(sure, 0.02 * seen);
+    EXPECT_GT(free, 0.97 * seen);
     EXPECT_EQ(std::count_if(result.obstacles.begin(), result.obstacles.end(),
                             [](const Obstacle& obstacle) { return obstacle.confirmed; }),
               0);
@@ -148,7 +146,7 @@ TEST(Chain, KnowsNothingBehindAWall) {
       for (int ix{0}; ix < grid.nx; ++ix) {
         if (centre_x(grid, ix) < 10 || std::abs(centre_y(grid, iy)) > 5) continue;
         EXPECT_NEAR(result.observed(ix, iy), 0.5, 0.03);
-        EXPECT_NEAR(result.occupancy(ix, iy), 0.5, 0.05) << "some of the wall's mass wanders";
+        EXPECT_NEAR(result.occupancy(ix, iy), 0.5, 0.03);
         EXPECT_TRUE(std::isinf(result.age_s(ix, iy)));
       }
     }
