@@ -120,7 +120,6 @@ Config paper() {
   config.u_disparity.sigma_column = 1.5;
   config.u_disparity.obstacle_min_height_m = 0;
   config.u_disparity.follow_roll = false;
-  config.u_disparity.sigma_disparity = 0.5;
   config.u_disparity.road_rays = RoadRays::none;
   config.u_disparity.small_count_guard = 0;
   config.u_disparity.left_border = false;

@@ -48,10 +48,10 @@ struct MatchingConfig {
   int min_disparity{0};
   int window_px{9};
   int road_margin_px{3};
-  double uniqueness{0.01};
+  double uniqueness{0};
   double texture{1.0};
-  int left_right_px{3};
-  int speckle_px{150};
+  int left_right_px{4};
+  int speckle_px{110};
   bool subpixel{true};
   int paths{3};
   int penalty_step{7};
@@ -157,7 +157,7 @@ struct UDisparityConfig {
   double false_negative{0.02};
   double tau_obstacle{0.07};
   double tau_road{0.1};
-  double sigma_disparity{0.3};
+  double sigma_disparity{0.5};
   double sigma_column{0.7};
   RoadRays road_rays{RoadRays::visible};
   int small_count_guard{2};
@@ -254,7 +254,7 @@ struct FilterConfig {
   double forgetting_s{2};
   double velocity_noise{0.01};
   double likelihood_exponent{1};
-  double static_prior{0.8};
+  double static_prior{0.85};
   double border_occupancy{0.2};
   int particles{100000};
   double velocity_walk_mps{1};
