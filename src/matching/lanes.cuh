@@ -6,6 +6,13 @@
 
 #include "matching/cuda.hpp"
 
+/// Before a loop over an array that is to stay in registers.
+#if defined(__CUDACC__)
+#define STEREOGRID_UNROLL _Pragma("unroll")
+#else
+#define STEREOGRID_UNROLL
+#endif
+
 namespace stereogrid {
 
 constexpr unsigned all_lanes{0xffffffffu};

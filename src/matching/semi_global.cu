@@ -153,7 +153,7 @@ __device__ void walk(int length, const Load& load, const Visit& visit) {
   decltype(load(0)) next[ahead];
   for (int k{0}; k < ahead; ++k) next[k] = load(min(k, length - 1));
   for (int first{0}; first < length; first += ahead) {
-#pragma unroll
+    STEREOGRID_UNROLL
     for (int k{0}; k < ahead; ++k) {
       if (first + k >= length) return;
       const auto now = next[k];
