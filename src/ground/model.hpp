@@ -25,7 +25,7 @@ struct RoadPlane {
 
 /// Road plane in disparity space: with g the unit vector to the ground in the camera frame, g·X = height and X = Z·(…,
 /// 1), Z = f·b/d give d = (b/height)·(g_x (u−u0) + g_y (v−v0) + g_z f). method: eq. 1b, with roll.
-inline RoadPlane road_plane(const Rig& rig, const Ground& ground) {
+STEREOGRID_HD inline RoadPlane road_plane(const Rig& rig, const Ground& ground) {
   const double scale{rig.baseline_m / ground.height_m};
   const double cos_pitch{std::cos(ground.pitch_rad)};
   return {scale * rig.focal_px * std::sin(ground.pitch_rad), scale * cos_pitch * std::sin(ground.roll_rad),
