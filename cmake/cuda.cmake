@@ -23,7 +23,7 @@ set(CMAKE_CUDA_RUNTIME_LIBRARY Static) # so that only the driver must be there a
 
 # Link a CUDA target to it. Host and device must round alike.
 add_library(stereogrid_cuda_compiler INTERFACE)
-target_compile_options(stereogrid_cuda_compiler INTERFACE $<$<COMPILE_LANGUAGE:CUDA>:--fmad=false
+target_compile_options(stereogrid_cuda_compiler INTERFACE $<$<COMPILE_LANGUAGE:CUDA>:--fmad=false --expt-relaxed-constexpr
                                                           -Xcompiler=-ffp-contract=off,-Wall,-Wextra>)
 if(STEREOGRID_WERROR)
   target_compile_options(stereogrid_cuda_compiler INTERFACE $<$<COMPILE_LANGUAGE:CUDA>:--Werror=all-warnings

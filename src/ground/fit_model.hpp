@@ -214,6 +214,16 @@ STEREOGRID_HD inline Ground predicted(const Rig& rig, const GroundConfig& config
   return ground;
 }
 
+/// Height and angles in whole 2⁻²⁰ m and rad. Sums in another order, as on another back end, then nearly always give
+/// the same ground to the bit, and with it the same matches.
+STEREOGRID_HD inline Ground rounded(Ground ground) {
+  constexpr double steps{1 << 20};
+  ground.height_m = std::floor(ground.height_m * steps + 0.5) / steps;
+  ground.pitch_rad = std::floor(ground.pitch_rad * steps + 0.5) / steps;
+  ground.roll_rad = std::floor(ground.roll_rad * steps + 0.5) / steps;
+  return ground;
+}
+
 /// The Kalman filter's step from `before`, whose plane is `expected` with `covariance`; `before` where it leads out of
 /// the gates.
 STEREOGRID_HD inline Ground updated(const Rig& rig, const GroundConfig& config, const Ground& before,
@@ -223,7 +233,7 @@ STEREOGRID_HD inline Ground updated(const Rig& rig, const GroundConfig& config, 
   RoadPlane plane{expected};
   move(plane, gain * (measurement.numbers - numbers_of(expected)));
   if (!(plane.per_v > 0)) return before;
-  const Ground found{ground_of(rig, plane)};
+  const Ground found{rounded(ground_of(rig, plane))};
   if (!is_believable(rig, config, found)) return before;
   const Matrix3 rest{diagonal({{1, 1, 1}}) + scaled(-1, gain)};
   // Joseph's form keeps it positive

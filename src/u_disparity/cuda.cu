@@ -113,7 +113,7 @@ __device__ void count_pixel(const Counting& counting, float obstacle, float road
   }
 }
 
-__device__ void count_rows(const Counting& counting, const MatchesOnDevice& matches, const BinRowsOnDevice& rows, int u,
+__device__ void count_rows(const Counting& counting, const MatchViews& matches, const BinRowsOnDevice& rows, int u,
                            int lane, ColumnCounts& counts) {
   const int first{rows.margin - rows.shift[u]};
   const int height{matches.obstacle.height};
@@ -142,7 +142,7 @@ __device__ int rounded_rays(unsigned parts, bool in_parts) {
 
 // A warp adds up a share of the bins, after the shares of the warps before it.
 __global__ void __launch_bounds__(count_warps* warp)
-    count_columns(Counting counting, MatchesOnDevice matches, BinRowsOnDevice rows, View<std::uint16_t, Device> visible,
+    count_columns(Counting counting, MatchViews matches, BinRowsOnDevice rows, View<std::uint16_t, Device> visible,
                   View<std::uint16_t, Device> observed, View<std::uint8_t, Device> has_road) {
   __shared__ unsigned share[count_warps][warp];
   ColumnCounts counts{dynamic_shared<unsigned>(), counting.disparities};
@@ -308,8 +308,7 @@ BinRowsOnDevice UDisparityOnDevice::rows() {
   return {shift.data(), rows_of_bin.data(), bins_of_row.data(), upright_bins_of_row.data(), possible.data(), margin};
 }
 
-void count(Cuda& cuda, const MatchesOnDevice& matches, const Rig& rig, const Ground* ground,
-           UDisparityOnDevice& space) {
+void count(Cuda& cuda, const MatchViews& matches, const Rig& rig, const Ground* ground, UDisparityOnDevice& space) {
   const UDisparityConfig& config{space.config};
   const int width{matches.road.width};
   const int height{matches.road.height};

@@ -52,8 +52,8 @@ struct UDisparityOnDevice {
   DeviceImage<float> occupancy_smooth;
 };
 
-/// Disparity images as `match` leaves them on the device; no pixel has both.
-struct MatchesOnDevice {
+/// What `match` leaves on the device; no pixel has both disparities.
+struct MatchViews {
   View<const float, Device> obstacle;
   View<const float, Device> road;
   View<const float, Device> confidence;
@@ -61,6 +61,6 @@ struct MatchesOnDevice {
 
 /// `count` of u_disparity.hpp; `ground` is on the device. Equal to the CPU to the bit on the same ground, as long as
 /// both machines' tan and cos place no edge of a bin's rows, a whole number by chance, on different sides.
-void count(Cuda& cuda, const MatchesOnDevice& matches, const Rig& rig, const Ground* ground, UDisparityOnDevice& space);
+void count(Cuda& cuda, const MatchViews& matches, const Rig& rig, const Ground* ground, UDisparityOnDevice& space);
 
 }  // namespace stereogrid
