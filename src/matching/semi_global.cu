@@ -49,34 +49,31 @@ __global__ void find_meetings(View<std::int16_t, Device> meeting, const RoadPlan
                       : no_road;
 }
 
-constexpr int cost_warps{8};
+constexpr int cost_threads{256};
 
-// A warp has the labels of a pixel.
-__global__ void __launch_bounds__(32 * cost_warps)
+// threadIdx.x: the word of a pixel's labels, threadIdx.y: the pixel.
+__global__ void __launch_bounds__(cost_threads)
     find_costs(Problem problem, View<const std::uint32_t, Device> left, View<const std::uint32_t, Device> right,
                View<const std::uint32_t, Device> sheared_right) {
   const int u{static_cast<int>(blockIdx.x * blockDim.y + threadIdx.y)};
   const int v{static_cast<int>(blockIdx.y)};
   if (u >= problem.width) return;
-  const std::size_t pixel{static_cast<std::size_t>(v) * static_cast<std::size_t>(problem.width) +
-                          static_cast<std::size_t>(u)};
-  std::uint32_t* const out{problem.costs + pixel * static_cast<std::size_t>(problem.volume.words)};
+  const int pixel{v * problem.width + u};
+  const int word{static_cast<int>(threadIdx.x)};
+  const bool is_road{word >= problem.volume.upright_words};
+  const Shifts shifts{is_road ? problem.road : problem.upright};
+  const std::uint32_t* const row{is_road ? sheared_right.row(v) : right.row(v)};
   const std::uint32_t descriptor{left(u, v)};
-  const bool has_road{problem.meeting[pixel] != no_road};
-  for (int word{static_cast<int>(threadIdx.x)}; word < problem.volume.words; word += 32) {
-    const bool is_road{word >= problem.volume.upright_words};
-    const Shifts shifts{is_road ? problem.road : problem.upright};
-    const std::uint32_t* const row{is_road ? sheared_right.row(v) : right.row(v)};
-    const int first{4 * (is_road ? word - problem.volume.upright_words : word)};
-    std::uint32_t costs{0};
-    for (int k{0}; k < 4; ++k) {
-      const int at{clamped(u - shifts.first - first - k, problem.width)};
-      const bool is_label{first + k < shifts.count && (has_road || !is_road)};
-      const int cost{is_label ? __popc(descriptor ^ __ldg(row + at)) : cost_max};
-      costs |= static_cast<std::uint32_t>(cost) << (8 * k);
-    }
-    out[word] = costs;
+  const bool can_be{!is_road || problem.meeting[pixel] != no_road};
+  const int first{4 * (is_road ? word - problem.volume.upright_words : word)};
+  std::uint32_t costs{0};
+  for (int k{0}; k < 4; ++k) {
+    const int at{clamped(u - shifts.first - first - k, problem.width)};
+    const int cost{can_be && first + k < shifts.count ? __popc(descriptor ^ __ldg(row + at)) : cost_max};
+    costs |= static_cast<std::uint32_t>(cost) << (8 * k);
   }
+  problem.costs[static_cast<std::size_t>(pixel) * static_cast<std::size_t>(problem.volume.words) +
+                static_cast<std::size_t>(word)] = costs;
 }
 
 // One path, and where a lane finds its labels on it.
@@ -287,8 +284,10 @@ void optimise(Cuda& cuda, SemiGlobalOnDevice& space, const RoadPlane* plane, con
   const auto height = static_cast<unsigned>(problem.height);
   launch(cuda, find_meetings, dim3{blocks_for(problem.width, threads), height}, dim3{threads}, 0, space.meeting.view(),
          plane, problem.upright, problem.road);
-  launch(cuda, find_costs, dim3{blocks_for(problem.width, cost_warps), height}, dim3{32, cost_warps}, 0, problem,
-         space.census.left.view(), space.census.right.view(), space.census.sheared.view());
+  const int pixels{cost_threads / problem.volume.words};
+  const dim3 block{static_cast<unsigned>(problem.volume.words), static_cast<unsigned>(pixels)};
+  launch(cuda, find_costs, dim3{blocks_for(problem.width, pixels), height}, block, 0, problem, space.census.left.view(),
+         space.census.right.view(), space.census.sheared.view());
   const auto volumes = static_cast<int>(space.paths.size());
   if (problem.upright.count <= 128) {
     walk_all<1>(cuda, problem, volumes, uniqueness_1024(config), upright.data, level.data);

@@ -45,16 +45,16 @@ TEST(windows_on_tiny_images) {
 }
 
 TEST(windows_of_all_sizes) {
-  for (const int window_px : {3, 5, 7, 9, 11, 13, 15, 21}) {
-    check_equal(textured_pair({67, 37}, 67), plain_plane, config_of(window_px, 24));
+  for (const int window_px : {3, 5, 9, 13, 21}) {
+    check_equal(textured_pair({67, 15}, 67), plain_plane, config_of(window_px, 24));
   }
   check_equal(noise_pair({30, 9}, 71), rolled_plane, config_of(41, 20));
 }
 
 TEST(windows_on_many_disparities) {
   for (const int disparities : {2, 64, 70, 96, 128, 129, 192, 256}) {
-    check_equal(textured_pair({131, 9}, 73), plain_plane, config_of(5, disparities));
-    check_equal(noise_pair({70, 6}, 79), rolled_plane, config_of(9, disparities));
+    check_equal(textured_pair({131, 5}, 73), plain_plane, config_of(5, disparities));
+    check_equal(noise_pair({70, 5}, 79), rolled_plane, config_of(9, disparities));
   }
   check_equal(noise_pair({9, 5}, 83), plain_plane, config_of(41, 256));
 }
@@ -71,7 +71,7 @@ TEST(windows_with_every_option) {
     if (option == 6) config.min_disparity = 5;
     if (option == 7) config.road_margin_px = 15;
     if (option == 8) config.left_right_px = 3;
-    check_equal(textured_pair({69, 43}, 89), option % 2 == 0 ? plain_plane : falling_plane, config);
+    check_equal(textured_pair({69, 19}, 89), option % 2 == 0 ? plain_plane : falling_plane, config);
   }
 }
 
@@ -80,7 +80,7 @@ TEST(windows_of_the_presets) {
     MatchingConfig config{preset(name).matching};
     config.disparities = 64;
     config.speckle_px = 20;
-    check_equal(textured_pair({97, 40}, 97), plain_plane, config);
+    check_equal(textured_pair({71, 23}, 97), plain_plane, config);
   }
 }
 
@@ -92,11 +92,11 @@ TEST(paths_on_tiny_images) {
 
 TEST(paths_of_all_kinds) {
   for (const int paths : {3, 4, 5, 8}) {
-    for (const RoadPlane& plane : {plain_plane, rolled_plane, falling_plane, no_road_plane}) {
-      check_equal(textured_pair({45, 31}, 103), plane, semi_global_of(paths, 24));
-    }
-    check_equal(noise_pair({29, 47}, 107), rolled_plane, semi_global_of(paths, 17));
+    check_equal(textured_pair({37, 25}, 103), plain_plane, semi_global_of(paths, 24));
+    check_equal(noise_pair({23, 34}, 107), rolled_plane, semi_global_of(paths, 17));
   }
+  check_equal(textured_pair({37, 25}, 103), falling_plane, semi_global_of(8, 24));
+  check_equal(textured_pair({37, 25}, 103), no_road_plane, semi_global_of(4, 24));
 }
 
 TEST(paths_on_many_disparities) {
@@ -116,7 +116,7 @@ TEST(paths_with_every_option) {
     if (option == 5) config.min_disparity = 3;
     if (option == 6) config.penalty_jump = 1;
     if (option == 7) config.uniqueness = 1;
-    check_equal(textured_pair({37, 41}, 113), option % 2 == 0 ? plain_plane : rolled_plane, config);
+    check_equal(textured_pair({33, 27}, 113), option % 2 == 0 ? plain_plane : rolled_plane, config);
   }
 }
 
@@ -129,9 +129,9 @@ TEST(blank_images) {
 // One graph serves frames after one another; images and plane lie where it expects them.
 TEST(a_graph_follows_its_inputs) {
   for (const MatchingConfig& config : {config_of(9, 33), semi_global_of(3, 33)}) {
-    const Pair first{noise_pair({61, 40}, 127)};
-    const Pair second{textured_pair({61, 40}, 131)};
-    DeviceRun run{{61, 40}, config};
+    const Pair first{noise_pair({51, 30}, 127)};
+    const Pair second{textured_pair({51, 30}, 131)};
+    DeviceRun run{{51, 30}, config};
     run.put(first, rolled_plane);
     Graph graph;
     graph.capture(run.cuda(), [&] { run.match_all(); });
