@@ -94,7 +94,7 @@ struct Pipeline::Implementation {
         std::unique_ptr<Journey> on_gpu{cuda_journey(config, level_rig)};
         used = BackEnd::cuda;
         return on_gpu;
-      } catch (const DeviceError& error) {
+      } catch (const DeviceError& error) {  // also: a configuration that only the CPU can do
         why_not_cuda = error.what();
         used = BackEnd::cpu;
       }
