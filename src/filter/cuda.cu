@@ -106,34 +106,45 @@ struct Strip {
     float occupied[strip_rows];  // tay2008
   };
 
-  // What the noise leaves of velocity k's mass in row `row`, column ax of the state before.
-  __device__ float4 value(int k, float prior, bool is_inside, int ax, int row) const {
-    if (!is_inside || row < 0 || row >= cells) {
-      return joint ? make_float4(step.border_occupancy * prior, 0, 0, 0)
-                   : make_float4(prior, prior * still_occupied(step, 0.5f), 0, 0);
-    }
-    const int at{row * cells + ax};
-    const float4 of_cell{prepared[at]};
-    float m{of_cell.w};
-    if (k != step.standstill()) {
-      const float arrived{of_cell.x * mass[static_cast<std::size_t>(k) * (cells * cells) + at]};
-      m = disturbed(step, joint ? arrived + of_cell.y : arrived, of_cell.z);
-    }
-    return make_float4(m, joint ? 0.0f : m * of_cell.y, 0, 0);
+  // What the noise leaves of a velocity's mass: in all, and (tay2008) occupied.
+  struct Disturbed {
+    float all;
+    float occupied;
+  };
+  __device__ Disturbed outside(float prior) const {
+    if (joint) return {step.border_occupancy * prior, 0};
+    return {prior, prior * still_occupied(step, 0.5f)};
   }
+  __device__ Disturbed inside(bool stands, const float4& of_cell, float arrived) const {
+    const float before{of_cell.x * arrived};
+    const float moving{disturbed(step, joint ? before + of_cell.y : before, of_cell.z)};
+    const float all{stands ? of_cell.w : moving};
+    return {all, joint ? 0.0f : all * of_cell.y};
+  }
+
+  __device__ int nearest(int index) const { return index < 0 ? 0 : (index < cells ? index : cells - 1); }
 
   __device__ void gather(int k, const Antecedents& from, float prior, Arrived& arrived) const {
     const int ax{x + from.ix};
-    const bool is_inside{ax >= 0 && ax < cells};
-    float4 values[strip_rows + 1];  // all of them are asked for before one is needed
-    for (int r{0}; r <= strip_rows; ++r) values[r] = value(k, prior, is_inside, ax, y + r + from.iy);
+    const int ay{y + from.iy};
+    const float* plane{mass + static_cast<std::size_t>(k) * (cells * cells)};
+    float4 of_cell[strip_rows + 1];
+    float before[strip_rows + 1];
+    for (int r{0}; r <= strip_rows; ++r) {  // without a branch: all of them are asked for before one is needed
+      const int at{nearest(ay + r) * cells + nearest(ax)};
+      of_cell[r] = prepared[at];
+      before[r] = plane[at];
+    }
+    Disturbed across[strip_rows + 1];
     for (int r{0}; r <= strip_rows; ++r) {
-      values[r].x = between(values[r].x, __shfl_down_sync(whole_warp, values[r].x, 1), from.fx);
-      if (!joint) values[r].y = between(values[r].y, __shfl_down_sync(whole_warp, values[r].y, 1), from.fx);
+      const bool is_inside{ax >= 0 && ax < cells && ay + r >= 0 && ay + r < cells};
+      const Disturbed here{is_inside ? inside(k == step.standstill(), of_cell[r], before[r]) : outside(prior)};
+      across[r].all = between(here.all, __shfl_down_sync(whole_warp, here.all, 1), from.fx);
+      if (!joint) across[r].occupied = between(here.occupied, __shfl_down_sync(whole_warp, here.occupied, 1), from.fx);
     }
     for (int r{0}; r < strip_rows; ++r) {
-      arrived.all[r] = between(values[r].x, values[r + 1].x, from.fy);
-      if (!joint) arrived.occupied[r] = between(values[r].y, values[r + 1].y, from.fy);
+      arrived.all[r] = between(across[r].all, across[r + 1].all, from.fy);
+      if (!joint) arrived.occupied[r] = between(across[r].occupied, across[r + 1].occupied, from.fy);
     }
   }
 
@@ -246,7 +257,7 @@ __device__ void write(const Cell& cell, float age_s, int i, const StateAfter& af
 }
 
 template <FilterModel model>
-__global__ void __launch_bounds__(warps_max* warp)
+__global__ void __launch_bounds__(warps_max* warp, 4)
     filter_cells(const FilterMotion* motion, Lattice lattice, const float* likelihoods, const float4* prepared,
                  View<const float, Device> observed, StateBefore before, StateAfter after, LayerPointers layers) {
   __shared__ StripSums shared;
