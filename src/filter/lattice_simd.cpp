@@ -196,6 +196,7 @@ struct LatticeRowSums {
   float mass[tile_columns];
   float x[tile_columns];
   float xx[tile_columns];
+  float all[tile_columns];  // tay2008: l(k)
 };
 
 void update_tay(const LatticeTile& tile, std::size_t k, int y, const float* occupied, TayRow& row,
@@ -212,7 +213,7 @@ void update_tay(const LatticeTile& tile, std::size_t k, int y, const float* occu
     const auto empty = hn::Sub(load(df, velocity + x, n), in_cell);
     const auto all = hn::Add(beta, hn::Mul(load(df, row.likelihood_empty + x, n), empty));
     store(all, df, velocity + x, n);
-    store(hn::Add(load(df, row.evidence + x, n), all), df, row.evidence + x, n);
+    store(hn::Add(load(df, sums.all + x, n), all), df, sums.all + x, n);
     store(hn::Add(load(df, sums.mass + x, n), beta), df, sums.mass + x, n);
     store(hn::Add(load(df, sums.x + x, n), hn::Mul(vx, beta)), df, sums.x + x, n);
     store(hn::Add(load(df, sums.xx + x, n), hn::Mul(vxx, beta)), df, sums.xx + x, n);
@@ -267,7 +268,10 @@ void PredictTay(const LatticeTile& tile, TayRow* rows) {
       for (int i{0}; i < count; ++i) update_tay(tile, k, tile.y_begin + i, occupied[i].cells, rows[i], of_row[i]);
     }
     const float vy{static_cast<float>(tile.tables.lattice[first].y)};
-    for (int i{0}; i < count; ++i) add_lattice_row(vy, tile.columns(), of_row[i], rows[i].sums);
+    for (int i{0}; i < count; ++i) {
+      add_lattice_row(vy, tile.columns(), of_row[i], rows[i].sums);
+      for (int x{0}; x < tile.columns(); ++x) rows[i].evidence[x] += of_row[i].all[x];
+    }
   }
 }
 

@@ -103,7 +103,6 @@ Cell joint_cell(const Step& step, int x, int y, Likelihood likelihood, std::vect
 Cell tay_cell(const Step& step, int x, int y, Likelihood likelihood, std::vector<float>& velocity,
               std::vector<float>& occupied) {
   const FilterStep& constants{step.constants};
-  float evidence{0};
   for (std::size_t k{0}; k < velocity.size(); ++k) {
     const Antecedents from{step.antecedents_of(k)};
     const float prior{prior_of(constants, static_cast<int>(k))};
@@ -117,9 +116,8 @@ Cell tay_cell(const Step& step, int x, int y, Likelihood likelihood, std::vector
                    likelihood)};
     occupied[k] = update.occupied;
     velocity[k] = update.all;
-    evidence += velocity[k];
   }
-  const float scale{1 / evidence};
+  const float scale{1 / step.sums_of(velocity).mass};
   for (float& v : velocity) v = scale * v;
   const VelocitySums sums{step.sums_of(occupied)};
   return {sums, scale * occupied[occupied.size() / 2], scale * sums.mass};

@@ -11,16 +11,9 @@ namespace {
 
 constexpr float never{std::numeric_limits<float>::infinity()};
 
-float interpolated(const Image<float>& cells, double x, double y) {
-  const int ix{static_cast<int>(std::floor(x))};
-  const int iy{static_cast<int>(std::floor(y))};
-  const float fx{static_cast<float>(x - ix)};
-  const float fy{static_cast<float>(y - iy)};
-  const auto at = [&](int cell_x, int cell_y) {
-    return cells(std::clamp(cell_x, 0, cells.width() - 1), std::clamp(cell_y, 0, cells.height() - 1));
-  };
-  return (1 - fy) * ((1 - fx) * at(ix, iy) + fx * at(ix + 1, iy)) +
-         fy * ((1 - fx) * at(ix, iy + 1) + fx * at(ix + 1, iy + 1));
+float smooth_value(const Image<float>& cells, double x, double y) {
+  const auto at = [&](int ix, int iy) { return cells(ix, iy); };
+  return interpolated(at, cells.width(), cells.height(), x, y);
 }
 
 }  // namespace
@@ -144,8 +137,8 @@ class Resampler {
   // Vehicle cell (ix, iy) from the place (x, y) of its centre, in cells of the window.
   void fill(int ix, int iy, double x, double y) const {
     if (!(x >= 0 && x < world_.geometry.nx && y >= 0 && y < world_.geometry.ny)) return fill_outside(ix, iy);
-    to_.occupancy(ix, iy) = interpolated(world_.occupancy, x - 0.5, y - 0.5);
-    to_.moving(ix, iy) = interpolated(world_.moving, x - 0.5, y - 0.5);
+    to_.occupancy(ix, iy) = smooth_value(world_.occupancy, x - 0.5, y - 0.5);
+    to_.moving(ix, iy) = smooth_value(world_.moving, x - 0.5, y - 0.5);
     fill_nearest(ix, iy, static_cast<int>(x), static_cast<int>(y));
   }
 
@@ -158,17 +151,15 @@ class Resampler {
   }
 
   void fill_nearest(int ix, int iy, int x, int y) const {
-    const float vx{world_.velocity_x(x, y)};
-    const float vy{world_.velocity_y(x, y)};
     to_.age_s(ix, iy) = world_.age_s(x, y);
-    to_.velocity_x(ix, iy) = c_ * vx + s_ * vy;
-    to_.velocity_y(ix, iy) = -s_ * vx + c_ * vy;
-    const float xx{world_.velocity_xx(x, y)};
-    const float xy{world_.velocity_xy(x, y)};
-    const float yy{world_.velocity_yy(x, y)};
-    to_.velocity_xx(ix, iy) = c_ * c_ * xx + 2 * c_ * s_ * xy + s_ * s_ * yy;
-    to_.velocity_xy(ix, iy) = c_ * s_ * (yy - xx) + (c_ * c_ - s_ * s_) * xy;
-    to_.velocity_yy(ix, iy) = s_ * s_ * xx - 2 * c_ * s_ * xy + c_ * c_ * yy;
+    const VelocityEstimate v{turned({world_.velocity_x(x, y), world_.velocity_y(x, y), world_.velocity_xx(x, y),
+                                     world_.velocity_xy(x, y), world_.velocity_yy(x, y)},
+                                    c_, s_)};
+    to_.velocity_x(ix, iy) = v.x;
+    to_.velocity_y(ix, iy) = v.y;
+    to_.velocity_xx(ix, iy) = v.xx;
+    to_.velocity_xy(ix, iy) = v.xy;
+    to_.velocity_yy(ix, iy) = v.yy;
   }
 
   const GridLayers& world_;

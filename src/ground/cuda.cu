@@ -12,6 +12,8 @@ constexpr int fit_threads{fit_warps * warp};
 constexpr int sums_max{10};
 constexpr unsigned whole_warp{0xffffffffu};
 constexpr float no_sample{1e30f};
+constexpr int block_columns{block_u_px / lattice_px};  // of the lattice, in a block of the image
+constexpr int block_rows{block_v_px / lattice_px};
 
 // --- what one thread does: everything with sines --------------------------------------------------------------------
 
@@ -104,28 +106,28 @@ struct Lattice {
   float centre_v_px;
   float moved[3];
 
-  [[nodiscard]] __device__ int blocks_across() const { return (width - 1) / block_columns() + 1; }
-  [[nodiscard]] __device__ int blocks() const { return blocks_across() * ((height - 1) / block_rows() + 1); }
+  [[nodiscard]] __device__ int blocks_across() const { return (width - 1) / block_columns + 1; }
+  [[nodiscard]] __device__ int blocks() const { return blocks_across() * ((height - 1) / block_rows + 1); }
 
   // Calls visit(Sample) for this lane's samples of a block of the image.
   template <class Visit>
   __device__ void for_samples(int block, const Visit& visit) const {
     const int lane{static_cast<int>(threadIdx.x) % warp};
-    const int i{block % blocks_across() * block_columns() + lane % block_columns()};
-    const int begin{block / blocks_across() * block_rows()};
-    if (lane >= block_columns() || i >= width) return;
+    const int i{block % blocks_across() * block_columns + lane % block_columns};
+    const int begin{block / blocks_across() * block_rows};
+    if (lane >= block_columns || i >= width) return;
     const float u{(static_cast<float>(i * lattice_px + lattice_px / 2) - centre_u_px) * 0.01f};
-    for (int j{begin < first_row ? first_row : begin}; j < begin + block_rows() && j < height; ++j) {
-      const float from_expected{residual[j * width + i]};
-      if (from_expected == no_sample) continue;
-      const float v{(static_cast<float>(j * lattice_px + lattice_px / 2) - centre_v_px) * 0.01f};
-      visit(Sample{from_expected - (moved[0] + moved[1] * u + moved[2] * v), u, v});
+    float from_expected[block_rows];
+    for (int k{0}; k < block_rows; ++k) {  // all of them are asked for before one is needed
+      const int j{begin + k};
+      from_expected[k] = j >= first_row && j < height ? residual[j * width + i] : no_sample;
+    }
+    for (int k{0}; k < block_rows; ++k) {
+      if (from_expected[k] == no_sample) continue;
+      const float v{(static_cast<float>((begin + k) * lattice_px + lattice_px / 2) - centre_v_px) * 0.01f};
+      visit(Sample{from_expected[k] - (moved[0] + moved[1] * u + moved[2] * v), u, v});
     }
   }
-
- private:
-  static constexpr __device__ int block_columns() { return block_u_px / lattice_px; }
-  static constexpr __device__ int block_rows() { return block_v_px / lattice_px; }
 };
 
 template <class Real>

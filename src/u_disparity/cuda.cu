@@ -100,16 +100,25 @@ struct ColumnCounts {
   __device__ void mark(int bin, int lane) { atomicOr(&marks[bin / warp * warp + lane], 1u << bin % warp); }
 };
 
-__device__ void count_pixel(const Counting& counting, float obstacle, float road, unsigned weight, const BinRange& bins,
-                            const BinRange& upright, int lane, ColumnCounts& counts) {
-  const int upright_bin{bin_of(obstacle)};
-  const int road_bin{bin_of(road)};
+// A pixel and the bins of its row.
+struct Pixel {
+  float obstacle;
+  float road;
+  float confidence;
+  BinRange bins;
+  BinRange upright_bins;
+};
+
+__device__ void count_pixel(const Counting& counting, const Pixel& pixel, unsigned weight, int lane,
+                            ColumnCounts& counts) {
+  const int upright_bin{bin_of(pixel.obstacle)};
+  const int road_bin{bin_of(pixel.road)};
   if (upright_bin > 0) {
-    const bool is_observed{upright_bin >= upright.first && upright_bin <= upright.last};
-    counts.arrive(upright_bin, bins, is_observed, weight, lane);
+    const bool is_observed{upright_bin >= pixel.upright_bins.first && upright_bin <= pixel.upright_bins.last};
+    counts.arrive(upright_bin, pixel.bins, is_observed, weight, lane);
   } else if (road_bin > 0) {
     if (road_bin < counting.disparities) counts.mark(road_bin, lane);
-    if (counting.road_rays) counts.arrive(road_bin, bins, false, weight, lane);
+    if (counting.road_rays) counts.arrive(road_bin, pixel.bins, false, weight, lane);
   }
 }
 
@@ -118,20 +127,17 @@ __device__ void count_rows(const Counting& counting, const MatchViews& matches, 
   const int first{rows.margin - rows.shift[u]};
   const int height{matches.obstacle.height};
   for (int begin{static_cast<int>(threadIdx.x) / warp}; begin < height; begin += count_warps * rows_at_once) {
-    float obstacle[rows_at_once];
-    float road[rows_at_once];
-    unsigned weight[rows_at_once];
-    for (int k{0}; k < rows_at_once; ++k) {
-      const int v{begin + k * count_warps};
-      const bool is_inside{v < height};
-      obstacle[k] = is_inside ? matches.obstacle(u, v) : 0.0f;
-      road[k] = is_inside ? matches.road(u, v) : 0.0f;
-      weight[k] = is_inside && counting.in_parts ? static_cast<unsigned>(ray_weight(matches.confidence(u, v))) : 1u;
+    Pixel pixels[rows_at_once];
+    for (int k{0}; k < rows_at_once; ++k) {  // all of them are asked for before one is needed
+      const int at_most{begin + k * count_warps};
+      const int v{at_most < height ? at_most : height - 1};
+      pixels[k] = {matches.obstacle(u, v), matches.road(u, v), counting.in_parts ? matches.confidence(u, v) : 0.0f,
+                   rows.bins[first + v], rows.upright_bins[first + v]};
     }
-    for (int k{0}; k < rows_at_once; ++k) {
-      if (obstacle[k] <= 0 && road[k] <= 0) continue;
-      const int row{first + begin + k * count_warps};
-      count_pixel(counting, obstacle[k], road[k], weight[k], rows.bins[row], rows.upright_bins[row], lane, counts);
+    for (int k{0}; k < rows_at_once && begin + k * count_warps < height; ++k) {
+      const Pixel& pixel{pixels[k]};
+      const unsigned weight{counting.in_parts ? static_cast<unsigned>(ray_weight(pixel.confidence)) : 1u};
+      count_pixel(counting, pixel, weight, lane, counts);
     }
   }
 }
