@@ -67,8 +67,7 @@ const CudaLibrary& load() {
 }  // namespace
 
 std::unique_ptr<Journey> cuda_journey(const Config& config, const Rig& rig) {
-  static const CudaLibrary& library{load()};  // stays loaded; after an exception the next call tries again
-  return library.journey(config, rig);
+  return load().journey(config, rig);  // it stays loaded
 }
 
 }  // namespace stereogrid

@@ -169,7 +169,7 @@ StageTimes StreamTimes::stages() const {
   times.ground = between(matched, ground_known);
   times.count = between(ground_known, counted);
   times.project = between(counted, projected);
-  times.filter = between(projected, filtered);
+  times.filter = between(projected, fetched);
   return times;
 }
 

@@ -104,8 +104,8 @@ struct DeviceMemory {
 /// Marks on the stream, between which time is measured.
 class StreamTimes {
  public:
-  enum Mark { start, matched, ground_known, counted, projected, filtered };
-  static constexpr int marks{6};
+  enum Mark { start, uploaded, matched, ground_known, counted, projected, filtered, fetched };
+  static constexpr int marks{8};
 
   StreamTimes();
   StreamTimes(const StreamTimes&) = delete;
@@ -114,12 +114,12 @@ class StreamTimes {
   /// Also within a graph.
   void mark(Cuda& cuda, Mark which);
   void wait_for(Mark which);
-  /// Of the last frame, whose marks must all have been reached.
+  /// Milliseconds in the last frame; both marks must have been reached.
+  [[nodiscard]] double between(Mark from, Mark to) const;
+  /// The upload belongs to match, the download to filter.
   [[nodiscard]] StageTimes stages() const;
 
  private:
-  [[nodiscard]] double between(Mark from, Mark to) const;
-
   std::array<cudaEvent_t, marks> events_{};
 };
 

@@ -165,6 +165,7 @@ void JourneyOnCuda::make_grids() {
 void JourneyOnCuda::record_match() {
   times_.mark(cuda_, StreamTimes::start);
   device_.upload_frame(cuda_, host_, is_given_);
+  times_.mark(cuda_, StreamTimes::uploaded);
   const FrameOnDevice* frame{device_.frame.data()};
   FrameFromDevice* answer{device_.answer.data()};
   DeviceMatches& matches{device_.matches};
@@ -202,8 +203,9 @@ void JourneyOnCuda::record_grids() {
   filter(cuda_, device_.filter, &frame->motion, std::as_const(device_.observed_window).view(), device_.states[1 - now_],
          device_.states[now_], device_.world);
   resample(cuda_, device_.world, &frame->window, &frame->vehicle_in_world, device_.vehicle);
-  device_.fetch_grids(cuda_, host_);
   times_.mark(cuda_, StreamTimes::filtered);
+  device_.fetch_grids(cuda_, host_);
+  times_.mark(cuda_, StreamTimes::fetched);
 }
 
 void JourneyOnCuda::fetch_matches() {

@@ -22,6 +22,8 @@ class JourneyOnCuda final : public Journey {
   void start_ids_at(std::int64_t first_id) override { tracker_.start_ids_at(first_id); }
   int threads() override { return 1; }
   void fetch_stages(bool wanted) override { are_stages_wanted_ = wanted; }
+  /// Of the last frame.
+  [[nodiscard]] const StreamTimes& times() const { return times_; }
 
  private:
   void take(const JourneyInput& input);

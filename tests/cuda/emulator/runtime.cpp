@@ -22,13 +22,22 @@ struct EmulatedEvent {
 
 namespace {
 
+bool lacks(const char* what) {
+  const char* const lacking{std::getenv("STEREOGRID_EMULATOR_LACKS")};
+  return lacking != nullptr && std::strcmp(lacking, what) == 0;
+}
+
 struct Machine {
-  cudaError_t missing{cudaSuccess};
-  std::size_t memory{std::size_t{8} << 30};
+  std::size_t memory{std::size_t{8} << 30};  ///< that can still be allocated
   std::unordered_map<void*, std::size_t> allocated;
   bool backwards{std::getenv("STEREOGRID_EMULATOR_BACKWARDS") != nullptr};
   int captures{0};  ///< streams that are being captured
 };
+
+cudaError_t missing() {
+  if (lacks("device")) return cudaErrorNoDevice;
+  return lacks("driver") ? cudaErrorInsufficientDriver : cudaSuccess;
+}
 
 Machine& machine() {
   static Machine& the_machine{*new Machine};
@@ -65,16 +74,6 @@ cudaError_t launch(const cudaLaunchConfig_t& config, std::function<void()> threa
   });
 }
 
-void pretend(cudaError_t missing) {
-  machine().missing = missing;
-}
-void limit_memory(std::size_t bytes) {
-  machine().memory = bytes;
-}
-void run_backwards(bool backwards) {
-  machine().backwards = backwards;
-}
-
 }  // namespace emulator
 
 const char* cudaGetErrorString(cudaError_t status) {
@@ -101,23 +100,23 @@ cudaError_t cudaGetLastError() {
 }
 
 cudaError_t cudaGetDeviceCount(int* count) {
-  *count = machine().missing == cudaSuccess ? 1 : 0;
-  return machine().missing;
+  *count = missing() == cudaSuccess ? 1 : 0;
+  return missing();
 }
 cudaError_t cudaGetDevice(int* device) {
   *device = 0;
-  return machine().missing;
+  return missing();
 }
 cudaError_t cudaDeviceGetAttribute(int* value, cudaDeviceAttr attribute, int /*device*/) {
   *value = attribute == cudaDevAttrMultiProcessorCount ? 2 : attribute == cudaDevAttrComputeCapabilityMajor ? 7 : 5;
-  return machine().missing;
+  return missing();
 }
 cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int /*device*/) {
   *properties = {"emulated", 2, 7, 5, machine().memory};
-  return machine().missing;
+  return missing();
 }
 cudaError_t cudaDriverGetVersion(int* version) {
-  *version = machine().missing == cudaErrorInsufficientDriver ? 10000 : CUDART_VERSION;
+  *version = missing() == cudaErrorInsufficientDriver ? 10000 : CUDART_VERSION;
   return cudaSuccess;
 }
 cudaError_t cudaDeviceSynchronize() {
@@ -126,7 +125,8 @@ cudaError_t cudaDeviceSynchronize() {
 
 cudaError_t cudaMalloc(void** memory, std::size_t bytes) {
   if (machine().captures > 0) return cudaErrorStreamCaptureUnsupported;
-  if (bytes > machine().memory) return cudaErrorMemoryAllocation;
+  constexpr std::size_t little{std::size_t{1} << 14};
+  if (bytes > (lacks("memory") ? little : machine().memory)) return cudaErrorMemoryAllocation;
   *memory = std::malloc(bytes);
   std::memset(*memory, 0xA5, bytes);
   machine().memory -= bytes;

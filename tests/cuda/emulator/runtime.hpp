@@ -100,13 +100,8 @@ namespace emulator {
 /// Runs or records a kernel's call for every thread of the grid.
 cudaError_t launch(const cudaLaunchConfig_t& config, std::function<void()> thread);
 
-/// What the emulated machine lacks: cudaErrorNoDevice, cudaErrorInsufficientDriver, or cudaSuccess, nothing.
-void pretend(cudaError_t missing);
-/// Device memory that can still be allocated, in bytes.
-void limit_memory(std::size_t bytes);
-/// Threads and blocks run from the last to the first: where a barrier is missing, results change.
-void run_backwards(bool backwards);
-
+// Environment variables: STEREOGRID_EMULATOR_BACKWARDS, threads and blocks run from the last to the first: where a
+// barrier is missing, results change. STEREOGRID_EMULATOR_LACKS=device|driver|memory: what is missing.
 }  // namespace emulator
 
 template <class... Expected, class... Actual>
