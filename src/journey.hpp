@@ -43,10 +43,21 @@ class Journey {
   virtual void run(const JourneyInput& input, FrameResult& result) = 0;
   virtual void start_ids_at(std::int64_t first_id) = 0;
   virtual int threads() = 0;
+  /// Must FrameResult::stages be filled?
+  virtual void fetch_stages(bool /*wanted*/) {}
 };
 
 std::unique_ptr<Journey> cpu_journey(const Config& config, const Rig& rig, int threads);
 std::unique_ptr<Journey> reference_journey(const Config& config, const Rig& rig);
+
+/// The vehicle-frame grid that a configuration asks for.
+GridGeometry vehicle_grid_of(const GridConfig& config);
+
+/// A result with all its images allocated.
+FrameResult empty_result(const Config& config, const Rig& rig);
+
+/// Share of the pixels that have a disparity.
+double share_matched(const Image<float>& disparity);
 
 /// What the stages hand to each other and keep between frames. Allocated once.
 struct JourneyMemory {
@@ -122,6 +133,8 @@ class JourneyOn final : public Journey {
     m.tracker.update(result.world, m.clusters, input.dt_s);
     m.tracker.report(input.world_from_vehicle, result.obstacles);
     result.timing_ms.track = watch.lap();
+    result.obstacle_density = share_matched(result.stages.obstacle_disparity);
+    result.road_density = share_matched(result.stages.road_disparity);
     m.is_first = false;
   }
 
@@ -219,8 +232,5 @@ class JourneyOn final : public Journey {
   BackEndType back_end_;
   JourneyMemory memory_;
 };
-
-/// The vehicle-frame grid that a configuration asks for.
-GridGeometry vehicle_grid_of(const GridConfig& config);
 
 }  // namespace stereogrid

@@ -235,6 +235,13 @@ inline float __uint_as_float(unsigned bits) {
   return std::bit_cast<float>(bits);
 }
 
+/// The smaller of each of two halves.
+inline unsigned __vminu2(unsigned a, unsigned b) {
+  const unsigned low{(a & 0xffffU) < (b & 0xffffU) ? a : b};
+  const unsigned high{a >> 16 < b >> 16 ? a : b};
+  return (low & 0xffffU) | (high & 0xffff0000U);
+}
+
 // As CUDA has them in the global namespace.
 inline int min(int a, int b) {
   return b < a ? b : a;
