@@ -67,7 +67,7 @@ struct JourneyMemory {
   ProjectionSpace projection;
   Calibration calibration;
   Window window;
-  std::vector<Point2> lattice;
+  FilterTables filter_tables;
   Image<float> observed_world;
   FilterState filtered;
   FilterState filtered_before;
@@ -113,10 +113,9 @@ class JourneyOn final : public Journey {
 
     std::swap(m.filtered, m.filtered_before);
     if (m.is_first) reset(m.filtered_before, m.config.filter, window);
-    filter(back_end_, {m.config.filter, m.lattice, window, input.dt_s}, m.observed_world.view(), m.filtered_before,
+    filter(back_end_, {m.config.filter, m.filter_tables, window, input.dt_s}, m.observed_world.view(), m.filtered_before,
            m.filtered, result.world);
-    resample(result.world, input.world_from_vehicle, result.vehicle_grid, result.occupancy, result.velocity_x,
-             result.velocity_y, result.age_s);
+    resample(input.world_from_vehicle, result);
     result.timing_ms.filter = watch.lap();
 
     find_clusters(result.world, m.config.tracking, m.cluster_labels, m.clusters);

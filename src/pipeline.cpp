@@ -86,11 +86,6 @@ void check_grid(const ObservedGrid& grid, const std::string& frame_name) {
           "Occupancy and confidence must lie in 0 … 1; unknown is 0.5.");
 }
 
-GridLayers grid_layers(int cells, double cell_size_m) {
-  const Image<float> zero{cells, cells};
-  return {{0, 0, cell_size_m, cells, cells}, zero, zero, zero, zero};
-}
-
 }  // namespace
 
 GridGeometry vehicle_grid_of(const GridConfig& config) {
@@ -113,7 +108,7 @@ JourneyMemory::JourneyMemory(const Config& parameters, const Rig& level_rig, con
       u_disparity{rig.width_px, rig.height_px, config.matching.disparities, threads},
       projection{rig.width_px, config.matching.disparities},
       window{vehicle_grid},
-      lattice{velocity_lattice(config.filter)},
+      filter_tables{config.filter},
       observed_world{window.cells(), window.cells()},
       filtered{window.cells(), config.filter},
       filtered_before{filtered},
@@ -136,7 +131,9 @@ struct Pipeline::Implementation {
     result.vehicle_grid = vehicle_grid_of(config.grid);
     const Image<float> cells{result.vehicle_grid.nx, result.vehicle_grid.ny};
     result.observed = result.occupancy = result.age_s = result.velocity_x = result.velocity_y = cells;
-    result.world = grid_layers(Window{result.vehicle_grid}.cells(), config.grid.cell_size_m);
+    result.velocity_xx = result.velocity_xy = result.velocity_yy = result.moving = cells;
+    const int window_cells{Window{result.vehicle_grid}.cells()};
+    result.world = grid_layers({0, 0, config.grid.cell_size_m, window_cells, window_cells});
     result.stages = stage_images(rig.width_px, rig.height_px, config.matching.disparities);
   }
 

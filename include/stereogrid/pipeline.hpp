@@ -49,13 +49,17 @@ struct FrameResult {
   Pose2 world_from_vehicle;    ///< world: the vehicle frame of the first frame
   double obstacle_density{0};  ///< share of the pixels matched as obstacle
   double road_density{0};      ///< share of the pixels matched as road
-  GridGeometry vehicle_grid;   ///< of the next four
+  GridGeometry vehicle_grid;   ///< of the next nine
   Image<float> observed;       ///< P(T_X) of this frame alone, vehicle frame
   Image<float> occupancy;      ///< filtered, re-sampled into the vehicle frame
   Image<float> age_s;
-  Image<float> velocity_x;  ///< m/s relative to the ground, vehicle axes
+  Image<float> velocity_x;  ///< m/s relative to the ground, vehicle axes: mean if the cell is occupied
   Image<float> velocity_y;
-  GridLayers world;  ///< filtered, world-aligned; its geometry moves with the car in whole cells
+  Image<float> velocity_xx;  ///< m²/s², its covariance
+  Image<float> velocity_xy;
+  Image<float> velocity_yy;
+  Image<float> moving;  ///< P(occupied by something that moves); P(by something that stands) = occupancy − moving
+  GridLayers world;     ///< filtered, world-aligned; its geometry moves with the car in whole cells
   std::vector<Obstacle> obstacles;
   StageImages stages;
   StageTimes timing_ms;
