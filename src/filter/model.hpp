@@ -129,6 +129,25 @@ STEREOGRID_HD inline VelocityEstimate estimate_of(const VelocitySums& sums) {
   return {x, y, xx > 0 ? xx : 0.0f, share * sums.xy - x * y, yy > 0 ? yy : 0.0f};
 }
 
+/// The same in axes turned by the angle whose cosine and sine are given.
+STEREOGRID_HD inline VelocityEstimate turned(const VelocityEstimate& v, float c, float s) {
+  return {c * v.x + s * v.y, -s * v.x + c * v.y, c * c * v.xx + 2 * c * s * v.xy + s * s * v.yy,
+          c * s * (v.yy - v.xx) + (c * c - s * s) * v.xy, s * s * v.xx - 2 * c * s * v.xy + c * c * v.yy};
+}
+
+/// Between the four cells around (x, y), in cells from the centre of the first; the border repeats. `at(x, y)`.
+template <class At>
+STEREOGRID_HD inline float interpolated(const At& at, int width, int height, double x, double y) {
+  const auto within = [](int cell, int count) { return cell < 0 ? 0 : (cell < count ? cell : count - 1); };
+  const int ix{floor_of(x)};
+  const int iy{floor_of(y)};
+  const float fx{static_cast<float>(x - ix)};
+  const float fy{static_cast<float>(y - iy)};
+  const auto value = [&](int cx, int cy) { return at(within(cx, width), within(cy, height)); };
+  return (1 - fy) * ((1 - fx) * value(ix, iy) + fx * value(ix + 1, iy)) +
+         fy * ((1 - fx) * value(ix, iy + 1) + fx * value(ix + 1, iy + 1));
+}
+
 /// P(occupied by something that moves), of what occupies the cell with probability `occupancy`.
 STEREOGRID_HD inline float moving_share(float occupancy, float standing) {
   return occupancy > standing ? occupancy - standing : 0.0f;

@@ -44,18 +44,18 @@ struct Step {
   }
   [[nodiscard]] VelocitySums sums_of(const std::vector<float>& masses) const {
     VelocitySums sums;
-    const auto side = static_cast<std::size_t>(constants.side);
-    for (std::size_t row{0}; row < masses.size(); row += side) {
+    std::size_t k{0};
+    for (const float vy : input.tables.axis_mps) {
       float mass{0};
       float mass_x{0};
       float mass_xx{0};
-      for (std::size_t k{row}; k < row + side; ++k) {
-        const float vx{static_cast<float>(input.tables.lattice[k].x)};
+      for (const float vx : input.tables.axis_mps) {
         mass += masses[k];
         mass_x += vx * masses[k];
         mass_xx += vx * vx * masses[k];
+        ++k;
       }
-      sums.add_row(static_cast<float>(input.tables.lattice[row].y), mass, mass_x, mass_xx);
+      sums.add_row(vy, mass, mass_x, mass_xx);
     }
     return sums;
   }
@@ -103,7 +103,6 @@ Cell joint_cell(const Step& step, int x, int y, Likelihood likelihood, std::vect
 Cell tay_cell(const Step& step, int x, int y, Likelihood likelihood, std::vector<float>& velocity,
               std::vector<float>& occupied) {
   const FilterStep& constants{step.constants};
-  float evidence{0};
   for (std::size_t k{0}; k < velocity.size(); ++k) {
     const Antecedents from{step.antecedents_of(k)};
     const float prior{prior_of(constants, static_cast<int>(k))};
@@ -117,9 +116,8 @@ Cell tay_cell(const Step& step, int x, int y, Likelihood likelihood, std::vector
                    likelihood)};
     occupied[k] = update.occupied;
     velocity[k] = update.all;
-    evidence += velocity[k];
   }
-  const float scale{1 / evidence};
+  const float scale{1 / step.sums_of(velocity).mass};
   for (float& v : velocity) v = scale * v;
   const VelocitySums sums{step.sums_of(occupied)};
   return {sums, scale * occupied[occupied.size() / 2], scale * sums.mass};

@@ -11,16 +11,9 @@ namespace {
 
 constexpr float never{std::numeric_limits<float>::infinity()};
 
-float interpolated(const Image<float>& cells, double x, double y) {
-  const int ix{static_cast<int>(std::floor(x))};
-  const int iy{static_cast<int>(std::floor(y))};
-  const float fx{static_cast<float>(x - ix)};
-  const float fy{static_cast<float>(y - iy)};
-  const auto at = [&](int cell_x, int cell_y) {
-    return cells(std::clamp(cell_x, 0, cells.width() - 1), std::clamp(cell_y, 0, cells.height() - 1));
-  };
-  return (1 - fy) * ((1 - fx) * at(ix, iy) + fx * at(ix + 1, iy)) +
-         fy * ((1 - fx) * at(ix, iy + 1) + fx * at(ix + 1, iy + 1));
+float smooth_value(const Image<float>& cells, double x, double y) {
+  const auto at = [&](int ix, int iy) { return cells(ix, iy); };
+  return interpolated(at, cells.width(), cells.height(), x, y);
 }
 
 }  // namespace
@@ -51,6 +44,8 @@ GridGeometry Window::at(const Pose2& world_from_vehicle) const {
 }
 
 FilterTables::FilterTables(const FilterConfig& config) : lattice{velocity_lattice(config)} {
+  const auto side = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(lattice.size()))));
+  for (std::size_t i{0}; i < side; ++i) axis_mps.push_back(static_cast<float>(lattice[i].x));
   for (int i{0}; i <= likelihood_steps; ++i) {
     const double p{static_cast<double>(i) / likelihood_steps};
     likelihood.push_back(static_cast<float>(std::pow(p, config.likelihood_exponent)));
@@ -101,16 +96,15 @@ void set_noise(const FilterConfig& config, double dt_s, int velocities, FilterSt
 
 FilterStep step_of(const FilterInput& input) {
   const FilterConfig& config{input.config};
-  const std::vector<Point2>& lattice{input.tables.lattice};
   FilterStep step{};
-  step.side = static_cast<int>(std::lround(std::sqrt(static_cast<double>(lattice.size()))));
+  step.side = static_cast<int>(input.tables.axis_mps.size());
   step.forgetting = static_cast<float>((1 - std::exp(-input.dt_s / config.forgetting_s)) / 2);
   step.border_occupancy = config.model == FilterModel::joint ? static_cast<float>(config.border_occupancy) : 0.5f;
   step.kept_standing = step.kept_moving = step.prior_static = 1;
-  if (lattice.size() == 1) return step;
+  if (step.side == 1) return step;
   set_noise(config, input.dt_s, step.velocities(), step);
   double squares{0};
-  for (const Point2 v : lattice) squares += v.x * v.x;
+  for (const Point2 v : input.tables.lattice) squares += v.x * v.x;
   step.prior_variance = static_cast<float>(squares) * step.prior_moving;
   return step;
 }
@@ -144,8 +138,8 @@ class Resampler {
   // Vehicle cell (ix, iy) from the place (x, y) of its centre, in cells of the window.
   void fill(int ix, int iy, double x, double y) const {
     if (!(x >= 0 && x < world_.geometry.nx && y >= 0 && y < world_.geometry.ny)) return fill_outside(ix, iy);
-    to_.occupancy(ix, iy) = interpolated(world_.occupancy, x - 0.5, y - 0.5);
-    to_.moving(ix, iy) = interpolated(world_.moving, x - 0.5, y - 0.5);
+    to_.occupancy(ix, iy) = smooth_value(world_.occupancy, x - 0.5, y - 0.5);
+    to_.moving(ix, iy) = smooth_value(world_.moving, x - 0.5, y - 0.5);
     fill_nearest(ix, iy, static_cast<int>(x), static_cast<int>(y));
   }
 
@@ -158,17 +152,15 @@ class Resampler {
   }
 
   void fill_nearest(int ix, int iy, int x, int y) const {
-    const float vx{world_.velocity_x(x, y)};
-    const float vy{world_.velocity_y(x, y)};
     to_.age_s(ix, iy) = world_.age_s(x, y);
-    to_.velocity_x(ix, iy) = c_ * vx + s_ * vy;
-    to_.velocity_y(ix, iy) = -s_ * vx + c_ * vy;
-    const float xx{world_.velocity_xx(x, y)};
-    const float xy{world_.velocity_xy(x, y)};
-    const float yy{world_.velocity_yy(x, y)};
-    to_.velocity_xx(ix, iy) = c_ * c_ * xx + 2 * c_ * s_ * xy + s_ * s_ * yy;
-    to_.velocity_xy(ix, iy) = c_ * s_ * (yy - xx) + (c_ * c_ - s_ * s_) * xy;
-    to_.velocity_yy(ix, iy) = s_ * s_ * xx - 2 * c_ * s_ * xy + c_ * c_ * yy;
+    const VelocityEstimate v{turned({world_.velocity_x(x, y), world_.velocity_y(x, y), world_.velocity_xx(x, y),
+                                     world_.velocity_xy(x, y), world_.velocity_yy(x, y)},
+                                    c_, s_)};
+    to_.velocity_x(ix, iy) = v.x;
+    to_.velocity_y(ix, iy) = v.y;
+    to_.velocity_xx(ix, iy) = v.xx;
+    to_.velocity_xy(ix, iy) = v.xy;
+    to_.velocity_yy(ix, iy) = v.yy;
   }
 
   const GridLayers& world_;
