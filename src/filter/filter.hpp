@@ -24,6 +24,7 @@ struct FilterTables {
   explicit FilterTables(const FilterConfig& config);
 
   std::vector<Point2> lattice;
+  std::vector<float> axis_mps;    ///< its velocities along either axis
   std::vector<float> likelihood;  ///< see `tempered`
 };
 

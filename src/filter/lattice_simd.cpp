@@ -7,8 +7,9 @@
 #include "hwy/foreach_target.h"                       // IWYU pragma: keep
 // after foreach_target
 #include "filter/lattice_simd.hpp"
+#include "filter/partial_vectors_simd.hpp"
+#include "hwy/cache_control.h"
 #include "hwy/highway.h"
-#include "u_disparity/vectors_simd.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -27,12 +28,9 @@ struct alignas(64) RowBuffer {
 };
 
 void blend(const float* first, const float* second, float share, int width, float* out) {
-  const Float df;
-  const auto of_first = hn::Set(df, 1 - share);
-  const auto of_second = hn::Set(df, share);
-  for_vectors(df, width, [&](int x, auto n) {
-    const auto a = hn::Mul(of_first, load(df, first + x, n));
-    store(hn::Add(a, hn::Mul(of_second, load(df, second + x, n))), df, out + x, n);
+  for_shrinking_vectors(Float{}, 0, width, [&](auto d, int x) {
+    const auto a = hn::Mul(hn::Set(d, 1 - share), hn::LoadU(d, first + x));
+    hn::StoreU(hn::Add(a, hn::Mul(hn::Set(d, share), hn::LoadU(d, second + x))), d, out + x);
   });
 }
 
@@ -51,12 +49,10 @@ class Source {
     const auto [row, begin, end] = span(y, count);
     const float* mass{tile_.before.velocity[k_].row(row) + first()};
     const float* gained{space.gained.row(row) + first()};
-    const Float df;
-    const auto kept = hn::Set(df, tile_.step.kept_moving);
     std::fill(out, out + begin, border_);
-    for_vectors(df, end - begin, [&](int i, auto n) {
-      const auto moving = hn::Mul(kept, load(df, mass + begin + i, n));
-      store(hn::Add(moving, load(df, gained + begin + i, n)), df, out + begin + i, n);
+    for_shrinking_vectors(Float{}, begin, end, [&](auto d, int x) {
+      const auto moving = hn::Mul(hn::Set(d, tile_.step.kept_moving), hn::LoadU(d, mass + x));
+      hn::StoreU(hn::Add(moving, hn::LoadU(d, gained + x)), d, out + x);
     });
     std::fill(out + end, out + count, border_);
   }
@@ -129,8 +125,23 @@ void fill_new_cells(const LatticeTile& tile, int y, float value, float* row) {
   std::fill(row + end, row + columns, value);
 }
 
+// Each velocity's masses lie elsewhere: no processor guesses where the next one's begin.
+void prefetch(const LatticeTile& tile, std::size_t k) {
+  if (k >= tile.after.velocity.size()) return;
+  constexpr std::ptrdiff_t line{64 / sizeof(float)};
+  const Image<float>& from{tile.before.velocity[k]};
+  const int rows{from.height()};
+  const int first{std::clamp(tile.y_begin + tile.after.space.from[k].iy, 0, rows)};
+  const int last{std::clamp(tile.y_end + tile.after.space.from[k].iy + 1, 0, rows)};
+  const std::ptrdiff_t width{from.width()};
+  for (std::ptrdiff_t i{first * width}; i < last * width; i += line) hwy::Prefetch(from.data() + i);
+  Image<float>& to{tile.after.velocity[k]};
+  for (std::ptrdiff_t i{tile.y_begin * width}; i < tile.y_end * width; i += line) hwy::Prefetch(to.data() + i);
+}
+
 void PredictJoint(const LatticeTile& tile) {
   for (std::size_t k{0}; k < tile.after.velocity.size(); ++k) {
+    prefetch(tile, k + 1);
     const float prior{prior_of(tile.step, static_cast<int>(k))};
     const Source source{tile, k, tile.step.border_occupancy * prior};
     const auto row = [&](int y) { return tile.after.velocity[k].row(y) + tile.x_begin; };
@@ -140,53 +151,59 @@ void PredictJoint(const LatticeTile& tile) {
   }
 }
 
-void SumVelocities(const LatticeTile& tile, int y, TileSums& sums) {
-  const Float df;
-  const auto side = static_cast<std::size_t>(tile.step.side);
-  const std::ptrdiff_t offset{tile.after.velocity[0].row(y) + tile.x_begin - tile.after.velocity[0].data()};
-  for_vectors(df, tile.columns(), [&](int column, auto n) {
-    auto mass = hn::Zero(df);
-    auto x = hn::Zero(df);
-    auto y_sum = hn::Zero(df);
-    auto xx = hn::Zero(df);
-    auto xy = hn::Zero(df);
-    auto yy = hn::Zero(df);
-    for (std::size_t row{0}; row < side * side; row += side) {
-      auto row_mass = hn::Zero(df);
-      auto row_x = hn::Zero(df);
-      auto row_xx = hn::Zero(df);
-      for (std::size_t k{row}; k < row + side; ++k) {
-        const float vx{static_cast<float>(tile.tables.lattice[k].x)};
-        const auto m = load(df, tile.after.velocity[k].data() + offset + column, n);
-        row_mass = hn::Add(row_mass, m);
-        row_x = hn::Add(row_x, hn::Mul(hn::Set(df, vx), m));
-        row_xx = hn::Add(row_xx, hn::Mul(hn::Set(df, vx * vx), m));
-      }
-      const auto vy = hn::Set(df, static_cast<float>(tile.tables.lattice[row].y));
-      mass = hn::Add(mass, row_mass);
-      x = hn::Add(x, row_x);
-      y_sum = hn::Add(y_sum, hn::Mul(vy, row_mass));
-      xx = hn::Add(xx, row_xx);
-      xy = hn::Add(xy, hn::Mul(vy, row_x));
-      yy = hn::Add(yy, hn::Mul(hn::Mul(vy, vy), row_mass));
+// VelocitySums of a vector of cells. `mass_of(k)`: their mass of velocity k.
+template <class D, class MassOf>
+HWY_INLINE void sum_cells(D d, const FilterTables& tables, const MassOf& mass_of, int column, TileSums& sums) {
+  auto mass = hn::Zero(d);
+  auto x = mass;
+  auto y = mass;
+  auto xx = mass;
+  auto xy = mass;
+  auto yy = mass;
+  std::size_t k{0};
+  for (const float vy_mps : tables.axis_mps) {
+    auto row_mass = hn::Zero(d);
+    auto row_x = row_mass;
+    auto row_xx = row_mass;
+    for (const float vx_mps : tables.axis_mps) {
+      const auto vx = hn::Set(d, vx_mps);
+      const auto m = mass_of(k++);
+      row_mass = hn::Add(row_mass, m);
+      row_x = hn::Add(row_x, hn::Mul(vx, m));
+      row_xx = hn::Add(row_xx, hn::Mul(hn::Mul(vx, vx), m));
     }
-    store(mass, df, sums.mass + column, n);
-    store(x, df, sums.x + column, n);
-    store(y_sum, df, sums.y + column, n);
-    store(xx, df, sums.xx + column, n);
-    store(xy, df, sums.xy + column, n);
-    store(yy, df, sums.yy + column, n);
+    const auto vy = hn::Set(d, vy_mps);
+    mass = hn::Add(mass, row_mass);
+    x = hn::Add(x, row_x);
+    y = hn::Add(y, hn::Mul(vy, row_mass));
+    xx = hn::Add(xx, row_xx);
+    xy = hn::Add(xy, hn::Mul(vy, row_x));
+    yy = hn::Add(yy, hn::Mul(hn::Mul(vy, vy), row_mass));
+  }
+  hn::StoreU(mass, d, sums.mass + column);
+  hn::StoreU(x, d, sums.x + column);
+  hn::StoreU(y, d, sums.y + column);
+  hn::StoreU(xx, d, sums.xx + column);
+  hn::StoreU(xy, d, sums.xy + column);
+  hn::StoreU(yy, d, sums.yy + column);
+}
+
+void SumVelocities(const LatticeTile& tile, int y, TileSums& sums) {
+  const Image<float>* const of_velocity{tile.after.velocity.data()};
+  const std::ptrdiff_t first{of_velocity->row(y) + tile.x_begin - of_velocity->data()};
+  for_shrinking_vectors(Float{}, 0, tile.columns(), [&](auto d, int column) {
+    const auto mass_of = [&](std::size_t k) { return hn::LoadU(d, of_velocity[k].data() + first + column); };
+    sum_cells(d, tile.tables, mass_of, column, sums);
   });
 }
 
 void Rescale(const LatticeTile& tile, int y, const float* scale, const float* born) {
-  const Float df;
   for (std::size_t k{0}; k < tile.after.velocity.size(); ++k) {
     float* mass{tile.after.velocity[k].row(y) + tile.x_begin};
-    const auto prior = hn::Set(df, prior_of(tile.step, static_cast<int>(k)));
-    for_vectors(df, tile.columns(), [&](int x, auto n) {
-      const auto kept = hn::Mul(load(df, scale + x, n), load(df, mass + x, n));
-      store(hn::Add(kept, hn::Mul(load(df, born + x, n), prior)), df, mass + x, n);
+    const float prior{prior_of(tile.step, static_cast<int>(k))};
+    for_shrinking_vectors(Float{}, 0, tile.columns(), [&](auto d, int x) {
+      const auto kept = hn::Mul(hn::LoadU(d, scale + x), hn::LoadU(d, mass + x));
+      hn::StoreU(hn::Add(kept, hn::Mul(hn::LoadU(d, born + x), hn::Set(d, prior))), d, mass + x);
     });
   }
 }
@@ -196,28 +213,27 @@ struct LatticeRowSums {
   float mass[tile_columns];
   float x[tile_columns];
   float xx[tile_columns];
-  float all[tile_columns];  // tay2008: l(k)
+  float all[tile_columns];  // tay2008: Σ l(k)
 };
 
-void update_tay(const LatticeTile& tile, std::size_t k, int y, const float* occupied, TayRow& row,
+template <class D, class V>
+HWY_INLINE void add_to(D d, float* sum, V value) {
+  hn::StoreU(hn::Add(hn::LoadU(d, sum), value), d, sum);
+}
+
+void update_tay(const LatticeTile& tile, float vx_mps, const float* occupied, float* velocity, const TayRow& row,
                 LatticeRowSums& sums) {
-  const Float df;
-  const float vx_mps{static_cast<float>(tile.tables.lattice[k].x)};
-  const auto vx = hn::Set(df, vx_mps);
-  const auto vxx = hn::Set(df, vx_mps * vx_mps);
-  const bool is_standstill{static_cast<int>(k) == tile.step.standstill()};
-  float* velocity{tile.after.velocity[k].row(y) + tile.x_begin};
-  for_vectors(df, tile.columns(), [&](int x, auto n) {
-    const auto in_cell = load(df, occupied + x, n);
-    const auto beta = hn::Mul(load(df, row.likelihood_occupied + x, n), in_cell);
-    const auto empty = hn::Sub(load(df, velocity + x, n), in_cell);
-    const auto all = hn::Add(beta, hn::Mul(load(df, row.likelihood_empty + x, n), empty));
-    store(all, df, velocity + x, n);
-    store(hn::Add(load(df, sums.all + x, n), all), df, sums.all + x, n);
-    store(hn::Add(load(df, sums.mass + x, n), beta), df, sums.mass + x, n);
-    store(hn::Add(load(df, sums.x + x, n), hn::Mul(vx, beta)), df, sums.x + x, n);
-    store(hn::Add(load(df, sums.xx + x, n), hn::Mul(vxx, beta)), df, sums.xx + x, n);
-    if (is_standstill) store(beta, df, row.standing + x, n);
+  for_shrinking_vectors(Float{}, 0, tile.columns(), [&](auto d, int x) {
+    const auto vx = hn::Set(d, vx_mps);
+    const auto in_cell = hn::LoadU(d, occupied + x);
+    const auto beta = hn::Mul(hn::LoadU(d, row.likelihood_occupied + x), in_cell);
+    const auto empty = hn::Sub(hn::LoadU(d, velocity + x), in_cell);
+    const auto all = hn::Add(beta, hn::Mul(hn::LoadU(d, row.likelihood_empty + x), empty));
+    hn::StoreU(all, d, velocity + x);
+    add_to(d, sums.all + x, all);
+    add_to(d, sums.mass + x, beta);
+    add_to(d, sums.x + x, hn::Mul(vx, beta));
+    add_to(d, sums.xx + x, hn::Mul(hn::Mul(vx, vx), beta));
   });
 }
 
@@ -234,6 +250,10 @@ void add_lattice_row(float vy, int columns, const LatticeRowSums& row, TileSums&
   }
 }
 
+void keep_standing(const float* occupied, int columns, TayRow& row) {
+  for (int x{0}; x < columns; ++x) row.standing[x] = row.likelihood_occupied[x] * occupied[x];
+}
+
 // P(v_k) into after.velocity and P(occupied, v_k) into `occupied`, both predicted.
 void gather_tay(const LatticeTile& tile, std::size_t k, RowBuffer* occupied) {
   const Source source{tile, k, prior_of(tile.step, static_cast<int>(k))};
@@ -241,19 +261,17 @@ void gather_tay(const LatticeTile& tile, std::size_t k, RowBuffer* occupied) {
   const auto fetch = [&](int y, int count, float* out) { source.fetch(y, count, out); };
   gather_rows(tile, source.from(), fetch, [&](int y) { return tile.after.velocity[k].row(y) + tile.x_begin; });
   const auto fetch_occupied = [&](int y, int count, float* out) {
-    const Float df;
     RowBuffer still;
     source.fetch(y, count, out);
     source.copy(tile.after.space.still_occupied, y, count, still_unknown, still.cells);
-    for_vectors(df, count, [&](int i, auto n) {
-      store(hn::Mul(load(df, out + i, n), load(df, still.cells + i, n)), df, out + i, n);
+    for_shrinking_vectors(Float{}, 0, count, [&](auto d, int i) {
+      hn::StoreU(hn::Mul(hn::LoadU(d, out + i), hn::LoadU(d, still.cells + i)), d, out + i);
     });
   };
   gather_rows(tile, source.from(), fetch_occupied, [&](int y) { return occupied[y - tile.y_begin].cells; });
 }
 
 void PredictTay(const LatticeTile& tile, TayRow* rows) {
-  const auto side = static_cast<std::size_t>(tile.step.side);
   const int count{tile.y_end - tile.y_begin};
   RowBuffer occupied[tile_rows];
   LatticeRowSums of_row[tile_rows];
@@ -261,15 +279,20 @@ void PredictTay(const LatticeTile& tile, TayRow* rows) {
     std::fill(rows[i].evidence, rows[i].evidence + tile_columns, 0.0f);
     rows[i].sums = {};
   }
-  for (std::size_t first{0}; first < side * side; first += side) {
+  std::size_t k{0};
+  for (const float vy_mps : tile.tables.axis_mps) {
     std::fill(of_row, of_row + count, LatticeRowSums{});
-    for (std::size_t k{first}; k < first + side; ++k) {
+    for (const float vx_mps : tile.tables.axis_mps) {
       gather_tay(tile, k, occupied);
-      for (int i{0}; i < count; ++i) update_tay(tile, k, tile.y_begin + i, occupied[i].cells, rows[i], of_row[i]);
+      for (int i{0}; i < count; ++i) {
+        float* velocity{tile.after.velocity[k].row(tile.y_begin + i) + tile.x_begin};
+        update_tay(tile, vx_mps, occupied[i].cells, velocity, rows[i], of_row[i]);
+        if (static_cast<int>(k) == tile.step.standstill()) keep_standing(occupied[i].cells, tile.columns(), rows[i]);
+      }
+      ++k;
     }
-    const float vy{static_cast<float>(tile.tables.lattice[first].y)};
     for (int i{0}; i < count; ++i) {
-      add_lattice_row(vy, tile.columns(), of_row[i], rows[i].sums);
+      add_lattice_row(vy_mps, tile.columns(), of_row[i], rows[i].sums);
       for (int x{0}; x < tile.columns(); ++x) rows[i].evidence[x] += of_row[i].all[x];
     }
   }

@@ -6,7 +6,7 @@
 
 namespace stereogrid {
 
-constexpr int tile_columns{128};
+constexpr int tile_columns{256};
 constexpr int tile_rows{4};
 
 /// Cells that are worked on together: their masses stay in the cache from prediction to update.

@@ -44,18 +44,18 @@ struct Step {
   }
   [[nodiscard]] VelocitySums sums_of(const std::vector<float>& masses) const {
     VelocitySums sums;
-    const auto side = static_cast<std::size_t>(constants.side);
-    for (std::size_t row{0}; row < masses.size(); row += side) {
+    std::size_t k{0};
+    for (const float vy : input.tables.axis_mps) {
       float mass{0};
       float mass_x{0};
       float mass_xx{0};
-      for (std::size_t k{row}; k < row + side; ++k) {
-        const float vx{static_cast<float>(input.tables.lattice[k].x)};
+      for (const float vx : input.tables.axis_mps) {
         mass += masses[k];
         mass_x += vx * masses[k];
         mass_xx += vx * vx * masses[k];
+        ++k;
       }
-      sums.add_row(static_cast<float>(input.tables.lattice[row].y), mass, mass_x, mass_xx);
+      sums.add_row(vy, mass, mass_x, mass_xx);
     }
     return sums;
   }

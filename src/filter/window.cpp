@@ -44,6 +44,8 @@ GridGeometry Window::at(const Pose2& world_from_vehicle) const {
 }
 
 FilterTables::FilterTables(const FilterConfig& config) : lattice{velocity_lattice(config)} {
+  const auto side = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(lattice.size()))));
+  for (std::size_t i{0}; i < side; ++i) axis_mps.push_back(static_cast<float>(lattice[i].x));
   for (int i{0}; i <= likelihood_steps; ++i) {
     const double p{static_cast<double>(i) / likelihood_steps};
     likelihood.push_back(static_cast<float>(std::pow(p, config.likelihood_exponent)));
@@ -94,16 +96,15 @@ void set_noise(const FilterConfig& config, double dt_s, int velocities, FilterSt
 
 FilterStep step_of(const FilterInput& input) {
   const FilterConfig& config{input.config};
-  const std::vector<Point2>& lattice{input.tables.lattice};
   FilterStep step{};
-  step.side = static_cast<int>(std::lround(std::sqrt(static_cast<double>(lattice.size()))));
+  step.side = static_cast<int>(input.tables.axis_mps.size());
   step.forgetting = static_cast<float>((1 - std::exp(-input.dt_s / config.forgetting_s)) / 2);
   step.border_occupancy = config.model == FilterModel::joint ? static_cast<float>(config.border_occupancy) : 0.5f;
   step.kept_standing = step.kept_moving = step.prior_static = 1;
-  if (lattice.size() == 1) return step;
+  if (step.side == 1) return step;
   set_noise(config, input.dt_s, step.velocities(), step);
   double squares{0};
-  for (const Point2 v : lattice) squares += v.x * v.x;
+  for (const Point2 v : input.tables.lattice) squares += v.x * v.x;
   step.prior_variance = static_cast<float>(squares) * step.prior_moving;
   return step;
 }

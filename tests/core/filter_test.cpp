@@ -10,6 +10,7 @@
 #include "backend/reference.hpp"
 #include "filter_run.hpp"
 #include "support.hpp"
+#include "targets.hpp"
 
 namespace stereogrid::test {
 namespace {
@@ -93,6 +94,30 @@ TEST_P(FilterOfEachModel, CpuEqualsReference) {
         EXPECT_EQ(different_particles(slow.now.particles, fast.now.particles), 0) << where;
         EXPECT_EQ(fast.layers.geometry, geometry);
         EXPECT_EQ(fast.now.geometry, geometry);
+      }
+    }
+  }
+}
+
+// Rows whose length is no multiple of any vector's.
+TEST_P(FilterOfEachModel, EveryInstructionSetEqualsTheReference) {
+  constexpr int cells{31};
+  FilterConfig config{method_config(GetParam())};
+  config.velocity_step_mps = 1.3;
+  const GridGeometry geometry{0, 0, cell_m, cells, cells};
+  for (const std::int64_t target : vector_targets()) {
+    const ForcedTarget forced{target};
+    std::mt19937 generator{19};
+    Reference reference;
+    Cpu cpu{1};
+    FilterRun slow{reference, config, geometry};
+    FilterRun fast{cpu, config, geometry};
+    for (int step{0}; step < 4; ++step) {
+      const Image<float> observed{random_observation(cells, generator)};
+      slow.step(observed);
+      fast.step(observed);
+      for (const auto layer : all_layers) {
+        EXPECT_EQ(differences(slow.layers.*layer, fast.layers.*layer), 0) << name_of_target(target);
       }
     }
   }

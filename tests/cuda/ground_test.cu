@@ -117,6 +117,26 @@ TEST(ground_is_lost_where_the_road_lies_elsewhere) {
   CHECK(cpu.is_lost);
 }
 
+// Just below the horizon pixels count for is_lost, though the fit does not read them there; above it none does.
+TEST(ground_is_lost_from_the_horizon_on) {
+  const Rig rig{rig_of(320, 160)};
+  const GroundConfig config;
+  const Ground expected{calibrated_ground(rig, config)};
+  const RoadPlane plane{road_plane(rig, expected)};
+  for (const bool is_below : {true, false}) {
+    Street seen{Image<float>{320, 160}, Image<float>{320, 160}};
+    for (int v{0}; v < 160; ++v) {
+      for (int u{0}; u < 320; ++u) {
+        const double d{plane.disparity(u, v)};
+        if (is_below ? d > 0 && d < 3.5 : d < -1.5) seen.obstacle(u, v) = static_cast<float>(std::max(d, 0.5) + 6);
+      }
+    }
+    const Found cpu{on_cpu(rig, config, seen, expected)};
+    check_equal(on_gpu(rig, config, seen, expected), cpu);
+    CHECK_EQUAL(cpu.is_lost, is_below);
+  }
+}
+
 TEST(ground_without_road_is_carried_over) {
   const Rig rig{rig_of(97, 61)};
   const GroundConfig config;
