@@ -33,7 +33,7 @@ cat >"$out/flags" <<'FLAGS'
 -std=c++20 -O2 -ffp-contract=off
 -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Wno-restrict -Werror
 -DHWY_DISABLED_TARGETS=(HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128)
--DSTEREOGRID_VERSION=\"neon\"
+-DSTEREOGRID_VERSION=\"neon\" -DSTEREOGRID_LIBRARY_FOLDER=\"lib\"
 -Iinclude -Isrc -isystem build/neon/include
 FLAGS
 echo "-isystem $googletest" >>"$out/flags"

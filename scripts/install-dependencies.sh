@@ -12,6 +12,7 @@ packages=(
   libcli11-dev libspdlog-dev libfmt-dev              # command line, log
   libtbb-dev libhwy-dev libzip-dev zlib1g-dev        # threads, SIMD, .npz
   libgtest-dev libgmock-dev libbenchmark-dev         # tests, benchmarks
+  libboost-context-dev                               # tests of CUDA kernels without a GPU
   ffmpeg                                             # --video
   python3 python3-numpy                              # tests that read our files as users do
 )

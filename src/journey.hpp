@@ -43,10 +43,21 @@ class Journey {
   virtual void run(const JourneyInput& input, FrameResult& result) = 0;
   virtual void start_ids_at(std::int64_t first_id) = 0;
   virtual int threads() = 0;
+  /// Must FrameResult::stages be filled?
+  virtual void fetch_stages(bool /*wanted*/) {}
 };
 
 std::unique_ptr<Journey> cpu_journey(const Config& config, const Rig& rig, int threads);
 std::unique_ptr<Journey> reference_journey(const Config& config, const Rig& rig);
+
+/// The vehicle-frame grid that a configuration asks for.
+GridGeometry vehicle_grid_of(const GridConfig& config);
+
+/// A result with all its images allocated.
+FrameResult empty_result(const Config& config, const Rig& rig);
+
+/// Share of the pixels that have a disparity.
+double share_matched(const Image<float>& disparity);
 
 /// What the stages hand to each other and keep between frames. Allocated once.
 struct JourneyMemory {
@@ -67,7 +78,7 @@ struct JourneyMemory {
   ProjectionSpace projection;
   Calibration calibration;
   Window window;
-  std::vector<Point2> lattice;
+  FilterTables filter_tables;
   Image<float> observed_world;
   FilterState filtered;
   FilterState filtered_before;
@@ -113,16 +124,17 @@ class JourneyOn final : public Journey {
 
     std::swap(m.filtered, m.filtered_before);
     if (m.is_first) reset(m.filtered_before, m.config.filter, window);
-    filter(back_end_, {m.config.filter, m.lattice, window, input.dt_s}, m.observed_world.view(), m.filtered_before,
+    filter(back_end_, {m.config.filter, m.filter_tables, window, input.dt_s}, m.observed_world.view(), m.filtered_before,
            m.filtered, result.world);
-    resample(result.world, input.world_from_vehicle, result.vehicle_grid, result.occupancy, result.velocity_x,
-             result.velocity_y, result.age_s);
+    resample(input.world_from_vehicle, result);
     result.timing_ms.filter = watch.lap();
 
     find_clusters(result.world, m.config.tracking, m.cluster_labels, m.clusters);
     m.tracker.update(result.world, m.clusters, input.dt_s);
     m.tracker.report(input.world_from_vehicle, result.obstacles);
     result.timing_ms.track = watch.lap();
+    result.obstacle_density = share_matched(result.stages.obstacle_disparity);
+    result.road_density = share_matched(result.stages.road_disparity);
     m.is_first = false;
   }
 
@@ -220,8 +232,5 @@ class JourneyOn final : public Journey {
   BackEndType back_end_;
   JourneyMemory memory_;
 };
-
-/// The vehicle-frame grid that a configuration asks for.
-GridGeometry vehicle_grid_of(const GridConfig& config);
 
 }  // namespace stereogrid

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "backend/cpu.hpp"
+#include "cuda_library.hpp"
 #include "journey.hpp"
 #include "levelling/levelling.hpp"
 #include "stereogrid/error.hpp"
@@ -47,25 +48,6 @@ void check(const Config& config, const Rig& rig) {
   throw ConfigError{message};
 }
 
-double share_matched(const Image<float>& disparity) {
-  const auto matched{std::count_if(disparity.begin(), disparity.end(), [](float d) { return d > 0; })};
-  return static_cast<double>(matched) / static_cast<double>(disparity.size());
-}
-
-StageImages stage_images(int width, int height, int disparities) {
-  return {Image<float>{width, height},
-          Image<float>{width, height},
-          Image<float>{width, height},
-          std::vector<int>(static_cast<std::size_t>(disparities)),
-          Image<std::uint16_t>{width, disparities},
-          Image<std::uint16_t>{width, disparities},
-          Image<float>{width, disparities},
-          Image<float>{width, disparities},
-          Image<float>{width, disparities},
-          Image<float>{width, disparities},
-          Image<float>{width, disparities}};
-}
-
 void check_grid(const ObservedGrid& grid, const std::string& frame_name) {
   const GridGeometry& geometry{grid.geometry};
   const auto fits = [&](const auto& image) { return image.width() == geometry.nx && image.height() == geometry.ny; };
@@ -86,41 +68,7 @@ void check_grid(const ObservedGrid& grid, const std::string& frame_name) {
           "Occupancy and confidence must lie in 0 … 1; unknown is 0.5.");
 }
 
-GridLayers grid_layers(int cells, double cell_size_m) {
-  const Image<float> zero{cells, cells};
-  return {{0, 0, cell_size_m, cells, cells}, zero, zero, zero, zero};
-}
-
 }  // namespace
-
-GridGeometry vehicle_grid_of(const GridConfig& config) {
-  return {0, -config.width_m / 2, config.cell_size_m,
-          static_cast<int>(std::lround(config.length_m / config.cell_size_m)),
-          static_cast<int>(std::lround(config.width_m / config.cell_size_m))};
-}
-
-JourneyMemory::JourneyMemory(const Config& parameters, const Rig& level_rig, const GridGeometry& vehicle_grid,
-                             int threads)
-    : config{parameters},
-      rig{level_rig},
-      ground{calibrated_ground(rig, config.ground)},
-      alignment{rig},
-      aligned_right{rig.width_px, rig.height_px},
-      matches{rig.width_px, rig.height_px},
-      matching{rig.width_px, rig.height_px, config.matching, threads},
-      ground_samples{rig.width_px, rig.height_px},
-      u_disparity_tables{config.u_disparity, rig.height_px, config.matching.window_px},
-      u_disparity{rig.width_px, rig.height_px, config.matching.disparities, threads},
-      projection{rig.width_px, config.matching.disparities},
-      window{vehicle_grid},
-      lattice{velocity_lattice(config.filter)},
-      observed_world{window.cells(), window.cells()},
-      filtered{window.cells(), config.filter},
-      filtered_before{filtered},
-      cluster_labels{window.cells(), window.cells()},
-      tracker{config.tracking} {
-  projection.plan(BinGeometry{rig}, {vehicle_grid}, config.projection.footprint);
-}
 
 struct Pipeline::Implementation {
   Implementation(const Config& parameters, const Rig& given_rig, BackEnd back_end, int threads)
@@ -128,16 +76,30 @@ struct Pipeline::Implementation {
         rig{given_rig},
         levelling{rig},
         cpu{threads},
-        journey{back_end == BackEnd::reference ? reference_journey(config, levelling.level_rig())
-                                               : cpu_journey(config, levelling.level_rig(), threads)},
+        used{back_end},
+        journey{start(threads)},
         level_left{rig.width_px, rig.height_px},
         level_right{rig.width_px, rig.height_px},
         level_disparity{rig.width_px, rig.height_px} {
-    result.vehicle_grid = vehicle_grid_of(config.grid);
-    const Image<float> cells{result.vehicle_grid.nx, result.vehicle_grid.ny};
-    result.observed = result.occupancy = result.age_s = result.velocity_x = result.velocity_y = cells;
-    result.world = grid_layers(Window{result.vehicle_grid}.cells(), config.grid.cell_size_m);
-    result.stages = stage_images(rig.width_px, rig.height_px, config.matching.disparities);
+    result = empty_result(config, levelling.level_rig());
+  }
+
+  // Sets `used` where it was left open.
+  std::unique_ptr<Journey> start(int threads) {
+    const Rig& level_rig{levelling.level_rig()};
+    if (used == BackEnd::reference) return reference_journey(config, level_rig);
+    if (used == BackEnd::cuda) return cuda_journey(config, level_rig);
+    if (used == BackEnd::automatic) {
+      try {
+        std::unique_ptr<Journey> on_gpu{cuda_journey(config, level_rig)};
+        used = BackEnd::cuda;
+        return on_gpu;
+      } catch (const DeviceError& error) {  // also: a configuration that only the CPU can do
+        why_not_cuda = error.what();
+        used = BackEnd::cpu;
+      }
+    }
+    return cpu_journey(config, level_rig, threads);
   }
 
   void check_frame(const StereoFrame& frame) const {
@@ -199,6 +161,8 @@ struct Pipeline::Implementation {
   Rig rig;
   Levelling levelling;
   Cpu cpu;
+  BackEnd used;
+  std::string why_not_cuda;
   std::unique_ptr<Journey> journey;
   Image<std::uint8_t> level_left;
   Image<std::uint8_t> level_right;
@@ -227,8 +191,6 @@ const FrameResult& Pipeline::process(const StereoFrame& frame) {
   self.last_stamp_ns = frame.stamp_ns;
   self.journey->run(input, result);
   result.world_from_vehicle = input.world_from_vehicle;
-  result.obstacle_density = share_matched(result.stages.obstacle_disparity);
-  result.road_density = share_matched(result.stages.road_disparity);
   result.timing_ms.total = watch.lap();
   return result;
 }
@@ -247,6 +209,15 @@ GridGeometry Pipeline::world_grid() const {
 }
 int Pipeline::threads() const {
   return implementation_->journey->threads();
+}
+BackEnd Pipeline::back_end() const {
+  return implementation_->used;
+}
+const std::string& Pipeline::why_not_cuda() const {
+  return implementation_->why_not_cuda;
+}
+void Pipeline::fetch_stages(bool wanted) {
+  implementation_->journey->fetch_stages(wanted);
 }
 void Pipeline::start_at(const Pose2& world_from_vehicle) {
   implementation_->last_pose = world_from_vehicle;

@@ -3,7 +3,8 @@
 #include "frame_files.hpp"
 
 #include <array>
-#include <span>
+#include <functional>
+#include <initializer_list>
 #include <vector>
 
 #include "stereogrid/io/npz.hpp"
@@ -11,32 +12,42 @@
 namespace stereogrid::app {
 namespace {
 
-/// Two grids as one array (2, ny, nx).
-std::vector<float> stacked(const Image<float>& x, const Image<float>& y) {
-  std::vector<float> both(x.begin(), x.end());
-  both.insert(both.end(), y.begin(), y.end());
-  return both;
-}
+using Layers = std::initializer_list<std::reference_wrapper<const Image<float>>>;
 
-std::vector<std::size_t> shape_of_pair(const Image<float>& layer) {
-  return {2, static_cast<std::size_t>(layer.height()), static_cast<std::size_t>(layer.width())};
-}
+/// Several grids as one array (n, ny, nx).
+struct Stack {
+  explicit Stack(Layers layers) {
+    const Image<float>& first{*layers.begin()};
+    shape = {layers.size(), static_cast<std::size_t>(first.height()), static_cast<std::size_t>(first.width())};
+    for (const Image<float>& layer : layers) values.insert(values.end(), layer.begin(), layer.end());
+  }
+  [[nodiscard]] io::NpzArray named(const char* name) const { return {name, shape, values}; }
+
+  std::vector<std::size_t> shape;
+  std::vector<float> values;
+};
 
 }  // namespace
 
 void write_grids(const std::filesystem::path& path, const FrameResult& result) {
   const GridLayers& world{result.world};
-  const std::vector<float> velocity{stacked(result.velocity_x, result.velocity_y)};
-  const std::vector<float> world_velocity{stacked(world.velocity_x, world.velocity_y)};
+  const Stack velocity{{result.velocity_x, result.velocity_y}};
+  const Stack covariance{{result.velocity_xx, result.velocity_xy, result.velocity_yy}};
+  const Stack world_velocity{{world.velocity_x, world.velocity_y}};
+  const Stack world_covariance{{world.velocity_xx, world.velocity_xy, world.velocity_yy}};
   const std::vector<double> origin{world.geometry.x_min_m, world.geometry.y_min_m};
-  const std::array<io::NpzArray, 8> arrays{
+  const std::array<io::NpzArray, 12> arrays{
       io::NpzArray{"observed", result.observed},
       io::NpzArray{"occupancy", result.occupancy},
+      io::NpzArray{"moving", result.moving},
       io::NpzArray{"age_s", result.age_s},
-      io::NpzArray{"velocity", shape_of_pair(result.velocity_x), velocity},
+      velocity.named("velocity"),
+      covariance.named("velocity_covariance"),
       io::NpzArray{"world_occupancy", world.occupancy},
-      io::NpzArray{"world_velocity", shape_of_pair(world.velocity_x), world_velocity},
+      io::NpzArray{"world_moving", world.moving},
       io::NpzArray{"world_age_s", world.age_s},
+      world_velocity.named("world_velocity"),
+      world_covariance.named("world_velocity_covariance"),
       io::NpzArray{"world_origin", {2}, origin},
   };
   io::write_npz(path, arrays);

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <string_view>
 
 #include "commands.hpp"
 #include "interrupt.hpp"
@@ -33,10 +34,26 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t warm_up_frames{30};
 
 BackEnd back_end_of(const std::string& device) {
-  if (device == "cuda") {
-    throw DeviceError{"--device cuda: this build has no CUDA back end. Take --device cpu, or auto."};
-  }
+  if (device == "auto") return BackEnd::automatic;
+  if (device == "cuda") return BackEnd::cuda;
   return device == "reference" ? BackEnd::reference : BackEnd::cpu;
+}
+
+std::string_view name_of(BackEnd back_end) {
+  if (back_end == BackEnd::cuda) return "cuda";
+  return back_end == BackEnd::reference ? "reference" : "cpu";
+}
+
+Pipeline start_pipeline(const RunOptions& options, const Config& config, const Rig& rig) {
+  try {
+    Pipeline pipeline{config, rig, back_end_of(options.device), options.threads};
+    pipeline.fetch_stages(options.save_stages || options.pictures || !options.video.empty());
+    if (pipeline.back_end() == BackEnd::cuda) spdlog::info("on the GPU");
+    if (!pipeline.why_not_cuda().empty()) spdlog::info("on the CPU. No GPU: {}", pipeline.why_not_cuda());
+    return pipeline;
+  } catch (const DeviceError& error) {
+    throw DeviceError{fmt::format("--device {}: {} Take --device cpu, or auto.", options.device, error.what())};
+  }
 }
 
 Json json_of(const Rig& rig) {
@@ -52,7 +69,7 @@ Json json_of(const Rig& rig) {
 }
 
 /// What run.json begins with: everything that decides about the results.
-Json settings_json(const RunOptions& options, const Input& input, const Pipeline& pipeline, BackEnd back_end) {
+Json settings_json(const RunOptions& options, const Input& input, const Pipeline& pipeline) {
   const GridGeometry grid{pipeline.vehicle_grid()};
   const GridGeometry world{pipeline.world_grid()};
   return {{"version", version()},
@@ -61,7 +78,7 @@ Json settings_json(const RunOptions& options, const Input& input, const Pipeline
           {"input", describe(input, options.input)},
           {"matcher", input.recording != nullptr && input.recording->gives_disparities() ? "given" : options.matcher},
           {"fuse", {{"source", options.fuse}, {"rings", name_of(options.fuse_rings)}}},
-          {"device", back_end == BackEnd::reference ? "reference" : "cpu"},
+          {"device", name_of(pipeline.back_end())},
           {"rig", json_of(pipeline.rig())},
           {"grid",
            {{"x_min_m", grid.x_min_m},
@@ -221,9 +238,9 @@ void check_options(const RunOptions& options) {
   }
 }
 
-RunRecord open_record(const RunOptions& options, const Input& input, const Pipeline& pipeline, BackEnd back_end) {
+RunRecord open_record(const RunOptions& options, const Input& input, const Pipeline& pipeline) {
   const FrameRange range{parse_frame_range(options.frames, input.source->size())};
-  RunRecord record{options.folder, range, settings_json(options, input, pipeline, back_end),
+  RunRecord record{options.folder, range, settings_json(options, input, pipeline),
                    Json{{"simd_target", simd_target()}, {"threads", pipeline.threads()}}};
   const std::optional<std::string> complaint{io::complaint_if_swapped(first_usable_frame(*input.source, range))};
   if (complaint) throw InputError{*complaint};
@@ -235,14 +252,13 @@ RunRecord open_record(const RunOptions& options, const Input& input, const Pipel
 
 int run(const RunOptions& options) {
   check_options(options);
-  const BackEnd back_end{back_end_of(options.device)};
   const Config config{config_from(options.config)};
   const Input input{open_input(options.input)};
   check_options(options, input);
   log_input(input);
-  Pipeline pipeline{config, input.source->rig(), back_end, options.threads};
+  Pipeline pipeline{start_pipeline(options, config, input.source->rig())};
   const LidarStage lidar{options.fuse == "lidar", input, pipeline.vehicle_grid(), options.fuse_rings};
-  RunRecord record{open_record(options, input, pipeline, back_end)};
+  RunRecord record{open_record(options, input, pipeline)};
   ResultWriter writer{
       {options.folder, options.save_stages, options.pictures, options.video, rate_hz(input), pipeline.rig()}};
   const OpencvStage opencv{options.matcher, pipeline.config().matching.disparities};

@@ -271,8 +271,8 @@ struct FilterConfig {
     visit(Parameter{"forgetting_s", "s", 0.05, 1000, "Time constant with which an unobserved cell returns to unknown."},
           self.forgetting_s);
     visit(Parameter{"velocity_noise", "", 0.0001, 0.9,
-                    "Share of the moving mass that changes its velocity in a frame; what stands starts at a tenth of "
-                    "it, if static_prior > 0."},
+                    "Share of the moving mass that changes its velocity in 0.1 s; what stands starts at a tenth of it, "
+                    "if static_prior > 0."},
           self.velocity_noise);
     visit(Parameter{"likelihood_exponent", "", 0.05, 1,
                     "Tempers a frame's evidence, since stereo errors repeat from frame to frame; 1: full."},

@@ -18,14 +18,18 @@ struct GridGeometry {
   friend bool operator==(const GridGeometry&, const GridGeometry&) = default;
 };
 
-/// What the filter knows about every cell of a grid.
+/// What the filter knows about every cell of a grid. Velocities are relative to the ground, in the grid's own axes, of
+/// what occupies the cell if something does.
 struct GridLayers {
   GridGeometry geometry;
-  Image<float> occupancy;  ///< P(occupied) in [0, 1]; 0.5 = unknown
-  Image<float>
-      velocity_x;  ///< m/s relative to the ground, in the grid's own axes: mean given that the cell is occupied
+  Image<float> occupancy;   ///< P(occupied) in [0, 1]; 0.5 = unknown
+  Image<float> velocity_x;  ///< m/s, mean
   Image<float> velocity_y;
-  Image<float> age_s;  ///< time since the cell was last observed; inf = never
+  Image<float> age_s;          ///< time since the cell was last observed; inf = never
+  Image<float> velocity_xx{};  ///< m²/s², covariance of the velocity
+  Image<float> velocity_xy{};
+  Image<float> velocity_yy{};
+  Image<float> moving{};  ///< P(occupied by something that moves); P(by something that stands) = occupancy − moving
 };
 
 }  // namespace stereogrid

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <type_traits>
 #include <vector>
 
 namespace stereogrid {
@@ -21,12 +22,16 @@ struct View {
   int height{0};
   std::ptrdiff_t pitch{0};
 
-  [[nodiscard]] T* row(int v) const { return data + v * pitch; }
-  [[nodiscard]] T& operator()(int u, int v) const { return data[v * pitch + u]; }
-  [[nodiscard]] bool empty() const { return width == 0 || height == 0; }
+  // constexpr: also callable where the memory lies
+  [[nodiscard]] constexpr T* row(int v) const { return data + v * pitch; }
+  [[nodiscard]] constexpr T& operator()(int u, int v) const { return data[v * pitch + u]; }
+  [[nodiscard]] constexpr bool empty() const { return width == 0 || height == 0; }
 
   // NOLINTNEXTLINE(google-explicit-constructor): a writable view is a readable one
-  operator View<const T, Space>() const { return {data, width, height, pitch}; }
+  template <class Readable>
+  requires(!std::is_const_v<T> && std::is_same_v<Readable, const T>) constexpr operator View<Readable, Space>() const {
+    return {data, width, height, pitch};
+  }
 };
 
 /// An owned image or grid: `height` rows of `width` elements, contiguous, row-major.

@@ -49,21 +49,25 @@ struct FrameResult {
   Pose2 world_from_vehicle;    ///< world: the vehicle frame of the first frame
   double obstacle_density{0};  ///< share of the pixels matched as obstacle
   double road_density{0};      ///< share of the pixels matched as road
-  GridGeometry vehicle_grid;   ///< of the next four
+  GridGeometry vehicle_grid;   ///< of the next nine
   Image<float> observed;       ///< P(T_X) of this frame alone, vehicle frame
   Image<float> occupancy;      ///< filtered, re-sampled into the vehicle frame
   Image<float> age_s;
-  Image<float> velocity_x;  ///< m/s relative to the ground, vehicle axes
+  Image<float> velocity_x;  ///< m/s relative to the ground, vehicle axes: mean if the cell is occupied
   Image<float> velocity_y;
-  GridLayers world;  ///< filtered, world-aligned; its geometry moves with the car in whole cells
+  Image<float> velocity_xx;  ///< m²/s², its covariance
+  Image<float> velocity_xy;
+  Image<float> velocity_yy;
+  Image<float> moving;  ///< P(occupied by something that moves); P(by something that stands) = occupancy − moving
+  GridLayers world;     ///< filtered, world-aligned; its geometry moves with the car in whole cells
   std::vector<Obstacle> obstacles;
-  StageImages stages;
+  StageImages stages;  ///< see Pipeline::fetch_stages
   StageTimes timing_ms;
   std::vector<std::string> warnings;
 };
 
-/// Where the work is done.
-enum class BackEnd { cpu, reference };
+/// Where the work is done. `automatic`: on a GPU where there is one that can be used, else on the CPU.
+enum class BackEnd { cpu, reference, cuda, automatic };
 
 /// Stereo frames in, occupancy grids out (T-ITS 2012, with the Bayesian Occupancy Filter and obstacle tracks behind
 /// it).
@@ -71,7 +75,8 @@ enum class BackEnd { cpu, reference };
 /// Not thread-safe: one pipeline serves one camera, one frame after the other.
 class Pipeline {
  public:
-  /// Allocates everything. `threads` 0: all cores. Throws ConfigError with every problem of `config` and `rig`.
+  /// Allocates everything. `threads` 0: all cores. Throws ConfigError with every problem of `config` and `rig`, and
+  /// DeviceError where BackEnd::cuda cannot work: no library, no GPU, too old a driver, too little memory.
   Pipeline(const Config& config, const Rig& rig, BackEnd back_end = BackEnd::cpu, int threads = 0);
   Pipeline(Pipeline&&) noexcept;
   Pipeline& operator=(Pipeline&&) noexcept;
@@ -88,6 +93,14 @@ class Pipeline {
   /// Size of the world-aligned window: its nx, ny and cell_size_m are constant, its origin follows the car.
   [[nodiscard]] GridGeometry world_grid() const;
   [[nodiscard]] int threads() const;
+  /// Where the work is done: cpu, reference or cuda.
+  [[nodiscard]] BackEnd back_end() const;
+  /// Why `automatic` did not take the GPU; empty: it did, or was not asked to.
+  [[nodiscard]] const std::string& why_not_cuda() const;
+
+  /// Off: the results of later frames come without `stages` (whose values are then undefined). A GPU need not copy
+  /// them then; on the CPU nothing changes. On at construction.
+  void fetch_stages(bool wanted);
 
   /// Where the vehicle is in the world at the first frame (of a resumed run). Call it before process(); not called: the
   /// world begins there.

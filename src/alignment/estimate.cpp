@@ -12,12 +12,9 @@
 namespace stereogrid {
 namespace {
 
-constexpr int lattice_u{24};
-constexpr int lattice_v{12};
-
-/// A patch reaches so far from its pixel; a row of it is a whole number of vectors of bytes.
-constexpr int reach_u{8};
-constexpr int reach_v{4};
+// A row of a patch is a whole number of vectors of bytes.
+constexpr int reach_u{AlignmentLattice::reach_u};
+constexpr int reach_v{AlignmentLattice::reach_v};
 constexpr int columns{2 * reach_u};
 constexpr int rows{2 * reach_v + 1};
 constexpr std::size_t pixels{columns * rows};
@@ -206,8 +203,8 @@ void RowEquations::add(const RowSample& sample, double weight) {
 
 RowAlignment::RowAlignment(const Rig& rig)
     : width_px_{rig.width_px}, height_px_{rig.height_px}, offsets_{{}, rig.centre_u_px, rig.centre_v_px} {
-  samples_.reserve(static_cast<std::size_t>(width_px_ / lattice_u + 1) *
-                   static_cast<std::size_t>(height_px_ / lattice_v + 1));
+  const AlignmentLattice lattice{width_px_, height_px_};
+  samples_.reserve(static_cast<std::size_t>(lattice.across) * static_cast<std::size_t>(lattice.down));
 }
 
 void RowAlignment::collect(View<const std::uint8_t> left, View<const std::uint8_t> right, const Matches& matches,
@@ -215,8 +212,11 @@ void RowAlignment::collect(View<const std::uint8_t> left, View<const std::uint8_
   samples_.clear();
   const auto road_shear = static_cast<float>(plane.per_v);
   Template patch;
-  for (int v{reach_v + 1}; v + reach_v + 1 < left.height; v += lattice_v) {
-    for (int u{reach_u + 1}; u + reach_u < left.width; u += lattice_u) {
+  const AlignmentLattice lattice{left.width, left.height};
+  for (int j{0}; j < lattice.down; ++j) {
+    for (int i{0}; i < lattice.across; ++i) {
+      const int u{AlignmentLattice::first_u + i * AlignmentLattice::step_u};
+      const int v{AlignmentLattice::first_v + j * AlignmentLattice::step_v};
       const float road{matches.road(u, v)};
       const float disparity{road > 0 ? road : matches.obstacle(u, v)};
       if (disparity <= 0) continue;

@@ -23,13 +23,13 @@ struct RowOffsets {
   double centre_u_px{0};
   double centre_v_px{0};
 
-  [[nodiscard]] RowTerms basis(double u, double v) const {
+  [[nodiscard]] STEREOGRID_HD RowTerms basis(double u, double v) const {
     const double x{(u - centre_u_px) / 400};
     const double y{(v - centre_v_px) / 100};
     return {1, x, y, x * y, x * x};
   }
 
-  [[nodiscard]] double at(double u, double v) const {
+  [[nodiscard]] STEREOGRID_HD double at(double u, double v) const {
     const RowTerms factors{basis(u, v)};
     double sum{0};
     for (std::size_t i{0}; i < row_terms; ++i) sum += terms[i] * factors[i];
@@ -42,7 +42,7 @@ constexpr int offset_columns{16};
 
 /// Where a point of row v of the left image is seen in column u of the right one, in 1/256 px. A whole number, so that
 /// every back end interpolates alike; offsets beyond ±4096 px are cut off.
-inline int place_256(const RowOffsets& offsets, int u, int v) {
+STEREOGRID_HD inline int place_256(const RowOffsets& offsets, int u, int v) {
   const double offset{offsets.at(u / offset_columns * offset_columns + offset_columns / 2, v) * 256};
   constexpr double limit{4096 * 256};
   const double bounded{offset < -limit ? -limit : (offset > limit ? limit : offset)};

@@ -9,6 +9,7 @@
 #include "stereogrid/config.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/grid.hpp"
+#include "stereogrid/pipeline.hpp"
 
 namespace stereogrid {
 
@@ -17,6 +18,15 @@ struct Reference;
 
 /// Velocities of the filter's lattice, world axes, y-major; the middle one is standstill.
 std::vector<Point2> velocity_lattice(const FilterConfig& config);
+
+/// What a configuration decides for all steps. Built once.
+struct FilterTables {
+  explicit FilterTables(const FilterConfig& config);
+
+  std::vector<Point2> lattice;
+  std::vector<float> axis_mps;    ///< its velocities along either axis
+  std::vector<float> likelihood;  ///< see `tempered`
+};
 
 /// World-aligned window that covers a vehicle-frame grid in every heading. Its origin is a whole number of cells.
 class Window {
@@ -35,6 +45,14 @@ class Window {
   int cells_;
 };
 
+/// Working memory of the lattice on the CPU: what prediction reads of the step before.
+struct FilterSpace {
+  std::vector<Antecedents> from;  ///< of each velocity
+  Image<float> gained;            ///< of each cell: what each moving velocity gains by noise
+  Image<float> standing;          ///< standing mass after the noise
+  Image<float> still_occupied;    ///< tay2008
+};
+
 /// What the filter remembers: per cell, P(occupied), and mass[k] = P(occupied, v_k) (joint) or P(v_k) (tay2008), or
 /// particles.
 struct FilterState {
@@ -42,6 +60,7 @@ struct FilterState {
 
   GridGeometry geometry;               ///< of the last step; nx = 0: no step yet
   std::vector<Image<float>> velocity;  ///< [k]; none with particles
+  FilterSpace space;                   ///< for the step that writes into this state
   Particles particles;                 ///< none with the other models
   Image<float> occupancy;
   Image<float> age_s;
@@ -50,14 +69,14 @@ struct FilterState {
 /// What the filter knows about one step besides the observation.
 struct FilterInput {
   const FilterConfig& config;
-  const std::vector<Point2>& lattice;
+  const FilterTables& tables;
   GridGeometry geometry;  ///< of the window now
   double dt_s;            ///< since the last step
 };
 
 /// One step of the Bayesian Occupancy Filter: `before` moved on by dt and into the window's new place, then updated
-/// with the observed grid (P(T_X) at the window's cells, 0.5 = nothing seen), into `after`. `layers` gets occupancy,
-/// velocity (mean given occupied) and age. method §2.3 (tay2008), §2.6 (joint) and §5.8 (particles).
+/// with the observed grid (P(T_X) at the window's cells, 0.5 = nothing seen), into `after`. All `layers` are filled.
+/// method §2.3 (tay2008), §2.6 (joint) and §5.8 (particles).
 void filter(Cpu& cpu, const FilterInput& input, View<const float> observed, const FilterState& before,
             FilterState& after, GridLayers& layers);
 void filter(Reference& reference, const FilterInput& input, View<const float> observed, const FilterState& before,
@@ -67,17 +86,33 @@ void filter(Reference& reference, const FilterInput& input, View<const float> ob
 void reset(FilterState& state, const FilterConfig& config, const GridGeometry& geometry);
 
 FilterStep step_of(const FilterInput& input);
-Likelihood likelihood_of(const FilterConfig& config, float observed);
+
+inline void write_velocity(const VelocityEstimate& velocity, int x, int y, GridLayers& layers) {
+  layers.velocity_x(x, y) = velocity.x;
+  layers.velocity_y(x, y) = velocity.y;
+  layers.velocity_xx(x, y) = velocity.xx;
+  layers.velocity_xy(x, y) = velocity.xy;
+  layers.velocity_yy(x, y) = velocity.yy;
+}
+
+/// Layers of that size, all 0.
+GridLayers grid_layers(const GridGeometry& geometry);
 
 /// How much more seldom a standing thing starts than a moving one changes its velocity.
 constexpr double starting_share{0.1};
 
+/// The time that filter.velocity_noise speaks of.
+constexpr double noise_interval_s{0.1};
+
+/// What changes within dt_s of what changes by `share` within that time.
+double share_within(double share, double dt_s);
+
 /// Cells that differ this much from 0.5 have been observed.
 constexpr float observed_difference{0.05f};
 
-/// The window's layers as the car sees them: occupancy interpolated between cells, velocity (turned into vehicle axes)
-/// and age of the nearest cell; 0.5, 0 and inf outside the window.
-void resample(const GridLayers& world, const Pose2& world_from_vehicle, const GridGeometry& vehicle_grid,
-              Image<float>& occupancy, Image<float>& velocity_x, Image<float>& velocity_y, Image<float>& age_s);
+/// The window's layers (`result.world`) as the car sees them, in `result.vehicle_grid`: occupancy and moving
+/// interpolated between cells; of the nearest cell velocity and covariance (turned into vehicle axes) and age. Outside
+/// the window 0.5, inf and else 0.
+void resample(const Pose2& world_from_vehicle, FrameResult& result);
 
 }  // namespace stereogrid

@@ -8,7 +8,7 @@ namespace stereogrid {
 
 /// Constants of one filter step.
 struct FilterStep {
-  int velocities;          ///< K, odd square: the lattice; its middle is standstill
+  int side;                ///< the lattice has side × side velocities, y-major; odd: the middle one is standstill
   float forgetting;        ///< eps of method §2.3, from the time constant and the time step
   float kept_moving;       ///< share of a moving velocity's mass that keeps it: 1 − mu
   float kept_standing;     ///< share of the standing mass that goes on standing
@@ -18,26 +18,35 @@ struct FilterStep {
   float border_occupancy;  ///< of cells outside the window
   float prior_static;      ///< prior of standstill for new mass
   float prior_moving;      ///< prior of every other velocity for new mass
+  float prior_variance;    ///< of new mass's velocity along each axis, m²/s²
+
+  STEREOGRID_HD int velocities() const { return side * side; }
+  STEREOGRID_HD int standstill() const { return side * side / 2; }
 };
 
 STEREOGRID_HD inline float prior_of(const FilterStep& step, int k) {
-  return k == step.velocities / 2 ? step.prior_static : step.prior_moving;
+  return k == step.standstill() ? step.prior_static : step.prior_moving;
 }
 
-/// Velocity noise: mass of one velocity after it, from the mass of that velocity, of all velocities and of standstill.
-STEREOGRID_HD inline float disturbed(const FilterStep& step, float mass, float all, float standing) {
-  return step.kept_moving * mass + step.spread * (all - standing) + step.start * standing;
+/// Velocity noise is a Markov chain over the velocities: each keeps a share of its mass and gains what depends on the
+/// cell alone. `all`: mass of all velocities, `standing`: that of standstill.
+STEREOGRID_HD inline float gained_by_moving(const FilterStep& step, float all, float standing) {
+  return step.spread * (all - standing) + step.start * standing;
 }
-STEREOGRID_HD inline float disturbed_standing(const FilterStep& step, float standing, float all) {
+STEREOGRID_HD inline float disturbed(const FilterStep& step, float mass, float gained) {
+  return step.kept_moving * mass + gained;
+}
+STEREOGRID_HD inline float disturbed_standing(const FilterStep& step, float all, float standing) {
   return step.kept_standing * standing + step.stop * (all - standing);
 }
 
-/// Bilinear weights of a displacement that is not a whole number of cells: the mass of cell c comes from the four cells
-/// around c − shift.
+/// Where the mass of a cell comes from for a displacement that is no whole number of cells: from[i] between the cells
+/// ix and ix + 1 further along x, likewise along y.
 struct Antecedents {
-  int ix;  ///< whole part of −shift: from[i] lies at c + ix (+1)
+  int ix;  ///< whole part of −shift
   int iy;
-  float w00, w10, w01, w11;
+  float fx;  ///< the rest, in [0, 1)
+  float fy;
 };
 
 STEREOGRID_HD inline int floor_of(double value) {
@@ -50,9 +59,12 @@ STEREOGRID_HD inline int floor_of(double value) {
 STEREOGRID_HD inline Antecedents antecedents(double shift_x, double shift_y, int moved_x, int moved_y) {
   const int ix{floor_of(-shift_x)};
   const int iy{floor_of(-shift_y)};
-  const float fx{static_cast<float>(-shift_x - ix)};
-  const float fy{static_cast<float>(-shift_y - iy)};
-  return {ix + moved_x, iy + moved_y, (1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy};
+  return {ix + moved_x, iy + moved_y, static_cast<float>(-shift_x - ix), static_cast<float>(-shift_y - iy)};
+}
+
+/// First along x within both rows, then between the rows.
+STEREOGRID_HD inline float between(float first, float second, float share) {
+  return (1 - share) * first + share * second;
 }
 
 /// The likelihoods of an observed probability p formed with prior ½: (p, 1 − p), tempered. method §2.3.
@@ -60,5 +72,133 @@ struct Likelihood {
   float occupied;
   float empty;
 };
+
+/// Table of p to the power of the exponent, for p = i / likelihood_steps.
+constexpr int likelihood_steps{4096};
+
+STEREOGRID_HD inline float tempered(const float* table, float p) {
+  const float at{p * likelihood_steps};
+  const int whole{static_cast<int>(at)};
+  const int i{whole < likelihood_steps ? whole : likelihood_steps - 1};
+  return between(table[i], table[i + 1], at - static_cast<float>(i));
+}
+
+/// 0 and 1 would make a cell deaf to everything that comes later.
+STEREOGRID_HD inline Likelihood likelihood_of(const float* table, float observed) {
+  const float above{observed < 0.001f ? 0.001f : observed};
+  const float p{above > 0.999f ? 0.999f : above};
+  return {tempered(table, p), tempered(table, 1 - p)};
+}
+
+/// Moments of a cell's mass over the velocity lattice, summed row by row of it.
+struct VelocitySums {
+  float mass{0};
+  float x{0};  ///< Σ mass · v_x
+  float y{0};
+  float xx{0};  ///< Σ mass · v_x²
+  float xy{0};
+  float yy{0};
+
+  /// Sums over a row of the lattice, whose velocities share v_y: of mass, mass · v_x and mass · v_x².
+  STEREOGRID_HD void add_row(float vy_mps, float row_mass, float row_x, float row_xx) {
+    mass += row_mass;
+    x += row_x;
+    y += vy_mps * row_mass;
+    xx += row_xx;
+    xy += vy_mps * row_x;
+    yy += vy_mps * vy_mps * row_mass;
+  }
+};
+
+/// The velocity of what occupies a cell.
+struct VelocityEstimate {
+  float x;  ///< mean, m/s
+  float y;
+  float xx;  ///< covariance, m²/s²
+  float xy;
+  float yy;
+};
+
+/// Of the sums over what occupies a cell, up to a factor; nothing: 0.
+STEREOGRID_HD inline VelocityEstimate estimate_of(const VelocitySums& sums) {
+  const float share{sums.mass > 0 ? 1 / sums.mass : 0.0f};
+  const float x{share * sums.x};
+  const float y{share * sums.y};
+  const float xx{share * sums.xx - x * x};
+  const float yy{share * sums.yy - y * y};
+  return {x, y, xx > 0 ? xx : 0.0f, share * sums.xy - x * y, yy > 0 ? yy : 0.0f};
+}
+
+/// The same in axes turned by the angle whose cosine and sine are given.
+STEREOGRID_HD inline VelocityEstimate turned(const VelocityEstimate& v, float c, float s) {
+  return {c * v.x + s * v.y, -s * v.x + c * v.y, c * c * v.xx + 2 * c * s * v.xy + s * s * v.yy,
+          c * s * (v.yy - v.xx) + (c * c - s * s) * v.xy, s * s * v.xx - 2 * c * s * v.xy + c * c * v.yy};
+}
+
+/// Between the four cells around (x, y), in cells from the centre of the first; the border repeats. `at(x, y)`.
+template <class At>
+STEREOGRID_HD inline float interpolated(const At& at, int width, int height, double x, double y) {
+  const auto within = [](int cell, int count) { return cell < 0 ? 0 : (cell < count ? cell : count - 1); };
+  const int ix{floor_of(x)};
+  const int iy{floor_of(y)};
+  const float fx{static_cast<float>(x - ix)};
+  const float fy{static_cast<float>(y - iy)};
+  const auto value = [&](int cx, int cy) { return at(within(cx, width), within(cy, height)); };
+  return (1 - fy) * ((1 - fx) * value(ix, iy) + fx * value(ix + 1, iy)) +
+         fy * ((1 - fx) * value(ix, iy + 1) + fx * value(ix + 1, iy + 1));
+}
+
+/// P(occupied by something that moves), of what occupies the cell with probability `occupancy`.
+STEREOGRID_HD inline float moving_share(float occupancy, float standing) {
+  return occupancy > standing ? occupancy - standing : 0.0f;
+}
+
+/// What prediction and update (method §2.6) do to the masses that have arrived in a cell:
+/// m(k) ← scale·m(k) + born·prior(k).
+struct JointUpdate {
+  float scale;
+  float born;
+  float occupancy;  ///< Σ m(k) afterwards
+};
+
+/// `arrived`: Σ m(k) before it. A cell that nobody has seen stays unknown even where its mass has moved into seen
+/// cells.
+STEREOGRID_HD inline JointUpdate joint_update(const FilterStep& step, float arrived, bool never_seen,
+                                              Likelihood likelihood) {
+  const float total{arrived > 1 ? 1.0f : arrived};
+  const float lacking{never_seen && total < 0.5f ? 0.5f - total : 0.0f};
+  const float kept{1 - step.forgetting};
+  const float empty{1 - total - lacking};
+  const float predicted{kept * (total + lacking) + step.forgetting * empty};
+  const float evidence{likelihood.occupied * predicted + likelihood.empty * (1 - predicted)};
+  const float gain{likelihood.occupied / evidence};
+  return {gain * kept * (arrived > 1 ? 1 / arrived : 1.0f), gain * (kept * lacking + step.forgetting * empty),
+          gain * predicted};
+}
+
+/// The same for the sums over a cell's masses. New mass has mean velocity 0.
+STEREOGRID_HD inline VelocitySums updated(const FilterStep& step, const JointUpdate& update,
+                                          const VelocitySums& arrived) {
+  const float spread{update.born * step.prior_variance};
+  return {update.occupancy,          update.scale * arrived.x,
+          update.scale * arrived.y,  update.scale * arrived.xx + spread,
+          update.scale * arrived.xy, update.scale * arrived.yy + spread};
+}
+
+/// The likelihood of tay2008's P(v_k) at a cell (method §2.3): `all` = Σ over both of P(v_k), `occupied` of P(occupied,
+/// v_k) predicted; afterwards β_occ(k) and l(k).
+struct TayUpdate {
+  float occupied;
+  float all;
+};
+STEREOGRID_HD inline TayUpdate tay_update(float all, float occupied, Likelihood likelihood) {
+  const float beta{likelihood.occupied * occupied};
+  return {beta, beta + likelihood.empty * (all - occupied)};
+}
+
+/// P(still or newly occupied) before the update.
+STEREOGRID_HD inline float still_occupied(const FilterStep& step, float occupancy) {
+  return (1 - step.forgetting) * occupancy + step.forgetting * (1 - occupancy);
+}
 
 }  // namespace stereogrid

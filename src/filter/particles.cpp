@@ -37,8 +37,9 @@ ParticleStep particle_step_of(const FilterInput& input, std::uint64_t number) {
   ParticleStep step{};
   step.number = number;
   step.kept = static_cast<float>(std::exp(-input.dt_s / config.forgetting_s));
-  step.starting = config.velocity_max_mps > 0 ? static_cast<float>(config.velocity_noise * starting_share) : 0.0f;
-  step.renewed = static_cast<float>(config.velocity_noise);
+  const double starting{share_within(config.velocity_noise * starting_share, input.dt_s)};
+  step.starting = config.velocity_max_mps > 0 ? static_cast<float>(starting) : 0.0f;
+  step.renewed = static_cast<float>(share_within(config.velocity_noise, input.dt_s));
   step.static_prior = config.velocity_max_mps > 0 ? static_cast<float>(config.static_prior) : 1.0f;
   step.velocity_max_mps = static_cast<float>(config.velocity_max_mps);
   step.velocity_walk_mps = static_cast<float>(config.velocity_walk_mps * root);
@@ -51,20 +52,28 @@ double weight_for(double total, int available) {
   return std::max(total / available, 1.0 / particles_of_a_full_cell);
 }
 
-void CellUpdate::run(int x, int y, float observed, int count, float sum_vx_mps, float sum_vy_mps) const {
+void CellUpdate::run(int x, int y, float observed, const ParticleSums& sums) const {
   const Particles& old{before.particles};
-  const float arrived{static_cast<float>(count) * old.weight * step.kept};
-  const CellMass mass{
-      updated(step, value_before(old.mass, scroll, x, y, {}), arrived, likelihood_of(input.config, observed))};
+  const float arrived{static_cast<float>(sums.count) * old.weight * step.kept};
+  const CellMass mass{updated(step, value_before(old.mass, scroll, x, y, {}), arrived,
+                              likelihood_of(input.tables.likelihood.data(), observed))};
   after.particles.mass(x, y) = mass;
-  const float occupied{mass.occupied()};
-  const float share{count > 0 ? mass.moving / (occupied * static_cast<float>(count)) : 0.0f};
-  layers.velocity_x(x, y) = share * sum_vx_mps;
-  layers.velocity_y(x, y) = share * sum_vy_mps;
-  after.occupancy(x, y) = layers.occupancy(x, y) = occupied + 0.5f * mass.unknown();
+  write_motion(x, y, mass, sums);
+  const float half_unknown{0.5f * mass.unknown()};
+  after.occupancy(x, y) = layers.occupancy(x, y) = mass.occupied() + half_unknown;
+  layers.moving(x, y) = mass.moving + mass.born + (1 - step.static_prior) * half_unknown;
   const float age{value_before(before.age_s, scroll, x, y, std::numeric_limits<float>::infinity())};
   const bool seen{std::abs(observed - 0.5f) > observed_difference};
   after.age_s(x, y) = layers.age_s(x, y) = seen ? 0.0f : age + static_cast<float>(input.dt_s);
+}
+
+void CellUpdate::write_motion(int x, int y, const CellMass& mass, const ParticleSums& sums) const {
+  const float share{sums.count > 0 ? mass.moving / static_cast<float>(sums.count) : 0.0f};
+  // new particles: uniform within ±size, size uniform up to the largest velocity
+  const float of_born{mass.born * step.velocity_max_mps * step.velocity_max_mps / 9};
+  const VelocityEstimate velocity{estimate_of({mass.occupied(), share * sums.x, share * sums.y,
+                                               share * sums.xx + of_born, share * sums.xy, share * sums.yy + of_born})};
+  write_velocity(velocity, x, y, layers);
 }
 
 }  // namespace stereogrid

@@ -56,7 +56,26 @@ inline int cell_of(const Particle& particle, int cells) {
   return static_cast<int>(particle.y) * cells + static_cast<int>(particle.x);
 }
 
-/// Age and mass of a cell, and from its mass and the sum of its particles' velocities the layers.
+/// Of the particles in a cell: how many, Σ v and Σ v·v.
+struct ParticleSums {
+  int count{0};
+  float x{0};
+  float y{0};
+  float xx{0};
+  float xy{0};
+  float yy{0};
+
+  void add(const Particle& particle) {
+    ++count;
+    x += particle.vx_mps;
+    y += particle.vy_mps;
+    xx += particle.vx_mps * particle.vx_mps;
+    xy += particle.vx_mps * particle.vy_mps;
+    yy += particle.vy_mps * particle.vy_mps;
+  }
+};
+
+/// Age and mass of a cell, and from its mass and its particles' velocities the layers.
 struct CellUpdate {
   const FilterInput& input;
   const ParticleStep& step;
@@ -65,7 +84,10 @@ struct CellUpdate {
   FilterState& after;
   GridLayers& layers;
 
-  void run(int x, int y, float observed, int count, float sum_vx_mps, float sum_vy_mps) const;
+  void run(int x, int y, float observed, const ParticleSums& sums) const;
+
+ private:
+  void write_motion(int x, int y, const CellMass& mass, const ParticleSums& sums) const;
 };
 
 ParticleStep particle_step_of(const FilterInput& input, std::uint64_t number);

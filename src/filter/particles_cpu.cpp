@@ -46,13 +46,9 @@ void update_rows(const CellUpdate& update, View<const float> observed, int begin
   for (int y{begin}; y < end; ++y) {
     for (int x{0}; x < observed.width; ++x) {
       const std::size_t c{index(y * observed.width + x)};
-      float vx_mps{0};
-      float vy_mps{0};
-      for (int i{particles.first[c]}; i < particles.first[c + 1]; ++i) {
-        vx_mps += particles.arrived[index(i)].vx_mps;
-        vy_mps += particles.arrived[index(i)].vy_mps;
-      }
-      update.run(x, y, observed(x, y), particles.first[c + 1] - particles.first[c], vx_mps, vy_mps);
+      ParticleSums sums;
+      for (int i{particles.first[c]}; i < particles.first[c + 1]; ++i) sums.add(particles.arrived[index(i)]);
+      update.run(x, y, observed(x, y), sums);
     }
   }
 }

@@ -9,12 +9,6 @@
 namespace stereogrid {
 namespace {
 
-struct Sums {
-  int count{0};
-  float vx_mps{0};
-  float vy_mps{0};
-};
-
 // Predicted particles that are still in the window, in the order of their cells, each cell's in the order of before.
 std::vector<Particle> predicted_particles(const ParticleStep& step, const Particles& before, Scroll scroll, int cells) {
   std::vector<Particle> all;
@@ -28,20 +22,15 @@ std::vector<Particle> predicted_particles(const ParticleStep& step, const Partic
   return all;
 }
 
-std::vector<Sums> sums_of(const std::vector<Particle>& particles, int cells) {
-  std::vector<Sums> sums(static_cast<std::size_t>(cells) * static_cast<std::size_t>(cells));
-  for (const Particle& particle : particles) {
-    Sums& sum{sums[static_cast<std::size_t>(cell_of(particle, cells))]};
-    ++sum.count;
-    sum.vx_mps += particle.vx_mps;
-    sum.vy_mps += particle.vy_mps;
-  }
+std::vector<ParticleSums> sums_of(const std::vector<Particle>& particles, int cells) {
+  std::vector<ParticleSums> sums(static_cast<std::size_t>(cells) * static_cast<std::size_t>(cells));
+  for (const Particle& particle : particles) sums[static_cast<std::size_t>(cell_of(particle, cells))].add(particle);
   return sums;
 }
 
 // Lays the cells' moving and born masses end to end and takes a sample at equal distances.
-void resample_particles(const ParticleStep& step, const std::vector<Particle>& arrived, const std::vector<Sums>& sums,
-                        Particles& after) {
+void resample_particles(const ParticleStep& step, const std::vector<Particle>& arrived,
+                        const std::vector<ParticleSums>& sums, Particles& after) {
   const int available{static_cast<int>(after.particle.size())};
   const double offset{uniform_of(random_bits(step.number, 0, Draw::offset), 0)};
   double total{0};
@@ -74,14 +63,13 @@ void filter_particles(Reference&, const FilterInput& input, View<const float> ob
   const ParticleStep step{particle_step_of(input, before.particles.steps)};
   const Scroll scroll{scroll_between(before.geometry, input.geometry)};
   const std::vector<Particle> arrived{predicted_particles(step, before.particles, scroll, cells)};
-  const std::vector<Sums> sums{sums_of(arrived, cells)};
+  const std::vector<ParticleSums> sums{sums_of(arrived, cells)};
   after.geometry = layers.geometry = input.geometry;
   after.particles.steps = before.particles.steps + 1;
   const CellUpdate update{input, step, scroll, before, after, layers};
   for (int y{0}; y < cells; ++y) {
     for (int x{0}; x < cells; ++x) {
-      const Sums& sum{sums[static_cast<std::size_t>(y * cells + x)]};
-      update.run(x, y, observed(x, y), sum.count, sum.vx_mps, sum.vy_mps);
+      update.run(x, y, observed(x, y), sums[static_cast<std::size_t>(y * cells + x)]);
     }
   }
   resample_particles(step, arrived, sums, after.particles);

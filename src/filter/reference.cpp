@@ -28,8 +28,9 @@ struct Step {
   // mass of velocity k after the noise; `all`: mass of all velocities
   [[nodiscard]] float disturbed_at(std::size_t k, int x, int y, float all) const {
     const std::size_t standstill{before.velocity.size() / 2};
-    return k == standstill ? disturbed_standing(constants, before.velocity[k](x, y), all)
-                           : disturbed(constants, before.velocity[k](x, y), all, before.velocity[standstill](x, y));
+    const float standing{before.velocity[standstill](x, y)};
+    if (k == standstill) return disturbed_standing(constants, all, standing);
+    return disturbed(constants, before.velocity[k](x, y), gained_by_moving(constants, all, standing));
   }
   // the cell has been in the window before
   [[nodiscard]] bool is_known(int x, int y) const { return inside(x + moved_x, y + moved_y); }
@@ -38,24 +39,47 @@ struct Step {
   }
   [[nodiscard]] Antecedents antecedents_of(std::size_t k) const {
     const double cells_per_mps{input.dt_s / input.geometry.cell_size_m};
-    return antecedents(input.lattice[k].x * cells_per_mps, input.lattice[k].y * cells_per_mps, moved_x, moved_y);
+    const Point2 v{input.tables.lattice[k]};
+    return antecedents(v.x * cells_per_mps, v.y * cells_per_mps, moved_x, moved_y);
+  }
+  [[nodiscard]] VelocitySums sums_of(const std::vector<float>& masses) const {
+    VelocitySums sums;
+    std::size_t k{0};
+    for (const float vy : input.tables.axis_mps) {
+      float mass{0};
+      float mass_x{0};
+      float mass_xx{0};
+      for (const float vx : input.tables.axis_mps) {
+        mass += masses[k];
+        mass_x += vx * masses[k];
+        mass_xx += vx * vx * masses[k];
+        ++k;
+      }
+      sums.add_row(vy, mass, mass_x, mass_xx);
+    }
+    return sums;
   }
 };
 
-// Sum over the four antecedents of `value(x, y)`, which must also answer for places outside.
+// `value(x, y)` between the four antecedents; it must also answer for places outside.
 template <class Value>
 float gathered(const Antecedents& from, int x, int y, const Value& value) {
-  float sum{from.w00 * value(x + from.ix, y + from.iy)};
-  sum += from.w10 * value(x + from.ix + 1, y + from.iy);
-  sum += from.w01 * value(x + from.ix, y + from.iy + 1);
-  sum += from.w11 * value(x + from.ix + 1, y + from.iy + 1);
-  return sum;
+  const int ax{x + from.ix};
+  const int ay{y + from.iy};
+  return between(between(value(ax, ay), value(ax + 1, ay), from.fx),
+                 between(value(ax, ay + 1), value(ax + 1, ay + 1), from.fx), from.fy);
 }
 
-// method §2.6, one cell
-float joint_cell(const Step& step, int x, int y, Likelihood likelihood, std::vector<float>& mass) {
+// What the filter says about a cell after the step.
+struct Cell {
+  VelocitySums sums;  // of the occupied mass, up to a factor
+  float standing;     // likewise
+  float occupancy;
+};
+
+// method §2.6; `mass` becomes P(occupied, v_k)
+Cell joint_cell(const Step& step, int x, int y, Likelihood likelihood, std::vector<float>& mass) {
   const FilterStep& constants{step.constants};
-  float sum{0};
   for (std::size_t k{0}; k < mass.size(); ++k) {
     const float prior{prior_of(constants, static_cast<int>(k))};
     if (!step.is_known(x, y)) {
@@ -66,49 +90,37 @@ float joint_cell(const Step& step, int x, int y, Likelihood likelihood, std::vec
         return step.disturbed_at(k, ax, ay, step.before.occupancy(ax, ay));
       });
     }
-    sum += mass[k];
   }
-  const float scale{sum > 1 ? 1 / sum : 1.0f};
-  const float total{sum > 1 ? 1.0f : sum};
-  // a cell that nobody has seen stays unknown even where its mass has moved into seen cells
-  const float lacking{std::isinf(step.age_before(x, y)) && total < 0.5f ? 0.5f - total : 0.0f};
-  const float born{constants.forgetting * (1 - total - lacking)};
-  float predicted{0};
+  const VelocitySums arrived{step.sums_of(mass)};
+  const JointUpdate update{joint_update(constants, arrived.mass, std::isinf(step.age_before(x, y)), likelihood)};
   for (std::size_t k{0}; k < mass.size(); ++k) {
-    const float prior{prior_of(constants, static_cast<int>(k))};
-    mass[k] = (1 - constants.forgetting) * (mass[k] * scale + lacking * prior) + born * prior;
-    predicted += mass[k];
+    mass[k] = update.scale * mass[k] + update.born * prior_of(constants, static_cast<int>(k));
   }
-  const float evidence{likelihood.occupied * predicted + likelihood.empty * (1 - predicted)};
-  for (float& m : mass) m = likelihood.occupied * m / evidence;
-  return likelihood.occupied * predicted / evidence;
+  return {updated(constants, update, arrived), mass[mass.size() / 2], update.occupancy};
 }
 
-// method §2.3, one cell; `velocity` becomes P(v_k), `occupied` P(occupied, v_k)
-float tay_cell(const Step& step, int x, int y, Likelihood likelihood, std::vector<float>& velocity,
-               std::vector<float>& occupied) {
+// method §2.3; `velocity` becomes P(v_k), `occupied` P(occupied, v_k) up to a factor
+Cell tay_cell(const Step& step, int x, int y, Likelihood likelihood, std::vector<float>& velocity,
+              std::vector<float>& occupied) {
   const FilterStep& constants{step.constants};
-  float evidence{0};
-  float total{0};
   for (std::size_t k{0}; k < velocity.size(); ++k) {
     const Antecedents from{step.antecedents_of(k)};
     const float prior{prior_of(constants, static_cast<int>(k))};
     const auto moving = [&](int ax, int ay) { return step.inside(ax, ay) ? step.disturbed_at(k, ax, ay, 1) : prior; };
     const auto occupied_before = [&](int ax, int ay) {
-      const float o{step.inside(ax, ay) ? step.before.occupancy(ax, ay) : 0.5f};
-      return (1 - constants.forgetting) * o + constants.forgetting * (1 - o);
+      return still_occupied(constants, step.inside(ax, ay) ? step.before.occupancy(ax, ay) : 0.5f);
     };
-    const float alpha_all{gathered(from, x, y, moving)};
-    const float alpha_occupied{
-        gathered(from, x, y, [&](int ax, int ay) { return moving(ax, ay) * occupied_before(ax, ay); })};
-    occupied[k] = likelihood.occupied * alpha_occupied;
-    velocity[k] = occupied[k] + likelihood.empty * (alpha_all - alpha_occupied);
-    evidence += velocity[k];
-    total += occupied[k];
+    const float all{gathered(from, x, y, moving)};
+    const TayUpdate update{
+        tay_update(all, gathered(from, x, y, [&](int ax, int ay) { return moving(ax, ay) * occupied_before(ax, ay); }),
+                   likelihood)};
+    occupied[k] = update.occupied;
+    velocity[k] = update.all;
   }
-  for (float& v : velocity) v = v / evidence;
-  for (float& o : occupied) o = o / evidence;
-  return total / evidence;
+  const float scale{1 / step.sums_of(velocity).mass};
+  for (float& v : velocity) v = scale * v;
+  const VelocitySums sums{step.sums_of(occupied)};
+  return {sums, scale * occupied[occupied.size() / 2], scale * sums.mass};
 }
 
 }  // namespace
@@ -122,27 +134,20 @@ void filter(Reference& reference, const FilterInput& input, View<const float> ob
                   moved(input.geometry.x_min_m, before.geometry.x_min_m, input.geometry.cell_size_m),
                   moved(input.geometry.y_min_m, before.geometry.y_min_m, input.geometry.cell_size_m)};
   const bool joint{input.config.model == FilterModel::joint};
-  std::vector<float> state(input.lattice.size());
-  std::vector<float> occupied(input.lattice.size());
+  std::vector<float> state(input.tables.lattice.size());
+  std::vector<float> occupied(state.size());
   after.geometry = layers.geometry = input.geometry;
   for (int y{0}; y < observed.height; ++y) {
     for (int x{0}; x < observed.width; ++x) {
-      const Likelihood likelihood{likelihood_of(input.config, observed(x, y))};
-      const float occupancy{joint ? joint_cell(step, x, y, likelihood, state)
-                                  : tay_cell(step, x, y, likelihood, state, occupied)};
-      const std::vector<float>& weights{joint ? state : occupied};
-      float vx{0};
-      float vy{0};
-      for (std::size_t k{0}; k < state.size(); ++k) {
-        after.velocity[k](x, y) = state[k];
-        vx += weights[k] * static_cast<float>(input.lattice[k].x);
-        vy += weights[k] * static_cast<float>(input.lattice[k].y);
-      }
+      const Likelihood likelihood{likelihood_of(input.tables.likelihood.data(), observed(x, y))};
+      const Cell cell{joint ? joint_cell(step, x, y, likelihood, state)
+                            : tay_cell(step, x, y, likelihood, state, occupied)};
+      for (std::size_t k{0}; k < state.size(); ++k) after.velocity[k](x, y) = state[k];
       const bool seen{std::abs(observed(x, y) - 0.5f) > observed_difference};
-      after.occupancy(x, y) = layers.occupancy(x, y) = occupancy;
+      after.occupancy(x, y) = layers.occupancy(x, y) = cell.occupancy;
       after.age_s(x, y) = layers.age_s(x, y) = seen ? 0.0f : step.age_before(x, y) + static_cast<float>(input.dt_s);
-      layers.velocity_x(x, y) = vx / occupancy;
-      layers.velocity_y(x, y) = vy / occupancy;
+      layers.moving(x, y) = moving_share(cell.occupancy, cell.standing);
+      write_velocity(estimate_of(cell.sums), x, y, layers);
     }
   }
 }

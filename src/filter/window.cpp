@@ -11,16 +11,9 @@ namespace {
 
 constexpr float never{std::numeric_limits<float>::infinity()};
 
-float interpolated(const Image<float>& cells, double x, double y) {
-  const int ix{static_cast<int>(std::floor(x))};
-  const int iy{static_cast<int>(std::floor(y))};
-  const float fx{static_cast<float>(x - ix)};
-  const float fy{static_cast<float>(y - iy)};
-  const auto at = [&](int cell_x, int cell_y) {
-    return cells(std::clamp(cell_x, 0, cells.width() - 1), std::clamp(cell_y, 0, cells.height() - 1));
-  };
-  return (1 - fy) * ((1 - fx) * at(ix, iy) + fx * at(ix + 1, iy)) +
-         fy * ((1 - fx) * at(ix, iy + 1) + fx * at(ix + 1, iy + 1));
+float smooth_value(const Image<float>& cells, double x, double y) {
+  const auto at = [&](int ix, int iy) { return cells(ix, iy); };
+  return interpolated(at, cells.width(), cells.height(), x, y);
 }
 
 }  // namespace
@@ -50,51 +43,75 @@ GridGeometry Window::at(const Pose2& world_from_vehicle) const {
   return {first_x * cell_size_m_, first_y * cell_size_m_, cell_size_m_, cells_, cells_};
 }
 
+FilterTables::FilterTables(const FilterConfig& config) : lattice{velocity_lattice(config)} {
+  const auto side = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(lattice.size()))));
+  for (std::size_t i{0}; i < side; ++i) axis_mps.push_back(static_cast<float>(lattice[i].x));
+  for (int i{0}; i <= likelihood_steps; ++i) {
+    const double p{static_cast<double>(i) / likelihood_steps};
+    likelihood.push_back(static_cast<float>(std::pow(p, config.likelihood_exponent)));
+  }
+}
+
+GridLayers grid_layers(const GridGeometry& geometry) {
+  const Image<float> zero{geometry.nx, geometry.ny};
+  return {geometry, zero, zero, zero, zero, zero, zero, zero, zero};
+}
+
 FilterState::FilterState(int cells, const FilterConfig& config)
     : occupancy{cells, cells, 0.5f}, age_s{cells, cells, never} {
   if (config.model == FilterModel::particles) {
     particles = Particles{cells, config};
   } else {
     velocity.assign(velocity_lattice(config).size(), Image<float>{cells, cells});
+    space.from.resize(velocity.size());
+    space.gained = space.standing = space.still_occupied = Image<float>{cells, cells};
   }
 }
 
-FilterStep step_of(const FilterInput& input) {
-  const FilterConfig& config{input.config};
-  const int velocities{static_cast<int>(input.lattice.size())};
-  const double others{std::max(velocities - 1, 1) * 1.0};
-  FilterStep step{};
-  step.velocities = velocities;
-  step.forgetting = static_cast<float>((1 - std::exp(-input.dt_s / config.forgetting_s)) / 2);
-  step.border_occupancy = config.model == FilterModel::joint ? static_cast<float>(config.border_occupancy) : 0.5f;
-  step.kept_standing = step.kept_moving = step.prior_static = 1;
-  if (velocities == 1) return step;
-  const double noise{config.velocity_noise};
+double share_within(double share, double dt_s) {
+  return 1 - std::pow(1 - share, dt_s / noise_interval_s);
+}
+
+namespace {
+
+void set_noise(const FilterConfig& config, double dt_s, int velocities, FilterStep& step) {
+  const double others{velocities - 1.0};
+  const double noise{share_within(config.velocity_noise, dt_s)};
   step.kept_moving = static_cast<float>(1 - noise);
   if (config.static_prior == 0) {
     step.spread = step.start = step.stop = static_cast<float>(noise / velocities);
     step.kept_standing = static_cast<float>(1 - noise + noise / velocities);
     step.prior_static = step.prior_moving = static_cast<float>(1.0 / velocities);
   } else {
+    const double starting{share_within(config.velocity_noise * starting_share, dt_s)};
     step.spread = static_cast<float>(noise / others);
-    step.start = static_cast<float>(noise * starting_share / others);
-    step.kept_standing = static_cast<float>(1 - noise * starting_share);
+    step.start = static_cast<float>(starting / others);
+    step.kept_standing = static_cast<float>(1 - starting);
     step.prior_static = static_cast<float>(config.static_prior);
     step.prior_moving = static_cast<float>((1 - config.static_prior) / others);
   }
+}
+
+}  // namespace
+
+FilterStep step_of(const FilterInput& input) {
+  const FilterConfig& config{input.config};
+  FilterStep step{};
+  step.side = static_cast<int>(input.tables.axis_mps.size());
+  step.forgetting = static_cast<float>((1 - std::exp(-input.dt_s / config.forgetting_s)) / 2);
+  step.border_occupancy = config.model == FilterModel::joint ? static_cast<float>(config.border_occupancy) : 0.5f;
+  step.kept_standing = step.kept_moving = step.prior_static = 1;
+  if (step.side == 1) return step;
+  set_noise(config, input.dt_s, step.velocities(), step);
+  double squares{0};
+  for (const Point2 v : input.tables.lattice) squares += v.x * v.x;
+  step.prior_variance = static_cast<float>(squares) * step.prior_moving;
   return step;
 }
 
-Likelihood likelihood_of(const FilterConfig& config, float observed) {
-  // 0 and 1 would make a cell deaf to everything that comes later
-  const double p{std::clamp(static_cast<double>(observed), 0.001, 0.999)};
-  return {static_cast<float>(std::pow(p, config.likelihood_exponent)),
-          static_cast<float>(std::pow(1 - p, config.likelihood_exponent))};
-}
-
 void reset(FilterState& state, const FilterConfig& config, const GridGeometry& geometry) {
-  const std::vector<Point2> lattice{velocity_lattice(config)};
-  const FilterStep step{step_of({config, lattice, geometry, 0})};
+  const FilterTables tables{config};
+  const FilterStep step{step_of({config, tables, geometry, 0})};
   const float mass{config.model == FilterModel::joint ? 0.5f : 1.0f};
   state.geometry = geometry;
   for (std::size_t k{0}; k < state.velocity.size(); ++k) {
@@ -107,31 +124,63 @@ void reset(FilterState& state, const FilterConfig& config, const GridGeometry& g
   state.age_s.fill(never);
 }
 
-void resample(const GridLayers& world, const Pose2& world_from_vehicle, const GridGeometry& grid,
-              Image<float>& occupancy, Image<float>& velocity_x, Image<float>& velocity_y, Image<float>& age_s) {
-  const GridGeometry& window{world.geometry};
-  const float c{static_cast<float>(std::cos(world_from_vehicle.yaw_rad))};
-  const float s{static_cast<float>(std::sin(world_from_vehicle.yaw_rad))};
+namespace {
+
+// From the window to vehicle axes.
+class Resampler {
+ public:
+  Resampler(const Pose2& world_from_vehicle, FrameResult& result)
+      : world_{result.world},
+        to_{result},
+        c_{static_cast<float>(std::cos(world_from_vehicle.yaw_rad))},
+        s_{static_cast<float>(std::sin(world_from_vehicle.yaw_rad))} {}
+
+  // Vehicle cell (ix, iy) from the place (x, y) of its centre, in cells of the window.
+  void fill(int ix, int iy, double x, double y) const {
+    if (!(x >= 0 && x < world_.geometry.nx && y >= 0 && y < world_.geometry.ny)) return fill_outside(ix, iy);
+    to_.occupancy(ix, iy) = smooth_value(world_.occupancy, x - 0.5, y - 0.5);
+    to_.moving(ix, iy) = smooth_value(world_.moving, x - 0.5, y - 0.5);
+    fill_nearest(ix, iy, static_cast<int>(x), static_cast<int>(y));
+  }
+
+ private:
+  void fill_outside(int ix, int iy) const {
+    to_.occupancy(ix, iy) = 0.5f;
+    to_.age_s(ix, iy) = never;
+    to_.moving(ix, iy) = to_.velocity_x(ix, iy) = to_.velocity_y(ix, iy) = 0;
+    to_.velocity_xx(ix, iy) = to_.velocity_xy(ix, iy) = to_.velocity_yy(ix, iy) = 0;
+  }
+
+  void fill_nearest(int ix, int iy, int x, int y) const {
+    to_.age_s(ix, iy) = world_.age_s(x, y);
+    const VelocityEstimate v{turned({world_.velocity_x(x, y), world_.velocity_y(x, y), world_.velocity_xx(x, y),
+                                     world_.velocity_xy(x, y), world_.velocity_yy(x, y)},
+                                    c_, s_)};
+    to_.velocity_x(ix, iy) = v.x;
+    to_.velocity_y(ix, iy) = v.y;
+    to_.velocity_xx(ix, iy) = v.xx;
+    to_.velocity_xy(ix, iy) = v.xy;
+    to_.velocity_yy(ix, iy) = v.yy;
+  }
+
+  const GridLayers& world_;
+  FrameResult& to_;
+  float c_;
+  float s_;
+};
+
+}  // namespace
+
+void resample(const Pose2& world_from_vehicle, FrameResult& result) {
+  const GridGeometry& grid{result.vehicle_grid};
+  const GridGeometry& window{result.world.geometry};
+  const Resampler resampler{world_from_vehicle, result};
   for (int iy{0}; iy < grid.ny; ++iy) {
     for (int ix{0}; ix < grid.nx; ++ix) {
       const Point2 at{world_from_vehicle * Point2{grid.x_min_m + (ix + 0.5) * grid.cell_size_m,
                                                   grid.y_min_m + (iy + 0.5) * grid.cell_size_m}};
-      const double x{(at.x - window.x_min_m) / window.cell_size_m};
-      const double y{(at.y - window.y_min_m) / window.cell_size_m};
-      if (!(x >= 0 && x < window.nx && y >= 0 && y < window.ny)) {
-        occupancy(ix, iy) = 0.5f;
-        velocity_x(ix, iy) = velocity_y(ix, iy) = 0;
-        age_s(ix, iy) = never;
-        continue;
-      }
-      const int nearest_x{static_cast<int>(x)};
-      const int nearest_y{static_cast<int>(y)};
-      const float vx{world.velocity_x(nearest_x, nearest_y)};
-      const float vy{world.velocity_y(nearest_x, nearest_y)};
-      occupancy(ix, iy) = interpolated(world.occupancy, x - 0.5, y - 0.5);
-      velocity_x(ix, iy) = c * vx + s * vy;
-      velocity_y(ix, iy) = -s * vx + c * vy;
-      age_s(ix, iy) = world.age_s(nearest_x, nearest_y);
+      resampler.fill(ix, iy, (at.x - window.x_min_m) / window.cell_size_m,
+                     (at.y - window.y_min_m) / window.cell_size_m);
     }
   }
 }

@@ -3,6 +3,8 @@
 #pragma once
 
 #include "host_device.hpp"
+#include "stereogrid/frame.hpp"
+#include "stereogrid/grid.hpp"
 
 namespace stereogrid {
 
@@ -36,5 +38,27 @@ struct LinearPool {
   }
   [[nodiscard]] STEREOGRID_HD double probability() const { return weights > 0 ? weighted / weights : 0.5; }
 };
+
+/// An ObservedGrid without its memory.
+struct OtherCells {
+  GridGeometry geometry;
+  const float* occupancy;
+  const float* confidence;  ///< null: 1
+};
+
+/// What another source says of the place `at`: its cell that holds it, if there is one.
+template <class Pool>
+STEREOGRID_HD inline void add(const OtherCells& other, Point2 at, double confidence, Pool& pool) {
+  // another source must not make a cell so certain that nothing could change it any more
+  constexpr double surest{0.999};
+  const GridGeometry& grid{other.geometry};
+  const double ix{(at.x - grid.x_min_m) / grid.cell_size_m};
+  const double iy{(at.y - grid.y_min_m) / grid.cell_size_m};
+  if (!(ix >= 0 && ix < grid.nx && iy >= 0 && iy < grid.ny)) return;
+  const int cell{static_cast<int>(iy) * grid.nx + static_cast<int>(ix)};
+  const double said{other.occupancy[cell]};
+  const double p{said < 1 - surest ? 1 - surest : (said > surest ? surest : said)};
+  pool.add(p, confidence * (other.confidence == nullptr ? 1.0 : static_cast<double>(other.confidence[cell])));
+}
 
 }  // namespace stereogrid

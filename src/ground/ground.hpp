@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "ground/model.hpp"
+#include "ground/fit_model.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/image.hpp"
 
@@ -27,18 +27,9 @@ struct GroundSpace {
   int blocks_across{0};
 };
 
-/// The plane that the calibration gives, a quarter of the gates uncertain. Trusted where nothing is to be estimated.
-Ground calibrated_ground(const Rig& rig, const GroundConfig& config);
-
-/// Is it within the gates around the calibration?
-bool is_believable(const Rig& rig, const GroundConfig& config, const Ground& ground);
-
-/// `previous` after `dt_s` in which nothing was measured: less certain, but no less than the calibration.
-Ground predicted(const Rig& rig, const GroundConfig& config, const Ground& previous, double dt_s);
-
 /// Road plane of this frame: a Kalman filter's step from `previous` (dt_s ago) with the plane through this frame's road
 /// disparities. Where too little road is seen or the result leaves the gates: `predicted`, `estimated` false. One
-/// implementation serves every back end: it reads a lattice of some thousand pixels.
+/// implementation serves every back end on the CPU: it reads a lattice of some thousand pixels.
 Ground estimate_ground(const Rig& rig, const GroundConfig& config, View<const float> road_disparity,
                        const Ground& previous, double dt_s, GroundSpace& space);
 

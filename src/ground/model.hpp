@@ -25,7 +25,7 @@ struct RoadPlane {
 
 /// Road plane in disparity space: with g the unit vector to the ground in the camera frame, g·X = height and X = Z·(…,
 /// 1), Z = f·b/d give d = (b/height)·(g_x (u−u0) + g_y (v−v0) + g_z f). method: eq. 1b, with roll.
-inline RoadPlane road_plane(const Rig& rig, const Ground& ground) {
+STEREOGRID_HD inline RoadPlane road_plane(const Rig& rig, const Ground& ground) {
   const double scale{rig.baseline_m / ground.height_m};
   const double cos_pitch{std::cos(ground.pitch_rad)};
   return {scale * rig.focal_px * std::sin(ground.pitch_rad), scale * cos_pitch * std::sin(ground.roll_rad),
@@ -33,14 +33,14 @@ inline RoadPlane road_plane(const Rig& rig, const Ground& ground) {
 }
 
 /// The inverse of road_plane: g has length 1.
-inline Ground ground_of(const Rig& rig, const RoadPlane& plane) {
+STEREOGRID_HD inline Ground ground_of(const Rig& rig, const RoadPlane& plane) {
   const double gz{plane.at_centre / rig.focal_px};
   const double length{std::sqrt(plane.per_u * plane.per_u + plane.per_v * plane.per_v + gz * gz)};
   return {rig.baseline_m / length, std::asin(gz / length), std::atan2(plane.per_u, plane.per_v), true};
 }
 
 /// Derivatives of the road plane (at_centre, per_u, per_v) with respect to (height, pitch, roll).
-inline Matrix3 plane_by_ground(const Rig& rig, const Ground& ground) {
+STEREOGRID_HD inline Matrix3 plane_by_ground(const Rig& rig, const Ground& ground) {
   const RoadPlane plane{road_plane(rig, ground)};
   const double scale{rig.baseline_m / ground.height_m};
   const double sin_pitch{std::sin(ground.pitch_rad)};
@@ -50,7 +50,7 @@ inline Matrix3 plane_by_ground(const Rig& rig, const Ground& ground) {
 }
 
 /// Covariance of (height, pitch, roll).
-inline Matrix3 covariance_of(const Ground& ground) {
+STEREOGRID_HD inline Matrix3 covariance_of(const Ground& ground) {
   const double height{ground.height_sigma_m};
   const double pitch{ground.pitch_sigma_rad};
   const double roll{ground.roll_sigma_rad};
@@ -63,7 +63,7 @@ inline Matrix3 covariance_of(const Ground& ground) {
 }
 
 /// `ground` with that covariance of (height, pitch, roll); its diagonal must be positive.
-inline Ground with_covariance(Ground ground, const Matrix3& covariance) {
+STEREOGRID_HD inline Ground with_covariance(Ground ground, const Matrix3& covariance) {
   ground.height_sigma_m = std::sqrt(covariance[0][0]);
   ground.pitch_sigma_rad = std::sqrt(covariance[1][1]);
   ground.roll_sigma_rad = std::sqrt(covariance[2][2]);
@@ -74,7 +74,7 @@ inline Ground with_covariance(Ground ground, const Matrix3& covariance) {
 }
 
 /// Standard deviation, in px, of the disparity that road_plane gives at a pixel.
-inline double plane_sigma_px(const Rig& rig, const Ground& ground, double u, double v) {
+STEREOGRID_HD inline double plane_sigma_px(const Rig& rig, const Ground& ground, double u, double v) {
   const Vector3 by_ground{transposed(plane_by_ground(rig, ground)) *
                           Vector3{1, u - rig.centre_u_px, v - rig.centre_v_px}};
   const Vector3 carried{covariance_of(ground) * by_ground};
@@ -83,14 +83,31 @@ inline double plane_sigma_px(const Rig& rig, const Ground& ground, double u, dou
 }
 
 /// Row of the horizon in the column u0: v0 − f·tan(pitch). specification §1.
-inline double horizon_row(const Rig& rig, const Ground& ground) {
+STEREOGRID_HD inline double horizon_row(const Rig& rig, const Ground& ground) {
   return rig.centre_v_px - rig.focal_px * std::tan(ground.pitch_rad);
 }
 
 /// Row at which a vertical obstacle at disparity d reaches `height_m` above the road. specification §3.1, method eq.
 /// 1a.
-inline double row_at_height(const Rig& rig, const Ground& ground, double d, double height_m) {
-  return horizon_row(rig, ground) + d * (ground.height_m - height_m) / (rig.baseline_m * std::cos(ground.pitch_rad));
+struct RowsByHeight {
+  double horizon;
+  double baseline_across_m;  ///< b·cos(pitch)
+  double camera_height_m;
+
+  STEREOGRID_HD RowsByHeight(const Rig& rig, const Ground& ground)
+      : horizon{horizon_row(rig, ground)},
+        baseline_across_m{rig.baseline_m * std::cos(ground.pitch_rad)},
+        camera_height_m{ground.height_m} {}
+
+  STEREOGRID_HD RowsByHeight(double horizon_row_px, double baseline_across, double height_m)
+      : horizon{horizon_row_px}, baseline_across_m{baseline_across}, camera_height_m{height_m} {}
+
+  [[nodiscard]] STEREOGRID_HD double row(double d, double height_m) const {
+    return horizon + d * (camera_height_m - height_m) / baseline_across_m;
+  }
+};
+STEREOGRID_HD inline double row_at_height(const Rig& rig, const Ground& ground, double d, double height_m) {
+  return RowsByHeight{rig, ground}.row(d, height_m);
 }
 
 }  // namespace stereogrid

@@ -93,7 +93,7 @@ bool find_plane(const Rig& rig, const GroundConfig& config, const std::vector<Gr
       plane = candidate;
     }
   }
-  return most > 0 && static_cast<std::size_t>(most) * stride >= ground_samples_min;
+  return most > 0 && most * static_cast<int>(stride) >= ground_samples_min;
 }
 
 }  // namespace
@@ -101,28 +101,24 @@ bool find_plane(const Rig& rig, const GroundConfig& config, const std::vector<Gr
 bool is_lost(const Rig& rig, const GroundConfig& config, View<const float> obstacle_disparity,
              View<const float> road_disparity, const Ground& ground, GroundSpace& space) {
   if (!config.estimate) return false;
-  constexpr double bin_px{0.5};
-  constexpr int bins{128};  // ±32 px
   const RoadPlane plane{road_plane(rig, ground)};
   const double horizon{horizon_row(rig, ground)};
   space.samples.clear();
   add_samples(road_disparity, horizon, space.samples);
   add_samples(obstacle_disparity, horizon, space.samples);
-  std::array<std::size_t, bins> counts{};
+  std::array<int, distance_bins> counts{};
   for (const GroundSample& sample : space.samples) {
-    const double bin{residual(plane, sample) / bin_px + bins / 2.0};
-    if (bin >= 0 && bin < bins) ++counts[static_cast<std::size_t>(bin)];
+    const double bin{distance_bin(residual(plane, sample))};
+    if (bin >= 0 && bin < distance_bins) ++counts[static_cast<std::size_t>(bin)];
   }
-  std::size_t here{0};
-  std::size_t elsewhere{0};
-  for (int k{2}; k < bins - 1; ++k) {
-    const auto i{static_cast<std::size_t>(k)};
-    // 2 px wide, centred between the bins k − 1 and k
-    const std::size_t share{counts[i - 2] + counts[i - 1] + counts[i] + counts[i + 1]};
-    std::size_t& most{std::abs(k - bins / 2) <= 2 ? here : elsewhere};
+  int here{0};
+  int elsewhere{0};
+  for (int k{2}; k < distance_bins - 1; ++k) {
+    const int share{share_around([&](int bin) { return counts[static_cast<std::size_t>(bin)]; }, k)};
+    int& most{is_near_the_plane(k) ? here : elsewhere};
     most = std::max(most, share);
   }
-  return elsewhere >= ground_samples_min && 4 * elsewhere > 5 * here;
+  return lies_elsewhere(here, elsewhere);
 }
 
 Ground search_ground(const Rig& rig, const GroundConfig& config, View<const float> obstacle_disparity,
@@ -135,7 +131,7 @@ Ground search_ground(const Rig& rig, const GroundConfig& config, View<const floa
   add_samples(road_disparity, 0, samples);
   add_samples(obstacle_disparity, 0, samples);
   keep_plausible(rig, config, samples);
-  if (samples.size() < ground_samples_min) return fallback;
+  if (static_cast<int>(samples.size()) < ground_samples_min) return fallback;
 
   RoadPlane plane{road_plane(rig, previous)};
   const bool enough{find_plane(rig, config, samples, plane)};

@@ -69,13 +69,18 @@ STEREOGRID_HD inline RoadRow road_row(const RoadPlane& plane, int v) {
 }
 
 /// Grey level of the right image where the road hypothesis looks for column u: at u − disparity, in 1/256 px,
-/// interpolated between its neighbours. `right_row` may be read at −1 and at width, where the border pixel is repeated.
-STEREOGRID_HD inline std::uint8_t sheared(const std::uint8_t* right_row, int width, int u, const RoadRow& road) {
+/// interpolated between its neighbours. `right(column)` is the image row from −1 to `width`, where the border pixel is
+/// repeated.
+template <class Pixel>
+STEREOGRID_HD inline std::uint8_t sheared_from(const Pixel& right, int width, int u, const RoadRow& road) {
   const int position{u * 256 - ((road.at(u) + 128) >> 8)};
   const int part{position & 255};
   int below{position >> 8};
   below = below < -1 ? -1 : (below > width - 1 ? width - 1 : below);
-  return static_cast<std::uint8_t>((right_row[below] * (256 - part) + right_row[below + 1] * part + 128) >> 8);
+  return static_cast<std::uint8_t>((right(below) * (256 - part) + right(below + 1) * part + 128) >> 8);
+}
+STEREOGRID_HD inline std::uint8_t sheared(const std::uint8_t* right_row, int width, int u, const RoadRow& road) {
+  return sheared_from([&](int column) { return right_row[column]; }, width, u, road);
 }
 
 /// Sub-pixel place of a cost curve's minimum between the integers, from the costs one step before, at and after it: the

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -44,13 +43,13 @@ void optimise(Cpu& cpu, const CensusTriple& census, const RoadPlane& plane, cons
 constexpr int cost_max{255};
 
 /// Can there be road in a row? Elsewhere no road label can be taken.
-inline bool row_has_road(const RoadPlane& plane, int width, int v) {
-  return std::max(plane.disparity(0, v), plane.disparity(width - 1, v)) >= 1;
+STEREOGRID_HD inline bool row_has_road(const RoadPlane& plane, int width, int v) {
+  return plane.disparity(0, v) >= 1 || plane.disparity(width - 1, v) >= 1;
 }
 
 /// The upright label with the disparity of the first road label; −1 where not all road labels lie among the upright
 /// ones, so that nothing can change between them.
-inline int meeting_label(const RoadPlane& plane, Shifts upright, Shifts road, int u, int v) {
+STEREOGRID_HD inline int meeting_label(const RoadPlane& plane, Shifts upright, Shifts road, int u, int v) {
   const int meeting{static_cast<int>(std::floor(plane.disparity(u, v) + 0.5)) + road.first - upright.first};
   return meeting > 0 && meeting + road.count < upright.count ? meeting : -1;
 }

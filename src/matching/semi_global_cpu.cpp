@@ -12,10 +12,6 @@
 
 namespace stereogrid {
 
-Penalties penalties_of(const MatchingConfig& config) {
-  return {config.penalty_step, 2 * config.penalty_step, config.penalty_jump, config.penalty_change};
-}
-
 LabelLayout::LabelLayout(Shifts upright, Shifts road)
     : uprights{(upright.count + block - 1) / block * block},
       upright_at{uprights - upright.count},

@@ -29,14 +29,12 @@ double interpolated(double model) {
 
 Calibration::Calibration() {
   for (std::size_t k{0}; k < table_.size(); ++k) {
-    table_[k] = static_cast<float>(interpolated(static_cast<double>(k) / steps));
+    table_[k] = static_cast<float>(interpolated(static_cast<double>(k) / calibration_steps));
   }
 }
 
 float Calibration::operator()(float probability) const {
-  const float place{probability * steps};
-  const auto k{static_cast<std::size_t>(place)};
-  return table_[k] + (place - static_cast<float>(k)) * (table_[k + 1] - table_[k]);
+  return calibrated(table_.data(), probability);
 }
 
 void Calibration::apply(View<float> cells) const {

@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "projection/model.hpp"
 #include "stereogrid/image.hpp"
 
 namespace stereogrid {
@@ -19,9 +20,12 @@ class Calibration {
   [[nodiscard]] float operator()(float probability) const;
   void apply(View<float> cells) const;
 
+  /// As `calibrated` reads it.
+  using Table = std::array<float, calibration_steps + 2>;
+  [[nodiscard]] const Table& table() const { return table_; }
+
  private:
-  static constexpr int steps{1024};
-  std::array<float, steps + 2> table_{};  // at k / steps; one more so that 1 has a neighbour
+  Table table_{};
 };
 
 }  // namespace stereogrid

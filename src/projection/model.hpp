@@ -97,4 +97,12 @@ STEREOGRID_HD inline ColumnSpan columns_of(const BinGeometry& bins, const CellCo
   return span;
 }
 
+/// A probability through a table of values at k / calibration_steps; one more so that 1 has a neighbour.
+constexpr int calibration_steps{1024};
+STEREOGRID_HD inline float calibrated(const float* table, float probability) {
+  const float place{probability * calibration_steps};
+  const int k{static_cast<int>(place)};
+  return table[k] + (place - static_cast<float>(k)) * (table[k + 1] - table[k]);
+}
+
 }  // namespace stereogrid

@@ -12,7 +12,7 @@ namespace stereogrid {
 /// Which bins speak for the cells of a grid. Each call of visit(BinSpan) names bins of one disparity.
 class Spans {
  public:
-  Spans(int width, int disparities, const BinGeometry& bins, const GridInVehicle& grid)
+  STEREOGRID_HD Spans(int width, int disparities, const BinGeometry& bins, const GridInVehicle& grid)
       : width_{width},
         disparities_{disparities},
         bins_{bins},
@@ -22,7 +22,7 @@ class Spans {
 
   /// The cells of row iy one after the other: begin_cell(ix) before the bins of each.
   template <class BeginCell, class Visit>
-  void row_by_overlap(int iy, const BeginCell& begin_cell, const Visit& visit) const {
+  STEREOGRID_HD void row_by_overlap(int iy, const BeginCell& begin_cell, const Visit& visit) const {
     Corner low{corner(0, iy)};
     Corner high{corner(0, iy + 1)};
     for (int ix{0}; ix < grid_.grid.nx; ++ix) {
@@ -35,8 +35,14 @@ class Spans {
     }
   }
 
+  /// One cell on its own.
   template <class Visit>
-  void by_centre(int ix, int iy, const Visit& visit) const {
+  STEREOGRID_HD void by_overlap(int ix, int iy, const Visit& visit) const {
+    overlap({corner(ix, iy), corner(ix + 1, iy), corner(ix + 1, iy + 1), corner(ix, iy + 1)}, visit);
+  }
+
+  template <class Visit>
+  STEREOGRID_HD void by_centre(int ix, int iy, const Visit& visit) const {
     const CellCorners cell{grid_.corners(ix, iy)};
     const double near{cell.nearest_x()};
     const double far{cell.farthest_x()};
@@ -67,13 +73,13 @@ class Spans {
   };
 
   // Edges so nearly across the view that their slope says too little; exactly across, none is ever cut.
-  static bool is_steep(double part) { return part != 0 && std::abs(part) < 1e-3; }
+  STEREOGRID_HD static bool is_steep(double part) { return part != 0 && std::abs(part) < 1e-3; }
 
-  static int clamped(double value, int highest) {
+  STEREOGRID_HD static int clamped(double value, int highest) {
     return static_cast<int>(std::clamp(value, -1.0, static_cast<double>(highest)));
   }
 
-  [[nodiscard]] Corner corner(int ix, int iy) const {
+  [[nodiscard]] STEREOGRID_HD Corner corner(int ix, int iy) const {
     const GridGeometry& grid{grid_.grid};
     const Point2 at{grid_.to_vehicle(grid.x_min_m + ix * grid.cell_size_m, grid.y_min_m + iy * grid.cell_size_m)};
     return {at, bins_.column(at.x, at.y)};
@@ -81,7 +87,7 @@ class Spans {
 
   // The columns around [smallest, largest] that satisfy `speaks`; they are an interval.
   template <class Visit, class Speaks>
-  void visit_where(int d, const ColumnSpan& span, const Visit& visit, const Speaks& speaks) const {
+  STEREOGRID_HD void visit_where(int d, const ColumnSpan& span, const Visit& visit, const Speaks& speaks) const {
     const int last{width_ - 1};
     int begin{std::max(clamped(std::floor(span.smallest - 1), last), 0)};
     int end{clamped(std::ceil(span.largest + 1), last)};
@@ -91,13 +97,13 @@ class Spans {
   }
 
   template <class Visit>
-  static void visit_columns(int d, int begin, int end, const Visit& visit) {
+  STEREOGRID_HD static void visit_columns(int d, int begin, int end, const Visit& visit) {
     if (begin > end) return;
     visit(BinSpan{static_cast<std::int16_t>(d), static_cast<std::int16_t>(begin), static_cast<std::int16_t>(end)});
   }
 
   template <class Visit>
-  void overlap(const Cell& cell, const Visit& visit) const {
+  STEREOGRID_HD void overlap(const Cell& cell, const Visit& visit) const {
     const Corner* c{cell.corner};
     const double near{std::min(std::min(c[0].at.x, c[1].at.x), std::min(c[2].at.x, c[3].at.x))};
     if (!(near > 0)) return;
@@ -124,7 +130,7 @@ class Spans {
   }
 
   // Columns in which the cell's edges pass the depth x, to a small fraction of a pixel.
-  [[nodiscard]] ColumnSpan cut(const Cell& cell, double x) const {
+  [[nodiscard]] STEREOGRID_HD ColumnSpan cut(const Cell& cell, double x) const {
     ColumnSpan span;
     const double scale{bins_.focal_px / x};
     for (int i{0}; i < 4; ++i) {
@@ -135,13 +141,13 @@ class Spans {
     return span;
   }
 
-  static bool is_close_to_whole(double value) { return std::abs(value - std::nearbyint(value)) < 1e-4; }
+  STEREOGRID_HD static bool is_close_to_whole(double value) { return std::abs(value - std::nearbyint(value)) < 1e-4; }
 
   // The bins whose columns u ± ½ the span touches. Where it ends so near to one of their borders that its small error
   // could decide, it is found again without.
   template <class Visit>
-  void visit_touched(const Cell& cell, int d, double x_near, double x_far, const ColumnSpan& span,
-                     const Visit& visit) const {
+  STEREOGRID_HD void visit_touched(const Cell& cell, int d, double x_near, double x_far, const ColumnSpan& span,
+                                   const Visit& visit) const {
     const double low{std::clamp(span.smallest - 0.5, -2.0, width_ + 1.0)};
     const double high{std::clamp(span.largest + 0.5, -2.0, width_ + 1.0)};
     const bool is_outside{low == high};

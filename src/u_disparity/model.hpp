@@ -2,9 +2,47 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
+#include <cstdint>
+
+#include "ground/model.hpp"
 #include "host_device.hpp"
 
 namespace stereogrid {
+
+/// Rows first … last; none where first > last.
+struct RowRange {
+  int first;
+  int last;
+};
+
+/// Bins for which a row is possible: first … last; none where first > last.
+struct BinRange {
+  int first;
+  int last;
+};
+
+/// Rows between two heights above the road at disparity d, in the column u0; the image may end before. eq. 9.
+STEREOGRID_HD inline RowRange rows_between(const RowsByHeight& rows, double lower_m, double upper_m, int d) {
+  const auto whole = [](double row) {
+    constexpr double far{1e6};  // keeps the conversion to int defined
+    const double bounded{row < -far ? -far : row};
+    return static_cast<int>(bounded > far ? far : bounded);
+  };
+  return {whole(std::ceil(rows.row(d, upper_m))), whole(std::floor(rows.row(d, lower_m)))};
+}
+
+/// A column's rows are shifted by at most an eighth of the image's width: roll up to 14 degrees.
+STEREOGRID_HD inline int largest_shift(int width) {
+  return width / 8;
+}
+
+/// By how many rows the road of roll lies lower in a column than in the column u0. `slope`: −tan(roll).
+STEREOGRID_HD inline std::int32_t row_shift(double slope, double columns_from_centre, int limit) {
+  const double rows{slope * columns_from_centre};
+  const long whole{std::lround(rows)};
+  return static_cast<std::int32_t>(whole < -limit ? -limit : (whole > limit ? limit : whole));
+}
 
 /// Eq. 4: occupancy from visibility P(V) and obstacle confidence P(C).
 STEREOGRID_HD inline float obstacle_probability(float visible, float confidence, float false_positive,

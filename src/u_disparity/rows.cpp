@@ -8,8 +8,6 @@
 namespace stereogrid {
 namespace {
 
-constexpr int steepest{8};  // a column is shifted by at most an eighth of the image's width: roll up to 14 degrees
-
 // For one row the bins that it is possible for are an interval, because both ends of S_P(d) move monotonously with d.
 void find_bins(const std::vector<RowRange>& rows, int margin, std::vector<BinRange>& bins_of_row) {
   const int disparities{static_cast<int>(rows.size())};
@@ -29,9 +27,7 @@ void find_bins(const std::vector<RowRange>& rows, int margin, std::vector<BinRan
 }  // namespace
 
 RowRange rows_between(const Rig& rig, const Ground& ground, double lower_m, double upper_m, int d) {
-  constexpr double far{1e6};  // keeps the conversion to int defined
-  return {static_cast<int>(std::clamp(std::ceil(row_at_height(rig, ground, d, upper_m)), -far, far)),
-          static_cast<int>(std::clamp(std::floor(row_at_height(rig, ground, d, lower_m)), -far, far))};
+  return rows_between(RowsByHeight{rig, ground}, lower_m, upper_m, d);
 }
 
 RowRange possible_rows(const Rig& rig, const Ground& ground, double obstacle_height_m, int d, int image_height) {
@@ -41,7 +37,7 @@ RowRange possible_rows(const Rig& rig, const Ground& ground, double obstacle_hei
 
 BinRows::BinRows(int width, int image_height, int disparities)
     : height{image_height},
-      margin{width / steepest},
+      margin{largest_shift(width)},
       shift(static_cast<std::size_t>(width)),
       rows(static_cast<std::size_t>(disparities)),
       upright_rows(static_cast<std::size_t>(disparities)),
@@ -63,14 +59,13 @@ void BinRows::cut(int widest) {
 void BinRows::place(const Rig& rig, const Ground& ground, const UDisparityConfig& config) {
   const double slope{config.follow_roll ? -std::tan(ground.roll_rad) : 0.0};
   for (std::size_t u{0}; u < shift.size(); ++u) {
-    const double rows_lower{slope * (static_cast<double>(u) - rig.centre_u_px)};
-    shift[u] = static_cast<std::int32_t>(
-        std::clamp(std::lround(rows_lower), -static_cast<long>(margin), static_cast<long>(margin)));
+    shift[u] = row_shift(slope, static_cast<double>(u) - rig.centre_u_px, margin);
   }
-  for (std::size_t d{0}; d < rows.size(); ++d) {
-    rows[d] = rows_between(rig, ground, 0, config.obstacle_height_m, static_cast<int>(d));
-    upright_rows[d] =
-        rows_between(rig, ground, config.obstacle_min_height_m, config.obstacle_height_m, static_cast<int>(d));
+  const RowsByHeight by_height{rig, ground};
+  for (int d{0}; d < static_cast<int>(rows.size()); ++d) {
+    const auto i{static_cast<std::size_t>(d)};
+    rows[i] = rows_between(by_height, 0, config.obstacle_height_m, d);
+    upright_rows[i] = rows_between(by_height, config.obstacle_min_height_m, config.obstacle_height_m, d);
   }
   find_bins(rows, margin, bins_of_row);
   find_bins(upright_rows, margin, upright_bins_of_row);

@@ -7,26 +7,15 @@
 
 #include "ground/model.hpp"
 #include "stereogrid/config.hpp"
+#include "u_disparity/model.hpp"
 
 namespace stereogrid {
-
-/// Rows first … last; none where first > last.
-struct RowRange {
-  int first;
-  int last;
-};
 
 /// Rows between two heights above the road at disparity d, in the column u0; the image may end before. eq. 9.
 RowRange rows_between(const Rig& rig, const Ground& ground, double lower_m, double upper_m, int d);
 
 /// Those of them, from the road up to `obstacle_height_m`, that are in the image: S_P(d) of eq. 9.
 RowRange possible_rows(const Rig& rig, const Ground& ground, double obstacle_height_m, int d, int image_height);
-
-/// Bins for which a row is possible: first … last; none where first > last.
-struct BinRange {
-  int first;
-  int last;
-};
 
 /// Columns begin … end − 1.
 struct ColumnRange {

@@ -118,13 +118,26 @@ TEST(ExitCodes, BadInputIs65) {
   EXPECT_FALSE(fs::exists(out));
 }
 
+// on a machine with a GPU, too
+constexpr const char* no_cuda{"STEREOGRID_CUDA_LIBRARY=missing.so"};
+
+TEST(Device, AutoFallsBackToTheCpuAndSaysSo) {
+  const TemporaryFolder folder;
+  const fs::path out{folder / "run"};
+  const Outcome outcome{
+      run_tool({"run", small_scene("empty", "&frames=1"), "--out", out.string(), "--device", "auto"}, no_cuda)};
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.errors, HasSubstr("on the CPU. No GPU: The CUDA library missing.so"));
+  EXPECT_EQ(json_of(out / "run.json")["device"], "cpu");
+}
+
 TEST(ExitCodes, WhatMayWorkLaterIs75) {
   const TemporaryFolder folder;
   const std::string out{(folder / "run").string()};
   const std::string scene{small_scene("empty", "&frames=1")};
-  const Outcome cuda{run_tool({"run", scene, "--out", out, "--device", "cuda"})};
+  const Outcome cuda{run_tool({"run", scene, "--out", out, "--device", "cuda"}, no_cuda)};
   EXPECT_EQ(cuda.exit_code, 75);
-  EXPECT_THAT(cuda.errors, HasSubstr("no CUDA back end"));
+  EXPECT_THAT(cuda.errors, testing::AllOf(HasSubstr("--device cuda"), HasSubstr("missing.so could not be loaded")));
   std::ofstream{folder / "a_file"} << "x";
   EXPECT_EQ(run_tool({"run", scene, "--out", (folder / "a_file" / "run").string()}).exit_code, 75);
   const Outcome film{run_tool({"run", scene, "--out", out, "--video", "x.mp4"}, "PATH=/nonexistent")};

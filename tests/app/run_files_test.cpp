@@ -104,8 +104,10 @@ TEST_F(RunFiles, GridsHaveTheirShapes) {
   const auto world{json["world_grid"]["nx"].get<std::size_t>()};
   ASSERT_EQ(json["world_grid"]["ny"], world);
   const Arrays arrays{io::read_npz(run() / "grids" / "000002.npz")};
-  EXPECT_EQ(names_of(arrays), (std::set<std::string>{"observed", "occupancy", "age_s", "velocity", "world_occupancy",
-                                                     "world_velocity", "world_age_s", "world_origin"}));
+  EXPECT_EQ(names_of(arrays),
+            (std::set<std::string>{"observed", "occupancy", "moving", "age_s", "velocity", "velocity_covariance",
+                                   "world_occupancy", "world_moving", "world_velocity", "world_velocity_covariance",
+                                   "world_age_s", "world_origin"}));
   for (const char* name : {"observed", "occupancy", "age_s"}) {
     expect_array(arrays, name, io::DType::float32, {100, 80});
   }
@@ -113,6 +115,10 @@ TEST_F(RunFiles, GridsHaveTheirShapes) {
   expect_array(arrays, "world_occupancy", io::DType::float32, {world, world});
   expect_array(arrays, "world_age_s", io::DType::float32, {world, world});
   expect_array(arrays, "world_velocity", io::DType::float32, {2, world, world});
+  expect_array(arrays, "moving", io::DType::float32, {100, 80});
+  expect_array(arrays, "velocity_covariance", io::DType::float32, {3, 100, 80});
+  expect_array(arrays, "world_moving", io::DType::float32, {world, world});
+  expect_array(arrays, "world_velocity_covariance", io::DType::float32, {3, world, world});
   expect_array(arrays, "world_origin", io::DType::float64, {2});
   const auto age{arrays.at("age_s").to<float>()};
   EXPECT_TRUE(std::any_of(age.begin(), age.end(), [](float a) { return std::isinf(a); }));

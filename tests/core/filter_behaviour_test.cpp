@@ -180,14 +180,13 @@ TEST(FilterModelFunctions, AntecedentsSplitAFractionalShift) {
   const Antecedents from{antecedents(1.25, -0.5, 0, 0)};
   EXPECT_EQ(from.ix, -2);
   EXPECT_EQ(from.iy, 0);
-  EXPECT_NEAR(from.w00, 0.25 * 0.5, 1e-6);
-  EXPECT_NEAR(from.w10, 0.75 * 0.5, 1e-6);
-  EXPECT_NEAR(from.w01, 0.25 * 0.5, 1e-6);
-  EXPECT_NEAR(from.w11, 0.75 * 0.5, 1e-6);
+  EXPECT_NEAR(from.fx, 0.75, 1e-6);
+  EXPECT_NEAR(from.fy, 0.5, 1e-6);
   const Antecedents still{antecedents(0, 0, 3, -2)};
   EXPECT_EQ(still.ix, 3);
   EXPECT_EQ(still.iy, -2);
-  EXPECT_EQ(still.w00, 1);
+  EXPECT_EQ(still.fx, 0);
+  EXPECT_EQ(still.fy, 0);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 #include "backend/reference.hpp"
 #include "filter_run.hpp"
@@ -53,8 +54,35 @@ const Cell* antecedent(const Cells& before, int x, int y, std::size_t k) {
   return &before[static_cast<std::size_t>(from_y * cells + from_x)];
 }
 
-double metres_per_second(std::size_t k) {
-  return 2 * (static_cast<double>(k % 3) - 1);
+// Of what occupies a cell: mean velocity, covariance, and its part that moves.
+struct Motion {
+  double x{0};
+  double y{0};
+  double xx{0};
+  double xy{0};
+  double yy{0};
+  double moving{0};
+};
+
+// `masses`: P(occupied, v_k)
+Motion motion_of(const std::array<double, velocities>& masses) {
+  const auto vx = [](std::size_t k) { return 2 * (static_cast<double>(k % 3) - 1); };
+  const auto vy = [](std::size_t k) { return 2 * (static_cast<double>(k / 3) - 1); };
+  const double sum{std::accumulate(masses.begin(), masses.end(), 0.0)};
+  Motion motion;
+  motion.moving = sum - masses[standstill];
+  for (std::size_t k{0}; k < velocities; ++k) {
+    motion.x += masses[k] / sum * vx(k);
+    motion.y += masses[k] / sum * vy(k);
+  }
+  for (std::size_t k{0}; k < velocities; ++k) {
+    const double dx{vx(k) - motion.x};
+    const double dy{vy(k) - motion.y};
+    motion.xx += masses[k] / sum * dx * dx;
+    motion.xy += masses[k] / sum * dx * dy;
+    motion.yy += masses[k] / sum * dy * dy;
+  }
+  return motion;
 }
 
 double likelihood(double p) {
@@ -62,31 +90,31 @@ double likelihood(double p) {
 }
 
 // method §2.3
-Cell tay(const Cells& before, int x, int y, double p, double& velocity_x) {
+Cell tay(const Cells& before, int x, int y, double p, Motion& motion) {
   Cell after;
   double sum{0};
   double occupied{0};
-  velocity_x = 0;
+  std::array<double, velocities> beta{};
   for (std::size_t k{0}; k < velocities; ++k) {
     const Cell* a{antecedent(before, x, y, k)};
     const double pi_a{a == nullptr ? prior(k) : disturbed(*a, k)};
     const double o_a{a == nullptr ? 0.5 : a->occupied};
     const double alpha_occupied{pi_a * ((1 - eps) * o_a + eps * (1 - o_a))};
     const double alpha_empty{pi_a * (eps * o_a + (1 - eps) * (1 - o_a))};
-    const double beta_occupied{likelihood(p) * alpha_occupied};
-    after.of_velocity[k] = beta_occupied + likelihood(1 - p) * alpha_empty;
+    beta[k] = likelihood(p) * alpha_occupied;
+    after.of_velocity[k] = beta[k] + likelihood(1 - p) * alpha_empty;
     sum += after.of_velocity[k];
-    occupied += beta_occupied;
-    velocity_x += beta_occupied * metres_per_second(k);
+    occupied += beta[k];
   }
   for (double& pi_k : after.of_velocity) pi_k /= sum;
-  velocity_x /= occupied;
+  for (double& b : beta) b /= sum;
+  motion = motion_of(beta);
   after.occupied = occupied / sum;
   return after;
 }
 
 // method §2.6, for cells that have been seen before
-Cell joint(const Cells& before, int x, int y, double p, double& velocity_x) {
+Cell joint(const Cells& before, int x, int y, double p, Motion& motion) {
   Cell after;
   double sum{0};
   for (std::size_t k{0}; k < velocities; ++k) {
@@ -98,14 +126,12 @@ Cell joint(const Cells& before, int x, int y, double p, double& velocity_x) {
   sum = std::min(sum, 1.0);
   const double predicted{(1 - eps) * sum + eps * (1 - sum)};
   const double n{likelihood(p) * predicted + likelihood(1 - p) * (1 - predicted)};
-  velocity_x = 0;
   for (std::size_t k{0}; k < velocities; ++k) {
     double& m{after.of_velocity[k]};
     m = ((1 - eps) * m + eps * prior(k) * (1 - sum)) * likelihood(p) / n;
-    velocity_x += m * metres_per_second(k);
   }
   after.occupied = likelihood(p) * predicted / n;
-  velocity_x /= after.occupied;
+  motion = motion_of(after.of_velocity);
   return after;
 }
 
@@ -130,6 +156,15 @@ Image<float> observation(int step, std::mt19937& generator) {
   return observed;
 }
 
+void expect_motion(const GridLayers& layers, int x, int y, const Motion& expected) {
+  ASSERT_NEAR(layers.velocity_x(x, y), expected.x, 1e-4);
+  ASSERT_NEAR(layers.velocity_y(x, y), expected.y, 1e-4);
+  ASSERT_NEAR(layers.velocity_xx(x, y), expected.xx, 1e-4);
+  ASSERT_NEAR(layers.velocity_xy(x, y), expected.xy, 1e-4);
+  ASSERT_NEAR(layers.velocity_yy(x, y), expected.yy, 1e-4);
+  ASSERT_NEAR(layers.moving(x, y), expected.moving, 1e-5);
+}
+
 class FilterEquations : public testing::TestWithParam<FilterModel> {};
 
 TEST_P(FilterEquations, AreThoseOfTheMethodNote) {
@@ -150,12 +185,12 @@ TEST_P(FilterEquations, AreThoseOfTheMethodNote) {
     const Cells before{expected};
     for (int y{0}; y < cells; ++y) {
       for (int x{0}; x < cells; ++x) {
-        double velocity_x{0};
+        Motion motion;
         const auto equations = GetParam() == FilterModel::joint ? joint : tay;
-        const Cell cell{equations(before, x, y, static_cast<double>(observed(x, y)), velocity_x)};
+        const Cell cell{equations(before, x, y, static_cast<double>(observed(x, y)), motion)};
         expected[static_cast<std::size_t>(y * cells + x)] = cell;
         ASSERT_NEAR(run.layers.occupancy(x, y), cell.occupied, 1e-5) << "step " << step << ": " << x << " " << y;
-        ASSERT_NEAR(run.layers.velocity_x(x, y), velocity_x, 1e-4) << "step " << step << ": " << x << " " << y;
+        ASSERT_NO_FATAL_FAILURE(expect_motion(run.layers, x, y, motion)) << "step " << step << ": " << x << " " << y;
       }
     }
   }

@@ -28,13 +28,8 @@ template <class BackEndType>
 class FilterRun {
  public:
   FilterRun(BackEndType& back_end, const FilterConfig& parameters, const GridGeometry& geometry)
-      : back_end_{back_end},
-        config{parameters},
-        lattice{velocity_lattice(config)},
-        now{geometry.nx, config},
-        before{now} {
-    const Image<float> cells{geometry.nx, geometry.ny};
-    layers = {geometry, cells, cells, cells, cells};
+      : back_end_{back_end}, config{parameters}, tables{config}, now{geometry.nx, config}, before{now} {
+    layers = grid_layers(geometry);
     reset(now, config, geometry);
   }
 
@@ -42,7 +37,7 @@ class FilterRun {
 
   void step(const Image<float>& observed, double dt_s, const GridGeometry& geometry) {
     std::swap(now, before);
-    filter(back_end_, {config, lattice, geometry, dt_s}, observed.view(), before, now, layers);
+    filter(back_end_, {config, tables, geometry, dt_s}, observed.view(), before, now, layers);
   }
 
  private:
@@ -50,7 +45,7 @@ class FilterRun {
 
  public:
   FilterConfig config;
-  std::vector<Point2> lattice;
+  FilterTables tables;
   FilterState now;
   FilterState before;
   GridLayers layers;

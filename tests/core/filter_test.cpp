@@ -10,6 +10,7 @@
 #include "backend/reference.hpp"
 #include "filter_run.hpp"
 #include "support.hpp"
+#include "targets.hpp"
 
 namespace stereogrid::test {
 namespace {
@@ -36,6 +37,10 @@ int differences(const Image<float>& a, const Image<float>& b) {
   return different;
 }
 
+constexpr Image<float> GridLayers::*all_layers[]{
+    &GridLayers::occupancy,   &GridLayers::velocity_x,  &GridLayers::velocity_y,  &GridLayers::age_s,
+    &GridLayers::velocity_xx, &GridLayers::velocity_xy, &GridLayers::velocity_yy, &GridLayers::moving};
+
 int different_particles(const Particles& a, const Particles& b) {
   if (a.count != b.count || a.weight != b.weight) return std::max({a.count, b.count, 1});
   int different{0};
@@ -61,7 +66,7 @@ class FilterOfEachModel : public testing::TestWithParam<FilterModel> {};
 
 TEST_P(FilterOfEachModel, CpuEqualsReference) {
   std::mt19937 generator{17};
-  for (const int cells : {1, 5, 23, 34}) {
+  for (const int cells : {1, 5, 23, 34, 137}) {
     for (const int threads : {1, 2}) {
       FilterConfig config{method_config(GetParam())};
       config.velocity_step_mps = 1.3;  // fractions of a cell
@@ -80,16 +85,39 @@ TEST_P(FilterOfEachModel, CpuEqualsReference) {
         slow.step(observed, steps_s[i], geometry);
         fast.step(observed, steps_s[i], geometry);
         const auto where = testing::Message() << cells << " cells, " << threads << " threads, step " << i;
-        EXPECT_EQ(differences(slow.layers.occupancy, fast.layers.occupancy), 0) << where;
-        EXPECT_EQ(differences(slow.layers.velocity_x, fast.layers.velocity_x), 0) << where;
-        EXPECT_EQ(differences(slow.layers.velocity_y, fast.layers.velocity_y), 0) << where;
-        EXPECT_EQ(differences(slow.layers.age_s, fast.layers.age_s), 0) << where;
+        for (const auto layer : all_layers) {
+          EXPECT_EQ(differences(slow.layers.*layer, fast.layers.*layer), 0) << where;
+        }
         for (std::size_t k{0}; k < slow.now.velocity.size(); ++k) {
           EXPECT_EQ(differences(slow.now.velocity[k], fast.now.velocity[k]), 0) << where << ", velocity " << k;
         }
         EXPECT_EQ(different_particles(slow.now.particles, fast.now.particles), 0) << where;
         EXPECT_EQ(fast.layers.geometry, geometry);
         EXPECT_EQ(fast.now.geometry, geometry);
+      }
+    }
+  }
+}
+
+// Rows whose length is no multiple of any vector's.
+TEST_P(FilterOfEachModel, EveryInstructionSetEqualsTheReference) {
+  constexpr int cells{31};
+  FilterConfig config{method_config(GetParam())};
+  config.velocity_step_mps = 1.3;
+  const GridGeometry geometry{0, 0, cell_m, cells, cells};
+  for (const std::int64_t target : vector_targets()) {
+    const ForcedTarget forced{target};
+    std::mt19937 generator{19};
+    Reference reference;
+    Cpu cpu{1};
+    FilterRun slow{reference, config, geometry};
+    FilterRun fast{cpu, config, geometry};
+    for (int step{0}; step < 4; ++step) {
+      const Image<float> observed{random_observation(cells, generator)};
+      slow.step(observed);
+      fast.step(observed);
+      for (const auto layer : all_layers) {
+        EXPECT_EQ(differences(slow.layers.*layer, fast.layers.*layer), 0) << name_of_target(target);
       }
     }
   }
@@ -123,6 +151,11 @@ TEST_P(FilterOfEachModel, MassStaysBetweenZeroAndOne) {
         }
         ASSERT_LE(std::abs(run.layers.velocity_x(x, y)), 4.0001f);
         ASSERT_LE(std::abs(run.layers.velocity_y(x, y)), 4.0001f);
+        ASSERT_TRUE(run.layers.moving(x, y) >= 0 && run.layers.moving(x, y) <= occupancy + 1e-6f);
+        const float xx{run.layers.velocity_xx(x, y)};
+        const float yy{run.layers.velocity_yy(x, y)};
+        const float xy{run.layers.velocity_xy(x, y)};
+        ASSERT_TRUE(xx >= 0 && yy >= 0 && xy * xy <= xx * yy + 1e-4f) << xx << " " << xy << " " << yy;
       }
     }
   }
@@ -194,6 +227,23 @@ TEST_P(FilterOfEachModel, ForgettingDoesNotDependOnTheFrameRate) {
   // after one time constant 1/e of the departure from 0.5 is left
   EXPECT_NEAR(coarse.layers.occupancy(2, 2), 0.5 + 0.4 * std::exp(-1.0), 1e-4);
   EXPECT_NEAR(fine.layers.occupancy(2, 2), coarse.layers.occupancy(2, 2), 1e-4);
+}
+
+// What the noise does in a second is the same in one step as in twenty.
+TEST(FilterNoise, DoesNotDependOnTheFrameRate) {
+  const FilterConfig config{method_config(FilterModel::joint)};
+  const FilterTables tables{config};
+  const GridGeometry geometry{0, 0, cell_m, 5, 5};
+  const FilterStep coarse{step_of({config, tables, geometry, 1.0})};
+  const FilterStep fine{step_of({config, tables, geometry, 0.05})};
+  EXPECT_NEAR(std::pow(fine.kept_moving, 20), coarse.kept_moving, 1e-5);
+  EXPECT_NEAR(std::pow(fine.kept_standing, 20), coarse.kept_standing, 1e-5);
+  EXPECT_NEAR(step_of({config, tables, geometry, 0.1}).kept_moving, 1 - config.velocity_noise, 1e-6);
+  for (const FilterStep& step : {coarse, fine}) {
+    // mass goes from one velocity to another and is not lost
+    EXPECT_NEAR(step.kept_standing + 24 * step.start, 1, 1e-6);
+    EXPECT_NEAR(step.kept_moving + 24 * step.spread + step.stop, 1, 1e-6);
+  }
 }
 
 TEST_P(FilterOfEachModel, AgeGrowsAndIsResetBySeeing) {

@@ -76,22 +76,22 @@ TEST(Window, MovesInWholeCells) {
 }
 
 GridLayers layers_of(const GridGeometry& geometry) {
-  const Image<float> zero{geometry.nx, geometry.ny};
-  return {geometry, Image<float>{geometry.nx, geometry.ny, 0.5f}, zero, zero,
-          Image<float>{geometry.nx, geometry.ny, never}};
+  GridLayers layers{grid_layers(geometry)};
+  layers.occupancy.fill(0.5f);
+  layers.age_s.fill(never);
+  return layers;
 }
 
-struct Resampled {
-  explicit Resampled(const GridLayers& world, const Pose2& world_from_vehicle, const GridGeometry& grid)
-      : occupancy{grid.nx, grid.ny}, velocity_x{occupancy}, velocity_y{occupancy}, age_s{occupancy} {
-    resample(world, world_from_vehicle, grid, occupancy, velocity_x, velocity_y, age_s);
-  }
-
-  Image<float> occupancy;
-  Image<float> velocity_x;
-  Image<float> velocity_y;
-  Image<float> age_s;
-};
+FrameResult resampled(const GridLayers& world, const Pose2& world_from_vehicle, const GridGeometry& grid) {
+  FrameResult result{};
+  const Image<float> cells{grid.nx, grid.ny, -7};
+  result.world = world;
+  result.vehicle_grid = grid;
+  result.occupancy = result.age_s = result.velocity_x = result.velocity_y = cells;
+  result.velocity_xx = result.velocity_xy = result.velocity_yy = result.moving = cells;
+  resample(world_from_vehicle, result);
+  return result;
+}
 
 TEST(Resample, PutsCellsWhereARotatedCarSeesThem) {
   GridLayers world{layers_of({-4, -4, 0.2, 40, 40})};
@@ -100,18 +100,26 @@ TEST(Resample, PutsCellsWhereARotatedCarSeesThem) {
     for (int ix{24}; ix < 27; ++ix) {
       world.occupancy(ix, iy) = 0.9f;
       world.velocity_x(ix, iy) = 3;
+      world.velocity_xx(ix, iy) = 4;
+      world.velocity_xy(ix, iy) = 0.5f;
+      world.velocity_yy(ix, iy) = 1;
+      world.moving(ix, iy) = 0.6f;
       world.age_s(ix, iy) = 0.25f;
     }
   }
   // the car at (1.1, −0.9) faces +y: the block's middle is 3 m ahead; +x is to its right
   const GridGeometry grid{0, -2, 0.2, 24, 20};
-  const Resampled seen{world, {1.1, -0.9, 90 * degree}, grid};
+  const FrameResult seen{resampled(world, {1.1, -0.9, 90 * degree}, grid)};
   const auto cell_at = [&](const Image<float>& image, double x, double y) {
     return image(static_cast<int>((x - grid.x_min_m) / 0.2), static_cast<int>((y - grid.y_min_m) / 0.2));
   };
   EXPECT_NEAR(cell_at(seen.occupancy, 3.1, 0.1), 0.9, 1e-5);
   EXPECT_NEAR(cell_at(seen.velocity_x, 3.1, 0.1), 0, 1e-5);
   EXPECT_NEAR(cell_at(seen.velocity_y, 3.1, 0.1), -3, 1e-5);
+  EXPECT_NEAR(cell_at(seen.velocity_xx, 3.1, 0.1), 1, 1e-5);
+  EXPECT_NEAR(cell_at(seen.velocity_xy, 3.1, 0.1), -0.5, 1e-5);
+  EXPECT_NEAR(cell_at(seen.velocity_yy, 3.1, 0.1), 4, 1e-5);
+  EXPECT_NEAR(cell_at(seen.moving, 3.1, 0.1), 0.6, 1e-5);
   EXPECT_FLOAT_EQ(cell_at(seen.age_s, 3.1, 0.1), 0.25f);
   for (const Point2 elsewhere : {Point2{3.7, 0.1}, Point2{2.3, 0.1}, Point2{3.1, 0.7}, Point2{3.1, -0.7}}) {
     EXPECT_NEAR(cell_at(seen.occupancy, elsewhere.x, elsewhere.y), 0.5, 1e-5);
@@ -119,12 +127,26 @@ TEST(Resample, PutsCellsWhereARotatedCarSeesThem) {
   }
 }
 
+// By 30°: the covariance turns as R C Rᵀ.
+TEST(Resample, TurnsTheCovariance) {
+  GridLayers world{layers_of({-4, -4, 0.2, 40, 40})};
+  world.velocity_xx.fill(3);
+  world.velocity_xy.fill(0.4f);
+  world.velocity_yy.fill(1);
+  const FrameResult seen{resampled(world, {0, 0, 30 * degree}, {0.1, 0.1, 0.2, 2, 2})};
+  const double c{std::cos(30 * degree)};
+  const double s{std::sin(30 * degree)};
+  EXPECT_NEAR(seen.velocity_xx(1, 1), c * c * 3 + 2 * c * s * 0.4 + s * s, 1e-5);
+  EXPECT_NEAR(seen.velocity_xy(1, 1), -c * s * 3 + (c * c - s * s) * 0.4 + c * s, 1e-5);
+  EXPECT_NEAR(seen.velocity_yy(1, 1), s * s * 3 - 2 * c * s * 0.4 + c * c, 1e-5);
+}
+
 TEST(Resample, OfAnAlignedGridIsACopy) {
   std::mt19937 generator{3};
   GridLayers world{layers_of({-1, -2, 0.2, 20, 20})};
   for (float& p : world.occupancy) p = static_cast<float>(uniform(generator, 0, 1));
   const GridGeometry grid{0, 0, 0.2, 5, 6};
-  const Resampled seen{world, {0.6, -0.4, 0}, grid};
+  const FrameResult seen{resampled(world, {0.6, -0.4, 0}, grid)};
   for (int iy{0}; iy < grid.ny; ++iy) {
     for (int ix{0}; ix < grid.nx; ++ix) EXPECT_NEAR(seen.occupancy(ix, iy), world.occupancy(ix + 8, iy + 8), 1e-5);
   }
@@ -136,7 +158,7 @@ TEST(Resample, InterpolatesOccupancyBetweenCells) {
     for (int x{0}; x < 10; ++x) world.occupancy(x, y) = static_cast<float>(0.05 * x + 0.03 * y);
   }
   // a quarter of a cell to the right, half a cell up
-  const Resampled seen{world, {0.05, 0.1, 0}, {0.4, 0.4, 0.2, 3, 3}};
+  const FrameResult seen{resampled(world, {0.05, 0.1, 0}, {0.4, 0.4, 0.2, 3, 3})};
   EXPECT_NEAR(seen.occupancy(0, 0), 0.05 * 2.25 + 0.03 * 2.5, 1e-5);
   EXPECT_NEAR(seen.occupancy(2, 1), 0.05 * 4.25 + 0.03 * 3.5, 1e-5);
 }
@@ -147,7 +169,7 @@ TEST(Resample, OutsideTheWindowNothingIsKnown) {
   world.velocity_x.fill(1);
   world.velocity_y.fill(1);
   world.age_s.fill(0);
-  const Resampled seen{world, {0, 0, 0}, {-1, 0.4, 0.2, 20, 3}};
+  const FrameResult seen{resampled(world, {0, 0, 0}, {-1, 0.4, 0.2, 20, 3})};
   for (const int ix : {0, 3, 16, 19}) {
     EXPECT_EQ(seen.occupancy(ix, 1), 0.5f) << ix;
     EXPECT_EQ(seen.velocity_x(ix, 1), 0) << ix;

@@ -62,11 +62,17 @@ __global__ void fusion_models(double* p) {
   p[threadIdx.x] = pool.probability();
 }
 
-__global__ void filter_models(FilterStep step, double shift, float* out) {
+__global__ void filter_models(FilterStep step, double shift, const float* table, float* out) {
   const int k{static_cast<int>(threadIdx.x)};
   const Antecedents from{antecedents(shift, -shift, 1, 0)};
-  const Likelihood likelihood{prior_of(step, k), static_cast<float>(floor_of(shift))};
-  out[k] = from.w00 * likelihood.occupied + from.w11 * likelihood.empty;
+  const Likelihood likelihood{likelihood_of(table, prior_of(step, k))};
+  const float moving{disturbed(step, out[k], gained_by_moving(step, 1, out[0]))};
+  VelocitySums sums;
+  sums.add_row(2, between(moving, disturbed_standing(step, 1, out[0]), from.fx), 0, 1);
+  const JointUpdate update{joint_update(step, sums.mass, false, likelihood)};
+  const VelocityEstimate velocity{estimate_of(updated(step, update, sums))};
+  const TayUpdate tay{tay_update(1, still_occupied(step, 0.5f), likelihood)};
+  out[k] = velocity.xx + moving_share(update.occupancy, tay.occupied) + tay.all + floor_of(shift);
 }
 
 }  // namespace
@@ -79,7 +85,7 @@ void launch_all(const std::uint8_t* image, float* floats, double* doubles) {
   projection_models<<<1, 32>>>(Rig{}, GridInVehicle{}, 1, 1, doubles);
   fusion_models<IndependentPool><<<1, 32>>>(doubles);
   fusion_models<LinearPool><<<1, 32>>>(doubles);
-  filter_models<<<1, 32>>>(FilterStep{}, 0.5, floats);
+  filter_models<<<1, 32>>>(FilterStep{}, 0.5, floats, floats);
 }
 
 }  // namespace stereogrid

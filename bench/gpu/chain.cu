@@ -1,0 +1,179 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "chain.hpp"
+
+#include <memory>
+#include <thread>
+
+#include "journey_cuda.hpp"
+#include "samples.hpp"
+#include "street.hpp"
+
+namespace stereogrid::bench {
+namespace {
+
+constexpr int drawn_frames{6};
+constexpr int warm_up{10};
+constexpr double frame_s{0.1};
+
+Config config_of(const Case& what) {
+  Config config{preset("default")};
+  config.matching.method = what.method;
+  config.matching.disparities = what.disparities;
+  return config;
+}
+
+/// Frames, shown forth and back.
+std::vector<StereoFrame> drawn(const Case& what) {
+  const test::Street street{test::Street::rig(what.width, what.height)};
+  std::vector<StereoFrame> frames;
+  for (int i{0}; i < drawn_frames; ++i) frames.push_back(street.frame(i));
+  for (int i{drawn_frames - 2}; i > 0; --i) frames.push_back(frames[static_cast<std::size_t>(i)]);
+  return frames;
+}
+
+class Drive {
+ public:
+  explicit Drive(const Case& what)
+      : rig_{test::Street::rig(what.width, what.height)},
+        journey_{config_of(what), rig_},
+        result_{empty_result(config_of(what), rig_)} {
+    journey_.fetch_stages(false);
+  }
+
+  void step(const std::vector<StereoFrame>& frames) {
+    const StereoFrame& frame{frames[static_cast<std::size_t>(done_) % frames.size()]};
+    journey_.run({frame.left.view(), frame.right.view(), {}, *frame.world_from_vehicle, done_ == 0 ? 0 : frame_s, {}},
+                 result_);
+    ++done_;
+  }
+
+  [[nodiscard]] const StreamTimes& times() const { return journey_.times(); }
+
+ private:
+  Rig rig_;
+  JourneyOnCuda journey_;
+  FrameResult result_;
+  int done_{0};
+};
+
+struct Part {
+  const char* name;
+  StreamTimes::Mark from;
+  StreamTimes::Mark to;
+};
+constexpr Part parts[]{{"upload", StreamTimes::start, StreamTimes::uploaded},
+                       {"match", StreamTimes::uploaded, StreamTimes::matched},
+                       {"ground", StreamTimes::matched, StreamTimes::ground_known},
+                       {"count", StreamTimes::ground_known, StreamTimes::counted},
+                       {"project", StreamTimes::counted, StreamTimes::projected},
+                       {"filter", StreamTimes::projected, StreamTimes::filtered},
+                       {"download", StreamTimes::filtered, StreamTimes::fetched}};
+
+// Semi-global: the volume is written once, and read and written again by every direction but the last.
+double match_bytes(const Case& what, const MatchingConfig& config) {
+  const double pixels{1.0 * what.width * what.height};
+  const double labels{what.disparities + 2.0 * config.road_margin_px + 1};
+  const double images{pixels * (2 + 3 * sizeof(float))};
+  if (what.method == MatchingMethod::correlation) return images;
+  return images + pixels * labels * (1 + config.paths + 2.0 * (config.paths - 1));
+}
+
+// Correlation, per label: difference of bits, their number, in and out of the window's column and row, minimum and its
+// runner-up. Semi-global, per label and direction: four candidates, their minimum, sums.
+double match_operations(const Case& what, const MatchingConfig& config) {
+  const double labels{(what.disparities + 2.0 * config.road_margin_px + 1) * what.width * what.height};
+  return labels * (what.method == MatchingMethod::correlation ? 8 : 2 + 8 * config.paths);
+}
+
+void add_costs(const Case& what, const Config& config, int window_cells, std::vector<StageResult>& stages) {
+  const double pixels{1.0 * what.width * what.height};
+  const double bins{1.0 * what.width * what.disparities};
+  const double cells{1.0 * window_cells * window_cells};
+  const FilterTables tables{config.filter};
+  const double velocities{static_cast<double>(tables.lattice.size())};
+  for (StageResult& stage : stages) {
+    if (stage.name == "upload") stage.bytes = 2 * pixels;
+    if (stage.name == "match") stage.bytes = match_bytes(what, config.matching);
+    if (stage.name == "match") stage.operations = match_operations(what, config.matching);
+    if (stage.name == "count") stage.bytes = 2 * sizeof(float) * pixels + bins * (4 + 5 * sizeof(float));
+    if (stage.name == "project") stage.bytes = bins * sizeof(float) + cells * sizeof(float);
+    if (stage.name == "filter") stage.bytes = 2 * velocities * cells * sizeof(float);
+    if (stage.name == "download") stage.bytes = 8 * cells * sizeof(float);
+  }
+}
+
+}  // namespace
+
+ChainResult run_chain(const Case& what, int frames) {
+  const std::vector<StereoFrame> shown{drawn(what)};
+  Drive drive{what};
+  for (int i{0}; i < warm_up; ++i) drive.step(shown);
+  Samples total;
+  Samples device;
+  std::vector<Samples> of_part(std::size(parts));
+  for (int i{0}; i < frames; ++i) {
+    total.time([&] { drive.step(shown); });
+    device.add(drive.times().between(StreamTimes::uploaded, StreamTimes::filtered));
+    for (std::size_t p{0}; p < std::size(parts); ++p) {
+      of_part[p].add(drive.times().between(parts[p].from, parts[p].to));
+    }
+  }
+  ChainResult result{what, {}, total.percentile(50), total.percentile(99), device.percentile(50)};
+  for (std::size_t p{0}; p < std::size(parts); ++p) {
+    result.stages.push_back({parts[p].name, of_part[p].percentile(50), of_part[p].percentile(99), 0, 0});
+  }
+  const Config config{config_of(what)};
+  add_costs(what, config, Window{vehicle_grid_of(config.grid)}.cells(), result.stages);
+  return result;
+}
+
+double run_batch(const Case& what, int cameras, int frames) {
+  const std::vector<StereoFrame> shown{drawn(what)};
+  std::vector<std::unique_ptr<Drive>> drives;
+  for (int i{0}; i < cameras; ++i) {
+    drives.push_back(std::make_unique<Drive>(what));
+    for (int k{0}; k < warm_up; ++k) drives.back()->step(shown);
+  }
+  Samples samples;
+  samples.time([&] {
+    std::vector<std::thread> threads;
+    for (const auto& drive : drives) {
+      threads.emplace_back([&shown, frames, one = drive.get()] {
+        for (int k{0}; k < frames; ++k) one->step(shown);
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+  });
+  return 1e3 * cameras * frames / samples.percentile(50);
+}
+
+StageResult run_filter(int cells, int repetitions) {
+  Cuda cuda;
+  const FilterConfig config{preset("default").filter};
+  const FilterTables tables{config};
+  const int velocities{static_cast<int>(tables.lattice.size())};
+  const GridGeometry geometry{0, 0, 0.1, cells, cells};
+  FilterOnDevice space{cuda, config, tables, cells};
+  FilterStateOnDevice before{cells, velocities};
+  FilterStateOnDevice after{cells, velocities};
+  LayersOnDevice layers{cells, cells};
+  DeviceImage<float> observed{cells, cells};
+  Image<float> values{cells, cells, 0.5f};
+  for (std::size_t i{0}; i < values.size(); ++i) values.data()[i] = static_cast<float>(i * 2654435761U % 1000) / 1000;
+  upload(cuda, values.data(), values.size(), observed.data());
+  DeviceBuffer<FilterMotion> motion{1};
+  const FilterMotion still{filter_motion({config, tables, geometry, frame_s}, geometry)};
+  upload(cuda, &still, 1, motion.data());
+  reset(cuda, space, motion.data(), before);
+  cuda.synchronize();
+  Graph graph;
+  graph.capture(cuda,
+                [&] { filter(cuda, space, motion.data(), std::as_const(observed).view(), before, after, layers); });
+  Samples samples;
+  for (int i{0}; i < repetitions; ++i) samples.add(median_ms(cuda, 1, [&] { graph.launch(cuda); }));
+  return {"filter " + std::to_string(cells) + " x " + std::to_string(cells) + " x " + std::to_string(velocities),
+          samples.percentile(50), samples.percentile(99), 2.0 * velocities * cells * cells * sizeof(float), 0};
+}
+
+}  // namespace stereogrid::bench

@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "stereogrid/config.hpp"
+
+namespace stereogrid::bench {
+
+struct Case {
+  int width;
+  int height;
+  int disparities;
+  MatchingMethod method;
+};
+
+/// A stage's time, the bytes that it cannot do without reading or writing, and integer operations likewise.
+struct StageResult {
+  std::string name;
+  double median_ms;
+  double p99_ms;
+  double bytes;
+  double operations;
+};
+
+struct ChainResult {
+  Case what;
+  std::vector<StageResult> stages;  ///< on the device's clock
+  double total_median_ms;           ///< images in, grids and obstacles out, on the host's clock
+  double total_p99_ms;
+  double device_median_ms;  ///< without transfers and host
+};
+
+/// The whole way of a frame, `frames` times.
+ChainResult run_chain(const Case& what, int frames);
+
+/// Frames per second of `cameras` pipelines, each in a thread of its own.
+double run_batch(const Case& what, int cameras, int frames);
+
+/// The filter alone, on a window of cells × cells.
+StageResult run_filter(int cells, int repetitions);
+
+}  // namespace stereogrid::bench

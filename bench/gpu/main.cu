@@ -1,0 +1,128 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// bench_gpu [FILE.json] [FRAMES]: how fast a GPU goes the way of a frame, against what it can do at best. Prints a
+// table, and writes the same as JSON. Exit status 77: no GPU.
+#include <cstdio>
+#include <cstdlib>
+#include <sstream>
+
+#include "chain.hpp"
+#include "limits.hpp"
+#include "stereogrid/error.hpp"
+
+namespace {
+
+using namespace stereogrid;
+using namespace stereogrid::bench;
+
+constexpr Case cases[]{{512, 320, 64, MatchingMethod::correlation},    {512, 320, 64, MatchingMethod::semi_global},
+                       {1242, 375, 128, MatchingMethod::correlation},  {1242, 375, 128, MatchingMethod::semi_global},
+                       {1920, 1080, 192, MatchingMethod::correlation}, {1920, 1080, 192, MatchingMethod::semi_global}};
+constexpr int cameras[]{1, 2, 4, 8};
+
+const char* name_of(MatchingMethod method) {
+  return method == MatchingMethod::correlation ? "correlation" : "semi_global";
+}
+
+// How far a stage is from the memory's and the arithmetic units' limits, in percent.
+double percent(double amount, double ms, double per_s) {
+  return ms > 0 && per_s > 0 ? 100 * amount / (ms / 1e3) / per_s : 0;
+}
+
+double bandwidth_of(const StageResult& stage, const Limits& limits) {
+  if (stage.name == "upload") return limits.upload_gb_per_s * 1e9;
+  if (stage.name == "download") return limits.download_gb_per_s * 1e9;
+  return limits.copy_gb_per_s * 1e9;
+}
+
+void write(const StageResult& stage, const Limits& limits, std::ostream& json) {
+  const double of_memory{percent(stage.bytes, stage.median_ms, bandwidth_of(stage, limits))};
+  const double of_units{percent(stage.operations, stage.median_ms, limits.add_per_s)};
+  std::printf("  %-24s %8.4f %8.4f ms  %7.2f MB  %5.1f %% of bandwidth  %5.1f %% of integer units\n",
+              stage.name.c_str(), stage.median_ms, stage.p99_ms, stage.bytes / 1e6, of_memory, of_units);
+  json << "{\"name\": \"" << stage.name << "\", \"median_ms\": " << stage.median_ms << ", \"p99_ms\": " << stage.p99_ms
+       << ", \"bytes\": " << stage.bytes << ", \"operations\": " << stage.operations
+       << ", \"percent_of_bandwidth\": " << of_memory << ", \"percent_of_integer_units\": " << of_units << "}";
+}
+
+void write(const Limits& limits, std::ostream& json) {
+  std::printf(
+      "copy %.0f GB/s, upload %.1f GB/s, download %.1f GB/s, %.2f T additions/s, %.2f T popc/s, a kernel %.1f us\n",
+      limits.copy_gb_per_s, limits.upload_gb_per_s, limits.download_gb_per_s, limits.add_per_s / 1e12,
+      limits.popc_per_s / 1e12, limits.launch_us);
+  json << "\"limits\": {\"copy_gb_per_s\": " << limits.copy_gb_per_s
+       << ", \"upload_gb_per_s\": " << limits.upload_gb_per_s << ", \"download_gb_per_s\": " << limits.download_gb_per_s
+       << ", \"add_per_s\": " << limits.add_per_s << ", \"popc_per_s\": " << limits.popc_per_s
+       << ", \"launch_us\": " << limits.launch_us << "}";
+}
+
+void write(const ChainResult& chain, const Limits& limits, std::ostream& json) {
+  std::printf("\n%d x %d, %d disparities, %s: median and 99th percentile\n", chain.what.width, chain.what.height,
+              chain.what.disparities, name_of(chain.what.method));
+  json << "{\"width\": " << chain.what.width << ", \"height\": " << chain.what.height
+       << ", \"disparities\": " << chain.what.disparities << ", \"method\": \"" << name_of(chain.what.method)
+       << "\", \"total_median_ms\": " << chain.total_median_ms << ", \"total_p99_ms\": " << chain.total_p99_ms
+       << ", \"device_median_ms\": " << chain.device_median_ms << ", \"stages\": [";
+  const char* separator{""};
+  for (const StageResult& stage : chain.stages) {
+    json << std::exchange(separator, ", ");
+    write(stage, limits, json);
+  }
+  json << "]}";
+  std::printf("  %-24s %8.4f %8.4f ms\n  %-24s %8.4f\n", "total, on the host", chain.total_median_ms,
+              chain.total_p99_ms, "device without transfers", chain.device_median_ms);
+}
+
+void write_batches(int frames, std::ostream& json) {
+  const char* separator{""};
+  for (const int count : cameras) {
+    const double per_s{run_batch(cases[2], count, frames)};
+    std::printf("%d cameras 1242 x 375, correlation: %.0f frames/s together\n", count, per_s);
+    json << std::exchange(separator, ", ") << "{\"cameras\": " << count << ", \"frames_per_s\": " << per_s << "}";
+  }
+}
+
+void run(int frames, std::ostream& json) {
+  Cuda cuda;
+  cudaDeviceProp device{};
+  check_cuda(cudaGetDeviceProperties(&device, 0), "ask for the device's properties");
+  std::printf("%s, compute capability %d.%d, %d multiprocessors\n", device.name, device.major, device.minor,
+              device.multiProcessorCount);
+  json << "{\"device\": \"" << device.name << "\", \"compute_capability\": \"" << device.major << "." << device.minor
+       << "\", \"multiprocessors\": " << device.multiProcessorCount << ", \"frames\": " << frames << ",\n";
+  const Limits limits{measure_limits(cuda)};
+  write(limits, json);
+  json << ",\n\"chains\": [";
+  const char* separator{"\n"};
+  for (const Case& what : cases) {
+    json << std::exchange(separator, ",\n");
+    write(run_chain(what, frames), limits, json);
+  }
+  std::printf("\n");
+  json << "],\n\"filter\": ";
+  write(run_filter(400, frames), limits, json);
+  json << ",\n\"batches\": [";
+  write_batches(frames, json);
+  json << "]}\n";
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+  std::ostringstream json;
+  try {
+    run(count > 2 ? std::atoi(arguments[2]) : 500, json);
+  } catch (const DeviceError& error) {
+    std::printf("Nothing was measured: %s\n", error.what());
+    return 77;
+  }
+  if (count < 2) return 0;
+  std::FILE* const file{std::fopen(arguments[1], "w")};
+  if (file == nullptr) {
+    std::printf("%s cannot be written.\n", arguments[1]);
+    return 1;
+  }
+  std::fputs(json.str().c_str(), file);
+  return std::fclose(file) == 0 ? 0 : 1;
+}

@@ -1,0 +1,137 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "backend/cuda.hpp"
+
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include "stereogrid/error.hpp"
+
+namespace stereogrid {
+namespace {
+
+constexpr int oldest_major{7};
+constexpr int oldest_minor{5};
+
+int attribute(cudaDeviceAttr which, int device) {
+  int value{0};
+  check_cuda(cudaDeviceGetAttribute(&value, which, device), "ask for the device's properties");
+  return value;
+}
+
+std::string version_text(int version) {
+  return std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
+}
+
+void require_device() {
+  int devices{0};
+  const cudaError_t status{cudaGetDeviceCount(&devices)};
+  if (status == cudaErrorInsufficientDriver) {
+    int driver{0};
+    cudaDriverGetVersion(&driver);
+    throw DeviceError{driver == 0 ? "No NVIDIA driver is installed on this machine."
+                                  : "The NVIDIA driver is too old: it serves CUDA " + version_text(driver) +
+                                        ", and this program was built for CUDA " + version_text(CUDART_VERSION) +
+                                        ". Install a newer driver."};
+  }
+  if (status == cudaErrorNoDevice || (status == cudaSuccess && devices == 0)) {
+    throw DeviceError{"No NVIDIA GPU was found on this machine."};
+  }
+  check_cuda(status, "look for a GPU");
+}
+
+void require_architecture(int device) {
+  const int major{attribute(cudaDevAttrComputeCapabilityMajor, device)};
+  const int minor{attribute(cudaDevAttrComputeCapabilityMinor, device)};
+  if (major * 10 + minor >= oldest_major * 10 + oldest_minor) return;
+  throw DeviceError{"The GPU is too old: its compute capability is " + std::to_string(major) + "." +
+                    std::to_string(minor) + ", 7.5 (Turing, 2018) or later is needed."};
+}
+
+[[noreturn]] void throw_out_of_memory(const char* whose, std::size_t bytes) {
+  throw DeviceError{std::string{whose} + " memory is too small: " + std::to_string((bytes >> 20) + 1) +
+                    " MiB more were asked for. Take smaller images, fewer disparities or a smaller grid, or end other "
+                    "programs that use the GPU."};
+}
+
+}  // namespace
+
+void check_cuda(cudaError_t status, const char* doing) {
+  if (status == cudaSuccess) return;
+  cudaGetLastError();  // forgets it, where it can be forgotten
+  throw DeviceError{std::string{"CUDA could not "} + doing + ": " + cudaGetErrorString(status) + "."};
+}
+
+Cuda::Cuda() {
+  require_device();
+  int device{0};
+  check_cuda(cudaGetDevice(&device), "choose a GPU");
+  require_architecture(device);
+  multiprocessors_ = attribute(cudaDevAttrMultiProcessorCount, device);
+  check_cuda(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "create a stream");
+}
+
+Cuda::~Cuda() {
+  cudaStreamDestroy(stream_);
+}
+
+void Cuda::synchronize() {
+  check_cuda(cudaStreamSynchronize(stream_), "finish its work");
+}
+
+Graph::~Graph() {
+  if (executable_ != nullptr) cudaGraphExecDestroy(executable_);
+}
+
+void Graph::capture(Cuda& cuda, const std::function<void()>& work) {
+  check_cuda(cudaStreamBeginCapture(cuda.stream(), cudaStreamCaptureModeThreadLocal), "record a graph");
+  cudaGraph_t graph{};
+  try {
+    work();
+  } catch (...) {
+    if (cudaStreamEndCapture(cuda.stream(), &graph) == cudaSuccess) cudaGraphDestroy(graph);
+    throw;
+  }
+  check_cuda(cudaStreamEndCapture(cuda.stream(), &graph), "record a graph");
+  if (executable_ != nullptr) cudaGraphExecDestroy(std::exchange(executable_, nullptr));
+  const cudaError_t status{cudaGraphInstantiate(&executable_, graph, 0)};
+  cudaGraphDestroy(graph);
+  check_cuda(status, "prepare a graph");
+}
+
+void Graph::launch(Cuda& cuda) {
+  check_cuda(cudaGraphLaunch(executable_, cuda.stream()), "start a graph");
+}
+
+void* allocate_on_device(std::size_t bytes) {
+  void* memory{nullptr};
+  const cudaError_t status{cudaMalloc(&memory, bytes == 0 ? 1 : bytes)};
+  if (status == cudaErrorMemoryAllocation) {
+    cudaGetLastError();
+    throw_out_of_memory("The GPU's", bytes);
+  }
+  check_cuda(status, "allocate device memory");
+  return memory;
+}
+
+void* allocate_cleared_on_device(std::size_t bytes) {
+  void* memory{allocate_on_device(bytes)};
+  check_cuda(cudaMemset(memory, 0, bytes), "clear device memory");
+  check_cuda(cudaDeviceSynchronize(), "clear device memory");  // cudaMemset may return before, other streams start
+  return memory;
+}
+
+void* allocate_pinned(std::size_t bytes) {
+  void* memory{nullptr};
+  const cudaError_t status{cudaMallocHost(&memory, bytes == 0 ? 1 : bytes)};
+  if (status == cudaErrorMemoryAllocation) {
+    cudaGetLastError();
+    throw_out_of_memory("The host's", bytes);
+  }
+  check_cuda(status, "allocate pinned memory");
+  std::memset(memory, 0, bytes);
+  return memory;
+}
+
+}  // namespace stereogrid

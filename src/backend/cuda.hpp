@@ -1,0 +1,173 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cuda_runtime.h>
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+
+#include "stereogrid/image.hpp"
+
+namespace stereogrid {
+
+/// Throws DeviceError with CUDA's text: "could not `doing`: …".
+void check_cuda(cudaError_t status, const char* doing);
+
+/// The CUDA back end: one device, and a stream that all its work goes through.
+class Cuda {
+ public:
+  /// Throws DeviceError: no device, a driver or a device too old.
+  Cuda();
+  Cuda(const Cuda&) = delete;
+  Cuda& operator=(const Cuda&) = delete;
+  ~Cuda();
+
+  [[nodiscard]] cudaStream_t stream() const { return stream_; }
+  [[nodiscard]] int multiprocessors() const { return multiprocessors_; }
+  /// Waits for all work given so far; throws DeviceError where some of it failed.
+  void synchronize();
+
+ private:
+  cudaStream_t stream_{};
+  int multiprocessors_{0};
+};
+
+/// Memory on the device: undefined, or all bits 0. Throws DeviceError where there is too little.
+void* allocate_on_device(std::size_t bytes);
+void* allocate_cleared_on_device(std::size_t bytes);
+/// Memory of the host, all bits 0, that the device can copy from and to while both work.
+void* allocate_pinned(std::size_t bytes);
+
+struct DeviceDeleter {
+  void operator()(void* memory) const { cudaFree(memory); }
+};
+struct PinnedDeleter {
+  void operator()(void* memory) const { cudaFreeHost(memory); }
+};
+
+/// `size` elements on the device, all bits 0 at construction.
+template <class T>
+class DeviceBuffer {
+ public:
+  explicit DeviceBuffer(std::size_t size)
+      : data_{static_cast<T*>(allocate_cleared_on_device(size * sizeof(T)))}, size_{size} {}
+
+  [[nodiscard]] T* data() { return data_.get(); }
+  [[nodiscard]] const T* data() const { return data_.get(); }
+  [[nodiscard]] std::size_t size() const { return size_; }
+
+ private:
+  std::unique_ptr<T[], DeviceDeleter> data_;
+  std::size_t size_;
+};
+
+/// width × height elements on the device, rows without gaps. What nobody has written is undefined.
+template <class T>
+class DeviceImage {
+ public:
+  DeviceImage(int width, int height) : width_{width}, height_{height} {
+    data_.reset(static_cast<T*>(allocate_on_device(size() * sizeof(T))));
+  }
+
+  [[nodiscard]] int width() const { return width_; }
+  [[nodiscard]] int height() const { return height_; }
+  [[nodiscard]] std::size_t size() const {
+    return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
+  }
+  [[nodiscard]] T* data() { return data_.get(); }
+  [[nodiscard]] const T* data() const { return data_.get(); }
+  [[nodiscard]] View<T, Device> view() { return {data(), width_, height_, width_}; }
+  [[nodiscard]] View<const T, Device> view() const { return {data(), width_, height_, width_}; }
+
+ private:
+  std::unique_ptr<T[], DeviceDeleter> data_;
+  int width_;
+  int height_;
+};
+
+/// `size` elements of pinned host memory, all bits 0 at construction.
+template <class T>
+class PinnedBuffer {
+ public:
+  explicit PinnedBuffer(std::size_t size) : data_{static_cast<T*>(allocate_pinned(size * sizeof(T)))}, size_{size} {}
+
+  [[nodiscard]] T* data() { return data_.get(); }
+  [[nodiscard]] const T* data() const { return data_.get(); }
+  [[nodiscard]] std::size_t size() const { return size_; }
+
+ private:
+  std::unique_ptr<T[], PinnedDeleter> data_;
+  std::size_t size_;
+};
+
+/// Copies, in the stream's order. The host's memory must stay as it is until the stream has come there.
+template <class T>
+void upload(Cuda& cuda, const T* host, std::size_t count, T* device) {
+  check_cuda(cudaMemcpyAsync(device, host, count * sizeof(T), cudaMemcpyHostToDevice, cuda.stream()),
+             "copy to the device");
+}
+template <class T>
+void download(Cuda& cuda, const T* device, std::size_t count, T* host) {
+  check_cuda(cudaMemcpyAsync(host, device, count * sizeof(T), cudaMemcpyDeviceToHost, cuda.stream()),
+             "copy from the device");
+}
+template <class T>
+void copy_on_device(Cuda& cuda, const T* from, std::size_t count, T* to) {
+  check_cuda(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyDeviceToDevice, cuda.stream()),
+             "copy on the device");
+}
+/// Sets all bits to 0.
+template <class T>
+void clear(Cuda& cuda, T* device, std::size_t count) {
+  check_cuda(cudaMemsetAsync(device, 0, count * sizeof(T), cuda.stream()), "clear device memory");
+}
+
+/// Starts a kernel. `arguments` are converted to the kernel's parameters. A grid without blocks: nothing to do.
+template <class... Parameters, class... Arguments>
+void launch(Cuda& cuda, void (*kernel)(Parameters...), dim3 grid, dim3 block, std::size_t shared_bytes,
+            Arguments... arguments) {
+  if (grid.x == 0 || grid.y == 0 || grid.z == 0) return;
+  cudaLaunchConfig_t config{};
+  config.gridDim = grid;
+  config.blockDim = block;
+  config.dynamicSmemBytes = shared_bytes;
+  config.stream = cuda.stream();
+  check_cuda(cudaLaunchKernelEx(&config, kernel, static_cast<Parameters>(arguments)...), "start a kernel");
+}
+
+/// Work that is recorded once and then given to the device as a whole, again and again.
+class Graph {
+ public:
+  Graph() = default;
+  Graph(const Graph&) = delete;
+  Graph& operator=(const Graph&) = delete;
+  ~Graph();
+
+  [[nodiscard]] bool empty() const { return executable_ == nullptr; }
+  /// Records what `work` gives to the stream; none of it is done. Replaces what was recorded before.
+  void capture(Cuda& cuda, const std::function<void()>& work);
+  void launch(Cuda& cuda);
+
+ private:
+  cudaGraphExec_t executable_{};
+};
+
+/// Blocks of `block` threads that cover `count` elements.
+constexpr unsigned blocks_for(int count, int block) {
+  return count > 0 ? static_cast<unsigned>((count + block - 1) / block) : 0U;
+}
+
+/// The shared memory that `launch` asked for; the same for every T.
+template <class T>
+__device__ inline T* dynamic_shared() {
+#if defined(__CUDACC__)
+  extern __shared__ __align__(16) unsigned char stereogrid_dynamic_shared[];
+  return reinterpret_cast<T*>(stereogrid_dynamic_shared);
+#else
+  return static_cast<T*>(emulator::dynamic_shared());
+#endif
+}
+
+}  // namespace stereogrid

@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "backend/cuda.hpp"
+#include "filter/filter.hpp"
+#include "projection/model.hpp"
+
+namespace stereogrid {
+
+/// What changes from step to step; the host fills it, kernels read it from device memory.
+struct FilterMotion {
+  FilterStep step;
+  float dt_s;
+  double cells_per_mps;  ///< dt over the size of a cell
+  int moved_x;           ///< whole cells by which the window has moved on
+  int moved_y;
+};
+
+/// `before`: geometry of the window at the step before.
+FilterMotion filter_motion(const FilterInput& input, const GridGeometry& before);
+
+/// The filter's state on the device. Masses are as they arrived; what the update made of them, m(k) = scale·mass(k) +
+/// born·prior(k), is worked out where they are read next: so a step reads and writes each of them once.
+struct FilterStateOnDevice {
+  FilterStateOnDevice(int cells, int velocities);
+
+  DeviceBuffer<float> mass;  ///< [k][cell]
+  DeviceImage<float> scale;
+  DeviceImage<float> born;
+  DeviceImage<float> occupancy;
+  DeviceImage<float> age_s;
+};
+
+/// As GridLayers, on the device.
+struct LayersOnDevice {
+  LayersOnDevice(int width, int height);
+
+  DeviceImage<float> occupancy;
+  DeviceImage<float> velocity_x;
+  DeviceImage<float> velocity_y;
+  DeviceImage<float> age_s;
+  DeviceImage<float> velocity_xx;
+  DeviceImage<float> velocity_xy;
+  DeviceImage<float> velocity_yy;
+  DeviceImage<float> moving;
+};
+
+/// Tables and working memory of the filter, on the device; allocated and uploaded once.
+struct FilterOnDevice {
+  /// Throws ConfigError: FilterModel::particles, which only the CPU has.
+  FilterOnDevice(Cuda& cuda, const FilterConfig& config, const FilterTables& tables, int cells);
+
+  FilterModel model;
+  int side;  ///< of the lattice
+  DeviceBuffer<float> likelihood;
+  DeviceBuffer<double> speed_mps;         ///< (side) of the lattice's columns, and of its rows
+  DeviceBuffer<float> rounded_speed_mps;  ///< the same
+  DeviceBuffer<Antecedents> from;         ///< of each velocity
+  DeviceImage<float4> prepared;           ///< of each cell of the state before
+};
+
+/// All cells unknown; `motion` is on the device, its priors are used.
+void reset(Cuda& cuda, const FilterOnDevice& filter, const FilterMotion* motion, FilterStateOnDevice& state);
+
+/// `filter` of filter.hpp, in the forms joint and tay2008, equal to the CPU to the bit; `motion` is on the device.
+void filter(Cuda& cuda, FilterOnDevice& filter, const FilterMotion* motion, View<const float, Device> observed,
+            const FilterStateOnDevice& before, FilterStateOnDevice& after, LayersOnDevice& layers);
+
+/// `resample` of filter.hpp: the window's layers in the cells of the vehicle's grid; equal to the CPU to the bit. The
+/// pointers are on the device: where the window lies, and the vehicle's grid in the world.
+void resample(Cuda& cuda, const LayersOnDevice& world, const GridGeometry* window,
+              const GridInVehicle* vehicle_in_world, LayersOnDevice& vehicle);
+
+}  // namespace stereogrid

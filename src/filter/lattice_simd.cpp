@@ -1,0 +1,328 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+// Compiled once per instruction set; Highway picks one at run time. Vectors run along the cells of a row; every element
+// goes through the operations of model.hpp in their order.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "filter/lattice_simd.cpp"  // NOLINT
+#include "hwy/foreach_target.h"                       // IWYU pragma: keep
+// after foreach_target
+#include "filter/lattice_simd.hpp"
+#include "filter/partial_vectors_simd.hpp"
+#include "hwy/cache_control.h"
+#include "hwy/highway.h"
+
+#include <algorithm>
+#include <utility>
+
+HWY_BEFORE_NAMESPACE();
+namespace stereogrid {
+namespace HWY_NAMESPACE {
+namespace {
+
+constexpr std::size_t lanes_max{16};
+using Float = hn::CappedTag<float, lanes_max>;
+
+// A row of cells, one more than a tile has: what lies between two columns needs both.
+struct alignas(64) RowBuffer {
+  float cells[tile_columns + lanes_max];
+};
+
+void blend(const float* first, const float* second, float share, int width, float* out) {
+  for_shrinking_vectors(Float{}, 0, width, [&](auto d, int x) {
+    const auto a = hn::Mul(hn::Set(d, 1 - share), hn::LoadU(d, first + x));
+    hn::StoreU(hn::Add(a, hn::Mul(hn::Set(d, share), hn::LoadU(d, second + x))), d, out + x);
+  });
+}
+
+// How rows of the state before are read: with the noise of velocity k, `border` outside the window.
+class Source {
+ public:
+  Source(const LatticeTile& tile, std::size_t k, float border)
+      : tile_{tile}, k_{k}, border_{border}, from_{tile.after.space.from[k]} {}
+
+  [[nodiscard]] const Antecedents& from() const { return from_; }
+
+  // out[i] = column x_begin + ix + i of row y + iy, for i < count
+  void fetch(int y, int count, float* out) const {
+    const FilterSpace& space{tile_.after.space};
+    if (static_cast<int>(k_) == tile_.step.standstill()) return copy(space.standing, y, count, border_, out);
+    const auto [row, begin, end] = span(y, count);
+    const float* mass{tile_.before.velocity[k_].row(row) + first()};
+    const float* gained{space.gained.row(row) + first()};
+    std::fill(out, out + begin, border_);
+    for_shrinking_vectors(Float{}, begin, end, [&](auto d, int x) {
+      const auto moving = hn::Mul(hn::Set(d, tile_.step.kept_moving), hn::LoadU(d, mass + x));
+      hn::StoreU(hn::Add(moving, hn::LoadU(d, gained + x)), d, out + x);
+    });
+    std::fill(out + end, out + count, border_);
+  }
+
+  // likewise from an image as it is
+  void copy(const Image<float>& image, int y, int count, float border, float* out) const {
+    const auto [row, begin, end] = span(y, count);
+    const float* cells{image.row(row) + first()};
+    std::fill(out, out + begin, border);
+    std::copy(cells + begin, cells + end, out + begin);
+    std::fill(out + end, out + count, border);
+  }
+
+ private:
+  struct Span {
+    int row;
+    int begin;
+    int end;
+  };
+  [[nodiscard]] int first() const { return tile_.x_begin + from_.ix; }
+  // What of a row lies in the window.
+  [[nodiscard]] Span span(int y, int count) const {
+    const int cells{tile_.before.occupancy.width()};
+    const int row{y + from_.iy};
+    if (row < 0 || row >= cells) return {0, count, count};
+    const int begin{std::clamp(-first(), 0, count)};
+    return {row, begin, std::clamp(cells - first(), begin, count)};
+  }
+
+  const LatticeTile& tile_;
+  std::size_t k_;
+  float border_;
+  Antecedents from_;
+};
+
+// out(y) for the tile's rows: between the antecedents along x and y of what `fetch(y, count, out)` reads.
+template <class Fetch, class Out>
+HWY_INLINE void gather_rows(const LatticeTile& tile, const Antecedents& from, const Fetch& fetch, const Out& out) {
+  RowBuffer raw;
+  RowBuffer rows[2];
+  float* here{rows[0].cells};
+  float* next{rows[1].cells};
+  const int columns{tile.columns()};
+  const auto along_x = [&](int y, float* to) {
+    if (from.fx == 0) return fetch(y, columns, to);
+    fetch(y, columns + 1, raw.cells);
+    blend(raw.cells, raw.cells + 1, from.fx, columns, to);
+  };
+  if (from.fy != 0) along_x(tile.y_begin, here);
+  for (int y{tile.y_begin}; y < tile.y_end; ++y) {
+    if (from.fy == 0) {
+      along_x(y, out(y));
+      continue;
+    }
+    along_x(y + 1, next);
+    blend(here, next, from.fy, columns, out(y));
+    std::swap(here, next);
+  }
+}
+
+// Cells that have just come into the window know nothing.
+void fill_new_cells(const LatticeTile& tile, int y, float value, float* row) {
+  const int cells{tile.before.occupancy.width()};
+  const int columns{tile.columns()};
+  const bool row_known{y + tile.scroll.y >= 0 && y + tile.scroll.y < cells};
+  const int first{tile.x_begin + tile.scroll.x};
+  const int begin{row_known ? std::clamp(-first, 0, columns) : columns};
+  const int end{row_known ? std::clamp(cells - first, begin, columns) : columns};
+  std::fill(row, row + begin, value);
+  std::fill(row + end, row + columns, value);
+}
+
+// Each velocity's masses lie elsewhere: no processor guesses where the next one's begin.
+void prefetch(const LatticeTile& tile, std::size_t k) {
+  if (k >= tile.after.velocity.size()) return;
+  constexpr std::ptrdiff_t line{64 / sizeof(float)};
+  const Image<float>& from{tile.before.velocity[k]};
+  const int rows{from.height()};
+  const int first{std::clamp(tile.y_begin + tile.after.space.from[k].iy, 0, rows)};
+  const int last{std::clamp(tile.y_end + tile.after.space.from[k].iy + 1, 0, rows)};
+  const std::ptrdiff_t width{from.width()};
+  for (std::ptrdiff_t i{first * width}; i < last * width; i += line) hwy::Prefetch(from.data() + i);
+  Image<float>& to{tile.after.velocity[k]};
+  for (std::ptrdiff_t i{tile.y_begin * width}; i < tile.y_end * width; i += line) hwy::Prefetch(to.data() + i);
+}
+
+void PredictJoint(const LatticeTile& tile) {
+  for (std::size_t k{0}; k < tile.after.velocity.size(); ++k) {
+    prefetch(tile, k + 1);
+    const float prior{prior_of(tile.step, static_cast<int>(k))};
+    const Source source{tile, k, tile.step.border_occupancy * prior};
+    const auto row = [&](int y) { return tile.after.velocity[k].row(y) + tile.x_begin; };
+    gather_rows(
+        tile, source.from(), [&](int y, int count, float* out) { source.fetch(y, count, out); }, row);
+    for (int y{tile.y_begin}; y < tile.y_end; ++y) fill_new_cells(tile, y, 0.5f * prior, row(y));
+  }
+}
+
+// VelocitySums of a vector of cells. `mass_of(k)`: their mass of velocity k.
+template <class D, class MassOf>
+HWY_INLINE void sum_cells(D d, const FilterTables& tables, const MassOf& mass_of, int column, TileSums& sums) {
+  auto mass = hn::Zero(d);
+  auto x = mass;
+  auto y = mass;
+  auto xx = mass;
+  auto xy = mass;
+  auto yy = mass;
+  std::size_t k{0};
+  for (const float vy_mps : tables.axis_mps) {
+    auto row_mass = hn::Zero(d);
+    auto row_x = row_mass;
+    auto row_xx = row_mass;
+    for (const float vx_mps : tables.axis_mps) {
+      const auto vx = hn::Set(d, vx_mps);
+      const auto m = mass_of(k++);
+      row_mass = hn::Add(row_mass, m);
+      row_x = hn::Add(row_x, hn::Mul(vx, m));
+      row_xx = hn::Add(row_xx, hn::Mul(hn::Mul(vx, vx), m));
+    }
+    const auto vy = hn::Set(d, vy_mps);
+    mass = hn::Add(mass, row_mass);
+    x = hn::Add(x, row_x);
+    y = hn::Add(y, hn::Mul(vy, row_mass));
+    xx = hn::Add(xx, row_xx);
+    xy = hn::Add(xy, hn::Mul(vy, row_x));
+    yy = hn::Add(yy, hn::Mul(hn::Mul(vy, vy), row_mass));
+  }
+  hn::StoreU(mass, d, sums.mass + column);
+  hn::StoreU(x, d, sums.x + column);
+  hn::StoreU(y, d, sums.y + column);
+  hn::StoreU(xx, d, sums.xx + column);
+  hn::StoreU(xy, d, sums.xy + column);
+  hn::StoreU(yy, d, sums.yy + column);
+}
+
+void SumVelocities(const LatticeTile& tile, int y, TileSums& sums) {
+  const Image<float>* const of_velocity{tile.after.velocity.data()};
+  const std::ptrdiff_t first{of_velocity->row(y) + tile.x_begin - of_velocity->data()};
+  for_shrinking_vectors(Float{}, 0, tile.columns(), [&](auto d, int column) {
+    const auto mass_of = [&](std::size_t k) { return hn::LoadU(d, of_velocity[k].data() + first + column); };
+    sum_cells(d, tile.tables, mass_of, column, sums);
+  });
+}
+
+void Rescale(const LatticeTile& tile, int y, const float* scale, const float* born) {
+  for (std::size_t k{0}; k < tile.after.velocity.size(); ++k) {
+    float* mass{tile.after.velocity[k].row(y) + tile.x_begin};
+    const float prior{prior_of(tile.step, static_cast<int>(k))};
+    for_shrinking_vectors(Float{}, 0, tile.columns(), [&](auto d, int x) {
+      const auto kept = hn::Mul(hn::LoadU(d, scale + x), hn::LoadU(d, mass + x));
+      hn::StoreU(hn::Add(kept, hn::Mul(hn::LoadU(d, born + x), hn::Set(d, prior))), d, mass + x);
+    });
+  }
+}
+
+// Sums over the lattice's present row.
+struct LatticeRowSums {
+  float mass[tile_columns];
+  float x[tile_columns];
+  float xx[tile_columns];
+  float all[tile_columns];  // tay2008: Σ l(k)
+};
+
+template <class D, class V>
+HWY_INLINE void add_to(D d, float* sum, V value) {
+  hn::StoreU(hn::Add(hn::LoadU(d, sum), value), d, sum);
+}
+
+void update_tay(const LatticeTile& tile, float vx_mps, const float* occupied, float* velocity, const TayRow& row,
+                LatticeRowSums& sums) {
+  for_shrinking_vectors(Float{}, 0, tile.columns(), [&](auto d, int x) {
+    const auto vx = hn::Set(d, vx_mps);
+    const auto in_cell = hn::LoadU(d, occupied + x);
+    const auto beta = hn::Mul(hn::LoadU(d, row.likelihood_occupied + x), in_cell);
+    const auto empty = hn::Sub(hn::LoadU(d, velocity + x), in_cell);
+    const auto all = hn::Add(beta, hn::Mul(hn::LoadU(d, row.likelihood_empty + x), empty));
+    hn::StoreU(all, d, velocity + x);
+    add_to(d, sums.all + x, all);
+    add_to(d, sums.mass + x, beta);
+    add_to(d, sums.x + x, hn::Mul(vx, beta));
+    add_to(d, sums.xx + x, hn::Mul(hn::Mul(vx, vx), beta));
+  });
+}
+
+void add_lattice_row(float vy, int columns, const LatticeRowSums& row, TileSums& sums) {
+  for (int x{0}; x < columns; ++x) {
+    VelocitySums cell{sums.at(x)};
+    cell.add_row(vy, row.mass[x], row.x[x], row.xx[x]);
+    sums.mass[x] = cell.mass;
+    sums.x[x] = cell.x;
+    sums.y[x] = cell.y;
+    sums.xx[x] = cell.xx;
+    sums.xy[x] = cell.xy;
+    sums.yy[x] = cell.yy;
+  }
+}
+
+void keep_standing(const float* occupied, int columns, TayRow& row) {
+  for (int x{0}; x < columns; ++x) row.standing[x] = row.likelihood_occupied[x] * occupied[x];
+}
+
+// P(v_k) into after.velocity and P(occupied, v_k) into `occupied`, both predicted.
+void gather_tay(const LatticeTile& tile, std::size_t k, RowBuffer* occupied) {
+  const Source source{tile, k, prior_of(tile.step, static_cast<int>(k))};
+  const float still_unknown{still_occupied(tile.step, 0.5f)};
+  const auto fetch = [&](int y, int count, float* out) { source.fetch(y, count, out); };
+  gather_rows(tile, source.from(), fetch, [&](int y) { return tile.after.velocity[k].row(y) + tile.x_begin; });
+  const auto fetch_occupied = [&](int y, int count, float* out) {
+    RowBuffer still;
+    source.fetch(y, count, out);
+    source.copy(tile.after.space.still_occupied, y, count, still_unknown, still.cells);
+    for_shrinking_vectors(Float{}, 0, count, [&](auto d, int i) {
+      hn::StoreU(hn::Mul(hn::LoadU(d, out + i), hn::LoadU(d, still.cells + i)), d, out + i);
+    });
+  };
+  gather_rows(tile, source.from(), fetch_occupied, [&](int y) { return occupied[y - tile.y_begin].cells; });
+}
+
+void PredictTay(const LatticeTile& tile, TayRow* rows) {
+  const int count{tile.y_end - tile.y_begin};
+  RowBuffer occupied[tile_rows];
+  LatticeRowSums of_row[tile_rows];
+  for (int i{0}; i < count; ++i) {
+    std::fill(rows[i].evidence, rows[i].evidence + tile_columns, 0.0f);
+    rows[i].sums = {};
+  }
+  std::size_t k{0};
+  for (const float vy_mps : tile.tables.axis_mps) {
+    std::fill(of_row, of_row + count, LatticeRowSums{});
+    for (const float vx_mps : tile.tables.axis_mps) {
+      gather_tay(tile, k, occupied);
+      for (int i{0}; i < count; ++i) {
+        float* velocity{tile.after.velocity[k].row(tile.y_begin + i) + tile.x_begin};
+        update_tay(tile, vx_mps, occupied[i].cells, velocity, rows[i], of_row[i]);
+        if (static_cast<int>(k) == tile.step.standstill()) keep_standing(occupied[i].cells, tile.columns(), rows[i]);
+      }
+      ++k;
+    }
+    for (int i{0}; i < count; ++i) {
+      add_lattice_row(vy_mps, tile.columns(), of_row[i], rows[i].sums);
+      for (int x{0}; x < tile.columns(); ++x) rows[i].evidence[x] += of_row[i].all[x];
+    }
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace stereogrid
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace stereogrid {
+
+HWY_EXPORT(PredictJoint);
+HWY_EXPORT(SumVelocities);
+HWY_EXPORT(Rescale);
+HWY_EXPORT(PredictTay);
+
+void predict_joint(const LatticeTile& tile) {
+  HWY_DYNAMIC_DISPATCH(PredictJoint)(tile);
+}
+void sum_velocities(const LatticeTile& tile, int y, TileSums& sums) {
+  HWY_DYNAMIC_DISPATCH(SumVelocities)(tile, y, sums);
+}
+void rescale(const LatticeTile& tile, int y, const float* scale, const float* born) {
+  HWY_DYNAMIC_DISPATCH(Rescale)(tile, y, scale, born);
+}
+void predict_tay(const LatticeTile& tile, TayRow* rows) {
+  HWY_DYNAMIC_DISPATCH(PredictTay)(tile, rows);
+}
+
+}  // namespace stereogrid
+#endif

@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "journey.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace stereogrid {
+namespace {
+
+StageImages stage_images(int width, int height, int disparities) {
+  return {Image<float>{width, height},
+          Image<float>{width, height},
+          Image<float>{width, height},
+          std::vector<int>(static_cast<std::size_t>(disparities)),
+          Image<std::uint16_t>{width, disparities},
+          Image<std::uint16_t>{width, disparities},
+          Image<float>{width, disparities},
+          Image<float>{width, disparities},
+          Image<float>{width, disparities},
+          Image<float>{width, disparities},
+          Image<float>{width, disparities}};
+}
+
+}  // namespace
+
+GridGeometry vehicle_grid_of(const GridConfig& config) {
+  return {0, -config.width_m / 2, config.cell_size_m,
+          static_cast<int>(std::lround(config.length_m / config.cell_size_m)),
+          static_cast<int>(std::lround(config.width_m / config.cell_size_m))};
+}
+
+FrameResult empty_result(const Config& config, const Rig& rig) {
+  FrameResult result;
+  result.vehicle_grid = vehicle_grid_of(config.grid);
+  const Image<float> cells{result.vehicle_grid.nx, result.vehicle_grid.ny};
+  result.observed = result.occupancy = result.age_s = result.velocity_x = result.velocity_y = cells;
+  result.velocity_xx = result.velocity_xy = result.velocity_yy = result.moving = cells;
+  const int window_cells{Window{result.vehicle_grid}.cells()};
+  result.world = grid_layers({0, 0, config.grid.cell_size_m, window_cells, window_cells});
+  result.stages = stage_images(rig.width_px, rig.height_px, config.matching.disparities);
+  return result;
+}
+
+double share_matched(const Image<float>& disparity) {
+  const auto matched{std::count_if(disparity.begin(), disparity.end(), [](float d) { return d > 0; })};
+  return static_cast<double>(matched) / static_cast<double>(disparity.size());
+}
+
+}  // namespace stereogrid

@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <cstddef>
+#include <vector>
+
+#include "fusion/cuda.hpp"
+
+namespace stereogrid {
+namespace {
+
+constexpr int block_width{32};
+constexpr int block_height{4};
+
+template <class Pool>
+__global__ void fuse_cells(const OtherGridsOnDevice::List* others, const GridInVehicle* grid, FusionConfig config,
+                           View<float, Device> cells) {
+  const int ix{static_cast<int>(blockIdx.x * block_width + threadIdx.x)};
+  const int iy{static_cast<int>(blockIdx.y * block_height + threadIdx.y)};
+  const int count{others->count};
+  if (count == 0 || ix >= cells.width || iy >= cells.height) return;
+  Pool pool;
+  pool.add(static_cast<double>(cells(ix, iy)), config.stereo_confidence);
+  const Point2 centre{grid->centre(ix, iy)};
+  for (int i{0}; i < count; ++i) add(others->grids[i], centre, config.other_confidence, pool);
+  cells(ix, iy) = static_cast<float>(pool.probability());
+}
+
+}  // namespace
+
+OtherGridsOnDevice::OtherGridsOnDevice() : list_{1}, grids_{1}, cells_{1} {}
+
+void OtherGridsOnDevice::take(Cuda& cuda, std::span<const ObservedGrid> others) {
+  std::size_t needed{0};
+  for (const ObservedGrid& other : others) needed += other.occupancy.size() + other.confidence.size();
+  cuda.synchronize();  // the frame before reads what is replaced here
+  if (needed > cells_.size()) cells_ = DeviceBuffer<float>{needed};
+  if (others.size() > grids_.size()) grids_ = DeviceBuffer<OtherCells>{others.size()};
+  std::vector<OtherCells> grids;
+  float* next{cells_.data()};
+  const auto keep = [&](const Image<float>& image) {
+    float* const at{next};
+    upload(cuda, image.data(), image.size(), at);
+    next += image.size();
+    return at;
+  };
+  for (const ObservedGrid& other : others) {
+    const float* occupancy{keep(other.occupancy)};
+    grids.push_back({other.geometry, occupancy, other.confidence.empty() ? nullptr : keep(other.confidence)});
+  }
+  const List list{static_cast<int>(grids.size()), grids_.data()};
+  upload(cuda, grids.data(), grids.size(), grids_.data());
+  upload(cuda, &list, 1, list_.data());
+  cuda.synchronize();  // what was copied is the caller's, or gone soon
+}
+
+void fuse(Cuda& cuda, const OtherGridsOnDevice& others, const GridInVehicle* grid, const FusionConfig& config,
+          View<float, Device> cells) {
+  const auto kernel = config.rule == FusionRule::linear ? fuse_cells<LinearPool> : fuse_cells<IndependentPool>;
+  launch(cuda, kernel, dim3{blocks_for(cells.width, block_width), blocks_for(cells.height, block_height)},
+         dim3{block_width, block_height}, 0, others.list(), grid, config, cells);
+}
+
+}  // namespace stereogrid

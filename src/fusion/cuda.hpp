@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+
+#include "backend/cuda.hpp"
+#include "fusion/model.hpp"
+#include "projection/model.hpp"
+#include "stereogrid/config.hpp"
+
+namespace stereogrid {
+
+/// A frame's grids of other sources, on the device.
+class OtherGridsOnDevice {
+ public:
+  /// What kernels read. It stays where it is, so that a recorded graph sees the grids of each frame.
+  struct List {
+    int count;
+    const OtherCells* grids;
+  };
+
+  OtherGridsOnDevice();
+  /// Uploads them. Waits for the device and allocates where they are larger than all before.
+  void take(Cuda& cuda, std::span<const ObservedGrid> others);
+  [[nodiscard]] const List* list() const { return list_.data(); }
+
+ private:
+  DeviceBuffer<List> list_;
+  DeviceBuffer<OtherCells> grids_;
+  DeviceBuffer<float> cells_;
+};
+
+/// `fuse` of fusion.hpp, equal to the CPU to the bit; `grid` is on the device.
+void fuse(Cuda& cuda, const OtherGridsOnDevice& others, const GridInVehicle* grid, const FusionConfig& config,
+          View<float, Device> cells);
+
+}  // namespace stereogrid

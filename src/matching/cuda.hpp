@@ -1,0 +1,121 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "backend/cuda.hpp"
+#include "ground/model.hpp"
+#include "matching/given.hpp"
+#include "matching/matching.hpp"
+
+namespace stereogrid {
+
+/// What the best label of one hypothesis at a pixel costs. A `Candidate` in eight bytes: its shift is the first shift
+/// plus `label`.
+struct alignas(8) FoundLabel {
+  std::uint16_t cost;
+  std::uint16_t before;
+  std::uint16_t after;
+  std::uint8_t label;
+  std::uint8_t has_rivals;
+};
+
+/// `Matches` on the device.
+struct DeviceMatches {
+  DeviceMatches(int width, int height) : obstacle{width, height}, road{width, height}, confidence{width, height} {}
+
+  DeviceImage<float> obstacle;
+  DeviceImage<float> road;
+  DeviceImage<float> confidence;
+};
+
+/// Descriptors of the left image, the right image and the right image as the road hypothesis sees it.
+template <class Descriptor>
+struct DescribedOnDevice {
+  DescribedOnDevice(int width, int height) : left{width, height}, right{width, height}, sheared{width, height} {}
+
+  DeviceImage<Descriptor> left, right, sheared;
+};
+
+/// Costs of all labels of all pixels: a byte each, four in a word. A pixel's words are those of its upright labels,
+/// then those of the road's; what does not fill the last word of a hypothesis costs cost_max.
+struct LabelVolume {
+  LabelVolume(Shifts upright, Shifts road)
+      : upright_words{(upright.count + 3) / 4}, words{upright_words + (road.count + 3) / 4} {}
+
+  int upright_words;
+  int words;  ///< of a pixel
+};
+
+/// What semi-global matching on the device works in.
+struct SemiGlobalOnDevice {
+  SemiGlobalOnDevice(int width, int height, const MatchingConfig& config);
+
+  DescribedOnDevice<std::uint32_t> census;
+  DeviceImage<std::int16_t> meeting;  ///< meeting_label; no_road where the row has none
+  LabelVolume volume;
+  DeviceBuffer<std::uint32_t> costs;               ///< [v][u][word] of the pixels
+  std::vector<DeviceBuffer<std::uint32_t>> paths;  ///< [v][u][word] of every direction but the last one
+};
+
+/// What `match` on the device works in. Allocated once per pipeline; DeviceError where there is too little memory.
+struct MatchingSpaceOnDevice {
+  MatchingSpaceOnDevice(int width, int height, const MatchingConfig& config);
+
+  std::vector<DescribedOnDevice<std::uint8_t>> short_census;  ///< correlation: one
+  std::vector<SemiGlobalOnDevice> semi_global;                ///< or one of these
+  DeviceImage<std::uint8_t> textured;                         ///< 1 where a window has contrast
+  DeviceImage<FoundLabel> upright;
+  DeviceImage<FoundLabel> level;
+  DeviceImage<int> parents;  ///< speckles: another pixel of the patch; itself where it stands for the patch
+  DeviceImage<int> sizes;    ///< pixels, where it stands for a part of a patch
+};
+
+/// As the other back ends do. `plane` lies on the device. All work goes to the stream, without waiting or allocating,
+/// so that a graph can be made of it.
+void match(Cuda& cuda, View<const std::uint8_t, Device> left, View<const std::uint8_t, Device> right,
+           const RoadPlane* plane, const MatchingConfig& config, MatchingSpaceOnDevice& space, DeviceMatches& matches);
+
+/// The candidates alone, to space.upright and space.level. Exposed for tests.
+void find_candidates(Cuda& cuda, View<const std::uint8_t, Device> left, View<const std::uint8_t, Device> right,
+                     const RoadPlane* plane, const MatchingConfig& config, MatchingSpaceOnDevice& space);
+
+/// Given disparities; `ground` lies on the device. Confidences are left as they are.
+void split(Cuda& cuda, View<const float, Device> disparity, const Rig& rig, const Ground* ground,
+           const MatchingConfig& config, DeviceMatches& matches);
+void leave_whole(Cuda& cuda, View<const float, Device> disparity, const MatchingConfig& config, DeviceMatches& matches);
+
+// The steps of `match`, each in a file of its own.
+
+/// Short census of the three images, of it the `bits` lowest.
+void describe(Cuda& cuda, View<const std::uint8_t, Device> left, View<const std::uint8_t, Device> right,
+              const RoadPlane* plane, int bits, DescribedOnDevice<std::uint8_t>& described);
+/// Census of the three images.
+void describe(Cuda& cuda, View<const std::uint8_t, Device> left, View<const std::uint8_t, Device> right,
+              const RoadPlane* plane, DescribedOnDevice<std::uint32_t>& described);
+
+/// 1 where the window's sum of |L(u+1) − L(u−1)| is at least `least`, else 0.
+void find_texture(Cuda& cuda, View<const std::uint8_t, Device> left, int half_window, int least,
+                  View<std::uint8_t, Device> textured);
+
+/// Both hypotheses' best labels by windows of the short census.
+void correlate(Cuda& cuda, const DescribedOnDevice<std::uint8_t>& census, const MatchingConfig& config,
+               View<FoundLabel, Device> upright, View<FoundLabel, Device> level);
+
+/// Both hypotheses' best labels by semi-global matching.
+void optimise(Cuda& cuda, SemiGlobalOnDevice& space, const RoadPlane* plane, const MatchingConfig& config,
+              View<FoundLabel, Device> upright, View<FoundLabel, Device> level);
+
+/// `textured` is not looked at where config asks for no texture.
+void decide(Cuda& cuda, View<const FoundLabel, Device> upright, View<const FoundLabel, Device> level,
+            View<const std::uint8_t, Device> textured, const RoadPlane* plane, const MatchingConfig& config,
+            DeviceMatches& matches);
+
+/// Speckles::remove.
+void remove_speckles(Cuda& cuda, int speckle_px, View<int, Device> parents, View<int, Device> sizes,
+                     DeviceMatches& matches);
+
+}  // namespace stereogrid

@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Stands in for the few functions of the vector code that the reference back end or its memory calls.
+#include <algorithm>
+#include <cmath>
+
+#include "matching/correlate_simd.hpp"
+#include "matching/decide_simd.hpp"
+#include "matching/surfaces_simd.hpp"
+#include "matching/texture_simd.hpp"
+
+namespace stereogrid {
+
+// Only the CPU back end works in these.
+TextureSpace::TextureSpace(int /*width*/, int /*half_window*/) {}
+DecideSpace::DecideSpace(int /*width*/) {}
+int correlate_border(Shifts upright, Shifts road) {
+  return std::max(upright.first + upright.count, road.count) + 128;
+}
+
+void flag_surfaces(const float* obstacle, const float* road, const float* above, int width, float* labelled,
+                   std::uint8_t* flags) {
+  for (int u{0}; u < width; ++u) labelled[u] = obstacle[u] - road[u];
+  for (int u{0}; u < width; ++u) {
+    const float here{labelled[u]};
+    const auto continues = [&](float neighbour) {
+      return std::abs(here - neighbour) <= 1.0f && here * neighbour > 0;  // signs tell the labels
+    };
+    flags[u] =
+        static_cast<std::uint8_t>((here != 0 ? is_measured : 0) | (continues(labelled[u - 1]) ? continues_left : 0) |
+                                  (continues(above[u]) ? continues_above : 0));
+  }
+}
+
+}  // namespace stereogrid

@@ -1,0 +1,129 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Pipelines on BackEnd::cuda and automatic, with an emulated GPU behind the library that they load.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <string>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/pipeline.hpp"
+#include "street.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+using testing::HasSubstr;
+
+Rig small_rig() {
+  return Street::rig(101, 70);
+}
+
+Config small_config() {
+  Config config{preset("default")};
+  config.grid = {10, 8, 0.5};
+  config.matching.disparities = 16;
+  config.filter.velocity_max_mps = 2;
+  return config;
+}
+
+/// The machine on which a test takes place.
+class CudaLoading : public testing::Test {
+ protected:
+  void TearDown() override {
+    unsetenv("STEREOGRID_CUDA_LIBRARY");
+    unsetenv("STEREOGRID_EMULATOR_LACKS");
+  }
+  static void use_library(const std::string& file) { setenv("STEREOGRID_CUDA_LIBRARY", file.c_str(), 1); }
+  static void lack(const std::string& what) { setenv("STEREOGRID_EMULATOR_LACKS", what.c_str(), 1); }
+
+  static std::string complaint() {
+    try {
+      const Pipeline pipeline{small_config(), small_rig(), BackEnd::cuda};
+    } catch (const DeviceError& error) {
+      return error.what();
+    }
+    return "";
+  }
+};
+
+TEST_F(CudaLoading, GpuGivesWhatTheCpuGives) {
+  use_library(EMULATED_LIBRARY);
+  Pipeline gpu{small_config(), small_rig(), BackEnd::cuda};
+  Pipeline cpu{small_config(), small_rig(), BackEnd::cpu, 1};
+  EXPECT_EQ(gpu.back_end(), BackEnd::cuda);
+  EXPECT_EQ(cpu.back_end(), BackEnd::cpu);
+  const Street street{small_rig()};
+  for (int index{0}; index < 2; ++index) {
+    const StereoFrame frame{street.frame(index)};
+    const FrameResult& on_gpu{gpu.process(frame)};
+    const FrameResult& on_cpu{cpu.process(frame)};
+    EXPECT_EQ(on_gpu.observed, on_cpu.observed);
+    EXPECT_EQ(on_gpu.world.occupancy, on_cpu.world.occupancy);
+    EXPECT_EQ(on_gpu.stages.obstacle_disparity, on_cpu.stages.obstacle_disparity);
+    EXPECT_GT(on_gpu.road_density, 0.1);
+  }
+}
+
+TEST_F(CudaLoading, AutomaticTakesTheGpu) {
+  use_library(EMULATED_LIBRARY);
+  const Pipeline pipeline{small_config(), small_rig(), BackEnd::automatic};
+  EXPECT_EQ(pipeline.back_end(), BackEnd::cuda);
+  EXPECT_EQ(pipeline.why_not_cuda(), "");
+}
+
+TEST_F(CudaLoading, AutomaticFallsBackToTheCpuAndSaysWhy) {
+  use_library(EMULATED_LIBRARY);
+  lack("device");
+  Pipeline pipeline{small_config(), small_rig(), BackEnd::automatic, 1};
+  EXPECT_EQ(pipeline.back_end(), BackEnd::cpu);
+  EXPECT_THAT(pipeline.why_not_cuda(), HasSubstr("No NVIDIA GPU was found"));
+  EXPECT_GT(pipeline.process(Street{small_rig()}.frame(0)).road_density, 0.1);
+}
+
+TEST_F(CudaLoading, AutomaticLeavesParticlesToTheCpu) {
+  use_library(EMULATED_LIBRARY);
+  Config config{small_config()};
+  config.filter.model = FilterModel::particles;
+  const Pipeline pipeline{config, small_rig(), BackEnd::automatic, 1};
+  EXPECT_EQ(pipeline.back_end(), BackEnd::cpu);
+  EXPECT_THAT(pipeline.why_not_cuda(), HasSubstr("particles"));
+}
+
+TEST_F(CudaLoading, NoLibrary) {
+  use_library("");
+  EXPECT_THAT(complaint(), HasSubstr("libstereogrid_cuda.so was not found"));
+}
+
+TEST_F(CudaLoading, LibraryThatIsNotThere) {
+  use_library("no/such/library.so");
+  EXPECT_THAT(complaint(), HasSubstr("no/such/library.so could not be loaded"));
+}
+
+TEST_F(CudaLoading, LibraryOfAnotherVersion) {
+  use_library(OTHER_LIBRARY);
+  EXPECT_THAT(complaint(), HasSubstr("belongs to stereogrid 0.0.1"));
+}
+
+TEST_F(CudaLoading, NoDevice) {
+  use_library(EMULATED_LIBRARY);
+  lack("device");
+  EXPECT_THAT(complaint(), HasSubstr("No NVIDIA GPU was found"));
+}
+
+TEST_F(CudaLoading, DriverThatIsTooOld) {
+  use_library(EMULATED_LIBRARY);
+  lack("driver");
+  EXPECT_THAT(complaint(), HasSubstr("driver is too old: it serves CUDA 10.0"));
+}
+
+TEST_F(CudaLoading, TooLittleMemory) {
+  use_library(EMULATED_LIBRARY);
+  lack("memory");
+  EXPECT_THAT(complaint(), HasSubstr("The GPU's memory is too small"));
+}
+
+}  // namespace
+}  // namespace stereogrid::test

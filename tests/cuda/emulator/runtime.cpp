@@ -1,0 +1,224 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime.hpp"
+
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <unordered_map>
+#include <vector>
+
+#include "fibers.hpp"
+
+struct EmulatedGraph {
+  std::vector<std::function<void()>> work;
+};
+struct EmulatedStream {
+  EmulatedGraph* captured{nullptr};
+};
+struct EmulatedEvent {
+  std::chrono::steady_clock::time_point when;
+};
+
+namespace {
+
+bool lacks(const char* what) {
+  const char* const lacking{std::getenv("STEREOGRID_EMULATOR_LACKS")};
+  return lacking != nullptr && std::strcmp(lacking, what) == 0;
+}
+
+struct Machine {
+  std::size_t memory{std::size_t{8} << 30};  ///< that can still be allocated
+  std::unordered_map<void*, std::size_t> allocated;
+  bool backwards{std::getenv("STEREOGRID_EMULATOR_BACKWARDS") != nullptr};
+  int captures{0};  ///< streams that are being captured
+};
+
+cudaError_t missing() {
+  if (lacks("device")) return cudaErrorNoDevice;
+  return lacks("driver") ? cudaErrorInsufficientDriver : cudaSuccess;
+}
+
+Machine& machine() {
+  static Machine& the_machine{*new Machine};
+  return the_machine;
+}
+
+cudaError_t give(cudaStream_t stream, std::function<void()> work) {
+  if (stream != nullptr && stream->captured != nullptr) {
+    stream->captured->work.push_back(std::move(work));
+  } else if (stream == nullptr && machine().captures > 0) {
+    return cudaErrorStreamCaptureUnsupported;
+  } else {
+    work();
+  }
+  return cudaSuccess;
+}
+
+}  // namespace
+
+namespace emulator {
+
+cudaError_t launch(const cudaLaunchConfig_t& config, std::function<void()> thread) {
+  constexpr unsigned threads_max{1024};
+  constexpr unsigned blocks_max{65535};  // of y and z
+  constexpr std::size_t shared_max{std::size_t{48} << 10};
+  const auto volume = [](dim3 size) { return size.x * size.y * size.z; };
+  if (volume(config.blockDim) == 0 || volume(config.blockDim) > threads_max || volume(config.gridDim) == 0 ||
+      config.gridDim.y > blocks_max || config.gridDim.z > blocks_max || config.blockDim.z > 64) {
+    return cudaErrorInvalidConfiguration;
+  }
+  if (config.dynamicSmemBytes > shared_max) return cudaErrorInvalidValue;
+  return give(config.stream, [config, call = std::move(thread)] {
+    run_grid(config.gridDim, config.blockDim, config.dynamicSmemBytes, call, machine().backwards);
+  });
+}
+
+}  // namespace emulator
+
+const char* cudaGetErrorString(cudaError_t status) {
+  switch (status) {
+    case cudaSuccess:
+      return "no error";
+    case cudaErrorInvalidValue:
+      return "invalid argument";
+    case cudaErrorMemoryAllocation:
+      return "out of memory";
+    case cudaErrorInvalidConfiguration:
+      return "invalid configuration argument";
+    case cudaErrorInsufficientDriver:
+      return "CUDA driver version is insufficient for CUDA runtime version";
+    case cudaErrorNoDevice:
+      return "no CUDA-capable device is detected";
+    case cudaErrorStreamCaptureUnsupported:
+      return "operation not permitted when stream is capturing";
+  }
+  return "unrecognized error code";
+}
+cudaError_t cudaGetLastError() {
+  return cudaSuccess;
+}
+
+cudaError_t cudaGetDeviceCount(int* count) {
+  *count = missing() == cudaSuccess ? 1 : 0;
+  return missing();
+}
+cudaError_t cudaGetDevice(int* device) {
+  *device = 0;
+  return missing();
+}
+cudaError_t cudaDeviceGetAttribute(int* value, cudaDeviceAttr attribute, int /*device*/) {
+  *value = attribute == cudaDevAttrMultiProcessorCount ? 2 : attribute == cudaDevAttrComputeCapabilityMajor ? 7 : 5;
+  return missing();
+}
+cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int /*device*/) {
+  *properties = {"emulated", 2, 7, 5, machine().memory};
+  return missing();
+}
+cudaError_t cudaDriverGetVersion(int* version) {
+  *version = missing() == cudaErrorInsufficientDriver ? 10000 : CUDART_VERSION;
+  return cudaSuccess;
+}
+cudaError_t cudaDeviceSynchronize() {
+  return machine().captures > 0 ? cudaErrorStreamCaptureUnsupported : cudaSuccess;
+}
+
+cudaError_t cudaMalloc(void** memory, std::size_t bytes) {
+  if (machine().captures > 0) return cudaErrorStreamCaptureUnsupported;
+  constexpr std::size_t little{std::size_t{1} << 14};
+  if (bytes > (lacks("memory") ? little : machine().memory)) return cudaErrorMemoryAllocation;
+  *memory = std::malloc(bytes);
+  std::memset(*memory, 0xA5, bytes);
+  machine().memory -= bytes;
+  machine().allocated[*memory] = bytes;
+  return cudaSuccess;
+}
+cudaError_t cudaFree(void* memory) {
+  if (memory == nullptr) return cudaSuccess;
+  const auto found{machine().allocated.find(memory)};
+  if (found == machine().allocated.end()) return cudaErrorInvalidValue;
+  machine().memory += found->second;
+  machine().allocated.erase(found);
+  std::free(memory);
+  return cudaSuccess;
+}
+cudaError_t cudaMallocHost(void** memory, std::size_t bytes) {
+  *memory = std::malloc(bytes);
+  return cudaSuccess;
+}
+cudaError_t cudaFreeHost(void* memory) {
+  std::free(memory);
+  return cudaSuccess;
+}
+cudaError_t cudaMemcpyAsync(void* to, const void* from, std::size_t bytes, cudaMemcpyKind /*kind*/,
+                            cudaStream_t stream) {
+  return give(stream, [=] { std::memmove(to, from, bytes); });
+}
+cudaError_t cudaMemset(void* memory, int value, std::size_t bytes) {
+  return cudaMemsetAsync(memory, value, bytes, nullptr);
+}
+cudaError_t cudaMemsetAsync(void* memory, int value, std::size_t bytes, cudaStream_t stream) {
+  return give(stream, [=] { std::memset(memory, value, bytes); });
+}
+
+cudaError_t cudaStreamCreateWithFlags(cudaStream_t* stream, unsigned /*flags*/) {
+  *stream = new EmulatedStream;
+  return cudaSuccess;
+}
+cudaError_t cudaStreamDestroy(cudaStream_t stream) {
+  delete stream;
+  return cudaSuccess;
+}
+cudaError_t cudaStreamSynchronize(cudaStream_t stream) {
+  return stream != nullptr && stream->captured != nullptr ? cudaErrorStreamCaptureUnsupported : cudaSuccess;
+}
+cudaError_t cudaEventCreate(cudaEvent_t* event) {
+  *event = new EmulatedEvent;
+  return cudaSuccess;
+}
+cudaError_t cudaEventDestroy(cudaEvent_t event) {
+  delete event;
+  return cudaSuccess;
+}
+cudaError_t cudaEventRecord(cudaEvent_t event, cudaStream_t stream) {
+  return give(stream, [event] { event->when = std::chrono::steady_clock::now(); });
+}
+cudaError_t cudaEventRecordWithFlags(cudaEvent_t event, cudaStream_t stream, unsigned /*flags*/) {
+  return cudaEventRecord(event, stream);
+}
+cudaError_t cudaEventSynchronize(cudaEvent_t /*event*/) {
+  return cudaSuccess;
+}
+cudaError_t cudaEventElapsedTime(float* milliseconds, cudaEvent_t start, cudaEvent_t end) {
+  *milliseconds = std::chrono::duration<float, std::milli>(end->when - start->when).count();
+  return cudaSuccess;
+}
+
+cudaError_t cudaStreamBeginCapture(cudaStream_t stream, cudaStreamCaptureMode /*mode*/) {
+  stream->captured = new EmulatedGraph;
+  ++machine().captures;
+  return cudaSuccess;
+}
+cudaError_t cudaStreamEndCapture(cudaStream_t stream, cudaGraph_t* graph) {
+  *graph = std::exchange(stream->captured, nullptr);
+  --machine().captures;
+  return cudaSuccess;
+}
+cudaError_t cudaGraphInstantiate(cudaGraphExec_t* executable, cudaGraph_t graph, unsigned long long /*flags*/) {
+  *executable = new EmulatedGraph{*graph};
+  return cudaSuccess;
+}
+cudaError_t cudaGraphLaunch(cudaGraphExec_t executable, cudaStream_t stream) {
+  for (const auto& work : executable->work) {
+    if (const cudaError_t status{give(stream, work)}; status != cudaSuccess) return status;
+  }
+  return cudaSuccess;
+}
+cudaError_t cudaGraphDestroy(cudaGraph_t graph) {
+  delete graph;
+  return cudaSuccess;
+}
+cudaError_t cudaGraphExecDestroy(cudaGraphExec_t executable) {
+  delete executable;
+  return cudaSuccess;
+}

@@ -1,0 +1,223 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "backend/reference.hpp"
+#include "check.hpp"
+#include "filter/cuda.hpp"
+#include "images.hpp"
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+constexpr double cell_m{0.2};
+
+FilterConfig config_of(FilterModel model, double velocity_max_mps, double velocity_step_mps) {
+  FilterConfig config;
+  config.model = model;
+  config.velocity_max_mps = velocity_max_mps;
+  config.velocity_step_mps = velocity_step_mps;
+  config.static_prior = 0.5;
+  return config;
+}
+
+// Free, occupied, unknown and in-between.
+Image<float> random_observation(int cells, Random& random) {
+  Image<float> observed{cells, cells, 0.5f};
+  for (float& p : observed) {
+    const double kind{random.between(0, 1)};
+    p = static_cast<float>(kind < 0.3 ? 0.5 : (kind < 0.4 ? 1.0 : (kind < 0.6 ? 0.0 : random.between(0, 1))));
+  }
+  return observed;
+}
+
+// A layer on both sides.
+struct Layer {
+  const Image<float>& host;
+  const DeviceImage<float>& device;
+};
+std::vector<Layer> all_layers(const GridLayers& host, const LayersOnDevice& device) {
+  return {{host.occupancy, device.occupancy},     {host.velocity_x, device.velocity_x},
+          {host.velocity_y, device.velocity_y},   {host.age_s, device.age_s},
+          {host.velocity_xx, device.velocity_xx}, {host.velocity_xy, device.velocity_xy},
+          {host.velocity_yy, device.velocity_yy}, {host.moving, device.moving}};
+}
+
+// The filter on both back ends, step by step.
+class Run {
+ public:
+  Run(const FilterConfig& parameters, const GridGeometry& start)
+      : config_{parameters},
+        tables_{config_},
+        geometry_{start},
+        now_{start.nx, config_},
+        before_{now_},
+        layers_{grid_layers(start)},
+        filter_{cuda_, config_, tables_, start.nx},
+        now_on_device_{start.nx, static_cast<int>(tables_.lattice.size())},
+        before_on_device_{start.nx, static_cast<int>(tables_.lattice.size())},
+        layers_on_device_{start.nx, start.ny} {
+    reset(now_, config_, start);
+    const FilterMotion motion{filter_motion({config_, tables_, start, 0.1}, start)};
+    reset(cuda_, filter_, one_on_device(cuda_, motion).data(), now_on_device_);
+    cuda_.synchronize();
+  }
+
+  void step(const Image<float>& observed, double dt_s, int moved_x, int moved_y) {
+    const GridGeometry last{geometry_};
+    geometry_.x_min_m += moved_x * cell_m;
+    geometry_.y_min_m += moved_y * cell_m;
+    const FilterInput input{config_, tables_, geometry_, dt_s};
+    std::swap(now_, before_);
+    filter(reference_, input, observed.view(), before_, now_, layers_);
+    std::swap(now_on_device_, before_on_device_);
+    const DeviceBuffer<FilterMotion> motion{one_on_device(cuda_, filter_motion(input, last))};
+    const DeviceImage<float> seen{on_device(cuda_, observed)};
+    filter(cuda_, filter_, motion.data(), seen.view(), before_on_device_, now_on_device_, layers_on_device_);
+    cuda_.synchronize();
+  }
+
+  // Of all layers.
+  double difference() {
+    double largest{0};
+    for (const Layer& layer : all_layers(layers_, layers_on_device_)) {
+      largest = std::max(largest, largest_difference(on_host(cuda_, layer.device), layer.host));
+    }
+    return largest;
+  }
+
+  // P(occupied, v_k) as the next step reads it.
+  double difference_of_masses() {
+    const int cells{geometry_.nx};
+    const std::size_t count{static_cast<std::size_t>(cells * cells)};
+    const Image<float> scale{on_host(cuda_, now_on_device_.scale)};
+    const Image<float> born{on_host(cuda_, now_on_device_.born)};
+    const FilterStep step{step_of({config_, tables_, geometry_, 0.1})};
+    Image<float> mass{cells, cells};
+    double largest{0};
+    for (std::size_t k{0}; k < tables_.lattice.size(); ++k) {
+      download(cuda_, now_on_device_.mass.data() + k * count, count, mass.data());
+      cuda_.synchronize();
+      for (std::size_t i{0}; i < count; ++i) {
+        mass.data()[i] = scale.data()[i] * mass.data()[i] + born.data()[i] * prior_of(step, static_cast<int>(k));
+      }
+      largest = std::max(largest, largest_difference(mass, now_.velocity[k]));
+    }
+    return largest;
+  }
+
+  Cuda& cuda() { return cuda_; }
+  const GridLayers& layers() const { return layers_; }
+  const LayersOnDevice& layers_on_device() const { return layers_on_device_; }
+  const GridGeometry& geometry() const { return geometry_; }
+
+ private:
+  Cuda cuda_;
+  Reference reference_;
+  FilterConfig config_;
+  FilterTables tables_;
+  GridGeometry geometry_;
+  FilterState now_;
+  FilterState before_;
+  GridLayers layers_;
+  FilterOnDevice filter_;
+  FilterStateOnDevice now_on_device_;
+  FilterStateOnDevice before_on_device_;
+  LayersOnDevice layers_on_device_;
+};
+
+struct Move {
+  double dt_s;
+  int x;
+  int y;
+};
+constexpr Move moves[]{{0.1, 0, 0}, {0.033, 1, 0}, {0.25, -2, 3}, {0.1, 0, -1}, {0.1, 40, 0}, {0, 3, -3}, {0.1, 0, 0}};
+
+// The sums are formed in the reference's order.
+TEST(joint_filter_is_that_of_the_reference) {
+  Random random{31};
+  for (const int cells : {1, 5, 31, 34, 63}) {
+    FilterConfig config{config_of(FilterModel::joint, 4, 1.3)};
+    config.likelihood_exponent = 0.6;
+    Run run{config, {-1, 2, cell_m, cells, cells}};
+    for (const Move& move : moves) {
+      run.step(random_observation(cells, random), move.dt_s, move.x, move.y);
+      CHECK_EQUAL(run.difference(), 0);
+      CHECK_EQUAL(run.difference_of_masses(), 0);
+    }
+  }
+}
+
+TEST(joint_filter_with_other_lattices) {
+  Random random{33};
+  for (const double velocity_max_mps : {0.0, 2.0, 14.0}) {  // 1, 3 and 15 velocities along an axis
+    Run run{config_of(FilterModel::joint, velocity_max_mps, 2), {0, 0, cell_m, 21, 21}};
+    for (int i{0}; i < 4; ++i) {
+      run.step(random_observation(21, random), 0.1, i % 2, 1);
+      CHECK_EQUAL(run.difference(), 0);
+    }
+  }
+}
+
+TEST(tay_filter_is_that_of_the_reference) {
+  Random random{35};
+  for (const int cells : {1, 5, 34}) {
+    FilterConfig config{config_of(FilterModel::tay2008, 4, 1.3)};
+    config.static_prior = cells == 5 ? 0 : 0.5;
+    Run run{config, {-1, 2, cell_m, cells, cells}};
+    for (const Move& move : moves) {
+      run.step(random_observation(cells, random), move.dt_s, move.x, move.y);
+      CHECK_EQUAL(run.difference(), 0);
+      CHECK_EQUAL(run.difference_of_masses(), 0);
+    }
+  }
+}
+
+TEST(window_is_seen_from_the_vehicle) {
+  Random random{37};
+  Run run{config_of(FilterModel::joint, 4, 2), {-3, -4, cell_m, 44, 44}};
+  for (int i{0}; i < 3; ++i) run.step(random_observation(44, random), 0.1, 1, 0);
+  for (const Pose2& pose : {Pose2{0, 0, 0}, Pose2{0.31, -0.27, 0.7}, Pose2{3, 3, -2.9}}) {
+    const GridGeometry grid{0, -3.1, 0.2, 37, 31};
+    FrameResult expected;
+    expected.vehicle_grid = grid;
+    expected.world = run.layers();
+    const Image<float> blank{grid.nx, grid.ny};
+    expected.occupancy = expected.velocity_x = expected.velocity_y = expected.age_s = blank;
+    expected.velocity_xx = expected.velocity_xy = expected.velocity_yy = expected.moving = blank;
+    resample(pose, expected);
+    LayersOnDevice found{grid.nx, grid.ny};
+    const GridInVehicle place{grid, pose.x_m, pose.y_m, std::cos(pose.yaw_rad), std::sin(pose.yaw_rad)};
+    const DeviceBuffer<GridGeometry> window{one_on_device(run.cuda(), run.geometry())};
+    const DeviceBuffer<GridInVehicle> vehicle{one_on_device(run.cuda(), place)};
+    resample(run.cuda(), run.layers_on_device(), window.data(), vehicle.data(), found);
+    CHECK_EQUAL(differences(on_host(run.cuda(), found.occupancy), expected.occupancy), 0);
+    CHECK_EQUAL(differences(on_host(run.cuda(), found.moving), expected.moving), 0);
+    CHECK_EQUAL(differences(on_host(run.cuda(), found.age_s), expected.age_s), 0);
+    CHECK_EQUAL(differences(on_host(run.cuda(), found.velocity_x), expected.velocity_x), 0);
+    CHECK_EQUAL(differences(on_host(run.cuda(), found.velocity_y), expected.velocity_y), 0);
+    CHECK_EQUAL(differences(on_host(run.cuda(), found.velocity_xx), expected.velocity_xx), 0);
+    CHECK_EQUAL(differences(on_host(run.cuda(), found.velocity_xy), expected.velocity_xy), 0);
+    CHECK_EQUAL(differences(on_host(run.cuda(), found.velocity_yy), expected.velocity_yy), 0);
+  }
+}
+
+TEST(particles_are_refused) {
+  Cuda cuda;
+  FilterConfig config;
+  config.model = FilterModel::particles;
+  bool is_refused{false};
+  try {
+    const FilterOnDevice filter{cuda, config, FilterTables{config}, 10};
+  } catch (const ConfigError&) {
+    is_refused = true;
+  }
+  CHECK(is_refused);
+}
+
+}  // namespace
+}  // namespace stereogrid::test

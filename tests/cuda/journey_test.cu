@@ -1,0 +1,222 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The whole way of a frame on the GPU against the reference back end.
+#include "journey_cuda.hpp"
+
+#include <memory>
+
+#include "check.hpp"
+#include "images.hpp"
+#include "street.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+constexpr int width{125};
+constexpr int height{86};
+
+Config small_config() {
+  Config config{preset("default")};
+  config.grid = {10, 8, 0.5};
+  config.matching.disparities = 16;
+  config.matching.speckle_px = 20;
+  config.filter.velocity_max_mps = 4;
+  config.tracking.occupancy_min = 0.6;
+  return config;
+}
+
+/// A journey, and what it found last.
+struct Traveller {
+  Traveller(std::unique_ptr<Journey> way, const Config& config, const Rig& rig)
+      : journey{std::move(way)}, result{empty_result(config, rig)} {}
+
+  void run(const StereoFrame& frame, double dt_s) {
+    journey->run({frame.left.view(), frame.right.view(), frame.disparity.view(), *frame.world_from_vehicle, dt_s,
+                  frame.other_grids},
+                 result);
+  }
+
+  std::unique_ptr<Journey> journey;
+  FrameResult result;
+};
+
+void compare(const StageImages& gpu, const StageImages& law) {
+  CHECK_EQUAL(differences(gpu.obstacle_disparity, law.obstacle_disparity), 0);
+  CHECK_EQUAL(differences(gpu.road_disparity, law.road_disparity), 0);
+  CHECK_EQUAL(differences(gpu.match_confidence, law.match_confidence), 0);
+  CHECK(gpu.possible == law.possible);
+  CHECK_EQUAL(differences(gpu.visible, law.visible), 0);
+  CHECK_EQUAL(differences(gpu.observed, law.observed), 0);
+  CHECK_EQUAL(differences(gpu.visibility, law.visibility), 0);
+  CHECK_EQUAL(differences(gpu.obstacle_confidence, law.obstacle_confidence), 0);
+  CHECK_EQUAL(differences(gpu.road_confidence, law.road_confidence), 0);
+  CHECK_EQUAL(differences(gpu.occupancy, law.occupancy), 0);
+  CHECK_EQUAL(differences(gpu.occupancy_smooth, law.occupancy_smooth), 0);
+}
+
+// The ground is summed in another order; what comes of it is rounded before it is used (ground/cuda.hpp).
+void compare(const Ground& gpu, const Ground& law) {
+  CHECK_EQUAL(gpu.estimated, law.estimated);
+  CHECK_NEAR(gpu.height_m, law.height_m, 1e-6);
+  CHECK_NEAR(gpu.pitch_rad, law.pitch_rad, 1e-6);
+  CHECK_NEAR(gpu.roll_rad, law.roll_rad, 1e-6);
+}
+
+// tay2008's sum over all velocities is formed in another order (filter/cuda.hpp); what comes of it is divided by it.
+void compare_nearly(const FrameResult& gpu, const FrameResult& law) {
+  constexpr double bound{1e-5};
+  compare(gpu.stages, law.stages);
+  CHECK_EQUAL(differences(gpu.observed, law.observed), 0);
+  CHECK_EQUAL(differences(gpu.world.age_s, law.world.age_s), 0);
+  CHECK_NEAR(largest_difference(gpu.world.occupancy, law.world.occupancy), 0, bound);
+  CHECK_NEAR(largest_difference(gpu.world.velocity_x, law.world.velocity_x), 0, bound);
+  CHECK_NEAR(largest_difference(gpu.occupancy, law.occupancy), 0, bound);
+  CHECK_EQUAL(gpu.obstacles.size(), law.obstacles.size());
+}
+
+void compare_grids(const FrameResult& gpu, const FrameResult& law) {
+  CHECK_EQUAL(differences(gpu.observed, law.observed), 0);
+  CHECK(gpu.world.geometry == law.world.geometry);
+  CHECK_EQUAL(differences(gpu.world.occupancy, law.world.occupancy), 0);
+  CHECK_EQUAL(differences(gpu.world.age_s, law.world.age_s), 0);
+  CHECK_EQUAL(differences(gpu.world.velocity_x, law.world.velocity_x), 0);
+  CHECK_EQUAL(differences(gpu.world.velocity_xy, law.world.velocity_xy), 0);
+  CHECK_EQUAL(differences(gpu.occupancy, law.occupancy), 0);
+  CHECK_EQUAL(differences(gpu.velocity_y, law.velocity_y), 0);
+  CHECK_EQUAL(differences(gpu.moving, law.moving), 0);
+  CHECK_EQUAL(differences(gpu.age_s, law.age_s), 0);
+  CHECK_EQUAL(gpu.obstacles.size(), law.obstacles.size());
+  for (std::size_t i{0}; i < gpu.obstacles.size() && i < law.obstacles.size(); ++i) {
+    CHECK_EQUAL(gpu.obstacles[i].id, law.obstacles[i].id);
+    CHECK_EQUAL(gpu.obstacles[i].x_m, law.obstacles[i].x_m);
+    CHECK_EQUAL(gpu.obstacles[i].vx_mps, law.obstacles[i].vx_mps);
+  }
+}
+
+void compare(const FrameResult& gpu, const FrameResult& law) {
+  compare(gpu.stages, law.stages);
+  compare(gpu.ground, law.ground);
+  compare_grids(gpu, law);
+  CHECK_EQUAL(gpu.obstacle_density, law.obstacle_density);
+  CHECK_EQUAL(gpu.road_density, law.road_density);
+}
+
+/// Both back ends side by side.
+class Pair {
+ public:
+  Pair(const Config& config, const Rig& rig)
+      : gpu{std::make_unique<JourneyOnCuda>(config, rig), config, rig},
+        law{reference_journey(config, rig), config, rig} {}
+
+  void run(const StereoFrame& frame) {
+    const double dt_s{frame.index == 0 ? 0 : 0.1};
+    gpu.run(frame, dt_s);
+    law.run(frame, dt_s);
+    is_equal_to_the_bit ? compare(gpu.result, law.result) : compare_nearly(gpu.result, law.result);
+  }
+
+  Traveller gpu;
+  Traveller law;
+  bool is_equal_to_the_bit{true};
+};
+
+Rig small_rig() {
+  return Street::rig(width, height);
+}
+
+void check_drive(const Config& config) {
+  const Street street{small_rig()};
+  Pair pair{config, small_rig()};
+  for (int index{0}; index < 4; ++index) pair.run(street.frame(index));
+  const FrameResult& result{pair.law.result};
+  CHECK(result.ground.estimated);
+  CHECK(result.obstacle_density > 0.1 && result.road_density > 0.1);
+  CHECK(!result.obstacles.empty());
+}
+
+TEST(a_drive_with_correlation_equals_the_reference) {
+  check_drive(small_config());
+}
+
+TEST(a_drive_with_semi_global_matching_equals_the_reference) {
+  Config config{small_config()};
+  config.matching.method = MatchingMethod::semi_global;
+  check_drive(config);
+}
+
+TEST(the_paper_preset_equals_the_reference) {
+  Config config{preset("paper")};
+  config.grid = {10, 8, 0.5};
+  config.matching.disparities = 16;
+  config.matching.window_px = 11;
+  config.filter.velocity_max_mps = 2;
+  const Street street{small_rig()};
+  Pair pair{config, small_rig()};
+  pair.is_equal_to_the_bit = false;
+  for (int index{0}; index < 2; ++index) pair.run(street.frame(index));
+}
+
+// The camera is pitched more than the road hypothesis reaches: the frame is searched and matched again.
+TEST(a_road_that_is_lost_is_found_again) {
+  const Street level{small_rig()};
+  const Street pitched{small_rig(), 0.07};
+  Config config{small_config()};
+  config.matching.road_margin_px = 1;
+  Pair pair{config, small_rig()};
+  pair.run(level.frame(0));
+  for (int index{1}; index < 5; ++index) pair.run(pitched.frame(index));
+  CHECK_NEAR(pair.law.result.ground.pitch_rad, 0.07, 0.01);
+}
+
+TEST(rows_that_are_off_are_put_right) {
+  const Street street{small_rig()};
+  Pair pair{small_config(), small_rig()};
+  for (int index{0}; index < 3; ++index) {
+    StereoFrame frame{street.frame(index)};
+    for (int v{height - 1}; v > 0; --v) std::copy_n(frame.right.row(v - 1), width, frame.right.row(v));
+    pair.run(frame);
+  }
+  CHECK(pair.law.result.obstacle_density > 0.1);
+}
+
+TEST(given_disparities_and_another_grid) {
+  const Street street{small_rig()};
+  Config config{small_config()};
+  Traveller matcher{reference_journey(config, small_rig()), config, small_rig()};
+  Pair pair{config, small_rig()};
+  Random random{5};
+  for (int index{0}; index < 3; ++index) {
+    StereoFrame frame{street.frame(index)};
+    matcher.run(frame, index == 0 ? 0 : 0.1);
+    frame.right = {};
+    frame.disparity = matcher.result.stages.obstacle_disparity;
+    for (std::size_t i{0}; i < frame.disparity.size(); ++i) {
+      frame.disparity.data()[i] += matcher.result.stages.road_disparity.data()[i];
+    }
+    if (index != 1) frame.other_grids.push_back({{0, -4, 0.8, 12, 10}, random.image(12, 10, 0, 1), {}});
+    pair.run(frame);
+  }
+}
+
+TEST(without_stages_the_grids_are_the_same) {
+  const Street street{small_rig()};
+  Pair pair{small_config(), small_rig()};
+  pair.gpu.journey->fetch_stages(false);
+  for (int index{0}; index < 2; ++index) {
+    const double dt_s{0.1 * index};
+    pair.gpu.run(street.frame(index), dt_s);
+    pair.law.run(street.frame(index), dt_s);
+    compare_grids(pair.gpu.result, pair.law.result);
+  }
+  for (const float d : pair.gpu.result.stages.obstacle_disparity) CHECK_EQUAL(d, 0);
+}
+
+TEST(settings_that_only_the_cpu_can_do) {
+  Config config{small_config()};
+  config.filter.model = FilterModel::particles;
+  CHECK(complaint_of([&] { JourneyOnCuda{config, small_rig()}; }).find("CPU only") != std::string::npos);
+}
+
+}  // namespace
+}  // namespace stereogrid::test

@@ -1,0 +1,229 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "backend/reference.hpp"
+#include "check.hpp"
+#include "matching/cuda.hpp"
+#include "matching/given.hpp"
+#include "matching/matching.hpp"
+
+namespace stereogrid::test {
+
+struct Size {
+  int width;
+  int height;
+};
+
+struct Pair {
+  Image<std::uint8_t> left;
+  Image<std::uint8_t> right;
+};
+
+inline int uniform(std::mt19937& generator, int count) {
+  return static_cast<int>(generator() % static_cast<unsigned>(count));
+}
+
+inline Image<std::uint8_t> noise_image(Size size, std::mt19937& generator) {
+  Image<std::uint8_t> image{size.width, size.height};
+  for (auto& grey : image) grey = static_cast<std::uint8_t>(uniform(generator, 256));
+  return image;
+}
+
+inline Pair noise_pair(Size size, unsigned seed) {
+  std::mt19937 generator{seed};
+  Image<std::uint8_t> left{noise_image(size, generator)};
+  return {left, noise_image(size, generator)};
+}
+
+/// Two disparities side by side, some noise, and a flat patch where many costs tie.
+inline Pair textured_pair(Size size, unsigned seed) {
+  std::mt19937 generator{seed};
+  const Image<std::uint8_t> texture{noise_image({size.width + 8, size.height}, generator)};
+  Pair pair{Image<std::uint8_t>{size.width, size.height}, Image<std::uint8_t>{size.width, size.height}};
+  for (int v{0}; v < size.height; ++v) {
+    for (int u{0}; u < size.width; ++u) {
+      const bool is_flat{v >= size.height / 2 && u < size.width / 3};
+      const int noise{uniform(generator, 12)};
+      pair.left(u, v) = is_flat ? std::uint8_t{90} : texture(u, v);
+      const int grey{texture(u + (u < size.width / 2 ? 3 : 8), v) / 2 + noise};
+      pair.right(u, v) = is_flat ? std::uint8_t{90} : static_cast<std::uint8_t>(grey);
+    }
+  }
+  return pair;
+}
+
+/// What the reference finds.
+class ReferenceRun final : public CandidateSink {
+ public:
+  ReferenceRun(const Pair& pair, const RoadPlane& plane, const MatchingConfig& config)
+      : matches{pair.left.width(), pair.left.height()},
+        upright{pair.left.width(), pair.left.height()},
+        level{pair.left.width(), pair.left.height()} {
+    Reference reference;
+    MatchingSpace space{pair.left.width(), pair.left.height(), config, 1};
+    find_candidates(reference, pair.left.view(), pair.right.view(), plane, config, space, *this);
+    match(reference, pair.left.view(), pair.right.view(), plane, config, space, matches);
+  }
+
+  void take(int v, const RowCandidates& candidates) override {
+    for (int u{0}; u < upright.width(); ++u) {
+      upright(u, v) = candidates.upright.at(u);
+      level(u, v) = candidates.level.at(u);
+    }
+  }
+
+  Matches matches;
+  Image<Candidate> upright;
+  Image<Candidate> level;
+};
+
+template <class T>
+Image<T> fetched(Cuda& cuda, const DeviceImage<T>& image) {
+  Image<T> copy{image.width(), image.height()};
+  download(cuda, image.data(), image.size(), copy.data());
+  cuda.synchronize();
+  return copy;
+}
+
+template <class T>
+int differences(const Image<T>& a, const Image<T>& b) {
+  int different{0};
+  for (std::size_t i{0}; i < a.size(); ++i) different += a.data()[i] == b.data()[i] ? 0 : 1;
+  return different;
+}
+
+inline int differences(const Image<Candidate>& expected, const Image<FoundLabel>& found, Shifts shifts) {
+  int different{0};
+  for (std::size_t i{0}; i < expected.size(); ++i) {
+    const Candidate& a{expected.data()[i]};
+    const FoundLabel& b{found.data()[i]};
+    const bool same{a.cost == b.cost && a.before == b.before && a.after == b.after &&
+                    a.shift == shifts.first + b.label && (a.rivals != 0) == (b.has_rivals != 0)};
+    different += same ? 0 : 1;
+  }
+  return different;
+}
+
+inline void check_same(const Matches& expected, Cuda& cuda, const DeviceMatches& found) {
+  CHECK_EQUAL(differences(expected.obstacle, fetched(cuda, found.obstacle)), 0);
+  CHECK_EQUAL(differences(expected.road, fetched(cuda, found.road)), 0);
+  CHECK_EQUAL(differences(expected.confidence, fetched(cuda, found.confidence)), 0);
+}
+
+class DeviceRun {
+ public:
+  DeviceRun(Size size, const MatchingConfig& config)
+      : config_{config},
+        left_{size.width, size.height},
+        right_{size.width, size.height},
+        plane_{1},
+        space_{size.width, size.height, config},
+        matches_{size.width, size.height} {}
+
+  Cuda& cuda() { return cuda_; }
+
+  void put(const Pair& pair, const RoadPlane& plane) {
+    upload(cuda_, pair.left.data(), pair.left.size(), left_.data());
+    upload(cuda_, pair.right.data(), pair.right.size(), right_.data());
+    upload(cuda_, &plane, 1, plane_.data());
+    cuda_.synchronize();
+  }
+
+  void match_all() { match(cuda_, left_.view(), right_.view(), plane_.data(), config_, space_, matches_); }
+
+  void check_candidates(const ReferenceRun& expected) {
+    CHECK_EQUAL(differences(expected.upright, fetched(cuda_, space_.upright), upright_shifts(config_)), 0);
+    CHECK_EQUAL(differences(expected.level, fetched(cuda_, space_.level), road_shifts(config_)), 0);
+  }
+
+  void check_matches(const ReferenceRun& expected) { check_same(expected.matches, cuda_, matches_); }
+
+ private:
+  Cuda cuda_;
+  MatchingConfig config_;
+  DeviceImage<std::uint8_t> left_;
+  DeviceImage<std::uint8_t> right_;
+  DeviceBuffer<RoadPlane> plane_;
+  MatchingSpaceOnDevice space_;
+  DeviceMatches matches_;
+};
+
+inline void check_equal(const Pair& pair, const RoadPlane& plane, const MatchingConfig& config) {
+  const int failures_before{failures};
+  DeviceRun run{{pair.left.width(), pair.left.height()}, config};
+  run.put(pair, plane);
+  run.match_all();
+  const ReferenceRun expected{pair, plane, config};
+  run.check_candidates(expected);
+  run.check_matches(expected);
+  if (failures == failures_before) return;
+  std::printf("  … of %d × %d, window %d, paths %d, disparities %d … %d, road ±%d\n", pair.left.width(),
+              pair.left.height(), config.window_px, config.paths, config.min_disparity, config.disparities,
+              config.road_margin_px);
+}
+
+template <class T>
+void put(Cuda& cuda, const Image<T>& image, DeviceImage<T>& to) {
+  upload(cuda, image.data(), image.size(), to.data());
+  cuda.synchronize();
+}
+
+/// Random obstacles and road, of disparities that often continue their neighbours'.
+inline void check_speckles(Size size, int blank_percent, int speckle_px) {
+  std::mt19937 generator{static_cast<unsigned>(blank_percent + speckle_px)};
+  Matches expected{size.width, size.height};
+  for (std::size_t i{0}; i < expected.road.size(); ++i) {
+    if (uniform(generator, 100) < blank_percent) continue;
+    const float disparity{8.0f + 0.25f * static_cast<float>(uniform(generator, 6))};
+    (uniform(generator, 6) == 0 ? expected.road : expected.obstacle).data()[i] = disparity;
+    expected.confidence.data()[i] = 0.5f;
+  }
+  Cuda cuda;
+  DeviceMatches found{size.width, size.height};
+  put(cuda, expected.obstacle, found.obstacle);
+  put(cuda, expected.road, found.road);
+  put(cuda, expected.confidence, found.confidence);
+  DeviceImage<int> parents{size.width, size.height};
+  DeviceImage<int> sizes{size.width, size.height};
+  remove_speckles(cuda, speckle_px, parents.view(), sizes.view(), found);
+  Speckles{size.width, size.height}.remove(speckle_px, expected);
+  check_same(expected, cuda, found);
+}
+
+inline void check_given(const Rig& rig, const Ground& ground) {
+  std::mt19937 generator{137};
+  MatchingConfig config;
+  config.disparities = 32;
+  Image<float> disparity{rig.width_px, rig.height_px};
+  const RoadPlane plane{road_plane(rig, ground)};
+  for (int v{0}; v < rig.height_px; ++v) {
+    for (int u{0}; u < rig.width_px; ++u) {
+      const double off{0.05 * (uniform(generator, 100) - 50)};
+      disparity(u, v) = static_cast<float>(uniform(generator, 5) == 0 ? 0.0 : plane.disparity(u, v) + off);
+    }
+  }
+  Cuda cuda;
+  DeviceImage<float> given{rig.width_px, rig.height_px};
+  put(cuda, disparity, given);
+  DeviceBuffer<Ground> on_device{1};
+  upload(cuda, &ground, 1, on_device.data());
+  Matches expected{rig.width_px, rig.height_px};
+  DeviceMatches found{rig.width_px, rig.height_px};
+  put(cuda, expected.confidence, found.confidence);
+  Reference reference;
+  split(reference, disparity.view(), rig, ground, config, expected);
+  split(cuda, given.view(), rig, on_device.data(), config, found);
+  check_same(expected, cuda, found);
+  leave_whole(disparity.view(), config, expected);
+  leave_whole(cuda, given.view(), config, found);
+  check_same(expected, cuda, found);
+}
+
+}  // namespace stereogrid::test

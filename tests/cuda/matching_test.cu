@@ -1,0 +1,172 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Matching on the device equals the reference to the bit: candidates, disparities, labels, confidences.
+#include "matching_run.hpp"
+
+#include "backend/reference.hpp"
+#include "matching/given.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+constexpr RoadPlane plain_plane{4, 0, 0.2, 20, 15};
+constexpr RoadPlane rolled_plane{3.3, 0.07, 0.31, 30, 10};
+constexpr RoadPlane falling_plane{-2, -0.11, 0.15, 10, 5};  // mostly behind the camera: negative disparities
+constexpr RoadPlane no_road_plane{-1000, 0, 0, 0, 0};
+
+// Settings where every test of a match rejects some.
+MatchingConfig config_of(int window_px, int disparities) {
+  MatchingConfig config;
+  config.window_px = window_px;
+  config.disparities = disparities;
+  config.road_margin_px = 1 + window_px % 4;
+  config.texture = 3;
+  config.uniqueness = 0.05;
+  config.left_right_px = 1;
+  config.speckle_px = 4;
+  return config;
+}
+
+MatchingConfig semi_global_of(int paths, int disparities) {
+  MatchingConfig config{config_of(9, disparities)};
+  config.method = MatchingMethod::semi_global;
+  config.paths = paths;
+  config.uniqueness = 0.01;
+  return config;
+}
+
+TEST(windows_on_tiny_images) {
+  for (const Size size : {Size{1, 1}, Size{1, 9}, Size{9, 1}, Size{7, 5}}) {
+    for (const int window_px : {3, 9, 21}) {
+      check_equal(noise_pair(size, 61), rolled_plane, config_of(window_px, 16));
+    }
+  }
+}
+
+TEST(windows_of_all_sizes) {
+  for (const int window_px : {3, 5, 9, 13, 21}) {
+    check_equal(textured_pair({67, 15}, 67), plain_plane, config_of(window_px, 24));
+  }
+  check_equal(noise_pair({30, 9}, 71), rolled_plane, config_of(41, 20));
+}
+
+TEST(windows_on_many_disparities) {
+  for (const int disparities : {2, 64, 70, 96, 128, 129, 192, 256}) {
+    check_equal(textured_pair({131, 5}, 73), plain_plane, config_of(5, disparities));
+    check_equal(noise_pair({70, 5}, 79), rolled_plane, config_of(9, disparities));
+  }
+  check_equal(noise_pair({9, 5}, 83), plain_plane, config_of(41, 256));
+}
+
+TEST(windows_with_every_option) {
+  for (int option{0}; option < 9; ++option) {
+    MatchingConfig config{config_of(7, 24)};
+    config.subpixel = option != 0;
+    if (option == 1) config.left_right_px = 0;
+    if (option == 2) config.uniqueness = 0;
+    if (option == 3) config.speckle_px = 0;
+    if (option == 4) config.texture = 20;
+    if (option == 5) config.texture = 0;
+    if (option == 6) config.min_disparity = 5;
+    if (option == 7) config.road_margin_px = 15;
+    if (option == 8) config.left_right_px = 3;
+    check_equal(textured_pair({69, 19}, 89), option % 2 == 0 ? plain_plane : falling_plane, config);
+  }
+}
+
+TEST(windows_of_the_presets) {
+  for (const char* name : {"default", "paper"}) {
+    MatchingConfig config{preset(name).matching};
+    config.disparities = 64;
+    config.speckle_px = 20;
+    check_equal(textured_pair({71, 23}, 97), plain_plane, config);
+  }
+}
+
+TEST(paths_on_tiny_images) {
+  for (const Size size : {Size{1, 1}, Size{1, 9}, Size{9, 1}, Size{7, 5}}) {
+    for (const int paths : {3, 4, 8}) check_equal(noise_pair(size, 101), rolled_plane, semi_global_of(paths, 16));
+  }
+}
+
+TEST(paths_of_all_kinds) {
+  for (const int paths : {3, 4, 5, 8}) {
+    check_equal(textured_pair({37, 25}, 103), plain_plane, semi_global_of(paths, 24));
+    check_equal(noise_pair({23, 34}, 107), rolled_plane, semi_global_of(paths, 17));
+  }
+  check_equal(textured_pair({37, 25}, 103), falling_plane, semi_global_of(8, 24));
+  check_equal(textured_pair({37, 25}, 103), no_road_plane, semi_global_of(4, 24));
+}
+
+TEST(paths_on_many_disparities) {
+  for (const int disparities : {2, 64, 96, 128, 129, 256}) {
+    check_equal(textured_pair({61, 9}, 109), plain_plane, semi_global_of(disparities % 2 == 0 ? 4 : 8, disparities));
+  }
+}
+
+TEST(paths_with_every_option) {
+  for (int option{0}; option < 8; ++option) {
+    MatchingConfig config{semi_global_of(4, 32)};
+    config.subpixel = option != 0;
+    if (option == 1) config.penalty_step = 0;
+    if (option == 2) config.penalty_jump = 190;
+    if (option == 3) config.penalty_change = 0;
+    if (option == 4) config.road_margin_px = 15;
+    if (option == 5) config.min_disparity = 3;
+    if (option == 6) config.penalty_jump = 1;
+    if (option == 7) config.uniqueness = 1;
+    check_equal(textured_pair({33, 27}, 113), option % 2 == 0 ? plain_plane : rolled_plane, config);
+  }
+}
+
+TEST(blank_images) {
+  const Image<std::uint8_t> blank{40, 20, 128};
+  check_equal({blank, blank}, plain_plane, config_of(5, 16));
+  check_equal({blank, blank}, plain_plane, semi_global_of(3, 16));
+}
+
+// One graph serves frames after one another; images and plane lie where it expects them.
+TEST(a_graph_follows_its_inputs) {
+  for (const MatchingConfig& config : {config_of(9, 33), semi_global_of(3, 33)}) {
+    const Pair first{noise_pair({51, 30}, 127)};
+    const Pair second{textured_pair({51, 30}, 131)};
+    DeviceRun run{{51, 30}, config};
+    run.put(first, rolled_plane);
+    Graph graph;
+    graph.capture(run.cuda(), [&] { run.match_all(); });
+    graph.launch(run.cuda());
+    run.check_matches(ReferenceRun{first, rolled_plane, config});
+    run.put(second, plain_plane);
+    graph.launch(run.cuda());
+    run.check_matches(ReferenceRun{second, plain_plane, config});
+  }
+}
+
+// Labels in patches of every shape: the smaller the share of blank pixels, the longer the winding ways.
+TEST(speckles) {
+  for (const Size size : {Size{1, 1}, Size{1, 40}, Size{67, 1}, Size{133, 37}}) {
+    for (const int blank_percent : {5, 40, 55}) {
+      for (const int speckle_px : {0, 2, 5, 60, 1000}) check_speckles(size, blank_percent, speckle_px);
+    }
+  }
+}
+
+TEST(given_disparities) {
+  Rig rig;
+  rig.width_px = 67;
+  rig.height_px = 45;
+  rig.focal_px = 90;
+  rig.centre_u_px = 32.5;
+  rig.centre_v_px = 12.25;
+  rig.baseline_m = 0.4;
+  Ground ground{1.5, 0.02, -0.01};
+  check_given(rig, ground);
+  ground.height_sigma_m = 0.05;
+  ground.pitch_sigma_rad = 0.01;
+  ground.roll_sigma_rad = 0.02;
+  check_given(rig, ground);
+}
+
+}  // namespace
+}  // namespace stereogrid::test
