@@ -7,6 +7,7 @@
 #include <set>
 
 #include "input_layout.hpp"
+#include "recording_poses.hpp"
 #include "stamps.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/image_file.hpp"
@@ -17,12 +18,6 @@ namespace stereogrid::io {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::vector<std::string> names_of(const RecordingContents& contents) {
-  std::vector<std::string> names;
-  for (const RecordedFrame& frame : contents.frames) names.push_back(frame.name);
-  return names;
-}
 
 void warn_of_missing_images(RecordingContents& contents) {
   constexpr std::size_t most{5};
@@ -131,11 +126,15 @@ fs::path stamps_file(const InputLayout& layout, const std::string& poses) {
   if (layout.kind == InputKind::kitti_raw) candidates = {layout.left.parent_path() / "timestamps.txt"};
   if (layout.kind == InputKind::image_pair) candidates.clear();
   if (fs::path{poses}.extension() == ".csv") candidates.emplace_back(poses);
-  const auto found{std::ranges::find_if(candidates, [](const fs::path& path) { return fs::exists(path); })};
+  const auto gives_stamps = [](const fs::path& path) {
+    return fs::exists(path) && (path.extension() != ".csv" || are_named(read_poses_csv(path)));
+  };
+  const auto found{std::ranges::find_if(candidates, gives_stamps)};
   return found == candidates.end() ? fs::path{} : *found;
 }
 
-void find_stamps(RecordingContents& contents, const InputLayout& layout, const std::string& poses) {
+/// False: the images have no stamps, some are assumed.
+bool find_stamps(RecordingContents& contents, const InputLayout& layout, const std::string& poses) {
   const fs::path file{stamps_file(layout, poses)};
   bool known{!file.empty()};
   if (file.filename() == "times.txt") {
@@ -150,7 +149,7 @@ void find_stamps(RecordingContents& contents, const InputLayout& layout, const s
       contents.frames[i].stamp_ns = static_cast<std::int64_t>(i) * 100'000'000;
     }
     if (contents.frames.size() > 1) contents.notes.push_back("stamps: none, 10 frames a second assumed");
-    return;
+    return false;
   }
   contents.notes.push_back("stamps: " + file.string());
   for (std::size_t i{1}; i < contents.frames.size(); ++i) {
@@ -160,84 +159,7 @@ void find_stamps(RecordingContents& contents, const InputLayout& layout, const s
         fmt::format("frame {} is not later than frame {}.", contents.frames[i].name, contents.frames[i - 1].name),
         "Frames are taken in the order of their names; their stamps have to grow."};
   }
-}
-
-void take_named_poses(RecordingContents& contents, const fs::path& file) {
-  const std::vector<NamedPose> rows{read_poses_csv(file)};
-  std::map<std::string, Pose2> poses;
-  for (const NamedPose& row : rows) poses[row.name] = row.world_from_vehicle;
-  for (RecordedFrame& frame : contents.frames) {
-    const auto found{poses.find(frame.name)};
-    if (found == poses.end()) {
-      throw InputError{file.string(),
-                       fmt::format("has {} poses, but there are {} frames: frame {} has none.", rows.size(),
-                                   contents.frames.size(), frame.name),
-                       "Add a line for it, or run with --poses none."};
-    }
-    frame.world_from_vehicle = found->second;
-  }
-  if (rows.size() > contents.frames.size()) {
-    contents.warnings.push_back(fmt::format("{}: {} poses, but there are {} frames: the others are not used",
-                                            file.string(), rows.size(), contents.frames.size()));
-  }
-}
-
-void take_poses(RecordingContents& contents, const std::vector<Pose2>& poses) {
-  for (std::size_t i{0}; i < poses.size(); ++i) contents.frames[i].world_from_vehicle = poses[i];
-}
-
-/// The file or oxts folder of poses; empty: none. Notes what was passed over.
-fs::path choose_poses(RecordingContents& contents, const InputLayout& layout, const std::string& wanted) {
-  if (wanted == "none" || wanted == "odometry") return {};
-  if (!wanted.empty() && wanted != "file") return wanted;
-  if (layout.kind == InputKind::image_pair) return {};
-  if (const auto choice{find_poses(layout.root)}) {
-    std::string others;
-    for (const fs::path& other : choice->others) others += fmt::format(" {}", other.filename().string());
-    if (!others.empty()) contents.notes.push_back(fmt::format("poses: not taken:{} (--poses FILE takes them)", others));
-    return choice->file;
-  }
-  if (fs::is_directory(layout.root / "oxts" / "data")) return layout.root / "oxts" / "data";
-  // as KITTI's odometry benchmark is unpacked: sequences/04 and poses/04.txt
-  const fs::path root{fs::absolute(layout.root / "").lexically_normal().parent_path()};
-  const fs::path benchmark{root.parent_path().parent_path() / "poses" / (root.filename().string() + ".txt")};
-  const bool there{layout.kind == InputKind::kitti_odometry && fs::is_regular_file(benchmark)};
-  return there ? benchmark : fs::path{};
-}
-
-void do_without_poses(RecordingContents& contents, const std::string& wanted) {
-  if (wanted == "file") {
-    throw InputError{(contents.root.empty() ? contents.frames.front().left : contents.root).string(),
-                     "there are no poses.",
-                     "Put a pose file there (docs/input.md), name one with --poses FILE, or take --poses odometry."};
-  }
-  contents.wants_odometry = wanted == "odometry" || (wanted.empty() && contents.frames.size() > 1);
-  contents.notes.emplace_back(!contents.wants_odometry ? "poses: none, the camera is taken to stand still"
-                              : wanted.empty()         ? "poses: none, visual odometry from the images"
-                                                       : "poses: visual odometry from the images");
-}
-
-void find_poses_of(RecordingContents& contents, const InputLayout& layout, const std::string& wanted) {
-  const fs::path file{choose_poses(contents, layout, wanted)};
-  contents.poses_file = file;
-  if (file.empty()) return do_without_poses(contents, wanted);
-  if (fs::is_directory(file)) {
-    const auto names{names_of(contents)};
-    const fs::path& calibration{layout.calibration.empty() ? contents.calibration_file : layout.calibration};
-    const OxtsPoses poses{read_oxts(file, names, calibration.parent_path())};
-    take_poses(contents, poses.world_from_vehicle);
-    contents.notes.push_back(fmt::format("poses: {} (GPS/IMU{})", file.string(),
-                                         poses.of_camera ? ", moved to the left camera"
-                                                         : "; of the IMU, since calib_imu_to_velo.txt, "
-                                                           "calib_velo_to_cam.txt or calib_cam_to_cam.txt is missing"));
-    return;
-  }
-  if (file.extension() == ".csv") {
-    take_named_poses(contents, file);
-  } else {
-    take_poses(contents, read_kitti_poses(file, contents.frames.size()));
-  }
-  contents.notes.push_back("poses: " + file.string());
+  return true;
 }
 
 RecordingContents look_at(const InputArguments& arguments) {
@@ -251,8 +173,8 @@ RecordingContents look_at(const InputArguments& arguments) {
   warn_of_missing_images(contents);
   const Size size{look_at_images(contents)};
   find_calibration(contents, layout, arguments, size);
-  find_poses_of(contents, layout, arguments.poses);
-  find_stamps(contents, layout, arguments.poses);
+  const bool stamps_known{find_stamps(contents, layout, arguments.poses)};
+  find_poses_of(contents, layout, arguments.poses, stamps_known);
   if (fs::is_directory(layout.root / "truth") && layout.kind == InputKind::plain_folder) {
     contents.truth_folder = layout.root / "truth";
   }

@@ -2,11 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <charconv>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <opencv2/core/matx.hpp>
 
 #include "kitti_text.hpp"
+#include "stamps.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/poses.hpp"
@@ -104,6 +107,30 @@ OxtsPoses read_oxts(const fs::path& folder, std::span<const std::string> names, 
     poses.world_from_vehicle.push_back({m(0, 3), m(1, 3), std::atan2(m(1, forward), m(0, forward))});
   }
   return poses;
+}
+
+OxtsTimes read_oxts_times(const fs::path& folder) {
+  const fs::path file{folder.parent_path() / "timestamps.txt"};
+  OxtsTimes times;
+  if (!fs::is_regular_file(file)) return times;
+  const auto stamps{
+      read_timestamps(file, "Correct it, or remove the file: records belong to images of the same name then.")};
+  std::map<std::size_t, std::string> records;
+  for (const auto& entry : fs::directory_iterator{folder}) {
+    const std::string name{entry.path().stem().string()};
+    std::size_t number{0};
+    const auto [end, error]{std::from_chars(name.data(), name.data() + name.size(), number)};
+    if (entry.path().extension() == ".txt" && error == std::errc{} && *end == '\0') records.emplace(number, name);
+  }
+  for (const auto& [number, name] : records) {
+    if (number >= stamps.size()) {
+      throw InputError{file.string(), fmt::format("has {} stamps, none for record {}.", stamps.size(), name),
+                       "Complete it, or remove the file: records belong to images of the same name then."};
+    }
+    times.names.push_back(name);
+    times.stamps_ns.push_back(stamps[number]);
+  }
+  return times;
 }
 
 }  // namespace stereogrid::io

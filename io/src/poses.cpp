@@ -49,12 +49,14 @@ std::vector<std::string_view> split(std::string_view line) {
   }
 }
 
-NamedPose parse_row(const fs::path& path, std::size_t line, std::string_view text) {
-  const auto fields{split(text)};
-  if (fields.size() != 5) fail(path, line, "has " + std::to_string(fields.size()) + " fields, not 5.");
+NamedPose parse_row(const fs::path& path, std::size_t line, std::string_view text, bool named) {
+  auto fields{split(text)};
+  const std::size_t expected{named ? 5U : 4U};
+  if (fields.size() != expected) fail(path, line, fmt::format("has {} fields, not {}.", fields.size(), expected));
+  if (!named) fields.insert(fields.begin(), "");
   NamedPose pose;
   pose.name = std::string{fields[0]};
-  if (pose.name.empty()) fail(path, line, "has no name.");
+  if (named && pose.name.empty()) fail(path, line, "has no name.");
   const auto [end, error]{std::from_chars(fields[1].data(), fields[1].data() + fields[1].size(), pose.stamp_ns)};
   if (error != std::errc{} || end != fields[1].data() + fields[1].size()) {
     fail(path, line, "has a stamp that is no whole number of nanoseconds.");
@@ -103,15 +105,16 @@ std::vector<Pose2> read_kitti_poses(const fs::path& path, std::size_t expected) 
 std::vector<NamedPose> read_poses_csv(const fs::path& path) {
   const std::string text{read_file(path)};
   const auto lines{lines_of(text)};
-  if (lines.empty() || split(lines[0]) != split("name,stamp_ns,x_m,y_m,yaw_rad")) {
-    fail(path, 1, "is not 'name,stamp_ns,x_m,y_m,yaw_rad'.");
+  const bool named{!lines.empty() && split(lines[0]) == split("name,stamp_ns,x_m,y_m,yaw_rad")};
+  if (!named && (lines.empty() || split(lines[0]) != split("stamp_ns,x_m,y_m,yaw_rad"))) {
+    fail(path, 1, "is neither 'name,stamp_ns,x_m,y_m,yaw_rad' nor 'stamp_ns,x_m,y_m,yaw_rad'.");
   }
   std::vector<NamedPose> poses;
   std::set<std::string> names;
   for (std::size_t i{1}; i < lines.size(); ++i) {
     if (is_blank(lines[i])) continue;
-    NamedPose pose{parse_row(path, i + 1, lines[i])};
-    if (!names.insert(pose.name).second) fail(path, i + 1, "names frame " + pose.name + " a second time.");
+    NamedPose pose{parse_row(path, i + 1, lines[i], named)};
+    if (named && !names.insert(pose.name).second) fail(path, i + 1, "names frame " + pose.name + " a second time.");
     if (!poses.empty() && pose.stamp_ns <= poses.back().stamp_ns) {
       fail(path, i + 1, "has a stamp that is not later than the one before.");
     }

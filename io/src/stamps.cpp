@@ -15,17 +15,18 @@
 #include "stereogrid/io/file.hpp"
 
 namespace stereogrid::io {
+
+const char* const without_stamps{"Correct it, or remove the file: 10 frames a second are assumed then."};
+
 namespace {
 
-const char* const leave_out{"Correct it, or remove the file: 10 frames a second are assumed then."};
-
-[[noreturn]] void fail(const std::filesystem::path& path, std::size_t line, const std::string& what) {
-  throw InputError{path.string(), "line " + std::to_string(line) + " " + what, leave_out};
+[[noreturn]] void fail(const std::filesystem::path& path, std::size_t line, const std::string& what, const char* mend) {
+  throw InputError{path.string(), "line " + std::to_string(line) + " " + what, mend};
 }
 
-void check_growing(const std::filesystem::path& path, const std::vector<std::int64_t>& stamps) {
+void check_growing(const std::filesystem::path& path, const std::vector<std::int64_t>& stamps, const char* mend) {
   for (std::size_t i{1}; i < stamps.size(); ++i) {
-    if (stamps[i] <= stamps[i - 1]) fail(path, i + 1, "is not later than the line before.");
+    if (stamps[i] <= stamps[i - 1]) fail(path, i + 1, "is not later than the line before.", mend);
   }
 }
 
@@ -63,7 +64,7 @@ std::vector<std::int64_t> read_times(const std::filesystem::path& path, std::siz
     const bool understood{parse_numbers(line, numbers)};
     if (understood && numbers.empty()) continue;
     if (!understood || numbers.size() != 1 || !(std::abs(numbers[0]) < 9e9)) {
-      fail(path, stamps.size() + 1, "is no number of seconds.");
+      fail(path, stamps.size() + 1, "is no number of seconds.", without_stamps);
     }
     stamps.push_back(std::llround(numbers[0] * 1e9));
   }
@@ -71,20 +72,20 @@ std::vector<std::int64_t> read_times(const std::filesystem::path& path, std::siz
     throw InputError{path.string(), fmt::format("has {} times, but there are {} frames.", stamps.size(), expected),
                      "There has to be a line per frame (frames.txt says which frames the lines belong to)."};
   }
-  check_growing(path, stamps);
+  check_growing(path, stamps, without_stamps);
   return stamps;
 }
 
-std::vector<std::int64_t> read_timestamps(const std::filesystem::path& path) {
+std::vector<std::int64_t> read_timestamps(const std::filesystem::path& path, const char* mend) {
   const std::string text{read_file(path)};
   std::vector<std::int64_t> stamps;
   for (const std::string_view line : lines_of(text)) {
     if (line.find_first_not_of(" \t") == std::string_view::npos) continue;
     const auto stamp{parse_timestamp(line)};
-    if (!stamp) fail(path, stamps.size() + 1, "is no time stamp like 2011-09-26 13:02:25.964389445.");
+    if (!stamp) fail(path, stamps.size() + 1, "is no time stamp like 2011-09-26 13:02:25.964389445.", mend);
     stamps.push_back(*stamp);
   }
-  check_growing(path, stamps);
+  check_growing(path, stamps, mend);
   return stamps;
 }
 

@@ -13,7 +13,9 @@ namespace stereogrid::io {
 [[nodiscard]] std::vector<std::int64_t> read_times(const std::filesystem::path& path, std::size_t expected);
 
 /// KITTI raw's timestamps.txt: "2011-09-26 13:02:25.964389445" a line, as nanoseconds since 1970. Throws InputError:
-/// not understood, not increasing.
-[[nodiscard]] std::vector<std::int64_t> read_timestamps(const std::filesystem::path& path);
+/// not understood, not increasing; `mend` says what to do then.
+extern const char* const without_stamps;
+[[nodiscard]] std::vector<std::int64_t> read_timestamps(const std::filesystem::path& path,
+                                                        const char* mend = without_stamps);
 
 }  // namespace stereogrid::io

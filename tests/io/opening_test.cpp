@@ -180,6 +180,22 @@ TEST_F(Opening, PoseCount) {
   EXPECT_THAT(open()->contents().warnings, ElementsAre(HasSubstr("4 poses, but there are 3 frames")));
 }
 
+TEST_F(Opening, PosesWithTimesOfTheirOwn) {
+  put_plain(folder_.path());
+  const std::string log{"stamp_ns,x_m,y_m,yaw_rad\n50000000,0,0,0\n150000000,1,0,0\n250000000,2,4,0\n"};
+  put(folder_ / "poses.csv", log);
+  expect_refused({"poses.csv", "the images have no stamps", "times.txt", "column 'name'"});
+  put(folder_ / "times.txt", "0.05\n0.1\n0.2\n");
+  const auto recording{open()};
+  EXPECT_EQ(recording->load(1).stamp_ns, 100'000'000);
+  EXPECT_DOUBLE_EQ(recording->load(0).world_from_vehicle->x_m, 0);
+  EXPECT_DOUBLE_EQ(recording->load(1).world_from_vehicle->x_m, 0.5);
+  EXPECT_DOUBLE_EQ(recording->load(2).world_from_vehicle->y_m, 2);
+  EXPECT_THAT(recording->contents().notes, Contains(HasSubstr("interpolated to the times of the images")));
+  put(folder_ / "times.txt", "0.05\n0.1\n0.36\n");
+  expect_refused({"poses.csv", "image of 0.360 s", "0.110 s after the last pose, 0.250 s"});
+}
+
 TEST_F(Opening, PosesThatAreNotFinite) {
   put_odometry(folder_.path());
   put(folder_ / "poses_gt.txt", "1 0 0 0 0 1 0 0 0 0 1 7\n1 0 0 nan 0 1 0 0 0 0 1 7\n1 0 0 0 0 1 0 0 0 0 1 7\n");

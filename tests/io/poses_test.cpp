@@ -90,6 +90,56 @@ TEST_F(PoseFile, CsvComplaints) {
   expect_complaint([&] { static_cast<void>(csv(top + ",5,0,0,0\n")); }, {"line 2", "no name"});
 }
 
+TEST_F(PoseFile, CsvWithoutNames) {
+  const auto poses{csv("stamp_ns,x_m,y_m,yaw_rad\n-5,1,2,0.5\n7,3,4,-0.5\n")};
+  ASSERT_EQ(poses.size(), 2U);
+  EXPECT_EQ(poses[1].name, "");
+  EXPECT_EQ(poses[1].stamp_ns, 7);
+  EXPECT_EQ(poses[1].world_from_vehicle, (Pose2{3, 4, -0.5}));
+  expect_complaint([&] { static_cast<void>(csv("stamp_ns,x_m,y_m,yaw_rad\na,-5,1,2,0.5\n")); },
+                   {"line 2", "5 fields, not 4"});
+}
+
+constexpr std::int64_t second_ns{1'000'000'000};
+
+TEST(Interpolation, IsLinearInPositionAndTakesTheShorterArc) {
+  const std::vector<StampedPose> poses{{0, {0, 0, 3.0}}, {2 * second_ns, {4, -2, -3.0}}, {3 * second_ns, {4, 2, -2.8}}};
+  const std::vector<std::int64_t> stamps{0, second_ns / 2, second_ns, 2 * second_ns, 5 * second_ns / 2, 3 * second_ns};
+  const auto found{interpolate_poses("log", poses, stamps)};
+  ASSERT_EQ(found.size(), 6U);
+  EXPECT_EQ(found[0], poses[0].world_from_vehicle);
+  EXPECT_NEAR(found[1].x_m, 1, 1e-12);
+  EXPECT_NEAR(found[1].y_m, -0.5, 1e-12);
+  const double arc{2 * std::numbers::pi - 6};  // from 3 through π to −3
+  EXPECT_NEAR(found[1].yaw_rad, 3 + arc / 4, 1e-12);
+  EXPECT_NEAR(std::abs(found[2].yaw_rad), std::numbers::pi, 1e-12);
+  EXPECT_NEAR(found[3].x_m, 4, 1e-12);
+  EXPECT_NEAR(found[3].yaw_rad, -3, 1e-12);
+  EXPECT_NEAR(found[4].y_m, 0, 1e-12);
+  EXPECT_NEAR(found[4].yaw_rad, -2.9, 1e-12);
+  EXPECT_NEAR(found[5].y_m, 2, 1e-12);
+}
+
+TEST(Interpolation, CarriesTheMotionOnForOneInterval) {
+  const std::vector<StampedPose> poses{{0, {0, 0, 0}}, {second_ns, {1, 0, 0.1}}, {2 * second_ns, {3, 0, 0.3}}};
+  const std::vector<std::int64_t> stamps{-second_ns, 5 * second_ns / 2};
+  const auto found{interpolate_poses("log", poses, stamps)};
+  EXPECT_NEAR(found[0].x_m, -1, 1e-12);
+  EXPECT_NEAR(found[1].x_m, 4, 1e-12);
+  EXPECT_NEAR(found[1].yaw_rad, 0.4, 1e-12);
+}
+
+TEST(Interpolation, Complaints) {
+  const auto at = [](std::vector<StampedPose> poses, std::int64_t stamp_ns) {
+    static_cast<void>(interpolate_poses("log", poses, std::vector{stamp_ns}));
+  };
+  const std::vector<StampedPose> poses{{0, {}}, {second_ns, {}}, {2 * second_ns, {}}};
+  expect_complaint([&] { at(poses, -second_ns - 1); }, {"log", "1.000 s before the first pose", "same clock"});
+  expect_complaint([&] { at(poses, 7 * second_ns / 2); }, {"image of 3.500 s", "1.500 s after", "--poses odometry"});
+  expect_complaint([&] { at({poses[0]}, 0); }, {"has 1 poses"});
+  expect_complaint([&] { at({}, 0); }, {"has 0 poses"});
+}
+
 TEST_F(PoseFile, OrderOfChoice) {
   EXPECT_FALSE(find_poses(folder_.path()));
   for (const char* const name :
@@ -139,6 +189,26 @@ TEST_F(PoseFile, OxtsMovedToTheCamera) {
   // heading north: ahead is +y, right is +x
   EXPECT_NEAR(camera.world_from_vehicle[0].y_m - imu.world_from_vehicle[0].y_m, 1.07, 1e-5);
   EXPECT_NEAR(camera.world_from_vehicle[0].x_m - imu.world_from_vehicle[0].x_m, 0.3, 1e-5);
+}
+
+TEST_F(PoseFile, OxtsTimes) {
+  const fs::path data{folder_ / "oxts" / "data"};
+  for (const char* const name : {"0000000010", "0000000000", "0000000002"}) {
+    put(data / (std::string{name} + ".txt"), oxts(49, 8.4, 0));
+  }
+  EXPECT_TRUE(read_oxts_times(data).names.empty()) << "no timestamps.txt";
+  std::string lines;
+  for (int i{10}; i <= 20; ++i) lines += "2011-09-26 13:02:" + std::to_string(i) + ".5\n";
+  put(folder_ / "oxts" / "timestamps.txt", lines);
+  const OxtsTimes times{read_oxts_times(data)};
+  EXPECT_THAT(times.names, ::testing::ElementsAre("0000000000", "0000000002", "0000000010"));
+  ASSERT_EQ(times.stamps_ns.size(), 3U);
+  EXPECT_EQ(times.stamps_ns[1] - times.stamps_ns[0], 2'000'000'000);
+  EXPECT_EQ(times.stamps_ns[2] - times.stamps_ns[0], 10'000'000'000);
+  put(folder_ / "oxts" / "timestamps.txt", "2011-09-26 13:02:25.5\n");
+  expect_complaint([&] { static_cast<void>(read_oxts_times(data)); }, {"1 stamps, none for record 0000000002"});
+  put(folder_ / "oxts" / "timestamps.txt", "2011-09-26 13:02:25.5\n2011-09-26 13:02:25.4\n");
+  expect_complaint([&] { static_cast<void>(read_oxts_times(data)); }, {"line 2", "not later", "of the same name"});
 }
 
 TEST_F(PoseFile, OxtsComplaints) {

@@ -114,6 +114,16 @@ TEST_F(RecordingTest, KittiRawDrive) {
   EXPECT_NEAR(recording->load(1).world_from_vehicle->yaw_rad, 0.5, 1e-9);
   EXPECT_FALSE(recording->contents().frames[1].scan.empty());
   EXPECT_THAT(recording->contents().notes, Contains(HasSubstr("of the IMU")));
+  EXPECT_THAT(recording->contents().notes, Not(Contains(HasSubstr("interpolated"))));
+
+  // records at times of their own: the second image lies between records 1 and 2
+  put(drive / "oxts" / "data" / "0000000001.txt", "49 8.4 110 0 0 0.4 1 2 3\n");
+  put(drive / "oxts" / "timestamps.txt",
+      "2011-09-26 13:02:25.964389445\n2011-09-26 13:02:26.4\n2011-09-26 13:02:26.6\n");
+  const auto timed{open_recording({{drive}, {}, ""})};
+  EXPECT_NEAR(timed->load(0).world_from_vehicle->yaw_rad, 0.5, 1e-9);
+  EXPECT_NEAR(timed->load(1).world_from_vehicle->yaw_rad, 0.45, 1e-9);
+  EXPECT_THAT(timed->contents().notes, Contains(HasSubstr("interpolated")));
 }
 
 TEST_F(RecordingTest, PlainFolder) {

@@ -16,7 +16,7 @@ namespace stereogrid::io {
 
 /// A line of poses.csv.
 struct NamedPose {
-  std::string name;
+  std::string name;  ///< of the frame; empty in files without names
   std::int64_t stamp_ns{0};
   Pose2 world_from_vehicle;
 };
@@ -32,10 +32,24 @@ struct NamedPose {
 /// are no rotation, and where there are not `expected` of them.
 [[nodiscard]] std::vector<Pose2> read_kitti_poses(const std::filesystem::path& path, std::size_t expected);
 
-/// Our poses.csv: header name,stamp_ns,x_m,y_m,yaw_rad. Complains of double names and of stamps that do not grow.
+/// Our poses.csv: header name,stamp_ns,x_m,y_m,yaw_rad, or without the names, where the poses have times of their own.
+/// Complains of double names and of stamps that do not grow.
 [[nodiscard]] std::vector<NamedPose> read_poses_csv(const std::filesystem::path& path);
 
 void write_poses_csv(const std::filesystem::path& path, std::span<const NamedPose> poses);
+
+/// A pose and its instant.
+struct StampedPose {
+  std::int64_t stamp_ns{0};
+  Pose2 world_from_vehicle;
+};
+
+/// The poses at other instants: between the two around each, position linear, heading along the shorter arc. Up to one
+/// usual (median) interval before the first and behind the last pose, motion is carried on. `poses`: stamps grow.
+/// Throws InputError naming `source` where that does not reach, or there are fewer than two poses.
+[[nodiscard]] std::vector<Pose2> interpolate_poses(const std::filesystem::path& source,
+                                                   std::span<const StampedPose> poses,
+                                                   std::span<const std::int64_t> stamps_ns);
 
 /// GPS/IMU records of a KITTI raw drive.
 struct OxtsPoses {
@@ -47,6 +61,14 @@ struct OxtsPoses {
 /// calib_imu_to_velo.txt, calib_velo_to_cam.txt, calib_cam_to_cam.txt where they are known.
 [[nodiscard]] OxtsPoses read_oxts(const std::filesystem::path& folder, std::span<const std::string> names,
                                   const std::filesystem::path& calibration_folder);
+
+/// The names of all records in FOLDER, in their order, and the stamps that FOLDER/../timestamps.txt gives them by their
+/// numbers (line i for record i). Empty: no such file.
+struct OxtsTimes {
+  std::vector<std::string> names;
+  std::vector<std::int64_t> stamps_ns;
+};
+[[nodiscard]] OxtsTimes read_oxts_times(const std::filesystem::path& folder);
 
 /// The pose file of a folder: poses.csv, poses_gt.txt, poses.txt, poses_vo.txt, then any other poses*.txt.
 struct PoseChoice {
