@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pose_stage.hpp"
 
-#include <chrono>
+#include <utility>
 
 namespace stereogrid::app {
 
@@ -10,14 +10,12 @@ PoseStage::PoseStage(const Input& input) : poses_{input.poses} {
   if (poses_ == PoseSource::odometry) odometry_.emplace(input.source->rig());
 }
 
-PoseStage::Placing PoseStage::place(StereoFrame& frame) {
+std::string PoseStage::place(StereoFrame& frame) {
   if (poses_ == PoseSource::none) frame.world_from_vehicle.reset();
-  if (!odometry_) return {};
-  const auto start{std::chrono::steady_clock::now()};
+  if (!odometry_) return "";
   io::OdometryStep step{odometry_->update(frame)};
   frame.world_from_vehicle = step.world_from_vehicle;
-  const std::chrono::duration<double, std::milli> taken{std::chrono::steady_clock::now() - start};
-  return {taken.count(), std::move(step.warning)};
+  return std::move(step.warning);
 }
 
 }  // namespace stereogrid::app

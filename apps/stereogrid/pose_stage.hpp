@@ -10,18 +10,16 @@
 
 namespace stereogrid::app {
 
-/// Stands before the pipeline and sees to the poses: leaves the input's own, takes them away, or finds them by visual
-/// odometry. Takes the frames in their order.
+/// Sees to the poses before the pipeline: leaves the input's own, takes them away, or finds them by visual odometry.
+/// Takes the frames in their order, on whatever thread.
 class PoseStage {
  public:
   explicit PoseStage(const Input& input);
 
-  struct Placing {
-    double milliseconds{0};
-    std::string warning;  ///< empty: none
-  };
-  /// Throws InputError where the frame does not fit the rig.
-  Placing place(StereoFrame& frame);
+  /// Returns a warning; empty: none. Throws InputError where the frame does not fit the rig.
+  std::string place(StereoFrame& frame);
+
+  [[nodiscard]] bool takes_time() const { return odometry_.has_value(); }
 
  private:
   PoseSource poses_;

@@ -32,6 +32,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t warm_up_frames{30};
+constexpr std::size_t frames_ahead{4};
 
 BackEnd back_end_of(const std::string& device) {
   if (device == "auto") return BackEnd::automatic;
@@ -119,7 +120,14 @@ class Sitting {
   void go_through(const FrameSource& source) {
     const std::size_t total{record_.range().end - first_to_write_};
     Progress progress{"frames", total};
-    io::FrameQueue queue{source, prepare_warm_up(), record_.range().end};
+    // a second thread, so that the next frame is read while this one's motion is found
+    const int threads{poses_.takes_time() ? 2 : 1};
+    io::FrameQueue queue{source,
+                         prepare_warm_up(),
+                         record_.range().end,
+                         frames_ahead,
+                         threads,
+                         [this](io::QueuedFrame& queued) { queued.warning = poses_.place(*queued.frame); }};
     while (interrupted() == 0) {
       std::optional<io::QueuedFrame> queued{queue.next()};
       if (!queued) break;
@@ -156,15 +164,14 @@ class Sitting {
     next_ = std::max(next_, queued.index + 1);
     if (!queued.frame) return skip(queued, queued.error);
     try {
-      const PoseStage::Placing placing{poses_.place(*queued.frame)};
       const double opencv_ms{opencv_.match(*queued.frame)};
       const std::string without_lidar{lidar_.add_grid(*queued.frame)};
       FrameResult result{pipeline_.process(*queued.frame)};
       if (queued.index < first_to_write_) return;
       result.timing_ms.match += opencv_ms;
-      result.timing_ms.odometry = placing.milliseconds;
-      result.timing_ms.total += opencv_ms + placing.milliseconds;
-      if (!placing.warning.empty()) result.warnings.push_back(placing.warning);
+      if (poses_.takes_time()) result.timing_ms.odometry = queued.prepared_ms;
+      result.timing_ms.total += opencv_ms;
+      if (!queued.warning.empty()) result.warnings.push_back(queued.warning);
       if (!without_lidar.empty()) result.warnings.push_back(without_lidar);
       tell_warnings(queued.name, result.warnings);
       record_.add_frame({queued.index, result.world_from_vehicle, result.timing_ms, result.warnings});

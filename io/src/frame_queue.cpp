@@ -3,6 +3,7 @@
 #include "stereogrid/io/frame_queue.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
@@ -21,29 +22,49 @@ struct Slot {
   std::exception_ptr failure;  ///< not the frame's fault
 };
 
-Slot load(const FrameSource& source, std::size_t index) {
-  Slot slot;
-  slot.ready = true;
-  slot.frame.index = index;
+/// Runs `work`; what goes wrong is kept in the slot.
+template <class Work>
+void guarded(Slot& slot, Work work) {
   try {
-    slot.frame.name = source.name(index);
-    slot.frame.frame = source.load(index);
+    work(slot.frame);
   } catch (const InputError& error) {
+    slot.frame.frame.reset();
     slot.frame.error = error.what();
   } catch (...) {
     slot.failure = std::current_exception();
   }
+}
+
+Slot load(const FrameSource& source, std::size_t index) {
+  Slot slot;
+  slot.ready = true;
+  slot.frame.index = index;
+  guarded(slot, [&](QueuedFrame& frame) {
+    frame.name = source.name(index);
+    frame.frame = source.load(index);
+  });
   return slot;
+}
+
+void apply(const Preparation& prepare, Slot& slot) {
+  if (!prepare || !slot.frame.frame || slot.failure) return;
+  const auto start{std::chrono::steady_clock::now()};
+  guarded(slot, prepare);
+  const std::chrono::duration<double, std::milli> taken{std::chrono::steady_clock::now() - start};
+  slot.frame.prepared_ms = taken.count();
 }
 
 }  // namespace
 
 struct FrameQueue::State {
-  State(const FrameSource& frame_source, std::size_t first, std::size_t end, std::size_t capacity)
+  State(const FrameSource& frame_source, std::size_t first, std::size_t end, std::size_t capacity,
+        Preparation preparation)
       : source{frame_source},
         last{end},
+        prepare{std::move(preparation)},
         slots(std::max<std::size_t>(1, capacity)),
         to_load{first},
+        to_prepare{first},
         to_hand_out{first} {}
 
   void work() {
@@ -55,26 +76,36 @@ struct FrameQueue::State {
       lock.unlock();
       Slot slot{load(source, index)};
       lock.lock();
+      turn.wait(lock, [this, index] { return stop || to_prepare == index; });
+      if (stop) return;
+      lock.unlock();
+      apply(prepare, slot);
+      lock.lock();
+      ++to_prepare;
       slots[index % slots.size()] = std::move(slot);
+      turn.notify_all();
       filled.notify_one();
     }
   }
 
   const FrameSource& source;
   const std::size_t last;
+  const Preparation prepare;
   std::mutex mutex;
   std::condition_variable space;
+  std::condition_variable turn;
   std::condition_variable filled;
   std::vector<Slot> slots;  ///< frame i waits in slot i % size
   std::size_t to_load;
+  std::size_t to_prepare;
   std::size_t to_hand_out;
   bool stop{false};
   std::vector<std::thread> threads;
 };
 
 FrameQueue::FrameQueue(const FrameSource& source, std::size_t first, std::size_t last, std::size_t capacity,
-                       int threads)
-    : state_{std::make_unique<State>(source, first, std::min(last, source.size()), capacity)} {
+                       int threads, Preparation prepare)
+    : state_{std::make_unique<State>(source, first, std::min(last, source.size()), capacity, std::move(prepare))} {
   for (int i{0}; i < std::max(1, threads); ++i) state_->threads.emplace_back([this] { state_->work(); });
 }
 
@@ -84,6 +115,7 @@ FrameQueue::~FrameQueue() {
     state_->stop = true;
   }
   state_->space.notify_all();
+  state_->turn.notify_all();
   for (std::thread& thread : state_->threads) thread.join();
 }
 

@@ -46,7 +46,6 @@ TEST_F(Poses, ABareDriveIsFollowedByOdometry) {
   for (const Json& line : lines_of(folder_ / "bare")) {
     EXPECT_THAT(line["warnings"], IsEmpty());
     EXPECT_GT(line["timing_ms"]["odometry"], 0);
-    EXPECT_GT(line["timing_ms"]["total"], line["timing_ms"]["odometry"]);
   }
   EXPECT_THAT(run_well({"info", drive_}).output, HasSubstr("none: visual odometry from the images"));
 }

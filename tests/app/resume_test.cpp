@@ -116,6 +116,36 @@ TEST(Resume, KeepsTheWorldOfALongRun) {
   EXPECT_EQ(origin("whole"), origin("parts"));
 }
 
+TEST(Resume, WithOdometryGoesOnExactly) {
+  const TemporaryFolder folder;
+  const std::string scene{"scene:street?frames=6&width=256&height=160"};
+  const auto drive = [&](const std::string& out, const std::string& frames) {
+    run_well({"run", scene, "--out", (folder / out).string(), "--poses", "odometry", "--frames", frames, "--resume"});
+  };
+  drive("whole", ":");
+  drive("parts", ":2");
+  drive("parts", ":");
+  expect_equal_runs(folder / "whole", folder / "parts");
+  EXPECT_GT(lines_of(folder / "parts").back()["pose"]["x_m"].get<double>(), 3);
+}
+
+// Beyond what is repeated, odometry begins anew where the files say that the vehicle was.
+TEST(Resume, OdometryOfALongRunGoesOnFromItsPlace) {
+  const TemporaryFolder folder;
+  const std::string scene{"scene:street?frames=34&width=256&height=160"};
+  const auto drive = [&](const std::string& out, const std::string& frames) {
+    run_well({"run", scene, "--out", (folder / out).string(), "--poses", "odometry", "--frames", frames, "--resume"});
+  };
+  drive("whole", ":");
+  drive("parts", ":32");
+  drive("parts", ":");
+  const Json whole(lines_of(folder / "whole").back());
+  const Json parts(lines_of(folder / "parts").back());
+  for (const char* key : {"x_m", "y_m", "yaw_rad"}) {
+    EXPECT_NEAR(parts["pose"][key].get<double>(), whole["pose"][key].get<double>(), 0.05) << key;
+  }
+}
+
 pid_t start(std::vector<std::string> words) {
   words.insert(words.begin(), STEREOGRID_TOOL);
   std::vector<char*> arguments;

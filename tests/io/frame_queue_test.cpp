@@ -67,6 +67,57 @@ TEST(FrameQueue, TakesARangeAndStopsAtTheSourcesEnd) {
   EXPECT_FALSE(nothing.next());
 }
 
+TEST(FrameQueue, PreparesFramesInTheirOrder) {
+  SlowSource source{20};
+  source.bad = 7;
+  for (const int threads : {1, 2, 5}) {
+    std::vector<std::string> seen;
+    std::atomic<int> inside{0};
+    FrameQueue queue{source, 0, 20, 3, threads, [&](QueuedFrame& queued) {
+                       EXPECT_EQ(++inside, 1) << "one at a time";
+                       seen.push_back(queued.name);
+                       std::this_thread::sleep_for(std::chrono::milliseconds{queued.index % 3});
+                       queued.warning = "prepared " + queued.name;
+                       --inside;
+                       if (queued.index == 11) throw InputError{"cannot be prepared"};
+                     }};
+    for (std::size_t i{0}; i < 20; ++i) {
+      const auto item{queue.next()};
+      ASSERT_TRUE(item);
+      EXPECT_EQ(item->index, i);
+      EXPECT_EQ(item->frame.has_value(), i != 7 && i != 11) << i;
+      EXPECT_EQ(item->warning, i == 7 ? "" : "prepared " + source.name(i));
+      EXPECT_EQ(item->prepared_ms > 0, i != 7);
+      EXPECT_EQ(item->error, i == 7 ? "f7 is damaged" : i == 11 ? "cannot be prepared" : "");
+    }
+    ASSERT_EQ(seen.size(), 19U) << "without the one that could not be loaded";
+    for (std::size_t i{0}; i < 19; ++i) EXPECT_EQ(seen[i], source.name(i < 7 ? i : i + 1));
+  }
+}
+
+TEST(FrameQueue, ABugInThePreparationIsThrownOn) {
+  const SlowSource source{6};
+  FrameQueue queue{source, 0, 6, 4, 2, [](QueuedFrame& queued) {
+                     if (queued.index == 2) throw std::logic_error{"a bug"};
+                   }};
+  EXPECT_TRUE(queue.next());
+  EXPECT_TRUE(queue.next());
+  EXPECT_THROW(static_cast<void>(queue.next()), std::logic_error);
+}
+
+TEST(FrameQueue, MayEndWhileFramesAreBeingPrepared) {
+  const SlowSource source{50};
+  std::atomic<int> prepared{0};
+  {
+    FrameQueue queue{source, 0, 50, 10, 3, [&](QueuedFrame&) {
+                       std::this_thread::sleep_for(std::chrono::milliseconds{5});
+                       ++prepared;
+                     }};
+    EXPECT_TRUE(queue.next());
+  }
+  EXPECT_LT(prepared, 50);
+}
+
 TEST(FrameQueue, ABadFrameComesInItsPlace) {
   SlowSource source{9};
   source.bad = 4;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,14 +18,21 @@ struct QueuedFrame {
   std::string name;
   std::optional<StereoFrame> frame;  ///< none: it cannot be used
   std::string error;                 ///< then: the InputError's text
+  double prepared_ms{0};             ///< wall-clock time of the preparation
+  std::string warning{};             ///< for the preparation to fill
 };
+
+/// What is to be done with a loaded frame on the background threads. It sees the frames that can be used one after the
+/// other, in their order. An InputError makes the frame one that cannot be used.
+using Preparation = std::function<void(QueuedFrame&)>;
 
 /// Loads the next frames of a source on background threads while the consumer works on the ones before. Frames come out
 /// in order, whatever the number of threads. next() is for one consumer.
 class FrameQueue {
  public:
   /// Frames [first, last) of the source, which has to live as long as the queue; at most `capacity` wait loaded.
-  FrameQueue(const FrameSource& source, std::size_t first, std::size_t last, std::size_t capacity = 4, int threads = 1);
+  FrameQueue(const FrameSource& source, std::size_t first, std::size_t last, std::size_t capacity = 4, int threads = 1,
+             Preparation prepare = {});
   FrameQueue(const FrameQueue&) = delete;
   FrameQueue& operator=(const FrameQueue&) = delete;
   /// Stops at once: waits only for frames that are being loaded at this moment.
