@@ -48,7 +48,7 @@ void OtherGridsOnDevice::take(Cuda& cuda, std::span<const ObservedGrid> others) 
     grids.push_back({other.geometry, occupancy, other.confidence.empty() ? nullptr : keep(other.confidence)});
   }
   const List list{static_cast<int>(grids.size()), grids_.data()};
-  upload(cuda, grids.data(), grids.size(), grids_.data());
+  if (!grids.empty()) upload(cuda, grids.data(), grids.size(), grids_.data());
   upload(cuda, &list, 1, list_.data());
   cuda.synchronize();  // what was copied is the caller's, or gone soon
 }
