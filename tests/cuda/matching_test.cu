@@ -84,6 +84,11 @@ TEST(windows_of_the_presets) {
   }
 }
 
+// Wider than the claims that a row's decision keeps at once.
+TEST(windows_on_wide_images) {
+  check_equal(noise_pair({8200, 1}, 149), rolled_plane, config_of(3, 8));
+}
+
 TEST(paths_on_tiny_images) {
   for (const Size size : {Size{1, 1}, Size{1, 9}, Size{9, 1}, Size{7, 5}}) {
     for (const int paths : {3, 4, 8}) check_equal(noise_pair(size, 101), rolled_plane, semi_global_of(paths, 16));
