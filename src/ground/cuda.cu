@@ -5,15 +5,7 @@
 namespace stereogrid {
 namespace {
 
-constexpr int warp{32};
 constexpr int gather_threads{128};
-constexpr int fit_warps{32};
-constexpr int fit_threads{fit_warps * warp};
-constexpr int sums_max{10};
-constexpr unsigned whole_warp{0xffffffffu};
-constexpr float no_sample{1e30f};
-constexpr int block_columns{block_u_px / lattice_px};  // of the lattice, in a block of the image
-constexpr int block_rows{block_v_px / lattice_px};
 
 // --- what one thread does: everything with sines --------------------------------------------------------------------
 
@@ -61,7 +53,8 @@ __global__ void gather(View<const float, Device> obstacle, View<const float, Dev
     const int v{j * lattice_px + lattice_px / 2};
     const double expected_px{prior->expected.disparity(u, v)};
     const float disparity{road(u, v)};
-    residual(i, j) = disparity > 0 && j >= prior->first_row ? static_cast<float>(disparity - expected_px) : no_sample;
+    residual(i, j) =
+        disparity > 0 && j >= prior->first_row ? static_cast<float>(disparity - expected_px) : no_ground_sample;
     if (j >= prior->horizon_row) {
       count_distance(disparity, expected_px, counts);
       count_distance(obstacle(u, v), expected_px, counts);
@@ -87,244 +80,6 @@ __global__ void decide_lost(const int* distances, int* lost) {
   if (k == 0) *lost = lies_elsewhere(here, elsewhere) ? 1 : 0;
 }
 
-// --- the fit: one block; a warp reads whole blocks of the image ------------------------------------------------------
-
-// A sample as the fit sees it.
-struct Sample {
-  float r;
-  float u;
-  float v;
-};
-
-// The samples of a fit, and the plane it has come to: `moved` from the expected one.
-struct Lattice {
-  const float* residual;
-  int width;
-  int height;
-  int first_row;
-  float centre_u_px;
-  float centre_v_px;
-  float moved[3];
-
-  [[nodiscard]] __device__ int blocks_across() const { return (width - 1) / block_columns + 1; }
-  [[nodiscard]] __device__ int blocks() const { return blocks_across() * ((height - 1) / block_rows + 1); }
-
-  // Calls visit(Sample) for this lane's samples of a block of the image.
-  template <class Visit>
-  __device__ void for_samples(int block, const Visit& visit) const {
-    const int lane{static_cast<int>(threadIdx.x) % warp};
-    const int i{block % blocks_across() * block_columns + lane % block_columns};
-    const int begin{block / blocks_across() * block_rows};
-    if (lane >= block_columns || i >= width) return;
-    const float u{(static_cast<float>(i * lattice_px + lattice_px / 2) - centre_u_px) * 0.01f};
-    float from_expected[block_rows];
-    for (int k{0}; k < block_rows; ++k) {  // all of them are asked for before one is needed
-      const int j{begin + k};
-      from_expected[k] = j >= first_row && j < height ? residual[j * width + i] : no_sample;
-    }
-    for (int k{0}; k < block_rows; ++k) {
-      if (from_expected[k] == no_sample) continue;
-      const float v{(static_cast<float>((begin + k) * lattice_px + lattice_px / 2) - centre_v_px) * 0.01f};
-      visit(Sample{from_expected[k] - (moved[0] + moved[1] * u + moved[2] * v), u, v});
-    }
-  }
-};
-
-template <class Real>
-__device__ Real sum_of_warp(Real value) {
-  for (int apart{warp / 2}; apart > 0; apart /= 2) value += __shfl_xor_sync(whole_warp, value, apart);
-  return value;
-}
-
-struct FitSpace {
-  double of_warp[fit_warps][sums_max];
-  double total[sums_max];
-  int counts[residual_bins][warp];  // a column per lane, so that the lanes of a warp do not meet
-  int in_bin[residual_bins];
-  Matrix3 tether;
-  double plane[3];  // at_centre, per_u, per_v
-  float moved[3];   // of its numbers, from the expected ones
-  double radius_px;
-  double largest_step;
-};
-
-// total[k] = Σ over all threads of sums[k]
-template <int count, class Real>
-__device__ void add_up(const Real (&sums)[count], FitSpace& space) {
-  static_assert(count <= sums_max);
-  const int lane{static_cast<int>(threadIdx.x) % warp};
-  const int w{static_cast<int>(threadIdx.x) / warp};
-  for (int k{0}; k < count; ++k) {
-    const double sum{sum_of_warp(static_cast<double>(sums[k]))};
-    if (lane == 0) space.of_warp[w][k] = sum;
-  }
-  __syncthreads();
-  if (w < count) {
-    const double sum{sum_of_warp(space.of_warp[lane][w])};
-    if (lane == 0) space.total[w] = sum;
-  }
-  __syncthreads();
-}
-
-// 1 − t of Tukey's weight (1 − t)²; below 0: none.
-__device__ float rest_of(const Sample& sample, float per_square_px) {
-  return 1 - sample.r * sample.r * per_square_px;
-}
-
-__device__ float per_square_px(const FitSpace& space) {
-  return static_cast<float>(1 / (space.radius_px * space.radius_px));
-}
-
-__device__ void find_radius(const Lattice& lattice, FitSpace& space) {
-  const int lane{static_cast<int>(threadIdx.x) % warp};
-  for (int i{static_cast<int>(threadIdx.x)}; i < residual_bins * warp; i += fit_threads) {
-    space.counts[i / warp][i % warp] = 0;
-  }
-  __syncthreads();
-  for (int block{static_cast<int>(threadIdx.x) / warp}; block < lattice.blocks(); block += fit_warps) {
-    lattice.for_samples(block, [&](const Sample& sample) {
-      const float bin{fabsf(sample.r) * residual_bins_per_px};
-      if (bin < residual_bins) atomicAdd(&space.counts[static_cast<int>(bin)][lane], 1);
-    });
-  }
-  __syncthreads();
-  for (int bin{static_cast<int>(threadIdx.x) / warp}; bin < residual_bins; bin += fit_warps) {
-    const int count{sum_of_warp(space.counts[bin][lane])};
-    if (lane == 0) space.in_bin[bin] = count;
-  }
-  __syncthreads();
-  if (threadIdx.x != 0) return;
-  int total{0};
-  for (int bin{0}; bin < residual_bins; ++bin) total += space.in_bin[bin];
-  space.radius_px = radius_of_bin(median_bin([&](int bin) { return space.in_bin[bin]; }, total));
-}
-
-__device__ NormalEquations equations_of(const double* total) {
-  NormalEquations equations;
-  equations.vector = {{total[0], total[1], total[2]}};
-  equations.matrix = {{{{total[3], 0, 0}}, {{total[4], total[5], 0}}, {{total[6], total[7], total[8]}}}};
-  equations.inliers = static_cast<int>(total[9]);
-  equations.complete();
-  return equations;
-}
-
-// In the order that equations_of reads.
-__device__ void add_to(float (&sums)[sums_max], const Sample& sample, float weight) {
-  const float pull{weight * sample.r};
-  sums[0] += pull;
-  sums[1] += pull * sample.u;
-  sums[2] += pull * sample.v;
-  sums[3] += weight;
-  sums[4] += weight * sample.u;
-  sums[5] += weight * sample.u * sample.u;
-  sums[6] += weight * sample.v;
-  sums[7] += weight * sample.v * sample.u;
-  sums[8] += weight * sample.v * sample.v;
-  sums[9] += 1;
-}
-
-__device__ void sum_round(const Lattice& lattice, FitSpace& space) {
-  const float per_square{per_square_px(space)};
-  float sums[sums_max]{};
-  for (int block{static_cast<int>(threadIdx.x) / warp}; block < lattice.blocks(); block += fit_warps) {
-    lattice.for_samples(block, [&](const Sample& sample) {
-      const float rest{rest_of(sample, per_square)};
-      if (rest > 0) add_to(sums, sample, rest * rest);
-    });
-  }
-  add_up(sums, space);
-}
-
-__device__ RoadPlane plane_of(const FitSpace& space, const RoadPlane& expected) {
-  return {space.plane[0], space.plane[1], space.plane[2], expected.centre_u_px, expected.centre_v_px};
-}
-
-__device__ void move_plane(const RoadPlane& expected, FitSpace& space) {
-  RoadPlane plane{plane_of(space, expected)};
-  const Vector3 start{numbers_of(expected)};
-  space.largest_step = fit_step(equations_of(space.total), space.tether, start, plane);
-  space.plane[0] = plane.at_centre;
-  space.plane[1] = plane.per_u;
-  space.plane[2] = plane.per_v;
-  const Vector3 moved{numbers_of(plane) - start};
-  for (int i{0}; i < 3; ++i) space.moved[i] = static_cast<float>(moved[i]);
-}
-
-// The blocks' shares of the vector, squared; and how many blocks have any. A warp does a block of the image at a time.
-__device__ void sum_blocks(const Lattice& lattice, FitSpace& space, GroundFit& fit) {
-  const float per_square{per_square_px(space)};
-  double squares[6]{};
-  double slopes{0};
-  int blocks{0};
-  for (int block{static_cast<int>(threadIdx.x) / warp}; block < lattice.blocks(); block += fit_warps) {
-    float score[3]{};
-    lattice.for_samples(block, [&](const Sample& sample) {
-      const float rest{rest_of(sample, per_square)};
-      if (!(rest > 0)) return;
-      const float pull{rest * rest * sample.r};
-      slopes += rest * (5 * rest - 4);  // (1 − t)(1 − 5t)
-      score[0] += pull;
-      score[1] += pull * sample.u;
-      score[2] += pull * sample.v;
-    });
-    double all[3];
-    for (int i{0}; i < 3; ++i) all[i] = sum_of_warp(static_cast<double>(score[i]));
-    if (threadIdx.x % warp != 0 || (all[0] == 0 && all[1] == 0 && all[2] == 0)) continue;
-    ++blocks;
-    for (int i{0}, k{0}; i < 3; ++i) {
-      for (int j{0}; j <= i; ++j) squares[k++] += all[i] * all[j];
-    }
-  }
-  const double sums[8]{squares[0], squares[1], squares[2], squares[3],
-                       squares[4], squares[5], slopes,     static_cast<double>(blocks)};
-  add_up(sums, space);
-  if (threadIdx.x != 0) return;
-  const double* s{space.total};
-  fit.sums.spread = {{{{s[0], s[1], s[3]}}, {{s[1], s[2], s[4]}}, {{s[3], s[4], s[5]}}}};
-  fit.sums.slopes = s[6];
-  fit.sums.blocks = static_cast<int>(s[7]);
-}
-
-// refine and measure of fit.hpp.
-__global__ void __launch_bounds__(fit_threads)
-    fit_plane(View<const float, Device> residual, const GroundPrior* prior, GroundFit* fit) {
-  __shared__ FitSpace space;
-  const bool is_first{threadIdx.x == 0};
-  const RoadPlane& expected{prior->expected};
-  Lattice lattice{residual.data,
-                  residual.width,
-                  residual.height,
-                  prior->first_row,
-                  static_cast<float>(expected.centre_u_px),
-                  static_cast<float>(expected.centre_v_px),
-                  {}};
-  if (is_first) {
-    space.plane[0] = expected.at_centre;
-    space.plane[1] = expected.per_u;
-    space.plane[2] = expected.per_v;
-    space.tether = tether_of(prior->covariance);
-  }
-  for (int round{0}; round < fit_rounds_max; ++round) {
-    if (is_first) space.radius_px = wide_radius_px(round);
-    if (round >= wide_rounds) find_radius(lattice, space);
-    __syncthreads();
-    sum_round(lattice, space);
-    if (is_first) move_plane(expected, space);
-    __syncthreads();
-    for (int i{0}; i < 3; ++i) lattice.moved[i] = space.moved[i];
-    if (space.largest_step < 0 || has_settled(round, space.largest_step)) break;
-  }
-  sum_round(lattice, space);
-  if (is_first) {
-    fit->is_determined = space.largest_step < 0 ? 0 : 1;
-    fit->plane = plane_of(space, expected);
-    fit->sums.equations = equations_of(space.total);
-    fit->sums.weights = space.total[3];
-  }
-  __syncthreads();
-  sum_blocks(lattice, space, *fit);
-}
-
 int lattice_size(int pixels) {
   return (pixels + lattice_px / 2 - 1) / lattice_px;
 }
@@ -344,7 +99,7 @@ void estimate_ground(Cuda& cuda, const Rig& rig, const GroundConfig& config, Vie
   launch(cuda, gather, dim3{blocks_for(residual.width, gather_threads), static_cast<unsigned>(residual.height)},
          gather_threads, 0, obstacle, road, space.prior.data(), residual, space.distances.data());
   launch(cuda, decide_lost, 1, distance_bins, 0, space.distances.data(), lost);
-  launch(cuda, fit_plane, 1, fit_threads, 0, residual, space.prior.data(), space.fit.data());
+  fit_plane(cuda, residual, space.prior.data(), space.fit.data());
   launch(cuda, finish, 1, 1, 0, rig, config, space.prior.data(), space.fit.data(), ground);
 }
 

@@ -7,6 +7,9 @@
 
 namespace stereogrid {
 
+/// Where the lattice has no road pixel, in px.
+constexpr float no_ground_sample{1e30f};
+
 /// What the fit starts from.
 struct GroundPrior {
   Ground before;
@@ -27,11 +30,14 @@ struct GroundFit {
 struct GroundOnDevice {
   GroundOnDevice(int width, int height);
 
-  DeviceImage<float> residual;      ///< of the lattice's road pixels from the expected plane; very large: none
+  DeviceImage<float> residual;      ///< of the lattice's road pixels from the expected plane, or no_ground_sample
   DeviceBuffer<int> distances;      ///< pixels by their distance from it
   DeviceBuffer<GroundPrior> prior;  ///< one
   DeviceBuffer<GroundFit> fit;      ///< one
 };
+
+/// `refine` and `measure` of fit.hpp. A part of estimate_ground.
+void fit_plane(Cuda& cuda, View<const float, Device> residual, const GroundPrior* prior, GroundFit* fit);
 
 /// `estimate_ground` and `is_lost` of ground.hpp at once, since both read the same lattice of pixels. All pointers are
 /// on the device: `previous` is the ground dt_s ago, `ground` (may be the same) gets this frame's, `lost` 1 or 0.

@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include "filter/layers.cuh"
+
+namespace stereogrid {
+namespace {
+
+constexpr int cells_width{32};
+constexpr int cells_height{8};
+
+// A thread per cell of the vehicle's grid.
+__global__ void resample_cells(LayerPointers world, const GridGeometry* window, const GridInVehicle* vehicle_in_world,
+                               View<float, Device> occupancy, LayerPointers out) {
+  const int ix{static_cast<int>(blockIdx.x * cells_width + threadIdx.x)};
+  const int iy{static_cast<int>(blockIdx.y * cells_height + threadIdx.y)};
+  if (ix >= occupancy.width || iy >= occupancy.height) return;
+  const int to{iy * occupancy.width + ix};
+  const Point2 at{vehicle_in_world->centre(ix, iy)};
+  const double x{(at.x - window->x_min_m) / window->cell_size_m};
+  const double y{(at.y - window->y_min_m) / window->cell_size_m};
+  const int nx{window->nx};
+  const int ny{window->ny};
+  const bool is_inside{x >= 0 && x < nx && y >= 0 && y < ny};
+  const auto smooth = [&](const float* layer) {
+    const auto value = [&](int cx, int cy) { return layer[cy * nx + cx]; };
+    return interpolated(value, nx, ny, x - 0.5, y - 0.5);
+  };
+  VelocityEstimate velocity{};
+  const int from{is_inside ? static_cast<int>(y) * nx + static_cast<int>(x) : 0};
+  if (is_inside) {
+    velocity = turned({world.velocity_x[from], world.velocity_y[from], world.velocity_xx[from], world.velocity_xy[from],
+                       world.velocity_yy[from]},
+                      static_cast<float>(vehicle_in_world->cos_yaw), static_cast<float>(vehicle_in_world->sin_yaw));
+  }
+  out.occupancy[to] = is_inside ? smooth(world.occupancy) : 0.5f;
+  out.moving[to] = is_inside ? smooth(world.moving) : 0.0f;
+  out.age_s[to] = is_inside ? world.age_s[from] : INFINITY;
+  out.velocity_x[to] = velocity.x;
+  out.velocity_y[to] = velocity.y;
+  out.velocity_xx[to] = velocity.xx;
+  out.velocity_xy[to] = velocity.xy;
+  out.velocity_yy[to] = velocity.yy;
+}
+
+}  // namespace
+
+LayersOnDevice::LayersOnDevice(int width, int height)
+    : occupancy{width, height},
+      velocity_x{width, height},
+      velocity_y{width, height},
+      age_s{width, height},
+      velocity_xx{width, height},
+      velocity_xy{width, height},
+      velocity_yy{width, height},
+      moving{width, height} {}
+
+void resample(Cuda& cuda, const LayersOnDevice& world, const GridGeometry* window,
+              const GridInVehicle* vehicle_in_world, LayersOnDevice& vehicle) {
+  const int nx{vehicle.occupancy.width()};
+  const int ny{vehicle.occupancy.height()};
+  launch(cuda, resample_cells, dim3{blocks_for(nx, cells_width), blocks_for(ny, cells_height)},
+         dim3{cells_width, cells_height}, 0, pointers(world), window, vehicle_in_world, vehicle.occupancy.view(),
+         pointers(vehicle));
+}
+
+}  // namespace stereogrid
