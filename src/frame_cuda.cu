@@ -37,6 +37,25 @@ __global__ void count_matched(const float* obstacle, const float* road, int pixe
   }
 }
 
+constexpr int packed_layers{1 + 2 * PackedGrids::layers};
+constexpr int pack_blocks{32};
+
+/// Where the layers lie, and where each begins in PackedGrids.
+struct PackedLayers {
+  const float* layer[packed_layers];
+  int size[packed_layers];
+  int begin[packed_layers];
+};
+
+// A row of blocks per layer.
+__global__ void pack(PackedLayers from, float* packed) {
+  const int k{static_cast<int>(blockIdx.y)};
+  const int step{static_cast<int>(gridDim.x) * threads};
+  for (int i{static_cast<int>(blockIdx.x) * threads + static_cast<int>(threadIdx.x)}; i < from.size[k]; i += step) {
+    packed[from.begin[k] + i] = from.layer[k][i];
+  }
+}
+
 template <class T>
 void fetch_image(Cuda& cuda, const DeviceImage<T>& device, Image<T>& image) {
   download(cuda, device.data(), image.size(), image.data());
@@ -44,22 +63,24 @@ void fetch_image(Cuda& cuda, const DeviceImage<T>& device, Image<T>& image) {
 
 }  // namespace
 
-void FetchedLayers::fetch(Cuda& cuda, const LayersOnDevice& device) {
-  const std::array<const DeviceImage<float>*, 8> images{&device.occupancy,   &device.velocity_x,  &device.velocity_y,
-                                                        &device.age_s,       &device.velocity_xx, &device.velocity_xy,
-                                                        &device.velocity_yy, &device.moving};
-  float* to{values_.data()};
-  for (const DeviceImage<float>* image : images) {
-    download(cuda, image->data(), cells_, to);
-    to += cells_;
-  }
-}
+PackedGrids::PackedGrids(const GridGeometry& vehicle_grid, int window_cells)
+    : vehicle_cells{size_of(vehicle_grid)},
+      world_cells{static_cast<std::size_t>(window_cells) * static_cast<std::size_t>(window_cells)} {}
 
-void FetchedLayers::copy_to(const std::array<Image<float>*, 8>& images) const {
-  const float* from{values_.data()};
-  for (Image<float>* image : images) {
-    std::copy_n(from, cells_, image->data());
-    from += cells_;
+void PackedGrids::copy_to(const float* packed, FrameResult& result) const {
+  const auto take = [&](Image<float>& image) {
+    std::copy_n(packed, image.size(), image.data());
+    packed += image.size();
+  };
+  take(result.observed);
+  GridLayers& world{result.world};
+  for (Image<float>* image : {&world.occupancy, &world.velocity_x, &world.velocity_y, &world.age_s, &world.velocity_xx,
+                              &world.velocity_xy, &world.velocity_yy, &world.moving}) {
+    take(*image);
+  }
+  for (Image<float>* image : {&result.occupancy, &result.velocity_x, &result.velocity_y, &result.age_s,
+                              &result.velocity_xx, &result.velocity_xy, &result.velocity_yy, &result.moving}) {
+    take(*image);
   }
 }
 
@@ -70,9 +91,7 @@ HostMemory::HostMemory(const Rig& rig, const GridGeometry& vehicle_grid, int win
       right{pixels_of(rig)},
       given{pixels_of(rig)},
       lattice{static_cast<std::size_t>(lattice_size(rig))},
-      observed{size_of(vehicle_grid)},
-      world{static_cast<std::size_t>(window_cells) * static_cast<std::size_t>(window_cells)},
-      vehicle{size_of(vehicle_grid)} {}
+      grids{PackedGrids{vehicle_grid, window_cells}.size()} {}
 
 DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, const GridGeometry& vehicle_grid,
                            int window_cells, const FilterTables& tables)
@@ -96,7 +115,8 @@ DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, con
       observed{vehicle_grid.nx, vehicle_grid.ny},
       observed_window{window_cells, window_cells},
       world{window_cells, window_cells},
-      vehicle{vehicle_grid.nx, vehicle_grid.ny} {
+      vehicle{vehicle_grid.nx, vehicle_grid.ny},
+      grids{PackedGrids{vehicle_grid, window_cells}.size()} {
   // given disparities come without
   clear(cuda, matches.confidence.data(), matches.confidence.size());
 }
@@ -119,9 +139,26 @@ void DeviceMemory::fetch_answer(Cuda& cuda, HostMemory& host) {
 }
 
 void DeviceMemory::fetch_grids(Cuda& cuda, HostMemory& host) {
-  download(cuda, observed.data(), observed.size(), host.observed.data());
-  host.world.fetch(cuda, world);
-  host.vehicle.fetch(cuda, vehicle);
+  PackedLayers from{};
+  int count{0};
+  std::size_t end{0};
+  const auto add = [&](const DeviceImage<float>& image) {
+    from.layer[count] = image.data();
+    from.size[count] = static_cast<int>(image.size());
+    from.begin[count] = static_cast<int>(end);
+    end += image.size();
+    ++count;
+  };
+  add(observed);
+  for (const LayersOnDevice* layers : {&world, &vehicle}) {
+    for (const DeviceImage<float>* image :
+         {&layers->occupancy, &layers->velocity_x, &layers->velocity_y, &layers->age_s, &layers->velocity_xx,
+          &layers->velocity_xy, &layers->velocity_yy, &layers->moving}) {
+      add(*image);
+    }
+  }
+  launch(cuda, pack, dim3{pack_blocks, packed_layers}, threads, 0, from, grids.data());
+  download(cuda, grids.data(), grids.size(), host.grids.data());
 }
 
 void DeviceMemory::fetch_stages(Cuda& cuda, StageImages& stages) const {

@@ -39,18 +39,17 @@ struct FrameFromDevice {
   int matched[2];  ///< pixels: obstacle, road
 };
 
-/// Layers of a grid in pinned memory.
-class FetchedLayers {
- public:
-  explicit FetchedLayers(std::size_t cells) : cells_{cells}, values_{8 * cells} {}
+/// The grids that a frame leaves, one after the other, so that one copy brings them all to the host: the observed grid,
+/// the layers of the world's window, those of the vehicle's grid.
+struct PackedGrids {
+  PackedGrids(const GridGeometry& vehicle_grid, int window_cells);
 
-  void fetch(Cuda& cuda, const LayersOnDevice& device);
-  /// `images`: occupancy, velocity_x, velocity_y, age_s, velocity_xx, velocity_xy, velocity_yy, moving.
-  void copy_to(const std::array<Image<float>*, 8>& images) const;
+  [[nodiscard]] std::size_t size() const { return vehicle_cells * (1 + layers) + world_cells * layers; }
+  void copy_to(const float* packed, FrameResult& result) const;
 
- private:
-  std::size_t cells_;
-  PinnedBuffer<float> values_;
+  static constexpr int layers{8};
+  std::size_t vehicle_cells;
+  std::size_t world_cells;
 };
 
 /// What a frame brings to the device and takes from it, in pinned host memory.
@@ -63,9 +62,7 @@ struct HostMemory {
   PinnedBuffer<std::uint8_t> right;
   PinnedBuffer<float> given;    ///< disparities
   PinnedBuffer<float> lattice;  ///< see gather_lattice
-  PinnedBuffer<float> observed;
-  FetchedLayers world;
-  FetchedLayers vehicle;
+  PinnedBuffer<float> grids;    ///< see PackedGrids
 };
 
 /// What the stages hand to each other and keep between frames, on the device. Allocated once.
@@ -99,6 +96,7 @@ struct DeviceMemory {
   DeviceImage<float> observed_window;
   LayersOnDevice world;
   LayersOnDevice vehicle;
+  DeviceBuffer<float> grids;  ///< see PackedGrids
 };
 
 /// Marks on the stream, between which time is measured.

@@ -30,15 +30,6 @@ void put(View<const T> image, T* pinned) {
   for (int v{0}; v < image.height; ++v) std::copy_n(image.row(v), image.width, pinned + v * image.width);
 }
 
-std::array<Image<float>*, 8> images_of(GridLayers& layers) {
-  return {&layers.occupancy,   &layers.velocity_x,  &layers.velocity_y,  &layers.age_s,
-          &layers.velocity_xx, &layers.velocity_xy, &layers.velocity_yy, &layers.moving};
-}
-std::array<Image<float>*, 8> vehicle_images_of(FrameResult& result) {
-  return {&result.occupancy,   &result.velocity_x,  &result.velocity_y,  &result.age_s,
-          &result.velocity_xx, &result.velocity_xy, &result.velocity_yy, &result.moving};
-}
-
 }  // namespace
 
 JourneyOnCuda::JourneyOnCuda(const Config& config, const Rig& rig)
@@ -236,9 +227,7 @@ void JourneyOnCuda::finish(const JourneyInput& input, FrameResult& result) {
   result.obstacle_density = answer.matched[0] / pixels;
   result.road_density = answer.matched[1] / pixels;
   result.world.geometry = host_.frame.data()->window;
-  std::copy_n(host_.observed.data(), result.observed.size(), result.observed.data());
-  host_.world.copy_to(images_of(result.world));
-  host_.vehicle.copy_to(vehicle_images_of(result));
+  PackedGrids{vehicle_grid_, window_.cells()}.copy_to(host_.grids.data(), result);
   if (are_stages_wanted_) device_.fetch_stages(cuda_, result.stages);
   result.timing_ms = times_.stages();
   result.timing_ms.filter += watch.lap();
