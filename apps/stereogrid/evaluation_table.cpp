@@ -58,9 +58,13 @@ std::string motion_of(const Json& motion) {
   };
   std::string text{"\nmotion (medians; what moves, from 1 s on)\n"};
   text += fmt::format("  {:<48}{:>12}\n", "moving objects found", of("found", "sightings"));
+  text += fmt::format("  {:<48}{:>12}\n", "found under another id than before", motion.at("id_switches").dump());
   text += line("speed error", motion.at("speed_error_mps"), "m/s");
   text += line("direction error", motion.at("direction_error_deg"), "deg");
   text += line("velocity error", motion.at("velocity_error_mps"), "m/s");
+  text +=
+      line(fmt::format("share of {} obstacles away from movers above 1 m/s", motion.at("standing_obstacles").dump()),
+           motion.at("standing_with_speed"), "");
   text += line(fmt::format("velocity error of {} moving cells", motion.at("moving_cells").dump()),
                motion.at("cell_velocity_error_mps"), "m/s");
   text += line(fmt::format("share of {} static cells that seem to move", motion.at("static_cells").dump()),

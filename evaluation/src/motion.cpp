@@ -13,28 +13,9 @@ namespace stereogrid::evaluation {
 namespace {
 
 constexpr std::int64_t settling_ns{1'000'000'000};
-constexpr std::int64_t pixels_min{100};
-constexpr double match_within_m{2};
 constexpr float believed_from{0.5F};
 constexpr float surely_there_above{0.6F};
 constexpr float seems_to_move_above_mps{1.0F};
-
-bool is_inside(const GridGeometry& grid, Point2 p) {
-  return p.x >= grid.x_min_m && p.x < grid.x_min_m + grid.nx * grid.cell_size_m && p.y >= grid.y_min_m &&
-         p.y < grid.y_min_m + grid.ny * grid.cell_size_m;
-}
-
-const Obstacle* nearest(std::span<const Obstacle> found, Point2 place) {
-  const Obstacle* best{nullptr};
-  double smallest{match_within_m};
-  for (const Obstacle& obstacle : found) {
-    const double distance{std::hypot(obstacle.x_m - place.x, obstacle.y_m - place.y)};
-    if (!obstacle.confirmed || distance > smallest) continue;
-    smallest = distance;
-    best = &obstacle;
-  }
-  return best;
-}
 
 double direction_error_deg(Point2 truth, const Obstacle& found) {
   const double angle{
@@ -69,6 +50,7 @@ void MotionScores::add(const MotionFrame& frame) {
   if (!frame.velocity_x.empty()) {
     const bool settled{frame.truth.stamp_ns >= *first_ns_ + settling_ns};
     if (settled) add_objects(frame);
+    identities_.add(frame);
     add_cells(frame, settled);
   }
   ghosts_.add(frame);
@@ -79,11 +61,11 @@ void MotionScores::add_objects(const MotionFrame& frame) {
   const Pose2 vehicle_from_world{inverse(frame.truth.ego.world_from_vehicle)};
   const Pose2 turn{0, 0, vehicle_from_world.yaw_rad};
   for (const TruthObject& object : frame.truth.objects) {
-    if (!is_moving(object) || object.pixels < pixels_min) continue;
+    if (!is_moving(object) || object.pixels < matched_pixels_min) continue;
     const Point2 place{vehicle_from_world * Point2{object.world_from_object.x_m, object.world_from_object.y_m}};
     if (!is_inside(frame.grid, place)) continue;
     ++sightings_;
-    const Obstacle* found{nearest(frame.obstacles, place)};
+    const Obstacle* found{nearest_confirmed(frame.obstacles, place)};
     if (found == nullptr) continue;
     const Point2 velocity{turn * Point2{object.vx_mps, object.vy_mps}};
     speed_errors_mps_.push_back(
@@ -120,6 +102,10 @@ MotionSummary MotionScores::summary() const {
   summary.speed_error_mps = quantile(speed_errors_mps_, 0.5);
   summary.direction_error_deg = quantile(direction_errors_deg_, 0.5);
   summary.velocity_error_mps = quantile(velocity_errors_mps_, 0.5);
+  summary.id_switches = identities_.switches();
+  summary.standing_obstacles = identities_.standing();
+  summary.standing_with_speed =
+      share(static_cast<double>(identities_.standing_with_speed()), static_cast<double>(identities_.standing()));
   summary.moving_cells = cell_velocity_errors_mps_.size();
   summary.cell_velocity_error_mps = quantile(cell_velocity_errors_mps_, 0.5);
   summary.static_cells = static_cells_;

@@ -4,12 +4,34 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <span>
 
 #include "stereogrid/evaluation/motion.hpp"
 
 namespace stereogrid::evaluation {
 
 inline constexpr double moving_above_mps{0.3};
+inline constexpr std::int64_t matched_pixels_min{100};
+inline constexpr double match_within_m{2};
+
+[[nodiscard]] inline bool is_inside(const GridGeometry& grid, Point2 p) {
+  return p.x >= grid.x_min_m && p.x < grid.x_min_m + grid.nx * grid.cell_size_m && p.y >= grid.y_min_m &&
+         p.y < grid.y_min_m + grid.ny * grid.cell_size_m;
+}
+
+/// The nearest confirmed obstacle within 2 m; none: nullptr.
+[[nodiscard]] inline const Obstacle* nearest_confirmed(std::span<const Obstacle> found, Point2 place) {
+  const Obstacle* best{nullptr};
+  double smallest{match_within_m};
+  for (const Obstacle& obstacle : found) {
+    const double distance{std::hypot(obstacle.x_m - place.x, obstacle.y_m - place.y)};
+    if (!obstacle.confirmed || distance > smallest) continue;
+    smallest = distance;
+    best = &obstacle;
+  }
+  return best;
+}
 
 /// Calls visit(truth cell, grid cell) with indices into both for every cell that the two grids share.
 template <class Visit>

@@ -72,8 +72,9 @@ TruthObject object(std::int64_t id, double x, double y, double vx, double vy, st
   return o;
 }
 
-Obstacle obstacle(double x, double y, double vx, double vy, bool confirmed = true) {
+Obstacle obstacle(double x, double y, double vx, double vy, bool confirmed = true, std::int64_t id = 1) {
   Obstacle o;
+  o.id = id;
   o.x_m = x;
   o.y_m = y;
   o.vx_mps = vx;
@@ -123,6 +124,35 @@ TEST(Motion, OfCells) {
   EXPECT_NEAR(summary.cell_velocity_error_mps, 1, 1e-6);
   EXPECT_EQ(summary.static_cells, 22U);
   EXPECT_NEAR(summary.static_moving, 0.5, 1e-9);
+}
+
+TEST(Identities, SwitchesAreCountedOnce) {
+  Street street;
+  Identities identities;
+  street.set_objects({object(1, 5, 1, 3, 0, 500)});
+  const auto show = [&](std::vector<Obstacle> obstacles) {
+    street.obstacles() = std::move(obstacles);
+    street.show(identities);
+    return identities.switches();
+  };
+  EXPECT_EQ(show({obstacle(5, 1, 3, 0, true, 7)}), 0U);
+  EXPECT_EQ(show({}), 0U) << "lost";
+  EXPECT_EQ(show({obstacle(5, 1, 3, 0, false, 8)}), 0U) << "not confirmed";
+  EXPECT_EQ(show({obstacle(5, 1, 3, 0, true, 8), obstacle(6.5, 1, 3, 0, true, 7)}), 0U) << "7 is still there";
+  EXPECT_EQ(show({obstacle(5, 1, 3, 0, true, 8), obstacle(7.5, 1, 3, 0, true, 7)}), 1U);
+  EXPECT_EQ(show({obstacle(5, 1, 3, 0, true, 8)}), 1U);
+  EXPECT_EQ(show({obstacle(5, 1, 3, 0, true, 7)}), 2U);
+}
+
+TEST(Identities, OfWhatStands) {
+  Street street;
+  Identities identities;
+  street.set_objects({object(1, 5, 1, 3, 0, 500), object(2, 15, 0, 0, 0, 500)});
+  street.obstacles() = {obstacle(7, 1, 3, 0), obstacle(9, 1, 0, 0.9), obstacle(15, 0, 1, 1),
+                        obstacle(15, 2, 5, 0, false)};
+  street.show(identities);
+  EXPECT_EQ(identities.standing(), 2U) << "one is near the mover, one not confirmed";
+  EXPECT_EQ(identities.standing_with_speed(), 1U);
 }
 
 TEST(Ghosts, FadeFromWhenTheirPlaceIsSeenFree) {

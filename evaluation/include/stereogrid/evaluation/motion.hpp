@@ -81,6 +81,24 @@ class HiddenSurvival {
   std::vector<Episode> finished_;
 };
 
+/// Whether obstacles keep their names, and whether what stands is told from what moves. Confirmed obstacles only.
+class Identities {
+ public:
+  void add(const MotionFrame& frame);
+  /// How often a moving object was found under another id than before. An obstacle that still is within 2 m goes before
+  /// one that is nearer.
+  [[nodiscard]] std::size_t switches() const { return switches_; }
+  /// Obstacles × frames farther than 3 m from everything that moves, and how many of them have more than 1 m/s.
+  [[nodiscard]] std::size_t standing() const { return standing_; }
+  [[nodiscard]] std::size_t standing_with_speed() const { return standing_with_speed_; }
+
+ private:
+  std::map<std::int64_t, std::int64_t> id_of_object_;
+  std::size_t switches_{0};
+  std::size_t standing_{0};
+  std::size_t standing_with_speed_{0};
+};
+
 /// What docs/evaluation.md defines. Medians; NaN where there is nothing to say it of.
 struct MotionSummary {
   static constexpr double nothing{std::numeric_limits<double>::quiet_NaN()};
@@ -89,7 +107,10 @@ struct MotionSummary {
   double speed_error_mps{nothing};
   double direction_error_deg{nothing};
   double velocity_error_mps{nothing};  ///< length of the difference
-  std::size_t moving_cells{0};         ///< seen, of moving objects, p ≥ 0.5
+  std::size_t id_switches{0};
+  std::size_t standing_obstacles{0};
+  double standing_with_speed{nothing};  ///< share of them that seem to move
+  std::size_t moving_cells{0};          ///< seen, of moving objects, p ≥ 0.5
   double cell_velocity_error_mps{nothing};
   std::size_t static_cells{0};    ///< seen, of objects that stand still
   double static_moving{nothing};  ///< share of them with p > 0.6 and a speed above 1 m/s
@@ -123,6 +144,7 @@ class MotionScores {
   std::size_t static_moving_{0};
   GhostTimes ghosts_;
   HiddenSurvival hidden_;
+  Identities identities_;
 };
 
 }  // namespace stereogrid::evaluation
