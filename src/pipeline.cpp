@@ -8,6 +8,7 @@
 
 #include "backend/cpu.hpp"
 #include "cuda_library.hpp"
+#include "ego_motion/ego_motion.hpp"
 #include "journey.hpp"
 #include "levelling/levelling.hpp"
 #include "stereogrid/error.hpp"
@@ -128,23 +129,19 @@ struct Pipeline::Implementation {
   }
 
   // World is the vehicle frame of the first frame.
-  Pose2 place(const StereoFrame& frame) {
+  Pose2 place(const StereoFrame& frame, double dt_s) {
     result.warnings.clear();
-    if (!frame.world_from_vehicle) {
-      if (!has_warned_of_poses) result.warnings.emplace_back("no pose: the vehicle is taken to stand still");
-      has_warned_of_poses = true;
-      return last_pose;
-    }
-    if (!input_from_world) input_from_world = *frame.world_from_vehicle * inverse(last_pose);
-    last_pose = inverse(*input_from_world) * *frame.world_from_vehicle;
-    return last_pose;
+    EgoMotion::Placing placing{ego_motion.place(frame.world_from_vehicle, dt_s)};
+    if (!placing.warning.empty()) result.warnings.push_back(std::move(placing.warning));
+    return placing.world_from_vehicle;
   }
 
   // What the stages take: level images.
   JourneyInput input_of(const StereoFrame& frame) {
     const double dt_s{last_stamp_ns ? static_cast<double>(frame.stamp_ns - *last_stamp_ns) * 1e-9 : 0.0};
     if (!levelling.is_needed()) {
-      return {frame.left.view(), frame.right.view(), frame.disparity.view(), place(frame), dt_s, frame.other_grids};
+      return {frame.left.view(), frame.right.view(), frame.disparity.view(), place(frame, dt_s), dt_s,
+              frame.other_grids};
     }
     levelling.apply(cpu, frame.left.view(), level_left.view());
     if (!frame.right.empty()) levelling.apply(cpu, frame.right.view(), level_right.view());
@@ -152,7 +149,7 @@ struct Pipeline::Implementation {
     return {level_left.view(),
             level_right.view(),
             frame.disparity.empty() ? View<const float>{} : level_disparity.view(),
-            place(frame),
+            place(frame, dt_s),
             dt_s,
             frame.other_grids};
   }
@@ -169,9 +166,7 @@ struct Pipeline::Implementation {
   Image<float> level_disparity;
   FrameResult result;
   std::optional<std::int64_t> last_stamp_ns;
-  std::optional<Pose2> input_from_world;
-  Pose2 last_pose;
-  bool has_warned_of_poses{false};
+  EgoMotion ego_motion{config.motion};
 };
 
 Pipeline::Pipeline(const Config& config, const Rig& rig, BackEnd back_end, int threads) {
@@ -220,7 +215,7 @@ void Pipeline::fetch_stages(bool wanted) {
   implementation_->journey->fetch_stages(wanted);
 }
 void Pipeline::start_at(const Pose2& world_from_vehicle) {
-  implementation_->last_pose = world_from_vehicle;
+  implementation_->ego_motion.start_at(world_from_vehicle);
 }
 void Pipeline::start_ids_at(std::int64_t first_id) {
   implementation_->journey->start_ids_at(first_id);

@@ -310,6 +310,34 @@ struct TrackingConfig {
   }
 };
 
+/// What a vehicle can do: poses that would need more are taken for a jump of their source.
+struct MotionConfig {
+  bool notice_jumps{true};
+  double speed_max_mps{70};
+  double acceleration_max_mps2{12};
+  double yaw_rate_max_degps{120};
+  double yaw_acceleration_max_degps2{180};
+  double jump_min_m{0.3};
+  double jump_min_deg{1};
+
+  template <class Self, class Visitor>
+  static void visit_fields(Self& self, Visitor&& visit) {
+    visit(Parameter{"notice_jumps", "", 0, 1,
+                    "Where poses jump, go on by the last motion and move the frame of the poses; off: follow them."},
+          self.notice_jumps);
+    visit(Parameter{"speed_max_mps", "m/s", 0.1, 200, "Faster, and the poses have jumped."}, self.speed_max_mps);
+    visit(Parameter{"acceleration_max_mps2", "m/s²", 0.1, 200, "Largest change of the velocity, along and across."},
+          self.acceleration_max_mps2);
+    visit(Parameter{"yaw_rate_max_degps", "°/s", 1, 2000, "Turning faster, and the poses have jumped."},
+          self.yaw_rate_max_degps);
+    visit(Parameter{"yaw_acceleration_max_degps2", "°/s²", 1, 20000, "Largest change of the yaw rate."},
+          self.yaw_acceleration_max_degps2);
+    visit(Parameter{"jump_min_m", "m", 0, 10, "Smaller steps off the expected place are noise, not a jump."},
+          self.jump_min_m);
+    visit(Parameter{"jump_min_deg", "°", 0, 45, "The same for the heading."}, self.jump_min_deg);
+  }
+};
+
 /// Every parameter of the pipeline. Keys are `group.name`, as in `grid.length_m`.
 struct Config {
   GridConfig grid;
@@ -318,6 +346,7 @@ struct Config {
   UDisparityConfig u_disparity;
   ProjectionConfig projection;
   FusionConfig fusion;
+  MotionConfig motion;
   FilterConfig filter;
   TrackingConfig tracking;
 
@@ -329,6 +358,7 @@ struct Config {
     visit(std::string_view{"u_disparity"}, self.u_disparity);
     visit(std::string_view{"projection"}, self.projection);
     visit(std::string_view{"fusion"}, self.fusion);
+    visit(std::string_view{"motion"}, self.motion);
     visit(std::string_view{"filter"}, self.filter);
     visit(std::string_view{"tracking"}, self.tracking);
   }

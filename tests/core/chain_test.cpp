@@ -252,6 +252,33 @@ TEST(Chain, WorldBeginsAtTheFirstFrame) {
   EXPECT_NEAR(result.world_from_vehicle.yaw_rad, 0, 1e-9);
 }
 
+double mean_difference(const Image<float>& a, const Image<float>& b) {
+  double sum{0};
+  for (std::size_t i{0}; i < a.size(); ++i) sum += std::abs(a.data()[i] - b.data()[i]);
+  return sum / static_cast<double>(a.size());
+}
+
+// Poses jump at frame 6 by 3 m and 20°.
+TEST(Chain, APoseJumpDoesNotSmearTheGrid) {
+  const char* const scene{"street?width=256&height=160&frames=8"};
+  Drive undisturbed{scene};
+  Drive noticing{scene};
+  Config config{preset("default")};
+  config.motion.notice_jumps = false;
+  Drive following{scene, config};
+  for (std::size_t i{0}; i < 8; ++i) {
+    StereoFrame frame{noticing.scene.load(i)};
+    if (i >= 6) frame.world_from_vehicle = Pose2{3, -1, 0.35} * *frame.world_from_vehicle;
+    const FrameResult& noticed{noticing.pipeline.process(frame)};
+    EXPECT_EQ(noticed.warnings.size(), i == 6 ? 1u : 0u) << i;
+    const FrameResult& followed{following.pipeline.process(frame)};
+    const FrameResult& expected{undisturbed.step(i)};
+    if (i < 6) continue;
+    EXPECT_LT(mean_difference(noticed.occupancy, expected.occupancy), 0.005);
+    EXPECT_GT(mean_difference(followed.occupancy, expected.occupancy), 0.03);
+  }
+}
+
 TEST(Chain, ReportsEveryProblemOfItsSettings) {
   Config config;
   config.matching.window_px = 8;

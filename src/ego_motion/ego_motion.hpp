@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "stereogrid/config.hpp"
+#include "stereogrid/frame.hpp"
+
+namespace stereogrid {
+
+/// From the poses that come with the frames to the vehicle's place in the world. The world begins at the first frame
+/// and goes on from frame to frame as a vehicle drives: where the poses jump (a receiver that finds its satellites
+/// again, a map that is corrected), the frame of the poses is moved by the jump, not the vehicle in the world.
+/// Decision 17.
+class EgoMotion {
+ public:
+  explicit EgoMotion(const MotionConfig& config) : config_{config} {}
+
+  /// Where the world has the vehicle at the first frame.
+  void start_at(const Pose2& world_from_vehicle) { world_from_vehicle_ = world_from_vehicle; }
+
+  struct Placing {
+    Pose2 world_from_vehicle;
+    std::string warning;  ///< empty: none
+  };
+  /// The next frame's place. `pose`: of the vehicle in any fixed frame, none: unknown; `dt_s`: since the frame before.
+  Placing place(const std::optional<Pose2>& pose, double dt_s);
+
+ private:
+  // Motion per second, in the vehicle's axes.
+  struct Rate {
+    double x_mps{0};
+    double y_mps{0};
+    double yaw_radps{0};
+  };
+  static Rate rate_of(const Pose2& motion, double dt_s);
+  static Pose2 motion_of(const std::optional<Rate>& rate, double dt_s);
+
+  Placing place_without_pose(double dt_s);
+  Placing move_along(const Pose2& pose, const Pose2& motion);
+  [[nodiscard]] bool is_drivable(const Pose2& motion) const;
+  [[nodiscard]] bool follows(const Pose2& motion, const std::optional<Rate>& rate) const;
+
+  MotionConfig config_;
+  Pose2 world_from_vehicle_;
+  Pose2 world_from_last_pose_;             // the vehicle at the last frame that had a pose
+  std::optional<Pose2> last_pose_;         // that pose; none: there was none yet
+  double since_pose_s_{0};                 // the time since then …
+  double before_s_{0};                     // … and between that pose and the one before it
+  std::optional<Pose2> input_from_world_;  // none: no pose yet
+  std::optional<Rate> rate_;               // of the vehicle, as believed
+  std::optional<Rate> pose_rate_;          // of the poses, believed or not, where a vehicle could have it
+  bool has_warned_{false};
+};
+
+}  // namespace stereogrid

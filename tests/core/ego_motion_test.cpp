@@ -1,0 +1,171 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "ego_motion/ego_motion.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+namespace stereogrid::test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr double degree{3.14159265358979323846 / 180};
+constexpr double dt_s{0.1};
+
+void expect_near(const Pose2& actual, const Pose2& expected, double tolerance = 1e-9) {
+  EXPECT_NEAR(actual.x_m, expected.x_m, tolerance);
+  EXPECT_NEAR(actual.y_m, expected.y_m, tolerance);
+  EXPECT_NEAR(std::remainder(actual.yaw_rad - expected.yaw_rad, 360 * degree), 0, tolerance);
+}
+
+/// A drive at 13 m/s that turns by 10°/s, as its pose source tells it.
+class Drive {
+ public:
+  explicit Drive(const MotionConfig& config = {}) : ego_motion{config} {}
+
+  EgoMotion::Placing step(double seconds = dt_s) {
+    true_world_from_vehicle = true_world_from_vehicle * Pose2{13 * seconds, 0, 10 * degree * seconds};
+    return ego_motion.place(input_from_world * true_world_from_vehicle, seconds);
+  }
+  EgoMotion::Placing begin() { return ego_motion.place(input_from_world * true_world_from_vehicle, 0); }
+
+  EgoMotion ego_motion;
+  Pose2 input_from_world{100, -50, 2};
+  Pose2 true_world_from_vehicle{};
+};
+
+TEST(EgoMotion, WorldBeginsAtTheFirstFrame) {
+  Drive drive;
+  expect_near(drive.begin().world_from_vehicle, {});
+  for (int i{0}; i < 30; ++i) {
+    const auto placing{drive.step(i == 7 ? 0.7 : dt_s)};
+    EXPECT_THAT(placing.warning, IsEmpty());
+    expect_near(placing.world_from_vehicle, drive.true_world_from_vehicle);
+  }
+}
+
+TEST(EgoMotion, WorldBeginsWhereItIsTold) {
+  Drive drive;
+  drive.ego_motion.start_at({7, 8, 1});
+  expect_near(drive.begin().world_from_vehicle, {7, 8, 1});
+  const auto second{drive.step()};
+  expect_near(second.world_from_vehicle, Pose2{7, 8, 1} * drive.true_world_from_vehicle);
+}
+
+class Jump : public ::testing::TestWithParam<Pose2> {};
+
+TEST_P(Jump, MovesThePosesAndNotTheVehicle) {
+  Drive drive;
+  static_cast<void>(drive.begin());
+  for (int i{0}; i < 5; ++i) static_cast<void>(drive.step());
+  drive.input_from_world = drive.input_from_world * GetParam();
+  const auto jumped{drive.step()};
+  EXPECT_THAT(jumped.warning, HasSubstr("the pose jumps by"));
+  // motion is constant here, so that carrying it on is exact
+  expect_near(jumped.world_from_vehicle, drive.true_world_from_vehicle);
+  for (int i{0}; i < 5; ++i) {
+    const auto placing{drive.step()};
+    EXPECT_THAT(placing.warning, IsEmpty()) << i;
+    expect_near(placing.world_from_vehicle, drive.true_world_from_vehicle);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(, Jump,
+                         ::testing::Values(Pose2{5, 0, 0}, Pose2{0, -1, 0}, Pose2{1000, 2000, 1}, Pose2{-1.3, 0, 0},
+                                           Pose2{0, 0, 5 * degree}, Pose2{0, 0, 180 * degree}));
+
+TEST(EgoMotion, AnOutlierJumpsForthAndBack) {
+  Drive drive;
+  static_cast<void>(drive.begin());
+  for (int i{0}; i < 5; ++i) static_cast<void>(drive.step());
+  const Pose2 right{drive.input_from_world};
+  drive.input_from_world = right * Pose2{3, 3, 0};
+  EXPECT_THAT(drive.step().warning, HasSubstr("jumps"));
+  drive.input_from_world = right;
+  EXPECT_THAT(drive.step().warning, HasSubstr("jumps"));
+  const auto after{drive.step()};
+  EXPECT_THAT(after.warning, IsEmpty());
+  expect_near(after.world_from_vehicle, drive.true_world_from_vehicle);
+}
+
+TEST(EgoMotion, SaysHowFar) {
+  Drive drive;
+  static_cast<void>(drive.begin());
+  for (int i{0}; i < 3; ++i) static_cast<void>(drive.step());
+  const Pose2 now{drive.true_world_from_vehicle};
+  const Pose2 next{now * Pose2{1.3, 0, degree}};
+  const Pose2 jump{3, 4, -2 * degree};
+  const auto placing{drive.ego_motion.place(drive.input_from_world * next * jump, dt_s)};
+  EXPECT_THAT(placing.warning, HasSubstr("jumps by 5.0 m and 2.0°"));
+}
+
+TEST(EgoMotion, BrakingAndSwervingAreNoJumps) {
+  EgoMotion ego_motion{MotionConfig{}};
+  Pose2 pose;
+  double speed_mps{20};
+  double yaw_rate_radps{0};
+  static_cast<void>(ego_motion.place(pose, 0));
+  for (int i{0}; i < 40; ++i) {
+    speed_mps = std::max(0.0, speed_mps - 10 * dt_s);
+    yaw_rate_radps = 30 * degree * std::sin(i * 0.5);
+    pose = pose * Pose2{speed_mps * dt_s, 0.1 * (i % 2), yaw_rate_radps * dt_s};
+    EXPECT_THAT(ego_motion.place(pose, dt_s).warning, IsEmpty()) << i;
+  }
+}
+
+TEST(EgoMotion, ImpossibleSpeedIsNoticedAtTheSecondFrame) {
+  EgoMotion ego_motion{MotionConfig{}};
+  static_cast<void>(ego_motion.place(Pose2{}, 0));
+  const auto placing{ego_motion.place(Pose2{20, 0, 0}, dt_s)};
+  EXPECT_THAT(placing.warning, HasSubstr("20.0 m"));
+  expect_near(placing.world_from_vehicle, {});
+}
+
+// What was believed was wrong (the drive begins in a jump): the poses agree with themselves and are believed again.
+TEST(EgoMotion, IsNotLockedOut) {
+  EgoMotion ego_motion{MotionConfig{}};
+  static_cast<void>(ego_motion.place(Pose2{}, 0));
+  EXPECT_THAT(ego_motion.place(Pose2{5, 0, 0}, dt_s).warning, IsEmpty()) << "50 m/s may be";
+  EXPECT_THAT(ego_motion.place(Pose2{5, 0, 0}, dt_s).warning, HasSubstr("jumps"));
+  for (int i{0}; i < 3; ++i) EXPECT_THAT(ego_motion.place(Pose2{5, 0, 0}, dt_s).warning, IsEmpty());
+}
+
+TEST(EgoMotion, FramesWithoutAPoseAreBridged) {
+  Drive drive;
+  static_cast<void>(drive.begin());
+  for (int i{0}; i < 3; ++i) static_cast<void>(drive.step());
+  for (int i{0}; i < 2; ++i) {
+    drive.true_world_from_vehicle = drive.true_world_from_vehicle * Pose2{1.3, 0, degree};
+    const auto placing{drive.ego_motion.place(std::nullopt, dt_s)};
+    EXPECT_EQ(placing.warning, i == 0 ? "no pose: the last motion is carried on" : "");
+    expect_near(placing.world_from_vehicle, drive.true_world_from_vehicle);
+  }
+  const auto again{drive.step()};
+  EXPECT_THAT(again.warning, IsEmpty());
+  expect_near(again.world_from_vehicle, drive.true_world_from_vehicle);
+}
+
+TEST(EgoMotion, WithoutAnyPoseTheVehicleStands) {
+  EgoMotion ego_motion{MotionConfig{}};
+  EXPECT_THAT(ego_motion.place(std::nullopt, 0).warning, HasSubstr("taken to stand still"));
+  const auto second{ego_motion.place(std::nullopt, dt_s)};
+  EXPECT_THAT(second.warning, IsEmpty());
+  expect_near(second.world_from_vehicle, {});
+  expect_near(ego_motion.place(Pose2{3, 4, 1}, dt_s).world_from_vehicle, {});
+}
+
+TEST(EgoMotion, MayFollowJumps) {
+  MotionConfig config;
+  config.notice_jumps = false;
+  EgoMotion ego_motion{config};
+  static_cast<void>(ego_motion.place(Pose2{}, 0));
+  const auto placing{ego_motion.place(Pose2{500, 0, 1}, dt_s)};
+  EXPECT_THAT(placing.warning, IsEmpty());
+  expect_near(placing.world_from_vehicle, {500, 0, 1});
+}
+
+}  // namespace
+}  // namespace stereogrid::test
