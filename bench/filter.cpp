@@ -95,6 +95,8 @@ class Steps {
     FilterConfig config;
     config.model = one.model;
     config.velocity_max_mps = one.velocity_max_mps;
+    config.velocity_step_mps = 2;
+    config.velocity_growth = 0;
     return config;
   }
 

@@ -126,10 +126,23 @@ Config paper() {
   config.projection.footprint = Footprint::overlap;
   config.projection.calibrate = false;
   config.filter.model = FilterModel::tay2008;
+  config.filter.velocity_step_mps = 2;
+  config.filter.velocity_growth = 0;
   config.filter.velocity_noise = 0.05;
   config.filter.static_prior = 0;
   config.filter.likelihood_exponent = 1;
   return config;
+}
+
+// Velocities of the filter's lattice.
+double lattice_size(const FilterConfig& config) {
+  double steps{0};
+  double velocity_mps{0};
+  for (double step_mps{config.velocity_step_mps}; (velocity_mps += step_mps) <= config.velocity_max_mps * (1 + 1e-6);
+       step_mps += config.velocity_growth * config.velocity_step_mps) {
+    ++steps;
+  }
+  return (2 * steps + 1) * (2 * steps + 1);
 }
 
 }  // namespace
@@ -188,8 +201,7 @@ std::vector<std::string> problems(const Config& config) {
   if (config.grid.length_m / config.grid.cell_size_m > 4000 || config.grid.width_m / config.grid.cell_size_m > 4000) {
     found.emplace_back("grid: more than 4000 cells along a side; take larger cells or a smaller grid.");
   }
-  const double steps{2 * std::floor(config.filter.velocity_max_mps / config.filter.velocity_step_mps) + 1};
-  if (config.filter.model != FilterModel::particles && steps * steps > 1000) {
+  if (config.filter.model != FilterModel::particles && lattice_size(config.filter) > 1000) {
     found.emplace_back("filter: more than 1000 velocities; raise velocity_step_mps or lower velocity_max_mps.");
   }
   return found;

@@ -43,6 +43,8 @@ class Journey {
   virtual void run(const JourneyInput& input, FrameResult& result) = 0;
   virtual void start_ids_at(std::int64_t first_id) = 0;
   virtual int threads() = 0;
+  /// Fills result.predictions after run(); false: this back end cannot.
+  virtual bool predict(const Pose2& /*world_from_vehicle*/, FrameResult& /*result*/) { return false; }
   /// Must FrameResult::stages be filled?
   virtual void fetch_stages(bool /*wanted*/) {}
 };
@@ -58,6 +60,18 @@ FrameResult empty_result(const Config& config, const Rig& rig);
 
 /// Share of the pixels that have a disparity.
 double share_matched(const Image<float>& disparity);
+
+/// Working memory of predictions.
+struct Outlook {
+  explicit Outlook(const FilterState& now)
+      : state{now},
+        layers{grid_layers({0, 0, 1, now.occupancy.width(), now.occupancy.height()})},
+        nothing{now.occupancy.width(), now.occupancy.height(), 0.5f} {}
+
+  FilterState state;
+  GridLayers layers;
+  Image<float> nothing;  ///< observed
+};
 
 /// What the stages hand to each other and keep between frames. Allocated once.
 struct JourneyMemory {
@@ -82,6 +96,7 @@ struct JourneyMemory {
   Image<float> observed_world;
   FilterState filtered;
   FilterState filtered_before;
+  std::unique_ptr<Outlook> outlook;  ///< once somebody wants predictions
   Image<int> cluster_labels;
   std::vector<Cluster> clusters;
   Tracker tracker;
@@ -136,6 +151,20 @@ class JourneyOn final : public Journey {
     result.obstacle_density = share_matched(result.stages.obstacle_disparity);
     result.road_density = share_matched(result.stages.road_disparity);
     m.is_first = false;
+  }
+
+  // A prediction is a step in which nothing is seen.
+  bool predict(const Pose2& world_from_vehicle, FrameResult& result) override {
+    JourneyMemory& m{memory_};
+    if (!m.outlook) m.outlook = std::make_unique<Outlook>(m.filtered);
+    Outlook& ahead{*m.outlook};
+    for (Prediction& prediction : result.predictions) {
+      filter(back_end_, {m.config.filter, m.filter_tables, result.world.geometry, prediction.horizon_s},
+             ahead.nothing.view(), m.filtered, ahead.state, ahead.layers);
+      prediction.world_occupancy = ahead.layers.occupancy;
+      resample_occupancy(ahead.layers, world_from_vehicle, result.vehicle_grid, prediction.occupancy);
+    }
+    return true;
   }
 
   void start_ids_at(std::int64_t first_id) override { memory_.tracker.start_ids_at(first_id); }

@@ -185,6 +185,7 @@ const FrameResult& Pipeline::process(const StereoFrame& frame) {
   const JourneyInput input{self.input_of(frame)};
   self.last_stamp_ns = frame.stamp_ns;
   self.journey->run(input, result);
+  if (!result.predictions.empty()) self.journey->predict(input.world_from_vehicle, result);
   result.world_from_vehicle = input.world_from_vehicle;
   result.timing_ms.total = watch.lap();
   return result;
@@ -216,6 +217,22 @@ void Pipeline::fetch_stages(bool wanted) {
 }
 void Pipeline::start_at(const Pose2& world_from_vehicle) {
   implementation_->ego_motion.start_at(world_from_vehicle);
+}
+void Pipeline::predict_at(const std::vector<double>& horizons_s) {
+  Implementation& self{*implementation_};
+  std::vector<Prediction> predictions;
+  for (const double horizon_s : horizons_s) {
+    if (!(horizon_s > 0) || !std::isfinite(horizon_s)) {
+      throw ConfigError{"Predictions need horizons in seconds, more than 0, as in 0.5,1,2."};
+    }
+    const GridGeometry& window{self.result.world.geometry};
+    predictions.push_back({horizon_s, Image<float>{self.result.vehicle_grid.nx, self.result.vehicle_grid.ny},
+                           Image<float>{window.nx, window.ny}});
+  }
+  if (!predictions.empty() && self.used == BackEnd::cuda) {
+    throw ConfigError{"The CUDA back end does not predict. Take the CPU (--device cpu)."};
+  }
+  self.result.predictions = std::move(predictions);
 }
 void Pipeline::start_ids_at(std::int64_t first_id) {
   implementation_->journey->start_ids_at(first_id);

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <functional>
-#include <initializer_list>
 #include <vector>
 
 #include "stereogrid/io/npz.hpp"
@@ -12,12 +11,12 @@
 namespace stereogrid::app {
 namespace {
 
-using Layers = std::initializer_list<std::reference_wrapper<const Image<float>>>;
+using Layers = std::vector<std::reference_wrapper<const Image<float>>>;
 
 /// Several grids as one array (n, ny, nx).
 struct Stack {
-  explicit Stack(Layers layers) {
-    const Image<float>& first{*layers.begin()};
+  explicit Stack(const Layers& layers) {
+    const Image<float>& first{layers.front()};
     shape = {layers.size(), static_cast<std::size_t>(first.height()), static_cast<std::size_t>(first.width())};
     for (const Image<float>& layer : layers) values.insert(values.end(), layer.begin(), layer.end());
   }
@@ -31,10 +30,10 @@ struct Stack {
 
 void write_grids(const std::filesystem::path& path, const FrameResult& result) {
   const GridLayers& world{result.world};
-  const Stack velocity{{result.velocity_x, result.velocity_y}};
-  const Stack covariance{{result.velocity_xx, result.velocity_xy, result.velocity_yy}};
-  const Stack world_velocity{{world.velocity_x, world.velocity_y}};
-  const Stack world_covariance{{world.velocity_xx, world.velocity_xy, world.velocity_yy}};
+  const Stack velocity{Layers{result.velocity_x, result.velocity_y}};
+  const Stack covariance{Layers{result.velocity_xx, result.velocity_xy, result.velocity_yy}};
+  const Stack world_velocity{Layers{world.velocity_x, world.velocity_y}};
+  const Stack world_covariance{Layers{world.velocity_xx, world.velocity_xy, world.velocity_yy}};
   const std::vector<double> origin{world.geometry.x_min_m, world.geometry.y_min_m};
   const std::array<io::NpzArray, 12> arrays{
       io::NpzArray{"observed", result.observed},
@@ -48,6 +47,27 @@ void write_grids(const std::filesystem::path& path, const FrameResult& result) {
       io::NpzArray{"world_age_s", world.age_s},
       world_velocity.named("world_velocity"),
       world_covariance.named("world_velocity_covariance"),
+      io::NpzArray{"world_origin", {2}, origin},
+  };
+  io::write_npz(path, arrays);
+}
+
+void write_predictions(const std::filesystem::path& path, const FrameResult& result) {
+  std::vector<double> horizons_s;
+  Layers vehicle;
+  Layers world;
+  for (const Prediction& prediction : result.predictions) {
+    horizons_s.push_back(prediction.horizon_s);
+    vehicle.emplace_back(prediction.occupancy);
+    world.emplace_back(prediction.world_occupancy);
+  }
+  const Stack occupancy{vehicle};
+  const Stack world_occupancy{world};
+  const std::vector<double> origin{result.world.geometry.x_min_m, result.world.geometry.y_min_m};
+  const std::array<io::NpzArray, 4> arrays{
+      io::NpzArray{"horizon_s", {horizons_s.size()}, horizons_s},
+      occupancy.named("occupancy"),
+      world_occupancy.named("world_occupancy"),
       io::NpzArray{"world_origin", {2}, origin},
   };
   io::write_npz(path, arrays);

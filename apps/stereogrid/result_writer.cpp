@@ -60,6 +60,7 @@ struct Job {
 struct ResultWriter::State {
   explicit State(WriterOptions writer_options) : options{std::move(writer_options)} {
     io::create_folder(options.folder / "grids");
+    if (options.predictions) io::create_folder(options.folder / "predictions");
     if (options.stages) io::create_folder(options.folder / "stages");
     if (options.pictures) io::create_folder(options.folder / "pictures");
     lines.emplace(options.folder / "frames.jsonl");
@@ -69,6 +70,7 @@ struct ResultWriter::State {
   void write_frame(const Job& job) {
     const std::string file{job.frame.name + ".npz"};
     write_grids(options.folder / "grids" / file, job.result);
+    if (options.predictions) write_predictions(options.folder / "predictions" / file, job.result);
     if (options.stages) write_stages(options.folder / "stages" / file, job.result.stages);
     if (options.pictures || video) {
       const io::RgbImage picture{draw_picture(job.frame, job.result, options.rig)};

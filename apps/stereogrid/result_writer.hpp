@@ -11,6 +11,7 @@ namespace stereogrid::app {
 
 struct WriterOptions {
   std::filesystem::path folder;
+  bool predictions{false};
   bool stages{false};
   bool pictures{false};
   std::filesystem::path video;  ///< empty: none

@@ -264,10 +264,11 @@ int run(const RunOptions& options) {
   check_options(options, input);
   log_input(input);
   Pipeline pipeline{start_pipeline(options, config, input.source->rig())};
+  pipeline.predict_at(options.predict_s);
   const LidarStage lidar{options.fuse == "lidar", input, pipeline.vehicle_grid(), options.fuse_rings};
   RunRecord record{open_record(options, input, pipeline)};
-  ResultWriter writer{
-      {options.folder, options.save_stages, options.pictures, options.video, rate_hz(input), pipeline.rig()}};
+  ResultWriter writer{{options.folder, !options.predict_s.empty(), options.save_stages, options.pictures, options.video,
+                       rate_hz(input), pipeline.rig()}};
   const OpencvStage opencv{options.matcher, pipeline.config().matching.disparities};
   PoseStage poses{input};
   Sitting sitting{pipeline, poses, opencv, lidar, record, writer};

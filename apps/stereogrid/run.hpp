@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "config_options.hpp"
 #include "input.hpp"
@@ -17,6 +18,7 @@ struct RunOptions {
   std::string matcher{"own"};
   std::string fuse{"none"};
   Rings fuse_rings{Rings::all};
+  std::vector<double> predict_s;
   std::string frames;
   std::string device{"auto"};
   int threads{0};

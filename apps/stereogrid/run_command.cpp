@@ -31,6 +31,11 @@ void add_run_command(CLI::App& tool, int& exit_code) {
                    "Rings of the lidar that are fused; evaluate --rings has the rest.")
       ->transform(CLI::CheckedTransformer(ring_names()))
       ->type_name("all|even|odd");
+  command
+      ->add_option("--predict", options->predict_s,
+                   "Also the filtered grid as it will be so many seconds later: predictions/NAME.npz.")
+      ->delimiter(',')
+      ->type_name("S,S,...");
   command->add_option("--frames", options->frames, frame_range_help)->type_name("FIRST:LAST");
   command->add_option("--device", options->device, "Where the work is done; auto: the fastest there is.")
       ->check(CLI::IsMember({"auto", "cpu", "cuda", "reference"}))

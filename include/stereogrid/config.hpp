@@ -250,11 +250,13 @@ constexpr std::array<std::string_view, 3> names_of(FilterModel) {
 struct FilterConfig {
   FilterModel model{FilterModel::joint};
   double velocity_max_mps{10};
-  double velocity_step_mps{2};
+  double velocity_step_mps{1.4};
+  double velocity_growth{0.2};
   double forgetting_s{2};
   double velocity_noise{0.01};
   double likelihood_exponent{1};
   double static_prior{0.85};
+  double appearing_static{0.4};
   double border_occupancy{0.2};
   int particles{100000};
   double velocity_walk_mps{1};
@@ -266,8 +268,11 @@ struct FilterConfig {
                     "particles."},
           self.model);
     visit(Parameter{"velocity_max_mps", "m/s", 0, 60, "Largest speed along each world axis."}, self.velocity_max_mps);
-    visit(Parameter{"velocity_step_mps", "m/s", 0.1, 20, "Distance between the lattice's velocities."},
+    visit(Parameter{"velocity_step_mps", "m/s", 0.1, 20, "The lattice's slowest velocity along an axis."},
           self.velocity_step_mps);
+    visit(Parameter{"velocity_growth", "", 0, 2,
+                    "By what share of velocity_step_mps the distance to the next velocity grows; 0: all alike."},
+          self.velocity_growth);
     visit(Parameter{"forgetting_s", "s", 0.05, 1000, "Time constant with which an unobserved cell returns to unknown."},
           self.forgetting_s);
     visit(Parameter{"velocity_noise", "", 0.0001, 0.9,
@@ -280,6 +285,10 @@ struct FilterConfig {
     visit(Parameter{"static_prior", "", 0, 0.99,
                     "Share of newly born mass that stands still; 0: all velocities are alike, standstill too (2008)."},
           self.static_prior);
+    visit(Parameter{"appearing_static", "", 0, 0.99,
+                    "Joint: the same of what appears where the frame before has seen free ground; at most "
+                    "static_prior."},
+          self.appearing_static);
     visit(Parameter{"border_occupancy", "", 0.01, 0.9, "Occupancy assumed outside the window (joint)."},
           self.border_occupancy);
     visit(Parameter{"particles", "", 1000, 5000000, "Particles: how many there are at most."}, self.particles);

@@ -43,6 +43,14 @@ struct StageTimes {
   double total{0};
 };
 
+/// The filtered grid some time later, if everything goes on as it moves and nothing more is seen. What is not seen is
+/// forgotten with filter.forgetting_s.
+struct Prediction {
+  double horizon_s{0};
+  Image<float> occupancy;        ///< P(occupied) in FrameResult::vehicle_grid: where the vehicle is now, not then
+  Image<float> world_occupancy;  ///< in the cells of FrameResult::world
+};
+
 /// What is known after a frame. Owned by the pipeline; valid until its next call of process().
 struct FrameResult {
   Ground ground;               ///< what the stages of this frame used
@@ -60,6 +68,7 @@ struct FrameResult {
   Image<float> velocity_yy;
   Image<float> moving;  ///< P(occupied by something that moves); P(by something that stands) = occupancy − moving
   GridLayers world;     ///< filtered, world-aligned; its geometry moves with the car in whole cells
+  std::vector<Prediction> predictions;  ///< what Pipeline::predict_at asked for
   std::vector<Obstacle> obstacles;
   StageImages stages;  ///< see Pipeline::fetch_stages
   StageTimes timing_ms;
@@ -105,6 +114,10 @@ class Pipeline {
   /// Where the vehicle is in the world at the first frame (of a resumed run). Call it before process(); not called: the
   /// world begins there.
   void start_at(const Pose2& world_from_vehicle);
+
+  /// From the next frame on, FrameResult::predictions holds these horizons (s, > 0). Throws ConfigError: a horizon that
+  /// is none, or the CUDA back end, which does not predict.
+  void predict_at(const std::vector<double>& horizons_s);
 
   /// Ids of new obstacles start here (after a resumed run).
   void start_ids_at(std::int64_t first_id);

@@ -77,16 +77,17 @@ class TileFilter {
       sum_velocities(tile_, y, sums);
       float scale[tile_columns];
       float born[tile_columns];
+      float born_standing[tile_columns];
       for (int x{tile_.x_begin}; x < tile_.x_end; ++x) {
         const int i{x - tile_.x_begin};
-        const bool never_seen{std::isinf(tile_.after.age_s(x, y))};
-        const JointUpdate update{joint_update(tile_.step, sums.mass[i], never_seen, likelihood_at(x, y))};
+        const JointUpdate update{joint_update(tile_.step, sums.mass[i], tile_.after.age_s(x, y), likelihood_at(x, y))};
         scale[i] = update.scale;
-        born[i] = update.born;
-        write(x, y, update.occupancy, update.scale * standing(x, y) + update.born * tile_.step.prior_static,
+        born[i] = update.born_moving;
+        born_standing[i] = update.born_standing;
+        write(x, y, update.occupancy, update.scale * standing(x, y) + update.born_standing,
               updated(tile_.step, update, sums.at(i)));
       }
-      rescale(tile_, y, scale, born);
+      rescale(tile_, y, scale, born, born_standing);
     }
   }
 
@@ -109,7 +110,7 @@ class TileFilter {
         scale[i] = 1 / row.evidence[i];
         write(x, y, scale[i] * row.sums.mass[i], scale[i] * row.standing[i], row.sums.at(i));
       }
-      rescale(tile_, y, scale, born);
+      rescale(tile_, y, scale, born, born);
     }
   }
 

@@ -16,21 +16,23 @@ constexpr int prepare_threads{256};
 struct StateBefore {
   const float* mass;
   const float* scale;
-  const float* born;
+  const float* born_standing;
+  const float* born_moving;
   const float* occupancy;
   const float* age_s;
 };
 struct StateAfter {
   float* mass;
   float* scale;
-  float* born;
+  float* born_standing;
+  float* born_moving;
   float* occupancy;
   float* age_s;
 };
 // --- before: what prediction reads of each cell, and where the masses of each velocity come from ---------------------
 
 // Of the prepared numbers, x is the scale, w the standing mass after the noise, z what each moving velocity gains;
-// y is born·prior of a moving velocity (joint), or P(still occupied) (tay2008).
+// y is what was born of each moving velocity (joint), or P(still occupied) (tay2008).
 template <FilterModel model>
 __global__ void prepare(const FilterMotion* motion, const double* speed_mps, StateBefore before, int cells,
                         Antecedents* from, float4* prepared) {
@@ -43,11 +45,10 @@ __global__ void prepare(const FilterMotion* motion, const double* speed_mps, Sta
   const int count{cells * cells};
   if (i >= count) return;
   const float arrived{before.mass[static_cast<std::size_t>(step.standstill()) * count + i]};
-  const float standing{before.scale[i] * arrived + before.born[i] * step.prior_static};
+  const float standing{before.scale[i] * arrived + before.born_standing[i]};
   constexpr bool joint{model == FilterModel::joint};
   const float all{joint ? before.occupancy[i] : 1.0f};
-  prepared[i] = make_float4(before.scale[i],
-                            joint ? before.born[i] * step.prior_moving : still_occupied(step, before.occupancy[i]),
+  prepared[i] = make_float4(before.scale[i], joint ? before.born_moving[i] : still_occupied(step, before.occupancy[i]),
                             gained_by_moving(step, all, standing), disturbed_standing(step, all, standing));
 }
 
@@ -56,32 +57,38 @@ __global__ void prepare(const FilterMotion* motion, const double* speed_mps, Sta
 // What the filter says about a cell after it.
 struct Cell {
   float scale;
-  float born;
+  float born_standing;
+  float born_moving;
   float occupancy;
   float standing;
   VelocitySums sums;
 };
 
 template <FilterModel model>
-__device__ Cell updated_cell(const FilterStep& step, const StripSums& strip, int r, bool never_seen,
+__device__ Cell updated_cell(const FilterStep& step, const StripSums& strip, int r, float age_s,
                              Likelihood likelihood) {
   const int lane{static_cast<int>(threadIdx.x)};
   const VelocitySums total{total_of(strip, r, lane)};
   const float standing{strip.standing[r][lane]};
   if constexpr (model == FilterModel::joint) {
-    const JointUpdate update{joint_update(step, total.mass, never_seen, likelihood)};
-    return {update.scale, update.born, update.occupancy, update.scale * standing + update.born * step.prior_static,
+    const JointUpdate update{joint_update(step, total.mass, age_s, likelihood)};
+    return {update.scale,
+            update.born_standing,
+            update.born_moving,
+            update.occupancy,
+            update.scale * standing + update.born_standing,
             updated(step, update, total)};
   } else {
     const float scale{1 / strip.all[r][lane]};
-    return {scale, 0, scale * total.mass, scale * standing, total};
+    return {scale, 0, 0, scale * total.mass, scale * standing, total};
   }
 }
 
 __device__ void write(const Cell& cell, float age_s, int i, const StateAfter& after, const LayerPointers& layers) {
   const VelocityEstimate velocity{estimate_of(cell.sums)};
   after.scale[i] = cell.scale;
-  after.born[i] = cell.born;
+  after.born_standing[i] = cell.born_standing;
+  after.born_moving[i] = cell.born_moving;
   after.occupancy[i] = layers.occupancy[i] = cell.occupancy;
   after.age_s[i] = layers.age_s[i] = age_s;
   layers.velocity_x[i] = velocity.x;
@@ -124,7 +131,7 @@ __global__ void __launch_bounds__(warps_max* warp, 4)
     const float seen{observed(x, y + r)};
     const float age_s{is_known(y + r) ? before.age_s[(y + r + moved_y) * cells + x + moved_x] : INFINITY};
     const bool is_seen{fabsf(seen - 0.5f) > observed_difference};
-    write(updated_cell<model>(strip.step, shared, r, age_s == INFINITY, likelihood_of(likelihoods, seen)),
+    write(updated_cell<model>(strip.step, shared, r, age_s, likelihood_of(likelihoods, seen)),
           is_seen ? 0.0f : age_s + motion->dt_s, (y + r) * cells + x, after, layers);
   }
 }
@@ -139,16 +146,18 @@ __global__ void begin_anew(const FilterMotion* motion, StateAfter state, int cou
     state.mass[static_cast<std::size_t>(k) * count + i] = mass * prior_of(step, k);
   }
   state.scale[i] = 1;
-  state.born[i] = 0;
+  state.born_standing[i] = state.born_moving[i] = 0;
   state.occupancy[i] = 0.5f;
   state.age_s[i] = INFINITY;
 }
 
 StateBefore pointers(const FilterStateOnDevice& state) {
-  return {state.mass.data(), state.scale.data(), state.born.data(), state.occupancy.data(), state.age_s.data()};
+  return {state.mass.data(),        state.scale.data(),     state.born_standing.data(),
+          state.born_moving.data(), state.occupancy.data(), state.age_s.data()};
 }
 StateAfter pointers(FilterStateOnDevice& state) {
-  return {state.mass.data(), state.scale.data(), state.born.data(), state.occupancy.data(), state.age_s.data()};
+  return {state.mass.data(),        state.scale.data(),     state.born_standing.data(),
+          state.born_moving.data(), state.occupancy.data(), state.age_s.data()};
 }
 // As many as share the rows of the lattice evenly.
 int warps_for(int side) {
@@ -186,7 +195,8 @@ FilterMotion filter_motion(const FilterInput& input, const GridGeometry& before)
 FilterStateOnDevice::FilterStateOnDevice(int cells, int velocities)
     : mass{static_cast<std::size_t>(velocities) * static_cast<std::size_t>(cells * cells)},
       scale{cells, cells},
-      born{cells, cells},
+      born_standing{cells, cells},
+      born_moving{cells, cells},
       occupancy{cells, cells},
       age_s{cells, cells} {}
 

@@ -21,13 +21,14 @@ struct FilterMotion {
 FilterMotion filter_motion(const FilterInput& input, const GridGeometry& before);
 
 /// The filter's state on the device. Masses are as they arrived; what the update made of them, m(k) = scale·mass(k) +
-/// born·prior(k), is worked out where they are read next: so a step reads and writes each of them once.
+/// born(k), is worked out where they are read next: so a step reads and writes each of them once.
 struct FilterStateOnDevice {
   FilterStateOnDevice(int cells, int velocities);
 
   DeviceBuffer<float> mass;  ///< [k][cell]
   DeviceImage<float> scale;
-  DeviceImage<float> born;
+  DeviceImage<float> born_standing;
+  DeviceImage<float> born_moving;
   DeviceImage<float> occupancy;
   DeviceImage<float> age_s;
 };

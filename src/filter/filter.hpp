@@ -115,4 +115,8 @@ constexpr float observed_difference{0.05f};
 /// the window 0.5, inf and else 0.
 void resample(const Pose2& world_from_vehicle, FrameResult& result);
 
+/// The same of the occupancy alone.
+void resample_occupancy(const GridLayers& world, const Pose2& world_from_vehicle, const GridGeometry& vehicle_grid,
+                        Image<float>& occupancy);
+
 }  // namespace stereogrid

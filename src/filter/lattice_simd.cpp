@@ -197,13 +197,13 @@ void SumVelocities(const LatticeTile& tile, int y, TileSums& sums) {
   });
 }
 
-void Rescale(const LatticeTile& tile, int y, const float* scale, const float* born) {
+void Rescale(const LatticeTile& tile, int y, const float* scale, const float* born_moving, const float* born_standing) {
   for (std::size_t k{0}; k < tile.after.velocity.size(); ++k) {
     float* mass{tile.after.velocity[k].row(y) + tile.x_begin};
-    const float prior{prior_of(tile.step, static_cast<int>(k))};
+    const float* born{static_cast<int>(k) == tile.step.standstill() ? born_standing : born_moving};
     for_shrinking_vectors(Float{}, 0, tile.columns(), [&](auto d, int x) {
       const auto kept = hn::Mul(hn::LoadU(d, scale + x), hn::LoadU(d, mass + x));
-      hn::StoreU(hn::Add(kept, hn::Mul(hn::LoadU(d, born + x), hn::Set(d, prior))), d, mass + x);
+      hn::StoreU(hn::Add(kept, hn::LoadU(d, born + x)), d, mass + x);
     });
   }
 }
@@ -317,8 +317,8 @@ void predict_joint(const LatticeTile& tile) {
 void sum_velocities(const LatticeTile& tile, int y, TileSums& sums) {
   HWY_DYNAMIC_DISPATCH(SumVelocities)(tile, y, sums);
 }
-void rescale(const LatticeTile& tile, int y, const float* scale, const float* born) {
-  HWY_DYNAMIC_DISPATCH(Rescale)(tile, y, scale, born);
+void rescale(const LatticeTile& tile, int y, const float* scale, const float* born_moving, const float* born_standing) {
+  HWY_DYNAMIC_DISPATCH(Rescale)(tile, y, scale, born_moving, born_standing);
 }
 void predict_tay(const LatticeTile& tile, TayRow* rows) {
   HWY_DYNAMIC_DISPATCH(PredictTay)(tile, rows);

@@ -44,8 +44,8 @@ void predict_joint(const LatticeTile& tile);
 /// Sums over the masses of row y.
 void sum_velocities(const LatticeTile& tile, int y, TileSums& sums);
 
-/// m(k) ← scale·m(k) + born·prior(k) in row y; both arrays are as long as the row.
-void rescale(const LatticeTile& tile, int y, const float* scale, const float* born);
+/// m(k) ← scale·m(k) + born(k) in row y; the arrays are as long as the row.
+void rescale(const LatticeTile& tile, int y, const float* scale, const float* born_moving, const float* born_standing);
 
 /// tay2008's prediction and likelihood: `after.velocity` gets l(k), not yet normalised; the rest, for a row of the
 /// tile.

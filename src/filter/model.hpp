@@ -18,7 +18,9 @@ struct FilterStep {
   float border_occupancy;  ///< of cells outside the window
   float prior_static;      ///< prior of standstill for new mass
   float prior_moving;      ///< prior of every other velocity for new mass
-  float prior_variance;    ///< of new mass's velocity along each axis, m²/s²
+  float appearing_static;  ///< prior of standstill for what appears where the frame before has seen free ground
+  float appearing_moving;  ///< prior of every other velocity for that
+  float lattice_squares;   ///< Σ v_x² over the lattice, m²/s²
 
   STEREOGRID_HD int velocities() const { return side * side; }
   STEREOGRID_HD int standstill() const { return side * side / 2; }
@@ -153,33 +155,43 @@ STEREOGRID_HD inline float moving_share(float occupancy, float standing) {
   return occupancy > standing ? occupancy - standing : 0.0f;
 }
 
+/// Greater than every age of a cell that has been seen.
+constexpr float never_s{3e38f};
+
 /// What prediction and update (method §2.6) do to the masses that have arrived in a cell:
-/// m(k) ← scale·m(k) + born·prior(k).
+/// m(k) ← scale·m(k) + born(k).
 struct JointUpdate {
   float scale;
-  float born;
-  float occupancy;  ///< Σ m(k) afterwards
+  float born_standing;  ///< born(k) of standstill
+  float born_moving;    ///< of every other velocity
+  float occupancy;      ///< Σ m(k) afterwards
 };
 
-/// `arrived`: Σ m(k) before it. A cell that nobody has seen stays unknown even where its mass has moved into seen
-/// cells.
-STEREOGRID_HD inline JointUpdate joint_update(const FilterStep& step, float arrived, bool never_seen,
+/// `arrived`: Σ m(k) before it; `age_s`: of the cell before the step. A cell that nobody has seen stays unknown even
+/// where its mass has moved into seen cells. What appears on ground that has just been seen free has come from
+/// somewhere: it is more likely to move than what appears out of the unknown.
+STEREOGRID_HD inline JointUpdate joint_update(const FilterStep& step, float arrived, float age_s,
                                               Likelihood likelihood) {
   const float total{arrived > 1 ? 1.0f : arrived};
-  const float lacking{never_seen && total < 0.5f ? 0.5f - total : 0.0f};
+  const float lacking{age_s > never_s && total < 0.5f ? 0.5f - total : 0.0f};
   const float kept{1 - step.forgetting};
   const float empty{1 - total - lacking};
   const float predicted{kept * (total + lacking) + step.forgetting * empty};
   const float evidence{likelihood.occupied * predicted + likelihood.empty * (1 - predicted)};
   const float gain{likelihood.occupied / evidence};
-  return {gain * kept * (arrived > 1 ? 1 / arrived : 1.0f), gain * (kept * lacking + step.forgetting * empty),
-          gain * predicted};
+  const float unseen{gain * kept * lacking};
+  const float appeared{gain * step.forgetting * empty};
+  const bool was_seen{age_s == 0};
+  const float standing{was_seen ? step.appearing_static : step.prior_static};
+  const float moving{was_seen ? step.appearing_moving : step.prior_moving};
+  return {gain * kept * (arrived > 1 ? 1 / arrived : 1.0f), unseen * step.prior_static + appeared * standing,
+          unseen * step.prior_moving + appeared * moving, gain * predicted};
 }
 
 /// The same for the sums over a cell's masses. New mass has mean velocity 0.
 STEREOGRID_HD inline VelocitySums updated(const FilterStep& step, const JointUpdate& update,
                                           const VelocitySums& arrived) {
-  const float spread{update.born * step.prior_variance};
+  const float spread{update.born_moving * step.lattice_squares};
   return {update.occupancy,          update.scale * arrived.x,
           update.scale * arrived.y,  update.scale * arrived.xx + spread,
           update.scale * arrived.xy, update.scale * arrived.yy + spread};

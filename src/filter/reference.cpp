@@ -92,9 +92,10 @@ Cell joint_cell(const Step& step, int x, int y, Likelihood likelihood, std::vect
     }
   }
   const VelocitySums arrived{step.sums_of(mass)};
-  const JointUpdate update{joint_update(constants, arrived.mass, std::isinf(step.age_before(x, y)), likelihood)};
+  const JointUpdate update{joint_update(constants, arrived.mass, step.age_before(x, y), likelihood)};
   for (std::size_t k{0}; k < mass.size(); ++k) {
-    mass[k] = update.scale * mass[k] + update.born * prior_of(constants, static_cast<int>(k));
+    const bool stands{static_cast<int>(k) == constants.standstill()};
+    mass[k] = update.scale * mass[k] + (stands ? update.born_standing : update.born_moving);
   }
   return {updated(constants, update, arrived), mass[mass.size() / 2], update.occupancy};
 }

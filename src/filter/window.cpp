@@ -18,13 +18,27 @@ float smooth_value(const Image<float>& cells, double x, double y) {
 
 }  // namespace
 
+namespace {
+
+// Ascending, 0 in the middle.
+std::vector<double> velocity_axis(const FilterConfig& config) {
+  std::vector<double> axis{0};
+  double velocity_mps{0};
+  for (double step_mps{config.velocity_step_mps}; (velocity_mps += step_mps) <= config.velocity_max_mps * (1 + 1e-6);
+       step_mps += config.velocity_growth * config.velocity_step_mps) {
+    axis.insert(axis.begin(), -velocity_mps);
+    axis.push_back(velocity_mps);
+  }
+  return axis;
+}
+
+}  // namespace
+
 std::vector<Point2> velocity_lattice(const FilterConfig& config) {
-  const int steps{static_cast<int>(config.velocity_max_mps / config.velocity_step_mps + 1e-9)};
+  const std::vector<double> axis{velocity_axis(config)};
   std::vector<Point2> lattice;
-  for (int j{-steps}; j <= steps; ++j) {
-    for (int i{-steps}; i <= steps; ++i) {
-      lattice.push_back({i * config.velocity_step_mps, j * config.velocity_step_mps});
-    }
+  for (const double y_mps : axis) {
+    for (const double x_mps : axis) lattice.push_back({x_mps, y_mps});
   }
   return lattice;
 }
@@ -44,8 +58,7 @@ GridGeometry Window::at(const Pose2& world_from_vehicle) const {
 }
 
 FilterTables::FilterTables(const FilterConfig& config) : lattice{velocity_lattice(config)} {
-  const auto side = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(lattice.size()))));
-  for (std::size_t i{0}; i < side; ++i) axis_mps.push_back(static_cast<float>(lattice[i].x));
+  for (const double v_mps : velocity_axis(config)) axis_mps.push_back(static_cast<float>(v_mps));
   for (int i{0}; i <= likelihood_steps; ++i) {
     const double p{static_cast<double>(i) / likelihood_steps};
     likelihood.push_back(static_cast<float>(std::pow(p, config.likelihood_exponent)));
@@ -90,6 +103,8 @@ void set_noise(const FilterConfig& config, double dt_s, int velocities, FilterSt
     step.prior_static = static_cast<float>(config.static_prior);
     step.prior_moving = static_cast<float>((1 - config.static_prior) / others);
   }
+  step.appearing_static = std::min(step.prior_static, static_cast<float>(config.appearing_static));
+  step.appearing_moving = static_cast<float>((1 - static_cast<double>(step.appearing_static)) / others);
 }
 
 }  // namespace
@@ -100,12 +115,12 @@ FilterStep step_of(const FilterInput& input) {
   step.side = static_cast<int>(input.tables.axis_mps.size());
   step.forgetting = static_cast<float>((1 - std::exp(-input.dt_s / config.forgetting_s)) / 2);
   step.border_occupancy = config.model == FilterModel::joint ? static_cast<float>(config.border_occupancy) : 0.5f;
-  step.kept_standing = step.kept_moving = step.prior_static = 1;
+  step.kept_standing = step.kept_moving = step.prior_static = step.appearing_static = 1;
   if (step.side == 1) return step;
   set_noise(config, input.dt_s, step.velocities(), step);
   double squares{0};
   for (const Point2 v : input.tables.lattice) squares += v.x * v.x;
-  step.prior_variance = static_cast<float>(squares) * step.prior_moving;
+  step.lattice_squares = static_cast<float>(squares);
   return step;
 }
 
@@ -171,18 +186,36 @@ class Resampler {
 
 }  // namespace
 
-void resample(const Pose2& world_from_vehicle, FrameResult& result) {
-  const GridGeometry& grid{result.vehicle_grid};
-  const GridGeometry& window{result.world.geometry};
-  const Resampler resampler{world_from_vehicle, result};
+namespace {
+
+// Calls work(ix, iy, x, y) for each cell of the vehicle's grid and the place of its centre, in cells of the window.
+template <class Work>
+void for_vehicle_cells(const GridGeometry& window, const Pose2& world_from_vehicle, const GridGeometry& grid,
+                       const Work& work) {
   for (int iy{0}; iy < grid.ny; ++iy) {
     for (int ix{0}; ix < grid.nx; ++ix) {
       const Point2 at{world_from_vehicle * Point2{grid.x_min_m + (ix + 0.5) * grid.cell_size_m,
                                                   grid.y_min_m + (iy + 0.5) * grid.cell_size_m}};
-      resampler.fill(ix, iy, (at.x - window.x_min_m) / window.cell_size_m,
-                     (at.y - window.y_min_m) / window.cell_size_m);
+      work(ix, iy, (at.x - window.x_min_m) / window.cell_size_m, (at.y - window.y_min_m) / window.cell_size_m);
     }
   }
+}
+
+}  // namespace
+
+void resample(const Pose2& world_from_vehicle, FrameResult& result) {
+  const Resampler resampler{world_from_vehicle, result};
+  for_vehicle_cells(result.world.geometry, world_from_vehicle, result.vehicle_grid,
+                    [&](int ix, int iy, double x, double y) { resampler.fill(ix, iy, x, y); });
+}
+
+void resample_occupancy(const GridLayers& world, const Pose2& world_from_vehicle, const GridGeometry& vehicle_grid,
+                        Image<float>& occupancy) {
+  const GridGeometry& window{world.geometry};
+  for_vehicle_cells(window, world_from_vehicle, vehicle_grid, [&](int ix, int iy, double x, double y) {
+    const bool is_inside{x >= 0 && x < window.nx && y >= 0 && y < window.ny};
+    occupancy(ix, iy) = is_inside ? smooth_value(world.occupancy, x - 0.5, y - 0.5) : 0.5f;
+  });
 }
 
 }  // namespace stereogrid

@@ -186,6 +186,7 @@ TEST(Config, AllProblemsAreToldAtOnce) {
   config.u_disparity.false_positive = 0.7;
   config.filter.velocity_max_mps = 60;
   config.filter.velocity_step_mps = 0.5;
+  config.filter.velocity_growth = 0;
   const std::vector<std::string> found{problems(config)};
   EXPECT_EQ(found.size(), 5u);
   EXPECT_TRUE(mentions(found, "grid.length_m is -1"));

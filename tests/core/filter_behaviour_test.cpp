@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "backend/cpu.hpp"
@@ -55,6 +56,16 @@ TEST_P(FilterBehaviour, StaysStandingWhileTheWindowScrolls) {
   // no smear along the way, in front or behind
   EXPECT_LT(mean_over(run.layers.occupancy, x + 4, y, 2, 4), 0.1);
   EXPECT_LT(mean_over(run.layers.occupancy, x - 2, y, 2, 4), 0.1);
+}
+
+// A free world with an object of nx × ny cells whose left edge lies at x (in cells, fractions allowed).
+Image<float> covered(int size, double x, int y, int nx, int ny, float object, float free) {
+  Image<float> observed{size, size, free};
+  for (int ix{0}; ix < size; ++ix) {
+    const double share{std::clamp(std::min(x + nx, ix + 1.0) - std::max(x, ix * 1.0), 0.0, 1.0)};
+    for (int iy{y}; iy < y + ny; ++iy) observed(ix, iy) = static_cast<float>(free + (object - free) * share);
+  }
+  return observed;
 }
 
 struct Direction {
@@ -152,11 +163,35 @@ TEST(FilterHiding, JointMovesWhatIsHidden) {
   EXPECT_LT(mean_over(run.layers.occupancy, 15, 15, 2, 2), 0.3);
 }
 
-// With the default noise: speed and mass after a second behind something.
+// Somebody walks at 1.4 m/s for 1.5 s and is hidden for 1.2 s: P > 0.5 where they are, for at least a second.
+TEST(FilterHiding, AWalkerIsBelievedInForASecond) {
+  Cpu cpu{2};
+  const auto survived_s = [&](FilterModel model) {
+    FilterConfig config;
+    config.model = model;
+    FilterRun run{cpu, config, still_window()};
+    double x{4};
+    const auto walker = [&](float free) { return covered(cells, x, 14, 3, 4, 0.9f, free); };
+    for (int step{0}; step < 15; ++step, x += 0.7) run.step(walker(0.05f));
+    double seconds{0};
+    for (; seconds < 1.2; seconds += 0.1, x += 0.7) {
+      run.step(Image<float>(cells, cells, 0.5f));
+      if (mean_over(run.layers.occupancy, static_cast<int>(std::lround(x)), 14, 3, 4) <= 0.5) break;
+    }
+    return seconds;
+  };
+  EXPECT_GE(survived_s(FilterModel::joint), 1.0);
+  EXPECT_LT(survived_s(FilterModel::tay2008), 0.5);
+}
+
+// With the default noise: speed and mass after a second behind something, of a speed that the lattice has.
 TEST(FilterHiding, JointKeepsTheSpeedOfWhatIsHidden) {
   constexpr int wide{64};
   Cpu cpu{2};
-  FilterRun run{cpu, FilterConfig{}, {0, 0, cell_m, wide, wide}};
+  FilterConfig config;
+  config.velocity_step_mps = 2;
+  config.velocity_growth = 0;
+  FilterRun run{cpu, config, {0, 0, cell_m, wide, wide}};
   for (int step{0}; step < 15; ++step) run.step(scene(wide, 4 + 2 * step, 30, 5, 5, 0.9f, 0.05f));
   EXPECT_NEAR(mean_over(run.layers.velocity_x, 32, 30, 5, 5), 4, 0.2);
   for (int step{0}; step < 10; ++step) run.step(Image<float>(wide, wide, 0.5f));

@@ -15,8 +15,9 @@ namespace stereogrid::test {
 namespace {
 
 // The equations of the method note once more, in double precision and for whole-cell velocities, straight from the
-// text. 3 × 3 velocities: v = (k % 3 − 1, k / 3 − 1) cells a step. Two departures of ours: the prior of a velocity is
-// mostly standstill, and what stands starts ten times less often than what moves changes its velocity.
+// text. 3 × 3 velocities: v = (k % 3 − 1, k / 3 − 1) cells a step. Three departures of ours: the prior of a velocity is
+// mostly standstill, less so where the frame before has seen the place, and what stands starts ten times less often
+// than what moves changes its velocity.
 constexpr int cells{24};
 constexpr int velocities{9};
 constexpr int standstill{4};
@@ -24,6 +25,7 @@ constexpr double eps{0.00999966331328972};  // (1 − exp(−0.1/4.95))/2
 constexpr double mu{0.05};
 constexpr double exponent{0.7};
 constexpr double static_prior{0.6};
+constexpr double appearing_static{0.25};
 constexpr double border{0.2};
 
 struct Cell {
@@ -32,8 +34,8 @@ struct Cell {
 };
 using Cells = std::vector<Cell>;
 
-double prior(std::size_t k) {
-  return k == standstill ? static_prior : (1 - static_prior) / (velocities - 1);
+double prior(std::size_t k, double of_standstill = static_prior) {
+  return k == standstill ? of_standstill : (1 - of_standstill) / (velocities - 1);
 }
 
 // Velocity noise: a Markov chain over the velocities.
@@ -90,7 +92,7 @@ double likelihood(double p) {
 }
 
 // method §2.3
-Cell tay(const Cells& before, int x, int y, double p, Motion& motion) {
+Cell tay(const Cells& before, int x, int y, double p, bool, Motion& motion) {
   Cell after;
   double sum{0};
   double occupied{0};
@@ -114,7 +116,7 @@ Cell tay(const Cells& before, int x, int y, double p, Motion& motion) {
 }
 
 // method §2.6, for cells that have been seen before
-Cell joint(const Cells& before, int x, int y, double p, Motion& motion) {
+Cell joint(const Cells& before, int x, int y, double p, bool just_seen, Motion& motion) {
   Cell after;
   double sum{0};
   for (std::size_t k{0}; k < velocities; ++k) {
@@ -128,7 +130,7 @@ Cell joint(const Cells& before, int x, int y, double p, Motion& motion) {
   const double n{likelihood(p) * predicted + likelihood(1 - p) * (1 - predicted)};
   for (std::size_t k{0}; k < velocities; ++k) {
     double& m{after.of_velocity[k]};
-    m = ((1 - eps) * m + eps * prior(k) * (1 - sum)) * likelihood(p) / n;
+    m = ((1 - eps) * m + eps * prior(k, just_seen ? appearing_static : static_prior) * (1 - sum)) * likelihood(p) / n;
   }
   after.occupied = likelihood(p) * predicted / n;
   motion = motion_of(after.of_velocity);
@@ -173,6 +175,7 @@ TEST_P(FilterEquations, AreThoseOfTheMethodNote) {
   config.velocity_noise = mu;
   config.likelihood_exponent = exponent;
   config.static_prior = static_prior;
+  config.appearing_static = appearing_static;
   config.border_occupancy = border;
   Reference reference;
   FilterRun run{reference, config, {0, 0, 0.2, cells, cells}};
@@ -187,7 +190,8 @@ TEST_P(FilterEquations, AreThoseOfTheMethodNote) {
       for (int x{0}; x < cells; ++x) {
         Motion motion;
         const auto equations = GetParam() == FilterModel::joint ? joint : tay;
-        const Cell cell{equations(before, x, y, static_cast<double>(observed(x, y)), motion)};
+        const bool just_seen{(step - 1) % 3 != 0};
+        const Cell cell{equations(before, x, y, static_cast<double>(observed(x, y)), just_seen, motion)};
         expected[static_cast<std::size_t>(y * cells + x)] = cell;
         ASSERT_NEAR(run.layers.occupancy(x, y), cell.occupied, 1e-5) << "step " << step << ": " << x << " " << y;
         ASSERT_NO_FATAL_FAILURE(expect_motion(run.layers, x, y, motion)) << "step " << step << ": " << x << " " << y;

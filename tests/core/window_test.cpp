@@ -17,6 +17,7 @@ TEST(VelocityLattice, IsASquareWithStandstillInTheMiddle) {
   FilterConfig config;
   config.velocity_max_mps = 4;
   config.velocity_step_mps = 2;
+  config.velocity_growth = 0;
   const std::vector<Point2> lattice{velocity_lattice(config)};
   ASSERT_EQ(lattice.size(), 25u);
   EXPECT_EQ(lattice[12].x, 0);
@@ -33,6 +34,23 @@ TEST(VelocityLattice, IsASquareWithStandstillInTheMiddle) {
   config.velocity_max_mps = 0.6;
   config.velocity_step_mps = 0.2;  // 0.6 / 0.2 is a little less than 3 in floating point
   EXPECT_EQ(velocity_lattice(config).size(), 49u);
+}
+
+TEST(VelocityLattice, GrowsCoarserOutwards) {
+  FilterConfig config;
+  config.velocity_max_mps = 4.2;
+  config.velocity_step_mps = 1;
+  config.velocity_growth = 0.2;
+  const std::vector<Point2> lattice{velocity_lattice(config)};
+  ASSERT_EQ(lattice.size(), 49u);
+  // 1, 1 + 1.2, 1 + 1.2 + 1.4; the next would be 5.2
+  EXPECT_NEAR(lattice[25].x, 1, 1e-9);
+  EXPECT_NEAR(lattice[26].x, 2.2, 1e-9);
+  EXPECT_NEAR(lattice[27].x, 3.6, 1e-9);
+  EXPECT_NEAR(lattice[0].y, -3.6, 1e-9);
+  const FilterTables tables{config};
+  ASSERT_EQ(tables.axis_mps.size(), 7u);
+  EXPECT_FLOAT_EQ(tables.axis_mps[0], -3.6f);
 }
 
 TEST(Window, CoversTheVehicleGridInEveryHeading) {

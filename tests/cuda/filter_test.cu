@@ -21,6 +21,7 @@ FilterConfig config_of(FilterModel model, double velocity_max_mps, double veloci
   config.model = model;
   config.velocity_max_mps = velocity_max_mps;
   config.velocity_step_mps = velocity_step_mps;
+  config.velocity_growth = 0;
   config.static_prior = 0.5;
   return config;
 }
@@ -95,15 +96,16 @@ class Run {
     const int cells{geometry_.nx};
     const std::size_t count{static_cast<std::size_t>(cells * cells)};
     const Image<float> scale{on_host(cuda_, now_on_device_.scale)};
-    const Image<float> born{on_host(cuda_, now_on_device_.born)};
-    const FilterStep step{step_of({config_, tables_, geometry_, 0.1})};
+    const Image<float> born_standing{on_host(cuda_, now_on_device_.born_standing)};
+    const Image<float> born_moving{on_host(cuda_, now_on_device_.born_moving)};
     Image<float> mass{cells, cells};
     double largest{0};
     for (std::size_t k{0}; k < tables_.lattice.size(); ++k) {
       download(cuda_, now_on_device_.mass.data() + k * count, count, mass.data());
       cuda_.synchronize();
+      const Image<float>& born{k == tables_.lattice.size() / 2 ? born_standing : born_moving};
       for (std::size_t i{0}; i < count; ++i) {
-        mass.data()[i] = scale.data()[i] * mass.data()[i] + born.data()[i] * prior_of(step, static_cast<int>(k));
+        mass.data()[i] = scale.data()[i] * mass.data()[i] + born.data()[i];
       }
       largest = std::max(largest, largest_difference(mass, now_.velocity[k]));
     }

@@ -1,0 +1,90 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// When would the car hit something if it went straight on as fast as now? Looks along that path in the predicted grids:
+// at each instant in the one that speaks of it.
+//
+// time_to_collision [SCENE]     SCENE: as in docs/input.md, without "scene:"
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <optional>
+#include <vector>
+
+#include "stereogrid/pipeline.hpp"
+#include "stereogrid/scenes/scene.hpp"
+
+namespace {
+
+using namespace stereogrid;
+
+constexpr double step_s{0.25};
+constexpr double farthest_s{3};
+constexpr double half_width_m{1};
+constexpr double front_m{1};  // of the car, ahead of the camera
+constexpr float occupied_from{0.7f};
+
+std::vector<double> horizons_s() {
+  std::vector<double> all;
+  for (double horizon_s{step_s}; horizon_s <= farthest_s; horizon_s += step_s) all.push_back(horizon_s);
+  return all;
+}
+
+// The largest P(occupied) where the car's front passes between x_from_m and x_to_m.
+float largest_on_path(const GridGeometry& grid, const Image<float>& occupancy, double x_from_m, double x_to_m) {
+  float largest{0};
+  for (int iy{0}; iy < grid.ny; ++iy) {
+    for (int ix{0}; ix < grid.nx; ++ix) {
+      const double x_m{grid.x_min_m + (ix + 0.5) * grid.cell_size_m};
+      const double y_m{grid.y_min_m + (iy + 0.5) * grid.cell_size_m};
+      const bool on_path{x_m >= x_from_m && x_m < x_to_m && std::abs(y_m) < half_width_m};
+      if (on_path) largest = std::max(largest, occupancy(ix, iy));
+    }
+  }
+  return largest;
+}
+
+std::optional<double> time_to_collision_s(const FrameResult& result, double speed_mps) {
+  for (const Prediction& then : result.predictions) {
+    const double front_then_m{front_m + speed_mps * then.horizon_s};
+    const double swept_m{speed_mps * step_s + result.vehicle_grid.cell_size_m};
+    if (largest_on_path(result.vehicle_grid, then.occupancy, front_then_m - swept_m, front_then_m) > occupied_from) {
+      return then.horizon_s;
+    }
+  }
+  return {};
+}
+
+void drive(const FrameSource& source) {
+  Config config;
+  config.grid.length_m = 30;
+  Pipeline pipeline{config, source.rig(), BackEnd::cpu};
+  pipeline.predict_at(horizons_s());
+  std::optional<StereoFrame> before;
+  for (std::size_t i{0}; i < source.size(); ++i) {
+    StereoFrame frame{source.load(i)};
+    const FrameResult& result{pipeline.process(frame)};
+    if (before) {
+      const double dt_s{static_cast<double>(frame.stamp_ns - before->stamp_ns) * 1e-9};
+      const Pose2 moved{inverse(*before->world_from_vehicle) * *frame.world_from_vehicle};
+      const double speed_mps{std::hypot(moved.x_m, moved.y_m) / dt_s};
+      const std::optional<double> time_s{time_to_collision_s(result, speed_mps)};
+      std::printf("%s: %.1f m/s, %s", frame.name.c_str(), speed_mps, time_s ? "something in the way in " : "free\n");
+      if (time_s) std::printf("%.2f s\n", *time_s);
+    }
+    before = std::move(frame);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    drive(scenes::parse_scene(argc > 1 ? argv[1] : "street?frames=20"));
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "time_to_collision: %s\n", error.what());
+    return 65;
+  }
+  return 0;
+}

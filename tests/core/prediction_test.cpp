@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "backend/cpu.hpp"
+#include "filter_run.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/pipeline.hpp"
+#include "support.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+Rig small_rig() {
+  Rig rig;
+  rig.width_px = 96;
+  rig.height_px = 64;
+  rig.focal_px = 80;
+  rig.centre_u_px = 48;
+  rig.centre_v_px = 32;
+  rig.baseline_m = 0.3;
+  return rig;
+}
+
+// A step in which nothing is seen is what Pipeline::predict_at gives: a block at 4 m/s is 2 m further after 0.5 s, one
+// that stands is where it was, both in every model that keeps what is hidden.
+TEST(Prediction, MovesWhatMovesAndLeavesWhatStands) {
+  constexpr int cells{64};
+  constexpr double cell_m{0.2};
+  for (const FilterModel model : {FilterModel::joint, FilterModel::particles}) {
+    Cpu cpu{2};
+    FilterRun run{cpu, method_config(model), {0, 0, cell_m, cells, cells}};
+    for (int step{0}; step < 15; ++step) {
+      Image<float> observed{scene(cells, 4 + 2 * step, 20, 5, 5)};
+      for (int y{45}; y < 50; ++y) std::fill_n(observed.row(y) + 30, 5, 0.98f);
+      run.step(observed);
+    }
+    run.step(Image<float>(cells, cells, 0.5f), 0.5);
+    EXPECT_GT(mean_over(run.layers.occupancy, 32 + 11, 21, 3, 3), model == FilterModel::joint ? 0.7 : 0.3);
+    EXPECT_LT(mean_over(run.layers.occupancy, 32, 20, 5, 5), 0.4);
+    EXPECT_GT(mean_over(run.layers.occupancy, 30, 45, 5, 5), 0.8);
+  }
+}
+
+TEST(Prediction, ComesWithEveryFrame) {
+  Config config;
+  config.grid = {6, 6, 0.2};
+  Pipeline pipeline{config, small_rig(), BackEnd::cpu, 1};
+  Pipeline plain{config, small_rig(), BackEnd::cpu, 1};
+  pipeline.predict_at({0.5, 1e4});
+  std::mt19937 generator{4};
+  for (int frame{0}; frame < 3; ++frame) {
+    StereoFrame pair;
+    pair.name = "f";
+    pair.stamp_ns = frame * 100'000'000;
+    pair.left = pair.right = noise_image(96, 64, generator);
+    const FrameResult& result{pipeline.process(pair)};
+    const FrameResult& without{plain.process(pair)};
+    ASSERT_EQ(result.predictions.size(), 2u);
+    EXPECT_EQ(result.predictions[0].occupancy.width(), result.vehicle_grid.nx);
+    EXPECT_EQ(result.predictions[0].world_occupancy.width(), result.world.geometry.nx);
+    // after a very long time nothing is known
+    for (const float p : result.predictions[1].occupancy) ASSERT_NEAR(p, 0.5, 0.31);
+    // and looking ahead changes nothing
+    EXPECT_TRUE(result.occupancy == without.occupancy);
+    EXPECT_TRUE(without.predictions.empty());
+  }
+}
+
+TEST(Prediction, NeedsHorizonsInTheFuture) {
+  Pipeline pipeline{Config{}, small_rig(), BackEnd::cpu, 1};
+  for (const double horizon_s : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    EXPECT_THROW(pipeline.predict_at({1, horizon_s}), ConfigError) << horizon_s;
+  }
+}
+
+}  // namespace
+}  // namespace stereogrid::test
