@@ -198,6 +198,9 @@ std::vector<std::string> problems(const Config& config) {
   if (paths != 3 && paths != 4 && paths != 8) {
     found.push_back("matching.paths is " + std::to_string(paths) + " and must be 3, 4 or 8.");
   }
+  if (config.u_disparity.bins_per_px == 3) {
+    found.emplace_back("u_disparity.bins_per_px is 3 and must be 1, 2 or 4.");
+  }
   if (config.grid.length_m / config.grid.cell_size_m > 4000 || config.grid.width_m / config.grid.cell_size_m > 4000) {
     found.emplace_back("grid: more than 4000 cells along a side; take larger cells or a smaller grid.");
   }

@@ -8,18 +8,19 @@
 namespace stereogrid {
 namespace {
 
-StageImages stage_images(int width, int height, int disparities) {
+StageImages stage_images(int width, int height, int bins, int bins_per_px) {
   return {Image<float>{width, height},
           Image<float>{width, height},
           Image<float>{width, height},
-          std::vector<int>(static_cast<std::size_t>(disparities)),
-          Image<std::uint16_t>{width, disparities},
-          Image<std::uint16_t>{width, disparities},
-          Image<float>{width, disparities},
-          Image<float>{width, disparities},
-          Image<float>{width, disparities},
-          Image<float>{width, disparities},
-          Image<float>{width, disparities}};
+          std::vector<int>(static_cast<std::size_t>(bins)),
+          Image<std::uint16_t>{width, bins},
+          Image<std::uint16_t>{width, bins},
+          Image<float>{width, bins},
+          Image<float>{width, bins},
+          Image<float>{width, bins},
+          Image<float>{width, bins},
+          Image<float>{width, bins},
+          bins_per_px};
 }
 
 }  // namespace
@@ -38,8 +39,12 @@ FrameResult empty_result(const Config& config, const Rig& rig) {
   result.velocity_xx = result.velocity_xy = result.velocity_yy = result.moving = cells;
   const int window_cells{Window{result.vehicle_grid}.cells()};
   result.world = grid_layers({0, 0, config.grid.cell_size_m, window_cells, window_cells});
-  result.stages = stage_images(rig.width_px, rig.height_px, config.matching.disparities);
+  result.stages = stage_images(rig.width_px, rig.height_px, bins_of(config), config.u_disparity.bins_per_px);
   return result;
+}
+
+int bins_of(const Config& config) {
+  return config.matching.disparities * config.u_disparity.bins_per_px;
 }
 
 double share_matched(const Image<float>& disparity) {

@@ -15,8 +15,8 @@ JourneyMemory::JourneyMemory(const Config& parameters, const Rig& level_rig, con
       matching{rig.width_px, rig.height_px, config.matching, threads},
       ground_samples{rig.width_px, rig.height_px},
       u_disparity_tables{config.u_disparity, rig.height_px, config.matching.window_px},
-      u_disparity{rig.width_px, rig.height_px, config.matching.disparities, threads},
-      projection{rig.width_px, config.matching.disparities},
+      u_disparity{rig.width_px, rig.height_px, bins_of(config), threads},
+      projection{rig.width_px, bins_of(config)},
       window{vehicle_grid},
       filter_tables{config.filter},
       observed_world{window.cells(), window.cells()},
@@ -24,7 +24,7 @@ JourneyMemory::JourneyMemory(const Config& parameters, const Rig& level_rig, con
       filtered_before{filtered},
       cluster_labels{window.cells(), window.cells()},
       tracker{config.tracking} {
-  projection.plan(BinGeometry{rig}, {vehicle_grid}, config.projection.footprint);
+  projection.plan(BinGeometry{rig, config.u_disparity.bins_per_px}, {vehicle_grid}, config.projection.footprint);
 }
 
 }  // namespace stereogrid

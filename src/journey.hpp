@@ -58,6 +58,9 @@ GridGeometry vehicle_grid_of(const GridConfig& config);
 /// A result with all its images allocated.
 FrameResult empty_result(const Config& config, const Rig& rig);
 
+/// Rows of the u-disparity images.
+int bins_of(const Config& config);
+
 /// Share of the pixels that have a disparity.
 double share_matched(const Image<float>& disparity);
 
@@ -253,8 +256,9 @@ class JourneyOn final : public Journey {
   }
 
   void project_to(const GridInVehicle& grid, const FrameResult& result, Image<float>& cells) {
-    project(back_end_, result.stages.occupancy_smooth.view(), BinGeometry{memory_.rig}, grid,
-            memory_.config.projection.footprint, memory_.projection, cells.view());
+    const BinGeometry bins{memory_.rig, memory_.config.u_disparity.bins_per_px};
+    project(back_end_, result.stages.occupancy_smooth.view(), bins, grid, memory_.config.projection.footprint,
+            memory_.projection, cells.view());
     if (memory_.config.projection.calibrate) memory_.calibration.apply(cells.view());
   }
 

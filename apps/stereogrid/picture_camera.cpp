@@ -21,9 +21,9 @@ void blend(cv::Vec3b& pixel, Colour colour) {
 }
 
 /// P of the u-disparity bin that a pixel falls into; 0.5 where it has none.
-float occupancy_at(const Image<float>& occupancy, int u, float disparity) {
-  const int bin{static_cast<int>(std::lround(disparity))};
-  return bin > 0 && bin < occupancy.height() ? occupancy(u, bin) : 0.5F;
+float occupancy_at(const StageImages& stages, int u, float disparity) {
+  const int bin{static_cast<int>(std::lround(disparity * static_cast<float>(stages.bins_per_px)))};
+  return bin > 0 && bin < stages.occupancy.height() ? stages.occupancy(u, bin) : 0.5F;
 }
 
 }  // namespace
@@ -56,9 +56,9 @@ void draw_camera(cv::Mat& canvas, const Box& box, const StereoFrame& frame, cons
       const float obstacle{stages.obstacle_disparity(u, v)};
       const float road{stages.road_disparity(u, v)};
       cv::Vec3b& pixel{colour.at<cv::Vec3b>(v, u)};
-      if (obstacle > 0 && occupancy_at(stages.occupancy, u, obstacle) > upright_above) {
+      if (obstacle > 0 && occupancy_at(stages, u, obstacle) > upright_above) {
         blend(pixel, palette::upright);
-      } else if (road > 0 && occupancy_at(stages.occupancy, u, road) < free_below) {
+      } else if (road > 0 && occupancy_at(stages, u, road) < free_below) {
         blend(pixel, palette::road);
       }
     }

@@ -163,6 +163,7 @@ struct UDisparityConfig {
   int small_count_guard{2};
   bool left_border{true};
   bool confidence_weights{false};
+  int bins_per_px{1};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
@@ -192,6 +193,9 @@ struct UDisparityConfig {
     visit(Parameter{"confidence_weights", "", 0, 1,
                     "Each pixel counts in N_V and N_O by its match's confidence, in sixteenths; the sums are rounded."},
           self.confidence_weights);
+    visit(Parameter{"bins_per_px", "1/px", 1, 4,
+                    "Bins to a pixel of disparity: 1; 2 or 4 weigh a disparity between bins, and take longer."},
+          self.bins_per_px);
   }
 };
 

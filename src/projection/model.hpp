@@ -10,14 +10,16 @@
 namespace stereogrid {
 
 /// The ground seen from the camera: a bin of the u-disparity plane lies at x = f·b/d, y = −(u − u0)·x/f in the vehicle
-/// frame (eq. 3, origin at the left camera).
+/// frame (eq. 3, origin at the left camera), d in bins, `bins_per_px` to a pixel.
 struct BinGeometry {
   double focal_px;
   double centre_u_px;
-  double focal_baseline_pxm;  ///< f·b
+  double focal_baseline_pxm;  ///< f·b, times the bins of a pixel
 
-  STEREOGRID_HD explicit BinGeometry(const Rig& rig)
-      : focal_px{rig.focal_px}, centre_u_px{rig.centre_u_px}, focal_baseline_pxm{rig.focal_px * rig.baseline_m} {}
+  STEREOGRID_HD explicit BinGeometry(const Rig& rig, int bins_per_px = 1)
+      : focal_px{rig.focal_px},
+        centre_u_px{rig.centre_u_px},
+        focal_baseline_pxm{rig.focal_px * rig.baseline_m * bins_per_px} {}
 
   [[nodiscard]] STEREOGRID_HD double nearest_x(int d) const { return focal_baseline_pxm / (d + 0.5); }
   [[nodiscard]] STEREOGRID_HD double farthest_x(int d) const { return d > 0 ? focal_baseline_pxm / (d - 0.5) : 1e30; }

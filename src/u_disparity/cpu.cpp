@@ -33,6 +33,27 @@ void count_block(const Matches& matches, const UDisparityConfig& config, ColumnR
               counts.data());
 }
 
+void count_pixel_bins(Cpu& cpu, const Matches& matches, const UDisparityConfig& config, UDisparitySpace& space,
+                      StageImages& stages) {
+  space.rows.cut(block_columns);
+  const int parts{static_cast<int>(space.counts.size())};
+  cpu.for_parts(static_cast<int>(space.rows.blocks.size()), parts, [&](int part, int begin, int end) {
+    std::vector<std::uint16_t>& counts{space.counts[static_cast<std::size_t>(part)]};
+    for (int b{begin}; b < end; ++b) {
+      count_block(matches, config, space.rows.blocks[static_cast<std::size_t>(b)], counts, space, stages);
+    }
+  });
+}
+
+void count_fine_bins(Cpu& cpu, const Matches& matches, const UDisparityConfig& config, UDisparitySpace& space,
+                     StageImages& stages) {
+  const int parts{static_cast<int>(space.fine_counts.size())};
+  cpu.for_parts(matches.road.width(), parts, [&](int part, int begin, int end) {
+    FineCounts& counts{space.fine_counts[static_cast<std::size_t>(part)]};
+    for (int u{begin}; u < end; ++u) counts.count(matches, space.rows, config, u, stages, space.has_road);
+  });
+}
+
 // Of the three columns around each; bin 0 and the bins behind the last count as empty.
 void sum_road_columns(UDisparitySpace& space, int d) {
   const int width{space.has_road.width()};
@@ -50,12 +71,15 @@ void sum_road_columns(UDisparitySpace& space, int d) {
 void infer_row(const UDisparityTables& tables, const UDisparitySpace& space, int d, StageImages& stages) {
   const UDisparityConfig& config{tables.config};
   const RowRange rows{space.rows.rows[static_cast<std::size_t>(d)]};
-  int first_sighted{config.left_border ? d + tables.half_window : 0};
+  const int per_px{config.bins_per_px};
+  const int road_before{std::max(d - per_px, 0)};
+  const int road_behind{std::min(d + per_px, stages.occupancy.height())};
+  int first_sighted{config.left_border ? (d + per_px - 1) / per_px + tables.half_window : 0};
   if (d == 0) first_sighted = std::numeric_limits<int>::max();
   infer_bins(
-      {stages.visible.row(d), stages.observed.row(d), space.road_columns.row(std::max(d - 1, 0)),
-       space.road_columns.row(d), space.road_columns.row(d + 1), space.rows.shift.data(), rows.first, rows.last,
-       space.rows.height, tables.miss.data(), tables.road_factor.data(), static_cast<float>(config.false_positive),
+      {stages.visible.row(d), stages.observed.row(d), space.road_columns.row(road_before), space.road_columns.row(d),
+       space.road_columns.row(road_behind), space.rows.shift.data(), rows.first, rows.last, space.rows.height,
+       tables.miss.data(), tables.road_factor.data(), static_cast<float>(config.false_positive),
        static_cast<float>(config.false_negative), first_sighted, stages.visibility.row(d),
        stages.obstacle_confidence.row(d), stages.road_confidence.row(d), stages.occupancy.row(d)},
       stages.occupancy.width());
@@ -102,14 +126,8 @@ void count(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& groun
     const RowRange rows{space.rows.rows[static_cast<std::size_t>(d)]};
     stages.possible[static_cast<std::size_t>(d)] = possible_in_column(rows.first, rows.last, 0, space.rows.height);
   }
-  space.rows.cut(block_columns);
-  const int parts{static_cast<int>(space.counts.size())};
-  cpu.for_parts(static_cast<int>(space.rows.blocks.size()), parts, [&](int part, int begin, int end) {
-    std::vector<std::uint16_t>& counts{space.counts[static_cast<std::size_t>(part)]};
-    for (int b{begin}; b < end; ++b) {
-      count_block(matches, tables.config, space.rows.blocks[static_cast<std::size_t>(b)], counts, space, stages);
-    }
-  });
+  const bool is_fine{tables.config.bins_per_px > 1};
+  (is_fine ? count_fine_bins : count_pixel_bins)(cpu, matches, tables.config, space, stages);
   cpu.for_ranges(disparities + 1, bins_grain, [&](int begin, int end) {
     for (int d{begin}; d < end; ++d) sum_road_columns(space, d);
   });

@@ -26,21 +26,21 @@ void find_bins(const std::vector<RowRange>& rows, int margin, std::vector<BinRan
 
 }  // namespace
 
-RowRange rows_between(const Rig& rig, const Ground& ground, double lower_m, double upper_m, int d) {
+RowRange rows_between(const Rig& rig, const Ground& ground, double lower_m, double upper_m, double d) {
   return rows_between(RowsByHeight{rig, ground}, lower_m, upper_m, d);
 }
 
-RowRange possible_rows(const Rig& rig, const Ground& ground, double obstacle_height_m, int d, int image_height) {
+RowRange possible_rows(const Rig& rig, const Ground& ground, double obstacle_height_m, double d, int image_height) {
   const RowRange rows{rows_between(rig, ground, 0, obstacle_height_m, d)};
   return {std::max(rows.first, 0), std::min(rows.last, image_height - 1)};
 }
 
-BinRows::BinRows(int width, int image_height, int disparities)
+BinRows::BinRows(int width, int image_height, int bins)
     : height{image_height},
       margin{largest_shift(width)},
       shift(static_cast<std::size_t>(width)),
-      rows(static_cast<std::size_t>(disparities)),
-      upright_rows(static_cast<std::size_t>(disparities)),
+      rows(static_cast<std::size_t>(bins)),
+      upright_rows(static_cast<std::size_t>(bins)),
       bins_of_row(static_cast<std::size_t>(image_height + 2 * margin)),
       upright_bins_of_row(static_cast<std::size_t>(image_height + 2 * margin)) {
   blocks.reserve(shift.size());
@@ -64,8 +64,9 @@ void BinRows::place(const Rig& rig, const Ground& ground, const UDisparityConfig
   const RowsByHeight by_height{rig, ground};
   for (int d{0}; d < static_cast<int>(rows.size()); ++d) {
     const auto i{static_cast<std::size_t>(d)};
-    rows[i] = rows_between(by_height, 0, config.obstacle_height_m, d);
-    upright_rows[i] = rows_between(by_height, config.obstacle_min_height_m, config.obstacle_height_m, d);
+    const double disparity{static_cast<double>(d) / config.bins_per_px};
+    rows[i] = rows_between(by_height, 0, config.obstacle_height_m, disparity);
+    upright_rows[i] = rows_between(by_height, config.obstacle_min_height_m, config.obstacle_height_m, disparity);
   }
   find_bins(rows, margin, bins_of_row);
   find_bins(upright_rows, margin, upright_bins_of_row);

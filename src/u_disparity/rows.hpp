@@ -12,10 +12,10 @@
 namespace stereogrid {
 
 /// Rows between two heights above the road at disparity d, in the column u0; the image may end before. eq. 9.
-RowRange rows_between(const Rig& rig, const Ground& ground, double lower_m, double upper_m, int d);
+RowRange rows_between(const Rig& rig, const Ground& ground, double lower_m, double upper_m, double d);
 
 /// Those of them, from the road up to `obstacle_height_m`, that are in the image: S_P(d) of eq. 9.
-RowRange possible_rows(const Rig& rig, const Ground& ground, double obstacle_height_m, int d, int image_height);
+RowRange possible_rows(const Rig& rig, const Ground& ground, double obstacle_height_m, double d, int image_height);
 
 /// Columns begin … end − 1.
 struct ColumnRange {
@@ -26,7 +26,7 @@ struct ColumnRange {
 /// Which rows belong to which bins. With roll the road tilts in the image and the rows of a bin with it: in column u
 /// they lie `shift[u]` lower than in the column u0.
 struct BinRows {
-  BinRows(int width, int height, int disparities);
+  BinRows(int width, int height, int bins);
 
   /// For the road of a frame. `shift` stays 0 unless the configuration follows the roll.
   void place(const Rig& rig, const Ground& ground, const UDisparityConfig& config);

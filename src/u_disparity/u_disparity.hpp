@@ -9,6 +9,7 @@
 #include "matching/matching.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/pipeline.hpp"
+#include "u_disparity/fine_counts.hpp"
 #include "u_disparity/rows.hpp"
 
 namespace stereogrid {
@@ -33,17 +34,18 @@ std::vector<float> gaussian_weights(double sigma);
 
 /// What `count` works in.
 struct UDisparitySpace {
-  UDisparitySpace(int width, int height, int disparities, int threads);
+  UDisparitySpace(int width, int height, int bins, int threads);
   BinRows rows;
   std::vector<std::vector<std::uint16_t>> counts;  ///< [thread] of a block of columns, all 0 between frames
+  std::vector<FineCounts> fine_counts;             ///< [thread] with bins finer than a pixel
   Image<std::uint8_t> has_road;                    ///< (D, W) 1: the bin holds a road pixel
   Image<std::uint8_t> road_columns;                ///< (D+1, W) bins with a road pixel among u−1, u, u+1
   Image<float> smooth_once;                        ///< (D, W)
 };
 
 /// Disparity images to occupancy in the u-disparity plane: counts N_P, N_V, N_O (eq. 9–12), probabilities (eq. 4,
-/// 11–15), Gaussian smoothing. N_P in `stages` is that of the column u0; with roll the image ends earlier or later in
-/// others. Fills everything in `stages` but the disparity images.
+/// 11–15), Gaussian smoothing. The rows of `stages` are the bins. N_P in `stages` is that of the column u0; with roll
+/// the image ends earlier or later in others. Fills everything in `stages` but the disparity images.
 void count(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& ground, const UDisparityTables& tables,
            UDisparitySpace& space, StageImages& stages);
 void count(Reference& reference, const Matches& matches, const Rig& rig, const Ground& ground,
