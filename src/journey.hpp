@@ -259,6 +259,9 @@ class JourneyOn final : public Journey {
     const BinGeometry bins{memory_.rig, memory_.config.u_disparity.bins_per_px};
     project(back_end_, result.stages.occupancy_smooth.view(), bins, grid, memory_.config.projection.footprint,
             memory_.projection, cells.view());
+    if (memory_.config.projection.interpolate_far) {
+      interpolate_far(back_end_, result.stages.occupancy_smooth.view(), bins, grid, cells.view());
+    }
     if (memory_.config.projection.calibrate) memory_.calibration.apply(cells.view());
   }
 

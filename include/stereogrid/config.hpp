@@ -207,6 +207,7 @@ constexpr std::array<std::string_view, 2> names_of(Footprint) {
 
 struct ProjectionConfig {
   Footprint footprint{Footprint::overlap};
+  bool interpolate_far{false};
   bool calibrate{true};
 
   template <class Self, class Visitor>
@@ -214,6 +215,9 @@ struct ProjectionConfig {
     visit(Parameter{"footprint", "", 0, 1,
                     "overlap: every bin that touches the cell; centre: bins centred in it, and the one at its centre."},
           self.footprint);
+    visit(Parameter{"interpolate_far", "", 0, 1,
+                    "Cells less deep than a bin take a value between those of the two bins next to their centre."},
+          self.interpolate_far);
     visit(Parameter{"calibrate", "", 0, 1,
                     "Turn the model's probabilities into how often such cells were occupied on drives with lidar."},
           self.calibrate);

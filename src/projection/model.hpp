@@ -107,4 +107,21 @@ STEREOGRID_HD inline float calibrated(const float* table, float probability) {
   return table[k] + (place - static_cast<float>(k)) * (table[k + 1] - table[k]);
 }
 
+/// The two bins next to the centre of a cell that is less deep than a bin, and how far it lies from one to the other.
+struct FarCell {
+  bool is_far;  ///< and both bins are in the plane
+  int nearer_to_zero;
+  float part;
+};
+
+STEREOGRID_HD inline FarCell far_cell(const BinGeometry& bins, const CellCorners& cell, Point2 centre,
+                                      int disparities) {
+  const double near{cell.nearest_x()};
+  if (!(near > 0) || bins.disparity(near) - bins.disparity(cell.farthest_x()) >= 1) return {false, 0, 0};
+  const double d{bins.disparity(centre.x)};
+  if (d < 1 || d >= disparities - 1) return {false, 0, 0};
+  const int below{static_cast<int>(d)};
+  return {true, below, static_cast<float>(d - below)};
+}
+
 }  // namespace stereogrid

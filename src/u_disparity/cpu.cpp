@@ -48,9 +48,14 @@ void count_pixel_bins(Cpu& cpu, const Matches& matches, const UDisparityConfig& 
 void count_fine_bins(Cpu& cpu, const Matches& matches, const UDisparityConfig& config, UDisparitySpace& space,
                      StageImages& stages) {
   const int parts{static_cast<int>(space.fine_counts.size())};
-  cpu.for_parts(matches.road.width(), parts, [&](int part, int begin, int end) {
+  const int width{matches.road.width()};
+  const int blocks{(width + FineCounts::columns - 1) / FineCounts::columns};
+  cpu.for_parts(blocks, parts, [&](int part, int begin, int end) {
     FineCounts& counts{space.fine_counts[static_cast<std::size_t>(part)]};
-    for (int u{begin}; u < end; ++u) counts.count(matches, space.rows, config, u, stages, space.has_road);
+    for (int b{begin}; b < end; ++b) {
+      const ColumnRange columns{b * FineCounts::columns, std::min((b + 1) * FineCounts::columns, width)};
+      counts.count(matches, space.rows, config, columns, stages, space.has_road);
+    }
   });
 }
 
