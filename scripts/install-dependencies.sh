@@ -16,7 +16,7 @@ packages=(
   ffmpeg                                             # --video
   python3 python3-numpy                              # tests that read our files as users do
 )
-[ "${1:-}" = "--ci" ] && packages+=(clang-format clang-tidy)
+[ "${1:-}" = "--ci" ] && packages+=(clang-format clang-tidy nodejs)  # nodejs: the report's script
 
 missing=()
 for package in "${packages[@]}"; do

@@ -5,9 +5,10 @@
 namespace stereogrid::scenes {
 
 const std::vector<Layout>& layouts() {
-  static const std::vector<Layout> all{
-      {"crossing", 40, build_crossing}, {"empty", 20, build_empty}, {"occlusion", 10, build_occlusion},
-      {"street", 60, build_street},     {"van", 30, build_van},     {"wall", 5, build_wall}};
+  static const std::vector<Layout> all{{"boxes", 10, build_boxes},   {"crossing", 40, build_crossing},
+                                       {"empty", 20, build_empty},   {"occlusion", 10, build_occlusion},
+                                       {"street", 60, build_street}, {"van", 30, build_van},
+                                       {"wall", 5, build_wall}};
   return all;
 }
 

@@ -21,6 +21,8 @@ struct Layout {
 /// All of them, in alphabetical order.
 [[nodiscard]] const std::vector<Layout>& layouts();
 
+/// Car still. Boxes 0.1, 0.15, 0.2, 0.3 and 0.5 m high from right to left, 8 and 14 m ahead; a kerb on the right.
+[[nodiscard]] World build_boxes(std::uint64_t seed, double duration_s);
 /// Car still. A walker crosses from right to left, a car behind him from left to right.
 [[nodiscard]] World build_crossing(std::uint64_t seed, double duration_s);
 /// Nothing but the road, at 5 m/s.

@@ -38,6 +38,15 @@ Outcome run_tool(const std::vector<std::string>& words, const std::string& envir
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(folder / "out"), text_of(folder / "err")};
 }
 
+bool has_node() {
+  return std::system("node --version >/dev/null 2>&1") == 0;
+}
+
+bool script_fills(const fs::path& report) {
+  const fs::path check{fs::path{STEREOGRID_SOURCE_DIR} / "tests" / "app" / "report_check.js"};
+  return std::system(("node " + quoted(check.string()) + " " + quoted(report.string())).c_str()) == 0;
+}
+
 Outcome run_well(const std::vector<std::string>& words) {
   Outcome outcome{run_tool(words)};
   EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;

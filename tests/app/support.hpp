@@ -45,6 +45,10 @@ struct Outcome {
 /// "PATH=/x".
 Outcome run_tool(const std::vector<std::string>& words, const std::string& environment = "");
 
+[[nodiscard]] bool has_node();
+/// Runs the script of a report of `evaluate` or `compare` in node; false where it does not fill the page.
+[[nodiscard]] bool script_fills(const std::filesystem::path& report);
+
 /// The same; the test fails where it does not end with 0.
 Outcome run_well(const std::vector<std::string>& words);
 
