@@ -27,18 +27,20 @@ CHANGES = [
     ("sigma_u 0", ["u_disparity.sigma_column=0"]),
     ("sigma_u 1.5 (the paper's)", ["u_disparity.sigma_column=1.5"]),
     ("sigma_d 0", ["u_disparity.sigma_disparity=0"]),
-    ("sigma_d 0.5 (the paper's)", ["u_disparity.sigma_disparity=0.5"]),
+    ("sigma_d 0.3", ["u_disparity.sigma_disparity=0.3"]),
     ("bins of ½ px, sigma_d 0", ["u_disparity.bins_per_px=2", "u_disparity.sigma_disparity=0"]),
     ("bins of ¼ px, sigma_d 0", ["u_disparity.bins_per_px=4", "u_disparity.sigma_disparity=0"]),
+    ("bins of ½ px", ["u_disparity.bins_per_px=2"]),
     ("bins of ¼ px", ["u_disparity.bins_per_px=4"]),
     ("far range interpolated", ["projection.interpolate_far=true"]),
     ("bins of ½ px, sigma_d 0, far range interpolated",
      ["u_disparity.bins_per_px=2", "u_disparity.sigma_disparity=0", "projection.interpolate_far=true"]),
     ("footprint: centre", ["projection.footprint=centre"]),
     ("not calibrated", ["projection.calibrate=false"]),
-    ("matches rejected as before", ["matching.uniqueness=0.02", "matching.left_right_px=1"]),
-    ("nothing rejected but by left-right", ["matching.uniqueness=0", "matching.speckle_px=0", "matching.texture=0"]),
-    ("window 9", ["matching.window_px=9"]),
+    ("matches rejected as in `paper`", ["matching.uniqueness=0.02", "matching.left_right_px=1", "matching.speckle_px=60"]),
+    ("nothing rejected but by left-right", ["matching.speckle_px=0", "matching.texture=0"]),
+    ("window 7", ["matching.window_px=7"]),
+    ("window 11", ["matching.window_px=11"]),
     ("window 13", ["matching.window_px=13"]),
     ("window 21 (the paper's)", ["matching.window_px=21"]),
     ("rows not aligned", ["matching.align_rows=false"]),
@@ -69,13 +71,15 @@ def main():
     parser.add_argument("tool")
     parser.add_argument("drives", nargs="+")
     parser.add_argument("--set", action="append", default=[], dest="settings", metavar="KEY=VALUE")
+    parser.add_argument("--only", nargs="+", metavar="TITLE", help="only changes whose title begins so")
     given = parser.parse_args()
     for drive in given.drives:
         print(f"\n**{pathlib.Path(drive).name}**\n")
         print("| changed | observed: log-loss | AUC | IoU | missed | ECE | hidden | occupancy: log-loss | AUC | IoU | missed |")
         print("|" + "---|" * 11)
-        for number, (title, changes) in enumerate(CHANGES, 1):
-            print(f"\r{number} of {len(CHANGES)}: {title:40}", end="", file=sys.stderr)
+        chosen = [change for change in CHANGES if not given.only or change[0].startswith(tuple(given.only))]
+        for number, (title, changes) in enumerate(chosen, 1):
+            print(f"\r{number} of {len(chosen)}: {title:40}", end="", file=sys.stderr)
             found = scores(given.tool, drive, given.settings + changes)
             print("| " + " | ".join([title, *cells(found["observed"]), *cells(found["occupancy"])[:4]]) + " |", flush=True)
     print(file=sys.stderr)
