@@ -9,18 +9,12 @@ namespace stereogrid {
 namespace {
 
 StageImages stage_images(int width, int height, int bins, int bins_per_px) {
-  return {Image<float>{width, height},
-          Image<float>{width, height},
-          Image<float>{width, height},
-          std::vector<int>(static_cast<std::size_t>(bins)),
-          Image<std::uint16_t>{width, bins},
-          Image<std::uint16_t>{width, bins},
-          Image<float>{width, bins},
-          Image<float>{width, bins},
-          Image<float>{width, bins},
-          Image<float>{width, bins},
-          Image<float>{width, bins},
-          bins_per_px};
+  return {Image<float>{width, height},       Image<float>{width, height},
+          Image<float>{width, height},       std::vector<int>(static_cast<std::size_t>(bins)),
+          Image<std::uint16_t>{width, bins}, Image<std::uint16_t>{width, bins},
+          Image<float>{width, bins},         Image<float>{width, bins},
+          Image<float>{width, bins},         Image<float>{width, bins},
+          Image<float>{width, bins},         bins_per_px};
 }
 
 }  // namespace
