@@ -81,7 +81,7 @@ void drive(const FrameSource& source) {
 
 int main(int argc, char** argv) {
   try {
-    drive(scenes::parse_scene(argc > 1 ? argv[1] : "street?frames=20"));
+    drive(scenes::Scene{scenes::parse_scene(argc > 1 ? argv[1] : "street?frames=20")});
   } catch (const std::exception& error) {
     std::fprintf(stderr, "time_to_collision: %s\n", error.what());
     return 65;

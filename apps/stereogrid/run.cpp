@@ -34,10 +34,11 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t warm_up_frames{30};
 constexpr std::size_t frames_ahead{4};
 
-BackEnd back_end_of(const std::string& device) {
-  if (device == "auto") return BackEnd::automatic;
-  if (device == "cuda") return BackEnd::cuda;
-  return device == "reference" ? BackEnd::reference : BackEnd::cpu;
+BackEnd back_end_of(const RunOptions& options) {
+  // the GPU does not predict
+  if (options.device == "auto") return options.predict_s.empty() ? BackEnd::automatic : BackEnd::cpu;
+  if (options.device == "cuda") return BackEnd::cuda;
+  return options.device == "reference" ? BackEnd::reference : BackEnd::cpu;
 }
 
 std::string_view name_of(BackEnd back_end) {
@@ -47,7 +48,7 @@ std::string_view name_of(BackEnd back_end) {
 
 Pipeline start_pipeline(const RunOptions& options, const Config& config, const Rig& rig) {
   try {
-    Pipeline pipeline{config, rig, back_end_of(options.device), options.threads};
+    Pipeline pipeline{config, rig, back_end_of(options), options.threads};
     pipeline.fetch_stages(options.save_stages || options.pictures || !options.video.empty());
     if (pipeline.back_end() == BackEnd::cuda) spdlog::info("on the GPU");
     if (!pipeline.why_not_cuda().empty()) spdlog::info("on the CPU. No GPU: {}", pipeline.why_not_cuda());
@@ -78,6 +79,7 @@ Json settings_json(const RunOptions& options, const Input& input, const Pipeline
           {"config", Json::parse(io::to_json(pipeline.config()))},
           {"input", describe(input, options.input)},
           {"matcher", input.recording != nullptr && input.recording->gives_disparities() ? "given" : options.matcher},
+          {"predict_s", options.predict_s},
           {"fuse", {{"source", options.fuse}, {"rings", name_of(options.fuse_rings)}}},
           {"device", name_of(pipeline.back_end())},
           {"rig", json_of(pipeline.rig())},

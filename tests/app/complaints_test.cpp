@@ -137,7 +137,7 @@ TEST(ExitCodes, WhatMayWorkLaterIs75) {
   const std::string scene{small_scene("empty", "&frames=1")};
   const Outcome cuda{run_tool({"run", scene, "--out", out, "--device", "cuda"}, no_cuda)};
   EXPECT_EQ(cuda.exit_code, 75);
-  EXPECT_THAT(cuda.errors, testing::AllOf(HasSubstr("--device cuda"), HasSubstr("missing.so could not be loaded")));
+  EXPECT_THAT(cuda.errors, ::testing::AllOf(HasSubstr("--device cuda"), HasSubstr("missing.so could not be loaded")));
   std::ofstream{folder / "a_file"} << "x";
   EXPECT_EQ(run_tool({"run", scene, "--out", (folder / "a_file" / "run").string()}).exit_code, 75);
   const Outcome film{run_tool({"run", scene, "--out", out, "--video", "x.mp4"}, "PATH=/nonexistent")};

@@ -99,6 +99,21 @@ TEST_F(RunFiles, EveryLineHasEveryKey) {
   EXPECT_EQ(text_of(run() / "frames.jsonl").find("null"), std::string::npos);
 }
 
+TEST_F(RunFiles, PredictionsHaveTheirShapes) {
+  const TemporaryFolder elsewhere;
+  const fs::path out{elsewhere.path() / "run"};
+  run_well({"run", small_scene("crossing", "&frames=2"), "--out", out.string(), "--predict", "0.5,2", "--set",
+            "matching.disparities=48"});
+  EXPECT_EQ(json_of(out / "run.json")["predict_s"], Json::parse("[0.5, 2.0]"));
+  const Arrays arrays{io::read_npz(out / "predictions" / "000001.npz")};
+  EXPECT_EQ(names_of(arrays), (std::set<std::string>{"horizon_s", "occupancy", "world_occupancy", "world_origin"}));
+  expect_array(arrays, "horizon_s", io::DType::float64, {2});
+  expect_array(arrays, "occupancy", io::DType::float32, {2, 100, 100});
+  expect_array(arrays, "world_origin", io::DType::float64, {2});
+  EXPECT_EQ(run_tool({"run", small_scene("crossing", "&frames=2"), "--out", out.string(), "--predict", "0"}).exit_code,
+            64);
+}
+
 TEST_F(RunFiles, GridsHaveTheirShapes) {
   const Json json(json_of(run() / "run.json"));
   const auto world{json["world_grid"]["nx"].get<std::size_t>()};
