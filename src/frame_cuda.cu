@@ -192,7 +192,12 @@ StreamTimes::~StreamTimes() {
 }
 
 void StreamTimes::mark(Cuda& cuda, Mark which) {
-  check_cuda(cudaEventRecordWithFlags(events_[which], cuda.stream(), cudaEventRecordExternal), "mark a time");
+  cudaStreamCaptureStatus status{};
+  check_cuda(cudaStreamIsCapturing(cuda.stream(), &status), "mark a time");
+  const bool is_in_graph{status == cudaStreamCaptureStatusActive};
+  check_cuda(is_in_graph ? cudaEventRecordWithFlags(events_[which], cuda.stream(), cudaEventRecordExternal)
+                         : cudaEventRecord(events_[which], cuda.stream()),
+             "mark a time");
 }
 
 void StreamTimes::wait_for(Mark which) {

@@ -102,15 +102,16 @@ struct DeviceMemory {
 /// Marks on the stream, between which time is measured.
 class StreamTimes {
  public:
-  enum Mark { start, uploaded, matched, ground_known, counted, projected, filtered, fetched };
-  static constexpr int marks{8};
+  enum Mark { start, uploaded, matched, ground_known, counted, projected, filtered, fetched, answered };
+  static constexpr int marks{9};
 
   StreamTimes();
   StreamTimes(const StreamTimes&) = delete;
   StreamTimes& operator=(const StreamTimes&) = delete;
   ~StreamTimes();
-  /// Also within a graph.
+  /// Also within a graph, for the times of its launches.
   void mark(Cuda& cuda, Mark which);
+  /// Of the last call of `mark` outside a graph.
   void wait_for(Mark which);
   /// Milliseconds in the last frame; both marks must have been reached.
   [[nodiscard]] double between(Mark from, Mark to) const;

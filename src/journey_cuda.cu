@@ -54,7 +54,7 @@ void JourneyOnCuda::run(const JourneyInput& input, FrameResult& result) {
   if (is_first_) find_first_ground(input, expected);
   match_frame();
   make_grids();
-  times_.wait_for(StreamTimes::ground_known);
+  times_.wait_for(StreamTimes::answered);
   if (!is_first_) {
     scatter_lattice();
     measure_rows(input, expected);
@@ -141,16 +141,20 @@ void JourneyOnCuda::measure_rows(const JourneyInput& input, const Ground& ground
 }
 
 void JourneyOnCuda::match_frame() {
-  Graph& graph{match_graphs_[is_given_ ? 1 : 0]};
-  if (graph.empty()) graph.capture(cuda_, [&] { record_match(); });
-  graph.launch(cuda_);
+  do_or_repeat(match_graphs_[is_given_ ? 1 : 0], [&] { record_match(); });
+  times_.mark(cuda_, StreamTimes::answered);
 }
 
 void JourneyOnCuda::make_grids() {
   if (is_first_) reset(cuda_, device_.filter, &device_.frame.data()->motion, device_.states[1 - now_]);
-  Graph& graph{grid_graphs_[now_]};
-  if (graph.empty()) graph.capture(cuda_, [&] { record_grids(); });
-  graph.launch(cuda_);
+  do_or_repeat(grid_graphs_[now_], [&] { record_grids(); });
+}
+
+// The first time without a graph: what the driver loads at a kernel's first launch does not belong into a recording.
+void JourneyOnCuda::do_or_repeat(Graph& graph, const std::function<void()>& work) {
+  if (!graph.empty()) return graph.launch(cuda_);
+  work();
+  graph.capture(cuda_, work);
 }
 
 void JourneyOnCuda::record_match() {

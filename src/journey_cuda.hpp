@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <vector>
 
 #include "frame_cuda.hpp"
@@ -36,6 +37,7 @@ class JourneyOnCuda final : public Journey {
 
   void match_frame();
   void make_grids();
+  void do_or_repeat(Graph& graph, const std::function<void()>& work);
   void record_match();
   void record_grids();
   void fetch_matches();
