@@ -4,8 +4,6 @@
 
 #include <algorithm>
 
-#include "stereogrid/error.hpp"
-
 namespace stereogrid {
 namespace {
 
@@ -119,9 +117,6 @@ DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, con
       world{window_cells, window_cells},
       vehicle{vehicle_grid.nx, vehicle_grid.ny},
       grids{PackedGrids{vehicle_grid, window_cells}.size()} {
-  if (config.projection.interpolate_far) {
-    throw ConfigError{"projection.interpolate_far is not on this back end. Turn it off, or take --device cpu."};
-  }
   // given disparities come without
   clear(cuda, matches.confidence.data(), matches.confidence.size());
 }

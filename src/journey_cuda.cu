@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
 
 #include "stereogrid/error.hpp"
@@ -14,10 +15,14 @@ namespace {
 /// Frames after which a road that was not found is searched again; as on the CPU.
 constexpr int pause_frames{3};
 
+// A DeviceError each, since `auto` then takes the CPU.
 const Config& checked(const Config& config) {
-  if (config.filter.model == FilterModel::particles) {
-    throw DeviceError{"filter.model: particles are worked out on the CPU only; the GPU has joint and tay2008."};
-  }
+  const auto require = [](bool can, const char* setting) {
+    if (!can) throw DeviceError{std::string{setting} + " can be had on the CPU only."};
+  };
+  require(config.filter.model != FilterModel::particles, "filter.model=particles");
+  require(config.u_disparity.bins_per_px == 1, "u_disparity.bins_per_px above 1");
+  require(!config.projection.interpolate_far, "projection.interpolate_far");
   return config;
 }
 
