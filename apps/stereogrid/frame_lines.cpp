@@ -17,6 +17,10 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
+Json json_of(const Covariance2& covariance) {
+  return {covariance.xx, covariance.xy, covariance.yy};
+}
+
 Json json_of(const Obstacle& obstacle) {
   return {{"id", obstacle.id},
           {"x_m", obstacle.x_m},
@@ -28,7 +32,12 @@ Json json_of(const Obstacle& obstacle) {
           {"yaw_rad", obstacle.yaw_rad},
           {"age_s", obstacle.age_s},
           {"occupancy", obstacle.occupancy},
-          {"confirmed", obstacle.confirmed}};
+          {"confirmed", obstacle.confirmed},
+          {"moving", obstacle.moving},
+          {"coasting", obstacle.coasting},
+          {"unseen_s", obstacle.unseen_s},
+          {"position_covariance", json_of(obstacle.position_covariance)},
+          {"velocity_covariance", json_of(obstacle.velocity_covariance)}};
 }
 
 FrameSummary summary_of(const Json& line) {

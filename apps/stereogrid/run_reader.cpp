@@ -41,9 +41,22 @@ RunFrame frame_of(const Json& line) {
   RunFrame frame{line.at("name").get<std::string>(), line.at("stamp_ns").get<std::int64_t>(), {}};
   for (const Json& o : line.at("obstacles")) {
     const auto number = [&o](const char* key) { return o.at(key).get<double>(); };
-    frame.obstacles.push_back({o.at("id").get<std::int64_t>(), number("x_m"), number("y_m"), number("vx_mps"),
-                               number("vy_mps"), number("length_m"), number("width_m"), number("yaw_rad"),
-                               number("occupancy"), number("age_s"), o.at("confirmed").get<bool>()});
+    frame.obstacles.push_back({o.at("id").get<std::int64_t>(),
+                               number("x_m"),
+                               number("y_m"),
+                               number("vx_mps"),
+                               number("vy_mps"),
+                               number("length_m"),
+                               number("width_m"),
+                               number("yaw_rad"),
+                               number("occupancy"),
+                               number("age_s"),
+                               o.at("confirmed").get<bool>(),
+                               o.value("moving", false),
+                               o.value("coasting", false),
+                               o.value("unseen_s", 0.0),
+                               {},
+                               {}});
   }
   return frame;
 }

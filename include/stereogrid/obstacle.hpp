@@ -6,8 +6,15 @@
 
 namespace stereogrid {
 
-/// A tracked cluster of occupied cells. Positions in the vehicle frame of the same instant; velocities relative to the
-/// ground, in vehicle axes.
+/// Symmetric, 2 × 2.
+struct Covariance2 {
+  double xx{0};
+  double xy{0};
+  double yy{0};
+};
+
+/// A tracked thing: occupied cells that move alike. Positions in the vehicle frame of the same instant; velocities
+/// relative to the ground, in vehicle axes.
 struct Obstacle {
   std::int64_t id{0};  ///< stays with the obstacle for as long as it is tracked; never used again
   double x_m{0};       ///< centre of the occupied cells
@@ -20,6 +27,11 @@ struct Obstacle {
   double occupancy{0};  ///< mean P(occupied) of its cells
   double age_s{0};      ///< since it was first seen
   bool confirmed{false};
+  bool moving{false};               ///< faster than 1 m/s, and than two standard deviations of its speed
+  bool coasting{false};             ///< not seen in this frame: carried on where it was hidden or missed
+  double unseen_s{0};               ///< since it was last seen
+  Covariance2 position_covariance;  ///< m², vehicle axes
+  Covariance2 velocity_covariance;  ///< m²/s², vehicle axes
 };
 
 }  // namespace stereogrid

@@ -16,6 +16,14 @@ constexpr double large_sigma_mps{0.4};
 constexpr double velocity_sigma_mps{2.0};
 constexpr double free_occupancy{0.2};
 constexpr double gone_s{0.25};
+constexpr double surely_moving_mps{1};
+
+Covariance2 turned(const Covariance2& p, double yaw_rad) {
+  const double c{std::cos(yaw_rad)};
+  const double s{std::sin(yaw_rad)};
+  return {c * c * p.xx - 2 * c * s * p.xy + s * s * p.yy, c * s * (p.xx - p.yy) + (c * c - s * s) * p.xy,
+          s * s * p.xx + 2 * c * s * p.xy + c * c * p.yy};
+}
 
 }  // namespace
 
@@ -130,17 +138,19 @@ bool Tracker::is_over(const Track& track, const GridLayers& world) const {
 
 void Tracker::report(const Pose2& world_from_vehicle, std::vector<Obstacle>& obstacles) const {
   const Pose2 vehicle_from_world{inverse(world_from_vehicle)};
-  const double c{std::cos(vehicle_from_world.yaw_rad)};
-  const double s{std::sin(vehicle_from_world.yaw_rad)};
+  const Pose2 turn{0, 0, vehicle_from_world.yaw_rad};
   obstacles.clear();
   for (const Track& track : tracks_) {
     const Point2 at{vehicle_from_world * Point2{track.x.position, track.y.position}};
-    const double vx{track.x.velocity};
-    const double vy{track.y.velocity};
-    obstacles.push_back({track.id, at.x, at.y, c * vx - s * vy, s * vx + c * vy, track.shape.length_m,
-                         track.shape.width_m,
+    const Point2 v{turn * Point2{track.x.velocity, track.y.velocity}};
+    const double speed_mps{std::hypot(v.x, v.y)};
+    const double variance{std::max(track.x.covariance[2], track.y.covariance[2])};
+    obstacles.push_back({track.id, at.x, at.y, v.x, v.y, track.shape.length_m, track.shape.width_m,
                          std::remainder(track.shape.yaw_rad + vehicle_from_world.yaw_rad, 2 * M_PI),
-                         track.shape.occupancy, track.age_s, track.sightings >= config_.confirm_frames});
+                         track.shape.occupancy, track.age_s, track.sightings >= config_.confirm_frames,
+                         speed_mps > surely_moving_mps && speed_mps * speed_mps > 4 * variance, track.unseen_s > 0,
+                         track.unseen_s, turned({track.x.covariance[0], 0, track.y.covariance[0]}, turn.yaw_rad),
+                         turned({track.x.covariance[2], 0, track.y.covariance[2]}, turn.yaw_rad)});
   }
 }
 

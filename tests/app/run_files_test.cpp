@@ -92,8 +92,12 @@ TEST_F(RunFiles, EveryLineHasEveryKey) {
     EXPECT_EQ(keys_of(line["density"]), (std::set<std::string>{"obstacle", "road"}));
     EXPECT_GT(line["density"]["road"], 0.05);
     for (const Json& obstacle : line["obstacles"]) {
-      EXPECT_EQ(keys_of(obstacle), (std::set<std::string>{"id", "x_m", "y_m", "vx_mps", "vy_mps", "length_m", "width_m",
-                                                          "yaw_rad", "occupancy", "age_s", "confirmed"}));
+      EXPECT_EQ(keys_of(obstacle),
+                (std::set<std::string>{"id", "x_m", "y_m", "vx_mps", "vy_mps", "length_m", "width_m", "yaw_rad",
+                                       "occupancy", "age_s", "confirmed", "moving", "coasting", "unseen_s",
+                                       "position_covariance", "velocity_covariance"}));
+      EXPECT_EQ(obstacle["position_covariance"].size(), 3U);
+      EXPECT_GT(obstacle["velocity_covariance"][0].get<double>(), 0);
     }
   }
   EXPECT_EQ(text_of(run() / "frames.jsonl").find("null"), std::string::npos);

@@ -161,6 +161,10 @@ TEST(Tracker, FollowsAMovingBlob) {
   EXPECT_NEAR(last.y_m, 2 - 0.06 * 24, 0.03);
   EXPECT_NEAR(last.vx_mps, 1.4, 0.05);
   EXPECT_NEAR(last.vy_mps, -0.6, 0.05);
+  EXPECT_TRUE(last.moving);
+  EXPECT_FALSE(last.coasting);
+  EXPECT_GT(last.velocity_covariance.xx, 0);
+  EXPECT_LT(last.velocity_covariance.xx, 1);
 }
 
 // The clusters say that they stand, their places that they move: places count.
@@ -204,8 +208,13 @@ TEST(Tracker, CoastsWhileUnseenAndTakesUpAgain) {
   ASSERT_EQ(unseen.size(), 1u);
   EXPECT_NEAR(unseen[0].x_m, 1.4, 0.1);
   EXPECT_TRUE(unseen[0].confirmed);
+  EXPECT_TRUE(unseen[0].coasting);
+  EXPECT_NEAR(unseen[0].unseen_s, 0.5, 1e-9);
   tracker.update(world.layers, {blob_at(1.5, 0, {1, 0})}, 0.1);
-  EXPECT_EQ(report_of(tracker).at(0).id, 1);
+  const Obstacle again{report_of(tracker).at(0)};
+  EXPECT_EQ(again.id, 1);
+  EXPECT_FALSE(again.coasting);
+  EXPECT_LT(again.position_covariance.xx, unseen[0].position_covariance.xx);
 }
 
 TEST(Tracker, GivesUpAfterCoasting) {
@@ -278,6 +287,9 @@ TEST(Tracker, ReportsInTheVehicleFrame) {
   EXPECT_NEAR(seen.length_m, 0.6, 1e-9);
   EXPECT_NEAR(seen.width_m, 0.4, 1e-9);
   EXPECT_NEAR(seen.occupancy, 0.9, 1e-9);
+  const Obstacle in_world{report_of(tracker).at(0)};
+  EXPECT_NEAR(seen.velocity_covariance.xx, in_world.velocity_covariance.yy, 1e-9);
+  EXPECT_NEAR(seen.position_covariance.yy, in_world.position_covariance.xx, 1e-9);
 }
 
 }  // namespace
