@@ -153,9 +153,6 @@ Taps taps(const DeviceBuffer<float>& weights) {
 }
 
 void check_sizes(const UDisparityConfig& config, int height, int disparities) {
-  if (config.bins_per_px != 1) {
-    throw ConfigError{"u_disparity.bins_per_px: finer bins are not on this back end. Take 1, or --device cpu."};
-  }
   if (disparities > bins_max) {
     throw ConfigError{"matching.disparities: on a GPU at most " + std::to_string(bins_max) + ", here " +
                       std::to_string(disparities) + "."};
