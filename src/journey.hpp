@@ -142,8 +142,8 @@ class JourneyOn final : public Journey {
 
     std::swap(m.filtered, m.filtered_before);
     if (m.is_first) reset(m.filtered_before, m.config.filter, window);
-    filter(back_end_, {m.config.filter, m.filter_tables, window, input.dt_s}, m.observed_world.view(), m.filtered_before,
-           m.filtered, result.world);
+    filter(back_end_, {m.config.filter, m.filter_tables, window, input.dt_s}, m.observed_world.view(),
+           m.filtered_before, m.filtered, result.world);
     resample(input.world_from_vehicle, result);
     result.timing_ms.filter = watch.lap();
 
