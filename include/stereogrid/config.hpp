@@ -258,8 +258,8 @@ constexpr std::array<std::string_view, 3> names_of(FilterModel) {
 struct FilterConfig {
   FilterModel model{FilterModel::joint};
   double velocity_max_mps{10};
-  double velocity_step_mps{1.4};
-  double velocity_growth{0.2};
+  double velocity_step_mps{1.25};
+  double velocity_growth{0.0667};
   double forgetting_s{2};
   double velocity_noise{0.01};
   double likelihood_exponent{0.8};

@@ -184,14 +184,11 @@ TEST(FilterHiding, AWalkerIsBelievedInForASecond) {
   EXPECT_LT(survived_s(FilterModel::tay2008), 0.5);
 }
 
-// With the default noise: speed and mass after a second behind something, of a speed that the lattice has.
+// With the default noise: speed and mass after a second behind something.
 TEST(FilterHiding, JointKeepsTheSpeedOfWhatIsHidden) {
   constexpr int wide{64};
   Cpu cpu{2};
-  FilterConfig config;
-  config.velocity_step_mps = 2;
-  config.velocity_growth = 0;
-  FilterRun run{cpu, config, {0, 0, cell_m, wide, wide}};
+  FilterRun run{cpu, FilterConfig{}, {0, 0, cell_m, wide, wide}};
   for (int step{0}; step < 15; ++step) run.step(scene(wide, 4 + 2 * step, 30, 5, 5, 0.9f, 0.05f));
   EXPECT_NEAR(mean_over(run.layers.velocity_x, 32, 30, 5, 5), 4, 0.2);
   for (int step{0}; step < 10; ++step) run.step(Image<float>(wide, wide, 0.5f));
