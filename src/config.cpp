@@ -130,6 +130,7 @@ Config paper() {
   config.filter.velocity_growth = 0;
   config.filter.velocity_noise = 0.05;
   config.filter.static_prior = 0;
+  config.filter.scene_flow = false;
   config.filter.likelihood_exponent = 1;
   return config;
 }

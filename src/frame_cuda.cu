@@ -17,7 +17,7 @@ std::size_t size_of(const GridGeometry& grid) {
 std::size_t pixels_of(const Rig& rig) {
   return static_cast<std::size_t>(rig.width_px) * static_cast<std::size_t>(rig.height_px);
 }
-AlignmentLattice lattice_of(const Rig& rig) {
+MatchLattice lattice_of(const Rig& rig) {
   return {rig.width_px, rig.height_px};
 }
 int lattice_size(const Rig& rig) {
@@ -91,7 +91,9 @@ HostMemory::HostMemory(const Rig& rig, const GridGeometry& vehicle_grid, int win
       right{pixels_of(rig)},
       given{pixels_of(rig)},
       lattice{static_cast<std::size_t>(lattice_size(rig))},
-      grids{PackedGrids{vehicle_grid, window_cells}.size()} {}
+      grids{PackedGrids{vehicle_grid, window_cells}.size()},
+      evidence{static_cast<std::size_t>(window_cells) * static_cast<std::size_t>(window_cells)},
+      evidence_count{1} {}
 
 DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, const GridGeometry& vehicle_grid,
                            int window_cells, const FilterTables& tables)

@@ -60,9 +60,11 @@ struct HostMemory {
   PinnedBuffer<FrameFromDevice> answer;
   PinnedBuffer<std::uint8_t> left;
   PinnedBuffer<std::uint8_t> right;
-  PinnedBuffer<float> given;    ///< disparities
-  PinnedBuffer<float> lattice;  ///< see gather_lattice
-  PinnedBuffer<float> grids;    ///< see PackedGrids
+  PinnedBuffer<float> given;                ///< disparities
+  PinnedBuffer<float> lattice;              ///< see gather_lattice
+  PinnedBuffer<float> grids;                ///< see PackedGrids
+  PinnedBuffer<VelocityEvidence> evidence;  ///< read from here: it is little, and how much changes
+  PinnedBuffer<int> evidence_count;
 };
 
 /// What the stages hand to each other and keep between frames, on the device. Allocated once.

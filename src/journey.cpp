@@ -22,6 +22,8 @@ JourneyMemory::JourneyMemory(const Config& parameters, const Rig& level_rig, con
       observed_world{window.cells(), window.cells()},
       filtered{window.cells(), config.filter},
       filtered_before{filtered},
+      scene_flow{rig},
+      velocity_evidence{window.cells(), filter_tables.axis_mps.back()},
       cluster_labels{window.cells(), window.cells()},
       tracker{config.tracking} {
   projection.plan(BinGeometry{rig, config.u_disparity.bins_per_px}, {vehicle_grid}, config.projection.footprint);

@@ -17,6 +17,8 @@
 #include "matching/matching.hpp"
 #include "projection/calibration.hpp"
 #include "projection/projection.hpp"
+#include "scene_flow/evidence.hpp"
+#include "scene_flow/scene_flow.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "tracking/tracking.hpp"
 #include "u_disparity/u_disparity.hpp"
@@ -100,6 +102,8 @@ struct JourneyMemory {
   FilterState filtered;
   FilterState filtered_before;
   std::unique_ptr<Outlook> outlook;  ///< once somebody wants predictions
+  SceneFlow scene_flow;
+  EvidenceMap velocity_evidence;
   Image<int> cluster_labels;
   std::vector<Cluster> clusters;
   Tracker tracker;
@@ -127,6 +131,9 @@ class JourneyOn final : public Journey {
   void run(const JourneyInput& input, FrameResult& result) override {
     Stopwatch watch;
     JourneyMemory& m{memory_};
+    const bool flows{m.config.filter.scene_flow && input.disparity.empty()};
+    flows ? m.scene_flow.follow(flow_frame(input), for_ranges()) : m.scene_flow.clear();
+    result.timing_ms.flow = watch.lap();
     match_and_estimate_ground(input, result, watch);
     count(back_end_, m.matches, m.rig, m.ground, m.u_disparity_tables, m.u_disparity, result.stages);
     result.timing_ms.count = watch.lap();
@@ -144,13 +151,17 @@ class JourneyOn final : public Journey {
     if (m.is_first) reset(m.filtered_before, m.config.filter, window);
     filter(back_end_, {m.config.filter, m.filter_tables, window, input.dt_s}, m.observed_world.view(),
            m.filtered_before, m.filtered, result.world);
+    weigh_velocities_by_flow(result.world);
     resample(input.world_from_vehicle, result);
     result.timing_ms.filter = watch.lap();
 
     find_clusters(result.world, m.config.tracking, m.cluster_labels, m.clusters);
+    measure_velocities(m.scene_flow.vectors(), result.world.geometry, m.cluster_labels, m.clusters);
     m.tracker.update(result.world, m.clusters, input.dt_s);
     m.tracker.report(input.world_from_vehicle, result.obstacles);
     result.timing_ms.track = watch.lap();
+    if (flows) m.scene_flow.add_points(flow_frame(input), m.matches, for_ranges());
+    result.timing_ms.flow += watch.lap();
     result.obstacle_density = share_matched(result.stages.obstacle_disparity);
     result.road_density = share_matched(result.stages.road_disparity);
     m.is_first = false;
@@ -180,6 +191,30 @@ class JourneyOn final : public Journey {
  private:
   /// Frames after which a road that was not found is searched again.
   static constexpr int pause_frames{3};
+
+  [[nodiscard]] FlowFrame flow_frame(const JourneyInput& input) const {
+    return {input.left, input.right, memory_.alignment.offsets(), input.world_from_vehicle, input.dt_s};
+  }
+
+  /// Calls work(begin, end) on parts of [0, count).
+  auto for_ranges() {
+    return [this](int count, const auto& work) {
+      if constexpr (requires { back_end_.threads(); }) {
+        back_end_.for_ranges(count, 8, work);
+      } else {
+        work(0, count);
+      }
+    };
+  }
+
+  void weigh_velocities_by_flow(GridLayers& world) {
+    JourneyMemory& m{memory_};
+    if (m.config.filter.model != FilterModel::joint) return;
+    const std::vector<VelocityEvidence>& evidence{m.velocity_evidence.gather(m.scene_flow.vectors(), world.geometry)};
+    for_ranges()(static_cast<int>(evidence.size()), [&](int begin, int end) {
+      weigh_velocities({evidence.data() + begin, evidence.data() + end}, m.filter_tables, m.filtered, world);
+    });
+  }
 
   void match_on(const JourneyInput& input, const Ground& ground) {
     JourneyMemory& m{memory_};

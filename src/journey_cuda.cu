@@ -45,6 +45,8 @@ JourneyOnCuda::JourneyOnCuda(const Config& config, const Rig& rig)
       window_{vehicle_grid_of(config.grid)},
       vehicle_grid_{vehicle_grid_of(config.grid)},
       filter_tables_{config.filter},
+      scene_flow_{rig},
+      velocity_evidence_{window_.cells(), filter_tables_.axis_mps.back()},
       tracker_{config.tracking},
       matches_{rig.width_px, rig.height_px},
       ground_samples_{rig.width_px, rig.height_px},
@@ -58,6 +60,7 @@ void JourneyOnCuda::run(const JourneyInput& input, FrameResult& result) {
   expect(expected);
   if (is_first_) find_first_ground(input, expected);
   match_frame();
+  follow_points(input);
   make_grids();
   times_.wait_for(StreamTimes::answered);
   if (!is_first_) {
@@ -145,6 +148,33 @@ void JourneyOnCuda::measure_rows(const JourneyInput& input, const Ground& ground
   alignment_.update(input.left, input.right, matches_, road_plane(rig_, ground));
 }
 
+FlowFrame JourneyOnCuda::flow_frame(const JourneyInput& input) const {
+  return {input.left, input.right, alignment_.offsets(), input.world_from_vehicle, input.dt_s};
+}
+
+namespace {
+
+// On the host there is nobody else.
+constexpr auto for_ranges = [](int count, const auto& work) { work(0, count); };
+
+}  // namespace
+
+// While the device matches.
+void JourneyOnCuda::follow_points(const JourneyInput& input) {
+  Stopwatch watch;
+  *host_.evidence_count.data() = 0;
+  if (flows()) {
+    scene_flow_.follow(flow_frame(input), for_ranges);
+    const std::vector<VelocityEvidence>& evidence{
+        velocity_evidence_.gather(scene_flow_.vectors(), host_.frame.data()->window)};
+    std::copy(evidence.begin(), evidence.end(), host_.evidence.data());
+    *host_.evidence_count.data() = static_cast<int>(evidence.size());
+  } else {
+    scene_flow_.clear();
+  }
+  flow_ms_ = watch.lap();
+}
+
 void JourneyOnCuda::match_frame() {
   do_or_repeat(match_graphs_[is_given_ ? 1 : 0], [&] { record_match(); });
   times_.mark(cuda_, StreamTimes::answered);
@@ -202,6 +232,10 @@ void JourneyOnCuda::record_grids() {
   times_.mark(cuda_, StreamTimes::projected);
   filter(cuda_, device_.filter, &frame->motion, std::as_const(device_.observed_window).view(), device_.states[1 - now_],
          device_.states[now_], device_.world);
+  if (config_.filter.model == FilterModel::joint) {
+    weigh_velocities(cuda_, device_.filter, host_.evidence.data(), host_.evidence_count.data(), device_.states[now_],
+                     device_.world);
+  }
   resample(cuda_, device_.world, &frame->window, &frame->vehicle_in_world, device_.vehicle);
   times_.mark(cuda_, StreamTimes::filtered);
   device_.fetch_grids(cuda_, host_);
@@ -214,14 +248,14 @@ void JourneyOnCuda::fetch_matches() {
   cuda_.synchronize();
 }
 
-// RowAlignment reads no other pixels.
+// RowAlignment and SceneFlow read no other pixels.
 void JourneyOnCuda::scatter_lattice() {
-  const AlignmentLattice lattice{rig_.width_px, rig_.height_px};
+  const MatchLattice lattice{rig_.width_px, rig_.height_px};
   const float* disparity{host_.lattice.data()};
   for (int j{0}; j < lattice.down; ++j) {
     for (int i{0}; i < lattice.across; ++i, ++disparity) {
-      const int u{AlignmentLattice::first_u + i * AlignmentLattice::step_u};
-      const int v{AlignmentLattice::first_v + j * AlignmentLattice::step_v};
+      const int u{MatchLattice::first_u + i * MatchLattice::step_u};
+      const int v{MatchLattice::first_v + j * MatchLattice::step_v};
       matches_.obstacle(u, v) = std::max(*disparity, 0.0f);
       matches_.road(u, v) = std::max(-*disparity, 0.0f);
     }
@@ -242,9 +276,15 @@ void JourneyOnCuda::finish(const JourneyInput& input, FrameResult& result) {
   result.timing_ms.filter += watch.lap();
 
   find_clusters(result.world, config_.tracking, cluster_labels_, clusters_);
+  measure_velocities(scene_flow_.vectors(), result.world.geometry, cluster_labels_, clusters_);
   tracker_.update(result.world, clusters_, input.dt_s);
   tracker_.report(input.world_from_vehicle, result.obstacles);
   result.timing_ms.track = watch.lap();
+  if (flows()) {
+    scatter_lattice();
+    scene_flow_.add_points(flow_frame(input), matches_, for_ranges);
+  }
+  result.timing_ms.flow = flow_ms_ + watch.lap();
   is_first_ = false;
   now_ = 1 - now_;
 }

@@ -33,6 +33,9 @@ class JourneyOnCuda final : public Journey {
   [[nodiscard]] bool is_answered_lost() const;
   bool search_if_lost();
   void measure_rows(const JourneyInput& input, const Ground& ground);
+  [[nodiscard]] bool flows() const { return config_.filter.scene_flow && !is_given_; }
+  [[nodiscard]] FlowFrame flow_frame(const JourneyInput& input) const;
+  void follow_points(const JourneyInput& input);
   void finish(const JourneyInput& input, FrameResult& result);
 
   void match_frame();
@@ -60,6 +63,8 @@ class JourneyOnCuda final : public Journey {
   GridGeometry vehicle_grid_;
   GridGeometry window_before_;
   FilterTables filter_tables_;
+  SceneFlow scene_flow_;
+  EvidenceMap velocity_evidence_;
   Tracker tracker_;
 
   // working memory
@@ -68,6 +73,7 @@ class JourneyOnCuda final : public Journey {
   Image<int> cluster_labels_;
   std::vector<Cluster> clusters_;
   HostMemory host_;
+  double flow_ms_{0};
   DeviceMemory device_;
   int now_{0};  ///< device_.states[now_] is written in this frame
 

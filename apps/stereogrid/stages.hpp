@@ -15,12 +15,13 @@ struct StageField {
 };
 
 /// The names that timings carry in every file.
-constexpr std::array<StageField, 8> stage_fields{{{"odometry", &StageTimes::odometry},
+constexpr std::array<StageField, 9> stage_fields{{{"odometry", &StageTimes::odometry},
                                                   {"match", &StageTimes::match},
                                                   {"ground", &StageTimes::ground},
                                                   {"count", &StageTimes::count},
                                                   {"project", &StageTimes::project},
                                                   {"filter", &StageTimes::filter},
+                                                  {"flow", &StageTimes::flow},
                                                   {"track", &StageTimes::track},
                                                   {"total", &StageTimes::total}}};
 

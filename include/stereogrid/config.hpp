@@ -266,6 +266,7 @@ struct FilterConfig {
   double static_prior{0.85};
   double appearing_static{0.4};
   double border_occupancy{0.2};
+  bool scene_flow{true};
   int particles{100000};
   double velocity_walk_mps{1};
 
@@ -299,6 +300,10 @@ struct FilterConfig {
           self.appearing_static);
     visit(Parameter{"border_occupancy", "", 0.01, 0.9, "Occupancy assumed outside the window (joint)."},
           self.border_occupancy);
+    visit(Parameter{"scene_flow", "", 0, 1,
+                    "Points of obstacles are followed in both images: how they move is told to the filter (joint) and "
+                    "to the obstacles."},
+          self.scene_flow);
     visit(Parameter{"particles", "", 1000, 5000000, "Particles: how many there are at most."}, self.particles);
     visit(Parameter{"velocity_walk_mps", "m/s/√s", 0, 20,
                     "Particles: how much a moving thing's velocity changes within a second (standard deviation)."},

@@ -40,6 +40,7 @@ struct StageTimes {
   double count{0};
   double project{0};
   double filter{0};
+  double flow{0};  ///< points followed in the images
   double track{0};
   double total{0};
 };

@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
 
 #include "alignment/model.hpp"
 #include "ground/model.hpp"
+#include "matching/match_lattice.hpp"
 #include "matching/matches.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/image.hpp"
@@ -39,22 +39,8 @@ struct RowEquations {
   void add(const RowSample& sample, double weight);
 };
 
-/// The pixels of the left image around which patches are taken: (first_u + i·step_u, first_v + j·step_v).
-struct AlignmentLattice {
-  static constexpr int step_u{24};
-  static constexpr int step_v{12};
-  static constexpr int reach_u{8};  ///< a patch reaches so far from its pixel
-  static constexpr int reach_v{4};
-  static constexpr int first_u{reach_u + 1};
-  static constexpr int first_v{reach_v + 1};
-
-  AlignmentLattice(int width, int height)
-      : across{std::max(width - reach_u - first_u + step_u - 1, 0) / step_u},
-        down{std::max(height - reach_v - 1 - first_v + step_v - 1, 0) / step_v} {}
-
-  int across;
-  int down;
-};
+/// Columns of MatchLattice from one patch to the next.
+constexpr int alignment_columns{2};
 
 /// Finds the row offsets of a camera in its own matches, frame after frame. Rectified recordings are seldom aligned to
 /// better than some tenths of a row, and texture that points at the vanishing point turns each into disparity.

@@ -27,8 +27,8 @@ __global__ void gather(View<const float, Device> obstacle, View<const float, Dev
   const int i{static_cast<int>(blockIdx.x * block_width + threadIdx.x)};
   const int j{static_cast<int>(blockIdx.y * block_height + threadIdx.y)};
   if (i >= lattice.width || j >= lattice.height) return;
-  const int u{AlignmentLattice::first_u + i * AlignmentLattice::step_u};
-  const int v{AlignmentLattice::first_v + j * AlignmentLattice::step_v};
+  const int u{MatchLattice::first_u + i * MatchLattice::step_u};
+  const int v{MatchLattice::first_v + j * MatchLattice::step_v};
   const float on_road{road(u, v)};
   lattice(i, j) = on_road > 0 ? -on_road : obstacle(u, v);
 }

@@ -20,7 +20,7 @@ struct RowShift {
 void align_rows(Cuda& cuda, View<const std::uint8_t, Device> right, const RowShift* shift,
                 View<std::uint8_t, Device> aligned);
 
-/// Disparities at the pixels of an AlignmentLattice: of the obstacle, or minus that of the road, or 0.
+/// Disparities at the pixels of a MatchLattice: of the obstacle, or minus that of the road, or 0.
 void gather_lattice(Cuda& cuda, View<const float, Device> obstacle, View<const float, Device> road,
                     View<float, Device> lattice);
 

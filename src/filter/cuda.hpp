@@ -68,6 +68,11 @@ void reset(Cuda& cuda, const FilterOnDevice& filter, const FilterMotion* motion,
 void filter(Cuda& cuda, FilterOnDevice& filter, const FilterMotion* motion, View<const float, Device> observed,
             const FilterStateOnDevice& before, FilterStateOnDevice& after, LayersOnDevice& layers);
 
+/// `weigh_velocities` of filter.hpp, equal to the CPU to the bit; after filter(). `evidence` and `count` are on the
+/// device, or in pinned memory.
+void weigh_velocities(Cuda& cuda, const FilterOnDevice& filter, const VelocityEvidence* evidence, const int* count,
+                      FilterStateOnDevice& state, LayersOnDevice& layers);
+
 /// `resample` of filter.hpp: the window's layers in the cells of the vehicle's grid; equal to the CPU to the bit. The
 /// pointers are on the device: where the window lies, and the vehicle's grid in the world.
 void resample(Cuda& cuda, const LayersOnDevice& world, const GridGeometry* window,

@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
 #include <vector>
 
+#include "filter/evidence.hpp"
 #include "filter/model.hpp"
 #include "filter/particles.hpp"
 #include "stereogrid/config.hpp"
@@ -81,6 +83,11 @@ void filter(Cpu& cpu, const FilterInput& input, View<const float> observed, cons
             FilterState& after, GridLayers& layers);
 void filter(Reference& reference, const FilterInput& input, View<const float> observed, const FilterState& before,
             FilterState& after, GridLayers& layers);
+
+/// Tells a state of FilterModel::joint what has been measured of velocities, and corrects the layers that say how
+/// things move.
+void weigh_velocities(std::span<const VelocityEvidence> evidence, const FilterTables& tables, FilterState& state,
+                      GridLayers& layers);
 
 /// All cells unknown, at the window's place.
 void reset(FilterState& state, const FilterConfig& config, const GridGeometry& geometry);

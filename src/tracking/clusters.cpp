@@ -9,7 +9,7 @@
 namespace stereogrid {
 namespace {
 
-constexpr double velocity_gap_mps{3.0};
+constexpr double velocity_gap_mps{4.0};
 constexpr double moving_mps{0.7};
 
 struct Cell {
@@ -25,21 +25,27 @@ bool is_active(const GridLayers& world, const TrackingConfig& config, int x, int
   return world.occupancy(x, y) >= config.occupancy_min && std::isfinite(world.age_s(x, y));
 }
 
-// Mean velocity of the cells taken so far. A cell is compared with it and not with its neighbour: from a parked car to
-// one that passes close by, velocities change in small steps.
+// What stands and what moves are two things, and so are two that move differently. A cell's velocity is compared with
+// the mean of the cells taken so far and not with its neighbour's: from one thing to another that passes close by,
+// velocities change in small steps.
 class MeanVelocity {
  public:
   void take(const GridLayers& world, Cell cell) {
+    if (count_ == 0) moves_ = moves(world, cell.x, cell.y);
     ++count_;
     mean_.x += (world.velocity_x(cell.x, cell.y) - mean_.x) / count_;
     mean_.y += (world.velocity_y(cell.x, cell.y) - mean_.y) / count_;
   }
   [[nodiscard]] bool is_like(const GridLayers& world, int x, int y) const {
-    return std::hypot(world.velocity_x(x, y) - mean_.x, world.velocity_y(x, y) - mean_.y) < velocity_gap_mps;
+    return moves(world, x, y) == moves_ &&
+           std::hypot(world.velocity_x(x, y) - mean_.x, world.velocity_y(x, y) - mean_.y) < velocity_gap_mps;
   }
 
  private:
+  static bool moves(const GridLayers& world, int x, int y) { return world.moving(x, y) > 0.5f * world.occupancy(x, y); }
+
   int count_{0};
+  bool moves_{false};
   Point2 mean_;
 };
 

@@ -14,6 +14,9 @@ constexpr double standing_mps{0.5};
 constexpr double large_m{1.5};
 constexpr double large_sigma_mps{0.4};
 constexpr double velocity_sigma_mps{2.0};
+/// In association, a difference of 1 m/s counts like so many metres.
+constexpr double velocity_weight_s{0.2};
+constexpr double unknown_velocity_mps{3};
 constexpr double free_occupancy{0.2};
 constexpr double gone_s{0.25};
 constexpr double surely_moving_mps{1};
@@ -77,8 +80,11 @@ void Tracker::associate(const std::vector<Cluster>& clusters) {
   std::vector<Pair> pairs;
   for (std::size_t t{0}; t < tracks_.size(); ++t) {
     for (std::size_t c{0}; c < clusters.size(); ++c) {
-      const double distance{
-          std::hypot(tracks_[t].x.position - clusters[c].centre.x, tracks_[t].y.position - clusters[c].centre.y)};
+      const Point2 away{clusters[c].centre.x - tracks_[t].x.position, clusters[c].centre.y - tracks_[t].y.position};
+      const double faster_mps{
+          std::hypot(clusters[c].velocity.x - tracks_[t].x.velocity, clusters[c].velocity.y - tracks_[t].y.velocity)};
+      const bool is_measured{clusters[c].velocity_sigma_mps > 0};
+      const double distance{std::hypot(away.x, away.y) + (is_measured ? velocity_weight_s * faster_mps : 0)};
       // the visible part of a large thing may change by its size from frame to frame
       const double gate{config_.gate_m + 0.25 * std::max(tracks_[t].shape.length_m, clusters[c].length_m)};
       if (distance <= gate) pairs.push_back({distance, t, c});
@@ -104,7 +110,8 @@ void Tracker::correct(Track& track, const Cluster& cluster) const {
   const double position_sigma{0.15 + 0.05 * cluster.length_m + 0.5 * change};
   const bool is_large{cluster.length_m > large_m};
   const bool stands{std::hypot(cluster.velocity.x, cluster.velocity.y) < standing_mps};
-  const double velocity_sigma{is_large && stands ? large_sigma_mps : velocity_sigma_mps};
+  const double of_cells_mps{is_large && stands ? large_sigma_mps : velocity_sigma_mps};
+  const double velocity_sigma{cluster.velocity_sigma_mps > 0 ? cluster.velocity_sigma_mps : of_cells_mps};
   track.x.update_position(cluster.centre.x, position_sigma * position_sigma);
   track.y.update_position(cluster.centre.y, position_sigma * position_sigma);
   track.x.update_velocity(cluster.velocity.x, velocity_sigma * velocity_sigma);
@@ -116,7 +123,8 @@ void Tracker::correct(Track& track, const Cluster& cluster) const {
 
 void Tracker::begin_track(const Cluster& cluster) {
   const double position_variance{0.3 * 0.3};
-  const double velocity_variance{3.0 * 3.0};
+  const double velocity_sigma{cluster.velocity_sigma_mps > 0 ? cluster.velocity_sigma_mps : unknown_velocity_mps};
+  const double velocity_variance{velocity_sigma * velocity_sigma};
   Track track;
   track.id = next_id_++;
   track.x = {cluster.centre.x, cluster.velocity.x, {position_variance, 0, velocity_variance}};

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "scene_flow/scene_flow.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/grid.hpp"
@@ -16,9 +17,10 @@ namespace stereogrid {
 /// Connected occupied cells that move alike. World axes.
 struct Cluster {
   int cells{0};
-  Point2 centre;        ///< middle of the cells' bounding box along the axes of motion
-  Point2 velocity;      ///< mean over the cells
-  double occupancy{0};  ///< mean over the cells
+  Point2 centre;                 ///< middle of the cells' bounding box along the axes of motion
+  Point2 velocity;               ///< mean over the cells, or of the points followed on it
+  double velocity_sigma_mps{0};  ///< of the points along the less certain axis; 0: there are none
+  double occupancy{0};           ///< mean over the cells
   double length_m{0};
   double width_m{0};
   double yaw_rad{0};
@@ -29,6 +31,10 @@ struct Cluster {
 /// cluster's number + 1 of each cell, 0 = none.
 void find_clusters(const GridLayers& world, const TrackingConfig& config, Image<int>& labels,
                    std::vector<Cluster>& clusters);
+
+/// Gives each cluster the velocity of the points that have been followed on it.
+void measure_velocities(const std::vector<FlowVector>& vectors, const GridGeometry& grid, const Image<int>& labels,
+                        std::vector<Cluster>& clusters);
 
 /// Follows clusters through time: nearest-neighbour association within a gate around each track's prediction, a
 /// constant-velocity Kalman filter for each track, ids that are never used twice. method §3.2, kept simple.

@@ -28,7 +28,7 @@ struct World {
   World() {
     layers.geometry = {-2, -5, 0.2, 60, 50};
     layers.occupancy = Image<float>{60, 50, 0.1f};
-    layers.velocity_x = layers.velocity_y = Image<float>{60, 50};
+    layers.velocity_x = layers.velocity_y = layers.moving = Image<float>{60, 50};
     layers.age_s = Image<float>{60, 50, 0.0f};
   }
 
@@ -39,6 +39,7 @@ struct World {
         layers.occupancy(ix, iy) = occupancy;
         layers.velocity_x(ix, iy) = static_cast<float>(velocity.x);
         layers.velocity_y(ix, iy) = static_cast<float>(velocity.y);
+        layers.moving(ix, iy) = velocity.x != 0 || velocity.y != 0 ? occupancy : 0.0f;
       }
     }
     return *this;

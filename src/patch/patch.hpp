@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "stereogrid/image.hpp"
+
+namespace stereogrid {
+
+/// A point of an image, px.
+struct Place {
+  float u{0};
+  float v{0};
+};
+
+/// A patch reaches from reach_u columns left to reach_u − 1 right of its place: a row is a whole number of vectors of
+/// bytes.
+constexpr int patch_reach_u{8};
+constexpr int patch_reach_v{4};
+constexpr int patch_columns{2 * patch_reach_u};
+constexpr int patch_rows{2 * patch_reach_v + 1};
+constexpr std::size_t patch_pixels{patch_columns * patch_rows};
+
+using Patch = std::array<float, patch_pixels>;
+
+/// A patch of an image, its mean grey level removed, and the normal equations of moving it over another image.
+struct Template {
+  Patch grey;
+  Patch gradient_u;
+  Patch gradient_v;  ///< along the columns of the other image
+  double uu;
+  double uv;
+  double vv;
+  double variance;
+};
+
+/// Cuts a patch out. With `shear`, the displacement's change per row, a column of the patch is slanted in the other
+/// image. False where it is not inside.
+bool cut(View<const std::uint8_t> image, Place place, float shear, Template& patch);
+
+/// Squared gradient along one axis that a move along the other does not explain, grey levels² per pixel.
+double information_u(const Template& patch);
+double information_v(const Template& patch);
+
+/// Where the patch lies in another image (Lucas and Kanade 1981, inverse compositional, Gauss-Newton; by at most 0.7 px
+/// a step). None where it wanders out of the image or does not fit in the end: more than a fifth of its variance is
+/// left.
+std::optional<Place> find(View<const std::uint8_t> image, const Template& patch, float shear, Place start,
+                          int steps = 3);
+
+}  // namespace stereogrid

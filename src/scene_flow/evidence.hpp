@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "filter/evidence.hpp"
+#include "scene_flow/scene_flow.hpp"
+#include "scene_flow/symmetric2.hpp"
+#include "stereogrid/grid.hpp"
+
+namespace stereogrid {
+
+/// What points say of their velocity, spread over the cells around them.
+class EvidenceMap {
+ public:
+  /// `fastest_mps`: of the filter's lattice along an axis; what is faster counts as that fast.
+  EvidenceMap(int cells, double fastest_mps) : sums_{cells, cells}, fastest_mps_{fastest_mps} {}
+
+  /// Evidence for cells of the window, by ascending cell.
+  const std::vector<VelocityEvidence>& gather(const std::vector<FlowVector>& vectors, const GridGeometry& window);
+
+ private:
+  struct Sum {
+    double weight{0};
+    InformationSum velocity;
+  };
+
+  void spread(const FlowVector& vector, const GridGeometry& window);
+  [[nodiscard]] VelocityEvidence evidence_of(int cell, const Sum& sum) const;
+
+  Image<Sum> sums_;
+  double fastest_mps_;
+  std::vector<int> touched_;
+  std::vector<VelocityEvidence> evidence_;
+};
+
+}  // namespace stereogrid

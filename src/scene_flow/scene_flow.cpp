@@ -1,0 +1,246 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "scene_flow/scene_flow.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+namespace stereogrid {
+namespace {
+
+// Of where a patch is found again; neighbouring pixels share much of what moves it.
+constexpr double sigma_disparity_px{0.15};
+constexpr double sigma_column_px{0.2};
+/// A rigid thing's points, seen from a moving car, do not agree better.
+constexpr double velocity_floor_mps{0.5};
+
+/// Squared gradient per pixel below which a patch is not followed. Columns tell the velocity; rows only where to look.
+constexpr double information_u_min{8};
+constexpr double information_v_min{2};
+constexpr double range_max_m{40};
+constexpr double height_max_m{3};
+constexpr double nearest_m{1};
+constexpr float disparity_min_px{1};
+
+constexpr int find_steps{5};
+constexpr double speed_max_mps{45};
+/// New points are searched as far as this speed takes them.
+constexpr double searched_speed_mps{10};
+constexpr int searched_columns_max{80};
+constexpr int searched_rows{4};
+/// A place counts as found if no other one, further away than this, fits nearly as well.
+constexpr int same_place_px{4};
+constexpr double clearly_best{0.8};
+/// Of a row from where the pair's alignment puts it.
+constexpr float row_error_max_px{1};
+
+using Grey = View<const std::uint8_t>;
+
+int rounded(float value) {
+  return static_cast<int>(std::lround(value));
+}
+
+bool holds_patch(const Grey& image, int u, int v) {
+  return u >= patch_reach_u && u + patch_reach_u <= image.width && v >= patch_reach_v &&
+         v + patch_reach_v < image.height;
+}
+
+// Sum of absolute differences of two patches.
+int difference(const Grey& first, int u1, int v1, const Grey& second, int u2, int v2) {
+  int sum{0};
+  for (int j{-patch_reach_v}; j <= patch_reach_v; ++j) {
+    const std::uint8_t* a{first.row(v1 + j) + u1 - patch_reach_u};
+    const std::uint8_t* b{second.row(v2 + j) + u2 - patch_reach_u};
+    for (int i{0}; i < patch_columns; ++i) sum += std::abs(a[i] - b[i]);
+  }
+  return sum;
+}
+
+// Where around `expected` the patch at `from` fits best and clearly better than elsewhere, to two pixels.
+std::optional<Place> searched(const Grey& before, Place from, const Grey& image, Place expected, int columns,
+                              int rows) {
+  const int u0{rounded(from.u)};
+  const int v0{rounded(from.v)};
+  if (!holds_patch(before, u0, v0)) return std::nullopt;
+  int best{std::numeric_limits<int>::max()};
+  int other{best};
+  Place place;
+  int best_u{0};
+  for (int v{rounded(expected.v) - rows}; v <= rounded(expected.v) + rows; v += 2) {
+    for (int u{rounded(expected.u) - columns}; u <= rounded(expected.u) + columns; u += 2) {
+      if (!holds_patch(image, u, v)) continue;
+      const int now{difference(before, u0, v0, image, u, v)};
+      const bool is_elsewhere{std::abs(u - best_u) > same_place_px};
+      if (now < best) {
+        if (is_elsewhere) other = best;
+        best = now;
+        best_u = u;
+        place = {from.u + static_cast<float>(u - u0), from.v + static_cast<float>(v - v0)};
+      } else if (is_elsewhere && now < other) {
+        other = now;
+      }
+    }
+  }
+  if (best > clearly_best * other) return std::nullopt;
+  return place;
+}
+
+}  // namespace
+
+SceneFlow::SceneFlow(const Rig& rig)
+    : rig_{rig},
+      focal_baseline_pxm_{rig.focal_px * rig.baseline_m},
+      lattice_{rig.width_px, rig.height_px},
+      left_before_{rig.width_px, rig.height_px},
+      is_taken_(static_cast<std::size_t>(lattice_.across) * static_cast<std::size_t>(lattice_.down)),
+      candidates_(is_taken_.size()) {}
+
+Point2 SceneFlow::in_vehicle(Place left, double disparity) const {
+  const double x_m{focal_baseline_pxm_ / disparity};
+  return {x_m, -(left.u - rig_.centre_u_px) / rig_.focal_px * x_m};
+}
+
+// A point that has been seen once may have moved far: where it is not, as if it stood, it is searched.
+std::optional<Place> SceneFlow::in_left(const Point& point, const Template& patch, Place expected,
+                                        const FlowFrame& frame) const {
+  const std::optional<Place> found{find(frame.left, patch, 0, expected, find_steps)};
+  if (found || point.sightings > 1) return found;
+  const double px_per_m{point.disparity / rig_.baseline_m};
+  const int columns{std::min(static_cast<int>(searched_speed_mps * frame.dt_s * px_per_m), searched_columns_max)};
+  const std::optional<Place> start{
+      searched(left_before_.view(), point.left, frame.left, expected, columns, searched_rows)};
+  return start ? find(frame.left, patch, 0, *start, find_steps) : std::nullopt;
+}
+
+std::optional<float> SceneFlow::disparity_of(const Point& point, const Template& patch, Place left, float expected,
+                                             const FlowFrame& frame) const {
+  const float u{left.u - expected};
+  const Place start{u, left.v + static_cast<float>(frame.row_offsets.at(u, left.v))};
+  std::optional<Place> right{find(frame.right, patch, 0, start, find_steps)};
+  if (!right && point.sightings == 1) {
+    const double px_per_m{expected * expected / focal_baseline_pxm_};
+    const int columns{std::min(static_cast<int>(searched_speed_mps * frame.dt_s * px_per_m), searched_columns_max)};
+    const std::optional<Place> better{searched(left_before_.view(), point.left, frame.right, start, columns, 0)};
+    if (better) right = find(frame.right, patch, 0, *better, find_steps);
+  }
+  if (!right || std::abs(right->v - start.v) > row_error_max_px) return std::nullopt;
+  return left.u - right->u;
+}
+
+bool SceneFlow::follow(int i, const FlowFrame& frame) {
+  Point& point{points_[static_cast<std::size_t>(i)]};
+  Template patch;
+  if (!cut(left_before_.view(), point.left, 0, patch)) return false;
+  const Point2 last{point.latest[0].place};
+  const Point2 at{inverse(frame.world_from_vehicle) *
+                  Point2{last.x + point.velocity.x * frame.dt_s, last.y + point.velocity.y * frame.dt_s}};
+  if (at.x < nearest_m) return false;
+  const auto disparity = static_cast<float>(focal_baseline_pxm_ / at.x);
+  // at the same height
+  const auto centre_v = static_cast<float>(rig_.centre_v_px);
+  const Place expected{static_cast<float>(rig_.centre_u_px - rig_.focal_px * at.y / at.x),
+                       centre_v + (point.left.v - centre_v) * disparity / point.disparity};
+  const std::optional<Place> left{in_left(point, patch, expected, frame)};
+  if (!left) return false;
+  const std::optional<float> found{disparity_of(point, patch, *left, disparity, frame)};
+  if (!found || *found < disparity_min_px) return false;
+  const Point2 place{frame.world_from_vehicle * in_vehicle(*left, *found)};
+  if (std::hypot(place.x - last.x, place.y - last.y) > speed_max_mps * frame.dt_s) return false;
+  sight(point, *left, *found, place);
+  return true;
+}
+
+// The velocity is the slope of the line through the latest places (least squares).
+void SceneFlow::sight(Point& point, Place left, float disparity, Point2 place) const {
+  point.left = left;
+  point.disparity = disparity;
+  std::rotate(point.latest.begin(), point.latest.end() - 1, point.latest.end());
+  point.latest[0] = {now_s_, place};
+  ++point.sightings;
+  const int count{std::min(point.sightings, remembered)};
+  double mean_s{0};
+  for (int i{0}; i < count; ++i) mean_s += point.latest[static_cast<std::size_t>(i)].time_s / count;
+  point.velocity = {};
+  point.spread_s2 = 0;
+  for (int i{0}; i < count; ++i) {
+    const Sighting& sighting{point.latest[static_cast<std::size_t>(i)]};
+    const double t_s{sighting.time_s - mean_s};
+    point.spread_s2 += t_s * t_s;
+    point.velocity.x += t_s * (sighting.place.x - place.x);
+    point.velocity.y += t_s * (sighting.place.y - place.y);
+  }
+  point.velocity.x /= point.spread_s2;
+  point.velocity.y /= point.spread_s2;
+}
+
+FlowVector SceneFlow::vector_of(const Point& point, const Pose2& world_from_vehicle) const {
+  const double x_m{focal_baseline_pxm_ / point.disparity};
+  const double along_m{sigma_disparity_px * x_m / point.disparity};
+  const double aside_m{sigma_column_px * x_m / rig_.focal_px};
+  const Pose2 turn{0, 0, world_from_vehicle.yaw_rad};
+  const Point2 ray{turn * Point2{1, -(point.left.u - rig_.centre_u_px) / rig_.focal_px}};
+  const Point2 side{turn * Point2{0, 1}};
+  const auto product = [&](double ray_part, double side_part) {
+    return along_m * along_m * ray_part + aside_m * aside_m * side_part;
+  };
+  const Symmetric2 covariance{product(ray.x * ray.x, side.x * side.x), product(ray.x * ray.y, side.x * side.y),
+                              product(ray.y * ray.y, side.y * side.y)};
+  return {point.latest[0].place, covariance, point.velocity,
+          widened(1 / point.spread_s2 * covariance, velocity_floor_mps * velocity_floor_mps)};
+}
+
+void SceneFlow::collect(const FlowFrame& frame) {
+  std::erase_if(points_, [](const Point& point) { return point.is_lost; });
+  vectors_.clear();
+  for (const Point& point : points_) vectors_.push_back(vector_of(point, frame.world_from_vehicle));
+}
+
+void SceneFlow::clear() {
+  points_.clear();
+  vectors_.clear();
+}
+
+void SceneFlow::mark_taken() {
+  std::fill(is_taken_.begin(), is_taken_.end(), std::uint8_t{0});
+  for (const Point& point : points_) {
+    const int i{(rounded(point.left.u) - MatchLattice::first_u + MatchLattice::step_u / 2) / MatchLattice::step_u};
+    const int j{(rounded(point.left.v) - MatchLattice::first_v + MatchLattice::step_v / 2) / MatchLattice::step_v};
+    const int column{std::min(i, lattice_.across - 1)};
+    const int row{std::min(j, lattice_.down - 1)};
+    is_taken_[static_cast<std::size_t>(row * lattice_.across + column)] = 1;
+  }
+}
+
+std::optional<SceneFlow::Point> SceneFlow::candidate(int i, const FlowFrame& frame, const Matches& matches) const {
+  const int u{MatchLattice::first_u + i % lattice_.across * MatchLattice::step_u};
+  const int v{MatchLattice::first_v + i / lattice_.across * MatchLattice::step_v};
+  const float disparity{matches.obstacle(u, v)};
+  if (is_taken_[static_cast<std::size_t>(i)] != 0 || disparity < disparity_min_px) return std::nullopt;
+  const double x_m{focal_baseline_pxm_ / disparity};
+  const double height_m{rig_.camera_height_m + (rig_.centre_v_px - v) / rig_.focal_px * x_m};
+  if (x_m > range_max_m || height_m > height_max_m) return std::nullopt;
+  Point point{{static_cast<float>(u), static_cast<float>(v)}, 0, 1, {}, {}, 0, false};
+  Template patch;
+  if (!cut(frame.left, point.left, 0, patch) || information_u(patch) < information_u_min ||
+      information_v(patch) < information_v_min) {
+    return std::nullopt;
+  }
+  const float right_u{point.left.u - disparity};
+  const Place start{right_u, point.left.v + static_cast<float>(frame.row_offsets.at(right_u, v))};
+  const std::optional<Place> right{find(frame.right, patch, 0, start, find_steps)};
+  if (!right || point.left.u - right->u < disparity_min_px) return std::nullopt;
+  point.disparity = point.left.u - right->u;
+  point.latest[0] = {now_s_, frame.world_from_vehicle * in_vehicle(point.left, point.disparity)};
+  return point;
+}
+
+void SceneFlow::take_candidates(const FlowFrame& frame) {
+  for (const std::optional<Point>& point : candidates_) {
+    if (point) points_.push_back(*point);
+  }
+  for (int v{0}; v < frame.left.height; ++v) std::copy_n(frame.left.row(v), frame.left.width, left_before_.row(v));
+}
+
+}  // namespace stereogrid

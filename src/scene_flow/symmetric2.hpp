@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "stereogrid/frame.hpp"
+
+namespace stereogrid {
+
+/// Symmetric 2 × 2 matrix: a covariance, or its inverse.
+struct Symmetric2 {
+  double xx{0};
+  double xy{0};
+  double yy{0};
+};
+
+/// pᵀ m p
+inline double squared(const Symmetric2& m, Point2 p) {
+  return m.xx * p.x * p.x + 2 * m.xy * p.x * p.y + m.yy * p.y * p.y;
+}
+
+inline Point2 operator*(const Symmetric2& m, Point2 p) {
+  return {m.xx * p.x + m.xy * p.y, m.xy * p.x + m.yy * p.y};
+}
+
+inline Symmetric2 operator*(double factor, const Symmetric2& m) {
+  return {factor * m.xx, factor * m.xy, factor * m.yy};
+}
+
+/// m + variance · identity
+inline Symmetric2 widened(const Symmetric2& m, double variance) {
+  return {m.xx + variance, m.xy, m.yy + variance};
+}
+
+inline Symmetric2 inverted(const Symmetric2& m) {
+  const double determinant{m.xx * m.yy - m.xy * m.xy};
+  return {m.yy / determinant, -m.xy / determinant, m.xx / determinant};
+}
+
+/// A sum of measurements of the same thing, each weighted by its information (the inverse of its covariance).
+struct InformationSum {
+  Symmetric2 information;
+  Point2 weighted;
+  double squares{0};
+
+  void add(const Symmetric2& j, Point2 value) {
+    information.xx += j.xx;
+    information.xy += j.xy;
+    information.yy += j.yy;
+    const Point2 product{j * value};
+    weighted.x += product.x;
+    weighted.y += product.y;
+    squares += squared(j, value);
+  }
+  [[nodiscard]] Point2 mean() const { return inverted(information) * weighted; }
+  /// Summed squared Mahalanobis distances from the mean.
+  [[nodiscard]] double misfit() const {
+    const double left{squares - squared(information, mean())};
+    return left > 0 ? left : 0;
+  }
+};
+
+}  // namespace stereogrid
