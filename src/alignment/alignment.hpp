@@ -39,8 +39,9 @@ struct RowEquations {
   void add(const RowSample& sample, double weight);
 };
 
-/// Columns of MatchLattice from one patch to the next.
-constexpr int alignment_columns{2};
+/// From one patch to the next, in columns and rows of MatchLattice.
+constexpr int alignment_columns{4};
+constexpr int alignment_rows{2};
 
 /// Finds the row offsets of a camera in its own matches, frame after frame. Rectified recordings are seldom aligned to
 /// better than some tenths of a row, and texture that points at the vanishing point turns each into disparity.

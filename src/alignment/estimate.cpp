@@ -89,7 +89,7 @@ void RowAlignment::collect(View<const std::uint8_t> left, View<const std::uint8_
   const auto road_shear = static_cast<float>(plane.per_v);
   Template patch;
   const MatchLattice lattice{left.width, left.height};
-  for (int j{0}; j < lattice.down; ++j) {
+  for (int j{0}; j < lattice.down; j += alignment_rows) {
     for (int i{0}; i < lattice.across; i += alignment_columns) {
       const int u{MatchLattice::first_u + i * MatchLattice::step_u};
       const int v{MatchLattice::first_v + j * MatchLattice::step_v};

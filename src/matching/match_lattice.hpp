@@ -11,8 +11,8 @@ namespace stereogrid {
 /// The pixels of the left image whose disparities the host reads whatever back end found them; patches are cut around
 /// them: (first_u + i·step_u, first_v + j·step_v).
 struct MatchLattice {
-  static constexpr int step_u{12};
-  static constexpr int step_v{12};
+  static constexpr int step_u{6};
+  static constexpr int step_v{6};
   static constexpr int first_u{patch_reach_u + 1};
   static constexpr int first_v{patch_reach_v + 1};
 

@@ -16,6 +16,9 @@ constexpr double sigma_column_px{0.2};
 /// A rigid thing's points, seen from a moving car, do not agree better.
 constexpr double velocity_floor_mps{0.5};
 
+/// A point at most in each block of so many columns and rows.
+constexpr int block_px{12};
+
 /// Squared gradient per pixel below which a patch is not followed. Columns tell the velocity; rows only where to look.
 constexpr double information_u_min{8};
 constexpr double information_v_min{2};
@@ -37,6 +40,11 @@ constexpr double clearly_best{0.8};
 constexpr float row_error_max_px{1};
 
 using Grey = View<const std::uint8_t>;
+
+// The first pixel of a lattice at or after `from`.
+int lattice_pixel(int from, int first, int step) {
+  return from <= first ? first : first + (from - first + step - 1) / step * step;
+}
 
 int rounded(float value) {
   return static_cast<int>(std::lround(value));
@@ -92,9 +100,10 @@ std::optional<Place> searched(const Grey& before, Place from, const Grey& image,
 SceneFlow::SceneFlow(const Rig& rig)
     : rig_{rig},
       focal_baseline_pxm_{rig.focal_px * rig.baseline_m},
-      lattice_{rig.width_px, rig.height_px},
+      blocks_across_{(rig.width_px + block_px - 1) / block_px},
+      blocks_down_{(rig.height_px + block_px - 1) / block_px},
       left_before_{rig.width_px, rig.height_px},
-      is_taken_(static_cast<std::size_t>(lattice_.across) * static_cast<std::size_t>(lattice_.down)),
+      is_taken_(static_cast<std::size_t>(blocks_across_) * static_cast<std::size_t>(blocks_down_)),
       candidates_(is_taken_.size()) {}
 
 Point2 SceneFlow::in_vehicle(Place left, double disparity) const {
@@ -205,34 +214,52 @@ void SceneFlow::clear() {
 void SceneFlow::mark_taken() {
   std::fill(is_taken_.begin(), is_taken_.end(), std::uint8_t{0});
   for (const Point& point : points_) {
-    const int i{(rounded(point.left.u) - MatchLattice::first_u + MatchLattice::step_u / 2) / MatchLattice::step_u};
-    const int j{(rounded(point.left.v) - MatchLattice::first_v + MatchLattice::step_v / 2) / MatchLattice::step_v};
-    const int column{std::min(i, lattice_.across - 1)};
-    const int row{std::min(j, lattice_.down - 1)};
-    is_taken_[static_cast<std::size_t>(row * lattice_.across + column)] = 1;
+    const int column{std::min(rounded(point.left.u) / block_px, blocks_across_ - 1)};
+    const int row{std::min(rounded(point.left.v) / block_px, blocks_down_ - 1)};
+    is_taken_[static_cast<std::size_t>(row * blocks_across_ + column)] = 1;
   }
 }
 
-std::optional<SceneFlow::Point> SceneFlow::candidate(int i, const FlowFrame& frame, const Matches& matches) const {
-  const int u{MatchLattice::first_u + i % lattice_.across * MatchLattice::step_u};
-  const int v{MatchLattice::first_v + i / lattice_.across * MatchLattice::step_v};
-  const float disparity{matches.obstacle(u, v)};
-  if (is_taken_[static_cast<std::size_t>(i)] != 0 || disparity < disparity_min_px) return std::nullopt;
+// The block's point that can be followed best, of those that have matched as obstacles.
+std::optional<SceneFlow::Point> SceneFlow::candidate(int block, const FlowFrame& frame, const Matches& matches) const {
+  if (is_taken_[static_cast<std::size_t>(block)] != 0) return std::nullopt;
+  std::optional<Place> best;
+  Template best_patch;
+  const int first_u{block % blocks_across_ * block_px};
+  const int first_v{block / blocks_across_ * block_px};
+  for (int v{lattice_pixel(first_v, MatchLattice::first_v, MatchLattice::step_v)}; v < first_v + block_px;
+       v += MatchLattice::step_v) {
+    for (int u{lattice_pixel(first_u, MatchLattice::first_u, MatchLattice::step_u)}; u < first_u + block_px;
+         u += MatchLattice::step_u) {
+      if (!holds_patch(frame.left, u, v) || !is_near(v, matches.obstacle(u, v))) continue;
+      Template patch;
+      const Place place{static_cast<float>(u), static_cast<float>(v)};
+      if (!cut(frame.left, place, 0, patch) || information_u(patch) < information_u_min ||
+          information_v(patch) < information_v_min)
+        continue;
+      if (best && information_u(patch) <= information_u(best_patch)) continue;
+      best = place;
+      best_patch = patch;
+    }
+  }
+  return best ? point_at(*best, best_patch, frame, matches) : std::nullopt;
+}
+
+bool SceneFlow::is_near(int v, float disparity) const {
+  if (disparity < disparity_min_px) return false;
   const double x_m{focal_baseline_pxm_ / disparity};
   const double height_m{rig_.camera_height_m + (rig_.centre_v_px - v) / rig_.focal_px * x_m};
-  if (x_m > range_max_m || height_m > height_max_m) return std::nullopt;
-  Point point{{static_cast<float>(u), static_cast<float>(v)}, 0, 1, {}, {}, 0, false};
-  Template patch;
-  if (!cut(frame.left, point.left, 0, patch) || information_u(patch) < information_u_min ||
-      information_v(patch) < information_v_min) {
-    return std::nullopt;
-  }
-  const float right_u{point.left.u - disparity};
-  const Place start{right_u, point.left.v + static_cast<float>(frame.row_offsets.at(right_u, v))};
+  return x_m < range_max_m && height_m < height_max_m;
+}
+
+std::optional<SceneFlow::Point> SceneFlow::point_at(Place left, const Template& patch, const FlowFrame& frame,
+                                                    const Matches& matches) const {
+  const float right_u{left.u - matches.obstacle(rounded(left.u), rounded(left.v))};
+  const Place start{right_u, left.v + static_cast<float>(frame.row_offsets.at(right_u, left.v))};
   const std::optional<Place> right{find(frame.right, patch, 0, start, find_steps)};
-  if (!right || point.left.u - right->u < disparity_min_px) return std::nullopt;
-  point.disparity = point.left.u - right->u;
-  point.latest[0] = {now_s_, frame.world_from_vehicle * in_vehicle(point.left, point.disparity)};
+  if (!right || left.u - right->u < disparity_min_px) return std::nullopt;
+  Point point{left, left.u - right->u, 1, {}, {}, 0, false};
+  point.latest[0] = {now_s_, frame.world_from_vehicle * in_vehicle(left, point.disparity)};
   return point;
 }
 

@@ -60,7 +60,7 @@ class SceneFlow {
   template <class ForRanges>
   void add_points(const FlowFrame& frame, const Matches& matches, const ForRanges& for_ranges) {
     mark_taken();
-    for_ranges(lattice_.across * lattice_.down, [&](int begin, int end) {
+    for_ranges(blocks_across_ * blocks_down_, [&](int begin, int end) {
       for (int i{begin}; i < end; ++i) candidates_[static_cast<std::size_t>(i)] = candidate(i, frame, matches);
     });
     take_candidates(frame);
@@ -98,20 +98,24 @@ class SceneFlow {
                                                   const FlowFrame& frame) const;
   [[nodiscard]] Point2 in_vehicle(Place left, double disparity) const;
   [[nodiscard]] FlowVector vector_of(const Point& point, const Pose2& world_from_vehicle) const;
-  [[nodiscard]] std::optional<Point> candidate(int i, const FlowFrame& frame, const Matches& matches) const;
+  [[nodiscard]] std::optional<Point> candidate(int block, const FlowFrame& frame, const Matches& matches) const;
+  [[nodiscard]] bool is_near(int v, float disparity) const;
+  [[nodiscard]] std::optional<Point> point_at(Place left, const Template& patch, const FlowFrame& frame,
+                                              const Matches& matches) const;
   void collect(const FlowFrame& frame);
   void mark_taken();
   void take_candidates(const FlowFrame& frame);
 
   Rig rig_;
   double focal_baseline_pxm_;
-  MatchLattice lattice_;
+  int blocks_across_;
+  int blocks_down_;
   double now_s_{0};
   Image<std::uint8_t> left_before_;
   std::vector<Point> points_;
   std::vector<FlowVector> vectors_;
-  std::vector<std::uint8_t> is_taken_;            ///< of each lattice pixel: a point is near
-  std::vector<std::optional<Point>> candidates_;  ///< of each lattice pixel
+  std::vector<std::uint8_t> is_taken_;            ///< of each block: a point is in it
+  std::vector<std::optional<Point>> candidates_;  ///< of each block
 };
 
 }  // namespace stereogrid

@@ -15,7 +15,9 @@ constexpr double large_m{1.5};
 constexpr double large_sigma_mps{0.4};
 constexpr double velocity_sigma_mps{2.0};
 /// In association, a difference of 1 m/s counts like so many metres.
-constexpr double velocity_weight_s{0.2};
+constexpr double velocity_weight_s{0.4};
+/// Squared difference of two velocities in variances beyond which it is not the same thing.
+constexpr double another_thing{16};
 constexpr double unknown_velocity_mps{3};
 constexpr double free_occupancy{0.2};
 constexpr double gone_s{0.25};
@@ -71,6 +73,13 @@ void Tracker::update(const GridLayers& world, const std::vector<Cluster>& cluste
   std::erase_if(tracks_, [&](const Track& track) { return is_over(track, world); });
 }
 
+// In its velocity, and surely.
+bool Tracker::differs(const Cluster& cluster, const Track& track, double faster_mps) {
+  const double variance{cluster.velocity_sigma_mps * cluster.velocity_sigma_mps +
+                        std::max(track.x.covariance[2], track.y.covariance[2])};
+  return faster_mps * faster_mps > another_thing * variance;
+}
+
 void Tracker::associate(const std::vector<Cluster>& clusters) {
   struct Pair {
     double distance;
@@ -84,6 +93,7 @@ void Tracker::associate(const std::vector<Cluster>& clusters) {
       const double faster_mps{
           std::hypot(clusters[c].velocity.x - tracks_[t].x.velocity, clusters[c].velocity.y - tracks_[t].y.velocity)};
       const bool is_measured{clusters[c].velocity_sigma_mps > 0};
+      if (is_measured && differs(clusters[c], tracks_[t], faster_mps)) continue;
       const double distance{std::hypot(away.x, away.y) + (is_measured ? velocity_weight_s * faster_mps : 0)};
       // the visible part of a large thing may change by its size from frame to frame
       const double gate{config_.gate_m + 0.25 * std::max(tracks_[t].shape.length_m, clusters[c].length_m)};

@@ -72,6 +72,7 @@ class Tracker {
     double unseen_s{0};
   };
 
+  static bool differs(const Cluster& cluster, const Track& track, double faster_mps);
   void associate(const std::vector<Cluster>& clusters);
   void correct(Track& track, const Cluster& cluster) const;
   void begin_track(const Cluster& cluster);

@@ -1,0 +1,240 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "scene_flow/scene_flow.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "scene_flow/evidence.hpp"
+#include "support.hpp"
+#include "tracking/tracking.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+constexpr double dt_s{0.1};
+
+// A textured wall across the view, at a place of its own in every frame; the vehicle drives along x.
+class Street {
+ public:
+  Street(Point2 wall, Point2 wall_velocity, double vehicle_mps = 0)
+      : wall_{wall}, wall_velocity_{wall_velocity}, vehicle_mps_{vehicle_mps} {}
+
+  // One more frame through scene flow.
+  void step(SceneFlow& flow) {
+    const double t_s{dt_s * frame_};
+    const Point2 wall{wall_.x + (wall_velocity_.x - vehicle_mps_) * t_s, wall_.y + wall_velocity_.y * t_s};
+    const double disparity{rig.focal_px * rig.baseline_m / wall.x};
+    const Image<std::uint8_t> left{view_of(wall, 0)};
+    const Image<std::uint8_t> right{view_of(wall, disparity)};
+    const FlowFrame frame{left.view(), right.view(), {}, {vehicle_mps_ * t_s, 0, 0}, frame_ == 0 ? 0 : dt_s};
+    Matches matches{rig.width_px, rig.height_px};
+    matches.obstacle.fill(static_cast<float>(disparity + 0.2));  // as matching errs
+    const auto here = [](int count, const auto& work) { work(0, count); };
+    flow.follow(frame, here);
+    flow.add_points(frame, matches, here);
+    ++frame_;
+  }
+
+  Rig rig{small_kitti_rig()};
+
+ private:
+  // Metres of the wall are 40 px of its texture, so that it grows as it comes near.
+  [[nodiscard]] Image<std::uint8_t> view_of(Point2 wall, double disparity) const {
+    Image<std::uint8_t> image{rig.width_px, rig.height_px};
+    const double scale{40 * wall.x / rig.focal_px};
+    for (int v{0}; v < rig.height_px; ++v) {
+      for (int u{0}; u < rig.width_px; ++u) {
+        const double across{scale * (u + disparity - rig.centre_u_px) + 40 * wall.y};
+        image(u, v) = static_cast<std::uint8_t>(texture_.at(across, scale * (v - rig.centre_v_px)) + 0.5);
+      }
+    }
+    return image;
+  }
+
+  Texture texture_{7};
+  Point2 wall_;
+  Point2 wall_velocity_;
+  double vehicle_mps_;
+  int frame_{0};
+};
+
+double median(const std::vector<FlowVector>& vectors, double Point2::*axis) {
+  std::vector<double> values;
+  for (const FlowVector& vector : vectors) values.push_back(vector.velocity.*axis);
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+  return values[values.size() / 2];
+}
+
+TEST(SceneFlow, MeasuresVelocities) {
+  for (const Point2 velocity : {Point2{0, 0}, Point2{0, 3}, Point2{0, -6}, Point2{-5, 0}, Point2{4, 1.5}}) {
+    SCOPED_TRACE(testing::Message() << velocity.x << ", " << velocity.y << " m/s");
+    Street street{{9, 0}, velocity};
+    SceneFlow flow{street.rig};
+    for (int i{0}; i < 6; ++i) street.step(flow);
+    ASSERT_GT(flow.vectors().size(), 40u);
+    EXPECT_NEAR(median(flow.vectors(), &Point2::x), velocity.x, 0.3);
+    EXPECT_NEAR(median(flow.vectors(), &Point2::y), velocity.y, 0.15);
+  }
+}
+
+TEST(SceneFlow, WhatStandsStandsForADrivingCamera) {
+  Street street{{12, 0}, {0, 0}, 8};
+  SceneFlow flow{street.rig};
+  for (int i{0}; i < 6; ++i) street.step(flow);
+  ASSERT_GT(flow.vectors().size(), 40u);
+  EXPECT_NEAR(median(flow.vectors(), &Point2::x), 0, 0.3);
+  EXPECT_NEAR(median(flow.vectors(), &Point2::y), 0, 0.15);
+}
+
+TEST(SceneFlow, IsLessSureAlongTheRayAndAtFirst) {
+  Street street{{12, 0}, {0, 0}};
+  SceneFlow flow{street.rig};
+  street.step(flow);
+  EXPECT_TRUE(flow.vectors().empty()) << "a point that has been seen once says nothing";
+  street.step(flow);
+  ASSERT_FALSE(flow.vectors().empty());
+  const auto spread = [&] {
+    const FlowVector& vector{*std::min_element(
+        flow.vectors().begin(), flow.vectors().end(),
+        [](const FlowVector& a, const FlowVector& b) { return std::abs(a.place.y) < std::abs(b.place.y); })};
+    EXPECT_GT(vector.place_covariance.xx, 10 * vector.place_covariance.yy);
+    EXPECT_NEAR(vector.place.x, 12, 0.5);
+    return vector.velocity_covariance.xx;
+  };
+  const double at_first{spread()};
+  for (int i{0}; i < 5; ++i) street.step(flow);
+  EXPECT_LT(spread(), at_first / 4);
+}
+
+TEST(SceneFlow, LosesWhatIsNoLongerThereAndForgetsWhenTold) {
+  Street street{{9, 0}, {0, 0}};
+  SceneFlow flow{street.rig};
+  for (int i{0}; i < 3; ++i) street.step(flow);
+  ASSERT_FALSE(flow.vectors().empty());
+  const Image<std::uint8_t> grey{street.rig.width_px, street.rig.height_px, std::uint8_t{90}};
+  const auto here = [](int count, const auto& work) { work(0, count); };
+  flow.follow({grey.view(), grey.view(), {}, {}, dt_s}, here);
+  EXPECT_TRUE(flow.vectors().empty());
+
+  for (int i{0}; i < 3; ++i) street.step(flow);
+  ASSERT_FALSE(flow.vectors().empty());
+  flow.clear();
+  EXPECT_TRUE(flow.vectors().empty());
+}
+
+FlowVector vector_at(Point2 place, Point2 velocity, double sigma_mps = 0.5) {
+  const double variance{sigma_mps * sigma_mps};
+  return {place, {0.01, 0, 0.01}, velocity, {variance, 0, variance}};
+}
+
+constexpr GridGeometry window{-4, -4, 0.2, 40, 40};
+
+TEST(EvidenceMap, CoversTheCellsAroundAPoint) {
+  EvidenceMap map{40, 8};
+  const std::vector<VelocityEvidence> evidence{map.gather({vector_at({0.1, 0.1}, {2, -1})}, window)};
+  ASSERT_GT(evidence.size(), 9u);
+  EXPECT_TRUE(std::is_sorted(evidence.begin(), evidence.end(),
+                             [](const VelocityEvidence& a, const VelocityEvidence& b) { return a.cell < b.cell; }));
+  float most{0};
+  int surest{-1};
+  for (const VelocityEvidence& one : evidence) {
+    EXPECT_NEAR(one.x, 2, 1e-5);
+    EXPECT_NEAR(one.y, -1, 1e-5);
+    if (one.xx > most) surest = one.cell;
+    most = std::max(most, one.xx);
+    const double away_m{std::hypot(one.cell % 40 - 20, one.cell / 40 - 20) * 0.2};
+    EXPECT_LT(away_m, 0.8);
+  }
+  EXPECT_EQ(surest, 20 * 40 + 20) << "the point's own cell";
+  EXPECT_TRUE(map.gather({}, window).empty()) << "nothing is left of the frame before";
+}
+
+TEST(EvidenceMap, PointsThatContradictEachOtherSayLittle) {
+  EvidenceMap map{40, 8};
+  const auto information_at_middle = [&](Point2 second) {
+    for (const VelocityEvidence& one :
+         map.gather({vector_at({0.1, 0.1}, {2, 0}), vector_at({0.1, 0.1}, second)}, window)) {
+      if (one.cell == 20 * 40 + 20) return one.xx;
+    }
+    return -1.0f;
+  };
+  const float agreeing{information_at_middle({2, 0})};
+  EXPECT_GT(agreeing, 0);
+  EXPECT_LT(information_at_middle({-4, 0}), agreeing / 5);
+}
+
+TEST(EvidenceMap, IsNotFasterThanTheLatticeAndStaysInTheWindow) {
+  EvidenceMap map{40, 8};
+  for (const VelocityEvidence& one :
+       map.gather({vector_at({3.9, 3.9}, {13, -20}), vector_at({50, 0}, {1, 1})}, window)) {
+    EXPECT_EQ(one.x, 8);
+    EXPECT_EQ(one.y, -8);
+    EXPECT_LT(one.cell, 1600);
+  }
+}
+
+// Two clusters, side by side: cells 10 … 13 and 20 … 23 of row 20.
+struct TwoClusters {
+  TwoClusters() : labels{40, 40}, clusters(2) {
+    for (int x{10}; x < 14; ++x) labels(x, 20) = 1;
+    for (int x{20}; x < 24; ++x) labels(x, 20) = 2;
+    clusters[0].velocity = clusters[1].velocity = {0.5, 0};
+  }
+
+  static Point2 place(int x) { return {window.x_min_m + (x + 0.5) * 0.2, window.y_min_m + 20.5 * 0.2}; }
+
+  Image<int> labels;
+  std::vector<Cluster> clusters;
+};
+
+TEST(ClusterVelocities, AreThoseOfTheirPoints) {
+  TwoClusters world;
+  measure_velocities({vector_at(TwoClusters::place(10), {6, 1}), vector_at(TwoClusters::place(11), {6.2, 1}),
+                      vector_at(TwoClusters::place(13), {6.1, 1}), vector_at(TwoClusters::place(12), {-8, 3}),
+                      vector_at(TwoClusters::place(19), {-2, 0}), vector_at(TwoClusters::place(25), {-2, 0})},
+                     window, world.labels, world.clusters);
+  EXPECT_NEAR(world.clusters[0].velocity.x, 6.1, 0.01) << "without the one that does not fit";
+  EXPECT_NEAR(world.clusters[0].velocity.y, 1, 0.01);
+  EXPECT_NEAR(world.clusters[0].velocity_sigma_mps, std::sqrt(0.25 / 3 + 0.09), 1e-6);
+  EXPECT_NEAR(world.clusters[1].velocity.x, -2, 0.01) << "points beside their cluster";
+}
+
+TEST(ClusterVelocities, NeedTwoPointsThatAgree) {
+  TwoClusters world;
+  measure_velocities({vector_at(TwoClusters::place(10), {6, 1}), vector_at(TwoClusters::place(30), {3, 3})}, window,
+                     world.labels, world.clusters);
+  for (const Cluster& cluster : world.clusters) {
+    EXPECT_EQ(cluster.velocity.x, 0.5);
+    EXPECT_EQ(cluster.velocity_sigma_mps, 0);
+  }
+}
+
+TEST(ClusterVelocities, OfPointsReachATrackAtOnce) {
+  TrackingConfig config;
+  config.confirm_frames = 1;
+  GridLayers world;
+  world.geometry = window;
+  world.occupancy = world.age_s = Image<float>{40, 40};
+  const auto speed_after_two = [&](double sigma_mps) {
+    Tracker tracker{config};
+    Cluster cluster;
+    cluster.cells = 4;
+    cluster.centre = {0, 0};
+    cluster.length_m = cluster.width_m = 0.5;
+    tracker.update(world, {cluster}, 0.1);
+    cluster.velocity = {3, 0};
+    cluster.velocity_sigma_mps = sigma_mps;
+    tracker.update(world, {cluster}, 0.1);
+    std::vector<Obstacle> obstacles;
+    tracker.report({}, obstacles);
+    return obstacles.at(0).vx_mps;
+  };
+  EXPECT_GT(speed_after_two(0.4), 2.2);
+  EXPECT_LT(speed_after_two(0), 2) << "of cells, at the same place";
+}
+
+}  // namespace
+}  // namespace stereogrid::test

@@ -1,0 +1,96 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "backend/cpu.hpp"
+#include "filter_run.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+constexpr int cells{20};
+constexpr GridGeometry geometry{0, 0, 0.2, cells, cells};
+
+double mass_of(const FilterState& state, int x, int y) {
+  double sum{0};
+  for (const Image<float>& velocity : state.velocity) sum += velocity(x, y);
+  return sum;
+}
+
+// A thing that has just been seen at (8, 8), 4 × 4 cells.
+struct Seen {
+  Seen() : run{cpu, method_config(FilterModel::joint), geometry} {
+    for (int i{0}; i < 3; ++i) run.step(scene(cells, 8, 8, 4, 4));
+  }
+
+  Cpu cpu{1};
+  FilterRun<Cpu> run;
+};
+
+TEST(VelocityEvidence, IsBayesRuleOverTheLattice) {
+  Seen seen;
+  FilterRun<Cpu>& run{seen.run};
+  const VelocityEvidence evidence{9 * cells + 10, 2, 0, 1.5f, 0.2f, 0.8f};
+  const FilterState before{run.now};
+  weigh_velocities({&evidence, 1}, run.tables, run.now, run.layers);
+
+  double all{0};
+  for (std::size_t k{0}; k < before.velocity.size(); ++k) {
+    const Point2 v{run.tables.lattice[k]};
+    all += before.velocity[k](10, 9) * likelihood_of(evidence, static_cast<float>(v.x), static_cast<float>(v.y));
+  }
+  const double total{mass_of(before, 10, 9)};
+  double mean_x{0};
+  for (std::size_t k{0}; k < before.velocity.size(); ++k) {
+    const Point2 v{run.tables.lattice[k]};
+    const double share{before.velocity[k](10, 9) *
+                       likelihood_of(evidence, static_cast<float>(v.x), static_cast<float>(v.y)) / all};
+    EXPECT_NEAR(run.now.velocity[k](10, 9), total * share, 1e-6) << k;
+    mean_x += share * v.x;
+  }
+  EXPECT_NEAR(run.layers.velocity_x(10, 9), mean_x, 1e-4);
+  EXPECT_NEAR(run.layers.moving(10, 9), run.layers.occupancy(10, 9) - run.now.velocity[12](10, 9), 1e-6);
+}
+
+TEST(VelocityEvidence, LeavesWhetherACellIsOccupiedAndOtherCellsAlone) {
+  Seen seen;
+  FilterRun<Cpu>& run{seen.run};
+  const VelocityEvidence evidence{9 * cells + 10, 2, 0, 4, 0, 4};
+  const GridLayers layers{run.layers};
+  const FilterState before{run.now};
+  weigh_velocities({&evidence, 1}, run.tables, run.now, run.layers);
+  EXPECT_EQ(run.layers.occupancy, layers.occupancy);
+  EXPECT_NEAR(mass_of(run.now, 10, 9), mass_of(before, 10, 9), 1e-5);
+  EXPECT_GT(run.layers.velocity_x(10, 9), layers.velocity_x(10, 9) + 0.8);
+  EXPECT_EQ(run.layers.velocity_x(11, 9), layers.velocity_x(11, 9));
+  for (std::size_t k{0}; k < before.velocity.size(); ++k) {
+    EXPECT_EQ(run.now.velocity[k](11, 9), before.velocity[k](11, 9));
+  }
+}
+
+TEST(VelocityEvidence, OfSomethingElseChangesLittle) {
+  Seen seen;
+  FilterRun<Cpu>& run{seen.run};
+  const VelocityEvidence evidence{9 * cells + 10, 60, -70, 4, 0, 4};
+  const float before{run.layers.velocity_x(10, 9)};
+  weigh_velocities({&evidence, 1}, run.tables, run.now, run.layers);
+  EXPECT_NEAR(run.layers.velocity_x(10, 9), before, 0.05);
+}
+
+TEST(VelocityEvidence, MovesAThingOnWithTheNextStep) {
+  Seen seen;
+  FilterRun<Cpu>& run{seen.run};
+  std::vector<VelocityEvidence> evidence;
+  for (int y{8}; y < 12; ++y) {
+    for (int x{8}; x < 12; ++x) evidence.push_back({y * cells + x, 2, 0, 8, 0, 8});
+  }
+  for (int i{0}; i < 3; ++i) weigh_velocities(evidence, run.tables, run.now, run.layers);
+  run.step(Image<float>{cells, cells, 0.5f});
+  EXPECT_GT(run.layers.occupancy(12, 9), 0.7) << "a cell further, unseen";
+  EXPECT_LT(run.layers.occupancy(8, 9), 0.3);
+}
+
+}  // namespace
+}  // namespace stereogrid::test
