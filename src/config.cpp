@@ -10,6 +10,7 @@
 #include <string>
 #include <type_traits>
 
+#include "filter/filter.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid {
@@ -126,6 +127,7 @@ Config paper() {
   config.projection.footprint = Footprint::overlap;
   config.projection.calibrate = false;
   config.filter.model = FilterModel::tay2008;
+  config.filter.velocity_max_mps = 10;
   config.filter.velocity_step_mps = 2;
   config.filter.velocity_growth = 0;
   config.filter.velocity_noise = 0.05;
@@ -135,15 +137,11 @@ Config paper() {
   return config;
 }
 
-// Velocities of the filter's lattice.
+// Velocities of the filter's lattice; 0 where its ranges, which are told apart, leave it without end.
 double lattice_size(const FilterConfig& config) {
-  double steps{0};
-  double velocity_mps{0};
-  for (double step_mps{config.velocity_step_mps}; (velocity_mps += step_mps) <= config.velocity_max_mps * (1 + 1e-6);
-       step_mps += config.velocity_growth * config.velocity_step_mps) {
-    ++steps;
-  }
-  return (2 * steps + 1) * (2 * steps + 1);
+  if (!(config.velocity_step_mps >= 0.1 && config.velocity_max_mps <= 60)) return 0;
+  const auto side = static_cast<double>(velocity_axis(config).size());
+  return side * side;
 }
 
 }  // namespace

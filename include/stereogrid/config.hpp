@@ -257,9 +257,10 @@ constexpr std::array<std::string_view, 3> names_of(FilterModel) {
 
 struct FilterConfig {
   FilterModel model{FilterModel::joint};
-  double velocity_max_mps{10};
+  double velocity_max_mps{12.5};
   double velocity_step_mps{1.25};
-  double velocity_growth{0.0667};
+  double velocity_growth{0.0167};
+  double velocity_growth_power{3};
   double forgetting_s{2};
   double velocity_noise{0.01};
   double likelihood_exponent{0.8};
@@ -280,8 +281,12 @@ struct FilterConfig {
     visit(Parameter{"velocity_step_mps", "m/s", 0.1, 20, "The lattice's slowest velocity along an axis."},
           self.velocity_step_mps);
     visit(Parameter{"velocity_growth", "", 0, 2,
-                    "By what share of velocity_step_mps the distance to the next velocity grows; 0: all alike."},
+                    "By what share of velocity_step_mps the second distance between velocities is larger than the "
+                    "first; 0: all alike."},
           self.velocity_growth);
+    visit(Parameter{"velocity_growth_power", "", 0.5, 6,
+                    "How that goes on: 1: evenly; 3: fine where people walk, coarse where cars drive."},
+          self.velocity_growth_power);
     visit(Parameter{"forgetting_s", "s", 0.05, 1000, "Time constant with which an unobserved cell returns to unknown."},
           self.forgetting_s);
     visit(Parameter{"velocity_noise", "", 0.0001, 0.9,

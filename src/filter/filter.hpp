@@ -18,6 +18,9 @@ namespace stereogrid {
 class Cpu;
 struct Reference;
 
+/// Velocities of the filter's lattice along an axis, m/s, ascending; the middle one is 0.
+std::vector<double> velocity_axis(const FilterConfig& config);
+
 /// Velocities of the filter's lattice, world axes, y-major; the middle one is standstill.
 std::vector<Point2> velocity_lattice(const FilterConfig& config);
 

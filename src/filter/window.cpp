@@ -18,21 +18,17 @@ float smooth_value(const Image<float>& cells, double x, double y) {
 
 }  // namespace
 
-namespace {
-
-// Ascending, 0 in the middle.
 std::vector<double> velocity_axis(const FilterConfig& config) {
   std::vector<double> axis{0};
   double velocity_mps{0};
-  for (double step_mps{config.velocity_step_mps}; (velocity_mps += step_mps) <= config.velocity_max_mps * (1 + 1e-6);
-       step_mps += config.velocity_growth * config.velocity_step_mps) {
+  for (int n{0};; ++n) {
+    const double growth{config.velocity_growth * std::pow(n, config.velocity_growth_power)};
+    velocity_mps += config.velocity_step_mps * (1 + growth);
+    if (!(velocity_mps <= config.velocity_max_mps * (1 + 1e-6))) return axis;
     axis.insert(axis.begin(), -velocity_mps);
     axis.push_back(velocity_mps);
   }
-  return axis;
 }
-
-}  // namespace
 
 std::vector<Point2> velocity_lattice(const FilterConfig& config) {
   const std::vector<double> axis{velocity_axis(config)};

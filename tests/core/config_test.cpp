@@ -219,5 +219,14 @@ TEST(Config, TooManyCellsAreAProblem) {
   EXPECT_TRUE(mentions(problems(config), "4000 cells"));
 }
 
+TEST(Config, TooManyVelocitiesAreAProblemAndNoStepIsAnother) {
+  Config config;
+  config.filter.velocity_step_mps = 0.5;
+  config.filter.velocity_growth = 0;
+  EXPECT_TRUE(mentions(problems(config), "1000 velocities"));
+  config.filter.velocity_step_mps = 0;
+  EXPECT_TRUE(mentions(problems(config), "filter.velocity_step_mps"));
+}
+
 }  // namespace
 }  // namespace stereogrid::test

@@ -41,6 +41,7 @@ TEST(VelocityLattice, GrowsCoarserOutwards) {
   config.velocity_max_mps = 4.2;
   config.velocity_step_mps = 1;
   config.velocity_growth = 0.2;
+  config.velocity_growth_power = 1;
   const std::vector<Point2> lattice{velocity_lattice(config)};
   ASSERT_EQ(lattice.size(), 49u);
   // 1, 1 + 1.2, 1 + 1.2 + 1.4; the next would be 5.2
@@ -51,6 +52,17 @@ TEST(VelocityLattice, GrowsCoarserOutwards) {
   const FilterTables tables{config};
   ASSERT_EQ(tables.axis_mps.size(), 7u);
   EXPECT_FLOAT_EQ(tables.axis_mps[0], -3.6f);
+}
+
+TEST(VelocityLattice, IsFineForPeopleAndReachesCars) {
+  const std::vector<double> axis{velocity_axis({})};
+  ASSERT_EQ(axis.size(), 13u);
+  EXPECT_NEAR(axis[7], 1.25, 1e-9);
+  // + 1.25 · (1 + 0.0167 · n³)
+  EXPECT_NEAR(axis[8], 1.25 + 1.25 * 1.0167, 1e-9);
+  EXPECT_NEAR(axis[9], 3.938, 0.001);
+  EXPECT_NEAR(axis[12], 12.197, 0.001);
+  EXPECT_EQ(axis[0], -axis[12]);
 }
 
 TEST(Window, CoversTheVehicleGridInEveryHeading) {
