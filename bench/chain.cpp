@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Times the whole chain, from images in memory to obstacles, stage by stage: wall-clock time on two threads, or as many
+// as the second argument says. The first argument is a recording; without it a built-in scene of the paper's size takes
+// its place (512 × 320 px, 64 disparities, 100 × 100 cells).
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <memory>
+#include <vector>
+
+#include "stereogrid/io/recording.hpp"
+#include "stereogrid/pipeline.hpp"
+#include "stereogrid/scenes/scene.hpp"
+
+namespace {
+
+using namespace stereogrid;
+
+constexpr int rounds{7};
+constexpr std::size_t frames_max{60};
+constexpr std::size_t warm_up_frames{8};
+
+struct Stage {
+  const char* name;
+  double StageTimes::*milliseconds;
+};
+constexpr Stage stages[]{{"match", &StageTimes::match},   {"ground", &StageTimes::ground},
+                         {"count", &StageTimes::count},   {"project", &StageTimes::project},
+                         {"filter", &StageTimes::filter}, {"track", &StageTimes::track},
+                         {"total", &StageTimes::total}};
+
+std::vector<StereoFrame> frames_of(const FrameSource& source) {
+  std::vector<StereoFrame> frames;
+  for (std::size_t i{0}; i < std::min(source.size(), frames_max); ++i) frames.push_back(source.load(i));
+  return frames;
+}
+
+std::unique_ptr<FrameSource> open(const char* recording) {
+  if (recording != nullptr) return io::open_recording({{recording}, {}, {}});
+  return std::make_unique<scenes::Scene>(scenes::parse_scene("street?width=512&height=320&focal=410"));
+}
+
+// The drive again and again, each time by a new pipeline.
+std::vector<StageTimes> drive(const Rig& rig, const std::vector<StereoFrame>& frames, int threads) {
+  std::vector<StageTimes> times;
+  for (int round{0}; round < rounds; ++round) {
+    Pipeline pipeline{Config{}, rig, BackEnd::cpu, threads};
+    for (std::size_t i{0}; i < frames.size(); ++i) {
+      const StageTimes& taken{pipeline.process(frames[i]).timing_ms};
+      if (i >= warm_up_frames) times.push_back(taken);
+    }
+  }
+  return times;
+}
+
+void run(const char* recording, int threads) {
+  const std::unique_ptr<FrameSource> source{open(recording)};
+  const std::vector<StageTimes> times{drive(source->rig(), frames_of(*source), threads)};
+  std::printf("| stage | least ms | median ms |\n|---|---|---|\n");
+  for (const Stage& stage : stages) {
+    std::vector<double> sorted;
+    for (const StageTimes& one : times) sorted.push_back(one.*stage.milliseconds);
+    std::sort(sorted.begin(), sorted.end());
+    std::printf("| %s | %.2f | %.2f |\n", stage.name, sorted.front(), sorted[sorted.size() / 2]);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    run(argc > 1 && argv[1][0] != '\0' ? argv[1] : nullptr, argc > 2 ? std::atoi(argv[2]) : 2);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "bench_chain: %s\n", error.what());
+    return 65;
+  }
+  return 0;
+}
