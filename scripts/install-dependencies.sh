@@ -10,7 +10,8 @@ packages=(
   g++ cmake ninja-build ccache pkg-config git        # build
   libopencv-dev libyaml-cpp-dev nlohmann-json3-dev   # images and calibration, YAML in, JSON out
   libcli11-dev libspdlog-dev libfmt-dev              # command line, log
-  libtbb-dev libhwy-dev libzip-dev zlib1g-dev        # threads, SIMD, .npz
+  libtbb-dev libhwy-dev                              # threads, SIMD
+  libzip-dev libdeflate-dev zlib1g-dev               # .npz
   libgtest-dev libgmock-dev libbenchmark-dev         # tests, benchmarks
   libboost-context-dev                               # tests of CUDA kernels without a GPU
   ffmpeg                                             # --video
