@@ -4,6 +4,9 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 #include <CLI/CLI.hpp>
 #include <exception>
@@ -53,6 +56,17 @@ void describe(CLI::App& tool) {
       ->trigger_on_parse();
 }
 
+// Images come and go with every frame. What malloc hands back to the system each time, the system has to clear each
+// time.
+void keep_memory() {
+#ifdef __GLIBC__
+  constexpr int largest_image_bytes{32 << 20};  // more is not allowed
+  constexpr int kept_bytes{256 << 20};
+  mallopt(M_MMAP_THRESHOLD, largest_image_bytes);
+  mallopt(M_TRIM_THRESHOLD, kept_bytes);
+#endif
+}
+
 int run_tool(int argc, char** argv) {
   CLI::App tool;
   int exit_code{exit_done};
@@ -80,6 +94,7 @@ int run_tool(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   set_up_log();
+  keep_memory();
   try {
     return run_tool(argc, argv);
   } catch (const stereogrid::ConfigError& error) {
