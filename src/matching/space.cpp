@@ -12,7 +12,7 @@ MatchingSpace::MatchingSpace(int width, int height, const MatchingConfig& config
       right{width, height, row_overrun},
       sheared{width, height, row_overrun},
       textured{width, height, row_overrun},
-      speckles{width, height},
+      speckles{width, height, threads},
       rows(static_cast<std::size_t>(threads), RowCandidates{width}),
       decisions(static_cast<std::size_t>(threads), DecideSpace{width}),
       textures(static_cast<std::size_t>(threads), TextureSpace{width, config.window_px / 2}) {

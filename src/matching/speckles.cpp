@@ -23,16 +23,20 @@ bool all_are(const std::uint8_t* flags, std::uint8_t mask, std::uint8_t wanted) 
 
 }  // namespace
 
-Speckles::Speckles(int width, int height)
+Speckles::Speckles(int width, int height, int bands)
     : width_{width},
-      labelled_(static_cast<std::size_t>(width) + 1 + padding),
-      labelled_above_(static_cast<std::size_t>(width) + 1 + padding),
-      flags_(static_cast<std::size_t>(width) + padding) {
-  runs_.reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) / 4 + 1);
+      bands_(static_cast<std::size_t>(bands)),
+      // not touched before it is needed, which most of it never is
+      runs_{std::make_unique_for_overwrite<Run[]>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height))} {
+  for (Band& band : bands_) {
+    band.labelled.resize(static_cast<std::size_t>(width) + 1 + padding);
+    band.labelled_above = band.labelled;
+    band.flags.resize(static_cast<std::size_t>(width) + padding);
+  }
 }
 
 int Speckles::find(int run) {
-  Run* runs{runs_.data()};
+  Run* runs{runs_.get()};
   while (runs[run].parent >= 0) {
     const int next{runs[run].parent};
     if (runs[next].parent >= 0) runs[run].parent = runs[next].parent;
@@ -45,68 +49,99 @@ void Speckles::join(int a, int b) {
   a = find(a);
   b = find(b);
   if (a == b) return;
-  Run* runs{runs_.data()};
+  Run* runs{runs_.get()};
   if (runs[a].parent > runs[b].parent) std::swap(a, b);
   runs[a].parent += runs[b].parent;
   runs[b].parent = a;
 }
 
-void Speckles::find_runs(int v) {
+void Speckles::flag_row(int v, const Matches& matches, Band& band) const {
+  std::swap(band.labelled, band.labelled_above);
+  flag_surfaces(matches.obstacle.row(v), matches.road.row(v), band.labelled_above.data() + 1, width_,
+                band.labelled.data() + 1, band.flags.data());
+}
+
+void Speckles::find_runs(int v, Band& band) {
   constexpr std::uint8_t in_run{is_measured | continues_left};
-  const std::uint8_t* flags{flags_.data()};
+  const std::uint8_t* flags{band.flags.data()};
+  Run* runs{runs_.get()};
+  band.last_row.first = band.all.end;
   int u{0};
   while (u < width_) {
     while (u + 8 <= width_ && all_are(flags + u, is_measured, 0)) u += 8;
     while (u < width_ && (flags[u] & is_measured) == 0) ++u;
-    if (u >= width_) return;
+    if (u >= width_) break;
     const int begin{u++};
     while (u + 8 <= width_ && all_are(flags + u, in_run, in_run)) u += 8;
     while (u < width_ && (flags[u] & continues_left) != 0) ++u;
-    runs_.push_back({v, begin, u, begin - u});
+    runs[band.all.end++] = {v, begin, u, begin - u};
   }
+  band.last_row.end = band.all.end;
 }
 
 // Runs that overlap belong together if a pixel of the overlap continues the one above.
-void Speckles::join_rows(std::size_t first_above, std::size_t first) {
-  std::size_t above{first_above};
-  std::size_t here{first};
-  while (above < first && here < runs_.size()) {
-    const int begin{std::max(runs_[above].begin, runs_[here].begin)};
-    const int end{std::min(runs_[above].end, runs_[here].end)};
-    const auto continues = [](std::uint8_t flags) { return (flags & continues_above) != 0; };
-    if (begin < end && std::any_of(flags_.begin() + begin, flags_.begin() + end, continues)) {
-      join(static_cast<int>(here), static_cast<int>(above));
-    }
-    if (runs_[above].end <= runs_[here].end) {
-      ++above;
+void Speckles::join_rows(Runs above, Runs here, const std::vector<std::uint8_t>& flags) {
+  const Run* runs{runs_.get()};
+  int a{above.first};
+  int h{here.first};
+  while (a < above.end && h < here.end) {
+    const int begin{std::max(runs[a].begin, runs[h].begin)};
+    const int end{std::min(runs[a].end, runs[h].end)};
+    const auto continues = [](std::uint8_t flag) { return (flag & continues_above) != 0; };
+    if (begin < end && std::any_of(flags.begin() + begin, flags.begin() + end, continues)) join(h, a);
+    if (runs[a].end <= runs[h].end) {
+      ++a;
     } else {
-      ++here;
+      ++h;
+    }
+  }
+}
+
+void Speckles::find_patches(int band, int begin, int end, const Matches& matches) {
+  Band& here{bands_[static_cast<std::size_t>(band)]};
+  here.begin_row = begin;
+  here.end_row = end;
+  here.all = here.first_row = here.last_row = {begin * width_, begin * width_};
+  std::fill(here.labelled.begin(), here.labelled.end(), 0.0f);
+  for (int v{begin}; v < end; ++v) {
+    const Runs above{here.last_row};
+    flag_row(v, matches, here);
+    find_runs(v, here);
+    if (v == begin) here.first_row = here.last_row;
+    join_rows(v == begin ? Runs{} : above, here.last_row, here.flags);
+  }
+}
+
+void Speckles::join_bands(const Matches& matches) {
+  const Band* above{nullptr};
+  for (Band& band : bands_) {
+    if (band.begin_row == band.end_row) continue;
+    if (above != nullptr) {
+      flag_row(band.begin_row - 1, matches, band);
+      flag_row(band.begin_row, matches, band);
+      join_rows(above->last_row, band.first_row, band.flags);
+    }
+    above = &band;
+  }
+}
+
+void Speckles::remove_small(int band, int speckle_px, Matches& matches) const {
+  const Runs all{bands_[static_cast<std::size_t>(band)].all};
+  for (int run{all.first}; run < all.end; ++run) {
+    int patch{run};
+    while (runs_[patch].parent >= 0) patch = runs_[patch].parent;
+    if (-runs_[patch].parent >= speckle_px) continue;
+    const Run& small{runs_[run]};
+    for (auto* image : {&matches.road, &matches.obstacle, &matches.confidence}) {
+      std::fill(image->row(small.row) + small.begin, image->row(small.row) + small.end, 0.0f);
     }
   }
 }
 
 void Speckles::remove(int speckle_px, Matches& matches) {
   if (speckle_px <= 1) return;
-  runs_.clear();
-  std::fill(labelled_.begin(), labelled_.end(), 0.0f);
-  std::size_t first_above{0};
-  for (int v{0}; v < matches.road.height(); ++v) {
-    std::swap(labelled_, labelled_above_);
-    labelled_[0] = 0;
-    flag_surfaces(matches.obstacle.row(v), matches.road.row(v), labelled_above_.data() + 1, width_,
-                  labelled_.data() + 1, flags_.data());
-    const std::size_t first{runs_.size()};
-    find_runs(v);
-    join_rows(first_above, first);
-    first_above = first;
-  }
-  for (int run{0}; run < static_cast<int>(runs_.size()); ++run) {
-    if (-runs_[static_cast<std::size_t>(find(run))].parent >= speckle_px) continue;
-    const Run& small{runs_[static_cast<std::size_t>(run)]};
-    for (auto* image : {&matches.road, &matches.obstacle, &matches.confidence}) {
-      std::fill(image->row(small.row) + small.begin, image->row(small.row) + small.end, 0.0f);
-    }
-  }
+  find_patches(0, 0, matches.road.height(), matches);
+  remove_small(0, speckle_px, matches);
 }
 
 }  // namespace stereogrid

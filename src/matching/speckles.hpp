@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "matching/matches.hpp"
@@ -14,10 +15,16 @@ namespace stereogrid {
 /// pixels in a row, of which there are far fewer than pixels.
 class Speckles {
  public:
-  Speckles(int width, int height);
+  Speckles(int width, int height, int bands = 1);
 
   /// Patches of fewer than `speckle_px` pixels go.
   void remove(int speckle_px, Matches& matches);
+
+  /// The same in three steps, on bands of rows that follow each other: first `find_patches` for each band, then
+  /// `join_bands` once, then `remove_small` for each band. The bands of a step may be worked on at the same time.
+  void find_patches(int band, int begin, int end, const Matches& matches);
+  void join_bands(const Matches& matches);
+  void remove_small(int band, int speckle_px, Matches& matches) const;
 
  private:
   struct Run {
@@ -26,16 +33,28 @@ class Speckles {
     int end;
     int parent;  ///< another run of the patch; −(its pixels) in the run that stands for the patch
   };
+  /// The runs first … end − 1.
+  struct Runs {
+    int first{0};
+    int end{0};
+  };
+  struct Band {
+    int begin_row{0};
+    int end_row{0};
+    Runs all, first_row, last_row;
+    std::vector<float> labelled, labelled_above;  ///< rows of flag_surfaces
+    std::vector<std::uint8_t> flags;
+  };
 
-  void find_runs(int v);
-  void join_rows(std::size_t first_above, std::size_t first);
+  void flag_row(int v, const Matches& matches, Band& band) const;
+  void find_runs(int v, Band& band);
+  void join_rows(Runs above, Runs here, const std::vector<std::uint8_t>& flags);
   int find(int run);
   void join(int a, int b);
 
   int width_;
-  std::vector<Run> runs_;
-  std::vector<float> labelled_, labelled_above_;  ///< rows of flag_surfaces
-  std::vector<std::uint8_t> flags_;
+  std::vector<Band> bands_;
+  std::unique_ptr<Run[]> runs_;  ///< a place for each pixel: those of row v from v·width on
 };
 
 }  // namespace stereogrid

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <random>
 #include <vector>
 
 #include "matching_run.hpp"
@@ -159,6 +161,36 @@ TEST(Speckles, SmallPatchesGoAndLargeOnesStay) {
   EXPECT_EQ(matches.obstacle(1, 8), 0);
   EXPECT_EQ(matches.road(1, 9), 0);
   EXPECT_EQ(matches.road(7, 9), 9);
+}
+
+TEST(Speckles, BandsMakeNoDifference) {
+  constexpr int width{37};
+  constexpr int height{23};
+  std::mt19937 random{7};
+  for (int round{0}; round < 200; ++round) {
+    Matches whole{width, height};
+    for (int i{0}; i < width * height; ++i) {
+      const auto value = static_cast<int>(random() % 16);  // two thirds of the pixels in few, large and ragged patches
+      if (value < 10) (value < 3 ? whole.road : whole.obstacle).data()[i] = static_cast<float>(5 + value % 2);
+      if (value < 10) whole.confidence.data()[i] = 1;
+    }
+    // an empty stretch must not be bridged
+    for (int v{8}; v < 8 + round % 6; ++v) {
+      for (Image<float>* image : {&whole.road, &whole.obstacle, &whole.confidence})
+        std::fill_n(image->row(v), width, 0.0f);
+    }
+    Matches cut{whole};
+    Speckles{width, height}.remove(12, whole);
+    const int bands{2 + round % 30};  // more than rows, too
+    Speckles speckles{width, height, bands};
+    const auto row = [&](int band) { return height * band / bands; };
+    for (int band{0}; band < bands; ++band) speckles.find_patches(band, row(band), row(band + 1), cut);
+    speckles.join_bands(cut);
+    for (int band{0}; band < bands; ++band) speckles.remove_small(band, 12, cut);
+    ASSERT_EQ(cut.road, whole.road) << bands << " bands";
+    ASSERT_EQ(cut.obstacle, whole.obstacle) << bands << " bands";
+    ASSERT_EQ(cut.confidence, whole.confidence) << bands << " bands";
+  }
 }
 
 TEST(Speckles, ZeroKeepsEverything) {
