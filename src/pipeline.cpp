@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "backend/cpu.hpp"
 #include "cuda_library.hpp"
@@ -165,6 +166,8 @@ struct Pipeline::Implementation {
   Image<std::uint8_t> level_right;
   Image<float> level_disparity;
   FrameResult result;
+  bool are_stages_wanted{true};
+  std::optional<StageImages> unwanted_stages;  // between two frames; the stages work in their images
   std::optional<std::int64_t> last_stamp_ns;
   EgoMotion ego_motion{config.motion};
 };
@@ -184,9 +187,11 @@ const FrameResult& Pipeline::process(const StereoFrame& frame) {
   FrameResult& result{self.result};
   const JourneyInput input{self.input_of(frame)};
   self.last_stamp_ns = frame.stamp_ns;
+  if (self.unwanted_stages) result.stages = *std::exchange(self.unwanted_stages, std::nullopt);
   self.journey->run(input, result);
   if (!result.predictions.empty()) self.journey->predict(input.world_from_vehicle, result);
   result.world_from_vehicle = input.world_from_vehicle;
+  if (!self.are_stages_wanted) self.unwanted_stages = std::exchange(result.stages, {});
   result.timing_ms.total = watch.lap();
   return result;
 }
@@ -213,6 +218,7 @@ const std::string& Pipeline::why_not_cuda() const {
   return implementation_->why_not_cuda;
 }
 void Pipeline::fetch_stages(bool wanted) {
+  implementation_->are_stages_wanted = wanted;
   implementation_->journey->fetch_stages(wanted);
 }
 void Pipeline::start_at(const Pose2& world_from_vehicle) {

@@ -109,8 +109,8 @@ class Pipeline {
   /// Why `automatic` did not take the GPU; empty: it did, or was not asked to.
   [[nodiscard]] const std::string& why_not_cuda() const;
 
-  /// Off: the results of later frames come without `stages` (whose values are then undefined). A GPU need not copy
-  /// them then; on the CPU nothing changes. On at construction.
+  /// Off: the results of later frames come without `stages` (empty), which makes them quicker to copy; a GPU need not
+  /// hand them over. On at construction.
   void fetch_stages(bool wanted);
 
   /// Where the vehicle is in the world at the first frame (of a resumed run). Call it before process(); not called: the

@@ -93,5 +93,22 @@ TEST(PipelineSizes, SaysThatAnImageIsTooLarge) {
   }
 }
 
+TEST(Pipeline, StagesThatNobodyWantsAreEmpty) {
+  const test::Run run{rig_of(61, 40), MatchingMethod::correlation, false};
+  Pipeline with{small_config(run.method), run.rig, BackEnd::cpu, 1};
+  Pipeline without{small_config(run.method), run.rig, BackEnd::cpu, 1};
+  for (int i{0}; i < 5; ++i) {
+    SCOPED_TRACE(i);
+    const bool are_wanted{i == 0 || i > 2};
+    without.fetch_stages(are_wanted);
+    const FrameResult& expected{with.process(noise_frame(run, i))};
+    const FrameResult& result{without.process(noise_frame(run, i))};
+    EXPECT_EQ(result.occupancy, expected.occupancy);
+    EXPECT_EQ(result.obstacle_density, expected.obstacle_density);
+    EXPECT_EQ(result.stages.obstacle_disparity, are_wanted ? expected.stages.obstacle_disparity : Image<float>{});
+    EXPECT_EQ(result.stages.occupancy_smooth, are_wanted ? expected.stages.occupancy_smooth : Image<float>{});
+  }
+}
+
 }  // namespace
 }  // namespace stereogrid::test
