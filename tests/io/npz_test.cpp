@@ -3,6 +3,7 @@
 #include "stereogrid/io/npz.hpp"
 
 #include <limits>
+#include <random>
 
 #include "stereogrid/io/file.hpp"
 #include "support.hpp"
@@ -55,6 +56,20 @@ TEST(Npz, TheSameArraysGiveTheSameBytes) {
   write_npz(folder / "b.npz", arrays);
   EXPECT_EQ(read_file(folder / "a.npz"), read_file(folder / "b.npz"));
   EXPECT_LT(fs::file_size(folder / "a.npz"), 1000) << "compressed";
+}
+
+TEST(Npz, WhatHardlyShrinksIsStored) {
+  const TemporaryFolder folder;
+  std::mt19937 random{3};
+  std::vector<std::int32_t> noise(20000);
+  for (std::int32_t& value : noise) value = static_cast<std::int32_t>(random());
+  std::vector<std::int32_t> steps(20000);
+  for (std::size_t i{0}; i < steps.size(); ++i) steps[i] = static_cast<std::int32_t>(i / 100);
+  write_npz(folder / "a.npz", std::vector<NpzArray>{{"noise", {20000}, noise}, {"steps", {200, 100}, steps}});
+  EXPECT_EQ(read_npz(folder / "a.npz").at("noise").to<std::int32_t>(), noise);
+  EXPECT_EQ(read_npz(folder / "a.npz").at("steps").to<std::int32_t>(), steps);
+  EXPECT_GT(fs::file_size(folder / "a.npz"), 80000);
+  EXPECT_LT(fs::file_size(folder / "a.npz"), 90000);
 }
 
 TEST(Npz, ShapeThatDoesNotFitIsABug) {
