@@ -30,7 +30,7 @@ struct Stage {
 constexpr Stage stages[]{{"match", &StageTimes::match},   {"ground", &StageTimes::ground},
                          {"count", &StageTimes::count},   {"project", &StageTimes::project},
                          {"filter", &StageTimes::filter}, {"track", &StageTimes::track},
-                         {"total", &StageTimes::total}};
+                         {"flow", &StageTimes::flow},     {"total", &StageTimes::total}};
 
 std::vector<StereoFrame> frames_of(const FrameSource& source) {
   std::vector<StereoFrame> frames;

@@ -11,14 +11,18 @@ namespace {
 constexpr float step_max_px{0.7f};
 constexpr double misfit_max{0.2};
 
-// Four sums side by side, so that the compiler may use vectors: it must not reorder a single one.
+// A sum for each column side by side, so that the compiler may use vectors and need not wait for the sum before: it
+// must not reorder a single one.
 template <class Term>
 float sum_of(const Term& term) {
-  std::array<float, 4> sums{};
-  for (std::size_t k{0}; k < patch_pixels; k += 4) {
-    for (std::size_t lane{0}; lane < 4; ++lane) sums[lane] += term(k + lane);
+  std::array<float, patch_columns> sums{};
+  for (std::size_t k{0}; k < patch_pixels; k += sums.size()) {
+    for (std::size_t lane{0}; lane < sums.size(); ++lane) sums[lane] += term(k + lane);
   }
-  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+  for (std::size_t half{sums.size() / 2}; half > 0; half /= 2) {
+    for (std::size_t lane{0}; lane < half; ++lane) sums[lane] += sums[lane + half];
+  }
+  return sums[0];
 }
 
 void remove_mean(Patch& patch) {
