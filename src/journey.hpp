@@ -210,10 +210,8 @@ class JourneyOn final : public Journey {
   void weigh_velocities_by_flow(GridLayers& world) {
     JourneyMemory& m{memory_};
     if (m.config.filter.model != FilterModel::joint) return;
-    const std::vector<VelocityEvidence>& evidence{m.velocity_evidence.gather(m.scene_flow.vectors(), world.geometry)};
-    for_ranges()(static_cast<int>(evidence.size()), [&](int begin, int end) {
-      weigh_velocities({evidence.data() + begin, evidence.data() + end}, m.filter_tables, m.filtered, world);
-    });
+    weigh_velocities(back_end_, m.velocity_evidence.gather(m.scene_flow.vectors(), world.geometry), m.filter_tables,
+                     m.filtered, world);
   }
 
   void match_on(const JourneyInput& input, const Ground& ground) {

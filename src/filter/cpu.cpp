@@ -5,7 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
+#include <vector>
 
+#include "backend/reference.hpp"
+#include "filter/evidence_simd.hpp"
 #include "filter/filter.hpp"
 #include "filter/lattice_simd.hpp"
 
@@ -148,6 +152,75 @@ void filter(Cpu& cpu, const FilterInput& input, View<const float> observed, cons
                              y,
                              std::min(y + tile_rows, cells)};
       TileFilter{input, observed, tile, layers}.run();
+    }
+  });
+}
+
+namespace {
+
+/// Evidence begin … end − 1, whose cells lie side by side.
+struct EvidenceRange {
+  int begin;
+  int end;
+};
+
+// Side by side from the first that the range before leaves: no two ranges share cells.
+std::vector<EvidenceRange> neighbours(std::span<const VelocityEvidence> evidence) {
+  std::vector<EvidenceRange> ranges;
+  for (int i{0}; i < static_cast<int>(evidence.size()); ++i) {
+    const auto cell = [&](int n) { return evidence[static_cast<std::size_t>(n)].cell; };
+    if (ranges.empty() || cell(i) >= cell(ranges.back().begin) + evidence_cells) ranges.push_back({i, i});
+    ranges.back().end = i + 1;
+  }
+  return ranges;
+}
+
+WeighedCells cells_of(std::span<const VelocityEvidence> evidence) {
+  WeighedCells cells{};
+  cells.first_cell = evidence.front().cell;
+  for (const VelocityEvidence& one : evidence) {
+    const int i{one.cell - cells.first_cell};
+    cells.is_weighed[i] = true;
+    cells.x[i] = one.x;
+    cells.y[i] = one.y;
+    cells.xx[i] = one.xx;
+    cells.xy[i] = one.xy;
+    cells.yy[i] = one.yy;
+  }
+  return cells;
+}
+
+void write(const WeighedCells& cells, GridLayers& layers) {
+  for (int i{0}; i < evidence_cells; ++i) {
+    if (!cells.is_weighed[i]) continue;
+    const int x{(cells.first_cell + i) % layers.occupancy.width()};
+    const int y{(cells.first_cell + i) / layers.occupancy.width()};
+    layers.moving(x, y) = moving_share(layers.occupancy(x, y), cells.standing[i]);
+    const VelocitySums sums{cells.sum_mass[i], cells.sum_x[i],  cells.sum_y[i],
+                            cells.sum_xx[i],   cells.sum_xy[i], cells.sum_yy[i]};
+    write_velocity(estimate_of(sums), x, y, layers);
+  }
+}
+
+}  // namespace
+
+void weigh_velocities(Cpu& cpu, std::span<const VelocityEvidence> evidence, const FilterTables& tables,
+                      FilterState& state, GridLayers& layers) {
+  constexpr int grain{4};
+  const int all_cells{static_cast<int>(layers.occupancy.size())};
+  const std::vector<EvidenceRange> ranges{neighbours(evidence)};
+  cpu.for_ranges(static_cast<int>(ranges.size()), grain, [&](int begin, int end) {
+    std::vector<float> masses(tables.lattice.size() * evidence_cells);
+    for (const EvidenceRange range : std::span{ranges}.subspan(begin, end - begin)) {
+      const auto here = evidence.subspan(range.begin, range.end - range.begin);
+      if (here.front().cell + evidence_cells > all_cells) {
+        Reference reference;
+        weigh_velocities(reference, here, tables, state, layers);
+        continue;
+      }
+      WeighedCells cells{cells_of(here)};
+      weigh_cells(tables.axis_mps, state, masses.data(), cells);
+      write(cells, layers);
     }
   });
 }

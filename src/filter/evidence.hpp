@@ -16,15 +16,16 @@ struct VelocityEvidence {
   float yy;
 };
 
-/// Likelihood of what has been measured, where the velocity is (vx, vy). Its tails end on a floor, since now and then
-/// something else has been measured.
+/// The least that evidence says: now and then something else has been measured.
+constexpr float likelihood_floor{0.02f};
+
+/// Likelihood of what has been measured, where the velocity is (vx, vy). Its tails end on a floor.
 STEREOGRID_HD inline float likelihood_of(const VelocityEvidence& evidence, float vx_mps, float vy_mps) {
-  constexpr float floor{0.02f};
   const float x{vx_mps - evidence.x};
   const float y{vy_mps - evidence.y};
   const float squared_distance{evidence.xx * x * x + 2 * evidence.xy * x * y + evidence.yy * y * y};
   const float near{1 / (1 + 0.5f * squared_distance)};
-  return floor + near * near;
+  return likelihood_floor + near * near;
 }
 
 /// A cell's masses after the evidence.

@@ -88,9 +88,11 @@ void filter(Reference& reference, const FilterInput& input, View<const float> ob
             FilterState& after, GridLayers& layers);
 
 /// Tells a state of FilterModel::joint what has been measured of velocities, and corrects the layers that say how
-/// things move.
-void weigh_velocities(std::span<const VelocityEvidence> evidence, const FilterTables& tables, FilterState& state,
-                      GridLayers& layers);
+/// things move. `evidence`: by ascending cell, one for a cell.
+void weigh_velocities(Cpu& cpu, std::span<const VelocityEvidence> evidence, const FilterTables& tables,
+                      FilterState& state, GridLayers& layers);
+void weigh_velocities(Reference& reference, std::span<const VelocityEvidence> evidence, const FilterTables& tables,
+                      FilterState& state, GridLayers& layers);
 
 /// All cells unknown, at the window's place.
 void reset(FilterState& state, const FilterConfig& config, const GridGeometry& geometry);

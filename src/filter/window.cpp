@@ -135,19 +135,6 @@ void reset(FilterState& state, const FilterConfig& config, const GridGeometry& g
   state.age_s.fill(never);
 }
 
-void weigh_velocities(std::span<const VelocityEvidence> evidence, const FilterTables& tables, FilterState& state,
-                      GridLayers& layers) {
-  const int cells{layers.occupancy.width()};
-  for (const VelocityEvidence& one : evidence) {
-    const int x{one.cell % cells};
-    const int y{one.cell / cells};
-    const auto mass = [&](int k) -> float& { return state.velocity[static_cast<std::size_t>(k)](x, y); };
-    const WeighedCell cell{weigh(one, tables.axis_mps.data(), static_cast<int>(tables.axis_mps.size()), mass)};
-    layers.moving(x, y) = moving_share(layers.occupancy(x, y), cell.standing);
-    write_velocity(estimate_of(cell.sums), x, y, layers);
-  }
-}
-
 namespace {
 
 // From the window to vehicle axes.
