@@ -152,7 +152,8 @@ class JourneyOn final : public Journey {
     filter(back_end_, {m.config.filter, m.filter_tables, window, input.dt_s}, m.observed_world.view(),
            m.filtered_before, m.filtered, result.world);
     weigh_velocities_by_flow(result.world);
-    resample(input.world_from_vehicle, result);
+    for_ranges()(result.vehicle_grid.ny,
+                 [&](int begin, int end) { resample_rows(input.world_from_vehicle, begin, end, result); });
     result.timing_ms.filter = watch.lap();
 
     find_clusters(result.world, m.config.tracking, m.cluster_labels, m.clusters);

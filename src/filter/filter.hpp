@@ -122,10 +122,13 @@ double share_within(double share, double dt_s);
 /// Cells that differ this much from 0.5 have been observed.
 constexpr float observed_difference{0.05f};
 
-/// The window's layers (`result.world`) as the car sees them, in `result.vehicle_grid`: occupancy and moving
-/// interpolated between cells; of the nearest cell velocity and covariance (turned into vehicle axes) and age. Outside
-/// the window 0.5, inf and else 0.
-void resample(const Pose2& world_from_vehicle, FrameResult& result);
+/// The window's layers (`result.world`) as the car sees them, in the rows begin … end − 1 of `result.vehicle_grid`:
+/// occupancy and moving interpolated between cells; of the nearest cell velocity and covariance (turned into vehicle
+/// axes) and age. Outside the window 0.5, inf and else 0.
+void resample_rows(const Pose2& world_from_vehicle, int begin, int end, FrameResult& result);
+inline void resample(const Pose2& world_from_vehicle, FrameResult& result) {
+  resample_rows(world_from_vehicle, 0, result.vehicle_grid.ny, result);
+}
 
 /// The same of the occupancy alone.
 void resample_occupancy(const GridLayers& world, const Pose2& world_from_vehicle, const GridGeometry& vehicle_grid,

@@ -184,11 +184,12 @@ class Resampler {
 
 namespace {
 
-// Calls work(ix, iy, x, y) for each cell of the vehicle's grid and the place of its centre, in cells of the window.
+// Calls work(ix, iy, x, y) for each cell of some rows of the vehicle's grid and the place of its centre, in cells of
+// the window.
 template <class Work>
 void for_vehicle_cells(const GridGeometry& window, const Pose2& world_from_vehicle, const GridGeometry& grid,
-                       const Work& work) {
-  for (int iy{0}; iy < grid.ny; ++iy) {
+                       int first_row, int end_row, const Work& work) {
+  for (int iy{first_row}; iy < end_row; ++iy) {
     for (int ix{0}; ix < grid.nx; ++ix) {
       const Point2 at{world_from_vehicle * Point2{grid.x_min_m + (ix + 0.5) * grid.cell_size_m,
                                                   grid.y_min_m + (iy + 0.5) * grid.cell_size_m}};
@@ -199,19 +200,20 @@ void for_vehicle_cells(const GridGeometry& window, const Pose2& world_from_vehic
 
 }  // namespace
 
-void resample(const Pose2& world_from_vehicle, FrameResult& result) {
+void resample_rows(const Pose2& world_from_vehicle, int begin, int end, FrameResult& result) {
   const Resampler resampler{world_from_vehicle, result};
-  for_vehicle_cells(result.world.geometry, world_from_vehicle, result.vehicle_grid,
+  for_vehicle_cells(result.world.geometry, world_from_vehicle, result.vehicle_grid, begin, end,
                     [&](int ix, int iy, double x, double y) { resampler.fill(ix, iy, x, y); });
 }
 
 void resample_occupancy(const GridLayers& world, const Pose2& world_from_vehicle, const GridGeometry& vehicle_grid,
                         Image<float>& occupancy) {
   const GridGeometry& window{world.geometry};
-  for_vehicle_cells(window, world_from_vehicle, vehicle_grid, [&](int ix, int iy, double x, double y) {
-    const bool is_inside{x >= 0 && x < window.nx && y >= 0 && y < window.ny};
-    occupancy(ix, iy) = is_inside ? smooth_value(world.occupancy, x - 0.5, y - 0.5) : 0.5f;
-  });
+  for_vehicle_cells(window, world_from_vehicle, vehicle_grid, 0, vehicle_grid.ny,
+                    [&](int ix, int iy, double x, double y) {
+                      const bool is_inside{x >= 0 && x < window.nx && y >= 0 && y < window.ny};
+                      occupancy(ix, iy) = is_inside ? smooth_value(world.occupancy, x - 0.5, y - 0.5) : 0.5f;
+                    });
 }
 
 }  // namespace stereogrid
