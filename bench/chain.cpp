@@ -48,6 +48,7 @@ std::vector<StageTimes> drive(const Rig& rig, const std::vector<StereoFrame>& fr
   std::vector<StageTimes> times;
   for (int round{0}; round < rounds; ++round) {
     Pipeline pipeline{Config{}, rig, BackEnd::cpu, threads};
+    pipeline.fetch_stages(false);
     for (std::size_t i{0}; i < frames.size(); ++i) {
       const StageTimes& taken{pipeline.process(frames[i]).timing_ms};
       if (i >= warm_up_frames) times.push_back(taken);

@@ -163,8 +163,6 @@ class JourneyOn final : public Journey {
     result.timing_ms.track = watch.lap();
     if (flows) m.scene_flow.add_points(flow_frame(input), m.matches, for_ranges());
     result.timing_ms.flow += watch.lap();
-    result.obstacle_density = share_matched(result.stages.obstacle_disparity);
-    result.road_density = share_matched(result.stages.road_disparity);
     m.is_first = false;
   }
 
@@ -183,6 +181,8 @@ class JourneyOn final : public Journey {
   }
 
   void start_ids_at(std::int64_t first_id) override { memory_.tracker.start_ids_at(first_id); }
+
+  void fetch_stages(bool wanted) override { are_stages_wanted_ = wanted; }
 
   int threads() override {
     if constexpr (requires { back_end_.threads(); }) return back_end_.threads();
@@ -258,9 +258,13 @@ class JourneyOn final : public Journey {
     result.ground = m.ground;
     result.timing_ms.ground += watch.lap();
     if (!input.disparity.empty()) match_on(input, m.ground);  // splitting is cheap, and the plane is better now
-    result.stages.obstacle_disparity = m.matches.obstacle;
-    result.stages.road_disparity = m.matches.road;
-    result.stages.match_confidence = m.matches.confidence;
+    result.obstacle_density = share_matched(m.matches.obstacle);
+    result.road_density = share_matched(m.matches.road);
+    if (are_stages_wanted_) {
+      result.stages.obstacle_disparity = m.matches.obstacle;
+      result.stages.road_disparity = m.matches.road;
+      result.stages.match_confidence = m.matches.confidence;
+    }
     result.timing_ms.match += watch.lap();
   }
 
@@ -301,6 +305,7 @@ class JourneyOn final : public Journey {
 
   BackEndType back_end_;
   JourneyMemory memory_;
+  bool are_stages_wanted_{true};
 };
 
 }  // namespace stereogrid
