@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Times the whole chain, from images in memory to obstacles, stage by stage: wall-clock time on two threads, or as many
-// as the second argument says. The first argument is a recording; without it a built-in scene of the paper's size takes
-// its place (512 × 320 px, 64 disparities, 100 × 100 cells).
+// as the second argument says, for the presets and both matchers in turns. The first argument is a recording, on a grid
+// of 150 × 100 cells; without it, or empty, a built-in scene of the paper's size takes its place (512 × 320 px, 64
+// disparities, 100 × 100 cells).
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -43,30 +44,49 @@ std::unique_ptr<FrameSource> open(const char* recording) {
   return std::make_unique<scenes::Scene>(scenes::parse_scene("street?width=512&height=320&focal=410"));
 }
 
-// The drive again and again, each time by a new pipeline.
-std::vector<StageTimes> drive(const Rig& rig, const std::vector<StereoFrame>& frames, int threads) {
+struct Setting {
+  const char* name;
+  const char* preset;
+  MatchingMethod method;
   std::vector<StageTimes> times;
-  for (int round{0}; round < rounds; ++round) {
-    Pipeline pipeline{Config{}, rig, BackEnd::cpu, threads};
-    pipeline.fetch_stages(false);
-    for (std::size_t i{0}; i < frames.size(); ++i) {
-      const StageTimes& taken{pipeline.process(frames[i]).timing_ms};
-      if (i >= warm_up_frames) times.push_back(taken);
-    }
+};
+
+void drive(const Rig& rig, const std::vector<StereoFrame>& frames, double length_m, int threads, Setting& setting) {
+  Config config{preset(setting.preset)};
+  config.matching.method = setting.method;
+  config.grid.length_m = length_m;
+  Pipeline pipeline{config, rig, BackEnd::cpu, threads};
+  pipeline.fetch_stages(false);
+  for (std::size_t i{0}; i < frames.size(); ++i) {
+    const StageTimes& taken{pipeline.process(frames[i]).timing_ms};
+    if (i >= warm_up_frames) setting.times.push_back(taken);
   }
-  return times;
+}
+
+void print(const Setting& setting) {
+  std::printf("| %s |", setting.name);
+  for (const Stage& stage : stages) {
+    std::vector<double> sorted;
+    for (const StageTimes& one : setting.times) sorted.push_back(one.*stage.milliseconds);
+    std::sort(sorted.begin(), sorted.end());
+    std::printf(" %.2f / %.2f |", sorted.front(), sorted[sorted.size() / 2]);
+  }
+  std::printf("\n");
 }
 
 void run(const char* recording, int threads) {
   const std::unique_ptr<FrameSource> source{open(recording)};
-  const std::vector<StageTimes> times{drive(source->rig(), frames_of(*source), threads)};
-  std::printf("| stage | least ms | median ms |\n|---|---|---|\n");
-  for (const Stage& stage : stages) {
-    std::vector<double> sorted;
-    for (const StageTimes& one : times) sorted.push_back(one.*stage.milliseconds);
-    std::sort(sorted.begin(), sorted.end());
-    std::printf("| %s | %.2f | %.2f |\n", stage.name, sorted.front(), sorted[sorted.size() / 2]);
+  const std::vector<StereoFrame> frames{frames_of(*source)};
+  std::vector<Setting> settings{{"default", "default", MatchingMethod::correlation, {}},
+                                {"default, semi-global", "default", MatchingMethod::semi_global, {}},
+                                {"paper", "paper", MatchingMethod::correlation, {}}};
+  for (int round{0}; round < rounds; ++round) {
+    for (Setting& setting : settings) drive(source->rig(), frames, recording != nullptr ? 30 : 20, threads, setting);
   }
+  std::printf("| least / median ms |");
+  for (const Stage& stage : stages) std::printf(" %s |", stage.name);
+  std::printf("\n|---|---|---|---|---|---|---|---|---|\n");
+  for (const Setting& setting : settings) print(setting);
 }
 
 }  // namespace
