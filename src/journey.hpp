@@ -233,7 +233,7 @@ class JourneyOn final : public Journey {
   void measure_rows(const JourneyInput& input, const Ground& ground) {
     JourneyMemory& m{memory_};
     if (!m.config.matching.align_rows || !input.disparity.empty()) return;
-    m.alignment.update(input.left, input.right, m.matches, road_plane(m.rig, ground));
+    m.alignment.update(input.left, input.right, m.matches, road_plane(m.rig, ground), for_ranges());
   }
 
   // The road hypothesis needs a plane before there is any disparity: that of the frame before. At the start, and when

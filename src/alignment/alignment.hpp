@@ -56,16 +56,28 @@ class RowAlignment {
 
   /// Measures one more frame. `right` as it came, not aligned; `matches` found with offsets(); `plane`: the road they
   /// were found with. False where the frame says too little or something incredible: the offsets stay.
+  /// `for_ranges(count, work)` calls work(begin, end) on parts of [0, count), on threads of its own if it likes.
+  template <class ForRanges>
   bool update(View<const std::uint8_t> left, View<const std::uint8_t> right, const Matches& matches,
-              const RoadPlane& plane);
+              const RoadPlane& plane, const ForRanges& for_ranges) {
+    for_ranges(static_cast<int>(rows_.size()), [&](int begin, int end) {
+      for (int row{begin}; row < end; ++row) collect(row, left, right, matches, plane);
+    });
+    return join_frame();
+  }
+  bool update(View<const std::uint8_t> left, View<const std::uint8_t> right, const Matches& matches,
+              const RoadPlane& plane) {
+    return update(left, right, matches, plane, [](int count, const auto& work) { work(0, count); });
+  }
 
   /// Too small to matter?
   [[nodiscard]] bool is_identity() const { return is_identity_; }
   [[nodiscard]] const RowOffsets& offsets() const { return offsets_; }
 
  private:
-  void collect(View<const std::uint8_t> left, View<const std::uint8_t> right, const Matches& matches,
+  void collect(int row, View<const std::uint8_t> left, View<const std::uint8_t> right, const Matches& matches,
                const RoadPlane& plane);
+  bool join_frame();
   [[nodiscard]] double largest(const RowTerms& terms) const;
 
   int width_px_;
@@ -73,7 +85,8 @@ class RowAlignment {
   RowOffsets offsets_;
   RowEquations remembered_;
   bool is_identity_{true};
-  std::vector<RowSample> samples_;
+  std::vector<std::vector<RowSample>> rows_;  ///< of each row of patches
+  std::vector<RowSample> samples_;            ///< all of them
 };
 
 }  // namespace stereogrid

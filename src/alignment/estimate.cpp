@@ -80,34 +80,35 @@ void RowEquations::add(const RowSample& sample, double weight) {
 RowAlignment::RowAlignment(const Rig& rig)
     : width_px_{rig.width_px}, height_px_{rig.height_px}, offsets_{{}, rig.centre_u_px, rig.centre_v_px} {
   const MatchLattice lattice{width_px_, height_px_};
-  samples_.reserve(static_cast<std::size_t>(lattice.across) * static_cast<std::size_t>(lattice.down));
+  rows_.resize(static_cast<std::size_t>((lattice.down + alignment_rows - 1) / alignment_rows));
+  for (std::vector<RowSample>& row : rows_) row.reserve(static_cast<std::size_t>(lattice.across));
+  samples_.reserve(rows_.size() * static_cast<std::size_t>(lattice.across));
 }
 
-void RowAlignment::collect(View<const std::uint8_t> left, View<const std::uint8_t> right, const Matches& matches,
-                           const RoadPlane& plane) {
-  samples_.clear();
+void RowAlignment::collect(int row, View<const std::uint8_t> left, View<const std::uint8_t> right,
+                           const Matches& matches, const RoadPlane& plane) {
+  std::vector<RowSample>& samples{rows_[static_cast<std::size_t>(row)]};
+  samples.clear();
   const auto road_shear = static_cast<float>(plane.per_v);
   Template patch;
   const MatchLattice lattice{left.width, left.height};
-  for (int j{0}; j < lattice.down; j += alignment_rows) {
-    for (int i{0}; i < lattice.across; i += alignment_columns) {
-      const int u{MatchLattice::first_u + i * MatchLattice::step_u};
-      const int v{MatchLattice::first_v + j * MatchLattice::step_v};
-      const float road{matches.road(u, v)};
-      const float disparity{road > 0 ? road : matches.obstacle(u, v)};
-      if (disparity <= 0) continue;
-      const float shear{road > 0 ? road_shear : 0.0f};
-      if (!cut(left, {static_cast<float>(u), static_cast<float>(v)}, shear, patch)) continue;
-      const double informed{information_v(patch)};
-      if (informed < information_min) continue;
-      const float start_u{static_cast<float>(u) - disparity};
-      const Place start{start_u, static_cast<float>(v + offsets_.at(start_u, v))};
-      const std::optional<Place> found{find(right, patch, shear, start)};
-      if (!found) continue;
-      const double offset_px{static_cast<double>(found->v) - v};
-      if (std::abs(offset_px) > offset_max_px) continue;
-      samples_.push_back({offsets_.basis(found->u, v), offset_px, informed / (informed + information_half)});
-    }
+  const int v{MatchLattice::first_v + row * alignment_rows * MatchLattice::step_v};
+  for (int i{0}; i < lattice.across; i += alignment_columns) {
+    const int u{MatchLattice::first_u + i * MatchLattice::step_u};
+    const float road{matches.road(u, v)};
+    const float disparity{road > 0 ? road : matches.obstacle(u, v)};
+    if (disparity <= 0) continue;
+    const float shear{road > 0 ? road_shear : 0.0f};
+    if (!cut(left, {static_cast<float>(u), static_cast<float>(v)}, shear, patch)) continue;
+    const double informed{information_v(patch)};
+    if (informed < information_min) continue;
+    const float start_u{static_cast<float>(u) - disparity};
+    const Place start{start_u, static_cast<float>(v + offsets_.at(start_u, v))};
+    const std::optional<Place> found{find(right, patch, shear, start)};
+    if (!found) continue;
+    const double offset_px{static_cast<double>(found->v) - v};
+    if (std::abs(offset_px) > offset_max_px) continue;
+    samples.push_back({offsets_.basis(found->u, v), offset_px, informed / (informed + information_half)});
   }
 }
 
@@ -120,9 +121,9 @@ double RowAlignment::largest(const RowTerms& terms) const {
   return most;
 }
 
-bool RowAlignment::update(View<const std::uint8_t> left, View<const std::uint8_t> right, const Matches& matches,
-                          const RoadPlane& plane) {
-  collect(left, right, matches, plane);
+bool RowAlignment::join_frame() {
+  samples_.clear();
+  for (const std::vector<RowSample>& row : rows_) samples_.insert(samples_.end(), row.begin(), row.end());
   const FrameFit frame{fit(samples_, offsets_.terms)};
   if (frame.support < support_min || largest(solution_of(frame.equations)) > offset_max_px) return false;
   RowEquations joined{frame.equations};
