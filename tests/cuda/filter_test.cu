@@ -82,6 +82,16 @@ class Run {
     cuda_.synchronize();
   }
 
+  void weigh(const std::vector<VelocityEvidence>& evidence) {
+    weigh_velocities(reference_, evidence, tables_, now_, layers_);
+    PinnedBuffer<VelocityEvidence> pinned{evidence.size() + 1};
+    PinnedBuffer<int> count{1};
+    std::copy(evidence.begin(), evidence.end(), pinned.data());
+    *count.data() = static_cast<int>(evidence.size());
+    weigh_velocities(cuda_, filter_, pinned.data(), count.data(), now_on_device_, layers_on_device_);
+    cuda_.synchronize();
+  }
+
   // Of all layers.
   double difference() {
     double largest{0};
@@ -162,6 +172,23 @@ TEST(joint_filter_with_other_lattices) {
       run.step(random_observation(21, random), 0.1, i % 2, 1);
       CHECK_EQUAL(run.difference(), 0);
     }
+  }
+}
+
+TEST(evidence_of_velocities_is_weighed_as_by_the_reference) {
+  Random random{34};
+  constexpr int cells{41};
+  Run run{config_of(FilterModel::joint, 4, 1.3), {-1, 2, cell_m, cells, cells}};
+  for (const int every : {1, 3, 700, 5000}) {  // all cells, a third of them, a few, none
+    run.step(random_observation(cells, random), 0.1, 1, 0);
+    std::vector<VelocityEvidence> evidence;
+    for (int cell{every - 1}; cell < cells * cells; cell += every) {
+      const auto between = [&](double low, double high) { return static_cast<float>(random.between(low, high)); };
+      evidence.push_back({cell, between(-6, 6), between(-6, 6), between(0.1, 9), between(-0.1, 0.1), between(0.1, 9)});
+    }
+    run.weigh(evidence);
+    CHECK_EQUAL(run.difference(), 0);
+    CHECK_EQUAL(run.difference_of_masses(), 0);
   }
 }
 
