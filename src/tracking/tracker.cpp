@@ -13,6 +13,7 @@ namespace {
 constexpr double standing_mps{0.5};
 constexpr double large_m{1.5};
 constexpr double large_sigma_mps{0.4};
+constexpr double small_sigma_mps{1.0};
 constexpr double velocity_sigma_mps{2.0};
 /// In association, a difference of 1 m/s counts like so many metres.
 constexpr double velocity_weight_s{0.4};
@@ -120,7 +121,8 @@ void Tracker::correct(Track& track, const Cluster& cluster) const {
   const double position_sigma{0.15 + 0.05 * cluster.length_m + 0.5 * change};
   const bool is_large{cluster.length_m > large_m};
   const bool stands{std::hypot(cluster.velocity.x, cluster.velocity.y) < standing_mps};
-  const double of_cells_mps{is_large && stands ? large_sigma_mps : velocity_sigma_mps};
+  const double standing_sigma_mps{is_large ? large_sigma_mps : small_sigma_mps};
+  const double of_cells_mps{stands ? standing_sigma_mps : velocity_sigma_mps};
   const double velocity_sigma{cluster.velocity_sigma_mps > 0 ? cluster.velocity_sigma_mps : of_cells_mps};
   track.x.update_position(cluster.centre.x, position_sigma * position_sigma);
   track.y.update_position(cluster.centre.y, position_sigma * position_sigma);
