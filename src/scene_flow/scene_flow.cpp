@@ -66,6 +66,20 @@ int difference(const Grey& first, int u1, int v1, const Grey& second, int u2, in
   return sum;
 }
 
+bool can_be_followed(const Template& patch) {
+  return information_u(patch) >= information_u_min && information_v(patch) >= information_v_min;
+}
+
+int searched_columns(double dt_s, double px_per_m) {
+  return std::min(static_cast<int>(searched_speed_mps * dt_s * px_per_m), searched_columns_max);
+}
+
+// Where the right image shows a point of the left one.
+Place in_right(Place left, float disparity, const RowOffsets& offsets) {
+  const float u{left.u - disparity};
+  return {u, left.v + static_cast<float>(offsets.at(u, left.v))};
+}
+
 // Where around `expected` the patch at `from` fits best and clearly better than elsewhere, to two pixels.
 std::optional<Place> searched(const Grey& before, Place from, const Grey& image, Place expected, int columns,
                               int rows) {
@@ -116,8 +130,7 @@ std::optional<Place> SceneFlow::in_left(const Point& point, const Template& patc
                                         const FlowFrame& frame) const {
   const std::optional<Place> found{find(frame.left, patch, 0, expected, find_steps)};
   if (found || point.sightings > 1) return found;
-  const double px_per_m{point.disparity / rig_.baseline_m};
-  const int columns{std::min(static_cast<int>(searched_speed_mps * frame.dt_s * px_per_m), searched_columns_max)};
+  const int columns{searched_columns(frame.dt_s, point.disparity / rig_.baseline_m)};
   const std::optional<Place> start{
       searched(left_before_.view(), point.left, frame.left, expected, columns, searched_rows)};
   return start ? find(frame.left, patch, 0, *start, find_steps) : std::nullopt;
@@ -125,12 +138,10 @@ std::optional<Place> SceneFlow::in_left(const Point& point, const Template& patc
 
 std::optional<float> SceneFlow::disparity_of(const Point& point, const Template& patch, Place left, float expected,
                                              const FlowFrame& frame) const {
-  const float u{left.u - expected};
-  const Place start{u, left.v + static_cast<float>(frame.row_offsets.at(u, left.v))};
+  const Place start{in_right(left, expected, frame.row_offsets)};
   std::optional<Place> right{find(frame.right, patch, 0, start, find_steps)};
   if (!right && point.sightings == 1) {
-    const double px_per_m{expected * expected / focal_baseline_pxm_};
-    const int columns{std::min(static_cast<int>(searched_speed_mps * frame.dt_s * px_per_m), searched_columns_max)};
+    const int columns{searched_columns(frame.dt_s, expected * expected / focal_baseline_pxm_)};
     const std::optional<Place> better{searched(left_before_.view(), point.left, frame.right, start, columns, 0)};
     if (better) right = find(frame.right, patch, 0, *better, find_steps);
   }
@@ -234,9 +245,7 @@ std::optional<SceneFlow::Point> SceneFlow::candidate(int block, const FlowFrame&
       if (!holds_patch(frame.left, u, v) || !is_near(v, matches.obstacle(u, v))) continue;
       Template patch;
       const Place place{static_cast<float>(u), static_cast<float>(v)};
-      if (!cut(frame.left, place, 0, patch) || information_u(patch) < information_u_min ||
-          information_v(patch) < information_v_min)
-        continue;
+      if (!cut(frame.left, place, 0, patch) || !can_be_followed(patch)) continue;
       if (best && information_u(patch) <= information_u(best_patch)) continue;
       best = place;
       best_patch = patch;
@@ -254,9 +263,8 @@ bool SceneFlow::is_near(int v, float disparity) const {
 
 std::optional<SceneFlow::Point> SceneFlow::point_at(Place left, const Template& patch, const FlowFrame& frame,
                                                     const Matches& matches) const {
-  const float right_u{left.u - matches.obstacle(rounded(left.u), rounded(left.v))};
-  const Place start{right_u, left.v + static_cast<float>(frame.row_offsets.at(right_u, left.v))};
-  const std::optional<Place> right{find(frame.right, patch, 0, start, find_steps)};
+  const float matched{matches.obstacle(rounded(left.u), rounded(left.v))};
+  const std::optional<Place> right{find(frame.right, patch, 0, in_right(left, matched, frame.row_offsets), find_steps)};
   if (!right || left.u - right->u < disparity_min_px) return std::nullopt;
   Point point{left, left.u - right->u, 1, {}, {}, 0, false};
   point.latest[0] = {now_s_, frame.world_from_vehicle * in_vehicle(left, point.disparity)};
