@@ -16,6 +16,7 @@ import sys
 
 PX_PER_M = 12
 MARGIN_M = 3
+LABEL_PX = 150
 MOVING_MPS = 1.0
 FAST_MPS = 15.0
 
@@ -52,7 +53,7 @@ class Drawing:
     def __init__(self, points):
         self.x_min = min(x for x, _ in points) - MARGIN_M
         self.y_max = max(y for _, y in points) + MARGIN_M
-        self.width = (max(x for x, _ in points) + MARGIN_M - self.x_min) * PX_PER_M
+        self.width = (max(x for x, _ in points) + MARGIN_M - self.x_min) * PX_PER_M + LABEL_PX
         self.height = (self.y_max - min(y for _, y in points) + MARGIN_M) * PX_PER_M
         self.shapes = []
 
