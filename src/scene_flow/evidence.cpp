@@ -32,7 +32,7 @@ struct CellRange {
 void EvidenceMap::spread(const FlowVector& vector, const GridGeometry& window) {
   const Symmetric2 around{widened(vector.place_covariance, extent_m * extent_m)};
   const Symmetric2 distance{inverted(around)};
-  const Symmetric2 information{inverted(vector.velocity_covariance)};
+  const InformationSum measured{inverted(vector.velocity_covariance), vector.velocity};
   const CellRange rows{vector.place.y, reach * std::sqrt(around.yy), window.y_min_m, window.cell_size_m, window.ny};
   const CellRange columns{vector.place.x, reach * std::sqrt(around.xx), window.x_min_m, window.cell_size_m, window.nx};
   for (int iy{rows.first}; iy <= rows.last; ++iy) {
@@ -44,7 +44,7 @@ void EvidenceMap::spread(const FlowVector& vector, const GridGeometry& window) {
       Sum& sum{sums_(ix, iy)};
       if (sum.weight == 0) touched_.push_back(iy * window.nx + ix);
       sum.weight += weight;
-      sum.velocity.add(weight * information, vector.velocity);
+      sum.velocity.add(measured, weight);
     }
   }
 }

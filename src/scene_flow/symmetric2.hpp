@@ -42,14 +42,17 @@ struct InformationSum {
   Point2 weighted;
   double squares{0};
 
-  void add(const Symmetric2& j, Point2 value) {
-    information.xx += j.xx;
-    information.xy += j.xy;
-    information.yy += j.yy;
-    const Point2 product{j * value};
-    weighted.x += product.x;
-    weighted.y += product.y;
-    squares += squared(j, value);
+  InformationSum() = default;
+  /// Of one measurement.
+  InformationSum(const Symmetric2& j, Point2 value) : information{j}, weighted{j * value}, squares{squared(j, value)} {}
+
+  void add(const InformationSum& other, double weight = 1) {
+    information.xx += weight * other.information.xx;
+    information.xy += weight * other.information.xy;
+    information.yy += weight * other.information.yy;
+    weighted.x += weight * other.weighted.x;
+    weighted.y += weight * other.weighted.y;
+    squares += weight * other.squares;
   }
   [[nodiscard]] Point2 mean() const { return inverted(information) * weighted; }
   /// Summed squared Mahalanobis distances from the mean.

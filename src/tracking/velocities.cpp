@@ -54,7 +54,7 @@ void measure(const std::vector<const FlowVector*>& vectors, Cluster& cluster) {
     const Symmetric2 information{inverted(vector->velocity_covariance)};
     const Point2 away{vector->velocity.x - middle.x, vector->velocity.y - middle.y};
     if (squared(information, away) > outlier) continue;
-    sum.add(information, vector->velocity);
+    sum.add({information, vector->velocity});
     ++agreeing;
   }
   if (agreeing < points_min) return;
