@@ -66,6 +66,16 @@ int difference(const Grey& first, int u1, int v1, const Grey& second, int u2, in
   return sum;
 }
 
+// How much grey levels change along some rows of a patch: a first, cheap look.
+int texture(const Grey& image, int u, int v) {
+  int sum{0};
+  for (int j{-patch_reach_v}; j <= patch_reach_v; j += patch_reach_v) {
+    const std::uint8_t* row{image.row(v + j) + u - patch_reach_u};
+    for (int i{1}; i < patch_columns; ++i) sum += std::abs(row[i] - row[i - 1]);
+  }
+  return sum;
+}
+
 bool can_be_followed(const Template& patch) {
   return information_u(patch) >= information_u_min && information_v(patch) >= information_v_min;
 }
@@ -231,11 +241,11 @@ void SceneFlow::mark_taken() {
   }
 }
 
-// The block's point that can be followed best, of those that have matched as obstacles.
+// The block's best-textured pixel, of those that have matched as obstacles.
 std::optional<SceneFlow::Point> SceneFlow::candidate(int block, const FlowFrame& frame, const Matches& matches) const {
   if (is_taken_[static_cast<std::size_t>(block)] != 0) return std::nullopt;
-  std::optional<Place> best;
-  Template best_patch;
+  Place best;
+  int most{0};
   const int first_u{block % blocks_across_ * block_px};
   const int first_v{block / blocks_across_ * block_px};
   for (int v{lattice_pixel(first_v, MatchLattice::first_v, MatchLattice::step_v)}; v < first_v + block_px;
@@ -243,15 +253,15 @@ std::optional<SceneFlow::Point> SceneFlow::candidate(int block, const FlowFrame&
     for (int u{lattice_pixel(first_u, MatchLattice::first_u, MatchLattice::step_u)}; u < first_u + block_px;
          u += MatchLattice::step_u) {
       if (!holds_patch(frame.left, u, v) || !is_near(v, matches.obstacle(u, v))) continue;
-      Template patch;
-      const Place place{static_cast<float>(u), static_cast<float>(v)};
-      if (!cut(frame.left, place, 0, patch) || !can_be_followed(patch)) continue;
-      if (best && information_u(patch) <= information_u(best_patch)) continue;
-      best = place;
-      best_patch = patch;
+      const int here{texture(frame.left, u, v)};
+      if (here <= most) continue;
+      most = here;
+      best = {static_cast<float>(u), static_cast<float>(v)};
     }
   }
-  return best ? point_at(*best, best_patch, frame, matches) : std::nullopt;
+  Template patch;
+  if (most == 0 || !cut(frame.left, best, 0, patch) || !can_be_followed(patch)) return std::nullopt;
+  return point_at(best, patch, frame, matches);
 }
 
 bool SceneFlow::is_near(int v, float disparity) const {

@@ -56,11 +56,11 @@ void add_errors(Drive& drive, std::size_t frames, Errors& errors) {
 
 TEST(MotionChain, ObstaclesHaveTheSpeedOfWhatTheyAre) {
   Errors errors;
-  for (const char* text : {"crossing", "street?seed=3", "street?seed=4"}) {
+  for (const char* text : {"crossing", "street?seed=3"}) {
     Drive drive{text};
     add_errors(drive, 30, errors);
   }
-  ASSERT_GT(errors.sightings, 50);
+  ASSERT_GT(errors.sightings, 40);
   EXPECT_GT(static_cast<double>(errors.speed_mps.size()), 0.7 * errors.sightings);
   EXPECT_LT(median(errors.speed_mps), 0.3);
   EXPECT_LT(median(errors.direction_deg), 5);
@@ -68,14 +68,22 @@ TEST(MotionChain, ObstaclesHaveTheSpeedOfWhatTheyAre) {
 
 TEST(MotionChain, IsTheSameOnTheReferenceAndWithMoreThreads) {
   const char* text{"crossing?width=256&height=160"};
-  Drive cpu{text, preset("default"), 2};
-  Drive more{text, preset("default"), 5};
-  Drive reference{text, preset("default"), 1, BackEnd::reference};
+  Config config{preset("default")};
+  config.grid.width_m = 6;  // the reference takes its time
+  config.grid.length_m = 14;
+  config.grid.cell_size_m = 0.4;
+  Drive cpu{text, config, 2};
+  Drive more{text, config, 5};
+  Drive reference{text, config, 1, BackEnd::reference};
+  config.filter.scene_flow = false;
+  Drive without{text, config};
   for (std::size_t i{0}; i < 4; ++i) {
     const FrameResult& expected{reference.step(i)};
     expect_equal(cpu.step(i), expected);
     expect_equal(more.step(i), expected);
+    without.step(i);
   }
+  EXPECT_NE(without.step(4).world.velocity_x, cpu.step(4).world.velocity_x) << "no point was followed";
 }
 
 TEST(MotionChain, WithoutSceneFlowTheImagesSayNothingOfVelocities) {
