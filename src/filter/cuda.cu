@@ -85,17 +85,12 @@ __device__ Cell updated_cell(const FilterStep& step, const StripSums& strip, int
 }
 
 __device__ void write(const Cell& cell, float age_s, int i, const StateAfter& after, const LayerPointers& layers) {
-  const VelocityEstimate velocity{estimate_of(cell.sums)};
   after.scale[i] = cell.scale;
   after.born_standing[i] = cell.born_standing;
   after.born_moving[i] = cell.born_moving;
   after.occupancy[i] = layers.occupancy[i] = cell.occupancy;
   after.age_s[i] = layers.age_s[i] = age_s;
-  layers.velocity_x[i] = velocity.x;
-  layers.velocity_y[i] = velocity.y;
-  layers.velocity_xx[i] = velocity.xx;
-  layers.velocity_xy[i] = velocity.xy;
-  layers.velocity_yy[i] = velocity.yy;
+  write_velocity(estimate_of(cell.sums), i, layers);
   layers.moving[i] = moving_share(cell.occupancy, cell.standing);
 }
 

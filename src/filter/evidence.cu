@@ -15,16 +15,6 @@ struct State {
   float* born_moving;
 };
 
-__device__ void write(const WeighedCell& weighed, int i, const LayerPointers& layers) {
-  const VelocityEstimate velocity{estimate_of(weighed.sums)};
-  layers.velocity_x[i] = velocity.x;
-  layers.velocity_y[i] = velocity.y;
-  layers.velocity_xx[i] = velocity.xx;
-  layers.velocity_xy[i] = velocity.xy;
-  layers.velocity_yy[i] = velocity.yy;
-  layers.moving[i] = moving_share(layers.occupancy[i], weighed.standing);
-}
-
 // A cell per thread: they are few, and far apart.
 __global__ void weigh_cells(const VelocityEvidence* evidence, const int* count, const float* axis_mps, int side,
                             int cells, State state, LayerPointers layers) {
@@ -36,7 +26,9 @@ __global__ void weigh_cells(const VelocityEvidence* evidence, const int* count, 
       const float born{k == side * side / 2 ? state.born_standing[one.cell] : state.born_moving[one.cell]};
       mass(k) = state.scale[one.cell] * mass(k) + born;
     }
-    write(weigh(one, axis_mps, side, mass), one.cell, layers);
+    const WeighedCell cell{weigh(one, axis_mps, side, mass)};
+    write_velocity(estimate_of(cell.sums), one.cell, layers);
+    layers.moving[one.cell] = moving_share(layers.occupancy[one.cell], cell.standing);
     state.scale[one.cell] = 1;
     state.born_standing[one.cell] = state.born_moving[one.cell] = 0;
   }

@@ -24,4 +24,12 @@ inline LayerPointers pointers(const LayersOnDevice& layers) {
           of(layers.velocity_xx), of(layers.velocity_xy), of(layers.velocity_yy), of(layers.moving)};
 }
 
+__device__ inline void write_velocity(const VelocityEstimate& velocity, int i, const LayerPointers& layers) {
+  layers.velocity_x[i] = velocity.x;
+  layers.velocity_y[i] = velocity.y;
+  layers.velocity_xx[i] = velocity.xx;
+  layers.velocity_xy[i] = velocity.xy;
+  layers.velocity_yy[i] = velocity.yy;
+}
+
 }  // namespace stereogrid
