@@ -70,6 +70,8 @@ std::string frame_line(const StereoFrame& frame, const FrameResult& result) {
   for (const StageField& stage : stage_fields) timing[std::string{stage.name}] = result.timing_ms.*stage.milliseconds;
   Json obstacles(Json::array());
   for (const Obstacle& obstacle : result.obstacles) obstacles.push_back(json_of(obstacle));
+  Json status(Json::array());
+  for (const FrameStatus flag : result.status) status.push_back(names_of(flag)[static_cast<std::size_t>(flag)]);
   const Json line{{"index", frame.index},
                   {"name", frame.name},
                   {"stamp_ns", frame.stamp_ns},
@@ -85,6 +87,7 @@ std::string frame_line(const StereoFrame& frame, const FrameResult& result) {
                   {"timing_ms", timing},
                   {"density", {{"obstacle", result.obstacle_density}, {"road", result.road_density}}},
                   {"obstacles", obstacles},
+                  {"status", status},
                   {"warnings", result.warnings}};
   return line.dump();
 }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -53,6 +54,19 @@ struct Prediction {
   Image<float> world_occupancy;  ///< in the cells of FrameResult::world
 };
 
+/// What a program should know about a frame before it relies on the grids.
+enum class FrameStatus {
+  clock_gap,           ///< more than motion.gap_max_s since the frame before: everything remembered was forgotten
+  clock_stepped_back,  ///< stamped before the frame before: everything remembered was forgotten
+  pose_missing,        ///< no pose: the last motion was carried on, or the vehicle taken to stand still
+  pose_jump,           ///< the pose was not where the vehicle can be: the frame of the poses was moved
+  few_matches,         ///< left and right image hardly match
+  road_unknown,        ///< where the road is is not known: observed grid and stages are unknown
+};
+constexpr std::array<std::string_view, 6> names_of(FrameStatus) {
+  return {"clock_gap", "clock_stepped_back", "pose_missing", "pose_jump", "few_matches", "road_unknown"};
+}
+
 /// What is known after a frame. Owned by the pipeline; valid until its next call of process().
 struct FrameResult {
   Ground ground;               ///< what the stages of this frame used
@@ -74,6 +88,7 @@ struct FrameResult {
   std::vector<Obstacle> obstacles;
   StageImages stages;  ///< see Pipeline::fetch_stages
   StageTimes timing_ms;
+  std::vector<FrameStatus> status;  ///< each at most once, in the order of FrameStatus; empty: nothing special
   std::vector<std::string> warnings;
 };
 
