@@ -40,3 +40,12 @@ if(STEREOGRID_SANITIZE)
   # with sanitizers g++ sees these in the standard library's <regex>, where there are none
   target_compile_options(stereogrid_compiler INTERFACE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-maybe-uninitialized>)
 endif()
+if(STEREOGRID_SANITIZE MATCHES thread)
+  # in place of oneTBB's headers, which hide their synchronisation from the sanitizer
+  foreach(header blocked_range info parallel_for task_arena)
+    foreach(folder tbb oneapi/tbb)
+      configure_file(${PROJECT_SOURCE_DIR}/tests/tsan/tbb.hpp ${CMAKE_BINARY_DIR}/tsan/${folder}/${header}.h COPYONLY)
+    endforeach()
+  endforeach()
+  include_directories(BEFORE ${CMAKE_BINARY_DIR}/tsan)
+endif()

@@ -17,6 +17,7 @@
 #include "matching/matching.hpp"
 #include "projection/calibration.hpp"
 #include "projection/projection.hpp"
+#include "saved_state.hpp"
 #include "scene_flow/evidence.hpp"
 #include "scene_flow/scene_flow.hpp"
 #include "stereogrid/pipeline.hpp"
@@ -47,6 +48,9 @@ class Journey {
   virtual int threads() = 0;
   /// Fills result.predictions after run(); false: this back end cannot.
   virtual bool predict(const Pose2& /*world_from_vehicle*/, FrameResult& /*result*/) { return false; }
+  /// What run() remembers between two frames.
+  virtual void save(StateWriter& state) = 0;
+  virtual void load(StateReader& state) = 0;
   /// Must FrameResult::stages be filled?
   virtual void fetch_stages(bool /*wanted*/) {}
 };
@@ -81,6 +85,11 @@ struct Outlook {
 /// What the stages hand to each other and keep between frames. Allocated once.
 struct JourneyMemory {
   JourneyMemory(const Config& parameters, const Rig& level_rig, const GridGeometry& vehicle_grid, int threads);
+
+  template <class State>
+  void exchange(State& state) {
+    state(ground, frames_to_search, is_first, alignment, filtered, scene_flow, tracker);
+  }
 
   Config config;
   Rig rig;
@@ -181,6 +190,9 @@ class JourneyOn final : public Journey {
   }
 
   void start_ids_at(std::int64_t first_id) override { memory_.tracker.start_ids_at(first_id); }
+
+  void save(StateWriter& state) override { state(memory_); }
+  void load(StateReader& state) override { state(memory_); }
 
   void fetch_stages(bool wanted) override { are_stages_wanted_ = wanted; }
 

@@ -289,4 +289,32 @@ void JourneyOnCuda::finish(const JourneyInput& input, FrameResult& result) {
   now_ = 1 - now_;
 }
 
+template <class State>
+void JourneyOnCuda::exchange(State& state) {
+  state(ground_, frames_to_search_, is_first_, alignment_, window_before_, scene_flow_, tracker_);
+}
+
+void JourneyOnCuda::save(StateWriter& state) {
+  exchange(state);
+  std::vector<float> numbers;
+  device_.states[1 - now_].for_each_array([&](float* on_device, std::size_t size) {
+    numbers.resize(size);
+    download(cuda_, on_device, size, numbers.data());
+    cuda_.synchronize();
+    state(numbers);
+  });
+}
+
+void JourneyOnCuda::load(StateReader& state) {
+  exchange(state);
+  std::vector<float> numbers;
+  device_.states[1 - now_].for_each_array([&](float* on_device, std::size_t size) {
+    state(numbers);
+    state.require(numbers.size() == size);
+    if (numbers.size() != size) return;
+    upload(cuda_, numbers.data(), size, on_device);
+    cuda_.synchronize();
+  });
+}
+
 }  // namespace stereogrid

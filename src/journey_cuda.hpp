@@ -23,6 +23,8 @@ class JourneyOnCuda final : public Journey {
   void start_ids_at(std::int64_t first_id) override { tracker_.start_ids_at(first_id); }
   int threads() override { return 1; }
   void fetch_stages(bool wanted) override { are_stages_wanted_ = wanted; }
+  void save(StateWriter& state) override;
+  void load(StateReader& state) override;
   /// Of the last frame.
   [[nodiscard]] const StreamTimes& times() const { return times_; }
 
@@ -45,6 +47,8 @@ class JourneyOnCuda final : public Journey {
   void record_grids();
   void fetch_matches();
   void scatter_lattice();
+  template <class State>
+  void exchange(State& state);
 
   Config config_;
   Rig rig_;

@@ -3,8 +3,12 @@
 #include "stereogrid/pipeline.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <optional>
+#include <span>
+#include <type_traits>
 #include <utility>
 
 #include "backend/cpu.hpp"
@@ -12,6 +16,7 @@
 #include "ego_motion/ego_motion.hpp"
 #include "journey.hpp"
 #include "levelling/levelling.hpp"
+#include "saved_state.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid {
@@ -68,6 +73,31 @@ void check_grid(const ObservedGrid& grid, const std::string& frame_name) {
   require(are_shares(grid.occupancy) && are_shares(grid.confidence),
           "another source's grid has values that are no probabilities.",
           "Occupancy and confidence must lie in 0 … 1; unknown is 0.5.");
+}
+
+/// What a saved state begins with.
+struct StateHead {
+  std::array<char, 8> kind{'S', 'G', 's', 't', 'a', 't', 'e', '1'};
+  std::uint64_t settings{0};  ///< checksum of all that must be the same
+  std::uint64_t size{0};      ///< of what follows, bytes
+  std::uint64_t checksum{0};
+};
+
+std::string_view name_of(BackEnd back_end) {
+  return back_end == BackEnd::cuda ? "cuda" : back_end == BackEnd::reference ? "reference" : "cpu";
+}
+
+std::uint64_t settings_of(const Config& config, const Rig& rig, BackEnd back_end) {
+  std::string text{version()};
+  text += name_of(back_end);
+  visit_parameters(config, [&](std::string_view group, const Parameter& parameter, const auto&) {
+    const std::string key{std::string{group} + "." + std::string{parameter.name}};
+    text += "\n" + key + "=" + get(config, key);
+  });
+  StateWriter numbers;
+  Rig same{rig};
+  numbers(same);
+  return checksum_of(numbers.bytes()) ^ checksum_of(std::as_bytes(std::span{text}));
 }
 
 }  // namespace
@@ -153,6 +183,16 @@ struct Pipeline::Implementation {
             place(frame, dt_s),
             dt_s,
             frame.other_grids};
+  }
+
+  template <class State>
+  void exchange(State& state) {
+    state(last_stamp_ns, ego_motion);
+    if constexpr (std::is_same_v<State, StateWriter>) {
+      journey->save(state);
+    } else {
+      journey->load(state);
+    }
   }
 
   Config config;
@@ -242,6 +282,35 @@ void Pipeline::predict_at(const std::vector<double>& horizons_s) {
 }
 void Pipeline::start_ids_at(std::int64_t first_id) {
   implementation_->journey->start_ids_at(first_id);
+}
+std::vector<std::byte> Pipeline::save_state() const {
+  Implementation& self{*implementation_};
+  StateWriter state;
+  state(self);
+  const StateHead head{.settings = settings_of(self.config, self.rig, self.used),
+                       .size = state.bytes().size(),
+                       .checksum = checksum_of(state.bytes())};
+  const auto head_bytes{std::as_bytes(std::span{&head, 1})};
+  std::vector<std::byte> saved{head_bytes.begin(), head_bytes.end()};
+  saved.insert(saved.end(), state.bytes().begin(), state.bytes().end());
+  return saved;
+}
+void Pipeline::load_state(std::span<const std::byte> saved) {
+  Implementation& self{*implementation_};
+  const auto require = [](bool fine, const char* problem) {
+    if (!fine) throw InputError{"saved state", problem, "Begin without it."};
+  };
+  StateHead head;
+  require(saved.size() >= sizeof(head) && std::memcmp(saved.data(), &head, sizeof(head.kind)) == 0,
+          "is none of a pipeline of this version.");
+  std::memcpy(&head, saved.data(), sizeof(head));
+  const auto bytes{saved.subspan(sizeof(head))};
+  require(head.settings == settings_of(self.config, self.rig, self.used),
+          "belongs to another configuration, rig, back end or version.");
+  require(head.size == bytes.size() && head.checksum == checksum_of(bytes), "is damaged.");
+  StateReader state{bytes};
+  state(self);
+  require(state.fits(), "does not fit this pipeline.");
 }
 
 }  // namespace stereogrid

@@ -2,6 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <mutex>
 #include <optional>
 #include <string>
 
@@ -14,16 +18,26 @@ namespace stereogrid::app {
 /// Takes the frames in their order, on whatever thread.
 class PoseStage {
  public:
-  explicit PoseStage(const Input& input);
+  /// What the odometry remembers after every frame for which `is_kept` says so waits for take_state().
+  PoseStage(const Input& input, std::function<bool(std::size_t index)> is_kept);
+
+  /// Goes on from there. Before the first frame. Throws InputError where the state does not fit.
+  void load(const io::OdometryState& state);
 
   /// Returns a warning; empty: none. Throws InputError where the frame does not fit the rig.
   std::string place(StereoFrame& frame);
 
   [[nodiscard]] bool takes_time() const { return odometry_.has_value(); }
 
+  /// What the odometry remembered after a frame, once; none: poses came with the input, or the frame was not kept.
+  [[nodiscard]] std::optional<io::OdometryState> take_state(std::size_t index);
+
  private:
   PoseSource poses_;
   std::optional<io::VisualOdometry> odometry_;
+  std::function<bool(std::size_t)> is_kept_;
+  std::mutex mutex_;  // frames are placed on other threads than their states are taken on
+  std::map<std::size_t, io::OdometryState> kept_;
 };
 
 }  // namespace stereogrid::app

@@ -53,6 +53,7 @@ class LineFile {
 struct Job {
   StereoFrame frame;
   FrameResult result;
+  std::optional<Checkpoint> checkpoint;
 };
 
 }  // namespace
@@ -78,6 +79,7 @@ struct ResultWriter::State {
       if (video) video->add(picture);
     }
     lines->append(frame_line(job.frame, job.result));
+    if (job.checkpoint) write_checkpoint(options.folder, *job.checkpoint);
   }
 
   void work() {
@@ -128,11 +130,11 @@ ResultWriter::~ResultWriter() {
   if (state_->thread.joinable()) state_->thread.join();
 }
 
-void ResultWriter::write(StereoFrame frame, FrameResult result) {
+void ResultWriter::write(StereoFrame frame, FrameResult result, std::optional<Checkpoint> checkpoint) {
   std::unique_lock lock{state_->mutex};
   state_->changed.wait(lock, [this] { return state_->failure || state_->jobs.size() < capacity; });
   if (state_->failure) std::rethrow_exception(state_->failure);
-  state_->jobs.push_back({std::move(frame), std::move(result)});
+  state_->jobs.push_back({std::move(frame), std::move(result), std::move(checkpoint)});
   state_->changed.notify_all();
 }
 

@@ -4,7 +4,9 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 
+#include "checkpoint.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::app {
@@ -31,7 +33,8 @@ class ResultWriter {
   ~ResultWriter();
 
   /// Waits while too many frames wait. Throws what writing an earlier frame has thrown: DeviceError.
-  void write(StereoFrame frame, FrameResult result);
+  /// `checkpoint`: written once the frame is.
+  void write(StereoFrame frame, FrameResult result, std::optional<Checkpoint> checkpoint = {});
   /// Waits for the last frame; throws as write().
   void finish();
 

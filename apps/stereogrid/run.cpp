@@ -11,6 +11,7 @@
 #include <set>
 #include <string_view>
 
+#include "checkpoint.hpp"
 #include "commands.hpp"
 #include "interrupt.hpp"
 #include "lidar_stage.hpp"
@@ -31,7 +32,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t warm_up_frames{30};
 constexpr std::size_t frames_ahead{4};
 
 BackEnd back_end_of(const RunOptions& options) {
@@ -106,17 +106,50 @@ StereoFrame first_usable_frame(const FrameSource& source, FrameRange range) {
       fmt::format("None of the {} frames can be used. The first one: {}", range.end - range.first, first_error)};
 }
 
+std::size_t first_to_do(const RunRecord& record) {
+  const std::vector<FrameSummary>& finished{record.finished().frames};
+  return finished.empty() ? record.range().first : finished.back().index + 1;
+}
+
+/// Where a run goes on: behind the frame of its checkpoint, or at its first frame. What was finished after that goes
+/// through the pipeline again, to the same results.
+std::size_t first_frame_of(const RunRecord& record, Pipeline& pipeline, PoseStage& poses) {
+  const std::size_t next{first_to_do(record)};
+  const std::size_t first{record.range().first};
+  if (next == first || next == record.range().end) return next;
+  const std::vector<std::byte> nothing{pipeline.save_state()};
+  try {
+    const std::optional<Checkpoint> saved{read_checkpoint(record.folder())};
+    const bool fits{saved && saved->index >= first && saved->index < next &&
+                    saved->odometry.has_value() == poses.takes_time()};
+    if (fits) {
+      pipeline.load_state(saved->pipeline);
+      if (saved->odometry) poses.load(*saved->odometry);
+      spdlog::info("going on with frame {}, from what was saved after frame {}", next, saved->index);
+      return saved->index + 1;
+    }
+    spdlog::info("going on with frame {}; nothing saved fits: beginning with frame {} again", next, first);
+  } catch (const InputError& error) {
+    spdlog::warn("{} The frames are worked through from the first one on again.", error.what());
+    pipeline.load_state(nothing);
+  }
+  return first;
+}
+
 /// One sitting of a run: takes the frames of the input through the pipeline and to the files.
 class Sitting {
  public:
+  /// `first_frame`: from there on frames go through the pipeline; those that are finished already are not written.
   Sitting(Pipeline& pipeline, PoseStage& poses, const OpencvStage& opencv, const LidarStage& lidar, RunRecord& record,
-          ResultWriter& writer)
+          ResultWriter& writer, std::size_t first_frame, const Checkpoints& checkpoints)
       : pipeline_{pipeline},
         poses_{poses},
         opencv_{opencv},
         lidar_{lidar},
         record_{record},
         writer_{writer},
+        first_frame_{first_frame},
+        checkpoints_{checkpoints},
         first_to_write_{first_to_do(record)} {}
 
   void go_through(const FrameSource& source) {
@@ -124,12 +157,9 @@ class Sitting {
     Progress progress{"frames", total};
     // a second thread, so that the next frame is read while this one's motion is found
     const int threads{poses_.takes_time() ? 2 : 1};
-    io::FrameQueue queue{source,
-                         prepare_warm_up(),
-                         record_.range().end,
-                         frames_ahead,
-                         threads,
-                         [this](io::QueuedFrame& queued) { queued.warning = poses_.place(*queued.frame); }};
+    io::FrameQueue queue{
+        source,       first_frame_, record_.range().end,
+        frames_ahead, threads,      [this](io::QueuedFrame& queued) { queued.warning = poses_.place(*queued.frame); }};
     while (interrupted() == 0) {
       std::optional<io::QueuedFrame> queued{queue.next()};
       if (!queued) break;
@@ -144,24 +174,6 @@ class Sitting {
   [[nodiscard]] double frames_per_second() const { return seconds_ > 0 ? frames_written_ / seconds_ : 0; }
 
  private:
-  static std::size_t first_to_do(const RunRecord& record) {
-    const std::vector<FrameSummary>& finished{record.finished().frames};
-    return finished.empty() ? record.range().first : finished.back().index + 1;
-  }
-
-  // A run that goes on takes the last frames through the pipeline once more, so that the filter knows the street. From
-  // the run's first frame on everything repeats; from a later one obstacles get new ids.
-  std::size_t prepare_warm_up() {
-    const std::vector<FrameSummary>& finished{record_.finished().frames};
-    if (finished.empty()) return record_.range().first;
-    const std::size_t again{std::min(warm_up_frames, finished.size())};
-    const FrameSummary& start{finished[finished.size() - again]};
-    pipeline_.start_at(start.world_from_vehicle);
-    if (again < finished.size()) pipeline_.start_ids_at(record_.finished().largest_id + 1);
-    spdlog::info("going on with frame {} of {}", first_to_write_, record_.range().end);
-    return start.index;
-  }
-
   void take(io::QueuedFrame queued) {
     next_ = std::max(next_, queued.index + 1);
     if (!queued.frame) return skip(queued, queued.error);
@@ -178,10 +190,15 @@ class Sitting {
       tell_warnings(queued.name, result.warnings);
       record_.add_frame({queued.index, result.world_from_vehicle, result.timing_ms, result.warnings});
       ++frames_written_;
-      writer_.write(std::move(*queued.frame), std::move(result));
+      writer_.write(std::move(*queued.frame), std::move(result), checkpoint_after(queued.index));
     } catch (const InputError& error) {
       skip(queued, error.what());
     }
+  }
+
+  std::optional<Checkpoint> checkpoint_after(std::size_t index) {
+    if (!checkpoints_.is_due_after(index)) return std::nullopt;
+    return Checkpoint{index, pipeline_.save_state(), poses_.take_state(index)};
   }
 
   void skip(const io::QueuedFrame& queued, const std::string& reason) {
@@ -204,6 +221,8 @@ class Sitting {
   const LidarStage& lidar_;
   RunRecord& record_;
   ResultWriter& writer_;
+  std::size_t first_frame_;
+  Checkpoints checkpoints_;
   std::size_t first_to_write_;
   std::size_t next_{first_to_write_};
   int frames_written_{0};
@@ -272,8 +291,9 @@ int run(const RunOptions& options) {
   ResultWriter writer{{options.folder, !options.predict_s.empty(), options.save_stages, options.pictures, options.video,
                        rate_hz(input), pipeline.rig()}};
   const OpencvStage opencv{options.matcher, pipeline.config().matching.disparities};
-  PoseStage poses{input};
-  Sitting sitting{pipeline, poses, opencv, lidar, record, writer};
+  const Checkpoints checkpoints{record.range().first, static_cast<std::size_t>(options.checkpoint_every)};
+  PoseStage poses{input, [checkpoints](std::size_t index) { return checkpoints.is_due_after(index); }};
+  Sitting sitting{pipeline, poses, opencv, lidar, record, writer, first_frame_of(record, pipeline, poses), checkpoints};
   catch_interrupts();
   sitting.go_through(*input.source);
   record.save(sitting.is_complete());

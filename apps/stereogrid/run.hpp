@@ -26,6 +26,7 @@ struct RunOptions {
   bool pictures{false};
   std::string video;
   bool resume{false};
+  int checkpoint_every{100};
 };
 
 /// `stereogrid run`. Returns the exit code; throws ConfigError, InputError, DeviceError.

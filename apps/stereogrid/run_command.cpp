@@ -49,7 +49,14 @@ void add_run_command(CLI::App& tool, int& exit_code) {
   command->add_flag("--pictures", options->pictures, "Also a picture of every frame: pictures/NAME.png.");
   command->add_option("--video", options->video, "Also the pictures as a film (H.264, through the program ffmpeg).")
       ->type_name("FILE.mp4");
-  command->add_flag("--resume", options->resume, "Go on with a run that was stopped.");
+  command->add_flag("--resume", options->resume, "Go on with a run that was stopped, to the same results.");
+  command
+      ->add_option("--checkpoint-every", options->checkpoint_every,
+                   "After so many frames what the pipeline remembers is saved for --resume; 0: never, so that --resume "
+                   "has to work through the frames from the first one on again.")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1'000'000'000))
+      ->capture_default_str();
   command->callback([options, &exit_code] { exit_code = run(*options); });
 }
 

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -138,6 +140,14 @@ class Pipeline {
 
   /// Ids of new obstacles start here (after a resumed run).
   void start_ids_at(std::int64_t first_id);
+
+  /// What the pipeline remembers between two frames, as bytes: a pipeline of the same configuration, rig and back end
+  /// that loads it goes on exactly as this one would. For the same version of the library on machines of one kind; the
+  /// checksum tells damage, not forgery.
+  [[nodiscard]] std::vector<std::byte> save_state() const;
+  /// Throws InputError: no saved state, damaged, or of another configuration, rig, back end or version; nothing has
+  /// changed then.
+  void load_state(std::span<const std::byte> saved);
 
  private:
   struct Implementation;

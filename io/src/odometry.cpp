@@ -177,6 +177,71 @@ struct VisualOdometry::Implementation {
   std::optional<std::int64_t> last_stamp_ns;
 };
 
+namespace {
+
+Image<std::uint8_t> image_of(const Pyramid& pyramid) {
+  if (pyramid.empty()) return {};
+  const cv::Mat& level{pyramid.front()};
+  Image<std::uint8_t> image{level.cols, level.rows};
+  for (int v{0}; v < level.rows; ++v) std::copy_n(level.ptr<std::uint8_t>(v), level.cols, image.row(v));
+  return image;
+}
+
+cv::Affine3d motion_of(const std::array<double, 12>& numbers) {
+  cv::Affine3d motion;
+  std::copy(numbers.begin(), numbers.end(), motion.matrix.val);
+  return motion;
+}
+
+}  // namespace
+
+OdometryState VisualOdometry::save_state() const {
+  const Implementation& self{*implementation_};
+  OdometryState state{.reference = image_of(self.reference),
+                      .landmarks = {},
+                      .world_from_reference = self.world_from_reference,
+                      .world_from_last = self.world_from_last,
+                      .reference_from_last = numbers_of(self.reference_from_last),
+                      .speed = {},
+                      .unmeasured_s = self.unmeasured_s,
+                      .last_stamp_ns = self.last_stamp_ns};
+  for (std::size_t i{0}; i < self.landmarks.at_px.size(); ++i) {
+    const cv::Point2f& at{self.landmarks.at_px[i]};
+    const cv::Point3f& in_camera{self.landmarks.in_camera[i]};
+    const cv::Point2f& last{self.last_at_px[i]};
+    state.landmarks.push_back({{at.x, at.y}, {in_camera.x, in_camera.y, in_camera.z}, {last.x, last.y}});
+  }
+  if (self.speed) {
+    const auto& [turn, move]{*self.speed};
+    state.speed = {turn[0], turn[1], turn[2], move[0], move[1], move[2]};
+  }
+  return state;
+}
+
+void VisualOdometry::load_state(const OdometryState& state) {
+  Implementation& self{*implementation_};
+  const bool fits{state.reference.width() == self.rig.width_px && state.reference.height() == self.rig.height_px};
+  if (!state.reference.empty() && !fits) {
+    throw InputError{"saved odometry", "has a reference image that does not have the calibration's size.",
+                     "Begin without it."};
+  }
+  self.reference = state.reference.empty() ? Pyramid{} : pyramid_of(state.reference);
+  self.landmarks = {};
+  self.last_at_px.clear();
+  for (const auto& [at, in_camera, last] : state.landmarks) {
+    self.landmarks.at_px.emplace_back(at[0], at[1]);
+    self.landmarks.in_camera.emplace_back(in_camera[0], in_camera[1], in_camera[2]);
+    self.last_at_px.emplace_back(last[0], last[1]);
+  }
+  self.world_from_reference = state.world_from_reference;
+  self.world_from_last = state.world_from_last;
+  self.reference_from_last = motion_of(state.reference_from_last);
+  self.speed.reset();
+  if (const auto& s{state.speed}) self.speed = Speed{{(*s)[0], (*s)[1], (*s)[2]}, {(*s)[3], (*s)[4], (*s)[5]}};
+  self.unmeasured_s = state.unmeasured_s;
+  self.last_stamp_ns = state.last_stamp_ns;
+}
+
 VisualOdometry::VisualOdometry(const Rig& rig) : implementation_{std::make_unique<Implementation>(rig)} {}
 VisualOdometry::VisualOdometry(VisualOdometry&&) noexcept = default;
 VisualOdometry& VisualOdometry::operator=(VisualOdometry&&) noexcept = default;

@@ -74,6 +74,11 @@ class RowAlignment {
   [[nodiscard]] bool is_identity() const { return is_identity_; }
   [[nodiscard]] const RowOffsets& offsets() const { return offsets_; }
 
+  template <class State>
+  void exchange(State& state) {
+    state(offsets_, remembered_, is_identity_);
+  }
+
  private:
   void collect(int row, View<const std::uint8_t> left, View<const std::uint8_t> right, const Matches& matches,
                const RoadPlane& plane);

@@ -28,6 +28,12 @@ class EgoMotion {
   /// The next frame's place. `pose`: of the vehicle in any fixed frame, none: unknown; `dt_s`: since the frame before.
   Placing place(const std::optional<Pose2>& pose, double dt_s);
 
+  template <class State>
+  void exchange(State& state) {
+    state(world_from_vehicle_, world_from_last_pose_, last_pose_, since_pose_s_, before_s_, input_from_world_, rate_,
+          pose_rate_, has_warned_);
+  }
+
  private:
   // Motion per second, in the vehicle's axes.
   struct Rate {

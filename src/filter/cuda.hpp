@@ -25,6 +25,15 @@ FilterMotion filter_motion(const FilterInput& input, const GridGeometry& before)
 struct FilterStateOnDevice {
   FilterStateOnDevice(int cells, int velocities);
 
+  /// Calls work(data, size) for all that the state consists of.
+  template <class Work>
+  void for_each_array(const Work& work) {
+    work(mass.data(), mass.size());
+    for (DeviceImage<float>* image : {&scale, &born_standing, &born_moving, &occupancy, &age_s}) {
+      work(image->data(), image->size());
+    }
+  }
+
   DeviceBuffer<float> mass;  ///< [k][cell]
   DeviceImage<float> scale;
   DeviceImage<float> born_standing;

@@ -63,6 +63,11 @@ struct FilterSpace {
 struct FilterState {
   FilterState(int cells, const FilterConfig& config);
 
+  template <class State>
+  void exchange(State& state) {
+    state(geometry, velocity, particles, occupancy, age_s);
+  }
+
   GridGeometry geometry;               ///< of the last step; nx = 0: no step yet
   std::vector<Image<float>> velocity;  ///< [k]; none with particles
   FilterSpace space;                   ///< for the step that writes into this state

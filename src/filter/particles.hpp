@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -21,6 +22,15 @@ struct Reference;
 struct Particles {
   Particles() = default;
   Particles(int cells, const FilterConfig& config);
+
+  template <class State>
+  void exchange(State& state) {
+    const std::size_t most{particle.size()};
+    state(mass, particle, count, weight, steps);
+    if constexpr (requires { state.require(true); }) {
+      state.require(particle.size() == most && count >= 0 && static_cast<std::size_t>(count) <= most);
+    }
+  }
 
   Image<CellMass> mass;
   std::vector<Particle> particle;  ///< moving mass, in the order of cells; `count` of them are in use

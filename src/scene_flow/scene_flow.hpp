@@ -72,6 +72,11 @@ class SceneFlow {
   /// What is known after follow() of the points that were found again.
   [[nodiscard]] const std::vector<FlowVector>& vectors() const { return vectors_; }
 
+  template <class State>
+  void exchange(State& state) {
+    state(now_s_, left_before_, points_);
+  }
+
  private:
   /// So many positions make a velocity.
   static constexpr int remembered{6};

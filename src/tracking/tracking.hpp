@@ -50,6 +50,11 @@ class Tracker {
   /// The tracks as obstacles in the vehicle frame.
   void report(const Pose2& world_from_vehicle, std::vector<Obstacle>& obstacles) const;
 
+  template <class State>
+  void exchange(State& state) {
+    state(tracks_, next_id_);
+  }
+
  private:
   // One axis of a constant-velocity Kalman filter.
   struct Axis {

@@ -92,28 +92,53 @@ TEST(Resume, ComplainsOfADamagedLine) {
   EXPECT_THAT(outcome.errors, HasSubstr("line 2"));
 }
 
-// Longer than what is repeated to warm up: the world stays where it was, ids go on.
-TEST(Resume, KeepsTheWorldOfALongRun) {
+/// One sitting of a run that is done in several.
+Outcome sit(const fs::path& run, const std::string& frames, const std::vector<std::string>& more) {
+  const std::string scene{"scene:street?frames=40&width=160&height=100"};
+  std::vector<std::string> words{"run", scene, "--out", run.string(), "--frames", frames, "--resume"};
+  words.insert(words.end(), more.begin(), more.end());
+  return run_well(words);
+}
+
+struct Way {
+  const char* name;
+  std::vector<std::string> options;
+};
+
+// From what was saved last, or from the first frame; the results are the same.
+TEST(Resume, OfALongRunGoesOnExactly) {
   const TemporaryFolder folder;
-  const std::string scene{"scene:street?frames=36&width=112&height=70"};
-  run_well({"run", scene, "--out", (folder / "whole").string()});
-  run_well({"run", scene, "--out", (folder / "parts").string(), "--frames", ":33"});
-  run_well({"run", scene, "--out", (folder / "parts").string(), "--resume"});
-  const Json whole(lines_of(folder / "whole").back());
-  const std::vector<Json> parts(lines_of(folder / "parts"));
-  ASSERT_EQ(parts.size(), 36U);
-  for (const char* key : {"x_m", "y_m", "yaw_rad"}) {
-    EXPECT_NEAR(parts.back()["pose"][key].get<double>(), whole["pose"][key].get<double>(), 1e-9) << key;
+  for (const Way& way : {Way{"poses", {}}, Way{"odometry", {"--poses", "odometry"}}}) {
+    SCOPED_TRACE(way.name);
+    const auto options = [&](const char* every) {
+      std::vector<std::string> words{way.options};
+      words.insert(words.end(), {"--checkpoint-every", every});
+      return words;
+    };
+    const fs::path whole{folder / way.name / "whole"};
+    const fs::path saved{folder / way.name / "saved"};
+    const fs::path unsaved{folder / way.name / "unsaved"};
+    sit(whole, ":", options("100"));
+    sit(saved, ":24", options("7"));
+    EXPECT_THAT(sit(saved, ":37", options("7")).errors, HasSubstr("frame 25, from what was saved after frame 20"));
+    EXPECT_THAT(sit(saved, ":", options("7")).errors, HasSubstr("frame 38, from what was saved after frame 34"));
+    expect_equal_runs(whole, saved);
+    sit(unsaved, ":36", options("0"));
+    EXPECT_THAT(sit(unsaved, ":", options("0")).errors, HasSubstr("beginning with frame 0 again"));
+    expect_equal_runs(whole, unsaved);
   }
-  std::int64_t largest{0};
-  for (std::size_t i{0}; i <= 33; ++i) {
-    for (const Json& obstacle : parts[i]["obstacles"]) largest = std::max(largest, obstacle["id"].get<std::int64_t>());
+}
+
+TEST(Resume, ADamagedSavedStateIsToldAndDoneWithout) {
+  const TemporaryFolder folder;
+  sit(folder / "whole", ":14", {"--checkpoint-every", "5"});
+  for (const std::size_t kept : {std::size_t{0}, std::size_t{1000}}) {
+    const fs::path run{folder / ("cut to " + std::to_string(kept))};
+    sit(run, ":11", {"--checkpoint-every", "5"});
+    fs::resize_file(run / "state.npz", kept);
+    EXPECT_THAT(sit(run, ":14", {"--checkpoint-every", "5"}).errors, HasSubstr("state.npz"));
+    expect_equal_runs(folder / "whole", run);
   }
-  for (const Json& obstacle : parts[34]["obstacles"]) EXPECT_GT(obstacle["id"].get<std::int64_t>(), largest);
-  const auto origin = [&](const char* run) {
-    return io::read_npz(folder / run / "grids" / "000035.npz").at("world_origin").to<double>();
-  };
-  EXPECT_EQ(origin("whole"), origin("parts"));
 }
 
 TEST(Resume, WithOdometryGoesOnExactly) {
@@ -127,23 +152,6 @@ TEST(Resume, WithOdometryGoesOnExactly) {
   drive("parts", ":");
   expect_equal_runs(folder / "whole", folder / "parts");
   EXPECT_GT(lines_of(folder / "parts").back()["pose"]["x_m"].get<double>(), 3);
-}
-
-// Beyond what is repeated, odometry begins anew where the files say that the vehicle was.
-TEST(Resume, OdometryOfALongRunGoesOnFromItsPlace) {
-  const TemporaryFolder folder;
-  const std::string scene{"scene:street?frames=34&width=256&height=160"};
-  const auto drive = [&](const std::string& out, const std::string& frames) {
-    run_well({"run", scene, "--out", (folder / out).string(), "--poses", "odometry", "--frames", frames, "--resume"});
-  };
-  drive("whole", ":");
-  drive("parts", ":32");
-  drive("parts", ":");
-  const Json whole(lines_of(folder / "whole").back());
-  const Json parts(lines_of(folder / "parts").back());
-  for (const char* key : {"x_m", "y_m", "yaw_rad"}) {
-    EXPECT_NEAR(parts["pose"][key].get<double>(), whole["pose"][key].get<double>(), 0.05) << key;
-  }
 }
 
 pid_t start(std::vector<std::string> words) {

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Whole drives: every back end and every number of threads gives the same results, bit for bit.
+#include <thread>
+
 #include "chain_run.hpp"
 
 namespace stereogrid::test {
@@ -44,6 +46,25 @@ TEST(ChainThreads, ResultsAreTheSameOnAnyNumberOfThreads) {
         EXPECT_GT(result.road_density, 0.05);
       }
     }
+  }
+}
+
+TEST(ChainThreads, PipelinesInTwoThreadsDoNotDisturbEachOther) {
+  const char* scene{"street?width=211&height=103&frames=4"};
+  Config other{preset("paper")};
+  other.matching.method = MatchingMethod::semi_global;
+  Drive alone{scene};
+  Drive other_alone{scene, other};
+  Drive beside{scene};
+  Drive other_beside{scene, other};
+  for (std::size_t i{0}; i < 4; ++i) {
+    const FrameResult* others{nullptr};
+    std::thread thread{[&] { others = &other_beside.step(i); }};
+    const FrameResult& result{beside.step(i)};
+    thread.join();
+    SCOPED_TRACE(testing::Message() << "frame " << i);
+    expect_equal(alone.step(i), result);
+    expect_equal(other_alone.step(i), *others);
   }
 }
 

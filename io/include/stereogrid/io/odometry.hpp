@@ -3,8 +3,11 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "stereogrid/camera.hpp"
 #include "stereogrid/frame.hpp"
@@ -23,6 +26,23 @@ struct OdometryStep {
   int inliers{0};            ///< of these, points that agree on the motion
   double spread{0};          ///< share of the parts of the picture (6 × 3) that have inliers
   std::string warning;       ///< empty: none
+};
+
+/// What the odometry remembers between two frames.
+struct OdometryState {
+  struct Landmark {
+    std::array<float, 2> in_reference_px;
+    std::array<float, 3> in_camera_m;
+    std::array<float, 2> last_seen_px;
+  };
+  Image<std::uint8_t> reference;  ///< left image of the frame that the landmarks are of; empty: no frame yet
+  std::vector<Landmark> landmarks;
+  Pose2 world_from_reference;
+  Pose2 world_from_last;
+  std::array<double, 12> reference_from_last{};  ///< 3 × 4 row-major
+  std::optional<std::array<double, 6>> speed;    ///< rotation vector, rad/s, and translation, m/s
+  double unmeasured_s{0};
+  std::optional<std::int64_t> last_stamp_ns;
 };
 
 /// Visual odometry from a rectified stereo pair: corners spread over the picture (Shi and Tomasi), followed from frame
@@ -44,6 +64,11 @@ class VisualOdometry {
   /// Takes the next frame, with a right image or with disparities; stamps must grow, frames may be missing. Throws
   /// InputError where the frame does not fit the rig; the state is then unchanged.
   OdometryStep update(const StereoFrame& frame);
+
+  /// An odometry of the same rig that is given the state goes on exactly as this one would. Throws InputError where the
+  /// reference image does not fit the rig; nothing has changed then.
+  [[nodiscard]] OdometryState save_state() const;
+  void load_state(const OdometryState& state);
 
  private:
   struct Implementation;

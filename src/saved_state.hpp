@@ -1,0 +1,157 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+#include "stereogrid/image.hpp"
+
+namespace stereogrid {
+
+// What a pipeline remembers between two frames, as bytes. A class that remembers something names it once, for saving
+// and loading alike:
+//
+//   template <class State> void exchange(State& state) { state(ground_, points_, …); }
+//
+// Members are numbers and structs of numbers, images (whose size must not change), vectors and optionals of these, and
+// classes with an `exchange` of their own.
+
+template <class T, class State>
+concept Exchanges = requires(T value, State state) {
+  value.exchange(state);
+};
+
+/// Puts members behind each other.
+class StateWriter {
+ public:
+  template <class... Values>
+  void operator()(Values&... values) {
+    (put(values), ...);
+  }
+
+  [[nodiscard]] const std::vector<std::byte>& bytes() const { return bytes_; }
+
+ private:
+  template <class T>
+  void put(T& value) {
+    if constexpr (Exchanges<T, StateWriter>) {
+      value.exchange(*this);
+    } else {
+      static_assert(std::is_trivially_copyable_v<T>);
+      put_elements(&value, 1);
+    }
+  }
+
+  template <class T>
+  void put(Image<T>& image) {
+    const std::array<int, 2> size{image.width(), image.height()};
+    put_elements(size.data(), size.size());
+    put_elements(image.data(), image.size());
+  }
+
+  template <class T>
+  void put(std::vector<T>& values) {
+    const std::size_t size{values.size()};
+    put_elements(&size, 1);
+    if constexpr (std::is_trivially_copyable_v<T>) {
+      put_elements(values.data(), size);
+    } else {
+      for (T& value : values) put(value);
+    }
+  }
+
+  template <class T>
+  void put(std::optional<T>& value) {
+    const bool has_value{value.has_value()};
+    put_elements(&has_value, 1);
+    if (has_value) put(*value);
+  }
+
+  template <class T>
+  void put_elements(const T* elements, std::size_t count) {
+    const auto* begin{reinterpret_cast<const std::byte*>(elements)};
+    bytes_.insert(bytes_.end(), begin, begin + count * sizeof(T));
+  }
+
+  std::vector<std::byte> bytes_;
+};
+
+/// Takes them out again. What does not fit is told by `fits()`; nothing is read beyond the end.
+class StateReader {
+ public:
+  explicit StateReader(std::span<const std::byte> bytes) : rest_{bytes} {}
+
+  template <class... Values>
+  void operator()(Values&... values) {
+    (take(values), ...);
+  }
+
+  /// For classes that find a value they cannot work with.
+  void require(bool condition) { fits_ = fits_ && condition; }
+  /// All members were there, of the right size, and nothing is left.
+  [[nodiscard]] bool fits() const { return fits_ && rest_.empty(); }
+
+ private:
+  template <class T>
+  void take(T& value) {
+    if constexpr (Exchanges<T, StateReader>) {
+      value.exchange(*this);
+    } else {
+      static_assert(std::is_trivially_copyable_v<T>);
+      take_elements(&value, 1);
+    }
+  }
+
+  template <class T>
+  void take(Image<T>& image) {
+    std::array<int, 2> size{};
+    take_elements(size.data(), size.size());
+    require(size[0] == image.width() && size[1] == image.height());
+    take_elements(image.data(), image.size());
+  }
+
+  template <class T>
+  void take(std::vector<T>& values) {
+    std::size_t size{0};
+    take_elements(&size, 1);
+    require(size <= rest_.size());  // no element is smaller than a byte
+    if (!fits_) return;
+    values.resize(size);
+    if constexpr (std::is_trivially_copyable_v<T>) {
+      take_elements(values.data(), size);
+    } else {
+      for (T& value : values) take(value);
+    }
+  }
+
+  template <class T>
+  void take(std::optional<T>& value) {
+    bool has_value{false};
+    take_elements(&has_value, 1);
+    value.reset();
+    if (has_value) take(value.emplace());
+  }
+
+  template <class T>
+  void take_elements(T* elements, std::size_t count) {
+    require(count * sizeof(T) <= rest_.size());
+    if (!fits_ || count == 0) return;
+    std::memcpy(elements, rest_.data(), count * sizeof(T));
+    rest_ = rest_.subspan(count * sizeof(T));
+  }
+
+  std::span<const std::byte> rest_;
+  bool fits_{true};
+};
+
+/// FNV-1a over words of eight bytes: tells damage, not forgery.
+std::uint64_t checksum_of(std::span<const std::byte> bytes);
+
+}  // namespace stereogrid

@@ -1,0 +1,136 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A pipeline that loads what another one has saved goes on as that one does, bit for bit.
+#include "chain_run.hpp"
+#include "stereogrid/error.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+constexpr std::size_t saved_after{7};
+constexpr std::size_t frames{11};
+
+Config small(const char* name) {
+  Config config{preset(name)};
+  config.grid.length_m = 8;
+  config.grid.width_m = 6;
+  config.filter.velocity_max_mps = 4;
+  config.matching.disparities = 32;
+  config.filter.particles = 3000;
+  config.tracking.confirm_frames = 2;
+  return config;
+}
+
+struct Case {
+  const char* name;
+  Config config;
+  BackEnd back_end{BackEnd::cpu};
+  bool with_poses{true};
+  double camera_pitch_rad{0};
+};
+
+std::vector<Case> cases() {
+  std::vector<Case> all{{"default", small("default")},
+                        {"paper", small("paper")},
+                        {"without poses", small("default"), BackEnd::cpu, false},
+                        {"reference", small("default"), BackEnd::reference},
+                        {"levelled", small("default"), BackEnd::cpu, true, 0.03}};
+  all.push_back({"particles", small("default")});
+  all.back().config.filter.model = FilterModel::particles;
+  return all;
+}
+
+class SavedState : public testing::TestWithParam<Case> {
+ protected:
+  SavedState() { rig.camera_pitch_rad = GetParam().camera_pitch_rad; }
+
+  [[nodiscard]] Pipeline pipeline() const { return {GetParam().config, rig, GetParam().back_end, 2}; }
+
+  const FrameResult& step(Pipeline& pipeline, std::size_t index) const {
+    StereoFrame frame{scene.load(index)};
+    if (!GetParam().with_poses && index > 1) frame.world_from_vehicle.reset();
+    return pipeline.process(frame);
+  }
+
+  scenes::Scene scene{scenes::parse_scene("crossing?width=128&height=80&frames=11"), 2};
+  Rig rig{scene.rig()};
+};
+
+TEST_P(SavedState, GoesOnBitForBit) {
+  Pipeline first{pipeline()};
+  for (std::size_t i{0}; i < saved_after; ++i) step(first, i);
+  Pipeline second{pipeline()};
+  step(second, 3);  // what it remembers of its own is replaced
+  second.load_state(first.save_state());
+  bool has_obstacles{false};
+  for (std::size_t i{saved_after}; i < frames; ++i) {
+    SCOPED_TRACE(testing::Message() << "frame " << i);
+    const FrameResult& expected{step(first, i)};
+    expect_equal(expected, step(second, i));
+    has_obstacles = has_obstacles || !expected.obstacles.empty();
+  }
+  EXPECT_TRUE(has_obstacles);
+}
+
+TEST_P(SavedState, OfAPipelineThatHasSeenNothingIsAnEmptyOne) {
+  Pipeline fresh{pipeline()};
+  Pipeline used{pipeline()};
+  for (std::size_t i{0}; i < 3; ++i) step(used, i);
+  used.load_state(fresh.save_state());
+  for (std::size_t i{0}; i < 3; ++i) expect_equal(step(fresh, i), step(used, i));
+}
+
+INSTANTIATE_TEST_SUITE_P(Chain, SavedState, testing::ValuesIn(cases()), [](const auto& test) {
+  std::string name{test.param.name};
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name;
+});
+
+struct Refusal : testing::Test {
+  Refusal() {
+    for (std::size_t i{0}; i < 3; ++i) drive.step(i);
+    saved = drive.pipeline.save_state();
+  }
+
+  static void expect_refused(Pipeline& pipeline, std::span<const std::byte> bytes) {
+    EXPECT_THROW(pipeline.load_state(bytes), InputError);
+  }
+
+  Drive drive{"crossing?width=96&height=64&frames=6", small("default")};
+  std::vector<std::byte> saved;
+};
+
+TEST_F(Refusal, DamagedOrCutOffAndNothingHasChanged) {
+  Drive twin{"crossing?width=96&height=64&frames=6", small("default")};
+  for (std::size_t i{0}; i < 3; ++i) twin.step(i);
+  for (const std::size_t place : {std::size_t{0}, std::size_t{9}, std::size_t{17}, std::size_t{25}, std::size_t{40},
+                                  saved.size() / 2, saved.size() - 1}) {
+    std::vector<std::byte> damaged{saved};
+    damaged[place] ^= std::byte{4};
+    expect_refused(twin.pipeline, damaged);
+  }
+  for (const std::size_t size : {std::size_t{0}, std::size_t{5}, std::size_t{32}, saved.size() / 2, saved.size() - 1}) {
+    expect_refused(twin.pipeline, std::span{saved}.first(size));
+  }
+  std::vector<std::byte> longer{saved};
+  longer.push_back({});
+  expect_refused(twin.pipeline, longer);
+  for (std::size_t i{3}; i < 6; ++i) expect_equal(drive.step(i), twin.step(i));
+}
+
+TEST_F(Refusal, OfAnotherConfigurationRigOrBackEnd) {
+  Config other{small("default")};
+  other.filter.forgetting_s = 3;
+  Pipeline other_config{other, drive.scene.rig()};
+  expect_refused(other_config, saved);
+  Rig rig{drive.scene.rig()};
+  rig.baseline_m *= 1.001;
+  Pipeline other_rig{small("default"), rig};
+  expect_refused(other_rig, saved);
+  Pipeline other_back_end{small("default"), drive.scene.rig(), BackEnd::reference};
+  expect_refused(other_back_end, saved);
+}
+
+}  // namespace
+}  // namespace stereogrid::test
