@@ -290,9 +290,9 @@ std::vector<std::byte> Pipeline::save_state() const {
   const StateHead head{.settings = settings_of(self.config, self.rig, self.used),
                        .size = state.bytes().size(),
                        .checksum = checksum_of(state.bytes())};
-  const auto head_bytes{std::as_bytes(std::span{&head, 1})};
-  std::vector<std::byte> saved{head_bytes.begin(), head_bytes.end()};
-  saved.insert(saved.end(), state.bytes().begin(), state.bytes().end());
+  std::vector<std::byte> saved(sizeof(head) + state.bytes().size());
+  std::memcpy(saved.data(), &head, sizeof(head));
+  std::ranges::copy(state.bytes(), saved.begin() + sizeof(head));
   return saved;
 }
 void Pipeline::load_state(std::span<const std::byte> saved) {

@@ -17,7 +17,7 @@ std::string PoseStage::place(StereoFrame& frame) {
   if (!odometry_) return "";
   io::OdometryStep step{odometry_->update(frame)};
   frame.world_from_vehicle = step.world_from_vehicle;
-  if (const auto index{static_cast<std::size_t>(frame.index)}; is_kept_(index)) {
+  if (const auto index{static_cast<std::size_t>(frame.index)}; is_kept_ && is_kept_(index)) {
     const std::lock_guard lock{mutex_};
     kept_.emplace(index, odometry_->save_state());
   }

@@ -19,7 +19,7 @@ namespace stereogrid::app {
 class PoseStage {
  public:
   /// What the odometry remembers after every frame for which `is_kept` says so waits for take_state().
-  PoseStage(const Input& input, std::function<bool(std::size_t index)> is_kept);
+  explicit PoseStage(const Input& input, std::function<bool(std::size_t index)> is_kept = {});
 
   /// Goes on from there. Before the first frame. Throws InputError where the state does not fit.
   void load(const io::OdometryState& state);

@@ -114,7 +114,7 @@ TEST_F(Refusal, DamagedOrCutOffAndNothingHasChanged) {
     expect_refused(twin.pipeline, std::span{saved}.first(size));
   }
   std::vector<std::byte> longer{saved};
-  longer.push_back({});
+  longer.resize(saved.size() + 1);
   expect_refused(twin.pipeline, longer);
   for (std::size_t i{3}; i < 6; ++i) expect_equal(drive.step(i), twin.step(i));
 }
