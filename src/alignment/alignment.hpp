@@ -8,6 +8,7 @@
 
 #include "alignment/model.hpp"
 #include "ground/model.hpp"
+#include "held_bytes.hpp"
 #include "matching/match_lattice.hpp"
 #include "matching/matches.hpp"
 #include "stereogrid/camera.hpp"
@@ -73,6 +74,8 @@ class RowAlignment {
   /// Too small to matter?
   [[nodiscard]] bool is_identity() const { return is_identity_; }
   [[nodiscard]] const RowOffsets& offsets() const { return offsets_; }
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(rows_, samples_); }
 
  private:
   void collect(int row, View<const std::uint8_t> left, View<const std::uint8_t> right, const Matches& matches,

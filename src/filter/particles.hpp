@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "filter/particle_model.hpp"
+#include "held_bytes.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/grid.hpp"
 #include "stereogrid/image.hpp"
@@ -21,6 +22,8 @@ struct Reference;
 struct Particles {
   Particles() = default;
   Particles(int cells, const FilterConfig& config);
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(mass, particle, arrived, cell, first, begin); }
 
   Image<CellMass> mass;
   std::vector<Particle> particle;  ///< moving mass, in the order of cells; `count` of them are in use
