@@ -34,7 +34,29 @@ FrameResult empty_result(const Config& config, const Rig& rig) {
   const int window_cells{Window{result.vehicle_grid}.cells()};
   result.world = grid_layers({0, 0, config.grid.cell_size_m, window_cells, window_cells});
   result.stages = stage_images(rig.width_px, rig.height_px, bins_of(config), config.u_disparity.bins_per_px);
+  result.obstacles.reserve(things_reserved);
+  result.status.reserve(names_of(FrameStatus{}).size());
   return result;
+}
+
+std::size_t held_bytes(const GridLayers& layers) {
+  return held_bytes_of(layers.occupancy, layers.velocity_x, layers.velocity_y, layers.age_s, layers.velocity_xx,
+                       layers.velocity_xy, layers.velocity_yy, layers.moving);
+}
+
+std::size_t held_bytes(const StageImages& stages) {
+  return held_bytes_of(stages.obstacle_disparity, stages.road_disparity, stages.match_confidence, stages.possible,
+                       stages.visible, stages.observed, stages.visibility, stages.obstacle_confidence,
+                       stages.road_confidence, stages.occupancy, stages.occupancy_smooth);
+}
+
+std::size_t held_bytes(const FrameResult& result) {
+  std::size_t bytes{held_bytes_of(result.observed, result.occupancy, result.age_s, result.velocity_x, result.velocity_y,
+                                  result.velocity_xx, result.velocity_xy, result.velocity_yy, result.moving,
+                                  result.world, result.obstacles, result.stages, result.status)};
+  bytes += result.predictions.capacity() * sizeof(Prediction);
+  for (const Prediction& one : result.predictions) bytes += held_bytes_of(one.occupancy, one.world_occupancy);
+  return bytes;
 }
 
 int bins_of(const Config& config) {

@@ -24,9 +24,17 @@ JourneyMemory::JourneyMemory(const Config& parameters, const Rig& level_rig, con
       filtered_before{filtered},
       scene_flow{rig},
       velocity_evidence{window.cells(), filter_tables.axis_mps.back()},
-      cluster_labels{window.cells(), window.cells()},
+      weighing{window.cells(), filter_tables, config.filter.model == FilterModel::joint ? threads : 0},
+      clusters{window.cells(), window.cells(), scene_flow.points_reserved()},
       tracker{config.tracking} {
   projection.plan(BinGeometry{rig, config.u_disparity.bins_per_px}, {vehicle_grid}, config.projection.footprint);
+}
+
+std::size_t JourneyMemory::held_bytes() const {
+  return held_bytes_of(alignment, aligned_right, matches, matching, ground_samples, u_disparity_tables, u_disparity,
+                       projection, filter_tables, observed_world, filtered, filtered_before, scene_flow,
+                       velocity_evidence, weighing, clusters, tracker) +
+         (outlook ? sizeof(Outlook) + outlook->held_bytes() : 0);
 }
 
 }  // namespace stereogrid

@@ -46,6 +46,9 @@ class Journey {
   virtual void run(const JourneyInput& input, FrameResult& result) = 0;
   virtual void start_ids_at(std::int64_t first_id) = 0;
   virtual int threads() = 0;
+  [[nodiscard]] virtual MemoryUse memory_use() const = 0;
+  /// To be called before predict().
+  virtual void make_room_for_predictions() {}
   /// Fills result.predictions after run(); false: this back end cannot.
   virtual bool predict(const Pose2& /*world_from_vehicle*/, FrameResult& /*result*/) { return false; }
   /// What run() remembers between two frames.
@@ -70,12 +73,18 @@ int bins_of(const Config& config);
 /// Share of the pixels that have a disparity.
 double share_matched(const Image<float>& disparity);
 
+std::size_t held_bytes(const GridLayers& layers);
+std::size_t held_bytes(const StageImages& stages);
+std::size_t held_bytes(const FrameResult& result);
+
 /// Working memory of predictions.
 struct Outlook {
   explicit Outlook(const FilterState& now)
       : state{now},
         layers{grid_layers({0, 0, 1, now.occupancy.width(), now.occupancy.height()})},
         nothing{now.occupancy.width(), now.occupancy.height(), 0.5f} {}
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(state, layers, nothing); }
 
   FilterState state;
   GridLayers layers;
@@ -90,6 +99,8 @@ struct JourneyMemory {
   void exchange(State& state) {
     state(ground, frames_to_search, is_first, alignment, filtered, scene_flow, tracker);
   }
+
+  [[nodiscard]] std::size_t held_bytes() const;
 
   Config config;
   Rig rig;
@@ -113,8 +124,8 @@ struct JourneyMemory {
   std::unique_ptr<Outlook> outlook;  ///< once somebody wants predictions
   SceneFlow scene_flow;
   EvidenceMap velocity_evidence;
-  Image<int> cluster_labels;
-  std::vector<Cluster> clusters;
+  WeighingSpace weighing;
+  ClusterSpace clusters;
   Tracker tracker;
 };
 
@@ -135,7 +146,9 @@ class JourneyOn final : public Journey {
  public:
   template <class... BackEndArguments>
   JourneyOn(const Config& config, const Rig& rig, const GridGeometry& vehicle_grid, BackEndArguments... arguments)
-      : back_end_{arguments...}, memory_{config, rig, vehicle_grid, threads()} {}
+      : back_end_{arguments...}, memory_{config, rig, vehicle_grid, threads()} {
+    make_room(back_end_, config.matching, memory_.matching);
+  }
 
   void run(const JourneyInput& input, FrameResult& result) override {
     Stopwatch watch;
@@ -165,9 +178,9 @@ class JourneyOn final : public Journey {
                  [&](int begin, int end) { resample_rows(input.world_from_vehicle, begin, end, result); });
     result.timing_ms.filter = watch.lap();
 
-    find_clusters(result.world, m.config.tracking, m.cluster_labels, m.clusters);
-    measure_velocities(m.scene_flow.vectors(), result.world.geometry, m.cluster_labels, m.clusters);
-    m.tracker.update(result.world, m.clusters, input.dt_s);
+    find_clusters(result.world, m.config.tracking, m.clusters);
+    measure_velocities(m.scene_flow.vectors(), result.world.geometry, m.clusters);
+    m.tracker.update(result.world, m.clusters.clusters, input.dt_s);
     m.tracker.report(input.world_from_vehicle, result.obstacles);
     result.timing_ms.track = watch.lap();
     if (flows) m.scene_flow.add_points(flow_frame(input), m.matches, for_ranges());
@@ -175,10 +188,15 @@ class JourneyOn final : public Journey {
     m.is_first = false;
   }
 
+  [[nodiscard]] MemoryUse memory_use() const override { return {sizeof *this + memory_.held_bytes(), 0}; }
+
+  void make_room_for_predictions() override {
+    if (!memory_.outlook) memory_.outlook = std::make_unique<Outlook>(memory_.filtered);
+  }
+
   // A prediction is a step in which nothing is seen.
   bool predict(const Pose2& world_from_vehicle, FrameResult& result) override {
     JourneyMemory& m{memory_};
-    if (!m.outlook) m.outlook = std::make_unique<Outlook>(m.filtered);
     Outlook& ahead{*m.outlook};
     for (Prediction& prediction : result.predictions) {
       filter(back_end_, {m.config.filter, m.filter_tables, result.world.geometry, prediction.horizon_s},
@@ -224,7 +242,7 @@ class JourneyOn final : public Journey {
     JourneyMemory& m{memory_};
     if (m.config.filter.model != FilterModel::joint) return;
     weigh_velocities(back_end_, m.velocity_evidence.gather(m.scene_flow.vectors(), world.geometry), m.filter_tables,
-                     m.filtered, world);
+                     m.weighing, m.filtered, world);
   }
 
   void match_on(const JourneyInput& input, const Ground& ground) {

@@ -50,9 +50,16 @@ JourneyOnCuda::JourneyOnCuda(const Config& config, const Rig& rig)
       tracker_{config.tracking},
       matches_{rig.width_px, rig.height_px},
       ground_samples_{rig.width_px, rig.height_px},
-      cluster_labels_{window_.cells(), window_.cells()},
+      clusters_{window_.cells(), window_.cells(), scene_flow_.points_reserved()},
       host_{rig, vehicle_grid_, window_.cells()},
       device_{cuda_, config, rig, vehicle_grid_, window_.cells(), filter_tables_} {}
+
+MemoryUse JourneyOnCuda::memory_use() const {
+  return {sizeof *this + held_.pinned +
+              held_bytes_of(alignment_, filter_tables_, scene_flow_, velocity_evidence_, tracker_, matches_,
+                            ground_samples_, clusters_),
+          held_.device};
+}
 
 void JourneyOnCuda::run(const JourneyInput& input, FrameResult& result) {
   const Ground expected{predicted(rig_, config_.ground, ground_, input.dt_s)};
@@ -275,9 +282,9 @@ void JourneyOnCuda::finish(const JourneyInput& input, FrameResult& result) {
   result.timing_ms = times_.stages();
   result.timing_ms.filter += watch.lap();
 
-  find_clusters(result.world, config_.tracking, cluster_labels_, clusters_);
-  measure_velocities(scene_flow_.vectors(), result.world.geometry, cluster_labels_, clusters_);
-  tracker_.update(result.world, clusters_, input.dt_s);
+  find_clusters(result.world, config_.tracking, clusters_);
+  measure_velocities(scene_flow_.vectors(), result.world.geometry, clusters_);
+  tracker_.update(result.world, clusters_.clusters, input.dt_s);
   tracker_.report(input.world_from_vehicle, result.obstacles);
   result.timing_ms.track = watch.lap();
   if (flows()) {

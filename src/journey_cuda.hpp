@@ -22,6 +22,7 @@ class JourneyOnCuda final : public Journey {
   void run(const JourneyInput& input, FrameResult& result) override;
   void start_ids_at(std::int64_t first_id) override { tracker_.start_ids_at(first_id); }
   int threads() override { return 1; }
+  [[nodiscard]] MemoryUse memory_use() const override;
   void fetch_stages(bool wanted) override { are_stages_wanted_ = wanted; }
   void save(StateWriter& state) override;
   void load(StateReader& state) override;
@@ -50,6 +51,7 @@ class JourneyOnCuda final : public Journey {
   template <class State>
   void exchange(State& state);
 
+  const CudaBytes allocated_before_{cuda_bytes_allocated()};  // before the other members are
   Config config_;
   Rig rig_;
   Cuda cuda_;
@@ -74,12 +76,12 @@ class JourneyOnCuda final : public Journey {
   // working memory
   Matches matches_;
   GroundSpace ground_samples_;
-  Image<int> cluster_labels_;
-  std::vector<Cluster> clusters_;
+  ClusterSpace clusters_;
   HostMemory host_;
   double flow_ms_{0};
   DeviceMemory device_;
-  int now_{0};  ///< device_.states[now_] is written in this frame
+  CudaBytes held_{cuda_bytes_allocated() - allocated_before_};  // by the members so far
+  int now_{0};                                                  ///< device_.states[now_] is written in this frame
 
   std::array<Graph, 2> match_graphs_;  ///< [is_given_]
   std::array<Graph, 2> grid_graphs_;   ///< [now_]

@@ -251,6 +251,13 @@ GridGeometry Pipeline::world_grid() const {
 int Pipeline::threads() const {
   return implementation_->journey->threads();
 }
+MemoryUse Pipeline::memory_use() const {
+  const Implementation& self{*implementation_};
+  MemoryUse use{self.journey->memory_use()};
+  use.host_bytes += sizeof self + held_bytes_of(self.result, self.level_left, self.level_right, self.level_disparity);
+  if (self.unwanted_stages) use.host_bytes += held_bytes(*self.unwanted_stages);
+  return use;
+}
 BackEnd Pipeline::back_end() const {
   return implementation_->used;
 }
@@ -278,6 +285,7 @@ void Pipeline::predict_at(const std::vector<double>& horizons_s) {
   if (!predictions.empty() && self.used == BackEnd::cuda) {
     throw ConfigError{"The CUDA back end does not predict. Take the CPU (--device cpu)."};
   }
+  if (!predictions.empty()) self.journey->make_room_for_predictions();
   self.result.predictions = std::move(predictions);
 }
 void Pipeline::start_ids_at(std::int64_t first_id) {

@@ -76,8 +76,10 @@ class StateWriter {
 
   template <class T>
   void put_elements(const T* elements, std::size_t count) {
-    const auto* begin{reinterpret_cast<const std::byte*>(elements)};
-    bytes_.insert(bytes_.end(), begin, begin + count * sizeof(T));
+    if (count == 0) return;
+    const std::size_t at{bytes_.size()};
+    bytes_.resize(at + count * sizeof(T));
+    std::memcpy(bytes_.data() + at, elements, count * sizeof(T));
   }
 
   std::vector<std::byte> bytes_;

@@ -83,6 +83,7 @@ void print_plan(const Config& asked, const Rig& rig) {
   print_row("disparities",
             fmt::format("1 to {} px: {:.1f} m to {:.0f} m; one pixel is {:.2f} m at {:g} m", last,
                         depth_of_one_px / last, depth_of_one_px, far_m * far_m / depth_of_one_px, far_m));
+  print_row("memory", fmt::format("{:.0f} MB", static_cast<double>(pipeline.memory_use().host_bytes) / 1e6));
 }
 
 std::vector<std::size_t> frames_to_look_at(std::size_t frames, bool all) {

@@ -97,6 +97,12 @@ struct FrameResult {
 /// Where the work is done. `automatic`: on a GPU where there is one that can be used, else on the CPU.
 enum class BackEnd { cpu, reference, cuda, automatic };
 
+/// Bytes that a pipeline holds.
+struct MemoryUse {
+  std::size_t host_bytes{0};    ///< images, tables, working memory, the result; what is pinned for a GPU, too
+  std::size_t device_bytes{0};  ///< of a GPU's own memory
+};
+
 /// Stereo frames in, occupancy grids out (T-ITS 2012, with the Bayesian Occupancy Filter and obstacle tracks behind
 /// it).
 ///
@@ -121,6 +127,10 @@ class Pipeline {
   /// Size of the world-aligned window: its nx, ny and cell_size_m are constant, its origin follows the car.
   [[nodiscard]] GridGeometry world_grid() const;
   [[nodiscard]] int threads() const;
+  /// What has been allocated at construction and by predict_at(): on the CPU, frames allocate nothing more, unless
+  /// there are far more obstacles or followed points than a street has. Part of it lies untouched for long, which the
+  /// system then need not back. What oneTBB, the CUDA driver and the reference back end take besides is not in it.
+  [[nodiscard]] MemoryUse memory_use() const;
   /// Where the work is done: cpu, reference or cuda.
   [[nodiscard]] BackEnd back_end() const;
   /// Why `automatic` did not take the GPU; empty: it did, or was not asked to.

@@ -8,6 +8,7 @@
 
 #include "alignment/model.hpp"
 #include "ground/model.hpp"
+#include "held_bytes.hpp"
 #include "matching/match_lattice.hpp"
 #include "matching/matches.hpp"
 #include "stereogrid/camera.hpp"
@@ -78,6 +79,8 @@ class RowAlignment {
   void exchange(State& state) {
     state(offsets_, remembered_, is_identity_);
   }
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(rows_, samples_); }
 
  private:
   void collect(int row, View<const std::uint8_t> left, View<const std::uint8_t> right, const Matches& matches,

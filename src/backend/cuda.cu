@@ -14,6 +14,8 @@ namespace {
 constexpr int oldest_major{7};
 constexpr int oldest_minor{5};
 
+thread_local CudaBytes allocated;
+
 int attribute(cudaDeviceAttr which, int device) {
   int value{0};
   check_cuda(cudaDeviceGetAttribute(&value, which, device), "ask for the device's properties");
@@ -104,6 +106,10 @@ void Graph::launch(Cuda& cuda) {
   check_cuda(cudaGraphLaunch(executable_, cuda.stream()), "start a graph");
 }
 
+CudaBytes cuda_bytes_allocated() {
+  return allocated;
+}
+
 void* allocate_on_device(std::size_t bytes) {
   void* memory{nullptr};
   const cudaError_t status{cudaMalloc(&memory, bytes == 0 ? 1 : bytes)};
@@ -112,6 +118,7 @@ void* allocate_on_device(std::size_t bytes) {
     throw_out_of_memory("The GPU's", bytes);
   }
   check_cuda(status, "allocate device memory");
+  allocated.device += bytes;
   return memory;
 }
 
@@ -130,6 +137,7 @@ void* allocate_pinned(std::size_t bytes) {
     throw_out_of_memory("The host's", bytes);
   }
   check_cuda(status, "allocate pinned memory");
+  allocated.pinned += bytes;
   std::memset(memory, 0, bytes);
   return memory;
 }

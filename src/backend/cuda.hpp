@@ -40,6 +40,15 @@ void* allocate_cleared_on_device(std::size_t bytes);
 /// Memory of the host, all bits 0, that the device can copy from and to while both work.
 void* allocate_pinned(std::size_t bytes);
 
+/// What this thread has allocated with these so far, freed or not.
+struct CudaBytes {
+  std::size_t device{0};
+  std::size_t pinned{0};
+
+  friend CudaBytes operator-(CudaBytes a, CudaBytes b) { return {a.device - b.device, a.pinned - b.pinned}; }
+};
+CudaBytes cuda_bytes_allocated();
+
 struct DeviceDeleter {
   void operator()(void* memory) const { cudaFree(memory); }
 };

@@ -158,21 +158,14 @@ void filter(Cpu& cpu, const FilterInput& input, View<const float> observed, cons
 
 namespace {
 
-/// Evidence begin … end − 1, whose cells lie side by side.
-struct EvidenceRange {
-  int begin;
-  int end;
-};
-
 // Side by side from the first that the range before leaves: no two ranges share cells.
-std::vector<EvidenceRange> neighbours(std::span<const VelocityEvidence> evidence) {
-  std::vector<EvidenceRange> ranges;
+void find_neighbours(std::span<const VelocityEvidence> evidence, std::vector<EvidenceRange>& ranges) {
+  ranges.clear();
   for (int i{0}; i < static_cast<int>(evidence.size()); ++i) {
     const auto cell = [&](int n) { return evidence[static_cast<std::size_t>(n)].cell; };
     if (ranges.empty() || cell(i) >= cell(ranges.back().begin) + evidence_cells) ranges.push_back({i, i});
     ranges.back().end = i + 1;
   }
-  return ranges;
 }
 
 WeighedCells cells_of(std::span<const VelocityEvidence> evidence) {
@@ -205,13 +198,13 @@ void write(const WeighedCells& cells, GridLayers& layers) {
 }  // namespace
 
 void weigh_velocities(Cpu& cpu, std::span<const VelocityEvidence> evidence, const FilterTables& tables,
-                      FilterState& state, GridLayers& layers) {
-  constexpr int grain{4};
+                      WeighingSpace& space, FilterState& state, GridLayers& layers) {
   const int all_cells{static_cast<int>(layers.occupancy.size())};
-  const std::vector<EvidenceRange> ranges{neighbours(evidence)};
-  cpu.for_ranges(static_cast<int>(ranges.size()), grain, [&](int begin, int end) {
-    std::vector<float> masses(tables.lattice.size() * evidence_cells);
-    for (const EvidenceRange range : std::span{ranges}.subspan(begin, end - begin)) {
+  find_neighbours(evidence, space.ranges);
+  const std::span<const EvidenceRange> ranges{space.ranges};
+  const auto weigh_part = [&](int part, int begin, int end) {
+    std::vector<float>& masses{space.masses[static_cast<std::size_t>(part)]};
+    for (const EvidenceRange range : ranges.subspan(begin, end - begin)) {
       const auto here = evidence.subspan(range.begin, range.end - range.begin);
       if (here.front().cell + evidence_cells > all_cells) {
         Reference reference;
@@ -222,7 +215,8 @@ void weigh_velocities(Cpu& cpu, std::span<const VelocityEvidence> evidence, cons
       weigh_cells(tables.axis_mps, state, masses.data(), cells);
       write(cells, layers);
     }
-  });
+  };
+  cpu.for_parts(static_cast<int>(ranges.size()), static_cast<int>(space.masses.size()), weigh_part);
 }
 
 }  // namespace stereogrid

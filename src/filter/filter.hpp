@@ -8,6 +8,7 @@
 #include "filter/evidence.hpp"
 #include "filter/model.hpp"
 #include "filter/particles.hpp"
+#include "held_bytes.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/grid.hpp"
@@ -27,6 +28,8 @@ std::vector<Point2> velocity_lattice(const FilterConfig& config);
 /// What a configuration decides for all steps. Built once.
 struct FilterTables {
   explicit FilterTables(const FilterConfig& config);
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(lattice, axis_mps, likelihood); }
 
   std::vector<Point2> lattice;
   std::vector<float> axis_mps;    ///< its velocities along either axis
@@ -52,6 +55,8 @@ class Window {
 
 /// Working memory of the lattice on the CPU: what prediction reads of the step before.
 struct FilterSpace {
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(from, gained, standing, still_occupied); }
+
   std::vector<Antecedents> from;  ///< of each velocity
   Image<float> gained;            ///< of each cell: what each moving velocity gains by noise
   Image<float> standing;          ///< standing mass after the noise
@@ -67,6 +72,8 @@ struct FilterState {
   void exchange(State& state) {
     state(geometry, velocity, particles, occupancy, age_s);
   }
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(velocity, space, particles, occupancy, age_s); }
 
   GridGeometry geometry;               ///< of the last step; nx = 0: no step yet
   std::vector<Image<float>> velocity;  ///< [k]; none with particles
@@ -84,6 +91,22 @@ struct FilterInput {
   double dt_s;            ///< since the last step
 };
 
+/// Evidence begin … end − 1, whose cells lie side by side.
+struct EvidenceRange {
+  int begin;
+  int end;
+};
+
+/// What `weigh_velocities` works in on the CPU.
+struct WeighingSpace {
+  WeighingSpace(int cells, const FilterTables& tables, int threads);
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(ranges, masses); }
+
+  std::vector<EvidenceRange> ranges;
+  std::vector<std::vector<float>> masses;  ///< of each part of the work: [velocity][cell of a range]
+};
+
 /// One step of the Bayesian Occupancy Filter: `before` moved on by dt and into the window's new place, then updated
 /// with the observed grid (P(T_X) at the window's cells, 0.5 = nothing seen), into `after`. All `layers` are filled.
 /// method §2.3 (tay2008), §2.6 (joint) and §5.8 (particles).
@@ -95,7 +118,10 @@ void filter(Reference& reference, const FilterInput& input, View<const float> ob
 /// Tells a state of FilterModel::joint what has been measured of velocities, and corrects the layers that say how
 /// things move. `evidence`: by ascending cell, one for a cell.
 void weigh_velocities(Cpu& cpu, std::span<const VelocityEvidence> evidence, const FilterTables& tables,
-                      FilterState& state, GridLayers& layers);
+                      WeighingSpace& space, FilterState& state, GridLayers& layers);
+void weigh_velocities(Reference& reference, std::span<const VelocityEvidence> evidence, const FilterTables& tables,
+                      WeighingSpace& space, FilterState& state, GridLayers& layers);
+/// By the reference it needs none.
 void weigh_velocities(Reference& reference, std::span<const VelocityEvidence> evidence, const FilterTables& tables,
                       FilterState& state, GridLayers& layers);
 

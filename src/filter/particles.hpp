@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "filter/particle_model.hpp"
+#include "held_bytes.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/grid.hpp"
 #include "stereogrid/image.hpp"
@@ -31,6 +32,8 @@ struct Particles {
       state.require(particle.size() == most && count >= 0 && static_cast<std::size_t>(count) <= most);
     }
   }
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(mass, particle, arrived, cell, first, begin); }
 
   Image<CellMass> mass;
   std::vector<Particle> particle;  ///< moving mass, in the order of cells; `count` of them are in use

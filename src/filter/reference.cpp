@@ -153,6 +153,11 @@ void filter(Reference& reference, const FilterInput& input, View<const float> ob
   }
 }
 
+void weigh_velocities(Reference& reference, std::span<const VelocityEvidence> evidence, const FilterTables& tables,
+                      WeighingSpace& /*space*/, FilterState& state, GridLayers& layers) {
+  weigh_velocities(reference, evidence, tables, state, layers);
+}
+
 void weigh_velocities(Reference& /*reference*/, std::span<const VelocityEvidence> evidence, const FilterTables& tables,
                       FilterState& state, GridLayers& layers) {
   const int cells{layers.occupancy.width()};

@@ -4,10 +4,14 @@
 #include <cmath>
 #include <limits>
 
+#include "filter/evidence_simd.hpp"
 #include "filter/filter.hpp"
 
 namespace stereogrid {
 namespace {
+
+/// Parts of `weigh_velocities`: more than threads, so that none waits long for another one's.
+constexpr int parts_of_a_thread{4};
 
 constexpr float never{std::numeric_limits<float>::infinity()};
 
@@ -59,6 +63,13 @@ FilterTables::FilterTables(const FilterConfig& config) : lattice{velocity_lattic
     const double p{static_cast<double>(i) / likelihood_steps};
     likelihood.push_back(static_cast<float>(std::pow(p, config.likelihood_exponent)));
   }
+}
+
+WeighingSpace::WeighingSpace(int cells, const FilterTables& tables, int threads)
+    : masses(static_cast<std::size_t>(threads * parts_of_a_thread),
+             std::vector<float>(tables.lattice.size() * evidence_cells)) {
+  // each begins so many cells after the one before
+  ranges.reserve(static_cast<std::size_t>(cells) * static_cast<std::size_t>(cells) / evidence_cells + 1);
 }
 
 GridLayers grid_layers(const GridGeometry& geometry) {

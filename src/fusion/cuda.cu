@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include <cstddef>
-#include <vector>
 
 #include "fusion/cuda.hpp"
 
@@ -35,7 +34,7 @@ void OtherGridsOnDevice::take(Cuda& cuda, std::span<const ObservedGrid> others) 
   cuda.synchronize();  // the frame before reads what is replaced here
   if (needed > cells_.size()) cells_ = DeviceBuffer<float>{needed};
   if (others.size() > grids_.size()) grids_ = DeviceBuffer<OtherCells>{others.size()};
-  std::vector<OtherCells> grids;
+  sent_.clear();
   float* next{cells_.data()};
   const auto keep = [&](const Image<float>& image) {
     float* const at{next};
@@ -45,10 +44,10 @@ void OtherGridsOnDevice::take(Cuda& cuda, std::span<const ObservedGrid> others) 
   };
   for (const ObservedGrid& other : others) {
     const float* occupancy{keep(other.occupancy)};
-    grids.push_back({other.geometry, occupancy, other.confidence.empty() ? nullptr : keep(other.confidence)});
+    sent_.push_back({other.geometry, occupancy, other.confidence.empty() ? nullptr : keep(other.confidence)});
   }
-  const List list{static_cast<int>(grids.size()), grids_.data()};
-  if (!grids.empty()) upload(cuda, grids.data(), grids.size(), grids_.data());
+  const List list{static_cast<int>(sent_.size()), grids_.data()};
+  if (!sent_.empty()) upload(cuda, sent_.data(), sent_.size(), grids_.data());
   upload(cuda, &list, 1, list_.data());
   cuda.synchronize();  // what was copied is the caller's, or gone soon
 }

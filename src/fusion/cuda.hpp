@@ -3,6 +3,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "backend/cuda.hpp"
 #include "fusion/model.hpp"
@@ -29,6 +30,7 @@ class OtherGridsOnDevice {
   DeviceBuffer<List> list_;
   DeviceBuffer<OtherCells> grids_;
   DeviceBuffer<float> cells_;
+  std::vector<OtherCells> sent_;  // what grids_ holds
 };
 
 /// `fuse` of fusion.hpp, equal to the CPU to the bit; `grid` is on the device.

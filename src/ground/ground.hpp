@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "ground/fit_model.hpp"
+#include "held_bytes.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/image.hpp"
 
@@ -21,6 +22,8 @@ struct GroundSample {
 /// Working memory of this stage.
 struct GroundSpace {
   GroundSpace(int width, int height);
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(samples, scores); }
 
   std::vector<GroundSample> samples;
   std::vector<Vector3> scores;  ///< one per block of the image

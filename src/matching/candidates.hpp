@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "held_bytes.hpp"
 #include "matching/model.hpp"
 
 namespace stereogrid {
@@ -40,6 +41,8 @@ class CandidateRow {
     shift()[u] = candidate.shift;
   }
 
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(values_, shifts_); }
+
  private:
   std::size_t pitch_{0};
   std::vector<std::uint16_t> values_;
@@ -50,6 +53,8 @@ class CandidateRow {
 struct RowCandidates {
   RowCandidates() = default;
   explicit RowCandidates(int width) : upright{width}, level{width} {}
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(upright, level); }
 
   CandidateRow upright;
   CandidateRow level;

@@ -68,6 +68,10 @@ void prepare(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> r
   });
 }
 
+std::size_t band_memory(const MatchingConfig& config, const MatchingSpace& space) {
+  return correlate_memory(space.left.width(), upright_shifts(config), road_shifts(config), config.window_px / 2);
+}
+
 void correlate(Cpu& cpu, const MatchingConfig& config, MatchingSpace& space, CandidateSink& sink) {
   const int width{space.left.width()};
   const int height{space.left.height()};
@@ -81,15 +85,13 @@ void correlate(Cpu& cpu, const MatchingConfig& config, MatchingSpace& space, Can
   const Shifts upright{upright_shifts(config)};
   const Shifts road{road_shifts(config)};
   const int half{config.window_px / 2};
-  const int bands{cpu.threads()};
-  const std::size_t band_memory{correlate_memory(width, upright, road, half)};
-  space.memory.resize(64 + static_cast<std::size_t>(bands) * band_memory);
+  const std::size_t memory_of_band{band_memory(config, space)};
   const ShortCensus census{space.short_left, space.short_left_fourfold, space.short_right_reversed,
                            space.short_sheared};
-  cpu.for_parts(height, bands, [&](int part, int begin, int end) {
+  cpu.for_parts(height, cpu.threads(), [&](int part, int begin, int end) {
     const std::size_t p{static_cast<std::size_t>(part)};
     correlate_band({census, upright, road, half, uniqueness_1024(config), begin, end,
-                    aligned(space.memory.data()) + p * band_memory, &space.rows[p], &sink});
+                    aligned(space.memory.data()) + p * memory_of_band, &space.rows[p], &sink});
   });
 }
 
@@ -145,12 +147,21 @@ std::string_view simd_target() {
   return correlate_target();
 }
 
+void make_room(Cpu& cpu, const MatchingConfig& config, MatchingSpace& space) {
+  if (!has_vectors()) return;
+  const std::size_t bytes{config.method == MatchingMethod::semi_global
+                              ? optimise_memory(space.left.width(), space.left.height(), config, cpu.threads())
+                              : 64 + static_cast<std::size_t>(cpu.threads()) * band_memory(config, space)};
+  if (space.memory.size() < bytes) space.memory.resize(bytes);
+}
+
 void find_candidates(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> right, const RoadPlane& plane,
                      const MatchingConfig& config, MatchingSpace& space, CandidateSink& sink) {
   if (!has_vectors()) {
     Reference reference;
     return find_candidates(reference, left, right, plane, config, space, sink);
   }
+  make_room(cpu, config, space);
   prepare(cpu, left, right, plane, config, space);
   if (config.method == MatchingMethod::semi_global) {
     optimise_census(cpu, plane, config, space, sink);

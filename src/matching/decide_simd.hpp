@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "held_bytes.hpp"
 #include "matching/candidates.hpp"
 
 namespace stereogrid {
@@ -13,6 +14,10 @@ namespace stereogrid {
 struct DecideSpace {
   DecideSpace() = default;
   explicit DecideSpace(int width);
+
+  [[nodiscard]] std::size_t held_bytes() const {
+    return held_bytes_of(place, rank, disparity, label, obstacle, on_road, confidence, claims);
+  }
 
   std::vector<std::int32_t> place;  ///< [u]: 1 + column of the right image; 0 and width + 1: outside
   std::vector<std::uint32_t> rank;  ///< [u]: cost << 16 | whole; the smallest claim of a place wins

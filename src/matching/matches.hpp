@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "held_bytes.hpp"
 #include "stereogrid/image.hpp"
 
 namespace stereogrid {
@@ -9,6 +10,8 @@ namespace stereogrid {
 /// What `match` leaves: two disparity images (px, 0 = none); no pixel has both.
 struct Matches {
   Matches(int width, int height) : obstacle{width, height}, road{width, height}, confidence{width, height} {}
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(obstacle, road, confidence); }
 
   Image<float> obstacle;
   Image<float> road;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "ground/model.hpp"
+#include "held_bytes.hpp"
 #include "matching/candidates.hpp"
 #include "matching/decide_simd.hpp"
 #include "matching/matches.hpp"
@@ -31,17 +32,27 @@ struct Shifts {
 struct MatchingSpace {
   MatchingSpace(int width, int height, const MatchingConfig& config, int threads);
 
+  [[nodiscard]] std::size_t held_bytes() const {
+    return held_bytes_of(left, right, sheared, short_left, short_right_reversed, short_sheared, short_left_fourfold,
+                         census_left, census_right, census_sheared, textured, speckles, memory, rows, decisions,
+                         textures);
+  }
+
   Padded<std::uint8_t> left, right, sheared;                             ///< grey levels
   Padded<std::uint8_t> short_left, short_right_reversed, short_sheared;  ///< correlation: short census
   Padded<std::uint32_t> short_left_fourfold;
   Padded<std::uint32_t> census_left, census_right, census_sheared;  ///< semi-global: census
   Padded<std::uint8_t> textured;                                    ///< 1 where a window has contrast
   Speckles speckles;
-  std::vector<std::uint8_t> memory;  ///< CPU: working memory of the bands
+  std::vector<std::uint8_t> memory;  ///< CPU: working memory of the bands, see make_room
   std::vector<RowCandidates> rows;   ///< CPU: of each band
   std::vector<DecideSpace> decisions;
   std::vector<TextureSpace> textures;
 };
+
+/// Allocates what the CPU works in besides. Without it the first frame does.
+void make_room(Cpu& cpu, const MatchingConfig& config, MatchingSpace& space);
+inline void make_room(Reference& /*reference*/, const MatchingConfig& /*config*/, MatchingSpace& /*space*/) {}
 
 /// Double correlation (T-ITS 2012, III-C): every pixel is matched as part of an upright surface (constant disparity in
 /// the window) and of the road (disparity of the plane, window sheared along). The cheaper hypothesis gives label and

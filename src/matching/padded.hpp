@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "held_bytes.hpp"
 #include "stereogrid/image.hpp"
 
 namespace stereogrid {
@@ -35,6 +36,8 @@ class Padded {
     std::copy(source, source + width_, row(v));
     repeat_border(v);
   }
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(elements_); }
 
   /// To be called when a row has been written.
   void repeat_border(int v) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -36,8 +37,11 @@ struct CensusTriple {
 /// disparity ±1. Path costs and sums stop at 255. The sink gets the best label of each type with the summed cost.
 void optimise(Reference& reference, const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config,
               CandidateSink& sink);
+/// On the CPU it works in `memory`, which grows to optimise_memory() where it is smaller.
 void optimise(Cpu& cpu, const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config,
               std::vector<std::uint8_t>& memory, std::vector<RowCandidates>& rows, CandidateSink& sink);
+
+std::size_t optimise_memory(int width, int height, const MatchingConfig& config, int threads);
 
 /// Costs and their sums stop here; a label that cannot be taken costs as much.
 constexpr int cost_max{255};

@@ -24,11 +24,12 @@ namespace {
 // Hands out aligned pieces of a memory; without one it only measures.
 class Pieces {
  public:
+  static constexpr std::size_t alignment{64};
+
   explicit Pieces(std::uint8_t* memory) : memory_{memory} {}
 
   template <class T>
   T* take(std::size_t count) {
-    constexpr std::size_t alignment{64};
     const std::size_t start{used_};
     used_ += (count * sizeof(T) + alignment - 1) / alignment * alignment;
     return memory_ == nullptr ? nullptr : reinterpret_cast<T*>(memory_ + start);
@@ -42,18 +43,19 @@ class Pieces {
 
 class SemiGlobal {
  public:
-  SemiGlobal(const SemiGlobalTask& task, int paths, std::vector<RowCandidates>& rows)
-      : task_{task}, paths_{paths}, rooms_(rows.size() * group) {
-    for (std::size_t i{0}; i < rooms_.size(); ++i) rooms_[i].candidates = &rows[i / group];
-  }
+  SemiGlobal(const SemiGlobalTask& task, int paths, int threads) : task_{task}, paths_{paths}, threads_{threads} {}
 
-  void run(Cpu& cpu, std::vector<std::uint8_t>& memory) {
-    constexpr std::size_t alignment{64};
+  [[nodiscard]] std::size_t needed() {
     Pieces measure{nullptr};
     take_memory(measure);
-    memory.resize(std::max(memory.size(), measure.used() + alignment));
-    Pieces pieces{memory.data() + (alignment - reinterpret_cast<std::uintptr_t>(memory.data()) % alignment)};
+    return measure.used() + Pieces::alignment;
+  }
+
+  /// `memory`: as much as is needed; `rows`: one for each thread.
+  void run(Cpu& cpu, std::uint8_t* memory, std::vector<RowCandidates>& rows) {
+    Pieces pieces{memory + (Pieces::alignment - reinterpret_cast<std::uintptr_t>(memory) % Pieces::alignment)};
     take_memory(pieces);
+    for (std::size_t i{0}; i < room_count(); ++i) rooms_[i].candidates = &rows[i / group];
     task_.diagonals = paths_ == 8;
     task_.up = false;
     if (paths_ > 3) sweep(cpu, semi_global_first, [](const SemiGlobalTask&, const SemiGlobalRoom&, int) {});
@@ -65,10 +67,15 @@ class SemiGlobal {
   [[nodiscard]] int width() const { return task_.census.left.width; }
   [[nodiscard]] int height() const { return task_.census.left.height; }
 
+  [[nodiscard]] std::size_t room_count() const { return static_cast<std::size_t>(threads_) * group; }
+
   void take_memory(Pieces& pieces) {
     const LabelLayout& layout{task_.layout};
     const auto stride = static_cast<std::size_t>(layout.stride);
     const auto row = static_cast<std::size_t>(width());
+    rooms_ = pieces.take<SemiGlobalRoom>(room_count());
+    passed_ = pieces.take<std::atomic<int>>(static_cast<std::size_t>(height()));
+    first_ = pieces.take<std::uint8_t>(stride);
     pieces.take<std::uint8_t>(LabelLayout::guard);  // looked at beside the first pixel
     task_.vertical = pieces.take<std::uint8_t>(row * stride);
     if (paths_ > 3) {
@@ -81,19 +88,28 @@ class SemiGlobal {
     for (auto& way : task_.diagonal) {
       for (std::uint8_t*& parity : way) parity = pieces.take<std::uint8_t>(paths_ == 8 ? (row + 2) * stride + 64 : 0);
     }
-    for (SemiGlobalRoom& room : rooms_) {
-      const std::size_t reach{row + stride};
-      for (std::uint8_t*& plane : room.right) plane = pieces.take<std::uint8_t>(reach);
-      for (std::uint8_t*& plane : room.sheared) plane = pieces.take<std::uint8_t>(reach);
-      room.closed = pieces.take<std::uint8_t>(stride);
-      room.carry = pieces.take<std::uint8_t>(stride);
-      room.costs = pieces.take<std::uint8_t>(row * stride);
-      room.sums = pieces.take<std::uint8_t>(row * stride);
-      room.meeting = pieces.take<std::int32_t>(row);
-      take_choice(pieces, room.upright);
-      take_choice(pieces, room.road);
-      if (room.closed != nullptr) close_guards(room.closed);
+    for (std::size_t i{0}; i < room_count(); ++i) {
+      const SemiGlobalRoom room{take_room(pieces)};
+      if (rooms_ != nullptr) rooms_[i] = room;
     }
+  }
+
+  SemiGlobalRoom take_room(Pieces& pieces) const {
+    const auto stride = static_cast<std::size_t>(task_.layout.stride);
+    const auto row = static_cast<std::size_t>(width());
+    const std::size_t reach{row + stride};
+    SemiGlobalRoom room{};
+    for (std::uint8_t*& plane : room.right) plane = pieces.take<std::uint8_t>(reach);
+    for (std::uint8_t*& plane : room.sheared) plane = pieces.take<std::uint8_t>(reach);
+    room.closed = pieces.take<std::uint8_t>(stride);
+    room.carry = pieces.take<std::uint8_t>(stride);
+    room.costs = pieces.take<std::uint8_t>(row * stride);
+    room.sums = pieces.take<std::uint8_t>(row * stride);
+    room.meeting = pieces.take<std::int32_t>(row);
+    take_choice(pieces, room.upright);
+    take_choice(pieces, room.road);
+    if (room.closed != nullptr) close_guards(room.closed);
+    return room;
   }
 
   void take_choice(Pieces& pieces, RowChoice& choice) const {
@@ -114,18 +130,18 @@ class SemiGlobal {
   // Paths begin without costs, at the sweep's first row and beyond the diagonals' borders.
   void start_sweep() {
     const auto stride = static_cast<std::size_t>(task_.layout.stride);
-    std::vector<std::uint8_t> border(rooms_[0].closed, rooms_[0].closed + stride);
-    std::vector<std::uint8_t> first{border};
+    const std::uint8_t* const border{rooms_[0].closed};
+    std::copy_n(border, stride, first_);
     if (!row_has_road(task_.plane, width(), task_.up ? height() - 1 : 0)) {
-      std::fill(first.begin() + task_.layout.uprights, first.end(), std::uint8_t{cost_max});
+      std::fill(first_ + task_.layout.uprights, first_ + stride, std::uint8_t{cost_max});
     }
     task_.vertical[-1] = cost_max;
-    for (int u{0}; u < width(); ++u) std::copy(first.begin(), first.end(), task_.vertical + at(u));
+    for (int u{0}; u < width(); ++u) std::copy_n(first_, stride, task_.vertical + at(u));
     if (!task_.diagonals) return;
     for (auto& way : task_.diagonal) {
       for (std::uint8_t* parity : way) {
-        for (int u{0}; u < width(); ++u) std::copy(first.begin(), first.end(), parity + at(u + 1));
-        for (const int u : {-1, width()}) std::copy(border.begin(), border.end(), parity + at(u + 1));
+        for (int u{0}; u < width(); ++u) std::copy_n(first_, stride, parity + at(u + 1));
+        for (const int u : {-1, width()}) std::copy_n(border, stride, parity + at(u + 1));
       }
     }
   }
@@ -137,15 +153,14 @@ class SemiGlobal {
   template <class Part, class Finish>
   void sweep(Cpu& cpu, const Part& part, const Finish& finish) {
     start_sweep();
-    const auto passed = std::make_unique<std::atomic<int>[]>(static_cast<std::size_t>(height()));
+    std::uninitialized_value_construct_n(passed_, height());
     std::atomic<int> next{0};
-    const int threads{static_cast<int>(rooms_.size()) / group};
-    cpu.for_parts(threads, threads, [&](int thread, int, int) {
+    cpu.for_parts(threads_, threads_, [&](int thread, int, int) {
       const SemiGlobalRoom* const rooms{&rooms_[static_cast<std::size_t>(thread * group)]};
       for (int first{next.fetch_add(group)}; first < height(); first = next.fetch_add(group)) {
         const int count{std::min(group, height() - first)};
         for (int row{0}; row < count; ++row) semi_global_start_row(task_, rooms[row], row_at(first + row));
-        group_forward(first, count, rooms, passed.get(), part);
+        group_forward(first, count, rooms, part);
         for (int row{0}; row < count; ++row) finish(task_, rooms[row], row_at(first + row));
       }
     });
@@ -153,16 +168,16 @@ class SemiGlobal {
 
   // Each row one part of the columns behind the row before.
   template <class Part>
-  void group_forward(int first, int count, const SemiGlobalRoom* rooms, std::atomic<int>* passed, const Part& part) {
+  void group_forward(int first, int count, const SemiGlobalRoom* rooms, const Part& part) {
     const int parts{(width() + columns_grain - 1) / columns_grain};
     for (int step{0}; step < parts + count - 1; ++step) {
       for (int row{std::max(0, step - parts + 1)}; row < std::min(count, step + 1); ++row) {
         const int i{first + row};
         const int begin{(step - row) * columns_grain};
         const int end{std::min(begin + columns_grain, width())};
-        if (i > 0) wait_for(passed[i - 1], std::min(end + 1, width()));
+        if (i > 0) wait_for(passed_[i - 1], std::min(end + 1, width()));
         part(task_, rooms[row], row_at(i), begin, end);
-        passed[i].store(end, std::memory_order_release);
+        passed_[i].store(end, std::memory_order_release);
       }
     }
   }
@@ -177,13 +192,13 @@ class SemiGlobal {
 
   SemiGlobalTask task_;
   int paths_;
-  std::vector<SemiGlobalRoom> rooms_;
+  int threads_;
+  SemiGlobalRoom* rooms_{nullptr};
+  std::atomic<int>* passed_{nullptr};  // [i] columns of the sweep's i-th row that are done
+  std::uint8_t* first_{nullptr};       // what a pixel of a sweep's first row gets from before
 };
 
-}  // namespace
-
-void optimise(Cpu& cpu, const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config,
-              std::vector<std::uint8_t>& memory, std::vector<RowCandidates>& rows, CandidateSink& sink) {
+SemiGlobalTask task_of(const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config) {
   SemiGlobalTask task{census,
                       plane,
                       penalties_of(config),
@@ -191,8 +206,23 @@ void optimise(Cpu& cpu, const CensusTriple& census, const RoadPlane& plane, cons
                       road_shifts(config),
                       LabelLayout{upright_shifts(config), road_shifts(config)}};
   task.uniqueness_1024 = uniqueness_1024(config);
+  return task;
+}
+
+}  // namespace
+
+std::size_t optimise_memory(int width, int height, const MatchingConfig& config, int threads) {
+  const View<const std::uint32_t> image{nullptr, width, height, width};
+  return SemiGlobal{task_of({image, image, image}, {}, config), config.paths, threads}.needed();
+}
+
+void optimise(Cpu& cpu, const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config,
+              std::vector<std::uint8_t>& memory, std::vector<RowCandidates>& rows, CandidateSink& sink) {
+  SemiGlobalTask task{task_of(census, plane, config)};
   task.sink = &sink;
-  SemiGlobal{task, config.paths, rows}.run(cpu, memory);
+  SemiGlobal optimisation{task, config.paths, static_cast<int>(rows.size())};
+  memory.resize(std::max(memory.size(), optimisation.needed()));
+  optimisation.run(cpu, memory.data(), rows);
 }
 
 }  // namespace stereogrid

@@ -25,9 +25,10 @@ bool all_are(const std::uint8_t* flags, std::uint8_t mask, std::uint8_t wanted) 
 
 Speckles::Speckles(int width, int height, int bands)
     : width_{width},
+      pixels_{static_cast<std::size_t>(width) * static_cast<std::size_t>(height)},
       bands_(static_cast<std::size_t>(bands)),
       // not touched before it is needed, which most of it never is
-      runs_{std::make_unique_for_overwrite<Run[]>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height))} {
+      runs_{std::make_unique_for_overwrite<Run[]>(pixels_)} {
   for (Band& band : bands_) {
     band.labelled.resize(static_cast<std::size_t>(width) + 1 + padding);
     band.labelled_above = band.labelled;

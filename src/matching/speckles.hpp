@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "held_bytes.hpp"
 #include "matching/matches.hpp"
 
 namespace stereogrid {
@@ -26,6 +27,8 @@ class Speckles {
   void join_bands(const Matches& matches);
   void remove_small(int band, int speckle_px, Matches& matches) const;
 
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(bands_) + pixels_ * sizeof(Run); }
+
  private:
   struct Run {
     int row;
@@ -44,6 +47,8 @@ class Speckles {
     Runs all, first_row, last_row;
     std::vector<float> labelled, labelled_above;  ///< rows of flag_surfaces
     std::vector<std::uint8_t> flags;
+
+    [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(labelled, labelled_above, flags); }
   };
 
   void flag_row(int v, const Matches& matches, Band& band) const;
@@ -53,6 +58,7 @@ class Speckles {
   void join(int a, int b);
 
   int width_;
+  std::size_t pixels_;
   std::vector<Band> bands_;
   std::unique_ptr<Run[]> runs_;  ///< a place for each pixel: those of row v from v·width on
 };

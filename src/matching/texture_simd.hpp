@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "held_bytes.hpp"
 #include "matching/padded.hpp"
 
 namespace stereogrid {
@@ -14,6 +15,8 @@ namespace stereogrid {
 struct TextureSpace {
   TextureSpace() = default;
   TextureSpace(int width, int half_window);
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(columns, powers, sums); }
 
   std::vector<std::uint16_t> columns;  ///< [half_window + u]: contrast summed over the window's rows
   std::vector<std::int32_t> powers;    ///< [u]: sums of 2, 4, 8 … columns

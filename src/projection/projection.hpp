@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "held_bytes.hpp"
 #include "projection/model.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/image.hpp"
@@ -28,6 +29,8 @@ struct ProjectionSpace {
   ProjectionSpace(int width, int disparities);
   /// Takes this grid as the one that stays: the next projections to it need no geometry. Allocates.
   void plan(const BinGeometry& bins, const GridInVehicle& grid, Footprint footprint);
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(largest, first_span, spans); }
 
   std::vector<Image<float>> largest;  ///< [k] (D, W) largest occupancy of the 2^(k+1) columns from u on
   GridInVehicle planned{};

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "filter/evidence.hpp"
+#include "held_bytes.hpp"
 #include "scene_flow/scene_flow.hpp"
 #include "scene_flow/symmetric2.hpp"
 #include "stereogrid/grid.hpp"
@@ -15,10 +16,15 @@ namespace stereogrid {
 class EvidenceMap {
  public:
   /// `fastest_mps`: of the filter's lattice along an axis; what is faster counts as that fast.
-  EvidenceMap(int cells, double fastest_mps) : sums_{cells, cells}, fastest_mps_{fastest_mps} {}
+  EvidenceMap(int cells, double fastest_mps) : sums_{cells, cells}, fastest_mps_{fastest_mps} {
+    touched_.reserve(sums_.size());
+    evidence_.reserve(sums_.size());
+  }
 
   /// Evidence for cells of the window, by ascending cell.
   const std::vector<VelocityEvidence>& gather(const std::vector<FlowVector>& vectors, const GridGeometry& window);
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(sums_, touched_, evidence_); }
 
  private:
   struct Sum {

@@ -128,7 +128,10 @@ SceneFlow::SceneFlow(const Rig& rig)
       blocks_down_{(rig.height_px + block_px - 1) / block_px},
       left_before_{rig.width_px, rig.height_px},
       is_taken_(static_cast<std::size_t>(blocks_across_) * static_cast<std::size_t>(blocks_down_)),
-      candidates_(is_taken_.size()) {}
+      candidates_(is_taken_.size()) {
+  points_.reserve(points_reserved());
+  vectors_.reserve(points_reserved());
+}
 
 Point2 SceneFlow::in_vehicle(Place left, double disparity) const {
   const double x_m{focal_baseline_pxm_ / disparity};

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "alignment/model.hpp"
+#include "held_bytes.hpp"
 #include "matching/match_lattice.hpp"
 #include "matching/matches.hpp"
 #include "patch/patch.hpp"
@@ -71,6 +72,13 @@ class SceneFlow {
 
   /// What is known after follow() of the points that were found again.
   [[nodiscard]] const std::vector<FlowVector>& vectors() const { return vectors_; }
+  /// So many points have room from the start: twice as many as are taken where none is yet. Points that come together
+  /// may be more, and then make room once.
+  [[nodiscard]] std::size_t points_reserved() const { return 2 * candidates_.size(); }
+
+  [[nodiscard]] std::size_t held_bytes() const {
+    return held_bytes_of(left_before_, points_, vectors_, is_taken_, candidates_);
+  }
 
   template <class State>
   void exchange(State& state) {

@@ -12,10 +12,7 @@ namespace {
 constexpr double velocity_gap_mps{4.0};
 constexpr double moving_mps{0.7};
 
-struct Cell {
-  int x;
-  int y;
-};
+using Cell = ClusterSpace::Cell;
 
 Point2 centre_of(const GridGeometry& grid, Cell cell) {
   return {grid.x_min_m + (cell.x + 0.5) * grid.cell_size_m, grid.y_min_m + (cell.y + 0.5) * grid.cell_size_m};
@@ -125,11 +122,19 @@ Cluster describe(const GridLayers& world, const std::vector<Cell>& cells) {
 
 }  // namespace
 
-void find_clusters(const GridLayers& world, const TrackingConfig& config, Image<int>& labels,
-                   std::vector<Cluster>& clusters) {
+ClusterSpace::ClusterSpace(int nx, int ny, std::size_t points) : labels{nx, ny} {
+  clusters.reserve(things_reserved);
+  cells.reserve(labels.size());
+  followed.reserve(points);
+  values.reserve(points);
+}
+
+void find_clusters(const GridLayers& world, const TrackingConfig& config, ClusterSpace& space) {
+  std::vector<Cluster>& clusters{space.clusters};
+  Image<int>& labels{space.labels};
+  std::vector<Cell>& cells{space.cells};
   clusters.clear();
   labels.fill(0);
-  std::vector<Cell> cells;
   for (int y{0}; y < labels.height(); ++y) {
     for (int x{0}; x < labels.width(); ++x) {
       if (labels(x, y) != 0 || !is_active(world, config, x, y)) continue;

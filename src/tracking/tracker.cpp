@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "tracking/tracking.hpp"
 
@@ -63,6 +64,14 @@ void Tracker::Axis::update_velocity(double measured, double variance) {
   covariance[2] -= gain_v * covariance[2];
 }
 
+Tracker::Tracker(const TrackingConfig& config) : config_{config} {
+  constexpr std::size_t pairs_of_a_thing{4};
+  tracks_.reserve(things_reserved);
+  pairs_.reserve(pairs_of_a_thing * things_reserved);
+  is_track_taken_.reserve(things_reserved);
+  is_cluster_taken_.reserve(things_reserved);
+}
+
 void Tracker::update(const GridLayers& world, const std::vector<Cluster>& clusters, double dt_s) {
   for (Track& track : tracks_) {
     track.x.predict(dt_s, config_.acceleration_mps2);
@@ -81,13 +90,9 @@ bool Tracker::differs(const Cluster& cluster, const Track& track, double faster_
   return faster_mps * faster_mps > another_thing * variance;
 }
 
-void Tracker::associate(const std::vector<Cluster>& clusters) {
-  struct Pair {
-    double distance;
-    std::size_t track;
-    std::size_t cluster;
-  };
-  std::vector<Pair> pairs;
+// Nearest first; of those equally far, in the order of tracks and clusters.
+void Tracker::find_pairs(const std::vector<Cluster>& clusters) {
+  pairs_.clear();
   for (std::size_t t{0}; t < tracks_.size(); ++t) {
     for (std::size_t c{0}; c < clusters.size(); ++c) {
       const Point2 away{clusters[c].centre.x - tracks_[t].x.position, clusters[c].centre.y - tracks_[t].y.position};
@@ -98,19 +103,26 @@ void Tracker::associate(const std::vector<Cluster>& clusters) {
       const double distance{std::hypot(away.x, away.y) + (is_measured ? velocity_weight_s * faster_mps : 0)};
       // the visible part of a large thing may change by its size from frame to frame
       const double gate{config_.gate_m + 0.25 * std::max(tracks_[t].shape.length_m, clusters[c].length_m)};
-      if (distance <= gate) pairs.push_back({distance, t, c});
+      if (distance <= gate) pairs_.push_back({distance, t, c});
     }
   }
-  std::stable_sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.distance < b.distance; });
-  std::vector<bool> track_taken(tracks_.size());
-  std::vector<bool> cluster_taken(clusters.size());
-  for (const Pair& pair : pairs) {
-    if (track_taken[pair.track] || cluster_taken[pair.cluster]) continue;
-    track_taken[pair.track] = cluster_taken[pair.cluster] = true;
+  // not stable_sort, which allocates
+  std::sort(pairs_.begin(), pairs_.end(), [](const Pair& a, const Pair& b) {
+    return std::tie(a.distance, a.track, a.cluster) < std::tie(b.distance, b.track, b.cluster);
+  });
+}
+
+void Tracker::associate(const std::vector<Cluster>& clusters) {
+  find_pairs(clusters);
+  is_track_taken_.assign(tracks_.size(), 0);
+  is_cluster_taken_.assign(clusters.size(), 0);
+  for (const Pair& pair : pairs_) {
+    if (is_track_taken_[pair.track] != 0 || is_cluster_taken_[pair.cluster] != 0) continue;
+    is_track_taken_[pair.track] = is_cluster_taken_[pair.cluster] = 1;
     correct(tracks_[pair.track], clusters[pair.cluster]);
   }
   for (std::size_t c{0}; c < clusters.size(); ++c) {
-    if (!cluster_taken[c]) begin_track(clusters[c]);
+    if (is_cluster_taken_[c] == 0) begin_track(clusters[c]);
   }
 }
 

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "held_bytes.hpp"
 #include "scene_flow/scene_flow.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/frame.hpp"
@@ -26,21 +28,46 @@ struct Cluster {
   double yaw_rad{0};
 };
 
+/// So many clusters, tracks and obstacles have room from the start, far more than a street has; as many as there might
+/// be, a few cells each, would be a waste. More make room once.
+constexpr std::size_t things_reserved{1024};
+
+/// Clusters, and what they are found in. Allocated once.
+struct ClusterSpace {
+  /// A point that has been followed on a cluster.
+  struct Followed {
+    int label;
+    std::size_t vector;
+  };
+  struct Cell {
+    int x;
+    int y;
+  };
+
+  /// For a grid of that size. `points` that are followed have room from the start.
+  ClusterSpace(int nx, int ny, std::size_t points = 0);
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(clusters, labels, cells, followed, values); }
+
+  std::vector<Cluster> clusters;
+  Image<int> labels;               ///< (ny, nx) the cluster's number + 1 of each cell, 0 = none
+  std::vector<Cell> cells;         ///< of a cluster
+  std::vector<Followed> followed;  ///< by label
+  std::vector<double> values;      ///< of a cluster's points
+};
+
 /// Clusters of the filtered grid: 8-connected cells above `occupancy_min` that have been observed and whose velocities
-/// differ little from the cluster's mean. `labels` (ny, nx) is working memory; afterwards it holds the
-/// cluster's number + 1 of each cell, 0 = none.
-void find_clusters(const GridLayers& world, const TrackingConfig& config, Image<int>& labels,
-                   std::vector<Cluster>& clusters);
+/// differ little from the cluster's mean.
+void find_clusters(const GridLayers& world, const TrackingConfig& config, ClusterSpace& space);
 
 /// Gives each cluster the velocity of the points that have been followed on it.
-void measure_velocities(const std::vector<FlowVector>& vectors, const GridGeometry& grid, const Image<int>& labels,
-                        std::vector<Cluster>& clusters);
+void measure_velocities(const std::vector<FlowVector>& vectors, const GridGeometry& grid, ClusterSpace& space);
 
 /// Follows clusters through time: nearest-neighbour association within a gate around each track's prediction, a
 /// constant-velocity Kalman filter for each track, ids that are never used twice. method §3.2, kept simple.
 class Tracker {
  public:
-  explicit Tracker(const TrackingConfig& config) : config_{config} {}
+  explicit Tracker(const TrackingConfig& config);
 
   void start_ids_at(std::int64_t first_id) { next_id_ = first_id; }
 
@@ -53,6 +80,10 @@ class Tracker {
   template <class State>
   void exchange(State& state) {
     state(tracks_, next_id_);
+  }
+
+  [[nodiscard]] std::size_t held_bytes() const {
+    return held_bytes_of(tracks_, pairs_, is_track_taken_, is_cluster_taken_);
   }
 
  private:
@@ -77,7 +108,15 @@ class Tracker {
     double unseen_s{0};
   };
 
+  // A cluster that may be a track's.
+  struct Pair {
+    double distance;
+    std::size_t track;
+    std::size_t cluster;
+  };
+
   static bool differs(const Cluster& cluster, const Track& track, double faster_mps);
+  void find_pairs(const std::vector<Cluster>& clusters);
   void associate(const std::vector<Cluster>& clusters);
   void correct(Track& track, const Cluster& cluster) const;
   void begin_track(const Cluster& cluster);
@@ -85,6 +124,9 @@ class Tracker {
 
   TrackingConfig config_;
   std::vector<Track> tracks_;
+  std::vector<Pair> pairs_;  // working memory, as the next two
+  std::vector<std::uint8_t> is_track_taken_;
+  std::vector<std::uint8_t> is_cluster_taken_;
   std::int64_t next_id_{1};
 };
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <span>
+#include <tuple>
 
 #include "tracking/tracking.hpp"
 
@@ -34,27 +36,28 @@ int label_at(Point2 place, const GridGeometry& grid, const Image<int>& labels) {
   return label;
 }
 
-double median(std::vector<double> values) {
+using Followed = std::span<const ClusterSpace::Followed>;
+
+double median_along(double Point2::*axis, const std::vector<FlowVector>& vectors, Followed followed,
+                    std::vector<double>& values) {
+  values.clear();
+  for (const auto& one : followed) values.push_back(vectors[one.vector].velocity.*axis);
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
 
-void measure(const std::vector<const FlowVector*>& vectors, Cluster& cluster) {
-  std::vector<double> x;
-  std::vector<double> y;
-  for (const FlowVector* vector : vectors) {
-    x.push_back(vector->velocity.x);
-    y.push_back(vector->velocity.y);
-  }
-  const Point2 middle{median(x), median(y)};
+void measure(const std::vector<FlowVector>& vectors, Followed followed, std::vector<double>& values, Cluster& cluster) {
+  const Point2 middle{median_along(&Point2::x, vectors, followed, values),
+                      median_along(&Point2::y, vectors, followed, values)};
   InformationSum sum;
   std::size_t agreeing{0};
-  for (const FlowVector* vector : vectors) {
-    const Symmetric2 information{inverted(vector->velocity_covariance)};
-    const Point2 away{vector->velocity.x - middle.x, vector->velocity.y - middle.y};
+  for (const auto& one : followed) {
+    const FlowVector& vector{vectors[one.vector]};
+    const Symmetric2 information{inverted(vector.velocity_covariance)};
+    const Point2 away{vector.velocity.x - middle.x, vector.velocity.y - middle.y};
     if (squared(information, away) > outlier) continue;
-    sum.add({information, vector->velocity});
+    sum.add({information, vector.velocity});
     ++agreeing;
   }
   if (agreeing < points_min) return;
@@ -65,15 +68,19 @@ void measure(const std::vector<const FlowVector*>& vectors, Cluster& cluster) {
 
 }  // namespace
 
-void measure_velocities(const std::vector<FlowVector>& vectors, const GridGeometry& grid, const Image<int>& labels,
-                        std::vector<Cluster>& clusters) {
-  std::vector<std::vector<const FlowVector*>> of_cluster(clusters.size());
-  for (const FlowVector& vector : vectors) {
-    const int label{label_at(vector.place, grid, labels)};
-    if (label > 0) of_cluster[static_cast<std::size_t>(label) - 1].push_back(&vector);
+void measure_velocities(const std::vector<FlowVector>& vectors, const GridGeometry& grid, ClusterSpace& space) {
+  space.followed.clear();
+  for (std::size_t i{0}; i < vectors.size(); ++i) {
+    const int label{label_at(vectors[i].place, grid, space.labels)};
+    if (label > 0) space.followed.push_back({label, i});
   }
-  for (std::size_t i{0}; i < clusters.size(); ++i) {
-    if (!of_cluster[i].empty()) measure(of_cluster[i], clusters[i]);
+  std::sort(space.followed.begin(), space.followed.end(),
+            [](const auto& a, const auto& b) { return std::tie(a.label, a.vector) < std::tie(b.label, b.vector); });
+  for (auto begin = space.followed.cbegin(); begin != space.followed.cend();) {
+    const int label{begin->label};
+    const auto end = std::find_if(begin, space.followed.cend(), [&](const auto& one) { return one.label != label; });
+    measure(vectors, {begin, end}, space.values, space.clusters[static_cast<std::size_t>(label) - 1]);
+    begin = end;
   }
 }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "held_bytes.hpp"
 #include "matching/matches.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/pipeline.hpp"
@@ -24,6 +25,8 @@ class FineCounts {
   /// Fills the columns, at most `columns`, of N_V and N_O in `stages` and of the bins with road in `has_road`.
   void count(const Matches& matches, const BinRows& rows, const UDisparityConfig& config, ColumnRange range,
              StageImages& stages, Image<std::uint8_t>& has_road);
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(visible_, observed_); }
 
  private:
   using Changes = std::array<std::int32_t, columns>;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "ground/model.hpp"
+#include "held_bytes.hpp"
 #include "stereogrid/config.hpp"
 #include "u_disparity/model.hpp"
 
@@ -37,6 +38,10 @@ struct BinRows {
   [[nodiscard]] const BinRange* bins(int u) const { return bins_of_row.data() + first_row(u); }
   /// Bins in which they are high enough above the road to be part of an obstacle.
   [[nodiscard]] const BinRange* upright_bins(int u) const { return upright_bins_of_row.data() + first_row(u); }
+
+  [[nodiscard]] std::size_t held_bytes() const {
+    return held_bytes_of(shift, rows, upright_rows, bins_of_row, upright_bins_of_row, blocks);
+  }
 
   int height;
   int margin;                                 ///< rows that a column may be shifted by

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "held_bytes.hpp"
 #include "matching/matching.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/pipeline.hpp"
@@ -17,6 +18,8 @@ namespace stereogrid {
 /// exp() of the small integers that the probabilities are made of, and the smoothing weights. Built once.
 struct UDisparityTables {
   UDisparityTables(const UDisparityConfig& config, int image_height, int window_px);
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(miss, weights_column, weights_disparity); }
 
   UDisparityConfig config;
   int half_window{0};                   ///< with left_border, bins with u < d + this stay unknown
@@ -35,6 +38,11 @@ std::vector<float> gaussian_weights(double sigma);
 /// What `count` works in.
 struct UDisparitySpace {
   UDisparitySpace(int width, int height, int bins, int threads);
+
+  [[nodiscard]] std::size_t held_bytes() const {
+    return held_bytes_of(rows, counts, fine_counts, has_road, road_columns, smooth_once);
+  }
+
   BinRows rows;
   std::vector<std::vector<std::uint16_t>> counts;  ///< [thread] of a block of columns, all 0 between frames
   std::vector<FineCounts> fine_counts;             ///< [thread] with bins finer than a pixel

@@ -178,16 +178,17 @@ TEST(EvidenceMap, IsNotFasterThanTheLatticeAndStaysInTheWindow) {
 
 // Two clusters, side by side: cells 10 … 13 and 20 … 23 of row 20.
 struct TwoClusters {
-  TwoClusters() : labels{40, 40}, clusters(2) {
-    for (int x{10}; x < 14; ++x) labels(x, 20) = 1;
-    for (int x{20}; x < 24; ++x) labels(x, 20) = 2;
+  TwoClusters() : space{40, 40}, clusters{space.clusters} {
+    for (int x{10}; x < 14; ++x) space.labels(x, 20) = 1;
+    for (int x{20}; x < 24; ++x) space.labels(x, 20) = 2;
+    clusters.resize(2);
     clusters[0].velocity = clusters[1].velocity = {0.5, 0};
   }
 
   static Point2 place(int x) { return {window.x_min_m + (x + 0.5) * 0.2, window.y_min_m + 20.5 * 0.2}; }
 
-  Image<int> labels;
-  std::vector<Cluster> clusters;
+  ClusterSpace space;
+  std::vector<Cluster>& clusters;
 };
 
 TEST(ClusterVelocities, AreThoseOfTheirPoints) {
@@ -195,7 +196,7 @@ TEST(ClusterVelocities, AreThoseOfTheirPoints) {
   measure_velocities({vector_at(TwoClusters::place(10), {6, 1}), vector_at(TwoClusters::place(11), {6.2, 1}),
                       vector_at(TwoClusters::place(13), {6.1, 1}), vector_at(TwoClusters::place(12), {-8, 3}),
                       vector_at(TwoClusters::place(19), {-2, 0}), vector_at(TwoClusters::place(25), {-2, 0})},
-                     window, world.labels, world.clusters);
+                     window, world.space);
   EXPECT_NEAR(world.clusters[0].velocity.x, 6.1, 0.01) << "without the one that does not fit";
   EXPECT_NEAR(world.clusters[0].velocity.y, 1, 0.01);
   EXPECT_NEAR(world.clusters[0].velocity_sigma_mps, std::sqrt(0.25 / 3 + 0.09), 1e-6);
@@ -205,7 +206,7 @@ TEST(ClusterVelocities, AreThoseOfTheirPoints) {
 TEST(ClusterVelocities, NeedTwoPointsThatAgree) {
   TwoClusters world;
   measure_velocities({vector_at(TwoClusters::place(10), {6, 1}), vector_at(TwoClusters::place(30), {3, 3})}, window,
-                     world.labels, world.clusters);
+                     world.space);
   for (const Cluster& cluster : world.clusters) {
     EXPECT_EQ(cluster.velocity.x, 0.5);
     EXPECT_EQ(cluster.velocity_sigma_mps, 0);

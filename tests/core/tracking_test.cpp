@@ -46,10 +46,12 @@ struct World {
   }
 
   std::vector<Cluster> clusters(const TrackingConfig& config = plain_config()) {
-    labels = Image<int>{60, 50, 9};
-    std::vector<Cluster> found(4);
-    find_clusters(layers, config, labels, found);
-    return found;
+    ClusterSpace space{60, 50};
+    space.labels.fill(9);
+    space.clusters.resize(4);
+    find_clusters(layers, config, space);
+    labels = space.labels;
+    return space.clusters;
   }
 
   GridLayers layers;

@@ -68,7 +68,8 @@ void compare_on_random_evidence() {
       const std::vector<VelocityEvidence> evidence{some_evidence(cells, percent, random)};
       weigh_velocities(reference, evidence, expected.tables, expected.state, expected.layers);
       Cpu cpu{static_cast<int>(1 + percent % 3)};
-      weigh_velocities(cpu, evidence, actual.tables, actual.state, actual.layers);
+      WeighingSpace space{cells, actual.tables, cpu.threads()};
+      weigh_velocities(cpu, evidence, actual.tables, space, actual.state, actual.layers);
       SCOPED_TRACE(testing::Message() << cells << " cells along a side, " << percent << " %");
       expect_equal(expected, actual);
     }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <span>
 
 #include "backend/cpu.hpp"
 #include "filter_run.hpp"
@@ -25,6 +26,11 @@ struct Seen {
     for (int i{0}; i < 3; ++i) run.step(scene(cells, 8, 8, 4, 4));
   }
 
+  void weigh(std::span<const VelocityEvidence> evidence) {
+    WeighingSpace space{cells, run.tables, cpu.threads()};
+    weigh_velocities(cpu, evidence, run.tables, space, run.now, run.layers);
+  }
+
   Cpu cpu{1};
   FilterRun<Cpu> run;
 };
@@ -34,7 +40,7 @@ TEST(VelocityEvidence, IsBayesRuleOverTheLattice) {
   FilterRun<Cpu>& run{seen.run};
   const VelocityEvidence evidence{9 * cells + 10, 2, 0, 1.5f, 0.2f, 0.8f};
   const FilterState before{run.now};
-  weigh_velocities(seen.cpu, {&evidence, 1}, run.tables, run.now, run.layers);
+  seen.weigh({&evidence, 1});
 
   double all{0};
   for (std::size_t k{0}; k < before.velocity.size(); ++k) {
@@ -60,7 +66,7 @@ TEST(VelocityEvidence, LeavesWhetherACellIsOccupiedAndOtherCellsAlone) {
   const VelocityEvidence evidence{9 * cells + 10, 2, 0, 4, 0, 4};
   const GridLayers layers{run.layers};
   const FilterState before{run.now};
-  weigh_velocities(seen.cpu, {&evidence, 1}, run.tables, run.now, run.layers);
+  seen.weigh({&evidence, 1});
   EXPECT_EQ(run.layers.occupancy, layers.occupancy);
   EXPECT_NEAR(mass_of(run.now, 10, 9), mass_of(before, 10, 9), 1e-5);
   EXPECT_GT(run.layers.velocity_x(10, 9), layers.velocity_x(10, 9) + 0.8);
@@ -75,7 +81,7 @@ TEST(VelocityEvidence, OfSomethingElseChangesLittle) {
   FilterRun<Cpu>& run{seen.run};
   const VelocityEvidence evidence{9 * cells + 10, 60, -70, 4, 0, 4};
   const float before{run.layers.velocity_x(10, 9)};
-  weigh_velocities(seen.cpu, {&evidence, 1}, run.tables, run.now, run.layers);
+  seen.weigh({&evidence, 1});
   EXPECT_NEAR(run.layers.velocity_x(10, 9), before, 0.05);
 }
 
@@ -86,7 +92,7 @@ TEST(VelocityEvidence, MovesAThingOnWithTheNextStep) {
   for (int y{8}; y < 12; ++y) {
     for (int x{8}; x < 12; ++x) evidence.push_back({y * cells + x, 2, 0, 8, 0, 8});
   }
-  for (int i{0}; i < 3; ++i) weigh_velocities(seen.cpu, evidence, run.tables, run.now, run.layers);
+  for (int i{0}; i < 3; ++i) seen.weigh(evidence);
   run.step(Image<float>{cells, cells, 0.5f});
   EXPECT_GT(run.layers.occupancy(12, 9), 0.7) << "a cell further, unseen";
   EXPECT_LT(run.layers.occupancy(8, 9), 0.3);

@@ -212,6 +212,24 @@ TEST(without_stages_the_grids_are_the_same) {
   for (const float d : pair.gpu.result.stages.obstacle_disparity) CHECK_EQUAL(d, 0);
 }
 
+TEST(memory_is_what_has_been_allocated) {
+  const Config config{small_config()};
+  const CudaBytes before{cuda_bytes_allocated()};
+  JourneyOnCuda journey{config, small_rig()};
+  const CudaBytes allocated{cuda_bytes_allocated() - before};
+  CHECK_EQUAL(journey.memory_use().device_bytes, allocated.device);
+  const auto cells = static_cast<std::size_t>(Window{vehicle_grid_of(config.grid)}.cells());
+  const std::size_t states{2 * cells * cells * velocity_lattice(config.filter).size() * sizeof(float)};
+  CHECK(allocated.device > states);
+  CHECK(journey.memory_use().host_bytes > allocated.pinned + 3 * width * height * sizeof(float));
+  const Street street{small_rig()};
+  Traveller traveller{std::make_unique<JourneyOnCuda>(config, small_rig()), config, small_rig()};
+  const CudaBytes at_start{cuda_bytes_allocated()};
+  for (int index{0}; index < 2; ++index) traveller.run(street.frame(index), 0.1 * index);
+  CHECK_EQUAL((cuda_bytes_allocated() - at_start).device, std::size_t{0});
+  CHECK_EQUAL((cuda_bytes_allocated() - at_start).pinned, std::size_t{0});
+}
+
 TEST(settings_that_only_the_cpu_can_do) {
   Config config{small_config()};
   config.filter.model = FilterModel::particles;

@@ -1,0 +1,174 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Pipeline::process() on the CPU allocates nothing once it runs: whatever is set, on a busy street. oneTBB takes memory
+// for its tasks where it likes: from a pool of its own, which asks malloc for more now and then, more seldom the longer
+// it runs. That is told apart (allocations.hpp) and only has to be little.
+#include <gtest/gtest.h>
+
+#include <ostream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "allocations.hpp"
+#include "stereogrid/pipeline.hpp"
+#include "stereogrid/scenes/scene.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+constexpr std::size_t frames{30};
+constexpr std::size_t warm_up_frames{10};
+constexpr int of_tbb_max{5};  // a frame
+
+struct Recording {
+  Rig rig;
+  std::vector<StereoFrame> frames;
+};
+
+Recording record(const char* scene_text, bool is_given) {
+  const scenes::Scene scene{scenes::parse_scene(scene_text), 2};
+  Recording recording{scene.rig(), {}};
+  for (std::size_t i{0}; i < frames; ++i) {
+    recording.frames.push_back(scene.load(i));
+    if (!is_given) continue;
+    recording.frames.back().right = {};
+    recording.frames.back().disparity = scene.truth(i).disparity;
+  }
+  return recording;
+}
+
+constexpr const char* street{"street?width=320&height=160&frames=30"};
+constexpr const char* pitched_street{"street?width=320&height=160&frames=30&pitch_deg=4"};
+
+void without_poses(Recording& recording) {
+  for (StereoFrame& frame : recording.frames) frame.world_from_vehicle.reset();
+}
+
+void with_gaps_in_poses(Recording& recording) {
+  for (std::size_t i{2}; i < recording.frames.size(); i += 3) recording.frames[i].world_from_vehicle.reset();
+}
+
+// Seen by another source: a wall that comes nearer.
+void with_other_grids(Recording& recording) {
+  for (std::size_t i{0}; i < recording.frames.size(); ++i) {
+    Image<float> cells{60, 40, 0.5f};
+    for (int iy{10}; iy < 30; ++iy) cells(50 - static_cast<int>(i), iy) = 0.9f;
+    recording.frames[i].other_grids.push_back({{2, -6, 0.3, 60, 40}, cells, {}});
+    recording.frames[i].other_grids.push_back({{0, -4, 0.2, 60, 40}, cells, Image<float>{60, 40, 0.7f}});
+  }
+}
+
+// Nothing matches in the frames before those that count: what grows with the data has not grown yet.
+void blank_at_first(Recording& recording) {
+  for (std::size_t i{0}; i < warm_up_frames; ++i) {
+    StereoFrame& frame{recording.frames[i]};
+    frame.left.fill(128);
+    frame.right.fill(128);
+    frame.disparity.fill(0);
+  }
+}
+
+void as_it_is(Recording& /*recording*/) {}
+
+using Settings = std::vector<std::pair<const char*, const char*>>;
+
+struct Case {
+  const char* name;
+  const char* preset{"default"};
+  Settings settings{};
+  const char* scene{street};
+  bool is_given{false};
+  void (*change)(Recording&){as_it_is};
+  int threads{2};
+  bool fetches_stages{true};
+  std::vector<double> horizons_s{};
+};
+
+void PrintTo(const Case& one, std::ostream* out) {
+  *out << one.name;
+}
+
+const std::vector<Case>& cases() {
+  static const std::vector<Case> all{
+      {.name = "Default"},
+      {.name = "DefaultOnOneThread", .threads = 1},
+      {.name = "DefaultOnMoreThreadsThanCores", .threads = 5},
+      {.name = "Paper", .preset = "paper"},
+      {.name = "PaperOnOneThread", .preset = "paper", .threads = 1},
+      {.name = "SemiGlobal", .settings = {{"matching.method", "semi_global"}}},
+      {.name = "SemiGlobalEightPaths", .settings = {{"matching.method", "semi_global"}, {"matching.paths", "8"}}},
+      {.name = "SemiGlobalOnOneThread", .settings = {{"matching.method", "semi_global"}}, .threads = 1},
+      {.name = "Tay2008", .settings = {{"filter.model", "tay2008"}}},
+      {.name = "Particles", .settings = {{"filter.model", "particles"}}},
+      {.name = "ParticlesOnOneThread", .settings = {{"filter.model", "particles"}}, .threads = 1},
+      {.name = "WithoutSceneFlow", .settings = {{"filter.scene_flow", "false"}}},
+      {.name = "FineBins", .settings = {{"u_disparity.bins_per_px", "2"}, {"projection.interpolate_far", "true"}}},
+      {.name = "WithoutStages", .fetches_stages = false},
+      {.name = "Predictions", .horizons_s = {0.5, 1}},
+      {.name = "PredictionsOfParticles", .settings = {{"filter.model", "particles"}}, .horizons_s = {0.5}},
+      {.name = "GivenDisparities", .is_given = true},
+      {.name = "OtherGrids", .change = with_other_grids},
+      {.name = "OtherGridsLinear", .settings = {{"fusion.rule", "linear"}}, .change = with_other_grids},
+      {.name = "Pitched", .scene = pitched_street},
+      {.name = "PitchedGivenDisparities", .scene = pitched_street, .is_given = true},
+      {.name = "BlankAtFirst", .change = blank_at_first},
+      {.name = "BlankAtFirstSemiGlobal", .settings = {{"matching.method", "semi_global"}}, .change = blank_at_first},
+      {.name = "BlankAtFirstParticles", .settings = {{"filter.model", "particles"}}, .change = blank_at_first},
+      {.name = "BlankAtFirstGivenDisparities", .is_given = true, .change = blank_at_first},
+      {.name = "WithoutPoses", .change = without_poses},
+      {.name = "WithGapsInPoses", .change = with_gaps_in_poses},
+  };
+  return all;
+}
+
+class Allocation : public testing::TestWithParam<Case> {};
+
+TEST_P(Allocation, NoneOnceThePipelineRuns) {
+  if (!can_count_allocations()) GTEST_SKIP() << "malloc cannot be counted under a sanitizer, nor without glibc";
+  const Case& one{GetParam()};
+  Recording recording{record(one.scene, one.is_given)};
+  one.change(recording);
+  Config config{preset(one.preset)};
+  for (const auto& [key, value] : one.settings) set(config, key, value);
+  Pipeline pipeline{config, recording.rig, BackEnd::cpu, one.threads};
+  pipeline.fetch_stages(one.fetches_stages);
+  pipeline.predict_at(one.horizons_s);
+  std::size_t obstacles{0};
+  for (std::size_t i{0}; i < frames; ++i) {
+    if (i == warm_up_frames) start_counting();
+    obstacles += pipeline.process(recording.frames[i]).obstacles.size();
+  }
+  const Allocations found{stop_counting()};
+  std::string where;
+  for (const std::string& way : found.where) where += "\n  " + way;
+  constexpr int counted{static_cast<int>(frames - warm_up_frames)};
+  RecordProperty("allocations", found.count);
+  RecordProperty("bytes", static_cast<int>(found.bytes));
+  RecordProperty("of_tbb", found.of_tbb);
+  EXPECT_EQ(found.count, 0) << "in " << counted << " frames, " << found.bytes << " bytes; some of them:" << where;
+  EXPECT_LE(found.of_tbb, of_tbb_max * counted);
+  EXPECT_GT(obstacles, 2 * frames) << "the street is not busy";
+}
+
+INSTANTIATE_TEST_SUITE_P(, Allocation, testing::ValuesIn(cases()),
+                         [](const auto& run) { return std::string{run.param.name}; });
+
+// The test of the test: what is allocated here is seen.
+TEST(AllocationCount, SeesWhatIsAllocated) {
+  if (!can_count_allocations()) GTEST_SKIP() << "malloc cannot be counted under a sanitizer, nor without glibc";
+  const std::ptrdiff_t before{live_bytes()};
+  start_counting();
+  static const std::vector<int>* numbers;  // static: or the compiler may leave new and delete away
+  numbers = new std::vector<int>(1000);
+  Allocations found{stop_counting()};
+  EXPECT_EQ(found.count, 2);
+  EXPECT_EQ(found.bytes, sizeof(std::vector<int>) + 1000 * sizeof(int));
+  EXPECT_GE(live_bytes() - before, 4000);
+  delete numbers;
+  EXPECT_LT(live_bytes() - before, 4000);
+}
+
+}  // namespace
+}  // namespace stereogrid::test

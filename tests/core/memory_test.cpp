@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a pipeline says it holds is what malloc has given it, before the first frame and after ten.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "allocations.hpp"
+#include "stereogrid/pipeline.hpp"
+#include "stereogrid/scenes/scene.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+constexpr std::size_t frames{10};
+// The program's other parts allocate little beside: what oneTBB keeps, and malloc's own rounding.
+constexpr double error_max{0.005};
+
+struct Case {
+  const char* name;
+  std::vector<std::pair<const char*, const char*>> settings{};
+  int threads{2};
+  std::vector<double> horizons_s{};
+};
+
+void PrintTo(const Case& one, std::ostream* out) {
+  *out << one.name;
+}
+
+class Memory : public testing::TestWithParam<Case> {};
+
+TEST_P(Memory, IsWhatThePipelineSays) {
+  if (!can_count_allocations()) GTEST_SKIP() << "malloc cannot be counted under a sanitizer, nor without glibc";
+  const Case& one{GetParam()};
+  const scenes::Scene scene{scenes::parse_scene("street?width=320&height=160&frames=10"), 2};
+  std::vector<StereoFrame> recording;
+  for (std::size_t i{0}; i < frames; ++i) recording.push_back(scene.load(i));
+  Config config{preset("default")};
+  for (const auto& [key, value] : one.settings) set(config, key, value);
+
+  const std::ptrdiff_t before{live_bytes()};
+  Pipeline pipeline{config, scene.rig(), BackEnd::cpu, one.threads};
+  pipeline.predict_at(one.horizons_s);
+  const auto said{static_cast<double>(pipeline.memory_use().host_bytes)};
+  EXPECT_NEAR(static_cast<double>(live_bytes() - before), said, error_max * said) << "at construction";
+  for (const StereoFrame& frame : recording) pipeline.process(frame);
+  EXPECT_NEAR(static_cast<double>(live_bytes() - before), said, error_max * said) << "after ten frames";
+  EXPECT_EQ(static_cast<double>(pipeline.memory_use().host_bytes), said);
+  EXPECT_EQ(pipeline.memory_use().device_bytes, 0u);
+  RecordProperty("bytes", std::to_string(pipeline.memory_use().host_bytes));
+}
+
+INSTANTIATE_TEST_SUITE_P(, Memory,
+                         testing::Values(Case{.name = "Default"}, Case{.name = "FiveThreads", .threads = 5},
+                                         Case{.name = "SemiGlobal", .settings = {{"matching.method", "semi_global"}}},
+                                         Case{.name = "Tay2008", .settings = {{"filter.model", "tay2008"}}},
+                                         // with little else, so that the small things count
+                                         Case{
+                                             .name = "Particles",
+                                             .settings = {{"filter.model", "particles"}, {"filter.particles", "1000"}}},
+                                         Case{.name = "FewVelocities", .settings = {{"filter.velocity_max_mps", "2"}}},
+                                         Case{.name = "FineBins", .settings = {{"u_disparity.bins_per_px", "2"}}},
+                                         Case{.name = "Predictions", .horizons_s = {0.5, 1}}),
+                         [](const auto& one) { return std::string{one.param.name}; });
+
+TEST(MemoryOfPipelines, OfALargerPipelineIsMore) {
+  const Rig rig{scenes::Scene{scenes::parse_scene("street?width=320&height=160&frames=1"), 1}.rig()};
+  const auto bytes = [&](const char* key, const char* value) {
+    Config config{preset("default")};
+    set(config, key, value);
+    return Pipeline{config, rig, BackEnd::cpu, 1}.memory_use().host_bytes;
+  };
+  EXPECT_GT(bytes("grid.length_m", "30"), bytes("grid.length_m", "20"));
+  EXPECT_GT(bytes("filter.velocity_max_mps", "12"), bytes("filter.velocity_max_mps", "2"));
+}
+
+}  // namespace
+}  // namespace stereogrid::test
