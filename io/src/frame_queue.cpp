@@ -119,6 +119,13 @@ FrameQueue::~FrameQueue() {
   for (std::thread& thread : state_->threads) thread.join();
 }
 
+bool FrameQueue::is_ready_within(std::chrono::milliseconds time) {
+  std::unique_lock lock{state_->mutex};
+  if (state_->to_hand_out >= state_->last) return true;
+  const Slot& slot{state_->slots[state_->to_hand_out % state_->slots.size()]};
+  return state_->filled.wait_for(lock, time, [&slot] { return slot.ready; });
+}
+
 std::optional<QueuedFrame> FrameQueue::next() {
   std::unique_lock lock{state_->mutex};
   if (state_->to_hand_out >= state_->last) return std::nullopt;

@@ -21,6 +21,7 @@ class SlowSource final : public FrameSource {
   [[nodiscard]] std::string name(std::size_t index) const override { return "f" + std::to_string(index); }
   [[nodiscard]] StereoFrame load(std::size_t index) const override {
     std::this_thread::sleep_for(std::chrono::milliseconds{index == 3 ? 20 : 1});
+    while (index == held) std::this_thread::sleep_for(std::chrono::milliseconds{1});
     ++loads;
     if (index == bad) throw InputError{name(index) + " is damaged"};
     if (index == broken) throw std::logic_error{"a bug"};
@@ -32,6 +33,7 @@ class SlowSource final : public FrameSource {
 
   std::size_t bad{1000};
   std::size_t broken{1000};
+  std::atomic<std::size_t> held{1000};  ///< until it is another one
   mutable std::atomic<std::size_t> loads{0};
 
  private:
@@ -55,6 +57,20 @@ TEST(FrameQueue, KeepsTheOrderWhateverTheThreadsAndTheCapacity) {
       EXPECT_FALSE(queue.next()) << "the end stays the end";
     }
   }
+}
+
+TEST(FrameQueue, WaitsNoLongerThanItIsAllowedTo) {
+  using std::chrono::milliseconds;
+  SlowSource source{2};
+  source.held = 1;
+  FrameQueue queue{source, 0, 2};
+  EXPECT_TRUE(queue.is_ready_within(milliseconds{10'000}));
+  EXPECT_EQ(queue.next()->index, 0U);
+  EXPECT_FALSE(queue.is_ready_within(milliseconds{1}));
+  source.held = 1000;
+  EXPECT_TRUE(queue.is_ready_within(milliseconds{10'000}));
+  EXPECT_EQ(queue.next()->index, 1U);
+  EXPECT_TRUE(queue.is_ready_within(milliseconds{0})) << "the end is known";
 }
 
 TEST(FrameQueue, TakesARangeAndStopsAtTheSourcesEnd) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -37,6 +38,9 @@ class FrameQueue {
   FrameQueue& operator=(const FrameQueue&) = delete;
   /// Stops at once: waits only for frames that are being loaded at this moment.
   ~FrameQueue();
+
+  /// Waits for the next frame, but no longer than `time`. True: next() need not wait.
+  [[nodiscard]] bool is_ready_within(std::chrono::milliseconds time);
 
   /// The next frame; waits for it. None: the end. A frame that cannot be used comes in its place with its error;
   /// exceptions other than InputError are thrown again here.
