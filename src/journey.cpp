@@ -37,4 +37,14 @@ std::size_t JourneyMemory::held_bytes() const {
          (outlook ? sizeof(Outlook) + outlook->held_bytes() : 0);
 }
 
+// The rest is working memory, or the first frame resets it.
+void JourneyMemory::forget() {
+  ground = calibrated_ground(rig, config.ground);
+  frames_to_search = 0;
+  is_first = true;
+  alignment = RowAlignment{rig};
+  scene_flow = SceneFlow{rig};
+  tracker.forget();
+}
+
 }  // namespace stereogrid

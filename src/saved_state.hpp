@@ -156,4 +156,10 @@ class StateReader {
 /// FNV-1a over words of eight bytes: tells damage, not forgery.
 std::uint64_t checksum_of(std::span<const std::byte> bytes);
 
+/// A state behind a head that tells what it is, its size and checksums; `settings`: checksum of all that must be the
+/// same where it is loaded.
+std::vector<std::byte> sealed(std::span<const std::byte> state, std::uint64_t settings);
+/// The state behind the head. Throws InputError: there is none, or it is damaged or of other settings.
+std::span<const std::byte> unsealed(std::span<const std::byte> saved, std::uint64_t settings);
+
 }  // namespace stereogrid
