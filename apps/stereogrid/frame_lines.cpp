@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "stages.hpp"
 #include "stereogrid/error.hpp"
@@ -61,6 +62,14 @@ void take(FinishedFrames& finished, const std::string& text) {
   }
 }
 
+void cut_off(const fs::path& path, std::size_t size) {
+  std::error_code error;
+  fs::resize_file(path, size, error);
+  if (!error) return;
+  throw DeviceError{fmt::format("{}: its torn last line cannot be cut off ({}). Check the permissions.", path.string(),
+                                error.message())};
+}
+
 }  // namespace
 
 std::string frame_line(const StereoFrame& frame, const FrameResult& result) {
@@ -109,7 +118,7 @@ FinishedFrames read_frame_lines(const fs::path& path) {
     }
     begin = end + 1;
   }
-  if (whole < text.size()) fs::resize_file(path, whole);
+  if (whole < text.size()) cut_off(path, whole);
   return finished;
 }
 

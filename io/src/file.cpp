@@ -40,16 +40,24 @@ class Descriptor {
   int close() {
     const int result{descriptor_ >= 0 ? ::close(descriptor_) : 0};
     descriptor_ = -1;
-    return result == 0 ? 0 : errno;
+    return result == 0 || errno == EINTR ? 0 : errno;  // Linux has closed it, interrupted or not
   }
 
  private:
   int descriptor_;
 };
 
+int open_new(const std::filesystem::path& path) {
+  int descriptor{-1};
+  do {
+    descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  } while (descriptor < 0 && errno == EINTR);
+  return descriptor;
+}
+
 /// errno of the first failure, 0: written.
 int write_whole(const std::filesystem::path& path, std::string_view bytes) {
-  Descriptor file{::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)};
+  Descriptor file{open_new(path)};
   if (file.get() < 0) return errno;
   while (!bytes.empty()) {
     const ssize_t written{::write(file.get(), bytes.data(), bytes.size())};
