@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <set>
 
 #include "angle.hpp"
 #include "layouts/layouts.hpp"
@@ -52,7 +53,7 @@ bool is_whole(const Key& key) {
 
 std::string plain(double number) {
   char text[32];
-  std::snprintf(text, sizeof text, "%g", number);
+  std::snprintf(text, sizeof text, "%.10g", number);
   return text;
 }
 
@@ -124,6 +125,7 @@ SceneOptions parse_scene(std::string_view text) {
   static_cast<void>(find_layout(options.name));
   text.remove_prefix(std::min(question + 1, text.size()));
   const std::string scene{"scene:" + options.name};
+  std::set<std::string_view> given;
   while (!text.empty()) {
     const std::string_view setting{text.substr(0, text.find('&'))};
     const std::size_t equals{setting.find('=')};
@@ -131,7 +133,11 @@ SceneOptions parse_scene(std::string_view text) {
       throw InputError{scene, "cannot read \"" + std::string{setting} + "\".",
                        "Write settings as key=value, with & between them. " + known_keys()};
     }
-    set(options, scene, setting.substr(0, equals), setting.substr(equals + 1));
+    const std::string_view name{setting.substr(0, equals)};
+    if (!given.insert(name).second) {
+      throw InputError{scene, std::string{name} + " is given twice.", "Leave one of them out."};
+    }
+    set(options, scene, name, setting.substr(equals + 1));
     text.remove_prefix(std::min(setting.size() + 1, text.size()));
   }
   return options;

@@ -26,7 +26,7 @@ done
 googletest=/usr/src/googletest/googletest
 
 mapfile -t sources < <(find src -name '*.cpp' && find tests/core -name '*.cpp' ! -name '*chain_*test.cpp' ! -name 'ground_drives_test.cpp')
-sources+=(tests/neon/highway.cpp "$googletest/src/gtest-all.cc" "$googletest/src/gtest_main.cc")
+sources+=(tests/neon/highway.cpp tests/neon/build_id.cpp "$googletest/src/gtest-all.cc" "$googletest/src/gtest_main.cc")
 
 # definitions as in src/CMakeLists.txt, warnings as in cmake/compiler.cmake
 cat >"$out/flags" <<'FLAGS'

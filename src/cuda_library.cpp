@@ -3,12 +3,14 @@
 #include "cuda_library.hpp"
 
 #include <dlfcn.h>
+#include <sys/auxv.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "build_id.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid {
@@ -17,12 +19,19 @@ namespace {
 constexpr const char* file_name{"libstereogrid_cuda.so"};
 constexpr const char* variable{"STEREOGRID_CUDA_LIBRARY"};
 
-// Of the program, or of the shared library, that this function was linked into.
+// Of the program, or of the shared library, that this function was linked into; empty: not known. A program's own name
+// is what somebody has typed: through PATH it has no folder, and would be looked for in the current one.
 std::filesystem::path own_folder() {
-  Dl_info info{};
-  if (dladdr(reinterpret_cast<const void*>(&own_folder), &info) == 0 || info.dli_fname == nullptr) return {};
+  Dl_info own{};
+  if (dladdr(reinterpret_cast<const void*>(&own_folder), &own) == 0 || own.dli_fname == nullptr) return {};
+  Dl_info program{};
+  const auto* const in_program{reinterpret_cast<const void*>(getauxval(AT_PHDR))};
+  const bool is_program{dladdr(in_program, &program) != 0 && program.dli_fbase == own.dli_fbase};
   std::error_code error;
-  return std::filesystem::canonical(info.dli_fname, error).parent_path();
+  const std::filesystem::path file{is_program ? std::filesystem::read_symlink("/proc/self/exe", error)
+                                              : std::filesystem::path{own.dli_fname}};
+  if (!file.is_absolute()) return {};
+  return std::filesystem::canonical(file.parent_path(), error);
 }
 
 void* opened(const std::string& name) {
@@ -48,18 +57,28 @@ void* found_and_opened() {
                     "stereogrid was built without CUDA, or that file was not installed (docs/gpu.md)."};
 }
 
+std::string path_of(const void* loaded) {
+  Dl_info info{};
+  return dladdr(loaded, &info) != 0 && info.dli_fname != nullptr ? info.dli_fname : file_name;
+}
+
 const CudaLibrary& load() {
   void* const library{found_and_opened()};
-  const auto function{reinterpret_cast<const CudaLibrary* (*)()>(dlsym(library, cuda_library_function))};
-  if (function == nullptr) {
-    throw DeviceError{std::string{file_name} + " is of another version: it has no function " + cuda_library_function +
-                      ". Install the one that belongs to stereogrid " + std::string{version()} + "."};
+  void* const symbol{dlsym(library, cuda_library_function)};
+  const std::string mine{build_id()};
+  if (symbol == nullptr) {
+    throw DeviceError{std::string{"The CUDA library is of another version: it has no function "} +
+                      cuda_library_function + ". Install the one that belongs to stereogrid " + mine + "."};
   }
-  const CudaLibrary& found{*function()};
-  if (found.version != version() || found.sizes != interface_sizes()) {
-    throw DeviceError{std::string{file_name} + " belongs to stereogrid " + found.version +
-                      ", or was built otherwise; " + "this is " + std::string{version()} +
-                      ". Install both from the same build."};
+  const CudaLibrary& found{*reinterpret_cast<const CudaLibrary* (*)()>(symbol)()};
+  if (found.build != mine) {
+    throw DeviceError{"The CUDA library " + path_of(symbol) + " belongs to stereogrid " + found.build + "; this is " +
+                      mine + ". Install both from the same build."};
+  }
+  if (found.sizes != interface_sizes()) {
+    throw DeviceError{"The CUDA library " + path_of(symbol) + " belongs to stereogrid " + mine +
+                      " as this does, but was built otherwise: its structures have other sizes. " +
+                      "Build both with the same compiler and options."};
   }
   return found;
 }

@@ -41,7 +41,7 @@ std::string_view name_of(BackEnd back_end) {
 }
 
 // Of all that must be the same for a saved state to be loaded.
-std::uint64_t checksum_of(const Config& config, const Rig& rig, BackEnd back_end) {
+std::uint64_t settings_of(const Config& config, const Rig& rig, BackEnd back_end) {
   std::string text{version()};
   text += name_of(back_end);
   visit_parameters(config, [&](std::string_view group, const Parameter& parameter, const auto&) {
@@ -265,11 +265,11 @@ std::vector<std::byte> Pipeline::save_state() const {
   Implementation& self{implementation()};
   StateWriter state;
   state(self);
-  return sealed(state.bytes(), checksum_of(self.config, self.rig, self.used));
+  return sealed(state.bytes(), settings_of(self.config, self.rig, self.used));
 }
 void Pipeline::load_state(std::span<const std::byte> saved) {
   Implementation& self{implementation()};
-  StateReader state{unsealed(saved, checksum_of(self.config, self.rig, self.used))};
+  StateReader state{unsealed(saved, settings_of(self.config, self.rig, self.used))};
   state(self);
   if (state.fits()) return;
   reset();  // what was read so far makes no sense

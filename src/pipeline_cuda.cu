@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What libstereogrid_cuda.so shows of itself.
+#include "build_id.hpp"
 #include "cuda_library.hpp"
 #include "journey_cuda.hpp"
 
@@ -15,8 +16,8 @@ std::unique_ptr<Journey> start(const Config& config, const Rig& rig) {
 }  // namespace
 }  // namespace stereogrid
 
-extern "C" __attribute__((visibility("default"))) const stereogrid::CudaLibrary* stereogrid_cuda_library_1() {
-  static const stereogrid::CudaLibrary library{stereogrid::version().data(), stereogrid::interface_sizes(),
+extern "C" __attribute__((visibility("default"))) const stereogrid::CudaLibrary* stereogrid_cuda_library_2() {
+  static const stereogrid::CudaLibrary library{stereogrid::build_id().data(), stereogrid::interface_sizes(),
                                                stereogrid::start};
   return &library;
 }

@@ -7,6 +7,7 @@
 
 #include "commands.hpp"
 #include "compare.hpp"
+#include "option_checks.hpp"
 
 namespace stereogrid::app {
 
@@ -29,7 +30,7 @@ void add_compare_command(CLI::App& tool, int& exit_code) {
                    "Camera over the road, where the search for the lidar's road starts (m).")
       ->type_name("M")
       ->capture_default_str()
-      ->check(CLI::Range(0.3, 5.0));
+      ->check(number(0.3, 5), "[0.3 - 5]");
   command->add_flag("--hold-out", options->hold_out,
                     "Every second ring of the lidar labels the cells, the others are for the lidar's own grid.");
   command->add_option("--only", options->only, "Only these methods; docs/baselines.md has their names.")
@@ -38,7 +39,7 @@ void add_compare_command(CLI::App& tool, int& exit_code) {
   command
       ->add_option("--threads", options->threads, "Threads of the pipeline; 0: all cores. Results do not depend on it.")
       ->type_name("N")
-      ->check(CLI::Range(0, 1024))
+      ->check(whole_number(0, 1024), "[0 - 1024]")
       ->capture_default_str();
   command->add_option("--json", options->json, "Also write every figure, with its interval, to this file.")
       ->type_name("FILE");

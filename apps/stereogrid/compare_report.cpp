@@ -8,6 +8,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "console.hpp"
+
 namespace stereogrid::app {
 namespace {
 
@@ -45,23 +47,23 @@ Json number(double value) {
 }  // namespace
 
 void print_table(const Comparison& comparison) {
-  fmt::print("{} frames, {} with truth; cells {:g}–{:g} m ahead\n\n{:<42}", comparison.frames,
-             comparison.frames_with_truth, table_band.from_m, table_band.to_m, "method");
-  for (const Column& column : columns) fmt::print("{:>10}", column.title);
-  fmt::print("{:>10}\n", "ms");
+  tell("{} frames, {} with truth; cells {:g}–{:g} m ahead\n\n{:<42}", comparison.frames, comparison.frames_with_truth,
+       table_band.from_m, table_band.to_m, "method");
+  for (const Column& column : columns) tell("{:>10}", column.title);
+  tell("{:>10}\n", "ms");
   bool over_time{false};
   for (const ComparedMethod& method : comparison.methods) {
-    if (method.over_time && !over_time) fmt::print("over time\n");
+    if (method.over_time && !over_time) tell("over time\n");
     over_time = method.over_time;
     const Summary summary{method.series.scores.summary(table_band, 0)};
-    fmt::print("{:<42}", method.title);
+    tell("{:<42}", method.title);
     for (const Column& column : columns) {
       const double value{(summary.*column.estimate).value};
-      fmt::print("{:>10}", std::isfinite(value) ? fmt::format("{:.3f}", value) : "–");
+      tell("{:>10}", std::isfinite(value) ? fmt::format("{:.3f}", value) : "–");
     }
-    fmt::print("{:>10.1f}\n", median(method.milliseconds));
+    tell("{:>10.1f}\n", median(method.milliseconds));
   }
-  fmt::print(
+  tell(
       "\nhidden: recall of partly hidden obstacles at 1 % false alarms. ms: median from disparities and ground to the\n"
       "grid. docs/baselines.md tells what the methods are, docs/evaluation.md what the figures are.\n");
 }

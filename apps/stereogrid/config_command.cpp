@@ -9,6 +9,7 @@
 
 #include "commands.hpp"
 #include "config_options.hpp"
+#include "console.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/io/config_file.hpp"
 
@@ -36,19 +37,18 @@ std::string range_of(const Parameter& parameter, const T&) {
 void print_yaml_like(const Config& config) {
   std::string group_before;
   visit_parameters(config, [&](std::string_view group, const Parameter& parameter, const auto& value) {
-    if (group != group_before) fmt::print("{}{}:\n", group_before.empty() ? "" : "\n", group);
+    if (group != group_before) tell("{}{}:\n", group_before.empty() ? "" : "\n", group);
     group_before = group;
     const std::string key{fmt::format("{}.{}", group, parameter.name)};
     const std::string unit{parameter.unit.empty() ? "" : fmt::format(" {}", parameter.unit)};
-    fmt::print("  {} = {}{}   [{}]\n      {}\n", key, get(config, key), unit, range_of(parameter, value),
-               parameter.sentence);
+    tell("  {} = {}{}   [{}]\n      {}\n", key, get(config, key), unit, range_of(parameter, value), parameter.sentence);
   });
 }
 
 void print_markdown() {
   const Config standard{preset("default")};
   const Config paper{preset("paper")};
-  fmt::print(
+  tell(
       "<!-- SPDX-FileCopyrightText: 2026 The stereogrid authors -->\n"
       "<!-- SPDX-License-Identifier: Apache-2.0 -->\n"
       "# Parameters\n\n"
@@ -59,14 +59,14 @@ void print_markdown() {
   std::string group_before;
   visit_parameters(standard, [&](std::string_view group, const Parameter& parameter, const auto& value) {
     if (group != group_before) {
-      fmt::print("\n## {}\n\n| parameter | default | unit | range | |\n|---|---|---|---|---|\n", group);
+      tell("\n## {}\n\n| parameter | default | unit | range | |\n|---|---|---|---|---|\n", group);
     }
     group_before = group;
     const std::string key{fmt::format("{}.{}", group, parameter.name)};
     std::string shown{get(standard, key)};
     if (get(paper, key) != shown) shown += fmt::format(" ({})", get(paper, key));
-    fmt::print("| `{}` | {} | {} | {} | {} |\n", parameter.name, shown, parameter.unit, range_of(parameter, value),
-               parameter.sentence);
+    tell("| `{}` | {} | {} | {} | {} |\n", parameter.name, shown, parameter.unit, range_of(parameter, value),
+         parameter.sentence);
   });
 }
 
@@ -82,7 +82,7 @@ void add_config_command(CLI::App& tool) {
     if (options->markdown) return print_markdown();
     const Config config{config_from(options->config)};
     if (options->json) {
-      fmt::print("{}\n", io::to_json(config, 2));
+      tell("{}\n", io::to_json(config, 2));
     } else {
       print_yaml_like(config);
     }

@@ -12,8 +12,10 @@
 #include <utility>
 
 #include "commands.hpp"
+#include "console.hpp"
 #include "evaluation_output.hpp"
 #include "input.hpp"
+#include "option_checks.hpp"
 #include "progress.hpp"
 #include "run_reader.hpp"
 #include "stereogrid/error.hpp"
@@ -122,7 +124,7 @@ int evaluate(const Options& options) {
                       {"truth", truth_text(truth, options.rings)},
                       {"frames", fmt::format("{} of {}", scored, run.frames().size())}};
   const nlohmann::ordered_json json(json_of(evaluation));
-  fmt::print("{}", table_of(json));
+  write_output(table_of(json));
   if (!options.json.empty()) io::write_file(options.json, io::json_text(json, 1) + "\n");
   if (!options.html.empty()) write_report(options.html, json);
   return exit_done;
@@ -146,7 +148,7 @@ void add_evaluate_command(CLI::App& tool, int& exit_code) {
                    "Camera over the road, where the search for the lidar's road starts (m).")
       ->type_name("M")
       ->capture_default_str()
-      ->check(CLI::Range(0.3, 5.0));
+      ->check(number(0.3, 5), "[0.3 - 5]");
   command
       ->add_option("--rings", options->rings,
                    "Rings of the lidar that label the cells: odd scores a run with --fuse-rings even on what it has "

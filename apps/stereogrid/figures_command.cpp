@@ -11,6 +11,7 @@
 
 #include "commands.hpp"
 #include "config_options.hpp"
+#include "console.hpp"
 #include "figures/figures.hpp"
 #include "input.hpp"
 #include "stereogrid/io/file.hpp"
@@ -38,7 +39,7 @@ std::string short_name(const std::string& path) {
 }
 
 void say(const std::string& sentence) {
-  if (spdlog::should_log(spdlog::level::info)) fmt::print("{}\n", sentence);
+  if (spdlog::should_log(spdlog::level::info)) tell("{}\n", sentence);
 }
 
 void write(const fs::path& folder, int number, const io::RgbImage& image) {

@@ -12,6 +12,7 @@
 
 #include "commands.hpp"
 #include "config_options.hpp"
+#include "console.hpp"
 #include "input.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
@@ -31,7 +32,7 @@ struct Options {
 };
 
 void print_row(const char* what, const std::string& text) {
-  fmt::print("{:<13}{}\n", what, text);
+  tell("{:<13}{}\n", what, text);
 }
 
 std::string text_or(const std::filesystem::path& path, const char* otherwise) {

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
@@ -134,19 +135,21 @@ double rate_hz(const Input& input) {
 }
 
 FrameRange parse_frame_range(const std::string& text, std::size_t frames) {
+  if (frames == 0) throw InputError{"The input has no frames."};
   if (text.empty()) return {0, frames};
   const std::size_t colon{text.find(':')};
   const std::string first_text{text.substr(0, colon)};
   const std::string last_text{colon == std::string::npos ? first_text : text.substr(colon + 1)};
   const std::optional<std::size_t> first{first_text.empty() ? 0 : parse_index(first_text)};
-  const std::optional<std::size_t> last{last_text.empty() ? frames - 1 : parse_index(last_text)};
+  const std::optional<std::size_t> last{last_text.empty() ? std::numeric_limits<std::size_t>::max()
+                                                          : parse_index(last_text)};
   if (!first || !last || *last < *first) {
     throw ConfigError{fmt::format("--frames {}: give FIRST:LAST, such as 0:99 for the first hundred frames.", text)};
   }
   if (*first >= frames) {
     throw ConfigError{fmt::format("--frames {}: the input has {} frames, 0 to {}.", text, frames, frames - 1)};
   }
-  return {*first, std::min(*last + 1, frames)};
+  return {*first, std::min(*last, frames - 1) + 1};
 }
 
 }  // namespace stereogrid::app

@@ -59,7 +59,8 @@ struct FrameRange {
   std::size_t end{0};
 };
 
-/// Reads "FIRST:LAST", both inclusive, from 0, either may be left out; "" is all. Throws ConfigError.
+/// Reads "FIRST:LAST", both inclusive, from 0, either may be left out; "" is all. Throws ConfigError, and
+/// InputError where there are no frames.
 [[nodiscard]] FrameRange parse_frame_range(const std::string& text, std::size_t frames);
 
 extern const char* const frame_range_help;

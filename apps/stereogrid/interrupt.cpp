@@ -24,6 +24,11 @@ void catch_interrupts() {
   sigemptyset(&action.sa_mask);
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  // the terminal has gone: shell and system both may say so. nohup ignores it, and means it.
+  struct sigaction inherited {};
+  sigaction(SIGHUP, nullptr, &inherited);
+  action.sa_flags = SA_RESTART;
+  if (inherited.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);
 }
 
 int interrupted() {

@@ -4,7 +4,8 @@
 
 namespace stereogrid::app {
 
-/// From now on Ctrl-C (and SIGTERM) only ask to stop; a second one ends the program at once.
+/// From now on Ctrl-C (and SIGTERM) only ask to stop; a second one ends the program at once. So does SIGHUP, unless it
+/// was ignored from the start; further ones change nothing.
 void catch_interrupts();
 
 /// The signal that asked to stop; 0: none.

@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -14,9 +13,12 @@
 #include <filesystem>
 #include <memory>
 #include <new>
+#include <sstream>
 #include <string>
 
 #include "commands.hpp"
+#include "console.hpp"
+#include "option_checks.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/pipeline.hpp"
@@ -34,7 +36,7 @@ void set_up_log() {
 }
 
 int complain(int exit_code, const std::string& message) {
-  fmt::print(stderr, "{}stereogrid: {}\n", isatty(STDERR_FILENO) == 1 ? "\r\033[K" : "", message);
+  tell_on_stderr("{}stereogrid: {}\n", isatty(STDERR_FILENO) == 1 ? "\r\033[K" : "", message);
   return exit_code;
 }
 
@@ -43,8 +45,9 @@ void describe(CLI::App& tool) {
   tool.footer(
       "INPUT is a KITTI odometry sequence, a KITTI raw drive, a plain folder (left/ right/ calibration.yaml),\n"
       "LEFT.png RIGHT.png with --calibration, or a built-in scene such as 'scene:street?frames=60&seed=3'.\n\n"
-      "Exit codes: 0 done, 64 wrong usage, 65 bad input, 70 a bug, 75 try again (disk full, device missing),\n"
-      "130 stopped with Ctrl-C (go on with --resume).\n\n"
+      "Exit codes: 0 done, 64 wrong usage, 65 bad input, 70 a bug, 75 try again (disk full, device missing,\n"
+      "another stereogrid is writing there); 129, 130, 143 stopped by a closed terminal, Ctrl-C or kill: frames are\n"
+      "whole, go on with --resume; 141 nobody reads the output any more, as behind '| head'.\n\n"
       "Examples:\n"
       "  stereogrid run scene:street --out /tmp/street --pictures\n"
       "  stereogrid run drives/0009 --out runs/0009 --set grid.length_m=30 --video runs/0009.mp4\n"
@@ -82,23 +85,22 @@ int run_tool(int argc, char** argv) {
   add_info_command(tool, exit_code);
   add_config_command(tool);
   for (CLI::App* command : tool.get_subcommands({})) command->fallthrough();
+  refuse_empty_values(tool);
   try {
     tool.parse(argc, argv);
     if (tool.get_subcommands().empty()) throw CLI::RequiredError{"A sub-command"};
   } catch (const CLI::Success& help_or_version) {
-    return tool.exit(help_or_version);
+    std::ostringstream text;
+    const int code{tool.exit(help_or_version, text)};
+    write_output(text.str());
+    return code;
   } catch (const CLI::ParseError& error) {
     return complain(exit_usage, std::string{error.what()} + "\nRun with --help for more information.");
   }
   return exit_code;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  set_up_log();
-  keep_memory();
-  std::signal(SIGXFSZ, SIG_IGN);  // a file above `ulimit -f` then cannot be written, as on a full disk
+int run_guarded(int argc, char** argv) {
   try {
     return run_tool(argc, argv);
   } catch (const stereogrid::ConfigError& error) {
@@ -117,4 +119,18 @@ int main(int argc, char** argv) {
                     std::string{"internal error: "} + error.what() +
                         "\nThis is a bug in stereogrid. Please report it with the command line and the input.");
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (!open_standard_streams()) return exit_try_again;  // there is nobody to tell it to
+  set_up_log();
+  keep_memory();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file above `ulimit -f` then cannot be written, as on a full disk
+  const int exit_code{run_guarded(argc, argv)};
+  const std::string lost{lost_output()};
+  if (lost.empty()) return exit_code;
+  complain(exit_try_again, "standard output is not all there (" + lost + "). Send it where there is space.");
+  return exit_code == exit_done ? exit_try_again : exit_code;
 }

@@ -7,7 +7,8 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
+
+#include "console.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -41,7 +42,7 @@ Progress::Progress(std::string label, std::size_t total)
       last_shown_{start_} {}
 
 Progress::~Progress() {
-  if (!silent_ && terminal_) fmt::print(stderr, "\r\033[K");
+  if (!silent_ && terminal_) write_error("\r\033[K");
 }
 
 double Progress::seconds() const {
@@ -67,12 +68,11 @@ void Progress::draw_bar(std::size_t done) {
   const std::size_t full{std::min(bar_width, done * bar_width / total_)};
   std::string bar;
   for (std::size_t i{0}; i < bar_width; ++i) bar += i < full ? "█" : "░";
-  fmt::print(stderr, "\r\033[K{} {} {}/{}{}", label_, bar, done, total_, rate_and_rest(done));
-  std::fflush(stderr);
+  tell_on_stderr("\r\033[K{} {} {}/{}{}", label_, bar, done, total_, rate_and_rest(done));
 }
 
 void Progress::print_line(std::size_t done) {
-  fmt::print(stderr, "{} {}/{} ({} %){}\n", label_, done, total_, done * 100 / total_, rate_and_rest(done));
+  tell_on_stderr("{} {}/{} ({} %){}\n", label_, done, total_, done * 100 / total_, rate_and_rest(done));
 }
 
 std::string Progress::rate_and_rest(std::size_t done) const {

@@ -2,19 +2,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "result_writer.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 
 #include <cerrno>
 #include <condition_variable>
 #include <deque>
 #include <exception>
-#include <fstream>
 #include <mutex>
 #include <optional>
 #include <system_error>
 #include <thread>
 #include <utility>
 
+#include "descriptor.hpp"
 #include "frame_files.hpp"
 #include "frame_lines.hpp"
 #include "picture.hpp"
@@ -32,22 +33,23 @@ constexpr std::size_t capacity{4};
 /// frames.jsonl, open for appending.
 class LineFile {
  public:
-  explicit LineFile(fs::path path) : path_{std::move(path)}, file_{path_, std::ios::app | std::ios::binary} { check(); }
-
-  void append(const std::string& line) {
-    file_ << line << '\n' << std::flush;
-    check();
+  explicit LineFile(fs::path path)
+      : path_{std::move(path)}, file_{open_file(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND)} {
+    check(file_.get() >= 0);
   }
 
+  void append(const std::string& line) { check(write_all(file_.get(), line + '\n')); }
+  void close() { check(file_.close()); }
+
  private:
-  void check() const {
-    if (file_) return;
+  void check(bool done) const {
+    if (done) return;
     throw DeviceError{fmt::format("{}: cannot be written ({}). Free some space, then go on with --resume.",
                                   path_.string(), std::generic_category().message(errno))};
   }
 
   fs::path path_;
-  std::ofstream file_;
+  Descriptor file_;
 };
 
 struct Job {
@@ -146,6 +148,7 @@ void ResultWriter::finish() {
   state_->changed.notify_all();
   state_->thread.join();
   if (state_->failure) std::rethrow_exception(state_->failure);
+  state_->lines->close();
   if (state_->video) state_->video->finish();
 }
 

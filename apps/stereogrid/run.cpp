@@ -6,6 +6,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <bit>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -13,6 +14,9 @@
 
 #include "checkpoint.hpp"
 #include "commands.hpp"
+#include "console.hpp"
+#include "damaged_frames.hpp"
+#include "folder_lock.hpp"
 #include "interrupt.hpp"
 #include "lidar_stage.hpp"
 #include "opencv_stage.hpp"
@@ -90,20 +94,6 @@ Json settings_json(const RunOptions& options, const Input& input, const Pipeline
             {"nx", grid.nx},
             {"ny", grid.ny}}},
           {"world_grid", {{"cell_size_m", world.cell_size_m}, {"nx", world.nx}, {"ny", world.ny}}}};
-}
-
-/// The first frame that can be loaded. Throws InputError where there is none.
-StereoFrame first_usable_frame(const FrameSource& source, FrameRange range) {
-  std::string first_error;
-  for (std::size_t index{range.first}; index < range.end; ++index) {
-    try {
-      return source.load(index);
-    } catch (const InputError& error) {
-      if (first_error.empty()) first_error = error.what();
-    }
-  }
-  throw InputError{
-      fmt::format("None of the {} frames can be used. The first one: {}", range.end - range.first, first_error)};
 }
 
 std::size_t first_to_do(const RunRecord& record) {
@@ -205,7 +195,8 @@ class Sitting {
     if (queued.index < first_to_write_) return;
     spdlog::warn("frame {} is skipped: {}", queued.name, reason);
     record_.add_skipped({queued.index, queued.name, reason});
-    record_.save(false);
+    // it tells of all of them: written for each it would take as long as they are many, squared
+    if (std::has_single_bit(record_.skipped().size())) record_.save(false);
   }
 
   void tell_warnings(const std::string& name, const std::vector<std::string>& warnings) {
@@ -239,15 +230,15 @@ std::ptrdiff_t frames_of_stereo_alone(const RunRecord& record) {
 void print_summary(const RunRecord& record, const Sitting& sitting) {
   if (!spdlog::should_log(spdlog::level::info)) return;
   const std::size_t skipped{record.skipped().size()};
-  fmt::print("{} frames, {} skipped, {:.2f} frames per second\n", record.finished().frames.size(), skipped,
-             sitting.frames_per_second());
-  fmt::print("median ms per frame:");
+  tell("{} frames, {} skipped, {:.2f} frames per second\n", record.finished().frames.size(), skipped,
+       sitting.frames_per_second());
+  tell("median ms per frame:");
   for (const StageField& stage : stage_fields) {
-    fmt::print(" {} {:.1f}", stage.name, record.timing(stage.milliseconds).p50);
+    tell(" {} {:.1f}", stage.name, record.timing(stage.milliseconds).p50);
   }
   const std::ptrdiff_t alone{frames_of_stereo_alone(record)};
-  if (alone > 0) fmt::print("\n{} of {} frames had no lidar", alone, record.finished().frames.size());
-  fmt::print("\nresults in {}\n", record.folder().string());
+  if (alone > 0) tell("\n{} of {} frames had no lidar", alone, record.finished().frames.size());
+  tell("\nresults in {}\n", record.folder().string());
 }
 
 void check_options(const RunOptions& options, const Input& input) {
@@ -266,13 +257,12 @@ void check_options(const RunOptions& options) {
   }
 }
 
-RunRecord open_record(const RunOptions& options, const Input& input, const Pipeline& pipeline) {
+RunRecord describe_run(const RunOptions& options, const Input& input, const Pipeline& pipeline) {
   const FrameRange range{parse_frame_range(options.frames, input.source->size())};
   RunRecord record{options.folder, range, settings_json(options, input, pipeline),
                    Json{{"simd_target", simd_target()}, {"threads", pipeline.threads()}}};
   const std::optional<std::string> complaint{io::complaint_if_swapped(first_usable_frame(*input.source, range))};
   if (complaint) throw InputError{*complaint};
-  options.resume ? record.resume() : record.begin();
   return record;
 }
 
@@ -287,7 +277,10 @@ int run(const RunOptions& options) {
   Pipeline pipeline{start_pipeline(options, config, input.source->rig())};
   pipeline.predict_at(options.predict_s);
   const LidarStage lidar{options.fuse == "lidar", input, pipeline.vehicle_grid(), options.fuse_rings};
-  RunRecord record{open_record(options, input, pipeline)};
+  RunRecord record{describe_run(options, input, pipeline)};
+  const FolderLock lock{record.folder()};
+  options.resume ? record.resume() : record.begin();
+  recall_skipped(*input.source, record);
   ResultWriter writer{{options.folder, !options.predict_s.empty(), options.save_stages, options.pictures, options.video,
                        rate_hz(input), pipeline.rig()}};
   const OpencvStage opencv{options.matcher, pipeline.config().matching.disparities};

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "commands.hpp"
+#include "option_checks.hpp"
 #include "run.hpp"
 
 namespace stereogrid::app {
@@ -43,7 +44,7 @@ void add_run_command(CLI::App& tool, int& exit_code) {
   command
       ->add_option("--threads", options->threads, "Threads of the pipeline; 0: all cores. Results do not depend on it.")
       ->type_name("N")
-      ->check(CLI::Range(0, 1024))
+      ->check(whole_number(0, 1024), "[0 - 1024]")
       ->capture_default_str();
   command->add_flag("--save-stages", options->save_stages, "Also what the stages hand to each other: stages/NAME.npz.");
   command->add_flag("--pictures", options->pictures, "Also a picture of every frame: pictures/NAME.png.");

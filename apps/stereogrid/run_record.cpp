@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <set>
 #include <system_error>
 
 #include "stages.hpp"
@@ -132,6 +133,25 @@ void RunRecord::take_skipped(const Json& before) {
                          frame.value("name", ""), frame.value("reason", "")};
     skipped_.push_back(std::move(skipped));
   }
+}
+
+void RunRecord::add_skipped(SkippedFrame frame) {
+  const auto place{std::ranges::upper_bound(skipped_, frame.index, {}, &SkippedFrame::index)};
+  skipped_.insert(place, std::move(frame));
+}
+
+std::vector<std::size_t> RunRecord::unaccounted() const {
+  std::vector<std::size_t> missing;
+  std::set<std::size_t> known;
+  for (const SkippedFrame& frame : skipped_) known.insert(frame.index);
+  std::size_t next{range_.first};
+  for (const FrameSummary& frame : finished_.frames) {
+    for (; next < frame.index; ++next) {
+      if (!known.contains(next)) missing.push_back(next);
+    }
+    next = frame.index + 1;
+  }
+  return missing;
 }
 
 Percentiles RunRecord::timing(double StageTimes::*stage) const {

@@ -44,7 +44,8 @@ class RunRecord {
 
   /// In the order of the frames.
   void add_frame(FrameSummary frame) { finished_.frames.push_back(std::move(frame)); }
-  void add_skipped(SkippedFrame frame) { skipped_.push_back(std::move(frame)); }
+  /// Goes where its index belongs.
+  void add_skipped(SkippedFrame frame);
   /// Writes run.json. Throws DeviceError.
   void save(bool complete) const;
 
@@ -52,6 +53,8 @@ class RunRecord {
   [[nodiscard]] const FrameRange& range() const { return range_; }
   [[nodiscard]] const FinishedFrames& finished() const { return finished_; }
   [[nodiscard]] const std::vector<SkippedFrame>& skipped() const { return skipped_; }
+  /// Before the last finished frame: those that neither are finished nor known to be skipped.
+  [[nodiscard]] std::vector<std::size_t> unaccounted() const;
   [[nodiscard]] Percentiles timing(double StageTimes::*stage) const;
 
  private:

@@ -5,12 +5,15 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "commands.hpp"
+#include "console.hpp"
 #include "interrupt.hpp"
+#include "option_checks.hpp"
 #include "progress.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/truth.hpp"
@@ -60,7 +63,7 @@ int simulate(const Options& options) {
     }
   }
   writer.finish();
-  if (spdlog::should_log(spdlog::level::info)) fmt::print("{} frames in {}\n", done, options.folder);
+  if (spdlog::should_log(spdlog::level::info)) tell("{} frames in {}\n", done, options.folder);
   return interrupted() == 0 ? exit_done : exit_signal_base + interrupted();
 }
 
@@ -77,10 +80,17 @@ void add_simulate_command(CLI::App& tool, int& exit_code) {
   command->add_option("SCENE", options->scene, scenes_help())->type_name(" ")->required();
   command->add_option("--out,-o", options->folder, "Folder for the data set.")->type_name("DIR")->required();
   command->add_option("--frames", options->frames, "How many frames; left out: as many as the scene was made for.")
-      ->type_name("N");
-  command->add_option("--seed", options->seed, "Another seed, another street.")->type_name("N");
-  command->add_option("--width", options->width_px, "Width of the images.")->type_name("PX");
-  command->add_option("--height", options->height_px, "Height of the images.")->type_name("PX");
+      ->type_name("N")
+      ->check(whole_number(1, 1'000'000));
+  command->add_option("--seed", options->seed, "Another seed, another street.")
+      ->type_name("N")
+      ->check(whole_number(0, std::numeric_limits<std::uint64_t>::max()));
+  command->add_option("--width", options->width_px, "Width of the images.")
+      ->type_name("PX")
+      ->check(whole_number(16, 8192));
+  command->add_option("--height", options->height_px, "Height of the images.")
+      ->type_name("PX")
+      ->check(whole_number(16, 8192));
   command->add_flag("--no-truth", options->without_truth, "Leave the ground truth out.");
   command->callback([options, &exit_code] { exit_code = simulate(*options); });
 }

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "descriptor.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 
@@ -38,17 +39,6 @@ int spawn(std::vector<std::string> words, int standard_input, pid_t& process) {
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
   return error;
-}
-
-bool write_all(int pipe, const std::uint8_t* bytes, std::size_t count) {
-  while (count > 0) {
-    const ssize_t written{::write(pipe, bytes, count)};
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return false;
-    bytes += written;
-    count -= static_cast<std::size_t>(written);
-  }
-  return true;
 }
 
 }  // namespace
@@ -111,7 +101,8 @@ void Video::start(int width, int height) {
 
 void Video::add(const io::RgbImage& picture) {
   if (ffmpeg_ < 0) start(picture.width, picture.height);
-  if (write_all(pipe_, picture.pixels.data(), picture.pixels.size())) return;
+  const auto* const bytes{reinterpret_cast<const char*>(picture.pixels.data())};
+  if (write_all(pipe_, {bytes, picture.pixels.size()})) return;
   throw DeviceError{fmt::format("{}: ffmpeg has stopped early; its message stands above.", file_.string())};
 }
 

@@ -27,7 +27,7 @@ class Descriptor {
   int close() {
     const int result{descriptor_ >= 0 ? ::close(descriptor_) : 0};
     descriptor_ = -1;
-    return result == 0 ? 0 : errno;
+    return result == 0 || errno == EINTR ? 0 : errno;  // Linux has closed it, interrupted or not
   }
 
  private:

@@ -26,6 +26,14 @@ namespace fs = std::filesystem;
                                 full ? "Free some space and try again." : "Check the folder and its permissions.")};
 }
 
+int open_uninterrupted(const fs::path& path, int flags) {
+  int descriptor{-1};
+  do {
+    descriptor = ::open(path.c_str(), flags, 0666);
+  } while (descriptor < 0 && errno == EINTR);
+  return descriptor;
+}
+
 /// errno of the first failure, 0: written and closed.
 int write_whole(Descriptor& file, std::string_view bytes) {
   while (!bytes.empty()) {
@@ -82,7 +90,7 @@ void write_directly(const fs::path& path, const struct stat& status, std::string
   const int standard{standard_stream(status)};
   if (standard >= 0) std::fflush(standard == STDOUT_FILENO ? stdout : stderr);  // what came before stands before
   Descriptor file{standard >= 0 ? ::fcntl(standard, F_DUPFD_CLOEXEC, 0)
-                                : ::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY)};
+                                : open_uninterrupted(path, O_WRONLY | O_CLOEXEC | O_NOCTTY)};
   if (file.get() < 0) cannot_write(path, errno);
   if (const int error_number{write_whole(file, bytes)}; error_number != 0) cannot_write(path, error_number);
 }
@@ -109,7 +117,7 @@ void write_file(const fs::path& path, std::string_view bytes) {
     cannot_write(path, error_number);
   }};
   ::unlink(temporary.c_str());
-  Descriptor file{::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)};
+  Descriptor file{open_uninterrupted(temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC)};
   if (file.get() < 0) cannot_write(path, errno);
   if (old) take_over_permissions(file.get(), *old);
   if (const int error_number{write_whole(file, bytes)}; error_number != 0) give_up(error_number);

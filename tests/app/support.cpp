@@ -35,7 +35,8 @@ Outcome run_tool(const std::vector<std::string>& words, const std::string& envir
   for (const std::string& word : words) command += " " + quoted(word);
   command += " >" + quoted((folder / "out").string()) + " 2>" + quoted((folder / "err").string());
   const int status{std::system(command.c_str())};
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(folder / "out"), text_of(folder / "err")};
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), text_of(folder / "out"),
+          text_of(folder / "err")};
 }
 
 bool has_node() {

@@ -46,6 +46,12 @@ class Rules(unittest.TestCase):
                 self.assert_forbidden(header, other)
         self.assert_forbidden("include/stereogrid/new.hpp", '"stereogrid/io/npz.hpp"')
 
+    def test_the_tool_speaks_through_its_console(self):
+        for line in ('fmt::print("done");', 'fmt::print(stderr, "done");', 'std::cout << "done";'):
+            self.assertEqual(len(self.found("apps/stereogrid/run.cpp", line + "\n")), 1, line)
+        self.assertEqual(self.found("apps/stereogrid/run.cpp", 'tell("done");\n'), [])
+        self.assertEqual(self.found("examples/small.cpp", 'std::cout << "done";\n'), [])
+
     def test_the_core_knows_only_itself(self):
         self.assert_allowed("src/filter/cpu.cpp", '"filter/filter.hpp"')
         for other in ('"stereogrid/io/npz.hpp"', '"../../io/src/own.hpp"', "<opencv2/core.hpp>", "<fmt/format.h>"):

@@ -49,7 +49,7 @@ TEST(ParseScene, ComplaintsNameWhatWouldMend) {
   EXPECT_NE(complaint("").find("Known scenes"), std::string::npos);
   EXPECT_NE(complaint("street?widht=3").find("no key \"widht\". Known keys: seed, frames, width"), std::string::npos);
   EXPECT_NE(complaint("street?frames").find("key=value"), std::string::npos);
-  EXPECT_NE(complaint("street?frames=0").find("frames is a whole number from 1 to 1e+06"), std::string::npos);
+  EXPECT_NE(complaint("street?frames=0").find("frames is a whole number from 1 to 1000000"), std::string::npos);
   EXPECT_NE(complaint("street?frames=1.5").find("whole number"), std::string::npos);
   EXPECT_NE(complaint("street?frames=").find("cannot use frames=."), std::string::npos);
   EXPECT_NE(complaint("street?frames=3x").find("cannot use frames=3x."), std::string::npos);

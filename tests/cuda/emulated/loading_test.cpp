@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <string>
 
+#include "build_id.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "street.hpp"
@@ -15,7 +16,9 @@
 namespace stereogrid::test {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::MatchesRegex;
 
 Rig small_rig() {
   return Street::rig(101, 70);
@@ -113,8 +116,21 @@ TEST_F(CudaLoading, LibraryThatIsNotThere) {
 }
 
 TEST_F(CudaLoading, LibraryOfAnotherVersion) {
-  use_library(OTHER_LIBRARY);
-  EXPECT_THAT(complaint(), HasSubstr("belongs to stereogrid 0.0.1"));
+  use_library(OTHER_SOURCES);
+  const std::string mine{build_id()};
+  EXPECT_THAT(complaint(),
+              AllOf(HasSubstr(OTHER_SOURCES), HasSubstr("belongs to stereogrid 0.0.1+0123; this is " + mine)));
+  EXPECT_THAT(mine, MatchesRegex("[0-9.]+\\+[0-9a-f]{16}"));
+}
+
+TEST_F(CudaLoading, LibraryOfTheSameSourcesBuiltOtherwise) {
+  use_library(OTHER_SIZES);
+  EXPECT_THAT(complaint(), AllOf(HasSubstr(OTHER_SIZES), HasSubstr("structures have other sizes")));
+}
+
+TEST_F(CudaLoading, LibraryWithoutItsFunction) {
+  use_library(OTHER_FUNCTION);
+  EXPECT_THAT(complaint(), HasSubstr("has no function stereogrid_cuda_library_2"));
 }
 
 TEST_F(CudaLoading, NoDevice) {

@@ -1,0 +1,245 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Every call that changes a run's files fails once, in every way it can (faults/faults.cpp), and the process is killed
+// at any moment. What is left are whole frames, the exit code tells, and --resume gives the bytes of a run that nothing
+// disturbed. The fast tests try some calls, those of EveryFault all of them.
+#include <signal.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <random>
+#include <thread>
+
+#include "process.hpp"
+#include "support.hpp"
+
+namespace stereogrid::app::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr std::size_t frames{10};
+
+std::vector<std::string> command(const fs::path& out) {
+  return {"run",      "scene:street?frames=10&width=160&height=96",
+          "--out",    out.string(),
+          "--resume", "--quiet",
+          "--set",    "grid.length_m=10",
+          "--set",    "grid.width_m=10",
+          "--device", "cpu"};
+}
+
+/// A call that fails: which one, counted from 1, and how.
+struct Fault {
+  int call{0};
+  std::string kind;
+};
+
+class Faults : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<TemporaryFolder>();
+    calls_ = counted_calls("whole");
+    expect_whole_frames(whole());
+    half_calls_ = [] {
+      make_half(path("half"));
+      return counted_calls("half");
+    }();
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+
+  static fs::path path(const std::string& name) { return fs::canonical(folder_->path()) / name; }
+  static fs::path whole() { return path("whole"); }
+
+  /// Of a run from its beginning: "write /…/frames.jsonl" and so on.
+  static const std::vector<std::string>& calls() { return calls_; }
+  /// Of one that goes on from its middle.
+  static const std::vector<std::string>& half_calls() { return half_calls_; }
+
+  static std::string environment(const fs::path& out, const Fault& fault, const fs::path& report = {}) {
+    return "LD_PRELOAD=" + quoted(STEREOGRID_FAULTS_LIBRARY) + " STEREOGRID_FAULTS_UNDER=" + quoted(out.string()) +
+           " STEREOGRID_FAULTS_CALL=" + std::to_string(fault.call) + " STEREOGRID_FAULTS_KIND=" + quoted(fault.kind) +
+           " STEREOGRID_FAULTS_REPORT=" + quoted(report.string());
+  }
+
+  /// What a killed run may leave: some frames, and the beginning of a line.
+  static void make_half(const fs::path& out) {
+    fs::copy(whole(), out, fs::copy_options::recursive);
+    const std::string lines{text_of(whole() / "frames.jsonl")};
+    std::ofstream{out / "frames.jsonl", std::ios::binary | std::ios::trunc} << lines.substr(0, lines.size() / 2);
+  }
+
+  /// Lets a call of a run fail (`half`: of one that goes on), then goes on undisturbed.
+  static void try_fault(const Fault& fault, bool half = false) {
+    const std::string& call{(half ? half_calls_ : calls_)[static_cast<std::size_t>(fault.call) - 1]};
+    SCOPED_TRACE(fault.kind + " of call " + std::to_string(fault.call) + ": " + call + (half ? " (going on)" : ""));
+    const fs::path out{path("try")};
+    fs::remove_all(out);
+    if (half) make_half(out);
+    const Outcome outcome{run_tool(command(out), environment(out, fault))};
+    expect_exit_code(fault, outcome);
+    expect_whole_frames(out);
+    run_well(command(out));
+    expect_equal_runs(whole(), out);
+    EXPECT_THAT(files_in(out), files_in(whole()));
+    EXPECT_EQ(json_of(out / "run.json")["frames"]["complete"], true);
+  }
+
+  /// Can this call fail like that?
+  static bool makes_sense(const std::string& call, const std::string& kind) {
+    const std::string name{call.substr(0, call.find(' '))};
+    if (kind == "EINTR") return name == "open" || name == "write" || name == "close" || name == "fsync";
+    return (kind != "short" && kind != "full") || name == "write";
+  }
+
+  static constexpr const char* kinds[]{"EIO", "ENOSPC", "EINTR", "short", "full", "kill"};
+
+ private:
+  static std::vector<std::string> counted_calls(const std::string& name) {
+    const fs::path report{path(name + ".calls")};
+    const Outcome outcome{run_tool(command(path(name)), environment(path(name), {0, "EIO"}, report))};
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+    std::vector<std::string> calls;
+    std::ifstream file{report};
+    for (std::string line; std::getline(file, line);) calls.push_back(line);
+    return calls;
+  }
+
+  static void expect_exit_code(const Fault& fault, const Outcome& outcome) {
+    if (fault.kind == "EINTR" || fault.kind == "short") {
+      EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+      EXPECT_THAT(outcome.errors, IsEmpty());
+    } else if (fault.kind == "kill") {
+      EXPECT_EQ(outcome.exit_code, 128 + SIGKILL);
+    } else {
+      EXPECT_EQ(outcome.exit_code, 75) << outcome.errors;
+      EXPECT_THAT(outcome.errors, HasSubstr(fault.kind == "EIO" ? "Input/output error" : "No space left on device"));
+    }
+  }
+
+  /// Whatever has its name is whole; what has a line has all of its files.
+  static void expect_whole_frames(const fs::path& out) {
+    for (const std::string& name : files_in(out / "grids")) {
+      if (name.front() == '.') continue;  // a temporary name
+      EXPECT_TRUE(text_of(out / "grids" / name) == text_of(whole() / "grids" / name)) << name;
+    }
+    std::istringstream lines{text_of(out / "frames.jsonl")};
+    for (std::string line; std::getline(lines, line) && !lines.eof();) {
+      const Json frame(Json::parse(line));
+      EXPECT_TRUE(fs::exists(out / "grids" / (frame["name"].get<std::string>() + ".npz"))) << line;
+    }
+    EXPECT_TRUE(!fs::exists(out / "run.json") || json_of(out / "run.json").contains("frames"));
+  }
+
+  static std::unique_ptr<TemporaryFolder> folder_;
+  static std::vector<std::string> calls_;
+  static std::vector<std::string> half_calls_;
+};
+std::unique_ptr<TemporaryFolder> Faults::folder_;
+std::vector<std::string> Faults::calls_;
+std::vector<std::string> Faults::half_calls_;
+
+/// How many calls of each name there are.
+std::map<std::string, int> tally(const std::vector<std::string>& calls) {
+  std::map<std::string, int> counts;
+  for (const std::string& call : calls) ++counts[call.substr(0, call.find(' '))];
+  return counts;
+}
+
+// Else the others might try nothing.
+TEST_F(Faults, AreTriedOnEveryFileOfTheRun) {
+  std::map<std::string, int> counts{tally(calls())};
+  EXPECT_EQ(counts["mkdir"], 2);
+  EXPECT_EQ(counts["rename"], static_cast<int>(frames) + 2);
+  EXPECT_GE(counts["write"], static_cast<int>(2 * frames) + 2);
+  EXPECT_GE(counts["open"], static_cast<int>(frames) + 3);
+  EXPECT_GE(counts["close"], static_cast<int>(frames) + 3);
+  EXPECT_EQ(tally(half_calls())["truncate"], 1 + counts["truncate"]);
+}
+
+/// One call of each name on each kind of file, in one way after another.
+TEST_F(Faults, OfSomeCallsLoseNothing) {
+  std::map<std::string, std::vector<int>> by_name;
+  for (std::size_t i{0}; i < calls().size(); ++i) {
+    const std::string name{calls()[i].substr(0, calls()[i].find(' '))};
+    by_name[name + fs::path{calls()[i]}.extension().string()].push_back(static_cast<int>(i) + 1);
+  }
+  std::size_t turn{0};
+  for (const auto& [name, numbers] : by_name) {
+    const int call{numbers[numbers.size() / 2]};
+    std::string kind;
+    do kind = kinds[turn++ % std::size(kinds)];
+    while (!makes_sense(calls()[static_cast<std::size_t>(call) - 1], kind));
+    try_fault({call, kind});
+  }
+}
+
+TEST_F(Faults, AFileSystemWithoutLocksIsAWarning) {
+  const fs::path out{path("no_locks")};
+  const Outcome outcome{run_tool(command(out), "STEREOGRID_FAULTS_FLOCK=ENOLCK " + environment(out, {0, "EIO"}))};
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+  EXPECT_THAT(outcome.errors, HasSubstr("this file system cannot lock"));
+  expect_equal_runs(whole(), out);
+}
+
+/// Kills runs at moments that the clock decides, until one gets to its end.
+void expect_to_survive_kills(const fs::path& whole, const fs::path& folder, int kills, unsigned seed) {
+  std::mt19937 random{seed};
+  std::uniform_int_distribution<int> pause_ms{1, 600};
+  int run{0};
+  for (int killed{0}; killed < kills; ++run) {
+    const fs::path out{folder / ("killed" + std::to_string(run))};
+    for (int code{-1}; code != 0 && killed < kills;) {
+      Process process{command(out)};
+      std::this_thread::sleep_for(std::chrono::milliseconds{pause_ms(random)});
+      process.send(SIGKILL);
+      code = process.wait();
+      ASSERT_THAT(code, ::testing::AnyOf(0, 128 + SIGKILL));
+      if (code != 0) ++killed;
+    }
+    run_well(command(out));
+    expect_equal_runs(whole, out);
+    fs::remove_all(out);
+  }
+}
+
+TEST_F(Faults, KillsAtAnyMomentLoseNothing) {
+  expect_to_survive_kills(whole(), path(""), 10, 1);
+}
+
+class EveryFault : public Faults {
+ protected:
+  static void try_every_fault(bool half) {
+    const std::vector<std::string>& all{half ? half_calls() : calls()};
+    int tried{0};
+    for (std::size_t i{0}; i < all.size(); ++i) {
+      for (const char* kind : kinds) {
+        if (!makes_sense(all[i], kind)) continue;
+        try_fault({static_cast<int>(i) + 1, kind}, half);
+        ++tried;
+      }
+    }
+    std::cout << tried << " faults in " << all.size() << " calls\n";
+  }
+};
+
+TEST_F(EveryFault, OfARunLosesNothing) {
+  try_every_fault(false);
+}
+
+TEST_F(EveryFault, OfARunThatGoesOnLosesNothing) {
+  try_every_fault(true);
+}
+
+TEST_F(EveryFault, AndAHundredKillsLoseNothing) {
+  expect_to_survive_kills(whole(), path(""), 100, 2);
+}
+
+}  // namespace
+}  // namespace stereogrid::app::testing

@@ -1,0 +1,180 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Options with values that make no sense, and signals that stop a run.
+#include <signal.h>
+
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+#include "process.hpp"
+#include "support.hpp"
+
+namespace stereogrid::app::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+struct Refused {
+  std::vector<std::string> words;
+  std::string said;
+};
+
+void expect_refused(const Refused& refused, int exit_code) {
+  const Outcome outcome{run_tool(refused.words)};
+  std::string line;
+  for (const std::string& word : refused.words) line += " " + quoted(word);
+  EXPECT_EQ(outcome.exit_code, exit_code) << line << "\n" << outcome.errors;
+  EXPECT_THAT(outcome.errors, HasSubstr(refused.said)) << line;
+}
+
+TEST(Options, FramesOutOfRangeAreRefused) {
+  const TemporaryFolder folder;
+  const std::string out{(folder / "run").string()};
+  const std::string scene{small_scene("empty", "&frames=4")};
+  const auto run = [&](const std::string& frames) {
+    return std::vector<std::string>{"run", scene, "--out", out, "--frames", frames};
+  };
+  for (const char* frames : {"4", "4:", "4:9", "18446744073709551615:"}) {
+    expect_refused({run(frames), "the input has 4 frames, 0 to 3"}, 64);
+  }
+  for (const char* frames :
+       {"2:1", "5:2", "3:0", ":-1", "-1:", "1:2:3", "a:b", "1.5:", "1:2 ", "0x1:", "18446744073709551616:"}) {
+    expect_refused({run(frames), "FIRST:LAST"}, 64);
+  }
+  EXPECT_FALSE(fs::exists(out));
+  run_well(run("2:18446744073709551615"));
+  EXPECT_EQ(lines_of(out).size(), 2U);
+}
+
+TEST(Options, SimulateRefusesWhatIsNoNumberOfFramesAndNoSeed) {
+  const TemporaryFolder folder;
+  const std::string out{(folder / "drive").string()};
+  const auto simulate = [&](const char* option, const char* value) {
+    return std::vector<std::string>{"simulate", "empty",    "--out", out,    "--width",
+                                    "64",       "--height", "48",    option, value};
+  };
+  for (const char* frames : {"0", "-1", "1000001", "99999999999", "1.5", "nan"}) {
+    expect_refused(
+        {simulate("--frames", frames), "--frames: " + std::string{frames} + " is no whole number from 1 to 1000000"},
+        64);
+  }
+  for (const char* seed : {"-1", "1.5", "18446744073709551616", "one"}) {
+    expect_refused({simulate("--seed", seed),
+                    "--seed: " + std::string{seed} + " is no whole number from 0 to 18446744073709551615"},
+                   64);
+  }
+  for (const char* width : {"0", "15", "8193", "-64", "1e2"}) {
+    expect_refused(
+        {simulate("--width", width), "--width: " + std::string{width} + " is no whole number from 16 to 8192"}, 64);
+  }
+  EXPECT_FALSE(fs::exists(out));
+}
+
+TEST(Options, NumbersThatAreNoneAreRefused) {
+  const TemporaryFolder folder;
+  const std::string out{(folder / "never").string()};
+  for (const char* number : {"nan", "inf", "-inf", "0.2", "5.1", "two", "1.6m"}) {
+    const std::string said{std::string{"--camera-height: "} + number + " is no number from 0.3 to 5"};
+    expect_refused({{"evaluate", "no_run", "--camera-height", number}, said}, 64);
+    expect_refused({{"compare", "scene:empty", "--camera-height", number}, said}, 64);
+  }
+  for (const char* threads : {"-1", "1025", "1.5", "nan"}) {
+    const std::string said{std::string{"--threads: "} + threads + " is no whole number from 0 to 1024"};
+    expect_refused({{"run", "scene:empty", "--out", out, "--threads", threads}, said}, 64);
+    expect_refused({{"compare", "scene:empty", "--threads", threads}, said}, 64);
+  }
+}
+
+TEST(Options, EmptyValuesAreRefused) {
+  const TemporaryFolder folder;
+  const std::string out{(folder / "never").string()};
+  const std::string said{"is empty"};
+  for (const char* option : {"--config", "--video", "--calibration", "--poses", "--disparities", "--frames", "--set"}) {
+    expect_refused({{"run", small_scene("empty", "&frames=1"), "--out", out, option, ""}, option + (": " + said)}, 64);
+  }
+  expect_refused({{"run", "scene:empty", "--out", ""}, "--out: " + said}, 64);
+  expect_refused({{"run", "", "--out", out}, "INPUT: " + said}, 64);
+  expect_refused({{"simulate", "empty", "--out", ""}, "--out: " + said}, 64);
+  expect_refused({{"evaluate", "no_run", ""}, "INPUT: " + said}, 64);
+  expect_refused({{"evaluate", "no_run", "--json", ""}, "--json: " + said}, 64);
+  expect_refused({{"info", ""}, "INPUT: " + said}, 64);
+  expect_refused({{"figures", "--out", ""}, "--out: " + said}, 64);
+  EXPECT_FALSE(fs::exists(out));
+}
+
+TEST(Options, AFileWhereTheResultsShouldGoStaysAsItIs) {
+  const TemporaryFolder folder;
+  const fs::path file{folder / "a_file"};
+  std::ofstream{file} << "text";
+  for (const char* command : {"run", "simulate", "figures"}) {
+    const Outcome outcome{run_tool({command, small_scene("empty", "&frames=1"), "--out", file.string()})};
+    EXPECT_EQ(outcome.exit_code, 75) << command;
+    EXPECT_THAT(outcome.errors, AllOf(HasSubstr(file.string()), HasSubstr("the folder cannot be made"))) << command;
+  }
+  EXPECT_EQ(text_of(file), "text");
+}
+
+TEST(Options, OfScenesAreChecked) {
+  const Refused refusals[]{{{"info", "scene:empty?frames=0"}, "frames is a whole number from 1 to 1000000"},
+                           {{"info", "scene:empty?seed=-1"}, "seed is a whole number"},
+                           {{"info", "scene:empty?width=0"}, "width is a whole number from 16 to 8192"},
+                           {{"info", "scene:empty?height=99999999999999999999"}, "height is a whole number"},
+                           {{"info", "scene:empty?rate=nan"}, "rate is a number from 0.1 to 1000"},
+                           {{"info", "scene:empty?gain=-inf"}, "gain is a number"},
+                           {{"info", "scene:empty?wdith=64"}, "there is no key \"wdith\""},
+                           {{"info", "scene:empty?width=64&width=65"}, "width is given twice"},
+                           {{"info", "scene:empty?seed=1&seed=1"}, "seed is given twice"}};
+  for (const Refused& refused : refusals) expect_refused(refused, 65);
+}
+
+TEST(Options, HelpTellsEveryExitCode) {
+  const std::string help{run_well({"--help"}).output};
+  for (const char* code : {"0 ", "64 ", "65 ", "70 ", "75 ", "129", "130", "141", "143"}) {
+    EXPECT_THAT(help.substr(help.find("Exit codes")), HasSubstr(code));
+  }
+}
+
+std::vector<std::string> long_run(const fs::path& out, const std::string& frames = ":") {
+  return {"run", small_scene("street", "&frames=400"), "--out", out.string(), "--resume", "--frames", frames};
+}
+
+void wait_for_frames(const fs::path& run, std::size_t count) {
+  const auto deadline{std::chrono::steady_clock::now() + std::chrono::seconds{60}};
+  while (lines_of(run).size() < count && std::chrono::steady_clock::now() < deadline) {
+    std::this_thread::sleep_for(std::chrono::milliseconds{5});
+  }
+}
+
+TEST(Signals, LeaveWholeFramesAndARunThatGoesOn) {
+  const TemporaryFolder folder;
+  for (const int signal : {SIGHUP, SIGINT, SIGTERM}) {
+    const fs::path out{folder / std::to_string(signal)};
+    Process process{long_run(out)};
+    wait_for_frames(out, 2);
+    process.send(signal);
+    EXPECT_EQ(process.wait(), 128 + signal);
+    const std::size_t done{lines_of(out).size()};
+    EXPECT_LT(done, 400U);
+    EXPECT_EQ(json_of(out / "run.json")["frames"]["done"], done);
+    EXPECT_EQ(json_of(out / "run.json")["frames"]["complete"], false);
+    EXPECT_EQ(files_in(out / "grids").size(), done);
+    run_well(long_run(out, ":" + std::to_string(done)));
+    EXPECT_EQ(lines_of(out).size(), done + 1);
+  }
+}
+
+TEST(Signals, AHangupThatNohupIgnoresStopsNothing) {
+  const TemporaryFolder folder;
+  const fs::path out{folder / "run"};
+  Process process{long_run(out, ":9"), SIGHUP};
+  wait_for_frames(out, 1);
+  process.send(SIGHUP);
+  EXPECT_EQ(process.wait(), 0);
+  EXPECT_EQ(lines_of(out).size(), 10U);
+}
+
+}  // namespace
+}  // namespace stereogrid::app::testing

@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "process.hpp"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <utility>
+
+namespace stereogrid::app::testing {
+namespace {
+
+int code_of(int status) {
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+}  // namespace
+
+Process::Process(const std::vector<std::string>& words, int ignored) {
+  std::vector<std::string> copies{STEREOGRID_TOOL};
+  copies.insert(copies.end(), words.begin(), words.end());
+  std::vector<char*> arguments;
+  for (std::string& word : copies) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  id_ = fork();
+  if (id_ != 0) return;
+  // whatever the test was started with
+  for (const int one : {SIGINT, SIGTERM, SIGHUP}) signal(one, one == ignored ? SIG_IGN : SIG_DFL);
+  const int nothing{open("/dev/null", O_RDWR)};
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) dup2(nothing, stream);
+  execv(STEREOGRID_TOOL, arguments.data());
+  _exit(127);
+}
+
+Process::Process(Process&& other) noexcept : id_{std::exchange(other.id_, -1)} {}
+
+Process::~Process() {
+  if (id_ < 0) return;
+  send(SIGKILL);
+  wait();
+}
+
+void Process::send(int signal) const {
+  kill(id_, signal);
+}
+
+int Process::wait() {
+  int status{0};
+  waitpid(std::exchange(id_, -1), &status, 0);
+  return code_of(status);
+}
+
+int shell(const std::string& line) {
+  return code_of(std::system(line.c_str()));
+}
+
+}  // namespace stereogrid::app::testing

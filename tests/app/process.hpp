@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/types.h>
+
+#include <string>
+#include <vector>
+
+namespace stereogrid::app::testing {
+
+/// The stereogrid program, running beside the test; silent.
+class Process {
+ public:
+  /// `words` of its command line. `ignored`: a signal that it is started with ignored, as nohup does; 0: none.
+  explicit Process(const std::vector<std::string>& words, int ignored = 0);
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+  Process(Process&& other) noexcept;
+  /// Kills it where it still runs.
+  ~Process();
+
+  [[nodiscard]] pid_t id() const { return id_; }
+  void send(int signal) const;
+  /// Waits for its end: the exit code, or 128 and the signal that killed it, as a shell says it.
+  int wait();
+
+ private:
+  pid_t id_{-1};
+};
+
+/// Runs a line of sh; its exit code.
+int shell(const std::string& line);
+
+}  // namespace stereogrid::app::testing
