@@ -9,6 +9,7 @@ JourneyMemory::JourneyMemory(const Config& parameters, const Rig& level_rig, con
     : config{parameters},
       rig{level_rig},
       ground{calibrated_ground(rig, config.ground)},
+      trust{rig, config.ground},
       alignment{rig},
       aligned_right{rig.width_px, rig.height_px},
       matches{rig.width_px, rig.height_px},

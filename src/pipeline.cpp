@@ -132,6 +132,7 @@ struct Pipeline::Implementation {
   // World is the vehicle frame of the first frame.
   Pose2 place(const StereoFrame& frame, double dt_s) {
     result.warnings.clear();
+    result.status.clear();
     EgoMotion::Placing placing{ego_motion.place(frame.world_from_vehicle, dt_s)};
     if (!placing.warning.empty()) result.warnings.push_back(std::move(placing.warning));
     return placing.world_from_vehicle;

@@ -40,6 +40,17 @@ Json json_of(const Obstacle& obstacle) {
           {"velocity_covariance", json_of(obstacle.velocity_covariance)}};
 }
 
+// Flags that this version does not know are left out.
+std::vector<FrameStatus> status_of(const Json& line) {
+  constexpr auto names{names_of(FrameStatus{})};
+  std::vector<FrameStatus> status;
+  for (const Json& name : line.value("status", Json(Json::array()))) {
+    const auto found{std::ranges::find(names, name.get<std::string>())};
+    if (found != names.end()) status.push_back(static_cast<FrameStatus>(found - names.begin()));
+  }
+  return status;
+}
+
 FrameSummary summary_of(const Json& line) {
   FrameSummary frame;
   frame.index = line.at("index").get<std::size_t>();
@@ -50,6 +61,7 @@ FrameSummary summary_of(const Json& line) {
     frame.timing_ms.*stage.milliseconds = line.at("timing_ms").at(stage.name).get<double>();
   }
   frame.warnings = line.at("warnings").get<std::vector<std::string>>();
+  frame.status = status_of(line);
   return frame;
 }
 

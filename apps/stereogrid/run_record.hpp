@@ -52,12 +52,15 @@ class RunRecord {
   [[nodiscard]] const FrameRange& range() const { return range_; }
   [[nodiscard]] const FinishedFrames& finished() const { return finished_; }
   [[nodiscard]] const std::vector<SkippedFrame>& skipped() const { return skipped_; }
+  /// How many of the finished frames carry a flag.
+  [[nodiscard]] std::size_t frames_with(FrameStatus flag) const;
   [[nodiscard]] Percentiles timing(double StageTimes::*stage) const;
 
  private:
   void check_same_settings(const nlohmann::ordered_json& before) const;
   void take_skipped(const nlohmann::ordered_json& before);
   [[nodiscard]] nlohmann::ordered_json frames_json(bool complete) const;
+  [[nodiscard]] nlohmann::ordered_json status_json() const;
 
   std::filesystem::path folder_;
   FrameRange range_;
