@@ -37,6 +37,11 @@ __global__ void count_matched(const float* obstacle, const float* road, int pixe
   }
 }
 
+__global__ void fill(float* cells, int count, float value) {
+  const int i{static_cast<int>(blockIdx.x) * threads + static_cast<int>(threadIdx.x)};
+  if (i < count) cells[i] = value;
+}
+
 constexpr int packed_layers{1 + 2 * PackedGrids::layers};
 constexpr int pack_blocks{32};
 
@@ -138,6 +143,13 @@ void DeviceMemory::fetch_answer(Cuda& cuda, HostMemory& host) {
   gather_lattice(cuda, matches.obstacle.view(), matches.road.view(), lattice.view());
   download(cuda, lattice.data(), lattice.size(), host.lattice.data());
   download(cuda, answer.data(), 1, host.answer.data());
+}
+
+void DeviceMemory::observe_nothing(Cuda& cuda) {
+  for (DeviceImage<float>* cells : {&observed, &observed_window}) {
+    const int count{static_cast<int>(cells->size())};
+    launch(cuda, fill, blocks_for(count, threads), threads, 0, cells->data(), count, 0.5f);
+  }
 }
 
 void DeviceMemory::fetch_grids(Cuda& cuda, HostMemory& host) {

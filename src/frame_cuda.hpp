@@ -75,6 +75,8 @@ struct DeviceMemory {
   void upload_frame(Cuda& cuda, const HostMemory& host, bool is_given);
   /// Counts what has matched, and downloads what the host waits for.
   void fetch_answer(Cuda& cuda, HostMemory& host);
+  /// Both observed grids are unknown.
+  void observe_nothing(Cuda& cuda);
   void fetch_grids(Cuda& cuda, HostMemory& host);
   /// Waits for them.
   void fetch_stages(Cuda& cuda, StageImages& stages) const;

@@ -9,6 +9,7 @@ JourneyMemory::JourneyMemory(const Config& parameters, const Rig& level_rig, con
     : config{parameters},
       rig{level_rig},
       ground{calibrated_ground(rig, config.ground)},
+      trust{rig, config.ground},
       alignment{rig},
       aligned_right{rig.width_px, rig.height_px},
       matches{rig.width_px, rig.height_px},
@@ -31,8 +32,8 @@ JourneyMemory::JourneyMemory(const Config& parameters, const Rig& level_rig, con
 }
 
 std::size_t JourneyMemory::held_bytes() const {
-  return held_bytes_of(alignment, aligned_right, matches, matching, ground_samples, u_disparity_tables, u_disparity,
-                       projection, filter_tables, observed_world, filtered, filtered_before, scene_flow,
+  return held_bytes_of(alignment, trust, aligned_right, matches, matching, ground_samples, u_disparity_tables,
+                       u_disparity, projection, filter_tables, observed_world, filtered, filtered_before, scene_flow,
                        velocity_evidence, weighing, clusters, tracker) +
          (outlook ? sizeof(Outlook) + outlook->held_bytes() : 0);
 }
@@ -43,6 +44,7 @@ void JourneyMemory::forget() {
   frames_to_search = 0;
   is_first = true;
   alignment = RowAlignment{rig};
+  trust = FrameTrust{rig, config.ground};
   scene_flow = SceneFlow{rig};
   tracker.forget();
 }

@@ -13,6 +13,7 @@
 #include "filter/filter.hpp"
 #include "fusion/fusion.hpp"
 #include "ground/ground.hpp"
+#include "ground/trust.hpp"
 #include "matching/given.hpp"
 #include "matching/matching.hpp"
 #include "projection/calibration.hpp"
@@ -101,7 +102,7 @@ struct JourneyMemory {
 
   template <class State>
   void exchange(State& state) {
-    state(ground, frames_to_search, is_first, alignment, filtered, scene_flow, tracker);
+    state(ground, frames_to_search, is_first, alignment, trust, filtered, scene_flow, tracker);
   }
 
   [[nodiscard]] std::size_t held_bytes() const;
@@ -109,6 +110,7 @@ struct JourneyMemory {
   Config config;
   Rig rig;
   Ground ground;  ///< of the last frame
+  FrameTrust trust;
   int frames_to_search{0};
   bool is_first{true};
   RowAlignment alignment;
@@ -160,15 +162,16 @@ class JourneyOn final : public Journey {
     const bool flows{m.config.filter.scene_flow && input.disparity.empty()};
     flows ? m.scene_flow.follow(flow_frame(input), for_ranges()) : m.scene_flow.clear();
     result.timing_ms.flow = watch.lap();
-    match_and_estimate_ground(input, result, watch);
-    count(back_end_, m.matches, m.rig, m.ground, m.u_disparity_tables, m.u_disparity, result.stages);
+    const bool is_reliable{match_and_estimate_ground(input, result, watch)};
+    is_reliable ? count(back_end_, m.matches, m.rig, m.ground, m.u_disparity_tables, m.u_disparity, result.stages)
+                : leave_unknown(result.stages);
     result.timing_ms.count = watch.lap();
 
     const GridGeometry window{m.window.at(input.world_from_vehicle)};
     const GridInVehicle vehicle_cells{placed(result.vehicle_grid, {})};
     const GridInVehicle window_cells{placed(window, inverse(input.world_from_vehicle))};
-    project_to(vehicle_cells, result, result.observed);
-    project_to(window_cells, result, m.observed_world);
+    project_to(vehicle_cells, is_reliable, result, result.observed);
+    project_to(window_cells, is_reliable, result, m.observed_world);
     fuse(back_end_, input.other_grids, vehicle_cells, m.config.fusion, result.observed.view());
     fuse(back_end_, input.other_grids, window_cells, m.config.fusion, m.observed_world.view());
     result.timing_ms.project = watch.lap();
@@ -183,11 +186,12 @@ class JourneyOn final : public Journey {
     result.timing_ms.filter = watch.lap();
 
     find_clusters(result.world, m.config.tracking, m.clusters);
+    if (!is_reliable && input.other_grids.empty()) m.clusters.clusters.clear();  // remembered, not seen: tracks coast
     measure_velocities(m.scene_flow.vectors(), result.world.geometry, m.clusters);
     m.tracker.update(result.world, m.clusters.clusters, input.dt_s);
     m.tracker.report(input.world_from_vehicle, result.obstacles);
     result.timing_ms.track = watch.lap();
-    if (flows) m.scene_flow.add_points(flow_frame(input), m.matches, for_ranges());
+    if (flows && is_reliable) m.scene_flow.add_points(flow_frame(input), m.matches, for_ranges());
     result.timing_ms.flow += watch.lap();
     m.is_first = false;
   }
@@ -273,8 +277,9 @@ class JourneyOn final : public Journey {
   }
 
   // The road hypothesis needs a plane before there is any disparity: that of the frame before. At the start, and when
-  // the road turns out to lie elsewhere, a plane is searched in what matched, and the frame is matched again.
-  void match_and_estimate_ground(const JourneyInput& input, FrameResult& result, Stopwatch& watch) {
+  // the road turns out to lie elsewhere, a plane is searched in what matched, and the frame is matched again. False:
+  // the grids must not be built on this.
+  bool match_and_estimate_ground(const JourneyInput& input, FrameResult& result, Stopwatch& watch) {
     JourneyMemory& m{memory_};
     const Ground expected{predicted(m.rig, m.config.ground, m.ground, input.dt_s)};
     match_on(input, expected);
@@ -291,7 +296,6 @@ class JourneyOn final : public Journey {
       result.timing_ms.match += watch.lap();
     }
     m.ground = estimate_ground(m.rig, m.config.ground, m.matches.road.view(), m.ground, input.dt_s, m.ground_samples);
-    result.ground = m.ground;
     result.timing_ms.ground += watch.lap();
     if (!input.disparity.empty()) match_on(input, m.ground);  // splitting is cheap, and the plane is better now
     result.obstacle_density = share_matched(m.matches.obstacle);
@@ -302,6 +306,19 @@ class JourneyOn final : public Journey {
       result.stages.match_confidence = m.matches.confidence;
     }
     result.timing_ms.match += watch.lap();
+    return judge(input, expected, result);
+  }
+
+  bool judge(const JourneyInput& input, const Ground& expected, FrameResult& result) {
+    JourneyMemory& m{memory_};
+    const Doubt doubt{m.trust.judge({input.left, input.right, input.disparity, m.matches}, m.ground, input.dt_s)};
+    if (doubt != Doubt::none) {
+      if (m.config.ground.estimate) m.ground = expected;  // a plane through wrong matches would mislead the next frame
+      m.scene_flow.clear();
+    }
+    result.ground = m.ground;
+    tell(doubt, result);
+    return doubt == Doubt::none;
   }
 
   // True: to be matched again. After a search that found nothing there is a pause, as it would find nothing again.
@@ -329,7 +346,8 @@ class JourneyOn final : public Journey {
             std::sin(vehicle_from_grid.yaw_rad)};
   }
 
-  void project_to(const GridInVehicle& grid, const FrameResult& result, Image<float>& cells) {
+  void project_to(const GridInVehicle& grid, bool is_reliable, const FrameResult& result, Image<float>& cells) {
+    if (!is_reliable) return cells.fill(0.5f);
     const BinGeometry bins{memory_.rig, memory_.config.u_disparity.bins_per_px};
     project(back_end_, result.stages.occupancy_smooth.view(), bins, grid, memory_.config.projection.footprint,
             memory_.projection, cells.view());

@@ -41,6 +41,7 @@ JourneyOnCuda::JourneyOnCuda(const Config& config, const Rig& rig)
     : config_{checked(config)},
       rig_{rig},
       ground_{calibrated_ground(rig, config.ground)},
+      trust_{rig, config.ground},
       alignment_{rig},
       window_{vehicle_grid_of(config.grid)},
       vehicle_grid_{vehicle_grid_of(config.grid)},
@@ -56,7 +57,7 @@ JourneyOnCuda::JourneyOnCuda(const Config& config, const Rig& rig)
 
 MemoryUse JourneyOnCuda::memory_use() const {
   return {sizeof *this + held_.pinned +
-              held_bytes_of(alignment_, filter_tables_, scene_flow_, velocity_evidence_, tracker_, matches_,
+              held_bytes_of(alignment_, trust_, filter_tables_, scene_flow_, velocity_evidence_, tracker_, matches_,
                             ground_samples_, clusters_),
           held_.device};
 }
@@ -66,6 +67,7 @@ void JourneyOnCuda::run(const JourneyInput& input, FrameResult& result) {
   take(input);
   expect(expected);
   if (is_first_) find_first_ground(input, expected);
+  doubt_ = Doubt::none;
   match_frame();
   follow_points(input);
   make_grids();
@@ -79,6 +81,7 @@ void JourneyOnCuda::run(const JourneyInput& input, FrameResult& result) {
     }
   }
   cuda_.synchronize();
+  judge(input, expected);
   finish(input, result);
 }
 
@@ -88,8 +91,22 @@ void JourneyOnCuda::forget() {
   frames_to_search_ = 0;
   is_first_ = true;
   alignment_ = RowAlignment{rig_};
+  trust_ = FrameTrust{rig_, config_.ground};
   scene_flow_ = SceneFlow{rig_};
   tracker_.forget();
+}
+
+// Where the frame cannot be relied on, its grids are made again.
+void JourneyOnCuda::judge(const JourneyInput& input, const Ground& expected) {
+  scatter_lattice();
+  ground_ = host_.answer.data()->ground;
+  doubt_ = trust_.judge({input.left, input.right, input.disparity, matches_}, ground_, input.dt_s);
+  if (doubt_ == Doubt::none) return;
+  if (config_.ground.estimate) ground_ = expected;  // a plane through wrong matches would mislead the next frame
+  scene_flow_.clear();
+  *host_.evidence_count.data() = 0;
+  make_grids();
+  cuda_.synchronize();
 }
 
 // Everything that changes from frame to frame, to where graphs look for it.
@@ -199,7 +216,7 @@ void JourneyOnCuda::match_frame() {
 
 void JourneyOnCuda::make_grids() {
   if (is_first_) reset(cuda_, device_.filter, &device_.frame.data()->motion, device_.states[1 - now_]);
-  do_or_repeat(grid_graphs_[now_], [&] { record_grids(); });
+  do_or_repeat(doubt_ == Doubt::none ? grid_graphs_[now_] : blank_graphs_[now_], [&] { record_grids(); });
 }
 
 // The first time without a graph: what the driver loads at a kernel's first launch does not belong into a recording.
@@ -232,7 +249,7 @@ void JourneyOnCuda::record_match() {
   times_.mark(cuda_, StreamTimes::ground_known);
 }
 
-void JourneyOnCuda::record_grids() {
+void JourneyOnCuda::project_grids() {
   const FrameOnDevice* frame{device_.frame.data()};
   const MatchViews matches{std::as_const(device_.matches.obstacle).view(), std::as_const(device_.matches.road).view(),
                            std::as_const(device_.matches.confidence).view()};
@@ -241,11 +258,22 @@ void JourneyOnCuda::record_grids() {
   const View<const float, Device> occupancy{std::as_const(device_.u_disparity.occupancy_smooth).view()};
   const auto project_to = [&](const GridInVehicle* grid, DeviceImage<float>& cells) {
     project(cuda_, occupancy, BinGeometry{rig_}, grid, config_.projection.footprint, device_.projection, cells.view());
-    fuse(cuda_, device_.other_grids, grid, config_.fusion, cells.view());
   };
   find_largest(cuda_, occupancy, device_.projection);
   project_to(&frame->vehicle_cells, device_.observed);
   project_to(&frame->window_cells, device_.observed_window);
+}
+
+void JourneyOnCuda::record_grids() {
+  const FrameOnDevice* frame{device_.frame.data()};
+  if (doubt_ == Doubt::none) {
+    project_grids();
+  } else {
+    times_.mark(cuda_, StreamTimes::counted);
+    device_.observe_nothing(cuda_);
+  }
+  fuse(cuda_, device_.other_grids, &frame->vehicle_cells, config_.fusion, device_.observed.view());
+  fuse(cuda_, device_.other_grids, &frame->window_cells, config_.fusion, device_.observed_window.view());
   times_.mark(cuda_, StreamTimes::projected);
   filter(cuda_, device_.filter, &frame->motion, std::as_const(device_.observed_window).view(), device_.states[1 - now_],
          device_.states[now_], device_.world);
@@ -283,22 +311,27 @@ void JourneyOnCuda::finish(const JourneyInput& input, FrameResult& result) {
   Stopwatch watch;
   const FrameFromDevice& answer{*host_.answer.data()};
   const double pixels{static_cast<double>(matches_.obstacle.size())};
-  result.ground = ground_ = answer.ground;
+  result.ground = ground_;
+  tell(doubt_, result);
   result.obstacle_density = answer.matched[0] / pixels;
   result.road_density = answer.matched[1] / pixels;
   result.world.geometry = host_.frame.data()->window;
   PackedGrids{vehicle_grid_, window_.cells()}.copy_to(host_.grids.data(), result);
-  if (are_stages_wanted_) device_.fetch_stages(cuda_, result.stages);
+  if (are_stages_wanted_) {
+    device_.fetch_stages(cuda_, result.stages);
+    if (doubt_ != Doubt::none) leave_unknown(result.stages);
+  }
   result.timing_ms = times_.stages();
   result.timing_ms.filter += watch.lap();
 
   find_clusters(result.world, config_.tracking, clusters_);
+  // remembered, not seen: tracks coast
+  if (doubt_ != Doubt::none && input.other_grids.empty()) clusters_.clusters.clear();
   measure_velocities(scene_flow_.vectors(), result.world.geometry, clusters_);
   tracker_.update(result.world, clusters_.clusters, input.dt_s);
   tracker_.report(input.world_from_vehicle, result.obstacles);
   result.timing_ms.track = watch.lap();
-  if (flows()) {
-    scatter_lattice();
+  if (flows() && doubt_ == Doubt::none) {
     scene_flow_.add_points(flow_frame(input), matches_, for_ranges);
   }
   result.timing_ms.flow = flow_ms_ + watch.lap();
@@ -308,7 +341,7 @@ void JourneyOnCuda::finish(const JourneyInput& input, FrameResult& result) {
 
 template <class State>
 void JourneyOnCuda::exchange(State& state) {
-  state(ground_, frames_to_search_, is_first_, alignment_, window_before_, scene_flow_, tracker_);
+  state(ground_, frames_to_search_, is_first_, alignment_, trust_, window_before_, scene_flow_, tracker_);
 }
 
 void JourneyOnCuda::save(StateWriter& state) {

@@ -13,7 +13,8 @@ namespace stereogrid {
 
 /// The way of a frame on a GPU. Two graphs: match (images up, disparities and ground) and grids (counting to filter,
 /// results down). While the second runs, the host measures row offsets and looks whether the road is lost; then the
-/// frame is done again, from the same state of the filter.
+/// frame is done again, from the same state of the filter. So are the grids of a frame that turns out not to be
+/// reliable: with nothing observed.
 class JourneyOnCuda final : public Journey {
  public:
   /// Throws DeviceError: no device that can be used, too little memory, or settings that only the CPU can do.
@@ -40,6 +41,7 @@ class JourneyOnCuda final : public Journey {
   [[nodiscard]] bool flows() const { return config_.filter.scene_flow && !is_given_; }
   [[nodiscard]] FlowFrame flow_frame(const JourneyInput& input) const;
   void follow_points(const JourneyInput& input);
+  void judge(const JourneyInput& input, const Ground& expected);
   void finish(const JourneyInput& input, FrameResult& result);
 
   void match_frame();
@@ -47,6 +49,7 @@ class JourneyOnCuda final : public Journey {
   void do_or_repeat(Graph& graph, const std::function<void()>& work);
   void record_match();
   void record_grids();
+  void project_grids();
   void fetch_matches();
   void scatter_lattice();
   template <class State>
@@ -61,6 +64,8 @@ class JourneyOnCuda final : public Journey {
 
   // between frames
   Ground ground_;
+  FrameTrust trust_;
+  Doubt doubt_{Doubt::none};  ///< of this frame: may the grids be built on it?
   int frames_to_search_{0};
   bool is_first_{true};
   bool is_given_{false};  ///< disparities, in this frame
@@ -86,6 +91,7 @@ class JourneyOnCuda final : public Journey {
 
   std::array<Graph, 2> match_graphs_;  ///< [is_given_]
   std::array<Graph, 2> grid_graphs_;   ///< [now_]
+  std::array<Graph, 2> blank_graphs_;  ///< [now_], of frames that cannot be relied on
 };
 
 }  // namespace stereogrid

@@ -49,6 +49,17 @@ Json json_of(const Obstacle& obstacle) {
 constexpr std::int64_t largest_id{std::int64_t{1} << 53};
 constexpr double farthest{1e9};  // metres and radians: poses of a jumped source, too
 
+// Flags that this version does not know are left out.
+std::vector<FrameStatus> status_of(const Json& line) {
+  constexpr auto names{names_of(FrameStatus{})};
+  std::vector<FrameStatus> status;
+  for (const Json& name : line.value("status", Json(Json::array()))) {
+    const auto found{std::ranges::find(names, name.get<std::string>())};
+    if (found != names.end()) status.push_back(static_cast<FrameStatus>(found - names.begin()));
+  }
+  return status;
+}
+
 FrameSummary summary_of(const Json& line) {
   FrameSummary frame;
   frame.index = static_cast<std::size_t>(io::whole_number(line, "index", 0, largest_index));
@@ -59,6 +70,7 @@ FrameSummary summary_of(const Json& line) {
     frame.timing_ms.*stage.milliseconds = line.at("timing_ms").at(stage.name).get<double>();
   }
   frame.warnings = line.at("warnings").get<std::vector<std::string>>();
+  frame.status = status_of(line);
   return frame;
 }
 

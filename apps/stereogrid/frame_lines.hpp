@@ -24,6 +24,7 @@ struct FrameSummary {
   Pose2 world_from_vehicle;
   StageTimes timing_ms;
   std::vector<std::string> warnings;
+  std::vector<FrameStatus> status;
 };
 
 struct FinishedFrames {

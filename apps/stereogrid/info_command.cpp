@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -14,6 +13,7 @@
 #include "config_options.hpp"
 #include "console.hpp"
 #include "input.hpp"
+#include "look.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/text.hpp"
@@ -88,36 +88,15 @@ void print_plan(const Config& asked, const Rig& rig) {
   print_row("memory", fmt::format("{:.0f} MB", static_cast<double>(pipeline.memory_use().host_bytes) / 1e6));
 }
 
-std::vector<std::size_t> frames_to_look_at(std::size_t frames, bool all) {
-  std::set<std::size_t> indices;
-  const std::size_t count{all ? frames : std::min(frames, frames_looked_at)};
-  for (std::size_t i{0}; i < count; ++i) indices.insert(count == 1 ? 0 : i * (frames - 1) / (count - 1));
-  return {indices.begin(), indices.end()};
-}
-
-struct Verdict {
-  std::vector<std::string> complaints;
-  std::size_t looked_at{0};
-  std::size_t usable{0};
-  bool swapped{false};
-};
-
-Verdict look_at_frames(const FrameSource& source, bool all) {
-  Verdict verdict;
-  for (const std::size_t index : frames_to_look_at(source.size(), all)) {
-    ++verdict.looked_at;
-    try {
-      const StereoFrame frame{source.load(index)};
-      if (verdict.usable++ > 0) continue;
-      if (const auto complaint{io::complaint_if_swapped(frame)}) {
-        verdict.swapped = true;
-        verdict.complaints.push_back(*complaint);
-      }
-    } catch (const InputError& error) {
-      verdict.complaints.push_back(fmt::format("frame {} cannot be used: {}", source.name(index), error.what()));
-    }
-  }
-  return verdict;
+void print_look(const Look& look, std::size_t frames, const Config& config) {
+  constexpr double degrees{57.29577951308232};
+  print_row("looked at", fmt::format("{} of {} frames, {} can be used", look.looked_at, frames, look.usable));
+  if (!config.ground.estimate || look.tried == 0) return;
+  const std::string found{fmt::format("found in {} of {} frames", look.road_found, look.tried)};
+  print_row("road", look.road_found == 0
+                        ? found
+                        : fmt::format("{}: camera {:.2f} m above it, looks down by {:.1f}°, rolled by {:.1f}°", found,
+                                      look.road.height_m, look.road.pitch_rad * degrees, look.road.roll_rad * degrees));
 }
 
 int show(const Options& options) {
@@ -134,16 +113,15 @@ int show(const Options& options) {
   if (input.recording != nullptr) print_recording(*input.recording);
   print_stamps(input);
   print_plan(config, rig);
-  Verdict verdict{look_at_frames(*input.source, options.all_frames)};
-  print_row("looked at", fmt::format("{} of {} frames, {} can be used", verdict.looked_at, frames, verdict.usable));
+  Look look{look_at_frames(*input.source, config, options.all_frames ? frames : frames_looked_at)};
+  print_look(look, frames, config);
   if (input.recording != nullptr) {
     const auto& warnings{input.recording->contents().warnings};
-    verdict.complaints.insert(verdict.complaints.begin(), warnings.begin(), warnings.end());
+    look.complaints.insert(look.complaints.begin(), warnings.begin(), warnings.end());
   }
-  for (const std::string& complaint : verdict.complaints) print_row("complaint", complaint);
-  const bool usable{verdict.usable > 0 && !verdict.swapped};
-  print_row("verdict", !usable ? "cannot be used" : verdict.complaints.empty() ? "fine" : "usable");
-  return usable ? exit_done : exit_input;
+  for (const std::string& complaint : look.complaints) print_row("complaint", complaint);
+  print_row("verdict", look.is_hopeless ? "cannot be used" : look.complaints.empty() ? "fine" : "usable");
+  return look.is_hopeless ? exit_input : exit_done;
 }
 
 }  // namespace

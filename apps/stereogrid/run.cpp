@@ -178,7 +178,7 @@ class Sitting {
       if (!queued.warning.empty()) result.warnings.push_back(queued.warning);
       if (!without_lidar.empty()) result.warnings.push_back(without_lidar);
       tell_warnings(queued.name, result.warnings);
-      record_.add_frame({queued.index, result.world_from_vehicle, result.timing_ms, result.warnings});
+      record_.add_frame({queued.index, result.world_from_vehicle, result.timing_ms, result.warnings, result.status});
       ++frames_written_;
       writer_.write(std::move(*queued.frame), std::move(result), checkpoint_after(queued.index));
     } catch (const InputError& error) {
@@ -225,6 +225,28 @@ std::ptrdiff_t frames_of_stereo_alone(const RunRecord& record) {
   return std::ranges::count_if(record.finished().frames, [](const FrameSummary& frame) {
     return std::ranges::any_of(frame.warnings, [](const std::string& text) { return text.starts_with(stereo_alone); });
   });
+}
+
+/// How many frames say nothing, and what would mend it.
+void warn_of_unknown_frames(const RunRecord& record, const Rig& rig) {
+  constexpr double degrees{57.29577951308232};
+  const std::size_t all{record.finished().frames.size()};
+  const std::size_t unknown{record.frames_with(FrameStatus::road_unknown)};
+  const std::size_t unmatched{record.frames_with(FrameStatus::few_matches)};
+  if (unknown > 0) {
+    spdlog::warn(
+        "in {} of {} frames it is not known where the road is, and the grid is unknown. The mounting may be wrong: "
+        "{:.3g} m "
+        "above the road and a pitch of {:.1f}° are assumed. Measure them and write them to calibration.yaml: "
+        "mount.camera_height_m, mount.camera_pitch_rad.",
+        unknown, all, rig.camera_height_m, rig.camera_pitch_rad * degrees);
+  }
+  if (unmatched > 0) {
+    spdlog::warn(
+        "in {} of {} frames left and right image hardly match, and the grid is unknown. stereogrid info looks for the "
+        "reason: images swapped, of different instants, not rectified, dark.",
+        unmatched, all);
+  }
 }
 
 void print_summary(const RunRecord& record, const Sitting& sitting) {
@@ -291,6 +313,7 @@ int run(const RunOptions& options) {
   sitting.go_through(*input.source);
   record.save(sitting.is_complete());
   print_summary(record, sitting);
+  warn_of_unknown_frames(record, pipeline.rig());
   if (sitting.is_complete()) return exit_done;
   spdlog::warn("stopped; the same command with --resume goes on");
   return exit_signal_base + interrupted();

@@ -160,6 +160,21 @@ Percentiles RunRecord::timing(double StageTimes::*stage) const {
   return percentiles(std::move(values));
 }
 
+std::size_t RunRecord::frames_with(FrameStatus flag) const {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      finished_.frames, [&](const FrameSummary& frame) { return std::ranges::count(frame.status, flag) > 0; }));
+}
+
+Json RunRecord::status_json() const {
+  constexpr auto names{names_of(FrameStatus{})};
+  Json counts(Json::object());
+  for (std::size_t i{0}; i < names.size(); ++i) {
+    const std::size_t frames{frames_with(static_cast<FrameStatus>(i))};
+    if (frames > 0) counts[std::string{names[i]}] = frames;
+  }
+  return counts;
+}
+
 Json RunRecord::frames_json(bool complete) const {
   return {{"first", range_.first},
           {"last", range_.end - 1},
@@ -181,6 +196,7 @@ void RunRecord::save(bool complete) const {
   for (const SkippedFrame& frame : skipped_) {
     skipped.push_back({{"index", frame.index}, {"name", frame.name}, {"reason", frame.reason}});
   }
+  run["status"] = status_json();
   run["warnings"] = warnings_json(finished_.frames);
   io::write_file(folder_ / "run.json", io::json_text(run, 2) + "\n");
 }

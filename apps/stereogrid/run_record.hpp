@@ -55,6 +55,8 @@ class RunRecord {
   [[nodiscard]] const std::vector<SkippedFrame>& skipped() const { return skipped_; }
   /// Before the last finished frame: those that neither are finished nor known to be skipped.
   [[nodiscard]] std::vector<std::size_t> unaccounted() const;
+  /// How many of the finished frames carry a flag.
+  [[nodiscard]] std::size_t frames_with(FrameStatus flag) const;
   [[nodiscard]] Percentiles timing(double StageTimes::*stage) const;
 
  private:
@@ -62,6 +64,7 @@ class RunRecord {
   void check_range() const;
   void take_skipped(const nlohmann::ordered_json& before);
   [[nodiscard]] nlohmann::ordered_json frames_json(bool complete) const;
+  [[nodiscard]] nlohmann::ordered_json status_json() const;
 
   std::filesystem::path folder_;
   FrameRange range_;

@@ -33,13 +33,15 @@ double matched_share(const cv::Mat& left, const cv::Mat& right) {
 
 }  // namespace
 
+double coarse_match_share(const Image<std::uint8_t>& left, const Image<std::uint8_t>& right) {
+  if (left.width() < 2 * disparities || left.height() < 16) return 0;
+  if (left.width() != right.width() || left.height() != right.height()) return 0;
+  return matched_share(coarse(left), coarse(right));
+}
+
 std::optional<std::string> complaint_if_swapped(const StereoFrame& frame) {
-  if (frame.left.width() < 2 * disparities || frame.left.height() < 16) return std::nullopt;
-  if (frame.left.width() != frame.right.width() || frame.left.height() != frame.right.height()) return std::nullopt;
-  const cv::Mat left{coarse(frame.left)};
-  const cv::Mat right{coarse(frame.right)};
-  const double as_named{matched_share(left, right)};
-  const double swapped{matched_share(right, left)};
+  const double as_named{coarse_match_share(frame.left, frame.right)};
+  const double swapped{coarse_match_share(frame.right, frame.left)};
   if (swapped < 0.1 || swapped < 2 * as_named) return std::nullopt;
   return fmt::format(
       "frame {}: left and right seem to be swapped: {:.0f} % of the image matches at negative disparities, {:.0f} % at "

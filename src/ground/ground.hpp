@@ -47,4 +47,8 @@ bool is_lost(const Rig& rig, const GroundConfig& config, View<const float> obsta
 Ground search_ground(const Rig& rig, const GroundConfig& config, View<const float> obstacle_disparity,
                      View<const float> road_disparity, const Ground& previous, GroundSpace& space);
 
+/// Does a plane wherever a road can be under a camera (0.2 to 4 m below it, pitched by −20° to 35°, rolled by up to
+/// 10°) hold half as many samples again as `plane`, and at least so many?
+bool has_better_plane(const Rig& rig, const std::vector<GroundSample>& samples, int least, const RoadPlane& plane);
+
 }  // namespace stereogrid

@@ -21,6 +21,8 @@ struct RoadPlane {
   [[nodiscard]] STEREOGRID_HD double disparity(double u, double v) const {
     return at_centre + per_u * (u - centre_u_px) + per_v * (v - centre_v_px);
   }
+
+  friend bool operator==(const RoadPlane&, const RoadPlane&) = default;
 };
 
 /// Road plane in disparity space: with g the unit vector to the ground in the camera frame, g·X = height and X = Z·(…,

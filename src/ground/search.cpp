@@ -98,6 +98,19 @@ bool find_plane(const Rig& rig, const GroundConfig& config, const std::vector<Gr
 
 }  // namespace
 
+bool has_better_plane(const Rig& rig, const std::vector<GroundSample>& samples, int least, const RoadPlane& plane) {
+  Rig any{rig};
+  GroundConfig gates;
+  any.camera_height_m = 2.1;
+  gates.height_gate_m = 1.9;
+  any.camera_pitch_rad = radians(7.5);
+  gates.pitch_gate_deg = 27.5;
+  any.camera_roll_rad = 0;
+  gates.roll_gate_deg = 10;
+  RoadPlane best{plane};
+  return find_plane(any, gates, samples, best) && best != plane && support_of(samples, 1, best) >= least;
+}
+
 bool is_lost(const Rig& rig, const GroundConfig& config, View<const float> obstacle_disparity,
              View<const float> road_disparity, const Ground& ground, GroundSpace& space) {
   if (!config.estimate) return false;

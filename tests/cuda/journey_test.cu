@@ -32,6 +32,8 @@ struct Traveller {
       : journey{std::move(way)}, result{empty_result(config, rig)} {}
 
   void run(const StereoFrame& frame, double dt_s) {
+    result.status.clear();
+    result.warnings.clear();
     journey->run({frame.left.view(), frame.right.view(), frame.disparity.view(), *frame.world_from_vehicle, dt_s,
                   frame.other_grids},
                  result);
@@ -100,6 +102,8 @@ void compare(const FrameResult& gpu, const FrameResult& law) {
   compare_grids(gpu, law);
   CHECK_EQUAL(gpu.obstacle_density, law.obstacle_density);
   CHECK_EQUAL(gpu.road_density, law.road_density);
+  CHECK(gpu.status == law.status);
+  CHECK(gpu.warnings == law.warnings);
 }
 
 /// Both back ends side by side.
@@ -216,6 +220,40 @@ TEST(after_forgetting_the_next_frame_is_a_first_one) {
     CHECK_EQUAL(differences(pair.gpu.result.world.velocity_x, fresh.result.world.velocity_x), 0);
     compare(pair.gpu.result.ground, fresh.result.ground);
     CHECK_EQUAL(pair.gpu.result.obstacles.size(), fresh.result.obstacles.size());
+  }
+}
+
+// A good frame, two that cannot be relied on, and good ones again; once with another source's grid.
+TEST(what_cannot_be_relied_on_is_unknown) {
+  const Street street{small_rig()};
+  const Street pitched{small_rig(), 0.2};
+  Random random{7};
+  Pair pair{small_config(), small_rig()};
+  for (int index{0}; index < 5; ++index) {
+    StereoFrame frame{index == 3 ? pitched.frame(index) : street.frame(index)};
+    if (index == 1) frame.right = frame.left;
+    if (index == 2) frame.right.fill(9);
+    if (index == 2) frame.other_grids.push_back({{0, -4, 0.8, 12, 10}, random.image(12, 10, 0, 1), {}});
+    pair.run(frame);
+    const FrameResult& result{pair.law.result};
+    const bool is_known{index == 0 || index == 4};
+    CHECK_EQUAL(result.status.size(), is_known ? 0U : 1U);
+    if (!is_known && !result.status.empty()) {
+      CHECK(result.status.front() == (index == 3 ? FrameStatus::road_unknown : FrameStatus::few_matches));
+    }
+    if (index == 1 || index == 3) CHECK(result.observed == Image<float>(20, 16, 0.5f));
+    if (index == 2) CHECK(!(result.observed == Image<float>(20, 16, 0.5f)));
+  }
+}
+
+TEST(a_drive_that_begins_with_nothing) {
+  const Street street{small_rig()};
+  Pair pair{small_config(), small_rig()};
+  for (int index{0}; index < 3; ++index) {
+    StereoFrame frame{street.frame(index)};
+    if (index == 0) frame.right = frame.left;
+    pair.run(frame);
+    CHECK_EQUAL(pair.law.result.status.size(), index == 0 ? 1U : 0U);
   }
 }
 

@@ -86,4 +86,8 @@ class Recording final : public FrameSource {
 /// positive ones.
 [[nodiscard]] std::optional<std::string> complaint_if_swapped(const StereoFrame& frame);
 
+/// Share of the pixels that have a sure match at a disparity of at least one pixel, in images reduced to a width of 400
+/// px. 0 where the images are narrower than 96 px or differ in size.
+[[nodiscard]] double coarse_match_share(const Image<std::uint8_t>& left, const Image<std::uint8_t>& right);
+
 }  // namespace stereogrid::io

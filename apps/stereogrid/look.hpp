@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "stereogrid/config.hpp"
+#include "stereogrid/frame.hpp"
+
+namespace stereogrid::app {
+
+/// What a look at some frames of an input has told.
+struct Look {
+  std::size_t looked_at{0};
+  std::size_t usable{0};      ///< could be loaded
+  std::size_t tried{0};       ///< of them, taken through the pipeline
+  std::size_t road_found{0};  ///< in frames tried
+  Ground road;                ///< medians where it was found; pitch of the images as they came
+  bool is_hopeless{false};    ///< nothing that can be used would come of a run
+  std::vector<std::string> complaints;
+};
+
+/// Loads `count` frames spread over the input, and takes a few of them, the first ones and some of the others, through
+/// the pipeline, for a few seconds at most. Says in plain words what is wrong and what would mend it.
+[[nodiscard]] Look look_at_frames(const FrameSource& source, const Config& config, std::size_t count);
+
+}  // namespace stereogrid::app

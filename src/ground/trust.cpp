@@ -1,0 +1,149 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "ground/trust.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "ground/fit.hpp"
+#include "matching/match_lattice.hpp"
+
+namespace stereogrid {
+namespace {
+
+// Without the road for so long, it is not known any more: a van or a bend hides it for shorter.
+constexpr double unmeasured_max_s{3};
+// At least so much of the texture has matched. Real drives have 0.75 and more, pairs that do not belong together
+// (swapped, a frame apart, rows off, noise) less than 0.35.
+constexpr double texture_matched_min{0.5};
+// Of the points where road is expected, on real drives at least a quarter lies on the plane, and under a tenth below
+// it.
+constexpr double near_min{0.3};
+constexpr double below_max{0.3};
+constexpr double elsewhere_min{0.3};
+
+template <class Visit>
+void for_lattice(int width, int height, double first_row, const Visit& visit) {
+  const MatchLattice lattice{width, height};
+  for (int j{0}; j < lattice.down; ++j) {
+    const int v{MatchLattice::first_v + j * MatchLattice::step_v};
+    if (v < first_row) continue;
+    for (int i{0}; i < lattice.across; ++i) visit(MatchLattice::first_u + i * MatchLattice::step_u, v);
+  }
+}
+
+bool are_identical(const MatchedFrame& frame) {
+  for (int v{0}; v < frame.left.height; ++v) {
+    if (!std::equal(frame.left.row(v), frame.left.row(v) + frame.left.width, frame.right.row(v))) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+double share_of_texture_matched(const MatchedFrame& frame, double first_row) {
+  constexpr int texture_grey{4};
+  int all{0};
+  int all_matched{0};
+  int textured{0};
+  int textured_matched{0};
+  for_lattice(frame.left.width, frame.left.height, first_row, [&](int u, int v) {
+    const int matched{frame.matches.obstacle(u, v) > 0 || frame.matches.road(u, v) > 0 ? 1 : 0};
+    ++all;
+    all_matched += matched;
+    if (std::abs(frame.left(u + 1, v) - frame.left(u - 1, v)) < texture_grey) return;
+    ++textured;
+    textured_matched += matched;
+  });
+  if (all == 0) return 1;
+  if (100 * textured < all) return static_cast<double>(all_matched) / all;
+  return static_cast<double>(textured_matched) / textured;
+}
+
+bool speak_against(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane) {
+  constexpr double near_px{1};
+  constexpr double below_share{0.1};  // of the expected disparity, for a road that is not flat
+  int all{0};
+  int near{0};
+  int below{0};
+  for (const GroundSample& sample : samples) {
+    const double expected_px{plane.disparity(sample.u, sample.v)};
+    if (expected_px <= 0) continue;
+    const double r{sample.disparity - expected_px};
+    ++all;
+    near += std::abs(r) < near_px ? 1 : 0;
+    below += r < -near_px - below_share * expected_px ? 1 : 0;
+  }
+  if (all < ground_samples_min || near >= near_min * all) return false;
+  return below > below_max * all || has_better_plane(rig, samples, static_cast<int>(elsewhere_min * all), plane);
+}
+
+FrameTrust::FrameTrust(const Rig& level_rig, const GroundConfig& config) : rig_{level_rig}, config_{config} {
+  const MatchLattice lattice{rig_.width_px, rig_.height_px};
+  samples_.reserve(static_cast<std::size_t>(lattice.across) * static_cast<std::size_t>(lattice.down));
+}
+
+Doubt FrameTrust::judge(const MatchedFrame& frame, const Ground& ground, double dt_s) {
+  unmeasured_s_ += dt_s;
+  // the camera may look above the horizon
+  const double first_row{std::min(horizon_row(rig_, ground), rig_.height_px / 2.0)};
+  if (frame.disparity.empty() && share_of_texture_matched(frame, first_row) < texture_matched_min) {
+    return are_identical(frame) ? Doubt::identical_images : Doubt::few_matches;
+  }
+  if (!config_.estimate) return Doubt::none;
+  const RoadPlane plane{road_plane(rig_, ground)};
+  take_samples(frame, plane);
+  if (speak_against(rig_, samples_, plane)) return Doubt::road_elsewhere;
+  if (ground.estimated) unmeasured_s_ = 0;
+  return unmeasured_s_ > unmeasured_max_s ? Doubt::road_not_seen : Doubt::none;
+}
+
+void FrameTrust::take_samples(const MatchedFrame& frame, const RoadPlane& plane) {
+  samples_.clear();
+  const auto disparity_at = [&](int u, int v) {
+    // what lies below the road has been dropped from the matches of given disparities
+    if (!frame.disparity.empty()) return frame.disparity(u, v);
+    return std::max(frame.matches.obstacle(u, v), frame.matches.road(u, v));
+  };
+  for_lattice(rig_.width_px, rig_.height_px, 0, [&](int u, int v) {
+    const float disparity{disparity_at(u, v)};
+    if (disparity > 0 && plane.disparity(u, v) > 0) {
+      samples_.push_back({static_cast<float>(u), static_cast<float>(v), disparity});
+    }
+  });
+}
+
+void tell(Doubt doubt, FrameResult& result) {
+  const auto add = [&](FrameStatus flag, const char* sentence) {
+    result.status.push_back(flag);
+    result.warnings.emplace_back(sentence);
+  };
+  if (doubt == Doubt::few_matches) {
+    add(FrameStatus::few_matches,
+        "left and right image hardly match: nothing is known from this frame. Check that they are of the same instant, "
+        "not swapped and rectified, and that no lens is dark or covered.");
+  } else if (doubt == Doubt::identical_images) {
+    add(FrameStatus::few_matches,
+        "left and right are the same image, or both are black: nothing is known from this frame. Give the right "
+        "camera's "
+        "image.");
+  } else if (doubt == Doubt::road_elsewhere) {
+    add(FrameStatus::road_unknown,
+        "the road is not where it is assumed: nothing is known from this frame. The mounting in the calibration may be "
+        "wrong: measure mount.camera_height_m and mount.camera_pitch_rad.");
+  } else if (doubt == Doubt::road_not_seen) {
+    add(FrameStatus::road_unknown,
+        "the road has not been seen for more than 3 s: nothing is known until it is. If it is in view, the mounting in "
+        "the calibration may be wrong.");
+  }
+}
+
+void leave_unknown(StageImages& stages) {
+  std::ranges::fill(stages.possible, 0);
+  for (Image<std::uint16_t>* counts : {&stages.visible, &stages.observed}) counts->fill(0);
+  for (Image<float>* share : {&stages.visibility, &stages.obstacle_confidence, &stages.road_confidence}) share->fill(0);
+  for (Image<float>* occupancy : {&stages.occupancy, &stages.occupancy_smooth}) occupancy->fill(0.5f);
+}
+
+}  // namespace stereogrid

@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "ground/ground.hpp"
+#include "held_bytes.hpp"
+#include "matching/matches.hpp"
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid {
+
+/// What a frame was matched in, and with what result. Of `matches` the pixels of MatchLattice are read.
+struct MatchedFrame {
+  View<const std::uint8_t> left;
+  View<const std::uint8_t> right;
+  View<const float> disparity;  ///< given instead of the right image; empty: matched
+  const Matches& matches;
+};
+
+/// Why the grids of a frame cannot be built on its matches and its road plane.
+enum class Doubt { none, few_matches, identical_images, road_elsewhere, road_not_seen };
+
+/// Share of the pixels with texture below the row `first_row` that have matched; of all pixels there, where next to
+/// none has texture. 1 where the image has no pixels there.
+double share_of_texture_matched(const MatchedFrame& frame, double first_row);
+
+/// Do the samples say that the road is not where `plane` has it? Few of those where it expects road lie on it, and
+/// either many lie clearly below it, where nothing can be, or another plane holds clearly more.
+bool speak_against(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane);
+
+/// Decides for each frame whether its grids can be relied on. One implementation serves every back end.
+class FrameTrust {
+ public:
+  FrameTrust(const Rig& level_rig, const GroundConfig& config);
+
+  /// `ground`: as this frame's stages would use it, estimated or carried over. The road is known where the calibration
+  /// is trusted, where the frame does not speak against `ground`, and unless it has not been measured for too long.
+  Doubt judge(const MatchedFrame& frame, const Ground& ground, double dt_s);
+
+  template <class State>
+  void exchange(State& state) {
+    state(unmeasured_s_);
+  }
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(samples_); }
+
+ private:
+  void take_samples(const MatchedFrame& frame, const RoadPlane& plane);
+
+  Rig rig_;
+  GroundConfig config_;
+  double unmeasured_s_{0};  ///< since the road was measured, or since the start
+  std::vector<GroundSample> samples_;
+};
+
+/// The doubt as FrameResult has it: flags and a sentence.
+void tell(Doubt doubt, FrameResult& result);
+
+/// What depends on the road, where it is not known: nothing could be seen in any bin, occupancy is 0.5. The disparity
+/// images stay.
+void leave_unknown(StageImages& stages);
+
+}  // namespace stereogrid

@@ -1,0 +1,157 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Inputs that nothing can come of, and what `info` and `run` say about them.
+#include <algorithm>
+#include <fstream>
+#include <functional>
+#include <regex>
+#include <utility>
+
+#include "stereogrid/io/image_file.hpp"
+#include "support.hpp"
+
+namespace stereogrid::app::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using Grey = Image<std::uint8_t>;
+
+/// A simulated drive on the disk whose camera is pitched by so much.
+fs::path drive(const TemporaryFolder& folder, int frames, const std::string& more = "") {
+  run_well({"simulate", "scene:street?width=320&height=200&frames=" + std::to_string(frames) + more, "--no-truth",
+            "--out", (folder / "drive").string()});
+  return folder / "drive";
+}
+
+/// Puts other images in the place of each pair.
+void replace_pairs(const fs::path& drive, const std::function<void(Grey& left, Grey& right)>& replace,
+                   std::size_t from = 0) {
+  const std::vector<std::string> names{files_in(drive / "left")};
+  for (std::size_t i{from}; i < names.size(); ++i) {
+    Grey left{io::read_grey(drive / "left" / names[i])};
+    Grey right{io::read_grey(drive / "right" / names[i])};
+    replace(left, right);
+    io::write_png(drive / "left" / names[i], left);
+    io::write_png(drive / "right" / names[i], right);
+  }
+}
+
+Grey turned(const Grey& image) {
+  Grey result{image};
+  std::reverse(result.begin(), result.end());
+  return result;
+}
+
+void forget_pitch(const fs::path& drive) {
+  const fs::path file{drive / "calibration.yaml"};
+  const std::string text{
+      std::regex_replace(text_of(file), std::regex{"camera_pitch_rad: [-0-9.]+"}, "camera_pitch_rad: 0")};
+  std::ofstream{file} << text;
+}
+
+void expect_refused(const fs::path& drive, const std::string& said) {
+  const Outcome info{run_tool({"info", drive.string()})};
+  EXPECT_EQ(info.exit_code, 65) << info.output;
+  EXPECT_THAT(info.output, AllOf(HasSubstr(said), HasSubstr("cannot be used"), Not(HasSubstr("fine"))));
+}
+
+TEST(UselessInput, InfoSaysWhatIsWrong) {
+  const TemporaryFolder folder;
+  struct Case {
+    std::function<void(Grey&, Grey&)> replace;
+    std::string said;
+  };
+  const auto black = [](Grey& left, Grey& right) {
+    left.fill(0);
+    right.fill(0);
+  };
+  const auto upside_down = [](Grey& left, Grey& right) { left = turned(std::exchange(right, turned(left))); };
+  const auto rows_off = [](Grey&, Grey& right) {
+    std::rotate(right.begin(), right.begin() + 12 * right.width(), right.end());
+  };
+  // turned twice, the images are as they were
+  const fs::path input{drive(folder, 2)};
+  replace_pairs(input, upside_down);
+  expect_refused(input, "upside down");
+  replace_pairs(input, upside_down);
+  for (const Case& wrong : std::vector<Case>{{rows_off, "rows are off: the right image lies about 12 rows too high"},
+                                             {[](Grey&left, Grey&right) { right = left; }, "the same image"},
+                                             {black, "black or without texture"}}) {
+    SCOPED_TRACE(wrong.said);
+    replace_pairs(input, wrong.replace);
+    expect_refused(input, wrong.said);
+  }
+}
+
+TEST(UselessInput, InfoNoticesSidesThatAreSwappedLater) {
+  const TemporaryFolder folder;
+  const fs::path input{drive(folder, 4)};
+  replace_pairs(
+      input, [](Grey& left, Grey& right) { std::swap(left, right); }, 1);
+  expect_refused(input, "swapped");
+}
+
+TEST(UselessInput, InfoNoticesThatTheRightImagesAreLate) {
+  const TemporaryFolder folder;
+  const fs::path input{drive(folder, 5)};
+  for (const char* name : {"000004.png", "000003.png", "000002.png", "000001.png"}) {
+    fs::copy_file(input / "right" / (std::string{"00000"} + std::to_string(name[5] - '1') + ".png"),
+                  input / "right" / name, fs::copy_options::overwrite_existing);
+  }
+  const Outcome info{run_tool({"info", input.string()})};
+  EXPECT_THAT(info.output, AllOf(HasSubstr("the right images are a frame late"), Not(HasSubstr("fine"))));
+}
+
+TEST(UselessInput, ARoadThatIsNotFoundIsSaid) {
+  const TemporaryFolder folder;
+  const fs::path input{drive(folder, 3, "&pitch_deg=8")};
+  forget_pitch(input);
+  expect_refused(input, "found in 0 of 3 frames");
+  expect_refused(input, "mount.camera_pitch_rad");
+  const Outcome run{run_well({"run", input.string(), "--out", (folder / "run").string(), "--set", "grid.length_m=10"})};
+  EXPECT_THAT(run.errors, AllOf(HasSubstr("in 3 of 3 frames it is not known where the road is"),
+                                HasSubstr("mount.camera_pitch_rad")));
+  EXPECT_EQ(json_of(folder / "run" / "run.json")["status"], (Json{{"road_unknown", 3}}));
+  for (const Json& line : lines_of(folder / "run")) EXPECT_EQ(line["status"], Json::array({"road_unknown"}));
+}
+
+TEST(UselessInput, RunSaysInHowManyFramesThereAreFewMatches) {
+  const TemporaryFolder folder;
+  const fs::path input{drive(folder, 3)};
+  replace_pairs(
+      input, [](Grey& left, Grey& right) { std::swap(left, right); }, 1);
+  const std::vector<std::string> words{"run",   input.string(),    "--out", (folder / "run").string(),
+                                       "--set", "grid.length_m=10"};
+  EXPECT_THAT(run_well(words).errors, HasSubstr("in 2 of 3 frames left and right image hardly match"));
+  const Json status(json_of(folder / "run" / "run.json")["status"]);
+  EXPECT_EQ(status, (Json{{"few_matches", 2}}));
+  std::vector<std::string> again{words};
+  again.emplace_back("--resume");
+  run_well(again);
+  EXPECT_EQ(json_of(folder / "run" / "run.json")["status"], status);
+}
+
+TEST(UselessInput, AGoodDriveIsFineAndItsRoadIsFound) {
+  const TemporaryFolder folder;
+  const Outcome info{run_well({"info", drive(folder, 3, "&pitch_deg=8").string()})};
+  EXPECT_THAT(info.output, AllOf(HasSubstr("found in 3 of 3 frames"), HasSubstr("fine")));
+  EXPECT_THAT(info.output, ::testing::ContainsRegex("looks down by (7.9|8.0|8.1)"));
+}
+
+// The first pair is of another size than all the others.
+TEST(OddSize, OfTheFirstPairDoesNotDecide) {
+  const TemporaryFolder folder;
+  const fs::path input{drive(folder, 4)};
+  const Grey small{160, 100, 90};
+  io::write_png(input / "left" / "000000.png", small);
+  io::write_png(input / "right" / "000000.png", small);
+  const Outcome info{run_well({"info", input.string()})};
+  EXPECT_THAT(info.output, AllOf(HasSubstr("320 × 200 px"), HasSubstr("frame 000000"), HasSubstr("160×100 px"),
+                                 HasSubstr("3 can be used"), HasSubstr("usable")));
+}
+
+}  // namespace
+}  // namespace stereogrid::app::testing

@@ -1,0 +1,217 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Frames that cannot be relied on: pairs that do not belong together, cameras that are not mounted as assumed.
+#include "ground/trust.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "chain_run.hpp"
+#include "support.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+using scenes::Scene;
+
+constexpr const char* street{"street?width=256&height=160&focal=205"};
+
+Config small_grid() {
+  Config config{preset("default")};
+  config.grid.length_m = 10;
+  config.grid.width_m = 8;
+  return config;
+}
+
+Image<std::uint8_t> turned(const Image<std::uint8_t>& image) {
+  Image<std::uint8_t> result{image};
+  std::reverse(result.begin(), result.end());
+  return result;
+}
+
+void expect_unknown(const FrameResult& result, FrameStatus flag) {
+  ASSERT_EQ(result.status, std::vector<FrameStatus>{flag});
+  EXPECT_FALSE(result.warnings.empty());
+  EXPECT_FALSE(result.ground.estimated);
+  const auto are_all = [](const auto& image, auto value) {
+    return std::all_of(image.begin(), image.end(), [&](auto x) { return x == value; });
+  };
+  EXPECT_TRUE(are_all(result.observed, 0.5f));
+  EXPECT_TRUE(are_all(result.stages.occupancy, 0.5f));
+  EXPECT_TRUE(are_all(result.stages.occupancy_smooth, 0.5f));
+  EXPECT_TRUE(are_all(result.stages.visible, 0));
+  EXPECT_TRUE(are_all(result.stages.possible, 0));
+}
+
+struct Spoilt {
+  std::string how;
+  std::function<void(StereoFrame&)> spoil;
+  FrameStatus flag;
+};
+
+std::vector<Spoilt> spoilt_pairs() {
+  const auto noise = [](StereoFrame& frame) {
+    std::mt19937 generator{static_cast<unsigned>(frame.index + 5)};
+    frame.left = noise_image(frame.left.width(), frame.left.height(), generator);
+    frame.right = noise_image(frame.left.width(), frame.left.height(), generator);
+  };
+  const auto stripes = [](StereoFrame& frame) {
+    for (int v{0}; v < frame.left.height(); ++v) {
+      for (int u{0}; u < frame.left.width(); ++u) frame.left(u, v) = frame.right(u, v) = u / 8 % 2 == 0 ? 40 : 200;
+    }
+  };
+  const auto rows_off = [](StereoFrame& frame) {
+    std::rotate(frame.right.begin(), frame.right.begin() + 12 * frame.right.width(), frame.right.end());
+  };
+  const auto upside_down = [](StereoFrame& frame) {
+    frame.left = turned(std::exchange(frame.right, turned(frame.left)));
+  };
+  return {{"black",
+           [](StereoFrame& frame) {
+             frame.left.fill(0);
+             frame.right.fill(0);
+           },
+           FrameStatus::few_matches},
+          {"right lens covered", [](StereoFrame& frame) { frame.right.fill(3); }, FrameStatus::few_matches},
+          {"identical", [](StereoFrame& frame) { frame.right = frame.left; }, FrameStatus::few_matches},
+          {"noise", noise, FrameStatus::few_matches},
+          {"stripes", stripes, FrameStatus::few_matches},
+          {"swapped", [](StereoFrame& frame) { std::swap(frame.left, frame.right); }, FrameStatus::few_matches},
+          {"rows off", rows_off, FrameStatus::few_matches},
+          {"upside down", upside_down, FrameStatus::road_unknown}};
+}
+
+void expect_nothing_known(const Scene& scene, const Spoilt& spoilt, BackEnd back_end) {
+  SCOPED_TRACE(spoilt.how);
+  StereoFrame frame{scene.load(0)};
+  spoilt.spoil(frame);
+  Pipeline pipeline{small_grid(), scene.rig(), back_end, 2};
+  for (int i{0}; i < 2; ++i) {
+    frame.stamp_ns += 100'000'000;
+    const FrameResult& result{pipeline.process(frame)};
+    expect_unknown(result, spoilt.flag);
+    EXPECT_TRUE(result.obstacles.empty());
+  }
+}
+
+TEST(Trust, NothingIsKnownFromUselessPairs) {
+  const Scene scene{scenes::parse_scene(street), 2};
+  for (const Spoilt& spoilt : spoilt_pairs()) expect_nothing_known(scene, spoilt, BackEnd::cpu);
+}
+
+TEST(Trust, TheReferenceSaysTheSame) {
+  const Scene scene{scenes::parse_scene("street?width=160&height=100&focal=128"), 2};
+  for (const Spoilt& spoilt : spoilt_pairs()) {
+    if (spoilt.how == "identical" || spoilt.how == "upside down") {
+      expect_nothing_known(scene, spoilt, BackEnd::reference);
+    }
+  }
+}
+
+TEST(Trust, NothingIsKnownWhereTheRightImageIsAFrameLate) {
+  const Scene scene{scenes::parse_scene(street), 2};
+  Pipeline pipeline{small_grid(), scene.rig(), BackEnd::cpu, 2};
+  for (std::size_t i{0}; i < 2; ++i) {
+    StereoFrame frame{scene.load(i + 1)};
+    frame.right = scene.load(i).right;
+    expect_unknown(pipeline.process(frame), FrameStatus::few_matches);
+  }
+}
+
+TEST(Trust, ARoadThatIsNotWhereTheMountingSaysIsUnknown) {
+  for (const double pitch_deg : {8.0, 10.0, -8.0}) {
+    SCOPED_TRACE(pitch_deg);
+    const Scene scene{scenes::parse_scene(std::string{street} + "&pitch_deg=" + std::to_string(pitch_deg)), 2};
+    Rig assumed{scene.rig()};
+    assumed.camera_pitch_rad = 0;
+    Pipeline pipeline{small_grid(), assumed, BackEnd::cpu, 2};
+    for (std::size_t i{0}; i < 2; ++i) expect_unknown(pipeline.process(scene.load(i)), FrameStatus::road_unknown);
+  }
+}
+
+TEST(Trust, SoIsOneSeenFromHigherUp) {
+  const Scene scene{scenes::parse_scene(street), 2};
+  Rig assumed{scene.rig()};
+  assumed.camera_height_m -= 0.55;
+  Pipeline pipeline{small_grid(), assumed, BackEnd::cpu, 2};
+  expect_unknown(pipeline.process(scene.load(0)), FrameStatus::road_unknown);
+}
+
+TEST(Trust, ScenesWithTheRightMountingAreKnown) {
+  for (const char* name : {"street", "crossing", "empty", "wall", "van", "boxes", "occlusion", "street?pitch_deg=10"}) {
+    SCOPED_TRACE(name);
+    const std::string text{std::string{name} + (std::string{name}.find('?') != std::string::npos ? "&" : "?") +
+                           "width=256&height=160&focal=205"};
+    const Scene scene{scenes::parse_scene(text), 2};
+    Pipeline pipeline{small_grid(), scene.rig(), BackEnd::cpu, 2};
+    for (std::size_t i{0}; i < 2; ++i) EXPECT_TRUE(pipeline.process(scene.load(i)).status.empty()) << i;
+  }
+}
+
+TEST(Trust, ATrustedCalibrationIsKnown) {
+  const Scene scene{scenes::parse_scene(std::string{street} + "&pitch_deg=8"), 2};
+  Rig assumed{scene.rig()};
+  assumed.camera_pitch_rad = 0;
+  Config config{small_grid()};
+  config.ground.estimate = false;
+  Pipeline pipeline{config, assumed, BackEnd::cpu, 2};
+  EXPECT_TRUE(pipeline.process(scene.load(0)).status.empty());
+}
+
+TEST(Trust, WhatWasKnownIsRememberedThroughABadFrame) {
+  const Scene scene{scenes::parse_scene("crossing?width=256&height=160&focal=205"), 2};
+  Pipeline pipeline{small_grid(), scene.rig(), BackEnd::cpu, 2};
+  for (std::size_t i{0}; i < 4; ++i) {
+    StereoFrame frame{scene.load(i)};
+    const bool is_bad{i == 2};
+    if (is_bad) std::swap(frame.left, frame.right);
+    const FrameResult& result{pipeline.process(frame)};
+    EXPECT_EQ(result.status.empty(), !is_bad);
+    EXPECT_EQ(result.ground.estimated, !is_bad);
+    if (!is_bad) continue;
+    const auto remembered{[](float p) { return p > 0.6f || p < 0.4f; }};
+    EXPECT_GT(std::ranges::count_if(result.occupancy, remembered), 100);
+    EXPECT_TRUE(std::ranges::all_of(result.obstacles, [](const Obstacle& obstacle) { return obstacle.coasting; }));
+  }
+}
+
+TEST(Trust, OtherSourcesStillCount) {
+  const Scene scene{scenes::parse_scene(street), 2};
+  Pipeline pipeline{small_grid(), scene.rig(), BackEnd::cpu, 2};
+  StereoFrame frame{scene.load(0)};
+  std::swap(frame.left, frame.right);
+  frame.other_grids.push_back({{0, -4, 1, 10, 8}, Image<float>{10, 8, 0.9f}, {}});
+  const FrameResult& result{pipeline.process(frame)};
+  EXPECT_EQ(result.status, std::vector<FrameStatus>{FrameStatus::few_matches});
+  EXPECT_GT(*std::ranges::min_element(result.observed), 0.7f);
+}
+
+// A wall nearer than the road that the camera sees: nothing says where the road is, nothing speaks against the plane.
+TEST(Trust, ARoadThatIsHiddenIsKnownForThreeSeconds) {
+  const Rig rig{small_kitti_rig()};
+  const Texture texture{3};
+  const Image<std::uint8_t> left{
+      textured_image(texture, rig.width_px, rig.height_px, [](int u, int) { return 2.0 * u; })};
+  Matches matches{rig.width_px, rig.height_px};
+  matches.obstacle.fill(70);
+  Ground ground{rig.camera_height_m, 0, 0, false};
+  FrameTrust trust{rig, preset("default").ground};
+  const auto judged = [&](double dt_s) { return trust.judge({left.view(), left.view(), {}, matches}, ground, dt_s); };
+  EXPECT_EQ(judged(0), Doubt::none);
+  EXPECT_EQ(judged(2.9), Doubt::none);
+  EXPECT_EQ(judged(0.2), Doubt::road_not_seen);
+  ground.estimated = true;
+  EXPECT_EQ(judged(0.1), Doubt::none);
+  ground.estimated = false;
+  EXPECT_EQ(judged(2.9), Doubt::none);
+  EXPECT_EQ(judged(0.2), Doubt::road_not_seen);
+}
+
+}  // namespace
+}  // namespace stereogrid::test
