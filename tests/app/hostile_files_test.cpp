@@ -91,7 +91,9 @@ TEST_F(HostileFiles, ADriveWhoseNamesAreNoUtf8) {
   const std::vector<std::string> words{"run", strange.string(), "--out", out.string()};
   run_well(words);
   EXPECT_TRUE(fs::exists(out / "grids" / "fr\\xE4me.npz"));
-  EXPECT_EQ(lines_of(out).back()["name"], "fr\\xE4me");
+  const std::vector<Json> lines(lines_of(out));
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_EQ(lines.back()["name"], "fr\\xE4me");
   EXPECT_EQ(json_of(out / "run.json")["input"]["paths"][0].get<std::string>().ends_with("dr\\xFFive"), true);
   std::vector<std::string> again{words};
   again.emplace_back("--resume");
@@ -278,12 +280,11 @@ TEST_F(HostileFiles, ResultsAreNotWrittenOverWhatIsNoFile) {
   run_well(with(folder_ / "link.json"));
   EXPECT_TRUE(fs::is_symlink(folder_ / "link.json"));
   EXPECT_EQ(json_of(folder_ / "target.json")["about"]["truth"], "exact");
-  const Outcome printed{run_well(with("/dev/stdout"))};
+  // as /dev/stdout, which a mistake would cost the machine
+  fs::create_symlink("/proc/self/fd/1", folder_ / "stdout");
+  const Outcome printed{run_well(with(folder_ / "stdout"))};
   EXPECT_THAT(printed.output, HasSubstr("log-loss")) << "the table";
   EXPECT_LT(printed.output.find("log-loss"), printed.output.find("\"about\":")) << "and behind it the JSON";
-  run_well(with("/dev/null"));
-  EXPECT_TRUE(fs::is_character_file("/dev/null"));
-  expect(75, with("/dev/full"), {"/dev/full", "Free some space"});
   expect(75, with(folder_ / "run"), {"is a folder"});
 }
 
