@@ -139,7 +139,7 @@ Config paper() {
 
 // Velocities of the filter's lattice; 0 where its ranges, which are told apart, leave it without end.
 double lattice_size(const FilterConfig& config) {
-  if (!(config.velocity_step_mps >= 0.1 && config.velocity_max_mps <= 60)) return 0;
+  if (!(config.velocity_step_mps >= 0.1 && config.velocity_max_mps <= 60 && config.velocity_growth >= 0)) return 0;
   const auto side = static_cast<double>(velocity_axis(config).size());
   return side * side;
 }
