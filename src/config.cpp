@@ -92,7 +92,21 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
+/// The parameters of a group, "group.name" each; empty: there is no such group.
+std::string members_of(std::string_view wanted) {
+  std::string members;
+  const Config config;
+  visit_parameters(config, [&](std::string_view group, const Parameter& parameter, const auto&) {
+    if (group == wanted) members += (members.empty() ? "" : ", ") + key_of(group, parameter);
+  });
+  return members;
+}
+
 [[noreturn]] void throw_unknown_key(std::string_view key) {
+  if (key.empty()) throw ConfigError{"A parameter has no name: it is group.name, such as grid.length_m."};
+  if (const std::string members{members_of(key)}; !members.empty()) {
+    throw ConfigError{"'" + std::string{key} + "' is a group of parameters, not one of them: name " + members + "."};
+  }
   std::string nearest;
   std::size_t smallest{1000};
   const Config config;
@@ -162,6 +176,7 @@ void set(Config& config, std::string_view key, std::string_view text) {
     const std::string known{key_of(group, parameter)};
     if (known != key) return;
     found = true;
+    if (text.empty()) throw ConfigError{known + " has no value: give one, such as " + text_of_value(value) + "."};
     parse(value, text, known);
   });
   if (!found) throw_unknown_key(key);

@@ -21,6 +21,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/frame_queue.hpp"
+#include "stereogrid/io/json_text.hpp"
 #include "stereogrid/io/recording.hpp"
 
 namespace stereogrid::app {
@@ -173,7 +174,7 @@ int compare(const CompareOptions& options) {
                           options.camera_height_m, options.hold_out ? Rings::odd : Rings::all};
   log_input(truth.input());
   const FrameRange range{parse_frame_range(options.frames, truth.input().source->size())};
-  if (!options.pictures.empty()) fs::create_directories(options.pictures);
+  if (!options.pictures.empty()) io::create_folder(options.pictures);
   const Comparison comparison{Comparer{options, truth}.go_through(range)};
   print_table(comparison);
   if (options.json.empty() && options.html.empty()) return exit_done;
@@ -182,7 +183,7 @@ int compare(const CompareOptions& options) {
                            {"preset", options.config.preset},
                            {"truth", truth.kind() == TruthKind::lidar ? "lidar" : "exact"},
                            {"frames", fmt::format("{} of {}", comparison.frames_with_truth, comparison.frames)}}));
-  if (!options.json.empty()) io::write_file(options.json, json.dump(1) + "\n");
+  if (!options.json.empty()) io::write_file(options.json, io::json_text(json, 1) + "\n");
   if (!options.html.empty()) write_report(options.html, json);
   return exit_done;
 }

@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "commands.hpp"
@@ -17,6 +18,8 @@
 #include "run_reader.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/text.hpp"
 #include "truth_source.hpp"
 
 namespace stereogrid::app {
@@ -37,8 +40,9 @@ struct Options {
 InputOptions input_options(const Options& options, const RunReader& run) {
   if (!options.input.empty()) return {{options.input}, "", options.input.starts_with("scene:") ? "" : "none", ""};
   for (const std::string& path : run.input().paths) {
-    if (path.starts_with("scene:") || fs::exists(path)) continue;
-    throw InputError{path, "is not there any more; the run was made from it.",
+    std::error_code error;
+    if (path.starts_with("scene:") || fs::exists(path, error)) continue;
+    throw InputError{io::printable(path), "is not there any more; the run was made from it.",
                      "Say where it is now: stereogrid evaluate " + options.run + " INPUT."};
   }
   return run.input();
@@ -52,7 +56,7 @@ TruthKind kind_of(const std::string& truth) {
 /// Names alone do not tell drives apart: many begin with 000000.
 void check_same_images(const RunReader& run, const Rig& input) {
   if (run.width_px() == input.width_px && run.height_px() == input.height_px) return;
-  throw InputError{run.folder().string(),
+  throw InputError{io::printable_path(run.folder()),
                    fmt::format("was made from images of {} × {} px, but the input's have {} × {} px.", run.width_px(),
                                run.height_px(), input.width_px, input.height_px),
                    "Give the input that the run was made from."};
@@ -60,14 +64,14 @@ void check_same_images(const RunReader& run, const Rig& input) {
 
 std::string text_of(const InputOptions& input) {
   std::string text;
-  for (const std::string& path : input.paths) text += (text.empty() ? "" : " ") + path;
+  for (const std::string& path : input.paths) text += (text.empty() ? "" : " ") + io::printable_path(path);
   return text;
 }
 
 [[noreturn]] void complain_of_names(const RunReader& run, const TruthSource& truth) {
   const char* const known{truth.kind() == TruthKind::lidar ? "a lidar sweep" : "ground truth"};
   throw InputError{
-      run.folder().string(),
+      io::printable_path(run.folder()),
       fmt::format("none of its frames ({} to {}) has {} in the input, whose frames are {} to {}.",
                   run.frames().front().name, run.frames().back().name, known, truth.input().source->name(0),
                   truth.input().source->name(truth.input().source->size() - 1)),
@@ -112,14 +116,14 @@ int evaluate(const Options& options) {
   Evaluation evaluation;
   evaluation.series = score(run, truth);
   const std::size_t scored{evaluation.series.front().scores.frames()};
-  evaluation.about = {{"run", run.folder().string()},
+  evaluation.about = {{"run", io::printable_path(run.folder())},
                       {"preset", run.preset()},
                       {"input", text_of(input)},
                       {"truth", truth_text(truth, options.rings)},
                       {"frames", fmt::format("{} of {}", scored, run.frames().size())}};
   const nlohmann::ordered_json json(json_of(evaluation));
   fmt::print("{}", table_of(json));
-  if (!options.json.empty()) io::write_file(options.json, json.dump(1) + "\n");
+  if (!options.json.empty()) io::write_file(options.json, io::json_text(json, 1) + "\n");
   if (!options.html.empty()) write_report(options.html, json);
   return exit_done;
 }

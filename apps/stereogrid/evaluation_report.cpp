@@ -7,6 +7,7 @@
 #include "evaluation_output.hpp"
 #include "report/parts.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/json_text.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -20,7 +21,7 @@ void replace_all(std::string& text, std::string_view what, std::string_view by) 
 }  // namespace
 
 void write_report(const std::filesystem::path& path, const nlohmann::ordered_json& evaluation) {
-  std::string data{evaluation.dump()};
+  std::string data{io::json_text(evaluation)};
   replace_all(data, "</", "<\\/");  // a name must not end the script element
   std::string page{report::page_html};
   replace_all(page, "@STYLE@", report::page_css);

@@ -6,16 +6,22 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <string_view>
+#include <system_error>
 
 #include "stages.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app {
 namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
+
+const char* const mend{"Remove the lines from there on, or start the run anew in another folder."};
 
 Json json_of(const Covariance2& covariance) {
   return {covariance.xx, covariance.xy, covariance.yy};
@@ -40,12 +46,15 @@ Json json_of(const Obstacle& obstacle) {
           {"velocity_covariance", json_of(obstacle.velocity_covariance)}};
 }
 
+constexpr std::int64_t largest_id{std::int64_t{1} << 53};
+constexpr double farthest{1e9};  // metres and radians: poses of a jumped source, too
+
 FrameSummary summary_of(const Json& line) {
   FrameSummary frame;
-  frame.index = line.at("index").get<std::size_t>();
+  frame.index = static_cast<std::size_t>(io::whole_number(line, "index", 0, largest_index));
   const Json& pose{line.at("pose")};
-  frame.world_from_vehicle = {pose.at("x_m").get<double>(), pose.at("y_m").get<double>(),
-                              pose.at("yaw_rad").get<double>()};
+  frame.world_from_vehicle = {io::number(pose, "x_m", farthest), io::number(pose, "y_m", farthest),
+                              io::number(pose, "yaw_rad", farthest)};
   for (const StageField& stage : stage_fields) {
     frame.timing_ms.*stage.milliseconds = line.at("timing_ms").at(stage.name).get<double>();
   }
@@ -53,15 +62,29 @@ FrameSummary summary_of(const Json& line) {
   return frame;
 }
 
-void take(FinishedFrames& finished, const std::string& text) {
-  const Json line(Json::parse(text));
+void take(FinishedFrames& finished, const Json& line) {
+  const std::size_t before{finished.frames.empty() ? 0 : finished.frames.back().index + 1};
   finished.frames.push_back(summary_of(line));
+  check_order(before, finished.frames.back().index);
   for (const Json& obstacle : line.at("obstacles")) {
-    finished.largest_id = std::max(finished.largest_id, obstacle.at("id").get<std::int64_t>());
+    finished.largest_id = std::max(finished.largest_id, io::whole_number(obstacle, "id", 0, largest_id));
   }
 }
 
+void cut_off(const fs::path& path, std::size_t size) {
+  std::error_code error;
+  fs::resize_file(path, size, error);
+  if (!error) return;
+  throw DeviceError{fmt::format("{}: its torn last line cannot be cut off ({}). Check the permissions.",
+                                io::printable_path(path), error.message())};
+}
+
 }  // namespace
+
+void check_order(std::size_t least, std::size_t index) {
+  if (index >= least) return;
+  throw InputError{fmt::format("its index {} is not above that of the line before", index)};
+}
 
 std::string frame_line(const StereoFrame& frame, const FrameResult& result) {
   const Ground& ground{result.ground};
@@ -89,27 +112,23 @@ std::string frame_line(const StereoFrame& frame, const FrameResult& result) {
                   {"obstacles", obstacles},
                   {"status", status},
                   {"warnings", result.warnings}};
-  return line.dump();
+  return io::json_text(line);
 }
 
 FinishedFrames read_frame_lines(const fs::path& path) {
   FinishedFrames finished;
   if (!fs::exists(path)) return finished;
-  const std::string text{io::read_file(path)};
+  const std::string text{io::read_text(path, io::largest_bytes::json)};
   const std::size_t last_end{text.rfind('\n')};
   const std::size_t whole{last_end == std::string::npos ? 0 : last_end + 1};
   for (std::size_t begin{0}; begin < whole;) {
     const std::size_t end{text.find('\n', begin)};
-    try {
-      take(finished, text.substr(begin, end - begin));
-    } catch (const nlohmann::json::exception& error) {
-      throw InputError{path.string(),
-                       fmt::format("line {} cannot be understood ({}).", finished.frames.size() + 1, error.what()),
-                       "Remove the lines from there on, or start the run anew in another folder."};
-    }
+    io::read_json<Json>(io::printable_path(path), std::string_view{text}.substr(begin, end - begin),
+                        fmt::format("line {} ", finished.frames.size() + 1), mend,
+                        [&finished](const Json& line) { take(finished, line); });
     begin = end + 1;
   }
-  if (whole < text.size()) fs::resize_file(path, whole);
+  if (whole < text.size()) cut_off(path, whole);
   return finished;
 }
 

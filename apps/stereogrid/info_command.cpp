@@ -15,6 +15,7 @@
 #include "input.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
+#include "stereogrid/io/text.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "stereogrid/scenes/scene.hpp"
 
@@ -34,7 +35,7 @@ void print_row(const char* what, const std::string& text) {
 }
 
 std::string text_or(const std::filesystem::path& path, const char* otherwise) {
-  return path.empty() ? otherwise : path.string();
+  return path.empty() ? otherwise : io::printable_path(path);
 }
 
 void print_camera(const Rig& rig) {
@@ -49,9 +50,9 @@ void print_camera(const Rig& rig) {
 
 void print_recording(const io::Recording& recording) {
   const io::RecordingContents& contents{recording.contents()};
-  print_row("stereo", recording.gives_disparities()
-                          ? fmt::format("left images with given disparities ({})", contents.disparities.string())
-                          : "left and right images");
+  print_row("stereo", recording.gives_disparities() ? fmt::format("left images with given disparities ({})",
+                                                                  io::printable_path(contents.disparities))
+                                                    : "left and right images");
   print_row("calibration",
             fmt::format("{} ({}){}", text_or(contents.calibration_file, "none"), contents.calibration.kind,
                         contents.calibration.raw ? ", raw images: rectified on loading" : ""));

@@ -15,6 +15,7 @@
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
+#include "stereogrid/io/text.hpp"
 #include "stereogrid/scenes/scene.hpp"
 
 namespace stereogrid::app {
@@ -52,7 +53,7 @@ std::optional<std::size_t> parse_index(std::string_view text) {
 }
 
 std::string text_of(const fs::path& path) {
-  return path.empty() ? std::string{} : fs::weakly_canonical(path).string();
+  return path.empty() ? std::string{} : io::printable_path(fs::weakly_canonical(path));
 }
 
 }  // namespace

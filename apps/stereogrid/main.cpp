@@ -9,13 +9,16 @@
 #endif
 
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <exception>
+#include <filesystem>
 #include <memory>
 #include <new>
 #include <string>
 
 #include "commands.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/text.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace {
@@ -95,6 +98,7 @@ int run_tool(int argc, char** argv) {
 int main(int argc, char** argv) {
   set_up_log();
   keep_memory();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file above `ulimit -f` then cannot be written, as on a full disk
   try {
     return run_tool(argc, argv);
   } catch (const stereogrid::ConfigError& error) {
@@ -103,6 +107,9 @@ int main(int argc, char** argv) {
     return complain(exit_input, error.what());
   } catch (const stereogrid::DeviceError& error) {
     return complain(exit_try_again, error.what());
+  } catch (const std::filesystem::filesystem_error& error) {  // such as links that go in a circle
+    return complain(exit_input, fmt::format("{}: {}. Check the path and its permissions.",
+                                            stereogrid::io::printable_path(error.path1()), error.code().message()));
   } catch (const std::bad_alloc&) {
     return complain(exit_try_again, "out of memory. Smaller images, a smaller grid or fewer velocities need less.");
   } catch (const std::exception& error) {

@@ -5,14 +5,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 #include <utility>
 
+#include "frame_lines.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/json_text.hpp"
 #include "stereogrid/io/npz.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -21,15 +26,19 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 constexpr const char* mend{"Give the folder that `stereogrid run --out` has left."};
+constexpr const char* mend_lines{"Remove what does not belong there, or run again in another folder."};
 
-GridGeometry grid_of(const Json& grid) {
-  return {grid.at("x_min_m").get<double>(), grid.at("y_min_m").get<double>(), grid.at("cell_size_m").get<double>(),
-          grid.at("nx").get<int>(), grid.at("ny").get<int>()};
+constexpr double most{1e6};  // metres, m/s, seconds …: of what a street holds
+constexpr std::int64_t latest_stamp_ns{std::int64_t{1} << 62};
+
+int pixels_of(const Json& rig, const char* key) {
+  return static_cast<int>(io::whole_number(rig, key, 1, 100'000));
 }
 
 InputOptions input_of(const Json& input) {
   InputOptions options;
   options.paths = input.at("paths").get<std::vector<std::string>>();
+  if (options.paths.empty() || options.paths.size() > 2) throw InputError{"'paths' names no input"};
   options.calibration = input.value("calibration", "");
   options.disparities = input.value("disparities", "");
   // the run's own poses stand in its frames; where the input's are does not matter any more
@@ -38,10 +47,12 @@ InputOptions input_of(const Json& input) {
 }
 
 RunFrame frame_of(const Json& line) {
-  RunFrame frame{line.at("name").get<std::string>(), line.at("stamp_ns").get<std::int64_t>(), {}};
+  RunFrame frame{
+      line.at("name").get<std::string>(), io::whole_number(line, "stamp_ns", -latest_stamp_ns, latest_stamp_ns), {}};
+  if (frame.name.empty() || frame.name.find('/') != std::string::npos) throw InputError{"'name' is no frame's name"};
   for (const Json& o : line.at("obstacles")) {
-    const auto number = [&o](const char* key) { return o.at(key).get<double>(); };
-    frame.obstacles.push_back({o.at("id").get<std::int64_t>(),
+    const auto number = [&o](const char* key) { return io::number(o, key, most); };
+    frame.obstacles.push_back({io::whole_number(o, "id", 0, std::numeric_limits<std::int64_t>::max()),
                                number("x_m"),
                                number("y_m"),
                                number("vx_mps"),
@@ -64,30 +75,52 @@ RunFrame frame_of(const Json& line) {
 }  // namespace
 
 RunReader::RunReader(fs::path folder) : folder_{std::move(folder)} {
-  if (!fs::is_directory(folder_)) throw InputError{folder_.string(), "is not a folder.", mend};
-  std::string file{"run.json"};
-  try {
-    const Json run(Json::parse(io::read_file(folder_ / file)));
-    grid_ = grid_of(run.at("grid"));
-    width_px_ = run.at("rig").at("width_px").get<int>();
-    height_px_ = run.at("rig").at("height_px").get<int>();
-    input_ = input_of(run.at("input"));
-    preset_ = run.at("preset").get<std::string>();
-    file = "frames.jsonl";
-    std::istringstream lines{io::read_file(folder_ / file)};
-    for (std::string line; std::getline(lines, line);) frames_.push_back(frame_of(Json::parse(line)));
-  } catch (const nlohmann::json::exception& error) {
-    throw InputError{(folder_ / file).string(), fmt::format("cannot be understood ({}).", error.what()), mend};
-  }
+  if (!fs::is_directory(folder_)) throw InputError{io::printable_path(folder_), "is not a folder.", mend};
+  read_run();
+  read_frames();
   check_grids();
+}
+
+void RunReader::read_run() {
+  const fs::path file{folder_ / "run.json"};
+  if (!fs::exists(file) && fs::exists(folder_ / "frames.jsonl")) {
+    throw InputError{io::printable_path(file), "is missing, but there are frames of a run (frames.jsonl).",
+                     "Without it nobody knows how they were made. Put it back, or run again in another folder."};
+  }
+  io::read_json<Json>(io::printable_path(file), io::read_text(file, io::largest_bytes::json), "", mend,
+                      [this](const Json& run) {
+                        grid_ = io::grid_geometry(run.at("grid"));
+                        width_px_ = pixels_of(run.at("rig"), "width_px");
+                        height_px_ = pixels_of(run.at("rig"), "height_px");
+                        input_ = input_of(run.at("input"));
+                        preset_ = run.at("preset").get<std::string>();
+                      });
+}
+
+void RunReader::read_frames() {
+  const fs::path file{folder_ / "frames.jsonl"};
+  std::istringstream lines{io::read_text(file, io::largest_bytes::json)};
+  std::set<std::string> names;
+  std::size_t next{0};
+  for (std::string text; std::getline(lines, text);) {
+    const auto take{[&](const Json& line) {
+      const std::int64_t index{io::whole_number(line, "index", 0, largest_index)};
+      check_order(next, static_cast<std::size_t>(index));
+      next = static_cast<std::size_t>(index) + 1;
+      frames_.push_back(frame_of(line));
+      if (!names.insert(frames_.back().name).second) throw InputError{"its 'name' stands in an earlier line, too"};
+    }};
+    io::read_json<Json>(io::printable_path(file), text, fmt::format("line {} ", frames_.size() + 1), mend_lines, take);
+  }
 }
 
 void RunReader::check_grids() const {
   if (frames_.empty()) {
-    throw InputError{(folder_ / "frames.jsonl").string(), "has no frames.", "Run again, or go on with --resume."};
+    throw InputError{io::printable_path(folder_ / "frames.jsonl"), "has no frames.",
+                     "Run again, or go on with --resume."};
   }
   if (!fs::exists(folder_ / "grids")) {
-    throw InputError{(folder_ / "grids").string(), "is missing: the run has no grids.", "Run again."};
+    throw InputError{io::printable_path(folder_ / "grids"), "is missing: the run has no grids.", "Run again."};
   }
 }
 
@@ -98,7 +131,8 @@ RunGrids RunReader::grids(const std::string& name) const {
     const auto found{arrays.find(array)};
     const std::size_t cells{static_cast<std::size_t>(grid_.nx) * static_cast<std::size_t>(grid_.ny)};
     if (found == arrays.end() || found->second.size() != layers * cells) {
-      throw InputError{path.string(), fmt::format("the array {} is missing or of another size.", array), mend};
+      throw InputError{io::printable_path(path), fmt::format("the array {} is missing or of another size.", array),
+                       mend};
     }
     return found->second.to<float>();
   };

@@ -49,6 +49,8 @@ class RunReader {
   [[nodiscard]] RunGrids grids(const std::string& name) const;
 
  private:
+  void read_run();
+  void read_frames();
   void check_grids() const;
 
   std::filesystem::path folder_;

@@ -7,10 +7,13 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <system_error>
 
 #include "stages.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -44,13 +47,18 @@ Json warnings_json(const std::vector<FrameSummary>& frames) {
   return list;
 }
 
-Json read_json(const fs::path& path) {
-  try {
-    return Json::parse(io::read_file(path));
-  } catch (const nlohmann::json::exception& error) {
-    throw InputError{path.string(), fmt::format("cannot be understood ({}).", error.what()),
-                     "Start the run anew in another folder."};
+bool holds_files(const fs::path& folder) {
+  std::error_code error;
+  return fs::is_directory(folder, error) && !fs::is_empty(folder, error);
+}
+
+/// What of a run lies in a folder; "": nothing.
+std::string part_of_a_run(const fs::path& folder) {
+  std::error_code error;
+  for (const char* const file : {"run.json", "frames.jsonl"}) {
+    if (fs::exists(folder / file, error)) return file;
   }
+  return holds_files(folder / "grids") ? "grids" : "";
 }
 
 }  // namespace
@@ -59,21 +67,34 @@ RunRecord::RunRecord(fs::path folder, FrameRange range, Json settings, Json mach
     : folder_{std::move(folder)}, range_{range}, settings_(std::move(settings)), machine_(std::move(machine)) {}
 
 void RunRecord::begin() {
-  for (const char* file : {"run.json", "frames.jsonl"}) {
-    if (!fs::exists(folder_ / file)) continue;
+  if (const std::string part{part_of_a_run(folder_)}; !part.empty()) {
     throw ConfigError{fmt::format("{} already holds a run ({}). Go on with it: --resume; or give another folder.",
-                                  folder_.string(), file)};
+                                  io::printable_path(folder_), part)};
   }
   io::create_folder(folder_);
   save(false);
 }
 
 void RunRecord::resume() {
-  if (!fs::exists(folder_ / "run.json")) return begin();
-  const Json before(read_json(folder_ / "run.json"));
-  check_same_settings(before);
+  const std::string part{part_of_a_run(folder_)};
+  if (part.empty()) return begin();
+  const fs::path file{folder_ / "run.json"};
+  if (part != "run.json") {
+    throw InputError{
+        io::printable_path(file), fmt::format("is missing, but there are results of a run ({}).", part),
+        "Without it nobody knows how they were made. Put it back, or start the run anew in another folder."};
+  }
+  io::read_json<Json>(io::printable_path(file), io::read_text(file, io::largest_bytes::json), "",
+                      "Start the run anew in another folder.", [this](const Json& before) {
+                        if (!before.is_object()) throw InputError{"it is no object"};
+                        check_same_settings(before);
+                        take_skipped(before);
+                      });
   finished_ = read_frame_lines(folder_ / "frames.jsonl");
-  take_skipped(before);
+  check_range();
+  // those behind the last finished one are tried again
+  const std::size_t next{finished_.frames.empty() ? 0 : finished_.frames.back().index + 1};
+  std::erase_if(skipped_, [next](const SkippedFrame& frame) { return frame.index >= next; });
   save(false);
 }
 
@@ -83,23 +104,33 @@ void RunRecord::check_same_settings(const Json& before) const {
   std::string differing;
   for (const auto& [key, value] : now.items()) {
     const Json old(then.contains(key) ? then.at(key) : Json{});
-    if (old != value) differing += fmt::format("\n  {}: was {}, is {}", key.substr(1), old.dump(), value.dump());
+    if (old != value)
+      differing += fmt::format("\n  {}: was {}, is {}", key.substr(1), io::json_text(old), io::json_text(value));
   }
   const Json first_before(before.value(Json::json_pointer{"/frames/first"}, Json{}));
   if (first_before != Json(range_.first)) {
-    differing += fmt::format("\n  first frame: was {}, is {}", first_before.dump(), range_.first);
+    differing += fmt::format("\n  first frame: was {}, is {}", io::json_text(first_before), range_.first);
   }
   if (differing.empty()) return;
   throw ConfigError{fmt::format("{} was begun with other settings; a run goes on only with its own:{}",
-                                (folder_ / "run.json").string(), differing)};
+                                io::printable_path(folder_ / "run.json"), differing)};
 }
 
-// Frames skipped behind the last finished one are tried again.
+void RunRecord::check_range() const {
+  if (finished_.frames.empty()) return;
+  const std::size_t first{finished_.frames.front().index};
+  const std::size_t last{finished_.frames.back().index};
+  if (first >= range_.first && last < range_.end) return;
+  throw ConfigError{
+      fmt::format("{} holds frames {} to {}, but this run is of {} to {}. Give --frames that they lie in.",
+                  io::printable_path(folder_ / "frames.jsonl"), first, last, range_.first, range_.end - 1)};
+}
+
 void RunRecord::take_skipped(const Json& before) {
-  const std::size_t next{finished_.frames.empty() ? 0 : finished_.frames.back().index + 1};
   for (const Json& frame : before.value("skipped", Json(Json::array()))) {
-    SkippedFrame skipped{frame.value("index", std::size_t{0}), frame.value("name", ""), frame.value("reason", "")};
-    if (skipped.index < next) skipped_.push_back(std::move(skipped));
+    SkippedFrame skipped{static_cast<std::size_t>(io::whole_number(frame, "index", 0, largest_index)),
+                         frame.value("name", ""), frame.value("reason", "")};
+    skipped_.push_back(std::move(skipped));
   }
 }
 
@@ -131,7 +162,7 @@ void RunRecord::save(bool complete) const {
     skipped.push_back({{"index", frame.index}, {"name", frame.name}, {"reason", frame.reason}});
   }
   run["warnings"] = warnings_json(finished_.frames);
-  io::write_file(folder_ / "run.json", run.dump(2) + "\n");
+  io::write_file(folder_ / "run.json", io::json_text(run, 2) + "\n");
 }
 
 }  // namespace stereogrid::app

@@ -56,6 +56,7 @@ class RunRecord {
 
  private:
   void check_same_settings(const nlohmann::ordered_json& before) const;
+  void check_range() const;
   void take_skipped(const nlohmann::ordered_json& before);
   [[nodiscard]] nlohmann::ordered_json frames_json(bool complete) const;
 

@@ -4,6 +4,7 @@
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/scan.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -52,9 +53,9 @@ bool Sweeps::exist() const {
 void Sweeps::require(const std::string& instead) const {
   if (recording_ == nullptr) throw InputError{"A built-in scene has no lidar sweeps. " + instead};
   const io::RecordingContents& contents{recording_->contents()};
-  if (!recording_->has_scans()) throw InputError{contents.root.string(), "has no lidar sweeps.", instead};
+  if (!recording_->has_scans()) throw InputError{io::printable_path(contents.root), "has no lidar sweeps.", instead};
   if (!contents.calibration.camera_from_velodyne) {
-    throw InputError{contents.calibration_file.string(), "does not say where the lidar is.",
+    throw InputError{io::printable_path(contents.calibration_file), "does not say where the lidar is.",
                      "A line Tr (raw drives: the file calib_velo_to_cam.txt) is needed."};
   }
 }

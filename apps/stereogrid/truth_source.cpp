@@ -7,6 +7,7 @@
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
+#include "stereogrid/io/text.hpp"
 #include "stereogrid/io/truth.hpp"
 #include "stereogrid/scenes/scene.hpp"
 
@@ -26,7 +27,7 @@ TruthSource::TruthSource(Input input, TruthKind kind, double camera_height_m, Ri
     reader_ = std::make_unique<io::TruthReader>(input_.recording->contents().truth_folder);
     truth_grid_ = reader_->grid();
   } else {
-    throw InputError{input_.recording->contents().root.string(), "has no folder truth/.",
+    throw InputError{io::printable_path(input_.recording->contents().root), "has no folder truth/.",
                      input_.recording->has_scans() ? "It has lidar sweeps: use --truth lidar."
                                                    : "Give a rendered drive or a scene."};
   }

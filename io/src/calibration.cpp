@@ -11,9 +11,13 @@
 #include "kitti_text.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 namespace {
+
+constexpr double most_px{100'000};
+constexpr double farthest_lidar_m{1000};
 
 const char* const use_right_file{"Correct it, or name another file with --calibration."};
 
@@ -40,7 +44,16 @@ Rig rig_of(const std::string& file, const std::vector<double>& left, const std::
   return rig;
 }
 
-Transform transform_of(const cv::Matx44d& matrix) {
+Transform transform_of(const std::string& file, const cv::Matx44d& matrix) {
+  const double away_m{std::hypot(matrix(0, 3), matrix(1, 3), matrix(2, 3))};
+  if (!(away_m <= farthest_lidar_m)) {
+    throw InputError{file, "puts the lidar " + text_of(away_m) + " m away from the camera.",
+                     "Correct it: its transform is in metres."};
+  }
+  const cv::Matx33d turn{matrix.get_minor<3, 3>(0, 0)};
+  if (!(cv::norm(turn * turn.t() - cv::Matx33d::eye(), cv::NORM_INF) < 0.01)) {
+    throw InputError{file, "has a transform of the lidar that is no rotation.", use_right_file};
+  }
   Transform transform{};
   for (int i{0}; i < 12; ++i) transform[static_cast<std::size_t>(i)] = matrix(i / 4, i % 4);
   return transform;
@@ -57,7 +70,7 @@ Calibration read_odometry(const std::filesystem::path& path, const KittiText& te
   const auto& right{text.get(pair == KittiPair::grey ? "P1" : "P3", 12)};
   Calibration calibration;
   calibration.kind = "KITTI odometry";
-  calibration.rig = rig_of(path.string(), left, right);
+  calibration.rig = rig_of(printable_path(path), left, right);
   for (const char* const key : {"Tr", "Tr_velo_cam", "Tr_velo_to_cam"}) {
     if (!text.has(key)) continue;
     cv::Matx44d cam0_from_velodyne{text.transform(key)};
@@ -66,7 +79,7 @@ Calibration read_odometry(const std::filesystem::path& path, const KittiText& te
       cam0_from_velodyne =
           cv::Matx44d{r[0], r[1], r[2], 0, r[3], r[4], r[5], 0, r[6], r[7], r[8], 0, 0, 0, 0, 1} * cam0_from_velodyne;
     }
-    calibration.camera_from_velodyne = transform_of(camera_from_cam0(left) * cam0_from_velodyne);
+    calibration.camera_from_velodyne = transform_of(printable_path(path), camera_from_cam0(left) * cam0_from_velodyne);
   }
   return calibration;
 }
@@ -77,16 +90,20 @@ Calibration read_raw_drive(const std::filesystem::path& path, const KittiText& t
   const auto& right{text.get(pair == KittiPair::grey ? "P_rect_01" : "P_rect_03", 12)};
   Calibration calibration;
   calibration.kind = "KITTI raw";
-  calibration.rig = rig_of(path.string(), left, right);
+  calibration.rig = rig_of(printable_path(path), left, right);
   const auto& size{text.get("S_rect_" + left_key, 2)};
+  if (!(size[0] >= 1 && size[0] <= most_px && size[1] >= 1 && size[1] <= most_px)) {
+    throw InputError{printable_path(path), "has an image size in line 'S_rect_" + left_key + "' that is none.",
+                     use_right_file};
+  }
   calibration.rig.width_px = static_cast<int>(std::lround(size[0]));
   calibration.rig.height_px = static_cast<int>(std::lround(size[1]));
   const auto velodyne{path.parent_path() / "calib_velo_to_cam.txt"};
   if (std::filesystem::exists(velodyne)) {
     const auto& r{text.get("R_rect_00", 9)};
     const cv::Matx44d rectified{r[0], r[1], r[2], 0, r[3], r[4], r[5], 0, r[6], r[7], r[8], 0, 0, 0, 0, 1};
-    calibration.camera_from_velodyne =
-        transform_of(camera_from_cam0(left) * rectified * KittiText{velodyne}.rotation_and_translation());
+    calibration.camera_from_velodyne = transform_of(
+        printable_path(velodyne), camera_from_cam0(left) * rectified * KittiText{velodyne}.rotation_and_translation());
   }
   return calibration;
 }
@@ -111,12 +128,14 @@ Calibration read_any(const std::filesystem::path& path, int width_px, int height
   const KittiText text{path};
   if (text.has("P_rect_00") || text.has("P_rect_02")) return read_raw_drive(path, text, pair);
   if (text.has("P0") || text.has("P2") || text.has("P1")) return read_odometry(path, text, pair);
-  throw InputError{path.string(), "is no calibration that is known.",
+  throw InputError{printable_path(path), "is no calibration that is known.",
                    "It is a calibration.yaml, a calib.txt with P0 and P1, or a calib_cam_to_cam.txt (docs/input.md)."};
 }
 
 std::string baseline_problem(double baseline_m) {
   if (baseline_m == 0) return "The baseline is zero: the two cameras are the same one.";
+  if (std::abs(baseline_m) < 1e-4)
+    return "The baseline is " + text_of(baseline_m) + " m, below a tenth of a millimetre.";
   if (baseline_m < 0) return "The baseline is negative: left and right are swapped.";
   if (baseline_m > 10) {
     return "The baseline is " + text_of(baseline_m) + " m, which looks like millimetres: divide by 1000.";
@@ -133,8 +152,11 @@ std::vector<std::string> problems(const Rig& rig) {
     if (!std::isfinite(number)) return {"A number is not finite."};
   }
   constexpr double most_rad{0.7853981633974483};
-  if (rig.focal_px <= 0)
+  if (rig.focal_px <= 0) {
     found.push_back("The focal length is " + text_of(rig.focal_px) + " px; it has to be positive.");
+  } else if (rig.focal_px < 1 || rig.focal_px > 1e6) {
+    found.push_back("The focal length is " + text_of(rig.focal_px) + " px; is it in another unit?");
+  }
   if (auto problem{baseline_problem(rig.baseline_m)}; !problem.empty()) found.push_back(std::move(problem));
   const bool outside_u{rig.width_px != 0 && (rig.centre_u_px < 0 || rig.centre_u_px > rig.width_px - 1)};
   const bool outside_v{rig.height_px != 0 && (rig.centre_v_px < 0 || rig.centre_v_px > rig.height_px - 1)};
@@ -144,6 +166,8 @@ std::vector<std::string> problems(const Rig& rig) {
   }
   if (rig.camera_height_m <= 0) {
     found.push_back("The camera height is " + text_of(rig.camera_height_m) + " m; it has to be above the ground.");
+  } else if (rig.camera_height_m < 0.01 || rig.camera_height_m > 1000) {
+    found.push_back("The camera height is " + text_of(rig.camera_height_m) + " m; is it in another unit?");
   }
   if (std::abs(rig.camera_pitch_rad) > most_rad) {
     found.push_back("The camera pitch is " + text_of(rig.camera_pitch_rad) + " rad, over 45°: is it in degrees?");
@@ -156,10 +180,10 @@ std::vector<std::string> problems(const Rig& rig) {
 
 Calibration read_calibration(const std::filesystem::path& path, int width_px, int height_px, KittiPair pair) {
   Calibration calibration{read_any(path, width_px, height_px, pair)};
-  check_size(path.string(), calibration.rig, width_px, height_px);
+  check_size(printable_path(path), calibration.rig, width_px, height_px);
   std::string all;
   for (const std::string& problem : problems(calibration.rig)) all += (all.empty() ? "" : " ") + problem;
-  if (!all.empty()) throw InputError{path.string(), all, use_right_file};
+  if (!all.empty()) throw InputError{printable_path(path), all, use_right_file};
   return calibration;
 }
 

@@ -14,6 +14,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/rectifier.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -27,9 +28,10 @@ class Group {
       : file_{std::move(file)}, name_{std::move(name)}, node_{std::move(node)} {
     if (!node_.IsMap()) fail(name_.empty() ? "is no YAML mapping." : "'" + name_ + "' is no group of keys.");
     for (const auto& item : node_) {
-      const auto key{item.first.as<std::string>()};
+      if (!item.first.IsScalar()) fail("has a key in line " + line_of(item.first) + " that is no word.");
+      const std::string& key{item.first.Scalar()};
       if (std::find(known.begin(), known.end(), key) == known.end()) {
-        fail("has an unknown key '" + full(key) + "' in line " + std::to_string(item.first.Mark().line + 1) + ".");
+        fail("has an unknown key '" + full(printable(key)) + "' in line " + line_of(item.first) + ".");
       }
     }
   }
@@ -45,11 +47,16 @@ class Group {
     std::vector<double> numbers;
     if (value.IsScalar()) return {number_of(value, key)};
     if (!value.IsSequence()) fail("'" + full(key) + "' is no list of numbers.");
+    const auto take{[&](const YAML::Node& node) {
+      if (numbers.size() == most_numbers)
+        fail("'" + full(key) + "' has more than " + std::to_string(most_numbers) + " numbers.");
+      numbers.push_back(number_of(node, key));
+    }};
     for (const auto& item : value) {
       if (item.IsSequence()) {  // a matrix written as a list of rows
-        for (const auto& element : item) numbers.push_back(number_of(element, key));
+        for (const auto& element : item) take(element);
       } else {
-        numbers.push_back(number_of(item, key));
+        take(item);
       }
     }
     return numbers;
@@ -73,18 +80,24 @@ class Group {
   [[nodiscard]] std::string full(const std::string& key) const { return name_.empty() ? key : name_ + "." + key; }
 
   [[nodiscard]] YAML::Node required(const char* key) const {
-    if (!has(key)) fail("has no '" + full(key) + "'.");
-    return node_[key];
+    const YAML::Node found{node_[key]};
+    if (!found.IsDefined()) fail("has no '" + full(key) + "'.");
+    return found;
   }
+
+  static std::string line_of(const YAML::Node& node) { return std::to_string(node.Mark().line + 1); }
 
   [[nodiscard]] double number_of(const YAML::Node& node, const char* key) const {
     std::vector<double> numbers;
     if (!node.IsScalar() || !parse_numbers(node.Scalar(), numbers) || numbers.size() != 1 ||
-        !std::isfinite(numbers[0])) {
-      fail("'" + full(key) + "' in line " + std::to_string(node.Mark().line + 1) + " is no number.");
+        !(std::abs(numbers[0]) <= largest_number)) {
+      fail("'" + full(key) + "' in line " + line_of(node) + " is no number.");
     }
     return numbers[0];
   }
+
+  static constexpr std::size_t most_numbers{16};
+  static constexpr double largest_number{1e9};
 
   std::string file_;
   std::string name_;
@@ -99,6 +112,7 @@ CameraModel read_camera(const Group& root, const char* name) {
                      group.number("centre_v_px"),
                      {}};
   if (camera.focal_u_px <= 0 || camera.focal_v_px <= 0) group.fail("has a focal length that is not positive.");
+  if (camera.focal_u_px < 1 || camera.focal_v_px < 1) group.fail("has a focal length below one pixel.");
   if (std::abs(camera.focal_u_px - camera.focal_v_px) > 0.2 * camera.focal_u_px) {
     group.fail("has focal lengths along u and v that differ by more than a fifth.");
   }
@@ -142,16 +156,12 @@ RawPair read_raw(const Group& root) {
 }
 
 Group parse(const std::filesystem::path& path) {
-  const std::string text{read_file(path)};
-  try {
-    return {
-        path.string(),
-        "",
-        YAML::Load(text),
-        {"image", "mount", "focal_px", "centre_u_px", "centre_v_px", "baseline_m", "left", "right", "right_from_left"}};
-  } catch (const YAML::Exception& error) {
-    throw InputError{path.string(), std::string{"is no YAML ("} + error.what() + ").", see_documentation};
-  }
+  const std::string text{read_text(path, largest_bytes::calibration)};
+  return {
+      printable_path(path),
+      "",
+      YAML::Load(text),
+      {"image", "mount", "focal_px", "centre_u_px", "centre_v_px", "baseline_m", "left", "right", "right_from_left"}};
 }
 
 Rig rectified_rig(const Group& root, const RawPair& raw, int width_px, int height_px) {
@@ -163,9 +173,7 @@ Rig rectified_rig(const Group& root, const RawPair& raw, int width_px, int heigh
   }
 }
 
-}  // namespace
-
-Calibration read_calibration_yaml(const std::filesystem::path& path, int width_px, int height_px) {
+Calibration read(const std::filesystem::path& path, int width_px, int height_px) {
   const Group root{parse(path)};
   Calibration calibration;
   calibration.kind = "calibration.yaml";
@@ -194,6 +202,18 @@ Calibration read_calibration_yaml(const std::filesystem::path& path, int width_p
   calibration.rig.camera_pitch_rad = mount.number("camera_pitch_rad", 0);
   calibration.rig.camera_roll_rad = mount.number("camera_roll_rad", 0);
   return calibration;
+}
+
+}  // namespace
+
+Calibration read_calibration_yaml(const std::filesystem::path& path, int width_px, int height_px) {
+  try {
+    return read(path, width_px, height_px);
+  } catch (const YAML::Exception& error) {
+    throw InputError{printable_path(path), "is no YAML (" + printable(error.what()) + ").", see_documentation};
+  } catch (const cv::Exception&) {  // numbers that contradict each other in ways that are not foreseen here
+    throw InputError{printable_path(path), "holds a raw pair that cannot be rectified.", see_documentation};
+  }
 }
 
 }  // namespace stereogrid::io

@@ -10,31 +10,52 @@
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 namespace {
 
-[[noreturn]] void fail(const std::filesystem::path& path, const YAML::Node& node, const std::string& what) {
-  throw ConfigError{fmt::format("{}, line {}: {}", path.string(), node.Mark().line + 1, what)};
-}
+constexpr std::size_t longest_complaint{300};
 
-void set_all(const std::filesystem::path& path, const YAML::Node& map, const std::string& prefix, Config& config) {
-  for (const auto& item : map) {
-    if (!item.first.IsScalar()) fail(path, item.first, "a key is a word, such as 'grid'.");
-    const std::string key{prefix + item.first.Scalar()};
-    if (item.second.IsMap()) {
-      set_all(path, item.second, key + ".", config);
-      continue;
-    }
-    if (item.second.IsNull()) continue;  // a group whose keys are all commented out
-    if (!item.second.IsScalar()) fail(path, item.second, key + " is one value, not a list.");
-    try {
-      set(config, key, item.second.Scalar());
-    } catch (const ConfigError& error) {
-      fail(path, item.first, error.what());
+/// Sets what a YAML document names. Aliases may make a small document endless, so that depth and keys are bounded.
+class Settings {
+ public:
+  Settings(const std::filesystem::path& path, Config& config) : path_{path}, config_{config} {}
+
+  void take(const YAML::Node& map, const std::string& prefix, int depth) {
+    if (depth > most_groups) fail(map, "groups stand in groups in groups; there are only 'group: {name: value}'.");
+    for (const auto& item : map) {
+      if (++keys_ > most_keys) fail(map, "there are more keys than parameters by far.");
+      if (!item.first.IsScalar()) fail(item.first, "a key is a word, such as 'grid'.");
+      take_value(item.first, item.second, prefix + item.first.Scalar(), depth);
     }
   }
-}
+
+  [[noreturn]] void fail(const YAML::Node& node, const std::string& what) const {
+    throw ConfigError{fmt::format("{}, line {}: {}", printable_path(path_), node.Mark().line + 1,
+                                  printable(what, longest_complaint))};
+  }
+
+ private:
+  static constexpr int most_groups{4};
+  static constexpr int most_keys{10'000};
+
+  void take_value(const YAML::Node& key, const YAML::Node& value, const std::string& name, int depth) {
+    if (value.IsMap()) return take(value, name + ".", depth + 1);
+    if (value.IsNull()) return;  // a group whose keys are all commented out
+    if (!value.IsScalar()) fail(value, name + " is one value, not a list.");
+    try {
+      set(config_, name, value.Scalar());
+    } catch (const ConfigError& error) {
+      fail(key, error.what());
+    }
+  }
+
+  std::filesystem::path path_;
+  Config& config_;
+  int keys_{0};
+};
 
 template <class T>
 nlohmann::ordered_json json_of(const T& value) {
@@ -60,14 +81,16 @@ std::string range_of(const Parameter& parameter, const T&) {
 }  // namespace
 
 void load_config(const std::filesystem::path& path, Config& config) {
-  const std::string text{read_file(path)};
+  const std::string text{read_text(path, largest_bytes::settings)};
   try {
     const YAML::Node root{YAML::Load(text)};
     if (root.IsNull()) return;
-    if (!root.IsMap()) fail(path, root, "holds no settings: there is no 'key: value'.");
-    set_all(path, root, "", config);
+    Settings settings{path, config};
+    if (!root.IsMap()) settings.fail(root, "holds no settings: there is no 'key: value'.");
+    settings.take(root, "", 1);
   } catch (const YAML::Exception& error) {
-    throw ConfigError{fmt::format("{}, line {}: is no YAML ({}).", path.string(), error.mark.line + 1, error.msg)};
+    throw ConfigError{fmt::format("{}, line {}: is no YAML ({}).", printable_path(path), error.mark.line + 1,
+                                  printable(error.msg, longest_complaint))};
   }
 }
 
@@ -76,7 +99,7 @@ std::string to_json(const Config& config, int indent) {
   visit_parameters(config, [&json](std::string_view group, const Parameter& parameter, const auto& value) {
     json[std::string{group}][std::string{parameter.name}] = json_of(value);
   });
-  return json.dump(indent);
+  return json_text(json, indent);
 }
 
 std::string to_yaml(const Config& config) {

@@ -20,6 +20,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/npz.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -27,7 +28,6 @@ namespace {
 const char* const kinds{
     "Disparities are PNG of 16 bits (disparity × 256), PFM, TIFF of floats or NumPy .npy of floats."};
 const char* const again{"Copy or write it again."};
-constexpr int largest_side_px{32768};
 
 Image<float> floats_of(const cv::Mat& mat, double scale) {
   cv::Mat converted;
@@ -58,6 +58,7 @@ Image<float> read_png(const std::string& file, const std::string& bytes) {
 }
 
 Image<float> read_tiff(const std::string& file, const std::string& bytes) {
+  check_tiff_size(file, bytes);
   const cv::Mat image{decode(file, bytes)};
   if (image.type() != CV_32FC1 && image.type() != CV_64FC1) {
     throw InputError{file, "is no TIFF of one channel of floats.", kinds};
@@ -74,16 +75,16 @@ Image<float> read_pfm(const std::string& file, const std::string& bytes) {
   int height{0};
   double scale{0};
   char separator{};
-  if (!(head >> kind >> width >> height >> scale) || !head.get(separator) || width <= 0 || height <= 0 ||
-      width > largest_side_px || height > largest_side_px || scale == 0) {
+  if (!(head >> kind >> width >> height >> scale) || !head.get(separator) || width <= 0 || height <= 0 || scale == 0) {
     throw InputError{file, "has a damaged PFM header.", again};
   }
   if (kind != "Pf") throw InputError{file, "is a PFM in colour.", kinds};
   const auto start{static_cast<std::size_t>(head.tellg())};
-  Image<float> image{width, height};
-  if (bytes.size() < start + image.size() * sizeof(float)) {
+  const std::size_t pixels{static_cast<std::size_t>(width) * static_cast<std::size_t>(height)};
+  if ((bytes.size() - start) / sizeof(float) < pixels) {
     throw InputError{file, "is a truncated PFM (pixels are missing).", again};
   }
+  Image<float> image{width, height};
   const bool swap{(scale < 0) != (std::endian::native == std::endian::little)};
   std::vector<char> row(static_cast<std::size_t>(width) * sizeof(float));
   for (int v{0}; v < height; ++v) {
@@ -102,7 +103,7 @@ Image<float> read_numpy(const std::filesystem::path& path) {
   const NpyArray array{read_npy(path)};
   if ((array.dtype != DType::float32 && array.dtype != DType::float64) || array.shape.size() != 2) {
     throw InputError{
-        path.string(),
+        printable_path(path),
         fmt::format("is an array of type {} with {} dimensions.", spelling(array.dtype), array.shape.size()),
         "Disparities are float32 or float64 in shape (height, width)."};
   }
@@ -110,8 +111,8 @@ Image<float> read_numpy(const std::filesystem::path& path) {
 }
 
 Image<float> read_any(const std::filesystem::path& path) {
-  const std::string file{path.string()};
-  const std::string bytes{read_file(path)};
+  const std::string file{printable_path(path)};
+  const std::string bytes{read_file(path, largest_bytes::image)};
   const std::string_view view{bytes};
   if (view.starts_with("\x93NUMPY")) return read_numpy(path);
   if (view.starts_with("Pf") || view.starts_with("PF")) return read_pfm(file, bytes);
@@ -141,9 +142,9 @@ void check_scale(const std::string& file, const Image<float>& image) {
 
 Image<float> read_disparity(const std::filesystem::path& path) {
   Image<float> image{read_any(path)};
-  if (image.empty()) throw InputError{path.string(), "has no pixels.", kinds};
+  if (image.empty()) throw InputError{printable_path(path), "has no pixels.", kinds};
   for (float& d : image) d = std::isfinite(d) && d > 0 ? d : 0.0F;
-  check_scale(path.string(), image);
+  check_scale(printable_path(path), image);
   return image;
 }
 

@@ -8,101 +8,88 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <fstream>
-#include <sstream>
 #include <system_error>
 
+#include "file_descriptor.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 namespace {
 
-std::string reason(int error_number) {
-  return std::generic_category().message(error_number);
+namespace fs = std::filesystem;
+
+[[noreturn]] void cannot_read(const fs::path& path, const std::string& what, const char* mend) {
+  throw InputError{printable_path(path), what, mend};
 }
 
-[[noreturn]] void cannot_write(const std::filesystem::path& path, int error_number) {
-  const bool full{error_number == ENOSPC || error_number == EDQUOT || error_number == EFBIG};
-  throw DeviceError{fmt::format("{}: cannot be written ({}). {}", path.string(), reason(error_number),
-                                full ? "Free some space and try again." : "Check the folder and its permissions.")};
+void check_may_be_read(const fs::path& path, const struct stat& status) {
+  if (S_ISDIR(status.st_mode)) cannot_read(path, "is a folder where a file is needed.", "Name a file.");
+  if (S_ISREG(status.st_mode)) return;
+  cannot_read(path, "is a device, FIFO or socket, not a file on a disk.", "Copy what it gives into a file.");
 }
 
-/// An open file descriptor.
-class Descriptor {
- public:
-  explicit Descriptor(int descriptor) : descriptor_{descriptor} {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() { close(); }
+[[noreturn]] void too_large(const fs::path& path, std::size_t most_bytes) {
+  cannot_read(path, fmt::format("has more than {} MB, the most that such a file can have.", most_bytes >> 20),
+              "Is it another file than you think?");
+}
 
-  [[nodiscard]] int get() const { return descriptor_; }
-  /// The errno of close(), 0: none. Network file systems report a full disk only here.
-  int close() {
-    const int result{descriptor_ >= 0 ? ::close(descriptor_) : 0};
-    descriptor_ = -1;
-    return result == 0 ? 0 : errno;
+/// To the end or until there are more than `most` bytes.
+std::string read_up_to(const fs::path& path, int descriptor, std::size_t expected, std::size_t most) {
+  std::string bytes;
+  std::size_t size{0};
+  for (;;) {
+    if (size == bytes.size()) bytes.resize(size == 0 ? expected + 1 : size + size / 2 + 4096);
+    const ssize_t count{::read(descriptor, bytes.data() + size, bytes.size() - size)};
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) cannot_read(path, fmt::format("cannot be read to its end ({}).", reason(errno)), "Check the disk.");
+    if (count == 0) break;
+    size += static_cast<std::size_t>(count);
+    if (size > most) too_large(path, most);
   }
-
- private:
-  int descriptor_;
-};
-
-/// errno of the first failure, 0: written.
-int write_whole(const std::filesystem::path& path, std::string_view bytes) {
-  Descriptor file{::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)};
-  if (file.get() < 0) return errno;
-  while (!bytes.empty()) {
-    const ssize_t written{::write(file.get(), bytes.data(), bytes.size())};
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return errno;
-    bytes.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return file.close();
+  bytes.resize(size);
+  return bytes;
 }
 
 }  // namespace
 
-std::string read_file(const std::filesystem::path& path) {
-  std::error_code error;
-  const auto status{std::filesystem::status(path, error)};
-  if (!std::filesystem::exists(status)) {
-    throw InputError{path.string(), error && error.value() != ENOENT ? error.message() + "." : "there is no such file.",
-                     "Check the path."};
+std::string read_file(const fs::path& path, std::size_t most_bytes) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) {
+    const bool missing{errno == ENOENT || errno == ENOTDIR};
+    cannot_read(path, missing ? "there is no such file." : reason(errno) + ".", "Check the path.");
   }
-  if (std::filesystem::is_directory(status)) {
-    throw InputError{path.string(), "is a folder where a file is needed.", "Name a file."};
+  check_may_be_read(path, status);  // before it is opened: opening a FIFO waits, opening a device may do something
+  const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)};
+  if (file.get() < 0 || ::fstat(file.get(), &status) != 0) {
+    cannot_read(path, fmt::format("cannot be read ({}).", reason(errno)), "Check its permissions.");
   }
-  errno = 0;
-  std::ifstream file{path, std::ios::binary};
-  if (!file)
-    throw InputError{path.string(), fmt::format("cannot be read ({}).", reason(errno)), "Check its permissions."};
-  std::ostringstream bytes;
-  if (std::filesystem::file_size(path, error) != 0 && !(bytes << file.rdbuf()))
-    throw InputError{path.string(), "cannot be read to its end.", "Check the disk."};
-  return std::move(bytes).str();
+  check_may_be_read(path, status);  // it may have become another one
+  const auto size{static_cast<std::size_t>(status.st_size)};
+  if (size > most_bytes) too_large(path, most_bytes);
+  std::string bytes{read_up_to(path, file.get(), size, most_bytes)};
+  if (bytes.size() < size) {
+    cannot_read(path,
+                fmt::format("ends after {} of its {} bytes: it was cut off while it was read.", bytes.size(), size),
+                "Wait until it is whole.");
+  }
+  return bytes;
 }
 
-void write_file(const std::filesystem::path& path, std::string_view bytes) {
-  // Hidden and of a fixed name: nobody takes it for a result, and the next run replaces what a killed one left.
-  const auto temporary{path.parent_path() / fmt::format(".{}.partial", path.filename().string())};
-  if (const int error_number{write_whole(temporary, bytes)}; error_number != 0) {
-    ::unlink(temporary.c_str());
-    cannot_write(path, error_number);
-  }
-  if (::rename(temporary.c_str(), path.c_str()) != 0) {
-    const int error_number{errno};
-    ::unlink(temporary.c_str());
-    cannot_write(path, error_number);
-  }
+std::string read_text(const fs::path& path, std::size_t most_bytes) {
+  std::string text{read_file(path, most_bytes)};
+  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);
+  return text;
 }
 
-void create_folder(const std::filesystem::path& path) {
+void create_folder(const fs::path& path) {
   std::error_code error;
-  std::filesystem::create_directories(path, error);
-  if (error || !std::filesystem::is_directory(path, error)) {
-    throw DeviceError{fmt::format("{}: the folder cannot be made ({}). Choose another, or check the permissions.",
-                                  path.string(), error ? error.message() : "a file of that name is in the way")};
-  }
+  fs::create_directories(path, error);
+  const std::string why{error ? error.message() : "a file of that name is in the way"};
+  std::error_code ignored;
+  if (!error && fs::is_directory(path, ignored)) return;
+  throw DeviceError{fmt::format("{}: the folder cannot be made ({}). Choose another, or check the permissions.",
+                                printable_path(path), why)};
 }
 
 }  // namespace stereogrid::io

@@ -2,14 +2,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <string_view>
 
 namespace stereogrid::io {
 
+/// Of images that are read.
+constexpr std::uint64_t largest_side_px{32768};
+constexpr std::uint64_t most_pixels{std::uint64_t{1} << 27};
+
 /// Makes an image file's bytes safe to decode: throws InputError(file, …) where they are no PNG, PNM or JPEG, or are
 /// truncated or damaged, as far as the format lets one see that (PNG: every checksum; JPEG: the end marker; PNM: the
-/// number of pixels). Decoders fill what is missing with grey and complain on stderr instead. Chunks of a PNG that do
-/// not matter for the pixels are dropped, since libpng warns of odd ones.
+/// number of pixels), or say that they have more pixels than an image may. Decoders fill what is missing with grey and
+/// complain on stderr instead. Chunks of a PNG that do not matter for the pixels are dropped, since libpng warns of odd
+/// ones.
 [[nodiscard]] std::string checked_image_bytes(const std::string& file, std::string bytes);
+
+/// The same bound on the pixels of a TIFF; its decoder finds the rest. Throws InputError(file, …).
+void check_tiff_size(const std::string& file, std::string_view bytes);
 
 }  // namespace stereogrid::io

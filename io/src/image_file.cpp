@@ -14,6 +14,7 @@
 #include "image_completeness.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -22,7 +23,7 @@ namespace {
 cv::Mat decode(const std::filesystem::path& path) {
   static const auto silenced{cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT)};
   static_cast<void>(silenced);
-  const std::string bytes{checked_image_bytes(path.string(), read_file(path))};
+  const std::string bytes{checked_image_bytes(printable_path(path), read_file(path, largest_bytes::image))};
   cv::Mat image;
   try {
     const cv::Mat buffer{1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data())};
@@ -30,9 +31,10 @@ cv::Mat decode(const std::filesystem::path& path) {
   } catch (const cv::Exception&) {
     image.release();
   }
-  if (image.empty()) throw InputError{path.string(), "cannot be decoded, it is damaged.", "Copy or record it again."};
+  if (image.empty())
+    throw InputError{printable_path(path), "cannot be decoded, it is damaged.", "Copy or record it again."};
   if (image.depth() != CV_8U && image.depth() != CV_16U) {
-    throw InputError{path.string(), "has neither 8 nor 16 bits a sample.", "Convert it to an 8-bit PNG."};
+    throw InputError{printable_path(path), "has neither 8 nor 16 bits a sample.", "Convert it to an 8-bit PNG."};
   }
   if (image.channels() == 4) cv::cvtColor(image, image, cv::COLOR_BGRA2BGR);
   if (image.channels() == 2) cv::extractChannel(image, image, 0);
@@ -92,7 +94,8 @@ int sample_bits(const std::filesystem::path& path) {
 
 Image<std::uint16_t> read_u16(const std::filesystem::path& path) {
   cv::Mat image{decode(path)};
-  if (image.channels() != 1) throw InputError{path.string(), "is in colour.", "An image of one channel is needed."};
+  if (image.channels() != 1)
+    throw InputError{printable_path(path), "is in colour.", "An image of one channel is needed."};
   image.convertTo(image, CV_16U);
   return copy_of<std::uint16_t>(image);
 }

@@ -11,6 +11,7 @@
 #include "natural_order.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -32,7 +33,8 @@ fs::path first_existing(std::initializer_list<fs::path> candidates) {
 
 void need_folder(const fs::path& folder) {
   if (!fs::is_directory(folder)) {
-    throw InputError{folder.string(), "the folder is missing.", "Both cameras' images are needed, left and right."};
+    throw InputError{printable_path(folder), "the folder is missing.",
+                     "Both cameras' images are needed, left and right."};
   }
 }
 
@@ -90,7 +92,8 @@ std::vector<fs::path> entries_of(const fs::path& folder) {
   fs::directory_iterator entry{folder, error};
   for (; !error && entry != fs::directory_iterator{}; entry.increment(error)) entries.push_back(entry->path());
   if (error) {
-    throw InputError{folder.string(), "the folder cannot be read (" + error.message() + ").", "Check its permissions."};
+    throw InputError{printable_path(folder), "the folder cannot be read (" + error.message() + ").",
+                     "Check its permissions."};
   }
   std::ranges::sort(entries);
   return entries;
@@ -99,10 +102,10 @@ std::vector<fs::path> entries_of(const fs::path& folder) {
 [[noreturn]] void not_recognised(const fs::path& root) {
   std::string inside;
   for (const fs::path& entry : entries_of(root)) {
-    if (inside.empty() && fs::is_directory(entry) && recognise_folder(entry)) inside = entry.string();
+    if (inside.empty() && fs::is_directory(entry) && recognise_folder(entry)) inside = printable_path(entry);
   }
   throw InputError{
-      root.string(), "holds no stereo recording that is known.",
+      printable_path(root), "holds no stereo recording that is known.",
       inside.empty() ? what_input_may_be : "There are recordings inside; name one, such as " + inside + "."};
 }
 
@@ -112,35 +115,61 @@ using Images = std::map<std::string, fs::path, NaturalOrder>;
 const std::set<std::string> image_extensions{".png", ".pgm", ".ppm", ".pnm", ".jpg", ".jpeg"};
 const std::set<std::string> disparity_extensions{".png", ".pfm", ".tif", ".tiff", ".npy"};
 
+// A frame's files are named after it: NAME.npz has to be a name that a file can have.
+void check_length(const fs::path& file, const std::string& name) {
+  constexpr std::size_t longest{251};
+  if (name.size() <= longest) return;
+  throw InputError{printable_path(file),
+                   fmt::format("the name of the frame has {} bytes, more than {}.", name.size(), longest),
+                   "Give the frame's files a shorter name."};
+}
+
 Images images_in(const fs::path& folder, const std::set<std::string>& extensions) {
   Images images;
   for (const fs::path& entry : entries_of(folder)) {
     std::string extension{entry.extension().string()};
     std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
-    const std::string name{entry.stem().string()};
-    if (!extensions.contains(extension) || name.starts_with('.')) continue;
+    const std::string stem{entry.stem().string()};
+    if (!extensions.contains(extension) || stem.starts_with('.')) continue;
+    const std::string name{frame_name(stem)};
+    check_length(entry, name);
     if (!images.emplace(name, entry).second) {
-      throw InputError{entry.string(), "there is another image of the same name in this folder.",
+      throw InputError{printable_path(entry), "there is another image of the same name in this folder.",
                        "Keep one image for each name."};
     }
   }
   return images;
 }
 
+/// A line of frames.txt: a frame's name, or the name of its image.
+std::string name_in(std::string_view line, const Images& left, const Images& right) {
+  std::string name{frame_name(line)};
+  if (left.contains(name) || right.contains(name)) return name;
+  std::string stem{fs::path{name}.stem().string()};
+  return left.contains(stem) || right.contains(stem) ? stem : name;
+}
+
 /// frames.txt: a name per line; lines of poses*.txt and times.txt belong to them.
-std::vector<std::string> names_in(const fs::path& frames_file) {
-  const std::string text{read_file(frames_file)};
+std::vector<std::string> names_in(const fs::path& frames_file, const Images& left, const Images& right) {
+  const std::string text{read_text(frames_file, largest_bytes::lines)};
   std::vector<std::string> names;
+  std::set<std::string> known;
   for (const std::string_view line : lines_of(text)) {
     const auto start{line.find_first_not_of(" \t")};
     if (start == std::string_view::npos) continue;
-    names.emplace_back(line.substr(start, line.find_last_not_of(" \t") - start + 1));
+    names.push_back(name_in(line.substr(start, line.find_last_not_of(" \t") - start + 1), left, right));
+    if (!known.insert(names.back()).second) {
+      throw InputError{printable_path(frames_file), "names frame " + printable(names.back()) + " twice.",
+                       "Name each frame once, in their order."};
+    }
   }
-  std::set<std::string> unique{names.begin(), names.end()};
-  if (unique.size() != names.size()) {
-    throw InputError{frames_file.string(), "names a frame twice.", "Name each frame once, in their order."};
-  }
-  return names;
+  const auto is_there{[&](const std::string& name) { return left.contains(name) || right.contains(name); }};
+  if (std::ranges::any_of(names, is_there)) return names;
+  throw InputError{printable_path(frames_file),
+                   names.empty() ? "names no frames."
+                                 : "names no frame that is there; the first is " + printable(names.front()) + ".",
+                   "A line is the name of a frame's images, such as " + left.begin()->first +
+                       "; without the file every image is taken."};
 }
 
 struct Side {
@@ -165,7 +194,7 @@ struct Sides {
 
 Side side_of(const fs::path& folder, const std::set<std::string>& extensions, const char* mend) {
   Side side{folder, images_in(folder, extensions)};
-  if (side.images.empty()) throw InputError{folder.string(), "holds no images.", mend};
+  if (side.images.empty()) throw InputError{printable_path(folder), "holds no images.", mend};
   return side;
 }
 
@@ -173,7 +202,7 @@ Sides sides_of(const InputLayout& layout) {
   const char* const mend{"PNG, PGM or JPEG files belong there, one per frame."};
   Sides sides;
   if (layout.kind == InputKind::image_pair) {
-    sides.left = {layout.left.parent_path(), {{layout.left.stem().string(), layout.left}}};
+    sides.left = {layout.left.parent_path(), {{frame_name(layout.left.stem().string()), layout.left}}};
   } else {
     sides.left = side_of(layout.left, image_extensions, mend);
   }
@@ -191,7 +220,7 @@ Sides sides_of(const InputLayout& layout) {
 /// Names of the frames in their order: those of frames.txt, else every image of either camera.
 std::vector<std::string> order_of(const InputLayout& layout, const Images& left, const Images& right) {
   const auto frames_file{layout.root / "frames.txt"};
-  if (layout.kind != InputKind::kitti_raw && fs::exists(frames_file)) return names_in(frames_file);
+  if (layout.kind != InputKind::kitti_raw && fs::exists(frames_file)) return names_in(frames_file, left, right);
   std::set<std::string, NaturalOrder> names;
   for (const auto& [name, path] : left) names.insert(name);
   for (const auto& [name, path] : right) names.insert(name);
@@ -221,14 +250,15 @@ InputLayout recognise(const std::vector<fs::path>& paths, const std::optional<fs
   }
   if (paths.empty() || paths.size() > 2) throw InputError{"INPUT", "is missing.", what_input_may_be};
   for (const fs::path& path : paths) {
-    if (!fs::exists(path)) throw InputError{path.string(), "there is no such file or folder.", what_input_may_be};
+    if (!fs::exists(path))
+      throw InputError{printable_path(path), "there is no such file or folder.", what_input_may_be};
   }
   if (paths.size() == 2) {
     return {InputKind::image_pair, paths[0].parent_path(),          paths[0], paths[1], {}, {},
             KittiPair::grey,       disparities.value_or(fs::path{})};
   }
   if (!fs::is_directory(paths[0])) {
-    throw InputError{paths[0].string(), "is one file; a pair needs two images.", what_input_may_be};
+    throw InputError{printable_path(paths[0]), "is one file; a pair needs two images.", what_input_may_be};
   }
   static_cast<void>(entries_of(paths[0]));  // complains where the folder cannot be read
   auto layout{recognise_folder(paths[0])};
@@ -241,7 +271,9 @@ InputLayout recognise(const std::vector<fs::path>& paths, const std::optional<fs
 
 std::vector<RecordedFrame> find_frames(const InputLayout& layout) {
   if (layout.kind == InputKind::image_pair && layout.disparities.empty()) {
-    return {{layout.left.stem().string(), 0, layout.left, layout.right, true, true, {}, {}, {}}};
+    const std::string name{frame_name(layout.left.stem().string())};
+    check_length(layout.left, name);
+    return {{name, 0, layout.left, layout.right, true, true, {}, {}, {}}};
   }
   const Sides sides{sides_of(layout)};
   std::vector<RecordedFrame> frames;
@@ -252,15 +284,15 @@ std::vector<RecordedFrame> find_frames(const InputLayout& layout) {
     frame.left_exists = sides.left.images.contains(name);
     frame.right_exists = sides.second().images.contains(name);
     (layout.disparities.empty() ? frame.right : frame.disparity) = sides.second().path_of(name);
-    const auto scan{layout.scans / (name + ".bin")};
+    const auto scan{layout.scans / (frame.left.stem().string() + ".bin")};
     if (!layout.scans.empty() && fs::exists(scan)) frame.scan = scan;
   }
   if (std::ranges::none_of(frames, [](const RecordedFrame& f) { return f.left_exists && f.right_exists; })) {
     throw InputError{
-        layout.root.string(),
+        printable_path(layout.root),
         fmt::format("no left image has a {} one of the same name.", layout.disparities.empty() ? "right" : "disparity"),
-        fmt::format("The images of a frame have the same name in {} and {}.", sides.left.folder.filename().string(),
-                    sides.second().folder.filename().string())};
+        fmt::format("The images of a frame have the same name in {} and {}.",
+                    printable_path(sides.left.folder.filename()), printable_path(sides.second().folder.filename()))};
   }
   return frames;
 }

@@ -8,6 +8,7 @@
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 
@@ -40,8 +41,8 @@ std::vector<std::string_view> lines_of(std::string_view text) {
   return lines;
 }
 
-KittiText::KittiText(const std::filesystem::path& path) : file_{path.string()} {
-  const std::string text{read_file(path)};
+KittiText::KittiText(const std::filesystem::path& path) : file_{printable_path(path)} {
+  const std::string text{read_text(path, largest_bytes::calibration)};
   for (const std::string_view line : lines_of(text)) {
     const std::size_t colon{line.find(':')};
     if (colon == std::string_view::npos) continue;

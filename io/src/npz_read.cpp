@@ -1,11 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <zip.h>
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <regex>
 
@@ -13,6 +15,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/npz.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -37,7 +40,7 @@ std::vector<std::size_t> parse_shape(const std::string& text, const std::string&
     if (*at == ',' || *at == ' ') continue;
     std::size_t extent{0};
     const auto [end, error]{std::from_chars(at, text.data() + text.size(), extent)};
-    if (error != std::errc{}) fail(where, "has a shape that is not understood: " + text);
+    if (error != std::errc{}) fail(where, "has a shape that is not understood: " + printable(text));
     shape.push_back(extent);
     at = end - 1;
   }
@@ -47,7 +50,9 @@ std::vector<std::size_t> parse_shape(const std::string& text, const std::string&
 /// Number of elements. `limit`: no array can have more.
 std::size_t elements_of(const std::vector<std::size_t>& shape, std::size_t limit, const std::string& where) {
   std::size_t elements{1};
+  constexpr std::size_t longest{std::numeric_limits<int>::max()};  // of an image's sides
   for (const std::size_t extent : shape) {
+    if (extent > longest) fail(where, fmt::format("says that it has {} numbers along a side.", extent));
     if (extent > 0 && elements > limit / extent) fail(where, "has not as many numbers as its shape says.");
     elements *= extent;
   }
@@ -61,15 +66,17 @@ Head parse_head(const std::string& npy, const std::string& where) {
   const std::size_t length{byte(8) | byte(9) << 8 | (wide ? byte(10) << 16 | byte(11) << 24 : 0)};
   Head head;
   head.size = (wide ? 12 : 10) + length;
-  if (head.size > npy.size() || length > 4096) fail(where, "has a damaged head.");
+  constexpr std::size_t longest{1024};  // of the arrays that are understood; the pattern takes stack for each byte
+  if (head.size > npy.size() || length > longest) fail(where, "has a damaged head.");
   std::string text{npy.substr(wide ? 12 : 10, length)};
   text.resize(text.find_last_not_of(" \n") + 1);
   static const std::regex form{R"(\{'descr': '([^']+)', 'fortran_order': (True|False), 'shape': \(([\d, ]*)\),? *\})"};
   std::smatch part;
-  if (!std::regex_match(text, part, form)) fail(where, "has a head that is not understood: " + text);
+  if (!std::regex_match(text, part, form)) fail(where, "has a head that is not understood: " + printable(text));
   const auto found{std::find_if(dtypes.begin(), dtypes.end(),
                                 [&part](const DTypeEntry& entry) { return entry.spelling == part[1].str(); })};
-  if (found == dtypes.end()) fail(where, "has elements of type '" + part[1].str() + "', which is not understood.");
+  if (found == dtypes.end())
+    fail(where, "has elements of type '" + printable(part[1].str()) + "', which is not understood.");
   head.array.dtype = found->dtype;
   head.array.shape = parse_shape(part[3].str(), where);
   if (part[2] == "True" && head.array.shape.size() > 1) fail(where, "is stored column by column.");
@@ -102,15 +109,21 @@ Archive open_archive(const std::string& bytes, const std::string& file) {
   return archive;
 }
 
-/// Reads to the very end, so that libzip compares the checksum.
-std::string read_entry(zip_t* archive, zip_uint64_t index, const std::string& where) {
+/// Reads to the very end, so that libzip compares the checksum. `most`: a kilobyte can unfold into a gigabyte.
+std::string read_entry(zip_t* archive, zip_uint64_t index, const std::string& where, std::size_t most) {
   const std::unique_ptr<zip_file_t, decltype(&zip_fclose)> entry{zip_fopen_index(archive, index, 0), zip_fclose};
   if (!entry) fail(where, "cannot be opened (" + std::string{zip_strerror(archive)} + ").");
+  const auto check{[&where, most](std::uint64_t size) {
+    if (size > most) fail(where, fmt::format("holds more than {} MB, the most that is read.", most >> 20));
+  }};
+  zip_stat_t declared;
+  if (zip_stat_index(archive, index, 0, &declared) == 0 && (declared.valid & ZIP_STAT_SIZE) != 0) check(declared.size);
   std::string npy;
   std::array<char, 65536> block{};
   zip_int64_t count{0};
   while ((count = zip_fread(entry.get(), block.data(), block.size())) > 0) {
     npy.append(block.data(), static_cast<std::size_t>(count));
+    check(npy.size());
   }
   if (count < 0) fail(where, "is damaged (" + std::string{zip_file_strerror(entry.get())} + ").");
   return npy;
@@ -187,22 +200,26 @@ template Image<std::uint8_t> NpyArray::to_image() const;
 template Image<std::uint16_t> NpyArray::to_image() const;
 
 std::map<std::string, NpyArray> read_npz(const std::filesystem::path& path) {
-  const std::string file{path.string()};
-  const std::string bytes{read_file(path)};
+  const std::string file{printable_path(path)};
+  const std::string bytes{read_file(path, largest_bytes::arrays)};
   const Archive archive{open_archive(bytes, file)};
   std::map<std::string, NpyArray> arrays;
+  std::size_t left{largest_bytes::arrays};
   const auto count{static_cast<zip_uint64_t>(zip_get_num_entries(archive.get(), 0))};
   for (zip_uint64_t i{0}; i < count; ++i) {
-    std::string name{zip_get_name(archive.get(), i, 0)};
+    const char* const raw_name{zip_get_name(archive.get(), i, 0)};
+    std::string name{printable(raw_name == nullptr ? "" : raw_name)};
     const std::string where{file + ", array " + name};
     if (name.ends_with(".npy")) name.resize(name.size() - 4);
-    arrays.emplace(name, parse_npy(read_entry(archive.get(), i, where), where));
+    const std::string npy{read_entry(archive.get(), i, where, std::min(left, largest_bytes::array))};
+    left -= npy.size();
+    if (!arrays.emplace(name, parse_npy(npy, where)).second) fail(where, "is there twice.");
   }
   return arrays;
 }
 
 NpyArray read_npy(const std::filesystem::path& path) {
-  return parse_npy(read_file(path), path.string());
+  return parse_npy(read_file(path, largest_bytes::array), printable_path(path));
 }
 
 }  // namespace stereogrid::io

@@ -17,6 +17,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/npz.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -49,7 +50,7 @@ void check_shape(const NpzArray& array) {
 }
 
 [[noreturn]] void fail(const std::filesystem::path& path, const char* what) {
-  throw DeviceError{path.string() + ": cannot be written (" + what + "). Try again."};
+  throw DeviceError{printable_path(path) + ": cannot be written (" + what + "). Try again."};
 }
 
 using Archive = std::unique_ptr<zip_t, decltype(&zip_discard)>;

@@ -13,6 +13,7 @@
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/poses.hpp"
 #include "stereogrid/io/recording.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -32,7 +33,7 @@ void warn_of_missing_images(RecordingContents& contents) {
                                               left    ? "left"
                                               : right ? "right"
                                                       : "disparity",
-                                              file.string()));
+                                              printable_path(file)));
     }
   }
   if (count > most) {
@@ -43,12 +44,13 @@ void warn_of_missing_images(RecordingContents& contents) {
 void note_disparities(RecordingContents& contents) {
   const fs::path own{contents.root / "disparity"};
   if (!contents.disparities.empty()) {
-    contents.notes.push_back(fmt::format("disparities: given in {}, no matching", contents.disparities.string()));
+    contents.notes.push_back(
+        fmt::format("disparities: given in {}, no matching", printable_path(contents.disparities)));
   } else if (contents.kind == name_of(InputKind::plain_folder) && fs::is_directory(own)) {
     contents.notes.push_back(
         fmt::format("disparities: those in {} are not taken, since there are right images "
                     "(--disparities takes them)",
-                    own.string()));
+                    printable_path(own)));
   }
 }
 
@@ -67,25 +69,25 @@ Size look_at_images(RecordingContents& contents) {
       contents.sample_bits = sample_bits(frame.left);
       if (contents.sample_bits > 8) {
         contents.notes.push_back(fmt::format("images: 16-bit files, of which {} bits are used (as in {})",
-                                             contents.sample_bits, frame.left.filename().string()));
+                                             contents.sample_bits, printable_path(frame.left.filename())));
       }
       return {image.width(), image.height()};
     } catch (const InputError& error) {
       if (first_problem.empty()) first_problem = error.what();
     }
   }
-  throw InputError{contents.root.string(), "none of the left images can be read.", first_problem};
+  throw InputError{printable_path(contents.root), "none of the left images can be read.", first_problem};
 }
 
 void find_calibration(RecordingContents& contents, const InputLayout& layout, const InputArguments& arguments,
                       Size size) {
   contents.calibration_file = arguments.calibration.value_or(layout.calibration);
   if (contents.calibration_file.empty()) {
-    throw InputError{contents.root.empty() ? layout.left.string() : contents.root.string(), "there is no calibration.",
-                     "Put a calibration.yaml there, or name a file with --calibration."};
+    throw InputError{contents.root.empty() ? printable_path(layout.left) : printable_path(contents.root),
+                     "there is no calibration.", "Put a calibration.yaml there, or name a file with --calibration."};
   }
   contents.calibration = read_calibration(contents.calibration_file, size.width_px, size.height_px, layout.pair);
-  contents.notes.push_back(fmt::format("calibration: {} ({}{})", contents.calibration_file.string(),
+  contents.notes.push_back(fmt::format("calibration: {} ({}{})", printable_path(contents.calibration_file),
                                        contents.calibration.kind,
                                        contents.calibration.raw ? ", raw pair: rectified on loading" : ""));
   if (contents.calibration.kind != "calibration.yaml") {
@@ -151,11 +153,11 @@ bool find_stamps(RecordingContents& contents, const InputLayout& layout, const s
     if (contents.frames.size() > 1) contents.notes.push_back("stamps: none, 10 frames a second assumed");
     return false;
   }
-  contents.notes.push_back("stamps: " + file.string());
+  contents.notes.push_back("stamps: " + printable_path(file));
   for (std::size_t i{1}; i < contents.frames.size(); ++i) {
     if (contents.frames[i].stamp_ns > contents.frames[i - 1].stamp_ns) continue;
     throw InputError{
-        file.string(),
+        printable_path(file),
         fmt::format("frame {} is not later than frame {}.", contents.frames[i].name, contents.frames[i - 1].name),
         "Frames are taken in the order of their names; their stamps have to grow."};
   }
@@ -187,7 +189,7 @@ std::unique_ptr<Recording> open_recording(const InputArguments& arguments) {
   try {
     return std::make_unique<Recording>(look_at(arguments));
   } catch (const fs::filesystem_error& error) {  // a folder on the way that may not be entered
-    throw InputError{error.path1().string(), "cannot be read (" + error.code().message() + ").",
+    throw InputError{printable_path(error.path1()), "cannot be read (" + error.code().message() + ").",
                      "Check its permissions and those of the folders above it."};
   }
 }

@@ -13,6 +13,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/poses.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -25,15 +26,17 @@ struct Record {
 
 Record read_record(const fs::path& path) {
   const char* const mend{"Use the drive's own oxts folder, or run with --poses none."};
-  const std::string text{read_file(path)};
+  const std::string text{read_text(path, largest_bytes::calibration)};
   std::vector<double> n;
   if (!parse_numbers(text, n) || n.size() < 6) {
-    throw InputError{path.string(), "does not hold the numbers lat lon alt roll pitch yaw.", mend};
+    throw InputError{printable_path(path), "does not hold the numbers lat lon alt roll pitch yaw.", mend};
   }
   for (std::size_t i{0}; i < 6; ++i) {
-    if (!std::isfinite(n[i])) throw InputError{path.string(), "has a number that is not finite.", mend};
+    if (!std::isfinite(n[i])) throw InputError{printable_path(path), "has a number that is not finite.", mend};
   }
-  if (std::abs(n[0]) > 89) throw InputError{path.string(), fmt::format("has latitude {}.", n[0]), mend};
+  if (std::abs(n[0]) > 89) throw InputError{printable_path(path), fmt::format("has latitude {}.", n[0]), mend};
+  if (std::abs(n[1]) > 360) throw InputError{printable_path(path), fmt::format("has longitude {}.", n[1]), mend};
+  if (std::abs(n[2]) > 1e5) throw InputError{printable_path(path), fmt::format("has altitude {} m.", n[2]), mend};
   return {n[0], n[1], n[2], n[3], n[4], n[5]};
 }
 
@@ -96,7 +99,7 @@ OxtsPoses read_oxts(const fs::path& folder, std::span<const std::string> names, 
   for (const std::string& name : names) {
     const auto file{folder / (name + ".txt")};
     if (!fs::is_regular_file(file)) {
-      throw InputError{file.string(), "the record of frame " + name + " is missing.",
+      throw InputError{printable_path(file), "the record of frame " + name + " is missing.",
                        "Complete the oxts folder, or run with --poses none."};
     }
     const Record record{read_record(file)};
@@ -117,14 +120,14 @@ OxtsTimes read_oxts_times(const fs::path& folder) {
       read_timestamps(file, "Correct it, or remove the file: records belong to images of the same name then.")};
   std::map<std::size_t, std::string> records;
   for (const auto& entry : fs::directory_iterator{folder}) {
-    const std::string name{entry.path().stem().string()};
+    const std::string name{frame_name(entry.path().stem().string())};
     std::size_t number{0};
     const auto [end, error]{std::from_chars(name.data(), name.data() + name.size(), number)};
     if (entry.path().extension() == ".txt" && error == std::errc{} && *end == '\0') records.emplace(number, name);
   }
   for (const auto& [number, name] : records) {
     if (number >= stamps.size()) {
-      throw InputError{file.string(), fmt::format("has {} stamps, none for record {}.", stamps.size(), name),
+      throw InputError{printable_path(file), fmt::format("has {} stamps, none for record {}.", stamps.size(), name),
                        "Complete it, or remove the file: records belong to images of the same name then."};
     }
     times.names.push_back(name);

@@ -10,7 +10,9 @@
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/image_file.hpp"
+#include "stereogrid/io/json_text.hpp"
 #include "stereogrid/io/npz.hpp"
+#include "stereogrid/io/text.hpp"
 #include "stereogrid/io/truth.hpp"
 #include "truth_layout.hpp"
 
@@ -149,7 +151,7 @@ void refuse_a_full_folder(const std::filesystem::path& folder) {
   for (const char* const part : {"left", "right"}) {
     std::error_code error;
     if (std::filesystem::is_directory(folder / part, error) && !std::filesystem::is_empty(folder / part, error)) {
-      throw InputError{folder.string(), "already holds a recording.", "Remove it, or choose another folder."};
+      throw InputError{printable_path(folder), "already holds a recording.", "Remove it, or choose another folder."};
     }
   }
 }
@@ -171,7 +173,7 @@ PlainFolderWriter::PlainFolderWriter(const std::filesystem::path& folder, const 
 void PlainFolderWriter::write(const StereoFrame& frame, const FrameTruth* truth) {
   if (truth_ && truth != nullptr) {
     write_truth(folder_ / "truth", *truth);
-    objects_ += frame_json(*truth).dump() + "\n";
+    objects_ += json_text(frame_json(*truth)) + "\n";
   }
   write_png(folder_ / "left" / (frame.name + ".png"), frame.left);
   write_png(folder_ / "right" / (frame.name + ".png"), frame.right);
@@ -180,7 +182,7 @@ void PlainFolderWriter::write(const StereoFrame& frame, const FrameTruth* truth)
 
 void PlainFolderWriter::finish() {
   if (truth_) {
-    write_file(folder_ / "truth" / "grid.json", grid_json(*truth_).dump());
+    write_file(folder_ / "truth" / "grid.json", json_text(grid_json(*truth_)));
     write_file(folder_ / "truth" / "objects.jsonl", objects_);
   }
   write_poses_csv(folder_ / "poses.csv", poses_);

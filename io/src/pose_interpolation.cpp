@@ -9,6 +9,7 @@
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/poses.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -37,7 +38,7 @@ Pose2 between(const Pose2& a, const Pose2& b, double share) {
   const std::int64_t last_ns{poses.back().stamp_ns};
   const bool before{stamp_ns < first_ns};
   throw InputError{
-      source.string(),
+      printable_path(source),
       fmt::format("there is no pose for the image of {:.3f} s: that is {:.3f} s {}, {:.3f} s.", seconds(stamp_ns),
                   seconds(before ? first_ns - stamp_ns : stamp_ns - last_ns),
                   before ? "before the first pose" : "after the last pose", seconds(before ? first_ns : last_ns)),
@@ -49,7 +50,7 @@ Pose2 between(const Pose2& a, const Pose2& b, double share) {
 std::vector<Pose2> interpolate_poses(const std::filesystem::path& source, std::span<const StampedPose> poses,
                                      std::span<const std::int64_t> stamps_ns) {
   if (poses.size() < 2) {
-    throw InputError{source.string(), fmt::format("has {} poses: nothing to interpolate between.", poses.size()),
+    throw InputError{printable_path(source), fmt::format("has {} poses: nothing to interpolate between.", poses.size()),
                      "Give poses from before the first image to after the last; or run with --poses odometry."};
   }
   const std::int64_t reach_ns{usual_interval_ns(poses)};

@@ -13,6 +13,7 @@
 #include "kitti_text.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -22,12 +23,16 @@ namespace fs = std::filesystem;
 const char* const leave_out{"Correct it, name another file with --poses, or run with --poses none."};
 
 [[noreturn]] void fail(const fs::path& path, std::size_t line, const std::string& what) {
-  throw InputError{path.string(), "line " + std::to_string(line) + " " + what, leave_out};
+  throw InputError{printable_path(path), "line " + std::to_string(line) + " " + what, leave_out};
 }
 
 void check_finite(const fs::path& path, std::size_t line, const std::vector<double>& numbers) {
+  constexpr double farthest{1e8};  // metres: more than twice around the earth
   if (!std::ranges::all_of(numbers, [](double number) { return std::isfinite(number); })) {
     fail(path, line, "has a number that is not finite (NaN or infinity).");
+  }
+  if (!std::ranges::all_of(numbers, [](double number) { return std::abs(number) <= farthest; })) {
+    fail(path, line, "has a number above 100 million; poses are in metres and radians.");
   }
 }
 
@@ -55,12 +60,14 @@ NamedPose parse_row(const fs::path& path, std::size_t line, std::string_view tex
   if (fields.size() != expected) fail(path, line, fmt::format("has {} fields, not {}.", fields.size(), expected));
   if (!named) fields.insert(fields.begin(), "");
   NamedPose pose;
-  pose.name = std::string{fields[0]};
+  pose.name = frame_name(fields[0]);
   if (named && pose.name.empty()) fail(path, line, "has no name.");
   const auto [end, error]{std::from_chars(fields[1].data(), fields[1].data() + fields[1].size(), pose.stamp_ns)};
   if (error != std::errc{} || end != fields[1].data() + fields[1].size()) {
     fail(path, line, "has a stamp that is no whole number of nanoseconds.");
   }
+  constexpr std::int64_t latest_ns{std::int64_t{1} << 62};  // the year 2116; differences still fit into 64 bits
+  if (pose.stamp_ns > latest_ns || pose.stamp_ns < -latest_ns) fail(path, line, "has a stamp beyond the year 2116.");
   std::vector<double> numbers;
   if (!parse_numbers(fmt::format("{} {} {}", fields[2], fields[3], fields[4]), numbers) || numbers.size() != 3) {
     fail(path, line, "has a pose that is not three numbers.");
@@ -81,7 +88,7 @@ Pose2 on_the_ground(std::span<const double, 12> m) {
 }
 
 std::vector<Pose2> read_kitti_poses(const fs::path& path, std::size_t expected) {
-  const std::string text{read_file(path)};
+  const std::string text{read_text(path, largest_bytes::lines)};
   std::vector<Pose2> poses;
   std::vector<double> numbers;
   std::size_t line_number{0};
@@ -95,7 +102,8 @@ std::vector<Pose2> read_kitti_poses(const fs::path& path, std::size_t expected) 
     poses.push_back(on_the_ground(std::span<const double, 12>{numbers}));
   }
   if (poses.size() != expected) {
-    throw InputError{path.string(), fmt::format("has {} poses, but there are {} frames.", poses.size(), expected),
+    throw InputError{printable_path(path),
+                     fmt::format("has {} poses, but there are {} frames.", poses.size(), expected),
                      "There has to be a line per frame (frames.txt says which frames the lines belong to); or run "
                      "with --poses none."};
   }
@@ -103,7 +111,7 @@ std::vector<Pose2> read_kitti_poses(const fs::path& path, std::size_t expected) 
 }
 
 std::vector<NamedPose> read_poses_csv(const fs::path& path) {
-  const std::string text{read_file(path)};
+  const std::string text{read_text(path, largest_bytes::lines)};
   const auto lines{lines_of(text)};
   const bool named{!lines.empty() && split(lines[0]) == split("name,stamp_ns,x_m,y_m,yaw_rad")};
   if (!named && (lines.empty() || split(lines[0]) != split("stamp_ns,x_m,y_m,yaw_rad"))) {

@@ -9,6 +9,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/disparity_file.hpp"
 #include "stereogrid/io/image_file.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -20,7 +21,7 @@ std::string size_of(const Image<T>& image) {
 
 void need(const std::filesystem::path& path, bool exists, const char* side) {
   if (exists) return;
-  throw InputError{path.string(), fmt::format("the {} image of this frame is missing.", side),
+  throw InputError{printable_path(path), fmt::format("the {} image of this frame is missing.", side),
                    "Add it; the frame is left out meanwhile."};
 }
 
@@ -28,8 +29,8 @@ template <class T>
 void need_equal_size(const Image<std::uint8_t>& left, const std::filesystem::path& left_file, const Image<T>& other,
                      const std::filesystem::path& other_file) {
   if (left.width() == other.width() && left.height() == other.height()) return;
-  throw InputError{left_file.string(),
-                   fmt::format("has {} px, but {} has {}.", size_of(left), other_file.string(), size_of(other)),
+  throw InputError{printable_path(left_file),
+                   fmt::format("has {} px, but {} has {}.", size_of(left), printable_path(other_file), size_of(other)),
                    "The two images of a frame have the same size."};
 }
 
@@ -50,7 +51,7 @@ StereoFrame Recording::load(std::size_t index) const {
   frame.left = read_grey(source.left, contents_.sample_bits);
   load_second_image(source, frame);
   if (frame.left.width() != rig().width_px || frame.left.height() != rig().height_px) {
-    throw InputError{source.left.string(),
+    throw InputError{printable_path(source.left),
                      fmt::format("has {} px, but the calibration is for {}×{}.", size_of(frame.left), rig().width_px,
                                  rig().height_px),
                      "All frames of a recording have the same size."};

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -33,13 +34,13 @@ void take_poses(RecordingContents& contents, const std::vector<Pose2>& poses) {
 void take_stamped_poses(RecordingContents& contents, const fs::path& file, const std::vector<NamedPose>& rows,
                         bool stamps_known) {
   if (!stamps_known) {
-    throw InputError{file.string(), "its poses have stamps and no names, but the images have no stamps.",
+    throw InputError{printable_path(file), "its poses have stamps and no names, but the images have no stamps.",
                      "Add a times.txt with the images' times (s), or a column 'name' that says whose the poses are."};
   }
   std::vector<StampedPose> poses;
   for (const NamedPose& row : rows) poses.push_back({row.stamp_ns, row.world_from_vehicle});
   take_poses(contents, interpolate_poses(file, poses, stamps_of(contents)));
-  contents.notes.push_back(fmt::format("poses: {}, interpolated to the times of the images", file.string()));
+  contents.notes.push_back(fmt::format("poses: {}, interpolated to the times of the images", printable_path(file)));
 }
 
 void take_named_poses(RecordingContents& contents, const fs::path& file, const std::vector<NamedPose>& rows) {
@@ -48,7 +49,7 @@ void take_named_poses(RecordingContents& contents, const fs::path& file, const s
   for (RecordedFrame& frame : contents.frames) {
     const auto found{poses.find(frame.name)};
     if (found == poses.end()) {
-      throw InputError{file.string(),
+      throw InputError{printable_path(file),
                        fmt::format("has {} poses, but there are {} frames: frame {} has none.", rows.size(),
                                    contents.frames.size(), frame.name),
                        "Add a line for it; leave the column 'name' out where poses have times of their own; or run "
@@ -58,9 +59,9 @@ void take_named_poses(RecordingContents& contents, const fs::path& file, const s
   }
   if (rows.size() > contents.frames.size()) {
     contents.warnings.push_back(fmt::format("{}: {} poses, but there are {} frames: the others are not used",
-                                            file.string(), rows.size(), contents.frames.size()));
+                                            printable_path(file), rows.size(), contents.frames.size()));
   }
-  contents.notes.push_back("poses: " + file.string());
+  contents.notes.push_back("poses: " + printable_path(file));
 }
 
 /// Records have times of their own where both they and the images are stamped; else they go by name.
@@ -77,7 +78,7 @@ void take_oxts(RecordingContents& contents, const fs::path& folder, const fs::pa
     poses.world_from_vehicle = interpolate_poses(folder, stamped, stamps_of(contents));
   }
   take_poses(contents, poses.world_from_vehicle);
-  contents.notes.push_back(fmt::format("poses: {} (GPS/IMU{}{})", folder.string(),
+  contents.notes.push_back(fmt::format("poses: {} (GPS/IMU{}{})", printable_path(folder),
                                        timed ? ", interpolated to the times of the images" : "",
                                        poses.of_camera ? ", moved to the left camera"
                                                        : "; of the IMU, since calib_imu_to_velo.txt, "
@@ -91,7 +92,7 @@ fs::path choose_poses(RecordingContents& contents, const InputLayout& layout, co
   if (layout.kind == InputKind::image_pair) return {};
   if (const auto choice{find_poses(layout.root)}) {
     std::string others;
-    for (const fs::path& other : choice->others) others += fmt::format(" {}", other.filename().string());
+    for (const fs::path& other : choice->others) others += fmt::format(" {}", printable_path(other.filename()));
     if (!others.empty()) contents.notes.push_back(fmt::format("poses: not taken:{} (--poses FILE takes them)", others));
     return choice->file;
   }
@@ -105,7 +106,7 @@ fs::path choose_poses(RecordingContents& contents, const InputLayout& layout, co
 
 void do_without_poses(RecordingContents& contents, const std::string& wanted) {
   if (wanted == "file") {
-    throw InputError{(contents.root.empty() ? contents.frames.front().left : contents.root).string(),
+    throw InputError{printable_path(contents.root.empty() ? contents.frames.front().left : contents.root),
                      "there are no poses.",
                      "Put a pose file there (docs/input.md), name one with --poses FILE, or take --poses odometry."};
   }
@@ -136,7 +137,7 @@ void find_poses_of(RecordingContents& contents, const InputLayout& layout, const
     return named ? take_named_poses(contents, file, rows) : take_stamped_poses(contents, file, rows, stamps_known);
   }
   take_poses(contents, read_kitti_poses(file, contents.frames.size()));
-  contents.notes.push_back("poses: " + file.string());
+  contents.notes.push_back("poses: " + printable_path(file));
 }
 
 }  // namespace stereogrid::io

@@ -13,6 +13,7 @@
 #include "kitti_text.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 
@@ -21,7 +22,7 @@ const char* const without_stamps{"Correct it, or remove the file: 10 frames a se
 namespace {
 
 [[noreturn]] void fail(const std::filesystem::path& path, std::size_t line, const std::string& what, const char* mend) {
-  throw InputError{path.string(), "line " + std::to_string(line) + " " + what, mend};
+  throw InputError{printable_path(path), "line " + std::to_string(line) + " " + what, mend};
 }
 
 void check_growing(const std::filesystem::path& path, const std::vector<std::int64_t>& stamps, const char* mend) {
@@ -42,6 +43,7 @@ std::optional<std::int64_t> parse_timestamp(std::string_view text) {
   const auto year{digits(text, 0, 4)}, month{digits(text, 5, 2)}, day{digits(text, 8, 2)};
   const auto hour{digits(text, 11, 2)}, minute{digits(text, 14, 2)}, second{digits(text, 17, 2)};
   if (!year || !month || !day || !hour || !minute || !second) return std::nullopt;
+  if (*year < 1850 || *year > 2110) return std::nullopt;  // so that nanoseconds and their differences fit into 64 bits
   const std::chrono::year_month_day date{std::chrono::year{*year}, std::chrono::month{static_cast<unsigned>(*month)},
                                          std::chrono::day{static_cast<unsigned>(*day)}};
   if (!date.ok()) return std::nullopt;
@@ -57,19 +59,20 @@ std::optional<std::int64_t> parse_timestamp(std::string_view text) {
 }  // namespace
 
 std::vector<std::int64_t> read_times(const std::filesystem::path& path, std::size_t expected) {
-  const std::string text{read_file(path)};
+  const std::string text{read_text(path, largest_bytes::lines)};
   std::vector<std::int64_t> stamps;
   std::vector<double> numbers;
   for (const std::string_view line : lines_of(text)) {
     const bool understood{parse_numbers(line, numbers)};
     if (understood && numbers.empty()) continue;
-    if (!understood || numbers.size() != 1 || !(std::abs(numbers[0]) < 9e9)) {
+    if (!understood || numbers.size() != 1 || !(std::abs(numbers[0]) < 4e9)) {
       fail(path, stamps.size() + 1, "is no number of seconds.", without_stamps);
     }
     stamps.push_back(std::llround(numbers[0] * 1e9));
   }
   if (stamps.size() != expected) {
-    throw InputError{path.string(), fmt::format("has {} times, but there are {} frames.", stamps.size(), expected),
+    throw InputError{printable_path(path),
+                     fmt::format("has {} times, but there are {} frames.", stamps.size(), expected),
                      "There has to be a line per frame (frames.txt says which frames the lines belong to)."};
   }
   check_growing(path, stamps, without_stamps);
@@ -77,7 +80,7 @@ std::vector<std::int64_t> read_times(const std::filesystem::path& path, std::siz
 }
 
 std::vector<std::int64_t> read_timestamps(const std::filesystem::path& path, const char* mend) {
-  const std::string text{read_file(path)};
+  const std::string text{read_text(path, largest_bytes::lines)};
   std::vector<std::int64_t> stamps;
   for (const std::string_view line : lines_of(text)) {
     if (line.find_first_not_of(" \t") == std::string_view::npos) continue;

@@ -3,13 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "kitti_text.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/image_file.hpp"
+#include "stereogrid/io/json_text.hpp"
 #include "stereogrid/io/npz.hpp"
+#include "stereogrid/io/text.hpp"
 #include "stereogrid/io/truth.hpp"
 #include "truth_layout.hpp"
 
@@ -18,48 +21,51 @@ namespace {
 
 using Json = nlohmann::json;
 
+constexpr double most_m{1e8};  // and m/s, rad, rad/s: more is no street
+constexpr std::int64_t latest_stamp_ns{std::int64_t{1} << 62};
+
 const char* const mend{"Simulate the recording again, or remove its truth folder."};
 
 [[noreturn]] void fail(const std::filesystem::path& path, const std::string& what) {
-  throw InputError{path.string(), what, mend};
+  throw InputError{printable_path(path), what, mend};
 }
 
 TruthGrid parse_grid(const Json& json) {
   TruthGrid grid;
-  grid.geometry.x_min_m = json.at("x_min_m");
-  grid.geometry.y_min_m = json.at("y_min_m");
-  grid.geometry.cell_size_m = json.at("cell_size_m");
-  grid.geometry.nx = json.at("nx");
-  grid.geometry.ny = json.at("ny");
-  grid.height_min_m = json.at("height_min_m");
-  grid.height_max_m = json.at("height_max_m");
+  grid.geometry = grid_geometry(json);
+  grid.height_min_m = number(json, "height_min_m", most_m);
+  grid.height_max_m = number(json, "height_max_m", most_m);
   return grid;
 }
 
 Pose2 parse_pose(const Json& json) {
-  return {json.at("x_m"), json.at("y_m"), json.at("yaw_rad")};
+  return {number(json, "x_m", most_m), number(json, "y_m", most_m), number(json, "yaw_rad", most_m)};
 }
 
 TruthObject parse_object(const Json& json) {
   TruthObject object;
-  object.id = json.at("id");
+  object.id = whole_number(json, "id", 0, std::numeric_limits<std::int32_t>::max());
   object.kind = json.at("kind");
   object.world_from_object = parse_pose(json);
-  object.vx_mps = json.at("vx_mps");
-  object.vy_mps = json.at("vy_mps");
-  object.height_m = json.at("height_m");
-  for (std::size_t i{0}; i < 3; ++i) object.size_m[i] = json.at("size_m").at(i);
-  for (const Json& point : json.at("footprint")) object.footprint.push_back({point.at(0), point.at(1)});
-  object.pixels = json.at("pixels");
+  object.vx_mps = number(json, "vx_mps", most_m);
+  object.vy_mps = number(json, "vy_mps", most_m);
+  object.height_m = number(json, "height_m", most_m);
+  for (std::size_t i{0}; i < 3; ++i) object.size_m[i] = number_of(json.at("size_m").at(i), "size_m", most_m);
+  for (const Json& point : json.at("footprint")) {
+    const auto coordinate{[&point](std::size_t i) { return number_of(point.at(i), "footprint", most_m); }};
+    object.footprint.push_back({coordinate(0), coordinate(1)});
+  }
+  object.pixels = whole_number(json, "pixels", 0, std::numeric_limits<std::int64_t>::max());
   return object;
 }
 
 FrameTruth parse_frame(const Json& json) {
   FrameTruth truth;
   truth.name = json.at("name");
-  truth.stamp_ns = json.at("stamp_ns");
+  truth.stamp_ns = whole_number(json, "stamp_ns", -latest_stamp_ns, latest_stamp_ns);
   const Json& ego = json.at("ego");  // no braces: they would make a list of it
-  truth.ego = {parse_pose(ego), ego.at("vx_mps"), ego.at("vy_mps"), ego.at("yaw_rate_radps")};
+  truth.ego = {parse_pose(ego), number(ego, "vx_mps", most_m), number(ego, "vy_mps", most_m),
+               number(ego, "yaw_rate_radps", most_m)};
   for (const Json& object : json.at("objects")) truth.objects.push_back(parse_object(object));
   return truth;
 }
@@ -112,7 +118,7 @@ void read_images(const TruthFiles& files, FrameTruth& truth) {
   truth.seen_by_both = narrowed(read_u16(files.seen_by_both));
   const auto check{[&](const std::filesystem::path& path, const auto& image) {
     if (image.width() == truth.disparity.width() && image.height() == truth.disparity.height()) return;
-    fail(path, "has another size than " + files.disparity.string() + ".");
+    fail(path, "has another size than " + printable_path(files.disparity) + ".");
   }};
   check(files.label, truth.label);
   check(files.instance, truth.instance);
@@ -125,7 +131,7 @@ Image<float> read_truth_disparity(const std::filesystem::path& path) {
   const Image<std::uint16_t> scaled{read_u16(path)};
   const int largest{scaled.empty() ? 0 : *std::ranges::max_element(scaled)};
   if (largest != 0 && largest <= 255) {
-    throw InputError{path.string(), "has 8-bit values, no disparity of a pixel or more.",
+    throw InputError{printable_path(path), "has 8-bit values, no disparity of a pixel or more.",
                      "Disparity images of ground truth are 16-bit PNG, disparity × 256."};
   }
   Image<float> disparity{scaled.width(), scaled.height()};
@@ -137,32 +143,25 @@ Image<float> read_truth_disparity(const std::filesystem::path& path) {
 TruthReader::TruthReader(const std::filesystem::path& folder) : folder_{folder} {
   const auto grid_file{folder / "grid.json"};
   const auto objects_file{folder / "objects.jsonl"};
-  const std::string grid_text{read_file(grid_file)};
-  try {
-    grid_ = parse_grid(Json::parse(grid_text));
-  } catch (const Json::exception& error) {
-    fail(grid_file, std::string{"is not understood ("} + error.what() + ").");
-  }
-  if (grid_.geometry.nx <= 0 || grid_.geometry.ny <= 0) fail(grid_file, "describes no cells.");
-  const std::string text{read_file(objects_file)};
+  read_json<Json>(printable_path(grid_file), read_text(grid_file, largest_bytes::json), "", mend,
+                  [this](const Json& json) { grid_ = parse_grid(json); });
+  const std::string text{read_text(objects_file, largest_bytes::json)};
   for (const std::string_view line : lines_of(text)) {
-    try {
-      names_.push_back(Json::parse(line).at("name"));
-    } catch (const Json::exception& error) {
-      fail(objects_file, fmt::format("line {} is not understood ({}).", names_.size() + 1, error.what()));
-    }
-    if (!lines_.emplace(names_.back(), line).second) fail(objects_file, "names frame " + names_.back() + " twice.");
+    read_json<Json>(printable_path(objects_file), line, fmt::format("line {} ", names_.size() + 1), mend,
+                    [this](const Json& json) { names_.push_back(json.at("name")); });
+    if (lines_.emplace(names_.back(), line).second) continue;
+    fail(objects_file, "names frame " + printable(names_.back()) + " twice.");
   }
 }
 
 FrameTruth TruthReader::objects(const std::string& name) const {
   const auto line{lines_.find(name)};
-  if (line == lines_.end()) fail(folder_ / "objects.jsonl", "has no frame " + name + ".");
-  try {
-    return parse_frame(Json::parse(line->second));
-  } catch (const Json::exception& error) {
-    fail(folder_ / "objects.jsonl", fmt::format("frame {} is not understood ({}).", name, error.what()));
-  }
+  const auto file{folder_ / "objects.jsonl"};
+  if (line == lines_.end()) fail(file, "has no frame " + printable(name) + ".");
+  FrameTruth truth;
+  read_json<Json>(printable_path(file), line->second, fmt::format("frame {} ", printable(name)), mend,
+                  [&truth](const Json& json) { truth = parse_frame(json); });
+  return truth;
 }
 
 FrameTruth TruthReader::frame(const std::string& name) const {

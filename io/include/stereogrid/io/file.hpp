@@ -2,17 +2,37 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <string_view>
 
 namespace stereogrid::io {
 
-/// The whole file. Throws InputError: missing, a folder, not readable.
-[[nodiscard]] std::string read_file(const std::filesystem::path& path);
+/// The largest file of each kind that is read, in bytes. Far above what is of use: a larger one is something else, and
+/// would only use up memory and time.
+namespace largest_bytes {
+constexpr std::size_t mebi{std::size_t{1} << 20};
+constexpr std::size_t settings{mebi};       ///< YAML: its reader takes seconds for more
+constexpr std::size_t calibration{mebi};    ///< KITTI's too; and records of GPS/IMU
+constexpr std::size_t lines{1024 * mebi};   ///< frames.txt, times and poses: a line per frame
+constexpr std::size_t image{1024 * mebi};   ///< disparities too
+constexpr std::size_t sweep{1024 * mebi};   ///< of a lidar
+constexpr std::size_t array{2048 * mebi};   ///< .npy, and each array of an .npz
+constexpr std::size_t arrays{8192 * mebi};  ///< an .npz, and all that it holds
+constexpr std::size_t json{16384 * mebi};   ///< run.json, frames.jsonl, truth
+}  // namespace largest_bytes
 
-/// Writes the file under a temporary name beside it and renames it, so that a file of this name is always whole.
-/// Throws DeviceError: disk full, no such folder, not writable.
+/// The whole file. Throws InputError: missing, a folder, a device, FIFO or socket, not readable, of more than
+/// `most_bytes`, cut off while it was read.
+[[nodiscard]] std::string read_file(const std::filesystem::path& path, std::size_t most_bytes = largest_bytes::array);
+
+/// The same for text: without the byte-order mark that some editors put before UTF-8.
+[[nodiscard]] std::string read_text(const std::filesystem::path& path, std::size_t most_bytes);
+
+/// Writes the file under a temporary name beside it and renames it, so that a file of this name is always whole. A
+/// symbolic link stays: what it points to is written. A file that is replaced keeps its permissions. Devices, FIFOs and
+/// sockets are written directly. Throws DeviceError: disk full, no such folder, not writable, a folder of this name.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 
 /// Creates the folder and its parents. Throws DeviceError.

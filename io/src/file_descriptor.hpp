@@ -1,0 +1,37 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <string>
+#include <system_error>
+
+namespace stereogrid::io {
+
+inline std::string reason(int error_number) {
+  return std::generic_category().message(error_number);
+}
+
+/// An open file descriptor; below 0: opening it has failed.
+class Descriptor {
+ public:
+  explicit Descriptor(int descriptor) : descriptor_{descriptor} {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() { close(); }
+
+  [[nodiscard]] int get() const { return descriptor_; }
+  /// The errno of close(), 0: none. Network file systems report a full disk only here.
+  int close() {
+    const int result{descriptor_ >= 0 ? ::close(descriptor_) : 0};
+    descriptor_ = -1;
+    return result == 0 ? 0 : errno;
+  }
+
+ private:
+  int descriptor_;
+};
+
+}  // namespace stereogrid::io

@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/io/json_text.hpp"
+
+namespace stereogrid::io {
+
+bool is_nested_too_deeply(std::string_view json) {
+  constexpr int most{64};
+  int depth{0};
+  bool within_text{false};
+  for (std::size_t i{0}; i < json.size(); ++i) {
+    const char c{json[i]};
+    if (c == '"') {
+      within_text = !within_text;
+    } else if (within_text) {
+      if (c == '\\') ++i;  // what it escapes may be a quotation mark
+    } else if (c == '[' || c == '{') {
+      if (++depth > most) return true;
+    } else if (c == ']' || c == '}') {
+      --depth;
+    }
+  }
+  return false;
+}
+
+}  // namespace stereogrid::io

@@ -1,0 +1,293 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <sys/stat.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <map>
+
+#include "support.hpp"
+
+// Whatever a file holds: the tool says which file, what is wrong and what would mend it; it never ends as if it had a
+// bug (70), by a signal or not at all.
+namespace stereogrid::app::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+void put(const fs::path& path, const std::string& text) {
+  std::ofstream{path, std::ios::binary} << text;
+}
+
+void replace(const fs::path& path, const std::string& what, const std::string& by) {
+  std::string text{text_of(path)};
+  const std::size_t at{text.find(what)};
+  ASSERT_NE(at, std::string::npos) << what << " in " << path;
+  put(path, text.replace(at, what.size(), by));
+}
+
+/// A drive of three frames and its run, made once; each test spoils a copy.
+class HostileFiles : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    whole_ = new TemporaryFolder;
+    run_well({"simulate", small_scene("street", "&frames=3"), "--out", (*whole_ / "drive").string()});
+    run_well({"run", (*whole_ / "drive").string(), "--out", (*whole_ / "run").string()});
+  }
+  static void TearDownTestSuite() { delete whole_; }
+
+  void SetUp() override { renew(); }
+  void renew() const {
+    for (const char* const part : {"drive", "run"}) {
+      fs::remove_all(folder_ / part);
+      fs::copy(*whole_ / part, folder_ / part, fs::copy_options::recursive);
+    }
+  }
+
+  [[nodiscard]] std::string drive() const { return (folder_ / "drive").string(); }
+  [[nodiscard]] std::string run() const { return (folder_ / "run").string(); }
+
+  /// Expects the tool to end with the exit code and to say all parts. It must not hang.
+  static void expect(int exit_code, const std::vector<std::string>& words, const std::vector<std::string>& parts) {
+    const Outcome outcome{run_tool(words, "timeout 60")};
+    EXPECT_EQ(outcome.exit_code, exit_code) << outcome.errors;
+    for (const std::string& part : parts) EXPECT_THAT(outcome.errors, HasSubstr(part));
+  }
+  void expect_evaluate(const std::vector<std::string>& parts) const { expect(65, {"evaluate", run(), drive()}, parts); }
+  void expect_resume(int exit_code, const std::vector<std::string>& parts) const {
+    expect(exit_code, {"run", drive(), "--out", run(), "--resume"}, parts);
+  }
+
+  static TemporaryFolder* whole_;
+  const TemporaryFolder folder_;
+};
+TemporaryFolder* HostileFiles::whole_{nullptr};
+
+TEST_F(HostileFiles, APngWithAFlippedBitInTheNameOfAChunkCostsOneFrame) {
+  replace(folder_ / "drive" / "left" / "000001.png", "IDAT",
+          "\xc9"
+          "DAT");
+  const fs::path out{folder_ / "out"};
+  run_well({"run", drive(), "--out", out.string()});
+  const Json run(json_of(out / "run.json"));
+  EXPECT_EQ(run["frames"]["done"], 2);
+  ASSERT_EQ(run["skipped"].size(), 1U);
+  EXPECT_THAT(run["skipped"][0]["reason"].get<std::string>(), HasSubstr("\\xC9DAT"));
+  run_well({"run", drive(), "--out", out.string(), "--resume"});
+}
+
+TEST_F(HostileFiles, ADriveWhoseNamesAreNoUtf8) {
+  const fs::path strange{folder_ / "dr\xffive"};
+  fs::rename(folder_ / "drive", strange);
+  for (const char* const side : {"left", "right"})
+    fs::rename(strange / side / "000001.png", strange / side / "fr\xe4me.png");
+  fs::remove(strange / "poses.csv");
+  const fs::path out{folder_ / "out"};
+  const std::vector<std::string> words{"run", strange.string(), "--out", out.string()};
+  run_well(words);
+  EXPECT_TRUE(fs::exists(out / "grids" / "fr\\xE4me.npz"));
+  EXPECT_EQ(lines_of(out).back()["name"], "fr\\xE4me");
+  EXPECT_EQ(json_of(out / "run.json")["input"]["paths"][0].get<std::string>().ends_with("dr\\xFFive"), true);
+  std::vector<std::string> again{words};
+  again.emplace_back("--resume");
+  run_well(again);
+}
+
+struct Spoilt {
+  std::string what;
+  std::string by;
+  std::vector<std::string> said;
+};
+
+TEST_F(HostileFiles, RunJsonOfTheWrongShape) {
+  const fs::path file{folder_ / "run" / "run.json"};
+  for (const std::string& text :
+       std::vector<std::string>{"", "[]", "null", "3", "\"text\"", "{}", "{\"grid\": []}", "\xff",
+                                std::string(1'000'000, '['), "{\"frames\": [1]}", "{\"skipped\": 3, \"frames\": 3}"}) {
+    put(file, text);
+    expect_evaluate({"run.json", "Give the folder"});
+    const Outcome resumed{run_tool({"run", drive(), "--out", run(), "--resume"})};
+    EXPECT_TRUE(resumed.exit_code == 65 || resumed.exit_code == 64) << text.substr(0, 20) << resumed.errors;
+    EXPECT_THAT(resumed.errors, HasSubstr("run.json"));
+  }
+}
+
+TEST_F(HostileFiles, RunJsonWithNumbersThatCannotBe) {
+  const fs::path file{folder_ / "run" / "run.json"};
+  const Json whole(json_of(file));
+  for (const auto& [key, values] :
+       std::map<std::string, std::vector<Json>>{{"/grid/cell_size_m", {0, -1, nullptr, 1e-9, "0.2"}},
+                                                {"/grid/nx", {0, -3, 1'000'000'000, 1e300}},
+                                                {"/grid/x_min_m", {nullptr, 1e300}},
+                                                {"/rig/width_px", {-1, 0, 1e300, "640"}},
+                                                {"/input", {nullptr, Json::array()}},
+                                                {"/input/paths", {Json::array(), nullptr, "a", Json::array({1})}},
+                                                {"/preset", {3}}}) {
+    for (const Json& value : values) {
+      Json bad(whole);
+      bad[Json::json_pointer{key}] = value;
+      put(file, bad.dump());
+      expect(65, {"evaluate", run()}, {"run.json"});
+    }
+  }
+  Json bad(whole);
+  bad["input"]["paths"] = {std::string(5000, 'x')};
+  put(file, bad.dump());
+  expect(65, {"evaluate", run()}, {"is not there any more"});
+  for (const Json& skipped :
+       {Json::array({3}), Json::array({{{"index", -1}}}), Json::array({{{"index", "a"}}}), Json("a")}) {
+    bad = whole;
+    bad["skipped"] = skipped;
+    put(file, bad.dump());
+    expect_resume(65, {"run.json"});
+  }
+}
+
+TEST_F(HostileFiles, RunJsonLost) {
+  fs::remove(folder_ / "run" / "run.json");
+  expect_evaluate({"run.json: is missing, but there are frames", "Put it back"});
+  const std::string lines{text_of(folder_ / "run" / "frames.jsonl")};
+  expect_resume(65, {"run.json: is missing", "frames.jsonl", "Put it back"});
+  EXPECT_EQ(text_of(folder_ / "run" / "frames.jsonl"), lines);
+  fs::remove(folder_ / "run" / "frames.jsonl");
+  expect_resume(65, {"run.json: is missing", "grids"});
+  expect(64, {"run", drive(), "--out", run()}, {"already holds a run (grids)"});
+  EXPECT_EQ(files_in(folder_ / "run" / "grids").size(), 3U);
+  EXPECT_FALSE(fs::exists(folder_ / "run" / "run.json"));
+}
+
+TEST_F(HostileFiles, FramesOfARunTwiceOrOutOfOrderOrOfTheWrongShape) {
+  const fs::path file{folder_ / "run" / "frames.jsonl"};
+  const std::string text{text_of(file)};
+  std::vector<std::string> lines;
+  for (const Json& line : lines_of(folder_ / "run")) lines.push_back(line.dump() + "\n");
+  const auto with{[&](const std::string& key, const Json& value) {
+    Json line(Json::parse(lines[1]));
+    line[Json::json_pointer{key}] = value;
+    return lines[0] + line.dump() + "\n";
+  }};
+  for (const std::string& bad :
+       std::vector<std::string>{lines[0] + lines[0], lines[1] + lines[0], lines[0] + "\n", lines[0] + "[]\n",
+                                lines[0] + "null\n", lines[0] + std::string(1'000'000, '[') + "\n", lines[0] + "\xff\n",
+                                with("/index", -1), with("/index", 1e300), with("/index", "1"), with("/index", nullptr),
+                                with("/obstacles", Json::array({3})), with("/obstacles", 3)}) {
+    put(file, bad);
+    expect_evaluate({"frames.jsonl: line 2 is"});
+    expect_resume(65, {"frames.jsonl: line 2 is"});
+    EXPECT_EQ(text_of(file), bad) << "what is there stays";
+  }
+  for (const std::string& bad :
+       {with("/name", "000000"), with("/name", "../x"), with("/name", 3), with("/stamp_ns", 1e300)}) {
+    put(file, bad);
+    expect_evaluate({"frames.jsonl: line 2 is not understood"});
+  }
+  put(file, text);
+  expect(64, {"run", drive(), "--out", run(), "--resume", "--frames", "0:1"}, {"frames.jsonl holds frames 0 to 2"});
+}
+
+TEST_F(HostileFiles, CalibrationsThatEndedTheProgram) {
+  const fs::path file{folder_ / "drive" / "calibration.yaml"};
+  const std::string good{text_of(file)};
+  for (const Spoilt& spoilt : std::vector<Spoilt>{{"image:", "{a: 1}: 2\nimage:", {"key in line"}},
+                                                  {"image:", "[1, 2]: 3\nimage:", {"key in line"}},
+                                                  {"image:", "left: &x {left: *x}\nimage:", {"left"}},
+                                                  {"focal_px: ", "focal_px: 1e-300 #", {"focal length"}},
+                                                  {"baseline_m: ", "baseline_m: 1e-300 #", {"baseline"}}}) {
+    put(file, good);
+    replace(file, spoilt.what, spoilt.by);
+    std::vector<std::string> parts{spoilt.said};
+    parts.emplace_back("calibration.yaml");
+    expect(65, {"info", drive()}, parts);
+  }
+  fs::remove(file);
+  ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
+  expect(65, {"info", drive()}, {"calibration.yaml", "FIFO"});
+}
+
+TEST_F(HostileFiles, SettingsThatEndedTheProgram) {
+  const std::string file{(folder_ / "c.yaml").string()};
+  const std::vector<std::string> words{"config", "--config", file};
+  for (const auto& [text, said] :
+       std::vector<std::pair<std::string, std::string>>{{"{a: 1}: 2\n", "a key is a word"},
+                                                        {"&x {grid: *x}\n", "groups in groups"},
+                                                        {std::string(1'000'000, '['), "c.yaml"},
+                                                        {"grid: {length_m: .nan}\n", "grid.length_m"}}) {
+    put(file, text);
+    expect(64, words, {"c.yaml", said});
+  }
+  put(file, std::string(2 << 20, '#'));
+  expect(65, words, {"c.yaml", "more than 1 MB"});
+  expect(65, {"config", "--config", "/dev/zero"}, {"/dev/zero", "device"});
+  expect(65, {"config", "--config", run()}, {"is a folder"});
+  for (const auto& [setting, said] :
+       std::vector<std::pair<std::string, std::string>>{{"grid.length_m=nan", "grid.length_m is nan and must lie in"},
+                                                        {"grid.length_m=inf", "grid.length_m is inf and must lie in"},
+                                                        {"grid=3", "'grid' is a group of parameters"},
+                                                        {"grid=3", "grid.length_m, grid.width_m"},
+                                                        {"=3", "has no name: it is group.name"},
+                                                        {"grid.length_m=", "grid.length_m has no value"}}) {
+    expect(64, {"run", drive(), "--out", (folder_ / "out").string(), "--set", setting}, {said});
+  }
+}
+
+TEST_F(HostileFiles, ListsOfFrames) {
+  const fs::path file{folder_ / "drive" / "frames.txt"};
+  put(file,
+      "\xef\xbb\xbf"
+      "000001.png\r\n000002\r\n");
+  EXPECT_THAT(run_well({"info", drive()}).output, HasSubstr("2, 000001 to 000002"));
+  put(file, "");
+  expect(65, {"info", drive()}, {"frames.txt", "names no frames"});
+  put(file, "000001\n000001.png\n");
+  expect(65, {"info", drive()}, {"frames.txt", "names frame 000001 twice"});
+}
+
+TEST_F(HostileFiles, LidarThatNobodyKnowsWhereItIs) {
+  fs::create_directory(folder_ / "drive" / "velodyne");
+  put(folder_ / "drive" / "velodyne" / "000000.bin", std::string(1600, '\x3f'));
+  expect(65, {"run", drive(), "--out", (folder_ / "out").string(), "--fuse", "lidar"},
+         {"calibration.yaml", "A line Tr"});
+}
+
+TEST_F(HostileFiles, LinksThatGoInACircle) {
+  fs::create_symlink("circle", folder_ / "circle");
+  const std::string circle{(folder_ / "circle").string()};
+  expect(75, {"run", drive(), "--out", circle}, {"circle", "cannot be made"});
+  expect(75, {"run", drive(), "--out", circle, "--resume"}, {"circle", "cannot be made"});
+  expect(65, {"evaluate", circle}, {"circle"});
+  expect(65, {"info", circle}, {"circle"});
+  EXPECT_TRUE(fs::is_symlink(folder_ / "circle"));
+}
+
+TEST_F(HostileFiles, ResultsAreNotWrittenOverWhatIsNoFile) {
+  const std::vector<std::string> words{"evaluate", run(), drive(), "--json"};
+  const auto with{[&](const fs::path& path) {
+    std::vector<std::string> all{words};
+    all.push_back(path.string());
+    return all;
+  }};
+  fs::create_symlink("target.json", folder_ / "link.json");
+  run_well(with(folder_ / "link.json"));
+  EXPECT_TRUE(fs::is_symlink(folder_ / "link.json"));
+  EXPECT_EQ(json_of(folder_ / "target.json")["about"]["truth"], "exact");
+  const Outcome printed{run_well(with("/dev/stdout"))};
+  EXPECT_THAT(printed.output, HasSubstr("log-loss")) << "the table";
+  EXPECT_LT(printed.output.find("log-loss"), printed.output.find("\"about\":")) << "and behind it the JSON";
+  run_well(with("/dev/null"));
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+  expect(75, with("/dev/full"), {"/dev/full", "Free some space"});
+  expect(75, with(folder_ / "run"), {"is a folder"});
+}
+
+TEST_F(HostileFiles, AFileThatMayNotGrowIsNoReasonToBeKilled) {
+  const std::string command{"(ulimit -f 8; " + quoted(STEREOGRID_TOOL) + " run " + quoted(drive()) + " --out " +
+                            quoted((folder_ / "out").string()) + " 2>" + quoted((folder_ / "err").string()) + ")"};
+  const int status{std::system(command.c_str())};
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 75);
+  EXPECT_THAT(text_of(folder_ / "err"), HasSubstr("cannot be written"));
+}
+
+}  // namespace
+}  // namespace stereogrid::app::testing

@@ -1,0 +1,298 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "recordings.hpp"
+#include "stereogrid/io/calibration.hpp"
+#include "stereogrid/io/config_file.hpp"
+#include "stereogrid/io/disparity_file.hpp"
+#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/image_file.hpp"
+#include "stereogrid/io/npz.hpp"
+#include "stereogrid/io/poses.hpp"
+#include "stereogrid/io/recording.hpp"
+#include "stereogrid/io/scan.hpp"
+
+// Files that nobody wrote by accident, and some that somebody did.
+namespace stereogrid::io::testing {
+namespace {
+
+using namespace std::string_literals;
+using namespace std::string_view_literals;
+
+std::uint32_t checksum_of(std::string_view bytes) {
+  std::uint32_t checksum{0xffffffff};
+  for (const char byte : bytes) {
+    checksum ^= static_cast<std::uint8_t>(byte);
+    for (int bit{0}; bit < 8; ++bit) checksum = checksum >> 1 ^ (checksum % 2 == 1 ? 0xedb88320U : 0U);
+  }
+  return ~checksum;
+}
+
+std::string big_endian(std::uint32_t value) {
+  std::string bytes;
+  for (int shift{24}; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift & 0xff);
+  return bytes;
+}
+
+std::string chunk(const std::string& type, const std::string& content) {
+  return big_endian(static_cast<std::uint32_t>(content.size())) + type + content +
+         big_endian(checksum_of(type + content));
+}
+
+/// A PNG that says how many pixels it has, and has none.
+std::string png_of(std::uint32_t width, std::uint32_t height) {
+  const std::string signature{"\x89PNG\r\n\x1a\n"};
+  return signature + chunk("IHDR", big_endian(width) + big_endian(height) + std::string{"\x08\0\0\0\0", 5}) +
+         chunk("IDAT", "") + chunk("IEND", "");
+}
+
+class Hostile : public ::testing::Test {
+ protected:
+  void refused(const std::function<void(const fs::path&)>& read, const std::string& name, std::string_view bytes,
+               std::initializer_list<std::string_view> parts) const {
+    put(folder_ / name, bytes);
+    expect_complaint([&] { read(folder_ / name); }, parts);
+  }
+
+  TemporaryFolder folder_;
+};
+
+void read_image(const fs::path& path) {
+  static_cast<void>(read_grey(path));
+}
+
+TEST_F(Hostile, PngWithAFlippedBitInTheNameOfAChunk) {
+  write_png(folder_ / "a.png", Image<std::uint8_t>{4, 3, 9});
+  std::string bytes{read_file(folder_ / "a.png")};
+  bytes[bytes.find("IDAT")] = static_cast<char>('I' | 0x80);
+  refused(read_image, "b.png", bytes, {"b.png", "\\xC9DAT"});
+}
+
+TEST_F(Hostile, ImagesThatDeclareAbsurdSizes) {
+  for (const auto& [width, height] : {std::pair{100'000U, 100'000U}, {1U << 31, 1U}, {32'768U, 32'768U}}) {
+    refused(read_image, "bomb.png", png_of(width, height), {"bomb.png", "says that it has", "can be read"});
+  }
+  refused(read_image, "none.png", png_of(0, 7), {"none.png", "no pixels"});
+  refused(read_image, "bomb.pgm", "P5\n9999999999 9999999999\n255\n", {"bomb.pgm"});
+  refused(read_image, "bomb.pgm", "P2\n32768 32768\n255\n1 2 3", {"bomb.pgm", "says that it has 32768 × 32768 px"});
+
+  cv::imwrite((folder_ / "a.jpg").string(), cv::Mat(30, 40, CV_8UC1, cv::Scalar(99)));
+  std::string jpeg{read_file(folder_ / "a.jpg")};
+  const std::size_t frame{jpeg.find("\xff\xc0")};
+  ASSERT_NE(frame, std::string::npos);
+  jpeg.replace(frame + 5, 4, "\xff\xff\xff\xff");
+  refused(read_image, "bomb.jpg", jpeg, {"bomb.jpg", "says that it has 65535 × 65535 px"});
+}
+
+void read_disparities(const fs::path& path) {
+  static_cast<void>(read_disparity(path));
+}
+
+TEST_F(Hostile, DisparitiesThatDeclareAbsurdSizes) {
+  refused(read_disparities, "a.pfm", "Pf\n2000000000 2000000000\n-1\nxxxx", {"a.pfm", "truncated"});
+  const std::string directory{"\x02\0\x00\x01\x04\0\x01\0\0\0\0\0\x01\0\x01\x01\x04\0\x01\0\0\0\0\0\x01\0\0\0\0\0"sv};
+  refused(read_disparities, "a.tif", "II*\0\x08\0\0\0"s + directory, {"a.tif", "65536 × 65536 px"});
+  refused(read_disparities, "b.tif", "II*\0\xff\xff\xff\xff"s, {"b.tif", "no pixels"});
+  refused(read_disparities, "c.tif", "II", {"c.tif"});
+  refused(read_disparities, "d.tif", "MM\0+\0\x08\0\0\xff\xff\xff\xff\xff\xff\xff\xff"s, {"d.tif", "no pixels"});
+  std::string npy{"\x93NUMPY\x01\0\x46\0{'descr': '<f4', 'fortran_order': False, 'shape': (0, 9999999999999), }"s};
+  npy.resize(10 + 0x46, ' ');
+  refused(read_disparities, "a.npy", npy, {"a.npy", "along a side"});
+}
+
+TEST_F(Hostile, HeadOfAnArrayThatIsNoText) {
+  std::string npy{"\x93NUMPY\x01\0\x10\0{\xff\xfe\x1b[31m}         "s};
+  refused([](const fs::path& path) { static_cast<void>(read_npy(path)); }, "a.npy", npy,
+          {"a.npy", "not understood", "\\xFF\\xFE\\x1B[31m"});
+}
+
+TEST_F(Hostile, ArchiveThatWouldUnfoldIntoGigabytes) {
+  const std::vector<float> zeros(100'000);
+  write_npz(folder_ / "a.npz", std::vector<NpzArray>{{"a", {zeros.size()}, zeros}});
+  std::string bytes{read_file(folder_ / "a.npz")};
+  // the size before packing, as the entry and the directory at the end declare it
+  const auto size{static_cast<std::uint32_t>(zeros.size() * sizeof(float) + 128)};
+  std::string old(4, '\0');
+  std::memcpy(old.data(), &size, 4);
+  int declared{0};
+  for (std::size_t at{bytes.find(old)}; at != std::string::npos; at = bytes.find(old, at + 4), ++declared) {
+    bytes.replace(at, 4, "\xff\xff\xff\xf0");
+  }
+  ASSERT_EQ(declared, 2);
+  refused([](const fs::path& path) { static_cast<void>(read_npz(path)); }, "bomb.npz", bytes,
+          {"bomb.npz", "array a.npy", "holds more than 2048 MB"});
+}
+
+void read_any_calibration(const fs::path& path) {
+  static_cast<void>(read_calibration(path, 64, 32));
+}
+
+constexpr const char* good_calibration{
+    "focal_px: 60\ncentre_u_px: 32\ncentre_v_px: 16\nbaseline_m: 0.2\nmount: {camera_height_m: 1.2}\n"};
+
+TEST_F(Hostile, CalibrationsThatAreNone) {
+  put(folder_ / "good.yaml", "\xef\xbb\xbf"s + good_calibration);
+  EXPECT_NO_THROW(read_any_calibration(folder_ / "good.yaml"));
+  const std::string good{good_calibration};
+  for (const auto& [text, said] : std::vector<std::pair<std::string, std::string_view>>{
+           {good + "{a: 1}: 2\n", "key in line 6"},
+           {good + "[1, 2]: 3\n", "key in line 6"},
+           {good + "? &x {a: *x}\n: 2\n", "bad.yaml"},
+           {"&x {mount: *x}\n", "unknown key 'mount.mount'"},
+           {"&x {left: *x, right: *x, image: *x}\n", "bad.yaml"},
+           {"&x [*x]\n", "no YAML mapping"},
+           {good + "left: &x [*x]\n", "bad.yaml"},
+           {std::string(200'000, '['), "bad.yaml"},
+           {std::string(200'000, '{'), "bad.yaml"},
+           {std::string(2 << 20, ' '), "more than 1 MB"},
+           {good + "k\xff\x1b: 3\n", "bad.yaml"},
+           {"focal_px: 1e-300\n" + good.substr(13), "focal length"},
+           {"focal_px: 1e300\n" + good.substr(13), "'focal_px'"},
+           {"focal_px: [1, 2\n", "is no YAML"},
+           {good.substr(0, good.find("mount")) + "mount: {camera_height_m: 1e-300}\n", "camera height"},
+           {good.substr(0, good.find("base")) + "baseline_m: 1e-300\nmount: {camera_height_m: 1}\n", "baseline"},
+           {good.substr(0, good.find("base")) + "baseline_m: [1]\nmount: [1]\n", "bad.yaml"}}) {
+    refused(read_any_calibration, "bad.yaml", text, {"bad.yaml", said});
+  }
+}
+
+TEST_F(Hostile, LidarThatIsFarAway) {
+  const std::string rest{small_calib};
+  put(folder_ / "good.txt", "\xef\xbb\xbf"s + rest + "Tr: 0 -1 0 0 0 0 -1 0 1 0 0 0\r\n");
+  EXPECT_TRUE(read_calibration(folder_ / "good.txt", 65, 33).camera_from_velodyne);
+  const auto read{[](const fs::path& path) { static_cast<void>(read_calibration(path, 65, 33)); }};
+  refused(read, "far.txt", rest + "Tr: 0 -1 0 2e9 0 0 -1 0 1 0 0 0\n", {"far.txt", "2e+09 m away", "metres"});
+  refused(read, "flat.txt", rest + "Tr: 0 0 0 1 0 0 0 1 0 0 0 1\n", {"flat.txt", "no rotation"});
+}
+
+TEST_F(Hostile, SweepWithPointsThatNoLidarSees) {
+  const std::array<float, 12> points{1, 2, 3, 0, 2e9F, 0, 0, 0, 0, 0, -1e38F, 0};
+  put(folder_ / "a.bin", {reinterpret_cast<const char*>(points.data()), sizeof points});
+  EXPECT_EQ(read_scan(folder_ / "a.bin").size(), 1U);
+}
+
+TEST_F(Hostile, SettingsThatAreNone) {
+  for (const auto& [text, said] : std::vector<std::pair<std::string, std::string_view>>{
+           {"{a: 1}: 2\n", "a key is a word"},
+           {"[1, 2]: 3\n", "a key is a word"},
+           {"grid: &x {length_m: 30, more: *x}\n", "groups in groups"},
+           {"&x {grid: *x}\n", "groups in groups"},
+           {std::string(200'000, '['), "bad.yaml"},
+           {"grid: {length_m: .nan}\n", "grid.length_m"},
+           {"grid: {length_m: \"\"}\n", "grid.length_m has no value"},
+           {"grid: 3\n", "'grid' is a group"},
+           {"grid: {length_m: " + std::string(100'000, '7') + "x}\n", "…"},
+           {"gr\xff: 3\n", "bad.yaml"}}) {
+    put(folder_ / "bad.yaml", text);
+    Config config;
+    try {
+      load_config(folder_ / "bad.yaml", config);
+      ADD_FAILURE() << "taken: " << text.substr(0, 80);
+    } catch (const ConfigError& error) {
+      EXPECT_THAT(error.what(), ::testing::HasSubstr(std::string{said}));
+      EXPECT_LT(std::string_view{error.what()}.size(), 1000U);
+    }
+  }
+  put(folder_ / "large.yaml", std::string(2 << 20, '#'));
+  Config config;
+  expect_complaint([&] { load_config(folder_ / "large.yaml", config); }, {"large.yaml", "more than 1 MB"});
+  put(folder_ / "marked.yaml", "\xef\xbb\xbfgrid: {length_m: 31}\r\n");
+  load_config(folder_ / "marked.yaml", config);
+  EXPECT_EQ(config.grid.length_m, 31);
+}
+
+/// An alias for a large group, many times over: a quadratic number of keys in a small file.
+TEST_F(Hostile, SettingsWithAliasesThatMultiply) {
+  std::string text{"a: &a {"};
+  for (int i{0}; i < 5000; ++i) text += "k" + std::to_string(i) + ": ,";
+  text += "}\n";
+  for (int i{0}; i < 5000; ++i) text += "b" + std::to_string(i) + ": *a\n";
+  put(folder_ / "many.yaml", text);
+  Config config;
+  expect_complaint<ConfigError>([&] { load_config(folder_ / "many.yaml", config); }, {"more keys than parameters"});
+}
+
+TEST_F(Hostile, PosesThatLeadOutOfTheWorld) {
+  const auto read{[](const fs::path& path) { static_cast<void>(read_poses_csv(path)); }};
+  const std::string head{"\xef\xbb\xbfname,stamp_ns,x_m,y_m,yaw_rad\r\n"};
+  put(folder_ / "good.csv", head + "a,1,0,0,0\r\n");
+  EXPECT_NO_THROW(read(folder_ / "good.csv"));
+  refused(read, "far.csv", head + "a,1,1e300,0,0\n", {"far.csv", "line 2", "100 million"});
+  refused(read, "late.csv", head + "a,9223372036854775807,0,0,0\n", {"late.csv", "line 2", "2116"});
+  refused(read, "early.csv", head + "a,-9223372036854775808,0,0,0\n", {"early.csv", "line 2"});
+}
+
+TEST_F(Hostile, AMillionLinesOfPosesTakeNoLongerThanTheyMust) {
+  std::string text{"name,stamp_ns,x_m,y_m,yaw_rad\n"};
+  for (int i{0}; i < 1'000'000; ++i) text += std::to_string(i) + "," + std::to_string(i) + ",0,0,0\n";
+  put(folder_ / "many.csv", text);
+  EXPECT_EQ(read_poses_csv(folder_ / "many.csv").size(), 1'000'000U);
+}
+
+class HostileFrames : public ::testing::Test {
+ protected:
+  [[nodiscard]] std::unique_ptr<Recording> open() const { return open_recording({{folder_.path()}, {}, "none"}); }
+  void refused(const std::string& frames, std::initializer_list<std::string_view> parts) const {
+    put(folder_ / "frames.txt", frames);
+    expect_complaint([&] { static_cast<void>(open()); }, parts);
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(HostileFrames, FramesFileAsEditorsLeaveIt) {
+  put_plain(folder_.path());
+  put(folder_ / "frames.txt",
+      "\xef\xbb\xbf"
+      "a.png\r\n\r\n  c\t\r\n");
+  const auto recording{open()};
+  ASSERT_EQ(recording->size(), 2U);
+  EXPECT_EQ(recording->name(0), "a");
+  EXPECT_EQ(recording->name(1), "c");
+  EXPECT_NO_THROW(static_cast<void>(recording->load(1)));
+  refused("", {"frames.txt", "names no frames", "without the file every image is taken"});
+  refused("\n \n", {"frames.txt", "names no frames"});
+  refused("a\nb\na.png\n", {"frames.txt", "names frame a twice"});
+  refused("x\ny\n", {"frames.txt", "names no frame that is there", "first is x", "such as a"});
+  refused("\xff\xfe\n", {"frames.txt", "\\xFF\\xFE"});
+}
+
+TEST_F(HostileFrames, NamesThatAreNoUtf8AreToldAsNumbersEverywhere) {
+  put_pairs(folder_ / "left", folder_ / "right", {"fr\xe4me", "new\nline"});
+  put(folder_ / "calibration.yaml", small_yaml);
+  put(folder_ / "poses.csv", "name,stamp_ns,x_m,y_m,yaw_rad\nfr\xe4me,5,1,0,0\n");
+  const auto recording{open()};
+  ASSERT_EQ(recording->size(), 2U);
+  EXPECT_EQ(recording->name(0), "fr\\xE4me");
+  EXPECT_EQ(recording->name(1), "new\\x0Aline");
+  EXPECT_NO_THROW(static_cast<void>(recording->load(0)));
+  put(folder_ / "frames.txt", "fr\xe4me\n");
+  const auto with_pose{open_recording({{folder_.path()}, {}, "file"})};
+  EXPECT_EQ(with_pose->load(0).world_from_vehicle->x_m, 1);
+}
+
+TEST_F(HostileFrames, NamesThatAreTooLongForTheResults) {
+  put_pairs(folder_ / "left", folder_ / "right", {std::string(100, '\xff')});
+  put(folder_ / "calibration.yaml", small_yaml);
+  expect_complaint([&] { static_cast<void>(open()); }, {"400 bytes", "shorter name"});
+}
+
+TEST_F(HostileFrames, AnImageThatIsAFifoOrHasGoneIsLeftOut) {
+  put_plain(folder_.path());
+  const auto recording{open()};
+  fs::remove(folder_ / "left" / "b.png");
+  expect_complaint([&] { static_cast<void>(recording->load(1)); }, {"b.png", "no such file"});
+  fs::create_symlink("/dev/zero", folder_ / "left" / "b.png");
+  expect_complaint([&] { static_cast<void>(recording->load(1)); }, {"b.png", "device"});
+  fs::remove_all(folder_ / "right");
+  expect_complaint([&] { static_cast<void>(recording->load(2)); }, {"c.png", "no such file"});
+}
+
+}  // namespace
+}  // namespace stereogrid::io::testing

@@ -1,0 +1,121 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/io/text.hpp"
+
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "stereogrid/io/json_text.hpp"
+#include "support.hpp"
+
+namespace stereogrid::io::testing {
+namespace {
+
+using Json = nlohmann::json;
+
+struct Shown {
+  std::string text;
+  std::string shown;
+};
+
+TEST(Printable, KeepsUtf8AndShowsOtherBytesAsNumbers) {
+  for (const Shown& one : std::vector<Shown>{{"plain text", "plain text"},
+                                             {"Straße – 日本 😀", "Straße – 日本 😀"},
+                                             {"", ""},
+                                             {"a\nb\t\x1b[31m\x7f", "a\\x0Ab\\x09\\x1B[31m\\x7F"},
+                                             {std::string{"a\0b", 3}, "a\\x00b"},
+                                             {"fr\xe4me", "fr\\xE4me"},                     // Latin-1
+                                             {"\xc3", "\\xC3"},                             // cut off
+                                             {"\xe2\x82", "\\xE2\\x82"},                    // cut off
+                                             {"\xc0\xaf", "\\xC0\\xAF"},                    // longer than needed
+                                             {"\xe0\x80\xaf", "\\xE0\\x80\\xAF"},           // longer than needed
+                                             {"\xed\xa0\x80", "\\xED\\xA0\\x80"},           // a surrogate
+                                             {"\xf4\x90\x80\x80", "\\xF4\\x90\\x80\\x80"},  // above U+10FFFF
+                                             {"\xf5\xff", "\\xF5\\xFF"},
+                                             {"\xc2\x9b", "\\xC2\\x9B"}}) {  // a control character of two bytes
+    EXPECT_EQ(printable(one.text), one.shown);
+  }
+}
+
+TEST(Printable, IsOfBoundedLengthAndCutBetweenCharacters) {
+  EXPECT_EQ(printable("abcdef", 6), "abcdef");
+  EXPECT_EQ(printable("abcdefg", 6), "abcdef…");
+  EXPECT_EQ(printable("abcdeß", 6), "abcde…");
+  EXPECT_EQ(printable("abcd\n", 6), "abcd…");
+  EXPECT_LT(printable(std::string(100'000, '\xff')).size(), 210U);
+  EXPECT_EQ(frame_name(std::string(300, 'x')), std::string(300, 'x'));
+  EXPECT_EQ(printable_path(fs::path{std::string(3000, 'x') + "\xff"}), std::string(3000, 'x') + "\\xFF");
+}
+
+TEST(JsonText, NeverThrows) {
+  const Json json({{"na\xffme", "te\xfft"}, {"cut", "\xc3"}});
+  EXPECT_THROW(static_cast<void>(json.dump()), Json::exception) << "else this test shows nothing";
+  EXPECT_EQ(Json::parse(json_text(json))["cut"], "\xef\xbf\xbd");
+  EXPECT_EQ(json_text(Json({{"a", 1}}), 1), "{\n \"a\": 1\n}");
+}
+
+void read(std::string_view text) {
+  read_json<Json>("run.json", text, "line 3 ", "Mend it.", [](const Json& json) {
+    static_cast<void>(whole_number(json, "n", 0, 10));
+    static_cast<void>(number(json, "x", 5));
+  });
+}
+
+TEST(ReadJson, NamesTheFileWhateverIsWrong) {
+  EXPECT_NO_THROW(read(R"({"n": 10, "x": -5})"));
+  for (const std::string& text : std::vector<std::string>{"",
+                                                          "{",
+                                                          "nonsense",
+                                                          "[]",
+                                                          "null",
+                                                          "3",
+                                                          "\"text\"",
+                                                          "{}",
+                                                          std::string{"\0", 1},
+                                                          "{\"n\": \"\xff\"}",
+                                                          R"({"n": 11, "x": 1})",
+                                                          R"({"n": -1, "x": 1})",
+                                                          R"({"n": 1.5, "x": 1})",
+                                                          R"({"n": 1e300, "x": 1})",
+                                                          R"({"n": 18446744073709551615, "x": 1})",
+                                                          R"({"n": null, "x": 1})",
+                                                          R"({"n": "1", "x": 1})",
+                                                          R"({"n": true, "x": 1})",
+                                                          R"({"n": 1, "x": 5.1})",
+                                                          R"({"n": 1, "x": -1e300})",
+                                                          R"({"n": 1, "x": null})",
+                                                          R"({"n": 1, "x": [1]})",
+                                                          R"({"n": 1, "x": "1"})"}) {
+    expect_complaint([&] { read(text); }, {"run.json: line 3 is not understood", "Mend it."});
+  }
+}
+
+TEST(ReadJson, IsNotDrivenOverTheEndOfTheStack) {
+  const std::string brackets(1'000'000, '[');
+  expect_complaint([&] { read(brackets); }, {"run.json", "nested too deeply"});
+  expect_complaint([&] { read("{\"a\":" + brackets); }, {"nested too deeply"});
+  const auto nested{[](int depth) { return std::string(depth, '[') + std::string(depth, ']'); }};
+  EXPECT_FALSE(is_nested_too_deeply(nested(64)));
+  EXPECT_TRUE(is_nested_too_deeply(nested(65)));
+  EXPECT_FALSE(is_nested_too_deeply(R"(["\"[[)" + brackets + R"("])")) << "brackets in a text are no brackets";
+}
+
+TEST(GridGeometryOfJson, IsOneThatCanBeWorkedOn) {
+  const Json good({{"x_min_m", 0}, {"y_min_m", -10}, {"cell_size_m", 0.2}, {"nx", 100}, {"ny", 100}});
+  EXPECT_EQ(grid_geometry(good).nx, 100);
+  for (const auto& [key, values] :
+       std::map<std::string, std::vector<Json>>{{"cell_size_m", {0, -1, 1e-9, 1e9, nullptr, "1"}},
+                                                {"nx", {0, -3, 1'000'000'000, 4'294'967'297, 3.5, nullptr, "3"}},
+                                                {"ny", {0, -3}},
+                                                {"x_min_m", {1e300, nullptr}},
+                                                {"y_min_m", {-1e300}}}) {
+    for (const Json& value : values) {
+      Json bad(good);
+      bad[key] = value;
+      expect_complaint([&] { static_cast<void>(grid_geometry(bad)); }, {key});
+    }
+  }
+}
+
+}  // namespace
+}  // namespace stereogrid::io::testing
