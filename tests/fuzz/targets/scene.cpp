@@ -2,16 +2,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/scenes/scene.hpp"
 
+#include <algorithm>
+
+#include "stereogrid/io/text.hpp"
 #include "targets.hpp"
 
 namespace stereogrid::fuzz {
 
 void scene(Bytes input) {
+  const std::string text{io::printable(text_of(input), std::string::npos)};  // as the tool does
   scenes::SceneOptions options;
-  if (!accepts([&] { options = scenes::parse_scene(text_of(input)); })) return;
+  if (!accepts([&] { options = scenes::parse_scene(text); })) return;
   // what has more is only slower
-  options.width_px = std::min(options.width_px, 48);
-  options.height_px = std::min(options.height_px, 32);
+  options.width_px = std::min(options.width_px, 24);
+  options.height_px = std::min(options.height_px, 16);
   accepts([&] {
     const scenes::Scene rendered{options, 1};
     const std::size_t last{rendered.size() - 1};
