@@ -19,6 +19,18 @@ namespace {
 template <class T>
 constexpr bool is_choice = std::is_enum_v<T>;
 
+template <class T>
+bool is_one_of_its_choices(T value) {
+  return static_cast<int>(value) >= 0 && static_cast<int>(value) < static_cast<int>(names_of(T{}).size());
+}
+
+template <class T>
+std::string names_of_choices() {
+  std::string all;
+  for (const std::string_view name : names_of(T{})) all += " " + std::string{name};
+  return all;
+}
+
 std::string key_of(std::string_view group, const Parameter& parameter) {
   return std::string{group} + "." + std::string{parameter.name};
 }
@@ -34,6 +46,7 @@ std::string text_of_value(const T& value) {
   if constexpr (std::is_same_v<T, bool>) {
     return value ? "true" : "false";
   } else if constexpr (is_choice<T>) {
+    if (!is_one_of_its_choices(value)) return std::to_string(static_cast<int>(value));
     return std::string{names_of(T{})[static_cast<std::size_t>(value)]};
   } else if constexpr (std::is_integral_v<T>) {
     return std::to_string(value);
@@ -70,9 +83,7 @@ void parse(T& value, std::string_view text, const std::string& key) {
   const auto names{names_of(T{})};
   const auto found{std::find(names.begin(), names.end(), text)};
   if (found == names.end()) {
-    std::string message{key + " is not '" + std::string{text} + "' but one of:"};
-    for (const std::string_view name : names) message += " " + std::string{name};
-    throw ConfigError{message + "."};
+    throw ConfigError{key + " is not '" + std::string{text} + "' but one of:" + names_of_choices<T>() + "."};
   }
   value = static_cast<T>(found - names.begin());
 }
@@ -158,6 +169,14 @@ double lattice_size(const FilterConfig& config) {
   return side * side;
 }
 
+constexpr double lattice_bytes_max{64.0 * (1 << 30)};
+
+// Of a number for each cell of the window and each velocity, now and in the step before.
+double lattice_bytes(const Config& config) {
+  const double side{std::hypot(config.grid.length_m, config.grid.width_m) / config.grid.cell_size_m};
+  return 2 * sizeof(float) * lattice_size(config.filter) * side * side;
+}
+
 }  // namespace
 
 Config preset(std::string_view name) {
@@ -203,6 +222,10 @@ std::vector<std::string> problems(const Config& config) {
       if (number >= parameter.minimum && number <= parameter.maximum) return;
       found.push_back(key_of(group, parameter) + " is " + text_of(number) + " and must lie in " +
                       text_of(parameter.minimum) + " … " + text_of(parameter.maximum) + ".");
+    } else if constexpr (is_choice<T>) {
+      if (is_one_of_its_choices(value)) return;
+      found.push_back(key_of(group, parameter) + " is " + text_of_value(value) +
+                      " and must be one of:" + names_of_choices<T>() + ".");
     }
   });
   if (config.matching.window_px % 2 == 0) {
@@ -218,8 +241,13 @@ std::vector<std::string> problems(const Config& config) {
   if (config.grid.length_m / config.grid.cell_size_m > 4000 || config.grid.width_m / config.grid.cell_size_m > 4000) {
     found.emplace_back("grid: more than 4000 cells along a side; take larger cells or a smaller grid.");
   }
-  if (config.filter.model != FilterModel::particles && lattice_size(config.filter) > 1000) {
+  if (config.filter.model == FilterModel::particles) return found;
+  if (lattice_size(config.filter) > 1000) {
     found.emplace_back("filter: more than 1000 velocities; raise velocity_step_mps or lower velocity_max_mps.");
+  } else if (lattice_bytes(config) > lattice_bytes_max) {
+    found.emplace_back(
+        "filter: the window's cells times the velocities take more than 64 GiB; take larger cells, a "
+        "smaller grid or fewer velocities.");
   }
   return found;
 }

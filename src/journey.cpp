@@ -29,4 +29,14 @@ JourneyMemory::JourneyMemory(const Config& parameters, const Rig& level_rig, con
   projection.plan(BinGeometry{rig, config.u_disparity.bins_per_px}, {vehicle_grid}, config.projection.footprint);
 }
 
+// The rest is working memory, or the first frame resets it.
+void JourneyMemory::forget() {
+  ground = calibrated_ground(rig, config.ground);
+  frames_to_search = 0;
+  is_first = true;
+  alignment = RowAlignment{rig};
+  scene_flow = SceneFlow{rig};
+  tracker.forget();
+}
+
 }  // namespace stereogrid

@@ -43,6 +43,8 @@ class Journey {
   Journey& operator=(const Journey&) = delete;
   virtual ~Journey() = default;
   virtual void run(const JourneyInput& input, FrameResult& result) = 0;
+  /// The next frame is a first one. Ids of obstacles go on.
+  virtual void forget() = 0;
   virtual void start_ids_at(std::int64_t first_id) = 0;
   virtual int threads() = 0;
   /// Fills result.predictions after run(); false: this back end cannot.
@@ -81,6 +83,8 @@ struct Outlook {
 /// What the stages hand to each other and keep between frames. Allocated once.
 struct JourneyMemory {
   JourneyMemory(const Config& parameters, const Rig& level_rig, const GridGeometry& vehicle_grid, int threads);
+  /// As at construction; ids of tracks go on.
+  void forget();
 
   Config config;
   Rig rig;
@@ -179,6 +183,8 @@ class JourneyOn final : public Journey {
     }
     return true;
   }
+
+  void forget() override { memory_.forget(); }
 
   void start_ids_at(std::int64_t first_id) override { memory_.tracker.start_ids_at(first_id); }
 

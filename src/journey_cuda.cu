@@ -75,6 +75,16 @@ void JourneyOnCuda::run(const JourneyInput& input, FrameResult& result) {
   finish(input, result);
 }
 
+// As JourneyMemory::forget.
+void JourneyOnCuda::forget() {
+  ground_ = calibrated_ground(rig_, config_.ground);
+  frames_to_search_ = 0;
+  is_first_ = true;
+  alignment_ = RowAlignment{rig_};
+  scene_flow_ = SceneFlow{rig_};
+  tracker_.forget();
+}
+
 // Everything that changes from frame to frame, to where graphs look for it.
 void JourneyOnCuda::take(const JourneyInput& input) {
   is_given_ = !input.disparity.empty();

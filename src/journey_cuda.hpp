@@ -20,6 +20,7 @@ class JourneyOnCuda final : public Journey {
   JourneyOnCuda(const Config& config, const Rig& rig);
 
   void run(const JourneyInput& input, FrameResult& result) override;
+  void forget() override;
   void start_ids_at(std::int64_t first_id) override { tracker_.start_ids_at(first_id); }
   int threads() override { return 1; }
   void fetch_stages(bool wanted) override { are_stages_wanted_ = wanted; }

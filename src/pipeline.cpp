@@ -3,15 +3,18 @@
 #include "stereogrid/pipeline.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <cstdint>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 
 #include "backend/cpu.hpp"
 #include "cuda_library.hpp"
 #include "ego_motion/ego_motion.hpp"
+#include "frame_clock.hpp"
 #include "journey.hpp"
 #include "levelling/levelling.hpp"
+#include "pipeline_checks.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid {
@@ -19,6 +22,8 @@ namespace {
 
 constexpr int disparities_min{64};
 constexpr int disparities_step{16};
+/// Leaves as many ids to come.
+constexpr std::int64_t last_first_id{std::int64_t{1} << 62};
 
 Config resolved(Config config, const Rig& rig) {
   if (config.matching.disparities == 0) {
@@ -26,48 +31,6 @@ Config resolved(Config config, const Rig& rig) {
     config.matching.disparities = std::clamp(std::max(tenth, config.matching.min_disparity + 2), disparities_min, 256);
   }
   return config;
-}
-
-void check(const Config& config, const Rig& rig) {
-  std::vector<std::string> found{problems(config)};
-  const auto require = [&](bool fine, const char* problem) {
-    if (!fine) found.emplace_back(problem);
-  };
-  require(rig.width_px > 0 && rig.height_px > 0, "rig: the image size must be positive.");
-  require(std::max(rig.width_px, rig.height_px) <= 16384, "rig: images of up to 16384 × 16384 can be matched.");
-  require(rig.height_px <= 2047 || !config.u_disparity.confidence_weights,
-          "u_disparity.confidence_weights can count in images of up to 2047 rows.");
-  require(rig.focal_px > 0, "rig: focal_px must be positive.");
-  require(rig.baseline_m > 0, "rig: baseline_m must be positive (left camera minus right camera, in metres).");
-  require(rig.camera_height_m > 0, "rig: camera_height_m must be positive.");
-  require(std::abs(rig.camera_pitch_rad) < 0.8, "rig: camera_pitch_rad must be within ±0.8 (45°).");
-  require(config.matching.disparities != 1, "matching.disparities must be 0 (automatic) or at least 2.");
-  require(config.matching.disparities < 2 || config.matching.min_disparity <= config.matching.disparities - 2,
-          "matching.min_disparity must be at least 2 below matching.disparities.");
-  if (found.empty()) return;
-  std::string message;
-  for (const std::string& problem : found) message += (message.empty() ? "" : "\n") + problem;
-  throw ConfigError{message};
-}
-
-void check_grid(const ObservedGrid& grid, const std::string& frame_name) {
-  const GridGeometry& geometry{grid.geometry};
-  const auto fits = [&](const auto& image) { return image.width() == geometry.nx && image.height() == geometry.ny; };
-  const auto are_shares = [](const auto& image) {
-    return std::all_of(image.begin(), image.end(), [](float p) { return p >= 0 && p <= 1; });
-  };
-  const auto require = [&](bool fine, const char* problem, const char* remedy) {
-    if (!fine) throw InputError{"frame " + frame_name, problem, remedy};
-  };
-  require(std::isfinite(geometry.x_min_m) && std::isfinite(geometry.y_min_m) && std::isfinite(geometry.cell_size_m) &&
-              geometry.cell_size_m > 0,
-          "another source's grid has no place.", "Its origin and cell size must be finite, cells larger than 0.");
-  require(fits(grid.occupancy) && (grid.confidence.empty() || fits(grid.confidence)),
-          "another source's grid does not have its geometry's size.",
-          "Occupancy and confidence must be nx × ny cells; confidence may be left empty.");
-  require(are_shares(grid.occupancy) && are_shares(grid.confidence),
-          "another source's grid has values that are no probabilities.",
-          "Occupancy and confidence must lie in 0 … 1; unknown is 0.5.");
 }
 
 }  // namespace
@@ -105,41 +68,42 @@ struct Pipeline::Implementation {
   }
 
   void check_frame(const StereoFrame& frame) const {
-    if (frame.right.empty() == frame.disparity.empty()) {
-      throw InputError{"frame " + frame.name,
-                       frame.right.empty() ? "has neither a right image nor disparities."
-                                           : "has both a right image and disparities.",
-                       "Give one of them."};
+    check(frame, rig);
+    if (clock.stands_still(frame.stamp_ns)) {
+      throw InputError{"frame " + frame.name, "its stamp is that of the frame before.",
+                       "Every frame needs a stamp of its own."};
     }
-    const auto fits = [&](const auto& image) {
-      return image.empty() || (image.width() == rig.width_px && image.height() == rig.height_px);
-    };
-    if (frame.left.empty() || !fits(frame.left) || !fits(frame.right) || !fits(frame.disparity)) {
-      throw InputError{"frame " + frame.name, "the images do not have the calibration's size.",
-                       "Both must be " + std::to_string(rig.width_px) + " × " + std::to_string(rig.height_px) + "."};
-    }
-    if (last_stamp_ns && frame.stamp_ns <= *last_stamp_ns) {
-      throw InputError{"frame " + frame.name, "its stamp is not after that of the frame before.",
-                       "Frames must come in the order of their stamps."};
-    }
-    const Pose2 pose{frame.world_from_vehicle.value_or(Pose2{})};
-    if (!std::isfinite(pose.x_m) || !std::isfinite(pose.y_m) || !std::isfinite(pose.yaw_rad)) {
-      throw InputError{"frame " + frame.name, "its pose is not finite.", "Give numbers, or leave the pose out."};
-    }
-    for (const ObservedGrid& grid : frame.other_grids) check_grid(grid, frame.name);
+  }
+
+  // What is remembered is of another time.
+  void forget() {
+    ego_motion.restart();
+    journey->forget();
+  }
+
+  // Seconds since the frame before; 0: this is a first one.
+  double tick(const StereoFrame& frame) {
+    result.status.clear();
+    result.warnings.clear();
+    FrameClock::Tick tick{clock.tick(frame.stamp_ns)};
+    if (!tick.leap) return tick.dt_s;
+    forget();
+    result.status.push_back(*tick.leap);
+    result.warnings.push_back(std::move(tick.warning));
+    return 0;
   }
 
   // World is the vehicle frame of the first frame.
   Pose2 place(const StereoFrame& frame, double dt_s) {
-    result.warnings.clear();
     EgoMotion::Placing placing{ego_motion.place(frame.world_from_vehicle, dt_s)};
     if (!placing.warning.empty()) result.warnings.push_back(std::move(placing.warning));
+    if (placing.status) result.status.push_back(*placing.status);
     return placing.world_from_vehicle;
   }
 
   // What the stages take: level images.
   JourneyInput input_of(const StereoFrame& frame) {
-    const double dt_s{last_stamp_ns ? static_cast<double>(frame.stamp_ns - *last_stamp_ns) * 1e-9 : 0.0};
+    const double dt_s{tick(frame)};
     if (!levelling.is_needed()) {
       return {frame.left.view(), frame.right.view(), frame.disparity.view(), place(frame, dt_s), dt_s,
               frame.other_grids};
@@ -168,25 +132,29 @@ struct Pipeline::Implementation {
   FrameResult result;
   bool are_stages_wanted{true};
   std::optional<StageImages> unwanted_stages;  // between two frames; the stages work in their images
-  std::optional<std::int64_t> last_stamp_ns;
+  FrameClock clock{config.motion.gap_max_s};
   EgoMotion ego_motion{config.motion};
 };
 
 Pipeline::Pipeline(const Config& config, const Rig& rig, BackEnd back_end, int threads) {
-  check(config, rig);
+  check(config, rig, back_end, threads);
   implementation_ = std::make_unique<Implementation>(config, rig, back_end, threads);
 }
 Pipeline::Pipeline(Pipeline&&) noexcept = default;
 Pipeline& Pipeline::operator=(Pipeline&&) noexcept = default;
 Pipeline::~Pipeline() = default;
 
+Pipeline::Implementation& Pipeline::implementation() const {
+  if (!implementation_) throw std::logic_error{"This Pipeline has been moved from: its work goes on in another one."};
+  return *implementation_;
+}
+
 const FrameResult& Pipeline::process(const StereoFrame& frame) {
-  Implementation& self{*implementation_};
+  Implementation& self{implementation()};
   self.check_frame(frame);
   Stopwatch watch;
   FrameResult& result{self.result};
   const JourneyInput input{self.input_of(frame)};
-  self.last_stamp_ns = frame.stamp_ns;
   if (self.unwanted_stages) result.stages = *std::exchange(self.unwanted_stages, std::nullopt);
   self.journey->run(input, result);
   if (!result.predictions.empty()) self.journey->predict(input.world_from_vehicle, result);
@@ -196,41 +164,50 @@ const FrameResult& Pipeline::process(const StereoFrame& frame) {
   return result;
 }
 
+void Pipeline::reset() {
+  Implementation& self{implementation()};
+  self.clock.reset();
+  self.forget();
+}
+
 const Config& Pipeline::config() const {
-  return implementation_->config;
+  return implementation().config;
 }
 const Rig& Pipeline::rig() const {
-  return implementation_->rig;
+  return implementation().rig;
 }
 GridGeometry Pipeline::vehicle_grid() const {
-  return implementation_->result.vehicle_grid;
+  return implementation().result.vehicle_grid;
 }
 GridGeometry Pipeline::world_grid() const {
-  return implementation_->result.world.geometry;
+  return implementation().result.world.geometry;
 }
 int Pipeline::threads() const {
-  return implementation_->journey->threads();
+  return implementation().journey->threads();
 }
 BackEnd Pipeline::back_end() const {
-  return implementation_->used;
+  return implementation().used;
 }
 const std::string& Pipeline::why_not_cuda() const {
-  return implementation_->why_not_cuda;
+  return implementation().why_not_cuda;
 }
 void Pipeline::fetch_stages(bool wanted) {
-  implementation_->are_stages_wanted = wanted;
-  implementation_->journey->fetch_stages(wanted);
+  Implementation& self{implementation()};
+  self.are_stages_wanted = wanted;
+  self.journey->fetch_stages(wanted);
 }
 void Pipeline::start_at(const Pose2& world_from_vehicle) {
-  implementation_->ego_motion.start_at(world_from_vehicle);
+  Implementation& self{implementation()};
+  if (!is_place(world_from_vehicle)) {
+    throw ConfigError{"The vehicle's place at the start must be finite, and within 1e9 m of the world's origin."};
+  }
+  self.ego_motion.start_at(world_from_vehicle);
 }
 void Pipeline::predict_at(const std::vector<double>& horizons_s) {
-  Implementation& self{*implementation_};
+  Implementation& self{implementation()};
+  check_horizons(horizons_s);
   std::vector<Prediction> predictions;
   for (const double horizon_s : horizons_s) {
-    if (!(horizon_s > 0) || !std::isfinite(horizon_s)) {
-      throw ConfigError{"Predictions need horizons in seconds, more than 0, as in 0.5,1,2."};
-    }
     const GridGeometry& window{self.result.world.geometry};
     predictions.push_back({horizon_s, Image<float>{self.result.vehicle_grid.nx, self.result.vehicle_grid.ny},
                            Image<float>{window.nx, window.ny}});
@@ -241,7 +218,9 @@ void Pipeline::predict_at(const std::vector<double>& horizons_s) {
   self.result.predictions = std::move(predictions);
 }
 void Pipeline::start_ids_at(std::int64_t first_id) {
-  implementation_->journey->start_ids_at(first_id);
+  Implementation& self{implementation()};
+  if (first_id < 0 || first_id > last_first_id) throw ConfigError{"The first id must lie in 0 … 2^62."};
+  self.journey->start_ids_at(first_id);
 }
 
 }  // namespace stereogrid

@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+#include <vector>
+
 namespace stereogrid {
 
 /// A rectified stereo pair and how it is mounted. The left image is the reference; both cameras are alike; rows are
@@ -22,6 +25,15 @@ struct Rig {
 
   friend bool operator==(const Rig&, const Rig&) = default;
 };
+
+/// Everything that makes a rig unusable, a sentence each; empty: nothing. Numbers that are none, too small or too large
+/// for any camera: a baseline in millimetres, a height in centimetres, angles in degrees, a principal point outside the
+/// image. A width or height of 0 is not looked at: a calibration may not know the images' size.
+[[nodiscard]] std::vector<std::string> problems(const Rig& rig);
+
+/// What can be worked with but hardly any vehicle has, a sentence each: worth a warning, since a slip in a unit or a
+/// digit looks like this. Of a rig without problems.
+[[nodiscard]] std::vector<std::string> oddities(const Rig& rig);
 
 /// The road as the left camera sees it in one frame.
 struct Ground {

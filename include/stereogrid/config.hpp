@@ -337,7 +337,8 @@ struct TrackingConfig {
   }
 };
 
-/// What a vehicle can do: poses that would need more are taken for a jump of their source.
+/// What a vehicle can do: poses that would need more are taken for a jump of their source. And for how long a frame
+/// tells how things go on.
 struct MotionConfig {
   bool notice_jumps{true};
   double speed_max_mps{70};
@@ -346,6 +347,7 @@ struct MotionConfig {
   double yaw_acceleration_max_degps2{180};
   double jump_min_m{0.3};
   double jump_min_deg{1};
+  double gap_max_s{5};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
@@ -362,6 +364,9 @@ struct MotionConfig {
     visit(Parameter{"jump_min_m", "m", 0, 10, "Smaller steps off the expected place are noise, not a jump."},
           self.jump_min_m);
     visit(Parameter{"jump_min_deg", "°", 0, 45, "The same for the heading."}, self.jump_min_deg);
+    visit(Parameter{"gap_max_s", "s", 0.05, 3600,
+                    "After more time without a frame everything that was remembered is forgotten, tracks too."},
+          self.gap_max_s);
   }
 };
 

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <stdexcept>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace stereogrid {
@@ -34,15 +36,28 @@ struct View {
   }
 };
 
-/// An owned image or grid: `height` rows of `width` elements, contiguous, row-major.
+/// An owned image or grid: `height` rows of `width` elements, contiguous, row-major. One that has been moved from is
+/// empty, 0 × 0.
 template <class T>
 class Image {
  public:
   Image() = default;
+  /// Throws std::invalid_argument: a size below 0; std::bad_alloc or std::length_error: too large for the memory.
   Image(int width, int height, T value = T{})
-      : width_{width},
-        height_{height},
-        elements_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), value) {}
+      : width_{width}, height_{height}, elements_(size_of(width, height), value) {}
+  Image(const Image&) = default;
+  Image& operator=(const Image&) = default;
+  Image(Image&& other) noexcept
+      : width_{std::exchange(other.width_, 0)},
+        height_{std::exchange(other.height_, 0)},
+        elements_{std::exchange(other.elements_, {})} {}
+  Image& operator=(Image&& other) noexcept {
+    width_ = std::exchange(other.width_, 0);
+    height_ = std::exchange(other.height_, 0);
+    elements_ = std::exchange(other.elements_, {});
+    return *this;
+  }
+  ~Image() = default;
 
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
@@ -66,6 +81,10 @@ class Image {
   friend bool operator==(const Image&, const Image&) = default;
 
  private:
+  static std::size_t size_of(int width, int height) {
+    if (width < 0 || height < 0) throw std::invalid_argument{"An image cannot have a width or height below 0."};
+    return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  }
   [[nodiscard]] std::size_t index(int u, int v) const {
     return static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u);
   }

@@ -58,7 +58,8 @@ struct Prediction {
 enum class FrameStatus {
   clock_gap,           ///< more than motion.gap_max_s since the frame before: everything remembered was forgotten
   clock_stepped_back,  ///< stamped before the frame before: everything remembered was forgotten
-  pose_missing,        ///< no pose: the last motion was carried on, or the vehicle taken to stand still
+  pose_missing,        ///< no pose: the last motion was carried on, or the vehicle taken to stand still. In every such
+                       ///< frame; before any frame has had a pose in the first one only, as that may be intended
   pose_jump,           ///< the pose was not where the vehicle can be: the frame of the poses was moved
   few_matches,         ///< left and right image hardly match
   road_unknown,        ///< where the road is is not known: observed grid and stages are unknown
@@ -98,19 +99,31 @@ enum class BackEnd { cpu, reference, cuda, automatic };
 /// Stereo frames in, occupancy grids out (T-ITS 2012, with the Bayesian Occupancy Filter and obstacle tracks behind
 /// it).
 ///
-/// Not thread-safe: one pipeline serves one camera, one frame after the other.
+/// Not thread-safe: one pipeline serves one camera, one frame after the other. One that has been moved from can only be
+/// assigned to or destroyed; its methods throw std::logic_error.
 class Pipeline {
  public:
-  /// Allocates everything. `threads` 0: all cores. Throws ConfigError with every problem of `config` and `rig`, and
-  /// DeviceError where BackEnd::cuda cannot work: no library, no GPU, too old a driver, too little memory.
+  /// Allocates everything. `threads` 0: all cores; at most 1024. Throws ConfigError with every problem of `config` and
+  /// `rig` (see their `problems`), of `back_end` and `threads`, DeviceError where BackEnd::cuda cannot work: no
+  /// library, no GPU, too old a driver, too little memory, and std::bad_alloc where the CPU's memory does not do.
   Pipeline(const Config& config, const Rig& rig, BackEnd back_end = BackEnd::cpu, int threads = 0);
   Pipeline(Pipeline&&) noexcept;
   Pipeline& operator=(Pipeline&&) noexcept;
   ~Pipeline();
 
-  /// Takes the next frame. Frames may be missing, the time between two is taken from their stamps; stamps must grow.
-  /// Throws InputError when the frame does not fit the rig; the pipeline's state is then unchanged.
+  /// Takes the next frame. Frames may be missing, the time between two is taken from their stamps. Where they are more
+  /// than motion.gap_max_s apart, or the clock has stepped back, the pipeline begins afresh as with reset(), and the
+  /// result's status and warnings say so.
+  ///
+  /// Throws InputError when the frame cannot be used: it does not fit the rig, has the stamp of the frame before, a
+  /// pose that is not finite or farther than 1e9 m from its origin, other grids that are none. The pipeline's state is
+  /// then unchanged.
   const FrameResult& process(const StereoFrame& frame);
+
+  /// The next frame is a first one, whatever its stamp: filter, tracks, followed points, ground and row offsets begin
+  /// as at construction. The world goes on: ids of obstacles are not used again, the vehicle's place follows the poses
+  /// from where they had it, without a look at how fast it would have moved, and stays where it is without poses.
+  void reset();
 
   /// The configuration with every "automatic" value resolved.
   [[nodiscard]] const Config& config() const;
@@ -128,19 +141,23 @@ class Pipeline {
   /// hand them over. On at construction.
   void fetch_stages(bool wanted);
 
-  /// Where the vehicle is in the world at the first frame (of a resumed run). Call it before process(); not called: the
-  /// world begins there.
+  /// Where the vehicle is in the world at the first frame (of a resumed run). Call it before process(), or after
+  /// reset(); not called: the world begins there. Throws ConfigError: not finite, or farther than 1e9 m from the
+  /// origin.
   void start_at(const Pose2& world_from_vehicle);
 
-  /// From the next frame on, FrameResult::predictions holds these horizons (s, > 0). Throws ConfigError: a horizon that
-  /// is none, or the CUDA back end, which does not predict.
+  /// From the next frame on, FrameResult::predictions holds these horizons (s, > 0, up to 10 000: long before that
+  /// everything is forgotten). Throws ConfigError: a horizon that is none, or the CUDA back end, which does not
+  /// predict.
   void predict_at(const std::vector<double>& horizons_s);
 
-  /// Ids of new obstacles start here (after a resumed run).
+  /// Ids of new obstacles start here (after a resumed run). Throws ConfigError: below 0, or beyond 2^62.
   void start_ids_at(std::int64_t first_id);
 
  private:
   struct Implementation;
+  /// Throws std::logic_error: moved from.
+  [[nodiscard]] Implementation& implementation() const;
   std::unique_ptr<Implementation> implementation_;
 };
 

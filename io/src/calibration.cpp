@@ -132,51 +132,7 @@ Calibration read_any(const std::filesystem::path& path, int width_px, int height
                    "It is a calibration.yaml, a calib.txt with P0 and P1, or a calib_cam_to_cam.txt (docs/input.md)."};
 }
 
-std::string baseline_problem(double baseline_m) {
-  if (baseline_m == 0) return "The baseline is zero: the two cameras are the same one.";
-  if (std::abs(baseline_m) < 1e-4)
-    return "The baseline is " + text_of(baseline_m) + " m, below a tenth of a millimetre.";
-  if (baseline_m < 0) return "The baseline is negative: left and right are swapped.";
-  if (baseline_m > 10) {
-    return "The baseline is " + text_of(baseline_m) + " m, which looks like millimetres: divide by 1000.";
-  }
-  return {};
-}
-
 }  // namespace
-
-std::vector<std::string> problems(const Rig& rig) {
-  std::vector<std::string> found;
-  for (const double number : {rig.focal_px, rig.centre_u_px, rig.centre_v_px, rig.baseline_m, rig.camera_height_m,
-                              rig.camera_pitch_rad, rig.camera_roll_rad}) {
-    if (!std::isfinite(number)) return {"A number is not finite."};
-  }
-  constexpr double most_rad{0.7853981633974483};
-  if (rig.focal_px <= 0) {
-    found.push_back("The focal length is " + text_of(rig.focal_px) + " px; it has to be positive.");
-  } else if (rig.focal_px < 1 || rig.focal_px > 1e6) {
-    found.push_back("The focal length is " + text_of(rig.focal_px) + " px; is it in another unit?");
-  }
-  if (auto problem{baseline_problem(rig.baseline_m)}; !problem.empty()) found.push_back(std::move(problem));
-  const bool outside_u{rig.width_px != 0 && (rig.centre_u_px < 0 || rig.centre_u_px > rig.width_px - 1)};
-  const bool outside_v{rig.height_px != 0 && (rig.centre_v_px < 0 || rig.centre_v_px > rig.height_px - 1)};
-  if (outside_u || outside_v) {
-    found.push_back("The principal point (" + text_of(rig.centre_u_px) + ", " + text_of(rig.centre_v_px) +
-                    ") lies outside the image.");
-  }
-  if (rig.camera_height_m <= 0) {
-    found.push_back("The camera height is " + text_of(rig.camera_height_m) + " m; it has to be above the ground.");
-  } else if (rig.camera_height_m < 0.01 || rig.camera_height_m > 1000) {
-    found.push_back("The camera height is " + text_of(rig.camera_height_m) + " m; is it in another unit?");
-  }
-  if (std::abs(rig.camera_pitch_rad) > most_rad) {
-    found.push_back("The camera pitch is " + text_of(rig.camera_pitch_rad) + " rad, over 45°: is it in degrees?");
-  }
-  if (std::abs(rig.camera_roll_rad) > most_rad) {
-    found.push_back("The camera roll is " + text_of(rig.camera_roll_rad) + " rad, over 45°: is it in degrees?");
-  }
-  return found;
-}
 
 Calibration read_calibration(const std::filesystem::path& path, int width_px, int height_px, KittiPair pair) {
   Calibration calibration{read_any(path, width_px, height_px, pair)};

@@ -93,6 +93,9 @@ void find_calibration(RecordingContents& contents, const InputLayout& layout, co
   if (contents.calibration.kind != "calibration.yaml") {
     contents.notes.push_back("mounting: not in the calibration; camera height 1.65 m and pitch 0 assumed");
   }
+  for (const std::string& oddity : oddities(contents.calibration.rig)) {
+    contents.warnings.push_back(contents.calibration_file.string() + ": " + oddity);
+  }
 }
 
 /// Stamps by name. False: the frames are not all named in the file.
@@ -135,6 +138,25 @@ fs::path stamps_file(const InputLayout& layout, const std::string& poses) {
   return found == candidates.end() ? fs::path{} : *found;
 }
 
+/// No camera takes images so seldom or so often: the stamps are in another unit.
+void warn_of_rate(RecordingContents& contents, const fs::path& file) {
+  constexpr double slowest_hz{0.1};
+  constexpr double fastest_hz{1000};
+  std::vector<double> steps_s;
+  for (std::size_t i{1}; i < contents.frames.size(); ++i) {
+    const auto stamp_ns = [&](std::size_t frame) { return static_cast<double>(contents.frames[frame].stamp_ns); };
+    steps_s.push_back((stamp_ns(i) - stamp_ns(i - 1)) * 1e-9);
+  }
+  if (steps_s.empty()) return;
+  const auto middle = steps_s.begin() + static_cast<std::ptrdiff_t>(steps_s.size() / 2);
+  std::ranges::nth_element(steps_s, middle);
+  if (*middle >= 1 / fastest_hz && *middle <= 1 / slowest_hz) return;
+  contents.warnings.push_back(fmt::format(
+      "{}: frames come at {:.3g} Hz, as hardly any camera's do. Stamps are seconds in times.txt, nanoseconds "
+      "in poses.csv.",
+      file.string(), 1 / *middle));
+}
+
 /// False: the images have no stamps, some are assumed.
 bool find_stamps(RecordingContents& contents, const InputLayout& layout, const std::string& poses) {
   const fs::path file{stamps_file(layout, poses)};
@@ -161,6 +183,7 @@ bool find_stamps(RecordingContents& contents, const InputLayout& layout, const s
         fmt::format("frame {} is not later than frame {}.", contents.frames[i].name, contents.frames[i - 1].name),
         "Frames are taken in the order of their names; their stamps have to grow."};
   }
+  warn_of_rate(contents, file);
   return true;
 }
 

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "clamped_to_int.hpp"
 #include "host_device.hpp"
 #include "stereogrid/image.hpp"
 
@@ -44,9 +45,8 @@ constexpr int offset_columns{16};
 /// every back end interpolates alike; offsets beyond ±4096 px are cut off.
 STEREOGRID_HD inline int place_256(const RowOffsets& offsets, int u, int v) {
   const double offset{offsets.at(u / offset_columns * offset_columns + offset_columns / 2, v) * 256};
-  constexpr double limit{4096 * 256};
-  const double bounded{offset < -limit ? -limit : (offset > limit ? limit : offset)};
-  return v * 256 + static_cast<int>(bounded < 0 ? bounded - 0.5 : bounded + 0.5);
+  constexpr int limit{4096 * 256};
+  return v * 256 + clamped_to_int(offset < 0 ? offset - 0.5 : offset + 0.5, limit);
 }
 
 /// Grey level between two rows, `part` / 256 below the upper one.

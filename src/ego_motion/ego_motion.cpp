@@ -21,8 +21,12 @@ std::string text_of(const Pose2& jump) {
 
 }  // namespace
 
-EgoMotion::Rate EgoMotion::rate_of(const Pose2& motion, double dt_s) {
-  return {motion.x_m / dt_s, motion.y_m / dt_s, motion.yaw_rad / dt_s};
+// None where it is no vehicle's: within next to no time the noise of a pose is a fantastic speed.
+std::optional<EgoMotion::Rate> EgoMotion::rate_of(const Pose2& motion) const {
+  const Rate rate{motion.x_m / since_pose_s_, motion.y_m / since_pose_s_, motion.yaw_rad / since_pose_s_};
+  const bool is_possible{std::hypot(rate.x_mps, rate.y_mps) <= config_.speed_max_mps &&
+                         std::abs(rate.yaw_radps) <= degree * config_.yaw_rate_max_degps};
+  return is_possible ? std::optional{rate} : std::nullopt;
 }
 
 Pose2 EgoMotion::motion_of(const std::optional<Rate>& rate, double dt_s) {
@@ -51,6 +55,8 @@ EgoMotion::Placing EgoMotion::place_without_pose(double dt_s) {
   if (!has_warned_) {
     placing.warning = rate_ ? "no pose: the last motion is carried on" : "no pose: the vehicle is taken to stand still";
   }
+  // where there never was one, that may be intended
+  if (!has_warned_ || input_from_world_) placing.status = FrameStatus::pose_missing;
   has_warned_ = true;
   world_from_vehicle_ = world_from_vehicle_ * motion_of(rate_, dt_s);
   placing.world_from_vehicle = world_from_vehicle_;
@@ -61,23 +67,31 @@ EgoMotion::Placing EgoMotion::move_along(const Pose2& pose, const Pose2& motion)
   const Pose2 expected{motion_of(rate_, since_pose_s_)};
   world_from_vehicle_ = world_from_last_pose_ * expected;
   input_from_world_ = pose * inverse(world_from_vehicle_);
-  return {world_from_vehicle_, text_of(inverse(expected) * motion)};
+  return {world_from_vehicle_, text_of(inverse(expected) * motion), FrameStatus::pose_jump};
+}
+
+void EgoMotion::restart() {
+  last_pose_.reset();
+  rate_.reset();
+  pose_rate_.reset();
+  since_pose_s_ = before_s_ = 0;
+  has_warned_ = has_warned_ && !input_from_world_;
 }
 
 EgoMotion::Placing EgoMotion::place(const std::optional<Pose2>& pose, double dt_s) {
   since_pose_s_ += dt_s;
   if (!pose) return place_without_pose(dt_s);
   if (!input_from_world_) input_from_world_ = *pose * inverse(world_from_vehicle_);
-  Placing placing{inverse(*input_from_world_) * *pose, ""};
+  Placing placing{inverse(*input_from_world_) * *pose};
   if (last_pose_) {
     const Pose2 motion{inverse(*last_pose_) * *pose};
     const bool drivable{is_drivable(motion)};
     const bool believed{!config_.notice_jumps ||
                         (drivable && (!rate_ || follows(motion, rate_) || follows(motion, pose_rate_)))};
-    const Rate rate{rate_of(motion, since_pose_s_)};
+    const std::optional<Rate> rate{rate_of(motion)};
     if (!believed) placing = move_along(*pose, motion);
-    if (believed) rate_ = rate;
-    pose_rate_ = drivable ? std::optional{rate} : std::nullopt;
+    if (believed && rate) rate_ = rate;
+    pose_rate_ = drivable ? rate : std::nullopt;
     before_s_ = since_pose_s_;
   }
   world_from_vehicle_ = world_from_last_pose_ = placing.world_from_vehicle;

@@ -7,6 +7,7 @@
 
 #include "stereogrid/config.hpp"
 #include "stereogrid/frame.hpp"
+#include "stereogrid/pipeline.hpp"
 
 namespace stereogrid {
 
@@ -19,11 +20,18 @@ class EgoMotion {
   explicit EgoMotion(const MotionConfig& config) : config_{config} {}
 
   /// Where the world has the vehicle at the first frame.
-  void start_at(const Pose2& world_from_vehicle) { world_from_vehicle_ = world_from_vehicle; }
+  void start_at(const Pose2& world_from_vehicle) {
+    world_from_vehicle_ = world_from_vehicle;
+    input_from_world_.reset();
+  }
+  /// What was learnt of the motion does not tell the next frame's place, whose time is another: that follows from its
+  /// pose, whatever the motion, or is the last one. The world stays the same.
+  void restart();
 
   struct Placing {
     Pose2 world_from_vehicle;
-    std::string warning;  ///< empty: none
+    std::string warning{};                ///< empty: none
+    std::optional<FrameStatus> status{};  ///< pose_missing, pose_jump
   };
   /// The next frame's place. `pose`: of the vehicle in any fixed frame, none: unknown; `dt_s`: since the frame before.
   Placing place(const std::optional<Pose2>& pose, double dt_s);
@@ -35,7 +43,7 @@ class EgoMotion {
     double y_mps{0};
     double yaw_radps{0};
   };
-  static Rate rate_of(const Pose2& motion, double dt_s);
+  [[nodiscard]] std::optional<Rate> rate_of(const Pose2& motion) const;
   static Pose2 motion_of(const std::optional<Rate>& rate, double dt_s);
 
   Placing place_without_pose(double dt_s);

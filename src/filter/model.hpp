@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "clamped_to_int.hpp"
 #include "host_device.hpp"
 
 namespace stereogrid {
@@ -52,7 +53,7 @@ struct Antecedents {
 };
 
 STEREOGRID_HD inline int floor_of(double value) {
-  const int truncated{static_cast<int>(value)};
+  const int truncated{clamped_to_int(value)};
   return truncated > value ? truncated - 1 : truncated;
 }
 

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "clamped_to_int.hpp"
 #include "filter/model.hpp"
 #include "host_device.hpp"
 
@@ -132,15 +133,16 @@ STEREOGRID_HD inline int first_sample(double begin, double weight, double offset
   const double position{begin / weight - offset};
   if (position <= 0) return 0;
   if (position >= limit) return limit;
-  const int whole{static_cast<int>(position)};
+  const int whole{clamped_to_int(position)};
   return whole < position ? whole + 1 : whole;
 }
 
 /// The particle, of `count` in the cell, that a sample at `position` along the cell's mass is a copy of; −1: a new one.
 STEREOGRID_HD inline int parent_of(double position, const CellMass& mass, int count) {
   if (!(position < mass.moving)) return -1;
-  const int parent{static_cast<int>(position / mass.moving * count)};
-  return parent < count ? parent : count - 1;
+  // rounding may put the sample a little before the cell, and next to a tiny mass that is far
+  const int parent{clamped_to_int(position / mass.moving * count)};
+  return parent < 0 ? 0 : (parent < count ? parent : count - 1);
 }
 
 }  // namespace stereogrid

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "clamped_to_int.hpp"
 #include "filter/filter.hpp"
 
 namespace stereogrid {
@@ -27,8 +28,8 @@ Particles::Particles(int cells, const FilterConfig& config)
       begin(mass.size() + 1) {}
 
 Scroll scroll_between(const GridGeometry& before, const GridGeometry& now) {
-  return {static_cast<int>(std::lround((now.x_min_m - before.x_min_m) / now.cell_size_m)),
-          static_cast<int>(std::lround((now.y_min_m - before.y_min_m) / now.cell_size_m))};
+  return {clamped_to_int(std::round((now.x_min_m - before.x_min_m) / now.cell_size_m)),
+          clamped_to_int(std::round((now.y_min_m - before.y_min_m) / now.cell_size_m))};
 }
 
 ParticleStep particle_step_of(const FilterInput& input, std::uint64_t number) {

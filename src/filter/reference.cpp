@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "clamped_to_int.hpp"
 #include "filter/filter.hpp"
 
 namespace stereogrid {
@@ -12,7 +13,7 @@ namespace {
 
 // The window's movement since the step before, in whole cells.
 int moved(double now_m, double before_m, double cell_size_m) {
-  return static_cast<int>(std::lround((now_m - before_m) / cell_size_m));
+  return clamped_to_int(std::round((now_m - before_m) / cell_size_m));
 }
 
 struct Step {

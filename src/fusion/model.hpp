@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+
 #include "host_device.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/grid.hpp"
@@ -55,7 +57,7 @@ STEREOGRID_HD inline void add(const OtherCells& other, Point2 at, double confide
   const double ix{(at.x - grid.x_min_m) / grid.cell_size_m};
   const double iy{(at.y - grid.y_min_m) / grid.cell_size_m};
   if (!(ix >= 0 && ix < grid.nx && iy >= 0 && iy < grid.ny)) return;
-  const int cell{static_cast<int>(iy) * grid.nx + static_cast<int>(ix)};
+  const std::ptrdiff_t cell{static_cast<std::ptrdiff_t>(iy) * grid.nx + static_cast<std::ptrdiff_t>(ix)};
   const double said{other.occupancy[cell]};
   const double p{said < 1 - surest ? 1 - surest : (said > surest ? surest : said)};
   pool.add(p, confidence * (other.confidence == nullptr ? 1.0 : static_cast<double>(other.confidence[cell])));

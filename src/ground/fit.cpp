@@ -30,7 +30,7 @@ double radius_of(const std::vector<GroundSample>& samples, const RoadPlane& plan
   int total{0};
   for (const GroundSample& sample : samples) {
     const double bin{std::abs(residual(plane, sample)) * residual_bins_per_px};
-    if (bin >= residual_bins) continue;
+    if (!(bin < residual_bins)) continue;
     ++counts[static_cast<std::size_t>(bin)];
     ++total;
   }

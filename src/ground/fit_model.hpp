@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "clamped_to_int.hpp"
 #include "ground/model.hpp"
 #include "stereogrid/config.hpp"
 
@@ -53,7 +54,7 @@ STEREOGRID_HD inline double first_ground_row(const Rig& rig, const RoadPlane& pl
 
 /// First lattice row at or before an image row.
 STEREOGRID_HD inline int lattice_row(double first_row, int height) {
-  return static_cast<int>(clamped(first_row, 0, height)) / lattice_px;
+  return clamped_to_int(clamped(first_row, 0, height)) / lattice_px;
 }
 
 /// Tukey's weight is (1 − t)² with t = (r/radius)², below 1.

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include "clamped_to_int.hpp"
 #include "ground/model.hpp"
 #include "host_device.hpp"
 
@@ -61,9 +62,8 @@ struct RoadRow {
 
 /// Disparities beyond ±16384 px and slopes beyond ±0.25, far from any road, are cut off; columns up to 16384.
 STEREOGRID_HD inline RoadRow road_row(const RoadPlane& plane, int v) {
-  const auto fixed = [](double value, double limit) {
-    const double bounded{value < -limit ? -limit : (value > limit ? limit : value)};
-    return static_cast<std::int32_t>(bounded < 0 ? bounded - 0.5 : bounded + 0.5);
+  const auto fixed = [](double value, int limit) {
+    return std::int32_t{clamped_to_int(value < 0 ? value - 0.5 : value + 0.5, limit)};
   };
   return {fixed(plane.disparity(0, v) * 65536, 1 << 30), fixed(plane.per_u * 262144, 1 << 16)};
 }

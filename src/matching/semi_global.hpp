@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "clamped_to_int.hpp"
 #include "matching/candidates.hpp"
 #include "matching/matching.hpp"
 
@@ -50,7 +51,7 @@ STEREOGRID_HD inline bool row_has_road(const RoadPlane& plane, int width, int v)
 /// The upright label with the disparity of the first road label; −1 where not all road labels lie among the upright
 /// ones, so that nothing can change between them.
 STEREOGRID_HD inline int meeting_label(const RoadPlane& plane, Shifts upright, Shifts road, int u, int v) {
-  const int meeting{static_cast<int>(std::floor(plane.disparity(u, v) + 0.5)) + road.first - upright.first};
+  const int meeting{clamped_to_int(std::floor(plane.disparity(u, v) + 0.5)) + road.first - upright.first};
   return meeting > 0 && meeting + road.count < upright.count ? meeting : -1;
 }
 

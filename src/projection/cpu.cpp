@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clamped_to_int.hpp"
 #include "projection/projection.hpp"
 #include "projection/spans.hpp"
 
@@ -89,8 +90,8 @@ void interpolate_cell(View<const float> occupancy, const BinGeometry& bins, cons
                       float& value) {
   const ColumnSpan span{columns_of(bins, cell, cell.nearest_x(), cell.farthest_x())};
   const double last{occupancy.width - 1.0};
-  int begin{static_cast<int>(std::clamp(std::floor(span.smallest - 1), 0.0, last))};
-  int end{static_cast<int>(std::clamp(std::ceil(span.largest + 1), 0.0, last))};
+  int begin{clamped_to_int(std::clamp(std::floor(span.smallest - 1), 0.0, last))};
+  int end{clamped_to_int(std::clamp(std::ceil(span.largest + 1), 0.0, last))};
   while (begin <= end && !span.touches(begin)) ++begin;
   while (end >= begin && !span.touches(end)) --end;
   if (begin > end) return;

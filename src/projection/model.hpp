@@ -119,7 +119,7 @@ STEREOGRID_HD inline FarCell far_cell(const BinGeometry& bins, const CellCorners
   const double near{cell.nearest_x()};
   if (!(near > 0) || bins.disparity(near) - bins.disparity(cell.farthest_x()) >= 1) return {false, 0, 0};
   const double d{bins.disparity(centre.x)};
-  if (d < 1 || d >= disparities - 1) return {false, 0, 0};
+  if (!(d >= 1 && d < disparities - 1)) return {false, 0, 0};
   const int below{static_cast<int>(d)};
   return {true, below, static_cast<float>(d - below)};
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clamped_to_int.hpp"
 #include "projection/projection.hpp"
 
 namespace stereogrid {
@@ -76,7 +77,7 @@ class Spans {
   STEREOGRID_HD static bool is_steep(double part) { return part != 0 && std::abs(part) < 1e-3; }
 
   STEREOGRID_HD static int clamped(double value, int highest) {
-    return static_cast<int>(std::clamp(value, -1.0, static_cast<double>(highest)));
+    return clamped_to_int(std::clamp(value, -1.0, static_cast<double>(highest)));
   }
 
   [[nodiscard]] STEREOGRID_HD Corner corner(int ix, int iy) const {
@@ -157,8 +158,8 @@ class Spans {
       const ColumnSpan exact{columns_of(bins_, corners, x_near, x_far)};
       return visit_where(d, exact, visit, [&](int u) { return exact.touches(u); });
     }
-    const int begin{static_cast<int>(std::floor(low)) + 1};
-    const int end{static_cast<int>(std::ceil(high)) - 1};
+    const int begin{clamped_to_int(std::floor(low)) + 1};
+    const int end{clamped_to_int(std::ceil(high)) - 1};
     visit_columns(d, std::max(begin, 0), std::min(end, width_ - 1), visit);
   }
 

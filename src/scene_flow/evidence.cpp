@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clamped_to_int.hpp"
+
 namespace stereogrid {
 namespace {
 
@@ -20,8 +22,8 @@ constexpr double weight_max{4};
 // Cells from min to max along an axis that lie within `half` of `at`.
 struct CellRange {
   CellRange(double at, double half, double min, double cell_size_m, int count)
-      : first{std::max(static_cast<int>(std::floor((at - half - min) / cell_size_m)), 0)},
-        last{std::min(static_cast<int>(std::floor((at + half - min) / cell_size_m)), count - 1)} {}
+      : first{std::max(clamped_to_int(std::floor((at - half - min) / cell_size_m)), 0)},
+        last{std::min(clamped_to_int(std::floor((at + half - min) / cell_size_m)), count - 1)} {}
 
   int first;
   int last;

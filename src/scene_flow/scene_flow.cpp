@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <limits>
 
+#include "clamped_to_int.hpp"
+
 namespace stereogrid {
 namespace {
 
@@ -47,7 +49,7 @@ int lattice_pixel(int from, int first, int step) {
 }
 
 int rounded(float value) {
-  return static_cast<int>(std::lround(value));
+  return clamped_to_int(std::round(value));
 }
 
 bool holds_patch(const Grey& image, int u, int v) {
@@ -81,7 +83,7 @@ bool can_be_followed(const Template& patch) {
 }
 
 int searched_columns(double dt_s, double px_per_m) {
-  return std::min(static_cast<int>(searched_speed_mps * dt_s * px_per_m), searched_columns_max);
+  return std::min(clamped_to_int(searched_speed_mps * dt_s * px_per_m), searched_columns_max);
 }
 
 // Where the right image shows a point of the left one.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clamped_to_int.hpp"
 #include "tracking/tracking.hpp"
 
 namespace stereogrid {
@@ -150,8 +151,8 @@ bool Tracker::is_over(const Track& track, const GridLayers& world) const {
   if (track.unseen_s == 0) return false;
   if (track.unseen_s > config_.coast_s || track.sightings < config_.confirm_frames) return true;
   const GridGeometry& grid{world.geometry};
-  const int x{static_cast<int>(std::floor((track.x.position - grid.x_min_m) / grid.cell_size_m))};
-  const int y{static_cast<int>(std::floor((track.y.position - grid.y_min_m) / grid.cell_size_m))};
+  const int x{clamped_to_int(std::floor((track.x.position - grid.x_min_m) / grid.cell_size_m))};
+  const int y{clamped_to_int(std::floor((track.y.position - grid.y_min_m) / grid.cell_size_m))};
   if (x < 0 || x >= grid.nx || y < 0 || y >= grid.ny) return true;
   return track.unseen_s > gone_s && world.occupancy(x, y) < free_occupancy && world.age_s(x, y) == 0;
 }

@@ -44,6 +44,9 @@ class Tracker {
 
   void start_ids_at(std::int64_t first_id) { next_id_ = first_id; }
 
+  /// No tracks; ids go on.
+  void forget() { tracks_.clear(); }
+
   /// Moves all tracks on by dt_s, gives each its cluster, begins and ends tracks.
   void update(const GridLayers& world, const std::vector<Cluster>& clusters, double dt_s);
 

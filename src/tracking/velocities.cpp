@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "clamped_to_int.hpp"
 #include "tracking/tracking.hpp"
 
 namespace stereogrid {
@@ -19,8 +20,8 @@ constexpr int reach_cells{2};
 
 // The cluster at a point's place, or else the nearest; 0: none.
 int label_at(Point2 place, const GridGeometry& grid, const Image<int>& labels) {
-  const int x{static_cast<int>(std::floor((place.x - grid.x_min_m) / grid.cell_size_m))};
-  const int y{static_cast<int>(std::floor((place.y - grid.y_min_m) / grid.cell_size_m))};
+  const int x{clamped_to_int(std::floor((place.x - grid.x_min_m) / grid.cell_size_m))};
+  const int y{clamped_to_int(std::floor((place.y - grid.y_min_m) / grid.cell_size_m))};
   int label{0};
   int nearest{2 * reach_cells * reach_cells + 1};
   for (int j{std::max(y - reach_cells, 0)}; j <= std::min(y + reach_cells, grid.ny - 1); ++j) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "clamped_to_int.hpp"
 #include "ground/model.hpp"
 #include "host_device.hpp"
 
@@ -24,12 +25,7 @@ struct BinRange {
 
 /// Rows between two heights above the road at disparity d, in the column u0; the image may end before. eq. 9.
 STEREOGRID_HD inline RowRange rows_between(const RowsByHeight& rows, double lower_m, double upper_m, double d) {
-  const auto whole = [](double row) {
-    constexpr double far{1e6};  // keeps the conversion to int defined
-    const double bounded{row < -far ? -far : row};
-    return static_cast<int>(bounded > far ? far : bounded);
-  };
-  return {whole(std::ceil(rows.row(d, upper_m))), whole(std::floor(rows.row(d, lower_m)))};
+  return {clamped_to_int(std::ceil(rows.row(d, upper_m))), clamped_to_int(std::floor(rows.row(d, lower_m)))};
 }
 
 /// A column's rows are shifted by at most an eighth of the image's width: roll up to 14 degrees.
@@ -39,9 +35,7 @@ STEREOGRID_HD inline int largest_shift(int width) {
 
 /// By how many rows the road of roll lies lower in a column than in the column u0. `slope`: −tan(roll).
 STEREOGRID_HD inline std::int32_t row_shift(double slope, double columns_from_centre, int limit) {
-  const double rows{slope * columns_from_centre};
-  const long whole{std::lround(rows)};
-  return static_cast<std::int32_t>(whole < -limit ? -limit : (whole > limit ? limit : whole));
+  return clamped_to_int(std::round(slope * columns_from_centre), limit);
 }
 
 /// Eq. 4: occupancy from visibility P(V) and obstacle confidence P(C).

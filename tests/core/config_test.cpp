@@ -226,6 +226,9 @@ TEST(Config, TooManyVelocitiesAreAProblemAndNoStepIsAnother) {
   EXPECT_TRUE(mentions(problems(config), "1000 velocities"));
   config.filter.velocity_step_mps = 0;
   EXPECT_TRUE(mentions(problems(config), "filter.velocity_step_mps"));
+  config = {};
+  config.filter.velocity_growth = -1;  // a lattice without end
+  EXPECT_TRUE(mentions(problems(config), "filter.velocity_growth"));
 }
 
 // the distances between velocities would shrink below 0, and there would be no last velocity

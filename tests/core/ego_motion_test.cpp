@@ -157,6 +157,72 @@ TEST(EgoMotion, WithoutAnyPoseTheVehicleStands) {
   expect_near(ego_motion.place(Pose2{3, 4, 1}, dt_s).world_from_vehicle, {});
 }
 
+TEST(EgoMotion, SaysToProgramsWhatItTellsPeople) {
+  Drive drive;
+  EXPECT_FALSE(drive.begin().status);
+  EXPECT_FALSE(drive.step().status);
+  for (int i{0}; i < 3; ++i) EXPECT_EQ(drive.ego_motion.place(std::nullopt, dt_s).status, FrameStatus::pose_missing);
+  drive.input_from_world = Pose2{900, 0, 0};
+  EXPECT_EQ(drive.step().status, FrameStatus::pose_jump);
+  EXPECT_FALSE(drive.step().status);
+}
+
+TEST(EgoMotion, WhereThereNeverWasAPoseNoneIsMissing) {
+  EgoMotion ego_motion{MotionConfig{}};
+  EXPECT_EQ(ego_motion.place(std::nullopt, 0).status, FrameStatus::pose_missing) << "worth a word at the start";
+  for (int i{0}; i < 3; ++i) EXPECT_FALSE(ego_motion.place(std::nullopt, dt_s).status);
+  EXPECT_FALSE(ego_motion.place(Pose2{3, 4, 1}, dt_s).status);
+  EXPECT_EQ(ego_motion.place(std::nullopt, dt_s).status, FrameStatus::pose_missing);
+}
+
+// A clock that stutters: the noise of a pose within a nanosecond is no motion to be carried on.
+TEST(EgoMotion, NextToNoTimeTellsNoMotion) {
+  for (const bool notices : {true, false}) {
+    MotionConfig config;
+    config.notice_jumps = notices;
+    Drive drive{config};
+    static_cast<void>(drive.begin());
+    for (int i{0}; i < 3; ++i) static_cast<void>(drive.step());
+    const Pose2 noise{0.02, 0, 0.001};
+    static_cast<void>(drive.ego_motion.place(drive.input_from_world * drive.true_world_from_vehicle * noise, 1e-9));
+    drive.true_world_from_vehicle = drive.true_world_from_vehicle * Pose2{1.3, 0, degree};
+    expect_near(drive.ego_motion.place(std::nullopt, dt_s).world_from_vehicle, drive.true_world_from_vehicle, 0.03);
+    EXPECT_THAT(drive.step().warning, IsEmpty());
+  }
+}
+
+TEST(EgoMotion, AfterARestartThePlaceFollowsThePoseHoweverFar) {
+  Drive drive;
+  static_cast<void>(drive.begin());
+  for (int i{0}; i < 3; ++i) static_cast<void>(drive.step());
+  drive.ego_motion.restart();
+  drive.true_world_from_vehicle = drive.true_world_from_vehicle * Pose2{5000, 300, 2};
+  const auto placing{drive.step()};
+  EXPECT_FALSE(placing.status);
+  expect_near(placing.world_from_vehicle, drive.true_world_from_vehicle, 1e-6);
+  EXPECT_FALSE(drive.step().status);
+  expect_near(drive.step().world_from_vehicle, drive.true_world_from_vehicle, 1e-6);
+}
+
+TEST(EgoMotion, AfterARestartWithoutAPoseTheVehicleStands) {
+  Drive drive;
+  static_cast<void>(drive.begin());
+  const Pose2 last{drive.step().world_from_vehicle};
+  drive.ego_motion.restart();
+  const auto placing{drive.ego_motion.place(std::nullopt, 0)};
+  EXPECT_THAT(placing.warning, HasSubstr("taken to stand still"));
+  expect_near(drive.ego_motion.place(std::nullopt, dt_s).world_from_vehicle, last);
+}
+
+TEST(EgoMotion, AfterARestartItCanBeToldWhereTheVehicleIs) {
+  Drive drive;
+  static_cast<void>(drive.begin());
+  static_cast<void>(drive.step());
+  drive.ego_motion.restart();
+  drive.ego_motion.start_at({7, 8, 1});
+  expect_near(drive.step().world_from_vehicle, {7, 8, 1});
+}
+
 TEST(EgoMotion, MayFollowJumps) {
   MotionConfig config;
   config.notice_jumps = false;

@@ -102,6 +102,9 @@ TEST(ParticleSamples, StandAtEqualDistances) {
   EXPECT_EQ(parent_of(0.1, {0, 0.5f, 0.2f, 0}, 5), 1);
   EXPECT_EQ(parent_of(0.4999999, {0, 0.5f, 0.2f, 0}, 5), 4);
   EXPECT_EQ(parent_of(0.5, {0, 0.5f, 0.2f, 0}, 5), -1);
+  // rounding: a little before the cell
+  EXPECT_EQ(parent_of(-1e-10, {0, 1e-11f, 0.2f, 0}, 5), 0);
+  EXPECT_EQ(parent_of(-1e-10, {0, 1e-40f, 0.2f, 0}, 5), 0);
 }
 
 TEST(ParticleNoise, HasMeanZeroAndUnitVariance) {

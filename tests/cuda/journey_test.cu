@@ -199,6 +199,26 @@ TEST(given_disparities_and_another_grid) {
   }
 }
 
+TEST(after_forgetting_the_next_frame_is_a_first_one) {
+  const Street street{small_rig()};
+  Pair pair{small_config(), small_rig()};
+  for (int index{0}; index < 3; ++index) pair.run(street.frame(index));
+  pair.gpu.journey->forget();
+  pair.law.journey->forget();
+  Traveller fresh{reference_journey(small_config(), small_rig()), small_config(), small_rig()};
+  for (int index{0}; index < 2; ++index) {
+    StereoFrame frame{street.frame(index + 3)};
+    frame.index = index;
+    pair.run(frame);
+    fresh.run(frame, index == 0 ? 0 : 0.1);
+    CHECK_EQUAL(differences(pair.gpu.result.world.occupancy, fresh.result.world.occupancy), 0);
+    CHECK_EQUAL(differences(pair.gpu.result.world.age_s, fresh.result.world.age_s), 0);
+    CHECK_EQUAL(differences(pair.gpu.result.world.velocity_x, fresh.result.world.velocity_x), 0);
+    compare(pair.gpu.result.ground, fresh.result.ground);
+    CHECK_EQUAL(pair.gpu.result.obstacles.size(), fresh.result.obstacles.size());
+  }
+}
+
 TEST(without_stages_the_grids_are_the_same) {
   const Street street{small_rig()};
   Pair pair{small_config(), small_rig()};

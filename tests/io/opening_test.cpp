@@ -12,6 +12,7 @@
 namespace stereogrid::io::testing {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -200,6 +201,30 @@ TEST_F(Opening, PosesThatAreNotFinite) {
   put_odometry(folder_.path());
   put(folder_ / "poses_gt.txt", "1 0 0 0 0 1 0 0 0 0 1 7\n1 0 0 nan 0 1 0 0 0 0 1 7\n1 0 0 0 0 1 0 0 0 0 1 7\n");
   expect_refused({"poses_gt.txt", "line 2", "not finite"});
+}
+
+TEST_F(Opening, ACalibrationThatHardlyAnyVehicleHasIsWarnedOf) {
+  put_plain(folder_.path());
+  EXPECT_TRUE(open()->contents().warnings.empty());
+  std::string odd{small_yaml};
+  odd.replace(odd.find("0.2"), 3, "0.0002");
+  odd.replace(odd.find("1.2"), 3, "12");
+  put(folder_ / "calibration.yaml", odd);
+  EXPECT_THAT(open()->contents().warnings,
+              ElementsAre(AllOf(HasSubstr("calibration.yaml: "), HasSubstr("baseline is 0.0002 m")),
+                          HasSubstr("camera height is 12 m")));
+}
+
+TEST_F(Opening, FramesThatComeAsNoCamerasDoAreWarnedOf) {
+  put_odometry(folder_.path());
+  for (const char* const usual : {"0\n0.1\n0.2\n", "0\n9\n18\n", "0\n0.0011\n0.0022\n", "0\n0.1\n1e6\n"}) {
+    put(folder_ / "times.txt", usual);
+    EXPECT_TRUE(open()->contents().warnings.empty()) << usual;
+  }
+  put(folder_ / "times.txt", "0\n1e5\n2e5\n");
+  EXPECT_THAT(open()->contents().warnings, ElementsAre(AllOf(HasSubstr("times.txt: "), HasSubstr("1e-05 Hz"))));
+  put(folder_ / "times.txt", "0\n1e-6\n2e-6\n");
+  EXPECT_THAT(open()->contents().warnings, ElementsAre(HasSubstr("1e+06 Hz")));
 }
 
 TEST_F(Opening, Stamps) {

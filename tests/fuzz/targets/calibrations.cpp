@@ -8,7 +8,7 @@ namespace stereogrid::fuzz {
 namespace {
 
 void check_rig(const io::Calibration& calibration) {
-  require(io::problems(calibration.rig).empty(), "a calibration was accepted whose rig is none");
+  require(problems(calibration.rig).empty(), "a calibration was accepted whose rig is none");
 }
 
 }  // namespace

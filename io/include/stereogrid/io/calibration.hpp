@@ -45,12 +45,9 @@ enum class KittiPair { grey, colour };
 /// Reads any of our calibration.yaml (docs/input.md), KITTI odometry's calib.txt, KITTI raw's calib_cam_to_cam.txt
 /// (with calib_velo_to_cam.txt beside it), told apart by content. KITTI gives no mounting: height 1.65 m, pitch 0.
 /// `width_px`, `height_px`: size of the recording's images, 0 = not known yet. Throws InputError with what is wrong:
-/// missing keys, baseline zero, negative or in millimetres, other image size, …
+/// missing keys, `problems` of the rig, other image size, …
 [[nodiscard]] Calibration read_calibration(const std::filesystem::path& path, int width_px = 0, int height_px = 0,
                                            KittiPair pair = KittiPair::grey);
-
-/// Everything that makes a rig unusable, a sentence each; empty: nothing. Width and height 0 are not looked at.
-[[nodiscard]] std::vector<std::string> problems(const Rig& rig);
 
 /// Writes the rectified form of calibration.yaml. Throws DeviceError.
 void write_calibration_yaml(const std::filesystem::path& path, const Rig& rig);

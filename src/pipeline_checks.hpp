@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid {
+
+/// Throws ConfigError with all that a pipeline cannot be made of.
+void check(const Config& config, const Rig& rig, BackEnd back_end, int threads);
+
+/// Throws InputError where a frame's images, pose or other grids cannot be used.
+void check(const StereoFrame& frame, const Rig& rig);
+
+/// Finite, and so near that places can be told apart by much less than a cell.
+bool is_place(const Pose2& pose);
+
+/// Throws ConfigError.
+void check_horizons(const std::vector<double>& horizons_s);
+
+}  // namespace stereogrid

@@ -1,0 +1,248 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Numbers that nobody means: in poses, disparities, other grids and arguments.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "hostile_run.hpp"
+#include "stereogrid/error.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr double infinity{std::numeric_limits<double>::infinity()};
+constexpr double nan{std::numeric_limits<double>::quiet_NaN()};
+constexpr std::int64_t frame_ns{100'000'000};
+
+template <class Error, class Action>
+std::string complaint_of(const Action& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  ADD_FAILURE() << "accepted";
+  return {};
+}
+
+class HostileInput : public ::testing::TestWithParam<BackEnd> {
+ protected:
+  Wall wall_{GetParam()};
+};
+
+INSTANTIATE_TEST_SUITE_P(BackEnds, HostileInput, ::testing::Values(BackEnd::cpu, BackEnd::reference));
+
+void expect_sane(const FrameResult& result) {
+  for (const Image<float>* image : {&result.observed, &result.occupancy, &result.world.occupancy}) {
+    for (const float p : *image) ASSERT_TRUE(p >= 0 && p <= 1) << p;
+  }
+  for (const float v : result.world.velocity_x) ASSERT_TRUE(std::isfinite(v));
+}
+
+TEST_P(HostileInput, PosesOutOfThisWorldAreRefused) {
+  wall_.has_poses = true;
+  static_cast<void>(wall_.step(0));
+  for (const double x_m : {1.1e9, -1e12, 1e300}) {
+    StereoFrame frame{wall_.frame(frame_ns)};
+    frame.world_from_vehicle = Pose2{x_m, 0, 0};
+    EXPECT_THAT(complaint_of<InputError>([&] { static_cast<void>(wall_.pipeline.process(frame)); }),
+                AllOf(HasSubstr("1e9 m"), HasSubstr("leave the pose out")));
+  }
+  EXPECT_EQ(wall_.step(frame_ns).world_from_vehicle, Pose2{});
+}
+
+TEST_P(HostileInput, PosesFromOneEndToTheOtherAreSurvived) {
+  for (const bool notices : {true, false}) {
+    Config config{small_config()};
+    config.motion.notice_jumps = notices;
+    Wall wall{GetParam(), config};
+    for (int i{0}; i < 6; ++i) {
+      StereoFrame frame{wall.frame(i * frame_ns)};
+      frame.world_from_vehicle = Pose2{i % 2 == 0 ? 1e9 : -1e9, i % 3 == 0 ? 1e9 : -1e9, i * 1e15};
+      expect_sane(wall.pipeline.process(frame));
+    }
+  }
+}
+
+TEST_P(HostileInput, DisparitiesThatAreNoneCountAsNone) {
+  Wall clean{GetParam()};
+  for (int i{0}; i < 4; ++i) {
+    StereoFrame frame{wall_.frame(i * frame_ns)};
+    frame.right = {};
+    frame.disparity = Image<float>{frame.left.width(), frame.left.height()};
+    for (int v{0}; v < frame.disparity.height(); ++v) {
+      const auto disparity_px = static_cast<float>(wall_disparity_px(v));
+      std::fill_n(frame.disparity.row(v), frame.disparity.width(), disparity_px);
+    }
+    StereoFrame none{frame};
+    const float garbage[]{std::nanf(""),
+                          -1,
+                          -1e30f,
+                          1e30f,
+                          std::numeric_limits<float>::infinity(),
+                          -std::numeric_limits<float>::infinity(),
+                          3e9f};
+    for (std::size_t k{0}; k < frame.disparity.size(); k += 7) {
+      frame.disparity.data()[k] = garbage[k / 7 % std::size(garbage)];
+      none.disparity.data()[k] = 0;
+    }
+    expect_equal(wall_.pipeline.process(frame), clean.pipeline.process(none));
+  }
+  const Image<float> only_nan(small_rig().width_px, small_rig().height_px, std::nanf(""));
+  StereoFrame frame{wall_.frame(5 * frame_ns)};
+  frame.right = {};
+  frame.disparity = only_nan;
+  expect_sane(wall_.pipeline.process(frame));
+}
+
+TEST_P(HostileInput, GarbageDisparitiesOfAPitchedCamera) {
+  Rig rig{small_rig()};
+  rig.camera_pitch_rad = 0.2;
+  Wall wall{GetParam(), small_config(), rig};
+  for (int i{0}; i < 2; ++i) {
+    StereoFrame frame{wall.frame(i * frame_ns)};
+    frame.right = {};
+    frame.disparity = Image<float>(rig.width_px, rig.height_px, i == 0 ? 3e38f : std::nanf(""));
+    expect_sane(wall.pipeline.process(frame));
+  }
+}
+
+TEST_P(HostileInput, OtherGridsAnywhereAndOfAnyCells) {
+  Wall alone{GetParam()};
+  const double smallest{std::numeric_limits<double>::denorm_min()};
+  for (const GridGeometry& place : {GridGeometry{1e300, -1e300, 0.2, 2, 2}, GridGeometry{0, 0, smallest, 2, 2},
+                                    GridGeometry{-1e308, 1e308, 1e308, 2, 2}, GridGeometry{5, 0, 1e-12, 2, 2}}) {
+    StereoFrame frame{wall_.frame(wall_.number * frame_ns)};
+    ObservedGrid grid{place, Image<float>(2, 2, 0.9f), {}};
+    frame.other_grids = {grid, grid};
+    ++wall_.number;
+    expect_sane(wall_.pipeline.process(frame));
+  }
+}
+
+TEST_P(HostileInput, OtherGridsThatAreNoneAreRefused) {
+  for (const double bad : {nan, infinity, -infinity}) {
+    for (const GridGeometry& place :
+         {GridGeometry{bad, 0, 0.2, 2, 2}, GridGeometry{0, bad, 0.2, 2, 2}, GridGeometry{0, 0, bad, 2, 2}}) {
+      StereoFrame frame{wall_.frame(0)};
+      frame.other_grids = {{place, Image<float>(2, 2, 0.9f), {}}};
+      EXPECT_THROW(static_cast<void>(wall_.pipeline.process(frame)), InputError);
+    }
+  }
+}
+
+TEST_P(HostileInput, LongPredictionsAreRefusedAndTheLongestIsNot) {
+  for (const double horizon_s : {1e8, 10001.0, nan, infinity, 0.0, -1.0}) {
+    EXPECT_THAT(complaint_of<ConfigError>([&] { wall_.pipeline.predict_at({1, horizon_s}); }), HasSubstr("10000"));
+  }
+  wall_.pipeline.predict_at({1e4});
+  const FrameResult& result{wall_.step(0)};
+  ASSERT_EQ(result.predictions.size(), 1u);
+  for (const float p : result.predictions[0].world_occupancy) ASSERT_TRUE(p >= 0 && p <= 1);
+}
+
+TEST_P(HostileInput, APlaceOrAnIdToStartAtMustBeOne) {
+  for (const Pose2& place : {Pose2{nan, 0, 0}, Pose2{0, infinity, 0}, Pose2{0, 0, nan}, Pose2{1e10, 0, 0}}) {
+    EXPECT_THROW(wall_.pipeline.start_at(place), ConfigError);
+  }
+  EXPECT_THROW(wall_.pipeline.start_ids_at(-1), ConfigError);
+  EXPECT_THROW(wall_.pipeline.start_ids_at(std::numeric_limits<std::int64_t>::max()), ConfigError);
+  wall_.pipeline.start_at({1e9, -1e9, 1});
+  EXPECT_EQ(wall_.step(0).world_from_vehicle, (Pose2{1e9, -1e9, 1}));
+  expect_sane(wall_.step(frame_ns));
+}
+
+TEST(Arguments, ChoicesThatThereAreNotAreNamed) {
+  Config config{small_config()};
+  config.filter.model = static_cast<FilterModel>(7);
+  config.matching.method = static_cast<MatchingMethod>(-1);
+  EXPECT_THAT(problems(config),
+              ::testing::ElementsAre(HasSubstr("matching.method is -1 and must be one of: correlation semi_global"),
+                                     HasSubstr("filter.model is 7 and must be one of: tay2008 joint particles")));
+  EXPECT_EQ(get(config, "filter.model"), "7");
+  EXPECT_THROW(Pipeline(config, small_rig()), ConfigError);
+}
+
+TEST(Arguments, BackEndsAndThreadsThatThereAreNot) {
+  EXPECT_THAT(complaint_of<ConfigError>([] {
+                Pipeline{small_config(), small_rig(), static_cast<BackEnd>(9)};
+              }),
+              HasSubstr("back end"));
+  for (const int threads : {-1, -1000000, 1025, std::numeric_limits<int>::max()}) {
+    EXPECT_THAT(complaint_of<ConfigError>([&] {
+                  Pipeline{small_config(), small_rig(), BackEnd::cpu, threads};
+                }),
+                HasSubstr("threads"));
+  }
+}
+
+TEST(Arguments, MoreThanAMachineHoldsIsRefused) {
+  Config config;
+  config.grid = {500, 500, 0.125};
+  config.filter.velocity_max_mps = 37.5;
+  config.filter.velocity_step_mps = 2.5;
+  config.filter.velocity_growth = 0;
+  EXPECT_THAT(problems(config), ::testing::ElementsAre(HasSubstr("64 GiB")));
+
+  Rig rig{small_rig()};
+  rig.width_px = rig.height_px = 16384;
+  config = {};
+  config.matching.method = MatchingMethod::semi_global;
+  EXPECT_THAT(complaint_of<ConfigError>([&] { Pipeline(config, rig); }), HasSubstr("64 GiB"));
+  config.matching.disparities = std::numeric_limits<int>::max();
+  EXPECT_THAT(complaint_of<ConfigError>([&] { Pipeline(config, rig); }), HasSubstr("matching.disparities"));
+}
+
+TEST(Pipeline, OneThatHasBeenMovedFromSaysSo) {
+  Wall wall{BackEnd::cpu};
+  Pipeline moved_to{std::move(wall.pipeline)};
+  Pipeline& empty{wall.pipeline};
+  EXPECT_THAT(complaint_of<std::logic_error>([&] { static_cast<void>(wall.step(0)); }), HasSubstr("moved from"));
+  EXPECT_THROW(static_cast<void>(empty.config()), std::logic_error);
+  EXPECT_THROW(static_cast<void>(empty.rig()), std::logic_error);
+  EXPECT_THROW(static_cast<void>(empty.vehicle_grid()), std::logic_error);
+  EXPECT_THROW(static_cast<void>(empty.world_grid()), std::logic_error);
+  EXPECT_THROW(static_cast<void>(empty.threads()), std::logic_error);
+  EXPECT_THROW(static_cast<void>(empty.back_end()), std::logic_error);
+  EXPECT_THROW(static_cast<void>(empty.why_not_cuda()), std::logic_error);
+  EXPECT_THROW(empty.fetch_stages(true), std::logic_error);
+  EXPECT_THROW(empty.start_at({}), std::logic_error);
+  EXPECT_THROW(empty.predict_at({1}), std::logic_error);
+  EXPECT_THROW(empty.start_ids_at(1), std::logic_error);
+  EXPECT_THROW(empty.reset(), std::logic_error);
+  empty = std::move(moved_to);
+  EXPECT_FALSE(wall.step(frame_ns).world.occupancy.empty());
+}
+
+TEST(Image, OneThatHasBeenMovedFromIsEmpty) {
+  Image<int> first(3, 2, 7);
+  Image<int> second{std::move(first)};
+  EXPECT_EQ(first, Image<int>{});
+  EXPECT_EQ(second, Image<int>(3, 2, 7));
+  Image<int> third;
+  third = std::move(second);
+  EXPECT_EQ(second, Image<int>{});
+  EXPECT_EQ(second.view().width, 0);
+  EXPECT_EQ(third, Image<int>(3, 2, 7));
+  Image<int>& itself{third};
+  third = std::move(itself);
+  EXPECT_EQ(third, Image<int>(3, 2, 7));
+}
+
+TEST(Image, ASizeBelowZeroIsRefused) {
+  EXPECT_THROW(Image<float>(-1, 5), std::invalid_argument);
+  EXPECT_THROW(Image<float>(5, -1), std::invalid_argument);
+  EXPECT_THROW(Image<float>(-5, -5), std::invalid_argument);
+  EXPECT_TRUE(Image<float>(0, 5).empty());
+}
+
+}  // namespace
+}  // namespace stereogrid::test
