@@ -17,6 +17,7 @@
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
 #include "stereogrid/io/npz.hpp"
+#include "stereogrid/io/poses.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app {
@@ -28,8 +29,8 @@ using Json = nlohmann::json;
 constexpr const char* mend{"Give the folder that `stereogrid run --out` has left."};
 constexpr const char* mend_lines{"Remove what does not belong there, or run again in another folder."};
 
-constexpr double most{1e6};  // metres, m/s, seconds …: of what a street holds
-constexpr std::int64_t latest_stamp_ns{std::int64_t{1} << 62};
+constexpr double most{1e6};        // metres, m/s …: of what a street holds
+constexpr double longest_s{1e10};  // between any two stamps
 
 int pixels_of(const Json& rig, const char* key) {
   return static_cast<int>(io::whole_number(rig, key, 1, 100'000));
@@ -47,8 +48,9 @@ InputOptions input_of(const Json& input) {
 }
 
 RunFrame frame_of(const Json& line) {
-  RunFrame frame{
-      line.at("name").get<std::string>(), io::whole_number(line, "stamp_ns", -latest_stamp_ns, latest_stamp_ns), {}};
+  RunFrame frame{line.at("name").get<std::string>(),
+                 io::whole_number(line, "stamp_ns", -io::largest_stamp_ns, io::largest_stamp_ns),
+                 {}};
   if (frame.name.empty() || frame.name.find('/') != std::string::npos) throw InputError{"'name' is no frame's name"};
   for (const Json& o : line.at("obstacles")) {
     const auto number = [&o](const char* key) { return io::number(o, key, most); };
@@ -61,7 +63,7 @@ RunFrame frame_of(const Json& line) {
                                number("width_m"),
                                number("yaw_rad"),
                                number("occupancy"),
-                               number("age_s"),
+                               io::number(o, "age_s", longest_s),
                                o.at("confirmed").get<bool>(),
                                o.value("moving", false),
                                o.value("coasting", false),

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration_yaml.hpp"
 
+#include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -15,6 +16,7 @@
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/rectifier.hpp"
 #include "stereogrid/io/text.hpp"
+#include "yaml_complaint.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -210,7 +212,8 @@ Calibration read_calibration_yaml(const std::filesystem::path& path, int width_p
   try {
     return read(path, width_px, height_px);
   } catch (const YAML::Exception& error) {
-    throw InputError{printable_path(path), "is no YAML (" + printable(error.what()) + ").", see_documentation};
+    throw InputError{printable_path(path), fmt::format("line {} {}", error.mark.line + 1, complaint_of(error)),
+                     see_documentation};
   } catch (const cv::Exception&) {  // numbers that contradict each other in ways that are not foreseen here
     throw InputError{printable_path(path), "holds a raw pair that cannot be rectified.", see_documentation};
   }

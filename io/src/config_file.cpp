@@ -12,6 +12,7 @@
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
 #include "stereogrid/io/text.hpp"
+#include "yaml_complaint.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -89,8 +90,7 @@ void load_config(const std::filesystem::path& path, Config& config) {
     if (!root.IsMap()) settings.fail(root, "holds no settings: there is no 'key: value'.");
     settings.take(root, "", 1);
   } catch (const YAML::Exception& error) {
-    throw ConfigError{fmt::format("{}, line {}: is no YAML ({}).", printable_path(path), error.mark.line + 1,
-                                  printable(error.msg, longest_complaint))};
+    throw ConfigError{fmt::format("{}, line {}: {}", printable_path(path), error.mark.line + 1, complaint_of(error))};
   }
 }
 

@@ -69,13 +69,15 @@ Image<float> read_tiff(const std::string& file, const std::string& bytes) {
 // OpenCV decodes PFM through a temporary file and complains on stderr, so it is read here: "Pf", width, height, a scale
 // whose sign tells the byte order, one white-space character, rows from the bottom up.
 Image<float> read_pfm(const std::string& file, const std::string& bytes) {
+  constexpr int most_px{largest_side_px};
   std::istringstream head{bytes.substr(0, 100)};
   std::string kind;
   int width{0};
   int height{0};
   double scale{0};
   char separator{};
-  if (!(head >> kind >> width >> height >> scale) || !head.get(separator) || width <= 0 || height <= 0 || scale == 0) {
+  if (!(head >> kind >> width >> height >> scale) || !head.get(separator) || width <= 0 || height <= 0 ||
+      width > most_px || height > most_px || scale == 0) {
     throw InputError{file, "has a damaged PFM header.", again};
   }
   if (kind != "Pf") throw InputError{file, "is a PFM in colour.", kinds};

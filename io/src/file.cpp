@@ -57,7 +57,7 @@ std::string read_file(const fs::path& path, std::size_t most_bytes) {
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) {
     const bool missing{errno == ENOENT || errno == ENOTDIR};
-    cannot_read(path, missing ? "there is no such file." : reason(errno) + ".", "Check the path.");
+    cannot_read(path, missing ? "there is no such file." : reason(errno) + ".", "Check the path and its permissions.");
   }
   check_may_be_read(path, status);  // before it is opened: opening a FIFO waits, opening a device may do something
   const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)};

@@ -32,7 +32,7 @@ std::uint32_t big_endian(std::string_view bytes) {
 // More than any stereo camera has. What a few bytes declare must not fill the memory.
 void check_size(const std::string& file, std::uint64_t width, std::uint64_t height) {
   if (width == 0 || height == 0) fail(file, "has no pixels.");
-  if (width <= largest_side_px && height <= largest_side_px && width * height <= most_pixels) return;
+  if (std::max(width, height) <= largest_side_px && width * height <= most_pixels) return;
   throw InputError{file, fmt::format("says that it has {} × {} px.", width, height),
                    fmt::format("Images of up to {} px a side and {} million pixels can be read.", largest_side_px,
                                most_pixels / 1'000'000)};

@@ -9,7 +9,7 @@
 namespace stereogrid::io {
 
 /// Of images that are read.
-constexpr std::uint64_t largest_side_px{32768};
+constexpr int largest_side_px{32768};
 constexpr std::uint64_t most_pixels{std::uint64_t{1} << 27};
 
 /// Makes an image file's bytes safe to decode: throws InputError(file, …) where they are no PNG, PNM or JPEG, or are

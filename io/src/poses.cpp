@@ -66,8 +66,9 @@ NamedPose parse_row(const fs::path& path, std::size_t line, std::string_view tex
   if (error != std::errc{} || end != fields[1].data() + fields[1].size()) {
     fail(path, line, "has a stamp that is no whole number of nanoseconds.");
   }
-  constexpr std::int64_t latest_ns{std::int64_t{1} << 62};  // the year 2116; differences still fit into 64 bits
-  if (pose.stamp_ns > latest_ns || pose.stamp_ns < -latest_ns) fail(path, line, "has a stamp beyond the year 2116.");
+  if (pose.stamp_ns > largest_stamp_ns || pose.stamp_ns < -largest_stamp_ns) {
+    fail(path, line, "has a stamp beyond the year 2096.");
+  }
   std::vector<double> numbers;
   if (!parse_numbers(fmt::format("{} {} {}", fields[2], fields[3], fields[4]), numbers) || numbers.size() != 3) {
     fail(path, line, "has a pose that is not three numbers.");

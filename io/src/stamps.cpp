@@ -43,7 +43,7 @@ std::optional<std::int64_t> parse_timestamp(std::string_view text) {
   const auto year{digits(text, 0, 4)}, month{digits(text, 5, 2)}, day{digits(text, 8, 2)};
   const auto hour{digits(text, 11, 2)}, minute{digits(text, 14, 2)}, second{digits(text, 17, 2)};
   if (!year || !month || !day || !hour || !minute || !second) return std::nullopt;
-  if (*year < 1850 || *year > 2110) return std::nullopt;  // so that nanoseconds and their differences fit into 64 bits
+  if (*year < 1850 || *year > 2090) return std::nullopt;  // so that nanoseconds and their differences fit into 64 bits
   const std::chrono::year_month_day date{std::chrono::year{*year}, std::chrono::month{static_cast<unsigned>(*month)},
                                          std::chrono::day{static_cast<unsigned>(*day)}};
   if (!date.ok()) return std::nullopt;

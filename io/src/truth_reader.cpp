@@ -22,7 +22,6 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr double most_m{1e8};  // and m/s, rad, rad/s: more is no street
-constexpr std::int64_t latest_stamp_ns{std::int64_t{1} << 62};
 
 const char* const mend{"Simulate the recording again, or remove its truth folder."};
 
@@ -62,7 +61,7 @@ TruthObject parse_object(const Json& json) {
 FrameTruth parse_frame(const Json& json) {
   FrameTruth truth;
   truth.name = json.at("name");
-  truth.stamp_ns = whole_number(json, "stamp_ns", -latest_stamp_ns, latest_stamp_ns);
+  truth.stamp_ns = whole_number(json, "stamp_ns", -largest_stamp_ns, largest_stamp_ns);
   const Json& ego = json.at("ego");  // no braces: they would make a list of it
   truth.ego = {parse_pose(ego), number(ego, "vx_mps", most_m), number(ego, "vy_mps", most_m),
                number(ego, "yaw_rate_radps", most_m)};

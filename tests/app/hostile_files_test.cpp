@@ -55,8 +55,12 @@ class HostileFiles : public ::testing::Test {
     for (const std::string& part : parts) EXPECT_THAT(outcome.errors, HasSubstr(part));
   }
   void expect_evaluate(const std::vector<std::string>& parts) const { expect(65, {"evaluate", run(), drive()}, parts); }
+  /// Of the drive that the run was made from, which nobody spoils.
+  [[nodiscard]] std::vector<std::string> resume_words() const {
+    return {"run", (*whole_ / "drive").string(), "--out", run(), "--resume"};
+  }
   void expect_resume(int exit_code, const std::vector<std::string>& parts) const {
-    expect(exit_code, {"run", drive(), "--out", run(), "--resume"}, parts);
+    expect(exit_code, resume_words(), parts);
   }
 
   static TemporaryFolder* whole_;
@@ -107,9 +111,11 @@ TEST_F(HostileFiles, RunJsonOfTheWrongShape) {
                                 std::string(1'000'000, '['), "{\"frames\": [1]}", "{\"skipped\": 3, \"frames\": 3}"}) {
     put(file, text);
     expect_evaluate({"run.json", "Give the folder"});
-    const Outcome resumed{run_tool({"run", drive(), "--out", run(), "--resume"})};
-    EXPECT_TRUE(resumed.exit_code == 65 || resumed.exit_code == 64) << text.substr(0, 20) << resumed.errors;
-    EXPECT_THAT(resumed.errors, HasSubstr("run.json"));
+  }
+  for (const std::string& text :
+       std::vector<std::string>{"[]", "\xff", std::string(1'000'000, '['), R"({"frames": [1]})"}) {
+    put(file, text);
+    expect_resume(65, {"run.json: is n", "Start the run anew"});  // not understood, or nested too deeply
   }
 }
 
@@ -169,9 +175,8 @@ TEST_F(HostileFiles, FramesOfARunTwiceOrOutOfOrderOrOfTheWrongShape) {
   }};
   for (const std::string& bad :
        std::vector<std::string>{lines[0] + lines[0], lines[1] + lines[0], lines[0] + "\n", lines[0] + "[]\n",
-                                lines[0] + "null\n", lines[0] + std::string(1'000'000, '[') + "\n", lines[0] + "\xff\n",
-                                with("/index", -1), with("/index", 1e300), with("/index", "1"), with("/index", nullptr),
-                                with("/obstacles", Json::array({3})), with("/obstacles", 3)}) {
+                                lines[0] + std::string(1'000'000, '[') + "\n", lines[0] + "\xff\n", with("/index", -1),
+                                with("/index", 1e300), with("/obstacles", Json::array({3}))}) {
     put(file, bad);
     expect_evaluate({"frames.jsonl: line 2 is"});
     expect_resume(65, {"frames.jsonl: line 2 is"});
@@ -183,7 +188,9 @@ TEST_F(HostileFiles, FramesOfARunTwiceOrOutOfOrderOrOfTheWrongShape) {
     expect_evaluate({"frames.jsonl: line 2 is not understood"});
   }
   put(file, text);
-  expect(64, {"run", drive(), "--out", run(), "--resume", "--frames", "0:1"}, {"frames.jsonl holds frames 0 to 2"});
+  std::vector<std::string> fewer{resume_words()};
+  fewer.insert(fewer.end(), {"--frames", "0:1"});
+  expect(64, fewer, {"frames.jsonl holds frames 0 to 2"});
 }
 
 TEST_F(HostileFiles, CalibrationsThatEndedTheProgram) {
@@ -191,7 +198,7 @@ TEST_F(HostileFiles, CalibrationsThatEndedTheProgram) {
   const std::string good{text_of(file)};
   for (const Spoilt& spoilt : std::vector<Spoilt>{{"image:", "{a: 1}: 2\nimage:", {"key in line"}},
                                                   {"image:", "[1, 2]: 3\nimage:", {"key in line"}},
-                                                  {"image:", "left: &x {left: *x}\nimage:", {"left"}},
+                                                  {"image:", "left: &x {left: *x}\nimage:", {"mixes the keys"}},
                                                   {"focal_px: ", "focal_px: 1e-300 #", {"focal length"}},
                                                   {"baseline_m: ", "baseline_m: 1e-300 #", {"baseline"}}}) {
     put(file, good);

@@ -14,6 +14,9 @@
 
 namespace stereogrid::io {
 
+/// Of stamps that are read, on both sides of 0 (1970): the difference of any two fits into 64 bits.
+constexpr std::int64_t largest_stamp_ns{4'000'000'000'000'000'000};
+
 /// A line of poses.csv.
 struct NamedPose {
   std::string name;  ///< of the frame; empty in files without names

@@ -1,0 +1,20 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <yaml-cpp/exceptions.h>
+
+#include <string>
+
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::io {
+
+/// What yaml-cpp says of a text that is no YAML, in words that fit it.
+inline std::string complaint_of(const YAML::Exception& error) {
+  // its words for groups in groups beyond the depth that it can follow; of text in memory it says that of nothing else
+  if (error.msg == "bad file") return "is nested too deeply.";
+  return "is no YAML (" + printable(error.msg) + ").";
+}
+
+}  // namespace stereogrid::io
