@@ -17,7 +17,11 @@ packages=(
   ffmpeg                                             # --video
   python3 python3-numpy                              # tests that read our files as users do
 )
-[ "${1:-}" = "--ci" ] && packages+=(clang-format clang-tidy nodejs)  # nodejs: the report's script
+[ "${1:-}" = "--ci" ] && packages+=(
+  clang-format clang-tidy
+  clang libclang-rt-dev  # fuzzers
+  nodejs                 # the report's script
+)
 
 missing=()
 for package in "${packages[@]}"; do

@@ -38,7 +38,8 @@ Input open_scene(const InputOptions& options) {
   if (options.paths.size() > 1 || !options.calibration.empty() || has_pose_file || !options.disparities.empty()) {
     throw ConfigError{"A built-in scene brings its own images, calibration and poses: give it alone."};
   }
-  auto scene{std::make_unique<scenes::Scene>(scenes::parse_scene(options.paths.front()))};
+  auto scene{
+      std::make_unique<scenes::Scene>(scenes::parse_scene(io::printable(options.paths.front(), std::string::npos)))};
   Input input;
   input.scene = scene.get();
   input.poses = poses;

@@ -16,6 +16,7 @@
 #include "option_checks.hpp"
 #include "progress.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/text.hpp"
 #include "stereogrid/io/truth.hpp"
 #include "stereogrid/scenes/scene.hpp"
 
@@ -33,7 +34,7 @@ struct Options {
 };
 
 scenes::SceneOptions scene_options(const Options& options) {
-  scenes::SceneOptions scene{scenes::parse_scene(options.scene)};
+  scenes::SceneOptions scene{scenes::parse_scene(io::printable(options.scene, std::string::npos))};
   scene.frames = options.frames.value_or(scene.frames);
   scene.seed = options.seed.value_or(scene.seed);
   scene.width_px = options.width_px.value_or(scene.width_px);

@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <memory>
 #include <regex>
+#include <type_traits>
 
 #include "npz_types.hpp"
 #include "stereogrid/error.hpp"
@@ -129,13 +131,24 @@ std::string read_entry(zip_t* archive, zip_uint64_t index, const std::string& wh
   return npy;
 }
 
+/// As static_cast does it, which does not say what an integer makes of a float that it cannot hold.
+template <class T, class From>
+T converted(From value) {
+  if constexpr (std::is_floating_point_v<From> && std::is_integral_v<T>) {
+    if (std::isnan(value)) return 0;
+    if (value <= static_cast<From>(std::numeric_limits<T>::lowest())) return std::numeric_limits<T>::lowest();
+    if (value >= static_cast<From>(std::numeric_limits<T>::max())) return std::numeric_limits<T>::max();
+  }
+  return static_cast<T>(value);
+}
+
 template <class From, class T>
 std::vector<T> convert(const std::vector<std::byte>& bytes) {
   std::vector<T> values(bytes.size() / sizeof(From));
   for (std::size_t i{0}; i < values.size(); ++i) {
     From value{};
     std::memcpy(&value, bytes.data() + i * sizeof(From), sizeof(From));
-    values[i] = static_cast<T>(value);
+    values[i] = converted<T>(value);
   }
   return values;
 }

@@ -231,5 +231,12 @@ TEST(Config, TooManyVelocitiesAreAProblemAndNoStepIsAnother) {
   EXPECT_TRUE(mentions(problems(config), "filter.velocity_growth"));
 }
 
+// the distances between velocities would shrink below 0, and there would be no last velocity
+TEST(Config, VelocitiesThatTurnBackAreAProblem) {
+  Config config;
+  config.filter.velocity_growth = -2;
+  EXPECT_TRUE(mentions(problems(config), "filter.velocity_growth"));
+}
+
 }  // namespace
 }  // namespace stereogrid::test

@@ -48,6 +48,15 @@ TEST(Npz, KeepsShapesAndImages) {
   EXPECT_THROW(static_cast<void>(read.at("cube").to_image<float>()), InputError);
 }
 
+TEST(Npz, FloatsThatAnIntegerCannotHoldBecomeItsNearest) {
+  const TemporaryFolder folder;
+  const std::vector<double> values{-1.5, 2.75, 1e300, std::numeric_limits<double>::quiet_NaN()};
+  write_npz(folder / "a.npz", std::vector<NpzArray>{{"a", {values.size()}, values}});
+  const NpyArray read{read_npz(folder / "a.npz").at("a")};
+  EXPECT_EQ(read.to<std::uint8_t>(), (std::vector<std::uint8_t>{0, 2, 255, 0}));
+  EXPECT_EQ(read.to<std::int64_t>(), (std::vector<std::int64_t>{-1, 2, std::numeric_limits<std::int64_t>::max(), 0}));
+}
+
 TEST(Npz, TheSameArraysGiveTheSameBytes) {
   const TemporaryFolder folder;
   const std::vector<float> values(1000, 0.5F);

@@ -80,8 +80,8 @@ struct NpyArray {
   /// Number of elements.
   [[nodiscard]] std::size_t size() const { return bytes.size() / element_size(dtype); }
 
-  /// The elements, converted as by static_cast. T: float, double, std::int32_t, std::int64_t, std::uint8_t,
-  /// std::uint16_t.
+  /// The elements, converted as by static_cast; floats that an integer cannot hold become its nearest value, NaN 0.
+  /// T: float, double, std::int32_t, std::int64_t, std::uint8_t, std::uint16_t.
   template <class T>
   [[nodiscard]] std::vector<T> to() const;
 

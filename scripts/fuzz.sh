@@ -1,0 +1,75 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# Usage: scripts/fuzz.sh [SECONDS [NAME…]]
+#
+# Gives every fuzzer (or those named, as in tests/fuzz/corpus/NAME) its share of SECONDS, an hour by default, as many at
+# a time as there are processors; the pipeline's gets two shares. Begins where the last run ended: what was worth keeping
+# is in build/fuzz/corpus. Findings go to build/fuzz/findings; exit status 1 where there are any.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+cd "$root"
+total_s=${1:-3600}
+shift || true
+[[ $total_s =~ ^[1-9][0-9]*$ ]] || { echo "Usage: scripts/fuzz.sh [SECONDS [NAME…]]" >&2; exit 64; }
+names=("$@")
+[ ${#names[@]} -gt 0 ] || mapfile -t names < <(ls tests/fuzz/corpus)
+for name in "${names[@]}"; do
+  [ -d "tests/fuzz/corpus/$name" ] || { echo "There is no fuzzer $name. There are:" tests/fuzz/corpus/* >&2; exit 64; }
+done
+
+[ -f build/fuzz/build.ninja ] || cmake --preset fuzz --log-level=WARNING
+cmake --build build/fuzz --target "${names[@]/%/_fuzzer}"
+
+# inputs become files: many a second, best in memory
+memory=/dev/shm
+[ -w "$memory" ] || memory=${TMPDIR:-/tmp}
+TMPDIR=$(mktemp -d "$memory/stereogrid-fuzz-XXXXXX")
+export TMPDIR
+trap 'rm -rf "$TMPDIR"' EXIT
+export ASAN_OPTIONS=strict_string_checks=1:detect_stack_use_after_return=1 UBSAN_OPTIONS=print_stacktrace=1
+
+jobs=$(nproc)
+shares=${#names[@]}
+[[ " ${names[*]} " != *" pipeline "* ]] || shares=$((shares + 1))
+[ "$jobs" -le "$shares" ] || jobs=$shares
+export share_s=$(((total_s * jobs + shares - 1) / shares))
+mkdir -p build/fuzz/findings
+rm -f build/fuzz/findings/*
+
+fuzz() { # fuzz NAME
+  local name=$1 seconds=$share_s log=build/fuzz/findings/$1.log options=() status=0
+  [ "$name" != pipeline ] || seconds=$((2 * share_s))
+  [ ! -f "tests/fuzz/dictionaries/$name.dict" ] || options+=("-dict=tests/fuzz/dictionaries/$name.dict")
+  mkdir -p "build/fuzz/corpus/$name"
+  local folders=("build/fuzz/corpus/$name" "tests/fuzz/corpus/$name")
+  [ ! -d "tests/fuzz/regressions/$name" ] || folders+=("tests/fuzz/regressions/$name")
+  "build/fuzz/bin/${name}_fuzzer" -max_total_time="$seconds" -timeout=25 -rss_limit_mb=2048 -print_final_stats=1 \
+    -artifact_prefix="build/fuzz/findings/$name-" "${options[@]}" "${folders[@]}" >"$log" 2>&1 || status=$?
+  local executions coverage
+  executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")
+  coverage=$(grep -oE 'cov: [0-9]+ ft: [0-9]+ corp: [0-9]+' "$log" | tail -1)
+  printf '%-18s %5d s  %9s tries  %s%s\n' "$name" "$seconds" "${executions:-?}" "$coverage" \
+    "$([ $status -eq 0 ] || echo '  FINDING')"
+  [ $status -eq 0 ] || return 1
+  rm "$log"
+}
+export -f fuzz
+
+found=0
+printf '%s\0' "${names[@]}" | xargs -0 -n 1 -P "$jobs" bash -c 'fuzz "$1"' fuzz || found=1
+[ $found -eq 1 ] || exit 0
+
+for log in build/fuzz/findings/*.log; do
+  name=$(basename "$log" .log)
+  printf '\n== %s (%s)\n' "$name" "$log"
+  grep -aE -m 3 'what\(\)|ERROR:|runtime error:' "$log" || tail -n 5 "$log"
+  for input in build/fuzz/findings/"$name"-*; do
+    echo "Again: build/fuzz/bin/${name}_fuzzer $input"
+  done
+done
+echo
+echo "Mend it, and keep the input as tests/fuzz/regressions/NAME/WHAT: the replay (ctest -R fuzz) runs it from then on."
+exit 1

@@ -1,0 +1,12 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <cstddef>
+#include <cstdint>
+
+#include "targets.hpp"
+
+// An exception that leaves it is a finding to libFuzzer.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  stereogrid::fuzz::STEREOGRID_FUZZ_TARGET({data, size});
+  return 0;
+}

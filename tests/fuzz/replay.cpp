@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Usage: fuzz_replay FOLDER TARGET. Runs the target on every file of FOLDER/corpus/TARGET and
+// FOLDER/regressions/TARGET.
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <vector>
+
+#include "stereogrid/io/file.hpp"
+#include "targets.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+using stereogrid::fuzz::Target;
+
+std::vector<fs::path> inputs_of(const fs::path& folder, const char* target) {
+  std::vector<fs::path> files;
+  for (const char* const kind : {"corpus", "regressions"}) {
+    if (!fs::is_directory(folder / kind / target)) continue;
+    for (const auto& entry : fs::directory_iterator{folder / kind / target}) files.push_back(entry.path());
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
+bool passes(const Target& target, const fs::path& file) {
+  std::printf("%s\n", file.c_str());
+  std::fflush(stdout);  // a crash leaves the name of what caused it
+  const std::string bytes{stereogrid::io::read_file(file)};
+  try {
+    target.run({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+    return true;
+  } catch (const std::exception& error) {
+    std::printf("  finding: %s\n", error.what());
+    return false;
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const auto* const target{std::ranges::find_if(stereogrid::fuzz::targets, [&](const Target& known) {
+    return argc == 3 && std::string_view{known.name} == argv[2];
+  })};
+  if (target == std::end(stereogrid::fuzz::targets)) {
+    std::fprintf(stderr, "Usage: fuzz_replay FOLDER TARGET\n");
+    return 64;
+  }
+  const std::vector<fs::path> files{inputs_of(argv[1], target->name)};
+  if (files.empty()) std::printf("no inputs\n");
+  const auto failed{std::ranges::count_if(files, [&](const fs::path& file) { return !passes(*target, file); })};
+  return failed == 0 && !files.empty() ? 0 : 1;
+}

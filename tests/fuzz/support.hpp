@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace stereogrid::fuzz {
+
+using Bytes = std::span<const std::uint8_t>;
+
+/// Something happened that no input may cause.
+class Finding : public std::logic_error {
+ public:
+  using std::logic_error::logic_error;
+};
+
+/// Throws Finding(`what`) unless `fine`.
+void require(bool fine, const std::string& what);
+
+/// Runs `work`. False: it complained as it may (InputError, ConfigError, DeviceError), in UTF-8. Other exceptions pass.
+bool accepts(const std::function<void()>& work);
+
+/// An input as text.
+[[nodiscard]] std::string_view text_of(Bytes input);
+
+/// An input that stands for several files: `count` parts, separated by lines of "%%"; missing ones are empty.
+[[nodiscard]] std::vector<std::string_view> parts_of(Bytes input, std::size_t count);
+
+/// A new folder for temporary files, removed with all it holds.
+class Folder {
+ public:
+  Folder();
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  ~Folder();
+
+  [[nodiscard]] std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  /// Where the file is. `name` may lead into sub-folders.
+  std::filesystem::path write(const std::string& name, std::string_view bytes) const;
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Takes an input for decisions, from its beginning; at its end all are the first or smallest ones.
+class Choices {
+ public:
+  explicit Choices(Bytes input) : rest_{input} {}
+
+  [[nodiscard]] bool at_end() const { return rest_.empty(); }
+  bool yes() { return (byte() & 1) != 0; }
+  /// Once in `count` times, where bytes are random; never at the end of the input.
+  bool once_in(int count) { return byte() % count == count - 1; }
+  std::uint8_t byte();
+  int between(int least, int most);
+  /// Of that range, both ends often.
+  double number(double least, double most);
+  std::int64_t any_integer();
+  /// Also not finite, denormal, huge.
+  double any_number();
+  template <class T>
+  const T& one_of(std::span<const T> values) {
+    return values[static_cast<std::size_t>(between(0, static_cast<int>(values.size()) - 1))];
+  }
+
+ private:
+  std::uint64_t word(std::size_t bytes);
+
+  Bytes rest_;
+};
+
+}  // namespace stereogrid::fuzz

@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "support.hpp"
+
+namespace stereogrid::fuzz {
+
+// What is fuzzed: each takes any bytes, and throws or crashes where that finds a fault. A fuzzer is made of each
+// (CMakeLists.txt lists them too), and the replay runs them all on what is known.
+
+void calibration_kitti(Bytes input);  ///< files calib_cam_to_cam.txt and calib_velo_to_cam.txt
+void calibration_yaml(Bytes input);
+void config_yaml(Bytes input);
+void disparity(Bytes input);
+void image(Bytes input);
+void npy(Bytes input);
+void npz(Bytes input);
+void oxts(Bytes input);      ///< files: two records, timestamps.txt, three calibrations
+void pipeline(Bytes input);  ///< decisions
+void poses_csv(Bytes input);
+void poses_kitti(Bytes input);
+void run_folder(Bytes input);  ///< files run.json, frames.jsonl and a frame's grids
+void scan(Bytes input);
+void scene(Bytes input);
+void settings(Bytes input);  ///< lines KEY=VALUE
+void times(Bytes input);
+void timestamps(Bytes input);
+void truth(Bytes input);  ///< files grid.json and objects.jsonl
+
+struct Target {
+  const char* name;
+  void (*run)(Bytes input);
+};
+
+inline constexpr Target targets[]{{"calibration_kitti", calibration_kitti},
+                                  {"calibration_yaml", calibration_yaml},
+                                  {"config_yaml", config_yaml},
+                                  {"disparity", disparity},
+                                  {"image", image},
+                                  {"npy", npy},
+                                  {"npz", npz},
+                                  {"oxts", oxts},
+                                  {"pipeline", pipeline},
+                                  {"poses_csv", poses_csv},
+                                  {"poses_kitti", poses_kitti},
+                                  {"run_folder", run_folder},
+                                  {"scan", scan},
+                                  {"scene", scene},
+                                  {"settings", settings},
+                                  {"times", times},
+                                  {"timestamps", timestamps},
+                                  {"truth", truth}};
+
+}  // namespace stereogrid::fuzz

@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "stereogrid/config.hpp"
+#include "stereogrid/io/config_file.hpp"
+#include "stereogrid/io/text.hpp"
+#include "targets.hpp"
+
+namespace stereogrid::fuzz {
+namespace {
+
+void set_from(Config& config, std::string_view key, std::string_view value) {
+  set(config, key, value);
+  const std::string text{get(config, key)};
+  set(config, key, text);
+  require(get(config, key) == text, "a value changes when it is set again: " + text);
+}
+
+}  // namespace
+
+void config_yaml(Bytes input) {
+  static const Folder folder;
+  Config config;
+  if (!accepts([&] { io::load_config(folder.write("config.yaml", text_of(input)), config); })) return;
+  static_cast<void>(problems(config));
+  static_cast<void>(io::to_json(config));
+  const std::string text{io::to_yaml(config)};
+  Config again;
+  io::load_config(folder.write("again.yaml", text), again);
+  require(io::to_yaml(again) == text, "a configuration changes when it is written");
+}
+
+void settings(Bytes input) {
+  std::string_view lines{text_of(input)};
+  Config config;
+  while (!lines.empty()) {
+    const std::string line{io::printable(lines.substr(0, lines.find('\n')), std::string::npos)};  // as the tool does
+    lines.remove_prefix(std::min(lines.find('\n'), lines.size() - 1) + 1);
+    const std::size_t equals{std::min(line.find('='), line.size())};
+    accepts([&] { set_from(config, line.substr(0, equals), line.substr(std::min(equals + 1, line.size()))); });
+  }
+  static_cast<void>(problems(config));
+}
+
+}  // namespace stereogrid::fuzz

@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/pipeline.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "targets.hpp"
+#include "targets/pipeline_checks.hpp"
+#include "targets/pipeline_input.hpp"
+
+namespace stereogrid::fuzz {
+namespace {
+
+/// What a program may do before a frame.
+void prepare(Choices& choices, Pipeline& pipeline) {
+  if (choices.once_in(8)) pipeline.fetch_stages(choices.yes());
+  if (!choices.once_in(4)) return;
+  std::vector<double> horizons_s;
+  for (int count{choices.between(0, 3)}; count > 0; --count) {
+    horizons_s.push_back(choices.once_in(4) ? choices.any_number() : choices.number(0.1, 3));
+  }
+  accepts([&] { pipeline.predict_at(horizons_s); });
+}
+
+void drive(Choices& choices, Pipeline& pipeline) {
+  if (choices.once_in(8)) accepts([&] { pipeline.start_at(choose_pose(choices)); });
+  if (choices.once_in(8)) pipeline.start_ids_at(choices.between(0, 1000));
+  std::int64_t stamp_ns{choices.once_in(8) ? choices.any_integer() : 0};
+  for (int frames{choices.between(1, 5)}; frames > 0; --frames) {
+    prepare(choices, pipeline);
+    const StereoFrame frame{choose_frame(choices, pipeline.rig(), stamp_ns)};
+    const bool used{accepts([&] { check_result(pipeline.process(frame)); })};
+    if (used) stamp_ns = frame.stamp_ns;
+  }
+}
+
+}  // namespace
+
+void pipeline(Bytes input) {
+  Choices choices{input};
+  const BackEnd back_end{choices.once_in(3) ? BackEnd::reference : BackEnd::cpu};
+  Rig rig{choose_rig(choices)};
+  if (back_end == BackEnd::reference) {  // it compares every pixel of every window
+    rig.width_px = std::min(rig.width_px, 24);
+    rig.height_px = std::min(rig.height_px, 16);
+  }
+  const Config config{choose_config(choices)};
+  if (!is_small(config)) return;
+  std::optional<Pipeline> pipeline;
+  if (!accepts([&] { pipeline.emplace(config, rig, back_end, 1); })) return;
+  drive(choices, *pipeline);
+}
+
+}  // namespace stereogrid::fuzz

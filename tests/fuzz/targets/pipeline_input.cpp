@@ -1,0 +1,181 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "targets/pipeline_input.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+namespace stereogrid::fuzz {
+namespace {
+
+constexpr int largest_width_px{96};
+constexpr int largest_height_px{64};
+
+double mostly(Choices& choices, double least, double most) {
+  return choices.once_in(16) ? choices.any_number() : choices.number(least, most);
+}
+
+int choose_size(Choices& choices, int largest) {
+  return choices.once_in(32) ? choices.between(-1, 0) : largest - choices.between(0, largest - 1);
+}
+
+template <class T>
+void change(Choices& choices, const Parameter& parameter, T& value) {
+  if constexpr (std::is_same_v<T, bool>) {
+    value = choices.yes();
+  } else if constexpr (std::is_enum_v<T>) {
+    const int count{static_cast<int>(names_of(T{}).size())};
+    value = static_cast<T>(choices.once_in(16) ? choices.between(-1, count) : choices.between(0, count - 1));
+  } else if constexpr (std::is_integral_v<T>) {
+    const auto least{static_cast<T>(parameter.minimum)};
+    const auto most{static_cast<T>(parameter.maximum)};
+    value = choices.once_in(16) ? static_cast<T>(choices.any_integer()) : choices.between(least, most);
+  } else {
+    value = mostly(choices, parameter.minimum, parameter.maximum);
+  }
+}
+
+void change_some(Choices& choices, Config& config) {
+  int count{0};
+  visit_parameters(config, [&count](std::string_view, const Parameter&, auto&) { ++count; });
+  for (int changes{choices.between(0, 12)}; changes > 0; --changes) {
+    int left{choices.between(0, count - 1)};
+    visit_parameters(config, [&](std::string_view, const Parameter& parameter, auto& value) {
+      if (left-- == 0) change(choices, parameter, value);
+    });
+  }
+}
+
+void fill(Choices& choices, Image<std::uint8_t>& image) {
+  const int kind{choices.between(0, 3)};
+  std::uint32_t state{choices.byte() + 1U};
+  for (int v{0}; v < image.height(); ++v) {
+    for (int u{0}; u < image.width(); ++u) {
+      state = state * 1664525U + 1013904223U;
+      const auto noise{static_cast<std::uint8_t>(state >> 24)};
+      const int checks{(u / 5 + v / 3) % 2 * 160 + noise / 8};
+      image(u, v) = kind == 0   ? noise
+                    : kind == 1 ? static_cast<std::uint8_t>(checks)
+                    : kind == 2 ? static_cast<std::uint8_t>(u * 7 + v * v)
+                                : static_cast<std::uint8_t>(state == 0);
+    }
+  }
+}
+
+/// As another camera would see it: farther right by a disparity that grows downwards from `horizon`.
+Image<std::uint8_t> shifted(const Image<std::uint8_t>& image, int disparity_px, int horizon, int rows_down) {
+  Image<std::uint8_t> moved{image};
+  for (int v{0}; v < image.height(); ++v) {
+    const int from_v{std::clamp(v - rows_down, 0, image.height() - 1)};
+    const int shift{disparity_px + std::max(0, v - horizon) / 2};
+    for (int u{0}; u < image.width(); ++u) {
+      moved(u, v) = image(std::clamp(u + shift, 0, image.width() - 1), from_v);
+    }
+  }
+  return moved;
+}
+
+Image<float> choose_disparities(Choices& choices, int width, int height) {
+  Image<float> image{width, height};
+  const int kind{choices.between(0, 3)};
+  const auto first{static_cast<float>(mostly(choices, 0, 40))};
+  const auto second{static_cast<float>(mostly(choices, 0, 2))};
+  for (int v{0}; v < height; ++v) {
+    for (int u{0}; u < width; ++u) {
+      image(u, v) = kind == 0   ? first
+                    : kind == 1 ? second * static_cast<float>(v)
+                    : kind == 2 ? ((u + v) % 3 == 0 ? first : second)
+                                : (u * 3 > width && u * 2 < width ? first : second * static_cast<float>(v));
+    }
+  }
+  return image;
+}
+
+Image<float> choose_shares(Choices& choices, int nx, int ny) {
+  Image<float> image{nx, ny, static_cast<float>(mostly(choices, 0, 1))};
+  if (!image.empty()) *(image.end() - 1) = static_cast<float>(mostly(choices, 0, 1));
+  return image;
+}
+
+ObservedGrid choose_grid(Choices& choices) {
+  ObservedGrid grid;
+  grid.geometry = {mostly(choices, -10, 10), mostly(choices, -10, 10), mostly(choices, 0.05, 2), choices.between(0, 30),
+                   choices.between(0, 30)};
+  const int more{choices.once_in(16) ? 1 : 0};
+  grid.occupancy = choose_shares(choices, grid.geometry.nx + more, grid.geometry.ny);
+  if (choices.yes()) grid.confidence = choose_shares(choices, grid.geometry.nx, grid.geometry.ny);
+  return grid;
+}
+
+std::int64_t choose_stamp(Choices& choices, std::int64_t last_ns) {
+  if (choices.once_in(8)) return choices.any_integer();
+  const std::int64_t step_ns{1'000'000LL * choices.between(1, 256)};
+  return last_ns > std::numeric_limits<std::int64_t>::max() - step_ns ? last_ns : last_ns + step_ns;
+}
+
+}  // namespace
+
+Rig choose_rig(Choices& choices) {
+  Rig rig;
+  rig.width_px = choose_size(choices, largest_width_px);
+  rig.height_px = choose_size(choices, largest_height_px);
+  rig.focal_px = mostly(choices, 20, 150);
+  rig.centre_u_px = choices.yes() ? rig.width_px / 2.0 : mostly(choices, -20, 120);
+  rig.centre_v_px = choices.yes() ? rig.height_px / 2.0 : mostly(choices, -20, 120);
+  rig.baseline_m = mostly(choices, 0.05, 2);
+  rig.camera_height_m = mostly(choices, 0.2, 3);
+  if (choices.yes()) rig.camera_pitch_rad = mostly(choices, -0.8, 0.8);
+  if (choices.yes()) rig.camera_roll_rad = mostly(choices, -0.8, 0.8);
+  return rig;
+}
+
+Config choose_config(Choices& choices) {
+  Config config{preset(choices.once_in(4) ? "paper" : "default")};
+  config.grid = {6, 4, 0.4};
+  config.filter.velocity_max_mps = 5;
+  config.filter.velocity_step_mps = 2.5;
+  config.filter.particles = 2000;
+  change_some(choices, config);
+  return config;
+}
+
+bool is_small(const Config& config) {
+  const FilterConfig& filter{config.filter};
+  const double cells{std::hypot(config.grid.length_m, config.grid.width_m) / config.grid.cell_size_m + 4};
+  const double side{2 * filter.velocity_max_mps / filter.velocity_step_mps + 1};
+  const bool is_lattice{filter.model != FilterModel::particles};
+  const double numbers{is_lattice ? cells * cells * side * side : cells * cells + filter.particles};
+  return !problems(config).empty() || numbers < 200'000;
+}
+
+Pose2 choose_pose(Choices& choices) {
+  return {mostly(choices, -3, 3), mostly(choices, -3, 3), mostly(choices, -0.5, 0.5)};
+}
+
+StereoFrame choose_frame(Choices& choices, const Rig& rig, std::int64_t last_stamp_ns) {
+  StereoFrame frame;
+  frame.name = "000000";
+  frame.stamp_ns = choose_stamp(choices, last_stamp_ns);
+  const int more{choices.once_in(32) ? 1 : 0};
+  frame.left = Image<std::uint8_t>{rig.width_px, rig.height_px + more};
+  fill(choices, frame.left);
+  if (choices.once_in(4)) {
+    frame.disparity = choose_disparities(choices, rig.width_px, rig.height_px);
+  } else if (choices.once_in(8)) {
+    frame.right = Image<std::uint8_t>{rig.width_px, rig.height_px};
+    fill(choices, frame.right);
+  } else {
+    const int disparity_px{choices.between(0, 40)};
+    const int horizon{choices.between(0, largest_height_px)};
+    frame.right = shifted(frame.left, disparity_px, horizon, choices.between(-3, 3));
+  }
+  if (choices.yes()) frame.world_from_vehicle = choose_pose(choices);
+  for (int grids{choices.once_in(4) ? choices.between(1, 2) : 0}; grids > 0; --grids) {
+    frame.other_grids.push_back(choose_grid(choices));
+  }
+  return frame;
+}
+
+}  // namespace stereogrid::fuzz

@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "frame_lines.hpp"
+#include "run_reader.hpp"
+#include "stereogrid/io/truth.hpp"
+#include "targets.hpp"
+
+namespace stereogrid::fuzz {
+namespace {
+
+void check_grids(const app::RunReader& run, const app::RunGrids& grids) {
+  require(grids.occupancy.width() == run.grid().nx && grids.occupancy.height() == run.grid().ny,
+          "grids are not of the run's size");
+}
+
+}  // namespace
+
+void run_folder(Bytes input) {
+  static const Folder folder;
+  const auto files{parts_of(input, 3)};
+  folder.write("run.json", files[0]);
+  const auto lines{folder.write("frames.jsonl", files[1])};
+  folder.write("grids/000000.npz", files[2]);
+  accepts([&] {
+    const app::RunReader run{folder.path()};
+    for (const app::RunFrame& frame : run.frames()) {
+      accepts([&] { check_grids(run, run.grids(frame.name)); });
+    }
+  });
+  std::size_t finished{0};
+  if (!accepts([&] { finished = app::read_frame_lines(lines).frames.size(); })) return;
+  require(app::read_frame_lines(lines).frames.size() == finished, "lines are lost when they are read twice");
+}
+
+void truth(Bytes input) {
+  static const Folder folder;
+  const auto files{parts_of(input, 2)};
+  folder.write("grid.json", files[0]);
+  folder.write("objects.jsonl", files[1]);
+  accepts([&] {
+    const io::TruthReader reader{folder.path()};
+    for (const std::string& name : reader.names()) {
+      accepts([&] { require(reader.objects(name).name == name, "truth of another frame"); });
+    }
+  });
+}
+
+}  // namespace stereogrid::fuzz
