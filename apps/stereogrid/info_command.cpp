@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "commands.hpp"
 #include "config_options.hpp"
@@ -88,15 +87,20 @@ void print_plan(const Config& asked, const Rig& rig) {
   print_row("memory", fmt::format("{:.0f} MB", static_cast<double>(pipeline.memory_use().host_bytes) / 1e6));
 }
 
-void print_look(const Look& look, std::size_t frames, const Config& config) {
+/// In degrees; never −0.0.
+double tenths(double angle_rad) {
   constexpr double degrees{57.29577951308232};
+  return std::round(angle_rad * degrees * 10) / 10 + 0.0;
+}
+
+void print_look(const Look& look, std::size_t frames, const Config& config) {
   print_row("looked at", fmt::format("{} of {} frames, {} can be used", look.looked_at, frames, look.usable));
   if (!config.ground.estimate || look.tried == 0) return;
   const std::string found{fmt::format("found in {} of {} frames", look.road_found, look.tried)};
   print_row("road", look.road_found == 0
                         ? found
                         : fmt::format("{}: camera {:.2f} m above it, looks down by {:.1f}°, rolled by {:.1f}°", found,
-                                      look.road.height_m, look.road.pitch_rad * degrees, look.road.roll_rad * degrees));
+                                      look.road.height_m, tenths(look.road.pitch_rad), tenths(look.road.roll_rad)));
 }
 
 int show(const Options& options) {
