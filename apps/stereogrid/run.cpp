@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -17,6 +18,8 @@
 #include "console.hpp"
 #include "damaged_frames.hpp"
 #include "folder_lock.hpp"
+#include "frame_wait.hpp"
+#include "going_on.hpp"
 #include "interrupt.hpp"
 #include "lidar_stage.hpp"
 #include "opencv_stage.hpp"
@@ -96,42 +99,12 @@ Json settings_json(const RunOptions& options, const Input& input, const Pipeline
           {"world_grid", {{"cell_size_m", world.cell_size_m}, {"nx", world.nx}, {"ny", world.ny}}}};
 }
 
-std::size_t first_to_do(const RunRecord& record) {
-  const std::vector<FrameSummary>& finished{record.finished().frames};
-  return finished.empty() ? record.range().first : finished.back().index + 1;
-}
-
-/// Where a run goes on: behind the frame of its checkpoint, or at its first frame. What was finished after that goes
-/// through the pipeline again, to the same results.
-std::size_t first_frame_of(const RunRecord& record, Pipeline& pipeline, PoseStage& poses) {
-  const std::size_t next{first_to_do(record)};
-  const std::size_t first{record.range().first};
-  if (next == first || next == record.range().end) return next;
-  const std::vector<std::byte> nothing{pipeline.save_state()};
-  try {
-    const std::optional<Checkpoint> saved{read_checkpoint(record.folder())};
-    const bool fits{saved && saved->index >= first && saved->index < next &&
-                    saved->odometry.has_value() == poses.takes_time()};
-    if (fits) {
-      pipeline.load_state(saved->pipeline);
-      if (saved->odometry) poses.load(*saved->odometry);
-      spdlog::info("going on with frame {}, from what was saved after frame {}", next, saved->index);
-      return saved->index + 1;
-    }
-    spdlog::info("going on with frame {}; nothing saved fits: beginning with frame {} again", next, first);
-  } catch (const InputError& error) {
-    spdlog::warn("{} The frames are worked through from the first one on again.", error.what());
-    pipeline.load_state(nothing);
-  }
-  return first;
-}
-
 /// One sitting of a run: takes the frames of the input through the pipeline and to the files.
 class Sitting {
  public:
   /// `first_frame`: from there on frames go through the pipeline; those that are finished already are not written.
   Sitting(Pipeline& pipeline, PoseStage& poses, const OpencvStage& opencv, const LidarStage& lidar, RunRecord& record,
-          ResultWriter& writer, std::size_t first_frame, const Checkpoints& checkpoints)
+          ResultWriter& writer, std::size_t first_frame, const Checkpoints& checkpoints, int input_wait_s)
       : pipeline_{pipeline},
         poses_{poses},
         opencv_{opencv},
@@ -140,6 +113,7 @@ class Sitting {
         writer_{writer},
         first_frame_{first_frame},
         checkpoints_{checkpoints},
+        input_wait_s_{input_wait_s},
         first_to_write_{first_to_do(record)} {}
 
   void go_through(const FrameSource& source) {
@@ -151,6 +125,7 @@ class Sitting {
         source,       first_frame_, record_.range().end,
         frames_ahead, threads,      [this](io::QueuedFrame& queued) { queued.warning = poses_.place(*queued.frame); }};
     while (interrupted() == 0) {
+      if (!wait_for_frame(queue, next_, input_wait_s_)) give_up_waiting();
       std::optional<io::QueuedFrame> queued{queue.next()};
       if (!queued) break;
       take(std::move(*queued));
@@ -186,6 +161,17 @@ class Sitting {
     }
   }
 
+  // The thread that waits for the file system cannot be ended: the process is.
+  [[noreturn]] void give_up_waiting() {
+    writer_.finish();
+    record_.save(false);
+    write_error(
+        fmt::format("stereogrid: frame {} has not come within {} s: the file system of the input hangs, or is "
+                    "gone. What is done is safe; the same command with --resume goes on.\n",
+                    next_, input_wait_s_));
+    std::_Exit(exit_try_again);
+  }
+
   std::optional<Checkpoint> checkpoint_after(std::size_t index) {
     if (!checkpoints_.is_due_after(index)) return std::nullopt;
     return Checkpoint{index, pipeline_.save_state(), poses_.take_state(index)};
@@ -214,6 +200,7 @@ class Sitting {
   ResultWriter& writer_;
   std::size_t first_frame_;
   Checkpoints checkpoints_;
+  int input_wait_s_;
   std::size_t first_to_write_;
   std::size_t next_{first_to_write_};
   int frames_written_{0};
@@ -308,7 +295,15 @@ int run(const RunOptions& options) {
   const OpencvStage opencv{options.matcher, pipeline.config().matching.disparities};
   const Checkpoints checkpoints{record.range().first, static_cast<std::size_t>(options.checkpoint_every)};
   PoseStage poses{input, [checkpoints](std::size_t index) { return checkpoints.is_due_after(index); }};
-  Sitting sitting{pipeline, poses, opencv, lidar, record, writer, first_frame_of(record, pipeline, poses), checkpoints};
+  Sitting sitting{pipeline,
+                  poses,
+                  opencv,
+                  lidar,
+                  record,
+                  writer,
+                  first_frame_of(record, pipeline, poses),
+                  checkpoints,
+                  options.input_wait_s};
   catch_interrupts();
   sitting.go_through(*input.source);
   record.save(sitting.is_complete());

@@ -27,6 +27,7 @@ struct RunOptions {
   std::string video;
   bool resume{false};
   int checkpoint_every{100};
+  int input_wait_s{300};
 };
 
 /// `stereogrid run`. Returns the exit code; throws ConfigError, InputError, DeviceError.

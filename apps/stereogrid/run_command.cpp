@@ -52,6 +52,12 @@ void add_run_command(CLI::App& tool, int& exit_code) {
       ->type_name("FILE.mp4");
   command->add_flag("--resume", options->resume, "Go on with a run that was stopped, to the same results.");
   command
+      ->add_option("--input-wait", options->input_wait_s,
+                   "Give up where a frame takes longer than this to load: its file system hangs. Exit code 75.")
+      ->type_name("S")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  command
       ->add_option("--checkpoint-every", options->checkpoint_every,
                    "After so many frames what the pipeline remembers is saved for --resume; 0: never, so that --resume "
                    "has to work through the frames from the first one on again.")

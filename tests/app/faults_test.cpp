@@ -27,12 +27,20 @@ using ::testing::IsEmpty;
 constexpr std::size_t frames{10};
 
 std::vector<std::string> command(const fs::path& out) {
-  return {"run",      "scene:street?frames=10&width=160&height=96",
-          "--out",    out.string(),
-          "--resume", "--quiet",
-          "--set",    "grid.length_m=10",
-          "--set",    "grid.width_m=10",
-          "--device", "cpu"};
+  return {"run",
+          "scene:street?frames=10&width=160&height=96",
+          "--out",
+          out.string(),
+          "--resume",
+          "--quiet",
+          "--checkpoint-every",
+          "4",
+          "--set",
+          "grid.length_m=10",
+          "--set",
+          "grid.width_m=10",
+          "--device",
+          "cpu"};
 }
 
 /// A call that fails: which one, counted from 1, and how.
@@ -156,7 +164,7 @@ std::map<std::string, int> tally(const std::vector<std::string>& calls) {
 TEST_F(Faults, AreTriedOnEveryFileOfTheRun) {
   std::map<std::string, int> counts{tally(calls())};
   EXPECT_EQ(counts["mkdir"], 2);
-  EXPECT_EQ(counts["rename"], static_cast<int>(frames) + 2);
+  EXPECT_EQ(counts["rename"], static_cast<int>(frames) + 4);
   EXPECT_GE(counts["write"], static_cast<int>(2 * frames) + 2);
   EXPECT_GE(counts["open"], static_cast<int>(frames) + 3);
   EXPECT_GE(counts["close"], static_cast<int>(frames) + 3);
@@ -186,6 +194,24 @@ TEST_F(Faults, AFileSystemWithoutLocksIsAWarning) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
   EXPECT_THAT(outcome.errors, HasSubstr("this file system cannot lock"));
   expect_equal_runs(whole(), out);
+}
+
+TEST_F(Faults, AnInputThatHangsEndsTheRunAndItGoesOnLater) {
+  const fs::path drive{path("drive")};
+  run_well({"simulate", "scene:street?frames=8&width=160&height=96", "--out", drive.string()});
+  const auto words = [&](const char* out) {
+    return std::vector<std::string>{"run",      drive.string(), "--out", path(out).string(),
+                                    "--resume", "--input-wait", "1"};
+  };
+  run_well(words("in_one_go"));
+  const Outcome hung{run_tool(words("hung"), "LD_PRELOAD=" + quoted(STEREOGRID_FAULTS_LIBRARY) +
+                                                 " STEREOGRID_FAULTS_HANG=" + quoted(drive / "left" / "000005.png"))};
+  EXPECT_EQ(hung.exit_code, 75);
+  EXPECT_THAT(hung.errors, HasSubstr("frame 5 has not come within 1 s"));
+  EXPECT_EQ(lines_of(path("hung")).size(), 5U);
+  EXPECT_EQ(json_of(path("hung") / "run.json")["frames"]["done"], 5);
+  run_well(words("hung"));
+  expect_equal_runs(path("in_one_go"), path("hung"));
 }
 
 /// Kills runs at moments that the clock decides, until one gets to its end.

@@ -81,7 +81,8 @@ TEST_F(RunFiles, EveryLineHasEveryKey) {
   for (std::size_t i{0}; i < 3; ++i) {
     const Json& line{lines[i]};
     EXPECT_EQ(keys_of(line), (std::set<std::string>{"index", "name", "stamp_ns", "pose", "ground", "timing_ms",
-                                                    "density", "obstacles", "warnings"}));
+                                                    "density", "obstacles", "status", "warnings"}));
+    EXPECT_EQ(line["status"], Json::array());
     EXPECT_EQ(line["index"], i);
     EXPECT_EQ(line["name"], "00000" + std::to_string(i));
     EXPECT_EQ(line["stamp_ns"], i * 100'000'000);

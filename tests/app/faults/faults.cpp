@@ -9,6 +9,7 @@
 //                             short: a write takes half of its bytes; full: it, and no more bytes from there on;
 //                             kill: the process is killed instead of the call
 //   STEREOGRID_FAULTS_FLOCK   ENOLCK: no file can be locked
+//   STEREOGRID_FAULTS_HANG    a file: opening it never ends, as on a network file system that is gone
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <limits.h>
@@ -111,6 +112,8 @@ Fault fault_of(const char* call, const std::string& path, std::size_t bytes = 0)
 
 template <class Function>
 int open_before(Function* function, const char* path, int flags, mode_t mode) {
+  static const std::string hanging{variable("STEREOGRID_FAULTS_HANG")};
+  while (!hanging.empty() && hanging == path) pause();
   const bool writes{(flags & O_ACCMODE) != O_RDONLY};
   if (writes && fault_of("open", path) == Fault::error) return -1;
   return function(path, flags, mode);
