@@ -187,14 +187,20 @@ fs::path stamps_file(const InputLayout& layout, const std::string& poses) {
 void warn_of_rate(RecordingContents& contents, const fs::path& file) {
   constexpr double slowest_hz{0.1};
   constexpr double fastest_hz{1000};
+  constexpr double counted_s{1.5e-9};
   std::vector<double> steps_s;
   for (std::size_t i{1}; i < contents.frames.size(); ++i) {
     const auto stamp_ns = [&](std::size_t frame) { return static_cast<double>(contents.frames[frame].stamp_ns); };
     steps_s.push_back((stamp_ns(i) - stamp_ns(i - 1)) * 1e-9);
   }
   if (steps_s.empty()) return;
-  const auto middle = steps_s.begin() + static_cast<std::ptrdiff_t>(steps_s.size() / 2);
+  const auto middle = steps_s.begin() + static_cast<std::ptrdiff_t>((steps_s.size() - 1) / 2);
   std::ranges::nth_element(steps_s, middle);
+  if (*middle < counted_s) {
+    contents.notes.push_back(
+        "stamps: a nanosecond apart, as if frames had been counted; times and speeds mean nothing");
+    return;
+  }
   if (*middle >= 1 / fastest_hz && *middle <= 1 / slowest_hz) return;
   contents.warnings.push_back(fmt::format(
       "{}: frames come at {:.3g} Hz, as hardly any camera's do. Stamps are seconds in times.txt, nanoseconds "

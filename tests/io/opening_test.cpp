@@ -13,8 +13,10 @@ namespace stereogrid::io::testing {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 class Opening : public ::testing::Test {
  protected:
@@ -225,6 +227,9 @@ TEST_F(Opening, FramesThatComeAsNoCamerasDoAreWarnedOf) {
   EXPECT_THAT(open()->contents().warnings, ElementsAre(AllOf(HasSubstr("times.txt: "), HasSubstr("1e-05 Hz"))));
   put(folder_ / "times.txt", "0\n1e-6\n2e-6\n");
   EXPECT_THAT(open()->contents().warnings, ElementsAre(HasSubstr("1e+06 Hz")));
+  put(folder_ / "times.txt", "0\n1e-9\n2e-9\n");
+  EXPECT_THAT(open()->contents().warnings, IsEmpty());
+  EXPECT_THAT(open()->contents().notes, Contains(HasSubstr("as if frames had been counted")));
 }
 
 TEST_F(Opening, Stamps) {
