@@ -91,7 +91,7 @@ TEST(ExitCodes, WrongUsageIs64) {
                                {{"run", "scene:empty", "--out", out, "--device", "abacus"}, "abacus"},
                                {{"run", "scene:empty", "--out", out, "--set", "grid.lenght_m=3"}, "grid.length_m"},
                                {{"run", "scene:empty", "--out", out, "--set", "grid.length_m"}, "KEY=VALUE"},
-                               {{"run", "scene:empty", "--out", out, "--set", "no\xff=UTF-8"}, R"(no\xff)"},
+                               {{"run", "scene:empty", "--out", out, "--set", "no\xff=UTF-8"}, R"(no\xFF)"},
                                {{"run", "scene:empty", "--out", out, "--set", "grid.length_m=-3"}, "must lie in"},
                                {{"run", "scene:empty", "--out", out, "--preset", "nice"}, "preset"},
                                {{"run", "scene:empty", "--out", out, "--frames", "5:2"}, "FIRST:LAST"},
@@ -113,7 +113,7 @@ TEST(ExitCodes, BadInputIs65) {
   EXPECT_EQ(run_tool({"run", (folder / "not_there").string(), "--out", out}).exit_code, 65);
   EXPECT_EQ(run_tool({"run", (folder / "nothing").string(), "--out", out}).exit_code, 65);
   EXPECT_EQ(run_tool({"run", "scene:moon", "--out", out}).exit_code, 65);
-  EXPECT_THAT(run_tool({"run", "scene:no\xff", "--out", out}).errors, HasSubstr(R"(no\xff)"));
+  EXPECT_THAT(run_tool({"run", "scene:no\xff", "--out", out}).errors, HasSubstr(R"(no\xFF)"));
   EXPECT_EQ(run_tool({"run", "scene:empty", "--out", out, "--config", (folder / "no.yaml").string()}).exit_code, 65);
   EXPECT_EQ(run_tool({"info", (folder / "nothing").string()}).exit_code, 65);
   EXPECT_EQ(run_tool({"evaluate", (folder / "nothing").string(), "scene:empty"}).exit_code, 65);
