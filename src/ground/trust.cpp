@@ -3,9 +3,12 @@
 #include "ground/trust.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdlib>
 
+#include "clamped_to_int.hpp"
 #include "ground/fit.hpp"
 #include "matching/match_lattice.hpp"
 
@@ -61,6 +64,24 @@ double share_of_texture_matched(const MatchedFrame& frame, double first_row) {
   return static_cast<double>(textured_matched) / textured;
 }
 
+namespace {
+
+// Nearly all have the same disparity: an upright surface fills the view, wherever the road is. Far off, all that there
+// is lies within a pixel.
+bool are_one_surface(const std::vector<GroundSample>& samples) {
+  constexpr double nearly_all{0.8};
+  constexpr std::size_t least_px{5};
+  std::array<int, 258> counts{};  // [1 + disparity]
+  for (const GroundSample& sample : samples)
+    ++counts[static_cast<std::size_t>(1 + std::clamp(clamped_to_int(std::round(sample.disparity)), 0, 255))];
+  int most{0};
+  for (std::size_t k{1 + least_px}; k + 1 < counts.size(); ++k)
+    most = std::max(most, counts[k - 1] + counts[k] + counts[k + 1]);
+  return most >= nearly_all * static_cast<double>(samples.size());
+}
+
+}  // namespace
+
 bool speak_against(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane) {
   constexpr double near_px{1};
   constexpr double below_share{0.1};  // of the expected disparity, for a road that is not flat
@@ -75,7 +96,7 @@ bool speak_against(const Rig& rig, const std::vector<GroundSample>& samples, con
     near += std::abs(r) < near_px ? 1 : 0;
     below += r < -near_px - below_share * expected_px ? 1 : 0;
   }
-  if (all < ground_samples_min || near >= near_min * all) return false;
+  if (all < ground_samples_min || near >= near_min * all || are_one_surface(samples)) return false;
   return below > below_max * all || has_better_plane(rig, samples, static_cast<int>(elsewhere_min * all), plane);
 }
 

@@ -29,7 +29,8 @@ enum class Doubt { none, few_matches, identical_images, road_elsewhere, road_not
 double share_of_texture_matched(const MatchedFrame& frame, double first_row);
 
 /// Do the samples say that the road is not where `plane` has it? Few of those where it expects road lie on it, and
-/// either many lie clearly below it, where nothing can be, or another plane holds clearly more.
+/// either many lie clearly below it, where nothing can be, or another plane holds clearly more. A wall that fills the
+/// view says nothing of the road.
 bool speak_against(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane);
 
 /// Decides for each frame whether its grids can be relied on. One implementation serves every back end.

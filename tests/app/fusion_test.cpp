@@ -75,7 +75,8 @@ TEST_F(Fusion, PutsTheLidarsObstaclesIntoTheGrid) {
   const fs::path alone{folder / "alone"};
   const fs::path both{folder / "both"};
   run_well({"run", drive(), "--out", alone.string()});
-  const Outcome outcome{run_well({"run", drive(), "--out", both.string(), "--fuse", "lidar"})};
+  const Outcome outcome{
+      run_well({"run", drive(), "--out", both.string(), "--fuse", "lidar", "--set", "fusion.stereo_confidence=0.3"})};
   // the images say that there is no wall
   EXPECT_LT(largest_ahead(alone, "000000"), 0.1f);
   EXPECT_GT(largest_ahead(both, "000000"), largest_ahead(alone, "000000") + 0.1f);
