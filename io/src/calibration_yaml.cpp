@@ -199,6 +199,8 @@ Calibration read(const std::filesystem::path& path, int width_px, int height_px)
   }
   calibration.rig.width_px = width;
   calibration.rig.height_px = height;
+  calibration.has_mounting = root.has("mount");
+  if (!calibration.has_mounting) return calibration;
   const Group mount{root.group("mount", {"camera_height_m", "camera_pitch_rad", "camera_roll_rad"})};
   calibration.rig.camera_height_m = mount.number("camera_height_m");
   calibration.rig.camera_pitch_rad = mount.number("camera_pitch_rad", 0);

@@ -135,11 +135,11 @@ void find_calibration(RecordingContents& contents, const InputLayout& layout, co
   contents.notes.push_back(fmt::format("calibration: {} ({}{})", printable_path(contents.calibration_file),
                                        contents.calibration.kind,
                                        contents.calibration.raw ? ", raw pair: rectified on loading" : ""));
-  if (contents.calibration.kind != "calibration.yaml") {
+  if (!contents.calibration.has_mounting) {
     contents.notes.push_back("mounting: not in the calibration; camera height 1.65 m and pitch 0 assumed");
   }
   for (const std::string& oddity : oddities(contents.calibration.rig)) {
-    contents.warnings.push_back(contents.calibration_file.string() + ": " + oddity);
+    contents.warnings.push_back(printable_path(contents.calibration_file) + ": " + oddity);
   }
 }
 

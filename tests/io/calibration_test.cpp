@@ -110,9 +110,16 @@ TEST_F(CalibrationFile, ComplainsOfTheBaseline) {
                  {"swapped"});
 }
 
+TEST_F(CalibrationFile, MountingMayBeUnknown) {
+  const Calibration unknown{read("c.yaml", "focal_px: 410\ncentre_u_px: 1\ncentre_v_px: 1\nbaseline_m: 1\n", 64, 48)};
+  EXPECT_FALSE(unknown.has_mounting);
+  EXPECT_EQ(unknown.rig, (Rig{64, 48, 410, 1, 1, 1, 1.65, 0, 0}));
+  EXPECT_TRUE(read("c.yaml", rectified()).has_mounting);
+  EXPECT_FALSE(read("calib.txt", odometry, 1226, 370).has_mounting);
+}
+
 TEST_F(CalibrationFile, ComplainsOfMissingKeys) {
   expect_refused("c.yaml", "focal_px: 410\n", {"no 'centre_u_px'", "docs/input.md"});
-  expect_refused("c.yaml", "focal_px: 410\ncentre_u_px: 1\ncentre_v_px: 1\nbaseline_m: 1\n", {"no 'mount'"});
   expect_refused("c.yaml", rectified("0.2", "", "{camera_pitch_rad: 0}"), {"no 'mount.camera_height_m'"});
   expect_refused("calib.txt", "P0: 700 0 600 0 0 700 180 0 0 0 1 0\n", {"'P1:"});
   expect_refused("calib.txt", "P0: 700 0 600 0\nP1: 1 2 3\n", {"not 12"});

@@ -37,6 +37,7 @@ struct Calibration {
   std::optional<RawPair> raw;                     ///< there: images have to be rectified (Rectifier)
   std::optional<Transform> camera_from_velodyne;  ///< to the left rectified camera (x right, y down, z forward)
   std::string kind;                               ///< "calibration.yaml", "KITTI odometry" or "KITTI raw"
+  bool has_mounting{false};                       ///< false: the rig's height is the usual one, its angles 0
 };
 
 /// Which cameras of a KITTI set are the pair.
