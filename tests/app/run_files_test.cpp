@@ -56,7 +56,7 @@ TEST_F(RunFiles, EveryFrameHasItsFilesAndNothingElseIsLeft) {
 TEST_F(RunFiles, RunJsonTellsWhatWasDone) {
   const Json json(json_of(run() / "run.json"));
   for (const char* key : {"version", "preset", "config", "input", "frames", "device", "simd_target", "timing_ms", "rig",
-                          "grid", "world_grid", "skipped", "warnings"}) {
+                          "grid", "world_grid", "skipped", "status", "warnings"}) {
     EXPECT_TRUE(json.contains(key)) << key;
   }
   EXPECT_EQ(keys_of(json["rig"]),
@@ -81,7 +81,7 @@ TEST_F(RunFiles, EveryLineHasEveryKey) {
   for (std::size_t i{0}; i < 3; ++i) {
     const Json& line{lines[i]};
     EXPECT_EQ(keys_of(line), (std::set<std::string>{"index", "name", "stamp_ns", "pose", "ground", "timing_ms",
-                                                    "density", "obstacles", "warnings"}));
+                                                    "density", "obstacles", "status", "warnings"}));
     EXPECT_EQ(line["index"], i);
     EXPECT_EQ(line["name"], "00000" + std::to_string(i));
     EXPECT_EQ(line["stamp_ns"], i * 100'000'000);
