@@ -56,7 +56,7 @@ TEST_F(RunFiles, EveryFrameHasItsFilesAndNothingElseIsLeft) {
 TEST_F(RunFiles, RunJsonTellsWhatWasDone) {
   const Json json(json_of(run() / "run.json"));
   for (const char* key : {"version", "preset", "config", "input", "frames", "device", "simd_target", "timing_ms", "rig",
-                          "grid", "world_grid", "skipped", "warnings"}) {
+                          "grid", "world_grid", "skipped", "status", "warnings"}) {
     EXPECT_TRUE(json.contains(key)) << key;
   }
   EXPECT_EQ(keys_of(json["rig"]),

@@ -47,7 +47,10 @@ TEST_P(HostileClock, AClockThatIsSetAfterBootIsAGap) {
 }
 
 TEST_P(HostileClock, AnyGapIsSurvivedWithPosesAndWithout) {
-  for (const double gap_s : {6.0, 8e6, 1e9, 9e9}) {
+  // what is decided stands once for every back end; the plain loops take long
+  const std::vector<double> gaps_s{GetParam() == BackEnd::reference ? std::vector{9e9}
+                                                                    : std::vector{6.0, 8e6, 1e9, 9e9}};
+  for (const double gap_s : gaps_s) {
     for (const bool has_poses : {false, true}) {
       Wall wall{GetParam()};
       wall.has_poses = has_poses;

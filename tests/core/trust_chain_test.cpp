@@ -106,9 +106,9 @@ TEST(Trust, NothingIsKnownFromUselessPairs) {
 }
 
 TEST(Trust, TheReferenceSaysTheSame) {
-  const Scene scene{scenes::parse_scene(street), 2};
+  const Scene scene{scenes::parse_scene("street?width=96&height=60&focal=77"), 2};
   for (const Spoilt& spoilt : spoilt_pairs()) {
-    if (spoilt.how == "upside down") expect_nothing_known(scene, spoilt, BackEnd::reference);
+    if (spoilt.how == "identical") expect_nothing_known(scene, spoilt, BackEnd::reference);
   }
 }
 
