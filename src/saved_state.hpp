@@ -138,7 +138,10 @@ class StateReader {
     bool has_value{false};
     take_elements(&has_value, 1);
     value.reset();
-    if (has_value) take(value.emplace());
+    if (!has_value) return;
+    T read{};
+    take(read);
+    value = read;
   }
 
   template <class T>

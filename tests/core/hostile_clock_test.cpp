@@ -35,7 +35,7 @@ class HostileClock : public ::testing::TestWithParam<BackEnd> {
   const FrameResult* result_{nullptr};
 };
 
-INSTANTIATE_TEST_SUITE_P(BackEnds, HostileClock, ::testing::Values(BackEnd::cpu, BackEnd::reference));
+INSTANTIATE_TEST_SUITE_P(BackEnds, HostileClock, ::testing::ValuesIn(back_ends()));
 
 TEST_P(HostileClock, AClockThatIsSetAfterBootIsAGap) {
   drive(second_ns, 5);

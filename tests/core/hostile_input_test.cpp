@@ -38,7 +38,7 @@ class HostileInput : public ::testing::TestWithParam<BackEnd> {
   Wall wall_{GetParam()};
 };
 
-INSTANTIATE_TEST_SUITE_P(BackEnds, HostileInput, ::testing::Values(BackEnd::cpu, BackEnd::reference));
+INSTANTIATE_TEST_SUITE_P(BackEnds, HostileInput, ::testing::ValuesIn(back_ends()));
 
 void expect_sane(const FrameResult& result) {
   for (const Image<float>* image : {&result.observed, &result.occupancy, &result.world.occupancy}) {

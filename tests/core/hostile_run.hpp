@@ -13,6 +13,15 @@
 
 namespace stereogrid::test {
 
+/// Under sanitizers the plain loops take minutes; whatever decides about clocks, rigs and poses stands once for both.
+inline std::vector<BackEnd> back_ends() {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  return {BackEnd::cpu};
+#else
+  return {BackEnd::cpu, BackEnd::reference};
+#endif
+}
+
 /// A camera of 128 × 80 px.
 inline Rig small_rig() {
   return {128, 80, 100, 64, 40, 0.36, 1.2, 0, 0};

@@ -48,7 +48,7 @@ TEST(RigProblems, ARigThatIsTakenDoesNotCrash) {
       const std::optional<std::string> refused{why_no_pipeline(rig)};
       EXPECT_EQ(refused.has_value(), !problems(rig).empty()) << value;
       if (refused) continue;
-      for (const BackEnd back_end : {BackEnd::cpu, BackEnd::reference}) {
+      for (const BackEnd back_end : back_ends()) {
         Wall wall{back_end, small_config(), rig};
         for (int i{0}; i < 2; ++i) static_cast<void>(wall.step(100'000'000 * i));
       }
