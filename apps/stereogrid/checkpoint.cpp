@@ -114,6 +114,11 @@ void write_checkpoint(const fs::path& run_folder, const Checkpoint& checkpoint) 
   io::write_npz(run_folder / file_name, arrays);
 }
 
+void remove_torn_checkpoint(const fs::path& run_folder) {
+  std::error_code ignored;
+  fs::remove(run_folder / (std::string{"."} + file_name + ".partial"), ignored);
+}
+
 std::optional<Checkpoint> read_checkpoint(const fs::path& run_folder) {
   std::error_code error;
   if (!fs::exists(run_folder / file_name, error)) return std::nullopt;

@@ -29,6 +29,9 @@ struct Checkpoints {
 /// state.npz in a run's folder. Replaces the one before; leaves whole files only. Throws DeviceError.
 void write_checkpoint(const std::filesystem::path& run_folder, const Checkpoint& checkpoint);
 
+/// Removes what a killed run has left of one: nothing else may ever replace it.
+void remove_torn_checkpoint(const std::filesystem::path& run_folder);
+
 /// None: there is none. Throws InputError: it is damaged.
 [[nodiscard]] std::optional<Checkpoint> read_checkpoint(const std::filesystem::path& run_folder);
 

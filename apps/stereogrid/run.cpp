@@ -290,6 +290,7 @@ int run(const RunOptions& options) {
   const FolderLock lock{record.folder()};
   options.resume ? record.resume() : record.begin();
   recall_skipped(*input.source, record);
+  remove_torn_checkpoint(record.folder());
   ResultWriter writer{{options.folder, !options.predict_s.empty(), options.save_stages, options.pictures, options.video,
                        rate_hz(input), pipeline.rig()}};
   const OpencvStage opencv{options.matcher, pipeline.config().matching.disparities};
