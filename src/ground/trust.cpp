@@ -147,8 +147,7 @@ void tell(Doubt doubt, FrameResult& result) {
   } else if (doubt == Doubt::identical_images) {
     add(FrameStatus::few_matches,
         "left and right are the same image, or both are black: nothing is known from this frame. Give the right "
-        "camera's "
-        "image.");
+        "camera's image.");
   } else if (doubt == Doubt::road_elsewhere) {
     add(FrameStatus::road_unknown,
         "the road is not where it is assumed: nothing is known from this frame. The mounting in the calibration may be "
