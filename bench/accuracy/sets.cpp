@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "backend/cpu.hpp"
-#include "levelling/levelling.hpp"
+#include "images/levelling.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/scan.hpp"

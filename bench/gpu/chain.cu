@@ -5,7 +5,7 @@
 #include <memory>
 #include <thread>
 
-#include "journey_cuda.hpp"
+#include "pipeline/cuda/journey.hpp"
 #include "samples.hpp"
 #include "street.hpp"
 

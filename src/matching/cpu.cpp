@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "backend/reference.hpp"
-#include "matching/census_simd.hpp"
-#include "matching/correlate_simd.hpp"
+#include "matching/correlation/census_simd.hpp"
+#include "matching/correlation/correlate_simd.hpp"
 #include "matching/decide_simd.hpp"
 #include "matching/matching.hpp"
-#include "matching/semi_global.hpp"
+#include "matching/semi_global/semi_global.hpp"
 #include "matching/texture_simd.hpp"
 #include "stereogrid/pipeline.hpp"
 

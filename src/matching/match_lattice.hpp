@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "patch/patch.hpp"
+#include "images/patch.hpp"
 
 namespace stereogrid {
 

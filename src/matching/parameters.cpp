@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "matching/matching.hpp"
-#include "matching/semi_global.hpp"
+#include "matching/semi_global/semi_global.hpp"
 
 namespace stereogrid {
 

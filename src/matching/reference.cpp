@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "matching/matching.hpp"
-#include "matching/semi_global.hpp"
+#include "matching/semi_global/semi_global.hpp"
 
 namespace stereogrid {
 namespace {

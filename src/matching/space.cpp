@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstddef>
 
-#include "matching/census_simd.hpp"
-#include "matching/correlate_simd.hpp"
+#include "matching/correlation/census_simd.hpp"
+#include "matching/correlation/correlate_simd.hpp"
 #include "matching/matching.hpp"
 
 namespace stereogrid {

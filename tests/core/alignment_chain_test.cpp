@@ -7,8 +7,8 @@
 #include <cmath>
 #include <cstddef>
 
-#include "alignment/alignment.hpp"
 #include "backend/reference.hpp"
+#include "images/row_alignment/row_alignment.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "stereogrid/scenes/scene.hpp"
 

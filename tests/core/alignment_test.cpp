@@ -5,9 +5,9 @@
 #include <cmath>
 #include <random>
 
-#include "alignment/alignment.hpp"
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
+#include "images/row_alignment/row_alignment.hpp"
 #include "support.hpp"
 
 namespace stereogrid {

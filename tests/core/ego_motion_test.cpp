@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "ego_motion/ego_motion.hpp"
+#include "motion/ego_motion.hpp"
 
 #include <gmock/gmock.h>
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "backend/cpu.hpp"
-#include "levelling/levelling.hpp"
+#include "images/levelling.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "support.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "levelling/levelling.hpp"
+#include "images/levelling.hpp"
 
 #include <gtest/gtest.h>
 

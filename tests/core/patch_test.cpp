@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "patch/patch.hpp"
+#include "images/patch.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "scene_flow/scene_flow.hpp"
+#include "motion/scene_flow.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "scene_flow/evidence.hpp"
+#include "motion/velocity_evidence.hpp"
+#include "obstacles/tracking.hpp"
 #include "support.hpp"
-#include "tracking/tracking.hpp"
 
 namespace stereogrid::test {
 namespace {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "matching/semi_global.hpp"
+#include "matching/semi_global/semi_global.hpp"
 #include "matching_run.hpp"
 #include "support.hpp"
 #include "targets.hpp"

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The whole way of a frame on the GPU against the reference back end.
-#include "journey_cuda.hpp"
+#include "pipeline/cuda/journey.hpp"
 
 #include <memory>
 

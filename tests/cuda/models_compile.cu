@@ -5,10 +5,10 @@
 // the formulas of the CPU compile for the GPU as they stand.
 #include <cstdint>
 
-#include "alignment/model.hpp"
 #include "filter/model.hpp"
 #include "fusion/model.hpp"
 #include "ground/model.hpp"
+#include "images/row_alignment/model.hpp"
 #include "matching/model.hpp"
 #include "projection/model.hpp"
 #include "u_disparity/model.hpp"

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // In place of what cmake/build_id.cmake writes.
-#include "build_id.hpp"
+#include "pipeline/build_id.hpp"
 
 namespace stereogrid {
 

@@ -42,7 +42,7 @@ ROOMS = (
     Room("src", ("include", "src"), TBB, r"src/backend/cpu\.hpp"),
     Room("src", ("include", "src"), r"hwy/.*", r".*_simd\.(cpp|hpp)"),
     Room("src", ("include", "src"), r"cuda.*|cub/.*|cooperative_groups.*", r"src/backend/cuda\.hpp|.*\.cu"),
-    Room("src", ("include", "src"), r"(dlfcn|sys/auxv)\.h", r"src/cuda_library\.cpp"),
+    Room("src", ("include", "src"), r"(dlfcn|sys/auxv)\.h", r"src/pipeline/cuda_library\.cpp"),
     Room("src", ("include", "src"), "(?!)"),
     Room("io", ("include", "io/include", "io/src"), r"(opencv2|yaml-cpp|nlohmann|fmt)/.*|zip\.h|zlib\.h|(sys/)?\w+\.h"),
     Room("scenes", ("include", "scenes/include", "scenes"), TBB),

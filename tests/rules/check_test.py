@@ -59,7 +59,7 @@ class Rules(unittest.TestCase):
 
     def test_threads_simd_and_cuda_have_one_place_each(self):
         self.assert_allowed("src/backend/cpu.hpp", "<oneapi/tbb/parallel_for.h>")
-        self.assert_allowed("src/matching/correlate_simd.cpp", '"hwy/highway.h"')
+        self.assert_allowed("src/matching/correlation/correlate_simd.cpp", '"hwy/highway.h"')
         self.assert_allowed("src/filter/cuda.cu", "<cuda_runtime.h>")
         for other in ("<oneapi/tbb/parallel_for.h>", '"hwy/highway.h"', "<cuda_runtime.h>"):
             self.assert_forbidden("src/filter/cpu.cpp", other)

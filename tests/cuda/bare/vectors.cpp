@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "matching/correlate_simd.hpp"
+#include "matching/correlation/correlate_simd.hpp"
 #include "matching/decide_simd.hpp"
 #include "matching/surfaces_simd.hpp"
 #include "matching/texture_simd.hpp"

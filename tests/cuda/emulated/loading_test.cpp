@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "build_id.hpp"
+#include "pipeline/build_id.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "street.hpp"

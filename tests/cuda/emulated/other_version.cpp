@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Libraries that the core must not use.
-#include "build_id.hpp"
-#include "cuda_library.hpp"
+#include "pipeline/build_id.hpp"
+#include "pipeline/cuda_library.hpp"
 
 #if defined OTHER_SOURCES
 #define FUNCTION stereogrid_cuda_library_2

@@ -1,0 +1,119 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "images/patch.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace stereogrid {
+namespace {
+
+constexpr float step_max_px{0.7f};
+constexpr double misfit_max{0.2};
+
+// A sum for each column side by side, so that the compiler may use vectors and need not wait for the sum before: it
+// must not reorder a single one.
+template <class Term>
+float sum_of(const Term& term) {
+  std::array<float, patch_columns> sums{};
+  for (std::size_t k{0}; k < patch_pixels; k += sums.size()) {
+    for (std::size_t lane{0}; lane < sums.size(); ++lane) sums[lane] += term(k + lane);
+  }
+  for (std::size_t half{sums.size() / 2}; half > 0; half /= 2) {
+    for (std::size_t lane{0}; lane < half; ++lane) sums[lane] += sums[lane + half];
+  }
+  return sums[0];
+}
+
+void remove_mean(Patch& patch) {
+  const float mean{sum_of([&](std::size_t k) { return patch[k]; }) / patch_pixels};
+  for (float& value : patch) value -= mean;
+}
+
+double product(const Patch& a, const Patch& b) {
+  return sum_of([&](std::size_t k) { return a[k] * b[k]; });
+}
+
+// Grey levels under a patch with `border` more pixels around it, between the pixels; false where it is not inside.
+template <int border>
+bool sample(View<const std::uint8_t> image, Place place, float shear, float* out) {
+  constexpr int reach_u{patch_reach_u + border};
+  constexpr int reach_v{patch_reach_v + border};
+  const float top{std::floor(place.v)};
+  const float fv{place.v - top};
+  const std::ptrdiff_t next_row{fv > 0 ? image.pitch : 0};
+  if (!(top - reach_v >= 0 && top + reach_v + (fv > 0 ? 1 : 0) < static_cast<float>(image.height))) return false;
+  for (int j{-reach_v}; j <= reach_v; ++j) {
+    const float column{place.u - shear * static_cast<float>(j)};
+    const float first{std::floor(column)};
+    const float fu{column - first};
+    const int next{fu > 0 ? 1 : 0};
+    if (!(first - reach_u >= 0 && first + reach_u - 1 + static_cast<float>(next) < static_cast<float>(image.width)))
+      return false;
+    const std::uint8_t* upper{image.row(static_cast<int>(top) + j) + static_cast<int>(first) - reach_u};
+    const std::uint8_t* lower{upper + next_row};
+    for (int i{0}; i < 2 * reach_u; ++i) {
+      const float above{static_cast<float>(upper[i]) + fu * static_cast<float>(upper[i + next] - upper[i])};
+      const float below{static_cast<float>(lower[i]) + fu * static_cast<float>(lower[i + next] - lower[i])};
+      out[i] = above + fv * (below - above);
+    }
+    out += 2 * reach_u;
+  }
+  return true;
+}
+
+double explained(double variance, double covariance, double other) {
+  return other > patch_pixels ? (variance - covariance * covariance / other) / patch_pixels : 0.0;
+}
+
+}  // namespace
+
+bool cut(View<const std::uint8_t> image, Place place, float shear, Template& patch) {
+  constexpr std::ptrdiff_t wide{patch_columns + 2};
+  float grey[wide * (patch_rows + 2)];
+  if (!sample<1>(image, place, 0, grey)) return false;
+  std::size_t k{0};
+  for (std::ptrdiff_t j{1}; j <= patch_rows; ++j) {
+    const float* row{grey + j * wide + 1};
+    for (std::ptrdiff_t i{0}; i < patch_columns; ++i, ++k) {
+      patch.grey[k] = row[i];
+      patch.gradient_u[k] = 0.5f * (row[i + 1] - row[i - 1]);
+      patch.gradient_v[k] = 0.5f * (row[i + wide] - row[i - wide]) + shear * patch.gradient_u[k];
+    }
+  }
+  for (Patch* part : {&patch.grey, &patch.gradient_u, &patch.gradient_v}) remove_mean(*part);
+  patch.uu = product(patch.gradient_u, patch.gradient_u);
+  patch.uv = product(patch.gradient_u, patch.gradient_v);
+  patch.vv = product(patch.gradient_v, patch.gradient_v);
+  patch.variance = product(patch.grey, patch.grey);
+  return true;
+}
+
+double information_u(const Template& patch) {
+  return explained(patch.uu, patch.uv, patch.vv);
+}
+
+double information_v(const Template& patch) {
+  return explained(patch.vv, patch.uv, patch.uu);
+}
+
+std::optional<Place> find(View<const std::uint8_t> image, const Template& patch, float shear, Place start, int steps) {
+  const double determinant{patch.uu * patch.vv - patch.uv * patch.uv};
+  Place place{start};
+  Patch difference;
+  for (int step{0};; ++step) {
+    if (!sample<0>(image, place, shear, difference.data())) return std::nullopt;
+    for (std::size_t k{0}; k < patch_pixels; ++k) difference[k] = patch.grey[k] - difference[k];
+    remove_mean(difference);
+    if (step == steps) break;
+    const double along_u{product(patch.gradient_u, difference)};
+    const double along_v{product(patch.gradient_v, difference)};
+    const auto limited = [](double move) { return std::clamp(static_cast<float>(move), -step_max_px, step_max_px); };
+    place.u += limited((patch.vv * along_u - patch.uv * along_v) / determinant);
+    place.v += limited((patch.uu * along_v - patch.uv * along_u) / determinant);
+  }
+  if (product(difference, difference) > misfit_max * patch.variance) return std::nullopt;
+  return place;
+}
+
+}  // namespace stereogrid

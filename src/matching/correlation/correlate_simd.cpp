@@ -1,0 +1,104 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+// Compiled once per instruction set; Highway picks one at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "matching/correlation/correlate_simd.cpp"  // NOLINT
+#include "hwy/foreach_target.h"                                       // IWYU pragma: keep
+// after foreach_target
+#include "hwy/highway.h"
+#include "matching/correlation/correlate_simd.hpp"
+#if HWY_TARGET != HWY_SCALAR
+#include "matching/correlation/level_simd.hpp"
+#include "matching/correlation/upright_simd.hpp"
+#endif
+
+#include <algorithm>
+
+HWY_BEFORE_NAMESPACE();
+namespace stereogrid {
+namespace HWY_NAMESPACE {
+namespace {
+
+#if HWY_TARGET != HWY_SCALAR
+
+template <int words>
+void correlate_rows(const Band& band) {
+  const ShortCensus& census{band.census};
+  const int half{band.half_window};
+  const int width{census.left.width()};
+  UprightRows<words> upright{width, band.upright, half, band.uniqueness_1024, band.memory};
+  LevelRows level{width, band.road, half, band.uniqueness_1024, band.memory + UprightRows<words>::memory(width, half)};
+  const auto upright_rows = [&](int v) {
+    return RowPair{census.left_fourfold.clamped_row(v), census.right_reversed.clamped_row(v)};
+  };
+  for (int v{band.first_row - half}; v < band.first_row + half; ++v) {
+    upright.add_row(upright_rows(v));
+    level.update(census.left.clamped_row(v), census.sheared.clamped_row(v), nullptr, nullptr);
+  }
+  for (int v{band.first_row}; v < band.end_row; ++v) {
+    const bool something_leaves{v > band.first_row};
+    const int in{v + half};
+    const int out{v - half - 1};
+    upright.finish_row(upright_rows(in), upright_rows(out), something_leaves, band.candidates->upright);
+    level.update(census.left.clamped_row(in), census.sheared.clamped_row(in),
+                 something_leaves ? census.left.clamped_row(out) : nullptr, census.sheared.clamped_row(out));
+    level.finish_row(band.candidates->level);
+    band.sink->take(v, *band.candidates);
+  }
+}
+
+void Correlate(const Band& band) {
+  switch (padded_upright(band.upright) / 64) {
+    case 1:
+      return correlate_rows<1>(band);
+    case 2:
+      return correlate_rows<2>(band);
+    case 3:
+      return correlate_rows<3>(band);
+    default:
+      return correlate_rows<4>(band);
+  }
+}
+
+#else
+
+void Correlate(const Band&) {}
+
+#endif
+
+const char* Target() {
+  return hwy::TargetName(HWY_TARGET);
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace stereogrid
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace stereogrid {
+
+HWY_EXPORT(Correlate);
+HWY_EXPORT(Target);
+
+std::size_t correlate_memory(int width, Shifts upright, Shifts road, int half_window) {
+  const std::size_t of_upright{static_cast<std::size_t>(width + 2 * half_window + 1) *
+                               static_cast<std::size_t>(padded_upright(upright))};
+  const std::size_t of_row{static_cast<std::size_t>(width + 4 * half_window + 256)};
+  return (of_upright + of_row * static_cast<std::size_t>(2 + 3 * road.count) + 63) / 64 * 64;
+}
+
+int correlate_border(Shifts upright, Shifts road) {
+  return std::max(upright.first + padded_upright(upright), road.count) + 64;
+}
+
+void correlate_band(const Band& band) {
+  HWY_DYNAMIC_DISPATCH(Correlate)(band);
+}
+
+std::string_view correlate_target() {
+  return HWY_DYNAMIC_DISPATCH(Target)();
+}
+
+}  // namespace stereogrid
+#endif

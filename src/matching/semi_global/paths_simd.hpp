@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "matching/semi_global/semi_global.hpp"
+
+namespace stereogrid {
+
+/// How a pixel's costs lie in memory, a byte each: the upright labels, padded, then a tail with the road's labels
+/// between guards. Both run from the largest shift down, so that the right pixels which they look at lie in natural
+/// order. Padding and guards cost cost_max; labels beside a border are then dear by themselves.
+struct LabelLayout {
+  LabelLayout(Shifts upright, Shifts road);
+
+  static constexpr int block{64};  ///< every target's vectors divide it
+  static constexpr int guard{16};  ///< before the road's labels, of which there are at most 31
+
+  int uprights;    ///< with padding
+  int upright_at;  ///< place of the largest upright shift
+  int road_at;     ///< place of the largest road shift
+  int stride;      ///< bytes of a pixel
+  int road_kept;   ///< bytes of a pixel's road labels where they are kept alone
+};
+
+/// The best labels of one type, per pixel of a row. There is room for a vector behind the row.
+struct RowChoice {
+  std::uint16_t* key;  ///< cost · 256 + label
+  std::uint8_t* runner_up;
+  std::uint8_t* before;  ///< cost one label before the best
+  std::uint8_t* after;   ///< … and behind it
+};
+
+/// Working memory of one row.
+struct SemiGlobalRoom {
+  static constexpr int planes{4};  ///< bytes of a descriptor
+
+  std::uint8_t* right[planes];    ///< k-th bytes of the right descriptors; pixel u's labels begin at u
+  std::uint8_t* sheared[planes];  ///< likewise for the tail
+  std::uint8_t* closed;           ///< cost_max at padding and guards, otherwise 0
+  std::uint8_t* carry;            ///< path costs of the row's last pixel so far
+  std::uint8_t* costs;            ///< [u][label]
+  std::uint8_t* sums;             ///< [u][label]
+  std::int32_t* meeting;  ///< per pixel: place of the upright label that meets the road's largest shift, or −1
+  RowChoice upright;
+  RowChoice road;
+  RowCandidates* candidates;  ///< of the thread: its rows are finished one after another
+};
+
+/// What all rows of a sweep share. A sweep goes through the rows one way; paths that come from the row before pass on
+/// their costs here, less the smallest one.
+struct SemiGlobalTask {
+  CensusTriple census;
+  RoadPlane plane;
+  Penalties penalties;
+  Shifts upright;
+  Shifts road;
+  LabelLayout layout;
+  int uniqueness_1024{0};
+  bool up{true};                    ///< the sweep's way
+  bool diagonals{false};            ///< with the paths from the row before's neighbours
+  std::uint8_t* vertical{nullptr};  ///< [u][label]
+  std::uint8_t* diagonal[2][2]{};   ///< from the left and the right: [row parity][u + 1][label]; zeros at either end
+  /// Sums of the sweep before this one, a large part of all traffic to memory, hence without padding; null: there is
+  /// none.
+  std::uint8_t* first_uprights{nullptr};  ///< [v][u][label]
+  std::uint8_t* first_road{nullptr};      ///< [v][u][road label], with a vector's room at both ends
+  CandidateSink* sink{nullptr};
+};
+
+/// The steps for row v, in this order. They need vectors of 16 bytes, see correlate_target. The second one for
+/// consecutive parts of the columns, each after the row before in the sweep has passed it (with diagonals: and one
+/// column more).
+void semi_global_start_row(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v);
+/// Paths from the row before and, unless this is a first sweep, from the left.
+void semi_global_forward(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v, int begin, int end);
+/// Paths from the right, and the row's candidates for the sink.
+void semi_global_backward(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v);
+/// In place of the second step in a first sweep, which only fills first_uprights and first_road.
+void semi_global_first(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v, int begin, int end);
+
+}  // namespace stereogrid

@@ -1,0 +1,104 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/ego_motion.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace stereogrid {
+namespace {
+
+constexpr double degree{3.14159265358979323846 / 180};
+
+std::string text_of(const Pose2& jump) {
+  std::array<char, 160> text{};
+  std::snprintf(text.data(), text.size(),
+                "the pose jumps by %.1f m and %.1f° from where the vehicle can be: the world is moved along",
+                std::hypot(jump.x_m, jump.y_m), std::abs(jump.yaw_rad) / degree);
+  return text.data();
+}
+
+}  // namespace
+
+// None where it is no vehicle's: within next to no time the noise of a pose is a fantastic speed.
+std::optional<EgoMotion::Rate> EgoMotion::rate_of(const Pose2& motion) const {
+  const Rate rate{motion.x_m / since_pose_s_, motion.y_m / since_pose_s_, motion.yaw_rad / since_pose_s_};
+  const bool is_possible{std::hypot(rate.x_mps, rate.y_mps) <= config_.speed_max_mps &&
+                         std::abs(rate.yaw_radps) <= degree * config_.yaw_rate_max_degps};
+  return is_possible ? std::optional{rate} : std::nullopt;
+}
+
+Pose2 EgoMotion::motion_of(const std::optional<Rate>& rate, double dt_s) {
+  if (!rate) return {};
+  return {rate->x_mps * dt_s, rate->y_mps * dt_s, rate->yaw_radps * dt_s};
+}
+
+bool EgoMotion::is_drivable(const Pose2& motion) const {
+  return std::hypot(motion.x_m, motion.y_m) <= config_.jump_min_m + config_.speed_max_mps * since_pose_s_ &&
+         std::abs(motion.yaw_rad) <= degree * (config_.jump_min_deg + config_.yaw_rate_max_degps * since_pose_s_);
+}
+
+// A mean rate belongs to the middle of its interval: from middle to middle it may have changed by the acceleration.
+bool EgoMotion::follows(const Pose2& motion, const std::optional<Rate>& rate) const {
+  if (!rate) return false;
+  const Pose2 expected{motion_of(rate, since_pose_s_)};
+  const double gain_s2{since_pose_s_ * (since_pose_s_ + before_s_) / 2};
+  const double off_m{std::hypot(motion.x_m - expected.x_m, motion.y_m - expected.y_m)};
+  const double off_rad{std::abs(std::remainder(motion.yaw_rad - expected.yaw_rad, 360 * degree))};
+  return off_m <= config_.jump_min_m + config_.acceleration_max_mps2 * gain_s2 &&
+         off_rad <= degree * (config_.jump_min_deg + config_.yaw_acceleration_max_degps2 * gain_s2);
+}
+
+EgoMotion::Placing EgoMotion::place_without_pose(double dt_s) {
+  Placing placing;
+  if (!has_warned_) {
+    placing.warning = rate_ ? "no pose: the last motion is carried on" : "no pose: the vehicle is taken to stand still";
+  }
+  // where there never was one, that may be intended
+  if (!has_warned_ || input_from_world_) placing.status = FrameStatus::pose_missing;
+  has_warned_ = true;
+  world_from_vehicle_ = world_from_vehicle_ * motion_of(rate_, dt_s);
+  placing.world_from_vehicle = world_from_vehicle_;
+  return placing;
+}
+
+EgoMotion::Placing EgoMotion::move_along(const Pose2& pose, const Pose2& motion) {
+  const Pose2 expected{motion_of(rate_, since_pose_s_)};
+  world_from_vehicle_ = world_from_last_pose_ * expected;
+  input_from_world_ = pose * inverse(world_from_vehicle_);
+  return {world_from_vehicle_, text_of(inverse(expected) * motion), FrameStatus::pose_jump};
+}
+
+void EgoMotion::restart() {
+  last_pose_.reset();
+  rate_.reset();
+  pose_rate_.reset();
+  since_pose_s_ = before_s_ = 0;
+  has_warned_ = has_warned_ && !input_from_world_;
+}
+
+EgoMotion::Placing EgoMotion::place(const std::optional<Pose2>& pose, double dt_s) {
+  since_pose_s_ += dt_s;
+  if (!pose) return place_without_pose(dt_s);
+  if (!input_from_world_) input_from_world_ = *pose * inverse(world_from_vehicle_);
+  Placing placing{inverse(*input_from_world_) * *pose};
+  if (last_pose_) {
+    const Pose2 motion{inverse(*last_pose_) * *pose};
+    const bool drivable{is_drivable(motion)};
+    const bool believed{!config_.notice_jumps ||
+                        (drivable && (!rate_ || follows(motion, rate_) || follows(motion, pose_rate_)))};
+    const std::optional<Rate> rate{rate_of(motion)};
+    if (!believed) placing = move_along(*pose, motion);
+    if (believed && rate) rate_ = rate;
+    pose_rate_ = drivable ? rate : std::nullopt;
+    before_s_ = since_pose_s_;
+  }
+  world_from_vehicle_ = world_from_last_pose_ = placing.world_from_vehicle;
+  last_pose_ = pose;
+  since_pose_s_ = 0;
+  has_warned_ = false;
+  return placing;
+}
+
+}  // namespace stereogrid

@@ -1,0 +1,296 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/scene_flow.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+#include "clamped_to_int.hpp"
+
+namespace stereogrid {
+namespace {
+
+// Of where a patch is found again; neighbouring pixels share much of what moves it.
+constexpr double sigma_disparity_px{0.15};
+constexpr double sigma_column_px{0.2};
+/// A rigid thing's points, seen from a moving car, do not agree better.
+constexpr double velocity_floor_mps{0.5};
+
+/// A point at most in each block of so many columns and rows.
+constexpr int block_px{12};
+
+/// Squared gradient per pixel below which a patch is not followed. Columns tell the velocity; rows only where to look.
+constexpr double information_u_min{8};
+constexpr double information_v_min{2};
+constexpr double range_max_m{40};
+constexpr double height_max_m{3};
+constexpr double nearest_m{1};
+constexpr float disparity_min_px{1};
+
+constexpr int find_steps{5};
+constexpr double speed_max_mps{45};
+/// New points are searched as far as this speed takes them.
+constexpr double searched_speed_mps{10};
+constexpr int searched_columns_max{80};
+constexpr int searched_rows{4};
+/// A place counts as found if no other one, further away than this, fits nearly as well.
+constexpr int same_place_px{4};
+constexpr double clearly_best{0.8};
+/// Of a row from where the pair's alignment puts it.
+constexpr float row_error_max_px{1};
+
+using Grey = View<const std::uint8_t>;
+
+// The first pixel of a lattice at or after `from`.
+int lattice_pixel(int from, int first, int step) {
+  return from <= first ? first : first + (from - first + step - 1) / step * step;
+}
+
+int rounded(float value) {
+  return clamped_to_int(std::round(value));
+}
+
+bool holds_patch(const Grey& image, int u, int v) {
+  return u >= patch_reach_u && u + patch_reach_u <= image.width && v >= patch_reach_v &&
+         v + patch_reach_v < image.height;
+}
+
+// Sum of absolute differences of two patches.
+int difference(const Grey& first, int u1, int v1, const Grey& second, int u2, int v2) {
+  int sum{0};
+  for (int j{-patch_reach_v}; j <= patch_reach_v; ++j) {
+    const std::uint8_t* a{first.row(v1 + j) + u1 - patch_reach_u};
+    const std::uint8_t* b{second.row(v2 + j) + u2 - patch_reach_u};
+    for (int i{0}; i < patch_columns; ++i) sum += std::abs(a[i] - b[i]);
+  }
+  return sum;
+}
+
+// How much grey levels change along some rows of a patch: a first, cheap look.
+int texture(const Grey& image, int u, int v) {
+  int sum{0};
+  for (int j{-patch_reach_v}; j <= patch_reach_v; j += patch_reach_v) {
+    const std::uint8_t* row{image.row(v + j) + u - patch_reach_u};
+    for (int i{1}; i < patch_columns; ++i) sum += std::abs(row[i] - row[i - 1]);
+  }
+  return sum;
+}
+
+bool can_be_followed(const Template& patch) {
+  return information_u(patch) >= information_u_min && information_v(patch) >= information_v_min;
+}
+
+int searched_columns(double dt_s, double px_per_m) {
+  return std::min(clamped_to_int(searched_speed_mps * dt_s * px_per_m), searched_columns_max);
+}
+
+// Where the right image shows a point of the left one.
+Place in_right(Place left, float disparity, const RowOffsets& offsets) {
+  const float u{left.u - disparity};
+  return {u, left.v + static_cast<float>(offsets.at(u, left.v))};
+}
+
+// Where around `expected` the patch at `from` fits best and clearly better than elsewhere, to two pixels.
+std::optional<Place> searched(const Grey& before, Place from, const Grey& image, Place expected, int columns,
+                              int rows) {
+  const int u0{rounded(from.u)};
+  const int v0{rounded(from.v)};
+  if (!holds_patch(before, u0, v0)) return std::nullopt;
+  int best{std::numeric_limits<int>::max()};
+  int other{best};
+  Place place;
+  int best_u{0};
+  for (int v{rounded(expected.v) - rows}; v <= rounded(expected.v) + rows; v += 2) {
+    for (int u{rounded(expected.u) - columns}; u <= rounded(expected.u) + columns; u += 2) {
+      if (!holds_patch(image, u, v)) continue;
+      const int now{difference(before, u0, v0, image, u, v)};
+      const bool is_elsewhere{std::abs(u - best_u) > same_place_px};
+      if (now < best) {
+        if (is_elsewhere) other = best;
+        best = now;
+        best_u = u;
+        place = {from.u + static_cast<float>(u - u0), from.v + static_cast<float>(v - v0)};
+      } else if (is_elsewhere && now < other) {
+        other = now;
+      }
+    }
+  }
+  if (best > clearly_best * other) return std::nullopt;
+  return place;
+}
+
+}  // namespace
+
+SceneFlow::SceneFlow(const Rig& rig)
+    : rig_{rig},
+      focal_baseline_pxm_{rig.focal_px * rig.baseline_m},
+      blocks_across_{(rig.width_px + block_px - 1) / block_px},
+      blocks_down_{(rig.height_px + block_px - 1) / block_px},
+      left_before_{rig.width_px, rig.height_px},
+      is_taken_(static_cast<std::size_t>(blocks_across_) * static_cast<std::size_t>(blocks_down_)),
+      candidates_(is_taken_.size()) {
+  points_.reserve(points_reserved());
+  vectors_.reserve(points_reserved());
+}
+
+Point2 SceneFlow::in_vehicle(Place left, double disparity) const {
+  const double x_m{focal_baseline_pxm_ / disparity};
+  return {x_m, -(left.u - rig_.centre_u_px) / rig_.focal_px * x_m};
+}
+
+// A point that has been seen once may have moved far: where it is not, as if it stood, it is searched.
+std::optional<Place> SceneFlow::in_left(const Point& point, const Template& patch, Place expected,
+                                        const FlowFrame& frame) const {
+  const std::optional<Place> found{find(frame.left, patch, 0, expected, find_steps)};
+  if (found || point.sightings > 1) return found;
+  const int columns{searched_columns(frame.dt_s, point.disparity / rig_.baseline_m)};
+  const std::optional<Place> start{
+      searched(left_before_.view(), point.left, frame.left, expected, columns, searched_rows)};
+  return start ? find(frame.left, patch, 0, *start, find_steps) : std::nullopt;
+}
+
+std::optional<float> SceneFlow::disparity_of(const Point& point, const Template& patch, Place left, float expected,
+                                             const FlowFrame& frame) const {
+  const Place start{in_right(left, expected, frame.row_offsets)};
+  std::optional<Place> right{find(frame.right, patch, 0, start, find_steps)};
+  if (!right && point.sightings == 1) {
+    const int columns{searched_columns(frame.dt_s, expected * expected / focal_baseline_pxm_)};
+    const std::optional<Place> better{searched(left_before_.view(), point.left, frame.right, start, columns, 0)};
+    if (better) right = find(frame.right, patch, 0, *better, find_steps);
+  }
+  if (!right || std::abs(right->v - start.v) > row_error_max_px) return std::nullopt;
+  return left.u - right->u;
+}
+
+bool SceneFlow::follow(int i, const FlowFrame& frame) {
+  Point& point{points_[static_cast<std::size_t>(i)]};
+  Template patch;
+  if (!cut(left_before_.view(), point.left, 0, patch)) return false;
+  const Point2 last{point.latest[0].place};
+  const Point2 at{inverse(frame.world_from_vehicle) *
+                  Point2{last.x + point.velocity.x * frame.dt_s, last.y + point.velocity.y * frame.dt_s}};
+  if (at.x < nearest_m) return false;
+  const auto disparity = static_cast<float>(focal_baseline_pxm_ / at.x);
+  // at the same height
+  const auto centre_v = static_cast<float>(rig_.centre_v_px);
+  const Place expected{static_cast<float>(rig_.centre_u_px - rig_.focal_px * at.y / at.x),
+                       centre_v + (point.left.v - centre_v) * disparity / point.disparity};
+  const std::optional<Place> left{in_left(point, patch, expected, frame)};
+  if (!left) return false;
+  const std::optional<float> found{disparity_of(point, patch, *left, disparity, frame)};
+  if (!found || *found < disparity_min_px) return false;
+  const Point2 place{frame.world_from_vehicle * in_vehicle(*left, *found)};
+  if (std::hypot(place.x - last.x, place.y - last.y) > speed_max_mps * frame.dt_s) return false;
+  sight(point, *left, *found, place);
+  return true;
+}
+
+// The velocity is the slope of the line through the latest places (least squares).
+void SceneFlow::sight(Point& point, Place left, float disparity, Point2 place) const {
+  point.left = left;
+  point.disparity = disparity;
+  std::rotate(point.latest.begin(), point.latest.end() - 1, point.latest.end());
+  point.latest[0] = {now_s_, place};
+  ++point.sightings;
+  const int count{std::min(point.sightings, remembered)};
+  double mean_s{0};
+  for (int i{0}; i < count; ++i) mean_s += point.latest[static_cast<std::size_t>(i)].time_s / count;
+  point.velocity = {};
+  point.spread_s2 = 0;
+  for (int i{0}; i < count; ++i) {
+    const Sighting& sighting{point.latest[static_cast<std::size_t>(i)]};
+    const double t_s{sighting.time_s - mean_s};
+    point.spread_s2 += t_s * t_s;
+    point.velocity.x += t_s * (sighting.place.x - place.x);
+    point.velocity.y += t_s * (sighting.place.y - place.y);
+  }
+  point.velocity.x /= point.spread_s2;
+  point.velocity.y /= point.spread_s2;
+}
+
+FlowVector SceneFlow::vector_of(const Point& point, const Pose2& world_from_vehicle) const {
+  const double x_m{focal_baseline_pxm_ / point.disparity};
+  const double along_m{sigma_disparity_px * x_m / point.disparity};
+  const double aside_m{sigma_column_px * x_m / rig_.focal_px};
+  const Pose2 turn{0, 0, world_from_vehicle.yaw_rad};
+  const Point2 ray{turn * Point2{1, -(point.left.u - rig_.centre_u_px) / rig_.focal_px}};
+  const Point2 side{turn * Point2{0, 1}};
+  const auto product = [&](double ray_part, double side_part) {
+    return along_m * along_m * ray_part + aside_m * aside_m * side_part;
+  };
+  const Symmetric2 covariance{product(ray.x * ray.x, side.x * side.x), product(ray.x * ray.y, side.x * side.y),
+                              product(ray.y * ray.y, side.y * side.y)};
+  return {point.latest[0].place, covariance, point.velocity,
+          widened(1 / point.spread_s2 * covariance, velocity_floor_mps * velocity_floor_mps)};
+}
+
+void SceneFlow::collect(const FlowFrame& frame) {
+  std::erase_if(points_, [](const Point& point) { return point.is_lost; });
+  vectors_.clear();
+  for (const Point& point : points_) vectors_.push_back(vector_of(point, frame.world_from_vehicle));
+}
+
+void SceneFlow::clear() {
+  points_.clear();
+  vectors_.clear();
+}
+
+void SceneFlow::mark_taken() {
+  std::fill(is_taken_.begin(), is_taken_.end(), std::uint8_t{0});
+  for (const Point& point : points_) {
+    const int column{std::min(rounded(point.left.u) / block_px, blocks_across_ - 1)};
+    const int row{std::min(rounded(point.left.v) / block_px, blocks_down_ - 1)};
+    is_taken_[static_cast<std::size_t>(row * blocks_across_ + column)] = 1;
+  }
+}
+
+// The block's best-textured pixel, of those that have matched as obstacles.
+std::optional<SceneFlow::Point> SceneFlow::candidate(int block, const FlowFrame& frame, const Matches& matches) const {
+  if (is_taken_[static_cast<std::size_t>(block)] != 0) return std::nullopt;
+  Place best;
+  int most{0};
+  const int first_u{block % blocks_across_ * block_px};
+  const int first_v{block / blocks_across_ * block_px};
+  for (int v{lattice_pixel(first_v, MatchLattice::first_v, MatchLattice::step_v)}; v < first_v + block_px;
+       v += MatchLattice::step_v) {
+    for (int u{lattice_pixel(first_u, MatchLattice::first_u, MatchLattice::step_u)}; u < first_u + block_px;
+         u += MatchLattice::step_u) {
+      if (!holds_patch(frame.left, u, v) || !is_near(v, matches.obstacle(u, v))) continue;
+      const int here{texture(frame.left, u, v)};
+      if (here <= most) continue;
+      most = here;
+      best = {static_cast<float>(u), static_cast<float>(v)};
+    }
+  }
+  Template patch;
+  if (most == 0 || !cut(frame.left, best, 0, patch) || !can_be_followed(patch)) return std::nullopt;
+  return point_at(best, patch, frame, matches);
+}
+
+bool SceneFlow::is_near(int v, float disparity) const {
+  if (disparity < disparity_min_px) return false;
+  const double x_m{focal_baseline_pxm_ / disparity};
+  const double height_m{rig_.camera_height_m + (rig_.centre_v_px - v) / rig_.focal_px * x_m};
+  return x_m < range_max_m && height_m < height_max_m;
+}
+
+std::optional<SceneFlow::Point> SceneFlow::point_at(Place left, const Template& patch, const FlowFrame& frame,
+                                                    const Matches& matches) const {
+  const float matched{matches.obstacle(rounded(left.u), rounded(left.v))};
+  const std::optional<Place> right{find(frame.right, patch, 0, in_right(left, matched, frame.row_offsets), find_steps)};
+  if (!right || left.u - right->u < disparity_min_px) return std::nullopt;
+  Point point{left, left.u - right->u, 1, {}, {}, 0, false};
+  point.latest[0] = {now_s_, frame.world_from_vehicle * in_vehicle(left, point.disparity)};
+  return point;
+}
+
+void SceneFlow::take_candidates(const FlowFrame& frame) {
+  for (const std::optional<Point>& point : candidates_) {
+    if (point) points_.push_back(*point);
+  }
+  for (int v{0}; v < frame.left.height; ++v) std::copy_n(frame.left.row(v), frame.left.width, left_before_.row(v));
+}
+
+}  // namespace stereogrid

@@ -1,0 +1,134 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "held_bytes.hpp"
+#include "images/patch.hpp"
+#include "images/row_alignment/model.hpp"
+#include "matching/match_lattice.hpp"
+#include "matching/matches.hpp"
+#include "motion/symmetric2.hpp"
+#include "stereogrid/camera.hpp"
+#include "stereogrid/frame.hpp"
+#include "stereogrid/image.hpp"
+
+namespace stereogrid {
+
+/// How a point of an obstacle moves over the ground. World axes.
+struct FlowVector {
+  Point2 place;
+  Symmetric2 place_covariance;  ///< m²
+  Point2 velocity;
+  Symmetric2 velocity_covariance;  ///< m²/s²
+};
+
+/// What scene flow needs of a frame: level images, and what is known about them.
+struct FlowFrame {
+  View<const std::uint8_t> left;
+  View<const std::uint8_t> right;
+  RowOffsets row_offsets;
+  Pose2 world_from_vehicle;
+  double dt_s;
+};
+
+/// Points of obstacles followed in both images through time: where each is on the ground, frame after frame, hence how
+/// it moves. Points with positions and velocities from stereo and time are "6D-Vision" (Franke et al. 2005; Rabe 2011);
+/// here a velocity is the slope of a straight line through the latest positions. One implementation serves every back
+/// end: it reads some hundred patches.
+class SceneFlow {
+ public:
+  explicit SceneFlow(const Rig& rig);
+
+  /// Finds the points of the frame before in this one. `for_ranges(count, work)` calls work(begin, end) on parts of
+  /// [0, count), on threads of its own if it likes.
+  template <class ForRanges>
+  void follow(const FlowFrame& frame, const ForRanges& for_ranges) {
+    now_s_ += frame.dt_s;
+    for_ranges(static_cast<int>(points_.size()), [&](int begin, int end) {
+      for (int i{begin}; i < end; ++i) points_[static_cast<std::size_t>(i)].is_lost = !follow(i, frame);
+    });
+    collect(frame);
+  }
+
+  /// Takes new points where the frame's matches are obstacles and no point is yet. Reads `matches` at the pixels of
+  /// MatchLattice.
+  template <class ForRanges>
+  void add_points(const FlowFrame& frame, const Matches& matches, const ForRanges& for_ranges) {
+    mark_taken();
+    for_ranges(blocks_across_ * blocks_down_, [&](int begin, int end) {
+      for (int i{begin}; i < end; ++i) candidates_[static_cast<std::size_t>(i)] = candidate(i, frame, matches);
+    });
+    take_candidates(frame);
+  }
+
+  /// Forgets all points: the next frame has none to follow.
+  void clear();
+
+  /// What is known after follow() of the points that were found again.
+  [[nodiscard]] const std::vector<FlowVector>& vectors() const { return vectors_; }
+  /// So many points have room from the start: twice as many as are taken where none is yet. Points that come together
+  /// may be more, and then make room once.
+  [[nodiscard]] std::size_t points_reserved() const { return 2 * candidates_.size(); }
+
+  [[nodiscard]] std::size_t held_bytes() const {
+    return held_bytes_of(left_before_, points_, vectors_, is_taken_, candidates_);
+  }
+
+  template <class State>
+  void exchange(State& state) {
+    state(now_s_, left_before_, points_);
+  }
+
+ private:
+  /// So many positions make a velocity.
+  static constexpr int remembered{6};
+
+  struct Sighting {
+    double time_s;
+    Point2 place;  ///< world
+  };
+  struct Point {
+    Place left;
+    float disparity;
+    int sightings;
+    std::array<Sighting, remembered> latest;  ///< the last one first
+    Point2 velocity;                          ///< world, m/s
+    double spread_s2;                         ///< summed squared distance of the sightings' times from their mean
+    bool is_lost;
+  };
+
+  bool follow(int i, const FlowFrame& frame);
+  void sight(Point& point, Place left, float disparity, Point2 place) const;
+  [[nodiscard]] std::optional<Place> in_left(const Point& point, const Template& patch, Place expected,
+                                             const FlowFrame& frame) const;
+  [[nodiscard]] std::optional<float> disparity_of(const Point& point, const Template& patch, Place left, float expected,
+                                                  const FlowFrame& frame) const;
+  [[nodiscard]] Point2 in_vehicle(Place left, double disparity) const;
+  [[nodiscard]] FlowVector vector_of(const Point& point, const Pose2& world_from_vehicle) const;
+  [[nodiscard]] std::optional<Point> candidate(int block, const FlowFrame& frame, const Matches& matches) const;
+  [[nodiscard]] bool is_near(int v, float disparity) const;
+  [[nodiscard]] std::optional<Point> point_at(Place left, const Template& patch, const FlowFrame& frame,
+                                              const Matches& matches) const;
+  void collect(const FlowFrame& frame);
+  void mark_taken();
+  void take_candidates(const FlowFrame& frame);
+
+  Rig rig_;
+  double focal_baseline_pxm_;
+  int blocks_across_;
+  int blocks_down_;
+  double now_s_{0};
+  Image<std::uint8_t> left_before_;
+  std::vector<Point> points_;
+  std::vector<FlowVector> vectors_;
+  std::vector<std::uint8_t> is_taken_;            ///< of each block: a point is in it
+  std::vector<std::optional<Point>> candidates_;  ///< of each block
+};
+
+}  // namespace stereogrid

@@ -1,0 +1,190 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "clamped_to_int.hpp"
+#include "obstacles/tracking.hpp"
+
+namespace stereogrid {
+namespace {
+
+// The grid's velocities say surely that a large thing stands; how fast a small one walks they say less well than its
+// positions: the lattice is coarse, and what is newly covered counts as standing at first.
+constexpr double standing_mps{0.5};
+constexpr double large_m{1.5};
+constexpr double large_sigma_mps{0.4};
+constexpr double small_sigma_mps{1.0};
+constexpr double velocity_sigma_mps{2.0};
+/// In association, a difference of 1 m/s counts like so many metres.
+constexpr double velocity_weight_s{0.4};
+/// Squared difference of two velocities in variances beyond which it is not the same thing.
+constexpr double another_thing{16};
+constexpr double unknown_velocity_mps{3};
+constexpr double free_occupancy{0.2};
+constexpr double gone_s{0.25};
+constexpr double surely_moving_mps{1};
+
+Covariance2 turned(const Covariance2& p, double yaw_rad) {
+  const double c{std::cos(yaw_rad)};
+  const double s{std::sin(yaw_rad)};
+  return {c * c * p.xx - 2 * c * s * p.xy + s * s * p.yy, c * s * (p.xx - p.yy) + (c * c - s * s) * p.xy,
+          s * s * p.xx + 2 * c * s * p.xy + c * c * p.yy};
+}
+
+}  // namespace
+
+void Tracker::Axis::predict(double dt_s, double acceleration_mps2) {
+  const double q{acceleration_mps2 * acceleration_mps2};
+  position += velocity * dt_s;
+  covariance[0] += 2 * dt_s * covariance[1] + dt_s * dt_s * covariance[2] + q * dt_s * dt_s * dt_s * dt_s / 4;
+  covariance[1] += dt_s * covariance[2] + q * dt_s * dt_s * dt_s / 2;
+  covariance[2] += q * dt_s * dt_s;
+}
+
+void Tracker::Axis::update_position(double measured, double variance) {
+  const double gain_p{covariance[0] / (covariance[0] + variance)};
+  const double gain_v{covariance[1] / (covariance[0] + variance)};
+  const double innovation{measured - position};
+  position += gain_p * innovation;
+  velocity += gain_v * innovation;
+  covariance[2] -= gain_v * covariance[1];
+  covariance[1] -= gain_v * covariance[0];
+  covariance[0] -= gain_p * covariance[0];
+}
+
+void Tracker::Axis::update_velocity(double measured, double variance) {
+  const double gain_p{covariance[1] / (covariance[2] + variance)};
+  const double gain_v{covariance[2] / (covariance[2] + variance)};
+  const double innovation{measured - velocity};
+  position += gain_p * innovation;
+  velocity += gain_v * innovation;
+  covariance[0] -= gain_p * covariance[1];
+  covariance[1] -= gain_p * covariance[2];
+  covariance[2] -= gain_v * covariance[2];
+}
+
+Tracker::Tracker(const TrackingConfig& config) : config_{config} {
+  constexpr std::size_t pairs_of_a_thing{4};
+  tracks_.reserve(things_reserved);
+  pairs_.reserve(pairs_of_a_thing * things_reserved);
+  is_track_taken_.reserve(things_reserved);
+  is_cluster_taken_.reserve(things_reserved);
+}
+
+void Tracker::update(const GridLayers& world, const std::vector<Cluster>& clusters, double dt_s) {
+  for (Track& track : tracks_) {
+    track.x.predict(dt_s, config_.acceleration_mps2);
+    track.y.predict(dt_s, config_.acceleration_mps2);
+    track.age_s += dt_s;
+    track.unseen_s += dt_s;
+  }
+  associate(clusters);
+  std::erase_if(tracks_, [&](const Track& track) { return is_over(track, world); });
+}
+
+// In its velocity, and surely.
+bool Tracker::differs(const Cluster& cluster, const Track& track, double faster_mps) {
+  const double variance{cluster.velocity_sigma_mps * cluster.velocity_sigma_mps +
+                        std::max(track.x.covariance[2], track.y.covariance[2])};
+  return faster_mps * faster_mps > another_thing * variance;
+}
+
+// Nearest first; of those equally far, in the order of tracks and clusters.
+void Tracker::find_pairs(const std::vector<Cluster>& clusters) {
+  pairs_.clear();
+  for (std::size_t t{0}; t < tracks_.size(); ++t) {
+    for (std::size_t c{0}; c < clusters.size(); ++c) {
+      const Point2 away{clusters[c].centre.x - tracks_[t].x.position, clusters[c].centre.y - tracks_[t].y.position};
+      const double faster_mps{
+          std::hypot(clusters[c].velocity.x - tracks_[t].x.velocity, clusters[c].velocity.y - tracks_[t].y.velocity)};
+      const bool is_measured{clusters[c].velocity_sigma_mps > 0};
+      if (is_measured && differs(clusters[c], tracks_[t], faster_mps)) continue;
+      const double distance{std::hypot(away.x, away.y) + (is_measured ? velocity_weight_s * faster_mps : 0)};
+      // the visible part of a large thing may change by its size from frame to frame
+      const double gate{config_.gate_m + 0.25 * std::max(tracks_[t].shape.length_m, clusters[c].length_m)};
+      if (distance <= gate) pairs_.push_back({distance, t, c});
+    }
+  }
+  // not stable_sort, which allocates
+  std::sort(pairs_.begin(), pairs_.end(), [](const Pair& a, const Pair& b) {
+    return std::tie(a.distance, a.track, a.cluster) < std::tie(b.distance, b.track, b.cluster);
+  });
+}
+
+void Tracker::associate(const std::vector<Cluster>& clusters) {
+  find_pairs(clusters);
+  is_track_taken_.assign(tracks_.size(), 0);
+  is_cluster_taken_.assign(clusters.size(), 0);
+  for (const Pair& pair : pairs_) {
+    if (is_track_taken_[pair.track] != 0 || is_cluster_taken_[pair.cluster] != 0) continue;
+    is_track_taken_[pair.track] = is_cluster_taken_[pair.cluster] = 1;
+    correct(tracks_[pair.track], clusters[pair.cluster]);
+  }
+  for (std::size_t c{0}; c < clusters.size(); ++c) {
+    if (is_cluster_taken_[c] == 0) begin_track(clusters[c]);
+  }
+}
+
+void Tracker::correct(Track& track, const Cluster& cluster) const {
+  // where the outline of a large thing changes with what is seen of it, its centre says little about its motion
+  const double change{std::abs(cluster.length_m - track.shape.length_m) +
+                      std::abs(cluster.width_m - track.shape.width_m)};
+  const double position_sigma{0.15 + 0.05 * cluster.length_m + 0.5 * change};
+  const bool is_large{cluster.length_m > large_m};
+  const bool stands{std::hypot(cluster.velocity.x, cluster.velocity.y) < standing_mps};
+  const double standing_sigma_mps{is_large ? large_sigma_mps : small_sigma_mps};
+  const double of_cells_mps{stands ? standing_sigma_mps : velocity_sigma_mps};
+  const double velocity_sigma{cluster.velocity_sigma_mps > 0 ? cluster.velocity_sigma_mps : of_cells_mps};
+  track.x.update_position(cluster.centre.x, position_sigma * position_sigma);
+  track.y.update_position(cluster.centre.y, position_sigma * position_sigma);
+  track.x.update_velocity(cluster.velocity.x, velocity_sigma * velocity_sigma);
+  track.y.update_velocity(cluster.velocity.y, velocity_sigma * velocity_sigma);
+  track.shape = cluster;
+  track.unseen_s = 0;
+  ++track.sightings;
+}
+
+void Tracker::begin_track(const Cluster& cluster) {
+  const double position_variance{0.3 * 0.3};
+  const double velocity_sigma{cluster.velocity_sigma_mps > 0 ? cluster.velocity_sigma_mps : unknown_velocity_mps};
+  const double velocity_variance{velocity_sigma * velocity_sigma};
+  Track track;
+  track.id = next_id_++;
+  track.x = {cluster.centre.x, cluster.velocity.x, {position_variance, 0, velocity_variance}};
+  track.y = {cluster.centre.y, cluster.velocity.y, {position_variance, 0, velocity_variance}};
+  track.shape = cluster;
+  track.sightings = 1;
+  tracks_.push_back(track);
+}
+
+bool Tracker::is_over(const Track& track, const GridLayers& world) const {
+  if (track.unseen_s == 0) return false;
+  if (track.unseen_s > config_.coast_s || track.sightings < config_.confirm_frames) return true;
+  const GridGeometry& grid{world.geometry};
+  const int x{clamped_to_int(std::floor((track.x.position - grid.x_min_m) / grid.cell_size_m))};
+  const int y{clamped_to_int(std::floor((track.y.position - grid.y_min_m) / grid.cell_size_m))};
+  if (x < 0 || x >= grid.nx || y < 0 || y >= grid.ny) return true;
+  return track.unseen_s > gone_s && world.occupancy(x, y) < free_occupancy && world.age_s(x, y) == 0;
+}
+
+void Tracker::report(const Pose2& world_from_vehicle, std::vector<Obstacle>& obstacles) const {
+  const Pose2 vehicle_from_world{inverse(world_from_vehicle)};
+  const Pose2 turn{0, 0, vehicle_from_world.yaw_rad};
+  obstacles.clear();
+  for (const Track& track : tracks_) {
+    const Point2 at{vehicle_from_world * Point2{track.x.position, track.y.position}};
+    const Point2 v{turn * Point2{track.x.velocity, track.y.velocity}};
+    const double speed_mps{std::hypot(v.x, v.y)};
+    const double variance{std::max(track.x.covariance[2], track.y.covariance[2])};
+    obstacles.push_back({track.id, at.x, at.y, v.x, v.y, track.shape.length_m, track.shape.width_m,
+                         std::remainder(track.shape.yaw_rad + vehicle_from_world.yaw_rad, 2 * M_PI),
+                         track.shape.occupancy, track.age_s, track.sightings >= config_.confirm_frames,
+                         speed_mps > surely_moving_mps && speed_mps * speed_mps > 4 * variance, track.unseen_s > 0,
+                         track.unseen_s, turned({track.x.covariance[0], 0, track.y.covariance[0]}, turn.yaw_rad),
+                         turned({track.x.covariance[2], 0, track.y.covariance[2]}, turn.yaw_rad)});
+  }
+}
+
+}  // namespace stereogrid

@@ -1,0 +1,136 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "held_bytes.hpp"
+#include "motion/scene_flow.hpp"
+#include "stereogrid/config.hpp"
+#include "stereogrid/frame.hpp"
+#include "stereogrid/grid.hpp"
+#include "stereogrid/obstacle.hpp"
+
+namespace stereogrid {
+
+/// Connected occupied cells that move alike. World axes.
+struct Cluster {
+  int cells{0};
+  Point2 centre;                 ///< middle of the cells' bounding box along the axes of motion
+  Point2 velocity;               ///< mean over the cells, or of the points followed on it
+  double velocity_sigma_mps{0};  ///< of the points along the less certain axis; 0: there are none
+  double occupancy{0};           ///< mean over the cells
+  double length_m{0};
+  double width_m{0};
+  double yaw_rad{0};
+};
+
+/// So many clusters, tracks and obstacles have room from the start, far more than a street has; as many as there might
+/// be, a few cells each, would be a waste. More make room once.
+constexpr std::size_t things_reserved{1024};
+
+/// Clusters, and what they are found in. Allocated once.
+struct ClusterSpace {
+  /// A point that has been followed on a cluster.
+  struct Followed {
+    int label;
+    std::size_t vector;
+  };
+  struct Cell {
+    int x;
+    int y;
+  };
+
+  /// For a grid of that size. `points` that are followed have room from the start.
+  ClusterSpace(int nx, int ny, std::size_t points = 0);
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(clusters, labels, cells, followed, values); }
+
+  std::vector<Cluster> clusters;
+  Image<int> labels;               ///< (ny, nx) the cluster's number + 1 of each cell, 0 = none
+  std::vector<Cell> cells;         ///< of a cluster
+  std::vector<Followed> followed;  ///< by label
+  std::vector<double> values;      ///< of a cluster's points
+};
+
+/// Clusters of the filtered grid: 8-connected cells above `occupancy_min` that have been observed and whose velocities
+/// differ little from the cluster's mean.
+void find_clusters(const GridLayers& world, const TrackingConfig& config, ClusterSpace& space);
+
+/// Gives each cluster the velocity of the points that have been followed on it.
+void measure_velocities(const std::vector<FlowVector>& vectors, const GridGeometry& grid, ClusterSpace& space);
+
+/// Follows clusters through time: nearest-neighbour association within a gate around each track's prediction, a
+/// constant-velocity Kalman filter for each track, ids that are never used twice. method §3.2, kept simple.
+class Tracker {
+ public:
+  explicit Tracker(const TrackingConfig& config);
+
+  void start_ids_at(std::int64_t first_id) { next_id_ = first_id; }
+
+  /// No tracks; ids go on.
+  void forget() { tracks_.clear(); }
+
+  /// Moves all tracks on by dt_s, gives each its cluster, begins and ends tracks.
+  void update(const GridLayers& world, const std::vector<Cluster>& clusters, double dt_s);
+
+  /// The tracks as obstacles in the vehicle frame.
+  void report(const Pose2& world_from_vehicle, std::vector<Obstacle>& obstacles) const;
+
+  template <class State>
+  void exchange(State& state) {
+    state(tracks_, next_id_);
+  }
+
+  [[nodiscard]] std::size_t held_bytes() const {
+    return held_bytes_of(tracks_, pairs_, is_track_taken_, is_cluster_taken_);
+  }
+
+ private:
+  // One axis of a constant-velocity Kalman filter.
+  struct Axis {
+    double position{0};
+    double velocity{0};
+    std::array<double, 3> covariance{};  // pp, pv, vv
+
+    void predict(double dt_s, double acceleration_mps2);
+    void update_position(double measured, double variance);
+    void update_velocity(double measured, double variance);
+  };
+
+  struct Track {
+    std::int64_t id{0};
+    Axis x;
+    Axis y;
+    Cluster shape;
+    int sightings{0};
+    double age_s{0};
+    double unseen_s{0};
+  };
+
+  // A cluster that may be a track's.
+  struct Pair {
+    double distance;
+    std::size_t track;
+    std::size_t cluster;
+  };
+
+  static bool differs(const Cluster& cluster, const Track& track, double faster_mps);
+  void find_pairs(const std::vector<Cluster>& clusters);
+  void associate(const std::vector<Cluster>& clusters);
+  void correct(Track& track, const Cluster& cluster) const;
+  void begin_track(const Cluster& cluster);
+  [[nodiscard]] bool is_over(const Track& track, const GridLayers& world) const;
+
+  TrackingConfig config_;
+  std::vector<Track> tracks_;
+  std::vector<Pair> pairs_;  // working memory, as the next two
+  std::vector<std::uint8_t> is_track_taken_;
+  std::vector<std::uint8_t> is_cluster_taken_;
+  std::int64_t next_id_{1};
+};
+
+}  // namespace stereogrid

@@ -1,0 +1,114 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/checks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "stereogrid/error.hpp"
+
+namespace stereogrid {
+namespace {
+
+constexpr int image_side_max{16384};
+constexpr int threads_max{1024};
+constexpr double farthest_m{1e9};
+constexpr double horizon_max_s{1e4};
+constexpr double matching_bytes_max{64.0 * (1 << 30)};
+
+// Semi-global matching keeps a byte for each pixel and label.
+double matching_bytes(const MatchingConfig& config, const Rig& rig) {
+  const double disparities{config.disparities == 0 ? 256.0 : config.disparities};
+  return (disparities + 2.0 * config.road_margin_px + 1) * rig.width_px * rig.height_px;
+}
+
+void check_grid(const ObservedGrid& grid, const std::string& frame_name) {
+  const GridGeometry& geometry{grid.geometry};
+  const auto fits = [&](const auto& image) { return image.width() == geometry.nx && image.height() == geometry.ny; };
+  const auto are_shares = [](const auto& image) {
+    return std::all_of(image.begin(), image.end(), [](float p) { return p >= 0 && p <= 1; });
+  };
+  const auto require = [&](bool fine, const char* problem, const char* remedy) {
+    if (!fine) throw InputError{"frame " + frame_name, problem, remedy};
+  };
+  require(std::isfinite(geometry.x_min_m) && std::isfinite(geometry.y_min_m) && std::isfinite(geometry.cell_size_m) &&
+              geometry.cell_size_m > 0,
+          "another source's grid has no place.", "Its origin and cell size must be finite, cells larger than 0.");
+  require(fits(grid.occupancy) && (grid.confidence.empty() || fits(grid.confidence)),
+          "another source's grid does not have its geometry's size.",
+          "Occupancy and confidence must be nx × ny cells; confidence may be left empty.");
+  require(are_shares(grid.occupancy) && are_shares(grid.confidence),
+          "another source's grid has values that are no probabilities.",
+          "Occupancy and confidence must lie in 0 … 1; unknown is 0.5.");
+}
+
+void check_images(const StereoFrame& frame, const Rig& rig) {
+  if (frame.right.empty() == frame.disparity.empty()) {
+    throw InputError{
+        "frame " + frame.name,
+        frame.right.empty() ? "has neither a right image nor disparities." : "has both a right image and disparities.",
+        "Give one of them."};
+  }
+  const auto fits = [&](const auto& image) {
+    return image.empty() || (image.width() == rig.width_px && image.height() == rig.height_px);
+  };
+  if (frame.left.empty() || !fits(frame.left) || !fits(frame.right) || !fits(frame.disparity)) {
+    throw InputError{"frame " + frame.name, "the images do not have the calibration's size.",
+                     "Both must be " + std::to_string(rig.width_px) + " × " + std::to_string(rig.height_px) + "."};
+  }
+}
+
+}  // namespace
+
+void check(const Config& config, const Rig& rig, BackEnd back_end, int threads) {
+  std::vector<std::string> found{problems(config)};
+  for (const std::string& problem : problems(rig)) found.push_back("rig: " + problem);
+  const auto require = [&](bool fine, const char* problem) {
+    if (!fine) found.emplace_back(problem);
+  };
+  require(rig.width_px != 0 && rig.height_px != 0, "rig: the image size must be positive.");
+  require(std::max(rig.width_px, rig.height_px) <= image_side_max,
+          "rig: images of up to 16384 × 16384 can be matched.");
+  require(rig.height_px <= 2047 || !config.u_disparity.confidence_weights,
+          "u_disparity.confidence_weights can count in images of up to 2047 rows.");
+  require(config.matching.disparities != 1, "matching.disparities must be 0 (automatic) or at least 2.");
+  require(config.matching.disparities < 2 || config.matching.min_disparity <= config.matching.disparities - 2,
+          "matching.min_disparity must be at least 2 below matching.disparities.");
+  require(config.matching.method != MatchingMethod::semi_global ||
+              matching_bytes(config.matching, rig) <= matching_bytes_max,
+          "matching.method=semi_global would take more than 64 GiB; take fewer disparities or smaller images.");
+  require(back_end >= BackEnd::cpu && back_end <= BackEnd::automatic,
+          "There is no such back end: it is cpu, reference, cuda or automatic.");
+  require(threads >= 0 && threads <= threads_max, "The number of threads must lie in 0 (all cores) … 1024.");
+  if (found.empty()) return;
+  std::string message;
+  for (const std::string& problem : found) message += (message.empty() ? "" : "\n") + problem;
+  throw ConfigError{message};
+}
+
+void check(const StereoFrame& frame, const Rig& rig) {
+  check_images(frame, rig);
+  const Pose2 pose{frame.world_from_vehicle.value_or(Pose2{})};
+  if (!std::isfinite(pose.x_m) || !std::isfinite(pose.y_m) || !std::isfinite(pose.yaw_rad)) {
+    throw InputError{"frame " + frame.name, "its pose is not finite.", "Give numbers, or leave the pose out."};
+  }
+  if (!is_place(pose)) {
+    throw InputError{"frame " + frame.name, "its pose is farther than 1e9 m from the origin.",
+                     "Give metres, in a frame whose origin is on the same planet, or leave the pose out."};
+  }
+  for (const ObservedGrid& grid : frame.other_grids) check_grid(grid, frame.name);
+}
+
+bool is_place(const Pose2& pose) {
+  return std::abs(pose.x_m) <= farthest_m && std::abs(pose.y_m) <= farthest_m && std::isfinite(pose.yaw_rad);
+}
+
+void check_horizons(const std::vector<double>& horizons_s) {
+  for (const double horizon_s : horizons_s) {
+    if (horizon_s > 0 && horizon_s <= horizon_max_s) continue;
+    throw ConfigError{"Predictions need horizons in seconds, more than 0 and at most 10000, as in 0.5,1,2."};
+  }
+}
+
+}  // namespace stereogrid

@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What libstereogrid_cuda.so shows of itself.
+#include "pipeline/build_id.hpp"
+#include "pipeline/cuda/journey.hpp"
+#include "pipeline/cuda_library.hpp"
+
+namespace stereogrid {
+namespace {
+
+std::unique_ptr<Journey> start(const Config& config, const Rig& rig) {
+  return std::make_unique<JourneyOnCuda>(config, rig);
+}
+
+}  // namespace
+}  // namespace stereogrid
+
+extern "C" __attribute__((visibility("default"))) const stereogrid::CudaLibrary* stereogrid_cuda_library_2() {
+  static const stereogrid::CudaLibrary library{stereogrid::build_id().data(), stereogrid::interface_sizes(),
+                                               stereogrid::start};
+  return &library;
+}
