@@ -19,7 +19,7 @@ string(SHA256 hash "${contents}")
 string(SUBSTRING ${hash} 0 16 hash)
 
 file(WRITE ${OUTPUT} "// Made by cmake/build_id.cmake.
-#include \"build_id.hpp\"
+#include \"pipeline/build_id.hpp\"
 
 namespace stereogrid {
 

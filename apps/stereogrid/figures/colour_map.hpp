@@ -5,8 +5,8 @@
 #include <opencv2/core.hpp>
 #include <string>
 
-#include "drawing.hpp"
 #include "figures/sheet.hpp"
+#include "pictures/drawing.hpp"
 #include "stereogrid/image.hpp"
 
 namespace stereogrid::app::figures {

@@ -5,7 +5,7 @@
 #include "figures/figures.hpp"
 #include "figures/panels.hpp"
 #include "figures/reference_panels.hpp"
-#include "picture_panels.hpp"
+#include "pictures/panels.hpp"
 #include "stereogrid/evaluation/baselines.hpp"
 
 namespace stereogrid::app::figures {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "picture_panels.hpp"
+#include "pictures/panels.hpp"
 
 namespace stereogrid::app::figures {
 

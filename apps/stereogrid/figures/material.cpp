@@ -9,8 +9,8 @@
 #include <array>
 #include <utility>
 
-#include "pose_stage.hpp"
 #include "progress.hpp"
+#include "run/pose_stage.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/scan.hpp"

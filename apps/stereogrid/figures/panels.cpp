@@ -9,8 +9,8 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "picture_panels.hpp"
-#include "top_view.hpp"
+#include "pictures/panels.hpp"
+#include "pictures/top_view.hpp"
 
 namespace stereogrid::app::figures {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <utility>
 
-#include "top_view.hpp"
+#include "pictures/top_view.hpp"
 
 namespace stereogrid::app::figures {
 namespace {

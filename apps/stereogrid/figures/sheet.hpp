@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "drawing.hpp"
+#include "pictures/drawing.hpp"
 #include "stereogrid/io/image_file.hpp"
 
 namespace stereogrid::app::figures {

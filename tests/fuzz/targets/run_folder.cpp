@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "frame_lines.hpp"
-#include "run_reader.hpp"
+#include "run/frame_lines.hpp"
+#include "run/run_reader.hpp"
 #include "stereogrid/io/truth.hpp"
 #include "targets.hpp"
 

@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "config_options.hpp"
+#include "evaluate/output.hpp"
+#include "evaluate/truth_source.hpp"
+#include "input.hpp"
+
+namespace stereogrid::app {
+
+struct CompareOptions {
+  InputOptions input;
+  ConfigOptions config;
+  std::string frames;
+  TruthKind truth{TruthKind::automatic};
+  bool hold_out{false};
+  std::vector<std::string> only;
+  int threads{0};
+  double camera_height_m{evaluation::kitti_camera_height_m};
+  std::string json;
+  std::string html;
+  std::string pictures;
+};
+
+/// What a method has made of the input.
+struct ComparedMethod {
+  std::string title;
+  bool over_time{false};
+  Series series;
+  std::vector<double> milliseconds;  ///< of every frame, from disparities and ground to the grid
+};
+
+struct Comparison {
+  std::vector<ComparedMethod> methods;
+  std::size_t frames{0};
+  std::size_t frames_with_truth{0};
+};
+
+/// `stereogrid compare`: prints the table, writes the files asked for. Returns the exit code; throws ConfigError,
+/// InputError, DeviceError.
+[[nodiscard]] int compare(const CompareOptions& options);
+
+}  // namespace stereogrid::app

@@ -1,0 +1,163 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include "commands.hpp"
+#include "console.hpp"
+#include "evaluate/output.hpp"
+#include "evaluate/truth_source.hpp"
+#include "input.hpp"
+#include "option_checks.hpp"
+#include "progress.hpp"
+#include "run/run_reader.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::string run;
+  std::string input;
+  std::string truth;
+  double camera_height_m{evaluation::kitti_camera_height_m};
+  Rings rings{Rings::all};
+  std::string json;
+  std::string html;
+};
+
+InputOptions input_options(const Options& options, const RunReader& run) {
+  if (!options.input.empty()) return {{options.input}, "", options.input.starts_with("scene:") ? "" : "none", ""};
+  for (const std::string& path : run.input().paths) {
+    std::error_code error;
+    if (path.starts_with("scene:") || fs::exists(path, error)) continue;
+    throw InputError{io::printable(path), "is not there any more; the run was made from it.",
+                     "Say where it is now: stereogrid evaluate " + options.run + " INPUT."};
+  }
+  return run.input();
+}
+
+TruthKind kind_of(const std::string& truth) {
+  if (truth.empty()) return TruthKind::automatic;
+  return truth == "lidar" ? TruthKind::lidar : TruthKind::exact;
+}
+
+/// Names alone do not tell drives apart: many begin with 000000.
+void check_same_images(const RunReader& run, const Rig& input) {
+  if (run.width_px() == input.width_px && run.height_px() == input.height_px) return;
+  throw InputError{io::printable_path(run.folder()),
+                   fmt::format("was made from images of {} × {} px, but the input's have {} × {} px.", run.width_px(),
+                               run.height_px(), input.width_px, input.height_px),
+                   "Give the input that the run was made from."};
+}
+
+std::string text_of(const InputOptions& input) {
+  std::string text;
+  for (const std::string& path : input.paths) text += (text.empty() ? "" : " ") + io::printable_path(path);
+  return text;
+}
+
+[[noreturn]] void complain_of_names(const RunReader& run, const TruthSource& truth) {
+  const char* const known{truth.kind() == TruthKind::lidar ? "a lidar sweep" : "ground truth"};
+  throw InputError{
+      io::printable_path(run.folder()),
+      fmt::format("none of its frames ({} to {}) has {} in the input, whose frames are {} to {}.",
+                  run.frames().front().name, run.frames().back().name, known, truth.input().source->name(0),
+                  truth.input().source->name(truth.input().source->size() - 1)),
+      "Give the input that the run was made from."};
+}
+
+/// Observed and filtered grids of the run's frames that something is known about.
+std::vector<Series> score(const RunReader& run, const TruthSource& truth) {
+  Series observed{"observed", {}};
+  Series occupancy{"occupancy", {}};
+  if (truth.kind() == TruthKind::exact) occupancy.motion.emplace();
+  Progress progress{"frames", run.frames().size()};
+  std::size_t done{0};
+  for (const RunFrame& frame : run.frames()) {
+    progress.update(done++);
+    const auto known{truth.frame(frame.name, run.grid())};
+    if (!known) continue;
+    const RunGrids grids{run.grids(frame.name)};
+    observed.scores.add(frame.name, grids.observed.view(), known->labels);
+    occupancy.scores.add(frame.name, grids.occupancy.view(), known->labels);
+    if (!known->truth) continue;
+    occupancy.motion->add({*known->truth, truth.grid(), truth.input().source->rig(), run.grid(), grids.occupancy.view(),
+                           grids.velocity_x.view(), grids.velocity_y.view(), frame.obstacles});
+  }
+  if (observed.scores.frames() == 0) complain_of_names(run, truth);
+  std::vector<Series> series;
+  series.push_back(std::move(observed));
+  series.push_back(std::move(occupancy));
+  return series;
+}
+
+std::string truth_text(const TruthSource& truth, Rings rings) {
+  if (truth.kind() == TruthKind::exact) return "exact";
+  return rings == Rings::all ? "lidar" : "lidar, " + name_of(rings) + " rings";
+}
+
+int evaluate(const Options& options) {
+  const RunReader run{options.run};
+  const InputOptions input{input_options(options, run)};
+  const TruthSource truth{open_input(input), kind_of(options.truth), options.camera_height_m, options.rings};
+  check_same_images(run, truth.input().source->rig());
+  Evaluation evaluation;
+  evaluation.series = score(run, truth);
+  const std::size_t scored{evaluation.series.front().scores.frames()};
+  evaluation.about = {{"run", io::printable_path(run.folder())},
+                      {"preset", run.preset()},
+                      {"input", text_of(input)},
+                      {"truth", truth_text(truth, options.rings)},
+                      {"frames", fmt::format("{} of {}", scored, run.frames().size())}};
+  const nlohmann::ordered_json json(json_of(evaluation));
+  write_output(table_of(json));
+  if (!options.json.empty()) io::write_file(options.json, io::json_text(json, 1) + "\n");
+  if (!options.html.empty()) write_report(options.html, json);
+  return exit_done;
+}
+
+}  // namespace
+
+void add_evaluate_command(CLI::App& tool, int& exit_code) {
+  auto options{std::make_shared<Options>()};
+  CLI::App* command{tool.add_subcommand("evaluate", "Score a run against lidar or exact truth.")};
+  command->add_option("RUN_DIR", options->run, "What `stereogrid run --out` has left.")->type_name(" ")->required();
+  command->add_option("INPUT", options->input, "The run's input; left out: where the run says it was.")->type_name(" ");
+  command
+      ->add_option("--truth", options->truth,
+                   "lidar: the input's sweeps; truth: exact truth of a scene or a rendered drive. Left out: what the "
+                   "input has.")
+      ->check(CLI::IsMember({"lidar", "truth"}))
+      ->type_name("lidar|truth");
+  command
+      ->add_option("--camera-height", options->camera_height_m,
+                   "Camera over the road, where the search for the lidar's road starts (m).")
+      ->type_name("M")
+      ->capture_default_str()
+      ->check(number(0.3, 5), "[0.3 - 5]");
+  command
+      ->add_option("--rings", options->rings,
+                   "Rings of the lidar that label the cells: odd scores a run with --fuse-rings even on what it has "
+                   "not seen.")
+      ->transform(CLI::CheckedTransformer(ring_names()))
+      ->type_name("all|even|odd");
+  command->add_option("--json", options->json, "Also write every figure to this file.")->type_name("FILE");
+  command->add_option("--html", options->html, "Also write a report with plots to this file.")->type_name("FILE");
+  command->callback([options, &exit_code] { exit_code = evaluate(*options); });
+}
+
+}  // namespace stereogrid::app

@@ -1,0 +1,133 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "evaluate/output.hpp"
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double depth_histogram_end_m{10};
+constexpr double depth_histogram_step_m{0.5};
+
+/// JSON knows no NaN.
+Json number(double value) {
+  return std::isfinite(value) ? Json(value) : Json{};
+}
+
+Json json_of(const evaluation::Summary& summary) {
+  Json json{{"frames", summary.frames},           {"cells", summary.cells},
+            {"occupied", summary.occupied},       {"hidden_occupied", summary.hidden_occupied},
+            {"hidden_free", summary.hidden_free}, {"columns", summary.columns}};
+  for (const evaluation::Metric& metric : evaluation::metrics) {
+    const evaluation::Estimate& estimate{summary.*metric.estimate};
+    json[std::string{metric.name}] = {
+        {"value", number(estimate.value)}, {"low", number(estimate.low)}, {"high", number(estimate.high)}};
+  }
+  Json bins(Json::array());
+  for (const evaluation::ReliabilityBin& bin : summary.reliability) {
+    bins.push_back(
+        {{"cells", bin.cells}, {"mean_probability", bin.mean_probability}, {"share_occupied", bin.share_occupied}});
+  }
+  json["reliability"] = bins;
+  return json;
+}
+
+Json json_of(const std::vector<evaluation::RocPoint>& roc) {
+  Json points(Json::array());
+  for (const evaluation::RocPoint& point : roc) points.push_back({point.false_alarms, point.recall});
+  return points;
+}
+
+/// Counts by steps of half a metre; what lies beyond ±10 m is counted in the outermost.
+Json histogram_of(const std::vector<float>& errors_m) {
+  constexpr auto bins{static_cast<std::size_t>(2 * depth_histogram_end_m / depth_histogram_step_m)};
+  std::array<std::size_t, bins> counts{};
+  for (const float error : errors_m) {
+    const double place{std::floor((static_cast<double>(error) + depth_histogram_end_m) / depth_histogram_step_m)};
+    ++counts[static_cast<std::size_t>(std::clamp(place, 0.0, bins - 1.0))];
+  }
+  return {{"from_m", -depth_histogram_end_m}, {"step_m", depth_histogram_step_m}, {"columns", counts}};
+}
+
+Json frames_of(const evaluation::Scores& scores, evaluation::Band band) {
+  Json frames(Json::array());
+  for (const evaluation::Scores::FrameLoss& frame : scores.frame_losses(band)) {
+    frames.push_back({{"name", frame.name}, {"balanced_log_loss", number(frame.balanced_log_loss)}});
+  }
+  return frames;
+}
+
+Json json_of(const evaluation::MotionSummary& m) {
+  return {{"sightings", m.sightings},
+          {"found", m.found},
+          {"speed_error_mps", number(m.speed_error_mps)},
+          {"direction_error_deg", number(m.direction_error_deg)},
+          {"velocity_error_mps", number(m.velocity_error_mps)},
+          {"id_switches", m.id_switches},
+          {"standing_obstacles", m.standing_obstacles},
+          {"standing_with_speed", number(m.standing_with_speed)},
+          {"moving_cells", m.moving_cells},
+          {"cell_velocity_error_mps", number(m.cell_velocity_error_mps)},
+          {"static_cells", m.static_cells},
+          {"static_moving", number(m.static_moving)},
+          {"left_cells", m.left_cells},
+          {"ghost_s", number(m.ghost_s)},
+          {"gone_within_half_second", number(m.gone_within_half_second)},
+          {"hidden_episodes", m.hidden_episodes},
+          {"hidden_frames", m.hidden_frames},
+          {"hidden_alive", number(m.hidden_alive)},
+          {"hidden_s", number(m.hidden_s)},
+          {"survived_s", number(m.survived_s)}};
+}
+
+Json json_of(const Series& series) {
+  Json bands;
+  Json frames;
+  for (const evaluation::Band band : evaluation::bands) {
+    const std::string key{key_of(band)};
+    bands[key] = json_of(series.scores.summary(band));
+    bands[key]["roc"] = json_of(series.scores.roc(band));
+    bands[key]["roc_hidden"] = json_of(series.scores.roc(band, evaluation::Scores::Positives::partly_hidden));
+    bands[key]["depth_errors"] = histogram_of(series.scores.depth_errors_m(band));
+    frames[key] = frames_of(series.scores, band);
+  }
+  Json json{{"bands", bands}, {"frames", frames}};
+  if (series.motion) json["motion"] = json_of(series.motion->summary());
+  return json;
+}
+
+Json list_of_metrics() {
+  Json list(Json::array());
+  for (const evaluation::Metric& metric : evaluation::metrics) {
+    const char* const better{metric.better == evaluation::Better::higher  ? "higher"
+                             : metric.better == evaluation::Better::lower ? "lower"
+                                                                          : "zero"};
+    list.push_back({{"name", metric.name}, {"title", metric.title}, {"better", better}});
+  }
+  return list;
+}
+
+}  // namespace
+
+std::string key_of(evaluation::Band band) {
+  return fmt::format("{:g}-{:g}", band.from_m, band.to_m);
+}
+
+Json json_of(const Evaluation& evaluation) {
+  Json about{{"version", version()}};
+  for (const auto& [key, text] : evaluation.about) about[key] = text;
+  Json series;
+  for (const Series& one : evaluation.series) series[one.name] = json_of(one);
+  return {{"about", about}, {"metrics", list_of_metrics()}, {"series", series}};
+}
+
+}  // namespace stereogrid::app

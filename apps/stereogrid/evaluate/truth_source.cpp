@@ -1,0 +1,83 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "evaluate/truth_source.hpp"
+
+#include <utility>
+#include <vector>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/recording.hpp"
+#include "stereogrid/io/text.hpp"
+#include "stereogrid/io/truth.hpp"
+#include "stereogrid/scenes/scene.hpp"
+
+namespace stereogrid::app {
+TruthSource::TruthSource(Input input, TruthKind kind, double camera_height_m, Rings rings)
+    : input_{std::move(input)},
+      kind_{kind},
+      camera_height_m_{camera_height_m},
+      rings_{rings},
+      sweeps_{input_.recording} {
+  if (kind_ == TruthKind::automatic) kind_ = has_exact() ? TruthKind::exact : TruthKind::lidar;
+  if (kind_ == TruthKind::lidar) {
+    check_lidar();
+  } else if (input_.scene != nullptr) {
+    truth_grid_ = input_.scene->truth_grid();
+  } else if (has_exact()) {
+    reader_ = std::make_unique<io::TruthReader>(input_.recording->contents().truth_folder);
+    truth_grid_ = reader_->grid();
+  } else {
+    throw InputError{io::printable_path(input_.recording->contents().root), "has no folder truth/.",
+                     input_.recording->has_scans() ? "It has lidar sweeps: use --truth lidar."
+                                                   : "Give a rendered drive or a scene."};
+  }
+  if (rings_ != Rings::all && kind_ != TruthKind::lidar) {
+    throw ConfigError{
+        "--rings chooses among the lidar's rings, but the input is scored against its exact truth. Leave "
+        "--rings out, or give --truth lidar."};
+  }
+  for (std::size_t i{0}; i < input_.source->size(); ++i) places_.emplace(input_.source->name(i), i);
+}
+
+TruthSource::~TruthSource() = default;
+
+bool TruthSource::has_exact() const {
+  return input_.scene != nullptr || input_.recording->has_truth();
+}
+
+void TruthSource::check_lidar() const {
+  sweeps_.require(has_exact() ? "It has exact truth: use --truth truth."
+                              : "Put KITTI's folder velodyne/ (raw drives: velodyne_points/) beside the images.");
+}
+
+std::optional<FrameTruth> TruthSource::exact(const std::string& name) const {
+  if (reader_) return reader_->has(name) ? std::optional{reader_->frame(name)} : std::nullopt;
+  const auto place{places_.find(name)};
+  if (place == places_.end()) return std::nullopt;
+  return input_.scene->truth(place->second);
+}
+
+std::vector<evaluation::CameraPoint> TruthSource::sweep(const std::string& name, Rings rings) const {
+  const auto place{places_.find(name)};
+  return place == places_.end() ? std::vector<evaluation::CameraPoint>{} : sweeps_.of(place->second, rings);
+}
+
+std::optional<evaluation::Labels> TruthSource::lidar(const std::string& name, const GridGeometry& grid) const {
+  const std::vector<evaluation::CameraPoint> points{sweep(name, rings_)};
+  if (points.empty()) return std::nullopt;
+  return evaluation::lidar_labels(points, input_.source->rig(), grid, camera_height_m_);
+}
+
+std::optional<TruthSource::FrameLabels> TruthSource::frame(const std::string& name, const GridGeometry& grid) const {
+  if (kind_ == TruthKind::lidar) {
+    auto labels{lidar(name, grid)};
+    if (!labels) return std::nullopt;
+    return FrameLabels{std::move(*labels), std::nullopt};
+  }
+  auto truth{exact(name)};
+  if (!truth) return std::nullopt;
+  auto labels{evaluation::truth_labels(*truth, truth_grid_, input_.source->rig(), grid)};
+  return FrameLabels{std::move(labels), std::move(truth)};
+}
+
+}  // namespace stereogrid::app

@@ -1,0 +1,143 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "commands.hpp"
+#include "config_options.hpp"
+#include "console.hpp"
+#include "info/look.hpp"
+#include "input.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/recording.hpp"
+#include "stereogrid/io/text.hpp"
+#include "stereogrid/pipeline.hpp"
+#include "stereogrid/scenes/scene.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+constexpr std::size_t frames_looked_at{50};
+
+struct Options {
+  InputOptions input;
+  ConfigOptions config;
+  bool all_frames{false};
+};
+
+void print_row(const char* what, const std::string& text) {
+  tell("{:<13}{}\n", what, text);
+}
+
+std::string text_or(const std::filesystem::path& path, const char* otherwise) {
+  return path.empty() ? otherwise : io::printable_path(path);
+}
+
+void print_camera(const Rig& rig) {
+  constexpr double degrees{57.29577951308232};
+  print_row("size", fmt::format("{} × {} px", rig.width_px, rig.height_px));
+  print_row("camera", fmt::format("focal length {:.6g} px, centre ({:.6g}, {:.6g}) px, baseline {:.4g} m", rig.focal_px,
+                                  rig.centre_u_px, rig.centre_v_px, rig.baseline_m));
+  print_row("mounting",
+            fmt::format("{:.3g} m above the road, looks down by {:.2f}°, rolled by {:.2f}°", rig.camera_height_m,
+                        rig.camera_pitch_rad * degrees, rig.camera_roll_rad * degrees));
+}
+
+void print_recording(const io::Recording& recording) {
+  const io::RecordingContents& contents{recording.contents()};
+  print_row("stereo", recording.gives_disparities() ? fmt::format("left images with given disparities ({})",
+                                                                  io::printable_path(contents.disparities))
+                                                    : "left and right images");
+  print_row("calibration",
+            fmt::format("{} ({}){}", text_or(contents.calibration_file, "none"), contents.calibration.kind,
+                        contents.calibration.raw ? ", raw images: rectified on loading" : ""));
+  print_row("poses",
+            text_or(contents.poses_file, contents.wants_odometry ? "none: visual odometry from the images"
+                                                                 : "none: the vehicle is taken to stand still"));
+  print_row("lidar", recording.has_scans() ? "yes" : "no");
+  print_row("truth", text_or(contents.truth_folder, "no"));
+  if (contents.sample_bits > 8) print_row("samples", fmt::format("{} bits in 16", contents.sample_bits));
+}
+
+void print_stamps(const Input& input) {
+  if (input.source->size() < 2) return;
+  const double rate{rate_hz(input)};
+  print_row("rate", fmt::format("{:.4g} frames per second, {:.1f} s in all", rate,
+                                static_cast<double>(input.source->size() - 1) / rate));
+}
+
+/// What a run with these parameters would do.
+void print_plan(const Config& asked, const Rig& rig) {
+  const Pipeline pipeline{asked, rig};
+  const Config& config{pipeline.config()};
+  const GridGeometry grid{pipeline.vehicle_grid()};
+  const double depth_of_one_px{rig.focal_px * rig.baseline_m};
+  const int last{config.matching.disparities - 1};
+  const double far_m{config.grid.length_m};
+  print_row("grid", fmt::format("{:g} m ahead × {:g} m wide, {} × {} cells of {:g} m", config.grid.length_m,
+                                config.grid.width_m, grid.nx, grid.ny, grid.cell_size_m));
+  print_row("disparities",
+            fmt::format("1 to {} px: {:.1f} m to {:.0f} m; one pixel is {:.2f} m at {:g} m", last,
+                        depth_of_one_px / last, depth_of_one_px, far_m * far_m / depth_of_one_px, far_m));
+  print_row("memory", fmt::format("{:.0f} MB", static_cast<double>(pipeline.memory_use().host_bytes) / 1e6));
+}
+
+/// In degrees; never −0.0.
+double tenths(double angle_rad) {
+  constexpr double degrees{57.29577951308232};
+  return std::round(angle_rad * degrees * 10) / 10 + 0.0;
+}
+
+void print_look(const Look& look, std::size_t frames, const Config& config) {
+  print_row("looked at", fmt::format("{} of {} frames, {} can be used", look.looked_at, frames, look.usable));
+  if (!config.ground.estimate || look.tried == 0) return;
+  const std::string found{fmt::format("found in {} of {} frames", look.road_found, look.tried)};
+  print_row("road", look.road_found == 0
+                        ? found
+                        : fmt::format("{}: camera {:.2f} m above it, looks down by {:.1f}°, rolled by {:.1f}°", found,
+                                      look.road.height_m, tenths(look.road.pitch_rad), tenths(look.road.roll_rad)));
+}
+
+int show(const Options& options) {
+  const Config config{config_from(options.config)};
+  const Input input{open_input(options.input)};
+  const Rig& rig{input.source->rig()};
+  const std::size_t frames{input.source->size()};
+  print_row("input", fmt::format("{} ({})", fmt::join(options.input.paths, " "),
+                                 input.recording != nullptr ? input.recording->contents().kind : "built-in scene"));
+  print_row("frames", frames == 0
+                          ? "none"
+                          : fmt::format("{}, {} to {}", frames, input.source->name(0), input.source->name(frames - 1)));
+  print_camera(rig);
+  if (input.recording != nullptr) print_recording(*input.recording);
+  print_stamps(input);
+  print_plan(config, rig);
+  Look look{look_at_frames(*input.source, config, options.all_frames ? frames : frames_looked_at)};
+  print_look(look, frames, config);
+  if (input.recording != nullptr) {
+    const auto& warnings{input.recording->contents().warnings};
+    look.complaints.insert(look.complaints.begin(), warnings.begin(), warnings.end());
+  }
+  for (const std::string& complaint : look.complaints) print_row("complaint", complaint);
+  print_row("verdict", look.is_hopeless ? "cannot be used" : look.complaints.empty() ? "fine" : "usable");
+  return look.is_hopeless ? exit_input : exit_done;
+}
+
+}  // namespace
+
+void add_info_command(CLI::App& tool, int& exit_code) {
+  auto options{std::make_shared<Options>()};
+  CLI::App* command{tool.add_subcommand("info", "What is in an input, what would be used, what is wrong with it.")};
+  add_input_options(*command, options->input);
+  add_config_options(*command, options->config);
+  command->add_flag("--all-frames", options->all_frames,
+                    fmt::format("Load every frame, not {} spread over the drive.", frames_looked_at));
+  command->callback([options, &exit_code] { exit_code = show(*options); });
+}
+
+}  // namespace stereogrid::app

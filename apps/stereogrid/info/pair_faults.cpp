@@ -1,0 +1,128 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "info/pair_faults.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <optional>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/recording.hpp"
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+using Grey = Image<std::uint8_t>;
+
+// Another explanation must match clearly more of the images than the pair as it is.
+constexpr double clearly{1.5};
+constexpr double match_share_min{0.25};
+
+bool is_without_texture(const Grey& image) {
+  constexpr int texture_grey{4};
+  constexpr int dark_grey{16};
+  std::size_t textured{0};
+  std::size_t bright{0};
+  for (int v{0}; v < image.height(); ++v) {
+    for (int u{1}; u + 1 < image.width(); ++u) {
+      textured += std::abs(image(u + 1, v) - image(u - 1, v)) >= texture_grey ? 1 : 0;
+      bright += image(u, v) >= dark_grey ? 1 : 0;
+    }
+  }
+  return 100 * textured < image.size() || 100 * bright < image.size();
+}
+
+Grey turned(const Grey& image) {
+  Grey result{image};
+  std::reverse(result.begin(), result.end());
+  return result;
+}
+
+/// The image moved down by so many rows.
+Grey moved(const Grey& image, int rows) {
+  Grey result{image.width(), image.height()};
+  for (int v{0}; v < image.height(); ++v) {
+    const int from{std::clamp(v - rows, 0, image.height() - 1)};
+    std::copy_n(image.row(from), image.width(), result.row(v));
+  }
+  return result;
+}
+
+std::optional<StereoFrame> loaded(const FrameSource& source, std::size_t index) {
+  if (index >= source.size()) return std::nullopt;
+  try {
+    return source.load(index);
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
+bool is_clearly_better(double share, double as_it_is) {
+  return share > match_share_min && share > clearly * as_it_is;
+}
+
+std::string fault_of_time(const FrameSource& source, std::size_t index, const StereoFrame& frame, double as_it_is) {
+  if (const auto next{loaded(source, index + 1)}) {
+    const double late{io::coarse_match_share(frame.left, next->right)};
+    const double early{io::coarse_match_share(next->left, frame.right)};
+    if (is_clearly_better(std::max(late, early), as_it_is)) {
+      return fmt::format(
+          "the {} images are a frame late: this {} image belongs to the {} image of the next frame. Pair "
+          "images of the same instant.",
+          late > early ? "right" : "left", late > early ? "left" : "right", late > early ? "right" : "left");
+    }
+  }
+  return {};
+}
+
+std::string fault_of_rows(const StereoFrame& frame, double as_it_is) {
+  double best{0};
+  int best_rows{0};
+  for (const int rows : {-48, -32, -24, -16, -12, -8, -4, 4, 8, 12, 16, 24, 32, 48}) {
+    const double share{io::coarse_match_share(frame.left, moved(frame.right, rows))};
+    if (share > best) {
+      best = share;
+      best_rows = rows;
+    }
+  }
+  if (!is_clearly_better(best, as_it_is)) return {};
+  return fmt::format(
+      "rows are off: the right image lies about {} rows too {}. The pair is not rectified, or not with its "
+      "own calibration.",
+      std::abs(best_rows), best_rows < 0 ? "low" : "high");
+}
+
+}  // namespace
+
+bool is_without_texture(const StereoFrame& frame) {
+  return is_without_texture(frame.left) || is_without_texture(frame.right);
+}
+
+bool is_upside_down(const StereoFrame& frame, const Config& config, const Rig& rig) {
+  if (frame.right.empty()) return false;
+  Rig below{rig};
+  below.centre_u_px = rig.width_px - 1 - rig.centre_u_px;
+  below.centre_v_px = rig.height_px - 1 - rig.centre_v_px;
+  StereoFrame other{frame};
+  other.left = turned(frame.right);
+  other.right = turned(frame.left);
+  Pipeline pipeline{config, below};
+  const FrameResult& result{pipeline.process(other)};
+  return result.ground.estimated && result.status.empty();
+}
+
+std::string fault_of_pair(const FrameSource& source, std::size_t index, const StereoFrame& frame) {
+  const double as_it_is{io::coarse_match_share(frame.left, frame.right)};
+  std::string fault{fault_of_time(source, index, frame, as_it_is)};
+  if (fault.empty()) fault = fault_of_rows(frame, as_it_is);
+  if (fault.empty()) {
+    fault = "are they of the same instant and the same place, rectified with this calibration, and not all noise?";
+  }
+  return fault;
+}
+
+}  // namespace stereogrid::app

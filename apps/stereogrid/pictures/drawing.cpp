@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pictures/drawing.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+
+namespace stereogrid::app {
+namespace {
+
+constexpr int font{cv::FONT_HERSHEY_SIMPLEX};
+
+cv::Point aligned(int x, int y, const std::string& text, Align align, double size) {
+  if (align == Align::left) return {x, y};
+  const int width{text_width_px(text, size)};
+  return {x - (align == Align::centre ? width / 2 : width), y};
+}
+
+}  // namespace
+
+int text_width_px(const std::string& text, double size) {
+  int below{0};
+  return cv::getTextSize(text, font, size, 1, &below).width;
+}
+
+void draw_text(cv::Mat& canvas, int x, int y, const std::string& text, Colour colour, Align align, double size) {
+  cv::putText(canvas, text, aligned(x, y, text, align, size), font, size, scalar(colour), 1, cv::LINE_AA);
+}
+
+void draw_text_on_picture(cv::Mat& canvas, int x, int y, const std::string& text, Colour colour, Align align) {
+  constexpr double size{0.42};
+  const cv::Point start{aligned(x, y, text, align, size)};
+  cv::putText(canvas, text, start, font, size, scalar(palette::paper), 4, cv::LINE_AA);
+  cv::putText(canvas, text, start, font, size, scalar(colour), 1, cv::LINE_AA);
+}
+
+void fill_box(cv::Mat& canvas, const Box& box, Colour colour) {
+  cv::rectangle(canvas, cv::Rect{box.x, box.y, box.width, box.height}, scalar(colour), cv::FILLED);
+}
+
+void frame_box(cv::Mat& canvas, const Box& box) {
+  cv::rectangle(canvas, cv::Rect{box.x - 1, box.y - 1, box.width + 2, box.height + 2}, scalar(palette::frame), 1);
+}
+
+std::uint8_t grey_of(float occupancy) {
+  return static_cast<std::uint8_t>(std::lround(255 * std::clamp(1 - occupancy, 0.0F, 1.0F)));
+}
+
+Colour colour_of_direction(double direction_rad) {
+  // three cosines, 120° apart: every hue once around, all of them visible on black and on white
+  const auto share = [&](double turn) {
+    const double wave{0.5 + 0.5 * std::cos(direction_rad - turn)};
+    return static_cast<std::uint8_t>(std::lround(20 + 220 * wave));
+  };
+  constexpr double third{2 * std::numbers::pi / 3};
+  return {share(std::numbers::pi), share(std::numbers::pi + third), share(std::numbers::pi - third)};
+}
+
+}  // namespace stereogrid::app

@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "pictures/drawing.hpp"
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid::app {
+
+// The parts of a picture. Each fills its box and labels its axes in the margins around it.
+
+constexpr int axis_margin_px{44};  ///< room for the labels on the left and right of a panel
+constexpr int legend_height_px{84};
+
+/// Are the stages' images turned level because the camera is pitched by more than 1°?
+[[nodiscard]] bool is_levelled(const Rig& rig);
+/// The left image (grey) as the stages saw it.
+[[nodiscard]] cv::Mat level_image(const StereoFrame& frame, const Rig& rig);
+
+void draw_camera(cv::Mat& canvas, const Box& box, const StereoFrame& frame, const FrameResult& result, const Rig& rig);
+void draw_u_disparity(cv::Mat& canvas, const Box& box, const FrameResult& result, const Rig& rig);
+void draw_grid(cv::Mat& canvas, const Box& box, const FrameResult& result, const Rig& rig);
+/// Shades of occupancy and colours of motion.
+void draw_grid_legend(cv::Mat& canvas, const Box& box);
+
+}  // namespace stereogrid::app

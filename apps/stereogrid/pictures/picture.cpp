@@ -1,0 +1,104 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pictures/picture.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+
+#include "pictures/panels.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+constexpr int margin_px{14};
+constexpr int title_height_px{34};
+constexpr int caption_height_px{24};
+constexpr int u_disparity_height_px{256};
+constexpr int camera_width_min_px{1000};
+constexpr int camera_width_max_px{1400};
+constexpr int legend_width_px{330};
+
+struct Layout {
+  int width{0};
+  int height{0};
+  Box camera;
+  Box u_disparity;
+  Box grid;
+  Box legend;
+};
+
+/// Small cameras are enlarged, huge ones reduced.
+Box camera_box(const Rig& rig) {
+  const double enlarged{std::min(4.0, std::ceil(static_cast<double>(camera_width_min_px) / rig.width_px))};
+  const double scale{rig.width_px < camera_width_min_px
+                         ? std::min(enlarged, static_cast<double>(camera_width_max_px) / rig.width_px)
+                         : std::min(1.0, static_cast<double>(camera_width_max_px) / rig.width_px)};
+  return {margin_px + axis_margin_px, title_height_px + caption_height_px,
+          std::max(1, static_cast<int>(rig.width_px * scale)), std::max(1, static_cast<int>(rig.height_px * scale))};
+}
+
+/// Whole pixels per cell where cells are large enough for it, in at most `height_px`.
+Box grid_box(const GridGeometry& grid, int height_px) {
+  const double fitting{static_cast<double>(height_px) / grid.nx};
+  const double scale{fitting >= 5 ? std::floor(fitting) : fitting};
+  return {0, 0, std::max(1, static_cast<int>(grid.ny * scale)), std::max(1, static_cast<int>(grid.nx * scale))};
+}
+
+Layout layout_of(const Rig& rig, const GridGeometry& grid) {
+  Layout layout;
+  layout.camera = camera_box(rig);
+  const int below_camera{layout.camera.y + layout.camera.height + margin_px};
+  layout.u_disparity = {layout.camera.x, below_camera + caption_height_px, layout.camera.width, u_disparity_height_px};
+  layout.height = layout.u_disparity.y + layout.u_disparity.height + margin_px;
+  const int right_column{layout.camera.x + layout.camera.width + 2 * axis_margin_px + margin_px};
+  layout.grid = grid_box(grid, layout.height - layout.camera.y - 24 - legend_height_px - margin_px);
+  layout.grid.x = right_column;
+  layout.grid.y = layout.camera.y;
+  layout.legend = {right_column, layout.grid.y + layout.grid.height + 24, legend_width_px, legend_height_px};
+  layout.width = right_column + std::max(layout.grid.width, legend_width_px) + 2 * margin_px;
+  return layout;
+}
+
+void draw_title(cv::Mat& canvas, const StereoFrame& frame, const FrameResult& result) {
+  draw_text(canvas, margin_px, 23,
+            fmt::format("frame {}    t = {:.2f} s    camera {:.2f} m above the road, looks down by {:.1f} deg{}",
+                        frame.name, static_cast<double>(frame.stamp_ns) * 1e-9, result.ground.height_m,
+                        result.ground.pitch_rad * 57.29577951308232,
+                        result.ground.estimated ? "" : " (not measured in this frame)"),
+            palette::ink, Align::left, 0.55);
+}
+
+void draw_captions(cv::Mat& canvas, const Layout& layout, bool is_levelled) {
+  const int above{7};
+  const Box& camera{layout.camera};
+  draw_text(canvas, camera.x, camera.y - above, is_levelled ? "left camera, level" : "left camera", palette::faint_ink);
+  fill_box(canvas, {camera.x + 150, camera.y - above - 10, 12, 12}, palette::upright);
+  draw_text(canvas, camera.x + 167, camera.y - above, "upright, P > 0.75", palette::ink);
+  fill_box(canvas, {camera.x + 320, camera.y - above - 10, 12, 12}, palette::road);
+  draw_text(canvas, camera.x + 337, camera.y - above, "road, P < 0.4", palette::ink);
+  draw_text(canvas, layout.u_disparity.x, layout.u_disparity.y - above,
+            "u-disparity occupancy: columns as above, disparity (px) downwards, distance at the right",
+            palette::faint_ink);
+  draw_text(canvas, layout.grid.x, layout.grid.y - above, "filtered grid from above (m)", palette::faint_ink);
+}
+
+}  // namespace
+
+io::RgbImage draw_picture(const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
+  const Layout layout{layout_of(rig, result.vehicle_grid)};
+  io::RgbImage picture{layout.width, layout.height, {3 * layout.width, layout.height}};
+  cv::Mat canvas{layout.height, layout.width, CV_8UC3, picture.pixels.data()};
+  fill_box(canvas, {0, 0, layout.width, layout.height}, palette::paper);
+  draw_title(canvas, frame, result);
+  draw_captions(canvas, layout, is_levelled(rig));
+  draw_camera(canvas, layout.camera, frame, result, rig);
+  draw_u_disparity(canvas, layout.u_disparity, result, rig);
+  draw_grid(canvas, layout.grid, result, rig);
+  draw_grid_legend(canvas, layout.legend);
+  return picture;
+}
+
+}  // namespace stereogrid::app

@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "commands.hpp"
+#include "option_checks.hpp"
+#include "run/run.hpp"
+
+namespace stereogrid::app {
+
+void add_run_command(CLI::App& tool, int& exit_code) {
+  auto options{std::make_shared<RunOptions>()};
+  CLI::App* command{tool.add_subcommand("run", "Occupancy grids and obstacles from a stereo drive.")};
+  add_input_options(*command, options->input);
+  command->add_option("--out,-o", options->folder, "Folder for the results; docs/format.md tells what comes there.")
+      ->type_name("DIR")
+      ->required();
+  add_config_options(*command, options->config);
+  command
+      ->add_option("--matcher", options->matcher,
+                   "Who finds the disparities: stereogrid itself (matching.method), or for comparison OpenCV's block "
+                   "or semi-global matcher.")
+      ->check(CLI::IsMember({"own", "opencv-bm", "opencv-sgbm"}))
+      ->capture_default_str();
+  command
+      ->add_option("--fuse", options->fuse, "Fuse the stereo grid with one of the input's lidar sweeps (fusion.rule).")
+      ->check(CLI::IsMember({"none", "lidar"}))
+      ->capture_default_str();
+  command
+      ->add_option("--fuse-rings", options->fuse_rings,
+                   "Rings of the lidar that are fused; evaluate --rings has the rest.")
+      ->transform(CLI::CheckedTransformer(ring_names()))
+      ->type_name("all|even|odd");
+  command
+      ->add_option("--predict", options->predict_s,
+                   "Also the filtered grid as it will be so many seconds later: predictions/NAME.npz.")
+      ->delimiter(',')
+      ->type_name("S,S,...");
+  command->add_option("--frames", options->frames, frame_range_help)->type_name("FIRST:LAST");
+  command->add_option("--device", options->device, "Where the work is done; auto: the fastest there is.")
+      ->check(CLI::IsMember({"auto", "cpu", "cuda", "reference"}))
+      ->capture_default_str();
+  command
+      ->add_option("--threads", options->threads, "Threads of the pipeline; 0: all cores. Results do not depend on it.")
+      ->type_name("N")
+      ->check(whole_number(0, 1024), "[0 - 1024]")
+      ->capture_default_str();
+  command->add_flag("--save-stages", options->save_stages, "Also what the stages hand to each other: stages/NAME.npz.");
+  command->add_flag("--pictures", options->pictures, "Also a picture of every frame: pictures/NAME.png.");
+  command->add_option("--video", options->video, "Also the pictures as a film (H.264, through the program ffmpeg).")
+      ->type_name("FILE.mp4");
+  command->add_flag("--resume", options->resume, "Go on with a run that was stopped, to the same results.");
+  command
+      ->add_option("--input-wait", options->input_wait_s,
+                   "Give up where a frame takes longer than this to load: its file system hangs. Exit code 75.")
+      ->type_name("S")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  command
+      ->add_option("--checkpoint-every", options->checkpoint_every,
+                   "After so many frames what the pipeline remembers is saved for --resume; 0: never, so that --resume "
+                   "has to work through the frames from the first one on again.")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1'000'000'000))
+      ->capture_default_str();
+  command->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace stereogrid::app

@@ -1,0 +1,87 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "run/folder_lock.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <string>
+#include <system_error>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string reason(int error_number) {
+  return std::generic_category().message(error_number);
+}
+
+[[noreturn]] void cannot_write(const fs::path& file, int error_number) {
+  throw DeviceError{fmt::format("{}: cannot be written ({}). Check the folder, its permissions and the space there.",
+                                file.string(), reason(error_number))};
+}
+
+[[noreturn]] void complain_of_other(const fs::path& folder, int descriptor) {
+  std::array<char, 24> text{};
+  const ssize_t count{pread(descriptor, text.data(), text.size(), 0)};
+  const std::string number(text.data(), static_cast<std::size_t>(count > 0 ? count : 0));
+  throw DeviceError{
+      fmt::format("another stereogrid is writing to {} (process {}). Wait until it has ended, or give another folder.",
+                  folder.string(), number.empty() ? "unknown" : number.substr(0, number.find('\n')))};
+}
+
+/// errno, 0: locked.
+int lock(int descriptor) {
+  int result{-1};
+  do {
+    result = flock(descriptor, LOCK_EX | LOCK_NB);
+  } while (result != 0 && errno == EINTR);
+  return result == 0 ? 0 : errno;
+}
+
+/// Whoever has ended in the meantime has removed the file that was opened: a lock on that one would keep nobody out.
+bool has_name(int descriptor, const fs::path& file) {
+  struct stat opened {};
+  struct stat named {};
+  return fstat(descriptor, &opened) == 0 && stat(file.c_str(), &named) == 0 && opened.st_dev == named.st_dev &&
+         opened.st_ino == named.st_ino;
+}
+
+}  // namespace
+
+FolderLock::FolderLock(const fs::path& folder) : file_{folder / ".lock"} {
+  io::create_folder(folder);
+  for (;;) {
+    descriptor_ = open_file(file_.c_str(), O_RDWR | O_CREAT);
+    if (descriptor_.get() < 0) cannot_write(file_, errno);
+    const int error_number{lock(descriptor_.get())};
+    if (error_number == EWOULDBLOCK) complain_of_other(folder, descriptor_.get());
+    if (error_number == ENOLCK || error_number == ENOSYS || error_number == EOPNOTSUPP) {
+      spdlog::warn("{}: this file system cannot lock ({}): take care that no other stereogrid writes there.",
+                   folder.string(), reason(error_number));
+      return;
+    }
+    if (error_number != 0) cannot_write(file_, error_number);
+    if (has_name(descriptor_.get(), file_)) break;
+  }
+  // whose it is: for the other one's complaint
+  if (ftruncate(descriptor_.get(), 0) != 0 || !write_all(descriptor_.get(), fmt::format("{}\n", getpid()))) {
+    cannot_write(file_, errno);
+  }
+}
+
+FolderLock::~FolderLock() {
+  static_cast<void>(unlink(file_.c_str()));  // first: whoever gets the lock next must find that it is gone
+}
+
+}  // namespace stereogrid::app

@@ -1,0 +1,27 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+
+#include "run/descriptor.hpp"
+
+namespace stereogrid::app {
+
+/// As long as it lives, no other process has one for the same folder. The system lets go of it when a process ends,
+/// however it ends; what a killed one leaves of it (the file .lock) is in nobody's way.
+class FolderLock {
+ public:
+  /// Makes the folder if there is none. Where the file system knows no locks: a warning. Throws DeviceError: another
+  /// process has it, or the folder cannot be written.
+  explicit FolderLock(const std::filesystem::path& folder);
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+  ~FolderLock();
+
+ private:
+  std::filesystem::path file_;
+  Descriptor descriptor_;
+};
+
+}  // namespace stereogrid::app

@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "run/lidar_stage.hpp"
+
+#include <utility>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/evaluation/ray_casting.hpp"
+
+namespace stereogrid::app {
+
+const char* const stereo_alone{"stereo alone: "};
+
+LidarStage::LidarStage(bool wanted, const Input& input, const GridGeometry& grid, Rings rings)
+    : wanted_{wanted},
+      sweeps_{input.recording},
+      grid_{grid},
+      rings_{rings},
+      camera_height_m_{input.source->rig().camera_height_m} {
+  if (wanted) {
+    sweeps_.require(input.recording == nullptr ? "Leave --fuse out."
+                                               : "Put KITTI's folder velodyne/ (raw drives: velodyne_points/) beside "
+                                                 "the images, or leave --fuse out.");
+  }
+}
+
+std::string LidarStage::add_grid(StereoFrame& frame) const {
+  if (!wanted_) return "";
+  try {
+    const std::vector<evaluation::CameraPoint> points{sweeps_.of(static_cast<std::size_t>(frame.index), rings_)};
+    if (points.empty()) return std::string{stereo_alone} + "no lidar sweep";
+    frame.other_grids.push_back(
+        {grid_, evaluation::lidar_grid(points, sweeps_.lidar_in_camera(), grid_, camera_height_m_)});
+    return "";
+  } catch (const InputError& error) {
+    return stereo_alone + std::string{error.what()};
+  }
+}
+
+}  // namespace stereogrid::app

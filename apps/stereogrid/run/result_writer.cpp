@@ -1,0 +1,155 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "run/result_writer.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <mutex>
+#include <optional>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "pictures/picture.hpp"
+#include "run/descriptor.hpp"
+#include "run/frame_files.hpp"
+#include "run/frame_lines.hpp"
+#include "run/video.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t capacity{4};
+
+/// frames.jsonl, open for appending.
+class LineFile {
+ public:
+  explicit LineFile(fs::path path)
+      : path_{std::move(path)}, file_{open_file(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND)} {
+    check(file_.get() >= 0);
+  }
+
+  void append(const std::string& line) { check(write_all(file_.get(), line + '\n')); }
+  void close() { check(file_.close()); }
+
+ private:
+  void check(bool done) const {
+    if (done) return;
+    throw DeviceError{fmt::format("{}: cannot be written ({}). Free some space, then go on with --resume.",
+                                  path_.string(), std::generic_category().message(errno))};
+  }
+
+  fs::path path_;
+  Descriptor file_;
+};
+
+struct Job {
+  StereoFrame frame;
+  FrameResult result;
+  std::optional<Checkpoint> checkpoint;
+};
+
+}  // namespace
+
+struct ResultWriter::State {
+  explicit State(WriterOptions writer_options) : options{std::move(writer_options)} {
+    io::create_folder(options.folder / "grids");
+    if (options.predictions) io::create_folder(options.folder / "predictions");
+    if (options.stages) io::create_folder(options.folder / "stages");
+    if (options.pictures) io::create_folder(options.folder / "pictures");
+    lines.emplace(options.folder / "frames.jsonl");
+    if (!options.video.empty()) video.emplace(options.video, options.video_rate_hz);
+  }
+
+  void write_frame(const Job& job) {
+    const std::string file{job.frame.name + ".npz"};
+    write_grids(options.folder / "grids" / file, job.result);
+    if (options.predictions) write_predictions(options.folder / "predictions" / file, job.result);
+    if (options.stages) write_stages(options.folder / "stages" / file, job.result.stages);
+    if (options.pictures || video) {
+      const io::RgbImage picture{draw_picture(job.frame, job.result, options.rig)};
+      if (options.pictures) io::write_png(options.folder / "pictures" / (job.frame.name + ".png"), picture);
+      if (video) video->add(picture);
+    }
+    lines->append(frame_line(job.frame, job.result));
+    if (job.checkpoint) write_checkpoint(options.folder, *job.checkpoint);
+  }
+
+  void work() {
+    std::unique_lock lock{mutex};
+    for (;;) {
+      changed.wait(lock, [this] { return ended || !jobs.empty(); });
+      if (jobs.empty()) return;
+      const Job job{std::move(jobs.front())};
+      jobs.pop_front();
+      changed.notify_all();
+      lock.unlock();
+      std::exception_ptr caught;
+      try {
+        write_frame(job);
+      } catch (...) {
+        caught = std::current_exception();
+      }
+      lock.lock();
+      if (!caught) continue;
+      failure = caught;
+      changed.notify_all();
+      return;
+    }
+  }
+
+  WriterOptions options;
+  std::optional<LineFile> lines;
+  std::optional<Video> video;
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::deque<Job> jobs;
+  std::exception_ptr failure;
+  bool ended{false};
+  std::thread thread;
+};
+
+ResultWriter::ResultWriter(WriterOptions options) : state_{std::make_unique<State>(std::move(options))} {
+  state_->thread = std::thread{[this] { state_->work(); }};
+}
+
+ResultWriter::~ResultWriter() {
+  {
+    const std::lock_guard lock{state_->mutex};
+    state_->ended = true;
+    state_->jobs.clear();
+  }
+  state_->changed.notify_all();
+  if (state_->thread.joinable()) state_->thread.join();
+}
+
+void ResultWriter::write(StereoFrame frame, FrameResult result, std::optional<Checkpoint> checkpoint) {
+  std::unique_lock lock{state_->mutex};
+  state_->changed.wait(lock, [this] { return state_->failure || state_->jobs.size() < capacity; });
+  if (state_->failure) std::rethrow_exception(state_->failure);
+  state_->jobs.push_back({std::move(frame), std::move(result), std::move(checkpoint)});
+  state_->changed.notify_all();
+}
+
+void ResultWriter::finish() {
+  {
+    const std::lock_guard lock{state_->mutex};
+    state_->ended = true;
+  }
+  state_->changed.notify_all();
+  state_->thread.join();
+  if (state_->failure) std::rethrow_exception(state_->failure);
+  state_->lines->close();
+  if (state_->video) state_->video->finish();
+}
+
+}  // namespace stereogrid::app

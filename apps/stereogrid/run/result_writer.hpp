@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "run/checkpoint.hpp"
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid::app {
+
+struct WriterOptions {
+  std::filesystem::path folder;
+  bool predictions{false};
+  bool stages{false};
+  bool pictures{false};
+  std::filesystem::path video;  ///< empty: none
+  double video_rate_hz{10};
+  Rig rig;  ///< for the pictures
+};
+
+/// Writes the files of each frame on a thread of its own, in the order of the frames, while the pipeline works on the
+/// next ones. A frame's line in frames.jsonl comes last: what has a line is whole.
+class ResultWriter {
+ public:
+  /// Makes the folders. Throws DeviceError.
+  explicit ResultWriter(WriterOptions options);
+  ResultWriter(const ResultWriter&) = delete;
+  ResultWriter& operator=(const ResultWriter&) = delete;
+  /// Frames that wait are lost without finish().
+  ~ResultWriter();
+
+  /// Waits while too many frames wait. Throws what writing an earlier frame has thrown: DeviceError.
+  /// `checkpoint`: written once the frame is.
+  void write(StereoFrame frame, FrameResult result, std::optional<Checkpoint> checkpoint = {});
+  /// Waits for the last frame; throws as write().
+  void finish();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace stereogrid::app

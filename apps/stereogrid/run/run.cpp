@@ -1,0 +1,318 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "run/run.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <string_view>
+
+#include "commands.hpp"
+#include "console.hpp"
+#include "interrupt.hpp"
+#include "progress.hpp"
+#include "run/checkpoint.hpp"
+#include "run/damaged_frames.hpp"
+#include "run/folder_lock.hpp"
+#include "run/frame_wait.hpp"
+#include "run/going_on.hpp"
+#include "run/lidar_stage.hpp"
+#include "run/opencv_stage.hpp"
+#include "run/pose_stage.hpp"
+#include "run/result_writer.hpp"
+#include "run/run_record.hpp"
+#include "run/stages.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/config_file.hpp"
+#include "stereogrid/io/frame_queue.hpp"
+#include "stereogrid/io/recording.hpp"
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t frames_ahead{4};
+
+BackEnd back_end_of(const RunOptions& options) {
+  // the GPU does not predict
+  if (options.device == "auto") return options.predict_s.empty() ? BackEnd::automatic : BackEnd::cpu;
+  if (options.device == "cuda") return BackEnd::cuda;
+  return options.device == "reference" ? BackEnd::reference : BackEnd::cpu;
+}
+
+std::string_view name_of(BackEnd back_end) {
+  if (back_end == BackEnd::cuda) return "cuda";
+  return back_end == BackEnd::reference ? "reference" : "cpu";
+}
+
+Pipeline start_pipeline(const RunOptions& options, const Config& config, const Rig& rig) {
+  try {
+    Pipeline pipeline{config, rig, back_end_of(options), options.threads};
+    pipeline.fetch_stages(options.save_stages || options.pictures || !options.video.empty());
+    if (pipeline.back_end() == BackEnd::cuda) spdlog::info("on the GPU");
+    if (!pipeline.why_not_cuda().empty()) spdlog::info("on the CPU. No GPU: {}", pipeline.why_not_cuda());
+    return pipeline;
+  } catch (const DeviceError& error) {
+    throw DeviceError{fmt::format("--device {}: {} Take --device cpu, or auto.", options.device, error.what())};
+  }
+}
+
+Json json_of(const Rig& rig) {
+  return {{"focal_px", rig.focal_px},
+          {"centre_u_px", rig.centre_u_px},
+          {"centre_v_px", rig.centre_v_px},
+          {"baseline_m", rig.baseline_m},
+          {"width_px", rig.width_px},
+          {"height_px", rig.height_px},
+          {"camera_height_m", rig.camera_height_m},
+          {"camera_pitch_rad", rig.camera_pitch_rad},
+          {"camera_roll_rad", rig.camera_roll_rad}};
+}
+
+/// What run.json begins with: everything that decides about the results.
+Json settings_json(const RunOptions& options, const Input& input, const Pipeline& pipeline) {
+  const GridGeometry grid{pipeline.vehicle_grid()};
+  const GridGeometry world{pipeline.world_grid()};
+  return {{"version", version()},
+          {"preset", options.config.preset},
+          {"config", Json::parse(io::to_json(pipeline.config()))},
+          {"input", describe(input, options.input)},
+          {"matcher", input.recording != nullptr && input.recording->gives_disparities() ? "given" : options.matcher},
+          {"predict_s", options.predict_s},
+          {"fuse", {{"source", options.fuse}, {"rings", name_of(options.fuse_rings)}}},
+          {"device", name_of(pipeline.back_end())},
+          {"rig", json_of(pipeline.rig())},
+          {"grid",
+           {{"x_min_m", grid.x_min_m},
+            {"y_min_m", grid.y_min_m},
+            {"cell_size_m", grid.cell_size_m},
+            {"nx", grid.nx},
+            {"ny", grid.ny}}},
+          {"world_grid", {{"cell_size_m", world.cell_size_m}, {"nx", world.nx}, {"ny", world.ny}}}};
+}
+
+/// One sitting of a run: takes the frames of the input through the pipeline and to the files.
+class Sitting {
+ public:
+  /// `first_frame`: from there on frames go through the pipeline; those that are finished already are not written.
+  Sitting(Pipeline& pipeline, PoseStage& poses, const OpencvStage& opencv, const LidarStage& lidar, RunRecord& record,
+          ResultWriter& writer, std::size_t first_frame, const Checkpoints& checkpoints, int input_wait_s)
+      : pipeline_{pipeline},
+        poses_{poses},
+        opencv_{opencv},
+        lidar_{lidar},
+        record_{record},
+        writer_{writer},
+        first_frame_{first_frame},
+        checkpoints_{checkpoints},
+        input_wait_s_{input_wait_s},
+        first_to_write_{first_to_do(record)} {}
+
+  void go_through(const FrameSource& source) {
+    const std::size_t total{record_.range().end - first_to_write_};
+    Progress progress{"frames", total};
+    // a second thread, so that the next frame is read while this one's motion is found
+    const int threads{poses_.takes_time() ? 2 : 1};
+    io::FrameQueue queue{
+        source,       first_frame_, record_.range().end,
+        frames_ahead, threads,      [this](io::QueuedFrame& queued) { queued.warning = poses_.place(*queued.frame); }};
+    while (interrupted() == 0) {
+      if (!wait_for_frame(queue, next_, input_wait_s_)) give_up_waiting();
+      std::optional<io::QueuedFrame> queued{queue.next()};
+      if (!queued) break;
+      take(std::move(*queued));
+      progress.update(total - (record_.range().end - next_));
+    }
+    writer_.finish();
+    seconds_ = progress.seconds();
+  }
+
+  [[nodiscard]] bool is_complete() const { return next_ == record_.range().end; }
+  [[nodiscard]] double frames_per_second() const { return seconds_ > 0 ? frames_written_ / seconds_ : 0; }
+
+ private:
+  void take(io::QueuedFrame queued) {
+    next_ = std::max(next_, queued.index + 1);
+    if (!queued.frame) return skip(queued, queued.error);
+    try {
+      const double opencv_ms{opencv_.match(*queued.frame)};
+      const std::string without_lidar{lidar_.add_grid(*queued.frame)};
+      FrameResult result{pipeline_.process(*queued.frame)};
+      if (queued.index < first_to_write_) return;
+      result.timing_ms.match += opencv_ms;
+      if (poses_.takes_time()) result.timing_ms.odometry = queued.prepared_ms;
+      result.timing_ms.total += opencv_ms;
+      if (!queued.warning.empty()) result.warnings.push_back(queued.warning);
+      if (!without_lidar.empty()) result.warnings.push_back(without_lidar);
+      tell_warnings(queued.name, result.warnings);
+      record_.add_frame({queued.index, result.world_from_vehicle, result.timing_ms, result.warnings, result.status});
+      ++frames_written_;
+      writer_.write(std::move(*queued.frame), std::move(result), checkpoint_after(queued.index));
+    } catch (const InputError& error) {
+      skip(queued, error.what());
+    }
+  }
+
+  // The thread that waits for the file system cannot be ended: the process is.
+  [[noreturn]] void give_up_waiting() {
+    writer_.finish();
+    record_.save(false);
+    write_error(
+        fmt::format("stereogrid: frame {} has not come within {} s: the file system of the input hangs, or is "
+                    "gone. What is done is safe; the same command with --resume goes on.\n",
+                    next_, input_wait_s_));
+    std::_Exit(exit_try_again);
+  }
+
+  std::optional<Checkpoint> checkpoint_after(std::size_t index) {
+    if (!checkpoints_.is_due_after(index)) return std::nullopt;
+    return Checkpoint{index, pipeline_.save_state(), poses_.take_state(index)};
+  }
+
+  void skip(const io::QueuedFrame& queued, const std::string& reason) {
+    if (queued.index < first_to_write_) return;
+    spdlog::warn("frame {} is skipped: {}", queued.name, reason);
+    record_.add_skipped({queued.index, queued.name, reason});
+    // it tells of all of them: written for each it would take as long as they are many, squared
+    if (std::has_single_bit(record_.skipped().size())) record_.save(false);
+  }
+
+  void tell_warnings(const std::string& name, const std::vector<std::string>& warnings) {
+    for (const std::string& warning : warnings) {
+      const bool is_new{told_.insert(warning).second};
+      spdlog::log(is_new ? spdlog::level::warn : spdlog::level::debug, "frame {}: {}", name, warning);
+    }
+  }
+
+  Pipeline& pipeline_;
+  PoseStage& poses_;
+  const OpencvStage& opencv_;
+  const LidarStage& lidar_;
+  RunRecord& record_;
+  ResultWriter& writer_;
+  std::size_t first_frame_;
+  Checkpoints checkpoints_;
+  int input_wait_s_;
+  std::size_t first_to_write_;
+  std::size_t next_{first_to_write_};
+  int frames_written_{0};
+  double seconds_{0};
+  std::set<std::string> told_;
+};
+
+std::ptrdiff_t frames_of_stereo_alone(const RunRecord& record) {
+  return std::ranges::count_if(record.finished().frames, [](const FrameSummary& frame) {
+    return std::ranges::any_of(frame.warnings, [](const std::string& text) { return text.starts_with(stereo_alone); });
+  });
+}
+
+/// How many frames say nothing, and what would mend it.
+void warn_of_unknown_frames(const RunRecord& record, const Rig& rig) {
+  constexpr double degrees{57.29577951308232};
+  const std::size_t all{record.finished().frames.size()};
+  const std::size_t unknown{record.frames_with(FrameStatus::road_unknown)};
+  const std::size_t unmatched{record.frames_with(FrameStatus::few_matches)};
+  if (unknown > 0) {
+    spdlog::warn(
+        "in {} of {} frames it is not known where the road is, and the grid is unknown. The mounting may be wrong: "
+        "{:.3g} m "
+        "above the road and a pitch of {:.1f}° are assumed. Measure them and write them to calibration.yaml: "
+        "mount.camera_height_m, mount.camera_pitch_rad.",
+        unknown, all, rig.camera_height_m, rig.camera_pitch_rad * degrees);
+  }
+  if (unmatched > 0) {
+    spdlog::warn(
+        "in {} of {} frames left and right image hardly match, and the grid is unknown. stereogrid info looks for the "
+        "reason: images swapped, of different instants, not rectified, dark.",
+        unmatched, all);
+  }
+}
+
+void print_summary(const RunRecord& record, const Sitting& sitting) {
+  if (!spdlog::should_log(spdlog::level::info)) return;
+  const std::size_t skipped{record.skipped().size()};
+  tell("{} frames, {} skipped, {:.2f} frames per second\n", record.finished().frames.size(), skipped,
+       sitting.frames_per_second());
+  tell("median ms per frame:");
+  for (const StageField& stage : stage_fields) {
+    tell(" {} {:.1f}", stage.name, record.timing(stage.milliseconds).p50);
+  }
+  const std::ptrdiff_t alone{frames_of_stereo_alone(record)};
+  if (alone > 0) tell("\n{} of {} frames had no lidar", alone, record.finished().frames.size());
+  tell("\nresults in {}\n", record.folder().string());
+}
+
+void check_options(const RunOptions& options, const Input& input) {
+  if (options.matcher != "own" && input.recording != nullptr && input.recording->gives_disparities()) {
+    throw ConfigError{fmt::format("--matcher {} needs right images, but the disparities are given ({}). Leave one out.",
+                                  options.matcher, input.recording->contents().disparities.string())};
+  }
+}
+
+void check_options(const RunOptions& options) {
+  if (options.fuse == "none" && options.fuse_rings != Rings::all) {
+    throw ConfigError{"--fuse-rings chooses among the lidar's rings, but nothing is fused. Give --fuse lidar, too."};
+  }
+  if (options.resume && !options.video.empty()) {
+    throw ConfigError{"--video cannot go on with --resume: a film is made in one go. Leave one of them out."};
+  }
+}
+
+RunRecord describe_run(const RunOptions& options, const Input& input, const Pipeline& pipeline) {
+  const FrameRange range{parse_frame_range(options.frames, input.source->size())};
+  RunRecord record{options.folder, range, settings_json(options, input, pipeline),
+                   Json{{"simd_target", simd_target()}, {"threads", pipeline.threads()}}};
+  const std::optional<std::string> complaint{io::complaint_if_swapped(first_usable_frame(*input.source, range))};
+  if (complaint) throw InputError{*complaint};
+  return record;
+}
+
+}  // namespace
+
+int run(const RunOptions& options) {
+  check_options(options);
+  const Config config{config_from(options.config)};
+  const Input input{open_input(options.input)};
+  check_options(options, input);
+  log_input(input);
+  Pipeline pipeline{start_pipeline(options, config, input.source->rig())};
+  pipeline.predict_at(options.predict_s);
+  const LidarStage lidar{options.fuse == "lidar", input, pipeline.vehicle_grid(), options.fuse_rings};
+  RunRecord record{describe_run(options, input, pipeline)};
+  const FolderLock lock{record.folder()};
+  options.resume ? record.resume() : record.begin();
+  recall_skipped(*input.source, record);
+  remove_torn_checkpoint(record.folder());
+  ResultWriter writer{{options.folder, !options.predict_s.empty(), options.save_stages, options.pictures, options.video,
+                       rate_hz(input), pipeline.rig()}};
+  const OpencvStage opencv{options.matcher, pipeline.config().matching.disparities};
+  const Checkpoints checkpoints{record.range().first, static_cast<std::size_t>(options.checkpoint_every)};
+  PoseStage poses{input, [checkpoints](std::size_t index) { return checkpoints.is_due_after(index); }};
+  Sitting sitting{pipeline,
+                  poses,
+                  opencv,
+                  lidar,
+                  record,
+                  writer,
+                  first_frame_of(record, pipeline, poses),
+                  checkpoints,
+                  options.input_wait_s};
+  catch_interrupts();
+  sitting.go_through(*input.source);
+  record.save(sitting.is_complete());
+  print_summary(record, sitting);
+  warn_of_unknown_frames(record, pipeline.rig());
+  if (sitting.is_complete()) return exit_done;
+  spdlog::warn("stopped; the same command with --resume goes on");
+  return exit_signal_base + interrupted();
+}
+
+}  // namespace stereogrid::app
