@@ -5,7 +5,9 @@
 #include <memory>
 #include <thread>
 
-#include "pipeline/cuda/journey.hpp"
+#include "pipeline/cuda/stages.hpp"
+#include "pipeline/frame_processor.hpp"
+#include "pipeline/results.hpp"
 #include "samples.hpp"
 #include "street.hpp"
 
@@ -36,23 +38,25 @@ class Drive {
  public:
   explicit Drive(const Case& what)
       : rig_{test::Street::rig(what.width, what.height)},
-        journey_{config_of(what), rig_},
+        stages_{new CudaStages{config_of(what), rig_}},
+        processor_{config_of(what), rig_, std::unique_ptr<Stages>{stages_}},
         result_{empty_result(config_of(what), rig_)} {
-    journey_.fetch_stages(false);
+    stages_->fetch_stages(false);
   }
 
   void step(const std::vector<StereoFrame>& frames) {
     const StereoFrame& frame{frames[static_cast<std::size_t>(done_) % frames.size()]};
-    journey_.run({frame.left.view(), frame.right.view(), {}, *frame.world_from_vehicle, done_ == 0 ? 0 : frame_s, {}},
-                 result_);
+    processor_.run({frame.left.view(), frame.right.view(), {}, *frame.world_from_vehicle, done_ == 0 ? 0 : frame_s, {}},
+                   result_);
     ++done_;
   }
 
-  [[nodiscard]] const StreamTimes& times() const { return journey_.times(); }
+  [[nodiscard]] const StreamTimes& times() const { return stages_->times(); }
 
  private:
   Rig rig_;
-  JourneyOnCuda journey_;
+  CudaStages* stages_;  ///< of the processor
+  FrameProcessor processor_;
   FrameResult result_;
   int done_{0};
 };

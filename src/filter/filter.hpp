@@ -12,7 +12,7 @@
 #include "stereogrid/config.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/grid.hpp"
-#include "stereogrid/pipeline.hpp"
+#include "stereogrid/result.hpp"
 
 namespace stereogrid {
 

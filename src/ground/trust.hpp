@@ -9,7 +9,7 @@
 #include "ground/ground.hpp"
 #include "held_bytes.hpp"
 #include "matching/matches.hpp"
-#include "stereogrid/pipeline.hpp"
+#include "stereogrid/result.hpp"
 
 namespace stereogrid {
 

@@ -14,7 +14,6 @@
 #include "matching/matching.hpp"
 #include "matching/semi_global/semi_global.hpp"
 #include "matching/texture_simd.hpp"
-#include "stereogrid/pipeline.hpp"
 
 namespace stereogrid {
 namespace {
@@ -142,10 +141,6 @@ bool has_vectors() {
 }
 
 }  // namespace
-
-std::string_view simd_target() {
-  return correlate_target();
-}
 
 void make_room(Cpu& cpu, const MatchingConfig& config, MatchingSpace& space) {
   if (!has_vectors()) return;

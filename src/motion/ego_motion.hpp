@@ -7,7 +7,7 @@
 
 #include "stereogrid/config.hpp"
 #include "stereogrid/frame.hpp"
-#include "stereogrid/pipeline.hpp"
+#include "stereogrid/result.hpp"
 
 namespace stereogrid {
 

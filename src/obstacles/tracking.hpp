@@ -69,8 +69,6 @@ class Tracker {
  public:
   explicit Tracker(const TrackingConfig& config);
 
-  void start_ids_at(std::int64_t first_id) { next_id_ = first_id; }
-
   /// No tracks; ids go on.
   void forget() { tracks_.clear(); }
 

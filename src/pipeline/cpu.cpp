@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include "backend/cpu.hpp"
-#include "pipeline/journey.hpp"
+#include "pipeline/host_stages.hpp"
 
 namespace stereogrid {
 
-std::unique_ptr<Journey> cpu_journey(const Config& config, const Rig& rig, int threads) {
-  return std::make_unique<JourneyOn<Cpu>>(config, rig, vehicle_grid_of(config.grid), threads);
+std::unique_ptr<Stages> cpu_stages(const Config& config, const Rig& level_rig, int threads) {
+  return std::make_unique<HostStages<Cpu>>(config, level_rig, threads);
 }
 
 }  // namespace stereogrid

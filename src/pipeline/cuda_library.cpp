@@ -85,8 +85,8 @@ const CudaLibrary& load() {
 
 }  // namespace
 
-std::unique_ptr<Journey> cuda_journey(const Config& config, const Rig& rig) {
-  return load().journey(config, rig);  // it stays loaded
+std::unique_ptr<Stages> cuda_stages(const Config& config, const Rig& rig) {
+  return load().stages(config, rig);  // it stays loaded
 }
 
 }  // namespace stereogrid

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "stereogrid/pipeline.hpp"
+#include "stereogrid/result.hpp"
 
 namespace stereogrid {
 

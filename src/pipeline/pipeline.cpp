@@ -12,12 +12,15 @@
 
 #include "backend/cpu.hpp"
 #include "images/levelling.hpp"
+#include "matching/correlation/correlate_simd.hpp"
 #include "motion/ego_motion.hpp"
 #include "pipeline/checks.hpp"
 #include "pipeline/cuda_library.hpp"
 #include "pipeline/frame_clock.hpp"
-#include "pipeline/journey.hpp"
+#include "pipeline/frame_processor.hpp"
+#include "pipeline/results.hpp"
 #include "pipeline/saved_state.hpp"
+#include "pipeline/stopwatch.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid {
@@ -25,8 +28,6 @@ namespace {
 
 constexpr int disparities_min{64};
 constexpr int disparities_step{16};
-/// Leaves as many ids to come.
-constexpr std::int64_t last_first_id{std::int64_t{1} << 62};
 
 Config resolved(Config config, const Rig& rig) {
   if (config.matching.disparities == 0) {
@@ -63,7 +64,7 @@ struct Pipeline::Implementation {
         levelling{rig},
         cpu{threads},
         used{back_end},
-        journey{start(threads)},
+        processor{config, levelling.level_rig(), start(threads)},
         level_left{rig.width_px, rig.height_px},
         level_right{rig.width_px, rig.height_px},
         level_disparity{rig.width_px, rig.height_px} {
@@ -71,13 +72,13 @@ struct Pipeline::Implementation {
   }
 
   // Sets `used` where it was left open.
-  std::unique_ptr<Journey> start(int threads) {
+  std::unique_ptr<Stages> start(int threads) {
     const Rig& level_rig{levelling.level_rig()};
-    if (used == BackEnd::reference) return reference_journey(config, level_rig);
-    if (used == BackEnd::cuda) return cuda_journey(config, level_rig);
+    if (used == BackEnd::reference) return reference_stages(config, level_rig);
+    if (used == BackEnd::cuda) return cuda_stages(config, level_rig);
     if (used == BackEnd::automatic) {
       try {
-        std::unique_ptr<Journey> on_gpu{cuda_journey(config, level_rig)};
+        std::unique_ptr<Stages> on_gpu{cuda_stages(config, level_rig)};
         used = BackEnd::cuda;
         return on_gpu;
       } catch (const DeviceError& error) {  // also: a configuration that only the CPU can do
@@ -85,7 +86,7 @@ struct Pipeline::Implementation {
         used = BackEnd::cpu;
       }
     }
-    return cpu_journey(config, level_rig, threads);
+    return cpu_stages(config, level_rig, threads);
   }
 
   void check_frame(const StereoFrame& frame) const {
@@ -99,7 +100,7 @@ struct Pipeline::Implementation {
   // What is remembered is of another time.
   void forget() {
     ego_motion.restart();
-    journey->forget();
+    processor.forget();
   }
 
   // Seconds since the frame before; 0: this is a first one.
@@ -123,7 +124,7 @@ struct Pipeline::Implementation {
   }
 
   // What the stages take: level images.
-  JourneyInput input_of(const StereoFrame& frame) {
+  LevelFrame input_of(const StereoFrame& frame) {
     const double dt_s{tick(frame)};
     if (!levelling.is_needed()) {
       return {frame.left.view(), frame.right.view(), frame.disparity.view(), place(frame, dt_s), dt_s,
@@ -144,9 +145,9 @@ struct Pipeline::Implementation {
   void exchange(State& state) {
     state(clock, ego_motion);
     if constexpr (std::is_same_v<State, StateWriter>) {
-      journey->save(state);
+      processor.save(state);
     } else {
-      journey->load(state);
+      processor.load(state);
     }
   }
 
@@ -156,7 +157,7 @@ struct Pipeline::Implementation {
   Cpu cpu;
   BackEnd used;
   std::string why_not_cuda;
-  std::unique_ptr<Journey> journey;
+  FrameProcessor processor;
   Image<std::uint8_t> level_left;
   Image<std::uint8_t> level_right;
   Image<float> level_disparity;
@@ -185,10 +186,10 @@ const FrameResult& Pipeline::process(const StereoFrame& frame) {
   self.check_frame(frame);
   Stopwatch watch;
   FrameResult& result{self.result};
-  const JourneyInput input{self.input_of(frame)};
+  const LevelFrame input{self.input_of(frame)};
   if (self.unwanted_stages) result.stages = *std::exchange(self.unwanted_stages, std::nullopt);
-  self.journey->run(input, result);
-  if (!result.predictions.empty()) self.journey->predict(input.world_from_vehicle, result);
+  self.processor.run(input, result);
+  if (!result.predictions.empty()) self.processor.stages().predict(input.world_from_vehicle, result);
   result.world_from_vehicle = input.world_from_vehicle;
   if (!self.are_stages_wanted) self.unwanted_stages = std::exchange(result.stages, {});
   result.timing_ms.total = watch.lap();
@@ -214,11 +215,11 @@ GridGeometry Pipeline::world_grid() const {
   return implementation().result.world.geometry;
 }
 int Pipeline::threads() const {
-  return implementation().journey->threads();
+  return implementation().processor.stages().threads();
 }
 MemoryUse Pipeline::memory_use() const {
   const Implementation& self{implementation()};
-  MemoryUse use{self.journey->memory_use()};
+  MemoryUse use{self.processor.memory_use()};
   use.host_bytes += sizeof self + held_bytes_of(self.result, self.level_left, self.level_right, self.level_disparity);
   if (self.unwanted_stages) use.host_bytes += held_bytes(*self.unwanted_stages);
   return use;
@@ -232,7 +233,7 @@ const std::string& Pipeline::why_not_cuda() const {
 void Pipeline::fetch_stages(bool wanted) {
   Implementation& self{implementation()};
   self.are_stages_wanted = wanted;
-  self.journey->fetch_stages(wanted);
+  self.processor.stages().fetch_stages(wanted);
 }
 void Pipeline::start_at(const Pose2& world_from_vehicle) {
   Implementation& self{implementation()};
@@ -253,13 +254,8 @@ void Pipeline::predict_at(const std::vector<double>& horizons_s) {
   if (!predictions.empty() && self.used == BackEnd::cuda) {
     throw ConfigError{"The CUDA back end does not predict. Take the CPU (--device cpu)."};
   }
-  if (!predictions.empty()) self.journey->make_room_for_predictions();
+  if (!predictions.empty()) self.processor.stages().make_room_for_predictions();
   self.result.predictions = std::move(predictions);
-}
-void Pipeline::start_ids_at(std::int64_t first_id) {
-  Implementation& self{implementation()};
-  if (first_id < 0 || first_id > last_first_id) throw ConfigError{"The first id must lie in 0 … 2^62."};
-  self.journey->start_ids_at(first_id);
 }
 std::vector<std::byte> Pipeline::save_state() const {
   Implementation& self{implementation()};
@@ -274,6 +270,10 @@ void Pipeline::load_state(std::span<const std::byte> saved) {
   if (state.fits()) return;
   reset();  // what was read so far makes no sense
   throw InputError{"saved state", "does not fit this pipeline.", "Begin without it."};
+}
+
+std::string_view simd_target() {
+  return correlate_target();
 }
 
 }  // namespace stereogrid

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include "backend/reference.hpp"
-#include "pipeline/journey.hpp"
+#include "pipeline/host_stages.hpp"
 
 namespace stereogrid {
 
-std::unique_ptr<Journey> reference_journey(const Config& config, const Rig& rig) {
-  return std::make_unique<JourneyOn<Reference>>(config, rig, vehicle_grid_of(config.grid));
+std::unique_ptr<Stages> reference_stages(const Config& config, const Rig& level_rig) {
+  return std::make_unique<HostStages<Reference>>(config, level_rig);
 }
 
 }  // namespace stereogrid

@@ -9,7 +9,7 @@
 #include "held_bytes.hpp"
 #include "matching/matches.hpp"
 #include "stereogrid/config.hpp"
-#include "stereogrid/pipeline.hpp"
+#include "stereogrid/result.hpp"
 #include "u_disparity/rows.hpp"
 
 namespace stereogrid {

@@ -149,12 +149,10 @@ TEST_P(HostileInput, LongPredictionsAreRefusedAndTheLongestIsNot) {
   for (const float p : result.predictions[0].world_occupancy) ASSERT_TRUE(p >= 0 && p <= 1);
 }
 
-TEST_P(HostileInput, APlaceOrAnIdToStartAtMustBeOne) {
+TEST_P(HostileInput, APlaceToStartAtMustBeOne) {
   for (const Pose2& place : {Pose2{nan, 0, 0}, Pose2{0, infinity, 0}, Pose2{0, 0, nan}, Pose2{1e10, 0, 0}}) {
     EXPECT_THROW(wall_.pipeline.start_at(place), ConfigError);
   }
-  EXPECT_THROW(wall_.pipeline.start_ids_at(-1), ConfigError);
-  EXPECT_THROW(wall_.pipeline.start_ids_at(std::numeric_limits<std::int64_t>::max()), ConfigError);
   wall_.pipeline.start_at({1e9, -1e9, 1});
   EXPECT_EQ(wall_.step(0).world_from_vehicle, (Pose2{1e9, -1e9, 1}));
   expect_sane(wall_.step(frame_ns));
@@ -216,7 +214,6 @@ TEST(Pipeline, OneThatHasBeenMovedFromSaysSo) {
   EXPECT_THROW(empty.fetch_stages(true), std::logic_error);
   EXPECT_THROW(empty.start_at({}), std::logic_error);
   EXPECT_THROW(empty.predict_at({1}), std::logic_error);
-  EXPECT_THROW(empty.start_ids_at(1), std::logic_error);
   EXPECT_THROW(empty.reset(), std::logic_error);
   empty = std::move(moved_to);
   EXPECT_FALSE(wall.step(frame_ns).world.occupancy.empty());

@@ -25,7 +25,7 @@ endif()
 
 file(APPEND ${WORK}/copy/src/version.cpp "\n")
 get_build_id(${WORK}/copy changed)
-file(RENAME ${WORK}/copy/src/pipeline/cuda/journey.hpp ${WORK}/copy/src/journey_gpu.hpp)
+file(RENAME ${WORK}/copy/src/pipeline/cuda/stages.hpp ${WORK}/copy/src/stages.hpp)
 get_build_id(${WORK}/copy renamed)
 if(changed STREQUAL copy OR renamed STREQUAL changed)
   message(FATAL_ERROR "the build id does not change with the sources: ${copy}, ${changed}, ${renamed}")

@@ -12,7 +12,7 @@
 #include "images/row_alignment/cuda.hpp"
 #include "matching/cuda.hpp"
 #include "projection/cuda.hpp"
-#include "stereogrid/pipeline.hpp"
+#include "stereogrid/result.hpp"
 #include "u_disparity/cuda.hpp"
 
 namespace stereogrid {

@@ -3,14 +3,14 @@
 //
 // What libstereogrid_cuda.so shows of itself.
 #include "pipeline/build_id.hpp"
-#include "pipeline/cuda/journey.hpp"
+#include "pipeline/cuda/stages.hpp"
 #include "pipeline/cuda_library.hpp"
 
 namespace stereogrid {
 namespace {
 
-std::unique_ptr<Journey> start(const Config& config, const Rig& rig) {
-  return std::make_unique<JourneyOnCuda>(config, rig);
+std::unique_ptr<Stages> start(const Config& config, const Rig& rig) {
+  return std::make_unique<CudaStages>(config, rig);
 }
 
 }  // namespace

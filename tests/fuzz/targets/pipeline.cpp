@@ -25,7 +25,7 @@ void prepare(Choices& choices, Pipeline& pipeline) {
 
 void drive(Choices& choices, Pipeline& pipeline) {
   if (choices.once_in(8)) accepts([&] { pipeline.start_at(choose_pose(choices)); });
-  if (choices.once_in(8)) pipeline.start_ids_at(choices.between(0, 1000));
+  if (choices.once_in(8) && choices.between(0, 1000) > 500) pipeline.reset();
   std::int64_t stamp_ns{choices.once_in(8) ? choices.any_integer() : 0};
   for (int frames{choices.between(1, 5)}; frames > 0; --frames) {
     prepare(choices, pipeline);

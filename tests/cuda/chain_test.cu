@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The whole way of a frame on the GPU against the reference back end.
-#include "pipeline/cuda/journey.hpp"
+#include "pipeline/cuda/stages.hpp"
 
 #include <memory>
 
 #include "check.hpp"
 #include "images.hpp"
+#include "pipeline/frame_processor.hpp"
+#include "pipeline/results.hpp"
 #include "street.hpp"
 
 namespace stereogrid::test {
@@ -26,20 +28,20 @@ Config small_config() {
   return config;
 }
 
-/// A journey, and what it found last.
-struct Traveller {
-  Traveller(std::unique_ptr<Journey> way, const Config& config, const Rig& rig)
-      : journey{std::move(way)}, result{empty_result(config, rig)} {}
+/// A back end, and what it found last.
+struct Runner {
+  Runner(std::unique_ptr<Stages> stages, const Config& config, const Rig& rig)
+      : processor{config, rig, std::move(stages)}, result{empty_result(config, rig)} {}
 
   void run(const StereoFrame& frame, double dt_s) {
     result.status.clear();
     result.warnings.clear();
-    journey->run({frame.left.view(), frame.right.view(), frame.disparity.view(), *frame.world_from_vehicle, dt_s,
-                  frame.other_grids},
-                 result);
+    processor.run({frame.left.view(), frame.right.view(), frame.disparity.view(), *frame.world_from_vehicle, dt_s,
+                   frame.other_grids},
+                  result);
   }
 
-  std::unique_ptr<Journey> journey;
+  FrameProcessor processor;
   FrameResult result;
 };
 
@@ -110,8 +112,7 @@ void compare(const FrameResult& gpu, const FrameResult& law) {
 class Pair {
  public:
   Pair(const Config& config, const Rig& rig)
-      : gpu{std::make_unique<JourneyOnCuda>(config, rig), config, rig},
-        law{reference_journey(config, rig), config, rig} {}
+      : gpu{std::make_unique<CudaStages>(config, rig), config, rig}, law{reference_stages(config, rig), config, rig} {}
 
   void run(const StereoFrame& frame) {
     const double dt_s{frame.index == 0 ? 0 : 0.1};
@@ -120,8 +121,8 @@ class Pair {
     is_equal_to_the_bit ? compare(gpu.result, law.result) : compare_nearly(gpu.result, law.result);
   }
 
-  Traveller gpu;
-  Traveller law;
+  Runner gpu;
+  Runner law;
   bool is_equal_to_the_bit{true};
 };
 
@@ -187,7 +188,7 @@ TEST(rows_that_are_off_are_put_right) {
 TEST(given_disparities_and_another_grid) {
   const Street street{small_rig()};
   Config config{small_config()};
-  Traveller matcher{reference_journey(config, small_rig()), config, small_rig()};
+  Runner matcher{reference_stages(config, small_rig()), config, small_rig()};
   Pair pair{config, small_rig()};
   Random random{5};
   for (int index{0}; index < 3; ++index) {
@@ -207,9 +208,9 @@ TEST(after_forgetting_the_next_frame_is_a_first_one) {
   const Street street{small_rig()};
   Pair pair{small_config(), small_rig()};
   for (int index{0}; index < 3; ++index) pair.run(street.frame(index));
-  pair.gpu.journey->forget();
-  pair.law.journey->forget();
-  Traveller fresh{reference_journey(small_config(), small_rig()), small_config(), small_rig()};
+  pair.gpu.processor.forget();
+  pair.law.processor.forget();
+  Runner fresh{reference_stages(small_config(), small_rig()), small_config(), small_rig()};
   for (int index{0}; index < 2; ++index) {
     StereoFrame frame{street.frame(index + 3)};
     frame.index = index;
@@ -228,11 +229,11 @@ TEST(what_was_saved_goes_on) {
   Pair pair{small_config(), small_rig()};
   for (int index{0}; index < 3; ++index) pair.run(street.frame(index));
   StateWriter saved;
-  pair.gpu.journey->save(saved);
+  pair.gpu.processor.save(saved);
   Pair other{small_config(), small_rig()};
   other.run(street.frame(0));
   StateReader state{saved.bytes()};
-  other.gpu.journey->load(state);
+  other.gpu.processor.load(state);
   CHECK(state.fits());
   for (int index{3}; index < 5; ++index) {
     pair.run(street.frame(index));
@@ -280,7 +281,7 @@ TEST(a_drive_that_begins_with_nothing) {
 TEST(without_stages_the_grids_are_the_same) {
   const Street street{small_rig()};
   Pair pair{small_config(), small_rig()};
-  pair.gpu.journey->fetch_stages(false);
+  pair.gpu.processor.stages().fetch_stages(false);
   for (int index{0}; index < 2; ++index) {
     const double dt_s{0.1 * index};
     pair.gpu.run(street.frame(index), dt_s);
@@ -293,17 +294,17 @@ TEST(without_stages_the_grids_are_the_same) {
 TEST(memory_is_what_has_been_allocated) {
   const Config config{small_config()};
   const CudaBytes before{cuda_bytes_allocated()};
-  JourneyOnCuda journey{config, small_rig()};
+  CudaStages stages{config, small_rig()};
   const CudaBytes allocated{cuda_bytes_allocated() - before};
-  CHECK_EQUAL(journey.memory_use().device_bytes, allocated.device);
+  CHECK_EQUAL(stages.memory_use().device_bytes, allocated.device);
   const auto cells = static_cast<std::size_t>(Window{vehicle_grid_of(config.grid)}.cells());
   const std::size_t states{2 * cells * cells * velocity_lattice(config.filter).size() * sizeof(float)};
   CHECK(allocated.device > states);
-  CHECK(journey.memory_use().host_bytes > allocated.pinned + 3 * width * height * sizeof(float));
+  CHECK(stages.memory_use().host_bytes > allocated.pinned + 3 * width * height * sizeof(float));
   const Street street{small_rig()};
-  Traveller traveller{std::make_unique<JourneyOnCuda>(config, small_rig()), config, small_rig()};
+  Runner runner{std::make_unique<CudaStages>(config, small_rig()), config, small_rig()};
   const CudaBytes at_start{cuda_bytes_allocated()};
-  for (int index{0}; index < 2; ++index) traveller.run(street.frame(index), 0.1 * index);
+  for (int index{0}; index < 2; ++index) runner.run(street.frame(index), 0.1 * index);
   CHECK_EQUAL((cuda_bytes_allocated() - at_start).device, std::size_t{0});
   CHECK_EQUAL((cuda_bytes_allocated() - at_start).pinned, std::size_t{0});
 }
@@ -311,7 +312,7 @@ TEST(memory_is_what_has_been_allocated) {
 TEST(settings_that_only_the_cpu_can_do) {
   Config config{small_config()};
   config.filter.model = FilterModel::particles;
-  CHECK(complaint_of([&] { JourneyOnCuda{config, small_rig()}; }).find("CPU only") != std::string::npos);
+  CHECK(complaint_of([&] { CudaStages{config, small_rig()}; }).find("CPU only") != std::string::npos);
 }
 
 }  // namespace

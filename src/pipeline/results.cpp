@@ -1,9 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/journey.hpp"
+#include "pipeline/results.hpp"
 
 #include <algorithm>
 #include <cmath>
+
+#include "filter/filter.hpp"
+#include "obstacles/tracking.hpp"
 
 namespace stereogrid {
 namespace {

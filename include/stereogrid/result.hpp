@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "stereogrid/camera.hpp"
+#include "stereogrid/frame.hpp"
+#include "stereogrid/grid.hpp"
+#include "stereogrid/obstacle.hpp"
+
+namespace stereogrid {
+
+/// What the stages of one frame handed to each other. H, W: image size; D: bins, `bins_per_px` to each disparity.
+/// u-disparity images have a row per bin d, at disparity d / bins_per_px, and a column per image column u.
+struct StageImages {
+  Image<float> obstacle_disparity;   ///< (H, W) px, 0 = none
+  Image<float> road_disparity;       ///< (H, W) px, 0 = none
+  Image<float> match_confidence;     ///< (H, W) probability that the disparity is right to a pixel, 0 = none
+  std::vector<int> possible;         ///< (D) N_P, eq. 10
+  Image<std::uint16_t> visible;      ///< (D, W) N_V, eq. 11
+  Image<std::uint16_t> observed;     ///< (D, W) N_O
+  Image<float> visibility;           ///< (D, W) P(V), eq. 11
+  Image<float> obstacle_confidence;  ///< (D, W) P(C), eq. 13
+  Image<float> road_confidence;      ///< (D, W) P(R), eq. 15
+  Image<float> occupancy;            ///< (D, W) P(T), eq. 14
+  Image<float> occupancy_smooth;     ///< (D, W) after the Gaussian
+  int bins_per_px{1};
+};
+
+/// Wall-clock milliseconds.
+struct StageTimes {
+  double odometry{0};  ///< not the pipeline's: for callers who find the poses from the images
+  double match{0};
+  double ground{0};
+  double count{0};
+  double project{0};
+  double filter{0};
+  double flow{0};  ///< points followed in the images
+  double track{0};
+  double total{0};
+};
+
+/// The filtered grid some time later, if everything goes on as it moves and nothing more is seen. What is not seen is
+/// forgotten with filter.forgetting_s.
+struct Prediction {
+  double horizon_s{0};
+  Image<float> occupancy;        ///< P(occupied) in FrameResult::vehicle_grid: where the vehicle is now, not then
+  Image<float> world_occupancy;  ///< in the cells of FrameResult::world
+};
+
+/// What a program should know about a frame before it relies on the grids.
+enum class FrameStatus {
+  clock_gap,           ///< more than motion.gap_max_s since the frame before: everything remembered was forgotten
+  clock_stepped_back,  ///< stamped before the frame before: everything remembered was forgotten
+  pose_missing,        ///< no pose: the last motion was carried on, or the vehicle taken to stand still. In every such
+                       ///< frame; before any frame has had a pose in the first one only, as that may be intended
+  pose_jump,           ///< the pose was not where the vehicle can be: the frame of the poses was moved
+  few_matches,         ///< left and right image hardly match
+  road_unknown,        ///< where the road is is not known: observed grid and stages are unknown
+};
+constexpr std::array<std::string_view, 6> names_of(FrameStatus) {
+  return {"clock_gap", "clock_stepped_back", "pose_missing", "pose_jump", "few_matches", "road_unknown"};
+}
+
+/// What is known after a frame. Owned by the pipeline; valid until its next call of process().
+struct FrameResult {
+  Ground ground;               ///< what the stages of this frame used
+  Pose2 world_from_vehicle;    ///< world: the vehicle frame of the first frame
+  double obstacle_density{0};  ///< share of the pixels matched as obstacle
+  double road_density{0};      ///< share of the pixels matched as road
+  GridGeometry vehicle_grid;   ///< of the next nine
+  Image<float> observed;       ///< P(T_X) of this frame alone, vehicle frame
+  Image<float> occupancy;      ///< filtered, re-sampled into the vehicle frame
+  Image<float> age_s;
+  Image<float> velocity_x;  ///< m/s relative to the ground, vehicle axes: mean if the cell is occupied
+  Image<float> velocity_y;
+  Image<float> velocity_xx;  ///< m²/s², its covariance
+  Image<float> velocity_xy;
+  Image<float> velocity_yy;
+  Image<float> moving;  ///< P(occupied by something that moves); P(by something that stands) = occupancy − moving
+  GridLayers world;     ///< filtered, world-aligned; its geometry moves with the car in whole cells
+  std::vector<Prediction> predictions;  ///< what Pipeline::predict_at asked for
+  std::vector<Obstacle> obstacles;
+  StageImages stages;  ///< see Pipeline::fetch_stages
+  StageTimes timing_ms;
+  std::vector<FrameStatus> status;  ///< each at most once, in the order of FrameStatus; empty: nothing special
+  std::vector<std::string> warnings;
+};
+
+}  // namespace stereogrid

@@ -1,0 +1,277 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/cuda/stages.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "matching/match_lattice.hpp"
+#include "pipeline/results.hpp"
+#include "pipeline/stopwatch.hpp"
+#include "stereogrid/error.hpp"
+
+namespace stereogrid {
+namespace {
+
+// A DeviceError each, since `auto` then takes the CPU.
+const Config& checked(const Config& config) {
+  const auto require = [](bool can, const char* setting) {
+    if (!can) throw DeviceError{std::string{setting} + " is supported on the CPU only."};
+  };
+  require(config.filter.model != FilterModel::particles, "filter.model=particles");
+  require(config.u_disparity.bins_per_px == 1, "u_disparity.bins_per_px above 1");
+  require(!config.projection.interpolate_far, "projection.interpolate_far");
+  return config;
+}
+
+GridInVehicle placed(const GridGeometry& grid, const Pose2& to_from_grid) {
+  return {grid, to_from_grid.x_m, to_from_grid.y_m, std::cos(to_from_grid.yaw_rad), std::sin(to_from_grid.yaw_rad)};
+}
+
+template <class T>
+void put(View<const T> image, T* pinned) {
+  for (int v{0}; v < image.height; ++v) std::copy_n(image.row(v), image.width, pinned + v * image.width);
+}
+
+}  // namespace
+
+CudaStages::CudaStages(const Config& config, const Rig& level_rig)
+    : config_{checked(config)},
+      rig_{level_rig},
+      vehicle_grid_{vehicle_grid_of(config.grid)},
+      window_cells_{Window{vehicle_grid_}.cells()},
+      filter_tables_{config.filter},
+      host_{rig_, vehicle_grid_, window_cells_},
+      device_{cuda_, config, rig_, vehicle_grid_, window_cells_, filter_tables_},
+      matches_{rig_.width_px, rig_.height_px} {}
+
+MemoryUse CudaStages::memory_use() const {
+  return {sizeof *this + held_.pinned + held_bytes_of(filter_tables_, matches_), held_.device};
+}
+
+void CudaStages::synchronize() {
+  cuda_.synchronize();
+  are_grids_in_work_ = false;
+}
+
+// Everything that changes from frame to frame goes to where graphs look for it.
+void CudaStages::begin(const LevelFrame& frame, const GridGeometry& window, bool is_first, FrameResult& result) {
+  result_ = &result;
+  is_first_ = is_first;
+  is_given_ = frame.is_given();
+  put(frame.left, host_.left.data());
+  is_given_ ? put(frame.disparity, host_.given.data()) : put(frame.right, host_.right.data());
+  if (!frame.other_grids.empty() || had_other_grids_) device_.other_grids.take(cuda_, frame.other_grids);
+  had_other_grids_ = !frame.other_grids.empty();
+
+  if (is_first) window_before_ = window;
+  FrameOnDevice& on_device{*host_.frame.data()};
+  on_device.dt_s = frame.dt_s;
+  on_device.vehicle_cells = placed(vehicle_grid_, {});
+  on_device.window_cells = placed(window, inverse(frame.world_from_vehicle));
+  on_device.vehicle_in_world = placed(vehicle_grid_, frame.world_from_vehicle);
+  on_device.window = window;
+  on_device.motion = filter_motion({config_.filter, filter_tables_, window, frame.dt_s}, window_before_);
+  window_before_ = window;
+  *host_.evidence_count.data() = 0;
+}
+
+void CudaStages::expect(const Ground& expected, const Ground& previous, const RowAlignment& rows) {
+  if (are_grids_in_work_) synchronize();
+  FrameOnDevice& frame{*host_.frame.data()};
+  frame.plane = road_plane(rig_, expected);
+  frame.expected = expected;
+  frame.previous = previous;
+  frame.rows = {rows.offsets(), rows.is_identity() ? 1 : 0};
+}
+
+void CudaStages::take_velocities(std::span<const VelocityEvidence> evidence) {
+  if (are_grids_in_work_) synchronize();
+  std::copy(evidence.begin(), evidence.end(), host_.evidence.data());
+  *host_.evidence_count.data() = static_cast<int>(evidence.size());
+}
+
+Graph& CudaStages::graph_of(StagePart part) {
+  if (part == StagePart::match) return match_graphs_[is_given_ ? 1 : 0];
+  return part == StagePart::grids ? grid_graphs_[now_] : unknown_graphs_[now_];
+}
+
+// The first time without a graph: what the driver loads at a kernel's first launch does not belong into a recording.
+void CudaStages::perform(StagePart part, const std::function<void()>& work) {
+  const bool is_match{part == StagePart::match};
+  if (is_first_ && !is_match) reset(cuda_, device_.filter, &device_.frame.data()->motion, device_.states[1 - now_]);
+  Graph& graph{graph_of(part)};
+  if (graph.empty()) {
+    work();
+    graph.capture(cuda_, work);
+  } else {
+    graph.launch(cuda_);
+  }
+  if (is_match) {
+    times_.mark(cuda_, StreamTimes::answered);
+    is_lattice_taken_ = false;
+  } else {
+    are_grids_in_work_ = true;
+  }
+}
+
+void CudaStages::match() {
+  times_.mark(cuda_, StreamTimes::start);
+  device_.upload_frame(cuda_, host_, is_given_);
+  times_.mark(cuda_, StreamTimes::uploaded);
+  const FrameOnDevice* frame{device_.frame.data()};
+  if (is_given_) {
+    split(cuda_, device_.given.view(), rig_, &frame->expected, config_.matching, device_.matches);
+  } else {
+    align_rows(cuda_, device_.right.view(), &frame->rows, device_.aligned.view());
+    stereogrid::match(cuda_, device_.left.view(), device_.aligned.view(), &frame->plane, config_.matching,
+                      device_.matching, device_.matches);
+  }
+  times_.mark(cuda_, StreamTimes::matched);
+}
+
+void CudaStages::estimate_ground() {
+  const FrameOnDevice* frame{device_.frame.data()};
+  FrameFromDevice* answer{device_.answer.data()};
+  DeviceMatches& matches{device_.matches};
+  stereogrid::estimate_ground(cuda_, rig_, config_.ground, matches.obstacle.view(), matches.road.view(),
+                              &frame->previous, &frame->dt_s, device_.ground, &answer->ground, &answer->is_lost);
+  // splitting is cheap, and the plane is better now
+  if (is_given_) split(cuda_, device_.given.view(), rig_, &answer->ground, config_.matching, matches);
+  device_.fetch_answer(cuda_, host_);
+  times_.mark(cuda_, StreamTimes::ground_known);
+}
+
+void CudaStages::count() {
+  const MatchViews matches{std::as_const(device_.matches.obstacle).view(), std::as_const(device_.matches.road).view(),
+                           std::as_const(device_.matches.confidence).view()};
+  stereogrid::count(cuda_, matches, rig_, &device_.answer.data()->ground, device_.u_disparity);
+  times_.mark(cuda_, StreamTimes::counted);
+}
+
+void CudaStages::project() {
+  const FrameOnDevice* frame{device_.frame.data()};
+  const View<const float, Device> occupancy{std::as_const(device_.u_disparity.occupancy_smooth).view()};
+  const auto project_to = [&](const GridInVehicle* grid, DeviceImage<float>& cells) {
+    stereogrid::project(cuda_, occupancy, BinGeometry{rig_}, grid, config_.projection.footprint, device_.projection,
+                        cells.view());
+  };
+  find_largest(cuda_, occupancy, device_.projection);
+  project_to(&frame->vehicle_cells, device_.observed);
+  project_to(&frame->window_cells, device_.observed_window);
+}
+
+void CudaStages::observe_nothing() {
+  times_.mark(cuda_, StreamTimes::counted);
+  device_.observe_nothing(cuda_);
+}
+
+void CudaStages::fuse() {
+  const FrameOnDevice* frame{device_.frame.data()};
+  const auto fuse_on = [&](const GridInVehicle* grid, DeviceImage<float>& cells) {
+    stereogrid::fuse(cuda_, device_.other_grids, grid, config_.fusion, cells.view());
+  };
+  fuse_on(&frame->vehicle_cells, device_.observed);
+  fuse_on(&frame->window_cells, device_.observed_window);
+  times_.mark(cuda_, StreamTimes::projected);
+}
+
+void CudaStages::filter() {
+  stereogrid::filter(cuda_, device_.filter, &device_.frame.data()->motion,
+                     std::as_const(device_.observed_window).view(), device_.states[1 - now_], device_.states[now_],
+                     device_.world);
+}
+
+void CudaStages::weigh_velocities() {
+  stereogrid::weigh_velocities(cuda_, device_.filter, host_.evidence.data(), host_.evidence_count.data(),
+                               device_.states[now_], device_.world);
+}
+
+void CudaStages::resample() {
+  const FrameOnDevice* frame{device_.frame.data()};
+  stereogrid::resample(cuda_, device_.world, &frame->window, &frame->vehicle_in_world, device_.vehicle);
+  times_.mark(cuda_, StreamTimes::filtered);
+  device_.fetch_grids(cuda_, host_);
+  times_.mark(cuda_, StreamTimes::fetched);
+}
+
+Ground CudaStages::ground() {
+  times_.wait_for(StreamTimes::answered);
+  return host_.answer.data()->ground;
+}
+
+bool CudaStages::is_lost() {
+  times_.wait_for(StreamTimes::answered);
+  return host_.answer.data()->is_lost != 0;
+}
+
+const Matches& CudaStages::matches_on_lattice() {
+  times_.wait_for(StreamTimes::answered);
+  if (!is_lattice_taken_) scatter_lattice();
+  is_lattice_taken_ = true;
+  return matches_;
+}
+
+void CudaStages::scatter_lattice() {
+  const MatchLattice lattice{rig_.width_px, rig_.height_px};
+  const float* disparity{host_.lattice.data()};
+  for (int j{0}; j < lattice.down; ++j) {
+    for (int i{0}; i < lattice.across; ++i, ++disparity) {
+      const int u{MatchLattice::first_u + i * MatchLattice::step_u};
+      const int v{MatchLattice::first_v + j * MatchLattice::step_v};
+      matches_.obstacle(u, v) = std::max(*disparity, 0.0f);
+      matches_.road(u, v) = std::max(-*disparity, 0.0f);
+    }
+  }
+}
+
+const Matches& CudaStages::unsplit_matches() {
+  synchronize();
+  if (is_given_) leave_whole(cuda_, device_.given.view(), config_.matching, device_.matches);
+  download(cuda_, device_.matches.obstacle.data(), matches_.obstacle.size(), matches_.obstacle.data());
+  download(cuda_, device_.matches.road.data(), matches_.road.size(), matches_.road.data());
+  synchronize();
+  return matches_;
+}
+
+void CudaStages::finish() {
+  synchronize();
+  Stopwatch watch;
+  const FrameFromDevice& answer{*host_.answer.data()};
+  const double pixels{static_cast<double>(matches_.obstacle.size())};
+  result_->obstacle_density = answer.matched[0] / pixels;
+  result_->road_density = answer.matched[1] / pixels;
+  result_->world.geometry = host_.frame.data()->window;
+  PackedGrids{vehicle_grid_, window_cells_}.copy_to(host_.grids.data(), *result_);
+  if (are_stages_wanted_) device_.fetch_stages(cuda_, result_->stages);
+  result_->timing_ms = times_.stages();
+  result_->timing_ms.filter += watch.lap();
+  now_ = 1 - now_;
+}
+
+void CudaStages::save(StateWriter& state) {
+  state(window_before_);
+  std::vector<float> numbers;
+  device_.states[1 - now_].for_each_array([&](float* on_device, std::size_t size) {
+    numbers.resize(size);
+    download(cuda_, on_device, size, numbers.data());
+    synchronize();
+    state(numbers);
+  });
+}
+
+void CudaStages::load(StateReader& state) {
+  state(window_before_);
+  std::vector<float> numbers;
+  device_.states[1 - now_].for_each_array([&](float* on_device, std::size_t size) {
+    state(numbers);
+    state.require(numbers.size() == size);
+    if (numbers.size() != size) return;
+    upload(cuda_, numbers.data(), size, on_device);
+    synchronize();
+  });
+}
+
+}  // namespace stereogrid

@@ -1,0 +1,198 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/frame_processor.hpp"
+
+#include <functional>
+#include <utility>
+
+#include "pipeline/results.hpp"
+#include "pipeline/stopwatch.hpp"
+
+namespace stereogrid {
+namespace {
+
+/// Frames after which a road that was not found is searched again.
+constexpr int pause_frames{3};
+
+// The threads of the back end for the host's own work.
+auto ranges_of(Stages& stages) {
+  return [&stages](int count, const auto& work) { stages.for_ranges(count, std::cref(work)); };
+}
+
+}  // namespace
+
+FrameProcessor::FrameProcessor(const Config& config, const Rig& level_rig, std::unique_ptr<Stages> stages)
+    : config_{config},
+      rig_{level_rig},
+      stages_{std::move(stages)},
+      window_{vehicle_grid_of(config.grid)},
+      ground_{calibrated_ground(rig_, config.ground)},
+      trust_{rig_, config.ground},
+      alignment_{rig_},
+      scene_flow_{rig_},
+      tracker_{config.tracking},
+      ground_samples_{rig_.width_px, rig_.height_px},
+      velocity_evidence_{window_.cells(), velocity_axis(config.filter).back()},
+      clusters_{window_.cells(), window_.cells(), scene_flow_.points_reserved()} {}
+
+void FrameProcessor::run(const LevelFrame& frame, FrameResult& result) {
+  const Ground expected{predicted(rig_, config_.ground, ground_, frame.dt_s)};
+  const GridGeometry window{window_.at(frame.world_from_vehicle)};
+  stages_->begin(frame, window, is_first_, result);
+  Stopwatch watch;
+  match(expected);
+  watch.lap();
+  follow_points(frame, window);
+  const double follow_ms{watch.lap()};
+  is_reliable_ = true;
+  make_grids_ahead();
+  if (find_road(frame, expected)) make_grids_ahead();
+  is_reliable_ = judge(frame, expected, result);
+  if (!is_reliable_ || !stages_->works_ahead()) make_grids();
+  stages_->finish();
+  if (!is_reliable_) leave_unknown(result.stages);
+  watch.lap();
+  track(frame, result);
+  result.timing_ms.track = watch.lap();
+  if (is_reliable_ && flows(frame)) {
+    scene_flow_.add_points(flow_frame(frame), stages_->matches_on_lattice(), ranges_of(*stages_));
+  }
+  result.timing_ms.flow = follow_ms + watch.lap();
+  is_first_ = false;
+}
+
+void FrameProcessor::match(const Ground& expected) {
+  stages_->expect(expected, ground_, alignment_);
+  stages_->perform(StagePart::match, [this] {
+    stages_->match();
+    stages_->estimate_ground();
+  });
+}
+
+void FrameProcessor::make_grids() {
+  stages_->perform(is_reliable_ ? StagePart::grids : StagePart::unknown_grids, [this] {
+    if (is_reliable_) {
+      stages_->count();
+      stages_->project();
+    } else {
+      stages_->observe_nothing();
+    }
+    stages_->fuse();
+    stages_->filter();
+    if (config_.filter.model == FilterModel::joint) stages_->weigh_velocities();
+    stages_->resample();
+  });
+}
+
+// As if nothing were wrong with the frame.
+void FrameProcessor::make_grids_ahead() {
+  if (stages_->works_ahead()) make_grids();
+}
+
+FlowFrame FrameProcessor::flow_frame(const LevelFrame& frame) const {
+  return {frame.left, frame.right, alignment_.offsets(), frame.world_from_vehicle, frame.dt_s};
+}
+
+// While a device matches.
+void FrameProcessor::follow_points(const LevelFrame& frame, const GridGeometry& window) {
+  flows(frame) ? scene_flow_.follow(flow_frame(frame), ranges_of(*stages_)) : scene_flow_.clear();
+  if (config_.filter.model != FilterModel::joint) return;
+  stages_->take_velocities(velocity_evidence_.gather(scene_flow_.vectors(), window));
+}
+
+// From the matches on the road `expected`.
+void FrameProcessor::measure_rows(const LevelFrame& frame, const Ground& expected) {
+  if (!config_.matching.align_rows || frame.is_given()) return;
+  alignment_.update(frame.left, frame.right, stages_->matches_on_lattice(), road_plane(rig_, expected),
+                    ranges_of(*stages_));
+}
+
+// The road hypothesis needs a plane before there is any disparity: that of the frame before. At the start, and when the
+// road turns out to lie elsewhere, a plane is searched in what matched, and the frame is matched again. True: it was.
+bool FrameProcessor::find_road(const LevelFrame& frame, const Ground& expected) {
+  measure_rows(frame, expected);
+  const bool are_rows_off{is_first_ && !alignment_.is_identity()};
+  if (are_rows_off) {
+    match(expected);
+    measure_rows(frame, expected);
+  }
+  return search_if_lost(frame) || are_rows_off;
+}
+
+// True: matched again. After a search that found nothing there is a pause, as it would find nothing again.
+bool FrameProcessor::search_if_lost(const LevelFrame& frame) {
+  if (!config_.ground.estimate) return false;
+  if (frames_to_search_ > 0 && --frames_to_search_ > 0) return false;
+  if (!is_first_ && !stages_->is_lost()) return false;
+  // a plane far off would have split the wrong pixels away
+  const Matches& matches{stages_->unsplit_matches()};
+  const Ground found{
+      search_ground(rig_, config_.ground, matches.obstacle.view(), matches.road.view(), ground_, ground_samples_)};
+  if (found.estimated) {
+    ground_ = found;
+  } else {
+    frames_to_search_ = pause_frames;
+  }
+  if (!found.estimated && !frame.is_given()) return false;
+  match(ground_);
+  return true;
+}
+
+// False: the grids must not be built on this.
+bool FrameProcessor::judge(const LevelFrame& frame, const Ground& expected, FrameResult& result) {
+  const Matches& matches{stages_->matches_on_lattice()};
+  ground_ = stages_->ground();
+  const Doubt doubt{trust_.judge({frame.left, frame.right, frame.disparity, matches}, ground_, frame.dt_s)};
+  if (doubt != Doubt::none) {
+    if (config_.ground.estimate) ground_ = expected;  // a plane through wrong matches would mislead the next frame
+    scene_flow_.clear();
+    stages_->take_velocities({});
+  }
+  result.ground = ground_;
+  tell(doubt, result);
+  return doubt == Doubt::none;
+}
+
+void FrameProcessor::track(const LevelFrame& frame, FrameResult& result) {
+  find_clusters(result.world, config_.tracking, clusters_);
+  // remembered, not seen: tracks coast
+  if (!is_reliable_ && frame.other_grids.empty()) clusters_.clusters.clear();
+  measure_velocities(scene_flow_.vectors(), result.world.geometry, clusters_);
+  tracker_.update(result.world, clusters_.clusters, frame.dt_s);
+  tracker_.report(frame.world_from_vehicle, result.obstacles);
+}
+
+// The rest is working memory, or the first frame resets it.
+void FrameProcessor::forget() {
+  ground_ = calibrated_ground(rig_, config_.ground);
+  frames_to_search_ = 0;
+  is_first_ = true;
+  alignment_ = RowAlignment{rig_};
+  trust_ = FrameTrust{rig_, config_.ground};
+  scene_flow_ = SceneFlow{rig_};
+  tracker_.forget();
+}
+
+template <class State>
+void FrameProcessor::exchange(State& state) {
+  state(ground_, frames_to_search_, is_first_, alignment_, trust_, scene_flow_, tracker_);
+}
+
+void FrameProcessor::save(StateWriter& state) {
+  exchange(state);
+  stages_->save(state);
+}
+
+void FrameProcessor::load(StateReader& state) {
+  exchange(state);
+  stages_->load(state);
+}
+
+MemoryUse FrameProcessor::memory_use() const {
+  MemoryUse use{stages_->memory_use()};
+  use.host_bytes += sizeof *this + held_bytes_of(trust_, alignment_, scene_flow_, tracker_, ground_samples_,
+                                                 velocity_evidence_, clusters_);
+  return use;
+}
+
+}  // namespace stereogrid

@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include "filter/filter.hpp"
+#include "ground/ground.hpp"
+#include "ground/trust.hpp"
+#include "images/row_alignment/row_alignment.hpp"
+#include "motion/scene_flow.hpp"
+#include "motion/velocity_evidence.hpp"
+#include "obstacles/tracking.hpp"
+#include "pipeline/stages.hpp"
+
+namespace stereogrid {
+
+/// The way of a frame through all stages, whichever back end does them, and what the host decides on the way: whether
+/// the road is lost and where it is, by how much rows are off, whether the frame can be relied on, what moves.
+class FrameProcessor {
+ public:
+  FrameProcessor(const Config& config, const Rig& level_rig, std::unique_ptr<Stages> stages);
+
+  void run(const LevelFrame& frame, FrameResult& result);
+  /// The next frame is a first one. Ids of obstacles go on.
+  void forget();
+
+  /// What run() remembers between two frames.
+  void save(StateWriter& state);
+  void load(StateReader& state);
+  [[nodiscard]] MemoryUse memory_use() const;
+  [[nodiscard]] Stages& stages() { return *stages_; }
+  [[nodiscard]] const Stages& stages() const { return *stages_; }
+
+ private:
+  void match(const Ground& expected);
+  void make_grids();
+  void make_grids_ahead();
+  void follow_points(const LevelFrame& frame, const GridGeometry& window);
+  void measure_rows(const LevelFrame& frame, const Ground& expected);
+  bool find_road(const LevelFrame& frame, const Ground& expected);
+  bool search_if_lost(const LevelFrame& frame);
+  bool judge(const LevelFrame& frame, const Ground& expected, FrameResult& result);
+  void track(const LevelFrame& frame, FrameResult& result);
+
+  [[nodiscard]] FlowFrame flow_frame(const LevelFrame& frame) const;
+  [[nodiscard]] bool flows(const LevelFrame& frame) const { return config_.filter.scene_flow && !frame.is_given(); }
+  template <class State>
+  void exchange(State& state);
+
+  Config config_;
+  Rig rig_;
+  std::unique_ptr<Stages> stages_;
+  Window window_;
+
+  // between frames
+  Ground ground_;
+  FrameTrust trust_;
+  int frames_to_search_{0};
+  bool is_first_{true};
+  RowAlignment alignment_;
+  SceneFlow scene_flow_;
+  Tracker tracker_;
+
+  // of a frame
+  bool is_reliable_{true};  ///< may the grids be built on its matches?
+  GroundSpace ground_samples_;
+  EvidenceMap velocity_evidence_;
+  ClusterSpace clusters_;
+};
+
+}  // namespace stereogrid

@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/host_stages.hpp"
+
+namespace stereogrid {
+
+HostSpace::HostSpace(const Config& config, const Rig& level_rig, const GridGeometry& vehicle_grid, int threads)
+    : aligned_right{level_rig.width_px, level_rig.height_px},
+      matches{level_rig.width_px, level_rig.height_px},
+      matching{level_rig.width_px, level_rig.height_px, config.matching, threads},
+      ground_samples{level_rig.width_px, level_rig.height_px},
+      u_disparity_tables{config.u_disparity, level_rig.height_px, config.matching.window_px},
+      u_disparity{level_rig.width_px, level_rig.height_px, bins_of(config), threads},
+      projection{level_rig.width_px, bins_of(config)},
+      filter_tables{config.filter},
+      observed_world{Window{vehicle_grid}.cells(), Window{vehicle_grid}.cells()},
+      filtered{Window{vehicle_grid}.cells(), config.filter},
+      filtered_before{filtered},
+      weighing{Window{vehicle_grid}.cells(), filter_tables, config.filter.model == FilterModel::joint ? threads : 0} {
+  projection.plan(BinGeometry{level_rig, config.u_disparity.bins_per_px}, {vehicle_grid}, config.projection.footprint);
+}
+
+std::size_t HostSpace::held_bytes() const {
+  return held_bytes_of(aligned_right, matches, matching, ground_samples, u_disparity_tables, u_disparity, projection,
+                       filter_tables, observed_world, filtered, filtered_before, weighing) +
+         (prediction ? sizeof(PredictionSpace) + prediction->held_bytes() : 0);
+}
+
+}  // namespace stereogrid

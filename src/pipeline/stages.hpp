@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+
+#include "filter/evidence.hpp"
+#include "images/row_alignment/row_alignment.hpp"
+#include "matching/matches.hpp"
+#include "pipeline/saved_state.hpp"
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid {
+
+/// A frame as the stages take it: level images that fit the rig.
+struct LevelFrame {
+  View<const std::uint8_t> left;
+  View<const std::uint8_t> right;
+  View<const float> disparity;  ///< given instead of the right image; empty: match
+  Pose2 world_from_vehicle;
+  double dt_s{0};
+  std::span<const ObservedGrid> other_grids;
+
+  [[nodiscard]] bool is_given() const { return !disparity.empty(); }
+};
+
+/// What FrameProcessor does of a frame without asking the host in between.
+enum class StagePart { match, grids, unknown_grids };
+
+/// The stages as one back end does them, and the images that they hand to each other. In which order, and what is
+/// decided between them, is FrameProcessor's.
+class Stages {
+ public:
+  Stages() = default;
+  Stages(const Stages&) = delete;
+  Stages& operator=(const Stages&) = delete;
+  virtual ~Stages() = default;
+
+  // What the stages of a frame work on.
+
+  /// `window`: where the filter's grid lies now. `frame` and `result` must stay until finish(). On the first frame
+  /// nothing is remembered.
+  virtual void begin(const LevelFrame& frame, const GridGeometry& window, bool is_first, FrameResult& result) = 0;
+  /// Before match(). `expected`: where the road hypothesis takes the road to be; `previous`: where it was in the frame
+  /// before.
+  virtual void expect(const Ground& expected, const Ground& previous, const RowAlignment& rows) = 0;
+  /// By ascending cell, one for a cell; none at the beginning of a frame.
+  virtual void take_velocities(std::span<const VelocityEvidence> evidence) = 0;
+
+  // The stages, to be called within perform().
+
+  virtual void match() = 0;
+  virtual void estimate_ground() = 0;
+  virtual void count() = 0;
+  virtual void project() = 0;
+  /// Instead of count() and project().
+  virtual void observe_nothing() = 0;
+  virtual void fuse() = 0;
+  virtual void filter() = 0;
+  virtual void weigh_velocities() = 0;
+  virtual void resample() = 0;
+
+  /// Does `work`: calls of the stages above, for each part the same ones in every frame, which a device may record and
+  /// repeat.
+  virtual void perform(StagePart /*part*/, const std::function<void()>& work) { work(); }
+  /// Goes on while the host decides: what it is then given to do twice, counts the second time.
+  [[nodiscard]] virtual bool works_ahead() const { return false; }
+
+  // What was found.
+
+  /// The plane from estimate_ground().
+  virtual Ground ground() = 0;
+  /// Did match() find the road clearly elsewhere than expected?
+  virtual bool is_lost() = 0;
+  /// Valid at the pixels of MatchLattice only.
+  virtual const Matches& matches_on_lattice() = 0;
+  /// All pixels. Given disparities are not split into road and obstacle.
+  virtual const Matches& unsplit_matches() = 0;
+  /// Fills the result's grids, densities, the times of the stages and, where they are wanted, FrameResult::stages.
+  virtual void finish() = 0;
+
+  // Of the back end.
+
+  [[nodiscard]] virtual int threads() const { return 1; }
+  /// Calls work(begin, end) on parts of [0, count), on the host.
+  virtual void for_ranges(int count, const std::function<void(int, int)>& work) { work(0, count); }
+  virtual void fetch_stages(bool wanted) = 0;
+  [[nodiscard]] virtual MemoryUse memory_use() const = 0;
+  /// What the filter remembers.
+  virtual void save(StateWriter& state) = 0;
+  virtual void load(StateReader& state) = 0;
+  /// To be called before predict().
+  virtual void make_room_for_predictions() {}
+  /// Fills result.predictions after finish().
+  virtual void predict(const Pose2& /*world_from_vehicle*/, FrameResult& /*result*/) {}
+};
+
+std::unique_ptr<Stages> cpu_stages(const Config& config, const Rig& level_rig, int threads);
+std::unique_ptr<Stages> reference_stages(const Config& config, const Rig& level_rig);
+
+}  // namespace stereogrid
