@@ -124,8 +124,9 @@ void* allocate_on_device(std::size_t bytes) {
 
 void* allocate_cleared_on_device(std::size_t bytes) {
   void* memory{allocate_on_device(bytes)};
-  check_cuda(cudaMemset(memory, 0, bytes), "clear device memory");
-  check_cuda(cudaDeviceSynchronize(), "clear device memory");  // cudaMemset may return before, other streams start
+  // of the whole device nothing may be asked: another thread may be recording a graph
+  check_cuda(cudaMemsetAsync(memory, 0, bytes, cudaStreamPerThread), "clear device memory");
+  check_cuda(cudaStreamSynchronize(cudaStreamPerThread), "clear device memory");
   return memory;
 }
 

@@ -4,7 +4,10 @@
 // The whole way of a frame on the GPU against the reference back end.
 #include "pipeline/cuda/stages.hpp"
 
+#include <algorithm>
+#include <latch>
 #include <memory>
+#include <thread>
 
 #include "check.hpp"
 #include "images.hpp"
@@ -172,6 +175,59 @@ TEST(a_road_that_is_lost_is_found_again) {
   pair.run(level.frame(0));
   for (int index{1}; index < 5; ++index) pair.run(pitched.frame(index));
   CHECK(pair.law.result.ground.pitch_rad > 0.03);
+}
+
+// The pause after a search that failed is counted in frames, found ones too, on every back end.
+TEST(a_search_that_fails_pauses_for_the_same_frames) {
+  const Street level{small_rig()};
+  const Street unbelievable{small_rig(), 0.25};
+  const Street pitched{small_rig(), 0.07};
+  Config config{small_config()};
+  config.ground.pitch_gate_deg = 6;
+  for (const int found_between : {0, 1, 2, 3}) {
+    Pair pair{config, small_rig()};
+    int index{0};
+    pair.run(level.frame(index++));
+    pair.run(unbelievable.frame(index++));
+    CHECK(!pair.law.result.ground.estimated);
+    for (int i{0}; i < found_between; ++i) pair.run(level.frame(index++));
+    const int found_at{std::max(3 - found_between, 1)};
+    for (int i{1}; i <= 4; ++i) {
+      pair.run(pitched.frame(index++));
+      CHECK_EQUAL(pair.law.result.ground.pitch_rad > 0.03, i >= found_at);
+    }
+  }
+}
+
+TEST(one_is_constructed_while_another_thread_records_a_graph) {
+  const Street street{small_rig()};
+  Runner alone{std::make_unique<CudaStages>(small_config(), small_rig()), small_config(), small_rig()};
+  for (int index{0}; index < 2; ++index) alone.run(street.frame(index), 0.1 * index);
+  std::latch recording{1};
+  std::latch done{1};
+  std::string complaint;
+  std::thread other{[&] {
+    recording.wait();
+    complaint = complaint_of([&] {
+      Runner beside{std::make_unique<CudaStages>(small_config(), small_rig()), small_config(), small_rig()};
+      beside.run(street.frame(0), 0);
+      beside.run(street.frame(1), 0.1);
+      compare_grids(beside.result, alone.result);
+    });
+    done.count_down();
+  }};
+  Cuda cuda;
+  Graph graph;
+  DeviceBuffer<float> numbers{4};
+  graph.capture(cuda, [&] {
+    clear(cuda, numbers.data(), numbers.size());
+    recording.count_down();
+    done.wait();
+  });
+  other.join();
+  CHECK_EQUAL(complaint, "");
+  graph.launch(cuda);
+  cuda.synchronize();
 }
 
 TEST(rows_that_are_off_are_put_right) {

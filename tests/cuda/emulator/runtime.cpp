@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime.hpp"
 
+#include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
+#include <mutex>
 #include <unordered_map>
 #include <vector>
 
@@ -31,8 +33,11 @@ struct Machine {
   std::size_t memory{std::size_t{8} << 30};  ///< that can still be allocated
   std::unordered_map<void*, std::size_t> allocated;
   bool backwards{std::getenv("STEREOGRID_EMULATOR_BACKWARDS") != nullptr};
-  int captures{0};  ///< streams that are being captured
+  std::atomic<int> captures{0};  ///< streams that are being captured
+  std::recursive_mutex mutex;
 };
+
+thread_local int own_captures{0};  ///< of `captures`, by this thread
 
 cudaError_t missing() {
   if (lacks("device")) return cudaErrorNoDevice;
@@ -50,6 +55,7 @@ cudaError_t give(cudaStream_t stream, std::function<void()> work) {
   } else if (stream == nullptr && machine().captures > 0) {
     return cudaErrorStreamCaptureUnsupported;
   } else {
+    const std::lock_guard lock{machine().mutex};
     work();
   }
   return cudaSuccess;
@@ -58,6 +64,11 @@ cudaError_t give(cudaStream_t stream, std::function<void()> work) {
 }  // namespace
 
 namespace emulator {
+
+cudaStream_t stream_per_thread() {
+  thread_local EmulatedStream stream;
+  return &stream;
+}
 
 cudaError_t launch(const cudaLaunchConfig_t& config, std::function<void()> thread) {
   constexpr unsigned threads_max{1024};
@@ -124,7 +135,8 @@ cudaError_t cudaDeviceSynchronize() {
 }
 
 cudaError_t cudaMalloc(void** memory, std::size_t bytes) {
-  if (machine().captures > 0) return cudaErrorStreamCaptureUnsupported;
+  if (own_captures > 0) return cudaErrorStreamCaptureUnsupported;
+  const std::lock_guard lock{machine().mutex};
   constexpr std::size_t little{std::size_t{1} << 14};
   if (bytes > (lacks("memory") ? little : machine().memory)) return cudaErrorMemoryAllocation;
   *memory = std::malloc(bytes);
@@ -135,6 +147,7 @@ cudaError_t cudaMalloc(void** memory, std::size_t bytes) {
 }
 cudaError_t cudaFree(void* memory) {
   if (memory == nullptr) return cudaSuccess;
+  const std::lock_guard lock{machine().mutex};
   const auto found{machine().allocated.find(memory)};
   if (found == machine().allocated.end()) return cudaErrorInvalidValue;
   machine().memory += found->second;
@@ -153,9 +166,6 @@ cudaError_t cudaFreeHost(void* memory) {
 cudaError_t cudaMemcpyAsync(void* to, const void* from, std::size_t bytes, cudaMemcpyKind /*kind*/,
                             cudaStream_t stream) {
   return give(stream, [=] { std::memmove(to, from, bytes); });
-}
-cudaError_t cudaMemset(void* memory, int value, std::size_t bytes) {
-  return cudaMemsetAsync(memory, value, bytes, nullptr);
 }
 cudaError_t cudaMemsetAsync(void* memory, int value, std::size_t bytes, cudaStream_t stream) {
   return give(stream, [=] { std::memset(memory, value, bytes); });
@@ -199,6 +209,7 @@ cudaError_t cudaEventElapsedTime(float* milliseconds, cudaEvent_t start, cudaEve
 cudaError_t cudaStreamBeginCapture(cudaStream_t stream, cudaStreamCaptureMode /*mode*/) {
   stream->captured = new EmulatedGraph;
   ++machine().captures;
+  ++own_captures;
   return cudaSuccess;
 }
 cudaError_t cudaStreamIsCapturing(cudaStream_t stream, cudaStreamCaptureStatus* status) {
@@ -208,6 +219,7 @@ cudaError_t cudaStreamIsCapturing(cudaStream_t stream, cudaStreamCaptureStatus* 
 cudaError_t cudaStreamEndCapture(cudaStream_t stream, cudaGraph_t* graph) {
   *graph = std::exchange(stream->captured, nullptr);
   --machine().captures;
+  --own_captures;
   return cudaSuccess;
 }
 cudaError_t cudaGraphInstantiate(cudaGraphExec_t* executable, cudaGraph_t graph, unsigned long long /*flags*/) {

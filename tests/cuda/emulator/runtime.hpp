@@ -9,7 +9,8 @@
 #include "device.hpp"
 
 // The part of CUDA's runtime that the project uses. All work is done when it is given, or, while a stream is captured,
-// when its graph is launched.
+// when its graph is launched; that of several threads one after the other. While any thread captures, the device as a
+// whole and the legacy default stream are out of bounds; the thread that captures must not allocate, either.
 
 enum cudaError_t {
   cudaSuccess = 0,
@@ -76,7 +77,6 @@ cudaError_t cudaMallocHost(void** memory, std::size_t bytes);
 cudaError_t cudaFreeHost(void* memory);
 cudaError_t cudaMemcpyAsync(void* to, const void* from, std::size_t bytes, cudaMemcpyKind kind,
                             cudaStream_t stream = nullptr);
-cudaError_t cudaMemset(void* memory, int value, std::size_t bytes);
 cudaError_t cudaMemsetAsync(void* memory, int value, std::size_t bytes, cudaStream_t stream = nullptr);
 
 cudaError_t cudaStreamCreateWithFlags(cudaStream_t* stream, unsigned flags);
@@ -99,12 +99,17 @@ cudaError_t cudaGraphExecDestroy(cudaGraphExec_t executable);
 
 namespace emulator {
 
+/// The calling thread's own default stream.
+cudaStream_t stream_per_thread();
+
 /// Runs or records a kernel's call for every thread of the grid.
 cudaError_t launch(const cudaLaunchConfig_t& config, std::function<void()> thread);
 
 // Environment variables: STEREOGRID_EMULATOR_BACKWARDS, threads and blocks run from the last to the first: where a
 // barrier is missing, results change. STEREOGRID_EMULATOR_LACKS=device|driver|memory: what is missing.
 }  // namespace emulator
+
+#define cudaStreamPerThread (emulator::stream_per_thread())
 
 template <class... Expected, class... Actual>
 cudaError_t cudaLaunchKernelEx(const cudaLaunchConfig_t* config, void (*kernel)(Expected...), Actual&&... arguments) {
