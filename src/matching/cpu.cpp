@@ -77,7 +77,7 @@ void correlate(Cpu& cpu, const MatchingConfig& config, MatchingSpace& space, Can
   const int bits{compared_bits(config.window_px)};
   cpu.for_ranges(height, rows_grain, [&](int begin, int end) {
     short_census_rows(short_census_row, space.left, bits, space.short_left, begin, end);
-    for (int v{begin}; v < end; ++v) fourfold_row(space.short_left.row(v), width, space.short_left_fourfold.row(v));
+    for (int v{begin}; v < end; ++v) broadcast_row(space.short_left.row(v), width, space.short_left_broadcast.row(v));
     short_census_rows(short_census_reversed, space.right, bits, space.short_right_reversed, begin, end);
     short_census_rows(short_census_row, space.sheared, bits, space.short_sheared, begin, end);
   });
@@ -85,7 +85,7 @@ void correlate(Cpu& cpu, const MatchingConfig& config, MatchingSpace& space, Can
   const Shifts road{road_shifts(config)};
   const int half{config.window_px / 2};
   const std::size_t memory_of_band{band_memory(config, space)};
-  const ShortCensus census{space.short_left, space.short_left_fourfold, space.short_right_reversed,
+  const ShortCensus census{space.short_left, space.short_left_broadcast, space.short_right_reversed,
                            space.short_sheared};
   cpu.for_parts(height, cpu.threads(), [&](int part, int begin, int end) {
     const std::size_t p{static_cast<std::size_t>(part)};

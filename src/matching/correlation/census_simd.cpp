@@ -78,7 +78,7 @@ void ShortCensusReversed(const std::uint8_t* const* window, int width, int bits,
   });
 }
 
-void FourfoldRow(const std::uint8_t* row, int width, std::uint32_t* out) {
+void BroadcastRow(const std::uint8_t* row, int width, std::uint32_t* out) {
   const hn::ScalableTag<std::uint8_t> d8;
   for (int u{0}; u < width; u += static_cast<int>(hn::Lanes(d8))) {
     const auto bytes = hn::LoadU(d8, row + u);
@@ -130,7 +130,7 @@ namespace stereogrid {
 HWY_EXPORT(CensusRow);
 HWY_EXPORT(ShortCensusRow);
 HWY_EXPORT(ShortCensusReversed);
-HWY_EXPORT(FourfoldRow);
+HWY_EXPORT(BroadcastRow);
 HWY_EXPORT(ShearRow);
 
 void census_row(const std::uint8_t* const* window, int width, std::uint32_t* out) {
@@ -145,8 +145,8 @@ void short_census_reversed(const std::uint8_t* const* window, int width, int bit
   HWY_DYNAMIC_DISPATCH(ShortCensusReversed)(window, width, bits, out);
 }
 
-void fourfold_row(const std::uint8_t* row, int width, std::uint32_t* out) {
-  HWY_DYNAMIC_DISPATCH(FourfoldRow)(row, width, out);
+void broadcast_row(const std::uint8_t* row, int width, std::uint32_t* out) {
+  HWY_DYNAMIC_DISPATCH(BroadcastRow)(row, width, out);
 }
 
 void shear_row(const std::uint8_t* right_row, int width, const RoadRow& road, std::uint8_t* out) {

@@ -22,7 +22,7 @@ void short_census_row(const std::uint8_t* const* window, int width, int bits, st
 void short_census_reversed(const std::uint8_t* const* window, int width, int bits, std::uint8_t* out);
 
 /// Each byte of a row four times.
-void fourfold_row(const std::uint8_t* row, int width, std::uint32_t* out);
+void broadcast_row(const std::uint8_t* row, int width, std::uint32_t* out);
 
 /// A row of the right image as the road hypothesis sees it, equal to `sheared`.
 void shear_row(const std::uint8_t* right_row, int width, const RoadRow& road, std::uint8_t* out);

@@ -29,7 +29,7 @@ void correlate_rows(const Band& band) {
   UprightRows<words> upright{width, band.upright, half, band.uniqueness_1024, band.memory};
   LevelRows level{width, band.road, half, band.uniqueness_1024, band.memory + UprightRows<words>::memory(width, half)};
   const auto upright_rows = [&](int v) {
-    return RowPair{census.left_fourfold.clamped_row(v), census.right_reversed.clamped_row(v)};
+    return RowPair{census.left_broadcast.clamped_row(v), census.right_reversed.clamped_row(v)};
   };
   for (int v{band.first_row - half}; v < band.first_row + half; ++v) {
     upright.add_row(upright_rows(v));

@@ -100,11 +100,11 @@ class LevelRows {
       after = hn::IfThenElse(better, inside ? hn::LoadU(d16, box(k + 1) + u) : here, after);
       cost = hn::Min(cost, here);
     }
-    const auto too_dear = hn::Add(rival_costs(d16, cost), set(1));
+    const auto rival_limit = hn::Add(rival_costs(d16, cost), set(1));
     auto rivals = set(0);
     for (int k{0}; k < count; ++k) {
       const auto is_far = hn::Gt(hn::Sub(set(k + 1), best), set(2));  // wraps round
-      const auto is_close = hn::Lt(hn::LoadU(d16, box(k) + u), too_dear);
+      const auto is_close = hn::Lt(hn::LoadU(d16, box(k) + u), rival_limit);
       rivals = hn::Add(rivals, hn::IfThenElseZero(hn::And(is_far, is_close), set(1)));
     }
     hn::StoreU(cost, d16, out.cost() + u);

@@ -128,11 +128,11 @@ class UprightBlock {
       const auto share_low = hn::Mul(cost, set(uniqueness_1024_));
       const auto rest = hn::Min(hn::And(share_low, set(1023)), set(1));
       const auto share = hn::Add(hn::Add(hn::ShiftLeft<6>(share_high), hn::ShiftRight<10>(share_low)), rest);
-      const auto too_dear = hn::Add(cost, hn::Max(share, set(1)));
+      const auto rival_limit = hn::Add(cost, hn::Max(share, set(1)));
       hn::Store(cost, eight, cost_ + i);
-      hn::Store(too_dear, eight, too_dear_ + i);
+      hn::Store(rival_limit, eight, rival_limit_ + i);
       keep_twice(cost, twice_least_);
-      keep_twice(too_dear, twice_too_dear_);
+      keep_twice(rival_limit, twice_rival_limit_);
     }
   }
 
@@ -143,7 +143,7 @@ class UprightBlock {
     for (int pixel{0}; pixel < count; ++pixel) {
       const std::uint16_t* const costs{costs_ + pixel * n};
       const auto least = hn::BitCast(d16, hn::Set(d32, twice_least_[pixel]));
-      const auto too_dear = hn::BitCast(d16, hn::Set(d32, twice_too_dear_[pixel]));
+      const auto rival_limit = hn::BitCast(d16, hn::Set(d32, twice_rival_limit_[pixel]));
       for (int i{0}; i < 2 * vectors; ++i) {
         const int place{i * lanes};
         const auto cost = hn::Load(d16, costs + place);
@@ -151,7 +151,7 @@ class UprightBlock {
           return reinterpret_cast<std::uint8_t*>(&of[place / 32][pixel]) + place % 32 / 8;
         };
         hn::StoreMaskBits(d16, hn::Eq(cost, least), bits(is_least_));
-        hn::StoreMaskBits(d16, hn::Lt(cost, too_dear), bits(is_close_));
+        hn::StoreMaskBits(d16, hn::Lt(cost, rival_limit), bits(is_close_));
       }
     }
   }
@@ -200,12 +200,12 @@ class UprightBlock {
     const auto after = hn::And(hn::ShiftRight<16>(both), set(65535));
     const auto has_before = hn::Gt(best, set(0));
     const auto has_after = hn::Lt(best, set(shifts_.count - 1));
-    const auto too_dear = hn::PromoteTo(ints, hn::Load(d16, too_dear_ + pixel));
+    const auto rival_limit = hn::PromoteTo(ints, hn::Load(d16, rival_limit_ + pixel));
     const auto cost = hn::PromoteTo(ints, hn::Load(d16, cost_ + pixel));
     const auto close = close_shifts(pixel);
     const auto one_if = [&](auto condition) { return hn::IfThenElseZero(condition, set(1)); };
-    const auto near = hn::Add(one_if(hn::And(has_before, hn::Lt(before, too_dear))),
-                              one_if(hn::And(has_after, hn::Lt(after, too_dear))));
+    const auto near = hn::Add(one_if(hn::And(has_before, hn::Lt(before, rival_limit))),
+                              one_if(hn::And(has_after, hn::Lt(after, rival_limit))));
     const auto inside = hn::And(has_before, has_after);
     const auto store = [&](IntVector values, std::uint16_t* to) { hn::StoreU(hn::DemoteTo(d16, values), d16, to + u); };
     store(cost, out.cost());
@@ -221,9 +221,9 @@ class UprightBlock {
   alignas(64) std::uint16_t costs_[pixels * n + 2]{};  // [pixel][parity][shift / 2]; read in pairs
   alignas(64) std::uint16_t least_[pixels * lanes]{};  // [pixel]: in each lane the smallest cost that was there
   alignas(64) std::uint16_t cost_[pixels];             // the smallest
-  alignas(64) std::uint16_t too_dear_[pixels];
+  alignas(64) std::uint16_t rival_limit_[pixels];
   alignas(64) std::uint32_t twice_least_[pixels];  // as two numbers of 16 bits, likewise below
-  alignas(64) std::uint32_t twice_too_dear_[pixels];
+  alignas(64) std::uint32_t twice_rival_limit_[pixels];
   // a bit for each shift: words of even ones, words of odd ones
   alignas(64) std::uint32_t is_least_[2 * words][pixels]{};
   alignas(64) std::uint32_t is_close_[2 * words][pixels]{};
