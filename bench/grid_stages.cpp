@@ -79,7 +79,7 @@ class GridStages {
       ground_ = result.ground;
       stages_ = result.stages;
     }
-    projection_.plan(BinGeometry{rig_}, {pipeline_.vehicle_grid()}, config_.projection.footprint);
+    projection_.plan(BinGeometry{rig_}, {pipeline_.vehicle_grid()});
     matches_.obstacle = stages_.obstacle_disparity;
     matches_.road = stages_.road_disparity;
     matches_.confidence = stages_.match_confidence;
@@ -104,8 +104,7 @@ class GridStages {
   void project_to(const GridGeometry& grid, const Pose2& vehicle_from_grid, Image<float>& cells) {
     const GridInVehicle placed{grid, vehicle_from_grid.x_m, vehicle_from_grid.y_m, std::cos(vehicle_from_grid.yaw_rad),
                                std::sin(vehicle_from_grid.yaw_rad)};
-    project(cpu_, stages_.occupancy_smooth.view(), BinGeometry{rig_}, placed, config_.projection.footprint, projection_,
-            cells.view());
+    project(cpu_, stages_.occupancy_smooth.view(), BinGeometry{rig_}, placed, projection_, cells.view());
   }
 
   Config config_;

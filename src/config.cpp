@@ -149,7 +149,6 @@ Config paper() {
   config.u_disparity.road_rays = RoadRays::none;
   config.u_disparity.small_count_guard = 0;
   config.u_disparity.left_border = false;
-  config.projection.footprint = Footprint::overlap;
   config.projection.calibrate = false;
   config.filter.model = FilterModel::tay2008;
   config.filter.velocity_max_mps = 10;

@@ -162,7 +162,6 @@ struct UDisparityConfig {
   RoadRays road_rays{RoadRays::visible};
   int small_count_guard{2};
   bool left_border{true};
-  bool confidence_weights{false};
   int bins_per_px{1};
 
   template <class Self, class Visitor>
@@ -190,31 +189,18 @@ struct UDisparityConfig {
     visit(Parameter{"left_border", "", 0, 1,
                     "Leave bins unknown that the right camera cannot see (u below disparity + half a window)."},
           self.left_border);
-    visit(Parameter{"confidence_weights", "", 0, 1,
-                    "Each pixel counts in N_V and N_O by its match's confidence, in sixteenths; the sums are rounded."},
-          self.confidence_weights);
     visit(Parameter{"bins_per_px", "1/px", 1, 4,
                     "Bins to a pixel of disparity: 1; 2 or 4 weigh a disparity between bins, and take longer."},
           self.bins_per_px);
   }
 };
 
-/// Which bins of the u-disparity plane speak for a cell (eq. 16).
-enum class Footprint { overlap, centre };
-constexpr std::array<std::string_view, 2> names_of(Footprint) {
-  return {"overlap", "centre"};
-}
-
 struct ProjectionConfig {
-  Footprint footprint{Footprint::overlap};
   bool interpolate_far{false};
   bool calibrate{true};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"footprint", "", 0, 1,
-                    "overlap: every bin that touches the cell; centre: bins centred in it, and the one at its centre."},
-          self.footprint);
     visit(Parameter{"interpolate_far", "", 0, 1,
                     "Cells less deep than a bin take a value between those of the two bins next to their centre."},
           self.interpolate_far);
@@ -224,22 +210,12 @@ struct ProjectionConfig {
   }
 };
 
-/// How the observed grids of several sources become one.
-enum class FusionRule { independent, linear };
-constexpr std::array<std::string_view, 2> names_of(FusionRule) {
-  return {"independent", "linear"};
-}
-
 struct FusionConfig {
-  FusionRule rule{FusionRule::independent};
   double stereo_confidence{1};
   double other_confidence{0.8};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"rule", "", 0, 1,
-                    "independent: the sources' odds multiply; linear: mean, weighted by confidence times |2P - 1|."},
-          self.rule);
     visit(Parameter{"stereo_confidence", "", 0, 1,
                     "How far the stereo grid is believed in frames that come with another grid; 0: not at all."},
           self.stereo_confidence);

@@ -10,14 +10,13 @@ namespace {
 constexpr int block_width{32};
 constexpr int block_height{4};
 
-template <class Pool>
 __global__ void fuse_cells(const OtherGridsOnDevice::List* others, const GridInVehicle* grid, FusionConfig config,
                            View<float, Device> cells) {
   const int ix{static_cast<int>(blockIdx.x * block_width + threadIdx.x)};
   const int iy{static_cast<int>(blockIdx.y * block_height + threadIdx.y)};
   const int count{others->count};
   if (count == 0 || ix >= cells.width || iy >= cells.height) return;
-  Pool pool;
+  IndependentPool pool;
   pool.add(static_cast<double>(cells(ix, iy)), config.stereo_confidence);
   const Point2 centre{grid->centre(ix, iy)};
   for (int i{0}; i < count; ++i) add(others->grids[i], centre, config.other_confidence, pool);
@@ -54,8 +53,7 @@ void OtherGridsOnDevice::take(Cuda& cuda, std::span<const ObservedGrid> others) 
 
 void fuse(Cuda& cuda, const OtherGridsOnDevice& others, const GridInVehicle* grid, const FusionConfig& config,
           View<float, Device> cells) {
-  const auto kernel = config.rule == FusionRule::linear ? fuse_cells<LinearPool> : fuse_cells<IndependentPool>;
-  launch(cuda, kernel, dim3{blocks_for(cells.width, block_width), blocks_for(cells.height, block_height)},
+  launch(cuda, fuse_cells, dim3{blocks_for(cells.width, block_width), blocks_for(cells.height, block_height)},
          dim3{block_width, block_height}, 0, others.list(), grid, config, cells);
 }
 

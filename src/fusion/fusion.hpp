@@ -15,8 +15,8 @@ class Cpu;
 struct Reference;
 
 /// Adds what other sources have observed to `cells`, the stereo pair's P(occupied) on `grid`. Of another grid the cell
-/// counts that holds the centre of ours; where it does not reach, it says nothing. FusionRule::independent and linear
-/// are the pools of model.hpp. Without other grids nothing is changed.
+/// counts that holds the centre of ours; where it does not reach, it says nothing (IndependentPool).
+/// Without other grids nothing is changed.
 void fuse(Cpu& cpu, std::span<const ObservedGrid> others, const GridInVehicle& grid, const FusionConfig& config,
           View<float> cells);
 void fuse(Reference& reference, std::span<const ObservedGrid> others, const GridInVehicle& grid,

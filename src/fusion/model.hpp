@@ -27,20 +27,6 @@ struct IndependentPool {
   }
 };
 
-/// Linear opinion pool, P = Σ w p / Σ w (Adarve et al. 2012): sources that share their errors do not add up to a
-/// certainty that none of them has. w = c |2p − 1|, so that a source that knows nothing (½) does not dilute the others.
-struct LinearPool {
-  double weighted{0};
-  double weights{0};
-
-  STEREOGRID_HD void add(double p, double confidence) {
-    const double weight{confidence * (p < 0.5 ? 1 - 2 * p : 2 * p - 1)};
-    weighted += weight * p;
-    weights += weight;
-  }
-  [[nodiscard]] STEREOGRID_HD double probability() const { return weights > 0 ? weighted / weights : 0.5; }
-};
-
 /// An ObservedGrid without its memory.
 struct OtherCells {
   GridGeometry geometry;
@@ -49,8 +35,7 @@ struct OtherCells {
 };
 
 /// What another source says of the place `at`: its cell that holds it, if there is one.
-template <class Pool>
-STEREOGRID_HD inline void add(const OtherCells& other, Point2 at, double confidence, Pool& pool) {
+STEREOGRID_HD inline void add(const OtherCells& other, Point2 at, double confidence, IndependentPool& pool) {
   // another source must not make a cell so certain that nothing could change it any more
   constexpr double surest{0.999};
   const GridGeometry& grid{other.geometry};

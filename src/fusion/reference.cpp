@@ -12,29 +12,19 @@ OtherCells cells_of(const ObservedGrid& grid) {
   return {grid.geometry, grid.occupancy.data(), grid.confidence.empty() ? nullptr : grid.confidence.data()};
 }
 
-template <class Pool>
-void fuse_rows_by(std::span<const ObservedGrid> others, const GridInVehicle& grid, const FusionConfig& config,
-                  View<float> cells, int begin, int end) {
+}  // namespace
+
+void fuse_rows(std::span<const ObservedGrid> others, const GridInVehicle& grid, const FusionConfig& config,
+               View<float> cells, int begin, int end) {
   for (int iy{begin}; iy < end; ++iy) {
     for (int ix{0}; ix < cells.width; ++ix) {
-      Pool pool;
+      IndependentPool pool;
       pool.add(static_cast<double>(cells(ix, iy)), config.stereo_confidence);
       for (const ObservedGrid& other : others) {
         add(cells_of(other), grid.centre(ix, iy), config.other_confidence, pool);
       }
       cells(ix, iy) = static_cast<float>(pool.probability());
     }
-  }
-}
-
-}  // namespace
-
-void fuse_rows(std::span<const ObservedGrid> others, const GridInVehicle& grid, const FusionConfig& config,
-               View<float> cells, int begin, int end) {
-  if (config.rule == FusionRule::linear) {
-    fuse_rows_by<LinearPool>(others, grid, config, cells, begin, end);
-  } else {
-    fuse_rows_by<IndependentPool>(others, grid, config, cells, begin, end);
   }
 }
 

@@ -70,8 +70,6 @@ void check(const Config& config, const Rig& rig, BackEnd back_end, int threads) 
   require(rig.width_px != 0 && rig.height_px != 0, "rig: the image size must be positive.");
   require(std::max(rig.width_px, rig.height_px) <= image_side_max,
           "rig: images of up to 16384 × 16384 can be matched.");
-  require(rig.height_px <= 2047 || !config.u_disparity.confidence_weights,
-          "u_disparity.confidence_weights can count in images of up to 2047 rows.");
   require(config.matching.disparities != 1, "matching.disparities must be 0 (automatic) or at least 2.");
   require(config.matching.disparities < 2 || config.matching.min_disparity <= config.matching.disparities - 2,
           "matching.min_disparity must be at least 2 below matching.disparities.");

@@ -17,7 +17,7 @@ HostSpace::HostSpace(const Config& config, const Rig& level_rig, const GridGeome
       filtered{Window{vehicle_grid}.cells(), config.filter},
       filtered_before{filtered},
       weighing{Window{vehicle_grid}.cells(), filter_tables, config.filter.model == FilterModel::joint ? threads : 0} {
-  projection.plan(BinGeometry{level_rig, config.u_disparity.bins_per_px}, {vehicle_grid}, config.projection.footprint);
+  projection.plan(BinGeometry{level_rig, config.u_disparity.bins_per_px}, {vehicle_grid});
 }
 
 std::size_t HostSpace::held_bytes() const {

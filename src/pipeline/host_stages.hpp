@@ -232,8 +232,7 @@ class HostStages final : public Stages {
   void project_to(const GridInVehicle& grid, Image<float>& cells) {
     const BinGeometry bins{rig_, config_.u_disparity.bins_per_px};
     const View<const float> occupancy{std::as_const(result_->stages.occupancy_smooth).view()};
-    stereogrid::project(back_end_, occupancy, bins, grid, config_.projection.footprint, space_.projection,
-                        cells.view());
+    stereogrid::project(back_end_, occupancy, bins, grid, space_.projection, cells.view());
     if (config_.projection.interpolate_far) interpolate_far(back_end_, occupancy, bins, grid, cells.view());
     if (config_.projection.calibrate) space_.calibration.apply(cells.view());
   }

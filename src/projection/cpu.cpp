@@ -66,19 +66,12 @@ void project_planned(const Largest& largest, const ProjectionSpace& space, int i
   }
 }
 
-void project_row(const Largest& largest, const Spans& spans, Footprint footprint, int iy, View<float> cells) {
+void project_row(const Largest& largest, const Spans& spans, int iy, View<float> cells) {
   std::fill(cells.row(iy), cells.row(iy) + cells.width, -1.0f);
   float* cell{cells.row(iy)};
   const auto begin_cell = [&](int ix) { cell = cells.row(iy) + ix; };
   const auto take = [&](const BinSpan& span) { *cell = larger(largest.of(span), *cell); };
-  if (footprint == Footprint::overlap) {
-    spans.row_by_overlap(iy, begin_cell, take);
-  } else {
-    for (int ix{0}; ix < cells.width; ++ix) {
-      begin_cell(ix);
-      spans.by_centre(ix, iy, take);
-    }
-  }
+  spans.row_by_overlap(iy, begin_cell, take);
   for (int ix{0}; ix < cells.width; ++ix) cells(ix, iy) = cells(ix, iy) < 0 ? 0.5f : cells(ix, iy);
 }
 
@@ -102,17 +95,16 @@ void interpolate_cell(View<const float> occupancy, const BinGeometry& bins, cons
 }  // namespace
 
 void project(Cpu& cpu, View<const float> occupancy, const BinGeometry& bins, const GridInVehicle& grid,
-             Footprint footprint, ProjectionSpace& space, View<float> cells) {
+             ProjectionSpace& space, View<float> cells) {
   cpu.for_ranges(occupancy.height, rows_grain, [&](int begin, int end) {
     for (int d{begin}; d < end; ++d) find_largest(occupancy, d, space);
   });
   const Largest largest{occupancy, space};
-  const bool is_planned{!space.first_span.empty() && footprint == space.planned_footprint &&
-                        is_same(grid, space.planned)};
+  const bool is_planned{!space.first_span.empty() && is_same(grid, space.planned)};
   const Spans spans{occupancy.width, occupancy.height, bins, grid};
   cpu.for_ranges(cells.height, rows_grain, [&](int begin, int end) {
     for (int iy{begin}; iy < end; ++iy) {
-      is_planned ? project_planned(largest, space, iy, cells) : project_row(largest, spans, footprint, iy, cells);
+      is_planned ? project_planned(largest, space, iy, cells) : project_row(largest, spans, iy, cells);
     }
   });
 }

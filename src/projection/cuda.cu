@@ -50,7 +50,6 @@ struct Largest {
 };
 
 // A thread per cell.
-template <Footprint footprint>
 __global__ void project_cells(Largest largest, int disparities, BinGeometry bins, const GridInVehicle* grid,
                               const float* calibration, View<float, Device> cells) {
   const int ix{static_cast<int>(blockIdx.x * block_width + threadIdx.x)};
@@ -60,11 +59,7 @@ __global__ void project_cells(Largest largest, int disparities, BinGeometry bins
   const Spans spans{largest.width, disparities, bins, place};
   float highest{-1};
   const auto take = [&](const BinSpan& span) { highest = larger(largest.of(span), highest); };
-  if constexpr (footprint == Footprint::overlap) {
-    spans.by_overlap(ix, iy, take);
-  } else {
-    spans.by_centre(ix, iy, take);
-  }
+  spans.by_overlap(ix, iy, take);
   const float occupancy{highest < 0 ? 0.5f : highest};
   cells(ix, iy) = calibration == nullptr ? occupancy : calibrated(calibration, occupancy);
 }
@@ -92,10 +87,8 @@ void find_largest(Cuda& cuda, View<const float, Device> occupancy, ProjectionOnD
 }
 
 void project(Cuda& cuda, View<const float, Device> occupancy, const BinGeometry& bins, const GridInVehicle* grid,
-             Footprint footprint, const ProjectionOnDevice& space, View<float, Device> cells) {
-  const auto kernel =
-      footprint == Footprint::overlap ? project_cells<Footprint::overlap> : project_cells<Footprint::centre>;
-  launch(cuda, kernel, blocks_of(cells.width, cells.height), dim3{block_width, block_height}, 0,
+             const ProjectionOnDevice& space, View<float, Device> cells) {
+  launch(cuda, project_cells, blocks_of(cells.width, cells.height), dim3{block_width, block_height}, 0,
          Largest{occupancy.width, occupancy.data, space.of_2.data(), space.of_4.data(), space.of_8.data()},
          occupancy.height, bins, grid, space.is_calibrated ? space.calibration.data() : nullptr, cells);
 }

@@ -26,6 +26,6 @@ void find_largest(Cuda& cuda, View<const float, Device> occupancy, ProjectionOnD
 
 /// `project` of projection.hpp and the calibration behind it, equal to the CPU to the bit. `grid` is on the device.
 void project(Cuda& cuda, View<const float, Device> occupancy, const BinGeometry& bins, const GridInVehicle* grid,
-             Footprint footprint, const ProjectionOnDevice& space, View<float, Device> cells);
+             const ProjectionOnDevice& space, View<float, Device> cells);
 
 }  // namespace stereogrid

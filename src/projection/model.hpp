@@ -77,7 +77,6 @@ struct ColumnSpan {
   }
   /// Does the bin's column [u − ½, u + ½] share an area with it?
   [[nodiscard]] STEREOGRID_HD bool touches(int u) const { return u + 0.5 > smallest && u - 0.5 < largest; }
-  [[nodiscard]] STEREOGRID_HD bool holds(int u) const { return u >= smallest && u <= largest; }
 };
 
 /// Clips the cell to the depths between `x_near` and `x_far` and looks at it from the camera. A straight edge stays

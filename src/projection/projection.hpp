@@ -28,27 +28,23 @@ struct ProjectionSpace {
 
   ProjectionSpace(int width, int disparities);
   /// Takes this grid as the one that stays: the next projections to it need no geometry. Allocates.
-  void plan(const BinGeometry& bins, const GridInVehicle& grid, Footprint footprint);
+  void plan(const BinGeometry& bins, const GridInVehicle& grid);
 
   [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(largest, first_span, spans); }
 
   std::vector<Image<float>> largest;  ///< [k] (D, W) largest occupancy of the 2^(k+1) columns from u on
   GridInVehicle planned{};
-  Footprint planned_footprint{};
   std::vector<std::size_t> first_span;  ///< [cell], and the end of the last
   std::vector<BinSpan> spans;
 };
 
-/// u-disparity occupancy to a Cartesian grid (eq. 16): a cell takes the largest occupancy of the bins that speak for
-/// it, 0.5 where none does. `occupancy` is (D, W); the grid may lie anywhere in the vehicle frame.
-///
-/// Footprint::overlap: every bin whose footprint (depth [f·b/(d+½), f·b/(d−½)], columns u ± ½) shares an area with the
-/// cell. Footprint::centre: the bins whose centre lies in the cell, and the bin that holds the cell's centre.
-/// `bins` are those that `space` was planned for, if it was.
+/// u-disparity occupancy to a Cartesian grid (eq. 16): a cell takes the largest occupancy of the bins whose footprint
+/// (depth [f·b/(d+½), f·b/(d−½)], columns u ± ½) shares an area with it, 0.5 where none does. `occupancy` is (D, W);
+/// the grid may lie anywhere in the vehicle frame. `bins` are those that `space` was planned for, if it was.
 void project(Cpu& cpu, View<const float> occupancy, const BinGeometry& bins, const GridInVehicle& grid,
-             Footprint footprint, ProjectionSpace& space, View<float> cells);
+             ProjectionSpace& space, View<float> cells);
 void project(Reference& reference, View<const float> occupancy, const BinGeometry& bins, const GridInVehicle& grid,
-             Footprint footprint, ProjectionSpace& space, View<float> cells);
+             ProjectionSpace& space, View<float> cells);
 
 /// Far away a bin is deeper than a cell, and all cells in it would take its value. Those take a value between the two
 /// bins next to their centre instead, each the largest of the columns that touch the cell. Other cells stay as they

@@ -29,34 +29,14 @@ float cell_by_overlap(View<const float> occupancy, const BinGeometry& bins, cons
   return highest;
 }
 
-float cell_by_centre(View<const float> occupancy, const BinGeometry& bins, const CellCorners& cell, Point2 centre) {
-  float highest{-1};
-  for (int d{1}; d < occupancy.height; ++d) {
-    const double x{bins.focal_baseline_pxm / d};
-    if (x < cell.nearest_x() || x > cell.farthest_x()) continue;
-    const ColumnSpan span{columns_of(bins, cell, x, x)};
-    highest = largest(occupancy, d, highest, [&](int u) { return span.holds(u); });
-  }
-  const double d{std::floor(bins.disparity(centre.x) + 0.5)};
-  const double u{std::floor(bins.column(centre.x, centre.y) + 0.5)};
-  if (d >= 0 && d < occupancy.height && u >= 0 && u < occupancy.width) {
-    highest = std::max(highest, occupancy(static_cast<int>(u), static_cast<int>(d)));
-  }
-  return highest;
-}
-
 }  // namespace
 
 void project(Reference&, View<const float> occupancy, const BinGeometry& bins, const GridInVehicle& grid,
-             Footprint footprint, ProjectionSpace&, View<float> cells) {
+             ProjectionSpace&, View<float> cells) {
   for (int iy{0}; iy < cells.height; ++iy) {
     for (int ix{0}; ix < cells.width; ++ix) {
       const CellCorners cell{grid.corners(ix, iy)};
-      float highest{-1};
-      if (cell.nearest_x() > 0) {
-        highest = footprint == Footprint::overlap ? cell_by_overlap(occupancy, bins, cell)
-                                                  : cell_by_centre(occupancy, bins, cell, grid.centre(ix, iy));
-      }
+      const float highest{cell.nearest_x() > 0 ? cell_by_overlap(occupancy, bins, cell) : -1};
       cells(ix, iy) = highest < 0 ? 0.5f : highest;
     }
   }

@@ -8,24 +8,14 @@ namespace stereogrid {
 ProjectionSpace::ProjectionSpace(int width, int disparities)
     : largest(static_cast<std::size_t>(levels), Image<float>{width, disparities}) {}
 
-void ProjectionSpace::plan(const BinGeometry& bins, const GridInVehicle& grid, Footprint footprint) {
+void ProjectionSpace::plan(const BinGeometry& bins, const GridInVehicle& grid) {
   planned = grid;
-  planned_footprint = footprint;
   first_span.clear();
   spans.clear();
   const Spans found{largest[0].width(), largest[0].height(), bins, planned};
   const auto begin_cell = [&](int) { first_span.push_back(spans.size()); };
   const auto keep = [&](const BinSpan& span) { spans.push_back(span); };
-  for (int iy{0}; iy < grid.grid.ny; ++iy) {
-    if (footprint == Footprint::overlap) {
-      found.row_by_overlap(iy, begin_cell, keep);
-      continue;
-    }
-    for (int ix{0}; ix < grid.grid.nx; ++ix) {
-      begin_cell(ix);
-      found.by_centre(ix, iy, keep);
-    }
-  }
+  for (int iy{0}; iy < grid.grid.ny; ++iy) found.row_by_overlap(iy, begin_cell, keep);
   first_span.push_back(spans.size());
 }
 

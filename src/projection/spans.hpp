@@ -42,28 +42,6 @@ class Spans {
     overlap({corner(ix, iy), corner(ix + 1, iy), corner(ix + 1, iy + 1), corner(ix, iy + 1)}, visit);
   }
 
-  template <class Visit>
-  STEREOGRID_HD void by_centre(int ix, int iy, const Visit& visit) const {
-    const CellCorners cell{grid_.corners(ix, iy)};
-    const double near{cell.nearest_x()};
-    const double far{cell.farthest_x()};
-    if (!(near > 0)) return;
-    int d{std::max(clamped(std::floor(bins_.disparity(far) - 0.5), disparities_ - 1), 1)};
-    for (; d < disparities_; ++d) {
-      const double x{bins_.focal_baseline_pxm / d};
-      if (x > far) continue;
-      if (x < near) break;
-      const ColumnSpan span{columns_of(bins_, cell, x, x)};
-      visit_where(d, span, visit, [&](int u) { return span.holds(u); });
-    }
-    const Point2 centre{grid_.centre(ix, iy)};
-    const double at_d{std::floor(bins_.disparity(centre.x) + 0.5)};
-    const double at_u{std::floor(bins_.column(centre.x, centre.y) + 0.5)};
-    if (at_d >= 0 && at_d < disparities_ && at_u >= 0 && at_u < width_) {
-      visit(BinSpan{static_cast<std::int16_t>(at_d), static_cast<std::int16_t>(at_u), static_cast<std::int16_t>(at_u)});
-    }
-  }
-
  private:
   struct Corner {
     Point2 at;
@@ -86,14 +64,14 @@ class Spans {
     return {at, bins_.column(at.x, at.y)};
   }
 
-  // The columns around [smallest, largest] that satisfy `speaks`; they are an interval.
-  template <class Visit, class Speaks>
-  STEREOGRID_HD void visit_where(int d, const ColumnSpan& span, const Visit& visit, const Speaks& speaks) const {
+  // The columns that the span touches.
+  template <class Visit>
+  STEREOGRID_HD void visit_exactly(int d, const ColumnSpan& span, const Visit& visit) const {
     const int last{width_ - 1};
     int begin{std::max(clamped(std::floor(span.smallest - 1), last), 0)};
     int end{clamped(std::ceil(span.largest + 1), last)};
-    while (begin <= end && !speaks(begin)) ++begin;
-    while (end >= begin && !speaks(end)) --end;
+    while (begin <= end && !span.touches(begin)) ++begin;
+    while (end >= begin && !span.touches(end)) --end;
     visit_columns(d, begin, end, visit);
   }
 
@@ -156,7 +134,7 @@ class Spans {
     if (is_steep_ || is_close_to_whole(low) || is_close_to_whole(high)) {
       const CellCorners corners{{cell.corner[0].at, cell.corner[1].at, cell.corner[2].at, cell.corner[3].at}};
       const ColumnSpan exact{columns_of(bins_, corners, x_near, x_far)};
-      return visit_where(d, exact, visit, [&](int u) { return exact.touches(u); });
+      return visit_exactly(d, exact, visit);
     }
     const int begin{clamped_to_int(std::floor(low)) + 1};
     const int end{clamped_to_int(std::ceil(high)) - 1};

@@ -13,7 +13,6 @@ constexpr int rows_at_once{4};
 struct Counting {
   int disparities;
   bool road_rays;
-  bool in_parts;  // pixels count by their confidence, in parts of a ray
 };
 
 // The counts of 32 columns in shared memory. A word is N_O·65536 + N_V, N_V as differences from one bin to the next;
@@ -29,11 +28,11 @@ struct ColumnCounts {
   }
 
   // A ray that ends in `bin`, of a row that is possible for `bins`.
-  __device__ void arrive(int bin, const BinRange& bins, bool is_observed, unsigned weight, int lane) {
+  __device__ void arrive(int bin, const BinRange& bins, bool is_observed, int lane) {
     const int from{bin < bins.first ? bins.first : bin};
     if (from > bins.last) return;
-    atomicAdd(&words[from * warp + lane], is_observed ? weight << 16 | weight : weight);
-    if (bins.last + 1 < disparities) atomicSub(&words[(bins.last + 1) * warp + lane], weight);
+    atomicAdd(&words[from * warp + lane], is_observed ? 1u << 16 | 1u : 1u);
+    if (bins.last + 1 < disparities) atomicSub(&words[(bins.last + 1) * warp + lane], 1u);
   }
   __device__ void mark(int bin, int lane) { atomicOr(&marks[bin / warp * warp + lane], 1u << bin % warp); }
 };
@@ -42,21 +41,19 @@ struct ColumnCounts {
 struct Pixel {
   float obstacle;
   float road;
-  float confidence;
   BinRange bins;
   BinRange upright_bins;
 };
 
-__device__ void count_pixel(const Counting& counting, const Pixel& pixel, unsigned weight, int lane,
-                            ColumnCounts& counts) {
+__device__ void count_pixel(const Counting& counting, const Pixel& pixel, int lane, ColumnCounts& counts) {
   const int upright_bin{bin_of(pixel.obstacle)};
   const int road_bin{bin_of(pixel.road)};
   if (upright_bin > 0) {
     const bool is_observed{upright_bin >= pixel.upright_bins.first && upright_bin <= pixel.upright_bins.last};
-    counts.arrive(upright_bin, pixel.bins, is_observed, weight, lane);
+    counts.arrive(upright_bin, pixel.bins, is_observed, lane);
   } else if (road_bin > 0) {
     if (road_bin < counting.disparities) counts.mark(road_bin, lane);
-    if (counting.road_rays) counts.arrive(road_bin, pixel.bins, false, weight, lane);
+    if (counting.road_rays) counts.arrive(road_bin, pixel.bins, false, lane);
   }
 }
 
@@ -69,19 +66,12 @@ __device__ void count_rows(const Counting& counting, const MatchViews& matches, 
     for (int k{0}; k < rows_at_once; ++k) {  // all of them are asked for before one is needed
       const int at_most{begin + k * count_warps};
       const int v{at_most < height ? at_most : height - 1};
-      pixels[k] = {matches.obstacle(u, v), matches.road(u, v), counting.in_parts ? matches.confidence(u, v) : 0.0f,
-                   rows.bins[first + v], rows.upright_bins[first + v]};
+      pixels[k] = {matches.obstacle(u, v), matches.road(u, v), rows.bins[first + v], rows.upright_bins[first + v]};
     }
     for (int k{0}; k < rows_at_once && begin + k * count_warps < height; ++k) {
-      const Pixel& pixel{pixels[k]};
-      const unsigned weight{counting.in_parts ? static_cast<unsigned>(ray_weight(pixel.confidence)) : 1u};
-      count_pixel(counting, pixel, weight, lane, counts);
+      count_pixel(counting, pixels[k], lane, counts);
     }
   }
-}
-
-__device__ int rounded_rays(unsigned parts, bool in_parts) {
-  return static_cast<int>(in_parts ? (parts + ray_parts / 2) / ray_parts : parts);
 }
 
 // A warp adds up a share of the bins, after the shares of the warps before it.
@@ -113,8 +103,8 @@ __global__ void __launch_bounds__(count_warps* warp)
   for (int d{begin}; d < end; ++d) {
     const unsigned word{counts.words[d * warp + lane]};
     const unsigned rays_here{(rays + word) & 0xffffu};
-    visible(u, d) = static_cast<std::uint16_t>(rounded_rays(rays_here, counting.in_parts));
-    observed(u, d) = static_cast<std::uint16_t>(rounded_rays((word - (rays_here - rays)) >> 16, counting.in_parts));
+    visible(u, d) = static_cast<std::uint16_t>(rays_here);
+    observed(u, d) = static_cast<std::uint16_t>((word - (rays_here - rays)) >> 16);
     has_road(u, d) = static_cast<std::uint8_t>(counts.marks[d / warp * warp + lane] >> d % warp & 1u);
     rays = rays_here;
   }
@@ -127,8 +117,8 @@ void count_columns(Cuda& cuda, const MatchViews& matches, const BinRowsOnDevice&
   const int disparities{space.occupancy.height()};
   launch(cuda, count_block, blocks_for(matches.road.width, warp), count_warps * warp,
          static_cast<std::size_t>(ColumnCounts::size(disparities)) * sizeof(unsigned),
-         Counting{disparities, config.road_rays == RoadRays::visible, config.confidence_weights}, matches, rows,
-         space.visible.view(), space.observed.view(), space.has_road.view());
+         Counting{disparities, config.road_rays == RoadRays::visible}, matches, rows, space.visible.view(),
+         space.observed.view(), space.has_road.view());
 }
 
 }  // namespace stereogrid

@@ -32,20 +32,12 @@ HWY_INLINE V number(int value) {
 // Where the pixels of a row of a block count.
 struct RowPlaces {
   HWY_ALIGN std::int32_t place[block_columns];
-  HWY_ALIGN std::int32_t weight[block_columns];
-  HWY_ALIGN std::int32_t late[block_columns];  // road bin of pixels that need a second count, 0: none
+  HWY_ALIGN std::int32_t late[block_columns];  // 1: needs a second count
   bool any_late;
 };
 
 HWY_INLINE V place_of(V bin, V kind) {
   return hn::ShiftLeft<6>(hn::Add(hn::Mul(bin, number(pixel_kinds)), kind));
-}
-
-HWY_INLINE V weight_of(hn::VFromD<Float> confidence) {
-  const Float df;
-  const auto parts = hn::Add(hn::Mul(confidence, hn::Set(df, static_cast<float>(ray_parts))), hn::Set(df, 0.5f));
-  const V weight{hn::Max(hn::ConvertTo(Int{}, parts), number(1))};
-  return hn::IfThenElse(hn::RebindMask(Int{}, hn::Le(confidence, hn::Zero(df))), number(ray_parts), weight);
 }
 
 // What holds for all pixels of a row of a block.
@@ -82,18 +74,12 @@ class BlockCounter {
       RowPlaces places;
       places.any_late = false;
       for_vectors(Float{}, block_.width, [&](int u, auto n) { find_places(bounds, v, at + u, u, n, places); });
-      if (block_.confidence == nullptr) {
-        for (int u{0}; u < block_.width; ++u) ++counts_[places.place[u]];
-      } else {
-        for (int u{0}; u < block_.width; ++u) add(places.place[u], places.weight[u]);
-      }
+      for (int u{0}; u < block_.width; ++u) ++counts_[places.place[u]];
       if (places.any_late) add_late(block_.bins[v].first, places);
     }
   }
 
  private:
-  HWY_INLINE void add(int place, int weight) { counts_[place] = static_cast<std::uint16_t>(counts_[place] + weight); }
-
   HWY_INLINE void fetch_ahead(int v) const {
     if (v >= block_.height) return;
     for (int u{0}; u < block_.width; u += 16) {
@@ -128,32 +114,27 @@ class BlockCounter {
     kind = hn::IfThenElse(is_road, road_kind, kind);
     bin = hn::IfThenElse(is_marked, road_bin, bin);
     hn::Store(hn::Add(place_of(bin, kind), hn::Load(di, columns_ + u)), di, places.place + u);
-    V weight{number(1)};
-    if (block_.confidence != nullptr) {
-      weight = weight_of(load(df, block_.confidence + at, n));
-      hn::Store(weight, di, places.weight + u);
-    }
-    if (!hn::AllFalse(di, is_late)) note_late(weight, is_late, u, places);
-    if (bounds.leaves) leave(v, hn::IfThenElseZero(hn::Or(is_seen, has_ray), weight), u);
+    if (!hn::AllFalse(di, is_late)) note_late(is_late, u, places);
+    if (bounds.leaves) leave(v, hn::IfThenElseZero(hn::Or(is_seen, has_ray), number(1)), u);
   }
 
   template <class M>
-  HWY_INLINE void note_late(V weight, M is_late, int u, RowPlaces& places) {
+  HWY_INLINE void note_late(M is_late, int u, RowPlaces& places) {
     if (!places.any_late) std::fill_n(places.late, block_columns, 0);
     places.any_late = true;
-    hn::Store(hn::IfThenElseZero(is_late, weight), Int{}, places.late + u);
+    hn::Store(hn::IfThenElseZero(is_late, number(1)), Int{}, places.late + u);
   }
 
   // Road far before the bins of its row: marked there, its ray begins with the first of them.
   HWY_NOINLINE void add_late(int first, const RowPlaces& places) {
-    for (int u{0}; u < block_.width; ++u)
-      add((first * pixel_kinds + passing_pixel) * block_columns + u, places.late[u]);
+    std::uint16_t* counts{counts_ + (first * pixel_kinds + passing_pixel) * block_columns};
+    for (int u{0}; u < block_.width; ++u) counts[u] = static_cast<std::uint16_t>(counts[u] + places.late[u]);
   }
 
-  HWY_INLINE void leave(int v, V weight, int u) {
+  HWY_INLINE void leave(int v, V rays, int u) {
     const hn::Rebind<std::uint16_t, Float> d16;
     std::uint16_t* leaving{counts_ + ((block_.bins[v].last + 1) * pixel_kinds + leaving_pixels) * block_columns + u};
-    hn::StoreU(hn::Add(hn::LoadU(d16, leaving), hn::DemoteTo(d16, weight)), d16, leaving);
+    hn::StoreU(hn::Add(hn::LoadU(d16, leaving), hn::DemoteTo(d16, rays)), d16, leaving);
   }
 
   const PixelBlock& block_;
@@ -174,7 +155,7 @@ HWY_INLINE void total_bin(const BlockTotals& totals, int d, int u, N n, std::uin
     return hn::LoadU(dc, counts + (bin * pixel_kinds + kind) * block_columns + u);
   };
   const std::ptrdiff_t at{totals.stride * d + u};
-  auto observed = d == 0 ? hn::Zero(dc) : of(d, upright_pixel);  // bin 0 holds what has no bin
+  const auto observed = d == 0 ? hn::Zero(dc) : of(d, upright_pixel);  // bin 0 holds what has no bin
   const auto early_behind = of(d + 1, early_road_pixel);
   auto visible = hn::Zero(dc);
   auto road = hn::Zero(dc);
@@ -188,11 +169,6 @@ HWY_INLINE void total_bin(const BlockTotals& totals, int d, int u, N n, std::uin
   }
   for (int kind{0}; kind < pixel_kinds; ++kind) {
     hn::StoreU(hn::Zero(dc), dc, counts + (d * pixel_kinds + kind) * block_columns + u);
-  }
-  if (totals.in_parts) {
-    static_assert(ray_parts == 16);
-    visible = hn::ShiftRight<4>(hn::Add(visible, hn::Set(dc, ray_parts / 2)));
-    observed = hn::ShiftRight<4>(hn::Add(observed, hn::Set(dc, ray_parts / 2)));
   }
   store(visible, dc, totals.visible + at, n);
   store(observed, dc, totals.observed + at, n);

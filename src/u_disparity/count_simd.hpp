@@ -27,9 +27,8 @@ constexpr int block_columns{64};
 struct PixelBlock {
   const float* obstacle;
   const float* road;
-  const float* confidence;  ///< of the matches; null: every pixel is a whole ray, counted as 1
-  std::ptrdiff_t stride;    ///< of the three
-  int width;                ///< ≤ block_columns
+  std::ptrdiff_t stride;  ///< of both
+  int width;              ///< ≤ block_columns
   int height;
   int disparities;
   bool road_rays;
@@ -47,7 +46,6 @@ struct BlockTotals {
   std::ptrdiff_t stride;  ///< of the three
   int width;
   int disparities;
-  bool in_parts;  ///< the counts are in parts of a ray
 };
 
 /// Adds a block's counts up, nearer bins first, and leaves them 0.

@@ -23,13 +23,12 @@ void count_block(const Matches& matches, const UDisparityConfig& config, ColumnR
   const int begin{columns.begin};
   const int width{columns.end - begin};
   const int disparities{stages.occupancy.height()};
-  const float* confidence{config.confidence_weights ? matches.confidence.data() + begin : nullptr};
-  count_pixels({matches.obstacle.data() + begin, matches.road.data() + begin, confidence, matches.road.width(), width,
-                matches.road.height(), disparities, config.road_rays == RoadRays::visible, space.rows.bins(begin),
-                space.rows.upright_bins(begin)},
-               counts.data());
+  count_pixels(
+      {matches.obstacle.data() + begin, matches.road.data() + begin, matches.road.width(), width, matches.road.height(),
+       disparities, config.road_rays == RoadRays::visible, space.rows.bins(begin), space.rows.upright_bins(begin)},
+      counts.data());
   total_block({stages.visible.data() + begin, stages.observed.data() + begin, space.has_road.data() + begin,
-               matches.road.width(), width, disparities, config.confidence_weights},
+               matches.road.width(), width, disparities},
               counts.data());
 }
 

@@ -152,16 +152,12 @@ Taps taps(const DeviceBuffer<float>& weights) {
   return {weights.data(), static_cast<int>(weights.size()) / 2};
 }
 
-void check_sizes(const UDisparityConfig& config, int height, int disparities) {
+void check_sizes(int height, int disparities) {
   if (disparities > bins_max) {
     throw ConfigError{"matching.disparities: on a GPU at most " + std::to_string(bins_max) + ", here " +
                       std::to_string(disparities) + "."};
   }
-  const int highest{65535 / (config.confidence_weights ? ray_parts : 1)};
-  if (height > highest) {
-    throw ConfigError{"Images of " + std::to_string(height) + " rows: on a GPU at most " + std::to_string(highest) +
-                      "; without u_disparity.confidence_weights more are possible."};
-  }
+  if (height > 65535) throw ConfigError{"Images of " + std::to_string(height) + " rows: on a GPU at most 65535."};
 }
 
 }  // namespace
@@ -188,7 +184,7 @@ UDisparityOnDevice::UDisparityOnDevice(Cuda& cuda, const UDisparityTables& table
       road_confidence{width, disparities},
       occupancy{width, disparities},
       occupancy_smooth{width, disparities} {
-  check_sizes(config, height, disparities);
+  check_sizes(height, disparities);
   upload_table(cuda, tables.miss, miss);
   upload_table(cuda, tables.road_factor, road_factor);
   upload_table(cuda, tables.weights_column, weights_column);

@@ -56,7 +56,6 @@ struct UDisparityOnDevice {
 struct MatchViews {
   View<const float, Device> obstacle;
   View<const float, Device> road;
-  View<const float, Device> confidence;
 };
 
 /// N_V, N_O and the bins with road, of the rows that are given. A part of count.

@@ -11,15 +11,15 @@ namespace {
 
 // A ray that arrives at a place goes on to the end of its row's bins.
 template <class Changes>
-void arrive(std::vector<Changes>& changes, BinRange bins, std::size_t column, int place, int weight) {
+void arrive(std::vector<Changes>& changes, BinRange bins, std::size_t column, int place, int sign) {
   const int before{place >= 0 ? place / bin_parts : (place - bin_parts + 1) / bin_parts};
   const int behind_parts{place - before * bin_parts};
   const int begins[]{std::max(before, bins.first), std::max(before + 1, bins.first)};
   const int parts[]{bin_parts - behind_parts, behind_parts};
   for (int i{0}; i < 2; ++i) {
     if (begins[i] > bins.last) continue;
-    changes[static_cast<std::size_t>(begins[i])][column] += weight * parts[i];
-    changes[static_cast<std::size_t>(bins.last) + 1][column] -= weight * parts[i];
+    changes[static_cast<std::size_t>(begins[i])][column] += sign * parts[i];
+    changes[static_cast<std::size_t>(bins.last) + 1][column] -= sign * parts[i];
   }
 }
 
@@ -40,19 +40,18 @@ void FineCounts::add_pixel(const Matches& matches, const BinRows& rows, const UD
   const int per_px{config.bins_per_px};
   const auto at = static_cast<std::size_t>(column);
   const BinRange bins{rows.bins(u)[v]};
-  const int weight{config.confidence_weights ? ray_weight(matches.confidence(u, v)) : ray_parts};
   const int obstacle{place_of_disparity(matches.obstacle(u, v), per_px)};
   if (!is_no_place(obstacle)) {
     // in the bins of its row that it is high enough for
     const BinRange high{rows.upright_bins(u)[v]};
     const BinRange upright{std::max(high.first, bins.first), std::min(high.last, bins.last)};
-    arrive(visible_, bins, at, support_begin(obstacle, per_px), weight);
-    arrive(observed_, upright, at, support_begin(obstacle, per_px), weight);
-    arrive(observed_, upright, at, support_end(obstacle, per_px), -weight);
+    arrive(visible_, bins, at, support_begin(obstacle, per_px), 1);
+    arrive(observed_, upright, at, support_begin(obstacle, per_px), 1);
+    arrive(observed_, upright, at, support_end(obstacle, per_px), -1);
   }
   const int road{place_of_disparity(matches.road(u, v), per_px)};
   if (config.road_rays == RoadRays::visible && !is_no_place(road)) {
-    arrive(visible_, bins, at, support_begin(road, per_px), weight);
+    arrive(visible_, bins, at, support_begin(road, per_px), 1);
   }
 }
 

@@ -59,23 +59,6 @@ STEREOGRID_HD inline int bin_of(float disparity) {
   return static_cast<int>(disparity + 0.5f);
 }
 
-/// Parts of a ray that a pixel counts for, and their number in a whole one.
-constexpr int ray_parts{16};
-
-/// A match's confidence as parts of a ray; 0, where nothing is known of it, is a whole one.
-STEREOGRID_HD inline int ray_weight(float confidence) {
-  if (confidence <= 0) return ray_parts;
-  const int parts{static_cast<int>(confidence * ray_parts + 0.5f)};
-  return parts < 1 ? 1 : parts;
-}
-
-/// Eq. 10 in a column whose rows of the bin are first … last before the image's ends are looked at, `shift` lower.
-STEREOGRID_HD inline int possible_in_column(int first, int last, int shift, int height) {
-  const int from{first + shift > 0 ? first + shift : 0};
-  const int to{last + shift < height - 1 ? last + shift : height - 1};
-  return to >= from ? to - from + 1 : 0;
-}
-
 /// Eq. 11: share of the possible rays that reach the bin.
 STEREOGRID_HD inline float visibility_of(int visible, int possible) {
   return possible > 0 ? static_cast<float>(visible) / static_cast<float>(possible) : 0.0f;
@@ -133,9 +116,9 @@ STEREOGRID_HD inline bool is_road_of_bin(int place, int k, int bins_per_px) {
   return 2 * (off < 0 ? -off : off) <= bins_per_px * bin_parts;
 }
 
-/// Parts of parts to whole rays.
+/// Parts to whole rays.
 STEREOGRID_HD inline int whole_rays(int parts) {
-  return (parts + ray_parts * bin_parts / 2) / (ray_parts * bin_parts);
+  return (parts + bin_parts / 2) / bin_parts;
 }
 
 }  // namespace stereogrid

@@ -22,14 +22,13 @@ void count_bin(const Matches& matches, const BinRows& bins, const UDisparityConf
   for (int v{std::max(rows.first + shift, 0)}; v <= std::min(rows.last + shift, bins.height - 1); ++v) {
     const int obstacle{bin_of(matches.obstacle(u, v))};
     const int road{bin_of(matches.road(u, v))};
-    const int weight{config.confidence_weights ? ray_weight(matches.confidence(u, v)) : ray_parts};
-    if (obstacle > 0 && obstacle <= d) visible += weight;
+    if (obstacle > 0 && obstacle <= d) ++visible;
     const bool is_upright{v >= upright.first + shift && v <= upright.last + shift};
-    if (obstacle > 0 && obstacle == d && is_upright) observed += weight;
-    if (config.road_rays == RoadRays::visible && road > 0 && road <= d) visible += weight;
+    if (obstacle > 0 && obstacle == d && is_upright) ++observed;
+    if (config.road_rays == RoadRays::visible && road > 0 && road <= d) ++visible;
   }
-  stages.visible(u, d) = static_cast<std::uint16_t>((visible + ray_parts / 2) / ray_parts);
-  stages.observed(u, d) = static_cast<std::uint16_t>((observed + ray_parts / 2) / ray_parts);
+  stages.visible(u, d) = static_cast<std::uint16_t>(visible);
+  stages.observed(u, d) = static_cast<std::uint16_t>(observed);
 }
 
 bool has_road_pixel(const Matches& matches, int u, int d) {
@@ -51,15 +50,14 @@ void count_fine_bin(const Matches& matches, const BinRows& bins, const UDisparit
   for (int v{std::max(rows.first + shift, 0)}; v <= std::min(rows.last + shift, bins.height - 1); ++v) {
     const int obstacle{place_of_disparity(matches.obstacle(u, v), per_px)};
     const int road{place_of_disparity(matches.road(u, v), per_px)};
-    const int weight{config.confidence_weights ? ray_weight(matches.confidence(u, v)) : ray_parts};
     if (!is_no_place(obstacle)) {
       const int arrived{parts_arrived(support_begin(obstacle, per_px), k)};
       const bool is_upright{v >= upright.first + shift && v <= upright.last + shift};
-      visible += weight * arrived;
-      if (is_upright) observed += weight * (arrived - parts_arrived(support_end(obstacle, per_px), k));
+      visible += arrived;
+      if (is_upright) observed += arrived - parts_arrived(support_end(obstacle, per_px), k);
     }
     if (config.road_rays == RoadRays::visible && !is_no_place(road)) {
-      visible += weight * parts_arrived(support_begin(road, per_px), k);
+      visible += parts_arrived(support_begin(road, per_px), k);
     }
   }
   stages.visible(u, k) = static_cast<std::uint16_t>(whole_rays(visible));

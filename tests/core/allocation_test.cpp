@@ -111,7 +111,6 @@ const std::vector<Case>& cases() {
       {.name = "PredictionsOfParticles", .settings = {{"filter.model", "particles"}}, .horizons_s = {0.5}},
       {.name = "GivenDisparities", .is_given = true},
       {.name = "OtherGrids", .change = with_other_grids},
-      {.name = "OtherGridsLinear", .settings = {{"fusion.rule", "linear"}}, .change = with_other_grids},
       {.name = "Pitched", .scene = pitched_street},
       {.name = "PitchedGivenDisparities", .scene = pitched_street, .is_given = true},
       {.name = "BlankAtFirst", .change = blank_at_first},

@@ -81,7 +81,6 @@ TEST(Config, PaperPresetHasThePapersValues) {
   EXPECT_EQ(config.u_disparity.road_rays, RoadRays::none);
   EXPECT_EQ(config.u_disparity.small_count_guard, 0);
   EXPECT_FALSE(config.u_disparity.left_border);
-  EXPECT_EQ(config.projection.footprint, Footprint::overlap);
   EXPECT_EQ(config.filter.model, FilterModel::tay2008);
   EXPECT_EQ(config.filter.likelihood_exponent, 1);
   EXPECT_EQ(config.filter.static_prior, 0) << "all velocities alike";
@@ -119,10 +118,8 @@ TEST(Config, SetReachesOnlyTheNamedParameter) {
     if (!is_switch) {
       other = "7";
       if (before == "visible" || before == "none") other = before == "none" ? "visible" : "none";
-      if (before == "overlap" || before == "centre") other = before == "centre" ? "overlap" : "centre";
       if (before == "joint" || before == "tay2008") other = before == "joint" ? "tay2008" : "joint";
       if (entry.key == "matching.method") other = before == "correlation" ? "semi_global" : "correlation";
-      if (entry.key == "fusion.rule") other = "linear";
     }
     set(config, entry.key, other);
     EXPECT_EQ(get(config, entry.key), other) << entry.key;
@@ -148,7 +145,7 @@ TEST(Config, FractionsSurviveAsText) {
 TEST(Config, UnknownKeySuggestsTheNearest) {
   EXPECT_NE(message_of_set("grid.lenght_m", "20").find("'grid.length_m'"), std::string::npos);
   EXPECT_NE(message_of_set("matching.windowpx", "21").find("'matching.window_px'"), std::string::npos);
-  EXPECT_NE(message_of_set("footprint", "centre").find("'projection.footprint'"), std::string::npos);
+  EXPECT_NE(message_of_set("interpolate_fa", "true").find("'projection.interpolate_far'"), std::string::npos);
   EXPECT_THROW(static_cast<void>(get(Config{}, "grid.height_m")), ConfigError);
 }
 

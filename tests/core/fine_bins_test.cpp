@@ -111,15 +111,6 @@ TEST(FineBins, RoadKeepsItsNeighbourhoodOfThreePixels) {
   EXPECT_LT(fine_count(matches, fine_config(4)).road_confidence(1, 16), 1);
 }
 
-TEST(FineBins, WeakPixelsCountLess) {
-  UDisparityConfig config{fine_config(4)};
-  config.confidence_weights = true;
-  Matches matches{wall_at(3)};
-  for (int v{0}; v < 16; ++v) matches.confidence(1, v) = 0.5f;
-  EXPECT_EQ(fine_count(matches, config).observed(1, 12), 8);
-  EXPECT_EQ(fine_count(matches, config).observed(1, 10), 4) << "half of half";
-}
-
 TEST(FineBins, TheLeftBorderIsThatOfTheDisparity) {
   UDisparityConfig config{fine_config(4)};
   config.left_border = true;
@@ -141,7 +132,7 @@ TEST(FineBins, LieBetweenThoseOfPixelsOnTheGround) {
   for (int u{0}; u < 201; ++u) occupancy(u, 42) = 0.9f;  // 10.5 px: 9.41 … 9.64 m
   ProjectionSpace space{201, 120};
   Image<float> cells{grid.nx, grid.ny};
-  project(reference, occupancy.view(), bins, {grid}, Footprint::overlap, space, cells.view());
+  project(reference, occupancy.view(), bins, {grid}, space, cells.view());
   for (int ix{0}; ix < grid.nx; ++ix) EXPECT_EQ(cells(ix, 0), ix >= 14 && ix <= 16 ? 0.9f : 0.1f) << ix;
 }
 

@@ -36,8 +36,7 @@ float fused_cell(float stereo, const std::vector<ObservedGrid>& others, const Fu
   return fused(Image<float>{1, 1, stereo}, {one_cell}, others, config)(0, 0);
 }
 
-constexpr FusionConfig independent{FusionRule::independent, 1, 1};
-constexpr FusionConfig linear{FusionRule::linear, 1, 1};
+constexpr FusionConfig independent{1, 1};
 
 TEST(Fusion, IndependentSourcesMultiplyTheirOdds) {
   // odds 4 · 4 = 16, 4 · 1/9, and 3 · 3 · 3 = 27
@@ -46,42 +45,30 @@ TEST(Fusion, IndependentSourcesMultiplyTheirOdds) {
   EXPECT_NEAR(fused_cell(0.75f, {saying(0.75f), saying(0.75f)}, independent), 27.0 / 28, 1e-6);
 }
 
-TEST(Fusion, TheLinearPoolIsAWeightedMean) {
-  EXPECT_NEAR(fused_cell(0.8f, {saying(0.8f)}, linear), 0.8, 1e-6);
-  // weights |2p − 1| = 0.6 and 0.8
-  EXPECT_NEAR(fused_cell(0.8f, {saying(0.1f)}, linear), (0.6 * 0.8 + 0.8 * 0.1) / 1.4, 1e-6);
-  EXPECT_NEAR(fused_cell(0.8f, {saying(0.1f, 0.5f)}, linear), (0.6 * 0.8 + 0.4 * 0.1) / 1.0, 1e-6);
-}
-
 TEST(Fusion, ConfidenceMovesAnIndependentSourceTowardsUnknown) {
   // believed by half, 0.9 counts as 0.7
   const float expected{fused_cell(0.6f, {saying(0.7f)}, independent)};
   EXPECT_NEAR(fused_cell(0.6f, {saying(0.9f, 0.5f)}, independent), expected, 1e-6);
-  EXPECT_NEAR(fused_cell(0.6f, {saying(0.9f)}, {FusionRule::independent, 1, 0.5}), expected, 1e-6);
-  EXPECT_NEAR(fused_cell(0.9f, {saying(0.6f)}, {FusionRule::independent, 0.5, 1}), expected, 1e-6);
+  EXPECT_NEAR(fused_cell(0.6f, {saying(0.9f)}, {1, 0.5}), expected, 1e-6);
+  EXPECT_NEAR(fused_cell(0.9f, {saying(0.6f)}, {0.5, 1}), expected, 1e-6);
 }
 
 TEST(Fusion, WhatASourceDoesNotKnowLeavesTheOtherUnchanged) {
-  for (const FusionConfig& config : {independent, linear}) {
-    for (const float p : {0.0007f, 0.1f, 0.5f, 0.731f, 0.98f}) {
-      EXPECT_EQ(fused_cell(p, {saying(0.5f)}, config), p);
-      EXPECT_EQ(fused_cell(p, {saying(0.9f, 0.0f)}, config), p);
-      EXPECT_EQ(fused_cell(p, {}, config), p);
-    }
-    EXPECT_EQ(fused_cell(0.5f, {saying(0.9f)}, config), 0.9f);
-    EXPECT_EQ(fused_cell(0.5f, {saying(0.5f)}, config), 0.5f);
+  for (const float p : {0.0007f, 0.1f, 0.5f, 0.731f, 0.98f}) {
+    EXPECT_EQ(fused_cell(p, {saying(0.5f)}, independent), p);
+    EXPECT_EQ(fused_cell(p, {saying(0.9f, 0.0f)}, independent), p);
+    EXPECT_EQ(fused_cell(p, {}, independent), p);
   }
-  EXPECT_EQ(fused_cell(0.1f, {saying(0.9f)}, {FusionRule::linear, 0, 1}), 0.9f);
-  EXPECT_EQ(fused_cell(0.1f, {saying(0.9f)}, {FusionRule::independent, 0, 1}), 0.9f);
-  EXPECT_EQ(fused_cell(0.1f, {saying(0.9f)}, {FusionRule::linear, 0, 0}), 0.5f);
+  EXPECT_EQ(fused_cell(0.5f, {saying(0.9f)}, independent), 0.9f);
+  EXPECT_EQ(fused_cell(0.5f, {saying(0.5f)}, independent), 0.5f);
+  EXPECT_EQ(fused_cell(0.1f, {saying(0.9f)}, {0, 1}), 0.9f);
+  EXPECT_EQ(fused_cell(0.1f, {saying(0.9f)}, {0, 0}), 0.5f);
 }
 
 TEST(Fusion, TheOrderOfTheSourcesDoesNotMatter) {
-  for (const FusionConfig& config : {independent, linear}) {
-    const float one_way{fused_cell(0.3f, {saying(0.9f), saying(0.2f, 0.4f), saying(0.6f)}, config)};
-    const float other_way{fused_cell(0.3f, {saying(0.6f), saying(0.9f), saying(0.2f, 0.4f)}, config)};
-    EXPECT_FLOAT_EQ(one_way, other_way);
-  }
+  const float one_way{fused_cell(0.3f, {saying(0.9f), saying(0.2f, 0.4f), saying(0.6f)}, independent)};
+  const float other_way{fused_cell(0.3f, {saying(0.6f), saying(0.9f), saying(0.2f, 0.4f)}, independent)};
+  EXPECT_FLOAT_EQ(one_way, other_way);
 }
 
 TEST(Fusion, CertaintyOfAnotherSourceIsNotTheLastWord) {
@@ -99,7 +86,7 @@ TEST(Fusion, OfAnotherGridTheCellCountsThatHoldsTheCentre) {
   const GridGeometry geometry{0, 0, 1, 4, 3};
   ObservedGrid other{{1, 0.8, 2, 2, 1}, Image<float>{2, 1, 0.9f}, {}};
   other.occupancy(1, 0) = 0.2f;
-  const Image<float> cells{fused(Image<float>{4, 3, 0.5f}, {geometry}, {other}, linear)};
+  const Image<float> cells{fused(Image<float>{4, 3, 0.5f}, {geometry}, {other}, independent)};
   for (int iy{0}; iy < 3; ++iy) {
     for (int ix{0}; ix < 4; ++ix) {
       const float expected{iy < 1 || ix < 1 ? 0.5f : (ix < 3 ? 0.9f : 0.2f)};
@@ -127,15 +114,14 @@ TEST(Fusion, TheThreadedFormEqualsTheReference) {
   const std::vector<ObservedGrid> others{{{-3, -5, 0.3, 40, 50}, random_image(40, 50), random_image(40, 50)},
                                          {{2, 1, 0.11, 61, 33}, random_image(61, 33), {}}};
   const GridInVehicle grid{{-4, -8, 0.2, 83, 71}, 1, -2, std::cos(0.3), std::sin(0.3)};
-  for (const FusionConfig& config : {FusionConfig{FusionRule::independent, 0.9, 0.8}, linear}) {
-    const Image<float> expected{fused(stereo, grid, others, config)};
-    EXPECT_GT(count_differences(expected, stereo), 1000);
-    for (const int threads : {1, 3}) {
-      Cpu cpu{threads};
-      Image<float> cells{stereo};
-      fuse(cpu, others, grid, config, cells.view());
-      EXPECT_EQ(count_differences(cells, expected), 0) << threads;
-    }
+  const FusionConfig config{0.9, 0.8};
+  const Image<float> expected{fused(stereo, grid, others, config)};
+  EXPECT_GT(count_differences(expected, stereo), 1000);
+  for (const int threads : {1, 3}) {
+    Cpu cpu{threads};
+    Image<float> cells{stereo};
+    fuse(cpu, others, grid, config, cells.view());
+    EXPECT_EQ(count_differences(cells, expected), 0) << threads;
   }
 }
 

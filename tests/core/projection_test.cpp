@@ -26,11 +26,11 @@ GridInVehicle placed(const GridGeometry& grid, const Pose2& vehicle_from_grid = 
           std::sin(vehicle_from_grid.yaw_rad)};
 }
 
-Image<float> projected(const Image<float>& occupancy, const GridInVehicle& grid, Footprint footprint) {
+Image<float> projected(const Image<float>& occupancy, const GridInVehicle& grid) {
   Cpu cpu{1};
   Image<float> cells{grid.grid.nx, grid.grid.ny, -7.0f};
   ProjectionSpace space{occupancy.width(), occupancy.height()};
-  project(cpu, occupancy.view(), BinGeometry{round_rig()}, grid, footprint, space, cells.view());
+  project(cpu, occupancy.view(), BinGeometry{round_rig()}, grid, space, cells.view());
   return cells;
 }
 
@@ -70,7 +70,7 @@ TEST(Projection, ABinAppearsInTheCellsThatItsFootprintTouches) {
     for (const Bin bin : {Bin{140, 10}, Bin{60, 10}, Bin{100, 25}, Bin{10, 20}, Bin{130, 7}}) {
       Image<float> occupancy{201, disparities, 0.1f};
       occupancy(bin.u, bin.d) = 0.9f;
-      const Image<float> cells{projected(occupancy, placed(geometry, pose), Footprint::overlap)};
+      const Image<float> cells{projected(occupancy, placed(geometry, pose))};
       const Image<float> expected{walked(bin.u, bin.d, geometry, pose)};
       int found{0};
       for (int iy{0}; iy < geometry.ny; ++iy) {
@@ -92,74 +92,44 @@ float at(const Image<float>& cells, const GridGeometry& grid, double x, double y
 
 TEST(Projection, LeftOfTheImageIsLeftOfTheCar) {
   const GridGeometry grid{0, -10, 0.2, 100, 100};
-  for (const Footprint footprint : {Footprint::overlap, Footprint::centre}) {
-    Image<float> occupancy{201, disparities, 0.1f};
-    occupancy(60, 10) = 0.9f;  // 40 px left of the centre: y = +40·0.25/10 = 1 m, x = 10 m
-    const Image<float> cells{projected(occupancy, placed(grid), footprint)};
-    EXPECT_EQ(std::max({at(cells, grid, 9.9, 0.9), at(cells, grid, 10.1, 0.9), at(cells, grid, 9.9, 1.1),
-                        at(cells, grid, 10.1, 1.1)}),
-              0.9f);
-    for (double x{9}; x < 11; x += 0.2) EXPECT_NE(at(cells, grid, x, -1.0), 0.9f);
-  }
+  Image<float> occupancy{201, disparities, 0.1f};
+  occupancy(60, 10) = 0.9f;  // 40 px left of the centre: y = +40·0.25/10 = 1 m, x = 10 m
+  const Image<float> cells{projected(occupancy, placed(grid))};
+  EXPECT_EQ(std::max({at(cells, grid, 9.9, 0.9), at(cells, grid, 10.1, 0.9), at(cells, grid, 9.9, 1.1),
+                      at(cells, grid, 10.1, 1.1)}),
+            0.9f);
+  for (double x{9}; x < 11; x += 0.2) EXPECT_NE(at(cells, grid, x, -1.0), 0.9f);
 }
 
 TEST(Projection, CellsThatNoBinReachesAreUnknown) {
   const GridGeometry grid{-2, -10, 0.2, 120, 100};
   const Image<float> occupancy{201, disparities, 0.1f};
-  for (const Footprint footprint : {Footprint::overlap, Footprint::centre}) {
-    const Image<float> cells{projected(occupancy, placed(grid), footprint)};
-    EXPECT_EQ(at(cells, grid, -1, 0.1), 0.5f);    // behind the camera
-    EXPECT_EQ(at(cells, grid, 3.1, 0.1), 0.5f);   // nearer than the largest disparity, 100/29.5 = 3.39 m
-    EXPECT_EQ(at(cells, grid, 10.1, 3.1), 0.5f);  // the image ends at y = ±100.5/400·x
-    EXPECT_EQ(at(cells, grid, 10.1, -3.1), 0.5f);
-    EXPECT_EQ(at(cells, grid, 3.7, 0.1), 0.1f);
-    EXPECT_EQ(at(cells, grid, 10.1, 2.1), 0.1f);
-    EXPECT_EQ(at(cells, grid, 10.1, -2.1), 0.1f);
-    EXPECT_EQ(at(cells, grid, 21.9, 0.1), 0.1f);
-  }
+  const Image<float> cells{projected(occupancy, placed(grid))};
+  EXPECT_EQ(at(cells, grid, -1, 0.1), 0.5f);    // behind the camera
+  EXPECT_EQ(at(cells, grid, 3.1, 0.1), 0.5f);   // nearer than the largest disparity, 100/29.5 = 3.39 m
+  EXPECT_EQ(at(cells, grid, 10.1, 3.1), 0.5f);  // the image ends at y = ±100.5/400·x
+  EXPECT_EQ(at(cells, grid, 10.1, -3.1), 0.5f);
+  EXPECT_EQ(at(cells, grid, 3.7, 0.1), 0.1f);
+  EXPECT_EQ(at(cells, grid, 10.1, 2.1), 0.1f);
+  EXPECT_EQ(at(cells, grid, 10.1, -2.1), 0.1f);
+  EXPECT_EQ(at(cells, grid, 21.9, 0.1), 0.1f);
 }
 
 TEST(Projection, TheLargestOfSeveralBinsCounts) {
   const GridGeometry grid{3.9, -0.1, 0.2, 1, 1};  // x 3.9 … 4.1: bins 24 to 26; eight columns a side
   Image<float> occupancy{201, disparities, 0.02f};
   occupancy(100, 25) = 0.6f;
-  EXPECT_EQ(projected(occupancy, placed(grid), Footprint::overlap)(0, 0), 0.6f);
+  EXPECT_EQ(projected(occupancy, placed(grid))(0, 0), 0.6f);
   occupancy(104, 24) = 0.8f;
-  EXPECT_EQ(projected(occupancy, placed(grid), Footprint::overlap)(0, 0), 0.8f);
-  EXPECT_EQ(projected(occupancy, placed(grid), Footprint::centre)(0, 0), 0.6f);
+  EXPECT_EQ(projected(occupancy, placed(grid))(0, 0), 0.8f);
   occupancy(150, 25) = 0.95f;  // beside the cell
-  EXPECT_EQ(projected(occupancy, placed(grid), Footprint::overlap)(0, 0), 0.8f);
-}
-
-// Far away a cell is smaller than a bin: the bin that holds the cell's centre speaks for it.
-TEST(Projection, CentreFindsTheBinAroundTheCell) {
-  const GridGeometry grid{18.1, 0.1, 0.2, 1, 1};  // x 18.1 … 18.3; bin 5 reaches from 18.18 to 22.2, bin 6 before
-  Image<float> occupancy{201, disparities, 0.1f};
-  occupancy(96, 5) = 0.3f;  // y = 0.2 at x = 18.2: column 95.6
-  occupancy(96, 6) = 0.7f;
-  EXPECT_EQ(projected(occupancy, placed(grid), Footprint::centre)(0, 0), 0.3f);
-  EXPECT_EQ(projected(occupancy, placed(grid), Footprint::overlap)(0, 0), 0.7f);
+  EXPECT_EQ(projected(occupancy, placed(grid))(0, 0), 0.8f);
 }
 
 Image<float> random_plane(int width, int bins, std::mt19937& generator) {
   Image<float> occupancy{width, bins, 0.5f};
   for (float& p : occupancy) p = static_cast<float>(uniform(generator, 0, 1));
   return occupancy;
-}
-
-TEST(Projection, OverlapHearsAllThatCentreHears) {
-  std::mt19937 generator{51};
-  const GridGeometry grid{-3, -8, 0.23, 90, 70};
-  const Image<float> occupancy{random_plane(201, disparities, generator)};
-  for (const Pose2& pose : {Pose2{}, Pose2{0.7, 0.3, 0.31}, Pose2{4, -2, -1.7}}) {
-    const Image<float> overlap{projected(occupancy, placed(grid, pose), Footprint::overlap)};
-    const Image<float> centre{projected(occupancy, placed(grid, pose), Footprint::centre)};
-    for (std::size_t i{0}; i < overlap.size(); ++i) {
-      // an unheard cell is 0.5 and says nothing
-      const bool heard{centre.data()[i] != 0.5f};
-      EXPECT_TRUE(!heard || overlap.data()[i] >= centre.data()[i]);
-    }
-  }
 }
 
 TEST(ProjectionEquality, CpuEqualsReference) {
@@ -185,17 +155,15 @@ TEST(ProjectionEquality, CpuEqualsReference) {
                                         round % 4 == 0 ? 0.0 : uniform(generator, -3.1, 3.1)}};
     Cpu cpu{1 + round % 2};
     ProjectionSpace space{width, bins};
-    for (const Footprint footprint : {Footprint::overlap, Footprint::centre}) {
-      Image<float> slow{geometry.nx, geometry.ny, -7.0f};
-      Image<float> fast{geometry.nx, geometry.ny, -8.0f};
-      project(reference, occupancy.view(), BinGeometry{rig}, placed(geometry, pose), footprint, space, slow.view());
-      if (round % 3 == 0) space.plan(BinGeometry{rig}, placed(geometry, pose), footprint);
-      project(cpu, occupancy.view(), BinGeometry{rig}, placed(geometry, pose), footprint, space, fast.view());
-      EXPECT_EQ(count_differences(slow, fast), 0) << "round " << round;
-      interpolate_far(reference, occupancy.view(), BinGeometry{rig}, placed(geometry, pose), slow.view());
-      interpolate_far(cpu, occupancy.view(), BinGeometry{rig}, placed(geometry, pose), fast.view());
-      EXPECT_EQ(count_differences(slow, fast), 0) << "interpolated, round " << round;
-    }
+    Image<float> slow{geometry.nx, geometry.ny, -7.0f};
+    Image<float> fast{geometry.nx, geometry.ny, -8.0f};
+    project(reference, occupancy.view(), BinGeometry{rig}, placed(geometry, pose), space, slow.view());
+    if (round % 3 == 0) space.plan(BinGeometry{rig}, placed(geometry, pose));
+    project(cpu, occupancy.view(), BinGeometry{rig}, placed(geometry, pose), space, fast.view());
+    EXPECT_EQ(count_differences(slow, fast), 0) << "round " << round;
+    interpolate_far(reference, occupancy.view(), BinGeometry{rig}, placed(geometry, pose), slow.view());
+    interpolate_far(cpu, occupancy.view(), BinGeometry{rig}, placed(geometry, pose), fast.view());
+    EXPECT_EQ(count_differences(slow, fast), 0) << "interpolated, round " << round;
   }
 }
 
@@ -231,16 +199,14 @@ TEST(ProjectionEquality, CpuEqualsReferenceOnTheVehicleGrid) {
   const GridGeometry geometry{0, -10, 0.2, 100, 100};
   const Image<float> occupancy{random_plane(201, disparities, generator)};
   ProjectionSpace space{201, disparities};
-  for (const Footprint footprint : {Footprint::overlap, Footprint::centre}) {
-    Image<float> slow{geometry.nx, geometry.ny};
-    Image<float> fast{slow};
-    project(reference, occupancy.view(), BinGeometry{round_rig()}, placed(geometry), footprint, space, slow.view());
-    for (const bool planned : {false, true}) {
-      if (planned) space.plan(BinGeometry{round_rig()}, placed(geometry), footprint);
-      std::fill(fast.begin(), fast.end(), -8.0f);
-      project(cpu, occupancy.view(), BinGeometry{round_rig()}, placed(geometry), footprint, space, fast.view());
-      EXPECT_EQ(count_differences(slow, fast), 0) << planned;
-    }
+  Image<float> slow{geometry.nx, geometry.ny};
+  Image<float> fast{slow};
+  project(reference, occupancy.view(), BinGeometry{round_rig()}, placed(geometry), space, slow.view());
+  for (const bool planned : {false, true}) {
+    if (planned) space.plan(BinGeometry{round_rig()}, placed(geometry));
+    std::fill(fast.begin(), fast.end(), -8.0f);
+    project(cpu, occupancy.view(), BinGeometry{round_rig()}, placed(geometry), space, fast.view());
+    EXPECT_EQ(count_differences(slow, fast), 0) << planned;
   }
 }
 
@@ -252,13 +218,13 @@ TEST(ProjectionEquality, CpuEqualsReferenceInEveryHeading) {
   const GridGeometry geometry{-15, -15, 0.5, 60, 60};
   const Image<float> occupancy{random_plane(201, disparities, generator)};
   ProjectionSpace space{201, disparities};
-  space.plan(BinGeometry{round_rig()}, placed(geometry), Footprint::overlap);
+  space.plan(BinGeometry{round_rig()}, placed(geometry));
   for (const double yaw : {1e-12, 1e-5, -2e-3, 0.01, 0.3, 0.7853981633974483, 1.5707963267948966, 1.57, -2.4, 3.1}) {
     const GridInVehicle grid{placed(geometry, {0.25, -0.1, yaw})};
     Image<float> slow{geometry.nx, geometry.ny};
     Image<float> fast{slow};
-    project(reference, occupancy.view(), BinGeometry{round_rig()}, grid, Footprint::overlap, space, slow.view());
-    project(cpu, occupancy.view(), BinGeometry{round_rig()}, grid, Footprint::overlap, space, fast.view());
+    project(reference, occupancy.view(), BinGeometry{round_rig()}, grid, space, slow.view());
+    project(cpu, occupancy.view(), BinGeometry{round_rig()}, grid, space, fast.view());
     EXPECT_EQ(count_differences(slow, fast), 0) << "yaw " << yaw;
   }
 }

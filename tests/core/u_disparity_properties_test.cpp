@@ -40,7 +40,6 @@ Case random_case(std::mt19937& generator) {
   c.config.road_rays = uniform_int(generator, 0, 1) == 0 ? RoadRays::none : RoadRays::visible;
   c.config.small_count_guard = uniform_int(generator, 0, 3);
   c.config.left_border = uniform_int(generator, 0, 1) == 0;
-  c.config.confidence_weights = uniform_int(generator, 0, 2) == 0;
   return c;
 }
 

@@ -134,28 +134,6 @@ TEST(UDisparity, RowsTiltWithTheRoad) {
   EXPECT_EQ(observed_with(std::atan(-0.5), 4), 4) << "rows 6 … 9";
 }
 
-TEST(UDisparity, ConfidencesWeighTheCountsWhenAskedFor) {
-  UDisparityConfig config{tiny_config()};
-  config.confidence_weights = true;
-  Matches matches{5, 12};
-  for (int v{5}; v < 8; ++v) matches.obstacle(2, v) = 3;  // of which bin 3 can reach the rows 5 to 8
-  const auto counts_with = [&](float a, float b, float c) {
-    matches.confidence(2, 5) = a;
-    matches.confidence(2, 6) = b;
-    matches.confidence(2, 7) = c;
-    const StageImages stages{tiny_count(config, matches)};
-    EXPECT_EQ(stages.visible(2, 3), stages.observed(2, 3));
-    return int{stages.observed(2, 3)};
-  };
-  const int all{counts_with(1, 1, 1)};
-  ASSERT_GE(all, 2);
-  EXPECT_EQ(counts_with(0, 0, 0), all) << "nothing known: whole rays";
-  EXPECT_EQ(counts_with(0.5f, 0.5f, 0.5f), (all + 1) / 2);
-  EXPECT_EQ(counts_with(0.1f, 0.1f, 0.1f), 0);
-  EXPECT_EQ(ray_weight(0.001f), 1);
-  EXPECT_EQ(ray_weight(0.97f), ray_parts);
-}
-
 TEST(UDisparity, Probabilities) {
   const StageImages stages{tiny_count(tiny_config())};
   // bin (2, 3): P(V) = 2/4, r_O = 1/2, P(C) = 1 − e^−1, r_R = 4/9, P(R) = e^(−5/9/0.5)·e^−1

@@ -25,17 +25,15 @@ void check_projection(const Rig& rig, const Image<float>& occupancy, const GridI
   const DeviceImage<float> plane{on_device(cuda, occupancy)};
   const DeviceBuffer<GridInVehicle> place{one_on_device(cuda, grid)};
   ProjectionSpace unused{occupancy.width(), occupancy.height()};
-  for (const Footprint footprint : {Footprint::overlap, Footprint::centre}) {
-    Image<float> expected{grid.grid.nx, grid.grid.ny};
-    project(reference, occupancy.view(), bins, grid, footprint, unused, expected.view());
-    for (const bool calibrates : {false, true}) {
-      if (calibrates) calibration.apply(expected.view());
-      ProjectionOnDevice space{cuda, calibrates ? &calibration : nullptr, occupancy.width(), occupancy.height()};
-      DeviceImage<float> cells{grid.grid.nx, grid.grid.ny};
-      find_largest(cuda, plane.view(), space);
-      project(cuda, plane.view(), bins, place.data(), footprint, space, cells.view());
-      CHECK_EQUAL(differences(on_host(cuda, cells), expected), 0);
-    }
+  Image<float> expected{grid.grid.nx, grid.grid.ny};
+  project(reference, occupancy.view(), bins, grid, unused, expected.view());
+  for (const bool calibrates : {false, true}) {
+    if (calibrates) calibration.apply(expected.view());
+    ProjectionOnDevice space{cuda, calibrates ? &calibration : nullptr, occupancy.width(), occupancy.height()};
+    DeviceImage<float> cells{grid.grid.nx, grid.grid.ny};
+    find_largest(cuda, plane.view(), space);
+    project(cuda, plane.view(), bins, place.data(), space, cells.view());
+    CHECK_EQUAL(differences(on_host(cuda, cells), expected), 0);
   }
 }
 
@@ -70,18 +68,16 @@ TEST(other_grids_are_fused_as_by_the_reference) {
   Reference reference;
   const DeviceBuffer<GridInVehicle> place{one_on_device(cuda, grid)};
   OtherGridsOnDevice others;
-  for (const FusionRule rule : {FusionRule::independent, FusionRule::linear}) {
-    const FusionConfig config{rule, 0.9, 0.8};
-    for (const std::size_t count : {1u, 0u, 2u}) {
-      const std::span<const ObservedGrid> given{two.data(), count};
-      Image<float> expected{stereo};
-      fuse(reference, given, grid, config, expected.view());
-      others.take(cuda, given);
-      DeviceImage<float> cells{on_device(cuda, stereo)};
-      fuse(cuda, others, place.data(), config, cells.view());
-      CHECK_EQUAL(differences(on_host(cuda, cells), expected), 0);
-      CHECK_EQUAL(differences(expected, stereo) > 0, count > 0);
-    }
+  const FusionConfig config{0.9, 0.8};
+  for (const std::size_t count : {1u, 0u, 2u}) {
+    const std::span<const ObservedGrid> given{two.data(), count};
+    Image<float> expected{stereo};
+    fuse(reference, given, grid, config, expected.view());
+    others.take(cuda, given);
+    DeviceImage<float> cells{on_device(cuda, stereo)};
+    fuse(cuda, others, place.data(), config, cells.view());
+    CHECK_EQUAL(differences(on_host(cuda, cells), expected), 0);
+    CHECK_EQUAL(differences(expected, stereo) > 0, count > 0);
   }
 }
 

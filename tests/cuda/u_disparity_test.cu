@@ -119,15 +119,6 @@ TEST(counts_of_rays_that_leave) {
   }
 }
 
-TEST(counts_in_parts_of_a_ray) {
-  Random random{9};
-  UDisparityConfig config;
-  config.confidence_weights = true;
-  check_equal(random_scene(70, 120, 40, {1.5, 0, 0.08}, random), config, 5);
-  config.obstacle_height_m = 0.6;
-  check_equal(random_scene(45, 90, 33, {1.5, 0.02, 0}, random), config, 5);
-}
-
 TEST(smoothing_with_other_widths) {
   Random random{15};
   UDisparityConfig config;
@@ -140,20 +131,17 @@ TEST(smoothing_with_other_widths) {
 
 TEST(counts_that_no_word_holds_are_refused) {
   Cuda cuda;
-  const auto complains = [&](int height, int disparities, bool in_parts) {
-    UDisparityConfig config;
-    config.confidence_weights = in_parts;
+  const auto complains = [&](int height, int disparities) {
     try {
-      const UDisparityOnDevice space{cuda, UDisparityTables{config, 8, 5}, 8, height, disparities};
+      const UDisparityOnDevice space{cuda, UDisparityTables{{}, 8, 5}, 8, height, disparities};
     } catch (const ConfigError&) {
       return true;
     }
     return false;
   };
-  CHECK(!complains(4095, 256, true));
-  CHECK(complains(4096, 256, true));
-  CHECK(!complains(4096, 256, false));
-  CHECK(complains(100, 257, false));
+  CHECK(!complains(65535, 256));
+  CHECK(complains(65536, 256));
+  CHECK(complains(100, 257));
 }
 
 }  // namespace

@@ -23,8 +23,7 @@ void add_run_command(CLI::App& tool, int& exit_code) {
                    "or semi-global matcher.")
       ->check(CLI::IsMember({"own", "opencv-bm", "opencv-sgbm"}))
       ->capture_default_str();
-  command
-      ->add_option("--fuse", options->fuse, "Fuse the stereo grid with one of the input's lidar sweeps (fusion.rule).")
+  command->add_option("--fuse", options->fuse, "Fuse the stereo grid with one of the input's lidar sweeps (fusion.*).")
       ->check(CLI::IsMember({"none", "lidar"}))
       ->capture_default_str();
   command

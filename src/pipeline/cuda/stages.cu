@@ -145,8 +145,7 @@ void CudaStages::estimate_ground() {
 }
 
 void CudaStages::count() {
-  const MatchViews matches{std::as_const(device_.matches.obstacle).view(), std::as_const(device_.matches.road).view(),
-                           std::as_const(device_.matches.confidence).view()};
+  const MatchViews matches{std::as_const(device_.matches.obstacle).view(), std::as_const(device_.matches.road).view()};
   stereogrid::count(cuda_, matches, rig_, &device_.answer.data()->ground, device_.u_disparity);
   times_.mark(cuda_, StreamTimes::counted);
 }
@@ -155,8 +154,7 @@ void CudaStages::project() {
   const FrameOnDevice* frame{device_.frame.data()};
   const View<const float, Device> occupancy{std::as_const(device_.u_disparity.occupancy_smooth).view()};
   const auto project_to = [&](const GridInVehicle* grid, DeviceImage<float>& cells) {
-    stereogrid::project(cuda_, occupancy, BinGeometry{rig_}, grid, config_.projection.footprint, device_.projection,
-                        cells.view());
+    stereogrid::project(cuda_, occupancy, BinGeometry{rig_}, grid, device_.projection, cells.view());
   };
   find_largest(cuda_, occupancy, device_.projection);
   project_to(&frame->vehicle_cells, device_.observed);
