@@ -174,8 +174,8 @@ struct UDisparityConfig {
           self.obstacle_min_height_m);
     visit(Parameter{"follow_roll", "", 0, 1, "Let the rows of a bin tilt with the road in the image."},
           self.follow_roll);
-    visit(Parameter{"false_positive", "", 0.001, 0.4, "P_FP of eq. 4."}, self.false_positive);
-    visit(Parameter{"false_negative", "", 0.001, 0.4, "P_FN of eq. 4."}, self.false_negative);
+    visit(Parameter{"false_positive", "", 0.001, 0.4, "P_FP of eq. 5."}, self.false_positive);
+    visit(Parameter{"false_negative", "", 0.001, 0.4, "P_FN of eq. 6."}, self.false_negative);
     visit(Parameter{"tau_obstacle", "", 0.001, 10, "tau_O of eq. 13: the filled share of a column that counts."},
           self.tau_obstacle);
     visit(Parameter{"tau_road", "", 0.001, 10, "tau_R of eq. 15."}, self.tau_road);
