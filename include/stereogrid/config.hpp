@@ -285,7 +285,7 @@ struct FilterConfig {
                     "first; 0: all alike."},
           self.velocity_growth);
     visit(Parameter{"velocity_growth_power", "", 0.5, 6,
-                    "How that goes on: 1: evenly; 3: fine where people walk, coarse where cars drive."},
+                    "Exponent of that growth: 1: linear; 3: fine where people walk, coarse where cars drive."},
           self.velocity_growth_power);
     visit(Parameter{"forgetting_s", "s", 0.05, 1000, "Time constant with which an unobserved cell returns to unknown."},
           self.forgetting_s);
