@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Changes one option of the default preset at a time and scores the grids against lidar: prints the table of
-docs/ablation.md.
+"""Changes one option of the default preset at a time and scores the grids against lidar: prints Markdown
+tables, which scripts/measure.py keeps.
 
 ablation.py TOOL DRIVE... [--set KEY=VALUE ...]     DRIVE: a recording with lidar; --set: for every run
 """

@@ -4,14 +4,17 @@
 """Tables and JSON for scripts/gpu-check.sh.
 
 gpu_report.py resources LOG    what ptxas -v said, as a Markdown table: a line per kernel and architecture
-gpu_report.py join FOLDER      report.json of its results.tsv, bench.json and build.log
+gpu_report.py join FOLDER      report.json of its results.tsv, bench.json and build.log, with date, machine and commit
 """
+import datetime
 import json
 import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+
+import measure
 
 ENTRY = re.compile(r"Compiling entry function '(\w+)' for '(sm_\w+)'")
 STACK = re.compile(r"(\d+) bytes stack frame, (\d+) bytes spill stores, (\d+) bytes spill loads")
@@ -62,7 +65,8 @@ def table(kernels: list) -> str:
 def joined(folder: Path) -> dict:
     results = dict(line.split("\t") for line in (folder / "results.tsv").read_text().splitlines())
     bench = folder / "bench.json"
-    return {"results": results, "bench": json.loads(bench.read_text()) if bench.exists() else None,
+    return {"date": datetime.date.today().isoformat(), "machine": measure.machine(), "commit": measure.commit(),
+            "results": results, "bench": json.loads(bench.read_text()) if bench.exists() else None,
             "resources": resources((folder / "build.log").read_text())}
 
 

@@ -8,7 +8,7 @@
 
 namespace stereogrid::evaluation {
 
-/// The road in disparity space. method eq. 1b, with roll.
+/// The road in disparity space (docs/method.md §1.2).
 class RoadModel {
  public:
   RoadModel(const Rig& rig, const Ground& ground);

@@ -173,8 +173,8 @@ struct UDisparityConfig {
           self.obstacle_min_height_m);
     visit(Parameter{"follow_roll", "", 0, 1, "Let the rows of a bin tilt with the road in the image."},
           self.follow_roll);
-    visit(Parameter{"false_positive", "", 0.001, 0.4, "P_FP of eq. 4."}, self.false_positive);
-    visit(Parameter{"false_negative", "", 0.001, 0.4, "P_FN of eq. 4."}, self.false_negative);
+    visit(Parameter{"false_positive", "", 0.001, 0.4, "P_FP of eq. 5."}, self.false_positive);
+    visit(Parameter{"false_negative", "", 0.001, 0.4, "P_FN of eq. 6."}, self.false_negative);
     visit(Parameter{"tau_obstacle", "", 0.001, 10, "tau_O of eq. 13: the filled share of a column that counts."},
           self.tau_obstacle);
     visit(Parameter{"tau_road", "", 0.001, 10, "tau_R of eq. 15."}, self.tau_road);
@@ -261,7 +261,7 @@ struct FilterConfig {
                     "first; 0: all alike."},
           self.velocity_growth);
     visit(Parameter{"velocity_growth_power", "", 0.5, 6,
-                    "How that goes on: 1: evenly; 3: fine where people walk, coarse where cars drive."},
+                    "Exponent of that growth: 1: linear; 3: fine where people walk, coarse where cars drive."},
           self.velocity_growth_power);
     visit(Parameter{"forgetting_s", "s", 0.05, 1000, "Time constant with which an unobserved cell returns to unknown."},
           self.forgetting_s);

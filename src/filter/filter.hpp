@@ -109,7 +109,7 @@ struct WeighingSpace {
 
 /// One step of the Bayesian Occupancy Filter: `before` moved on by dt and into the window's new place, then updated
 /// with the observed grid (P(T_X) at the window's cells, 0.5 = nothing seen), into `after`. All `layers` are filled.
-/// method §2.3 (tay2008), §2.6 (joint) and §5.8 (particles).
+/// docs/method.md §8.6 (tay2008), §8.7 (joint) and §8.8 (particles).
 void filter(Cpu& cpu, const FilterInput& input, View<const float> observed, const FilterState& before,
             FilterState& after, GridLayers& layers);
 void filter(Reference& reference, const FilterInput& input, View<const float> observed, const FilterState& before,

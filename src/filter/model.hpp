@@ -10,7 +10,7 @@ namespace stereogrid {
 /// Constants of one filter step.
 struct FilterStep {
   int side;                ///< the lattice has side × side velocities, y-major; odd: the middle one is standstill
-  float forgetting;        ///< eps of method §2.3, from the time constant and the time step
+  float forgetting;        ///< eps of docs/method.md §8.4, from the time constant and the time step
   float kept_moving;       ///< share of a moving velocity's mass that keeps it: 1 − mu
   float kept_standing;     ///< share of the standing mass that goes on standing
   float spread;            ///< share of all moving mass that each moving velocity gains
@@ -70,7 +70,7 @@ STEREOGRID_HD inline float between(float first, float second, float share) {
   return (1 - share) * first + share * second;
 }
 
-/// The likelihoods of an observed probability p formed with prior ½: (p, 1 − p), tempered. method §2.3.
+/// The likelihoods of an observed probability p formed with prior ½: (p, 1 − p), tempered. docs/method.md §8.3.
 struct Likelihood {
   float occupied;
   float empty;
@@ -159,7 +159,7 @@ STEREOGRID_HD inline float moving_share(float occupancy, float standing) {
 /// Greater than every age of a cell that has been seen.
 constexpr float never_s{3e38f};
 
-/// What prediction and update (method §2.6) do to the masses that have arrived in a cell:
+/// What prediction and update (docs/method.md §8.7) do to the masses that have arrived in a cell:
 /// m(k) ← scale·m(k) + born(k).
 struct JointUpdate {
   float scale;
@@ -198,8 +198,8 @@ STEREOGRID_HD inline VelocitySums updated(const FilterStep& step, const JointUpd
           update.scale * arrived.xy, update.scale * arrived.yy + spread};
 }
 
-/// The likelihood of tay2008's P(v_k) at a cell (method §2.3): `all` = Σ over both of P(v_k), `occupied` of P(occupied,
-/// v_k) predicted; afterwards β_occ(k) and l(k).
+/// The likelihood of tay2008's P(v_k) at a cell (docs/method.md §8.6): `all` = Σ over both of P(v_k), `occupied` of
+/// P(occupied, v_k) predicted; afterwards β_occ(k) and l(k).
 struct TayUpdate {
   float occupied;
   float all;

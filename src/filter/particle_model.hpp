@@ -97,10 +97,11 @@ struct CellMass {
   STEREOGRID_HD float unknown() const { return 1 - occupied() - free; }
 };
 
-/// Prediction and update of a cell, method §5.8 with three departures: what stands needs no particles; the place of
-/// mass that has moved away is free, not unknown; and the unknown mass counts as half occupied and half free in Bayes'
-/// rule: as much of it as the observation is sure then becomes one of them. What becomes occupied so is new born, what
-/// was occupied persists. `before`: of the step before; `arrived`: mass of the particles that are in the cell now.
+/// Prediction and update of a cell (docs/method.md §8.8), Nuss et al. 2018 with three departures: what stands needs no
+/// particles; the place of mass that has moved away is free, not unknown; and the unknown mass counts as half occupied
+/// and half free in Bayes' rule: as much of it as the observation is sure then becomes one of them. What becomes
+/// occupied so is new born, what was occupied persists. `before`: of the step before; `arrived`: mass of the particles
+/// that are in the cell now.
 STEREOGRID_HD inline CellMass updated(const ParticleStep& step, const CellMass& before, float arrived,
                                       Likelihood likelihood) {
   const float believed{before.standing * step.kept};

@@ -78,7 +78,7 @@ struct Cell {
   float occupancy;
 };
 
-// method §2.6; `mass` becomes P(occupied, v_k)
+// docs/method.md §8.7; `mass` becomes P(occupied, v_k)
 Cell joint_cell(const Step& step, int x, int y, Likelihood likelihood, std::vector<float>& mass) {
   const FilterStep& constants{step.constants};
   for (std::size_t k{0}; k < mass.size(); ++k) {
@@ -101,7 +101,7 @@ Cell joint_cell(const Step& step, int x, int y, Likelihood likelihood, std::vect
   return {updated(constants, update, arrived), mass[mass.size() / 2], update.occupancy};
 }
 
-// method §2.3; `velocity` becomes P(v_k), `occupied` P(occupied, v_k) up to a factor
+// docs/method.md §8.6; `velocity` becomes P(v_k), `occupied` P(occupied, v_k) up to a factor
 Cell tay_cell(const Step& step, int x, int y, Likelihood likelihood, std::vector<float>& velocity,
               std::vector<float>& occupied) {
   const FilterStep& constants{step.constants};

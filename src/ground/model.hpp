@@ -26,7 +26,7 @@ struct RoadPlane {
 };
 
 /// Road plane in disparity space: with g the unit vector to the ground in the camera frame, g·X = height and X = Z·(…,
-/// 1), Z = f·b/d give d = (b/height)·(g_x (u−u0) + g_y (v−v0) + g_z f). method: eq. 1b, with roll.
+/// 1), Z = f·b/d give d = (b/height)·(g_x (u−u0) + g_y (v−v0) + g_z f). docs/method.md §1.2.
 STEREOGRID_HD inline RoadPlane road_plane(const Rig& rig, const Ground& ground) {
   const double scale{rig.baseline_m / ground.height_m};
   const double cos_pitch{std::cos(ground.pitch_rad)};
@@ -84,13 +84,12 @@ STEREOGRID_HD inline double plane_sigma_px(const Rig& rig, const Ground& ground,
   return variance > 0 ? std::sqrt(variance) : 0.0;
 }
 
-/// Row of the horizon in the column u0: v0 − f·tan(pitch). specification §1.
+/// Row of the horizon in the column u0: v0 − f·tan(pitch). docs/method.md §1.3.
 STEREOGRID_HD inline double horizon_row(const Rig& rig, const Ground& ground) {
   return rig.centre_v_px - rig.focal_px * std::tan(ground.pitch_rad);
 }
 
-/// Row at which a vertical obstacle at disparity d reaches `height_m` above the road. specification §3.1, method eq.
-/// 1a.
+/// Row at which a vertical obstacle at disparity d reaches `height_m` above the road. docs/method.md §1.3.
 struct RowsByHeight {
   double horizon;
   double baseline_across_m;  ///< b·cos(pitch)

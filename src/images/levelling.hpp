@@ -11,7 +11,7 @@ namespace stereogrid {
 
 class Cpu;
 
-/// Pitch beyond which images are levelled, 1°. specification §1.
+/// Pitch beyond which images are levelled, 1°. docs/method.md §2.1.
 constexpr double levelling_pitch_rad{0.017453292519943295};
 
 /// Turns a pitched camera level: K·R·K⁻¹ with a rotation about the baseline, the same for both images, so that rows

@@ -24,7 +24,6 @@ int least_texture(const MatchingConfig& config) {
 
 // Fitted by gradient descent on the log-loss of "right to a pixel" over the four kinds of truth that bench_accuracy
 // reads (two lidar drives, two pairs, five rendered sequences; equal weight each), matches of the whole pipeline.
-// docs/results.md has the reliability.
 ConfidenceModel confidence_model(const MatchingConfig& config) {
   if (config.method == MatchingMethod::semi_global) {
     return {1.0f / cost_max,

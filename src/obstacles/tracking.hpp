@@ -64,7 +64,7 @@ void find_clusters(const GridLayers& world, const TrackingConfig& config, Cluste
 void measure_velocities(const std::vector<FlowVector>& vectors, const GridGeometry& grid, ClusterSpace& space);
 
 /// Follows clusters through time: nearest-neighbour association within a gate around each track's prediction, a
-/// constant-velocity Kalman filter for each track, ids that are never used twice. method §3.2, kept simple.
+/// constant-velocity Kalman filter for each track, ids that are never used twice. docs/method.md §11.
 class Tracker {
  public:
   explicit Tracker(const TrackingConfig& config);

@@ -10,9 +10,9 @@
 namespace stereogrid {
 
 /// A monotone map from P(T_X) of the model to how often such cells were occupied. Fitted on two drives with lidar
-/// (docs/ablation.md); 0.5, nothing known, stays 0.5.
+/// (docs/method.md §6); 0.5, nothing known, stays 0.5.
 ///
-/// Eq. 4 draws everything towards 0.5 that few rays reach, though an obstacle that two rays have met is as real as one
+/// Eq. 8 draws everything towards 0.5 that few rays reach, though an obstacle that two rays have met is as real as one
 /// that twenty have: above 0.5 the map climbs at once.
 class Calibration {
  public:

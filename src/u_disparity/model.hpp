@@ -38,14 +38,14 @@ STEREOGRID_HD inline std::int32_t row_shift(double slope, double columns_from_ce
   return clamped_to_int(std::round(slope * columns_from_centre), limit);
 }
 
-/// Eq. 4: occupancy from visibility P(V) and obstacle confidence P(C).
+/// Eq. 8: occupancy from visibility P(V) and obstacle confidence P(C).
 STEREOGRID_HD inline float obstacle_probability(float visible, float confidence, float false_positive,
                                                 float false_negative) {
   return visible * confidence * (1 - false_positive) + visible * (1 - confidence) * false_negative +
          (1 - visible) * 0.5f;
 }
 
-/// Eq. 14, kept within what a sensor with errors can know (specification §3.6).
+/// Eq. 14, kept within what a sensor with errors can know (docs/method.md §5.3).
 STEREOGRID_HD inline float occupancy_probability(float obstacle, float road, float false_positive,
                                                  float false_negative) {
   const float occupancy{obstacle * (1 - road)};
@@ -69,7 +69,7 @@ STEREOGRID_HD inline int pair_index(int visible, int observed) {
   return visible * (visible + 1) / 2 + observed;
 }
 
-/// How many of the nine bins around (u, d), a pixel apart, hold a road pixel (specification §3.5). Bin 0 and what lies
+/// How many of the nine bins around (u, d), a pixel apart, hold a road pixel (docs/method.md §5.3). Bin 0 and what lies
 /// outside count as empty. `has_road` is (D, W).
 template <class View>
 STEREOGRID_HD inline int road_cells_around(const View& has_road, int u, int d, int bins_per_px = 1) {

@@ -32,7 +32,7 @@ struct UDisparityTables {
 /// exp(−r_O/τ_O) with r_O = N_O/(N_V + guard), 0 where N_V = 0. eq. 12, 13.
 float miss_of(const UDisparityConfig& config, int visible, int observed);
 
-/// The Gaussian's integrals over bins, |k| ≤ ceil(3σ), sum 1. specification §3.7.
+/// The Gaussian's integrals over bins, |k| ≤ ceil(3σ), sum 1. docs/method.md §5.5.
 std::vector<float> gaussian_weights(double sigma);
 
 /// What `count` works in.
@@ -51,7 +51,7 @@ struct UDisparitySpace {
   Image<float> smooth_once;                        ///< (D, W)
 };
 
-/// Disparity images to occupancy in the u-disparity plane: counts N_P, N_V, N_O (eq. 9–12), probabilities (eq. 4,
+/// Disparity images to occupancy in the u-disparity plane: counts N_P, N_V, N_O (eq. 9–12), probabilities (eq. 8,
 /// 11–15), Gaussian smoothing. The rows of `stages` are the bins. N_P in `stages` is that of the column u0; with roll
 /// the image ends earlier or later in others. Fills everything in `stages` but the disparity images.
 void count(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& ground, const UDisparityTables& tables,

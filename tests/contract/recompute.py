@@ -38,7 +38,7 @@ def counts(stages, rig, ground):
 
 
 def probabilities(possible, visible, observed, has_road):
-    """P(V), P(C), P(R), P(T) (eq. 4, 11 to 15)."""
+    """P(V), P(C), P(R), P(T) (eq. 8, 11 to 15)."""
     bins, columns = visible.shape
     p_visible = np.where(possible[:, None] > 0, visible / np.maximum(possible, 1)[:, None], 0)
     share = np.where(visible > 0, observed / np.maximum(visible, 1), 0)

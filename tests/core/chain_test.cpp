@@ -104,7 +104,7 @@ TEST(Chain, FindsAHalfHiddenPersonThatTheNearestObstacleRuleCannotSee) {
         if (result.stages.obstacle_disparity(u, v) > person_px + 1.5) ++nearer_pixels;
       }
       EXPECT_GT(nearer_pixels, 20) << "the crate hides the person from a rule that stops at the nearest obstacle";
-      // about half of the possible rays reach the person, so eq. 4 can give no more than 3/4 in a single frame
+      // about half of the possible rays reach the person, so eq. 8 can give no more than 3/4 in a single frame
       EXPECT_GT(highest_near(result.observed, result.vehicle_grid, at.x, at.y, 0.45), 0.6) << name << " " << i;
       if (i < 3 || name != std::string_view{"default"}) continue;
       EXPECT_GT(highest_near(result.occupancy, result.vehicle_grid, at.x, at.y, 0.45), 0.75) << name;

@@ -137,7 +137,7 @@ double hidden_for(const FilterConfig& config, int frames) {
   return mean_over(run.layers.occupancy, 15, 15, 2, 2);
 }
 
-// method §2.4 no. 2 and §2.6: inner cells of a 4 × 4 object that nobody sees any more.
+// docs/method.md §8.6 and §8.7: inner cells of a 4 × 4 object that nobody sees any more.
 TEST(FilterHiding, KeepsWhatIsHidden) {
   for (const FilterModel model : {FilterModel::joint, FilterModel::particles}) {
     for (const FilterConfig& config : {method_config(model), without_static_prior(model)}) {

@@ -91,7 +91,7 @@ double likelihood(double p) {
   return std::pow(std::clamp(p, 0.001, 0.999), exponent);
 }
 
-// method §2.3
+// docs/method.md §8.6
 Cell tay(const Cells& before, int x, int y, double p, bool, Motion& motion) {
   Cell after;
   double sum{0};
@@ -115,7 +115,7 @@ Cell tay(const Cells& before, int x, int y, double p, bool, Motion& motion) {
   return after;
 }
 
-// method §2.6, for cells that have been seen before
+// docs/method.md §8.7, for cells that have been seen before
 Cell joint(const Cells& before, int x, int y, double p, bool just_seen, Motion& motion) {
   Cell after;
   double sum{0};

@@ -9,7 +9,7 @@
 
 namespace stereogrid::test {
 
-/// Cell 0.2 m, 0.1 s a step: 2 m/s is a cell a step. 5 × 5 velocities, K = 25, eps = 0.01 as in method §2.4.
+/// Cell 0.2 m, 0.1 s a step: 2 m/s is a cell a step. 5 × 5 velocities, K = 25, eps = 0.01.
 inline FilterConfig method_config(FilterModel model) {
   FilterConfig config;
   config.model = model;

@@ -111,7 +111,7 @@ TEST(GroundModel, HorizonIsWhereTheRoadEnds) {
   }
 }
 
-// method eq. 1a: points at a height, at any depth, below or above the camera
+// docs/method.md §1.3: points at a height, at any depth, below or above the camera
 TEST(GroundModel, RowAtHeightIsWhereACameraSeesIt) {
   const Rig rig{small_kitti_rig()};
   for (const double pitch_rad : {-0.04, 0.0, 0.05, 0.15}) {

@@ -37,7 +37,7 @@ Winners winners_on_noise(const RoadPlane& plane, const MatchingConfig& config, u
 
 // Measured: 0.065 to 0.080, below the share of 0.099, since neighbours among seven shifts are akin.
 //
-// method §1.4, trap 1: interpolating the right image must not make the road cheaper where nothing matches at all.
+// docs/method.md §3.1: interpolating the right image must not make the road cheaper where nothing matches at all.
 TEST(NoiseOnly, TheRoadDoesNotWinMoreThanItsShareOfTheSearch) {
   MatchingConfig config{permissive_config()};
   config.disparities = 64;

@@ -228,7 +228,7 @@ TEST(UDisparity, BinsLeftOfTheRightImageAreUnknown) {
   EXPECT_NE(without.occupancy(2, 3), 0.5f);
 }
 
-// method §4.1
+// docs/method.md §5.5
 TEST(GaussianWeights, AreIntegralsOverBins) {
   const std::vector<float> half{gaussian_weights(0.5)};
   ASSERT_EQ(half.size(), 5u);

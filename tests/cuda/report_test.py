@@ -33,6 +33,7 @@ def main() -> None:
         report = json.loads(said("join", str(folder)))
         assert report["results"] == {"backend_test": "passed", "bench": "no device"}, report
         assert report["bench"] is None
+        assert report["date"] and report["machine"] and report["commit"], report
         assert report["resources"][0]["registers"] == 72, report
 
 

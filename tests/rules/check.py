@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Checks the rules of ARCHITECTURE.md that a compiler does not: who may include what, licence lines, paths.
+"""Checks the rules of ARCHITECTURE.md that a compiler does not: who may include what, licence lines, paths, links.
 
 Usage: check.py [ROOT]. Prints every violation as file:line: sentence; exit status 1 where there are any.
 """
@@ -10,6 +10,9 @@ import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+import links  # noqa: E402
 
 CODE = {".hpp", ".cpp", ".cu", ".cuh", ".h"}
 WITH_LICENCE = CODE | {".cmake", ".sh", ".py", ".yaml", ".yml"}
@@ -85,9 +88,11 @@ def violations(root: Path, names: list[str]) -> list[str]:
     for name in names:
         path = root / name
         try:
-            lines = path.read_text(encoding="utf-8").splitlines()
+            text = path.read_text(encoding="utf-8")
         except UnicodeDecodeError:  # a picture
             continue
+        lines = text.splitlines()
+        found += links.violations(root, name, text)
         if path.suffix in WITH_LICENCE or path.name == "CMakeLists.txt" or "".join(lines[:1]).startswith("#!"):
             head = "\n".join(lines[:4])
             found += [f"{name}:1: missing line: {line}" for line in LICENCE_LINES if line not in head]

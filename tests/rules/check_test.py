@@ -79,9 +79,22 @@ class Rules(unittest.TestCase):
 
     def test_paths_of_one_machine(self):
         for path in ("/".join(("", "wor" + "k", "x")), "/".join(("", "hom" + "e", "me", "x")), "/roo" + "t/x"):
-            self.assertEqual(len(self.found("docs/page.md", f"see {path}\n")), 1, path)
+            self.assertEqual(len(self.found("notes/page.md", f"see {path}\n")), 1, path)
         for text in ("at work/home", "${prefix}/wor" + "k/x", "./roo" + "t/x", "a/wor" + "k/b"):
-            self.assertEqual(self.found("docs/page.md", f"see {text}\n"), [], text)
+            self.assertEqual(self.found("notes/page.md", f"see {text}\n"), [], text)
+
+    def test_links_lead_somewhere(self):
+        docs = "docs" + "/"  # in two parts, so that this file names no page itself
+        self.write(f"{docs}page.md", "# Page\n\n## 2.1 A heading, long\n\n```\n# no heading\n```\n")
+        good = ("[a](page.md)", "[a](page.md#21-a-heading-long)", "[a](#here)\n# Here", "[a](../include)",
+                "[a](https://example.org/x)", "```\n[a](nowhere.md)\n```", f"{docs}page.md §2.1")
+        for text in good:
+            self.assertEqual(self.found(f"{docs}other.md", text + "\n"), [], text)
+        bad = ("[a](nowhere.md)", "[a](page.md#no-heading)", "[a](#nowhere)", f"see {docs}nowhere.md",
+               f"{docs}page.md §2.2", f"{docs}page.md §2.1 (one), §2.1 and §3")
+        for text in bad:
+            self.assertEqual(len(self.found(f"{docs}other.md", text + "\n")), 1, text)
+        self.assertEqual(len(self.found("src/new.cpp", f"// {docs}page.md §4\n")), 1)
 
 
 if __name__ == "__main__":

@@ -38,7 +38,7 @@ enum class GridSize : int { small = 300, large = 400 };
                                   const Rig& rig);
 
 /// How many of each column's road pixels have each disparity: (rows, W), over `disparities` px. The whole column counts
-/// (specification §3.5); 0 is no measurement.
+/// (docs/method.md §5.3); 0 is no measurement.
 [[nodiscard]] Image<std::uint16_t> road_counts(const Image<float>& road_disparity, int rows, int disparities);
 
 }  // namespace stereogrid::app::figures

@@ -37,7 +37,7 @@ struct ColumnGridParameters {
   double sigma_disparity{0.25};  ///< px
 };
 
-/// Nearest obstacle per column, free before, unknown behind (Murray & Little 2000). method §5.1, the robust option.
+/// Nearest obstacle per column, free before, unknown behind (Murray & Little 2000).
 struct NearestObstacleParameters {
   ColumnGridParameters grid;
   Levels levels;
@@ -50,7 +50,7 @@ struct NearestObstacleParameters {
                                                  const NearestObstacleParameters& parameters = {});
 
 /// Stochastic occupancy over (column, disparity), then the best boundary by dynamic programming (Badino, Franke, Mester
-/// 2007). method §5.2.
+/// 2007).
 struct OccupancyBoundaryParameters {
   ColumnGridParameters grid{.bins_per_px = 2, .sigma_column = 0.5};
   Levels levels{.free = 0.05};
@@ -68,7 +68,7 @@ struct OccupancyBoundaryParameters {
                                                    const OccupancyBoundaryParameters& parameters = {});
 
 /// Free space from a score of each image column's rows, smoothed by dynamic programming: the base of the stixels of
-/// Badino, Franke, Pfeiffer 2009. method §5.3.
+/// Badino, Franke, Pfeiffer 2009.
 struct FreeSpaceParameters {
   ColumnGridParameters grid{.bins_per_px = 2};
   Levels levels{.free = 0.05};
@@ -97,7 +97,7 @@ struct Stixel {
   double matched{0};    ///< share of the rows that have a disparity
 };
 
-/// Columns cut into ground, objects and sky by exact dynamic programming (Pfeiffer & Franke 2011). method §5.5.
+/// Columns cut into ground, objects and sky by exact dynamic programming (Pfeiffer & Franke 2011).
 struct StixelParameters {
   ColumnGridParameters grid;
   Levels levels;

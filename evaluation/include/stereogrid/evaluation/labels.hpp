@@ -39,7 +39,7 @@ inline constexpr double hiding_margin_m{0.5};
 /// Where the search for the road starts: as measured on KITTI's drives, whose calibrations give no height.
 inline constexpr double kitti_camera_height_m{1.64};
 
-/// Labels from one lidar sweep (specification §6). A plane is fitted to low points 4–30 m ahead and within 8 m of the
+/// Labels from one lidar sweep (docs/evaluation.md). A plane is fitted to low points 4–30 m ahead and within 8 m of the
 /// axis, starting level at `camera_height_m` below the camera. Of the points that the camera could see, a cell is
 /// occupied with 2 or more that are 0.3–1.8 m above the plane; free with one within 0.12 m of it and none of 0.3–1.8 m.
 ///

@@ -47,7 +47,7 @@ class LogOddsMap {
 };
 
 /// Inverse sensor model of a lidar (Thrun, Burgard, Fox: Probabilistic Robotics, table 9.2), summed over the returns of
-/// a sweep. method §5.6.
+/// a sweep.
 struct LidarModelParameters {
   LogOddsParameters log_odds{.height_min_m = 0.3, .hit = 0.75, .any_pass = 2, .pass = 0};
   double beam_rad{0.0035};  ///< opening B

@@ -1,0 +1,116 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+"""Runs a program that prints Markdown tables and keeps them in bench/results/NAME.json, with date, machine and commit;
+then writes docs/results.md anew.
+
+measure.py NAME [--section TEXT --title TEXT --about TEXT] -- COMMAND...
+
+The three texts are needed for a new NAME; a known one keeps its own unless others are given. Notes on the former
+figures are dropped. For example:
+
+measure.py chain -- build/release/bin/bench_chain
+measure.py options -- scripts/ablation.py build/release/bin/stereogrid DRIVE... --set grid.length_m=30
+"""
+import argparse
+import datetime
+import os
+import re
+import subprocess
+import sys
+from decimal import Decimal
+from pathlib import Path
+
+import results
+
+HEADING = re.compile(r"#+ +(.+)")
+BOLD = re.compile(r"\*\*([^*]+)\*\*(.*)")
+TEXTS = ("section", "title", "about")
+NUMBER = re.compile(r"-?(?:0|[1-9]\d*)(?:\.\d+)?")  # as JSON has it
+
+
+def cells_of(line: str) -> list:
+    return [cell.strip() for cell in re.sub(r"^\||\|$", "", line.strip()).split("|")]
+
+
+def value_of(cell: str):
+    if cell in ("–", ""):
+        return None if cell else ""
+    return Decimal(cell) if NUMBER.fullmatch(cell) else cell
+
+
+def tables_of(markdown: str) -> list:
+    """Every table; its title is the heading above it and a bold line since the table before."""
+    tables, heading, bold, inside = [], "", "", False
+    for line in markdown.splitlines():
+        if not line.startswith("|"):
+            inside = False
+            if match := HEADING.fullmatch(line):
+                heading, bold = match[1], ""
+            elif match := BOLD.fullmatch(line):
+                bold = match[1] + match[2]
+        elif not inside:
+            tables.append({"title": ": ".join(filter(None, (heading, bold))), "columns": cells_of(line), "rows": []})
+            inside, bold = True, ""
+        elif not re.fullmatch(r"[|\s:-]+", line):
+            tables[-1]["rows"].append([value_of(cell) for cell in cells_of(line)])
+    return tables
+
+
+def machine() -> str:
+    models = re.findall(r"^model name\s*: (.+)$", Path("/proc/cpuinfo").read_text(encoding="utf-8"), re.MULTILINE)
+    return f"{len(os.sched_getaffinity(0))} cores, {models[0] if models else 'unknown processor'}"
+
+
+def git(*arguments: str) -> str:
+    return subprocess.run(["git", "-C", results.ROOT, *arguments], capture_output=True, text=True, check=False).stdout
+
+
+def commit() -> str:
+    """Of the sources; with a plus where files that are tracked have been changed since."""
+    head = git("rev-parse", "--short", "HEAD").strip()
+    return head + ("+" if git("status", "--porcelain", "--untracked-files=no") else "") if head else "unknown"
+
+
+def shown(command: list) -> str:
+    """Without the folders of this machine."""
+    return " ".join(Path(part).name if os.path.exists(part) else part for part in command)
+
+
+def arguments(given: list) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("name")
+    for text in TEXTS:
+        parser.add_argument(f"--{text}")
+    end = given.index("--") if "--" in given else len(given)
+    parsed = parser.parse_args(given[:end])
+    parsed.command = given[end + 1:]
+    if not parsed.command:
+        parser.error("which command?")
+    return parsed
+
+
+def main() -> int:
+    given = arguments(sys.argv[1:])
+    path = results.FOLDER / f"{given.name}.json"
+    measurement = results.load(path) if path.exists() else {}
+    for text in TEXTS:
+        measurement[text] = getattr(given, text) or measurement.get(text)
+        if not measurement[text]:
+            print(f"{path.name} is new: give --{text}.", file=sys.stderr)
+            return 64
+    run = subprocess.run(given.command, stdout=subprocess.PIPE, text=True, check=False)
+    print(run.stdout, end="")
+    tables = tables_of(run.stdout)
+    if run.returncode != 0 or not tables:
+        print(f"Exit status {run.returncode}, {len(tables)} tables: nothing is kept.", file=sys.stderr)
+        return 1
+    measurement |= {"date": datetime.date.today().isoformat(), "commit": commit(), "machine": machine(),
+                    "command": shown(given.command), "tables": tables, "notes": []}
+    path.write_text(results.dump(measurement), encoding="utf-8")
+    results.write_page()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

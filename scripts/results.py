@@ -1,0 +1,113 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+"""Writes docs/results.md from bench/results/*.json, which scripts/measure.py writes.
+
+results.py            writes the page
+results.py --check    exit status 1 where the page is another one
+"""
+import json
+import re
+import sys
+from decimal import Decimal
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+FOLDER = ROOT / "bench" / "results"
+PAGE = ROOT / "docs" / "results.md"
+SECTIONS = ("Grids against lidar", "Grids and motion against exact truth", "Odometry", "Matching", "Time", "GPU")
+# of a measurement, in the order of the file; "notes" may be missing
+FIELDS = {"section": str, "title": str, "about": str, "date": str, "commit": str, "machine": str, "command": str,
+          "tables": list}
+HEAD = """<!-- SPDX-FileCopyrightText: 2026 The stereogrid authors -->
+<!-- SPDX-License-Identifier: Apache-2.0 -->
+# Measured
+
+Made by `scripts/results.py` from [bench/results](../bench/results); do not edit. `scripts/measure.py` renews a
+measurement. Each one holds for its commit and machine. What is not named is at its default.
+
+Data: parts of KITTI odometry sequence 04 (41 frames) and of the raw drives 2011_09_26_0009 (31) and 0001 (20); the
+rendered sequences A to E with exact truth (512 × 320 px with f·b = 90 px·m; E: 1242 × 375 px with 390 px·m).
+[evaluation.md](evaluation.md) defines the scores.
+"""
+
+
+def load(path: Path) -> dict:
+    """A measurement; its numbers are Decimals, which keep the digits that were written."""
+    measurement = json.loads(path.read_text(encoding="utf-8"), parse_float=Decimal, parse_int=Decimal)
+    for field, kind in FIELDS.items():
+        if not isinstance(measurement.get(field), kind) or not measurement[field]:
+            raise ValueError(f"{path.name}: '{field}' is missing or of another type")
+    if measurement["section"] not in SECTIONS:
+        raise ValueError(f"{path.name}: there is no section '{measurement['section']}'; {', '.join(SECTIONS)}")
+    if not re.fullmatch(r"\d{4}-\d\d-\d\d", measurement["date"]):
+        raise ValueError(f"{path.name}: '{measurement['date']}' is no date")
+    for table in measurement["tables"]:
+        if any(len(row) != len(table["columns"]) for row in table["rows"]):
+            raise ValueError(f"{path.name}: a row of '{table['title']}' has not as many cells as there are columns")
+    return measurement
+
+
+def literal(value) -> str:
+    return str(value) if isinstance(value, Decimal) else json.dumps(value, ensure_ascii=False)
+
+
+def dump(measurement: dict) -> str:
+    """JSON with a row of a table per line."""
+    lines = [f" {literal(field)}: {literal(measurement[field])}" for field in FIELDS if field != "tables"]
+    tables = []
+    for table in measurement["tables"]:
+        rows = ",\n".join("    [" + ", ".join(map(literal, row)) + "]" for row in table["rows"])
+        tables.append(f'  {{"title": {literal(table["title"])},\n   "columns": {literal(table["columns"])},\n'
+                      f'   "rows": [\n{rows}]}}')
+    lines.append(' "tables": [\n' + ",\n".join(tables) + "]")
+    if measurement.get("notes"):
+        lines.append(' "notes": [\n' + ",\n".join("  " + literal(note) for note in measurement["notes"]) + "]")
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def cell_text(value) -> str:
+    return "–" if value is None else str(value)
+
+
+def table_text(table: dict) -> str:
+    rows = [table["columns"], ["---"] * len(table["columns"]), *table["rows"]]
+    title = f"**{table['title']}**\n\n" if table["title"] else ""
+    return title + "\n".join("| " + " | ".join(map(cell_text, row)) + " |" for row in rows)
+
+
+def measurement_text(measurement: dict) -> str:
+    source = f"`{measurement['command']}`, {measurement['date']}, commit {measurement['commit']}, {measurement['machine']}."
+    parts = [f"### {measurement['title']}", measurement["about"], *map(table_text, measurement["tables"])]
+    if measurement.get("notes"):
+        parts.append("\n".join("* " + note for note in measurement["notes"]))
+    return "\n\n".join([*parts, source])
+
+
+def page() -> str:
+    measurements = [load(path) for path in sorted(FOLDER.glob("*.json"), key=lambda path: path.stem)]
+    parts = [HEAD]
+    for section in SECTIONS:
+        if texts := [measurement_text(one) for one in measurements if one["section"] == section]:
+            parts.append("\n\n".join([f"## {section}", *texts]) + "\n")
+    return "\n".join(parts)
+
+
+def write_page() -> None:
+    PAGE.write_text(page(), encoding="utf-8")
+
+
+def main() -> int:
+    if sys.argv[1:] == []:
+        write_page()
+    elif sys.argv[1:] != ["--check"]:
+        print(__doc__, file=sys.stderr)
+        return 64
+    elif PAGE.read_text(encoding="utf-8") != page():
+        print("docs/results.md is not what scripts/results.py makes of bench/results/*.json: run it.", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

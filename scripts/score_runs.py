@@ -1,0 +1,80 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+"""Runs the pipeline on inputs with lidar or exact truth and prints the scores of their grids, 3–20 m ahead, and of
+motion where the truth is exact, as Markdown tables. scripts/measure.py keeps them.
+
+score_runs.py TOOL INPUT... [--preset NAME] [--set KEY=VALUE ...] [--poses NAME]
+"""
+import argparse
+import json
+import subprocess
+import tempfile
+from pathlib import Path
+
+GRIDS = {"balanced_log_loss": "log-loss", "auc": "AUC", "iou_occupied": "IoU occupied", "iou_free": "IoU free",
+         "missed": "missed", "false_alarms": "false alarms", "known": "known", "calibration_error": "calibration error"}
+MOTION = {"speed_error_mps": ("speed error, m/s", 1, 2), "direction_error_deg": ("direction error, °", 1, 1),
+          "id_switches": ("other id", 1, 0), "cell_velocity_error_mps": ("velocity error of moving cells, m/s", 1, 2),
+          "static_moving": ("static cells that seem to move, %", 100, 1),
+          "gone_within_half_second": ("cells left that fall below 0.3 within half a second, %", 100, 0),
+          "hidden_alive": ("hidden frames in which it is believed, %", 100, 0)}
+
+
+def evaluated(tool: str, source: str, options: list) -> dict:
+    """The series of `stereogrid evaluate --json`."""
+    with tempfile.TemporaryDirectory() as folder:
+        scores = Path(folder) / "scores.json"
+        subprocess.run([tool, "run", source, "--out", f"{folder}/run", *options], check=True, capture_output=True)
+        subprocess.run([tool, "evaluate", f"{folder}/run", "--json", scores], check=True, capture_output=True)
+        return json.loads(scores.read_text(encoding="utf-8"))["series"]
+
+
+def text_of(value: "float | None", digits: int) -> str:
+    return "–" if value is None else f"{value:.{digits}f}"
+
+
+def row(*cells: str) -> str:
+    return "| " + " | ".join(cells) + " |"
+
+
+def print_table(title: str, columns: list, rows: list) -> None:
+    if rows:
+        print(f"**{title}**\n", row(*columns), row(*["---"] * len(columns)), *(row(*cells) for cells in rows), "", sep="\n")
+
+
+def grid_rows(name: str, series: dict) -> list:
+    bands = {grid: series[grid]["bands"]["3-20"] for grid in ("observed", "occupancy")}
+    return [[name, str(band["frames"]), grid, *(text_of(band[figure]["value"], 3) for figure in GRIDS)]
+            for grid, band in bands.items()]
+
+
+def motion_row(name: str, motion: dict) -> list:
+    figures = ((motion[figure], scale, digits) for figure, (_, scale, digits) in MOTION.items())
+    return [name, f"{motion['found']} of {motion['sightings']}",
+            *(text_of(None if value is None else scale * value, digits) for value, scale, digits in figures)]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("tool")
+    parser.add_argument("inputs", nargs="+")
+    parser.add_argument("--preset", default="default")
+    parser.add_argument("--set", action="append", default=[], dest="settings", metavar="KEY=VALUE")
+    parser.add_argument("--poses")
+    given = parser.parse_args()
+    options = ["--preset", given.preset, *(part for setting in given.settings for part in ("--set", setting))]
+    options += ["--poses", given.poses] if given.poses else []
+    grids, motion = [], []
+    for source in given.inputs:
+        name = Path(source).name
+        series = evaluated(given.tool, source, options)
+        grids += grid_rows(name, series)
+        if "motion" in series["occupancy"]:
+            motion.append(motion_row(name, series["occupancy"]["motion"]))
+    print_table("grids", ["input", "frames", "grid", *GRIDS.values()], grids)
+    print_table("motion", ["input", "found", *(title for title, _, _ in MOTION.values())], motion)
+
+
+if __name__ == "__main__":
+    main()

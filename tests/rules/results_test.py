@@ -1,0 +1,106 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+"""docs/results.md is what scripts/results.py makes of bench/results/*.json, and scripts/measure.py writes such files."""
+import json
+import subprocess
+import sys
+import tempfile
+import unittest
+from decimal import Decimal
+from pathlib import Path
+from unittest import mock
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scripts"))
+import measure  # noqa: E402
+import results  # noqa: E402
+
+PRINTED = """Some words.
+
+## street, 3 frames
+
+**Road**, 12 points
+
+| what | ms | ratio |
+|---|---|---|
+| a | 1.50 | 0.2 / 0.3 |
+| *over time* |||
+| b | – | -3 |
+
+| other |
+| :-- |
+| 077 |
+"""
+
+
+class Page(unittest.TestCase):
+    def test_it_is_made_of_the_measurements(self):
+        check = subprocess.run([sys.executable, ROOT / "scripts" / "results.py", "--check"], capture_output=True, text=True)
+        self.assertEqual(check.returncode, 0, check.stderr)
+
+    def test_every_measurement_is_on_it(self):
+        page = results.PAGE.read_text(encoding="utf-8")
+        files = sorted(results.FOLDER.iterdir())
+        self.assertTrue(files)
+        for path in files:
+            self.assertEqual(path.suffix, ".json", "figures are kept as JSON")
+            self.assertIn(f"### {results.load(path)['title']}\n", page)
+
+    def test_files_are_as_they_are_written(self):
+        for path in results.FOLDER.glob("*.json"):
+            self.assertEqual(results.dump(results.load(path)), path.read_text(encoding="utf-8"), path.name)
+
+
+class Measuring(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        for name, value in {"FOLDER": self.folder, "PAGE": self.folder / "page.md"}.items():
+            patch = mock.patch.object(results, name, value)
+            patch.start()
+            self.addCleanup(patch.stop)
+
+    def measure(self, *arguments):
+        with mock.patch.object(sys, "argv", ["measure.py", *arguments]), mock.patch("builtins.print"):
+            return measure.main()
+
+    def test_tables_are_read(self):
+        first, second = measure.tables_of(PRINTED)
+        self.assertEqual(first["title"], "street, 3 frames: Road, 12 points")
+        self.assertEqual(first["columns"], ["what", "ms", "ratio"])
+        self.assertEqual(first["rows"], [["a", Decimal("1.50"), "0.2 / 0.3"], ["*over time*", "", ""], ["b", None, Decimal(-3)]])
+        self.assertEqual(second, {"title": "street, 3 frames", "columns": ["other"], "rows": [["077"]]})
+
+    def test_a_measurement_is_kept_with_its_origin(self):
+        program = self.folder / "bench"
+        program.write_text(f"#!/bin/sh\ncat <<'END'\n{PRINTED}END\n", encoding="utf-8")
+        program.chmod(0o755)
+        texts = ["--section", "Time", "--title", "Streets", "--about", "What it is."]
+        self.assertEqual(self.measure("new", "--", str(program)), 64, "a new one needs its texts")
+        self.assertEqual(self.measure("new", *texts, "--", str(program), "--fast"), 0)
+        path = self.folder / "new.json"
+        self.assertIn("1.50", path.read_text(encoding="utf-8"), "digits stay")
+        kept = results.load(path)
+        self.assertEqual((kept["title"], kept["command"], len(kept["tables"])), ("Streets", "bench --fast", 2))
+        self.assertRegex(kept["commit"], r"^([0-9a-f]{7,}\+?|unknown)$")
+        self.assertIn("| a | 1.50 | 0.2 / 0.3 |", results.PAGE.read_text(encoding="utf-8"))
+        self.assertEqual(self.measure("new", "--", "false"), 1)
+        self.assertEqual(results.load(path), kept, "what fails changes nothing")
+
+    def test_what_is_incomplete_is_refused(self):
+        good = {"section": "Time", "title": "t", "about": "a", "date": "2026-11-21", "commit": "c", "machine": "m",
+                "command": "x", "tables": [{"title": "", "columns": ["a", "b"], "rows": [[1, 2]]}]}
+        path = self.folder / "one.json"
+        path.write_text(json.dumps(good), encoding="utf-8")
+        results.load(path)
+        for wrong in ({"commit": ""}, {"date": "today"}, {"section": "None"}, {"machine": None},
+                      {"tables": [{"title": "", "columns": ["a", "b"], "rows": [[1]]}]}):
+            path.write_text(json.dumps(good | wrong), encoding="utf-8")
+            with self.assertRaises(ValueError, msg=str(wrong)):
+                results.load(path)
+
+
+if __name__ == "__main__":
+    unittest.main()
