@@ -76,8 +76,8 @@ class SemiGlobal {
     rooms_ = pieces.take<SemiGlobalRoom>(room_count());
     passed_ = pieces.take<std::atomic<int>>(static_cast<std::size_t>(height()));
     first_ = pieces.take<std::uint8_t>(stride);
-    pieces.take<std::uint8_t>(LabelLayout::guard);  // looked at beside the first pixel
-    task_.vertical = pieces.take<std::uint8_t>(row * stride);
+    pieces.take<std::uint8_t>(LabelLayout::guard);  // looked at beside the first pixel, and beside the last one
+    task_.vertical = pieces.take<std::uint8_t>(row * stride + LabelLayout::guard);
     if (paths_ > 3) {
       const std::size_t pixels{row * static_cast<std::size_t>(height())};
       task_.first_uprights = pieces.take<std::uint8_t>(pixels * static_cast<std::size_t>(layout.uprights));
@@ -135,7 +135,7 @@ class SemiGlobal {
     if (!row_has_road(task_.plane, width(), task_.up ? height() - 1 : 0)) {
       std::fill(first_ + task_.layout.uprights, first_ + stride, std::uint8_t{cost_max});
     }
-    task_.vertical[-1] = cost_max;
+    task_.vertical[-1] = task_.vertical[at(width())] = cost_max;
     for (int u{0}; u < width(); ++u) std::copy_n(first_, stride, task_.vertical + at(u));
     if (!task_.diagonals) return;
     for (auto& way : task_.diagonal) {
