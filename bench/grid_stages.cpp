@@ -60,7 +60,7 @@ std::vector<Timed> time_in_turns(const std::vector<std::function<void()>>& works
   return timed;
 }
 
-// The stages of one frame, as the journey calls them.
+// The stages of one frame, as FrameProcessor calls them.
 class GridStages {
  public:
   GridStages(const FrameSource& source, int disparities, int cells_ahead, int cells_across)

@@ -59,6 +59,13 @@ STEREOGRID_HD inline int bin_of(float disparity) {
   return static_cast<int>(disparity + 0.5f);
 }
 
+/// Eq. 10 in a column whose rows of the bin are first … last before the image's ends are looked at, `shift` lower.
+STEREOGRID_HD inline int possible_in_column(int first, int last, int shift, int height) {
+  const int from{first + shift > 0 ? first + shift : 0};
+  const int to{last + shift < height - 1 ? last + shift : height - 1};
+  return to >= from ? to - from + 1 : 0;
+}
+
 /// Eq. 11: share of the possible rays that reach the bin.
 STEREOGRID_HD inline float visibility_of(int visible, int possible) {
   return possible > 0 ? static_cast<float>(visible) / static_cast<float>(possible) : 0.0f;

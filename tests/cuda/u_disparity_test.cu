@@ -69,11 +69,10 @@ void check_equal(const Scene& scene, const UDisparityConfig& config, int window_
   Cuda cuda;
   const DeviceImage<float> obstacle{on_device(cuda, scene.matches.obstacle)};
   const DeviceImage<float> road{on_device(cuda, scene.matches.road)};
-  const DeviceImage<float> confidence{on_device(cuda, scene.matches.confidence)};
   const DeviceBuffer<Ground> ground{one_on_device(cuda, scene.ground)};
   UDisparityOnDevice space{cuda, tables, scene.rig.width_px, scene.rig.height_px, scene.disparities};
   for (int frame{0}; frame < 2; ++frame) {  // the second must not see the first
-    count(cuda, {obstacle.view(), road.view(), confidence.view()}, scene.rig, ground.data(), space);
+    count(cuda, {obstacle.view(), road.view()}, scene.rig, ground.data(), space);
   }
   std::vector<int> possible(expected.possible.size());
   download(cuda, space.possible.data(), possible.size(), possible.data());
