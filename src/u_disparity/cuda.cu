@@ -73,8 +73,7 @@ __global__ void place(Placement placement, Rig rig, const Ground* ground, BinRow
 struct Inference {
   const float* miss;
   const float* road_factor;
-  float false_positive;
-  float false_negative;
+  BinConstants<float> constants;
   int half_window;
   bool left_border;
   int image_height;
@@ -99,12 +98,11 @@ __global__ void infer(Inference inference, BinRowsOnDevice rows, View<const std:
   const float miss{inference.miss[pair_index(visible(u, d), observed(u, d))]};
   const float road{inference.road_factor[road_cells_around(has_road, u, d)] * miss};
   const bool is_blind{d == 0 || (inference.left_border && u < d + inference.half_window)};
-  const float obstacle{obstacle_probability(seen, 1 - miss, inference.false_positive, inference.false_negative)};
+  const float obstacle{obstacle_probability(seen, 1 - miss, inference.constants)};
   out.visibility(u, d) = seen;
   out.obstacle_confidence(u, d) = 1 - miss;
   out.road_confidence(u, d) = road;
-  out.occupancy(u, d) =
-      is_blind ? 0.5f : occupancy_probability(obstacle, road, inference.false_positive, inference.false_negative);
+  out.occupancy(u, d) = is_blind ? 0.5f : occupancy_probability(obstacle, road, inference.constants);
 }
 
 // --- smoothing: a block has 32 columns and 16 bins, along columns into shared memory, then along disparity -----------
@@ -210,8 +208,9 @@ void count(Cuda& cuda, const MatchViews& matches, const Rig& rig, const Ground* 
          rig, ground, rows);
   count_columns(cuda, matches, rows, space);
   launch(cuda, infer, dim3{column_blocks, blocks_for(disparities, infer_rows)}, dim3{warp, infer_rows}, 0,
-         Inference{space.miss.data(), space.road_factor.data(), static_cast<float>(config.false_positive),
-                   static_cast<float>(config.false_negative), space.half_window, config.left_border, height},
+         Inference{space.miss.data(), space.road_factor.data(),
+                   bin_constants(static_cast<float>(config.false_positive), static_cast<float>(config.false_negative)),
+                   space.half_window, config.left_border, height},
          rows, space.visible.view(), space.observed.view(), space.has_road.view(),
          Inferred{space.visibility.view(), space.obstacle_confidence.view(), space.road_confidence.view(),
                   space.occupancy.view()});

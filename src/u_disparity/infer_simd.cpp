@@ -15,6 +15,8 @@ namespace stereogrid {
 namespace HWY_NAMESPACE {
 namespace {
 
+#include "u_disparity/bin_formulas.hpp"
+
 constexpr std::size_t lanes_max{16};
 using Float = hn::CappedTag<float, lanes_max>;
 using Int = hn::Rebind<std::int32_t, Float>;
@@ -51,8 +53,8 @@ void InferBins(const BinRow& row, int width) {
   const hn::Rebind<std::uint16_t, Float> d16;
   const auto one = hn::Set(df, 1.0f);
   const auto half = hn::Set(df, 0.5f);
-  const auto lowest = hn::Set(df, row.false_negative);
-  const auto highest = hn::Set(df, 1 - row.false_positive);
+  const BinConstants<hn::VFromD<Float>> constants{one, half, hn::Set(df, row.false_negative),
+                                                  hn::Set(df, 1 - row.false_positive)};
   const auto columns = hn::Iota(di, 0);
   for_vectors(df, width, [&](int u, auto n) {
     const auto count = hn::PromoteTo(di, load(d16, row.visible + u, n));
@@ -65,17 +67,12 @@ void InferBins(const BinRow& row, int width) {
     const auto visible = visibility(row, count, u, n);
     const auto confidence = hn::Sub(one, miss);
     const auto road = hn::Mul(road_factor(row, u, n), miss);
-    // obstacle_probability and occupancy_probability of model.hpp
-    const auto seen = hn::Mul(hn::Mul(visible, confidence), highest);
-    const auto passed = hn::Mul(hn::Mul(visible, hn::Sub(one, confidence)), lowest);
-    const auto obstacle = hn::Add(hn::Add(seen, passed), hn::Mul(hn::Sub(one, visible), half));
-    const auto occupied = hn::Mul(obstacle, hn::Sub(one, road));
-    const auto kept = hn::Min(hn::Max(occupied, lowest), highest);
+    const auto occupied = occupancy_probability(obstacle_probability(visible, confidence, constants), road, constants);
     const auto is_hidden = hn::Lt(hn::Add(columns, hn::Set(di, u)), hn::Set(di, row.first_sighted));
     store(visible, df, row.visibility + u, n);
     store(confidence, df, row.obstacle_confidence + u, n);
     store(road, df, row.road_confidence + u, n);
-    store(hn::IfThenElse(hn::RebindMask(df, is_hidden), half, kept), df, row.occupancy + u, n);
+    store(hn::IfThenElse(hn::RebindMask(df, is_hidden), half, occupied), df, row.occupancy + u, n);
   });
 }
 

@@ -28,7 +28,7 @@ struct BinRow {
   float* occupancy;
 };
 
-/// Equations 4 and 11 to 15 for a row of bins.
+/// Equations 8 and 11 to 15 for a row of bins.
 void infer_bins(const BinRow& row, int width);
 
 /// out[u] = Σ_k weights[k]·in[k][u], k from 0 to count − 1 in this order.

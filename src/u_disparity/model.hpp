@@ -38,20 +38,17 @@ STEREOGRID_HD inline std::int32_t row_shift(double slope, double columns_from_ce
   return clamped_to_int(std::round(slope * columns_from_centre), limit);
 }
 
-/// Eq. 8: occupancy from visibility P(V) and obstacle confidence P(C).
-STEREOGRID_HD inline float obstacle_probability(float visible, float confidence, float false_positive,
-                                                float false_negative) {
-  return visible * confidence * (1 - false_positive) + visible * (1 - confidence) * false_negative +
-         (1 - visible) * 0.5f;
+STEREOGRID_HD inline float Min(float a, float b) {
+  return b < a ? b : a;
+}
+STEREOGRID_HD inline float Max(float a, float b) {
+  return a < b ? b : a;
 }
 
-/// Eq. 14, kept within what a sensor with errors can know (docs/method.md §5.3).
-STEREOGRID_HD inline float occupancy_probability(float obstacle, float road, float false_positive,
-                                                 float false_negative) {
-  const float occupancy{obstacle * (1 - road)};
-  const float highest{1 - false_positive};
-  const float raised{occupancy < false_negative ? false_negative : occupancy};
-  return raised > highest ? highest : raised;
+#include "u_disparity/bin_formulas.hpp"
+
+STEREOGRID_HD inline BinConstants<float> bin_constants(float false_positive, float false_negative) {
+  return {1, 0.5f, false_negative, 1 - false_positive};
 }
 
 /// Bin of a disparity; 0 is "no measurement".

@@ -90,19 +90,18 @@ int possible_at(const BinRows& bins, int u, int d) {
 
 void infer_bin(const UDisparityTables& tables, const UDisparitySpace& space, int u, int d, StageImages& stages) {
   const UDisparityConfig& config{tables.config};
-  const float false_positive{static_cast<float>(config.false_positive)};
-  const float false_negative{static_cast<float>(config.false_negative)};
+  const BinConstants<float> constants{
+      bin_constants(static_cast<float>(config.false_positive), static_cast<float>(config.false_negative))};
   const float visible{visibility_of(stages.visible(u, d), possible_at(space.rows, u, d))};
   const float miss{miss_of(config, stages.visible(u, d), stages.observed(u, d))};
   const int road_cells{road_cells_around(space.has_road.view(), u, d, config.bins_per_px)};
   const float road{tables.road_factor[static_cast<std::size_t>(road_cells)] * miss};
   const bool blind{config.left_border && (u - tables.half_window) * config.bins_per_px < d};
-  const float obstacle{obstacle_probability(visible, 1 - miss, false_positive, false_negative)};
+  const float obstacle{obstacle_probability(visible, 1 - miss, constants)};
   stages.visibility(u, d) = visible;
   stages.obstacle_confidence(u, d) = 1 - miss;
   stages.road_confidence(u, d) = road;
-  stages.occupancy(u, d) =
-      d == 0 || blind ? 0.5f : occupancy_probability(obstacle, road, false_positive, false_negative);
+  stages.occupancy(u, d) = d == 0 || blind ? 0.5f : occupancy_probability(obstacle, road, constants);
 }
 
 // Along columns first, then along disparity; bin 0 is left out; borders repeat.

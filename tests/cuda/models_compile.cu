@@ -40,10 +40,10 @@ __global__ void alignment_models(const std::uint8_t* image, int width, float* ou
 
 __global__ void u_disparity_models(const float* disparity, float* out) {
   const unsigned i{threadIdx.x};
-  const int bin{bin_of(disparity[i]) + ray_weight(disparity[i])};
+  const int bin{bin_of(disparity[i])};
   const float visible{visibility_of(bin, 9)};
-  const float obstacle{obstacle_probability(visible, 0.5f, 0.02f, 0.02f)};
-  out[pair_index(bin, 0)] = occupancy_probability(obstacle, 0.1f, 0.02f, 0.02f);
+  const float obstacle{obstacle_probability(visible, 0.5f, bin_constants(0.02f, 0.02f))};
+  out[pair_index(bin, 0)] = occupancy_probability(obstacle, 0.1f, bin_constants(0.02f, 0.02f));
 }
 
 __global__ void projection_models(Rig rig, GridInVehicle grid, int u, int d, double* out) {
