@@ -2,7 +2,8 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Builds everything and runs all tests. Arguments go to ctest, e.g. ./test.sh -L fast -R projection
+# Builds everything and runs all tests but the longest (label "long"). Arguments go to ctest instead, e.g.
+# ./test.sh -L fast -R projection, or ./test.sh -L long (half an hour).
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -13,4 +14,5 @@ build=$root/build/release
 cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
   -DSTEREOGRID_TESTS=ON
 cmake --build "$build"
+[ $# -gt 0 ] || set -- --label-exclude "^long$"
 ctest --test-dir "$build" --parallel 2 --output-on-failure --no-tests=error "$@"
