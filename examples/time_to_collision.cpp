@@ -36,9 +36,8 @@ float largest_on_path(const GridGeometry& grid, const Image<float>& occupancy, d
   float largest{0};
   for (int iy{0}; iy < grid.ny; ++iy) {
     for (int ix{0}; ix < grid.nx; ++ix) {
-      const double x_m{grid.x_min_m + (ix + 0.5) * grid.cell_size_m};
-      const double y_m{grid.y_min_m + (iy + 0.5) * grid.cell_size_m};
-      const bool on_path{x_m >= x_from_m && x_m < x_to_m && std::abs(y_m) < half_width_m};
+      const Point2 place{grid.centre(ix, iy)};
+      const bool on_path{place.x >= x_from_m && place.x < x_to_m && std::abs(place.y) < half_width_m};
       if (on_path) largest = std::max(largest, occupancy(ix, iy));
     }
   }

@@ -25,11 +25,6 @@ struct Pose2 {
   friend bool operator==(const Pose2&, const Pose2&) = default;
 };
 
-struct Point2 {
-  double x{0};
-  double y{0};
-};
-
 /// a_from_b applied to a point given in b.
 [[nodiscard]] inline Point2 operator*(const Pose2& a_from_b, Point2 in_b) {
   const double c{std::cos(a_from_b.yaw_rad)};

@@ -2,9 +2,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
+#include <optional>
+
 #include "stereogrid/image.hpp"
 
 namespace stereogrid {
+
+struct Point2 {
+  double x{0};
+  double y{0};
+};
+
+/// Which cell of a grid: column ix, row iy.
+struct CellIndex {
+  int ix{0};
+  int iy{0};
+
+  friend bool operator==(const CellIndex&, const CellIndex&) = default;
+};
+
+/// Does a probability of occupancy say anything? 0.5 is unknown, and so is what lies within 0.05 of it, as in the
+/// scores (docs/evaluation.md). What is no number is unknown.
+[[nodiscard]] constexpr bool is_known(float occupancy) {
+  return occupancy < 0.45f || occupancy > 0.55f;
+}
 
 /// Where the cells of a grid lie. Cell (ix, iy) covers [x_min + ix·s, +s) × [y_min + iy·s, +s), in metres. Arrays over
 /// a grid are Image<T> of width nx and height ny: [iy, ix], x fastest.
@@ -14,6 +36,18 @@ struct GridGeometry {
   double cell_size_m{0.2};
   int nx{0};
   int ny{0};
+
+  /// Middle of a cell, m.
+  [[nodiscard]] Point2 centre(int ix, int iy) const {
+    return {x_min_m + (ix + 0.5) * cell_size_m, y_min_m + (iy + 0.5) * cell_size_m};
+  }
+  /// The cell that holds a point, m; none: the point lies outside, or is none.
+  [[nodiscard]] std::optional<CellIndex> cell_at(Point2 point) const {
+    const double ix{std::floor((point.x - x_min_m) / cell_size_m)};
+    const double iy{std::floor((point.y - y_min_m) / cell_size_m)};
+    if (!(ix >= 0 && ix < nx && iy >= 0 && iy < ny)) return std::nullopt;
+    return CellIndex{static_cast<int>(ix), static_cast<int>(iy)};
+  }
 
   friend bool operator==(const GridGeometry&, const GridGeometry&) = default;
 };

@@ -202,8 +202,7 @@ void for_vehicle_cells(const GridGeometry& window, const Pose2& world_from_vehic
                        int first_row, int end_row, const Work& work) {
   for (int iy{first_row}; iy < end_row; ++iy) {
     for (int ix{0}; ix < grid.nx; ++ix) {
-      const Point2 at{world_from_vehicle * Point2{grid.x_min_m + (ix + 0.5) * grid.cell_size_m,
-                                                  grid.y_min_m + (iy + 0.5) * grid.cell_size_m}};
+      const Point2 at{world_from_vehicle * grid.centre(ix, iy)};
       work(ix, iy, (at.x - window.x_min_m) / window.cell_size_m, (at.y - window.y_min_m) / window.cell_size_m);
     }
   }

@@ -15,7 +15,7 @@ constexpr double moving_mps{0.7};
 using Cell = ClusterSpace::Cell;
 
 Point2 centre_of(const GridGeometry& grid, Cell cell) {
-  return {grid.x_min_m + (cell.x + 0.5) * grid.cell_size_m, grid.y_min_m + (cell.y + 0.5) * grid.cell_size_m};
+  return grid.centre(cell.x, cell.y);
 }
 
 bool is_active(const GridLayers& world, const TrackingConfig& config, int x, int y) {

@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "stereogrid/image.hpp"
+
+namespace stereogrid {
+
+/// What a probability becomes in an occupancy grid of 8-bit integers, such as ROS's nav_msgs/OccupancyGrid. Unknown is
+/// what `is_known` says.
+enum class OccupancyScale {
+  percent,   ///< 100·P, rounded; −1: unknown
+  trinary,   ///< 100 from P = 0.65 on, 0 up to P = 0.35; −1: between, or unknown
+  nav2,      ///< for Nav2's static layer: as trinary, but 1 … 98 between; 99 would mean "inscribed"
+  autoware,  ///< 100·P, 1 … 99; 50: unknown
+};
+constexpr std::array<std::string_view, 4> names_of(OccupancyScale) {
+  return {"percent", "trinary", "nav2", "autoware"};
+}
+
+[[nodiscard]] std::int8_t occupancy_value(float occupancy, OccupancyScale scale);
+
+/// Of all cells of a grid, in the order of nav_msgs/OccupancyGrid: row by row, x fastest, from the corner of the
+/// smallest x and y.
+[[nodiscard]] std::vector<std::int8_t> occupancy_values(View<const float> occupancy, OccupancyScale scale);
+
+}  // namespace stereogrid
