@@ -11,8 +11,8 @@ endif()
 if(NOT CMAKE_CUDA_ARCHITECTURES)
   set(CMAKE_CUDA_ARCHITECTURES 75 80 90) # each with its PTX, for what comes later
 endif()
-if(CCACHE AND NOT CMAKE_CUDA_COMPILER_LAUNCHER)
-  set(CMAKE_CUDA_COMPILER_LAUNCHER ${CCACHE})
+if(STEREOGRID_CCACHE AND NOT CMAKE_CUDA_COMPILER_LAUNCHER)
+  set(CMAKE_CUDA_COMPILER_LAUNCHER ${STEREOGRID_CCACHE})
 endif()
 enable_language(CUDA)
 # older CMake, Debian 12's too, does not know how nvcc spells C++20

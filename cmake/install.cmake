@@ -8,12 +8,30 @@ include(CMakePackageConfigHelpers)
 
 set(stereogrid_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/stereogrid)
 
+# stereogrid_install_pc(NAME TARGET DESCRIPTION REQUIRES STATIC_REQUIRES STATIC_FLAGS): the file for pkg-config. It finds
+# its folder by itself. A static library needs what it links to wherever it is linked, so that is Requires, not .private.
+function(stereogrid_install_pc pc_name target description requires static_requires static_flags)
+  set(link_flags)
+  if(NOT BUILD_SHARED_LIBS)
+    list(APPEND requires ${static_requires})
+    set(library ${CMAKE_STATIC_LIBRARY_PREFIX}${target}${CMAKE_STATIC_LIBRARY_SUFFIX})
+    set(link_flags "-Wl,--exclude-libs,${library} ${static_flags}")
+  endif()
+  list(JOIN requires ", " requires)
+  file(RELATIVE_PATH prefix_from_pc ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
+  cmake_path(APPEND libdir "\${prefix}" ${CMAKE_INSTALL_LIBDIR})
+  cmake_path(APPEND includedir "\${prefix}" ${CMAKE_INSTALL_INCLUDEDIR})
+  configure_file(${PROJECT_SOURCE_DIR}/cmake/stereogrid.pc.in ${PROJECT_BINARY_DIR}/${pc_name}.pc @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/${pc_name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+endfunction()
+
 # stereogrid_install_component(NAME TARGET INCLUDE_FOLDER)
 function(stereogrid_install_component name target headers)
   install(
     TARGETS ${target}
     EXPORT stereogrid_${name}
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
     INCLUDES
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
   install(DIRECTORY ${headers}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.hpp")
@@ -25,15 +43,27 @@ function(stereogrid_install_component name target headers)
 endfunction()
 
 stereogrid_install_component(core stereogrid ${PROJECT_SOURCE_DIR}/include)
+stereogrid_install_pc(stereogrid stereogrid "${PROJECT_DESCRIPTION}" "" "tbb;libhwy" "-ldl")
 set(STEREOGRID_COMPONENTS core)
 if(STEREOGRID_CUDA)
   install(TARGETS stereogrid_cuda LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 endif()
-if(STEREOGRID_TOOL)
+if(STEREOGRID_IO)
   stereogrid_install_component(io stereogrid_io ${PROJECT_SOURCE_DIR}/io/include)
+  stereogrid_install_pc(stereogrid-io stereogrid_io "Images, calibration and recordings for stereogrid" "stereogrid"
+                        "opencv4;yaml-cpp;fmt;libzip;libdeflate;zlib" "-pthread")
+  list(APPEND STEREOGRID_COMPONENTS io)
+endif()
+if(STEREOGRID_TOOL)
   stereogrid_install_component(scenes stereogrid_scenes ${PROJECT_SOURCE_DIR}/scenes/include)
+  stereogrid_install_pc(stereogrid-scenes stereogrid_scenes "Street scenes with ground truth" "stereogrid" "tbb" "")
   stereogrid_install_component(evaluation stereogrid_evaluation ${PROJECT_SOURCE_DIR}/evaluation/include)
-  list(APPEND STEREOGRID_COMPONENTS io scenes evaluation)
+  stereogrid_install_pc(stereogrid-evaluation stereogrid_evaluation "Scores of occupancy grids" "stereogrid" "" "")
+  list(APPEND STEREOGRID_COMPONENTS scenes evaluation)
+  if(BUILD_SHARED_LIBS)
+    file(RELATIVE_PATH lib_from_bin ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
+    set_target_properties(stereogrid_tool PROPERTIES INSTALL_RPATH "$ORIGIN/${lib_from_bin}")
+  endif()
   install(TARGETS stereogrid_tool RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
 

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "stereogrid/export.hpp"
+
 namespace stereogrid {
 
 /// A rectified stereo pair and how it is mounted. The left image is the reference; both cameras are alike; rows are
@@ -29,11 +31,11 @@ struct Rig {
 /// Everything that makes a rig unusable, a sentence each; empty: nothing. Numbers that are none, too small or too large
 /// for any camera: a baseline in millimetres, a height in centimetres, angles in degrees, a principal point outside the
 /// image. A width or height of 0 is not looked at: a calibration may not know the images' size.
-[[nodiscard]] std::vector<std::string> problems(const Rig& rig);
+[[nodiscard]] STEREOGRID_EXPORT std::vector<std::string> problems(const Rig& rig);
 
 /// What can be worked with but hardly any vehicle has, a sentence each: worth a warning, since a slip in a unit or a
 /// digit looks like this. Of a rig without problems.
-[[nodiscard]] std::vector<std::string> oddities(const Rig& rig);
+[[nodiscard]] STEREOGRID_EXPORT std::vector<std::string> oddities(const Rig& rig);
 
 /// The road as the left camera sees it in one frame.
 struct Ground {

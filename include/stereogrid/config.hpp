@@ -8,6 +8,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "stereogrid/export.hpp"
+
 namespace stereogrid {
 
 /// What surrounds a parameter: its name, unit, range (both ends allowed) and a sentence. Unit "" = a plain number.
@@ -382,17 +384,17 @@ void visit_parameters(ConfigType& config, Visitor&& visit) {
 }
 
 /// "default" or "paper". Throws ConfigError for other names.
-[[nodiscard]] Config preset(std::string_view name);
-[[nodiscard]] std::vector<std::string> preset_names();
+[[nodiscard]] STEREOGRID_EXPORT Config preset(std::string_view name);
+[[nodiscard]] STEREOGRID_EXPORT std::vector<std::string> preset_names();
 
 /// Sets `key` ("group.name") from text. Throws ConfigError: unknown key (with the nearest known one), text that is no
 /// value.
-void set(Config& config, std::string_view key, std::string_view text);
+STEREOGRID_EXPORT void set(Config& config, std::string_view key, std::string_view text);
 
 /// The value of `key` as text that `set` would take.
-[[nodiscard]] std::string get(const Config& config, std::string_view key);
+[[nodiscard]] STEREOGRID_EXPORT std::string get(const Config& config, std::string_view key);
 
 /// Everything that is wrong with a configuration, a sentence each; empty: nothing.
-[[nodiscard]] std::vector<std::string> problems(const Config& config);
+[[nodiscard]] STEREOGRID_EXPORT std::vector<std::string> problems(const Config& config);
 
 }  // namespace stereogrid

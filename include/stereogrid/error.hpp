@@ -5,16 +5,18 @@
 #include <stdexcept>
 #include <string>
 
+#include "stereogrid/export.hpp"
+
 namespace stereogrid {
 
 /// A setting that cannot work: unknown key, value out of range, settings that contradict each other.
-class ConfigError : public std::runtime_error {
+class STEREOGRID_EXPORT ConfigError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
 /// Data that cannot be used. The message names the file, says what is wrong with it and what would mend it.
-class InputError : public std::runtime_error {
+class STEREOGRID_EXPORT InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
   InputError(const std::string& file, const std::string& what_is_wrong, const std::string& what_would_mend_it)
@@ -22,7 +24,7 @@ class InputError : public std::runtime_error {
 };
 
 /// Something outside that may work later: a full disk, a missing or busy device.
-class DeviceError : public std::runtime_error {
+class STEREOGRID_EXPORT DeviceError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "stereogrid/camera.hpp"
+#include "stereogrid/export.hpp"
 #include "stereogrid/grid.hpp"
 #include "stereogrid/image.hpp"
 
@@ -65,7 +66,7 @@ struct StereoFrame {
 };
 
 /// A recorded, simulated or live sequence of frames.
-class FrameSource {
+class STEREOGRID_EXPORT FrameSource {
  public:
   FrameSource() = default;
   FrameSource(const FrameSource&) = delete;

@@ -11,6 +11,7 @@
 
 #include "stereogrid/camera.hpp"
 #include "stereogrid/config.hpp"
+#include "stereogrid/export.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/grid.hpp"
 #include "stereogrid/result.hpp"
@@ -31,7 +32,7 @@ struct MemoryUse {
 ///
 /// Not thread-safe: one pipeline serves one camera, one frame after the other. One that has been moved from can only be
 /// assigned to or destroyed; its methods throw std::logic_error.
-class Pipeline {
+class STEREOGRID_EXPORT Pipeline {
  public:
   /// Allocates everything. `threads` 0: all cores; at most 1024. Throws ConfigError with every problem of `config` and
   /// `rig` (see their `problems`), of `back_end` and `threads`, DeviceError where BackEnd::cuda cannot work: no
@@ -94,16 +95,16 @@ class Pipeline {
   void load_state(std::span<const std::byte> saved);
 
  private:
-  struct Implementation;
+  struct STEREOGRID_HIDDEN Implementation;
   /// Throws std::logic_error: moved from.
-  [[nodiscard]] Implementation& implementation() const;
+  [[nodiscard]] STEREOGRID_HIDDEN Implementation& implementation() const;
   std::unique_ptr<Implementation> implementation_;
 };
 
 /// Version of the library, "major.minor.patch".
-[[nodiscard]] std::string_view version();
+[[nodiscard]] STEREOGRID_EXPORT std::string_view version();
 
 /// The instruction set that the CPU back end uses on this machine, e.g. "x86-64-v3".
-[[nodiscard]] std::string_view simd_target();
+[[nodiscard]] STEREOGRID_EXPORT std::string_view simd_target();
 
 }  // namespace stereogrid

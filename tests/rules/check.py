@@ -23,6 +23,10 @@ STANDARD = re.compile(r"[a-z_0-9]+")  # <vector>; C++'s own headers have neither
 # folders of one machine; written so that this file does not match itself
 MACHINE_PATH = re.compile(r"(?<![\w.$}~*/-])/(?:wor[k]|hom[e]/\w+|roo[t]|User[s]/\w+|tmp/brie[f])(?:/|\b)")
 
+# of the libraries that may be shared; what their headers declare has to be seen from outside
+PUBLIC_HEADER = re.compile(r"((io|scenes|evaluation)/)?include/stereogrid/.*\.hpp")
+NO_SYMBOL = re.compile(r"[\s#}/)]|(inline|constexpr|template|namespace|using|enum|struct|public|private)\b")
+
 DIRECT_OUTPUT = re.compile(r"\bfmt::print\b|\bstd::(cout|cerr|clog|printf|puts)\b")
 
 
@@ -83,6 +87,18 @@ def include_violation(root: Path, name: str, included: str) -> "str | None":
     return f"{room.folder}/ must not include {included}: dependencies point inwards (ARCHITECTURE.md)"
 
 
+def not_exported(lines: list[str]) -> list[int]:
+    """Numbers of the lines that declare a class or a function outside of classes, to be linked, without export."""
+    found = []
+    for number, line in enumerate(lines, start=1):
+        if not line or NO_SYMBOL.match(line) or "STEREOGRID_EXPORT" in line or lines[number - 2].startswith("template"):
+            continue
+        ending = next((later for later in lines[number - 1:] if later.endswith((";", "{", "}"))), "")
+        if re.match(r"class\b.*\{$", line) or ("(" in line and ending.endswith(";")):
+            found.append(number)
+    return found
+
+
 def violations(root: Path, names: list[str]) -> list[str]:
     found = []
     for name in names:
@@ -96,6 +112,9 @@ def violations(root: Path, names: list[str]) -> list[str]:
         if path.suffix in WITH_LICENCE or path.name == "CMakeLists.txt" or "".join(lines[:1]).startswith("#!"):
             head = "\n".join(lines[:4])
             found += [f"{name}:1: missing line: {line}" for line in LICENCE_LINES if line not in head]
+        if PUBLIC_HEADER.fullmatch(name):
+            found += [f"{name}:{number}: a shared library hides it; STEREOGRID_EXPORT is missing (export.hpp)"
+                      for number in not_exported(lines)]
         for number, line in enumerate(lines, start=1):
             if MACHINE_PATH.search(line):
                 found.append(f"{name}:{number}: a path of somebody's machine: {line.strip()}")

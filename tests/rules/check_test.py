@@ -46,6 +46,19 @@ class Rules(unittest.TestCase):
                 self.assert_forbidden(header, other)
         self.assert_forbidden("include/stereogrid/new.hpp", '"stereogrid/io/npz.hpp"')
 
+    def test_what_public_headers_declare_is_exported(self):
+        for header in ("include/stereogrid/new.hpp", "io/include/stereogrid/io/new.hpp"):
+            for text in ("void set(int value);", "[[nodiscard]] std::string get(int key,\n                  int other);",
+                         "class Pipeline {\n};", "class Recording final : public FrameSource {\n};"):
+                self.assertEqual(len(self.found(header, text + "\n")), 1, text)
+            for text in ("STEREOGRID_EXPORT void set(int value);", "[[nodiscard]] STEREOGRID_EXPORT int get();",
+                         "class STEREOGRID_EXPORT Pipeline {\n  void process();\n};", "template <class T>\nclass Image {\n};",
+                         "template <class T>\nvoid visit(T& value);", "struct Rig {\n  int width() const;\n};",
+                         "[[nodiscard]] inline Pose2 inverse(Pose2 pose) {\n}", "constexpr int names_of(int) {\n}",
+                         "class Later;", "using Call = std::function<void(int)>;"):
+                self.assertEqual(self.found(header, text + "\n"), [], text)
+        self.assertEqual(self.found("src/filter/filter.hpp", "void filter();\n"), [])
+
     def test_the_tool_speaks_through_its_console(self):
         for line in ('fmt::print("done");', 'fmt::print(stderr, "done");', 'std::cout << "done";'):
             self.assertEqual(len(self.found("apps/stereogrid/run.cpp", line + "\n")), 1, line)

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "stereogrid/camera.hpp"
+#include "stereogrid/export.hpp"
 #include "stereogrid/grid.hpp"
 #include "stereogrid/image.hpp"
 #include "stereogrid/truth.hpp"
@@ -48,22 +49,23 @@ inline constexpr double kitti_camera_height_m{1.64};
 /// returns are.
 ///
 /// The camera has to look level (pitch and roll are taken for 0, as in KITTI's calibrations).
-[[nodiscard]] Labels lidar_labels(std::span<const CameraPoint> points, const Rig& rig, const GridGeometry& grid,
-                                  double camera_height_m = kitti_camera_height_m);
+[[nodiscard]] STEREOGRID_EXPORT Labels lidar_labels(std::span<const CameraPoint> points, const Rig& rig,
+                                                    const GridGeometry& grid,
+                                                    double camera_height_m = kitti_camera_height_m);
 
 /// Labels from exact truth: what the left camera sees of a cell, nothing: not scored. `grid` is the grid to be scored;
 /// cells that the truth does not reach are not scored. Throws InputError where the cells of both do not coincide, with
 /// the setting that would mend it.
 ///
 /// Partly hidden: as above, with the pixels of obstacles between the truth's height limits. `rig`: of the recording.
-[[nodiscard]] Labels truth_labels(const FrameTruth& truth, const TruthGrid& truth_grid, const Rig& rig,
-                                  const GridGeometry& grid);
+[[nodiscard]] STEREOGRID_EXPORT Labels truth_labels(const FrameTruth& truth, const TruthGrid& truth_grid,
+                                                    const Rig& rig, const GridGeometry& grid);
 
 /// Where cell (0, 0) of `truth` lies in the cells of `grid`. Throws InputError as truth_labels.
 struct CellShift {
   int x{0};
   int y{0};
 };
-[[nodiscard]] CellShift shift_between(const GridGeometry& grid, const GridGeometry& truth);
+[[nodiscard]] STEREOGRID_EXPORT CellShift shift_between(const GridGeometry& grid, const GridGeometry& truth);
 
 }  // namespace stereogrid::evaluation

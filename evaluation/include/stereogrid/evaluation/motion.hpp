@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "stereogrid/evaluation/labels.hpp"
+#include "stereogrid/export.hpp"
 #include "stereogrid/obstacle.hpp"
 
 namespace stereogrid::evaluation {
@@ -30,7 +31,7 @@ struct MotionFrame {
 };
 
 /// Times after which cells that a moving object has left are given up.
-class GhostTimes {
+class STEREOGRID_EXPORT GhostTimes {
  public:
   void add(const MotionFrame& frame);
   /// Seconds from when a cell was first seen free until its p fell below 0.3. A cell that was hidden again or whose
@@ -54,7 +55,7 @@ class GhostTimes {
 };
 
 /// How long objects that were seen are believed in while nothing of them is visible.
-class HiddenSurvival {
+class STEREOGRID_EXPORT HiddenSurvival {
  public:
   void add(const MotionFrame& frame);
 
@@ -82,7 +83,7 @@ class HiddenSurvival {
 };
 
 /// Whether obstacles keep their names, and whether what stands is told from what moves. Confirmed obstacles only.
-class Identities {
+class STEREOGRID_EXPORT Identities {
  public:
   void add(const MotionFrame& frame);
   /// How often a moving object was found under another id than before. An obstacle that still is within 2 m goes before
@@ -125,7 +126,7 @@ struct MotionSummary {
 };
 
 /// How well motion is found. What moves is scored from one second after the first frame on, what stands still always.
-class MotionScores {
+class STEREOGRID_EXPORT MotionScores {
  public:
   void add(const MotionFrame& frame);
   [[nodiscard]] MotionSummary summary() const;

@@ -8,6 +8,7 @@
 
 #include "stereogrid/evaluation/baselines.hpp"
 #include "stereogrid/evaluation/labels.hpp"
+#include "stereogrid/export.hpp"
 
 namespace stereogrid::evaluation {
 
@@ -27,11 +28,11 @@ struct LogOddsParameters {
 
 /// Point-cloud ray casting: obstacle points are hits, road points free ends, cells on the way are cleared by a grid
 /// traversal; a hit outweighs what passes above it.
-[[nodiscard]] Image<float> ray_casting_grid(const DisparityFrame& frame, const GridGeometry& grid,
-                                            const LogOddsParameters& parameters = {});
+[[nodiscard]] STEREOGRID_EXPORT Image<float> ray_casting_grid(const DisparityFrame& frame, const GridGeometry& grid,
+                                                              const LogOddsParameters& parameters = {});
 
 /// The same over time: the log-odds of all frames summed in the world, which is taken to stand still.
-class LogOddsMap {
+class STEREOGRID_EXPORT LogOddsMap {
  public:
   explicit LogOddsMap(double weight_of_frame = 0.8,
                       const LogOddsParameters& parameters = {.hit = 0.6, .any_pass = 0.5, .lowest = -3, .highest = 4});
@@ -54,8 +55,9 @@ struct LidarModelParameters {
 };
 /// Heights are above the plane that lidar_labels fits, with the same `camera_height_m`. `lidar`: where the sensor is in
 /// the camera's frame.
-[[nodiscard]] Image<float> lidar_grid(std::span<const CameraPoint> points, const CameraPoint& lidar,
-                                      const GridGeometry& grid, double camera_height_m = kitti_camera_height_m,
-                                      const LidarModelParameters& parameters = {});
+[[nodiscard]] STEREOGRID_EXPORT Image<float> lidar_grid(std::span<const CameraPoint> points, const CameraPoint& lidar,
+                                                        const GridGeometry& grid,
+                                                        double camera_height_m = kitti_camera_height_m,
+                                                        const LidarModelParameters& parameters = {});
 
 }  // namespace stereogrid::evaluation

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "stereogrid/evaluation/labels.hpp"
+#include "stereogrid/export.hpp"
 
 namespace stereogrid::evaluation {
 
@@ -113,11 +114,11 @@ struct ColumnDepth {
 };
 
 /// Free space of one frame along every image column in which the truth has an occupied cell, from `from_m` ahead on.
-[[nodiscard]] std::vector<ColumnDepth> free_space(View<const float> probability, const Labels& labels,
-                                                  double from_m = 3);
+[[nodiscard]] STEREOGRID_EXPORT std::vector<ColumnDepth> free_space(View<const float> probability, const Labels& labels,
+                                                                    double from_m = 3);
 
 /// Scores one series of grids, such as the observed grids of a run or what a baseline makes of the same drive.
-class Scores {
+class STEREOGRID_EXPORT Scores {
  public:
   /// Takes a frame. `probability`: P(occupied) on labels.geometry, 0.5 = unknown. Throws std::invalid_argument: sizes
   /// differ, or the geometry is not that of the frames before.

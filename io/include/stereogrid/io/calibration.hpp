@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "stereogrid/camera.hpp"
+#include "stereogrid/export.hpp"
 
 namespace stereogrid::io {
 
@@ -47,10 +48,10 @@ enum class KittiPair { grey, colour };
 /// (with calib_velo_to_cam.txt beside it), told apart by content. KITTI gives no mounting: height 1.65 m, pitch 0.
 /// `width_px`, `height_px`: size of the recording's images, 0 = not known yet. Throws InputError with what is wrong:
 /// missing keys, `problems` of the rig, other image size, …
-[[nodiscard]] Calibration read_calibration(const std::filesystem::path& path, int width_px = 0, int height_px = 0,
-                                           KittiPair pair = KittiPair::grey);
+[[nodiscard]] STEREOGRID_EXPORT Calibration read_calibration(const std::filesystem::path& path, int width_px = 0,
+                                                             int height_px = 0, KittiPair pair = KittiPair::grey);
 
 /// Writes the rectified form of calibration.yaml. Throws DeviceError.
-void write_calibration_yaml(const std::filesystem::path& path, const Rig& rig);
+STEREOGRID_EXPORT void write_calibration_yaml(const std::filesystem::path& path, const Rig& rig);
 
 }  // namespace stereogrid::io

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "stereogrid/export.hpp"
 #include "stereogrid/image.hpp"
 
 namespace stereogrid::io {
@@ -12,6 +13,6 @@ namespace stereogrid::io {
 /// content: PNG of 16 bits in KITTI's coding (disparity × 256), PFM of one channel, TIFF of 32- or 64-bit floats, NumPy
 /// .npy of float32 or float64 in shape (height, width). Throws InputError: missing, truncated or damaged, another type,
 /// or numbers that cannot be disparities in px (most exceed the image's width, or none reaches 1 px).
-[[nodiscard]] Image<float> read_disparity(const std::filesystem::path& path);
+[[nodiscard]] STEREOGRID_EXPORT Image<float> read_disparity(const std::filesystem::path& path);
 
 }  // namespace stereogrid::io

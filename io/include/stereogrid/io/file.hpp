@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "stereogrid/export.hpp"
+
 namespace stereogrid::io {
 
 /// The largest file of each kind that is read, in bytes. Far above what is of use: a larger one is something else, and
@@ -25,17 +27,18 @@ constexpr std::size_t json{16384 * mebi};   ///< run.json, frames.jsonl, truth
 
 /// The whole file. Throws InputError: missing, a folder, a device, FIFO or socket, not readable, of more than
 /// `most_bytes`, cut off while it was read.
-[[nodiscard]] std::string read_file(const std::filesystem::path& path, std::size_t most_bytes = largest_bytes::array);
+[[nodiscard]] STEREOGRID_EXPORT std::string read_file(const std::filesystem::path& path,
+                                                      std::size_t most_bytes = largest_bytes::array);
 
 /// The same for text: without the byte-order mark that some editors put before UTF-8.
-[[nodiscard]] std::string read_text(const std::filesystem::path& path, std::size_t most_bytes);
+[[nodiscard]] STEREOGRID_EXPORT std::string read_text(const std::filesystem::path& path, std::size_t most_bytes);
 
 /// Writes the file under a temporary name beside it and renames it, so that a file of this name is always whole. A
 /// symbolic link stays: what it points to is written. A file that is replaced keeps its permissions. Devices, FIFOs and
 /// sockets are written directly. Throws DeviceError: disk full, no such folder, not writable, a folder of this name.
-void write_file(const std::filesystem::path& path, std::string_view bytes);
+STEREOGRID_EXPORT void write_file(const std::filesystem::path& path, std::string_view bytes);
 
 /// Creates the folder and its parents. Throws DeviceError.
-void create_folder(const std::filesystem::path& path);
+STEREOGRID_EXPORT void create_folder(const std::filesystem::path& path);
 
 }  // namespace stereogrid::io

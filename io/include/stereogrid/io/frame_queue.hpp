@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "stereogrid/export.hpp"
 #include "stereogrid/frame.hpp"
 
 namespace stereogrid::io {
@@ -29,7 +30,7 @@ using Preparation = std::function<void(QueuedFrame&)>;
 
 /// Loads the next frames of a source on background threads while the consumer works on the ones before. Frames come out
 /// in order, whatever the number of threads. next() is for one consumer.
-class FrameQueue {
+class STEREOGRID_EXPORT FrameQueue {
  public:
   /// Frames [first, last) of the source, which has to live as long as the queue; at most `capacity` wait loaded.
   FrameQueue(const FrameSource& source, std::size_t first, std::size_t last, std::size_t capacity = 4, int threads = 1,
@@ -47,7 +48,7 @@ class FrameQueue {
   [[nodiscard]] std::optional<QueuedFrame> next();
 
  private:
-  struct State;
+  struct STEREOGRID_HIDDEN State;
   std::unique_ptr<State> state_;
 };
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 
+#include "stereogrid/export.hpp"
 #include "stereogrid/image.hpp"
 
 namespace stereogrid::io {
@@ -22,21 +23,21 @@ struct RgbImage {
 /// Reads an image as 8-bit grey; colour becomes luma. Sensors store 10, 12 or 14 bits in 16: `bits` (8–16) says how
 /// many of a 16-bit file carry the picture, so that all frames of a drive share one scale; brighter values saturate. 0:
 /// taken from this image by sample_bits. 8-bit files are taken as they are.
-[[nodiscard]] Image<std::uint8_t> read_grey(const std::filesystem::path& path, int bits = 0);
+[[nodiscard]] STEREOGRID_EXPORT Image<std::uint8_t> read_grey(const std::filesystem::path& path, int bits = 0);
 
 /// 8 for an 8-bit file; else the least of 10 … 16 bits that holds the image's brightest value.
-[[nodiscard]] int sample_bits(const std::filesystem::path& path);
+[[nodiscard]] STEREOGRID_EXPORT int sample_bits(const std::filesystem::path& path);
 
 /// Reads a one-channel image without scaling; 8-bit values are widened. Throws InputError for colour.
-[[nodiscard]] Image<std::uint16_t> read_u16(const std::filesystem::path& path);
+[[nodiscard]] STEREOGRID_EXPORT Image<std::uint16_t> read_u16(const std::filesystem::path& path);
 
 /// Reads an image as 8-bit colour; grey becomes R = G = B, 16 bits lose their lower half.
-[[nodiscard]] RgbImage read_rgb(const std::filesystem::path& path);
+[[nodiscard]] STEREOGRID_EXPORT RgbImage read_rgb(const std::filesystem::path& path);
 
 // Writers leave whole files only (file.hpp) and throw DeviceError.
 
-void write_png(const std::filesystem::path& path, const Image<std::uint8_t>& grey);
-void write_png(const std::filesystem::path& path, const Image<std::uint16_t>& grey);
-void write_png(const std::filesystem::path& path, const RgbImage& colour);
+STEREOGRID_EXPORT void write_png(const std::filesystem::path& path, const Image<std::uint8_t>& grey);
+STEREOGRID_EXPORT void write_png(const std::filesystem::path& path, const Image<std::uint16_t>& grey);
+STEREOGRID_EXPORT void write_png(const std::filesystem::path& path, const RgbImage& colour);
 
 }  // namespace stereogrid::io

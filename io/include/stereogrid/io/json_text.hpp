@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "stereogrid/error.hpp"
+#include "stereogrid/export.hpp"
 #include "stereogrid/grid.hpp"
 #include "stereogrid/io/text.hpp"
 
@@ -23,7 +24,7 @@ template <class Json>
 }
 
 /// Whether brackets stand within more than 64 others. Walking through such JSON would use up the stack.
-[[nodiscard]] bool is_nested_too_deeply(std::string_view json);
+[[nodiscard]] STEREOGRID_EXPORT bool is_nested_too_deeply(std::string_view json);
 
 /// Reads JSON and hands it to `take(const Json&)`. Whatever is wrong with the text, or with what `take` finds in it
 /// (exceptions of the JSON library, or an InputError without file), becomes InputError(file, …, mend). `where`: such as

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "stereogrid/export.hpp"
 #include "stereogrid/image.hpp"
 
 namespace stereogrid::io {
@@ -21,8 +22,8 @@ namespace stereogrid::io {
 enum class DType { float32, float64, int8, int16, int32, int64, uint8, uint16, uint32, uint64, boolean };
 
 /// "<f4" and so on, as NumPy spells it.
-[[nodiscard]] std::string_view spelling(DType dtype);
-[[nodiscard]] std::size_t element_size(DType dtype);
+[[nodiscard]] STEREOGRID_EXPORT std::string_view spelling(DType dtype);
+[[nodiscard]] STEREOGRID_EXPORT std::size_t element_size(DType dtype);
 
 template <class T>
 [[nodiscard]] constexpr DType dtype_of() {
@@ -69,10 +70,10 @@ struct NpzArray {
 
 /// Writes a compressed .npz that numpy.load opens; the same arrays give the same bytes. Leaves whole files only. Throws
 /// DeviceError; std::invalid_argument where a shape does not fit its bytes.
-void write_npz(const std::filesystem::path& path, std::span<const NpzArray> arrays);
+STEREOGRID_EXPORT void write_npz(const std::filesystem::path& path, std::span<const NpzArray> arrays);
 
 /// An array read from a file.
-struct NpyArray {
+struct STEREOGRID_EXPORT NpyArray {
   DType dtype{DType::float32};
   std::vector<std::size_t> shape;
   std::vector<std::byte> bytes;
@@ -92,9 +93,9 @@ struct NpyArray {
 
 /// Every array of an .npz by name. Throws InputError: missing or damaged file, an element type or memory order that is
 /// not understood.
-[[nodiscard]] std::map<std::string, NpyArray> read_npz(const std::filesystem::path& path);
+[[nodiscard]] STEREOGRID_EXPORT std::map<std::string, NpyArray> read_npz(const std::filesystem::path& path);
 
 /// The array of an .npy file. Throws as read_npz.
-[[nodiscard]] NpyArray read_npy(const std::filesystem::path& path);
+[[nodiscard]] STEREOGRID_EXPORT NpyArray read_npy(const std::filesystem::path& path);
 
 }  // namespace stereogrid::io

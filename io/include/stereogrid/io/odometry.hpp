@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "stereogrid/camera.hpp"
+#include "stereogrid/export.hpp"
 #include "stereogrid/frame.hpp"
 
 namespace stereogrid::io {
@@ -54,7 +55,7 @@ struct OdometryState {
 /// points that agree with a constant motion decide, and where they are too few the last motion is carried on, with a
 /// warning. Steps are put together on the ground, seen with the rig's pitch and roll. The same result for any number of
 /// threads.
-class VisualOdometry {
+class STEREOGRID_EXPORT VisualOdometry {
  public:
   explicit VisualOdometry(const Rig& rig);
   VisualOdometry(VisualOdometry&&) noexcept;
@@ -71,7 +72,7 @@ class VisualOdometry {
   void load_state(const OdometryState& state);
 
  private:
-  struct Implementation;
+  struct STEREOGRID_HIDDEN Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
 

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "stereogrid/export.hpp"
 #include "stereogrid/image.hpp"
 
 namespace stereogrid::io {
@@ -16,7 +17,7 @@ enum class OpencvMatcher { block, semi_global };
 /// left-right difference 1. `disparities` is rounded up to a multiple of 16, as OpenCV wants it. OpenCV finds nothing
 /// where the window leaves the image or u is below the number of disparities; an image that is too small has no
 /// disparities at all.
-[[nodiscard]] Image<float> match_with_opencv(OpencvMatcher matcher, const Image<std::uint8_t>& left,
-                                             const Image<std::uint8_t>& right, int disparities);
+[[nodiscard]] STEREOGRID_EXPORT Image<float> match_with_opencv(OpencvMatcher matcher, const Image<std::uint8_t>& left,
+                                                               const Image<std::uint8_t>& right, int disparities);
 
 }  // namespace stereogrid::io

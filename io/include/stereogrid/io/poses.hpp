@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "stereogrid/export.hpp"
 #include "stereogrid/frame.hpp"
 
 namespace stereogrid::io {
@@ -26,20 +27,21 @@ struct NamedPose {
 
 /// A camera's pose, world_from_camera 3 × 4 row-major (x right, y down, z forward), on the ground: x forward, y left,
 /// heading of the optical axis.
-[[nodiscard]] Pose2 on_the_ground(std::span<const double, 12> world_from_camera);
+[[nodiscard]] STEREOGRID_EXPORT Pose2 on_the_ground(std::span<const double, 12> world_from_camera);
 
 // Poses are relative to the file's own world, not to the first frame. Readers throw InputError and name the line.
 
 /// KITTI's pose file: 12 numbers a line, world_from_camera 3 × 4 row-major (x right, y down, z forward), projected on
 /// the ground: x forward, y left, heading of the optical axis. Complains of numbers that are not finite, of lines that
 /// are no rotation, and where there are not `expected` of them.
-[[nodiscard]] std::vector<Pose2> read_kitti_poses(const std::filesystem::path& path, std::size_t expected);
+[[nodiscard]] STEREOGRID_EXPORT std::vector<Pose2> read_kitti_poses(const std::filesystem::path& path,
+                                                                    std::size_t expected);
 
 /// Our poses.csv: header name,stamp_ns,x_m,y_m,yaw_rad, or without the names, where the poses have times of their own.
 /// Complains of double names and of stamps that do not grow.
-[[nodiscard]] std::vector<NamedPose> read_poses_csv(const std::filesystem::path& path);
+[[nodiscard]] STEREOGRID_EXPORT std::vector<NamedPose> read_poses_csv(const std::filesystem::path& path);
 
-void write_poses_csv(const std::filesystem::path& path, std::span<const NamedPose> poses);
+STEREOGRID_EXPORT void write_poses_csv(const std::filesystem::path& path, std::span<const NamedPose> poses);
 
 /// A pose and its instant.
 struct StampedPose {
@@ -50,9 +52,9 @@ struct StampedPose {
 /// The poses at other instants: between the two around each, position linear, heading along the shorter arc. Up to one
 /// usual (median) interval before the first and behind the last pose, motion is carried on. `poses`: stamps grow.
 /// Throws InputError naming `source` where that does not reach, or there are fewer than two poses.
-[[nodiscard]] std::vector<Pose2> interpolate_poses(const std::filesystem::path& source,
-                                                   std::span<const StampedPose> poses,
-                                                   std::span<const std::int64_t> stamps_ns);
+[[nodiscard]] STEREOGRID_EXPORT std::vector<Pose2> interpolate_poses(const std::filesystem::path& source,
+                                                                     std::span<const StampedPose> poses,
+                                                                     std::span<const std::int64_t> stamps_ns);
 
 /// GPS/IMU records of a KITTI raw drive.
 struct OxtsPoses {
@@ -62,8 +64,9 @@ struct OxtsPoses {
 
 /// Reads FOLDER/NAME.txt (lat lon alt roll pitch yaw …) for each name. `calibration_folder` holds
 /// calib_imu_to_velo.txt, calib_velo_to_cam.txt, calib_cam_to_cam.txt where they are known.
-[[nodiscard]] OxtsPoses read_oxts(const std::filesystem::path& folder, std::span<const std::string> names,
-                                  const std::filesystem::path& calibration_folder);
+[[nodiscard]] STEREOGRID_EXPORT OxtsPoses read_oxts(const std::filesystem::path& folder,
+                                                    std::span<const std::string> names,
+                                                    const std::filesystem::path& calibration_folder);
 
 /// The names of all records in FOLDER, in their order, and the stamps that FOLDER/../timestamps.txt gives them by their
 /// numbers (line i for record i). Empty: no such file.
@@ -71,13 +74,13 @@ struct OxtsTimes {
   std::vector<std::string> names;
   std::vector<std::int64_t> stamps_ns;
 };
-[[nodiscard]] OxtsTimes read_oxts_times(const std::filesystem::path& folder);
+[[nodiscard]] STEREOGRID_EXPORT OxtsTimes read_oxts_times(const std::filesystem::path& folder);
 
 /// The pose file of a folder: poses.csv, poses_gt.txt, poses.txt, poses_vo.txt, then any other poses*.txt.
 struct PoseChoice {
   std::filesystem::path file;
   std::vector<std::filesystem::path> others;  ///< also there, not taken
 };
-[[nodiscard]] std::optional<PoseChoice> find_poses(const std::filesystem::path& folder);
+[[nodiscard]] STEREOGRID_EXPORT std::optional<PoseChoice> find_poses(const std::filesystem::path& folder);
 
 }  // namespace stereogrid::io

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "stereogrid/export.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/rectifier.hpp"
@@ -54,7 +55,7 @@ struct RecordingContents {
 };
 
 /// A recorded drive. Opened by open_recording.
-class Recording final : public FrameSource {
+class STEREOGRID_EXPORT Recording final : public FrameSource {
  public:
   explicit Recording(RecordingContents contents);
 
@@ -80,14 +81,15 @@ class Recording final : public FrameSource {
 
 /// Recognises the input by looking at it and reads everything but the images. Throws InputError (which file, what is
 /// wrong, what would mend it) where the recording as a whole cannot be used.
-[[nodiscard]] std::unique_ptr<Recording> open_recording(const InputArguments& arguments);
+[[nodiscard]] STEREOGRID_EXPORT std::unique_ptr<Recording> open_recording(const InputArguments& arguments);
 
 /// A sentence where left and right seem to be swapped: more of the pair matches at negative disparities than at
 /// positive ones.
-[[nodiscard]] std::optional<std::string> complaint_if_swapped(const StereoFrame& frame);
+[[nodiscard]] STEREOGRID_EXPORT std::optional<std::string> complaint_if_swapped(const StereoFrame& frame);
 
 /// Share of the pixels that have a sure match at a disparity of at least one pixel, in images reduced to a width of 400
 /// px. 0 where the images are narrower than 96 px or differ in size.
-[[nodiscard]] double coarse_match_share(const Image<std::uint8_t>& left, const Image<std::uint8_t>& right);
+[[nodiscard]] STEREOGRID_EXPORT double coarse_match_share(const Image<std::uint8_t>& left,
+                                                          const Image<std::uint8_t>& right);
 
 }  // namespace stereogrid::io

@@ -5,13 +5,14 @@
 #include <cstdint>
 #include <memory>
 
+#include "stereogrid/export.hpp"
 #include "stereogrid/image.hpp"
 #include "stereogrid/io/calibration.hpp"
 
 namespace stereogrid::io {
 
 /// Turns the images of a raw pair into a rectified pair of the same size: rows aligned, distortion gone.
-class Rectifier {
+class STEREOGRID_EXPORT Rectifier {
  public:
   /// Throws InputError when the pair cannot be rectified (`raw` has no baseline along x).
   Rectifier(const RawPair& raw, int width_px, int height_px);
@@ -27,7 +28,7 @@ class Rectifier {
   [[nodiscard]] Image<std::uint8_t> right(const Image<std::uint8_t>& raw) const;
 
  private:
-  struct Maps;
+  struct STEREOGRID_HIDDEN Maps;
   std::unique_ptr<const Maps> maps_;
 };
 

@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <vector>
 
+#include "stereogrid/export.hpp"
+
 namespace stereogrid::io {
 
 /// A lidar return in the sensor's own frame (Velodyne: x forward, y left, z up).
@@ -18,6 +20,6 @@ struct ScanPoint {
 /// Reads a lidar sweep in KITTI's form: little-endian float32 x, y, z, reflectance, one point after the other. Points
 /// with a coordinate that is not finite (no return) are left out. Throws InputError: missing, empty, cut off within a
 /// point, or nothing but such points.
-[[nodiscard]] std::vector<ScanPoint> read_scan(const std::filesystem::path& path);
+[[nodiscard]] STEREOGRID_EXPORT std::vector<ScanPoint> read_scan(const std::filesystem::path& path);
 
 }  // namespace stereogrid::io

@@ -7,17 +7,19 @@
 #include <string>
 #include <string_view>
 
+#include "stereogrid/export.hpp"
+
 namespace stereogrid::io {
 
 /// Text from outside as it may stand in a message, a file or on a terminal: valid UTF-8 without control characters
 /// stays as it is, every other byte becomes \xNN. Longer than `longest_bytes`: cut off between two characters, with
 /// "…".
-[[nodiscard]] std::string printable(std::string_view text, std::size_t longest_bytes = 200);
+[[nodiscard]] STEREOGRID_EXPORT std::string printable(std::string_view text, std::size_t longest_bytes = 200);
 
 /// The name of a frame from that of its file, or from a list of names: printable and whole.
-[[nodiscard]] std::string frame_name(std::string_view text);
+[[nodiscard]] STEREOGRID_EXPORT std::string frame_name(std::string_view text);
 
 /// Printable, and whole, since nobody finds a file by half of its name.
-[[nodiscard]] std::string printable_path(const std::filesystem::path& path);
+[[nodiscard]] STEREOGRID_EXPORT std::string printable_path(const std::filesystem::path& path);
 
 }  // namespace stereogrid::io

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "stereogrid/camera.hpp"
+#include "stereogrid/export.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/io/poses.hpp"
 #include "stereogrid/truth.hpp"
@@ -17,10 +18,10 @@ namespace stereogrid::io {
 
 /// Reads a disparity image of ground truth, KITTI's and ours: 16-bit PNG, disparity in px × 256, 0 = none (0 in the
 /// result too). Throws InputError: missing, damaged, in colour, or of 8-bit values.
-[[nodiscard]] Image<float> read_truth_disparity(const std::filesystem::path& path);
+[[nodiscard]] STEREOGRID_EXPORT Image<float> read_truth_disparity(const std::filesystem::path& path);
 
 /// Reads the truth/ folder of the plain-folder layout (docs/input.md).
-class TruthReader {
+class STEREOGRID_EXPORT TruthReader {
  public:
   /// `folder`: the truth/ folder itself. Throws InputError: grid.json or objects.jsonl missing or not understood.
   explicit TruthReader(const std::filesystem::path& folder);
@@ -43,7 +44,7 @@ class TruthReader {
 
 /// Writes a recording in the plain-folder layout. Call write() for each frame, then finish(): calibration.yaml,
 /// poses.csv and objects.jsonl come last, so that a folder half-written is not taken for a whole one.
-class PlainFolderWriter {
+class STEREOGRID_EXPORT PlainFolderWriter {
  public:
   /// `truth`: the cells that ground truth is given on; none: the recording has no truth. Throws InputError where the
   /// folder already holds images, DeviceError where it cannot be written.

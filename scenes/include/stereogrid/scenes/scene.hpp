@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "stereogrid/export.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/truth.hpp"
 
@@ -33,16 +34,16 @@ struct SceneOptions {
 };
 
 /// The built-in scenes, in alphabetical order.
-[[nodiscard]] std::vector<std::string> scene_names();
+[[nodiscard]] STEREOGRID_EXPORT std::vector<std::string> scene_names();
 
 /// Reads "scene:street?frames=60&seed=3&width=1242&height=375", with or without "scene:". Keys: frames, seed, width,
 /// height, focal (px), baseline (m), camera_height (m), pitch_deg, rate (Hz), noise (grey levels), gain.
 /// Throws InputError, with the known scenes or keys and their ranges.
-[[nodiscard]] SceneOptions parse_scene(std::string_view text);
+[[nodiscard]] STEREOGRID_EXPORT SceneOptions parse_scene(std::string_view text);
 
 /// A ray-cast street scene with exact truth. World frame: the vehicle frame of the start. The same options give the
 /// same images on every machine and any number of threads.
-class Scene : public FrameSource {
+class STEREOGRID_EXPORT Scene : public FrameSource {
  public:
   /// `threads` 0: all cores. Throws InputError for an unknown scene or values out of range.
   explicit Scene(SceneOptions options, int threads = 0);
@@ -60,7 +61,7 @@ class Scene : public FrameSource {
   [[nodiscard]] TruthGrid truth_grid() const;
 
  private:
-  struct Implementation;
+  struct STEREOGRID_HIDDEN Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
 

@@ -1,0 +1,37 @@
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# What the libraries have in common that programs link: shared or static as BUILD_SHARED_LIBS says, with nothing to be
+# seen of them but what carries STEREOGRID_EXPORT. Shared and static ones are made of the same objects.
+
+# stereogrid_public_library(TARGET NAME): TARGET becomes stereogrid::NAME, in the tree as in the package. TARGET_internals
+# is for tests, benchmarks and the CUDA library, which use functions that a shared library hides.
+function(stereogrid_public_library target name)
+  add_library(stereogrid::${name} ALIAS ${target})
+  # before 1.0 a minor version may break programs, so that the name that they look for (SONAME) has it
+  set_target_properties(
+    ${target}
+    PROPERTIES EXPORT_NAME ${name}
+               VERSION ${PROJECT_VERSION}
+               SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
+               DEFINE_SYMBOL ""
+               CXX_VISIBILITY_PRESET hidden
+               VISIBILITY_INLINES_HIDDEN ON
+               INSTALL_RPATH "$ORIGIN")
+  if(STEREOGRID_SANITIZE) # who links what is compiled so needs the sanitizer's own library
+    target_link_options(${target} INTERFACE -fsanitize=${STEREOGRID_SANITIZE})
+  endif()
+
+  get_target_property(type ${target} TYPE)
+  if(type STREQUAL "STATIC_LIBRARY")
+    # what a plugin has of it stays within the plugin
+    target_link_options(${target} INTERFACE LINKER:--exclude-libs,$<TARGET_FILE_NAME:stereogrid::${name}>)
+    add_library(${target}_internals ALIAS ${target})
+  else()
+    add_library(${target}_internals STATIC EXCLUDE_FROM_ALL $<TARGET_OBJECTS:${target}>)
+    set_target_properties(${target}_internals PROPERTIES LINKER_LANGUAGE CXX)
+    target_include_directories(${target}_internals
+                               INTERFACE $<TARGET_PROPERTY:${target},INTERFACE_INCLUDE_DIRECTORIES>)
+    target_link_libraries(${target}_internals PUBLIC $<GENEX_EVAL:$<TARGET_PROPERTY:${target},LINK_LIBRARIES>>)
+  endif()
+endfunction()

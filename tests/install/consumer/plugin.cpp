@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a host program that knows nothing of stereogrid loads.
+#include <stereogrid/error.hpp>
+#include <stereogrid/pipeline.hpp>
+
+/// 1: a pipeline can be made here, and what it refuses is caught here.
+extern "C" __attribute__((visibility("default"))) int plugin_works() {
+  const stereogrid::Config config{stereogrid::preset("default")};
+  stereogrid::Rig rig;
+  rig.width_px = 200;
+  rig.height_px = 120;
+  rig.focal_px = 160;
+  rig.centre_u_px = 100;
+  rig.centre_v_px = 60;
+  rig.baseline_m = 0.5;
+  const stereogrid::Pipeline pipeline{config, rig, stereogrid::BackEnd::cpu, 1};
+  try {
+    const stereogrid::Pipeline refused{config, stereogrid::Rig{}};
+  } catch (const stereogrid::ConfigError&) {
+    return pipeline.threads() == 1 ? 1 : 0;
+  }
+  return 0;
+}
