@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "stereogrid/export.hpp"
 #include "stereogrid/image.hpp"
 
 namespace stereogrid {
@@ -23,10 +24,10 @@ constexpr std::array<std::string_view, 4> names_of(OccupancyScale) {
   return {"percent", "trinary", "nav2", "autoware"};
 }
 
-[[nodiscard]] std::int8_t occupancy_value(float occupancy, OccupancyScale scale);
+[[nodiscard]] STEREOGRID_EXPORT std::int8_t occupancy_value(float occupancy, OccupancyScale scale);
 
 /// Of all cells of a grid, in the order of nav_msgs/OccupancyGrid: row by row, x fastest, from the corner of the
 /// smallest x and y.
-[[nodiscard]] std::vector<std::int8_t> occupancy_values(View<const float> occupancy, OccupancyScale scale);
+[[nodiscard]] STEREOGRID_EXPORT std::vector<std::int8_t> occupancy_values(View<const float> occupancy, OccupancyScale scale);
 
 }  // namespace stereogrid
