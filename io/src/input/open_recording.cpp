@@ -7,9 +7,9 @@
 #include <map>
 #include <set>
 
-#include "input_layout.hpp"
-#include "recording_poses.hpp"
-#include "stamps.hpp"
+#include "input/input_layout.hpp"
+#include "input/recording_poses.hpp"
+#include "input/stamps.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/poses.hpp"

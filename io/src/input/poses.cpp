@@ -10,7 +10,7 @@
 #include <opencv2/core/matx.hpp>
 #include <set>
 
-#include "kitti_text.hpp"
+#include "input/kitti_text.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/text.hpp"

@@ -5,7 +5,7 @@
 #include <functional>
 #include <optional>
 
-#include "odometry_points.hpp"
+#include "vision/odometry_points.hpp"
 
 namespace stereogrid::io {
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "odometry_points.hpp"
+#include "vision/odometry_points.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -10,10 +10,10 @@
 #include <optional>
 #include <set>
 
-#include "odometry_motion.hpp"
-#include "odometry_points.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/poses.hpp"
+#include "vision/odometry_motion.hpp"
+#include "vision/odometry_points.hpp"
 
 namespace stereogrid::io {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "image_completeness.hpp"
+#include "files/image_completeness.hpp"
 
 #include <fmt/format.h>
 #include <zlib.h>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "kitti_text.hpp"
+#include "input/kitti_text.hpp"
 
 #include <algorithm>
 #include <charconv>

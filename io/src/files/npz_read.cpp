@@ -13,7 +13,7 @@
 #include <regex>
 #include <type_traits>
 
-#include "npz_types.hpp"
+#include "files/npz_types.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/npz.hpp"

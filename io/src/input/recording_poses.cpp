@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "recording_poses.hpp"
+#include "input/recording_poses.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "odometry_motion.hpp"
+#include "vision/odometry_motion.hpp"
 
 #include <opencv2/calib3d.hpp>
 

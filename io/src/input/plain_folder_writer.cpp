@@ -6,6 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "input/truth_layout.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/file.hpp"
@@ -14,7 +15,6 @@
 #include "stereogrid/io/npz.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/io/truth.hpp"
-#include "truth_layout.hpp"
 
 namespace stereogrid::io {
 namespace {

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "input_layout.hpp"
+#include "input/input_layout.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <set>
 
-#include "kitti_text.hpp"
-#include "natural_order.hpp"
+#include "input/kitti_text.hpp"
+#include "input/natural_order.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/text.hpp"

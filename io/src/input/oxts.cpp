@@ -8,8 +8,8 @@
 #include <numbers>
 #include <opencv2/core/matx.hpp>
 
-#include "kitti_text.hpp"
-#include "stamps.hpp"
+#include "input/kitti_text.hpp"
+#include "input/stamps.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/poses.hpp"

@@ -8,11 +8,11 @@
 #include <nlohmann/json.hpp>
 #include <type_traits>
 
+#include "files/yaml_complaint.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
 #include "stereogrid/io/text.hpp"
-#include "yaml_complaint.hpp"
 
 namespace stereogrid::io {
 namespace {

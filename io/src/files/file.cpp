@@ -10,7 +10,7 @@
 #include <cerrno>
 #include <system_error>
 
-#include "file_descriptor.hpp"
+#include "files/file_descriptor.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 

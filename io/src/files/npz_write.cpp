@@ -13,7 +13,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "npz_types.hpp"
+#include "files/npz_types.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/npz.hpp"

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "image_completeness.hpp"
+#include "files/image_completeness.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/text.hpp"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "calibration_yaml.hpp"
+#include "input/calibration_yaml.hpp"
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
@@ -11,12 +11,12 @@
 #include <opencv2/calib3d.hpp>
 #include <string_view>
 
-#include "kitti_text.hpp"
+#include "files/yaml_complaint.hpp"
+#include "input/kitti_text.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/rectifier.hpp"
 #include "stereogrid/io/text.hpp"
-#include "yaml_complaint.hpp"
 
 namespace stereogrid::io {
 namespace {

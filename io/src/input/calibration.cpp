@@ -7,8 +7,8 @@
 #include <cmath>
 #include <opencv2/core/matx.hpp>
 
-#include "calibration_yaml.hpp"
-#include "kitti_text.hpp"
+#include "input/calibration_yaml.hpp"
+#include "input/kitti_text.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/text.hpp"

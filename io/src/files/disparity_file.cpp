@@ -16,7 +16,7 @@
 #include <string_view>
 #include <vector>
 
-#include "image_completeness.hpp"
+#include "files/image_completeness.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/npz.hpp"
