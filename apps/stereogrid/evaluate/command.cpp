@@ -47,7 +47,9 @@ InputOptions input_options(const Options& options, const RunReader& run) {
     throw InputError{io::printable(path), "is not there any more; the run was made from it.",
                      "Say where it is now: stereogrid evaluate " + options.run + " INPUT."};
   }
-  return run.input();
+  // the run's own poses stand in its frames; where the input's are does not matter any more
+  const RunInput& from{run.input()};
+  return {from.paths, from.calibration, from.kind == "scene" ? "" : "none", from.disparities};
 }
 
 TruthKind kind_of(const std::string& truth) {

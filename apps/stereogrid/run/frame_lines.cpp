@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string_view>
 #include <system_error>
 
@@ -13,6 +14,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/poses.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app {
@@ -20,8 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-const char* const mend{"Remove the lines from there on, or start the run anew in another folder."};
 
 Json json_of(const Covariance2& covariance) {
   return {covariance.xx, covariance.xy, covariance.yy};
@@ -46,8 +46,13 @@ Json json_of(const Obstacle& obstacle) {
           {"velocity_covariance", json_of(obstacle.velocity_covariance)}};
 }
 
-constexpr std::int64_t largest_id{std::int64_t{1} << 53};
-constexpr double farthest{1e9};  // metres and radians: poses of a jumped source, too
+std::int64_t id_of(const Json& obstacle) {
+  return io::whole_number(obstacle, "id", 0, std::int64_t{1} << 53);
+}
+
+constexpr double farthest{1e9};    // metres and radians of poses: those of a source that jumped, too
+constexpr double most{1e6};        // metres, m/s …: of what a street holds
+constexpr double longest_s{1e10};  // between any two stamps
 
 // Flags that this version does not know are left out.
 std::vector<FrameStatus> status_of(const Json& line) {
@@ -63,23 +68,61 @@ std::vector<FrameStatus> status_of(const Json& line) {
 FrameSummary summary_of(const Json& line) {
   FrameSummary frame;
   frame.index = static_cast<std::size_t>(io::whole_number(line, "index", 0, largest_index));
-  const Json& pose{line.at("pose")};
-  frame.world_from_vehicle = {io::number(pose, "x_m", farthest), io::number(pose, "y_m", farthest),
-                              io::number(pose, "yaw_rad", farthest)};
+  for (const char* const key : {"x_m", "y_m", "yaw_rad"}) static_cast<void>(io::number(line.at("pose"), key, farthest));
   for (const StageField& stage : stage_fields) {
     frame.timing_ms.*stage.milliseconds = line.at("timing_ms").at(stage.name).get<double>();
   }
   frame.warnings = line.at("warnings").get<std::vector<std::string>>();
   frame.status = status_of(line);
+  for (const Json& obstacle : line.at("obstacles")) static_cast<void>(id_of(obstacle));
   return frame;
 }
 
-void take(FinishedFrames& finished, const Json& line) {
-  const std::size_t before{finished.frames.empty() ? 0 : finished.frames.back().index + 1};
-  finished.frames.push_back(summary_of(line));
-  check_order(before, finished.frames.back().index);
-  for (const Json& obstacle : line.at("obstacles")) {
-    finished.largest_id = std::max(finished.largest_id, io::whole_number(obstacle, "id", 0, largest_id));
+Obstacle obstacle_of(const Json& o) {
+  const auto number = [&o](const char* key) { return io::number(o, key, most); };
+  return {id_of(o),
+          number("x_m"),
+          number("y_m"),
+          number("vx_mps"),
+          number("vy_mps"),
+          number("length_m"),
+          number("width_m"),
+          number("yaw_rad"),
+          number("occupancy"),
+          io::number(o, "age_s", longest_s),
+          o.at("confirmed").get<bool>(),
+          o.value("moving", false),
+          o.value("coasting", false),
+          o.value("unseen_s", 0.0),
+          {},
+          {}};
+}
+
+RunFrame frame_of(const Json& line) {
+  RunFrame frame{line.at("name").get<std::string>(),
+                 io::whole_number(line, "stamp_ns", -io::largest_stamp_ns, io::largest_stamp_ns),
+                 {}};
+  if (frame.name.empty() || frame.name.find('/') != std::string::npos) throw InputError{"'name' is no frame's name"};
+  for (const Json& o : line.at("obstacles")) frame.obstacles.push_back(obstacle_of(o));
+  return frame;
+}
+
+/// Hands every line of frames.jsonl to `take`, in the order of their indices.
+template <class Take>
+void read_lines(const fs::path& path, std::string_view text, const char* mend, Take take) {
+  std::int64_t next{0};
+  for (int number{1}; !text.empty(); ++number) {
+    const std::string_view line_text{text.substr(0, text.find('\n'))};
+    text.remove_prefix(std::min(line_text.size() + 1, text.size()));
+    const auto read{[&](const Json& line) {
+      const std::int64_t index{io::whole_number(line, "index", 0, largest_index)};
+      if (index < next) {
+        throw InputError{fmt::format("its index {} is not above that of the line before", index)};
+      }
+      next = index + 1;
+      take(line);
+    }};
+    io::read_json<Json>(io::printable_path(path), line_text, fmt::format("line {} ", number), mend, read);
   }
 }
 
@@ -92,11 +135,6 @@ void cut_off(const fs::path& path, std::size_t size) {
 }
 
 }  // namespace
-
-void check_order(std::size_t least, std::size_t index) {
-  if (index >= least) return;
-  throw InputError{fmt::format("its index {} is not above that of the line before", index)};
-}
 
 std::string frame_line(const StereoFrame& frame, const FrameResult& result) {
   const Ground& ground{result.ground};
@@ -127,21 +165,27 @@ std::string frame_line(const StereoFrame& frame, const FrameResult& result) {
   return io::json_text(line);
 }
 
-FinishedFrames read_frame_lines(const fs::path& path) {
-  FinishedFrames finished;
-  if (!fs::exists(path)) return finished;
+std::vector<FrameSummary> take_finished_frames(const fs::path& path) {
+  if (!fs::exists(path)) return {};
   const std::string text{io::read_text(path, io::largest_bytes::json)};
-  const std::size_t last_end{text.rfind('\n')};
-  const std::size_t whole{last_end == std::string::npos ? 0 : last_end + 1};
-  for (std::size_t begin{0}; begin < whole;) {
-    const std::size_t end{text.find('\n', begin)};
-    io::read_json<Json>(io::printable_path(path), std::string_view{text}.substr(begin, end - begin),
-                        fmt::format("line {} ", finished.frames.size() + 1), mend,
-                        [&finished](const Json& line) { take(finished, line); });
-    begin = end + 1;
-  }
+  const std::size_t whole{text.rfind('\n') + 1};  // no end of line: 0
+  std::vector<FrameSummary> frames;
+  read_lines(path, std::string_view{text}.substr(0, whole),
+             "Remove the lines from there on, or start the run anew in another folder.",
+             [&frames](const Json& line) { frames.push_back(summary_of(line)); });
   if (whole < text.size()) cut_off(path, whole);
-  return finished;
+  return frames;
+}
+
+std::vector<RunFrame> read_run_frames(const fs::path& path) {
+  const std::string text{io::read_text(path, io::largest_bytes::json)};
+  std::vector<RunFrame> frames;
+  std::set<std::string> names;
+  read_lines(path, text, "Remove what does not belong there, or run again in another folder.", [&](const Json& line) {
+    frames.push_back(frame_of(line));
+    if (!names.insert(frames.back().name).second) throw InputError{"its 'name' stands in an earlier line, too"};
+  });
+  return frames;
 }
 
 }  // namespace stereogrid::app

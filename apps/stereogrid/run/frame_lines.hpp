@@ -16,28 +16,28 @@ namespace stereogrid::app {
 [[nodiscard]] std::string frame_line(const StereoFrame& frame, const FrameResult& result);
 
 /// No drive has as many frames.
-constexpr std::int64_t largest_index{1'000'000'000};
+inline constexpr std::int64_t largest_index{1'000'000'000};
 
 /// What going on with a run has to know of a frame that is done.
 struct FrameSummary {
   std::size_t index{0};
-  Pose2 world_from_vehicle;
   StageTimes timing_ms;
   std::vector<std::string> warnings;
   std::vector<FrameStatus> status;
 };
 
-struct FinishedFrames {
-  std::vector<FrameSummary> frames;
-  std::int64_t largest_id{0};
+/// A frame of a finished run, without its grids.
+struct RunFrame {
+  std::string name;
+  std::int64_t stamp_ns{0};
+  std::vector<Obstacle> obstacles;
 };
 
-/// Frames stand in frames.jsonl in their order, each once. Throws InputError without file where `index` is below
-/// `least`, one more than that of the line before.
-void check_order(std::size_t least, std::size_t index);
+// Both read frames.jsonl, in which frames stand in their order, each once. Throw InputError.
 
-/// Reads frames.jsonl; a missing file has no frames. A torn last line is cut off the file. Throws InputError, and
-/// DeviceError where that cannot be done.
-[[nodiscard]] FinishedFrames read_frame_lines(const std::filesystem::path& path);
+/// A missing file has no frames. A torn last line is cut off the file; DeviceError where that cannot be done.
+[[nodiscard]] std::vector<FrameSummary> take_finished_frames(const std::filesystem::path& path);
+/// The file must be there and whole. Names are those of files, each once.
+[[nodiscard]] std::vector<RunFrame> read_run_frames(const std::filesystem::path& path);
 
 }  // namespace stereogrid::app

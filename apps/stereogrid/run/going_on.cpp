@@ -13,7 +13,7 @@
 namespace stereogrid::app {
 
 std::size_t first_to_do(const RunRecord& record) {
-  const std::vector<FrameSummary>& finished{record.finished().frames};
+  const std::vector<FrameSummary>& finished{record.finished()};
   return finished.empty() ? record.range().first : finished.back().index + 1;
 }
 

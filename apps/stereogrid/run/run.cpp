@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <bit>
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -29,15 +28,12 @@
 #include "run/run_record.hpp"
 #include "run/stages.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/config_file.hpp"
 #include "stereogrid/io/frame_queue.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::app {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr std::size_t frames_ahead{4};
 
@@ -63,40 +59,6 @@ Pipeline start_pipeline(const RunOptions& options, const Config& config, const R
   } catch (const DeviceError& error) {
     throw DeviceError{fmt::format("--device {}: {} Take --device cpu, or auto.", options.device, error.what())};
   }
-}
-
-Json json_of(const Rig& rig) {
-  return {{"focal_px", rig.focal_px},
-          {"centre_u_px", rig.centre_u_px},
-          {"centre_v_px", rig.centre_v_px},
-          {"baseline_m", rig.baseline_m},
-          {"width_px", rig.width_px},
-          {"height_px", rig.height_px},
-          {"camera_height_m", rig.camera_height_m},
-          {"camera_pitch_rad", rig.camera_pitch_rad},
-          {"camera_roll_rad", rig.camera_roll_rad}};
-}
-
-/// What run.json begins with: everything that decides about the results.
-Json settings_json(const RunOptions& options, const Input& input, const Pipeline& pipeline) {
-  const GridGeometry grid{pipeline.vehicle_grid()};
-  const GridGeometry world{pipeline.world_grid()};
-  return {{"version", version()},
-          {"preset", options.config.preset},
-          {"config", Json::parse(io::to_json(pipeline.config()))},
-          {"input", describe(input, options.input)},
-          {"matcher", input.recording != nullptr && input.recording->gives_disparities() ? "given" : options.matcher},
-          {"predict_s", options.predict_s},
-          {"fuse", {{"source", options.fuse}, {"rings", name_of(options.fuse_rings)}}},
-          {"device", name_of(pipeline.back_end())},
-          {"rig", json_of(pipeline.rig())},
-          {"grid",
-           {{"x_min_m", grid.x_min_m},
-            {"y_min_m", grid.y_min_m},
-            {"cell_size_m", grid.cell_size_m},
-            {"nx", grid.nx},
-            {"ny", grid.ny}}},
-          {"world_grid", {{"cell_size_m", world.cell_size_m}, {"nx", world.nx}, {"ny", world.ny}}}};
 }
 
 /// One sitting of a run: takes the frames of the input through the pipeline and to the files.
@@ -153,7 +115,7 @@ class Sitting {
       if (!queued.warning.empty()) result.warnings.push_back(queued.warning);
       if (!without_lidar.empty()) result.warnings.push_back(without_lidar);
       tell_warnings(queued.name, result.warnings);
-      record_.add_frame({queued.index, result.world_from_vehicle, result.timing_ms, result.warnings, result.status});
+      record_.add_frame({queued.index, result.timing_ms, result.warnings, result.status});
       ++frames_written_;
       writer_.write(std::move(*queued.frame), std::move(result), checkpoint_after(queued.index));
     } catch (const InputError& error) {
@@ -209,7 +171,7 @@ class Sitting {
 };
 
 std::ptrdiff_t frames_of_stereo_alone(const RunRecord& record) {
-  return std::ranges::count_if(record.finished().frames, [](const FrameSummary& frame) {
+  return std::ranges::count_if(record.finished(), [](const FrameSummary& frame) {
     return std::ranges::any_of(frame.warnings, [](const std::string& text) { return text.starts_with(stereo_alone); });
   });
 }
@@ -217,7 +179,7 @@ std::ptrdiff_t frames_of_stereo_alone(const RunRecord& record) {
 /// How many frames say nothing, and what would mend it.
 void warn_of_unknown_frames(const RunRecord& record, const Rig& rig) {
   constexpr double degrees{57.29577951308232};
-  const std::size_t all{record.finished().frames.size()};
+  const std::size_t all{record.finished().size()};
   const std::size_t unknown{record.frames_with(FrameStatus::road_unknown)};
   const std::size_t unmatched{record.frames_with(FrameStatus::few_matches)};
   if (unknown > 0) {
@@ -239,14 +201,14 @@ void warn_of_unknown_frames(const RunRecord& record, const Rig& rig) {
 void print_summary(const RunRecord& record, const Sitting& sitting) {
   if (!spdlog::should_log(spdlog::level::info)) return;
   const std::size_t skipped{record.skipped().size()};
-  tell("{} frames, {} skipped, {:.2f} frames per second\n", record.finished().frames.size(), skipped,
+  tell("{} frames, {} skipped, {:.2f} frames per second\n", record.finished().size(), skipped,
        sitting.frames_per_second());
   tell("median ms per frame:");
   for (const StageField& stage : stage_fields) {
     tell(" {} {:.1f}", stage.name, record.timing(stage.milliseconds).p50);
   }
   const std::ptrdiff_t alone{frames_of_stereo_alone(record)};
-  if (alone > 0) tell("\n{} of {} frames had no lidar", alone, record.finished().frames.size());
+  if (alone > 0) tell("\n{} of {} frames had no lidar", alone, record.finished().size());
   tell("\nresults in {}\n", record.folder().string());
 }
 
@@ -268,8 +230,22 @@ void check_options(const RunOptions& options) {
 
 RunRecord describe_run(const RunOptions& options, const Input& input, const Pipeline& pipeline) {
   const FrameRange range{parse_frame_range(options.frames, input.source->size())};
-  RunRecord record{options.folder, range, settings_json(options, input, pipeline),
-                   Json{{"simd_target", simd_target()}, {"threads", pipeline.threads()}}};
+  const bool given{input.recording != nullptr && input.recording->gives_disparities()};
+  RunRecord record{options.folder,
+                   {.preset = options.config.preset,
+                    .config = pipeline.config(),
+                    .input = describe(input, options.input),
+                    .matcher = given ? "given" : options.matcher,
+                    .predict_s = options.predict_s,
+                    .fuse_source = options.fuse,
+                    .fuse_rings = name_of(options.fuse_rings),
+                    .device = std::string{name_of(pipeline.back_end())},
+                    .rig = pipeline.rig(),
+                    .grid = pipeline.vehicle_grid(),
+                    .world_grid = pipeline.world_grid(),
+                    .simd_target = std::string{simd_target()},
+                    .threads = pipeline.threads(),
+                    .frames = range}};
   const std::optional<std::string> complaint{io::complaint_if_swapped(first_usable_frame(*input.source, range))};
   if (complaint) throw InputError{*complaint};
   return record;

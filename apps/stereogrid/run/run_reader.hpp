@@ -2,24 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
-#include "input.hpp"
+#include "run/description.hpp"
+#include "run/frame_lines.hpp"
 #include "stereogrid/grid.hpp"
-#include "stereogrid/obstacle.hpp"
 
 namespace stereogrid::app {
-
-/// A frame of a finished run, without its grids.
-struct RunFrame {
-  std::string name;
-  std::int64_t stamp_ns{0};
-  std::vector<Obstacle> obstacles;
-};
 
 /// The grids of a frame, vehicle frame.
 struct RunGrids {
@@ -38,8 +29,8 @@ class RunReader {
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
   [[nodiscard]] const GridGeometry& grid() const { return grid_; }
   [[nodiscard]] const std::vector<RunFrame>& frames() const { return frames_; }
-  /// What the run was made from, as far as its images and calibration go.
-  [[nodiscard]] const InputOptions& input() const { return input_; }
+  /// What the run was made from.
+  [[nodiscard]] const RunInput& input() const { return input_; }
   /// Of its images.
   [[nodiscard]] int width_px() const { return width_px_; }
   [[nodiscard]] int height_px() const { return height_px_; }
@@ -50,14 +41,13 @@ class RunReader {
 
  private:
   void read_run();
-  void read_frames();
   void check_grids() const;
 
   std::filesystem::path folder_;
   GridGeometry grid_;
   int width_px_{0};
   int height_px_{0};
-  InputOptions input_;
+  RunInput input_;
   std::string preset_;
   std::vector<RunFrame> frames_;
 };

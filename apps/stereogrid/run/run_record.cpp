@@ -6,10 +6,12 @@
 
 #include <algorithm>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <set>
 #include <system_error>
 
+#include "run/description_json.hpp"
 #include "run/stages.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
@@ -62,10 +64,37 @@ std::string part_of_a_run(const fs::path& folder) {
   return holds_files(folder / "grids") ? "grids" : "";
 }
 
+/// Throws ConfigError naming the settings that differ.
+void check_same_settings(const fs::path& file, const Json& before, const RunDescription& run) {
+  const Json now(settings_json(run).flatten());
+  const Json then(before.flatten());
+  std::string differing;
+  for (const auto& [key, value] : now.items()) {
+    const Json old(then.contains(key) ? then.at(key) : Json{});
+    if (old != value)
+      differing += fmt::format("\n  {}: was {}, is {}", key.substr(1), io::json_text(old), io::json_text(value));
+  }
+  const Json first_before(before.value(Json::json_pointer{"/frames/first"}, Json{}));
+  if (first_before != Json(run.frames.first)) {
+    differing += fmt::format("\n  first frame: was {}, is {}", io::json_text(first_before), run.frames.first);
+  }
+  if (differing.empty()) return;
+  throw ConfigError{fmt::format("{} was begun with other settings; a run goes on only with its own:{}",
+                                io::printable_path(file), differing)};
+}
+
+std::vector<SkippedFrame> skipped_in(const Json& run) {
+  std::vector<SkippedFrame> skipped;
+  for (const Json& frame : run.value("skipped", Json(Json::array()))) {
+    skipped.push_back({static_cast<std::size_t>(io::whole_number(frame, "index", 0, largest_index)),
+                       frame.value("name", ""), frame.value("reason", "")});
+  }
+  return skipped;
+}
+
 }  // namespace
 
-RunRecord::RunRecord(fs::path folder, FrameRange range, Json settings, Json machine)
-    : folder_{std::move(folder)}, range_{range}, settings_(std::move(settings)), machine_(std::move(machine)) {}
+RunRecord::RunRecord(fs::path folder, RunDescription run) : folder_{std::move(folder)}, run_{std::move(run)} {}
 
 void RunRecord::begin() {
   if (const std::string part{part_of_a_run(folder_)}; !part.empty()) {
@@ -86,53 +115,27 @@ void RunRecord::resume() {
         "Without it nobody knows how they were made. Put it back, or start the run anew in another folder."};
   }
   io::read_json<Json>(io::printable_path(file), io::read_text(file, io::largest_bytes::json), "",
-                      "Start the run anew in another folder.", [this](const Json& before) {
+                      "Start the run anew in another folder.", [&](const Json& before) {
                         if (!before.is_object()) throw InputError{"it is no object"};
-                        check_same_settings(before);
-                        take_skipped(before);
+                        check_same_settings(file, before, run_);
+                        skipped_ = skipped_in(before);
                       });
-  finished_ = read_frame_lines(folder_ / "frames.jsonl");
+  finished_ = take_finished_frames(folder_ / "frames.jsonl");
   check_range();
   // those behind the last finished one are tried again
-  const std::size_t next{finished_.frames.empty() ? 0 : finished_.frames.back().index + 1};
+  const std::size_t next{finished_.empty() ? 0 : finished_.back().index + 1};
   std::erase_if(skipped_, [next](const SkippedFrame& frame) { return frame.index >= next; });
   save(false);
 }
 
-void RunRecord::check_same_settings(const Json& before) const {
-  const Json now(settings_.flatten());
-  const Json then(before.flatten());
-  std::string differing;
-  for (const auto& [key, value] : now.items()) {
-    const Json old(then.contains(key) ? then.at(key) : Json{});
-    if (old != value)
-      differing += fmt::format("\n  {}: was {}, is {}", key.substr(1), io::json_text(old), io::json_text(value));
-  }
-  const Json first_before(before.value(Json::json_pointer{"/frames/first"}, Json{}));
-  if (first_before != Json(range_.first)) {
-    differing += fmt::format("\n  first frame: was {}, is {}", io::json_text(first_before), range_.first);
-  }
-  if (differing.empty()) return;
-  throw ConfigError{fmt::format("{} was begun with other settings; a run goes on only with its own:{}",
-                                io::printable_path(folder_ / "run.json"), differing)};
-}
-
 void RunRecord::check_range() const {
-  if (finished_.frames.empty()) return;
-  const std::size_t first{finished_.frames.front().index};
-  const std::size_t last{finished_.frames.back().index};
-  if (first >= range_.first && last < range_.end) return;
+  if (finished_.empty()) return;
+  const std::size_t first{finished_.front().index};
+  const std::size_t last{finished_.back().index};
+  if (first >= run_.frames.first && last < run_.frames.end) return;
   throw ConfigError{
       fmt::format("{} holds frames {} to {}, but this run is of {} to {}. Give --frames that they lie in.",
-                  io::printable_path(folder_ / "frames.jsonl"), first, last, range_.first, range_.end - 1)};
-}
-
-void RunRecord::take_skipped(const Json& before) {
-  for (const Json& frame : before.value("skipped", Json(Json::array()))) {
-    SkippedFrame skipped{static_cast<std::size_t>(io::whole_number(frame, "index", 0, largest_index)),
-                         frame.value("name", ""), frame.value("reason", "")};
-    skipped_.push_back(std::move(skipped));
-  }
+                  io::printable_path(folder_ / "frames.jsonl"), first, last, run_.frames.first, run_.frames.end - 1)};
 }
 
 void RunRecord::add_skipped(SkippedFrame frame) {
@@ -144,8 +147,8 @@ std::vector<std::size_t> RunRecord::unaccounted() const {
   std::vector<std::size_t> missing;
   std::set<std::size_t> known;
   for (const SkippedFrame& frame : skipped_) known.insert(frame.index);
-  std::size_t next{range_.first};
-  for (const FrameSummary& frame : finished_.frames) {
+  std::size_t next{run_.frames.first};
+  for (const FrameSummary& frame : finished_) {
     for (; next < frame.index; ++next) {
       if (!known.contains(next)) missing.push_back(next);
     }
@@ -156,37 +159,24 @@ std::vector<std::size_t> RunRecord::unaccounted() const {
 
 Percentiles RunRecord::timing(double StageTimes::*stage) const {
   std::vector<double> values;
-  for (const FrameSummary& frame : finished_.frames) values.push_back(frame.timing_ms.*stage);
+  for (const FrameSummary& frame : finished_) values.push_back(frame.timing_ms.*stage);
   return percentiles(std::move(values));
 }
 
 std::size_t RunRecord::frames_with(FrameStatus flag) const {
   return static_cast<std::size_t>(std::ranges::count_if(
-      finished_.frames, [&](const FrameSummary& frame) { return std::ranges::count(frame.status, flag) > 0; }));
-}
-
-Json RunRecord::status_json() const {
-  constexpr auto names{names_of(FrameStatus{})};
-  Json counts(Json::object());
-  for (std::size_t i{0}; i < names.size(); ++i) {
-    const std::size_t frames{frames_with(static_cast<FrameStatus>(i))};
-    if (frames > 0) counts[std::string{names[i]}] = frames;
-  }
-  return counts;
-}
-
-Json RunRecord::frames_json(bool complete) const {
-  return {{"first", range_.first},
-          {"last", range_.end - 1},
-          {"done", finished_.frames.size()},
-          {"skipped", skipped_.size()},
-          {"complete", complete}};
+      finished_, [&](const FrameSummary& frame) { return std::ranges::count(frame.status, flag) > 0; }));
 }
 
 void RunRecord::save(bool complete) const {
-  Json run(settings_);
-  run.update(machine_);
-  run["frames"] = frames_json(complete);
+  Json run(settings_json(run_));
+  run["simd_target"] = run_.simd_target;
+  run["threads"] = run_.threads;
+  run["frames"] = {{"first", run_.frames.first},
+                   {"last", run_.frames.end - 1},
+                   {"done", finished_.size()},
+                   {"skipped", skipped_.size()},
+                   {"complete", complete}};
   Json& timing{run["timing_ms"]};
   for (const StageField& stage : stage_fields) {
     const Percentiles p{this->timing(stage.milliseconds)};
@@ -196,8 +186,13 @@ void RunRecord::save(bool complete) const {
   for (const SkippedFrame& frame : skipped_) {
     skipped.push_back({{"index", frame.index}, {"name", frame.name}, {"reason", frame.reason}});
   }
-  run["status"] = status_json();
-  run["warnings"] = warnings_json(finished_.frames);
+  Json& status{run["status"] = Json::object()};
+  constexpr auto names{names_of(FrameStatus{})};
+  for (std::size_t i{0}; i < names.size(); ++i) {
+    const std::size_t frames{frames_with(static_cast<FrameStatus>(i))};
+    if (frames > 0) status[std::string{names[i]}] = frames;
+  }
+  run["warnings"] = warnings_json(finished_);
   io::write_file(folder_ / "run.json", io::json_text(run, 2) + "\n");
 }
 

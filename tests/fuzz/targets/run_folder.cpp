@@ -28,8 +28,8 @@ void run_folder(Bytes input) {
     }
   });
   std::size_t finished{0};
-  if (!accepts([&] { finished = app::read_frame_lines(lines).frames.size(); })) return;
-  require(app::read_frame_lines(lines).frames.size() == finished, "lines are lost when they are read twice");
+  if (!accepts([&] { finished = app::take_finished_frames(lines).size(); })) return;
+  require(app::take_finished_frames(lines).size() == finished, "lines are lost when they are read twice");
 }
 
 void truth(Bytes input) {
