@@ -99,7 +99,7 @@ Input open_input(const InputOptions& options) {
   return input;
 }
 
-RunInput describe(const Input& input, const InputOptions& options) {
+io::RunInput describe(const Input& input, const InputOptions& options) {
   if (input.scene != nullptr) return {"scene", options.paths, options.poses, "", ""};
   std::vector<std::string> paths;
   for (const std::string& path : options.paths) paths.push_back(text_of(path));
@@ -132,7 +132,7 @@ double rate_hz(const Input& input) {
   return 1 / *middle;
 }
 
-FrameRange parse_frame_range(const std::string& text, std::size_t frames) {
+io::FrameRange parse_frame_range(const std::string& text, std::size_t frames) {
   if (frames == 0) throw InputError{"The input has no frames."};
   if (text.empty()) return {0, frames};
   const std::size_t colon{text.find(':')};

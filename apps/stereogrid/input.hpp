@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "cli_fwd.hpp"
-#include "run/description.hpp"
 #include "stereogrid/frame.hpp"
+#include "stereogrid/io/run_folder/description.hpp"
 
 namespace stereogrid::io {
 class Recording;
@@ -45,7 +45,7 @@ struct Input {
 [[nodiscard]] Input open_input(const InputOptions& options);
 
 /// For run.json.
-[[nodiscard]] RunInput describe(const Input& input, const InputOptions& options);
+[[nodiscard]] io::RunInput describe(const Input& input, const InputOptions& options);
 
 /// Tells the log what was chosen and what is odd.
 void log_input(const Input& input);
@@ -55,7 +55,7 @@ void log_input(const Input& input);
 
 /// Reads "FIRST:LAST", both inclusive, from 0, either may be left out; "" is all. Throws ConfigError, and
 /// InputError where there are no frames.
-[[nodiscard]] FrameRange parse_frame_range(const std::string& text, std::size_t frames);
+[[nodiscard]] io::FrameRange parse_frame_range(const std::string& text, std::size_t frames);
 
 extern const char* const frame_range_help;
 

@@ -58,7 +58,7 @@ class Comparer {
     }
   }
 
-  Comparison go_through(FrameRange range) {
+  Comparison go_through(io::FrameRange range) {
     Progress progress{"frames", range.end - range.first};
     io::FrameQueue queue{*truth_.input().source, range.first, range.end};
     PoseStage poses{truth_.input()};
@@ -173,7 +173,7 @@ int compare(const CompareOptions& options) {
   const TruthSource truth{open_input(options.input), options.hold_out ? TruthKind::lidar : options.truth,
                           options.camera_height_m, options.hold_out ? Rings::odd : Rings::all};
   log_input(truth.input());
-  const FrameRange range{parse_frame_range(options.frames, truth.input().source->size())};
+  const io::FrameRange range{parse_frame_range(options.frames, truth.input().source->size())};
   if (!options.pictures.empty()) io::create_folder(options.pictures);
   const Comparison comparison{Comparer{options, truth}.go_through(range)};
   print_table(comparison);

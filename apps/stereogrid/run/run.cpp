@@ -16,7 +16,6 @@
 #include "console.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
-#include "run/checkpoint.hpp"
 #include "run/damaged_frames.hpp"
 #include "run/folder_lock.hpp"
 #include "run/frame_wait.hpp"
@@ -25,11 +24,12 @@
 #include "run/opencv_stage.hpp"
 #include "run/pose_stage.hpp"
 #include "run/result_writer.hpp"
-#include "run/run_record.hpp"
-#include "run/stages.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/frame_queue.hpp"
 #include "stereogrid/io/recording.hpp"
+#include "stereogrid/io/run_folder/checkpoint.hpp"
+#include "stereogrid/io/run_folder/run_record.hpp"
+#include "stereogrid/io/run_folder/stages.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::app {
@@ -65,8 +65,9 @@ Pipeline start_pipeline(const RunOptions& options, const Config& config, const R
 class Sitting {
  public:
   /// `first_frame`: from there on frames go through the pipeline; those that are finished already are not written.
-  Sitting(Pipeline& pipeline, PoseStage& poses, const OpencvStage& opencv, const LidarStage& lidar, RunRecord& record,
-          ResultWriter& writer, std::size_t first_frame, const Checkpoints& checkpoints, int input_wait_s)
+  Sitting(Pipeline& pipeline, PoseStage& poses, const OpencvStage& opencv, const LidarStage& lidar,
+          io::RunRecord& record, ResultWriter& writer, std::size_t first_frame, const io::Checkpoints& checkpoints,
+          int input_wait_s)
       : pipeline_{pipeline},
         poses_{poses},
         opencv_{opencv},
@@ -134,9 +135,9 @@ class Sitting {
     std::_Exit(exit_try_again);
   }
 
-  std::optional<Checkpoint> checkpoint_after(std::size_t index) {
+  std::optional<io::Checkpoint> checkpoint_after(std::size_t index) {
     if (!checkpoints_.is_due_after(index)) return std::nullopt;
-    return Checkpoint{index, pipeline_.save_state(), poses_.take_state(index)};
+    return io::Checkpoint{index, pipeline_.save_state(), poses_.take_state(index)};
   }
 
   void skip(const io::QueuedFrame& queued, const std::string& reason) {
@@ -158,10 +159,10 @@ class Sitting {
   PoseStage& poses_;
   const OpencvStage& opencv_;
   const LidarStage& lidar_;
-  RunRecord& record_;
+  io::RunRecord& record_;
   ResultWriter& writer_;
   std::size_t first_frame_;
-  Checkpoints checkpoints_;
+  io::Checkpoints checkpoints_;
   int input_wait_s_;
   std::size_t first_to_write_;
   std::size_t next_{first_to_write_};
@@ -170,14 +171,14 @@ class Sitting {
   std::set<std::string> told_;
 };
 
-std::ptrdiff_t frames_of_stereo_alone(const RunRecord& record) {
-  return std::ranges::count_if(record.finished(), [](const FrameSummary& frame) {
+std::ptrdiff_t frames_of_stereo_alone(const io::RunRecord& record) {
+  return std::ranges::count_if(record.finished(), [](const io::FrameSummary& frame) {
     return std::ranges::any_of(frame.warnings, [](const std::string& text) { return text.starts_with(stereo_alone); });
   });
 }
 
 /// How many frames say nothing, and what would mend it.
-void warn_of_unknown_frames(const RunRecord& record, const Rig& rig) {
+void warn_of_unknown_frames(const io::RunRecord& record, const Rig& rig) {
   constexpr double degrees{57.29577951308232};
   const std::size_t all{record.finished().size()};
   const std::size_t unknown{record.frames_with(FrameStatus::road_unknown)};
@@ -198,13 +199,13 @@ void warn_of_unknown_frames(const RunRecord& record, const Rig& rig) {
   }
 }
 
-void print_summary(const RunRecord& record, const Sitting& sitting) {
+void print_summary(const io::RunRecord& record, const Sitting& sitting) {
   if (!spdlog::should_log(spdlog::level::info)) return;
   const std::size_t skipped{record.skipped().size()};
   tell("{} frames, {} skipped, {:.2f} frames per second\n", record.finished().size(), skipped,
        sitting.frames_per_second());
   tell("median ms per frame:");
-  for (const StageField& stage : stage_fields) {
+  for (const io::StageField& stage : io::stage_fields) {
     tell(" {} {:.1f}", stage.name, record.timing(stage.milliseconds).p50);
   }
   const std::ptrdiff_t alone{frames_of_stereo_alone(record)};
@@ -228,24 +229,24 @@ void check_options(const RunOptions& options) {
   }
 }
 
-RunRecord describe_run(const RunOptions& options, const Input& input, const Pipeline& pipeline) {
-  const FrameRange range{parse_frame_range(options.frames, input.source->size())};
+io::RunRecord describe_run(const RunOptions& options, const Input& input, const Pipeline& pipeline) {
+  const io::FrameRange range{parse_frame_range(options.frames, input.source->size())};
   const bool given{input.recording != nullptr && input.recording->gives_disparities()};
-  RunRecord record{options.folder,
-                   {.preset = options.config.preset,
-                    .config = pipeline.config(),
-                    .input = describe(input, options.input),
-                    .matcher = given ? "given" : options.matcher,
-                    .predict_s = options.predict_s,
-                    .fuse_source = options.fuse,
-                    .fuse_rings = name_of(options.fuse_rings),
-                    .device = std::string{name_of(pipeline.back_end())},
-                    .rig = pipeline.rig(),
-                    .grid = pipeline.vehicle_grid(),
-                    .world_grid = pipeline.world_grid(),
-                    .simd_target = std::string{simd_target()},
-                    .threads = pipeline.threads(),
-                    .frames = range}};
+  io::RunRecord record{options.folder,
+                       {.preset = options.config.preset,
+                        .config = pipeline.config(),
+                        .input = describe(input, options.input),
+                        .matcher = given ? "given" : options.matcher,
+                        .predict_s = options.predict_s,
+                        .fuse_source = options.fuse,
+                        .fuse_rings = name_of(options.fuse_rings),
+                        .device = std::string{name_of(pipeline.back_end())},
+                        .rig = pipeline.rig(),
+                        .grid = pipeline.vehicle_grid(),
+                        .world_grid = pipeline.world_grid(),
+                        .simd_target = std::string{simd_target()},
+                        .threads = pipeline.threads(),
+                        .frames = range}};
   const std::optional<std::string> complaint{io::complaint_if_swapped(first_usable_frame(*input.source, range))};
   if (complaint) throw InputError{*complaint};
   return record;
@@ -262,15 +263,15 @@ int run(const RunOptions& options) {
   Pipeline pipeline{start_pipeline(options, config, input.source->rig())};
   pipeline.predict_at(options.predict_s);
   const LidarStage lidar{options.fuse == "lidar", input, pipeline.vehicle_grid(), options.fuse_rings};
-  RunRecord record{describe_run(options, input, pipeline)};
+  io::RunRecord record{describe_run(options, input, pipeline)};
   const FolderLock lock{record.folder()};
   options.resume ? record.resume() : record.begin();
   recall_skipped(*input.source, record);
-  remove_torn_checkpoint(record.folder());
+  io::remove_torn_checkpoint(record.folder());
   ResultWriter writer{{options.folder, !options.predict_s.empty(), options.save_stages, options.pictures, options.video,
                        rate_hz(input), pipeline.rig()}};
   const OpencvStage opencv{options.matcher, pipeline.config().matching.disparities};
-  const Checkpoints checkpoints{record.range().first, static_cast<std::size_t>(options.checkpoint_every)};
+  const io::Checkpoints checkpoints{record.range().first, static_cast<std::size_t>(options.checkpoint_every)};
   PoseStage poses{input, [checkpoints](std::size_t index) { return checkpoints.is_due_after(index); }};
   Sitting sitting{pipeline,
                   poses,

@@ -4,9 +4,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "run/description.hpp"
+#include "stereogrid/io/run_folder/description.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::io {
 
 /// What run.json begins with, and what a run that goes on must have in common with its beginning.
 [[nodiscard]] nlohmann::ordered_json settings_json(const RunDescription& run);
@@ -14,4 +14,4 @@ namespace stereogrid::app {
 /// Reads what settings_json writes under "input". Throws the JSON library's exceptions, and InputError without file.
 [[nodiscard]] RunInput run_input_of(const nlohmann::ordered_json& input);
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::io

@@ -9,13 +9,13 @@
 
 #include "stereogrid/io/odometry.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::io {
 
 /// What a run that was stopped goes on from: what pipeline and odometry remembered after a frame.
 struct Checkpoint {
   std::size_t index{0};  ///< of the frame, in the input
   std::vector<std::byte> pipeline;
-  std::optional<io::OdometryState> odometry;  ///< none: the poses came with the input
+  std::optional<OdometryState> odometry;  ///< none: the poses came with the input
 };
 
 /// After which frames of a run a checkpoint is written.
@@ -35,4 +35,4 @@ void remove_torn_checkpoint(const std::filesystem::path& run_folder);
 /// None: there is none. Throws InputError: it is damaged.
 [[nodiscard]] std::optional<Checkpoint> read_checkpoint(const std::filesystem::path& run_folder);
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::io

@@ -7,7 +7,7 @@
 
 #include "stereogrid/pipeline.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::io {
 
 struct StageField {
   std::string_view name;
@@ -25,4 +25,4 @@ constexpr std::array<StageField, 9> stage_fields{{{"odometry", &StageTimes::odom
                                                   {"track", &StageTimes::track},
                                                   {"total", &StageTimes::total}}};
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::io

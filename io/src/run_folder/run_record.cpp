@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "run/run_record.hpp"
+#include "stereogrid/io/run_folder/run_record.hpp"
 
 #include <fmt/format.h>
 
@@ -11,14 +11,14 @@
 #include <set>
 #include <system_error>
 
-#include "run/description_json.hpp"
-#include "run/stages.hpp"
+#include "run_folder/description_json.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/run_folder/stages.hpp"
 #include "stereogrid/io/text.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -72,21 +72,21 @@ void check_same_settings(const fs::path& file, const Json& before, const RunDesc
   for (const auto& [key, value] : now.items()) {
     const Json old(then.contains(key) ? then.at(key) : Json{});
     if (old != value)
-      differing += fmt::format("\n  {}: was {}, is {}", key.substr(1), io::json_text(old), io::json_text(value));
+      differing += fmt::format("\n  {}: was {}, is {}", key.substr(1), json_text(old), json_text(value));
   }
   const Json first_before(before.value(Json::json_pointer{"/frames/first"}, Json{}));
   if (first_before != Json(run.frames.first)) {
-    differing += fmt::format("\n  first frame: was {}, is {}", io::json_text(first_before), run.frames.first);
+    differing += fmt::format("\n  first frame: was {}, is {}", json_text(first_before), run.frames.first);
   }
   if (differing.empty()) return;
   throw ConfigError{fmt::format("{} was begun with other settings; a run goes on only with its own:{}",
-                                io::printable_path(file), differing)};
+                                printable_path(file), differing)};
 }
 
 std::vector<SkippedFrame> skipped_in(const Json& run) {
   std::vector<SkippedFrame> skipped;
   for (const Json& frame : run.value("skipped", Json(Json::array()))) {
-    skipped.push_back({static_cast<std::size_t>(io::whole_number(frame, "index", 0, largest_index)),
+    skipped.push_back({static_cast<std::size_t>(whole_number(frame, "index", 0, largest_index)),
                        frame.value("name", ""), frame.value("reason", "")});
   }
   return skipped;
@@ -99,9 +99,9 @@ RunRecord::RunRecord(fs::path folder, RunDescription run) : folder_{std::move(fo
 void RunRecord::begin() {
   if (const std::string part{part_of_a_run(folder_)}; !part.empty()) {
     throw ConfigError{fmt::format("{} already holds a run ({}). Go on with it: --resume; or give another folder.",
-                                  io::printable_path(folder_), part)};
+                                  printable_path(folder_), part)};
   }
-  io::create_folder(folder_);
+  create_folder(folder_);
   save(false);
 }
 
@@ -111,15 +111,15 @@ void RunRecord::resume() {
   const fs::path file{folder_ / "run.json"};
   if (part != "run.json") {
     throw InputError{
-        io::printable_path(file), fmt::format("is missing, but there are results of a run ({}).", part),
+        printable_path(file), fmt::format("is missing, but there are results of a run ({}).", part),
         "Without it nobody knows how they were made. Put it back, or start the run anew in another folder."};
   }
-  io::read_json<Json>(io::printable_path(file), io::read_text(file, io::largest_bytes::json), "",
-                      "Start the run anew in another folder.", [&](const Json& before) {
-                        if (!before.is_object()) throw InputError{"it is no object"};
-                        check_same_settings(file, before, run_);
-                        skipped_ = skipped_in(before);
-                      });
+  read_json<Json>(printable_path(file), read_text(file, largest_bytes::json), "",
+                  "Start the run anew in another folder.", [&](const Json& before) {
+                    if (!before.is_object()) throw InputError{"it is no object"};
+                    check_same_settings(file, before, run_);
+                    skipped_ = skipped_in(before);
+                  });
   finished_ = take_finished_frames(folder_ / "frames.jsonl");
   check_range();
   // those behind the last finished one are tried again
@@ -135,7 +135,7 @@ void RunRecord::check_range() const {
   if (first >= run_.frames.first && last < run_.frames.end) return;
   throw ConfigError{
       fmt::format("{} holds frames {} to {}, but this run is of {} to {}. Give --frames that they lie in.",
-                  io::printable_path(folder_ / "frames.jsonl"), first, last, run_.frames.first, run_.frames.end - 1)};
+                  printable_path(folder_ / "frames.jsonl"), first, last, run_.frames.first, run_.frames.end - 1)};
 }
 
 void RunRecord::add_skipped(SkippedFrame frame) {
@@ -193,7 +193,7 @@ void RunRecord::save(bool complete) const {
     if (frames > 0) status[std::string{names[i]}] = frames;
   }
   run["warnings"] = warnings_json(finished_);
-  io::write_file(folder_ / "run.json", io::json_text(run, 2) + "\n");
+  write_file(folder_ / "run.json", json_text(run, 2) + "\n");
 }
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::io

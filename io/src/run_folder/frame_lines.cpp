@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "run/frame_lines.hpp"
+#include "stereogrid/io/run_folder/frame_lines.hpp"
 
 #include <fmt/format.h>
 
@@ -10,14 +10,14 @@
 #include <string_view>
 #include <system_error>
 
-#include "run/stages.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
 #include "stereogrid/io/poses.hpp"
+#include "stereogrid/io/run_folder/stages.hpp"
 #include "stereogrid/io/text.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -47,7 +47,7 @@ Json json_of(const Obstacle& obstacle) {
 }
 
 std::int64_t id_of(const Json& obstacle) {
-  return io::whole_number(obstacle, "id", 0, std::int64_t{1} << 53);
+  return whole_number(obstacle, "id", 0, std::int64_t{1} << 53);
 }
 
 constexpr double farthest{1e9};    // metres and radians of poses: those of a source that jumped, too
@@ -67,8 +67,8 @@ std::vector<FrameStatus> status_of(const Json& line) {
 
 FrameSummary summary_of(const Json& line) {
   FrameSummary frame;
-  frame.index = static_cast<std::size_t>(io::whole_number(line, "index", 0, largest_index));
-  for (const char* const key : {"x_m", "y_m", "yaw_rad"}) static_cast<void>(io::number(line.at("pose"), key, farthest));
+  frame.index = static_cast<std::size_t>(whole_number(line, "index", 0, largest_index));
+  for (const char* const key : {"x_m", "y_m", "yaw_rad"}) static_cast<void>(number(line.at("pose"), key, farthest));
   for (const StageField& stage : stage_fields) {
     frame.timing_ms.*stage.milliseconds = line.at("timing_ms").at(stage.name).get<double>();
   }
@@ -79,17 +79,17 @@ FrameSummary summary_of(const Json& line) {
 }
 
 Obstacle obstacle_of(const Json& o) {
-  const auto number = [&o](const char* key) { return io::number(o, key, most); };
+  const auto value = [&o](const char* key) { return number(o, key, most); };
   return {id_of(o),
-          number("x_m"),
-          number("y_m"),
-          number("vx_mps"),
-          number("vy_mps"),
-          number("length_m"),
-          number("width_m"),
-          number("yaw_rad"),
-          number("occupancy"),
-          io::number(o, "age_s", longest_s),
+          value("x_m"),
+          value("y_m"),
+          value("vx_mps"),
+          value("vy_mps"),
+          value("length_m"),
+          value("width_m"),
+          value("yaw_rad"),
+          value("occupancy"),
+          number(o, "age_s", longest_s),
           o.at("confirmed").get<bool>(),
           o.value("moving", false),
           o.value("coasting", false),
@@ -99,9 +99,8 @@ Obstacle obstacle_of(const Json& o) {
 }
 
 RunFrame frame_of(const Json& line) {
-  RunFrame frame{line.at("name").get<std::string>(),
-                 io::whole_number(line, "stamp_ns", -io::largest_stamp_ns, io::largest_stamp_ns),
-                 {}};
+  RunFrame frame{
+      line.at("name").get<std::string>(), whole_number(line, "stamp_ns", -largest_stamp_ns, largest_stamp_ns), {}};
   if (frame.name.empty() || frame.name.find('/') != std::string::npos) throw InputError{"'name' is no frame's name"};
   for (const Json& o : line.at("obstacles")) frame.obstacles.push_back(obstacle_of(o));
   return frame;
@@ -115,14 +114,14 @@ void read_lines(const fs::path& path, std::string_view text, const char* mend, T
     const std::string_view line_text{text.substr(0, text.find('\n'))};
     text.remove_prefix(std::min(line_text.size() + 1, text.size()));
     const auto read{[&](const Json& line) {
-      const std::int64_t index{io::whole_number(line, "index", 0, largest_index)};
+      const std::int64_t index{whole_number(line, "index", 0, largest_index)};
       if (index < next) {
         throw InputError{fmt::format("its index {} is not above that of the line before", index)};
       }
       next = index + 1;
       take(line);
     }};
-    io::read_json<Json>(io::printable_path(path), line_text, fmt::format("line {} ", number), mend, read);
+    read_json<Json>(printable_path(path), line_text, fmt::format("line {} ", number), mend, read);
   }
 }
 
@@ -131,7 +130,7 @@ void cut_off(const fs::path& path, std::size_t size) {
   fs::resize_file(path, size, error);
   if (!error) return;
   throw DeviceError{fmt::format("{}: its torn last line cannot be cut off ({}). Check the permissions.",
-                                io::printable_path(path), error.message())};
+                                printable_path(path), error.message())};
 }
 
 }  // namespace
@@ -162,12 +161,12 @@ std::string frame_line(const StereoFrame& frame, const FrameResult& result) {
                   {"obstacles", obstacles},
                   {"status", status},
                   {"warnings", result.warnings}};
-  return io::json_text(line);
+  return json_text(line);
 }
 
 std::vector<FrameSummary> take_finished_frames(const fs::path& path) {
   if (!fs::exists(path)) return {};
-  const std::string text{io::read_text(path, io::largest_bytes::json)};
+  const std::string text{read_text(path, largest_bytes::json)};
   const std::size_t whole{text.rfind('\n') + 1};  // no end of line: 0
   std::vector<FrameSummary> frames;
   read_lines(path, std::string_view{text}.substr(0, whole),
@@ -178,7 +177,7 @@ std::vector<FrameSummary> take_finished_frames(const fs::path& path) {
 }
 
 std::vector<RunFrame> read_run_frames(const fs::path& path) {
-  const std::string text{io::read_text(path, io::largest_bytes::json)};
+  const std::string text{read_text(path, largest_bytes::json)};
   std::vector<RunFrame> frames;
   std::set<std::string> names;
   read_lines(path, text, "Remove what does not belong there, or run again in another folder.", [&](const Json& line) {
@@ -188,4 +187,4 @@ std::vector<RunFrame> read_run_frames(const fs::path& path) {
   return frames;
 }
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::io

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "run/description.hpp"
-#include "run/frame_lines.hpp"
 #include "stereogrid/grid.hpp"
+#include "stereogrid/io/run_folder/description.hpp"
+#include "stereogrid/io/run_folder/frame_lines.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::io {
 
 /// The grids of a frame, vehicle frame.
 struct RunGrids {
@@ -52,4 +52,4 @@ class RunReader {
   std::vector<RunFrame> frames_;
 };
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::io

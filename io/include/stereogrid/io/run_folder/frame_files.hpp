@@ -6,7 +6,7 @@
 
 #include "stereogrid/pipeline.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::io {
 
 // The .npz files of a frame; their arrays are listed in docs/format.md. Throw DeviceError.
 
@@ -15,4 +15,4 @@ void write_grids(const std::filesystem::path& path, const FrameResult& result);
 void write_predictions(const std::filesystem::path& path, const FrameResult& result);
 void write_stages(const std::filesystem::path& path, const StageImages& stages);
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::io

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "run/checkpoint.hpp"
+#include "stereogrid/io/run_folder/checkpoint.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -11,21 +11,21 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/npz.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::io {
 namespace {
 
 namespace fs = std::filesystem;
-using Arrays = std::map<std::string, io::NpyArray>;
+using Arrays = std::map<std::string, NpyArray>;
 
 constexpr const char* file_name{"state.npz"};
 constexpr std::size_t landmark_floats{7};
-static_assert(sizeof(io::OdometryState::Landmark) == landmark_floats * sizeof(float));
+static_assert(sizeof(OdometryState::Landmark) == landmark_floats * sizeof(float));
 
 // world_from_reference, world_from_last, reference_from_last, unmeasured_s, then the speed if there is one.
 constexpr std::size_t numbers_without_speed{3 + 3 + 12 + 1};
 constexpr std::size_t speed_numbers{6};
 
-std::vector<double> numbers_of(const io::OdometryState& state) {
+std::vector<double> numbers_of(const OdometryState& state) {
   std::vector<double> numbers;
   for (const Pose2& pose : {state.world_from_reference, state.world_from_last}) {
     numbers.insert(numbers.end(), {pose.x_m, pose.y_m, pose.yaw_rad});
@@ -36,7 +36,7 @@ std::vector<double> numbers_of(const io::OdometryState& state) {
   return numbers;
 }
 
-void take_numbers(const std::vector<double>& numbers, io::OdometryState& state) {
+void take_numbers(const std::vector<double>& numbers, OdometryState& state) {
   const double* next{numbers.data()};
   for (Pose2* pose : {&state.world_from_reference, &state.world_from_last}) {
     *pose = {next[0], next[1], next[2]};
@@ -50,14 +50,14 @@ void take_numbers(const std::vector<double>& numbers, io::OdometryState& state) 
 
 class CheckpointFile {
  public:
-  explicit CheckpointFile(fs::path path) : path_{std::move(path)}, arrays_{io::read_npz(path_)} {}
+  explicit CheckpointFile(fs::path path) : path_{std::move(path)}, arrays_{read_npz(path_)} {}
 
   [[nodiscard]] bool has(const char* name) const { return arrays_.contains(name); }
 
   template <class T>
   [[nodiscard]] std::vector<T> values(const char* name) const {
     const auto found{arrays_.find(name)};
-    require(found != arrays_.end() && found->second.dtype == io::dtype_of<T>());
+    require(found != arrays_.end() && found->second.dtype == dtype_of<T>());
     return found->second.template to<T>();
   }
 
@@ -77,8 +77,8 @@ class CheckpointFile {
   Arrays arrays_;
 };
 
-io::OdometryState odometry_in(const CheckpointFile& file) {
-  io::OdometryState state;
+OdometryState odometry_in(const CheckpointFile& file) {
+  OdometryState state;
   state.reference = file.image("odometry_reference");
   const std::vector<float> landmarks{file.values<float>("odometry_landmarks")};
   file.require(landmarks.size() % landmark_floats == 0);
@@ -98,7 +98,7 @@ void write_checkpoint(const fs::path& run_folder, const Checkpoint& checkpoint) 
   const std::vector<std::int64_t> index{static_cast<std::int64_t>(checkpoint.index)};
   const std::span<const std::uint8_t> pipeline{reinterpret_cast<const std::uint8_t*>(checkpoint.pipeline.data()),
                                                checkpoint.pipeline.size()};
-  std::vector<io::NpzArray> arrays{{"index", {1}, index}, {"pipeline", {pipeline.size()}, pipeline}};
+  std::vector<NpzArray> arrays{{"index", {1}, index}, {"pipeline", {pipeline.size()}, pipeline}};
   std::vector<double> numbers;
   std::vector<std::int64_t> stamp;
   if (const auto& odometry{checkpoint.odometry}) {
@@ -111,7 +111,7 @@ void write_checkpoint(const fs::path& run_folder, const Checkpoint& checkpoint) 
     arrays.push_back({"odometry_numbers", {numbers.size()}, numbers});
     arrays.push_back({"odometry_stamp_ns", {stamp.size()}, stamp});
   }
-  io::write_npz(run_folder / file_name, arrays);
+  write_npz(run_folder / file_name, arrays);
 }
 
 void remove_torn_checkpoint(const fs::path& run_folder) {
@@ -134,4 +134,4 @@ std::optional<Checkpoint> read_checkpoint(const fs::path& run_folder) {
   return checkpoint;
 }
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::io

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "run/frame_files.hpp"
+#include "stereogrid/io/run_folder/frame_files.hpp"
 
 #include <array>
 #include <functional>
@@ -8,7 +8,7 @@
 
 #include "stereogrid/io/npz.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::io {
 namespace {
 
 using Layers = std::vector<std::reference_wrapper<const Image<float>>>;
@@ -20,7 +20,7 @@ struct Stack {
     shape = {layers.size(), static_cast<std::size_t>(first.height()), static_cast<std::size_t>(first.width())};
     for (const Image<float>& layer : layers) values.insert(values.end(), layer.begin(), layer.end());
   }
-  [[nodiscard]] io::NpzArray named(const char* name) const { return {name, shape, values}; }
+  [[nodiscard]] NpzArray named(const char* name) const { return {name, shape, values}; }
 
   std::vector<std::size_t> shape;
   std::vector<float> values;
@@ -35,21 +35,21 @@ void write_grids(const std::filesystem::path& path, const FrameResult& result) {
   const Stack world_velocity{Layers{world.velocity_x, world.velocity_y}};
   const Stack world_covariance{Layers{world.velocity_xx, world.velocity_xy, world.velocity_yy}};
   const std::vector<double> origin{world.geometry.x_min_m, world.geometry.y_min_m};
-  const std::array<io::NpzArray, 12> arrays{
-      io::NpzArray{"observed", result.observed},
-      io::NpzArray{"occupancy", result.occupancy},
-      io::NpzArray{"moving", result.moving},
-      io::NpzArray{"age_s", result.age_s},
+  const std::array<NpzArray, 12> arrays{
+      NpzArray{"observed", result.observed},
+      NpzArray{"occupancy", result.occupancy},
+      NpzArray{"moving", result.moving},
+      NpzArray{"age_s", result.age_s},
       velocity.named("velocity"),
       covariance.named("velocity_covariance"),
-      io::NpzArray{"world_occupancy", world.occupancy},
-      io::NpzArray{"world_moving", world.moving},
-      io::NpzArray{"world_age_s", world.age_s},
+      NpzArray{"world_occupancy", world.occupancy},
+      NpzArray{"world_moving", world.moving},
+      NpzArray{"world_age_s", world.age_s},
       world_velocity.named("world_velocity"),
       world_covariance.named("world_velocity_covariance"),
-      io::NpzArray{"world_origin", {2}, origin},
+      NpzArray{"world_origin", {2}, origin},
   };
-  io::write_npz(path, arrays);
+  write_npz(path, arrays);
 }
 
 void write_predictions(const std::filesystem::path& path, const FrameResult& result) {
@@ -64,30 +64,30 @@ void write_predictions(const std::filesystem::path& path, const FrameResult& res
   const Stack occupancy{vehicle};
   const Stack world_occupancy{world};
   const std::vector<double> origin{result.world.geometry.x_min_m, result.world.geometry.y_min_m};
-  const std::array<io::NpzArray, 4> arrays{
-      io::NpzArray{"horizon_s", {horizons_s.size()}, horizons_s},
+  const std::array<NpzArray, 4> arrays{
+      NpzArray{"horizon_s", {horizons_s.size()}, horizons_s},
       occupancy.named("occupancy"),
       world_occupancy.named("world_occupancy"),
-      io::NpzArray{"world_origin", {2}, origin},
+      NpzArray{"world_origin", {2}, origin},
   };
-  io::write_npz(path, arrays);
+  write_npz(path, arrays);
 }
 
 void write_stages(const std::filesystem::path& path, const StageImages& stages) {
-  const std::array<io::NpzArray, 11> arrays{
-      io::NpzArray{"obstacle_disparity", stages.obstacle_disparity},
-      io::NpzArray{"road_disparity", stages.road_disparity},
-      io::NpzArray{"match_confidence", stages.match_confidence},
-      io::NpzArray{"possible", {stages.possible.size()}, stages.possible},
-      io::NpzArray{"visible", stages.visible},
-      io::NpzArray{"observed_pixels", stages.observed},
-      io::NpzArray{"visibility", stages.visibility},
-      io::NpzArray{"obstacle_confidence", stages.obstacle_confidence},
-      io::NpzArray{"road_confidence", stages.road_confidence},
-      io::NpzArray{"u_occupancy", stages.occupancy},
-      io::NpzArray{"u_occupancy_smooth", stages.occupancy_smooth},
+  const std::array<NpzArray, 11> arrays{
+      NpzArray{"obstacle_disparity", stages.obstacle_disparity},
+      NpzArray{"road_disparity", stages.road_disparity},
+      NpzArray{"match_confidence", stages.match_confidence},
+      NpzArray{"possible", {stages.possible.size()}, stages.possible},
+      NpzArray{"visible", stages.visible},
+      NpzArray{"observed_pixels", stages.observed},
+      NpzArray{"visibility", stages.visibility},
+      NpzArray{"obstacle_confidence", stages.obstacle_confidence},
+      NpzArray{"road_confidence", stages.road_confidence},
+      NpzArray{"u_occupancy", stages.occupancy},
+      NpzArray{"u_occupancy_smooth", stages.occupancy_smooth},
   };
-  io::write_npz(path, arrays);
+  write_npz(path, arrays);
 }
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::io

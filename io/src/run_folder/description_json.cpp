@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "run/description_json.hpp"
+#include "run_folder/description_json.hpp"
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/config_file.hpp"
 #include "stereogrid/pipeline.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::io {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -39,7 +39,7 @@ Json json_of(const Rig& rig) {
 Json settings_json(const RunDescription& run) {
   return {{"version", version()},
           {"preset", run.preset},
-          {"config", Json::parse(io::to_json(run.config))},
+          {"config", Json::parse(to_json(run.config))},
           {"input", json_of(run.input)},
           {"matcher", run.matcher},
           {"predict_s", run.predict_s},
@@ -67,4 +67,4 @@ RunInput run_input_of(const Json& input) {
   return made_from;
 }
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::io

@@ -10,7 +10,7 @@
 #include "stereogrid/config.hpp"
 #include "stereogrid/grid.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::io {
 
 /// Frames [first, end) of an input.
 struct FrameRange {
@@ -47,4 +47,4 @@ struct RunDescription {
   FrameRange frames;
 };
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::io

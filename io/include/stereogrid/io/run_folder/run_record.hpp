@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "run/description.hpp"
-#include "run/frame_lines.hpp"
+#include "stereogrid/io/run_folder/description.hpp"
+#include "stereogrid/io/run_folder/frame_lines.hpp"
 #include "stereogrid/pipeline.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::io {
 
 struct SkippedFrame {
   std::size_t index{0};
@@ -63,4 +63,4 @@ class RunRecord {
   std::vector<SkippedFrame> skipped_;
 };
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::io

@@ -10,7 +10,7 @@
 
 #include "stereogrid/pipeline.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::io {
 
 /// A line of frames.jsonl (docs/format.md), without the end of line.
 [[nodiscard]] std::string frame_line(const StereoFrame& frame, const FrameResult& result);
@@ -40,4 +40,4 @@ struct RunFrame {
 /// The file must be there and whole. Names are those of files, each once.
 [[nodiscard]] std::vector<RunFrame> read_run_frames(const std::filesystem::path& path);
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::io
