@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <memory>
 
+#include "baselines/ray_casting.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/evaluation/lidar_grid.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -23,7 +25,7 @@ Config with_paper_grid(Config config) {
 }
 
 void add_single_frame_methods(const Config& config, bool with_lidar, Methods& methods) {
-  using namespace evaluation;
+  using namespace research;
   const auto add = [&](const char* name, const char* title, auto grid_of) {
     methods.push_back({name, title, false, std::nullopt, std::move(grid_of)});
   };
@@ -42,7 +44,7 @@ void add_single_frame_methods(const Config& config, bool with_lidar, Methods& me
   if (!with_lidar) return;
   add("lidar", "lidar, inverse sensor model", [](const ComparedFrame& f) {
     if (f.sweep.empty()) return Image<float>{};
-    return lidar_grid(f.sweep, f.lidar, f.grid, f.camera_height_m);
+    return evaluation::lidar_grid(f.sweep, f.lidar, f.grid, f.camera_height_m);
   });
 }
 
@@ -54,7 +56,7 @@ void add_methods_over_time(const Config& config, Methods& methods) {
     methods.push_back(
         {fmt::format("filter_{}", models[i]), fmt::format("visibility grid, filter {}", models[i]), true, filtered});
   }
-  auto map{std::make_shared<evaluation::LogOddsMap>()};
+  auto map{std::make_shared<research::LogOddsMap>()};
   methods.push_back(
       {"ray_casting_map", "ray casting, log-odds over time", true, std::nullopt,
        [map](const ComparedFrame& f) { return map->update(f.disparities, f.world_from_vehicle, f.grid); }});

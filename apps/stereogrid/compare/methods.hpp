@@ -7,14 +7,15 @@
 #include <string>
 #include <vector>
 
-#include "stereogrid/evaluation/ray_casting.hpp"
+#include "baselines/baselines.hpp"
+#include "stereogrid/evaluation/labels.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::app {
 
 /// What every method of a comparison is given of a frame.
 struct ComparedFrame {
-  evaluation::DisparityFrame disparities;
+  research::DisparityFrame disparities;
   GridGeometry grid;
   Pose2 world_from_vehicle;
   std::vector<evaluation::CameraPoint> sweep;  ///< empty: none

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "columns.hpp"
+#include "baselines/columns.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-namespace stereogrid::evaluation {
+namespace stereogrid::research {
 namespace {
 
 std::vector<double> gaussian_weights(double sigma) {
@@ -159,4 +159,4 @@ std::vector<double> farthest_road(const DisparityFrame& frame) {
   return farthest;
 }
 
-}  // namespace stereogrid::evaluation
+}  // namespace stereogrid::research

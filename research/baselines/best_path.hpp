@@ -6,10 +6,10 @@
 
 #include "stereogrid/image.hpp"
 
-namespace stereogrid::evaluation {
+namespace stereogrid::research {
 
 /// One state per column, by dynamic programming: the least sum of costs(column, state) and, between neighbours,
 /// jump_cost·min(|difference of states|, jump_max). `costs` is (states, columns).
 [[nodiscard]] std::vector<int> best_path(const Image<float>& costs, double jump_cost, int jump_max);
 
-}  // namespace stereogrid::evaluation
+}  // namespace stereogrid::research

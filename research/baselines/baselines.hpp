@@ -12,7 +12,7 @@
 // Grids that others make of the same disparities, to compare with. docs/baselines.md has the sources, and how the
 // parameters were chosen. All give P(occupied) over the cells of a grid in the vehicle frame, 0.5 = unknown.
 
-namespace stereogrid::evaluation {
+namespace stereogrid::research {
 
 /// What every method is given of a frame: the pipeline's disparities and ground.
 struct DisparityFrame {
@@ -123,4 +123,4 @@ struct StixelParameters {
 [[nodiscard]] Image<float> stixel_grid(const DisparityFrame& frame, const GridGeometry& grid,
                                        const StixelParameters& parameters = {});
 
-}  // namespace stereogrid::evaluation
+}  // namespace stereogrid::research

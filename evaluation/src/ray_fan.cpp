@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "fan.hpp"
+#include "stereogrid/evaluation/ray_fan.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,23 +1,23 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/evaluation/ray_casting.hpp"
+#include "baselines/ray_casting.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "columns.hpp"
-#include "fan.hpp"
+#include "baselines/columns.hpp"
 
-namespace stereogrid::evaluation {
+namespace stereogrid::research {
 namespace {
 
 /// A direction per image column, lengths are depths.
-Fan fan_of(const DisparityFrame& frame, const GridGeometry& grid, const LogOddsParameters& parameters) {
+evaluation::Fan fan_of(const DisparityFrame& frame, const GridGeometry& grid,
+                       const evaluation::LogOddsParameters& parameters) {
   std::vector<Point2> directions;
   for (int u{0}; u < frame.obstacle.width; ++u) {
     directions.push_back({1, (frame.rig.centre_u_px - u) / frame.rig.focal_px});
   }
-  Fan fan{{0, 0}, std::move(directions), farthest_corner_m(grid), grid.cell_size_m / 4};
+  evaluation::Fan fan{{0, 0}, std::move(directions), evaluation::farthest_corner_m(grid), grid.cell_size_m / 4};
   const RoadModel road{frame.rig, frame.ground};
   for (int v{0}; v < frame.obstacle.height; ++v) {
     for (int u{0}; u < frame.obstacle.width; ++u) {
@@ -40,7 +40,7 @@ std::int64_t cell_of(double x_m, double y_m, double cell_size_m) {
 
 /// The grid's surroundings in the world, in whole cells of a world that has a corner of a cell at its origin.
 GridGeometry in_world(const GridGeometry& grid, const Pose2& world_from_vehicle) {
-  const double reach_m{farthest_corner_m(grid)};
+  const double reach_m{evaluation::farthest_corner_m(grid)};
   const double s{grid.cell_size_m};
   const int cells{2 * static_cast<int>(std::ceil(reach_m / s)) + 2};
   return {(std::floor((world_from_vehicle.x_m - reach_m) / s)) * s,
@@ -50,18 +50,20 @@ GridGeometry in_world(const GridGeometry& grid, const Pose2& world_from_vehicle)
 }  // namespace
 
 Image<float> ray_casting_grid(const DisparityFrame& frame, const GridGeometry& grid,
-                              const LogOddsParameters& parameters) {
-  return probabilities_of(log_odds_of(fan_of(frame, grid, parameters).cast(grid, {}), parameters));
+                              const evaluation::LogOddsParameters& parameters) {
+  return evaluation::probabilities_of(
+      evaluation::log_odds_of(fan_of(frame, grid, parameters).cast(grid, {}), parameters));
 }
 
-LogOddsMap::LogOddsMap(double weight_of_frame, const LogOddsParameters& parameters)
+LogOddsMap::LogOddsMap(double weight_of_frame, const evaluation::LogOddsParameters& parameters)
     : weight_{weight_of_frame}, parameters_{parameters} {}
 
 Image<float> LogOddsMap::update(const DisparityFrame& frame, const Pose2& world_from_vehicle,
                                 const GridGeometry& grid) {
   const GridGeometry world{in_world(grid, world_from_vehicle)};
   const double s{grid.cell_size_m};
-  const Image<float> seen{log_odds_of(fan_of(frame, grid, parameters_).cast(world, world_from_vehicle), parameters_)};
+  const Image<float> seen{
+      evaluation::log_odds_of(fan_of(frame, grid, parameters_).cast(world, world_from_vehicle), parameters_)};
   for (int iy{0}; iy < world.ny; ++iy) {
     for (int ix{0}; ix < world.nx; ++ix) {
       if (seen(ix, iy) == 0) continue;
@@ -78,7 +80,7 @@ Image<float> LogOddsMap::update(const DisparityFrame& frame, const Pose2& world_
       if (found != cells_.end()) log_odds(ix, iy) = found->second;
     }
   }
-  return probabilities_of(std::move(log_odds));
+  return evaluation::probabilities_of(std::move(log_odds));
 }
 
-}  // namespace stereogrid::evaluation
+}  // namespace stereogrid::research

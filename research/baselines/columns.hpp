@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "stereogrid/evaluation/baselines.hpp"
+#include "baselines/baselines.hpp"
 
-namespace stereogrid::evaluation {
+namespace stereogrid::research {
 
 /// The road in disparity space. method eq. 1b, with roll.
 class RoadModel {
@@ -79,4 +79,4 @@ struct ColumnBoundary {
 /// Smallest disparity at which each column shows road, but for its four farthest pixels; 0: no road.
 [[nodiscard]] std::vector<double> farthest_road(const DisparityFrame& frame);
 
-}  // namespace stereogrid::evaluation
+}  // namespace stereogrid::research

@@ -6,9 +6,14 @@
 #include <cmath>
 #include <vector>
 
-#include "stereogrid/evaluation/baselines.hpp"
+#include "../evaluation/support.hpp"
+#include "baselines/baselines.hpp"
 
-namespace stereogrid::evaluation::testing {
+namespace stereogrid::research::testing {
+
+using evaluation::testing::around;
+using evaluation::testing::half_metre_grid;
+using evaluation::testing::values_of;
 
 /// f·b = 100 px·m: a wall of disparity d stands at x = 100/d m. Looks down by `pitch_rad`.
 inline Rig hundred_rig() {
@@ -22,8 +27,6 @@ inline Rig hundred_rig() {
   rig.camera_height_m = 1.5;
   return rig;
 }
-
-inline constexpr GridGeometry half_metre_grid{0, -5, 0.5, 48, 20};
 
 /// Exact disparity images of a flat road with upright walls on it.
 class DisparityScene {
@@ -75,28 +78,4 @@ class DisparityScene {
   Image<float> road_{rig_.width_px, rig_.height_px};
 };
 
-inline std::vector<float> values_of(const Image<float>& image) {
-  return {image.begin(), image.end()};
-}
-
-/// Largest and smallest probability of the cells whose centres are within `around_m` of x, y to the left.
-struct Extremes {
-  float smallest{1};
-  float largest{0};
-};
-inline Extremes around(const Image<float>& cells, const GridGeometry& grid, double x_m, double y_m,
-                       double around_m = 0.75) {
-  Extremes found;
-  for (int iy{0}; iy < grid.ny; ++iy) {
-    for (int ix{0}; ix < grid.nx; ++ix) {
-      const double x{grid.x_min_m + (ix + 0.5) * grid.cell_size_m};
-      const double y{grid.y_min_m + (iy + 0.5) * grid.cell_size_m};
-      if (std::abs(x - x_m) > around_m || std::abs(y - y_m) > around_m) continue;
-      found.smallest = std::min(found.smallest, cells(ix, iy));
-      found.largest = std::max(found.largest, cells(ix, iy));
-    }
-  }
-  return found;
-}
-
-}  // namespace stereogrid::evaluation::testing
+}  // namespace stereogrid::research::testing

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <vector>
 
-#include "stereogrid/evaluation/baselines.hpp"
+#include "baselines/baselines.hpp"
 
-namespace stereogrid::evaluation {
+namespace stereogrid::research {
 
 /// The upper one of two in the middle; `values` must not be empty.
 [[nodiscard]] inline double median(std::vector<double>& values) {
@@ -29,4 +29,4 @@ namespace stereogrid::evaluation {
   return found.empty() ? 0 : median(found);
 }
 
-}  // namespace stereogrid::evaluation
+}  // namespace stereogrid::research

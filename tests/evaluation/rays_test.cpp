@@ -5,9 +5,9 @@
 
 #include <numeric>
 
-#include "baselines/best_path.hpp"
-#include "baselines/fan.hpp"
-#include "baselines_scene.hpp"
+#include "stereogrid/evaluation/lidar_grid.hpp"
+#include "stereogrid/evaluation/ray_fan.hpp"
+#include "support.hpp"
 
 namespace stereogrid::evaluation::testing {
 namespace {
@@ -16,24 +16,6 @@ using ::testing::Each;
 using ::testing::ElementsAre;
 
 constexpr GridGeometry unit_cells{0, 0, 1, 4, 3};
-
-TEST(BestPath, FollowsTheCheapestStates) {
-  Image<float> costs{4, 5, 1.0F};
-  const int valley[5]{0, 1, 2, 2, 3};
-  for (int column{0}; column < 5; ++column) costs(valley[column], column) = 0;
-  EXPECT_THAT(best_path(costs, 0.1, 3), ElementsAre(0, 1, 2, 2, 3));
-}
-
-TEST(BestPath, PassesOverALoneOutlier) {
-  Image<float> costs{9, 5, 1.0F};
-  for (int column{0}; column < 5; ++column) costs(column == 2 ? 8 : 1, column) = 0;
-  EXPECT_THAT(best_path(costs, 0.2, 9), ElementsAre(1, 1, 1, 1, 1));
-  EXPECT_THAT(best_path(costs, 0.2, 1), ElementsAre(1, 1, 8, 1, 1)) << "a jump costs no more than one step";
-}
-
-TEST(BestPath, OfNothingIsNothing) {
-  EXPECT_TRUE(best_path({}, 1, 1).empty());
-}
 
 TEST(Fan, ARayPassesTheCellsBeforeItsEnd) {
   Fan fan{{0.5, 1.5}, {{1, 0}}, 10, 0.25};
@@ -95,33 +77,6 @@ TEST(LogOdds, AreClampedAndHitsOutweighPasses) {
       .any_hit = 1, .hit = 0.1, .any_pass = 0.5, .pass = 0.01, .points_min = 2, .lowest = -4, .highest = 3};
   EXPECT_THAT(values_of(log_odds_of(counts, parameters)),
               ElementsAre(::testing::FloatEq(1.4F), ::testing::FloatEq(-0.6F), 3.0F, 0.0F));
-}
-
-float at(const Image<float>& cells, double x_m) {
-  return around(cells, half_metre_grid, x_m, 0).largest;
-}
-
-TEST(LogOddsMap, StandsStillInTheWorld) {
-  LogOddsMap map;
-  const Image<float> first{
-      map.update(DisparityScene{}.road().wall(0, 240, 12, 2.5).frame(), {100, 7, 0.5}, half_metre_grid)};
-  EXPECT_GT(at(first, 12), 0.6F);
-  EXPECT_LT(at(first, 9), 0.45F);
-  // 4 m on, nothing is matched: the map remembers
-  const Pose2 later{Pose2{100, 7, 0.5} * Pose2{4, 0, 0}};
-  const Image<float> second{map.update(DisparityScene{}.frame(), later, half_metre_grid)};
-  EXPECT_GT(at(second, 8), 0.6F);
-  EXPECT_LT(at(second, 5), 0.45F);
-  EXPECT_NEAR(at(second, 12), 0.5F, 1e-6F);
-}
-
-TEST(LogOddsMap, GrowsSurerWithEveryFrame) {
-  LogOddsMap map{0.1};
-  const DisparityScene scene{DisparityScene{}.road().wall(0, 240, 12, 2.5)};
-  const Image<float> first{map.update(scene.frame(), {}, half_metre_grid)};
-  const Image<float> second{map.update(scene.frame(), {}, half_metre_grid)};
-  EXPECT_GT(at(second, 12), at(first, 12));
-  EXPECT_LT(at(second, 9), at(first, 9));
 }
 
 /// A ring of returns on the road and a post, in the camera's frame: the lidar stands on the camera.

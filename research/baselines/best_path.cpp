@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "best_path.hpp"
+#include "baselines/best_path.hpp"
 
 #include <algorithm>
 
-namespace stereogrid::evaluation {
+namespace stereogrid::research {
 namespace {
 
 struct Source {
@@ -60,4 +60,4 @@ std::vector<int> best_path(const Image<float>& costs, double jump_cost, int jump
   return path;
 }
 
-}  // namespace stereogrid::evaluation
+}  // namespace stereogrid::research

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <vector>
 
-#include "best_path.hpp"
-#include "columns.hpp"
+#include "baselines/best_path.hpp"
+#include "baselines/columns.hpp"
 
-namespace stereogrid::evaluation {
+namespace stereogrid::research {
 namespace {
 
 constexpr int bins_per_px{2};  // of the stochastic grid
@@ -141,4 +141,4 @@ Image<float> occupancy_boundary_grid(const DisparityFrame& frame, const GridGeom
   return boundary_grid(frame, columns, parameters.grid, parameters.levels, grid);
 }
 
-}  // namespace stereogrid::evaluation
+}  // namespace stereogrid::research

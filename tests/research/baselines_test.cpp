@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/evaluation/baselines.hpp"
+#include "baselines/baselines.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,10 +8,10 @@
 #include <functional>
 #include <string>
 
+#include "baselines/ray_casting.hpp"
 #include "baselines_scene.hpp"
-#include "stereogrid/evaluation/ray_casting.hpp"
 
-namespace stereogrid::evaluation::testing {
+namespace stereogrid::research::testing {
 namespace {
 
 using ::testing::Each;
@@ -177,4 +177,4 @@ TEST(Stixels, CutsAColumnIntoGroundObjectsAndSky) {
 }
 
 }  // namespace
-}  // namespace stereogrid::evaluation::testing
+}  // namespace stereogrid::research::testing

@@ -4,9 +4,9 @@
 #include <utility>
 #include <vector>
 
-#include "columns.hpp"
+#include "baselines/columns.hpp"
 
-namespace stereogrid::evaluation {
+namespace stereogrid::research {
 namespace {
 
 /// Connected surfaces of a disparity image: neighbours that differ by at most 1 px belong together.
@@ -105,4 +105,4 @@ Image<float> nearest_obstacle_grid(const DisparityFrame& frame, const GridGeomet
   return boundary_grid(frame, columns, parameters.grid, parameters.levels, grid);
 }
 
-}  // namespace stereogrid::evaluation
+}  // namespace stereogrid::research

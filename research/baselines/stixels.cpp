@@ -7,10 +7,10 @@
 #include <numbers>
 #include <vector>
 
-#include "columns.hpp"
-#include "median.hpp"
+#include "baselines/columns.hpp"
+#include "baselines/median.hpp"
 
-namespace stereogrid::evaluation {
+namespace stereogrid::research {
 namespace {
 
 constexpr float impossible{1e9F};
@@ -279,4 +279,4 @@ Image<float> stixel_grid(const DisparityFrame& frame, const GridGeometry& grid, 
   return plane.to_cells(grid);
 }
 
-}  // namespace stereogrid::evaluation
+}  // namespace stereogrid::research

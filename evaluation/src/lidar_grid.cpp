@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/evaluation/lidar_grid.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
-#include "fan.hpp"
 #include "road_plane.hpp"
-#include "stereogrid/evaluation/ray_casting.hpp"
 
 namespace stereogrid::evaluation {
 namespace {

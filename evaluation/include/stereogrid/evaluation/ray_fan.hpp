@@ -4,7 +4,9 @@
 
 #include <vector>
 
-#include "stereogrid/evaluation/ray_casting.hpp"
+#include "stereogrid/frame.hpp"
+#include "stereogrid/grid.hpp"
+#include "stereogrid/image.hpp"
 
 namespace stereogrid::evaluation {
 
@@ -37,6 +39,20 @@ class Fan {
   double step_;
   Image<float> hits_;  // (directions, steps)
   Image<float> ends_;
+};
+
+/// Log-odds that points and rays give, as in OctoMap and the layers of Nav2.
+struct LogOddsParameters {
+  double height_min_m{0.25};  ///< points between these heights are hits
+  double height_max_m{1.8};
+  double road_m{0.2};    ///< points within this of the road end free rays
+  double any_hit{1.5};   ///< log-odds of a cell with hits
+  double hit{0.1};       ///< and of each of them
+  double any_pass{1};    ///< log-odds, taken away, of a cell without hits that rays go through
+  double pass{0.001};    ///< and of each ray, with hits or without
+  double points_min{1};  ///< fewer hits are none
+  double lowest{-5};     ///< log-odds are kept between these
+  double highest{5};
 };
 
 /// Distance from the vehicle's origin to the grid's farthest corner.

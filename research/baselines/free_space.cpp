@@ -4,11 +4,11 @@
 #include <cmath>
 #include <vector>
 
-#include "best_path.hpp"
-#include "columns.hpp"
-#include "median.hpp"
+#include "baselines/best_path.hpp"
+#include "baselines/columns.hpp"
+#include "baselines/median.hpp"
 
-namespace stereogrid::evaluation {
+namespace stereogrid::research {
 namespace {
 
 /// A strip of image columns and what is known in each row.
@@ -94,4 +94,4 @@ Image<float> free_space_grid(const DisparityFrame& frame, const GridGeometry& gr
   return boundary_grid(frame, columns, parameters.grid, parameters.levels, grid);
 }
 
-}  // namespace stereogrid::evaluation
+}  // namespace stereogrid::research

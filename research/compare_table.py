@@ -3,7 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The tables of docs/baselines.md from what `stereogrid compare --json FILE` leaves.
 
-Usage: compare-table.py TITLE=FILE ...
+Usage: compare_table.py TITLE=FILE ...
 """
 import json
 import sys
