@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""The tables of docs/baselines.md from what `stereogrid compare --json FILE` leaves.
+"""The tables of docs/baselines.md from what `stereogrid-compare --json FILE` leaves.
 
 Usage: compare_table.py TITLE=FILE ...
 """

@@ -10,7 +10,7 @@
 
 #include "console.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::research {
 namespace {
 
 using evaluation::Band;
@@ -47,31 +47,31 @@ Json number(double value) {
 }  // namespace
 
 void print_table(const Comparison& comparison) {
-  tell("{} frames, {} with truth; cells {:g}–{:g} m ahead\n\n{:<42}", comparison.frames, comparison.frames_with_truth,
-       table_band.from_m, table_band.to_m, "method");
-  for (const Column& column : columns) tell("{:>10}", column.title);
-  tell("{:>10}\n", "ms");
+  app::tell("{} frames, {} with truth; cells {:g}–{:g} m ahead\n\n{:<42}", comparison.frames,
+            comparison.frames_with_truth, table_band.from_m, table_band.to_m, "method");
+  for (const Column& column : columns) app::tell("{:>10}", column.title);
+  app::tell("{:>10}\n", "ms");
   bool over_time{false};
   for (const ComparedMethod& method : comparison.methods) {
-    if (method.over_time && !over_time) tell("over time\n");
+    if (method.over_time && !over_time) app::tell("over time\n");
     over_time = method.over_time;
     const Summary summary{method.series.scores.summary(table_band, 0)};
-    tell("{:<42}", method.title);
+    app::tell("{:<42}", method.title);
     for (const Column& column : columns) {
       const double value{(summary.*column.estimate).value};
-      tell("{:>10}", std::isfinite(value) ? fmt::format("{:.3f}", value) : "–");
+      app::tell("{:>10}", std::isfinite(value) ? fmt::format("{:.3f}", value) : "–");
     }
-    tell("{:>10.1f}\n", median(method.milliseconds));
+    app::tell("{:>10.1f}\n", median(method.milliseconds));
   }
-  tell(
+  app::tell(
       "\nhidden: recall of partly hidden obstacles at 1 % false alarms. ms: median from disparities and ground to the\n"
       "grid. docs/baselines.md tells what the methods are, docs/evaluation.md what the figures are.\n");
 }
 
 Json json_of(const Comparison& comparison, const std::vector<std::pair<std::string, std::string>>& about) {
-  Evaluation evaluation{about, {}};
+  app::Evaluation evaluation{about, {}};
   for (const ComparedMethod& method : comparison.methods) evaluation.series.push_back(method.series);
-  Json json(json_of(evaluation));
+  Json json(app::json_of(evaluation));
   for (const ComparedMethod& method : comparison.methods) {
     Json& series{json["series"][method.series.name]};
     series["title"] = method.title;
@@ -81,4 +81,4 @@ Json json_of(const Comparison& comparison, const std::vector<std::pair<std::stri
   return json;
 }
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::research

@@ -9,7 +9,7 @@
 
 #include "compare/compare.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::research {
 
 /// A line per method, 3–20 m.
 void print_table(const Comparison& comparison);
@@ -18,4 +18,4 @@ void print_table(const Comparison& comparison);
 [[nodiscard]] nlohmann::ordered_json json_of(const Comparison& comparison,
                                              const std::vector<std::pair<std::string, std::string>>& about);
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::research

@@ -10,6 +10,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "commands.hpp"
@@ -22,9 +23,10 @@
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/frame_queue.hpp"
 #include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/npz.hpp"
 #include "stereogrid/io/recording.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::research {
 namespace {
 
 namespace fs = std::filesystem;
@@ -45,23 +47,23 @@ double ms_after_ground(const StageTimes& times, bool over_time) {
 /// Takes the frames of an input through all methods.
 class Comparer {
  public:
-  Comparer(const CompareOptions& options, const TruthSource& truth)
+  Comparer(const CompareOptions& options, const app::TruthSource& truth)
       : options_{options},
         truth_{truth},
-        methods_{compare_methods(config_from(options.config), truth.has_sweeps(), options.only)},
-        first_{config_from(options.config), truth.input().source->rig(), BackEnd::cpu, options.threads} {
+        methods_{compare_methods(app::config_from(options.config), truth.has_sweeps(), options.only)},
+        first_{app::config_from(options.config), truth.input().source->rig(), BackEnd::cpu, options.threads} {
     for (const CompareMethod& method : methods_) {
       ComparedMethod compared{method.title, method.over_time, {method.name, {}}, {}};
-      if (method.over_time && truth.kind() == TruthKind::exact) compared.series.motion.emplace();
+      if (method.over_time && truth.kind() == app::TruthKind::exact) compared.series.motion.emplace();
       comparison_.methods.push_back(std::move(compared));
       pipelines_.push_back(pipeline_for(method));
     }
   }
 
   Comparison go_through(io::FrameRange range) {
-    Progress progress{"frames", range.end - range.first};
+    app::Progress progress{"frames", range.end - range.first};
     io::FrameQueue queue{*truth_.input().source, range.first, range.end};
-    PoseStage poses{truth_.input()};
+    app::PoseStage poses{truth_.input()};
     picture_every_ = std::max<std::size_t>(1, (range.end - range.first) / pictures_at_most);
     next_picture_ = range.first;
     while (std::optional<io::QueuedFrame> queued{queue.next()}) {
@@ -86,7 +88,8 @@ class Comparer {
 
   [[nodiscard]] Known known_about(const StereoFrame& frame) const {
     Known known;
-    if (truth_.has_sweeps()) known.sweep = truth_.sweep(frame.name, options_.hold_out ? Rings::even : Rings::all);
+    if (truth_.has_sweeps())
+      known.sweep = truth_.sweep(frame.name, options_.hold_out ? app::Rings::even : app::Rings::all);
     if (auto labelled{truth_.frame(frame.name, first_.vehicle_grid())}) {
       known.labels = std::move(labelled->labels);
       known.truth = std::move(labelled->truth);
@@ -111,11 +114,11 @@ class Comparer {
       const MethodResult made{run(i, frame, result, compared)};
       if (made.occupancy.empty()) continue;
       comparison_.methods[i].milliseconds.push_back(made.milliseconds);
-      if (!known.labels) continue;
-      score(comparison_.methods[i].series, frame.name, known, made, result.vehicle_grid);
-      if (!options_.pictures.empty()) grids.push_back({methods_[i].title, made.occupancy});
+      if (known.labels) score(comparison_.methods[i].series, frame.name, known, made, result.vehicle_grid);
+      if (keeps_grids_) grids.push_back({methods_[i].name, methods_[i].title, made.occupancy});
     }
     if (known.labels) draw(frame, *known.labels, grids);
+    if (!options_.grids.empty()) write_grids(frame.name, grids, compared.sweep);
   }
 
   /// A grid, how long it took from disparities and ground, and what else this library knows.
@@ -138,7 +141,7 @@ class Comparer {
             &result};
   }
 
-  void score(Series& series, const std::string& name, const Known& known, const MethodResult& made,
+  void score(app::Series& series, const std::string& name, const Known& known, const MethodResult& made,
              const GridGeometry& grid) const {
     series.scores.add(name, made.occupancy.view(), *known.labels);
     if (!series.motion || !known.truth) return;
@@ -157,8 +160,19 @@ class Comparer {
     io::write_png(fs::path{options_.pictures} / (frame.name + ".png"), draw_comparison(frame.left, labels, grids));
   }
 
+  void write_grids(const std::string& name, const std::vector<NamedGrid>& grids,
+                   const std::vector<evaluation::CameraPoint>& sweep) const {
+    static_assert(sizeof(evaluation::CameraPoint) == 3 * sizeof(double));
+    std::vector<io::NpzArray> arrays;
+    for (const NamedGrid& grid : grids) arrays.emplace_back(grid.name, grid.occupancy);
+    const std::span<const double> coordinates{reinterpret_cast<const double*>(sweep.data()), 3 * sweep.size()};
+    if (!sweep.empty()) arrays.emplace_back("sweep", std::vector<std::size_t>{sweep.size(), 3}, coordinates);
+    io::write_npz(fs::path{options_.grids} / (name + ".npz"), arrays);
+  }
+
   const CompareOptions& options_;
-  const TruthSource& truth_;
+  const app::TruthSource& truth_;
+  bool keeps_grids_{!options_.pictures.empty() || !options_.grids.empty()};
   std::vector<CompareMethod> methods_;
   Pipeline first_;
   std::vector<std::unique_ptr<Pipeline>> pipelines_;  // none: the method makes its own grid
@@ -170,22 +184,24 @@ class Comparer {
 }  // namespace
 
 int compare(const CompareOptions& options) {
-  const TruthSource truth{open_input(options.input), options.hold_out ? TruthKind::lidar : options.truth,
-                          options.camera_height_m, options.hold_out ? Rings::odd : Rings::all};
-  log_input(truth.input());
-  const io::FrameRange range{parse_frame_range(options.frames, truth.input().source->size())};
-  if (!options.pictures.empty()) io::create_folder(options.pictures);
+  const app::TruthSource truth{app::open_input(options.input), options.hold_out ? app::TruthKind::lidar : options.truth,
+                               options.camera_height_m, options.hold_out ? app::Rings::odd : app::Rings::all};
+  app::log_input(truth.input());
+  const io::FrameRange range{app::parse_frame_range(options.frames, truth.input().source->size())};
+  for (const std::string& folder : {options.pictures, options.grids}) {
+    if (!folder.empty()) io::create_folder(folder);
+  }
   const Comparison comparison{Comparer{options, truth}.go_through(range)};
   print_table(comparison);
-  if (options.json.empty() && options.html.empty()) return exit_done;
+  if (options.json.empty() && options.html.empty()) return app::exit_done;
   const nlohmann::ordered_json json(
       json_of(comparison, {{"input", options.input.paths.front()},
                            {"preset", options.config.preset},
-                           {"truth", truth.kind() == TruthKind::lidar ? "lidar" : "exact"},
+                           {"truth", truth.kind() == app::TruthKind::lidar ? "lidar" : "exact"},
                            {"frames", fmt::format("{} of {}", comparison.frames_with_truth, comparison.frames)}}));
   if (!options.json.empty()) io::write_file(options.json, io::json_text(json, 1) + "\n");
-  if (!options.html.empty()) write_report(options.html, json);
-  return exit_done;
+  if (!options.html.empty()) app::write_report(options.html, json);
+  return app::exit_done;
 }
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::research

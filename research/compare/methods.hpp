@@ -11,11 +11,11 @@
 #include "stereogrid/evaluation/labels.hpp"
 #include "stereogrid/pipeline.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::research {
 
 /// What every method of a comparison is given of a frame.
 struct ComparedFrame {
-  research::DisparityFrame disparities;
+  DisparityFrame disparities;
   GridGeometry grid;
   Pose2 world_from_vehicle;
   std::vector<evaluation::CameraPoint> sweep;  ///< empty: none
@@ -37,4 +37,4 @@ struct CompareMethod {
 [[nodiscard]] std::vector<CompareMethod> compare_methods(const Config& config, bool with_lidar,
                                                          const std::vector<std::string>& only);
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::research

@@ -11,13 +11,13 @@
 #include "evaluate/truth_source.hpp"
 #include "input.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::research {
 
 struct CompareOptions {
-  InputOptions input;
-  ConfigOptions config;
+  app::InputOptions input;
+  app::ConfigOptions config;
   std::string frames;
-  TruthKind truth{TruthKind::automatic};
+  app::TruthKind truth{app::TruthKind::automatic};
   bool hold_out{false};
   std::vector<std::string> only;
   int threads{0};
@@ -25,13 +25,14 @@ struct CompareOptions {
   std::string json;
   std::string html;
   std::string pictures;
+  std::string grids;
 };
 
 /// What a method has made of the input.
 struct ComparedMethod {
   std::string title;
   bool over_time{false};
-  Series series;
+  app::Series series;
   std::vector<double> milliseconds;  ///< of every frame, from disparities and ground to the grid
 };
 
@@ -41,8 +42,8 @@ struct Comparison {
   std::size_t frames_with_truth{0};
 };
 
-/// `stereogrid compare`: prints the table, writes the files asked for. Returns the exit code; throws ConfigError,
+/// Prints the table, writes the files asked for. Returns the exit code; throws ConfigError,
 /// InputError, DeviceError.
 [[nodiscard]] int compare(const CompareOptions& options);
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::research

@@ -8,9 +8,10 @@
 #include "stereogrid/evaluation/labels.hpp"
 #include "stereogrid/io/image_file.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::research {
 
 struct NamedGrid {
+  std::string name;
   std::string title;
   Image<float> occupancy;
 };
@@ -20,4 +21,4 @@ struct NamedGrid {
 [[nodiscard]] io::RgbImage draw_comparison(const Image<std::uint8_t>& left, const evaluation::Labels& labels,
                                            const std::vector<NamedGrid>& grids);
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::research

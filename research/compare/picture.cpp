@@ -8,7 +8,7 @@
 
 #include "pictures/drawing.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::research {
 namespace {
 
 constexpr int columns{5};
@@ -51,11 +51,11 @@ class Sheet {
     const int x{(tiles_ % columns) * (tile_px + gap_px)};
     const int y{camera_height_px_ + gap_px + tiles_ / columns * (tile_height_px_ + title_px + gap_px)};
     ++tiles_;
-    draw_text(canvas_, x, y + title_px - 7, title, palette::ink, Align::left, 0.4);
-    const Box box{x, y + title_px, tile_px, tile_height_px_};
+    app::draw_text(canvas_, x, y + title_px - 7, title, app::palette::ink, app::Align::left, 0.4);
+    const app::Box box{x, y + title_px, tile_px, tile_height_px_};
     cv::Mat part{canvas_(cv::Rect{box.x, box.y, box.width, box.height})};
     cv::resize(cells, part, part.size(), 0, 0, cv::INTER_NEAREST);
-    frame_box(canvas_, box);
+    app::frame_box(canvas_, box);
   }
 
   [[nodiscard]] io::RgbImage image() const {
@@ -82,11 +82,11 @@ io::RgbImage draw_comparison(const Image<std::uint8_t>& left, const evaluation::
   sheet.add("truth", draw_cells(labels.geometry, [&](int ix, int iy) { return colour_of(labels, ix, iy); }));
   for (const NamedGrid& grid : grids) {
     sheet.add(grid.title, draw_cells(labels.geometry, [&](int ix, int iy) {
-                const std::uint8_t grey{grey_of(grid.occupancy(ix, iy))};
+                const std::uint8_t grey{app::grey_of(grid.occupancy(ix, iy))};
                 return cv::Vec3b{grey, grey, grey};
               }));
   }
   return sheet.image();
 }
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::research

@@ -2,26 +2,37 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
 
+#include "../app/support.hpp"
 #include "stereogrid/config.hpp"
-#include "support.hpp"
 
 namespace stereogrid::app::testing {
 namespace {
 
 using ::testing::Contains;
 using ::testing::ElementsAre;
+using ::testing::Gt;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::SizeIs;
+
+Outcome run_compare(const std::vector<std::string>& words) {
+  return run_program(STEREOGRID_COMPARE, words);
+}
+
+Outcome compare_well(const std::vector<std::string>& words) {
+  Outcome outcome{run_compare(words)};
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+  return outcome;
+}
 
 /// Four frames of a street, compared once for all tests.
 class Compare : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new TemporaryFolder;
-    outcome_ =
-        new Outcome{run_well({"compare", scene(), "--json", (*folder_ / "scores.json").string(), "--html",
-                              (*folder_ / "report.html").string(), "--pictures", (*folder_ / "pictures").string()})};
+    outcome_ = new Outcome{
+        compare_well({scene(), "--json", (*folder_ / "scores.json").string(), "--html",
+                      (*folder_ / "report.html").string(), "--pictures", (*folder_ / "pictures").string()})};
   }
   static void TearDownTestSuite() {
     delete outcome_;
@@ -101,7 +112,7 @@ TEST_F(Compare, DrawsContactSheets) {
 TEST_F(Compare, RunsOnlyWhatIsAskedFor) {
   const TemporaryFolder folder;
   const std::string json{(folder / "scores.json").string()};
-  run_well({"compare", scene(), "--frames", "1:2", "--only", "stixels,observed", "--json", json});
+  compare_well({scene(), "--frames", "1:2", "--only", "stixels,observed", "--json", json});
   const Json scores(json_of(json));
   EXPECT_EQ(scores["about"]["frames"], "2 of 2");
   ASSERT_EQ(scores["series"].size(), 2U);
@@ -109,8 +120,23 @@ TEST_F(Compare, RunsOnlyWhatIsAskedFor) {
   EXPECT_TRUE(scores["series"].contains("stixels"));
 }
 
+TEST_F(Compare, WritesTheGridsOfEveryMethod) {
+  const TemporaryFolder folder;
+  const std::string run{(folder / "run").string()};
+  const std::string grids{(folder / "grids").string()};
+  run_well({"run", scene(), "--frames", "0:1", "--out", run});
+  compare_well({scene(), "--frames", "0:1", "--only", "observed,nearest_obstacle", "--grids", grids});
+  EXPECT_THAT(files_in(grids), ElementsAre("000000.npz", "000001.npz"));
+  const Arrays ours(io::read_npz(folder / "run" / "grids" / "000001.npz"));
+  const Arrays compared(io::read_npz(folder / "grids" / "000001.npz"));
+  ASSERT_EQ(compared.size(), 2U) << "no sweep";
+  EXPECT_EQ(compared.at("observed").bytes, ours.at("observed").bytes);
+  EXPECT_EQ(compared.at("nearest_obstacle").shape, ours.at("observed").shape);
+  EXPECT_NE(compared.at("nearest_obstacle").bytes, ours.at("observed").bytes);
+}
+
 TEST_F(Compare, ComplainsOfMethodsThatDoNotExist) {
-  const Outcome outcome{run_tool({"compare", scene(), "--only", "stixel"})};
+  const Outcome outcome{run_compare({scene(), "--only", "stixel"})};
   EXPECT_EQ(outcome.exit_code, 64);
   EXPECT_THAT(outcome.errors, HasSubstr("stixel"));
   EXPECT_THAT(outcome.errors, HasSubstr("ray_casting_map"));
@@ -118,7 +144,7 @@ TEST_F(Compare, ComplainsOfMethodsThatDoNotExist) {
 
 TEST_F(Compare, ComplainsWhereThereIsNoLidar) {
   for (const char* option : {"--truth=lidar", "--hold-out"}) {
-    const Outcome outcome{run_tool({"compare", scene(), option})};
+    const Outcome outcome{run_compare({scene(), option})};
     EXPECT_EQ(outcome.exit_code, 65) << option;
     EXPECT_THAT(outcome.errors, HasSubstr("no lidar")) << option;
   }
@@ -131,14 +157,22 @@ TEST(CompareLidar, UsesTheSweepsOfADrive) {
   if (!fs::exists(data / "kitti_odo04")) GTEST_SKIP() << "no data sets on this machine (STEREOGRID_DATA)";
   const TemporaryFolder folder;
   const auto log_loss = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> words{
-        "compare", (data / "kitti_odo04").string(),  "--frames", "0:1", "--only", "lidar,stixels",
-        "--json",  (folder / "scores.json").string()};
+    std::vector<std::string> words{(data / "kitti_odo04").string(),
+                                   "--frames",
+                                   "0:1",
+                                   "--only",
+                                   "lidar,stixels",
+                                   "--json",
+                                   (folder / "scores.json").string(),
+                                   "--grids",
+                                   (folder / "grids").string()};
     words.insert(words.end(), more.begin(), more.end());
-    run_well(words);
+    compare_well(words);
     const Json scores(json_of(folder / "scores.json"));
     EXPECT_EQ(scores["about"]["frames"], "1 of 2") << "every second frame has a sweep";
     EXPECT_TRUE(scores["series"].contains("stixels"));
+    EXPECT_THAT(io::read_npz(folder / "grids" / "000000.npz").at("sweep").shape, ElementsAre(Gt(10'000U), 3U));
+    EXPECT_FALSE(io::read_npz(folder / "grids" / "000001.npz").contains("sweep"));
     return scores["series"]["lidar"]["bands"]["3-20"]["balanced_log_loss"]["value"].get<double>();
   };
   const double same_points{log_loss({})};

@@ -11,7 +11,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/evaluation/lidar_grid.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::research {
 namespace {
 
 using Methods = std::vector<CompareMethod>;
@@ -25,7 +25,6 @@ Config with_paper_grid(Config config) {
 }
 
 void add_single_frame_methods(const Config& config, bool with_lidar, Methods& methods) {
-  using namespace research;
   const auto add = [&](const char* name, const char* title, auto grid_of) {
     methods.push_back({name, title, false, std::nullopt, std::move(grid_of)});
   };
@@ -56,7 +55,7 @@ void add_methods_over_time(const Config& config, Methods& methods) {
     methods.push_back(
         {fmt::format("filter_{}", models[i]), fmt::format("visibility grid, filter {}", models[i]), true, filtered});
   }
-  auto map{std::make_shared<research::LogOddsMap>()};
+  auto map{std::make_shared<LogOddsMap>()};
   methods.push_back(
       {"ray_casting_map", "ray casting, log-odds over time", true, std::nullopt,
        [map](const ComparedFrame& f) { return map->update(f.disparities, f.world_from_vehicle, f.grid); }});
@@ -81,4 +80,4 @@ std::vector<CompareMethod> compare_methods(const Config& config, bool with_lidar
   return all;
 }
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::research
