@@ -10,7 +10,6 @@
 #include <charconv>
 #include <filesystem>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
 
@@ -100,16 +99,14 @@ Input open_input(const InputOptions& options) {
   return input;
 }
 
-nlohmann::ordered_json describe(const Input& input, const InputOptions& options) {
-  if (input.scene != nullptr) return {{"kind", "scene"}, {"paths", options.paths}, {"poses", options.poses}};
+io::RunInput describe(const Input& input, const InputOptions& options) {
+  if (input.scene != nullptr) return {"scene", options.paths, options.poses, "", ""};
   std::vector<std::string> paths;
   for (const std::string& path : options.paths) paths.push_back(text_of(path));
   const io::RecordingContents& contents{input.recording->contents()};
-  return {{"kind", contents.kind},
-          {"paths", paths},
-          {"calibration", text_of(contents.calibration_file)},
-          {"poses", input.poses == PoseSource::odometry ? "odometry" : text_of(contents.poses_file)},
-          {"disparities", text_of(contents.disparities)}};
+  return {contents.kind, std::move(paths),
+          input.poses == PoseSource::odometry ? "odometry" : text_of(contents.poses_file),
+          text_of(contents.calibration_file), text_of(contents.disparities)};
 }
 
 void log_input(const Input& input) {
@@ -135,7 +132,7 @@ double rate_hz(const Input& input) {
   return 1 / *middle;
 }
 
-FrameRange parse_frame_range(const std::string& text, std::size_t frames) {
+io::FrameRange parse_frame_range(const std::string& text, std::size_t frames) {
   if (frames == 0) throw InputError{"The input has no frames."};
   if (text.empty()) return {0, frames};
   const std::size_t colon{text.find(':')};

@@ -4,12 +4,12 @@
 
 #include <cstddef>
 #include <memory>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "cli_fwd.hpp"
 #include "stereogrid/frame.hpp"
+#include "stereogrid/io/run_folder/description.hpp"
 
 namespace stereogrid::io {
 class Recording;
@@ -44,8 +44,8 @@ struct Input {
 /// Throws InputError, ConfigError.
 [[nodiscard]] Input open_input(const InputOptions& options);
 
-/// For run.json: kind, paths, calibration, poses.
-[[nodiscard]] nlohmann::ordered_json describe(const Input& input, const InputOptions& options);
+/// For run.json.
+[[nodiscard]] io::RunInput describe(const Input& input, const InputOptions& options);
 
 /// Tells the log what was chosen and what is odd.
 void log_input(const Input& input);
@@ -53,15 +53,9 @@ void log_input(const Input& input);
 /// Frames per second, from the stamps.
 [[nodiscard]] double rate_hz(const Input& input);
 
-/// Frames [first, end) of an input.
-struct FrameRange {
-  std::size_t first{0};
-  std::size_t end{0};
-};
-
 /// Reads "FIRST:LAST", both inclusive, from 0, either may be left out; "" is all. Throws ConfigError, and
 /// InputError where there are no frames.
-[[nodiscard]] FrameRange parse_frame_range(const std::string& text, std::size_t frames);
+[[nodiscard]] io::FrameRange parse_frame_range(const std::string& text, std::size_t frames);
 
 extern const char* const frame_range_help;
 

@@ -30,8 +30,12 @@ std::string quoted(const std::string& word) {
 }
 
 Outcome run_tool(const std::vector<std::string>& words, const std::string& environment) {
+  return run_program(STEREOGRID_TOOL, words, environment);
+}
+
+Outcome run_program(const std::string& program, const std::vector<std::string>& words, const std::string& environment) {
   const TemporaryFolder folder;
-  std::string command{environment + " " + quoted(STEREOGRID_TOOL)};
+  std::string command{environment + " " + quoted(program)};
   for (const std::string& word : words) command += " " + quoted(word);
   command += " >" + quoted((folder / "out").string()) + " 2>" + quoted((folder / "err").string());
   const int status{std::system(command.c_str())};

@@ -44,9 +44,12 @@ struct Outcome {
 /// Runs the stereogrid program with words of its command line, each passed on as it is. `environment`: such as
 /// "PATH=/x".
 Outcome run_tool(const std::vector<std::string>& words, const std::string& environment = "");
+/// The same for another program.
+Outcome run_program(const std::string& program, const std::vector<std::string>& words,
+                    const std::string& environment = "");
 
 [[nodiscard]] bool has_node();
-/// Runs the script of a report of `evaluate` or `compare` in node; false where it does not fill the page.
+/// Runs the script of a report of `evaluate` in node; false where it does not fill the page.
 [[nodiscard]] bool script_fills(const std::filesystem::path& report);
 
 /// The same; the test fails where it does not end with 0.

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -46,5 +48,31 @@ inline Image<float> lane_of(const std::vector<float>& probabilities) {
 }
 
 inline constexpr Band everything{0, 1000};
+
+inline constexpr GridGeometry half_metre_grid{0, -5, 0.5, 48, 20};
+
+inline std::vector<float> values_of(const Image<float>& image) {
+  return {image.begin(), image.end()};
+}
+
+/// Largest and smallest probability of the cells whose centres are within `around_m` of x, y to the left.
+struct Extremes {
+  float smallest{1};
+  float largest{0};
+};
+inline Extremes around(const Image<float>& cells, const GridGeometry& grid, double x_m, double y_m,
+                       double around_m = 0.75) {
+  Extremes found;
+  for (int iy{0}; iy < grid.ny; ++iy) {
+    for (int ix{0}; ix < grid.nx; ++ix) {
+      const double x{grid.x_min_m + (ix + 0.5) * grid.cell_size_m};
+      const double y{grid.y_min_m + (iy + 0.5) * grid.cell_size_m};
+      if (std::abs(x - x_m) > around_m || std::abs(y - y_m) > around_m) continue;
+      found.smallest = std::min(found.smallest, cells(ix, iy));
+      found.largest = std::max(found.largest, cells(ix, iy));
+    }
+  }
+  return found;
+}
 
 }  // namespace stereogrid::evaluation::testing

@@ -18,10 +18,10 @@
 #include "input.hpp"
 #include "option_checks.hpp"
 #include "progress.hpp"
-#include "run/run_reader.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/run_folder/run_reader.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app {
@@ -39,7 +39,7 @@ struct Options {
   std::string html;
 };
 
-InputOptions input_options(const Options& options, const RunReader& run) {
+InputOptions input_options(const Options& options, const io::RunReader& run) {
   if (!options.input.empty()) return {{options.input}, "", options.input.starts_with("scene:") ? "" : "none", ""};
   for (const std::string& path : run.input().paths) {
     std::error_code error;
@@ -47,7 +47,9 @@ InputOptions input_options(const Options& options, const RunReader& run) {
     throw InputError{io::printable(path), "is not there any more; the run was made from it.",
                      "Say where it is now: stereogrid evaluate " + options.run + " INPUT."};
   }
-  return run.input();
+  // the run's own poses stand in its frames; where the input's are does not matter any more
+  const io::RunInput& from{run.input()};
+  return {from.paths, from.calibration, from.kind == "scene" ? "" : "none", from.disparities};
 }
 
 TruthKind kind_of(const std::string& truth) {
@@ -56,7 +58,7 @@ TruthKind kind_of(const std::string& truth) {
 }
 
 /// Names alone do not tell drives apart: many begin with 000000.
-void check_same_images(const RunReader& run, const Rig& input) {
+void check_same_images(const io::RunReader& run, const Rig& input) {
   if (run.width_px() == input.width_px && run.height_px() == input.height_px) return;
   throw InputError{io::printable_path(run.folder()),
                    fmt::format("was made from images of {} × {} px, but the input's have {} × {} px.", run.width_px(),
@@ -70,7 +72,7 @@ std::string text_of(const InputOptions& input) {
   return text;
 }
 
-[[noreturn]] void complain_of_names(const RunReader& run, const TruthSource& truth) {
+[[noreturn]] void complain_of_names(const io::RunReader& run, const TruthSource& truth) {
   const char* const known{truth.kind() == TruthKind::lidar ? "a lidar sweep" : "ground truth"};
   throw InputError{
       io::printable_path(run.folder()),
@@ -81,17 +83,17 @@ std::string text_of(const InputOptions& input) {
 }
 
 /// Observed and filtered grids of the run's frames that something is known about.
-std::vector<Series> score(const RunReader& run, const TruthSource& truth) {
+std::vector<Series> score(const io::RunReader& run, const TruthSource& truth) {
   Series observed{"observed", {}};
   Series occupancy{"occupancy", {}};
   if (truth.kind() == TruthKind::exact) occupancy.motion.emplace();
   Progress progress{"frames", run.frames().size()};
   std::size_t done{0};
-  for (const RunFrame& frame : run.frames()) {
+  for (const io::RunFrame& frame : run.frames()) {
     progress.update(done++);
     const auto known{truth.frame(frame.name, run.grid())};
     if (!known) continue;
-    const RunGrids grids{run.grids(frame.name)};
+    const io::RunGrids grids{run.grids(frame.name)};
     observed.scores.add(frame.name, grids.observed.view(), known->labels);
     occupancy.scores.add(frame.name, grids.occupancy.view(), known->labels);
     if (!known->truth) continue;
@@ -111,7 +113,7 @@ std::string truth_text(const TruthSource& truth, Rings rings) {
 }
 
 int evaluate(const Options& options) {
-  const RunReader run{options.run};
+  const io::RunReader run{options.run};
   const InputOptions input{input_options(options, run)};
   const TruthSource truth{open_input(input), kind_of(options.truth), options.camera_height_m, options.rings};
   check_same_images(run, truth.input().source->rig());

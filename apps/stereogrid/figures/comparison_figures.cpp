@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "baselines/baselines.hpp"
 #include "figures/figures.hpp"
 #include "figures/panels.hpp"
 #include "figures/reference_panels.hpp"
 #include "pictures/panels.hpp"
-#include "stereogrid/evaluation/baselines.hpp"
 
 namespace stereogrid::app::figures {
 namespace {
@@ -17,11 +17,11 @@ Image<float> ternary_grid(const Material& material) {
   const UDisparityConfig& config{material.config.u_disparity};
   Rig level{material.rig};
   if (is_levelled(level)) level.camera_pitch_rad = 0;
-  const evaluation::DisparityFrame frame{level, result.ground, material.config.matching.disparities,
-                                         result.stages.obstacle_disparity.view(), result.stages.road_disparity.view()};
-  evaluation::NearestObstacleParameters parameters;
+  const research::DisparityFrame frame{level, result.ground, material.config.matching.disparities,
+                                       result.stages.obstacle_disparity.view(), result.stages.road_disparity.view()};
+  research::NearestObstacleParameters parameters;
   parameters.levels = {config.false_negative, 1 - config.false_positive};
-  return evaluation::nearest_obstacle_grid(frame, result.vehicle_grid, parameters);
+  return research::nearest_obstacle_grid(frame, result.vehicle_grid, parameters);
 }
 
 std::string source_line(const Material& material) {

@@ -22,7 +22,7 @@ std::string why_skipped(const FrameSource& source, std::size_t index) {
 
 }  // namespace
 
-StereoFrame first_usable_frame(const FrameSource& source, FrameRange range) {
+StereoFrame first_usable_frame(const FrameSource& source, io::FrameRange range) {
   std::string first_error;
   for (std::size_t index{range.first}; index < range.end; ++index) {
     try {
@@ -35,7 +35,7 @@ StereoFrame first_usable_frame(const FrameSource& source, FrameRange range) {
       fmt::format("None of the {} frames can be used. The first one: {}", range.end - range.first, first_error)};
 }
 
-void recall_skipped(const FrameSource& source, RunRecord& record) {
+void recall_skipped(const FrameSource& source, io::RunRecord& record) {
   for (const std::size_t index : record.unaccounted()) {
     record.add_skipped({index, source.name(index), why_skipped(source, index)});
   }

@@ -2,16 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "run/run_record.hpp"
 #include "stereogrid/frame.hpp"
+#include "stereogrid/io/run_folder/run_record.hpp"
 
 namespace stereogrid::app {
 
 /// The first frame that can be loaded. Throws InputError where there is none.
-[[nodiscard]] StereoFrame first_usable_frame(const FrameSource& source, FrameRange range);
+[[nodiscard]] StereoFrame first_usable_frame(const FrameSource& source, io::FrameRange range);
 
 /// Adds the skipped frames that the run's files do not tell of, as a killed run has not noted every one: those that are
 /// missing between finished ones. Loading them again tells what is wrong with them.
-void recall_skipped(const FrameSource& source, RunRecord& record);
+void recall_skipped(const FrameSource& source, io::RunRecord& record);
 
 }  // namespace stereogrid::app

@@ -7,23 +7,23 @@
 #include <optional>
 #include <vector>
 
-#include "run/checkpoint.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/run_folder/checkpoint.hpp"
 
 namespace stereogrid::app {
 
-std::size_t first_to_do(const RunRecord& record) {
-  const std::vector<FrameSummary>& finished{record.finished().frames};
+std::size_t first_to_do(const io::RunRecord& record) {
+  const std::vector<io::FrameSummary>& finished{record.finished()};
   return finished.empty() ? record.range().first : finished.back().index + 1;
 }
 
-std::size_t first_frame_of(const RunRecord& record, Pipeline& pipeline, PoseStage& poses) {
+std::size_t first_frame_of(const io::RunRecord& record, Pipeline& pipeline, PoseStage& poses) {
   const std::size_t next{first_to_do(record)};
   const std::size_t first{record.range().first};
   if (next == first || next == record.range().end) return next;
   const std::vector<std::byte> nothing{pipeline.save_state()};
   try {
-    const std::optional<Checkpoint> saved{read_checkpoint(record.folder())};
+    const std::optional<io::Checkpoint> saved{io::read_checkpoint(record.folder())};
     const bool fits{saved && saved->index >= first && saved->index < next &&
                     saved->odometry.has_value() == poses.takes_time()};
     if (fits) {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "stereogrid/error.hpp"
-#include "stereogrid/evaluation/ray_casting.hpp"
+#include "stereogrid/evaluation/lidar_grid.hpp"
 
 namespace stereogrid::app {
 

@@ -17,11 +17,11 @@
 
 #include "pictures/picture.hpp"
 #include "run/descriptor.hpp"
-#include "run/frame_files.hpp"
-#include "run/frame_lines.hpp"
 #include "run/video.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/run_folder/frame_files.hpp"
+#include "stereogrid/io/run_folder/frame_lines.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -55,7 +55,7 @@ class LineFile {
 struct Job {
   StereoFrame frame;
   FrameResult result;
-  std::optional<Checkpoint> checkpoint;
+  std::optional<io::Checkpoint> checkpoint;
 };
 
 }  // namespace
@@ -72,16 +72,16 @@ struct ResultWriter::State {
 
   void write_frame(const Job& job) {
     const std::string file{job.frame.name + ".npz"};
-    write_grids(options.folder / "grids" / file, job.result);
-    if (options.predictions) write_predictions(options.folder / "predictions" / file, job.result);
-    if (options.stages) write_stages(options.folder / "stages" / file, job.result.stages);
+    io::write_grids(options.folder / "grids" / file, job.result);
+    if (options.predictions) io::write_predictions(options.folder / "predictions" / file, job.result);
+    if (options.stages) io::write_stages(options.folder / "stages" / file, job.result.stages);
     if (options.pictures || video) {
       const io::RgbImage picture{draw_picture(job.frame, job.result, options.rig)};
       if (options.pictures) io::write_png(options.folder / "pictures" / (job.frame.name + ".png"), picture);
       if (video) video->add(picture);
     }
-    lines->append(frame_line(job.frame, job.result));
-    if (job.checkpoint) write_checkpoint(options.folder, *job.checkpoint);
+    lines->append(io::frame_line(job.frame, job.result));
+    if (job.checkpoint) io::write_checkpoint(options.folder, *job.checkpoint);
   }
 
   void work() {
@@ -132,7 +132,7 @@ ResultWriter::~ResultWriter() {
   if (state_->thread.joinable()) state_->thread.join();
 }
 
-void ResultWriter::write(StereoFrame frame, FrameResult result, std::optional<Checkpoint> checkpoint) {
+void ResultWriter::write(StereoFrame frame, FrameResult result, std::optional<io::Checkpoint> checkpoint) {
   std::unique_lock lock{state_->mutex};
   state_->changed.wait(lock, [this] { return state_->failure || state_->jobs.size() < capacity; });
   if (state_->failure) std::rethrow_exception(state_->failure);

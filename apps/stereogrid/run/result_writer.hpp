@@ -6,7 +6,7 @@
 #include <memory>
 #include <optional>
 
-#include "run/checkpoint.hpp"
+#include "stereogrid/io/run_folder/checkpoint.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::app {
@@ -34,7 +34,7 @@ class ResultWriter {
 
   /// Waits while too many frames wait. Throws what writing an earlier frame has thrown: DeviceError.
   /// `checkpoint`: written once the frame is.
-  void write(StereoFrame frame, FrameResult result, std::optional<Checkpoint> checkpoint = {});
+  void write(StereoFrame frame, FrameResult result, std::optional<io::Checkpoint> checkpoint = {});
   /// Waits for the last frame; throws as write().
   void finish();
 

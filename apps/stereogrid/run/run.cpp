@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <bit>
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -17,7 +16,6 @@
 #include "console.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
-#include "run/checkpoint.hpp"
 #include "run/damaged_frames.hpp"
 #include "run/folder_lock.hpp"
 #include "run/frame_wait.hpp"
@@ -26,18 +24,16 @@
 #include "run/opencv_stage.hpp"
 #include "run/pose_stage.hpp"
 #include "run/result_writer.hpp"
-#include "run/run_record.hpp"
-#include "run/stages.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/config_file.hpp"
 #include "stereogrid/io/frame_queue.hpp"
 #include "stereogrid/io/recording.hpp"
+#include "stereogrid/io/run_folder/checkpoint.hpp"
+#include "stereogrid/io/run_folder/run_record.hpp"
+#include "stereogrid/io/run_folder/stages.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::app {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr std::size_t frames_ahead{4};
 
@@ -65,46 +61,13 @@ Pipeline start_pipeline(const RunOptions& options, const Config& config, const R
   }
 }
 
-Json json_of(const Rig& rig) {
-  return {{"focal_px", rig.focal_px},
-          {"centre_u_px", rig.centre_u_px},
-          {"centre_v_px", rig.centre_v_px},
-          {"baseline_m", rig.baseline_m},
-          {"width_px", rig.width_px},
-          {"height_px", rig.height_px},
-          {"camera_height_m", rig.camera_height_m},
-          {"camera_pitch_rad", rig.camera_pitch_rad},
-          {"camera_roll_rad", rig.camera_roll_rad}};
-}
-
-/// What run.json begins with: everything that decides about the results.
-Json settings_json(const RunOptions& options, const Input& input, const Pipeline& pipeline) {
-  const GridGeometry grid{pipeline.vehicle_grid()};
-  const GridGeometry world{pipeline.world_grid()};
-  return {{"version", version()},
-          {"preset", options.config.preset},
-          {"config", Json::parse(io::to_json(pipeline.config()))},
-          {"input", describe(input, options.input)},
-          {"matcher", input.recording != nullptr && input.recording->gives_disparities() ? "given" : options.matcher},
-          {"predict_s", options.predict_s},
-          {"fuse", {{"source", options.fuse}, {"rings", name_of(options.fuse_rings)}}},
-          {"device", name_of(pipeline.back_end())},
-          {"rig", json_of(pipeline.rig())},
-          {"grid",
-           {{"x_min_m", grid.x_min_m},
-            {"y_min_m", grid.y_min_m},
-            {"cell_size_m", grid.cell_size_m},
-            {"nx", grid.nx},
-            {"ny", grid.ny}}},
-          {"world_grid", {{"cell_size_m", world.cell_size_m}, {"nx", world.nx}, {"ny", world.ny}}}};
-}
-
 /// One sitting of a run: takes the frames of the input through the pipeline and to the files.
 class Sitting {
  public:
   /// `first_frame`: from there on frames go through the pipeline; those that are finished already are not written.
-  Sitting(Pipeline& pipeline, PoseStage& poses, const OpencvStage& opencv, const LidarStage& lidar, RunRecord& record,
-          ResultWriter& writer, std::size_t first_frame, const Checkpoints& checkpoints, int input_wait_s)
+  Sitting(Pipeline& pipeline, PoseStage& poses, const OpencvStage& opencv, const LidarStage& lidar,
+          io::RunRecord& record, ResultWriter& writer, std::size_t first_frame, const io::Checkpoints& checkpoints,
+          int input_wait_s)
       : pipeline_{pipeline},
         poses_{poses},
         opencv_{opencv},
@@ -153,7 +116,7 @@ class Sitting {
       if (!queued.warning.empty()) result.warnings.push_back(queued.warning);
       if (!without_lidar.empty()) result.warnings.push_back(without_lidar);
       tell_warnings(queued.name, result.warnings);
-      record_.add_frame({queued.index, result.world_from_vehicle, result.timing_ms, result.warnings, result.status});
+      record_.add_frame({queued.index, result.timing_ms, result.warnings, result.status});
       ++frames_written_;
       writer_.write(std::move(*queued.frame), std::move(result), checkpoint_after(queued.index));
     } catch (const InputError& error) {
@@ -172,9 +135,9 @@ class Sitting {
     std::_Exit(exit_try_again);
   }
 
-  std::optional<Checkpoint> checkpoint_after(std::size_t index) {
+  std::optional<io::Checkpoint> checkpoint_after(std::size_t index) {
     if (!checkpoints_.is_due_after(index)) return std::nullopt;
-    return Checkpoint{index, pipeline_.save_state(), poses_.take_state(index)};
+    return io::Checkpoint{index, pipeline_.save_state(), poses_.take_state(index)};
   }
 
   void skip(const io::QueuedFrame& queued, const std::string& reason) {
@@ -196,10 +159,10 @@ class Sitting {
   PoseStage& poses_;
   const OpencvStage& opencv_;
   const LidarStage& lidar_;
-  RunRecord& record_;
+  io::RunRecord& record_;
   ResultWriter& writer_;
   std::size_t first_frame_;
-  Checkpoints checkpoints_;
+  io::Checkpoints checkpoints_;
   int input_wait_s_;
   std::size_t first_to_write_;
   std::size_t next_{first_to_write_};
@@ -208,16 +171,16 @@ class Sitting {
   std::set<std::string> told_;
 };
 
-std::ptrdiff_t frames_of_stereo_alone(const RunRecord& record) {
-  return std::ranges::count_if(record.finished().frames, [](const FrameSummary& frame) {
+std::ptrdiff_t frames_of_stereo_alone(const io::RunRecord& record) {
+  return std::ranges::count_if(record.finished(), [](const io::FrameSummary& frame) {
     return std::ranges::any_of(frame.warnings, [](const std::string& text) { return text.starts_with(stereo_alone); });
   });
 }
 
 /// How many frames say nothing, and what would mend it.
-void warn_of_unknown_frames(const RunRecord& record, const Rig& rig) {
+void warn_of_unknown_frames(const io::RunRecord& record, const Rig& rig) {
   constexpr double degrees{57.29577951308232};
-  const std::size_t all{record.finished().frames.size()};
+  const std::size_t all{record.finished().size()};
   const std::size_t unknown{record.frames_with(FrameStatus::road_unknown)};
   const std::size_t unmatched{record.frames_with(FrameStatus::few_matches)};
   if (unknown > 0) {
@@ -236,17 +199,17 @@ void warn_of_unknown_frames(const RunRecord& record, const Rig& rig) {
   }
 }
 
-void print_summary(const RunRecord& record, const Sitting& sitting) {
+void print_summary(const io::RunRecord& record, const Sitting& sitting) {
   if (!spdlog::should_log(spdlog::level::info)) return;
   const std::size_t skipped{record.skipped().size()};
-  tell("{} frames, {} skipped, {:.2f} frames per second\n", record.finished().frames.size(), skipped,
+  tell("{} frames, {} skipped, {:.2f} frames per second\n", record.finished().size(), skipped,
        sitting.frames_per_second());
   tell("median ms per frame:");
-  for (const StageField& stage : stage_fields) {
+  for (const io::StageField& stage : io::stage_fields) {
     tell(" {} {:.1f}", stage.name, record.timing(stage.milliseconds).p50);
   }
   const std::ptrdiff_t alone{frames_of_stereo_alone(record)};
-  if (alone > 0) tell("\n{} of {} frames had no lidar", alone, record.finished().frames.size());
+  if (alone > 0) tell("\n{} of {} frames had no lidar", alone, record.finished().size());
   tell("\nresults in {}\n", record.folder().string());
 }
 
@@ -266,10 +229,24 @@ void check_options(const RunOptions& options) {
   }
 }
 
-RunRecord describe_run(const RunOptions& options, const Input& input, const Pipeline& pipeline) {
-  const FrameRange range{parse_frame_range(options.frames, input.source->size())};
-  RunRecord record{options.folder, range, settings_json(options, input, pipeline),
-                   Json{{"simd_target", simd_target()}, {"threads", pipeline.threads()}}};
+io::RunRecord describe_run(const RunOptions& options, const Input& input, const Pipeline& pipeline) {
+  const io::FrameRange range{parse_frame_range(options.frames, input.source->size())};
+  const bool given{input.recording != nullptr && input.recording->gives_disparities()};
+  io::RunRecord record{options.folder,
+                       {.preset = options.config.preset,
+                        .config = pipeline.config(),
+                        .input = describe(input, options.input),
+                        .matcher = given ? "given" : options.matcher,
+                        .predict_s = options.predict_s,
+                        .fuse_source = options.fuse,
+                        .fuse_rings = name_of(options.fuse_rings),
+                        .device = std::string{name_of(pipeline.back_end())},
+                        .rig = pipeline.rig(),
+                        .grid = pipeline.vehicle_grid(),
+                        .world_grid = pipeline.world_grid(),
+                        .simd_target = std::string{simd_target()},
+                        .threads = pipeline.threads(),
+                        .frames = range}};
   const std::optional<std::string> complaint{io::complaint_if_swapped(first_usable_frame(*input.source, range))};
   if (complaint) throw InputError{*complaint};
   return record;
@@ -286,15 +263,15 @@ int run(const RunOptions& options) {
   Pipeline pipeline{start_pipeline(options, config, input.source->rig())};
   pipeline.predict_at(options.predict_s);
   const LidarStage lidar{options.fuse == "lidar", input, pipeline.vehicle_grid(), options.fuse_rings};
-  RunRecord record{describe_run(options, input, pipeline)};
+  io::RunRecord record{describe_run(options, input, pipeline)};
   const FolderLock lock{record.folder()};
   options.resume ? record.resume() : record.begin();
   recall_skipped(*input.source, record);
-  remove_torn_checkpoint(record.folder());
+  io::remove_torn_checkpoint(record.folder());
   ResultWriter writer{{options.folder, !options.predict_s.empty(), options.save_stages, options.pictures, options.video,
                        rate_hz(input), pipeline.rig()}};
   const OpencvStage opencv{options.matcher, pipeline.config().matching.disparities};
-  const Checkpoints checkpoints{record.range().first, static_cast<std::size_t>(options.checkpoint_every)};
+  const io::Checkpoints checkpoints{record.range().first, static_cast<std::size_t>(options.checkpoint_every)};
   PoseStage poses{input, [checkpoints](std::size_t index) { return checkpoints.is_due_after(index); }};
   Sitting sitting{pipeline,
                   poses,

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "stamps.hpp"
+#include "input/stamps.hpp"
 #include "stereogrid/io/file.hpp"
 #include "targets.hpp"
 

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "run/frame_lines.hpp"
-#include "run/run_reader.hpp"
+#include "stereogrid/io/run_folder/frame_lines.hpp"
+#include "stereogrid/io/run_folder/run_reader.hpp"
 #include "stereogrid/io/truth.hpp"
 #include "targets.hpp"
 
 namespace stereogrid::fuzz {
 namespace {
 
-void check_grids(const app::RunReader& run, const app::RunGrids& grids) {
+void check_grids(const io::RunReader& run, const io::RunGrids& grids) {
   require(grids.occupancy.width() == run.grid().nx && grids.occupancy.height() == run.grid().ny,
           "grids are not of the run's size");
 }
@@ -22,14 +22,14 @@ void run_folder(Bytes input) {
   const auto lines{folder.write("frames.jsonl", files[1])};
   folder.write("grids/000000.npz", files[2]);
   accepts([&] {
-    const app::RunReader run{folder.path()};
-    for (const app::RunFrame& frame : run.frames()) {
+    const io::RunReader run{folder.path()};
+    for (const io::RunFrame& frame : run.frames()) {
       accepts([&] { check_grids(run, run.grids(frame.name)); });
     }
   });
   std::size_t finished{0};
-  if (!accepts([&] { finished = app::read_frame_lines(lines).frames.size(); })) return;
-  require(app::read_frame_lines(lines).frames.size() == finished, "lines are lost when they are read twice");
+  if (!accepts([&] { finished = io::take_finished_frames(lines).size(); })) return;
+  require(io::take_finished_frames(lines).size() == finished, "lines are lost when they are read twice");
 }
 
 void truth(Bytes input) {

@@ -1,0 +1,118 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "program.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <new>
+#include <sstream>
+#include <string>
+
+#include "commands.hpp"
+#include "console.hpp"
+#include "option_checks.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/text.hpp"
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+void set_up_log() {
+  auto log{std::make_shared<spdlog::logger>("stereogrid", std::make_shared<spdlog::sinks::stderr_color_sink_mt>())};
+  // on a terminal a line first wipes the progress bar that stands there
+  const bool terminal{isatty(STDERR_FILENO) == 1};
+  log->set_pattern(terminal ? "\r\033[K%^%l%$: %v" : "%l: %v");
+  spdlog::set_default_logger(std::move(log));
+}
+
+int complain(int exit_code, const std::string& message) {
+  tell_on_stderr("{}stereogrid: {}\n", isatty(STDERR_FILENO) == 1 ? "\r\033[K" : "", message);
+  return exit_code;
+}
+
+// Images come and go with every frame. What malloc hands back to the system each time, the system has to clear each
+// time.
+void keep_memory() {
+#ifdef __GLIBC__
+  constexpr int largest_image_bytes{32 << 20};  // more is not allowed
+  constexpr int kept_bytes{256 << 20};
+  mallopt(M_MMAP_THRESHOLD, largest_image_bytes);
+  mallopt(M_TRIM_THRESHOLD, kept_bytes);
+#endif
+}
+
+int parse_and_run(int argc, char** argv, const char* name, Describe describe) {
+  CLI::App program;
+  int exit_code{exit_done};
+  program.set_version_flag("--version", fmt::format("{} {}", name, version()));
+  program
+      .add_flag_callback(
+          "-q,--quiet", [] { spdlog::set_level(spdlog::level::warn); }, "Warnings and errors only.")
+      ->trigger_on_parse();
+  program
+      .add_flag_callback(
+          "-v,--verbose", [] { spdlog::set_level(spdlog::level::debug); }, "Tell every detail.")
+      ->trigger_on_parse();
+  describe(program, exit_code);
+  refuse_empty_values(program);
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::Success& help_or_version) {
+    std::ostringstream text;
+    const int code{program.exit(help_or_version, text)};
+    write_output(text.str());
+    return code;
+  } catch (const CLI::ParseError& error) {
+    return complain(exit_usage, std::string{error.what()} + "\nRun with --help for more information.");
+  }
+  return exit_code;
+}
+
+int run_guarded(int argc, char** argv, const char* name, Describe describe) {
+  try {
+    return parse_and_run(argc, argv, name, describe);
+  } catch (const ConfigError& error) {
+    return complain(exit_usage, error.what());
+  } catch (const InputError& error) {
+    return complain(exit_input, error.what());
+  } catch (const DeviceError& error) {
+    return complain(exit_try_again, error.what());
+  } catch (const std::filesystem::filesystem_error& error) {  // such as links that go in a circle
+    return complain(exit_input, fmt::format("{}: {}. Check the path and its permissions.",
+                                            io::printable_path(error.path1()), error.code().message()));
+  } catch (const std::bad_alloc&) {
+    return complain(exit_try_again, "out of memory. Smaller images, a smaller grid or fewer velocities need less.");
+  } catch (const std::exception& error) {
+    return complain(exit_bug,
+                    std::string{"internal error: "} + error.what() +
+                        "\nThis is a bug in stereogrid. Please report it with the command line and the input.");
+  }
+}
+
+}  // namespace
+
+int run_program(int argc, char** argv, const char* name, Describe describe) {
+  if (!open_standard_streams()) return exit_try_again;  // there is nobody to tell it to
+  set_up_log();
+  keep_memory();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file above `ulimit -f` then cannot be written, as on a full disk
+  const int exit_code{run_guarded(argc, argv, name, describe)};
+  const std::string lost{lost_output()};
+  if (lost.empty()) return exit_code;
+  complain(exit_try_again, "standard output is not all there (" + lost + "). Send it where there is space.");
+  return exit_code == exit_done ? exit_try_again : exit_code;
+}
+
+}  // namespace stereogrid::app

@@ -1,0 +1,18 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid::io {
+
+// The .npz files of a frame; their arrays are listed in docs/format.md. Throw DeviceError.
+
+void write_grids(const std::filesystem::path& path, const FrameResult& result);
+/// The frame must have predictions.
+void write_predictions(const std::filesystem::path& path, const FrameResult& result);
+void write_stages(const std::filesystem::path& path, const StageImages& stages);
+
+}  // namespace stereogrid::io

@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid::io {
+
+/// A line of frames.jsonl (docs/format.md), without the end of line.
+[[nodiscard]] std::string frame_line(const StereoFrame& frame, const FrameResult& result);
+
+/// No drive has as many frames.
+inline constexpr std::int64_t largest_index{1'000'000'000};
+
+/// What going on with a run has to know of a frame that is done.
+struct FrameSummary {
+  std::size_t index{0};
+  StageTimes timing_ms;
+  std::vector<std::string> warnings;
+  std::vector<FrameStatus> status;
+};
+
+/// A frame of a finished run, without its grids.
+struct RunFrame {
+  std::string name;
+  std::int64_t stamp_ns{0};
+  std::vector<Obstacle> obstacles;
+};
+
+// Both read frames.jsonl, in which frames stand in their order, each once. Throw InputError.
+
+/// A missing file has no frames. A torn last line is cut off the file; DeviceError where that cannot be done.
+[[nodiscard]] std::vector<FrameSummary> take_finished_frames(const std::filesystem::path& path);
+/// The file must be there and whole. Names are those of files, each once.
+[[nodiscard]] std::vector<RunFrame> read_run_frames(const std::filesystem::path& path);
+
+}  // namespace stereogrid::io

@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "stereogrid/grid.hpp"
+#include "stereogrid/io/run_folder/description.hpp"
+#include "stereogrid/io/run_folder/frame_lines.hpp"
+
+namespace stereogrid::io {
+
+/// The grids of a frame, vehicle frame.
+struct RunGrids {
+  Image<float> observed;
+  Image<float> occupancy;
+  Image<float> velocity_x;  ///< m/s relative to the ground, vehicle axes
+  Image<float> velocity_y;
+};
+
+/// Reads the folder that `stereogrid run` leaves.
+class RunReader {
+ public:
+  /// Throws InputError: no run, damaged, or without grids.
+  explicit RunReader(std::filesystem::path folder);
+
+  [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
+  [[nodiscard]] const GridGeometry& grid() const { return grid_; }
+  [[nodiscard]] const std::vector<RunFrame>& frames() const { return frames_; }
+  /// What the run was made from.
+  [[nodiscard]] const RunInput& input() const { return input_; }
+  /// Of its images.
+  [[nodiscard]] int width_px() const { return width_px_; }
+  [[nodiscard]] int height_px() const { return height_px_; }
+  /// "default" and so on.
+  [[nodiscard]] const std::string& preset() const { return preset_; }
+  /// Throws InputError.
+  [[nodiscard]] RunGrids grids(const std::string& name) const;
+
+ private:
+  void read_run();
+  void check_grids() const;
+
+  std::filesystem::path folder_;
+  GridGeometry grid_;
+  int width_px_{0};
+  int height_px_{0};
+  RunInput input_;
+  std::string preset_;
+  std::vector<RunFrame> frames_;
+};
+
+}  // namespace stereogrid::io

@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "stereogrid/io/run_folder/description.hpp"
+#include "stereogrid/io/run_folder/frame_lines.hpp"
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid::io {
+
+struct SkippedFrame {
+  std::size_t index{0};
+  std::string name;
+  std::string reason;
+};
+
+struct Percentiles {
+  double p50{0};
+  double p90{0};
+  double p99{0};
+  double mean{0};
+};
+
+/// A run's folder as a whole: run.json, and what earlier sittings of the run have left.
+class RunRecord {
+ public:
+  RunRecord(std::filesystem::path folder, RunDescription run);
+
+  /// Throws ConfigError where the folder already holds a run.
+  void begin();
+  /// Takes over what the folder holds; nothing there: as begin(). Throws ConfigError naming the settings that differ,
+  /// InputError where the files there cannot be understood.
+  void resume();
+
+  /// In the order of the frames.
+  void add_frame(FrameSummary frame) { finished_.push_back(std::move(frame)); }
+  /// Goes where its index belongs.
+  void add_skipped(SkippedFrame frame);
+  /// Writes run.json. Throws DeviceError.
+  void save(bool complete) const;
+
+  [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
+  [[nodiscard]] const FrameRange& range() const { return run_.frames; }
+  [[nodiscard]] const std::vector<FrameSummary>& finished() const { return finished_; }
+  [[nodiscard]] const std::vector<SkippedFrame>& skipped() const { return skipped_; }
+  /// Before the last finished frame: those that neither are finished nor known to be skipped.
+  [[nodiscard]] std::vector<std::size_t> unaccounted() const;
+  /// How many of the finished frames carry a flag.
+  [[nodiscard]] std::size_t frames_with(FrameStatus flag) const;
+  [[nodiscard]] Percentiles timing(double StageTimes::*stage) const;
+
+ private:
+  void check_range() const;
+
+  std::filesystem::path folder_;
+  RunDescription run_;
+  std::vector<FrameSummary> finished_;
+  std::vector<SkippedFrame> skipped_;
+};
+
+}  // namespace stereogrid::io

@@ -1,0 +1,117 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/io/config_file.hpp"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <nlohmann/json.hpp>
+#include <type_traits>
+
+#include "files/yaml_complaint.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+constexpr std::size_t longest_complaint{300};
+
+/// Sets what a YAML document names. Aliases may make a small document endless, so that depth and keys are bounded.
+class Settings {
+ public:
+  Settings(const std::filesystem::path& path, Config& config) : path_{path}, config_{config} {}
+
+  void take(const YAML::Node& map, const std::string& prefix, int depth) {
+    if (depth > most_groups) fail(map, "groups stand in groups in groups; there are only 'group: {name: value}'.");
+    for (const auto& item : map) {
+      if (++keys_ > most_keys) fail(map, "there are more keys than parameters by far.");
+      if (!item.first.IsScalar()) fail(item.first, "a key is a word, such as 'grid'.");
+      take_value(item.first, item.second, prefix + item.first.Scalar(), depth);
+    }
+  }
+
+  [[noreturn]] void fail(const YAML::Node& node, const std::string& what) const {
+    throw ConfigError{fmt::format("{}, line {}: {}", printable_path(path_), node.Mark().line + 1,
+                                  printable(what, longest_complaint))};
+  }
+
+ private:
+  static constexpr int most_groups{4};
+  static constexpr int most_keys{10'000};
+
+  void take_value(const YAML::Node& key, const YAML::Node& value, const std::string& name, int depth) {
+    if (value.IsMap()) return take(value, name + ".", depth + 1);
+    if (value.IsNull()) return;  // a group whose keys are all commented out
+    if (!value.IsScalar()) fail(value, name + " is one value, not a list.");
+    try {
+      set(config_, name, value.Scalar());
+    } catch (const ConfigError& error) {
+      fail(key, error.what());
+    }
+  }
+
+  std::filesystem::path path_;
+  Config& config_;
+  int keys_{0};
+};
+
+template <class T>
+nlohmann::ordered_json json_of(const T& value) {
+  if constexpr (std::is_enum_v<T>) {
+    return std::string{names_of(T{})[static_cast<std::size_t>(value)]};
+  } else {
+    return value;
+  }
+}
+
+template <class T>
+std::string range_of(const Parameter& parameter, const T&) {
+  if constexpr (std::is_enum_v<T>) {
+    return fmt::format("[{}]", fmt::join(names_of(T{}), ", "));
+  } else if constexpr (std::is_same_v<T, bool>) {
+    return "[true, false]";
+  } else {
+    return fmt::format("[{} to {}{}{}]", parameter.minimum, parameter.maximum, parameter.unit.empty() ? "" : " ",
+                       parameter.unit);
+  }
+}
+
+}  // namespace
+
+void load_config(const std::filesystem::path& path, Config& config) {
+  const std::string text{read_text(path, largest_bytes::settings)};
+  try {
+    const YAML::Node root{YAML::Load(text)};
+    if (root.IsNull()) return;
+    Settings settings{path, config};
+    if (!root.IsMap()) settings.fail(root, "holds no settings: there is no 'key: value'.");
+    settings.take(root, "", 1);
+  } catch (const YAML::Exception& error) {
+    throw ConfigError{fmt::format("{}, line {}: {}", printable_path(path), error.mark.line + 1, complaint_of(error))};
+  }
+}
+
+std::string to_json(const Config& config, int indent) {
+  nlohmann::ordered_json json;
+  visit_parameters(config, [&json](std::string_view group, const Parameter& parameter, const auto& value) {
+    json[std::string{group}][std::string{parameter.name}] = json_of(value);
+  });
+  return json_text(json, indent);
+}
+
+std::string to_yaml(const Config& config) {
+  std::string yaml;
+  std::string_view open_group;
+  visit_parameters(config, [&](std::string_view group, const Parameter& parameter, const auto& value) {
+    if (group != open_group) yaml += fmt::format("{}{}:\n", yaml.empty() ? "" : "\n", group);
+    open_group = group;
+    yaml += fmt::format("  # {} {}\n  {}: {}\n", parameter.sentence, range_of(parameter, value), parameter.name,
+                        get(config, fmt::format("{}.{}", group, parameter.name)));
+  });
+  return yaml;
+}
+
+}  // namespace stereogrid::io

@@ -1,0 +1,153 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/io/disparity_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <opencv2/core.hpp>
+#include <opencv2/core/utils/logger.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "files/image_completeness.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/npz.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+const char* const kinds{
+    "Disparities are PNG of 16 bits (disparity × 256), PFM, TIFF of floats or NumPy .npy of floats."};
+const char* const again{"Copy or write it again."};
+
+Image<float> floats_of(const cv::Mat& mat, double scale) {
+  cv::Mat converted;
+  mat.convertTo(converted, CV_32F, scale);
+  Image<float> image{converted.cols, converted.rows};
+  for (int v{0}; v < converted.rows; ++v) std::copy_n(converted.ptr<float>(v), image.width(), image.row(v));
+  return image;
+}
+
+cv::Mat decode(const std::string& file, const std::string& bytes) {
+  static const auto silenced{cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT)};
+  static_cast<void>(silenced);
+  cv::Mat image;
+  try {
+    const cv::Mat buffer{1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data())};
+    image = cv::imdecode(buffer, cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception&) {
+    image.release();
+  }
+  if (image.empty()) throw InputError{file, "cannot be decoded, it is truncated or damaged.", again};
+  return image;
+}
+
+Image<float> read_png(const std::string& file, const std::string& bytes) {
+  const cv::Mat image{decode(file, checked_image_bytes(file, bytes))};
+  if (image.type() != CV_16UC1) throw InputError{file, "is no PNG of one channel with 16 bits.", kinds};
+  return floats_of(image, 1.0 / 256);
+}
+
+Image<float> read_tiff(const std::string& file, const std::string& bytes) {
+  check_tiff_size(file, bytes);
+  const cv::Mat image{decode(file, bytes)};
+  if (image.type() != CV_32FC1 && image.type() != CV_64FC1) {
+    throw InputError{file, "is no TIFF of one channel of floats.", kinds};
+  }
+  return floats_of(image, 1);
+}
+
+// OpenCV decodes PFM through a temporary file and complains on stderr, so it is read here: "Pf", width, height, a scale
+// whose sign tells the byte order, one white-space character, rows from the bottom up.
+Image<float> read_pfm(const std::string& file, const std::string& bytes) {
+  constexpr int most_px{largest_side_px};
+  std::istringstream head{bytes.substr(0, 100)};
+  std::string kind;
+  int width{0};
+  int height{0};
+  double scale{0};
+  char separator{};
+  if (!(head >> kind >> width >> height >> scale) || !head.get(separator) || width <= 0 || height <= 0 ||
+      width > most_px || height > most_px || scale == 0) {
+    throw InputError{file, "has a damaged PFM header.", again};
+  }
+  if (kind != "Pf") throw InputError{file, "is a PFM in colour.", kinds};
+  const auto start{static_cast<std::size_t>(head.tellg())};
+  const std::size_t pixels{static_cast<std::size_t>(width) * static_cast<std::size_t>(height)};
+  if ((bytes.size() - start) / sizeof(float) < pixels) {
+    throw InputError{file, "is a truncated PFM (pixels are missing).", again};
+  }
+  Image<float> image{width, height};
+  const bool swap{(scale < 0) != (std::endian::native == std::endian::little)};
+  std::vector<char> row(static_cast<std::size_t>(width) * sizeof(float));
+  for (int v{0}; v < height; ++v) {
+    std::memcpy(row.data(), bytes.data() + start + static_cast<std::size_t>(v) * row.size(), row.size());
+    if (swap) {
+      for (std::size_t i{0}; i < row.size(); i += sizeof(float)) {
+        std::reverse(row.data() + i, row.data() + i + sizeof(float));
+      }
+    }
+    std::memcpy(image.row(height - 1 - v), row.data(), row.size());
+  }
+  return image;
+}
+
+Image<float> read_numpy(const std::filesystem::path& path) {
+  const NpyArray array{read_npy(path)};
+  if ((array.dtype != DType::float32 && array.dtype != DType::float64) || array.shape.size() != 2) {
+    throw InputError{
+        printable_path(path),
+        fmt::format("is an array of type {} with {} dimensions.", spelling(array.dtype), array.shape.size()),
+        "Disparities are float32 or float64 in shape (height, width)."};
+  }
+  return array.to_image<float>();
+}
+
+Image<float> read_any(const std::filesystem::path& path) {
+  const std::string file{printable_path(path)};
+  const std::string bytes{read_file(path, largest_bytes::image)};
+  const std::string_view view{bytes};
+  if (view.starts_with("\x93NUMPY")) return read_numpy(path);
+  if (view.starts_with("Pf") || view.starts_with("PF")) return read_pfm(file, bytes);
+  if (view.starts_with("II") || view.starts_with("MM")) return read_tiff(file, bytes);
+  if (view.starts_with("\x89PN")) return read_png(file, bytes);
+  throw InputError{file, bytes.empty() ? "is empty." : "is no disparity image of a kind that can be read.", kinds};
+}
+
+void check_scale(const std::string& file, const Image<float>& image) {
+  std::vector<float> values;
+  std::ranges::copy_if(image, std::back_inserter(values), [](float d) { return d > 0; });
+  if (values.empty()) return;
+  const auto middle{values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2)};
+  std::ranges::nth_element(values, middle);
+  if (*middle > static_cast<float>(image.width())) {
+    throw InputError{file, fmt::format("most values exceed the image's width (half are above {:.0f}).", *middle),
+                     "Disparities are in px of the left image: divide by the scale they were written with."};
+  }
+  const float largest{std::ranges::max(values)};
+  if (largest < 1) {
+    throw InputError{file, fmt::format("no value reaches 1 px (the largest is {:.3g}).", largest),
+                     "Disparities are in px of the left image, in a PNG times 256."};
+  }
+}
+
+}  // namespace
+
+Image<float> read_disparity(const std::filesystem::path& path) {
+  Image<float> image{read_any(path)};
+  if (image.empty()) throw InputError{printable_path(path), "has no pixels.", kinds};
+  for (float& d : image) d = std::isfinite(d) && d > 0 ? d : 0.0F;
+  check_scale(printable_path(path), image);
+  return image;
+}
+
+}  // namespace stereogrid::io

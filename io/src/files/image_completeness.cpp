@@ -1,0 +1,194 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "files/image_completeness.hpp"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+constexpr std::string_view png_signature{"\x89PNG\r\n\x1a\n", 8};
+
+[[noreturn]] void fail(const std::string& file, const std::string& what) {
+  throw InputError{file, what, "Copy or record it again."};
+}
+
+std::uint32_t big_endian(std::string_view bytes) {
+  std::uint32_t value{0};
+  for (const char byte : bytes.substr(0, 4)) value = value << 8 | static_cast<std::uint8_t>(byte);
+  return value;
+}
+
+// More than any stereo camera has. What a few bytes declare must not fill the memory.
+void check_size(const std::string& file, std::uint64_t width, std::uint64_t height) {
+  if (width == 0 || height == 0) fail(file, "has no pixels.");
+  if (std::max(width, height) <= largest_side_px && width * height <= most_pixels) return;
+  throw InputError{file, fmt::format("says that it has {} × {} px.", width, height),
+                   fmt::format("Images of up to {} px a side and {} million pixels can be read.", largest_side_px,
+                               most_pixels / 1'000'000)};
+}
+
+std::string checked_png(const std::string& file, std::string_view bytes) {
+  std::string kept{png_signature};
+  bytes.remove_prefix(png_signature.size());
+  while (bytes.size() >= 12) {
+    const std::size_t length{big_endian(bytes)};
+    if (length > bytes.size() - 12) break;
+    const std::string_view type{bytes.substr(4, 4)};
+    const std::string_view covered{bytes.substr(4, length + 4)};
+    const auto checksum{::crc32(0, reinterpret_cast<const Bytef*>(covered.data()), static_cast<uInt>(covered.size()))};
+    if (checksum != big_endian(bytes.substr(length + 8))) {
+      fail(file, "is a damaged PNG (wrong checksum in chunk '" + printable(type) + "').");
+    }
+    if (type == "IHDR" && length >= 8) check_size(file, big_endian(bytes.substr(8)), big_endian(bytes.substr(12)));
+    // an upper-case first letter marks the chunks that decoding needs; tRNS is not wanted: alpha is no brightness
+    if (std::isupper(static_cast<unsigned char>(type[0])) != 0) kept += bytes.substr(0, length + 12);
+    if (type == "IEND") return kept;
+    bytes.remove_prefix(length + 12);
+  }
+  fail(file, "is a truncated PNG (its end is missing).");
+}
+
+std::size_t big_endian_16(std::string_view bytes, std::size_t at) {
+  return static_cast<std::size_t>(static_cast<std::uint8_t>(bytes[at])) << 8 | static_cast<std::uint8_t>(bytes[at + 1]);
+}
+
+void check_jpeg(const std::string& file, std::string_view bytes) {
+  std::size_t at{2};
+  while (at + 4 <= bytes.size() && bytes[at] == '\xff') {
+    const auto marker{static_cast<std::uint8_t>(bytes[at + 1])};
+    if (marker == 0xff) {
+      ++at;
+      continue;
+    }
+    if (marker == 0xda) {  // the scan: only the true end marker follows, since 0xff is escaped in it
+      if (bytes.find("\xff\xd9", at) != std::string_view::npos) return;
+      break;
+    }
+    const bool is_frame{marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc};
+    if (is_frame && at + 9 <= bytes.size())
+      check_size(file, big_endian_16(bytes, at + 7), big_endian_16(bytes, at + 5));
+    at += 2 + big_endian_16(bytes, at + 2);
+  }
+  fail(file, "is a truncated or damaged JPEG (its end is missing).");
+}
+
+/// Reads the white-space separated words of a PNM header, comments left out.
+class PnmWords {
+ public:
+  explicit PnmWords(std::string_view bytes) : bytes_{bytes} {}
+
+  std::optional<std::uint64_t> number() {
+    skip_space();
+    std::uint64_t value{0};
+    const std::size_t start{at_};
+    while (at_ < bytes_.size() && bytes_[at_] >= '0' && bytes_[at_] <= '9' && value < 1'000'000'000) {
+      value = value * 10 + static_cast<std::uint64_t>(bytes_[at_++] - '0');
+    }
+    return at_ > start ? std::optional{value} : std::nullopt;
+  }
+
+  /// Bytes after the one white-space character that ends the header.
+  [[nodiscard]] std::size_t rest() const { return at_ < bytes_.size() ? bytes_.size() - at_ - 1 : 0; }
+
+ private:
+  void skip_space() {
+    while (at_ < bytes_.size() && (bytes_[at_] == '#' || std::isspace(static_cast<unsigned char>(bytes_[at_])) != 0)) {
+      if (bytes_[at_] == '#') {
+        while (at_ < bytes_.size() && bytes_[at_] != '\n') ++at_;
+      } else {
+        ++at_;
+      }
+    }
+  }
+
+  std::string_view bytes_;
+  std::size_t at_{0};
+};
+
+void check_pnm(const std::string& file, std::string_view bytes) {
+  const char kind{bytes[1]};
+  PnmWords words{bytes.substr(2)};
+  const auto width{words.number()};
+  const auto height{words.number()};
+  const auto maximum{words.number()};
+  if (!width || !height || !maximum || *maximum == 0 || *maximum > 65535) fail(file, "has a damaged PGM header.");
+  check_size(file, *width, *height);
+  const std::uint64_t samples{*width * *height * (kind == '3' || kind == '6' ? 3 : 1)};
+  if (kind == '5' || kind == '6') {
+    if (words.rest() < samples * (*maximum > 255 ? 2 : 1)) fail(file, "is a truncated PGM (pixels are missing).");
+    return;
+  }
+  for (std::uint64_t i{0}; i < samples; ++i) {
+    if (!words.number()) fail(file, "is a truncated PGM (pixels are missing).");
+  }
+}
+
+/// Unsigned integers of a TIFF in its byte order; 0 behind its end.
+class TiffNumbers {
+ public:
+  explicit TiffNumbers(std::string_view bytes) : bytes_{bytes}, little_{bytes.starts_with("II")} {}
+
+  [[nodiscard]] std::uint64_t at(std::uint64_t place, std::size_t size) const {
+    if (place > bytes_.size() || size > bytes_.size() - place) return 0;
+    std::uint64_t value{0};
+    for (std::size_t i{0}; i < size; ++i) {
+      value = value << 8 | static_cast<std::uint8_t>(bytes_[place + (little_ ? size - 1 - i : i)]);
+    }
+    return value;
+  }
+
+ private:
+  std::string_view bytes_;
+  bool little_;
+};
+
+}  // namespace
+
+void check_tiff_size(const std::string& file, std::string_view bytes) {
+  const TiffNumbers numbers{bytes};
+  const bool big{numbers.at(2, 2) == 43};
+  const std::uint64_t directory{big ? numbers.at(8, 8) : numbers.at(4, 4)};
+  const std::uint64_t entries{std::min<std::uint64_t>(numbers.at(directory, big ? 8 : 2), 65535)};
+  const auto entry{[&](std::uint64_t i) { return directory + (big ? 8 + 20 * i : 2 + 12 * i); }};
+  std::uint64_t width{0};
+  std::uint64_t height{0};
+  for (std::uint64_t i{0}; i < entries && entry(i) < bytes.size(); ++i) {
+    constexpr std::uint64_t type_short{3}, type_long{4};
+    const std::uint64_t tag{numbers.at(entry(i), 2)};
+    const std::uint64_t type{numbers.at(entry(i) + 2, 2)};
+    const std::size_t size{type == type_short ? 2U : type == type_long ? 4U : 8U};
+    const std::uint64_t value{numbers.at(entry(i) + (big ? 12 : 8), size)};
+    if (tag == 256) width = std::max(width, value);
+    if (tag == 257) height = std::max(height, value);
+  }
+  check_size(file, width, height);
+}
+
+std::string checked_image_bytes(const std::string& file, std::string bytes) {
+  const std::string_view view{bytes};
+  if (bytes.empty()) fail(file, "is empty.");
+  if (view.starts_with(png_signature)) return checked_png(file, bytes);
+  if (view.starts_with(png_signature.substr(0, view.size()))) fail(file, "is a truncated PNG.");
+  if (view.starts_with("\xff\xd8")) {
+    check_jpeg(file, bytes);
+    return bytes;
+  }
+  if (view.size() > 2 && view[0] == 'P' && (view[1] == '2' || view[1] == '3' || view[1] == '5' || view[1] == '6')) {
+    check_pnm(file, bytes);
+    return bytes;
+  }
+  throw InputError{file, "is no image of a kind that can be read.", "Use PNG, PGM, PPM or JPEG."};
+}
+
+}  // namespace stereogrid::io

@@ -1,0 +1,124 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/io/image_file.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <opencv2/core.hpp>
+#include <opencv2/core/utils/logger.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+#include <vector>
+
+#include "files/image_completeness.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+/// 8- or 16-bit unsigned, one or three channels (B G R).
+cv::Mat decode(const std::filesystem::path& path) {
+  static const auto silenced{cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT)};
+  static_cast<void>(silenced);
+  const std::string bytes{checked_image_bytes(printable_path(path), read_file(path, largest_bytes::image))};
+  cv::Mat image;
+  try {
+    const cv::Mat buffer{1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data())};
+    image = cv::imdecode(buffer, cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception&) {
+    image.release();
+  }
+  if (image.empty())
+    throw InputError{printable_path(path), "cannot be decoded, it is damaged.", "Copy or record it again."};
+  if (image.depth() != CV_8U && image.depth() != CV_16U) {
+    throw InputError{printable_path(path), "has neither 8 nor 16 bits a sample.", "Convert it to an 8-bit PNG."};
+  }
+  if (image.channels() == 4) cv::cvtColor(image, image, cv::COLOR_BGRA2BGR);
+  if (image.channels() == 2) cv::extractChannel(image, image, 0);
+  return image;
+}
+
+cv::Mat decode_grey(const std::filesystem::path& path) {
+  cv::Mat image{decode(path)};
+  if (image.channels() == 3) cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
+  return image;
+}
+
+template <class T>
+Image<T> copy_of(const cv::Mat& mat) {
+  Image<T> image{mat.cols * mat.channels(), mat.rows};
+  for (int v{0}; v < mat.rows; ++v) std::copy_n(mat.ptr<T>(v), image.width(), image.row(v));
+  return image;
+}
+
+int bits_of(const cv::Mat& grey) {
+  if (grey.depth() == CV_8U) return 8;
+  double brightest{0};
+  cv::minMaxLoc(grey, nullptr, &brightest);
+  return std::clamp(static_cast<int>(std::bit_width(static_cast<unsigned>(brightest))), 10, 16);
+}
+
+void write(const std::filesystem::path& path, const cv::Mat& mat) {
+  std::vector<uchar> bytes;
+  // the fast strategy: pictures and truth of a drive are many
+  cv::imencode(".png", mat, bytes, {cv::IMWRITE_PNG_COMPRESSION, 3});
+  write_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+template <class T>
+cv::Mat mat_of(const Image<T>& image, int channels) {
+  return {image.height(), image.width() / channels, CV_MAKETYPE(cv::DataType<T>::depth, channels),
+          const_cast<T*>(image.data())};
+}
+
+}  // namespace
+
+Image<std::uint8_t> read_grey(const std::filesystem::path& path, int bits) {
+  const cv::Mat grey{decode_grey(path)};
+  if (grey.depth() == CV_8U) return copy_of<std::uint8_t>(grey);
+  const int shift{(bits == 0 ? bits_of(grey) : bits) - 8};
+  Image<std::uint8_t> image{grey.cols, grey.rows};
+  for (int v{0}; v < grey.rows; ++v) {
+    std::transform(grey.ptr<std::uint16_t>(v), grey.ptr<std::uint16_t>(v) + grey.cols, image.row(v),
+                   [shift](int value) { return static_cast<std::uint8_t>(std::min(value >> shift, 255)); });
+  }
+  return image;
+}
+
+int sample_bits(const std::filesystem::path& path) {
+  return bits_of(decode_grey(path));
+}
+
+Image<std::uint16_t> read_u16(const std::filesystem::path& path) {
+  cv::Mat image{decode(path)};
+  if (image.channels() != 1)
+    throw InputError{printable_path(path), "is in colour.", "An image of one channel is needed."};
+  image.convertTo(image, CV_16U);
+  return copy_of<std::uint16_t>(image);
+}
+
+RgbImage read_rgb(const std::filesystem::path& path) {
+  cv::Mat image{decode(path)};
+  cv::cvtColor(image, image, image.channels() == 1 ? cv::COLOR_GRAY2RGB : cv::COLOR_BGR2RGB);
+  if (image.depth() == CV_16U) image.convertTo(image, CV_8U, 1.0 / 256, -0.5 + 1.0 / 512);
+  return {image.cols, image.rows, copy_of<std::uint8_t>(image)};
+}
+
+void write_png(const std::filesystem::path& path, const Image<std::uint8_t>& grey) {
+  write(path, mat_of(grey, 1));
+}
+
+void write_png(const std::filesystem::path& path, const Image<std::uint16_t>& grey) {
+  write(path, mat_of(grey, 1));
+}
+
+void write_png(const std::filesystem::path& path, const RgbImage& colour) {
+  cv::Mat swapped;
+  cv::cvtColor(mat_of(colour.pixels, 3), swapped, cv::COLOR_RGB2BGR);
+  write(path, swapped);
+}
+
+}  // namespace stereogrid::io

@@ -1,0 +1,271 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <map>
+#include <set>
+
+#include "input/input_layout.hpp"
+#include "input/recording_poses.hpp"
+#include "input/stamps.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/image_file.hpp"
+#include "stereogrid/io/poses.hpp"
+#include "stereogrid/io/recording.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+void warn_of_missing_images(RecordingContents& contents) {
+  constexpr std::size_t most{5};
+  std::size_t count{0};
+  for (const RecordedFrame& frame : contents.frames) {
+    if (frame.left_exists && frame.right_exists) continue;
+    const bool left{!frame.left_exists};
+    if (++count <= most) {
+      const bool right{contents.disparities.empty()};
+      const fs::path& file{left ? frame.left : right ? frame.right : frame.disparity};
+      contents.warnings.push_back(fmt::format("frame {}: the {} image is missing ({})", frame.name,
+                                              left    ? "left"
+                                              : right ? "right"
+                                                      : "disparity",
+                                              printable_path(file)));
+    }
+  }
+  if (count > most) {
+    contents.warnings.push_back(fmt::format("{} more frames have only one image of the pair", count - most));
+  }
+}
+
+void note_disparities(RecordingContents& contents) {
+  const fs::path own{contents.root / "disparity"};
+  if (!contents.disparities.empty()) {
+    contents.notes.push_back(
+        fmt::format("disparities: given in {}, no matching", printable_path(contents.disparities)));
+  } else if (contents.kind == name_of(InputKind::plain_folder) && fs::is_directory(own)) {
+    contents.notes.push_back(
+        fmt::format("disparities: those in {} are not taken, since there are right images "
+                    "(--disparities takes them)",
+                    printable_path(own)));
+  }
+}
+
+struct Size {
+  int width_px{0};
+  int height_px{0};
+
+  auto operator<=>(const Size&) const = default;
+};
+
+/// Left images that can be read, and their sizes.
+struct SizedImage {
+  const RecordedFrame* frame;
+  Size size;
+};
+
+/// `count` frames from all over the recording; those that cannot be read are left out.
+std::vector<SizedImage> some_left_images(const std::vector<RecordedFrame>& frames, std::size_t count,
+                                         std::string& first_problem) {
+  std::vector<SizedImage> images;
+  const std::size_t steps{std::min(count, frames.size())};
+  for (std::size_t i{0}; i < steps; ++i) {
+    const RecordedFrame& frame{frames[steps == 1 ? 0 : i * (frames.size() - 1) / (steps - 1)]};
+    if (!frame.left_exists) continue;
+    try {
+      const auto image{read_grey(frame.left)};
+      images.push_back({&frame, {image.width(), image.height()}});
+    } catch (const InputError& error) {
+      if (first_problem.empty()) first_problem = error.what();
+    }
+  }
+  return images;
+}
+
+bool are_alike(const std::vector<SizedImage>& images) {
+  return std::ranges::all_of(images, [&](const SizedImage& image) { return image.size == images.front().size; });
+}
+
+Size most_frequent(const std::vector<SizedImage>& images) {
+  std::map<Size, int> counts;
+  for (const SizedImage& image : images) ++counts[image.size];
+  // of equally many the one that comes first
+  return std::ranges::max_element(images, {}, [&](const SizedImage& image) { return counts[image.size]; })->size;
+}
+
+/// The left images say how large and how deep the images of the recording are: a few of them where they are alike, else
+/// most of many.
+Size look_at_images(RecordingContents& contents) {
+  constexpr std::size_t few{3};
+  constexpr std::size_t many{15};
+  std::string first_problem;
+  std::vector<SizedImage> images{some_left_images(contents.frames, few, first_problem)};
+  if (images.empty() || !are_alike(images)) images = some_left_images(contents.frames, many, first_problem);
+  if (images.empty()) images = some_left_images(contents.frames, contents.frames.size(), first_problem);
+  if (images.empty())
+    throw InputError{printable_path(contents.root), "none of the left images can be read.", first_problem};
+  const Size size{most_frequent(images)};
+  for (const SizedImage& image : images) {
+    if (image.size == size) continue;
+    contents.warnings.push_back(fmt::format("frame {}: {} has {}×{} px, most others {}×{}: the frame is left out",
+                                            image.frame->name, printable_path(image.frame->left), image.size.width_px,
+                                            image.size.height_px, size.width_px, size.height_px));
+  }
+  const fs::path& first{std::ranges::find(images, size, &SizedImage::size)->frame->left};
+  contents.sample_bits = sample_bits(first);
+  if (contents.sample_bits > 8) {
+    contents.notes.push_back(fmt::format("images: 16-bit files, of which {} bits are used (as in {})",
+                                         contents.sample_bits, printable_path(first.filename())));
+  }
+  return size;
+}
+
+void find_calibration(RecordingContents& contents, const InputLayout& layout, const InputArguments& arguments,
+                      Size size) {
+  contents.calibration_file = arguments.calibration.value_or(layout.calibration);
+  if (contents.calibration_file.empty()) {
+    throw InputError{contents.root.empty() ? printable_path(layout.left) : printable_path(contents.root),
+                     "there is no calibration.", "Put a calibration.yaml there, or name a file with --calibration."};
+  }
+  contents.calibration = read_calibration(contents.calibration_file, size.width_px, size.height_px, layout.pair);
+  contents.notes.push_back(fmt::format("calibration: {} ({}{})", printable_path(contents.calibration_file),
+                                       contents.calibration.kind,
+                                       contents.calibration.raw ? ", raw pair: rectified on loading" : ""));
+  if (!contents.calibration.has_mounting) {
+    contents.notes.push_back("mounting: not in the calibration; camera height 1.65 m and pitch 0 assumed");
+  }
+  for (const std::string& oddity : oddities(contents.calibration.rig)) {
+    contents.warnings.push_back(printable_path(contents.calibration_file) + ": " + oddity);
+  }
+}
+
+/// Stamps by name. False: the frames are not all named in the file.
+bool take_stamps(RecordingContents& contents, const std::vector<NamedPose>& rows) {
+  std::map<std::string, std::int64_t> stamps;
+  for (const NamedPose& row : rows) stamps[row.name] = row.stamp_ns;
+  for (RecordedFrame& frame : contents.frames) {
+    const auto found{stamps.find(frame.name)};
+    if (found == stamps.end()) return false;
+    frame.stamp_ns = found->second;
+  }
+  return true;
+}
+
+void take_stamps(RecordingContents& contents, const std::vector<std::int64_t>& stamps) {
+  for (std::size_t i{0}; i < stamps.size(); ++i) contents.frames[i].stamp_ns = stamps[i];
+}
+
+/// Line i of timestamps.txt belongs to the image of number i: single images of a drive may have been left out.
+bool take_numbered_stamps(RecordingContents& contents, const std::vector<std::int64_t>& stamps) {
+  for (RecordedFrame& frame : contents.frames) {
+    std::size_t number{0};
+    const auto [end, error]{std::from_chars(frame.name.data(), frame.name.data() + frame.name.size(), number)};
+    if (error != std::errc{} || *end != '\0' || number >= stamps.size()) return false;
+    frame.stamp_ns = stamps[number];
+  }
+  return true;
+}
+
+fs::path stamps_file(const InputLayout& layout, const std::string& poses) {
+  std::vector<fs::path> candidates{layout.root / "times.txt", layout.root / "poses.csv"};
+  if (layout.kind == InputKind::plain_folder) std::ranges::reverse(candidates);
+  if (layout.kind == InputKind::kitti_raw) candidates = {layout.left.parent_path() / "timestamps.txt"};
+  if (layout.kind == InputKind::image_pair) candidates.clear();
+  if (fs::path{poses}.extension() == ".csv") candidates.emplace_back(poses);
+  const auto gives_stamps = [](const fs::path& path) {
+    return fs::exists(path) && (path.extension() != ".csv" || are_named(read_poses_csv(path)));
+  };
+  const auto found{std::ranges::find_if(candidates, gives_stamps)};
+  return found == candidates.end() ? fs::path{} : *found;
+}
+
+/// No camera takes images so seldom or so often: the stamps are in another unit.
+void warn_of_rate(RecordingContents& contents, const fs::path& file) {
+  constexpr double slowest_hz{0.1};
+  constexpr double fastest_hz{1000};
+  constexpr double counted_s{1.5e-9};
+  std::vector<double> steps_s;
+  for (std::size_t i{1}; i < contents.frames.size(); ++i) {
+    const auto stamp_ns = [&](std::size_t frame) { return static_cast<double>(contents.frames[frame].stamp_ns); };
+    steps_s.push_back((stamp_ns(i) - stamp_ns(i - 1)) * 1e-9);
+  }
+  if (steps_s.empty()) return;
+  const auto middle = steps_s.begin() + static_cast<std::ptrdiff_t>((steps_s.size() - 1) / 2);
+  std::ranges::nth_element(steps_s, middle);
+  if (*middle < counted_s) {
+    contents.notes.push_back(
+        "stamps: a nanosecond apart, as if frames had been counted; times and speeds mean nothing");
+    return;
+  }
+  if (*middle >= 1 / fastest_hz && *middle <= 1 / slowest_hz) return;
+  contents.warnings.push_back(fmt::format(
+      "{}: frames come at {:.3g} Hz, as hardly any camera's do. Stamps are seconds in times.txt, nanoseconds "
+      "in poses.csv.",
+      file.string(), 1 / *middle));
+}
+
+/// False: the images have no stamps, some are assumed.
+bool find_stamps(RecordingContents& contents, const InputLayout& layout, const std::string& poses) {
+  const fs::path file{stamps_file(layout, poses)};
+  bool known{!file.empty()};
+  if (file.filename() == "times.txt") {
+    take_stamps(contents, read_times(file, contents.frames.size()));
+  } else if (file.filename() == "timestamps.txt") {
+    known = take_numbered_stamps(contents, read_timestamps(file));
+  } else if (known) {
+    known = take_stamps(contents, read_poses_csv(file));
+  }
+  if (!known) {
+    for (std::size_t i{0}; i < contents.frames.size(); ++i) {
+      contents.frames[i].stamp_ns = static_cast<std::int64_t>(i) * 100'000'000;
+    }
+    if (contents.frames.size() > 1) contents.notes.push_back("stamps: none, 10 frames a second assumed");
+    return false;
+  }
+  contents.notes.push_back("stamps: " + printable_path(file));
+  for (std::size_t i{1}; i < contents.frames.size(); ++i) {
+    if (contents.frames[i].stamp_ns > contents.frames[i - 1].stamp_ns) continue;
+    throw InputError{
+        printable_path(file),
+        fmt::format("frame {} is not later than frame {}.", contents.frames[i].name, contents.frames[i - 1].name),
+        "Frames are taken in the order of their names; their stamps have to grow."};
+  }
+  warn_of_rate(contents, file);
+  return true;
+}
+
+RecordingContents look_at(const InputArguments& arguments) {
+  const InputLayout layout{recognise(arguments.paths, arguments.disparities)};
+  RecordingContents contents;
+  contents.kind = name_of(layout.kind);
+  contents.root = layout.root;
+  contents.disparities = layout.disparities;
+  contents.frames = find_frames(layout);
+  note_disparities(contents);
+  warn_of_missing_images(contents);
+  const Size size{look_at_images(contents)};
+  find_calibration(contents, layout, arguments, size);
+  const bool stamps_known{find_stamps(contents, layout, arguments.poses)};
+  find_poses_of(contents, layout, arguments.poses, stamps_known);
+  if (fs::is_directory(layout.root / "truth") && layout.kind == InputKind::plain_folder) {
+    contents.truth_folder = layout.root / "truth";
+  }
+  return contents;
+}
+
+}  // namespace
+
+std::unique_ptr<Recording> open_recording(const InputArguments& arguments) {
+  try {
+    return std::make_unique<Recording>(look_at(arguments));
+  } catch (const fs::filesystem_error& error) {  // a folder on the way that may not be entered
+    throw InputError{printable_path(error.path1()), "cannot be read (" + error.code().message() + ").",
+                     "Check its permissions and those of the folders above it."};
+  }
+}
+
+}  // namespace stereogrid::io

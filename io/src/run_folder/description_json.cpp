@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "run_folder/description_json.hpp"
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/config_file.hpp"
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* scene{"scene"};
+
+Json json_of(const RunInput& input) {
+  if (input.kind == scene) return {{"kind", input.kind}, {"paths", input.paths}, {"poses", input.poses}};
+  return {{"kind", input.kind},
+          {"paths", input.paths},
+          {"calibration", input.calibration},
+          {"poses", input.poses},
+          {"disparities", input.disparities}};
+}
+
+Json json_of(const Rig& rig) {
+  return {{"focal_px", rig.focal_px},
+          {"centre_u_px", rig.centre_u_px},
+          {"centre_v_px", rig.centre_v_px},
+          {"baseline_m", rig.baseline_m},
+          {"width_px", rig.width_px},
+          {"height_px", rig.height_px},
+          {"camera_height_m", rig.camera_height_m},
+          {"camera_pitch_rad", rig.camera_pitch_rad},
+          {"camera_roll_rad", rig.camera_roll_rad}};
+}
+
+}  // namespace
+
+Json settings_json(const RunDescription& run) {
+  return {{"version", version()},
+          {"preset", run.preset},
+          {"config", Json::parse(to_json(run.config))},
+          {"input", json_of(run.input)},
+          {"matcher", run.matcher},
+          {"predict_s", run.predict_s},
+          {"fuse", {{"source", run.fuse_source}, {"rings", run.fuse_rings}}},
+          {"device", run.device},
+          {"rig", json_of(run.rig)},
+          {"grid",
+           {{"x_min_m", run.grid.x_min_m},
+            {"y_min_m", run.grid.y_min_m},
+            {"cell_size_m", run.grid.cell_size_m},
+            {"nx", run.grid.nx},
+            {"ny", run.grid.ny}}},
+          {"world_grid",
+           {{"cell_size_m", run.world_grid.cell_size_m}, {"nx", run.world_grid.nx}, {"ny", run.world_grid.ny}}}};
+}
+
+RunInput run_input_of(const Json& input) {
+  RunInput made_from;
+  made_from.kind = input.at("kind").get<std::string>();
+  made_from.paths = input.at("paths").get<std::vector<std::string>>();
+  if (made_from.paths.empty() || made_from.paths.size() > 2) throw InputError{"'paths' names no input"};
+  made_from.poses = input.value("poses", "");
+  made_from.calibration = input.value("calibration", "");
+  made_from.disparities = input.value("disparities", "");
+  return made_from;
+}
+
+}  // namespace stereogrid::io

@@ -1,0 +1,17 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "stereogrid/io/run_folder/description.hpp"
+
+namespace stereogrid::io {
+
+/// What run.json begins with, and what a run that goes on must have in common with its beginning.
+[[nodiscard]] nlohmann::ordered_json settings_json(const RunDescription& run);
+
+/// Reads what settings_json writes under "input". Throws the JSON library's exceptions, and InputError without file.
+[[nodiscard]] RunInput run_input_of(const nlohmann::ordered_json& input);
+
+}  // namespace stereogrid::io

@@ -1,0 +1,190 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/io/run_folder/frame_lines.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string_view>
+#include <system_error>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/poses.hpp"
+#include "stereogrid/io/run_folder/stages.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+Json json_of(const Covariance2& covariance) {
+  return {covariance.xx, covariance.xy, covariance.yy};
+}
+
+Json json_of(const Obstacle& obstacle) {
+  return {{"id", obstacle.id},
+          {"x_m", obstacle.x_m},
+          {"y_m", obstacle.y_m},
+          {"vx_mps", obstacle.vx_mps},
+          {"vy_mps", obstacle.vy_mps},
+          {"length_m", obstacle.length_m},
+          {"width_m", obstacle.width_m},
+          {"yaw_rad", obstacle.yaw_rad},
+          {"age_s", obstacle.age_s},
+          {"occupancy", obstacle.occupancy},
+          {"confirmed", obstacle.confirmed},
+          {"moving", obstacle.moving},
+          {"coasting", obstacle.coasting},
+          {"unseen_s", obstacle.unseen_s},
+          {"position_covariance", json_of(obstacle.position_covariance)},
+          {"velocity_covariance", json_of(obstacle.velocity_covariance)}};
+}
+
+std::int64_t id_of(const Json& obstacle) {
+  return whole_number(obstacle, "id", 0, std::int64_t{1} << 53);
+}
+
+constexpr double farthest{1e9};    // metres and radians of poses: those of a source that jumped, too
+constexpr double most{1e6};        // metres, m/s …: of what a street holds
+constexpr double longest_s{1e10};  // between any two stamps
+
+// Flags that this version does not know are left out.
+std::vector<FrameStatus> status_of(const Json& line) {
+  constexpr auto names{names_of(FrameStatus{})};
+  std::vector<FrameStatus> status;
+  for (const Json& name : line.value("status", Json(Json::array()))) {
+    const auto found{std::ranges::find(names, name.get<std::string>())};
+    if (found != names.end()) status.push_back(static_cast<FrameStatus>(found - names.begin()));
+  }
+  return status;
+}
+
+FrameSummary summary_of(const Json& line) {
+  FrameSummary frame;
+  frame.index = static_cast<std::size_t>(whole_number(line, "index", 0, largest_index));
+  for (const char* const key : {"x_m", "y_m", "yaw_rad"}) static_cast<void>(number(line.at("pose"), key, farthest));
+  for (const StageField& stage : stage_fields) {
+    frame.timing_ms.*stage.milliseconds = line.at("timing_ms").at(stage.name).get<double>();
+  }
+  frame.warnings = line.at("warnings").get<std::vector<std::string>>();
+  frame.status = status_of(line);
+  for (const Json& obstacle : line.at("obstacles")) static_cast<void>(id_of(obstacle));
+  return frame;
+}
+
+Obstacle obstacle_of(const Json& o) {
+  const auto value = [&o](const char* key) { return number(o, key, most); };
+  return {id_of(o),
+          value("x_m"),
+          value("y_m"),
+          value("vx_mps"),
+          value("vy_mps"),
+          value("length_m"),
+          value("width_m"),
+          value("yaw_rad"),
+          value("occupancy"),
+          number(o, "age_s", longest_s),
+          o.at("confirmed").get<bool>(),
+          o.value("moving", false),
+          o.value("coasting", false),
+          o.value("unseen_s", 0.0),
+          {},
+          {}};
+}
+
+RunFrame frame_of(const Json& line) {
+  RunFrame frame{
+      line.at("name").get<std::string>(), whole_number(line, "stamp_ns", -largest_stamp_ns, largest_stamp_ns), {}};
+  if (frame.name.empty() || frame.name.find('/') != std::string::npos) throw InputError{"'name' is no frame's name"};
+  for (const Json& o : line.at("obstacles")) frame.obstacles.push_back(obstacle_of(o));
+  return frame;
+}
+
+/// Hands every line of frames.jsonl to `take`, in the order of their indices.
+template <class Take>
+void read_lines(const fs::path& path, std::string_view text, const char* mend, Take take) {
+  std::int64_t next{0};
+  for (int number{1}; !text.empty(); ++number) {
+    const std::string_view line_text{text.substr(0, text.find('\n'))};
+    text.remove_prefix(std::min(line_text.size() + 1, text.size()));
+    const auto read{[&](const Json& line) {
+      const std::int64_t index{whole_number(line, "index", 0, largest_index)};
+      if (index < next) {
+        throw InputError{fmt::format("its index {} is not above that of the line before", index)};
+      }
+      next = index + 1;
+      take(line);
+    }};
+    read_json<Json>(printable_path(path), line_text, fmt::format("line {} ", number), mend, read);
+  }
+}
+
+void cut_off(const fs::path& path, std::size_t size) {
+  std::error_code error;
+  fs::resize_file(path, size, error);
+  if (!error) return;
+  throw DeviceError{fmt::format("{}: its torn last line cannot be cut off ({}). Check the permissions.",
+                                printable_path(path), error.message())};
+}
+
+}  // namespace
+
+std::string frame_line(const StereoFrame& frame, const FrameResult& result) {
+  const Ground& ground{result.ground};
+  const Pose2& pose{result.world_from_vehicle};
+  Json timing;
+  for (const StageField& stage : stage_fields) timing[std::string{stage.name}] = result.timing_ms.*stage.milliseconds;
+  Json obstacles(Json::array());
+  for (const Obstacle& obstacle : result.obstacles) obstacles.push_back(json_of(obstacle));
+  Json status(Json::array());
+  for (const FrameStatus flag : result.status) status.push_back(names_of(flag)[static_cast<std::size_t>(flag)]);
+  const Json line{{"index", frame.index},
+                  {"name", frame.name},
+                  {"stamp_ns", frame.stamp_ns},
+                  {"pose", {{"x_m", pose.x_m}, {"y_m", pose.y_m}, {"yaw_rad", pose.yaw_rad}}},
+                  {"ground",
+                   {{"height_m", ground.height_m},
+                    {"pitch_rad", ground.pitch_rad},
+                    {"roll_rad", ground.roll_rad},
+                    {"estimated", ground.estimated},
+                    {"height_sigma_m", ground.height_sigma_m},
+                    {"pitch_sigma_rad", ground.pitch_sigma_rad},
+                    {"roll_sigma_rad", ground.roll_sigma_rad}}},
+                  {"timing_ms", timing},
+                  {"density", {{"obstacle", result.obstacle_density}, {"road", result.road_density}}},
+                  {"obstacles", obstacles},
+                  {"status", status},
+                  {"warnings", result.warnings}};
+  return json_text(line);
+}
+
+std::vector<FrameSummary> take_finished_frames(const fs::path& path) {
+  if (!fs::exists(path)) return {};
+  const std::string text{read_text(path, largest_bytes::json)};
+  const std::size_t whole{text.rfind('\n') + 1};  // no end of line: 0
+  std::vector<FrameSummary> frames;
+  read_lines(path, std::string_view{text}.substr(0, whole),
+             "Remove the lines from there on, or start the run anew in another folder.",
+             [&frames](const Json& line) { frames.push_back(summary_of(line)); });
+  if (whole < text.size()) cut_off(path, whole);
+  return frames;
+}
+
+std::vector<RunFrame> read_run_frames(const fs::path& path) {
+  const std::string text{read_text(path, largest_bytes::json)};
+  std::vector<RunFrame> frames;
+  std::set<std::string> names;
+  read_lines(path, text, "Remove what does not belong there, or run again in another folder.", [&](const Json& line) {
+    frames.push_back(frame_of(line));
+    if (!names.insert(frames.back().name).second) throw InputError{"its 'name' stands in an earlier line, too"};
+  });
+  return frames;
+}
+
+}  // namespace stereogrid::io

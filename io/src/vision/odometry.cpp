@@ -1,0 +1,264 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/io/odometry.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <set>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/poses.hpp"
+#include "vision/odometry_motion.hpp"
+#include "vision/odometry_points.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+constexpr double standing_px{0.1};
+constexpr std::size_t points_min{15};
+constexpr double new_reference_m{0.25};
+constexpr double new_reference_rad{0.02};
+constexpr double kept_share_min{0.6};  // of the landmarks; below: a new reference
+// what a car can do, and what the measurement may add
+constexpr double acceleration_max_mps2{12};
+constexpr double turn_acceleration_max_radps2{3};
+constexpr double slack_m{0.05};
+constexpr double slack_rad{0.02};
+
+std::array<double, 12> numbers_of(const cv::Affine3d& motion) {
+  std::array<double, 12> numbers{};
+  std::copy_n(motion.matrix.val, numbers.size(), numbers.begin());
+  return numbers;
+}
+
+/// level_from_camera: axes of a camera at the same place that looks straight ahead.
+cv::Affine3d level_from_camera(const Rig& rig) {
+  return cv::Affine3d{cv::Vec3d{-rig.camera_pitch_rad, 0, 0}} * cv::Affine3d{cv::Vec3d{0, 0, rig.camera_roll_rad}};
+}
+
+double angle_of(const cv::Affine3d& motion) {
+  return cv::norm(motion.rvec());
+}
+
+/// Rotation and translation per second.
+struct Speed {
+  cv::Vec3d turn_radps;
+  cv::Vec3d move_mps;
+
+  [[nodiscard]] cv::Affine3d over(double dt_s) const { return {turn_radps * dt_s, move_mps * dt_s}; }
+};
+
+double spread_of(const std::vector<int>& inliers, const Tracks& tracks, const Rig& rig) {
+  constexpr int across{6};
+  constexpr int down{3};
+  std::set<int> parts;
+  for (const int place : inliers) {
+    const cv::Point2f& at{tracks.at_px[static_cast<std::size_t>(place)]};
+    parts.insert(static_cast<int>(at.x) * across / rig.width_px +
+                 static_cast<int>(at.y) * down / rig.height_px * across);
+  }
+  return static_cast<double>(parts.size()) / (across * down);
+}
+
+}  // namespace
+
+struct VisualOdometry::Implementation {
+  explicit Implementation(const Rig& a_rig) : rig{a_rig}, level{level_from_camera(a_rig)} {}
+
+  void check(const StereoFrame& frame) const {
+    const auto fits = [&](const auto& image) {
+      return image.width() == rig.width_px && image.height() == rig.height_px;
+    };
+    if (!fits(frame.left) || !(frame.right.empty() ? fits(frame.disparity) : fits(frame.right))) {
+      throw InputError{"frame " + frame.name, "the images do not have the calibration's size.",
+                       fmt::format("Both must be {} × {}.", rig.width_px, rig.height_px)};
+    }
+    if (last_stamp_ns && frame.stamp_ns <= *last_stamp_ns) {
+      throw InputError{"frame " + frame.name, "its stamp is not after that of the frame before.",
+                       "Frames must come in the order of their stamps."};
+    }
+  }
+
+  void take_as_reference(const StereoFrame& frame, Pyramid pyramid) {
+    Landmarks found{find_landmarks(frame, pyramid, rig)};
+    // in the dark the old one may serve again when there is light
+    if (found.at_px.size() < points_min && landmarks.at_px.size() >= points_min) return;
+    landmarks = std::move(found);
+    reference = std::move(pyramid);
+    world_from_reference = world_from_last;
+    reference_from_last = cv::Affine3d::Identity();
+    last_at_px = landmarks.at_px;
+  }
+
+  [[nodiscard]] bool is_plausible(const cv::Affine3d& before_from_now, double dt_s) const {
+    if (!speed) return true;
+    const cv::Affine3d expected{speed->over(dt_s)};
+    const double gain{(dt_s + unmeasured_s) * dt_s};
+    return cv::norm(before_from_now.translation() - expected.translation()) <= slack_m + acceleration_max_mps2 * gain &&
+           angle_of(expected.inv() * before_from_now) <= slack_rad + turn_acceleration_max_radps2 * gain;
+  }
+
+  // Against the last frame that moved, so that creeping adds up and is seen.
+  [[nodiscard]] bool stands(const Tracks& tracks) const {
+    if (unmeasured_s > 0 || tracks.at_px.size() < points_min) return false;
+    std::vector<double> flow_px;
+    for (std::size_t i{0}; i < tracks.at_px.size(); ++i) {
+      flow_px.push_back(cv::norm(tracks.at_px[i] - last_at_px[static_cast<std::size_t>(tracks.landmark[i])]));
+    }
+    const auto middle{flow_px.begin() + static_cast<std::ptrdiff_t>(flow_px.size() / 2)};
+    std::nth_element(flow_px.begin(), middle, flow_px.end());
+    return *middle < standing_px;
+  }
+
+  // The camera's place relative to the reference; fills in what the step says of its quality.
+  cv::Affine3d measure(const Tracks& tracks, double dt_s, OdometryStep& step) {
+    const cv::Affine3d expected{reference_from_last * (speed ? speed->over(dt_s) : cv::Affine3d::Identity())};
+    step.tracked = static_cast<int>(tracks.at_px.size());
+    if (stands(tracks)) {
+      step.measured = step.standing = true;
+      step.inliers = step.tracked;
+      std::vector<int> all(tracks.at_px.size());
+      std::iota(all.begin(), all.end(), 0);
+      step.spread = spread_of(all, tracks, rig);
+      return reference_from_last;
+    }
+    const auto fit{fit_motion(landmarks, tracks, speed ? std::optional{expected.inv()} : std::nullopt, rig,
+                              [&](const cv::Affine3d& now_from_reference) {
+                                return is_plausible((now_from_reference * reference_from_last).inv(), dt_s);
+                              })};
+    if (!fit) {
+      step.warning = "odometry: too few points agree on a motion, the last one is carried on";
+      return expected;
+    }
+    step.measured = true;
+    step.inliers = static_cast<int>(fit->inliers.size());
+    step.spread = spread_of(fit->inliers, tracks, rig);
+    return fit->now_from_reference.inv();
+  }
+
+  OdometryStep advance(const StereoFrame& frame, double dt_s) {
+    OdometryStep step;
+    Pyramid pyramid{pyramid_of(frame.left)};
+    const cv::Affine3d expected{reference_from_last * (speed ? speed->over(dt_s) : cv::Affine3d::Identity())};
+    const Tracks tracks{follow(landmarks, reference, pyramid, expected.inv(), rig)};
+    const cv::Affine3d reference_from_now{measure(tracks, dt_s, step)};
+    const cv::Affine3d motion{reference_from_last.inv() * reference_from_now};
+    step.camera_motion = numbers_of(motion);
+    unmeasured_s = step.measured ? 0 : unmeasured_s + dt_s;
+    if (step.measured) speed = Speed{motion.rvec() * (1 / dt_s), motion.translation() * (1 / dt_s)};
+    if (step.standing) return step;
+    world_from_last = world_from_reference * on_the_ground(numbers_of(level * reference_from_now * level.inv()));
+    reference_from_last = reference_from_now;
+    for (std::size_t i{0}; i < tracks.at_px.size(); ++i) {
+      last_at_px[static_cast<std::size_t>(tracks.landmark[i])] = tracks.at_px[i];
+    }
+    const bool far{cv::norm(reference_from_now.translation()) > new_reference_m ||
+                   angle_of(reference_from_now) > new_reference_rad};
+    if (far || step.inliers < kept_share_min * static_cast<double>(landmarks.at_px.size())) {
+      take_as_reference(frame, std::move(pyramid));
+    }
+    return step;
+  }
+
+  Rig rig;
+  cv::Affine3d level;
+  Pyramid reference;
+  Landmarks landmarks;
+  Pose2 world_from_reference;
+  Pose2 world_from_last;
+  cv::Affine3d reference_from_last;
+  std::vector<cv::Point2f> last_at_px;  // of the landmarks, in the last frame that moved
+  std::optional<Speed> speed;           // none: nothing measured yet
+  double unmeasured_s{0};
+  std::optional<std::int64_t> last_stamp_ns;
+};
+
+namespace {
+
+Image<std::uint8_t> image_of(const Pyramid& pyramid) {
+  if (pyramid.empty()) return {};
+  const cv::Mat& level{pyramid.front()};
+  Image<std::uint8_t> image{level.cols, level.rows};
+  for (int v{0}; v < level.rows; ++v) std::copy_n(level.ptr<std::uint8_t>(v), level.cols, image.row(v));
+  return image;
+}
+
+cv::Affine3d motion_of(const std::array<double, 12>& numbers) {
+  cv::Affine3d motion;
+  std::copy(numbers.begin(), numbers.end(), motion.matrix.val);
+  return motion;
+}
+
+}  // namespace
+
+OdometryState VisualOdometry::save_state() const {
+  const Implementation& self{*implementation_};
+  OdometryState state{.reference = image_of(self.reference),
+                      .landmarks = {},
+                      .world_from_reference = self.world_from_reference,
+                      .world_from_last = self.world_from_last,
+                      .reference_from_last = numbers_of(self.reference_from_last),
+                      .speed = {},
+                      .unmeasured_s = self.unmeasured_s,
+                      .last_stamp_ns = self.last_stamp_ns};
+  for (std::size_t i{0}; i < self.landmarks.at_px.size(); ++i) {
+    const cv::Point2f& at{self.landmarks.at_px[i]};
+    const cv::Point3f& in_camera{self.landmarks.in_camera[i]};
+    const cv::Point2f& last{self.last_at_px[i]};
+    state.landmarks.push_back({{at.x, at.y}, {in_camera.x, in_camera.y, in_camera.z}, {last.x, last.y}});
+  }
+  if (self.speed) {
+    const auto& [turn, move]{*self.speed};
+    state.speed = {turn[0], turn[1], turn[2], move[0], move[1], move[2]};
+  }
+  return state;
+}
+
+void VisualOdometry::load_state(const OdometryState& state) {
+  Implementation& self{*implementation_};
+  const bool fits{state.reference.width() == self.rig.width_px && state.reference.height() == self.rig.height_px};
+  if (!state.reference.empty() && !fits) {
+    throw InputError{"saved odometry", "has a reference image that does not have the calibration's size.",
+                     "Begin without it."};
+  }
+  self.reference = state.reference.empty() ? Pyramid{} : pyramid_of(state.reference);
+  self.landmarks = {};
+  self.last_at_px.clear();
+  for (const auto& [at, in_camera, last] : state.landmarks) {
+    self.landmarks.at_px.emplace_back(at[0], at[1]);
+    self.landmarks.in_camera.emplace_back(in_camera[0], in_camera[1], in_camera[2]);
+    self.last_at_px.emplace_back(last[0], last[1]);
+  }
+  self.world_from_reference = state.world_from_reference;
+  self.world_from_last = state.world_from_last;
+  self.reference_from_last = motion_of(state.reference_from_last);
+  self.speed.reset();
+  if (const auto& s{state.speed}) self.speed = Speed{{(*s)[0], (*s)[1], (*s)[2]}, {(*s)[3], (*s)[4], (*s)[5]}};
+  self.unmeasured_s = state.unmeasured_s;
+  self.last_stamp_ns = state.last_stamp_ns;
+}
+
+VisualOdometry::VisualOdometry(const Rig& rig) : implementation_{std::make_unique<Implementation>(rig)} {}
+VisualOdometry::VisualOdometry(VisualOdometry&&) noexcept = default;
+VisualOdometry& VisualOdometry::operator=(VisualOdometry&&) noexcept = default;
+VisualOdometry::~VisualOdometry() = default;
+
+OdometryStep VisualOdometry::update(const StereoFrame& frame) {
+  Implementation& self{*implementation_};
+  self.check(frame);
+  OdometryStep step;
+  if (self.last_stamp_ns) {
+    step = self.advance(frame, static_cast<double>(frame.stamp_ns - *self.last_stamp_ns) * 1e-9);
+  } else {
+    self.take_as_reference(frame, pyramid_of(frame.left));
+  }
+  self.last_stamp_ns = frame.stamp_ns;
+  step.world_from_vehicle = self.world_from_last;
+  return step;
+}
+
+}  // namespace stereogrid::io

@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "vision/odometry_points.hpp"
+
+namespace stereogrid::io {
+
+/// A motion that enough landmarks agree on.
+struct MotionFit {
+  cv::Affine3d now_from_reference;
+  std::vector<int> inliers;  ///< places in the tracks
+};
+
+/// The motion of the camera. `expected`: by constant motion; none: nothing is known yet. Where what most points say is
+/// not `plausible`, those near the expected motion are asked. None: too few agree.
+[[nodiscard]] std::optional<MotionFit> fit_motion(const Landmarks& landmarks, const Tracks& tracks,
+                                                  const std::optional<cv::Affine3d>& expected, const Rig& rig,
+                                                  const std::function<bool(const cv::Affine3d&)>& plausible);
+
+}  // namespace stereogrid::io

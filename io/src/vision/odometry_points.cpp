@@ -1,0 +1,168 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "vision/odometry_points.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
+
+namespace stereogrid::io {
+namespace {
+
+const cv::Size flow_window{11, 11};
+constexpr int flow_levels{3};
+constexpr int cells_across{12};
+constexpr int cells_down{4};
+constexpr int corners_per_cell{14};
+constexpr double corner_quality{0.02};
+constexpr double corner_distance_px{7};
+constexpr float home_px{0.5F};  // how far from its start a point may end that was followed forth and back
+// How far the rows of left and right may differ. Where a pair is off by more than the first, its columns are off too
+// (measured on KITTI, docs/odometry.md); such points are taken only where most of the picture is like that.
+constexpr float good_row_difference_px{0.6F};
+constexpr float row_difference_max_px{2.5F};
+constexpr float disparity_min_px{1};
+constexpr int coarse_window_px{15};
+
+cv::Mat mat_of(const Image<std::uint8_t>& image) {
+  return {image.height(), image.width(), CV_8UC1, const_cast<std::uint8_t*>(image.data())};
+}
+
+// Each cell has its own scale of quality: a bright sign must not be all that is seen.
+std::vector<cv::Point2f> find_corners(const cv::Mat& image) {
+  std::vector<cv::Point2f> all;
+  for (int j{0}; j < cells_down; ++j) {
+    for (int i{0}; i < cells_across; ++i) {
+      const cv::Point start{image.cols * i / cells_across, image.rows * j / cells_down};
+      const cv::Point end{image.cols * (i + 1) / cells_across, image.rows * (j + 1) / cells_down};
+      if (end.x <= start.x || end.y <= start.y) continue;
+      std::vector<cv::Point2f> corners;
+      cv::goodFeaturesToTrack(image(cv::Rect{start, end}), corners, corners_per_cell, corner_quality,
+                              corner_distance_px);
+      for (const cv::Point2f& corner : corners) all.push_back(corner + cv::Point2f{start});
+    }
+  }
+  return all;
+}
+
+/// Forth from `start` (`end` holds guesses) and back; true where the point came home.
+std::vector<bool> flow(const Pyramid& from, const Pyramid& to, const std::vector<cv::Point2f>& start,
+                       std::vector<cv::Point2f>& end) {
+  std::vector<bool> came_home(start.size(), false);
+  if (start.empty()) return came_home;
+  const cv::TermCriteria until{cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 30, 0.005};
+  std::vector<unsigned char> forth;
+  std::vector<unsigned char> back;
+  cv::calcOpticalFlowPyrLK(from, to, start, end, forth, cv::noArray(), flow_window, flow_levels, until,
+                           cv::OPTFLOW_USE_INITIAL_FLOW, 1e-4);
+  std::vector<cv::Point2f> home{start};
+  cv::calcOpticalFlowPyrLK(to, from, end, home, back, cv::noArray(), flow_window, 1, until,
+                           cv::OPTFLOW_USE_INITIAL_FLOW, 1e-4);
+  const cv::Rect2f inside{0, 0, static_cast<float>(to[0].cols - 1), static_cast<float>(to[0].rows - 1)};
+  for (std::size_t i{0}; i < start.size(); ++i) {
+    came_home[i] = forth[i] != 0 && back[i] != 0 && inside.contains(end[i]) && cv::norm(home[i] - start[i]) < home_px;
+  }
+  return came_home;
+}
+
+/// Whole pixels to begin with, 0 where unknown: block matching at half the size.
+std::vector<float> coarse_disparities(const StereoFrame& frame, const std::vector<cv::Point2f>& corners) {
+  std::vector<float> found(corners.size(), 0.0F);
+  const int disparities{std::max(16, (frame.left.width() / 16 + 15) / 16 * 16)};
+  if (frame.left.width() / 2 <= disparities + coarse_window_px || frame.left.height() / 2 <= coarse_window_px) {
+    return found;
+  }
+  cv::Mat left;
+  cv::Mat right;
+  cv::resize(mat_of(frame.left), left, {}, 0.5, 0.5, cv::INTER_AREA);
+  cv::resize(mat_of(frame.right), right, {}, 0.5, 0.5, cv::INTER_AREA);
+  cv::Mat sixteenths;
+  const auto matcher{cv::StereoBM::create(disparities, coarse_window_px)};
+  matcher->compute(left, right, sixteenths);
+  for (std::size_t i{0}; i < corners.size(); ++i) {
+    const int u{std::min(static_cast<int>(corners[i].x / 2), left.cols - 1)};
+    const int v{std::min(static_cast<int>(corners[i].y / 2), left.rows - 1)};
+    found[i] = std::max(0.0F, static_cast<float>(sixteenths.at<std::int16_t>(v, u)) / 8);
+  }
+  return found;
+}
+
+float row_limit_px(const std::vector<cv::Point2f>& left, const std::vector<cv::Point2f>& right,
+                   const std::vector<bool>& matched) {
+  std::vector<float> differences;
+  for (std::size_t i{0}; i < left.size(); ++i) {
+    if (matched[i]) differences.push_back(std::abs(left[i].y - right[i].y));
+  }
+  if (differences.empty()) return 0;
+  const auto middle{differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2)};
+  std::nth_element(differences.begin(), middle, differences.end());
+  return std::clamp(*middle, good_row_difference_px, row_difference_max_px);
+}
+
+/// Of the corners in px, 0: none.
+std::vector<float> disparities_of(const StereoFrame& frame, const Pyramid& left,
+                                  const std::vector<cv::Point2f>& corners) {
+  std::vector<float> disparities(corners.size(), 0.0F);
+  if (frame.right.empty()) {
+    for (std::size_t i{0}; i < corners.size(); ++i) {
+      const float given{frame.disparity(static_cast<int>(corners[i].x), static_cast<int>(corners[i].y))};
+      disparities[i] = std::isfinite(given) ? given : 0;
+    }
+    return disparities;
+  }
+  const std::vector<float> coarse{coarse_disparities(frame, corners)};
+  std::vector<cv::Point2f> in_right(corners.size());
+  for (std::size_t i{0}; i < corners.size(); ++i) in_right[i] = corners[i] - cv::Point2f{coarse[i], 0};
+  const std::vector<bool> matched{flow(left, pyramid_of(frame.right), corners, in_right)};
+  const float limit_px{row_limit_px(corners, in_right, matched)};
+  for (std::size_t i{0}; i < corners.size(); ++i) {
+    const cv::Point2f shift{corners[i] - in_right[i]};
+    if (matched[i] && std::abs(shift.y) <= limit_px) disparities[i] = shift.x;
+  }
+  return disparities;
+}
+
+}  // namespace
+
+Pyramid pyramid_of(const Image<std::uint8_t>& image) {
+  Pyramid pyramid;
+  cv::buildOpticalFlowPyramid(mat_of(image), pyramid, flow_window, flow_levels, false, cv::BORDER_REFLECT_101,
+                              cv::BORDER_CONSTANT, false);
+  return pyramid;
+}
+
+Landmarks find_landmarks(const StereoFrame& frame, const Pyramid& left, const Rig& rig) {
+  const std::vector<cv::Point2f> corners{find_corners(mat_of(frame.left))};
+  const std::vector<float> disparities{disparities_of(frame, left, corners)};
+  Landmarks landmarks;
+  for (std::size_t i{0}; i < corners.size(); ++i) {
+    if (disparities[i] < disparity_min_px) continue;
+    const double depth_m{rig.focal_px * rig.baseline_m / disparities[i]};
+    landmarks.at_px.push_back(corners[i]);
+    landmarks.in_camera.emplace_back((corners[i].x - rig.centre_u_px) * depth_m / rig.focal_px,
+                                     (corners[i].y - rig.centre_v_px) * depth_m / rig.focal_px, depth_m);
+  }
+  return landmarks;
+}
+
+Tracks follow(const Landmarks& landmarks, const Pyramid& reference, const Pyramid& now,
+              const cv::Affine3d& now_from_reference, const Rig& rig) {
+  std::vector<cv::Point2f> guess{landmarks.at_px};
+  for (std::size_t i{0}; i < guess.size(); ++i) {
+    const cv::Point3f& p{landmarks.in_camera[i]};
+    const double depth_m{(now_from_reference * cv::Vec3d{p.x, p.y, p.z})[2]};
+    if (depth_m > 0.5) guess[i] = project(now_from_reference, p, rig);
+  }
+  const std::vector<bool> followed{flow(reference, now, landmarks.at_px, guess)};
+  Tracks tracks;
+  for (std::size_t i{0}; i < guess.size(); ++i) {
+    if (!followed[i]) continue;
+    tracks.landmark.push_back(static_cast<int>(i));
+    tracks.at_px.push_back(guess[i]);
+  }
+  return tracks;
+}
+
+}  // namespace stereogrid::io

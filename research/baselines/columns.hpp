@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "baselines/baselines.hpp"
+
+namespace stereogrid::research {
+
+/// The road in disparity space (docs/method.md §1.2).
+class RoadModel {
+ public:
+  RoadModel(const Rig& rig, const Ground& ground);
+
+  /// Disparity of the road at a pixel; 0 or less above the horizon.
+  [[nodiscard]] double disparity(double u, double v) const { return at_origin_ + per_u_ * u + per_v_ * v; }
+  /// Row at which the road has that disparity.
+  [[nodiscard]] double row(double u, double disparity) const { return (disparity - at_origin_ - per_u_ * u) / per_v_; }
+  /// Row of a point at that height above the road.
+  [[nodiscard]] double row_at_height(double u, double disparity, double height_m) const {
+    return row(u, disparity * (1 - height_m / camera_height_m_));
+  }
+  /// Height of a pixel above the road, given its disparity.
+  [[nodiscard]] double height_m(double u, double v, double pixel_disparity) const {
+    return camera_height_m_ * (1 - disparity(u, v) / pixel_disparity);
+  }
+  [[nodiscard]] double per_row() const { return per_v_; }
+
+ private:
+  double camera_height_m_;
+  double per_u_;
+  double per_v_;
+  double at_origin_;
+};
+
+/// Probabilities over columns and disparities; what nothing is known of is 0.5.
+class DisparityPlane {
+ public:
+  DisparityPlane(const DisparityFrame& frame, const ColumnGridParameters& parameters);
+
+  /// Sets the bins of a column that overlap the disparities [from, to].
+  void set(int u, double from, double to, double probability);
+  /// The same for what is still unknown, or less certainly occupied.
+  void raise(int u, double from, double to, double probability);
+  [[nodiscard]] double disparity_max() const { return (plane_.height() - 0.5) / bins_per_px_; }
+  /// Smooths, forgets the left border, and gives every cell the largest probability of the bins whose footprint it
+  /// touches (T-ITS 2012, eq. 16).
+  [[nodiscard]] Image<float> to_cells(const GridGeometry& grid);
+
+ private:
+  struct Bins {
+    int first;
+    int last;
+  };
+  [[nodiscard]] Bins bins(double from, double to) const;
+  void smooth();
+  void forget_left_border();
+  [[nodiscard]] float cell(double x0, double x1, double y0, double y1) const;
+  [[nodiscard]] float largest_in(int bin, double x_near, double x_far, double y0, double y1, float so_far) const;
+
+  Rig rig_;
+  ColumnGridParameters parameters_;
+  double bins_per_px_;
+  Image<float> plane_;  // (bins, W)
+};
+
+/// The nearest obstacle of an image column, and how far it is known to be free.
+struct ColumnBoundary {
+  double disparity{0};  ///< of the obstacle; 0: none
+  double free_to{0};    ///< without obstacle: smallest disparity of the free road; 0: nothing is known
+};
+
+/// Free before the boundary, occupied at it, unknown behind.
+[[nodiscard]] Image<float> boundary_grid(const DisparityFrame& frame, const std::vector<ColumnBoundary>& columns,
+                                         const ColumnGridParameters& parameters, const Levels& levels,
+                                         const GridGeometry& grid);
+
+/// Smallest disparity at which each column shows road, but for its four farthest pixels; 0: no road.
+[[nodiscard]] std::vector<double> farthest_road(const DisparityFrame& frame);
+
+}  // namespace stereogrid::research

@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "config_options.hpp"
+#include "evaluate/output.hpp"
+#include "evaluate/truth_source.hpp"
+#include "input.hpp"
+
+namespace stereogrid::research {
+
+struct CompareOptions {
+  app::InputOptions input;
+  app::ConfigOptions config;
+  std::string frames;
+  app::TruthKind truth{app::TruthKind::automatic};
+  bool hold_out{false};
+  std::vector<std::string> only;
+  int threads{0};
+  double camera_height_m{evaluation::kitti_camera_height_m};
+  std::string json;
+  std::string html;
+  std::string pictures;
+  std::string grids;
+};
+
+/// What a method has made of the input.
+struct ComparedMethod {
+  std::string title;
+  bool over_time{false};
+  app::Series series;
+  std::vector<double> milliseconds;  ///< of every frame, from disparities and ground to the grid
+};
+
+struct Comparison {
+  std::vector<ComparedMethod> methods;
+  std::size_t frames{0};
+  std::size_t frames_with_truth{0};
+};
+
+/// Prints the table, writes the files asked for. Returns the exit code; throws ConfigError,
+/// InputError, DeviceError.
+[[nodiscard]] int compare(const CompareOptions& options);
+
+}  // namespace stereogrid::research

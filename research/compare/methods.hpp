@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "baselines/baselines.hpp"
+#include "stereogrid/evaluation/labels.hpp"
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid::research {
+
+/// What every method of a comparison is given of a frame.
+struct ComparedFrame {
+  DisparityFrame disparities;
+  GridGeometry grid;
+  Pose2 world_from_vehicle;
+  std::vector<evaluation::CameraPoint> sweep;  ///< empty: none
+  evaluation::CameraPoint lidar;               ///< where the sensor is
+  double camera_height_m{0};                   ///< where the search for the lidar\'s road starts
+};
+
+/// A way to make a grid of a frame. Exactly one of `config` and `grid_of` is set.
+struct CompareMethod {
+  std::string name;
+  std::string title;
+  bool over_time{false};
+  std::optional<Config> config{};  ///< this library's pipeline; the grid that is filtered where over_time
+  std::function<Image<float>(const ComparedFrame&)> grid_of{};
+};
+
+/// All methods, this library's first; `only`: those of these names. `with_lidar`: the input has sweeps. Throws
+/// ConfigError for an unknown name.
+[[nodiscard]] std::vector<CompareMethod> compare_methods(const Config& config, bool with_lidar,
+                                                         const std::vector<std::string>& only);
+
+}  // namespace stereogrid::research

@@ -1,0 +1,155 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/run_folder/checkpoint.hpp"
+#include "stereogrid/io/run_folder/frame_files.hpp"
+#include "stereogrid/io/run_folder/run_reader.hpp"
+#include "stereogrid/io/run_folder/run_record.hpp"
+#include "support.hpp"
+
+// What the library writes of a run, it reads again. The tool's tests have the files' contents.
+namespace stereogrid::io::testing {
+namespace {
+
+using ::testing::ElementsAre;
+
+constexpr GridGeometry grid{0, -1, 0.5, 3, 4};
+
+RunDescription description() {
+  RunDescription run;
+  run.preset = "paper";
+  run.config = preset("paper");
+  run.input = {"plain folder", {"drives/one"}, "odometry", "drives/one/calibration.yaml", ""};
+  run.matcher = "own";
+  run.fuse_source = "none";
+  run.fuse_rings = "all";
+  run.device = "cpu";
+  run.rig.width_px = 160;
+  run.rig.height_px = 100;
+  run.grid = grid;
+  run.frames = {5, 9};
+  return run;
+}
+
+StereoFrame frame_at(std::int64_t index) {
+  StereoFrame frame;
+  frame.name = "frame_" + std::to_string(index);
+  frame.index = index;
+  frame.stamp_ns = index * 100'000'000;
+  return frame;
+}
+
+FrameResult result_of(std::int64_t index) {
+  FrameResult result;
+  result.occupancy = Image<float>{grid.nx, grid.ny, static_cast<float>(index) / 10};
+  for (Image<float>* image : {&result.observed, &result.moving, &result.age_s, &result.velocity_x, &result.velocity_y,
+                              &result.velocity_xx, &result.velocity_xy, &result.velocity_yy}) {
+    *image = Image<float>{grid.nx, grid.ny};
+  }
+  result.world = {grid,
+                  result.observed,
+                  result.observed,
+                  result.observed,
+                  result.observed,
+                  result.observed,
+                  result.velocity_xx,
+                  result.velocity_xy,
+                  result.velocity_yy};
+  result.velocity_y(2, 1) = -3;
+  result.timing_ms.total = static_cast<double>(index);
+  result.warnings = {"dark"};
+  result.status = {FrameStatus::few_matches};
+  result.obstacles.emplace_back();
+  result.obstacles.back().id = 7;
+  result.obstacles.back().x_m = 1.25;
+  return result;
+}
+
+/// Frames 5 and 7 of four are done; 6 is skipped.
+class RunFolder : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    RunRecord record{folder_.path(), description()};
+    record.begin();
+    create_folder(folder_ / "grids");
+    std::string lines;
+    for (const std::int64_t index : {5, 7}) {
+      const FrameResult result{result_of(index)};
+      write_grids(folder_ / "grids" / (frame_at(index).name + ".npz"), result);
+      lines += frame_line(frame_at(index), result) + "\n";
+      record.add_frame({static_cast<std::size_t>(index), result.timing_ms, result.warnings, result.status});
+    }
+    record.add_skipped({6, "frame_6", "damaged"});
+    put(folder_ / "frames.jsonl", lines);
+    record.save(false);
+  }
+
+  const TemporaryFolder folder_;
+};
+
+TEST_F(RunFolder, IsReadAgain) {
+  const RunReader run{folder_.path()};
+  EXPECT_EQ(run.grid(), grid);
+  EXPECT_EQ(run.preset(), "paper");
+  EXPECT_EQ(run.width_px(), 160);
+  EXPECT_EQ(run.input().kind, "plain folder");
+  EXPECT_THAT(run.input().paths, ElementsAre("drives/one"));
+  EXPECT_EQ(run.input().calibration, "drives/one/calibration.yaml");
+  ASSERT_EQ(run.frames().size(), 2U);
+  EXPECT_EQ(run.frames()[1].name, "frame_7");
+  EXPECT_EQ(run.frames()[1].stamp_ns, 700'000'000);
+  ASSERT_EQ(run.frames()[1].obstacles.size(), 1U);
+  EXPECT_EQ(run.frames()[1].obstacles[0].id, 7);
+  EXPECT_EQ(run.frames()[1].obstacles[0].x_m, 1.25);
+  const RunGrids grids{run.grids("frame_7")};
+  EXPECT_EQ(grids.occupancy(0, 3), 0.7F);
+  EXPECT_EQ(grids.velocity_y(2, 1), -3);
+  EXPECT_EQ(grids.velocity_x(2, 1), 0);
+}
+
+TEST_F(RunFolder, GoesOnWithWhatItHolds) {
+  RunRecord record{folder_.path(), description()};
+  record.resume();
+  ASSERT_EQ(record.finished().size(), 2U);
+  EXPECT_EQ(record.finished()[1].index, 7U);
+  EXPECT_THAT(record.finished()[1].warnings, ElementsAre("dark"));
+  EXPECT_EQ(record.frames_with(FrameStatus::few_matches), 2U);
+  EXPECT_EQ(record.frames_with(FrameStatus::road_unknown), 0U);
+  ASSERT_EQ(record.skipped().size(), 1U);
+  EXPECT_EQ(record.skipped()[0].reason, "damaged");
+  EXPECT_THAT(record.unaccounted(), ElementsAre());
+  EXPECT_DOUBLE_EQ(record.timing(&StageTimes::total).mean, 6);
+}
+
+TEST_F(RunFolder, GoesOnWithItsOwnSettingsOnly) {
+  RunDescription other{description()};
+  other.config.grid.length_m += 1;
+  other.threads += 1;
+  expect_complaint<ConfigError>([&] { RunRecord(folder_.path(), other).resume(); },
+                                {"begun with other settings", "config/grid/length_m"});
+  other = description();
+  other.frames.first = 4;
+  expect_complaint<ConfigError>([&] { RunRecord(folder_.path(), other).resume(); }, {"first frame: was 5, is 4"});
+  expect_complaint<ConfigError>([&] { RunRecord(folder_.path(), description()).begin(); }, {"already holds a run"});
+}
+
+TEST_F(RunFolder, KeepsWhatPipelineAndOdometryRemember) {
+  EXPECT_FALSE(read_checkpoint(folder_.path()).has_value());
+  OdometryState odometry;
+  odometry.reference = Image<std::uint8_t>{4, 3, 9};
+  odometry.landmarks.resize(2);
+  odometry.speed = {1, 2, 3, 4, 5, 6};
+  odometry.last_stamp_ns = 123;
+  write_checkpoint(folder_.path(), {7, {std::byte{1}, std::byte{2}}, odometry});
+  const auto read{read_checkpoint(folder_.path())};
+  ASSERT_TRUE(read && read->odometry);
+  EXPECT_EQ(read->index, 7U);
+  EXPECT_THAT(read->pipeline, ElementsAre(std::byte{1}, std::byte{2}));
+  EXPECT_EQ(read->odometry->reference, odometry.reference);
+  EXPECT_EQ(read->odometry->landmarks.size(), 2U);
+  EXPECT_EQ(read->odometry->speed, odometry.speed);
+  EXPECT_EQ(read->odometry->last_stamp_ns, 123);
+}
+
+}  // namespace
+}  // namespace stereogrid::io::testing

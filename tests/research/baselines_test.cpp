@@ -1,0 +1,180 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "baselines/baselines.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+
+#include "baselines/ray_casting.hpp"
+#include "baselines_scene.hpp"
+
+namespace stereogrid::research::testing {
+namespace {
+
+using ::testing::Each;
+using ::testing::Values;
+
+struct Baseline {
+  std::string name;
+  std::function<Image<float>(const DisparityFrame&, const GridGeometry&)> grid_of;
+  bool believes_behind;  ///< says something about cells behind the nearest obstacle
+};
+
+void PrintTo(const Baseline& baseline, std::ostream* out) {
+  *out << baseline.name;
+}
+
+const Baseline nearest{"nearest", [](const auto& f, const auto& g) { return nearest_obstacle_grid(f, g); }, false};
+const Baseline boundary{"boundary", [](const auto& f, const auto& g) { return occupancy_boundary_grid(f, g); }, false};
+const Baseline free_space{"free_space", [](const auto& f, const auto& g) { return free_space_grid(f, g); }, false};
+const Baseline layers{"stixels", [](const auto& f, const auto& g) { return stixel_grid(f, g); }, true};
+const Baseline rays{"ray_casting", [](const auto& f, const auto& g) { return ray_casting_grid(f, g); }, true};
+
+class EveryBaseline : public ::testing::TestWithParam<Baseline> {
+ protected:
+  static Image<float> grid_of(const DisparityScene& scene) {
+    return GetParam().grid_of(scene.frame(), half_metre_grid);
+  }
+  static void expect_free(const Image<float>& cells, double x_m, double y_m) {
+    EXPECT_LT(around(cells, half_metre_grid, x_m, y_m).largest, 0.45F) << x_m << " m ahead, " << y_m << " m left";
+  }
+  static void expect_unknown(const Image<float>& cells, double x_m, double y_m) {
+    EXPECT_NEAR(around(cells, half_metre_grid, x_m, y_m).largest, 0.5F, 0.05F)
+        << x_m << " m ahead, " << y_m << " m left";
+    EXPECT_NEAR(around(cells, half_metre_grid, x_m, y_m).smallest, 0.5F, 0.05F)
+        << x_m << " m ahead, " << y_m << " m left";
+  }
+  static void expect_occupied(const Image<float>& cells, double x_m, double y_m) {
+    EXPECT_GT(around(cells, half_metre_grid, x_m, y_m).largest, 0.6F) << x_m << " m ahead, " << y_m << " m left";
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Baselines, EveryBaseline, Values(nearest, boundary, free_space, layers, rays),
+                         [](const auto& test) { return test.param.name; });
+
+TEST_P(EveryBaseline, FreeBeforeAWallOccupiedAtItUnknownBehind) {
+  const Image<float> cells{grid_of(DisparityScene{}.road().wall(0, 240, 10, 2.5))};
+  for (const double y_m : {-2.0, 0.0, 1.0}) {
+    expect_free(cells, 6, y_m);
+    expect_free(cells, 8, y_m);
+    expect_occupied(cells, 10, y_m);
+    expect_unknown(cells, 14, y_m);
+    expect_unknown(cells, 20, y_m);
+  }
+}
+
+TEST_P(EveryBaseline, FollowsTheGroundsPitch) {
+  const Image<float> cells{grid_of(DisparityScene{0.03}.road().wall(0, 240, 10, 2.5))};
+  expect_free(cells, 7, 0);
+  expect_occupied(cells, 10, 0);
+  expect_unknown(cells, 15, 0);
+}
+
+TEST_P(EveryBaseline, OpenRoadIsFree) {
+  const Image<float> cells{grid_of(DisparityScene{}.road())};
+  for (const double x_m : {4.0, 8.0, 16.0}) expect_free(cells, x_m, 0);
+  for (const float p : cells) EXPECT_LE(p, 0.5F);
+}
+
+TEST_P(EveryBaseline, SeesThroughAGap) {
+  // walls of 8 m distance to both sides, between them a wall at 16 m
+  DisparityScene scene;
+  scene.road().wall(0, 240, 16, 2.5).wall(0, 80, 8, 2.5).wall(160, 240, 8, 2.5);
+  const Image<float> cells{grid_of(scene)};
+  expect_occupied(cells, 8, 2.5);
+  expect_occupied(cells, 8, -2.5);
+  expect_free(cells, 8, 0);
+  expect_free(cells, 12, 0);
+  expect_occupied(cells, 16, 0);
+  expect_unknown(cells, 12, 4);
+}
+
+TEST_P(EveryBaseline, ATallWallBehindALowOneIsSeenByThoseThatLookThere) {
+  const Image<float> cells{grid_of(DisparityScene{}.road().wall(0, 240, 16, 2.5).wall(0, 240, 8, 0.9))};
+  expect_occupied(cells, 8, 0);
+  expect_free(cells, 6, 0);
+  if (GetParam().believes_behind) {
+    expect_occupied(cells, 16, 0);
+  } else {
+    expect_unknown(cells, 16, 0);
+  }
+}
+
+TEST_P(EveryBaseline, WhatHangsAboveTheCarIsNoObstacle) {
+  const Image<float> cells{grid_of(DisparityScene{}.road().wall(0, 240, 10, 3.5, 2.3))};
+  expect_free(cells, 6, 0);
+  EXPECT_LE(around(cells, half_metre_grid, 10, 0).largest, 0.5F);
+}
+
+TEST_P(EveryBaseline, NothingMatchedIsNothingKnown) {
+  EXPECT_THAT(values_of(grid_of(DisparityScene{})), Each(0.5F));
+}
+
+TEST_P(EveryBaseline, TakesImagesAndGridsOfAnySize) {
+  for (const auto& [width, height] : {std::pair{1, 1}, std::pair{7, 3}, std::pair{2, 90}, std::pair{33, 17}}) {
+    Rig rig{hundred_rig()};
+    rig.width_px = width;
+    rig.height_px = height;
+    rig.centre_u_px = width / 2.0;
+    rig.centre_v_px = height / 2.0;
+    const Image<float> full{width, height, 5.5F};
+    const Image<float> none{width, height};
+    const GridGeometry grid{-3, -1.3, 0.7, 13, 5};  // partly behind the camera
+    for (const auto& [obstacle, road] : {std::pair{&full, &none}, std::pair{&none, &full}, std::pair{&full, &full}}) {
+      const Image<float> cells{GetParam().grid_of({rig, {}, 9, obstacle->view(), road->view()}, grid)};
+      ASSERT_EQ(cells.width(), 13);
+      ASSERT_EQ(cells.height(), 5);
+      for (const float p : cells) EXPECT_TRUE(p >= 0 && p <= 1) << p;
+      for (int iy{0}; iy < 5; ++iy) EXPECT_EQ(cells(0, iy), 0.5F) << "behind the camera";
+    }
+  }
+}
+
+TEST(NearestObstacleGrid, DropsSpikes) {
+  DisparityScene scene;
+  scene.road().wall(0, 240, 16, 2.5).wall(118, 121, 6, 1.0);
+  const auto at_spike = [&](int spike_px) {
+    NearestObstacleParameters parameters;
+    parameters.spike_px = spike_px;
+    return around(nearest_obstacle_grid(scene.frame(), half_metre_grid, parameters), half_metre_grid, 6, 0).largest;
+  };
+  EXPECT_GT(at_spike(1), 0.6F);
+  EXPECT_LT(at_spike(10000), 0.45F);
+}
+
+TEST(NearestObstacleGrid, ForgetsWhatTheRightCameraDoesNotSee) {
+  NearestObstacleParameters parameters;
+  parameters.grid.left_border_px = 30;
+  const Image<float> cells{
+      nearest_obstacle_grid(DisparityScene{}.road().wall(0, 240, 10, 2.5).frame(), half_metre_grid, parameters)};
+  // columns below 10 + 30: y > (120 − 40)/200 · 10 = 4 m
+  EXPECT_NEAR(around(cells, half_metre_grid, 10, 4.75, 0.25).largest, 0.5F, 1e-6F);
+  EXPECT_GT(around(cells, half_metre_grid, 10, 3.0, 0.5).largest, 0.6F);
+}
+
+TEST(Stixels, CutsAColumnIntoGroundObjectsAndSky) {
+  DisparityScene scene;
+  scene.road().wall(0, 240, 16, 2.5).wall(0, 240, 8, 0.6);
+  const auto columns{stixels(scene.frame())};
+  const StixelParameters parameters;
+  ASSERT_EQ(columns.size(), static_cast<std::size_t>((241 + parameters.column_px - 1) / parameters.column_px));
+  for (const std::vector<Stixel>& column : columns) {
+    ASSERT_EQ(column.size(), 4U);
+    EXPECT_EQ(column[0].kind, StixelClass::ground);
+    EXPECT_EQ(column[1].kind, StixelClass::object);
+    EXPECT_EQ(column[2].kind, StixelClass::object);
+    EXPECT_EQ(column[3].kind, StixelClass::sky);
+    EXPECT_NEAR(column[1].disparity, 12.5, 1e-3);
+    EXPECT_NEAR(column[2].disparity, 6.25, 1e-3);
+    // the near wall's foot is at row 60 + 12.5·1.5/0.5 = 97.5, its top at 60 + 12.5·0.9/0.5 = 82.5
+    EXPECT_NEAR(column[1].last_row, 97, 2);
+    EXPECT_NEAR(column[1].first_row, 83, 2);
+    EXPECT_EQ(column[0].last_row, 160);
+  }
+}
+
+}  // namespace
+}  // namespace stereogrid::research::testing
