@@ -6,6 +6,7 @@
 
 #include "stereogrid/evaluation/labels.hpp"
 #include "stereogrid/evaluation/ray_fan.hpp"
+#include "stereogrid/export.hpp"
 
 namespace stereogrid::evaluation {
 
@@ -17,8 +18,9 @@ struct LidarModelParameters {
 };
 /// Heights are above the plane that lidar_labels fits, with the same `camera_height_m`. `lidar`: where the sensor is in
 /// the camera's frame.
-[[nodiscard]] Image<float> lidar_grid(std::span<const CameraPoint> points, const CameraPoint& lidar,
-                                      const GridGeometry& grid, double camera_height_m = kitti_camera_height_m,
-                                      const LidarModelParameters& parameters = {});
+[[nodiscard]] STEREOGRID_EXPORT Image<float> lidar_grid(std::span<const CameraPoint> points, const CameraPoint& lidar,
+                                                        const GridGeometry& grid,
+                                                        double camera_height_m = kitti_camera_height_m,
+                                                        const LidarModelParameters& parameters = {});
 
 }  // namespace stereogrid::evaluation

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "stereogrid/export.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/grid.hpp"
 #include "stereogrid/image.hpp"
@@ -17,7 +18,7 @@ struct RayCounts {
 };
 
 /// Rays from one point in fixed directions; how many end where is counted in steps of length.
-class Fan {
+class STEREOGRID_EXPORT Fan {
  public:
   /// `directions` need not have length 1: lengths are counted in multiples of them.
   Fan(Point2 origin, std::vector<Point2> directions, double length, double step);
@@ -56,10 +57,10 @@ struct LogOddsParameters {
 };
 
 /// Distance from the vehicle's origin to the grid's farthest corner.
-[[nodiscard]] double farthest_corner_m(const GridGeometry& grid);
+[[nodiscard]] STEREOGRID_EXPORT double farthest_corner_m(const GridGeometry& grid);
 
 /// Clamped log-odds of every cell.
-[[nodiscard]] Image<float> log_odds_of(const RayCounts& counts, const LogOddsParameters& parameters);
-[[nodiscard]] Image<float> probabilities_of(Image<float> log_odds);
+[[nodiscard]] STEREOGRID_EXPORT Image<float> log_odds_of(const RayCounts& counts, const LogOddsParameters& parameters);
+[[nodiscard]] STEREOGRID_EXPORT Image<float> probabilities_of(Image<float> log_odds);
 
 }  // namespace stereogrid::evaluation

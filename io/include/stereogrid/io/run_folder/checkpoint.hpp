@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "stereogrid/export.hpp"
 #include "stereogrid/io/odometry.hpp"
 
 namespace stereogrid::io {
@@ -27,12 +28,12 @@ struct Checkpoints {
 };
 
 /// state.npz in a run's folder. Replaces the one before; leaves whole files only. Throws DeviceError.
-void write_checkpoint(const std::filesystem::path& run_folder, const Checkpoint& checkpoint);
+STEREOGRID_EXPORT void write_checkpoint(const std::filesystem::path& run_folder, const Checkpoint& checkpoint);
 
 /// Removes what a killed run has left of one: nothing else may ever replace it.
-void remove_torn_checkpoint(const std::filesystem::path& run_folder);
+STEREOGRID_EXPORT void remove_torn_checkpoint(const std::filesystem::path& run_folder);
 
 /// None: there is none. Throws InputError: it is damaged.
-[[nodiscard]] std::optional<Checkpoint> read_checkpoint(const std::filesystem::path& run_folder);
+[[nodiscard]] STEREOGRID_EXPORT std::optional<Checkpoint> read_checkpoint(const std::filesystem::path& run_folder);
 
 }  // namespace stereogrid::io

@@ -4,15 +4,16 @@
 
 #include <filesystem>
 
+#include "stereogrid/export.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::io {
 
 // The .npz files of a frame; their arrays are listed in docs/format.md. Throw DeviceError.
 
-void write_grids(const std::filesystem::path& path, const FrameResult& result);
+STEREOGRID_EXPORT void write_grids(const std::filesystem::path& path, const FrameResult& result);
 /// The frame must have predictions.
-void write_predictions(const std::filesystem::path& path, const FrameResult& result);
-void write_stages(const std::filesystem::path& path, const StageImages& stages);
+STEREOGRID_EXPORT void write_predictions(const std::filesystem::path& path, const FrameResult& result);
+STEREOGRID_EXPORT void write_stages(const std::filesystem::path& path, const StageImages& stages);
 
 }  // namespace stereogrid::io

@@ -8,12 +8,13 @@
 #include <string>
 #include <vector>
 
+#include "stereogrid/export.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::io {
 
 /// A line of frames.jsonl (docs/format.md), without the end of line.
-[[nodiscard]] std::string frame_line(const StereoFrame& frame, const FrameResult& result);
+[[nodiscard]] STEREOGRID_EXPORT std::string frame_line(const StereoFrame& frame, const FrameResult& result);
 
 /// No drive has as many frames.
 inline constexpr std::int64_t largest_index{1'000'000'000};
@@ -36,8 +37,8 @@ struct RunFrame {
 // Both read frames.jsonl, in which frames stand in their order, each once. Throw InputError.
 
 /// A missing file has no frames. A torn last line is cut off the file; DeviceError where that cannot be done.
-[[nodiscard]] std::vector<FrameSummary> take_finished_frames(const std::filesystem::path& path);
+[[nodiscard]] STEREOGRID_EXPORT std::vector<FrameSummary> take_finished_frames(const std::filesystem::path& path);
 /// The file must be there and whole. Names are those of files, each once.
-[[nodiscard]] std::vector<RunFrame> read_run_frames(const std::filesystem::path& path);
+[[nodiscard]] STEREOGRID_EXPORT std::vector<RunFrame> read_run_frames(const std::filesystem::path& path);
 
 }  // namespace stereogrid::io

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "stereogrid/export.hpp"
 #include "stereogrid/grid.hpp"
 #include "stereogrid/io/run_folder/description.hpp"
 #include "stereogrid/io/run_folder/frame_lines.hpp"
@@ -21,7 +22,7 @@ struct RunGrids {
 };
 
 /// Reads the folder that `stereogrid run` leaves.
-class RunReader {
+class STEREOGRID_EXPORT RunReader {
  public:
   /// Throws InputError: no run, damaged, or without grids.
   explicit RunReader(std::filesystem::path folder);

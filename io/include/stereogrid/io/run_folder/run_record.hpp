@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "stereogrid/export.hpp"
 #include "stereogrid/io/run_folder/description.hpp"
 #include "stereogrid/io/run_folder/frame_lines.hpp"
 #include "stereogrid/pipeline.hpp"
@@ -27,7 +28,7 @@ struct Percentiles {
 };
 
 /// A run's folder as a whole: run.json, and what earlier sittings of the run have left.
-class RunRecord {
+class STEREOGRID_EXPORT RunRecord {
  public:
   RunRecord(std::filesystem::path folder, RunDescription run);
 
