@@ -78,12 +78,10 @@ TEST(Options, NumbersThatAreNoneAreRefused) {
   for (const char* number : {"nan", "5.1", "1.6m"}) {
     const std::string said{std::string{"--camera-height: "} + number + " is no number from 0.3 to 5"};
     expect_refused({{"evaluate", "no_run", "--camera-height", number}, said}, 64);
-    expect_refused({{"compare", "scene:empty", "--camera-height", number}, said}, 64);
   }
   for (const char* threads : {"-1", "1025"}) {
     const std::string said{std::string{"--threads: "} + threads + " is no whole number from 0 to 1024"};
     expect_refused({{"run", "scene:empty", "--out", out, "--threads", threads}, said}, 64);
-    expect_refused({{"compare", "scene:empty", "--threads", threads}, said}, 64);
   }
 }
 

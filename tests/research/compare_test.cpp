@@ -135,6 +135,25 @@ TEST_F(Compare, WritesTheGridsOfEveryMethod) {
   EXPECT_NE(compared.at("nearest_obstacle").bytes, ours.at("observed").bytes);
 }
 
+TEST_F(Compare, RefusesNumbersThatAreNone) {
+  for (const char* number : {"nan", "5.1", "1.6m"}) {
+    const Outcome outcome{run_compare({"scene:empty", "--camera-height", number})};
+    EXPECT_EQ(outcome.exit_code, 64) << number;
+    EXPECT_THAT(outcome.errors, HasSubstr(std::string{"--camera-height: "} + number + " is no number from 0.3 to 5"));
+  }
+  for (const char* threads : {"-1", "1025"}) {
+    const Outcome outcome{run_compare({"scene:empty", "--threads", threads})};
+    EXPECT_EQ(outcome.exit_code, 64) << threads;
+    EXPECT_THAT(outcome.errors, HasSubstr(std::string{"--threads: "} + threads + " is no whole number from 0 to 1024"));
+  }
+}
+
+TEST_F(Compare, AFullOutputIsAFailure) {
+  const int status{
+      std::system((quoted(STEREOGRID_COMPARE) + " " + quoted(scene()) + " --only observed >/dev/full").c_str())};
+  EXPECT_EQ(WEXITSTATUS(status), 75);
+}
+
 TEST_F(Compare, ComplainsOfMethodsThatDoNotExist) {
   const Outcome outcome{run_compare({scene(), "--only", "stixel"})};
   EXPECT_EQ(outcome.exit_code, 64);
