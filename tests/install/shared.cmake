@@ -29,4 +29,4 @@ endif()
 set(options -D CMAKE_DISABLE_FIND_PACKAGE_TBB=ON -D CMAKE_DISABLE_FIND_PACKAGE_OpenCV=ON
             -D CMAKE_DISABLE_FIND_PACKAGE_PkgConfig=ON)
 consume(core io)
-consume_by_pkg_config()
+consume_by_pkg_config(core io)
