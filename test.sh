@@ -10,6 +10,8 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 build=$root/build/release
 
 "$root/scripts/install-dependencies.sh"
+# the tests of the package compile the core again in other folders: ccache shall know the objects there
+export CCACHE_NOHASHDIR=1
 # what the preset "release" does, spelt out because Ubuntu 22.04's CMake is older than presets of this kind
 cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
   -DSTEREOGRID_TESTS=ON

@@ -17,6 +17,7 @@ function(stereogrid_public_library target name)
                DEFINE_SYMBOL ""
                CXX_VISIBILITY_PRESET hidden
                VISIBILITY_INLINES_HIDDEN ON
+               LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin # where it finds libstereogrid_cuda.so
                INSTALL_RPATH "$ORIGIN")
   if(STEREOGRID_SANITIZE) # who links what is compiled so needs the sanitizer's own library
     target_link_options(${target} INTERFACE -fsanitize=${STEREOGRID_SANITIZE})

@@ -21,6 +21,7 @@ packages=(
   clang-format clang-tidy
   clang libclang-rt-dev  # fuzzers
   nodejs                 # the report's script
+  abigail-tools          # the shared core's interface
 )
 
 missing=()

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# The core as a shared library: who links it, and what it shows.
+# Core and io, without the tool, as shared libraries: who links them, and what the core shows.
 cmake_minimum_required(VERSION 3.22)
 include(${CMAKE_CURRENT_LIST_DIR}/common.cmake)
 
 file(REMOVE_RECURSE ${WORK} ${AGAIN})
 run(${CMAKE_COMMAND} -S ${SOURCE} -B ${AGAIN} ${GENERATE} ${COMPILE} -D BUILD_SHARED_LIBS=ON
-    -D STEREOGRID_TOOL=OFF -D STEREOGRID_TESTS=OFF)
+    -D STEREOGRID_TOOL=OFF -D STEREOGRID_IO=ON -D STEREOGRID_TESTS=OFF)
 run(${CMAKE_COMMAND} --build ${AGAIN})
 install_and_move(${AGAIN})
 
@@ -25,7 +25,8 @@ if(NOT text MATCHES "SONAME[^\n]*\\[libstereogrid.so.${minor}\\]" OR NOT EXISTS 
   message(FATAL_ERROR "the shared library's name is not libstereogrid.so.${minor}:\n${text}")
 endif()
 
-# nothing but the library is needed
-set(options -D CMAKE_DISABLE_FIND_PACKAGE_TBB=ON -D CMAKE_DISABLE_FIND_PACKAGE_PkgConfig=ON)
-consume(core)
-consume_by_pkg_config()
+# nothing but the libraries is needed
+set(options -D CMAKE_DISABLE_FIND_PACKAGE_TBB=ON -D CMAKE_DISABLE_FIND_PACKAGE_OpenCV=ON
+            -D CMAKE_DISABLE_FIND_PACKAGE_PkgConfig=ON)
+consume(core io)
+consume_by_pkg_config(core io)
