@@ -28,6 +28,7 @@ constexpr std::array<std::string_view, 4> names_of(OccupancyScale) {
 
 /// Of all cells of a grid, in the order of nav_msgs/OccupancyGrid: row by row, x fastest, from the corner of the
 /// smallest x and y.
-[[nodiscard]] STEREOGRID_EXPORT std::vector<std::int8_t> occupancy_values(View<const float> occupancy, OccupancyScale scale);
+[[nodiscard]] STEREOGRID_EXPORT std::vector<std::int8_t> occupancy_values(View<const float> occupancy,
+                                                                          OccupancyScale scale);
 
 }  // namespace stereogrid

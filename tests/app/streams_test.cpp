@@ -65,8 +65,7 @@ TEST(Streams, AFullOutputIsAFailure) {
   for (const std::string& words :
        {std::string{"config"}, std::string{"config --json"}, std::string{"config --markdown"}, std::string{"--help"},
         std::string{"run --help"}, std::string{"--version"}, "info " + scene, "run " + scene + " --out " + run,
-        "evaluate " + run, "simulate " + scene + " --out " + drive,
-        "figures " + scene + " --out " + figures}) {
+        "evaluate " + run, "simulate " + scene + " --out " + drive, "figures " + scene + " --out " + figures}) {
     const Outcome outcome{with_full_output(words)};
     EXPECT_EQ(outcome.exit_code, 75) << words;
     EXPECT_THAT(outcome.errors, HasSubstr("standard output")) << words;
