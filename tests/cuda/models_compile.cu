@@ -51,13 +51,12 @@ __global__ void projection_models(Rig rig, GridInVehicle grid, int u, int d, dou
   const CellCorners cell{grid.corners(static_cast<int>(threadIdx.x), static_cast<int>(threadIdx.y))};
   const ColumnSpan span{columns_of(bins, cell, bins.nearest_x(d), bins.farthest_x(d))};
   const Point2 centre{grid.centre(static_cast<int>(threadIdx.x), static_cast<int>(threadIdx.y))};
-  const bool speaks{span.touches(u) || span.holds(u) || bins.disparity(centre.x) > d};
+  const bool speaks{span.touches(u) || bins.disparity(centre.x) > d};
   out[threadIdx.x] = speaks ? cell.nearest_x() : cell.farthest_x();
 }
 
-template <class Pool>
 __global__ void fusion_models(double* p) {
-  Pool pool;
+  IndependentPool pool;
   pool.add(p[threadIdx.x], 1);
   p[threadIdx.x] = pool.probability();
 }
@@ -83,8 +82,7 @@ void launch_all(const std::uint8_t* image, float* floats, double* doubles) {
   matching_models<<<1, 32>>>(image, 32, RoadPlane{}, floats);
   u_disparity_models<<<1, 32>>>(floats, floats);
   projection_models<<<1, 32>>>(Rig{}, GridInVehicle{}, 1, 1, doubles);
-  fusion_models<IndependentPool><<<1, 32>>>(doubles);
-  fusion_models<LinearPool><<<1, 32>>>(doubles);
+  fusion_models<<<1, 32>>>(doubles);
   filter_models<<<1, 32>>>(FilterStep{}, 0.5, floats, floats);
 }
 
