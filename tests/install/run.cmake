@@ -31,6 +31,13 @@ foreach(package_file IN LISTS package_files)
   endforeach()
 endforeach()
 
+foreach(name IN ITEMS stereogrid-compare baselines research)
+  file(GLOB_RECURSE found ${prefix}/*${name}*)
+  if(found)
+    message(FATAL_ERROR "research is not for users: ${found}")
+  endif()
+endforeach()
+
 set(flags)
 if(SANITIZE)
   set(flags "-DCMAKE_CXX_FLAGS=-fsanitize=${SANITIZE}")
