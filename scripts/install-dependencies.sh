@@ -16,6 +16,7 @@ packages=(
   libboost-context-dev                               # tests of CUDA kernels without a GPU
   ffmpeg                                             # --video
   python3 python3-numpy                              # tests that read our files as users do
+  python3-matplotlib                                 # research/figures
 )
 [ "${1:-}" = "--ci" ] && packages+=(
   clang-format clang-tidy

@@ -28,7 +28,6 @@ void describe(CLI::App& tool, int& exit_code) {
   add_run_command(tool, exit_code);
   add_simulate_command(tool, exit_code);
   add_evaluate_command(tool, exit_code);
-  add_figures_command(tool, exit_code);
   add_info_command(tool, exit_code);
   add_config_command(tool);
   for (CLI::App* command : tool.get_subcommands({})) command->fallthrough();

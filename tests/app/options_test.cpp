@@ -98,7 +98,6 @@ TEST(Options, EmptyValuesAreRefused) {
   expect_refused({{"evaluate", "no_run", ""}, "INPUT: " + said}, 64);
   expect_refused({{"evaluate", "no_run", "--json", ""}, "--json: " + said}, 64);
   expect_refused({{"info", ""}, "INPUT: " + said}, 64);
-  expect_refused({{"figures", "--out", ""}, "--out: " + said}, 64);
   EXPECT_FALSE(fs::exists(out));
 }
 
@@ -106,7 +105,7 @@ TEST(Options, AFileWhereTheResultsShouldGoStaysAsItIs) {
   const TemporaryFolder folder;
   const fs::path file{folder / "a_file"};
   std::ofstream{file} << "text";
-  for (const char* command : {"run", "simulate", "figures"}) {
+  for (const char* command : {"run", "simulate"}) {
     const Outcome outcome{run_tool({command, small_scene("empty", "&frames=1"), "--out", file.string()})};
     EXPECT_EQ(outcome.exit_code, 75) << command;
     EXPECT_THAT(outcome.errors, AllOf(HasSubstr(file.string()), HasSubstr("the folder cannot be made"))) << command;

@@ -61,11 +61,10 @@ TEST(Streams, AFullOutputIsAFailure) {
   const std::string scene{quoted(small_scene("street", "&frames=3"))};
   const std::string run{quoted((folder / "run").string())};
   const std::string drive{quoted((folder / "drive").string())};
-  const std::string figures{quoted((folder / "figures").string())};
   for (const std::string& words :
        {std::string{"config"}, std::string{"config --json"}, std::string{"config --markdown"}, std::string{"--help"},
         std::string{"run --help"}, std::string{"--version"}, "info " + scene, "run " + scene + " --out " + run,
-        "evaluate " + run, "simulate " + scene + " --out " + drive, "figures " + scene + " --out " + figures}) {
+        "evaluate " + run, "simulate " + scene + " --out " + drive}) {
     const Outcome outcome{with_full_output(words)};
     EXPECT_EQ(outcome.exit_code, 75) << words;
     EXPECT_THAT(outcome.errors, HasSubstr("standard output")) << words;

@@ -31,6 +31,12 @@ macro(install_and_move build)
       endif()
     endforeach()
   endforeach()
+  foreach(name IN ITEMS stereogrid-compare baselines research)
+    file(GLOB_RECURSE found ${prefix}/*${name}*)
+    if(found)
+      message(FATAL_ERROR "research is not for users: ${found}")
+    endif()
+  endforeach()
 endmacro()
 
 # consume(COMPONENT…): with `options` builds and runs the programs of consumer/ that use these components, and the plugin, with each

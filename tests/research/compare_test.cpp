@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include <sys/wait.h>
+
 #include <cstdlib>
 
 #include "../app/support.hpp"
@@ -159,6 +161,22 @@ TEST_F(Compare, ComplainsOfMethodsThatDoNotExist) {
   EXPECT_EQ(outcome.exit_code, 64);
   EXPECT_THAT(outcome.errors, HasSubstr("stixel"));
   EXPECT_THAT(outcome.errors, HasSubstr("ray_casting_map"));
+}
+
+TEST_F(Compare, ComplainsAsTheToolDoes) {
+  const Outcome empty{run_compare({scene(), "--grids", ""})};
+  EXPECT_EQ(empty.exit_code, 64);
+  EXPECT_THAT(empty.errors, HasSubstr("--grids: is empty"));
+  const TemporaryFolder folder;
+  const std::string file{(folder / "file").string()};
+  ASSERT_EQ(std::system(("echo text >" + quoted(file)).c_str()), 0);
+  const Outcome blocked{run_compare({scene(), "--grids", file})};
+  EXPECT_EQ(blocked.exit_code, 75);
+  EXPECT_THAT(blocked.errors, HasSubstr("the folder cannot be made"));
+  const std::string words{quoted(STEREOGRID_COMPARE) + " " + quoted(scene()) + " --frames 0:0 --only observed"};
+  const int full{std::system((words + " >/dev/full 2>/dev/null").c_str())};
+  ASSERT_TRUE(WIFEXITED(full));
+  EXPECT_EQ(WEXITSTATUS(full), 75);
 }
 
 TEST_F(Compare, ComplainsWhereThereIsNoLidar) {

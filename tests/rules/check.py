@@ -57,7 +57,7 @@ ROOMS = (
     Room("research", ("include", "io/include", "scenes/include", "evaluation/include", "apps/stereogrid", "research"),
          r"(opencv2|nlohmann|fmt|spdlog|CLI)/.*|(sys/)?\w+\.h"),
     Room("apps", ("include", "io/include", "scenes/include", "evaluation/include", "apps/stereogrid"),
-         r"(opencv2|nlohmann|fmt|spdlog|CLI)/.*|baselines/.*|(sys/)?\w+\.h"),  # baselines: as long as it compares
+         r"(opencv2|nlohmann|fmt|spdlog|CLI)/.*|(sys/)?\w+\.h"),
 )
 
 

@@ -85,6 +85,14 @@ class Rules(unittest.TestCase):
         self.assert_forbidden("scenes/new.cpp", '"stereogrid/io/npz.hpp"')
         self.assert_forbidden("apps/stereogrid/main.cpp", '"backend/cpu.hpp"')
 
+    def test_research_stands_outside(self):
+        self.write("apps/stereogrid/input.hpp", LICENCE)
+        self.write("research/baselines/columns.hpp", LICENCE)
+        self.assert_allowed("research/compare/new.cpp", '"input.hpp"')
+        self.assert_allowed("research/compare/new.cpp", '"baselines/columns.hpp"')
+        self.assert_forbidden("research/compare/new.cpp", '"filter/filter.hpp"')
+        self.assert_forbidden("apps/stereogrid/main.cpp", '"baselines/columns.hpp"')
+
     def test_licence_lines(self):
         self.assertEqual(len(self.found("src/new.cpp", "int x;\n", licence="")), 2)
         self.assertEqual(len(self.found("src/CMakeLists.txt", "", licence="# SPDX-License-Identifier: MIT\n")), 2)

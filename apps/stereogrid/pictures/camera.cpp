@@ -26,12 +26,7 @@ float occupancy_at(const StageImages& stages, int u, float disparity) {
   return bin > 0 && bin < stages.occupancy.height() ? stages.occupancy(u, bin) : 0.5F;
 }
 
-}  // namespace
-
-bool is_levelled(const Rig& rig) {
-  return std::abs(rig.camera_pitch_rad) > level_below_rad;
-}
-
+/// The left image (grey) as the stages saw it.
 cv::Mat level_image(const StereoFrame& frame, const Rig& rig) {
   const Image<std::uint8_t>& left{frame.left};
   cv::Mat grey(left.height(), left.width(), CV_8UC1);
@@ -45,6 +40,12 @@ cv::Mat level_image(const StereoFrame& frame, const Rig& rig) {
   cv::warpPerspective(grey, level, camera * pitched_from_level * camera.inv(), grey.size(),
                       cv::INTER_LINEAR | cv::WARP_INVERSE_MAP);
   return level;
+}
+
+}  // namespace
+
+bool is_levelled(const Rig& rig) {
+  return std::abs(rig.camera_pitch_rad) > level_below_rad;
 }
 
 void draw_camera(cv::Mat& canvas, const Box& box, const StereoFrame& frame, const FrameResult& result, const Rig& rig) {

@@ -14,16 +14,12 @@ constexpr int font{cv::FONT_HERSHEY_SIMPLEX};
 
 cv::Point aligned(int x, int y, const std::string& text, Align align, double size) {
   if (align == Align::left) return {x, y};
-  const int width{text_width_px(text, size)};
+  int below{0};
+  const int width{cv::getTextSize(text, font, size, 1, &below).width};
   return {x - (align == Align::centre ? width / 2 : width), y};
 }
 
 }  // namespace
-
-int text_width_px(const std::string& text, double size) {
-  int below{0};
-  return cv::getTextSize(text, font, size, 1, &below).width;
-}
 
 void draw_text(cv::Mat& canvas, int x, int y, const std::string& text, Colour colour, Align align, double size) {
   cv::putText(canvas, text, aligned(x, y, text, align, size), font, size, scalar(colour), 1, cv::LINE_AA);

@@ -49,7 +49,6 @@ void draw_text(cv::Mat& canvas, int x, int y, const std::string& text, Colour co
 /// The same, readable on any background.
 void draw_text_on_picture(cv::Mat& canvas, int x, int y, const std::string& text, Colour colour,
                           Align align = Align::left);
-[[nodiscard]] int text_width_px(const std::string& text, double size = 0.45);
 void fill_box(cv::Mat& canvas, const Box& box, Colour colour);
 void frame_box(cv::Mat& canvas, const Box& box);
 

@@ -14,8 +14,6 @@ constexpr int legend_height_px{84};
 
 /// Are the stages' images turned level because the camera is pitched by more than 1°?
 [[nodiscard]] bool is_levelled(const Rig& rig);
-/// The left image (grey) as the stages saw it.
-[[nodiscard]] cv::Mat level_image(const StereoFrame& frame, const Rig& rig);
 
 void draw_camera(cv::Mat& canvas, const Box& box, const StereoFrame& frame, const FrameResult& result, const Rig& rig);
 void draw_u_disparity(cv::Mat& canvas, const Box& box, const FrameResult& result, const Rig& rig);

@@ -1,0 +1,175 @@
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+"""The parts of a figure, each drawn into axes of Matplotlib."""
+import numpy as np
+from matplotlib.colors import BoundaryNorm, FuncNorm, LinearSegmentedColormap, ListedColormap
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+
+INK, PAPER, RULER = "#202226", "#fafaf8", "#3c82be"
+UPRIGHT, ROAD = (230 / 255, 40 / 255, 40 / 255), (50 / 255, 110 / 255, 1)
+# the paper's overlay, on P(T) before the Gaussian: a wall one bin deep hardly reaches 0.75 after it
+UPRIGHT_ABOVE, FREE_BELOW, TINT = 0.75, 0.4, 0.5
+DEPTHS_M = (1, 1.5, 2, 3, 4, 5, 7, 10, 20, 50)
+COUNT_COLOURS = LinearSegmentedColormap.from_list("counts", ("#fcfcfa", "#fac882", "#e15a3c", "#82195a", "#190a32"))
+# what the scores against lidar count as an obstacle
+UPRIGHT_FROM_M, UPRIGHT_TO_M = 0.3, 1.8
+SCAN_COLOURS = (("#c82e1e", f"{UPRIGHT_FROM_M:g} to {UPRIGHT_TO_M:g} m above the road"), ("#c8cace", "lower"),
+                ("#4682c8", "higher"))
+SEEN_OCCUPIED, HIDDEN_OCCUPIED, SEEN_FREE, HIDDEN = range(4)
+TRUTH_COLOURS = ((INK, "obstacle, seen"), ("#cd8228", "obstacle, nothing of it seen"), ("#ffffff", "free, seen"),
+                 ("#a0a2a6", "hidden"))
+
+
+def legend_below(axes, colours):
+    axes.legend(handles=[Patch(facecolor=colour, edgecolor=INK, linewidth=0.5, label=text) for colour, text in colours],
+                loc="upper left", bbox_to_anchor=(0, -0.16), frameon=False, fontsize="small", handlelength=1)
+
+
+def colour_bar(axes, image, label, ticks=None, pad=0.03):
+    bar = axes.figure.colorbar(image, ax=axes, ticks=ticks, fraction=0.05, pad=pad)
+    bar.set_label(label)
+    bar.ax.minorticks_off()
+    return bar
+
+
+def surface(axes, function, x, y, labels, title):
+    """A function of two numbers over two ranges, seen from above its nearest corner."""
+    across, along = np.meshgrid(np.linspace(*x, 29), np.linspace(*y, 29))
+    axes.plot_surface(across, along, function(across, along), cmap="viridis", vmin=0, vmax=1, rstride=1, cstride=1,
+                      edgecolor="#00000060", linewidth=0.2)
+    axes.view_init(elev=30, azim=-127.5)
+    axes.set_box_aspect(None, zoom=0.92)  # room for the labels
+    axes.set_facecolor("none")
+    axes.set(title=title, xlabel=labels[0], ylabel=labels[1], zlabel=labels[2], zlim=(0, 1))
+
+
+def contours(axes, function, x, y, labels, title):
+    """The same as a map, with a line at every tenth."""
+    across, along = np.meshgrid(np.linspace(*x, 301), np.linspace(*y, 301))
+    values = function(across, along)
+    image = axes.imshow(values, origin="lower", extent=(*x, *y), aspect="auto", cmap="viridis", vmin=0, vmax=1)
+    axes.contour(across, along, values, levels=np.arange(1, 10) / 10, colors=PAPER, linewidths=0.7)
+    axes.set(title=title, xlabel=labels[0], ylabel=labels[1])
+    colour_bar(axes, image, labels[2])
+
+
+def distances(axes, rig, disparities):
+    """Where distances lie among the disparities; what would stand too close to its neighbour is left out."""
+    right = axes.twinx()
+    right.set_ylim(axes.get_ylim())
+    marks = []
+    for depth in DEPTHS_M:
+        disparity = rig["focal_px"] * rig["baseline_m"] / depth
+        if disparity < disparities and (not marks or marks[-1][0] - disparity > 0.1 * disparities):
+            marks.append((disparity, f"{depth:g} m"))
+    right.set_yticks([disparity for disparity, _ in marks], labels=[text for _, text in marks])
+
+
+def u_disparity(axes, values, run, title, label, **colours):
+    """An image of the u-disparity plane; the distance at the right."""
+    half_bin = 0.5 * run.disparities / len(values)
+    image = axes.imshow(values, aspect="auto", interpolation="nearest", **colours, extent=(
+        -0.5, values.shape[1] - 0.5, run.disparities - half_bin, -half_bin))
+    axes.set(title=title, xlabel="column u (px)", ylabel="disparity d (px)")
+    distances(axes, run.rig, run.disparities)
+    return colour_bar(axes, image, label, pad=0.12)  # the distances stand between
+
+
+def probabilities(axes, values, run, title, label):
+    u_disparity(axes, values, run, title, label, cmap="viridis", vmin=0, vmax=1)
+
+
+def occupancies(axes, values, run, title):
+    u_disparity(axes, values, run, title, "occupancy", cmap="gray_r", vmin=0, vmax=1)
+
+
+def counts(axes, values, run, title):
+    """Logarithmic: counts differ by orders of magnitude."""
+    most = max(int(values.max()), 1)
+    bar = u_disparity(axes, values, run, title, "pixels", cmap=COUNT_COLOURS, norm=FuncNorm((np.log1p, np.expm1), 0, most))
+    bar.set_ticks([tick for tick in (0, 1, 3, 10, 30, 100, 300, 1000) if tick < 2 or tick < most])
+    bar.ax.set_yticklabels([f"{tick:g}" for tick in bar.get_ticks()])
+
+
+def rulers(axes, run):
+    """What the camera can see, and how far it is."""
+    rig, grid = run.rig, run.grid
+    far = grid["x_min_m"] + grid["nx"] * grid["cell_size_m"]
+    left = rig["centre_u_px"] / rig["focal_px"]
+    right = (rig["width_px"] - rig["centre_u_px"]) / rig["focal_px"]
+    for slope in (left, -right):
+        axes.plot((0, slope * far), (0, far), color=RULER, linewidth=0.8)
+    angles = np.linspace(-np.arctan(right), np.arctan(left), 60)
+    step = 20 if far > 60 else 5 if far > 12 else 1
+    for radius in np.arange(step, 1.5 * far, step):
+        axes.plot(radius * np.sin(angles), radius * np.cos(angles), color=RULER, linewidth=0.8)
+
+
+def from_above(axes, run, title):
+    """The vehicle frame: ahead is up, left is left."""
+    grid = run.grid
+    y_end, x_end = (grid[f"{a}_min_m"] + grid[f"n{a}"] * grid["cell_size_m"] for a in "yx")
+    rulers(axes, run)
+    axes.set(title=title, xlabel="to the left, y (m)", ylabel="ahead, x (m)", aspect="equal",
+             xlim=(y_end, grid["y_min_m"]), ylim=(grid["x_min_m"], x_end))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(5, steps=(1, 2, 5, 10)))
+    return (grid["y_min_m"], y_end, grid["x_min_m"], x_end)
+
+
+def cells(axes, values, run, title, **colours):
+    """Values [iy, ix] of a grid's cells."""
+    extent = from_above(axes, run, title)
+    return axes.imshow(values.T, origin="lower", extent=extent, interpolation="nearest", **colours)
+
+
+def grid(axes, occupancy, run, title):
+    image = cells(axes, occupancy, run, title, cmap="gray_r", vmin=0, vmax=1)
+    colour_bar(axes, image, "occupancy", ticks=(0, 0.5, 1))
+
+
+def scan(axes, points, run, title):
+    """Lidar returns from above, coloured by height; obstacles last, so that nothing hides them."""
+    from_above(axes, run, title)
+    upright = (points[:, 2] >= UPRIGHT_FROM_M) & (points[:, 2] < UPRIGHT_TO_M)
+    low = points[:, 2] < UPRIGHT_FROM_M
+    (upright_colour, _), (low_colour, _), (high_colour, _) = SCAN_COLOURS
+    for chosen, colour in ((low, low_colour), (~low & ~upright, high_colour), (upright, upright_colour)):
+        axes.scatter(points[chosen, 1], points[chosen, 0], s=1, color=colour, linewidths=0)
+    legend_below(axes, SCAN_COLOURS)
+
+
+def truth(axes, known, run, title):
+    """What is in the cells, and what the camera can see of it. `known`: state (0 hidden, 1 seen free, 2 seen occupied)
+    and occupied."""
+    state, occupied = known["state"], known["occupied"] > 0
+    shown = np.where(state == 2, SEEN_OCCUPIED, np.where(state == 1, SEEN_FREE,
+                                                         np.where(occupied, HIDDEN_OCCUPIED, HIDDEN)))
+    cells(axes, shown, run, title, cmap=ListedColormap([colour for colour, _ in TRUTH_COLOURS]),
+          norm=BoundaryNorm(np.arange(-0.5, 4), 4))
+    legend_below(axes, TRUTH_COLOURS)
+
+
+def camera(axes, image, title):
+    height, width = image.shape[:2]
+    axes.imshow(image, cmap="gray", vmin=0, vmax=1, extent=(-0.5, width - 0.5, height - 0.5, -0.5))
+    axes.set(title=title, xlabel="column u (px)", ylabel="row v (px)")
+
+
+def overlaid(image, stages, disparities):
+    """What is upright in red, what is free road in blue, by the occupancy of each pixel's bin."""
+    occupancy = stages["u_occupancy"]
+    columns = np.arange(image.shape[1])
+    picture = np.repeat(image[..., None], 3, axis=2)
+
+    def occupancy_at(disparity):
+        bins = np.floor(disparity * (len(occupancy) / disparities) + 0.5).astype(int)
+        inside = (disparity > 0) & (bins > 0) & (bins < len(occupancy))
+        return np.where(inside, occupancy[np.where(inside, bins, 0), columns], 0.5)
+
+    upright = occupancy_at(stages["obstacle_disparity"]) > UPRIGHT_ABOVE
+    road = ~upright & (occupancy_at(stages["road_disparity"]) < FREE_BELOW)
+    for chosen, colour in ((upright, UPRIGHT), (road, ROAD)):
+        picture[chosen] = (1 - TINT) * picture[chosen] + TINT * np.array(colour)
+    return picture

@@ -1,0 +1,182 @@
+#!/usr/bin/python3
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+"""The panels of the paper's figures, the formulas and the places of lidar returns, on numbers that are known."""
+import unittest
+from types import SimpleNamespace
+
+import figures_support  # noqa: F401 (first)
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+import equations
+import figures
+import panels
+import run_folder
+
+PAPER = {"false_positive": 0.02, "false_negative": 0.02, "tau_obstacle": 0.1, "tau_road": 0.1}
+RIG = {"width_px": 512, "height_px": 320, "focal_px": 410, "centre_u_px": 256, "centre_v_px": 160, "baseline_m": 0.22,
+       "camera_pitch_rad": 0}
+FOUR_BY_EIGHT = SimpleNamespace(rig=RIG, grid={"x_min_m": 0, "y_min_m": -2, "cell_size_m": 0.5, "nx": 4, "ny": 8},
+                                disparities=8)
+
+
+def pixels(figure):
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3] / 255
+
+
+def colours_at(draw, places):
+    """Colours (R G B) at places (x m ahead, y m to the left) of a panel as it is drawn."""
+    figure = Figure(figsize=(8, 8))
+    axes = figure.add_subplot()
+    draw(axes)
+    image = pixels(figure)
+    at = axes.transData.transform([(y, x) for x, y in places])
+    return [tuple(image[int(len(image) - row), int(column)]) for column, row in at]
+
+
+def centre(ix, iy):
+    """Of a cell of FOUR_BY_EIGHT, a little aside so that no ruler runs through it."""
+    return 0.5 * ix + 0.2, -2 + 0.5 * iy + 0.2
+
+
+class Panels(unittest.TestCase):
+    def assert_colour(self, got, expected):
+        np.testing.assert_allclose(got, to_rgb(expected), atol=0.02)
+
+    def test_ahead_is_up_and_left_is_left(self):
+        occupancy = np.zeros((8, 4))
+        occupancy[7, 3] = 1  # farthest, leftmost
+        figure = Figure()
+        axes = figure.add_subplot()
+        panels.grid(axes, occupancy, FOUR_BY_EIGHT, "")
+        image = pixels(figure)
+        box = axes.get_window_extent()
+        top, left, right = int(len(image) - box.y1), int(box.x0), int(box.x1)
+        np.testing.assert_allclose(image[top + 6, left + 6], 0, atol=0.02)
+        np.testing.assert_allclose(image[top + 6, right - 6], 1, atol=0.02)
+        self.assertEqual(axes.get_xlim(), (2, -2))
+        self.assertEqual(axes.get_ylim(), (0, 2))
+
+    def test_lidar_returns_are_coloured_by_height(self):
+        points = np.array([[*centre(0, 6), 0.1], [*centre(2, 6), 1], [*centre(2, 0), 2.5], [40, 0, 1]])
+
+        def draw(axes):
+            panels.scan(axes, points, FOUR_BY_EIGHT, "")
+            axes.collections[0].set_sizes([99])
+            axes.collections[1].set_sizes([99])
+            axes.collections[2].set_sizes([99])
+
+        upright, low, high, none = colours_at(draw, [centre(2, 6), centre(0, 6), centre(2, 0), centre(3, 7)])
+        for got, (expected, _) in zip((upright, low, high), panels.SCAN_COLOURS):
+            self.assert_colour(got, expected)
+        self.assert_colour(none, "white")
+
+    def test_truth_tells_seen_from_hidden(self):
+        state, occupied = np.ones((8, 4), int), np.zeros((8, 4), int)
+        state[7, 1], state[7, 2], state[7, 3] = 2, 0, 0
+        occupied[7, 1] = occupied[7, 2] = 1
+        known = {"state": state, "occupied": occupied}
+        got = colours_at(lambda axes: panels.truth(axes, known, FOUR_BY_EIGHT, ""),
+                         [centre(1, 7), centre(2, 7), centre(0, 7), centre(3, 7)])
+        for colour, (expected, _) in zip(got, panels.TRUTH_COLOURS):
+            self.assert_colour(colour, expected)
+
+    def test_counts_are_logarithmic(self):
+        values = np.zeros((8, 4), int)
+        values[3, 1] = 99
+        figure = Figure()
+        axes = figure.add_subplot()
+        panels.counts(axes, values, FOUR_BY_EIGHT, "")
+        norm = axes.images[0].norm
+        np.testing.assert_allclose([norm(0), norm(9), norm(99)], [0, 0.5, 1], atol=1e-9)
+
+    def test_distances_belong_to_their_disparities(self):
+        figure = Figure()
+        axes = figure.add_subplot()
+        panels.probabilities(axes, np.zeros((64, 512)), SimpleNamespace(rig=RIG, disparities=64), "", "P")
+        right = figure.axes[1]
+        self.assertEqual(right.get_ylim(), (63.5, -0.5))
+        marks = {text.get_text(): at for text, at in zip(right.get_yticklabels(), right.get_yticks())}
+        self.assertAlmostEqual(marks["2 m"], 410 * 0.22 / 2)
+        self.assertNotIn("1 m", marks)  # beyond the last disparity
+        self.assertNotIn("50 m", marks)  # too close to 20 m
+
+    def test_road_pixels_are_counted_by_disparity(self):
+        road = np.array([[2.4, 0], [1.6, 0], [7.6, 0], [0, 0.25]])  # 7.6: beyond the last bin; 0.25: no measurement
+        counts = equations.road_counts(road, 8, 8)
+        self.assertEqual(counts[2, 0], 2)
+        self.assertEqual(counts.sum(), 2)
+        finer = equations.road_counts(road, 16, 8)  # bins of half a px
+        self.assertEqual([finer[5, 0], finer[3, 0], finer[15, 0], finer[1, 1]], [1, 1, 1, 1])
+
+    def test_what_is_upright_is_red_and_free_road_is_blue(self):
+        occupancy = np.full((8, 5), 0.5)
+        occupancy[4] = (0.9, 0.9, 0.1, 0.1, 0.7)
+        stages = {"u_occupancy": occupancy, "obstacle_disparity": np.array([[4.0, 0, 4, 0, 4]]),
+                  "road_disparity": np.array([[0, 4.0, 0, 4, 0]])}
+        picture = panels.overlaid(np.full((1, 5), 0.5), stages, 8)
+        red, blue = (0.25 + 0.5 * np.array(colour) for colour in (panels.UPRIGHT, panels.ROAD))
+        np.testing.assert_allclose(picture[0], [red, [0.5] * 3, [0.5] * 3, blue, [0.5] * 3])
+
+
+class Lidar(unittest.TestCase):
+    def test_a_return_lies_where_it_is_in_the_vehicle_frame(self):
+        def at(pitch):
+            ground = {"height_m": 1.65, "pitch_rad": pitch, "roll_rad": 0}
+            return run_folder.in_vehicle([[-2, 1.15, 10]], RIG, ground)[0]
+
+        np.testing.assert_allclose(at(0), [10, 2, 0.5])
+        # a camera that looks down on the road has the road rise ahead of it, in its own frame
+        self.assertAlmostEqual(at(0.01)[2], 1.65 - np.cos(0.01) * 1.15 - np.sin(0.01) * 10)
+
+    def test_a_pitched_camera_is_turned_level_first(self):
+        pitch = 0.3
+        # 8 m ahead and 1 m below the camera, as the camera that looks down by 0.3 rad has it
+        point = [0, np.cos(pitch) - 8 * np.sin(pitch), 8 * np.cos(pitch) + np.sin(pitch)]
+        ground = {"height_m": 1.65, "pitch_rad": 0, "roll_rad": 0}
+        x, _, height = run_folder.in_vehicle([point], {**RIG, "camera_pitch_rad": pitch}, ground)[0]
+        np.testing.assert_allclose([x, height], [8, 0.65])
+
+    def test_so_is_its_image(self):
+        rig = {**RIG, "camera_pitch_rad": 0.2}
+        image = np.zeros((320, 512))
+        horizon = 160 - 410 * np.tan(0.2)
+        image[int(horizon) - 3:int(horizon) + 4] = 1
+        levelled = run_folder.level(image, rig, RIG)
+        self.assertEqual(levelled[160, 256], 1)  # the horizon lies in the middle
+        self.assertEqual(levelled[100, 256], 0)
+        self.assertIs(run_folder.level(image, RIG, RIG), image)
+
+
+class Formulas(unittest.TestCase):
+    def test_values_that_are_known(self):
+        self.assertAlmostEqual(equations.obstacle_confidence(0.1, 0.1), 1 - np.exp(-1))
+        self.assertAlmostEqual(equations.road_confidence(0, 1, PAPER), 1)
+        self.assertAlmostEqual(equations.road_confidence(0, 8 / 9, PAPER), np.exp(-1 / 0.9))
+        for visibility, confidence, expected in ((0, 0.7, 0.5), (1, 1, 0.98), (1, 0, 0.02), (0.5, 1, 0.74)):
+            self.assertAlmostEqual(equations.obstacle_probability(visibility, confidence, PAPER), expected)
+        for obstacle, road, expected in ((0.5, 0, 0.5), (0.9, 0.5, 0.45), (0.5, 1, 0.02), (1, 0, 0.98)):
+            self.assertAlmostEqual(equations.occupancy(obstacle, road, PAPER), expected)
+
+    def test_are_drawn(self):
+        first = figures.figure_1(PAPER)
+        drawn = first.axes[1].images[0].get_array()  # rows: confidence, columns: visibility
+        np.testing.assert_allclose([drawn[0, 0], drawn[-1, -1], drawn[0, -1], drawn[-1, 150]], [0.5, 0.98, 0.02, 0.74])
+        with figures.matplotlib.rc_context(figures.STYLE):
+            second = figures.figure_2(PAPER)
+        curve = next(line for line in second.axes[0].lines if line.get_label() == "tau_O = 0.1, as set")
+        np.testing.assert_allclose(curve.get_ydata()[50], 1 - np.exp(-1))  # at r_O = 0.1
+        road, total = (next(axes for axes in second.axes if axes.get_title(loc="left").startswith(letter)).images[0]
+                       for letter in ("(b)", "(d)"))
+        self.assertEqual(tuple(road.get_extent()), (0, 0.3, 0.5, 1))
+        np.testing.assert_allclose(road.get_array()[-1, [0, 100]], [1, np.exp(-1)])
+        np.testing.assert_allclose(total.get_array()[[0, 150, -1], [150, 150, -1]], [0.5, 0.25, 0.02])
+
+
+if __name__ == "__main__":
+    unittest.main()
