@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "stereogrid/camera.hpp"
-#include "stereogrid/export.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/grid.hpp"
 #include "stereogrid/image.hpp"
@@ -47,9 +46,8 @@ struct NearestObstacleParameters {
   double height_max_m{1.8};
   double filled_m{0.2};  ///< height that must be filled with pixels of one disparity
 };
-[[nodiscard]] STEREOGRID_EXPORT Image<float> nearest_obstacle_grid(const DisparityFrame& frame,
-                                                                   const GridGeometry& grid,
-                                                                   const NearestObstacleParameters& parameters = {});
+[[nodiscard]] Image<float> nearest_obstacle_grid(const DisparityFrame& frame, const GridGeometry& grid,
+                                                 const NearestObstacleParameters& parameters = {});
 
 /// Stochastic occupancy over (column, disparity), then the best boundary by dynamic programming (Badino, Franke, Mester
 /// 2007).
@@ -66,8 +64,8 @@ struct OccupancyBoundaryParameters {
   double jump_cost{0.5};        ///< per px of disparity between neighbouring columns
   double jump_max_px{2};
 };
-[[nodiscard]] STEREOGRID_EXPORT Image<float> occupancy_boundary_grid(
-    const DisparityFrame& frame, const GridGeometry& grid, const OccupancyBoundaryParameters& parameters = {});
+[[nodiscard]] Image<float> occupancy_boundary_grid(const DisparityFrame& frame, const GridGeometry& grid,
+                                                   const OccupancyBoundaryParameters& parameters = {});
 
 /// Free space from a score of each image column's rows, smoothed by dynamic programming: the base of the stixels of
 /// Badino, Franke, Pfeiffer 2009.
@@ -86,8 +84,8 @@ struct FreeSpaceParameters {
   int rows_min{90};            ///< rows that an obstacle is scored on where its base lies below the image
   double disparity_min_px{3};  ///< boundaries beyond are no obstacles
 };
-[[nodiscard]] STEREOGRID_EXPORT Image<float> free_space_grid(const DisparityFrame& frame, const GridGeometry& grid,
-                                                             const FreeSpaceParameters& parameters = {});
+[[nodiscard]] Image<float> free_space_grid(const DisparityFrame& frame, const GridGeometry& grid,
+                                           const FreeSpaceParameters& parameters = {});
 
 /// A part of a stixel column; rows of the image, first is the upper one.
 enum class StixelClass { ground, object, sky };
@@ -120,9 +118,9 @@ struct StixelParameters {
   double gap_m{0.5};  ///< objects nearer to each other than this are hardly ever two
   double cut{2};      ///< cost of each further stixel
 };
-[[nodiscard]] STEREOGRID_EXPORT std::vector<std::vector<Stixel>> stixels(const DisparityFrame& frame,
-                                                                         const StixelParameters& parameters = {});
-[[nodiscard]] STEREOGRID_EXPORT Image<float> stixel_grid(const DisparityFrame& frame, const GridGeometry& grid,
-                                                         const StixelParameters& parameters = {});
+[[nodiscard]] std::vector<std::vector<Stixel>> stixels(const DisparityFrame& frame,
+                                                       const StixelParameters& parameters = {});
+[[nodiscard]] Image<float> stixel_grid(const DisparityFrame& frame, const GridGeometry& grid,
+                                       const StixelParameters& parameters = {});
 
 }  // namespace stereogrid::research
