@@ -16,7 +16,7 @@ def road_confidence(observed_share, road_share, config):
 
 
 def obstacle_probability(visibility, confidence, config):
-    """Eq. 4: P(O)."""
+    """Eq. 8: P(O)."""
     found = confidence * (1 - config["false_positive"]) + (1 - confidence) * config["false_negative"]
     return visibility * found + (1 - visibility) / 2
 

@@ -39,7 +39,7 @@ def figure_1(config):
     def probability(visibility, confidence):
         return equations.obstacle_probability(visibility, confidence, config)
 
-    figure = sheet("Figure 1. Obstacle probability P(O), eq. 4", [
+    figure = sheet("Figure 1. Obstacle probability P(O), eq. 8", [
         f"P_FP = {config['false_positive']:g}, P_FN = {config['false_negative']:g}. What nothing is seen of stays at 0.5; "
         "a cell in full view is decided by what was found in it."], 11, 5)
     labels = ("visibility P(V)", "confidence P(C)", "P(O)")
