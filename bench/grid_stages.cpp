@@ -102,8 +102,7 @@ class GridStages {
   }
 
   void project_to(const GridGeometry& grid, const Pose2& vehicle_from_grid, Image<float>& cells) {
-    const GridInVehicle placed{grid, vehicle_from_grid.x_m, vehicle_from_grid.y_m, std::cos(vehicle_from_grid.yaw_rad),
-                               std::sin(vehicle_from_grid.yaw_rad)};
+    const GridInVehicle placed{grid_in_vehicle(grid, vehicle_from_grid)};
     project(cpu_, stages_.occupancy_smooth.view(), BinGeometry{rig_}, placed, projection_, cells.view());
   }
 

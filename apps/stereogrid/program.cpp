@@ -37,8 +37,8 @@ void set_up_log() {
   spdlog::set_default_logger(std::move(log));
 }
 
-int complain(int exit_code, const std::string& message) {
-  tell_on_stderr("{}stereogrid: {}\n", isatty(STDERR_FILENO) == 1 ? "\r\033[K" : "", message);
+int complain(const char* name, int exit_code, const std::string& message) {
+  tell_on_stderr("{}{}: {}\n", isatty(STDERR_FILENO) == 1 ? "\r\033[K" : "", name, message);
   return exit_code;
 }
 
@@ -75,7 +75,7 @@ int parse_and_run(int argc, char** argv, const char* name, Describe describe) {
     write_output(text.str());
     return code;
   } catch (const CLI::ParseError& error) {
-    return complain(exit_usage, std::string{error.what()} + "\nRun with --help for more information.");
+    return complain(name, exit_usage, std::string{error.what()} + "\nRun with --help for more information.");
   }
   return exit_code;
 }
@@ -84,18 +84,20 @@ int run_guarded(int argc, char** argv, const char* name, Describe describe) {
   try {
     return parse_and_run(argc, argv, name, describe);
   } catch (const ConfigError& error) {
-    return complain(exit_usage, error.what());
+    return complain(name, exit_usage, error.what());
   } catch (const InputError& error) {
-    return complain(exit_input, error.what());
+    return complain(name, exit_input, error.what());
   } catch (const DeviceError& error) {
-    return complain(exit_try_again, error.what());
+    return complain(name, exit_try_again, error.what());
   } catch (const std::filesystem::filesystem_error& error) {  // such as links that go in a circle
-    return complain(exit_input, fmt::format("{}: {}. Check the path and its permissions.",
-                                            io::printable_path(error.path1()), error.code().message()));
+    return complain(name, exit_input,
+                    fmt::format("{}: {}. Check the path and its permissions.", io::printable_path(error.path1()),
+                                error.code().message()));
   } catch (const std::bad_alloc&) {
-    return complain(exit_try_again, "out of memory. Smaller images, a smaller grid or fewer velocities need less.");
+    return complain(name, exit_try_again,
+                    "out of memory. Smaller images, a smaller grid or fewer velocities need less.");
   } catch (const std::exception& error) {
-    return complain(exit_bug,
+    return complain(name, exit_bug,
                     std::string{"internal error: "} + error.what() +
                         "\nThis is a bug in stereogrid. Please report it with the command line and the input.");
   }
@@ -111,7 +113,7 @@ int run_program(int argc, char** argv, const char* name, Describe describe) {
   const int exit_code{run_guarded(argc, argv, name, describe)};
   const std::string lost{lost_output()};
   if (lost.empty()) return exit_code;
-  complain(exit_try_again, "standard output is not all there (" + lost + "). Send it where there is space.");
+  complain(name, exit_try_again, "standard output is not all there (" + lost + "). Send it where there is space.");
   return exit_code == exit_done ? exit_try_again : exit_code;
 }
 

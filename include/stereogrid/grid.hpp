@@ -25,7 +25,7 @@ struct CellIndex {
 /// Does a probability of occupancy say anything? 0.5 is unknown, and so is what lies within 0.05 of it, as in the
 /// scores (docs/evaluation.md). What is no number is unknown.
 [[nodiscard]] constexpr bool is_known(float occupancy) {
-  return occupancy < 0.45f || occupancy > 0.55f;
+  return occupancy - 0.5f > 0.05f || 0.5f - occupancy > 0.05f;
 }
 
 /// Where the cells of a grid lie. Cell (ix, iy) covers [x_min + ix·s, +s) × [y_min + iy·s, +s), in metres. Arrays over

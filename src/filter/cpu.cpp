@@ -61,7 +61,7 @@ class TileFilter {
 
   void end_row(int y) const {
     for (int x{tile_.x_begin}; x < tile_.x_end; ++x) {
-      const bool seen{std::abs(observed_(x, y) - 0.5f) > observed_difference};
+      const bool seen{is_known(observed_(x, y))};
       float& age_s{tile_.after.age_s(x, y)};
       age_s = layers_.age_s(x, y) = seen ? 0.0f : age_s + static_cast<float>(input_.dt_s);
     }

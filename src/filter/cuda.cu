@@ -125,7 +125,7 @@ __global__ void __launch_bounds__(warps_max* warp, 4)
   for (int r{static_cast<int>(threadIdx.y)}; r < strip_rows && is_written && y + r < cells; r += warps) {
     const float seen{observed(x, y + r)};
     const float age_s{is_known(y + r) ? before.age_s[(y + r + moved_y) * cells + x + moved_x] : INFINITY};
-    const bool is_seen{fabsf(seen - 0.5f) > observed_difference};
+    const bool is_seen{stereogrid::is_known(seen)};
     write(updated_cell<model>(strip.step, shared, r, age_s, likelihood_of(likelihoods, seen)),
           is_seen ? 0.0f : age_s + motion->dt_s, (y + r) * cells + x, after, layers);
   }

@@ -150,9 +150,6 @@ constexpr double noise_interval_s{0.1};
 /// What changes within dt_s of what changes by `share` within that time.
 double share_within(double share, double dt_s);
 
-/// Cells that differ this much from 0.5 have been observed.
-constexpr float observed_difference{0.05f};
-
 /// The window's layers (`result.world`) as the car sees them, in the rows begin … end − 1 of `result.vehicle_grid`:
 /// occupancy and moving interpolated between cells; of the nearest cell velocity and covariance (turned into vehicle
 /// axes) and age. Outside the window 0.5, inf and else 0.

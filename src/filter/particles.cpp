@@ -64,7 +64,7 @@ void CellUpdate::run(int x, int y, float observed, const ParticleSums& sums) con
   after.occupancy(x, y) = layers.occupancy(x, y) = mass.occupied() + half_unknown;
   layers.moving(x, y) = mass.moving + mass.born + (1 - step.static_prior) * half_unknown;
   const float age{value_before(before.age_s, scroll, x, y, std::numeric_limits<float>::infinity())};
-  const bool seen{std::abs(observed - 0.5f) > observed_difference};
+  const bool seen{is_known(observed)};
   after.age_s(x, y) = layers.age_s(x, y) = seen ? 0.0f : age + static_cast<float>(input.dt_s);
 }
 

@@ -145,7 +145,7 @@ void filter(Reference& reference, const FilterInput& input, View<const float> ob
       const Cell cell{joint ? joint_cell(step, x, y, likelihood, state)
                             : tay_cell(step, x, y, likelihood, state, occupied)};
       for (std::size_t k{0}; k < state.size(); ++k) after.velocity[k](x, y) = state[k];
-      const bool seen{std::abs(observed(x, y) - 0.5f) > observed_difference};
+      const bool seen{is_known(observed(x, y))};
       after.occupancy(x, y) = layers.occupancy(x, y) = cell.occupancy;
       after.age_s(x, y) = layers.age_s(x, y) = seen ? 0.0f : step.age_before(x, y) + static_cast<float>(input.dt_s);
       layers.moving(x, y) = moving_share(cell.occupancy, cell.standing);

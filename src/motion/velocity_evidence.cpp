@@ -39,8 +39,8 @@ void EvidenceMap::spread(const FlowVector& vector, const GridGeometry& window) {
   const CellRange columns{vector.place.x, reach * std::sqrt(around.xx), window.x_min_m, window.cell_size_m, window.nx};
   for (int iy{rows.first}; iy <= rows.last; ++iy) {
     for (int ix{columns.first}; ix <= columns.last; ++ix) {
-      const Point2 away{window.x_min_m + (ix + 0.5) * window.cell_size_m - vector.place.x,
-                        window.y_min_m + (iy + 0.5) * window.cell_size_m - vector.place.y};
+      const Point2 centre{window.centre(ix, iy)};
+      const Point2 away{centre.x - vector.place.x, centre.y - vector.place.y};
       const double weight{1 - squared(distance, away) / (reach * reach)};
       if (weight <= 0) continue;
       Sum& sum{sums_(ix, iy)};

@@ -71,8 +71,8 @@ class HostStages final : public Stages {
     frame_ = &frame;
     result_ = &result;
     window_ = window;
-    vehicle_cells_ = placed(result.vehicle_grid, {});
-    window_cells_ = placed(window, inverse(frame.world_from_vehicle));
+    vehicle_cells_ = grid_in_vehicle(result.vehicle_grid, {});
+    window_cells_ = grid_in_vehicle(window, inverse(frame.world_from_vehicle));
     times_ = {};
     velocities_ = {};
     std::swap(space_.filtered, space_.filtered_before);
@@ -210,11 +210,6 @@ class HostStages final : public Stages {
     double& sum_ms_;
     Stopwatch watch_;
   };
-
-  static GridInVehicle placed(const GridGeometry& grid, const Pose2& vehicle_from_grid) {
-    return {grid, vehicle_from_grid.x_m, vehicle_from_grid.y_m, std::cos(vehicle_from_grid.yaw_rad),
-            std::sin(vehicle_from_grid.yaw_rad)};
-  }
 
   void match_on(const Ground& ground) {
     HostSpace& s{space_};

@@ -72,7 +72,7 @@ class Stages {
 
   /// The plane from estimate_ground().
   virtual Ground ground() = 0;
-  /// Did match() find the road clearly elsewhere than expected?
+  /// Do the matches have the road clearly elsewhere than expected? Known after estimate_ground().
   virtual bool is_lost() = 0;
   /// Valid at the pixels of MatchLattice only.
   virtual const Matches& matches_on_lattice() = 0;

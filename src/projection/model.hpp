@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
+
 #include "host_device.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/frame.hpp"
@@ -65,6 +67,12 @@ struct GridInVehicle {
     return to_vehicle(grid.x_min_m + (ix + 0.5) * grid.cell_size_m, grid.y_min_m + (iy + 0.5) * grid.cell_size_m);
   }
 };
+
+/// Where a grid lies, from its pose. For the host, so that both machines use the same sine and cosine.
+[[nodiscard]] inline GridInVehicle grid_in_vehicle(const GridGeometry& grid, const Pose2& vehicle_from_grid) {
+  return {grid, vehicle_from_grid.x_m, vehicle_from_grid.y_m, std::cos(vehicle_from_grid.yaw_rad),
+          std::sin(vehicle_from_grid.yaw_rad)};
+}
 
 /// Columns between which the part of a cell within a bin's depth is seen; empty where smallest > largest.
 struct ColumnSpan {

@@ -22,8 +22,7 @@ Rig round_rig() {
 constexpr int disparities{30};
 
 GridInVehicle placed(const GridGeometry& grid, const Pose2& vehicle_from_grid = {}) {
-  return {grid, vehicle_from_grid.x_m, vehicle_from_grid.y_m, std::cos(vehicle_from_grid.yaw_rad),
-          std::sin(vehicle_from_grid.yaw_rad)};
+  return grid_in_vehicle(grid, vehicle_from_grid);
 }
 
 Image<float> projected(const Image<float>& occupancy, const GridInVehicle& grid) {

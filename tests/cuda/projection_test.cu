@@ -13,10 +13,6 @@
 namespace stereogrid::test {
 namespace {
 
-GridInVehicle placed(const GridGeometry& grid, const Pose2& pose) {
-  return {grid, pose.x_m, pose.y_m, std::cos(pose.yaw_rad), std::sin(pose.yaw_rad)};
-}
-
 void check_projection(const Rig& rig, const Image<float>& occupancy, const GridInVehicle& grid) {
   Cuda cuda;
   Reference reference;
@@ -45,7 +41,7 @@ TEST(cells_are_those_of_the_reference) {
     const GridGeometry grid{random.between(-5, 5), random.between(-10, 0), random.between(0.1, 0.7),
                             random.whole(1, 40), random.whole(1, 40)};
     const Pose2 pose{random.between(-3, 6), random.between(-3, 3), round % 3 == 0 ? 0.0 : random.between(-3.1, 3.1)};
-    check_projection(rig, random.image(width, random.whole(2, 40), 0, 1), placed(grid, pose));
+    check_projection(rig, random.image(width, random.whole(2, 40), 0, 1), grid_in_vehicle(grid, pose));
   }
 }
 
@@ -54,14 +50,14 @@ TEST(cells_in_special_headings) {
   const Rig rig{101, 60, 100, 50, 30, 0.5};
   const Image<float> occupancy{random.image(101, 30, 0, 1)};
   for (const double yaw : {0.0, 1e-12, 1e-5, -2e-3, 0.7853981633974483, 1.5707963267948966, 1.57, 3.1}) {
-    check_projection(rig, occupancy, placed({-6, -6, 0.5, 24, 25}, {0.25, -0.1, yaw}));
+    check_projection(rig, occupancy, grid_in_vehicle({-6, -6, 0.5, 24, 25}, {0.25, -0.1, yaw}));
   }
 }
 
 TEST(other_grids_are_fused_as_by_the_reference) {
   Random random{25};
   const Image<float> stereo{random.image(83, 71, 0, 1)};
-  const GridInVehicle grid{placed({-4, -8, 0.2, 83, 71}, {1, -2, 0.3})};
+  const GridInVehicle grid{grid_in_vehicle({-4, -8, 0.2, 83, 71}, {1, -2, 0.3})};
   const std::vector<ObservedGrid> two{{{-3, -5, 0.3, 40, 50}, random.image(40, 50, 0, 1), random.image(40, 50, 0, 1)},
                                       {{2, 1, 0.11, 61, 33}, random.image(61, 33, 0, 1), {}}};
   Cuda cuda;

@@ -19,11 +19,11 @@
 #include "run/damaged_frames.hpp"
 #include "run/folder_lock.hpp"
 #include "run/frame_wait.hpp"
-#include "run/going_on.hpp"
 #include "run/lidar_stage.hpp"
 #include "run/opencv_stage.hpp"
 #include "run/pose_stage.hpp"
 #include "run/result_writer.hpp"
+#include "run/resume.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/frame_queue.hpp"
 #include "stereogrid/io/recording.hpp"
@@ -61,11 +61,11 @@ Pipeline start_pipeline(const RunOptions& options, const Config& config, const R
   }
 }
 
-/// One sitting of a run: takes the frames of the input through the pipeline and to the files.
-class Sitting {
+/// Takes the frames of the input through the pipeline and to the files.
+class RunLoop {
  public:
   /// `first_frame`: from there on frames go through the pipeline; those that are finished already are not written.
-  Sitting(Pipeline& pipeline, PoseStage& poses, const OpencvStage& opencv, const LidarStage& lidar,
+  RunLoop(Pipeline& pipeline, PoseStage& poses, const OpencvStage& opencv, const LidarStage& lidar,
           io::RunRecord& record, ResultWriter& writer, std::size_t first_frame, const io::Checkpoints& checkpoints,
           int input_wait_s)
       : pipeline_{pipeline},
@@ -199,11 +199,11 @@ void warn_of_unknown_frames(const io::RunRecord& record, const Rig& rig) {
   }
 }
 
-void print_summary(const io::RunRecord& record, const Sitting& sitting) {
+void print_summary(const io::RunRecord& record, const RunLoop& loop) {
   if (!spdlog::should_log(spdlog::level::info)) return;
   const std::size_t skipped{record.skipped().size()};
   tell("{} frames, {} skipped, {:.2f} frames per second\n", record.finished().size(), skipped,
-       sitting.frames_per_second());
+       loop.frames_per_second());
   tell("median ms per frame:");
   for (const io::StageField& stage : io::stage_fields) {
     tell(" {} {:.1f}", stage.name, record.timing(stage.milliseconds).p50);
@@ -273,21 +273,21 @@ int run(const RunOptions& options) {
   const OpencvStage opencv{options.matcher, pipeline.config().matching.disparities};
   const io::Checkpoints checkpoints{record.range().first, static_cast<std::size_t>(options.checkpoint_every)};
   PoseStage poses{input, [checkpoints](std::size_t index) { return checkpoints.is_due_after(index); }};
-  Sitting sitting{pipeline,
-                  poses,
-                  opencv,
-                  lidar,
-                  record,
-                  writer,
-                  first_frame_of(record, pipeline, poses),
-                  checkpoints,
-                  options.input_wait_s};
+  RunLoop loop{pipeline,
+               poses,
+               opencv,
+               lidar,
+               record,
+               writer,
+               first_frame_of(record, pipeline, poses),
+               checkpoints,
+               options.input_wait_s};
   catch_interrupts();
-  sitting.go_through(*input.source);
-  record.save(sitting.is_complete());
-  print_summary(record, sitting);
+  loop.go_through(*input.source);
+  record.save(loop.is_complete());
+  print_summary(record, loop);
   warn_of_unknown_frames(record, pipeline.rig());
-  if (sitting.is_complete()) return exit_done;
+  if (loop.is_complete()) return exit_done;
   spdlog::warn("stopped; the same command with --resume goes on");
   return exit_signal_base + interrupted();
 }

@@ -26,10 +26,6 @@ const Config& checked(const Config& config) {
   return config;
 }
 
-GridInVehicle placed(const GridGeometry& grid, const Pose2& to_from_grid) {
-  return {grid, to_from_grid.x_m, to_from_grid.y_m, std::cos(to_from_grid.yaw_rad), std::sin(to_from_grid.yaw_rad)};
-}
-
 template <class T>
 void put(View<const T> image, T* pinned) {
   for (int v{0}; v < image.height; ++v) std::copy_n(image.row(v), image.width, pinned + v * image.width);
@@ -69,9 +65,9 @@ void CudaStages::begin(const LevelFrame& frame, const GridGeometry& window, bool
   if (is_first) window_before_ = window;
   FrameOnDevice& on_device{*host_.frame.data()};
   on_device.dt_s = frame.dt_s;
-  on_device.vehicle_cells = placed(vehicle_grid_, {});
-  on_device.window_cells = placed(window, inverse(frame.world_from_vehicle));
-  on_device.vehicle_in_world = placed(vehicle_grid_, frame.world_from_vehicle);
+  on_device.vehicle_cells = grid_in_vehicle(vehicle_grid_, {});
+  on_device.window_cells = grid_in_vehicle(window, inverse(frame.world_from_vehicle));
+  on_device.vehicle_in_world = grid_in_vehicle(vehicle_grid_, frame.world_from_vehicle);
   on_device.window = window;
   on_device.motion = filter_motion({config_.filter, filter_tables_, window, frame.dt_s}, window_before_);
   window_before_ = window;

@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "stereogrid/export.hpp"
-#include "stereogrid/pipeline.hpp"
+#include "stereogrid/result.hpp"
 
 namespace stereogrid::io {
 

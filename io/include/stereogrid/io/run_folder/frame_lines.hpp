@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "stereogrid/export.hpp"
-#include "stereogrid/pipeline.hpp"
+#include "stereogrid/result.hpp"
 
 namespace stereogrid::io {
 

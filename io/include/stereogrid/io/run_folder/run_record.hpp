@@ -10,7 +10,7 @@
 #include "stereogrid/export.hpp"
 #include "stereogrid/io/run_folder/description.hpp"
 #include "stereogrid/io/run_folder/frame_lines.hpp"
-#include "stereogrid/pipeline.hpp"
+#include "stereogrid/result.hpp"
 
 namespace stereogrid::io {
 
@@ -27,7 +27,7 @@ struct Percentiles {
   double mean{0};
 };
 
-/// A run's folder as a whole: run.json, and what earlier sittings of the run have left.
+/// A run's folder as a whole: run.json, and what earlier calls of the program have left of it.
 class STEREOGRID_EXPORT RunRecord {
  public:
   RunRecord(std::filesystem::path folder, RunDescription run);

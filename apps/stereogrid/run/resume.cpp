@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "run/going_on.hpp"
+#include "run/resume.hpp"
 
 #include <spdlog/spdlog.h>
 

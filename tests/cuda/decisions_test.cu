@@ -1,0 +1,109 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What FrameProcessor decides on the way of a frame (where the road is, by how much rows are off, what can be relied
+// on) has the same results on the GPU as on the reference back end.
+#include <algorithm>
+
+#include "side_by_side.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+TEST(a_road_that_is_lost_is_found_again) {
+  const Street level{small_rig()};
+  const Street pitched{small_rig(), 0.07};
+  Config config{small_config()};
+  config.ground.pitch_gate_deg = 10;
+  Pair pair{config, small_rig()};
+  pair.run(level.frame(0));
+  for (int index{1}; index < 5; ++index) pair.run(pitched.frame(index));
+  CHECK(pair.law.result.ground.pitch_rad > 0.03);
+}
+
+TEST(a_search_that_fails_pauses_for_the_same_frames) {
+  const Street level{small_rig()};
+  const Street unbelievable{small_rig(), 0.25};
+  const Street pitched{small_rig(), 0.07};
+  Config config{small_config()};
+  config.ground.pitch_gate_deg = 6;
+  for (const int found_between : {0, 1, 2, 3}) {
+    Pair pair{config, small_rig()};
+    int index{0};
+    pair.run(level.frame(index++));
+    pair.run(unbelievable.frame(index++));
+    CHECK(!pair.law.result.ground.estimated);
+    for (int i{0}; i < found_between; ++i) pair.run(level.frame(index++));
+    const int found_at{std::max(3 - found_between, 1)};
+    for (int i{1}; i <= 4; ++i) {
+      pair.run(pitched.frame(index++));
+      CHECK_EQUAL(pair.law.result.ground.pitch_rad > 0.03, i >= found_at);
+    }
+  }
+}
+
+TEST(rows_that_are_off_are_put_right) {
+  const Street street{small_rig()};
+  Pair pair{small_config(), small_rig()};
+  for (int index{0}; index < 3; ++index) {
+    StereoFrame frame{street.frame(index)};
+    for (int v{height - 1}; v > 0; --v) std::copy_n(frame.right.row(v - 1), width, frame.right.row(v));
+    pair.run(frame);
+  }
+  CHECK(pair.law.result.obstacle_density > 0.1);
+}
+
+TEST(after_forgetting_the_next_frame_is_a_first_one) {
+  const Street street{small_rig()};
+  Pair pair{small_config(), small_rig()};
+  for (int index{0}; index < 3; ++index) pair.run(street.frame(index));
+  pair.gpu.processor.forget();
+  pair.law.processor.forget();
+  Runner fresh{reference_stages(small_config(), small_rig()), small_config(), small_rig()};
+  for (int index{0}; index < 2; ++index) {
+    StereoFrame frame{street.frame(index + 3)};
+    frame.index = index;
+    pair.run(frame);
+    fresh.run(frame, index == 0 ? 0 : 0.1);
+    CHECK_EQUAL(differences(pair.gpu.result.world.occupancy, fresh.result.world.occupancy), 0);
+    CHECK_EQUAL(differences(pair.gpu.result.world.age_s, fresh.result.world.age_s), 0);
+    CHECK_EQUAL(differences(pair.gpu.result.world.velocity_x, fresh.result.world.velocity_x), 0);
+    compare(pair.gpu.result.ground, fresh.result.ground);
+    CHECK_EQUAL(pair.gpu.result.obstacles.size(), fresh.result.obstacles.size());
+  }
+}
+
+TEST(what_cannot_be_relied_on_is_unknown) {
+  const Street street{small_rig()};
+  Random random{7};
+  Pair pair{small_config(), small_rig()};
+  for (int index{0}; index < 5; ++index) {
+    StereoFrame frame{street.frame(index)};
+    if (index == 1) frame.right = frame.left;
+    if (index == 2) frame.right.fill(9);
+    if (index == 2) frame.other_grids.push_back({{0, -4, 0.8, 12, 10}, random.image(12, 10, 0, 1), {}});
+    pair.run(frame);
+    const FrameResult& result{pair.law.result};
+    const bool is_known{index != 1 && index != 2};
+    CHECK_EQUAL(result.status.size(), is_known ? 0U : 1U);
+    if (!is_known && !result.status.empty()) {
+      CHECK(result.status.front() == FrameStatus::few_matches);
+    }
+    if (index == 1) CHECK(result.observed == Image<float>(20, 16, 0.5f));
+    if (index == 2) CHECK(!(result.observed == Image<float>(20, 16, 0.5f)));
+  }
+}
+
+TEST(a_drive_that_begins_with_nothing) {
+  const Street street{small_rig()};
+  Pair pair{small_config(), small_rig()};
+  for (int index{0}; index < 3; ++index) {
+    StereoFrame frame{street.frame(index)};
+    if (index == 0) frame.right = frame.left;
+    pair.run(frame);
+    CHECK_EQUAL(pair.law.result.status.size(), index == 0 ? 1U : 0U);
+  }
+}
+
+}  // namespace
+}  // namespace stereogrid::test

@@ -1,0 +1,134 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The whole way of a frame on the GPU and on the reference back end, side by side.
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "check.hpp"
+#include "images.hpp"
+#include "pipeline/cuda/stages.hpp"
+#include "pipeline/frame_processor.hpp"
+#include "pipeline/results.hpp"
+#include "street.hpp"
+
+namespace stereogrid::test {
+
+inline constexpr int width{125};
+inline constexpr int height{86};
+
+inline Config small_config() {
+  Config config{preset("default")};
+  config.grid = {10, 8, 0.5};
+  config.matching.disparities = 16;
+  config.matching.speckle_px = 20;
+  config.filter.velocity_max_mps = 4;
+  config.tracking.occupancy_min = 0.6;
+  return config;
+}
+
+/// A back end, and what it found last.
+struct Runner {
+  Runner(std::unique_ptr<Stages> stages, const Config& config, const Rig& rig)
+      : processor{config, rig, std::move(stages)}, result{empty_result(config, rig)} {}
+
+  void run(const StereoFrame& frame, double dt_s) {
+    result.status.clear();
+    result.warnings.clear();
+    processor.run({frame.left.view(), frame.right.view(), frame.disparity.view(), *frame.world_from_vehicle, dt_s,
+                   frame.other_grids},
+                  result);
+  }
+
+  FrameProcessor processor;
+  FrameResult result;
+};
+
+inline void compare(const StageImages& gpu, const StageImages& law) {
+  CHECK_EQUAL(differences(gpu.obstacle_disparity, law.obstacle_disparity), 0);
+  CHECK_EQUAL(differences(gpu.road_disparity, law.road_disparity), 0);
+  CHECK_EQUAL(differences(gpu.match_confidence, law.match_confidence), 0);
+  CHECK(gpu.possible == law.possible);
+  CHECK_EQUAL(differences(gpu.visible, law.visible), 0);
+  CHECK_EQUAL(differences(gpu.observed, law.observed), 0);
+  CHECK_EQUAL(differences(gpu.visibility, law.visibility), 0);
+  CHECK_EQUAL(differences(gpu.obstacle_confidence, law.obstacle_confidence), 0);
+  CHECK_EQUAL(differences(gpu.road_confidence, law.road_confidence), 0);
+  CHECK_EQUAL(differences(gpu.occupancy, law.occupancy), 0);
+  CHECK_EQUAL(differences(gpu.occupancy_smooth, law.occupancy_smooth), 0);
+}
+
+// The ground is summed in another order; what comes of it is rounded before it is used (ground/cuda.hpp).
+inline void compare(const Ground& gpu, const Ground& law) {
+  CHECK_EQUAL(gpu.estimated, law.estimated);
+  CHECK_NEAR(gpu.height_m, law.height_m, 1e-6);
+  CHECK_NEAR(gpu.pitch_rad, law.pitch_rad, 1e-6);
+  CHECK_NEAR(gpu.roll_rad, law.roll_rad, 1e-6);
+}
+
+// tay2008's sum over all velocities is formed in another order (filter/cuda.hpp); what comes of it is divided by it.
+inline void compare_nearly(const FrameResult& gpu, const FrameResult& law) {
+  constexpr double bound{1e-5};
+  compare(gpu.stages, law.stages);
+  CHECK_EQUAL(differences(gpu.observed, law.observed), 0);
+  CHECK_EQUAL(differences(gpu.world.age_s, law.world.age_s), 0);
+  CHECK_NEAR(largest_difference(gpu.world.occupancy, law.world.occupancy), 0, bound);
+  CHECK_NEAR(largest_difference(gpu.world.velocity_x, law.world.velocity_x), 0, bound);
+  CHECK_NEAR(largest_difference(gpu.occupancy, law.occupancy), 0, bound);
+  CHECK_EQUAL(gpu.obstacles.size(), law.obstacles.size());
+}
+
+inline void compare_grids(const FrameResult& gpu, const FrameResult& law) {
+  CHECK_EQUAL(differences(gpu.observed, law.observed), 0);
+  CHECK(gpu.world.geometry == law.world.geometry);
+  CHECK_EQUAL(differences(gpu.world.occupancy, law.world.occupancy), 0);
+  CHECK_EQUAL(differences(gpu.world.age_s, law.world.age_s), 0);
+  CHECK_EQUAL(differences(gpu.world.velocity_x, law.world.velocity_x), 0);
+  CHECK_EQUAL(differences(gpu.world.velocity_xy, law.world.velocity_xy), 0);
+  CHECK_EQUAL(differences(gpu.occupancy, law.occupancy), 0);
+  CHECK_EQUAL(differences(gpu.velocity_y, law.velocity_y), 0);
+  CHECK_EQUAL(differences(gpu.moving, law.moving), 0);
+  CHECK_EQUAL(differences(gpu.age_s, law.age_s), 0);
+  CHECK_EQUAL(gpu.obstacles.size(), law.obstacles.size());
+  for (std::size_t i{0}; i < gpu.obstacles.size() && i < law.obstacles.size(); ++i) {
+    CHECK_EQUAL(gpu.obstacles[i].id, law.obstacles[i].id);
+    CHECK_EQUAL(gpu.obstacles[i].x_m, law.obstacles[i].x_m);
+    CHECK_EQUAL(gpu.obstacles[i].vx_mps, law.obstacles[i].vx_mps);
+  }
+}
+
+inline void compare(const FrameResult& gpu, const FrameResult& law) {
+  compare(gpu.stages, law.stages);
+  compare(gpu.ground, law.ground);
+  compare_grids(gpu, law);
+  CHECK_EQUAL(gpu.obstacle_density, law.obstacle_density);
+  CHECK_EQUAL(gpu.road_density, law.road_density);
+  CHECK(gpu.status == law.status);
+  CHECK(gpu.warnings == law.warnings);
+}
+
+/// Both back ends side by side.
+class Pair {
+ public:
+  Pair(const Config& config, const Rig& rig)
+      : gpu{std::make_unique<CudaStages>(config, rig), config, rig}, law{reference_stages(config, rig), config, rig} {}
+
+  void run(const StereoFrame& frame) {
+    const double dt_s{frame.index == 0 ? 0 : 0.1};
+    gpu.run(frame, dt_s);
+    law.run(frame, dt_s);
+    is_equal_to_the_bit ? compare(gpu.result, law.result) : compare_nearly(gpu.result, law.result);
+  }
+
+  Runner gpu;
+  Runner law;
+  bool is_equal_to_the_bit{true};
+};
+
+inline Rig small_rig() {
+  return Street::rig(width, height);
+}
+
+}  // namespace stereogrid::test
