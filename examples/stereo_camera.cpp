@@ -83,7 +83,7 @@ Rig rig_of(const io::Calibration& calibration, const std::optional<io::Rectifier
 }
 
 void tell(const StereoFrame& frame, const FrameResult& result) {
-  const std::vector<std::int8_t> costmap{occupancy_values(result.occupancy.view(), OccupancyScale::nav2)};
+  const std::vector<std::int8_t> costmap{occupancy_values(result.vehicle.occupancy.view(), OccupancyScale::nav2)};
   std::size_t occupied{0};
   std::size_t unknown{0};
   for (const std::int8_t value : costmap) {

@@ -49,7 +49,7 @@ struct StageTimes {
 /// forgotten with filter.forgetting_s.
 struct Prediction {
   double horizon_s{0};
-  Image<float> occupancy;        ///< P(occupied) in FrameResult::vehicle_grid: where the vehicle is now, not then
+  Image<float> occupancy;        ///< P(occupied) in the cells of FrameResult::vehicle: where the vehicle is now
   Image<float> world_occupancy;  ///< in the cells of FrameResult::world
 };
 
@@ -73,17 +73,9 @@ struct FrameResult {
   Pose2 world_from_vehicle;    ///< world: the vehicle frame of the first frame
   double obstacle_density{0};  ///< share of the pixels matched as obstacle
   double road_density{0};      ///< share of the pixels matched as road
-  GridGeometry vehicle_grid;   ///< of the next nine
-  Image<float> observed;       ///< P(T_X) of this frame alone, vehicle frame
-  Image<float> occupancy;      ///< filtered, re-sampled into the vehicle frame
-  Image<float> age_s;
-  Image<float> velocity_x;  ///< m/s relative to the ground, vehicle axes: mean if the cell is occupied
-  Image<float> velocity_y;
-  Image<float> velocity_xx;  ///< m²/s², its covariance
-  Image<float> velocity_xy;
-  Image<float> velocity_yy;
-  Image<float> moving;  ///< P(occupied by something that moves); P(by something that stands) = occupancy − moving
-  GridLayers world;     ///< filtered, world-aligned; its geometry moves with the car in whole cells
+  Image<float> observed;       ///< P(T_X) of this frame alone, in the cells of `vehicle.geometry`
+  GridLayers vehicle;          ///< filtered, re-sampled into the vehicle frame; its geometry is always the same
+  GridLayers world;            ///< filtered, world-aligned; its geometry moves with the vehicle in whole cells
   std::vector<Prediction> predictions;  ///< what Pipeline::predict_at asked for
   std::vector<Obstacle> obstacles;
   StageImages stages;  ///< see Pipeline::fetch_stages

@@ -209,7 +209,7 @@ const Rig& Pipeline::rig() const {
   return implementation().rig;
 }
 GridGeometry Pipeline::vehicle_grid() const {
-  return implementation().result.vehicle_grid;
+  return implementation().result.vehicle.geometry;
 }
 GridGeometry Pipeline::world_grid() const {
   return implementation().result.world.geometry;
@@ -248,7 +248,7 @@ void Pipeline::predict_at(const std::vector<double>& horizons_s) {
   std::vector<Prediction> predictions;
   for (const double horizon_s : horizons_s) {
     const GridGeometry& window{self.result.world.geometry};
-    predictions.push_back({horizon_s, Image<float>{self.result.vehicle_grid.nx, self.result.vehicle_grid.ny},
+    predictions.push_back({horizon_s, Image<float>{self.result.vehicle.geometry.nx, self.result.vehicle.geometry.ny},
                            Image<float>{window.nx, window.ny}});
   }
   if (!predictions.empty() && self.used == BackEnd::cuda) {

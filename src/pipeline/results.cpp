@@ -30,11 +30,9 @@ GridGeometry vehicle_grid_of(const GridConfig& config) {
 
 FrameResult empty_result(const Config& config, const Rig& rig) {
   FrameResult result;
-  result.vehicle_grid = vehicle_grid_of(config.grid);
-  const Image<float> cells{result.vehicle_grid.nx, result.vehicle_grid.ny};
-  result.observed = result.occupancy = result.age_s = result.velocity_x = result.velocity_y = cells;
-  result.velocity_xx = result.velocity_xy = result.velocity_yy = result.moving = cells;
-  const int window_cells{Window{result.vehicle_grid}.cells()};
+  result.vehicle = grid_layers(vehicle_grid_of(config.grid));
+  result.observed = Image<float>{result.vehicle.geometry.nx, result.vehicle.geometry.ny};
+  const int window_cells{Window{result.vehicle.geometry}.cells()};
   result.world = grid_layers({0, 0, config.grid.cell_size_m, window_cells, window_cells});
   result.stages = stage_images(rig.width_px, rig.height_px, bins_of(config), config.u_disparity.bins_per_px);
   result.obstacles.reserve(things_reserved);
@@ -54,9 +52,8 @@ std::size_t held_bytes(const StageImages& stages) {
 }
 
 std::size_t held_bytes(const FrameResult& result) {
-  std::size_t bytes{held_bytes_of(result.observed, result.occupancy, result.age_s, result.velocity_x, result.velocity_y,
-                                  result.velocity_xx, result.velocity_xy, result.velocity_yy, result.moving,
-                                  result.world, result.obstacles, result.stages, result.status)};
+  std::size_t bytes{
+      held_bytes_of(result.observed, result.vehicle, result.world, result.obstacles, result.stages, result.status)};
   bytes += result.predictions.capacity() * sizeof(Prediction);
   for (const Prediction& one : result.predictions) bytes += held_bytes_of(one.occupancy, one.world_occupancy);
   return bytes;

@@ -27,10 +27,10 @@ inline void expect_equal(const FrameResult& a, const FrameResult& b) {
   EXPECT_EQ(a.world.geometry, b.world.geometry);
   EXPECT_EQ(a.world.occupancy, b.world.occupancy);
   EXPECT_EQ(a.world.velocity_x, b.world.velocity_x);
-  EXPECT_EQ(a.occupancy, b.occupancy);
-  EXPECT_TRUE(have_equal_bits(a.velocity_x, b.velocity_x));
-  EXPECT_TRUE(have_equal_bits(a.velocity_y, b.velocity_y));
-  EXPECT_TRUE(have_equal_bits(a.age_s, b.age_s));
+  EXPECT_EQ(a.vehicle.occupancy, b.vehicle.occupancy);
+  EXPECT_TRUE(have_equal_bits(a.vehicle.velocity_x, b.vehicle.velocity_x));
+  EXPECT_TRUE(have_equal_bits(a.vehicle.velocity_y, b.vehicle.velocity_y));
+  EXPECT_TRUE(have_equal_bits(a.vehicle.age_s, b.vehicle.age_s));
   ASSERT_EQ(a.obstacles.size(), b.obstacles.size());
   for (std::size_t i{0}; i < a.obstacles.size(); ++i) {
     EXPECT_EQ(a.obstacles[i].id, b.obstacles[i].id);

@@ -146,15 +146,15 @@ TEST(Fusion, ThePipelineHandsOnWhatAnotherSourceHasSeen) {
     frame.other_grids.push_back({{4, 1, 1, 2, 2}, Image<float>{2, 2, 0.9f}, {}});
     const FrameResult& result{pipeline.process(frame)};
     const auto at = [&](const Image<float>& cells, double x, double y) {
-      const GridGeometry& g{result.vehicle_grid};
+      const GridGeometry& g{result.vehicle.geometry};
       return cells(static_cast<int>((x - g.x_min_m) / g.cell_size_m),
                    static_cast<int>((y - g.y_min_m) / g.cell_size_m));
     };
     EXPECT_NEAR(at(result.observed, 5.1, 2.1), 0.9, 1e-3);
     EXPECT_NEAR(at(result.observed, 5.1, -2.1), 0.5, 1e-3);
-    EXPECT_GT(at(result.occupancy, 5.1, 2.1), 0.6f);
-    EXPECT_LT(at(result.occupancy, 5.1, -2.1), 0.55f);
-    EXPECT_EQ(at(result.age_s, 5.1, 2.1), 0);
+    EXPECT_GT(at(result.vehicle.occupancy, 5.1, 2.1), 0.6f);
+    EXPECT_LT(at(result.vehicle.occupancy, 5.1, -2.1), 0.55f);
+    EXPECT_EQ(at(result.vehicle.age_s, 5.1, 2.1), 0);
   }
 }
 

@@ -41,7 +41,7 @@ class HostileInput : public ::testing::TestWithParam<BackEnd> {
 INSTANTIATE_TEST_SUITE_P(BackEnds, HostileInput, ::testing::ValuesIn(back_ends()));
 
 void expect_sane(const FrameResult& result) {
-  for (const Image<float>* image : {&result.observed, &result.occupancy, &result.world.occupancy}) {
+  for (const Image<float>* image : {&result.observed, &result.vehicle.occupancy, &result.world.occupancy}) {
     for (const float p : *image) ASSERT_TRUE(p >= 0 && p <= 1) << p;
   }
   for (const float v : result.world.velocity_x) ASSERT_TRUE(std::isfinite(v));

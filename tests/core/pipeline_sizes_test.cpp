@@ -63,7 +63,7 @@ void expect_equal_to_reference(const Run& run) {
     EXPECT_EQ(expected.stages.obstacle_disparity, actual.stages.obstacle_disparity);
     EXPECT_EQ(expected.stages.road_disparity, actual.stages.road_disparity);
     EXPECT_EQ(expected.observed, actual.observed);
-    EXPECT_EQ(expected.occupancy, actual.occupancy);
+    EXPECT_EQ(expected.vehicle.occupancy, actual.vehicle.occupancy);
   }
 }
 
@@ -103,7 +103,7 @@ TEST(Pipeline, StagesThatNobodyWantsAreEmpty) {
     without.fetch_stages(are_wanted);
     const FrameResult& expected{with.process(noise_frame(run, i))};
     const FrameResult& result{without.process(noise_frame(run, i))};
-    EXPECT_EQ(result.occupancy, expected.occupancy);
+    EXPECT_EQ(result.vehicle.occupancy, expected.vehicle.occupancy);
     EXPECT_EQ(result.obstacle_density, expected.obstacle_density);
     EXPECT_EQ(result.stages.obstacle_disparity, are_wanted ? expected.stages.obstacle_disparity : Image<float>{});
     EXPECT_EQ(result.stages.occupancy_smooth, are_wanted ? expected.stages.occupancy_smooth : Image<float>{});

@@ -61,12 +61,12 @@ TEST(Prediction, ComesWithEveryFrame) {
     const FrameResult& result{pipeline.process(pair)};
     const FrameResult& without{plain.process(pair)};
     ASSERT_EQ(result.predictions.size(), 2u);
-    EXPECT_EQ(result.predictions[0].occupancy.width(), result.vehicle_grid.nx);
+    EXPECT_EQ(result.predictions[0].occupancy.width(), result.vehicle.geometry.nx);
     EXPECT_EQ(result.predictions[0].world_occupancy.width(), result.world.geometry.nx);
     // after a very long time nothing is known
     for (const float p : result.predictions[1].occupancy) ASSERT_NEAR(p, 0.5, 0.31);
     // and looking ahead changes nothing
-    EXPECT_TRUE(result.occupancy == without.occupancy);
+    EXPECT_TRUE(result.vehicle.occupancy == without.vehicle.occupancy);
     EXPECT_TRUE(without.predictions.empty());
   }
 }

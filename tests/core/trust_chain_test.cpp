@@ -174,7 +174,7 @@ TEST(Trust, WhatWasKnownIsRememberedThroughABadFrame) {
     EXPECT_EQ(result.ground.estimated, !is_bad);
     if (!is_bad) continue;
     const auto remembered{[](float p) { return p > 0.6f || p < 0.4f; }};
-    EXPECT_GT(std::ranges::count_if(result.occupancy, remembered), 100);
+    EXPECT_GT(std::ranges::count_if(result.vehicle.occupancy, remembered), 100);
     EXPECT_TRUE(std::ranges::all_of(result.obstacles, [](const Obstacle& obstacle) { return obstacle.coasting; }));
   }
 }

@@ -88,7 +88,7 @@ void draw_captions(cv::Mat& canvas, const Layout& layout, bool is_levelled) {
 }  // namespace
 
 io::RgbImage draw_picture(const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
-  const Layout layout{layout_of(rig, result.vehicle_grid)};
+  const Layout layout{layout_of(rig, result.vehicle.geometry)};
   io::RgbImage picture{layout.width, layout.height, {3 * layout.width, layout.height}};
   cv::Mat canvas{layout.height, layout.width, CV_8UC3, picture.pixels.data()};
   fill_box(canvas, {0, 0, layout.width, layout.height}, palette::paper);

@@ -54,7 +54,7 @@ int main() {
   stereogrid::Pipeline pipeline{stereogrid::preset("default"), rig, stereogrid::BackEnd::cpu, 2};
   const stereogrid::FrameResult& result{pipeline.process(wall(rig))};
 
-  const stereogrid::GridGeometry& grid{result.vehicle_grid};
+  const stereogrid::GridGeometry& grid{result.vehicle.geometry};
   const int ix{static_cast<int>((8.0 - grid.x_min_m) / grid.cell_size_m)};
   const int iy{static_cast<int>((0.0 - grid.y_min_m) / grid.cell_size_m)};
   const float at_wall{result.observed(ix, iy)};
