@@ -82,6 +82,9 @@ class STEREOGRID_EXPORT Pipeline {
   void start_at(const Pose2& world_from_vehicle);
 
   /// From the next frame on, FrameResult::predictions holds these horizons (s, > 0, up to 10 000: long before that
+  /// The rig of the images that the stages work on: FrameResult::stages and ground are of it. Level where rig() is
+  /// pitched by more than 1° (LevelMapping), else rig() itself.
+  [[nodiscard]] const Rig& level_rig() const;
   /// everything is forgotten). Throws ConfigError: a horizon that is none, or the CUDA back end, which does not
   /// predict.
   void predict_at(const std::vector<double>& horizons_s);

@@ -15,8 +15,9 @@
 
 namespace stereogrid {
 
-/// What the stages of one frame handed to each other. H, W: image size; D: bins, `bins_per_px` to each disparity.
-/// u-disparity images have a row per bin d, at disparity d / bins_per_px, and a column per image column u.
+/// What the stages of one frame handed to each other, of the images of Pipeline::level_rig(). H, W: image size; D:
+/// bins, `bins_per_px` to each disparity. u-disparity images have a row per bin d, at disparity d / bins_per_px, and a
+/// column per image column u.
 struct StageImages {
   Image<float> obstacle_disparity;   ///< (H, W) px, 0 = none
   Image<float> road_disparity;       ///< (H, W) px, 0 = none
@@ -69,7 +70,7 @@ constexpr std::array<std::string_view, 6> names_of(FrameStatus) {
 
 /// What is known after a frame. Owned by the pipeline; valid until its next call of process().
 struct FrameResult {
-  Ground ground;               ///< what the stages of this frame used
+  Ground ground;               ///< what the stages of this frame used, as the camera of Pipeline::level_rig() sees it
   Pose2 world_from_vehicle;    ///< world: the vehicle frame of the first frame
   double obstacle_density{0};  ///< share of the pixels matched as obstacle
   double road_density{0};      ///< share of the pixels matched as road

@@ -230,6 +230,9 @@ BackEnd Pipeline::back_end() const {
 const std::string& Pipeline::why_not_cuda() const {
   return implementation().why_not_cuda;
 }
+const Rig& Pipeline::level_rig() const {
+  return implementation().levelling.level_rig();
+}
 void Pipeline::fetch_stages(bool wanted) {
   Implementation& self{implementation()};
   self.are_stages_wanted = wanted;

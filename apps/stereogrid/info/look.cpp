@@ -147,7 +147,6 @@ class Looking {
 
   void complain_of_road() {
     const Rig& rig{source_.rig()};
-    const bool is_levelled{std::abs(rig.camera_pitch_rad) * degrees > 1};
     look_.road_found = found_.size();
     if (upside_down_) {
       say("the images are upside down: the road is above. Turn both by 180° and exchange left and right.");
@@ -165,7 +164,7 @@ class Looking {
       return median(std::move(values));
     };
     look_.road = {median_of(&Ground::height_m),
-                  median_of(&Ground::pitch_rad) + (is_levelled ? rig.camera_pitch_rad : 0.0),
+                  median_of(&Ground::pitch_rad) + rig.camera_pitch_rad - pipeline_.level_rig().camera_pitch_rad,
                   median_of(&Ground::roll_rad), true};
     constexpr double noticeable_deg{2};
     if (std::abs(look_.road.pitch_rad - rig.camera_pitch_rad) * degrees > noticeable_deg) {

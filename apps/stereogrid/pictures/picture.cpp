@@ -9,6 +9,7 @@
 #include <opencv2/core.hpp>
 
 #include "pictures/panels.hpp"
+#include "stereogrid/level_mapping.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -93,7 +94,7 @@ io::RgbImage draw_picture(const StereoFrame& frame, const FrameResult& result, c
   cv::Mat canvas{layout.height, layout.width, CV_8UC3, picture.pixels.data()};
   fill_box(canvas, {0, 0, layout.width, layout.height}, palette::paper);
   draw_title(canvas, frame, result);
-  draw_captions(canvas, layout, is_levelled(rig));
+  draw_captions(canvas, layout, !LevelMapping{rig}.is_identity());
   draw_camera(canvas, layout.camera, frame, result, rig);
   draw_u_disparity(canvas, layout.u_disparity, result, rig);
   draw_grid(canvas, layout.grid, result, rig);
