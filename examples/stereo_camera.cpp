@@ -102,11 +102,9 @@ void run(const std::string& source, const std::string& calibration_file, int fra
   if (calibration.raw) rectifier.emplace(*calibration.raw, camera.width_px(), camera.height_px());
   const Rig rig{rig_of(calibration, rectifier)};
   io::VisualOdometry odometry{rig};
-  Pipeline pipeline{preset("default"), rig};
-  pipeline.fetch_stages(false);
-  for (int i{0}; i < frames; ++i) {
-    std::optional<StereoFrame> frame{camera.next()};
-    if (!frame) break;
+  Pipeline pipeline{preset("default"), rig, {.stages = false}};
+  StereoFrame frame;
+  for (int i{0}; i < frames && camera.next(frame); ++i) {
     if (rectifier) {
       frame->left = rectifier->left(frame->left);
       frame->right = rectifier->right(frame->right);

@@ -59,8 +59,7 @@ std::optional<double> time_to_collision_s(const FrameResult& result, double spee
 void drive(const FrameSource& source) {
   Config config;
   config.grid.length_m = 30;
-  Pipeline pipeline{config, source.rig(), BackEnd::cpu};
-  pipeline.predict_at(horizons_s());
+  Pipeline pipeline{config, source.rig(), {.stages = false, .horizons_s = horizons_s()}};
   std::optional<StereoFrame> before;
   for (std::size_t i{0}; i < source.size(); ++i) {
     StereoFrame frame{source.load(i)};

@@ -68,7 +68,7 @@ constexpr std::array<std::string_view, 6> names_of(FrameStatus) {
   return {"clock_gap", "clock_stepped_back", "pose_missing", "pose_jump", "few_matches", "road_unknown"};
 }
 
-/// What is known after a frame. Owned by the pipeline; valid until its next call of process().
+/// What is known after a frame.
 struct FrameResult {
   Ground ground;               ///< what the stages of this frame used, as the camera of Pipeline::level_rig() sees it
   Pose2 world_from_vehicle;    ///< world: the vehicle frame of the first frame
@@ -77,9 +77,9 @@ struct FrameResult {
   Image<float> observed;       ///< P(T_X) of this frame alone, in the cells of `vehicle.geometry`
   GridLayers vehicle;          ///< filtered, re-sampled into the vehicle frame; its geometry is always the same
   GridLayers world;            ///< filtered, world-aligned; its geometry moves with the vehicle in whole cells
-  std::vector<Prediction> predictions;  ///< what Pipeline::predict_at asked for
+  std::vector<Prediction> predictions;  ///< one for each of PipelineOptions::horizons_s
   std::vector<Obstacle> obstacles;
-  StageImages stages;  ///< see Pipeline::fetch_stages
+  StageImages stages;  ///< empty: see PipelineOptions::stages
   StageTimes timing_ms;
   std::vector<FrameStatus> status;  ///< each at most once, in the order of FrameStatus; empty: nothing special
   std::vector<std::string> warnings;

@@ -51,7 +51,7 @@ class Comparer {
       : options_{options},
         truth_{truth},
         methods_{compare_methods(app::config_from(options.config), truth.has_sweeps(), options.only)},
-        first_{app::config_from(options.config), truth.input().source->rig(), BackEnd::cpu, options.threads} {
+        first_{app::config_from(options.config), truth.input().source->rig(), {.threads = options.threads}} {
     for (const CompareMethod& method : methods_) {
       ComparedMethod compared{method.title, method.over_time, {method.name, {}}, {}};
       if (method.over_time && truth.kind() == app::TruthKind::exact) compared.series.motion.emplace();
@@ -83,7 +83,8 @@ class Comparer {
   // the first pipeline's disparities serve all other methods; it filters nothing that is asked for twice
   [[nodiscard]] std::unique_ptr<Pipeline> pipeline_for(const CompareMethod& method) const {
     if (!method.config || method.name == "observed") return nullptr;
-    return std::make_unique<Pipeline>(*method.config, truth_.input().source->rig(), BackEnd::cpu, options_.threads);
+    return std::make_unique<Pipeline>(*method.config, truth_.input().source->rig(),
+                                      PipelineOptions{.threads = options_.threads});
   }
 
   [[nodiscard]] Known known_about(const StereoFrame& frame) const {

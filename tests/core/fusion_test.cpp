@@ -140,7 +140,7 @@ TEST(Fusion, ThePipelineHandsOnWhatAnotherSourceHasSeen) {
     Config config{preset("default")};
     config.fusion.other_confidence = 1;
     config.filter.velocity_max_mps = 2;
-    Pipeline pipeline{config, small_rig, back_end, 1};
+    Pipeline pipeline{config, small_rig, {.back_end = back_end, .threads = 1}};
     StereoFrame frame{grey_frame()};
     frame.world_from_vehicle = Pose2{3, 4, 0.5};
     frame.other_grids.push_back({{4, 1, 1, 2, 2}, Image<float>{2, 2, 0.9f}, {}});
@@ -159,7 +159,7 @@ TEST(Fusion, ThePipelineHandsOnWhatAnotherSourceHasSeen) {
 }
 
 TEST(Fusion, ThePipelineRefusesGridsThatCannotBe) {
-  Pipeline pipeline{preset("default"), small_rig, BackEnd::cpu, 1};
+  Pipeline pipeline{preset("default"), small_rig, {.threads = 1}};
   const auto complaint = [&](const ObservedGrid& grid) {
     StereoFrame frame{grey_frame()};
     frame.other_grids = {saying(0.5f), grid};

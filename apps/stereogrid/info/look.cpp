@@ -55,11 +55,9 @@ class Looking {
   Looking(const FrameSource& source, const Config& config, std::size_t count)
       : source_{source},
         config_{config},
-        pipeline_{config, source.rig()},
+        pipeline_{config, source.rig(), {.stages = false}},
         looked_at_{spread(source.size(), count)},
-        tried_{spread(source.size(), others_tried)} {
-    pipeline_.fetch_stages(false);
-  }
+        tried_{spread(source.size(), others_tried)} {}
 
   Look look() {
     for (const std::size_t index : looked_at_) load(index);

@@ -51,7 +51,7 @@ bool is_refused(const stereogrid::Rig& rig) {
 
 int main() {
   const stereogrid::Rig rig{small_rig()};
-  stereogrid::Pipeline pipeline{stereogrid::preset("default"), rig, stereogrid::BackEnd::cpu, 2};
+  stereogrid::Pipeline pipeline{stereogrid::preset("default"), rig, {.threads = 2}};
   const stereogrid::FrameResult& result{pipeline.process(wall(rig))};
 
   const stereogrid::GridGeometry& grid{result.vehicle.geometry};
