@@ -24,7 +24,9 @@ enum class BackEnd { cpu, reference, cuda, automatic };
 /// How a pipeline works, beside its configuration and its rig.
 struct PipelineOptions {
   BackEnd back_end{BackEnd::cpu};
-  int device{0};   ///< which GPU `cuda` and `automatic` take, counted from 0 as CUDA does
+  /// Which GPU `cuda` and `automatic` take, counted from 0 as CUDA does. It is left as the current one of the thread
+  /// that calls.
+  int device{0};
   int threads{0};  ///< 0: all cores; at most 1024
   /// false: results come without FrameResult::stages (empty). They are quicker to copy then, and a GPU need not hand
   /// them over.
@@ -90,8 +92,8 @@ class STEREOGRID_EXPORT Pipeline {
   [[nodiscard]] GridGeometry world_grid() const;
   [[nodiscard]] int threads() const;
   /// What has been allocated at construction: on the CPU, frames allocate nothing more, unless there are far more
-  /// obstacles or followed points than a street has. Part of it lies untouched for long, which the
-  /// system then need not back. What oneTBB, the CUDA driver and the reference back end take besides is not in it.
+  /// obstacles or followed points than a street has. Part of it lies untouched for long, which the system then need not
+  /// back. What oneTBB, the CUDA driver and the reference back end take besides is not in it.
   [[nodiscard]] MemoryUse memory_use() const;
   /// Where the work is done: cpu, reference or cuda.
   [[nodiscard]] BackEnd back_end() const;

@@ -78,7 +78,7 @@ void check(const Config& config, const Rig& rig, const PipelineOptions& options)
           "matching.method=semi_global would take more than 64 GiB; take fewer disparities or smaller images.");
   require(options.back_end >= BackEnd::cpu && options.back_end <= BackEnd::automatic,
           "There is no such back end: it is cpu, reference, cuda or automatic.");
-  require(options.device >= 0, "GPUs are counted from 0.");
+  require(options.device >= 0, "The device must be 0 or more: GPUs are counted from 0.");
   require(options.threads >= 0 && options.threads <= threads_max,
           "The number of threads must lie in 0 (all cores) … 1024.");
   require(std::ranges::all_of(options.horizons_s, [](double s) { return s > 0 && s <= horizon_max_s; }),
