@@ -14,8 +14,8 @@ namespace stereogrid {
 /// What a measured point belongs to; the numbers are those of TruthLabel.
 enum class PointLabel : std::uint8_t { road = 1, obstacle = 2 };
 
-/// A measured point in the vehicle frame. x and y are where the grids have it; z is the height above the road that
-/// FrameResult::ground describes, which a point of the road has only nearly 0.
+/// A measured point in the vehicle frame. x and y are where the grids have it; z is the height above the plane of
+/// FrameResult::ground, nearly 0 for points of the road.
 struct LabelledPoint {
   float x_m{0};
   float y_m{0};
