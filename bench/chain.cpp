@@ -55,8 +55,7 @@ void drive(const Rig& rig, const std::vector<StereoFrame>& frames, double length
   Config config{preset(setting.preset)};
   config.matching.method = setting.method;
   config.grid.length_m = length_m;
-  Pipeline pipeline{config, rig, BackEnd::cpu, threads};
-  pipeline.fetch_stages(false);
+  Pipeline pipeline{config, rig, {.threads = threads, .stages = false}};
   for (std::size_t i{0}; i < frames.size(); ++i) {
     const StageTimes& taken{pipeline.process(frames[i]).timing_ms};
     if (i >= warm_up_frames) setting.times.push_back(taken);

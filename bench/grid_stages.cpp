@@ -66,7 +66,7 @@ class GridStages {
   GridStages(const FrameSource& source, int disparities, int cells_ahead, int cells_across)
       : config_{config_of(disparities, cells_ahead, cells_across)},
         rig_{source.rig()},
-        pipeline_{config_, rig_, BackEnd::cpu, 1},
+        pipeline_{config_, rig_, {.threads = 1}},
         matches_{rig_.width_px, rig_.height_px},
         tables_{config_.u_disparity, rig_.height_px, pipeline_.config().matching.window_px},
         space_{rig_.width_px, rig_.height_px, disparities, 1},

@@ -127,11 +127,11 @@ class Life {
 
   void check(const FrameResult& result, Findings& findings) {
     findings.check_probabilities(result.observed);
-    findings.check_probabilities(result.occupancy);
-    findings.check_probabilities(result.moving);
+    findings.check_probabilities(result.vehicle.occupancy);
+    findings.check_probabilities(result.vehicle.moving);
     findings.check_probabilities(result.world.occupancy);
-    findings.check_finite(result.velocity_x);
-    findings.check_finite(result.velocity_y);
+    findings.check_finite(result.vehicle.velocity_x);
+    findings.check_finite(result.vehicle.velocity_y);
     std::set<std::int64_t> ids;
     for (const Obstacle& obstacle : result.obstacles) {
       if (!std::isfinite(obstacle.x_m + obstacle.y_m + obstacle.vx_mps + obstacle.vy_mps)) ++findings.wrong_values;

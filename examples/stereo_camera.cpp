@@ -9,7 +9,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
-#include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <optional>
 #include <stdexcept>
@@ -20,13 +19,14 @@
 #include "stereogrid/io/odometry.hpp"
 #include "stereogrid/io/rectifier.hpp"
 #include "stereogrid/occupancy_values.hpp"
+#include "stereogrid/opencv.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace {
 
 using namespace stereogrid;
 
-/// Both images of a camera as grey ones of the library.
+/// Both images of a camera, half of its picture each.
 class SideBySideCamera {
  public:
   explicit SideBySideCamera(const std::string& source) {
@@ -39,19 +39,16 @@ class SideBySideCamera {
   [[nodiscard]] int width_px() const { return static_cast<int>(capture_.get(cv::CAP_PROP_FRAME_WIDTH)) / 2; }
   [[nodiscard]] int height_px() const { return static_cast<int>(capture_.get(cv::CAP_PROP_FRAME_HEIGHT)); }
 
-  /// None: the film is at its end, or the camera is gone.
-  std::optional<StereoFrame> next() {
-    cv::Mat both;
-    if (!capture_.read(both)) return std::nullopt;
-    cv::Mat grey;
-    cv::cvtColor(both, grey, cv::COLOR_BGR2GRAY);
-    StereoFrame frame;
+  /// False: the film is at its end, or the camera is gone. The frame's memory is used again.
+  bool next(StereoFrame& frame) {
+    if (!capture_.read(both_)) return false;
     frame.index = frames_++;
     frame.name = std::to_string(frame.index);
     frame.stamp_ns = stamp_ns();
-    frame.left = image_of(grey.colRange(0, grey.cols / 2));
-    frame.right = image_of(grey.colRange(grey.cols / 2, grey.cols / 2 * 2));
-    return frame;
+    const int width{both_.cols / 2};
+    assign(frame.left, view_of(both_.colRange(0, width)));
+    assign(frame.right, view_of(both_.colRange(width, 2 * width)));
+    return true;
   }
 
  private:
@@ -61,13 +58,8 @@ class SideBySideCamera {
     return std::chrono::nanoseconds{std::chrono::system_clock::now().time_since_epoch()}.count();
   }
 
-  static Image<std::uint8_t> image_of(const cv::Mat& grey) {
-    Image<std::uint8_t> image{grey.cols, grey.rows};
-    for (int v{0}; v < grey.rows; ++v) std::copy_n(grey.ptr<std::uint8_t>(v), grey.cols, image.row(v));
-    return image;
-  }
-
   cv::VideoCapture capture_;
+  cv::Mat both_;
   bool is_film_{false};
   std::int64_t frames_{0};
 };
@@ -83,7 +75,7 @@ Rig rig_of(const io::Calibration& calibration, const std::optional<io::Rectifier
 }
 
 void tell(const StereoFrame& frame, const FrameResult& result) {
-  const std::vector<std::int8_t> costmap{occupancy_values(result.occupancy.view(), OccupancyScale::nav2)};
+  const std::vector<std::int8_t> costmap{occupancy_values(result.vehicle.occupancy.view(), OccupancyScale::nav2)};
   std::size_t occupied{0};
   std::size_t unknown{0};
   for (const std::int8_t value : costmap) {
@@ -102,17 +94,15 @@ void run(const std::string& source, const std::string& calibration_file, int fra
   if (calibration.raw) rectifier.emplace(*calibration.raw, camera.width_px(), camera.height_px());
   const Rig rig{rig_of(calibration, rectifier)};
   io::VisualOdometry odometry{rig};
-  Pipeline pipeline{preset("default"), rig};
-  pipeline.fetch_stages(false);
-  for (int i{0}; i < frames; ++i) {
-    std::optional<StereoFrame> frame{camera.next()};
-    if (!frame) break;
+  Pipeline pipeline{preset("default"), rig, {.stages = false}};
+  StereoFrame frame;
+  for (int i{0}; i < frames && camera.next(frame); ++i) {
     if (rectifier) {
-      frame->left = rectifier->left(frame->left);
-      frame->right = rectifier->right(frame->right);
+      frame.left = rectifier->left(frame.left);
+      frame.right = rectifier->right(frame.right);
     }
-    frame->world_from_vehicle = odometry.update(*frame).world_from_vehicle;
-    tell(*frame, pipeline.process(*frame));
+    frame.world_from_vehicle = odometry.update(frame).world_from_vehicle;
+    tell(frame, pipeline.process(frame));
   }
 }
 

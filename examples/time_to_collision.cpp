@@ -47,8 +47,9 @@ float largest_on_path(const GridGeometry& grid, const Image<float>& occupancy, d
 std::optional<double> time_to_collision_s(const FrameResult& result, double speed_mps) {
   for (const Prediction& then : result.predictions) {
     const double front_then_m{front_m + speed_mps * then.horizon_s};
-    const double swept_m{speed_mps * step_s + result.vehicle_grid.cell_size_m};
-    if (largest_on_path(result.vehicle_grid, then.occupancy, front_then_m - swept_m, front_then_m) > occupied_from) {
+    const double swept_m{speed_mps * step_s + result.vehicle.geometry.cell_size_m};
+    if (largest_on_path(result.vehicle.geometry, then.occupancy, front_then_m - swept_m, front_then_m) >
+        occupied_from) {
       return then.horizon_s;
     }
   }
@@ -58,8 +59,7 @@ std::optional<double> time_to_collision_s(const FrameResult& result, double spee
 void drive(const FrameSource& source) {
   Config config;
   config.grid.length_m = 30;
-  Pipeline pipeline{config, source.rig(), BackEnd::cpu};
-  pipeline.predict_at(horizons_s());
+  Pipeline pipeline{config, source.rig(), {.stages = false, .horizons_s = horizons_s()}};
   std::optional<StereoFrame> before;
   for (std::size_t i{0}; i < source.size(); ++i) {
     StereoFrame frame{source.load(i)};

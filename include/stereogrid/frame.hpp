@@ -57,8 +57,8 @@ struct ObservedGrid {
 struct StereoFrame {
   std::string name;                         ///< the input's name for it; output files carry it
   std::int64_t index{0};                    ///< place in the input, from 0
-  std::int64_t stamp_ns{0};                 ///< instant of exposure
-  Image<std::uint8_t> left;                 ///< reference image
+  std::int64_t stamp_ns{0};                 ///< instant of exposure, in ns since any moment that stays the same
+  Image<std::uint8_t> left;                 ///< reference image; assign() of pixel_view.hpp fills it from other memory
   Image<std::uint8_t> right;                ///< same size; empty: `disparity` is given instead
   Image<float> disparity;                   ///< px of the left image, 0 = none; empty where there is a right image
   std::optional<Pose2> world_from_vehicle;  ///< none: unknown

@@ -21,6 +21,24 @@ namespace stereogrid {
 /// Where the work is done. `automatic`: on a GPU where there is one that can be used, else on the CPU.
 enum class BackEnd { cpu, reference, cuda, automatic };
 
+/// How a pipeline works, beside its configuration and its rig.
+struct PipelineOptions {
+  BackEnd back_end{BackEnd::cpu};
+  /// Which GPU `cuda` and `automatic` take, counted from 0 as CUDA does. It is left as the current one of the thread
+  /// that calls.
+  int device{0};
+  int threads{0};  ///< 0: all cores; at most 1024
+  /// false: results come without FrameResult::stages (empty). They are quicker to copy then, and a GPU need not hand
+  /// them over.
+  bool stages{true};
+  /// Of FrameResult::predictions, s: more than 0, at most 10 000; long before that everything is forgotten. A GPU does
+  /// not predict: `automatic` takes the CPU then, and `cuda` is refused.
+  std::vector<double> horizons_s{};
+  /// Where the vehicle is in the world at the first frame, m and rad, for a run that goes on in the world of another
+  /// one: finite, and within 1e9 m of the origin.
+  Pose2 start{};
+};
+
 /// Bytes that a pipeline holds.
 struct MemoryUse {
   std::size_t host_bytes{0};    ///< images, tables, working memory, the result; what is pinned for a GPU, too
@@ -34,10 +52,10 @@ struct MemoryUse {
 /// assigned to or destroyed; its methods throw std::logic_error.
 class STEREOGRID_EXPORT Pipeline {
  public:
-  /// Allocates everything. `threads` 0: all cores; at most 1024. Throws ConfigError with every problem of `config` and
-  /// `rig` (see their `problems`), of `back_end` and `threads`, DeviceError where BackEnd::cuda cannot work: no
-  /// library, no GPU, too old a driver, too little memory, and std::bad_alloc where the CPU's memory does not do.
-  Pipeline(const Config& config, const Rig& rig, BackEnd back_end = BackEnd::cpu, int threads = 0);
+  /// Allocates everything. Throws ConfigError with every problem of `config` and `rig` (see their `problems`) and of
+  /// `options`, DeviceError where BackEnd::cuda cannot work: no library, no GPU of that number, too old a driver, too
+  /// little memory, and std::bad_alloc where the CPU's memory does not do.
+  Pipeline(const Config& config, const Rig& rig, const PipelineOptions& options = {});
   Pipeline(Pipeline&&) noexcept;
   Pipeline& operator=(Pipeline&&) noexcept;
   ~Pipeline();
@@ -49,7 +67,14 @@ class STEREOGRID_EXPORT Pipeline {
   /// Throws InputError when the frame cannot be used: it does not fit the rig, has the stamp of the frame before, a
   /// pose that is not finite or farther than 1e9 m from its origin, other grids that are none. The pipeline's state is
   /// then unchanged.
+  ///
+  /// The result is the pipeline's own and changes with the next call.
   const FrameResult& process(const StereoFrame& frame);
+
+  /// The same into a result of the caller's, which is replaced and never read: keep it, move it on or exchange it for
+  /// another one between frames. Its memory is used again; nothing is allocated where it comes from this pipeline.
+  /// After an InputError it is as it was, after a DeviceError undefined.
+  void process(const StereoFrame& frame, FrameResult& into);
 
   /// The next frame is a first one, whatever its stamp: filter, tracks, followed points, ground and row offsets begin
   /// as at construction. The world goes on: ids of obstacles are not used again, the vehicle's place follows the poses
@@ -59,32 +84,21 @@ class STEREOGRID_EXPORT Pipeline {
   /// The configuration with every "automatic" value resolved.
   [[nodiscard]] const Config& config() const;
   [[nodiscard]] const Rig& rig() const;
+  /// The rig of the images that the stages work on: FrameResult::stages and ground are of it. Level where rig() is
+  /// pitched by more than 1° (LevelMapping), else rig() itself.
+  [[nodiscard]] const Rig& level_rig() const;
   [[nodiscard]] GridGeometry vehicle_grid() const;
   /// Size of the world-aligned window: its nx, ny and cell_size_m are constant, its origin follows the car.
   [[nodiscard]] GridGeometry world_grid() const;
   [[nodiscard]] int threads() const;
-  /// What has been allocated at construction and by predict_at(): on the CPU, frames allocate nothing more, unless
-  /// there are far more obstacles or followed points than a street has. Part of it lies untouched for long, which the
-  /// system then need not back. What oneTBB, the CUDA driver and the reference back end take besides is not in it.
+  /// What has been allocated at construction: on the CPU, frames allocate nothing more, unless there are far more
+  /// obstacles or followed points than a street has. Part of it lies untouched for long, which the system then need not
+  /// back. What oneTBB, the CUDA driver and the reference back end take besides is not in it.
   [[nodiscard]] MemoryUse memory_use() const;
   /// Where the work is done: cpu, reference or cuda.
   [[nodiscard]] BackEnd back_end() const;
   /// Why `automatic` did not take the GPU; empty: it did, or was not asked to.
   [[nodiscard]] const std::string& why_not_cuda() const;
-
-  /// Off: the results of later frames come without `stages` (empty), which makes them quicker to copy; a GPU need not
-  /// hand them over. On at construction.
-  void fetch_stages(bool wanted);
-
-  /// Where the vehicle is in the world at the first frame (of a resumed run). Call it before process(), or after
-  /// reset(); not called: the world begins there. Throws ConfigError: not finite, or farther than 1e9 m from the
-  /// origin.
-  void start_at(const Pose2& world_from_vehicle);
-
-  /// From the next frame on, FrameResult::predictions holds these horizons (s, > 0, up to 10 000: long before that
-  /// everything is forgotten). Throws ConfigError: a horizon that is none, or the CUDA back end, which does not
-  /// predict.
-  void predict_at(const std::vector<double>& horizons_s);
 
   /// What the pipeline remembers between two frames, as bytes: a pipeline of the same configuration, rig and back end
   /// that loads it goes on exactly as this one would. For the same version of the library on machines of one kind; the

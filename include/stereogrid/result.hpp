@@ -15,8 +15,9 @@
 
 namespace stereogrid {
 
-/// What the stages of one frame handed to each other. H, W: image size; D: bins, `bins_per_px` to each disparity.
-/// u-disparity images have a row per bin d, at disparity d / bins_per_px, and a column per image column u.
+/// What the stages of one frame handed to each other, of the images of Pipeline::level_rig(). H, W: image size; D:
+/// bins, `bins_per_px` to each disparity. u-disparity images have a row per bin d, at disparity d / bins_per_px, and a
+/// column per image column u.
 struct StageImages {
   Image<float> obstacle_disparity;   ///< (H, W) px, 0 = none
   Image<float> road_disparity;       ///< (H, W) px, 0 = none
@@ -49,7 +50,7 @@ struct StageTimes {
 /// forgotten with filter.forgetting_s.
 struct Prediction {
   double horizon_s{0};
-  Image<float> occupancy;        ///< P(occupied) in FrameResult::vehicle_grid: where the vehicle is now, not then
+  Image<float> occupancy;        ///< P(occupied) in the cells of FrameResult::vehicle: where the vehicle is now
   Image<float> world_occupancy;  ///< in the cells of FrameResult::world
 };
 
@@ -67,26 +68,18 @@ constexpr std::array<std::string_view, 6> names_of(FrameStatus) {
   return {"clock_gap", "clock_stepped_back", "pose_missing", "pose_jump", "few_matches", "road_unknown"};
 }
 
-/// What is known after a frame. Owned by the pipeline; valid until its next call of process().
+/// What is known after a frame.
 struct FrameResult {
-  Ground ground;               ///< what the stages of this frame used
+  Ground ground;               ///< what the stages of this frame used, as the camera of Pipeline::level_rig() sees it
   Pose2 world_from_vehicle;    ///< world: the vehicle frame of the first frame
   double obstacle_density{0};  ///< share of the pixels matched as obstacle
   double road_density{0};      ///< share of the pixels matched as road
-  GridGeometry vehicle_grid;   ///< of the next nine
-  Image<float> observed;       ///< P(T_X) of this frame alone, vehicle frame
-  Image<float> occupancy;      ///< filtered, re-sampled into the vehicle frame
-  Image<float> age_s;
-  Image<float> velocity_x;  ///< m/s relative to the ground, vehicle axes: mean if the cell is occupied
-  Image<float> velocity_y;
-  Image<float> velocity_xx;  ///< m²/s², its covariance
-  Image<float> velocity_xy;
-  Image<float> velocity_yy;
-  Image<float> moving;  ///< P(occupied by something that moves); P(by something that stands) = occupancy − moving
-  GridLayers world;     ///< filtered, world-aligned; its geometry moves with the car in whole cells
-  std::vector<Prediction> predictions;  ///< what Pipeline::predict_at asked for
+  Image<float> observed;       ///< P(T_X) of this frame alone, in the cells of `vehicle.geometry`
+  GridLayers vehicle;          ///< filtered, re-sampled into the vehicle frame; its geometry is always the same
+  GridLayers world;            ///< filtered, world-aligned; its geometry moves with the vehicle in whole cells
+  std::vector<Prediction> predictions;  ///< one for each of PipelineOptions::horizons_s
   std::vector<Obstacle> obstacles;
-  StageImages stages;  ///< see Pipeline::fetch_stages
+  StageImages stages;  ///< empty: see PipelineOptions::stages
   StageTimes timing_ms;
   std::vector<FrameStatus> status;  ///< each at most once, in the order of FrameStatus; empty: nothing special
   std::vector<std::string> warnings;

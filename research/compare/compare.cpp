@@ -51,7 +51,7 @@ class Comparer {
       : options_{options},
         truth_{truth},
         methods_{compare_methods(app::config_from(options.config), truth.has_sweeps(), options.only)},
-        first_{app::config_from(options.config), truth.input().source->rig(), BackEnd::cpu, options.threads} {
+        first_{app::config_from(options.config), truth.input().source->rig(), {.threads = options.threads}} {
     for (const CompareMethod& method : methods_) {
       ComparedMethod compared{method.title, method.over_time, {method.name, {}}, {}};
       if (method.over_time && truth.kind() == app::TruthKind::exact) compared.series.motion.emplace();
@@ -83,7 +83,8 @@ class Comparer {
   // the first pipeline's disparities serve all other methods; it filters nothing that is asked for twice
   [[nodiscard]] std::unique_ptr<Pipeline> pipeline_for(const CompareMethod& method) const {
     if (!method.config || method.name == "observed") return nullptr;
-    return std::make_unique<Pipeline>(*method.config, truth_.input().source->rig(), BackEnd::cpu, options_.threads);
+    return std::make_unique<Pipeline>(*method.config, truth_.input().source->rig(),
+                                      PipelineOptions{.threads = options_.threads});
   }
 
   [[nodiscard]] Known known_about(const StereoFrame& frame) const {
@@ -102,7 +103,7 @@ class Comparer {
     const FrameResult& result{first_.process(frame)};
     const ComparedFrame compared{{first_.rig(), result.ground, first_.config().matching.disparities,
                                   result.stages.obstacle_disparity.view(), result.stages.road_disparity.view()},
-                                 result.vehicle_grid,
+                                 result.vehicle.geometry,
                                  result.world_from_vehicle,
                                  std::move(known.sweep),
                                  truth_.lidar_in_camera(),
@@ -114,7 +115,7 @@ class Comparer {
       const MethodResult made{run(i, frame, result, compared)};
       if (made.occupancy.empty()) continue;
       comparison_.methods[i].milliseconds.push_back(made.milliseconds);
-      if (known.labels) score(comparison_.methods[i].series, frame.name, known, made, result.vehicle_grid);
+      if (known.labels) score(comparison_.methods[i].series, frame.name, known, made, result.vehicle.geometry);
       if (keeps_grids_) grids.push_back({methods_[i].name, methods_[i].title, made.occupancy});
     }
     if (known.labels) draw(frame, *known.labels, grids);
@@ -137,8 +138,8 @@ class Comparer {
       return {std::move(grid), spent.count()};
     }
     const FrameResult& result{pipelines_[i] ? pipelines_[i]->process(frame) : first};
-    return {method.over_time ? result.occupancy : result.observed, ms_after_ground(result.timing_ms, method.over_time),
-            &result};
+    return {method.over_time ? result.vehicle.occupancy : result.observed,
+            ms_after_ground(result.timing_ms, method.over_time), &result};
   }
 
   void score(app::Series& series, const std::string& name, const Known& known, const MethodResult& made,
@@ -147,8 +148,8 @@ class Comparer {
     if (!series.motion || !known.truth) return;
     evaluation::MotionFrame motion{*known.truth, truth_.grid(), first_.rig(), grid, made.occupancy.view(), {}, {}, {}};
     if (made.pipeline != nullptr) {
-      motion.velocity_x = made.pipeline->velocity_x.view();
-      motion.velocity_y = made.pipeline->velocity_y.view();
+      motion.velocity_x = made.pipeline->vehicle.velocity_x.view();
+      motion.velocity_y = made.pipeline->vehicle.velocity_y.view();
       motion.obstacles = made.pipeline->obstacles;
     }
     series.motion->add(motion);

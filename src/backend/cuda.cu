@@ -26,7 +26,7 @@ std::string version_text(int version) {
   return std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
 }
 
-void require_device() {
+void require_device(int device) {
   int devices{0};
   const cudaError_t status{cudaGetDeviceCount(&devices)};
   if (status == cudaErrorInsufficientDriver) {
@@ -41,6 +41,9 @@ void require_device() {
     throw DeviceError{"No NVIDIA GPU was found on this machine."};
   }
   check_cuda(status, "look for a GPU");
+  if (device < devices) return;
+  throw DeviceError{"There is no GPU " + std::to_string(device) + " on this machine: there are " +
+                    std::to_string(devices) + ", counted from 0."};
 }
 
 void require_architecture(int device) {
@@ -65,17 +68,20 @@ void check_cuda(cudaError_t status, const char* doing) {
   throw DeviceError{std::string{"CUDA could not "} + doing + ": " + cudaGetErrorString(status) + "."};
 }
 
-Cuda::Cuda() {
-  require_device();
-  int device{0};
-  check_cuda(cudaGetDevice(&device), "choose a GPU");
+Cuda::Cuda(int device) : device_{device} {
+  require_device(device);
   require_architecture(device);
+  use();
   multiprocessors_ = attribute(cudaDevAttrMultiProcessorCount, device);
   check_cuda(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "create a stream");
 }
 
 Cuda::~Cuda() {
   cudaStreamDestroy(stream_);
+}
+
+void Cuda::use() const {
+  check_cuda(cudaSetDevice(device_), "choose a GPU");
 }
 
 void Cuda::synchronize() {

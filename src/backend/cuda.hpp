@@ -18,18 +18,22 @@ void check_cuda(cudaError_t status, const char* doing);
 /// The CUDA back end: one device, and a stream that all its work goes through.
 class Cuda {
  public:
-  /// Throws DeviceError: no device, a driver or a device too old.
-  Cuda();
+  /// `device` counts from 0; it is the calling thread's current one from then on. Throws DeviceError: no such device, a
+  /// driver or a device too old.
+  explicit Cuda(int device = 0);
   Cuda(const Cuda&) = delete;
   Cuda& operator=(const Cuda&) = delete;
   ~Cuda();
 
+  /// Makes the device the calling thread's current one, which it must be for all calls of CUDA.
+  void use() const;
   [[nodiscard]] cudaStream_t stream() const { return stream_; }
   [[nodiscard]] int multiprocessors() const { return multiprocessors_; }
   /// Waits for all work given so far; throws DeviceError where some of it failed.
   void synchronize();
 
  private:
+  int device_;
   cudaStream_t stream_{};
   int multiprocessors_{0};
 };

@@ -150,12 +150,12 @@ constexpr double noise_interval_s{0.1};
 /// What changes within dt_s of what changes by `share` within that time.
 double share_within(double share, double dt_s);
 
-/// The window's layers (`result.world`) as the car sees them, in the rows begin … end − 1 of `result.vehicle_grid`:
+/// The window's layers (`result.world`) as the car sees them, in the rows begin … end − 1 of `result.vehicle.geometry`:
 /// occupancy and moving interpolated between cells; of the nearest cell velocity and covariance (turned into vehicle
 /// axes) and age. Outside the window 0.5, inf and else 0.
 void resample_rows(const Pose2& world_from_vehicle, int begin, int end, FrameResult& result);
 inline void resample(const Pose2& world_from_vehicle, FrameResult& result) {
-  resample_rows(world_from_vehicle, 0, result.vehicle_grid.ny, result);
+  resample_rows(world_from_vehicle, 0, result.vehicle.geometry.ny, result);
 }
 
 /// The same of the occupancy alone.

@@ -153,7 +153,7 @@ class Resampler {
  public:
   Resampler(const Pose2& world_from_vehicle, FrameResult& result)
       : world_{result.world},
-        to_{result},
+        to_{result.vehicle},
         c_{static_cast<float>(std::cos(world_from_vehicle.yaw_rad))},
         s_{static_cast<float>(std::sin(world_from_vehicle.yaw_rad))} {}
 
@@ -186,7 +186,7 @@ class Resampler {
   }
 
   const GridLayers& world_;
-  FrameResult& to_;
+  GridLayers& to_;
   float c_;
   float s_;
 };
@@ -212,7 +212,7 @@ void for_vehicle_cells(const GridGeometry& window, const Pose2& world_from_vehic
 
 void resample_rows(const Pose2& world_from_vehicle, int begin, int end, FrameResult& result) {
   const Resampler resampler{world_from_vehicle, result};
-  for_vehicle_cells(result.world.geometry, world_from_vehicle, result.vehicle_grid, begin, end,
+  for_vehicle_cells(result.world.geometry, world_from_vehicle, result.vehicle.geometry, begin, end,
                     [&](int ix, int iy, double x, double y) { resampler.fill(ix, iy, x, y); });
 }
 

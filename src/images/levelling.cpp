@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "backend/cpu.hpp"
+#include "images/turned_row.hpp"
 
 namespace stereogrid {
 namespace {
@@ -32,25 +33,15 @@ float nearest(View<const float> image, double u, double v) {
 }  // namespace
 
 Levelling::Levelling(const Rig& rig)
-    : needed_{std::abs(rig.camera_pitch_rad) > levelling_pitch_rad},
-      level_rig_{rig},
-      sin_pitch_{std::sin(rig.camera_pitch_rad)},
-      cos_pitch_{std::cos(rig.camera_pitch_rad)} {
-  if (needed_) level_rig_.camera_pitch_rad = 0;
-}
+    : mapping_{rig}, sin_pitch_{std::sin(rig.camera_pitch_rad)}, cos_pitch_{std::cos(rig.camera_pitch_rad)} {}
 
 template <class Pixel>
 void Levelling::for_pixels(Cpu& cpu, View<Pixel> level, const auto& pixel_at) const {
-  const Rig& rig{level_rig_};
   cpu.for_ranges(level.height, rows_grain, [&](int begin, int end) {
     for (int v{begin}; v < end; ++v) {
-      // the ray of a level pixel in the frame of the pitched camera: a row stays a row, its scale changes
-      const double y{(v - rig.centre_v_px) / rig.focal_px};
-      const double depth{y * sin_pitch_ + cos_pitch_};
-      const double pitched_v{rig.centre_v_px + rig.focal_px * (y * cos_pitch_ - sin_pitch_) / depth};
+      const TurnedRow pitched{level_rig(), sin_pitch_, cos_pitch_, static_cast<double>(v)};
       for (int u{0}; u < level.width; ++u) {
-        const double pitched_u{rig.centre_u_px + (u - rig.centre_u_px) / depth};
-        level(u, v) = depth > 0 ? pixel_at(pitched_u, pitched_v, depth) : Pixel{0};
+        level(u, v) = pitched.depth > 0 ? pixel_at(pitched.u_of(u), pitched.v, pitched.depth) : Pixel{0};
       }
     }
   });

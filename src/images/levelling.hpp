@@ -6,13 +6,11 @@
 
 #include "stereogrid/camera.hpp"
 #include "stereogrid/image.hpp"
+#include "stereogrid/level_mapping.hpp"
 
 namespace stereogrid {
 
 class Cpu;
-
-/// Pitch beyond which images are levelled, 1°. docs/method.md §2.1.
-constexpr double levelling_pitch_rad{0.017453292519943295};
 
 /// Turns a pitched camera level: K·R·K⁻¹ with a rotation about the baseline, the same for both images, so that rows
 /// stay aligned. Parts that the camera does not see become 0.
@@ -21,9 +19,9 @@ class Levelling {
   explicit Levelling(const Rig& rig);
 
   /// Does this rig need it?
-  [[nodiscard]] bool is_needed() const { return needed_; }
+  [[nodiscard]] bool is_needed() const { return !mapping_.is_identity(); }
   /// The rig whose images come out: pitch 0, all else the same.
-  [[nodiscard]] const Rig& level_rig() const { return level_rig_; }
+  [[nodiscard]] const Rig& level_rig() const { return mapping_.level_rig(); }
   void apply(Cpu& cpu, View<const std::uint8_t> pitched, View<std::uint8_t> level) const;
   /// The same for a disparity image (px, 0 = none). Depth is measured along another axis then, so d changes too. The
   /// nearest pixel is taken: between a near and a far one there is nothing.
@@ -35,8 +33,7 @@ class Levelling {
   template <class Pixel>
   void for_pixels(Cpu& cpu, View<Pixel> level, const auto& pixel_at) const;
 
-  bool needed_;
-  Rig level_rig_;
+  LevelMapping mapping_;
   double sin_pitch_;
   double cos_pitch_;
 };

@@ -61,7 +61,7 @@ void check_images(const StereoFrame& frame, const Rig& rig) {
 
 }  // namespace
 
-void check(const Config& config, const Rig& rig, BackEnd back_end, int threads) {
+void check(const Config& config, const Rig& rig, const PipelineOptions& options) {
   std::vector<std::string> found{problems(config)};
   for (const std::string& problem : problems(rig)) found.push_back("rig: " + problem);
   const auto require = [&](bool fine, const char* problem) {
@@ -76,9 +76,15 @@ void check(const Config& config, const Rig& rig, BackEnd back_end, int threads) 
   require(config.matching.method != MatchingMethod::semi_global ||
               matching_bytes(config.matching, rig) <= matching_bytes_max,
           "matching.method=semi_global would take more than 64 GiB; take fewer disparities or smaller images.");
-  require(back_end >= BackEnd::cpu && back_end <= BackEnd::automatic,
+  require(options.back_end >= BackEnd::cpu && options.back_end <= BackEnd::automatic,
           "There is no such back end: it is cpu, reference, cuda or automatic.");
-  require(threads >= 0 && threads <= threads_max, "The number of threads must lie in 0 (all cores) … 1024.");
+  require(options.device >= 0, "The device must be 0 or more: GPUs are counted from 0.");
+  require(options.threads >= 0 && options.threads <= threads_max,
+          "The number of threads must lie in 0 (all cores) … 1024.");
+  require(std::ranges::all_of(options.horizons_s, [](double s) { return s > 0 && s <= horizon_max_s; }),
+          "Predictions need horizons in seconds, more than 0 and at most 10000, as in 0.5,1,2.");
+  require(is_place(options.start),
+          "The vehicle's place at the start must be finite, and within 1e9 m of the world's origin.");
   if (found.empty()) return;
   std::string message;
   for (const std::string& problem : found) message += (message.empty() ? "" : "\n") + problem;
@@ -100,13 +106,6 @@ void check(const StereoFrame& frame, const Rig& rig) {
 
 bool is_place(const Pose2& pose) {
   return std::abs(pose.x_m) <= farthest_m && std::abs(pose.y_m) <= farthest_m && std::isfinite(pose.yaw_rad);
-}
-
-void check_horizons(const std::vector<double>& horizons_s) {
-  for (const double horizon_s : horizons_s) {
-    if (horizon_s > 0 && horizon_s <= horizon_max_s) continue;
-    throw ConfigError{"Predictions need horizons in seconds, more than 0 and at most 10000, as in 0.5,1,2."};
-  }
 }
 
 }  // namespace stereogrid

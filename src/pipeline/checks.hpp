@@ -9,15 +9,12 @@
 namespace stereogrid {
 
 /// Throws ConfigError with all that a pipeline cannot be made of.
-void check(const Config& config, const Rig& rig, BackEnd back_end, int threads);
+void check(const Config& config, const Rig& rig, const PipelineOptions& options);
 
 /// Throws InputError where a frame's images, pose or other grids cannot be used.
 void check(const StereoFrame& frame, const Rig& rig);
 
 /// Finite, and so near that places can be told apart by much less than a cell.
 bool is_place(const Pose2& pose);
-
-/// Throws ConfigError.
-void check_horizons(const std::vector<double>& horizons_s);
 
 }  // namespace stereogrid

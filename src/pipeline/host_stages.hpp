@@ -71,7 +71,7 @@ class HostStages final : public Stages {
     frame_ = &frame;
     result_ = &result;
     window_ = window;
-    vehicle_cells_ = grid_in_vehicle(result.vehicle_grid, {});
+    vehicle_cells_ = grid_in_vehicle(result.vehicle.geometry, {});
     window_cells_ = grid_in_vehicle(window, inverse(frame.world_from_vehicle));
     times_ = {};
     velocities_ = {};
@@ -140,7 +140,7 @@ class HostStages final : public Stages {
 
   void resample() override {
     const Timer timer{times_.filter};
-    for_ranges(result_->vehicle_grid.ny,
+    for_ranges(result_->vehicle.geometry.ny,
                [&](int begin, int end) { resample_rows(frame_->world_from_vehicle, begin, end, *result_); });
   }
 
@@ -193,7 +193,7 @@ class HostStages final : public Stages {
       stereogrid::filter(back_end_, {config_.filter, space_.filter_tables, result.world.geometry, prediction.horizon_s},
                          ahead.nothing.view(), space_.filtered, ahead.state, ahead.layers);
       prediction.world_occupancy = ahead.layers.occupancy;
-      resample_occupancy(ahead.layers, world_from_vehicle, result.vehicle_grid, prediction.occupancy);
+      resample_occupancy(ahead.layers, world_from_vehicle, result.vehicle.geometry, prediction.occupancy);
     }
   }
 

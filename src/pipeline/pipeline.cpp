@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <stdexcept>
 #include <type_traits>
@@ -58,27 +57,33 @@ std::uint64_t settings_of(const Config& config, const Rig& rig, BackEnd back_end
 }  // namespace
 
 struct Pipeline::Implementation {
-  Implementation(const Config& parameters, const Rig& given_rig, BackEnd back_end, int threads)
+  Implementation(const Config& parameters, const Rig& given_rig, const PipelineOptions& asked)
       : config{resolved(parameters, given_rig)},
         rig{given_rig},
+        options{asked},
         levelling{rig},
-        cpu{threads},
-        used{back_end},
-        processor{config, levelling.level_rig(), start(threads)},
+        cpu{options.threads},
+        processor{config, levelling.level_rig(), start()},
         level_left{rig.width_px, rig.height_px},
         level_right{rig.width_px, rig.height_px},
         level_disparity{rig.width_px, rig.height_px} {
-    result = empty_result(config, levelling.level_rig());
+    make_room(config.grid, options.horizons_s, result);
+    make_room(config, levelling.level_rig(), options.stages ? result.stages : unwanted_stages);
+    window = result.world.geometry;
+    processor.stages().fetch_stages(options.stages);
+    if (!options.horizons_s.empty()) processor.stages().make_room_for_predictions();
+    ego_motion.start_at(options.start);
   }
 
-  // Sets `used` where it was left open.
-  std::unique_ptr<Stages> start(int threads) {
+  // Sets `back_end` where it was left open.
+  std::unique_ptr<Stages> start() {
     const Rig& level_rig{levelling.level_rig()};
+    BackEnd& used{options.back_end};
     if (used == BackEnd::reference) return reference_stages(config, level_rig);
-    if (used == BackEnd::cuda) return cuda_stages(config, level_rig);
+    if (used == BackEnd::cuda) return start_on_gpu();
     if (used == BackEnd::automatic) {
       try {
-        std::unique_ptr<Stages> on_gpu{cuda_stages(config, level_rig)};
+        std::unique_ptr<Stages> on_gpu{start_on_gpu()};
         used = BackEnd::cuda;
         return on_gpu;
       } catch (const DeviceError& error) {  // also: a configuration that only the CPU can do
@@ -86,7 +91,12 @@ struct Pipeline::Implementation {
         used = BackEnd::cpu;
       }
     }
-    return cpu_stages(config, level_rig, threads);
+    return cpu_stages(config, level_rig, options.threads);
+  }
+
+  [[nodiscard]] std::unique_ptr<Stages> start_on_gpu() const {
+    if (!options.horizons_s.empty()) throw DeviceError{"Predictions are supported on the CPU only."};
+    return cuda_stages(config, levelling.level_rig(), options.device);
   }
 
   void check_frame(const StereoFrame& frame) const {
@@ -104,30 +114,31 @@ struct Pipeline::Implementation {
   }
 
   // Seconds since the frame before; 0: this is a first one.
-  double tick(const StereoFrame& frame) {
-    result.status.clear();
-    result.warnings.clear();
+  double tick(const StereoFrame& frame, FrameResult& into) {
+    into.status.clear();
+    into.warnings.clear();
     FrameClock::Tick tick{clock.tick(frame.stamp_ns)};
     if (!tick.leap) return tick.dt_s;
     forget();
-    result.status.push_back(*tick.leap);
-    result.warnings.push_back(std::move(tick.warning));
+    into.status.push_back(*tick.leap);
+    into.warnings.push_back(std::move(tick.warning));
     return 0;
   }
 
   // World is the vehicle frame of the first frame.
-  Pose2 place(const StereoFrame& frame, double dt_s) {
+  Pose2 place(const StereoFrame& frame, double dt_s, FrameResult& into) {
     EgoMotion::Placing placing{ego_motion.place(frame.world_from_vehicle, dt_s)};
-    if (!placing.warning.empty()) result.warnings.push_back(std::move(placing.warning));
-    if (placing.status) result.status.push_back(*placing.status);
+    if (!placing.warning.empty()) into.warnings.push_back(std::move(placing.warning));
+    if (placing.status) into.status.push_back(*placing.status);
     return placing.world_from_vehicle;
   }
 
   // What the stages take: level images.
-  LevelFrame input_of(const StereoFrame& frame) {
-    const double dt_s{tick(frame)};
+  LevelFrame input_of(const StereoFrame& frame, FrameResult& into) {
+    const double dt_s{tick(frame, into)};
+    const Pose2 world_from_vehicle{place(frame, dt_s, into)};
     if (!levelling.is_needed()) {
-      return {frame.left.view(), frame.right.view(), frame.disparity.view(), place(frame, dt_s), dt_s,
+      return {frame.left.view(), frame.right.view(), frame.disparity.view(), world_from_vehicle, dt_s,
               frame.other_grids};
     }
     levelling.apply(cpu, frame.left.view(), level_left.view());
@@ -136,7 +147,7 @@ struct Pipeline::Implementation {
     return {level_left.view(),
             level_right.view(),
             frame.disparity.empty() ? View<const float>{} : level_disparity.view(),
-            place(frame, dt_s),
+            world_from_vehicle,
             dt_s,
             frame.other_grids};
   }
@@ -151,26 +162,42 @@ struct Pipeline::Implementation {
     }
   }
 
+  // The result's stages are the pipeline's own where nobody wants them: the stages work in them.
+  void process(const StereoFrame& frame, FrameResult& into) {
+    check_frame(frame);
+    Stopwatch watch;
+    make_room(config.grid, options.horizons_s, into);
+    if (!options.stages) into.stages = std::exchange(unwanted_stages, {});
+    make_room(config, levelling.level_rig(), into.stages);
+    const LevelFrame input{input_of(frame, into)};
+    processor.run(input, into);
+    if (!into.predictions.empty()) processor.stages().predict(input.world_from_vehicle, into);
+    if (!options.stages) unwanted_stages = std::exchange(into.stages, {});
+    into.world_from_vehicle = input.world_from_vehicle;
+    window = into.world.geometry;
+    into.timing_ms.total = watch.lap();
+  }
+
   Config config;
   Rig rig;
+  PipelineOptions options;
   Levelling levelling;
   Cpu cpu;
-  BackEnd used;
   std::string why_not_cuda;
   FrameProcessor processor;
   Image<std::uint8_t> level_left;
   Image<std::uint8_t> level_right;
   Image<float> level_disparity;
   FrameResult result;
-  bool are_stages_wanted{true};
-  std::optional<StageImages> unwanted_stages;  // between two frames; the stages work in their images
+  StageImages unwanted_stages;
+  GridGeometry window;  // where it lay in the last frame
   FrameClock clock{config.motion.gap_max_s};
   EgoMotion ego_motion{config.motion};
 };
 
-Pipeline::Pipeline(const Config& config, const Rig& rig, BackEnd back_end, int threads) {
-  check(config, rig, back_end, threads);
-  implementation_ = std::make_unique<Implementation>(config, rig, back_end, threads);
+Pipeline::Pipeline(const Config& config, const Rig& rig, const PipelineOptions& options) {
+  check(config, rig, options);
+  implementation_ = std::make_unique<Implementation>(config, rig, options);
 }
 Pipeline::Pipeline(Pipeline&&) noexcept = default;
 Pipeline& Pipeline::operator=(Pipeline&&) noexcept = default;
@@ -183,17 +210,12 @@ Pipeline::Implementation& Pipeline::implementation() const {
 
 const FrameResult& Pipeline::process(const StereoFrame& frame) {
   Implementation& self{implementation()};
-  self.check_frame(frame);
-  Stopwatch watch;
-  FrameResult& result{self.result};
-  const LevelFrame input{self.input_of(frame)};
-  if (self.unwanted_stages) result.stages = *std::exchange(self.unwanted_stages, std::nullopt);
-  self.processor.run(input, result);
-  if (!result.predictions.empty()) self.processor.stages().predict(input.world_from_vehicle, result);
-  result.world_from_vehicle = input.world_from_vehicle;
-  if (!self.are_stages_wanted) self.unwanted_stages = std::exchange(result.stages, {});
-  result.timing_ms.total = watch.lap();
-  return result;
+  self.process(frame, self.result);
+  return self.result;
+}
+
+void Pipeline::process(const StereoFrame& frame, FrameResult& into) {
+  implementation().process(frame, into);
 }
 
 void Pipeline::reset() {
@@ -208,11 +230,14 @@ const Config& Pipeline::config() const {
 const Rig& Pipeline::rig() const {
   return implementation().rig;
 }
+const Rig& Pipeline::level_rig() const {
+  return implementation().levelling.level_rig();
+}
 GridGeometry Pipeline::vehicle_grid() const {
-  return implementation().result.vehicle_grid;
+  return vehicle_grid_of(implementation().config.grid);
 }
 GridGeometry Pipeline::world_grid() const {
-  return implementation().result.world.geometry;
+  return implementation().window;
 }
 int Pipeline::threads() const {
   return implementation().processor.stages().threads();
@@ -220,52 +245,25 @@ int Pipeline::threads() const {
 MemoryUse Pipeline::memory_use() const {
   const Implementation& self{implementation()};
   MemoryUse use{self.processor.memory_use()};
-  use.host_bytes += sizeof self + held_bytes_of(self.result, self.level_left, self.level_right, self.level_disparity);
-  if (self.unwanted_stages) use.host_bytes += held_bytes(*self.unwanted_stages);
+  use.host_bytes += sizeof self + held_bytes_of(self.result, self.unwanted_stages, self.level_left, self.level_right,
+                                                self.level_disparity);
   return use;
 }
 BackEnd Pipeline::back_end() const {
-  return implementation().used;
+  return implementation().options.back_end;
 }
 const std::string& Pipeline::why_not_cuda() const {
   return implementation().why_not_cuda;
-}
-void Pipeline::fetch_stages(bool wanted) {
-  Implementation& self{implementation()};
-  self.are_stages_wanted = wanted;
-  self.processor.stages().fetch_stages(wanted);
-}
-void Pipeline::start_at(const Pose2& world_from_vehicle) {
-  Implementation& self{implementation()};
-  if (!is_place(world_from_vehicle)) {
-    throw ConfigError{"The vehicle's place at the start must be finite, and within 1e9 m of the world's origin."};
-  }
-  self.ego_motion.start_at(world_from_vehicle);
-}
-void Pipeline::predict_at(const std::vector<double>& horizons_s) {
-  Implementation& self{implementation()};
-  check_horizons(horizons_s);
-  std::vector<Prediction> predictions;
-  for (const double horizon_s : horizons_s) {
-    const GridGeometry& window{self.result.world.geometry};
-    predictions.push_back({horizon_s, Image<float>{self.result.vehicle_grid.nx, self.result.vehicle_grid.ny},
-                           Image<float>{window.nx, window.ny}});
-  }
-  if (!predictions.empty() && self.used == BackEnd::cuda) {
-    throw ConfigError{"The CUDA back end does not predict. Take the CPU (--device cpu)."};
-  }
-  if (!predictions.empty()) self.processor.stages().make_room_for_predictions();
-  self.result.predictions = std::move(predictions);
 }
 std::vector<std::byte> Pipeline::save_state() const {
   Implementation& self{implementation()};
   StateWriter state;
   state(self);
-  return sealed(state.bytes(), settings_of(self.config, self.rig, self.used));
+  return sealed(state.bytes(), settings_of(self.config, self.rig, self.options.back_end));
 }
 void Pipeline::load_state(std::span<const std::byte> saved) {
   Implementation& self{implementation()};
-  StateReader state{unsealed(saved, settings_of(self.config, self.rig, self.used))};
+  StateReader state{unsealed(saved, settings_of(self.config, self.rig, self.options.back_end))};
   state(self);
   if (state.fits()) return;
   reset();  // what was read so far makes no sense

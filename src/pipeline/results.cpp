@@ -11,13 +11,17 @@
 namespace stereogrid {
 namespace {
 
-StageImages stage_images(int width, int height, int bins, int bins_per_px) {
-  return {Image<float>{width, height},       Image<float>{width, height},
-          Image<float>{width, height},       std::vector<int>(static_cast<std::size_t>(bins)),
-          Image<std::uint16_t>{width, bins}, Image<std::uint16_t>{width, bins},
-          Image<float>{width, bins},         Image<float>{width, bins},
-          Image<float>{width, bins},         Image<float>{width, bins},
-          Image<float>{width, bins},         bins_per_px};
+template <class T>
+void make_room(int width, int height, Image<T>& image) {
+  if (image.width() != width || image.height() != height) image = Image<T>{width, height};
+}
+
+void make_room(const GridGeometry& geometry, GridLayers& layers) {
+  layers.geometry = geometry;
+  for (Image<float>* image : {&layers.occupancy, &layers.velocity_x, &layers.velocity_y, &layers.age_s,
+                              &layers.velocity_xx, &layers.velocity_xy, &layers.velocity_yy, &layers.moving}) {
+    make_room(geometry.nx, geometry.ny, *image);
+  }
 }
 
 }  // namespace
@@ -28,17 +32,41 @@ GridGeometry vehicle_grid_of(const GridConfig& config) {
           static_cast<int>(std::lround(config.width_m / config.cell_size_m))};
 }
 
-FrameResult empty_result(const Config& config, const Rig& rig) {
-  FrameResult result;
-  result.vehicle_grid = vehicle_grid_of(config.grid);
-  const Image<float> cells{result.vehicle_grid.nx, result.vehicle_grid.ny};
-  result.observed = result.occupancy = result.age_s = result.velocity_x = result.velocity_y = cells;
-  result.velocity_xx = result.velocity_xy = result.velocity_yy = result.moving = cells;
-  const int window_cells{Window{result.vehicle_grid}.cells()};
-  result.world = grid_layers({0, 0, config.grid.cell_size_m, window_cells, window_cells});
-  result.stages = stage_images(rig.width_px, rig.height_px, bins_of(config), config.u_disparity.bins_per_px);
+void make_room(const Config& config, const Rig& rig, StageImages& stages) {
+  const int bins{bins_of(config)};
+  for (Image<float>* image : {&stages.obstacle_disparity, &stages.road_disparity, &stages.match_confidence}) {
+    make_room(rig.width_px, rig.height_px, *image);
+  }
+  stages.possible.resize(static_cast<std::size_t>(bins));
+  for (Image<std::uint16_t>* image : {&stages.visible, &stages.observed}) make_room(rig.width_px, bins, *image);
+  for (Image<float>* image : {&stages.visibility, &stages.obstacle_confidence, &stages.road_confidence,
+                              &stages.occupancy, &stages.occupancy_smooth}) {
+    make_room(rig.width_px, bins, *image);
+  }
+  stages.bins_per_px = config.u_disparity.bins_per_px;
+}
+
+void make_room(const GridConfig& config, const std::vector<double>& horizons_s, FrameResult& result) {
+  const GridGeometry vehicle{vehicle_grid_of(config)};
+  const int window_cells{Window{vehicle}.cells()};
+  make_room(vehicle.nx, vehicle.ny, result.observed);
+  make_room(vehicle, result.vehicle);
+  make_room({0, 0, config.cell_size_m, window_cells, window_cells}, result.world);
+  result.predictions.resize(horizons_s.size());
+  for (std::size_t i{0}; i < horizons_s.size(); ++i) {
+    Prediction& prediction{result.predictions[i]};
+    prediction.horizon_s = horizons_s[i];
+    make_room(vehicle.nx, vehicle.ny, prediction.occupancy);
+    make_room(window_cells, window_cells, prediction.world_occupancy);
+  }
   result.obstacles.reserve(things_reserved);
   result.status.reserve(names_of(FrameStatus{}).size());
+}
+
+FrameResult empty_result(const Config& config, const Rig& rig) {
+  FrameResult result;
+  make_room(config.grid, {}, result);
+  make_room(config, rig, result.stages);
   return result;
 }
 
@@ -54,9 +82,8 @@ std::size_t held_bytes(const StageImages& stages) {
 }
 
 std::size_t held_bytes(const FrameResult& result) {
-  std::size_t bytes{held_bytes_of(result.observed, result.occupancy, result.age_s, result.velocity_x, result.velocity_y,
-                                  result.velocity_xx, result.velocity_xy, result.velocity_yy, result.moving,
-                                  result.world, result.obstacles, result.stages, result.status)};
+  std::size_t bytes{
+      held_bytes_of(result.observed, result.vehicle, result.world, result.obstacles, result.stages, result.status)};
   bytes += result.predictions.capacity() * sizeof(Prediction);
   for (const Prediction& one : result.predictions) bytes += held_bytes_of(one.occupancy, one.world_occupancy);
   return bytes;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include "stereogrid/config.hpp"
 #include "stereogrid/result.hpp"
@@ -12,7 +13,12 @@ namespace stereogrid {
 /// The vehicle-frame grid that a configuration asks for.
 GridGeometry vehicle_grid_of(const GridConfig& config);
 
-/// A result with all its images allocated.
+/// Allocates the images that do not have their size; the others are left as they are.
+void make_room(const Config& config, const Rig& level_rig, StageImages& stages);
+/// The same for grids and predictions.
+void make_room(const GridConfig& config, const std::vector<double>& horizons_s, FrameResult& result);
+
+/// A result with all its images allocated, without predictions.
 FrameResult empty_result(const Config& config, const Rig& level_rig);
 
 /// Rows of the u-disparity images.

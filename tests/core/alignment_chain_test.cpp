@@ -39,7 +39,7 @@ Config config_with(bool align) {
 
 /// Share of the road's matched pixels that are off by more than a pixel, in the last frame.
 double wrong_on_the_road(const Scene& scene, const RowTerms& terms, bool align) {
-  Pipeline pipeline{config_with(align), scene.rig(), BackEnd::cpu, 2};
+  Pipeline pipeline{config_with(align), scene.rig(), {.threads = 2}};
   for (std::size_t i{0}; i + 1 < scene.size(); ++i) pipeline.process(turned(scene, i, terms));
   const FrameResult& result{pipeline.process(turned(scene, scene.size() - 1, terms))};
   const Image<float> truth{scene.truth(scene.size() - 1).disparity};
@@ -67,8 +67,8 @@ TEST(AlignmentChain, ATurnedCameraIsPutRight) {
 
 TEST(AlignmentChain, AlignedCamerasAreLeftAlone) {
   const Scene scene{scenes::parse_scene("street?frames=3"), 2};
-  Pipeline with{config_with(true), scene.rig(), BackEnd::cpu, 2};
-  Pipeline without{config_with(false), scene.rig(), BackEnd::cpu, 2};
+  Pipeline with{config_with(true), scene.rig(), {.threads = 2}};
+  Pipeline without{config_with(false), scene.rig(), {.threads = 2}};
   for (std::size_t i{0}; i < scene.size(); ++i) {
     const Image<float> observed{with.process(scene.load(i)).observed};
     EXPECT_EQ(observed, without.process(scene.load(i)).observed) << i;
@@ -83,9 +83,9 @@ TEST(AlignmentChain, ReferenceAgrees) {
     small.matching.disparities = 24;
     return small;
   };
-  Pipeline cpu{config(true), scene.rig(), BackEnd::cpu, 2};
-  Pipeline reference{config(true), scene.rig(), BackEnd::reference, 1};
-  Pipeline without{config(false), scene.rig(), BackEnd::cpu, 2};
+  Pipeline cpu{config(true), scene.rig(), {.threads = 2}};
+  Pipeline reference{config(true), scene.rig(), {.back_end = BackEnd::reference}};
+  Pipeline without{config(false), scene.rig(), {.threads = 2}};
   for (std::size_t i{0}; i < scene.size(); ++i) {
     const StereoFrame frame{turned(scene, i, {0.6, 0, 0, 0, 0})};
     const StageImages& found{cpu.process(frame).stages};
@@ -101,7 +101,7 @@ TEST(AlignmentChain, GivenDisparitiesNeedNone) {
   StereoFrame frame{scene.load(0)};
   frame.right = {};
   frame.disparity = scene.truth(0).disparity;
-  Pipeline pipeline{config_with(true), scene.rig(), BackEnd::cpu, 1};
+  Pipeline pipeline{config_with(true), scene.rig(), {.threads = 1}};
   EXPECT_GT(pipeline.process(frame).road_density, 0.1);
 }
 

@@ -84,6 +84,7 @@ struct Case {
   void (*change)(Recording&){as_it_is};
   int threads{2};
   bool fetches_stages{true};
+  bool has_own_results{false};  ///< two, in turn
   std::vector<double> horizons_s{};
 };
 
@@ -107,6 +108,9 @@ const std::vector<Case>& cases() {
       {.name = "WithoutSceneFlow", .settings = {{"filter.scene_flow", "false"}}},
       {.name = "FineBins", .settings = {{"u_disparity.bins_per_px", "2"}, {"projection.interpolate_far", "true"}}},
       {.name = "WithoutStages", .fetches_stages = false},
+      {.name = "OwnResults", .has_own_results = true},
+      {.name = "OwnResultsWithoutStages", .fetches_stages = false, .has_own_results = true},
+      {.name = "OwnResultsWithPredictions", .has_own_results = true, .horizons_s = {0.5, 1}},
       {.name = "Predictions", .horizons_s = {0.5, 1}},
       {.name = "PredictionsOfParticles", .settings = {{"filter.model", "particles"}}, .horizons_s = {0.5}},
       {.name = "GivenDisparities", .is_given = true},
@@ -125,9 +129,13 @@ const std::vector<Case>& cases() {
 
 // In all frames that count: those after the first ones, but where there is something to warn of.
 struct Found {
-  void add_frame(Pipeline& pipeline, const StereoFrame& frame) {
+  void add_frame(Pipeline& pipeline, const StereoFrame& frame, bool has_own_results) {
     start_counting();
-    const FrameResult& result{pipeline.process(frame)};
+    if (has_own_results) {
+      std::swap(now, before);
+      pipeline.process(frame, now);
+    }
+    const FrameResult& result{has_own_results ? now : pipeline.process(frame)};
     const Allocations allocations{stop_counting()};
     obstacles += result.obstacles.size();
     if (++processed <= warm_up_frames || !result.warnings.empty()) return;
@@ -138,6 +146,8 @@ struct Found {
     for (const std::string& way : allocations.where) where += "\n  " + way;
   }
 
+  FrameResult now;
+  FrameResult before;
   std::size_t processed{0};
   std::size_t obstacles{0};
   int counted{0};
@@ -156,11 +166,10 @@ TEST_P(Allocation, NoneOnceThePipelineRuns) {
   one.change(recording);
   Config config{preset(one.preset)};
   for (const auto& [key, value] : one.settings) set(config, key, value);
-  Pipeline pipeline{config, recording.rig, BackEnd::cpu, one.threads};
-  pipeline.fetch_stages(one.fetches_stages);
-  pipeline.predict_at(one.horizons_s);
+  Pipeline pipeline{
+      config, recording.rig, {.threads = one.threads, .stages = one.fetches_stages, .horizons_s = one.horizons_s}};
   Found found;
-  for (const StereoFrame& frame : recording.frames) found.add_frame(pipeline, frame);
+  for (const StereoFrame& frame : recording.frames) found.add_frame(pipeline, frame, one.has_own_results);
   RecordProperty("allocations", found.count);
   RecordProperty("bytes", std::to_string(found.bytes));
   RecordProperty("of_tbb", found.of_tbb);

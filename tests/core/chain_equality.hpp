@@ -15,6 +15,15 @@ inline bool have_equal_bits(const Image<float>& a, const Image<float>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 
+inline void expect_equal(const GridLayers& a, const GridLayers& b) {
+  EXPECT_EQ(a.geometry, b.geometry);
+  for (const auto layer :
+       {&GridLayers::occupancy, &GridLayers::velocity_x, &GridLayers::velocity_y, &GridLayers::age_s,
+        &GridLayers::velocity_xx, &GridLayers::velocity_xy, &GridLayers::velocity_yy, &GridLayers::moving}) {
+    EXPECT_TRUE(have_equal_bits(a.*layer, b.*layer));
+  }
+}
+
 inline void expect_equal(const FrameResult& a, const FrameResult& b) {
   EXPECT_EQ(a.ground, b.ground);
   EXPECT_EQ(a.stages.obstacle_disparity, b.stages.obstacle_disparity);
@@ -24,13 +33,8 @@ inline void expect_equal(const FrameResult& a, const FrameResult& b) {
   EXPECT_EQ(a.stages.observed, b.stages.observed);
   EXPECT_EQ(a.stages.occupancy_smooth, b.stages.occupancy_smooth);
   EXPECT_EQ(a.observed, b.observed);
-  EXPECT_EQ(a.world.geometry, b.world.geometry);
-  EXPECT_EQ(a.world.occupancy, b.world.occupancy);
-  EXPECT_EQ(a.world.velocity_x, b.world.velocity_x);
-  EXPECT_EQ(a.occupancy, b.occupancy);
-  EXPECT_TRUE(have_equal_bits(a.velocity_x, b.velocity_x));
-  EXPECT_TRUE(have_equal_bits(a.velocity_y, b.velocity_y));
-  EXPECT_TRUE(have_equal_bits(a.age_s, b.age_s));
+  expect_equal(a.vehicle, b.vehicle);
+  expect_equal(a.world, b.world);
   ASSERT_EQ(a.obstacles.size(), b.obstacles.size());
   for (std::size_t i{0}; i < a.obstacles.size(); ++i) {
     EXPECT_EQ(a.obstacles[i].id, b.obstacles[i].id);

@@ -12,7 +12,8 @@ namespace stereogrid::test {
 struct Drive {
   explicit Drive(const char* scene_text, const Config& config = preset("default"), int threads = 2,
                  BackEnd back_end = BackEnd::cpu)
-      : scene{scenes::parse_scene(scene_text), 2}, pipeline{config, scene.rig(), back_end, threads} {}
+      : scene{scenes::parse_scene(scene_text), 2},
+        pipeline{config, scene.rig(), {.back_end = back_end, .threads = threads}} {}
 
   const FrameResult& step(std::size_t index) { return pipeline.process(scene.load(index)); }
 

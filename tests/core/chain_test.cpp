@@ -60,7 +60,7 @@ const Obstacle* nearest(const std::vector<Obstacle>& obstacles, double x_m, doub
 
 // Crate of the scene `occlusion`: face at x = 6.0, y from −0.6 to 0.6.
 void expect_crate_in_place(const FrameResult& result) {
-  const GridGeometry& grid{result.vehicle_grid};
+  const GridGeometry& grid{result.vehicle.geometry};
   const auto occupied = [&](double x_m, double y_m) {
     return result.observed(static_cast<int>((x_m - grid.x_min_m) / grid.cell_size_m),
                            static_cast<int>((y_m - grid.y_min_m) / grid.cell_size_m)) > 0.5f;
@@ -105,9 +105,9 @@ TEST(Chain, FindsAHalfHiddenPersonThatTheNearestObstacleRuleCannotSee) {
       }
       EXPECT_GT(nearer_pixels, 20) << "the crate hides the person from a rule that stops at the nearest obstacle";
       // about half of the possible rays reach the person, so eq. 8 can give no more than 3/4 in a single frame
-      EXPECT_GT(highest_near(result.observed, result.vehicle_grid, at.x, at.y, 0.45), 0.6) << name << " " << i;
+      EXPECT_GT(highest_near(result.observed, result.vehicle.geometry, at.x, at.y, 0.45), 0.6) << name << " " << i;
       if (i < 3 || name != std::string_view{"default"}) continue;
-      EXPECT_GT(highest_near(result.occupancy, result.vehicle_grid, at.x, at.y, 0.45), 0.75) << name;
+      EXPECT_GT(highest_near(result.vehicle.occupancy, result.vehicle.geometry, at.x, at.y, 0.45), 0.75) << name;
     }
   }
 }
@@ -121,9 +121,10 @@ TEST(Chain, KeepsAnEmptyRoadFree) {
     int free{0};
     for (int iy{0}; iy < result.observed.height(); ++iy) {
       // farther away the road has too little texture for some frames
-      for (int ix{15}; centre_x(result.vehicle_grid, ix) < 15; ++ix) {
+      for (int ix{15}; centre_x(result.vehicle.geometry, ix) < 15; ++ix) {
         // the right camera does not see the left border
-        const bool is_inner{std::abs(centre_y(result.vehicle_grid, iy)) < 0.5 * centre_x(result.vehicle_grid, ix)};
+        const bool is_inner{std::abs(centre_y(result.vehicle.geometry, iy)) <
+                            0.5 * centre_x(result.vehicle.geometry, ix)};
         if (!is_inner || !is_cell(truth.state, ix, iy, TruthCell::seen_free)) continue;
         ++seen;
         free += result.observed(ix, iy) < 0.45f ? 1 : 0;
@@ -141,13 +142,13 @@ TEST(Chain, KnowsNothingBehindAWall) {
   Drive run{"wall"};
   for (std::size_t i{0}; i < 3; ++i) {
     const FrameResult& result{run.step(i)};
-    const GridGeometry& grid{result.vehicle_grid};
+    const GridGeometry& grid{result.vehicle.geometry};
     for (int iy{0}; iy < grid.ny; ++iy) {
       for (int ix{0}; ix < grid.nx; ++ix) {
         if (centre_x(grid, ix) < 10 || std::abs(centre_y(grid, iy)) > 5) continue;
         EXPECT_NEAR(result.observed(ix, iy), 0.5, 0.03);
-        EXPECT_NEAR(result.occupancy(ix, iy), 0.5, 0.03);
-        EXPECT_TRUE(std::isinf(result.age_s(ix, iy)));
+        EXPECT_NEAR(result.vehicle.occupancy(ix, iy), 0.5, 0.03);
+        EXPECT_TRUE(std::isinf(result.vehicle.age_s(ix, iy)));
       }
     }
     EXPECT_GT(highest_near(result.observed, grid, 8.0, 0.0, 0.3), 0.75);
@@ -158,8 +159,8 @@ TEST(Chain, KnowsNothingBehindAWall) {
 TEST(Chain, SeesTheCarOnTheLeftAndNothingOnTheRight) {
   Drive run{"crossing"};
   const FrameResult& result{run.step(9)};  // the car is at x = 13, y = 5.6
-  EXPECT_GT(highest_near(result.observed, result.vehicle_grid, 13.0, 5.6, 0.6), 0.7);
-  EXPECT_LT(highest_near(result.observed, result.vehicle_grid, 13.0, -5.6, 0.6), 0.6);
+  EXPECT_GT(highest_near(result.observed, result.vehicle.geometry, 13.0, 5.6, 0.6), 0.7);
+  EXPECT_LT(highest_near(result.observed, result.vehicle.geometry, 13.0, -5.6, 0.6), 0.6);
 }
 
 // Frames given to the pipeline; the velocities after 1.4 s must be those of the scene. From frame 18 on the walker
@@ -204,13 +205,13 @@ TEST(Chain, StandingThingsStandWhileTheCarMoves) {
     const FrameTruth truth{run.scene.truth(i)};
     EXPECT_NEAR(result.world_from_vehicle.x_m, truth.ego.world_from_vehicle.x_m, 1e-9);
     if (i < 5) continue;
-    for (int iy{0}; iy < result.occupancy.height(); ++iy) {
-      for (int ix{0}; ix < result.occupancy.width(); ++ix) {
+    for (int iy{0}; iy < result.vehicle.occupancy.height(); ++iy) {
+      for (int ix{0}; ix < result.vehicle.occupancy.width(); ++ix) {
         const bool stands{truth.velocity_x(ix, iy) == 0 && truth.velocity_y(ix, iy) == 0};
         if (!stands || !is_cell(truth.state, ix, iy, TruthCell::seen_occupied)) continue;
-        if (result.occupancy(ix, iy) < 0.6f) continue;
+        if (result.vehicle.occupancy(ix, iy) < 0.6f) continue;
         ++cells;
-        moving += std::hypot(result.velocity_x(ix, iy), result.velocity_y(ix, iy)) > 1 ? 1 : 0;
+        moving += std::hypot(result.vehicle.velocity_x(ix, iy), result.vehicle.velocity_y(ix, iy)) > 1 ? 1 : 0;
       }
     }
   }
@@ -274,8 +275,8 @@ TEST(Chain, APoseJumpDoesNotSmearTheGrid) {
     const FrameResult& followed{following.pipeline.process(frame)};
     const FrameResult& expected{undisturbed.step(i)};
     if (i < 6) continue;
-    EXPECT_LT(mean_difference(noticed.occupancy, expected.occupancy), 0.005);
-    EXPECT_GT(mean_difference(followed.occupancy, expected.occupancy), 0.03);
+    EXPECT_LT(mean_difference(noticed.vehicle.occupancy, expected.vehicle.occupancy), 0.005);
+    EXPECT_GT(mean_difference(followed.vehicle.occupancy, expected.vehicle.occupancy), 0.03);
   }
 }
 

@@ -150,8 +150,8 @@ TEST(FineBins, ThePipelineHasThemAndItsBackEndsAgree) {
   for (int v{0}; v < rig.height_px; ++v) {
     for (int u{0}; u + 6 < rig.width_px; ++u) frame.right(u, v) = frame.left(u + 6, v);  // a wall at 6 px
   }
-  Pipeline cpu{config, rig, BackEnd::cpu, 2};
-  Pipeline reference{config, rig, BackEnd::reference};
+  Pipeline cpu{config, rig, {.threads = 2}};
+  Pipeline reference{config, rig, {.back_end = BackEnd::reference}};
   const FrameResult& fast{cpu.process(frame)};
   const FrameResult& slow{reference.process(frame)};
   EXPECT_EQ(fast.stages.bins_per_px, 2);

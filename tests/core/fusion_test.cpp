@@ -140,26 +140,26 @@ TEST(Fusion, ThePipelineHandsOnWhatAnotherSourceHasSeen) {
     Config config{preset("default")};
     config.fusion.other_confidence = 1;
     config.filter.velocity_max_mps = 2;
-    Pipeline pipeline{config, small_rig, back_end, 1};
+    Pipeline pipeline{config, small_rig, {.back_end = back_end, .threads = 1}};
     StereoFrame frame{grey_frame()};
     frame.world_from_vehicle = Pose2{3, 4, 0.5};
     frame.other_grids.push_back({{4, 1, 1, 2, 2}, Image<float>{2, 2, 0.9f}, {}});
     const FrameResult& result{pipeline.process(frame)};
     const auto at = [&](const Image<float>& cells, double x, double y) {
-      const GridGeometry& g{result.vehicle_grid};
+      const GridGeometry& g{result.vehicle.geometry};
       return cells(static_cast<int>((x - g.x_min_m) / g.cell_size_m),
                    static_cast<int>((y - g.y_min_m) / g.cell_size_m));
     };
     EXPECT_NEAR(at(result.observed, 5.1, 2.1), 0.9, 1e-3);
     EXPECT_NEAR(at(result.observed, 5.1, -2.1), 0.5, 1e-3);
-    EXPECT_GT(at(result.occupancy, 5.1, 2.1), 0.6f);
-    EXPECT_LT(at(result.occupancy, 5.1, -2.1), 0.55f);
-    EXPECT_EQ(at(result.age_s, 5.1, 2.1), 0);
+    EXPECT_GT(at(result.vehicle.occupancy, 5.1, 2.1), 0.6f);
+    EXPECT_LT(at(result.vehicle.occupancy, 5.1, -2.1), 0.55f);
+    EXPECT_EQ(at(result.vehicle.age_s, 5.1, 2.1), 0);
   }
 }
 
 TEST(Fusion, ThePipelineRefusesGridsThatCannotBe) {
-  Pipeline pipeline{preset("default"), small_rig, BackEnd::cpu, 1};
+  Pipeline pipeline{preset("default"), small_rig, {.threads = 1}};
   const auto complaint = [&](const ObservedGrid& grid) {
     StereoFrame frame{grey_frame()};
     frame.other_grids = {saying(0.5f), grid};

@@ -52,8 +52,8 @@ class LogLoss {
 TEST(GivenChain, ExactDisparitiesAreAtLeastAsGoodAsMatchedOnes) {
   for (const char* text : {"street?frames=3", "crossing?frames=3", "crossing?frames=3&pitch_deg=4"}) {
     const Scene scene{scenes::parse_scene(text), 2};
-    Pipeline matching{preset("default"), scene.rig(), BackEnd::cpu, 2};
-    Pipeline given{preset("default"), scene.rig(), BackEnd::cpu, 2};
+    Pipeline matching{preset("default"), scene.rig(), {.threads = 2}};
+    Pipeline given{preset("default"), scene.rig(), {.threads = 2}};
     LogLoss of_matching;
     LogLoss of_given;
     for (std::size_t i{0}; i < scene.size(); ++i) {
@@ -69,7 +69,7 @@ TEST(GivenChain, ExactDisparitiesAreAtLeastAsGoodAsMatchedOnes) {
 TEST(GivenChain, RoadAndObstaclesAreToldApart) {
   for (const char* text : {"street?frames=3", "street?frames=3&pitch_deg=3"}) {
     const Scene scene{scenes::parse_scene(text), 2};
-    Pipeline pipeline{preset("default"), scene.rig(), BackEnd::cpu, 2};
+    Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2}};
     // labels of the truth belong to the pitched image, so only the level camera's are compared
     const bool level{std::abs(scene.rig().camera_pitch_rad) < 0.01};
     for (std::size_t i{0}; i < scene.size(); ++i) {
@@ -98,7 +98,7 @@ TEST(GivenChain, APlaneThatIsFarOffIsFoundInTheFirstFrame) {
   for (const double off_rad : {0.015, -0.015}) {
     Rig rig{scene.rig()};
     rig.camera_pitch_rad += off_rad;
-    Pipeline pipeline{preset("default"), rig, BackEnd::cpu, 2};
+    Pipeline pipeline{preset("default"), rig, {.threads = 2}};
     const Ground ground{pipeline.process(given_frame(scene, 0)).ground};
     EXPECT_TRUE(ground.estimated);
     EXPECT_NEAR(ground.pitch_rad, scene.rig().camera_pitch_rad, 0.003) << off_rad;
@@ -111,8 +111,8 @@ TEST(GivenChain, CpuEqualsReference) {
   Config config{preset("default")};
   config.grid.length_m = 8;
   config.filter.velocity_max_mps = 4;
-  Pipeline reference{config, scene.rig(), BackEnd::reference};
-  Pipeline cpu{config, scene.rig(), BackEnd::cpu, 2};
+  Pipeline reference{config, scene.rig(), {.back_end = BackEnd::reference}};
+  Pipeline cpu{config, scene.rig(), {.threads = 2}};
   for (std::size_t i{0}; i < 3; ++i) {
     const FrameResult& a{reference.process(given_frame(scene, i))};
     const FrameResult& b{cpu.process(given_frame(scene, i))};
@@ -125,7 +125,7 @@ TEST(GivenChain, CpuEqualsReference) {
 
 TEST(GivenChain, MatchedAndGivenFramesMayTakeTurns) {
   const Scene scene{scenes::parse_scene("street?width=160&height=100&frames=3"), 2};
-  Pipeline pipeline{preset("default"), scene.rig(), BackEnd::cpu, 2};
+  Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2}};
   pipeline.process(scene.load(0));
   EXPECT_GT(pipeline.process(given_frame(scene, 1)).road_density, 0.3);
   EXPECT_GT(pipeline.process(scene.load(2)).road_density, 0.05);
@@ -142,7 +142,7 @@ void expect_refused(Pipeline& pipeline, const StereoFrame& frame, const char* wo
 
 TEST(GivenChain, RefusesFramesThatAreNoPair) {
   const Scene scene{scenes::parse_scene("street?width=160&height=100&frames=2"), 2};
-  Pipeline pipeline{preset("default"), scene.rig(), BackEnd::cpu, 2};
+  Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2}};
   StereoFrame frame{given_frame(scene, 0)};
   frame.right = frame.left;
   expect_refused(pipeline, frame, "both a right image and disparities");
@@ -159,7 +159,7 @@ TEST(GivenChain, RefusesFramesThatAreNoPair) {
 
 TEST(GivenChain, WithoutAnyDisparityNothingIsKnown) {
   const Scene scene{scenes::parse_scene("street?width=160&height=100&frames=1"), 2};
-  Pipeline pipeline{preset("default"), scene.rig(), BackEnd::cpu, 2};
+  Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2}};
   StereoFrame frame{given_frame(scene, 0)};
   frame.disparity.fill(0);
   const FrameResult& result{pipeline.process(frame)};

@@ -46,7 +46,7 @@ inline std::vector<Ground> grounds_of(const std::vector<StereoFrame>& frames, co
   Config config{preset("default")};
   config.grid.length_m = 8;
   config.grid.width_m = 8;
-  Pipeline pipeline{config, rig, BackEnd::cpu, 2};
+  Pipeline pipeline{config, rig, {.threads = 2}};
   const double levelled_rad{Levelling{rig}.is_needed() ? rig.camera_pitch_rad : 0.0};
   std::vector<Ground> grounds;
   for (std::size_t i{0}; i < frames.size(); ++i) {

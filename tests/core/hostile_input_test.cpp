@@ -41,7 +41,7 @@ class HostileInput : public ::testing::TestWithParam<BackEnd> {
 INSTANTIATE_TEST_SUITE_P(BackEnds, HostileInput, ::testing::ValuesIn(back_ends()));
 
 void expect_sane(const FrameResult& result) {
-  for (const Image<float>* image : {&result.observed, &result.occupancy, &result.world.occupancy}) {
+  for (const Image<float>* image : {&result.observed, &result.vehicle.occupancy, &result.world.occupancy}) {
     for (const float p : *image) ASSERT_TRUE(p >= 0 && p <= 1) << p;
   }
   for (const float v : result.world.velocity_x) ASSERT_TRUE(std::isfinite(v));
@@ -141,21 +141,23 @@ TEST_P(HostileInput, OtherGridsThatAreNoneAreRefused) {
 
 TEST_P(HostileInput, LongPredictionsAreRefusedAndTheLongestIsNot) {
   for (const double horizon_s : {1e8, 10001.0, nan, infinity, 0.0, -1.0}) {
-    EXPECT_THAT(complaint_of<ConfigError>([&] { wall_.pipeline.predict_at({1, horizon_s}); }), HasSubstr("10000"));
+    const PipelineOptions options{.back_end = GetParam(), .horizons_s = {1, horizon_s}};
+    EXPECT_THAT(complaint_of<ConfigError>([&] { Wall{options}; }), HasSubstr("10000"));
   }
-  wall_.pipeline.predict_at({1e4});
-  const FrameResult& result{wall_.step(0)};
+  Wall wall{PipelineOptions{.back_end = GetParam(), .horizons_s = {1e4}}};
+  const FrameResult& result{wall.step(0)};
   ASSERT_EQ(result.predictions.size(), 1u);
   for (const float p : result.predictions[0].world_occupancy) ASSERT_TRUE(p >= 0 && p <= 1);
 }
 
 TEST_P(HostileInput, APlaceToStartAtMustBeOne) {
   for (const Pose2& place : {Pose2{nan, 0, 0}, Pose2{0, infinity, 0}, Pose2{0, 0, nan}, Pose2{1e10, 0, 0}}) {
-    EXPECT_THROW(wall_.pipeline.start_at(place), ConfigError);
+    const PipelineOptions options{.back_end = GetParam(), .start = place};
+    EXPECT_THAT(complaint_of<ConfigError>([&] { Wall{options}; }), HasSubstr("1e9"));
   }
-  wall_.pipeline.start_at({1e9, -1e9, 1});
-  EXPECT_EQ(wall_.step(0).world_from_vehicle, (Pose2{1e9, -1e9, 1}));
-  expect_sane(wall_.step(frame_ns));
+  Wall wall{PipelineOptions{.back_end = GetParam(), .start = {1e9, -1e9, 1}}};
+  EXPECT_EQ(wall.step(0).world_from_vehicle, (Pose2{1e9, -1e9, 1}));
+  expect_sane(wall.step(frame_ns));
 }
 
 TEST(Arguments, ChoicesThatThereAreNotAreNamed) {
@@ -171,12 +173,20 @@ TEST(Arguments, ChoicesThatThereAreNotAreNamed) {
 
 TEST(Arguments, BackEndsAndThreadsThatThereAreNot) {
   EXPECT_THAT(complaint_of<ConfigError>([] {
-                Pipeline{small_config(), small_rig(), static_cast<BackEnd>(9)};
+                Pipeline{small_config(), small_rig(), {.back_end = static_cast<BackEnd>(9)}};
               }),
               HasSubstr("back end"));
+  EXPECT_THAT(complaint_of<ConfigError>([] {
+                Pipeline{small_config(), small_rig(), {.device = -1}};
+              }),
+              HasSubstr("counted from 0"));
+  EXPECT_THAT(complaint_of<DeviceError>([] {
+                Pipeline{small_config(), small_rig(), {.back_end = BackEnd::cuda, .horizons_s = {1}}};
+              }),
+              HasSubstr("Predictions are supported on the CPU only"));
   for (const int threads : {-1, -1000000, 1025, std::numeric_limits<int>::max()}) {
     EXPECT_THAT(complaint_of<ConfigError>([&] {
-                  Pipeline{small_config(), small_rig(), BackEnd::cpu, threads};
+                  Pipeline{small_config(), small_rig(), {.threads = threads}};
                 }),
                 HasSubstr("threads"));
   }
@@ -211,9 +221,8 @@ TEST(Pipeline, OneThatHasBeenMovedFromSaysSo) {
   EXPECT_THROW(static_cast<void>(empty.threads()), std::logic_error);
   EXPECT_THROW(static_cast<void>(empty.back_end()), std::logic_error);
   EXPECT_THROW(static_cast<void>(empty.why_not_cuda()), std::logic_error);
-  EXPECT_THROW(empty.fetch_stages(true), std::logic_error);
-  EXPECT_THROW(empty.start_at({}), std::logic_error);
-  EXPECT_THROW(empty.predict_at({1}), std::logic_error);
+  FrameResult result;
+  EXPECT_THROW(empty.process(wall.frame(0), result), std::logic_error);
   EXPECT_THROW(empty.reset(), std::logic_error);
   empty = std::move(moved_to);
   EXPECT_FALSE(wall.step(frame_ns).world.occupancy.empty());

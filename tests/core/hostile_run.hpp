@@ -72,7 +72,9 @@ inline Image<std::uint8_t> columns_from(const Image<std::uint8_t>& wide, int fir
 /// A pipeline in front of that wall. Its texture moves by a pixel a frame, so that points are followed on it.
 struct Wall {
   explicit Wall(BackEnd back_end, const Config& config = small_config(), const Rig& rig = small_rig())
-      : pipeline{config, rig, back_end, 2} {}
+      : Wall{PipelineOptions{.back_end = back_end, .threads = 2}, config, rig} {}
+  explicit Wall(const PipelineOptions& options, const Config& config = small_config(), const Rig& rig = small_rig())
+      : pipeline{config, rig, options} {}
 
   StereoFrame frame(std::int64_t stamp_ns) const {
     static const WallImages images;

@@ -18,7 +18,7 @@ constexpr float occupied_above{0.55f};
 
 /// Largest probability of the cells between two corners.
 float highest(const FrameResult& result, const Image<float>& cells, Point2 low, Point2 high) {
-  const GridGeometry& grid{result.vehicle_grid};
+  const GridGeometry& grid{result.vehicle.geometry};
   float found{0};
   for (int iy{0}; iy < grid.ny; ++iy) {
     const double y{grid.y_min_m + (iy + 0.5) * grid.cell_size_m};
@@ -39,11 +39,11 @@ class Boxes {
 
   [[nodiscard]] float near(int box) const { return at(8.2, 2.0 * box - 4); }
   [[nodiscard]] float far(int box) const { return at(14.2, 2.0 * box - 5); }
-  [[nodiscard]] float kerb() const { return highest(*result_, result_->occupancy, {10, -6.5}, {18, -5.6}); }
+  [[nodiscard]] float kerb() const { return highest(*result_, result_->vehicle.occupancy, {10, -6.5}, {18, -5.6}); }
 
  private:
   [[nodiscard]] float at(double x, double y) const {
-    return highest(*result_, result_->occupancy, {x - 0.5, y - 0.4}, {x + 0.5, y + 0.4});
+    return highest(*result_, result_->vehicle.occupancy, {x - 0.5, y - 0.4}, {x + 0.5, y + 0.4});
   }
 
   Drive drive_;

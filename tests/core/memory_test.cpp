@@ -42,8 +42,7 @@ TEST_P(Memory, IsWhatThePipelineSays) {
   for (const auto& [key, value] : one.settings) set(config, key, value);
 
   const std::ptrdiff_t before{live_bytes()};
-  Pipeline pipeline{config, scene.rig(), BackEnd::cpu, one.threads};
-  pipeline.predict_at(one.horizons_s);
+  Pipeline pipeline{config, scene.rig(), {.threads = one.threads, .horizons_s = one.horizons_s}};
   const auto said{static_cast<double>(pipeline.memory_use().host_bytes)};
   EXPECT_NEAR(static_cast<double>(live_bytes() - before), said, error_max * said) << "at construction";
   for (const StereoFrame& frame : recording) pipeline.process(frame);
@@ -71,7 +70,7 @@ TEST(MemoryOfPipelines, OfALargerPipelineIsMore) {
   const auto bytes = [&](const char* key, const char* value) {
     Config config{preset("default")};
     set(config, key, value);
-    return Pipeline{config, rig, BackEnd::cpu, 1}.memory_use().host_bytes;
+    return Pipeline{config, rig, {.threads = 1}}.memory_use().host_bytes;
   };
   EXPECT_GT(bytes("grid.length_m", "30"), bytes("grid.length_m", "20"));
   EXPECT_GT(bytes("filter.velocity_max_mps", "12"), bytes("filter.velocity_max_mps", "2"));

@@ -26,7 +26,7 @@ Rig small_rig() {
   return rig;
 }
 
-// A step in which nothing is seen is what Pipeline::predict_at gives: a block at 4 m/s is 2 m further after 0.5 s, one
+// A step in which nothing is seen is what a pipeline predicts: a block at 4 m/s is 2 m further after 0.5 s, one
 // that stands is where it was, both in every model that keeps what is hidden.
 TEST(Prediction, MovesWhatMovesAndLeavesWhatStands) {
   constexpr int cells{64};
@@ -49,9 +49,8 @@ TEST(Prediction, MovesWhatMovesAndLeavesWhatStands) {
 TEST(Prediction, ComesWithEveryFrame) {
   Config config;
   config.grid = {6, 6, 0.2};
-  Pipeline pipeline{config, small_rig(), BackEnd::cpu, 1};
-  Pipeline plain{config, small_rig(), BackEnd::cpu, 1};
-  pipeline.predict_at({0.5, 1e4});
+  Pipeline pipeline{config, small_rig(), {.threads = 1, .horizons_s = {0.5, 1e4}}};
+  Pipeline plain{config, small_rig(), {.threads = 1}};
   std::mt19937 generator{4};
   for (int frame{0}; frame < 3; ++frame) {
     StereoFrame pair;
@@ -61,20 +60,19 @@ TEST(Prediction, ComesWithEveryFrame) {
     const FrameResult& result{pipeline.process(pair)};
     const FrameResult& without{plain.process(pair)};
     ASSERT_EQ(result.predictions.size(), 2u);
-    EXPECT_EQ(result.predictions[0].occupancy.width(), result.vehicle_grid.nx);
+    EXPECT_EQ(result.predictions[0].occupancy.width(), result.vehicle.geometry.nx);
     EXPECT_EQ(result.predictions[0].world_occupancy.width(), result.world.geometry.nx);
     // after a very long time nothing is known
     for (const float p : result.predictions[1].occupancy) ASSERT_NEAR(p, 0.5, 0.31);
     // and looking ahead changes nothing
-    EXPECT_TRUE(result.occupancy == without.occupancy);
+    EXPECT_TRUE(result.vehicle.occupancy == without.vehicle.occupancy);
     EXPECT_TRUE(without.predictions.empty());
   }
 }
 
 TEST(Prediction, NeedsHorizonsInTheFuture) {
-  Pipeline pipeline{Config{}, small_rig(), BackEnd::cpu, 1};
   for (const double horizon_s : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
-    EXPECT_THROW(pipeline.predict_at({1, horizon_s}), ConfigError) << horizon_s;
+    EXPECT_THROW((Pipeline{Config{}, small_rig(), {.horizons_s = {1, horizon_s}}}), ConfigError) << horizon_s;
   }
 }
 

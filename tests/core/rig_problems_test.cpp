@@ -34,7 +34,7 @@ Rig with(double Rig::*member, double value) {
 // None: it can.
 std::optional<std::string> why_no_pipeline(const Rig& rig) {
   try {
-    const Pipeline pipeline{small_config(), rig, BackEnd::cpu, 1};
+    const Pipeline pipeline{small_config(), rig, {.threads = 1}};
     return std::nullopt;
   } catch (const ConfigError& error) {
     return error.what();

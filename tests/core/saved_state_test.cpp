@@ -45,7 +45,9 @@ class SavedState : public testing::TestWithParam<Case> {
  protected:
   SavedState() { rig.camera_pitch_rad = GetParam().camera_pitch_rad; }
 
-  [[nodiscard]] Pipeline pipeline() const { return {GetParam().config, rig, GetParam().back_end, 2}; }
+  [[nodiscard]] Pipeline pipeline() const {
+    return {GetParam().config, rig, {.back_end = GetParam().back_end, .threads = 2}};
+  }
 
   const FrameResult& step(Pipeline& pipeline, std::size_t index) const {
     StereoFrame frame{scene.load(index)};
@@ -128,7 +130,7 @@ TEST_F(Refusal, OfAnotherConfigurationRigOrBackEnd) {
   rig.baseline_m *= 1.001;
   Pipeline other_rig{small("default"), rig};
   expect_refused(other_rig, saved);
-  Pipeline other_back_end{small("default"), drive.scene.rig(), BackEnd::reference};
+  Pipeline other_back_end{small("default"), drive.scene.rig(), {.back_end = BackEnd::reference}};
   expect_refused(other_back_end, saved);
 }
 

@@ -91,7 +91,7 @@ void expect_nothing_known(const Scene& scene, const Spoilt& spoilt, BackEnd back
   SCOPED_TRACE(spoilt.how);
   StereoFrame frame{scene.load(0)};
   spoilt.spoil(frame);
-  Pipeline pipeline{small_grid(), scene.rig(), back_end, 2};
+  Pipeline pipeline{small_grid(), scene.rig(), {.back_end = back_end, .threads = 2}};
   for (int i{0}; i < 2; ++i) {
     frame.stamp_ns += 100'000'000;
     const FrameResult& result{pipeline.process(frame)};
@@ -114,7 +114,7 @@ TEST(Trust, TheReferenceSaysTheSame) {
 
 TEST(Trust, NothingIsKnownWhereTheRightImageIsAFrameLate) {
   const Scene scene{scenes::parse_scene(street), 2};
-  Pipeline pipeline{small_grid(), scene.rig(), BackEnd::cpu, 2};
+  Pipeline pipeline{small_grid(), scene.rig(), {.threads = 2}};
   for (std::size_t i{0}; i < 2; ++i) {
     StereoFrame frame{scene.load(i + 1)};
     frame.right = scene.load(i).right;
@@ -128,7 +128,7 @@ TEST(Trust, ARoadThatIsNotWhereTheMountingSaysIsUnknown) {
     const Scene scene{scenes::parse_scene(std::string{street} + "&pitch_deg=" + std::to_string(pitch_deg)), 2};
     Rig assumed{scene.rig()};
     assumed.camera_pitch_rad = 0;
-    Pipeline pipeline{small_grid(), assumed, BackEnd::cpu, 2};
+    Pipeline pipeline{small_grid(), assumed, {.threads = 2}};
     for (std::size_t i{0}; i < 2; ++i) expect_unknown(pipeline.process(scene.load(i)), FrameStatus::road_unknown);
   }
 }
@@ -137,7 +137,7 @@ TEST(Trust, SoIsOneSeenFromHigherUp) {
   const Scene scene{scenes::parse_scene(street), 2};
   Rig assumed{scene.rig()};
   assumed.camera_height_m -= 0.55;
-  Pipeline pipeline{small_grid(), assumed, BackEnd::cpu, 2};
+  Pipeline pipeline{small_grid(), assumed, {.threads = 2}};
   expect_unknown(pipeline.process(scene.load(0)), FrameStatus::road_unknown);
 }
 
@@ -147,7 +147,7 @@ TEST(Trust, ScenesWithTheRightMountingAreKnown) {
     const std::string text{std::string{name} + (std::string{name}.find('?') != std::string::npos ? "&" : "?") +
                            "width=256&height=160&focal=205"};
     const Scene scene{scenes::parse_scene(text), 2};
-    Pipeline pipeline{small_grid(), scene.rig(), BackEnd::cpu, 2};
+    Pipeline pipeline{small_grid(), scene.rig(), {.threads = 2}};
     for (std::size_t i{0}; i < 2; ++i) EXPECT_TRUE(pipeline.process(scene.load(i)).status.empty()) << i;
   }
 }
@@ -158,13 +158,13 @@ TEST(Trust, ATrustedCalibrationIsKnown) {
   assumed.camera_pitch_rad = 0;
   Config config{small_grid()};
   config.ground.estimate = false;
-  Pipeline pipeline{config, assumed, BackEnd::cpu, 2};
+  Pipeline pipeline{config, assumed, {.threads = 2}};
   EXPECT_TRUE(pipeline.process(scene.load(0)).status.empty());
 }
 
 TEST(Trust, WhatWasKnownIsRememberedThroughABadFrame) {
   const Scene scene{scenes::parse_scene("crossing?width=256&height=160&focal=205"), 2};
-  Pipeline pipeline{small_grid(), scene.rig(), BackEnd::cpu, 2};
+  Pipeline pipeline{small_grid(), scene.rig(), {.threads = 2}};
   for (std::size_t i{0}; i < 4; ++i) {
     StereoFrame frame{scene.load(i)};
     const bool is_bad{i == 2};
@@ -174,14 +174,14 @@ TEST(Trust, WhatWasKnownIsRememberedThroughABadFrame) {
     EXPECT_EQ(result.ground.estimated, !is_bad);
     if (!is_bad) continue;
     const auto remembered{[](float p) { return p > 0.6f || p < 0.4f; }};
-    EXPECT_GT(std::ranges::count_if(result.occupancy, remembered), 100);
+    EXPECT_GT(std::ranges::count_if(result.vehicle.occupancy, remembered), 100);
     EXPECT_TRUE(std::ranges::all_of(result.obstacles, [](const Obstacle& obstacle) { return obstacle.coasting; }));
   }
 }
 
 TEST(Trust, OtherSourcesStillCount) {
   const Scene scene{scenes::parse_scene(street), 2};
-  Pipeline pipeline{small_grid(), scene.rig(), BackEnd::cpu, 2};
+  Pipeline pipeline{small_grid(), scene.rig(), {.threads = 2}};
   StereoFrame frame{scene.load(0)};
   std::swap(frame.left, frame.right);
   frame.other_grids.push_back({{0, -4, 1, 10, 8}, Image<float>{10, 8, 0.9f}, {}});

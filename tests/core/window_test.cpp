@@ -113,12 +113,10 @@ GridLayers layers_of(const GridGeometry& geometry) {
 }
 
 FrameResult resampled(const GridLayers& world, const Pose2& world_from_vehicle, const GridGeometry& grid) {
-  FrameResult result{};
   const Image<float> cells{grid.nx, grid.ny, -7};
+  FrameResult result{};
   result.world = world;
-  result.vehicle_grid = grid;
-  result.occupancy = result.age_s = result.velocity_x = result.velocity_y = cells;
-  result.velocity_xx = result.velocity_xy = result.velocity_yy = result.moving = cells;
+  result.vehicle = {grid, cells, cells, cells, cells, cells, cells, cells, cells};
   resample(world_from_vehicle, result);
   return result;
 }
@@ -143,17 +141,17 @@ TEST(Resample, PutsCellsWhereARotatedCarSeesThem) {
   const auto cell_at = [&](const Image<float>& image, double x, double y) {
     return image(static_cast<int>((x - grid.x_min_m) / 0.2), static_cast<int>((y - grid.y_min_m) / 0.2));
   };
-  EXPECT_NEAR(cell_at(seen.occupancy, 3.1, 0.1), 0.9, 1e-5);
-  EXPECT_NEAR(cell_at(seen.velocity_x, 3.1, 0.1), 0, 1e-5);
-  EXPECT_NEAR(cell_at(seen.velocity_y, 3.1, 0.1), -3, 1e-5);
-  EXPECT_NEAR(cell_at(seen.velocity_xx, 3.1, 0.1), 1, 1e-5);
-  EXPECT_NEAR(cell_at(seen.velocity_xy, 3.1, 0.1), -0.5, 1e-5);
-  EXPECT_NEAR(cell_at(seen.velocity_yy, 3.1, 0.1), 4, 1e-5);
-  EXPECT_NEAR(cell_at(seen.moving, 3.1, 0.1), 0.6, 1e-5);
-  EXPECT_FLOAT_EQ(cell_at(seen.age_s, 3.1, 0.1), 0.25f);
+  EXPECT_NEAR(cell_at(seen.vehicle.occupancy, 3.1, 0.1), 0.9, 1e-5);
+  EXPECT_NEAR(cell_at(seen.vehicle.velocity_x, 3.1, 0.1), 0, 1e-5);
+  EXPECT_NEAR(cell_at(seen.vehicle.velocity_y, 3.1, 0.1), -3, 1e-5);
+  EXPECT_NEAR(cell_at(seen.vehicle.velocity_xx, 3.1, 0.1), 1, 1e-5);
+  EXPECT_NEAR(cell_at(seen.vehicle.velocity_xy, 3.1, 0.1), -0.5, 1e-5);
+  EXPECT_NEAR(cell_at(seen.vehicle.velocity_yy, 3.1, 0.1), 4, 1e-5);
+  EXPECT_NEAR(cell_at(seen.vehicle.moving, 3.1, 0.1), 0.6, 1e-5);
+  EXPECT_FLOAT_EQ(cell_at(seen.vehicle.age_s, 3.1, 0.1), 0.25f);
   for (const Point2 elsewhere : {Point2{3.7, 0.1}, Point2{2.3, 0.1}, Point2{3.1, 0.7}, Point2{3.1, -0.7}}) {
-    EXPECT_NEAR(cell_at(seen.occupancy, elsewhere.x, elsewhere.y), 0.5, 1e-5);
-    EXPECT_EQ(cell_at(seen.age_s, elsewhere.x, elsewhere.y), never);
+    EXPECT_NEAR(cell_at(seen.vehicle.occupancy, elsewhere.x, elsewhere.y), 0.5, 1e-5);
+    EXPECT_EQ(cell_at(seen.vehicle.age_s, elsewhere.x, elsewhere.y), never);
   }
 }
 
@@ -166,9 +164,9 @@ TEST(Resample, TurnsTheCovariance) {
   const FrameResult seen{resampled(world, {0, 0, 30 * degree}, {0.1, 0.1, 0.2, 2, 2})};
   const double c{std::cos(30 * degree)};
   const double s{std::sin(30 * degree)};
-  EXPECT_NEAR(seen.velocity_xx(1, 1), c * c * 3 + 2 * c * s * 0.4 + s * s, 1e-5);
-  EXPECT_NEAR(seen.velocity_xy(1, 1), -c * s * 3 + (c * c - s * s) * 0.4 + c * s, 1e-5);
-  EXPECT_NEAR(seen.velocity_yy(1, 1), s * s * 3 - 2 * c * s * 0.4 + c * c, 1e-5);
+  EXPECT_NEAR(seen.vehicle.velocity_xx(1, 1), c * c * 3 + 2 * c * s * 0.4 + s * s, 1e-5);
+  EXPECT_NEAR(seen.vehicle.velocity_xy(1, 1), -c * s * 3 + (c * c - s * s) * 0.4 + c * s, 1e-5);
+  EXPECT_NEAR(seen.vehicle.velocity_yy(1, 1), s * s * 3 - 2 * c * s * 0.4 + c * c, 1e-5);
 }
 
 TEST(Resample, OfAnAlignedGridIsACopy) {
@@ -178,7 +176,8 @@ TEST(Resample, OfAnAlignedGridIsACopy) {
   const GridGeometry grid{0, 0, 0.2, 5, 6};
   const FrameResult seen{resampled(world, {0.6, -0.4, 0}, grid)};
   for (int iy{0}; iy < grid.ny; ++iy) {
-    for (int ix{0}; ix < grid.nx; ++ix) EXPECT_NEAR(seen.occupancy(ix, iy), world.occupancy(ix + 8, iy + 8), 1e-5);
+    for (int ix{0}; ix < grid.nx; ++ix)
+      EXPECT_NEAR(seen.vehicle.occupancy(ix, iy), world.occupancy(ix + 8, iy + 8), 1e-5);
   }
 }
 
@@ -189,8 +188,8 @@ TEST(Resample, InterpolatesOccupancyBetweenCells) {
   }
   // a quarter of a cell to the right, half a cell up
   const FrameResult seen{resampled(world, {0.05, 0.1, 0}, {0.4, 0.4, 0.2, 3, 3})};
-  EXPECT_NEAR(seen.occupancy(0, 0), 0.05 * 2.25 + 0.03 * 2.5, 1e-5);
-  EXPECT_NEAR(seen.occupancy(2, 1), 0.05 * 4.25 + 0.03 * 3.5, 1e-5);
+  EXPECT_NEAR(seen.vehicle.occupancy(0, 0), 0.05 * 2.25 + 0.03 * 2.5, 1e-5);
+  EXPECT_NEAR(seen.vehicle.occupancy(2, 1), 0.05 * 4.25 + 0.03 * 3.5, 1e-5);
 }
 
 TEST(Resample, OutsideTheWindowNothingIsKnown) {
@@ -201,12 +200,12 @@ TEST(Resample, OutsideTheWindowNothingIsKnown) {
   world.age_s.fill(0);
   const FrameResult seen{resampled(world, {0, 0, 0}, {-1, 0.4, 0.2, 20, 3})};
   for (const int ix : {0, 3, 16, 19}) {
-    EXPECT_EQ(seen.occupancy(ix, 1), 0.5f) << ix;
-    EXPECT_EQ(seen.velocity_x(ix, 1), 0) << ix;
-    EXPECT_EQ(seen.velocity_y(ix, 1), 0) << ix;
-    EXPECT_EQ(seen.age_s(ix, 1), never) << ix;
+    EXPECT_EQ(seen.vehicle.occupancy(ix, 1), 0.5f) << ix;
+    EXPECT_EQ(seen.vehicle.velocity_x(ix, 1), 0) << ix;
+    EXPECT_EQ(seen.vehicle.velocity_y(ix, 1), 0) << ix;
+    EXPECT_EQ(seen.vehicle.age_s(ix, 1), never) << ix;
   }
-  EXPECT_NEAR(seen.occupancy(8, 1), 0.9, 1e-6);
+  EXPECT_NEAR(seen.vehicle.occupancy(8, 1), 0.9, 1e-6);
 }
 
 }  // namespace

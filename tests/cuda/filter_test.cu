@@ -212,13 +212,11 @@ TEST(window_is_seen_from_the_vehicle) {
   for (int i{0}; i < 3; ++i) run.step(random_observation(44, random), 0.1, 1, 0);
   for (const Pose2& pose : {Pose2{0, 0, 0}, Pose2{0.31, -0.27, 0.7}, Pose2{3, 3, -2.9}}) {
     const GridGeometry grid{0, -3.1, 0.2, 37, 31};
-    FrameResult expected;
-    expected.vehicle_grid = grid;
-    expected.world = run.layers();
-    const Image<float> blank{grid.nx, grid.ny};
-    expected.occupancy = expected.velocity_x = expected.velocity_y = expected.age_s = blank;
-    expected.velocity_xx = expected.velocity_xy = expected.velocity_yy = expected.moving = blank;
-    resample(pose, expected);
+    FrameResult result;
+    result.vehicle = grid_layers(grid);
+    result.world = run.layers();
+    resample(pose, result);
+    const GridLayers& expected{result.vehicle};
     LayersOnDevice found{grid.nx, grid.ny};
     const GridInVehicle place{grid, pose.x_m, pose.y_m, std::cos(pose.yaw_rad), std::sin(pose.yaw_rad)};
     const DeviceBuffer<GridGeometry> window{one_on_device(run.cuda(), run.geometry())};

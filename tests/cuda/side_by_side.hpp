@@ -76,7 +76,7 @@ inline void compare_nearly(const FrameResult& gpu, const FrameResult& law) {
   CHECK_EQUAL(differences(gpu.world.age_s, law.world.age_s), 0);
   CHECK_NEAR(largest_difference(gpu.world.occupancy, law.world.occupancy), 0, bound);
   CHECK_NEAR(largest_difference(gpu.world.velocity_x, law.world.velocity_x), 0, bound);
-  CHECK_NEAR(largest_difference(gpu.occupancy, law.occupancy), 0, bound);
+  CHECK_NEAR(largest_difference(gpu.vehicle.occupancy, law.vehicle.occupancy), 0, bound);
   CHECK_EQUAL(gpu.obstacles.size(), law.obstacles.size());
 }
 
@@ -87,10 +87,10 @@ inline void compare_grids(const FrameResult& gpu, const FrameResult& law) {
   CHECK_EQUAL(differences(gpu.world.age_s, law.world.age_s), 0);
   CHECK_EQUAL(differences(gpu.world.velocity_x, law.world.velocity_x), 0);
   CHECK_EQUAL(differences(gpu.world.velocity_xy, law.world.velocity_xy), 0);
-  CHECK_EQUAL(differences(gpu.occupancy, law.occupancy), 0);
-  CHECK_EQUAL(differences(gpu.velocity_y, law.velocity_y), 0);
-  CHECK_EQUAL(differences(gpu.moving, law.moving), 0);
-  CHECK_EQUAL(differences(gpu.age_s, law.age_s), 0);
+  CHECK_EQUAL(differences(gpu.vehicle.occupancy, law.vehicle.occupancy), 0);
+  CHECK_EQUAL(differences(gpu.vehicle.velocity_y, law.vehicle.velocity_y), 0);
+  CHECK_EQUAL(differences(gpu.vehicle.moving, law.vehicle.moving), 0);
+  CHECK_EQUAL(differences(gpu.vehicle.age_s, law.vehicle.age_s), 0);
   CHECK_EQUAL(gpu.obstacles.size(), law.obstacles.size());
   for (std::size_t i{0}; i < gpu.obstacles.size() && i < law.obstacles.size(); ++i) {
     CHECK_EQUAL(gpu.obstacles[i].id, law.obstacles[i].id);

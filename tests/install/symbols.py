@@ -26,7 +26,7 @@ def shown(nm: str, file: str) -> list[str]:
 
 def is_of_standard_library(name: str) -> bool:
     """Templates of the standard library for types of its own: every library has some."""
-    what = r"(guard variable for |typeinfo (name )?for |vtable for |[\w:<>, ]+ )?"
+    what = r"(guard variable for |typeinfo (name )?for |vtable for |[\w:<>,*& ]+ )?"
     return re.match(what + r"(std|__gnu_cxx)::", name) is not None
 
 

@@ -31,6 +31,7 @@ PUBLIC = ["stereogrid::Pipeline::process(stereogrid::StereoFrame const&)", "ster
 TYPES = [f"{kind} for stereogrid::{name}" for kind in ("typeinfo", "typeinfo name", "vtable")
          for name in ("ConfigError", "InputError", "DeviceError")]
 OF_STANDARD_LIBRARY = ["std::vector<float, std::allocator<float> >::reserve(unsigned long)",
+                       "double* std::__addressof<double>(double&)",
                        "std::__detail::__to_chars_10_impl<unsigned int>(char*, unsigned int, unsigned int)::__digits"]
 INTERNAL = ["stereogrid::inverse(stereogrid::Pose2 const&)", "stereogrid::process(stereogrid::StereoFrame const&)",
             "stereogrid::Pipeline::Implementation::process(stereogrid::StereoFrame const&)",

@@ -41,21 +41,11 @@ StereoFrame frame_at(std::int64_t index) {
 
 FrameResult result_of(std::int64_t index) {
   FrameResult result;
-  result.occupancy = Image<float>{grid.nx, grid.ny, static_cast<float>(index) / 10};
-  for (Image<float>* image : {&result.observed, &result.moving, &result.age_s, &result.velocity_x, &result.velocity_y,
-                              &result.velocity_xx, &result.velocity_xy, &result.velocity_yy}) {
-    *image = Image<float>{grid.nx, grid.ny};
-  }
-  result.world = {grid,
-                  result.observed,
-                  result.observed,
-                  result.observed,
-                  result.observed,
-                  result.observed,
-                  result.velocity_xx,
-                  result.velocity_xy,
-                  result.velocity_yy};
-  result.velocity_y(2, 1) = -3;
+  const Image<float> zero{grid.nx, grid.ny};
+  result.observed = zero;
+  result.vehicle = result.world = {grid, zero, zero, zero, zero, zero, zero, zero, zero};
+  result.vehicle.occupancy.fill(static_cast<float>(index) / 10);
+  result.vehicle.velocity_y(2, 1) = -3;
   result.timing_ms.total = static_cast<double>(index);
   result.warnings = {"dark"};
   result.status = {FrameStatus::few_matches};

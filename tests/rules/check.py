@@ -42,6 +42,7 @@ class Room:
 
 # the first that fits
 ROOMS = (
+    Room("include", ("include",), r"opencv2/core/mat\.hpp", r"include/stereogrid/opencv\.hpp"),
     Room("include", ("include",), "(?!)"),
     Room("io/include", ("include", "io/include"), "(?!)"),
     Room("scenes/include", ("include", "scenes/include"), "(?!)"),

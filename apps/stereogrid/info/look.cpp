@@ -55,11 +55,9 @@ class Looking {
   Looking(const FrameSource& source, const Config& config, std::size_t count)
       : source_{source},
         config_{config},
-        pipeline_{config, source.rig()},
+        pipeline_{config, source.rig(), {.stages = false}},
         looked_at_{spread(source.size(), count)},
-        tried_{spread(source.size(), others_tried)} {
-    pipeline_.fetch_stages(false);
-  }
+        tried_{spread(source.size(), others_tried)} {}
 
   Look look() {
     for (const std::size_t index : looked_at_) load(index);
@@ -147,7 +145,6 @@ class Looking {
 
   void complain_of_road() {
     const Rig& rig{source_.rig()};
-    const bool is_levelled{std::abs(rig.camera_pitch_rad) * degrees > 1};
     look_.road_found = found_.size();
     if (upside_down_) {
       say("the images are upside down: the road is above. Turn both by 180° and exchange left and right.");
@@ -165,7 +162,7 @@ class Looking {
       return median(std::move(values));
     };
     look_.road = {median_of(&Ground::height_m),
-                  median_of(&Ground::pitch_rad) + (is_levelled ? rig.camera_pitch_rad : 0.0),
+                  median_of(&Ground::pitch_rad) + rig.camera_pitch_rad - pipeline_.level_rig().camera_pitch_rad,
                   median_of(&Ground::roll_rad), true};
     constexpr double noticeable_deg{2};
     if (std::abs(look_.road.pitch_rad - rig.camera_pitch_rad) * degrees > noticeable_deg) {

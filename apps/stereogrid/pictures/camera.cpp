@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pictures/panels.hpp"
+#include "stereogrid/level_mapping.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -13,7 +14,6 @@ namespace {
 constexpr float upright_above{0.75F};
 constexpr float free_below{0.4F};
 constexpr double tint{0.5};
-constexpr double level_below_rad{0.017453292519943295};
 
 void blend(cv::Vec3b& pixel, Colour colour) {
   const double target[3]{double(colour.red), double(colour.green), double(colour.blue)};
@@ -31,7 +31,7 @@ cv::Mat level_image(const StereoFrame& frame, const Rig& rig) {
   const Image<std::uint8_t>& left{frame.left};
   cv::Mat grey(left.height(), left.width(), CV_8UC1);
   std::copy(left.begin(), left.end(), grey.begin<std::uint8_t>());
-  if (!is_levelled(rig)) return grey;
+  if (LevelMapping{rig}.is_identity()) return grey;
   const double c{std::cos(rig.camera_pitch_rad)};
   const double s{std::sin(rig.camera_pitch_rad)};
   const cv::Matx33d camera{rig.focal_px, 0, rig.centre_u_px, 0, rig.focal_px, rig.centre_v_px, 0, 0, 1};
@@ -43,10 +43,6 @@ cv::Mat level_image(const StereoFrame& frame, const Rig& rig) {
 }
 
 }  // namespace
-
-bool is_levelled(const Rig& rig) {
-  return std::abs(rig.camera_pitch_rad) > level_below_rad;
-}
 
 void draw_camera(cv::Mat& canvas, const Box& box, const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
   const StageImages& stages{result.stages};

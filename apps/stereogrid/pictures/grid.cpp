@@ -18,13 +18,13 @@ constexpr float moving_occupancy{0.6F};
 constexpr double arrow_s{1.0};  // arrows end where the obstacle will be in so many seconds
 
 cv::Mat draw_cells(const FrameResult& result) {
-  const GridGeometry& grid{result.vehicle_grid};
+  const GridGeometry& grid{result.vehicle.geometry};
   cv::Mat cells(grid.nx, grid.ny, CV_8UC3);
   for (int iy{0}; iy < grid.ny; ++iy) {
     for (int ix{0}; ix < grid.nx; ++ix) {
-      const float p{result.occupancy(ix, iy)};
-      const float vx{result.velocity_x(ix, iy)};
-      const float vy{result.velocity_y(ix, iy)};
+      const float p{result.vehicle.occupancy(ix, iy)};
+      const float vx{result.vehicle.velocity_x(ix, iy)};
+      const float vy{result.vehicle.velocity_y(ix, iy)};
       const std::uint8_t grey{grey_of(p)};
       Colour colour{grey, grey, grey};
       if (p > moving_occupancy && std::hypot(vx, vy) > moving_above_mps)
@@ -91,7 +91,7 @@ void label_obstacle(cv::Mat& part, const TopView& view, const Obstacle& obstacle
 }  // namespace
 
 void draw_grid(cv::Mat& canvas, const Box& box, const FrameResult& result, const Rig& rig) {
-  const GridGeometry& grid{result.vehicle_grid};
+  const GridGeometry& grid{result.vehicle.geometry};
   cv::Mat part{canvas(cv::Rect{box.x, box.y, box.width, box.height})};
   const cv::Mat cells{draw_cells(result)};
   cv::resize(cells, part, part.size(), 0, 0, box.height < cells.rows ? cv::INTER_AREA : cv::INTER_NEAREST);

@@ -12,9 +12,6 @@ namespace stereogrid::app {
 constexpr int axis_margin_px{44};  ///< room for the labels on the left and right of a panel
 constexpr int legend_height_px{84};
 
-/// Are the stages' images turned level because the camera is pitched by more than 1°?
-[[nodiscard]] bool is_levelled(const Rig& rig);
-
 void draw_camera(cv::Mat& canvas, const Box& box, const StereoFrame& frame, const FrameResult& result, const Rig& rig);
 void draw_u_disparity(cv::Mat& canvas, const Box& box, const FrameResult& result, const Rig& rig);
 void draw_grid(cv::Mat& canvas, const Box& box, const FrameResult& result, const Rig& rig);

@@ -9,6 +9,7 @@
 #include <opencv2/core.hpp>
 
 #include "pictures/panels.hpp"
+#include "stereogrid/level_mapping.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -88,12 +89,12 @@ void draw_captions(cv::Mat& canvas, const Layout& layout, bool is_levelled) {
 }  // namespace
 
 io::RgbImage draw_picture(const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
-  const Layout layout{layout_of(rig, result.vehicle_grid)};
+  const Layout layout{layout_of(rig, result.vehicle.geometry)};
   io::RgbImage picture{layout.width, layout.height, {3 * layout.width, layout.height}};
   cv::Mat canvas{layout.height, layout.width, CV_8UC3, picture.pixels.data()};
   fill_box(canvas, {0, 0, layout.width, layout.height}, palette::paper);
   draw_title(canvas, frame, result);
-  draw_captions(canvas, layout, is_levelled(rig));
+  draw_captions(canvas, layout, !LevelMapping{rig}.is_identity());
   draw_camera(canvas, layout.camera, frame, result, rig);
   draw_u_disparity(canvas, layout.u_disparity, result, rig);
   draw_grid(canvas, layout.grid, result, rig);

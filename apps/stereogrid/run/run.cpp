@@ -38,8 +38,7 @@ namespace {
 constexpr std::size_t frames_ahead{4};
 
 BackEnd back_end_of(const RunOptions& options) {
-  // the GPU does not predict
-  if (options.device == "auto") return options.predict_s.empty() ? BackEnd::automatic : BackEnd::cpu;
+  if (options.device == "auto") return BackEnd::automatic;
   if (options.device == "cuda") return BackEnd::cuda;
   return options.device == "reference" ? BackEnd::reference : BackEnd::cpu;
 }
@@ -51,8 +50,12 @@ std::string_view name_of(BackEnd back_end) {
 
 Pipeline start_pipeline(const RunOptions& options, const Config& config, const Rig& rig) {
   try {
-    Pipeline pipeline{config, rig, back_end_of(options), options.threads};
-    pipeline.fetch_stages(options.save_stages || options.pictures || !options.video.empty());
+    Pipeline pipeline{config,
+                      rig,
+                      {.back_end = back_end_of(options),
+                       .threads = options.threads,
+                       .stages = options.save_stages || options.pictures || !options.video.empty(),
+                       .horizons_s = options.predict_s}};
     if (pipeline.back_end() == BackEnd::cuda) spdlog::info("on the GPU");
     if (!pipeline.why_not_cuda().empty()) spdlog::info("on the CPU. No GPU: {}", pipeline.why_not_cuda());
     return pipeline;
@@ -108,7 +111,8 @@ class RunLoop {
     try {
       const double opencv_ms{opencv_.match(*queued.frame)};
       const std::string without_lidar{lidar_.add_grid(*queued.frame)};
-      FrameResult result{pipeline_.process(*queued.frame)};
+      FrameResult result;
+      pipeline_.process(*queued.frame, result);
       if (queued.index < first_to_write_) return;
       result.timing_ms.match += opencv_ms;
       if (poses_.takes_time()) result.timing_ms.odometry = queued.prepared_ms;
@@ -261,7 +265,6 @@ int run(const RunOptions& options) {
   check_options(options, input);
   log_input(input);
   Pipeline pipeline{start_pipeline(options, config, input.source->rig())};
-  pipeline.predict_at(options.predict_s);
   const LidarStage lidar{options.fuse == "lidar", input, pipeline.vehicle_grid(), options.fuse_rings};
   io::RunRecord record{describe_run(options, input, pipeline)};
   const FolderLock lock{record.folder()};

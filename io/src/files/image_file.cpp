@@ -15,6 +15,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/text.hpp"
+#include "stereogrid/opencv.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -78,13 +79,8 @@ cv::Mat mat_of(const Image<T>& image, int channels) {
 
 Image<std::uint8_t> read_grey(const std::filesystem::path& path, int bits) {
   const cv::Mat grey{decode_grey(path)};
-  if (grey.depth() == CV_8U) return copy_of<std::uint8_t>(grey);
-  const int shift{(bits == 0 ? bits_of(grey) : bits) - 8};
-  Image<std::uint8_t> image{grey.cols, grey.rows};
-  for (int v{0}; v < grey.rows; ++v) {
-    std::transform(grey.ptr<std::uint16_t>(v), grey.ptr<std::uint16_t>(v) + grey.cols, image.row(v),
-                   [shift](int value) { return static_cast<std::uint8_t>(std::min(value >> shift, 255)); });
-  }
+  Image<std::uint8_t> image;
+  assign(image, view_of(grey, bits == 0 ? bits_of(grey) : bits));
   return image;
 }
 

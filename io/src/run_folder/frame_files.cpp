@@ -30,16 +30,16 @@ struct Stack {
 
 void write_grids(const std::filesystem::path& path, const FrameResult& result) {
   const GridLayers& world{result.world};
-  const Stack velocity{Layers{result.velocity_x, result.velocity_y}};
-  const Stack covariance{Layers{result.velocity_xx, result.velocity_xy, result.velocity_yy}};
+  const Stack velocity{Layers{result.vehicle.velocity_x, result.vehicle.velocity_y}};
+  const Stack covariance{Layers{result.vehicle.velocity_xx, result.vehicle.velocity_xy, result.vehicle.velocity_yy}};
   const Stack world_velocity{Layers{world.velocity_x, world.velocity_y}};
   const Stack world_covariance{Layers{world.velocity_xx, world.velocity_xy, world.velocity_yy}};
   const std::vector<double> origin{world.geometry.x_min_m, world.geometry.y_min_m};
   const std::array<NpzArray, 12> arrays{
       NpzArray{"observed", result.observed},
-      NpzArray{"occupancy", result.occupancy},
-      NpzArray{"moving", result.moving},
-      NpzArray{"age_s", result.age_s},
+      NpzArray{"occupancy", result.vehicle.occupancy},
+      NpzArray{"moving", result.vehicle.moving},
+      NpzArray{"age_s", result.vehicle.age_s},
       velocity.named("velocity"),
       covariance.named("velocity_covariance"),
       NpzArray{"world_occupancy", world.occupancy},

@@ -12,6 +12,7 @@
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/poses.hpp"
+#include "stereogrid/opencv.hpp"
 #include "vision/odometry_motion.hpp"
 #include "vision/odometry_points.hpp"
 
@@ -180,10 +181,8 @@ struct VisualOdometry::Implementation {
 namespace {
 
 Image<std::uint8_t> image_of(const Pyramid& pyramid) {
-  if (pyramid.empty()) return {};
-  const cv::Mat& level{pyramid.front()};
-  Image<std::uint8_t> image{level.cols, level.rows};
-  for (int v{0}; v < level.rows; ++v) std::copy_n(level.ptr<std::uint8_t>(v), level.cols, image.row(v));
+  Image<std::uint8_t> image;
+  if (!pyramid.empty()) assign(image, view_of(pyramid.front()));
   return image;
 }
 

@@ -78,14 +78,11 @@ void PackedGrids::copy_to(const float* packed, FrameResult& result) const {
     packed += image.size();
   };
   take(result.observed);
-  GridLayers& world{result.world};
-  for (Image<float>* image : {&world.occupancy, &world.velocity_x, &world.velocity_y, &world.age_s, &world.velocity_xx,
-                              &world.velocity_xy, &world.velocity_yy, &world.moving}) {
-    take(*image);
-  }
-  for (Image<float>* image : {&result.occupancy, &result.velocity_x, &result.velocity_y, &result.age_s,
-                              &result.velocity_xx, &result.velocity_xy, &result.velocity_yy, &result.moving}) {
-    take(*image);
+  for (GridLayers* grid : {&result.world, &result.vehicle}) {
+    for (Image<float>* image : {&grid->occupancy, &grid->velocity_x, &grid->velocity_y, &grid->age_s,
+                                &grid->velocity_xx, &grid->velocity_xy, &grid->velocity_yy, &grid->moving}) {
+      take(*image);
+    }
   }
 }
 

@@ -9,8 +9,8 @@
 namespace stereogrid {
 namespace {
 
-std::unique_ptr<Stages> start(const Config& config, const Rig& rig) {
-  return std::make_unique<CudaStages>(config, rig);
+std::unique_ptr<Stages> start(const Config& config, const Rig& level_rig, int device) {
+  return std::make_unique<CudaStages>(config, level_rig, device);
 }
 
 }  // namespace

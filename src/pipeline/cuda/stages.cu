@@ -33,9 +33,10 @@ void put(View<const T> image, T* pinned) {
 
 }  // namespace
 
-CudaStages::CudaStages(const Config& config, const Rig& level_rig)
+CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device)
     : config_{checked(config)},
       rig_{level_rig},
+      cuda_{device},
       vehicle_grid_{vehicle_grid_of(config.grid)},
       window_cells_{Window{vehicle_grid_}.cells()},
       filter_tables_{config.filter},
@@ -54,6 +55,7 @@ void CudaStages::synchronize() {
 
 // Everything that changes from frame to frame goes to where graphs look for it.
 void CudaStages::begin(const LevelFrame& frame, const GridGeometry& window, bool is_first, FrameResult& result) {
+  cuda_.use();
   result_ = &result;
   is_first_ = is_first;
   is_given_ = frame.is_given();
@@ -246,6 +248,7 @@ void CudaStages::finish() {
 }
 
 void CudaStages::save(StateWriter& state) {
+  cuda_.use();
   state(window_before_);
   std::vector<float> numbers;
   device_.states[1 - now_].for_each_array([&](float* on_device, std::size_t size) {
@@ -257,6 +260,7 @@ void CudaStages::save(StateWriter& state) {
 }
 
 void CudaStages::load(StateReader& state) {
+  cuda_.use();
   state(window_before_);
   std::vector<float> numbers;
   device_.states[1 - now_].for_each_array([&](float* on_device, std::size_t size) {

@@ -18,7 +18,7 @@ namespace stereogrid {
 class CudaStages final : public Stages {
  public:
   /// Throws DeviceError: no device that can be used, too little memory, or settings that only the CPU supports.
-  CudaStages(const Config& config, const Rig& level_rig);
+  CudaStages(const Config& config, const Rig& level_rig, int device = 0);
 
   void begin(const LevelFrame& frame, const GridGeometry& window, bool is_first, FrameResult& result) override;
   void expect(const Ground& expected, const Ground& previous, const RowAlignment& rows) override;

@@ -7,6 +7,7 @@
 
 #include <cstdlib>
 #include <string>
+#include <utility>
 
 #include "pipeline/build_id.hpp"
 #include "stereogrid/error.hpp"
@@ -44,7 +45,7 @@ class CudaLoading : public testing::Test {
 
   static std::string complaint() {
     try {
-      const Pipeline pipeline{small_config(), small_rig(), BackEnd::cuda};
+      const Pipeline pipeline{small_config(), small_rig(), {.back_end = BackEnd::cuda}};
     } catch (const DeviceError& error) {
       return error.what();
     }
@@ -54,8 +55,8 @@ class CudaLoading : public testing::Test {
 
 TEST_F(CudaLoading, GpuGivesWhatTheCpuGives) {
   use_library(EMULATED_LIBRARY);
-  Pipeline gpu{small_config(), small_rig(), BackEnd::cuda};
-  Pipeline cpu{small_config(), small_rig(), BackEnd::cpu, 1};
+  Pipeline gpu{small_config(), small_rig(), {.back_end = BackEnd::cuda}};
+  Pipeline cpu{small_config(), small_rig(), {.threads = 1}};
   EXPECT_EQ(gpu.back_end(), BackEnd::cuda);
   EXPECT_EQ(cpu.back_end(), BackEnd::cpu);
   const Street street{small_rig()};
@@ -70,9 +71,49 @@ TEST_F(CudaLoading, GpuGivesWhatTheCpuGives) {
   }
 }
 
+TEST_F(CudaLoading, FillsResultsOfTheCallers) {
+  use_library(EMULATED_LIBRARY);
+  Pipeline own{small_config(), small_rig(), {.back_end = BackEnd::cuda}};
+  Pipeline callers{small_config(), small_rig(), {.back_end = BackEnd::cuda, .stages = false}};
+  const Street street{small_rig()};
+  FrameResult now;
+  FrameResult before;
+  for (int index{0}; index < 3; ++index) {
+    const StereoFrame frame{street.frame(index)};
+    const FrameResult& expected{own.process(frame)};
+    std::swap(now, before);
+    callers.process(frame, now);
+    EXPECT_EQ(now.observed, expected.observed);
+    EXPECT_EQ(now.vehicle.occupancy, expected.vehicle.occupancy);
+    EXPECT_EQ(now.world.velocity_x, expected.world.velocity_x);
+    EXPECT_EQ(now.world.geometry, expected.world.geometry);
+    EXPECT_TRUE(now.stages.road_disparity.empty());
+  }
+}
+
+TEST_F(CudaLoading, AGpuThatThereIsNot) {
+  use_library(EMULATED_LIBRARY);
+  const PipelineOptions second{.back_end = BackEnd::cuda, .device = 1};
+  try {
+    const Pipeline pipeline{small_config(), small_rig(), second};
+    FAIL() << "accepted";
+  } catch (const DeviceError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("There is no GPU 1 on this machine: there are 1, counted from 0."));
+  }
+  const Pipeline on_cpu{small_config(), small_rig(), {.back_end = BackEnd::automatic, .device = 1}};
+  EXPECT_THAT(on_cpu.why_not_cuda(), HasSubstr("no GPU 1"));
+}
+
+TEST_F(CudaLoading, AutomaticLeavesPredictionsToTheCpu) {
+  use_library(EMULATED_LIBRARY);
+  const Pipeline pipeline{small_config(), small_rig(), {.back_end = BackEnd::automatic, .horizons_s = {1}}};
+  EXPECT_EQ(pipeline.back_end(), BackEnd::cpu);
+  EXPECT_THAT(pipeline.why_not_cuda(), HasSubstr("Predictions"));
+}
+
 TEST_F(CudaLoading, AutomaticTakesTheGpu) {
   use_library(EMULATED_LIBRARY);
-  const Pipeline pipeline{small_config(), small_rig(), BackEnd::automatic};
+  const Pipeline pipeline{small_config(), small_rig(), {.back_end = BackEnd::automatic}};
   EXPECT_EQ(pipeline.back_end(), BackEnd::cuda);
   EXPECT_EQ(pipeline.why_not_cuda(), "");
 }
@@ -80,7 +121,7 @@ TEST_F(CudaLoading, AutomaticTakesTheGpu) {
 TEST_F(CudaLoading, AutomaticFallsBackToTheCpuAndSaysWhy) {
   use_library(EMULATED_LIBRARY);
   lack("device");
-  Pipeline pipeline{small_config(), small_rig(), BackEnd::automatic, 1};
+  Pipeline pipeline{small_config(), small_rig(), {.back_end = BackEnd::automatic, .threads = 1}};
   EXPECT_EQ(pipeline.back_end(), BackEnd::cpu);
   EXPECT_THAT(pipeline.why_not_cuda(), HasSubstr("No NVIDIA GPU was found"));
   EXPECT_GT(pipeline.process(Street{small_rig()}.frame(0)).road_density, 0.1);
@@ -90,17 +131,19 @@ TEST_F(CudaLoading, AutomaticLeavesFinerBinsAndTheFarRangeToTheCpu) {
   use_library(EMULATED_LIBRARY);
   Config finer{small_config()};
   finer.u_disparity.bins_per_px = 2;
-  EXPECT_THAT((Pipeline{finer, small_rig(), BackEnd::automatic, 1}.why_not_cuda()), HasSubstr("bins_per_px"));
+  EXPECT_THAT((Pipeline{finer, small_rig(), {.back_end = BackEnd::automatic, .threads = 1}}.why_not_cuda()),
+              HasSubstr("bins_per_px"));
   Config far{small_config()};
   far.projection.interpolate_far = true;
-  EXPECT_THAT((Pipeline{far, small_rig(), BackEnd::automatic, 1}.why_not_cuda()), HasSubstr("interpolate_far"));
+  EXPECT_THAT((Pipeline{far, small_rig(), {.back_end = BackEnd::automatic, .threads = 1}}.why_not_cuda()),
+              HasSubstr("interpolate_far"));
 }
 
 TEST_F(CudaLoading, AutomaticLeavesParticlesToTheCpu) {
   use_library(EMULATED_LIBRARY);
   Config config{small_config()};
   config.filter.model = FilterModel::particles;
-  const Pipeline pipeline{config, small_rig(), BackEnd::automatic, 1};
+  const Pipeline pipeline{config, small_rig(), {.back_end = BackEnd::automatic, .threads = 1}};
   EXPECT_EQ(pipeline.back_end(), BackEnd::cpu);
   EXPECT_THAT(pipeline.why_not_cuda(), HasSubstr("particles"));
 }

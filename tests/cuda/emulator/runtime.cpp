@@ -114,8 +114,7 @@ cudaError_t cudaGetDeviceCount(int* count) {
   *count = missing() == cudaSuccess ? 1 : 0;
   return missing();
 }
-cudaError_t cudaGetDevice(int* device) {
-  *device = 0;
+cudaError_t cudaSetDevice(int /*device*/) {
   return missing();
 }
 cudaError_t cudaDeviceGetAttribute(int* value, cudaDeviceAttr attribute, int /*device*/) {

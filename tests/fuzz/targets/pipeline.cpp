@@ -12,25 +12,28 @@
 namespace stereogrid::fuzz {
 namespace {
 
-/// What a program may do before a frame.
-void prepare(Choices& choices, Pipeline& pipeline) {
-  if (choices.once_in(8)) pipeline.fetch_stages(choices.yes());
-  if (!choices.once_in(4)) return;
-  std::vector<double> horizons_s;
-  for (int count{choices.between(0, 3)}; count > 0; --count) {
-    horizons_s.push_back(choices.once_in(4) ? choices.any_number() : choices.number(0.1, 3));
+PipelineOptions choose_options(Choices& choices, BackEnd back_end) {
+  PipelineOptions options{.back_end = back_end, .threads = 1, .stages = choices.yes()};
+  if (choices.once_in(4)) {
+    for (int count{choices.between(0, 3)}; count > 0; --count) {
+      options.horizons_s.push_back(choices.once_in(4) ? choices.any_number() : choices.number(0.1, 3));
+    }
   }
-  accepts([&] { pipeline.predict_at(horizons_s); });
+  if (choices.once_in(8)) options.start = choose_pose(choices);
+  return options;
 }
 
 void drive(Choices& choices, Pipeline& pipeline) {
-  if (choices.once_in(8)) accepts([&] { pipeline.start_at(choose_pose(choices)); });
   if (choices.once_in(8) && choices.between(0, 1000) > 500) pipeline.reset();
+  FrameResult kept;
   std::int64_t stamp_ns{choices.once_in(8) ? choices.any_integer() : 0};
   for (int frames{choices.between(1, 5)}; frames > 0; --frames) {
-    prepare(choices, pipeline);
     const StereoFrame frame{choose_frame(choices, pipeline.rig(), stamp_ns)};
-    const bool used{accepts([&] { check_result(pipeline.process(frame)); })};
+    const bool used{accepts([&] {
+      if (!choices.once_in(4)) return check_result(pipeline.process(frame));
+      pipeline.process(frame, kept);
+      check_result(kept);
+    })};
     if (used) stamp_ns = frame.stamp_ns;
   }
 }
@@ -47,8 +50,9 @@ void pipeline(Bytes input) {
   }
   const Config config{choose_config(choices)};
   if (!is_small(config)) return;
+  const PipelineOptions options{choose_options(choices, back_end)};
   std::optional<Pipeline> pipeline;
-  if (!accepts([&] { pipeline.emplace(config, rig, back_end, 1); })) return;
+  if (!accepts([&] { pipeline.emplace(config, rig, options); })) return;
   drive(choices, *pipeline);
 }
 

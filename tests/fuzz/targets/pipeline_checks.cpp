@@ -29,33 +29,19 @@ void check_not_negative(const Image<float>& image, const std::string& name) {
   require_all(image, name, "a size", [](float x) { return x >= 0; });
 }
 
-void check_vehicle_layers(const FrameResult& result) {
-  check_probabilities(result.observed, "observed");
-  check_probabilities(result.occupancy, "occupancy");
-  check_probabilities(result.moving, "moving");
-  check_not_negative(result.age_s, "age_s");
-  check_finite(result.velocity_x, "velocity_x");
-  check_finite(result.velocity_y, "velocity_y");
-  check_finite(result.velocity_xy, "velocity_xy");
-  for (const auto* variance : {&result.velocity_xx, &result.velocity_yy}) {
-    check_finite(*variance, "velocity variance");
-    check_not_negative(*variance, "velocity variance");
+void check_layers(const GridLayers& layers, const std::string& name) {
+  check_probabilities(layers.occupancy, name + ".occupancy");
+  check_probabilities(layers.moving, name + ".moving");
+  check_not_negative(layers.age_s, name + ".age_s");
+  check_finite(layers.velocity_x, name + ".velocity_x");
+  check_finite(layers.velocity_y, name + ".velocity_y");
+  check_finite(layers.velocity_xy, name + ".velocity_xy");
+  for (const auto* variance : {&layers.velocity_xx, &layers.velocity_yy}) {
+    check_finite(*variance, name + "'s velocity variance");
+    check_not_negative(*variance, name + "'s velocity variance");
   }
-}
-
-void check_world_layers(const GridLayers& world) {
-  check_probabilities(world.occupancy, "world.occupancy");
-  check_probabilities(world.moving, "world.moving");
-  check_not_negative(world.age_s, "world.age_s");
-  check_finite(world.velocity_x, "world.velocity_x");
-  check_finite(world.velocity_y, "world.velocity_y");
-  check_finite(world.velocity_xy, "world.velocity_xy");
-  for (const auto* variance : {&world.velocity_xx, &world.velocity_yy}) {
-    check_finite(*variance, "world's velocity variance");
-    check_not_negative(*variance, "world's velocity variance");
-  }
-  const GridGeometry& geometry{world.geometry};
-  require(std::isfinite(geometry.x_min_m) && std::isfinite(geometry.y_min_m), "the window is nowhere");
+  const GridGeometry& geometry{layers.geometry};
+  require(std::isfinite(geometry.x_min_m) && std::isfinite(geometry.y_min_m), name + " is nowhere");
 }
 
 void check_obstacle(const Obstacle& o) {
@@ -108,8 +94,9 @@ void check_result(const FrameResult& result) {
   require(std::isfinite(pose.x_m) && std::isfinite(pose.y_m) && std::isfinite(pose.yaw_rad), "a pose is not finite");
   require(result.obstacle_density >= 0 && result.obstacle_density <= 1, "a density is no share");
   require(result.road_density >= 0 && result.road_density <= 1, "a density is no share");
-  check_vehicle_layers(result);
-  check_world_layers(result.world);
+  check_probabilities(result.observed, "observed");
+  check_layers(result.vehicle, "vehicle");
+  check_layers(result.world, "world");
   for (const Prediction& prediction : result.predictions) {
     check_probabilities(prediction.occupancy, "a prediction");
     check_probabilities(prediction.world_occupancy, "a prediction");

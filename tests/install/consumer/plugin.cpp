@@ -15,7 +15,7 @@ extern "C" __attribute__((visibility("default"))) int plugin_works() {
   rig.centre_u_px = 100;
   rig.centre_v_px = 60;
   rig.baseline_m = 0.5;
-  const stereogrid::Pipeline pipeline{config, rig, stereogrid::BackEnd::cpu, 1};
+  const stereogrid::Pipeline pipeline{config, rig, {.threads = 1}};
   try {
     const stereogrid::Pipeline refused{config, stereogrid::Rig{}};
   } catch (const stereogrid::ConfigError&) {

@@ -4,12 +4,16 @@
 // A textured wall 8 m ahead, made without any other library, has to come out as occupied cells 8 m ahead. What the
 // library throws has to be caught here.
 #include <stereogrid/error.hpp>
+#include <stereogrid/level_mapping.hpp>
 #include <stereogrid/pipeline.hpp>
+#include <stereogrid/pixel_view.hpp>
+#include <stereogrid/points.hpp>
 
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <random>
+#include <vector>
 
 namespace {
 
@@ -28,10 +32,11 @@ stereogrid::Rig small_rig() {
 
 stereogrid::StereoFrame wall(const stereogrid::Rig& rig) {
   stereogrid::StereoFrame frame;
-  frame.left = stereogrid::Image<std::uint8_t>{rig.width_px, rig.height_px};
-  frame.right = frame.left;
+  std::vector<std::uint8_t> camera_memory(static_cast<std::size_t>(rig.width_px) * rig.height_px);
   std::mt19937 random{1};
-  for (std::uint8_t& grey : frame.left) grey = static_cast<std::uint8_t>(random() % 256);
+  for (std::uint8_t& grey : camera_memory) grey = static_cast<std::uint8_t>(random() % 256);
+  stereogrid::assign(frame.left, {camera_memory.data(), rig.width_px, rig.height_px});
+  frame.right = stereogrid::Image<std::uint8_t>{rig.width_px, rig.height_px};
   for (int v{0}; v < rig.height_px; ++v) {
     for (int u{0}; u + disparity_px < rig.width_px; ++u) frame.right(u, v) = frame.left(u + disparity_px, v);
   }
@@ -51,13 +56,15 @@ bool is_refused(const stereogrid::Rig& rig) {
 
 int main() {
   const stereogrid::Rig rig{small_rig()};
-  stereogrid::Pipeline pipeline{stereogrid::preset("default"), rig, stereogrid::BackEnd::cpu, 2};
+  stereogrid::Pipeline pipeline{stereogrid::preset("default"), rig, {.threads = 2}};
   const stereogrid::FrameResult& result{pipeline.process(wall(rig))};
 
-  const stereogrid::GridGeometry& grid{result.vehicle_grid};
+  const stereogrid::GridGeometry& grid{result.vehicle.geometry};
   const int ix{static_cast<int>((8.0 - grid.x_min_m) / grid.cell_size_m)};
   const int iy{static_cast<int>((0.0 - grid.y_min_m) / grid.cell_size_m)};
   const float at_wall{result.observed(ix, iy)};
+  const bool has_points{!stereogrid::points_of(result, pipeline.level_rig()).empty()};
+  const bool is_level{stereogrid::LevelMapping{rig}.is_identity()};
   std::printf("stereogrid %s: P(occupied) at the wall %.3f\n", stereogrid::version().data(), at_wall);
-  return std::isfinite(at_wall) && at_wall > 0.75f && is_refused(stereogrid::Rig{}) ? 0 : 1;
+  return std::isfinite(at_wall) && at_wall > 0.75f && has_points && is_level && is_refused(stereogrid::Rig{}) ? 0 : 1;
 }

@@ -17,7 +17,7 @@ int main() {
   rig.centre_v_px = 60;
   rig.baseline_m = 0.5;
   try {
-    const stereogrid::Pipeline pipeline{stereogrid::preset("default"), rig, stereogrid::BackEnd::cuda};
+    const stereogrid::Pipeline pipeline{stereogrid::preset("default"), rig, {.back_end = stereogrid::BackEnd::cuda}};
   } catch (const stereogrid::DeviceError& error) {
     std::printf("%s\n", error.what());
     return std::string{error.what()}.find("No NVIDIA GPU was found") != std::string::npos ? 0 : 1;

@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "stereogrid/camera.hpp"
+
+namespace stereogrid {
+
+/// Row v of a camera's image as a camera has it that looks down by an angle more, turned about the baseline: a row
+/// stays a row, its scale changes. docs/method.md §2.1.
+struct TurnedRow {
+  TurnedRow(const Rig& rig, double sin_angle, double cos_angle, double row) : centre_u{rig.centre_u_px} {
+    const double y{(row - rig.centre_v_px) / rig.focal_px};
+    depth = y * sin_angle + cos_angle;
+    v = rig.centre_v_px + rig.focal_px * (y * cos_angle - sin_angle) / depth;
+  }
+
+  [[nodiscard]] double u_of(double u) const { return centre_u + (u - centre_u) / depth; }
+
+  double centre_u;
+  double depth;  ///< along the turned axis of a point at depth 1 along the other one; 0 or less: behind the camera
+  double v;
+};
+
+}  // namespace stereogrid

@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/level_mapping.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+Rig pitched_rig(double pitch_deg) {
+  return {161, 121, 130, 78.3, 57.9, 0.3, 1.4, pitch_deg * degree, 0.01};
+}
+
+TEST(LevelMapping, ThereAndBackIsTheSamePlace) {
+  for (const double pitch_deg : {3.0, -4.0, 12.0, 0.5}) {
+    const LevelMapping mapping{pitched_rig(pitch_deg)};
+    for (const ImagePoint point : {ImagePoint{0, 0}, ImagePoint{160, 120}, ImagePoint{30.25, 77.5}}) {
+      const std::optional<ImagePoint> level{mapping.level_from_camera(point)};
+      ASSERT_TRUE(level);
+      const std::optional<ImagePoint> back{mapping.camera_from_level(*level)};
+      ASSERT_TRUE(back);
+      EXPECT_NEAR(back->u, point.u, 1e-9);
+      EXPECT_NEAR(back->v, point.v, 1e-9);
+    }
+  }
+}
+
+// A point 8 m ahead, 2 m to the right and 1 m below the camera, which looks down by 5°.
+TEST(LevelMapping, TakesAPointToWhereALevelCameraHasIt) {
+  const Rig rig{pitched_rig(5)};
+  const double c{std::cos(5 * degree)};
+  const double s{std::sin(5 * degree)};
+  const double down{c * 1 - s * 8};
+  const double depth{s * 1 + c * 8};
+  const std::optional<ImagePoint> level{LevelMapping{rig}.level_from_camera(
+      {rig.centre_u_px + rig.focal_px * 2 / depth, rig.centre_v_px + rig.focal_px * down / depth})};
+  ASSERT_TRUE(level);
+  EXPECT_NEAR(level->u, rig.centre_u_px + rig.focal_px * 2 / 8, 1e-9);
+  EXPECT_NEAR(level->v, rig.centre_v_px + rig.focal_px * 1 / 8, 1e-9);
+}
+
+TEST(LevelMapping, UpToOneDegreeNothingIsTurned) {
+  const LevelMapping mapping{pitched_rig(0.99)};
+  EXPECT_TRUE(mapping.is_identity());
+  EXPECT_EQ(mapping.level_rig(), pitched_rig(0.99));
+  EXPECT_EQ(mapping.level_from_camera({7, 8})->v, 8);
+  EXPECT_EQ(mapping.camera_from_level({7, 8})->u, 7);
+  const LevelMapping turned{pitched_rig(1.01)};
+  EXPECT_FALSE(turned.is_identity());
+  EXPECT_EQ(turned.level_rig().camera_pitch_rad, 0);
+  EXPECT_GT(turned.level_from_camera({7, 8})->v, 8);
+}
+
+TEST(LevelMapping, WhatIsBehindTheOtherCameraHasNoPlace) {
+  const LevelMapping mapping{pitched_rig(60)};
+  EXPECT_FALSE(mapping.level_from_camera({80, 58 + 130 * 2}));
+  EXPECT_TRUE(mapping.level_from_camera({80, 58}));
+  EXPECT_FALSE(mapping.camera_from_level({80, 58 - 130 * 2}));
+}
+
+}  // namespace
+}  // namespace stereogrid::test

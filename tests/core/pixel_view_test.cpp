@@ -1,0 +1,90 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/pixel_view.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstring>
+#include <vector>
+
+#include "stereogrid/error.hpp"
+#include "support.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+TEST(PixelView, GreyWithoutGapsIsCopiedIntoTheSameMemory) {
+  std::mt19937 generator{3};
+  const Image<std::uint8_t> image{noise_image(37, 21, generator)};
+  Image<std::uint8_t> grey{37, 21, 9};
+  const std::uint8_t* const before{grey.data()};
+  assign(grey, {image.data(), 37, 21});
+  EXPECT_EQ(grey, image);
+  EXPECT_EQ(grey.data(), before);
+  Image<std::uint8_t> of_another_size{3, 4};
+  assign(of_another_size, {image.data(), 37, 21, 37});
+  EXPECT_EQ(of_another_size, image);
+}
+
+TEST(PixelView, TakesPartsOfImagesAndImagesUpsideDown) {
+  std::mt19937 generator{4};
+  const Image<std::uint8_t> both{noise_image(40, 6, generator)};
+  Image<std::uint8_t> part;
+  assign(part, {both.row(1) + 20, 15, 4, 40});
+  ASSERT_EQ(part.width(), 15);
+  for (int v{0}; v < 4; ++v) {
+    for (int u{0}; u < 15; ++u) ASSERT_EQ(part(u, v), both(u + 20, v + 1));
+  }
+  Image<std::uint8_t> upright;
+  assign(upright, {both.row(5), 40, 6, -40});
+  for (int v{0}; v < 6; ++v) ASSERT_EQ(upright(7, v), both(7, 5 - v));
+}
+
+// At an odd address, as a packed message may have them.
+TEST(PixelView, SixteenBitsLoseTheirLowerOnesAndSaturate) {
+  constexpr std::array<std::uint16_t, 6> samples{0, 15, 16, 4095, 4096, 65535};
+  std::array<unsigned char, 2 * samples.size() + 1> packed{};
+  std::memcpy(packed.data() + 1, samples.data(), sizeof samples);
+  PixelView view{packed.data() + 1, 3, 2, 0, PixelFormat::grey16, 12};
+  Image<std::uint8_t> grey;
+  assign(grey, view);
+  EXPECT_EQ(std::vector(grey.begin(), grey.end()), (std::vector<std::uint8_t>{0, 0, 1, 255, 255, 255}));
+  view.bits = 16;
+  assign(grey, view);
+  EXPECT_EQ(std::vector(grey.begin(), grey.end()), (std::vector<std::uint8_t>{0, 0, 0, 15, 16, 255}));
+}
+
+TEST(PixelView, ColourIsLumaInAnyOrder) {
+  constexpr std::array<unsigned char, 8> red_to_alpha{200, 100, 50, 7, 255, 255, 255, 0};
+  constexpr std::array<unsigned char, 6> blue_to_red{50, 100, 200, 255, 255, 255};
+  const std::vector<std::uint8_t> expected{124, 255};  // 0.299 · 200 + 0.587 · 100 + 0.114 · 50 = 124.2
+  Image<std::uint8_t> grey;
+  assign(grey, {red_to_alpha.data(), 2, 1, 0, PixelFormat::rgba8});
+  EXPECT_EQ(std::vector(grey.begin(), grey.end()), expected);
+  assign(grey, {blue_to_red.data(), 2, 1, 0, PixelFormat::bgr8});
+  EXPECT_EQ(std::vector(grey.begin(), grey.end()), expected);
+  assign(grey, {blue_to_red.data(), 1, 1, 0, PixelFormat::rgb8});
+  EXPECT_EQ(grey(0, 0), 96);  // 0.299 · 50 + 0.587 · 100 + 0.114 · 200 = 96.45
+}
+
+TEST(PixelView, WhatCannotBeAnImageIsRefusedAndNothingHasChanged) {
+  const std::array<unsigned char, 64> bytes{};
+  Image<std::uint8_t> grey{2, 2, 5};
+  for (const PixelView& view :
+       {PixelView{bytes.data(), -1, 2}, PixelView{bytes.data(), 2, -2}, PixelView{nullptr, 2, 2},
+        PixelView{bytes.data(), 4, 2, 3}, PixelView{bytes.data() + 32, 4, 2, -3},
+        PixelView{bytes.data(), 4, 2, 11, PixelFormat::bgr8}, PixelView{bytes.data(), 4, 2, 7, PixelFormat::grey16},
+        PixelView{bytes.data(), 2, 2, 0, static_cast<PixelFormat>(6)},
+        PixelView{bytes.data(), 2, 2, 0, static_cast<PixelFormat>(-1)},
+        PixelView{bytes.data(), 2, 2, 0, PixelFormat::grey16, 7},
+        PixelView{bytes.data(), 2, 2, 0, PixelFormat::grey16, 17}}) {
+    EXPECT_THROW(assign(grey, view), InputError);
+  }
+  EXPECT_EQ(grey, (Image<std::uint8_t>{2, 2, 5}));
+  assign(grey, {});
+  EXPECT_TRUE(grey.empty());
+}
+
+}  // namespace
+}  // namespace stereogrid::test
