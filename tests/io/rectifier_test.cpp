@@ -16,7 +16,6 @@ namespace {
 
 constexpr int width_px{641};
 constexpr int height_px{479};
-constexpr double baseline_m{0.3};
 
 constexpr const char* raw_yaml{
     "image: {width_px: 641, height_px: 479}\n"
