@@ -11,7 +11,7 @@ import sys
 BAND = "3-20"
 COLUMNS = (("balanced_log_loss", "log-loss"), ("auc", "AUC"), ("iou_occupied", "IoU occupied"), ("iou_free", "IoU free"),
            ("missed", "missed"), ("known", "known"), ("calibration_error", "calibration error"),
-           ("hidden_recall", "hidden: recall at 1 %"))
+           ("hidden_recall", "hidden: recall at 1 %"), ("hidden_recall_clear", "… without borders"))
 HIDDEN_BANDS = ("3-10", "10-20")
 
 

@@ -31,6 +31,7 @@ struct GroupCounts {
   double free{0};
   double hidden_occupied{0};
   double hidden_free{0};
+  double clear_free{0};  ///< free, with no occupied cell beside it
 };
 using Kind = double GroupCounts::*;
 

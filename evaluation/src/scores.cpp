@@ -117,6 +117,19 @@ std::vector<InBand> frames_in(const Frames& frames, Band band, Contains contains
 
 }  // namespace
 
+namespace {
+
+bool touches_occupied(const Image<std::int8_t>& labels, int ix, int iy) {
+  for (int y{std::max(iy - 1, 0)}; y <= std::min(iy + 1, labels.height() - 1); ++y) {
+    for (int x{std::max(ix - 1, 0)}; x <= std::min(ix + 1, labels.width() - 1); ++x) {
+      if (labels(x, y) == labelled_occupied) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
 void Scores::add(std::string frame_name, View<const float> probability, const Labels& labels) {
   const GridGeometry& grid{labels.geometry};
   if (probability.width != grid.nx || probability.height != grid.ny || labels.cells.width() != grid.nx ||
@@ -130,8 +143,10 @@ void Scores::add(std::string frame_name, View<const float> probability, const La
     for (int ix{0}; ix < grid.nx; ++ix) {
       const std::int8_t label{labels.cells(ix, iy)};
       if (label == not_scored) continue;
-      frame.cells.push_back({probability(ix, iy), static_cast<std::uint16_t>(ix), label == labelled_occupied,
-                             labels.partly_hidden(ix, iy) != 0});
+      const bool is_occupied{label == labelled_occupied};
+      frame.cells.push_back({probability(ix, iy), static_cast<std::uint16_t>(ix), is_occupied,
+                             labels.partly_hidden(ix, iy) != 0,
+                             !is_occupied && touches_occupied(labels.cells, ix, iy)});
     }
   }
   frames_.push_back(std::move(frame));

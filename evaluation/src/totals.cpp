@@ -39,6 +39,7 @@ void fill_hidden(const Totals& totals, Summary& summary) {
   constexpr Kind occupied{&GroupCounts::hidden_occupied};
   summary.hidden_recall.value = recall_at(totals.groups, occupied, &GroupCounts::free, false_alarm_rate);
   summary.hidden_recall_strict.value = recall_at(totals.groups, occupied, &GroupCounts::hidden_free, false_alarm_rate);
+  summary.hidden_recall_clear.value = recall_at(totals.groups, occupied, &GroupCounts::clear_free, false_alarm_rate);
   summary.hidden_auc.value = area_under_roc(totals.groups, occupied, &GroupCounts::hidden_free);
   summary.hidden_missed.value = ratio(totals.hidden_missed, totals.hidden_occupied);
 }
@@ -71,6 +72,7 @@ void Totals::add(const Scores::Cell& cell, const Ranking& probabilities) {
   } else {
     free += 1;
     group.free += 1;
+    group.clear_free += cell.is_border ? 0 : 1;
     loss_free -= std::log(1 - p);
     squared_error += p * p;
     false_alarms += p > called_occupied_above ? 1 : 0;
@@ -112,6 +114,7 @@ Totals& Totals::operator+=(const Totals& other) {
     groups[i].free += other.groups[i].free;
     groups[i].hidden_occupied += other.groups[i].hidden_occupied;
     groups[i].hidden_free += other.groups[i].hidden_free;
+    groups[i].clear_free += other.groups[i].clear_free;
   }
   for (std::size_t i{0}; i < depth_groups.size(); ++i) depth_groups[i] += other.depth_groups[i];
   return *this;

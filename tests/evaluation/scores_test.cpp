@@ -93,6 +93,20 @@ TEST(Scores, OfPartlyHiddenCells) {
   EXPECT_NEAR(s.hidden_recall_strict.value, (2 + 0.01) / 3, 1e-12);
 }
 
+// Three false alarms beside surfaces are more than 1 % of 200 free cells, but no phantoms.
+TEST(Scores, OfPartlyHiddenCellsWithoutThoseBesideASurface) {
+  std::vector<float> p(205, 0.1F);
+  std::string labels(205, '0');
+  for (const std::size_t occupied : {50U, 100U}) labels[occupied] = '1';
+  for (const std::size_t beside : {49U, 51U, 99U}) p[beside] = 0.95F;
+  p[200] = 0.9F;
+  p[201] = 0.5F;
+  labels.replace(200, 3, "ooo");
+  const Summary s(summary_of(p, labels));
+  EXPECT_NEAR(s.hidden_recall.value, 0, 1e-12);
+  EXPECT_NEAR(s.hidden_recall_clear.value, 2.0 / 3, 0.01);
+}
+
 TEST(Scores, DrawTheRoc) {
   Scores scores;
   const Image<float> grid(lane_of({0.9F, 0.6F, 0.4F, 0.1F}));

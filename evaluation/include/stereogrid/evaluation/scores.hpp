@@ -58,6 +58,7 @@ struct Summary {
   // Partly hidden cells.
   Estimate hidden_recall;         ///< at 1 % false alarms among all free cells of the band
   Estimate hidden_recall_strict;  ///< at 1 % false alarms among the partly hidden free cells
+  Estimate hidden_recall_clear;   ///< at 1 % false alarms among the free cells that touch no occupied one
   Estimate hidden_missed;
   Estimate hidden_auc;  ///< against the partly hidden free cells
 
@@ -80,7 +81,7 @@ struct Metric {
   Estimate Summary::*estimate;
   Better better;
 };
-inline constexpr std::array<Metric, 18> metrics{{
+inline constexpr std::array<Metric, 19> metrics{{
     {"balanced_log_loss", "log-loss", &Summary::balanced_log_loss, Better::lower},
     {"auc", "AUC", &Summary::auc, Better::higher},
     {"brier", "Brier", &Summary::brier, Better::lower},
@@ -92,6 +93,7 @@ inline constexpr std::array<Metric, 18> metrics{{
     {"calibration_error", "calibration error", &Summary::calibration_error, Better::lower},
     {"hidden_recall", "hidden: recall", &Summary::hidden_recall, Better::higher},
     {"hidden_recall_strict", "hidden: recall, strict", &Summary::hidden_recall_strict, Better::higher},
+    {"hidden_recall_clear", "hidden: recall, clear", &Summary::hidden_recall_clear, Better::higher},
     {"hidden_missed", "hidden: missed", &Summary::hidden_missed, Better::lower},
     {"hidden_auc", "hidden: AUC", &Summary::hidden_auc, Better::higher},
     {"depth_error_m", "depth error, m", &Summary::depth_error_m, Better::lower},
@@ -148,6 +150,7 @@ class STEREOGRID_EXPORT Scores {
     std::uint16_t ix{0};
     bool occupied{false};
     bool partly_hidden{false};
+    bool is_border{false};  ///< free, and one of the eight cells around it is labelled occupied
   };
 
  private:
