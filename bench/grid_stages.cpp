@@ -1,15 +1,16 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Times what comes after matching, on one thread: `count`, and `project` to the vehicle grid and to the world-aligned
-// window. The disparities are those of a built-in scene, or of a recording given on the command line. All sizes take
-// turns in one run. The doublings show how the cost grows.
+// Times what comes after matching, on one thread: counting and projecting to the vehicle grid and to the world-aligned
+// window, by bins (eqs. 8–16) and by rays. The disparities are those of a built-in scene, or of a recording given on
+// the command line. All sizes take turns in one run. The doublings show how the cost grows.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <exception>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <vector>
@@ -17,6 +18,7 @@
 #include "backend/cpu.hpp"
 #include "filter/filter.hpp"
 #include "projection/projection.hpp"
+#include "rays/rays.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "stereogrid/scenes/scene.hpp"
@@ -71,6 +73,7 @@ class GridStages {
         tables_{config_.u_disparity, rig_.height_px, pipeline_.config().matching.window_px},
         space_{rig_.width_px, rig_.height_px, disparities, 1},
         projection_{rig_.width_px, disparities},
+        rays_{rig_.width_px, rig_.height_px, disparities, 1},
         observed_{pipeline_.vehicle_grid().nx, pipeline_.vehicle_grid().ny},
         observed_world_{pipeline_.world_grid().nx, pipeline_.world_grid().ny} {
     const std::size_t first{source.size() >= first_frame + frames ? first_frame : 0};
@@ -86,6 +89,12 @@ class GridStages {
   }
 
   void run_count() { count(cpu_, matches_, rig_, ground_, tables_, space_, stages_); }
+  void run_count_rays() { count_rays(cpu_, matches_, rig_, ground_, config_.u_disparity, rays_); }
+  void run_project_rays() { project_rays_to(pipeline_.vehicle_grid(), {}, observed_); }
+  void run_project_rays_world() {
+    const Pose2 pose{0, 0, heading_rad};
+    project_rays_to(Window{pipeline_.vehicle_grid()}.at(pose), inverse(pose), observed_world_);
+  }
   void run_project() { project_to(pipeline_.vehicle_grid(), {}, observed_); }
   void run_project_world() {
     const Pose2 pose{0, 0, heading_rad};
@@ -106,6 +115,10 @@ class GridStages {
     project(cpu_, stages_.occupancy_smooth.view(), BinGeometry{rig_}, placed, projection_, cells.view());
   }
 
+  void project_rays_to(const GridGeometry& grid, const Pose2& vehicle_from_grid, Image<float>& cells) {
+    project_rays(cpu_, rays_, BinGeometry{rig_}, grid_in_vehicle(grid, vehicle_from_grid), cells.view());
+  }
+
   Config config_;
   Rig rig_;
   Pipeline pipeline_;
@@ -114,6 +127,7 @@ class GridStages {
   UDisparityTables tables_;
   UDisparitySpace space_;
   ProjectionSpace projection_;
+  RaySpace rays_;
   Image<float> observed_;
   Image<float> observed_world_;
   Ground ground_;
@@ -159,15 +173,20 @@ void compare(std::vector<std::unique_ptr<GridStages>>& stages, const std::vector
     works.emplace_back([&] { of_case->run_count(); });
     works.emplace_back([&] { of_case->run_project(); });
     works.emplace_back([&] { of_case->run_project_world(); });
+    works.emplace_back([&] { of_case->run_count_rays(); });
+    works.emplace_back([&] { of_case->run_project_rays(); });
+    works.emplace_back([&] { of_case->run_project_rays_world(); });
   }
   const std::vector<Timed> times{time_in_turns(works)};
   std::printf("| stage, image × disparities, cells | least ms | median ms | aim ms | ratio | to the first size |\n");
   std::printf("|---|---|---|---|---|---|\n");
-  const char* const names[]{"count", "project to the vehicle grid", "project to the window"};
-  for (std::size_t stage{0}; stage < 3; ++stage) {
+  const char* const names[]{"count bins", "largest bin to the vehicle grid", "largest bin to the window",
+                            "count rays", "rays to the vehicle grid",        "rays to the window"};
+  constexpr std::size_t stage_count{std::size(names)};
+  for (std::size_t stage{0}; stage < stage_count; ++stage) {
     for (std::size_t i{0}; i < stages.size(); ++i) {
-      const double aims[]{described[i].aim_count_ms, described[i].aim_project_ms, 0};
-      print_row(std::string{names[stage]} + ", " + described[i].what, times[3 * i + stage], aims[stage],
+      const double aims[stage_count]{described[i].aim_count_ms, described[i].aim_project_ms};
+      print_row(std::string{names[stage]} + ", " + described[i].what, times[stage_count * i + stage], aims[stage],
                 i > 0 ? times[stage].least_ms : 0);
     }
   }

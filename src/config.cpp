@@ -149,7 +149,7 @@ Config paper() {
   config.u_disparity.road_rays = RoadRays::none;
   config.u_disparity.small_count_guard = 0;
   config.u_disparity.left_border = false;
-  config.projection.calibrate = false;
+  config.projection.model = ProjectionModel::bins;
   config.filter.model = FilterModel::tay2008;
   config.filter.velocity_max_mps = 10;
   config.filter.velocity_step_mps = 2;
@@ -158,6 +158,7 @@ Config paper() {
   config.filter.static_prior = 0;
   config.filter.scene_flow = false;
   config.filter.likelihood_exponent = 1;
+  config.tracking.occupancy_min = 0.7;
   return config;
 }
 
@@ -233,9 +234,6 @@ std::vector<std::string> problems(const Config& config) {
   const int paths{config.matching.paths};
   if (paths != 3 && paths != 4 && paths != 8) {
     found.push_back("matching.paths is " + std::to_string(paths) + " and must be 3, 4 or 8.");
-  }
-  if (config.u_disparity.bins_per_px == 3) {
-    found.emplace_back("u_disparity.bins_per_px is 3 and must be 1, 2 or 4.");
   }
   if (config.grid.length_m / config.grid.cell_size_m > 4000 || config.grid.width_m / config.grid.cell_size_m > 4000) {
     found.emplace_back("grid: more than 4000 cells along a side; take larger cells or a smaller grid.");

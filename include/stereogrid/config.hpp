@@ -164,7 +164,6 @@ struct UDisparityConfig {
   RoadRays road_rays{RoadRays::visible};
   int small_count_guard{2};
   bool left_border{true};
-  int bins_per_px{1};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
@@ -191,24 +190,24 @@ struct UDisparityConfig {
     visit(Parameter{"left_border", "", 0, 1,
                     "Leave bins unknown that the right camera cannot see (u below disparity + half a window)."},
           self.left_border);
-    visit(Parameter{"bins_per_px", "1/px", 1, 4,
-                    "Bins to a pixel of disparity: 1; 2 or 4 weigh a disparity between bins, and take longer."},
-          self.bins_per_px);
   }
 };
 
+/// How cells of the ground get their probability.
+enum class ProjectionModel { bins, rays };
+constexpr std::array<std::string_view, 2> names_of(ProjectionModel) {
+  return {"bins", "rays"};
+}
+
 struct ProjectionConfig {
-  bool interpolate_far{false};
-  bool calibrate{true};
+  ProjectionModel model{ProjectionModel::rays};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"interpolate_far", "", 0, 1,
-                    "Cells less deep than a bin take a value between those of the two bins next to their centre."},
-          self.interpolate_far);
-    visit(Parameter{"calibrate", "", 0, 1,
-                    "Turn the model's probabilities into how often such cells were occupied on drives with lidar."},
-          self.calibrate);
+    visit(Parameter{"model", "", 0, 1,
+                    "bins: the largest probability of the u-disparity bins that touch a cell (eq. 16); rays: a fitted "
+                    "model of the rays that end in a cell, around it, and behind it."},
+          self.model);
   }
 };
 
@@ -241,7 +240,7 @@ struct FilterConfig {
   double velocity_growth_power{3};
   double forgetting_s{2};
   double velocity_noise{0.01};
-  double likelihood_exponent{0.8};
+  double likelihood_exponent{0.5};
   double static_prior{0.85};
   double appearing_static{0.4};
   double border_occupancy{0.2};
@@ -295,7 +294,7 @@ struct FilterConfig {
 };
 
 struct TrackingConfig {
-  double occupancy_min{0.7};
+  double occupancy_min{0.8};
   int cells_min{3};
   double gate_m{1.5};
   int confirm_frames{3};

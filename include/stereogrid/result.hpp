@@ -16,8 +16,7 @@
 namespace stereogrid {
 
 /// What the stages of one frame handed to each other, of the images of Pipeline::level_rig(). H, W: image size; D:
-/// bins, `bins_per_px` to each disparity. u-disparity images have a row per bin d, at disparity d / bins_per_px, and a
-/// column per image column u.
+/// disparities. u-disparity images have a row per bin d and a column per image column u.
 struct StageImages {
   Image<float> obstacle_disparity;   ///< (H, W) px, 0 = none
   Image<float> road_disparity;       ///< (H, W) px, 0 = none
@@ -30,7 +29,6 @@ struct StageImages {
   Image<float> road_confidence;      ///< (D, W) P(R), eq. 15
   Image<float> occupancy;            ///< (D, W) P(T), eq. 14
   Image<float> occupancy_smooth;     ///< (D, W) after the Gaussian
-  int bins_per_px{1};
 };
 
 /// Wall-clock milliseconds.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -87,8 +88,9 @@ struct FilterState {
 struct FilterInput {
   const FilterConfig& config;
   const FilterTables& tables;
-  GridGeometry geometry;  ///< of the window now
-  double dt_s;            ///< since the last step
+  GridGeometry geometry;                                        ///< of the window now
+  double dt_s;                                                  ///< since the last step
+  double travelled_m{std::numeric_limits<double>::infinity()};  ///< by the vehicle since then; infinite: unknown
 };
 
 /// Evidence begin … end − 1, whose cells lie side by side.

@@ -22,6 +22,7 @@ struct FilterStep {
   float appearing_static;  ///< prior of standstill for what appears where the frame before has seen free ground
   float appearing_moving;  ///< prior of every other velocity for that
   float lattice_squares;   ///< Σ v_x² over the lattice, m²/s²
+  float repeated;          ///< how far the view is that of the step before: 0: another one, 1: the same
 
   STEREOGRID_HD int velocities() const { return side * side; }
   STEREOGRID_HD int standstill() const { return side * side / 2; }
@@ -70,10 +71,12 @@ STEREOGRID_HD inline float between(float first, float second, float share) {
   return (1 - share) * first + share * second;
 }
 
-/// The likelihoods of an observed probability p formed with prior ½: (p, 1 − p), tempered. docs/method.md §8.3.
+/// The likelihoods of an observed probability p formed with prior ½: (p, 1 − p), tempered, and the odds that p is, as
+/// they are. docs/method.md §8.3.
 struct Likelihood {
   float occupied;
   float empty;
+  float odds{1};
 };
 
 /// Table of p to the power of the exponent, for p = i / likelihood_steps.
@@ -90,7 +93,7 @@ STEREOGRID_HD inline float tempered(const float* table, float p) {
 STEREOGRID_HD inline Likelihood likelihood_of(const float* table, float observed) {
   const float above{observed < 0.001f ? 0.001f : observed};
   const float p{above > 0.999f ? 0.999f : above};
-  return {tempered(table, p), tempered(table, 1 - p)};
+  return {tempered(table, p), tempered(table, 1 - p), p / (1 - p)};
 }
 
 /// Moments of a cell's mass over the velocity lattice, summed row by row of it.
@@ -168,6 +171,17 @@ struct JointUpdate {
   float occupancy;      ///< Σ m(k) afterwards
 };
 
+/// Errors repeat themselves as long as the view is the same: there, what is observed again takes a cell no farther than
+/// to its own odds, and what goes against what was known counts in full. docs/method.md §8.3.
+STEREOGRID_HD inline float fresh_ratio(const FilterStep& step, float predicted, Likelihood likelihood) {
+  const float ratio{likelihood.occupied / likelihood.empty};
+  const float wanted{likelihood.odds * (1 - predicted) / predicted};
+  const float low{ratio < 1 ? ratio : 1.0f};
+  const float high{ratio > 1 ? ratio : 1.0f};
+  const float capped{wanted < low ? low : (wanted > high ? high : wanted)};
+  return ratio + step.repeated * (capped - ratio);
+}
+
 /// `arrived`: Σ m(k) before it; `age_s`: of the cell before the step. A cell that nobody has seen stays unknown even
 /// where its mass has moved into seen cells. What appears on ground that has just been seen free has come from
 /// somewhere: it is more likely to move than what appears out of the unknown.
@@ -178,8 +192,10 @@ STEREOGRID_HD inline JointUpdate joint_update(const FilterStep& step, float arri
   const float kept{1 - step.forgetting};
   const float empty{1 - total - lacking};
   const float predicted{kept * (total + lacking) + step.forgetting * empty};
-  const float evidence{likelihood.occupied * predicted + likelihood.empty * (1 - predicted)};
-  const float gain{likelihood.occupied / evidence};
+  const bool is_fresh{step.repeated == 0 || !(predicted > 0)};
+  const float occupied{is_fresh ? likelihood.occupied : fresh_ratio(step, predicted, likelihood)};
+  const float evidence{occupied * predicted + (is_fresh ? likelihood.empty : 1.0f) * (1 - predicted)};
+  const float gain{occupied / evidence};
   const float unseen{gain * kept * lacking};
   const float appeared{gain * step.forgetting * empty};
   const bool was_seen{age_s == 0};

@@ -94,6 +94,9 @@ double share_within(double share, double dt_s) {
 
 namespace {
 
+// After so much of a way the errors of matching are others.
+constexpr double fresh_view_m{0.2};
+
 void set_noise(const FilterConfig& config, double dt_s, int velocities, FilterStep& step) {
   const double others{velocities - 1.0};
   const double noise{share_within(config.velocity_noise, dt_s)};
@@ -122,6 +125,7 @@ FilterStep step_of(const FilterInput& input) {
   step.side = static_cast<int>(input.tables.axis_mps.size());
   step.forgetting = static_cast<float>((1 - std::exp(-input.dt_s / config.forgetting_s)) / 2);
   step.border_occupancy = config.model == FilterModel::joint ? static_cast<float>(config.border_occupancy) : 0.5f;
+  step.repeated = static_cast<float>(std::max(1 - input.travelled_m / fresh_view_m, 0.0));
   step.kept_standing = step.kept_moving = step.prior_static = step.appearing_static = 1;
   if (step.side == 1) return step;
   set_noise(config, input.dt_s, step.velocities(), step);

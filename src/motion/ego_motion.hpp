@@ -28,6 +28,9 @@ class EgoMotion {
   /// pose, whatever the motion, or is the last one. The world stays the same.
   void restart();
 
+  /// At the last frame.
+  [[nodiscard]] const Pose2& world_from_vehicle() const { return world_from_vehicle_; }
+
   struct Placing {
     Pose2 world_from_vehicle;
     std::string warning{};                ///< empty: none

@@ -10,19 +10,21 @@ HostSpace::HostSpace(const Config& config, const Rig& level_rig, const GridGeome
       matching{level_rig.width_px, level_rig.height_px, config.matching, threads},
       ground_samples{level_rig.width_px, level_rig.height_px},
       u_disparity_tables{config.u_disparity, level_rig.height_px, config.matching.window_px},
-      u_disparity{level_rig.width_px, level_rig.height_px, bins_of(config), threads},
-      projection{level_rig.width_px, bins_of(config)},
+      u_disparity{level_rig.width_px, level_rig.height_px, config.matching.disparities, threads},
+      projection{level_rig.width_px, config.matching.disparities},
+      rays{level_rig.width_px, level_rig.height_px,
+           config.projection.model == ProjectionModel::rays ? config.matching.disparities : 0, threads},
       filter_tables{config.filter},
       observed_world{Window{vehicle_grid}.cells(), Window{vehicle_grid}.cells()},
       filtered{Window{vehicle_grid}.cells(), config.filter},
       filtered_before{filtered},
       weighing{Window{vehicle_grid}.cells(), filter_tables, config.filter.model == FilterModel::joint ? threads : 0} {
-  projection.plan(BinGeometry{level_rig, config.u_disparity.bins_per_px}, {vehicle_grid});
+  projection.plan(BinGeometry{level_rig}, {vehicle_grid});
 }
 
 std::size_t HostSpace::held_bytes() const {
   return held_bytes_of(aligned_right, matches, matching, ground_samples, u_disparity_tables, u_disparity, projection,
-                       filter_tables, observed_world, filtered, filtered_before, weighing) +
+                       rays, filter_tables, observed_world, filtered, filtered_before, weighing) +
          (prediction ? sizeof(PredictionSpace) + prediction->held_bytes() : 0);
 }
 

@@ -12,8 +12,8 @@
 #include "pipeline/results.hpp"
 #include "pipeline/stages.hpp"
 #include "pipeline/stopwatch.hpp"
-#include "projection/calibration.hpp"
 #include "projection/projection.hpp"
+#include "rays/rays.hpp"
 #include "u_disparity/u_disparity.hpp"
 
 namespace stereogrid {
@@ -45,7 +45,7 @@ struct HostSpace {
   UDisparityTables u_disparity_tables;
   UDisparitySpace u_disparity;
   ProjectionSpace projection;
-  Calibration calibration;
+  RaySpace rays;
   FilterTables filter_tables;
   Image<float> observed_world;
   FilterState filtered;
@@ -104,6 +104,8 @@ class HostStages final : public Stages {
 
   void count() override {
     const Timer timer{times_.count};
+    if (counts_rays()) count_rays(back_end_, space_.matches, rig_, ground_, config_.u_disparity, space_.rays);
+    if (counts_rays() && !are_stages_wanted_) return;
     stereogrid::count(back_end_, space_.matches, rig_, ground_, space_.u_disparity_tables, space_.u_disparity,
                       result_->stages);
   }
@@ -128,8 +130,8 @@ class HostStages final : public Stages {
   void filter() override {
     const Timer timer{times_.filter};
     HostSpace& s{space_};
-    stereogrid::filter(back_end_, {config_.filter, s.filter_tables, window_, frame_->dt_s}, s.observed_world.view(),
-                       s.filtered_before, s.filtered, result_->world);
+    stereogrid::filter(back_end_, {config_.filter, s.filter_tables, window_, frame_->dt_s, frame_->travelled_m},
+                       s.observed_world.view(), s.filtered_before, s.filtered, result_->world);
   }
 
   void weigh_velocities() override {
@@ -224,12 +226,13 @@ class HostStages final : public Stages {
     return space_.aligned_right.view();
   }
 
+  [[nodiscard]] bool counts_rays() const { return config_.projection.model == ProjectionModel::rays; }
+
   void project_to(const GridInVehicle& grid, Image<float>& cells) {
-    const BinGeometry bins{rig_, config_.u_disparity.bins_per_px};
+    const BinGeometry bins{rig_};
+    if (counts_rays()) return project_rays(back_end_, space_.rays, bins, grid, cells.view());
     const View<const float> occupancy{std::as_const(result_->stages.occupancy_smooth).view()};
     stereogrid::project(back_end_, occupancy, bins, grid, space_.projection, cells.view());
-    if (config_.projection.interpolate_far) interpolate_far(back_end_, occupancy, bins, grid, cells.view());
-    if (config_.projection.calibrate) space_.calibration.apply(cells.view());
   }
 
   Config config_;

@@ -3,7 +3,9 @@
 #include "stereogrid/pipeline.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <stdexcept>
 #include <type_traits>
@@ -136,10 +138,14 @@ struct Pipeline::Implementation {
   // What the stages take: level images.
   LevelFrame input_of(const StereoFrame& frame, FrameResult& into) {
     const double dt_s{tick(frame, into)};
+    const Pose2 before{ego_motion.world_from_vehicle()};
     const Pose2 world_from_vehicle{place(frame, dt_s, into)};
+    const double travelled_m{dt_s > 0 && frame.world_from_vehicle
+                                 ? std::hypot(world_from_vehicle.x_m - before.x_m, world_from_vehicle.y_m - before.y_m)
+                                 : std::numeric_limits<double>::infinity()};
     if (!levelling.is_needed()) {
       return {frame.left.view(), frame.right.view(), frame.disparity.view(), world_from_vehicle, dt_s,
-              frame.other_grids};
+              frame.other_grids, travelled_m};
     }
     levelling.apply(cpu, frame.left.view(), level_left.view());
     if (!frame.right.empty()) levelling.apply(cpu, frame.right.view(), level_right.view());
@@ -149,7 +155,8 @@ struct Pipeline::Implementation {
             frame.disparity.empty() ? View<const float>{} : level_disparity.view(),
             world_from_vehicle,
             dt_s,
-            frame.other_grids};
+            frame.other_grids,
+            travelled_m};
   }
 
   template <class State>

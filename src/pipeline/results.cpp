@@ -33,7 +33,7 @@ GridGeometry vehicle_grid_of(const GridConfig& config) {
 }
 
 void make_room(const Config& config, const Rig& rig, StageImages& stages) {
-  const int bins{bins_of(config)};
+  const int bins{config.matching.disparities};
   for (Image<float>* image : {&stages.obstacle_disparity, &stages.road_disparity, &stages.match_confidence}) {
     make_room(rig.width_px, rig.height_px, *image);
   }
@@ -43,7 +43,6 @@ void make_room(const Config& config, const Rig& rig, StageImages& stages) {
                               &stages.occupancy, &stages.occupancy_smooth}) {
     make_room(rig.width_px, bins, *image);
   }
-  stages.bins_per_px = config.u_disparity.bins_per_px;
 }
 
 void make_room(const GridConfig& config, const std::vector<double>& horizons_s, FrameResult& result) {
@@ -87,10 +86,6 @@ std::size_t held_bytes(const FrameResult& result) {
   bytes += result.predictions.capacity() * sizeof(Prediction);
   for (const Prediction& one : result.predictions) bytes += held_bytes_of(one.occupancy, one.world_occupancy);
   return bytes;
-}
-
-int bins_of(const Config& config) {
-  return config.matching.disparities * config.u_disparity.bins_per_px;
 }
 
 double share_matched(const Image<float>& disparity) {

@@ -21,9 +21,6 @@ void make_room(const GridConfig& config, const std::vector<double>& horizons_s, 
 /// A result with all its images allocated, without predictions.
 FrameResult empty_result(const Config& config, const Rig& level_rig);
 
-/// Rows of the u-disparity images.
-int bins_of(const Config& config);
-
 /// Share of the pixels that have a disparity.
 double share_matched(const Image<float>& disparity);
 

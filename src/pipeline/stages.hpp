@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 
@@ -22,6 +23,7 @@ struct LevelFrame {
   Pose2 world_from_vehicle;
   double dt_s{0};
   std::span<const ObservedGrid> other_grids;
+  double travelled_m{std::numeric_limits<double>::infinity()};  ///< since the frame before; infinite: unknown
 
   [[nodiscard]] bool is_given() const { return !disparity.empty(); }
 };

@@ -75,23 +75,6 @@ void project_row(const Largest& largest, const Spans& spans, int iy, View<float>
   for (int ix{0}; ix < cells.width; ++ix) cells(ix, iy) = cells(ix, iy) < 0 ? 0.5f : cells(ix, iy);
 }
 
-float largest_between(View<const float> occupancy, int d, int begin, int end) {
-  return *std::max_element(occupancy.row(d) + begin, occupancy.row(d) + end + 1);
-}
-
-void interpolate_cell(View<const float> occupancy, const BinGeometry& bins, const CellCorners& cell, const FarCell& far,
-                      float& value) {
-  const ColumnSpan span{columns_of(bins, cell, cell.nearest_x(), cell.farthest_x())};
-  const double last{occupancy.width - 1.0};
-  int begin{clamped_to_int(std::clamp(std::floor(span.smallest - 1), 0.0, last))};
-  int end{clamped_to_int(std::clamp(std::ceil(span.largest + 1), 0.0, last))};
-  while (begin <= end && !span.touches(begin)) ++begin;
-  while (end >= begin && !span.touches(end)) --end;
-  if (begin > end) return;
-  value = (1 - far.part) * largest_between(occupancy, far.nearer_to_zero, begin, end) +
-          far.part * largest_between(occupancy, far.nearer_to_zero + 1, begin, end);
-}
-
 }  // namespace
 
 void project(Cpu& cpu, View<const float> occupancy, const BinGeometry& bins, const GridInVehicle& grid,
@@ -105,19 +88,6 @@ void project(Cpu& cpu, View<const float> occupancy, const BinGeometry& bins, con
   cpu.for_ranges(cells.height, rows_grain, [&](int begin, int end) {
     for (int iy{begin}; iy < end; ++iy) {
       is_planned ? project_planned(largest, space, iy, cells) : project_row(largest, spans, iy, cells);
-    }
-  });
-}
-
-void interpolate_far(Cpu& cpu, View<const float> occupancy, const BinGeometry& bins, const GridInVehicle& grid,
-                     View<float> cells) {
-  cpu.for_ranges(cells.height, rows_grain, [&](int begin, int end) {
-    for (int iy{begin}; iy < end; ++iy) {
-      for (int ix{0}; ix < cells.width; ++ix) {
-        const CellCorners cell{grid.corners(ix, iy)};
-        const FarCell far{far_cell(bins, cell, grid.centre(ix, iy), occupancy.height)};
-        if (far.is_far) interpolate_cell(occupancy, bins, cell, far, cells(ix, iy));
-      }
     }
   });
 }

@@ -51,7 +51,7 @@ struct Largest {
 
 // A thread per cell.
 __global__ void project_cells(Largest largest, int disparities, BinGeometry bins, const GridInVehicle* grid,
-                              const float* calibration, View<float, Device> cells) {
+                              View<float, Device> cells) {
   const int ix{static_cast<int>(blockIdx.x * block_width + threadIdx.x)};
   const int iy{static_cast<int>(blockIdx.y * block_height + threadIdx.y)};
   if (ix >= cells.width || iy >= cells.height) return;
@@ -60,8 +60,7 @@ __global__ void project_cells(Largest largest, int disparities, BinGeometry bins
   float highest{-1};
   const auto take = [&](const BinSpan& span) { highest = larger(largest.of(span), highest); };
   spans.by_overlap(ix, iy, take);
-  const float occupancy{highest < 0 ? 0.5f : highest};
-  cells(ix, iy) = calibration == nullptr ? occupancy : calibrated(calibration, occupancy);
+  cells(ix, iy) = highest < 0 ? 0.5f : highest;
 }
 
 dim3 blocks_of(int width, int height) {
@@ -70,16 +69,8 @@ dim3 blocks_of(int width, int height) {
 
 }  // namespace
 
-ProjectionOnDevice::ProjectionOnDevice(Cuda& cuda, const Calibration* map, int width, int disparities)
-    : calibration{Calibration::Table{}.size()},
-      is_calibrated{map != nullptr},
-      of_2{width, disparities},
-      of_4{width, disparities},
-      of_8{width, disparities} {
-  if (!is_calibrated) return;
-  upload(cuda, map->table().data(), map->table().size(), calibration.data());
-  cuda.synchronize();  // the table is the caller's
-}
+ProjectionOnDevice::ProjectionOnDevice(int width, int disparities)
+    : of_2{width, disparities}, of_4{width, disparities}, of_8{width, disparities} {}
 
 void find_largest(Cuda& cuda, View<const float, Device> occupancy, ProjectionOnDevice& space) {
   launch(cuda, take_largest, blocks_of(occupancy.width, occupancy.height), dim3{block_width, block_height}, 0,
@@ -90,7 +81,7 @@ void project(Cuda& cuda, View<const float, Device> occupancy, const BinGeometry&
              const ProjectionOnDevice& space, View<float, Device> cells) {
   launch(cuda, project_cells, blocks_of(cells.width, cells.height), dim3{block_width, block_height}, 0,
          Largest{occupancy.width, occupancy.data, space.of_2.data(), space.of_4.data(), space.of_8.data()},
-         occupancy.height, bins, grid, space.is_calibrated ? space.calibration.data() : nullptr, cells);
+         occupancy.height, bins, grid, cells);
 }
 
 }  // namespace stereogrid

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "backend/cuda.hpp"
-#include "projection/calibration.hpp"
 #include "projection/model.hpp"
 #include "projection/projection.hpp"
 
@@ -11,11 +10,8 @@ namespace stereogrid {
 
 /// What `project` works in, on the device.
 struct ProjectionOnDevice {
-  /// `calibration` null: the model's probabilities stay as they are.
-  ProjectionOnDevice(Cuda& cuda, const Calibration* calibration, int width, int disparities);
+  ProjectionOnDevice(int width, int disparities);
 
-  DeviceBuffer<float> calibration;  ///< its table
-  bool is_calibrated;
   DeviceImage<float> of_2;  ///< (D, W) largest occupancy of so many columns from u on
   DeviceImage<float> of_4;
   DeviceImage<float> of_8;
@@ -24,7 +20,7 @@ struct ProjectionOnDevice {
 /// Before the first `project` of a frame.
 void find_largest(Cuda& cuda, View<const float, Device> occupancy, ProjectionOnDevice& space);
 
-/// `project` of projection.hpp and the calibration behind it, equal to the CPU to the bit. `grid` is on the device.
+/// `project` of projection.hpp, equal to the CPU to the bit. `grid` is on the device.
 void project(Cuda& cuda, View<const float, Device> occupancy, const BinGeometry& bins, const GridInVehicle* grid,
              const ProjectionOnDevice& space, View<float, Device> cells);
 

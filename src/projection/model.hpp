@@ -12,16 +12,14 @@
 namespace stereogrid {
 
 /// The ground seen from the camera: a bin of the u-disparity plane lies at x = f·b/d, y = −(u − u0)·x/f in the vehicle
-/// frame (eq. 3, origin at the left camera), d in bins, `bins_per_px` to a pixel.
+/// frame (eq. 3, origin at the left camera).
 struct BinGeometry {
   double focal_px;
   double centre_u_px;
-  double focal_baseline_pxm;  ///< f·b, times the bins of a pixel
+  double focal_baseline_pxm;
 
-  STEREOGRID_HD explicit BinGeometry(const Rig& rig, int bins_per_px = 1)
-      : focal_px{rig.focal_px},
-        centre_u_px{rig.centre_u_px},
-        focal_baseline_pxm{rig.focal_px * rig.baseline_m * bins_per_px} {}
+  STEREOGRID_HD explicit BinGeometry(const Rig& rig)
+      : focal_px{rig.focal_px}, centre_u_px{rig.centre_u_px}, focal_baseline_pxm{rig.focal_px * rig.baseline_m} {}
 
   [[nodiscard]] STEREOGRID_HD double nearest_x(int d) const { return focal_baseline_pxm / (d + 0.5); }
   [[nodiscard]] STEREOGRID_HD double farthest_x(int d) const { return d > 0 ? focal_baseline_pxm / (d - 0.5) : 1e30; }
@@ -104,31 +102,6 @@ STEREOGRID_HD inline ColumnSpan columns_of(const BinGeometry& bins, const CellCo
     }
   }
   return span;
-}
-
-/// A probability through a table of values at k / calibration_steps; one more so that 1 has a neighbour.
-constexpr int calibration_steps{1024};
-STEREOGRID_HD inline float calibrated(const float* table, float probability) {
-  const float place{probability * calibration_steps};
-  const int k{static_cast<int>(place)};
-  return table[k] + (place - static_cast<float>(k)) * (table[k + 1] - table[k]);
-}
-
-/// The two bins next to the centre of a cell that is less deep than a bin, and how far it lies from one to the other.
-struct FarCell {
-  bool is_far;  ///< and both bins are in the plane
-  int nearer_to_zero;
-  float part;
-};
-
-STEREOGRID_HD inline FarCell far_cell(const BinGeometry& bins, const CellCorners& cell, Point2 centre,
-                                      int disparities) {
-  const double near{cell.nearest_x()};
-  if (!(near > 0) || bins.disparity(near) - bins.disparity(cell.farthest_x()) >= 1) return {false, 0, 0};
-  const double d{bins.disparity(centre.x)};
-  if (!(d >= 1 && d < disparities - 1)) return {false, 0, 0};
-  const int below{static_cast<int>(d)};
-  return {true, below, static_cast<float>(d - below)};
 }
 
 }  // namespace stereogrid

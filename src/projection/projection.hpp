@@ -46,12 +46,4 @@ void project(Cpu& cpu, View<const float> occupancy, const BinGeometry& bins, con
 void project(Reference& reference, View<const float> occupancy, const BinGeometry& bins, const GridInVehicle& grid,
              ProjectionSpace& space, View<float> cells);
 
-/// Far away a bin is deeper than a cell, and all cells in it would take its value. Those take a value between the two
-/// bins next to their centre instead, each the largest of the columns that touch the cell. Other cells stay as they
-/// are.
-void interpolate_far(Cpu& cpu, View<const float> occupancy, const BinGeometry& bins, const GridInVehicle& grid,
-                     View<float> cells);
-void interpolate_far(Reference& reference, View<const float> occupancy, const BinGeometry& bins,
-                     const GridInVehicle& grid, View<float> cells);
-
 }  // namespace stereogrid

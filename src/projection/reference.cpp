@@ -42,20 +42,4 @@ void project(Reference&, View<const float> occupancy, const BinGeometry& bins, c
   }
 }
 
-void interpolate_far(Reference&, View<const float> occupancy, const BinGeometry& bins, const GridInVehicle& grid,
-                     View<float> cells) {
-  for (int iy{0}; iy < cells.height; ++iy) {
-    for (int ix{0}; ix < cells.width; ++ix) {
-      const CellCorners cell{grid.corners(ix, iy)};
-      const FarCell far{far_cell(bins, cell, grid.centre(ix, iy), occupancy.height)};
-      if (!far.is_far) continue;
-      const ColumnSpan span{columns_of(bins, cell, cell.nearest_x(), cell.farthest_x())};
-      const auto touches = [&](int u) { return span.touches(u); };
-      const float before{largest(occupancy, far.nearer_to_zero, -1, touches)};
-      const float behind{largest(occupancy, far.nearer_to_zero + 1, -1, touches)};
-      if (before >= 0) cells(ix, iy) = (1 - far.part) * before + far.part * behind;
-    }
-  }
-}
-
 }  // namespace stereogrid

@@ -44,20 +44,6 @@ void count_pixel_bins(Cpu& cpu, const Matches& matches, const UDisparityConfig& 
   });
 }
 
-void count_fine_bins(Cpu& cpu, const Matches& matches, const UDisparityConfig& config, UDisparitySpace& space,
-                     StageImages& stages) {
-  const int parts{static_cast<int>(space.fine_counts.size())};
-  const int width{matches.road.width()};
-  const int blocks{(width + FineCounts::columns - 1) / FineCounts::columns};
-  cpu.for_parts(blocks, parts, [&](int part, int begin, int end) {
-    FineCounts& counts{space.fine_counts[static_cast<std::size_t>(part)]};
-    for (int b{begin}; b < end; ++b) {
-      const ColumnRange columns{b * FineCounts::columns, std::min((b + 1) * FineCounts::columns, width)};
-      counts.count(matches, space.rows, config, columns, stages, space.has_road);
-    }
-  });
-}
-
 // Of the three columns around each; bin 0 and the bins behind the last count as empty.
 void sum_road_columns(UDisparitySpace& space, int d) {
   const int width{space.has_road.width()};
@@ -75,10 +61,9 @@ void sum_road_columns(UDisparitySpace& space, int d) {
 void infer_row(const UDisparityTables& tables, const UDisparitySpace& space, int d, StageImages& stages) {
   const UDisparityConfig& config{tables.config};
   const RowRange rows{space.rows.rows[static_cast<std::size_t>(d)]};
-  const int per_px{config.bins_per_px};
-  const int road_before{std::max(d - per_px, 0)};
-  const int road_behind{std::min(d + per_px, stages.occupancy.height())};
-  int first_sighted{config.left_border ? (d + per_px - 1) / per_px + tables.half_window : 0};
+  const int road_before{std::max(d - 1, 0)};
+  const int road_behind{std::min(d + 1, stages.occupancy.height())};
+  int first_sighted{config.left_border ? d + tables.half_window : 0};
   if (d == 0) first_sighted = std::numeric_limits<int>::max();
   infer_bins(
       {stages.visible.row(d), stages.observed.row(d), space.road_columns.row(road_before), space.road_columns.row(d),
@@ -130,8 +115,7 @@ void count(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& groun
     const RowRange rows{space.rows.rows[static_cast<std::size_t>(d)]};
     stages.possible[static_cast<std::size_t>(d)] = possible_in_column(rows.first, rows.last, 0, space.rows.height);
   }
-  const bool is_fine{tables.config.bins_per_px > 1};
-  (is_fine ? count_fine_bins : count_pixel_bins)(cpu, matches, tables.config, space, stages);
+  count_pixel_bins(cpu, matches, tables.config, space, stages);
   cpu.for_ranges(disparities + 1, bins_grain, [&](int begin, int end) {
     for (int d{begin}; d < end; ++d) sum_road_columns(space, d);
   });

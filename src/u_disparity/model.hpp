@@ -73,56 +73,17 @@ STEREOGRID_HD inline int pair_index(int visible, int observed) {
   return visible * (visible + 1) / 2 + observed;
 }
 
-/// How many of the nine bins around (u, d), a pixel apart, hold a road pixel (docs/method.md §5.3). Bin 0 and what lies
+/// How many of the nine bins around (u, d) hold a road pixel (docs/method.md §5.3). Bin 0 and what lies
 /// outside count as empty. `has_road` is (D, W).
 template <class View>
-STEREOGRID_HD inline int road_cells_around(const View& has_road, int u, int d, int bins_per_px = 1) {
+STEREOGRID_HD inline int road_cells_around(const View& has_road, int u, int d) {
   const int last_u{u + 1 < has_road.width ? u + 1 : has_road.width - 1};
   int cells{0};
-  for (int dd{d - bins_per_px}; dd <= d + bins_per_px; dd += bins_per_px) {
+  for (int dd{d - 1}; dd <= d + 1; ++dd) {
     if (dd < 1 || dd >= has_road.height) continue;
     for (int uu{u > 0 ? u - 1 : 0}; uu <= last_u; ++uu) cells += has_road(uu, dd);
   }
   return cells;
-}
-
-/// Parts of a bin in which places along finer bins are given.
-constexpr int bin_parts{16};
-
-/// Place of a disparity along bins finer than a pixel, in parts of a bin, the middle of bin k at k whole ones.
-STEREOGRID_HD inline int place_of_disparity(float disparity, int bins_per_px) {
-  return static_cast<int>(disparity * static_cast<float>(bins_per_px * bin_parts) + 0.5f);
-}
-
-/// Nothing there, or nearer to bin 0.
-STEREOGRID_HD inline bool is_no_place(int place) {
-  return place < bin_parts / 2;
-}
-
-/// A surface fills the bins of a whole pixel, so that r_O does not shrink with them: from here on …
-STEREOGRID_HD inline int support_begin(int place, int bins_per_px) {
-  return place - (bins_per_px - 1) * bin_parts / 2;
-}
-/// … up to here, where what lies before it begins.
-STEREOGRID_HD inline int support_end(int place, int bins_per_px) {
-  return support_begin(place, bins_per_px) + bins_per_px * bin_parts;
-}
-
-/// How much of a ray that begins at a place, between two bins, has arrived at bin k, in parts.
-STEREOGRID_HD inline int parts_arrived(int place, int k) {
-  const int parts{(k + 1) * bin_parts - place};
-  return parts < 0 ? 0 : parts > bin_parts ? bin_parts : parts;
-}
-
-/// Does road at a place lie within half a pixel of bin k?
-STEREOGRID_HD inline bool is_road_of_bin(int place, int k, int bins_per_px) {
-  const int off{k * bin_parts - place};
-  return 2 * (off < 0 ? -off : off) <= bins_per_px * bin_parts;
-}
-
-/// Parts to whole rays.
-STEREOGRID_HD inline int whole_rays(int parts) {
-  return (parts + bin_parts / 2) / bin_parts;
 }
 
 }  // namespace stereogrid

@@ -64,7 +64,7 @@ void BinRows::place(const Rig& rig, const Ground& ground, const UDisparityConfig
   const RowsByHeight by_height{rig, ground};
   for (int d{0}; d < static_cast<int>(rows.size()); ++d) {
     const auto i{static_cast<std::size_t>(d)};
-    const double disparity{static_cast<double>(d) / config.bins_per_px};
+    const double disparity{static_cast<double>(d)};
     rows[i] = rows_between(by_height, 0, config.obstacle_height_m, disparity);
     upright_rows[i] = rows_between(by_height, config.obstacle_min_height_m, config.obstacle_height_m, disparity);
   }

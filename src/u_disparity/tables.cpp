@@ -15,7 +15,7 @@ UDisparityTables::UDisparityTables(const UDisparityConfig& parameters, int image
       half_window{window_px / 2},
       miss(static_cast<std::size_t>(pair_index(image_height + 1, 0))),
       weights_column{gaussian_weights(parameters.sigma_column)},
-      weights_disparity{gaussian_weights(parameters.sigma_disparity * parameters.bins_per_px)} {
+      weights_disparity{gaussian_weights(parameters.sigma_disparity)} {
   for (int visible{0}; visible <= image_height; ++visible) {
     for (int observed{0}; observed <= visible; ++observed) {
       miss[static_cast<std::size_t>(pair_index(visible, observed))] = miss_of(config, visible, observed);
@@ -51,7 +51,6 @@ UDisparitySpace::UDisparitySpace(int width, int height, int bins, int threads)
     : rows{width, height, bins},
       counts(static_cast<std::size_t>(threads),
              std::vector<std::uint16_t>(static_cast<std::size_t>(bins + 1) * pixel_kinds * block_columns)),
-      fine_counts(static_cast<std::size_t>(threads), FineCounts{bins}),
       has_road{width, bins},
       road_columns{width, bins + 1},
       smooth_once{width, bins} {}

@@ -10,7 +10,6 @@
 #include "matching/matching.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/result.hpp"
-#include "u_disparity/fine_counts.hpp"
 #include "u_disparity/rows.hpp"
 
 namespace stereogrid {
@@ -40,12 +39,11 @@ struct UDisparitySpace {
   UDisparitySpace(int width, int height, int bins, int threads);
 
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(rows, counts, fine_counts, has_road, road_columns, smooth_once);
+    return held_bytes_of(rows, counts, has_road, road_columns, smooth_once);
   }
 
   BinRows rows;
   std::vector<std::vector<std::uint16_t>> counts;  ///< [thread] of a block of columns, all 0 between frames
-  std::vector<FineCounts> fine_counts;             ///< [thread] with bins finer than a pixel
   Image<std::uint8_t> has_road;                    ///< (D, W) 1: the bin holds a road pixel
   Image<std::uint8_t> road_columns;                ///< (D+1, W) bins with a road pixel among u−1, u, u+1
   Image<float> smooth_once;                        ///< (D, W)

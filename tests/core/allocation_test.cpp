@@ -106,7 +106,7 @@ const std::vector<Case>& cases() {
       {.name = "Particles", .settings = {{"filter.model", "particles"}}},
       {.name = "ParticlesOnOneThread", .settings = {{"filter.model", "particles"}}, .threads = 1},
       {.name = "WithoutSceneFlow", .settings = {{"filter.scene_flow", "false"}}},
-      {.name = "FineBins", .settings = {{"u_disparity.bins_per_px", "2"}, {"projection.interpolate_far", "true"}}},
+      {.name = "Bins", .settings = {{"projection.model", "bins"}}},
       {.name = "WithoutStages", .fetches_stages = false},
       {.name = "OwnResults", .has_own_results = true},
       {.name = "OwnResultsWithoutStages", .fetches_stages = false, .has_own_results = true},

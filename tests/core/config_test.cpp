@@ -119,6 +119,7 @@ TEST(Config, SetReachesOnlyTheNamedParameter) {
       other = "7";
       if (before == "visible" || before == "none") other = before == "none" ? "visible" : "none";
       if (before == "joint" || before == "tay2008") other = before == "joint" ? "tay2008" : "joint";
+      if (entry.key == "projection.model") other = before == "rays" ? "bins" : "rays";
       if (entry.key == "matching.method") other = before == "correlation" ? "semi_global" : "correlation";
     }
     set(config, entry.key, other);
@@ -145,7 +146,7 @@ TEST(Config, FractionsSurviveAsText) {
 TEST(Config, UnknownKeySuggestsTheNearest) {
   EXPECT_NE(message_of_set("grid.lenght_m", "20").find("'grid.length_m'"), std::string::npos);
   EXPECT_NE(message_of_set("matching.windowpx", "21").find("'matching.window_px'"), std::string::npos);
-  EXPECT_NE(message_of_set("interpolate_fa", "true").find("'projection.interpolate_far'"), std::string::npos);
+  EXPECT_NE(message_of_set("left_borde", "true").find("'u_disparity.left_border'"), std::string::npos);
   EXPECT_THROW(static_cast<void>(get(Config{}, "grid.height_m")), ConfigError);
 }
 

@@ -291,5 +291,41 @@ INSTANTIATE_TEST_SUITE_P(Models, FilterOfEachModel,
                            return std::string{names_of(name.param)[static_cast<std::size_t>(name.param)]};
                          });
 
+// What a vehicle that stands observes again takes a cell to its own odds and no farther; when it moves, evidence adds
+// up; what contradicts it counts in full.
+TEST(FilterRepetition, TheSameViewIsHeardOnce) {
+  FilterStep step{};
+  step.kept_moving = step.kept_standing = step.prior_static = 1;
+  step.repeated = 1;
+  const FilterTables tables{FilterConfig{}};
+  const auto after = [&](float before, float observed, int steps) {
+    const Likelihood likelihood{likelihood_of(tables.likelihood.data(), observed)};
+    for (int i{0}; i < steps; ++i) before = joint_update(step, before, 0.1f, likelihood).occupancy;
+    return before;
+  };
+  EXPECT_NEAR(after(0.5f, 0.7f, 50), 0.7f, 1e-4);
+  EXPECT_NEAR(after(0.5f, 0.2f, 50), 0.2f, 1e-4);
+  EXPECT_NEAR(after(0.9f, 0.7f, 50), 0.9f, 1e-4) << "what was known is not taken back";
+  const float once{after(0.9f, 0.1f, 1)};
+  step.repeated = 0;
+  EXPECT_FLOAT_EQ(once, after(0.9f, 0.1f, 1));
+  EXPECT_GT(after(0.5f, 0.7f, 50), 0.99f);
+  step.repeated = 0.5f;
+  const float half{after(0.5f, 0.7f, 5)};
+  EXPECT_GT(half, 0.71f);
+  EXPECT_LT(half, 0.98f);
+}
+
+TEST(FilterRepetition, DependsOnTheWayOfTheVehicle) {
+  const FilterConfig config;
+  const FilterTables tables{config};
+  const auto repeated = [&](double travelled_m) { return step_of({config, tables, {}, 0.1, travelled_m}).repeated; };
+  EXPECT_EQ(repeated(0), 1);
+  EXPECT_NEAR(repeated(0.05), 0.75, 1e-6);
+  EXPECT_EQ(repeated(0.2), 0);
+  EXPECT_EQ(repeated(std::numeric_limits<double>::infinity()), 0) << "unknown";
+  EXPECT_EQ(step_of({config, tables, {}, 0.1}).repeated, 0);
+}
+
 }  // namespace
 }  // namespace stereogrid::test

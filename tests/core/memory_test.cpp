@@ -61,7 +61,7 @@ INSTANTIATE_TEST_SUITE_P(, Memory,
                                              .name = "Particles",
                                              .settings = {{"filter.model", "particles"}, {"filter.particles", "1000"}}},
                                          Case{.name = "FewVelocities", .settings = {{"filter.velocity_max_mps", "2"}}},
-                                         Case{.name = "FineBins", .settings = {{"u_disparity.bins_per_px", "2"}}},
+                                         Case{.name = "Bins", .settings = {{"projection.model", "bins"}}},
                                          Case{.name = "Predictions", .horizons_s = {0.5, 1}}),
                          [](const auto& one) { return std::string{one.param.name}; });
 

@@ -101,7 +101,7 @@ TEST(MotionChain, WithoutSceneFlowTheImagesSayNothingOfVelocities) {
       ++k;
     }
   }
-  EXPECT_GT(moving[1], 1.5 * moving[0]);
+  EXPECT_GT(moving[1], 1.3 * moving[0]);  // the grids alone tell some of it
 }
 
 }  // namespace

@@ -160,33 +160,6 @@ TEST(ProjectionEquality, CpuEqualsReference) {
     if (round % 3 == 0) space.plan(BinGeometry{rig}, placed(geometry, pose));
     project(cpu, occupancy.view(), BinGeometry{rig}, placed(geometry, pose), space, fast.view());
     EXPECT_EQ(count_differences(slow, fast), 0) << "round " << round;
-    interpolate_far(reference, occupancy.view(), BinGeometry{rig}, placed(geometry, pose), slow.view());
-    interpolate_far(cpu, occupancy.view(), BinGeometry{rig}, placed(geometry, pose), fast.view());
-    EXPECT_EQ(count_differences(slow, fast), 0) << "interpolated, round " << round;
-  }
-}
-
-// Bins 5 and 6 lie at 20 and 16.7 m; a cell at 18.2 m, disparity 5.49, lies between them.
-TEST(Projection, FarCellsTakeAValueBetweenTheBinsWhenAskedFor) {
-  const GridGeometry grid{18.1, 0.1, 0.2, 1, 1};
-  Image<float> occupancy{201, disparities, 0.1f};
-  for (int u{0}; u < 201; ++u) {
-    occupancy(u, 5) = 0.3f;
-    occupancy(u, 6) = 0.7f;
-  }
-  Cpu cpu{1};
-  Image<float> cells{1, 1, -7.0f};
-  interpolate_far(cpu, occupancy.view(), BinGeometry{round_rig()}, placed(grid), cells.view());
-  EXPECT_NEAR(cells(0, 0), 0.3 + 0.4 * (100 / 18.2 - 5), 1e-5);
-  occupancy(150, 6) = 0.95f;  // beside the cell
-  interpolate_far(cpu, occupancy.view(), BinGeometry{round_rig()}, placed(grid), cells.view());
-  EXPECT_LT(cells(0, 0), 0.7f);
-  // at 4 m a cell is deeper than a bin: untouched; so are cells behind the camera and beside the image
-  for (const GridGeometry& other : {GridGeometry{3.9, -0.1, 0.2, 1, 1}, GridGeometry{-5, 0, 0.2, 1, 1},
-                                    GridGeometry{18.1, 9, 0.2, 1, 1}, GridGeometry{150, 0, 0.2, 1, 1}}) {
-    cells(0, 0) = -7;
-    interpolate_far(cpu, occupancy.view(), BinGeometry{round_rig()}, placed(other), cells.view());
-    EXPECT_EQ(cells(0, 0), -7) << other.x_min_m << " " << other.y_min_m;
   }
 }
 

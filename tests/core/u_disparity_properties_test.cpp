@@ -59,12 +59,11 @@ Matches random_matches(const Case& c, std::mt19937& generator) {
   return matches;
 }
 
-void expect_equality(unsigned seed, int rounds, int bins_per_px = 1) {
+void expect_equality(unsigned seed, int rounds) {
   std::mt19937 generator{seed};
   Reference reference;
   for (int round{0}; round < rounds; ++round) {
-    Case c{random_case(generator)};
-    c.config.bins_per_px = bins_per_px;
+    const Case c{random_case(generator)};
     const Matches matches{random_matches(c, generator)};
     const int window_px{1 + 2 * uniform_int(generator, 1, 10)};
     Cpu cpu{1 + round % 2};
@@ -87,11 +86,6 @@ TEST(UDisparityEquality, CpuEqualsReference) {
   expect_equality(31, 60);
 }
 
-TEST(UDisparityEquality, CpuEqualsReferenceInBinsFinerThanAPixel) {
-  expect_equality(33, 30, 2);
-  expect_equality(34, 30, 4);
-}
-
 TEST(UDisparityEquality, WithEveryInstructionSet) {
   for (const std::int64_t target : vector_targets()) {
     const ForcedTarget forced{target};
@@ -104,11 +98,10 @@ TEST(UDisparityProperties, CountsAndProbabilitiesStayInTheirBounds) {
   std::mt19937 generator{37};
   Cpu cpu{2};
   for (int round{0}; round < 40; ++round) {
-    Case c{random_case(generator)};
-    c.config.bins_per_px = round % 4 == 3 ? 4 : 1;
+    const Case c{random_case(generator)};
     const StageImages stages{
         counted(cpu, random_matches(c, generator), rig_of(c), c.ground, c.config, c.disparities, 9)};
-    for (int d{0}; d < c.disparities * c.config.bins_per_px; ++d) {
+    for (int d{0}; d < c.disparities; ++d) {
       for (int u{0}; u < c.width; ++u) {
         ASSERT_LE(stages.observed(u, d), stages.visible(u, d));
         ASSERT_TRUE(c.config.follow_roll || stages.visible(u, d) <= stages.possible[static_cast<std::size_t>(d)]);

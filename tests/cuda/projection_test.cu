@@ -16,21 +16,17 @@ namespace {
 void check_projection(const Rig& rig, const Image<float>& occupancy, const GridInVehicle& grid) {
   Cuda cuda;
   Reference reference;
-  const Calibration calibration;
   const BinGeometry bins{rig};
   const DeviceImage<float> plane{on_device(cuda, occupancy)};
   const DeviceBuffer<GridInVehicle> place{one_on_device(cuda, grid)};
   ProjectionSpace unused{occupancy.width(), occupancy.height()};
   Image<float> expected{grid.grid.nx, grid.grid.ny};
   project(reference, occupancy.view(), bins, grid, unused, expected.view());
-  for (const bool calibrates : {false, true}) {
-    if (calibrates) calibration.apply(expected.view());
-    ProjectionOnDevice space{cuda, calibrates ? &calibration : nullptr, occupancy.width(), occupancy.height()};
-    DeviceImage<float> cells{grid.grid.nx, grid.grid.ny};
-    find_largest(cuda, plane.view(), space);
-    project(cuda, plane.view(), bins, place.data(), space, cells.view());
-    CHECK_EQUAL(differences(on_host(cuda, cells), expected), 0);
-  }
+  ProjectionOnDevice space{occupancy.width(), occupancy.height()};
+  DeviceImage<float> cells{grid.grid.nx, grid.grid.ny};
+  find_largest(cuda, plane.view(), space);
+  project(cuda, plane.view(), bins, place.data(), space, cells.view());
+  CHECK_EQUAL(differences(on_host(cuda, cells), expected), 0);
 }
 
 TEST(cells_are_those_of_the_reference) {

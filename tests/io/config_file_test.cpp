@@ -56,7 +56,7 @@ TEST_F(ConfigFile, JsonHasTheRightTypes) {
   const std::string json{to_json(preset("default"))};
   EXPECT_THAT(json, ::testing::HasSubstr(R"("grid":{"length_m":20.0,)"));
   EXPECT_THAT(json, ::testing::HasSubstr(R"("estimate":true)"));
-  EXPECT_THAT(json, ::testing::HasSubstr(R"("interpolate_far":false)"));
+  EXPECT_THAT(json, ::testing::HasSubstr(R"("projection":{"model":"rays"})"));
   EXPECT_THAT(to_json(Config{}, 2), ::testing::HasSubstr("\n"));
 }
 

@@ -22,7 +22,7 @@ void blend(cv::Vec3b& pixel, Colour colour) {
 
 /// P of the u-disparity bin that a pixel falls into; 0.5 where it has none.
 float occupancy_at(const StageImages& stages, int u, float disparity) {
-  const int bin{static_cast<int>(std::lround(disparity * static_cast<float>(stages.bins_per_px)))};
+  const int bin{static_cast<int>(std::lround(disparity))};
   return bin > 0 && bin < stages.occupancy.height() ? stages.occupancy(u, bin) : 0.5F;
 }
 

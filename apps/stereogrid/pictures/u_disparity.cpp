@@ -17,31 +17,25 @@ void draw_tick(cv::Mat& canvas, int x, int y, int length) {
 }
 
 /// The bins that a picture shows from top to bottom.
-struct Bins {
-  int number;
-  int per_px;
-};
-
 /// Row of the canvas at a disparity.
-int row_of(const Box& box, double disparity, const Bins& bins) {
-  return box.y + static_cast<int>(std::lround((disparity * bins.per_px + 0.5) * box.height / bins.number));
+int row_of(const Box& box, double disparity, int disparities) {
+  return box.y + static_cast<int>(std::lround((disparity + 0.5) * box.height / disparities));
 }
 
-void draw_disparity_axis(cv::Mat& canvas, const Box& box, const Bins& bins) {
-  const int disparities{bins.number / bins.per_px};
+void draw_disparity_axis(cv::Mat& canvas, const Box& box, int disparities) {
   const int step{disparities > 100 ? 20 : 10};
   for (int d{0}; d < disparities; d += step) {
-    const int y{row_of(box, d, bins)};
+    const int y{row_of(box, d, disparities)};
     draw_tick(canvas, box.x - 1 - tick_px, y, tick_px);
     draw_text(canvas, box.x - 4 - tick_px, y + 5, fmt::format("{}", d), palette::ink, Align::right, 0.4);
   }
 }
 
-void draw_depth_axis(cv::Mat& canvas, const Box& box, const Bins& bins, const Rig& rig) {
+void draw_depth_axis(cv::Mat& canvas, const Box& box, int disparities, const Rig& rig) {
   const int x{box.x + box.width};
   int lowest_free{box.y + box.height + 12};
   for (const double depth_m : {2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0, 20.0, 40.0, 80.0}) {
-    const int y{row_of(box, rig.focal_px * rig.baseline_m / depth_m, bins)};
+    const int y{row_of(box, rig.focal_px * rig.baseline_m / depth_m, disparities)};
     if (y > box.y + box.height || y + 5 > lowest_free) continue;
     draw_tick(canvas, x, y, tick_px);
     draw_text(canvas, x + tick_px + 3, y + 5, fmt::format("{:g} m", depth_m), palette::ink, Align::left, 0.4);
@@ -62,9 +56,8 @@ void draw_u_disparity(cv::Mat& canvas, const Box& box, const FrameResult& result
   cv::Mat part{canvas(cv::Rect{box.x, box.y, box.width, box.height})};
   cv::cvtColor(large, part, cv::COLOR_GRAY2RGB);
   frame_box(canvas, box);
-  const Bins bins{occupancy.height(), result.stages.bins_per_px};
-  draw_disparity_axis(canvas, box, bins);
-  draw_depth_axis(canvas, box, bins, rig);
+  draw_disparity_axis(canvas, box, occupancy.height());
+  draw_depth_axis(canvas, box, occupancy.height(), rig);
 }
 
 }  // namespace stereogrid::app

@@ -12,6 +12,7 @@
 #include "images/row_alignment/cuda.hpp"
 #include "matching/cuda.hpp"
 #include "projection/cuda.hpp"
+#include "rays/cuda.hpp"
 #include "stereogrid/result.hpp"
 #include "u_disparity/cuda.hpp"
 
@@ -93,6 +94,7 @@ struct DeviceMemory {
   GroundOnDevice ground;
   UDisparityOnDevice u_disparity;
   ProjectionOnDevice projection;
+  RaysOnDevice rays;
   OtherGridsOnDevice other_grids;
   FilterOnDevice filter;
   std::array<FilterStateOnDevice, 2> states;

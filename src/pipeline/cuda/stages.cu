@@ -21,8 +21,6 @@ const Config& checked(const Config& config) {
     if (!can) throw DeviceError{std::string{setting} + " is supported on the CPU only."};
   };
   require(config.filter.model != FilterModel::particles, "filter.model=particles");
-  require(config.u_disparity.bins_per_px == 1, "u_disparity.bins_per_px above 1");
-  require(!config.projection.interpolate_far, "projection.interpolate_far");
   return config;
 }
 
@@ -71,7 +69,8 @@ void CudaStages::begin(const LevelFrame& frame, const GridGeometry& window, bool
   on_device.window_cells = grid_in_vehicle(window, inverse(frame.world_from_vehicle));
   on_device.vehicle_in_world = grid_in_vehicle(vehicle_grid_, frame.world_from_vehicle);
   on_device.window = window;
-  on_device.motion = filter_motion({config_.filter, filter_tables_, window, frame.dt_s}, window_before_);
+  on_device.motion =
+      filter_motion({config_.filter, filter_tables_, window, frame.dt_s, frame.travelled_m}, window_before_);
   window_before_ = window;
   *host_.evidence_count.data() = 0;
 }
@@ -144,7 +143,9 @@ void CudaStages::estimate_ground() {
 
 void CudaStages::count() {
   const MatchViews matches{std::as_const(device_.matches.obstacle).view(), std::as_const(device_.matches.road).view()};
-  stereogrid::count(cuda_, matches, rig_, &device_.answer.data()->ground, device_.u_disparity);
+  const Ground* ground{&device_.answer.data()->ground};
+  stereogrid::count(cuda_, matches, rig_, ground, device_.u_disparity);
+  if (counts_rays()) count_rays(cuda_, matches, rig_, ground, config_.u_disparity, device_.rays);
   times_.mark(cuda_, StreamTimes::counted);
 }
 
@@ -152,9 +153,10 @@ void CudaStages::project() {
   const FrameOnDevice* frame{device_.frame.data()};
   const View<const float, Device> occupancy{std::as_const(device_.u_disparity.occupancy_smooth).view()};
   const auto project_to = [&](const GridInVehicle* grid, DeviceImage<float>& cells) {
+    if (counts_rays()) return project_rays(cuda_, device_.rays, BinGeometry{rig_}, grid, cells.view());
     stereogrid::project(cuda_, occupancy, BinGeometry{rig_}, grid, device_.projection, cells.view());
   };
-  find_largest(cuda_, occupancy, device_.projection);
+  if (!counts_rays()) find_largest(cuda_, occupancy, device_.projection);
   project_to(&frame->vehicle_cells, device_.observed);
   project_to(&frame->window_cells, device_.observed_window);
 }

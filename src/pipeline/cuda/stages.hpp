@@ -50,6 +50,7 @@ class CudaStages final : public Stages {
   [[nodiscard]] const StreamTimes& times() const { return times_; }
 
  private:
+  [[nodiscard]] bool counts_rays() const { return config_.projection.model == ProjectionModel::rays; }
   void synchronize();
   Graph& graph_of(StagePart part);
   void scatter_lattice();

@@ -127,18 +127,6 @@ TEST_F(CudaLoading, AutomaticFallsBackToTheCpuAndSaysWhy) {
   EXPECT_GT(pipeline.process(Street{small_rig()}.frame(0)).road_density, 0.1);
 }
 
-TEST_F(CudaLoading, AutomaticLeavesFinerBinsAndTheFarRangeToTheCpu) {
-  use_library(EMULATED_LIBRARY);
-  Config finer{small_config()};
-  finer.u_disparity.bins_per_px = 2;
-  EXPECT_THAT((Pipeline{finer, small_rig(), {.back_end = BackEnd::automatic, .threads = 1}}.why_not_cuda()),
-              HasSubstr("bins_per_px"));
-  Config far{small_config()};
-  far.projection.interpolate_far = true;
-  EXPECT_THAT((Pipeline{far, small_rig(), {.back_end = BackEnd::automatic, .threads = 1}}.why_not_cuda()),
-              HasSubstr("interpolate_far"));
-}
-
 TEST_F(CudaLoading, AutomaticLeavesParticlesToTheCpu) {
   use_library(EMULATED_LIBRARY);
   Config config{small_config()};

@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "backend/reference.hpp"
+
+#include "rays/rays.hpp"
+
+namespace stereogrid {
+
+void count_rays(Reference&, const Matches& matches, const Rig& rig, const Ground& ground,
+                const UDisparityConfig& config, RaySpace& space) {
+  space.place(rig, ground, config);
+  space.sums.fill(0);
+  for (int v{0}; v < space.height; ++v) {
+    for (int u{0}; u < space.width; ++u) {
+      count_ray(matches.obstacle(u, v), matches.road(u, v), space.row(u, v), space.upright, space.bins,
+                [&](int bin, PackedRays rays) { space.sums(u + 1, bin + 1) += rays; });
+    }
+  }
+  for (int k{1}; k <= space.bins; ++k) {
+    for (int u{1}; u <= space.width; ++u) {
+      space.sums(u, k) += space.sums(u - 1, k) + space.sums(u, k - 1) - space.sums(u - 1, k - 1);
+    }
+  }
+}
+
+void project_rays(Reference&, const RaySpace& space, const BinGeometry& geometry, const GridInVehicle& grid,
+                  View<float> cells) {
+  for (int iy{0}; iy < cells.height; ++iy) {
+    for (int ix{0}; ix < cells.width; ++ix) {
+      cells(ix, iy) =
+          occupancy_at(RaySums<Host>{space.sums.view()}, geometry, grid.centre(ix, iy), grid.grid.cell_size_m);
+    }
+  }
+}
+
+}  // namespace stereogrid

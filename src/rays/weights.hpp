@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The weights are written by research/fit_rays.py, which has the same constants.
+#pragma once
+
+#include "host_device.hpp"
+
+namespace stereogrid {
+
+/// What is counted of a cell's rays. Disparities are larger the nearer: near, far are those of the cell's ends.
+enum CellRayKind {
+  ending,           ///< obstacle pixels from far − ½ px to near + ½ px, in `columns_around` more columns
+  behind,           ///< obstacle pixels from far − 4 px to far
+  in_front,         ///< obstacle pixels from near to near + 4 px
+  road_in_front,    ///< road pixels from near to near + 1 px
+  arriving,         ///< rays that come as far as near
+  passing,          ///< rays that go on behind far
+  passing_farther,  ///< rays that go on behind far − 1 px
+  cell_rays
+};
+
+/// For each column of the cell on average.
+struct CellRays {
+  float count[cell_rays];
+};
+
+constexpr int columns_around{5};        ///< to either side
+constexpr float half_known_rays{0.5f};  ///< as many arriving rays make a cell half as known as many would
+constexpr float log_odds_max{6.9f};     ///< P from 0.001 to 0.999
+
+/// The unit of pixels and of rays within ln(1 + count / unit).
+STEREOGRID_HD constexpr float unit_of(int kind) {
+  return kind < arriving ? 0.3f : 1.0f;
+}
+
+/// Fitted on kitti_odo04, kitti_raw0009, B-crossing, C-street, E-kitti-like: the logarithm of the odds by each input.
+struct RayWeights {
+  float value[cell_rays]{1.313f, 0.375f, 0.538f, -1.181f, 6.231f, -7.524f, 0.730f};
+};
+
+}  // namespace stereogrid

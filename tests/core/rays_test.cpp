@@ -1,0 +1,227 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "rays/rays.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "backend/cpu.hpp"
+#include "backend/reference.hpp"
+#include "support.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+constexpr int disparities{40};
+
+// f·b = 100 px·m; the road lies at v = 50 + d·1.5/0.25 = 50 + 6·d.
+Rig round_rig() {
+  return {201, 200, 400, 100, 50, 0.25, 1.5, 0, 0};
+}
+
+Ground level_ground() {
+  return {1.5, 0, 0, true};
+}
+
+constexpr GridGeometry grid{0, -5, 0.2, 100, 50};
+
+/// Columns from u to end, at a disparity, all rows of 0 … height_m above the road.
+void put_wall(int u, int end, float disparity, double height_m, Matches& matches) {
+  const RowsByHeight rows{round_rig(), level_ground()};
+  const int top{std::max(static_cast<int>(std::ceil(rows.row(disparity, height_m))), 0)};
+  const int bottom{std::min(static_cast<int>(std::floor(rows.row(disparity, 0))), matches.road.height() - 1)};
+  for (; u < end; ++u) {
+    for (int v{top}; v <= bottom; ++v) {
+      matches.obstacle(u, v) = disparity;
+      matches.road(u, v) = 0;
+    }
+  }
+}
+
+Matches empty_road() {
+  Matches matches{201, 200};
+  for (int v{60}; v < 200; ++v) {
+    for (int u{0}; u < 201; ++u) matches.road(u, v) = static_cast<float>((v - 50) / 6.0);
+  }
+  return matches;
+}
+
+Image<float> cells_of(const Matches& matches, const GridInVehicle& where = {grid}) {
+  Cpu cpu{2};
+  RaySpace space{matches.road.width(), matches.road.height(), disparities, 2};
+  count_rays(cpu, matches, round_rig(), level_ground(), UDisparityConfig{}, space);
+  Image<float> cells{where.grid.nx, where.grid.ny, -7.0f};
+  project_rays(cpu, space, BinGeometry{round_rig()}, where, cells.view());
+  return cells;
+}
+
+float at(const Image<float>& cells, double x, double y) {
+  return cells(static_cast<int>(std::floor((x - grid.x_min_m) / grid.cell_size_m)),
+               static_cast<int>(std::floor((y - grid.y_min_m) / grid.cell_size_m)));
+}
+
+TEST(Rays, WhatNoRayReachesIsUnknown) {
+  const Image<float> nothing{cells_of(Matches{201, 200})};
+  EXPECT_EQ(std::count(nothing.begin(), nothing.end(), 0.5f), static_cast<std::ptrdiff_t>(nothing.size()));
+  const Image<float> road{cells_of(empty_road())};
+  EXPECT_EQ(at(road, 2.3, 0.1), 0.5f);    // nearer than the largest disparity
+  EXPECT_EQ(at(road, 10.1, 3.5), 0.5f);   // beside the image
+  EXPECT_EQ(at(road, 10.1, -3.5), 0.5f);  // on the other side
+  Matches wall{empty_road()};
+  put_wall(0, 201, 10, 10, wall);  // as high as the image
+  const Image<float> behind{cells_of(wall)};
+  EXPECT_EQ(at(behind, 15.1, 0.1), 0.5f);
+  EXPECT_EQ(at(behind, 19.1, 1.1), 0.5f);
+}
+
+TEST(Rays, ARoadIsFreeAndAWallOccupied) {
+  const Image<float> road{cells_of(empty_road())};
+  for (double x{3.1}; x < 15; x += 0.2) EXPECT_LT(at(road, x, 0.1), 0.1f) << x;
+  Matches matches{empty_road()};
+  put_wall(80, 121, 10, 1.5, matches);  // 10 m ahead, y ±0.5
+  const Image<float> cells{cells_of(matches)};
+  EXPECT_GT(std::max(at(cells, 9.9, 0.1), at(cells, 10.1, 0.1)), 0.95f);
+  EXPECT_LT(at(cells, 8.1, 0.1), 0.05f);  // in front of it
+  EXPECT_LT(at(cells, 10.1, 1.9), 0.2f);  // beside it
+  EXPECT_LT(at(cells, 10.1, -1.9), 0.2f);
+}
+
+// What the paper is about: the half above a low wall is seen of a person behind it.
+TEST(Rays, APersonHalfHiddenIsFound) {
+  Matches matches{empty_road()};
+  put_wall(92, 109, 8, 1.75, matches);  // 12.5 m ahead
+  put_wall(60, 141, 16, 0.8, matches);  // 6.25 m ahead
+  const Image<float> cells{cells_of(matches)};
+  EXPECT_GT(std::max(at(cells, 12.3, 0.1), at(cells, 12.5, 0.1)), 0.9f);
+  EXPECT_GT(at(cells, 6.3, 0.1), 0.9f);
+  EXPECT_LT(at(cells, 9.5, 0.1), 0.5f);  // seen through, between them
+}
+
+TEST(Rays, LeftOfTheImageIsLeftOfTheCar) {
+  Matches matches{empty_road()};
+  put_wall(40, 60, 10, 1.5, matches);  // y = (100 − 50)·0.25/10 = 1.25 m
+  const Image<float> cells{cells_of(matches)};
+  EXPECT_GT(std::max(at(cells, 9.9, 1.3), at(cells, 10.1, 1.3)), 0.9f);
+  EXPECT_LT(at(cells, 10.1, -1.3), 0.3f);
+}
+
+TEST(Rays, RollTurnsTheRows) {
+  Matches matches{201, 200};
+  const Ground rolled{1.5, 0, 0.1, true};
+  const Ground level{level_ground()};
+  const RowsByHeight rows{round_rig(), rolled};
+  for (int u{0}; u < 201; ++u) {  // pixels 0.1 m above a road that is rolled
+    const double v{rows.row(10, 0.1) - std::tan(0.1) * (u - 100)};
+    matches.obstacle(u, static_cast<int>(std::lround(v))) = 10;
+  }
+  RaySpace space{201, 200, disparities};
+  Reference reference;
+  const auto ending = [&](const Ground& ground) {
+    count_rays(reference, matches, round_rig(), ground, UDisparityConfig{}, space);
+    return count_of(space.sums(201, space.bins), ending_ray);
+  };
+  EXPECT_EQ(ending(rolled), 0);
+  EXPECT_GT(ending(level), 40);
+}
+
+// With a camera above the obstacles, a row near the horizon is possible for far bins only.
+TEST(Rays, RowsEndWhereACameraHigherThanObstaclesLooksOverThem) {
+  Rig rig{round_rig()};
+  rig.camera_height_m = 3;
+  const RowsByHeight rows{rig, {3, 0, 0, true}};
+  for (int row{-20}; row < 220; ++row) {
+    const RayRow found{ray_row(rows, 1.8, row, disparities * ray_bins_per_px)};
+    for (int bin{1}; bin < disparities * ray_bins_per_px; ++bin) {
+      const double d{(bin + 0.5) / ray_bins_per_px};
+      const bool is_possible{rows.row(d, 1.8) <= row && row <= rows.row(d, 0)};
+      const bool is_near{std::abs(rows.row(d, 1.8) - row) < 6 || std::abs(rows.row(d, 0) - row) < 6};  // half a bin
+      if (!is_near) {
+        EXPECT_EQ(bin >= found.first && bin < found.end, is_possible) << row << " " << bin;
+      }
+    }
+  }
+}
+
+TEST(Rays, MathematicsAreNearTheRealOnes) {
+  for (float x{1}; x < 5000; x *= 1.0173f) EXPECT_NEAR(natural_log(x), std::log(x), 2e-6 * (1 + std::log(x))) << x;
+  for (float x{-80}; x <= 80; x += 0.137f) EXPECT_NEAR(exponential(x) / std::exp(static_cast<double>(x)), 1, 4e-6) << x;
+}
+
+Matches random_matches(int width, int height, std::mt19937& generator) {
+  Matches matches{width, height};
+  for (std::size_t i{0}; i < matches.road.size(); ++i) {
+    const double kind{uniform(generator, 0, 1)};
+    const auto disparity{static_cast<float>(uniform(generator, 0.1, disparities + 3.0))};
+    if (kind < 0.4) matches.obstacle.data()[i] = disparity;
+    if (kind > 0.6) matches.road.data()[i] = disparity;
+  }
+  return matches;
+}
+
+TEST(RaysEquality, CpuEqualsReference) {
+  std::mt19937 generator{71};
+  Reference reference;
+  for (int round{0}; round < 40; ++round) {
+    const int width{uniform_int(generator, 1, 200)};
+    const int height{uniform_int(generator, 1, 90)};
+    Rig rig{width,
+            height,
+            uniform(generator, 40, 300),
+            uniform(generator, -5, width + 5.0),
+            uniform(generator, -20, 80),
+            uniform(generator, 0.1, 0.6),
+            uniform(generator, 0.3, 3),
+            0,
+            0};
+    const Ground ground{rig.camera_height_m, uniform(generator, -0.1, 0.1), uniform(generator, -0.2, 0.2), true};
+    const Matches matches{random_matches(width, height, generator)};
+    UDisparityConfig config;
+    config.follow_roll = round % 2 == 0;
+    Cpu cpu{1 + round % 3};
+    RaySpace slow{width, height, disparities};
+    RaySpace fast{width, height, disparities, cpu.threads()};
+    for (int frame{0}; frame < 2; ++frame) count_rays(cpu, matches, rig, ground, config, fast);
+    count_rays(reference, matches, rig, ground, config, slow);
+    ASSERT_EQ(slow.sums, fast.sums) << "round " << round;
+    const GridInVehicle where{grid_in_vehicle({uniform(generator, -5, 5), -4, 0.3, 30, 27},
+                                              {uniform(generator, -3, 6), 1, uniform(generator, -3.1, 3.1)})};
+    Image<float> expected{30, 27};
+    Image<float> cells{30, 27, -7.0f};
+    project_rays(reference, slow, BinGeometry{rig}, where, expected.view());
+    project_rays(cpu, fast, BinGeometry{rig}, where, cells.view());
+    EXPECT_EQ(count_differences(expected, cells), 0) << "round " << round;
+    for (const float p : cells) ASSERT_TRUE(p >= 0.0009f && p <= 0.9991f) << p;
+  }
+}
+
+// Counted by hand, pixel by pixel, without sums.
+TEST(Rays, SumsAreThoseOfThePixels) {
+  std::mt19937 generator{73};
+  const Matches matches{random_matches(23, 31, generator)};
+  const Rig rig{23, 31, 50, 11, 9, 0.3, 1.2, 0, 0};
+  const Ground ground{1.2, 0.01, 0, true};
+  RaySpace space{23, 31, disparities};
+  Reference reference;
+  count_rays(reference, matches, rig, ground, UDisparityConfig{}, space);
+  const RowsByHeight rows{rig, ground};
+  for (const int k : {7, 20, 61, 80}) {
+    for (const int columns : {1, 9, 23}) {
+      int ending{0};
+      int road{0};
+      for (int v{0}; v < 31; ++v) {
+        for (int u{0}; u < columns; ++u) {
+          const double d{matches.obstacle(u, v)};
+          if (d > 0 && d < k / 2.0 && v <= rows.row(d, 0.25) && v >= rows.row(d, 1.8)) ++ending;
+          if (matches.road(u, v) > 0 && matches.road(u, v) < static_cast<float>(k) / 2) ++road;
+        }
+      }
+      EXPECT_EQ(count_of(space.sums(columns, k), ending_ray), ending) << k << " " << columns;
+      EXPECT_EQ(count_of(space.sums(columns, k), ending_on_road), road) << k << " " << columns;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace stereogrid::test
