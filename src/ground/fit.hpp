@@ -21,6 +21,11 @@ inline double residual(const RoadPlane& plane, const GroundSample& sample) {
 /// no plane.
 double refine(const std::vector<GroundSample>& samples, const Matrix3& covariance, RoadPlane& plane);
 
+/// RANSAC from `plane`, which it replaces where another one within the gates holds half as many samples again; what
+/// holds is counted within a px, less what lies below. True: it holds enough for a road.
+bool find_plane(const Rig& rig, const GroundConfig& config, const std::vector<GroundSample>& samples, RoadPlane& plane,
+                int rounds = 600);
+
 /// At `plane`, to which the samples have been refined with that radius: one more step without tether. The covariance
 /// comes from how much the blocks of the image disagree (the sandwich of robust regression, by clusters), since errors
 /// of neighbouring pixels are alike. False: not determined.

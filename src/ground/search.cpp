@@ -11,7 +11,6 @@
 namespace stereogrid {
 namespace {
 
-constexpr int rounds{600};
 constexpr std::size_t jury_size{4000};  // samples on which a candidate is judged
 constexpr double inlier_px{1.0};
 
@@ -72,9 +71,10 @@ bool put_through(const GroundSample& a, const GroundSample& b, const GroundSampl
   return plane.per_v > 0;
 }
 
-// RANSAC from `plane`, which it replaces where another one holds more samples. True: it holds enough.
-bool find_plane(const Rig& rig, const GroundConfig& config, const std::vector<GroundSample>& samples,
-                RoadPlane& plane) {
+}  // namespace
+
+bool find_plane(const Rig& rig, const GroundConfig& config, const std::vector<GroundSample>& samples, RoadPlane& plane,
+                int rounds) {
   const std::size_t stride{std::max<std::size_t>(samples.size() / jury_size, 1)};
   const RoadPlane start{plane};
   // Another plane must hold clearly more: what is a little off, the fit will mend.
@@ -95,8 +95,6 @@ bool find_plane(const Rig& rig, const GroundConfig& config, const std::vector<Gr
   }
   return most > 0 && most * static_cast<int>(stride) >= ground_samples_min;
 }
-
-}  // namespace
 
 bool has_better_plane(const Rig& rig, const std::vector<GroundSample>& samples, int least, const RoadPlane& plane) {
   Rig any{rig};

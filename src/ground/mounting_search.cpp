@@ -1,0 +1,161 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "ground/mounting_search.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "clamped_to_int.hpp"
+#include "ground/fit.hpp"
+
+namespace stereogrid {
+namespace {
+
+constexpr int rounds{2000};  // the range is wide, and the road may be a small part of the view
+constexpr double expected_min_px{1.5};
+constexpr int columns{8};
+constexpr int frames_to_believe{3};
+constexpr double lost_max_s{1};
+
+// Wherever a camera can be.
+struct AnyMounting {
+  Rig rig;
+  GroundConfig gates;
+};
+AnyMounting any_mounting(const Rig& rig, double turned_rad) {
+  AnyMounting any{rig, {}};
+  any.rig.camera_height_m = 2.1;
+  any.gates.height_gate_m = 1.9;
+  any.rig.camera_pitch_rad = radians(12.5) - turned_rad;
+  any.gates.pitch_gate_deg = 22.5;
+  any.rig.camera_roll_rad = 0;
+  any.gates.roll_gate_deg = 10;
+  return any;
+}
+
+// Of the plane's numbers, so wide that the samples alone decide.
+Matrix3 wide_covariance(const Rig& rig, const Ground& ground) {
+  const double height{ground.height_m / 2};
+  const double angle{radians(10)};
+  return carried(numbers_by_ground(rig, ground), diagonal({{height * height, angle * angle, angle * angle}}));
+}
+
+bool are_alike(const Ground& a, const Ground& b) {
+  return std::abs(a.height_m - b.height_m) <= 0.1 * b.height_m + 0.02 &&
+         std::abs(a.pitch_rad - b.pitch_rad) <= radians(1.5) && std::abs(a.roll_rad - b.roll_rad) <= radians(2);
+}
+
+Ground mean_of(const Ground& sum, int count) {
+  return {sum.height_m / count, sum.pitch_rad / count, sum.roll_rad / count};
+}
+
+}  // namespace
+
+bool RoadSupport::is_road() const {
+  return near >= ground_samples_min && near >= 0.3 * all && below <= 0.2 * all && 3 * below <= near &&
+         depth_ratio >= 1.4 && columns >= 4;
+}
+
+RoadSupport support_of(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane) {
+  constexpr double below_share{0.1};  // of the expected disparity, for a road that is not flat
+  constexpr int bins{1024};
+  const double largest_px{
+      std::max({plane.disparity(0, rig.height_px), plane.disparity(rig.width_px, rig.height_px), 1.0})};
+  std::array<int, bins> by_disparity{};
+  std::array<int, columns> by_column{};
+  RoadSupport support;
+  for (const GroundSample& sample : samples) {
+    const double expected_px{plane.disparity(sample.u, sample.v)};
+    if (expected_px < expected_min_px) continue;
+    const double r{sample.disparity - expected_px};
+    ++support.all;
+    support.below += r < -1 - below_share * expected_px ? 1 : 0;
+    if (std::abs(r) >= 1) continue;
+    ++support.near;
+    ++by_disparity[static_cast<std::size_t>(std::clamp(clamped_to_int(expected_px / largest_px * bins), 0, bins - 1))];
+    ++by_column[static_cast<std::size_t>(
+        std::clamp(static_cast<int>(sample.u) * columns / rig.width_px, 0, columns - 1))];
+  }
+  const auto percentile = [&](double share) {
+    int below{0};
+    std::size_t bin{0};
+    while (bin + 1 < by_disparity.size() && (below += by_disparity[bin]) < share * support.near) ++bin;
+    return static_cast<double>(bin) + 0.5;
+  };
+  if (support.near > 0) support.depth_ratio = percentile(0.9) / percentile(0.1);
+  for (const int count : by_column) support.columns += 100 * count >= 3 * support.near && count > 0 ? 1 : 0;
+  return support;
+}
+
+std::optional<Ground> refine_mounting(const Rig& rig, double turned_rad, const std::vector<GroundSample>& samples,
+                                      const Ground& start) {
+  const AnyMounting any{any_mounting(rig, turned_rad)};
+  RoadPlane plane{road_plane(rig, start)};
+  if (refine(samples, wide_covariance(rig, start), plane) == 0) return std::nullopt;
+  const Ground found{ground_of(rig, plane)};
+  if (!is_believable(any.rig, any.gates, found) || !support_of(rig, samples, plane).is_road()) return std::nullopt;
+  return found;
+}
+
+std::optional<Ground> search_mounting(const Rig& rig, double turned_rad, const std::vector<GroundSample>& samples) {
+  if (static_cast<int>(samples.size()) < ground_samples_min) return std::nullopt;
+  const AnyMounting any{any_mounting(rig, turned_rad)};
+  RoadPlane plane{0, 0, 0, rig.centre_u_px, rig.centre_v_px};
+  if (!find_plane(any.rig, any.gates, samples, plane, rounds)) return std::nullopt;
+  return refine_mounting(rig, turned_rad, samples, ground_of(rig, plane));
+}
+
+Ground seen_from(const Ground& ground, double angle_rad) {
+  // the unit vector to the ground in the camera frame, turned about its x axis
+  const double x{std::cos(ground.pitch_rad) * std::sin(ground.roll_rad)};
+  const double y{std::cos(ground.pitch_rad) * std::cos(ground.roll_rad)};
+  const double z{std::sin(ground.pitch_rad)};
+  const double turned_y{y * std::cos(angle_rad) - z * std::sin(angle_rad)};
+  const double turned_z{y * std::sin(angle_rad) + z * std::cos(angle_rad)};
+  Ground seen{ground};
+  seen.pitch_rad = std::asin(turned_z);
+  seen.roll_rad = std::atan2(x, turned_y);
+  return seen;
+}
+
+MountingSearch::MountingSearch(const Rig& level_rig, const GroundConfig& config, double turned_rad)
+    : rig_{level_rig}, config_{config}, turned_rad_{turned_rad} {}
+
+bool MountingSearch::is_wanted(bool is_lost, double dt_s) {
+  if (!config_.estimate) return false;
+  lost_s_ = is_lost ? lost_s_ + dt_s : 0;
+  return fitting_ < frames_to_believe || lost_s_ >= lost_max_s;
+}
+
+std::optional<Ground> MountingSearch::look(const std::vector<GroundSample>& samples, const Ground& used,
+                                           bool is_doubted) {
+  const std::optional<Ground> candidate{search_mounting(rig_, turned_rad_, samples)};
+  if (!candidate || is_doubted) return candidate;
+  const int here{support_of(rig_, samples, road_plane(rig_, used)).near};
+  const int there{support_of(rig_, samples, road_plane(rig_, *candidate)).near};
+  if (!is_believable(rig_, config_, *candidate) && 4 * there > 5 * here) return candidate;
+  ++fitting_;
+  agreeing_ = 0;
+  return std::nullopt;
+}
+
+void MountingSearch::verify(const std::vector<GroundSample>& samples, const Ground& candidate) {
+  const std::optional<Ground> seen{refine_mounting(rig_, turned_rad_, samples, candidate)};
+  if (!seen) return;
+  if (agreeing_ == 0 || !are_alike(*seen, mean_of(sum_, agreeing_))) {
+    agreeing_ = 0;
+    sum_ = {0, 0, 0};
+  }
+  sum_.height_m += seen->height_m;
+  sum_.pitch_rad += seen->pitch_rad;
+  sum_.roll_rad += seen->roll_rad;
+  ++agreeing_;
+}
+
+std::optional<Ground> MountingSearch::found() const {
+  if (agreeing_ < frames_to_believe) return std::nullopt;
+  return mean_of(sum_, agreeing_);
+}
+
+}  // namespace stereogrid

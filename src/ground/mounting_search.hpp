@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "ground/ground.hpp"
+#include "held_bytes.hpp"
+
+namespace stereogrid {
+
+/// How samples bear a plane out. Only those count where it expects 1.5 px and more.
+struct RoadSupport {
+  int all{0};
+  int near{0};            ///< within a px of it
+  int below{0};           ///< clearly below it, where nothing can be
+  double depth_ratio{1};  ///< of the near ones: the 90th percentile of the expected disparity to the 10th
+  int columns{0};         ///< eighths of the image's width that hold near ones
+
+  /// Enough of them lie on it, few below it, over a range of depths and across the image. A wall, of one depth, is
+  /// none.
+  [[nodiscard]] bool is_road() const;
+};
+RoadSupport support_of(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane);
+
+/// The road plane through `samples`, disparities of either hypothesis, wherever a camera can be mounted: 0.2 to 4 m
+/// above the road, pitched by −10° to 35°, rolled by up to 10°. None: nothing there looks like a road. The same samples
+/// give the same plane. `turned_rad`: by how much the camera looks down more than the images do that `rig` is of (they
+/// may have been levelled).
+std::optional<Ground> search_mounting(const Rig& rig, double turned_rad, const std::vector<GroundSample>& samples);
+
+/// The plane close to `start`, under the same conditions.
+std::optional<Ground> refine_mounting(const Rig& rig, double turned_rad, const std::vector<GroundSample>& samples,
+                                      const Ground& start);
+
+/// `ground` as another camera at the same place sees it that looks down by `angle_rad` more.
+Ground seen_from(const Ground& ground, double angle_rad);
+
+/// What one frame says of the mounting must be said by some more before it is believed.
+class MountingSearch {
+ public:
+  /// `turned_rad`: see search_mounting.
+  MountingSearch(const Rig& level_rig, const GroundConfig& config, double turned_rad);
+
+  /// Should this frame be looked at? Until a few frames have shown that the mounting fits: always. Later: after the
+  /// road has been lost (`is_lost`) for a second.
+  bool is_wanted(bool is_lost, double dt_s);
+  /// The plane in a frame that was matched on `used`; none: no plane, or `used` may stay. Where `used` is not doubted,
+  /// another plane must lie outside the gates and be borne out by clearly more samples.
+  std::optional<Ground> look(const std::vector<GroundSample>& samples, const Ground& used, bool is_doubted);
+  /// That frame, matched again on the `candidate`.
+  void verify(const std::vector<GroundSample>& samples, const Ground& candidate);
+  /// As the camera of the level rig sees it, once enough frames agree.
+  [[nodiscard]] std::optional<Ground> found() const;
+
+  template <class State>
+  void exchange(State& state) {
+    state(fitting_, agreeing_, sum_, lost_s_);
+  }
+
+ private:
+  Rig rig_;
+  GroundConfig config_;
+  double turned_rad_;
+  int fitting_{0};   ///< frames that have shown that the mounting fits
+  int agreeing_{0};  ///< frames that have shown another one
+  Ground sum_{0, 0, 0};
+  double lost_s_{0};
+};
+
+}  // namespace stereogrid

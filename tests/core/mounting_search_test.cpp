@@ -1,0 +1,185 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The road plane of a camera of which nothing is known, from made-up disparities.
+#include "ground/mounting_search.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "support.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+GroundConfig gates() {
+  GroundConfig config;
+  config.estimate = true;
+  return config;
+}
+
+struct Around {
+  double kerb_to_wall_m{6};  // walls of houses along the road, to both sides
+  double ahead_m{0};         // a wall across the road; 0: none
+  double noise_px{0.3};
+  double outliers{0.1};
+  bool has_road{true};
+};
+
+// What matching finds of a street at every sixth pixel.
+std::vector<GroundSample> seen(const Rig& rig, const Ground& ground, const Around& around, unsigned seed) {
+  std::mt19937 generator{seed};
+  const RoadPlane road{road_plane(rig, ground)};
+  std::vector<GroundSample> samples;
+  for (int v{6}; v < rig.height_px; v += 6) {
+    for (int u{6}; u < rig.width_px; u += 6) {
+      // inverse depths; walls stand upright whatever the pitch, which is close enough here
+      double d{around.has_road ? road.disparity(u, v) : 0};
+      if (around.kerb_to_wall_m > 0) {
+        d = std::max(d, rig.baseline_m * std::abs(u - rig.centre_u_px) / around.kerb_to_wall_m);
+      }
+      if (around.ahead_m > 0) d = std::max(d, rig.focal_px * rig.baseline_m / around.ahead_m);
+      d += around.noise_px * gaussian(generator);
+      if (uniform(generator, 0, 1) < around.outliers) d = uniform(generator, 1, 60);
+      if (d > 0.5) samples.push_back({static_cast<float>(u), static_cast<float>(v), static_cast<float>(d)});
+    }
+  }
+  return samples;
+}
+
+void expect_found(const std::optional<Ground>& found, const Ground& truth) {
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->height_m, truth.height_m, 0.03 * truth.height_m);
+  EXPECT_NEAR(found->pitch_rad / degree, truth.pitch_rad / degree, 0.4);
+  EXPECT_NEAR(found->roll_rad / degree, truth.roll_rad / degree, 0.4);
+}
+
+TEST(MountingSearch, FindsTheRoadOfAnyCamera) {
+  const Rig rig{small_kitti_rig()};
+  unsigned seed{1};
+  for (const double height_m : {0.4, 1.0, 1.65, 2.6, 3.9}) {
+    for (const double pitch_deg : {-4.0, 0.0, 8.0, 20.0, 33.0}) {
+      if (height_m > 3 && pitch_deg < 0) continue;  // hardly any road in view
+      for (const double roll_deg : {-8.0, 0.0, 3.0}) {
+        const Ground truth{height_m, pitch_deg * degree, roll_deg * degree};
+        SCOPED_TRACE(std::to_string(height_m) + " m, " + std::to_string(pitch_deg) + "°, " + std::to_string(roll_deg));
+        expect_found(search_mounting(rig, 0, seen(rig, truth, {std::max(6.0, 3 * height_m)}, seed++)), truth);
+      }
+    }
+  }
+}
+
+TEST(MountingSearch, FindsTheFloorUnderASmallRobot) {
+  Rig rig{320, 240, 160, 160, 120, 0.06};
+  for (const double pitch_deg : {0.0, 12.5, 25.0}) {
+    const Ground truth{0.28, pitch_deg * degree, 0};
+    SCOPED_TRACE(pitch_deg);
+    expect_found(search_mounting(rig, 0, seen(rig, truth, {1.5, 4, 0.2, 0.1}, 5)), truth);
+  }
+}
+
+TEST(MountingSearch, AWallIsNoRoad) {
+  const Rig rig{small_kitti_rig()};
+  const Rig small{320, 240, 160, 160, 120, 0.06};
+  unsigned seed{100};
+  for (const Rig& any : {rig, small}) {
+    for (const double ahead_m : {1.0, 2.0, 3.5, 6.0, 12.0, 25.0}) {
+      SCOPED_TRACE(ahead_m);
+      EXPECT_FALSE(search_mounting(any, 0, seen(any, {}, {0, ahead_m, 0.3, 0.1, false}, seed++)));
+      EXPECT_FALSE(search_mounting(any, 0, seen(any, {}, {3, ahead_m, 0.3, 0.1, false}, seed++))) << "a corridor";
+    }
+  }
+}
+
+TEST(MountingSearch, ChanceIsNoRoad) {
+  const Rig rig{small_kitti_rig()};
+  for (unsigned seed{1}; seed <= 5; ++seed) {
+    EXPECT_FALSE(search_mounting(rig, 0, seen(rig, {}, {6, 0, 0.3, 1.0}, seed)));
+  }
+  EXPECT_FALSE(search_mounting(rig, 0, {}));
+}
+
+TEST(MountingSearch, ALevelledImageShiftsTheRange) {
+  const Rig rig{small_kitti_rig()};
+  const Ground steep{1.2, 33 * degree, 0};
+  const std::vector<GroundSample> samples{seen(rig, steep, {}, 9)};
+  EXPECT_TRUE(search_mounting(rig, 0, samples));
+  EXPECT_FALSE(search_mounting(rig, 10 * degree, samples)) << "the camera would look down by 43°";
+}
+
+TEST(SeenFrom, TurnsPitchAndKeepsTheRest) {
+  const Ground level{seen_from({1.2, 3 * degree, 0}, 10 * degree)};
+  EXPECT_EQ(level.height_m, 1.2);
+  EXPECT_NEAR(level.pitch_rad / degree, 13, 1e-9);
+  EXPECT_NEAR(level.roll_rad, 0, 1e-12);
+  const Ground rolled{1.2, 3 * degree, 4 * degree};
+  const Ground back{seen_from(seen_from(rolled, 20 * degree), -20 * degree)};
+  EXPECT_NEAR(back.pitch_rad, rolled.pitch_rad, 1e-12);
+  EXPECT_NEAR(back.roll_rad, rolled.roll_rad, 1e-12);
+}
+
+// The class that believes.
+
+struct Watch {
+  Rig rig{small_kitti_rig()};
+  MountingSearch search{rig, gates(), 0};
+
+  // True: the frame must not be relied on.
+  bool take(const Ground& truth, const Ground& used, bool is_doubted, unsigned seed) {
+    if (!search.is_wanted(is_doubted, 0.1)) return is_doubted;
+    const std::vector<GroundSample> samples{seen(rig, truth, {}, seed)};
+    const std::optional<Ground> candidate{search.look(samples, used, is_doubted)};
+    if (candidate) search.verify(samples, *candidate);
+    return is_doubted || candidate;
+  }
+};
+
+TEST(MountingSearch, BelievesWhatThreeFramesAgreeOn) {
+  Watch watch;
+  const Ground truth{1.1, 10 * degree, 0};
+  for (unsigned frame{1}; frame <= 3; ++frame) {
+    EXPECT_FALSE(watch.search.found());
+    EXPECT_TRUE(watch.take(truth, {1.65, 0, 0}, false, frame)) << "nobody else doubts, but it lies elsewhere";
+  }
+  expect_found(watch.search.found(), truth);
+}
+
+TEST(MountingSearch, DoesNotBelieveWhatKeepsChanging) {
+  Watch watch;
+  for (unsigned frame{1}; frame <= 8; ++frame) {
+    watch.take({frame % 2 == 0 ? 1.1 : 2.4, 10 * degree, 0}, {1.65, 0, 0}, true, frame);
+    EXPECT_FALSE(watch.search.found());
+  }
+}
+
+TEST(MountingSearch, AMountingThatFitsIsLeftAlone) {
+  Watch watch;
+  const Ground truth{1.75, 2 * degree, 1 * degree};
+  for (unsigned frame{1}; frame <= 4; ++frame) EXPECT_FALSE(watch.take(truth, truth, false, frame));
+  EXPECT_FALSE(watch.search.is_wanted(false, 0.1)) << "it has been seen to fit";
+  EXPECT_FALSE(watch.search.found());
+}
+
+TEST(MountingSearch, LooksAgainWhereTheRoadIsLostForASecond) {
+  Watch watch;
+  for (unsigned frame{1}; frame <= 3; ++frame) watch.take({1.65, 0, 0}, {1.65, 0, 0}, false, frame);
+  int frames{0};
+  while (frames < 30 && !watch.search.found()) watch.take({1.2, 8 * degree, 0}, {1.65, 0, 0}, true, 50u + ++frames);
+  EXPECT_GE(frames, 10) << "of 0.1 s";
+  EXPECT_LE(frames, 13);
+  expect_found(watch.search.found(), {1.2, 8 * degree, 0});
+}
+
+TEST(MountingSearch, WhatIsNotToBeEstimatedIsNotSearched) {
+  GroundConfig trusted{gates()};
+  trusted.estimate = false;
+  MountingSearch search{small_kitti_rig(), trusted, 0};
+  EXPECT_FALSE(search.is_wanted(true, 5));
+}
+
+}  // namespace
+}  // namespace stereogrid::test
