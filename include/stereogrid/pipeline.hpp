@@ -64,6 +64,12 @@ class STEREOGRID_EXPORT Pipeline {
   /// than motion.gap_max_s apart, or the clock has stepped back, the pipeline begins afresh as with reset(), and the
   /// result's status and warnings say so.
   ///
+  /// Where the road does not lie where the rig's mounting has it, in the first frames or for a second, the frames say
+  /// FrameStatus::road_unknown and the mounting is searched: 0.2 to 4 m above the road, pitched by −10° to 35°, rolled
+  /// by up to 10°. Once three frames agree, a warning of the third says what was found, rig() and level_rig() change,
+  /// and the next frame is a first one of the new rig, in the same world. That allocates all stages anew, and what
+  /// std::bad_alloc or DeviceError then leave is the pipeline as it was. Not with ground.estimate off.
+  ///
   /// Throws InputError when the frame cannot be used: it does not fit the rig, has the stamp of the frame before, a
   /// pose that is not finite or farther than 1e9 m from its origin, other grids that are none. The pipeline's state is
   /// then unchanged.
@@ -77,12 +83,14 @@ class STEREOGRID_EXPORT Pipeline {
   void process(const StereoFrame& frame, FrameResult& into);
 
   /// The next frame is a first one, whatever its stamp: filter, tracks, followed points, ground and row offsets begin
-  /// as at construction. The world goes on: ids of obstacles are not used again, the vehicle's place follows the poses
-  /// from where they had it, without a look at how fast it would have moved, and stays where it is without poses.
+  /// as at construction, but for a mounting that has been found. The world goes on: ids of obstacles are not used
+  /// again, the vehicle's place follows the poses from where they had it, without a look at how fast it would have
+  /// moved, and stays where it is without poses.
   void reset();
 
   /// The configuration with every "automatic" value resolved.
   [[nodiscard]] const Config& config() const;
+  /// As given, or with the mounting that has been found since.
   [[nodiscard]] const Rig& rig() const;
   /// The rig of the images that the stages work on: FrameResult::stages and ground are of it. Level where rig() is
   /// pitched by more than 1° (LevelMapping), else rig() itself.
@@ -100,9 +108,9 @@ class STEREOGRID_EXPORT Pipeline {
   /// Why `automatic` did not take the GPU; empty: it did, or was not asked to.
   [[nodiscard]] const std::string& why_not_cuda() const;
 
-  /// What the pipeline remembers between two frames, as bytes: a pipeline of the same configuration, rig and back end
-  /// that loads it goes on exactly as this one would. For the same version of the library on machines of one kind; the
-  /// checksum tells damage, not forgery.
+  /// What the pipeline remembers between two frames, as bytes, a mounting that has been found among it: a pipeline of
+  /// the same configuration, rig and back end that loads it goes on exactly as this one would. For the same version of
+  /// the library on machines of one kind; the checksum tells damage, not forgery.
   [[nodiscard]] std::vector<std::byte> save_state() const;
   /// Throws InputError: no saved state, damaged, or of another configuration, rig, back end or version; nothing has
   /// changed then.

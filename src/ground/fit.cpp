@@ -13,7 +13,7 @@ Vector3 row_of(const RoadPlane& plane, const GroundSample& sample) {
   return {1, (sample.u - plane.centre_u_px) / 100, (sample.v - plane.centre_v_px) / 100};
 }
 
-NormalEquations equations_of(const std::vector<GroundSample>& samples, const RoadPlane& plane, double radius_px) {
+NormalEquations equations_of(std::span<const GroundSample> samples, const RoadPlane& plane, double radius_px) {
   NormalEquations equations;
   for (const GroundSample& sample : samples) {
     const double r{residual(plane, sample)};
@@ -25,7 +25,7 @@ NormalEquations equations_of(const std::vector<GroundSample>& samples, const Roa
 }
 
 // The residual beyond which a pixel no longer counts.
-double radius_of(const std::vector<GroundSample>& samples, const RoadPlane& plane) {
+double radius_of(std::span<const GroundSample> samples, const RoadPlane& plane) {
   std::array<int, residual_bins> counts{};
   int total{0};
   for (const GroundSample& sample : samples) {
@@ -66,7 +66,7 @@ void add_samples(View<const float> disparity, double first_row, std::vector<Grou
   }
 }
 
-double refine(const std::vector<GroundSample>& samples, const Matrix3& covariance, RoadPlane& plane) {
+double refine(std::span<const GroundSample> samples, const Matrix3& covariance, RoadPlane& plane) {
   const Vector3 start{numbers_of(plane)};
   const Matrix3 tether{tether_of(covariance)};
   double radius_px{0};

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "ground/ground.hpp"
@@ -19,12 +20,18 @@ inline double residual(const RoadPlane& plane, const GroundSample& sample) {
 /// Moves `plane` to where the samples around it lie: Tukey's robust least squares, whose radius follows the median
 /// residual, tethered to the first `plane` by the covariance of its numbers. Gives the radius; 0: the samples determine
 /// no plane.
-double refine(const std::vector<GroundSample>& samples, const Matrix3& covariance, RoadPlane& plane);
+double refine(std::span<const GroundSample> samples, const Matrix3& covariance, RoadPlane& plane);
 
-/// RANSAC from `plane`, which it replaces where another one within the gates holds half as many samples again; what
-/// holds is counted within a px, less what lies below. True: it holds enough for a road.
+/// How find_plane searches.
+struct PlaneDraws {
+  int rounds{600};
+  double inlier_px{1};  ///< what lies so near to a plane is held by it
+};
+
+/// RANSAC from `plane`, which it replaces where another one within the gates holds half as many samples again, less
+/// those that lie below. True: it holds enough for a road.
 bool find_plane(const Rig& rig, const GroundConfig& config, const std::vector<GroundSample>& samples, RoadPlane& plane,
-                int rounds = 600);
+                const PlaneDraws& draws = {});
 
 /// At `plane`, to which the samples have been refined with that radius: one more step without tether. The covariance
 /// comes from how much the blocks of the image disagree (the sandwich of robust regression, by clusters), since errors

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "clamped_to_int.hpp"
 #include "ground/fit.hpp"
@@ -41,6 +42,12 @@ Matrix3 wide_covariance(const Rig& rig, const Ground& ground) {
   return carried(numbers_by_ground(rig, ground), diagonal({{height * height, angle * angle, angle * angle}}));
 }
 
+// Samples are in the order of their rows.
+std::span<const GroundSample> from_row(std::span<const GroundSample> samples, double row) {
+  const auto first{std::ranges::partition_point(samples, [row](const GroundSample& s) { return s.v < row; })};
+  return samples.subspan(static_cast<std::size_t>(first - samples.begin()));
+}
+
 bool are_alike(const Ground& a, const Ground& b) {
   return std::abs(a.height_m - b.height_m) <= 0.1 * b.height_m + 0.02 &&
          std::abs(a.pitch_rad - b.pitch_rad) <= radians(1.5) && std::abs(a.roll_rad - b.roll_rad) <= radians(2);
@@ -53,7 +60,7 @@ Ground mean_of(const Ground& sum, int count) {
 }  // namespace
 
 bool RoadSupport::is_road() const {
-  return near >= ground_samples_min && near >= 0.3 * all && below <= 0.2 * all && 3 * below <= near &&
+  return near >= ground_samples_min && near >= 0.2 * all && below <= 0.2 * all && 3 * below <= near &&
          depth_ratio >= 1.4 && columns >= 4;
 }
 
@@ -92,7 +99,10 @@ std::optional<Ground> refine_mounting(const Rig& rig, double turned_rad, const s
                                       const Ground& start) {
   const AnyMounting any{any_mounting(rig, turned_rad)};
   RoadPlane plane{road_plane(rig, start)};
-  if (refine(samples, wide_covariance(rig, start), plane) == 0) return std::nullopt;
+  const Matrix3 covariance{wide_covariance(rig, start)};
+  for (int round{0}; round < 2; ++round) {  // where the road is read from follows from the plane
+    if (refine(from_row(samples, first_ground_row(rig, plane)), covariance, plane) == 0) return std::nullopt;
+  }
   const Ground found{ground_of(rig, plane)};
   if (!is_believable(any.rig, any.gates, found) || !support_of(rig, samples, plane).is_road()) return std::nullopt;
   return found;
@@ -101,9 +111,15 @@ std::optional<Ground> refine_mounting(const Rig& rig, double turned_rad, const s
 std::optional<Ground> search_mounting(const Rig& rig, double turned_rad, const std::vector<GroundSample>& samples) {
   if (static_cast<int>(samples.size()) < ground_samples_min) return std::nullopt;
   const AnyMounting any{any_mounting(rig, turned_rad)};
-  RoadPlane plane{0, 0, 0, rig.centre_u_px, rig.centre_v_px};
-  if (!find_plane(any.rig, any.gates, samples, plane, rounds)) return std::nullopt;
-  return refine_mounting(rig, turned_rad, samples, ground_of(rig, plane));
+  // Where the plane rises by little from row to row, a px holds many wrong ones; where it rises fast, upright windows
+  // have matched it poorly.
+  for (const double inlier_px : {0.5, 1.0}) {
+    RoadPlane plane{0, 0, 0, rig.centre_u_px, rig.centre_v_px};
+    if (!find_plane(any.rig, any.gates, samples, plane, {rounds, inlier_px})) continue;
+    const std::optional<Ground> found{refine_mounting(rig, turned_rad, samples, ground_of(rig, plane))};
+    if (found) return found;
+  }
+  return std::nullopt;
 }
 
 Ground seen_from(const Ground& ground, double angle_rad) {
@@ -140,9 +156,9 @@ std::optional<Ground> MountingSearch::look(const std::vector<GroundSample>& samp
   return std::nullopt;
 }
 
-void MountingSearch::verify(const std::vector<GroundSample>& samples, const Ground& candidate) {
+bool MountingSearch::verify(const std::vector<GroundSample>& samples, const Ground& candidate) {
   const std::optional<Ground> seen{refine_mounting(rig_, turned_rad_, samples, candidate)};
-  if (!seen) return;
+  if (!seen) return false;
   if (agreeing_ == 0 || !are_alike(*seen, mean_of(sum_, agreeing_))) {
     agreeing_ = 0;
     sum_ = {0, 0, 0};
@@ -151,6 +167,7 @@ void MountingSearch::verify(const std::vector<GroundSample>& samples, const Grou
   sum_.pitch_rad += seen->pitch_rad;
   sum_.roll_rad += seen->roll_rad;
   ++agreeing_;
+  return true;
 }
 
 std::optional<Ground> MountingSearch::found() const {

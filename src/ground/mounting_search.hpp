@@ -25,10 +25,10 @@ struct RoadSupport {
 };
 RoadSupport support_of(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane);
 
-/// The road plane through `samples`, disparities of either hypothesis, wherever a camera can be mounted: 0.2 to 4 m
-/// above the road, pitched by −10° to 35°, rolled by up to 10°. None: nothing there looks like a road. The same samples
-/// give the same plane. `turned_rad`: by how much the camera looks down more than the images do that `rig` is of (they
-/// may have been levelled).
+/// The road plane through `samples`, disparities of either hypothesis in the order of their rows, wherever a camera can
+/// be mounted: 0.2 to 4 m above the road, pitched by −10° to 35°, rolled by up to 10°. None: nothing there looks like a
+/// road. The same samples give the same plane. `turned_rad`: by how much the camera looks down more than the images do
+/// that `rig` is of (they may have been levelled).
 std::optional<Ground> search_mounting(const Rig& rig, double turned_rad, const std::vector<GroundSample>& samples);
 
 /// The plane close to `start`, under the same conditions.
@@ -50,8 +50,8 @@ class MountingSearch {
   /// The plane in a frame that was matched on `used`; none: no plane, or `used` may stay. Where `used` is not doubted,
   /// another plane must lie outside the gates and be borne out by clearly more samples.
   std::optional<Ground> look(const std::vector<GroundSample>& samples, const Ground& used, bool is_doubted);
-  /// That frame, matched again on the `candidate`.
-  void verify(const std::vector<GroundSample>& samples, const Ground& candidate);
+  /// That frame, matched again on the `candidate`. True: it bears it out.
+  bool verify(const std::vector<GroundSample>& samples, const Ground& candidate);
   /// As the camera of the level rig sees it, once enough frames agree.
   [[nodiscard]] std::optional<Ground> found() const;
 

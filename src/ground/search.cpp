@@ -12,7 +12,6 @@ namespace stereogrid {
 namespace {
 
 constexpr std::size_t jury_size{4000};  // samples on which a candidate is judged
-constexpr double inlier_px{1.0};
 
 // A small generator, so that the search takes the same samples everywhere.
 class Dice {
@@ -41,7 +40,8 @@ void keep_plausible(const Rig& rig, const GroundConfig& config, std::vector<Grou
 }
 
 // Samples on the plane, less those below it, where nothing can be: or the plane leans on a kerb or an obstacle.
-int support_of(const std::vector<GroundSample>& samples, std::size_t stride, const RoadPlane& plane) {
+int support_of(const std::vector<GroundSample>& samples, std::size_t stride, const RoadPlane& plane,
+               double inlier_px = 1) {
   int support{0};
   for (std::size_t i{0}; i < samples.size(); i += stride) {
     const double r{residual(plane, samples[i])};
@@ -74,20 +74,20 @@ bool put_through(const GroundSample& a, const GroundSample& b, const GroundSampl
 }  // namespace
 
 bool find_plane(const Rig& rig, const GroundConfig& config, const std::vector<GroundSample>& samples, RoadPlane& plane,
-                int rounds) {
+                const PlaneDraws& draws) {
   const std::size_t stride{std::max<std::size_t>(samples.size() / jury_size, 1)};
   const RoadPlane start{plane};
   // Another plane must hold clearly more: what is a little off, the fit will mend.
-  int most{support_of(samples, stride, plane) * 3 / 2};
+  int most{support_of(samples, stride, plane, draws.inlier_px) * 3 / 2};
   Dice dice;
-  for (int round{0}; round < rounds; ++round) {
+  for (int round{0}; round < draws.rounds; ++round) {
     const GroundSample& a{samples[dice.below(samples.size())]};
     const GroundSample& b{samples[dice.below(samples.size())]};
     const GroundSample& c{samples[dice.below(samples.size())]};
     RoadPlane candidate{start};
     if (!(round % 2 == 0 ? put_through(a, b, candidate) : put_through(a, b, c, candidate))) continue;
     if (!is_believable(rig, config, ground_of(rig, candidate))) continue;
-    const int support{support_of(samples, stride, candidate)};
+    const int support{support_of(samples, stride, candidate, draws.inlier_px)};
     if (support > most) {
       most = support;
       plane = candidate;

@@ -100,39 +100,46 @@ bool speak_against(const Rig& rig, const std::vector<GroundSample>& samples, con
   return below > below_max * all || has_better_plane(rig, samples, static_cast<int>(elsewhere_min * all), plane);
 }
 
-FrameTrust::FrameTrust(const Rig& level_rig, const GroundConfig& config) : rig_{level_rig}, config_{config} {
-  const MatchLattice lattice{rig_.width_px, rig_.height_px};
-  samples_.reserve(static_cast<std::size_t>(lattice.across) * static_cast<std::size_t>(lattice.down));
-}
-
-Doubt FrameTrust::judge(const MatchedFrame& frame, const Ground& ground, double dt_s) {
-  unmeasured_s_ += dt_s;
-  // the camera may look above the horizon
-  const double first_row{std::min(horizon_row(rig_, ground), rig_.height_px / 2.0)};
-  if (frame.disparity.empty() && share_of_texture_matched(frame, first_row) < texture_matched_min) {
-    return are_identical(frame) ? Doubt::identical_images : Doubt::few_matches;
-  }
-  if (!config_.estimate) return Doubt::none;
-  const RoadPlane plane{road_plane(rig_, ground)};
-  take_samples(frame, plane);
-  if (speak_against(rig_, samples_, plane)) return Doubt::road_elsewhere;
-  if (ground.estimated) unmeasured_s_ = 0;
-  return unmeasured_s_ > unmeasured_max_s ? Doubt::road_not_seen : Doubt::none;
-}
-
-void FrameTrust::take_samples(const MatchedFrame& frame, const RoadPlane& plane) {
-  samples_.clear();
+void add_samples(const MatchedFrame& frame, std::vector<GroundSample>& samples) {
   const auto disparity_at = [&](int u, int v) {
     // what lies below the road has been dropped from the matches of given disparities
     if (!frame.disparity.empty()) return frame.disparity(u, v);
     return std::max(frame.matches.obstacle(u, v), frame.matches.road(u, v));
   };
-  for_lattice(rig_.width_px, rig_.height_px, 0, [&](int u, int v) {
+  for_lattice(frame.left.width, frame.left.height, 0, [&](int u, int v) {
     const float disparity{disparity_at(u, v)};
-    if (disparity > 0 && plane.disparity(u, v) > 0) {
-      samples_.push_back({static_cast<float>(u), static_cast<float>(v), disparity});
-    }
+    if (disparity > 0) samples.push_back({static_cast<float>(u), static_cast<float>(v), disparity});
   });
+}
+
+std::size_t samples_max(const Rig& level_rig) {
+  const MatchLattice lattice{level_rig.width_px, level_rig.height_px};
+  return static_cast<std::size_t>(lattice.across) * static_cast<std::size_t>(lattice.down);
+}
+
+bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Ground& ground) {
+  // the camera may look above the horizon
+  const double first_row{std::min(horizon_row(level_rig, ground), level_rig.height_px / 2.0)};
+  return frame.disparity.empty() && share_of_texture_matched(frame, first_row) < texture_matched_min;
+}
+
+FrameTrust::FrameTrust(const Rig& level_rig, const GroundConfig& config) : rig_{level_rig}, config_{config} {
+  samples_.reserve(samples_max(rig_));
+}
+
+Doubt FrameTrust::judge(const MatchedFrame& frame, const Ground& ground, double dt_s) {
+  unmeasured_s_ += dt_s;
+  if (has_few_matches(frame, rig_, ground)) {
+    return are_identical(frame) ? Doubt::identical_images : Doubt::few_matches;
+  }
+  if (!config_.estimate) return Doubt::none;
+  const RoadPlane plane{road_plane(rig_, ground)};
+  samples_.clear();
+  add_samples(frame, samples_);
+  std::erase_if(samples_, [&](const GroundSample& sample) { return !(plane.disparity(sample.u, sample.v) > 0); });
+  if (speak_against(rig_, samples_, plane)) return Doubt::road_elsewhere;
+  if (ground.estimated) unmeasured_s_ = 0;
+  return unmeasured_s_ > unmeasured_max_s ? Doubt::road_not_seen : Doubt::none;
 }
 
 void tell(Doubt doubt, FrameResult& result) {

@@ -28,6 +28,14 @@ enum class Doubt { none, few_matches, identical_images, road_elsewhere, road_not
 /// none has texture. 1 where the image has no pixels there.
 double share_of_texture_matched(const MatchedFrame& frame, double first_row);
 
+/// Disparities of either hypothesis at the pixels of MatchLattice; appended.
+void add_samples(const MatchedFrame& frame, std::vector<GroundSample>& samples);
+/// How many there can be.
+std::size_t samples_max(const Rig& level_rig);
+
+/// Has so little of the texture below the horizon of `ground` matched that the images do not belong together?
+bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Ground& ground);
+
 /// Do the samples say that the road is not where `plane` has it? Few of those where it expects road lie on it, and
 /// either many lie clearly below it, where nothing can be, or another plane holds clearly more. A wall that fills the
 /// view says nothing of the road.
@@ -49,8 +57,6 @@ class FrameTrust {
   [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(samples_); }
 
  private:
-  void take_samples(const MatchedFrame& frame, const RoadPlane& plane);
-
   Rig rig_;
   GroundConfig config_;
   double unmeasured_s_{0};  ///< since the road was measured, or since the start

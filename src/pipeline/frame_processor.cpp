@@ -21,19 +21,24 @@ auto ranges_of(Stages& stages) {
 
 }  // namespace
 
-FrameProcessor::FrameProcessor(const Config& config, const Rig& level_rig, std::unique_ptr<Stages> stages)
+FrameProcessor::FrameProcessor(const Config& config, const Rig& level_rig, std::unique_ptr<Stages> stages,
+                               double turned_rad)
     : config_{config},
       rig_{level_rig},
+      turned_rad_{turned_rad},
       stages_{std::move(stages)},
       window_{vehicle_grid_of(config.grid)},
       ground_{calibrated_ground(rig_, config.ground)},
       trust_{rig_, config.ground},
+      mounting_{rig_, config.ground, turned_rad},
       alignment_{rig_},
       scene_flow_{rig_},
       tracker_{config.tracking},
       ground_samples_{rig_.width_px, rig_.height_px},
       velocity_evidence_{window_.cells(), velocity_axis(config.filter).back()},
-      clusters_{window_.cells(), window_.cells(), scene_flow_.points_reserved()} {}
+      clusters_{window_.cells(), window_.cells(), scene_flow_.points_reserved()} {
+  mounting_samples_.reserve(samples_max(rig_));
+}
 
 void FrameProcessor::run(const LevelFrame& frame, FrameResult& result) {
   const Ground expected{predicted(rig_, config_.ground, ground_, frame.dt_s)};
@@ -138,11 +143,30 @@ bool FrameProcessor::search_if_lost(const LevelFrame& frame) {
   return true;
 }
 
+MatchedFrame FrameProcessor::matched(const LevelFrame& frame) const {
+  return {frame.left, frame.right, frame.disparity, stages_->matches_on_lattice()};
+}
+
+// The frame is matched again where the road lies elsewhere, which is doubt enough.
+Doubt FrameProcessor::look_at_mounting(const LevelFrame& frame, Doubt doubt) {
+  const bool is_lost{doubt == Doubt::road_elsewhere || doubt == Doubt::road_not_seen};
+  if (doubt == Doubt::identical_images || !mounting_.is_wanted(is_lost, frame.dt_s)) return doubt;
+  mounting_samples_.clear();
+  add_samples(matched(frame), mounting_samples_);
+  const std::optional<Ground> candidate{mounting_.look(mounting_samples_, ground_, doubt != Doubt::none)};
+  if (!candidate) return doubt;
+  if (!frame.is_given()) match(*candidate);
+  const MatchedFrame again{matched(frame)};
+  mounting_samples_.clear();
+  add_samples(again, mounting_samples_);
+  const bool holds{!has_few_matches(again, rig_, *candidate) && mounting_.verify(mounting_samples_, *candidate)};
+  return holds || doubt == Doubt::none ? Doubt::road_elsewhere : doubt;
+}
+
 // False: the grids must not be built on this.
 bool FrameProcessor::judge(const LevelFrame& frame, const Ground& expected, FrameResult& result) {
-  const Matches& matches{stages_->matches_on_lattice()};
   ground_ = stages_->ground();
-  const Doubt doubt{trust_.judge({frame.left, frame.right, frame.disparity, matches}, ground_, frame.dt_s)};
+  const Doubt doubt{look_at_mounting(frame, trust_.judge(matched(frame), ground_, frame.dt_s))};
   if (doubt != Doubt::none) {
     if (config_.ground.estimate) ground_ = expected;  // a plane through wrong matches would mislead the next frame
     scene_flow_.clear();
@@ -169,13 +193,19 @@ void FrameProcessor::forget() {
   is_first_ = true;
   alignment_ = RowAlignment{rig_};
   trust_ = FrameTrust{rig_, config_.ground};
+  mounting_ = MountingSearch{rig_, config_.ground, turned_rad_};
   scene_flow_ = SceneFlow{rig_};
+  tracker_.forget();
+}
+
+void FrameProcessor::follow_on(const FrameProcessor& before) {
+  tracker_ = before.tracker_;
   tracker_.forget();
 }
 
 template <class State>
 void FrameProcessor::exchange(State& state) {
-  state(ground_, frames_to_search_, is_first_, alignment_, trust_, scene_flow_, tracker_);
+  state(ground_, frames_to_search_, is_first_, alignment_, trust_, mounting_, scene_flow_, tracker_);
 }
 
 void FrameProcessor::save(StateWriter& state) {
@@ -191,7 +221,7 @@ void FrameProcessor::load(StateReader& state) {
 MemoryUse FrameProcessor::memory_use() const {
   MemoryUse use{stages_->memory_use()};
   use.host_bytes += sizeof *this + held_bytes_of(trust_, alignment_, scene_flow_, tracker_, ground_samples_,
-                                                 velocity_evidence_, clusters_);
+                                                 mounting_samples_, velocity_evidence_, clusters_);
   return use;
 }
 

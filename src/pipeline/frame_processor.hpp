@@ -3,9 +3,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <vector>
 
 #include "filter/filter.hpp"
 #include "ground/ground.hpp"
+#include "ground/mounting_search.hpp"
 #include "ground/trust.hpp"
 #include "images/row_alignment/row_alignment.hpp"
 #include "motion/scene_flow.hpp"
@@ -19,11 +22,18 @@ namespace stereogrid {
 /// the road is lost and where it is, by how much rows are off, whether the frame can be relied on, what moves.
 class FrameProcessor {
  public:
-  FrameProcessor(const Config& config, const Rig& level_rig, std::unique_ptr<Stages> stages);
+  /// `turned_rad`: by how much the camera looks down more than the images of `level_rig`, which have been levelled.
+  FrameProcessor(const Config& config, const Rig& level_rig, std::unique_ptr<Stages> stages, double turned_rad = 0);
 
   void run(const LevelFrame& frame, FrameResult& result);
   /// The next frame is a first one. Ids of obstacles go on.
   void forget();
+  /// Ids of obstacles go on from those of `before`, everything else begins.
+  void follow_on(const FrameProcessor& before);
+
+  /// Where the level rig's camera turned out to be mounted, if the rig says otherwise: a processor for the right rig
+  /// has to go on.
+  [[nodiscard]] std::optional<Ground> found_mounting() const { return mounting_.found(); }
 
   /// What run() remembers between two frames.
   void save(StateWriter& state);
@@ -41,6 +51,8 @@ class FrameProcessor {
   bool find_road(const LevelFrame& frame, const Ground& expected);
   bool search_if_lost(const LevelFrame& frame);
   bool judge(const LevelFrame& frame, const Ground& expected, FrameResult& result);
+  Doubt look_at_mounting(const LevelFrame& frame, Doubt doubt);
+  [[nodiscard]] MatchedFrame matched(const LevelFrame& frame) const;
   void track(const LevelFrame& frame, FrameResult& result);
 
   [[nodiscard]] FlowFrame flow_frame(const LevelFrame& frame) const;
@@ -50,12 +62,14 @@ class FrameProcessor {
 
   Config config_;
   Rig rig_;
+  double turned_rad_;
   std::unique_ptr<Stages> stages_;
   Window window_;
 
   // between frames
   Ground ground_;
   FrameTrust trust_;
+  MountingSearch mounting_;
   int frames_to_search_{0};
   bool is_first_{true};
   RowAlignment alignment_;
@@ -65,6 +79,7 @@ class FrameProcessor {
   // of a frame
   bool is_reliable_{true};  ///< may the grids be built on its matches?
   GroundSpace ground_samples_;
+  std::vector<GroundSample> mounting_samples_;
   EvidenceMap velocity_evidence_;
   ClusterSpace clusters_;
 };

@@ -3,15 +3,20 @@
 #include "stereogrid/pipeline.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <limits>
+#include <memory>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
 
 #include "backend/cpu.hpp"
+#include "ground/mounting_search.hpp"
 #include "images/levelling.hpp"
 #include "matching/correlation/correlate_simd.hpp"
 #include "motion/ego_motion.hpp"
@@ -56,25 +61,79 @@ std::uint64_t settings_of(const Config& config, const Rig& rig, BackEnd back_end
   return checksum_of(numbers.bytes()) ^ checksum_of(std::as_bytes(std::span{text}));
 }
 
+Ground ground_of_mounting(const Rig& rig) {
+  return {rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad};
+}
+
+// Mounted so that it sees the road as `ground`.
+Rig mounted_as(Rig rig, const Ground& ground) {
+  rig.camera_height_m = ground.height_m;
+  rig.camera_pitch_rad = ground.pitch_rad;
+  rig.camera_roll_rad = ground.roll_rad;
+  return rig;
+}
+
+std::string sentence_of_mounting(const Rig& rig) {
+  std::array<char, 320> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      "the camera is not mounted as was assumed. The road shows how, and from the next frame on that is used. "
+      "For calibration.yaml: mount: {camera_height_m: %.3f, camera_pitch_rad: %.4f, camera_roll_rad: %.4f}",
+      rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad);
+  return text.data();
+}
+
 }  // namespace
 
 struct Pipeline::Implementation {
   Implementation(const Config& parameters, const Rig& given_rig, const PipelineOptions& asked)
       : config{resolved(parameters, given_rig)},
+        calibrated_rig{given_rig},
         rig{given_rig},
         options{asked},
         levelling{rig},
         cpu{options.threads},
-        processor{config, levelling.level_rig(), start()},
+        processor{make_processor()},
         level_left{rig.width_px, rig.height_px},
         level_right{rig.width_px, rig.height_px},
         level_disparity{rig.width_px, rig.height_px} {
     make_room(config.grid, options.horizons_s, result);
     make_room(config, levelling.level_rig(), options.stages ? result.stages : unwanted_stages);
     window = result.world.geometry;
-    processor.stages().fetch_stages(options.stages);
-    if (!options.horizons_s.empty()) processor.stages().make_room_for_predictions();
     ego_motion.start_at(options.start);
+  }
+
+  std::unique_ptr<FrameProcessor> make_processor() {
+    const Rig& level_rig{levelling.level_rig()};
+    auto made{std::make_unique<FrameProcessor>(config, level_rig, start(),
+                                               rig.camera_pitch_rad - level_rig.camera_pitch_rad)};
+    made->stages().fetch_stages(options.stages);
+    if (!options.horizons_s.empty()) made->stages().make_room_for_predictions();
+    return made;
+  }
+
+  // As if this rig had been given; the world goes on. All stages are built anew.
+  void mount(const Rig& mounted) {
+    const Rig before{rig};
+    try {
+      rig = mounted;
+      levelling = Levelling{rig};
+      std::unique_ptr<FrameProcessor> made{make_processor()};
+      made->follow_on(*processor);
+      processor = std::move(made);
+    } catch (...) {
+      rig = before;
+      levelling = Levelling{rig};
+      throw;
+    }
+  }
+
+  void take_mounting(FrameResult& into) {
+    const std::optional<Ground> found{processor->found_mounting()};
+    if (!found) return;
+    const Rig& level_rig{levelling.level_rig()};
+    mount(mounted_as(rig, seen_from(*found, rig.camera_pitch_rad - level_rig.camera_pitch_rad)));
+    into.warnings.push_back(sentence_of_mounting(rig));
   }
 
   // Sets `back_end` where it was left open.
@@ -112,7 +171,7 @@ struct Pipeline::Implementation {
   // What is remembered is of another time.
   void forget() {
     ego_motion.restart();
-    processor.forget();
+    processor->forget();
   }
 
   // Seconds since the frame before; 0: this is a first one.
@@ -162,10 +221,15 @@ struct Pipeline::Implementation {
   template <class State>
   void exchange(State& state) {
     state(clock, ego_motion);
+    Rig mounted{rig};
+    state(mounted);
     if constexpr (std::is_same_v<State, StateWriter>) {
-      processor.save(state);
+      processor->save(state);
     } else {
-      processor.load(state);
+      const bool is_rig{problems(mounted).empty() && mounted_as(rig, ground_of_mounting(mounted)) == mounted};
+      state.require(is_rig);
+      if (is_rig && mounted != rig) mount(mounted);
+      processor->load(state);
     }
   }
 
@@ -177,21 +241,23 @@ struct Pipeline::Implementation {
     if (!options.stages) into.stages = std::exchange(unwanted_stages, {});
     make_room(config, levelling.level_rig(), into.stages);
     const LevelFrame input{input_of(frame, into)};
-    processor.run(input, into);
-    if (!into.predictions.empty()) processor.stages().predict(input.world_from_vehicle, into);
+    processor->run(input, into);
+    if (!into.predictions.empty()) processor->stages().predict(input.world_from_vehicle, into);
     if (!options.stages) unwanted_stages = std::exchange(into.stages, {});
     into.world_from_vehicle = input.world_from_vehicle;
     window = into.world.geometry;
+    take_mounting(into);
     into.timing_ms.total = watch.lap();
   }
 
   Config config;
-  Rig rig;
+  Rig calibrated_rig;
+  Rig rig;  // with the mounting that was found, if the calibration's did not fit
   PipelineOptions options;
   Levelling levelling;
   Cpu cpu;
   std::string why_not_cuda;
-  FrameProcessor processor;
+  std::unique_ptr<FrameProcessor> processor;
   Image<std::uint8_t> level_left;
   Image<std::uint8_t> level_right;
   Image<float> level_disparity;
@@ -247,11 +313,11 @@ GridGeometry Pipeline::world_grid() const {
   return implementation().window;
 }
 int Pipeline::threads() const {
-  return implementation().processor.stages().threads();
+  return implementation().processor->stages().threads();
 }
 MemoryUse Pipeline::memory_use() const {
   const Implementation& self{implementation()};
-  MemoryUse use{self.processor.memory_use()};
+  MemoryUse use{self.processor->memory_use()};
   use.host_bytes += sizeof self + held_bytes_of(self.result, self.unwanted_stages, self.level_left, self.level_right,
                                                 self.level_disparity);
   return use;
@@ -266,11 +332,11 @@ std::vector<std::byte> Pipeline::save_state() const {
   Implementation& self{implementation()};
   StateWriter state;
   state(self);
-  return sealed(state.bytes(), settings_of(self.config, self.rig, self.options.back_end));
+  return sealed(state.bytes(), settings_of(self.config, self.calibrated_rig, self.options.back_end));
 }
 void Pipeline::load_state(std::span<const std::byte> saved) {
   Implementation& self{implementation()};
-  StateReader state{unsealed(saved, settings_of(self.config, self.rig, self.options.back_end))};
+  StateReader state{unsealed(saved, settings_of(self.config, self.calibrated_rig, self.options.back_end))};
   state(self);
   if (state.fits()) return;
   reset();  // what was read so far makes no sense

@@ -1,0 +1,130 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Cameras that are not mounted as the rig says: found by the whole pipeline, which goes on as if it had been told.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "chain_equality.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/pipeline.hpp"
+#include "stereogrid/scenes/scene.hpp"
+#include "support.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+using scenes::Scene;
+
+constexpr const char* pitched_street{"street?width=320&height=200&pitch_deg=8&camera_height=1.0"};
+
+Config small_grid() {
+  Config config{preset("default")};
+  config.grid.length_m = 10;
+  config.grid.width_m = 8;
+  return config;
+}
+
+Rig usual_mounting(Rig rig) {
+  rig.camera_height_m = 1.65;
+  rig.camera_pitch_rad = rig.camera_roll_rad = 0;
+  return rig;
+}
+
+struct WrongRig {
+  explicit WrongRig(const char* scene_text = pitched_street, BackEnd back_end = BackEnd::cpu)
+      : scene{scenes::parse_scene(scene_text), 2},
+        pipeline{small_grid(), usual_mounting(scene.rig()), {.back_end = back_end, .threads = 2}} {}
+
+  const FrameResult& step(std::size_t index) { return pipeline.process(scene.load(index)); }
+
+  Scene scene;
+  Pipeline pipeline;
+};
+
+bool is_unknown(const FrameResult& result) {
+  return std::ranges::count(result.status, FrameStatus::road_unknown) == 1 &&
+         std::ranges::all_of(result.observed, [](float p) { return p == 0.5f; });
+}
+
+TEST(MountingChain, IsFoundInThreeFramesOfWhichNothingIsKnown) {
+  WrongRig drive;
+  for (std::size_t frame{0}; frame < 3; ++frame) {
+    EXPECT_EQ(drive.pipeline.rig(), usual_mounting(drive.scene.rig()));
+    const FrameResult& result{drive.step(frame)};
+    EXPECT_TRUE(is_unknown(result)) << frame;
+    const bool is_told{std::ranges::any_of(result.warnings, [](const std::string& warning) {
+      return warning.find("mount: {camera_height_m: ") != std::string::npos;
+    })};
+    EXPECT_EQ(is_told, frame == 2);
+  }
+  const Rig& found{drive.pipeline.rig()};
+  EXPECT_NEAR(found.camera_height_m, 1.0, 0.02);
+  EXPECT_NEAR(found.camera_pitch_rad / degree, 8, 0.2);
+  EXPECT_NEAR(found.camera_roll_rad / degree, 0, 0.3);
+  EXPECT_EQ(drive.pipeline.level_rig().camera_pitch_rad, 0);
+  for (std::size_t frame{3}; frame < 6; ++frame) EXPECT_TRUE(drive.step(frame).status.empty());
+}
+
+TEST(MountingChain, GoesOnAsIfItHadBeenGiven) {
+  WrongRig drive;
+  for (std::size_t frame{0}; frame < 3; ++frame) drive.step(frame);
+  Pipeline told{small_grid(), drive.pipeline.rig(), {.threads = 2}};
+  for (std::size_t frame{3}; frame < 6; ++frame) {
+    const FrameResult& expected{told.process(drive.scene.load(frame))};
+    EXPECT_EQ(count_differences(drive.step(frame).observed, expected.observed), 0) << frame;
+  }
+}
+
+TEST(MountingChain, TheReferenceFindsTheSame) {
+  WrongRig drive{"street?width=192&height=120&pitch_deg=8&camera_height=1.0"};
+  WrongRig reference{"street?width=192&height=120&pitch_deg=8&camera_height=1.0", BackEnd::reference};
+  for (std::size_t frame{0}; frame < 4; ++frame) expect_equal(reference.step(frame), drive.step(frame));
+  EXPECT_EQ(reference.pipeline.rig(), drive.pipeline.rig());
+  EXPECT_NE(drive.pipeline.rig(), usual_mounting(drive.scene.rig()));
+}
+
+TEST(MountingChain, ASavedStateHasIt) {
+  WrongRig drive;
+  for (std::size_t frame{0}; frame < 4; ++frame) drive.step(frame);
+  WrongRig twin;
+  const std::vector<std::byte> nothing{twin.pipeline.save_state()};
+  twin.pipeline.load_state(drive.pipeline.save_state());
+  EXPECT_EQ(twin.pipeline.rig(), drive.pipeline.rig());
+  expect_equal(twin.step(4), drive.step(4));
+  twin.pipeline.load_state(nothing);
+  EXPECT_EQ(twin.pipeline.rig(), usual_mounting(drive.scene.rig()));
+  EXPECT_TRUE(is_unknown(twin.step(0)));
+}
+
+TEST(MountingChain, IsKeptWhenThePipelineIsReset) {
+  WrongRig drive;
+  for (std::size_t frame{0}; frame < 3; ++frame) drive.step(frame);
+  const Rig found{drive.pipeline.rig()};
+  drive.pipeline.reset();
+  EXPECT_TRUE(drive.step(3).status.empty());
+  EXPECT_EQ(drive.pipeline.rig(), found);
+}
+
+TEST(MountingChain, APitchThatIsGivenAndNotThereIsFound) {
+  Scene scene{scenes::parse_scene("street?width=320&height=200"), 2};
+  Rig rig{scene.rig()};
+  rig.camera_pitch_rad = 10 * degree;
+  Pipeline pipeline{small_grid(), rig, {.threads = 2}};
+  for (std::size_t frame{0}; frame < 4; ++frame) pipeline.process(scene.load(frame));
+  EXPECT_NEAR(pipeline.rig().camera_pitch_rad / degree, 0, 0.3);
+  EXPECT_NEAR(pipeline.rig().camera_height_m, scene.rig().camera_height_m, 0.05);
+}
+
+TEST(MountingChain, AWallAheadMovesNothing) {
+  Scene scene{scenes::parse_scene("wall?width=320&height=200&frames=8"), 2};
+  Pipeline pipeline{small_grid(), scene.rig(), {.threads = 2}};
+  for (std::size_t frame{0}; frame < 6; ++frame) EXPECT_TRUE(pipeline.process(scene.load(frame)).status.empty());
+  EXPECT_EQ(pipeline.rig(), scene.rig());
+}
+
+}  // namespace
+}  // namespace stereogrid::test
