@@ -73,6 +73,15 @@ Rig mounted_as(Rig rig, const Ground& ground) {
   return rig;
 }
 
+// To the digits of the sentence, so that a calibration with them does the same.
+Rig as_written(Rig rig) {
+  const auto rounded = [](double number, double steps) { return std::round(number * steps) / steps + 0.0; };
+  rig.camera_height_m = rounded(rig.camera_height_m, 1e3);
+  rig.camera_pitch_rad = rounded(rig.camera_pitch_rad, 1e4);
+  rig.camera_roll_rad = rounded(rig.camera_roll_rad, 1e4);
+  return rig;
+}
+
 std::string sentence_of_mounting(const Rig& rig) {
   std::array<char, 320> text{};
   std::snprintf(
@@ -132,7 +141,7 @@ struct Pipeline::Implementation {
     const std::optional<Ground> found{processor->found_mounting()};
     if (!found) return;
     const Rig& level_rig{levelling.level_rig()};
-    mount(mounted_as(rig, seen_from(*found, rig.camera_pitch_rad - level_rig.camera_pitch_rad)));
+    mount(as_written(mounted_as(rig, seen_from(*found, rig.camera_pitch_rad - level_rig.camera_pitch_rad))));
     into.warnings.push_back(sentence_of_mounting(rig));
   }
 

@@ -50,6 +50,11 @@ struct Tally {
   }
 };
 
+std::string mount_line(const Rig& rig) {
+  return fmt::format("mount: {{camera_height_m: {:.3f}, camera_pitch_rad: {:.4f}, camera_roll_rad: {:.4f}}}",
+                     rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad);
+}
+
 class Looking {
  public:
   Looking(const FrameSource& source, const Config& config, std::size_t count)
@@ -97,12 +102,14 @@ class Looking {
     } catch (const InputError&) {
       return;  // said where it was looked at
     }
+    const double turned_rad{pipeline_.rig().camera_pitch_rad - pipeline_.level_rig().camera_pitch_rad};
     const FrameResult& result{pipeline_.process(*frame)};
     ++look_.tried;
     const bool matches{!has(result, FrameStatus::few_matches)};
     if (!result.status.empty() && (!matches || has(result, FrameStatus::road_unknown))) ++unknown_;
     if (matches && result.ground.estimated && !has(result, FrameStatus::road_unknown)) {
       found_.push_back(result.ground);
+      found_.back().pitch_rad += turned_rad;
     } else if (matches) {
       no_road_.add(frame->name);
       if (no_road_.frames == 1 && is_upside_down(*frame, config_, source_.rig())) upside_down_ = true;
@@ -148,6 +155,11 @@ class Looking {
     look_.road_found = found_.size();
     if (upside_down_) {
       say("the images are upside down: the road is above. Turn both by 180° and exchange left and right.");
+    } else if (const Rig & mounted{pipeline_.rig()}; mounted != rig) {
+      say(
+          fmt::format("the camera is not mounted as assumed, {:.3g} m above the road with a pitch of {:.1f}° (down). A "
+                      "run finds that out, too, but knows nothing until then. For calibration.yaml: {}",
+                      rig.camera_height_m, rig.camera_pitch_rad * degrees, mount_line(mounted)));
     } else if (no_road_.frames > 0 && config_.ground.estimate) {
       say(
           fmt::format("road not found {}: the mounting in the calibration may be wrong: {:.3g} m above the road and a "
@@ -161,11 +173,9 @@ class Looking {
       for (const Ground& ground : found_) values.push_back(ground.*what);
       return median(std::move(values));
     };
-    look_.road = {median_of(&Ground::height_m),
-                  median_of(&Ground::pitch_rad) + rig.camera_pitch_rad - pipeline_.level_rig().camera_pitch_rad,
-                  median_of(&Ground::roll_rad), true};
+    look_.road = {median_of(&Ground::height_m), median_of(&Ground::pitch_rad), median_of(&Ground::roll_rad), true};
     constexpr double noticeable_deg{2};
-    if (std::abs(look_.road.pitch_rad - rig.camera_pitch_rad) * degrees > noticeable_deg) {
+    if (pipeline_.rig() == rig && std::abs(look_.road.pitch_rad - rig.camera_pitch_rad) * degrees > noticeable_deg) {
       say(
           fmt::format("the camera looks down by {:.1f}°, not by {:.1f}° as assumed. Results are better with "
                       "mount.camera_pitch_rad: {:.3f} in the calibration.",

@@ -55,6 +55,7 @@ class LineFile {
 struct Job {
   StereoFrame frame;
   FrameResult result;
+  Rig rig;
   std::optional<io::Checkpoint> checkpoint;
 };
 
@@ -76,7 +77,7 @@ struct ResultWriter::State {
     if (options.predictions) io::write_predictions(options.folder / "predictions" / file, job.result);
     if (options.stages) io::write_stages(options.folder / "stages" / file, job.result.stages);
     if (options.pictures || video) {
-      const io::RgbImage picture{draw_picture(job.frame, job.result, options.rig)};
+      const io::RgbImage picture{draw_picture(job.frame, job.result, job.rig)};
       if (options.pictures) io::write_png(options.folder / "pictures" / (job.frame.name + ".png"), picture);
       if (video) video->add(picture);
     }
@@ -132,11 +133,12 @@ ResultWriter::~ResultWriter() {
   if (state_->thread.joinable()) state_->thread.join();
 }
 
-void ResultWriter::write(StereoFrame frame, FrameResult result, std::optional<io::Checkpoint> checkpoint) {
+void ResultWriter::write(StereoFrame frame, FrameResult result, const Rig& rig,
+                         std::optional<io::Checkpoint> checkpoint) {
   std::unique_lock lock{state_->mutex};
   state_->changed.wait(lock, [this] { return state_->failure || state_->jobs.size() < capacity; });
   if (state_->failure) std::rethrow_exception(state_->failure);
-  state_->jobs.push_back({std::move(frame), std::move(result), std::move(checkpoint)});
+  state_->jobs.push_back({std::move(frame), std::move(result), rig, std::move(checkpoint)});
   state_->changed.notify_all();
 }
 

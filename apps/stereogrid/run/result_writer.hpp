@@ -18,7 +18,6 @@ struct WriterOptions {
   bool pictures{false};
   std::filesystem::path video;  ///< empty: none
   double video_rate_hz{10};
-  Rig rig;  ///< for the pictures
 };
 
 /// Writes the files of each frame on a thread of its own, in the order of the frames, while the pipeline works on the
@@ -33,8 +32,8 @@ class ResultWriter {
   ~ResultWriter();
 
   /// Waits while too many frames wait. Throws what writing an earlier frame has thrown: DeviceError.
-  /// `checkpoint`: written once the frame is.
-  void write(StereoFrame frame, FrameResult result, std::optional<io::Checkpoint> checkpoint = {});
+  /// `rig`: of this frame, for the pictures. `checkpoint`: written once the frame is.
+  void write(StereoFrame frame, FrameResult result, const Rig& rig, std::optional<io::Checkpoint> checkpoint = {});
   /// Waits for the last frame; throws as write().
   void finish();
 

@@ -112,6 +112,7 @@ class RunLoop {
       const double opencv_ms{opencv_.match(*queued.frame)};
       const std::string without_lidar{lidar_.add_grid(*queued.frame)};
       FrameResult result;
+      const Rig rig{pipeline_.rig()};  // a mounting that this frame shows is of the next one
       pipeline_.process(*queued.frame, result);
       if (queued.index < first_to_write_) return;
       result.timing_ms.match += opencv_ms;
@@ -122,7 +123,8 @@ class RunLoop {
       tell_warnings(queued.name, result.warnings);
       record_.add_frame({queued.index, result.timing_ms, result.warnings, result.status});
       ++frames_written_;
-      writer_.write(std::move(*queued.frame), std::move(result), checkpoint_after(queued.index));
+      record_.set_rigs(pipeline_.rig(), pipeline_.level_rig());
+      writer_.write(std::move(*queued.frame), std::move(result), rig, checkpoint_after(queued.index));
     } catch (const InputError& error) {
       skip(queued, error.what());
     }
@@ -182,12 +184,19 @@ std::ptrdiff_t frames_of_stereo_alone(const io::RunRecord& record) {
 }
 
 /// How many frames say nothing, and what would mend it.
-void warn_of_unknown_frames(const io::RunRecord& record, const Rig& rig) {
+void warn_of_unknown_frames(const io::RunRecord& record, const Rig& rig, const Rig& mounted) {
   constexpr double degrees{57.29577951308232};
   const std::size_t all{record.finished().size()};
   const std::size_t unknown{record.frames_with(FrameStatus::road_unknown)};
   const std::size_t unmatched{record.frames_with(FrameStatus::few_matches)};
-  if (unknown > 0) {
+  if (unknown > 0 && mounted != rig) {
+    spdlog::warn(
+        "in {} of {} frames it is not known where the road is, and the grid is unknown. The camera is not mounted as "
+        "was "
+        "assumed. Without such a beginning: add to calibration.yaml\n"
+        "mount: {{camera_height_m: {:.3f}, camera_pitch_rad: {:.4f}, camera_roll_rad: {:.4f}}}",
+        unknown, all, mounted.camera_height_m, mounted.camera_pitch_rad, mounted.camera_roll_rad);
+  } else if (unknown > 0) {
     spdlog::warn(
         "in {} of {} frames it is not known where the road is, and the grid is unknown. The mounting may be wrong: "
         "{:.3g} m "
@@ -267,12 +276,13 @@ int run(const RunOptions& options) {
   Pipeline pipeline{start_pipeline(options, config, input.source->rig())};
   const LidarStage lidar{options.fuse == "lidar", input, pipeline.vehicle_grid(), options.fuse_rings};
   io::RunRecord record{describe_run(options, input, pipeline)};
+  record.set_rigs(pipeline.rig(), pipeline.level_rig());
   const FolderLock lock{record.folder()};
   options.resume ? record.resume() : record.begin();
   recall_skipped(*input.source, record);
   io::remove_torn_checkpoint(record.folder());
   ResultWriter writer{{options.folder, !options.predict_s.empty(), options.save_stages, options.pictures, options.video,
-                       rate_hz(input), pipeline.rig()}};
+                       rate_hz(input)}};
   const OpencvStage opencv{options.matcher, pipeline.config().matching.disparities};
   const io::Checkpoints checkpoints{record.range().first, static_cast<std::size_t>(options.checkpoint_every)};
   PoseStage poses{input, [checkpoints](std::size_t index) { return checkpoints.is_due_after(index); }};
@@ -289,7 +299,7 @@ int run(const RunOptions& options) {
   loop.go_through(*input.source);
   record.save(loop.is_complete());
   print_summary(record, loop);
-  warn_of_unknown_frames(record, pipeline.rig());
+  warn_of_unknown_frames(record, input.source->rig(), pipeline.rig());
   if (loop.is_complete()) return exit_done;
   spdlog::warn("stopped; the same command with --resume goes on");
   return exit_signal_base + interrupted();

@@ -22,7 +22,9 @@ Json json_of(const RunInput& input) {
           {"disparities", input.disparities}};
 }
 
-Json json_of(const Rig& rig) {
+}  // namespace
+
+Json rig_json(const Rig& rig) {
   return {{"focal_px", rig.focal_px},
           {"centre_u_px", rig.centre_u_px},
           {"centre_v_px", rig.centre_v_px},
@@ -34,8 +36,6 @@ Json json_of(const Rig& rig) {
           {"camera_roll_rad", rig.camera_roll_rad}};
 }
 
-}  // namespace
-
 Json settings_json(const RunDescription& run) {
   return {{"version", version()},
           {"preset", run.preset},
@@ -45,7 +45,7 @@ Json settings_json(const RunDescription& run) {
           {"predict_s", run.predict_s},
           {"fuse", {{"source", run.fuse_source}, {"rings", run.fuse_rings}}},
           {"device", run.device},
-          {"rig", json_of(run.rig)},
+          {"rig", rig_json(run.rig)},
           {"grid",
            {{"x_min_m", run.grid.x_min_m},
             {"y_min_m", run.grid.y_min_m},

@@ -11,6 +11,8 @@ namespace stereogrid::io {
 /// What run.json begins with, and what a run that goes on must have in common with its beginning.
 [[nodiscard]] nlohmann::ordered_json settings_json(const RunDescription& run);
 
+[[nodiscard]] nlohmann::ordered_json rig_json(const Rig& rig);
+
 /// Reads what settings_json writes under "input". Throws the JSON library's exceptions, and InputError without file.
 [[nodiscard]] RunInput run_input_of(const nlohmann::ordered_json& input);
 

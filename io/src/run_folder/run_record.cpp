@@ -94,7 +94,8 @@ std::vector<SkippedFrame> skipped_in(const Json& run) {
 
 }  // namespace
 
-RunRecord::RunRecord(fs::path folder, RunDescription run) : folder_{std::move(folder)}, run_{std::move(run)} {}
+RunRecord::RunRecord(fs::path folder, RunDescription run)
+    : folder_{std::move(folder)}, run_{std::move(run)}, mounted_rig_{run_.rig}, level_rig_{run_.rig} {}
 
 void RunRecord::begin() {
   if (const std::string part{part_of_a_run(folder_)}; !part.empty()) {
@@ -170,6 +171,10 @@ std::size_t RunRecord::frames_with(FrameStatus flag) const {
 
 void RunRecord::save(bool complete) const {
   Json run(settings_json(run_));
+  run["mount"] = {{"camera_height_m", mounted_rig_.camera_height_m},
+                  {"camera_pitch_rad", mounted_rig_.camera_pitch_rad},
+                  {"camera_roll_rad", mounted_rig_.camera_roll_rad}};
+  run["level_rig"] = rig_json(level_rig_);
   run["simd_target"] = run_.simd_target;
   run["threads"] = run_.threads;
   run["frames"] = {{"first", run_.frames.first},

@@ -42,6 +42,12 @@ class STEREOGRID_EXPORT RunRecord {
   void add_frame(FrameSummary frame) { finished_.push_back(std::move(frame)); }
   /// Goes where its index belongs.
   void add_skipped(SkippedFrame frame);
+  /// Pipeline::rig() and level_rig() after the last frame: a run may find another mounting than the description's rig
+  /// has, which is both of them until they are set.
+  void set_rigs(const Rig& mounted, const Rig& level) {
+    mounted_rig_ = mounted;
+    level_rig_ = level;
+  }
   /// Writes run.json. Throws DeviceError.
   void save(bool complete) const;
 
@@ -60,6 +66,8 @@ class STEREOGRID_EXPORT RunRecord {
 
   std::filesystem::path folder_;
   RunDescription run_;
+  Rig mounted_rig_;
+  Rig level_rig_;
   std::vector<FrameSummary> finished_;
   std::vector<SkippedFrame> skipped_;
 };
