@@ -33,13 +33,16 @@ float nearest(View<const float> image, double u, double v) {
 }  // namespace
 
 Levelling::Levelling(const Rig& rig)
-    : mapping_{rig}, sin_pitch_{std::sin(rig.camera_pitch_rad)}, cos_pitch_{std::cos(rig.camera_pitch_rad)} {}
+    : mapping_{rig},
+      centre_v_px_{rig.centre_v_px},
+      sin_pitch_{std::sin(rig.camera_pitch_rad)},
+      cos_pitch_{std::cos(rig.camera_pitch_rad)} {}
 
 template <class Pixel>
 void Levelling::for_pixels(Cpu& cpu, View<Pixel> level, const auto& pixel_at) const {
   cpu.for_ranges(level.height, rows_grain, [&](int begin, int end) {
     for (int v{begin}; v < end; ++v) {
-      const TurnedRow pitched{level_rig(), sin_pitch_, cos_pitch_, static_cast<double>(v)};
+      const TurnedRow pitched{level_rig(), centre_v_px_, sin_pitch_, cos_pitch_, static_cast<double>(v)};
       for (int u{0}; u < level.width; ++u) {
         level(u, v) = pitched.depth > 0 ? pixel_at(pitched.u_of(u), pitched.v, pitched.depth) : Pixel{0};
       }

@@ -20,7 +20,7 @@ class Levelling {
 
   /// Does this rig need it?
   [[nodiscard]] bool is_needed() const { return !mapping_.is_identity(); }
-  /// The rig whose images come out: pitch 0, all else the same.
+  /// The rig whose images come out: see LevelMapping::level_rig.
   [[nodiscard]] const Rig& level_rig() const { return mapping_.level_rig(); }
   void apply(Cpu& cpu, View<const std::uint8_t> pitched, View<std::uint8_t> level) const;
   /// The same for a disparity image (px, 0 = none). Depth is measured along another axis then, so d changes too. The
@@ -34,6 +34,7 @@ class Levelling {
   void for_pixels(Cpu& cpu, View<Pixel> level, const auto& pixel_at) const;
 
   LevelMapping mapping_;
+  double centre_v_px_;  ///< of the pitched images
   double sin_pitch_;
   double cos_pitch_;
 };

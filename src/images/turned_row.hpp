@@ -6,13 +6,14 @@
 
 namespace stereogrid {
 
-/// Row v of a camera's image as a camera has it that looks down by an angle more, turned about the baseline: a row
-/// stays a row, its scale changes. docs/method.md §2.1.
+/// Row v of a camera's image as a camera has it that looks down by an angle more, turned about the baseline, and whose
+/// centre may lie in another row, `turned_centre_v`: a row stays a row, its scale changes. docs/method.md §2.1.
 struct TurnedRow {
-  TurnedRow(const Rig& rig, double sin_angle, double cos_angle, double row) : centre_u{rig.centre_u_px} {
+  TurnedRow(const Rig& rig, double turned_centre_v, double sin_angle, double cos_angle, double row)
+      : centre_u{rig.centre_u_px} {
     const double y{(row - rig.centre_v_px) / rig.focal_px};
     depth = y * sin_angle + cos_angle;
-    v = rig.centre_v_px + rig.focal_px * (y * cos_angle - sin_angle) / depth;
+    v = turned_centre_v + rig.focal_px * (y * cos_angle - sin_angle) / depth;
   }
 
   [[nodiscard]] double u_of(double u) const { return centre_u + (u - centre_u) / depth; }

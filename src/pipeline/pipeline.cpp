@@ -102,14 +102,18 @@ struct Pipeline::Implementation {
         options{asked},
         levelling{rig},
         cpu{options.threads},
-        processor{make_processor()},
-        level_left{rig.width_px, rig.height_px},
-        level_right{rig.width_px, rig.height_px},
-        level_disparity{rig.width_px, rig.height_px} {
+        processor{make_processor()} {
+    make_level_images();
     make_room(config.grid, options.horizons_s, result);
     make_room(config, levelling.level_rig(), options.stages ? result.stages : unwanted_stages);
     window = result.world.geometry;
     ego_motion.start_at(options.start);
+  }
+
+  void make_level_images() {
+    const Rig& level_rig{levelling.level_rig()};
+    level_left = level_right = Image<std::uint8_t>{level_rig.width_px, level_rig.height_px};
+    level_disparity = Image<float>{level_rig.width_px, level_rig.height_px};
   }
 
   std::unique_ptr<FrameProcessor> make_processor() {
@@ -129,10 +133,12 @@ struct Pipeline::Implementation {
       levelling = Levelling{rig};
       std::unique_ptr<FrameProcessor> made{make_processor()};
       made->follow_on(*processor);
+      make_level_images();
       processor = std::move(made);
     } catch (...) {
       rig = before;
       levelling = Levelling{rig};
+      make_level_images();
       throw;
     }
   }

@@ -66,9 +66,9 @@ TEST(Levelling, PutsPointsWhereALevelCameraSeesThem) {
     for (const Point point : {Point{1.0, 0.5, 8}, Point{-2, 1.2, 9}, Point{0.3, 1.0, 6}}) {
       Image<std::uint8_t> pitched{rig.width_px, rig.height_px};
       draw_blob(pitched, seen_by(rig, rig.camera_pitch_rad, point));
-      Image<std::uint8_t> level{rig.width_px, rig.height_px, 77};
+      Image<std::uint8_t> level{rig.width_px, levelling.level_rig().height_px, 77};
       levelling.apply(cpu, pitched.view(), level.view());
-      const Pixel expected{seen_by(rig, 0, point)};
+      const Pixel expected{seen_by(levelling.level_rig(), 0, point)};
       const Pixel found{centre_of_mass(level)};
       EXPECT_NEAR(found.u, expected.u, 0.1) << pitch_deg;
       EXPECT_NEAR(found.v, expected.v, 0.1) << pitch_deg;
@@ -101,11 +101,13 @@ TEST(Levelling, DisparitiesAreThoseOfALevelCamera) {
   Cpu cpu{2};
   for (const double pitch_deg : {3.0, -6.0}) {
     const Rig rig{pitched_rig(pitch_deg)};
+    const Levelling levelling{rig};
+    const Rig& level_rig{levelling.level_rig()};
     // the wall n·X = 1 in the level camera's frame; a ray r meets it at depth r_z/(n·r)
     const Point wall{0.02, 0.05, 0.1};
     const auto level_disparity = [&](double u, double v) {
-      return rig.baseline_m *
-             (wall.right * (u - rig.centre_u_px) + wall.down * (v - rig.centre_v_px) + wall.forward * rig.focal_px);
+      return rig.baseline_m * (wall.right * (u - rig.centre_u_px) + wall.down * (v - level_rig.centre_v_px) +
+                               wall.forward * rig.focal_px);
     };
     const double c{std::cos(rig.camera_pitch_rad)};
     const double s{std::sin(rig.camera_pitch_rad)};
@@ -118,10 +120,10 @@ TEST(Levelling, DisparitiesAreThoseOfALevelCamera) {
                                                              in_pitched.forward * rig.focal_px));
       }
     }
-    Image<float> level{rig.width_px, rig.height_px, 77};
-    Levelling{rig}.apply(cpu, pitched.view(), level.view());
+    Image<float> level{rig.width_px, level_rig.height_px, 77};
+    levelling.apply(cpu, pitched.view(), level.view());
     int known{0};
-    for (int v{0}; v < rig.height_px; ++v) {
+    for (int v{0}; v < level_rig.height_px; ++v) {
       for (int u{0}; u < rig.width_px; ++u) {
         if (level(u, v) == 0) continue;
         ++known;

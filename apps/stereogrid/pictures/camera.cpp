@@ -31,14 +31,17 @@ cv::Mat level_image(const StereoFrame& frame, const Rig& rig) {
   const Image<std::uint8_t>& left{frame.left};
   cv::Mat grey(left.height(), left.width(), CV_8UC1);
   std::copy(left.begin(), left.end(), grey.begin<std::uint8_t>());
-  if (LevelMapping{rig}.is_identity()) return grey;
+  const LevelMapping mapping{rig};
+  if (mapping.is_identity()) return grey;
+  const Rig& level_rig{mapping.level_rig()};
   const double c{std::cos(rig.camera_pitch_rad)};
   const double s{std::sin(rig.camera_pitch_rad)};
   const cv::Matx33d camera{rig.focal_px, 0, rig.centre_u_px, 0, rig.focal_px, rig.centre_v_px, 0, 0, 1};
+  const cv::Matx33d level_camera{rig.focal_px, 0, rig.centre_u_px, 0, rig.focal_px, level_rig.centre_v_px, 0, 0, 1};
   const cv::Matx33d pitched_from_level{1, 0, 0, 0, c, -s, 0, s, c};
   cv::Mat level;
-  cv::warpPerspective(grey, level, camera * pitched_from_level * camera.inv(), grey.size(),
-                      cv::INTER_LINEAR | cv::WARP_INVERSE_MAP);
+  cv::warpPerspective(grey, level, camera * pitched_from_level * level_camera.inv(),
+                      {level_rig.width_px, level_rig.height_px}, cv::INTER_LINEAR | cv::WARP_INVERSE_MAP);
   return level;
 }
 
