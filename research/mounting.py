@@ -57,13 +57,13 @@ def judge(run: Path, pitch_deg: float, height_m: float) -> str:
             if match:
                 found = (i + 1, *map(float, match.groups()))
     used = [i for i, frame in enumerate(frames) if not {"road_unknown", "few_matches"} & set(frame["status"])]
-    until = found[0] if found else 0
+    until = found[0] if found else 0 if used else len(frames)
     occupied = sum(
         int((np.load(run / "grids" / f"{frame['name']}.npz")["observed"] > OCCUPIED).any()) for frame in frames[:until])
     if found is None:
         ground = frames[used[-1]]["ground"] if used else None
         if ground is None:
-            return "never | | | 0"
+            return f"never | | | {occupied}"
         return (f"fits ({used[0]}) | {ground['height_m'] - height_m:+.3f} | "
                 f"{ground['pitch_rad'] / DEGREE - pitch_deg:+.2f} | 0")
     lost = sum(1 for frame in frames[until:] if {"road_unknown", "few_matches"} & set(frame["status"]))

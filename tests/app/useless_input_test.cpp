@@ -110,7 +110,7 @@ TEST(UselessInput, ARoadThatIsNotFoundIsSaid) {
   const fs::path input{drive(folder, 3, "&pitch_deg=8")};
   forget_pitch(input);
   expect_refused(input, "found in 0 of 3 frames");
-  expect_refused(input, "mount.camera_pitch_rad");
+  expect_refused(input, "mount: {camera_height_m: 1.25");
   const Outcome run{run_well({"run", input.string(), "--out", (folder / "run").string(), "--set", "grid.length_m=10"})};
   EXPECT_THAT(run.errors, AllOf(HasSubstr("in 3 of 3 frames it is not known where the road is"),
                                 HasSubstr("mount.camera_pitch_rad")));

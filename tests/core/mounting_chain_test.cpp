@@ -80,8 +80,8 @@ TEST(MountingChain, GoesOnAsIfItHadBeenGiven) {
 }
 
 TEST(MountingChain, TheReferenceFindsTheSame) {
-  WrongRig drive{"street?width=192&height=120&pitch_deg=8&camera_height=1.0"};
-  WrongRig reference{"street?width=192&height=120&pitch_deg=8&camera_height=1.0", BackEnd::reference};
+  WrongRig drive{"street?width=128&height=96&pitch_deg=8&camera_height=1.0"};
+  WrongRig reference{"street?width=128&height=96&pitch_deg=8&camera_height=1.0", BackEnd::reference};
   for (std::size_t frame{0}; frame < 4; ++frame) expect_equal(reference.step(frame), drive.step(frame));
   EXPECT_EQ(reference.pipeline.rig(), drive.pipeline.rig());
   EXPECT_NE(drive.pipeline.rig(), usual_mounting(drive.scene.rig()));
