@@ -240,7 +240,7 @@ struct FilterConfig {
   double velocity_growth_power{3};
   double forgetting_s{2};
   double velocity_noise{0.01};
-  double likelihood_exponent{0.5};
+  double likelihood_exponent{0.8};
   double static_prior{0.85};
   double appearing_static{0.4};
   double border_occupancy{0.2};
