@@ -8,7 +8,7 @@ fit_rays.py RUN=DATA... [--header src/rays/weights.hpp] [--to METRES]
 RUN is a folder of `stereogrid run DATA --save-stages`, DATA the input with a Velodyne sweep (KITTI odometry layout) or
 exact truth (truth/cells) for the same frames. Occupied and free cells weigh the same, a rendered sequence a third as
 much as a drive. Prints for each input how the weights fitted on all the others score there, then writes the header with
-those of all. Runs of cameras pitched by more than a degree cannot be used: their stages are those of a level camera.
+those of all.
 """
 import argparse
 import json
@@ -150,11 +150,11 @@ def truth_labels(data: Path, name: str, grid: dict) -> np.ndarray:
 def samples_of(run_folder: Path, data: Path, to_m: float, with_observed=False):
     """Inputs, labels and importance of all labelled cells from 3 m on; and the run's own probabilities."""
     run = json.loads((run_folder / "run.json").read_text())
-    rig, grid = run["rig"], run["grid"]
-    if abs(rig["camera_pitch_rad"]) > np.radians(1):
-        sys.exit(f"{run_folder}: the camera is pitched by more than a degree.")
+    camera, rig, grid = run["rig"], run["level_rig"], run["grid"]
     heights = tuple(run["config"]["u_disparity"][key] for key in ("obstacle_min_height_m", "obstacle_height_m"))
     is_lidar = (data / "velodyne").is_dir()
+    if is_lidar and rig != camera:
+        sys.exit(f"{run_folder}: lidar labels need a camera that is level, within a degree.")
     to_camera = kitti_calibration(data / "calib.txt") if is_lidar else None
     features, labels, observed = [], [], []
     for line in (run_folder / "frames.jsonl").read_text().splitlines():

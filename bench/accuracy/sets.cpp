@@ -3,6 +3,7 @@
 #include "accuracy/sets.hpp"
 
 #include <memory>
+#include <utility>
 
 #include "backend/cpu.hpp"
 #include "images/levelling.hpp"
@@ -66,7 +67,8 @@ TruthSet disparity_set(const fs::path& folder, const std::string& group) {
 }
 
 void level(const Levelling& levelling, Cpu& cpu, Image<std::uint8_t>& image) {
-  const Image<std::uint8_t> pitched{image};
+  const Rig& rig{levelling.level_rig()};
+  const Image<std::uint8_t> pitched{std::exchange(image, {rig.width_px, rig.height_px})};
   levelling.apply(cpu, pitched.view(), image.view());
 }
 
@@ -84,7 +86,7 @@ TruthSet scene_set(const fs::path& folder) {
     if (levelling->is_needed()) {
       level(*levelling, *cpu, truth.frame.left);
       level(*levelling, *cpu, truth.frame.right);
-      turn_level(recording->rig(), truth.points);
+      turn_level(recording->rig(), levelling->level_rig(), truth.points);
     }
     const Rig& level_rig{levelling->level_rig()};
     truth.plane =

@@ -181,7 +181,7 @@ void label_by_height(const Rig& rig, const RoadPlane& plane, std::vector<TruthPo
   mark_contact(rig.width_px, rig.height_px, points);
 }
 
-void turn_level(const Rig& pitched, std::vector<TruthPoint>& points) {
+void turn_level(const Rig& pitched, const Rig& level, std::vector<TruthPoint>& points) {
   const double sin_pitch{std::sin(pitched.camera_pitch_rad)};
   const double cos_pitch{std::cos(pitched.camera_pitch_rad)};
   for (TruthPoint& point : points) {
@@ -189,7 +189,7 @@ void turn_level(const Rig& pitched, std::vector<TruthPoint>& points) {
     const double y{(point.v - pitched.centre_v_px) / pitched.focal_px};
     const double stretch{cos_pitch - y * sin_pitch};  // depth in the level camera per depth in the pitched one
     point.u = static_cast<float>(pitched.centre_u_px + pitched.focal_px * x / stretch);
-    point.v = static_cast<float>(pitched.centre_v_px + pitched.focal_px * (y * cos_pitch + sin_pitch) / stretch);
+    point.v = static_cast<float>(level.centre_v_px + pitched.focal_px * (y * cos_pitch + sin_pitch) / stretch);
     point.disparity = static_cast<float>(point.disparity / stretch);
   }
 }

@@ -55,8 +55,8 @@ double height_above(const RoadPlane& plane, double camera_height_m, const TruthP
 /// and further than 40 m, where the plane is no longer known well enough. Sets near_contact too.
 void label_by_height(const Rig& rig, const RoadPlane& plane, std::vector<TruthPoint>& points);
 
-/// Takes points of a pitched camera's image to that of the level camera (see levelling/levelling.hpp).
-void turn_level(const Rig& pitched, std::vector<TruthPoint>& points);
+/// Takes points of a pitched camera's image to that of the level camera (see LevelMapping).
+void turn_level(const Rig& pitched, const Rig& level, std::vector<TruthPoint>& points);
 
 /// Keeps what every matcher can be asked about: in the image, disparity below `disparities` − 1, and at least
 /// `disparities` + 10 columns from the left border, since OpenCV leaves the first `disparities` columns empty.

@@ -24,9 +24,9 @@ class STEREOGRID_EXPORT LevelMapping {
 
   /// Are camera images and level images the same?
   [[nodiscard]] bool is_identity() const { return is_identity_; }
-  /// The rig whose images the level ones are: pitch 0 where they are turned. Where the camera is pitched by more than
-  /// 4° the centre's row and the image's height differ, too: the image has the rows that the camera sees, at most half
-  /// as many again as the camera's (those farthest away), and its centre may lie outside it. All else as given.
+  /// The rig whose images the level ones are: pitch 0 where they are turned, and the centre's row and the image's
+  /// height such that the image has the rows that the camera sees, at most half as many again as the camera's (those
+  /// farthest away); its centre may lie outside it. All else as given.
   [[nodiscard]] const Rig& level_rig() const { return level_rig_; }
   /// Where the level image has what the camera's image has at `in_camera`, be it outside the image; none: behind the
   /// level camera.

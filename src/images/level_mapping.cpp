@@ -12,9 +12,6 @@ namespace {
 /// Pitch beyond which images are levelled, 1°.
 constexpr double levelling_pitch_rad{0.017453292519943295};
 
-/// Pitch beyond which the level image is moved to where the camera looks, 4°. Below, it stays where it was: little of
-/// the road is cut off.
-constexpr double moving_pitch_rad{0.06981317007977318};
 /// Rows of a level image to those of the camera's. More would be road right under the camera, seen at a glancing angle.
 constexpr double rows_max{1.5};
 
@@ -56,7 +53,7 @@ LevelMapping::LevelMapping(const Rig& rig)
       cos_pitch_{std::cos(rig.camera_pitch_rad)} {
   if (is_identity_) return;
   level_rig_.camera_pitch_rad = 0;
-  if (std::abs(rig.camera_pitch_rad) > moving_pitch_rad) move_to_view(level_rig_, sin_pitch_, cos_pitch_);
+  move_to_view(level_rig_, sin_pitch_, cos_pitch_);
 }
 
 std::optional<ImagePoint> LevelMapping::level_from_camera(ImagePoint in_camera) const {

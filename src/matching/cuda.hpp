@@ -32,6 +32,12 @@ struct DeviceMatches {
   DeviceImage<float> confidence;
 };
 
+/// What `match` leaves on the device; no pixel has both disparities.
+struct MatchViews {
+  View<const float, Device> obstacle;
+  View<const float, Device> road;
+};
+
 /// Descriptors of the left image, the right image and the right image as the road hypothesis sees it.
 template <class Descriptor>
 struct DescribedOnDevice {

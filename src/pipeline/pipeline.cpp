@@ -3,10 +3,8 @@
 #include "stereogrid/pipeline.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -24,6 +22,7 @@
 #include "pipeline/cuda_library.hpp"
 #include "pipeline/frame_clock.hpp"
 #include "pipeline/frame_processor.hpp"
+#include "pipeline/mounting.hpp"
 #include "pipeline/results.hpp"
 #include "pipeline/saved_state.hpp"
 #include "pipeline/stopwatch.hpp"
@@ -59,37 +58,6 @@ std::uint64_t settings_of(const Config& config, const Rig& rig, BackEnd back_end
   Rig same{rig};
   numbers(same);
   return checksum_of(numbers.bytes()) ^ checksum_of(std::as_bytes(std::span{text}));
-}
-
-Ground ground_of_mounting(const Rig& rig) {
-  return {rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad};
-}
-
-// Mounted so that it sees the road as `ground`.
-Rig mounted_as(Rig rig, const Ground& ground) {
-  rig.camera_height_m = ground.height_m;
-  rig.camera_pitch_rad = ground.pitch_rad;
-  rig.camera_roll_rad = ground.roll_rad;
-  return rig;
-}
-
-// To the digits of the sentence, so that a calibration with them does the same.
-Rig as_written(Rig rig) {
-  const auto rounded = [](double number, double steps) { return std::round(number * steps) / steps + 0.0; };
-  rig.camera_height_m = rounded(rig.camera_height_m, 1e3);
-  rig.camera_pitch_rad = rounded(rig.camera_pitch_rad, 1e4);
-  rig.camera_roll_rad = rounded(rig.camera_roll_rad, 1e4);
-  return rig;
-}
-
-std::string sentence_of_mounting(const Rig& rig) {
-  std::array<char, 320> text{};
-  std::snprintf(
-      text.data(), text.size(),
-      "the camera is not mounted as was assumed. The road shows how, and from the next frame on that is used. "
-      "For calibration.yaml: mount: {camera_height_m: %.3f, camera_pitch_rad: %.4f, camera_roll_rad: %.4f}",
-      rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad);
-  return text.data();
 }
 
 }  // namespace
@@ -241,7 +209,7 @@ struct Pipeline::Implementation {
     if constexpr (std::is_same_v<State, StateWriter>) {
       processor->save(state);
     } else {
-      const bool is_rig{problems(mounted).empty() && mounted_as(rig, ground_of_mounting(mounted)) == mounted};
+      const bool is_rig{problems(mounted).empty() && mounted_as(rig, mounting_of(mounted)) == mounted};
       state.require(is_rig);
       if (is_rig && mounted != rig) mount(mounted);
       processor->load(state);

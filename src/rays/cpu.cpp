@@ -98,12 +98,13 @@ void count_rays(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& 
 void project_rays(Cpu& cpu, const RaySpace& space, const BinGeometry& geometry, const GridInVehicle& grid,
                   View<float> cells) {
   const RaySums<Host> sums{space.sums.view()};
+  const int most_columns{columns_max(space.height)};
   cpu.for_ranges(cells.height, rows_grain, [&](int begin, int end) {
     CellRays rays{};
     for (int iy{begin}; iy < end; ++iy) {
       CellRow row{cells.row(iy)};
       for (int ix{0}; ix < cells.width; ++ix) {
-        if (find_rays(sums, geometry, grid.centre(ix, iy), grid.grid.cell_size_m, rays)) {
+        if (find_rays(sums, most_columns, geometry, grid.centre(ix, iy), grid.grid.cell_size_m, rays)) {
           row.add(ix, rays);
         } else {
           cells(ix, iy) = 0.5f;

@@ -3,9 +3,9 @@
 #pragma once
 
 #include "backend/cuda.hpp"
+#include "matching/cuda.hpp"
 #include "rays/model.hpp"
 #include "stereogrid/config.hpp"
-#include "u_disparity/cuda.hpp"
 
 namespace stereogrid {
 

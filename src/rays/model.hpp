@@ -4,9 +4,9 @@
 
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 
 #include "clamped_to_int.hpp"
+#include "elementary_functions.hpp"
 #include "ground/model.hpp"
 #include "host_device.hpp"
 #include "projection/model.hpp"
@@ -61,7 +61,8 @@ STEREOGRID_HD inline int ray_bin(float disparity) {
 }
 
 /// Counts of rays in one number, so that they are added and subtracted together: 21 bits for each. What overflows does
-/// so again in the difference of two sums, which is right as long as no count of its own needs more bits.
+/// so again in the difference of two sums, which is right as long as no count of its own needs more bits: see
+/// columns_max.
 using PackedRays = std::uint64_t;
 constexpr int ray_bits{21};
 constexpr PackedRays ending_ray{1};                              ///< obstacle pixels at their disparity
@@ -94,6 +95,11 @@ STEREOGRID_HD inline void count_ray(float obstacle, float road, const RayRow& ro
 /// Sums over all bins before k and all columns before u: (bins + 1) rows of width + 1.
 template <class Space>
 using RaySums = View<const PackedRays, Space>;
+
+/// As many columns hold no more rays than fit their bits.
+STEREOGRID_HD constexpr int columns_max(int height) {
+  return ((1 << ray_bits) - 1) / height;
+}
 
 /// Columns begin … end − 1.
 struct ColumnPart {
@@ -129,38 +135,6 @@ STEREOGRID_HD inline RaysAround rays_around(const RaySums<Space>& sums, float di
           place - static_cast<float>(k)};
 }
 
-/// Natural logarithm of x ≥ ¾, to 1e-6; the same on all machines, and without branches.
-STEREOGRID_HD inline float natural_log(float x) {
-  std::uint32_t bits{};
-  std::memcpy(&bits, &x, sizeof bits);
-  const int shift{127 - static_cast<int>(bits >> 22 & 1U)};  // the mantissa to [¾, 1½)
-  const int exponent{static_cast<int>(bits >> 23) - shift};
-  bits = (bits & 0x7fffffU) | static_cast<std::uint32_t>(shift) << 23;
-  float t{};
-  std::memcpy(&t, &bits, sizeof t);
-  t -= 1;
-  // of least error from −¼ to ½
-  const float part{
-      1.0000009f +
-      t * (-0.499986653f +
-           t * (0.333143244f + t * (-0.250605507f + t * (0.206759358f + t * (-0.168271005f + t * 0.0831664767f)))))};
-  return static_cast<float>(exponent) * 0.693147181f + t * part;
-}
-
-/// e^x for |x| ≤ 80, to a relative 1e-6; the same on all machines.
-STEREOGRID_HD inline float exponential(float x) {
-  const float halves{x * 1.44269504f};
-  constexpr float rounding{12582912};  // 1.5·2^23: sums with it are whole numbers
-  const float whole{(halves + rounding) - rounding};
-  const float t{(halves - whole) * 0.693147181f};
-  const float part{
-      1 + t * (1 + t * (0.5f + t * (0.166666667f + t * (0.0416666667f + t * (0.00833333333f + t * 0.00138888889f)))))};
-  const std::uint32_t bits{static_cast<std::uint32_t>(static_cast<int>(whole) + 127) << 23};
-  float power{};
-  std::memcpy(&power, &bits, sizeof power);
-  return part * power;
-}
-
 /// What is added to the logarithm of the odds for `count` ≥ 0 rays of a kind (rounding errors below do no harm), but
 /// for the factor of known_share. docs/method.md §6.2.
 STEREOGRID_HD inline float evidence_of(float count, float unit, float weight) {
@@ -183,11 +157,12 @@ STEREOGRID_HD inline float occupancy_of(const CellRays& rays) {
   return probability_of(known_share(rays.count[arriving]) * log_odds);
 }
 
-/// The rays of a square of `size_m` around a point of the vehicle frame. False: out of view, or nearer than all
-/// disparities. The square is taken along the vehicle's axes, also for a cell of a turned grid.
+/// The rays of a square of `size_m` around a point of the vehicle frame. False: out of view, nearer than all
+/// disparities, or across more than `most_columns`. The square is taken along the vehicle's axes, also for a cell of a
+/// turned grid.
 template <class Space>
-STEREOGRID_HD inline bool find_rays(const RaySums<Space>& sums, const BinGeometry& geometry, Point2 centre,
-                                    double size_m, CellRays& rays) {
+STEREOGRID_HD inline bool find_rays(const RaySums<Space>& sums, int most_columns, const BinGeometry& geometry,
+                                    Point2 centre, double size_m, CellRays& rays) {
   const double near_m{centre.x - size_m / 2};
   if (!(near_m > 0)) return false;
   const float near_px{static_cast<float>(geometry.disparity(near_m))};
@@ -206,6 +181,7 @@ STEREOGRID_HD inline bool find_rays(const RaySums<Space>& sums, const BinGeometr
   if (within(left) >= within(end)) return false;
   const ColumnPart columns{within(left), within(end)};
   const ColumnPart wide{within(left - columns_around), within(end + columns_around)};
+  if (wide.end - wide.begin > most_columns) return false;
   const auto around = [&](float disparity, const ColumnPart& part) { return rays_around(sums, disparity, part); };
   const RaysAround near{around(near_px, columns)};
   const RaysAround far{around(far_px, columns)};
@@ -224,10 +200,10 @@ STEREOGRID_HD inline bool find_rays(const RaySums<Space>& sums, const BinGeometr
 
 /// P(occupied) of that square; ½ where it has no rays.
 template <class Space>
-STEREOGRID_HD inline float occupancy_at(const RaySums<Space>& sums, const BinGeometry& geometry, Point2 centre,
-                                        double size_m) {
+STEREOGRID_HD inline float occupancy_at(const RaySums<Space>& sums, int most_columns, const BinGeometry& geometry,
+                                        Point2 centre, double size_m) {
   CellRays rays{};
-  return find_rays(sums, geometry, centre, size_m, rays) ? occupancy_of(rays) : 0.5f;
+  return find_rays(sums, most_columns, geometry, centre, size_m, rays) ? occupancy_of(rays) : 0.5f;
 }
 
 }  // namespace stereogrid

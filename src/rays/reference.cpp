@@ -27,8 +27,8 @@ void project_rays(Reference&, const RaySpace& space, const BinGeometry& geometry
                   View<float> cells) {
   for (int iy{0}; iy < cells.height; ++iy) {
     for (int ix{0}; ix < cells.width; ++ix) {
-      cells(ix, iy) =
-          occupancy_at(RaySums<Host>{space.sums.view()}, geometry, grid.centre(ix, iy), grid.grid.cell_size_m);
+      cells(ix, iy) = occupancy_at(RaySums<Host>{space.sums.view()}, columns_max(space.height), geometry,
+                                   grid.centre(ix, iy), grid.grid.cell_size_m);
     }
   }
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "backend/cuda.hpp"
+#include "matching/cuda.hpp"
 #include "u_disparity/model.hpp"
 #include "u_disparity/u_disparity.hpp"
 
@@ -50,12 +51,6 @@ struct UDisparityOnDevice {
   DeviceImage<float> road_confidence;
   DeviceImage<float> occupancy;
   DeviceImage<float> occupancy_smooth;
-};
-
-/// What `match` leaves on the device; no pixel has both disparities.
-struct MatchViews {
-  View<const float, Device> obstacle;
-  View<const float, Device> road;
 };
 
 /// N_V, N_O and the bins with road, of the rows that are given. A part of count.

@@ -141,6 +141,8 @@ TEST(LabelByHeight, Bands) {
 TEST(TurnLevel, APointOfTheWorldFromTwoCameras) {
   Rig pitched{rig};
   pitched.camera_pitch_rad = 0.05;
+  Rig level{rig};
+  level.centre_v_px += 20;
   const auto project{[](double x, double y, double z) {
     return point(rig.centre_u_px + rig.focal_px * x / z, rig.centre_v_px + rig.focal_px * y / z,
                  rig.focal_px * rig.baseline_m / z);
@@ -149,8 +151,9 @@ TEST(TurnLevel, APointOfTheWorldFromTwoCameras) {
   const double c{std::cos(0.05)};
   const double x{1.2}, y{1.65}, z{9};  // level camera; the pitched one looks down, so the point climbs in its image
   std::vector<TruthPoint> points{project(x, y * c - z * s, y * s + z * c)};
-  turn_level(pitched, points);
-  const TruthPoint expected{project(x, y, z)};
+  turn_level(pitched, level, points);
+  TruthPoint expected{project(x, y, z)};
+  expected.v += 20;  // the level image's own centre
   EXPECT_NEAR(points[0].u, expected.u, 1e-3);
   EXPECT_NEAR(points[0].v, expected.v, 1e-3);
   EXPECT_NEAR(points[0].disparity, expected.disparity, 1e-3);

@@ -97,7 +97,7 @@ def main():
         frame = [json.loads(line) for line in open(f"{folder}/frames.jsonl")][1]
         stages = dict(np.load(f"{folder}/stages/{frame['name']}.npz"))
         observed_grid = np.load(f"{folder}/grids/{frame['name']}.npz")["observed"]
-    rig, grid = run["rig"], run["grid"]
+    rig, grid = run["level_rig"], run["grid"]
     numbers = counts(stages, rig, frame["ground"])
     for name, expected in zip(("possible", "visible", "observed_pixels"), numbers):
         check(name, stages[name], expected, 0)

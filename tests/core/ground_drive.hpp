@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "backend/cpu.hpp"
@@ -29,8 +31,18 @@ inline void nod(const Rig& rig, double pitch_rad, StereoFrame& frame) {
   const Levelling levelling{turned};
   Cpu cpu{1};
   for (Image<std::uint8_t>* image : {&frame.left, &frame.right}) {
-    const Image<std::uint8_t> before{*image};
-    levelling.apply(cpu, before.view(), image->view());
+    Image<std::uint8_t> after{levelling.level_rig().width_px, levelling.level_rig().height_px};
+    levelling.apply(cpu, std::as_const(*image).view(), after.view());
+    // the camera stays: its image has the rows that it had
+    const int down{static_cast<int>(levelling.level_rig().centre_v_px - rig.centre_v_px)};
+    for (int v{0}; v < image->height(); ++v) {
+      const int from{v + down};
+      if (from < 0 || from >= after.height()) {
+        std::fill_n(image->row(v), image->width(), std::uint8_t{0});
+      } else {
+        std::copy_n(after.row(from), image->width(), image->row(v));
+      }
+    }
   }
 }
 

@@ -154,10 +154,15 @@ TEST(Levelling, OnlyPitchBeyondOneDegreeNeedsIt) {
   EXPECT_TRUE(Levelling{pitched_rig(-1.01)}.is_needed());
 }
 
-TEST(Levelling, LevelRigDiffersInItsPitchOnly) {
+TEST(Levelling, LevelRigDiffersInItsPitchItsRowsAndTheirCentreOnly) {
+  const Rig level{Levelling{pitched_rig(3)}.level_rig()};
   Rig expected{pitched_rig(3)};
   expected.camera_pitch_rad = 0;
-  EXPECT_EQ(Levelling{pitched_rig(3)}.level_rig(), expected);
+  expected.height_px = level.height_px;
+  expected.centre_v_px = level.centre_v_px;
+  EXPECT_EQ(level, expected);
+  EXPECT_NEAR(level.centre_v_px, pitched_rig(3).centre_v_px - pitched_rig(3).focal_px * std::tan(3 * degree), 8);
+  EXPECT_GE(level.height_px, pitched_rig(3).height_px) << "no row that the camera sees is cut off";
   EXPECT_EQ(Levelling{pitched_rig(0.5)}.level_rig(), pitched_rig(0.5));
 }
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "chain_equality.hpp"
+#include "chain_run.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "stereogrid/scenes/scene.hpp"
@@ -20,13 +20,6 @@ namespace {
 using scenes::Scene;
 
 constexpr const char* pitched_street{"street?width=320&height=200&pitch_deg=8&camera_height=1.0"};
-
-Config small_grid() {
-  Config config{preset("default")};
-  config.grid.length_m = 10;
-  config.grid.width_m = 8;
-  return config;
-}
 
 Rig usual_mounting(Rig rig) {
   rig.camera_height_m = 1.65;

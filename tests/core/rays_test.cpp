@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
@@ -147,6 +148,20 @@ TEST(Rays, RowsEndWhereACameraHigherThanObstaclesLooksOverThem) {
 TEST(Rays, MathematicsAreNearTheRealOnes) {
   for (float x{1}; x < 5000; x *= 1.0173f) EXPECT_NEAR(natural_log(x), std::log(x), 2e-6 * (1 + std::log(x))) << x;
   for (float x{-80}; x <= 80; x += 0.137f) EXPECT_NEAR(exponential(x) / std::exp(static_cast<double>(x)), 1, 4e-6) << x;
+}
+
+// A count has 21 bits: a cell across so many columns that it might not do is unknown, not wrong.
+TEST(Rays, MoreColumnsThanTheCountsHoldAreUnknown) {
+  EXPECT_LT(static_cast<long>(columns_max(2160)) * 2160, 1L << ray_bits);
+  Cpu cpu{1};
+  RaySpace space{201, 200, disparities, 1};
+  count_rays(cpu, empty_road(), round_rig(), level_ground(), UDisparityConfig{}, space);
+  const RaySums<Host> sums{std::as_const(space.sums).view()};
+  const auto at_10_m = [&](int most_columns) {  // 8 columns and 5 to either side
+    return occupancy_at(sums, most_columns, BinGeometry{round_rig()}, {10, 0}, 0.2);
+  };
+  EXPECT_LT(at_10_m(18), 0.1f);
+  EXPECT_EQ(at_10_m(17), 0.5f);
 }
 
 Matches random_matches(int width, int height, std::mt19937& generator) {

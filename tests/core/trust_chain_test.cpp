@@ -22,13 +22,6 @@ using scenes::Scene;
 
 constexpr const char* street{"street?width=256&height=160&focal=205"};
 
-Config small_grid() {
-  Config config{preset("default")};
-  config.grid.length_m = 10;
-  config.grid.width_m = 8;
-  return config;
-}
-
 Image<std::uint8_t> turned(const Image<std::uint8_t>& image) {
   Image<std::uint8_t> result{image};
   std::reverse(result.begin(), result.end());

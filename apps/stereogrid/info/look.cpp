@@ -12,6 +12,7 @@
 
 #include "info/pair_faults.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/pipeline.hpp"
 
@@ -49,11 +50,6 @@ struct Tally {
     if (frames++ == 0) first = name;
   }
 };
-
-std::string mount_line(const Rig& rig) {
-  return fmt::format("mount: {{camera_height_m: {:.3f}, camera_pitch_rad: {:.4f}, camera_roll_rad: {:.4f}}}",
-                     rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad);
-}
 
 class Looking {
  public:
@@ -159,7 +155,7 @@ class Looking {
       say(
           fmt::format("the camera is not mounted as assumed, {:.3g} m above the road with a pitch of {:.1f}° (down). A "
                       "run finds that out, too, but knows nothing until then. For calibration.yaml: {}",
-                      rig.camera_height_m, rig.camera_pitch_rad * degrees, mount_line(mounted)));
+                      rig.camera_height_m, rig.camera_pitch_rad * degrees, io::mount_line(mounted)));
     } else if (no_road_.frames > 0 && config_.ground.estimate) {
       say(
           fmt::format("road not found {}: the mounting in the calibration may be wrong: {:.3g} m above the road and a "

@@ -25,6 +25,7 @@
 #include "run/result_writer.hpp"
 #include "run/resume.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/frame_queue.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
@@ -192,10 +193,8 @@ void warn_of_unknown_frames(const io::RunRecord& record, const Rig& rig, const R
   if (unknown > 0 && mounted != rig) {
     spdlog::warn(
         "in {} of {} frames it is not known where the road is, and the grid is unknown. The camera is not mounted as "
-        "was "
-        "assumed. Without such a beginning: add to calibration.yaml\n"
-        "mount: {{camera_height_m: {:.3f}, camera_pitch_rad: {:.4f}, camera_roll_rad: {:.4f}}}",
-        unknown, all, mounted.camera_height_m, mounted.camera_pitch_rad, mounted.camera_roll_rad);
+        "was assumed. Without such a beginning: add to calibration.yaml\n{}",
+        unknown, all, io::mount_line(mounted));
   } else if (unknown > 0) {
     spdlog::warn(
         "in {} of {} frames it is not known where the road is, and the grid is unknown. The mounting may be wrong: "

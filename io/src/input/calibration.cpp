@@ -143,6 +143,11 @@ Calibration read_calibration(const std::filesystem::path& path, int width_px, in
   return calibration;
 }
 
+std::string mount_line(const Rig& rig) {
+  return fmt::format("mount: {{camera_height_m: {:.3f}, camera_pitch_rad: {:.4f}, camera_roll_rad: {:.4f}}}",
+                     rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad);
+}
+
 void write_calibration_yaml(const std::filesystem::path& path, const Rig& rig) {
   const std::string text{
       fmt::format("# rectified pair, left image is the reference\n"

@@ -144,8 +144,10 @@ void CudaStages::estimate_ground() {
 void CudaStages::count() {
   const MatchViews matches{std::as_const(device_.matches.obstacle).view(), std::as_const(device_.matches.road).view()};
   const Ground* ground{&device_.answer.data()->ground};
-  stereogrid::count(cuda_, matches, rig_, ground, device_.u_disparity);
   if (counts_rays()) count_rays(cuda_, matches, rig_, ground, config_.u_disparity, device_.rays);
+  if (!counts_rays() || are_stages_wanted_) {
+    stereogrid::count(cuda_, matches, rig_, ground, device_.u_disparity);
+  }
   times_.mark(cuda_, StreamTimes::counted);
 }
 

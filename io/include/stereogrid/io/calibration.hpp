@@ -51,6 +51,9 @@ enum class KittiPair { grey, colour };
 [[nodiscard]] STEREOGRID_EXPORT Calibration read_calibration(const std::filesystem::path& path, int width_px = 0,
                                                              int height_px = 0, KittiPair pair = KittiPair::grey);
 
+/// The rig's mounting as a line of calibration.yaml, to a millimetre and 0.0001 rad.
+[[nodiscard]] STEREOGRID_EXPORT std::string mount_line(const Rig& rig);
+
 /// Writes the rectified form of calibration.yaml. Throws DeviceError.
 STEREOGRID_EXPORT void write_calibration_yaml(const std::filesystem::path& path, const Rig& rig);
 

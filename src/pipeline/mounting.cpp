@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/mounting.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace stereogrid {
+
+Ground mounting_of(const Rig& rig) {
+  return {rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad};
+}
+
+Rig mounted_as(Rig rig, const Ground& ground) {
+  rig.camera_height_m = ground.height_m;
+  rig.camera_pitch_rad = ground.pitch_rad;
+  rig.camera_roll_rad = ground.roll_rad;
+  return rig;
+}
+
+Rig as_written(Rig rig) {
+  const auto rounded = [](double number, double steps) { return std::round(number * steps) / steps + 0.0; };
+  rig.camera_height_m = rounded(rig.camera_height_m, 1e3);
+  rig.camera_pitch_rad = rounded(rig.camera_pitch_rad, 1e4);
+  rig.camera_roll_rad = rounded(rig.camera_roll_rad, 1e4);
+  return rig;
+}
+
+std::string sentence_of_mounting(const Rig& rig) {
+  std::array<char, 320> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      "the camera is not mounted as was assumed. The road shows how, and from the next frame on that is used. "
+      "For calibration.yaml: mount: {camera_height_m: %.3f, camera_pitch_rad: %.4f, camera_roll_rad: %.4f}",
+      rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad);
+  return text.data();
+}
+
+}  // namespace stereogrid
