@@ -20,6 +20,7 @@ import numpy as np
 BINS_PER_PX = 2
 COLUMNS_AROUND = 5
 PIXEL_UNIT, RAY_UNIT, HALF_KNOWN_RAYS = 0.3, 1.0, 0.5
+WEAK_LOG_ODDS = 3.0
 NAMES = ("ending", "behind", "in_front", "road_in_front", "arriving", "passing", "passing_farther")
 UNITS = np.array([PIXEL_UNIT] * 4 + [RAY_UNIT] * 3)
 
@@ -182,26 +183,44 @@ def samples_of(run_folder: Path, data: Path, to_m: float, with_observed=False):
     return (*samples, np.concatenate(observed)) if with_observed else samples
 
 
+def believed(log_odds: np.ndarray) -> tuple:
+    """Of log_odds_of() of src/rays: the logarithm of the odds that a weighted sum stands for, and its derivative."""
+    power, weak = log_odds ** 6, WEAK_LOG_ODDS ** 6
+    share = power / (power + weak)
+    against = log_odds < 0
+    return np.where(against, log_odds * share, log_odds), np.where(against, share * (7 - 6 * share), 1)
+
+
 def fit(samples: list) -> np.ndarray:
-    """Weights of least logistic loss, by Newton's method, with a little of their squares against exchange."""
+    """Weights of least logistic loss, with a little of their squares against exchange: steps of Gauss and Newton, halved
+    where the loss would grow. It has more than one minimum: begins from that of the weighted sums as they are."""
     inputs = np.concatenate([s[0] for s in samples])
     occupied = np.concatenate([s[1] for s in samples])
     importance = np.concatenate([np.where(s[1], 0.5 / s[1].sum(), 0.5 / (~s[1]).sum()) * s[2] for s in samples])
-    weights = np.zeros(inputs.shape[1])
-    for _ in range(50):
-        p = 1 / (1 + np.exp(-inputs @ weights))
-        gradient = inputs.T @ (importance * (p - occupied)) + 1e-4 * weights
-        curvature = (inputs * (importance * p * (1 - p))[:, None]).T @ inputs + 1e-4 * np.eye(len(weights))
-        step = np.linalg.solve(curvature, gradient)
-        weights -= step
-        if abs(step).max() < 1e-8:
-            break
-    return weights
+    sign = np.where(occupied, -1, 1)
+
+    def least(weights, model):
+        loss = lambda w: (importance * np.logaddexp(0, sign * model(inputs @ w)[0])).sum() + 0.5e-4 * w @ w
+        for _ in range(100):
+            log_odds, slope = model(inputs @ weights)
+            p = 1 / (1 + np.exp(-log_odds))
+            gradient = inputs.T @ (importance * (p - occupied) * slope) + 1e-4 * weights
+            curvature = (inputs * (importance * p * (1 - p) * slope ** 2)[:, None]).T @ inputs + 1e-4 * np.eye(len(weights))
+            step = np.linalg.solve(curvature, gradient)
+            before = loss(weights)
+            while loss(weights - step) > before and abs(step).max() > 1e-6:
+                step /= 2
+            weights = weights - step
+            if abs(step).max() < 1e-6:
+                break
+        return weights
+
+    return least(least(np.zeros(inputs.shape[1]), lambda sums: (sums, 1)), believed)
 
 
 def scores(weights: np.ndarray, inputs: np.ndarray, occupied: np.ndarray) -> tuple:
     """Balanced log-loss, area under the curve, missed."""
-    p = np.clip(1 / (1 + np.exp(-inputs @ weights)), 0.001, 0.999)
+    p = np.clip(1 / (1 + np.exp(-believed(inputs @ weights)[0])), 0.001, 0.999)
     rank = np.empty(len(p))
     rank[np.argsort(p, kind="stable")] = np.arange(1, len(p) + 1)
     positives, negatives = occupied.sum(), (~occupied).sum()

@@ -140,6 +140,7 @@ Config paper() {
   config.matching.window_px = 21;
   config.matching.subpixel = false;
   config.matching.uniqueness = 0.02;
+  config.matching.texture = 1;
   config.matching.left_right_px = 1;
   config.matching.speckle_px = 60;
   config.u_disparity.tau_obstacle = 0.1;
@@ -158,6 +159,7 @@ Config paper() {
   config.filter.static_prior = 0;
   config.filter.scene_flow = false;
   config.filter.likelihood_exponent = 1;
+  config.filter.forgetting_s = 2;
   config.tracking.occupancy_min = 0.7;
   return config;
 }

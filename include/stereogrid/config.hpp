@@ -51,9 +51,9 @@ struct MatchingConfig {
   int window_px{9};
   int road_margin_px{3};
   double uniqueness{0};
-  double texture{1.0};
+  double texture{0.5};
   int left_right_px{4};
-  int speckle_px{110};
+  int speckle_px{50};
   bool subpixel{true};
   int paths{3};
   int penalty_step{7};
@@ -238,7 +238,7 @@ struct FilterConfig {
   double velocity_step_mps{1.25};
   double velocity_growth{0.0167};
   double velocity_growth_power{3};
-  double forgetting_s{2};
+  double forgetting_s{0.5};
   double velocity_noise{0.01};
   double likelihood_exponent{0.8};
   double static_prior{0.85};

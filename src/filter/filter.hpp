@@ -88,9 +88,12 @@ struct FilterState {
 struct FilterInput {
   const FilterConfig& config;
   const FilterTables& tables;
-  GridGeometry geometry;                                        ///< of the window now
-  double dt_s;                                                  ///< since the last step
-  double travelled_m{std::numeric_limits<double>::infinity()};  ///< by the vehicle since then; infinite: unknown
+  GridGeometry geometry;  ///< of the window now
+  double dt_s;            ///< since the last step
+  Point2 camera{};        ///< where it is, in the geometry's frame
+  /// Of a point, times the square of its distance: how far the vehicle's way since then has moved it in the image.
+  /// Infinite: unknown.
+  double parallax_px_m2{std::numeric_limits<double>::infinity()};
 };
 
 /// Evidence begin … end − 1, whose cells lie side by side.

@@ -22,7 +22,9 @@ struct FilterStep {
   float appearing_static;  ///< prior of standstill for what appears where the frame before has seen free ground
   float appearing_moving;  ///< prior of every other velocity for that
   float lattice_squares;   ///< Σ v_x² over the lattice, m²/s²
-  float repeated;          ///< how far the view is that of the step before: 0: another one, 1: the same
+  float camera_x;          ///< column and row of the cell in which the camera is
+  float camera_y;
+  float new_view_squares;  ///< within the root of so many squares of a cell around the camera the view is another one
 
   STEREOGRID_HD int velocities() const { return side * side; }
   STEREOGRID_HD int standstill() const { return side * side / 2; }
@@ -171,29 +173,37 @@ struct JointUpdate {
   float occupancy;      ///< Σ m(k) afterwards
 };
 
+/// How far the view of a cell is that of the step before: 0: another one, 1: the same. docs/method.md §8.3.
+STEREOGRID_HD inline float repeated_at(const FilterStep& step, int x, int y) {
+  const float dx{static_cast<float>(x) - step.camera_x};
+  const float dy{static_cast<float>(y) - step.camera_y};
+  const float squares{dx * dx + dy * dy};
+  return squares > step.new_view_squares ? 1 - step.new_view_squares / squares : 0.0f;
+}
+
 /// Errors repeat themselves as long as the view is the same: there, what is observed again takes a cell no farther than
 /// to its own odds, and what goes against what was known counts in full. docs/method.md §8.3.
-STEREOGRID_HD inline float fresh_ratio(const FilterStep& step, float predicted, Likelihood likelihood) {
+STEREOGRID_HD inline float fresh_ratio(float repeated, float predicted, Likelihood likelihood) {
   const float ratio{likelihood.occupied / likelihood.empty};
   const float wanted{likelihood.odds * (1 - predicted) / predicted};
   const float low{ratio < 1 ? ratio : 1.0f};
   const float high{ratio > 1 ? ratio : 1.0f};
   const float capped{wanted < low ? low : (wanted > high ? high : wanted)};
-  return ratio + step.repeated * (capped - ratio);
+  return ratio + repeated * (capped - ratio);
 }
 
-/// `arrived`: Σ m(k) before it; `age_s`: of the cell before the step. A cell that nobody has seen stays unknown even
-/// where its mass has moved into seen cells. What appears on ground that has just been seen free has come from
-/// somewhere: it is more likely to move than what appears out of the unknown.
-STEREOGRID_HD inline JointUpdate joint_update(const FilterStep& step, float arrived, float age_s,
-                                              Likelihood likelihood) {
+/// `arrived`: Σ m(k) before it; `age_s`: of the cell before the step; `repeated`: see repeated_at. A cell that nobody
+/// has seen stays unknown even where its mass has moved into seen cells. What appears on ground that has just been seen
+/// free has come from somewhere: it is more likely to move than what appears out of the unknown.
+STEREOGRID_HD inline JointUpdate joint_update(const FilterStep& step, float arrived, float age_s, Likelihood likelihood,
+                                              float repeated) {
   const float total{arrived > 1 ? 1.0f : arrived};
   const float lacking{age_s > never_s && total < 0.5f ? 0.5f - total : 0.0f};
   const float kept{1 - step.forgetting};
   const float empty{1 - total - lacking};
   const float predicted{kept * (total + lacking) + step.forgetting * empty};
-  const bool is_fresh{step.repeated == 0 || !(predicted > 0)};
-  const float occupied{is_fresh ? likelihood.occupied : fresh_ratio(step, predicted, likelihood)};
+  const bool is_fresh{repeated == 0 || !(predicted > 0)};
+  const float occupied{is_fresh ? likelihood.occupied : fresh_ratio(repeated, predicted, likelihood)};
   const float evidence{occupied * predicted + (is_fresh ? likelihood.empty : 1.0f) * (1 - predicted)};
   const float gain{occupied / evidence};
   const float unseen{gain * kept * lacking};

@@ -94,8 +94,8 @@ double share_within(double share, double dt_s) {
 
 namespace {
 
-// After so much of a way the errors of matching are others.
-constexpr double fresh_view_m{0.2};
+// Where the disparity of a point has changed by so much the errors of matching are others.
+constexpr double new_view_px{0.5};
 
 void set_noise(const FilterConfig& config, double dt_s, int velocities, FilterStep& step) {
   const double others{velocities - 1.0};
@@ -125,7 +125,11 @@ FilterStep step_of(const FilterInput& input) {
   step.side = static_cast<int>(input.tables.axis_mps.size());
   step.forgetting = static_cast<float>((1 - std::exp(-input.dt_s / config.forgetting_s)) / 2);
   step.border_occupancy = config.model == FilterModel::joint ? static_cast<float>(config.border_occupancy) : 0.5f;
-  step.repeated = static_cast<float>(std::max(1 - input.travelled_m / fresh_view_m, 0.0));
+  const GridGeometry& grid{input.geometry};
+  step.camera_x = static_cast<float>((input.camera.x - grid.x_min_m) / grid.cell_size_m - 0.5);
+  step.camera_y = static_cast<float>((input.camera.y - grid.y_min_m) / grid.cell_size_m - 0.5);
+  step.new_view_squares =
+      static_cast<float>(input.parallax_px_m2 / new_view_px / (grid.cell_size_m * grid.cell_size_m));
   step.kept_standing = step.kept_moving = step.prior_static = step.appearing_static = 1;
   if (step.side == 1) return step;
   set_noise(config, input.dt_s, step.velocities(), step);

@@ -185,9 +185,10 @@ struct Pipeline::Implementation {
     const double travelled_m{dt_s > 0 && frame.world_from_vehicle
                                  ? std::hypot(world_from_vehicle.x_m - before.x_m, world_from_vehicle.y_m - before.y_m)
                                  : std::numeric_limits<double>::infinity()};
+    const double parallax_px_m2{rig.focal_px * rig.baseline_m * travelled_m};
     if (!levelling.is_needed()) {
       return {frame.left.view(), frame.right.view(), frame.disparity.view(), world_from_vehicle, dt_s,
-              frame.other_grids, travelled_m};
+              frame.other_grids, parallax_px_m2};
     }
     levelling.apply(cpu, frame.left.view(), level_left.view());
     if (!frame.right.empty()) levelling.apply(cpu, frame.right.view(), level_right.view());
@@ -198,7 +199,7 @@ struct Pipeline::Implementation {
             world_from_vehicle,
             dt_s,
             frame.other_grids,
-            travelled_m};
+            parallax_px_m2};
   }
 
   template <class State>

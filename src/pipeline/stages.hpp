@@ -23,7 +23,9 @@ struct LevelFrame {
   Pose2 world_from_vehicle;
   double dt_s{0};
   std::span<const ObservedGrid> other_grids;
-  double travelled_m{std::numeric_limits<double>::infinity()};  ///< since the frame before; infinite: unknown
+  double parallax_px_m2{std::numeric_limits<double>::infinity()};  ///< see FilterInput
+
+  [[nodiscard]] Point2 camera() const { return {world_from_vehicle.x_m, world_from_vehicle.y_m}; }
 
   [[nodiscard]] bool is_given() const { return !disparity.empty(); }
 };

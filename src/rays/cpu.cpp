@@ -58,7 +58,7 @@ class CellRow {
       for (int c{0}; c < cells_at_once; ++c) log_odds[c] += evidence_of(counts_[i][c], unit_of(i), weights.value[i]);
     }
     for (int c{0}; c < cells_at_once; ++c) {
-      log_odds[c] = probability_of(known_share(counts_[arriving][c]) * log_odds[c]);
+      log_odds[c] = probability_of(log_odds_of(counts_[arriving][c], log_odds[c]));
     }
     for (int c{0}; c < size_; ++c) cells_[cell_[c]] = log_odds[c];
     size_ = 0;

@@ -149,12 +149,21 @@ STEREOGRID_HD inline float probability_of(float log_odds) {
   return 1 / (1 + exponential(Min(Max(-log_odds, -log_odds_max), log_odds_max)));
 }
 
+/// Of a weighted sum of evidence. What speaks weakly against an obstacle says next to nothing: some obstacles have no
+/// match in them, and rays seem to pass through. docs/method.md §6.2.
+STEREOGRID_HD inline float log_odds_of(float arriving_rays, float sum) {
+  const float log_odds{known_share(arriving_rays) * sum};
+  const float square{log_odds * log_odds};
+  const float power{square * square * square};
+  return log_odds < 0 ? log_odds * (power / (power + power_of_weak_log_odds)) : log_odds;
+}
+
 /// P(occupied) of what the rays of a cell say.
 STEREOGRID_HD inline float occupancy_of(const CellRays& rays) {
   const RayWeights weights{};
-  float log_odds{0};
-  for (int i{0}; i < cell_rays; ++i) log_odds += evidence_of(rays.count[i], unit_of(i), weights.value[i]);
-  return probability_of(known_share(rays.count[arriving]) * log_odds);
+  float sum{0};
+  for (int i{0}; i < cell_rays; ++i) sum += evidence_of(rays.count[i], unit_of(i), weights.value[i]);
+  return probability_of(log_odds_of(rays.count[arriving], sum));
 }
 
 /// The rays of a square of `size_m` around a point of the vehicle frame. False: out of view, nearer than all

@@ -29,6 +29,11 @@ constexpr int columns_around{5};        ///< to either side
 constexpr float half_known_rays{0.5f};  ///< as many arriving rays make a cell half as known as many would
 constexpr float log_odds_max{6.9f};     ///< P from 0.001 to 0.999
 
+/// Logarithm of the odds against an obstacle of which half is believed; more of larger ones, hardly any of smaller.
+constexpr float weak_log_odds{3.0f};
+constexpr float power_of_weak_log_odds{weak_log_odds * weak_log_odds * weak_log_odds * weak_log_odds * weak_log_odds *
+                                       weak_log_odds};
+
 /// The unit of pixels and of rays within ln(1 + count / unit).
 STEREOGRID_HD constexpr float unit_of(int kind) {
   return kind < arriving ? 0.3f : 1.0f;
@@ -36,7 +41,7 @@ STEREOGRID_HD constexpr float unit_of(int kind) {
 
 /// Fitted on kitti_odo04, kitti_raw0009, B-crossing, C-street, E-kitti-like: the logarithm of the odds by each input.
 struct RayWeights {
-  float value[cell_rays]{1.313f, 0.375f, 0.538f, -1.181f, 6.231f, -7.524f, 0.730f};
+  float value[cell_rays]{1.730f, 0.298f, 0.506f, -1.100f, 3.755f, -5.452f, 0.861f};
 };
 
 }  // namespace stereogrid

@@ -296,35 +296,42 @@ INSTANTIATE_TEST_SUITE_P(Models, FilterOfEachModel,
 TEST(FilterRepetition, TheSameViewIsHeardOnce) {
   FilterStep step{};
   step.kept_moving = step.kept_standing = step.prior_static = 1;
-  step.repeated = 1;
+  float repeated{1};
   const FilterTables tables{FilterConfig{}};
   const auto after = [&](float before, float observed, int steps) {
     const Likelihood likelihood{likelihood_of(tables.likelihood.data(), observed)};
-    for (int i{0}; i < steps; ++i) before = joint_update(step, before, 0.1f, likelihood).occupancy;
+    for (int i{0}; i < steps; ++i) before = joint_update(step, before, 0.1f, likelihood, repeated).occupancy;
     return before;
   };
   EXPECT_NEAR(after(0.5f, 0.7f, 50), 0.7f, 1e-4);
   EXPECT_NEAR(after(0.5f, 0.2f, 50), 0.2f, 1e-4);
   EXPECT_NEAR(after(0.9f, 0.7f, 50), 0.9f, 1e-4) << "what was known is not taken back";
   const float once{after(0.9f, 0.1f, 1)};
-  step.repeated = 0;
+  repeated = 0;
   EXPECT_FLOAT_EQ(once, after(0.9f, 0.1f, 1));
   EXPECT_GT(after(0.5f, 0.7f, 50), 0.99f);
-  step.repeated = 0.5f;
+  repeated = 0.5f;
   const float half{after(0.5f, 0.7f, 5)};
   EXPECT_GT(half, 0.71f);
   EXPECT_LT(half, 0.98f);
 }
 
-TEST(FilterRepetition, DependsOnTheWayOfTheVehicle) {
+// A camera of f·b = 90 px·m that has come 1 m nearer sees a point 12 m away by 5/8 px elsewhere, one 24 m away by 5/32.
+TEST(FilterRepetition, DependsOnTheParallaxOfTheCell) {
   const FilterConfig config;
   const FilterTables tables{config};
-  const auto repeated = [&](double travelled_m) { return step_of({config, tables, {}, 0.1, travelled_m}).repeated; };
-  EXPECT_EQ(repeated(0), 1);
-  EXPECT_NEAR(repeated(0.05), 0.75, 1e-6);
-  EXPECT_EQ(repeated(0.2), 0);
-  EXPECT_EQ(repeated(std::numeric_limits<double>::infinity()), 0) << "unknown";
-  EXPECT_EQ(step_of({config, tables, {}, 0.1}).repeated, 0);
+  const GridGeometry window{-10.1, -20.1, 0.2, 300, 300};
+  const Point2 camera{5, -3};
+  const auto repeated = [&](double parallax_px_m2, double x_m, double y_m) {
+    const FilterStep step{step_of({config, tables, window, 0.1, camera, parallax_px_m2})};
+    const CellIndex cell{*window.cell_at({x_m, y_m})};
+    return repeated_at(step, cell.ix, cell.iy);
+  };
+  EXPECT_EQ(repeated(0, 17, -3), 1) << "a vehicle that stands";
+  EXPECT_EQ(repeated(90, 17, -3), 0);
+  EXPECT_NEAR(repeated(90, 29, -3), 1 - 90.0 / (24 * 24) / 0.5, 1e-3);
+  EXPECT_NEAR(repeated(90, 5, 21), 1 - 90.0 / (24 * 24) / 0.5, 1e-3) << "whatever the direction";
+  EXPECT_EQ(repeated(std::numeric_limits<double>::infinity(), 29, -3), 0) << "unknown";
 }
 
 }  // namespace
