@@ -79,26 +79,37 @@ TEST(Chain, LevelsAPitchedCamera) {
   EXPECT_LT(std::abs(result.ground.pitch_rad), 0.005) << "the stages see level images";
 }
 
+struct FreeCells {
+  int seen{0};
+  int free{0};
+
+  void add(float p) {
+    ++seen;
+    free += p < 0.45f ? 1 : 0;
+  }
+};
+
+// Where the road has too little texture to be matched, mostly at the edges of the view and beyond 15 m, cells are
+// unknown; none is occupied.
 TEST(Chain, KeepsAnEmptyRoadFree) {
   Drive run{"empty"};
   for (std::size_t i{0}; i < 4; ++i) {
     const FrameResult& result{run.step(i)};
     const FrameTruth truth{run.scene.truth(i)};
-    int seen{0};
-    int free{0};
+    FreeCells all;
+    FreeCells inner;
     for (int iy{0}; iy < result.observed.height(); ++iy) {
-      // farther away the road has too little texture for some frames
-      for (int ix{15}; centre_x(result.vehicle.geometry, ix) < 15; ++ix) {
-        // the right camera does not see the left border
-        const bool is_inner{std::abs(centre_y(result.vehicle.geometry, iy)) <
-                            0.5 * centre_x(result.vehicle.geometry, ix)};
-        if (!is_inner || !is_cell(truth.state, ix, iy, TruthCell::seen_free)) continue;
-        ++seen;
-        free += result.observed(ix, iy) < 0.45f ? 1 : 0;
+      const double y{centre_y(result.vehicle.geometry, iy)};
+      for (int ix{10}; ix < result.observed.width(); ++ix) {
+        if (!is_cell(truth.state, ix, iy, TruthCell::seen_free)) continue;
         EXPECT_LT(result.observed(ix, iy), 0.75f) << ix << " " << iy;
+        all.add(result.observed(ix, iy));
+        const double x{centre_x(result.vehicle.geometry, ix)};
+        if (x > 3 && x < 15 && std::abs(y) < 0.5 * x) inner.add(result.observed(ix, iy));
       }
     }
-    EXPECT_GT(free, 0.98 * seen);
+    EXPECT_GT(all.free, 0.96 * all.seen);
+    EXPECT_GT(inner.free, 0.98 * inner.seen);
     EXPECT_EQ(std::count_if(result.obstacles.begin(), result.obstacles.end(),
                             [](const Obstacle& obstacle) { return obstacle.confirmed; }),
               0);
