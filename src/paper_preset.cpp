@@ -61,8 +61,8 @@ void set_values(ProjectionConfig& projection) {
 }
 
 void set_values(FusionConfig& fusion) {
-  fusion.stereo_confidence = 1;
-  fusion.other_confidence = 0.8;
+  fusion.stereo_confidence = 0.95;
+  fusion.other_confidence = 1;
 }
 
 void set_values(MotionConfig& motion) {
