@@ -11,6 +11,7 @@
 #include <type_traits>
 
 #include "filter/filter.hpp"
+#include "paper_preset.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid {
@@ -133,37 +134,6 @@ std::string members_of(std::string_view wanted) {
                     "'. `stereogrid config` lists them all."};
 }
 
-Config paper() {
-  Config config;
-  config.matching.method = MatchingMethod::correlation;
-  config.matching.align_rows = false;
-  config.matching.window_px = 21;
-  config.matching.subpixel = false;
-  config.matching.uniqueness = 0.02;
-  config.matching.texture = 1;
-  config.matching.left_right_px = 1;
-  config.matching.speckle_px = 60;
-  config.u_disparity.tau_obstacle = 0.1;
-  config.u_disparity.sigma_column = 1.5;
-  config.u_disparity.obstacle_min_height_m = 0;
-  config.u_disparity.follow_roll = false;
-  config.u_disparity.road_rays = RoadRays::none;
-  config.u_disparity.small_count_guard = 0;
-  config.u_disparity.left_border = false;
-  config.projection.model = ProjectionModel::bins;
-  config.filter.model = FilterModel::tay2008;
-  config.filter.velocity_max_mps = 10;
-  config.filter.velocity_step_mps = 2;
-  config.filter.velocity_growth = 0;
-  config.filter.velocity_noise = 0.05;
-  config.filter.static_prior = 0;
-  config.filter.scene_flow = false;
-  config.filter.likelihood_exponent = 1;
-  config.filter.forgetting_s = 2;
-  config.tracking.occupancy_min = 0.7;
-  return config;
-}
-
 // Velocities of the filter's lattice; 0 where its ranges, which are told apart, leave it without end.
 double lattice_size(const FilterConfig& config) {
   if (!(config.velocity_step_mps >= 0.1 && config.velocity_max_mps <= 60 && config.velocity_growth >= 0)) return 0;
@@ -183,7 +153,11 @@ double lattice_bytes(const Config& config) {
 
 Config preset(std::string_view name) {
   if (name == "default") return {};
-  if (name == "paper") return paper();
+  if (name == "paper") {
+    Config config;
+    set_paper_values(config);
+    return config;
+  }
   throw ConfigError{"There is no preset '" + std::string{name} + "'. There are: default, paper."};
 }
 

@@ -212,8 +212,8 @@ struct ProjectionConfig {
 };
 
 struct FusionConfig {
-  double stereo_confidence{1};
-  double other_confidence{0.8};
+  double stereo_confidence{0.95};
+  double other_confidence{1};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {

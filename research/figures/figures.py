@@ -36,13 +36,14 @@ def filter_line(run, place):
 
 
 def figure_1(config):
-    def probability(visibility, confidence):
+    def probability(visibility, share):
+        confidence = equations.obstacle_confidence(share, config["tau_obstacle"])
         return equations.obstacle_probability(visibility, confidence, config)
 
-    figure = sheet("Figure 1. Obstacle probability P(O), eq. 8", [
-        f"P_FP = {config['false_positive']:g}, P_FN = {config['false_negative']:g}. What nothing is seen of stays at 0.5; "
-        "a cell in full view is decided by what was found in it."], 11, 5)
-    labels = ("visibility P(V)", "confidence P(C)", "P(O)")
+    figure = sheet("Figure 1. Obstacle probability P(O), eqs. 8 and 13", [
+        f"P_FP = {config['false_positive']:g}, P_FN = {config['false_negative']:g}, tau_O = {config['tau_obstacle']:g}. "
+        "r_O = N_O / N_V: filled share of the visible rays."], 11, 5)
+    labels = ("visibility P(V)", "obstacle share r_O", "P(O)")
     panels.surface(figure.add_subplot(121, projection="3d"), probability, (0, 1), (0, 1), labels, "(a) as a surface")
     panels.contours(figure.add_subplot(122), probability, (0, 1), (0, 1), labels, "(b) as a map, a line at every tenth")
     return figure
@@ -112,44 +113,53 @@ def figure_4(run, place, without_gaussian):
 def figure_6(run, place, compared):
     name = run.names[place]
     figure = sheet("Figure 6. Beside the grid of nearest obstacles", [
-        source_line(run, place) + " Lines: what the camera can see, and its distance."], 12, 11.5)
-    axes = figure.subplots(2, 2).ravel()
-    panels.camera(axes[0], run.left_image(name), "(a) left image")
+        source_line(run, place) + " Lines: what the camera can see, and its distance."], 16, 10.5)
+    above, below = figure.subfigures(2, 1, height_ratios=(1, 1.2))
+    left, right = above.subplots(1, 2)
+    panels.camera(left, run.left_image(name), "(a) left image")
+    panels.disparities(right, run.arrays("stages", name), run, "(b) disparity")
+    axes = below.subplots(1, 3)
+    panels.grid(axes[0], compared["nearest_obstacle"], run, "(c) nearest obstacle: free, occupied, unknown")
+    panels.grid(axes[1], run.arrays("grids", name)["observed"], run, "(d) visibility-based, frame alone")
     if (known := run.truth(name)) is not None:
-        panels.truth(axes[1], known, run, "what is there")
+        panels.truth(axes[2], known, run, "what is there")
     elif "sweep" in compared:
-        panels.scan(axes[1], in_vehicle(compared["sweep"], run.rig, run.lines[place]["ground"]), run, "lidar, from above")
+        panels.scan(axes[2], in_vehicle(compared["sweep"], run.rig, run.lines[place]["ground"]), run, "lidar, from above")
     else:
-        axes[1].set_axis_off()
-    panels.grid(axes[2], run.arrays("grids", name)["observed"], run, "(b) visibility-based, frame alone")
-    panels.grid(axes[3], compared["nearest_obstacle"], run, "(c) nearest obstacle: free, occupied, unknown")
+        axes[2].set_axis_off()
     return figure
 
 
 def figure_7(run, place):
     places = [place - i * MOMENT_STEP for i in range(MOMENTS) if place >= i * MOMENT_STEP]
+    height_m = run.config["u_disparity"]["obstacle_height_m"]
     figure = sheet("Figure 7. The result on the camera image", [
-        source_line(run, place) + " Coloured by P(T) of each pixel's bin of the u-disparity plane, before the Gaussian."],
-        12, 1 + 4.2 * len(places))
-    axes = figure.subplots(len(places), 2, squeeze=False)
-    for letter, moment, (left, right) in zip("abc", places, axes):
+        f"{run.source}. Image and u-disparity grid: P(T) before the Gaussian; slabs are {height_m:g} m high.",
+        f"Filtered: from frame {run.names[0]} on, filter.model = {run.config['filter']['model']}."],
+                   15, 1 + 3.5 * len(places))
+    axes = figure.subplots(len(places), 3, squeeze=False, gridspec_kw={"width_ratios": (1.3, 1.1, 1)})
+    for letter, moment, (left, middle, right) in zip("abc", places, axes):
         name = run.names[moment]
-        picture = panels.overlaid(run.left_image(name), run.arrays("stages", name), run.disparities)
+        occupancy = run.arrays("stages", name)["u_occupancy"]
+        picture = panels.overlaid(run.left_image(name), occupancy, run, run.lines[moment]["ground"])
         panels.camera(left, picture, f"({letter}) frame {name}")
-        panels.grid(right, run.arrays("grids", name)["observed"], run, "frame alone")
+        panels.occupancies(middle, occupancy, run, "u-disparity grid")
+        panels.grid(right, run.arrays("grids", name)["occupancy"], run, "filtered")
     panels.legend_below(axes[-1][0], ((panels.UPRIGHT, "upright, P(T) > 0.75"), (panels.ROAD, "road, P(T) < 0.4")))
     return figure
 
 
 def figure_8(run, place, rates):
     name = run.names[place]
+    runs = [run, *rates]
     figure = sheet("Figure 8. Influence of P_FP and P_FN", [source_line(run, place), filter_line(run, place)],
-                   4.6 * len(rates), 8.5)
+                   4.6 * len(runs), 8.5)
     for (layer, text), row in zip((("observed", "frame alone"), ("occupancy", "filtered")),
-                                  figure.subplots(2, len(rates), squeeze=False)):
-        for other, axes in zip(rates, row):
-            rate = other.config["u_disparity"]["false_positive"]
-            panels.grid(axes, other.arrays("grids", name)[layer], run, f"{text}, P_FP = P_FN = {rate:g}")
+                                  figure.subplots(2, len(runs), squeeze=False)):
+        for other, axes in zip(runs, row):
+            config = other.config["u_disparity"]
+            rated = f"P_FP = {config['false_positive']:g}, P_FN = {config['false_negative']:g}"
+            panels.grid(axes, other.arrays("grids", name)[layer], run, f"{text}, {rated}")
     return figure
 
 
@@ -208,7 +218,7 @@ def main():
     parser.add_argument("--frame", metavar="NAME", help="the frame to draw (default: the run's last)")
     parser.add_argument("--without-gaussian", metavar="RUN", help="the same with both sigmas 0, for figure 4")
     parser.add_argument("--rates", metavar="RUN", nargs="+", default=[],
-                        help="the same with other P_FP = P_FN, for figure 8")
+                        help="the same with another P_FP or P_FN, for figure 8")
     parser.add_argument("--compared", metavar="DIR",
                         help="what stereogrid-compare --grids has left of the same frames, for figures 6 and 9")
     given = parser.parse_args()

@@ -6,7 +6,7 @@ from matplotlib.colors import BoundaryNorm, FuncNorm, LinearSegmentedColormap, L
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-INK, PAPER, RULER = "#202226", "#fafaf8", "#3c82be"
+INK, PAPER, RULER, UNMATCHED = "#202226", "#fafaf8", "#3c82be", "#c8cace"
 UPRIGHT, ROAD = (230 / 255, 40 / 255, 40 / 255), (50 / 255, 110 / 255, 1)
 # the paper's overlay, on P(T) before the Gaussian: a wall one bin deep hardly reaches 0.75 after it
 UPRIGHT_ABOVE, FREE_BELOW, TINT = 0.75, 0.4, 0.5
@@ -54,14 +54,14 @@ def contours(axes, function, x, y, labels, title):
     colour_bar(axes, image, labels[2])
 
 
-def distances(axes, rig, disparities):
+def distances(axes, rig, largest_px):
     """Where distances lie among the disparities; what would stand too close to its neighbour is left out."""
     right = axes.twinx()
     right.set_ylim(axes.get_ylim())
     marks = []
     for depth in DEPTHS_M:
         disparity = rig["focal_px"] * rig["baseline_m"] / depth
-        if disparity < disparities and (not marks or marks[-1][0] - disparity > 0.1 * disparities):
+        if disparity < largest_px and (not marks or marks[-1][0] - disparity > 0.1 * largest_px):
             marks.append((disparity, f"{depth:g} m"))
     right.set_yticks([disparity for disparity, _ in marks], labels=[text for _, text in marks])
 
@@ -157,19 +157,36 @@ def camera(axes, image, title):
     axes.set(title=title, xlabel="column u (px)", ylabel="row v (px)")
 
 
-def overlaid(image, stages, disparities):
-    """What is upright in red, what is free road in blue, by the occupancy of each pixel's bin."""
-    occupancy = stages["u_occupancy"]
-    columns = np.arange(image.shape[1])
+def disparities(axes, stages, run, title):
+    """Of obstacles and road together; grey: no match."""
+    obstacle, road = stages["obstacle_disparity"], stages["road_disparity"]
+    matched = np.where(obstacle > 0, obstacle, road)
+    height, width = matched.shape
+    axes.set_facecolor(UNMATCHED)
+    image = axes.imshow(np.ma.masked_equal(matched, 0), cmap="viridis", vmin=0, interpolation="nearest",
+                        extent=(-0.5, width - 0.5, height - 0.5, -0.5))
+    axes.set(title=title, xlabel="column u (px)", ylabel="row v (px)")
+    colour_bar(axes, image, "disparity (px)")
+
+
+def overlaid(image, occupancy, run, ground):
+    """On the image, what the u-disparity plane says: a slab as high as the volume that must be free where a bin is
+    occupied, blue on the road where it is free. `ground` as a frame's line has it."""
+    rig, config = run.level_rig, run.config["u_disparity"]
+    height, width = image.shape
+    v = np.arange(height)[:, None] - rig["centre_v_px"] + rig["focal_px"] * np.tan(ground["pitch_rad"])
+    if config["follow_roll"]:
+        v = v + np.tan(ground["roll_rad"]) * (np.arange(width) - rig["centre_u_px"])
+    v = np.broadcast_to(v, image.shape)  # rows below the horizon
+    per_metre = rig["baseline_m"] * np.cos(ground["pitch_rad"]) * len(occupancy) / run.disparities  # bins per row
+    bins = np.floor(v * per_metre / ground["height_m"] + 0.5).astype(int)
+    on_plane = (bins > 0) & (bins < len(occupancy))
+    road = np.where(on_plane, occupancy[np.where(on_plane, bins, 0), np.arange(width)], 0.5) < FREE_BELOW
+    upright = np.zeros(image.shape, bool)
+    for row in range(1, len(occupancy)):
+        above = ground["height_m"] - v * per_metre / row  # over the road, of a pixel at this disparity
+        upright |= (occupancy[row] > UPRIGHT_ABOVE) & (above >= 0) & (above <= config["obstacle_height_m"])
     picture = np.repeat(image[..., None], 3, axis=2)
-
-    def occupancy_at(disparity):
-        bins = np.floor(disparity * (len(occupancy) / disparities) + 0.5).astype(int)
-        inside = (disparity > 0) & (bins > 0) & (bins < len(occupancy))
-        return np.where(inside, occupancy[np.where(inside, bins, 0), columns], 0.5)
-
-    upright = occupancy_at(stages["obstacle_disparity"]) > UPRIGHT_ABOVE
-    road = ~upright & (occupancy_at(stages["road_disparity"]) < FREE_BELOW)
-    for chosen, colour in ((upright, UPRIGHT), (road, ROAD)):
+    for chosen, colour in ((upright, UPRIGHT), (road & ~upright, ROAD)):
         picture[chosen] = (1 - TINT) * picture[chosen] + TINT * np.array(colour)
     return picture

@@ -16,6 +16,17 @@ TEST(Config, PageIsUpToDate) {
       << "make it anew: stereogrid config --markdown > docs/config.md";
 }
 
+// docs/paper.md says of each parameter whether preset `paper` has it from the paper.
+TEST(Config, ThePapersPageNamesEveryParameter) {
+  const std::string page{text_of(fs::path{STEREOGRID_SOURCE_DIR} / "docs" / "paper.md")};
+  const Json paper(Json::parse(run_well({"config", "--preset", "paper", "--json"}).output));
+  ASSERT_GT(paper.size(), 5U);
+  for (const auto& [group, parameters] : paper.items()) {
+    if (page.find("`" + group + ".*`") != std::string::npos) continue;
+    for (const auto& [name, value] : parameters.items()) EXPECT_THAT(page, HasSubstr("`" + group + "." + name + "`"));
+  }
+}
+
 TEST(Config, ShowsAPreset) {
   const Json json(Json::parse(run_well({"config", "--preset", "paper", "--json"}).output));
   EXPECT_EQ(json["filter"]["model"], "tay2008");

@@ -6,8 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
-#include <string_view>
 #include <vector>
 
 #include "chain_run.hpp"
@@ -25,13 +23,6 @@ double centre_x(const GridGeometry& grid, int ix) {
 }
 double centre_y(const GridGeometry& grid, int iy) {
   return grid.y_min_m + (iy + 0.5) * grid.cell_size_m;
-}
-
-const TruthObject& object_of_kind(const FrameTruth& truth, const char* kind) {
-  const auto found{std::find_if(truth.objects.begin(), truth.objects.end(),
-                                [&](const TruthObject& object) { return object.kind == kind; })};
-  if (found == truth.objects.end()) throw std::logic_error{kind};
-  return *found;
 }
 
 // Largest probability within `reach_m` of a place in the vehicle frame.
@@ -88,50 +79,37 @@ TEST(Chain, LevelsAPitchedCamera) {
   EXPECT_LT(std::abs(result.ground.pitch_rad), 0.005) << "the stages see level images";
 }
 
-TEST(Chain, FindsAHalfHiddenPersonThatTheNearestObstacleRuleCannotSee) {
-  for (const char* name : {"paper", "default"}) {
-    Drive run{"occlusion", preset(name)};
-    const FrameTruth truth{run.scene.truth(0)};
-    const TruthObject& person{object_of_kind(truth, "pedestrian")};
-    const Rig& rig{run.scene.rig()};
-    const Point2 at{person.world_from_object.x_m, person.world_from_object.y_m};
-    const int u{static_cast<int>(std::lround(rig.centre_u_px - rig.focal_px * at.y / at.x))};
-    const double person_px{rig.focal_px * rig.baseline_m / at.x};
-    for (std::size_t i{0}; i < 4; ++i) {
-      const FrameResult& result{run.step(i)};
-      int nearer_pixels{0};
-      for (int v{0}; v < rig.height_px; ++v) {
-        if (result.stages.obstacle_disparity(u, v) > person_px + 1.5) ++nearer_pixels;
-      }
-      EXPECT_GT(nearer_pixels, 20) << "the crate hides the person from a rule that stops at the nearest obstacle";
-      // about half of the possible rays reach the person, so eq. 8 can give no more than 3/4 in a single frame
-      EXPECT_GT(highest_near(result.observed, result.vehicle.geometry, at.x, at.y, 0.45), 0.6) << name << " " << i;
-      if (i < 3 || name != std::string_view{"default"}) continue;
-      EXPECT_GT(highest_near(result.vehicle.occupancy, result.vehicle.geometry, at.x, at.y, 0.45), 0.75) << name;
-    }
-  }
-}
+struct FreeCells {
+  int seen{0};
+  int free{0};
 
+  void add(float p) {
+    ++seen;
+    free += p < 0.45f ? 1 : 0;
+  }
+};
+
+// Where the road has too little texture to be matched, mostly at the edges of the view and beyond 15 m, cells are
+// unknown; none is occupied.
 TEST(Chain, KeepsAnEmptyRoadFree) {
   Drive run{"empty"};
   for (std::size_t i{0}; i < 4; ++i) {
     const FrameResult& result{run.step(i)};
     const FrameTruth truth{run.scene.truth(i)};
-    int seen{0};
-    int free{0};
+    FreeCells all;
+    FreeCells inner;
     for (int iy{0}; iy < result.observed.height(); ++iy) {
-      // farther away the road has too little texture for some frames
-      for (int ix{15}; centre_x(result.vehicle.geometry, ix) < 15; ++ix) {
-        // the right camera does not see the left border
-        const bool is_inner{std::abs(centre_y(result.vehicle.geometry, iy)) <
-                            0.5 * centre_x(result.vehicle.geometry, ix)};
-        if (!is_inner || !is_cell(truth.state, ix, iy, TruthCell::seen_free)) continue;
-        ++seen;
-        free += result.observed(ix, iy) < 0.45f ? 1 : 0;
+      const double y{centre_y(result.vehicle.geometry, iy)};
+      for (int ix{10}; ix < result.observed.width(); ++ix) {
+        if (!is_cell(truth.state, ix, iy, TruthCell::seen_free)) continue;
         EXPECT_LT(result.observed(ix, iy), 0.75f) << ix << " " << iy;
+        all.add(result.observed(ix, iy));
+        const double x{centre_x(result.vehicle.geometry, ix)};
+        if (x > 3 && x < 15 && std::abs(y) < 0.5 * x) inner.add(result.observed(ix, iy));
       }
     }
-    EXPECT_GT(free, 0.97 * seen);
+    EXPECT_GT(all.free, 0.96 * all.seen);
+    EXPECT_GT(inner.free, 0.98 * inner.seen);
     EXPECT_EQ(std::count_if(result.obstacles.begin(), result.obstacles.end(),
                             [](const Obstacle& obstacle) { return obstacle.confirmed; }),
               0);
@@ -174,24 +152,24 @@ void expect_crossing_velocities(const std::vector<std::size_t>& frames) {
       if (std::abs(object.vy_mps) < 0.5 || i < 14) continue;
       const Point2 at{object.world_from_object.x_m, object.world_from_object.y_m};
       if (std::abs(at.y) > 5) continue;
-      const Obstacle* found{nearest(result.obstacles, at.x, at.y, 2.5)};
+      const Obstacle* found{nearest(result.obstacles, at.x, at.y, 2.0)};
       ASSERT_NE(found, nullptr) << object.kind << " in frame " << i;
-      EXPECT_NEAR(found->vy_mps, object.vy_mps, 0.35 * std::abs(object.vy_mps) + 0.4) << object.kind << " " << i;
-      EXPECT_NEAR(found->vx_mps, 0, 1.5) << object.kind << " " << i;
+      EXPECT_NEAR(found->vy_mps, object.vy_mps, 0.2 * std::abs(object.vy_mps) + 0.5) << object.kind << " " << i;
+      EXPECT_NEAR(found->vx_mps, 0, 1.0) << object.kind << " " << i;
     }
   }
 }
 
 TEST(Chain, MeasuresVelocitiesInDirectionAndSize) {
   std::vector<std::size_t> frames;
-  for (std::size_t i{0}; i < 18; ++i) frames.push_back(i);
+  for (std::size_t i{0}; i < 24; ++i) frames.push_back(i);
   expect_crossing_velocities(frames);
 }
 
-TEST(Chain, BridgesAMissingFrame) {
+TEST(Chain, BridgesMissingFrames) {
   std::vector<std::size_t> frames;
-  for (std::size_t i{0}; i < 18; ++i) {
-    if (i != 9) frames.push_back(i);
+  for (std::size_t i{0}; i < 26; ++i) {
+    if (i % 5 != 3) frames.push_back(i);
   }
   expect_crossing_velocities(frames);
 }

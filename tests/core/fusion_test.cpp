@@ -80,6 +80,19 @@ TEST(Fusion, CertaintyOfAnotherSourceIsNotTheLastWord) {
   }
 }
 
+// Stereo never says free so surely that a wall would stay free which the lidar has surely seen; nor is what stereo has
+// seen free because the lidar's rays pass over it. The lidar's grid (evaluation::LidarModelParameters) goes from 0.12,
+// passed by a ray, to 0.993, hit by many.
+TEST(Fusion, ByDefaultWhatOneSourceHasSeenIsNotFree) {
+  for (const char* name : {"default", "paper"}) {
+    const FusionConfig config{preset(name).fusion};
+    for (const float free : {0.0f, 0.001f, 0.02f}) EXPECT_GT(fused_cell(free, {saying(0.993f)}, config), 0.75f) << free;
+    EXPECT_GT(fused_cell(0.1f, {saying(0.993f)}, config), 0.9f);
+    EXPECT_GT(fused_cell(0.98f, {saying(0.12f)}, config), 0.7f);
+    EXPECT_GT(fused_cell(0.999f, {saying(0.12f)}, config), 0.8f);
+  }
+}
+
 TEST(Fusion, OfAnotherGridTheCellCountsThatHoldsTheCentre) {
   // 4 × 3 cells of 1 m; the other one's 2 × 1 cells of 2 m begin at (1, 0.8): they hold the centres of the second to
   // fourth columns' two upper rows

@@ -6,6 +6,7 @@
 #include "backend/reference.hpp"
 #include "support.hpp"
 #include "targets.hpp"
+#include "u_disparity/model.hpp"
 #include "u_disparity_run.hpp"
 
 namespace stereogrid::test {
@@ -101,10 +102,17 @@ TEST(UDisparityProperties, CountsAndProbabilitiesStayInTheirBounds) {
     const Case c{random_case(generator)};
     const StageImages stages{
         counted(cpu, random_matches(c, generator), rig_of(c), c.ground, c.config, c.disparities, 9)};
+    BinRows bins{c.width, c.height, c.disparities};
+    bins.place(rig_of(c), c.ground, c.config);
     for (int d{0}; d < c.disparities; ++d) {
+      const RowRange rows{bins.rows[static_cast<std::size_t>(d)]};
+      // without roll the rows of all columns are those of the column u0
+      ASSERT_EQ(stages.possible[static_cast<std::size_t>(d)], possible_in_column(rows.first, rows.last, 0, c.height));
       for (int u{0}; u < c.width; ++u) {
+        const int shift{bins.shift[static_cast<std::size_t>(u)]};
+        ASSERT_TRUE(c.config.follow_roll || shift == 0);
         ASSERT_LE(stages.observed(u, d), stages.visible(u, d));
-        ASSERT_TRUE(c.config.follow_roll || stages.visible(u, d) <= stages.possible[static_cast<std::size_t>(d)]);
+        ASSERT_LE(stages.visible(u, d), possible_in_column(rows.first, rows.last, shift, c.height));
         for (const Image<float>* image : {&stages.visibility, &stages.obstacle_confidence, &stages.road_confidence}) {
           ASSERT_GE((*image)(u, d), 0);
           ASSERT_LE((*image)(u, d), 1);

@@ -114,14 +114,43 @@ class Panels(unittest.TestCase):
         finer = equations.road_counts(road, 16, 8)  # bins of half a px
         self.assertEqual([finer[5, 0], finer[3, 0], finer[15, 0], finer[1, 1]], [1, 1, 1, 1])
 
-    def test_what_is_upright_is_red_and_free_road_is_blue(self):
-        occupancy = np.full((8, 5), 0.5)
-        occupancy[4] = (0.9, 0.9, 0.1, 0.1, 0.7)
-        stages = {"u_occupancy": occupancy, "obstacle_disparity": np.array([[4.0, 0, 4, 0, 4]]),
-                  "road_disparity": np.array([[0, 4.0, 0, 4, 0]])}
-        picture = panels.overlaid(np.full((1, 5), 0.5), stages, 8)
-        red, blue = (0.25 + 0.5 * np.array(colour) for colour in (panels.UPRIGHT, panels.ROAD))
-        np.testing.assert_allclose(picture[0], [red, [0.5] * 3, [0.5] * 3, blue, [0.5] * 3])
+    def overlaid(self, occupancy, roll=0.0):
+        """On a grey image of the paper's camera, 1.4 m above the road."""
+        run = SimpleNamespace(level_rig=RIG, disparities=64, config={
+            "u_disparity": {"obstacle_height_m": 1.8, "follow_roll": roll != 0}})
+        ground = {"height_m": 1.4, "pitch_rad": 0, "roll_rad": roll}
+        return panels.overlaid(np.full((320, 512), 0.5), occupancy, run, ground)
+
+    def coloured(self, picture, colour, column):
+        """First and last row of the column that have the colour; the rows between have it, too."""
+        rows = np.nonzero(np.abs(picture[:, column] - 0.25 - 0.5 * np.array(colour)).max(axis=1) < 1e-6)[0]
+        self.assertEqual(len(rows), rows[-1] - rows[0] + 1)
+        return rows[0], rows[-1]
+
+    def test_what_is_upright_is_a_red_slab_and_free_road_is_blue(self):
+        occupancy = np.full((64, 512), 0.5)
+        occupancy[10, 100], occupancy[10, 101], occupancy[20, 102] = 0.76, 0.74, 0.1
+        picture = self.overlaid(occupancy)
+        # from the foot, row 160 + 10·1.4/0.22, up by 10·1.8/0.22 rows
+        self.assertEqual(self.coloured(picture, panels.UPRIGHT, 100), (142, 223))
+        np.testing.assert_allclose(picture[:, 101], 0.5)
+        # road of the disparities 19.5 to 20.5
+        self.assertEqual(self.coloured(picture, panels.ROAD, 102), (285, 290))
+        np.testing.assert_allclose(np.delete(picture, (100, 102), axis=1), 0.5)
+
+    def test_a_slab_hides_the_free_road_behind_it(self):
+        occupancy = np.full((64, 512), 0.5)
+        occupancy[10, 100], occupancy[1:10, 100] = 0.9, 0.1
+        picture = self.overlaid(occupancy)
+        self.assertEqual(self.coloured(picture, panels.UPRIGHT, 100), (142, 223))
+        np.testing.assert_allclose(picture[224:, 100], 0.5)
+
+    def test_slabs_follow_the_roll(self):
+        occupancy = np.full((64, 512), 0.5)
+        occupancy[10, (156, 356)] = 0.9
+        picture = self.overlaid(occupancy, roll=0.1)  # right side down: the road is higher there
+        (left, _), (right, _) = (self.coloured(picture, panels.UPRIGHT, column) for column in (156, 356))
+        self.assertAlmostEqual(left - right, 200 * np.tan(0.1), delta=1.01)
 
 
 class Lidar(unittest.TestCase):
@@ -165,8 +194,10 @@ class Formulas(unittest.TestCase):
 
     def test_are_drawn(self):
         first = figures.figure_1(PAPER)
-        drawn = first.axes[1].images[0].get_array()  # rows: confidence, columns: visibility
-        np.testing.assert_allclose([drawn[0, 0], drawn[-1, -1], drawn[0, -1], drawn[-1, 150]], [0.5, 0.98, 0.02, 0.74])
+        drawn = first.axes[1].images[0].get_array()  # rows: r_O, columns: visibility
+        np.testing.assert_allclose([drawn[0, 0], drawn[-1, -1], drawn[0, -1], drawn[-1, 150]], [0.5, 0.98, 0.02, 0.74],
+                                   atol=1e-4)
+        np.testing.assert_allclose(drawn[30, -1], 0.98 - 0.96 * np.exp(-1))  # r_O = tau_O
         with figures.matplotlib.rc_context(figures.STYLE):
             second = figures.figure_2(PAPER)
         curve = next(line for line in second.axes[0].lines if line.get_label() == "tau_O = 0.1, as set")

@@ -72,22 +72,29 @@ class OfARun(unittest.TestCase):
         stages, grids = self.drawn_run.arrays("stages", "000002"), self.drawn_run.arrays("grids", "000002")
         compared = np.load(self.work / "compared" / "000002.npz")
         without = np.load(self.work / "without_gaussian" / "grids" / "000002.npz")
-        worst_rate = np.load(self.work / "rate_0.3" / "grids" / "000002.npz")
+        raised = np.load(self.work / "false_positive" / "grids" / "000002.npz")
+        unnoticed = np.load(self.work / "false_negative" / "grids" / "000002.npz")
         for number, title, expected in (
                 (3, "(b)", stages["observed_pixels"]), (3, "(d)", stages["visibility"]),
                 (3, "(e)", stages["obstacle_confidence"]), (3, "(f)", stages["road_confidence"]),
                 (3, "(g) occupancy", stages["u_occupancy_smooth"]), (3, "(g) the same", grids["observed"].T),
                 (4, "(a)", stages["u_occupancy"]), (4, "(c)", without["observed"].T), (4, "(e)", grids["occupancy"].T),
-                (6, "(b)", grids["observed"].T), (6, "(c)", compared["nearest_obstacle"].T),
-                (8, "frame alone, P_FP = P_FN = 0.3", worst_rate["observed"].T),
-                (8, "filtered, P_FP = P_FN = 0.3", worst_rate["occupancy"].T)):
+                (6, "(c)", compared["nearest_obstacle"].T), (6, "(d)", grids["observed"].T),
+                (7, "u-disparity grid", stages["u_occupancy"]), (7, "filtered", grids["occupancy"].T),
+                (8, "frame alone, P_FP = 0.02, P_FN = 0.02", grids["observed"].T),
+                (8, "frame alone, P_FP = 0.25, P_FN = 0.02", raised["observed"].T),
+                (8, "filtered, P_FP = 0.25, P_FN = 0.02", raised["occupancy"].T),
+                (8, "frame alone, P_FP = 0.02, P_FN = 0.25", unnoticed["observed"].T)):
             np.testing.assert_array_equal(self.shown(drawn[number], title), expected, f"{number} {title}")
         left = figures.matplotlib.image.imread(next((self.work).glob("scene*/left/000002.png")))
         np.testing.assert_array_equal(self.shown(drawn[3], "(a)"), left)
         truth = self.shown(drawn[6], "what is there")
         self.assertTrue({panels.SEEN_OCCUPIED, panels.SEEN_FREE, panels.HIDDEN} <= set(truth.ravel()))
         self.assertFalse(np.array_equal(without["observed"], grids["observed"]))
-        self.assertFalse(np.array_equal(worst_rate["observed"], grids["observed"]))
+        for rated in (raised, unnoticed):
+            self.assertFalse(np.array_equal(rated["observed"], grids["observed"]))
+        matched = self.shown(drawn[6], "(b)")
+        np.testing.assert_array_equal(matched, np.maximum(stages["obstacle_disparity"], stages["road_disparity"]))
 
     def test_the_formulas_are_the_pipelines(self):
         stages, config = self.drawn_run.arrays("stages", "000002"), self.drawn_run.config["u_disparity"]
