@@ -83,6 +83,7 @@ void set_values(FilterConfig& filter) {
   filter.velocity_growth = 0;
   filter.velocity_growth_power = 3;
   filter.forgetting_s = 2;
+  filter.forgetting_in_view_s = 2;
   filter.velocity_noise = 0.05;
   filter.likelihood_exponent = 1;
   filter.static_prior = 0;

@@ -51,9 +51,9 @@ struct MatchingConfig {
   int window_px{9};
   int road_margin_px{3};
   double uniqueness{0};
-  double texture{0.5};
+  double texture{1.0};
   int left_right_px{4};
-  int speckle_px{50};
+  int speckle_px{110};
   bool subpixel{true};
   int paths{3};
   int penalty_step{7};
@@ -238,7 +238,8 @@ struct FilterConfig {
   double velocity_step_mps{1.25};
   double velocity_growth{0.0167};
   double velocity_growth_power{3};
-  double forgetting_s{0.5};
+  double forgetting_s{2};
+  double forgetting_in_view_s{0.5};
   double velocity_noise{0.01};
   double likelihood_exponent{0.8};
   double static_prior{0.85};
@@ -266,6 +267,11 @@ struct FilterConfig {
           self.velocity_growth_power);
     visit(Parameter{"forgetting_s", "s", 0.05, 1000, "Time constant with which an unobserved cell returns to unknown."},
           self.forgetting_s);
+    visit(
+        Parameter{
+            "forgetting_in_view_s", "s", 0.05, 1000,
+            "The same within the camera's angle of view, where nothing confirms the cell though it could; joint."},
+        self.forgetting_in_view_s);
     visit(Parameter{"velocity_noise", "", 0.0001, 0.9,
                     "Share of the moving mass that changes its velocity in 0.1 s; what stands starts at a tenth of it, "
                     "if static_prior > 0."},

@@ -85,7 +85,7 @@ class TileFilter {
       for (int x{tile_.x_begin}; x < tile_.x_end; ++x) {
         const int i{x - tile_.x_begin};
         const JointUpdate update{joint_update(tile_.step, sums.mass[i], tile_.after.age_s(x, y), likelihood_at(x, y),
-                                              repeated_at(tile_.step, x, y))};
+                                              view_of(tile_.step, x, y))};
         scale[i] = update.scale;
         born[i] = update.born_moving;
         born_standing[i] = update.born_standing;

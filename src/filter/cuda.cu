@@ -66,12 +66,12 @@ struct Cell {
 
 template <FilterModel model>
 __device__ Cell updated_cell(const FilterStep& step, const StripSums& strip, int r, float age_s, Likelihood likelihood,
-                             float repeated) {
+                             CellView view) {
   const int lane{static_cast<int>(threadIdx.x)};
   const VelocitySums total{total_of(strip, r, lane)};
   const float standing{strip.standing[r][lane]};
   if constexpr (model == FilterModel::joint) {
-    const JointUpdate update{joint_update(step, total.mass, age_s, likelihood, repeated)};
+    const JointUpdate update{joint_update(step, total.mass, age_s, likelihood, view)};
     return {update.scale,
             update.born_standing,
             update.born_moving,
@@ -127,7 +127,7 @@ __global__ void __launch_bounds__(warps_max* warp, 4)
     const float age_s{is_known(y + r) ? before.age_s[(y + r + moved_y) * cells + x + moved_x] : INFINITY};
     const bool is_seen{stereogrid::is_known(seen)};
     write(updated_cell<model>(strip.step, shared, r, age_s, likelihood_of(likelihoods, seen),
-                              repeated_at(strip.step, x, y + r)),
+                              view_of(strip.step, x, y + r)),
           is_seen ? 0.0f : age_s + motion->dt_s, (y + r) * cells + x, after, layers);
   }
 }

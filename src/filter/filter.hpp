@@ -84,16 +84,23 @@ struct FilterState {
   Image<float> age_s;
 };
 
+/// From where the observed grid has been seen.
+struct CameraView {
+  Pose2 camera{};   ///< in the frame of the window
+  double left{-1};  ///< what it sees to the left, for each metre ahead; by default nothing is known of it
+  double right{-1};
+  /// Of a point, times the square of its distance: how far the vehicle's way since the last step has moved it in the
+  /// image. Infinite: unknown.
+  double parallax_px_m2{std::numeric_limits<double>::infinity()};
+};
+
 /// What the filter knows about one step besides the observation.
 struct FilterInput {
   const FilterConfig& config;
   const FilterTables& tables;
   GridGeometry geometry;  ///< of the window now
   double dt_s;            ///< since the last step
-  Point2 camera{};        ///< where it is, in the geometry's frame
-  /// Of a point, times the square of its distance: how far the vehicle's way since then has moved it in the image.
-  /// Infinite: unknown.
-  double parallax_px_m2{std::numeric_limits<double>::infinity()};
+  CameraView view{};
 };
 
 /// Evidence begin … end − 1, whose cells lie side by side.

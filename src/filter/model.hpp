@@ -9,21 +9,26 @@ namespace stereogrid {
 
 /// Constants of one filter step.
 struct FilterStep {
-  int side;                ///< the lattice has side × side velocities, y-major; odd: the middle one is standstill
-  float forgetting;        ///< eps of docs/method.md §8.4, from the time constant and the time step
-  float kept_moving;       ///< share of a moving velocity's mass that keeps it: 1 − mu
-  float kept_standing;     ///< share of the standing mass that goes on standing
-  float spread;            ///< share of all moving mass that each moving velocity gains
-  float start;             ///< share of the standing mass that each moving velocity gains
-  float stop;              ///< share of the moving mass that comes to stand
-  float border_occupancy;  ///< of cells outside the window
-  float prior_static;      ///< prior of standstill for new mass
-  float prior_moving;      ///< prior of every other velocity for new mass
-  float appearing_static;  ///< prior of standstill for what appears where the frame before has seen free ground
-  float appearing_moving;  ///< prior of every other velocity for that
-  float lattice_squares;   ///< Σ v_x² over the lattice, m²/s²
-  float camera_x;          ///< column and row of the cell in which the camera is
+  int side;                  ///< the lattice has side × side velocities, y-major; odd: the middle one is standstill
+  float forgetting;          ///< eps of docs/method.md §8.4, from the time constant and the time step
+  float kept_moving;         ///< share of a moving velocity's mass that keeps it: 1 − mu
+  float kept_standing;       ///< share of the standing mass that goes on standing
+  float spread;              ///< share of all moving mass that each moving velocity gains
+  float start;               ///< share of the standing mass that each moving velocity gains
+  float stop;                ///< share of the moving mass that comes to stand
+  float border_occupancy;    ///< of cells outside the window
+  float prior_static;        ///< prior of standstill for new mass
+  float prior_moving;        ///< prior of every other velocity for new mass
+  float appearing_static;    ///< prior of standstill for what appears where the frame before has seen free ground
+  float appearing_moving;    ///< prior of every other velocity for that
+  float lattice_squares;     ///< Σ v_x² over the lattice, m²/s²
+  float forgetting_in_view;  ///< likewise of cells within the camera's angle of view
+  float camera_x;            ///< column and row of the cell in which the camera is
   float camera_y;
+  float ahead_x;  ///< of length 1, where it looks
+  float ahead_y;
+  float view_left;         ///< cells to the left, for each cell ahead, that it sees; to the right
+  float view_right;        ///< both negative: nothing is known of the camera
   float new_view_squares;  ///< within the root of so many squares of a cell around the camera the view is another one
 
   STEREOGRID_HD int velocities() const { return side * side; }
@@ -173,12 +178,21 @@ struct JointUpdate {
   float occupancy;      ///< Σ m(k) afterwards
 };
 
-/// How far the view of a cell is that of the step before: 0: another one, 1: the same. docs/method.md §8.3.
-STEREOGRID_HD inline float repeated_at(const FilterStep& step, int x, int y) {
+/// How the camera sees a cell. docs/method.md §8.3, §8.4.
+struct CellView {
+  float repeated;  ///< how far the view is that of the step before: 0: another one, 1: the same
+  float forgetting;
+};
+
+STEREOGRID_HD inline CellView view_of(const FilterStep& step, int x, int y) {
   const float dx{static_cast<float>(x) - step.camera_x};
   const float dy{static_cast<float>(y) - step.camera_y};
+  const float ahead{dx * step.ahead_x + dy * step.ahead_y};
+  const float left{dy * step.ahead_x - dx * step.ahead_y};
   const float squares{dx * dx + dy * dy};
-  return squares > step.new_view_squares ? 1 - step.new_view_squares / squares : 0.0f;
+  const bool is_in_view{ahead > 0 && left <= ahead * step.view_left && -left <= ahead * step.view_right};
+  return {squares > step.new_view_squares ? 1 - step.new_view_squares / squares : 0.0f,
+          is_in_view ? step.forgetting_in_view : step.forgetting};
 }
 
 /// Errors repeat themselves as long as the view is the same: there, what is observed again takes a cell no farther than
@@ -192,22 +206,22 @@ STEREOGRID_HD inline float fresh_ratio(float repeated, float predicted, Likeliho
   return ratio + repeated * (capped - ratio);
 }
 
-/// `arrived`: Σ m(k) before it; `age_s`: of the cell before the step; `repeated`: see repeated_at. A cell that nobody
+/// `arrived`: Σ m(k) before it; `age_s`: of the cell before the step; `view`: view_of the cell. A cell that nobody
 /// has seen stays unknown even where its mass has moved into seen cells. What appears on ground that has just been seen
 /// free has come from somewhere: it is more likely to move than what appears out of the unknown.
 STEREOGRID_HD inline JointUpdate joint_update(const FilterStep& step, float arrived, float age_s, Likelihood likelihood,
-                                              float repeated) {
+                                              CellView view) {
   const float total{arrived > 1 ? 1.0f : arrived};
   const float lacking{age_s > never_s && total < 0.5f ? 0.5f - total : 0.0f};
-  const float kept{1 - step.forgetting};
+  const float kept{1 - view.forgetting};
   const float empty{1 - total - lacking};
-  const float predicted{kept * (total + lacking) + step.forgetting * empty};
-  const bool is_fresh{repeated == 0 || !(predicted > 0)};
-  const float occupied{is_fresh ? likelihood.occupied : fresh_ratio(repeated, predicted, likelihood)};
+  const float predicted{kept * (total + lacking) + view.forgetting * empty};
+  const bool is_fresh{view.repeated == 0 || !(predicted > 0)};
+  const float occupied{is_fresh ? likelihood.occupied : fresh_ratio(view.repeated, predicted, likelihood)};
   const float evidence{occupied * predicted + (is_fresh ? likelihood.empty : 1.0f) * (1 - predicted)};
   const float gain{occupied / evidence};
   const float unseen{gain * kept * lacking};
-  const float appeared{gain * step.forgetting * empty};
+  const float appeared{gain * view.forgetting * empty};
   const bool was_seen{age_s == 0};
   const float standing{was_seen ? step.appearing_static : step.prior_static};
   const float moving{was_seen ? step.appearing_moving : step.prior_moving};

@@ -94,7 +94,7 @@ Cell joint_cell(const Step& step, int x, int y, Likelihood likelihood, std::vect
   }
   const VelocitySums arrived{step.sums_of(mass)};
   const JointUpdate update{
-      joint_update(constants, arrived.mass, step.age_before(x, y), likelihood, repeated_at(constants, x, y))};
+      joint_update(constants, arrived.mass, step.age_before(x, y), likelihood, view_of(constants, x, y))};
   for (std::size_t k{0}; k < mass.size(); ++k) {
     const bool stands{static_cast<int>(k) == constants.standstill()};
     mass[k] = update.scale * mass[k] + (stands ? update.born_standing : update.born_moving);

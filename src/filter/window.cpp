@@ -123,13 +123,19 @@ FilterStep step_of(const FilterInput& input) {
   const FilterConfig& config{input.config};
   FilterStep step{};
   step.side = static_cast<int>(input.tables.axis_mps.size());
-  step.forgetting = static_cast<float>((1 - std::exp(-input.dt_s / config.forgetting_s)) / 2);
+  const auto forgetting = [&](double time_s) { return static_cast<float>((1 - std::exp(-input.dt_s / time_s)) / 2); };
+  step.forgetting = forgetting(config.forgetting_s);
+  step.forgetting_in_view = forgetting(config.forgetting_in_view_s);
   step.border_occupancy = config.model == FilterModel::joint ? static_cast<float>(config.border_occupancy) : 0.5f;
   const GridGeometry& grid{input.geometry};
-  step.camera_x = static_cast<float>((input.camera.x - grid.x_min_m) / grid.cell_size_m - 0.5);
-  step.camera_y = static_cast<float>((input.camera.y - grid.y_min_m) / grid.cell_size_m - 0.5);
-  step.new_view_squares =
-      static_cast<float>(input.parallax_px_m2 / new_view_px / (grid.cell_size_m * grid.cell_size_m));
+  const CameraView& view{input.view};
+  step.camera_x = static_cast<float>((view.camera.x_m - grid.x_min_m) / grid.cell_size_m - 0.5);
+  step.camera_y = static_cast<float>((view.camera.y_m - grid.y_min_m) / grid.cell_size_m - 0.5);
+  step.ahead_x = static_cast<float>(std::cos(view.camera.yaw_rad));
+  step.ahead_y = static_cast<float>(std::sin(view.camera.yaw_rad));
+  step.view_left = static_cast<float>(view.left);
+  step.view_right = static_cast<float>(view.right);
+  step.new_view_squares = static_cast<float>(view.parallax_px_m2 / new_view_px / (grid.cell_size_m * grid.cell_size_m));
   step.kept_standing = step.kept_moving = step.prior_static = step.appearing_static = 1;
   if (step.side == 1) return step;
   set_noise(config, input.dt_s, step.velocities(), step);

@@ -130,9 +130,8 @@ class HostStages final : public Stages {
   void filter() override {
     const Timer timer{times_.filter};
     HostSpace& s{space_};
-    stereogrid::filter(
-        back_end_, {config_.filter, s.filter_tables, window_, frame_->dt_s, frame_->camera(), frame_->parallax_px_m2},
-        s.observed_world.view(), s.filtered_before, s.filtered, result_->world);
+    stereogrid::filter(back_end_, {config_.filter, s.filter_tables, window_, frame_->dt_s, frame_->view},
+                       s.observed_world.view(), s.filtered_before, s.filtered, result_->world);
   }
 
   void weigh_velocities() override {

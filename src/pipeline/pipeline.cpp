@@ -185,10 +185,16 @@ struct Pipeline::Implementation {
     const double travelled_m{dt_s > 0 && frame.world_from_vehicle
                                  ? std::hypot(world_from_vehicle.x_m - before.x_m, world_from_vehicle.y_m - before.y_m)
                                  : std::numeric_limits<double>::infinity()};
-    const double parallax_px_m2{rig.focal_px * rig.baseline_m * travelled_m};
+    const CameraView view{world_from_vehicle, rig.centre_u_px / rig.focal_px,
+                          (rig.width_px - rig.centre_u_px) / rig.focal_px, rig.focal_px * rig.baseline_m * travelled_m};
     if (!levelling.is_needed()) {
-      return {frame.left.view(), frame.right.view(), frame.disparity.view(), world_from_vehicle, dt_s,
-              frame.other_grids, parallax_px_m2};
+      return {frame.left.view(),
+              frame.right.view(),
+              frame.disparity.view(),
+              world_from_vehicle,
+              dt_s,
+              frame.other_grids,
+              view};
     }
     levelling.apply(cpu, frame.left.view(), level_left.view());
     if (!frame.right.empty()) levelling.apply(cpu, frame.right.view(), level_right.view());
@@ -199,7 +205,7 @@ struct Pipeline::Implementation {
             world_from_vehicle,
             dt_s,
             frame.other_grids,
-            parallax_px_m2};
+            view};
   }
 
   template <class State>

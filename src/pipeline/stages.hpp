@@ -8,6 +8,7 @@
 #include <span>
 
 #include "filter/evidence.hpp"
+#include "filter/filter.hpp"
 #include "images/row_alignment/row_alignment.hpp"
 #include "matching/matches.hpp"
 #include "pipeline/saved_state.hpp"
@@ -23,9 +24,7 @@ struct LevelFrame {
   Pose2 world_from_vehicle;
   double dt_s{0};
   std::span<const ObservedGrid> other_grids;
-  double parallax_px_m2{std::numeric_limits<double>::infinity()};  ///< see FilterInput
-
-  [[nodiscard]] Point2 camera() const { return {world_from_vehicle.x_m, world_from_vehicle.y_m}; }
+  CameraView view{};
 
   [[nodiscard]] bool is_given() const { return !disparity.empty(); }
 };

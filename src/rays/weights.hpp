@@ -41,7 +41,7 @@ STEREOGRID_HD constexpr float unit_of(int kind) {
 
 /// Fitted on kitti_odo04, kitti_raw0009, B-crossing, C-street, E-kitti-like: the logarithm of the odds by each input.
 struct RayWeights {
-  float value[cell_rays]{1.730f, 0.298f, 0.506f, -1.100f, 3.755f, -5.452f, 0.861f};
+  float value[cell_rays]{1.676f, 0.291f, 0.472f, -1.047f, 4.747f, -6.419f, 0.863f};
 };
 
 }  // namespace stereogrid

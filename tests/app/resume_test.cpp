@@ -69,7 +69,7 @@ TEST(Resume, RefusesOtherSettingsAndNamesThem) {
   words.insert(words.end(), {"--set", "filter.forgetting_s=5"});
   const Outcome other{run_tool(words)};
   EXPECT_EQ(other.exit_code, 64);
-  EXPECT_THAT(other.errors, HasSubstr("filter/forgetting_s: was 0.5"));
+  EXPECT_THAT(other.errors, HasSubstr("filter/forgetting_s: was 2"));
   const Outcome later{run_tool(command(folder / "run", "1:2", "--resume"))};
   EXPECT_EQ(later.exit_code, 64);
   EXPECT_THAT(later.errors, HasSubstr("first frame: was 0, is 1"));

@@ -296,21 +296,21 @@ INSTANTIATE_TEST_SUITE_P(Models, FilterOfEachModel,
 TEST(FilterRepetition, TheSameViewIsHeardOnce) {
   FilterStep step{};
   step.kept_moving = step.kept_standing = step.prior_static = 1;
-  float repeated{1};
+  CellView view{1, 0};
   const FilterTables tables{FilterConfig{}};
   const auto after = [&](float before, float observed, int steps) {
     const Likelihood likelihood{likelihood_of(tables.likelihood.data(), observed)};
-    for (int i{0}; i < steps; ++i) before = joint_update(step, before, 0.1f, likelihood, repeated).occupancy;
+    for (int i{0}; i < steps; ++i) before = joint_update(step, before, 0.1f, likelihood, view).occupancy;
     return before;
   };
   EXPECT_NEAR(after(0.5f, 0.7f, 50), 0.7f, 1e-4);
   EXPECT_NEAR(after(0.5f, 0.2f, 50), 0.2f, 1e-4);
   EXPECT_NEAR(after(0.9f, 0.7f, 50), 0.9f, 1e-4) << "what was known is not taken back";
   const float once{after(0.9f, 0.1f, 1)};
-  repeated = 0;
+  view.repeated = 0;
   EXPECT_FLOAT_EQ(once, after(0.9f, 0.1f, 1));
   EXPECT_GT(after(0.5f, 0.7f, 50), 0.99f);
-  repeated = 0.5f;
+  view.repeated = 0.5f;
   const float half{after(0.5f, 0.7f, 5)};
   EXPECT_GT(half, 0.71f);
   EXPECT_LT(half, 0.98f);
@@ -321,17 +321,41 @@ TEST(FilterRepetition, DependsOnTheParallaxOfTheCell) {
   const FilterConfig config;
   const FilterTables tables{config};
   const GridGeometry window{-10.1, -20.1, 0.2, 300, 300};
-  const Point2 camera{5, -3};
+  const Pose2 camera{5, -3, 0.4};
   const auto repeated = [&](double parallax_px_m2, double x_m, double y_m) {
-    const FilterStep step{step_of({config, tables, window, 0.1, camera, parallax_px_m2})};
+    const FilterStep step{step_of({config, tables, window, 0.1, {camera, 1, 1, parallax_px_m2}})};
     const CellIndex cell{*window.cell_at({x_m, y_m})};
-    return repeated_at(step, cell.ix, cell.iy);
+    return view_of(step, cell.ix, cell.iy).repeated;
   };
   EXPECT_EQ(repeated(0, 17, -3), 1) << "a vehicle that stands";
   EXPECT_EQ(repeated(90, 17, -3), 0);
   EXPECT_NEAR(repeated(90, 29, -3), 1 - 90.0 / (24 * 24) / 0.5, 1e-3);
   EXPECT_NEAR(repeated(90, 5, 21), 1 - 90.0 / (24 * 24) / 0.5, 1e-3) << "whatever the direction";
   EXPECT_EQ(repeated(std::numeric_limits<double>::infinity(), 29, -3), 0) << "unknown";
+}
+
+// What the camera looks at without seeing anything there is forgotten sooner than what lies beside it.
+TEST(FilterForgetting, IsQuickerInTheCamerasView) {
+  const FilterConfig config;
+  const FilterTables tables{config};
+  const GridGeometry window{-10.1, -20.1, 0.2, 300, 300};
+  const auto forgetting = [&](const CameraView& view, Point2 at) {
+    const FilterStep step{step_of({config, tables, window, 0.1, view})};
+    const CellIndex cell{*window.cell_at(at)};
+    return view_of(step, cell.ix, cell.iy).forgetting;
+  };
+  const auto within = [](double time_s) { return (1 - std::exp(-0.1 / time_s)) / 2; };
+  const double in_view{within(config.forgetting_in_view_s)};
+  const double beside{within(config.forgetting_s)};
+  ASSERT_GT(in_view, beside);
+  const CameraView ahead{{5, -3, 0}, 1, 0.5};  // 45° to the left, 27° to the right
+  for (const Point2 at : {Point2{15, -3}, {15, 6}, {15, -7.5}})
+    EXPECT_NEAR(forgetting(ahead, at), in_view, 1e-6) << at.y;
+  for (const Point2 at : {Point2{15, 8}, {15, -9}, {0, -3}}) EXPECT_NEAR(forgetting(ahead, at), beside, 1e-6) << at.y;
+  const CameraView to_the_left{{5, -3, 1.5707963}, 1, 0.5};
+  EXPECT_NEAR(forgetting(to_the_left, {5, 7}), in_view, 1e-6);
+  EXPECT_NEAR(forgetting(to_the_left, {15, -3}), beside, 1e-6);
+  EXPECT_NEAR(forgetting({}, {15, -3}), beside, 1e-6) << "nothing is known of the camera";
 }
 
 }  // namespace

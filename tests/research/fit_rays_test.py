@@ -51,7 +51,8 @@ class FitRays(unittest.TestCase):
         weights = weights_of(HEADER)
         for run, data in self.pairs:
             inputs, _, _, expected = fit_rays.samples_of(run, data, 20, with_observed=True)
-            p = np.clip(1 / (1 + np.exp(-inputs @ weights)), 0.001, 0.999)
+            log_odds, _ = fit_rays.believed(inputs @ weights)
+            p = np.clip(1 / (1 + np.exp(-log_odds)), 0.001, 0.999)
             self.assertGreater(len(p), 1000)
             self.assertLess(np.abs(p - expected).max(), 0.002)
 

@@ -69,8 +69,7 @@ void CudaStages::begin(const LevelFrame& frame, const GridGeometry& window, bool
   on_device.window_cells = grid_in_vehicle(window, inverse(frame.world_from_vehicle));
   on_device.vehicle_in_world = grid_in_vehicle(vehicle_grid_, frame.world_from_vehicle);
   on_device.window = window;
-  on_device.motion = filter_motion(
-      {config_.filter, filter_tables_, window, frame.dt_s, frame.camera(), frame.parallax_px_m2}, window_before_);
+  on_device.motion = filter_motion({config_.filter, filter_tables_, window, frame.dt_s, frame.view}, window_before_);
   window_before_ = window;
   *host_.evidence_count.data() = 0;
 }
