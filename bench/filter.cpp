@@ -37,7 +37,7 @@ constexpr Case cases[]{
     {FilterModel::joint, 200, 10, 0.1, 4.0},   {FilterModel::joint, 200, 10, 0.104, 4.0},
     {FilterModel::joint, 100, 6, 0.1, 0.5},    {FilterModel::joint, 100, 6, 0.104, 0.5},
     {FilterModel::joint, 146, 0, 0.104, 0},    {FilterModel::tay2008, 200, 10, 0.1, 0},
-    {FilterModel::tay2008, 200, 10, 0.104, 0}, {FilterModel::particles, 200, 10, 0.104, 0},
+    {FilterModel::tay2008, 200, 10, 0.104, 0},
 };
 
 // Blocks of 1 × 1 m on free ground, every second one moves; a third of the cells is hidden.

@@ -214,7 +214,6 @@ std::vector<std::string> problems(const Config& config) {
   if (config.grid.length_m / config.grid.cell_size_m > 4000 || config.grid.width_m / config.grid.cell_size_m > 4000) {
     found.emplace_back("grid: more than 4000 cells along a side; take larger cells or a smaller grid.");
   }
-  if (config.filter.model == FilterModel::particles) return found;
   if (lattice_size(config.filter) > 1000) {
     found.emplace_back("filter: more than 1000 velocities; raise velocity_step_mps or lower velocity_max_mps.");
   } else if (lattice_bytes(config) > lattice_bytes_max) {

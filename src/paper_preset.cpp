@@ -90,8 +90,6 @@ void set_values(FilterConfig& filter) {
   filter.appearing_static = 0.4;
   filter.border_occupancy = 0.2;
   filter.scene_flow = false;
-  filter.particles = 100000;
-  filter.velocity_walk_mps = 1;
 }
 
 void set_values(TrackingConfig& tracking) {

@@ -227,9 +227,9 @@ struct FusionConfig {
 };
 
 /// The forms of the Bayesian Occupancy Filter.
-enum class FilterModel { tay2008, joint, particles };
-constexpr std::array<std::string_view, 3> names_of(FilterModel) {
-  return {"tay2008", "joint", "particles"};
+enum class FilterModel { tay2008, joint };
+constexpr std::array<std::string_view, 2> names_of(FilterModel) {
+  return {"tay2008", "joint"};
 }
 
 struct FilterConfig {
@@ -246,14 +246,10 @@ struct FilterConfig {
   double appearing_static{0.4};
   double border_occupancy{0.2};
   bool scene_flow{true};
-  int particles{100000};
-  double velocity_walk_mps{1};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"model", "", 0, 1,
-                    "tay2008: velocity given the cell; joint: mass of (occupied, velocity); particles: that mass in "
-                    "particles."},
+    visit(Parameter{"model", "", 0, 1, "tay2008: velocity given the cell; joint: mass of (occupied, velocity)."},
           self.model);
     visit(Parameter{"velocity_max_mps", "m/s", 0, 60, "Largest speed along each world axis."}, self.velocity_max_mps);
     visit(Parameter{"velocity_step_mps", "m/s", 0.1, 20, "The lattice's slowest velocity along an axis."},
@@ -292,10 +288,6 @@ struct FilterConfig {
                     "Points of obstacles are followed in both images: how they move is told to the filter (joint) and "
                     "to the obstacles."},
           self.scene_flow);
-    visit(Parameter{"particles", "", 1000, 5000000, "Particles: how many there are at most."}, self.particles);
-    visit(Parameter{"velocity_walk_mps", "m/s/√s", 0, 20,
-                    "Particles: how much a moving thing's velocity changes within a second (standard deviation)."},
-          self.velocity_walk_mps);
   }
 };
 

@@ -34,6 +34,14 @@ void prepare(const FilterInput& input, const FilterStep& step, Scroll scroll, co
   }
 }
 
+// Age before the step of what is now at the window's cell (x, y); infinite: never seen.
+float age_before(const Image<float>& age_s, Scroll scroll, int x, int y) {
+  const int from_x{x + scroll.x};
+  const int from_y{y + scroll.y};
+  const bool is_inside{from_x >= 0 && from_x < age_s.width() && from_y >= 0 && from_y < age_s.height()};
+  return is_inside ? age_s(from_x, from_y) : std::numeric_limits<float>::infinity();
+}
+
 // A tile of cells through the filter.
 class TileFilter {
  public:
@@ -51,11 +59,9 @@ class TileFilter {
     return likelihood_of(input_.tables.likelihood.data(), observed_(x, y));
   }
 
-  // Age before the step; infinite: never seen.
   void begin_row(int y) const {
     for (int x{tile_.x_begin}; x < tile_.x_end; ++x) {
-      tile_.after.age_s(x, y) =
-          value_before(tile_.before.age_s, tile_.scroll, x, y, std::numeric_limits<float>::infinity());
+      tile_.after.age_s(x, y) = age_before(tile_.before.age_s, tile_.scroll, x, y);
     }
   }
 
@@ -129,9 +135,6 @@ class TileFilter {
 
 void filter(Cpu& cpu, const FilterInput& input, View<const float> observed, const FilterState& before,
             FilterState& after, GridLayers& layers) {
-  if (input.config.model == FilterModel::particles) {
-    return filter_particles(cpu, input, observed, before, after, layers);
-  }
   after.geometry = layers.geometry = input.geometry;
   const FilterStep step{step_of(input)};
   const Scroll scroll{scroll_between(before.geometry, input.geometry)};

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <vector>
 
-#include "stereogrid/error.hpp"
-
 namespace stereogrid {
 namespace {
 
@@ -204,9 +202,6 @@ FilterOnDevice::FilterOnDevice(Cuda& cuda, const FilterConfig& config, const Fil
       rounded_speed_mps{static_cast<std::size_t>(side)},
       from{tables.lattice.size()},
       prepared{cells, cells} {
-  if (model == FilterModel::particles) {
-    throw ConfigError{"filter.model: particles are not on this back end. Take joint or tay2008, or --device cpu."};
-  }
   const std::vector<double> of_lattice{speeds(tables.lattice)};
   const std::vector<float> rounded(of_lattice.begin(), of_lattice.end());
   upload(cuda, of_lattice.data(), of_lattice.size(), speed_mps.data());

@@ -58,7 +58,6 @@ struct LayersOnDevice {
 
 /// Tables and working memory of the filter, on the device; allocated and uploaded once.
 struct FilterOnDevice {
-  /// Throws ConfigError: FilterModel::particles, which only the CPU has.
   FilterOnDevice(Cuda& cuda, const FilterConfig& config, const FilterTables& tables, int cells);
 
   FilterModel model;

@@ -8,7 +8,6 @@
 
 #include "filter/evidence.hpp"
 #include "filter/model.hpp"
-#include "filter/particles.hpp"
 #include "held_bytes.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/frame.hpp"
@@ -54,6 +53,13 @@ class Window {
   int cells_;
 };
 
+/// Whole cells by which the window has moved since the step before.
+struct Scroll {
+  int x;
+  int y;
+};
+Scroll scroll_between(const GridGeometry& before, const GridGeometry& now);
+
 /// Working memory of the lattice on the CPU: what prediction reads of the step before.
 struct FilterSpace {
   [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(from, gained, standing, still_occupied); }
@@ -64,22 +70,20 @@ struct FilterSpace {
   Image<float> still_occupied;    ///< tay2008
 };
 
-/// What the filter remembers: per cell, P(occupied), and mass[k] = P(occupied, v_k) (joint) or P(v_k) (tay2008), or
-/// particles.
+/// What the filter remembers: per cell, P(occupied), and mass[k] = P(occupied, v_k) (joint) or P(v_k) (tay2008).
 struct FilterState {
   FilterState(int cells, const FilterConfig& config);
 
   template <class State>
   void exchange(State& state) {
-    state(geometry, velocity, particles, occupancy, age_s);
+    state(geometry, velocity, occupancy, age_s);
   }
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(velocity, space, particles, occupancy, age_s); }
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(velocity, space, occupancy, age_s); }
 
   GridGeometry geometry;               ///< of the last step; nx = 0: no step yet
-  std::vector<Image<float>> velocity;  ///< [k]; none with particles
+  std::vector<Image<float>> velocity;  ///< [k]
   FilterSpace space;                   ///< for the step that writes into this state
-  Particles particles;                 ///< none with the other models
   Image<float> occupancy;
   Image<float> age_s;
 };
@@ -121,7 +125,7 @@ struct WeighingSpace {
 
 /// One step of the Bayesian Occupancy Filter: `before` moved on by dt and into the window's new place, then updated
 /// with the observed grid (P(T_X) at the window's cells, 0.5 = nothing seen), into `after`. All `layers` are filled.
-/// docs/method.md §8.6 (tay2008), §8.7 (joint) and §8.8 (particles).
+/// docs/method.md §8.6 (tay2008) and §8.7 (joint).
 void filter(Cpu& cpu, const FilterInput& input, View<const float> observed, const FilterState& before,
             FilterState& after, GridLayers& layers);
 void filter(Reference& reference, const FilterInput& input, View<const float> observed, const FilterState& before,
@@ -152,15 +156,6 @@ inline void write_velocity(const VelocityEstimate& velocity, int x, int y, GridL
 
 /// Layers of that size, all 0.
 GridLayers grid_layers(const GridGeometry& geometry);
-
-/// How much more seldom a standing thing starts than a moving one changes its velocity.
-constexpr double starting_share{0.1};
-
-/// The time that filter.velocity_noise speaks of.
-constexpr double noise_interval_s{0.1};
-
-/// What changes within dt_s of what changes by `share` within that time.
-double share_within(double share, double dt_s);
 
 /// The window's layers (`result.world`) as the car sees them, in the rows begin … end − 1 of `result.vehicle.geometry`:
 /// occupancy and moving interpolated between cells; of the nearest cell velocity and covariance (turned into vehicle

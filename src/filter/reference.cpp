@@ -128,11 +128,8 @@ Cell tay_cell(const Step& step, int x, int y, Likelihood likelihood, std::vector
 
 }  // namespace
 
-void filter(Reference& reference, const FilterInput& input, View<const float> observed, const FilterState& before,
+void filter(Reference& /*reference*/, const FilterInput& input, View<const float> observed, const FilterState& before,
             FilterState& after, GridLayers& layers) {
-  if (input.config.model == FilterModel::particles) {
-    return filter_particles(reference, input, observed, before, after, layers);
-  }
   const Step step{step_of(input), input, before,
                   moved(input.geometry.x_min_m, before.geometry.x_min_m, input.geometry.cell_size_m),
                   moved(input.geometry.y_min_m, before.geometry.y_min_m, input.geometry.cell_size_m)};

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "clamped_to_int.hpp"
 #include "filter/evidence_simd.hpp"
 #include "filter/filter.hpp"
 
@@ -57,6 +58,11 @@ GridGeometry Window::at(const Pose2& world_from_vehicle) const {
   return {first_x * cell_size_m_, first_y * cell_size_m_, cell_size_m_, cells_, cells_};
 }
 
+Scroll scroll_between(const GridGeometry& before, const GridGeometry& now) {
+  return {clamped_to_int(std::round((now.x_min_m - before.x_min_m) / now.cell_size_m)),
+          clamped_to_int(std::round((now.y_min_m - before.y_min_m) / now.cell_size_m))};
+}
+
 FilterTables::FilterTables(const FilterConfig& config) : lattice{velocity_lattice(config)} {
   for (const double v_mps : velocity_axis(config)) axis_mps.push_back(static_cast<float>(v_mps));
   for (int i{0}; i <= likelihood_steps; ++i) {
@@ -78,24 +84,28 @@ GridLayers grid_layers(const GridGeometry& geometry) {
 }
 
 FilterState::FilterState(int cells, const FilterConfig& config)
-    : occupancy{cells, cells, 0.5f}, age_s{cells, cells, never} {
-  if (config.model == FilterModel::particles) {
-    particles = Particles{cells, config};
-  } else {
-    velocity.assign(velocity_lattice(config).size(), Image<float>{cells, cells});
-    space.from.resize(velocity.size());
-    space.gained = space.standing = space.still_occupied = Image<float>{cells, cells};
-  }
-}
-
-double share_within(double share, double dt_s) {
-  return 1 - std::pow(1 - share, dt_s / noise_interval_s);
+    : velocity(velocity_lattice(config).size(), Image<float>{cells, cells}),
+      occupancy{cells, cells, 0.5f},
+      age_s{cells, cells, never} {
+  space.from.resize(velocity.size());
+  space.gained = space.standing = space.still_occupied = Image<float>{cells, cells};
 }
 
 namespace {
 
 // Where the disparity of a point has changed by so much the errors of matching are others.
 constexpr double new_view_px{0.5};
+
+// How much more seldom a standing thing starts than a moving one changes its velocity.
+constexpr double starting_share{0.1};
+
+// The time that filter.velocity_noise speaks of.
+constexpr double noise_interval_s{0.1};
+
+// What changes within dt_s of what changes by `share` within that time.
+double share_within(double share, double dt_s) {
+  return 1 - std::pow(1 - share, dt_s / noise_interval_s);
+}
 
 void set_noise(const FilterConfig& config, double dt_s, int velocities, FilterStep& step) {
   const double others{velocities - 1.0};
@@ -153,9 +163,6 @@ void reset(FilterState& state, const FilterConfig& config, const GridGeometry& g
   for (std::size_t k{0}; k < state.velocity.size(); ++k) {
     state.velocity[k].fill(mass * prior_of(step, static_cast<int>(k)));
   }
-  state.particles.mass.fill({});
-  state.particles.count = 0;
-  state.particles.steps = 0;
   state.occupancy.fill(0.5f);
   state.age_s.fill(never);
 }

@@ -130,7 +130,7 @@ struct Pipeline::Implementation {
         std::unique_ptr<Stages> on_gpu{start_on_gpu()};
         used = BackEnd::cuda;
         return on_gpu;
-      } catch (const DeviceError& error) {  // also: a configuration that only the CPU can do
+      } catch (const DeviceError& error) {  // also: predictions, which only the CPU can make
         why_not_cuda = error.what();
         used = BackEnd::cpu;
       }

@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint64_t prime{0x100000001b3};
 
 struct Head {
-  std::array<char, 8> kind{'S', 'G', 's', 't', 'a', 't', 'e', '1'};
+  std::array<char, 8> kind{'S', 'G', 's', 't', 'a', 't', 'e', '2'};
   std::uint64_t settings{0};
   std::uint64_t size{0};  ///< of what follows, bytes
   std::uint64_t checksum{0};

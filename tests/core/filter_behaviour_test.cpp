@@ -123,8 +123,7 @@ TEST_P(FilterBehaviour, ASlowObjectLiesBetweenTwoBins) {
   EXPECT_NEAR(mean_over(run.layers.velocity_y, 17, 14, 4, 4), 0, 0.3);
 }
 
-INSTANTIATE_TEST_SUITE_P(Models, FilterBehaviour,
-                         testing::Values(FilterModel::tay2008, FilterModel::joint, FilterModel::particles),
+INSTANTIATE_TEST_SUITE_P(Models, FilterBehaviour, testing::Values(FilterModel::tay2008, FilterModel::joint),
                          [](const auto& name) {
                            return std::string{names_of(name.param)[static_cast<std::size_t>(name.param)]};
                          });
@@ -138,12 +137,10 @@ double hidden_for(const FilterConfig& config, int frames) {
 }
 
 // docs/method.md §8.6 and §8.7: inner cells of a 4 × 4 object that nobody sees any more.
-TEST(FilterHiding, KeepsWhatIsHidden) {
-  for (const FilterModel model : {FilterModel::joint, FilterModel::particles}) {
-    for (const FilterConfig& config : {method_config(model), without_static_prior(model)}) {
-      EXPECT_GT(hidden_for(config, 1), 0.95);
-      EXPECT_GT(hidden_for(config, 10), 0.8);
-    }
+TEST(FilterHiding, JointKeepsWhatIsHidden) {
+  for (const FilterConfig& config : {method_config(FilterModel::joint), without_static_prior(FilterModel::joint)}) {
+    EXPECT_GT(hidden_for(config, 1), 0.95);
+    EXPECT_GT(hidden_for(config, 10), 0.8);
   }
 }
 
@@ -198,7 +195,7 @@ TEST(FilterHiding, JointKeepsTheSpeedOfWhatIsHidden) {
 
 // An object must be able to come in over the border with its velocity.
 TEST(FilterBorder, EnteringObjectsHaveTheRightVelocity) {
-  for (const FilterModel model : {FilterModel::tay2008, FilterModel::joint, FilterModel::particles}) {
+  for (const FilterModel model : {FilterModel::tay2008, FilterModel::joint}) {
     Cpu cpu{1};
     FilterRun run{cpu, method_config(model), still_window()};
     for (int step{0}; step < 10; ++step) run.step(scene(cells, 0, 14, 1, 4, 0.02f));

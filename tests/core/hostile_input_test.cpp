@@ -166,7 +166,7 @@ TEST(Arguments, ChoicesThatThereAreNotAreNamed) {
   config.matching.method = static_cast<MatchingMethod>(-1);
   EXPECT_THAT(problems(config),
               ::testing::ElementsAre(HasSubstr("matching.method is -1 and must be one of: correlation semi_global"),
-                                     HasSubstr("filter.model is 7 and must be one of: tay2008 joint particles")));
+                                     HasSubstr("filter.model is 7 and must be one of: tay2008 joint")));
   EXPECT_EQ(get(config, "filter.model"), "7");
   EXPECT_THROW(Pipeline(config, small_rig()), ConfigError);
 }

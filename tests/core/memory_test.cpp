@@ -57,9 +57,6 @@ INSTANTIATE_TEST_SUITE_P(, Memory,
                                          Case{.name = "SemiGlobal", .settings = {{"matching.method", "semi_global"}}},
                                          Case{.name = "Tay2008", .settings = {{"filter.model", "tay2008"}}},
                                          // with little else, so that the small things count
-                                         Case{
-                                             .name = "Particles",
-                                             .settings = {{"filter.model", "particles"}, {"filter.particles", "1000"}}},
                                          Case{.name = "FewVelocities", .settings = {{"filter.velocity_max_mps", "2"}}},
                                          Case{.name = "Bins", .settings = {{"projection.model", "bins"}}},
                                          Case{.name = "Predictions", .horizons_s = {0.5, 1}}),

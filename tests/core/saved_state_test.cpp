@@ -17,7 +17,6 @@ Config small(const char* name) {
   config.grid.width_m = 6;
   config.filter.velocity_max_mps = 4;
   config.matching.disparities = 32;
-  config.filter.particles = 3000;
   config.tracking.confirm_frames = 2;
   return config;
 }
@@ -36,8 +35,6 @@ std::vector<Case> cases() {
                         {"without poses", small("default"), BackEnd::cpu, false},
                         {"reference", small("default"), BackEnd::reference},
                         {"levelled", small("default"), BackEnd::cpu, true, 0.03}};
-  all.push_back({"particles", small("default")});
-  all.back().config.filter.model = FilterModel::particles;
   return all;
 }
 

@@ -147,11 +147,5 @@ TEST(memory_is_what_has_been_allocated) {
   CHECK_EQUAL((cuda_bytes_allocated() - at_start).pinned, std::size_t{0});
 }
 
-TEST(settings_that_only_the_cpu_can_do) {
-  Config config{small_config()};
-  config.filter.model = FilterModel::particles;
-  CHECK(complaint_of([&] { CudaStages{config, small_rig()}; }).find("CPU only") != std::string::npos);
-}
-
 }  // namespace
 }  // namespace stereogrid::test

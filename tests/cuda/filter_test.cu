@@ -233,18 +233,5 @@ TEST(window_is_seen_from_the_vehicle) {
   }
 }
 
-TEST(particles_are_refused) {
-  Cuda cuda;
-  FilterConfig config;
-  config.model = FilterModel::particles;
-  bool is_refused{false};
-  try {
-    const FilterOnDevice filter{cuda, config, FilterTables{config}, 10};
-  } catch (const ConfigError&) {
-    is_refused = true;
-  }
-  CHECK(is_refused);
-}
-
 }  // namespace
 }  // namespace stereogrid::test

@@ -4,25 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include <utility>
 
 #include "matching/match_lattice.hpp"
 #include "pipeline/results.hpp"
 #include "pipeline/stopwatch.hpp"
-#include "stereogrid/error.hpp"
 
 namespace stereogrid {
 namespace {
-
-// A DeviceError each, since `auto` then takes the CPU.
-const Config& checked(const Config& config) {
-  const auto require = [](bool can, const char* setting) {
-    if (!can) throw DeviceError{std::string{setting} + " is supported on the CPU only."};
-  };
-  require(config.filter.model != FilterModel::particles, "filter.model=particles");
-  return config;
-}
 
 template <class T>
 void put(View<const T> image, T* pinned) {
@@ -32,7 +21,7 @@ void put(View<const T> image, T* pinned) {
 }  // namespace
 
 CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device)
-    : config_{checked(config)},
+    : config_{config},
       rig_{level_rig},
       cuda_{device},
       vehicle_grid_{vehicle_grid_of(config.grid)},

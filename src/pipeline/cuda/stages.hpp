@@ -17,7 +17,7 @@ namespace stereogrid {
 /// again from the same state of the filter.
 class CudaStages final : public Stages {
  public:
-  /// Throws DeviceError: no device that can be used, too little memory, or settings that only the CPU supports.
+  /// Throws DeviceError: no device that can be used, or too little memory.
   CudaStages(const Config& config, const Rig& level_rig, int device = 0);
 
   void begin(const LevelFrame& frame, const GridGeometry& window, bool is_first, FrameResult& result) override;

@@ -127,15 +127,6 @@ TEST_F(CudaLoading, AutomaticFallsBackToTheCpuAndSaysWhy) {
   EXPECT_GT(pipeline.process(Street{small_rig()}.frame(0)).road_density, 0.1);
 }
 
-TEST_F(CudaLoading, AutomaticLeavesParticlesToTheCpu) {
-  use_library(EMULATED_LIBRARY);
-  Config config{small_config()};
-  config.filter.model = FilterModel::particles;
-  const Pipeline pipeline{config, small_rig(), {.back_end = BackEnd::automatic, .threads = 1}};
-  EXPECT_EQ(pipeline.back_end(), BackEnd::cpu);
-  EXPECT_THAT(pipeline.why_not_cuda(), HasSubstr("particles"));
-}
-
 TEST_F(CudaLoading, NoLibrary) {
   use_library("");
   EXPECT_THAT(complaint(), HasSubstr("libstereogrid_cuda.so was not found"));

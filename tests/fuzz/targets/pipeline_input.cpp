@@ -136,7 +136,6 @@ Config choose_config(Choices& choices) {
   config.grid = {6, 4, 0.4};
   config.filter.velocity_max_mps = 5;
   config.filter.velocity_step_mps = 2.5;
-  config.filter.particles = 2000;
   change_some(choices, config);
   return config;
 }
@@ -145,9 +144,7 @@ bool is_small(const Config& config) {
   const FilterConfig& filter{config.filter};
   const double cells{std::hypot(config.grid.length_m, config.grid.width_m) / config.grid.cell_size_m + 4};
   const double side{2 * filter.velocity_max_mps / filter.velocity_step_mps + 1};
-  const bool is_lattice{filter.model != FilterModel::particles};
-  const double numbers{is_lattice ? cells * cells * side * side : cells * cells + filter.particles};
-  return !problems(config).empty() || numbers < 200'000;
+  return !problems(config).empty() || cells * cells * side * side < 200'000;
 }
 
 Pose2 choose_pose(Choices& choices) {
