@@ -78,7 +78,7 @@ TEST_F(Fusion, PutsTheLidarsObstaclesIntoTheGrid) {
   run_well({"run", drive(), "--out", alone.string(), "--set", trusting});
   const Outcome outcome{run_well({"run", drive(), "--out", both.string(), "--fuse", "lidar", "--set", trusting})};
   // the images say that there is no wall
-  EXPECT_LT(largest_ahead(alone, "000000"), 0.25F);
+  EXPECT_LT(largest_ahead(alone, "000000"), 0.45F);
   EXPECT_GT(largest_ahead(both, "000000"), 0.9F);
   EXPECT_THAT(outcome.output, HasSubstr("1 of 3 frames had no lidar"));
   EXPECT_EQ(json_of(both / "run.json")["fuse"], (Json{{"source", "lidar"}, {"rings", "all"}}));
