@@ -59,7 +59,7 @@ class Ours {
     config.paths = paths;
     config.window_px = 21;
     config.disparities = disparities;
-    config.speckle_px = 0;  // OpenCV's default
+    config.speckle_px = config.road_speckle_px = 0;  // OpenCV's default
     return config;
   }
 

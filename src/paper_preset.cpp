@@ -20,8 +20,10 @@ void set_values(MatchingConfig& matching) {
   matching.road_margin_px = 3;
   matching.uniqueness = 0.02;
   matching.texture = 1;
+  matching.cost_limit = 1;
   matching.left_right_px = 1;
   matching.speckle_px = 60;
+  matching.road_speckle_px = 60;
   matching.subpixel = false;
   matching.paths = 3;
   matching.penalty_step = 7;

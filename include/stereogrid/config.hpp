@@ -51,9 +51,11 @@ struct MatchingConfig {
   int window_px{9};
   int road_margin_px{3};
   double uniqueness{0};
-  double texture{1.0};
-  int left_right_px{4};
-  int speckle_px{110};
+  double texture{0.75};
+  double cost_limit{0.37};
+  int left_right_px{2};
+  int speckle_px{40};
+  int road_speckle_px{200};
   bool subpixel{true};
   int paths{3};
   int penalty_step{7};
@@ -89,11 +91,17 @@ struct MatchingConfig {
             "texture", "grey levels", 0, 255,
             "Correlation: reject a match where the window's mean horizontal contrast |L(u+1) − L(u−1)| is below this."},
         self.texture);
+    visit(Parameter{"cost_limit", "", 0, 1,
+                    "Correlation: reject a match that costs more than this share of the most that it could cost. "
+                    "Places that do not belong together find one for 0.4."},
+          self.cost_limit);
     visit(Parameter{"left_right_px", "px", 0, 255,
                     "Reject a match whose place in the right image a cheaper one claims with a disparity farther off."},
           self.left_right_px);
-    visit(Parameter{"speckle_px", "px", 0, 100000, "Remove connected patches of fewer pixels; 0: keep all."},
+    visit(Parameter{"speckle_px", "px", 0, 100000, "Remove connected patches of fewer obstacle pixels; 0: keep all."},
           self.speckle_px);
+    visit(Parameter{"road_speckle_px", "px", 0, 100000, "Remove connected patches of fewer road pixels; 0: keep all."},
+          self.road_speckle_px);
     visit(Parameter{"subpixel", "", 0, 1, "Refine disparities between the integers on the winner's cost curve."},
           self.subpixel);
     visit(Parameter{"paths", "", 3, 8,

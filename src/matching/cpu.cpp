@@ -126,13 +126,13 @@ class Decider final : public CandidateSink {
   Matches& matches_;
 };
 
-void remove_speckles(Cpu& cpu, int speckle_px, Speckles& speckles, Matches& matches) {
-  if (speckle_px <= 1) return;
+void remove_speckles(Cpu& cpu, const SpeckleSizes& smallest, Speckles& speckles, Matches& matches) {
+  if (smallest.remove_nothing()) return;
   const int height{matches.road.height()};
   cpu.for_parts(height, cpu.threads(),
                 [&](int band, int begin, int end) { speckles.find_patches(band, begin, end, matches); });
   speckles.join_bands(matches);
-  cpu.for_parts(height, cpu.threads(), [&](int band, int, int) { speckles.remove_small(band, speckle_px, matches); });
+  cpu.for_parts(height, cpu.threads(), [&](int band, int, int) { speckles.remove_small(band, smallest, matches); });
 }
 
 // Where Highway has no vectors the correlation cannot be compiled; the reference then does everything, slowly.
@@ -173,7 +173,7 @@ void match(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> rig
   }
   Decider decider{plane, config, space, matches};
   find_candidates(cpu, left, right, plane, config, space, decider);
-  remove_speckles(cpu, config.speckle_px, space.speckles, matches);
+  remove_speckles(cpu, speckle_sizes(config), space.speckles, matches);
 }
 
 }  // namespace stereogrid

@@ -36,7 +36,7 @@ void match(Cuda& cuda, View<const std::uint8_t, Device> left, View<const std::ui
   if (least > 0) find_texture(cuda, left, config.window_px / 2, least, space.textured.view());
   find_candidates(cuda, left, right, plane, config, space);
   decide(cuda, space.upright.view(), space.level.view(), space.textured.view(), plane, config, matches);
-  remove_speckles(cuda, config.speckle_px, space.parents.view(), space.sizes.view(), matches);
+  remove_speckles(cuda, speckle_sizes(config), space.parents.view(), space.sizes.view(), matches);
 }
 
 }  // namespace stereogrid

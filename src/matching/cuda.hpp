@@ -121,7 +121,7 @@ void decide(Cuda& cuda, View<const FoundLabel, Device> upright, View<const Found
             DeviceMatches& matches);
 
 /// Speckles::remove.
-void remove_speckles(Cuda& cuda, int speckle_px, View<int, Device> parents, View<int, Device> sizes,
+void remove_speckles(Cuda& cuda, const SpeckleSizes& smallest, View<int, Device> parents, View<int, Device> sizes,
                      DeviceMatches& matches);
 
 }  // namespace stereogrid

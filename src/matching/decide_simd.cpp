@@ -124,7 +124,8 @@ void find_winners(const DecideRow& row, int u, DecideSpace& space) {
   const auto in_range = hn::And(hn::Ge(disparity, hn::Set(df, 0.5f)),
                                 hn::Lt(disparity, hn::Set(df, static_cast<float>(row.disparities) - 0.5f)));
   const auto textured = hn::Gt(hn::PromoteTo(d32, hn::LoadU(d8, row.textured + u)), set(0));
-  const auto good = hn::And(hn::And(unique, textured), hn::RebindMask(d32, in_range));
+  const auto cheap = hn::Lt(cost, set(row.confidences.cost_limit + 1));
+  const auto good = hn::And(hn::And(hn::And(unique, cheap), textured), hn::RebindMask(d32, in_range));
   const auto label = hn::IfThenElseZero(good, hn::IfThenElse(is_road, set(2), set(1)));
   const auto whole = hn::ConvertTo(d32, hn::Add(disparity, hn::Set(df, 0.5f)));
   const auto right_u = hn::Sub(columns_from(u), whole);

@@ -77,7 +77,10 @@ Shifts road_shifts(const MatchingConfig& config);
 /// Sum of |L(u+1) − L(u−1)| that a window must have. Semi-global matching carries disparities over blank places: 0.
 int least_texture(const MatchingConfig& config);
 
-/// How sure this matcher's disparities are.
+/// Smallest patches that stay.
+SpeckleSizes speckle_sizes(const MatchingConfig& config);
+
+/// How sure this matcher's disparities are, and what costs too much.
 ConfidenceModel confidence_model(const MatchingConfig& config);
 
 /// The share by which a runner-up must cost more, in 1/1024.

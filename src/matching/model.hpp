@@ -124,6 +124,7 @@ struct ConfidenceWeights {
 
 /// Of a matcher whose costs have a largest possible value.
 struct ConfidenceModel {
+  int cost_limit;  ///< what costs more is no match
   float per_cost;  ///< 1 / the largest cost
   ConfidenceWeights upright;
   ConfidenceWeights road;
@@ -164,7 +165,7 @@ struct Winner {
   std::uint16_t cost;
   float disparity;    ///< px
   int whole;          ///< px: the column of the right image that is claimed is u − whole
-  bool is_plausible;  ///< unique, and within the disparities searched
+  bool is_plausible;  ///< unique, cheap enough and within the disparities searched
   float confidence;   ///< that the disparity is right
 };
 
@@ -181,7 +182,7 @@ STEREOGRID_HD inline Winner winner_of(const Candidate& upright, const Candidate&
           best.cost,
           disparity,
           static_cast<int>(disparity + 0.5f),
-          in_range && best.rivals == 0,
+          in_range && best.rivals == 0 && best.cost <= confidences.cost_limit,
           confidence_of(is_road ? confidences.road : confidences.upright, confidences.per_cost, best.cost,
                         (best.before < best.after ? best.before : best.after) - best.cost,
                         upright.cost < level.cost ? level.cost - upright.cost : upright.cost - level.cost, disparity)};

@@ -22,16 +22,22 @@ int least_texture(const MatchingConfig& config) {
   return static_cast<int>(std::ceil(config.texture * config.window_px * config.window_px));
 }
 
+SpeckleSizes speckle_sizes(const MatchingConfig& config) {
+  return {config.speckle_px, config.road_speckle_px};
+}
+
 // Fitted by gradient descent on the log-loss of "right to a pixel" over the four kinds of truth that bench_accuracy
 // reads (two lidar drives, two pairs, five rendered sequences; equal weight each), matches of the whole pipeline.
 ConfidenceModel confidence_model(const MatchingConfig& config) {
   if (config.method == MatchingMethod::semi_global) {
-    return {1.0f / cost_max,
+    return {cost_max,
+            1.0f / cost_max,
             {2.362f, -4.301f, -11.700f, 10.925f, -15.861f, -0.087f, -0.726f},
             {1.714f, -6.735f, -6.223f, 23.645f, 14.709f, 0.407f, -1.014f}};
   }
   const int most{compared_bits(config.window_px) * config.window_px * config.window_px};
-  return {1.0f / static_cast<float>(most),
+  return {static_cast<int>(config.cost_limit * most),
+          1.0f / static_cast<float>(most),
           {1.057f, -2.645f, -6.135f, 20.821f, 0.743f, 0.121f, -0.741f},
           {0.060f, -2.173f, -3.143f, 61.630f, 33.120f, 1.446f, -1.529f}};
 }

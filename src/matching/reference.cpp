@@ -163,7 +163,7 @@ void match(Reference& reference, View<const std::uint8_t> left, View<const std::
            const MatchingConfig& config, MatchingSpace& space, Matches& matches) {
   Decider decider{left, plane, config, matches};
   find_candidates(reference, left, right, plane, config, space, decider);
-  space.speckles.remove(config.speckle_px, matches);
+  space.speckles.remove(speckle_sizes(config), matches);
 }
 
 }  // namespace stereogrid

@@ -126,23 +126,24 @@ void Speckles::join_bands(const Matches& matches) {
   }
 }
 
-void Speckles::remove_small(int band, int speckle_px, Matches& matches) const {
+void Speckles::remove_small(int band, const SpeckleSizes& smallest, Matches& matches) const {
   const Runs all{bands_[static_cast<std::size_t>(band)].all};
   for (int run{all.first}; run < all.end; ++run) {
     int patch{run};
     while (runs_[patch].parent >= 0) patch = runs_[patch].parent;
-    if (-runs_[patch].parent >= speckle_px) continue;
     const Run& small{runs_[run]};
+    const bool is_obstacle{matches.obstacle(small.begin, small.row) > 0};
+    if (-runs_[patch].parent >= (is_obstacle ? smallest.obstacle_px : smallest.road_px)) continue;
     for (auto* image : {&matches.road, &matches.obstacle, &matches.confidence}) {
       std::fill(image->row(small.row) + small.begin, image->row(small.row) + small.end, 0.0f);
     }
   }
 }
 
-void Speckles::remove(int speckle_px, Matches& matches) {
-  if (speckle_px <= 1) return;
+void Speckles::remove(const SpeckleSizes& smallest, Matches& matches) {
+  if (smallest.remove_nothing()) return;
   find_patches(0, 0, matches.road.height(), matches);
-  remove_small(0, speckle_px, matches);
+  remove_small(0, smallest, matches);
 }
 
 }  // namespace stereogrid

@@ -102,27 +102,28 @@ __global__ void __launch_bounds__(threads) sum_patches(Patches patches) {
   atomicAdd(patches.sizes + root, size);
 }
 
-__global__ void __launch_bounds__(threads) remove_small(Patches patches, int speckle_px) {
+__global__ void __launch_bounds__(threads) remove_small(Patches patches, SpeckleSizes smallest) {
   const Pixel pixel{};
   const int u{pixel.u};
   const int v{pixel.v};
   if (u >= patches.obstacle.width || patches.labelled(u, v) == 0) return;
-  if (patches.sizes[find(patches.parents, patches.index(u, v))] >= speckle_px) return;
+  const int least{patches.obstacle(u, v) > 0 ? smallest.obstacle_px : smallest.road_px};
+  if (patches.sizes[find(patches.parents, patches.index(u, v))] >= least) return;
   patches.obstacle(u, v) = patches.road(u, v) = patches.confidence(u, v) = 0.0f;
 }
 
 }  // namespace
 
-void remove_speckles(Cuda& cuda, int speckle_px, View<int, Device> parents, View<int, Device> sizes,
+void remove_speckles(Cuda& cuda, const SpeckleSizes& smallest, View<int, Device> parents, View<int, Device> sizes,
                      DeviceMatches& matches) {
-  if (speckle_px <= 1) return;
+  if (smallest.remove_nothing()) return;
   const Patches patches{matches.obstacle.view(), matches.road.view(), matches.confidence.view(), parents.data,
                         sizes.data};
   const dim3 grid{blocks_for(parents.width, threads), static_cast<unsigned>(parents.height)};
   launch(cuda, start_patches, grid, dim3{threads}, 0, patches);
   launch(cuda, join_patches, grid, dim3{threads}, 0, patches);
   launch(cuda, sum_patches, grid, dim3{threads}, 0, patches);
-  launch(cuda, remove_small, grid, dim3{threads}, 0, patches, speckle_px);
+  launch(cuda, remove_small, grid, dim3{threads}, 0, patches, smallest);
 }
 
 }  // namespace stereogrid

@@ -12,20 +12,27 @@
 
 namespace stereogrid {
 
+/// Patches of fewer pixels go, by label.
+struct SpeckleSizes {
+  int obstacle_px;
+  int road_px;
+
+  [[nodiscard]] bool remove_nothing() const { return obstacle_px <= 1 && road_px <= 1; }
+};
+
 /// Removes connected patches (neighbours of the same label, disparities within 1 px) of few pixels. Works on runs of
 /// pixels in a row, of which there are far fewer than pixels.
 class Speckles {
  public:
   Speckles(int width, int height, int bands = 1);
 
-  /// Patches of fewer than `speckle_px` pixels go.
-  void remove(int speckle_px, Matches& matches);
+  void remove(const SpeckleSizes& smallest, Matches& matches);
 
   /// The same in three steps, on bands of rows that follow each other: first `find_patches` for each band, then
   /// `join_bands` once, then `remove_small` for each band. The bands of a step may be worked on at the same time.
   void find_patches(int band, int begin, int end, const Matches& matches);
   void join_bands(const Matches& matches);
-  void remove_small(int band, int speckle_px, Matches& matches) const;
+  void remove_small(int band, const SpeckleSizes& smallest, Matches& matches) const;
 
   [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(bands_) + pixels_ * sizeof(Run); }
 

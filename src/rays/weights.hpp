@@ -41,7 +41,7 @@ STEREOGRID_HD constexpr float unit_of(int kind) {
 
 /// Fitted on kitti_odo04, kitti_raw0009, B-crossing, C-street, E-kitti-like: the logarithm of the odds by each input.
 struct RayWeights {
-  float value[cell_rays]{1.676f, 0.291f, 0.472f, -1.047f, 4.747f, -6.419f, 0.863f};
+  float value[cell_rays]{1.700f, 0.311f, 0.521f, -1.091f, 3.930f, -5.625f, 0.848f};
 };
 
 }  // namespace stereogrid

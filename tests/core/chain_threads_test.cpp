@@ -14,7 +14,7 @@ TEST(ChainThreads, CpuEqualsReferenceOnAnyNumberOfThreads) {
     Config config{preset(name)};
     config.matching.window_px = 7;
     config.matching.disparities = 32;
-    config.matching.speckle_px = 10;
+    config.matching.speckle_px = config.matching.road_speckle_px = 10;
     config.grid.length_m = 8;
     config.grid.width_m = 6;
     config.filter.velocity_max_mps = 4;

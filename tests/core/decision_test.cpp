@@ -151,7 +151,7 @@ TEST(Speckles, SmallPatchesGoAndLargeOnesStay) {
   paint(matches.obstacle, 0, 8, 3, 1, 9);  // 3 and 3 pixels of two labels: two patches
   paint(matches.road, 0, 9, 3, 1, 9);
   paint(matches.road, 6, 8, 3, 2, 9);  // 6 pixels of road
-  Speckles{size, size}.remove(6, matches);
+  Speckles{size, size}.remove({6, 6}, matches);
   EXPECT_EQ(matches.obstacle(2, 1), 9);
   EXPECT_EQ(matches.obstacle(7, 0), 0);
   EXPECT_EQ(matches.obstacle(1, 4), 9);
@@ -161,6 +161,17 @@ TEST(Speckles, SmallPatchesGoAndLargeOnesStay) {
   EXPECT_EQ(matches.obstacle(1, 8), 0);
   EXPECT_EQ(matches.road(1, 9), 0);
   EXPECT_EQ(matches.road(7, 9), 9);
+}
+
+TEST(Speckles, SizesAreByLabel) {
+  Matches matches{4, 4};
+  matches.obstacle(0, 0) = matches.obstacle(1, 0) = 9;
+  matches.road(0, 2) = matches.road(1, 2) = 9;
+  Speckles{4, 4}.remove({2, 3}, matches);
+  EXPECT_EQ(matches.obstacle(1, 0), 9);
+  EXPECT_EQ(matches.road(1, 2), 0);
+  Speckles{4, 4}.remove({3, 0}, matches);
+  EXPECT_EQ(matches.obstacle(1, 0), 0);
 }
 
 TEST(Speckles, BandsMakeNoDifference) {
@@ -180,13 +191,13 @@ TEST(Speckles, BandsMakeNoDifference) {
         std::fill_n(image->row(v), width, 0.0f);
     }
     Matches cut{whole};
-    Speckles{width, height}.remove(12, whole);
+    Speckles{width, height}.remove({12, 12}, whole);
     const int bands{2 + round % 30};  // more than rows, too
     Speckles speckles{width, height, bands};
     const auto row = [&](int band) { return height * band / bands; };
     for (int band{0}; band < bands; ++band) speckles.find_patches(band, row(band), row(band + 1), cut);
     speckles.join_bands(cut);
-    for (int band{0}; band < bands; ++band) speckles.remove_small(band, 12, cut);
+    for (int band{0}; band < bands; ++band) speckles.remove_small(band, {12, 12}, cut);
     ASSERT_EQ(cut.road, whole.road) << bands << " bands";
     ASSERT_EQ(cut.obstacle, whole.obstacle) << bands << " bands";
     ASSERT_EQ(cut.confidence, whole.confidence) << bands << " bands";
@@ -196,7 +207,7 @@ TEST(Speckles, BandsMakeNoDifference) {
 TEST(Speckles, ZeroKeepsEverything) {
   Matches matches{3, 3};
   matches.road(1, 1) = 4;
-  Speckles{3, 3}.remove(0, matches);
+  Speckles{3, 3}.remove({}, matches);
   EXPECT_EQ(matches.road(1, 1), 4);
 }
 

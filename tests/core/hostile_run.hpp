@@ -32,7 +32,7 @@ inline Config small_config() {
   config.grid = {12, 8, 0.5};
   config.matching.window_px = 5;
   config.matching.disparities = 16;
-  config.matching.speckle_px = 20;
+  config.matching.speckle_px = config.matching.road_speckle_px = 20;
   config.filter.velocity_max_mps = 3;
   return config;
 }

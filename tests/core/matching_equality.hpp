@@ -47,7 +47,7 @@ inline MatchingConfig config_of(int window_px, int disparities) {
   config.road_margin_px = 1 + window_px % 4;
   config.texture = 3;
   config.uniqueness = 0.05;
-  config.speckle_px = 4;
+  config.speckle_px = config.road_speckle_px = 4;
   return config;
 }
 

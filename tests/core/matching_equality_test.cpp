@@ -48,13 +48,14 @@ TEST(MatchingEquality, CpuEqualsReferenceOnManyDisparities) {
 
 TEST(MatchingEquality, CpuEqualsReferenceWithEveryOption) {
   std::mt19937 generator{79};
-  for (int option{0}; option < 5; ++option) {
+  for (int option{0}; option < 6; ++option) {
     MatchingConfig config{config_of(7, 24)};
     config.subpixel = option != 0;
     if (option == 1) config.left_right_px = 0;
     if (option == 2) config.uniqueness = 0;
-    if (option == 3) config.speckle_px = 0;
+    if (option == 3) config.speckle_px = config.road_speckle_px = 0;
     if (option == 4) config.texture = 20;
+    if (option == 5) config.cost_limit = 0.2;
     expect_equal_to_reference(textured_pair({49, 23}, generator), plain_plane, config, {2});
   }
 }

@@ -17,8 +17,9 @@ inline MatchingConfig permissive_config() {
   config.road_margin_px = 3;
   config.uniqueness = 0;
   config.texture = 0;
+  config.cost_limit = 1;
   config.left_right_px = 1;
-  config.speckle_px = 0;
+  config.speckle_px = config.road_speckle_px = 0;
   config.subpixel = true;
   return config;
 }

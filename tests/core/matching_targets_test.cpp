@@ -134,8 +134,10 @@ MatchingConfig random_config(std::mt19937& generator) {
   config.road_margin_px = uniform_int(generator, 1, uniform_int(generator, 0, 1) == 0 ? 15 : 4);
   config.uniqueness = any_of(0, 0.02, 0.1, 1);
   config.texture = any_of(0, 1, 20);
+  config.cost_limit = any_of(0.2, 0.37, 1);
   config.left_right_px = static_cast<int>(any_of(0, 1, 255));
   config.speckle_px = static_cast<int>(any_of(0, 3, 60));
+  config.road_speckle_px = static_cast<int>(any_of(0, 3, 60));
   config.subpixel = uniform_int(generator, 0, 3) != 0;
   config.penalty_step = uniform_int(generator, 0, 100);
   config.penalty_jump = uniform_int(generator, 1, 190);

@@ -155,6 +155,26 @@ TEST(Matching, NothingMatchesWithoutTexture) {
   EXPECT_EQ(MatchRun(cpu, ramp, ramp, no_road, config).space.textured.row(10)[30], 0);
 }
 
+// Noise that has nothing to do with each other: the cheapest place of each pixel costs less by chance.
+TEST(Matching, WhatCostsAsMuchAsChanceIsNoMatch) {
+  Cpu cpu{2};
+  std::mt19937 generator{11};
+  Image<std::uint8_t> left{160, 60};
+  Image<std::uint8_t> right{160, 60};
+  for (Image<std::uint8_t>* image : {&left, &right}) {
+    for (std::uint8_t& pixel : *image) pixel = static_cast<std::uint8_t>(generator() % 256);
+  }
+  const auto matched = [&](const MatchingConfig& config) {
+    const MatchRun run{cpu, left, right, no_road, config};
+    return std::ranges::count_if(run.matches.obstacle, [](float disparity) { return disparity > 0; });
+  };
+  MatchingConfig config{permissive_config()};
+  const auto by_chance = matched(config);
+  EXPECT_GT(by_chance, 2000);
+  config.cost_limit = MatchingConfig{}.cost_limit;
+  EXPECT_LT(matched(config), by_chance / 5);
+}
+
 TEST(Matching, FindsTheRoad) {
   const Texture texture{5};
   Cpu cpu{2};

@@ -112,7 +112,7 @@ TEST(SemiGlobal, MatchEqualsReference) {
   for (const int width : {1, 3, 33, 61}) {
     MatchingConfig config{random_config(70, generator)};
     config.texture = 3;
-    config.speckle_px = 4;
+    config.speckle_px = config.road_speckle_px = 4;
     const RoadPlane plane{3.3, 0.07, 0.31, 30, 10};
     const Image<std::uint8_t> left{noise_image(width, 17, generator)};
     const Image<std::uint8_t> right{noise_image(width, 17, generator)};

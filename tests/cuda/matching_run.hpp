@@ -192,8 +192,9 @@ inline void check_speckles(Size size, int blank_percent, int speckle_px) {
   put(cuda, expected.confidence, found.confidence);
   DeviceImage<int> parents{size.width, size.height};
   DeviceImage<int> sizes{size.width, size.height};
-  remove_speckles(cuda, speckle_px, parents.view(), sizes.view(), found);
-  Speckles{size.width, size.height}.remove(speckle_px, expected);
+  const SpeckleSizes smallest{speckle_px, 2 * speckle_px};
+  remove_speckles(cuda, smallest, parents.view(), sizes.view(), found);
+  Speckles{size.width, size.height}.remove(smallest, expected);
   check_same(expected, cuda, found);
 }
 

@@ -24,7 +24,7 @@ MatchingConfig config_of(int window_px, int disparities) {
   config.texture = 3;
   config.uniqueness = 0.05;
   config.left_right_px = 1;
-  config.speckle_px = 4;
+  config.speckle_px = config.road_speckle_px = 4;
   return config;
 }
 
@@ -60,17 +60,18 @@ TEST(windows_on_many_disparities) {
 }
 
 TEST(windows_with_every_option) {
-  for (int option{0}; option < 9; ++option) {
+  for (int option{0}; option < 10; ++option) {
     MatchingConfig config{config_of(7, 24)};
     config.subpixel = option != 0;
     if (option == 1) config.left_right_px = 0;
     if (option == 2) config.uniqueness = 0;
-    if (option == 3) config.speckle_px = 0;
+    if (option == 3) config.speckle_px = config.road_speckle_px = 0;
     if (option == 4) config.texture = 20;
     if (option == 5) config.texture = 0;
     if (option == 6) config.min_disparity = 5;
     if (option == 7) config.road_margin_px = 15;
     if (option == 8) config.left_right_px = 3;
+    if (option == 9) config.cost_limit = 0.2;
     check_equal(textured_pair({69, 19}, 89), option % 2 == 0 ? plain_plane : falling_plane, config);
   }
 }
@@ -79,7 +80,7 @@ TEST(windows_of_the_presets) {
   for (const char* name : {"default", "paper"}) {
     MatchingConfig config{preset(name).matching};
     config.disparities = 64;
-    config.speckle_px = 20;
+    config.speckle_px = config.road_speckle_px = 20;
     check_equal(textured_pair({71, 23}, 97), plain_plane, config);
   }
 }
