@@ -14,6 +14,7 @@
 #include <string_view>
 
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/mask.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/scenes/scene.hpp"
@@ -40,6 +41,7 @@ Input open_scene(const InputOptions& options) {
   auto scene{
       std::make_unique<scenes::Scene>(scenes::parse_scene(io::printable(options.paths.front(), std::string::npos)))};
   Input input;
+  if (!options.mask.empty()) input.mask = io::read_mask(options.mask, scene->rig().width_px, scene->rig().height_px);
   input.scene = scene.get();
   input.poses = poses;
   input.source = std::move(scene);
@@ -80,6 +82,11 @@ void add_input_options(CLI::App& command, InputOptions& options) {
                   "Disparity images to take instead of right images: PNG (KITTI), PFM, TIFF or NPY, named as the left "
                   "images.")
       ->type_name("DIR");
+  command
+      .add_option("--mask", options.mask,
+                  "Image of the left image's size in which what shows the vehicle itself, its bonnet for instance, is "
+                  "black (0); such pixels are not used. Instead of the calibration's mask.")
+      ->type_name("FILE.png");
 }
 
 Input open_input(const InputOptions& options) {
@@ -89,9 +96,11 @@ Input open_input(const InputOptions& options) {
   if (!options.calibration.empty()) arguments.calibration = options.calibration;
   arguments.poses = options.poses;
   if (!options.disparities.empty()) arguments.disparities = options.disparities;
+  if (!options.mask.empty()) arguments.mask = options.mask;
   auto recording{io::open_recording(arguments)};
   Input input;
   input.recording = recording.get();
+  input.mask = recording->contents().mask;
   input.poses = recording->has_poses()                 ? PoseSource::input
                 : recording->contents().wants_odometry ? PoseSource::odometry
                                                        : PoseSource::none;
@@ -100,13 +109,16 @@ Input open_input(const InputOptions& options) {
 }
 
 io::RunInput describe(const Input& input, const InputOptions& options) {
-  if (input.scene != nullptr) return {"scene", options.paths, options.poses, "", ""};
+  if (input.scene != nullptr) return {"scene", options.paths, options.poses, "", "", text_of(options.mask)};
   std::vector<std::string> paths;
   for (const std::string& path : options.paths) paths.push_back(text_of(path));
   const io::RecordingContents& contents{input.recording->contents()};
-  return {contents.kind, std::move(paths),
+  return {contents.kind,
+          std::move(paths),
           input.poses == PoseSource::odometry ? "odometry" : text_of(contents.poses_file),
-          text_of(contents.calibration_file), text_of(contents.disparities)};
+          text_of(contents.calibration_file),
+          text_of(contents.disparities),
+          text_of(contents.mask_file)};
 }
 
 void log_input(const Input& input) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -26,6 +27,7 @@ struct InputOptions {
   std::string calibration;
   std::string poses;  ///< "", "file", "none", "odometry" or a file's name
   std::string disparities;
+  std::string mask{};
 };
 
 void add_input_options(CLI::App& command, InputOptions& options);
@@ -39,6 +41,7 @@ struct Input {
   const io::Recording* recording{nullptr};
   const scenes::Scene* scene{nullptr};
   PoseSource poses{PoseSource::input};
+  Image<std::uint8_t> mask{};  ///< PipelineOptions::mask
 };
 
 /// Throws InputError, ConfigError.

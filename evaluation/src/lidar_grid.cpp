@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "road_plane.hpp"
+#include "level_points.hpp"
 
 namespace stereogrid::evaluation {
 namespace {
@@ -23,14 +23,17 @@ std::vector<Point2> directions_of(int beams) {
 
 }  // namespace
 
-Image<float> lidar_grid(std::span<const CameraPoint> points, const CameraPoint& lidar, const GridGeometry& grid,
-                        double camera_height_m, const LidarModelParameters& parameters) {
+Image<float> lidar_grid(std::span<const CameraPoint> points, const CameraPoint& lidar, const Rig& rig,
+                        const GridGeometry& grid, double camera_height_m, const LidarModelParameters& parameters) {
+  const LevelFrame level_frame{rig};
+  const std::vector<CameraPoint> level{level_frame(points)};
+  const CameraPoint sensor{level_frame(lidar)};
   const LogOddsParameters& log_odds{parameters.log_odds};
   const int beams{std::max(1, static_cast<int>(std::ceil(2 * std::numbers::pi / parameters.beam_rad)))};
-  const Point2 origin{lidar.z_m, -lidar.x_m};
+  const Point2 origin{sensor.z_m, -sensor.x_m};
   Fan fan{origin, directions_of(beams), farthest_corner_m(grid) + std::hypot(origin.x, origin.y), grid.cell_size_m / 4};
-  const RoadPlane road{fit_road(points, camera_height_m)};
-  for (const CameraPoint& point : points) {
+  const RoadPlane road{fit_road(level, level_frame.road(camera_height_m))};
+  for (const CameraPoint& point : level) {
     const double height_m{road.height_of(point)};
     const bool is_hit{height_m >= log_odds.height_min_m && height_m <= log_odds.height_max_m};
     if (!is_hit && std::abs(height_m) > log_odds.road_m) continue;

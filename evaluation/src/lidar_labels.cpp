@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "level_points.hpp"
 #include "nearest_obstacle.hpp"
 #include "road_plane.hpp"
 #include "stereogrid/evaluation/labels.hpp"
@@ -43,10 +44,13 @@ struct SeenPoints {
   std::vector<CameraPoint> road;
 };
 
-SeenPoints sort_by_height(std::span<const CameraPoint> points, const RoadPlane& road, const Labels& labels) {
+/// `points` as the camera has them, and the same ones `level`.
+SeenPoints sort_by_height(std::span<const CameraPoint> points, std::span<const CameraPoint> level,
+                          const RoadPlane& road, const Labels& labels) {
   SeenPoints seen;
-  for (const CameraPoint& p : points) {
-    if (!in_view(p, labels.rig) || !cell_of(p, labels.geometry)) continue;
+  for (std::size_t i{0}; i < points.size(); ++i) {
+    const CameraPoint& p{level[i]};
+    if (!in_view(points[i], labels.rig) || !cell_of(p, labels.geometry)) continue;
     const double height{road.height_of(p)};
     if (height > obstacle_from_m && height < obstacle_to_m) seen.obstacle.push_back(p);
     if (std::abs(height) < road_within_m) seen.road.push_back(p);
@@ -89,7 +93,9 @@ NearestObstacle nearest_of(const std::vector<CameraPoint>& obstacle, const Label
 Labels lidar_labels(std::span<const CameraPoint> points, const Rig& rig, const GridGeometry& grid,
                     double camera_height_m) {
   Labels labels{grid, rig, {grid.nx, grid.ny, not_scored}, {grid.nx, grid.ny}};
-  const SeenPoints seen{sort_by_height(points, fit_road(points, camera_height_m), labels)};
+  const LevelFrame level_frame{rig};
+  const std::vector<CameraPoint> level{level_frame(points)};
+  const SeenPoints seen{sort_by_height(points, level, fit_road(level, level_frame.road(camera_height_m)), labels)};
   label(count(seen.obstacle, grid), count(seen.road, grid), labels.cells);
   mark_partly_hidden(nearest_of(seen.obstacle, labels), labels);
   return labels;

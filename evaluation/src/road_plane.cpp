@@ -39,8 +39,8 @@ std::optional<std::array<double, 3>> solve(std::array<std::array<double, 4>, 3> 
 
 }  // namespace
 
-RoadPlane fit_road(std::span<const CameraPoint> points, double camera_height_m) {
-  RoadPlane plane{0, 0, camera_height_m};
+RoadPlane fit_road(std::span<const CameraPoint> points, const RoadPlane& start) {
+  RoadPlane plane{start};
   for (int round{0}; round < rounds; ++round) {
     const double gate{round == 0 ? first_gate_m : gate_m};
     std::array<std::array<double, 4>, 3> normal{};

@@ -17,8 +17,8 @@ struct RoadPlane {
   [[nodiscard]] double height_of(const CameraPoint& p) const { return p.x_m * right + p.z_m * ahead + down_m - p.y_m; }
 };
 
-/// Least squares through low points: 4–30 m ahead, within 8 m of the axis; within 0.35 m of a level road at
-/// `camera_height_m`, then twice within 0.12 m of the plane before. Stays where it is with too few points.
-[[nodiscard]] RoadPlane fit_road(std::span<const CameraPoint> points, double camera_height_m);
+/// Least squares through low points: 4–30 m ahead, within 8 m of the axis; within 0.35 m of `start`, then
+/// twice within 0.12 m of the plane before. Stays where it is with too few points.
+[[nodiscard]] RoadPlane fit_road(std::span<const CameraPoint> points, const RoadPlane& start);
 
 }  // namespace stereogrid::evaluation

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -14,6 +15,7 @@
 #include "stereogrid/export.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/grid.hpp"
+#include "stereogrid/image.hpp"
 #include "stereogrid/result.hpp"
 
 namespace stereogrid {
@@ -34,6 +36,10 @@ struct PipelineOptions {
   /// Of FrameResult::predictions, s: more than 0, at most 10 000; long before that everything is forgotten. A GPU does
   /// not predict: `automatic` takes the CPU then, and `cuda` is refused.
   std::vector<double> horizons_s{};
+  /// Pixels of the left camera's image that show the vehicle itself, its bonnet for instance: 0. They have no disparity
+  /// and say nothing of the street; what is seen through them alone stays unknown. Of the camera's size, as the images
+  /// come, be it pitched or not; any other number: the pixel is used. Empty: all are.
+  Image<std::uint8_t> mask{};
   /// Where the vehicle is in the world at the first frame, m and rad, for a run that goes on in the world of another
   /// one: finite, and within 1e9 m of the origin.
   Pose2 start{};
@@ -109,11 +115,11 @@ class STEREOGRID_EXPORT Pipeline {
   [[nodiscard]] const std::string& why_not_cuda() const;
 
   /// What the pipeline remembers between two frames, as bytes, a mounting that has been found among it: a pipeline of
-  /// the same configuration, rig and back end that loads it goes on exactly as this one would. For the same version of
-  /// the library on machines of one kind; the checksum tells damage, not forgery.
+  /// the same configuration, rig, mask and back end that loads it goes on exactly as this one would. For the same
+  /// version of the library on machines of one kind; the checksum tells damage, not forgery.
   [[nodiscard]] std::vector<std::byte> save_state() const;
-  /// Throws InputError: no saved state, damaged, or of another configuration, rig, back end or version; nothing has
-  /// changed then.
+  /// Throws InputError: no saved state, damaged, or of another configuration, rig, mask, back end or version; nothing
+  /// has changed then.
   void load_state(std::span<const std::byte> saved);
 
  private:

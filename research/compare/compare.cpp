@@ -91,7 +91,7 @@ class Comparer {
     Known known;
     if (truth_.has_sweeps())
       known.sweep = truth_.sweep(frame.name, options_.hold_out ? app::Rings::even : app::Rings::all);
-    if (auto labelled{truth_.frame(frame.name, first_.vehicle_grid())}) {
+    if (auto labelled{truth_.frame(frame.name, first_.vehicle_grid(), first_.rig())}) {
       known.labels = std::move(labelled->labels);
       known.truth = std::move(labelled->truth);
     }
@@ -107,7 +107,7 @@ class Comparer {
                                  result.world_from_vehicle,
                                  std::move(known.sweep),
                                  truth_.lidar_in_camera(),
-                                 options_.camera_height_m};
+                                 truth_.lidar_road_m(first_.rig())};
     ++comparison_.frames;
     comparison_.frames_with_truth += known.labels ? 1 : 0;
     std::vector<NamedGrid> grids;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,7 @@ struct CompareOptions {
   bool hold_out{false};
   std::vector<std::string> only;
   int threads{0};
-  double camera_height_m{evaluation::kitti_camera_height_m};
+  std::optional<double> camera_height_m;
   std::string json;
   std::string html;
   std::string pictures;

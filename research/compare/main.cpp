@@ -27,10 +27,11 @@ void describe(CLI::App& program, int& exit_code) {
       ->transform(CLI::CheckedTransformer(kinds))
       ->type_name("lidar|truth");
   program
-      .add_option("--camera-height", options->camera_height_m,
-                  "Camera over the road, where the search for the lidar's road starts (m).")
+      .add_option(
+          "--camera-height", options->camera_height_m,
+          "Camera over the road, where the search for the lidar's road starts (m). Left out: the height that was "
+          "found, else 1.64, as on KITTI.")
       ->type_name("M")
-      ->capture_default_str()
       ->check(number(0.3, 5), "[0.3 - 5]");
   program.add_flag("--hold-out", options->hold_out,
                    "Every second ring of the lidar labels the cells, the others are for the lidar's own grid.");

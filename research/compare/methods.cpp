@@ -43,7 +43,7 @@ void add_single_frame_methods(const Config& config, bool with_lidar, Methods& me
   if (!with_lidar) return;
   add("lidar", "lidar, inverse sensor model", [](const ComparedFrame& f) {
     if (f.sweep.empty()) return Image<float>{};
-    return evaluation::lidar_grid(f.sweep, f.lidar, f.grid, f.camera_height_m);
+    return evaluation::lidar_grid(f.sweep, f.lidar, f.disparities.rig, f.grid, f.camera_height_m);
   });
 }
 

@@ -27,12 +27,15 @@ constexpr double below_max{0.3};
 constexpr double elsewhere_min{0.3};
 
 template <class Visit>
-void for_lattice(int width, int height, double first_row, const Visit& visit) {
-  const MatchLattice lattice{width, height};
+void for_lattice(const MatchedFrame& frame, double first_row, const Visit& visit) {
+  const MatchLattice lattice{frame.left.width, frame.left.height};
   for (int j{0}; j < lattice.down; ++j) {
     const int v{MatchLattice::first_v + j * MatchLattice::step_v};
     if (v < first_row) continue;
-    for (int i{0}; i < lattice.across; ++i) visit(MatchLattice::first_u + i * MatchLattice::step_u, v);
+    for (int i{0}; i < lattice.across; ++i) {
+      const int u{MatchLattice::first_u + i * MatchLattice::step_u};
+      if (frame.masked.empty() || frame.masked(u, v) == 0) visit(u, v);
+    }
   }
 }
 
@@ -51,7 +54,7 @@ double share_of_texture_matched(const MatchedFrame& frame, double first_row) {
   int all_matched{0};
   int textured{0};
   int textured_matched{0};
-  for_lattice(frame.left.width, frame.left.height, first_row, [&](int u, int v) {
+  for_lattice(frame, first_row, [&](int u, int v) {
     const int matched{frame.matches.obstacle(u, v) > 0 || frame.matches.road(u, v) > 0 ? 1 : 0};
     ++all;
     all_matched += matched;
@@ -106,7 +109,7 @@ void add_samples(const MatchedFrame& frame, std::vector<GroundSample>& samples) 
     if (!frame.disparity.empty()) return frame.disparity(u, v);
     return std::max(frame.matches.obstacle(u, v), frame.matches.road(u, v));
   };
-  for_lattice(frame.left.width, frame.left.height, 0, [&](int u, int v) {
+  for_lattice(frame, 0, [&](int u, int v) {
     const float disparity{disparity_at(u, v)};
     if (disparity > 0) samples.push_back({static_cast<float>(u), static_cast<float>(v), disparity});
   });

@@ -19,6 +19,7 @@ struct MatchedFrame {
   View<const std::uint8_t> right;
   View<const float> disparity;  ///< given instead of the right image; empty: matched
   const Matches& matches;
+  View<const std::uint8_t> masked{};  ///< PixelMask: these pixels say nothing; empty: all do
 };
 
 /// Why the grids of a frame cannot be built on its matches and its road plane.

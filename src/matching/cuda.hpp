@@ -9,6 +9,7 @@
 #include "backend/cuda.hpp"
 #include "ground/model.hpp"
 #include "matching/given.hpp"
+#include "matching/mask.hpp"
 #include "matching/matching.hpp"
 
 namespace stereogrid {
@@ -93,6 +94,9 @@ void find_candidates(Cuda& cuda, View<const std::uint8_t, Device> left, View<con
 void split(Cuda& cuda, View<const float, Device> disparity, const Rig& rig, const Ground* ground,
            const MatchingConfig& config, DeviceMatches& matches);
 void leave_whole(Cuda& cuda, View<const float, Device> disparity, const MatchingConfig& config, DeviceMatches& matches);
+
+/// PixelMask::clear of all rows; `masked`: its image on the device.
+void clear_masked(Cuda& cuda, const PixelMask& mask, View<const std::uint8_t, Device> masked, DeviceMatches& matches);
 
 // The steps of `match`, each in a file of its own.
 

@@ -81,6 +81,11 @@ void check(const Config& config, const Rig& rig, const PipelineOptions& options)
   require(options.device >= 0, "The device must be 0 or more: GPUs are counted from 0.");
   require(options.threads >= 0 && options.threads <= threads_max,
           "The number of threads must lie in 0 (all cores) … 1024.");
+  const Image<std::uint8_t>& mask{options.mask};
+  require(mask.empty() || (mask.width() == rig.width_px && mask.height() == rig.height_px),
+          "The mask must have the size of the rig's images, or be empty.");
+  require(mask.empty() || std::ranges::any_of(mask, [](std::uint8_t pixel) { return pixel != 0; }),
+          "The mask leaves no pixel: 0 is a pixel that shows the vehicle, any other number one that is used.");
   require(std::ranges::all_of(options.horizons_s, [](double s) { return s > 0 && s <= horizon_max_s; }),
           "Predictions need horizons in seconds, more than 0 and at most 10000, as in 0.5,1,2.");
   require(is_place(options.start),

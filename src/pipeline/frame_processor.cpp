@@ -40,6 +40,11 @@ FrameProcessor::FrameProcessor(const Config& config, const Rig& level_rig, std::
   mounting_samples_.reserve(samples_max(rig_));
 }
 
+void FrameProcessor::take_mask(PixelMask mask) {
+  mask_ = std::move(mask);
+  stages_->take_mask(mask_);
+}
+
 void FrameProcessor::run(const LevelFrame& frame, FrameResult& result) {
   const Ground expected{predicted(rig_, config_.ground, ground_, frame.dt_s)};
   const GridGeometry window{window_.at(frame.world_from_vehicle)};
@@ -144,7 +149,7 @@ bool FrameProcessor::search_if_lost(const LevelFrame& frame) {
 }
 
 MatchedFrame FrameProcessor::matched(const LevelFrame& frame) const {
-  return {frame.left, frame.right, frame.disparity, stages_->matches_on_lattice()};
+  return {frame.left, frame.right, frame.disparity, stages_->matches_on_lattice(), mask_.view()};
 }
 
 // The frame is matched again where the road lies elsewhere, which is doubt enough.
@@ -220,7 +225,7 @@ void FrameProcessor::load(StateReader& state) {
 
 MemoryUse FrameProcessor::memory_use() const {
   MemoryUse use{stages_->memory_use()};
-  use.host_bytes += sizeof *this + held_bytes_of(trust_, alignment_, scene_flow_, tracker_, ground_samples_,
+  use.host_bytes += sizeof *this + held_bytes_of(mask_, trust_, alignment_, scene_flow_, tracker_, ground_samples_,
                                                  mounting_samples_, velocity_evidence_, clusters_);
   return use;
 }

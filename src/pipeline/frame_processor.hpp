@@ -25,6 +25,8 @@ class FrameProcessor {
   /// `turned_rad`: by how much the camera looks down more than the images of `level_rig`, which have been levelled.
   FrameProcessor(const Config& config, const Rig& level_rig, std::unique_ptr<Stages> stages, double turned_rad = 0);
 
+  /// Pixels that show the vehicle, for all frames. Before the first one.
+  void take_mask(PixelMask mask);
   void run(const LevelFrame& frame, FrameResult& result);
   /// The next frame is a first one. Ids of obstacles go on.
   void forget();
@@ -63,6 +65,7 @@ class FrameProcessor {
   Config config_;
   Rig rig_;
   double turned_rad_;
+  PixelMask mask_;
   std::unique_ptr<Stages> stages_;
   Window window_;
 

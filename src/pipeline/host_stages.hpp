@@ -150,7 +150,10 @@ class HostStages final : public Stages {
   bool is_lost() override { return is_lost_; }
   const Matches& matches_on_lattice() override { return space_.matches; }
   const Matches& unsplit_matches() override {
-    if (frame_->is_given()) leave_whole(frame_->disparity, config_.matching, space_.matches);
+    if (frame_->is_given()) {
+      leave_whole(frame_->disparity, config_.matching, space_.matches);
+      clear_masked();
+    }
     return space_.matches;
   }
 
@@ -180,6 +183,7 @@ class HostStages final : public Stages {
   }
 
   void fetch_stages(bool wanted) override { are_stages_wanted_ = wanted; }
+  void take_mask(const PixelMask& mask) override { mask_ = &mask; }
   [[nodiscard]] MemoryUse memory_use() const override { return {sizeof *this + space_.held_bytes(), 0}; }
   void save(StateWriter& state) override { state(space_.filtered); }
   void load(StateReader& state) override { state(space_.filtered); }
@@ -215,9 +219,19 @@ class HostStages final : public Stages {
 
   void match_on(const Ground& ground) {
     HostSpace& s{space_};
-    if (frame_->is_given()) return split(back_end_, frame_->disparity, rig_, ground, config_.matching, s.matches);
-    stereogrid::match(back_end_, frame_->left, aligned(frame_->right), road_plane(rig_, ground), config_.matching,
-                      s.matching, s.matches);
+    if (frame_->is_given()) {
+      split(back_end_, frame_->disparity, rig_, ground, config_.matching, s.matches);
+    } else {
+      stereogrid::match(back_end_, frame_->left, aligned(frame_->right), road_plane(rig_, ground), config_.matching,
+                        s.matching, s.matches);
+    }
+    clear_masked();
+  }
+
+  void clear_masked() {
+    if (mask_ == nullptr || mask_->empty()) return;
+    for_ranges(mask_->end_row() - mask_->first_row(),
+               [this](int begin, int end) { mask_->clear(begin, end, space_.matches); });
   }
 
   View<const std::uint8_t> aligned(View<const std::uint8_t> right) {
@@ -240,6 +254,7 @@ class HostStages final : public Stages {
   BackEndType back_end_;
   HostSpace space_;
   bool are_stages_wanted_{true};
+  const PixelMask* mask_{nullptr};
 
   // of a frame
   const LevelFrame* frame_{nullptr};

@@ -47,16 +47,17 @@ std::string_view name_of(BackEnd back_end) {
 }
 
 // Of all that must be the same for a saved state to be loaded.
-std::uint64_t settings_of(const Config& config, const Rig& rig, BackEnd back_end) {
+std::uint64_t settings_of(const Config& config, const Rig& rig, const PipelineOptions& options) {
   std::string text{version()};
-  text += name_of(back_end);
+  text += name_of(options.back_end);
   visit_parameters(config, [&](std::string_view group, const Parameter& parameter, const auto&) {
     const std::string key{std::string{group} + "." + std::string{parameter.name}};
     text += "\n" + key + "=" + get(config, key);
   });
   StateWriter numbers;
   Rig same{rig};
-  numbers(same);
+  Image<std::uint8_t> mask{options.mask};
+  numbers(same, mask);
   return checksum_of(numbers.bytes()) ^ checksum_of(std::as_bytes(std::span{text}));
 }
 
@@ -89,6 +90,7 @@ struct Pipeline::Implementation {
     auto made{std::make_unique<FrameProcessor>(config, level_rig, start(),
                                                rig.camera_pitch_rad - level_rig.camera_pitch_rad)};
     made->stages().fetch_stages(options.stages);
+    made->take_mask(PixelMask{options.mask, LevelMapping{rig}});
     if (!options.horizons_s.empty()) made->stages().make_room_for_predictions();
     return made;
   }
@@ -308,8 +310,8 @@ int Pipeline::threads() const {
 MemoryUse Pipeline::memory_use() const {
   const Implementation& self{implementation()};
   MemoryUse use{self.processor->memory_use()};
-  use.host_bytes += sizeof self + held_bytes_of(self.result, self.unwanted_stages, self.level_left, self.level_right,
-                                                self.level_disparity);
+  use.host_bytes += sizeof self + held_bytes_of(self.options.mask, self.result, self.unwanted_stages, self.level_left,
+                                                self.level_right, self.level_disparity);
   return use;
 }
 BackEnd Pipeline::back_end() const {
@@ -322,11 +324,11 @@ std::vector<std::byte> Pipeline::save_state() const {
   Implementation& self{implementation()};
   StateWriter state;
   state(self);
-  return sealed(state.bytes(), settings_of(self.config, self.calibrated_rig, self.options.back_end));
+  return sealed(state.bytes(), settings_of(self.config, self.calibrated_rig, self.options));
 }
 void Pipeline::load_state(std::span<const std::byte> saved) {
   Implementation& self{implementation()};
-  StateReader state{unsealed(saved, settings_of(self.config, self.calibrated_rig, self.options.back_end))};
+  StateReader state{unsealed(saved, settings_of(self.config, self.calibrated_rig, self.options))};
   state(self);
   if (state.fits()) return;
   reset();  // what was read so far makes no sense

@@ -10,6 +10,7 @@
 #include "filter/evidence.hpp"
 #include "filter/filter.hpp"
 #include "images/row_alignment/row_alignment.hpp"
+#include "matching/mask.hpp"
 #include "matching/matches.hpp"
 #include "pipeline/saved_state.hpp"
 #include "stereogrid/pipeline.hpp"
@@ -90,6 +91,8 @@ class Stages {
   /// Calls work(begin, end) on parts of [0, count), on the host.
   virtual void for_ranges(int count, const std::function<void(int, int)>& work) { work(0, count); }
   virtual void fetch_stages(bool wanted) = 0;
+  /// Before the first frame, once: pixels without disparities in all frames. It stays.
+  virtual void take_mask(const PixelMask& mask) = 0;
   [[nodiscard]] virtual MemoryUse memory_use() const = 0;
   /// What the filter remembers.
   virtual void save(StateWriter& state) = 0;

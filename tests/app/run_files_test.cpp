@@ -80,7 +80,7 @@ TEST_F(RunFiles, EveryLineHasEveryKey) {
   ASSERT_EQ(lines.size(), 3U);
   for (std::size_t i{0}; i < 3; ++i) {
     const Json& line{lines[i]};
-    EXPECT_EQ(keys_of(line), (std::set<std::string>{"index", "name", "stamp_ns", "pose", "ground", "timing_ms",
+    EXPECT_EQ(keys_of(line), (std::set<std::string>{"index", "name", "stamp_ns", "pose", "ground", "mount", "timing_ms",
                                                     "density", "obstacles", "status", "warnings"}));
     EXPECT_EQ(line["status"], Json::array());
     EXPECT_EQ(line["index"], i);

@@ -7,6 +7,7 @@
 // to be little.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <ostream>
 #include <string>
 #include <utility>
@@ -73,6 +74,14 @@ void blank_at_first(Recording& recording) {
 
 void as_it_is(Recording& /*recording*/) {}
 
+// The lowest rows; none: empty.
+Image<std::uint8_t> mask_of(const Rig& rig, int rows) {
+  if (rows == 0) return {};
+  Image<std::uint8_t> mask{rig.width_px, rig.height_px, 1};
+  for (int v{rig.height_px - rows}; v < rig.height_px; ++v) std::fill_n(mask.row(v), rig.width_px, std::uint8_t{0});
+  return mask;
+}
+
 using Settings = std::vector<std::pair<const char*, const char*>>;
 
 struct Case {
@@ -86,6 +95,7 @@ struct Case {
   bool fetches_stages{true};
   bool has_own_results{false};  ///< two, in turn
   std::vector<double> horizons_s{};
+  int masked_rows{0};
 };
 
 void PrintTo(const Case& one, std::ostream* out) {
@@ -114,6 +124,9 @@ const std::vector<Case>& cases() {
       {.name = "OtherGrids", .change = with_other_grids},
       {.name = "Pitched", .scene = pitched_street},
       {.name = "PitchedGivenDisparities", .scene = pitched_street, .is_given = true},
+      {.name = "Masked", .masked_rows = 20},
+      {.name = "PitchedMasked", .scene = pitched_street, .masked_rows = 20},
+      {.name = "MaskedGivenDisparities", .is_given = true, .masked_rows = 20},
       {.name = "BlankAtFirst", .change = blank_at_first},
       {.name = "BlankAtFirstSemiGlobal", .settings = {{"matching.method", "semi_global"}}, .change = blank_at_first},
       {.name = "BlankAtFirstGivenDisparities", .is_given = true, .change = blank_at_first},
@@ -162,8 +175,12 @@ TEST_P(Allocation, NoneOnceThePipelineRuns) {
   one.change(recording);
   Config config{preset(one.preset)};
   for (const auto& [key, value] : one.settings) set(config, key, value);
-  Pipeline pipeline{
-      config, recording.rig, {.threads = one.threads, .stages = one.fetches_stages, .horizons_s = one.horizons_s}};
+  Pipeline pipeline{config,
+                    recording.rig,
+                    {.threads = one.threads,
+                     .stages = one.fetches_stages,
+                     .horizons_s = one.horizons_s,
+                     .mask = mask_of(recording.rig, one.masked_rows)}};
   Found found;
   for (const StereoFrame& frame : recording.frames) found.add_frame(pipeline, frame, one.has_own_results);
   RecordProperty("allocations", found.count);

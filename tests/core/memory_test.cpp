@@ -24,6 +24,7 @@ struct Case {
   std::vector<std::pair<const char*, const char*>> settings{};
   int threads{2};
   std::vector<double> horizons_s{};
+  bool is_masked{false};
 };
 
 void PrintTo(const Case& one, std::ostream* out) {
@@ -41,8 +42,11 @@ TEST_P(Memory, IsWhatThePipelineSays) {
   Config config{preset("default")};
   for (const auto& [key, value] : one.settings) set(config, key, value);
 
+  Image<std::uint8_t> mask;
+  if (one.is_masked) mask = Image<std::uint8_t>{320, 160, 1};
+  if (one.is_masked) mask(160, 150) = 0;
   const std::ptrdiff_t before{live_bytes()};
-  Pipeline pipeline{config, scene.rig(), {.threads = one.threads, .horizons_s = one.horizons_s}};
+  Pipeline pipeline{config, scene.rig(), {.threads = one.threads, .horizons_s = one.horizons_s, .mask = mask}};
   const auto said{static_cast<double>(pipeline.memory_use().host_bytes)};
   EXPECT_NEAR(static_cast<double>(live_bytes() - before), said, error_max * said) << "at construction";
   for (const StereoFrame& frame : recording) pipeline.process(frame);
@@ -59,7 +63,9 @@ INSTANTIATE_TEST_SUITE_P(, Memory,
                                          // with little else, so that the small things count
                                          Case{.name = "FewVelocities", .settings = {{"filter.velocity_max_mps", "2"}}},
                                          Case{.name = "Bins", .settings = {{"projection.model", "bins"}}},
-                                         Case{.name = "Predictions", .horizons_s = {0.5, 1}}),
+                                         Case{.name = "Predictions", .horizons_s = {0.5, 1}},
+                                         // the mask and its level image: 0.1 MB of 11
+                                         Case{.name = "Masked", .is_masked = true}),
                          [](const auto& one) { return std::string{one.param.name}; });
 
 TEST(MemoryOfPipelines, OfALargerPipelineIsMore) {

@@ -94,6 +94,32 @@ TEST(given_disparities_and_another_grid) {
   }
 }
 
+TEST(masked_pixels_have_no_disparity) {
+  Image<std::uint8_t> mask{width, height, 255};
+  for (int v{60}; v < 70; ++v) {
+    for (int u{v}; u < width; ++u) mask(u, v) = 0;
+  }
+  for (const bool is_given : {false, true}) {
+    const Street street{small_rig()};
+    Pair pair{small_config(), small_rig()};
+    for (Runner* runner : {&pair.gpu, &pair.law}) {
+      runner->processor.take_mask(PixelMask{mask, LevelMapping{small_rig()}});
+    }
+    for (int index{0}; index < 4; ++index) {
+      StereoFrame frame{street.frame(index)};
+      if (is_given) {
+        frame.right = {};
+        frame.disparity = Image<float>{width, height, 7};
+      }
+      pair.run(frame);
+      const StageImages& stages{pair.gpu.result.stages};
+      CHECK_EQUAL(stages.obstacle_disparity(65, 65) + stages.road_disparity(65, 65), 0);
+      CHECK_EQUAL(stages.match_confidence(80, 60), 0);
+      CHECK(pair.gpu.result.obstacle_density + pair.gpu.result.road_density > 0.1);
+    }
+  }
+}
+
 TEST(what_was_saved_goes_on) {
   const Street street{small_rig()};
   Pair pair{small_config(), small_rig()};

@@ -35,6 +35,32 @@ class Sweep {
   std::vector<CameraPoint> points_;
 };
 
+// Of a camera that looks down and leans to its right.
+TEST(LidarLabels, FollowTheMounting) {
+  for (const double pitch_rad : {0.2, -0.1, 0.0}) {
+    constexpr double roll_rad{0.05};
+    Rig rig{small_rig()};
+    rig.camera_pitch_rad = pitch_rad;
+    rig.camera_roll_rad = roll_rad;
+    const double c{std::cos(pitch_rad)};
+    const double s{std::sin(pitch_rad)};
+    std::vector<CameraPoint> points;
+    // x ahead, y to the left, `height` above the road, which rises to the right by the roll
+    const auto add = [&](double x, double y, double height) {
+      const double down{1.2 / std::cos(roll_rad) + y * std::tan(roll_rad) - height};
+      points.push_back({-y, c * down - s * x, s * down + c * x});
+    };
+    for (double x{4.25}; x < 20; x += 0.5) {
+      for (double y{-4.75}; y < 5; y += 0.5) add(x, y, 0);
+    }
+    for (int k{0}; k < 3; ++k) add(8.5, 0.5, 0.8 + 0.1 * k);
+    const Labels labels{lidar_labels(points, rig, metre_grid, 1.2)};
+    EXPECT_EQ(labels.cells(8, 5), labelled_occupied) << pitch_rad;
+    EXPECT_EQ(std::ranges::count(labels.cells, labelled_occupied), 1) << pitch_rad;
+    EXPECT_GT(std::ranges::count(labels.cells, labelled_free), 100) << pitch_rad;
+  }
+}
+
 TEST(LidarLabels, FollowTheHeightsOfTheReturns) {
   Sweep sweep;
   sweep.add(8.5, 0.5, 1.0, 2);     // occupied

@@ -93,14 +93,14 @@ std::vector<CameraPoint> sweep_with_post() {
 
 TEST(LidarGrid, HitsAndFreeRays) {
   const std::vector<CameraPoint> points{sweep_with_post()};
-  const Image<float> cells{lidar_grid(points, {0, 0, 0}, half_metre_grid, 1.5)};
+  const Image<float> cells{lidar_grid(points, {0, 0, 0}, small_rig(), half_metre_grid, 1.5)};
   EXPECT_GT(around(cells, half_metre_grid, 8.25, 0, 0.3).largest, 0.9F);
   EXPECT_LT(around(cells, half_metre_grid, 6, 2, 0.5).largest, 0.2F);
   EXPECT_EQ(around(cells, half_metre_grid, 15, 0, 0.5).largest, 0.5F);
 }
 
 TEST(LidarGrid, OfNoReturnsIsUnknown) {
-  EXPECT_THAT(values_of(lidar_grid({}, {0, 0, 0}, half_metre_grid, 1.5)), Each(0.5F));
+  EXPECT_THAT(values_of(lidar_grid({}, {0, 0, 0}, small_rig(), half_metre_grid, 1.5)), Each(0.5F));
 }
 
 }  // namespace

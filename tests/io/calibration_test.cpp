@@ -56,6 +56,15 @@ TEST_F(CalibrationFile, OwnFormRoundTrips) {
   EXPECT_FALSE(read.raw);
 }
 
+TEST_F(CalibrationFile, TheMaskStandsBesideIt) {
+  EXPECT_EQ(read("c.yaml", rectified("0.22", "mask: masks/bonnet.png\n")).mask, folder_ / "masks/bonnet.png");
+  EXPECT_EQ(read("c.yaml", rectified("0.22", "mask: /a/bonnet.png\n")).mask, "/a/bonnet.png");
+  EXPECT_EQ(read("c.yaml", rectified()).mask, "");
+  for (const char* mask : {"mask:\n", "mask: ''\n", "mask: [1]\n", "mask: \"a\\0b\"\n"}) {
+    expect_refused("c.yaml", rectified("0.22", mask), {"'mask' in line", "is no file's name"});
+  }
+}
+
 TEST_F(CalibrationFile, OwnForm) {
   const Rig rig{read("c.yaml", rectified()).rig};
   EXPECT_EQ(rig, (Rig{512, 320, 410, 256, 160, 0.22, 1.25, 0.1, 0}));

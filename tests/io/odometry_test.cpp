@@ -134,6 +134,31 @@ TEST(Odometry, CarriesTheLastMotionOnInTheDark) {
   EXPECT_LT(length_m(drift(frames, steps)), 0.02 * way_m(frames));
 }
 
+// All the street but a strip is hidden by what moves with the camera.
+TEST(Odometry, TakesNoCornersFromWhatIsMasked) {
+  std::vector<StereoFrame> frames{drive()};
+  Image<std::uint8_t> mask{384, 240, 255};
+  cv::RNG random{3};
+  for (int v{60}; v < 240; ++v) {
+    for (int u{0}; u < 384; ++u) {
+      if (u > 130 && u < 250) continue;
+      mask(u, v) = 0;
+      const auto grey{static_cast<std::uint8_t>(random.uniform(0, 2) * 200)};
+      for (StereoFrame& frame : frames) {
+        frame.left(u, v) = grey;
+        if (u >= 9) frame.right(u - 9, v) = grey;
+      }
+    }
+  }
+  const Rig rig{rig_of(street)};
+  EXPECT_GT(length_m(drift(frames, steps_of(frames, rig))), 0.5 * way_m(frames)) << "the vehicle seems to stand";
+  VisualOdometry odometry{rig, mask};
+  std::vector<OdometryStep> steps;
+  for (const StereoFrame& frame : frames) steps.push_back(odometry.update(frame));
+  EXPECT_LT(length_m(drift(frames, steps)), 0.05 * way_m(frames));
+  EXPECT_THROW((VisualOdometry{rig, Image<std::uint8_t>{10, 10, 1}}), InputError);
+}
+
 TEST(Odometry, NothingToSeeIsStandstillWithAWarning) {
   const Rig rig{320, 200, 300, 160, 100, 0.3};
   StereoFrame grey{"0", 0, 0, Image<std::uint8_t>{320, 200, 90}, Image<std::uint8_t>{320, 200, 90}, {}, {}};

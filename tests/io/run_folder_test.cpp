@@ -14,6 +14,7 @@ namespace {
 using ::testing::ElementsAre;
 
 constexpr GridGeometry grid{0, -1, 0.5, 3, 4};
+constexpr Rig given_rig{160, 100, 80, 79.5, 50, 0.5, 1.65, 0, 0};
 
 RunDescription description() {
   RunDescription run;
@@ -24,11 +25,19 @@ RunDescription description() {
   run.fuse_source = "none";
   run.fuse_rings = "all";
   run.device = "cpu";
-  run.rig.width_px = 160;
-  run.rig.height_px = 100;
+  run.rig = given_rig;
   run.grid = grid;
   run.frames = {5, 9};
   return run;
+}
+
+/// What a run has found by the frame.
+Rig rig_at(std::int64_t index) {
+  Rig rig{given_rig};
+  rig.camera_height_m = static_cast<double>(index);
+  rig.camera_pitch_rad = 0.01 * static_cast<double>(index);
+  rig.camera_roll_rad = -0.002;
+  return rig;
 }
 
 StereoFrame frame_at(std::int64_t index) {
@@ -66,7 +75,7 @@ class RunFolder : public ::testing::Test {
     for (const std::int64_t index : {5, 7}) {
       const FrameResult result{result_of(index)};
       write_grids(folder_ / "grids" / (frame_at(index).name + ".npz"), result);
-      lines += frame_line(frame_at(index), result) + "\n";
+      lines += frame_line(frame_at(index), result, rig_at(index)) + "\n";
       record.add_frame({static_cast<std::size_t>(index), result.timing_ms, result.warnings, result.status});
     }
     record.add_skipped({6, "frame_6", "damaged"});
@@ -81,7 +90,7 @@ TEST_F(RunFolder, IsReadAgain) {
   const RunReader run{folder_.path()};
   EXPECT_EQ(run.grid(), grid);
   EXPECT_EQ(run.preset(), "paper");
-  EXPECT_EQ(run.width_px(), 160);
+  EXPECT_EQ(run.rig(), given_rig);
   EXPECT_EQ(run.input().kind, "plain folder");
   EXPECT_THAT(run.input().paths, ElementsAre("drives/one"));
   EXPECT_EQ(run.input().calibration, "drives/one/calibration.yaml");
@@ -95,6 +104,27 @@ TEST_F(RunFolder, IsReadAgain) {
   EXPECT_EQ(grids.occupancy(0, 3), 0.7F);
   EXPECT_EQ(grids.velocity_y(2, 1), -3);
   EXPECT_EQ(grids.velocity_x(2, 1), 0);
+}
+
+TEST_F(RunFolder, SaysHowTheCameraWasMounted) {
+  const RunReader run{folder_.path()};
+  EXPECT_EQ(run.rig_of(run.frames()[0]), rig_at(5));
+  EXPECT_EQ(run.rig_of(run.frames()[1]), rig_at(7));
+  const std::string lines{read_text(folder_ / "frames.jsonl", 100'000)};
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    std::string text{lines};
+    for (std::size_t at{0}; (at = text.find(from)) != std::string::npos;) text.replace(at, from.size(), to);
+    put(folder_ / "frames.jsonl", text);
+    return RunReader{folder_.path()};
+  };
+  // where the road was not known, what was known of it next
+  const RunReader unknown{changed("few_matches", "road_unknown")};
+  EXPECT_EQ(unknown.rig_of(unknown.frames()[0]), rig_at(7));
+  EXPECT_EQ(unknown.rig_of(unknown.frames()[1]), rig_at(7));
+  const RunReader old{changed("\"mount\"", "\"other\"")};
+  EXPECT_EQ(old.rig_of(old.frames()[0]), given_rig);
+  expect_complaint([&] { changed("\"camera_roll_rad\":-0.002", "\"camera_roll_rad\":3"); }, {"whose rig is none"});
+  expect_complaint([&] { changed("\"camera_roll_rad\":-0.002", "\"camera_roll_rad\":\"x\""); }, {"line 1"});
 }
 
 TEST_F(RunFolder, GoesOnWithWhatItHolds) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -33,7 +34,7 @@ struct Options {
   std::string run;
   std::string input;
   std::string truth;
-  double camera_height_m{evaluation::kitti_camera_height_m};
+  std::optional<double> camera_height_m;
   Rings rings{Rings::all};
   std::string json;
   std::string html;
@@ -49,7 +50,7 @@ InputOptions input_options(const Options& options, const io::RunReader& run) {
   }
   // the run's own poses stand in its frames; where the input's are does not matter any more
   const io::RunInput& from{run.input()};
-  return {from.paths, from.calibration, from.kind == "scene" ? "" : "none", from.disparities};
+  return {from.paths, from.calibration, from.kind == "scene" ? "" : "none", from.disparities, ""};
 }
 
 TruthKind kind_of(const std::string& truth) {
@@ -59,10 +60,11 @@ TruthKind kind_of(const std::string& truth) {
 
 /// Names alone do not tell drives apart: many begin with 000000.
 void check_same_images(const io::RunReader& run, const Rig& input) {
-  if (run.width_px() == input.width_px && run.height_px() == input.height_px) return;
+  const Rig& rig{run.rig()};
+  if (rig.width_px == input.width_px && rig.height_px == input.height_px) return;
   throw InputError{io::printable_path(run.folder()),
-                   fmt::format("was made from images of {} × {} px, but the input's have {} × {} px.", run.width_px(),
-                               run.height_px(), input.width_px, input.height_px),
+                   fmt::format("was made from images of {} × {} px, but the input's have {} × {} px.", rig.width_px,
+                               rig.height_px, input.width_px, input.height_px),
                    "Give the input that the run was made from."};
 }
 
@@ -91,7 +93,7 @@ std::vector<Series> score(const io::RunReader& run, const TruthSource& truth) {
   std::size_t done{0};
   for (const io::RunFrame& frame : run.frames()) {
     progress.update(done++);
-    const auto known{truth.frame(frame.name, run.grid())};
+    const auto known{truth.frame(frame.name, run.grid(), run.rig_of(frame))};
     if (!known) continue;
     const io::RunGrids grids{run.grids(frame.name)};
     observed.scores.add(frame.name, grids.observed.view(), known->labels);
@@ -146,10 +148,11 @@ void add_evaluate_command(CLI::App& tool, int& exit_code) {
       ->check(CLI::IsMember({"lidar", "truth"}))
       ->type_name("lidar|truth");
   command
-      ->add_option("--camera-height", options->camera_height_m,
-                   "Camera over the road, where the search for the lidar's road starts (m).")
+      ->add_option(
+          "--camera-height", options->camera_height_m,
+          "Camera over the road, where the search for the lidar's road starts (m). Left out: the height that the "
+          "run has found, else 1.64, as on KITTI.")
       ->type_name("M")
-      ->capture_default_str()
       ->check(number(0.3, 5), "[0.3 - 5]");
   command
       ->add_option("--rings", options->rings,

@@ -12,7 +12,7 @@
 #include "stereogrid/scenes/scene.hpp"
 
 namespace stereogrid::app {
-TruthSource::TruthSource(Input input, TruthKind kind, double camera_height_m, Rings rings)
+TruthSource::TruthSource(Input input, TruthKind kind, std::optional<double> camera_height_m, Rings rings)
     : input_{std::move(input)},
       kind_{kind},
       camera_height_m_{camera_height_m},
@@ -62,15 +62,22 @@ std::vector<evaluation::CameraPoint> TruthSource::sweep(const std::string& name,
   return place == places_.end() ? std::vector<evaluation::CameraPoint>{} : sweeps_.of(place->second, rings);
 }
 
-std::optional<evaluation::Labels> TruthSource::lidar(const std::string& name, const GridGeometry& grid) const {
-  const std::vector<evaluation::CameraPoint> points{sweep(name, rings_)};
-  if (points.empty()) return std::nullopt;
-  return evaluation::lidar_labels(points, input_.source->rig(), grid, camera_height_m_);
+double TruthSource::lidar_road_m(const Rig& rig) const {
+  if (camera_height_m_) return *camera_height_m_;
+  return rig == input_.source->rig() ? evaluation::kitti_camera_height_m : rig.camera_height_m;
 }
 
-std::optional<TruthSource::FrameLabels> TruthSource::frame(const std::string& name, const GridGeometry& grid) const {
+std::optional<evaluation::Labels> TruthSource::lidar(const std::string& name, const GridGeometry& grid,
+                                                     const Rig& rig) const {
+  const std::vector<evaluation::CameraPoint> points{sweep(name, rings_)};
+  if (points.empty()) return std::nullopt;
+  return evaluation::lidar_labels(points, rig, grid, lidar_road_m(rig));
+}
+
+std::optional<TruthSource::FrameLabels> TruthSource::frame(const std::string& name, const GridGeometry& grid,
+                                                           const Rig& rig) const {
   if (kind_ == TruthKind::lidar) {
-    auto labels{lidar(name, grid)};
+    auto labels{lidar(name, grid, rig)};
     if (!labels) return std::nullopt;
     return FrameLabels{std::move(*labels), std::nullopt};
   }

@@ -26,9 +26,10 @@ enum class TruthKind { automatic, lidar, exact };
 class TruthSource {
  public:
   /// `automatic`: exact truth where there is some, else lidar. Throws InputError where the input has not what is asked
-  /// for, with what it has. `camera_height_m`: where the search for the lidar's road starts. `rings`: which of the
+  /// for, with what it has. `camera_height_m`: where the search for the lidar's road starts; none: at the height that a
+  /// run has found, else at KITTI's. `rings`: which of the
   /// lidar's label the cells; ConfigError where the truth is exact.
-  TruthSource(Input input, TruthKind kind, double camera_height_m = evaluation::kitti_camera_height_m,
+  TruthSource(Input input, TruthKind kind, std::optional<double> camera_height_m = std::nullopt,
               Rings rings = Rings::all);
   ~TruthSource();
 
@@ -43,8 +44,12 @@ class TruthSource {
     evaluation::Labels labels;
     std::optional<FrameTruth> truth;
   };
-  /// None: nothing is known about a frame of this name. Throws InputError.
-  [[nodiscard]] std::optional<FrameLabels> frame(const std::string& name, const GridGeometry& grid) const;
+  /// None: nothing is known about a frame of this name. `rig`: how the camera was mounted, by which the lidar's points
+  /// are placed in the vehicle frame. Throws InputError.
+  [[nodiscard]] std::optional<FrameLabels> frame(const std::string& name, const GridGeometry& grid,
+                                                 const Rig& rig) const;
+  /// Where the search for the lidar's road starts below a camera that is mounted as `rig` says.
+  [[nodiscard]] double lidar_road_m(const Rig& rig) const;
 
   /// Are there lidar sweeps, and is it known where the lidar is?
   [[nodiscard]] bool has_sweeps() const { return sweeps_.exist(); }
@@ -57,11 +62,12 @@ class TruthSource {
   void check_lidar() const;
   [[nodiscard]] bool has_exact() const;
   [[nodiscard]] std::optional<FrameTruth> exact(const std::string& name) const;
-  [[nodiscard]] std::optional<evaluation::Labels> lidar(const std::string& name, const GridGeometry& grid) const;
+  [[nodiscard]] std::optional<evaluation::Labels> lidar(const std::string& name, const GridGeometry& grid,
+                                                        const Rig& rig) const;
 
   Input input_;
   TruthKind kind_;
-  double camera_height_m_;
+  std::optional<double> camera_height_m_;
   Rings rings_;
   Sweeps sweeps_;
   std::map<std::string, std::size_t> places_;  // of the input's frames

@@ -12,8 +12,12 @@
 #include "config_options.hpp"
 #include "console.hpp"
 #include "info/look.hpp"
+#include "info/own_vehicle.hpp"
 #include "input.hpp"
+#include "progress.hpp"
+#include "run/pose_stage.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/pipeline.hpp"
@@ -28,6 +32,7 @@ struct Options {
   InputOptions input;
   ConfigOptions config;
   bool all_frames{false};
+  std::string proposed_mask;
 };
 
 void print_row(const char* what, const std::string& text) {
@@ -56,6 +61,7 @@ void print_recording(const io::Recording& recording) {
   print_row("calibration",
             fmt::format("{} ({}){}", text_or(contents.calibration_file, "none"), contents.calibration.kind,
                         contents.calibration.raw ? ", raw images: rectified on loading" : ""));
+  if (!contents.mask_file.empty()) print_row("mask", io::printable_path(contents.mask_file));
   print_row("poses",
             text_or(contents.poses_file, contents.wants_odometry ? "none: visual odometry from the images"
                                                                  : "none: the vehicle is taken to stand still"));
@@ -103,6 +109,56 @@ void print_look(const Look& look, std::size_t frames, const Config& config) {
                                       look.road.height_m, tenths(look.road.pitch_rad), tenths(look.road.roll_rad)));
 }
 
+/// Takes the whole drive through the pipeline.
+Image<std::uint8_t> look_for_own_vehicle(const Input& input, const Config& config, OwnVehicle& search) {
+  Pipeline pipeline{config, input.source->rig(), {.mask = input.mask}};
+  PoseStage poses{input};
+  Image<std::uint8_t> picture;
+  Progress progress{"frames", input.source->size()};
+  for (std::size_t i{0}; i < input.source->size(); ++i) {
+    progress.update(i);
+    try {
+      StereoFrame frame{input.source->load(i)};
+      poses.place(frame);
+      const Rig rig{pipeline.rig()};
+      search.add(frame, pipeline.process(frame), rig);
+      picture = std::move(frame.left);
+    } catch (const InputError&) {  // said where the frames are looked at
+    }
+  }
+  return picture;
+}
+
+/// The mask is black where the vehicle is seen; the rest shows the last frame's picture, so that one can look at it.
+void propose_mask(const Input& input, const Config& config, const std::string& file) {
+  if (input.recording != nullptr && input.recording->contents().calibration.raw) {
+    throw ConfigError{
+        "--propose-mask needs rectified images: of a raw pair, a mask is of the images before they are "
+        "rectified. Draw it on one of them."};
+  }
+  OwnVehicle search{input.source->rig()};
+  const Image<std::uint8_t> picture{look_for_own_vehicle(input, config, search)};
+  const std::string seen{fmt::format("in {} frames over {:.0f} m", search.frames(), search.travelled_m())};
+  if (!search.is_sure()) {
+    return print_row("own vehicle", "nothing can be said: the vehicle was seen to move " + seen +
+                                        ", and 20 frames over 20 m are needed (with poses, and a road that is known)");
+  }
+  Image<std::uint8_t> mask{search.mask(config.matching.window_px / 2 + 2)};
+  if (mask.empty()) return print_row("own vehicle", "not in view, as far as " + seen + " tell; no mask is written");
+  std::size_t masked{0};
+  for (std::size_t i{0}; i < mask.size(); ++i) {
+    const bool is_used{mask.data()[i] != 0 && (input.mask.empty() || input.mask.data()[i] != 0)};
+    mask.data()[i] = is_used ? static_cast<std::uint8_t>(64 + picture.data()[i] * 3 / 4) : 0;
+    masked += is_used ? 0 : 1;
+  }
+  io::write_png(file, mask);
+  print_row(
+      "own vehicle",
+      fmt::format("in {:.1f} % of the image, the same {}. The mask is written to {}: look at it, then give it with "
+                  "--mask, or as mask: FILE in calibration.yaml",
+                  100.0 * static_cast<double>(masked) / static_cast<double>(mask.size()), seen, file));
+}
+
 int show(const Options& options) {
   const Config config{config_from(options.config)};
   const Input input{open_input(options.input)};
@@ -117,12 +173,13 @@ int show(const Options& options) {
   if (input.recording != nullptr) print_recording(*input.recording);
   print_stamps(input);
   print_plan(config, rig);
-  Look look{look_at_frames(*input.source, config, options.all_frames ? frames : frames_looked_at)};
+  Look look{look_at_frames(input, config, options.all_frames ? frames : frames_looked_at)};
   print_look(look, frames, config);
   if (input.recording != nullptr) {
     const auto& warnings{input.recording->contents().warnings};
     look.complaints.insert(look.complaints.begin(), warnings.begin(), warnings.end());
   }
+  if (!options.proposed_mask.empty()) propose_mask(input, config, options.proposed_mask);
   for (const std::string& complaint : look.complaints) print_row("complaint", complaint);
   print_row("verdict", look.is_hopeless ? "cannot be used" : look.complaints.empty() ? "fine" : "usable");
   return look.is_hopeless ? exit_input : exit_done;
@@ -137,6 +194,11 @@ void add_info_command(CLI::App& tool, int& exit_code) {
   add_config_options(*command, options->config);
   command->add_flag("--all-frames", options->all_frames,
                     fmt::format("Load every frame, not {} spread over the drive.", frames_looked_at));
+  command
+      ->add_option("--propose-mask", options->proposed_mask,
+                   "Go through the whole drive, look for what shows the vehicle itself at the lower edge of the image, "
+                   "and write a mask for --mask. Black is what is masked; the rest is a picture to look at.")
+      ->type_name("FILE.png");
   command->callback([options, &exit_code] { exit_code = show(*options); });
 }
 

@@ -53,12 +53,12 @@ struct Tally {
 
 class Looking {
  public:
-  Looking(const FrameSource& source, const Config& config, std::size_t count)
-      : source_{source},
+  Looking(const Input& input, const Config& config, std::size_t count)
+      : source_{*input.source},
         config_{config},
-        pipeline_{config, source.rig(), {.stages = false}},
-        looked_at_{spread(source.size(), count)},
-        tried_{spread(source.size(), others_tried)} {}
+        pipeline_{config, source_.rig(), {.stages = false, .mask = input.mask}},
+        looked_at_{spread(source_.size(), count)},
+        tried_{spread(source_.size(), others_tried)} {}
 
   Look look() {
     for (const std::size_t index : looked_at_) load(index);
@@ -200,8 +200,8 @@ class Looking {
 
 }  // namespace
 
-Look look_at_frames(const FrameSource& source, const Config& config, std::size_t count) {
-  return Looking{source, config, count}.look();
+Look look_at_frames(const Input& input, const Config& config, std::size_t count) {
+  return Looking{input, config, count}.look();
 }
 
 }  // namespace stereogrid::app

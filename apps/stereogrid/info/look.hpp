@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "input.hpp"
 #include "stereogrid/config.hpp"
-#include "stereogrid/frame.hpp"
 
 namespace stereogrid::app {
 
@@ -24,6 +24,6 @@ struct Look {
 
 /// Loads `count` frames spread over the input, and takes a few of them, the first ones and some of the others, through
 /// the pipeline, for a few seconds at most. Says in plain words what is wrong and what would mend it.
-[[nodiscard]] Look look_at_frames(const FrameSource& source, const Config& config, std::size_t count);
+[[nodiscard]] Look look_at_frames(const Input& input, const Config& config, std::size_t count);
 
 }  // namespace stereogrid::app

@@ -19,16 +19,15 @@ class LidarStage {
   /// `grid`: where the lidar's grid is made. Throws InputError where it is `wanted` and the input has no sweeps.
   LidarStage(bool wanted, const Input& input, const GridGeometry& grid, Rings rings);
 
-  /// Gives the frame the grid that an inverse sensor model makes of its sweep. Returns a warning where there is none
-  /// (`stereo_alone` and the reason), "" otherwise.
-  [[nodiscard]] std::string add_grid(StereoFrame& frame) const;
+  /// Gives the frame the grid that an inverse sensor model makes of its sweep, the camera being mounted as `rig` says.
+  /// Returns a warning where there is none (`stereo_alone` and the reason), "" otherwise.
+  [[nodiscard]] std::string add_grid(StereoFrame& frame, const Rig& rig) const;
 
  private:
   bool wanted_;
   Sweeps sweeps_;
   GridGeometry grid_;
   Rings rings_;
-  double camera_height_m_;
 };
 
 }  // namespace stereogrid::app

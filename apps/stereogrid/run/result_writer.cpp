@@ -81,7 +81,7 @@ struct ResultWriter::State {
       if (options.pictures) io::write_png(options.folder / "pictures" / (job.frame.name + ".png"), picture);
       if (video) video->add(picture);
     }
-    lines->append(io::frame_line(job.frame, job.result));
+    lines->append(io::frame_line(job.frame, job.result, job.rig));
     if (job.checkpoint) io::write_checkpoint(options.folder, *job.checkpoint);
   }
 

@@ -49,14 +49,15 @@ std::string_view name_of(BackEnd back_end) {
   return back_end == BackEnd::reference ? "reference" : "cpu";
 }
 
-Pipeline start_pipeline(const RunOptions& options, const Config& config, const Rig& rig) {
+Pipeline start_pipeline(const RunOptions& options, const Config& config, const Input& input) {
   try {
     Pipeline pipeline{config,
-                      rig,
+                      input.source->rig(),
                       {.back_end = back_end_of(options),
                        .threads = options.threads,
                        .stages = options.save_stages || options.pictures || !options.video.empty(),
-                       .horizons_s = options.predict_s}};
+                       .horizons_s = options.predict_s,
+                       .mask = input.mask}};
     if (pipeline.back_end() == BackEnd::cuda) spdlog::info("on the GPU");
     if (!pipeline.why_not_cuda().empty()) spdlog::info("on the CPU. No GPU: {}", pipeline.why_not_cuda());
     return pipeline;
@@ -111,9 +112,9 @@ class RunLoop {
     if (!queued.frame) return skip(queued, queued.error);
     try {
       const double opencv_ms{opencv_.match(*queued.frame)};
-      const std::string without_lidar{lidar_.add_grid(*queued.frame)};
       FrameResult result;
       const Rig rig{pipeline_.rig()};  // a mounting that this frame shows is of the next one
+      const std::string without_lidar{lidar_.add_grid(*queued.frame, rig)};
       pipeline_.process(*queued.frame, result);
       if (queued.index < first_to_write_) return;
       result.timing_ms.match += opencv_ms;
@@ -272,7 +273,7 @@ int run(const RunOptions& options) {
   const Input input{open_input(options.input)};
   check_options(options, input);
   log_input(input);
-  Pipeline pipeline{start_pipeline(options, config, input.source->rig())};
+  Pipeline pipeline{start_pipeline(options, config, input)};
   const LidarStage lidar{options.fuse == "lidar", input, pipeline.vehicle_grid(), options.fuse_rings};
   io::RunRecord record{describe_run(options, input, pipeline)};
   record.set_rigs(pipeline.rig(), pipeline.level_rig());

@@ -64,6 +64,14 @@ class Group {
     return numbers;
   }
 
+  [[nodiscard]] std::filesystem::path file_name(const char* key) const {
+    const YAML::Node value{required(key)};
+    if (!value.IsScalar() || value.Scalar().empty() || value.Scalar().find('\0') != std::string::npos) {
+      fail("'" + full(key) + "' in line " + line_of(value) + " is no file's name.");
+    }
+    return value.Scalar();
+  }
+
   [[nodiscard]] double number(const char* key) const { return number_of(required(key), key); }
 
   [[nodiscard]] double number(const char* key, double otherwise) const { return has(key) ? number(key) : otherwise; }
@@ -159,11 +167,11 @@ RawPair read_raw(const Group& root) {
 
 Group parse(const std::filesystem::path& path) {
   const std::string text{read_text(path, largest_bytes::calibration)};
-  return {
-      printable_path(path),
-      "",
-      YAML::Load(text),
-      {"image", "mount", "focal_px", "centre_u_px", "centre_v_px", "baseline_m", "left", "right", "right_from_left"}};
+  return {printable_path(path),
+          "",
+          YAML::Load(text),
+          {"image", "mount", "focal_px", "centre_u_px", "centre_v_px", "baseline_m", "left", "right", "right_from_left",
+           "mask"}};
 }
 
 Rig rectified_rig(const Group& root, const RawPair& raw, int width_px, int height_px) {
@@ -199,6 +207,7 @@ Calibration read(const std::filesystem::path& path, int width_px, int height_px)
   }
   calibration.rig.width_px = width;
   calibration.rig.height_px = height;
+  if (root.has("mask")) calibration.mask = path.parent_path() / root.file_name("mask");
   calibration.has_mounting = root.has("mount");
   if (!calibration.has_mounting) return calibration;
   const Group mount{root.group("mount", {"camera_height_m", "camera_pitch_rad", "camera_roll_rad"})};

@@ -12,6 +12,7 @@
 #include "input/stamps.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/image_file.hpp"
+#include "stereogrid/io/mask.hpp"
 #include "stereogrid/io/poses.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/text.hpp"
@@ -143,6 +144,23 @@ void find_calibration(RecordingContents& contents, const InputLayout& layout, co
   }
 }
 
+/// The mask is of the images as they lie there; those of a raw pair are rectified, and what then is not the camera's is
+/// masked, too.
+void find_mask(RecordingContents& contents, const InputArguments& arguments) {
+  contents.mask_file = arguments.mask.value_or(contents.calibration.mask);
+  if (contents.mask_file.empty()) return;
+  const Rig& rig{contents.calibration.rig};
+  contents.mask = read_mask(contents.mask_file, rig.width_px, rig.height_px);
+  if (contents.calibration.raw) {
+    contents.mask = Rectifier{*contents.calibration.raw, rig.width_px, rig.height_px}.left(contents.mask);
+    for (std::uint8_t& pixel : contents.mask) pixel = pixel == 255 ? 255 : 0;
+  }
+  const auto masked{std::ranges::count(contents.mask, 0)};
+  contents.notes.push_back(
+      fmt::format("mask: {}, {:.1f} % of the image are not used", printable_path(contents.mask_file),
+                  100.0 * static_cast<double>(masked) / static_cast<double>(contents.mask.size())));
+}
+
 /// Stamps by name. False: the frames are not all named in the file.
 bool take_stamps(RecordingContents& contents, const std::vector<NamedPose>& rows) {
   std::map<std::string, std::int64_t> stamps;
@@ -249,6 +267,7 @@ RecordingContents look_at(const InputArguments& arguments) {
   warn_of_missing_images(contents);
   const Size size{look_at_images(contents)};
   find_calibration(contents, layout, arguments, size);
+  find_mask(contents, arguments);
   const bool stamps_known{find_stamps(contents, layout, arguments.poses)};
   find_poses_of(contents, layout, arguments.poses, stamps_known);
   if (fs::is_directory(layout.root / "truth") && layout.kind == InputKind::plain_folder) {

@@ -14,12 +14,15 @@ using Json = nlohmann::ordered_json;
 constexpr const char* scene{"scene"};
 
 Json json_of(const RunInput& input) {
-  if (input.kind == scene) return {{"kind", input.kind}, {"paths", input.paths}, {"poses", input.poses}};
+  if (input.kind == scene) {
+    return {{"kind", input.kind}, {"paths", input.paths}, {"poses", input.poses}, {"mask", input.mask}};
+  }
   return {{"kind", input.kind},
           {"paths", input.paths},
           {"calibration", input.calibration},
           {"poses", input.poses},
-          {"disparities", input.disparities}};
+          {"disparities", input.disparities},
+          {"mask", input.mask}};
 }
 
 }  // namespace
@@ -64,6 +67,7 @@ RunInput run_input_of(const Json& input) {
   made_from.poses = input.value("poses", "");
   made_from.calibration = input.value("calibration", "");
   made_from.disparities = input.value("disparities", "");
+  made_from.mask = input.value("mask", "");
   return made_from;
 }
 

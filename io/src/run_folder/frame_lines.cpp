@@ -99,10 +99,17 @@ Obstacle obstacle_of(const Json& o) {
 }
 
 RunFrame frame_of(const Json& line) {
-  RunFrame frame{
-      line.at("name").get<std::string>(), whole_number(line, "stamp_ns", -largest_stamp_ns, largest_stamp_ns), {}};
+  RunFrame frame;
+  frame.name = line.at("name").get<std::string>();
+  frame.stamp_ns = whole_number(line, "stamp_ns", -largest_stamp_ns, largest_stamp_ns);
   if (frame.name.empty() || frame.name.find('/') != std::string::npos) throw InputError{"'name' is no frame's name"};
   for (const Json& o : line.at("obstacles")) frame.obstacles.push_back(obstacle_of(o));
+  frame.status = status_of(line);
+  if (line.contains("mount")) {
+    const Json& mount(line.at("mount"));
+    frame.mounting = {number(mount, "camera_height_m", most), number(mount, "camera_pitch_rad", most),
+                      number(mount, "camera_roll_rad", most)};
+  }
   return frame;
 }
 
@@ -135,7 +142,7 @@ void cut_off(const fs::path& path, std::size_t size) {
 
 }  // namespace
 
-std::string frame_line(const StereoFrame& frame, const FrameResult& result) {
+std::string frame_line(const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
   const Ground& ground{result.ground};
   const Pose2& pose{result.world_from_vehicle};
   Json timing;
@@ -156,6 +163,10 @@ std::string frame_line(const StereoFrame& frame, const FrameResult& result) {
                     {"height_sigma_m", ground.height_sigma_m},
                     {"pitch_sigma_rad", ground.pitch_sigma_rad},
                     {"roll_sigma_rad", ground.roll_sigma_rad}}},
+                  {"mount",
+                   {{"camera_height_m", rig.camera_height_m},
+                    {"camera_pitch_rad", rig.camera_pitch_rad},
+                    {"camera_roll_rad", rig.camera_roll_rad}}},
                   {"timing_ms", timing},
                   {"density", {{"obstacle", result.obstacle_density}, {"road", result.road_density}}},
                   {"obstacles", obstacles},

@@ -22,8 +22,18 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr const char* mend{"Give the folder that `stereogrid run --out` has left."};
-int pixels_of(const Json& rig, const char* key) {
-  return static_cast<int>(whole_number(rig, key, 1, 100'000));
+
+Rig rig_of_run(const Json& rig) {
+  constexpr double most{1e9};
+  const auto value = [&rig](const char* key) { return number(rig, key, most); };
+  const auto pixels = [&rig](const char* key) { return static_cast<int>(whole_number(rig, key, 1, 100'000)); };
+  return {pixels("width_px"),       pixels("height_px"),       value("focal_px"),
+          value("centre_u_px"),     value("centre_v_px"),      value("baseline_m"),
+          value("camera_height_m"), value("camera_pitch_rad"), value("camera_roll_rad")};
+}
+
+bool is_road_unknown(const RunFrame& frame) {
+  return std::ranges::count(frame.status, FrameStatus::road_unknown) > 0;
 }
 
 }  // namespace
@@ -32,6 +42,7 @@ RunReader::RunReader(fs::path folder) : folder_{std::move(folder)} {
   if (!fs::is_directory(folder_)) throw InputError{printable_path(folder_), "is not a folder.", mend};
   read_run();
   frames_ = read_run_frames(folder_ / "frames.jsonl");
+  check_mountings();
   check_grids();
 }
 
@@ -43,11 +54,33 @@ void RunReader::read_run() {
   }
   read_json<Json>(printable_path(file), read_text(file, largest_bytes::json), "", mend, [this](const Json& run) {
     grid_ = grid_geometry(run.at("grid"));
-    width_px_ = pixels_of(run.at("rig"), "width_px");
-    height_px_ = pixels_of(run.at("rig"), "height_px");
+    rig_ = rig_of_run(run.at("rig"));
     input_ = run_input_of(run.at("input"));
     preset_ = run.at("preset").get<std::string>();
   });
+}
+
+// A frame in which the road was not known was taken with the mounting of before it was found.
+void RunReader::check_mountings() {
+  for (std::size_t i{frames_.size()}; i-- > 1;) {
+    if (is_road_unknown(frames_[i - 1])) frames_[i - 1].mounting = frames_[i].mounting;
+  }
+  std::vector<std::string> found{problems(rig_)};
+  for (const RunFrame& frame : frames_) {
+    if (found.empty()) found = problems(rig_of(frame));
+  }
+  if (!found.empty()) {
+    throw InputError{printable_path(folder_), "is a run whose rig is none: " + found.front(), mend};
+  }
+}
+
+Rig RunReader::rig_of(const RunFrame& frame) const {
+  Rig rig{rig_};
+  if (!frame.mounting) return rig;
+  rig.camera_height_m = frame.mounting->camera_height_m;
+  rig.camera_pitch_rad = frame.mounting->camera_pitch_rad;
+  rig.camera_roll_rad = frame.mounting->camera_roll_rad;
+  return rig;
 }
 
 void RunReader::check_grids() const {

@@ -68,7 +68,11 @@ double spread_of(const std::vector<int>& inliers, const Tracks& tracks, const Ri
 }  // namespace
 
 struct VisualOdometry::Implementation {
-  explicit Implementation(const Rig& a_rig) : rig{a_rig}, level{level_from_camera(a_rig)} {}
+  Implementation(const Rig& a_rig, Image<std::uint8_t> a_mask)
+      : rig{a_rig}, mask{std::move(a_mask)}, level{level_from_camera(a_rig)} {
+    if (mask.empty() || (mask.width() == rig.width_px && mask.height() == rig.height_px)) return;
+    throw InputError{"The mask does not have the size of the rig's images."};
+  }
 
   void check(const StereoFrame& frame) const {
     const auto fits = [&](const auto& image) {
@@ -85,7 +89,7 @@ struct VisualOdometry::Implementation {
   }
 
   void take_as_reference(const StereoFrame& frame, Pyramid pyramid) {
-    Landmarks found{find_landmarks(frame, pyramid, rig)};
+    Landmarks found{find_landmarks(frame, pyramid, rig, mask)};
     // in the dark the old one may serve again when there is light
     if (found.at_px.size() < points_min && landmarks.at_px.size() >= points_min) return;
     landmarks = std::move(found);
@@ -166,6 +170,7 @@ struct VisualOdometry::Implementation {
   }
 
   Rig rig;
+  Image<std::uint8_t> mask;
   cv::Affine3d level;
   Pyramid reference;
   Landmarks landmarks;
@@ -241,7 +246,8 @@ void VisualOdometry::load_state(const OdometryState& state) {
   self.last_stamp_ns = state.last_stamp_ns;
 }
 
-VisualOdometry::VisualOdometry(const Rig& rig) : implementation_{std::make_unique<Implementation>(rig)} {}
+VisualOdometry::VisualOdometry(const Rig& rig, Image<std::uint8_t> mask)
+    : implementation_{std::make_unique<Implementation>(rig, std::move(mask))} {}
 VisualOdometry::VisualOdometry(VisualOdometry&&) noexcept = default;
 VisualOdometry& VisualOdometry::operator=(VisualOdometry&&) noexcept = default;
 VisualOdometry::~VisualOdometry() = default;

@@ -31,7 +31,7 @@ cv::Mat mat_of(const Image<std::uint8_t>& image) {
 }
 
 // Each cell has its own scale of quality: a bright sign must not be all that is seen.
-std::vector<cv::Point2f> find_corners(const cv::Mat& image) {
+std::vector<cv::Point2f> find_corners(const cv::Mat& image, const cv::Mat& mask) {
   std::vector<cv::Point2f> all;
   for (int j{0}; j < cells_down; ++j) {
     for (int i{0}; i < cells_across; ++i) {
@@ -39,8 +39,9 @@ std::vector<cv::Point2f> find_corners(const cv::Mat& image) {
       const cv::Point end{image.cols * (i + 1) / cells_across, image.rows * (j + 1) / cells_down};
       if (end.x <= start.x || end.y <= start.y) continue;
       std::vector<cv::Point2f> corners;
-      cv::goodFeaturesToTrack(image(cv::Rect{start, end}), corners, corners_per_cell, corner_quality,
-                              corner_distance_px);
+      const cv::Rect cell{start, end};
+      cv::goodFeaturesToTrack(image(cell), corners, corners_per_cell, corner_quality, corner_distance_px,
+                              mask.empty() ? mask : mask(cell));
       for (const cv::Point2f& corner : corners) all.push_back(corner + cv::Point2f{start});
     }
   }
@@ -133,8 +134,9 @@ Pyramid pyramid_of(const Image<std::uint8_t>& image) {
   return pyramid;
 }
 
-Landmarks find_landmarks(const StereoFrame& frame, const Pyramid& left, const Rig& rig) {
-  const std::vector<cv::Point2f> corners{find_corners(mat_of(frame.left))};
+Landmarks find_landmarks(const StereoFrame& frame, const Pyramid& left, const Rig& rig,
+                         const Image<std::uint8_t>& mask) {
+  const std::vector<cv::Point2f> corners{find_corners(mat_of(frame.left), mask.empty() ? cv::Mat{} : mat_of(mask))};
   const std::vector<float> disparities{disparities_of(frame, left, corners)};
   Landmarks landmarks;
   for (std::size_t i{0}; i < corners.size(); ++i) {

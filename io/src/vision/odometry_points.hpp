@@ -28,8 +28,10 @@ struct Tracks {
 };
 
 /// Corners spread over the left image that have a disparity: matched in the right image to a fraction of a pixel, in
-/// rows as well, since rows of real pairs may differ; or read from the given disparities.
-[[nodiscard]] Landmarks find_landmarks(const StereoFrame& frame, const Pyramid& left, const Rig& rig);
+/// rows as well, since rows of real pairs may differ; or read from the given disparities. None where `mask` is 0; it
+/// may be empty.
+[[nodiscard]] Landmarks find_landmarks(const StereoFrame& frame, const Pyramid& left, const Rig& rig,
+                                       const Image<std::uint8_t>& mask);
 
 /// Follows landmarks forth and back again; those that do not come home are left out. `now_from_reference`: where the
 /// camera is expected.

@@ -106,6 +106,7 @@ DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, con
       aligned{rig.width_px, rig.height_px},
       given{rig.width_px, rig.height_px},
       lattice{lattice_of(rig).across, lattice_of(rig).down},
+      masked{rig.width_px, rig.height_px},
       matches{rig.width_px, rig.height_px},
       matching{rig.width_px, rig.height_px, config.matching},
       ground{rig.width_px, rig.height_px},

@@ -89,6 +89,7 @@ struct DeviceMemory {
   DeviceImage<std::uint8_t> aligned;
   DeviceImage<float> given;
   DeviceImage<float> lattice;
+  DeviceImage<std::uint8_t> masked;  ///< PixelMask, where there is one
   DeviceMatches matches;
   MatchingSpaceOnDevice matching;
   GroundOnDevice ground;

@@ -35,6 +35,18 @@ MemoryUse CudaStages::memory_use() const {
   return {sizeof *this + held_.pinned + held_bytes_of(filter_tables_, matches_), held_.device};
 }
 
+void CudaStages::take_mask(const PixelMask& mask) {
+  mask_ = &mask;
+  if (mask.empty()) return;
+  const View<const std::uint8_t> masked{mask.view()};
+  upload(cuda_, masked.data, device_.masked.size(), device_.masked.data());
+  synchronize();
+}
+
+void CudaStages::clear_masked() {
+  if (mask_ != nullptr) stereogrid::clear_masked(cuda_, *mask_, std::as_const(device_.masked).view(), device_.matches);
+}
+
 void CudaStages::synchronize() {
   cuda_.synchronize();
   are_grids_in_work_ = false;
@@ -114,6 +126,7 @@ void CudaStages::match() {
     stereogrid::match(cuda_, device_.left.view(), device_.aligned.view(), &frame->plane, config_.matching,
                       device_.matching, device_.matches);
   }
+  clear_masked();
   times_.mark(cuda_, StreamTimes::matched);
 }
 
@@ -123,8 +136,10 @@ void CudaStages::estimate_ground() {
   DeviceMatches& matches{device_.matches};
   stereogrid::estimate_ground(cuda_, rig_, config_.ground, matches.obstacle.view(), matches.road.view(),
                               &frame->previous, &frame->dt_s, device_.ground, &answer->ground, &answer->is_lost);
-  // splitting is cheap, and the plane is better now
-  if (is_given_) split(cuda_, device_.given.view(), rig_, &answer->ground, config_.matching, matches);
+  if (is_given_) {  // splitting is cheap, and the plane is better now
+    split(cuda_, device_.given.view(), rig_, &answer->ground, config_.matching, matches);
+    clear_masked();
+  }
   device_.fetch_answer(cuda_, host_);
   times_.mark(cuda_, StreamTimes::ground_known);
 }
@@ -217,7 +232,10 @@ void CudaStages::scatter_lattice() {
 
 const Matches& CudaStages::unsplit_matches() {
   synchronize();
-  if (is_given_) leave_whole(cuda_, device_.given.view(), config_.matching, device_.matches);
+  if (is_given_) {
+    leave_whole(cuda_, device_.given.view(), config_.matching, device_.matches);
+    clear_masked();
+  }
   download(cuda_, device_.matches.obstacle.data(), matches_.obstacle.size(), matches_.obstacle.data());
   download(cuda_, device_.matches.road.data(), matches_.road.size(), matches_.road.data());
   synchronize();

@@ -43,6 +43,7 @@ class CudaStages final : public Stages {
   void finish() override;
 
   void fetch_stages(bool wanted) override { are_stages_wanted_ = wanted; }
+  void take_mask(const PixelMask& mask) override;
   [[nodiscard]] MemoryUse memory_use() const override;
   void save(StateWriter& state) override;
   void load(StateReader& state) override;
@@ -54,6 +55,7 @@ class CudaStages final : public Stages {
   void synchronize();
   Graph& graph_of(StagePart part);
   void scatter_lattice();
+  void clear_masked();
 
   const CudaBytes allocated_before_{cuda_bytes_allocated()};  // before the other members are
   Config config_;
@@ -61,6 +63,7 @@ class CudaStages final : public Stages {
   Cuda cuda_;
   StreamTimes times_;
   bool are_stages_wanted_{true};
+  const PixelMask* mask_{nullptr};
   GridGeometry vehicle_grid_;
   int window_cells_;
   FilterTables filter_tables_;

@@ -41,14 +41,16 @@ inline constexpr double hiding_margin_m{0.5};
 inline constexpr double kitti_camera_height_m{1.64};
 
 /// Labels from one lidar sweep (docs/evaluation.md). A plane is fitted to low points 4–30 m ahead and within 8 m of the
-/// axis, starting level at `camera_height_m` below the camera. Of the points that the camera could see, a cell is
-/// occupied with 2 or more that are 0.3–1.8 m above the plane; free with one within 0.12 m of it and none of 0.3–1.8 m.
+/// axis, starting where the rig's pitch and roll have it, `camera_height_m` below the camera. Of the points that the
+/// camera could see, a cell is occupied with 2 or more that are 0.3–1.8 m above the plane; free with one within 0.12 m
+/// of it and none of 0.3–1.8 m.
 ///
 /// Partly hidden: every image column that the cell covers holds a point of a cell labelled occupied that is nearer by
 /// hiding_margin_m and 3 m ahead or more. A point covers its column and one more at each side: that is how far apart
 /// returns are.
 ///
-/// The camera has to look level (pitch and roll are taken for 0, as in KITTI's calibrations).
+/// `points` are in the frame of the camera as it is mounted; where the rig's pitch exceeds 1° they are turned level, as
+/// its images are. KITTI's calibrations give neither pitch nor roll: 0.
 [[nodiscard]] STEREOGRID_EXPORT Labels lidar_labels(std::span<const CameraPoint> points, const Rig& rig,
                                                     const GridGeometry& grid,
                                                     double camera_height_m = kitti_camera_height_m);

@@ -16,10 +16,10 @@ struct LidarModelParameters {
   LogOddsParameters log_odds{.height_min_m = 0.3, .hit = 0.75, .any_pass = 2, .pass = 0};
   double beam_rad{0.0035};  ///< opening B
 };
-/// Heights are above the plane that lidar_labels fits, with the same `camera_height_m`. `lidar`: where the sensor is in
-/// the camera's frame.
+/// Heights are above the plane that lidar_labels fits, with the same `rig` and `camera_height_m`. `lidar`: where the
+/// sensor is in the camera's frame.
 [[nodiscard]] STEREOGRID_EXPORT Image<float> lidar_grid(std::span<const CameraPoint> points, const CameraPoint& lidar,
-                                                        const GridGeometry& grid,
+                                                        const Rig& rig, const GridGeometry& grid,
                                                         double camera_height_m = kitti_camera_height_m,
                                                         const LidarModelParameters& parameters = {});
 

@@ -39,6 +39,7 @@ struct Calibration {
   std::optional<Transform> camera_from_velodyne;  ///< to the left rectified camera (x right, y down, z forward)
   std::string kind;                               ///< "calibration.yaml", "KITTI odometry" or "KITTI raw"
   bool has_mounting{false};                       ///< false: the rig's height is the usual one, its angles 0
+  std::filesystem::path mask{};                   ///< image for read_mask; empty: none
 };
 
 /// Which cameras of a KITTI set are the pair.

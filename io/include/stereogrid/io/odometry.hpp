@@ -57,7 +57,9 @@ struct OdometryState {
 /// threads.
 class STEREOGRID_EXPORT VisualOdometry {
  public:
-  explicit VisualOdometry(const Rig& rig);
+  /// `mask`: as PipelineOptions::mask; where the vehicle itself is seen no corners are taken. Throws InputError where
+  /// it is neither empty nor of the rig's size.
+  explicit VisualOdometry(const Rig& rig, Image<std::uint8_t> mask = {});
   VisualOdometry(VisualOdometry&&) noexcept;
   VisualOdometry& operator=(VisualOdometry&&) noexcept;
   ~VisualOdometry();

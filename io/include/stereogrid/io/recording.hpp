@@ -23,6 +23,7 @@ struct InputArguments {
   std::string poses;  ///< a file; "file": the input's own; "none"; "odometry"; "": the input's own if there are any,
                       ///< else odometry
   std::optional<std::filesystem::path> disparities{};  ///< folder of disparity images to take instead of right images
+  std::optional<std::filesystem::path> mask{};         ///< image for read_mask, instead of the calibration's
 };
 
 /// A frame of a recording as it lies on the disk.
@@ -44,6 +45,8 @@ struct RecordingContents {
   std::filesystem::path root;
   std::filesystem::path calibration_file;
   Calibration calibration;
+  std::filesystem::path mask_file;     ///< empty: none
+  Image<std::uint8_t> mask;            ///< PipelineOptions::mask, of rectified images; empty: none
   std::filesystem::path poses_file;    ///< or the oxts folder; empty: no poses
   bool wants_odometry{false};          ///< no poses here: the caller is to find them (VisualOdometry)
   std::filesystem::path truth_folder;  ///< empty: no ground truth

@@ -25,6 +25,7 @@ struct RunInput {
   std::string poses;        ///< of a recording: the file, "odometry", "": none; of a scene: as asked for
   std::string calibration;  ///< the file; of recordings only, as what follows
   std::string disparities;  ///< "": none were given
+  std::string mask{};       ///< the file, of scenes, too; "": none
 };
 
 /// What is known of a run before its first frame.

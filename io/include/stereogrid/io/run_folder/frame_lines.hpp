@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,8 +14,9 @@
 
 namespace stereogrid::io {
 
-/// A line of frames.jsonl (docs/format.md), without the end of line.
-[[nodiscard]] STEREOGRID_EXPORT std::string frame_line(const StereoFrame& frame, const FrameResult& result);
+/// A line of frames.jsonl (docs/format.md), without the end of line. `rig`: Pipeline::rig() before the frame.
+[[nodiscard]] STEREOGRID_EXPORT std::string frame_line(const StereoFrame& frame, const FrameResult& result,
+                                                       const Rig& rig);
 
 /// No drive has as many frames.
 inline constexpr std::int64_t largest_index{1'000'000'000};
@@ -27,11 +29,20 @@ struct FrameSummary {
   std::vector<FrameStatus> status;
 };
 
+/// How the camera is mounted, as a frame's line has it.
+struct Mounting {
+  double camera_height_m{0};
+  double camera_pitch_rad{0};
+  double camera_roll_rad{0};
+};
+
 /// A frame of a finished run, without its grids.
 struct RunFrame {
   std::string name;
   std::int64_t stamp_ns{0};
   std::vector<Obstacle> obstacles;
+  std::vector<FrameStatus> status{};
+  std::optional<Mounting> mounting{};  ///< none: not in the file of an older version
 };
 
 // Both read frames.jsonl, in which frames stand in their order, each once. Throw InputError.

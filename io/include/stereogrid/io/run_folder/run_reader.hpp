@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "stereogrid/camera.hpp"
 #include "stereogrid/export.hpp"
 #include "stereogrid/grid.hpp"
 #include "stereogrid/io/run_folder/description.hpp"
@@ -32,9 +33,11 @@ class STEREOGRID_EXPORT RunReader {
   [[nodiscard]] const std::vector<RunFrame>& frames() const { return frames_; }
   /// What the run was made from.
   [[nodiscard]] const RunInput& input() const { return input_; }
-  /// Of its images.
-  [[nodiscard]] int width_px() const { return width_px_; }
-  [[nodiscard]] int height_px() const { return height_px_; }
+  /// As given: of the calibration.
+  [[nodiscard]] const Rig& rig() const { return rig_; }
+  /// As it was mounted in a frame, by what the run has found out: of frames in which the road was not known what was
+  /// known of it next.
+  [[nodiscard]] Rig rig_of(const RunFrame& frame) const;
   /// "default" and so on.
   [[nodiscard]] const std::string& preset() const { return preset_; }
   /// Throws InputError.
@@ -42,12 +45,12 @@ class STEREOGRID_EXPORT RunReader {
 
  private:
   void read_run();
+  void check_mountings();
   void check_grids() const;
 
   std::filesystem::path folder_;
   GridGeometry grid_;
-  int width_px_{0};
-  int height_px_{0};
+  Rig rig_;
   RunInput input_;
   std::string preset_;
   std::vector<RunFrame> frames_;

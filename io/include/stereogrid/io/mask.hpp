@@ -1,0 +1,19 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "stereogrid/export.hpp"
+#include "stereogrid/image.hpp"
+
+namespace stereogrid::io {
+
+/// PipelineOptions::mask from a file: 255 where the pixel is used, 0 where it shows the vehicle itself. In the file
+/// black (0) shows the vehicle; of colours, all three 0. Throws InputError: missing, damaged, of another size, a JPEG
+/// (whose black is not quite 0), or nothing in it is used.
+[[nodiscard]] STEREOGRID_EXPORT Image<std::uint8_t> read_mask(const std::filesystem::path& path, int width_px,
+                                                              int height_px);
+
+}  // namespace stereogrid::io
