@@ -95,8 +95,6 @@ void set_values(FilterConfig& filter) {
 }
 
 void set_values(TrackingConfig& tracking) {
-  tracking.occupancy_min = 0.7;
-  tracking.cells_min = 3;
   tracking.gate_m = 1.5;
   tracking.confirm_frames = 3;
   tracking.coast_s = 1;

@@ -300,8 +300,6 @@ struct FilterConfig {
 };
 
 struct TrackingConfig {
-  double occupancy_min{0.8};
-  int cells_min{3};
   double gate_m{1.5};
   int confirm_frames{3};
   double coast_s{1.0};
@@ -309,8 +307,6 @@ struct TrackingConfig {
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"occupancy_min", "", 0.5, 0.99, "Cells above this occupancy are clustered."}, self.occupancy_min);
-    visit(Parameter{"cells_min", "cells", 1, 1000, "Smaller clusters are ignored."}, self.cells_min);
     visit(Parameter{"gate_m", "m", 0.1, 10, "Farthest a cluster may lie from a track's prediction."}, self.gate_m);
     visit(Parameter{"confirm_frames", "frames", 1, 50, "Sightings before an obstacle counts as confirmed."},
           self.confirm_frames);

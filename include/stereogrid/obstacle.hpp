@@ -2,7 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <string_view>
+
+#include "stereogrid/grid.hpp"
 
 namespace stereogrid {
 
@@ -13,11 +18,41 @@ struct Covariance2 {
   double yy{0};
 };
 
-/// A tracked thing: occupied cells that move alike. Positions in the vehicle frame of the same instant; velocities
+/// What one can go around (car, person, cycle, pole, box), or a boundary (wall, hedge, façade, row that cannot be
+/// separated).
+enum class ObstacleKind : std::uint8_t { thing, extended };
+constexpr std::array<std::string_view, 2> names_of(ObstacleKind) {
+  return {"thing", "extended"};
+}
+
+/// Points on the ground, m. Memory of its own, none elsewhere.
+class Outline {
+ public:
+  static constexpr std::size_t points_max{48};
+
+  /// What has no room is left out.
+  constexpr void push_back(Point2 point) {
+    if (size_ < points_max) points_[size_++] = point;
+  }
+  constexpr void clear() { size_ = 0; }
+  [[nodiscard]] constexpr std::size_t size() const { return size_; }
+  [[nodiscard]] constexpr bool empty() const { return size_ == 0; }
+  [[nodiscard]] constexpr const Point2& operator[](std::size_t i) const { return points_[i]; }
+  [[nodiscard]] constexpr Point2* begin() { return points_.data(); }
+  [[nodiscard]] constexpr Point2* end() { return points_.data() + size_; }
+  [[nodiscard]] constexpr const Point2* begin() const { return points_.data(); }
+  [[nodiscard]] constexpr const Point2* end() const { return points_.data() + size_; }
+
+ private:
+  std::array<Point2, points_max> points_{};
+  std::size_t size_{0};
+};
+
+/// A tracked thing or boundary. Positions in the vehicle frame of the same instant; velocities
 /// relative to the ground, in vehicle axes.
 struct Obstacle {
   std::int64_t id{0};  ///< stays with the obstacle for as long as it is tracked; never used again
-  double x_m{0};       ///< centre of the occupied cells
+  double x_m{0};       ///< centre of its box
   double y_m{0};
   double vx_mps{0};
   double vy_mps{0};
@@ -27,11 +62,16 @@ struct Obstacle {
   double occupancy{0};  ///< mean P(occupied) of its cells
   double age_s{0};      ///< since it was first seen
   bool confirmed{false};
-  bool moving{false};               ///< faster than 1 m/s, and than two standard deviations of its speed
-  bool coasting{false};             ///< not seen in this frame: carried on where it was hidden or missed
-  double unseen_s{0};               ///< since it was last seen
+  bool moving{false};    ///< is said to move only after several frames of evidence; where not, its velocity is 0
+  bool coasting{false};  ///< not seen in this frame: carried on where it was hidden or missed
+  double unseen_s{0};    ///< since it was last seen
   Covariance2 position_covariance;  ///< m², vehicle axes
   Covariance2 velocity_covariance;  ///< m²/s², vehicle axes
+  ObstacleKind kind{ObstacleKind::thing};
+  double height_m{0};  ///< of the highest pixel above the road
+  /// What is seen of it, where it was last seen, moved on with it: of a thing a simple polygon, at least as deep as
+  /// half a metre; of an extended boundary an open line along its near side, from left to right.
+  Outline outline;
 };
 
 }  // namespace stereogrid

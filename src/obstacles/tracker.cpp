@@ -24,7 +24,14 @@ constexpr double another_thing{16};
 constexpr double unknown_velocity_mps{3};
 constexpr double free_occupancy{0.2};
 constexpr double gone_s{0.25};
-constexpr double surely_moving_mps{1};
+constexpr double moving_mps{1};
+/// Evidence of motion: a measured velocity says less than its covariance would have it, several frames say more.
+constexpr double evidence_max{6};
+constexpr double evidence_of_frame{1.5};
+constexpr double surely_moving{4};
+constexpr double highest_mover_m{4.2};
+/// What is seen so large is no chance match.
+constexpr int surely_seen_px{300};
 
 Covariance2 turned(const Covariance2& p, double yaw_rad) {
   const double c{std::cos(yaw_rad)};
@@ -34,6 +41,12 @@ Covariance2 turned(const Covariance2& p, double yaw_rad) {
 }
 
 }  // namespace
+
+double Bounds::gap_to(const Bounds& other, Point2 moved) const {
+  const double x{std::max(other.least.x - (most.x + moved.x), least.x + moved.x - other.most.x)};
+  const double y{std::max(other.least.y - (most.y + moved.y), least.y + moved.y - other.most.y)};
+  return std::hypot(std::max(x, 0.0), std::max(y, 0.0));
+}
 
 void Tracker::Axis::predict(double dt_s, double acceleration_mps2) {
   const double q{acceleration_mps2 * acceleration_mps2};
@@ -65,7 +78,7 @@ void Tracker::Axis::update_velocity(double measured, double variance) {
   covariance[2] -= gain_v * covariance[2];
 }
 
-Tracker::Tracker(const TrackingConfig& config) : config_{config} {
+Tracker::Tracker(const TrackingConfig& config, const Rig& level_rig) : config_{config}, rig_{level_rig} {
   constexpr std::size_t pairs_of_a_thing{4};
   tracks_.reserve(things_reserved);
   pairs_.reserve(pairs_of_a_thing * things_reserved);
@@ -73,15 +86,20 @@ Tracker::Tracker(const TrackingConfig& config) : config_{config} {
   is_cluster_taken_.reserve(things_reserved);
 }
 
-void Tracker::update(const GridLayers& world, const std::vector<Cluster>& clusters, double dt_s) {
+void Tracker::update(const GridLayers& world, const std::vector<Cluster>& clusters, const Pose2& world_from_vehicle,
+                     double dt_s) {
   for (Track& track : tracks_) {
+    const Point2 before{track.x.position, track.y.position};
     track.x.predict(dt_s, config_.acceleration_mps2);
     track.y.predict(dt_s, config_.acceleration_mps2);
+    track.moved.x += track.x.position - before.x;
+    track.moved.y += track.y.position - before.y;
     track.age_s += dt_s;
     track.unseen_s += dt_s;
   }
   associate(clusters);
-  std::erase_if(tracks_, [&](const Track& track) { return is_over(track, world); });
+  const Pose2 vehicle_from_world{inverse(world_from_vehicle)};
+  std::erase_if(tracks_, [&](const Track& track) { return is_over(track, world, vehicle_from_world); });
 }
 
 // In its velocity, and surely.
@@ -101,10 +119,13 @@ void Tracker::find_pairs(const std::vector<Cluster>& clusters) {
           std::hypot(clusters[c].velocity.x - tracks_[t].x.velocity, clusters[c].velocity.y - tracks_[t].y.velocity)};
       const bool is_measured{clusters[c].velocity_sigma_mps > 0};
       if (is_measured && differs(clusters[c], tracks_[t], faster_mps)) continue;
-      const double distance{std::hypot(away.x, away.y) + (is_measured ? velocity_weight_s * faster_mps : 0)};
-      // the visible part of a large thing may change by its size from frame to frame
-      const double gate{config_.gate_m + 0.25 * std::max(tracks_[t].shape.length_m, clusters[c].length_m)};
-      if (distance <= gate) pairs_.push_back({distance, t, c});
+      const double gap_m{tracks_[t].shape.bounds.gap_to(clusters[c].bounds, tracks_[t].moved)};
+      const double away_m{std::hypot(away.x, away.y)};
+      if (gap_m > config_.gate_m ||
+          away_m > config_.gate_m + 0.5 * std::max(tracks_[t].shape.length_m, clusters[c].length_m)) {
+        continue;
+      }
+      pairs_.push_back({(gap_m + away_m) / 2 + (is_measured ? velocity_weight_s * faster_mps : 0), t, c});
     }
   }
   // not stable_sort, which allocates
@@ -127,6 +148,18 @@ void Tracker::associate(const std::vector<Cluster>& clusters) {
   }
 }
 
+// Of one frame. The grid alone tells motion later, and less surely, than points that have been followed.
+double Tracker::evidence_of_motion(const Cluster& cluster) {
+  const double square{cluster.velocity.x * cluster.velocity.x + cluster.velocity.y * cluster.velocity.y};
+  if (cluster.kind == ObstacleKind::extended) return -evidence_of_frame;
+  if (cluster.height_m > highest_mover_m) return 0;  // with a tree above it
+  if (cluster.velocity_sigma_mps > 0) {
+    const double variance{cluster.velocity_sigma_mps * cluster.velocity_sigma_mps};
+    return std::clamp(square / (2 * variance) - 2, -evidence_of_frame, evidence_of_frame);
+  }
+  return square > moving_mps * moving_mps ? evidence_of_frame / 4 : -evidence_of_frame / 4;
+}
+
 void Tracker::correct(Track& track, const Cluster& cluster) const {
   // where the outline of a large thing changes with what is seen of it, its centre says little about its motion
   const double change{std::abs(cluster.length_m - track.shape.length_m) +
@@ -141,9 +174,12 @@ void Tracker::correct(Track& track, const Cluster& cluster) const {
   track.y.update_position(cluster.centre.y, position_sigma * position_sigma);
   track.x.update_velocity(cluster.velocity.x, velocity_sigma * velocity_sigma);
   track.y.update_velocity(cluster.velocity.y, velocity_sigma * velocity_sigma);
+  track.moving = std::clamp(track.moving + evidence_of_motion(cluster), -evidence_max, evidence_max);
   track.shape = cluster;
+  track.moved = {};
   track.unseen_s = 0;
   ++track.sightings;
+  track.pixels += cluster.pixels;
 }
 
 void Tracker::begin_track(const Cluster& cluster) {
@@ -156,12 +192,20 @@ void Tracker::begin_track(const Cluster& cluster) {
   track.y = {cluster.centre.y, cluster.velocity.y, {position_variance, 0, velocity_variance}};
   track.shape = cluster;
   track.sightings = 1;
+  track.pixels = cluster.pixels;
   tracks_.push_back(track);
 }
 
-bool Tracker::is_over(const Track& track, const GridLayers& world) const {
+bool Tracker::is_confirmed(const Track& track) const {
+  return track.sightings >= config_.confirm_frames || track.pixels >= surely_seen_px;
+}
+
+bool Tracker::is_over(const Track& track, const GridLayers& world, const Pose2& vehicle_from_world) const {
   if (track.unseen_s == 0) return false;
-  if (track.unseen_s > config_.coast_s || track.sightings < config_.confirm_frames) return true;
+  if (track.unseen_s > config_.coast_s || !is_confirmed(track)) return true;
+  const Point2 at{vehicle_from_world * Point2{track.x.position, track.y.position}};
+  const double column{rig_.centre_u_px - rig_.focal_px * at.y / at.x};
+  if (!(at.x > 0 && column > 0 && column < rig_.width_px)) return true;  // nobody will see whether it is still there
   const GridGeometry& grid{world.geometry};
   const int x{clamped_to_int(std::floor((track.x.position - grid.x_min_m) / grid.cell_size_m))};
   const int y{clamped_to_int(std::floor((track.y.position - grid.y_min_m) / grid.cell_size_m))};
@@ -175,15 +219,18 @@ void Tracker::report(const Pose2& world_from_vehicle, std::vector<Obstacle>& obs
   obstacles.clear();
   for (const Track& track : tracks_) {
     const Point2 at{vehicle_from_world * Point2{track.x.position, track.y.position}};
-    const Point2 v{turn * Point2{track.x.velocity, track.y.velocity}};
-    const double speed_mps{std::hypot(v.x, v.y)};
-    const double variance{std::max(track.x.covariance[2], track.y.covariance[2])};
+    const bool moves{track.moving >= surely_moving};
+    const Point2 v{moves ? turn * Point2{track.x.velocity, track.y.velocity} : Point2{}};
     obstacles.push_back({track.id, at.x, at.y, v.x, v.y, track.shape.length_m, track.shape.width_m,
                          std::remainder(track.shape.yaw_rad + vehicle_from_world.yaw_rad, 2 * M_PI),
-                         track.shape.occupancy, track.age_s, track.sightings >= config_.confirm_frames,
-                         speed_mps > surely_moving_mps && speed_mps * speed_mps > 4 * variance, track.unseen_s > 0,
-                         track.unseen_s, turned({track.x.covariance[0], 0, track.y.covariance[0]}, turn.yaw_rad),
-                         turned({track.x.covariance[2], 0, track.y.covariance[2]}, turn.yaw_rad)});
+                         track.shape.occupancy, track.age_s, is_confirmed(track), std::hypot(v.x, v.y) > moving_mps,
+                         track.unseen_s > 0, track.unseen_s,
+                         turned({track.x.covariance[0], 0, track.y.covariance[0]}, turn.yaw_rad),
+                         turned({track.x.covariance[2], 0, track.y.covariance[2]}, turn.yaw_rad), track.shape.kind,
+                         track.shape.height_m, track.shape.outline});
+    for (Point2& point : obstacles.back().outline) {
+      point = vehicle_from_world * (moves ? Point2{point.x + track.moved.x, point.y + track.moved.y} : point);
+    }
   }
 }
 

@@ -9,6 +9,7 @@
 
 #include "held_bytes.hpp"
 #include "motion/scene_flow.hpp"
+#include "obstacles/segments.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/grid.hpp"
@@ -16,16 +17,29 @@
 
 namespace stereogrid {
 
-/// Connected occupied cells that move alike. World axes.
+/// Along the world's axes.
+struct Bounds {
+  Point2 least;
+  Point2 most;
+
+  /// How far `other` lies away from these, moved; 0: they overlap.
+  [[nodiscard]] double gap_to(const Bounds& other, Point2 moved) const;
+};
+
+/// A segment on the ground. World axes.
 struct Cluster {
-  int cells{0};
-  Point2 centre;                 ///< middle of the cells' bounding box along the axes of motion
-  Point2 velocity;               ///< mean over the cells, or of the points followed on it
+  Point2 centre;                 ///< middle of its box
+  Point2 velocity;               ///< of its cells, or of the points followed on it
   double velocity_sigma_mps{0};  ///< of the points along the less certain axis; 0: there are none
-  double occupancy{0};           ///< mean over the cells
+  double occupancy{0};           ///< mean over its surface
+  int pixels{0};
   double length_m{0};
   double width_m{0};
   double yaw_rad{0};
+  double height_m{0};
+  ObstacleKind kind{ObstacleKind::thing};
+  Outline outline;
+  Bounds bounds{};  ///< of the outline
 };
 
 /// So many clusters, tracks and obstacles have room from the start, far more than a street has; as many as there might
@@ -39,41 +53,48 @@ struct ClusterSpace {
     int label;
     std::size_t vector;
   };
-  struct Cell {
-    int x;
-    int y;
+  /// Pixels at a depth.
+  struct Depth {
+    double x_m;
+    int pixels;
   };
 
-  /// For a grid of that size. `points` that are followed have room from the start.
-  ClusterSpace(int nx, int ny, std::size_t points = 0);
+  /// `points` that are followed have room from the start.
+  ClusterSpace(const Rig& level_rig, const UDisparityConfig& heights, int disparities, std::size_t points = 0);
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(clusters, labels, cells, followed, values); }
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(segmenter, clusters, depths, followed, values); }
 
-  std::vector<Cluster> clusters;
-  Image<int> labels;               ///< (ny, nx) the cluster's number + 1 of each cell, 0 = none
-  std::vector<Cell> cells;         ///< of a cluster
+  Segmenter segmenter;
+  Rig rig;
+  std::vector<Cluster> clusters;   ///< one for each segment
+  std::vector<Depth> depths;       ///< of a strip of a segment
   std::vector<Followed> followed;  ///< by label
   std::vector<double> values;      ///< of a cluster's points
 };
 
-/// Clusters of the filtered grid: 8-connected cells above `occupancy_min` that have been observed and whose velocities
-/// differ little from the cluster's mean.
-void find_clusters(const GridLayers& world, const TrackingConfig& config, ClusterSpace& space);
+/// Segments of the disparities of obstacles, (H, W) px, with their outlines, and with occupancy and velocity as the
+/// filtered grid has them.
+void find_clusters(View<const float> obstacle, const Ground& ground, const GridLayers& world,
+                   const Pose2& world_from_vehicle, ClusterSpace& space);
 
 /// Gives each cluster the velocity of the points that have been followed on it.
-void measure_velocities(const std::vector<FlowVector>& vectors, const GridGeometry& grid, ClusterSpace& space);
+void measure_velocities(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space);
+
+/// Around the outlines: along the motion of what moves, else the smallest.
+void fit_boxes(std::vector<Cluster>& clusters);
 
 /// Follows clusters through time: nearest-neighbour association within a gate around each track's prediction, a
 /// constant-velocity Kalman filter for each track, ids that are never used twice. docs/method.md §11.
 class Tracker {
  public:
-  explicit Tracker(const TrackingConfig& config);
+  Tracker(const TrackingConfig& config, const Rig& level_rig);
 
   /// No tracks; ids go on.
   void forget() { tracks_.clear(); }
 
   /// Moves all tracks on by dt_s, gives each its cluster, begins and ends tracks.
-  void update(const GridLayers& world, const std::vector<Cluster>& clusters, double dt_s);
+  void update(const GridLayers& world, const std::vector<Cluster>& clusters, const Pose2& world_from_vehicle,
+              double dt_s);
 
   /// The tracks as obstacles in the vehicle frame.
   void report(const Pose2& world_from_vehicle, std::vector<Obstacle>& obstacles) const;
@@ -105,8 +126,11 @@ class Tracker {
     Axis y;
     Cluster shape;
     int sightings{0};
+    std::int64_t pixels{0};  ///< of all sightings
+    double moving{0};        ///< evidence that it moves: logarithm of the odds
     double age_s{0};
     double unseen_s{0};
+    Point2 moved;  ///< since it was last seen, as predicted
   };
 
   // A cluster that may be a track's.
@@ -119,11 +143,14 @@ class Tracker {
   static bool differs(const Cluster& cluster, const Track& track, double faster_mps);
   void find_pairs(const std::vector<Cluster>& clusters);
   void associate(const std::vector<Cluster>& clusters);
+  static double evidence_of_motion(const Cluster& cluster);
   void correct(Track& track, const Cluster& cluster) const;
   void begin_track(const Cluster& cluster);
-  [[nodiscard]] bool is_over(const Track& track, const GridLayers& world) const;
+  [[nodiscard]] bool is_confirmed(const Track& track) const;
+  [[nodiscard]] bool is_over(const Track& track, const GridLayers& world, const Pose2& vehicle_from_world) const;
 
   TrackingConfig config_;
+  Rig rig_;
   std::vector<Track> tracks_;
   std::vector<Pair> pairs_;  // working memory, as the next two
   std::vector<std::uint8_t> is_track_taken_;

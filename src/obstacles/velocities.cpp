@@ -6,7 +6,6 @@
 #include <span>
 #include <tuple>
 
-#include "clamped_to_int.hpp"
 #include "obstacles/tracking.hpp"
 
 namespace stereogrid {
@@ -17,26 +16,6 @@ constexpr double common_sigma_mps{0.3};
 /// Squared Mahalanobis distance from the median.
 constexpr double outlier{9};
 constexpr std::size_t points_min{2};
-/// A point's place is known to some cells.
-constexpr int reach_cells{2};
-
-// The cluster at a point's place, or else the nearest; 0: none.
-int label_at(Point2 place, const GridGeometry& grid, const Image<int>& labels) {
-  const int x{clamped_to_int(std::floor((place.x - grid.x_min_m) / grid.cell_size_m))};
-  const int y{clamped_to_int(std::floor((place.y - grid.y_min_m) / grid.cell_size_m))};
-  int label{0};
-  int nearest{2 * reach_cells * reach_cells + 1};
-  for (int j{std::max(y - reach_cells, 0)}; j <= std::min(y + reach_cells, grid.ny - 1); ++j) {
-    for (int i{std::max(x - reach_cells, 0)}; i <= std::min(x + reach_cells, grid.nx - 1); ++i) {
-      const int distance{(i - x) * (i - x) + (j - y) * (j - y)};
-      if (labels(i, j) == 0 || distance >= nearest) continue;
-      nearest = distance;
-      label = labels(i, j);
-    }
-  }
-  return label;
-}
-
 using Followed = std::span<const ClusterSpace::Followed>;
 
 double median_along(double Point2::*axis, const std::vector<FlowVector>& vectors, Followed followed,
@@ -69,18 +48,19 @@ void measure(const std::vector<FlowVector>& vectors, Followed followed, std::vec
 
 }  // namespace
 
-void measure_velocities(const std::vector<FlowVector>& vectors, const GridGeometry& grid, ClusterSpace& space) {
+void measure_velocities(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space) {
+  const Pose2 vehicle_from_world{inverse(world_from_vehicle)};
   space.followed.clear();
   for (std::size_t i{0}; i < vectors.size(); ++i) {
-    const int label{label_at(vectors[i].place, grid, space.labels)};
-    if (label > 0) space.followed.push_back({label, i});
+    const int label{space.segmenter.segment_at(vehicle_from_world * vectors[i].place)};
+    if (label >= 0) space.followed.push_back({label, i});
   }
   std::sort(space.followed.begin(), space.followed.end(),
             [](const auto& a, const auto& b) { return std::tie(a.label, a.vector) < std::tie(b.label, b.vector); });
   for (auto begin = space.followed.cbegin(); begin != space.followed.cend();) {
     const int label{begin->label};
     const auto end = std::find_if(begin, space.followed.cend(), [&](const auto& one) { return one.label != label; });
-    measure(vectors, {begin, end}, space.values, space.clusters[static_cast<std::size_t>(label) - 1]);
+    measure(vectors, {begin, end}, space.values, space.clusters[static_cast<std::size_t>(label)]);
     begin = end;
   }
 }

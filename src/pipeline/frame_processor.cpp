@@ -33,10 +33,10 @@ FrameProcessor::FrameProcessor(const Config& config, const Rig& level_rig, std::
       mounting_{rig_, config.ground, turned_rad},
       alignment_{rig_},
       scene_flow_{rig_},
-      tracker_{config.tracking},
+      tracker_{config.tracking, rig_},
       ground_samples_{rig_.width_px, rig_.height_px},
       velocity_evidence_{window_.cells(), velocity_axis(config.filter).back()},
-      clusters_{window_.cells(), window_.cells(), scene_flow_.points_reserved()} {
+      clusters_{rig_, config.u_disparity, config.matching.disparities, scene_flow_.points_reserved()} {
   mounting_samples_.reserve(samples_max(rig_));
 }
 
@@ -183,11 +183,13 @@ bool FrameProcessor::judge(const LevelFrame& frame, const Ground& expected, Fram
 }
 
 void FrameProcessor::track(const LevelFrame& frame, FrameResult& result) {
-  find_clusters(result.world, config_.tracking, clusters_);
-  // remembered, not seen: tracks coast
-  if (!is_reliable_ && frame.other_grids.empty()) clusters_.clusters.clear();
-  measure_velocities(scene_flow_.vectors(), result.world.geometry, clusters_);
-  tracker_.update(result.world, clusters_.clusters, frame.dt_s);
+  clusters_.clusters.clear();
+  if (is_reliable_) {
+    find_clusters(stages_->obstacle_disparity(), ground_, result.world, frame.world_from_vehicle, clusters_);
+    measure_velocities(scene_flow_.vectors(), frame.world_from_vehicle, clusters_);
+    fit_boxes(clusters_.clusters);
+  }
+  tracker_.update(result.world, clusters_.clusters, frame.world_from_vehicle, frame.dt_s);
   tracker_.report(frame.world_from_vehicle, result.obstacles);
 }
 

@@ -157,6 +157,7 @@ class HostStages final : public Stages {
     return space_.matches;
   }
 
+  View<const float> obstacle_disparity() override { return space_.matches.obstacle.view(); }
   void finish() override {
     const Matches& matches{space_.matches};
     result_->obstacle_density = share_matched(matches.obstacle);

@@ -37,11 +37,11 @@ TEST(Config, TakesAFileAndThenSettings) {
   const std::string file{(folder / "mine.yaml").string()};
   std::ofstream{file} << "grid: {length_m: 35, width_m: 25}\n";
   const Json json(Json::parse(
-      run_well({"config", "--json", "--config", file, "--set", "grid.width_m=15", "--set", "tracking.cells_min=5"})
+      run_well({"config", "--json", "--config", file, "--set", "grid.width_m=15", "--set", "tracking.confirm_frames=5"})
           .output));
   EXPECT_EQ(json["grid"]["length_m"], 35.0);
   EXPECT_EQ(json["grid"]["width_m"], 15.0);
-  EXPECT_EQ(json["tracking"]["cells_min"], 5);
+  EXPECT_EQ(json["tracking"]["confirm_frames"], 5);
 }
 
 TEST(Simulate, WritesADriveThatRunReadsLikeTheScene) {

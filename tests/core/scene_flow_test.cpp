@@ -9,6 +9,7 @@
 
 #include "motion/velocity_evidence.hpp"
 #include "obstacles/tracking.hpp"
+#include "painted_obstacles.hpp"
 #include "support.hpp"
 
 namespace stereogrid::test {
@@ -176,65 +177,63 @@ TEST(EvidenceMap, IsNotFasterThanTheLatticeAndStaysInTheWindow) {
   }
 }
 
-// Two clusters, side by side: cells 10 … 13 and 20 … 23 of row 20.
+// Two things side by side, 8 m ahead: from y = 1 to 2 m and from −2 to −1 m.
 struct TwoClusters {
-  TwoClusters() : space{40, 40}, clusters{space.clusters} {
-    for (int x{10}; x < 14; ++x) space.labels(x, 20) = 1;
-    for (int x{20}; x < 24; ++x) space.labels(x, 20) = 2;
-    clusters.resize(2);
-    clusters[0].velocity = clusters[1].velocity = {0.5, 0};
+  TwoClusters() : space{obstacle_space()}, clusters{space.clusters} {
+    const PaintedObstacles painted{PaintedObstacles{}.wall(8, 1, 2).wall(8, -2, -1)};
+    find_clusters(painted.disparity.view(), {1.2, 0, 0, true}, still_world(), {}, space);
+    clusters.at(0).velocity = clusters.at(1).velocity = {0.5, 0};
+    if (space.segmenter.segment_at({8, 1.5}) != 0) std::swap(first, second);
   }
-
-  static Point2 place(int x) { return {window.x_min_m + (x + 0.5) * 0.2, window.y_min_m + 20.5 * 0.2}; }
 
   ClusterSpace space;
   std::vector<Cluster>& clusters;
+  std::size_t first{0};
+  std::size_t second{1};
 };
 
 TEST(ClusterVelocities, AreThoseOfTheirPoints) {
   TwoClusters world;
-  measure_velocities({vector_at(TwoClusters::place(10), {6, 1}), vector_at(TwoClusters::place(11), {6.2, 1}),
-                      vector_at(TwoClusters::place(13), {6.1, 1}), vector_at(TwoClusters::place(12), {-8, 3}),
-                      vector_at(TwoClusters::place(19), {-2, 0}), vector_at(TwoClusters::place(25), {-2, 0})},
-                     window, world.space);
-  EXPECT_NEAR(world.clusters[0].velocity.x, 6.1, 0.01) << "without the one that does not fit";
-  EXPECT_NEAR(world.clusters[0].velocity.y, 1, 0.01);
-  EXPECT_NEAR(world.clusters[0].velocity_sigma_mps, std::sqrt(0.25 / 3 + 0.09), 1e-6);
-  EXPECT_NEAR(world.clusters[1].velocity.x, -2, 0.01) << "points beside their cluster";
+  measure_velocities({vector_at({8, 1.2}, {6, 1}), vector_at({8, 1.4}, {6.2, 1}), vector_at({8, 1.8}, {6.1, 1}),
+                      vector_at({8, 1.6}, {-8, 3}), vector_at({8.1, -0.95}, {-2, 0}), vector_at({7.9, -2.05}, {-2, 0})},
+                     {}, world.space);
+  const Cluster& first{world.clusters[world.first]};
+  EXPECT_NEAR(first.velocity.x, 6.1, 0.01) << "without the one that does not fit";
+  EXPECT_NEAR(first.velocity.y, 1, 0.01);
+  EXPECT_NEAR(first.velocity_sigma_mps, std::sqrt(0.25 / 3 + 0.09), 1e-6);
+  EXPECT_NEAR(world.clusters[world.second].velocity.x, -2, 0.01) << "points beside their cluster";
 }
 
 TEST(ClusterVelocities, NeedTwoPointsThatAgree) {
   TwoClusters world;
-  measure_velocities({vector_at(TwoClusters::place(10), {6, 1}), vector_at(TwoClusters::place(30), {3, 3})}, window,
-                     world.space);
+  measure_velocities({vector_at({8, 1.2}, {6, 1}), vector_at({8, 5}, {3, 3})}, {}, world.space);
   for (const Cluster& cluster : world.clusters) {
     EXPECT_EQ(cluster.velocity.x, 0.5);
     EXPECT_EQ(cluster.velocity_sigma_mps, 0);
   }
 }
 
-TEST(ClusterVelocities, OfPointsReachATrackAtOnce) {
+TEST(ClusterVelocities, OfPointsReachATrackSoon) {
   TrackingConfig config;
   config.confirm_frames = 1;
   GridLayers world;
   world.geometry = window;
   world.occupancy = world.age_s = Image<float>{40, 40};
-  const auto speed_after_two = [&](double sigma_mps) {
-    Tracker tracker{config};
+  const auto speed_of = [&](double sigma_mps) {
+    Tracker tracker{config, PaintedObstacles::rig()};
     Cluster cluster;
-    cluster.cells = 4;
     cluster.centre = {0, 0};
     cluster.length_m = cluster.width_m = 0.5;
-    tracker.update(world, {cluster}, 0.1);
+    tracker.update(world, {cluster}, {}, 0.1);
     cluster.velocity = {3, 0};
     cluster.velocity_sigma_mps = sigma_mps;
-    tracker.update(world, {cluster}, 0.1);
+    for (int frame{0}; frame < 3; ++frame) tracker.update(world, {cluster}, {}, 0.1);
     std::vector<Obstacle> obstacles;
     tracker.report({}, obstacles);
     return obstacles.at(0).vx_mps;
   };
-  EXPECT_GT(speed_after_two(0.4), 2.2);
-  EXPECT_LT(speed_after_two(0), 2) << "of cells, at the same place";
+  EXPECT_GT(speed_of(0.4), 2.2);
+  EXPECT_LT(speed_of(0), 2) << "of cells, at the same place";
 }
 
 }  // namespace

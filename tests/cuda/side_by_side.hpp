@@ -25,7 +25,6 @@ inline Config small_config() {
   config.matching.disparities = 16;
   config.matching.speckle_px = config.matching.road_speckle_px = 20;
   config.filter.velocity_max_mps = 4;
-  config.tracking.occupancy_min = 0.6;
   return config;
 }
 

@@ -27,6 +27,12 @@ Json json_of(const Covariance2& covariance) {
   return {covariance.xx, covariance.xy, covariance.yy};
 }
 
+Json json_of(const Outline& outline) {
+  Json points(Json::array());
+  for (const Point2& point : outline) points.push_back({point.x, point.y});
+  return points;
+}
+
 Json json_of(const Obstacle& obstacle) {
   return {{"id", obstacle.id},
           {"x_m", obstacle.x_m},
@@ -43,7 +49,10 @@ Json json_of(const Obstacle& obstacle) {
           {"coasting", obstacle.coasting},
           {"unseen_s", obstacle.unseen_s},
           {"position_covariance", json_of(obstacle.position_covariance)},
-          {"velocity_covariance", json_of(obstacle.velocity_covariance)}};
+          {"velocity_covariance", json_of(obstacle.velocity_covariance)},
+          {"kind", names_of(ObstacleKind{})[static_cast<std::size_t>(obstacle.kind)]},
+          {"height_m", obstacle.height_m},
+          {"outline_m", json_of(obstacle.outline)}};
 }
 
 std::int64_t id_of(const Json& obstacle) {
@@ -95,6 +104,9 @@ Obstacle obstacle_of(const Json& o) {
           o.value("coasting", false),
           o.value("unseen_s", 0.0),
           {},
+          {},
+          ObstacleKind::thing,
+          0,
           {}};
 }
 

@@ -242,6 +242,12 @@ const Matches& CudaStages::unsplit_matches() {
   return matches_;
 }
 
+View<const float> CudaStages::obstacle_disparity() {
+  download(cuda_, device_.matches.obstacle.data(), matches_.obstacle.size(), matches_.obstacle.data());
+  synchronize();
+  return matches_.obstacle.view();
+}
+
 void CudaStages::finish() {
   synchronize();
   Stopwatch watch;

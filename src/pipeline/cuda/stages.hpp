@@ -40,6 +40,7 @@ class CudaStages final : public Stages {
   bool is_lost() override;
   const Matches& matches_on_lattice() override;
   const Matches& unsplit_matches() override;
+  View<const float> obstacle_disparity() override;
   void finish() override;
 
   void fetch_stages(bool wanted) override { are_stages_wanted_ = wanted; }

@@ -1,0 +1,292 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "obstacles/segments.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <tuple>
+
+#include "clamped_to_int.hpp"
+
+namespace stereogrid {
+namespace {
+
+constexpr double support_m{0.2};  // height of a surface below which a column of it does not count
+constexpr double gap_m{0.1};      // between columns of one thing
+constexpr int gap_px_max{12};
+constexpr double depth_m{0.35};   // by which neighbouring columns of one thing may differ
+constexpr double depth_px{0.75};  // or by so much, for noise
+constexpr int tolerance_max{8};
+constexpr int edge_reach_px{5};      // about half a matching window: pixels so near an edge of depth …
+constexpr float edge_step_px{1.2f};  // … that lie between both surfaces by more than this belong to neither
+constexpr int pixels_min{20};        // of a segment
+constexpr double surface_min_m2{0.03};
+constexpr double longest_thing_m{6};  // a longer segment is cut where it is thin
+constexpr double slice_m{0.5};
+constexpr int slices_around{6};
+constexpr double thin_share{0.2};
+
+/// Direction in which places with weights spread most, and their mean.
+struct Axis {
+  Point2 mean;
+  Point2 direction;
+
+  [[nodiscard]] double along(Point2 place) const {
+    return direction.x * (place.x - mean.x) + direction.y * (place.y - mean.y);
+  }
+};
+
+Axis principal_axis(const Segmenter& segmenter, std::span<const int> nodes) {
+  double sum{0};
+  Axis axis;
+  for (const int index : nodes) {
+    const SegmentNode& node{segmenter.node(index)};
+    sum += node.weight;
+    axis.mean.x += node.weight * node.place.x;
+    axis.mean.y += node.weight * node.place.y;
+  }
+  axis.mean = {axis.mean.x / sum, axis.mean.y / sum};
+  double xx{0};
+  double xy{0};
+  double yy{0};
+  for (const int index : nodes) {
+    const SegmentNode& node{segmenter.node(index)};
+    const Point2 away{node.place.x - axis.mean.x, node.place.y - axis.mean.y};
+    xx += node.weight * away.x * away.x;
+    xy += node.weight * away.x * away.y;
+    yy += node.weight * away.y * away.y;
+  }
+  const double angle{0.5 * std::atan2(2 * xy, xx - yy)};
+  axis.direction = {std::cos(angle), std::sin(angle)};
+  return axis;
+}
+
+/// The slice where least is left of what lies on both sides of it, and how much, as a share.
+struct Waist {
+  int slice{-1};
+  double share{std::numeric_limits<double>::max()};
+};
+
+Waist waist_of(const std::vector<double>& profile) {
+  Waist waist;
+  const int slices{static_cast<int>(profile.size())};
+  const auto most = [&](int begin, int end) {
+    return *std::max_element(profile.begin() + std::max(begin, 0), profile.begin() + std::min(end, slices));
+  };
+  for (int i{2}; i < slices - 2; ++i) {
+    const double beside{std::min(most(i - slices_around, i), most(i + 1, i + 1 + slices_around))};
+    const double share{profile[static_cast<std::size_t>(i)] / std::max(beside, 1e-9)};
+    if (share < waist.share) waist = {i, share};
+  }
+  return waist;
+}
+
+}  // namespace
+
+Segmenter::Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int disparities)
+    : rig_{level_rig},
+      lowest_m_{heights.obstacle_min_height_m},
+      highest_m_{heights.obstacle_height_m},
+      most_(static_cast<std::size_t>(level_rig.width_px)),
+      least_(most_),
+      counts_{level_rig.width_px, bins_per_px * disparities},
+      tops_{counts_.width(), counts_.height()},
+      labels_{counts_.width(), counts_.height()} {
+  const double focal_baseline{rig_.focal_px * rig_.baseline_m};
+  for (int k{0}; k < counts_.height(); ++k) {
+    const double d{(k + 0.5) / bins_per_px};
+    const double columns_per_m{d / rig_.baseline_m};
+    const double depth{std::max(depth_px, depth_m * d * d / focal_baseline)};
+    bins_.push_back({d, std::max(2, clamped_to_int(std::ceil(support_m * columns_per_m))),
+                     std::clamp(clamped_to_int(gap_m * columns_per_m), 1, gap_px_max),
+                     std::clamp(clamped_to_int(bins_per_px * depth), 1, tolerance_max)});
+  }
+  nodes_.reserve(counts_.size() / 8);
+  order_.reserve(counts_.size() / 8);
+  segments_.reserve(1024);
+  profile_.reserve(static_cast<std::size_t>(4 * far_m / slice_m));
+}
+
+void Segmenter::find(View<const float> obstacle, const Ground& ground) {
+  count(obstacle, ground);
+  take_nodes();
+  join_nodes();
+  gather();
+  for (std::size_t i{0}; i < segments_.size();) {
+    if (!cut(i)) ++i;
+  }
+  std::erase_if(segments_, [this](const Range& range) { return is_small(range); });
+  for (SegmentNode& one : nodes_) one.segment = -1;
+  for (std::size_t i{0}; i < segments_.size(); ++i) {
+    for (const int index : of(i)) nodes_[static_cast<std::size_t>(index)].segment = static_cast<int>(i);
+  }
+}
+
+// The largest and the smallest disparity near each pixel of a row.
+void Segmenter::find_edges(View<const float> obstacle, int v) {
+  const float* row{obstacle.row(v)};
+  const int width{obstacle.width};
+  std::copy(row, row + width, most_.begin());
+  for (int u{0}; u < width; ++u)
+    least_[static_cast<std::size_t>(u)] = row[u] > 0 ? row[u] : std::numeric_limits<float>::max();
+  const auto take = [&](int u, float d) {
+    float& most{most_[static_cast<std::size_t>(u)]};
+    float& least{least_[static_cast<std::size_t>(u)]};
+    most = d > most ? d : most;
+    least = d > 0 && d < least ? d : least;
+  };
+  for (int step{1}; step <= edge_reach_px; ++step) {
+    for (int u{0}; u + step < width; ++u) take(u, row[u + step]);
+    for (int u{step}; u < width; ++u) take(u, row[u - step]);
+  }
+}
+
+void Segmenter::count(View<const float> obstacle, const Ground& ground) {
+  counts_.fill(0);
+  tops_.fill(0);
+  const RoadPlane plane{road_plane(rig_, ground)};
+  const auto nearest = static_cast<float>(counts_.height()) / bins_per_px;
+  const auto farthest = static_cast<float>(rig_.focal_px * rig_.baseline_m / far_m);
+  for (int v{0}; v < obstacle.height; ++v) {
+    find_edges(obstacle, v);
+    for (int u{0}; u < obstacle.width; ++u) {
+      const float d{obstacle(u, v)};
+      if (!(d > farthest && d < nearest)) continue;
+      const auto column = static_cast<std::size_t>(u);
+      if (most_[column] > d + edge_step_px && least_[column] < d - edge_step_px) continue;
+      const double height_m{ground.height_m * (1 - plane.disparity(u, v) / d)};
+      if (height_m < lowest_m_) continue;
+      const int k{static_cast<int>(d * bins_per_px)};
+      if (height_m < highest_m_) ++counts_(u, k);
+      tops_(u, k) = std::max(tops_(u, k), static_cast<float>(height_m));
+    }
+  }
+}
+
+void Segmenter::take_nodes() {
+  nodes_.clear();
+  labels_.fill(0);
+  for (int k{1}; k + 1 < counts_.height(); ++k) {
+    const Bin& bin{bins_[static_cast<std::size_t>(k)]};
+    const double side_m{rig_.baseline_m / bin.disparity};  // of a pixel on an upright surface
+    for (int u{0}; u < counts_.width(); ++u) {
+      const int pixels{counts_(u, k)};
+      if (pixels == 0 || pixels + counts_(u, k - 1) + counts_(u, k + 1) < bin.pixels_min) continue;
+      const int index{static_cast<int>(nodes_.size())};
+      nodes_.push_back({u,
+                        k,
+                        pixels,
+                        tops_(u, k),
+                        index,
+                        -1,
+                        {rig_.focal_px * side_m, (rig_.centre_u_px - u) * side_m},
+                        pixels * side_m * side_m});
+      labels_(u, k) = index + 1;
+    }
+  }
+}
+
+int Segmenter::root_of(int index) {
+  const auto parent = [this](int i) -> int& { return nodes_[static_cast<std::size_t>(i)].parent; };
+  while (parent(index) != index) index = parent(index) = parent(parent(index));
+  return index;
+}
+
+void Segmenter::join_nodes() {
+  for (int i{0}; i < static_cast<int>(nodes_.size()); ++i) join_right(i);
+}
+
+// With the nearest column to the right, of each bin that may be the same surface.
+void Segmenter::join_right(int index) {
+  const SegmentNode& from{node(index)};
+  const Bin& bin{bins_[static_cast<std::size_t>(from.bin)]};
+  for (int k{std::max(from.bin - bin.tolerance, 0)}; k <= std::min(from.bin + bin.tolerance, labels_.height() - 1);
+       ++k) {
+    for (int u{from.u + (k > from.bin ? 0 : 1)}; u <= std::min(from.u + bin.gap_px, labels_.width() - 1); ++u) {
+      if (labels_(u, k) == 0) continue;
+      const int a{root_of(index)};
+      const int b{root_of(labels_(u, k) - 1)};
+      nodes_[static_cast<std::size_t>(std::max(a, b))].parent = std::min(a, b);
+      break;
+    }
+  }
+}
+
+// Nodes in the order of their segments.
+void Segmenter::gather() {
+  order_.clear();
+  segments_.clear();
+  for (int i{0}; i < static_cast<int>(nodes_.size()); ++i) {
+    order_.push_back(i);
+    nodes_[static_cast<std::size_t>(i)].segment = root_of(i);
+  }
+  std::sort(order_.begin(), order_.end(),
+            [this](int a, int b) { return std::tie(node(a).segment, a) < std::tie(node(b).segment, b); });
+  for (std::size_t begin{0}; begin < order_.size();) {
+    std::size_t end{begin + 1};
+    while (end < order_.size() && node(order_[end]).segment == node(order_[begin]).segment) ++end;
+    segments_.push_back({begin, end});
+    begin = end;
+  }
+  std::erase_if(segments_, [this](const Range& range) { return is_small(range); });
+}
+
+bool Segmenter::is_small(const Range& range) const {
+  int pixels{0};
+  double surface_m2{0};
+  for (std::size_t i{range.begin}; i < range.end; ++i) {
+    pixels += node(order_[i]).pixels;
+    surface_m2 += node(order_[i]).weight;
+  }
+  return pixels < pixels_min || surface_m2 < surface_min_m2;
+}
+
+// In two where it is thinnest, if it is longer than a thing. True: it was.
+bool Segmenter::cut(std::size_t segment) {
+  const Axis axis{principal_axis(*this, of(segment))};
+  double least{std::numeric_limits<double>::max()};
+  double most{std::numeric_limits<double>::lowest()};
+  for (const int i : of(segment)) {
+    least = std::min(least, axis.along(node(i).place));
+    most = std::max(most, axis.along(node(i).place));
+  }
+  if (most - least < longest_thing_m) return false;
+  const auto slice_of = [&](const SegmentNode& one) { return (axis.along(one.place) - least) / slice_m; };
+  profile_.assign(static_cast<std::size_t>(std::ceil((most - least) / slice_m)) + 1, 0);
+  for (const int i : of(segment)) profile_[static_cast<std::size_t>(slice_of(node(i)))] += node(i).weight;
+  const Waist waist{waist_of(profile_)};
+  if (waist.share > thin_share) return false;
+  Range& whole{segments_[segment]};
+  const auto first = order_.begin() + static_cast<std::ptrdiff_t>(whole.begin);
+  const auto last = order_.begin() + static_cast<std::ptrdiff_t>(whole.end);
+  const auto middle = std::partition(first, last, [&](int i) { return slice_of(node(i)) < waist.slice + 0.5; });
+  if (middle == first || middle == last) return false;
+  const auto at = static_cast<std::size_t>(middle - order_.begin());
+  const Range rest{at, whole.end};
+  whole.end = at;
+  segments_.push_back(rest);
+  return true;
+}
+
+int Segmenter::segment_at(Point2 place) const {
+  constexpr int reach{3};
+  if (!(place.x > 0)) return -1;
+  const double d{rig_.focal_px * rig_.baseline_m / place.x};
+  const int k{clamped_to_int(d * bins_per_px)};
+  const int u{clamped_to_int(std::round(rig_.centre_u_px - rig_.focal_px * place.y / place.x))};
+  int segment{-1};
+  int nearest{std::numeric_limits<int>::max()};
+  for (int j{std::max(k - reach, 0)}; j <= std::min(k + reach, labels_.height() - 1); ++j) {
+    for (int i{std::max(u - reach, 0)}; i <= std::min(u + reach, labels_.width() - 1); ++i) {
+      const int distance{(i - u) * (i - u) + (j - k) * (j - k)};
+      if (labels_(i, j) == 0 || distance >= nearest || node(labels_(i, j) - 1).segment < 0) continue;
+      nearest = distance;
+      segment = node(labels_(i, j) - 1).segment;
+    }
+  }
+  return segment;
+}
+
+}  // namespace stereogrid

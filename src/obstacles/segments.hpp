@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "ground/model.hpp"
+#include "held_bytes.hpp"
+#include "stereogrid/camera.hpp"
+#include "stereogrid/config.hpp"
+#include "stereogrid/grid.hpp"
+#include "stereogrid/image.hpp"
+
+namespace stereogrid {
+
+/// Obstacle pixels of one image column whose disparities lie in one bin.
+struct SegmentNode {
+  int u;
+  int bin;
+  int pixels;     ///< between the heights of obstacles
+  float top_m;    ///< highest of them, and of those above
+  int parent;     ///< while nodes are joined: another one of the segment; itself where it stands for the segment
+  int segment;    ///< −1: of a segment too small to count
+  Point2 place;   ///< vehicle frame
+  double weight;  ///< surface that the pixels show, m²
+};
+
+/// Separates what stands on the ground into things, in the u-disparity plane: there the noise is the same everywhere,
+/// and two things have a gap where the image has one. docs/method.md §11.1.
+class Segmenter {
+ public:
+  static constexpr int bins_per_px{2};
+  /// Farther ones are not resolved.
+  static constexpr double far_m{40};
+
+  Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int disparities);
+
+  /// `obstacle`: (H, W) px, 0 = none. Valid until the next call: segments() and nodes().
+  void find(View<const float> obstacle, const Ground& ground);
+
+  [[nodiscard]] std::size_t size() const { return segments_.size(); }
+  /// Indices of a segment's nodes.
+  [[nodiscard]] std::span<const int> of(std::size_t segment) const {
+    return std::span{order_}.subspan(segments_[segment].begin, segments_[segment].end - segments_[segment].begin);
+  }
+  [[nodiscard]] const SegmentNode& node(int index) const { return nodes_[static_cast<std::size_t>(index)]; }
+  /// The segment that is seen at a place of the vehicle frame, or the nearest within a few pixels; −1: none.
+  [[nodiscard]] int segment_at(Point2 place) const;
+
+  [[nodiscard]] std::size_t held_bytes() const {
+    return held_bytes_of(bins_, most_, least_, counts_, tops_, labels_, nodes_, order_, segments_, profile_);
+  }
+
+ private:
+  /// What holds for a bin, whatever the frame.
+  struct Bin {
+    double disparity;  ///< of its middle, px
+    int pixels_min;    ///< of a node, with its neighbours
+    int gap_px;        ///< in the image, within a segment
+    int tolerance;     ///< bins by which neighbours may differ
+  };
+  struct Range {
+    std::size_t begin;
+    std::size_t end;
+  };
+
+  void find_edges(View<const float> obstacle, int v);
+  void count(View<const float> obstacle, const Ground& ground);
+  void take_nodes();
+  void join_nodes();
+  void join_right(int index);
+  int root_of(int index);
+  void gather();
+  bool cut(std::size_t segment);
+  [[nodiscard]] bool is_small(const Range& range) const;
+
+  Rig rig_;
+  double lowest_m_;
+  double highest_m_;
+  std::vector<Bin> bins_;
+  std::vector<float> most_, least_;  ///< [u]: disparities around a pixel in its row
+  Image<std::uint16_t> counts_;      ///< (bins, W)
+  Image<float> tops_;                ///< (bins, W) m
+  Image<int> labels_;                ///< (bins, W): index of the node + 1; 0: none
+  std::vector<SegmentNode> nodes_;
+  std::vector<int> order_;  ///< nodes by segment
+  std::vector<Range> segments_;
+  std::vector<double> profile_;
+};
+
+}  // namespace stereogrid

@@ -1,0 +1,165 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "obstacles/segments.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "painted_obstacles.hpp"
+#include "support.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+const Ground level{1.2, 0, 0, true};
+
+std::size_t segments_of(const PaintedObstacles& painted) {
+  Segmenter segmenter{PaintedObstacles::rig(), UDisparityConfig{}, PaintedObstacles::disparities};
+  segmenter.find(painted.disparity.view(), level);
+  return segmenter.size();
+}
+
+std::vector<Cluster> clusters_of(const PaintedObstacles& painted, const GridLayers& world = still_world(),
+                                 const Pose2& world_from_vehicle = {}) {
+  ClusterSpace space{obstacle_space()};
+  find_clusters(painted.disparity.view(), level, world, world_from_vehicle, space);
+  fit_boxes(space.clusters);
+  return space.clusters;
+}
+
+// Even–odd rule.
+bool holds(const Outline& outline, Point2 at) {
+  bool inside{false};
+  for (std::size_t i{0}; i < outline.size(); ++i) {
+    const Point2 a{outline[i]};
+    const Point2 b{outline[(i + 1) % outline.size()]};
+    if ((a.y > at.y) != (b.y > at.y) && at.x < (b.x - a.x) * (at.y - a.y) / (b.y - a.y) + a.x) inside = !inside;
+  }
+  return inside;
+}
+
+TEST(Segments, AGapInTheImageSeparates) {
+  EXPECT_EQ(segments_of(PaintedObstacles{}.wall(8, 0.5, 2.5)), 1u);
+  EXPECT_EQ(segments_of(PaintedObstacles{}.wall(8, 0.5, 2.5).wall(8, -2, 0)), 2u);
+}
+
+TEST(Segments, AStepInDepthSeparates) {
+  EXPECT_EQ(segments_of(PaintedObstacles{}.wall(10, 0, 4).wall(8, -2, 0)), 2u);
+  EXPECT_EQ(segments_of(PaintedObstacles{}.wall(8.2, 0, 2).wall(8, -2, 0)), 1u) << "not so small a one";
+}
+
+TEST(Segments, WhatStandsBeforeSomethingIsAThingOfItsOwn) {
+  const PaintedObstacles painted{PaintedObstacles{}.wall(12, -2.5, 2.5).wall(6, -0.3, 0.3)};
+  ClusterSpace space{obstacle_space()};
+  space.segmenter.find(painted.disparity.view(), level);
+  EXPECT_EQ(space.segmenter.segment_at({6, 0}), space.segmenter.segment_at({6, 0.2}));
+  EXPECT_NE(space.segmenter.segment_at({6, 0}), space.segmenter.segment_at({12, 2}));
+  EXPECT_GE(space.segmenter.segment_at({12, 2}), 0);
+  EXPECT_EQ(space.segmenter.segment_at({9, 2}), -1);
+  EXPECT_EQ(space.segmenter.segment_at({-6, 0}), -1);
+}
+
+// Matching windows across an edge of depth give everything in between.
+TEST(Segments, DisparitiesBetweenTwoSurfacesDoNotJoinThem) {
+  PaintedObstacles painted{PaintedObstacles{}.wall(12, -2.5, 2.5).wall(6, -0.3, 0.3)};
+  const int edge{PaintedObstacles::column(6, -0.3)};
+  for (int v{60}; v < 120; ++v) {
+    for (int i{0}; i < 4; ++i) painted.disparity(edge + i, v) = 12.0f - 1.3f * static_cast<float>(i);
+  }
+  ClusterSpace space{obstacle_space()};
+  space.segmenter.find(painted.disparity.view(), level);
+  EXPECT_NE(space.segmenter.segment_at({6, 0}), space.segmenter.segment_at({12, -2}));
+}
+
+TEST(Segments, WhatIsSmallOrLowIsIgnored) {
+  PaintedObstacles painted;
+  painted.wall(10, 0, 3, 0, 0.2);
+  EXPECT_EQ(segments_of(painted), 0u) << "a kerb";
+  painted.wall(10, 0, 0.1, 0, 0.5);
+  EXPECT_EQ(segments_of(painted), 0u) << "two columns";
+  EXPECT_EQ(segments_of(PaintedObstacles{}.wall(10, 0, 3, 2, 4)), 0u) << "above the vehicle";
+}
+
+TEST(Segments, ALongRowIsCutWhereItIsThin) {
+  PaintedObstacles row;
+  row.side(5, 9, 2);
+  row.side(9.6, 13, 2);
+  for (int u{0}; u < 256; ++u) {
+    for (int v{0}; v < 160; ++v) {
+      // what joins them is as low as a bumper
+      const double x_m{400.0 / (128 - (u + 0.5))};
+      if (x_m > 9 && x_m < 9.6 && v > 80 + 200 * 0.8 / x_m && v < 80 + 200 * 1.2 / x_m) {
+        row.disparity(u, v) = static_cast<float>(80 / x_m);
+      }
+    }
+  }
+  EXPECT_GE(segments_of(row), 2u);
+  EXPECT_EQ(segments_of(PaintedObstacles{}.side(5, 10, 2)), 1u) << "as long as a van";
+}
+
+TEST(Segments, OutlineOfAThingLiesBehindWhatIsSeenOfIt) {
+  const std::vector<Cluster> found{clusters_of(PaintedObstacles{}.wall(8, -1, 1))};
+  ASSERT_EQ(found.size(), 1u);
+  const Cluster& car{found[0]};
+  EXPECT_EQ(car.kind, ObstacleKind::thing);
+  EXPECT_TRUE(holds(car.outline, {8.2, 0}));
+  EXPECT_TRUE(holds(car.outline, {8.2, 0.9}));
+  EXPECT_FALSE(holds(car.outline, {7.5, 0}));
+  EXPECT_FALSE(holds(car.outline, {9.2, 0}));
+  EXPECT_FALSE(holds(car.outline, {8.2, 1.3}));
+  EXPECT_NEAR(car.length_m, 2, 0.2);
+  EXPECT_NEAR(car.width_m, 0.5, 0.2);
+  EXPECT_NEAR(std::abs(car.yaw_rad), 90 * degree, 6 * degree);
+  EXPECT_NEAR(car.height_m, 1.5, 0.1);
+  EXPECT_NEAR(car.centre.x, 8.25, 0.2);
+  EXPECT_NEAR(car.centre.y, 0, 0.1);
+  EXPECT_NEAR(car.occupancy, 0.9, 1e-6);
+  for (const Point2& point : car.outline) {
+    EXPECT_GE(point.x, car.bounds.least.x);
+    EXPECT_LE(point.y, car.bounds.most.y);
+  }
+}
+
+TEST(Segments, OutlinesAreInTheWorld) {
+  const Pose2 at{20, -3, 90 * degree};
+  GridLayers world{still_world()};
+  world.geometry.x_min_m = 0;
+  const std::vector<Cluster> found{clusters_of(PaintedObstacles{}.wall(8, -1, 1), world, at)};
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NEAR(found[0].centre.x, 20, 0.2);
+  EXPECT_NEAR(found[0].centre.y, 5.25, 0.2);
+}
+
+TEST(Segments, AWallIsALineAndNoBox) {
+  const std::vector<Cluster> found{clusters_of(PaintedObstacles{}.wall(14, -6, 6))};
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].kind, ObstacleKind::extended);
+  for (const Point2& point : found[0].outline) EXPECT_NEAR(point.x, 14, 0.5);
+  EXPECT_GT(found[0].outline[0].y, 5);
+  EXPECT_LT(found[0].outline[found[0].outline.size() - 1].y, -5);
+}
+
+TEST(Segments, VelocityIsThatOfItsCellsIfTheyMove) {
+  GridLayers world{still_world()};
+  world.velocity_x.fill(2);
+  world.velocity_y.fill(1);
+  world.moving.fill(0.3f);
+  EXPECT_EQ(clusters_of(PaintedObstacles{}.wall(8, -0.5, 0.5), world).at(0).velocity.x, 0);
+  world.moving.fill(0.8f);
+  const Cluster moving{clusters_of(PaintedObstacles{}.wall(8, -0.5, 0.5), world).at(0)};
+  EXPECT_NEAR(moving.velocity.x, 2, 1e-6);
+  EXPECT_NEAR(moving.velocity.y, 1, 1e-6);
+  EXPECT_NEAR(moving.yaw_rad, std::atan2(1, 2), 1e-6) << "the box lies along the motion";
+}
+
+TEST(Segments, EmptyImagesHaveNone) {
+  EXPECT_EQ(segments_of(PaintedObstacles{}), 0u);
+  PaintedObstacles everything;
+  everything.disparity.fill(20);
+  EXPECT_LE(segments_of(everything), 1u);
+}
+
+}  // namespace
+}  // namespace stereogrid::test
