@@ -51,8 +51,7 @@ std::vector<PlacedPart> World::at(double time_s) const {
       const Vector3 centre{pose.x_m + heading.cosine * part.centre.x - heading.sine * part.centre.y,
                            pose.y_m + heading.sine * part.centre.x + heading.cosine * part.centre.y, part.centre.z};
       const auto texture_seed = static_cast<std::uint32_t>(scramble(seed ^ scramble(b * 64 + p)));
-      placed.push_back(
-          {&part, &body, static_cast<int>(b), centre, direction_of(pose.yaw_rad + part.yaw_rad), texture_seed});
+      placed.push_back({&part, &body, centre, direction_of(pose.yaw_rad + part.yaw_rad), texture_seed});
     }
   }
   return placed;

@@ -51,7 +51,6 @@ struct Body {
 struct PlacedPart {
   const Part* part{nullptr};
   const Body* body{nullptr};
-  int body_index{0};
   Vector3 centre;
   Direction heading;
   std::uint32_t texture_seed{0};

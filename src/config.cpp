@@ -207,10 +207,6 @@ std::vector<std::string> problems(const Config& config) {
   if (config.matching.window_px % 2 == 0) {
     found.push_back("matching.window_px is " + std::to_string(config.matching.window_px) + " and must be odd.");
   }
-  const int paths{config.matching.paths};
-  if (paths != 3 && paths != 4 && paths != 8) {
-    found.push_back("matching.paths is " + std::to_string(paths) + " and must be 3, 4 or 8.");
-  }
   if (config.grid.length_m / config.grid.cell_size_m > 4000 || config.grid.width_m / config.grid.cell_size_m > 4000) {
     found.emplace_back("grid: more than 4000 cells along a side; take larger cells or a smaller grid.");
   }

@@ -25,7 +25,6 @@ void set_values(MatchingConfig& matching) {
   matching.speckle_px = 60;
   matching.road_speckle_px = 60;
   matching.subpixel = false;
-  matching.paths = 3;
   matching.penalty_step = 7;
   matching.penalty_jump = 40;
   matching.penalty_change = 20;
@@ -83,7 +82,6 @@ void set_values(FilterConfig& filter) {
   filter.velocity_max_mps = 10;
   filter.velocity_step_mps = 2;
   filter.velocity_growth = 0;
-  filter.velocity_growth_power = 3;
   filter.forgetting_s = 2;
   filter.forgetting_in_view_s = 2;
   filter.velocity_noise = 0.05;

@@ -74,20 +74,22 @@ constexpr Part parts[]{{"upload", StreamTimes::start, StreamTimes::uploaded},
                        {"filter", StreamTimes::projected, StreamTimes::filtered},
                        {"download", StreamTimes::filtered, StreamTimes::fetched}};
 
+constexpr int semi_global_paths{3};
+
 // Semi-global: the volume is written once, and read and written again by every direction but the last.
 double match_bytes(const Case& what, const MatchingConfig& config) {
   const double pixels{1.0 * what.width * what.height};
   const double labels{what.disparities + 2.0 * config.road_margin_px + 1};
   const double images{pixels * (2 + 3 * sizeof(float))};
   if (what.method == MatchingMethod::correlation) return images;
-  return images + pixels * labels * (1 + config.paths + 2.0 * (config.paths - 1));
+  return images + pixels * labels * (1 + semi_global_paths + 2.0 * (semi_global_paths - 1));
 }
 
 // Correlation, per label: difference of bits, their number, in and out of the window's column and row, minimum and its
 // runner-up. Semi-global, per label and direction: four candidates, their minimum, sums.
 double match_operations(const Case& what, const MatchingConfig& config) {
   const double labels{(what.disparities + 2.0 * config.road_margin_px + 1) * what.width * what.height};
-  return labels * (what.method == MatchingMethod::correlation ? 8 : 2 + 8 * config.paths);
+  return labels * (what.method == MatchingMethod::correlation ? 8 : 2 + 8 * semi_global_paths);
 }
 
 void add_costs(const Case& what, const Config& config, int window_cells, std::vector<StageResult>& stages) {

@@ -57,7 +57,6 @@ struct MatchingConfig {
   int speckle_px{40};
   int road_speckle_px{200};
   bool subpixel{true};
-  int paths{3};
   int penalty_step{7};
   int penalty_jump{40};
   int penalty_change{20};
@@ -104,9 +103,6 @@ struct MatchingConfig {
           self.road_speckle_px);
     visit(Parameter{"subpixel", "", 0, 1, "Refine disparities between the integers on the winner's cost curve."},
           self.subpixel);
-    visit(Parameter{"paths", "", 3, 8,
-                    "Semi-global: 3 = from the left, right and below; 4 = and from above; 8 = and the diagonals."},
-          self.paths);
     visit(Parameter{"penalty_step", "", 0, 100,
                     "Semi-global: cost of one disparity up or down to the next pixel; on the road twice that."},
           self.penalty_step);
@@ -245,7 +241,6 @@ struct FilterConfig {
   double velocity_max_mps{12.5};
   double velocity_step_mps{1.25};
   double velocity_growth{0.0167};
-  double velocity_growth_power{3};
   double forgetting_s{2};
   double forgetting_in_view_s{0.5};
   double velocity_noise{0.01};
@@ -264,11 +259,8 @@ struct FilterConfig {
           self.velocity_step_mps);
     visit(Parameter{"velocity_growth", "", 0, 2,
                     "By what share of velocity_step_mps the second distance between velocities is larger than the "
-                    "first; 0: all alike."},
+                    "first, the n-th by (n − 1)³ times as much; 0: all alike."},
           self.velocity_growth);
-    visit(Parameter{"velocity_growth_power", "", 0.5, 6,
-                    "Exponent of that growth: 1: linear; 3: fine where people walk, coarse where cars drive."},
-          self.velocity_growth_power);
     visit(Parameter{"forgetting_s", "s", 0.05, 1000, "Time constant with which an unobserved cell returns to unknown."},
           self.forgetting_s);
     visit(

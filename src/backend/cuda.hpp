@@ -126,11 +126,6 @@ void download(Cuda& cuda, const T* device, std::size_t count, T* host) {
   check_cuda(cudaMemcpyAsync(host, device, count * sizeof(T), cudaMemcpyDeviceToHost, cuda.stream()),
              "copy from the device");
 }
-template <class T>
-void copy_on_device(Cuda& cuda, const T* from, std::size_t count, T* to) {
-  check_cuda(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyDeviceToDevice, cuda.stream()),
-             "copy on the device");
-}
 /// Sets all bits to 0.
 template <class T>
 void clear(Cuda& cuda, T* device, std::size_t count) {

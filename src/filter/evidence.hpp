@@ -16,18 +16,6 @@ struct VelocityEvidence {
   float yy;
 };
 
-/// The least that evidence says: now and then something else has been measured.
-constexpr float likelihood_floor{0.02f};
-
-/// Likelihood of what has been measured, where the velocity is (vx, vy). Its tails end on a floor.
-STEREOGRID_HD inline float likelihood_of(const VelocityEvidence& evidence, float vx_mps, float vy_mps) {
-  const float x{vx_mps - evidence.x};
-  const float y{vy_mps - evidence.y};
-  const float squared_distance{evidence.xx * x * x + 2 * evidence.xy * x * y + evidence.yy * y * y};
-  const float near{1 / (1 + 0.5f * squared_distance)};
-  return likelihood_floor + near * near;
-}
-
 /// A cell's masses after the evidence.
 struct WeighedCell {
   VelocitySums sums;
@@ -56,17 +44,13 @@ STEREOGRID_HD inline WeighedCell weigh(const VelocityEvidence& evidence, const f
   const float scale{after > 0 ? before / after : 1.0f};
   WeighedCell cell{};
   for (int j{0}; j < side; ++j) {
-    float row_mass{0};
-    float row_x{0};
-    float row_xx{0};
+    LatticeRowSums<float> row;
     for (int i{0}; i < side; ++i) {
       float& m{mass(j * side + i)};
       m *= scale;
-      row_mass += m;
-      row_x += axis_mps[i] * m;
-      row_xx += axis_mps[i] * axis_mps[i] * m;
+      row.add(axis_mps[i], m);
     }
-    cell.sums.add_row(axis_mps[j], row_mass, row_x, row_xx);
+    cell.sums.add(axis_mps[j], row);
   }
   cell.standing = mass(side * side / 2);
   return cell;

@@ -10,6 +10,7 @@
 #include "filter/partial_vectors_simd.hpp"
 #include "hwy/cache_control.h"
 #include "hwy/highway.h"
+#include "numbers_simd.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -18,6 +19,8 @@ HWY_BEFORE_NAMESPACE();
 namespace stereogrid {
 namespace HWY_NAMESPACE {
 namespace {
+
+#include "filter/lattice_formulas.hpp"
 
 constexpr std::size_t lanes_max{16};
 using Float = hn::CappedTag<float, lanes_max>;
@@ -29,8 +32,7 @@ struct alignas(64) RowBuffer {
 
 void blend(const float* first, const float* second, float share, int width, float* out) {
   for_shrinking_vectors(Float{}, 0, width, [&](auto d, int x) {
-    const auto a = hn::Mul(hn::Set(d, 1 - share), hn::LoadU(d, first + x));
-    hn::StoreU(hn::Add(a, hn::Mul(hn::Set(d, share), hn::LoadU(d, second + x))), d, out + x);
+    hn::StoreU(between(hn::LoadU(d, first + x), hn::LoadU(d, second + x), hn::Set(d, share)), d, out + x);
   });
 }
 
@@ -51,8 +53,8 @@ class Source {
     const float* gained{space.gained.row(row) + first()};
     std::fill(out, out + begin, border_);
     for_shrinking_vectors(Float{}, begin, end, [&](auto d, int x) {
-      const auto moving = hn::Mul(hn::Set(d, tile_.step.kept_moving), hn::LoadU(d, mass + x));
-      hn::StoreU(hn::Add(moving, hn::LoadU(d, gained + x)), d, out + x);
+      const auto kept = hn::Set(d, tile_.step.kept_moving);
+      hn::StoreU(disturbed(kept, hn::LoadU(d, mass + x), hn::LoadU(d, gained + x)), d, out + x);
     });
     std::fill(out + end, out + count, border_);
   }
@@ -151,41 +153,22 @@ void PredictJoint(const LatticeTile& tile) {
   }
 }
 
-// VelocitySums of a vector of cells. `mass_of(k)`: their mass of velocity k.
+// LatticeSums of a vector of cells. `mass_of(k)`: their mass of velocity k.
 template <class D, class MassOf>
 HWY_INLINE void sum_cells(D d, const FilterTables& tables, const MassOf& mass_of, int column, TileSums& sums) {
-  auto mass = hn::Zero(d);
-  auto x = mass;
-  auto y = mass;
-  auto xx = mass;
-  auto xy = mass;
-  auto yy = mass;
+  LatticeSums<hn::Vec<D>> sum;
   std::size_t k{0};
   for (const float vy_mps : tables.axis_mps) {
-    auto row_mass = hn::Zero(d);
-    auto row_x = row_mass;
-    auto row_xx = row_mass;
-    for (const float vx_mps : tables.axis_mps) {
-      const auto vx = hn::Set(d, vx_mps);
-      const auto m = mass_of(k++);
-      row_mass = hn::Add(row_mass, m);
-      row_x = hn::Add(row_x, hn::Mul(vx, m));
-      row_xx = hn::Add(row_xx, hn::Mul(hn::Mul(vx, vx), m));
-    }
-    const auto vy = hn::Set(d, vy_mps);
-    mass = hn::Add(mass, row_mass);
-    x = hn::Add(x, row_x);
-    y = hn::Add(y, hn::Mul(vy, row_mass));
-    xx = hn::Add(xx, row_xx);
-    xy = hn::Add(xy, hn::Mul(vy, row_x));
-    yy = hn::Add(yy, hn::Mul(hn::Mul(vy, vy), row_mass));
+    LatticeRowSums<hn::Vec<D>> row;
+    for (const float vx_mps : tables.axis_mps) row.add(hn::Set(d, vx_mps), mass_of(k++));
+    sum.add(hn::Set(d, vy_mps), row);
   }
-  hn::StoreU(mass, d, sums.mass + column);
-  hn::StoreU(x, d, sums.x + column);
-  hn::StoreU(y, d, sums.y + column);
-  hn::StoreU(xx, d, sums.xx + column);
-  hn::StoreU(xy, d, sums.xy + column);
-  hn::StoreU(yy, d, sums.yy + column);
+  hn::StoreU(sum.mass, d, sums.mass + column);
+  hn::StoreU(sum.x, d, sums.x + column);
+  hn::StoreU(sum.y, d, sums.y + column);
+  hn::StoreU(sum.xx, d, sums.xx + column);
+  hn::StoreU(sum.xy, d, sums.xy + column);
+  hn::StoreU(sum.yy, d, sums.yy + column);
 }
 
 void SumVelocities(const LatticeTile& tile, int y, TileSums& sums) {
@@ -209,38 +192,33 @@ void Rescale(const LatticeTile& tile, int y, const float* scale, const float* bo
 }
 
 // Sums over the lattice's present row.
-struct LatticeRowSums {
+struct RowOfLattice {
   float mass[tile_columns];
   float x[tile_columns];
   float xx[tile_columns];
   float all[tile_columns];  // tay2008: Σ l(k)
 };
 
-template <class D, class V>
-HWY_INLINE void add_to(D d, float* sum, V value) {
-  hn::StoreU(hn::Add(hn::LoadU(d, sum), value), d, sum);
-}
-
 void update_tay(const LatticeTile& tile, float vx_mps, const float* occupied, float* velocity, const TayRow& row,
-                LatticeRowSums& sums) {
+                RowOfLattice& sums) {
   for_shrinking_vectors(Float{}, 0, tile.columns(), [&](auto d, int x) {
-    const auto vx = hn::Set(d, vx_mps);
-    const auto in_cell = hn::LoadU(d, occupied + x);
-    const auto beta = hn::Mul(hn::LoadU(d, row.likelihood_occupied + x), in_cell);
-    const auto empty = hn::Sub(hn::LoadU(d, velocity + x), in_cell);
-    const auto all = hn::Add(beta, hn::Mul(hn::LoadU(d, row.likelihood_empty + x), empty));
-    hn::StoreU(all, d, velocity + x);
-    add_to(d, sums.all + x, all);
-    add_to(d, sums.mass + x, beta);
-    add_to(d, sums.x + x, hn::Mul(vx, beta));
-    add_to(d, sums.xx + x, hn::Mul(hn::Mul(vx, vx), beta));
+    const auto load = [&](const float* from) { return hn::LoadU(d, from + x); };
+    const auto updated =
+        tay_update(load(velocity), load(occupied), load(row.likelihood_occupied), load(row.likelihood_empty));
+    hn::StoreU(updated.all, d, velocity + x);
+    hn::StoreU(hn::Add(load(sums.all), updated.all), d, sums.all + x);
+    LatticeRowSums<hn::Vec<decltype(d)>> sum{load(sums.mass), load(sums.x), load(sums.xx)};
+    sum.add(hn::Set(d, vx_mps), updated.occupied);
+    hn::StoreU(sum.mass, d, sums.mass + x);
+    hn::StoreU(sum.x, d, sums.x + x);
+    hn::StoreU(sum.xx, d, sums.xx + x);
   });
 }
 
-void add_lattice_row(float vy, int columns, const LatticeRowSums& row, TileSums& sums) {
+void add_lattice_row(float vy, int columns, const RowOfLattice& row, TileSums& sums) {
   for (int x{0}; x < columns; ++x) {
     VelocitySums cell{sums.at(x)};
-    cell.add_row(vy, row.mass[x], row.x[x], row.xx[x]);
+    cell.add(vy, {row.mass[x], row.x[x], row.xx[x]});
     sums.mass[x] = cell.mass;
     sums.x[x] = cell.x;
     sums.y[x] = cell.y;
@@ -274,14 +252,14 @@ void gather_tay(const LatticeTile& tile, std::size_t k, RowBuffer* occupied) {
 void PredictTay(const LatticeTile& tile, TayRow* rows) {
   const int count{tile.y_end - tile.y_begin};
   RowBuffer occupied[tile_rows];
-  LatticeRowSums of_row[tile_rows];
+  RowOfLattice of_row[tile_rows];
   for (int i{0}; i < count; ++i) {
     std::fill(rows[i].evidence, rows[i].evidence + tile_columns, 0.0f);
     rows[i].sums = {};
   }
   std::size_t k{0};
   for (const float vy_mps : tile.tables.axis_mps) {
-    std::fill(of_row, of_row + count, LatticeRowSums{});
+    std::fill(of_row, of_row + count, RowOfLattice{});
     for (const float vx_mps : tile.tables.axis_mps) {
       gather_tay(tile, k, occupied);
       for (int i{0}; i < count; ++i) {

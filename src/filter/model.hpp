@@ -4,8 +4,11 @@
 
 #include "clamped_to_int.hpp"
 #include "host_device.hpp"
+#include "numbers.hpp"
 
 namespace stereogrid {
+
+#include "filter/lattice_formulas.hpp"
 
 /// Constants of one filter step.
 struct FilterStep {
@@ -44,9 +47,6 @@ STEREOGRID_HD inline float prior_of(const FilterStep& step, int k) {
 STEREOGRID_HD inline float gained_by_moving(const FilterStep& step, float all, float standing) {
   return step.spread * (all - standing) + step.start * standing;
 }
-STEREOGRID_HD inline float disturbed(const FilterStep& step, float mass, float gained) {
-  return step.kept_moving * mass + gained;
-}
 STEREOGRID_HD inline float disturbed_standing(const FilterStep& step, float all, float standing) {
   return step.kept_standing * standing + step.stop * (all - standing);
 }
@@ -71,11 +71,6 @@ STEREOGRID_HD inline Antecedents antecedents(double shift_x, double shift_y, int
   const int ix{floor_of(-shift_x)};
   const int iy{floor_of(-shift_y)};
   return {ix + moved_x, iy + moved_y, static_cast<float>(-shift_x - ix), static_cast<float>(-shift_y - iy)};
-}
-
-/// First along x within both rows, then between the rows.
-STEREOGRID_HD inline float between(float first, float second, float share) {
-  return (1 - share) * first + share * second;
 }
 
 /// The likelihoods of an observed probability p formed with prior ½: (p, 1 − p), tempered, and the odds that p is, as
@@ -103,25 +98,7 @@ STEREOGRID_HD inline Likelihood likelihood_of(const float* table, float observed
   return {tempered(table, p), tempered(table, 1 - p), p / (1 - p)};
 }
 
-/// Moments of a cell's mass over the velocity lattice, summed row by row of it.
-struct VelocitySums {
-  float mass{0};
-  float x{0};  ///< Σ mass · v_x
-  float y{0};
-  float xx{0};  ///< Σ mass · v_x²
-  float xy{0};
-  float yy{0};
-
-  /// Sums over a row of the lattice, whose velocities share v_y: of mass, mass · v_x and mass · v_x².
-  STEREOGRID_HD void add_row(float vy_mps, float row_mass, float row_x, float row_xx) {
-    mass += row_mass;
-    x += row_x;
-    y += vy_mps * row_mass;
-    xx += row_xx;
-    xy += vy_mps * row_x;
-    yy += vy_mps * vy_mps * row_mass;
-  }
-};
+using VelocitySums = LatticeSums<float>;
 
 /// The velocity of what occupies a cell.
 struct VelocityEstimate {
@@ -236,17 +213,6 @@ STEREOGRID_HD inline VelocitySums updated(const FilterStep& step, const JointUpd
   return {update.occupancy,          update.scale * arrived.x,
           update.scale * arrived.y,  update.scale * arrived.xx + spread,
           update.scale * arrived.xy, update.scale * arrived.yy + spread};
-}
-
-/// The likelihood of tay2008's P(v_k) at a cell (docs/method.md §8.6): `all` = Σ over both of P(v_k), `occupied` of
-/// P(occupied, v_k) predicted; afterwards β_occ(k) and l(k).
-struct TayUpdate {
-  float occupied;
-  float all;
-};
-STEREOGRID_HD inline TayUpdate tay_update(float all, float occupied, Likelihood likelihood) {
-  const float beta{likelihood.occupied * occupied};
-  return {beta, beta + likelihood.empty * (all - occupied)};
 }
 
 /// P(still or newly occupied) before the update.

@@ -31,7 +31,7 @@ struct Step {
     const std::size_t standstill{before.velocity.size() / 2};
     const float standing{before.velocity[standstill](x, y)};
     if (k == standstill) return disturbed_standing(constants, all, standing);
-    return disturbed(constants, before.velocity[k](x, y), gained_by_moving(constants, all, standing));
+    return disturbed(constants.kept_moving, before.velocity[k](x, y), gained_by_moving(constants, all, standing));
   }
   // the cell has been in the window before
   [[nodiscard]] bool is_known(int x, int y) const { return inside(x + moved_x, y + moved_y); }
@@ -47,16 +47,9 @@ struct Step {
     VelocitySums sums;
     std::size_t k{0};
     for (const float vy : input.tables.axis_mps) {
-      float mass{0};
-      float mass_x{0};
-      float mass_xx{0};
-      for (const float vx : input.tables.axis_mps) {
-        mass += masses[k];
-        mass_x += vx * masses[k];
-        mass_xx += vx * vx * masses[k];
-        ++k;
-      }
-      sums.add_row(vy, mass, mass_x, mass_xx);
+      LatticeRowSums<float> row;
+      for (const float vx : input.tables.axis_mps) row.add(vx, masses[k++]);
+      sums.add(vy, row);
     }
     return sums;
   }
@@ -114,9 +107,9 @@ Cell tay_cell(const Step& step, int x, int y, Likelihood likelihood, std::vector
       return still_occupied(constants, step.inside(ax, ay) ? step.before.occupancy(ax, ay) : 0.5f);
     };
     const float all{gathered(from, x, y, moving)};
-    const TayUpdate update{
-        tay_update(all, gathered(from, x, y, [&](int ax, int ay) { return moving(ax, ay) * occupied_before(ax, ay); }),
-                   likelihood)};
+    const float still_there{
+        gathered(from, x, y, [&](int ax, int ay) { return moving(ax, ay) * occupied_before(ax, ay); })};
+    const TayUpdate<float> update{tay_update(all, still_there, likelihood.occupied, likelihood.empty)};
     occupied[k] = update.occupied;
     velocity[k] = update.all;
   }

@@ -61,7 +61,7 @@ struct Strip {
   }
   __device__ Disturbed inside(bool stands, const float4& of_cell, float arrived) const {
     const float before{of_cell.x * arrived};
-    const float moving{disturbed(step, joint ? before + of_cell.y : before, of_cell.z)};
+    const float moving{disturbed(step.kept_moving, joint ? before + of_cell.y : before, of_cell.z)};
     const float all{stands ? of_cell.w : moving};
     return {all, joint ? 0.0f : all * of_cell.y};
   }
@@ -98,7 +98,8 @@ struct Strip {
       if constexpr (joint) {
         if (!is_known[r]) arrived.all[r] = 0.5f * prior;
       } else {
-        const TayUpdate updated_mass{tay_update(arrived.all[r], arrived.occupied[r], likelihood[r])};
+        const TayUpdate<float> updated_mass{
+            tay_update(arrived.all[r], arrived.occupied[r], likelihood[r].occupied, likelihood[r].empty)};
         arrived.all[r] = updated_mass.all;
         arrived.occupied[r] = updated_mass.occupied;
       }
@@ -112,7 +113,8 @@ struct Strip {
   __device__ void run_row(const Lattice& lattice, int j, float* after, float (&of_row)[sums][strip_rows][warp],
                           StripSums& strip) const {
     const int lane{static_cast<int>(threadIdx.x)};
-    float row[sums][strip_rows]{};
+    LatticeRowSums<float> row[strip_rows];
+    float row_all[strip_rows]{};
     for (int i{0}; i < step.side; ++i) {
       const int k{j * step.side + i};
       const float prior{prior_of(step, k)};
@@ -122,15 +124,16 @@ struct Strip {
       update(k, prior, arrived, after);
       for (int r{0}; r < strip_rows; ++r) {
         const float mass_here{joint ? arrived.all[r] : arrived.occupied[r]};
-        row[of_mass][r] += mass_here;
-        row[of_mass_x][r] += vx * mass_here;
-        row[of_mass_xx][r] += vx * vx * mass_here;
-        if constexpr (!joint) row[of_all][r] += arrived.all[r];
+        row[r].add(vx, mass_here);
+        if constexpr (!joint) row_all[r] += arrived.all[r];
         if (k == step.standstill()) strip.standing[r][lane] = mass_here;
       }
     }
-    for (int s{0}; s < sums; ++s) {
-      for (int r{0}; r < strip_rows; ++r) of_row[s][r][lane] = row[s][r];
+    for (int r{0}; r < strip_rows; ++r) {
+      of_row[of_mass][r][lane] = row[r].mass;
+      of_row[of_mass_x][r][lane] = row[r].x;
+      of_row[of_mass_xx][r][lane] = row[r].xx;
+      of_row[of_all][r][lane] = row_all[r];
     }
   }
 };
@@ -153,7 +156,7 @@ __device__ inline void add_rows(const Lattice& lattice, int first, int count, St
     float all{first > 0 ? strip.all[r][lane] : 0.0f};
     for (int w{0}; w < count; ++w) {
       const auto& row{strip.of_row[w]};
-      total.add_row(lattice.speed[first + w], row[of_mass][r][lane], row[of_mass_x][r][lane], row[of_mass_xx][r][lane]);
+      total.add(lattice.speed[first + w], {row[of_mass][r][lane], row[of_mass_x][r][lane], row[of_mass_xx][r][lane]});
       all += row[of_all][r][lane];
     }
     keep_total(total, r, lane, strip);

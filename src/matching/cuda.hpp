@@ -65,7 +65,7 @@ struct SemiGlobalOnDevice {
   DeviceImage<std::int16_t> meeting;  ///< meeting_label; no_road where the row has none
   LabelVolume volume;
   DeviceBuffer<std::uint32_t> costs;               ///< [v][u][word] of the pixels
-  std::vector<DeviceBuffer<std::uint32_t>> paths;  ///< [v][u][word] of every direction but the last one
+  std::vector<DeviceBuffer<std::uint32_t>> paths;  ///< [v][u][word] from the left, from the right
 };
 
 /// What `match` on the device works in. Allocated once per pipeline; DeviceError where there is too little memory.

@@ -7,9 +7,11 @@
 // after foreach_target
 #include "hwy/highway.h"
 #include "matching/decide_simd.hpp"
+#include "numbers_simd.hpp"
 
 #include <algorithm>
 #include <cstddef>
+#include <type_traits>
 
 namespace stereogrid {
 // Compiled for no instruction set: with one, g++ takes vectors for single numbers here, which is slower.
@@ -21,12 +23,11 @@ namespace stereogrid {
 namespace HWY_NAMESPACE {
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
+#include "matching/winner_formulas.hpp"
 
 using Ints = hn::CappedTag<std::int32_t, 16>;
 using Floats = hn::Rebind<float, Ints>;
 using IntVector = hn::Vec<Ints>;
-using FloatVector = hn::Vec<Floats>;
 
 IntVector load(const std::uint16_t* values) {
   const Ints d32;
@@ -40,104 +41,43 @@ IntVector load(const std::int16_t* values) {
   return hn::PromoteTo(d32, hn::LoadU(d16, values));
 }
 
-FloatVector real(IntVector values) {
-  return hn::ConvertTo(Floats{}, values);
-}
-
-// subpixel_offset
-FloatVector offset_of(IntVector before, IntVector at, IntVector after) {
-  const Floats d;
-  const auto rise = hn::Sub(hn::Max(before, after), at);
-  const auto quotient = hn::Div(real(hn::Sub(before, after)), real(hn::Add(rise, rise)));
-  const auto bounded = hn::Min(hn::Max(quotient, hn::Set(d, -0.49f)), hn::Set(d, 0.49f));
-  return hn::IfThenElseZero(hn::RebindMask(d, hn::Gt(rise, hn::Zero(Ints{}))), bounded);
-}
-
-// inverse_root
-FloatVector inverse_roots(FloatVector x) {
-  const Floats d;
-  const hn::Rebind<std::uint32_t, Floats> bits;
-  const auto half = hn::Mul(hn::Set(d, 0.5f), x);
-  const auto guess = hn::Sub(hn::Set(bits, root_guess), hn::ShiftRight<1>(hn::BitCast(bits, x)));
-  const auto improved = [&](FloatVector root) {
-    return hn::Mul(root, hn::Sub(hn::Set(d, 1.5f), hn::Mul(hn::Mul(half, root), root)));
-  };
-  return improved(improved(hn::BitCast(d, guess)));
-}
-
 // Columns from u on; hn::Iota would write them to memory one by one.
 IntVector columns_from(int u) {
   return hn::Add(hn::Iota(Ints{}, 0), hn::Set(Ints{}, u));
 }
 
-// confidence_of
-FloatVector confidence(const ConfidenceModel& model, hn::Mask<Floats> is_road, IntVector cost, IntVector rise,
-                       IntVector margin, FloatVector disparity) {
-  const Floats d;
-  const auto weight = [&](float ConfidenceWeights::*member) {
-    return hn::IfThenElse(is_road, hn::Set(d, model.road.*member), hn::Set(d, model.upright.*member));
-  };
-  const auto up_to = [&](FloatVector value, float most) { return hn::Min(value, hn::Set(d, most)); };
-  const auto scaled = [&](IntVector value) { return hn::Mul(real(value), hn::Set(d, model.per_cost)); };
-  const auto rise_share = scaled(rise);
-  auto x = weight(&ConfidenceWeights::constant);
-  const auto add = [&](float ConfidenceWeights::*member, FloatVector term) {
-    x = hn::Add(x, hn::Mul(weight(member), term));
-  };
-  add(&ConfidenceWeights::cost, up_to(scaled(cost), 0.5f));
-  add(&ConfidenceWeights::small_rise, up_to(rise_share, 0.02f));
-  add(&ConfidenceWeights::rise, up_to(rise_share, 0.08f));
-  add(&ConfidenceWeights::margin, up_to(scaled(margin), 0.06f));
-  add(&ConfidenceWeights::near_disparity, up_to(hn::Mul(disparity, hn::Set(d, 0.05f)), 1.0f));
-  add(&ConfidenceWeights::disparity, up_to(hn::Mul(disparity, hn::Set(d, 0.0125f)), 1.0f));
-  const auto half = hn::Set(d, 0.5f);
-  const auto per_length = inverse_roots(hn::Add(hn::Set(d, 1.0f), hn::Mul(x, x)));
-  return hn::Add(half, hn::Mul(half, hn::Mul(x, per_length)));
+// A CandidateRow's members from u on.
+struct CandidateVectors {
+  IntVector cost;
+  IntVector rivals;
+  IntVector before;
+  IntVector after;
+  IntVector shift;
+};
+HWY_INLINE CandidateVectors candidates_from(const CandidateRow& row, int u) {
+  return {load(row.cost() + u), load(row.rivals() + u), load(row.before() + u), load(row.after() + u),
+          load(row.shift() + u)};
 }
 
 // winner_of, and whether anything is wrong with it but its claim
-void find_winners(const DecideRow& row, int u, DecideSpace& space) {
+HWY_INLINE void find_winners(const DecideRow& row, int u, DecideSpace& space) {
   const Ints d32;
   const Floats df;
   const hn::Rebind<std::uint8_t, Ints> d8;
   const auto set = [&](int value) { return hn::Set(d32, value); };
-  const CandidateRow& upright{row.candidates.upright};
-  const CandidateRow& level{row.candidates.level};
   const auto tilt = hn::ShiftRight<2>(hn::Add(hn::Mul(columns_from(u), set(row.road.slope)), set(2)));
-  const auto road = hn::Add(tilt, set(row.road.start));
-  const auto upright_cost = load(upright.cost() + u);
-  const auto level_cost = load(level.cost() + u);
-  const auto is_road = hn::And(hn::Gt(road, set(65535)), hn::Lt(level_cost, upright_cost));
-  const auto best = [&](const auto* of_upright, const auto* of_level) {
-    return hn::IfThenElse(is_road, load(of_level + u), load(of_upright + u));
-  };
-  const auto cost = hn::IfThenElse(is_road, level_cost, upright_cost);
-  const auto before = best(upright.before(), level.before());
-  const auto after = best(upright.after(), level.after());
-  auto within = real(best(upright.shift(), level.shift()));
-  if (row.subpixel) {
-    within = hn::Add(within, offset_of(before, cost, after));
-  }
-  const auto base = hn::IfThenElseZero(hn::RebindMask(df, is_road), hn::Mul(real(road), hn::Set(df, 1.0f / 65536)));
-  const auto disparity = hn::Add(base, within);
-  const auto unique = hn::Eq(best(upright.rivals(), level.rivals()), set(0));
-  const auto in_range = hn::And(hn::Ge(disparity, hn::Set(df, 0.5f)),
-                                hn::Lt(disparity, hn::Set(df, static_cast<float>(row.disparities) - 0.5f)));
+  const auto winner = winner_of(candidates_from(row.candidates.upright, u), candidates_from(row.candidates.level, u),
+                                hn::Add(tilt, set(row.road.start)), row.disparities, row.subpixel, row.confidences);
   const auto textured = hn::Gt(hn::PromoteTo(d32, hn::LoadU(d8, row.textured + u)), set(0));
-  const auto cheap = hn::Lt(cost, set(row.confidences.cost_limit + 1));
-  const auto good = hn::And(hn::And(hn::And(unique, cheap), textured), hn::RebindMask(d32, in_range));
-  const auto label = hn::IfThenElseZero(good, hn::IfThenElse(is_road, set(2), set(1)));
-  const auto whole = hn::ConvertTo(d32, hn::Add(disparity, hn::Set(df, 0.5f)));
-  const auto right_u = hn::Sub(columns_from(u), whole);
+  const auto good = hn::And(winner.is_plausible, textured);
+  const auto label = hn::IfThenElseZero(good, hn::IfThenElse(winner.is_road, set(2), set(1)));
+  const auto right_u = hn::Sub(columns_from(u), winner.whole);
   const auto place = hn::Min(hn::Max(right_u, set(-1)), set(row.width));
-  const auto rank = hn::Or(hn::ShiftLeft<16>(cost), hn::And(whole, set(65535)));
+  const auto rank = hn::Or(hn::ShiftLeft<16>(winner.cost), hn::And(winner.whole, set(65535)));
   hn::StoreU(hn::Add(place, set(1)), d32, space.place.data() + u);
   hn::StoreU(rank, d32, reinterpret_cast<std::int32_t*>(space.rank.data()) + u);
-  const auto margin = hn::Abs(hn::Sub(level_cost, upright_cost));
-  const auto rise = hn::Sub(hn::Min(before, after), cost);
-  hn::StoreU(confidence(row.confidences, hn::RebindMask(df, is_road), cost, rise, margin, disparity), df,
-             space.confidence.data() + u);
-  hn::StoreU(disparity, df, space.disparity.data() + u);
+  hn::StoreU(winner.confidence, df, space.confidence.data() + u);
+  hn::StoreU(winner.disparity, df, space.disparity.data() + u);
   hn::StoreU(hn::DemoteTo(d8, label), d8, space.label.data() + u);
 }
 

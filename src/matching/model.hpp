@@ -3,11 +3,12 @@
 #pragma once
 
 #include <cstdint>
-#include <cstring>
+#include <type_traits>
 
 #include "clamped_to_int.hpp"
 #include "ground/model.hpp"
 #include "host_device.hpp"
+#include "numbers.hpp"
 
 namespace stereogrid {
 
@@ -83,16 +84,6 @@ STEREOGRID_HD inline std::uint8_t sheared(const std::uint8_t* right_row, int wid
   return sheared_from([&](int column) { return right_row[column]; }, width, u, road);
 }
 
-/// Sub-pixel place of a cost curve's minimum between the integers, from the costs one step before, at and after it: the
-/// equiangular fit of Shimizu and Okutomi, made for costs that rise linearly. Within ±0.49, so that rounding gives the
-/// integer back.
-STEREOGRID_HD inline float subpixel_offset(int before, int at, int after) {
-  const int rise{(before > after ? before : after) - at};
-  if (rise <= 0) return 0.0f;
-  const float offset{static_cast<float>(before - after) / static_cast<float>(2 * rise)};
-  return offset < -0.49f ? -0.49f : (offset > 0.49f ? 0.49f : offset);
-}
-
 /// What one hypothesis found at a pixel.
 struct Candidate {
   std::uint16_t cost;    ///< of the best shift
@@ -130,62 +121,28 @@ struct ConfidenceModel {
   ConfidenceWeights road;
 };
 
-/// 1/√x to six digits, for x ≥ 1, of sums and products only: the same everywhere, and many times as fast as a root and
-/// a division. An integer view of the number gives a first guess (Quake III's, after C. Walsh), Newton's steps the
-/// rest.
-constexpr std::uint32_t root_guess{0x5f375a86};
-STEREOGRID_HD inline float inverse_root(float x) {
-  std::uint32_t bits{0};
-  std::memcpy(&bits, &x, sizeof(bits));
-  bits = root_guess - (bits >> 1);
-  float root{0};
-  std::memcpy(&root, &bits, sizeof(root));
-  const float half{0.5f * x};
-  root = root * (1.5f - half * root * root);
-  return root * (1.5f - half * root * root);
-}
+// apart, for the vector code's functions of the same names take ConfidenceModel, too
+namespace single_numbers {
+#include "matching/winner_formulas.hpp"
+}  // namespace single_numbers
+using single_numbers::subpixel_offset;
+using Winner = single_numbers::WinnerOf<int, float, bool>;
 
-/// Probability that a disparity is right to a pixel, from the winner's cost, its rise to the cheaper neighbour, the
-/// other hypothesis' distance (all costs) and the disparity (px). A sigmoid of straight lines with ends, fitted to
-/// lidar and exact truth; nothing in it rounds differently elsewhere.
-STEREOGRID_HD inline float confidence_of(const ConfidenceWeights& weights, float per_cost, int cost, int rise,
-                                         int margin, float disparity) {
-  const auto up_to = [](float value, float most) { return value < most ? value : most; };
-  const auto share = [&](int value, float most) { return up_to(static_cast<float>(value) * per_cost, most); };
-  const float x{weights.constant + weights.cost * share(cost, 0.5f) + weights.small_rise * share(rise, 0.02f) +
-                weights.rise * share(rise, 0.08f) + weights.margin * share(margin, 0.06f) +
-                weights.near_disparity * up_to(disparity * 0.05f, 1.0f) +
-                weights.disparity * up_to(disparity * 0.0125f, 1.0f)};
-  return 0.5f + 0.5f * (x * inverse_root(1.0f + x * x));
-}
-
-/// The cheaper hypothesis at a pixel.
-struct Winner {
-  bool is_road;
-  std::uint16_t cost;
-  float disparity;    ///< px
-  int whole;          ///< px: the column of the right image that is claimed is u − whole
-  bool is_plausible;  ///< unique, cheap enough and within the disparities searched
-  float confidence;   ///< that the disparity is right
+/// A Candidate's members as whole numbers.
+struct CandidateNumbers {
+  int cost;
+  int rivals;
+  int before;
+  int after;
+  int shift;
 };
 
-/// The paper's decision without a threshold (T-ITS 2012, III-C): road where the road hypothesis costs less.
 STEREOGRID_HD inline Winner winner_of(const Candidate& upright, const Candidate& level, std::int32_t road_65536,
                                       int disparities, bool subpixel, const ConfidenceModel& confidences) {
-  const bool is_road{road_65536 >= 65536 && level.cost < upright.cost};
-  const Candidate& best{is_road ? level : upright};
-  const float offset{subpixel ? subpixel_offset(best.before, best.cost, best.after) : 0.0f};
-  const float disparity{(is_road ? static_cast<float>(road_65536) / 65536.0f : 0.0f) +
-                        (static_cast<float>(best.shift) + offset)};
-  const bool in_range{disparity >= 0.5f && disparity < static_cast<float>(disparities) - 0.5f};
-  return {is_road,
-          best.cost,
-          disparity,
-          static_cast<int>(disparity + 0.5f),
-          in_range && best.rivals == 0 && best.cost <= confidences.cost_limit,
-          confidence_of(is_road ? confidences.road : confidences.upright, confidences.per_cost, best.cost,
-                        (best.before < best.after ? best.before : best.after) - best.cost,
-                        upright.cost < level.cost ? level.cost - upright.cost : upright.cost - level.cost, disparity)};
+  const auto numbers = [](const Candidate& of) {
+    return CandidateNumbers{of.cost, of.rivals, of.before, of.after, of.shift};
+  };
+  return single_numbers::winner_of(numbers(upright), numbers(level), road_65536, disparities, subpixel, confidences);
 }
 
 }  // namespace stereogrid

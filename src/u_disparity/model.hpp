@@ -8,6 +8,7 @@
 #include "clamped_to_int.hpp"
 #include "ground/model.hpp"
 #include "host_device.hpp"
+#include "numbers.hpp"
 
 namespace stereogrid {
 
@@ -36,13 +37,6 @@ STEREOGRID_HD inline int largest_shift(int width) {
 /// By how many rows the road of roll lies lower in a column than in the column u0. `slope`: −tan(roll).
 STEREOGRID_HD inline std::int32_t row_shift(double slope, double columns_from_centre, int limit) {
   return clamped_to_int(std::round(slope * columns_from_centre), limit);
-}
-
-STEREOGRID_HD inline float Min(float a, float b) {
-  return b < a ? b : a;
-}
-STEREOGRID_HD inline float Max(float a, float b) {
-  return a < b ? b : a;
 }
 
 #include "u_disparity/bin_formulas.hpp"

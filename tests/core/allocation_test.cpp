@@ -110,7 +110,6 @@ const std::vector<Case>& cases() {
       {.name = "Paper", .preset = "paper"},
       {.name = "PaperOnOneThread", .preset = "paper", .threads = 1},
       {.name = "SemiGlobal", .settings = {{"matching.method", "semi_global"}}},
-      {.name = "SemiGlobalEightPaths", .settings = {{"matching.method", "semi_global"}, {"matching.paths", "8"}}},
       {.name = "SemiGlobalOnOneThread", .settings = {{"matching.method", "semi_global"}}, .threads = 1},
       {.name = "Tay2008", .settings = {{"filter.model", "tay2008"}}},
       {.name = "WithoutSceneFlow", .settings = {{"filter.scene_flow", "false"}}},

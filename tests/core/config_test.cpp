@@ -202,7 +202,7 @@ TEST(Config, AllProblemsAreToldAtOnce) {
   Config config;
   config.grid.length_m = -1;
   config.matching.window_px = 12;
-  config.matching.paths = 5;
+  config.matching.penalty_jump = 0;
   config.u_disparity.false_positive = 0.7;
   config.filter.velocity_max_mps = 60;
   config.filter.velocity_step_mps = 0.5;
@@ -211,7 +211,7 @@ TEST(Config, AllProblemsAreToldAtOnce) {
   EXPECT_EQ(found.size(), 5u);
   EXPECT_TRUE(mentions(found, "grid.length_m is -1"));
   EXPECT_TRUE(mentions(found, "matching.window_px is 12 and must be odd"));
-  EXPECT_TRUE(mentions(found, "matching.paths is 5 and must be 3, 4 or 8"));
+  EXPECT_TRUE(mentions(found, "matching.penalty_jump is 0"));
   EXPECT_TRUE(mentions(found, "u_disparity.false_positive is 0.7"));
   EXPECT_TRUE(mentions(found, "velocities"));
 }

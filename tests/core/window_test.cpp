@@ -38,20 +38,19 @@ TEST(VelocityLattice, IsASquareWithStandstillInTheMiddle) {
 
 TEST(VelocityLattice, GrowsCoarserOutwards) {
   FilterConfig config;
-  config.velocity_max_mps = 4.2;
+  config.velocity_max_mps = 5;
   config.velocity_step_mps = 1;
   config.velocity_growth = 0.2;
-  config.velocity_growth_power = 1;
   const std::vector<Point2> lattice{velocity_lattice(config)};
   ASSERT_EQ(lattice.size(), 49u);
-  // 1, 1 + 1.2, 1 + 1.2 + 1.4; the next would be 5.2
+  // 1, 1 + 1.2, 1 + 1.2 + 2.6; the next would be 11.2
   EXPECT_NEAR(lattice[25].x, 1, 1e-9);
   EXPECT_NEAR(lattice[26].x, 2.2, 1e-9);
-  EXPECT_NEAR(lattice[27].x, 3.6, 1e-9);
-  EXPECT_NEAR(lattice[0].y, -3.6, 1e-9);
+  EXPECT_NEAR(lattice[27].x, 4.8, 1e-9);
+  EXPECT_NEAR(lattice[0].y, -4.8, 1e-9);
   const FilterTables tables{config};
   ASSERT_EQ(tables.axis_mps.size(), 7u);
-  EXPECT_FLOAT_EQ(tables.axis_mps[0], -3.6f);
+  EXPECT_FLOAT_EQ(tables.axis_mps[0], -4.8f);
 }
 
 TEST(VelocityLattice, IsFineForPeopleAndReachesCars) {

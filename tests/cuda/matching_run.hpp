@@ -164,9 +164,8 @@ inline void check_equal(const Pair& pair, const RoadPlane& plane, const Matching
   run.check_candidates(expected);
   run.check_matches(expected);
   if (failures == failures_before) return;
-  std::printf("  … of %d × %d, window %d, paths %d, disparities %d … %d, road ±%d\n", pair.left.width(),
-              pair.left.height(), config.window_px, config.paths, config.min_disparity, config.disparities,
-              config.road_margin_px);
+  std::printf("  … of %d × %d, window %d, disparities %d … %d, road ±%d\n", pair.left.width(), pair.left.height(),
+              config.window_px, config.min_disparity, config.disparities, config.road_margin_px);
 }
 
 template <class T>

@@ -56,7 +56,6 @@ class Choices {
  public:
   explicit Choices(Bytes input) : rest_{input} {}
 
-  [[nodiscard]] bool at_end() const { return rest_.empty(); }
   bool yes() { return (byte() & 1) != 0; }
   /// Once in `count` times, where bytes are random; never at the end of the input.
   bool once_in(int count) { return byte() % count == count - 1; }

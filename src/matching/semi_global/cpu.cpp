@@ -12,12 +12,11 @@
 
 namespace stereogrid {
 
-LabelLayout::LabelLayout(Shifts upright, Shifts road)
+LabelLayout::LabelLayout(Shifts upright)
     : uprights{(upright.count + block - 1) / block * block},
       upright_at{uprights - upright.count},
       road_at{uprights + guard},
-      stride{uprights + block},
-      road_kept{(road.count + 15) / 16 * 16} {}
+      stride{uprights + block} {}
 
 namespace {
 
@@ -43,7 +42,7 @@ class Pieces {
 
 class SemiGlobal {
  public:
-  SemiGlobal(const SemiGlobalTask& task, int paths, int threads) : task_{task}, paths_{paths}, threads_{threads} {}
+  SemiGlobal(const SemiGlobalTask& task, int threads) : task_{task}, threads_{threads} {}
 
   [[nodiscard]] std::size_t needed() {
     Pieces measure{nullptr};
@@ -56,11 +55,7 @@ class SemiGlobal {
     Pieces pieces{memory + (Pieces::alignment - reinterpret_cast<std::uintptr_t>(memory) % Pieces::alignment)};
     take_memory(pieces);
     for (std::size_t i{0}; i < room_count(); ++i) rooms_[i].candidates = &rows[i / group];
-    task_.diagonals = paths_ == 8;
-    task_.up = false;
-    if (paths_ > 3) sweep(cpu, semi_global_first, [](const SemiGlobalTask&, const SemiGlobalRoom&, int) {});
-    task_.up = true;
-    sweep(cpu, semi_global_forward, semi_global_backward);
+    sweep(cpu);
   }
 
  private:
@@ -78,16 +73,6 @@ class SemiGlobal {
     first_ = pieces.take<std::uint8_t>(stride);
     pieces.take<std::uint8_t>(LabelLayout::guard);  // looked at beside the first pixel, and beside the last one
     task_.vertical = pieces.take<std::uint8_t>(row * stride + LabelLayout::guard);
-    if (paths_ > 3) {
-      const std::size_t pixels{row * static_cast<std::size_t>(height())};
-      task_.first_uprights = pieces.take<std::uint8_t>(pixels * static_cast<std::size_t>(layout.uprights));
-      pieces.take<std::uint8_t>(LabelLayout::block);
-      task_.first_road = pieces.take<std::uint8_t>(pixels * static_cast<std::size_t>(layout.road_kept));
-      pieces.take<std::uint8_t>(LabelLayout::block);
-    }
-    for (auto& way : task_.diagonal) {
-      for (std::uint8_t*& parity : way) parity = pieces.take<std::uint8_t>(paths_ == 8 ? (row + 2) * stride + 64 : 0);
-    }
     for (std::size_t i{0}; i < room_count(); ++i) {
       const SemiGlobalRoom room{take_room(pieces)};
       if (rooms_ != nullptr) rooms_[i] = room;
@@ -127,31 +112,22 @@ class SemiGlobal {
     std::memset(closed + layout.road_at, 0, static_cast<std::size_t>(task_.road.count));
   }
 
-  // Paths begin without costs, at the sweep's first row and beyond the diagonals' borders.
+  // Paths begin without costs, at the last row.
   void start_sweep() {
     const auto stride = static_cast<std::size_t>(task_.layout.stride);
-    const std::uint8_t* const border{rooms_[0].closed};
-    std::copy_n(border, stride, first_);
-    if (!row_has_road(task_.plane, width(), task_.up ? height() - 1 : 0)) {
+    std::copy_n(rooms_[0].closed, stride, first_);
+    if (!row_has_road(task_.plane, width(), height() - 1)) {
       std::fill(first_ + task_.layout.uprights, first_ + stride, std::uint8_t{cost_max});
     }
     task_.vertical[-1] = task_.vertical[at(width())] = cost_max;
     for (int u{0}; u < width(); ++u) std::copy_n(first_, stride, task_.vertical + at(u));
-    if (!task_.diagonals) return;
-    for (auto& way : task_.diagonal) {
-      for (std::uint8_t* parity : way) {
-        for (int u{0}; u < width(); ++u) std::copy_n(first_, stride, parity + at(u + 1));
-        for (const int u : {-1, width()}) std::copy_n(border, stride, parity + at(u + 1));
-      }
-    }
   }
   [[nodiscard]] std::ptrdiff_t at(int u) const { return static_cast<std::ptrdiff_t>(u) * task_.layout.stride; }
 
   // Groups of rows one after another, each taken by the first idle thread: it follows the group before at a distance,
   // and whoever has that one is at work already, so that nobody waits for ever. Rows go in groups since what a row
   // hands to the next is dear to move between cores.
-  template <class Part, class Finish>
-  void sweep(Cpu& cpu, const Part& part, const Finish& finish) {
+  void sweep(Cpu& cpu) {
     start_sweep();
     std::uninitialized_value_construct_n(passed_, height());
     std::atomic<int> next{0};
@@ -160,15 +136,14 @@ class SemiGlobal {
       for (int first{next.fetch_add(group)}; first < height(); first = next.fetch_add(group)) {
         const int count{std::min(group, height() - first)};
         for (int row{0}; row < count; ++row) semi_global_start_row(task_, rooms[row], row_at(first + row));
-        group_forward(first, count, rooms, part);
-        for (int row{0}; row < count; ++row) finish(task_, rooms[row], row_at(first + row));
+        group_forward(first, count, rooms);
+        for (int row{0}; row < count; ++row) semi_global_backward(task_, rooms[row], row_at(first + row));
       }
     });
   }
 
   // Each row one part of the columns behind the row before.
-  template <class Part>
-  void group_forward(int first, int count, const SemiGlobalRoom* rooms, const Part& part) {
+  void group_forward(int first, int count, const SemiGlobalRoom* rooms) {
     const int parts{(width() + columns_grain - 1) / columns_grain};
     for (int step{0}; step < parts + count - 1; ++step) {
       for (int row{std::max(0, step - parts + 1)}; row < std::min(count, step + 1); ++row) {
@@ -176,12 +151,12 @@ class SemiGlobal {
         const int begin{(step - row) * columns_grain};
         const int end{std::min(begin + columns_grain, width())};
         if (i > 0) wait_for(passed_[i - 1], std::min(end + 1, width()));
-        part(task_, rooms[row], row_at(i), begin, end);
+        semi_global_forward(task_, rooms[row], row_at(i), begin, end);
         passed_[i].store(end, std::memory_order_release);
       }
     }
   }
-  [[nodiscard]] int row_at(int i) const { return task_.up ? height() - 1 - i : i; }
+  [[nodiscard]] int row_at(int i) const { return height() - 1 - i; }
 
   static void wait_for(const std::atomic<int>& passed, int columns) {
     while (passed.load(std::memory_order_acquire) < columns) std::this_thread::yield();
@@ -191,11 +166,10 @@ class SemiGlobal {
   static constexpr int group{2};
 
   SemiGlobalTask task_;
-  int paths_;
   int threads_;
   SemiGlobalRoom* rooms_{nullptr};
-  std::atomic<int>* passed_{nullptr};  // [i] columns of the sweep's i-th row that are done
-  std::uint8_t* first_{nullptr};       // what a pixel of a sweep's first row gets from before
+  std::atomic<int>* passed_{nullptr};  // [i] columns of the i-th row from below that are done
+  std::uint8_t* first_{nullptr};       // what a pixel of the last row gets from below
 };
 
 SemiGlobalTask task_of(const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config) {
@@ -204,7 +178,7 @@ SemiGlobalTask task_of(const CensusTriple& census, const RoadPlane& plane, const
                       penalties_of(config),
                       upright_shifts(config),
                       road_shifts(config),
-                      LabelLayout{upright_shifts(config), road_shifts(config)}};
+                      LabelLayout{upright_shifts(config)}};
   task.uniqueness_1024 = uniqueness_1024(config);
   return task;
 }
@@ -213,14 +187,14 @@ SemiGlobalTask task_of(const CensusTriple& census, const RoadPlane& plane, const
 
 std::size_t optimise_memory(int width, int height, const MatchingConfig& config, int threads) {
   const View<const std::uint32_t> image{nullptr, width, height, width};
-  return SemiGlobal{task_of({image, image, image}, {}, config), config.paths, threads}.needed();
+  return SemiGlobal{task_of({image, image, image}, {}, config), threads}.needed();
 }
 
 void optimise(Cpu& cpu, const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config,
               std::vector<std::uint8_t>& memory, std::vector<RowCandidates>& rows, CandidateSink& sink) {
   SemiGlobalTask task{task_of(census, plane, config)};
   task.sink = &sink;
-  SemiGlobal optimisation{task, config.paths, static_cast<int>(rows.size())};
+  SemiGlobal optimisation{task, static_cast<int>(rows.size())};
   memory.resize(std::max(memory.size(), optimisation.needed()));
   optimisation.run(cpu, memory.data(), rows);
 }

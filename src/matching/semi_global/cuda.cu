@@ -12,20 +12,15 @@
 namespace stereogrid {
 namespace {
 
-constexpr int volumes_max{7};
-
 struct Direction {
   int du;
   int dv;
 };
 
-// As in the reference, but for the last one, upwards.
-constexpr Direction directions[volumes_max]{{1, 0}, {-1, 0}, {0, 1}, {1, 1}, {-1, 1}, {1, -1}, {-1, -1}};
-constexpr Direction last_direction{0, -1};
+constexpr Direction upwards{0, -1};
 
-int volumes_of(int paths) {
-  return paths > 4 ? volumes_max : paths - 1;
-}
+// As in the reference, but for the last one, upwards.
+constexpr int volumes{2};
 
 struct Problem {
   int width;
@@ -36,8 +31,7 @@ struct Problem {
   StepPenalties penalties;
   const std::int16_t* meeting;
   std::uint32_t* costs;
-  std::uint32_t* paths[volumes_max];
-  Direction directions[volumes_max];
+  std::uint32_t* paths[volumes];  // from the left, from the right
 };
 
 __global__ void find_meetings(View<std::int16_t, Device> meeting, const RoadPlane* plane, Shifts upright, Shifts road) {
@@ -81,16 +75,10 @@ class Line {
  public:
   __device__ Line(const Problem& problem, Direction direction, int line)
       : problem_{problem}, lane_{static_cast<int>(threadIdx.x)} {
-    const int first_u{direction.du < 0 ? problem.width - 1 : 0};
-    const int first_v{direction.dv < 0 ? problem.height - 1 : 0};
-    // those that begin in the first row, then those of the first column
-    const bool in_row{direction.dv != 0 && line < problem.width};
-    const int further{direction.dv != 0 ? line - problem.width + 1 : line};
-    const int u{in_row ? line : first_u};
-    const int v{in_row ? first_v : (direction.dv < 0 ? first_v - further : further)};
-    const int length_u{direction.du < 0 ? u + 1 : problem.width - u};
-    const int length_v{direction.dv < 0 ? v + 1 : problem.height - v};
-    length_ = direction.du == 0 ? length_v : (direction.dv == 0 ? length_u : min(length_u, length_v));
+    const bool is_up{direction.dv < 0};
+    const int u{is_up ? line : (direction.du < 0 ? problem.width - 1 : 0)};
+    const int v{is_up ? problem.height - 1 : line};
+    length_ = is_up ? problem.height : problem.width;
     first_ = v * problem.width + u;
     step_ = direction.dv * problem.width + direction.du;
   }
@@ -139,11 +127,6 @@ class Line {
   int step_;
 };
 
-__device__ int lines_of(const Problem& problem, Direction direction) {
-  if (direction.dv == 0) return problem.height;
-  return direction.du == 0 ? problem.width : problem.width + problem.height - 1;
-}
-
 // Goes along a line: visit(i, input of step i), with inputs loaded `ahead` steps before they are needed.
 template <int ahead, class Load, class Visit>
 __device__ void walk(int length, const Load& load, const Visit& visit) {
@@ -160,42 +143,39 @@ __device__ void walk(int length, const Load& load, const Visit& visit) {
   }
 }
 
-// blockIdx.x: the line, blockIdx.y: the direction.
+// blockIdx.x: the row, blockIdx.y: from the left or the right.
 template <int words>
 __global__ void __launch_bounds__(32) walk_paths(Problem problem) {
-  __shared__ ChangeRoom<words> room;
-  const Direction direction{problem.directions[blockIdx.y]};
-  if (static_cast<int>(blockIdx.x) >= lines_of(problem, direction)) return;
-  const Line line{problem, direction, static_cast<int>(blockIdx.x)};
+  __shared__ ChangeRoom room;
+  const Line line{problem, Direction{blockIdx.y == 0 ? 1 : -1, 0}, static_cast<int>(blockIdx.x)};
   std::uint32_t* const volume{problem.paths[blockIdx.y]};
-  const int straight_dv{direction.du == 0 ? direction.dv : 0};
   PathCosts<words> path;
   walk<4>(
       line.length(), [&](int i) { return line.costs<words>(i); },
       [&](int i, const PixelCosts<words>& pixel) {
-        path = i == 0 ? first_costs(pixel) : advance(path, pixel, problem.penalties, straight_dv, room);
+        path = i == 0 ? first_costs(pixel) : advance<false>(path, pixel, problem.penalties, room);
         line.store(volume, i, path, pixel.meeting != no_road);
       });
 }
 
-template <int words, int volumes>
+template <int words>
 struct LastInput {
   PixelCosts<words> pixel;
   std::uint32_t upright[volumes][words];
   std::uint32_t road[volumes];
 };
 
-template <int words, int volumes>
-__device__ LastInput<words, volumes> last_input(const Problem& problem, const Line& line, int i) {
-  LastInput<words, volumes> input;
+template <int words>
+__device__ LastInput<words> last_input(const Problem& problem, const Line& line, int i) {
+  LastInput<words> input;
   input.pixel = line.costs<words>(i);
   for (int k{0}; k < volumes; ++k) line.load(problem.paths[k], i, input.upright[k], input.road[k]);
   return input;
 }
 
 // Sums stop at cost_max.
-template <int words, int volumes>
-__device__ PathCosts<words> sum_of(const LastInput<words, volumes>& input, PathCosts<words> sum) {
+template <int words>
+__device__ PathCosts<words> sum_of(const LastInput<words>& input, PathCosts<words> sum) {
   for (int k{0}; k < volumes; ++k) {
     for (int i{0}; i < words; ++i) {
       sum.upright.even[i] += even_bytes(input.upright[k][i]);
@@ -215,37 +195,34 @@ __device__ PathCosts<words> sum_of(const LastInput<words, volumes>& input, PathC
 }
 
 // The last direction.
-template <int words, int volumes>
+template <int words>
 __global__ void __launch_bounds__(32)
     walk_up(Problem problem, int uniqueness_1024, FoundLabel* upright, FoundLabel* level) {
-  __shared__ ChangeRoom<words> room;
-  const Line line{problem, last_direction, static_cast<int>(blockIdx.x)};
+  __shared__ ChangeRoom room;
+  const Line line{problem, upwards, static_cast<int>(blockIdx.x)};
   const BestLabel<32, words> best_upright{problem.upright.count, uniqueness_1024, cost_max};
   const BestLabel<road_lanes, 1> best_road{problem.road.count, uniqueness_1024, cost_max};
   PathCosts<words> path;
-  walk < volumes<4 ? 3 : 2>(
-             line.length(), [&](int i) { return last_input<words, volumes>(problem, line, i); },
-             [&](int i, const LastInput<words, volumes>& input) {
-               path = i == 0 ? first_costs(input.pixel)
-                             : advance(path, input.pixel, problem.penalties, last_direction.dv, room);
-               const PathCosts<words> sum{sum_of(input, path)};
-               const FoundLabel found{best_upright.find(sum.upright)};
-               FoundLabel on_road{cost_max, cost_max, cost_max, 0, 1};  // where all labels cost as much
-               if (input.pixel.meeting != no_road) on_road = best_road.find(sum.road);
-               if (threadIdx.x != 0) return;
-               upright[line.pixel(i)] = found;
-               level[line.pixel(i)] = on_road;
-             });
+  walk<3>(
+      line.length(), [&](int i) { return last_input<words>(problem, line, i); },
+      [&](int i, const LastInput<words>& input) {
+        path = i == 0 ? first_costs(input.pixel) : advance<true>(path, input.pixel, problem.penalties, room);
+        const PathCosts<words> sum{sum_of(input, path)};
+        const FoundLabel found{best_upright.find(sum.upright)};
+        FoundLabel on_road{cost_max, cost_max, cost_max, 0, 1};  // where all labels cost as much
+        if (input.pixel.meeting != no_road) on_road = best_road.find(sum.road);
+        if (threadIdx.x != 0) return;
+        upright[line.pixel(i)] = found;
+        level[line.pixel(i)] = on_road;
+      });
 }
 
 template <int words>
-void walk_all(Cuda& cuda, const Problem& problem, int volumes, int uniqueness, FoundLabel* upright, FoundLabel* level) {
+void walk_all(Cuda& cuda, const Problem& problem, int uniqueness, FoundLabel* upright, FoundLabel* level) {
   const auto width = static_cast<unsigned>(problem.width);
   const auto height = static_cast<unsigned>(problem.height);
-  const unsigned lines{volumes > 3 ? width + height - 1 : (width > height ? width : height)};
-  launch(cuda, walk_paths<words>, dim3{lines, static_cast<unsigned>(volumes)}, dim3{32}, 0, problem);
-  const auto up = volumes == 2 ? walk_up<words, 2> : (volumes == 3 ? walk_up<words, 3> : walk_up<words, volumes_max>);
-  launch(cuda, up, dim3{width}, dim3{32}, 0, problem, uniqueness, upright, level);
+  launch(cuda, walk_paths<words>, dim3{height, volumes}, dim3{32}, 0, problem);
+  launch(cuda, walk_up<words>, dim3{width}, dim3{32}, 0, problem, uniqueness, upright, level);
 }
 
 Problem problem_of(SemiGlobalOnDevice& space, const MatchingConfig& config) {
@@ -258,12 +235,8 @@ Problem problem_of(SemiGlobalOnDevice& space, const MatchingConfig& config) {
                   {twice(penalties.step), twice(penalties.road_step), twice(penalties.jump), twice(penalties.change)},
                   space.meeting.data(),
                   space.costs.data(),
-                  {},
                   {}};
-  for (std::size_t i{0}; i < space.paths.size(); ++i) {
-    problem.paths[i] = space.paths[i].data();
-    problem.directions[i] = directions[i];
-  }
+  for (std::size_t i{0}; i < volumes; ++i) problem.paths[i] = space.paths[i].data();
   return problem;
 }
 
@@ -274,7 +247,7 @@ SemiGlobalOnDevice::SemiGlobalOnDevice(int width, int height, const MatchingConf
       meeting{width, height},
       volume{upright_shifts(config), road_shifts(config)},
       costs{meeting.size() * static_cast<std::size_t>(volume.words)} {
-  for (int i{0}; i < volumes_of(config.paths); ++i) paths.emplace_back(costs.size());
+  for (int i{0}; i < volumes; ++i) paths.emplace_back(costs.size());
 }
 
 void optimise(Cuda& cuda, SemiGlobalOnDevice& space, const RoadPlane* plane, const MatchingConfig& config,
@@ -288,11 +261,10 @@ void optimise(Cuda& cuda, SemiGlobalOnDevice& space, const RoadPlane* plane, con
   const dim3 block{static_cast<unsigned>(problem.volume.words), static_cast<unsigned>(pixels)};
   launch(cuda, find_costs, dim3{blocks_for(problem.width, pixels), height}, block, 0, problem, space.census.left.view(),
          space.census.right.view(), space.census.sheared.view());
-  const auto volumes = static_cast<int>(space.paths.size());
   if (problem.upright.count <= 128) {
-    walk_all<1>(cuda, problem, volumes, uniqueness_1024(config), upright.data, level.data);
+    walk_all<1>(cuda, problem, uniqueness_1024(config), upright.data, level.data);
   } else {
-    walk_all<2>(cuda, problem, volumes, uniqueness_1024(config), upright.data, level.data);
+    walk_all<2>(cuda, problem, uniqueness_1024(config), upright.data, level.data);
   }
 }
 

@@ -56,22 +56,6 @@ HWY_INLINE Labels<n> sum(const Labels<n>& a, const Labels<n>& b) {
   return labels;
 }
 
-// The k-th 16 lanes.
-template <int k, class D>
-HWY_INLINE auto block_of([[maybe_unused]] D d, hn::Vec<D> labels) {
-  constexpr int blocks{static_cast<int>(hn::MaxLanes(D{})) / 16};
-  if constexpr (blocks == 1) {
-    return labels;
-  } else {
-    const hn::Half<D> half;
-    if constexpr (k < blocks / 2) {
-      return block_of<k>(half, hn::LowerHalf(half, labels));
-    } else {
-      return block_of<k - blocks / 2>(half, hn::UpperHalf(half, labels));
-    }
-  }
-}
-
 // `low` and `high` as neighbours, seen 16 lanes further down or up.
 HWY_INLINE V8 last_block_before(V8 low, V8 high) {
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
@@ -198,18 +182,6 @@ class PathStep {
 #endif
         ways.part[i] = hn::Min(ways.part[i], hn::Not(hn::TableLookupBytesOr0(offer, index)));
       }
-    }
-  }
-
-  // Ways of the vectors from `first` on, the tail, from the upright labels of the pixel before that meet them.
-  template <int first, int all>
-  HWY_INLINE void from_upright(const std::uint8_t* before, Labels<all>& ways) const {
-    const D8 d8;
-    for (int i{first}; i < all; ++i) {
-      const std::uint8_t* here{before + (i - first) * lanes};
-      const V8 beside{hn::Min(hn::LoadU(d8, here - 1), hn::LoadU(d8, here + 1))};
-      const V8 offer{hn::Min(hn::LoadU(d8, here), beside)};
-      ways.part[i] = hn::Min(ways.part[i], hn::SaturatedAdd(offer, change_));
     }
   }
 

@@ -36,14 +36,12 @@ struct StepPenalties {
   std::uint32_t change;
 };
 
-/// What a warp needs where paths may change between the hypotheses: the costs of one of them, a byte each.
-template <int words>
+/// What a warp needs where the path may change from the road to what stands on it: the road's costs, a byte each.
 struct ChangeRoom {
   static constexpr int before{2};  ///< words of cost_max before the road's labels
   static constexpr int road{before + road_lanes + 1};
-  static constexpr int upright{32 * words + road_lanes + 2};
 
-  std::uint32_t costs[upright > road ? upright : road];
+  std::uint32_t costs[road];
 };
 
 template <int words>
@@ -135,59 +133,36 @@ __device__ inline void cheapest_of_three(const std::uint8_t* bytes, std::uint32_
 /// labels would be cost_max, which is never the cheapest way into an upright label.
 template <int words>
 __device__ inline LaneCosts<words> ways_from_road(const PathCosts<words>& before, int meeting, std::uint32_t change,
-                                                  ChangeRoom<words>& room) {
-  using Room = ChangeRoom<words>;
+                                                  ChangeRoom& room) {
   const int lane{static_cast<int>(threadIdx.x) % 32};
-  if (lane < Room::before) room.costs[lane] = ~0u;
-  if (lane < road_lanes) room.costs[Room::before + lane] = packed(before.road, 0);
-  if (lane == road_lanes) room.costs[Room::road - 1] = ~0u;
+  if (lane < ChangeRoom::before) room.costs[lane] = ~0u;
+  if (lane < road_lanes) room.costs[ChangeRoom::before + lane] = packed(before.road, 0);
+  if (lane == road_lanes) room.costs[ChangeRoom::road - 1] = ~0u;
   __syncwarp();
   LaneCosts<words> ways{filled<words>(2 * cost_max)};
   for (int i{0}; i < words; ++i) {
     const int first{4 * (lane + 32 * i) - meeting};  // the road label that meets the word's first one
     if (first < -4 || first >= 4 * road_lanes) continue;
-    const auto* bytes = reinterpret_cast<const std::uint8_t*>(room.costs + Room::before) + first - 1;
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(room.costs + ChangeRoom::before) + first - 1;
     cheapest_of_three(bytes, change, ways.even[i], ways.odd[i]);
   }
   __syncwarp();
   return ways;
 }
 
-/// Ways from an upright surface above into the road's labels. All of them meet an upright one; what is beyond them is
-/// read, but cannot be taken.
-template <int words>
-__device__ inline LaneCosts<1> ways_from_upright(const PathCosts<words>& before, int meeting, std::uint32_t change,
-                                                 ChangeRoom<words>& room) {
-  const int lane{static_cast<int>(threadIdx.x) % 32};
-  for (int i{0}; i < words; ++i) room.costs[lane + 32 * i] = packed(before.upright, i);
-  if (lane < road_lanes + 2) room.costs[32 * words + lane] = ~0u;
-  __syncwarp();
-  LaneCosts<1> ways{filled<1>(2 * cost_max)};
-  if (lane < road_lanes) {
-    const auto* bytes = reinterpret_cast<const std::uint8_t*>(room.costs) + 4 * lane + meeting - 1;
-    cheapest_of_three(bytes, change, ways.even[0], ways.odd[0]);
-  }
-  __syncwarp();
-  return ways;
-}
-
-/// A step of a path; `dv`: upwards −1, downwards 1 where it goes straight, 0 on all other paths. Equal to `advance` of
-/// the reference.
-template <int words>
+/// A step of a path, upwards or along a row. Equal to `advance` of the reference.
+template <bool is_up, int words>
 __device__ inline PathCosts<words> advance(const PathCosts<words>& before, const PixelCosts<words>& pixel,
-                                           const StepPenalties& penalties, int dv, ChangeRoom<words>& room) {
+                                           const StepPenalties& penalties, ChangeRoom& room) {
   const std::uint32_t smallest{smallest_of(before) * 0x00010001u};
   const PathCosts<words> costs{first_costs(pixel)};
   LaneCosts<words> into_upright{filled<words>(2 * cost_max)};
-  LaneCosts<1> into_road{filled<1>(2 * cost_max)};
-  if (pixel.meeting >= 0) {
-    if (dv < 0) into_upright = ways_from_road(before, pixel.meeting, penalties.change, room);
-    if (dv > 0) into_road = ways_from_upright(before, pixel.meeting, penalties.change, room);
-  }
+  if (is_up && pixel.meeting >= 0) into_upright = ways_from_road(before, pixel.meeting, penalties.change, room);
   PathCosts<words> path{advance(before.upright, costs.upright, smallest, penalties.step, penalties.jump, into_upright),
                         costs.road};
   if (pixel.meeting != no_road) {
-    path.road = advance(before.road, costs.road, smallest, penalties.road_step, penalties.jump, into_road);
+    path.road =
+        advance(before.road, costs.road, smallest, penalties.road_step, penalties.jump, filled<1>(2 * cost_max));
   }
   return path;
 }

@@ -22,7 +22,6 @@ namespace {
 
 #if HWY_TARGET == HWY_SCALAR  // never called, see correlate_target
 void StartRow(const SemiGlobalTask&, const SemiGlobalRoom&, int) {}
-void First(const SemiGlobalTask&, const SemiGlobalRoom&, int, int, int) {}
 void Forward(const SemiGlobalTask&, const SemiGlobalRoom&, int, int, int) {}
 void Backward(const SemiGlobalTask&, const SemiGlobalRoom&, int) {}
 #else
@@ -61,16 +60,7 @@ class Row {
 
   Row(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v)
       : task_{task}, room_{room}, v_{v}, step_{task.penalties} {
-    const int next{task.up ? v - 1 : v + 1};
-    const bool last{next < 0 || next >= task.census.left.height};
-    closes_road_ = tail == 0 && !last && row_has_road(task.plane, task.census.left.width, next);
-  }
-
-  HWY_INLINE void first(int begin, int end) {
-    for (int u{begin}; u < end; ++u) {
-      const Labels<all> costs{costs_at(u)};
-      keep_first(from_row_before(u, costs), u);
-    }
+    closes_road_ = tail == 0 && v > 0 && row_has_road(task.plane, task.census.left.width, v - 1);
   }
 
   HWY_INLINE void forward(int begin, int end) {
@@ -80,9 +70,7 @@ class Row {
       store(costs, at(room_.costs, u));
       const Labels<all> path{sum(costs, step_.template way<uprights>(before))};
       before = step_.passed_on(path);
-      Labels<all> sums{sum(path, from_row_before(u, costs))};
-      if (task_.first_uprights != nullptr) sums = sum(sums, kept_first(u));
-      store(sums, at(room_.sums, u));
+      store(sum(path, from_below(u, costs)), at(room_.sums, u));
     }
     store(before, room_.carry);
   }
@@ -111,42 +99,6 @@ class Row {
   [[nodiscard]] HWY_INLINE std::uint8_t* at(std::uint8_t* pixels, int u) const {
     return pixels + static_cast<std::ptrdiff_t>(u) * task_.layout.stride;
   }
-  [[nodiscard]] HWY_INLINE std::ptrdiff_t pixel(int u) const {
-    return static_cast<std::ptrdiff_t>(v_) * task_.census.left.width + u;
-  }
-  [[nodiscard]] HWY_INLINE std::uint8_t* first_uprights(int u) const {
-    return task_.first_uprights + pixel(u) * uprights * lanes;
-  }
-  [[nodiscard]] HWY_INLINE std::uint8_t* first_road(int u) const {
-    return task_.first_road + pixel(u) * task_.layout.road_kept;
-  }
-
-  HWY_INLINE void keep_first(const Labels<all>& sums, int u) const {
-    for (int i{0}; i < uprights; ++i) hn::Store(sums.part[i], D8{}, first_uprights(u) + i * lanes);
-    if constexpr (tail > 0) {
-      static_assert(LabelLayout::guard == 16);
-      const hn::FixedTag<std::uint8_t, 16> block;
-      constexpr int per_vector{lanes / 16};
-      const auto road = [&](auto k) {
-        constexpr int i{decltype(k)::value};
-        hn::Store(block_of<i % per_vector>(D8{}, sums.part[uprights + i / per_vector]), block,
-                  first_road(u) + (i - 1) * 16);
-      };
-      road(std::integral_constant<int, 1>{});
-      if (task_.layout.road_kept > 16) road(std::integral_constant<int, 2>{});
-    }
-  }
-
-  // Beside the road's labels, others' sums: they are added to what costs cost_max already.
-  HWY_INLINE Labels<all> kept_first(int u) const {
-    Labels<all> sums;
-    for (int i{0}; i < uprights; ++i) sums.part[i] = hn::Load(D8{}, first_uprights(u) + i * lanes);
-    for (int i{uprights}; i < all; ++i) {
-      sums.part[i] = hn::LoadU(D8{}, first_road(u) - LabelLayout::guard + (i - uprights) * lanes);
-    }
-    return sums;
-  }
-
   // Hamming distances.
   HWY_INLINE Labels<all> costs_at(int u) const {
     const D8 d8;
@@ -169,27 +121,17 @@ class Row {
     return costs;
   }
 
-  // Sum of the paths from the row before.
-  HWY_INLINE Labels<all> from_row_before(int u, const Labels<all>& costs) const {
+  // The path from the row below.
+  HWY_INLINE Labels<all> from_below(int u, const Labels<all>& costs) const {
     std::uint8_t* const vertical{at(task_.vertical, u)};
     Labels<all> ways{step_.template way<uprights, all>(vertical)};
     const int meeting{tail > 0 ? room_.meeting[u] : -1};
-    if (meeting >= 0 && task_.up) {
+    if (meeting >= 0) {
       step_.template from_road<uprights>(vertical + task_.layout.road_at, task_.road.count, meeting, ways);
-    } else if (meeting >= 0) {
-      step_.template from_upright<uprights>(vertical + meeting - LabelLayout::guard, ways);
     }
-    Labels<all> sums{sum(costs, ways)};
-    pass_on(sums, vertical);
-    if (!task_.diagonals) return sums;
-    for (int k{0}; k < 2; ++k) {
-      // pixel u is at u + 1
-      const std::uint8_t* const before{at(task_.diagonal[k][(v_ + 1) % 2], k == 0 ? u : u + 2)};
-      const Labels<all> path{sum(costs, step_.template way<uprights, all>(before))};
-      pass_on(path, at(task_.diagonal[k][v_ % 2], u + 1));
-      sums = sum(sums, path);
-    }
-    return sums;
+    const Labels<all> path{sum(costs, ways)};
+    pass_on(path, vertical);
+    return path;
   }
 
   HWY_INLINE void pass_on(const Labels<all>& path, std::uint8_t* memory) const {
@@ -219,7 +161,7 @@ class Row {
   const SemiGlobalRoom room_;
   int v_;
   PathStep step_;
-  bool closes_road_;  // the next row has road, which cannot be reached from this one
+  bool closes_road_;  // the row above has road, which cannot be reached from this one
 };
 
 // Calls work(Row) with the kind of row that v is.
@@ -243,9 +185,6 @@ void with_row(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v, con
   }
 }
 
-void First(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v, int begin, int end) {
-  with_row(task, room, v, [&](auto&& row) { row.first(begin, end); });
-}
 void Forward(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v, int begin, int end) {
   with_row(task, room, v, [&](auto&& row) { row.forward(begin, end); });
 }
@@ -263,15 +202,11 @@ HWY_AFTER_NAMESPACE();
 namespace stereogrid {
 
 HWY_EXPORT(StartRow);
-HWY_EXPORT(First);
 HWY_EXPORT(Forward);
 HWY_EXPORT(Backward);
 
 void semi_global_start_row(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v) {
   HWY_DYNAMIC_DISPATCH(StartRow)(task, room, v);
-}
-void semi_global_first(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v, int begin, int end) {
-  HWY_DYNAMIC_DISPATCH(First)(task, room, v, begin, end);
 }
 void semi_global_forward(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v, int begin, int end) {
   HWY_DYNAMIC_DISPATCH(Forward)(task, room, v, begin, end);

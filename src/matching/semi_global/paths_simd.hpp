@@ -13,7 +13,7 @@ namespace stereogrid {
 /// between guards. Both run from the largest shift down, so that the right pixels which they look at lie in natural
 /// order. Padding and guards cost cost_max; labels beside a border are then dear by themselves.
 struct LabelLayout {
-  LabelLayout(Shifts upright, Shifts road);
+  explicit LabelLayout(Shifts upright);
 
   static constexpr int block{64};  ///< every target's vectors divide it
   static constexpr int guard{16};  ///< before the road's labels, of which there are at most 31
@@ -22,7 +22,6 @@ struct LabelLayout {
   int upright_at;  ///< place of the largest upright shift
   int road_at;     ///< place of the largest road shift
   int stride;      ///< bytes of a pixel
-  int road_kept;   ///< bytes of a pixel's road labels where they are kept alone
 };
 
 /// The best labels of one type, per pixel of a row. There is room for a vector behind the row.
@@ -49,8 +48,8 @@ struct SemiGlobalRoom {
   RowCandidates* candidates;  ///< of the thread: its rows are finished one after another
 };
 
-/// What all rows of a sweep share. A sweep goes through the rows one way; paths that come from the row before pass on
-/// their costs here, less the smallest one.
+/// What all rows share. They are gone through upwards; paths from the row below pass on their costs here, less the
+/// smallest one.
 struct SemiGlobalTask {
   CensusTriple census;
   RoadPlane plane;
@@ -59,26 +58,16 @@ struct SemiGlobalTask {
   Shifts road;
   LabelLayout layout;
   int uniqueness_1024{0};
-  bool up{true};                    ///< the sweep's way
-  bool diagonals{false};            ///< with the paths from the row before's neighbours
   std::uint8_t* vertical{nullptr};  ///< [u][label]
-  std::uint8_t* diagonal[2][2]{};   ///< from the left and the right: [row parity][u + 1][label]; zeros at either end
-  /// Sums of the sweep before this one, a large part of all traffic to memory, hence without padding; null: there is
-  /// none.
-  std::uint8_t* first_uprights{nullptr};  ///< [v][u][label]
-  std::uint8_t* first_road{nullptr};      ///< [v][u][road label], with a vector's room at both ends
   CandidateSink* sink{nullptr};
 };
 
 /// The steps for row v, in this order. They need vectors of 16 bytes, see correlate_target. The second one for
-/// consecutive parts of the columns, each after the row before in the sweep has passed it (with diagonals: and one
-/// column more).
+/// consecutive parts of the columns, each after the row below has passed it and one column more.
 void semi_global_start_row(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v);
-/// Paths from the row before and, unless this is a first sweep, from the left.
+/// Paths from the row below and from the left.
 void semi_global_forward(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v, int begin, int end);
 /// Paths from the right, and the row's candidates for the sink.
 void semi_global_backward(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v);
-/// In place of the second step in a first sweep, which only fills first_uprights and first_road.
-void semi_global_first(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v, int begin, int end);
 
 }  // namespace stereogrid

@@ -71,22 +71,17 @@ Labels advance(const Problem& problem, const Labels& before, int u, int v, Direc
   const int smallest{std::min(*std::min_element(before.upright.begin(), before.upright.end()),
                               *std::min_element(before.road.begin(), before.road.end()))};
   const int meeting{meeting_label(problem.plane, problem.upright, problem.road, u, v)};
-  const bool changes{direction.du == 0 && meeting >= 0 && row_has_road(problem.plane, problem.width(), v)};
+  // upwards, from the road to what stands on it
+  const bool changes{direction.dv < 0 && meeting >= 0 && row_has_road(problem.plane, problem.width(), v)};
   Labels path{pixel_costs(problem, u, v)};
   for (int k{0}; k < problem.upright.count; ++k) {
     int way{cheapest_within(before.upright, k, penalties.step, smallest + penalties.jump)};
-    // upwards, from the road to what stands on it
-    if (changes && direction.dv < 0) {
-      way = std::min(way, cheapest_of_three(before.road, k - meeting) + penalties.change);
-    }
+    if (changes) way = std::min(way, cheapest_of_three(before.road, k - meeting) + penalties.change);
     int& cost{path.upright[static_cast<std::size_t>(k)]};
     cost = std::min(cost + way - smallest, cost_max);
   }
   for (int k{0}; k < problem.road.count; ++k) {
-    int way{cheapest_within(before.road, k, penalties.road_step, smallest + penalties.jump)};
-    if (changes && direction.dv > 0) {
-      way = std::min(way, cheapest_of_three(before.upright, k + meeting) + penalties.change);
-    }
+    const int way{cheapest_within(before.road, k, penalties.road_step, smallest + penalties.jump)};
     int& cost{path.road[static_cast<std::size_t>(k)]};
     cost = std::min(cost + way - smallest, cost_max);
   }
@@ -127,13 +122,6 @@ Candidate best_of(const std::vector<int>& costs, Shifts shifts, int uniqueness) 
           cost_at(inside ? best + 1 : best), static_cast<std::int16_t>(shifts.first + best)};
 }
 
-std::vector<Direction> directions_of(int paths) {
-  std::vector<Direction> directions{{1, 0}, {-1, 0}, {0, -1}};
-  if (paths > 3) directions.push_back({0, 1});
-  if (paths > 4) directions.insert(directions.end(), {{1, 1}, {-1, 1}, {1, -1}, {-1, -1}});
-  return directions;
-}
-
 }  // namespace
 
 void optimise(Reference&, const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config,
@@ -143,7 +131,7 @@ void optimise(Reference&, const CensusTriple& census, const RoadPlane& plane, co
   Image<Labels> sums{problem.width(),
                      problem.height(),
                      {std::vector<int>(count_of(problem.upright)), std::vector<int>(count_of(problem.road))}};
-  for (const Direction direction : directions_of(config.paths)) walk(problem, direction, sums);
+  for (const Direction direction : {Direction{1, 0}, {-1, 0}, {0, -1}}) walk(problem, direction, sums);
   RowCandidates row{problem.width()};
   for (int v{0}; v < problem.height(); ++v) {
     for (int u{0}; u < problem.width(); ++u) {

@@ -32,11 +32,10 @@ struct CensusTriple {
 };
 
 /// Semi-global double correlation (docs/method.md §3.4): the labels (upright, d) and (road, δ) in one optimisation, so
-/// that the winning label's type is the class. Pixel cost: Hamming distance of single descriptors. `matching.paths`: 3
-/// = from the left, the right and below (obstacles stand on what is below them); 4 = and from above; 8 = and the
-/// diagonals. Along the vertical paths, road below may turn into upright above at the penalty `change` where both have
-/// the same disparity ±1. Path costs and sums stop at 255. The sink gets the best label of each type with the summed
-/// cost.
+/// that the winning label's type is the class. Pixel cost: Hamming distance of single descriptors. Paths come from the
+/// left, the right and below: obstacles stand on what is below them. Along the path from below, road may turn into
+/// upright at the penalty `change` where both have the same disparity ±1. Path costs and sums stop at 255. The sink
+/// gets the best label of each type with the summed cost.
 void optimise(Reference& reference, const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config,
               CandidateSink& sink);
 /// On the CPU it works in `memory`, which grows to optimise_memory() where it is smaller.

@@ -27,40 +27,15 @@ struct dim3 {
   constexpr dim3(unsigned vx = 1, unsigned vy = 1, unsigned vz = 1) : x{vx}, y{vy}, z{vz} {}
 };
 
-#define STEREOGRID_VECTOR_TYPES(scalar, name, bytes)                      \
-  struct alignas(2 * (bytes)) name##2 {                                   \
-    scalar x, y;                                                          \
-  };                                                                      \
-  struct name##3 {                                                        \
-    scalar x, y, z;                                                       \
-  };                                                                      \
-  struct alignas(4 * (bytes)) name##4 {                                   \
-    scalar x, y, z, w;                                                    \
-  };                                                                      \
-  inline name##2 make_##name##2(scalar x, scalar y) {                     \
-    return {x, y};                                                        \
-  }                                                                       \
-  inline name##4 make_##name##4(scalar x, scalar y, scalar z, scalar w) { \
-    return {x, y, z, w};                                                  \
-  }
-STEREOGRID_VECTOR_TYPES(unsigned char, uchar, 1)
-STEREOGRID_VECTOR_TYPES(unsigned short, ushort, 2)
-STEREOGRID_VECTOR_TYPES(short, short, 2)
-STEREOGRID_VECTOR_TYPES(int, int, 4)
-STEREOGRID_VECTOR_TYPES(float, float, 4)
-#undef STEREOGRID_VECTOR_TYPES
-struct alignas(8) uint2 {
-  unsigned x, y;
+struct alignas(16) float4 {
+  float x, y, z, w;
 };
+inline float4 make_float4(float x, float y, float z, float w) {
+  return {x, y, z, w};
+}
 struct alignas(16) uint4 {
   unsigned x, y, z, w;
 };
-inline uint2 make_uint2(unsigned x, unsigned y) {
-  return {x, y};
-}
-inline uint4 make_uint4(unsigned x, unsigned y, unsigned z, unsigned w) {
-  return {x, y, z, w};
-}
 
 inline constexpr int warpSize{32};
 inline uint3 threadIdx{};
@@ -95,18 +70,10 @@ inline void __syncthreads() {
 inline void __syncwarp(unsigned mask = 0xffffffffU) {
   emulator::warp_exchange(mask, 0, 0, emulator::WarpOperation::nothing);
 }
-inline void __threadfence() {}
-inline void __threadfence_block() {}
 
 inline unsigned __ballot_sync(unsigned mask, int predicate) {
   return static_cast<unsigned>(
       emulator::warp_exchange(mask, predicate != 0 ? 1 : 0, 0, emulator::WarpOperation::ballot));
-}
-inline int __any_sync(unsigned mask, int predicate) {
-  return __ballot_sync(mask, predicate) != 0 ? 1 : 0;
-}
-inline int __all_sync(unsigned mask, int predicate) {
-  return __ballot_sync(mask, predicate == 0 ? 1 : 0) == 0 ? 1 : 0;
 }
 
 template <class T>
@@ -164,29 +131,8 @@ T atomicOr(T* address, std::type_identity_t<T> value) {
   *address = old | value;
   return old;
 }
-template <class T>
-T atomicAnd(T* address, std::type_identity_t<T> value) {
-  const T old{*address};
-  *address = old & value;
-  return old;
-}
-template <class T>
-T atomicExch(T* address, std::type_identity_t<T> value) {
-  const T old{*address};
-  *address = value;
-  return old;
-}
-template <class T>
-T atomicCAS(T* address, std::type_identity_t<T> compare, std::type_identity_t<T> value) {
-  const T old{*address};
-  if (old == compare) *address = value;
-  return old;
-}
 
 inline int __popc(unsigned bits) {
-  return std::popcount(bits);
-}
-inline int __popcll(unsigned long long bits) {
   return std::popcount(bits);
 }
 inline int __clz(int bits) {
@@ -195,11 +141,6 @@ inline int __clz(int bits) {
 /// 1 + the lowest bit that is set; 0: none.
 inline int __ffs(int bits) {
   return bits == 0 ? 0 : std::countr_zero(static_cast<unsigned>(bits)) + 1;
-}
-inline unsigned __brev(unsigned bits) {
-  unsigned reversed{0};
-  for (int i{0}; i < 32; ++i) reversed |= (bits >> i & 1U) << (31 - i);
-  return reversed;
 }
 template <class T>
 T __ldg(const T* address) {
@@ -216,23 +157,8 @@ inline unsigned __byte_perm(unsigned x, unsigned y, unsigned selector) {
   }
   return result;
 }
-inline unsigned __funnelshift_l(unsigned low, unsigned high, unsigned shift) {
-  return static_cast<unsigned>(((static_cast<std::uint64_t>(high) << 32 | low) << (shift & 31U)) >> 32);
-}
 inline unsigned __funnelshift_r(unsigned low, unsigned high, unsigned shift) {
   return static_cast<unsigned>((static_cast<std::uint64_t>(high) << 32 | low) >> (shift & 31U));
-}
-inline int __float_as_int(float value) {
-  return std::bit_cast<int>(value);
-}
-inline float __int_as_float(int bits) {
-  return std::bit_cast<float>(bits);
-}
-inline unsigned __float_as_uint(float value) {
-  return std::bit_cast<unsigned>(value);
-}
-inline float __uint_as_float(unsigned bits) {
-  return std::bit_cast<float>(bits);
 }
 
 /// The smaller of each of two halves.

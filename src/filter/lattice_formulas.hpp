@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Of a cell and its masses over the velocity lattice, for numbers, on host and device, and for vectors of them. No
+// guard, no namespace: model.hpp includes it, and the vector code once more for each instruction set, whose functions
+// must be compiled for it.
+
+/// Sums over a row of the lattice, whose velocities share v_y.
+template <class T>
+struct LatticeRowSums {
+  T mass{};
+  T x{};   ///< Σ mass · v_x
+  T xx{};  ///< Σ mass · v_x²
+
+  STEREOGRID_HD void add(T vx_mps, T of_velocity) {
+    mass = mass + of_velocity;
+    x = x + vx_mps * of_velocity;
+    xx = xx + vx_mps * vx_mps * of_velocity;
+  }
+};
+
+/// Moments of a cell's mass over the velocity lattice, summed row by row of it.
+template <class T>
+struct LatticeSums {
+  T mass{};
+  T x{};  ///< Σ mass · v_x
+  T y{};
+  T xx{};  ///< Σ mass · v_x²
+  T xy{};
+  T yy{};
+
+  STEREOGRID_HD void add(T vy_mps, const LatticeRowSums<T>& row) {
+    mass = mass + row.mass;
+    x = x + row.x;
+    y = y + vy_mps * row.mass;
+    xx = xx + row.xx;
+    xy = xy + vy_mps * row.x;
+    yy = yy + vy_mps * vy_mps * row.mass;
+  }
+};
+
+/// What velocity noise leaves of a moving velocity's mass, and gives it.
+template <class T>
+STEREOGRID_HD inline T disturbed(T kept_moving, T mass, T gained) {
+  return kept_moving * mass + gained;
+}
+
+/// First along x within both rows, then between the rows.
+template <class T>
+STEREOGRID_HD inline T between(T first, T second, T share) {
+  return (number(share, 1.0f) - share) * first + share * second;
+}
+
+/// The likelihood of tay2008's P(v_k) at a cell (docs/method.md §8.6): `all` = Σ over both of P(v_k), `occupied` of
+/// P(occupied, v_k) predicted; afterwards β_occ(k) and l(k).
+template <class T>
+struct TayUpdate {
+  T occupied;
+  T all;
+};
+template <class T>
+STEREOGRID_HD inline TayUpdate<T> tay_update(T all, T occupied, T likelihood_occupied, T likelihood_empty) {
+  const T beta{likelihood_occupied * occupied};
+  return {beta, beta + likelihood_empty * (all - occupied)};
+}
+
+/// The least that velocity evidence says: now and then something else has been measured.
+constexpr float likelihood_floor{0.02f};
+
+/// Likelihood of what has been measured, where the velocity is (vx, vy). Its tails end on a floor. `Evidence`: members
+/// like VelocityEvidence's, each a T.
+template <class Evidence, class T>
+STEREOGRID_HD inline T likelihood_of(const Evidence& evidence, T vx_mps, T vy_mps) {
+  const T x{vx_mps - evidence.x};
+  const T y{vy_mps - evidence.y};
+  const T one{number(x, 1.0f)};
+  const T squared_distance{evidence.xx * x * x + number(x, 2.0f) * evidence.xy * x * y + evidence.yy * y * y};
+  const T near{one / (one + number(x, 0.5f) * squared_distance)};
+  return number(x, likelihood_floor) + near * near;
+}

@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The decision at a pixel for numbers, on host and device, and for vectors of them. No guard, no namespace: model.hpp
+// includes it, and the vector code once more for each instruction set, whose functions must be compiled for it.
+
+/// Sub-pixel place of a cost curve's minimum between the integers, from the costs one step before, at and after it: the
+/// equiangular fit of Shimizu and Okutomi, made for costs that rise linearly. Within ±0.49, so that rounding gives the
+/// integer back.
+template <class Int>
+STEREOGRID_HD inline auto subpixel_offset(Int before, Int at, Int after) {
+  const auto rise = Max(before, after) - at;
+  const auto offset = real(before - after) / real(rise + rise);
+  const auto bounded = Min(Max(offset, number(offset, -0.49f)), number(offset, 0.49f));
+  return IfThenElseZero(condition(offset, rise > number(rise, 0)), bounded);
+}
+
+/// 1/√x to six digits, for x ≥ 1, of sums and products only: the same everywhere, and many times as fast as a root and
+/// a division. An integer view of the number gives a first guess (Quake III's, after C. Walsh), Newton's steps the
+/// rest.
+template <class Real>
+STEREOGRID_HD inline Real inverse_root(Real x) {
+  const Real half{number(x, 0.5f) * x};
+  const Real three_halves{number(x, 1.5f)};
+  const Real guess{less_half_of_bits(0x5f375a86u, x)};
+  const Real root{guess * (three_halves - half * guess * guess)};
+  return root * (three_halves - half * root * root);
+}
+
+/// Probability that a disparity is right to a pixel, from the winner's cost, its rise to the cheaper neighbour, the
+/// other hypothesis' distance (all costs) and the disparity (px). A sigmoid of straight lines with ends, fitted to
+/// lidar and exact truth; nothing in it rounds differently elsewhere.
+template <class Condition, class Int, class Real>
+STEREOGRID_HD inline Real confidence_of(const ConfidenceModel& model, Condition is_road, Int cost, Int rise, Int margin,
+                                        Real disparity) {
+  const auto constant = [&](float value) { return number(disparity, value); };
+  const auto weight = [&](float ConfidenceWeights::*member) {
+    return IfThenElse(is_road, constant(model.road.*member), constant(model.upright.*member));
+  };
+  const auto term = [&](float ConfidenceWeights::*member, Real value, float most) {
+    return weight(member) * Min(value, constant(most));
+  };
+  const auto share = [&](Int value) { return real(value) * constant(model.per_cost); };
+  const Real rise_share{share(rise)};
+  const Real x{weight(&ConfidenceWeights::constant) + term(&ConfidenceWeights::cost, share(cost), 0.5f) +
+               term(&ConfidenceWeights::small_rise, rise_share, 0.02f) +
+               term(&ConfidenceWeights::rise, rise_share, 0.08f) +
+               term(&ConfidenceWeights::margin, share(margin), 0.06f) +
+               term(&ConfidenceWeights::near_disparity, disparity * constant(0.05f), 1.0f) +
+               term(&ConfidenceWeights::disparity, disparity * constant(0.0125f), 1.0f)};
+  return constant(0.5f) + constant(0.5f) * (x * inverse_root(constant(1.0f) + x * x));
+}
+
+/// The cheaper hypothesis at a pixel.
+template <class Int, class Real, class Condition>
+struct WinnerOf {
+  Condition is_road;
+  Int cost;
+  Real disparity;          ///< px
+  Int whole;               ///< px: the column of the right image that is claimed is u − whole
+  Condition is_plausible;  ///< unique, cheap enough and within the disparities searched
+  Real confidence;         ///< that the disparity is right
+};
+
+/// The paper's decision without a threshold (T-ITS 2012, III-C): road where the road hypothesis costs less.
+/// `Candidates`: members like Candidate's, each an Int.
+template <class Candidates, class Int>
+STEREOGRID_HD inline auto winner_of(const Candidates& upright, const Candidates& level, Int road_65536, int disparities,
+                                    bool subpixel, const ConfidenceModel& confidences) {
+  const auto is_road = And(road_65536 > number(road_65536, 65535), level.cost < upright.cost);
+  const auto best = [&](Int Candidates::*member) { return IfThenElse(is_road, level.*member, upright.*member); };
+  const Int cost{best(&Candidates::cost)};
+  const Int before{best(&Candidates::before)};
+  const Int after{best(&Candidates::after)};
+  auto within = real(best(&Candidates::shift));
+  if (subpixel) within = within + subpixel_offset(before, cost, after);
+  const auto on_road = real(road_65536) * number(within, 1.0f / 65536);
+  const auto disparity = IfThenElseZero(condition(within, is_road), on_road) + within;
+  const auto half = number(disparity, 0.5f);
+  const auto in_range = And(disparity >= half, disparity < number(disparity, static_cast<float>(disparities) - 0.5f));
+  const auto unique = best(&Candidates::rivals) == number(cost, 0);
+  const auto cheap = cost < number(cost, confidences.cost_limit + 1);
+  const auto confidence = confidence_of(confidences, condition(disparity, is_road), cost, Min(before, after) - cost,
+                                        Abs(level.cost - upright.cost), disparity);
+  return WinnerOf<Int, std::decay_t<decltype(disparity)>, std::decay_t<decltype(is_road)>>{
+      is_road,   cost, disparity, whole(disparity + half), And(And(unique, cheap), condition(cost, in_range)),
+      confidence};
+}

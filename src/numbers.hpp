@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Operations on single numbers under the names that Highway has for vectors of them: a formula that uses these, and the
+// arithmetic operators, is a template for both. What Highway has no name for, numbers_simd.hpp adds.
+#include <cstdint>
+#include <cstring>
+
+#include "host_device.hpp"
+
+namespace stereogrid {
+
+STEREOGRID_HD inline float Min(float a, float b) {
+  return b < a ? b : a;
+}
+STEREOGRID_HD inline float Max(float a, float b) {
+  return a < b ? b : a;
+}
+STEREOGRID_HD inline int Min(int a, int b) {
+  return b < a ? b : a;
+}
+STEREOGRID_HD inline int Max(int a, int b) {
+  return a < b ? b : a;
+}
+STEREOGRID_HD inline int Abs(int a) {
+  return a < 0 ? -a : a;
+}
+STEREOGRID_HD inline bool And(bool a, bool b) {
+  return a && b;
+}
+STEREOGRID_HD inline int IfThenElse(bool chosen, int yes, int no) {
+  return chosen ? yes : no;
+}
+STEREOGRID_HD inline float IfThenElse(bool chosen, float yes, float no) {
+  return chosen ? yes : no;
+}
+STEREOGRID_HD inline float IfThenElseZero(bool chosen, float yes) {
+  return chosen ? yes : 0.0f;
+}
+
+/// `value` as a number of the kind of the first.
+STEREOGRID_HD inline int number(int /*like*/, int value) {
+  return value;
+}
+STEREOGRID_HD inline float number(float /*like*/, float value) {
+  return value;
+}
+
+STEREOGRID_HD inline float real(int value) {
+  return static_cast<float>(value);
+}
+/// Without what is behind the point.
+STEREOGRID_HD inline int whole(float value) {
+  return static_cast<int>(value);
+}
+
+/// A condition as one on numbers of the kind of the first.
+template <class T>
+STEREOGRID_HD inline bool condition(T /*like*/, bool value) {
+  return value;
+}
+
+/// `from` − half of x's bits as an integer, seen as a float.
+STEREOGRID_HD inline float less_half_of_bits(std::uint32_t from, float x) {
+  std::uint32_t bits{0};
+  std::memcpy(&bits, &x, sizeof(bits));
+  bits = from - (bits >> 1);
+  std::memcpy(&x, &bits, sizeof(x));
+  return x;
+}
+
+}  // namespace stereogrid

@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+// What formulas need of vectors besides Highway's functions; numbers.hpp has the same for single numbers. Included once
+// per instruction set; the guard works per target.
+#if defined(STEREOGRID_NUMBERS_SIMD) == defined(HWY_TARGET_TOGGLE)
+#ifdef STEREOGRID_NUMBERS_SIMD
+#undef STEREOGRID_NUMBERS_SIMD
+#else
+#define STEREOGRID_NUMBERS_SIMD
+#endif
+
+#include <cstdint>
+
+#include "host_device.hpp"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace stereogrid {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+template <class V>
+HWY_INLINE V number(V /*like*/, hn::TFromV<V> value) {
+  return hn::Set(hn::DFromV<V>{}, value);
+}
+template <class V>
+HWY_INLINE auto real(V values) {
+  return hn::ConvertTo(hn::Rebind<float, hn::DFromV<V>>{}, values);
+}
+template <class V>
+HWY_INLINE auto whole(V values) {
+  return hn::ConvertTo(hn::Rebind<std::int32_t, hn::DFromV<V>>{}, values);
+}
+template <class V, class M>
+HWY_INLINE auto condition(V /*like*/, M values) {
+  return hn::RebindMask(hn::DFromV<V>{}, values);
+}
+template <class V>
+HWY_INLINE V less_half_of_bits(std::uint32_t from, V x) {
+  const hn::Rebind<std::uint32_t, hn::DFromV<V>> bits;
+  return hn::BitCast(hn::DFromV<V>{}, hn::Sub(hn::Set(bits, from), hn::ShiftRight<1>(hn::BitCast(bits, x))));
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace stereogrid
+HWY_AFTER_NAMESPACE();
+#endif
