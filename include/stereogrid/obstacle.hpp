@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "stereogrid/export.hpp"
 #include "stereogrid/grid.hpp"
 
 namespace stereogrid {
@@ -26,7 +27,7 @@ constexpr std::array<std::string_view, 2> names_of(ObstacleKind) {
 }
 
 /// Points on the ground, m. Memory of its own, none elsewhere.
-class Outline {
+class STEREOGRID_EXPORT Outline {
  public:
   static constexpr std::size_t points_max{48};
 

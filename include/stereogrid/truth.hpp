@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,21 @@ struct TruthObject {
   double size_m[3]{0, 0, 0};      ///< width, length, height
   std::vector<Point2> footprint;  ///< convex, counter-clockwise, world frame; the part between the cells' height limits
   std::int64_t pixels{0};         ///< seen in the left image
+};
+
+/// A thing as somebody has labelled it: a box on the ground, in the vehicle frame of the frame's instant. None: the
+/// label does not say.
+struct LabelledObject {
+  std::int64_t id{0};
+  std::string kind;
+  double x_m{0};  ///< centre
+  double y_m{0};
+  double length_m{0};  ///< along yaw_rad
+  double width_m{0};
+  double yaw_rad{0};
+  int occluded{0};                       ///< KITTI's: 0 visible, 1 partly, 2 largely hidden, 3 unknown
+  std::optional<Point2> velocity_mps{};  ///< over ground, vehicle axes
+  std::optional<bool> moving{};
 };
 
 /// The ego vehicle's motion in the world frame.

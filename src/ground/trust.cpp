@@ -17,8 +17,8 @@ namespace {
 
 // Without the road for so long, it is not known any more: a van or a bend hides it for shorter.
 constexpr double unmeasured_max_s{3};
-// At least so much of the texture has matched. Real drives have 0.79 and more; pairs that do not belong together have up
-// to 0.23 (swapped, rows off, noise) or 0.51 (a frame apart).
+// At least so much of the texture has matched. Real drives have 0.79 and more; pairs that do not belong together have
+// up to 0.23 (swapped, rows off, noise) or 0.51 (a frame apart).
 constexpr double texture_matched_min{0.6};
 // Of the points where road is expected, on real drives at least a quarter lies on the plane, and under a tenth below
 // it.

@@ -35,6 +35,15 @@ TEST(Evaluate, ScoresARunAgainstItsScene) {
   EXPECT_GE(band["auc"]["high"], band["auc"]["value"]);
   EXPECT_GT(scores["series"]["occupancy"]["motion"]["sightings"], 0);
   EXPECT_FALSE(scores["series"]["observed"].contains("motion"));
+  EXPECT_EQ(scores["about"]["obstacles"], "exact truth, 3 frames");
+  EXPECT_THAT(outcome.output, HasSubstr("MOTA"));
+  const Json obstacles(scores["obstacles"]);
+  EXPECT_EQ(obstacles["frames"], 3);
+  EXPECT_GT(obstacles["things"], 3);
+  EXPECT_EQ(obstacles["things"], obstacles["tracking"]["objects"]);
+  EXPECT_LE(obstacles["separate"], obstacles["found"]);
+  EXPECT_GT(obstacles["free_cells"], 1000);
+  EXPECT_TRUE(obstacles["tracking"]["mota"].is_number());
 }
 
 TEST(Evaluate, ReadsTheTruthOfADriveAsThatOfItsScene) {
@@ -81,6 +90,50 @@ TEST(Evaluate, WritesAReportThatNeedsNothingElse) {
   EXPECT_EQ(data["series"]["observed"]["frames"]["3-20"].size(), 2U);
   if (!has_node()) GTEST_SKIP() << "node is not here: the report's script was not run";
   EXPECT_TRUE(script_fills(report));
+}
+
+TEST(Evaluate, ScoresObstaclesWhereOnlyTheyAreLabelled) {
+  const TemporaryFolder folder;
+  const fs::path drive{folder / "drive"};
+  const fs::path run{folder / "run"};
+  run_well({"simulate", small_scene("empty", "&frames=2"), "--out", drive.string()});
+  run_scene(drive.string(), run);
+  fs::remove_all(drive / "truth");
+  const auto label = [&](const std::string& name) {
+    std::ofstream{drive / "objects.jsonl"}
+        << R"({"name": ")" + name + R"(", "objects": [{"id": 1, "kind": "car",)" +
+               R"( "x_m": 9, "y_m": 0, "yaw_rad": 0, "length_m": 4, "width_m": 2}]})";
+  };
+  label("000001");
+  // an obstacle where the label is, before a wall
+  std::vector<Json> lines(lines_of(run));
+  Json car{{"id", 4},      {"x_m", 9.5},   {"y_m", 0},   {"vx_mps", 0},    {"vy_mps", 0},      {"length_m", 4},
+           {"width_m", 2}, {"yaw_rad", 0}, {"age_s", 1}, {"occupancy", 1}, {"confirmed", true}};
+  Json wall(car);
+  wall["id"] = 5;
+  wall["kind"] = "extended";
+  wall["outline_m"] = Json::array({{7, -2}, {7, 2}});
+  lines[1]["obstacles"] = {car, wall};
+  std::ofstream{run / "frames.jsonl"} << lines[0].dump() + "\n" + lines[1].dump() + "\n";
+  const std::string file{(folder / "scores.json").string()};
+  const fs::path report{folder / "report.html"};
+  run_well({"evaluate", run.string(), "--json", file, "--html", report.string()});
+  const Json scores(json_of(file));
+  EXPECT_EQ(scores["about"]["obstacles"], "labelled boxes, 1 frames");
+  EXPECT_TRUE(scores["series"].empty());
+  EXPECT_EQ(scores["obstacles"]["separate"], 1);
+  EXPECT_EQ(scores["obstacles"]["errors"]["centre_m"], 0.5);
+  EXPECT_TRUE(scores["obstacles"]["free_covered"].is_null());
+  EXPECT_TRUE(scores["obstacles"]["tracking"]["mota"].is_null());
+  EXPECT_EQ(scores["obstacles"]["tracking"]["idr"], 1);
+  if (has_node()) {
+    EXPECT_TRUE(script_fills(report));
+  }
+
+  label("000007");
+  const Outcome outcome{run_tool({"evaluate", run.string()})};
+  EXPECT_EQ(outcome.exit_code, 65);
+  EXPECT_THAT(outcome.errors, HasSubstr("has object labels from 1 s on"));
 }
 
 TEST(Evaluate, RefusesCellsOfAnotherSize) {

@@ -102,7 +102,7 @@ TEST_F(OwnVehicle, IsNotWhatKeepsItsDistanceAhead) {
       }
     }
   });
-  answer(drive);
+  static_cast<void>(answer(drive));
   EXPECT_FALSE(fs::exists(proposed()));
 }
 

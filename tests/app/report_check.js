@@ -56,7 +56,7 @@ function expectNumbers(id) {
 }
 
 const names = Object.keys(data.series);
-const bands = Object.keys(data.series[names[0]].bands);
+const bands = names.length ? Object.keys(data.series[names[0]].bands) : [];
 
 function expectBand(band) {
   for (const id of elements.keys()) {
@@ -81,6 +81,20 @@ function expectBand(band) {
   assert.equal([...buttons.values()].filter(button => button.pressed).map(button => button.dataset.band).join(), band);
 }
 
+if (data.obstacles) {
+  for (const id of ['about', 'obstacles']) {
+    expectNumbers(id);
+    expectWellFormed(id);
+  }
+  for (const value of [data.obstacles.separate, data.obstacles.tracking.idr, data.obstacles.errors.centre_m]) {
+    assert.ok(text('obstacles').includes(rounded(value)), `${value} is not among the obstacles`);
+  }
+}
+if (!names.length && data.obstacles) {
+  assert.equal(html('figures'), '');
+  console.log('obstacles only: the page is filled');
+  process.exit(0);
+}
 assert.ok(names.length > 0 && bands.length > 0);
 for (const name of names) assert.ok(text('legend').includes(name), `${name} is not in the legend`);
 for (const key of Object.keys(data.about)) assert.ok(text('about').includes(key), `${key} is not at the top`);

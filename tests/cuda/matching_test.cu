@@ -126,12 +126,12 @@ TEST(paths_with_every_option) {
 TEST(blank_images) {
   const Image<std::uint8_t> blank{40, 20, 128};
   check_equal({blank, blank}, plain_plane, config_of(5, 16));
-  check_equal({blank, blank}, plain_plane, semi_global_of(3, 16));
+  check_equal({blank, blank}, plain_plane, semi_global_of(16));
 }
 
 // One graph serves frames after one another; images and plane lie where it expects them.
 TEST(a_graph_follows_its_inputs) {
-  for (const MatchingConfig& config : {config_of(9, 33), semi_global_of(3, 33)}) {
+  for (const MatchingConfig& config : {config_of(9, 33), semi_global_of(33)}) {
     const Pair first{noise_pair({51, 30}, 127)};
     const Pair second{textured_pair({51, 30}, 131)};
     DeviceRun run{{51, 30}, config};

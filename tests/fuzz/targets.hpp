@@ -16,6 +16,7 @@ void disparity(Bytes input);
 void image(Bytes input);
 void npy(Bytes input);
 void npz(Bytes input);
+void object_labels(Bytes input);
 void oxts(Bytes input);      ///< files: two records, timestamps.txt, three calibrations
 void pipeline(Bytes input);  ///< decisions
 void poses_csv(Bytes input);
@@ -40,6 +41,7 @@ inline constexpr Target targets[]{{"calibration_kitti", calibration_kitti},
                                   {"image", image},
                                   {"npy", npy},
                                   {"npz", npz},
+                                  {"object_labels", object_labels},
                                   {"oxts", oxts},
                                   {"pipeline", pipeline},
                                   {"poses_csv", poses_csv},

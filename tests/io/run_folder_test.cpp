@@ -127,6 +127,35 @@ TEST_F(RunFolder, SaysHowTheCameraWasMounted) {
   expect_complaint([&] { changed("\"camera_roll_rad\":-0.002", "\"camera_roll_rad\":\"x\""); }, {"line 1"});
 }
 
+TEST_F(RunFolder, MayHaveOutlinesOfObstacles) {
+  ASSERT_EQ(RunReader{folder_.path()}.frames()[0].shapes.size(), 1U);
+  const std::string lines{read_text(folder_ / "frames.jsonl", largest_bytes::json)};
+  const auto with = [&](const std::string& fields) {
+    std::string changed{lines};
+    for (const std::string name : {"\"kind\"", "\"outline_m\""}) changed.replace(changed.find(name), 2, "\"_");
+    const std::string before{"\"x_m\":1.25,"};
+    changed.replace(changed.find(before), before.size(), before + fields);
+    put(folder_ / "frames.jsonl", changed);
+    return RunReader{folder_.path()}.frames();
+  };
+  const auto frames{with(R"("outline_m":[[1,2],[3,4.5]],"kind":"extended",)")};
+  ASSERT_EQ(frames[0].shapes.size(), 1U);
+  ASSERT_EQ(frames[0].shapes[0].outline.size(), 2U);
+  EXPECT_EQ(frames[0].shapes[0].outline[1].y, 4.5);
+  EXPECT_EQ(frames[0].shapes[0].kind, "extended");
+  const auto none{with(R"("outline_m":null,)")};
+  EXPECT_TRUE(none[0].shapes[0].outline.empty());
+  EXPECT_EQ(none[0].shapes[0].kind, "thing");
+  const auto refuses = [&](const std::string& fields) {
+    expect_complaint([&] { static_cast<void>(with(fields)); }, {"frames.jsonl", "line 1 is not understood"});
+  };
+  refuses(R"("outline_m":{},)");
+  refuses(R"("outline_m":[[1]],)");
+  refuses(R"("outline_m":[[1,1e9]],)");
+  refuses(R"("outline_m":[[1,"2"]],)");
+  refuses(R"("kind":3,)");
+}
+
 TEST_F(RunFolder, GoesOnWithWhatItHolds) {
   RunRecord record{folder_.path(), description()};
   record.resume();

@@ -11,9 +11,11 @@
 #include <string>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "commands.hpp"
 #include "console.hpp"
+#include "evaluate/obstacle_source.hpp"
 #include "evaluate/output.hpp"
 #include "evaluate/truth_source.hpp"
 #include "input.hpp"
@@ -22,8 +24,10 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/run_folder/run_reader.hpp"
 #include "stereogrid/io/text.hpp"
+#include "sweeps.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -53,8 +57,11 @@ InputOptions input_options(const Options& options, const io::RunReader& run) {
   return {from.paths, from.calibration, from.kind == "scene" ? "" : "none", from.disparities, ""};
 }
 
-TruthKind kind_of(const std::string& truth) {
-  if (truth.empty()) return TruthKind::automatic;
+TruthKind kind_of(const std::string& truth, const Input& input) {
+  if (truth.empty()) {
+    const bool has_cells{input.scene != nullptr || input.recording->has_truth() || Sweeps{input.recording}.exist()};
+    return !has_cells && has_object_labels(input) ? TruthKind::objects : TruthKind::automatic;
+  }
   return truth == "lidar" ? TruthKind::lidar : TruthKind::exact;
 }
 
@@ -75,7 +82,9 @@ std::string text_of(const InputOptions& input) {
 }
 
 [[noreturn]] void complain_of_names(const io::RunReader& run, const TruthSource& truth) {
-  const char* const known{truth.kind() == TruthKind::lidar ? "a lidar sweep" : "ground truth"};
+  const char* const known{truth.kind() == TruthKind::lidar   ? "a lidar sweep"
+                          : truth.kind() == TruthKind::exact ? "ground truth"
+                                                             : "object labels from 1 s on"};
   throw InputError{
       io::printable_path(run.folder()),
       fmt::format("none of its frames ({} to {}) has {} in the input, whose frames are {} to {}.",
@@ -84,49 +93,99 @@ std::string text_of(const InputOptions& input) {
       "Give the input that the run was made from."};
 }
 
-/// Observed and filtered grids of the run's frames that something is known about.
-std::vector<Series> score(const io::RunReader& run, const TruthSource& truth) {
-  Series observed{"observed", {}};
-  Series occupancy{"occupancy", {}};
-  if (truth.kind() == TruthKind::exact) occupancy.motion.emplace();
+/// Scores of the grids and the obstacles of a run, frame after frame.
+class Scorer {
+ public:
+  Scorer(const io::RunReader& run, const TruthSource& truth) : run_{run}, truth_{truth}, objects_{truth} {
+    if (truth.kind() == TruthKind::exact) occupancy_.motion.emplace();
+  }
+
+  void add(const io::RunFrame& frame) {
+    const auto known{truth_.frame(frame.name, run_.grid(), run_.rig_of(frame))};
+    const auto obstacles{objects_.frame(frame.name, known)};
+    if (obstacles) {
+      obstacles_.add(*obstacles, reported_obstacles(frame));
+      ++obstacle_frames_;
+    }
+    if (known) add_grids(frame, *known);
+  }
+
+  /// How many something is known about.
+  [[nodiscard]] std::size_t frames() const {
+    return truth_.kind() == TruthKind::objects ? obstacle_frames_ : observed_.scores.frames();
+  }
+  /// Observed and filtered grids of them.
+  [[nodiscard]] std::vector<Series> take_series() {
+    std::vector<Series> series;
+    if (truth_.kind() == TruthKind::objects) return series;
+    series.push_back(std::move(observed_));
+    series.push_back(std::move(occupancy_));
+    return series;
+  }
+  [[nodiscard]] std::optional<evaluation::ObstacleSummary> obstacles() const {
+    return obstacle_frames_ > 0 ? std::optional{obstacles_.summary()} : std::nullopt;
+  }
+  /// What obstacles are scored against, or why they are not.
+  [[nodiscard]] std::string obstacles_text() const {
+    if (!objects_.exists()) return "not scored: the input has no object labels";
+    if (obstacle_frames_ == 0) return "not scored: no frame of the run, from 1 s on, has object labels";
+    return fmt::format("{}, {} frames", objects_.name(), obstacle_frames_);
+  }
+
+ private:
+  void add_grids(const io::RunFrame& frame, const TruthSource::FrameLabels& known) {
+    const io::RunGrids grids{run_.grids(frame.name)};
+    observed_.scores.add(frame.name, grids.observed.view(), known.labels);
+    occupancy_.scores.add(frame.name, grids.occupancy.view(), known.labels);
+    if (!known.truth) return;
+    occupancy_.motion->add({*known.truth, truth_.grid(), truth_.input().source->rig(), run_.grid(),
+                            grids.occupancy.view(), grids.velocity_x.view(), grids.velocity_y.view(), frame.obstacles});
+  }
+
+  const io::RunReader& run_;
+  const TruthSource& truth_;
+  ObstacleSource objects_;
+  Series observed_{"observed", {}};
+  Series occupancy_{"occupancy", {}};
+  evaluation::ObstacleScores obstacles_;
+  std::size_t obstacle_frames_{0};
+};
+
+Scorer score(const io::RunReader& run, const TruthSource& truth) {
+  Scorer scorer{run, truth};
   Progress progress{"frames", run.frames().size()};
   std::size_t done{0};
   for (const io::RunFrame& frame : run.frames()) {
     progress.update(done++);
-    const auto known{truth.frame(frame.name, run.grid(), run.rig_of(frame))};
-    if (!known) continue;
-    const io::RunGrids grids{run.grids(frame.name)};
-    observed.scores.add(frame.name, grids.observed.view(), known->labels);
-    occupancy.scores.add(frame.name, grids.occupancy.view(), known->labels);
-    if (!known->truth) continue;
-    occupancy.motion->add({*known->truth, truth.grid(), truth.input().source->rig(), run.grid(), grids.occupancy.view(),
-                           grids.velocity_x.view(), grids.velocity_y.view(), frame.obstacles});
+    scorer.add(frame);
   }
-  if (observed.scores.frames() == 0) complain_of_names(run, truth);
-  std::vector<Series> series;
-  series.push_back(std::move(observed));
-  series.push_back(std::move(occupancy));
-  return series;
+  if (scorer.frames() == 0) complain_of_names(run, truth);
+  return scorer;
 }
 
 std::string truth_text(const TruthSource& truth, Rings rings) {
   if (truth.kind() == TruthKind::exact) return "exact";
+  if (truth.kind() == TruthKind::objects) return "none of the cells";
   return rings == Rings::all ? "lidar" : "lidar, " + name_of(rings) + " rings";
 }
 
 int evaluate(const Options& options) {
   const io::RunReader run{options.run};
   const InputOptions input{input_options(options, run)};
-  const TruthSource truth{open_input(input), kind_of(options.truth), options.camera_height_m, options.rings};
+  Input opened{open_input(input)};
+  const TruthKind kind{kind_of(options.truth, opened)};
+  const TruthSource truth{std::move(opened), kind, options.camera_height_m, options.rings};
   check_same_images(run, truth.input().source->rig());
+  Scorer scorer{score(run, truth)};
   Evaluation evaluation;
-  evaluation.series = score(run, truth);
-  const std::size_t scored{evaluation.series.front().scores.frames()};
   evaluation.about = {{"run", io::printable_path(run.folder())},
                       {"preset", run.preset()},
                       {"input", text_of(input)},
                       {"truth", truth_text(truth, options.rings)},
-                      {"frames", fmt::format("{} of {}", scored, run.frames().size())}};
+                      {"frames", fmt::format("{} of {}", scorer.frames(), run.frames().size())},
+                      {"obstacles", scorer.obstacles_text()}};
+  evaluation.series = scorer.take_series();
+  evaluation.obstacles = scorer.obstacles();
   const nlohmann::ordered_json json(json_of(evaluation));
   write_output(table_of(json));
   if (!options.json.empty()) io::write_file(options.json, io::json_text(json, 1) + "\n");

@@ -125,9 +125,11 @@ std::string key_of(evaluation::Band band) {
 Json json_of(const Evaluation& evaluation) {
   Json about{{"version", version()}};
   for (const auto& [key, text] : evaluation.about) about[key] = text;
-  Json series;
+  Json series(Json::object());
   for (const Series& one : evaluation.series) series[one.name] = json_of(one);
-  return {{"about", about}, {"metrics", list_of_metrics()}, {"series", series}};
+  Json json{{"about", about}, {"metrics", list_of_metrics()}, {"series", series}};
+  if (evaluation.obstacles) json["obstacles"] = json_of(*evaluation.obstacles);
+  return json;
 }
 
 }  // namespace stereogrid::app

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "stereogrid/evaluation/motion.hpp"
+#include "stereogrid/evaluation/obstacles.hpp"
 #include "stereogrid/evaluation/scores.hpp"
 
 namespace stereogrid::app {
@@ -25,10 +26,16 @@ struct Series {
 struct Evaluation {
   std::vector<std::pair<std::string, std::string>> about;  ///< such as {"run", "runs/0009"}
   std::vector<Series> series;
+  std::optional<evaluation::ObstacleSummary> obstacles{};  ///< none: nothing to score them against
 };
 
 /// Every figure with its interval, and what the report draws (docs/evaluation.md).
 [[nodiscard]] nlohmann::ordered_json json_of(const Evaluation& evaluation);
+
+/// "obstacles" of that.
+[[nodiscard]] nlohmann::ordered_json json_of(const evaluation::ObstacleSummary& summary);
+/// And its part of the table.
+[[nodiscard]] std::string obstacles_table_of(const nlohmann::ordered_json& obstacles);
 
 /// A table for the terminal, from json_of.
 [[nodiscard]] std::string table_of(const nlohmann::ordered_json& evaluation);

@@ -90,7 +90,9 @@ std::string table_of(const Json& evaluation) {
     text += fmt::format("\n{}\n", name) + bands_of(series.at("bands"));
     if (series.contains("motion")) text += motion_of(series.at("motion"));
   }
-  return text + "\n± is half of the 95 % interval. What the figures mean: docs/evaluation.md\n";
+  if (evaluation.contains("obstacles")) text += obstacles_table_of(evaluation.at("obstacles"));
+  text += evaluation.at("series").empty() ? "\n" : "\n± is half of the 95 % interval. ";
+  return text + "What the figures mean: docs/evaluation.md\n";
 }
 
 }  // namespace stereogrid::app

@@ -21,6 +21,8 @@ TruthSource::TruthSource(Input input, TruthKind kind, std::optional<double> came
   if (kind_ == TruthKind::automatic) kind_ = has_exact() ? TruthKind::exact : TruthKind::lidar;
   if (kind_ == TruthKind::lidar) {
     check_lidar();
+  } else if (kind_ == TruthKind::objects) {
+    // there is nothing to prepare
   } else if (input_.scene != nullptr) {
     truth_grid_ = input_.scene->truth_grid();
   } else if (has_exact()) {
@@ -40,6 +42,13 @@ TruthSource::TruthSource(Input input, TruthKind kind, std::optional<double> came
 }
 
 TruthSource::~TruthSource() = default;
+
+std::vector<std::string> TruthSource::exact_names() const {
+  if (reader_) return reader_->names();
+  std::vector<std::string> names;
+  for (std::size_t i{0}; i < input_.source->size(); ++i) names.push_back(input_.source->name(i));
+  return names;
+}
 
 bool TruthSource::has_exact() const {
   return input_.scene != nullptr || input_.recording->has_truth();
@@ -76,6 +85,7 @@ std::optional<evaluation::Labels> TruthSource::lidar(const std::string& name, co
 
 std::optional<TruthSource::FrameLabels> TruthSource::frame(const std::string& name, const GridGeometry& grid,
                                                            const Rig& rig) const {
+  if (kind_ == TruthKind::objects) return std::nullopt;
   if (kind_ == TruthKind::lidar) {
     auto labels{lidar(name, grid, rig)};
     if (!labels) return std::nullopt;

@@ -20,7 +20,8 @@ class TruthReader;
 
 namespace stereogrid::app {
 
-enum class TruthKind { automatic, lidar, exact };
+/// `objects`: nothing is known of the cells.
+enum class TruthKind { automatic, lidar, exact, objects };
 
 /// What grids of an input can be scored against: its lidar sweeps, or the exact truth of a scene or a rendered drive.
 class TruthSource {
@@ -34,10 +35,13 @@ class TruthSource {
   ~TruthSource();
 
   [[nodiscard]] const Input& input() const { return input_; }
-  /// lidar or exact.
+  /// lidar, exact or objects.
   [[nodiscard]] TruthKind kind() const { return kind_; }
   /// Of exact truth.
   [[nodiscard]] const TruthGrid& grid() const { return truth_grid_; }
+
+  /// The frames of exact truth, in their order.
+  [[nodiscard]] std::vector<std::string> exact_names() const;
 
   /// A frame's labels; `truth` is set where the truth is exact.
   struct FrameLabels {

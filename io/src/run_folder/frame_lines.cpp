@@ -110,12 +110,31 @@ Obstacle obstacle_of(const Json& o) {
           {}};
 }
 
+// Runs of older versions have neither.
+ObstacleShape shape_of(const Json& o) {
+  constexpr std::size_t most_points{10'000};
+  ObstacleShape shape;
+  shape.kind = o.value("kind", shape.kind);
+  const auto outline{o.find("outline_m")};
+  if (outline == o.end() || outline->is_null()) return shape;
+  if (!outline->is_array() || outline->size() > most_points) {
+    throw InputError{fmt::format("'outline_m' is no list of at most {} points", most_points)};
+  }
+  for (const Json& point : *outline) {
+    shape.outline.push_back({number_of(point.at(0), "outline_m", most), number_of(point.at(1), "outline_m", most)});
+  }
+  return shape;
+}
+
 RunFrame frame_of(const Json& line) {
   RunFrame frame;
   frame.name = line.at("name").get<std::string>();
   frame.stamp_ns = whole_number(line, "stamp_ns", -largest_stamp_ns, largest_stamp_ns);
   if (frame.name.empty() || frame.name.find('/') != std::string::npos) throw InputError{"'name' is no frame's name"};
-  for (const Json& o : line.at("obstacles")) frame.obstacles.push_back(obstacle_of(o));
+  for (const Json& o : line.at("obstacles")) {
+    frame.obstacles.push_back(obstacle_of(o));
+    frame.shapes.push_back(shape_of(o));
+  }
   frame.status = status_of(line);
   if (line.contains("mount")) {
     const Json& mount(line.at("mount"));

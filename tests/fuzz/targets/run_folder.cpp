@@ -1,5 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include "stereogrid/io/object_labels.hpp"
 #include "stereogrid/io/run_folder/frame_lines.hpp"
 #include "stereogrid/io/run_folder/run_reader.hpp"
 #include "stereogrid/io/truth.hpp"
@@ -24,12 +27,26 @@ void run_folder(Bytes input) {
   accepts([&] {
     const io::RunReader run{folder.path()};
     for (const io::RunFrame& frame : run.frames()) {
+      require(frame.shapes.size() == frame.obstacles.size(), "an obstacle has no shape");
       accepts([&] { check_grids(run, run.grids(frame.name)); });
     }
   });
   std::size_t finished{0};
   if (!accepts([&] { finished = io::take_finished_frames(lines).size(); })) return;
   require(io::take_finished_frames(lines).size() == finished, "lines are lost when they are read twice");
+}
+
+void object_labels(Bytes input) {
+  static const Folder folder;
+  const auto file{folder.write("objects.jsonl", text_of(input))};
+  accepts([&] {
+    for (const io::LabelledFrame& frame : io::read_object_labels(file)) {
+      for (const LabelledObject& object : frame.objects) {
+        require(object.length_m >= 0 && object.width_m >= 0 && std::isfinite(object.x_m + object.y_m),
+                "a label that is no box");
+      }
+    }
+  });
 }
 
 void truth(Bytes input) {

@@ -60,7 +60,7 @@ function table(band) {
 }
 
 /** The figures of the cards for every series and range. */
-function overview() {
+function overview(filled) {
   const shown = data.metrics.filter(metric => explained[metric.name]);
   const row = (name, index, band) => `<tr><td>${swatch(index)}${escaped(name)}, ${band.replace('-', '–')} m</td>${
     shown.map(metric => `<td>${digits(data.series[name].bands[band][metric.name].value)}</td>`).join('')}</tr>`;
@@ -85,6 +85,37 @@ function motion() {
     <tbody>${rows.map(([text, of]) => `<tr><td>${text}</td>${moving.map(n => `<td>${of(data.series[n].motion)}</td>`).join('')}</tr>`).join('')}</tbody></table></div>`;
 }
 
+/** What `evaluate` says of obstacles; nothing where they were not scored. */
+function obstacles() {
+  const o = data.obstacles;
+  if (!o) return '';
+  const t = o.tracking, e = o.errors, count = value => value ?? '–', of = text => ` <small>${text}</small>`;
+  const kinds = Object.entries(o.by_kind).map(([kind, k]) => [`&emsp;${escaped(kind)}`, digits(k.separate) + of(`of ${k.things}`)]);
+  const groups = [
+    ['things, 3–20 m ahead, from 1 s on', [
+      ['with an obstacle of their own', digits(o.separate) + of(`of ${o.things}`)], ...kinds,
+      ['held by any outline', digits(o.found)], ['held by extended outlines only', digits(o.in_extended)],
+      ['merged with another thing', digits(o.merged)], ['split over several obstacles', digits(o.split)],
+      ['free cells inside outlines', digits(o.free_covered) + of(`of ${o.free_cells}`)],
+      ['moving obstacles where nothing moves', digits(o.moving_wrong) + of(`of ${o.moving}`)],
+      ['velocity error of things that move, median, m/s', digits(o.speed_error_mps)],
+      ['area, median and 90 %, m²', `${digits(o.area_median_m2)} and ${digits(o.area_p90_m2)}`]]],
+    ['followed', [
+      ['MOTA', digits(t.mota)], ['MOTP, mean distance of centres, m', digits(t.motp_m)], ['IDF1', digits(t.idf1)], ['IDP', digits(t.idp)],
+      ['IDR', digits(t.idr)], ['misses', t.misses + of(`of ${t.objects}`)], ['false positives', count(t.false_positives)],
+      ['id switches', t.id_switches], ['fragmentations', t.fragmentations],
+      ['mostly tracked, mostly lost', `${t.mostly_tracked}, ${t.mostly_lost}` + of(`of ${t.tracks}`)]]],
+    [`matched, medians of ${e.matches}`, [
+      ['error of the centre, m', digits(e.centre_m)], ['error of the distance to the nearest edge, m', digits(e.nearest_edge_m)],
+      ['error of length and width, m', `${digits(e.length_m)} and ${digits(e.width_m)}`],
+      ['speed error, m/s', digits(e.speed_mps) + of(`of ${e.movers} that move`)],
+      ['heading error, °', digits(e.heading_deg) + of(`of ${e.headings} that are said to move`)]]],
+  ];
+  const rows = groups.map(([text, lines]) => `<tr class="group"><td colspan="2">${text}</td></tr>${
+    lines.map(([name, value]) => `<tr><td>${name}</td><td>${value}</td></tr>`).join('')}`);
+  return `<h2>Obstacles</h2><div class="scroll"><table><tbody>${rows.join('')}</tbody></table></div>`;
+}
+
 function show(band) {
   for (const button of document.querySelectorAll('#bands button')) button.setAttribute('aria-pressed', button.dataset.band === band);
   put('cards', data.metrics.filter(metric => explained[metric.name]).map(metric => card(band, metric)).join(''));
@@ -96,12 +127,17 @@ function show(band) {
   put('table', table(band));
 }
 
-const bands = Object.keys(data.series[names[0]].bands);
-const filled = bands.filter(band => data.series[names[0]].bands[band].cells > 0);
 put('about', Object.entries(data.about).map(([key, text]) => `<div><dt>${escaped(key)}</dt><dd>${escaped(text)}</dd></div>`).join(''));
-put('bands', bands.map(band => `<button data-band="${band}">${band.replace('-', '–')} m</button>`).join(''));
-put('legend', names.map((name, index) => `<span>${swatch(index)}${escaped(name)}</span>`).join(''));
-put('motion', motion());
-put('overview', overview());
-document.getElementById('bands').addEventListener('click', event => { if (event.target.dataset.band) show(event.target.dataset.band); });
-show(filled.includes('3-20') ? '3-20' : filled[0] ?? bands[0]);
+put('obstacles', obstacles());
+if (names.length) {
+  const bands = Object.keys(data.series[names[0]].bands);
+  const filled = bands.filter(band => data.series[names[0]].bands[band].cells > 0);
+  put('bands', bands.map(band => `<button data-band="${band}">${band.replace('-', '–')} m</button>`).join(''));
+  put('legend', names.map((name, index) => `<span>${swatch(index)}${escaped(name)}</span>`).join(''));
+  put('motion', motion());
+  put('overview', overview(filled));
+  document.getElementById('bands').addEventListener('click', event => { if (event.target.dataset.band) show(event.target.dataset.band); });
+  show(filled.includes('3-20') ? '3-20' : filled[0] ?? bands[0]);
+} else {  // nothing is known of the cells
+  for (const id of ['plots', 'ranges', 'figures']) put(id, '');
+}

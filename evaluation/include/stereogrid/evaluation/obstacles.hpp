@@ -1,0 +1,154 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "stereogrid/evaluation/labels.hpp"
+#include "stereogrid/evaluation/tracking.hpp"
+#include "stereogrid/export.hpp"
+#include "stereogrid/obstacle.hpp"
+
+namespace stereogrid::evaluation {
+
+/// An obstacle as a run has it, with what it covers of the ground.
+struct ReportedObstacle {
+  Obstacle obstacle;
+  std::vector<Point2> outline;  ///< m, vehicle frame; empty: the obstacle's box
+  bool extended{false};         ///< the outline is an open line: a wall, a hedge
+};
+
+/// Something that an obstacle should stand for: a car, a person, a pole. Vehicle frame.
+struct Thing {
+  std::int64_t id{0};
+  std::string kind;
+  std::vector<Point2> seen;       ///< places on it that the camera sees, from 3 to 20 m ahead
+  double reach_m{0};              ///< how near to them an outline has to be
+  std::vector<Point2> footprint;  ///< polygon
+  double area_m2{0};              ///< of the footprint
+  Point2 centre;                  ///< of the box around the footprint, along the thing's heading
+  double length_m{0};             ///< of that box
+  double width_m{0};
+  std::optional<Point2> velocity_mps;  ///< over ground; of what moves only
+};
+
+/// What is true of one frame's obstacles.
+struct ObstacleTruth {
+  /// Around something that moves.
+  struct Circle {
+    Point2 centre;
+    double radius_m{0};
+  };
+  std::vector<Thing> things;
+  std::vector<Circle> movers;
+  bool knows_cells{false};       ///< is known what is free?
+  std::vector<Point2> free;      ///< centres of the cells that are seen free, from 3 to 20 m ahead
+  std::vector<Point2> occupied;  ///< likewise
+};
+
+/// Of exact truth. Things are what is neither building, wall, hedge, tree, kerb, fence nor ground, with 250 pixels or
+/// more and two cells or more that are seen; those that are faster than 0.5 m/s move, but 0.3 m/s makes a circle.
+[[nodiscard]] STEREOGRID_EXPORT ObstacleTruth obstacle_truth(const FrameTruth& truth, const TruthGrid& truth_grid);
+
+/// Of labelled boxes. Things are those not largely hidden, of which eight or more of 22 points on the two sides that
+/// face the camera lie 3 to 20 m ahead within the image's columns. `cells`: labels of the frame's cells; nullptr: none.
+[[nodiscard]] STEREOGRID_EXPORT ObstacleTruth obstacle_truth(std::span<const LabelledObject> objects, const Rig& rig,
+                                                             const Labels* cells);
+
+/// The first second of a drive is not scored: the first ten frames of its truth, if there are more than twelve.
+[[nodiscard]] constexpr bool is_settled(std::size_t place, std::size_t frames) {
+  return place >= 10 || frames <= 12;
+}
+
+/// What docs/evaluation.md defines. NaN where there is nothing to say it of.
+struct ObstacleSummary {
+  static constexpr double nothing{std::numeric_limits<double>::quiet_NaN()};
+  struct Kind {
+    std::size_t things{0};
+    std::size_t separate{0};
+  };
+  std::size_t frames{0};
+  std::size_t things{0};  ///< × frames
+  double separate{nothing};
+  std::map<std::string, Kind> by_kind;
+  double found{nothing};
+  double in_extended{nothing};
+  double merged{nothing};
+  double split{nothing};
+  std::size_t free_cells{0};
+  double free_covered{nothing};
+  std::size_t moving{0};
+  double moving_wrong{nothing};
+  double speed_error_mps{nothing};  ///< length of the difference of velocities
+  double area_median_m2{nothing};
+  double area_p90_m2{nothing};
+
+  bool knows_false{false};  ///< could obstacles be told that are false? Else false_positives and what follows is void.
+  TrackingSummary tracking;
+
+  // Medians over the matches of `tracking`.
+  double centre_error_m{nothing};
+  double nearest_edge_error_m{nothing};
+  double length_error_m{nothing};
+  double width_error_m{nothing};
+  std::size_t movers{0};
+  double mover_speed_error_mps{nothing};  ///< difference of the lengths of velocities
+  std::size_t headings{0};
+  double heading_error_deg{nothing};
+};
+
+/// Whether confirmed obstacles are things that a planner can use.
+class STEREOGRID_EXPORT ObstacleScores {
+ public:
+  void add(const ObstacleTruth& truth, std::span<const ReportedObstacle> reported);
+  [[nodiscard]] ObstacleSummary summary() const;
+
+ private:
+  struct Candidate;
+  using Candidates = std::vector<Candidate>;
+  using Shares = std::vector<double>;  // [thing][candidate]: of what is seen of the thing
+  [[nodiscard]] static Candidates candidates_of(std::span<const ReportedObstacle> reported);
+  void add_cells(const ObstacleTruth& truth, const Candidates& candidates);
+  void add_motion(const ObstacleTruth& truth, const Candidates& candidates);
+  void add_thing(const Thing& thing, std::span<const double> shares, const Candidates& candidates);
+  void add_merged(const ObstacleTruth& truth, const Shares& shares, const Candidates& candidates);
+  void add_tracks(const ObstacleTruth& truth, const Shares& shares, const Candidates& candidates);
+  void add_errors(const Thing& thing, const Candidate& candidate);
+
+  struct Counts {
+    std::size_t frames{0};
+    std::size_t things{0};
+    std::size_t separate{0};
+    std::size_t found{0};
+    std::size_t in_extended{0};
+    std::size_t merged{0};
+    std::size_t split{0};
+    std::size_t free{0};
+    std::size_t covered{0};
+    std::size_t moving{0};
+    std::size_t moving_wrong{0};
+    bool knows_cells{false};
+  } counts_;
+  struct Errors {
+    std::vector<double> velocity_mps;
+    std::vector<double> centre_m;
+    std::vector<double> nearest_edge_m;
+    std::vector<double> length_m;
+    std::vector<double> width_m;
+    std::vector<double> speed_mps;
+    std::vector<double> heading_deg;
+  } errors_;
+  std::map<std::string, ObstacleSummary::Kind> by_kind_;
+  std::vector<double> areas_m2_;
+  TrackingScores tracking_;
+};
+
+}  // namespace stereogrid::evaluation

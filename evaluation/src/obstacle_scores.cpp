@@ -1,0 +1,246 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "outlines.hpp"
+#include "resampling.hpp"
+#include "stereogrid/evaluation/obstacles.hpp"
+
+namespace stereogrid::evaluation {
+namespace {
+
+constexpr double found_from{0.5};  // share of what is seen of a thing
+constexpr double part_from{0.1};
+constexpr double seems_to_move_above_mps{1};
+constexpr double near_a_mover_m{1.5};
+
+/// No larger than this, an obstacle is a thing's own.
+double own_area_max_m2(const Thing& thing) {
+  return 2 * thing.area_m2 + 2;
+}
+
+double share(std::size_t part, std::size_t whole) {
+  return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : ObstacleSummary::nothing;
+}
+
+/// Between the two values beside it.
+double interpolated_quantile(std::vector<double> values, double share) {
+  if (values.empty()) return ObstacleSummary::nothing;
+  std::ranges::sort(values);
+  const double place{share * static_cast<double>(values.size() - 1)};
+  const auto below{static_cast<std::size_t>(place)};
+  const double above{values[std::min(below + 1, values.size() - 1)]};
+  return std::lerp(values[below], above, place - std::floor(place));
+}
+
+double median(const std::vector<double>& values) {
+  return interpolated_quantile(values, 0.5);
+}
+
+double distance_between(Point2 a, Point2 b) {
+  return std::hypot(a.x - b.x, a.y - b.y);
+}
+
+Point2 centre_of(const Obstacle& obstacle) {
+  return {obstacle.x_m, obstacle.y_m};
+}
+
+double speed_of(const Obstacle& obstacle) {
+  return std::hypot(obstacle.vx_mps, obstacle.vy_mps);
+}
+
+}  // namespace
+
+struct ObstacleScores::Candidate {
+  const Obstacle* obstacle;
+  std::vector<Point2> outline;
+  bool closed;
+  double area_m2;  // of a closed one
+  double y_min_m;  // of the outline
+  double y_max_m;
+
+  [[nodiscard]] bool holds_cell(Point2 cell) const {
+    return cell.y >= y_min_m && cell.y <= y_max_m && holds(outline, cell);
+  }
+  [[nodiscard]] bool may_be_own_of(const Thing& thing) const { return closed && area_m2 <= own_area_max_m2(thing); }
+  /// Are its middle and some of what is seen of the thing on the thing?
+  [[nodiscard]] bool lies_on(const Thing& thing, double held) const {
+    return closed && held >= part_from && distance_m(thing.footprint, centre_of(*obstacle)) <= thing.reach_m;
+  }
+  /// Is what it covers seen to be free, as far as it is seen?
+  [[nodiscard]] bool covers_free_ground(const ObstacleTruth& truth) const {
+    const auto held{[this](Point2 cell) { return holds_cell(cell); }};
+    const auto free{std::ranges::count_if(truth.free, held)};
+    return free > 0 && free >= std::ranges::count_if(truth.occupied, held);
+  }
+};
+
+ObstacleScores::Candidates ObstacleScores::candidates_of(std::span<const ReportedObstacle> reported) {
+  Candidates candidates;
+  for (const ReportedObstacle& one : reported) {
+    const Obstacle& o{one.obstacle};
+    if (!o.confirmed) continue;
+    std::vector<Point2> outline{one.outline};
+    if (outline.empty()) outline = corners_of({o.x_m, o.y_m, o.yaw_rad}, o.length_m, o.width_m);
+    const auto [least, most]{std::ranges::minmax(outline, {}, &Point2::y)};
+    const double area{one.extended ? 0 : area_of(outline)};
+    candidates.push_back({&o, std::move(outline), !one.extended, area, least.y, most.y});
+  }
+  return candidates;
+}
+
+void ObstacleScores::add(const ObstacleTruth& truth, std::span<const ReportedObstacle> reported) {
+  const Candidates candidates{candidates_of(reported)};
+  ++counts_.frames;
+  add_cells(truth, candidates);
+  add_motion(truth, candidates);
+  Shares shares;
+  for (const Thing& thing : truth.things) {
+    for (const Candidate& c : candidates) {
+      shares.push_back(share_near(c.outline, c.closed, thing.seen, thing.reach_m));
+    }
+    add_thing(thing, std::span{shares}.last(candidates.size()), candidates);
+  }
+  add_merged(truth, shares, candidates);
+  add_tracks(truth, shares, candidates);
+}
+
+void ObstacleScores::add_cells(const ObstacleTruth& truth, const Candidates& candidates) {
+  const auto is_covered = [&](Point2 cell) {
+    return std::ranges::any_of(candidates, [cell](const Candidate& c) { return c.closed && c.holds_cell(cell); });
+  };
+  counts_.knows_cells = counts_.knows_cells || truth.knows_cells;
+  counts_.free += truth.free.size();
+  counts_.covered += static_cast<std::size_t>(std::ranges::count_if(truth.free, is_covered));
+  for (const Candidate& c : candidates) {
+    if (c.closed) areas_m2_.push_back(c.area_m2);
+  }
+}
+
+void ObstacleScores::add_motion(const ObstacleTruth& truth, const Candidates& candidates) {
+  for (const Candidate& c : candidates) {
+    if (!c.obstacle->moving && speed_of(*c.obstacle) <= seems_to_move_above_mps) continue;
+    const auto is_near_it = [&c](const ObstacleTruth::Circle& mover) {
+      return distance_between(centre_of(*c.obstacle), mover.centre) < mover.radius_m + near_a_mover_m;
+    };
+    ++counts_.moving;
+    if (std::ranges::none_of(truth.movers, is_near_it)) ++counts_.moving_wrong;
+  }
+}
+
+void ObstacleScores::add_thing(const Thing& thing, std::span<const double> shares, const Candidates& candidates) {
+  const Candidate* best{nullptr};
+  double most{0};
+  bool closed{false};
+  bool open{false};
+  std::size_t parts{0};
+  for (std::size_t i{0}; i < candidates.size(); ++i) {
+    const Candidate& c{candidates[i]};
+    if (shares[i] >= found_from) (c.closed ? closed : open) = true;
+    if (c.lies_on(thing, shares[i])) ++parts;
+    if (!c.may_be_own_of(thing) || shares[i] <= most) continue;
+    most = shares[i];
+    best = &c;
+  }
+  ObstacleSummary::Kind& kind{by_kind_[thing.kind]};
+  ++kind.things;
+  ++counts_.things;
+  if (closed || open) ++counts_.found;
+  if (open && !closed) ++counts_.in_extended;
+  if (parts >= 2) ++counts_.split;
+  if (most < found_from) return;
+  ++kind.separate;
+  ++counts_.separate;
+  if (!thing.velocity_mps) return;
+  const Point2 velocity{best->obstacle->vx_mps, best->obstacle->vy_mps};
+  errors_.velocity_mps.push_back(distance_between(velocity, *thing.velocity_mps));
+}
+
+void ObstacleScores::add_merged(const ObstacleTruth& truth, const Shares& shares, const Candidates& candidates) {
+  std::vector<bool> merged(truth.things.size());
+  for (std::size_t j{0}; j < candidates.size(); ++j) {
+    std::vector<std::size_t> held;
+    for (std::size_t i{0}; i < truth.things.size(); ++i) {
+      if (candidates[j].closed && shares[i * candidates.size() + j] >= found_from) held.push_back(i);
+    }
+    if (held.size() < 2) continue;
+    for (const std::size_t i : held) merged[i] = true;
+  }
+  counts_.merged += static_cast<std::size_t>(std::ranges::count(merged, true));
+}
+
+void ObstacleScores::add_tracks(const ObstacleTruth& truth, const Shares& shares, const Candidates& candidates) {
+  TrackingFrame frame;
+  std::vector<bool> on_a_thing(candidates.size());
+  for (std::size_t i{0}; i < truth.things.size(); ++i) {
+    const Thing& thing{truth.things[i]};
+    frame.objects.push_back(thing.id);
+    for (std::size_t j{0}; j < candidates.size(); ++j) {
+      const Candidate& c{candidates[j]};
+      const double held{shares[i * candidates.size() + j]};
+      const bool fits{c.may_be_own_of(thing) && held >= found_from};
+      frame.distances.push_back(fits ? distance_between(centre_of(*c.obstacle), thing.centre)
+                                     : TrackingFrame::no_match);
+      if (fits || c.lies_on(thing, held)) on_a_thing[j] = true;
+    }
+  }
+  for (std::size_t j{0}; j < candidates.size(); ++j) {
+    const Candidate& c{candidates[j]};
+    const bool is_false{on_a_thing[j] || (c.closed && c.covers_free_ground(truth))};
+    frame.hypotheses.push_back({c.obstacle->id, !is_false});
+  }
+  for (const TrackingScores::Match& match : tracking_.add(frame)) {
+    add_errors(truth.things[match.object], candidates[match.hypothesis]);
+  }
+}
+
+void ObstacleScores::add_errors(const Thing& thing, const Candidate& candidate) {
+  const Obstacle& o{*candidate.obstacle};
+  errors_.centre_m.push_back(distance_between(centre_of(o), thing.centre));
+  errors_.nearest_edge_m.push_back(std::abs(distance_m(candidate.outline, {}) - distance_m(thing.footprint, {})));
+  // the heading of what stands is that of its longer side
+  const auto [shorter, longer]{std::minmax(thing.length_m, thing.width_m)};
+  errors_.length_m.push_back(std::abs(std::max(o.length_m, o.width_m) - longer));
+  errors_.width_m.push_back(std::abs(std::min(o.length_m, o.width_m) - shorter));
+  if (!thing.velocity_mps) return;
+  const Point2 velocity{*thing.velocity_mps};
+  errors_.speed_mps.push_back(std::abs(speed_of(o) - std::hypot(velocity.x, velocity.y)));
+  if (!o.moving) return;
+  const double error{std::remainder(o.yaw_rad - std::atan2(velocity.y, velocity.x), 2 * std::numbers::pi)};
+  errors_.heading_deg.push_back(std::abs(error) * 180 / std::numbers::pi);
+}
+
+ObstacleSummary ObstacleScores::summary() const {
+  ObstacleSummary s;
+  s.frames = counts_.frames;
+  s.things = counts_.things;
+  s.separate = share(counts_.separate, counts_.things);
+  s.by_kind = by_kind_;
+  s.found = share(counts_.found, counts_.things);
+  s.in_extended = share(counts_.in_extended, counts_.things);
+  s.merged = share(counts_.merged, counts_.things);
+  s.split = share(counts_.split, counts_.things);
+  s.free_cells = counts_.free;
+  s.free_covered = share(counts_.covered, counts_.free);
+  s.moving = counts_.moving;
+  s.moving_wrong = share(counts_.moving_wrong, counts_.moving);
+  s.speed_error_mps = median(errors_.velocity_mps);
+  s.area_median_m2 = median(areas_m2_);
+  s.area_p90_m2 = interpolated_quantile(areas_m2_, 0.9);
+  s.knows_false = counts_.knows_cells;
+  s.tracking = tracking_.summary();
+  s.centre_error_m = median(errors_.centre_m);
+  s.nearest_edge_error_m = median(errors_.nearest_edge_m);
+  s.length_error_m = median(errors_.length_m);
+  s.width_error_m = median(errors_.width_m);
+  s.movers = errors_.speed_mps.size();
+  s.mover_speed_error_mps = median(errors_.speed_mps);
+  s.headings = errors_.heading_deg.size();
+  s.heading_error_deg = median(errors_.heading_deg);
+  return s;
+}
+
+}  // namespace stereogrid::evaluation

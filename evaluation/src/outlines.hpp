@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "stereogrid/frame.hpp"
+#include "stereogrid/grid.hpp"
+
+namespace stereogrid::evaluation {
+
+/// Corners of a box, counter-clockwise from the front left one. `centre`: its middle and the heading of its length.
+[[nodiscard]] std::vector<Point2> corners_of(const Pose2& centre, double length_m, double width_m);
+
+// An outline is a polygon; where it is not closed, the line through its points.
+
+/// m²; 0 of fewer than three points.
+[[nodiscard]] double area_of(std::span<const Point2> polygon);
+/// Is the point inside? By the number of edges beyond it.
+[[nodiscard]] bool holds(std::span<const Point2> polygon, Point2 point);
+/// Inside (where it is closed), or within `reach_m` of an edge.
+[[nodiscard]] bool is_near(std::span<const Point2> outline, bool closed, Point2 point, double reach_m);
+/// Share of the points that it is near to; 0 where there are none.
+[[nodiscard]] double share_near(std::span<const Point2> outline, bool closed, std::span<const Point2> points,
+                                double reach_m);
+/// From a point to the nearest place of a polygon; 0 inside.
+[[nodiscard]] double distance_m(std::span<const Point2> polygon, Point2 point);
+
+}  // namespace stereogrid::evaluation
