@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <vector>
 
 #include "pictures/panels.hpp"
 #include "pictures/top_view.hpp"
@@ -58,23 +59,14 @@ void draw_arrow(cv::Mat& part, const TopView& view, const Obstacle& obstacle, Co
   cv::arrowedLine(part, start, end, scalar(colour), 2, cv::LINE_AA, 0, std::min(0.5, 8 / length_px));
 }
 
+// The outline: closed around a thing, a line along a boundary.
 void draw_obstacle(cv::Mat& part, const TopView& view, const Obstacle& obstacle) {
-  const Pose2 vehicle_from_obstacle{obstacle.x_m, obstacle.y_m, obstacle.yaw_rad};
-  const double length{obstacle.length_m / 2};
-  const double width{obstacle.width_m / 2};
-  std::array<cv::Point, 4> corners;
-  std::size_t i{0};
-  for (const Point2 corner : {Point2{length, width}, {length, -width}, {-length, -width}, {-length, width}}) {
-    const Point2 p{vehicle_from_obstacle * corner};
-    corners[i++] = view.at(p.x, p.y);
-  }
+  std::vector<cv::Point> points;
+  for (const Point2& point : obstacle.outline) points.push_back(view.at(point.x, point.y));
   const double speed{std::hypot(obstacle.vx_mps, obstacle.vy_mps)};
-  const Colour colour{speed > moving_above_mps ? colour_of_direction(std::atan2(obstacle.vy_mps, obstacle.vx_mps))
-                                               : palette::obstacle};
   const bool moves{speed > moving_above_mps};
-  for (std::size_t k{0}; k < 4; ++k) {
-    cv::line(part, corners[k], corners[(k + 1) % 4], scalar(colour), moves ? 2 : 1, cv::LINE_AA);
-  }
+  const Colour colour{moves ? colour_of_direction(std::atan2(obstacle.vy_mps, obstacle.vx_mps)) : palette::obstacle};
+  cv::polylines(part, points, obstacle.kind == ObstacleKind::thing, scalar(colour), moves ? 2 : 1, cv::LINE_AA);
   if (moves) draw_arrow(part, view, obstacle, colour);
 }
 
@@ -118,7 +110,7 @@ void draw_grid_legend(cv::Mat& canvas, const Box& box) {
   draw_text(canvas, box.x, ramp_y + 27, "free", palette::ink, Align::left, 0.4);
   draw_text(canvas, box.x + ramp_width / 2, ramp_y + 27, "unknown", palette::ink, Align::centre, 0.4);
   draw_text(canvas, box.x + ramp_width, ramp_y + 27, "occupied", palette::ink, Align::right, 0.4);
-  draw_text(canvas, box.x, ramp_y + 48, "box: obstacle, number, speed", palette::obstacle, Align::left, 0.4);
+  draw_text(canvas, box.x, ramp_y + 48, "outline: obstacle, number, speed", palette::obstacle, Align::left, 0.4);
   draw_text(canvas, box.x, ramp_y + 66, "arrow: its way in 1 s", palette::ink, Align::left, 0.4);
   constexpr int radius{24};
   const cv::Point centre{box.x + box.width - 50, box.y + 32};
