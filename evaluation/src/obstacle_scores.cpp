@@ -78,21 +78,21 @@ struct ObstacleScores::Candidate {
   }
 };
 
-ObstacleScores::Candidates ObstacleScores::candidates_of(std::span<const ReportedObstacle> reported) {
+ObstacleScores::Candidates ObstacleScores::candidates_of(std::span<const Obstacle> reported) {
   Candidates candidates;
-  for (const ReportedObstacle& one : reported) {
-    const Obstacle& o{one.obstacle};
+  for (const Obstacle& o : reported) {
     if (!o.confirmed) continue;
-    std::vector<Point2> outline{one.outline};
+    const bool closed{o.kind == ObstacleKind::thing};
+    std::vector<Point2> outline{o.outline.begin(), o.outline.end()};
     if (outline.empty()) outline = corners_of({o.x_m, o.y_m, o.yaw_rad}, o.length_m, o.width_m);
     const auto [least, most]{std::ranges::minmax(outline, {}, &Point2::y)};
-    const double area{one.extended ? 0 : area_of(outline)};
-    candidates.push_back({&o, std::move(outline), !one.extended, area, least.y, most.y});
+    const double area{closed ? area_of(outline) : 0};
+    candidates.push_back({&o, std::move(outline), closed, area, least.y, most.y});
   }
   return candidates;
 }
 
-void ObstacleScores::add(const ObstacleTruth& truth, std::span<const ReportedObstacle> reported) {
+void ObstacleScores::add(const ObstacleTruth& truth, std::span<const Obstacle> reported) {
   const Candidates candidates{candidates_of(reported)};
   ++counts_.frames;
   add_cells(truth, candidates);

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <string_view>
 
 #include "stereogrid/export.hpp"
@@ -26,10 +27,15 @@ constexpr std::array<std::string_view, 2> names_of(ObstacleKind) {
   return {"thing", "extended"};
 }
 
-/// Points on the ground, m. Memory of its own, none elsewhere.
+/// Points on the ground, m, one after another. A fixed number has room: nothing is allocated.
 class STEREOGRID_EXPORT Outline {
  public:
   static constexpr std::size_t points_max{48};
+
+  constexpr Outline() = default;
+  constexpr Outline(std::initializer_list<Point2> points) {
+    for (const Point2& point : points) push_back(point);
+  }
 
   /// What has no room is left out.
   constexpr void push_back(Point2 point) {
@@ -60,12 +66,12 @@ struct Obstacle {
   double length_m{0};   ///< extent along yaw_rad
   double width_m{0};    ///< extent across yaw_rad
   double yaw_rad{0};    ///< of the motion where it moves, else of the longer side
-  double occupancy{0};  ///< mean P(occupied) of its cells
+  double occupancy{0};  ///< mean P(occupied) of the cells in which it is seen
   double age_s{0};      ///< since it was first seen
   bool confirmed{false};
-  bool moving{false};    ///< is said to move only after several frames of evidence; where not, its velocity is 0
-  bool coasting{false};  ///< not seen in this frame: carried on where it was hidden or missed
-  double unseen_s{0};    ///< since it was last seen
+  bool moving{false};               ///< faster than 1 m/s; until several frames have shown motion, its velocity is 0
+  bool coasting{false};             ///< not seen in this frame: carried on where it was hidden or missed
+  double unseen_s{0};               ///< since it was last seen
   Covariance2 position_covariance;  ///< m², vehicle axes
   Covariance2 velocity_covariance;  ///< m²/s², vehicle axes
   ObstacleKind kind{ObstacleKind::thing};

@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
-#include <tuple>
 
 #include "clamped_to_int.hpp"
 
@@ -19,9 +17,7 @@ constexpr int gap_px_max{12};
 constexpr double depth_m{0.35};   // by which neighbouring columns of one thing may differ
 constexpr double depth_px{0.75};  // or by so much, for noise
 constexpr int tolerance_max{8};
-constexpr int edge_reach_px{5};      // about half a matching window: pixels so near an edge of depth …
-constexpr float edge_step_px{1.2f};  // … that lie between both surfaces by more than this belong to neither
-constexpr int pixels_min{20};        // of a segment
+constexpr int pixels_min{20};  // of a segment
 constexpr double surface_min_m2{0.03};
 constexpr double longest_thing_m{6};  // a longer segment is cut where it is thin
 constexpr double slice_m{0.5};
@@ -89,13 +85,11 @@ Segmenter::Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int 
     : rig_{level_rig},
       lowest_m_{heights.obstacle_min_height_m},
       highest_m_{heights.obstacle_height_m},
-      most_(static_cast<std::size_t>(level_rig.width_px)),
-      least_(most_),
-      counts_{level_rig.width_px, bins_per_px * disparities},
-      tops_{counts_.width(), counts_.height()},
-      labels_{counts_.width(), counts_.height()} {
+      kept_{level_rig.width_px, level_rig.height_px},
+      tallies_{level_rig.width_px, bins_per_px * disparities},
+      labels_{tallies_.width(), tallies_.height()} {
   const double focal_baseline{rig_.focal_px * rig_.baseline_m};
-  for (int k{0}; k < counts_.height(); ++k) {
+  for (int k{0}; k < tallies_.height(); ++k) {
     const double d{(k + 0.5) / bins_per_px};
     const double columns_per_m{d / rig_.baseline_m};
     const double depth{std::max(depth_px, depth_m * d * d / focal_baseline)};
@@ -103,88 +97,61 @@ Segmenter::Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int 
                      std::clamp(clamped_to_int(gap_m * columns_per_m), 1, gap_px_max),
                      std::clamp(clamped_to_int(bins_per_px * depth), 1, tolerance_max)});
   }
-  nodes_.reserve(counts_.size() / 8);
-  order_.reserve(counts_.size() / 8);
+  nodes_.reserve(tallies_.size() / 8);
+  order_.reserve(tallies_.size() / 8);
   segments_.reserve(1024);
   profile_.reserve(static_cast<std::size_t>(4 * far_m / slice_m));
 }
 
-void Segmenter::find(View<const float> obstacle, const Ground& ground) {
-  count(obstacle, ground);
-  take_nodes();
-  join_nodes();
+// In the columns begin … end − 1.
+void Segmenter::count(const RoadPlane& plane, double camera_height_m, int begin, int end) {
+  const auto nearest = static_cast<float>(tallies_.height()) / bins_per_px;
+  const auto farthest = static_cast<float>(rig_.focal_px * rig_.baseline_m / far_m);
+  // what is as high as that has this share of its disparity on the road behind it
+  const double lowest{1 - lowest_m_ / camera_height_m};
+  const double highest{1 - highest_m_ / camera_height_m};
+  for (int v{0}; v < kept_.height(); ++v) {
+    for (int u{begin}; u < end; ++u) {
+      const float d{kept_(u, v)};
+      if (!(d > farthest && d < nearest)) continue;
+      const double on_road{plane.disparity(u, v)};
+      if (on_road > lowest * static_cast<double>(d)) continue;
+      const int k{static_cast<int>(d * bins_per_px)};
+      Tally& tally{tallies_(u, k)};
+      if (on_road > highest * static_cast<double>(d)) ++tally.pixels;
+      if (tally.top == 0) tally.top = static_cast<std::uint16_t>(v + 1);
+    }
+  }
+}
+
+void Segmenter::take_nodes(const RoadPlane& plane, double camera_height_m) {
+  nodes_.clear();
+  labels_.fill(0);
+  for (int k{1}; k + 1 < tallies_.height(); ++k) {
+    const Bin& bin{bins_[static_cast<std::size_t>(k)]};
+    const double side_m{rig_.baseline_m / bin.disparity};  // of a pixel on an upright surface
+    for (int u{0}; u < tallies_.width(); ++u) {
+      const int pixels{tallies_(u, k).pixels};
+      if (pixels == 0 || pixels + tallies_(u, k - 1).pixels + tallies_(u, k + 1).pixels < bin.pixels_min) continue;
+      const int index{static_cast<int>(nodes_.size())};
+      const double top_m{camera_height_m * (1 - plane.disparity(u, tallies_(u, k).top - 1) / bin.disparity)};
+      const Point2 place{rig_.focal_px * side_m, (rig_.centre_u_px - u) * side_m};
+      nodes_.push_back({u, k, pixels, top_m, index, none, place, pixels * side_m * side_m});
+      labels_(u, k) = index + 1;
+    }
+  }
+}
+
+void Segmenter::separate() {
+  for (int i{0}; i < static_cast<int>(nodes_.size()); ++i) join_right(i);
   gather();
   for (std::size_t i{0}; i < segments_.size();) {
     if (!cut(i)) ++i;
   }
   std::erase_if(segments_, [this](const Range& range) { return is_small(range); });
-  for (SegmentNode& one : nodes_) one.segment = -1;
+  for (SegmentNode& one : nodes_) one.segment = none;
   for (std::size_t i{0}; i < segments_.size(); ++i) {
     for (const int index : of(i)) nodes_[static_cast<std::size_t>(index)].segment = static_cast<int>(i);
-  }
-}
-
-// The largest and the smallest disparity near each pixel of a row.
-void Segmenter::find_edges(View<const float> obstacle, int v) {
-  const float* row{obstacle.row(v)};
-  const int width{obstacle.width};
-  std::copy(row, row + width, most_.begin());
-  for (int u{0}; u < width; ++u)
-    least_[static_cast<std::size_t>(u)] = row[u] > 0 ? row[u] : std::numeric_limits<float>::max();
-  const auto take = [&](int u, float d) {
-    float& most{most_[static_cast<std::size_t>(u)]};
-    float& least{least_[static_cast<std::size_t>(u)]};
-    most = d > most ? d : most;
-    least = d > 0 && d < least ? d : least;
-  };
-  for (int step{1}; step <= edge_reach_px; ++step) {
-    for (int u{0}; u + step < width; ++u) take(u, row[u + step]);
-    for (int u{step}; u < width; ++u) take(u, row[u - step]);
-  }
-}
-
-void Segmenter::count(View<const float> obstacle, const Ground& ground) {
-  counts_.fill(0);
-  tops_.fill(0);
-  const RoadPlane plane{road_plane(rig_, ground)};
-  const auto nearest = static_cast<float>(counts_.height()) / bins_per_px;
-  const auto farthest = static_cast<float>(rig_.focal_px * rig_.baseline_m / far_m);
-  for (int v{0}; v < obstacle.height; ++v) {
-    find_edges(obstacle, v);
-    for (int u{0}; u < obstacle.width; ++u) {
-      const float d{obstacle(u, v)};
-      if (!(d > farthest && d < nearest)) continue;
-      const auto column = static_cast<std::size_t>(u);
-      if (most_[column] > d + edge_step_px && least_[column] < d - edge_step_px) continue;
-      const double height_m{ground.height_m * (1 - plane.disparity(u, v) / d)};
-      if (height_m < lowest_m_) continue;
-      const int k{static_cast<int>(d * bins_per_px)};
-      if (height_m < highest_m_) ++counts_(u, k);
-      tops_(u, k) = std::max(tops_(u, k), static_cast<float>(height_m));
-    }
-  }
-}
-
-void Segmenter::take_nodes() {
-  nodes_.clear();
-  labels_.fill(0);
-  for (int k{1}; k + 1 < counts_.height(); ++k) {
-    const Bin& bin{bins_[static_cast<std::size_t>(k)]};
-    const double side_m{rig_.baseline_m / bin.disparity};  // of a pixel on an upright surface
-    for (int u{0}; u < counts_.width(); ++u) {
-      const int pixels{counts_(u, k)};
-      if (pixels == 0 || pixels + counts_(u, k - 1) + counts_(u, k + 1) < bin.pixels_min) continue;
-      const int index{static_cast<int>(nodes_.size())};
-      nodes_.push_back({u,
-                        k,
-                        pixels,
-                        tops_(u, k),
-                        index,
-                        -1,
-                        {rig_.focal_px * side_m, (rig_.centre_u_px - u) * side_m},
-                        pixels * side_m * side_m});
-      labels_(u, k) = index + 1;
-    }
   }
 }
 
@@ -192,10 +159,6 @@ int Segmenter::root_of(int index) {
   const auto parent = [this](int i) -> int& { return nodes_[static_cast<std::size_t>(i)].parent; };
   while (parent(index) != index) index = parent(index) = parent(parent(index));
   return index;
-}
-
-void Segmenter::join_nodes() {
-  for (int i{0}; i < static_cast<int>(nodes_.size()); ++i) join_right(i);
 }
 
 // With the nearest column to the right, of each bin that may be the same surface.
@@ -214,21 +177,24 @@ void Segmenter::join_right(int index) {
   }
 }
 
-// Nodes in the order of their segments.
+// Nodes in the order of their segments. A node that stands for a segment comes before the others of it.
 void Segmenter::gather() {
-  order_.clear();
   segments_.clear();
   for (int i{0}; i < static_cast<int>(nodes_.size()); ++i) {
-    order_.push_back(i);
-    nodes_[static_cast<std::size_t>(i)].segment = root_of(i);
+    const int root{root_of(i)};
+    SegmentNode& one{nodes_[static_cast<std::size_t>(i)]};
+    if (root == i) segments_.push_back({0, 0});
+    one.segment = root == i ? static_cast<int>(segments_.size()) - 1 : node(root).segment;
+    ++segments_[static_cast<std::size_t>(one.segment)].end;
   }
-  std::sort(order_.begin(), order_.end(),
-            [this](int a, int b) { return std::tie(node(a).segment, a) < std::tie(node(b).segment, b); });
-  for (std::size_t begin{0}; begin < order_.size();) {
-    std::size_t end{begin + 1};
-    while (end < order_.size() && node(order_[end]).segment == node(order_[begin]).segment) ++end;
-    segments_.push_back({begin, end});
-    begin = end;
+  std::size_t begin{0};
+  for (Range& range : segments_) {
+    begin += range.end;
+    range = {begin - range.end, begin - range.end};
+  }
+  order_.resize(nodes_.size());
+  for (int i{0}; i < static_cast<int>(nodes_.size()); ++i) {
+    order_[segments_[static_cast<std::size_t>(node(i).segment)].end++] = i;
   }
   std::erase_if(segments_, [this](const Range& range) { return is_small(range); });
 }
@@ -263,6 +229,8 @@ bool Segmenter::cut(std::size_t segment) {
   const auto last = order_.begin() + static_cast<std::ptrdiff_t>(whole.end);
   const auto middle = std::partition(first, last, [&](int i) { return slice_of(node(i)) < waist.slice + 0.5; });
   if (middle == first || middle == last) return false;
+  std::sort(first, middle);
+  std::sort(middle, last);
   const auto at = static_cast<std::size_t>(middle - order_.begin());
   const Range rest{at, whole.end};
   whole.end = at;
@@ -272,16 +240,16 @@ bool Segmenter::cut(std::size_t segment) {
 
 int Segmenter::segment_at(Point2 place) const {
   constexpr int reach{3};
-  if (!(place.x > 0)) return -1;
+  if (!(place.x > 0)) return none;
   const double d{rig_.focal_px * rig_.baseline_m / place.x};
   const int k{clamped_to_int(d * bins_per_px)};
   const int u{clamped_to_int(std::round(rig_.centre_u_px - rig_.focal_px * place.y / place.x))};
-  int segment{-1};
+  int segment{none};
   int nearest{std::numeric_limits<int>::max()};
   for (int j{std::max(k - reach, 0)}; j <= std::min(k + reach, labels_.height() - 1); ++j) {
     for (int i{std::max(u - reach, 0)}; i <= std::min(u + reach, labels_.width() - 1); ++i) {
       const int distance{(i - u) * (i - u) + (j - k) * (j - k)};
-      if (labels_(i, j) == 0 || distance >= nearest || node(labels_(i, j) - 1).segment < 0) continue;
+      if (labels_(i, j) == 0 || distance >= nearest || node(labels_(i, j) - 1).segment == none) continue;
       nearest = distance;
       segment = node(labels_(i, j) - 1).segment;
     }

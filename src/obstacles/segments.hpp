@@ -9,6 +9,7 @@
 
 #include "ground/model.hpp"
 #include "held_bytes.hpp"
+#include "obstacles/edges_simd.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/grid.hpp"
@@ -21,9 +22,9 @@ struct SegmentNode {
   int u;
   int bin;
   int pixels;     ///< between the heights of obstacles
-  float top_m;    ///< highest of them, and of those above
+  double top_m;   ///< of the highest of them, and of those above
   int parent;     ///< while nodes are joined: another one of the segment; itself where it stands for the segment
-  int segment;    ///< −1: of a segment too small to count
+  int segment;    ///< Segmenter::none: of a segment too small to count
   Point2 place;   ///< vehicle frame
   double weight;  ///< surface that the pixels show, m²
 };
@@ -33,25 +34,37 @@ struct SegmentNode {
 class Segmenter {
  public:
   static constexpr int bins_per_px{2};
+  static constexpr int none{-1};
   /// Farther ones are not resolved.
   static constexpr double far_m{40};
 
   Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int disparities);
 
-  /// `obstacle`: (H, W) px, 0 = none. Valid until the next call: segments() and nodes().
-  void find(View<const float> obstacle, const Ground& ground);
+  /// `obstacle`: (H, W) px, 0 = none. `for_ranges(count, work)` calls work(begin, end) on parts of [0, count), on
+  /// threads of its own if it likes. What the other functions say is of the last call.
+  template <class ForRanges>
+  void find(View<const float> obstacle, const Ground& ground, const ForRanges& for_ranges) {
+    tallies_.fill({});
+    const RoadPlane plane{road_plane(rig_, ground)};
+    for_ranges(obstacle.height, [&](int begin, int end) {
+      for (int v{begin}; v < end; ++v) leave_edges_out(obstacle.row(v), obstacle.width, kept_.row(v));
+    });
+    for_ranges(obstacle.width, [&](int begin, int end) { count(plane, ground.height_m, begin, end); });
+    take_nodes(plane, ground.height_m);
+    separate();
+  }
 
   [[nodiscard]] std::size_t size() const { return segments_.size(); }
-  /// Indices of a segment's nodes.
+  /// Indices of a segment's nodes, far ones first.
   [[nodiscard]] std::span<const int> of(std::size_t segment) const {
     return std::span{order_}.subspan(segments_[segment].begin, segments_[segment].end - segments_[segment].begin);
   }
   [[nodiscard]] const SegmentNode& node(int index) const { return nodes_[static_cast<std::size_t>(index)]; }
-  /// The segment that is seen at a place of the vehicle frame, or the nearest within a few pixels; −1: none.
+  /// The segment that is seen at a place of the vehicle frame, or the nearest within a few pixels, or none.
   [[nodiscard]] int segment_at(Point2 place) const;
 
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(bins_, most_, least_, counts_, tops_, labels_, nodes_, order_, segments_, profile_);
+    return held_bytes_of(bins_, kept_, tallies_, labels_, nodes_, order_, segments_, profile_);
   }
 
  private:
@@ -62,15 +75,19 @@ class Segmenter {
     int gap_px;        ///< in the image, within a segment
     int tolerance;     ///< bins by which neighbours may differ
   };
+  /// Of a bin in a column.
+  struct Tally {
+    std::uint16_t pixels{0};  ///< between the heights of obstacles
+    std::uint16_t top{0};     ///< first row of any height + 1; 0: none
+  };
   struct Range {
     std::size_t begin;
     std::size_t end;
   };
 
-  void find_edges(View<const float> obstacle, int v);
-  void count(View<const float> obstacle, const Ground& ground);
-  void take_nodes();
-  void join_nodes();
+  void count(const RoadPlane& plane, double camera_height_m, int begin, int end);
+  void take_nodes(const RoadPlane& plane, double camera_height_m);
+  void separate();
   void join_right(int index);
   int root_of(int index);
   void gather();
@@ -81,10 +98,9 @@ class Segmenter {
   double lowest_m_;
   double highest_m_;
   std::vector<Bin> bins_;
-  std::vector<float> most_, least_;  ///< [u]: disparities around a pixel in its row
-  Image<std::uint16_t> counts_;      ///< (bins, W)
-  Image<float> tops_;                ///< (bins, W) m
-  Image<int> labels_;                ///< (bins, W): index of the node + 1; 0: none
+  Image<float> kept_;     ///< (H, W) px: without what lies between surfaces
+  Image<Tally> tallies_;  ///< (bins, W)
+  Image<int> labels_;     ///< (bins, W): index of the node + 1; 0: none
   std::vector<SegmentNode> nodes_;
   std::vector<int> order_;  ///< nodes by segment
   std::vector<Range> segments_;

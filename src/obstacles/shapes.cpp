@@ -1,9 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 
 #include "clamped_to_int.hpp"
 #include "obstacles/tracking.hpp"
@@ -17,42 +19,137 @@ constexpr int strips_max{12};
 constexpr double thickness_m{0.5};  // of what is seen from one side only
 constexpr double tail_share{0.1};   // of a strip's pixels on either side that do not count: noise
 constexpr double sigma_px{0.3};
-constexpr double extended_m{10};      // longer ones are boundaries …
+constexpr double overlap_m{0.1};
+constexpr double extended_m{8};       // longer ones are boundaries …
 constexpr double high_m{3.6};         // … and so are those that are higher than a van
 constexpr double high_extended_m{4};  // and longer than a tree's trunk
 
-/// What a strip of the image has of a segment: between two columns, from the near to the far side.
+/// What a strip of the image has of a segment: between two columns, from the near to the far side. While pixels are
+/// counted, `counted` are those that have been.
 struct Strip {
-  double left_u;
-  double right_u;
-  double near_m;
-  double far_m;
+  double left_u{0};
+  double right_u{0};
+  int pixels{0};
+  int counted{0};
+  double near_m{0};
+  double middle_m{0};
+  double far_m{0};
+
+  // Far pixels first.
+  void count(const SegmentNode& node) {
+    const auto passes = [&](double share) {
+      return counted < share * pixels && counted + node.pixels >= share * pixels;
+    };
+    if (passes(tail_share)) far_m = node.place.x;
+    if (passes(0.5)) middle_m = node.place.x;
+    if (passes(1 - tail_share)) near_m = node.place.x;
+    counted += node.pixels;
+  }
+  // Some of a surface's pixels are nearer than it is.
+  void bound(double focal_baseline) {
+    const double noise_m{2 * sigma_px * middle_m * middle_m / focal_baseline};
+    if (far_m - near_m < 2 * noise_m) near_m = std::max(near_m, middle_m - noise_m);
+    far_m = std::max(far_m, near_m + thickness_m);
+  }
 };
 
-// The depths between which most of the strip's pixels lie. `depths`: pixels by depth, ascending.
-Strip strip_of(std::vector<ClusterSpace::Depth>& depths, double left_u, double right_u, double focal_baseline) {
-  std::sort(depths.begin(), depths.end(), [](const auto& a, const auto& b) { return a.x_m < b.x_m; });
-  double pixels{0};
-  for (const auto& depth : depths) pixels += depth.pixels;
-  const auto quantile = [&](double share) {
-    double before{0};
-    for (const auto& depth : depths) {
-      before += depth.pixels;
-      if (before >= share * pixels) return depth.x_m;
+class Strips {
+ public:
+  Strips(const ClusterSpace& space, std::size_t segment, Cluster& cluster) : rig_{space.rig} {
+    const Segmenter& segmenter{space.segmenter};
+    place(segmenter, segment, cluster);
+    for (const int index : segmenter.of(segment)) of(segmenter.node(index)).pixels += segmenter.node(index).pixels;
+    for (const int index : segmenter.of(segment)) of(segmenter.node(index)).count(segmenter.node(index));
+    const auto end =
+        std::remove_if(strips_.begin(), strips_.begin() + count_, [](const Strip& one) { return one.pixels == 0; });
+    count_ = static_cast<int>(end - strips_.begin());
+    for (Strip& strip : used()) strip.bound(rig_.focal_px * rig_.baseline_m);
+  }
+
+  void draw_near(Outline& outline) const {
+    for (const Strip& strip : used()) {
+      add(strip.left_u, strip.near_m, outline);
+      add(strip.right_u, strip.near_m, outline);
     }
-    return depths.back().x_m;
-  };
-  const double middle_m{quantile(0.5)};
-  const double noise_m{2 * sigma_px * middle_m * middle_m / focal_baseline};
-  double near_m{quantile(tail_share)};
-  const double far_m{quantile(1 - tail_share)};
-  if (far_m - near_m < 2 * noise_m) near_m = std::max(near_m, middle_m - noise_m);
-  return {left_u, right_u, near_m, std::max(far_m, near_m + thickness_m)};
+  }
+  // After the near side: back again. What is behind the near side of a strip is hidden; taken as far as the next strip
+  // begins, the outline is one polygon.
+  void draw_far(Outline& outline) {
+    for (int i{0}; i + 1 < count_; ++i) {
+      Strip& left{strips_[static_cast<std::size_t>(i)]};
+      Strip& right{strips_[static_cast<std::size_t>(i) + 1]};
+      left.far_m = std::max(left.far_m, right.near_m + overlap_m);
+      right.far_m = std::max(right.far_m, left.near_m + overlap_m);
+    }
+    for (int i{count_}; i-- > 0;) {
+      const Strip& strip{strips_[static_cast<std::size_t>(i)]};
+      add(strip.right_u, strip.far_m, outline);
+      add(strip.left_u, strip.far_m, outline);
+    }
+  }
+
+ private:
+  void place(const Segmenter& segmenter, std::size_t segment, Cluster& cluster) {
+    int right{0};
+    left_ = std::numeric_limits<int>::max();
+    double depth_m{0};
+    for (const int index : segmenter.of(segment)) {
+      const SegmentNode& node{segmenter.node(index)};
+      left_ = std::min(left_, node.u);
+      right = std::max(right, node.u + 1);
+      cluster.pixels += node.pixels;
+      depth_m += node.pixels * node.place.x;
+      cluster.height_m = std::max(cluster.height_m, node.top_m);
+    }
+    const double width_m{(right - left_) * depth_m / cluster.pixels / rig_.focal_px};
+    count_ = std::clamp(clamped_to_int(std::ceil(width_m / strip_m)), 2, strips_max);
+    width_px_ = static_cast<double>(right - left_) / count_;
+    for (int i{0}; i < count_; ++i) {
+      strips_[static_cast<std::size_t>(i)].left_u = left_ + width_px_ * i;
+      strips_[static_cast<std::size_t>(i)].right_u = left_ + width_px_ * (i + 1);
+    }
+  }
+  Strip& of(const SegmentNode& node) {
+    const int i{std::min(static_cast<int>((node.u - left_) / width_px_), count_ - 1)};
+    return strips_[static_cast<std::size_t>(i)];
+  }
+  void add(double u, double x_m, Outline& outline) const {
+    outline.push_back({x_m, (rig_.centre_u_px - u) * x_m / rig_.focal_px});
+  }
+  std::span<Strip> used() { return {strips_.data(), static_cast<std::size_t>(count_)}; }
+  [[nodiscard]] std::span<const Strip> used() const { return {strips_.data(), static_cast<std::size_t>(count_)}; }
+
+  const Rig& rig_;
+  std::array<Strip, strips_max> strips_{};
+  int count_{0};
+  int left_{0};
+  double width_px_{1};
+};
+
+Point2 farthest_from(Point2 from, const Outline& outline) {
+  return *std::max_element(outline.begin(), outline.end(), [&](Point2 a, Point2 b) {
+    return std::hypot(a.x - from.x, a.y - from.y) < std::hypot(b.x - from.x, b.y - from.y);
+  });
 }
 
-bool is_extended(const Cluster& cluster) {
-  const double long_m{std::hypot(cluster.length_m, cluster.width_m)};
-  return long_m > extended_m || (cluster.height_m > high_m && long_m > high_extended_m);
+// `near`: its near side.
+bool is_extended(const Outline& near, double height_m) {
+  const Point2 end{farthest_from(near[0], near)};
+  const Point2 other{farthest_from(end, near)};
+  const double long_m{std::hypot(end.x - other.x, end.y - other.y)};
+  return long_m > extended_m || (height_m > high_m && long_m > high_extended_m);
+}
+
+Cluster outlined(const ClusterSpace& space, std::size_t segment) {
+  Cluster cluster;
+  Strips strips{space, segment, cluster};
+  strips.draw_near(cluster.outline);
+  if (is_extended(cluster.outline, cluster.height_m)) {
+    cluster.kind = ObstacleKind::extended;
+  } else {
+    strips.draw_far(cluster.outline);
+  }
+  return cluster;
 }
 
 // The box along `yaw` around the outline.
@@ -82,16 +179,16 @@ void fit_box(double yaw_rad, Cluster& cluster) {
 // The smallest box, its longer side along its yaw.
 void fit_smallest_box(Cluster& cluster) {
   constexpr int directions{36};
-  Cluster best;
+  double best_rad{0};
   double least_m2{std::numeric_limits<double>::max()};
   for (int i{0}; i < directions; ++i) {
     fit_box(i * M_PI / directions, cluster);
     const double area_m2{cluster.length_m * cluster.width_m};
     if (cluster.length_m < cluster.width_m || area_m2 >= least_m2) continue;
     least_m2 = area_m2;
-    best = cluster;
+    best_rad = cluster.yaw_rad;
   }
-  if (least_m2 < std::numeric_limits<double>::max()) cluster = best;
+  fit_box(best_rad, cluster);
 }
 
 void find_bounds(Cluster& cluster) {
@@ -132,69 +229,14 @@ void ask_grid(const Segmenter& segmenter, std::size_t segment, const GridLayers&
 ClusterSpace::ClusterSpace(const Rig& level_rig, const UDisparityConfig& heights, int disparities, std::size_t points)
     : segmenter{level_rig, heights, disparities}, rig{level_rig} {
   clusters.reserve(things_reserved);
-  depths.reserve(4096);
   followed.reserve(points);
   values.reserve(points);
 }
 
-namespace {
-
-// From the left to the right on the near side, and, of a thing, back on the far side.
-void draw_outline(ClusterSpace& space, std::size_t segment, Cluster& cluster) {
-  const Segmenter& segmenter{space.segmenter};
-  int left{std::numeric_limits<int>::max()};
-  int right{0};
-  double pixels{0};
-  double depth_m{0};
-  for (const int index : segmenter.of(segment)) {
-    const SegmentNode& node{segmenter.node(index)};
-    left = std::min(left, node.u);
-    right = std::max(right, node.u + 1);
-    pixels += node.pixels;
-    depth_m += node.pixels * node.place.x;
-    cluster.height_m = std::max(cluster.height_m, static_cast<double>(node.top_m));
-  }
-  cluster.pixels = clamped_to_int(pixels);
-  const double width_m{(right - left) * depth_m / pixels / space.rig.focal_px};
-  const int strips{std::clamp(clamped_to_int(std::ceil(width_m / strip_m)), 2, strips_max)};
-  std::array<Strip, strips_max> all{};
-  std::size_t count{0};
-  for (int i{0}; i < strips; ++i) {
-    const double from{left + static_cast<double>(right - left) * i / strips};
-    const double to{left + static_cast<double>(right - left) * (i + 1) / strips};
-    space.depths.clear();
-    for (const int index : segmenter.of(segment)) {
-      const SegmentNode& node{segmenter.node(index)};
-      if (node.u >= from && node.u < to) space.depths.push_back({node.place.x, node.pixels});
-    }
-    if (space.depths.empty()) continue;
-    all[count++] = strip_of(space.depths, from, to, space.rig.focal_px * space.rig.baseline_m);
-  }
-  const auto add = [&](double u, double x_m) {
-    cluster.outline.push_back({x_m, (space.rig.centre_u_px - u) * x_m / space.rig.focal_px});
-  };
-  for (std::size_t i{0}; i < count; ++i) {
-    add(all[i].left_u, all[i].near_m);
-    add(all[i].right_u, all[i].near_m);
-  }
-  fit_smallest_box(cluster);
-  if (is_extended(cluster)) cluster.kind = ObstacleKind::extended;
-  if (cluster.kind == ObstacleKind::extended) return;
-  for (std::size_t i{count}; i-- > 0;) {
-    add(all[i].right_u, all[i].far_m);
-    add(all[i].left_u, all[i].far_m);
-  }
-}
-
-}  // namespace
-
-void find_clusters(View<const float> obstacle, const Ground& ground, const GridLayers& world,
-                   const Pose2& world_from_vehicle, ClusterSpace& space) {
-  space.segmenter.find(obstacle, ground);
+void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle, ClusterSpace& space) {
   space.clusters.clear();
   for (std::size_t i{0}; i < space.segmenter.size(); ++i) {
-    Cluster cluster;
-    draw_outline(space, i, cluster);
+    Cluster cluster{outlined(space, i)};
     for (Point2& point : cluster.outline) point = world_from_vehicle * point;
     find_bounds(cluster);
     ask_grid(space.segmenter, i, world, world_from_vehicle, cluster);

@@ -53,29 +53,28 @@ struct ClusterSpace {
     int label;
     std::size_t vector;
   };
-  /// Pixels at a depth.
-  struct Depth {
-    double x_m;
-    int pixels;
-  };
-
   /// `points` that are followed have room from the start.
   ClusterSpace(const Rig& level_rig, const UDisparityConfig& heights, int disparities, std::size_t points = 0);
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(segmenter, clusters, depths, followed, values); }
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(segmenter, clusters, followed, values); }
 
   Segmenter segmenter;
   Rig rig;
   std::vector<Cluster> clusters;   ///< one for each segment
-  std::vector<Depth> depths;       ///< of a strip of a segment
   std::vector<Followed> followed;  ///< by label
   std::vector<double> values;      ///< of a cluster's points
 };
 
-/// Segments of the disparities of obstacles, (H, W) px, with their outlines, and with occupancy and velocity as the
-/// filtered grid has them.
+/// A cluster for each segment, with its outline, and with occupancy and velocity as the filtered grid has them.
+void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle, ClusterSpace& space);
+
+/// Clusters of the disparities of obstacles, (H, W) px. `for_ranges`: see Segmenter::find.
+template <class ForRanges>
 void find_clusters(View<const float> obstacle, const Ground& ground, const GridLayers& world,
-                   const Pose2& world_from_vehicle, ClusterSpace& space);
+                   const Pose2& world_from_vehicle, const ForRanges& for_ranges, ClusterSpace& space) {
+  space.segmenter.find(obstacle, ground, for_ranges);
+  describe_segments(world, world_from_vehicle, space);
+}
 
 /// Gives each cluster the velocity of the points that have been followed on it.
 void measure_velocities(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space);
@@ -91,6 +90,8 @@ class Tracker {
 
   /// No tracks; ids go on.
   void forget() { tracks_.clear(); }
+  /// Ids go on from those of `before`.
+  void go_on_from(const Tracker& before) { next_id_ = before.next_id_; }
 
   /// Moves all tracks on by dt_s, gives each its cluster, begins and ends tracks.
   void update(const GridLayers& world, const std::vector<Cluster>& clusters, const Pose2& world_from_vehicle,
@@ -102,6 +103,11 @@ class Tracker {
   template <class State>
   void exchange(State& state) {
     state(tracks_, next_id_);
+    if constexpr (requires { state.require(true); }) {
+      for (const Track& track : tracks_) {
+        state.require(track.shape.outline.size() <= Outline::points_max && track.shape.kind <= ObstacleKind::extended);
+      }
+    }
   }
 
   [[nodiscard]] std::size_t held_bytes() const {

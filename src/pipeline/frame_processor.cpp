@@ -185,7 +185,8 @@ bool FrameProcessor::judge(const LevelFrame& frame, const Ground& expected, Fram
 void FrameProcessor::track(const LevelFrame& frame, FrameResult& result) {
   clusters_.clusters.clear();
   if (is_reliable_) {
-    find_clusters(stages_->obstacle_disparity(), ground_, result.world, frame.world_from_vehicle, clusters_);
+    find_clusters(stages_->obstacle_disparity(), ground_, result.world, frame.world_from_vehicle, ranges_of(*stages_),
+                  clusters_);
     measure_velocities(scene_flow_.vectors(), frame.world_from_vehicle, clusters_);
     fit_boxes(clusters_.clusters);
   }
@@ -206,8 +207,7 @@ void FrameProcessor::forget() {
 }
 
 void FrameProcessor::follow_on(const FrameProcessor& before) {
-  tracker_ = before.tracker_;
-  tracker_.forget();
+  tracker_.go_on_from(before.tracker_);
 }
 
 template <class State>

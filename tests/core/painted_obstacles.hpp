@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "obstacles/tracking.hpp"
@@ -12,17 +13,7 @@ namespace stereogrid::test {
 struct PaintedObstacles {
   static constexpr int disparities{48};
 
-  static Rig rig() {
-    Rig rig;
-    rig.focal_px = 200;
-    rig.centre_u_px = 128;
-    rig.centre_v_px = 80;
-    rig.baseline_m = 0.4;
-    rig.width_px = 256;
-    rig.height_px = 160;
-    rig.camera_height_m = 1.2;
-    return rig;
-  }
+  static Rig rig() { return {256, 160, 200, 128, 80, 0.4, 1.2, 0, 0}; }
 
   /// Between right_m and left_m of the vehicle frame's y, and between two heights.
   PaintedObstacles& wall(double x_m, double right_m, double left_m, double from_m = 0, double to_m = 1.5) {
@@ -53,6 +44,9 @@ struct PaintedObstacles {
 
   Image<float> disparity{256, 160};
 };
+
+/// All in one go.
+inline constexpr auto in_one = [](int count, const auto& work) { work(0, count); };
 
 inline ClusterSpace obstacle_space() {
   return {PaintedObstacles::rig(), UDisparityConfig{}, PaintedObstacles::disparities};

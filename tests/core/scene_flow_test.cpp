@@ -181,7 +181,7 @@ TEST(EvidenceMap, IsNotFasterThanTheLatticeAndStaysInTheWindow) {
 struct TwoClusters {
   TwoClusters() : space{obstacle_space()}, clusters{space.clusters} {
     const PaintedObstacles painted{PaintedObstacles{}.wall(8, 1, 2).wall(8, -2, -1)};
-    find_clusters(painted.disparity.view(), {1.2, 0, 0, true}, still_world(), {}, space);
+    find_clusters(painted.disparity.view(), {1.2, 0, 0, true}, still_world(), {}, in_one, space);
     clusters.at(0).velocity = clusters.at(1).velocity = {0.5, 0};
     if (space.segmenter.segment_at({8, 1.5}) != 0) std::swap(first, second);
   }

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
+#include <vector>
 
 #include "painted_obstacles.hpp"
 #include "support.hpp"
@@ -17,14 +19,14 @@ const Ground level{1.2, 0, 0, true};
 
 std::size_t segments_of(const PaintedObstacles& painted) {
   Segmenter segmenter{PaintedObstacles::rig(), UDisparityConfig{}, PaintedObstacles::disparities};
-  segmenter.find(painted.disparity.view(), level);
+  segmenter.find(painted.disparity.view(), level, in_one);
   return segmenter.size();
 }
 
 std::vector<Cluster> clusters_of(const PaintedObstacles& painted, const GridLayers& world = still_world(),
                                  const Pose2& world_from_vehicle = {}) {
   ClusterSpace space{obstacle_space()};
-  find_clusters(painted.disparity.view(), level, world, world_from_vehicle, space);
+  find_clusters(painted.disparity.view(), level, world, world_from_vehicle, in_one, space);
   fit_boxes(space.clusters);
   return space.clusters;
 }
@@ -53,7 +55,7 @@ TEST(Segments, AStepInDepthSeparates) {
 TEST(Segments, WhatStandsBeforeSomethingIsAThingOfItsOwn) {
   const PaintedObstacles painted{PaintedObstacles{}.wall(12, -2.5, 2.5).wall(6, -0.3, 0.3)};
   ClusterSpace space{obstacle_space()};
-  space.segmenter.find(painted.disparity.view(), level);
+  space.segmenter.find(painted.disparity.view(), level, in_one);
   EXPECT_EQ(space.segmenter.segment_at({6, 0}), space.segmenter.segment_at({6, 0.2}));
   EXPECT_NE(space.segmenter.segment_at({6, 0}), space.segmenter.segment_at({12, 2}));
   EXPECT_GE(space.segmenter.segment_at({12, 2}), 0);
@@ -69,7 +71,7 @@ TEST(Segments, DisparitiesBetweenTwoSurfacesDoNotJoinThem) {
     for (int i{0}; i < 4; ++i) painted.disparity(edge + i, v) = 12.0f - 1.3f * static_cast<float>(i);
   }
   ClusterSpace space{obstacle_space()};
-  space.segmenter.find(painted.disparity.view(), level);
+  space.segmenter.find(painted.disparity.view(), level, in_one);
   EXPECT_NE(space.segmenter.segment_at({6, 0}), space.segmenter.segment_at({12, -2}));
 }
 
@@ -130,6 +132,94 @@ TEST(Segments, OutlinesAreInTheWorld) {
   ASSERT_EQ(found.size(), 1u);
   EXPECT_NEAR(found[0].centre.x, 20, 0.2);
   EXPECT_NEAR(found[0].centre.y, 5.25, 0.2);
+}
+
+double cross(Point2 a, Point2 b, Point2 c) {
+  return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+}
+
+// Do two edges have a point in common? Those that follow each other have their corner.
+bool meet(Point2 a, Point2 b, Point2 c, Point2 d) {
+  const auto between = [](double p, double q) { return p * q < -1e-9; };
+  return between(cross(a, b, c), cross(a, b, d)) && between(cross(c, d, a), cross(c, d, b));
+}
+
+// On the ray where two strips meet, the near side comes before the far side.
+bool is_simple(const Outline& outline) {
+  const std::size_t n{outline.size()};
+  const auto at = [&](std::size_t i) { return outline[i % n]; };
+  for (std::size_t i{0}; i < n; ++i) {
+    for (std::size_t j{i + 2}; j < n; ++j) {
+      if (meet(at(i), at(i + 1), at(j), at(j + 1))) return false;
+    }
+  }
+  for (std::size_t strip{0}; strip + 1 < n / 4; ++strip) {
+    const double near_m{std::max(at(2 * strip + 1).x, at(2 * strip + 2).x)};
+    const double far_m{std::min(at(n - 2 * strip - 2).x, at(n - 2 * strip - 3).x)};
+    if (!(near_m < far_m)) return false;
+  }
+  return true;
+}
+
+// Slanted and ragged surfaces: depths jump from strip to strip.
+TEST(Segments, OutlinesOfThingsAreSimplePolygons) {
+  std::mt19937 random{5};
+  std::uniform_real_distribution<double> any{0, 1};
+  int things{0};
+  for (int round{0}; round < 60; ++round) {
+    PaintedObstacles painted;
+    double x_m{6 + 4 * any(random)};
+    for (int u{60}; u < 190; ++u) {
+      if (u % 4 == 0) x_m = std::clamp(x_m + 1.2 * (any(random) - 0.5), 4.0, 16.0);
+      painted.strip(u, x_m, 0, 1.5);
+    }
+    for (const Cluster& cluster : clusters_of(painted)) {
+      if (cluster.kind != ObstacleKind::thing) continue;
+      ++things;
+      EXPECT_EQ(cluster.outline.size() % 4, 0U);
+      EXPECT_TRUE(is_simple(cluster.outline)) << round;
+    }
+  }
+  EXPECT_GT(things, 60);
+}
+
+TEST(Edges, WhatLiesBetweenTwoSurfacesIsLeftOutAndNothingElse) {
+  std::mt19937 random{9};
+  std::uniform_real_distribution<float> any{0, 1};
+  for (const int width : {1, 4, 9, 11, 16, 27, 64, 133}) {
+    std::vector<float> row(static_cast<std::size_t>(width));
+    for (float& d : row) d = any(random) < 0.3f ? 0.0f : 20 + 4 * any(random);
+    std::vector<float> kept(row.size(), -1);
+    leave_edges_out(row.data(), width, kept.data());
+    for (int u{0}; u < width; ++u) {
+      const float here{row[static_cast<std::size_t>(u)]};
+      bool nearer{false};
+      bool farther{false};
+      for (int i{std::max(u - edge_reach_px, 0)}; i <= std::min(u + edge_reach_px, width - 1); ++i) {
+        const float d{row[static_cast<std::size_t>(i)]};
+        nearer |= d > here + edge_step_px;
+        farther |= d > 0 && d < here - edge_step_px;
+      }
+      ASSERT_EQ(kept[static_cast<std::size_t>(u)], nearer && farther ? 0 : here) << u << " of " << width;
+    }
+  }
+}
+
+// The parts are worked on at the same time: no two write to one place.
+TEST(Segments, PartsMakeNoDifference) {
+  const PaintedObstacles painted{PaintedObstacles{}.wall(12, -2.5, 2.5).wall(6, -0.3, 0.3).side(5, 10, 2)};
+  Segmenter whole{PaintedObstacles::rig(), UDisparityConfig{}, PaintedObstacles::disparities};
+  whole.find(painted.disparity.view(), level, in_one);
+  Segmenter parts{PaintedObstacles::rig(), UDisparityConfig{}, PaintedObstacles::disparities};
+  parts.find(painted.disparity.view(), level, [](int count, const auto& work) {
+    for (int i{6}; i >= 0; --i) work(count * i / 7, count * (i + 1) / 7);
+  });
+  ASSERT_EQ(parts.size(), whole.size());
+  for (std::size_t i{0}; i < whole.size(); ++i) {
+    ASSERT_EQ(parts.of(i).size(), whole.of(i).size());
+    EXPECT_TRUE(std::ranges::equal(parts.of(i), whole.of(i)));
+    for (const int node : whole.of(i)) EXPECT_EQ(parts.node(node).pixels, whole.node(node).pixels);
+  }
 }
 
 TEST(Segments, AWallIsALineAndNoBox) {

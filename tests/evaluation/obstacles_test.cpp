@@ -26,18 +26,18 @@ Thing thing(std::int64_t id, double x, double y, double length = 4, double width
   return made;
 }
 
-ReportedObstacle box(std::int64_t id, double x, double y, double length = 4, double width = 2) {
-  ReportedObstacle made;
-  made.obstacle.id = id;
-  made.obstacle.x_m = x;
-  made.obstacle.y_m = y;
-  made.obstacle.length_m = length;
-  made.obstacle.width_m = width;
-  made.obstacle.confirmed = true;
+Obstacle box(std::int64_t id, double x, double y, double length = 4, double width = 2) {
+  Obstacle made;
+  made.id = id;
+  made.x_m = x;
+  made.y_m = y;
+  made.length_m = length;
+  made.width_m = width;
+  made.confirmed = true;
   return made;
 }
 
-ObstacleSummary scored(const ObstacleTruth& truth, const std::vector<ReportedObstacle>& reported, int frames = 1) {
+ObstacleSummary scored(const ObstacleTruth& truth, const std::vector<Obstacle>& reported, int frames = 1) {
   ObstacleScores scores;
   for (int i{0}; i < frames; ++i) scores.add(truth, reported);
   return scores.summary();
@@ -68,7 +68,7 @@ TEST(Obstacles, OfTheTruthItself) {
 
 TEST(Obstacles, ThatAreNotConfirmedDoNotCount) {
   auto unsure{box(7, 10, 0)};
-  unsure.obstacle.confirmed = false;
+  unsure.confirmed = false;
   const ObstacleSummary s(scored(with({thing(1, 10, 0)}), {unsure}));
   EXPECT_EQ(s.separate, 0);
   EXPECT_EQ(s.found, 0);
@@ -79,8 +79,7 @@ TEST(Obstacles, HalfOfWhatIsSeenIsEnough) {
   // the near side reaches from y = -1 to 1, one place every 0.2 m; 0.3 m around the box count
   const auto reaching_to = [](double y) {
     auto one{box(7, 10, 0)};
-    one.outline = {{8, y}, {12, y}, {12, 9}, {8, 9}};
-    one.outline[2].y = one.outline[3].y = y + 1.5;
+    one.outline = {{8, y}, {12, y}, {12, y + 1.5}, {8, y + 1.5}};
     return one;
   };
   EXPECT_EQ(scored(with({thing(1, 10, 0)}), {reaching_to(0.25)}).separate, 1);  // from -0.05 on: 5 of 10
@@ -117,7 +116,7 @@ TEST(Obstacles, SplitAThing) {
 
 TEST(Obstacles, MayBeOpenLines) {
   auto wall{box(7, 8, 0, 0.2, 8)};
-  wall.extended = true;
+  wall.kind = ObstacleKind::extended;
   wall.outline = {{8, -4}, {8, 4}, {16, 4}};  // closed, it would hold what lies between
   ObstacleTruth truth{with({thing(1, 10, 0), thing(2, 13, 2, 1, 1)})};
   truth.free = {{12, 3}};
@@ -150,8 +149,8 @@ TEST(Obstacles, SeemToMove) {
   truth.movers = {{{10, 0}, 2}};
   const auto moving = [](double x, double vx, bool said) {
     auto one{box(7, x, 0)};
-    one.obstacle.vx_mps = vx;
-    one.obstacle.moving = said;
+    one.vx_mps = vx;
+    one.moving = said;
     return one;
   };
   const ObstacleSummary s(
@@ -164,11 +163,11 @@ TEST(Obstacles, ErrorsOfWhatIsMatched) {
   Thing mover{thing(1, 10, 0)};
   mover.velocity_mps = Point2{0, 4};
   auto found{box(7, 10.5, 0, 3, 1.5)};  // from 9 to 12; the thing: from 8 to 12
-  found.obstacle.vx_mps = 3;
-  found.obstacle.vy_mps = 4;
-  found.obstacle.yaw_rad = 0;
-  found.obstacle.moving = true;
-  found.outline = rectangle(10.2, 0, 3.6, 2);  // from 8.4 on
+  found.vx_mps = 3;
+  found.vy_mps = 4;
+  found.yaw_rad = 0;
+  found.moving = true;
+  for (const Point2 corner : rectangle(10.2, 0, 3.6, 2)) found.outline.push_back(corner);  // from 8.4 on
   mover.seen = {{9, 0}};
   const ObstacleSummary s(scored(with({mover}), {found}));
   EXPECT_EQ(s.speed_error_mps, 3);

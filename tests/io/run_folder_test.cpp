@@ -128,7 +128,7 @@ TEST_F(RunFolder, SaysHowTheCameraWasMounted) {
 }
 
 TEST_F(RunFolder, MayHaveOutlinesOfObstacles) {
-  ASSERT_EQ(RunReader{folder_.path()}.frames()[0].shapes.size(), 1U);
+  ASSERT_EQ(RunReader{folder_.path()}.frames()[0].obstacles.size(), 1U);
   const std::string lines{read_text(folder_ / "frames.jsonl", largest_bytes::json)};
   const auto with = [&](const std::string& fields) {
     std::string changed{lines};
@@ -139,13 +139,13 @@ TEST_F(RunFolder, MayHaveOutlinesOfObstacles) {
     return RunReader{folder_.path()}.frames();
   };
   const auto frames{with(R"("outline_m":[[1,2],[3,4.5]],"kind":"extended",)")};
-  ASSERT_EQ(frames[0].shapes.size(), 1U);
-  ASSERT_EQ(frames[0].shapes[0].outline.size(), 2U);
-  EXPECT_EQ(frames[0].shapes[0].outline[1].y, 4.5);
-  EXPECT_EQ(frames[0].shapes[0].kind, "extended");
+  ASSERT_EQ(frames[0].obstacles.size(), 1U);
+  ASSERT_EQ(frames[0].obstacles[0].outline.size(), 2U);
+  EXPECT_EQ(frames[0].obstacles[0].outline[1].y, 4.5);
+  EXPECT_EQ(frames[0].obstacles[0].kind, ObstacleKind::extended);
   const auto none{with(R"("outline_m":null,)")};
-  EXPECT_TRUE(none[0].shapes[0].outline.empty());
-  EXPECT_EQ(none[0].shapes[0].kind, "thing");
+  EXPECT_TRUE(none[0].obstacles[0].outline.empty());
+  EXPECT_EQ(none[0].obstacles[0].kind, ObstacleKind::thing);
   const auto refuses = [&](const std::string& fields) {
     expect_complaint([&] { static_cast<void>(with(fields)); }, {"frames.jsonl", "line 1 is not understood"});
   };
@@ -154,6 +154,9 @@ TEST_F(RunFolder, MayHaveOutlinesOfObstacles) {
   refuses(R"("outline_m":[[1,1e9]],)");
   refuses(R"("outline_m":[[1,"2"]],)");
   refuses(R"("kind":3,)");
+  std::string many{"[0,0]"};
+  for (std::size_t i{0}; i < Outline::points_max; ++i) many += ",[0,0]";
+  refuses("\"outline_m\":[" + many + "],");
 }
 
 TEST_F(RunFolder, GoesOnWithWhatItHolds) {

@@ -104,7 +104,7 @@ class Scorer {
     const auto known{truth_.frame(frame.name, run_.grid(), run_.rig_of(frame))};
     const auto obstacles{objects_.frame(frame.name, known)};
     if (obstacles) {
-      obstacles_.add(*obstacles, reported_obstacles(frame));
+      obstacles_.add(*obstacles, frame.obstacles);
       ++obstacle_frames_;
     }
     if (known) add_grids(frame, *known);

@@ -50,13 +50,4 @@ std::optional<evaluation::ObstacleTruth> ObstacleSource::frame(
   return evaluation::obstacle_truth(*known->truth, truth_.grid());
 }
 
-std::vector<evaluation::ReportedObstacle> reported_obstacles(const io::RunFrame& frame) {
-  std::vector<evaluation::ReportedObstacle> reported;
-  for (std::size_t i{0}; i < frame.obstacles.size(); ++i) {
-    const io::ObstacleShape& shape{frame.shapes.at(i)};
-    reported.push_back({frame.obstacles[i], shape.outline, shape.kind == "extended"});
-  }
-  return reported;
-}
-
 }  // namespace stereogrid::app

@@ -37,7 +37,4 @@ class ObstacleSource {
   std::vector<std::vector<LabelledObject>> labels_;
 };
 
-/// The obstacles of a run's frame, with their outlines.
-[[nodiscard]] std::vector<evaluation::ReportedObstacle> reported_obstacles(const io::RunFrame& frame);
-
 }  // namespace stereogrid::app

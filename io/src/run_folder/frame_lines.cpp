@@ -87,6 +87,24 @@ FrameSummary summary_of(const Json& line) {
   return frame;
 }
 
+// Runs of older versions have no kinds and no outlines. Every kind that is not extended is a thing.
+ObstacleKind kind_of(const Json& o) {
+  return o.value("kind", "thing") == "extended" ? ObstacleKind::extended : ObstacleKind::thing;
+}
+
+Outline outline_of(const Json& o) {
+  Outline outline;
+  const auto points{o.find("outline_m")};
+  if (points == o.end() || points->is_null()) return outline;
+  if (!points->is_array() || points->size() > Outline::points_max) {
+    throw InputError{fmt::format("'outline_m' is no list of at most {} points", Outline::points_max)};
+  }
+  for (const Json& point : *points) {
+    outline.push_back({number_of(point.at(0), "outline_m", most), number_of(point.at(1), "outline_m", most)});
+  }
+  return outline;
+}
+
 Obstacle obstacle_of(const Json& o) {
   const auto value = [&o](const char* key) { return number(o, key, most); };
   return {id_of(o),
@@ -105,25 +123,9 @@ Obstacle obstacle_of(const Json& o) {
           o.value("unseen_s", 0.0),
           {},
           {},
-          ObstacleKind::thing,
-          0,
-          {}};
-}
-
-// Runs of older versions have neither.
-ObstacleShape shape_of(const Json& o) {
-  constexpr std::size_t most_points{10'000};
-  ObstacleShape shape;
-  shape.kind = o.value("kind", shape.kind);
-  const auto outline{o.find("outline_m")};
-  if (outline == o.end() || outline->is_null()) return shape;
-  if (!outline->is_array() || outline->size() > most_points) {
-    throw InputError{fmt::format("'outline_m' is no list of at most {} points", most_points)};
-  }
-  for (const Json& point : *outline) {
-    shape.outline.push_back({number_of(point.at(0), "outline_m", most), number_of(point.at(1), "outline_m", most)});
-  }
-  return shape;
+          kind_of(o),
+          o.contains("height_m") ? value("height_m") : 0,
+          outline_of(o)};
 }
 
 RunFrame frame_of(const Json& line) {
@@ -133,7 +135,6 @@ RunFrame frame_of(const Json& line) {
   if (frame.name.empty() || frame.name.find('/') != std::string::npos) throw InputError{"'name' is no frame's name"};
   for (const Json& o : line.at("obstacles")) {
     frame.obstacles.push_back(obstacle_of(o));
-    frame.shapes.push_back(shape_of(o));
   }
   frame.status = status_of(line);
   if (line.contains("mount")) {

@@ -19,13 +19,6 @@
 
 namespace stereogrid::evaluation {
 
-/// An obstacle as a run has it, with what it covers of the ground.
-struct ReportedObstacle {
-  Obstacle obstacle;
-  std::vector<Point2> outline;  ///< m, vehicle frame; empty: the obstacle's box
-  bool extended{false};         ///< the outline is an open line: a wall, a hedge
-};
-
 /// Something that an obstacle should stand for: a car, a person, a pole. Vehicle frame.
 struct Thing {
   std::int64_t id{0};
@@ -108,14 +101,14 @@ struct ObstacleSummary {
 /// Whether confirmed obstacles are things that a planner can use.
 class STEREOGRID_EXPORT ObstacleScores {
  public:
-  void add(const ObstacleTruth& truth, std::span<const ReportedObstacle> reported);
+  void add(const ObstacleTruth& truth, std::span<const Obstacle> reported);
   [[nodiscard]] ObstacleSummary summary() const;
 
  private:
   struct Candidate;
   using Candidates = std::vector<Candidate>;
   using Shares = std::vector<double>;  // [thing][candidate]: of what is seen of the thing
-  [[nodiscard]] static Candidates candidates_of(std::span<const ReportedObstacle> reported);
+  [[nodiscard]] static Candidates candidates_of(std::span<const Obstacle> reported);
   void add_cells(const ObstacleTruth& truth, const Candidates& candidates);
   void add_motion(const ObstacleTruth& truth, const Candidates& candidates);
   void add_thing(const Thing& thing, std::span<const double> shares, const Candidates& candidates);

@@ -36,20 +36,13 @@ struct Mounting {
   double camera_roll_rad{0};
 };
 
-/// What an obstacle covers of the ground, as a frame's line has it.
-struct ObstacleShape {
-  std::vector<Point2> outline;  ///< m, vehicle frame; empty: the line has none, and the obstacle's box stands for it
-  std::string kind{"thing"};    ///< "extended": the outline is an open line; others: it is closed
-};
-
-/// A frame of a finished run, without its grids.
+/// A frame of a finished run, without its grids. Of older versions, obstacles have no outlines.
 struct RunFrame {
   std::string name;
   std::int64_t stamp_ns{0};
   std::vector<Obstacle> obstacles;
   std::vector<FrameStatus> status{};
-  std::optional<Mounting> mounting{};   ///< none: not in the file of an older version
-  std::vector<ObstacleShape> shapes{};  ///< of the obstacles, in their order
+  std::optional<Mounting> mounting{};  ///< none: not in the file of an older version
 };
 
 // Both read frames.jsonl, in which frames stand in their order, each once. Throw InputError.
