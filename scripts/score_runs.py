@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the pipeline on inputs with lidar or exact truth and prints the scores of their grids, 3–20 m ahead, and of
-motion where the truth is exact, as Markdown tables. scripts/measure.py keeps them.
+"""Runs the pipeline on inputs with lidar or exact truth or labelled boxes and prints the scores of their grids and
+obstacles, 3–20 m ahead, and of motion where the truth is exact, as Markdown tables. scripts/measure.py keeps them.
 
 score_runs.py TOOL INPUT... [--preset NAME] [--set KEY=VALUE ...] [--poses NAME]
 """
@@ -21,13 +21,19 @@ MOTION = {"speed_error_mps": ("speed error, m/s", 1, 2), "direction_error_deg": 
           "hidden_alive": ("hidden frames in which it is believed, %", 100, 0)}
 
 
+OBSTACLES = {"separate": ("found alone", 2), "merged": ("merged", 2), "split": ("split", 2),
+             "free_covered": ("free cells covered", 3), "moving_wrong": ("moving that do not", 2),
+             "speed_error_mps": ("speed error, m/s", 2), "area_p90_m2": ("area of 90 %, m²", 1)}
+TRACKING = {"mota": ("MOTA", 2), "idf1": ("IDF1", 2), "id_switches": ("other id", 0)}
+
+
 def evaluated(tool: str, source: str, options: list) -> dict:
-    """The series of `stereogrid evaluate --json`."""
+    """What `stereogrid evaluate --json` writes."""
     with tempfile.TemporaryDirectory() as folder:
         scores = Path(folder) / "scores.json"
         subprocess.run([tool, "run", source, "--out", f"{folder}/run", *options], check=True, capture_output=True)
         subprocess.run([tool, "evaluate", f"{folder}/run", "--json", scores], check=True, capture_output=True)
-        return json.loads(scores.read_text(encoding="utf-8"))["series"]
+        return json.loads(scores.read_text(encoding="utf-8"))
 
 
 def text_of(value: "float | None", digits: int) -> str:
@@ -55,6 +61,12 @@ def motion_row(name: str, motion: dict) -> list:
             *(text_of(None if value is None else scale * value, digits) for value, scale, digits in figures)]
 
 
+def obstacle_row(name: str, obstacles: dict) -> list:
+    tracking = obstacles["tracking"]
+    return [name, str(obstacles["things"]), *(text_of(obstacles[key], digits) for key, (_, digits) in OBSTACLES.items()),
+            str(obstacles["moving"]), *(text_of(tracking[key], digits) for key, (_, digits) in TRACKING.items())]
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("tool")
@@ -65,14 +77,20 @@ def main() -> None:
     given = parser.parse_args()
     options = ["--preset", given.preset, *(part for setting in given.settings for part in ("--set", setting))]
     options += ["--poses", given.poses] if given.poses else []
-    grids, motion = [], []
+    grids, motion, obstacles = [], [], []
     for source in given.inputs:
         name = Path(source).name
-        series = evaluated(given.tool, source, options)
-        grids += grid_rows(name, series)
-        if "motion" in series["occupancy"]:
+        scores = evaluated(given.tool, source, options)
+        series = scores["series"]
+        if scores.get("obstacles"):
+            obstacles.append(obstacle_row(name, scores["obstacles"]))
+        if series:
+            grids += grid_rows(name, series)
+        if "motion" in series.get("occupancy", {}):
             motion.append(motion_row(name, series["occupancy"]["motion"]))
     print_table("grids", ["input", "frames", "grid", *GRIDS.values()], grids)
+    print_table("obstacles", ["input", "things", *(title for title, _ in OBSTACLES.values()), "said to move",
+                              *(title for title, _ in TRACKING.values())], obstacles)
     print_table("motion", ["input", "found", *(title for title, _, _ in MOTION.values())], motion)
 
 
