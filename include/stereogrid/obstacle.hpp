@@ -75,7 +75,7 @@ struct Obstacle {
   Covariance2 position_covariance;  ///< m², vehicle axes
   Covariance2 velocity_covariance;  ///< m²/s², vehicle axes
   ObstacleKind kind{ObstacleKind::thing};
-  double height_m{0};  ///< of the highest pixel above the road
+  double height_m{0};  ///< above the road, of nine in ten of its columns; what hangs above a gap does not count
   /// What is seen of it, where it was last seen, moved on with it: of a thing a simple polygon, at least as deep as
   /// half a metre; of an extended boundary an open line along its near side, from left to right.
   Outline outline;

@@ -11,9 +11,10 @@
 namespace stereogrid {
 namespace {
 
+constexpr double hanging_m{0.5};  // above such a gap begins something else: a bough, a sign, a roof
 constexpr double support_m{0.2};  // height of a surface below which a column of it does not count
-constexpr double gap_m{0.1};      // between columns of one thing
-constexpr int gap_px_max{12};
+constexpr double gap_m{0.2};      // between columns of one thing
+constexpr int gap_px_max{40};
 constexpr double depth_m{0.35};   // by which neighbouring columns of one thing may differ
 constexpr double depth_px{0.75};  // or by so much, for noise
 constexpr int tolerance_max{8};
@@ -95,10 +96,11 @@ Segmenter::Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int 
     const double depth{std::max(depth_px, depth_m * d * d / focal_baseline)};
     bins_.push_back({d, std::max(2, clamped_to_int(std::ceil(support_m * columns_per_m))),
                      std::clamp(clamped_to_int(gap_m * columns_per_m), 1, gap_px_max),
+                     std::max(3, clamped_to_int(hanging_m * columns_per_m)),
                      std::clamp(clamped_to_int(bins_per_px * depth), 1, tolerance_max)});
   }
-  nodes_.reserve(tallies_.size() / 8);
-  order_.reserve(tallies_.size() / 8);
+  nodes_.reserve(nodes_reserved());
+  order_.reserve(nodes_reserved());
   segments_.reserve(1024);
   profile_.reserve(static_cast<std::size_t>(4 * far_m / slice_m));
 }
@@ -119,7 +121,10 @@ void Segmenter::count(const RoadPlane& plane, double camera_height_m, int begin,
       const int k{static_cast<int>(d * bins_per_px)};
       Tally& tally{tallies_(u, k)};
       if (on_road > highest * static_cast<double>(d)) ++tally.pixels;
-      if (tally.top == 0) tally.top = static_cast<std::uint16_t>(v + 1);
+      if (tally.top == 0 || v - tally.bottom > bins_[static_cast<std::size_t>(k)].gap_rows) {
+        tally.top = static_cast<std::uint16_t>(v + 1);
+      }
+      tally.bottom = static_cast<std::uint16_t>(v);
     }
   }
 }

@@ -9,7 +9,7 @@
 
 #include "ground/model.hpp"
 #include "held_bytes.hpp"
-#include "obstacles/edges_simd.hpp"
+#include "obstacles/edges.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/grid.hpp"
@@ -22,7 +22,7 @@ struct SegmentNode {
   int u;
   int bin;
   int pixels;     ///< between the heights of obstacles
-  double top_m;   ///< of the highest of them, and of those above
+  double top_m;   ///< of the highest of them, and of those above without a gap
   int parent;     ///< while nodes are joined: another one of the segment; itself where it stands for the segment
   int segment;    ///< Segmenter::none: of a segment too small to count
   Point2 place;   ///< vehicle frame
@@ -55,6 +55,8 @@ class Segmenter {
   }
 
   [[nodiscard]] std::size_t size() const { return segments_.size(); }
+  /// So many nodes have room from the start.
+  [[nodiscard]] std::size_t nodes_reserved() const { return tallies_.size() / 8; }
   /// Indices of a segment's nodes, far ones first.
   [[nodiscard]] std::span<const int> of(std::size_t segment) const {
     return std::span{order_}.subspan(segments_[segment].begin, segments_[segment].end - segments_[segment].begin);
@@ -73,12 +75,14 @@ class Segmenter {
     double disparity;  ///< of its middle, px
     int pixels_min;    ///< of a node, with its neighbours
     int gap_px;        ///< in the image, within a segment
+    int gap_rows;      ///< below which it ends: what hangs above is another thing
     int tolerance;     ///< bins by which neighbours may differ
   };
   /// Of a bin in a column.
   struct Tally {
     std::uint16_t pixels{0};  ///< between the heights of obstacles
-    std::uint16_t top{0};     ///< first row of any height + 1; 0: none
+    std::uint16_t top{0};     ///< first row + 1 of the lowest run of rows of any height; 0: none
+    std::uint16_t bottom{0};  ///< the last row so far
   };
   struct Range {
     std::size_t begin;

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "clamped_to_int.hpp"
 #include "obstacles/tracking.hpp"
@@ -20,6 +22,7 @@ constexpr double thickness_m{0.5};  // of what is seen from one side only
 constexpr double tail_share{0.1};   // of a strip's pixels on either side that do not count: noise
 constexpr double sigma_px{0.3};
 constexpr double overlap_m{0.1};
+constexpr double height_share{0.9};
 constexpr double extended_m{8};       // longer ones are boundaries …
 constexpr double high_m{3.6};         // … and so are those that are higher than a van
 constexpr double high_extended_m{4};  // and longer than a tree's trunk
@@ -53,11 +56,18 @@ struct Strip {
   }
 };
 
+// Of the tops of its columns; the highest ones may be chance matches, or what stands behind.
+double height_of(std::vector<double>& tops) {
+  const auto at = tops.begin() + static_cast<std::ptrdiff_t>(height_share * static_cast<double>(tops.size() - 1));
+  std::nth_element(tops.begin(), at, tops.end());
+  return *at;
+}
+
 class Strips {
  public:
-  Strips(const ClusterSpace& space, std::size_t segment, Cluster& cluster) : rig_{space.rig} {
+  Strips(ClusterSpace& space, std::size_t segment, Cluster& cluster) : rig_{space.rig} {
     const Segmenter& segmenter{space.segmenter};
-    place(segmenter, segment, cluster);
+    place(segmenter, segment, space.values, cluster);
     for (const int index : segmenter.of(segment)) of(segmenter.node(index)).pixels += segmenter.node(index).pixels;
     for (const int index : segmenter.of(segment)) of(segmenter.node(index)).count(segmenter.node(index));
     const auto end =
@@ -89,18 +99,20 @@ class Strips {
   }
 
  private:
-  void place(const Segmenter& segmenter, std::size_t segment, Cluster& cluster) {
+  void place(const Segmenter& segmenter, std::size_t segment, std::vector<double>& tops, Cluster& cluster) {
     int right{0};
     left_ = std::numeric_limits<int>::max();
     double depth_m{0};
+    tops.clear();
     for (const int index : segmenter.of(segment)) {
       const SegmentNode& node{segmenter.node(index)};
       left_ = std::min(left_, node.u);
       right = std::max(right, node.u + 1);
       cluster.pixels += node.pixels;
       depth_m += node.pixels * node.place.x;
-      cluster.height_m = std::max(cluster.height_m, node.top_m);
+      tops.push_back(node.top_m);
     }
+    cluster.height_m = height_of(tops);
     const double width_m{(right - left_) * depth_m / cluster.pixels / rig_.focal_px};
     count_ = std::clamp(clamped_to_int(std::ceil(width_m / strip_m)), 2, strips_max);
     width_px_ = static_cast<double>(right - left_) / count_;
@@ -140,7 +152,7 @@ bool is_extended(const Outline& near, double height_m) {
   return long_m > extended_m || (height_m > high_m && long_m > high_extended_m);
 }
 
-Cluster outlined(const ClusterSpace& space, std::size_t segment) {
+Cluster outlined(ClusterSpace& space, std::size_t segment) {
   Cluster cluster;
   Strips strips{space, segment, cluster};
   strips.draw_near(cluster.outline);
@@ -230,7 +242,7 @@ ClusterSpace::ClusterSpace(const Rig& level_rig, const UDisparityConfig& heights
     : segmenter{level_rig, heights, disparities}, rig{level_rig} {
   clusters.reserve(things_reserved);
   followed.reserve(points);
-  values.reserve(points);
+  values.reserve(std::max(points, segmenter.nodes_reserved()));
 }
 
 void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle, ClusterSpace& space) {

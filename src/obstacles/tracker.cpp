@@ -28,7 +28,7 @@ constexpr double moving_mps{1};
 /// Evidence of motion: a measured velocity says less than its covariance would have it, several frames say more.
 constexpr double evidence_max{6};
 constexpr double evidence_of_frame{1.5};
-constexpr double surely_moving{4};
+constexpr double surely_moving{3};
 constexpr double highest_mover_m{4.2};
 /// What is seen so large is no chance match.
 constexpr int surely_seen_px{300};
@@ -103,10 +103,11 @@ void Tracker::update(const GridLayers& world, const std::vector<Cluster>& cluste
 }
 
 // In its velocity, and surely.
-bool Tracker::differs(const Cluster& cluster, const Track& track, double faster_mps) {
-  const double variance{cluster.velocity_sigma_mps * cluster.velocity_sigma_mps +
-                        std::max(track.x.covariance[2], track.y.covariance[2])};
-  return faster_mps * faster_mps > another_thing * variance;
+bool Tracker::differs(const Cluster& cluster, const Track& track) {
+  const Symmetric2& measured{cluster.velocity_covariance};
+  const Symmetric2 both{measured.xx + track.x.covariance[2], measured.xy, measured.yy + track.y.covariance[2]};
+  const Point2 faster{cluster.velocity.x - track.x.velocity, cluster.velocity.y - track.y.velocity};
+  return squared(inverted(both), faster) > another_thing;
 }
 
 // Nearest first; of those equally far, in the order of tracks and clusters.
@@ -117,8 +118,8 @@ void Tracker::find_pairs(const std::vector<Cluster>& clusters) {
       const Point2 away{clusters[c].centre.x - tracks_[t].x.position, clusters[c].centre.y - tracks_[t].y.position};
       const double faster_mps{
           std::hypot(clusters[c].velocity.x - tracks_[t].x.velocity, clusters[c].velocity.y - tracks_[t].y.velocity)};
-      const bool is_measured{clusters[c].velocity_sigma_mps > 0};
-      if (is_measured && differs(clusters[c], tracks_[t], faster_mps)) continue;
+      const bool is_measured{clusters[c].has_measured_velocity()};
+      if (is_measured && differs(clusters[c], tracks_[t])) continue;
       const double gap_m{tracks_[t].shape.bounds.gap_to(clusters[c].bounds, tracks_[t].moved)};
       const double away_m{std::hypot(away.x, away.y)};
       if (gap_m > config_.gate_m ||
@@ -150,14 +151,14 @@ void Tracker::associate(const std::vector<Cluster>& clusters) {
 
 // Of one frame. The grid alone tells motion later, and less surely, than points that have been followed.
 double Tracker::evidence_of_motion(const Cluster& cluster) {
-  const double square{cluster.velocity.x * cluster.velocity.x + cluster.velocity.y * cluster.velocity.y};
   if (cluster.kind == ObstacleKind::extended) return -evidence_of_frame;
   if (cluster.height_m > highest_mover_m) return 0;  // with a tree above it
-  if (cluster.velocity_sigma_mps > 0) {
-    const double variance{cluster.velocity_sigma_mps * cluster.velocity_sigma_mps};
-    return std::clamp(square / (2 * variance) - 2, -evidence_of_frame, evidence_of_frame);
+  if (cluster.has_measured_velocity()) {
+    const double square{squared(inverted(cluster.velocity_covariance), cluster.velocity)};
+    return std::clamp(square / 2 - 2, -evidence_of_frame, evidence_of_frame);
   }
-  return square > moving_mps * moving_mps ? evidence_of_frame / 4 : -evidence_of_frame / 4;
+  return std::hypot(cluster.velocity.x, cluster.velocity.y) > moving_mps ? evidence_of_frame / 4
+                                                                         : -evidence_of_frame / 4;
 }
 
 void Tracker::correct(Track& track, const Cluster& cluster) const {
@@ -169,11 +170,13 @@ void Tracker::correct(Track& track, const Cluster& cluster) const {
   const bool stands{std::hypot(cluster.velocity.x, cluster.velocity.y) < standing_mps};
   const double standing_sigma_mps{is_large ? large_sigma_mps : small_sigma_mps};
   const double of_cells_mps{stands ? standing_sigma_mps : velocity_sigma_mps};
-  const double velocity_sigma{cluster.velocity_sigma_mps > 0 ? cluster.velocity_sigma_mps : of_cells_mps};
+  const Symmetric2 velocity_covariance{cluster.has_measured_velocity()
+                                           ? cluster.velocity_covariance
+                                           : Symmetric2{of_cells_mps * of_cells_mps, 0, of_cells_mps * of_cells_mps}};
   track.x.update_position(cluster.centre.x, position_sigma * position_sigma);
   track.y.update_position(cluster.centre.y, position_sigma * position_sigma);
-  track.x.update_velocity(cluster.velocity.x, velocity_sigma * velocity_sigma);
-  track.y.update_velocity(cluster.velocity.y, velocity_sigma * velocity_sigma);
+  track.x.update_velocity(cluster.velocity.x, velocity_covariance.xx);
+  track.y.update_velocity(cluster.velocity.y, velocity_covariance.yy);
   track.moving = std::clamp(track.moving + evidence_of_motion(cluster), -evidence_max, evidence_max);
   track.shape = cluster;
   track.moved = {};
@@ -184,12 +187,13 @@ void Tracker::correct(Track& track, const Cluster& cluster) const {
 
 void Tracker::begin_track(const Cluster& cluster) {
   const double position_variance{0.3 * 0.3};
-  const double velocity_sigma{cluster.velocity_sigma_mps > 0 ? cluster.velocity_sigma_mps : unknown_velocity_mps};
-  const double velocity_variance{velocity_sigma * velocity_sigma};
+  constexpr double unknown{unknown_velocity_mps * unknown_velocity_mps};
+  const Symmetric2 velocity_covariance{cluster.has_measured_velocity() ? cluster.velocity_covariance
+                                                                       : Symmetric2{unknown, 0, unknown}};
   Track track;
   track.id = next_id_++;
-  track.x = {cluster.centre.x, cluster.velocity.x, {position_variance, 0, velocity_variance}};
-  track.y = {cluster.centre.y, cluster.velocity.y, {position_variance, 0, velocity_variance}};
+  track.x = {cluster.centre.x, cluster.velocity.x, {position_variance, 0, velocity_covariance.xx}};
+  track.y = {cluster.centre.y, cluster.velocity.y, {position_variance, 0, velocity_covariance.yy}};
   track.shape = cluster;
   track.sightings = 1;
   track.pixels = cluster.pixels;

@@ -9,6 +9,7 @@
 
 #include "held_bytes.hpp"
 #include "motion/scene_flow.hpp"
+#include "motion/symmetric2.hpp"
 #include "obstacles/segments.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/frame.hpp"
@@ -28,10 +29,10 @@ struct Bounds {
 
 /// A segment on the ground. World axes.
 struct Cluster {
-  Point2 centre;                 ///< middle of its box
-  Point2 velocity;               ///< of its cells, or of the points followed on it
-  double velocity_sigma_mps{0};  ///< of the points along the less certain axis; 0: there are none
-  double occupancy{0};           ///< mean over its surface
+  Point2 centre;                   ///< middle of its box
+  Point2 velocity;                 ///< of its cells, or of the points followed on it
+  Symmetric2 velocity_covariance;  ///< m²/s², of the points; 0: there are none
+  double occupancy{0};             ///< mean over its surface
   int pixels{0};
   double length_m{0};
   double width_m{0};
@@ -40,6 +41,9 @@ struct Cluster {
   ObstacleKind kind{ObstacleKind::thing};
   Outline outline;
   Bounds bounds{};  ///< of the outline
+
+  /// By points that have been followed.
+  [[nodiscard]] bool has_measured_velocity() const { return velocity_covariance.xx > 0; }
 };
 
 /// So many clusters, tracks and obstacles have room from the start, far more than a street has; as many as there might
@@ -62,7 +66,7 @@ struct ClusterSpace {
   Rig rig;
   std::vector<Cluster> clusters;   ///< one for each segment
   std::vector<Followed> followed;  ///< by label
-  std::vector<double> values;      ///< of a cluster's points
+  std::vector<double> values;      ///< of a cluster's points, or columns
 };
 
 /// A cluster for each segment, with its outline, and with occupancy and velocity as the filtered grid has them.
@@ -146,7 +150,7 @@ class Tracker {
     std::size_t cluster;
   };
 
-  static bool differs(const Cluster& cluster, const Track& track, double faster_mps);
+  static bool differs(const Cluster& cluster, const Track& track);
   void find_pairs(const std::vector<Cluster>& clusters);
   void associate(const std::vector<Cluster>& clusters);
   static double evidence_of_motion(const Cluster& cluster);

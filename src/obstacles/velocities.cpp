@@ -11,8 +11,12 @@
 namespace stereogrid {
 namespace {
 
-/// What the velocities of a thing's points err by together.
-constexpr double common_sigma_mps{0.3};
+/// What the velocities of a thing's points err by together …
+constexpr double common_sigma_mps{0.2};
+/// … along the ray, as all their disparities drift, in px/s …
+constexpr double drift_pxps{0.2};
+/// … and how the errors of any two of them correlate: the same motion of the camera, windows that overlap.
+constexpr double correlation{0.2};
 /// Squared Mahalanobis distance from the median.
 constexpr double outlier{9};
 constexpr std::size_t points_min{2};
@@ -27,7 +31,9 @@ double median_along(double Point2::*axis, const std::vector<FlowVector>& vectors
   return *middle;
 }
 
-void measure(const std::vector<FlowVector>& vectors, Followed followed, std::vector<double>& values, Cluster& cluster) {
+// Of the points of one cluster, which lie at about `place` from the camera. World axes.
+void measure(const std::vector<FlowVector>& vectors, Followed followed, const Rig& rig, Point2 place,
+             std::vector<double>& values, Cluster& cluster) {
   const Point2 middle{median_along(&Point2::x, vectors, followed, values),
                       median_along(&Point2::y, vectors, followed, values)};
   InformationSum sum;
@@ -41,9 +47,14 @@ void measure(const std::vector<FlowVector>& vectors, Followed followed, std::vec
     ++agreeing;
   }
   if (agreeing < points_min) return;
-  const Symmetric2 covariance{inverted(sum.information)};
   cluster.velocity = sum.mean();
-  cluster.velocity_sigma_mps = std::sqrt(std::max(covariance.xx, covariance.yy) + common_sigma_mps * common_sigma_mps);
+  const double shared{1 + correlation * static_cast<double>(agreeing - 1)};
+  const Symmetric2 covariance{widened(shared * inverted(sum.information), common_sigma_mps * common_sigma_mps)};
+  // a disparity that errs by δ moves what lies at Z by Z²/(f·b)·δ along its ray
+  const double per_px{drift_pxps * std::hypot(place.x, place.y) / (rig.focal_px * rig.baseline_m)};
+  const Point2 along{per_px * place.x, per_px * place.y};
+  cluster.velocity_covariance = {covariance.xx + along.x * along.x, covariance.xy + along.x * along.y,
+                                 covariance.yy + along.y * along.y};
 }
 
 }  // namespace
@@ -60,7 +71,9 @@ void measure_velocities(const std::vector<FlowVector>& vectors, const Pose2& wor
   for (auto begin = space.followed.cbegin(); begin != space.followed.cend();) {
     const int label{begin->label};
     const auto end = std::find_if(begin, space.followed.cend(), [&](const auto& one) { return one.label != label; });
-    measure(vectors, {begin, end}, space.values, space.clusters[static_cast<std::size_t>(label)]);
+    const Point2& at{vectors[begin->vector].place};
+    measure(vectors, {begin, end}, space.rig, {at.x - world_from_vehicle.x_m, at.y - world_from_vehicle.y_m},
+            space.values, space.clusters[static_cast<std::size_t>(label)]);
     begin = end;
   }
 }

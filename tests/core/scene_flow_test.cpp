@@ -200,7 +200,12 @@ TEST(ClusterVelocities, AreThoseOfTheirPoints) {
   const Cluster& first{world.clusters[world.first]};
   EXPECT_NEAR(first.velocity.x, 6.1, 0.01) << "without the one that does not fit";
   EXPECT_NEAR(first.velocity.y, 1, 0.01);
-  EXPECT_NEAR(first.velocity_sigma_mps, std::sqrt(0.25 / 3 + 0.09), 1e-6);
+  // correlated by 0.2, 0.2 m/s together, and 0.2 px/s along the ray to (8, 1.2)
+  const double drift{0.2 * std::hypot(8, 1.2) / 80};
+  const double both{0.25 * (1 + 0.2 * 2) / 3 + 0.04};
+  EXPECT_NEAR(first.velocity_covariance.xx, both + drift * drift * 8 * 8, 1e-6);
+  EXPECT_NEAR(first.velocity_covariance.yy, both + drift * drift * 1.2 * 1.2, 1e-6);
+  EXPECT_NEAR(first.velocity_covariance.xy, drift * drift * 8 * 1.2, 1e-6);
   EXPECT_NEAR(world.clusters[world.second].velocity.x, -2, 0.01) << "points beside their cluster";
 }
 
@@ -209,7 +214,7 @@ TEST(ClusterVelocities, NeedTwoPointsThatAgree) {
   measure_velocities({vector_at({8, 1.2}, {6, 1}), vector_at({8, 5}, {3, 3})}, {}, world.space);
   for (const Cluster& cluster : world.clusters) {
     EXPECT_EQ(cluster.velocity.x, 0.5);
-    EXPECT_EQ(cluster.velocity_sigma_mps, 0);
+    EXPECT_FALSE(cluster.has_measured_velocity());
   }
 }
 
@@ -226,7 +231,7 @@ TEST(ClusterVelocities, OfPointsReachATrackSoon) {
     cluster.length_m = cluster.width_m = 0.5;
     tracker.update(world, {cluster}, {}, 0.1);
     cluster.velocity = {3, 0};
-    cluster.velocity_sigma_mps = sigma_mps;
+    cluster.velocity_covariance = {sigma_mps * sigma_mps, 0, sigma_mps * sigma_mps};
     for (int frame{0}; frame < 3; ++frame) tracker.update(world, {cluster}, {}, 0.1);
     std::vector<Obstacle> obstacles;
     tracker.report({}, obstacles);

@@ -186,7 +186,7 @@ TEST(Segments, OutlinesOfThingsAreSimplePolygons) {
 TEST(Edges, WhatLiesBetweenTwoSurfacesIsLeftOutAndNothingElse) {
   std::mt19937 random{9};
   std::uniform_real_distribution<float> any{0, 1};
-  for (const int width : {1, 4, 9, 11, 16, 27, 64, 133}) {
+  for (const int width : {1, 4, 9, 11, 16, 27, 133, 256, 261, 700}) {
     std::vector<float> row(static_cast<std::size_t>(width));
     for (float& d : row) d = any(random) < 0.3f ? 0.0f : 20 + 4 * any(random);
     std::vector<float> kept(row.size(), -1);
@@ -229,6 +229,20 @@ TEST(Segments, AWallIsALineAndNoBox) {
   for (const Point2& point : found[0].outline) EXPECT_NEAR(point.x, 14, 0.5);
   EXPECT_GT(found[0].outline[0].y, 5);
   EXPECT_LT(found[0].outline[found[0].outline.size() - 1].y, -5);
+}
+
+TEST(Segments, HeightEndsWhereSomethingHangsAboveAGap) {
+  PaintedObstacles painted;
+  painted.wall(8, -1, 1, 0, 1.5).wall(8, -1, 1, 2.3, 3);
+  EXPECT_NEAR(clusters_of(painted).at(0).height_m, 1.5, 0.1);
+  painted.wall(8, -1, 1, 1.5, 1.9);  // what is left is less than half a metre
+  EXPECT_NEAR(clusters_of(painted).at(0).height_m, 3, 0.1);
+}
+
+TEST(Segments, OneColumnInTenMayBeHigher) {
+  PaintedObstacles painted;
+  painted.wall(8, -1, 1, 0, 1.5).wall(8, 0.9, 1, 1.5, 4);
+  EXPECT_NEAR(clusters_of(painted).at(0).height_m, 1.5, 0.1);
 }
 
 TEST(Segments, VelocityIsThatOfItsCellsIfTheyMove) {

@@ -97,12 +97,12 @@ TEST(Tracker, MotionTakesSeveralFramesOfEvidence) {
   World world;
   Tracker tracker{plain_config(), PaintedObstacles::rig()};
   Cluster blob{blob_at(3, 0, {5, 0})};
-  blob.velocity_sigma_mps = 0.4;
-  for (int step{0}; step < 3; ++step) {
+  blob.velocity_covariance = {0.16, 0, 0.16};
+  for (int step{0}; step < 2; ++step) {
     update(tracker, world, {blob}, 0);
     EXPECT_FALSE(report_of(tracker)[0].moving) << step;
   }
-  for (int step{0}; step < 3; ++step) update(tracker, world, {blob}, 0);
+  for (int step{0}; step < 4; ++step) update(tracker, world, {blob}, 0);
   EXPECT_TRUE(report_of(tracker)[0].moving);
   blob.kind = ObstacleKind::extended;
   for (int step{0}; step < 4; ++step) update(tracker, world, {blob}, 0);
@@ -225,7 +225,7 @@ TEST(Tracker, ReportsInTheVehicleFrame) {
   Tracker tracker{plain_config(), PaintedObstacles::rig()};
   Cluster blob{blob_at(4, 3, {2, 1})};
   blob.yaw_rad = 30 * degree;
-  blob.velocity_sigma_mps = 0.3;
+  blob.velocity_covariance = {0.09, 0, 0.09};
   for (int step{0}; step < 4; ++step) update(tracker, world, {blob}, 0);
   // the car stands at (4, 1) and faces +y: the blob is 2 m ahead, moves to the right and away
   const Obstacle seen{report_of(tracker, {4, 1, 90 * degree}).at(0)};
