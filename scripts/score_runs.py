@@ -4,7 +4,7 @@
 """Runs the pipeline on inputs with lidar or exact truth or labelled boxes and prints the scores of their grids and
 obstacles, 3–20 m ahead, and of motion where the truth is exact, as Markdown tables. scripts/measure.py keeps them.
 
-score_runs.py TOOL INPUT... [--preset NAME] [--set KEY=VALUE ...] [--poses NAME]
+score_runs.py TOOL INPUT... [--preset NAME] [--set KEY=VALUE ...] [--poses NAME] [--table grids|obstacles|motion ...]
 """
 import argparse
 import json
@@ -74,6 +74,8 @@ def main() -> None:
     parser.add_argument("--preset", default="default")
     parser.add_argument("--set", action="append", default=[], dest="settings", metavar="KEY=VALUE")
     parser.add_argument("--poses")
+    parser.add_argument("--table", dest="tables", action="append", choices=("grids", "obstacles", "motion"),
+                        help="only this one; all where none is named")
     given = parser.parse_args()
     options = ["--preset", given.preset, *(part for setting in given.settings for part in ("--set", setting))]
     options += ["--poses", given.poses] if given.poses else []
@@ -88,10 +90,12 @@ def main() -> None:
             grids += grid_rows(name, series)
         if "motion" in series.get("occupancy", {}):
             motion.append(motion_row(name, series["occupancy"]["motion"]))
-    print_table("grids", ["input", "frames", "grid", *GRIDS.values()], grids)
-    print_table("obstacles", ["input", "things", *(title for title, _ in OBSTACLES.values()), "said to move",
-                              *(title for title, _ in TRACKING.values())], obstacles)
-    print_table("motion", ["input", "found", *(title for title, _, _ in MOTION.values())], motion)
+    tables = {"grids": (["input", "frames", "grid", *GRIDS.values()], grids),
+              "obstacles": (["input", "things", *(title for title, _ in OBSTACLES.values()), "said to move",
+                             *(title for title, _ in TRACKING.values())], obstacles),
+              "motion": (["input", "found", *(title for title, _, _ in MOTION.values())], motion)}
+    for name in given.tables or tables:
+        print_table(name, *tables[name])
 
 
 if __name__ == "__main__":
