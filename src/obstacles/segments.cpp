@@ -229,26 +229,18 @@ bool Segmenter::cut(std::size_t segment) {
   for (const int i : of(segment)) profile_[static_cast<std::size_t>(slice_of(node(i)))] += node(i).weight;
   const Waist waist{waist_of(profile_)};
   if (waist.share > thin_share) return false;
-  Range& whole{segments_[segment]};
-  const auto first = order_.begin() + static_cast<std::ptrdiff_t>(whole.begin);
-  const auto last = order_.begin() + static_cast<std::ptrdiff_t>(whole.end);
-  const auto middle = std::partition(first, last, [&](int i) { return slice_of(node(i)) < waist.slice + 0.5; });
-  if (middle == first || middle == last) return false;
-  std::sort(first, middle);
-  std::sort(middle, last);
-  const auto at = static_cast<std::size_t>(middle - order_.begin());
-  const Range rest{at, whole.end};
-  whole.end = at;
-  segments_.push_back(rest);
-  return true;
+  return split(segment, [&](const SegmentNode& one) { return slice_of(one) < waist.slice + 0.5; });
+}
+
+Segmenter::Spot Segmenter::spot_of(Point2 place) const {
+  return {clamped_to_int(std::round(rig_.centre_u_px - rig_.focal_px * place.y / place.x)),
+          clamped_to_int(rig_.focal_px * rig_.baseline_m / place.x * bins_per_px)};
 }
 
 int Segmenter::segment_at(Point2 place) const {
   constexpr int reach{3};
   if (!(place.x > 0)) return none;
-  const double d{rig_.focal_px * rig_.baseline_m / place.x};
-  const int k{clamped_to_int(d * bins_per_px)};
-  const int u{clamped_to_int(std::round(rig_.centre_u_px - rig_.focal_px * place.y / place.x))};
+  const auto [u, k] = spot_of(place);
   int segment{none};
   int nearest{std::numeric_limits<int>::max()};
   for (int j{std::max(k - reach, 0)}; j <= std::min(k + reach, labels_.height() - 1); ++j) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -62,8 +63,30 @@ class Segmenter {
     return std::span{order_}.subspan(segments_[segment].begin, segments_[segment].end - segments_[segment].begin);
   }
   [[nodiscard]] const SegmentNode& node(int index) const { return nodes_[static_cast<std::size_t>(index)]; }
+  /// Where a place of the vehicle frame, x > 0, is seen.
+  struct Spot {
+    int u;
+    int bin;
+  };
+  [[nodiscard]] Spot spot_of(Point2 place) const;
   /// The segment that is seen at a place of the vehicle frame, or the nearest within a few pixels, or none.
   [[nodiscard]] int segment_at(Point2 place) const;
+  /// Makes of the nodes for which `belongs(node)` does not hold a segment of their own, the last one. False: there are
+  /// none, or no others.
+  template <class Belongs>
+  bool split(std::size_t segment, const Belongs& belongs) {
+    const auto begin = order_.begin();
+    const auto first = begin + static_cast<std::ptrdiff_t>(segments_[segment].begin);
+    const auto last = begin + static_cast<std::ptrdiff_t>(segments_[segment].end);
+    const auto middle = std::partition(first, last, [&](int i) { return belongs(node(i)); });
+    std::sort(first, middle);
+    std::sort(middle, last);
+    if (middle == first || middle == last) return false;
+    for (auto i = middle; i != last; ++i) nodes_[static_cast<std::size_t>(*i)].segment = static_cast<int>(size());
+    segments_.push_back({static_cast<std::size_t>(middle - begin), segments_[segment].end});
+    segments_[segment].end = static_cast<std::size_t>(middle - begin);
+    return true;
+  }
 
   [[nodiscard]] std::size_t held_bytes() const {
     return held_bytes_of(bins_, kept_, tallies_, labels_, nodes_, order_, segments_, profile_);

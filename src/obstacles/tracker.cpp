@@ -4,7 +4,6 @@
 #include <cmath>
 #include <tuple>
 
-#include "clamped_to_int.hpp"
 #include "obstacles/tracking.hpp"
 
 namespace stereogrid {
@@ -211,10 +210,10 @@ bool Tracker::is_over(const Track& track, const GridLayers& world, const Pose2& 
   const double column{rig_.centre_u_px - rig_.focal_px * at.y / at.x};
   if (!(at.x > 0 && column > 0 && column < rig_.width_px)) return true;  // nobody will see whether it is still there
   const GridGeometry& grid{world.geometry};
-  const int x{clamped_to_int(std::floor((track.x.position - grid.x_min_m) / grid.cell_size_m))};
-  const int y{clamped_to_int(std::floor((track.y.position - grid.y_min_m) / grid.cell_size_m))};
-  if (x < 0 || x >= grid.nx || y < 0 || y >= grid.ny) return true;
-  return track.unseen_s > gone_s && world.occupancy(x, y) < free_occupancy && world.age_s(x, y) == 0;
+  const auto cell = grid.cell_at({track.x.position, track.y.position});
+  if (!cell) return true;
+  return track.unseen_s > gone_s && world.occupancy(cell->ix, cell->iy) < free_occupancy &&
+         world.age_s(cell->ix, cell->iy) == 0;
 }
 
 void Tracker::report(const Pose2& world_from_vehicle, std::vector<Obstacle>& obstacles) const {

@@ -56,6 +56,7 @@ struct ClusterSpace {
   struct Followed {
     int label;
     std::size_t vector;
+    Segmenter::Spot spot;
   };
   /// `points` that are followed have room from the start.
   ClusterSpace(const Rig& level_rig, const UDisparityConfig& heights, int disparities, std::size_t points = 0);
@@ -69,22 +70,30 @@ struct ClusterSpace {
   std::vector<double> values;      ///< of a cluster's points, or columns
 };
 
+/// Separates what moves from what stands within a segment, where points of both have been followed.
+void separate_movers(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space);
+
 /// A cluster for each segment, with its outline, and with occupancy and velocity as the filtered grid has them.
 void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle, ClusterSpace& space);
-
-/// Clusters of the disparities of obstacles, (H, W) px. `for_ranges`: see Segmenter::find.
-template <class ForRanges>
-void find_clusters(View<const float> obstacle, const Ground& ground, const GridLayers& world,
-                   const Pose2& world_from_vehicle, const ForRanges& for_ranges, ClusterSpace& space) {
-  space.segmenter.find(obstacle, ground, for_ranges);
-  describe_segments(world, world_from_vehicle, space);
-}
 
 /// Gives each cluster the velocity of the points that have been followed on it.
 void measure_velocities(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space);
 
 /// Around the outlines: along the motion of what moves, else the smallest.
 void fit_boxes(std::vector<Cluster>& clusters);
+
+/// Clusters of the disparities of obstacles, (H, W) px, and of points followed to them. `for_ranges`: see
+/// Segmenter::find.
+template <class ForRanges>
+void find_clusters(View<const float> obstacle, const Ground& ground, const GridLayers& world,
+                   const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors, const ForRanges& for_ranges,
+                   ClusterSpace& space) {
+  space.segmenter.find(obstacle, ground, for_ranges);
+  separate_movers(vectors, world_from_vehicle, space);
+  describe_segments(world, world_from_vehicle, space);
+  measure_velocities(vectors, world_from_vehicle, space);
+  fit_boxes(space.clusters);
+}
 
 /// Follows clusters through time: nearest-neighbour association within a gate around each track's prediction, a
 /// constant-velocity Kalman filter for each track, ids that are never used twice. docs/method.md §11.

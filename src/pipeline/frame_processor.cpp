@@ -185,10 +185,8 @@ bool FrameProcessor::judge(const LevelFrame& frame, const Ground& expected, Fram
 void FrameProcessor::track(const LevelFrame& frame, FrameResult& result) {
   clusters_.clusters.clear();
   if (is_reliable_) {
-    find_clusters(stages_->obstacle_disparity(), ground_, result.world, frame.world_from_vehicle, ranges_of(*stages_),
-                  clusters_);
-    measure_velocities(scene_flow_.vectors(), frame.world_from_vehicle, clusters_);
-    fit_boxes(clusters_.clusters);
+    find_clusters(stages_->obstacle_disparity(), ground_, result.world, frame.world_from_vehicle,
+                  scene_flow_.vectors(), ranges_of(*stages_), clusters_);
   }
   tracker_.update(result.world, clusters_.clusters, frame.world_from_vehicle, frame.dt_s);
   tracker_.report(frame.world_from_vehicle, result.obstacles);

@@ -181,7 +181,7 @@ TEST(EvidenceMap, IsNotFasterThanTheLatticeAndStaysInTheWindow) {
 struct TwoClusters {
   TwoClusters() : space{obstacle_space()}, clusters{space.clusters} {
     const PaintedObstacles painted{PaintedObstacles{}.wall(8, 1, 2).wall(8, -2, -1)};
-    find_clusters(painted.disparity.view(), {1.2, 0, 0, true}, still_world(), {}, in_one, space);
+    find_clusters(painted.disparity.view(), {1.2, 0, 0, true}, still_world(), {}, {}, in_one, space);
     clusters.at(0).velocity = clusters.at(1).velocity = {0.5, 0};
     if (space.segmenter.segment_at({8, 1.5}) != 0) std::swap(first, second);
   }
@@ -216,6 +216,60 @@ TEST(ClusterVelocities, NeedTwoPointsThatAgree) {
     EXPECT_EQ(cluster.velocity.x, 0.5);
     EXPECT_FALSE(cluster.has_measured_velocity());
   }
+}
+
+TEST(ClusterVelocities, AreNoneWhereAPixelIsWorthMetres) {
+  for (const double x_m : {19.0, 21.0}) {
+    ClusterSpace space{obstacle_space()};
+    const std::vector<FlowVector> vectors(5, vector_at({x_m, 0.2}, {6, 0}));
+    find_clusters(PaintedObstacles{}.wall(x_m, -1, 1).disparity.view(), {1.2, 0, 0, true}, still_world(), {}, vectors,
+                  in_one, space);
+    ASSERT_EQ(space.clusters.size(), 1u);
+    EXPECT_EQ(space.clusters[0].has_measured_velocity(), x_m < 20) << "4.5 m for a pixel at 19 m, 5.5 m at 21 m";
+  }
+}
+
+// A car passes a parked one so closely that their disparities touch.
+class Passing : public testing::Test {
+ protected:
+  std::vector<Cluster> found(const std::vector<FlowVector>& vectors) {
+    ClusterSpace space{obstacle_space()};
+    find_clusters(PaintedObstacles{}.wall(8, -2, 2).disparity.view(), {1.2, 0, 0, true}, still_world(), {}, vectors,
+                  in_one, space);
+    return space.clusters;
+  }
+  // `left`: the velocity of the points of the left half; the others stand.
+  static std::vector<FlowVector> half_moving(Point2 left, int points = 5) {
+    std::vector<FlowVector> vectors;
+    for (int i{0}; i < points; ++i) {
+      vectors.push_back(vector_at({8, 0.2 + 0.4 * i}, left, 0.8));
+      vectors.push_back(vector_at({8, -0.2 - 0.4 * i}, {0.3, 0}, 0.8));
+    }
+    return vectors;
+  }
+};
+
+TEST_F(Passing, IsAThingOfItsOwn) {
+  const std::vector<Cluster> clusters{found(half_moving({-8, 0}))};
+  ASSERT_EQ(clusters.size(), 2u);
+  EXPECT_NEAR(clusters[0].velocity.x, 0.3, 1e-6);
+  EXPECT_NEAR(clusters[1].velocity.x, -8, 1e-6);
+  EXPECT_NEAR(clusters[0].centre.y, -1, 0.2);
+  EXPECT_NEAR(clusters[1].centre.y, 1, 0.2);
+}
+
+TEST_F(Passing, NeedsPointsThatSurelyMoveAlikeAndTogether) {
+  EXPECT_EQ(found(half_moving({-1, 0})).size(), 1u) << "too slow to be sure";
+  EXPECT_EQ(found(half_moving({-8, 0}, 2)).size(), 1u) << "too few";
+  std::vector<FlowVector> mixed;
+  for (int i{0}; i < 10; ++i) {
+    mixed.push_back(vector_at({8, -1.8 + 0.4 * i}, i % 2 == 0 ? Point2{-8, 0} : Point2{}, 0.8));
+  }
+  EXPECT_EQ(found(mixed).size(), 1u) << "one beside the other";
+  std::vector<FlowVector> wild{half_moving({-8, 0})};
+  for (std::size_t i{0}; i < wild.size(); i += 2)
+    wild[i].velocity = {static_cast<double>(2 * i) - 8, static_cast<double>(4 * i)};
+  EXPECT_EQ(found(wild).size(), 1u) << "each another way";
 }
 
 TEST(ClusterVelocities, OfPointsReachATrackSoon) {

@@ -26,7 +26,7 @@ std::size_t segments_of(const PaintedObstacles& painted) {
 std::vector<Cluster> clusters_of(const PaintedObstacles& painted, const GridLayers& world = still_world(),
                                  const Pose2& world_from_vehicle = {}) {
   ClusterSpace space{obstacle_space()};
-  find_clusters(painted.disparity.view(), level, world, world_from_vehicle, in_one, space);
+  find_clusters(painted.disparity.view(), level, world, world_from_vehicle, {}, in_one, space);
   fit_boxes(space.clusters);
   return space.clusters;
 }
