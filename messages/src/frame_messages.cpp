@@ -63,6 +63,24 @@ std::uint64_t elapsed_ns(std::int64_t now_ns, std::int64_t before_ns) {
   return now_ns > before_ns ? static_cast<std::uint64_t>(now_ns) - static_cast<std::uint64_t>(before_ns) : 0;
 }
 
+void check_layer(const GridGeometry& geometry, const Image<float>& layer) {
+  if (!layer.empty() && layer.width() == geometry.nx && layer.height() == geometry.ny) return;
+  throw InputError{"frame result", "its grids are not of the size that their geometry has.",
+                   "Send results of Pipeline::process()."};
+}
+
+void check(const FrameResult& result) {
+  for (const Image<float>* const layer : {&result.observed, &result.vehicle.occupancy}) {
+    check_layer(result.vehicle.geometry, *layer);
+  }
+  const GridLayers& world{result.world};
+  for (const Image<float>* const layer :
+       {&world.occupancy, &world.velocity_x, &world.velocity_y, &world.moving, &world.age_s}) {
+    check_layer(world.geometry, *layer);
+  }
+  for (const Prediction& one : result.predictions) check_layer(world.geometry, one.world_occupancy);
+}
+
 bool goes_on(const FrameResult& result) {
   return std::ranges::none_of(result.status, [](FrameStatus status) {
     return status == FrameStatus::clock_gap || status == FrameStatus::clock_stepped_back ||
@@ -167,7 +185,7 @@ void FrameMessages::Implementation::send_grid(Topic<nav_msgs::OccupancyGrid>& to
                                               const GridGeometry& geometry, const Image<float>& occupancy) {
   outlet.offer(topic, stamp_ns, [&](nav_msgs::OccupancyGrid& message) {
     mark(message.header, frame);
-    fill(message, geometry, occupancy.view(), options.scale);
+    fill(message, geometry, occupancy, options.scale);
   });
 }
 
@@ -244,6 +262,7 @@ FrameMessages& FrameMessages::operator=(FrameMessages&&) noexcept = default;
 FrameMessages::~FrameMessages() = default;
 
 void FrameMessages::send(const FrameResult& result, const FrameFacts& facts) {
+  check(result);
   Implementation& it{*implementation_};
   it.stamp_ns = facts.stamp_ns;
   it.stamp = time_of(facts.stamp_ns);

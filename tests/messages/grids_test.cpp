@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "stereogrid/error.hpp"
 #include "stereogrid/messages/grid_map_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/occupancy_values.hpp"
@@ -89,6 +90,16 @@ TEST(OccupancyGridMessage, OfEachPredictionHasATopic) {
   EXPECT_EQ(recorder.last<OccupancyGrid>("/stereo_grid/predicted_grid_0_5").data[1], 80);
   EXPECT_EQ(recorder.last<OccupancyGrid>("/stereo_grid/predicted_grid_2").data[1], 20);
   EXPECT_EQ(recorder.last<OccupancyGrid>("/stereo_grid/predicted_grid_2").header.frame_id, "odom");
+}
+
+TEST(OccupancyGridMessage, OfNoPipelineIsRefused) {
+  Recorder recorder;
+  FrameMessages messages{recorder, small_rig()};
+  EXPECT_THROW(messages.send({}, {}), InputError);
+  FrameResult result{small_result()};
+  result.world.moving = Image<float>{5, 3};
+  EXPECT_THROW(messages.send(result, {}), InputError);
+  EXPECT_TRUE(recorder.sent.empty());
 }
 
 // What GridMap's own library does with a message: element (row, column) of a layer, and where it lies.

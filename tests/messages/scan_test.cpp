@@ -18,7 +18,7 @@ using sensor_msgs::LaserScan;
 FrameResult all_free() {
   FrameResult result{small_result()};
   result.vehicle.geometry = {0, -10, 0.2, 100, 100};
-  result.vehicle.occupancy = Image<float>{100, 100, 0.1f};
+  result.vehicle.occupancy = result.observed = Image<float>{100, 100, 0.1f};
   return result;
 }
 
@@ -111,6 +111,12 @@ TEST(LaserScanMessage, KnowsNothingWhereTheCameraSeesNoGround) {
   Rig rig{small_rig()};
   rig.camera_pitch_rad = -0.5;
   for (const float range : scan_of(all_free(), rig).ranges) EXPECT_TRUE(std::isnan(range));
+}
+
+TEST(LaserScanMessage, KnowsNothingOfAGridBesideItsView) {
+  FrameResult result{all_free()};
+  result.vehicle.geometry.y_min_m = 5;
+  for (const float range : scan_of(result).ranges) EXPECT_TRUE(std::isnan(range));
 }
 
 TEST(LaserScanMessage, EndsWhereTheFirstBeamLeavesTheGrid) {

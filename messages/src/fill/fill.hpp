@@ -30,7 +30,7 @@ namespace stereogrid::messages {
 /// Seconds that ROS cannot hold (before 1901, after 2038) become the first or the last ones that it can.
 [[nodiscard]] builtin_interfaces::Time time_of(std::int64_t stamp_ns);
 
-void fill(nav_msgs::OccupancyGrid& message, const GridGeometry& geometry, View<const float> occupancy,
+void fill(nav_msgs::OccupancyGrid& message, const GridGeometry& geometry, const Image<float>& occupancy,
           OccupancyScale scale);
 void fill(grid_map_msgs::GridMap& message, const GridLayers& grid);
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <limits>
 
 #include "fill/fill.hpp"
@@ -37,20 +36,17 @@ void lay_out(std_msgs::MultiArrayLayout& layout, int rows, int columns) {
 
 }  // namespace
 
-void fill(nav_msgs::OccupancyGrid& message, const GridGeometry& geometry, View<const float> occupancy,
+void fill(nav_msgs::OccupancyGrid& message, const GridGeometry& geometry, const Image<float>& occupancy,
           OccupancyScale scale) {
   nav_msgs::MapMetaData& info{message.info};
   info.map_load_time = message.header.stamp;
   info.resolution = static_cast<float>(geometry.cell_size_m);
-  info.width = static_cast<std::uint32_t>(occupancy.width);
-  info.height = static_cast<std::uint32_t>(occupancy.height);
+  info.width = static_cast<std::uint32_t>(occupancy.width());
+  info.height = static_cast<std::uint32_t>(occupancy.height());
   info.origin.position = {corner(geometry.x_min_m, geometry.cell_size_m, info.resolution),
                           corner(geometry.y_min_m, geometry.cell_size_m, info.resolution), 0};
-  message.data.clear();
-  for (int iy{0}; iy < occupancy.height; ++iy) {
-    std::transform(occupancy.row(iy), occupancy.row(iy) + occupancy.width, std::back_inserter(message.data),
-                   [&](float p) { return occupancy_value(p, scale); });
-  }
+  message.data.resize(occupancy.size());
+  std::ranges::transform(occupancy, message.data.begin(), [&](float p) { return occupancy_value(p, scale); });
 }
 
 // Index (0, 0) is the corner of the largest x and y; rows go down x, columns down y, and one column comes after the

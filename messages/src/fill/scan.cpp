@@ -72,8 +72,10 @@ class Beam {
 void fill(sensor_msgs::LaserScan& message, const Rig& rig, const GridLayers& grid) {
   const GridGeometry& geometry{grid.geometry};
   const FieldOfView view{rig};
-  const double max_m{std::min({length_within(geometry, view.right_rad), length_within(geometry, view.left_rad),
-                               length_within(geometry, std::clamp(0.0, view.right_rad, view.left_rad))})};
+  const double straight_rad{std::clamp(0.0, view.right_rad, view.left_rad)};
+  const double reach_m{std::min({length_within(geometry, view.right_rad), length_within(geometry, view.left_rad),
+                                 length_within(geometry, straight_rad)})};
+  const double max_m{std::max(reach_m, geometry.cell_size_m)};  // of a grid that the camera does not look at: nothing
   const double min_m{geometry.cell_size_m / 2};
   // at the end of the range a cell's width lies between two beams
   const double span_rad{view.left_rad - view.right_rad};

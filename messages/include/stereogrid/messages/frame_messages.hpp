@@ -55,7 +55,7 @@ class STEREOGRID_EXPORT FrameMessages {
   ~FrameMessages();
 
   /// Topics that are made of FrameResult::stages are left out where there are none. Throws what the sink throws;
-  /// InputError: stages of another rig.
+  /// InputError: no result of a pipeline, or one whose stages are of another rig.
   void send(const FrameResult& result, const FrameFacts& facts);
 
   /// Where the pipeline has found another mounting: Pipeline::rig() as it is then. Throws InputError: its problems.
