@@ -58,7 +58,7 @@ std::string suffix_of(double horizon_s) {
   return suffix;
 }
 
-// The later stamp first; 0: it is not.
+// 0: `now_ns` is not later.
 std::uint64_t elapsed_ns(std::int64_t now_ns, std::int64_t before_ns) {
   return now_ns > before_ns ? static_cast<std::uint64_t>(now_ns) - static_cast<std::uint64_t>(before_ns) : 0;
 }
@@ -96,7 +96,7 @@ struct FrameMessages::Implementation {
         rig{checked(given_rig)},
         level_rig{LevelMapping{rig}.level_rig()},
         outlet{sink, options.node, options.topics} {
-    static_cast<void>(outlet.topic<nav_msgs::OccupancyGrid>(predicted_name));
+    static_cast<void>(outlet.topic<nav_msgs::OccupancyGrid>(predicted_name));  // to be known before there is one
     outlet.check_selection();
   }
 
