@@ -11,6 +11,7 @@ namespace stereogrid::fuzz {
 
 void calibration_kitti(Bytes input);  ///< files calib_cam_to_cam.txt and calib_velo_to_cam.txt
 void calibration_yaml(Bytes input);
+void cdr(Bytes input);  ///< a byte for the type, then a message
 void config_yaml(Bytes input);
 void disparity(Bytes input);
 void image(Bytes input);
@@ -36,6 +37,7 @@ struct Target {
 
 inline constexpr Target targets[]{{"calibration_kitti", calibration_kitti},
                                   {"calibration_yaml", calibration_yaml},
+                                  {"cdr", cdr},
                                   {"config_yaml", config_yaml},
                                   {"disparity", disparity},
                                   {"image", image},

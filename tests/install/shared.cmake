@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Core and io, without the tool, as shared libraries: who links them, and what the core shows.
+# Core, io and messages, without the tool, as shared libraries: who links them, and what the core shows.
 cmake_minimum_required(VERSION 3.22)
 include(${CMAKE_CURRENT_LIST_DIR}/common.cmake)
 
 file(REMOVE_RECURSE ${WORK} ${AGAIN})
 run(${CMAKE_COMMAND} -S ${SOURCE} -B ${AGAIN} ${GENERATE} ${COMPILE} -D BUILD_SHARED_LIBS=ON
-    -D STEREOGRID_TOOL=OFF -D STEREOGRID_IO=ON -D STEREOGRID_TESTS=OFF)
+    -D STEREOGRID_TOOL=OFF -D STEREOGRID_IO=ON -D STEREOGRID_CONNECTED=ON -D STEREOGRID_TESTS=OFF)
 run(${CMAKE_COMMAND} --build ${AGAIN})
 install_and_move(${AGAIN})
 
@@ -28,5 +28,5 @@ endif()
 # nothing but the libraries is needed
 set(options -D CMAKE_DISABLE_FIND_PACKAGE_TBB=ON -D CMAKE_DISABLE_FIND_PACKAGE_OpenCV=ON
             -D CMAKE_DISABLE_FIND_PACKAGE_PkgConfig=ON)
-consume(core io)
-consume_by_pkg_config(core io)
+consume(core io messages)
+consume_by_pkg_config(core io messages)

@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "stereogrid/camera.hpp"
+#include "stereogrid/frame.hpp"
+#include "stereogrid/grid.hpp"
+#include "stereogrid/messages/diagnostic_msgs.hpp"
+#include "stereogrid/messages/frame_messages.hpp"
+#include "stereogrid/messages/geometry_msgs.hpp"
+#include "stereogrid/messages/grid_map_msgs.hpp"
+#include "stereogrid/messages/nav2_dynamic_msgs.hpp"
+#include "stereogrid/messages/nav_msgs.hpp"
+#include "stereogrid/messages/sensor_msgs.hpp"
+#include "stereogrid/messages/std_msgs.hpp"
+#include "stereogrid/messages/stereo_msgs.hpp"
+#include "stereogrid/messages/tf2_msgs.hpp"
+#include "stereogrid/messages/visualization_msgs.hpp"
+#include "stereogrid/occupancy_values.hpp"
+#include "stereogrid/result.hpp"
+
+// What a frame's result becomes. Each writes all fields of a message but its header, and uses the memory that it has.
+namespace stereogrid::messages {
+
+/// Seconds that ROS cannot hold (before 1901, after 2038) become the first or the last ones that it can.
+[[nodiscard]] builtin_interfaces::Time time_of(std::int64_t stamp_ns);
+
+void fill(nav_msgs::OccupancyGrid& message, const GridGeometry& geometry, const Image<float>& occupancy,
+          OccupancyScale scale);
+void fill(grid_map_msgs::GridMap& message, const GridLayers& grid);
+
+/// In the world frame. `node`: part of what makes their ids unique.
+void fill(nav2_dynamic_msgs::ObstacleArray& message, const FrameResult& result, const std::string& node);
+/// In the world frame, whose name each marker carries.
+void fill(visualization_msgs::MarkerArray& message, const FrameResult& result, const builtin_interfaces::Time& stamp,
+          const std::string& world_frame);
+
+void fill(stereo_msgs::DisparityImage& message, const StageImages& stages, const Rig& level_rig);
+/// In the vehicle frame. Throws InputError as points_of does.
+void fill(sensor_msgs::PointCloud2& message, const FrameResult& result, const Rig& level_rig);
+void fill(sensor_msgs::CompressedImage& message, std::span<const std::byte> jpeg);
+
+/// In the vehicle frame, from its grid.
+void fill(sensor_msgs::LaserScan& message, const Rig& rig, const GridLayers& grid);
+
+[[nodiscard]] geometry_msgs::Quaternion rotation_about_z(double yaw_rad);
+/// Takes points of the camera's frame (x right, y down, z forward) to the vehicle frame.
+[[nodiscard]] geometry_msgs::Transform vehicle_from_camera(const Rig& rig);
+[[nodiscard]] geometry_msgs::Transform world_from_vehicle(const Pose2& pose);
+/// `moved`: by how much the vehicle has moved in `dt_s`, in its own frame before.
+void fill(nav_msgs::Odometry& message, const Pose2& world_from_vehicle, const Pose2& moved, double dt_s);
+
+void fill(diagnostic_msgs::DiagnosticArray& message, const FrameResult& result, const FrameFacts& facts,
+          const std::string& node);
+
+}  // namespace stereogrid::messages

@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstring>
+
+#include "fill/fill.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/points.hpp"
+
+namespace stereogrid::messages {
+namespace {
+
+constexpr float no_disparity{-1};        // below min_disparity, which is 0
+constexpr float disparity_step{0.0625};  // finer ones the matches do not bear out
+
+// of PointField::datatype
+constexpr std::uint8_t uint8{2};
+constexpr std::uint8_t float32{7};
+
+struct Field {
+  const char* name;
+  std::uint32_t offset;
+  std::uint8_t datatype;
+};
+constexpr std::array<Field, 4> point_fields{
+    {{"x", 0, float32}, {"y", 4, float32}, {"z", 8, float32}, {"label", 12, uint8}}};
+constexpr std::size_t point_bytes{16};
+
+}  // namespace
+
+void fill(stereo_msgs::DisparityImage& message, const StageImages& stages, const Rig& level_rig) {
+  const Image<float>& obstacle{stages.obstacle_disparity};
+  const Image<float>& road{stages.road_disparity};
+  if (obstacle.width() != level_rig.width_px || obstacle.height() != level_rig.height_px ||
+      road.size() != obstacle.size()) {
+    throw InputError{"frame result", "its disparities do not have the rig's size.",
+                     "Tell FrameMessages of the rig that the pipeline has: set_rig(pipeline.rig())."};
+  }
+  sensor_msgs::Image& image{message.image};
+  image.header = message.header;
+  image.width = static_cast<std::uint32_t>(obstacle.width());
+  image.height = static_cast<std::uint32_t>(obstacle.height());
+  image.encoding = "32FC1";
+  image.step = image.width * sizeof(float);
+  image.data.resize(obstacle.size() * sizeof(float));
+  std::byte* to{reinterpret_cast<std::byte*>(image.data.data())};
+  float largest{0};
+  for (std::size_t i{0}; i < obstacle.size(); ++i) {
+    const float found{std::max(obstacle.data()[i], road.data()[i])};  // no pixel has both
+    const float disparity{found > 0 ? found : no_disparity};
+    largest = std::max(largest, disparity);
+    std::memcpy(to + i * sizeof(float), &disparity, sizeof(float));
+  }
+  message.f = static_cast<float>(level_rig.focal_px);
+  message.t = static_cast<float>(level_rig.baseline_m);
+  message.valid_window = {0, 0, image.height, image.width, false};
+  message.min_disparity = 0;
+  // stages have a row of the u-disparity plane for each disparity that could be found
+  message.max_disparity = std::max(static_cast<float>(stages.possible.size()), largest);
+  message.delta_d = disparity_step;
+}
+
+void fill(sensor_msgs::PointCloud2& message, const FrameResult& result, const Rig& level_rig) {
+  const std::vector<LabelledPoint> points{points_of(result, level_rig)};
+  message.height = 1;
+  message.width = static_cast<std::uint32_t>(points.size());
+  message.fields.resize(point_fields.size());
+  for (std::size_t i{0}; i < point_fields.size(); ++i) {
+    message.fields[i].name = point_fields[i].name;
+    message.fields[i].offset = point_fields[i].offset;
+    message.fields[i].datatype = point_fields[i].datatype;
+    message.fields[i].count = 1;
+  }
+  message.point_step = point_bytes;
+  message.row_step = message.width * message.point_step;
+  message.is_dense = true;
+  message.data.resize(points.size() * point_bytes);
+  std::uint8_t* to{message.data.data()};
+  for (const LabelledPoint& point : points) {
+    const std::array<float, 3> place{point.x_m, point.y_m, point.z_m};
+    std::memcpy(to, place.data(), sizeof(place));
+    to[12] = static_cast<std::uint8_t>(point.label);
+    to += point_bytes;
+  }
+}
+
+void fill(sensor_msgs::CompressedImage& message, std::span<const std::byte> jpeg) {
+  message.format = "jpeg";
+  message.data.resize(jpeg.size());
+  std::memcpy(message.data.data(), jpeg.data(), jpeg.size());
+}
+
+}  // namespace stereogrid::messages

@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "fill/fill.hpp"
+
+namespace stereogrid::messages {
+namespace {
+
+// FNV-1a.
+std::uint64_t hash_of(std::string_view text) {
+  std::uint64_t hash{0xcbf29ce484222325};
+  for (const char letter : text) hash = (hash ^ static_cast<unsigned char>(letter)) * 0x100000001b3;
+  return hash;
+}
+
+void put(std::uint64_t number, std::span<std::uint8_t, 8> bytes) {
+  for (std::size_t i{0}; i < 8; ++i) bytes[i] = static_cast<std::uint8_t>(number >> (56 - 8 * i));
+}
+
+void fill_obstacle(nav2_dynamic_msgs::Obstacle& message, const Obstacle& obstacle, const Pose2& world_from_vehicle) {
+  const Point2 centre{world_from_vehicle * Point2{obstacle.x_m, obstacle.y_m}};
+  const Pose2 turned{0, 0, world_from_vehicle.yaw_rad};
+  const Point2 velocity{turned * Point2{obstacle.vx_mps, obstacle.vy_mps}};
+  // the type has no orientation: the box along the axes around the turned one
+  const double yaw_rad{obstacle.yaw_rad + world_from_vehicle.yaw_rad};
+  const double c{std::abs(std::cos(yaw_rad))};
+  const double s{std::abs(std::sin(yaw_rad))};
+  put(static_cast<std::uint64_t>(obstacle.id), std::span{message.uuid.uuid}.last<8>());
+  message.score = static_cast<float>(obstacle.occupancy);
+  message.position = {centre.x, centre.y, obstacle.height_m / 2};
+  message.velocity = {velocity.x, velocity.y, 0};
+  message.size = {c * obstacle.length_m + s * obstacle.width_m, s * obstacle.length_m + c * obstacle.width_m,
+                  obstacle.height_m};
+}
+
+}  // namespace
+
+void fill(nav2_dynamic_msgs::ObstacleArray& message, const FrameResult& result, const std::string& node) {
+  message.obstacles.clear();
+  for (const Obstacle& obstacle : result.obstacles) {
+    if (!obstacle.confirmed) continue;  // the type cannot tell
+    fill_obstacle(message.obstacles.emplace_back(), obstacle, result.world_from_vehicle);
+    put(hash_of(node), std::span{message.obstacles.back().uuid.uuid}.first<8>());
+  }
+}
+
+}  // namespace stereogrid::messages

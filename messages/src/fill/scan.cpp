@@ -1,0 +1,97 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "fill/fill.hpp"
+
+namespace stereogrid::messages {
+namespace {
+
+constexpr float nothing_there{std::numeric_limits<float>::infinity()};
+constexpr float nothing_known{std::numeric_limits<float>::quiet_NaN()};
+constexpr double steps_per_cell{4};
+
+// Bearings that the camera sees, rad, counter-clockwise.
+struct FieldOfView {
+  explicit FieldOfView(const Rig& rig)
+      : right_rad{-std::atan((rig.width_px - 0.5 - rig.centre_u_px) / rig.focal_px)},
+        left_rad{std::atan((rig.centre_u_px + 0.5) / rig.focal_px)} {}
+
+  double right_rad;
+  double left_rad;
+};
+
+// How far a beam from the origin stays within the grid.
+double length_within(const GridGeometry& grid, double bearing_rad) {
+  const double x_max_m{grid.x_min_m + grid.nx * grid.cell_size_m};
+  const double y_end_m{bearing_rad > 0 ? grid.y_min_m + grid.ny * grid.cell_size_m : grid.y_min_m};
+  const double ahead{x_max_m / std::cos(bearing_rad)};
+  return bearing_rad == 0 ? ahead : std::min(ahead, y_end_m / std::sin(bearing_rad));
+}
+
+// Nearest place straight ahead where the camera sees the road, m; infinite: nowhere.
+double road_begins_at(const Rig& rig) {
+  const double down_rad{std::atan((rig.height_px - 0.5 - rig.centre_v_px) / rig.focal_px) + rig.camera_pitch_rad};
+  return down_rad > 0 ? rig.camera_height_m / std::tan(down_rad) : std::numeric_limits<double>::infinity();
+}
+
+class Beam {
+ public:
+  Beam(const GridLayers& grid, double bearing_rad)
+      : grid_{grid}, c_{std::cos(bearing_rad)}, s_{std::sin(bearing_rad)} {}
+
+  // `seen_from_m`: how far ahead the nearest ground lies that the camera sees.
+  [[nodiscard]] float range(double min_m, double max_m, double seen_from_m) const {
+    const double step_m{grid_.geometry.cell_size_m / steps_per_cell};
+    bool is_seen_free{seen_from_m < max_m * c_};
+    for (double r{min_m}; r < max_m; r += step_m) {
+      const int value{value_at(r)};
+      if (value == 100) return static_cast<float>(r);
+      if (value != 0 && r * c_ > seen_from_m) is_seen_free = false;
+    }
+    return is_seen_free ? nothing_there : nothing_known;
+  }
+
+ private:
+  // 100: occupied, 0: free, −1: not known.
+  [[nodiscard]] int value_at(double range_m) const {
+    const auto cell{grid_.geometry.cell_at({range_m * c_, range_m * s_})};
+    return cell ? occupancy_value(grid_.occupancy(cell->ix, cell->iy), OccupancyScale::trinary) : -1;
+  }
+
+  const GridLayers& grid_;
+  double c_;
+  double s_;
+};
+
+}  // namespace
+
+// A beam that leaves the grid at its side says nothing of what lies beyond: the range ends where the first one does.
+void fill(sensor_msgs::LaserScan& message, const Rig& rig, const GridLayers& grid) {
+  const GridGeometry& geometry{grid.geometry};
+  const FieldOfView view{rig};
+  const double straight_rad{std::clamp(0.0, view.right_rad, view.left_rad)};
+  const double reach_m{std::min({length_within(geometry, view.right_rad), length_within(geometry, view.left_rad),
+                                 length_within(geometry, straight_rad)})};
+  const double max_m{std::max(reach_m, geometry.cell_size_m)};  // of a grid that the camera does not look at: nothing
+  const double min_m{geometry.cell_size_m / 2};
+  // at the end of the range a cell's width lies between two beams
+  const double span_rad{view.left_rad - view.right_rad};
+  const auto beams{static_cast<std::size_t>(std::ceil(span_rad * max_m / geometry.cell_size_m)) + 1};
+  const double increment_rad{span_rad / static_cast<double>(beams - 1)};
+  message.angle_min = static_cast<float>(view.right_rad);
+  message.angle_max = static_cast<float>(view.left_rad);
+  message.angle_increment = static_cast<float>(increment_rad);
+  message.range_min = static_cast<float>(min_m);
+  message.range_max = static_cast<float>(max_m);
+  message.ranges.resize(beams);
+  const double seen_from_m{road_begins_at(rig)};
+  for (std::size_t i{0}; i < beams; ++i) {
+    const Beam beam{grid, view.right_rad + static_cast<double>(i) * increment_rad};
+    message.ranges[i] = beam.range(min_m, max_m, seen_from_m);
+  }
+}
+
+}  // namespace stereogrid::messages

@@ -1,0 +1,283 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/messages/frame_messages.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdio>
+#include <utility>
+
+#include "fill/fill.hpp"
+#include "outlet.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/level_mapping.hpp"
+
+namespace stereogrid::messages {
+namespace {
+
+constexpr std::uint64_t diagnostics_period_ns{1'000'000'000};
+
+struct Last {
+  std::int64_t stamp_ns;
+  Pose2 world_from_vehicle;
+};
+
+struct PredictedGrid {
+  double horizon_s;
+  Topic<nav_msgs::OccupancyGrid> topic;
+};
+
+const Rig& checked(const Rig& rig) {
+  if (const std::vector<std::string> found{problems(rig)}; !found.empty()) throw InputError{found.front()};
+  return rig;
+}
+
+FrameMessagesOptions checked(FrameMessagesOptions options) {
+  const auto is_allowed = [](unsigned char letter) {
+    return std::isalnum(letter) != 0 || letter == '_' || letter == '/';
+  };
+  const std::string& node{options.node};
+  if (node.empty() || !std::ranges::all_of(node, is_allowed) || node.front() == '/' || node.back() == '/' ||
+      node.find("//") != std::string::npos) {
+    throw ConfigError{"\"" + node + "\" is no name of a node: letters, digits and _, with / between names."};
+  }
+  for (const std::string* const frame : {&options.world_frame, &options.vehicle_frame, &options.camera_frame}) {
+    if (frame->empty()) throw ConfigError{"A frame needs a name."};
+  }
+  return options;
+}
+
+// 0.5 s: "_0_5", as names of ROS have no dots.
+std::string suffix_of(double horizon_s) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "_%g", horizon_s);
+  std::string suffix{text.data()};
+  std::ranges::replace_if(
+      suffix, [](unsigned char letter) { return std::isalnum(letter) == 0; }, '_');
+  return suffix;
+}
+
+// 0: `now_ns` is not later.
+std::uint64_t elapsed_ns(std::int64_t now_ns, std::int64_t before_ns) {
+  return now_ns > before_ns ? static_cast<std::uint64_t>(now_ns) - static_cast<std::uint64_t>(before_ns) : 0;
+}
+
+void check_layer(const GridGeometry& geometry, const Image<float>& layer) {
+  if (!layer.empty() && layer.width() == geometry.nx && layer.height() == geometry.ny) return;
+  throw InputError{"frame result", "its grids are not of the size that their geometry has.",
+                   "Send results of Pipeline::process()."};
+}
+
+void check(const FrameResult& result) {
+  for (const Image<float>* const layer : {&result.observed, &result.vehicle.occupancy}) {
+    check_layer(result.vehicle.geometry, *layer);
+  }
+  const GridLayers& world{result.world};
+  for (const Image<float>* const layer :
+       {&world.occupancy, &world.velocity_x, &world.velocity_y, &world.moving, &world.age_s}) {
+    check_layer(world.geometry, *layer);
+  }
+  for (const Prediction& one : result.predictions) check_layer(world.geometry, one.world_occupancy);
+}
+
+bool goes_on(const FrameResult& result) {
+  return std::ranges::none_of(result.status, [](FrameStatus status) {
+    return status == FrameStatus::clock_gap || status == FrameStatus::clock_stepped_back ||
+           status == FrameStatus::pose_jump;
+  });
+}
+
+}  // namespace
+
+struct FrameMessages::Implementation {
+  Implementation(Sink& sink, const Rig& given_rig, const FrameMessagesOptions& given)
+      : options{checked(given)},
+        rig{checked(given_rig)},
+        level_rig{LevelMapping{rig}.level_rig()},
+        outlet{sink, options.node, options.topics} {
+    static_cast<void>(outlet.topic<nav_msgs::OccupancyGrid>(predicted_name));  // to be known before there is one
+    outlet.check_selection();
+  }
+
+  void mark(std_msgs::Header& header, const std::string& frame) const {
+    header.stamp = stamp;
+    header.frame_id = frame;
+  }
+  [[nodiscard]] const std::string& level_frame() const {
+    return level_rig == rig ? options.camera_frame : level_camera_frame;
+  }
+
+  void send_transforms(const FrameResult& result);
+  void send_odometry(const FrameResult& result);
+  void send_grid(Topic<nav_msgs::OccupancyGrid>& topic, const std::string& frame, const GridGeometry& geometry,
+                 const Image<float>& occupancy);
+  void send_predictions(const FrameResult& result);
+  void send_grids(const FrameResult& result);
+  void send_obstacles(const FrameResult& result);
+  void send_images(const FrameResult& result, std::span<const std::byte> left_jpeg);
+  void send_diagnostics(const FrameResult& result, const FrameFacts& facts);
+
+  static constexpr const char* predicted_name{"predicted_grid"};
+
+  FrameMessagesOptions options;
+  Rig rig;
+  Rig level_rig;
+  std::string level_camera_frame{options.camera_frame + "_level"};
+  Outlet outlet;
+  Topic<nav_msgs::OccupancyGrid> occupancy_grid{outlet.topic<nav_msgs::OccupancyGrid>("occupancy_grid", true)};
+  Topic<nav_msgs::OccupancyGrid> observed_grid{outlet.topic<nav_msgs::OccupancyGrid>("observed_grid", true)};
+  std::vector<PredictedGrid> predicted_grids;
+  Topic<grid_map_msgs::GridMap> grid_map{outlet.topic<grid_map_msgs::GridMap>("grid_map", true)};
+  Topic<nav2_dynamic_msgs::ObstacleArray> obstacles{outlet.topic<nav2_dynamic_msgs::ObstacleArray>("obstacles")};
+  Topic<visualization_msgs::MarkerArray> markers{outlet.topic<visualization_msgs::MarkerArray>("obstacle_markers")};
+  Topic<stereo_msgs::DisparityImage> disparity{outlet.topic<stereo_msgs::DisparityImage>("disparity")};
+  Topic<sensor_msgs::PointCloud2> points{outlet.topic<sensor_msgs::PointCloud2>("points")};
+  Topic<sensor_msgs::CompressedImage> annotated{
+      outlet.topic<sensor_msgs::CompressedImage>("left/image_annotated/compressed")};
+  Topic<sensor_msgs::LaserScan> scan{outlet.topic<sensor_msgs::LaserScan>("scan")};
+  Topic<nav_msgs::Odometry> odometry{outlet.topic<nav_msgs::Odometry>("odometry")};
+  Topic<tf2_msgs::TFMessage> tf{outlet.topic<tf2_msgs::TFMessage>("/tf")};
+  Topic<tf2_msgs::TFMessage> tf_static{outlet.topic<tf2_msgs::TFMessage>("/tf_static", true)};
+  Topic<diagnostic_msgs::DiagnosticArray> status{outlet.topic<diagnostic_msgs::DiagnosticArray>("status")};
+  Topic<diagnostic_msgs::DiagnosticArray> diagnostics{outlet.topic<diagnostic_msgs::DiagnosticArray>("/diagnostics")};
+
+  std::int64_t stamp_ns{0};
+  builtin_interfaces::Time stamp;  // the same
+  bool is_mounting_sent{false};
+  std::optional<Last> last;
+  std::optional<std::int64_t> diagnosed_ns;
+};
+
+void FrameMessages::Implementation::send_transforms(const FrameResult& result) {
+  const auto set = [&](geometry_msgs::TransformStamped& one, const std::string& frame, const std::string& child,
+                       const geometry_msgs::Transform& transform) {
+    mark(one.header, frame);
+    one.child_frame_id = child;
+    one.transform = transform;
+  };
+  if (!is_mounting_sent) {
+    is_mounting_sent = outlet.offer(tf_static, stamp_ns, [&](tf2_msgs::TFMessage& message) {
+      message.transforms.resize(level_rig == rig ? 1 : 2);
+      set(message.transforms.front(), options.vehicle_frame, options.camera_frame, vehicle_from_camera(rig));
+      set(message.transforms.back(), options.vehicle_frame, level_frame(), vehicle_from_camera(level_rig));
+    });
+  }
+  outlet.offer(tf, stamp_ns, [&](tf2_msgs::TFMessage& message) {
+    message.transforms.resize(1);
+    set(message.transforms.front(), options.world_frame, options.vehicle_frame,
+        world_from_vehicle(result.world_from_vehicle));
+  });
+}
+
+void FrameMessages::Implementation::send_odometry(const FrameResult& result) {
+  const std::uint64_t dt_ns{last && goes_on(result) ? elapsed_ns(stamp_ns, last->stamp_ns) : 0};
+  const Pose2 moved{dt_ns > 0 ? inverse(last->world_from_vehicle) * result.world_from_vehicle : Pose2{}};
+  outlet.offer(odometry, stamp_ns, [&](nav_msgs::Odometry& message) {
+    mark(message.header, options.world_frame);
+    message.child_frame_id = options.vehicle_frame;
+    fill(message, result.world_from_vehicle, moved, dt_ns > 0 ? static_cast<double>(dt_ns) * 1e-9 : 1);
+  });
+  last = {stamp_ns, result.world_from_vehicle};
+}
+
+void FrameMessages::Implementation::send_grid(Topic<nav_msgs::OccupancyGrid>& topic, const std::string& frame,
+                                              const GridGeometry& geometry, const Image<float>& occupancy) {
+  outlet.offer(topic, stamp_ns, [&](nav_msgs::OccupancyGrid& message) {
+    mark(message.header, frame);
+    fill(message, geometry, occupancy, options.scale);
+  });
+}
+
+void FrameMessages::Implementation::send_predictions(const FrameResult& result) {
+  for (const Prediction& prediction : result.predictions) {
+    auto found{std::ranges::find(predicted_grids, prediction.horizon_s, &PredictedGrid::horizon_s)};
+    if (found == predicted_grids.end()) {
+      const std::string suffix{suffix_of(prediction.horizon_s)};
+      predicted_grids.push_back(
+          {prediction.horizon_s, outlet.topic<nav_msgs::OccupancyGrid>(predicted_name, true, suffix)});
+      found = predicted_grids.end() - 1;
+    }
+    send_grid(found->topic, options.world_frame, result.world.geometry, prediction.world_occupancy);
+  }
+}
+
+void FrameMessages::Implementation::send_grids(const FrameResult& result) {
+  send_grid(occupancy_grid, options.world_frame, result.world.geometry, result.world.occupancy);
+  send_grid(observed_grid, options.vehicle_frame, result.vehicle.geometry, result.observed);
+  send_predictions(result);
+  outlet.offer(grid_map, stamp_ns, [&](grid_map_msgs::GridMap& message) {
+    mark(message.header, options.world_frame);
+    fill(message, result.world);
+  });
+  outlet.offer(scan, stamp_ns, [&](sensor_msgs::LaserScan& message) {
+    mark(message.header, options.vehicle_frame);
+    fill(message, rig, result.vehicle);
+  });
+}
+
+void FrameMessages::Implementation::send_obstacles(const FrameResult& result) {
+  outlet.offer(obstacles, stamp_ns, [&](nav2_dynamic_msgs::ObstacleArray& message) {
+    mark(message.header, options.world_frame);
+    fill(message, result, options.node);
+  });
+  outlet.offer(markers, stamp_ns,
+               [&](visualization_msgs::MarkerArray& message) { fill(message, result, stamp, options.world_frame); });
+}
+
+void FrameMessages::Implementation::send_images(const FrameResult& result, std::span<const std::byte> left_jpeg) {
+  if (!result.stages.obstacle_disparity.empty()) {
+    outlet.offer(disparity, stamp_ns, [&](stereo_msgs::DisparityImage& message) {
+      mark(message.header, level_frame());
+      fill(message, result.stages, level_rig);
+    });
+    outlet.offer(points, stamp_ns, [&](sensor_msgs::PointCloud2& message) {
+      mark(message.header, options.vehicle_frame);
+      fill(message, result, level_rig);
+    });
+  }
+  if (left_jpeg.empty()) return;
+  outlet.offer(annotated, stamp_ns, [&](sensor_msgs::CompressedImage& message) {
+    mark(message.header, options.camera_frame);
+    fill(message, left_jpeg);
+  });
+}
+
+void FrameMessages::Implementation::send_diagnostics(const FrameResult& result, const FrameFacts& facts) {
+  const auto tell = [&](diagnostic_msgs::DiagnosticArray& message) {
+    mark(message.header, "");
+    fill(message, result, facts, options.node);
+  };
+  outlet.offer(status, stamp_ns, tell);
+  // who watches over a robot reads once a second; not where the clock has stepped back
+  const bool is_due{!diagnosed_ns || stamp_ns < *diagnosed_ns ||
+                    elapsed_ns(stamp_ns, *diagnosed_ns) >= diagnostics_period_ns};
+  if (is_due && outlet.offer(diagnostics, stamp_ns, tell)) diagnosed_ns = stamp_ns;
+}
+
+FrameMessages::FrameMessages(Sink& sink, const Rig& rig, const FrameMessagesOptions& options)
+    : implementation_{std::make_unique<Implementation>(sink, rig, options)} {}
+FrameMessages::FrameMessages(FrameMessages&&) noexcept = default;
+FrameMessages& FrameMessages::operator=(FrameMessages&&) noexcept = default;
+FrameMessages::~FrameMessages() = default;
+
+void FrameMessages::send(const FrameResult& result, const FrameFacts& facts) {
+  check(result);
+  Implementation& it{*implementation_};
+  it.stamp_ns = facts.stamp_ns;
+  it.stamp = time_of(facts.stamp_ns);
+  it.send_transforms(result);
+  it.send_odometry(result);
+  it.send_grids(result);
+  it.send_obstacles(result);
+  it.send_images(result, facts.left_jpeg);
+  it.send_diagnostics(result, facts);
+}
+
+void FrameMessages::set_rig(const Rig& rig) {
+  implementation_->rig = checked(rig);
+  implementation_->level_rig = LevelMapping{rig}.level_rig();
+  implementation_->is_mounting_sent = false;
+}
+
+}  // namespace stereogrid::messages

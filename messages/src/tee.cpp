@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/messages/tee.hpp"
+
+#include <utility>
+
+namespace stereogrid::messages {
+
+Tee::Tee(std::vector<Sink*> sinks) : sinks_{std::move(sinks)} {}
+
+std::uint32_t Tee::add(const Channel& channel) {
+  std::vector<std::uint32_t>& numbers{channels_.emplace_back()};
+  for (Sink* const sink : sinks_) numbers.push_back(sink->add(channel));
+  return static_cast<std::uint32_t>(channels_.size() - 1);
+}
+
+bool Tee::wants(std::uint32_t channel) const {
+  for (std::size_t i{0}; i < sinks_.size(); ++i) {
+    if (sinks_[i]->wants(channels_.at(channel)[i])) return true;
+  }
+  return false;
+}
+
+void Tee::send(std::uint32_t channel, std::int64_t stamp_ns, std::span<const std::byte> cdr) {
+  for (std::size_t i{0}; i < sinks_.size(); ++i) {
+    const std::uint32_t number{channels_.at(channel)[i]};
+    if (sinks_[i]->wants(number)) sinks_[i]->send(number, stamp_ns, cdr);
+  }
+}
+
+}  // namespace stereogrid::messages

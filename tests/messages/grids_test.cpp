@@ -1,0 +1,165 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Occupancy grids and the grid map: which value lands where, seen as a reader does.
+#include <cmath>
+#include <limits>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/messages/grid_map_msgs.hpp"
+#include "stereogrid/messages/nav_msgs.hpp"
+#include "stereogrid/occupancy_values.hpp"
+#include "support.hpp"
+
+namespace stereogrid::messages::test {
+namespace {
+
+using nav_msgs::OccupancyGrid;
+
+TEST(OccupancyGridMessage, HasTheWorldsCellsInTheirOrder) {
+  FrameResult result{small_result()};
+  result.world.occupancy(3, 1) = 0.9f;
+  result.world.occupancy(0, 2) = 0.1f;
+  const auto grid{sent_on<OccupancyGrid>("/stereo_grid/occupancy_grid", result, {.stamp_ns = 1'500'000'007})};
+  EXPECT_EQ(grid.header.frame_id, "odom");
+  EXPECT_EQ(grid.header.stamp.sec, 1);
+  EXPECT_EQ(grid.header.stamp.nanosec, 500'000'007u);
+  EXPECT_EQ(grid.info.width, 5u);
+  EXPECT_EQ(grid.info.height, 4u);
+  EXPECT_EQ(grid.info.origin.position.x, -1);
+  EXPECT_EQ(grid.info.origin.position.y, 2);
+  EXPECT_EQ(grid.info.origin.orientation.w, 1);
+  ASSERT_EQ(grid.data.size(), 20u);
+  EXPECT_EQ(grid.data[1 * 5 + 3], 90);
+  EXPECT_EQ(grid.data[2 * 5 + 0], 10);
+  EXPECT_EQ(grid.data[0], -1);
+}
+
+// Far from the origin 0.2f and 0.2 are cells apart in the edges that a reader computes, or the corner does not lie on a
+// whole cell: Nav2 warns of that.
+TEST(OccupancyGridMessage, LiesOnWholeCellsOfThePublishedSize) {
+  for (const double cell_size_m : {0.05, 0.1, 0.2, 0.3, 1.0 / 3}) {
+    for (const int first : {-70'000, -1, 0, 3, 12'345, 1'000'000}) {
+      FrameResult result{small_result()};
+      result.world.geometry = {first * cell_size_m, -first * cell_size_m, cell_size_m, 5, 4};
+      const auto grid{sent_on<OccupancyGrid>("/stereo_grid/occupancy_grid", result)};
+      const double resolution_m{static_cast<double>(grid.info.resolution)};
+      EXPECT_EQ(grid.info.origin.position.x, first * resolution_m);
+      EXPECT_EQ(grid.info.origin.position.y, -first * resolution_m);
+      EXPECT_NEAR(grid.info.origin.position.x, result.world.geometry.x_min_m,
+                  1e-7 * std::abs(result.world.geometry.x_min_m));
+    }
+  }
+}
+
+TEST(OccupancyGridMessage, OfThisFrameIsInTheVehiclesFrame) {
+  FrameResult result{small_result()};
+  result.observed(7, 5) = 1;
+  const auto grid{sent_on<OccupancyGrid>("/stereo_grid/observed_grid", result)};
+  EXPECT_EQ(grid.header.frame_id, "base_link");
+  EXPECT_EQ(grid.info.origin.position.y, -1.5);
+  EXPECT_EQ(grid.info.width, 8u);
+  ASSERT_EQ(grid.data.size(), 48u);
+  EXPECT_EQ(grid.data[47], 100);
+  EXPECT_EQ(grid.data[46], -1);
+}
+
+TEST(OccupancyGridMessage, TakesTheScale) {
+  FrameResult result{small_result()};
+  result.world.occupancy(0, 0) = 0.4f;
+  for (const OccupancyScale scale :
+       {OccupancyScale::percent, OccupancyScale::trinary, OccupancyScale::nav2, OccupancyScale::autoware}) {
+    const auto grid{sent_on<OccupancyGrid>("/stereo_grid/occupancy_grid", result, {}, {.scale = scale})};
+    EXPECT_EQ(grid.data[0], occupancy_value(0.4f, scale));
+    EXPECT_EQ(grid.data[1], occupancy_value(0.5f, scale));
+  }
+}
+
+TEST(OccupancyGridMessage, OfEachPredictionHasATopic) {
+  FrameResult result{small_result()};
+  for (const double horizon_s : {0.5, 2.0}) {
+    result.predictions.push_back({horizon_s, Image<float>{8, 6, 0.5f}, Image<float>{5, 4, 0.5f}});
+    result.predictions.back().world_occupancy(1, 0) = horizon_s < 1 ? 0.8f : 0.2f;
+  }
+  Recorder recorder;
+  FrameMessages messages{recorder, small_rig()};
+  messages.send(result, {});
+  std::swap(result.predictions[0], result.predictions[1]);
+  messages.send(result, {});
+  EXPECT_EQ(recorder.count("/stereo_grid/predicted_grid_0_5"), 2u);
+  EXPECT_EQ(recorder.last<OccupancyGrid>("/stereo_grid/predicted_grid_0_5").data[1], 80);
+  EXPECT_EQ(recorder.last<OccupancyGrid>("/stereo_grid/predicted_grid_2").data[1], 20);
+  EXPECT_EQ(recorder.last<OccupancyGrid>("/stereo_grid/predicted_grid_2").header.frame_id, "odom");
+}
+
+TEST(OccupancyGridMessage, OfNoPipelineIsRefused) {
+  Recorder recorder;
+  FrameMessages messages{recorder, small_rig()};
+  EXPECT_THROW(messages.send({}, {}), InputError);
+  FrameResult result{small_result()};
+  result.world.moving = Image<float>{5, 3};
+  EXPECT_THROW(messages.send(result, {}), InputError);
+  EXPECT_TRUE(recorder.sent.empty());
+}
+
+// What GridMap's own library does with a message: element (row, column) of a layer, and where it lies.
+struct GridMapReader {
+  const grid_map_msgs::GridMap& map;
+
+  [[nodiscard]] float at(std::size_t layer, std::uint32_t row, std::uint32_t column) const {
+    const std_msgs::Float32MultiArray& array{map.data.at(layer)};
+    EXPECT_EQ(array.layout.dim.at(0).label, "column_index");
+    EXPECT_EQ(array.layout.dim.at(1).label, "row_index");
+    EXPECT_EQ(array.layout.dim.at(0).stride, array.data.size());
+    return array.data.at(array.layout.data_offset + column * array.layout.dim.at(1).stride + row);
+  }
+  [[nodiscard]] Point2 centre(std::uint32_t row, std::uint32_t column) const {
+    return {map.info.pose.position.x + map.info.length_x / 2 - (row + 0.5) * map.info.resolution,
+            map.info.pose.position.y + map.info.length_y / 2 - (column + 0.5) * map.info.resolution};
+  }
+};
+
+TEST(GridMapMessage, HasEachCellWhereItLies) {
+  FrameResult result{small_result()};
+  const GridGeometry& geometry{result.world.geometry};
+  for (int iy{0}; iy < geometry.ny; ++iy) {
+    for (int ix{0}; ix < geometry.nx; ++ix) {
+      result.world.occupancy(ix, iy) = static_cast<float>(10 * ix + iy);
+      result.world.age_s(ix, iy) = 0.25f;
+    }
+  }
+  const auto map{sent_on<grid_map_msgs::GridMap>("/stereo_grid/grid_map", result)};
+  const GridMapReader reader{map};
+  ASSERT_EQ(map.data.at(0).layout.dim.at(0).size, 4u);  // columns lie along y
+  ASSERT_EQ(map.data.at(0).layout.dim.at(1).size, 5u);  // rows lie along x
+  for (std::uint32_t row{0}; row < 5; ++row) {
+    for (std::uint32_t column{0}; column < 4; ++column) {
+      const auto cell{geometry.cell_at(reader.centre(row, column))};
+      ASSERT_TRUE(cell);
+      EXPECT_EQ(reader.at(0, row, column), static_cast<float>(10 * cell->ix + cell->iy));
+    }
+  }
+  EXPECT_EQ(map.header.frame_id, "odom");
+  EXPECT_EQ(map.outer_start_index, 0u);
+  EXPECT_EQ(map.inner_start_index, 0u);
+}
+
+TEST(GridMapMessage, HasItsLayersAndNoNumbersWhereNothingWasSeen) {
+  FrameResult result{small_result()};
+  result.world.age_s(4, 3) = 1.5f;
+  result.world.occupancy(4, 3) = 0.75f;
+  result.world.velocity_x(4, 3) = 3;
+  result.world.velocity_y(4, 3) = -4;
+  result.world.moving(4, 3) = 0.625f;
+  const auto map{sent_on<grid_map_msgs::GridMap>("/stereo_grid/grid_map", result)};
+  EXPECT_THAT(map.layers, testing::ElementsAre("occupancy", "velocity_x", "velocity_y", "moving", "age"));
+  EXPECT_THAT(map.basic_layers, testing::ElementsAre("occupancy"));
+  const std::vector<float> expected{0.75f, 3, -4, 0.625f, 1.5f};
+  for (std::size_t layer{0}; layer < 5; ++layer) {
+    EXPECT_EQ(GridMapReader{map}.at(layer, 0, 0), expected[layer]);
+    EXPECT_TRUE(std::isnan(GridMapReader{map}.at(layer, 1, 0)));
+  }
+}
+
+}  // namespace
+}  // namespace stereogrid::messages::test

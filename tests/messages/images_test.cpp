@@ -1,0 +1,128 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Disparities, points and pictures.
+#include <array>
+#include <cstring>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/level_mapping.hpp"
+#include "stereogrid/messages/sensor_msgs.hpp"
+#include "stereogrid/messages/stereo_msgs.hpp"
+#include "stereogrid/points.hpp"
+#include "support.hpp"
+
+namespace stereogrid::messages::test {
+namespace {
+
+using sensor_msgs::PointCloud2;
+using stereo_msgs::DisparityImage;
+
+// An obstacle at (120, 40), road at (90, 80).
+FrameResult with_stages(const Rig& rig = small_rig()) {
+  FrameResult result{small_result()};
+  result.ground.height_m = 1.5;
+  result.stages.obstacle_disparity = Image<float>{rig.width_px, rig.height_px};
+  result.stages.road_disparity = Image<float>{rig.width_px, rig.height_px};
+  result.stages.possible.resize(64);
+  result.stages.obstacle_disparity(120, 40) = 12.5f;
+  result.stages.road_disparity(90, 80) = 10.25f;
+  return result;
+}
+
+float float_at(const std::vector<std::uint8_t>& data, std::size_t offset) {
+  float value{0};
+  std::memcpy(&value, data.data() + offset, sizeof(value));
+  return value;
+}
+
+float disparity_at(const DisparityImage& message, int u, int v) {
+  return float_at(message.image.data, static_cast<std::size_t>(v) * message.image.step + 4 * static_cast<unsigned>(u));
+}
+
+TEST(DisparityMessage, HasDisparitiesOfObstaclesAndRoad) {
+  const auto message{sent_on<DisparityImage>("/stereo_grid/disparity", with_stages())};
+  EXPECT_EQ(message.image.encoding, "32FC1");
+  EXPECT_EQ(message.image.width, 200u);
+  EXPECT_EQ(message.image.height, 100u);
+  EXPECT_EQ(message.image.step, 800u);
+  ASSERT_EQ(message.image.data.size(), 80'000u);
+  EXPECT_EQ(disparity_at(message, 120, 40), 12.5f);
+  EXPECT_EQ(disparity_at(message, 90, 80), 10.25f);
+  EXPECT_EQ(message.header.frame_id, "stereo_left_optical");
+  EXPECT_EQ(message.image.header.frame_id, "stereo_left_optical");
+  EXPECT_EQ(message.f, 100);
+  EXPECT_EQ(message.t, 0.5);
+  EXPECT_EQ(message.valid_window.width, 200u);
+  EXPECT_EQ(message.max_disparity, 64);
+}
+
+// Readers take what is below min_disparity for none; 0 is not below 0, and would lie infinitely far away.
+TEST(DisparityMessage, HasLessThanTheLeastDisparityWhereThereIsNone) {
+  const auto message{sent_on<DisparityImage>("/stereo_grid/disparity", with_stages())};
+  EXPECT_LT(disparity_at(message, 0, 0), message.min_disparity);
+  EXPECT_GE(disparity_at(message, 120, 40), message.min_disparity);
+}
+
+TEST(DisparityMessage, OfAPitchedCameraIsOfTheLevelOne) {
+  Rig rig{small_rig()};
+  rig.camera_pitch_rad = 0.2;
+  const Rig level{LevelMapping{rig}.level_rig()};
+  ASSERT_NE(level, rig);
+  const auto message{sent_on<DisparityImage>("/stereo_grid/disparity", with_stages(level), {}, {}, rig)};
+  EXPECT_EQ(message.header.frame_id, "stereo_left_optical_level");
+  EXPECT_EQ(message.image.height, static_cast<std::uint32_t>(level.height_px));
+}
+
+TEST(DisparityMessage, OfAnotherRigIsRefused) {
+  Recorder recorder;
+  FrameMessages messages{recorder, small_rig()};
+  FrameResult result{with_stages()};
+  result.stages.obstacle_disparity = Image<float>{100, 100};
+  EXPECT_THROW(messages.send(result, {}), InputError);
+}
+
+TEST(PointMessage, HasThePointsOfTheResult) {
+  const FrameResult result{with_stages()};
+  const std::vector<LabelledPoint> points{points_of(result, small_rig())};
+  const auto message{sent_on<PointCloud2>("/stereo_grid/points", result)};
+  ASSERT_EQ(points.size(), 2u);
+  EXPECT_EQ(message.header.frame_id, "base_link");
+  EXPECT_EQ(message.width, 2u);
+  EXPECT_EQ(message.height, 1u);
+  EXPECT_EQ(message.row_step, 2 * message.point_step);
+  ASSERT_EQ(message.data.size(), message.row_step);
+  EXPECT_FALSE(message.is_bigendian);
+  for (std::size_t i{0}; i < points.size(); ++i) {
+    const std::size_t at{i * message.point_step};
+    const std::array<float, 3> expected{points[i].x_m, points[i].y_m, points[i].z_m};
+    for (std::size_t axis{0}; axis < 3; ++axis) {
+      EXPECT_EQ(message.fields.at(axis).name, std::string{"xyz"[axis]});
+      EXPECT_EQ(message.fields.at(axis).datatype, 7);
+      EXPECT_EQ(float_at(message.data, at + message.fields.at(axis).offset), expected[axis]);
+    }
+    EXPECT_EQ(message.fields.at(3).name, "label");
+    EXPECT_EQ(message.fields.at(3).datatype, 2);
+    EXPECT_EQ(message.data[at + message.fields.at(3).offset], static_cast<std::uint8_t>(points[i].label));
+  }
+}
+
+TEST(ImageMessages, AreLeftOutWithoutStagesAndPicture) {
+  Recorder recorder;
+  FrameMessages{recorder, small_rig()}.send(small_result(), {});
+  EXPECT_EQ(recorder.type_of("/stereo_grid/disparity"), "no such topic");
+  EXPECT_EQ(recorder.type_of("/stereo_grid/points"), "no such topic");
+  EXPECT_EQ(recorder.type_of("/stereo_grid/left/image_annotated/compressed"), "no such topic");
+}
+
+TEST(ImageMessages, HaveThePictureAsItIs) {
+  const std::array<std::byte, 3> jpeg{std::byte{0xff}, std::byte{0xd8}, std::byte{0}};
+  const auto message{sent_on<sensor_msgs::CompressedImage>("/stereo_grid/left/image_annotated/compressed",
+                                                           small_result(), {.left_jpeg = jpeg})};
+  EXPECT_EQ(message.format, "jpeg");
+  EXPECT_EQ(message.header.frame_id, "stereo_left_optical");
+  EXPECT_THAT(message.data, testing::ElementsAre(0xff, 0xd8, 0));
+}
+
+}  // namespace
+}  // namespace stereogrid::messages::test

@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <tuple>
+#include <type_traits>
+
+#include "stereogrid/messages/diagnostic_msgs.hpp"
+#include "stereogrid/messages/grid_map_msgs.hpp"
+#include "stereogrid/messages/nav2_dynamic_msgs.hpp"
+#include "stereogrid/messages/nav_msgs.hpp"
+#include "stereogrid/messages/sensor_msgs.hpp"
+#include "stereogrid/messages/stereo_msgs.hpp"
+#include "stereogrid/messages/tf2_msgs.hpp"
+#include "stereogrid/messages/visualization_msgs.hpp"
+
+namespace stereogrid::messages::test {
+
+/// Those that go over the wire; the others are parts of them.
+using Types =
+    std::tuple<nav_msgs::OccupancyGrid, nav_msgs::Odometry, grid_map_msgs::GridMap, nav2_dynamic_msgs::ObstacleArray,
+               visualization_msgs::MarkerArray, stereo_msgs::DisparityImage, sensor_msgs::PointCloud2,
+               sensor_msgs::CompressedImage, sensor_msgs::LaserScan, sensor_msgs::Image, sensor_msgs::CameraInfo,
+               tf2_msgs::TFMessage, diagnostic_msgs::DiagnosticArray>;
+
+/// Calls `work` with a message of each type.
+template <class Work>
+void for_each_type(Work&& work) {
+  std::apply([&](const auto&... message) { (work(message), ...); }, Types{});
+}
+
+}  // namespace stereogrid::messages::test
