@@ -38,6 +38,7 @@ std::string lower(std::string text) {
 
 Metadata parse_metadata(const fs::path& folder, const std::string& text, const std::string& name) {
   const YAML::Node bag{YAML::Load(text)["rosbag2_bagfile_information"]};
+  if (!bag.IsMap()) throw InputError{name, "has no 'rosbag2_bagfile_information'.", "Make it anew (ros2 bag reindex)."};
   Metadata metadata;
   for (const YAML::Node& part : bag["relative_file_paths"]) {
     // old versions put the folder's name before it, and no part is anywhere else

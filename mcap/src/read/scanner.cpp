@@ -119,18 +119,14 @@ void Scanner::take(const RecordHead& head) {
 }
 
 void Scanner::take_messages(const RecordHead& head) {
+  place_ = {record_at_, record_head_bytes + head.length, head.op == Op::chunk, 0, 0, {}};
+  has_chunks_ = has_chunks_ || place_.is_chunk;
   if (!read_content(head)) {
-    damage_.chunks_skipped += head.op == Op::chunk ? 1 : 0;
+    damage_.chunks_skipped += place_.is_chunk ? 1 : 0;
     return;
   }
   try {
-    place_ = {record_at_, record_head_bytes + head.length, head.op == Op::chunk, 0, 0, {}};
-    if (place_.is_chunk) {
-      unpack_chunk(batch_.raw, batch_);
-    } else {  // its head is needed in memory, too
-      file_.read(record_at_, place_.length, batch_.raw);
-      batch_.records = batch_.raw;
-    }
+    unpack(head);
     find_messages(batch_, contents_);
     keep_declared();
   } catch (const Malformed& wrong) {
@@ -138,6 +134,14 @@ void Scanner::take_messages(const RecordHead& head) {
     note(damage_, fmt::format("At byte {} a {} of {} bytes is skipped: {}.", record_at_,
                               place_.is_chunk ? "chunk" : "message", head.length, wrong.what()));
   }
+}
+
+void Scanner::unpack(const RecordHead& head) {
+  if (head.op == Op::chunk) return unpack_chunk(batch_.raw, batch_);
+  // nobody writes both, and no checksum says that it is not something else with a damaged head
+  if (has_chunks_) throw Malformed{"the file has its messages in chunks"};
+  file_.read(record_at_, place_.length, batch_.raw);  // with its head
+  batch_.records = batch_.raw;
 }
 
 void Scanner::keep_declared() {

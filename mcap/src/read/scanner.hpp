@@ -34,6 +34,7 @@ class Scanner {
   void pass_over(std::uint64_t length);
   void take(const RecordHead& head);
   void take_messages(const RecordHead& head);
+  void unpack(const RecordHead& head);
   void keep_declared();
   void count();
   void check_data_crc(const RecordHead& data_end);
@@ -50,6 +51,7 @@ class Scanner {
   Contents contents_;
   Damage damage_;
   bool has_messages_{false};
+  bool has_chunks_{false};
 };
 
 }  // namespace stereogrid::mcap

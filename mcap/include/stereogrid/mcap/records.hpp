@@ -55,7 +55,7 @@ class STEREOGRID_EXPORT MessageCursor {
 
 /// Which messages.
 struct Selection {
-  std::vector<std::string> topics;                                   ///< empty: all
+  std::vector<std::string> topics{};                                 ///< empty: all
   std::uint64_t first_ns{0};                                         ///< log time, this one included
   std::uint64_t last_ns{std::numeric_limits<std::uint64_t>::max()};  ///< this one included
 };
