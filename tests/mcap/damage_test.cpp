@@ -146,8 +146,8 @@ TEST(Damage, SizesThatCannotBeAreNotBelieved) {
   const std::string channel{record(4, number(1, 2) + number(0, 2) + text("/x") + text("cdr") + text(""))};
   const std::string zeros{"\x28\xb5\x2f\xfd\x00\x00\x01\x00\x00", 9};  // zstd: an empty raw block, which is the last
   const std::vector<std::pair<std::string, std::string>> cases{
-      {chunk_that_says(std::uint64_t{1} << 62, "", ""), "has more than 1 GiB"},
-      {chunk_that_says(std::uint64_t{1} << 30, "zstd", zeros), "has another size than it says"},
+      {chunk_that_says(std::uint64_t{1} << 62, "", ""), "has more than 512 MiB"},
+      {chunk_that_says(std::uint64_t{1} << 29, "zstd", zeros), "has another size than it says"},
       {chunk_that_says(10, "zstd", "no zstd"), "is no zstd"},
       {chunk_that_says(10, "lz4", "no lz4 at all"), "is no lz4"},
       {chunk_that_says(10, "brotli", "0123456789"), "in another way than by lz4 or zstd"},
@@ -199,6 +199,29 @@ TEST(Damage, ASummaryThatLiesIsNotBelieved) {
   EXPECT_TRUE(reader.is_indexed());
   EXPECT_TRUE(read_all(reader).empty());
   EXPECT_THAT(reader.damage().sentences.at(0), HasSubstr("there is no chunk"));
+}
+
+TEST(Damage, AChunkWhoseTimesAreOtherThanTheIndexSaysIsSkipped) {
+  const TemporaryFolder folder;
+  std::string records;
+  for (const std::uint64_t time : {5, 6}) records += message_record(1, 1, time, time, "");
+  const std::string chunk{chunk_that_says(records.size(), "", records)};
+  const std::string begin{magic + record(1, text("") + text(""))};
+  const std::string channel{record(4, number(1, 2) + number(0, 2) + text("/x") + text("cdr") + text(""))};
+  const std::string data{begin + chunk + record(15, number(0, 4))};
+  const auto read_with_index_of = [&](std::uint64_t first_ns) {
+    const std::string summary{
+        channel +
+        record(11, number(2, 8) + number(0, 2) + number(1, 4) + number(0, 8) + number(1, 4) + number(first_ns, 8) +
+                       number(9, 8) + text(number(1, 2) + number(2, 8))) +
+        record(8, number(first_ns, 8) + number(9, 8) + number(begin.size(), 8) + number(chunk.size(), 8) + text(""))};
+    put(folder / "a.mcap", data + summary + record(2, number(data.size(), 8) + number(0, 8) + number(0, 4)) + magic);
+    const Reader reader{folder / "a.mcap"};
+    EXPECT_TRUE(reader.is_indexed());
+    return std::pair{read_all(reader).size(), reader.damage().chunks_skipped};
+  };
+  EXPECT_EQ(read_with_index_of(5), (std::pair{std::size_t{2}, std::uint64_t{0}}));
+  EXPECT_EQ(read_with_index_of(6), (std::pair{std::size_t{0}, std::uint64_t{1}}));
 }
 
 TEST(Damage, AProcessThatIsKilledLeavesAReadableFile) {

@@ -48,6 +48,9 @@ class Db3Cursor : public MessageCursor {
       data_.bind(1, rows_.integer(0));
       if (!data_.step()) database_.fail();
       const std::uint64_t time_ns{time_of(database_, rows_, 2)};
+      if (time_ns < message_.log_time_ns) {
+        throw InputError{database_.name(), "its index of times is damaged.", "Make it anew: sqlite3 FILE REINDEX"};
+      }
       message_ = {topic->second, sequence_++, time_ns, time_ns, data_.bytes(0)};
       return &message_;
     }

@@ -100,7 +100,7 @@ class UnpackedMessages : public MessageCursor {
     if (packed == nullptr) return nullptr;
     try {
       const std::uint64_t size{zstd_content_size(packed->data).value_or(largest_chunk_bytes)};
-      if (size > largest_chunk_bytes) throw Malformed{"it has more than 1 GiB"};
+      if (size > largest_chunk_bytes) throw Malformed{"it has more than 512 MiB"};
       decompress(Compression::zstd, packed->data, size, data_);
     } catch (const Malformed& wrong) {
       throw InputError{bag_,

@@ -58,7 +58,7 @@ void unpack_chunk(View content, Batch& batch) {
   const std::optional<Compression> compression{compression_of(fields.text())};
   const View packed{fields.counted<std::uint64_t>()};
   if (!compression) throw Malformed{"it is compressed in another way than by lz4 or zstd"};
-  if (size > largest_chunk_bytes) throw Malformed{"it has more than 1 GiB"};
+  if (size > largest_chunk_bytes) throw Malformed{"it has more than 512 MiB"};
   batch.records = packed;
   if (*compression != Compression::none && size > 0) {
     decompress(*compression, packed, size, batch.unpacked);
@@ -75,6 +75,7 @@ void find_messages(Batch& batch, Contents& contents) {
     if (records.size() - at < record_head_bytes) throw Malformed{"its last record is cut off"};
     const RecordHead head{head_at(records.subspan(at))};
     at += record_head_bytes;
+    if (head.op == Op{0}) throw Malformed{"it has bytes that are no record"};
     if (head.length > records.size() - at) throw Malformed{"a record in it is longer than it"};
     const View content{records.subspan(at, head.length)};
     if (head.op == Op::message) {
@@ -88,7 +89,7 @@ void find_messages(Batch& batch, Contents& contents) {
 
 void load(const FileInput& file, const Place& place, Batch& batch) {
   if (place.length < record_head_bytes) throw Malformed{"it is shorter than any record"};
-  if (place.length > largest_chunk_bytes) throw Malformed{"it has more than 1 GiB"};
+  if (place.length > largest_chunk_bytes) throw Malformed{"it has more than 512 MiB"};
   file.read(place.offset, place.length, batch.raw);
   batch.records = batch.raw;
   if (place.is_chunk) {

@@ -149,15 +149,18 @@ std::unique_ptr<MessageCursor> Reader::messages(const Selection& selection) cons
         Batch batch;
         try {
           load(state->file, place, batch);
+          std::erase_if(batch.messages, [&](const MessagePlace& message) { return !filter.takes(message); });
+          std::ranges::stable_sort(batch.messages, {}, &MessagePlace::log_time_ns);
+          if (!batch.messages.empty() && batch.messages.front().log_time_ns < place.first_ns) {
+            throw Malformed{"it has messages of earlier times than the summary says"};  // others were given already
+          }
         } catch (const Malformed& wrong) {
           state->skip(place, wrong.what());
           return nullptr;
         }
-        std::erase_if(batch.messages, [&](const MessagePlace& message) { return !filter.takes(message); });
-        std::ranges::stable_sort(batch.messages, {}, &MessagePlace::log_time_ns);
         if (state->unpacked_bytes + batch.held_bytes() > most_unpacked_bytes) {
           throw InputError{state->file.name(),
-                           fmt::format("chunks of more than 2 GiB overlap at byte {}.", place.offset),
+                           fmt::format("chunks of more than 1 GiB overlap at byte {}.", place.offset),
                            "Sort the file (mcap sort), or ask for fewer topics."};
         }
         return std::make_unique<PlaceCursor>(std::move(batch), state->unpacked_bytes);

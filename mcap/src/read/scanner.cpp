@@ -66,7 +66,7 @@ bool Scanner::read_head(RecordHead& head) {
 
 bool Scanner::read_content(const RecordHead& head) {
   if (head.length > largest_chunk_bytes) {
-    note(damage_, fmt::format("At byte {} a record of {} bytes is skipped: no more than 1 GiB is read.", record_at_,
+    note(damage_, fmt::format("At byte {} a record of {} bytes is skipped: no more than 512 MiB are read.", record_at_,
                               head.length));
     pass_over(head.length);
     return false;

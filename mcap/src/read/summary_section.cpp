@@ -129,7 +129,7 @@ SummarySection read_summary(const FileInput& file) {
   SummarySection summary;
   summary.data_end = footer.summary_start == 0 ? footer.at : footer.summary_start;
   const std::uint64_t size{footer.at - summary.data_end};
-  if (size > largest_chunk_bytes) throw Malformed{"it has more than 1 GiB"};
+  if (size > largest_chunk_bytes) throw Malformed{"it has more than 512 MiB"};
   Bytes bytes;
   file.read(summary.data_end, size + record_head_bytes + footer_bytes, bytes);
   if (footer.crc != 0 && crc_of(View{bytes}.first(bytes.size() - sizeof(footer.crc))) != footer.crc) {

@@ -14,8 +14,8 @@ namespace stereogrid::mcap {
 namespace {
 
 // together less than largest_chunk_bytes, the most that our reader takes
-constexpr std::size_t largest_chunk_option{std::size_t{256} << 20};
-constexpr std::size_t largest_message{std::size_t{512} << 20};
+constexpr std::size_t largest_chunk_option{std::size_t{128} << 20};
+constexpr std::size_t largest_message{std::size_t{256} << 20};
 
 std::uint64_t apart(std::uint64_t a, std::uint64_t b) {
   return a > b ? a - b : b - a;
@@ -86,7 +86,7 @@ class Writer::Implementation {
     if (message.channel == 0 || message.channel > summary_.channels()) {
       throw std::invalid_argument{fmt::format("There is no channel {}.", message.channel)};
     }
-    if (message.data.size() > largest_message) throw std::length_error{"A message of more than 512 MiB."};
+    if (message.data.size() > largest_message) throw std::length_error{"A message of more than 256 MiB."};
     if (!chunk_.empty() && apart(message.log_time_ns, chunk_.begin_ns()) >= options_.chunk_ns) flush();
     chunk_.add(message);
     if (chunk_.size() >= options_.chunk_bytes) flush();
@@ -130,7 +130,7 @@ class Writer::Implementation {
  private:
   static const WriterOptions& checked(const WriterOptions& options) {
     if (options.chunk_bytes <= largest_chunk_option) return options;
-    throw std::invalid_argument{"Chunks of more than 256 MiB: no reader would like them."};
+    throw std::invalid_argument{"Chunks of more than 128 MiB: no reader would like them."};
   }
 
   void require_open() const {

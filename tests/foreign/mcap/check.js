@@ -18,7 +18,7 @@ const decompressHandlers = {
 };
 
 const exchange = (...words) =>
-  execFileSync(process.argv[2], words, { encoding: "utf8", maxBuffer: 1 << 28 }).trimEnd().split("\n");
+  execFileSync(process.argv[2], words, { encoding: "utf8", maxBuffer: 1 << 28 }).replace(/\n$/, "").split("\n");
 
 const line = (channel, schema, message) =>
   [channel.topic, schema.name, schema.data.byteLength, channel.metadata.get("offered_qos_profiles").replaceAll("\n", "|"),

@@ -14,9 +14,9 @@
 namespace stereogrid::mcap {
 
 /// A reader skips what is larger: a chunk, unpacked or not, or another record.
-inline constexpr std::uint64_t largest_chunk_bytes{std::uint64_t{1} << 30};
+inline constexpr std::uint64_t largest_chunk_bytes{std::uint64_t{512} << 20};
 /// Chunks whose times overlap are unpacked at the same time; more throws InputError.
-inline constexpr std::uint64_t most_unpacked_bytes{std::uint64_t{1} << 31};
+inline constexpr std::uint64_t most_unpacked_bytes{std::uint64_t{1} << 30};
 
 /// What a file declares and holds.
 struct Contents {

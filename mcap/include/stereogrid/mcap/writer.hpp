@@ -50,7 +50,7 @@ class STEREOGRID_EXPORT Writer {
   std::uint16_t add_channel(std::string_view topic, std::string_view message_encoding, std::uint16_t schema,
                             const std::map<std::string, std::string>& metadata);
 
-  /// Throws std::invalid_argument where there is no such channel; std::length_error for more than 512 MiB.
+  /// Throws std::invalid_argument where there is no such channel; std::length_error for more than 256 MiB.
   void write(std::uint16_t channel, std::uint32_t sequence, std::uint64_t log_time_ns, std::uint64_t publish_time_ns,
              std::span<const std::byte> data);
 
