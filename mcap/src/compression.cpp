@@ -97,7 +97,7 @@ std::optional<Compression> compression_of(std::string_view name) {
 
 struct Compressor::Zstd {
   struct Free {
-    void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
+    void operator()(ZSTD_CCtx* used) const { ZSTD_freeCCtx(used); }
   };
   std::unique_ptr<ZSTD_CCtx, Free> context{ZSTD_createCCtx()};
 };

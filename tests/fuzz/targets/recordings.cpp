@@ -10,12 +10,11 @@ namespace {
 /// Looks at every byte that is given; the number of messages.
 std::uint64_t drain(mcap::MessageCursor& cursor) {
   std::uint64_t messages{0};
-  unsigned sum{0};
   for (; const mcap::Message* const message{cursor.next()}; ++messages) {
-    for (const std::byte byte : message->data) sum += static_cast<unsigned>(byte);
+    std::uint64_t sum{0};
+    for (const std::byte byte : message->data) sum += static_cast<std::uint64_t>(byte);
+    require(sum <= 255 * message->data.size(), "bytes of more than 255");
   }
-  static volatile unsigned kept{0};
-  kept = sum;
   return messages;
 }
 
