@@ -7,6 +7,6 @@ include(${CMAKE_CURRENT_LIST_DIR}/common.cmake)
 
 file(REMOVE_RECURSE ${WORK})
 install_and_move(${BUILD})
-consume(core io scenes evaluation)
-consume_by_pkg_config(core io scenes evaluation)
+consume(core io mcap scenes evaluation)
+consume_by_pkg_config(core io mcap scenes evaluation)
 run(${prefix}/bin/stereogrid --version)
