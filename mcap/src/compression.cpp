@@ -108,7 +108,6 @@ Compressor::Compressor(Compression compression) : compression_{compression} {
   if (!zstd_->context) throw std::bad_alloc{};
 }
 
-Compressor::Compressor(Compressor&&) noexcept = default;
 Compressor::~Compressor() = default;
 
 View Compressor::compress(View bytes) {
@@ -130,17 +129,10 @@ View Compressor::compress(View bytes) {
 }
 
 void decompress(Compression compression, View packed, std::uint64_t most, Bytes& out) {
-  switch (compression) {
-    case Compression::none:
-      if (packed.size() > most) throw Malformed{"it has more bytes than it says"};
-      out.assign(packed.begin(), packed.end());
-      break;
-    case Compression::lz4:
-      unpack<Lz4Unpacker>(packed, most, out);
-      break;
-    case Compression::zstd:
-      unpack<ZstdUnpacker>(packed, most, out);
-      break;
+  if (compression == Compression::lz4) {
+    unpack<Lz4Unpacker>(packed, most, out);
+  } else {
+    unpack<ZstdUnpacker>(packed, most, out);
   }
 }
 

@@ -20,7 +20,6 @@ namespace stereogrid::mcap {
 class Compressor {
  public:
   explicit Compressor(Compression compression);
-  Compressor(Compressor&&) noexcept;
   ~Compressor();
 
   /// The bytes compressed, valid until the next call; the same ones without compression.
@@ -33,7 +32,8 @@ class Compressor {
   Bytes buffer_;
 };
 
-/// Unpacks into `out`, of which it makes no more than `most` bytes, and no more than really come. Throws Malformed.
+/// Unpacks lz4 or zstd into `out`, of which it makes no more than `most` bytes, and no more than really come. Throws
+/// Malformed.
 void decompress(Compression compression, View packed, std::uint64_t most, Bytes& out);
 
 /// What a zstd frame says of its unpacked size; none: nothing.

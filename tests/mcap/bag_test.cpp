@@ -236,11 +236,11 @@ std::string zstd(const std::string& text) {
 
 TEST(Bag, UnpacksMessagesThatRosbag2HasCompressedOneByOne) {
   const TemporaryFolder folder;
-  write_db3(folder / "bag_0.db3", {{1, 1, zstd("first")}, {1, 2, zstd(std::string(100'000, 'x'))}});
+  write_db3(folder / "bag_0.db3", {{1, 1, zstd("first")}, {1, 2, zstd(std::string(100'000, 'x'))}, {1, 3, zstd("")}});
   put(folder / "metadata.yaml",
       metadata_begin + "  compression_format: zstd\n  compression_mode: MESSAGE\n  relative_file_paths: [bag_0.db3]\n");
   EXPECT_THAT(read_all(*open_bag(folder.path())),
-              ElementsAre(Told{"/a", 1, "first"}, Told{"/a", 2, std::string(100'000, 'x')}));
+              ElementsAre(Told{"/a", 1, "first"}, Told{"/a", 2, std::string(100'000, 'x')}, Told{"/a", 3, ""}));
   write_db3(folder / "bag_1.db3", {{1, 1, "not packed"}});
   put(folder / "metadata.yaml",
       metadata_begin + "  compression_format: zstd\n  compression_mode: MESSAGE\n  relative_file_paths: [bag_1.db3]\n");

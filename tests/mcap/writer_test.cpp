@@ -11,55 +11,53 @@
 namespace stereogrid::mcap::testing {
 namespace {
 
+/// What stands behind `data`: the groups of the summary by their opcodes, where they are, footer and mark.
+std::string end_of(const std::string& data, const std::vector<std::pair<int, std::string>>& groups) {
+  const std::string data_end{record(15, number(crc(data), 4))};
+  const std::size_t begin{data.size() + data_end.size()};
+  std::string summary, offsets;
+  for (const auto& [op, group] : groups) {
+    offsets += record(
+        14, number(static_cast<std::uint64_t>(op), 1) + number(begin + summary.size(), 8) + number(group.size(), 8));
+    summary += group;
+  }
+  const std::string footer{number(2, 1) + number(20, 8) + number(begin, 8) + number(begin + summary.size(), 8)};
+  return data_end + summary + offsets + footer + number(crc(summary + offsets + footer), 4) + magic;
+}
+
 /// What the writer has to make of one schema, two channels, a metadata record and three messages, put together by the
 /// specification.
 std::string expected_file() {
-  const std::string header{magic + record(1, text("ros2") + text("a test"))};
   const std::string schema{record(3, number(1, 2) + text("pkg/msg/T") + text("ros2msg") + text("int8 x\n"))};
-  const std::string one{
-      record(4, number(1, 2) + number(1, 2) + text("/one") + text("cdr") + text(text("k") + text("v")))};
-  const std::string two{record(4, number(2, 2) + number(0, 2) + text("/two") + text("json") + text(""))};
+  const std::string channels{
+      record(4, number(1, 2) + number(1, 2) + text("/one") + text("cdr") + text(text("k") + text("v"))) +
+      record(4, number(2, 2) + number(0, 2) + text("/two") + text("json") + text(""))};
   const std::string metadata{record(12, text("about") + text(text("a") + text("b")))};
+  const std::string before{magic + record(1, text("ros2") + text("a test")) + schema + channels + metadata};
+
   const std::string first{message_record(1, 7, 200, 190, "first")};
   const std::string second{message_record(2, 8, 100, 90, "")};
-  const std::string third{message_record(1, 9, 300, 290, "third")};
-  const std::string records{first + second + third};
-  const std::string chunk{record(6, number(100, 8) + number(300, 8) + number(records.size(), 8) +
-                                        number(crc(records), 4) + text("") + number(records.size(), 8) + records)};
+  const std::string records{first + second + message_record(1, 9, 300, 290, "third")};
+  const std::string times{number(100, 8) + number(300, 8)};
+  const std::string chunk{record(
+      6, times + number(records.size(), 8) + number(crc(records), 4) + text("") + number(records.size(), 8) + records)};
   const std::string index_one{record(7, number(1, 2) + text(number(200, 8) + number(0, 8) + number(300, 8) +
                                                             number(first.size() + second.size(), 8)))};
   const std::string index_two{record(7, number(2, 2) + text(number(100, 8) + number(first.size(), 8)))};
-  const std::string before{header + schema + one + two + metadata};
   const std::string data{before + chunk + index_one + index_two};
-  const std::string data_end{record(15, number(crc(data), 4))};
 
-  const std::size_t chunk_at{before.size()};
-  const std::size_t index_at{chunk_at + chunk.size()};
+  const std::size_t index_at{before.size() + chunk.size()};
   const std::string statistics{record(11, number(3, 8) + number(1, 2) + number(2, 4) + number(0, 4) + number(1, 4) +
-                                              number(1, 4) + number(100, 8) + number(300, 8) +
+                                              number(1, 4) + times +
                                               text(number(1, 2) + number(2, 8) + number(2, 2) + number(1, 8)))};
   const std::string chunk_index{
-      record(8, number(100, 8) + number(300, 8) + number(chunk_at, 8) + number(chunk.size(), 8) +
+      record(8, times + number(before.size(), 8) + number(chunk.size(), 8) +
                     text(number(1, 2) + number(index_at, 8) + number(2, 2) + number(index_at + index_one.size(), 8)) +
                     number(index_one.size() + index_two.size(), 8) + text("") + number(records.size(), 8) +
                     number(records.size(), 8))};
   const std::string metadata_index{
       record(13, number(before.size() - metadata.size(), 8) + number(metadata.size(), 8) + text("about"))};
-  const std::size_t summary_at{data.size() + data_end.size()};
-  std::string summary, offsets;
-  const auto add = [&](int op, const std::string& group) {
-    offsets += record(14, number(static_cast<std::uint64_t>(op), 1) + number(summary_at + summary.size(), 8) +
-                              number(group.size(), 8));
-    summary += group;
-  };
-  add(3, schema);
-  add(4, one + two);
-  add(11, statistics);
-  add(8, chunk_index);
-  add(13, metadata_index);
-  const std::string footer{number(2, 1) + number(20, 8) + number(summary_at, 8) +
-                           number(summary_at + summary.size(), 8)};
-  return data + data_end + summary + offsets + footer + number(crc(summary + offsets + footer), 4) + magic;
+  return data + end_of(data, {{3, schema}, {4, channels}, {11, statistics}, {8, chunk_index}, {13, metadata_index}});
 }
 
 TEST(Writer, WritesWhatTheSpecificationSaysToTheByte) {
@@ -85,7 +83,6 @@ TEST(Writer, AChunkHasNoMoreThanItsBytesAndItsTime) {
     writer.close();
     std::size_t found{0};
     const std::string bytes{io::read_file(folder / "a.mcap")};
-    const std::string head{number(6, 1)};  // walks over the records
     for (std::size_t at{8}; at + 9 < bytes.size() && bytes[at] != 15;) {
       found += bytes[at] == 6 ? 1 : 0;
       std::uint64_t length{0};

@@ -73,7 +73,8 @@ struct Reader::State {
   void skip(const Place& place, const char* why) {
     if (!skipped.insert(place.offset).second) return;
     damage.chunks_skipped += place.is_chunk ? 1 : 0;
-    note(damage, fmt::format("At byte {} a chunk of {} bytes is skipped: {}.", place.offset, place.length, why));
+    note(damage, fmt::format("At byte {} {} of {} bytes is skipped: {}.", place.offset,
+                             place.is_chunk ? "a chunk" : "a stretch of messages", place.length, why));
   }
 
   FileInput file;
