@@ -59,6 +59,10 @@ if(STEREOGRID_CONNECTED)
   stereogrid_install_pc(stereogrid-messages stereogrid_messages "Results of stereogrid as ROS 2 messages" "stereogrid"
                         "" "")
   list(APPEND STEREOGRID_COMPONENTS messages)
+  stereogrid_install_component(mcap stereogrid_mcap ${PROJECT_SOURCE_DIR}/mcap/include)
+  stereogrid_install_pc(stereogrid-mcap stereogrid_mcap "MCAP files, and recordings of ROS 2" "stereogrid"
+                        "stereogrid-io;libzstd;liblz4;sqlite3;yaml-cpp;fmt;zlib" "")
+  list(APPEND STEREOGRID_COMPONENTS mcap)
 endif()
 if(STEREOGRID_TOOL)
   stereogrid_install_component(scenes stereogrid_scenes ${PROJECT_SOURCE_DIR}/scenes/include)

@@ -12,6 +12,7 @@ packages=(
   libcli11-dev libspdlog-dev libfmt-dev              # command line, log
   libtbb-dev libhwy-dev                              # threads, SIMD
   libzip-dev libdeflate-dev zlib1g-dev               # .npz
+  libzstd-dev liblz4-dev libsqlite3-dev              # recordings: MCAP, rosbag2
   libgtest-dev libgmock-dev libbenchmark-dev         # tests, benchmarks
   libboost-context-dev                               # tests of CUDA kernels without a GPU
   ffmpeg                                             # --video

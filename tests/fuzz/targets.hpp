@@ -9,12 +9,15 @@ namespace stereogrid::fuzz {
 // What is fuzzed: each takes any bytes, and throws or crashes where that finds a fault. A fuzzer is made of each
 // (CMakeLists.txt lists them too), and the replay runs them all on what is known.
 
+void bag_db3(Bytes input);
+void bag_metadata(Bytes input);       ///< file metadata.yaml of a bag without parts
 void calibration_kitti(Bytes input);  ///< files calib_cam_to_cam.txt and calib_velo_to_cam.txt
 void calibration_yaml(Bytes input);
 void cdr(Bytes input);  ///< a byte for the type, then a message
 void config_yaml(Bytes input);
 void disparity(Bytes input);
 void image(Bytes input);
+void mcap(Bytes input);
 void npy(Bytes input);
 void npz(Bytes input);
 void object_labels(Bytes input);
@@ -35,12 +38,15 @@ struct Target {
   void (*run)(Bytes input);
 };
 
-inline constexpr Target targets[]{{"calibration_kitti", calibration_kitti},
+inline constexpr Target targets[]{{"bag_db3", bag_db3},
+                                  {"bag_metadata", bag_metadata},
+                                  {"calibration_kitti", calibration_kitti},
                                   {"calibration_yaml", calibration_yaml},
                                   {"cdr", cdr},
                                   {"config_yaml", config_yaml},
                                   {"disparity", disparity},
                                   {"image", image},
+                                  {"mcap", mcap},
                                   {"npy", npy},
                                   {"npz", npz},
                                   {"object_labels", object_labels},

@@ -24,7 +24,7 @@ STANDARD = re.compile(r"[a-z_0-9]+")  # <vector>; C++'s own headers have neither
 MACHINE_PATH = re.compile(r"(?<![\w.$}~*/-])/(?:wor[k]|hom[e]/\w+|roo[t]|User[s]/\w+|tmp/brie[f])(?:/|\b)")
 
 # of the libraries that may be shared; what their headers declare has to be seen from outside
-PUBLIC_HEADER = re.compile(r"((io|messages|scenes|evaluation)/)?include/stereogrid/.*\.hpp")
+PUBLIC_HEADER = re.compile(r"((io|messages|mcap|scenes|evaluation)/)?include/stereogrid/.*\.hpp")
 NO_SYMBOL = re.compile(r"[\s#}/)]|(inline|constexpr|template|namespace|using|enum|struct|public|private)\b")
 
 DIRECT_OUTPUT = re.compile(r"\bfmt::print\b|\bstd::(cout|cerr|clog|printf|puts)\b")
@@ -46,6 +46,7 @@ ROOMS = (
     Room("include", ("include",), "(?!)"),
     Room("io/include", ("include", "io/include"), "(?!)"),
     Room("messages/include", ("include", "messages/include"), "(?!)"),
+    Room("mcap/include", ("include", "mcap/include"), "(?!)"),
     Room("scenes/include", ("include", "scenes/include"), "(?!)"),
     Room("evaluation/include", ("include", "evaluation/include"), "(?!)"),
     Room("src", ("include", "src"), TBB, r"src/backend/cpu\.hpp"),
@@ -55,6 +56,8 @@ ROOMS = (
     Room("src", ("include", "src"), "(?!)"),
     Room("io", ("include", "io/include", "io/src"), r"(opencv2|yaml-cpp|nlohmann|fmt)/.*|zip\.h|zlib\.h|(sys/)?\w+\.h"),
     Room("messages", ("include", "messages/include", "messages/src"), "(?!)"),
+    Room("mcap", ("include", "io/include", "mcap/include", "mcap/src"),
+         r"(yaml-cpp|fmt)/.*|(sys/)?\w+\.h"),
     Room("scenes", ("include", "scenes/include", "scenes"), TBB),
     Room("evaluation", ("include", "evaluation/include", "evaluation/src"), TBB),
     Room("research", ("include", "io/include", "scenes/include", "evaluation/include", "apps/stereogrid", "research"),

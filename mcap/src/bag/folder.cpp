@@ -1,0 +1,186 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <system_error>
+
+#include "bag/bags.hpp"
+#include "compression.hpp"
+#include "merge.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/text.hpp"
+#include "stereogrid/mcap/reader.hpp"
+
+namespace stereogrid::mcap {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t largest_metadata_bytes{std::size_t{4} << 20};
+
+/// What metadata.yaml says of a bag.
+struct Metadata {
+  std::vector<fs::path> parts;
+  bool are_messages_packed{false};
+};
+
+std::string lower(std::string text) {
+  for (char& character : text) {
+    if (character >= 'A' && character <= 'Z') character = static_cast<char>(character - 'A' + 'a');
+  }
+  return text;
+}
+
+Metadata parse_metadata(const fs::path& folder, const std::string& text, const std::string& name) {
+  const YAML::Node bag{YAML::Load(text)["rosbag2_bagfile_information"]};
+  if (!bag.IsMap()) throw InputError{name, "has no 'rosbag2_bagfile_information'.", "Make it anew (ros2 bag reindex)."};
+  Metadata metadata;
+  for (const YAML::Node& part : bag["relative_file_paths"]) {
+    // old versions put the folder's name before it, and no part is anywhere else
+    metadata.parts.push_back(folder / fs::path{part.as<std::string>()}.filename());
+  }
+  const std::string mode{lower(bag["compression_mode"].as<std::string>(""))};
+  if (mode == "file") {
+    throw InputError{
+        name, "the files of the bag are compressed as a whole (compression_mode: FILE).",
+        "Unpack them (zstd -d FILE) and name one of what comes out, or convert the bag (ros2 bag convert)."};
+  }
+  metadata.are_messages_packed = mode == "message";
+  const std::string format{bag["compression_format"].as<std::string>("")};
+  if (metadata.are_messages_packed && format != "zstd") {
+    throw InputError{name, "the messages are compressed in another way than by zstd (compression_format).",
+                     "Convert the bag (ros2 bag convert)."};
+  }
+  return metadata;
+}
+
+/// Where rosbag2 was killed it has left no metadata.yaml: all that looks like a part.
+Metadata parts_without_metadata(const fs::path& folder) {
+  Metadata metadata;
+  for (const auto& entry : fs::directory_iterator{folder}) {
+    const fs::path extension{entry.path().extension()};
+    if (extension == ".mcap" || extension == ".db3") metadata.parts.push_back(entry.path());
+  }
+  std::ranges::sort(metadata.parts);
+  return metadata;
+}
+
+Metadata read_metadata(const fs::path& folder) {
+  const fs::path file{folder / "metadata.yaml"};
+  const std::string name{io::printable_path(file)};
+  std::error_code error;
+  try {
+    Metadata metadata{fs::exists(file, error)
+                          ? parse_metadata(folder, io::read_text(file, largest_metadata_bytes), name)
+                          : parts_without_metadata(folder)};
+    if (!metadata.parts.empty()) return metadata;
+  } catch (const YAML::Exception& wrong) {
+    throw InputError{name, fmt::format("is not as rosbag2 writes it ({}).", io::printable(wrong.what())),
+                     "Make it anew (ros2 bag reindex), or name a file of the bag."};
+  } catch (const fs::filesystem_error& wrong) {
+    throw InputError{io::printable_path(folder), fmt::format("cannot be listed ({}).", wrong.code().message()),
+                     "Check its permissions."};
+  }
+  throw InputError{io::printable_path(folder), "holds no recording: no .mcap, no .db3.", "Name the folder of a bag."};
+}
+
+/// Unpacks each message.
+class UnpackedMessages : public MessageCursor {
+ public:
+  UnpackedMessages(std::unique_ptr<MessageCursor> cursor, std::string bag)
+      : cursor_{std::move(cursor)}, bag_{std::move(bag)} {}
+
+  const Message* next() override {
+    const Message* const packed{cursor_->next()};
+    if (packed == nullptr) return nullptr;
+    try {
+      const std::uint64_t size{zstd_content_size(packed->data).value_or(largest_chunk_bytes)};
+      if (size > largest_chunk_bytes) throw Malformed{"it has more than 512 MiB"};
+      decompress(Compression::zstd, packed->data, size, data_);
+    } catch (const Malformed& wrong) {
+      throw InputError{bag_,
+                       fmt::format("the message of {} ns cannot be unpacked: {}.", packed->log_time_ns, wrong.what()),
+                       "Ask for the messages before it, or after it."};
+    }
+    message_ = *packed;
+    message_.data = data_;
+    return &message_;
+  }
+
+ private:
+  std::unique_ptr<MessageCursor> cursor_;
+  std::string bag_;
+  Bytes data_;
+  Message message_;
+};
+
+class FolderBag : public Bag {
+ public:
+  explicit FolderBag(const fs::path& folder) : name_{io::printable_path(folder)} {
+    const Metadata metadata{read_metadata(folder)};
+    are_messages_packed_ = metadata.are_messages_packed;
+    for (const fs::path& part : metadata.parts) {
+      parts_.push_back(open_file_bag(part));
+      std::vector<std::uint16_t>& numbers{numbers_.emplace_back()};
+      for (const Topic& topic : parts_.back()->topics()) numbers.push_back(index_of(topic, topics_));
+    }
+  }
+
+  [[nodiscard]] const std::vector<Topic>& topics() const override { return topics_; }
+
+  [[nodiscard]] std::uint64_t first_ns() const override {
+    std::optional<std::uint64_t> first;
+    for (const auto& part : parts_) {
+      if (has_messages(*part)) first = std::min(first.value_or(part->first_ns()), part->first_ns());
+    }
+    return first.value_or(0);
+  }
+
+  [[nodiscard]] std::uint64_t last_ns() const override {
+    std::uint64_t last{0};
+    for (const auto& part : parts_) last = std::max(last, part->last_ns());
+    return last;
+  }
+
+  [[nodiscard]] std::unique_ptr<MessageCursor> messages(const Selection& selection) const override {
+    std::vector<std::uint64_t> first_ns;
+    for (const auto& part : parts_) first_ns.push_back(part->first_ns());
+    auto merged{std::make_unique<MergeByTime>(first_ns, [this, selection](std::size_t part) {
+      return std::make_unique<Renumbered>(parts_[part]->messages(selection), numbers_[part]);
+    })};
+    if (!are_messages_packed_) return merged;
+    return std::make_unique<UnpackedMessages>(std::move(merged), name_);
+  }
+
+  [[nodiscard]] std::vector<std::string> damage() const override {
+    std::vector<std::string> sentences;
+    for (const auto& part : parts_) {
+      for (std::string& sentence : part->damage()) sentences.push_back(std::move(sentence));
+    }
+    return sentences;
+  }
+
+ private:
+  static bool has_messages(const Bag& bag) {
+    return std::ranges::any_of(bag.topics(), [](const Topic& topic) { return topic.message_count > 0; });
+  }
+
+  std::string name_;
+  std::vector<std::unique_ptr<Bag>> parts_;
+  std::vector<std::vector<std::uint16_t>> numbers_;  // of each part's topics among all
+  std::vector<Topic> topics_;
+  bool are_messages_packed_{false};
+};
+
+}  // namespace
+
+std::unique_ptr<Bag> open_folder_bag(const fs::path& path) {
+  return std::make_unique<FolderBag>(path);
+}
+
+}  // namespace stereogrid::mcap

@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string_view>
+
+#include "format.hpp"
+#include "stereogrid/mcap/writer.hpp"
+
+namespace stereogrid::mcap {
+
+/// As a chunk names it.
+[[nodiscard]] std::string_view name_of(Compression compression);
+/// none: an unknown name.
+[[nodiscard]] std::optional<Compression> compression_of(std::string_view name);
+
+class Compressor {
+ public:
+  explicit Compressor(Compression compression);
+  ~Compressor();
+
+  /// The bytes compressed, valid until the next call; the same ones without compression.
+  View compress(View bytes);
+
+ private:
+  struct Zstd;
+  Compression compression_;
+  std::unique_ptr<Zstd> zstd_;
+  Bytes buffer_;
+};
+
+/// Unpacks lz4 or zstd into `out`, of which it makes no more than `most` bytes, and no more than really come. Throws
+/// Malformed.
+void decompress(Compression compression, View packed, std::uint64_t most, Bytes& out);
+
+/// What a zstd frame says of its unpacked size; none: nothing.
+[[nodiscard]] std::optional<std::uint64_t> zstd_content_size(View packed);
+
+}  // namespace stereogrid::mcap

@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "merge.hpp"
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+namespace stereogrid::mcap {
+
+MergeByTime::MergeByTime(const std::vector<std::uint64_t>& first_ns, Open open) : open_{std::move(open)} {
+  for (std::size_t i{0}; i < first_ns.size(); ++i) unopened_.push_back({first_ns[i], i});
+  std::ranges::sort(unopened_, [](const Source& a, const Source& b) {
+    return std::tie(a.first_ns, a.index) > std::tie(b.first_ns, b.index);
+  });
+}
+
+bool MergeByTime::is_later(const Waiting& a, const Waiting& b) {
+  return std::tie(a.message->log_time_ns, a.index) > std::tie(b.message->log_time_ns, b.index);
+}
+
+void MergeByTime::enter(std::size_t index, std::unique_ptr<MessageCursor> cursor) {
+  const Message* const message{cursor ? cursor->next() : nullptr};
+  if (message == nullptr) return;
+  heap_.push_back({message, index, std::move(cursor)});
+  std::ranges::push_heap(heap_, is_later);
+}
+
+const Message* MergeByTime::next() {
+  if (given_.cursor) enter(given_.index, std::move(given_.cursor));
+  while (!unopened_.empty() && (heap_.empty() || unopened_.back().first_ns <= heap_.front().message->log_time_ns)) {
+    const std::size_t index{unopened_.back().index};
+    unopened_.pop_back();
+    enter(index, open_(index));
+  }
+  if (heap_.empty()) return nullptr;
+  std::ranges::pop_heap(heap_, is_later);
+  given_ = std::move(heap_.back());
+  heap_.pop_back();
+  return given_.message;
+}
+
+}  // namespace stereogrid::mcap

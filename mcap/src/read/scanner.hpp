@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "read/batch.hpp"
+
+namespace stereogrid::mcap {
+
+/// Goes through a file from its beginning, place by place, checks all that can be checked, and finds out what it holds.
+class Scanner {
+ public:
+  /// Throws InputError: no MCAP.
+  explicit Scanner(const FileInput& file);
+
+  /// To the next place that has messages; false: there is none.
+  bool next();
+  /// Of that place. All its messages are of declared channels.
+  [[nodiscard]] const Batch& batch() const { return batch_; }
+  [[nodiscard]] const Place& place() const { return place_; }
+
+  /// So far.
+  [[nodiscard]] const Contents& contents() const { return contents_; }
+  [[nodiscard]] const Damage& damage() const { return damage_; }
+
+ private:
+  /// The head of the record at at_; false: the file ends here, or earlier than it should.
+  bool read_head(RecordHead& head);
+  /// Reads the record's content into memory; false: too much, passed over.
+  bool read_content(const RecordHead& head);
+  void pass_over(std::uint64_t length);
+  void take(const RecordHead& head);
+  void take_messages(const RecordHead& head);
+  void unpack(const RecordHead& head);
+  void keep_declared();
+  void count();
+  void check_data_crc(const RecordHead& data_end);
+  void check_end();
+  void stop(std::uint64_t at, const char* why);
+
+  const FileInput& file_;
+  std::uint64_t at_;            // the next record
+  std::uint64_t record_at_{0};  // the one that is read
+  std::uint32_t crc_;           // of all before at_
+  bool is_done_{false};
+  Batch batch_;
+  Place place_;
+  Contents contents_;
+  Damage damage_;
+  bool has_messages_{false};
+  bool has_chunks_{false};
+};
+
+}  // namespace stereogrid::mcap

@@ -1,0 +1,290 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/mcap/bag.hpp"
+
+#include <sqlite3.h>
+#include <zstd.h>
+
+#include "stereogrid/io/file.hpp"
+#include "support.hpp"
+
+namespace stereogrid::mcap::testing {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+/// A file of SQLite that is made here.
+class NewDatabase {
+ public:
+  explicit NewDatabase(const fs::path& path) {
+    fs::create_directories(path.parent_path());
+    EXPECT_EQ(sqlite3_open(path.c_str(), &database_), SQLITE_OK);
+  }
+  NewDatabase(const NewDatabase&) = delete;
+  NewDatabase& operator=(const NewDatabase&) = delete;
+  ~NewDatabase() { sqlite3_close(database_); }
+
+  void run(const std::string& sql) const {
+    EXPECT_EQ(sqlite3_exec(database_, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(database_);
+  }
+  void add_message(int topic, std::int64_t time_ns, std::string_view data) const {
+    sqlite3_stmt* statement{nullptr};
+    sqlite3_prepare_v2(database_, "INSERT INTO messages(topic_id, timestamp, data) VALUES(?, ?, ?)", -1, &statement,
+                       nullptr);
+    sqlite3_bind_int(statement, 1, topic);
+    sqlite3_bind_int64(statement, 2, time_ns);
+    sqlite3_bind_blob(statement, 3, data.data(), static_cast<int>(data.size()), SQLITE_TRANSIENT);
+    EXPECT_EQ(sqlite3_step(statement), SQLITE_DONE) << sqlite3_errmsg(database_);
+    sqlite3_finalize(statement);
+  }
+
+ private:
+  sqlite3* database_{nullptr};
+};
+
+/// The tables of rosbag2 in ROS 2 Humble, with topics 1: /a, 2: /b.
+const std::string tables{
+    "CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL);"
+    "INSERT INTO schema VALUES(3, 'humble');"
+    "CREATE TABLE metadata(id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL, metadata TEXT NOT NULL);"
+    "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, serialization_format TEXT NOT "
+    "NULL, offered_qos_profiles TEXT NOT NULL);"
+    "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL, data BLOB "
+    "NOT "
+    "NULL);"
+    "CREATE INDEX timestamp_idx ON messages (timestamp ASC);"
+    "INSERT INTO topics VALUES(1, '/a', 'std_msgs/msg/String', 'cdr', '- history: 1');"
+    "INSERT INTO topics VALUES(2, '/b', 'std_msgs/msg/Int8', 'cdr', '');"};
+
+void write_db3(const fs::path& path, const std::vector<std::tuple<int, std::int64_t, std::string>>& messages) {
+  const NewDatabase database{path};
+  database.run(tables + "BEGIN");
+  for (const auto& [topic, time_ns, data] : messages) database.add_message(topic, time_ns, data);
+  database.run("COMMIT");
+}
+
+using Told = std::tuple<std::string, std::uint64_t, std::string>;
+
+std::vector<Told> read_all(const Bag& bag, const Selection& selection = {}) {
+  std::vector<Told> all;
+  const auto cursor{bag.messages(selection)};
+  while (const Message* const message{cursor->next()}) {
+    all.emplace_back(bag.topics().at(message->channel).name, message->log_time_ns, string_of(message->data));
+  }
+  return all;
+}
+
+TEST(Bag, ReadsDb3InTimeWithTopicsAndCounts) {
+  const TemporaryFolder folder;
+  write_db3(folder / "a.db3", {{1, 30, "three"}, {2, 10, "one"}, {1, 20, ""}, {2, 30, "four"}});
+  const auto bag{open_bag(folder / "a.db3")};
+  ASSERT_EQ(bag->topics().size(), 2);
+  EXPECT_EQ(bag->topics()[0].name, "/a");
+  EXPECT_EQ(bag->topics()[0].type, "std_msgs/msg/String");
+  EXPECT_EQ(bag->topics()[0].message_encoding, "cdr");
+  EXPECT_EQ(bag->topics()[0].offered_qos_profiles, "- history: 1");
+  EXPECT_EQ(bag->topics()[1].message_count, 2);
+  EXPECT_EQ(bag->first_ns(), 10);
+  EXPECT_EQ(bag->last_ns(), 30);
+  EXPECT_THAT(read_all(*bag),
+              ElementsAre(Told{"/b", 10, "one"}, Told{"/a", 20, ""}, Told{"/a", 30, "three"}, Told{"/b", 30, "four"}));
+  EXPECT_THAT(read_all(*bag, {.topics = {"/a"}}), ElementsAre(Told{"/a", 20, ""}, Told{"/a", 30, "three"}));
+  EXPECT_THAT(read_all(*bag, {.first_ns = 11, .last_ns = 20}), ElementsAre(Told{"/a", 20, ""}));
+  EXPECT_THAT(read_all(*bag, {.first_ns = ~std::uint64_t{0}}), IsEmpty());
+  EXPECT_THAT(bag->damage(), IsEmpty());
+}
+
+TEST(Bag, ReadsDb3OfOtherVersionsOfRos) {
+  const TemporaryFolder folder;
+  {
+    const NewDatabase old{folder / "dashing.db3"};
+    old.run(
+        "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);"
+        "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);"
+        "INSERT INTO topics VALUES(5, '/a', 'T', 'cdr');");
+    old.add_message(5, 1, "x");
+    old.add_message(6, 1, "of a topic that is not declared");
+    const NewDatabase later{folder / "iron.db3"};
+    later.run(tables +
+              "CREATE TABLE message_definitions(id INTEGER PRIMARY KEY, topic_type TEXT NOT NULL, encoding TEXT NOT "
+              "NULL, encoded_message_definition TEXT NOT NULL, type_description_hash TEXT NOT NULL);"
+              "INSERT INTO message_definitions VALUES(1, 'std_msgs/msg/String', 'ros2msg', 'string data', '');");
+  }
+  EXPECT_THAT(read_all(*open_bag(folder / "dashing.db3")), ElementsAre(Told{"/a", 1, "x"}));
+  const auto bag{open_bag(folder / "iron.db3")};
+  EXPECT_EQ(bag->topics()[0].schema, "string data");
+  EXPECT_EQ(bag->topics()[0].schema_encoding, "ros2msg");
+  EXPECT_EQ(bag->topics()[1].schema_encoding, "");
+}
+
+TEST(Bag, NamesOfFilesMayHaveAnyCharacter) {
+  const TemporaryFolder folder;
+  const fs::path path{folder / "a%20b?mode=rw#ü\xff.db3"};
+  write_db3(path, {{1, 30, "x"}});
+  EXPECT_EQ(read_all(*open_bag(path)).size(), 1);
+}
+
+/// A journal beside the file belongs to it, and reading changes neither.
+TEST(Bag, ReadsWhatIsInTheJournalOnly) {
+  const TemporaryFolder folder;
+  const NewDatabase open{folder / "a.db3"};
+  open.run("PRAGMA journal_mode=WAL; PRAGMA wal_autocheckpoint=0;" + tables);
+  open.add_message(1, 7, "in the journal");
+  ASSERT_GT(fs::file_size(folder / "a.db3-wal"), 0);
+  fs::create_directory(folder / "copy");
+  for (const char* const name : {"a.db3", "a.db3-wal"}) fs::copy(folder / name, folder / "copy" / name);
+  EXPECT_THAT(read_all(*open_bag(folder / "copy" / "a.db3")), ElementsAre(Told{"/a", 7, "in the journal"}));
+  EXPECT_EQ(io::read_file(folder / "copy" / "a.db3"), io::read_file(folder / "a.db3"));
+}
+
+TEST(Bag, LeavesNothingBesideAFile) {
+  const TemporaryFolder folder;
+  write_db3(folder / "a.db3", {{1, 30, "x"}});
+  fs::permissions(folder.path(), fs::perms::owner_read | fs::perms::owner_exec);
+  read_all(*open_bag(folder / "a.db3"));
+  fs::permissions(folder.path(), fs::perms::owner_all);
+  EXPECT_EQ(std::distance(fs::directory_iterator{folder.path()}, fs::directory_iterator{}), 1);
+}
+
+TEST(Bag, ComplainsOfOtherDatabases) {
+  const TemporaryFolder folder;
+  const auto complains = [&](const std::string& sql, std::string_view part) {
+    fs::remove(folder / "a.db3");
+    {
+      const NewDatabase database{folder / "a.db3"};
+      database.run(sql);
+    }
+    expect_complaint([&] { read_all(*open_bag(folder / "a.db3")); }, {"a.db3", part});
+  };
+  const std::string topics{
+      "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);"
+      "INSERT INTO topics VALUES(1, '/a', 'T', 'cdr');"};
+  complains("CREATE TABLE x(y)", "has no column 'id' in a table 'topics'");
+  complains(topics, "has no column 'topic_id' in a table 'messages'");
+  complains(topics + "CREATE TABLE messages(topic_id, timestamp)", "has no column 'data'");
+  complains(topics + "CREATE TABLE messages(topic_id, timestamp, data); INSERT INTO messages VALUES(1, 'noon', 'x')",
+            "has no time");
+  complains(topics + "CREATE TABLE messages(topic_id, timestamp, data); INSERT INTO messages VALUES(1, -5, 'x')",
+            "before 1970");
+  // definitions that compute: without end, or as much as they like
+  complains(topics +
+                "CREATE VIEW messages AS WITH RECURSIVE r(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM r) "
+                "SELECT 1 AS topic_id, i AS timestamp, 'x' AS data FROM r",
+            "has no column 'topic_id' in a table 'messages'");
+  complains(topics + "CREATE VIRTUAL TABLE messages USING fts5(topic_id, timestamp, data)",
+            "has no column 'topic_id' in a table 'messages'");
+}
+
+TEST(Bag, ADamagedDb3IsComplainedOf) {
+  const TemporaryFolder folder;
+  std::vector<std::tuple<int, std::int64_t, std::string>> messages;
+  for (int i{0}; i < 50; ++i) messages.emplace_back(1 + i % 2, i, std::string(300, static_cast<char>(i)));
+  write_db3(folder / "a.db3", messages);
+  const std::string bytes{io::read_file(folder / "a.db3")};
+  int complaints{0};
+  for (std::size_t cut{16}; cut < bytes.size(); cut += 997) {
+    put(folder / "cut.db3", bytes.substr(0, cut));
+    try {
+      EXPECT_EQ(read_all(*open_bag(folder / "cut.db3")).size(), 50) << cut << ": nothing that is needed is lost";
+    } catch (const InputError&) {
+      ++complaints;
+    }
+  }
+  EXPECT_GT(complaints, 35);
+  complaints = 0;
+  for (std::size_t at{0}; at < bytes.size(); at += 101) {
+    std::string broken{bytes};
+    broken[at] = static_cast<char>(~broken[at]);
+    put(folder / "broken.db3", broken);
+    try {
+      EXPECT_LE(read_all(*open_bag(folder / "broken.db3")).size(), 70) << at;
+    } catch (const InputError&) {
+      ++complaints;
+    }
+  }
+  EXPECT_GT(complaints, 5);
+}
+
+const std::string metadata_begin{"rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: sqlite3\n"};
+
+TEST(Bag, ReadsAFolderOfParts) {
+  const TemporaryFolder folder;
+  write_db3(folder / "bag" / "bag_0.db3", {{1, 1, "a"}, {2, 5, "c"}});
+  write_db3(folder / "bag" / "bag_1.db3", {{1, 4, "b"}, {1, 9, "e"}});
+  write_messages(folder / "bag" / "bag_2.mcap", {{"/c", 0, 7, 7, "d"}, {"/a", 0, 12, 12, "f"}});
+  put(folder / "bag" / "metadata.yaml", metadata_begin +
+                                            "  relative_file_paths:\n    - bag_0.db3\n    - bag/bag_1.db3\n"
+                                            "    - bag_2.mcap\n  compression_mode: \"\"\n");
+  const std::vector<Told> all{{"/a", 1, "a"}, {"/a", 4, "b"}, {"/b", 5, "c"},
+                              {"/c", 7, "d"}, {"/a", 9, "e"}, {"/a", 12, "f"}};
+  const auto bag{open_bag(folder / "bag")};
+  EXPECT_EQ(read_all(*bag), all);
+  EXPECT_EQ(bag->topics()[0].message_count, 4) << "in all parts";
+  EXPECT_EQ(bag->first_ns(), 1);
+  EXPECT_EQ(bag->last_ns(), 12);
+  EXPECT_THAT(read_all(*bag, {.topics = {"/b", "/c"}}), ElementsAre(all[2], all[3]));
+  fs::remove(folder / "bag" / "metadata.yaml");
+  EXPECT_EQ(read_all(*open_bag(folder / "bag")), all) << "as rosbag2 leaves it when it is killed";
+}
+
+std::string zstd(const std::string& text) {
+  std::string packed(ZSTD_compressBound(text.size()), '\0');
+  packed.resize(ZSTD_compress(packed.data(), packed.size(), text.data(), text.size(), 1));
+  return packed;
+}
+
+TEST(Bag, UnpacksMessagesThatRosbag2HasCompressedOneByOne) {
+  const TemporaryFolder folder;
+  write_db3(folder / "bag_0.db3", {{1, 1, zstd("first")}, {1, 2, zstd(std::string(100'000, 'x'))}, {1, 3, zstd("")}});
+  put(folder / "metadata.yaml",
+      metadata_begin + "  compression_format: zstd\n  compression_mode: MESSAGE\n  relative_file_paths: [bag_0.db3]\n");
+  EXPECT_THAT(read_all(*open_bag(folder.path())),
+              ElementsAre(Told{"/a", 1, "first"}, Told{"/a", 2, std::string(100'000, 'x')}, Told{"/a", 3, ""}));
+  write_db3(folder / "bag_1.db3", {{1, 1, "not packed"}});
+  put(folder / "metadata.yaml",
+      metadata_begin + "  compression_format: zstd\n  compression_mode: MESSAGE\n  relative_file_paths: [bag_1.db3]\n");
+  expect_complaint([&] { read_all(*open_bag(folder.path())); }, {"the message of 1 ns cannot be unpacked"});
+}
+
+TEST(Bag, ComplainsOfFolders) {
+  const TemporaryFolder folder;
+  expect_complaint([&] { read_all(*open_bag(folder.path())); }, {"holds no recording"});
+  const auto complains = [&](const std::string& metadata, std::string_view part) {
+    put(folder / "metadata.yaml", metadata);
+    expect_complaint([&] { read_all(*open_bag(folder.path())); }, {part});
+  };
+  complains(metadata_begin + "  compression_mode: FILE\n  relative_file_paths: [a.db3.zstd]\n",
+            "the files of the bag are compressed as a whole");
+  complains(
+      metadata_begin + "  compression_mode: MESSAGE\n  compression_format: lzma\n  relative_file_paths: [a.db3]\n",
+      "in another way than by zstd");
+  complains(metadata_begin + "  relative_file_paths: [missing.db3]\n", "missing.db3: cannot be read");
+  complains(metadata_begin + "  relative_file_paths: [../../etc/passwd]\n", "passwd: cannot be read (No such file");
+  complains(metadata_begin + "  relative_file_paths: []\n", "holds no recording");
+  complains("a: [", "is not as rosbag2 writes it");
+  complains("- 1", "metadata.yaml");
+}
+
+TEST(Bag, TellsFilesApartByWhatIsInThem) {
+  const TemporaryFolder folder;
+  write_messages(folder / "a.bin", {{"/a", 0, 1, 1, "x"}});
+  EXPECT_EQ(read_all(*open_bag(folder / "a.bin")).size(), 1);
+  put(folder / "a.mcap", zstd("an MCAP file"));
+  expect_complaint([&] { read_all(*open_bag(folder / "a.mcap")); }, {"is compressed as a whole", "zstd -d"});
+  put(folder / "a.txt", "text");
+  expect_complaint([&] { read_all(*open_bag(folder / "a.txt")); }, {"is no recording"});
+}
+
+TEST(Bag, TellsOfDamageInItsParts) {
+  const TemporaryFolder folder;
+  write_messages(folder / "a.mcap", random_messages(1, 50));
+  const std::string bytes{io::read_file(folder / "a.mcap")};
+  put(folder / "a.mcap", bytes.substr(0, bytes.size() - 10));
+  const auto bag{open_bag(folder.path())};
+  EXPECT_EQ(read_all(*bag).size(), 50);
+  EXPECT_THAT(bag->damage(), ElementsAre(::testing::HasSubstr("a.mcap: The summary at byte")));
+}
+
+}  // namespace
+}  // namespace stereogrid::mcap::testing
