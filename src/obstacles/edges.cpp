@@ -42,7 +42,7 @@ void leave_edges_out(const float* row, int width, float* kept) {
     const int pixels{std::min(block, width - begin)};
     for (int i{0}; i < pixels; ++i) {
       const float here{row[begin + i]};
-      const bool between = (most[i] > here + edge_step_px) & (least[i] < here - edge_step_px);  // no branch
+      const bool between{most[i] > here + edge_step_px && least[i] < here - edge_step_px};
       kept[begin + i] = between ? 0.0f : here;
     }
   }
