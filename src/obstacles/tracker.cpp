@@ -32,6 +32,17 @@ constexpr double highest_mover_m{4.2};
 /// What is seen so large is no chance match.
 constexpr int surely_seen_px{300};
 
+// Of a polygon.
+bool holds(const Outline& outline, Point2 at) {
+  bool inside{false};
+  for (std::size_t i{0}, j{outline.size() - 1}; i < outline.size(); j = i++) {
+    const Point2 a{outline[i]};
+    const Point2 b{outline[j]};
+    if ((a.y > at.y) != (b.y > at.y) && at.x < (b.x - a.x) * (at.y - a.y) / (b.y - a.y) + a.x) inside = !inside;
+  }
+  return inside;
+}
+
 Covariance2 turned(const Covariance2& p, double yaw_rad) {
   const double c{std::cos(yaw_rad)};
   const double s{std::sin(yaw_rad)};
@@ -98,7 +109,9 @@ void Tracker::update(const GridLayers& world, const std::vector<Cluster>& cluste
   }
   associate(clusters);
   const Pose2 vehicle_from_world{inverse(world_from_vehicle)};
-  std::erase_if(tracks_, [&](const Track& track) { return is_over(track, world, vehicle_from_world); });
+  std::erase_if(tracks_, [&](const Track& track) {
+    return track.unseen_s > 0 && (is_over(track, world, vehicle_from_world) || is_replaced(track, clusters));
+  });
 }
 
 // In its velocity, and surely.
@@ -204,7 +217,6 @@ bool Tracker::is_confirmed(const Track& track) const {
 }
 
 bool Tracker::is_over(const Track& track, const GridLayers& world, const Pose2& vehicle_from_world) const {
-  if (track.unseen_s == 0) return false;
   if (track.unseen_s > config_.coast_s || !is_confirmed(track)) return true;
   const Point2 at{vehicle_from_world * Point2{track.x.position, track.y.position}};
   const double column{rig_.centre_u_px - rig_.focal_px * at.y / at.x};
@@ -214,6 +226,19 @@ bool Tracker::is_over(const Track& track, const GridLayers& world, const Pose2& 
   if (!cell) return true;
   return track.unseen_s > gone_s && world.occupancy(cell->ix, cell->iy) < free_occupancy &&
          world.age_s(cell->ix, cell->iy) == 0;
+}
+
+// What stands there, at half of its outline or more, is now seen as a part of another thing, or of several.
+bool Tracker::is_replaced(const Track& track, const std::vector<Cluster>& clusters) {
+  if (track.moving >= surely_moving) return false;  // it may be hidden behind that
+  std::size_t taken{0};
+  for (const Point2& point : track.shape.outline) {
+    const Point2 at{point.x + track.moved.x, point.y + track.moved.y};
+    taken += std::any_of(clusters.begin(), clusters.end(), [&](const Cluster& cluster) {
+      return cluster.kind == ObstacleKind::thing && cluster.bounds.hold(at) && holds(cluster.outline, at);
+    });
+  }
+  return 2 * taken >= track.shape.outline.size();
 }
 
 void Tracker::report(const Pose2& world_from_vehicle, std::vector<Obstacle>& obstacles) const {

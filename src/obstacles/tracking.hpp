@@ -25,6 +25,9 @@ struct Bounds {
 
   /// How far `other` lies away from these, moved; 0: they overlap.
   [[nodiscard]] double gap_to(const Bounds& other, Point2 moved) const;
+  [[nodiscard]] bool hold(Point2 at) const {
+    return at.x >= least.x && at.x <= most.x && at.y >= least.y && at.y <= most.y;
+  }
 };
 
 /// A segment on the ground. World axes.
@@ -166,6 +169,7 @@ class Tracker {
   void correct(Track& track, const Cluster& cluster) const;
   void begin_track(const Cluster& cluster);
   [[nodiscard]] bool is_confirmed(const Track& track) const;
+  static bool is_replaced(const Track& track, const std::vector<Cluster>& clusters);
   [[nodiscard]] bool is_over(const Track& track, const GridLayers& world, const Pose2& vehicle_from_world) const;
 
   TrackingConfig config_;

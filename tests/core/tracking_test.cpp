@@ -188,6 +188,23 @@ TEST(Tracker, EndsWhereItsPlaceIsSeenFree) {
   EXPECT_TRUE(report_of(tracker).empty());
 }
 
+// Two halves of a thing become one: no obstacle is left behind in it, unless it moves and may be hidden.
+TEST(Tracker, APartThatIsSeenAsAnotherThingEnds) {
+  for (const bool moves : {false, true}) {
+    World world;
+    world.layers.occupancy.fill(0.5f);
+    Tracker tracker{plain_config(), PaintedObstacles::rig()};
+    Cluster part{blob_at(4, 0.5, {0, moves ? 3.0 : 0.0})};
+    if (moves) part.velocity_covariance = {0.1, 0, 0.1};
+    for (int step{0}; step < 5; ++step) update(tracker, world, {blob_at(4, -0.5), part}, 0);
+    Cluster whole{blob_at(4, -0.4)};
+    for (Point2& point : whole.outline) point = {4 + 2 * (point.x - 4), -0.4 + 8 * (point.y + 0.4)};
+    whole.bounds = {{3.4, -2}, {4.6, 1.2}};
+    update(tracker, world, {whole}, 0.01);
+    EXPECT_EQ(report_of(tracker).size(), moves ? 2u : 1u);
+  }
+}
+
 TEST(Tracker, AnUnconfirmedGlimpseEndsAtOnce) {
   World world;
   world.layers.occupancy.fill(0.5f);
