@@ -185,8 +185,8 @@ bool FrameProcessor::judge(const LevelFrame& frame, const Ground& expected, Fram
 void FrameProcessor::track(const LevelFrame& frame, FrameResult& result) {
   clusters_.clusters.clear();
   if (is_reliable_) {
-    find_clusters(stages_->obstacle_disparity(), ground_, result.world, frame.world_from_vehicle,
-                  scene_flow_.vectors(), ranges_of(*stages_), clusters_);
+    find_clusters(stages_->obstacle_disparity(), ground_, result.world, frame.world_from_vehicle, scene_flow_.vectors(),
+                  ranges_of(*stages_), clusters_);
   }
   tracker_.update(result.world, clusters_.clusters, frame.world_from_vehicle, frame.dt_s);
   tracker_.report(frame.world_from_vehicle, result.obstacles);
