@@ -87,14 +87,13 @@ def free_space_ends(occupied, grid, cal, width):
     """Near edge of the first occupied cell along each image column from 3 m on; inf: none."""
     size = grid["cell_size_m"]
     ends = np.full(width, np.inf)
-    for u in range(width):
-        slope = (cal["u0"] - u) / cal["f"]
-        for ix in range(int(round((3 - grid["x_min_m"]) / size)), grid["nx"]):
-            x = grid["x_min_m"] + ix * size
-            rows = sorted(int(np.floor((slope * z - grid["y_min_m"]) / size)) for z in (x, x + size))
-            if occupied[max(rows[0], 0):max(rows[1] + 1, 0), ix].any():
-                ends[u] = x
-                break
+    slopes = (cal["u0"] - np.arange(width)) / cal["f"]
+    for ix in reversed(range(int(round((3 - grid["x_min_m"]) / size)), grid["nx"])):
+        x = grid["x_min_m"] + ix * size
+        rows = np.sort([np.floor((slopes * z - grid["y_min_m"]) / size) for z in (x, x + size)], axis=0).astype(int)
+        first, last = (np.clip(row, 0, grid["ny"]) for row in (rows[0], rows[1] + 1))
+        so_far = np.concatenate([[0], np.cumsum(occupied[:, ix])])
+        ends[so_far[last] > so_far[first]] = x
     return ends
 
 
@@ -138,27 +137,29 @@ def depth_scores(truth, found, band):
             "depth_wrong": wrong.mean(), "depth_overshoot": (wrong & (error > 0)).mean()}
 
 
-def scores(run, drive, layer):
+def scores(run, drive):
+    """(layer, band, scores) of all of them."""
     about = json.loads((run / "run.json").read_text())
     grid, width = about["grid"], about["rig"]["width_px"]
     cal = calibration(drive / "calib.txt")
-    frames, ends = [], []
+    layers = {"observed": [], "occupancy": []}
     for file in sorted((drive / "velodyne").glob("*.bin")):
         if not (run / "grids" / f"{file.stem}.npz").exists():
             continue
         label, hidden = labels(np.fromfile(file, np.float32).reshape(-1, 4)[:, :3].astype(float), grid, cal, width)
-        p = np.load(run / "grids" / f"{file.stem}.npz")[layer]
-        frames.append((p, label, hidden))
         truth = free_space_ends(label == 1, grid, cal, width)
-        found = free_space_ends(p >= 0.5, grid, cal, width)
-        found[np.isinf(found)] = grid["x_min_m"] + grid["nx"] * grid["cell_size_m"]
-        ends.append((truth, found))
-    p, label, hidden = (np.stack(part) for part in zip(*frames))
-    truth, found = (np.concatenate(part) for part in zip(*ends))
+        for layer, frames in layers.items():
+            p = np.load(run / "grids" / f"{file.stem}.npz")[layer]
+            found = free_space_ends(p >= 0.5, grid, cal, width)
+            found[np.isinf(found)] = grid["x_min_m"] + grid["nx"] * grid["cell_size_m"]
+            frames.append((p, label, hidden, truth, found))
     centres = grid["x_min_m"] + (np.arange(grid["nx"]) + 0.5) * grid["cell_size_m"]
-    for band in BANDS:
-        scored = (label >= 0) & (centres >= band[0]) & (centres < band[1])
-        yield band, {**cell_scores(p[scored], label[scored] == 1, hidden[scored]), **depth_scores(truth, found, band)}
+    for layer, frames in layers.items():
+        p, label, hidden, truth, found = (np.stack(part) for part in zip(*frames))
+        for band in BANDS:
+            scored = (label >= 0) & (centres >= band[0]) & (centres < band[1])
+            yield layer, band, {**cell_scores(p[scored], label[scored] == 1, hidden[scored]),
+                                **depth_scores(truth.ravel(), found.ravel(), band)}
 
 
 def differences(said, again, where):
@@ -184,11 +185,10 @@ def main():
             subprocess.run([tool, "--quiet", "evaluate", run, "--json", Path(folder) / "scores.json"], check=True,
                            stdout=subprocess.DEVNULL)
             said = json.loads((Path(folder) / "scores.json").read_text())["series"]
-            for layer in ("observed", "occupancy"):
-                for band, again in scores(run, drive=data / drive, layer=layer):
-                    key = f"{band[0]}-{band[1]}"
-                    wrong += differences(said[layer]["bands"][key], again, f"{drive} {layer} {key} m")
-                    compared += len(again)
+            for layer, band, again in scores(run, data / drive):
+                key = f"{band[0]}-{band[1]}"
+                wrong += differences(said[layer]["bands"][key], again, f"{drive} {layer} {key} m")
+                compared += len(again)
     print("\n".join(wrong))
     print(f"{compared} figures compared, {len(wrong)} differ")
     sys.exit(1 if wrong else 0)
