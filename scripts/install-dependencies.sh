@@ -13,6 +13,7 @@ packages=(
   libtbb-dev libhwy-dev                              # threads, SIMD
   libzip-dev libdeflate-dev zlib1g-dev               # .npz
   libgtest-dev libgmock-dev libbenchmark-dev         # tests, benchmarks
+  libboost-dev                                       # server: WebSocket and HTTP (headers)
   libboost-context-dev                               # tests of CUDA kernels without a GPU
   ffmpeg                                             # --video
   python3 python3-numpy                              # tests that read our files as users do

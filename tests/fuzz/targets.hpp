@@ -13,6 +13,8 @@ void calibration_kitti(Bytes input);  ///< files calib_cam_to_cam.txt and calib_
 void calibration_yaml(Bytes input);
 void config_yaml(Bytes input);
 void disparity(Bytes input);
+void foxglove_client(Bytes input);  ///< messages of a WebSocket client, separated as files are; binary: after a 'b'
+void http_target(Bytes input);  ///< a request: target, Host, Origin, Authorization, Cookie, ranges, tags, sub-protocols
 void image(Bytes input);
 void npy(Bytes input);
 void npz(Bytes input);
@@ -38,6 +40,8 @@ inline constexpr Target targets[]{{"calibration_kitti", calibration_kitti},
                                   {"calibration_yaml", calibration_yaml},
                                   {"config_yaml", config_yaml},
                                   {"disparity", disparity},
+                                  {"foxglove_client", foxglove_client},
+                                  {"http_target", http_target},
                                   {"image", image},
                                   {"npy", npy},
                                   {"npz", npz},

@@ -185,7 +185,8 @@ TEST(Hostile, RepliesThatNobodyReadsClose) {
   given.limits.requests_per_second = 100'000;
   given.parameters.values = {{"long", std::string(20'000, 'x')}};
   const Server server{given};
-  const Client client{server.port(), {}, 4096};
+  Client client{server.port(), {}, 4096};
+  client.expect("advertise");
   const std::string request{R"({"op": "getParameters", "parameterNames": []})"};
   EXPECT_TRUE(soon([&] {
     for (int i{0}; i < 20; ++i) client.send_frame(1, request);

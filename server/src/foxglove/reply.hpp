@@ -14,7 +14,7 @@
 #include "foxglove/request.hpp"
 #include "stereogrid/server/server.hpp"
 
-// The server's messages of the Foxglove WebSocket protocol, version 1 (github.com/foxglove/ws-protocol, docs/spec.md).
+// The server's messages of the Foxglove WebSocket protocol, version 1 (github.com/foxglove/ws-protocol).
 // Text that is no UTF-8 is mended with U+FFFD.
 namespace stereogrid::server {
 
