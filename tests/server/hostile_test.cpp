@@ -13,44 +13,45 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
+/// Text messages, and what is said of them.
+const std::vector<std::pair<std::string, std::string>> malformed{
+    {"", "has to be JSON"},
+    {"{", "has to be JSON"},
+    {"nonsense", "has to be JSON"},
+    {"[]", "has to be a JSON object"},
+    {"3", "has to be a JSON object"},
+    {"{}", "'op' is missing"},
+    {R"({"op": 3})", "'op' has to be a string"},
+    {R"({"op": "fly"})", "'fly' is not known"},
+    {R"({"op": "subscribe"})", "'subscriptions' is missing"},
+    {R"({"op": "subscribe", "subscriptions": 1})", "has to be an array"},
+    {R"({"op": "subscribe", "subscriptions": [1]})", "has to hold objects"},
+    {R"({"op": "subscribe", "subscriptions": [{"id": 1}]})", "'channelId' is missing"},
+    {R"({"op": "subscribe", "subscriptions": [{"id": -1, "channelId": 1}]})", "from 0 to 4294967295"},
+    {R"({"op": "subscribe", "subscriptions": [{"id": 4294967296, "channelId": 1}]})", "from 0 to 4294967295"},
+    {R"({"op": "subscribe", "subscriptions": [{"id": 1.5, "channelId": 1}]})", "from 0 to 4294967295"},
+    {R"({"op": "unsubscribe", "subscriptionIds": ["1"]})", "from 0 to 4294967295"},
+    {R"({"op": "getParameters", "parameterNames": [1]})", "has to be a string"},
+    {R"({"op": "getParameters", "parameterNames": [], "id": 1})", "'id' has to be a string"},
+    {R"({"op": "setParameters", "parameters": [{"name": "a"}]})", "cannot be removed"},
+    {R"({"op": "setParameters", "parameters": [{"name": "a", "value": null}]})", "cannot be removed"},
+    {R"({"op": "setParameters", "parameters": [{"name": "a", "value": {}}]})", "has to be a number"},
+    {R"({"op": "setParameters", "parameters": [{"name": "a", "value": [1, "x"]}]})", "numbers only"},
+    {R"({"op": "setParameters", "parameters": [{"name": "a", "value": "AA==", "type": "byte_array"}]})", "byte_array"},
+    {R"({"op": "setParameters", "parameters": [{"name": "a", "value": 1e999}]})", "has to be JSON"},
+    {R"({"op": "advertise", "channels": []})", "does not offer clientPublish"},
+    {R"({"op": "fetchAsset", "uri": "package://x", "requestId": 1})", "does not offer assets"},
+    {std::string(500'000, '['), "nested too deeply"},
+    {R"({"op": "getParameters", "parameterNames": )" + std::string(20, '[') + std::string(20, ']') + "}",
+     "nested too deeply"}};
+
 TEST(Hostile, MalformedRequestsAreAnsweredInWords) {
   ServerOptions given{options()};
   given.limits.faults = 100;
   given.parameters.values = {{"a", true}};
   const Server server{given};
   Client client{server.port()};
-  const std::vector<std::pair<std::string, std::string>> cases{
-      {"", "has to be JSON"},
-      {"{", "has to be JSON"},
-      {"nonsense", "has to be JSON"},
-      {"[]", "has to be a JSON object"},
-      {"3", "has to be a JSON object"},
-      {"{}", "'op' is missing"},
-      {R"({"op": 3})", "'op' has to be a string"},
-      {R"({"op": "fly"})", "'fly' is not known"},
-      {R"({"op": "subscribe"})", "'subscriptions' is missing"},
-      {R"({"op": "subscribe", "subscriptions": 1})", "has to be an array"},
-      {R"({"op": "subscribe", "subscriptions": [1]})", "has to hold objects"},
-      {R"({"op": "subscribe", "subscriptions": [{"id": 1}]})", "'channelId' is missing"},
-      {R"({"op": "subscribe", "subscriptions": [{"id": -1, "channelId": 1}]})", "from 0 to 4294967295"},
-      {R"({"op": "subscribe", "subscriptions": [{"id": 4294967296, "channelId": 1}]})", "from 0 to 4294967295"},
-      {R"({"op": "subscribe", "subscriptions": [{"id": 1.5, "channelId": 1}]})", "from 0 to 4294967295"},
-      {R"({"op": "unsubscribe", "subscriptionIds": ["1"]})", "from 0 to 4294967295"},
-      {R"({"op": "getParameters", "parameterNames": [1]})", "has to be a string"},
-      {R"({"op": "getParameters", "parameterNames": [], "id": 1})", "'id' has to be a string"},
-      {R"({"op": "setParameters", "parameters": [{"name": "a"}]})", "cannot be removed"},
-      {R"({"op": "setParameters", "parameters": [{"name": "a", "value": null}]})", "cannot be removed"},
-      {R"({"op": "setParameters", "parameters": [{"name": "a", "value": {}}]})", "has to be a number"},
-      {R"({"op": "setParameters", "parameters": [{"name": "a", "value": [1, "x"]}]})", "numbers only"},
-      {R"({"op": "setParameters", "parameters": [{"name": "a", "value": "AA==", "type": "byte_array"}]})",
-       "byte_array"},
-      {R"({"op": "setParameters", "parameters": [{"name": "a", "value": 1e999}]})", "has to be JSON"},
-      {R"({"op": "advertise", "channels": []})", "does not offer clientPublish"},
-      {R"({"op": "fetchAsset", "uri": "package://x", "requestId": 1})", "does not offer assets"},
-      {std::string(500'000, '['), "nested too deeply"},
-      {R"({"op": "getParameters", "parameterNames": )" + std::string(20, '[') + std::string(20, ']') + "}",
-       "nested too deeply"}};
-  for (const auto& [text, words] : cases) {
+  for (const auto& [text, words] : malformed) {
     client.send_frame(1, text);
     const Json status(client.expect("status"));
     EXPECT_EQ(status["level"], 2) << text.substr(0, 100);
@@ -63,7 +64,7 @@ TEST(Hostile, MalformedRequestsAreAnsweredInWords) {
     client.send_frame(2, bytes);
     EXPECT_THAT(client.expect("status")["message"].get<std::string>(), HasSubstr(words));
   }
-  EXPECT_EQ(server.counts().faults, cases.size() + 4);
+  EXPECT_EQ(server.counts().faults, malformed.size() + 4);
 }
 
 TEST(Hostile, WhoGoesOnWithThatIsClosed) {

@@ -15,10 +15,11 @@
 
 namespace stereogrid::server {
 
-/// Reasons to close a WebSocket (RFC 6455, 7.4.1).
+/// Reasons to close a WebSocket (RFC 6455, 7.4.1, and its registry).
 namespace close_code {
 inline constexpr std::uint16_t going_away{1001};
 inline constexpr std::uint16_t policy{1008};
+inline constexpr std::uint16_t try_again_later{1013};
 }  // namespace close_code
 
 /// A client's connection, as the protocol sees it. Its functions return at once and do not call back.

@@ -49,6 +49,10 @@ void WebSocketSession::accept(beast::http::request<beast::http::empty_body> requ
 
 void WebSocketSession::on_accepted(Error error) {
   if (error || closing_) return;
+  if (around_.counters.clients >= around_.limits.clients) {  // others were quicker with the handshake
+    ++around_.counters.refused;
+    return close(close_code::try_again_later, "as many clients as there may be");
+  }
   client_ = around_.hub.join(*this);
   read();
 }
