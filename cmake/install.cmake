@@ -63,6 +63,10 @@ if(STEREOGRID_CONNECTED)
   stereogrid_install_pc(stereogrid-mcap stereogrid_mcap "MCAP files, and recordings of ROS 2" "stereogrid"
                         "stereogrid-io;libzstd;liblz4;sqlite3;yaml-cpp;fmt;zlib" "")
   list(APPEND STEREOGRID_COMPONENTS mcap)
+  stereogrid_install_component(server stereogrid_server ${PROJECT_SOURCE_DIR}/server/include)
+  stereogrid_install_pc(stereogrid-server stereogrid_server "Live results for viewers, by WebSocket and HTTP" "stereogrid" ""
+                        "-pthread")
+  list(APPEND STEREOGRID_COMPONENTS server)
 endif()
 if(STEREOGRID_TOOL)
   stereogrid_install_component(scenes stereogrid_scenes ${PROJECT_SOURCE_DIR}/scenes/include)

@@ -14,6 +14,7 @@ packages=(
   libzip-dev libdeflate-dev zlib1g-dev               # .npz
   libzstd-dev liblz4-dev libsqlite3-dev              # recordings: MCAP, rosbag2
   libgtest-dev libgmock-dev libbenchmark-dev         # tests, benchmarks
+  libboost-dev                                       # server: WebSocket and HTTP (headers)
   libboost-context-dev                               # tests of CUDA kernels without a GPU
   ffmpeg                                             # --video
   python3 python3-numpy                              # tests that read our files as users do

@@ -16,6 +16,8 @@ void calibration_yaml(Bytes input);
 void cdr(Bytes input);  ///< a byte for the type, then a message
 void config_yaml(Bytes input);
 void disparity(Bytes input);
+void foxglove_client(Bytes input);  ///< messages of a WebSocket client, separated as files are; binary: after a 'b'
+void http_target(Bytes input);  ///< a request: target, Host, Origin, Authorization, Cookie, ranges, tags, sub-protocols
 void image(Bytes input);
 void mcap(Bytes input);
 void npy(Bytes input);
@@ -45,6 +47,8 @@ inline constexpr Target targets[]{{"bag_db3", bag_db3},
                                   {"cdr", cdr},
                                   {"config_yaml", config_yaml},
                                   {"disparity", disparity},
+                                  {"foxglove_client", foxglove_client},
+                                  {"http_target", http_target},
                                   {"image", image},
                                   {"mcap", mcap},
                                   {"npy", npy},

@@ -1,0 +1,184 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "foxglove/hub.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "stereogrid/error.hpp"
+
+namespace stereogrid::server {
+
+bool RequestRate::take(Time now) {
+  if (last_ != Time{}) left_ += per_second_ * std::chrono::duration<double>{now - last_}.count();
+  last_ = now;
+  left_ = std::min(left_, 2 * per_second_);
+  if (left_ < 1) return false;
+  left_ -= 1;
+  return true;
+}
+
+Hub::Hub(HubOptions options, Inbox& inbox, Counters& counters)
+    : options_{std::move(options)},
+      inbox_{inbox},
+      counters_{counters},
+      parameters_{std::exchange(options_.parameters, {})} {}
+
+void Hub::add_channel(ChannelId id, Channel channel) {
+  const Stream& stream{streams_.emplace(id, Stream{std::move(channel), {}, nullptr}).first->second};
+  for (auto& [client_id, client] : clients_) send_control(client, advertise({{id, &stream.channel}}));
+  graph_changed();
+}
+
+void Hub::remove_channel(ChannelId id) {
+  const auto found{streams_.find(id)};
+  if (found == streams_.end()) return;
+  const std::string topic{found->second.channel.topic};
+  for (auto& [client_id, client] : clients_) {
+    if (const auto subscribed{client.channels.find(id)}; subscribed != client.channels.end()) {
+      unsubscribe(client, client_id, subscribed->second);
+    }
+    send_control(client, unadvertise(id));
+  }
+  streams_.erase(found);
+  const bool again{
+      std::ranges::any_of(streams_, [&](const auto& entry) { return entry.second.channel.topic == topic; })};
+  graph_changed(again ? std::string{} : topic);
+}
+
+void Hub::publish_all() {
+  while (const SharedMessage message{inbox_.take()}) publish(message);
+}
+
+void Hub::publish(const SharedMessage& message) {
+  const auto found{streams_.find(message->channel)};
+  if (found == streams_.end()) return;
+  Stream& stream{found->second};
+  if (stream.channel.latched) stream.last = message;
+  for (const ClientId id : stream.subscribers) push(clients_.at(id), message);
+}
+
+void Hub::push(Client& client, const SharedMessage& message) {
+  if (client.closed) return;
+  counters_.messages_dropped += client.messages.push(message);
+  client.link.wake();
+}
+
+void Hub::publish_time(std::uint64_t stamp_ns) {
+  for (auto& [id, client] : clients_) {
+    client.time_due = stamp_ns;
+    client.link.wake();
+  }
+}
+
+void Hub::publish_status(StatusLevel level, std::string_view text) {
+  for (auto& [id, client] : clients_) send_control(client, status(level, text));
+}
+
+void Hub::put_parameter(const Parameter& parameter) {
+  parameters_.put(parameter);
+  parameter_changed(parameter.name);
+}
+
+ClientId Hub::join(Link& link) {
+  const ClientId id{++last_client_};
+  const QueueLimits limits{options_.limits.queue_bytes, options_.limits.queue_messages};
+  Client& client{
+      clients_.try_emplace(id, link, "client " + std::to_string(id), limits, options_.limits.requests_per_second)
+          .first->second};
+  counters_.clients = clients_.size();
+  ++counters_.clients_ever;
+  send_control(client, server_info(options_.name, options_.session, {parameters_.size() > 0, options_.sends_time}));
+  std::map<ChannelId, const Channel*> channels;
+  for (const auto& [channel_id, stream] : streams_) channels.emplace(channel_id, &stream.channel);
+  send_control(client, advertise(channels));
+  return id;
+}
+
+void Hub::leave(ClientId id) {
+  const auto found{clients_.find(id)};
+  if (found == clients_.end()) return;
+  const auto subscriptions{found->second.subscriptions};
+  for (const auto& [subscription, channel] : subscriptions) unsubscribe(found->second, id, subscription);
+  clients_.erase(found);
+  counters_.clients = clients_.size();
+  if (!subscriptions.empty()) graph_changed();
+}
+
+void Hub::receive(ClientId id, std::string_view bytes, bool binary, RequestRate::Time now) {
+  Client& client{clients_.at(id)};
+  if (client.closed) return;
+  if (!client.rate.take(now)) {
+    return close(client, "more than " + std::to_string(options_.limits.requests_per_second) + " requests per second");
+  }
+  try {
+    if (binary) throw InputError{complaint_on_binary(bytes)};
+    std::visit([&](const auto& request) { handle(id, request); }, parse_request(bytes));
+  } catch (const InputError& error) {
+    ++counters_.faults;
+    complain(client, StatusLevel::error, error.what(), 1);
+    if (++client.faults >= options_.limits.faults) close(client, "too many malformed requests");
+  }
+}
+
+std::optional<Frame> Hub::next(ClientId id) {
+  Client& client{clients_.at(id)};
+  if (!client.control.empty()) {
+    Frame frame{false, std::move(client.control.front()), nullptr};
+    client.control.pop_front();
+    client.control_bytes -= frame.head.size();
+    return frame;
+  }
+  if (std::exchange(client.graph_due, false)) return Frame{false, graph_text(client), nullptr};
+  if (!client.parameters_due.empty()) {
+    return Frame{false, parameters_text(std::exchange(client.parameters_due, {}), std::nullopt), nullptr};
+  }
+  if (client.time_due) return Frame{true, time_message(*std::exchange(client.time_due, std::nullopt)), nullptr};
+  SharedMessage message{client.messages.pop()};
+  if (!message) return std::nullopt;
+  ++counters_.messages_sent;
+  counters_.bytes_sent += message->payload.size();
+  std::string head{message_head(client.channels.at(message->channel), message->stamp_ns)};
+  return Frame{true, std::move(head), std::move(message)};
+}
+
+void Hub::complain(Client& client, StatusLevel level, const std::string& first, std::size_t count) {
+  if (count == 0) return;
+  const std::string more{count > 1 ? " (and " + std::to_string(count - 1) + " more of the same request)" : ""};
+  send_control(client, status(level, first + more));
+}
+
+void Hub::send_control(Client& client, std::string text) {
+  if (client.closed) return;
+  client.control_bytes += text.size();
+  client.control.push_back(std::move(text));
+  if (client.control_bytes > options_.limits.control_bytes) return close(client, "replies were not read");
+  client.link.wake();
+}
+
+void Hub::close(Client& client, const std::string& reason) {
+  if (std::exchange(client.closed, true)) return;
+  ++counters_.refused;
+  client.link.close(close_code::policy, reason);
+}
+
+void Hub::graph_changed(const std::string& removed_topic) {
+  for (auto& [id, client] : clients_) {
+    if (!client.watches_graph) continue;
+    if (!removed_topic.empty()) client.removed_topics.insert(removed_topic);
+    client.graph_due = true;
+    client.link.wake();
+  }
+}
+
+std::string Hub::graph_text(Client& client) const {
+  Graph graph;
+  for (const auto& [id, stream] : streams_) {
+    std::vector<std::string>& subscribers{graph[stream.channel.topic]};
+    for (const ClientId subscriber : stream.subscribers) subscribers.push_back(clients_.at(subscriber).name);
+    client.removed_topics.erase(stream.channel.topic);  // there again
+  }
+  return connection_graph(options_.name, graph, std::exchange(client.removed_topics, {}));
+}
+
+}  // namespace stereogrid::server

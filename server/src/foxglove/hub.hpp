@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include "counters.hpp"
+#include "foxglove/client.hpp"
+#include "foxglove/inbox.hpp"
+#include "foxglove/parameter_store.hpp"
+#include "foxglove/reply.hpp"
+
+namespace stereogrid::server {
+
+/// Of a client that is connected; never used twice.
+using ClientId = std::uint64_t;
+
+struct HubOptions {
+  std::string name;
+  std::string session;  ///< another one for each server that was started
+  bool sends_time{false};
+  Parameters parameters;
+  Limits limits;
+};
+
+/// The Foxglove WebSocket protocol: channels, parameters and clients, without a network. For one thread.
+class Hub {
+ public:
+  /// Throws ConfigError as ParameterStore does.
+  Hub(HubOptions options, Inbox& inbox, Counters& counters);
+
+  void add_channel(ChannelId id, Channel channel);
+  void remove_channel(ChannelId id);
+  /// Hands out what waits in the inbox.
+  void publish_all();
+  void publish_time(std::uint64_t stamp_ns);
+  void publish_status(StatusLevel level, std::string_view text);
+  void put_parameter(const Parameter& parameter);
+  [[nodiscard]] const ParameterStore& parameters() const { return parameters_; }
+
+  /// The link has to stay until leave().
+  ClientId join(Link& link);
+  void leave(ClientId id);
+  void receive(ClientId id, std::string_view bytes, bool binary, RequestRate::Time now);
+  /// What is to be written next to this client; none: nothing, until it is woken.
+  [[nodiscard]] std::optional<Frame> next(ClientId id);
+
+ private:
+  struct Stream {
+    Channel channel;
+    std::set<ClientId> subscribers;
+    SharedMessage last;  ///< of a latched channel
+  };
+
+  void handle(ClientId id, const Subscribe& request);
+  void handle(ClientId id, const Unsubscribe& request);
+  void handle(ClientId id, const GetParameters& request);
+  void handle(ClientId id, const SetParameters& request);
+  void handle(ClientId id, const SubscribeParameters& request);
+  void handle(ClientId id, const UnsubscribeParameters& request);
+  void handle(ClientId id, SubscribeGraph request);
+  void handle(ClientId id, UnsubscribeGraph request);
+
+  /// Returns why not.
+  std::optional<std::string> subscribe(ClientId id, const Subscription& wanted);
+  void unsubscribe(Client& client, ClientId id, SubscriptionId subscription);
+  void publish(const SharedMessage& message);
+  void push(Client& client, const SharedMessage& message);
+  /// One sentence for what may be many.
+  void complain(Client& client, StatusLevel level, const std::string& first, std::size_t count);
+  void send_control(Client& client, std::string text);
+  void close(Client& client, const std::string& reason);
+  void graph_changed(const std::string& removed_topic = {});
+  void parameter_changed(const std::string& name);
+  void tell_subscribers(ChannelId id);
+  [[nodiscard]] std::string graph_text(Client& client) const;
+  [[nodiscard]] std::string parameters_text(const std::set<std::string>& names,
+                                            const std::optional<std::string>& request) const;
+
+  HubOptions options_;
+  Inbox& inbox_;
+  Counters& counters_;
+  ParameterStore parameters_;
+  std::map<ChannelId, Stream> streams_;
+  std::map<ClientId, Client> clients_;
+  ClientId last_client_{0};
+};
+
+}  // namespace stereogrid::server

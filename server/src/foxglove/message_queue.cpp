@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "foxglove/message_queue.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace stereogrid::server {
+namespace {
+
+std::size_t size_of(const Message& message) {
+  return sizeof(Message) + message.payload.size();
+}
+
+}  // namespace
+
+std::size_t MessageQueue::push(SharedMessage message) {
+  const std::size_t size{size_of(*message)};
+  const auto share_of{[&] {
+    const auto found{shares_.find(message->channel)};
+    return found == shares_.end() ? Share{} : found->second;
+  }};
+  std::size_t dropped{0};
+  for (; share_of().messages >= limits_.messages; ++dropped) drop_oldest(message->channel);
+  for (; !messages_.empty() && bytes_ + size > limits_.bytes; ++dropped) {
+    drop_oldest(share_of().messages > 0 ? message->channel : largest());
+  }
+  Share& share{shares_[message->channel]};
+  ++share.messages;
+  share.bytes += size;
+  bytes_ += size;
+  messages_.push_back(std::move(message));
+  return dropped;
+}
+
+SharedMessage MessageQueue::pop() {
+  if (messages_.empty()) return nullptr;
+  SharedMessage message{std::move(messages_.front())};
+  messages_.pop_front();
+  count_out(*message);
+  return message;
+}
+
+void MessageQueue::remove(ChannelId channel) {
+  while (shares_.contains(channel)) drop_oldest(channel);
+}
+
+void MessageQueue::count_out(const Message& message) {
+  const std::size_t size{size_of(message)};
+  const auto share{shares_.find(message.channel)};
+  share->second.bytes -= size;
+  bytes_ -= size;
+  if (--share->second.messages == 0) shares_.erase(share);
+}
+
+void MessageQueue::drop_oldest(ChannelId channel) {
+  const auto oldest{std::ranges::find(messages_, channel, [](const SharedMessage& one) { return one->channel; })};
+  count_out(**oldest);
+  messages_.erase(oldest);
+}
+
+ChannelId MessageQueue::largest() const {
+  return std::ranges::max_element(shares_, {}, [](const auto& entry) { return entry.second.bytes; })->first;
+}
+
+}  // namespace stereogrid::server

@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "foxglove/request.hpp"
+#include "stereogrid/server/server.hpp"
+
+// The server's messages of the Foxglove WebSocket protocol, version 1 (github.com/foxglove/ws-protocol).
+// Text that is no UTF-8 is mended with U+FFFD.
+namespace stereogrid::server {
+
+struct Features {
+  bool parameters;
+  bool time;
+};
+[[nodiscard]] std::string server_info(const std::string& name, const std::string& session, Features features);
+[[nodiscard]] std::string status(StatusLevel level, std::string_view text);
+[[nodiscard]] std::string advertise(const std::map<ChannelId, const Channel*>& channels);
+[[nodiscard]] std::string unadvertise(ChannelId id);
+/// `request`: the id of what it answers; none: an update.
+[[nodiscard]] std::string parameter_values(std::span<const Parameter* const> parameters,
+                                           const std::optional<std::string>& request);
+
+/// Who subscribes, by topic; all topics are there.
+using Graph = std::map<std::string, std::vector<std::string>>;
+[[nodiscard]] std::string connection_graph(const std::string& publisher, const Graph& graph,
+                                           const std::set<std::string>& removed_topics);
+
+/// What goes before a message's own bytes.
+[[nodiscard]] std::string message_head(SubscriptionId subscription, std::uint64_t stamp_ns);
+[[nodiscard]] std::string time_message(std::uint64_t stamp_ns);
+
+}  // namespace stereogrid::server

@@ -1,0 +1,131 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "http/site.hpp"
+
+#include <cstdio>
+#include <exception>
+#include <set>
+#include <utility>
+
+#include "foxglove/subprotocol.hpp"
+#include "http/folder.hpp"
+#include "http/range.hpp"
+#include "stereogrid/error.hpp"
+
+namespace stereogrid::server {
+namespace {
+
+/// FNV-1a: tells versions of a page apart, no more.
+std::string etag_of(const std::string& bytes) {
+  std::uint64_t hash{0xcbf29ce484222325};
+  for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+  char text[40];
+  std::snprintf(text, sizeof text, "\"%016jx\"", static_cast<std::uintmax_t>(hash));
+  return text;
+}
+
+void check_path(const std::string& path, std::set<std::string>& known) {
+  const auto target{parse_target(path)};
+  if (!target || target->path != path) {
+    throw ConfigError{"'" + path + "' cannot be served: a path begins with '/' and has no '..', '?', '#' or '%'."};
+  }
+  if (!known.insert(path).second) throw ConfigError{"'" + path + "' is to be served twice: paths have to differ."};
+}
+
+HttpReply answered(const Endpoint& endpoint) {
+  Answer answer;
+  try {
+    answer = endpoint.answer();
+  } catch (const std::exception& error) {
+    return plain_reply(500, endpoint.path + " cannot be answered: " + error.what());
+  }
+  HttpReply reply{
+      answer.status, {{"Content-Type", answer.content_type}, {"Cache-Control", "no-store"}}, std::move(answer.body)};
+  add_common_fields(reply);
+  return reply;
+}
+
+}  // namespace
+
+Site::Site(HttpContent content, AccessRules rules) : rules_{std::move(rules)}, folders_{std::move(content.folders)} {
+  std::set<std::string> known;
+  for (Asset& asset : content.assets) {
+    check_path(asset.path, known);
+    const std::string etag{etag_of(asset.bytes)};
+    pages_[asset.path] = {asset.content_type, asset.content_security_policy, etag,
+                          std::make_shared<const std::string>(std::move(asset.bytes))};
+  }
+  for (Endpoint& endpoint : content.endpoints) {
+    check_path(endpoint.path, known);
+    endpoints_[endpoint.path] = std::move(endpoint);
+  }
+  for (const Folder& folder : folders_) {
+    check_path(folder.prefix, known);
+    if (folder.prefix.ends_with('/')) throw ConfigError{"'" + folder.prefix + "': leave out the last '/'."};
+    if (!std::filesystem::is_directory(folder.folder)) {
+      throw InputError{folder.folder.string(), "is no folder.", "Name the folder that is to be served."};
+    }
+  }
+}
+
+HttpReply Site::answer(const HttpRequest& request) const {
+  if (const auto refusal{refuse_host(rules_, request)}) return plain_reply(refusal->status, refusal->words);
+  const auto target{parse_target(request.target)};
+  if (!target) return plain_reply(400, "The address is malformed.");
+  if (const auto refusal{refuse_token(rules_, request, *target)}) return plain_reply(refusal->status, refusal->words);
+  if (request.method != "GET" && request.method != "HEAD") {
+    HttpReply reply{plain_reply(405, "Only GET and HEAD are served.")};
+    reply.fields.emplace_back("Allow", "GET, HEAD");
+    return reply;
+  }
+  if (request.has_body) return plain_reply(413, "A request must not have a body here.");
+  std::optional<HttpReply> reply{content(request, target->path)};
+  if (!reply) return plain_reply(404, "There is nothing at this address.");
+  if (!rules_.token.empty() && target->find("token") != nullptr) {
+    reply->fields.emplace_back("Set-Cookie",
+                               rules_.cookie + "=" + rules_.token + "; Path=/; HttpOnly; SameSite=Strict");
+  }
+  return std::move(*reply);
+}
+
+std::optional<HttpReply> Site::content(const HttpRequest& request, const std::string& path) const {
+  if (const auto page{pages_.find(path)}; page != pages_.end()) return page_reply(page->second, request);
+  if (const auto endpoint{endpoints_.find(path)}; endpoint != endpoints_.end()) return answered(endpoint->second);
+  for (const Folder& folder : folders_) {
+    if (!path.starts_with(folder.prefix + "/")) continue;
+    auto reply{file_reply(folder.folder, std::string_view{path}.substr(folder.prefix.size() + 1), request)};
+    if (!reply) continue;
+    reply->fields.emplace_back("Content-Security-Policy", folder.content_security_policy);
+    add_common_fields(*reply);
+    return reply;
+  }
+  return std::nullopt;
+}
+
+HttpReply Site::page_reply(const Page& page, const HttpRequest& request) {
+  HttpReply reply{200, {{"ETag", page.etag}, {"Cache-Control", "no-cache"}}, page.bytes};
+  if (matches_etag(request.if_none_match, page.etag)) {
+    reply.status = 304;
+    reply.body = std::string{};
+  } else {
+    reply.fields.emplace_back("Content-Type", page.content_type);
+  }
+  reply.fields.emplace_back("Content-Security-Policy", page.content_security_policy);
+  add_common_fields(reply);
+  return reply;
+}
+
+std::optional<HttpReply> Site::refuse_websocket(const HttpRequest& request) const {
+  auto refusal{refuse_host(rules_, request)};
+  if (!refusal) refusal = refuse_origin(rules_, request);
+  const auto target{parse_target(request.target)};
+  if (!refusal && !target) refusal = Refusal{400, "The address is malformed."};
+  if (!refusal) refusal = refuse_token(rules_, request, *target);
+  if (!refusal && !chosen_subprotocol(request.subprotocols)) {
+    refusal = Refusal{400, "Sec-WebSocket-Protocol has to name foxglove.websocket.v1 or foxglove.sdk.v1."};
+  }
+  if (refusal) return plain_reply(refusal->status, refusal->words);
+  return std::nullopt;
+}
+
+}  // namespace stereogrid::server

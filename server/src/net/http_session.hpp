@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <boost/beast/http.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "http/reply.hpp"
+#include "net/asio.hpp"
+#include "net/session.hpp"
+
+namespace stereogrid::server {
+
+/// A connection that speaks HTTP; a WebSocket begins as one.
+class HttpSession : public Session {
+ public:
+  HttpSession(Tcp::socket socket, Surroundings& around);
+
+  void read();
+  void stop() override { cut(); }
+  void cut() override { stream_.close(); }
+
+ private:
+  void on_read(Error error);
+  void on_request();
+  void upgrade(const HttpRequest& request);
+  [[nodiscard]] HttpRequest request() const;
+  void reply(HttpReply reply, bool with_body, bool keep_alive);
+  void on_header(Error error);
+  void write_piece();
+  /// The next bytes of the body; none: the end, or the file has become shorter.
+  [[nodiscard]] net::const_buffer piece();
+  void finish();
+  void linger();
+
+  beast::tcp_stream stream_;
+  beast::flat_buffer buffer_;
+  std::optional<beast::http::request_parser<beast::http::empty_body>> parser_;
+  std::optional<beast::http::response<beast::http::empty_body>> header_;
+  std::optional<beast::http::response_serializer<beast::http::empty_body>> serializer_;
+  Body body_;
+  std::uint64_t sent_{0};
+  std::uint64_t length_{0};  ///< of what is to be sent of the body
+  bool keep_alive_{false};
+  std::string piece_;
+};
+
+}  // namespace stereogrid::server

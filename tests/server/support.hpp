@@ -1,0 +1,140 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "stereogrid/server/server.hpp"
+
+// Clients of a socket of their own: nothing here is made of what the server is made of.
+namespace stereogrid::server::testing {
+
+using namespace std::chrono_literals;
+using Json = nlohmann::json;
+
+inline constexpr std::chrono::milliseconds patience{10'000};  ///< far more than anything takes
+
+/// A TCP connection to a port of this machine. Throws std::runtime_error where it cannot connect.
+class Wire {
+ public:
+  /// `receive_buffer` > 0: bytes that the system takes in before anybody reads, about.
+  explicit Wire(std::uint16_t port, int receive_buffer = 0, const char* address = "127.0.0.1");
+  Wire(Wire&& other) noexcept;
+  Wire& operator=(Wire&&) = delete;
+  ~Wire();
+
+  /// Gives up where the other side takes nothing more.
+  void send(std::string_view bytes) const;
+  /// What comes next, at least a byte; empty: the other side has closed, or `time` is over.
+  [[nodiscard]] std::string receive(std::chrono::milliseconds time = patience) const;
+  /// All until the other side closes. Throws where it does not within `time`.
+  [[nodiscard]] std::string receive_all(std::chrono::milliseconds time = patience) const;
+  /// Closes this side with a reset, as a machine does that has crashed.
+  void reset();
+
+ private:
+  int socket_;
+};
+
+struct HttpAnswer {
+  int status{0};
+  std::map<std::string, std::string> fields;  ///< names in small letters
+  std::string body;
+};
+
+/// Sends the bytes and reads one answer of the connection.
+HttpAnswer ask(const Wire& wire, const std::string& bytes, bool with_body = true);
+/// GET on a connection of its own. `fields`: lines "Name: value\r\n", with Host where it is to be another one.
+HttpAnswer get(std::uint16_t port, const std::string& target, const std::string& fields = {},
+               const std::string& method = "GET");
+
+struct Received {
+  int opcode{0};  ///< 1 text, 2 binary, 8 close; 0: nothing came, or the connection ended
+  std::string bytes;
+
+  [[nodiscard]] int close_code() const;
+};
+
+struct Handshake {
+  std::string subprotocols{"foxglove.sdk.v1"};  ///< empty: no header
+  std::string fields{};                         ///< further lines
+  std::string target{"/"};
+  std::string host{};  ///< empty: 127.0.0.1 and the port
+};
+
+/// A WebSocket client.
+class Client {
+ public:
+  /// Throws where the handshake fails; `refusal` below says how.
+  explicit Client(std::uint16_t port, const Handshake& handshake = {}, int receive_buffer = 0);
+
+  [[nodiscard]] const HttpAnswer& accepted() const { return accepted_; }
+  void send(const Json& message) const { send_frame(1, message.dump()); }
+  /// A frame as it is, masked. 1 text, 2 binary, 8 close, 9 ping.
+  void send_frame(int opcode, std::string_view bytes, bool final = true) const;
+  [[nodiscard]] const Wire& wire() const { return wire_; }
+  Wire& wire() { return wire_; }
+
+  /// The next message; answers pings.
+  Received receive(std::chrono::milliseconds time = patience);
+  /// The next text message with this op; others are passed over. Throws where none comes.
+  Json expect(const std::string& op);
+  /// The next binary message. Throws where none comes.
+  std::string expect_binary();
+  /// Until the other side closes: its code; 0: without one.
+  int expect_close();
+
+ private:
+  Wire wire_;
+  std::string rest_;
+  HttpAnswer accepted_;
+};
+
+HttpAnswer refusal(std::uint16_t port, const Handshake& handshake);
+
+/// Options for a test: any free port.
+[[nodiscard]] ServerOptions options();
+[[nodiscard]] Channel grid_channel(const std::string& topic = "/grid");
+void send(Server& server, ChannelId channel, std::uint64_t stamp_ns, std::string_view bytes);
+/// Of a message: op, subscription id, stamp, and its own bytes.
+struct Data {
+  int op;
+  std::uint32_t subscription;
+  std::uint64_t stamp_ns;
+  std::string payload;
+};
+[[nodiscard]] Data data_of(const std::string& bytes);
+
+/// Subscribes with the channel's id as the subscription's, and waits until the server knows.
+void subscribe(Server& server, Client& client, ChannelId channel);
+
+/// Whether it becomes true in time.
+[[nodiscard]] bool soon(const std::function<bool()>& fact, std::chrono::milliseconds time = patience);
+
+/// A new folder, removed with all it holds.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  ~TemporaryFolder();
+
+  [[nodiscard]] std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  void write(const std::string& name, std::string_view bytes) const;
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace stereogrid::server::testing
