@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// When would the car hit something if it went straight on as fast as now? Looks along that path in the predicted grids:
-// at each instant in the one that speaks of it.
+// When would the car hit something if it went straight on as fast as now? Looks along that path in the predicted grids,
+// at each instant in the one that speaks of it; and at the outlines of obstacles, each moving on as it does.
 //
 // time_to_collision [SCENE]     SCENE: as in docs/input.md, without "scene:"
 #include <algorithm>
@@ -56,6 +56,48 @@ std::optional<double> time_to_collision_s(const FrameResult& result, double spee
   return {};
 }
 
+// Where the line from a to b first enters the path ahead of the front, m ahead of it.
+std::optional<double> on_path_m(Point2 a, Point2 b) {
+  if (a.y > b.y) std::swap(a, b);
+  const double from_y{std::max(a.y, -half_width_m)};
+  const double to_y{std::min(b.y, half_width_m)};
+  if (from_y > to_y) return {};
+  const auto x_at = [&](double y) {
+    return b.y > a.y ? a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y) : std::min(a.x, b.x);
+  };
+  const double nearest_m{std::min(x_at(from_y), x_at(to_y)) - front_m};
+  return nearest_m >= 0 ? std::optional{nearest_m} : std::nullopt;
+}
+
+std::optional<double> on_path_m(const Obstacle& obstacle) {
+  std::optional<double> nearest_m;
+  const Outline& outline{obstacle.outline};
+  const std::size_t first{obstacle.kind == ObstacleKind::extended ? 1u : 0u};  // an open line
+  for (std::size_t i{first}; i < outline.size(); ++i) {
+    const std::optional<double> here_m{on_path_m(outline[i], outline[i == 0 ? outline.size() - 1 : i - 1])};
+    if (here_m && (!nearest_m || *here_m < *nearest_m)) nearest_m = here_m;
+  }
+  return nearest_m;
+}
+
+// The obstacle that is met first, if each one keeps its velocity along the path.
+void print_first_obstacle(const FrameResult& result, double speed_mps) {
+  const Obstacle* first{nullptr};
+  double first_m{0};
+  double first_s{0};
+  for (const Obstacle& obstacle : result.obstacles) {
+    const double closing_mps{speed_mps - obstacle.vx_mps};
+    const std::optional<double> away_m{obstacle.confirmed ? on_path_m(obstacle) : std::nullopt};
+    if (!away_m || closing_mps <= 0 || (first != nullptr && *away_m / closing_mps >= first_s)) continue;
+    first = &obstacle;
+    first_m = *away_m;
+    first_s = *away_m / closing_mps;
+  }
+  if (first == nullptr) return;
+  std::printf("    obstacle %lld (%s) in %.1f m, %.2f s\n", static_cast<long long>(first->id),
+              names_of(ObstacleKind{})[static_cast<std::size_t>(first->kind)].data(), first_m, first_s);
+}
+
 void drive(const FrameSource& source) {
   Config config;
   config.grid.length_m = 30;
@@ -71,6 +113,7 @@ void drive(const FrameSource& source) {
       const std::optional<double> time_s{time_to_collision_s(result, speed_mps)};
       std::printf("%s: %.1f m/s, %s", frame.name.c_str(), speed_mps, time_s ? "something in the way in " : "free\n");
       if (time_s) std::printf("%.2f s\n", *time_s);
+      print_first_obstacle(result, speed_mps);
     }
     before = std::move(frame);
   }
