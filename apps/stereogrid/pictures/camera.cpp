@@ -63,6 +63,7 @@ void draw_camera(cv::Mat& canvas, const Box& box, const StereoFrame& frame, cons
       }
     }
   }
+  draw_obstacles_in_image(colour, result, LevelMapping{rig}.level_rig());
   cv::Mat part{canvas(cv::Rect{box.x, box.y, box.width, box.height})};
   cv::resize(colour, part, part.size(), 0, 0, box.width < colour.cols ? cv::INTER_AREA : cv::INTER_LINEAR);
   frame_box(canvas, box);

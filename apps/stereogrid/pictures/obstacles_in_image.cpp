@@ -1,0 +1,97 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "pictures/panels.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+constexpr double nearest_m{1};  // before it, lines would run out of any image
+constexpr int shift{4};         // of OpenCV's fixed-point pixels
+
+// Where things over the road are in the level image.
+class View {
+ public:
+  View(const Rig& level_rig, const Ground& ground) : rig_{level_rig}, ground_{ground} {}
+
+  /// In 1/16 px; none: too near.
+  [[nodiscard]] std::optional<cv::Point> at(Point2 place, double height_m) const {
+    if (place.x < nearest_m) return {};
+    // the road's normal g in the camera's frame, g·X = height of the camera over it; docs/method.md §1.2
+    const double level{std::cos(ground_.pitch_rad)};
+    const double right{-place.y / place.x};
+    const double down{((ground_.height_m - height_m) / place.x - level * std::sin(ground_.roll_rad) * right -
+                       std::sin(ground_.pitch_rad)) /
+                      (level * std::cos(ground_.roll_rad))};
+    return cv::Point{fixed(rig_.centre_u_px + rig_.focal_px * right), fixed(rig_.centre_v_px + rig_.focal_px * down)};
+  }
+
+ private:
+  static int fixed(double pixel) { return static_cast<int>(std::lround(pixel * (1 << shift))); }
+
+  const Rig& rig_;
+  const Ground& ground_;
+};
+
+std::vector<Point2> corners_of(const Obstacle& obstacle) {
+  const double c{std::cos(obstacle.yaw_rad)};
+  const double s{std::sin(obstacle.yaw_rad)};
+  std::vector<Point2> corners;
+  for (const auto& [along, across] : {std::pair{1, 1}, {1, -1}, {-1, -1}, {-1, 1}}) {
+    const double x{along * obstacle.length_m / 2};
+    const double y{across * obstacle.width_m / 2};
+    corners.push_back({obstacle.x_m + c * x - s * y, obstacle.y_m + s * x + c * y});
+  }
+  return corners;
+}
+
+// The line through the places on the road, the same at the obstacle's height, and what joins them.
+void draw_standing(cv::Mat& image, const View& view, const std::vector<Point2>& places, const Obstacle& obstacle,
+                   Colour colour) {
+  const bool is_box{obstacle.kind == ObstacleKind::thing};
+  std::vector<cv::Point> base;
+  std::vector<cv::Point> top;
+  for (const Point2& place : places) {
+    const auto below = view.at(place, 0);
+    const auto above = view.at(place, obstacle.height_m);
+    if (!below || !above) return;
+    base.push_back(*below);
+    top.push_back(*above);
+  }
+  for (const auto& line : {base, top}) cv::polylines(image, line, is_box, scalar(colour), 1, cv::LINE_AA, shift);
+  for (std::size_t i{0}; i < base.size(); ++i) {
+    if (is_box || i == 0 || i + 1 == base.size()) {
+      cv::line(image, base[i], top[i], scalar(colour), 1, cv::LINE_AA, shift);
+    }
+  }
+}
+
+}  // namespace
+
+void draw_obstacles_in_image(cv::Mat& image, const FrameResult& result, const Rig& level_rig) {
+  const View view{level_rig, result.ground};
+  for (const Obstacle& obstacle : result.obstacles) {
+    if (!obstacle.confirmed || obstacle.coasting) continue;
+    const Colour colour{obstacle.moving ? colour_of_direction(std::atan2(obstacle.vy_mps, obstacle.vx_mps))
+                                        : palette::obstacle};
+    const bool is_thing{obstacle.kind == ObstacleKind::thing};
+    draw_standing(
+        image, view,
+        is_thing ? corners_of(obstacle) : std::vector<Point2>{obstacle.outline.begin(), obstacle.outline.end()},
+        obstacle, colour);
+    const auto place = view.at({obstacle.x_m, obstacle.y_m}, obstacle.height_m);
+    if (!obstacle.moving || !place) continue;
+    draw_text_on_picture(image, place->x >> shift, (place->y >> shift) - 4,
+                         fmt::format("{:.1f} m/s", std::hypot(obstacle.vx_mps, obstacle.vy_mps)), colour,
+                         Align::centre);
+  }
+}
+
+}  // namespace stereogrid::app
