@@ -99,6 +99,8 @@ Tracker::Tracker(const TrackingConfig& config, const Rig& level_rig) : config_{c
 void Tracker::update(const GridLayers& world, const std::vector<Cluster>& clusters, const Pose2& world_from_vehicle,
                      double dt_s) {
   for (Track& track : tracks_) {
+    // while it is not seen, only what points have shown to move goes on
+    if (track.unseen_s > 0 && track.moving < evidence_of_frame) track.x.velocity = track.y.velocity = 0;
     const Point2 before{track.x.position, track.y.position};
     track.x.predict(dt_s, config_.acceleration_mps2);
     track.y.predict(dt_s, config_.acceleration_mps2);
@@ -217,7 +219,9 @@ bool Tracker::is_confirmed(const Track& track) const {
 }
 
 bool Tracker::is_over(const Track& track, const GridLayers& world, const Pose2& vehicle_from_world) const {
-  if (track.unseen_s > config_.coast_s || !is_confirmed(track)) return true;
+  // twice as long as it was seen: fragments of a frame end with it
+  const double seen_s{track.age_s - track.unseen_s};
+  if (track.unseen_s > std::min(config_.coast_s, 2 * seen_s) || !is_confirmed(track)) return true;
   const Point2 at{vehicle_from_world * Point2{track.x.position, track.y.position}};
   const double column{rig_.centre_u_px - rig_.focal_px * at.y / at.x};
   if (!(at.x > 0 && column > 0 && column < rig_.width_px)) return true;  // nobody will see whether it is still there
@@ -246,8 +250,9 @@ void Tracker::report(const Pose2& world_from_vehicle, std::vector<Obstacle>& obs
   const Pose2 turn{0, 0, vehicle_from_world.yaw_rad};
   obstacles.clear();
   for (const Track& track : tracks_) {
-    const Point2 at{vehicle_from_world * Point2{track.x.position, track.y.position}};
     const bool moves{track.moving >= surely_moving};
+    // what is not said to move stands where it is seen: its state may still believe in motion
+    const Point2 at{vehicle_from_world * (moves ? Point2{track.x.position, track.y.position} : track.shape.centre)};
     const Point2 v{moves ? turn * Point2{track.x.velocity, track.y.velocity} : Point2{}};
     obstacles.push_back({track.id, at.x, at.y, v.x, v.y, track.shape.length_m, track.shape.width_m,
                          std::remainder(track.shape.yaw_rad + vehicle_from_world.yaw_rad, 2 * M_PI),

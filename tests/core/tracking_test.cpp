@@ -152,19 +152,37 @@ TEST(Tracker, CoastsWhileUnseenAndTakesUpAgain) {
   World world;
   world.layers.occupancy.fill(0.5f);
   Tracker tracker{plain_config(), PaintedObstacles::rig()};
-  for (int step{0}; step < 10; ++step) update(tracker, world, {blob_at(0.1 * step, 0, {1, 0})}, 0.1);
+  const auto moving_at = [](double x_m) {
+    Cluster blob{blob_at(x_m, 0, {2, 0})};
+    blob.velocity_covariance = {0.1, 0, 0.1};
+    return blob;
+  };
+  for (int step{0}; step < 10; ++step) update(tracker, world, {moving_at(0.2 * step)}, 0.1);
   for (int step{0}; step < 5; ++step) update(tracker, world, {}, 0.1);
   const std::vector<Obstacle> unseen{report_of(tracker)};
   ASSERT_EQ(unseen.size(), 1u);
-  EXPECT_NEAR(unseen[0].x_m, 1.4, 0.1);
+  EXPECT_NEAR(unseen[0].x_m, 2.8, 0.1);
+  EXPECT_NEAR(unseen[0].outline[0].x, 2.5, 0.1) << "its outline goes on with it";
   EXPECT_TRUE(unseen[0].confirmed);
   EXPECT_TRUE(unseen[0].coasting);
   EXPECT_NEAR(unseen[0].unseen_s, 0.5, 1e-9);
-  update(tracker, world, {blob_at(1.5, 0, {1, 0})}, 0.1);
+  update(tracker, world, {moving_at(3)}, 0.1);
   const Obstacle again{report_of(tracker).at(0)};
   EXPECT_EQ(again.id, 1);
   EXPECT_FALSE(again.coasting);
   EXPECT_LT(again.position_covariance.xx, unseen[0].position_covariance.xx);
+}
+
+// Cells that seem to move are no evidence yet.
+TEST(Tracker, WhatIsNotSaidToMoveStaysWhileUnseen) {
+  World world;
+  world.layers.occupancy.fill(0.5f);
+  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+  for (int step{0}; step < 4; ++step) update(tracker, world, {blob_at(3, 0, {6, 0})}, 0.1);
+  for (int step{0}; step < 5; ++step) update(tracker, world, {}, 0.1);
+  const Obstacle unseen{report_of(tracker).at(0)};
+  EXPECT_NEAR(unseen.x_m, 3, 1e-9);
+  EXPECT_NEAR(unseen.outline[0].x, 2.7, 1e-9);
 }
 
 TEST(Tracker, GivesUpAfterCoasting) {
@@ -196,7 +214,7 @@ TEST(Tracker, APartThatIsSeenAsAnotherThingEnds) {
     Tracker tracker{plain_config(), PaintedObstacles::rig()};
     Cluster part{blob_at(4, 0.5, {0, moves ? 3.0 : 0.0})};
     if (moves) part.velocity_covariance = {0.1, 0, 0.1};
-    for (int step{0}; step < 5; ++step) update(tracker, world, {blob_at(4, -0.5), part}, 0);
+    for (int step{0}; step < 5; ++step) update(tracker, world, {blob_at(4, -0.5), part}, 0.01);
     Cluster whole{blob_at(4, -0.4)};
     for (Point2& point : whole.outline) point = {4 + 2 * (point.x - 4), -0.4 + 8 * (point.y + 0.4)};
     whole.bounds = {{3.4, -2}, {4.6, 1.2}};
