@@ -46,7 +46,6 @@ void read_size(const YamlGroup& root, Rig& rig) {
 /// A calibration that names another tool's file, and says what such a file cannot say.
 Calibration read_named(const YamlGroup& root, const std::filesystem::path& path, CalibrationRequest request) {
   root.need_only({"from", "images", "baseline_m", "mount", "mask"});
-  if (request.is_named) root.fail("is a calibration.yaml that another one names.", "Name another tool's file there.");
   request.is_named = true;
   if (root.has("images")) {
     const std::string images{root.word("images")};
@@ -92,6 +91,7 @@ Calibration read_whole(const YamlGroup& root, const CalibrationRequest& request)
 
 Calibration read_own_calibration(const YamlGroup& root, const std::filesystem::path& path,
                                  const CalibrationRequest& request) {
+  if (request.is_named) root.fail("is a calibration.yaml that another one names.", "Name another tool's file there.");
   Calibration calibration{root.has("from") ? read_named(root, path, request) : read_whole(root, request)};
   if (root.has("mask")) calibration.mask = path.parent_path() / root.file_name("mask");
   calibration.has_mounting = root.has("mount");
