@@ -9,7 +9,10 @@ namespace stereogrid::fuzz {
 // What is fuzzed: each takes any bytes, and throws or crashes where that finds a fault. A fuzzer is made of each
 // (CMakeLists.txt lists them too), and the replay runs them all on what is known.
 
-void calibration_kitti(Bytes input);  ///< files calib_cam_to_cam.txt and calib_velo_to_cam.txt
+void calibration_kalibr(Bytes input);
+void calibration_kitti(Bytes input);   ///< files calib_cam_to_cam.txt and calib_velo_to_cam.txt
+void calibration_opencv(Bytes input);  ///< files intrinsics.yml and extrinsics.yml
+void calibration_ros(Bytes input);     ///< files left.yaml and right.yaml
 void calibration_yaml(Bytes input);
 void config_yaml(Bytes input);
 void disparity(Bytes input);
@@ -34,7 +37,10 @@ struct Target {
   void (*run)(Bytes input);
 };
 
-inline constexpr Target targets[]{{"calibration_kitti", calibration_kitti},
+inline constexpr Target targets[]{{"calibration_kalibr", calibration_kalibr},
+                                  {"calibration_kitti", calibration_kitti},
+                                  {"calibration_opencv", calibration_opencv},
+                                  {"calibration_ros", calibration_ros},
                                   {"calibration_yaml", calibration_yaml},
                                   {"config_yaml", config_yaml},
                                   {"disparity", disparity},
