@@ -125,6 +125,12 @@ TEST_F(ForeignCalibration, RosPairsThatAreNone) {
           {"is the right camera's", "Exchange the names of the two files"});
 }
 
+TEST_F(ForeignCalibration, RosMessagesAreNoFiles) {
+  put(folder_ / "left.yaml", "header: {frame_id: left}\nheight: 239\nwidth: 321\nD: [0]\nK: [1]\nR: [1]\nP: [1]\n");
+  expect_complaint([&] { static_cast<void>(read_calibration(folder_ / "left.yaml")); },
+                   {"left.yaml", "CameraInfo message", "camera_calibration has written"});
+}
+
 TEST_F(ForeignCalibration, RosDistortionThatIsNone) {
   ros_refused("left.yaml", "plumb_bob", "thin_prism", {"none of plumb_bob", "images: rectified"});
   ros_refused("left.yaml", "cols: 5\n  data: [0, 0, 0, 0, 0]", "cols: 0\n  data: []",

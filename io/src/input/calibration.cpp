@@ -146,6 +146,10 @@ Calibration read_form(const std::vector<std::filesystem::path>& paths, const Cal
     const FilePair files{paths.size() == 2 ? FilePair{paths[0], paths[1]} : left_and_right(path)};
     return read_ros_calibration(read_yaml(files.first), read_yaml(files.second), request);
   }
+  if (has_any({"K", "k"}) && has_any({"P", "p"})) {
+    root.fail("is a CameraInfo message of ROS, not a calibration file.",
+              "Give the files that camera_calibration has written, left.yaml and right.yaml (docs/input.md).");
+  }
   if (has_any({"M1", "M2"}) && has_any({"R", "T"})) return read_opencv_calibration(root, root, request);
   if (has_any({"M1", "M2", "R", "T"})) {
     const FilePair files{paths.size() == 2 ? FilePair{paths[0], paths[1]} : intrinsics_and_extrinsics(path)};
