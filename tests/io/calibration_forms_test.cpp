@@ -17,7 +17,7 @@ namespace {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
-using ::testing::Not;
+using ::testing::IsEmpty;
 
 const std::vector<double> radtan_left{-0.2, 0.05, 0.001, -0.0005};
 const std::vector<double> radtan_right{-0.18, 0.04, 0, 0.0008};
@@ -204,6 +204,9 @@ TEST_F(CalibrationForms, CalibrationYamlNamesAnother) {
   const Calibration raw{read_calibration(folder_ / "left.yaml")};
   ASSERT_TRUE(raw.raw);
   EXPECT_THAT(raw.notes, Contains(HasSubstr("images: rectified")));
+  put_files(folder_.path(), ros_files(rectified_pair({64, 32, 60, 32, 16, 0.25})));
+  EXPECT_THAT(read_calibration(folder_ / "left.yaml").notes, IsEmpty()) << "raw or rectified, it is the same";
+  put_files(folder_.path(), ros_files(pair));
   put(folder_ / "c.yaml", "from: left.yaml\nimages: raw\nmount: {camera_height_m: 1.2}\nmask: m.png\n");
   const Calibration named{read_calibration(folder_ / "c.yaml")};
   EXPECT_EQ(named.rig.focal_px, raw.rig.focal_px);

@@ -143,6 +143,13 @@ void take_raw(Calibration& calibration, const YamlGroup& left, const YamlGroup& 
   calibration.raw = raw;
 }
 
+/// Is it the same whether the images are raw or rectified?
+bool is_of_both(const Calibration& calibration, const std::vector<double>& p) {
+  const Rig& rig{calibration.rig};
+  return !calibration.raw && std::abs(rig.focal_px - p[0]) <= 0.01 && std::abs(rig.centre_u_px - p[2]) <= 0.01 &&
+         std::abs(rig.centre_v_px - p[6]) <= 0.01;
+}
+
 }  // namespace
 
 Calibration read_ros_calibration(const YamlGroup& left, const YamlGroup& right, const CalibrationRequest& request) {
@@ -169,10 +176,10 @@ Calibration read_ros_calibration(const YamlGroup& left, const YamlGroup& right, 
   take_raw(calibration, left, right, shift_m);
   take_unit(calibration, right, request);
   take_rig_of_raw(calibration, left, request);
-  if (calibration.raw && !request.images_are_raw) {
+  if (!request.images_are_raw && !is_of_both(calibration, p)) {
     calibration.notes.emplace_back(
-        "images: taken as raw, since the files tell of distortion or of cameras that are turned. If they are rectified "
-        "(image_rect), name the file in a calibration.yaml with 'images: rectified' (docs/input.md)");
+        "images: taken as raw. If they are rectified (image_rect), name the file in a calibration.yaml with 'images: "
+        "rectified' (docs/input.md)");
   }
   return calibration;
 }
