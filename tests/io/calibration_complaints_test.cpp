@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is wrong with the calibrations of other tools: each complaint names the file, what is wrong, and what would mend
 // it.
-#include <functional>
-
 #include "calibration_writers.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "support.hpp"

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 // The same cameras, written as each tool writes them, are the same cameras.
-#include <cmath>
+#include <algorithm>
 #include <cstdlib>
+#include <optional>
 
 #include "calibration_writers.hpp"
 #include "stereogrid/io/image_file.hpp"

@@ -22,7 +22,6 @@ class YamlGroup {
 
   [[nodiscard]] const std::string& file() const { return file_; }
   [[nodiscard]] bool has(const char* key) const { return node_[key].IsDefined(); }
-  [[nodiscard]] std::size_t size() const { return node_.size(); }
   /// Throws where one of the group's keys is not of these.
   void need_only(Keys known) const;
 
