@@ -69,7 +69,10 @@ void add_input_options(CLI::App& command, InputOptions& options) {
       ->type_name("[RIGHT]")
       ->required()
       ->expected(1, 2);
-  command.add_option("--calibration", options.calibration, "Calibration file instead of the input's own.")
+  command
+      .add_option("--calibration", options.calibration,
+                  "Calibration file instead of the input's own: calibration.yaml, or one of KITTI, ROS (of either "
+                  "camera), OpenCV (intrinsics or extrinsics) or Kalibr.")
       ->type_name("FILE");
   command
       .add_option("--poses", options.poses,

@@ -86,6 +86,31 @@ TEST(UselessInput, InfoSaysWhatIsWrong) {
   }
 }
 
+/// One of ROS's files; the right camera is turned by 3°, so that rectification moves rows.
+std::string ros_file(bool is_left) {
+  const std::string camera{"256.25, 0, 160"};
+  const std::string turn{is_left ? "1, 0, 0, 0, 1, 0, 0, 0, 1"
+                                 : "1, 0, 0, 0, 0.99863, -0.052336, 0, 0.052336, 0.99863"};
+  return "image_width: 320\nimage_height: 200\ncamera_matrix: {rows: 3, cols: 3, data: [" + camera +
+         ", 0, 256.25, 100, 0, 0, 1]}\ndistortion_model: plumb_bob\n" +
+         "distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\n" +
+         "rectification_matrix: {rows: 3, cols: 3, data: [" + turn + "]}\n" +
+         "projection_matrix: {rows: 3, cols: 4, data: [" + camera + (is_left ? ", 0" : ", -56.375") +
+         ", 0, 256.25, 100, 0, 0, 0, 1, 0]}\n";
+}
+
+TEST(UselessInput, InfoNoticesImagesThatWouldBeRectifiedTwice) {
+  const TemporaryFolder folder;
+  const fs::path input{drive(folder, 2)};
+  std::ofstream{input / "left.yaml"} << ros_file(true);
+  std::ofstream{input / "right.yaml"} << ros_file(false);
+  fs::remove(input / "calibration.yaml");
+  expect_refused(input, "these are rectified already");
+  expect_refused(input, "'images: rectified'");
+  std::ofstream{input / "calibration.yaml"} << "from: left.yaml\nimages: rectified\nmount: {camera_height_m: 1.25}\n";
+  EXPECT_THAT(run_well({"info", input.string()}).output, AllOf(HasSubstr("found in 2 of 2 frames"), HasSubstr("fine")));
+}
+
 TEST(UselessInput, InfoNoticesSidesThatAreSwappedLater) {
   const TemporaryFolder folder;
   const fs::path input{drive(folder, 4)};

@@ -10,8 +10,11 @@ namespace stereogrid::fuzz {
 // (CMakeLists.txt lists them too), and the replay runs them all on what is known.
 
 void bag_db3(Bytes input);
-void bag_metadata(Bytes input);       ///< file metadata.yaml of a bag without parts
-void calibration_kitti(Bytes input);  ///< files calib_cam_to_cam.txt and calib_velo_to_cam.txt
+void bag_metadata(Bytes input);  ///< file metadata.yaml of a bag without parts
+void calibration_kalibr(Bytes input);
+void calibration_kitti(Bytes input);   ///< files calib_cam_to_cam.txt and calib_velo_to_cam.txt
+void calibration_opencv(Bytes input);  ///< files intrinsics.yml and extrinsics.yml
+void calibration_ros(Bytes input);     ///< files left.yaml and right.yaml
 void calibration_yaml(Bytes input);
 void cdr(Bytes input);  ///< a byte for the type, then a message
 void config_yaml(Bytes input);
@@ -42,7 +45,10 @@ struct Target {
 
 inline constexpr Target targets[]{{"bag_db3", bag_db3},
                                   {"bag_metadata", bag_metadata},
+                                  {"calibration_kalibr", calibration_kalibr},
                                   {"calibration_kitti", calibration_kitti},
+                                  {"calibration_opencv", calibration_opencv},
+                                  {"calibration_ros", calibration_ros},
                                   {"calibration_yaml", calibration_yaml},
                                   {"cdr", cdr},
                                   {"config_yaml", config_yaml},

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/io/rectifier.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
@@ -32,7 +33,11 @@ Image<std::uint8_t> dots(const std::vector<cv::Point3d>& points, const CameraMod
                          const cv::Vec3d& shift) {
   const cv::Matx33d k{camera.focal_u_px, 0, camera.centre_u_px, 0, camera.focal_v_px, camera.centre_v_px, 0, 0, 1};
   std::vector<cv::Point2d> centres;
-  cv::projectPoints(points, turn, shift, k, camera.distortion, centres);
+  if (camera.lens == LensModel::fisheye) {
+    cv::fisheye::projectPoints(points, centres, turn, shift, k, camera.distortion);
+  } else {
+    cv::projectPoints(points, turn, shift, k, camera.distortion, centres);
+  }
   Image<std::uint8_t> image{width_px, height_px, 0};
   for (int v{0}; v < height_px; ++v) {
     for (int u{0}; u < width_px; ++u) {
@@ -67,20 +72,62 @@ cv::Matx33d rectified_from_left(const RawPair& raw) {
     return cv::Matx33d{c.focal_u_px, 0, c.centre_u_px, 0, c.focal_v_px, c.centre_v_px, 0, 0, 1};
   }};
   cv::Mat left, right, p, q, depth;
-  cv::stereoRectify(matrix(raw.left), raw.left.distortion, matrix(raw.right), raw.right.distortion,
-                    {width_px, height_px}, cv::Matx33d{raw.right_from_left_rotation.data()},
-                    cv::Vec3d{raw.right_from_left_translation_m.data()}, left, right, p, q, depth);
+  const cv::Matx33d turn{raw.right_from_left_rotation.data()};
+  const cv::Vec3d shift{raw.right_from_left_translation_m.data()};
+  const cv::Size size{width_px, height_px};
+  if (raw.left.lens == LensModel::fisheye) {
+    cv::fisheye::stereoRectify(matrix(raw.left), raw.left.distortion, matrix(raw.right), raw.right.distortion, size,
+                               turn, shift, left, right, p, q, depth, 0);
+  } else {
+    cv::stereoRectify(matrix(raw.left), raw.left.distortion, matrix(raw.right), raw.right.distortion, size, turn, shift,
+                      left, right, p, q, depth);
+  }
   return left;
+}
+
+/// Dots on three planes before the cameras.
+std::vector<cv::Point3d> points_ahead() {
+  std::vector<cv::Point3d> points;
+  for (int i{0}; i < 12; ++i) {
+    const double z{4.0 + i % 3};
+    points.emplace_back((-0.4 + 0.27 * (i % 4)) * z, (-0.25 + 0.25 * (i / 4)) * z, z);
+  }
+  return points;
+}
+
+/// Where the points are in the rectified pair, against where they have to be.
+void expect_rectified(const RawPair& raw, const std::vector<cv::Point3d>& points, const Image<std::uint8_t>& raw_left,
+                      const Image<std::uint8_t>& raw_right) {
+  const Rectifier rectifier{raw, width_px, height_px};
+  const auto left{rectifier.left(raw_left)};
+  const auto right{rectifier.right(raw_right)};
+  ASSERT_EQ(left.width(), width_px);
+  ASSERT_EQ(left.height(), height_px);
+  const Rig& rig{rectifier.rig()};
+  const cv::Matx33d turn{rectified_from_left(raw)};
+  int found{0};
+  for (const auto& raw_point : points) {
+    const cv::Point3d point{turn * raw_point};
+    const double disparity{rig.focal_px * rig.baseline_m / point.z};
+    const cv::Point2d guess{rig.centre_u_px + rig.focal_px * point.x / point.z,
+                            rig.centre_v_px + rig.focal_px * point.y / point.z};
+    const auto l{centroid(left, guess)};
+    const auto r{centroid(right, {l.x - disparity, l.y})};
+    if (std::isnan(l.x) || std::isnan(r.x) || l.x < 25 || r.x < 25 || l.x > width_px - 25) continue;
+    ++found;
+    EXPECT_NEAR(l.x, guess.x, 0.15);
+    EXPECT_NEAR(l.y, guess.y, 0.15);
+    EXPECT_NEAR(l.y, r.y, 0.1);
+    EXPECT_NEAR(l.x - r.x, disparity, 0.1) << "at " << l;
+  }
+  EXPECT_GE(found, 9);
 }
 
 class RawPairOnDisk : public ::testing::Test {
  protected:
   void SetUp() override {
     put(folder_ / "calibration.yaml", raw_yaml);
-    for (int i{0}; i < 12; ++i) {
-      const double z{4.0 + i % 3};
-      points_.emplace_back((-0.4 + 0.27 * (i % 4)) * z, (-0.25 + 0.25 * (i / 4)) * z, z);
-    }
+    points_ = points_ahead();
     calibration_ = read_calibration(folder_ / "calibration.yaml");
     const auto& t{calibration_.raw->right_from_left_translation_m};
     left_ = dots(points_, calibration_.raw->left, {0, 0, 0}, {0, 0, 0});
@@ -103,29 +150,40 @@ TEST_F(RawPairOnDisk, RigIsThatOfTheRectifiedPair) {
 }
 
 TEST_F(RawPairOnDisk, RowsAlignAndDisparityIsFocalTimesBaselineOverDepth) {
-  const Rectifier rectifier{*calibration_.raw, width_px, height_px};
-  const auto left{rectifier.left(left_)};
-  const auto right{rectifier.right(right_)};
-  ASSERT_EQ(left.width(), width_px);
-  ASSERT_EQ(left.height(), height_px);
-  const Rig& rig{rectifier.rig()};
-  const cv::Matx33d turn{rectified_from_left(*calibration_.raw)};
-  int found{0};
-  for (const auto& raw_point : points_) {
-    const cv::Point3d point{turn * raw_point};
-    const double disparity{rig.focal_px * rig.baseline_m / point.z};
-    const cv::Point2d guess{rig.centre_u_px + rig.focal_px * point.x / point.z,
-                            rig.centre_v_px + rig.focal_px * point.y / point.z};
-    const auto l{centroid(left, guess)};
-    const auto r{centroid(right, {l.x - disparity, l.y})};
-    if (std::isnan(l.x) || std::isnan(r.x) || l.x < 25 || r.x < 25 || l.x > width_px - 25) continue;
-    ++found;
-    EXPECT_NEAR(l.x, guess.x, 0.15);
-    EXPECT_NEAR(l.y, guess.y, 0.15);
-    EXPECT_NEAR(l.y, r.y, 0.1);
-    EXPECT_NEAR(l.x - r.x, disparity, 0.1) << "at " << l;
+  expect_rectified(*calibration_.raw, points_, left_, right_);
+}
+
+/// Fisheye lenses; `focal_px` says how wide.
+RawPair fisheye_pair(double focal_px) {
+  RawPair raw;
+  raw.left = {focal_px, focal_px + 1, 322, 236, {0.03, -0.01, 0.003, -0.001}, LensModel::fisheye};
+  raw.right = {focal_px + 4, focal_px + 2, 316, 241, {0.02, -0.008, 0.002, 0}, LensModel::fisheye};
+  cv::Matx33d turn;
+  cv::Rodrigues(cv::Vec3d{0.01, -0.02, 0.015}, turn);
+  std::copy_n(turn.val, 9, raw.right_from_left_rotation.begin());
+  raw.right_from_left_translation_m = {-0.2998, 0.006, -0.009};
+  return raw;
+}
+
+TEST(Rectifier, TakesFisheyeLensesAsTheyAre) {
+  // the second sees 155°, more than a flat image has room for: 120° remain
+  for (const double focal_px : {400.0, 230.0}) {
+    const RawPair raw{fisheye_pair(focal_px)};
+    const auto& t{raw.right_from_left_translation_m};
+    const auto left{dots(points_ahead(), raw.left, {0, 0, 0}, {0, 0, 0})};
+    const auto right{dots(points_ahead(), raw.right, {0.01, -0.02, 0.015}, {t[0], t[1], t[2]})};
+    expect_rectified(raw, points_ahead(), left, right);
+    const Rig rig{Rectifier{raw, width_px, height_px}.rig()};
+    EXPECT_NEAR(rig.baseline_m, std::hypot(t[0], t[1], t[2]), 1e-9);
+    const double half_deg{std::atan(width_px / 2 / rig.focal_px) * 180 / CV_PI};
+    EXPECT_NEAR(half_deg, focal_px == 230 ? 60 : 42, 1);
   }
-  EXPECT_GE(found, 9);
+}
+
+TEST(Rectifier, RefusesLensesOfTwoKinds) {
+  RawPair raw{fisheye_pair(400)};
+  raw.right.lens = LensModel::perspective;
+  expect_complaint([&] { static_cast<void>(Rectifier{raw, width_px, height_px}); }, {"fisheye", "the other has not"});
 }
 
 TEST_F(RawPairOnDisk, RecordingRectifiesOnLoading) {
@@ -176,6 +234,9 @@ TEST_F(RawPairOnDisk, Complaints) {
   refused("focal_u_px: 507", "focal_u_px: 0", {"focal length", "not positive"});
   refused("focal_u_px: 507", "focal_u_px: 5070", {"differ by more than a fifth"});
   refused("distortion: [-0.18, 0.04, 0, 0.0008]", "distortion: [-0.18]", {"1 distortion numbers"});
+  refused("distortion: [-0.18, 0.04, 0, 0.0008]", "distortion: [-0.18, 1, 1, 1, 1], lens: fisheye",
+          {"(right)", "5 distortion numbers", "fisheye lens has 4"});
+  refused("distortion: [-0.18, 0.04, 0, 0.0008]", "lens: bent", {"neither perspective nor fisheye"});
   refused("right: {", "rihgt: {", {"unknown key 'rihgt'"});
   refused("mount:", "focal_px: 500\nmount:", {"mixes"});
   refused("image: {width_px: 641, height_px: 479}\n", "", {"no 'image' size"});

@@ -61,6 +61,7 @@ void print_recording(const io::Recording& recording) {
   print_row("calibration",
             fmt::format("{} ({}){}", text_or(contents.calibration_file, "none"), contents.calibration.kind,
                         contents.calibration.raw ? ", raw images: rectified on loading" : ""));
+  for (const std::string& note : contents.calibration.notes) print_row("", note);
   if (!contents.mask_file.empty()) print_row("mask", io::printable_path(contents.mask_file));
   print_row("poses",
             text_or(contents.poses_file, contents.wants_odometry ? "none: visual odometry from the images"

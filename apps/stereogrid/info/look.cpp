@@ -54,7 +54,8 @@ struct Tally {
 class Looking {
  public:
   Looking(const Input& input, const Config& config, std::size_t count)
-      : source_{*input.source},
+      : input_{input},
+        source_{*input.source},
         config_{config},
         pipeline_{config, source_.rig(), {.stages = false, .mask = input.mask}},
         looked_at_{spread(source_.size(), count)},
@@ -116,7 +117,7 @@ class Looking {
       swapped_.add(frame->name);
     } else if (!matches) {
       unmatched_.add(frame->name);
-      if (unmatched_.frames == 1) fault_ = fault_of_pair(source_, index, *frame);
+      if (unmatched_.frames == 1) fault_ = fault_of_pair(input_, index, *frame);
     }
   }
 
@@ -179,6 +180,7 @@ class Looking {
     }
   }
 
+  const Input& input_;
   const FrameSource& source_;
   const Config& config_;
   Pipeline pipeline_;

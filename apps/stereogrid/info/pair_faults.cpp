@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/pipeline.hpp"
 
@@ -96,6 +97,18 @@ std::string fault_of_rows(const StereoFrame& frame, double as_it_is) {
       std::abs(best_rows), best_rows < 0 ? "low" : "high");
 }
 
+/// Of a raw pair: do the images match as they lie there?
+std::string fault_of_rectification(const io::Recording* recording, std::size_t index, double as_it_is) {
+  if (recording == nullptr || !recording->contents().calibration.raw) return {};
+  const io::RecordedFrame& files{recording->contents().frames[index]};
+  const int bits{recording->contents().sample_bits};
+  const double share{io::coarse_match_share(io::read_grey(files.left, bits), io::read_grey(files.right, bits))};
+  if (!is_clearly_better(share, as_it_is)) return {};
+  return "the calibration is of raw images, but these are rectified already. Give the calibration of the rectified "
+         "pair: "
+         "of ROS's files with 'images: rectified' in a calibration.yaml that names them.";
+}
+
 }  // namespace
 
 bool is_without_texture(const StereoFrame& frame) {
@@ -115,9 +128,10 @@ bool is_upside_down(const StereoFrame& frame, const Config& config, const Rig& r
   return result.ground.estimated && result.status.empty();
 }
 
-std::string fault_of_pair(const FrameSource& source, std::size_t index, const StereoFrame& frame) {
+std::string fault_of_pair(const Input& input, std::size_t index, const StereoFrame& frame) {
   const double as_it_is{io::coarse_match_share(frame.left, frame.right)};
-  std::string fault{fault_of_time(source, index, frame, as_it_is)};
+  std::string fault{fault_of_rectification(input.recording, index, as_it_is)};
+  if (fault.empty()) fault = fault_of_time(*input.source, index, frame, as_it_is);
   if (fault.empty()) fault = fault_of_rows(frame, as_it_is);
   if (fault.empty()) {
     fault = "are they of the same instant and the same place, rectified with this calibration, and not all noise?";

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <string>
 
+#include "input.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/frame.hpp"
 
@@ -17,7 +18,7 @@ namespace stereogrid::app {
 [[nodiscard]] bool is_upside_down(const StereoFrame& frame, const Config& config, const Rig& rig);
 
 /// Why a pair that is not swapped hardly matches, and what would mend it: images of different instants, rows that are
-/// off. `index`: the frame's place in `source`.
-[[nodiscard]] std::string fault_of_pair(const FrameSource& source, std::size_t index, const StereoFrame& frame);
+/// off, images rectified twice. `index`: the frame's place in `input`.
+[[nodiscard]] std::string fault_of_pair(const Input& input, std::size_t index, const StereoFrame& frame);
 
 }  // namespace stereogrid::app

@@ -4,10 +4,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <opencv2/core/matx.hpp>
 
-#include "input/calibration_yaml.hpp"
+#include "input/calibration_files.hpp"
+#include "input/calibration_forms.hpp"
 #include "input/kitti_text.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
@@ -108,35 +111,57 @@ Calibration read_raw_drive(const std::filesystem::path& path, const KittiText& t
   return calibration;
 }
 
-void check_size(const std::string& file, Rig& rig, int width_px, int height_px) {
-  if (width_px == 0 || height_px == 0) return;
-  const bool given{rig.width_px != 0 || rig.height_px != 0};
-  if (given && (rig.width_px != width_px || rig.height_px != height_px)) {
-    throw InputError{file,
-                     "is for images of " + std::to_string(rig.width_px) + "×" + std::to_string(rig.height_px) +
-                         " px, but the images have " + std::to_string(width_px) + "×" + std::to_string(height_px) + ".",
-                     "Use the calibration of these images (for KITTI raw: of the synced and rectified drive)."};
-  }
-  rig.width_px = width_px;
-  rig.height_px = height_px;
-}
+}  // namespace
 
-Calibration read_any(const std::filesystem::path& path, int width_px, int height_px, KittiPair pair) {
-  if (path.extension() == ".yaml" || path.extension() == ".yml") {
-    return read_calibration_yaml(path, width_px, height_px);
-  }
+Calibration read_kitti_calibration(const std::filesystem::path& path, KittiPair pair) {
   const KittiText text{path};
   if (text.has("P_rect_00") || text.has("P_rect_02")) return read_raw_drive(path, text, pair);
   if (text.has("P0") || text.has("P2") || text.has("P1")) return read_odometry(path, text, pair);
   throw InputError{printable_path(path), "is no calibration that is known.",
-                   "It is a calibration.yaml, a calib.txt with P0 and P1, or a calib_cam_to_cam.txt (docs/input.md)."};
+                   "It is YAML (docs/input.md), a calib.txt with P0 and P1, or a calib_cam_to_cam.txt."};
 }
 
-}  // namespace
+void take_size(const std::string& file, Rig& rig, const CalibrationRequest& request) {
+  if (request.width_px == 0 || request.height_px == 0) return;
+  const bool given{rig.width_px != 0 || rig.height_px != 0};
+  if (given && (rig.width_px != request.width_px || rig.height_px != request.height_px)) {
+    throw InputError{file,
+                     fmt::format("is for images of {}×{} px, but the images have {}×{}.", rig.width_px, rig.height_px,
+                                 request.width_px, request.height_px),
+                     "Use the calibration of these images (for KITTI raw: of the synced and rectified drive)."};
+  }
+  rig.width_px = request.width_px;
+  rig.height_px = request.height_px;
+}
+
+Calibration read_form(const std::vector<std::filesystem::path>& paths, const CalibrationRequest& request) {
+  const std::filesystem::path& path{paths.front()};
+  if (path.extension() != ".yaml" && path.extension() != ".yml") return read_kitti_calibration(path, request.pair);
+  const YamlGroup root{read_yaml(path)};
+  const auto has_any{[&](std::initializer_list<const char*> keys) {
+    return std::ranges::any_of(keys, [&](const char* key) { return root.has(key); });
+  }};
+  if (has_any({"cam0", "cam1"})) return read_kalibr_calibration(root, request);
+  if (has_any({"camera_matrix", "projection_matrix"})) {
+    const FilePair files{paths.size() == 2 ? FilePair{paths[0], paths[1]} : left_and_right(path)};
+    return read_ros_calibration(read_yaml(files.first), read_yaml(files.second), request);
+  }
+  if (has_any({"K", "k"}) && has_any({"P", "p"})) {
+    root.fail("is a CameraInfo message of ROS, not a calibration file.",
+              "Give the files that camera_calibration has written, left.yaml and right.yaml (docs/input.md).");
+  }
+  if (has_any({"M1", "M2"}) && has_any({"R", "T"})) return read_opencv_calibration(root, root, request);
+  if (has_any({"M1", "M2", "R", "T"})) {
+    const FilePair files{paths.size() == 2 ? FilePair{paths[0], paths[1]} : intrinsics_and_extrinsics(path)};
+    return read_opencv_calibration(read_yaml(files.first), read_yaml(files.second), request);
+  }
+  return read_own_calibration(root, path, request);
+}
 
 Calibration read_calibration(const std::filesystem::path& path, int width_px, int height_px, KittiPair pair) {
-  Calibration calibration{read_any(path, width_px, height_px, pair)};
-  check_size(printable_path(path), calibration.rig, width_px, height_px);
+  const CalibrationRequest request{width_px, height_px, pair};
+  Calibration calibration{read_form({path}, request)};
+  take_size(printable_path(path), calibration.rig, request);
   std::string all;
   for (const std::string& problem : problems(calibration.rig)) all += (all.empty() ? "" : " ") + problem;
   if (!all.empty()) throw InputError{printable_path(path), all, use_right_file};

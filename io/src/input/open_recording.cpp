@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "input/calibration_files.hpp"
 #include "input/input_layout.hpp"
 #include "input/recording_poses.hpp"
 #include "input/stamps.hpp"
@@ -128,6 +129,9 @@ Size look_at_images(RecordingContents& contents) {
 void find_calibration(RecordingContents& contents, const InputLayout& layout, const InputArguments& arguments,
                       Size size) {
   contents.calibration_file = arguments.calibration.value_or(layout.calibration);
+  if (contents.calibration_file.empty() && layout.kind == InputKind::plain_folder) {
+    contents.calibration_file = find_calibration_in(layout.root);
+  }
   if (contents.calibration_file.empty()) {
     throw InputError{contents.root.empty() ? printable_path(layout.left) : printable_path(contents.root),
                      "there is no calibration.", "Put a calibration.yaml there, or name a file with --calibration."};
@@ -136,6 +140,7 @@ void find_calibration(RecordingContents& contents, const InputLayout& layout, co
   contents.notes.push_back(fmt::format("calibration: {} ({}{})", printable_path(contents.calibration_file),
                                        contents.calibration.kind,
                                        contents.calibration.raw ? ", raw pair: rectified on loading" : ""));
+  for (const std::string& note : contents.calibration.notes) contents.notes.push_back(note);
   if (!contents.calibration.has_mounting) {
     contents.notes.push_back("mounting: not in the calibration; camera height 1.65 m and pitch 0 assumed");
   }

@@ -11,7 +11,23 @@ void check_rig(const io::Calibration& calibration) {
   require(problems(calibration.rig).empty(), "a calibration was accepted whose rig is none");
 }
 
+/// As it is, of images of one size, and named by a calibration.yaml.
+void read_in_all_ways(const Folder& folder, const std::string& name) {
+  accepts([&] { check_rig(io::read_calibration(folder / name)); });
+  accepts([&] { check_rig(io::read_calibration(folder / name, 96, 64)); });
+  for (const char* const more : {"", "images: rectified\n", "baseline_m: 0.25\n"}) {
+    const auto path{folder.write("calibration.yaml", "from: " + name + "\n" + more)};
+    accepts([&] { check_rig(io::read_calibration(path, 96, 64)); });
+  }
+}
+
 }  // namespace
+
+void calibration_kalibr(Bytes input) {
+  static const Folder folder;
+  folder.write("camchain.yaml", text_of(input));
+  read_in_all_ways(folder, "camchain.yaml");
+}
 
 void calibration_kitti(Bytes input) {
   static const Folder folder;
@@ -23,6 +39,22 @@ void calibration_kitti(Bytes input) {
     accepts([&] { check_rig(io::read_calibration(path, 0, 0, pair)); });
     accepts([&] { check_rig(io::read_calibration(path, 96, 64, pair)); });
   }
+}
+
+void calibration_opencv(Bytes input) {
+  static const Folder folder;
+  const auto files{parts_of(input, 2)};
+  folder.write("intrinsics.yml", files[0]);
+  folder.write("extrinsics.yml", files[1]);
+  read_in_all_ways(folder, "extrinsics.yml");
+}
+
+void calibration_ros(Bytes input) {
+  static const Folder folder;
+  const auto files{parts_of(input, 2)};
+  folder.write("left.yaml", files[0]);
+  folder.write("right.yaml", files[1]);
+  read_in_all_ways(folder, "left.yaml");
 }
 
 void calibration_yaml(Bytes input) {

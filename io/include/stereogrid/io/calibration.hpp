@@ -13,13 +13,18 @@
 
 namespace stereogrid::io {
 
+/// How a lens bends rays: OpenCV's usual model, or that of cv::fisheye (ROS and Kalibr: "equidistant").
+enum class LensModel { perspective, fisheye };
+
 /// One camera of a pair that is not rectified, as OpenCV models it.
 struct CameraModel {
   double focal_u_px{0};
   double focal_v_px{0};
   double centre_u_px{0};
   double centre_v_px{0};
-  std::vector<double> distortion;  ///< k1 k2 p1 p2 [k3 [k4 k5 k6]]; empty: none
+  std::vector<double> distortion;  ///< k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [τx τy]]]], fisheye: k1 k2 k3 k4; empty:
+                                   ///< all 0
+  LensModel lens{LensModel::perspective};
 };
 
 /// Two cameras that are not rectified. A point of the left camera's frame lies at R·p + t in the right camera's.
@@ -37,18 +42,22 @@ struct Calibration {
   Rig rig;                                        ///< of the rectified pair; width and height 0 where the file has none
   std::optional<RawPair> raw;                     ///< there: images have to be rectified (Rectifier)
   std::optional<Transform> camera_from_velodyne;  ///< to the left rectified camera (x right, y down, z forward)
-  std::string kind;                               ///< "calibration.yaml", "KITTI odometry" or "KITTI raw"
-  bool has_mounting{false};                       ///< false: the rig's height is the usual one, its angles 0
-  std::filesystem::path mask{};                   ///< image for read_mask; empty: none
+  std::string kind;                  ///< "calibration.yaml", "KITTI odometry", "KITTI raw", "ROS camera_info",
+                                     ///< "OpenCV stereo calibration" or "Kalibr camchain"
+  bool has_mounting{false};          ///< false: the rig's height is the usual one, its angles 0
+  std::filesystem::path mask{};      ///< image for read_mask; empty: none
+  std::vector<std::string> notes{};  ///< how the file was understood where it leaves a choice
 };
 
 /// Which cameras of a KITTI set are the pair.
 enum class KittiPair { grey, colour };
 
-/// Reads any of our calibration.yaml (docs/input.md), KITTI odometry's calib.txt, KITTI raw's calib_cam_to_cam.txt
-/// (with calib_velo_to_cam.txt beside it), told apart by content. KITTI gives no mounting: height 1.65 m, pitch 0.
-/// `width_px`, `height_px`: size of the recording's images, 0 = not known yet. Throws InputError with what is wrong:
-/// missing keys, `problems` of the rig, other image size, …
+/// Reads any of our calibration.yaml, KITTI odometry's calib.txt, KITTI raw's calib_cam_to_cam.txt (with
+/// calib_velo_to_cam.txt beside it), a pair of ROS's camera_info files, OpenCV's intrinsics.yml and extrinsics.yml, and
+/// Kalibr's camchain.yaml (docs/input.md), told apart by content. Of two files either may be named; the other is found
+/// by its name. A raw pair that needs no rectification is given as a rectified one. Other tools give no mounting:
+/// height 1.65 m, pitch 0. `width_px`, `height_px`: size of the recording's images, 0 = not known yet. Throws
+/// InputError with what is wrong: missing keys, `problems` of the rig, other image size, …
 [[nodiscard]] STEREOGRID_EXPORT Calibration read_calibration(const std::filesystem::path& path, int width_px = 0,
                                                              int height_px = 0, KittiPair pair = KittiPair::grey);
 

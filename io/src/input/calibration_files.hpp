@@ -1,0 +1,27 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+
+namespace stereogrid::io {
+
+/// Two files that are named alike: with "left" and "right", or "intrinsic" and "extrinsic", in the name of the file,
+/// else in that of its folder.
+struct FilePair {
+  std::filesystem::path first;
+  std::filesystem::path second;
+};
+
+/// The left and the right file, of which `either` is one. Throws InputError: the name tells of no other, or it is not
+/// there.
+[[nodiscard]] FilePair left_and_right(const std::filesystem::path& either);
+
+/// The same for OpenCV's intrinsics.yml and extrinsics.yml.
+[[nodiscard]] FilePair intrinsics_and_extrinsics(const std::filesystem::path& either);
+
+/// The calibration that another tool has written into a folder: LEFT.yaml there, in camera_info/ or as
+/// left/camera_info.yaml, extrinsics.yml, or camchain.yaml. Empty: none. Throws InputError where there are several.
+[[nodiscard]] std::filesystem::path find_calibration_in(const std::filesystem::path& folder);
+
+}  // namespace stereogrid::io

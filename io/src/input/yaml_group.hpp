@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <filesystem>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace stereogrid::io {
+
+/// A mapping of a YAML file that knows where it stands, for complaints: each is an InputError with file, key and line.
+class YamlGroup {
+ public:
+  using Keys = std::initializer_list<std::string_view>;
+
+  /// `known`: the keys that may stand there, others are refused; empty: others are passed over.
+  YamlGroup(std::string file, std::string name, YAML::Node node, Keys known = {});
+
+  [[nodiscard]] const std::string& file() const { return file_; }
+  [[nodiscard]] bool has(const char* key) const { return node_[key].IsDefined(); }
+  /// Throws where one of the group's keys is not of these.
+  void need_only(Keys known) const;
+
+  [[nodiscard]] YamlGroup group(const char* key, Keys known = {}) const;
+  [[nodiscard]] double number(const char* key) const;
+  [[nodiscard]] double number(const char* key, double otherwise) const { return has(key) ? number(key) : otherwise; }
+  /// A number, a list of numbers, or a list of rows; at most 16.
+  [[nodiscard]] std::vector<double> numbers(const char* key) const;
+  [[nodiscard]] std::vector<double> numbers(const char* key, std::size_t count) const;
+  /// {rows, cols, data} as ROS and OpenCV write it, row-major.
+  [[nodiscard]] std::vector<double> matrix(const char* key, int rows, int cols) const;
+  /// The same of a single row or column of any length, none too.
+  [[nodiscard]] std::vector<double> vector(const char* key) const;
+  /// From 1 to 100 000.
+  [[nodiscard]] int pixels(const char* key) const;
+  [[nodiscard]] std::string word(const char* key) const;
+  [[nodiscard]] std::filesystem::path file_name(const char* key) const;
+  [[nodiscard]] std::vector<std::filesystem::path> file_names(const char* key) const;
+
+  /// Names the group, too.
+  [[noreturn]] void fail(const std::string& what) const;
+  [[noreturn]] void fail(const std::string& what, const std::string& mend) const;
+
+ private:
+  struct Matrix {
+    double rows;
+    double cols;
+    std::vector<double> data;
+  };
+
+  [[nodiscard]] std::string full(const std::string& key) const { return name_.empty() ? key : name_ + "." + key; }
+  [[noreturn]] void complain(const std::string& what) const;
+  [[nodiscard]] YAML::Node required(const char* key) const;
+  [[nodiscard]] Matrix any_matrix(const char* key) const;
+  [[nodiscard]] double number_of(const YAML::Node& node, const char* key) const;
+  [[nodiscard]] std::filesystem::path file_name_of(const YAML::Node& node, const char* key) const;
+
+  std::string file_;
+  std::string name_;
+  YAML::Node node_;
+};
+
+/// The file's outermost mapping. OpenCV's first line, %YAML:1.0, which is no YAML, is passed over. Throws InputError:
+/// no file, no YAML, no mapping.
+[[nodiscard]] YamlGroup read_yaml(const std::filesystem::path& path);
+
+}  // namespace stereogrid::io
