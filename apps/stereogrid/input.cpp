@@ -13,6 +13,8 @@
 #include <optional>
 #include <string_view>
 
+#include "bags/recording.hpp"
+#include "option_checks.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/mask.hpp"
 #include "stereogrid/io/recording.hpp"
@@ -65,7 +67,11 @@ const char* const frame_range_help{
     "Only these frames: places in the input from 0, both ends included; either may be left out (5:9, :99, 100:)."};
 
 void add_input_options(CLI::App& command, InputOptions& options) {
-  command.add_option("INPUT", options.paths, "A drive's folder, LEFT and RIGHT image, or a built-in scene.")
+  command
+      .add_option(
+          "INPUT", options.paths,
+          "A drive's folder, a bag of ROS 2 (.mcap, .db3, or their folder), LEFT and RIGHT image, or a built-in "
+          "scene.")
       ->type_name("[RIGHT]")
       ->required()
       ->expected(1, 2);
@@ -90,9 +96,22 @@ void add_input_options(CLI::App& command, InputOptions& options) {
                   "Image of the left image's size in which what shows the vehicle itself, its bonnet for instance, is "
                   "black (0); such pixels are not used. Instead of the calibration's mask.")
       ->type_name("FILE.png");
+  command.add_option("--left-topic", options.left_topic, "Of a bag: the left camera's images. Left out: found.")
+      ->type_name("TOPIC");
+  command.add_option("--right-topic", options.right_topic, "Of a bag: the right camera's images.")->type_name("TOPIC");
+  command
+      .add_option("--pair-tolerance-ms", options.pair_tolerance_ms,
+                  "Of a bag: images whose stamps are no farther apart may be a pair.")
+      ->type_name("MS")
+      ->check(number(0, 1000))
+      ->capture_default_str();
 }
 
 Input open_input(const InputOptions& options) {
+  const bool is_of_bag{!is_scene(options.paths.front()) && options.paths.size() == 1 && is_bag(options.paths.front())};
+  if (!is_of_bag && (!options.left_topic.empty() || !options.right_topic.empty())) {
+    throw ConfigError{"--left-topic and --right-topic choose among the topics of a bag, but the input is none."};
+  }
   if (is_scene(options.paths.front())) return open_scene(options);
   io::InputArguments arguments;
   arguments.paths.assign(options.paths.begin(), options.paths.end());
@@ -100,7 +119,9 @@ Input open_input(const InputOptions& options) {
   arguments.poses = options.poses;
   if (!options.disparities.empty()) arguments.disparities = options.disparities;
   if (!options.mask.empty()) arguments.mask = options.mask;
-  auto recording{io::open_recording(arguments)};
+  auto recording{
+      is_of_bag ? open_bag_recording(arguments, {{options.left_topic, options.right_topic}, options.pair_tolerance_ms})
+                : io::open_recording(arguments)};
   Input input;
   input.recording = recording.get();
   input.mask = recording->contents().mask;

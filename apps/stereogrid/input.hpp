@@ -23,11 +23,15 @@ namespace stereogrid::app {
 
 /// INPUT on the command line, and what the user says about it.
 struct InputOptions {
-  std::vector<std::string> paths;  ///< a folder, LEFT and RIGHT, or one "scene:…"
+  std::vector<std::string> paths;  ///< a folder, a bag, LEFT and RIGHT, or one "scene:…"
   std::string calibration;
   std::string poses;  ///< "", "file", "none", "odometry" or a file's name
   std::string disparities;
   std::string mask{};
+  // of a bag
+  std::string left_topic{};
+  std::string right_topic{};
+  double pair_tolerance_ms{10};
 };
 
 void add_input_options(CLI::App& command, InputOptions& options);

@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "pictures/panels.hpp"
+#include "pictures/picture.hpp"
 #include "stereogrid/level_mapping.hpp"
 
 namespace stereogrid::app {
@@ -26,47 +28,92 @@ float occupancy_at(const StageImages& stages, int u, float disparity) {
   return bin > 0 && bin < stages.occupancy.height() ? stages.occupancy(u, bin) : 0.5F;
 }
 
-/// The left image (grey) as the stages saw it.
-cv::Mat level_image(const StereoFrame& frame, const Rig& rig) {
+cv::Mat grey_image(const StereoFrame& frame) {
   const Image<std::uint8_t>& left{frame.left};
   cv::Mat grey(left.height(), left.width(), CV_8UC1);
   std::copy(left.begin(), left.end(), grey.begin<std::uint8_t>());
-  const LevelMapping mapping{rig};
-  if (mapping.is_identity()) return grey;
-  const Rig& level_rig{mapping.level_rig()};
+  return grey;
+}
+
+cv::Matx33d camera_from_level(const Rig& rig, const Rig& level_rig) {
   const double c{std::cos(rig.camera_pitch_rad)};
   const double s{std::sin(rig.camera_pitch_rad)};
   const cv::Matx33d camera{rig.focal_px, 0, rig.centre_u_px, 0, rig.focal_px, rig.centre_v_px, 0, 0, 1};
   const cv::Matx33d level_camera{rig.focal_px, 0, rig.centre_u_px, 0, rig.focal_px, level_rig.centre_v_px, 0, 0, 1};
   const cv::Matx33d pitched_from_level{1, 0, 0, 0, c, -s, 0, s, c};
+  return camera * pitched_from_level * level_camera.inv();
+}
+
+/// The left image (grey) as the stages saw it.
+cv::Mat level_image(const StereoFrame& frame, const Rig& rig) {
+  const cv::Mat grey{grey_image(frame)};
+  const LevelMapping mapping{rig};
+  if (mapping.is_identity()) return grey;
+  const Rig& level_rig{mapping.level_rig()};
   cv::Mat level;
-  cv::warpPerspective(grey, level, camera * pitched_from_level * level_camera.inv(),
-                      {level_rig.width_px, level_rig.height_px}, cv::INTER_LINEAR | cv::WARP_INVERSE_MAP);
+  cv::warpPerspective(grey, level, camera_from_level(rig, level_rig), {level_rig.width_px, level_rig.height_px},
+                      cv::INTER_LINEAR | cv::WARP_INVERSE_MAP);
   return level;
+}
+
+constexpr std::uint8_t nothing{0};
+constexpr std::uint8_t upright{1};
+constexpr std::uint8_t road{2};
+
+/// What the stages understood of each pixel.
+cv::Mat1b understood(const StageImages& stages) {
+  const Image<float>& obstacles{stages.obstacle_disparity};
+  cv::Mat1b kinds(obstacles.height(), obstacles.width(), nothing);
+  for (int v{0}; v < kinds.rows; ++v) {
+    for (int u{0}; u < kinds.cols; ++u) {
+      const float of_obstacle{obstacles(u, v)};
+      const float of_road{stages.road_disparity(u, v)};
+      if (of_obstacle > 0 && occupancy_at(stages, u, of_obstacle) > upright_above) {
+        kinds(v, u) = upright;
+      } else if (of_road > 0 && occupancy_at(stages, u, of_road) < free_below) {
+        kinds(v, u) = road;
+      }
+    }
+  }
+  return kinds;
+}
+
+cv::Mat tinted(const cv::Mat& grey, const cv::Mat1b& kinds) {
+  cv::Mat colour;
+  cv::cvtColor(grey, colour, cv::COLOR_GRAY2RGB);
+  for (int v{0}; v < colour.rows; ++v) {
+    for (int u{0}; u < colour.cols; ++u) {
+      const std::uint8_t kind{kinds(v, u)};
+      if (kind != nothing) blend(colour.at<cv::Vec3b>(v, u), kind == upright ? palette::upright : palette::road);
+    }
+  }
+  return colour;
 }
 
 }  // namespace
 
 void draw_camera(cv::Mat& canvas, const Box& box, const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
-  const StageImages& stages{result.stages};
-  cv::Mat colour;
-  cv::cvtColor(level_image(frame, rig), colour, cv::COLOR_GRAY2RGB);
-  for (int v{0}; v < colour.rows; ++v) {
-    for (int u{0}; u < colour.cols; ++u) {
-      const float obstacle{stages.obstacle_disparity(u, v)};
-      const float road{stages.road_disparity(u, v)};
-      cv::Vec3b& pixel{colour.at<cv::Vec3b>(v, u)};
-      if (obstacle > 0 && occupancy_at(stages, u, obstacle) > upright_above) {
-        blend(pixel, palette::upright);
-      } else if (road > 0 && occupancy_at(stages, u, road) < free_below) {
-        blend(pixel, palette::road);
-      }
-    }
-  }
+  cv::Mat colour{tinted(level_image(frame, rig), understood(result.stages))};
   draw_obstacles_in_image(colour, result, LevelMapping{rig}.level_rig());
   cv::Mat part{canvas(cv::Rect{box.x, box.y, box.width, box.height})};
   cv::resize(colour, part, part.size(), 0, 0, box.width < colour.cols ? cv::INTER_AREA : cv::INTER_LINEAR);
   frame_box(canvas, box);
+}
+
+std::vector<std::uint8_t> annotated_jpeg(const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
+  constexpr int quality{80};
+  const cv::Mat grey{grey_image(frame)};
+  cv::Mat1b kinds{understood(result.stages)};
+  if (const LevelMapping mapping{rig}; !mapping.is_identity()) {
+    cv::Mat1b of_camera;
+    cv::warpPerspective(kinds, of_camera, camera_from_level(rig, mapping.level_rig()), grey.size(), cv::INTER_NEAREST);
+    kinds = of_camera;
+  }
+  cv::Mat colour{tinted(grey, kinds)};
+  cv::cvtColor(colour, colour, cv::COLOR_RGB2BGR);  // as OpenCV writes
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".jpg", colour, bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
+  return bytes;
 }
 
 }  // namespace stereogrid::app

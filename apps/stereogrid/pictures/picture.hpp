@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/pipeline.hpp"
 
@@ -10,5 +13,9 @@ namespace stereogrid::app {
 /// A frame at a glance: the left image with what was understood of it, the u-disparity grid below, the filtered grid
 /// from above at its side. The size depends on the rig and the grid only.
 [[nodiscard]] io::RgbImage draw_picture(const StereoFrame& frame, const FrameResult& result, const Rig& rig);
+
+/// The camera's left image alone with the same tints of what was understood, as JPEG. Needs FrameResult::stages.
+[[nodiscard]] std::vector<std::uint8_t> annotated_jpeg(const StereoFrame& frame, const FrameResult& result,
+                                                       const Rig& rig);
 
 }  // namespace stereogrid::app

@@ -49,6 +49,17 @@ void add_run_command(CLI::App& tool, int& exit_code) {
   command->add_flag("--pictures", options->pictures, "Also a picture of every frame: pictures/NAME.png.");
   command->add_option("--video", options->video, "Also the pictures as a film (H.264, through the program ffmpeg).")
       ->type_name("FILE.mp4");
+  command
+      ->add_option("--mcap", options->mcap.file,
+                   "Also a recording of the results as ROS 2 messages (docs/messages.md), for Foxglove, Lichtblick or "
+                   "ros2 bag.")
+      ->type_name("FILE.mcap");
+  command
+      ->add_option("--mcap-topics", options->mcap.topics,
+                   "Only these topics, such as occupancy_grid,obstacles,tf; without disparity, points and the picture "
+                   "the file is small.")
+      ->delimiter(',')
+      ->type_name("TOPIC,TOPIC,...");
   command->add_flag("--resume", options->resume, "Go on with a run that was stopped, to the same results.");
   command
       ->add_option("--input-wait", options->input_wait_s,

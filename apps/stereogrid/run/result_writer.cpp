@@ -69,6 +69,7 @@ struct ResultWriter::State {
     if (options.pictures) io::create_folder(options.folder / "pictures");
     lines.emplace(options.folder / "frames.jsonl");
     if (!options.video.empty()) video.emplace(options.video, options.video_rate_hz);
+    if (!options.mcap.file.empty()) recorder.emplace(options.mcap, options.rig, options.first_frame);
   }
 
   void write_frame(const Job& job) {
@@ -81,6 +82,7 @@ struct ResultWriter::State {
       if (options.pictures) io::write_png(options.folder / "pictures" / (job.frame.name + ".png"), picture);
       if (video) video->add(picture);
     }
+    if (recorder) recorder->add(job.frame, job.result, job.rig);
     lines->append(io::frame_line(job.frame, job.result, job.rig));
     if (job.checkpoint) io::write_checkpoint(options.folder, *job.checkpoint);
   }
@@ -111,6 +113,7 @@ struct ResultWriter::State {
   WriterOptions options;
   std::optional<LineFile> lines;
   std::optional<Video> video;
+  std::optional<McapRecorder> recorder;
   std::mutex mutex;
   std::condition_variable changed;
   std::deque<Job> jobs;
@@ -152,6 +155,7 @@ void ResultWriter::finish() {
   if (state_->failure) std::rethrow_exception(state_->failure);
   state_->lines->close();
   if (state_->video) state_->video->finish();
+  if (state_->recorder) state_->recorder->finish();
 }
 
 }  // namespace stereogrid::app

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "run/mcap_recorder.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
 #include "stereogrid/pipeline.hpp"
 
@@ -18,6 +19,9 @@ struct WriterOptions {
   bool pictures{false};
   std::filesystem::path video;  ///< empty: none
   double video_rate_hz{10};
+  McapOptions mcap{};
+  Rig rig{};                   ///< of the first frame
+  std::size_t first_frame{0};  ///< its place in the input
 };
 
 /// Writes the files of each frame on a thread of its own, in the order of the frames, while the pipeline works on the

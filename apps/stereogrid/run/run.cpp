@@ -51,13 +51,14 @@ std::string_view name_of(BackEnd back_end) {
 
 Pipeline start_pipeline(const RunOptions& options, const Config& config, const Input& input) {
   try {
-    Pipeline pipeline{config,
-                      input.source->rig(),
-                      {.back_end = back_end_of(options),
-                       .threads = options.threads,
-                       .stages = options.save_stages || options.pictures || !options.video.empty(),
-                       .horizons_s = options.predict_s,
-                       .mask = input.mask}};
+    Pipeline pipeline{
+        config,
+        input.source->rig(),
+        {.back_end = back_end_of(options),
+         .threads = options.threads,
+         .stages = options.save_stages || options.pictures || !options.video.empty() || needs_stages(options.mcap),
+         .horizons_s = options.predict_s,
+         .mask = input.mask}};
     if (pipeline.back_end() == BackEnd::cuda) spdlog::info("on the GPU");
     if (!pipeline.why_not_cuda().empty()) spdlog::info("on the CPU. No GPU: {}", pipeline.why_not_cuda());
     return pipeline;
@@ -227,6 +228,7 @@ void print_summary(const io::RunRecord& record, const RunLoop& loop) {
 }
 
 void check_options(const RunOptions& options, const Input& input) {
+  check_mcap(options.mcap, input.source->rig());
   if (options.matcher != "own" && input.recording != nullptr && input.recording->gives_disparities()) {
     throw ConfigError{fmt::format("--matcher {} needs right images, but the disparities are given ({}). Leave one out.",
                                   options.matcher, input.recording->contents().disparities.string())};
@@ -239,6 +241,11 @@ void check_options(const RunOptions& options) {
   }
   if (options.resume && !options.video.empty()) {
     throw ConfigError{"--video cannot go on with --resume: a film is made in one go. Leave one of them out."};
+  }
+  if (options.resume && !options.mcap.file.empty()) {
+    throw ConfigError{
+        "--mcap cannot go on with --resume: a recording is made in one go. Go on without it; or give it to a new run "
+        "with another --out."};
   }
 }
 
@@ -282,7 +289,7 @@ int run(const RunOptions& options) {
   recall_skipped(*input.source, record);
   io::remove_torn_checkpoint(record.folder());
   ResultWriter writer{{options.folder, !options.predict_s.empty(), options.save_stages, options.pictures, options.video,
-                       rate_hz(input)}};
+                       rate_hz(input), options.mcap, pipeline.rig(), record.range().first}};
   const OpencvStage opencv{options.matcher, pipeline.config().matching.disparities};
   const io::Checkpoints checkpoints{record.range().first, static_cast<std::size_t>(options.checkpoint_every)};
   PoseStage poses{input, [checkpoints](std::size_t index) { return checkpoints.is_due_after(index); }};

@@ -7,6 +7,7 @@
 
 #include "config_options.hpp"
 #include "input.hpp"
+#include "run/mcap_recorder.hpp"
 #include "sweeps.hpp"
 
 namespace stereogrid::app {
@@ -25,6 +26,7 @@ struct RunOptions {
   bool save_stages{false};
   bool pictures{false};
   std::string video;
+  McapOptions mcap;
   bool resume{false};
   int checkpoint_every{100};
   int input_wait_s{300};

@@ -9,6 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "files/image_completeness.hpp"
@@ -21,10 +22,10 @@ namespace stereogrid::io {
 namespace {
 
 /// 8- or 16-bit unsigned, one or three channels (B G R).
-cv::Mat decode(const std::filesystem::path& path) {
+cv::Mat decode(const std::string& name, std::string file) {
   static const auto silenced{cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT)};
   static_cast<void>(silenced);
-  const std::string bytes{checked_image_bytes(printable_path(path), read_file(path, largest_bytes::image))};
+  const std::string bytes{checked_image_bytes(name, std::move(file))};
   cv::Mat image;
   try {
     const cv::Mat buffer{1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data())};
@@ -32,18 +33,20 @@ cv::Mat decode(const std::filesystem::path& path) {
   } catch (const cv::Exception&) {
     image.release();
   }
-  if (image.empty())
-    throw InputError{printable_path(path), "cannot be decoded, it is damaged.", "Copy or record it again."};
+  if (image.empty()) throw InputError{name, "cannot be decoded, it is damaged.", "Copy or record it again."};
   if (image.depth() != CV_8U && image.depth() != CV_16U) {
-    throw InputError{printable_path(path), "has neither 8 nor 16 bits a sample.", "Convert it to an 8-bit PNG."};
+    throw InputError{name, "has neither 8 nor 16 bits a sample.", "Convert it to an 8-bit PNG."};
   }
   if (image.channels() == 4) cv::cvtColor(image, image, cv::COLOR_BGRA2BGR);
   if (image.channels() == 2) cv::extractChannel(image, image, 0);
   return image;
 }
 
-cv::Mat decode_grey(const std::filesystem::path& path) {
-  cv::Mat image{decode(path)};
+cv::Mat decode(const std::filesystem::path& path) {
+  return decode(printable_path(path), read_file(path, largest_bytes::image));
+}
+
+cv::Mat grey_of(cv::Mat image) {
   if (image.channels() == 3) cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
   return image;
 }
@@ -62,6 +65,12 @@ int bits_of(const cv::Mat& grey) {
   return std::clamp(static_cast<int>(std::bit_width(static_cast<unsigned>(brightest))), 10, 16);
 }
 
+Image<std::uint8_t> scaled(const cv::Mat& grey, int bits) {
+  Image<std::uint8_t> image;
+  assign(image, view_of(grey, bits == 0 ? bits_of(grey) : bits));
+  return image;
+}
+
 void write(const std::filesystem::path& path, const cv::Mat& mat) {
   std::vector<uchar> bytes;
   // the fast strategy: pictures and truth of a drive are many
@@ -78,14 +87,19 @@ cv::Mat mat_of(const Image<T>& image, int channels) {
 }  // namespace
 
 Image<std::uint8_t> read_grey(const std::filesystem::path& path, int bits) {
-  const cv::Mat grey{decode_grey(path)};
-  Image<std::uint8_t> image;
-  assign(image, view_of(grey, bits == 0 ? bits_of(grey) : bits));
-  return image;
+  return scaled(grey_of(decode(path)), bits);
 }
 
 int sample_bits(const std::filesystem::path& path) {
-  return bits_of(decode_grey(path));
+  return bits_of(grey_of(decode(path)));
+}
+
+Image<std::uint8_t> decode_grey(const std::string& name, std::string bytes, int bits) {
+  return scaled(grey_of(decode(name, std::move(bytes))), bits);
+}
+
+int sample_bits(const std::string& name, std::string bytes) {
+  return bits_of(grey_of(decode(name, std::move(bytes))));
 }
 
 Image<std::uint16_t> read_u16(const std::filesystem::path& path) {

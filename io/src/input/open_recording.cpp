@@ -9,10 +9,10 @@
 
 #include "input/calibration_files.hpp"
 #include "input/input_layout.hpp"
+#include "input/recording_images.hpp"
 #include "input/recording_poses.hpp"
 #include "input/stamps.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/mask.hpp"
 #include "stereogrid/io/poses.hpp"
 #include "stereogrid/io/recording.hpp"
@@ -57,73 +57,16 @@ void note_disparities(RecordingContents& contents) {
   }
 }
 
-struct Size {
-  int width_px{0};
-  int height_px{0};
-
-  auto operator<=>(const Size&) const = default;
-};
-
-/// Left images that can be read, and their sizes.
-struct SizedImage {
-  const RecordedFrame* frame;
-  Size size;
-};
-
-/// `count` frames from all over the recording; those that cannot be read are left out.
-std::vector<SizedImage> some_left_images(const std::vector<RecordedFrame>& frames, std::size_t count,
-                                         std::string& first_problem) {
-  std::vector<SizedImage> images;
-  const std::size_t steps{std::min(count, frames.size())};
-  for (std::size_t i{0}; i < steps; ++i) {
-    const RecordedFrame& frame{frames[steps == 1 ? 0 : i * (frames.size() - 1) / (steps - 1)]};
-    if (!frame.left_exists) continue;
-    try {
-      const auto image{read_grey(frame.left)};
-      images.push_back({&frame, {image.width(), image.height()}});
-    } catch (const InputError& error) {
-      if (first_problem.empty()) first_problem = error.what();
-    }
+void note_calibration(RecordingContents& contents, const fs::path& source) {
+  contents.notes.push_back(fmt::format("calibration: {} ({}{})", printable_path(source), contents.calibration.kind,
+                                       contents.calibration.raw ? ", raw pair: rectified on loading" : ""));
+  for (const std::string& note : contents.calibration.notes) contents.notes.push_back(note);
+  if (!contents.calibration.has_mounting) {
+    contents.notes.push_back("mounting: not in the calibration; camera height 1.65 m and pitch 0 assumed");
   }
-  return images;
-}
-
-bool are_alike(const std::vector<SizedImage>& images) {
-  return std::ranges::all_of(images, [&](const SizedImage& image) { return image.size == images.front().size; });
-}
-
-Size most_frequent(const std::vector<SizedImage>& images) {
-  std::map<Size, int> counts;
-  for (const SizedImage& image : images) ++counts[image.size];
-  // of equally many the one that comes first
-  return std::ranges::max_element(images, {}, [&](const SizedImage& image) { return counts[image.size]; })->size;
-}
-
-/// The left images say how large and how deep the images of the recording are: a few of them where they are alike, else
-/// most of many.
-Size look_at_images(RecordingContents& contents) {
-  constexpr std::size_t few{3};
-  constexpr std::size_t many{15};
-  std::string first_problem;
-  std::vector<SizedImage> images{some_left_images(contents.frames, few, first_problem)};
-  if (images.empty() || !are_alike(images)) images = some_left_images(contents.frames, many, first_problem);
-  if (images.empty()) images = some_left_images(contents.frames, contents.frames.size(), first_problem);
-  if (images.empty())
-    throw InputError{printable_path(contents.root), "none of the left images can be read.", first_problem};
-  const Size size{most_frequent(images)};
-  for (const SizedImage& image : images) {
-    if (image.size == size) continue;
-    contents.warnings.push_back(fmt::format("frame {}: {} has {}×{} px, most others {}×{}: the frame is left out",
-                                            image.frame->name, printable_path(image.frame->left), image.size.width_px,
-                                            image.size.height_px, size.width_px, size.height_px));
+  for (const std::string& oddity : oddities(contents.calibration.rig)) {
+    contents.warnings.push_back(printable_path(source) + ": " + oddity);
   }
-  const fs::path& first{std::ranges::find(images, size, &SizedImage::size)->frame->left};
-  contents.sample_bits = sample_bits(first);
-  if (contents.sample_bits > 8) {
-    contents.notes.push_back(fmt::format("images: 16-bit files, of which {} bits are used (as in {})",
-                                         contents.sample_bits, printable_path(first.filename())));
-  }
-  return size;
 }
 
 void find_calibration(RecordingContents& contents, const InputLayout& layout, const InputArguments& arguments,
@@ -137,16 +80,7 @@ void find_calibration(RecordingContents& contents, const InputLayout& layout, co
                      "there is no calibration.", "Put a calibration.yaml there, or name a file with --calibration."};
   }
   contents.calibration = read_calibration(contents.calibration_file, size.width_px, size.height_px, layout.pair);
-  contents.notes.push_back(fmt::format("calibration: {} ({}{})", printable_path(contents.calibration_file),
-                                       contents.calibration.kind,
-                                       contents.calibration.raw ? ", raw pair: rectified on loading" : ""));
-  for (const std::string& note : contents.calibration.notes) contents.notes.push_back(note);
-  if (!contents.calibration.has_mounting) {
-    contents.notes.push_back("mounting: not in the calibration; camera height 1.65 m and pitch 0 assumed");
-  }
-  for (const std::string& oddity : oddities(contents.calibration.rig)) {
-    contents.warnings.push_back(printable_path(contents.calibration_file) + ": " + oddity);
-  }
+  note_calibration(contents, contents.calibration_file);
 }
 
 /// The mask is of the images as they lie there; those of a raw pair are rectified, and what then is not the camera's is
@@ -281,7 +215,49 @@ RecordingContents look_at(const InputArguments& arguments) {
   return contents;
 }
 
+/// `found` keeps its images.
+RecordingContents look_at(const InputArguments& arguments, ForeignRecording& found) {
+  RecordingContents contents;
+  contents.kind = std::move(found.kind);
+  contents.root = found.root;
+  contents.sample_bits = found.sample_bits;
+  contents.notes = std::move(found.notes);
+  contents.warnings = std::move(found.warnings);
+  for (const std::int64_t stamp_ns : found.stamps_ns) {
+    RecordedFrame& frame{contents.frames.emplace_back()};
+    frame.name = fmt::format("{:06}", contents.frames.size() - 1);
+    frame.stamp_ns = stamp_ns;
+    frame.left = found.root;
+    frame.right = found.root;
+  }
+  InputLayout layout;  // with nothing beside the images
+  layout.kind = InputKind::image_pair;
+  layout.root = found.root;
+  if (arguments.calibration) {
+    find_calibration(contents, layout, arguments, {found.width_px, found.height_px});
+  } else {
+    contents.calibration = std::move(found.calibration).value();
+    note_calibration(contents, found.root);
+  }
+  find_mask(contents, arguments);
+  warn_of_rate(contents, found.root);
+  const bool are_own{found.poses.size() > 1 && (arguments.poses.empty() || arguments.poses == "file")};
+  if (are_own) {
+    take_own_poses(contents, found.root, found.poses_source, found.poses);
+  } else {
+    find_poses_of(contents, layout, arguments.poses, true);
+  }
+  return contents;
+}
+
 }  // namespace
+
+std::unique_ptr<Recording> open_recording(const InputArguments& arguments, ForeignRecording found) {
+  if (arguments.disparities) {
+    throw ConfigError{"--disparities belong to images in files, by their names; this input has none."};
+  }
+  return std::make_unique<Recording>(look_at(arguments, found), std::move(found.images));
+}
 
 std::unique_ptr<Recording> open_recording(const InputArguments& arguments) {
   try {

@@ -36,7 +36,10 @@ void need_equal_size(const Image<std::uint8_t>& left, const std::filesystem::pat
 
 }  // namespace
 
-Recording::Recording(RecordingContents contents) : contents_{std::move(contents)} {
+ImageStore::~ImageStore() = default;
+
+Recording::Recording(RecordingContents contents, std::unique_ptr<ImageStore> images)
+    : contents_{std::move(contents)}, images_{std::move(images)} {
   if (contents_.calibration.raw) rectifier_.emplace(*contents_.calibration.raw, rig().width_px, rig().height_px);
 }
 
@@ -47,9 +50,16 @@ StereoFrame Recording::load(std::size_t index) const {
   frame.index = static_cast<std::int64_t>(index);
   frame.stamp_ns = source.stamp_ns;
   frame.world_from_vehicle = source.world_from_vehicle;
-  need(source.left, source.left_exists, "left");
-  frame.left = read_grey(source.left, contents_.sample_bits);
-  load_second_image(source, frame);
+  if (images_) {
+    ImagePair pair{images_->load(index)};
+    frame.left = std::move(pair.left);
+    frame.right = std::move(pair.right);
+    need_equal_size(frame.left, source.left, frame.right, source.right);
+  } else {
+    need(source.left, source.left_exists, "left");
+    frame.left = read_grey(source.left, contents_.sample_bits);
+    load_second_image(source, frame);
+  }
   if (frame.left.width() != rig().width_px || frame.left.height() != rig().height_px) {
     throw InputError{printable_path(source.left),
                      fmt::format("has {} px, but the calibration is for {}×{}.", size_of(frame.left), rig().width_px,

@@ -140,4 +140,11 @@ void find_poses_of(RecordingContents& contents, const InputLayout& layout, const
   contents.notes.push_back("poses: " + printable_path(file));
 }
 
+void take_own_poses(RecordingContents& contents, const fs::path& file, const std::string& source,
+                    const std::vector<StampedPose>& poses) {
+  contents.poses_file = file;
+  take_poses(contents, interpolate_poses(file, poses, stamps_of(contents)));
+  contents.notes.push_back(fmt::format("poses: {}, interpolated to the times of the images", source));
+}
+
 }  // namespace stereogrid::io

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 
 #include "stereogrid/export.hpp"
 #include "stereogrid/image.hpp"
@@ -27,6 +28,11 @@ struct RgbImage {
 
 /// 8 for an 8-bit file; else the least of 10 … 16 bits that holds the image's brightest value.
 [[nodiscard]] STEREOGRID_EXPORT int sample_bits(const std::filesystem::path& path);
+
+/// The same of a file's bytes; `name`: for complaints.
+[[nodiscard]] STEREOGRID_EXPORT Image<std::uint8_t> decode_grey(const std::string& name, std::string bytes,
+                                                                int bits = 0);
+[[nodiscard]] STEREOGRID_EXPORT int sample_bits(const std::string& name, std::string bytes);
 
 /// Reads a one-channel image without scaling; 8-bit values are widened. Throws InputError for colour.
 [[nodiscard]] STEREOGRID_EXPORT Image<std::uint16_t> read_u16(const std::filesystem::path& path);

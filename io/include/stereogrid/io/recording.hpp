@@ -12,6 +12,7 @@
 #include "stereogrid/export.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/io/calibration.hpp"
+#include "stereogrid/io/poses.hpp"
 #include "stereogrid/io/rectifier.hpp"
 
 namespace stereogrid::io {
@@ -39,9 +40,43 @@ struct RecordedFrame {
   std::filesystem::path disparity;  ///< instead of `right`, which is then empty
 };
 
+/// Both images of a frame as the cameras gave them, 8-bit grey.
+struct ImagePair {
+  Image<std::uint8_t> left;
+  Image<std::uint8_t> right;
+};
+
+/// Images that do not lie in files of their own.
+class STEREOGRID_EXPORT ImageStore {
+ public:
+  ImageStore() = default;
+  ImageStore(const ImageStore&) = delete;
+  ImageStore& operator=(const ImageStore&) = delete;
+  virtual ~ImageStore();
+
+  /// Safe to call from several threads. Throws InputError: the images of this frame cannot be used.
+  [[nodiscard]] virtual ImagePair load(std::size_t index) const = 0;
+};
+
+/// A recording that is no folder of images, as somebody who knows its format has found it.
+struct ForeignRecording {
+  std::string kind;                     ///< as RecordingContents::kind
+  std::filesystem::path root;           ///< for complaints
+  std::vector<std::int64_t> stamps_ns;  ///< of the frames; they grow
+  std::unique_ptr<ImageStore> images;
+  int width_px{0};
+  int height_px{0};
+  int sample_bits{8};
+  std::optional<Calibration> calibration;  ///< none: InputArguments has one
+  std::vector<StampedPose> poses;          ///< stamps grow; fewer than two: none
+  std::string poses_source;                ///< for what is told of them
+  std::vector<std::string> notes;
+  std::vector<std::string> warnings;
+};
+
 /// Everything known about a recording before its images are read.
 struct RecordingContents {
-  std::string kind;  ///< "KITTI odometry sequence", "KITTI raw drive", "plain folder" or "image pair"
+  std::string kind;  ///< "KITTI odometry sequence", "KITTI raw drive", "plain folder", "image pair", or another's
   std::filesystem::path root;
   std::filesystem::path calibration_file;
   Calibration calibration;
@@ -60,7 +95,8 @@ struct RecordingContents {
 /// A recorded drive. Opened by open_recording.
 class STEREOGRID_EXPORT Recording final : public FrameSource {
  public:
-  explicit Recording(RecordingContents contents);
+  /// `images`: instead of the files that the frames name.
+  explicit Recording(RecordingContents contents, std::unique_ptr<ImageStore> images = {});
 
   [[nodiscard]] const Rig& rig() const override { return contents_.calibration.rig; }
   [[nodiscard]] std::size_t size() const override { return contents_.frames.size(); }
@@ -79,12 +115,18 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
   void load_second_image(const RecordedFrame& source, StereoFrame& frame) const;
 
   RecordingContents contents_;
+  std::unique_ptr<ImageStore> images_;
   std::optional<Rectifier> rectifier_;
 };
 
 /// Recognises the input by looking at it and reads everything but the images. Throws InputError (which file, what is
 /// wrong, what would mend it) where the recording as a whole cannot be used.
 [[nodiscard]] STEREOGRID_EXPORT std::unique_ptr<Recording> open_recording(const InputArguments& arguments);
+
+/// The same with what was found; calibration, mask and poses are the arguments' where they name files. Throws
+/// InputError; ConfigError where disparities are given.
+[[nodiscard]] STEREOGRID_EXPORT std::unique_ptr<Recording> open_recording(const InputArguments& arguments,
+                                                                          ForeignRecording found);
 
 /// A sentence where left and right seem to be swapped: more of the pair matches at negative disparities than at
 /// positive ones.

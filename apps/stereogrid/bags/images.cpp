@@ -1,0 +1,139 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "bags/images.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <limits>
+#include <map>
+
+#include "bags/decode.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+/// Between stamps of two cameras, which may be anything.
+std::int64_t apart_ns(const Shot& a, const Shot& b) {
+  const std::int64_t from{std::min(a.stamp_ns, b.stamp_ns)};
+  const std::int64_t to{std::max(a.stamp_ns, b.stamp_ns)};
+  return from < 0 && to > std::numeric_limits<std::int64_t>::max() + from ? std::numeric_limits<std::int64_t>::max()
+                                                                          : to - from;
+}
+
+/// Index of the nearest one in time. `shots`: in their order, not empty.
+std::size_t nearest(const std::vector<Shot>& shots, const Shot& to) {
+  const auto after{std::ranges::lower_bound(shots, to.stamp_ns, {}, &Shot::stamp_ns)};
+  const auto index{static_cast<std::size_t>(after - shots.begin())};
+  if (index == 0) return 0;
+  const bool is_before{after == shots.end() || apart_ns(shots[index - 1], to) <= apart_ns(*after, to)};
+  return is_before ? index - 1 : index;
+}
+
+/// Takes those that have a partner of the very same stamp out of both.
+std::vector<ShotPair> take_equal(std::vector<Shot>& left, std::vector<Shot>& right) {
+  std::vector<ShotPair> pairs;
+  std::vector<Shot> left_rest, right_rest;
+  auto r{right.begin()};
+  for (const Shot& l : left) {
+    while (r != right.end() && r->stamp_ns < l.stamp_ns) right_rest.push_back(*r++);
+    if (r != right.end() && r->stamp_ns == l.stamp_ns) {
+      pairs.emplace_back(l, *r++);
+    } else {
+      left_rest.push_back(l);
+    }
+  }
+  right_rest.insert(right_rest.end(), r, right.end());
+  left = std::move(left_rest);
+  right = std::move(right_rest);
+  return pairs;
+}
+
+}  // namespace
+
+Shots find_shots(const mcap::Bag& bag, const std::string& topic) {
+  Shots found;
+  const auto cursor{bag.messages({.topics = {topic}})};
+  bool is_stamped{false};
+  while (const mcap::Message* const message{cursor->next()}) {
+    try {
+      const std::int64_t header_ns{header_stamp_ns(message->data)};
+      is_stamped = is_stamped || header_ns != 0;
+      found.shots.push_back({header_ns, header_ns, message->log_time_ns});
+    } catch (const InputError&) {
+      ++found.damaged;
+    }
+  }
+  found.are_stamped = is_stamped;
+  for (Shot& shot : found.shots) {
+    if (!is_stamped) shot.stamp_ns = static_cast<std::int64_t>(shot.log_ns);
+  }
+  std::ranges::stable_sort(found.shots, {}, &Shot::stamp_ns);
+  return found;
+}
+
+std::vector<ShotPair> pair_up(const std::vector<Shot>& left, const std::vector<Shot>& right,
+                              std::int64_t tolerance_ns) {
+  std::vector<Shot> left_rest{left};
+  std::vector<Shot> right_rest{right};
+  std::vector<ShotPair> pairs{take_equal(left_rest, right_rest)};
+  for (std::size_t i{0}; i < left_rest.size() && !right_rest.empty(); ++i) {
+    const Shot& r{right_rest[nearest(right_rest, left_rest[i])]};
+    if (apart_ns(left_rest[i], r) <= tolerance_ns && nearest(left_rest, r) == i) pairs.emplace_back(left_rest[i], r);
+  }
+  std::ranges::stable_sort(pairs, {}, [](const ShotPair& pair) { return pair.first.stamp_ns; });
+  // an image that was recorded twice
+  const auto twice{std::ranges::unique(pairs, {}, [](const ShotPair& pair) { return pair.first.stamp_ns; })};
+  pairs.erase(twice.begin(), twice.end());
+  return pairs;
+}
+
+BagImages::BagImages(std::unique_ptr<mcap::Bag> bag, std::string name, ImageTopics topics, std::vector<ShotPair> pairs)
+    : bag_{std::move(bag)},
+      name_{std::move(name)},
+      topics_{std::move(topics)},
+      is_left_compressed_{is_compressed(*find_topic(bag_->topics(), topics_.left))},
+      is_right_compressed_{is_compressed(*find_topic(bag_->topics(), topics_.right))},
+      pairs_{std::move(pairs)} {}
+
+std::vector<std::byte> BagImages::bytes_of(const std::string& topic, const Shot& shot) const {
+  const std::lock_guard lock{mutex_};
+  const auto cursor{bag_->messages({.topics = {topic}, .first_ns = shot.log_ns, .last_ns = shot.log_ns})};
+  while (const mcap::Message* const message{cursor->next()}) {
+    if (header_stamp_ns(message->data) == shot.header_ns) return {message->data.begin(), message->data.end()};
+  }
+  throw InputError{name_, fmt::format("the image of {} ns on {} is gone.", shot.stamp_ns, io::printable(topic)),
+                   "Was the recording changed meanwhile?"};
+}
+
+io::ImagePair BagImages::load(std::size_t index) const {
+  const ShotPair& pair{pairs_.at(index)};
+  const auto image = [&](const std::string& topic, const Shot& shot, bool is_compressed) {
+    int bits{sample_bits_};
+    const std::string name{fmt::format("{}, {}, stamp {} ns", name_, io::printable(topic), shot.stamp_ns)};
+    return decode_image(bytes_of(topic, shot), is_compressed, name, bits);
+  };
+  return {image(topics_.left, pair.first, is_left_compressed_),
+          image(topics_.right, pair.second, is_right_compressed_)};
+}
+
+io::ImagePair BagImages::begin() {
+  constexpr std::size_t most_tried{15};
+  std::string first_problem;
+  for (std::size_t i{0}; i < std::min(most_tried, pairs_.size()); ++i) {
+    try {
+      sample_bits_ = 0;
+      const std::vector<std::byte> left{bytes_of(topics_.left, pairs_[i].first)};
+      static_cast<void>(decode_image(left, is_left_compressed_, name_ + ", " + topics_.left, sample_bits_));
+      return load(i);
+    } catch (const InputError& error) {
+      if (first_problem.empty()) first_problem = error.what();
+    }
+  }
+  throw InputError{name_, "none of the first images can be read.", first_problem};
+}
+
+}  // namespace stereogrid::app

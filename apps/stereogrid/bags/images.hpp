@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bags/topics.hpp"
+#include "stereogrid/io/recording.hpp"
+#include "stereogrid/mcap/bag.hpp"
+
+namespace stereogrid::app {
+
+/// Where an image is in a bag.
+struct Shot {
+  std::int64_t stamp_ns{0};   ///< of its exposure
+  std::int64_t header_ns{0};  ///< as the message says; the same but where cameras do not stamp their images
+  std::uint64_t log_ns{0};
+};
+using ShotPair = std::pair<Shot, Shot>;
+
+/// Images of a topic in the order of their stamps. Where no header has a stamp it is when they were recorded.
+struct Shots {
+  std::vector<Shot> shots;
+  bool are_stamped{true};
+  std::size_t damaged{0};  ///< messages that are none
+};
+[[nodiscard]] Shots find_shots(const mcap::Bag& bag, const std::string& topic);
+
+/// Pairs of equal stamps; then, of the others, those that are each other's nearest and no farther apart than that.
+[[nodiscard]] std::vector<ShotPair> pair_up(const std::vector<Shot>& left, const std::vector<Shot>& right,
+                                            std::int64_t tolerance_ns);
+
+/// Finds the images of a bag again.
+class BagImages final : public io::ImageStore {
+ public:
+  /// `name`: of the bag, for complaints.
+  BagImages(std::unique_ptr<mcap::Bag> bag, std::string name, ImageTopics topics, std::vector<ShotPair> pairs);
+
+  [[nodiscard]] io::ImagePair load(std::size_t index) const override;
+  /// Of the left image of the first pair that can be read, in bits; all images are taken to have as many from then on.
+  /// Throws InputError: there is none.
+  io::ImagePair begin();
+  [[nodiscard]] int sample_bits() const { return sample_bits_; }
+
+ private:
+  [[nodiscard]] std::vector<std::byte> bytes_of(const std::string& topic, const Shot& shot) const;
+
+  std::unique_ptr<mcap::Bag> bag_;
+  std::string name_;
+  ImageTopics topics_;
+  bool is_left_compressed_;
+  bool is_right_compressed_;
+  std::vector<ShotPair> pairs_;
+  int sample_bits_{0};
+  mutable std::mutex mutex_;  // a bag is used by one thread at a time
+};
+
+}  // namespace stereogrid::app

@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "bags/topics.hpp"
+#include "stereogrid/io/recording.hpp"
+
+namespace stereogrid::app {
+
+/// An .mcap, a .db3, or a folder of them?
+[[nodiscard]] bool is_bag(const std::filesystem::path& path);
+
+/// What the user said about a bag.
+struct BagOptions {
+  ImageTopics topics;  ///< "": found
+  double pair_tolerance_ms{10};
+};
+
+/// Looks through the whole bag for the images of both cameras. Throws InputError.
+[[nodiscard]] std::unique_ptr<io::Recording> open_bag_recording(const io::InputArguments& arguments,
+                                                                const BagOptions& options);
+
+}  // namespace stereogrid::app

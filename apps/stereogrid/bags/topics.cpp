@@ -1,0 +1,148 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "bags/topics.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <set>
+#include <string_view>
+#include <tuple>
+#include <utility>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/text.hpp"
+#include "stereogrid/messages/sensor_msgs.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+using mcap::Topic;
+
+constexpr const char* say_which{"Say which: --left-topic TOPIC --right-topic TOPIC."};
+
+/// What cameras are called: by most, by RealSense, by EuRoC.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 3> names_of_sides{
+    {{"left", "right"}, {"infra1", "infra2"}, {"cam0", "cam1"}}};
+
+bool holds_images(const Topic& topic) {
+  const bool is_plain{topic.type == messages::sensor_msgs::Image::type_name};
+  return topic.message_count > 0 && (is_plain || is_compressed(topic)) && !topic.name.ends_with("/compressedDepth");
+}
+
+std::string replaced(std::string text, std::string_view what, std::string_view by) {
+  for (std::size_t at{text.find(what)}; at != std::string::npos; at = text.find(what, at + by.size())) {
+    text.replace(at, what.size(), by);
+  }
+  return text;
+}
+
+/// The right camera's topic of the same kind; nullptr: there is none.
+const Topic* right_of(const Topic& left, const std::vector<Topic>& topics) {
+  for (const auto& [left_name, right_name] : names_of_sides) {
+    if (left.name.find(left_name) == std::string::npos) continue;
+    const Topic* const right{find_topic(topics, replaced(left.name, left_name, right_name))};
+    if (right != nullptr && right->type == left.type) return right;
+  }
+  return nullptr;
+}
+
+std::string parent_of(const std::string& name) {
+  const std::size_t slash{name.rfind('/')};
+  return slash == std::string::npos ? std::string{} : name.substr(0, slash);
+}
+
+/// Without the transport.
+std::string base_of(const Topic& images) {
+  return is_compressed(images) ? parent_of(images.name) : images.name;
+}
+
+std::string list_of(const std::vector<Topic>& topics) {
+  std::string list;
+  for (const Topic& topic : topics) {
+    if (holds_images(topic)) list += (list.empty() ? "" : ", ") + io::printable(topic.name);
+  }
+  return list;
+}
+
+/// The better one is the larger: rectified, grey, as the camera has given it.
+std::tuple<bool, bool, bool> worth(const Topic* images) {
+  return {is_rectified(*images), base_of(*images).find("color") == std::string::npos, !is_compressed(*images)};
+}
+
+ImageTopics found(const std::string& bag, const std::vector<Topic>& topics) {
+  std::vector<const Topic*> candidates;
+  std::set<std::string> cameras;
+  for (const Topic& topic : topics) {
+    if (!holds_images(topic) || right_of(topic, topics) == nullptr) continue;
+    candidates.push_back(&topic);
+    cameras.insert(parent_of(base_of(topic)));
+  }
+  const std::string list{list_of(topics)};
+  if (list.empty()) {
+    throw InputError{bag, "holds no images (sensor_msgs/Image or CompressedImage).", "Record those of both cameras."};
+  }
+  if (candidates.empty()) {
+    throw InputError{bag, fmt::format("no two topics of images are called left and right. There are: {}.", list),
+                     say_which};
+  }
+  if (cameras.size() > 1) {
+    throw InputError{bag, fmt::format("holds images of more than one pair of cameras: {}.", list), say_which};
+  }
+  const Topic* const best{*std::ranges::max_element(candidates, {}, worth)};
+  return {best->name, right_of(*best, topics)->name};
+}
+
+void need_images(const std::string& bag, const std::vector<Topic>& topics, const std::string& name) {
+  const Topic* const topic{find_topic(topics, name)};
+  if (topic != nullptr && holds_images(*topic)) return;
+  throw InputError{bag, fmt::format("has no images on {}. There are: {}.", io::printable(name), list_of(topics)),
+                   say_which};
+}
+
+}  // namespace
+
+ImageTopics choose_image_topics(const std::string& bag, const std::vector<Topic>& topics, const ImageTopics& asked) {
+  if (asked.left.empty() && asked.right.empty()) return found(bag, topics);
+  if (asked.left.empty()) {
+    throw InputError{bag, "the right camera's topic alone was given.", say_which};
+  }
+  need_images(bag, topics, asked.left);
+  ImageTopics chosen{asked};
+  if (chosen.right.empty()) {
+    const Topic* const right{right_of(*find_topic(topics, asked.left), topics)};
+    if (right == nullptr) {
+      throw InputError{bag,
+                       fmt::format("no topic of the right camera is called like {}. There are: {}.",
+                                   io::printable(asked.left), list_of(topics)),
+                       say_which};
+    }
+    chosen.right = right->name;
+  }
+  need_images(bag, topics, chosen.right);
+  if (chosen.left == chosen.right) throw InputError{bag, "left and right are the same topic.", say_which};
+  return chosen;
+}
+
+const Topic* find_topic(const std::vector<Topic>& topics, const std::string& name) {
+  const auto found{
+      std::ranges::find_if(topics, [&](const Topic& topic) { return topic.name == name && topic.message_count > 0; })};
+  return found == topics.end() ? nullptr : &*found;
+}
+
+std::string info_topic_of(const Topic& images) {
+  return parent_of(base_of(images)) + "/camera_info";
+}
+
+bool is_rectified(const Topic& images) {
+  const std::string base{base_of(images)};
+  return base.find("rect", base.rfind('/') + 1) != std::string::npos;
+}
+
+bool is_compressed(const Topic& images) {
+  return images.type == messages::sensor_msgs::CompressedImage::type_name;
+}
+
+}  // namespace stereogrid::app

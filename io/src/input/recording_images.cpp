@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "input/recording_images.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/image_file.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Left images that can be read, and their sizes.
+struct SizedImage {
+  const RecordedFrame* frame;
+  Size size;
+};
+
+/// `count` frames from all over the recording; those that cannot be read are left out.
+std::vector<SizedImage> some_left_images(const std::vector<RecordedFrame>& frames, std::size_t count,
+                                         std::string& first_problem) {
+  std::vector<SizedImage> images;
+  const std::size_t steps{std::min(count, frames.size())};
+  for (std::size_t i{0}; i < steps; ++i) {
+    const RecordedFrame& frame{frames[steps == 1 ? 0 : i * (frames.size() - 1) / (steps - 1)]};
+    if (!frame.left_exists) continue;
+    try {
+      const auto image{read_grey(frame.left)};
+      images.push_back({&frame, {image.width(), image.height()}});
+    } catch (const InputError& error) {
+      if (first_problem.empty()) first_problem = error.what();
+    }
+  }
+  return images;
+}
+
+bool are_alike(const std::vector<SizedImage>& images) {
+  return std::ranges::all_of(images, [&](const SizedImage& image) { return image.size == images.front().size; });
+}
+
+Size most_frequent(const std::vector<SizedImage>& images) {
+  std::map<Size, int> counts;
+  for (const SizedImage& image : images) ++counts[image.size];
+  // of equally many the one that comes first
+  return std::ranges::max_element(images, {}, [&](const SizedImage& image) { return counts[image.size]; })->size;
+}
+
+}  // namespace
+
+Size look_at_images(RecordingContents& contents) {
+  constexpr std::size_t few{3};
+  constexpr std::size_t many{15};
+  std::string first_problem;
+  std::vector<SizedImage> images{some_left_images(contents.frames, few, first_problem)};
+  if (images.empty() || !are_alike(images)) images = some_left_images(contents.frames, many, first_problem);
+  if (images.empty()) images = some_left_images(contents.frames, contents.frames.size(), first_problem);
+  if (images.empty())
+    throw InputError{printable_path(contents.root), "none of the left images can be read.", first_problem};
+  const Size size{most_frequent(images)};
+  for (const SizedImage& image : images) {
+    if (image.size == size) continue;
+    contents.warnings.push_back(fmt::format("frame {}: {} has {}×{} px, most others {}×{}: the frame is left out",
+                                            image.frame->name, printable_path(image.frame->left), image.size.width_px,
+                                            image.size.height_px, size.width_px, size.height_px));
+  }
+  const fs::path& first{std::ranges::find(images, size, &SizedImage::size)->frame->left};
+  contents.sample_bits = sample_bits(first);
+  if (contents.sample_bits > 8) {
+    contents.notes.push_back(fmt::format("images: 16-bit files, of which {} bits are used (as in {})",
+                                         contents.sample_bits, printable_path(first.filename())));
+  }
+  return size;
+}
+
+}  // namespace stereogrid::io

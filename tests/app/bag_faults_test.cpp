@@ -1,0 +1,96 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Bags of ROS 2 as input: what is wrong with them is said, and the rest is used.
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <utility>
+
+#include "bag_drive.hpp"
+
+namespace stereogrid::app::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST_F(Bags, WhatIsWrongWithTheCalibrationIsNamed) {
+  using Infos = std::function<void(CameraInfo&, CameraInfo&)>;
+  const auto with = [&](const Infos& spoil) { return entries({.spoil_infos = spoil}); };
+  expect_complaint(entries({.has_infos = false}), "/left/camera_info: there is no CameraInfo for /left/image_rect");
+  expect_complaint(with([](CameraInfo& left, CameraInfo&) { left.k = {}; }), "not calibrated: K[0] is 0");
+  expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[3] = 0; }), "the baseline is 0");
+  expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[3] = 32; }), "the baseline is negative");
+  expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[3] = std::nan(""); }), "numbers that are none");
+  expect_complaint(with([](CameraInfo& left, CameraInfo&) { left.width = 320; }),
+                   "is for 320×100 px, but the images have 160×100");
+  expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[2] += 5; }), "same focal length and centre");
+  expect_complaint(entries({.left = "/left/image_raw",
+                            .right = "/right/image_raw",
+                            .spoil_infos =
+                                [](CameraInfo& left, CameraInfo&) {
+                                  left.distortion_model = "equidistant";
+                                  left.d = {0.1, 0, 0, 0};
+                                }}),
+                   "\"equidistant\" with 4 numbers is not read");
+  // a file mends all of it
+  write_mcap(bag(), entries({.has_infos = false}));
+  const std::string file{(drive() / "calibration.yaml").string()};
+  ASSERT_EQ(run_bag(bag(), {"--poses", "none", "--calibration", file}).exit_code, 0);
+  expect_equal_runs(plain(), *folder / "out");
+}
+
+/// An image that is not what it says.
+Entry spoilt(const std::string& topic, std::int64_t stamp_ns,
+             const std::function<void(messages::sensor_msgs::Image&)>& spoil) {
+  messages::sensor_msgs::Image message{image_of({160, 100}, "mono8")};
+  message.header = header(stamp_ns);
+  spoil(message);
+  return entry(topic, start_ns + stamp_ns, message);
+}
+
+TEST_F(Bags, ImagesThatCannotBeAreLeftOut) {
+  const auto with_left = [](const std::function<void(messages::sensor_msgs::Image&)>& spoil) {
+    std::vector<Entry> all{entries({})};
+    for (Entry& one : all) {
+      const bool is_second{one.topic == "/left/image_rect" && one.log_ns > start_ns + stamp_of(1) &&
+                           one.log_ns < start_ns + stamp_of(2)};
+      if (is_second) one = spoilt("/left/image_rect", stamp_of(1), spoil);
+    }
+    return all;
+  };
+  const std::pair<std::function<void(messages::sensor_msgs::Image&)>, const char*> ways[]{
+      {[](auto& image) { image.data.resize(100); }, "160×100 px, 162 bytes a row, but has 100 bytes"},
+      {[](auto& image) { image.step = 10; }, "10 bytes a row"},
+      {[](auto& image) { image.width = 4'000'000'000; }, "4000000000×100 px"},
+      {[](auto& image) { image.height = 0; }, "160×0 px"},
+      {[](auto& image) { image.encoding = "yuv422"; }, "the encoding \"yuv422\" is not read"},
+      {[](auto& image) { image.width = 80; }, "160×100"}};
+  for (const auto& [spoil, said] : ways) {
+    write_mcap(bag(), with_left(spoil));
+    const Outcome outcome{run_bag(bag())};
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+    EXPECT_THAT(outcome.errors, HasSubstr(said));
+    EXPECT_EQ(lines_of(*folder / "out").size(), 3U) << said;
+  }
+}
+
+TEST_F(Bags, OfACutBagTheWholeChunksAreTaken) {
+  write_mcap(bag(), entries({}));
+  fs::resize_file(bag(), fs::file_size(bag()) * 6 / 10);
+  const Outcome outcome{run_bag(bag())};
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+  EXPECT_THAT(outcome.errors, HasSubstr("warning"));
+  const std::size_t read{lines_of(*folder / "out").size()};
+  EXPECT_GT(read, 0U);
+  EXPECT_LT(read, frames);
+  write_db3(*folder / "cut", entries({}));
+  fs::resize_file(*folder / "cut" / "bag_0.db3", 20'000);
+  EXPECT_EQ(run_bag(*folder / "cut").exit_code, 65);
+  std::ofstream{*folder / "empty.mcap"};
+  EXPECT_EQ(run_bag(*folder / "empty.mcap").exit_code, 65);
+  EXPECT_EQ(run_bag(*folder / "missing.mcap").exit_code, 65);
+}
+
+}  // namespace
+}  // namespace stereogrid::app::testing

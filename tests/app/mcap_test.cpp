@@ -1,0 +1,287 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a run records is what its folder says.
+#include <signal.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+#include "process.hpp"
+#include "stereogrid/io/image_file.hpp"
+#include "stereogrid/mcap/bag.hpp"
+#include "stereogrid/messages/cdr.hpp"
+#include "stereogrid/messages/diagnostic_msgs.hpp"
+#include "stereogrid/messages/nav2_dynamic_msgs.hpp"
+#include "stereogrid/messages/nav_msgs.hpp"
+#include "stereogrid/messages/sensor_msgs.hpp"
+#include "stereogrid/messages/stereo_msgs.hpp"
+#include "stereogrid/messages/tf2_msgs.hpp"
+#include "stereogrid/occupancy_values.hpp"
+#include "support.hpp"
+
+namespace stereogrid::app::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// The messages of a topic, decoded, and when they were logged.
+template <class M>
+struct Heard {
+  std::vector<M> messages;
+  std::vector<std::uint64_t> log_ns;
+};
+
+template <class M>
+Heard<M> heard(const fs::path& file, const std::string& topic) {
+  const auto bag{mcap::open_bag(file)};
+  const auto cursor{bag->messages({.topics = {topic}})};
+  Heard<M> all;
+  while (const mcap::Message* const one{cursor->next()}) {
+    EXPECT_EQ(bag->topics()[one->channel].type, M::type_name) << topic;
+    messages::decode(one->data, all.messages.emplace_back());
+    all.log_ns.push_back(one->log_time_ns);
+  }
+  return all;
+}
+
+std::int64_t stamp_ns(const messages::std_msgs::Header& header) {
+  return header.stamp.sec * std::int64_t{1'000'000'000} + header.stamp.nanosec;
+}
+
+std::map<std::string, std::uint64_t> counts_of(const fs::path& file) {
+  std::map<std::string, std::uint64_t> counts;
+  const auto bag{mcap::open_bag(file)};
+  for (const mcap::Topic& topic : bag->topics()) counts[topic.name] = topic.message_count;
+  return counts;
+}
+
+constexpr std::size_t frames{5};
+
+/// One recorded run, looked at by all tests of this file.
+class RunMcap : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder = std::make_unique<TemporaryFolder>();
+    run_well({"run", small_scene("crossing", "&frames=5"), "--out", run().string(), "--save-stages", "--predict", "0.5",
+              "--mcap", file().string()});
+  }
+  static void TearDownTestSuite() { folder.reset(); }
+  static fs::path run() { return folder->path() / "run"; }
+  static fs::path file() { return folder->path() / "new" / "run.mcap"; }
+  static std::vector<std::string> record(const std::string& name, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> words{"run",    small_scene("crossing", "&frames=5"), "--out", (*folder / name).string(),
+                                   "--mcap", (*folder / (name + ".mcap")).string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  }
+
+  static std::unique_ptr<TemporaryFolder> folder;
+};
+std::unique_ptr<TemporaryFolder> RunMcap::folder;
+
+TEST_F(RunMcap, HasEveryTopicOfEveryFrame) {
+  std::map<std::string, std::uint64_t> expected{{"/tf", frames}, {"/tf_static", 1}, {"/diagnostics", 1}};
+  for (const char* topic :
+       {"occupancy_grid", "observed_grid", "predicted_grid_0_5", "grid_map", "obstacles", "obstacle_markers",
+        "disparity", "points", "left/image_annotated/compressed", "scan", "odometry", "status"}) {
+    expected[std::string{"/stereo_grid/"} + topic] = frames;
+  }
+  EXPECT_EQ(counts_of(file()), expected);
+  const auto bag{mcap::open_bag(file())};
+  for (const mcap::Topic& topic : bag->topics()) {
+    EXPECT_EQ(topic.schema_encoding, "ros2msg");
+    const bool is_kept{topic.offered_qos_profiles.find("durability: 1") != std::string::npos};
+    const bool is_latched{topic.name == "/tf_static" || topic.type == "nav_msgs/msg/OccupancyGrid" ||
+                          topic.type == "grid_map_msgs/msg/GridMap"};
+    EXPECT_EQ(is_kept, is_latched) << topic.name;
+  }
+}
+
+TEST_F(RunMcap, TheGridsAreThoseOfTheFolder) {
+  const auto world{heard<messages::nav_msgs::OccupancyGrid>(file(), "/stereo_grid/occupancy_grid")};
+  const auto observed{heard<messages::nav_msgs::OccupancyGrid>(file(), "/stereo_grid/observed_grid")};
+  ASSERT_EQ(world.messages.size(), frames);
+  ASSERT_EQ(observed.messages.size(), frames);
+  for (std::size_t i{0}; i < frames; ++i) {
+    const Arrays arrays{io::read_npz(run() / "grids" / ("00000" + std::to_string(i) + ".npz"))};
+    const auto values = [&](const char* name) {
+      const auto cells{arrays.at(name).to_image<float>()};
+      return occupancy_values(cells.view(), OccupancyScale::percent);
+    };
+    EXPECT_EQ(world.messages[i].data, values("world_occupancy"));
+    EXPECT_EQ(observed.messages[i].data, values("observed"));
+    EXPECT_EQ(world.log_ns[i], i * 100'000'000);
+    EXPECT_EQ(stamp_ns(world.messages[i].header), static_cast<std::int64_t>(i) * 100'000'000);
+    EXPECT_NEAR(world.messages[i].info.origin.position.x, arrays.at("world_origin").to<double>()[0], 1e-5);
+  }
+}
+
+TEST_F(RunMcap, PosesObstaclesAndDisparitiesAreThoseOfTheFolder) {
+  const std::vector<Json> lines = lines_of(run());
+  const auto odometry{heard<messages::nav_msgs::Odometry>(file(), "/stereo_grid/odometry")};
+  const auto obstacles{heard<messages::nav2_dynamic_msgs::ObstacleArray>(file(), "/stereo_grid/obstacles")};
+  const auto disparities{heard<messages::stereo_msgs::DisparityImage>(file(), "/stereo_grid/disparity")};
+  ASSERT_EQ(odometry.messages.size(), frames);
+  ASSERT_EQ(obstacles.messages.size(), frames);
+  ASSERT_EQ(disparities.messages.size(), frames);
+  for (std::size_t i{0}; i < frames; ++i) {
+    EXPECT_DOUBLE_EQ(odometry.messages[i].pose.pose.position.x, lines[i]["pose"]["x_m"].get<double>());
+    const auto confirmed{std::ranges::count_if(lines[i]["obstacles"], [](const Json& o) { return o["confirmed"]; })};
+    EXPECT_EQ(static_cast<std::ptrdiff_t>(obstacles.messages[i].obstacles.size()), confirmed);
+    const Arrays stages{io::read_npz(run() / "stages" / ("00000" + std::to_string(i) + ".npz"))};
+    const auto obstacle{stages.at("obstacle_disparity").to<float>()};
+    const auto road{stages.at("road_disparity").to<float>()};
+    const messages::sensor_msgs::Image& image{disparities.messages[i].image};
+    ASSERT_EQ(image.data.size(), obstacle.size() * sizeof(float));
+    std::vector<float> sent(obstacle.size());
+    std::copy(image.data.begin(), image.data.end(), reinterpret_cast<std::uint8_t*>(sent.data()));
+    for (std::size_t p{0}; p < sent.size(); ++p) {
+      ASSERT_EQ(std::max(0.F, sent[p]), std::max(obstacle[p], road[p])) << "frame " << i << " pixel " << p;
+    }
+  }
+}
+
+TEST_F(RunMcap, ThePictureIsTheLeftImageWithTheRoadInBlue) {
+  const auto pictures{
+      heard<messages::sensor_msgs::CompressedImage>(file(), "/stereo_grid/left/image_annotated/compressed")};
+  ASSERT_EQ(pictures.messages.size(), frames);
+  const std::vector<std::uint8_t>& bytes{pictures.messages.back().data};
+  std::ofstream{*folder / "left.jpg", std::ios::binary}.write(reinterpret_cast<const char*>(bytes.data()),
+                                                              static_cast<std::streamsize>(bytes.size()));
+  const io::RgbImage picture{io::read_rgb(*folder / "left.jpg")};
+  ASSERT_EQ(picture.width, 160);
+  ASSERT_EQ(picture.height, 100);
+  const auto blue_in = [&](int from, int to) {
+    int blue{0};
+    for (int v{from}; v < to; ++v) {
+      for (int u{0}; u < picture.width; ++u) blue += picture.pixels(3 * u + 2, v) > picture.pixels(3 * u, v) + 60;
+    }
+    return blue;
+  };
+  EXPECT_GT(blue_in(60, 100), 160 * 40 / 3) << "the road";
+  EXPECT_EQ(blue_in(0, 30), 0) << "the sky";
+}
+
+TEST_F(RunMcap, ChangesNothingElse) {
+  run_well({"run", small_scene("crossing", "&frames=5"), "--out", (*folder / "alone").string(), "--save-stages",
+            "--predict", "0.5"});
+  expect_equal_runs(*folder / "alone", run());
+  EXPECT_EQ(files_in(*folder / "alone"), files_in(run()));
+}
+
+TEST_F(RunMcap, OnlyChosenTopics) {
+  run_well(record("some", {"--mcap-topics", "occupancy_grid,tf", "--frames", "3:4"}));
+  EXPECT_EQ(counts_of(*folder / "some.mcap"),
+            (std::map<std::string, std::uint64_t>{{"/stereo_grid/occupancy_grid", 2}, {"/tf", 2}}));
+}
+
+TEST_F(RunMcap, CountsTheFramesThatWereLeftOut) {
+  const fs::path drive{*folder / "drive"};
+  run_well({"simulate", small_scene("empty", "&frames=5"), "--out", drive.string(), "--no-truth"});
+  std::ofstream{drive / "right" / "000002.png"};
+  run_well({"run", drive.string(), "--out", (*folder / "left_out").string(), "--mcap",
+            (*folder / "left_out.mcap").string(), "--mcap-topics", "status", "--frames", "1:"});
+  const auto status{
+      heard<messages::diagnostic_msgs::DiagnosticArray>(*folder / "left_out.mcap", "/stereo_grid/status")};
+  ASSERT_EQ(status.messages.size(), 3U);
+  std::map<std::string, std::string> values;
+  for (const auto& one : status.messages.back().status.front().values) values[one.key] = one.value;
+  EXPECT_EQ(values["frames"], "3");
+  EXPECT_EQ(values["dropped"], "1");
+}
+
+TEST_F(RunMcap, AFoundMountingIsTold) {
+  const fs::path drive{*folder / "pitched"};
+  run_well({"simulate",
+            "scene:empty?width=320&height=200&frames=6&focal=160&baseline=0.5&camera_height=1.2&pitch_deg=8", "--out",
+            drive.string(), "--no-truth"});
+  std::istringstream lines{text_of(drive / "calibration.yaml")};
+  std::string without;
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("mount")) without += line + "\n";
+  }
+  std::ofstream{drive / "calibration.yaml"} << without;
+  run_well({"run", drive.string(), "--out", (*folder / "found").string(), "--mcap", (*folder / "found.mcap").string(),
+            "--poses", "none"});
+  const auto told{heard<messages::tf2_msgs::TFMessage>(*folder / "found.mcap", "/tf_static")};
+  ASSERT_EQ(told.messages.size(), 2U);
+  EXPECT_EQ(told.log_ns[1], 300'000'000U);
+  EXPECT_NEAR(told.messages[0].transforms[0].transform.translation.z, 1.65, 1e-6);
+  EXPECT_NEAR(told.messages[1].transforms[0].transform.translation.z, 1.2, 0.03);
+  ASSERT_EQ(told.messages[1].transforms.size(), 2U) << "the level camera, too";
+  // the picture is the camera's, the road turned back into it
+  EXPECT_EQ(counts_of(*folder / "found.mcap")["/stereo_grid/left/image_annotated/compressed"], 6U);
+}
+
+struct Refused {
+  std::vector<std::string> words;
+  std::string said;
+};
+
+TEST_F(RunMcap, RefusesWhatCannotBe) {
+  std::ofstream{*folder / "there.mcap"} << "mine";
+  const std::vector<Refused> all{
+      {record("there"), "it is there already"},
+      {record("never", {"--resume"}), "--mcap cannot go on with --resume"},
+      {record("never", {"--mcap-topics", "occupancy_grid,speed"}), "There is no topic \"speed\". There are: occupancy"},
+      {{"run", small_scene("empty", "&frames=1"), "--out", (*folder / "never").string(), "--mcap-topics", "tf"},
+       "Give --mcap FILE, too"}};
+  for (const Refused& refused : all) {
+    const Outcome outcome{run_tool(refused.words)};
+    EXPECT_EQ(outcome.exit_code, 64) << outcome.errors;
+    EXPECT_THAT(outcome.errors, HasSubstr(refused.said));
+  }
+  EXPECT_EQ(text_of(*folder / "there.mcap"), "mine");
+  EXPECT_FALSE(fs::exists(*folder / "there"));
+  EXPECT_FALSE(fs::exists(*folder / "never"));
+}
+
+TEST_F(RunMcap, AFullDiskEndsTheRunAndTheFolderGoesOn) {
+  std::string line{"(ulimit -f 2400; " + quoted(STEREOGRID_TOOL)};
+  for (const std::string& word : record("full", {"--save-stages", "--predict", "0.5"})) line += " " + quoted(word);
+  EXPECT_EQ(shell(line + " 2>" + quoted((*folder / "errors").string()) + ")"), 75);
+  EXPECT_THAT(text_of(*folder / "errors"), HasSubstr("full.mcap: cannot be written"));
+  EXPECT_FALSE(counts_of(*folder / "full.mcap").empty());
+  EXPECT_LT(lines_of(*folder / "full").size(), frames);
+  run_well({"run", small_scene("crossing", "&frames=5"), "--out", (*folder / "full").string(), "--resume",
+            "--save-stages", "--predict", "0.5"});
+  expect_equal_runs(*folder / "full", run());
+}
+
+TEST_F(RunMcap, AKilledRunLeavesWhatWasRecorded) {
+  const fs::path out{*folder / "killed.mcap"};
+  Process process{
+      {"run", small_scene("street", "&frames=1000"), "--out", (*folder / "killed").string(), "--mcap", out.string()}};
+  const auto deadline{std::chrono::steady_clock::now() + std::chrono::seconds{30}};
+  std::error_code error;
+  while ((!fs::exists(out) || fs::file_size(out, error) < 500'000) && std::chrono::steady_clock::now() < deadline) {
+    std::this_thread::sleep_for(std::chrono::milliseconds{5});
+  }
+  process.send(SIGKILL);
+  EXPECT_EQ(process.wait(), 128 + SIGKILL);
+  const auto odometry{heard<messages::nav_msgs::Odometry>(out, "/stereo_grid/odometry")};
+  EXPECT_GT(odometry.messages.size(), 0U);
+  EXPECT_LT(odometry.messages.size(), 1000U);
+  EXPECT_THAT(mcap::open_bag(out)->damage(), ::testing::SizeIs(::testing::Le(1U)));
+}
+
+TEST_F(RunMcap, AnInterruptedRunLeavesAWholeFile) {
+  const fs::path out{*folder / "stopped.mcap"};
+  Process process{{"run", small_scene("street", "&frames=1000"), "--out", (*folder / "stopped").string(), "--mcap",
+                   out.string(), "--mcap-topics", "odometry"}};
+  const auto deadline{std::chrono::steady_clock::now() + std::chrono::seconds{30}};
+  while (lines_of(*folder / "stopped").empty() && std::chrono::steady_clock::now() < deadline) {
+    std::this_thread::sleep_for(std::chrono::milliseconds{5});
+  }
+  process.send(SIGINT);
+  EXPECT_EQ(process.wait(), 128 + SIGINT);
+  EXPECT_THAT(mcap::open_bag(out)->damage(), IsEmpty());
+  EXPECT_EQ(counts_of(out)["/stereo_grid/odometry"], lines_of(*folder / "stopped").size());
+}
+
+}  // namespace
+}  // namespace stereogrid::app::testing
