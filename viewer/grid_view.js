@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { colour, fitCanvas } from './theme.js';
 
-const cellsShown = 26; // metres from the middle to the nearer edge, at zoom 1
+const metresShown = 26; // from the middle to the nearer edge, at zoom 1
 const vehicle = [[3.6, 0], [3.2, 0.9], [-0.9, 0.9], [-0.9, -0.9], [3.2, -0.9]]; // m, around the camera
 
 /**
@@ -56,7 +56,7 @@ export class GridView {
   }
 
   #scale(width, height) {
-    return (this.zoom * Math.min(width, height)) / (2 * cellsShown);
+    return (this.zoom * Math.min(width, height)) / (2 * metresShown);
   }
 
   /** From vehicle coordinates: x up, y to the left. */
@@ -98,9 +98,10 @@ export class GridView {
   }
 
   #drawRings(context, scale) {
-    context.strokeStyle = context.fillStyle = colour('--ring');
-    context.lineWidth = 1 / scale;
+    context.fillStyle = colour('--ring');
     for (let radius = 10; radius <= 60; radius += 10) {
+      context.strokeStyle = colour('--ring');
+      context.lineWidth = 1 / scale;
       context.beginPath();
       context.arc(0, 0, radius, -1.2, 1.2);
       context.stroke();
@@ -108,6 +109,9 @@ export class GridView {
       context.translate(radius, 0);
       context.transform(0, -1 / scale, -1 / scale, 0, 0, 0); // letters upright
       context.font = '11px system-ui, sans-serif';
+      context.lineWidth = 3;
+      context.strokeStyle = colour('--cell-unknown'); // a halo, over light and dark cells alike
+      context.strokeText(`${radius} m`, 3, -3);
       context.fillText(`${radius} m`, 3, -3);
       context.restore();
     }

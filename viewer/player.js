@@ -45,8 +45,8 @@ export class Player {
   }
 
   #show() {
-    const { frame, frames, time_s, duration_s, playing, speed } = this.#state;
-    if (frames === undefined || duration_s === undefined) return;
+    const { frame, frames, time_s, playing, speed } = this.#state;
+    if (Object.keys(this.#state).length < playerParameters.length) return;
     const { bar, play, slider, place } = this.elements;
     bar.hidden = false;
     slider.max = frames - 1;

@@ -85,18 +85,20 @@ export class StatusPanel {
     context.fillText(end, width - context.measureText(end).width - 4, height - 4);
     this.#line(context, '--accent', (one) => [x(one.stamp), y(one.total)]);
     this.#line(context, '--obstacle-moving', (one) => [x(one.stamp), y(one.latency)]);
-    context.fillStyle = colour('--ink');
+    context.fillStyle = colour('--soft');
     context.fillRect(x(this.#stamp) - 0.5, top, 1, height - top - bottom);
     chart.setAttribute('aria-label', `Milliseconds per frame over ${end}: at most ${Math.max(...numbers).toFixed(0)}`);
   }
 
   #line(context, name, place) {
-    context.strokeStyle = colour(name);
+    context.strokeStyle = context.fillStyle = colour(name);
     context.lineWidth = 1.5;
     context.beginPath();
     for (const one of this.#history) {
       const [x, y] = place(one);
-      if (Number.isFinite(y)) context.lineTo(x, y);
+      if (!Number.isFinite(y)) continue;
+      context.lineTo(x, y);
+      if (one.stamp === this.#stamp) context.fillRect(x - 2.5, y - 2.5, 5, 5);
     }
     context.stroke();
     context.lineWidth = 1;

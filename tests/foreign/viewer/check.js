@@ -7,7 +7,6 @@
 
 const assert = require("node:assert");
 const { spawn, spawnSync } = require("node:child_process");
-const { createHash } = require("node:crypto");
 const { mkdirSync } = require("node:fs");
 const { chromium } = require("playwright-core");
 
@@ -30,13 +29,14 @@ function serve(program, ...words) {
   });
 }
 
-/** What the grid's canvas shows, and how many colours it has. */
-async function look(page) {
-  const bytes = await page.evaluate(() => {
+/** What the grid's canvas shows, as a hash, and how many colours it has. */
+function look(page) {
+  return page.evaluate(() => {
     const canvas = document.getElementById("grid");
-    return Array.from(new Uint32Array(canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.buffer));
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    const pixels = new Uint32Array(data.buffer);
+    return { colours: new Set(pixels).size, digest: pixels.reduce((hash, pixel) => Math.imul(hash ^ pixel, 0x01000193)) };
   });
-  return { colours: new Set(bytes).size, digest: createHash("sha1").update(Uint32Array.from(bytes)).digest("hex") };
 }
 
 async function opened(browser, address, options = {}) {
@@ -48,11 +48,20 @@ async function opened(browser, address, options = {}) {
   return { page, faults };
 }
 
-const atFrame = (page, frame) => page.waitForFunction(
-  (wanted) => document.getElementById("place").textContent.startsWith(`${wanted} /`), frame);
+/** Waits until a function says yes in the page. (The page's security policy forbids playwright's waitForFunction.) */
+async function until(page, isSo, argument) {
+  const end = Date.now() + 20000;
+  while (!await page.evaluate(isSo, argument)) {
+    assert.ok(Date.now() < end, `not in time: ${isSo} ${argument}`);
+    await page.waitForTimeout(50);
+  }
+}
+
+const atFrame = (page, frame) => until(
+  page, (wanted) => document.getElementById("place").textContent.startsWith(`${wanted} /`), frame);
 
 async function settled(page) {
-  await page.waitForFunction(() => document.querySelectorAll("#obstacles tbody tr").length > 0);
+  await until(page, () => document.querySelectorAll("#obstacles tbody tr").length > 0);
   await page.waitForTimeout(400);
 }
 
@@ -84,7 +93,7 @@ async function checkPlayer(browser, address) {
   await page.locator("#grid-title").click();
   await page.keyboard.press("Space");
   await atFrame(page, 29); // and stands there
-  await page.waitForFunction(() => document.getElementById("play").getAttribute("aria-label") === "Play");
+  await until(page, () => document.getElementById("play").getAttribute("aria-label") === "Play");
   await checkLayers(page);
   await checkObstacles(page);
   assert.deepStrictEqual(faults, []);
@@ -145,7 +154,7 @@ async function checkToken(browser) {
     assert.strictEqual((await fetch(wrong)).status, 401);
   }
   const { page, faults } = await opened(browser, local);
-  await page.waitForFunction(() => document.getElementById("state").textContent === "connected");
+  await until(page, () => document.getElementById("state").textContent === "connected");
   await settled(page);
   assert.deepStrictEqual(faults, []);
   await page.close();
@@ -165,9 +174,9 @@ async function checkLive(browser) {
   assert.deepStrictEqual(faults, []);
   child.removeAllListeners("exit");
   child.stdin.end();
-  await page.waitForFunction(() => document.getElementById("state").textContent !== "connected");
+  await until(page, () => document.getElementById("state").textContent !== "connected");
   await serve(stereogrid, "view", recording, "--listen", new URL(address).host);
-  await page.waitForFunction(() => document.getElementById("state").textContent === "connected");
+  await until(page, () => document.getElementById("state").textContent === "connected");
   await page.locator("#player").waitFor({ state: "visible" });
   await page.close();
 }
