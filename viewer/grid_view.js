@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { colour, fitCanvas } from './theme.js';
 
-const metresShown = 26; // from the middle to the nearer edge, at zoom 1
+const emptyLayer = { corner: [0, -20], resolution: 1, width: 40, height: 40, frame: '' };
 const vehicle = [[3.6, 0], [3.2, 0.9], [-0.9, 0.9], [-0.9, -0.9], [3.2, -0.9]]; // m, around the camera
 
 /**
@@ -34,15 +34,23 @@ export class GridView {
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
 
+  /** Shows the whole layer. */
   home() {
-    Object.assign(this, { zoom: 1, centre: [18, 0] }); // m ahead, m to the left
+    const { corner, resolution, width, height, frame } = this.layer ?? emptyLayer;
+    const size = [width * resolution, height * resolution];
+    const middle = corner.map((value, i) => value + size[i] / 2);
+    this.centre = frame === this.worldFrame ? this.#inVehicle(middle) : middle; // m ahead, m to the left
+    this.metres = Math.max(...size) / 2; // from the middle to the nearer edge, at zoom 1
+    this.zoom = 1;
     this.redraw();
   }
 
   show(layer) {
+    const isFirst = !this.layer;
     this.layer = layer;
     Object.assign(this.#bitmap, { width: layer.width, height: layer.height });
     this.#bitmap.getContext('2d').putImageData(layer.pixels, 0, 0);
+    if (isFirst) this.home();
     this.redraw();
   }
 
@@ -56,7 +64,7 @@ export class GridView {
   }
 
   #scale(width, height) {
-    return (this.zoom * Math.min(width, height)) / (2 * metresShown);
+    return (this.zoom * Math.min(width, height)) / (2 * this.metres);
   }
 
   /** From vehicle coordinates: x up, y to the left. */
@@ -140,6 +148,12 @@ export class GridView {
   #worldPoint([x, y]) {
     const [c, s] = [Math.cos(this.pose[2]), Math.sin(this.pose[2])];
     return [this.pose[0] + c * x - s * y, this.pose[1] + s * x + c * y];
+  }
+
+  #inVehicle([x, y]) {
+    const [c, s] = [Math.cos(this.pose[2]), Math.sin(this.pose[2])];
+    const [dx, dy] = [x - this.pose[0], y - this.pose[1]];
+    return [c * dx + s * dy, c * dy - s * dx];
   }
 
   #obstacleAt(point) {

@@ -139,7 +139,12 @@ async function photograph(browser, address, name, options) {
   await settled(page);
   const wide = await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
   assert.ok(wide <= 0, `${name}: the page is ${wide} px too wide`);
-  await page.screenshot({ path: `${folder}/${name}.png`, fullPage: true });
+  const cut = await page.evaluate(() => {
+    const { scrollWidth, clientWidth } = document.querySelector("#obstacle-panel .scroll");
+    return scrollWidth - clientWidth;
+  });
+  assert.ok(cut <= 0, `${name}: ${cut} px of the table are cut off`);
+  await page.screenshot({ path: `${folder}/${name}.png` });
   assert.deepStrictEqual(faults, []);
   await page.close();
 }
