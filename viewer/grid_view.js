@@ -13,9 +13,10 @@ export class GridView {
   #bitmap = document.createElement('canvas');
   #pointers = new Map();
   #scheduled = false;
+  #isPlaced = false;
   layer = null;
   obstacles = [];
-  pose = [0, 0, 0]; // of the vehicle in the world
+  pose = [0, 0, 0];
   worldFrame = 'odom';
   highlighted = null;
 
@@ -40,7 +41,7 @@ export class GridView {
     const size = [width * resolution, height * resolution];
     const middle = corner.map((value, i) => value + size[i] / 2);
     this.centre = frame === this.worldFrame ? this.#inVehicle(middle) : middle; // m ahead, m to the left
-    this.metres = Math.max(...size) / 2; // from the middle to the nearer edge, at zoom 1
+    this.metres = 0.56 * Math.max(...size); // from the middle to the nearer edge, at zoom 1
     this.zoom = 1;
     this.redraw();
   }
@@ -52,6 +53,13 @@ export class GridView {
     this.#bitmap.getContext('2d').putImageData(layer.pixels, 0, 0);
     if (isFirst) this.home();
     this.redraw();
+  }
+
+  /** The vehicle's pose in the frame of the world. */
+  place(pose, worldFrame) {
+    Object.assign(this, { pose, worldFrame });
+    if (!this.#isPlaced) this.home();
+    this.#isPlaced = true;
   }
 
   redraw() {
@@ -125,13 +133,12 @@ export class GridView {
     }
   }
 
-  #drawObstacle(context, { id, kind, outline, closed, position, velocity }, scale) {
+  #drawObstacle(context, { id, kind, outline, position, velocity }, scale) {
     const strong = id === this.highlighted;
     context.strokeStyle = colour(strong ? '--highlight' : `--obstacle-${kind}`);
     context.lineWidth = (strong ? 4 : 2) / scale;
     context.beginPath();
     for (const { x, y } of outline) context.lineTo(x, y);
-    if (closed) context.closePath();
     if (kind === 'moving' && position) { // where it is in a second
       context.moveTo(position.x, position.y);
       context.lineTo(position.x + velocity.x, position.y + velocity.y);

@@ -52,8 +52,7 @@ function showObstacles() {
 }
 
 function showPose(message) {
-  grid.pose = planePose(message.pose.pose);
-  grid.worldFrame = message.header.frame_id;
+  grid.place(planePose(message.pose.pose), message.header.frame_id);
   showObstacles();
 }
 

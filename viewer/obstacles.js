@@ -12,7 +12,7 @@ function idOf({ uuid: { uuid } }) {
 /** Obstacles with outlines, from the last message on either topic. */
 export function joined(markers, array) {
   const made = new Map();
-  const having = (id) => made.get(id) ?? made.set(id, { id, kind: 'other', outline: [], closed: false }).get(id);
+  const having = (id) => made.get(id) ?? made.set(id, { id, kind: 'other', outline: [] }).get(id);
   for (const marker of markers?.markers ?? []) {
     if (marker.ns === 'outlines' && marker.type === lineStrip) having(marker.id).outline = marker.points;
     if (marker.ns === 'boxes' && having(marker.id).kind === 'other') having(marker.id).kind = 'thing';

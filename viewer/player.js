@@ -5,7 +5,7 @@ export const playerParameters = ['frame', 'time_s', 'playing', 'speed', 'frames'
 const pauseMs = 40; // between two settings while the slider is dragged: servers take 100 requests a second
 
 /** "#frame=17" or "#t=1.5" as {name, value}; null: neither. */
-export function linked(hash) {
+function linked(hash) {
   const match = /^#(frame|t)=(\d+(?:\.\d+)?)$/.exec(hash);
   if (!match) return null;
   return match[1] === 'frame' ? { name: 'player.frame', value: Math.floor(Number(match[2])) }
@@ -76,7 +76,7 @@ export class Player {
   #seek(frame) {
     const within = Math.min(this.#state.frames - 1, Math.max(0, frame));
     this.#settled = performance.now();
-    this.#state.frame = within;
+    this.#state.frame = this.elements.slider.value = within;
     if (this.#pending === null) setTimeout(() => {
       this.set('player.frame', this.#pending);
       this.#pending = null;

@@ -79,6 +79,7 @@ async function checkPlayer(browser, address) {
   await atFrame(page, 16);
   await page.keyboard.press("Home");
   await atFrame(page, 0);
+  assert.strictEqual(await page.locator("#slider").inputValue(), "0");
   await page.locator("#slider").fill("25");
   await atFrame(page, 25);
   await settled(page);
