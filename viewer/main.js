@@ -134,6 +134,7 @@ connection.addEventListener('state', ({ detail: state }) => {
   element('state').className = state;
   element('name').textContent = connection.name;
   if (state === 'connected' && connection.name) player.follow();
+  if (state === 'disconnected') status.forget();
 });
 connection.addEventListener('parameter', ({ detail: parameter }) => player.take(parameter));
 connection.addEventListener('fault', ({ detail: sentence }) => { element('fault').textContent = sentence; });

@@ -30,6 +30,12 @@ export class StatusPanel {
     this.redraw();
   }
 
+  /** Before another server, whose stamps may be far away. */
+  forget() {
+    this.#history = [];
+    this.redraw();
+  }
+
   /** To be called now and then. */
   showRate() {
     const now = performance.now();
