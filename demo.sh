@@ -35,8 +35,8 @@ else
   case "$name" in '' | _ | __) name=drive ;; esac    # . and ..
 fi
 run=$out/$name-run
-rm -rf "$run"
-"$tool" run "$@" --out "$run" --pictures
+rm -rf "$run" "$run.mcap"
+"$tool" run "$@" --out "$run" --pictures --mcap "$run.mcap"
 
 cat <<END
 
@@ -45,4 +45,6 @@ Look at
   $run/grids         the same as numbers: numpy.load opens every .npz
   $run/frames.jsonl  a line per frame: pose, ground, timing, obstacles
   $run/run.json      the whole configuration and the timing
+or play it in the browser:
+  $tool view $run.mcap
 END

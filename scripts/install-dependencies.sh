@@ -24,6 +24,7 @@ packages=(
   clang-format clang-tidy
   clang libclang-rt-dev  # fuzzers
   nodejs                 # the report's script
+  npm chromium           # foreign peers of tests, the viewer's page
   abigail-tools          # the shared core's interface
 )
 

@@ -62,8 +62,8 @@ ROOMS = (
     Room("evaluation", ("include", "evaluation/include", "evaluation/src"), TBB),
     Room("research", ("include", "io/include", "scenes/include", "evaluation/include", "apps/stereogrid", "research"),
          r"(opencv2|nlohmann|fmt|spdlog|CLI)/.*|(sys/)?\w+\.h"),
-    Room("apps", ("include", "io/include", "messages/include", "mcap/include", "scenes/include", "evaluation/include",
-                  "apps/stereogrid"),
+    Room("apps", ("include", "io/include", "messages/include", "mcap/include", "server/include", "scenes/include",
+                  "evaluation/include", "apps/stereogrid"),
          r"(opencv2|nlohmann|fmt|spdlog|CLI)/.*|(sys/)?\w+\.h"),
 )
 

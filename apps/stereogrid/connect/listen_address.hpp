@@ -1,0 +1,19 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace stereogrid::app {
+
+/// Where a server listens.
+struct ListenAddress {
+  std::string address{"127.0.0.1"};
+  std::uint16_t port{8765};  ///< 0: any free one
+};
+
+/// Of "ADDRESS:PORT" ("127.0.0.1:8765", "[::1]:8765") or ":PORT", on this machine alone. Throws ConfigError.
+[[nodiscard]] ListenAddress listen_address_of(const std::string& text);
+
+}  // namespace stereogrid::app

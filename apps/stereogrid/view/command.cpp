@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "commands.hpp"
+#include "connect/listen_address.hpp"
+#include "connect/viewer.hpp"
+#include "console.hpp"
+#include "interrupt.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/text.hpp"
+#include "stereogrid/server/server.hpp"
+#include "view/playback.hpp"
+#include "view/recorded_frames.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+struct Options {
+  std::string recording;
+  std::string listen{"127.0.0.1:8765"};
+};
+
+server::ServerOptions server_options(const Options& options, const std::filesystem::path& file, Playback& playback) {
+  const ListenAddress listen{listen_address_of(options.listen)};
+  server::ServerOptions made;
+  made.name = io::printable_path(file.filename());
+  made.address = listen.address;
+  made.port = listen.port;
+  made.sends_time = true;
+  made.parameters.values = playback.parameters();
+  made.parameters.set = [&playback](const server::Parameter& parameter) { return playback.set(parameter); };
+  made.http.assets = viewer_assets();
+  return made;
+}
+
+std::unique_ptr<server::Server> listen(server::ServerOptions options) {
+  try {
+    return std::make_unique<server::Server>(std::move(options));
+  } catch (const DeviceError& error) {
+    throw DeviceError{std::string{error.what()} + " --listen :0 takes any free port."};
+  }
+}
+
+/// Until somebody asks to stop.
+void play(const RecordedFrames& frames, Playback& playback, server::Server& server) {
+  using namespace std::chrono_literals;
+  std::optional<PlaybackState> shown;
+  while (interrupted() == 0) {
+    const PlaybackState state{playback.wait(100ms)};
+    if (shown == state) continue;
+    if (!shown || shown->frame != state.frame) frames.send(static_cast<std::size_t>(state.frame), server);
+    for (const server::Parameter& parameter : playback.parameters_of(state)) server.set_parameter(parameter);
+    shown = state;
+  }
+}
+
+int view(const Options& options) {
+  const std::filesystem::path file{recording_at(options.recording)};
+  RecordedFrames frames{file};
+  Playback playback{frames.stamps_ns()};
+  const auto server{listen(server_options(options, file, playback))};
+  frames.add_channels(*server);
+  catch_interrupts();
+  for (const std::string& sentence : frames.bag().damage()) tell_on_stderr("warning: {}\n", sentence);
+  tell("{} frames; open {}\n", frames.stamps_ns().size(), server->url());
+  if (const std::string lost{lost_output()}; !lost.empty()) return exit_try_again;  // run_program() says it
+  play(frames, playback, *server);
+  return exit_done;
+}
+
+}  // namespace
+
+void add_view_command(CLI::App& tool, int& exit_code) {
+  auto options{std::make_shared<Options>()};
+  CLI::App* command{tool.add_subcommand("view", "A page for the browser that plays a recording; Ctrl-C ends it.")};
+  command->add_option("recording", options->recording, "A recording of 'run --mcap', or the folder of that run.")
+      ->type_name("FILE.mcap|DIR")
+      ->required();
+  command
+      ->add_option("--listen", options->listen,
+                   "Where browsers find the page. On other than a loopback address its link has a token, without which "
+                   "nobody gets in. Port 0: any free one.")
+      ->type_name("ADDRESS:PORT")
+      ->capture_default_str();
+  command->callback([options, &exit_code] { exit_code = view(*options); });
+}
+
+}  // namespace stereogrid::app

@@ -1,0 +1,90 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "view/playback.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace stereogrid::app {
+namespace {
+
+constexpr double slowest{0.05};
+constexpr double fastest{20};
+
+}  // namespace
+
+Playback::Playback(std::vector<std::uint64_t> stamps_ns) : stamps_ns_{std::move(stamps_ns)} {}
+
+PlaybackState Playback::state() const {
+  const std::scoped_lock lock{mutex_};
+  return state_;
+}
+
+double Playback::time_s(std::int64_t frame) const {
+  return static_cast<double>(stamps_ns_.at(static_cast<std::size_t>(frame)) - stamps_ns_.front()) * 1e-9;
+}
+
+std::vector<server::Parameter> Playback::parameters_of(const PlaybackState& state) const {
+  return {{"player.frame", state.frame}, {"player.time_s", time_s(state.frame)}, {"player.playing", state.playing},
+          {"player.speed", state.speed}, {"player.frames", last() + 1},          {"player.duration_s", time_s(last())}};
+}
+
+std::optional<std::string> Playback::set(const server::Parameter& parameter) {
+  const std::scoped_lock lock{mutex_};
+  if (auto refusal{change(parameter)}) return refusal;
+  schedule(Clock::now());
+  is_changed_ = true;
+  changed_.notify_all();
+  return std::nullopt;
+}
+
+std::optional<std::string> Playback::change(const server::Parameter& parameter) {
+  if (parameter.name == "player.playing") {
+    state_.playing = std::get<bool>(parameter.value);
+    if (state_.playing && state_.frame == last()) state_.frame = 0;
+  } else if (parameter.name == "player.frame") {
+    const std::int64_t frame{std::get<std::int64_t>(parameter.value)};
+    if (frame < 0 || frame > last()) return "frames go from 0 to " + std::to_string(last()) + ".";
+    state_.frame = frame;
+  } else if (parameter.name == "player.time_s") {
+    const double wanted_s{std::clamp(std::get<double>(parameter.value), 0.0, time_s(last()))};
+    const auto wanted{stamps_ns_.front() + static_cast<std::uint64_t>(std::llround(wanted_s * 1e9))};
+    state_.frame = std::ranges::upper_bound(stamps_ns_, wanted) - stamps_ns_.begin() - 1;
+  } else if (parameter.name == "player.speed") {
+    const double speed{std::get<double>(parameter.value)};
+    if (speed < slowest || speed > fastest) return "speeds go from 0.05 to 20.";
+    state_.speed = speed;
+  } else {
+    return "it can only be read.";
+  }
+  return std::nullopt;
+}
+
+// At the end it stands.
+void Playback::schedule(Clock::time_point from) {
+  if (state_.frame == last()) state_.playing = false;
+  if (!state_.playing) return;
+  const double gap_s{(time_s(state_.frame + 1) - time_s(state_.frame)) / state_.speed};
+  due_ = from + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>{gap_s});
+}
+
+// Frames that take too long to read come late; none is left out.
+void Playback::advance() {
+  const Clock::time_point now{Clock::now()};
+  if (is_changed_ || !state_.playing || now < due_) return;
+  ++state_.frame;
+  schedule(due_);
+  due_ = std::max(due_, now);
+}
+
+PlaybackState Playback::wait(std::chrono::milliseconds patience) {
+  std::unique_lock lock{mutex_};
+  Clock::time_point until{Clock::now() + patience};
+  if (state_.playing) until = std::min(until, due_);
+  changed_.wait_until(lock, until, [&] { return is_changed_; });
+  advance();
+  is_changed_ = false;
+  return state_;
+}
+
+}  // namespace stereogrid::app

@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "stereogrid/server/parameter.hpp"
+
+namespace stereogrid::app {
+
+/// Where a player stands.
+struct PlaybackState {
+  std::int64_t frame{0};
+  bool playing{false};
+  double speed{1};
+
+  bool operator==(const PlaybackState&) const = default;
+};
+
+/// Which frame is due, as time goes by and viewers want it. They read and set it as parameters:
+///
+///   player.playing     bool
+///   player.frame       from 0
+///   player.time_s      from the first frame on; set: the last frame that is not later
+///   player.speed       0.05 to 20
+///   player.frames      how many there are; player.duration_s: from the first to the last. Neither can be set.
+///
+/// Its functions may be called from any thread.
+class Playback {
+ public:
+  explicit Playback(std::vector<std::uint64_t> stamps_ns);
+
+  [[nodiscard]] std::vector<server::Parameter> parameters() const { return parameters_of(state()); }
+  [[nodiscard]] std::vector<server::Parameter> parameters_of(const PlaybackState& state) const;
+  /// Server's Parameters::set.
+  [[nodiscard]] std::optional<std::string> set(const server::Parameter& parameter);
+
+  /// Where it stands: at once if somebody has set something, else when the next frame is due, after `patience` at the
+  /// latest.
+  [[nodiscard]] PlaybackState wait(std::chrono::milliseconds patience);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  [[nodiscard]] PlaybackState state() const;
+  [[nodiscard]] std::int64_t last() const { return static_cast<std::int64_t>(stamps_ns_.size()) - 1; }
+  [[nodiscard]] double time_s(std::int64_t frame) const;
+  [[nodiscard]] std::optional<std::string> change(const server::Parameter& parameter);
+  void schedule(Clock::time_point from);
+  void advance();
+
+  const std::vector<std::uint64_t> stamps_ns_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  bool is_changed_{true};
+  PlaybackState state_;
+  Clock::time_point due_;  // of the next frame, while playing
+};
+
+}  // namespace stereogrid::app

@@ -1,0 +1,85 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+
+#include "connect/listen_address.hpp"
+#include "stereogrid/error.hpp"
+#include "view/playback.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+using namespace std::chrono_literals;
+using std::chrono::steady_clock;
+
+Playback four_frames() {
+  return Playback{{5'000'000'000, 5'100'000'000, 5'200'000'000, 5'300'000'000}};
+}
+
+TEST(Playback, StandsAtTheFirstFrameUntilSomebodyWantsAnother) {
+  Playback playback{four_frames()};
+  EXPECT_EQ(playback.wait(10ms), PlaybackState{});
+  EXPECT_EQ(playback.wait(10ms), PlaybackState{});
+  EXPECT_EQ(playback.set({"player.frame", std::int64_t{2}}), std::nullopt);
+  const auto before{steady_clock::now()};
+  EXPECT_EQ(playback.wait(10s).frame, 2);
+  EXPECT_LT(steady_clock::now() - before, 5s);
+}
+
+TEST(Playback, GoesToTheLastFrameThatIsNotLater) {
+  Playback playback{four_frames()};
+  for (const auto& [time_s, frame] : {std::pair{0.15, 1}, {0.2, 2}, {-1.0, 0}, {100.0, 3}, {0.0, 0}}) {
+    EXPECT_EQ(playback.set({"player.time_s", time_s}), std::nullopt);
+    EXPECT_EQ(playback.wait(10s).frame, frame) << time_s;
+  }
+}
+
+TEST(Playback, PlaysAtItsSpeedAndStandsAtTheEnd) {
+  Playback playback{four_frames()};
+  EXPECT_EQ(playback.set({"player.speed", 0.5}), std::nullopt);
+  EXPECT_EQ(playback.set({"player.playing", true}), std::nullopt);
+  const auto before{steady_clock::now()};
+  PlaybackState state{playback.wait(10s)};
+  EXPECT_EQ(state.frame, 0);
+  for (int frame{1}; frame < 4; ++frame) {
+    state = playback.wait(10s);
+    EXPECT_EQ(state.frame, frame);
+    EXPECT_EQ(state.playing, frame < 3);
+  }
+  EXPECT_GE(steady_clock::now() - before, 590ms);  // 0.3 s at half the speed
+  EXPECT_EQ(playback.set({"player.playing", true}), std::nullopt);
+  EXPECT_EQ(playback.wait(10s), (PlaybackState{0, true, 0.5}));  // from the beginning
+}
+
+TEST(Playback, RefusesWhatCannotBe) {
+  Playback playback{four_frames()};
+  for (const std::int64_t frame : {-1, 4}) {
+    EXPECT_EQ(playback.set({"player.frame", frame}), "frames go from 0 to 3.");
+  }
+  for (const double speed : {0.0, -1.0, 21.0})
+    EXPECT_EQ(playback.set({"player.speed", speed}), "speeds go from 0.05 to 20.");
+  EXPECT_EQ(playback.set({"player.frames", std::int64_t{5}}), "it can only be read.");
+  EXPECT_EQ(playback.wait(10ms), PlaybackState{});
+}
+
+TEST(ListenAddress, IsAnAddressAndAPort) {
+  const auto expect = [](const char* text, const char* address, int port) {
+    const ListenAddress read{listen_address_of(text)};
+    EXPECT_EQ(read.address, address) << text;
+    EXPECT_EQ(read.port, port) << text;
+  };
+  expect("127.0.0.1:8765", "127.0.0.1", 8765);
+  expect("0.0.0.0:0", "0.0.0.0", 0);
+  expect(":0", "127.0.0.1", 0);
+  expect("[::1]:80", "::1", 80);
+  expect("localhost:65535", "localhost", 65535);
+  for (const char* wrong : {"", "8765", "127.0.0.1", "127.0.0.1:", "::1:80", "a:65536", "a:-1", "a:1x", "a: 1"}) {
+    EXPECT_THROW((void)listen_address_of(wrong), ConfigError) << wrong;
+  }
+}
+
+}  // namespace
+}  // namespace stereogrid::app

@@ -1,0 +1,232 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Usage: node check.js STEREOGRID STREET CHROMIUM FOLDER. Opens the page of `stereogrid view FOLDER/street.mcap`, uses it,
+// and leaves screenshots in FOLDER.
+"use strict";
+
+const assert = require("node:assert");
+const { spawn, spawnSync } = require("node:child_process");
+const { mkdirSync } = require("node:fs");
+const { chromium } = require("playwright-core");
+
+const [stereogrid, street, browserProgram, folder] = process.argv.slice(2);
+const recording = `${folder}/street.mcap`;
+const started = [];
+
+/** Starts a program; the address of the page that it tells. */
+function serve(program, ...words) {
+  const child = spawn(program, words, { stdio: ["pipe", "pipe", "inherit"] });
+  started.push(child);
+  return new Promise((resolve, reject) => {
+    let told = "";
+    child.stdout.on("data", (text) => {
+      told += text;
+      const address = /http:\S+/.exec(told);
+      if (address) resolve({ address: address[0], child });
+    });
+    child.on("exit", (code) => reject(new Error(`${program} ended with ${code}`)));
+  });
+}
+
+/** What the grid's canvas shows, as a hash, and how many colours it has. */
+function look(page) {
+  return page.evaluate(() => {
+    const canvas = document.getElementById("grid");
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    const pixels = new Uint32Array(data.buffer);
+    return { colours: new Set(pixels).size, digest: pixels.reduce((hash, pixel) => Math.imul(hash ^ pixel, 0x01000193)) };
+  });
+}
+
+async function opened(browser, address, options = {}) {
+  const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, ...options });
+  const faults = [];
+  page.on("console", (message) => { if (message.type() === "error") faults.push(message.text()); });
+  page.on("pageerror", (error) => faults.push(String(error)));
+  await page.goto(address);
+  return { page, faults };
+}
+
+/** Waits until a function says yes in the page. (The page's security policy forbids playwright's waitForFunction.) */
+async function until(page, isSo, argument) {
+  const end = Date.now() + 20000;
+  while (!await page.evaluate(isSo, argument)) {
+    assert.ok(Date.now() < end, `not in time: ${isSo} ${argument}`);
+    await page.waitForTimeout(50);
+  }
+}
+
+const atFrame = (page, frame) => until(
+  page, (wanted) => document.getElementById("place").textContent.startsWith(`${wanted} /`), frame);
+
+async function settled(page) {
+  await until(page, () => document.querySelectorAll("#obstacles tbody tr").length > 0);
+  await page.waitForTimeout(400);
+}
+
+async function checkPlayer(browser, address) {
+  const { page, faults } = await opened(browser, `${address}#frame=17`);
+  await atFrame(page, 17);
+  await settled(page);
+  const there = await look(page);
+  assert.ok(there.colours > 20, `the grid has ${there.colours} colours`);
+  assert.ok(await page.evaluate(() => document.getElementById("camera").naturalWidth > 100), "no image");
+  assert.strictEqual(await page.textContent("#state"), "connected");
+  await page.screenshot({ path: `${folder}/view-light.png` });
+
+  await page.keyboard.press("ArrowLeft");
+  await atFrame(page, 16);
+  await page.keyboard.press("Home");
+  await atFrame(page, 0);
+  assert.strictEqual(await page.locator("#slider").inputValue(), "0");
+  await page.locator("#slider").fill("25");
+  await atFrame(page, 25);
+  await settled(page);
+  assert.notStrictEqual((await look(page)).digest, there.digest);
+  assert.match(page.url(), /#frame=25$/);
+  await page.evaluate(() => { location.hash = "#frame=17"; });
+  await atFrame(page, 17);
+  await page.waitForTimeout(400);
+  assert.strictEqual((await look(page)).digest, there.digest, "a frame looks the same when one comes back to it");
+
+  await page.locator("#speed").selectOption("5");
+  await page.locator("#grid-title").click();
+  await page.keyboard.press("Space");
+  await atFrame(page, 29); // and stands there
+  await until(page, () => document.getElementById("play").getAttribute("aria-label") === "Play");
+  await checkLayers(page);
+  await checkObstacles(page);
+  assert.deepStrictEqual(faults, []);
+  await page.close();
+}
+
+async function checkLayers(page) {
+  const values = await page.locator("#layer option").evaluateAll((options) => options.map((option) => option.value));
+  assert.deepStrictEqual(values, ["occupancy", "observed", "0_5", "velocity", "moving", "age"]);
+  const seen = new Set();
+  for (const value of values) {
+    await page.locator("#layer").selectOption(value);
+    await page.waitForTimeout(500);
+    seen.add((await look(page)).digest);
+    await page.locator("#grid").hover({ position: { x: 300, y: 200 } });
+    assert.match(await page.textContent("#cell"), /m ahead.*: (unknown|occupied|never observed|outside)/);
+  }
+  assert.strictEqual(seen.size, values.length);
+  await page.locator("#layer").selectOption("occupancy");
+}
+
+async function checkObstacles(page) {
+  const rows = page.locator("#obstacles tbody tr");
+  assert.ok(await rows.count() > 1);
+  assert.match((await rows.first().innerText()).replace(/\s+/g, " "), /^\d+ (moving|standing|boundary) -?\d/);
+  await page.mouse.move(5, 5);
+  await page.waitForTimeout(300);
+  const before = (await look(page)).digest;
+  await rows.first().hover();
+  await page.waitForTimeout(300);
+  assert.notStrictEqual((await look(page)).digest, before, "the row's obstacle is highlighted");
+  assert.strictEqual(await page.locator("tr.highlighted").count(), 1);
+  await page.locator("#grid").focus();
+  const unzoomed = (await look(page)).digest;
+  await page.keyboard.press("+");
+  await page.waitForTimeout(300);
+  assert.notStrictEqual((await look(page)).digest, unzoomed);
+}
+
+async function photograph(browser, address, name, options) {
+  const { page, faults } = await opened(browser, `${address}#frame=17`, options);
+  await atFrame(page, 17);
+  await settled(page);
+  const wide = await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
+  assert.ok(wide <= 0, `${name}: the page is ${wide} px too wide`);
+  const cut = await page.evaluate(() => {
+    const { scrollWidth, clientWidth } = document.querySelector("#obstacle-panel .scroll");
+    return scrollWidth - clientWidth;
+  });
+  assert.ok(cut <= 0, `${name}: ${cut} px of the table are cut off`);
+  await page.screenshot({ path: `${folder}/${name}.png` });
+  assert.deepStrictEqual(faults, []);
+  await page.close();
+}
+
+/** On another address than loopback nobody gets in without the token. */
+async function checkToken(browser) {
+  const { address, child } = await serve(stereogrid, "view", recording, "--listen", "0.0.0.0:0");
+  const local = address.replace(/\/\/[^:/]+/, "//127.0.0.1");
+  assert.match(local, /token=/);
+  const bare = local.replace(/\?.*/, "");
+  for (const wrong of [bare, `${bare}?token=${"x".repeat(27)}`, `${bare}main.js`]) {
+    assert.strictEqual((await fetch(wrong)).status, 401);
+  }
+  const { page, faults } = await opened(browser, local);
+  await until(page, () => document.getElementById("state").textContent === "connected");
+  await settled(page);
+  assert.deepStrictEqual(faults, []);
+  await page.close();
+  child.removeAllListeners("exit");
+  const ended = new Promise((resolve) => child.on("exit", resolve));
+  child.kill("SIGINT");
+  assert.strictEqual(await ended, 0);
+}
+
+/** Without a player; the page goes on when another server stands there. */
+async function checkLive(browser) {
+  const { address, child } = await serve(street, "--live");
+  const { page, faults } = await opened(browser, address);
+  await settled(page);
+  assert.ok((await look(page)).colours > 20);
+  assert.ok(await page.locator("#player").isHidden());
+  assert.deepStrictEqual(faults, []);
+  child.removeAllListeners("exit");
+  child.stdin.end();
+  await until(page, () => document.getElementById("state").textContent !== "connected");
+  await serve(stereogrid, "view", recording, "--listen", new URL(address).host);
+  await until(page, () => document.getElementById("state").textContent === "connected");
+  await page.locator("#player").waitFor({ state: "visible" });
+  await page.close();
+}
+
+/** What cannot be shown is refused with words that help. */
+function checkRefusals(address) {
+  mkdirSync(`${folder}/empty`, { recursive: true });
+  const taken = new URL(address).host;
+  const refusals = [
+    [[`${folder}/empty`], 65, /no recording.*run INPUT --out DIR --mcap/],
+    [[`${folder}/none.mcap`], 65, /none\.mcap/],
+    [[recording, "--listen", "nowhere"], 64, /'nowhere' is no place to listen.*ADDRESS:PORT/],
+    [[recording, "--listen", "::1:8765"], 64, /no place to listen/],
+    [[recording, "--listen", taken], 75, /--listen :0/],
+  ];
+  for (const [words, code, complaint] of refusals) {
+    const { status, stderr } = spawnSync(stereogrid, ["view", ...words], { encoding: "utf8", timeout: 20000 });
+    assert.strictEqual(status, code, stderr);
+    assert.match(stderr, complaint);
+  }
+}
+
+async function main() {
+  const browser = await chromium.launch({ executablePath: browserProgram, args: ["--no-sandbox"] });
+  const { address } = await serve(stereogrid, "view", recording, "--listen", ":0");
+  checkRefusals(address);
+  await checkPlayer(browser, address);
+  await photograph(browser, address, "view-dark", { colorScheme: "dark" });
+  await photograph(browser, address, "view-phone", { viewport: { width: 390, height: 844 }, hasTouch: true });
+  await checkToken(browser);
+  await checkLive(browser);
+  await browser.close();
+  console.log("The page works in Chromium.");
+}
+
+function end(code) {
+  for (const child of started) {
+    child.removeAllListeners("exit");
+    child.kill();
+  }
+  process.exit(code);
+}
+
+main().then(() => end(0), (error) => {
+  console.error(error);
+  end(1);
+});

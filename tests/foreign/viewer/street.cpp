@@ -1,0 +1,106 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Usage: street FILE.mcap, which gets 30 frames of the built-in street with all messages; or street --live, which sends
+// them to the page as they are made, until its standard input ends.
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <exception>
+#include <functional>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "connect/server_sink.hpp"
+#include "connect/viewer.hpp"
+#include "stereogrid/mcap/writer.hpp"
+#include "stereogrid/messages/frame_messages.hpp"
+#include "stereogrid/pipeline.hpp"
+#include "stereogrid/scenes/scene.hpp"
+
+namespace {
+
+using namespace stereogrid;
+
+class FileSink : public messages::Sink {
+ public:
+  explicit FileSink(const std::string& file) : writer_{file} {}
+
+  std::uint32_t add(const messages::Channel& channel) override {
+    const auto schema{writer_.add_schema(channel.type, "ros2msg", channel.definition)};
+    return writer_.add_channel(channel.topic, "cdr", schema,
+                               {{"offered_qos_profiles", mcap::offered_qos_profiles({})}});
+  }
+  [[nodiscard]] bool wants(std::uint32_t /*channel*/) const override { return true; }
+  void send(std::uint32_t channel, std::int64_t stamp_ns, std::span<const std::byte> cdr) override {
+    const auto stamp{static_cast<std::uint64_t>(stamp_ns)};
+    writer_.write(static_cast<std::uint16_t>(channel), 0, stamp, stamp, cdr);
+  }
+  void close() { writer_.close(); }
+
+ private:
+  mcap::Writer writer_;
+};
+
+std::vector<std::uint8_t> jpeg_of(const Image<std::uint8_t>& grey) {
+  cv::Mat image(grey.height(), grey.width(), CV_8UC1);
+  std::copy(grey.begin(), grey.end(), image.begin<std::uint8_t>());
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".jpg", image, bytes);
+  return bytes;
+}
+
+/// Until `goes_on` says no, or the street ends.
+void drive(messages::Sink& sink, const std::function<bool()>& goes_on) {
+  const scenes::Scene scene{scenes::parse_scene("scene:street?frames=30")};
+  Pipeline pipeline{Config{}, scene.rig(), {.stages = false, .horizons_s = {0.5}}};
+  messages::FrameMessages messages{sink, pipeline.rig()};
+  for (std::size_t i{0}; i < scene.size() && goes_on(); ++i) {
+    const StereoFrame frame{scene.load(i)};
+    const FrameResult& result{pipeline.process(frame)};
+    const auto jpeg{jpeg_of(frame.left)};
+    messages.send(result, {.stamp_ns = frame.stamp_ns,
+                           .left_jpeg = std::as_bytes(std::span{jpeg}),
+                           .latency_ms = result.timing_ms.total + 5,
+                           .frames = static_cast<std::int64_t>(i) + 1});
+  }
+}
+
+void serve() {
+  server::ServerOptions options;
+  options.port = 0;
+  options.name = "street";
+  options.http.assets = app::viewer_assets();
+  server::Server server{options};
+  std::printf("%s\n", server.url().c_str());
+  std::fflush(stdout);
+  std::atomic<bool> ends{false};
+  std::jthread sender{[&] {
+    app::ServerSink sink{server};
+    drive(sink, [&] { return !ends; });
+  }};
+  while (std::getchar() != EOF) {
+  }
+  ends = true;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    const std::string what{argc > 1 ? argv[1] : ""};
+    if (what == "--live") {
+      serve();
+    } else {
+      FileSink sink{what};
+      drive(sink, [] { return true; });
+      sink.close();
+    }
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "street: %s\n", error.what());
+    return 70;
+  }
+  return 0;
+}

@@ -1,0 +1,102 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+import { parseDefinition, primitiveSizes } from './schema.js';
+
+const arrayTypes = {
+  byte: Uint8Array, char: Uint8Array, uint8: Uint8Array, int8: Int8Array, int16: Int16Array, uint16: Uint16Array,
+  int32: Int32Array, uint32: Uint32Array, float32: Float32Array, float64: Float64Array, int64: BigInt64Array,
+  uint64: BigUint64Array,
+};
+
+const getters = {
+  bool: (view, at) => view.getUint8(at) !== 0,
+  byte: (view, at) => view.getUint8(at),
+  char: (view, at) => view.getUint8(at),
+  uint8: (view, at) => view.getUint8(at),
+  int8: (view, at) => view.getInt8(at),
+  int16: (view, at) => view.getInt16(at, true),
+  uint16: (view, at) => view.getUint16(at, true),
+  int32: (view, at) => view.getInt32(at, true),
+  uint32: (view, at) => view.getUint32(at, true),
+  float32: (view, at) => view.getFloat32(at, true),
+  float64: (view, at) => view.getFloat64(at, true),
+  int64: (view, at) => view.getBigInt64(at, true),
+  uint64: (view, at) => view.getBigUint64(at, true),
+};
+
+const utf8 = new TextDecoder();
+const headerBytes = 4;
+const littleEndian = 1;
+
+/** Goes through the bytes of one message. */
+class Cursor {
+  constructor(buffer) {
+    this.buffer = buffer;
+    this.view = new DataView(buffer);
+    this.at = 0;
+  }
+
+  align(size) {
+    this.at = Math.ceil(this.at / size) * size;
+  }
+
+  primitive(type) {
+    if (type === 'string') return this.string();
+    const size = primitiveSizes[type];
+    this.align(size);
+    const value = getters[type](this.view, this.at);
+    this.at += size;
+    return value;
+  }
+
+  string() {
+    const length = this.primitive('uint32');
+    const bytes = new Uint8Array(this.buffer, this.at, length);
+    this.at += length;
+    return utf8.decode(length > 0 ? bytes.subarray(0, length - 1) : bytes); // without the final zero
+  }
+
+  /** No copy: the array lies in the message. */
+  numbers(type, count) {
+    const size = primitiveSizes[type];
+    if (count > 0) this.align(size);
+    const values = new arrayTypes[type](this.buffer, count > 0 ? this.at : 0, count);
+    this.at += count * size;
+    return values;
+  }
+}
+
+/** Reads CDR (XCDR1, little-endian, as ROS 2 writes it) by a definition in "ros2msg". */
+export class MessageReader {
+  constructor(typeName, definition) {
+    const { root, types } = parseDefinition(typeName, definition);
+    this.root = root;
+    this.types = types;
+  }
+
+  /** The message as an object with the definition's field names; arrays of numbers are typed arrays. */
+  read(bytes) {
+    if (bytes.byteLength < headerBytes || bytes[1] !== littleEndian) {
+      throw new Error(`${this.root}: the bytes are not little-endian CDR`);
+    }
+    // a copy of its own, so that what is aligned in the message is so in memory
+    return this.#object(this.root, new Cursor(bytes.slice(headerBytes).buffer));
+  }
+
+  #object(type, cursor) {
+    const fields = this.types.get(type);
+    if (!fields) throw new Error(`${type} is not defined`);
+    const made = {};
+    for (const field of fields) made[field.name] = this.#field(field, cursor);
+    return made;
+  }
+
+  #field(field, cursor) {
+    const one = () => (field.known ? cursor.primitive(field.type) : this.#object(field.type, cursor));
+    if (field.array === null) return one();
+    const count = field.array === 'sequence' ? cursor.primitive('uint32') : field.array;
+    if (field.type in arrayTypes) return cursor.numbers(field.type, count);
+    if (count > cursor.buffer.byteLength) throw new Error(`${field.name}: more elements than the message has bytes`);
+    return Array.from({ length: count }, one);
+  }
+}

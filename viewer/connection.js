@@ -1,0 +1,140 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+import { MessageReader } from './cdr.js';
+
+const subprotocol = 'foxglove.websocket.v1';
+const messageOpcode = 1;
+const messageHeaderBytes = 13; // opcode, subscription (uint32), stamp (uint64)
+const retriesMs = [500, 1000, 2000, 5000];
+
+/**
+ * A client of the Foxglove WebSocket that comes back when the server does. Events: "state" (detail: a word), "channels"
+ * (detail: topics), "parameter" (detail: {name, value}), "fault" (detail: a sentence).
+ */
+export class Connection extends EventTarget {
+  #socket = null;
+  #channels = new Map(); // id → channel
+  #wanted = new Map(); // topic → function
+  #readers = new Map(); // subscription id → {id, topic, reader}
+  #parameters = [];
+  #failures = 0;
+  #nextSubscription = 1;
+
+  constructor(url) {
+    super();
+    this.url = url;
+    this.name = '';
+  }
+
+  open() {
+    this.#tell('state', 'connecting');
+    const socket = new WebSocket(this.url, [subprotocol]);
+    this.#socket = socket;
+    socket.binaryType = 'arraybuffer';
+    socket.onopen = () => {
+      this.#failures = 0;
+      this.#tell('state', 'connected');
+    };
+    socket.onmessage = (event) => this.#receive(event.data);
+    socket.onclose = () => this.#retry();
+  }
+
+  /** Names of the topics that are there. */
+  topics() {
+    return [...this.#channels.values()].map((channel) => channel.topic);
+  }
+
+  /** Calls `take` with each message on a topic, whether it is there yet or not. */
+  subscribe(topic, take) {
+    this.#wanted.set(topic, take);
+    for (const channel of this.#channels.values()) if (channel.topic === topic) this.#ask(channel);
+  }
+
+  unsubscribe(topic) {
+    this.#wanted.delete(topic);
+    for (const [id, subscription] of this.#readers) {
+      if (subscription.topic !== topic) continue;
+      this.#readers.delete(id);
+      this.#send({ op: 'unsubscribe', subscriptionIds: [id] });
+    }
+  }
+
+  /** Asks for parameters and all their changes. */
+  watchParameters(names) {
+    this.#parameters = names;
+  }
+
+  setParameter(name, value) {
+    this.#send({ op: 'setParameters', parameters: [{ name, value }] });
+  }
+
+  #tell(type, detail) {
+    this.dispatchEvent(new CustomEvent(type, { detail }));
+  }
+
+  #send(request) {
+    if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(JSON.stringify(request));
+  }
+
+  #retry() {
+    this.#channels.clear();
+    this.#readers.clear();
+    this.#tell('state', 'disconnected');
+    this.#tell('channels', []);
+    const pause = retriesMs[Math.min(this.#failures++, retriesMs.length - 1)];
+    setTimeout(() => this.open(), pause);
+  }
+
+  #ask(channel) {
+    if (channel.encoding !== 'cdr' || channel.schemaEncoding !== 'ros2msg') return;
+    const id = this.#nextSubscription++;
+    const reader = new MessageReader(channel.schemaName, channel.schema);
+    this.#readers.set(id, { channel: channel.id, topic: channel.topic, reader });
+    this.#send({ op: 'subscribe', subscriptions: [{ id, channelId: channel.id }] });
+  }
+
+  #receive(data) {
+    if (typeof data !== 'string') return this.#receiveMessage(data);
+    const message = JSON.parse(data);
+    if (message.op === 'serverInfo') this.#begin(message);
+    if (message.op === 'advertise') this.#advertise(message.channels);
+    if (message.op === 'unadvertise') this.#unadvertise(message.channelIds);
+    if (message.op === 'status' && message.level > 0) this.#tell('fault', message.message);
+    if (message.op === 'parameterValues') for (const one of message.parameters) this.#tell('parameter', one);
+  }
+
+  #begin(info) {
+    this.name = info.name;
+    this.#tell('state', 'connected');
+    if (this.#parameters.length === 0 || !info.capabilities.includes('parametersSubscribe')) return;
+    this.#send({ op: 'subscribeParameterUpdates', parameterNames: this.#parameters });
+    this.#send({ op: 'getParameters', parameterNames: this.#parameters, id: 'all' });
+  }
+
+  #advertise(channels) {
+    for (const channel of channels) {
+      this.#channels.set(channel.id, channel);
+      if (this.#wanted.has(channel.topic)) this.#ask(channel);
+    }
+    this.#tell('channels', this.topics());
+  }
+
+  #unadvertise(ids) {
+    for (const id of ids) this.#channels.delete(id);
+    for (const [id, subscription] of this.#readers) if (ids.includes(subscription.channel)) this.#readers.delete(id);
+    this.#tell('channels', this.topics());
+  }
+
+  #receiveMessage(buffer) {
+    const view = new DataView(buffer);
+    if (view.getUint8(0) !== messageOpcode) return;
+    const subscription = this.#readers.get(view.getUint32(1, true));
+    if (!subscription) return;
+    try {
+      const message = subscription.reader.read(new Uint8Array(buffer, messageHeaderBytes));
+      this.#wanted.get(subscription.topic)?.(message, Number(view.getBigUint64(5, true)) * 1e-9);
+    } catch (error) {
+      this.#tell('fault', `${subscription.topic}: ${error.message}`);
+    }
+  }
+}

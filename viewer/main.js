@@ -1,0 +1,147 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+import { Connection } from './connection.js';
+import { GridView } from './grid_view.js';
+import { gridMapLayer, occupancyLayer, planePose } from './layers.js';
+import { ObstacleTable, joined } from './obstacles.js';
+import { Player, playerParameters } from './player.js';
+import { StatusPanel } from './status_panel.js';
+import { onThemeChange } from './theme.js';
+
+const element = (id) => document.getElementById(id);
+const gridMapKinds = { velocity: 'velocity', moving: 'moving', age: 'age' };
+
+const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
+const connection = new Connection(`${scheme}://${location.host}/${location.search}`);
+const latest = {}; // messages by what they are for
+let picked = null;
+
+function highlight(id) {
+  const shown = id ?? picked;
+  if (grid.highlighted === shown) return;
+  grid.highlighted = shown;
+  grid.redraw();
+  table.highlight(shown);
+}
+
+function pick(id) {
+  picked = picked === id ? null : id;
+  highlight(id);
+}
+
+const grid = new GridView(element('grid'), {
+  onPoint: (text) => { element('cell').textContent = text || 'Point at a cell to read it.'; },
+  onHover: highlight,
+  onPick: pick,
+});
+const table = new ObstacleTable(element('obstacles').tBodies[0], { onHover: highlight, onPick: pick });
+const status = new StatusPanel({
+  chart: element('chart'), stageList: element('stages'), rate: element('rate'), dropped: element('dropped'),
+  obstacles: element('count'), message: element('message'),
+});
+const player = new Player({
+  bar: element('player'), play: element('play'), back: element('back'), forward: element('forward'),
+  slider: element('slider'), speed: element('speed'), place: element('place'),
+}, (name, value) => connection.setParameter(name, value));
+
+function showObstacles() {
+  grid.obstacles = joined(latest.markers, latest.obstacles);
+  table.show(grid.obstacles, grid.pose);
+  table.highlight(grid.highlighted);
+  grid.redraw();
+}
+
+function showPose(message) {
+  grid.place(planePose(message.pose.pose), message.header.frame_id);
+  showObstacles();
+}
+
+let imageAddress = '';
+function showImage(message) {
+  const address = URL.createObjectURL(new Blob([message.data], { type: 'image/jpeg' }));
+  const before = imageAddress;
+  imageAddress = address;
+  element('camera').onload = () => URL.revokeObjectURL(before);
+  element('camera').src = address;
+  element('camera').hidden = false;
+}
+
+/** Of all nodes the first that has grids. */
+const nodeOf = (topics) => topics.find((topic) => topic.endsWith('/occupancy_grid'))?.replace(/\/occupancy_grid$/, '');
+
+/** [value, text, topic] of each layer that the topics give. */
+function layersOf(topics, node) {
+  const has = (name) => topics.includes(`${node}/${name}`);
+  const made = [];
+  if (has('occupancy_grid')) made.push(['occupancy', 'Occupancy', 'occupancy_grid']);
+  if (has('observed_grid')) made.push(['observed', 'Observed', 'observed_grid']);
+  for (const topic of topics.filter((one) => one.startsWith(`${node}/predicted_grid_`)).sort()) {
+    const seconds = topic.split('predicted_grid_')[1];
+    made.push([seconds, `In ${seconds.replace('_', '.')} s`, `predicted_grid_${seconds}`]);
+  }
+  if (has('grid_map')) {
+    made.push(['velocity', 'Velocity', 'grid_map'], ['moving', 'Moving', 'grid_map'], ['age', 'Age', 'grid_map']);
+  }
+  return made.map(([value, text, name]) => ({ value, text, topic: `${node}/${name}` }));
+}
+
+let layerTopic = '';
+function showLayer() {
+  if (!latest.layer) return;
+  const kind = gridMapKinds[element('layer').value];
+  grid.show(kind ? gridMapLayer(latest.layer, kind) : occupancyLayer(latest.layer));
+}
+
+function chooseLayer() {
+  const topic = element('layer').selectedOptions[0]?.dataset.topic ?? '';
+  if (topic !== layerTopic) {
+    if (layerTopic) connection.unsubscribe(layerTopic);
+    latest.layer = null;
+    layerTopic = topic;
+    if (topic) connection.subscribe(topic, (message) => { latest.layer = message; showLayer(); });
+  }
+  showLayer();
+}
+
+let node = '';
+function subscribeTo(name) {
+  node = name;
+  const take = { markers: 'obstacle_markers', obstacles: 'obstacles' };
+  for (const [key, topic] of Object.entries(take)) {
+    connection.subscribe(`${node}/${topic}`, (message) => { latest[key] = message; showObstacles(); });
+  }
+  connection.subscribe(`${node}/odometry`, showPose);
+  connection.subscribe(`${node}/status`, (message, stamp) => status.show(message, stamp));
+  connection.subscribe(`${node}/left/image_annotated/compressed`, showImage);
+}
+
+connection.addEventListener('channels', ({ detail: topics }) => {
+  const found = nodeOf(topics);
+  if (found === undefined) return;
+  if (found !== node) subscribeTo(found);
+  const options = layersOf(topics, node).map(({ value, text, topic }) => {
+    const option = new Option(text, value);
+    option.dataset.topic = topic;
+    return option;
+  });
+  const chosen = element('layer').value;
+  element('layer').replaceChildren(...options);
+  if (options.some((option) => option.value === chosen)) element('layer').value = chosen;
+  chooseLayer();
+});
+connection.addEventListener('state', ({ detail: state }) => {
+  element('state').textContent = state;
+  element('state').className = state;
+  element('name').textContent = connection.name;
+  if (state === 'connected' && connection.name) player.follow();
+  if (state === 'disconnected') status.forget();
+});
+connection.addEventListener('parameter', ({ detail: parameter }) => player.take(parameter));
+connection.addEventListener('fault', ({ detail: sentence }) => { element('fault').textContent = sentence; });
+
+element('layer').addEventListener('change', chooseLayer);
+element('home').addEventListener('click', () => grid.home());
+onThemeChange(() => { showLayer(); grid.redraw(); status.redraw(); });
+setInterval(() => status.showRate(), 500);
+connection.watchParameters(playerParameters);
+connection.open();
