@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "clamped_to_int.hpp"
-#include "obstacles/tracking.hpp"
+#include "obstacles/clusters.hpp"
 
 namespace stereogrid {
 namespace {

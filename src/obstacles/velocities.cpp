@@ -7,7 +7,7 @@
 #include <span>
 #include <tuple>
 
-#include "obstacles/tracking.hpp"
+#include "obstacles/clusters.hpp"
 
 namespace stereogrid {
 namespace {

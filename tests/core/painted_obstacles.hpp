@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "obstacles/tracking.hpp"
+#include "obstacles/clusters.hpp"
 
 namespace stereogrid::test {
 

@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "held_bytes.hpp"
+#include "motion/scene_flow.hpp"
+#include "motion/symmetric2.hpp"
+#include "obstacles/segments.hpp"
+#include "stereogrid/config.hpp"
+#include "stereogrid/frame.hpp"
+#include "stereogrid/grid.hpp"
+#include "stereogrid/obstacle.hpp"
+
+namespace stereogrid {
+
+/// Along the world's axes.
+struct Bounds {
+  Point2 least;
+  Point2 most;
+
+  /// How far `other` lies away from these, moved; 0: they overlap.
+  [[nodiscard]] double gap_to(const Bounds& other, Point2 moved) const;
+  [[nodiscard]] bool hold(Point2 at) const {
+    return at.x >= least.x && at.x <= most.x && at.y >= least.y && at.y <= most.y;
+  }
+};
+
+/// A segment on the ground. World axes.
+struct Cluster {
+  Point2 centre;                   ///< middle of its box
+  Point2 velocity;                 ///< of its cells, or of the points followed on it
+  Symmetric2 velocity_covariance;  ///< m²/s², of the points; 0: there are none
+  double occupancy{0};             ///< mean over its surface
+  int pixels{0};
+  double length_m{0};
+  double width_m{0};
+  double yaw_rad{0};
+  double height_m{0};
+  ObstacleKind kind{ObstacleKind::thing};
+  Outline outline;
+  Bounds bounds{};  ///< of the outline
+
+  /// By points that have been followed.
+  [[nodiscard]] bool has_measured_velocity() const { return velocity_covariance.xx > 0; }
+};
+
+/// So many clusters, tracks and obstacles have room from the start, far more than a street has; as many as there might
+/// be, a few cells each, would be a waste. More make room once.
+constexpr std::size_t things_reserved{1024};
+
+/// Clusters, and what they are found in. Allocated once.
+struct ClusterSpace {
+  /// A point that has been followed on a cluster.
+  struct Followed {
+    int label;
+    std::size_t vector;
+    Segmenter::Spot spot;
+  };
+  /// `points` that are followed have room from the start.
+  ClusterSpace(const Rig& level_rig, const UDisparityConfig& heights, int disparities, std::size_t points = 0);
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(segmenter, clusters, followed, values); }
+
+  Segmenter segmenter;
+  Rig rig;
+  std::vector<Cluster> clusters;   ///< one for each segment
+  std::vector<Followed> followed;  ///< by label
+  std::vector<double> values;      ///< of a cluster's points, or columns
+};
+
+/// Separates what moves from what stands within a segment, where points of both have been followed.
+void separate_movers(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space);
+
+/// A cluster for each segment, with its outline, and with occupancy and velocity as the filtered grid has them.
+void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle, ClusterSpace& space);
+
+/// Gives each cluster the velocity of the points that have been followed on it.
+void measure_velocities(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space);
+
+/// Around the outlines: along the motion of what moves, else the smallest.
+void fit_boxes(std::vector<Cluster>& clusters);
+
+/// Clusters of the disparities of obstacles, (H, W) px, and of points followed to them. `for_ranges`: see
+/// Segmenter::find.
+template <class ForRanges>
+void find_clusters(View<const float> obstacle, const Ground& ground, const GridLayers& world,
+                   const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors, const ForRanges& for_ranges,
+                   ClusterSpace& space) {
+  space.segmenter.find(obstacle, ground, for_ranges);
+  separate_movers(vectors, world_from_vehicle, space);
+  describe_segments(world, world_from_vehicle, space);
+  measure_velocities(vectors, world_from_vehicle, space);
+  fit_boxes(space.clusters);
+}
+
+}  // namespace stereogrid
