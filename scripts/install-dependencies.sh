@@ -20,13 +20,17 @@ packages=(
   python3 python3-numpy                              # tests that read our files as users do
   python3-matplotlib                                 # research/figures
 )
-[ "${1:-}" = "--ci" ] && packages+=(
-  clang-format clang-tidy
-  clang libclang-rt-dev  # fuzzers
-  nodejs                 # the report's script
-  npm chromium           # foreign peers of tests, the viewer's page
-  abigail-tools          # the shared core's interface
-)
+if [ "${1:-}" = "--ci" ]; then
+  packages+=(
+    clang-format clang-tidy
+    clang libclang-rt-dev  # fuzzers
+    nodejs                 # the report's script
+    chromium               # the viewer's page
+    abigail-tools          # the shared core's interface
+  )
+  # foreign peers of tests; other packages of Node.js bring it themselves and exclude Debian's
+  command -v npm >/dev/null || packages+=(npm)
+fi
 
 missing=()
 for package in "${packages[@]}"; do

@@ -172,7 +172,7 @@ async function checkToken(browser) {
 
 /** Without a player; the page goes on when another server stands there. */
 async function checkLive(browser) {
-  const { address, child } = await serve(street, "--live");
+  const { address, child } = await serve(street);
   const { page, faults } = await opened(browser, address);
   await settled(page);
   assert.ok((await look(page)).colours > 20);

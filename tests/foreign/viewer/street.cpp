@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Usage: street FILE.mcap, which gets 30 frames of the built-in street with all messages; or street --live, which sends
-// them to the page as they are made, until its standard input ends.
+// Prints where the page is, and sends it 30 frames of the built-in street as they are made, until its standard input
+// ends.
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
@@ -15,7 +15,6 @@
 
 #include "connect/server_sink.hpp"
 #include "connect/viewer.hpp"
-#include "stereogrid/mcap/writer.hpp"
 #include "stereogrid/messages/frame_messages.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "stereogrid/scenes/scene.hpp"
@@ -23,26 +22,6 @@
 namespace {
 
 using namespace stereogrid;
-
-class FileSink : public messages::Sink {
- public:
-  explicit FileSink(const std::string& file) : writer_{file} {}
-
-  std::uint32_t add(const messages::Channel& channel) override {
-    const auto schema{writer_.add_schema(channel.type, "ros2msg", channel.definition)};
-    return writer_.add_channel(channel.topic, "cdr", schema,
-                               {{"offered_qos_profiles", mcap::offered_qos_profiles({})}});
-  }
-  [[nodiscard]] bool wants(std::uint32_t /*channel*/) const override { return true; }
-  void send(std::uint32_t channel, std::int64_t stamp_ns, std::span<const std::byte> cdr) override {
-    const auto stamp{static_cast<std::uint64_t>(stamp_ns)};
-    writer_.write(static_cast<std::uint16_t>(channel), 0, stamp, stamp, cdr);
-  }
-  void close() { writer_.close(); }
-
- private:
-  mcap::Writer writer_;
-};
 
 std::vector<std::uint8_t> jpeg_of(const Image<std::uint8_t>& grey) {
   cv::Mat image(grey.height(), grey.width(), CV_8UC1);
@@ -88,16 +67,9 @@ void serve() {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main() {
   try {
-    const std::string what{argc > 1 ? argv[1] : ""};
-    if (what == "--live") {
-      serve();
-    } else {
-      FileSink sink{what};
-      drive(sink, [] { return true; });
-      sink.close();
-    }
+    serve();
   } catch (const std::exception& error) {
     std::fprintf(stderr, "street: %s\n", error.what());
     return 70;
