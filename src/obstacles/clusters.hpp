@@ -53,11 +53,13 @@ constexpr std::size_t things_reserved{1024};
 
 /// Clusters, and what they are found in. Allocated once.
 struct ClusterSpace {
+  enum class Motion { unknown, stands, moves };
   /// A point that has been followed on a cluster.
   struct Followed {
     int label;
     std::size_t vector;
     Segmenter::Spot spot;
+    Motion motion{Motion::unknown};  ///< `moves`: surely, as the other moving ones of its segment do
   };
   /// `points` that are followed have room from the start.
   ClusterSpace(const Rig& level_rig, const UDisparityConfig& heights, int disparities, std::size_t points = 0);

@@ -24,14 +24,23 @@ constexpr double coarse_m_per_px{5};
 constexpr double outlier{9};
 constexpr std::size_t points_min{2};
 using Followed = std::span<const ClusterSpace::Followed>;
+using Motion = ClusterSpace::Motion;
 
-double median_along(double Point2::*axis, const std::vector<FlowVector>& vectors, Followed followed,
-                    std::vector<double>& values) {
-  values.clear();
-  for (const auto& one : followed) values.push_back(vectors[one.vector].velocity.*axis);
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+// Of the points that `counts`; 0: of none.
+template <class Counts>
+Point2 median_velocity(const std::vector<FlowVector>& vectors, Followed followed, std::vector<double>& values,
+                       const Counts& counts) {
+  const auto along = [&](double Point2::*axis) {
+    values.clear();
+    for (const auto& one : followed) {
+      if (counts(one)) values.push_back(vectors[one.vector].velocity.*axis);
+    }
+    if (values.empty()) return 0.0;
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  };
+  return {along(&Point2::x), along(&Point2::y)};
 }
 
 // Of the points of one cluster, which lie at about `place` from the camera. World axes.
@@ -41,8 +50,7 @@ void measure(const std::vector<FlowVector>& vectors, Followed followed, const Ri
   const double distance_m{std::hypot(place.x, place.y)};
   const double per_px{distance_m / (rig.focal_px * rig.baseline_m)};  // of the distance
   if (distance_m * per_px > coarse_m_per_px) return;
-  const Point2 middle{median_along(&Point2::x, vectors, followed, values),
-                      median_along(&Point2::y, vectors, followed, values)};
+  const Point2 middle{median_velocity(vectors, followed, values, [](const auto&) { return true; })};
   InformationSum sum;
   std::size_t agreeing{0};
   for (const auto& one : followed) {
@@ -63,74 +71,54 @@ void measure(const std::vector<FlowVector>& vectors, Followed followed, const Ri
                                  covariance.yy + along.y * along.y};
 }
 
-// Points of a segment that move, surely and all alike, beside others that stand.
-class Movers {
- public:
-  Movers(const std::vector<FlowVector>& vectors, Followed followed, std::vector<double>& values)
-      : vectors_{vectors}, followed_{followed} {
-    velocity_ = {middle(&Point2::x, values), middle(&Point2::y, values)};
-  }
+// Squared Mahalanobis distance of a point's velocity from another.
+double distance(const FlowVector& vector, Point2 velocity) {
+  const Symmetric2 covariance{widened(vector.velocity_covariance, common_sigma_mps * common_sigma_mps)};
+  return squared(inverted(covariance), {vector.velocity.x - velocity.x, vector.velocity.y - velocity.y});
+}
 
-  [[nodiscard]] bool are_some() const {
-    constexpr int each{3};
-    int moving{0};
-    int standing{0};
-    int together{0};
-    for (const auto& one : followed_) {
-      standing += is_standing(one);
-      if (!is_moving(one)) continue;
-      ++moving;
-      together += is_moving(*nearest(one.spot.u, one.spot.bin, &one));
-    }
-    // a few points of what moves are always followed wrongly
-    return moving >= each && standing >= std::max(each, moving / 2) && 3 * together >= 2 * moving;
+// Says of the points of one segment which stand, and which surely move and all alike.
+void tell_motion(const std::vector<FlowVector>& vectors, std::span<ClusterSpace::Followed> followed,
+                 std::vector<double>& values) {
+  for (auto& one : followed) {
+    if (distance(vectors[one.vector], {}) < outlier) one.motion = Motion::stands;
   }
-  /// The nearest point that says anything is one of them.
-  [[nodiscard]] bool has(const SegmentNode& node) const { return is_moving(*nearest(node.u, node.bin, nullptr)); }
-
- private:
-  using One = ClusterSpace::Followed;
-
-  // A bin of half a pixel is as far as so many columns.
-  static constexpr int columns_of_a_bin{4};
-
-  [[nodiscard]] double excess(const One& one, Point2 velocity) const {
-    const FlowVector& vector{vectors_[one.vector]};
-    const Symmetric2 covariance{widened(vector.velocity_covariance, common_sigma_mps * common_sigma_mps)};
-    return squared(inverted(covariance), {vector.velocity.x - velocity.x, vector.velocity.y - velocity.y});
+  const Point2 middle{
+      median_velocity(vectors, followed, values, [](const auto& one) { return one.motion != Motion::stands; })};
+  for (auto& one : followed) {
+    if (one.motion != Motion::stands && distance(vectors[one.vector], middle) < outlier) one.motion = Motion::moves;
   }
-  [[nodiscard]] bool is_standing(const One& one) const { return excess(one, {}) < outlier; }
-  [[nodiscard]] bool is_moving(const One& one) const { return !is_standing(one) && excess(one, velocity_) < outlier; }
-  // Of the points that do not stand.
-  [[nodiscard]] double middle(double Point2::*axis, std::vector<double>& values) const {
-    values.clear();
-    for (const auto& one : followed_) {
-      if (!is_standing(one)) values.push_back(vectors_[one.vector].velocity.*axis);
-    }
-    if (values.empty()) return 0;
-    const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), at, values.end());
-    return *at;
-  }
-  // Of those that say anything, without `other`.
-  [[nodiscard]] const One* nearest(int u, int bin, const One* other) const {
-    const One* found{&followed_[0]};
-    int least{std::numeric_limits<int>::max()};
-    for (const auto& one : followed_) {
-      const int away_u{one.spot.u - u};
-      const int away_bins{columns_of_a_bin * (one.spot.bin - bin)};
-      const int distance{away_u * away_u + away_bins * away_bins};
-      if (&one == other || distance >= least || !(is_standing(one) || is_moving(one))) continue;
-      least = distance;
-      found = &one;
-    }
-    return found;
-  }
+}
 
-  const std::vector<FlowVector>& vectors_;
-  Followed followed_;
-  Point2 velocity_;
-};
+// Does the point that is seen nearest to a spot move, of those whose motion is known, and without `other`?
+bool moves_at(Segmenter::Spot spot, Followed followed, const ClusterSpace::Followed* other = nullptr) {
+  constexpr int columns_of_a_bin{4};  // so many are as far as a bin of half a pixel
+  Motion motion{Motion::unknown};
+  int least{std::numeric_limits<int>::max()};
+  for (const auto& one : followed) {
+    const int away_u{one.spot.u - spot.u};
+    const int away_bins{columns_of_a_bin * (one.spot.bin - spot.bin)};
+    const int away{away_u * away_u + away_bins * away_bins};
+    if (&one == other || away >= least || one.motion == Motion::unknown) continue;
+    least = away;
+    motion = one.motion;
+  }
+  return motion == Motion::moves;
+}
+
+// Something that moves beside something that stands?
+bool are_two(Followed followed) {
+  constexpr std::ptrdiff_t each{3};
+  const auto count = [&](Motion motion) {
+    return std::count_if(followed.begin(), followed.end(), [&](const auto& one) { return one.motion == motion; });
+  };
+  const auto moving = count(Motion::moves);
+  const auto together = std::count_if(followed.begin(), followed.end(), [&](const auto& one) {
+    return one.motion == Motion::moves && moves_at(one.spot, followed, &one);
+  });
+  // a few points of what moves are always followed wrongly
+  return moving >= each && count(Motion::stands) >= std::max(each, moving / 2) && 3 * together >= 2 * moving;
+}
 
 // Those that are seen on a segment, by segment.
 void find_followed(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space) {
@@ -139,7 +127,7 @@ void find_followed(const std::vector<FlowVector>& vectors, const Pose2& world_fr
   for (std::size_t i{0}; i < vectors.size(); ++i) {
     const Point2 place{vehicle_from_world * vectors[i].place};
     const int label{space.segmenter.segment_at(place)};
-    if (label >= 0) space.followed.push_back({label, i, space.segmenter.spot_of(place)});
+    if (label >= 0) space.followed.push_back({.label = label, .vector = i, .spot = space.segmenter.spot_of(place)});
   }
   std::sort(space.followed.begin(), space.followed.end(),
             [](const auto& a, const auto& b) { return std::tie(a.label, a.vector) < std::tie(b.label, b.vector); });
@@ -147,11 +135,11 @@ void find_followed(const std::vector<FlowVector>& vectors, const Pose2& world_fr
 
 // work(segment, points) for each segment that has some.
 template <class Work>
-void for_segments(Followed followed, const Work& work) {
+void for_segments(std::vector<ClusterSpace::Followed>& followed, const Work& work) {
   for (auto begin = followed.begin(); begin != followed.end();) {
     const int label{begin->label};
     const auto end = std::find_if(begin, followed.end(), [&](const auto& one) { return one.label != label; });
-    work(static_cast<std::size_t>(label), Followed{begin, end});
+    work(static_cast<std::size_t>(label), std::span{begin, end});
     begin = end;
   }
 }
@@ -160,10 +148,10 @@ void for_segments(Followed followed, const Work& work) {
 
 void separate_movers(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space) {
   find_followed(vectors, world_from_vehicle, space);
-  for_segments(space.followed, [&](std::size_t segment, Followed followed) {
-    const Movers movers{vectors, followed, space.values};
-    if (!movers.are_some()) return;
-    space.segmenter.split(segment, [&](const SegmentNode& node) { return !movers.has(node); });
+  for_segments(space.followed, [&](std::size_t segment, std::span<ClusterSpace::Followed> followed) {
+    tell_motion(vectors, followed, space.values);
+    if (!are_two(followed)) return;
+    space.segmenter.split(segment, [&](const SegmentNode& node) { return !moves_at({node.u, node.bin}, followed); });
   });
 }
 
