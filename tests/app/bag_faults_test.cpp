@@ -40,6 +40,19 @@ TEST_F(Bags, WhatIsWrongWithTheCalibrationIsNamed) {
   expect_equal_runs(plain(), *folder / "out");
 }
 
+// The right camera is turned by 3°, so that rectification moves rows.
+TEST_F(Bags, ImagesThatAreRectifiedTwiceAreNoticed) {
+  const double s{std::sin(0.052)};
+  const double c{std::cos(0.052)};
+  write_mcap(bag(),
+             entries({.left = "/left/image_raw",
+                      .right = "/right/image_raw",
+                      .spoil_infos = [&](CameraInfo&, CameraInfo& right) { right.r = {1, 0, 0, 0, c, -s, 0, s, c}; }}));
+  const Outcome outcome{run_tool({"info", bag().string()})};
+  EXPECT_EQ(outcome.exit_code, 65) << outcome.output << outcome.errors;
+  EXPECT_THAT(outcome.output + outcome.errors, HasSubstr("these are rectified already"));
+}
+
 /// An image that is not what it says.
 Entry spoilt(const std::string& topic, std::int64_t stamp_ns,
              const std::function<void(messages::sensor_msgs::Image&)>& spoil) {

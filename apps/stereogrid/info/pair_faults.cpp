@@ -10,7 +10,6 @@
 #include <optional>
 
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/pipeline.hpp"
 
@@ -100,13 +99,11 @@ std::string fault_of_rows(const StereoFrame& frame, double as_it_is) {
 /// Of a raw pair: do the images match as they lie there?
 std::string fault_of_rectification(const io::Recording* recording, std::size_t index, double as_it_is) {
   if (recording == nullptr || !recording->contents().calibration.raw) return {};
-  const io::RecordedFrame& files{recording->contents().frames[index]};
-  const int bits{recording->contents().sample_bits};
-  const double share{io::coarse_match_share(io::read_grey(files.left, bits), io::read_grey(files.right, bits))};
+  const StereoFrame frame{recording->load_unrectified(index)};
+  const double share{io::coarse_match_share(frame.left, frame.right)};
   if (!is_clearly_better(share, as_it_is)) return {};
   return "the calibration is of raw images, but these are rectified already. Give the calibration of the rectified "
-         "pair: "
-         "of ROS's files with 'images: rectified' in a calibration.yaml that names them.";
+         "pair: of ROS's files with 'images: rectified' in a calibration.yaml that names them.";
 }
 
 }  // namespace

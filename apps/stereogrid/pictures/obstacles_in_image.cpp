@@ -5,7 +5,6 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "pictures/panels.hpp"
@@ -41,15 +40,9 @@ class View {
 };
 
 std::vector<Point2> corners_of(const Obstacle& obstacle) {
-  const double c{std::cos(obstacle.yaw_rad)};
-  const double s{std::sin(obstacle.yaw_rad)};
-  std::vector<Point2> corners;
-  for (const auto& [along, across] : {std::pair{1, 1}, {1, -1}, {-1, -1}, {-1, 1}}) {
-    const double x{along * obstacle.length_m / 2};
-    const double y{across * obstacle.width_m / 2};
-    corners.push_back({obstacle.x_m + c * x - s * y, obstacle.y_m + s * x + c * y});
-  }
-  return corners;
+  const Pose2 box{obstacle.x_m, obstacle.y_m, obstacle.yaw_rad};
+  const Point2 half{obstacle.length_m / 2, obstacle.width_m / 2};
+  return {box * half, box * Point2{half.x, -half.y}, box * Point2{-half.x, -half.y}, box * Point2{-half.x, half.y}};
 }
 
 // The line through the places on the road, the same at the obstacle's height, and what joins them.

@@ -43,7 +43,7 @@ Recording::Recording(RecordingContents contents, std::unique_ptr<ImageStore> ima
   if (contents_.calibration.raw) rectifier_.emplace(*contents_.calibration.raw, rig().width_px, rig().height_px);
 }
 
-StereoFrame Recording::load(std::size_t index) const {
+StereoFrame Recording::load_unrectified(std::size_t index) const {
   const RecordedFrame& source{contents_.frames.at(index)};
   StereoFrame frame;
   frame.name = source.name;
@@ -60,8 +60,13 @@ StereoFrame Recording::load(std::size_t index) const {
     frame.left = read_grey(source.left, contents_.sample_bits);
     load_second_image(source, frame);
   }
+  return frame;
+}
+
+StereoFrame Recording::load(std::size_t index) const {
+  StereoFrame frame{load_unrectified(index)};
   if (frame.left.width() != rig().width_px || frame.left.height() != rig().height_px) {
-    throw InputError{printable_path(source.left),
+    throw InputError{printable_path(contents_.frames[index].left),
                      fmt::format("has {} px, but the calibration is for {}×{}.", size_of(frame.left), rig().width_px,
                                  rig().height_px),
                      "All frames of a recording have the same size."};

@@ -104,6 +104,8 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
   /// Reads, checks and (raw pairs) rectifies a frame. Disparities are taken as they are: they belong to the rectified
   /// left image. Throws InputError: an image is missing, damaged, of another size.
   [[nodiscard]] StereoFrame load(std::size_t index) const override;
+  /// The same but as the images lie there: those of a raw pair are not rectified, and may have another size than it.
+  [[nodiscard]] StereoFrame load_unrectified(std::size_t index) const;
 
   [[nodiscard]] const RecordingContents& contents() const { return contents_; }
   [[nodiscard]] bool has_poses() const { return !contents_.poses_file.empty(); }
