@@ -16,7 +16,7 @@ function linked(hash) {
 export class Player {
   #state = {};
   #pending = null;
-  #settled = 0;
+  #settled = -Infinity; // when the slider was last dragged
   #linkMade = '';
 
   constructor(elements, set) {

@@ -138,6 +138,7 @@ async function photograph(browser, address, name, options) {
   const { page, faults } = await opened(browser, `${address}#frame=17`, options);
   await atFrame(page, 17);
   await settled(page);
+  assert.strictEqual(await page.locator("#slider").inputValue(), "17", `${name}: the slider stands elsewhere`);
   const wide = await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
   assert.ok(wide <= 0, `${name}: the page is ${wide} px too wide`);
   const cut = await page.evaluate(() => {
