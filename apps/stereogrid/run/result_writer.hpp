@@ -6,7 +6,7 @@
 #include <memory>
 #include <optional>
 
-#include "run/mcap_recorder.hpp"
+#include "connect/message_output.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
 #include "stereogrid/pipeline.hpp"
 

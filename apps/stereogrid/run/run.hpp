@@ -7,7 +7,7 @@
 
 #include "config_options.hpp"
 #include "input.hpp"
-#include "run/mcap_recorder.hpp"
+#include "connect/message_output.hpp"
 #include "sweeps.hpp"
 
 namespace stereogrid::app {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "run/mcap_recorder.hpp"
+#include "connect/message_output.hpp"
 
 #include <fmt/format.h>
 
