@@ -67,6 +67,10 @@ if(STEREOGRID_CONNECTED)
   stereogrid_install_pc(stereogrid-server stereogrid_server "Live results for viewers, by WebSocket and HTTP" "stereogrid" ""
                         "-pthread")
   list(APPEND STEREOGRID_COMPONENTS server)
+  stereogrid_install_component(capture stereogrid_capture ${PROJECT_SOURCE_DIR}/capture/include)
+  stereogrid_install_pc(stereogrid-capture stereogrid_capture "Live cameras for stereogrid" "stereogrid;stereogrid-io"
+                        "gstreamer-app-1.0;gstreamer-video-1.0;fmt" "-pthread")
+  list(APPEND STEREOGRID_COMPONENTS capture)
 endif()
 if(STEREOGRID_TOOL)
   stereogrid_install_component(scenes stereogrid_scenes ${PROJECT_SOURCE_DIR}/scenes/include)

@@ -16,6 +16,8 @@ packages=(
   libgtest-dev libgmock-dev libbenchmark-dev         # tests, benchmarks
   libboost-dev                                       # server: WebSocket and HTTP (headers)
   libboost-context-dev                               # tests of CUDA kernels without a GPU
+  libgstreamer-plugins-base1.0-dev                   # live cameras
+  gstreamer1.0-plugins-base gstreamer1.0-plugins-good
   ffmpeg                                             # --video
   python3 python3-numpy                              # tests that read our files as users do
   python3-matplotlib                                 # research/figures

@@ -21,6 +21,7 @@ void add_run_command(CLI::App& tool, int& exit_code);
 void add_simulate_command(CLI::App& tool, int& exit_code);
 void add_evaluate_command(CLI::App& tool, int& exit_code);
 void add_info_command(CLI::App& tool, int& exit_code);
+void add_live_command(CLI::App& tool, int& exit_code);
 void add_view_command(CLI::App& tool, int& exit_code);
 void add_config_command(CLI::App& tool);
 

@@ -101,7 +101,7 @@ void add_input_options(CLI::App& command, InputOptions& options) {
   command.add_option("--right-topic", options.right_topic, "Of a bag: the right camera's images.")->type_name("TOPIC");
   command
       .add_option("--pair-tolerance-ms", options.pair_tolerance_ms,
-                  "Of a bag: images whose stamps are no farther apart may be a pair.")
+                  "Of a bag or two cameras: images whose stamps are no farther apart may be a pair.")
       ->type_name("MS")
       ->check(number(0, 1000))
       ->capture_default_str();

@@ -115,7 +115,8 @@ struct FrameMessages::Implementation {
   void send_predictions(const FrameResult& result);
   void send_grids(const FrameResult& result);
   void send_obstacles(const FrameResult& result);
-  void send_images(const FrameResult& result, std::span<const std::byte> left_jpeg);
+  void send_images(const FrameResult& result);
+  void send_pictures(const FrameFacts& facts);
   void send_diagnostics(const FrameResult& result, const FrameFacts& facts);
 
   static constexpr const char* predicted_name{"predicted_grid"};
@@ -135,6 +136,7 @@ struct FrameMessages::Implementation {
   Topic<sensor_msgs::PointCloud2> points{outlet.topic<sensor_msgs::PointCloud2>("points")};
   Topic<sensor_msgs::CompressedImage> annotated{
       outlet.topic<sensor_msgs::CompressedImage>("left/image_annotated/compressed")};
+  Topic<sensor_msgs::CompressedImage> u_disparity{outlet.topic<sensor_msgs::CompressedImage>("u_disparity/compressed")};
   Topic<sensor_msgs::LaserScan> scan{outlet.topic<sensor_msgs::LaserScan>("scan")};
   Topic<nav_msgs::Odometry> odometry{outlet.topic<nav_msgs::Odometry>("odometry")};
   Topic<tf2_msgs::TFMessage> tf{outlet.topic<tf2_msgs::TFMessage>("/tf")};
@@ -225,22 +227,28 @@ void FrameMessages::Implementation::send_obstacles(const FrameResult& result) {
                [&](visualization_msgs::MarkerArray& message) { fill(message, result, stamp, options.world_frame); });
 }
 
-void FrameMessages::Implementation::send_images(const FrameResult& result, std::span<const std::byte> left_jpeg) {
-  if (!result.stages.obstacle_disparity.empty()) {
-    outlet.offer(disparity, stamp_ns, [&](stereo_msgs::DisparityImage& message) {
-      mark(message.header, level_frame());
-      fill(message, result.stages, level_rig);
-    });
-    outlet.offer(points, stamp_ns, [&](sensor_msgs::PointCloud2& message) {
-      mark(message.header, options.vehicle_frame);
-      fill(message, result, level_rig);
-    });
-  }
-  if (left_jpeg.empty()) return;
-  outlet.offer(annotated, stamp_ns, [&](sensor_msgs::CompressedImage& message) {
-    mark(message.header, options.camera_frame);
-    fill(message, left_jpeg);
+void FrameMessages::Implementation::send_images(const FrameResult& result) {
+  if (result.stages.obstacle_disparity.empty()) return;
+  outlet.offer(disparity, stamp_ns, [&](stereo_msgs::DisparityImage& message) {
+    mark(message.header, level_frame());
+    fill(message, result.stages, level_rig);
   });
+  outlet.offer(points, stamp_ns, [&](sensor_msgs::PointCloud2& message) {
+    mark(message.header, options.vehicle_frame);
+    fill(message, result, level_rig);
+  });
+}
+
+void FrameMessages::Implementation::send_pictures(const FrameFacts& facts) {
+  const auto offer = [&](Topic<sensor_msgs::CompressedImage>& topic, const std::string& frame, const auto& jpeg) {
+    if (!jpeg) return;
+    outlet.offer(topic, stamp_ns, [&](sensor_msgs::CompressedImage& message) {
+      mark(message.header, frame);
+      fill(message, jpeg());
+    });
+  };
+  offer(annotated, options.camera_frame, facts.left_jpeg);
+  offer(u_disparity, level_frame(), facts.u_disparity_jpeg);
 }
 
 void FrameMessages::Implementation::send_diagnostics(const FrameResult& result, const FrameFacts& facts) {
@@ -270,7 +278,8 @@ void FrameMessages::send(const FrameResult& result, const FrameFacts& facts) {
   it.send_odometry(result);
   it.send_grids(result);
   it.send_obstacles(result);
-  it.send_images(result, facts.left_jpeg);
+  it.send_images(result);
+  it.send_pictures(facts);
   it.send_diagnostics(result, facts);
 }
 

@@ -63,7 +63,8 @@ class Comparer {
   Comparison go_through(io::FrameRange range) {
     app::Progress progress{"frames", range.end - range.first};
     io::FrameQueue queue{*truth_.input().source, range.first, range.end};
-    app::PoseStage poses{truth_.input()};
+    const app::Input& input{truth_.input()};
+    app::PoseStage poses{input.poses, input.source->rig(), input.mask};
     picture_every_ = std::max<std::size_t>(1, (range.end - range.first) / pictures_at_most);
     next_picture_ = range.first;
     while (std::optional<io::QueuedFrame> queued{queue.next()}) {

@@ -7,6 +7,6 @@ include(${CMAKE_CURRENT_LIST_DIR}/common.cmake)
 
 file(REMOVE_RECURSE ${WORK})
 install_and_move(${BUILD})
-consume(core io messages mcap server scenes evaluation)
-consume_by_pkg_config(core io messages mcap server scenes evaluation)
+consume(core io messages mcap server capture scenes evaluation)
+consume_by_pkg_config(core io messages mcap server capture scenes evaluation)
 run(${prefix}/bin/stereogrid --version)

@@ -43,14 +43,15 @@ TEST(MessageAllocation, IsNoneButOfThePointsOnceItRuns) {
   Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2, .horizons_s = {0.5}}};
   Counter counter;
   FrameMessages messages{counter, pipeline.rig()};
-  const std::vector<std::byte> jpeg(10'000);
+  const std::vector<std::byte> bytes(10'000);
+  const auto jpeg = [&bytes] { return std::span{bytes}; };
   FrameResult result;
   for (std::size_t i{0}; i < scene.size(); ++i) pipeline.process(scene.load(i), result);
   ASSERT_GT(result.obstacles.size(), 2u);
-  messages.send(result, {.stamp_ns = 1, .left_jpeg = jpeg});
+  messages.send(result, {.stamp_ns = 1, .left_jpeg = jpeg, .u_disparity_jpeg = jpeg});
   EXPECT_GT(counter.bytes, 500'000u);
   start_counting();
-  messages.send(result, {.stamp_ns = 2'000'000'000, .left_jpeg = jpeg});
+  messages.send(result, {.stamp_ns = 2'000'000'000, .left_jpeg = jpeg, .u_disparity_jpeg = jpeg});
   const Allocations found{stop_counting()};
   EXPECT_EQ(found.count, 1) << found.bytes << " bytes by " << testing::PrintToString(found.where);
 }

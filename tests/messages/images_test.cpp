@@ -117,8 +117,8 @@ TEST(ImageMessages, AreLeftOutWithoutStagesAndPicture) {
 
 TEST(ImageMessages, HaveThePictureAsItIs) {
   const std::array<std::byte, 3> jpeg{std::byte{0xff}, std::byte{0xd8}, std::byte{0}};
-  const auto message{sent_on<sensor_msgs::CompressedImage>("/stereo_grid/left/image_annotated/compressed",
-                                                           small_result(), {.left_jpeg = jpeg})};
+  const auto message{sent_on<sensor_msgs::CompressedImage>(
+      "/stereo_grid/left/image_annotated/compressed", small_result(), {.left_jpeg = [&] { return std::span{jpeg}; }})};
   EXPECT_EQ(message.format, "jpeg");
   EXPECT_EQ(message.header.frame_id, "stereo_left_optical");
   EXPECT_THAT(message.data, testing::ElementsAre(0xff, 0xd8, 0));

@@ -32,10 +32,11 @@ const Recorder& street() {
   const scenes::Scene scene{scenes::parse_scene("street?width=320&height=160&frames=12"), 2};
   Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2, .horizons_s = {0.5}}};
   FrameMessages messages{recorder, pipeline.rig()};
-  const std::array<std::byte, 2> jpeg{};
+  const std::array<std::byte, 2> bytes{};
+  const auto jpeg = [&bytes] { return std::span{bytes}; };
   for (std::size_t i{0}; i < scene.size(); ++i) {
     const StereoFrame frame{scene.load(i)};
-    messages.send(pipeline.process(frame), {.stamp_ns = frame.stamp_ns, .left_jpeg = jpeg});
+    messages.send(pipeline.process(frame), {.stamp_ns = frame.stamp_ns, .left_jpeg = jpeg, .u_disparity_jpeg = jpeg});
   }
   return recorder;
 }
@@ -51,6 +52,7 @@ TEST(FrameMessages, AreOfTheseTypes) {
       {"/stereo_grid/disparity", {"stereo_msgs/msg/DisparityImage", false}},
       {"/stereo_grid/points", {"sensor_msgs/msg/PointCloud2", false}},
       {"/stereo_grid/left/image_annotated/compressed", {"sensor_msgs/msg/CompressedImage", false}},
+      {"/stereo_grid/u_disparity/compressed", {"sensor_msgs/msg/CompressedImage", false}},
       {"/stereo_grid/scan", {"sensor_msgs/msg/LaserScan", false}},
       {"/stereo_grid/odometry", {"nav_msgs/msg/Odometry", false}},
       {"/tf", {"tf2_msgs/msg/TFMessage", false}},
@@ -138,8 +140,8 @@ TEST(StatusMessage, HasCountsTimesAndTheGround) {
   result.timing_ms.match = 12.5;
   result.road_density = 0.25;
   const std::vector<Dropped> dropped{{"no pair", 3}, {"too late", 4}};
-  const auto array{
-      sent_on<DiagnosticArray>("/stereo_grid/status", result, {.latency_ms = 31.5, .frames = 100, .dropped = dropped})};
+  const auto array{sent_on<DiagnosticArray>("/stereo_grid/status", result,
+                                            {.latency = {{31.5, 30, 40.25}}, .frames = 100, .dropped = dropped})};
   EXPECT_EQ(array.status.at(0).name, "stereo_grid");
   EXPECT_EQ(array.status.at(0).level, std::byte{0});
   auto values{values_of(array)};
@@ -147,6 +149,8 @@ TEST(StatusMessage, HasCountsTimesAndTheGround) {
   EXPECT_EQ(values["dropped"], "7");
   EXPECT_EQ(values["dropped: too late"], "4");
   EXPECT_EQ(values["latency_ms"], "31.5");
+  EXPECT_EQ(values["latency_median_ms"], "30");
+  EXPECT_EQ(values["latency_p99_ms"], "40.25");
   EXPECT_EQ(values["match_ms"], "12.5");
   EXPECT_EQ(values["ground_height_m"], "1.25");
   EXPECT_EQ(values["ground_estimated"], "true");

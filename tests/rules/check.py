@@ -24,7 +24,7 @@ STANDARD = re.compile(r"[a-z_0-9]+")  # <vector>; C++'s own headers have neither
 MACHINE_PATH = re.compile(r"(?<![\w.$}~*/-])/(?:wor[k]|hom[e]/\w+|roo[t]|User[s]/\w+|tmp/brie[f])(?:/|\b)")
 
 # of the libraries that may be shared; what their headers declare has to be seen from outside
-PUBLIC_HEADER = re.compile(r"((io|messages|mcap|scenes|evaluation)/)?include/stereogrid/.*\.hpp")
+PUBLIC_HEADER = re.compile(r"((io|messages|mcap|server|capture|scenes|evaluation)/)?include/stereogrid/.*\.hpp")
 NO_SYMBOL = re.compile(r"[\s#}/)]|(inline|constexpr|template|namespace|using|enum|struct|public|private)\b")
 
 DIRECT_OUTPUT = re.compile(r"\bfmt::print\b|\bstd::(cout|cerr|clog|printf|puts)\b")
@@ -47,6 +47,7 @@ ROOMS = (
     Room("io/include", ("include", "io/include"), "(?!)"),
     Room("messages/include", ("include", "messages/include"), "(?!)"),
     Room("mcap/include", ("include", "mcap/include"), "(?!)"),
+    Room("capture/include", ("include", "io/include", "capture/include"), "(?!)"),
     Room("scenes/include", ("include", "scenes/include"), "(?!)"),
     Room("evaluation/include", ("include", "evaluation/include"), "(?!)"),
     Room("src", ("include", "src"), TBB, r"src/backend/cpu\.hpp"),
@@ -58,12 +59,13 @@ ROOMS = (
     Room("messages", ("include", "messages/include", "messages/src"), "(?!)"),
     Room("mcap", ("include", "io/include", "mcap/include", "mcap/src"),
          r"(yaml-cpp|fmt)/.*|(sys/)?\w+\.h"),
+    Room("capture", ("include", "io/include", "capture/include", "capture/src"), r"(fmt|gst)/.*|(sys/)?\w+\.h"),
     Room("scenes", ("include", "scenes/include", "scenes"), TBB),
     Room("evaluation", ("include", "evaluation/include", "evaluation/src"), TBB),
     Room("research", ("include", "io/include", "scenes/include", "evaluation/include", "apps/stereogrid", "research"),
          r"(opencv2|nlohmann|fmt|spdlog|CLI)/.*|(sys/)?\w+\.h"),
-    Room("apps", ("include", "io/include", "messages/include", "mcap/include", "server/include", "scenes/include",
-                  "evaluation/include", "apps/stereogrid"),
+    Room("apps", ("include", "io/include", "messages/include", "mcap/include", "server/include", "capture/include",
+                  "scenes/include", "evaluation/include", "apps/stereogrid"),
          r"(opencv2|nlohmann|fmt|spdlog|CLI)/.*|(sys/)?\w+\.h"),
 )
 

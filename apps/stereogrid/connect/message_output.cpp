@@ -4,16 +4,19 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <optional>
+#include <span>
 #include <string_view>
 
 #include "connect/mcap_sink.hpp"
+#include "connect/server_sink.hpp"
 #include "pictures/picture.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/text.hpp"
-#include "stereogrid/messages/frame_messages.hpp"
 #include "stereogrid/messages/tee.hpp"
 
 namespace stereogrid::app {
@@ -21,12 +24,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view picture_topic{"left/image_annotated/compressed"};
-constexpr std::array<std::string_view, 3> topics_of_stages{"disparity", "points", picture_topic};
-
-bool is_wanted(const McapOptions& options, std::string_view topic) {
-  return options.topics.empty() || std::ranges::find(options.topics, topic) != options.topics.end();
-}
+constexpr std::array<std::string_view, 4> topics_of_stages{"disparity", "points", "left/image_annotated/compressed",
+                                                           "u_disparity/compressed"};
 
 /// Makes its folder.
 const fs::path& ready(const fs::path& file) {
@@ -36,14 +35,28 @@ const fs::path& ready(const fs::path& file) {
 
 }  // namespace
 
-void check_mcap(const McapOptions& options, const Rig& rig) {
-  if (options.file.empty()) {
+void add_message_options(CLI::App& command, MessageOptions& options) {
+  command
+      .add_option("--mcap", options.mcap,
+                  "Also a recording of the results as ROS 2 messages (docs/messages.md), for Foxglove, Lichtblick or "
+                  "ros2 bag.")
+      ->type_name("FILE.mcap");
+  command
+      .add_option("--mcap-topics", options.topics,
+                  "Only these topics, such as occupancy_grid,obstacles,tf; without disparity, points and the pictures "
+                  "the file is small.")
+      ->delimiter(',')
+      ->type_name("TOPIC,TOPIC,...");
+}
+
+void check(const MessageOptions& options, const Rig& rig) {
+  if (options.mcap.empty()) {
     if (options.topics.empty()) return;
     throw ConfigError{"--mcap-topics chooses what is recorded, but nothing is. Give --mcap FILE, too."};
   }
-  if (fs::exists(options.file) && !fs::is_other(options.file)) {
+  if (fs::exists(options.mcap) && !fs::is_other(options.mcap)) {
     throw ConfigError{fmt::format("--mcap {}: it is there already. Give another name, or delete it.",
-                                  io::printable_path(options.file))};
+                                  io::printable_path(options.mcap))};
   }
   try {
     messages::Tee nowhere{{}};
@@ -53,48 +66,61 @@ void check_mcap(const McapOptions& options, const Rig& rig) {
   }
 }
 
-bool needs_stages(const McapOptions& options) {
-  return !options.file.empty() &&
-         std::ranges::any_of(topics_of_stages, [&](std::string_view topic) { return is_wanted(options, topic); });
+bool needs_stages(const MessageOptions& options) {
+  const std::vector<std::string>& topics{options.topics};
+  return !options.mcap.empty() && (topics.empty() || std::ranges::any_of(topics_of_stages, [&](std::string_view topic) {
+                                     return std::ranges::find(topics, topic) != topics.end();
+                                   }));
 }
 
-struct McapRecorder::State {
-  State(const McapOptions& options, const Rig& first_rig, std::size_t first_frame)
-      : sink{ready(options.file)},
-        messages{sink, first_rig, {.topics = options.topics}},
-        rig{first_rig},
-        first{static_cast<std::int64_t>(first_frame)},
-        wants_picture{is_wanted(options, picture_topic)} {}
+struct MessageOutput::State {
+  State(const MessageOptions& options, server::Server* viewers, const Rig& first_rig) : rig{first_rig} {
+    std::vector<messages::Sink*> sinks;
+    if (!options.mcap.empty()) sinks.push_back(&recording.emplace(ready(options.mcap)));
+    if (viewers != nullptr) sinks.push_back(&live.emplace(*viewers));
+    if (options.topics.empty()) {
+      all.emplace(std::move(sinks));
+      senders.emplace_back(*all, rig);
+      return;
+    }
+    if (recording) senders.emplace_back(*recording, rig, messages::FrameMessagesOptions{.topics = options.topics});
+    if (live) senders.emplace_back(*live, rig);
+  }
 
-  McapSink sink;
-  messages::FrameMessages messages;
   Rig rig;
-  std::int64_t first;
-  std::int64_t frames{0};
-  bool wants_picture;
+  std::optional<McapSink> recording;
+  std::optional<ServerSink> live;
+  std::optional<messages::Tee> all;
+  std::vector<messages::FrameMessages> senders;
 };
 
-McapRecorder::McapRecorder(const McapOptions& options, const Rig& rig, std::size_t first_frame)
-    : state_{std::make_unique<State>(options, rig, first_frame)} {}
+MessageOutput::MessageOutput(const MessageOptions& options, server::Server* viewers, const Rig& rig)
+    : state_{std::make_unique<State>(options, viewers, rig)} {}
 
-McapRecorder::~McapRecorder() = default;
+MessageOutput::~MessageOutput() = default;
 
-void McapRecorder::add(const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
-  if (rig != state_->rig) state_->messages.set_rig(rig);
+void MessageOutput::send(const StereoFrame& frame, const FrameResult& result, const Rig& rig,
+                         messages::FrameFacts facts) {
+  std::vector<std::uint8_t> left;
+  std::vector<std::uint8_t> u_disparity;
+  facts.stamp_ns = frame.stamp_ns;
+  if (!result.stages.occupancy.empty()) {
+    const auto once = [](std::vector<std::uint8_t>& jpeg, const auto& make) {
+      if (jpeg.empty()) jpeg = make();
+      return std::as_bytes(std::span{jpeg});
+    };
+    facts.left_jpeg = [&, once] { return once(left, [&] { return annotated_jpeg(frame, result, rig); }); };
+    facts.u_disparity_jpeg = [&, once] { return once(u_disparity, [&] { return u_disparity_jpeg(result); }); };
+  }
+  for (messages::FrameMessages& sender : state_->senders) {
+    if (rig != state_->rig) sender.set_rig(rig);
+    sender.send(result, facts);
+  }
   state_->rig = rig;
-  ++state_->frames;
-  const std::array<messages::Dropped, 1> dropped{
-      {{"cannot be used", frame.index - state_->first + 1 - state_->frames}}};
-  const std::vector<std::uint8_t> jpeg{state_->wants_picture ? annotated_jpeg(frame, result, rig)
-                                                             : std::vector<std::uint8_t>{}};
-  state_->messages.send(result, {.stamp_ns = frame.stamp_ns,
-                                 .left_jpeg = std::as_bytes(std::span{jpeg}),
-                                 .frames = state_->frames,
-                                 .dropped = dropped});
 }
 
-void McapRecorder::finish() {
-  state_->sink.close();
+void MessageOutput::finish() {
+  if (state_->recording) state_->recording->close();
 }
 
 }  // namespace stereogrid::app

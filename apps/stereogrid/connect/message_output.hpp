@@ -7,32 +7,40 @@
 #include <string>
 #include <vector>
 
+#include "cli_fwd.hpp"
+#include "stereogrid/messages/frame_messages.hpp"
 #include "stereogrid/pipeline.hpp"
+
+namespace stereogrid::server {
+class Server;
+}
 
 namespace stereogrid::app {
 
-/// Which file, and which topics of docs/messages.md.
-struct McapOptions {
-  std::filesystem::path file;       ///< empty: none
-  std::vector<std::string> topics;  ///< empty: all
+/// Which recording, and which topics of docs/messages.md.
+struct MessageOptions {
+  std::filesystem::path mcap;       ///< empty: none
+  std::vector<std::string> topics;  ///< of the recording; empty: all
 };
 
+void add_message_options(CLI::App& command, MessageOptions& options);
+
 /// Throws ConfigError: a topic that does not exist, topics without a file, a file that is there already.
-void check_mcap(const McapOptions& options, const Rig& rig);
+void check(const MessageOptions& options, const Rig& rig);
 
 /// Is something recorded that is made of FrameResult::stages?
-[[nodiscard]] bool needs_stages(const McapOptions& options);
+[[nodiscard]] bool needs_stages(const MessageOptions& options);
 
-/// What is known after each frame as ROS 2 messages in an MCAP file.
-class McapRecorder {
+/// What is known after each frame as ROS 2 messages: into an MCAP file, to viewers, or both.
+class MessageOutput {
  public:
-  /// `rig`: of the first frame; `first_frame`: its place in the input. Throws DeviceError.
-  McapRecorder(const McapOptions& options, const Rig& rig, std::size_t first_frame);
-  ~McapRecorder();
+  /// `viewers`: has to live longer; nullptr: none. `rig`: of the first frame. Throws DeviceError.
+  MessageOutput(const MessageOptions& options, server::Server* viewers, const Rig& rig);
+  ~MessageOutput();
 
-  /// `rig`: of this frame. Throws DeviceError.
-  void add(const StereoFrame& frame, const FrameResult& result, const Rig& rig);
-  /// Throws DeviceError.
+  /// `facts`: all but the stamp and the pictures; `rig`: of this frame. Throws DeviceError.
+  void send(const StereoFrame& frame, const FrameResult& result, const Rig& rig, messages::FrameFacts facts);
+  /// The file is whole. Throws DeviceError.
   void finish();
 
  private:

@@ -18,4 +18,8 @@ namespace stereogrid::app {
 [[nodiscard]] std::vector<std::uint8_t> annotated_jpeg(const StereoFrame& frame, const FrameResult& result,
                                                        const Rig& rig);
 
+/// The smoothed u-disparity grid alone, a pixel for each cell, disparities growing downwards, as JPEG. Needs
+/// FrameResult::stages.
+[[nodiscard]] std::vector<std::uint8_t> u_disparity_jpeg(const FrameResult& result);
+
 }  // namespace stereogrid::app

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "pictures/panels.hpp"
+#include "pictures/picture.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -43,14 +45,19 @@ void draw_depth_axis(cv::Mat& canvas, const Box& box, int disparities, const Rig
   }
 }
 
-}  // namespace
-
-void draw_u_disparity(cv::Mat& canvas, const Box& box, const FrameResult& result, const Rig& rig) {
-  const Image<float>& occupancy{result.stages.occupancy_smooth};
+cv::Mat shades_of(const Image<float>& occupancy) {
   cv::Mat grey(occupancy.height(), occupancy.width(), CV_8UC1);
   for (int d{0}; d < grey.rows; ++d) {
     for (int u{0}; u < grey.cols; ++u) grey.at<std::uint8_t>(d, u) = grey_of(occupancy(u, d));
   }
+  return grey;
+}
+
+}  // namespace
+
+void draw_u_disparity(cv::Mat& canvas, const Box& box, const FrameResult& result, const Rig& rig) {
+  const Image<float>& occupancy{result.stages.occupancy_smooth};
+  const cv::Mat grey{shades_of(occupancy)};
   cv::Mat large;
   cv::resize(grey, large, {box.width, box.height}, 0, 0, cv::INTER_NEAREST);
   cv::Mat part{canvas(cv::Rect{box.x, box.y, box.width, box.height})};
@@ -58,6 +65,13 @@ void draw_u_disparity(cv::Mat& canvas, const Box& box, const FrameResult& result
   frame_box(canvas, box);
   draw_disparity_axis(canvas, box, occupancy.height());
   draw_depth_axis(canvas, box, occupancy.height(), rig);
+}
+
+std::vector<std::uint8_t> u_disparity_jpeg(const FrameResult& result) {
+  constexpr int quality{90};
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".jpg", shades_of(result.stages.occupancy_smooth), bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
+  return bytes;
 }
 
 }  // namespace stereogrid::app

@@ -37,29 +37,14 @@ void add_run_command(CLI::App& tool, int& exit_code) {
       ->delimiter(',')
       ->type_name("S,S,...");
   command->add_option("--frames", options->frames, frame_range_help)->type_name("FIRST:LAST");
-  command->add_option("--device", options->device, "Where the work is done; auto: the fastest there is.")
-      ->check(CLI::IsMember({"auto", "cpu", "cuda", "reference"}))
-      ->capture_default_str();
-  command
-      ->add_option("--threads", options->threads, "Threads of the pipeline; 0: all cores. Results do not depend on it.")
-      ->type_name("N")
-      ->check(whole_number(0, 1024), "[0 - 1024]")
-      ->capture_default_str();
+  add_device_options(*command, options->device);
   command->add_flag("--save-stages", options->save_stages, "Also what the stages hand to each other: stages/NAME.npz.");
   command->add_flag("--pictures", options->pictures, "Also a picture of every frame: pictures/NAME.png.");
   command->add_option("--video", options->video, "Also the pictures as a film (H.264, through the program ffmpeg).")
       ->type_name("FILE.mp4");
-  command
-      ->add_option("--mcap", options->mcap.file,
-                   "Also a recording of the results as ROS 2 messages (docs/messages.md), for Foxglove, Lichtblick or "
-                   "ros2 bag.")
-      ->type_name("FILE.mcap");
-  command
-      ->add_option("--mcap-topics", options->mcap.topics,
-                   "Only these topics, such as occupancy_grid,obstacles,tf; without disparity, points and the picture "
-                   "the file is small.")
-      ->delimiter(',')
-      ->type_name("TOPIC,TOPIC,...");
+  add_message_options(*command, options->messages);
+  command->add_flag("--view", options->view, "Also a page for the browser that shows the results as they come.");
+  add_page_options(*command, options->page);
   command->add_flag("--resume", options->resume, "Go on with a run that was stopped, to the same results.");
   command
       ->add_option("--input-wait", options->input_wait_s,

@@ -7,9 +7,10 @@
 
 namespace stereogrid::app {
 
-PoseStage::PoseStage(const Input& input, std::function<bool(std::size_t)> is_kept)
-    : poses_{input.poses}, is_kept_{std::move(is_kept)} {
-  if (poses_ == PoseSource::odometry) odometry_.emplace(input.source->rig(), input.mask);
+PoseStage::PoseStage(PoseSource poses, const Rig& rig, const Image<std::uint8_t>& mask,
+                     std::function<bool(std::size_t)> is_kept)
+    : poses_{poses}, is_kept_{std::move(is_kept)} {
+  if (poses_ == PoseSource::odometry) odometry_.emplace(rig, mask);
 }
 
 std::string PoseStage::place(StereoFrame& frame) {

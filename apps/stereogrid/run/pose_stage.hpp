@@ -19,7 +19,8 @@ namespace stereogrid::app {
 class PoseStage {
  public:
   /// What the odometry remembers after every frame for which `is_kept` says so waits for take_state().
-  explicit PoseStage(const Input& input, std::function<bool(std::size_t index)> is_kept = {});
+  PoseStage(PoseSource poses, const Rig& rig, const Image<std::uint8_t>& mask,
+            std::function<bool(std::size_t index)> is_kept = {});
 
   /// Goes on from there. Before the first frame. Throws InputError where the state does not fit.
   void load(const io::OdometryState& state);

@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 
+#include <array>
 #include <cerrno>
 #include <condition_variable>
 #include <deque>
@@ -69,7 +70,8 @@ struct ResultWriter::State {
     if (options.pictures) io::create_folder(options.folder / "pictures");
     lines.emplace(options.folder / "frames.jsonl");
     if (!options.video.empty()) video.emplace(options.video, options.video_rate_hz);
-    if (!options.mcap.file.empty()) recorder.emplace(options.mcap, options.rig, options.first_frame);
+    if (options.messages.mcap.empty() && options.page == nullptr) return;
+    messages.emplace(options.messages, options.page != nullptr ? &options.page->server() : nullptr, options.rig);
   }
 
   void write_frame(const Job& job) {
@@ -82,9 +84,18 @@ struct ResultWriter::State {
       if (options.pictures) io::write_png(options.folder / "pictures" / (job.frame.name + ".png"), picture);
       if (video) video->add(picture);
     }
-    if (recorder) recorder->add(job.frame, job.result, job.rig);
+    if (messages) send(job);
     lines->append(io::frame_line(job.frame, job.result, job.rig));
     if (job.checkpoint) io::write_checkpoint(options.folder, *job.checkpoint);
+  }
+
+  void send(const Job& job) {
+    ++sent;
+    const std::int64_t frames{job.frame.index - static_cast<std::int64_t>(options.first_frame) + 1};
+    const std::array<messages::Dropped, 1> dropped{{{"cannot be used", frames - sent}}};
+    const messages::FrameFacts facts{.frames = sent, .dropped = dropped};
+    messages->send(job.frame, job.result, job.rig, facts);
+    if (options.page != nullptr) options.page->note(job.result, facts);
   }
 
   void work() {
@@ -113,7 +124,8 @@ struct ResultWriter::State {
   WriterOptions options;
   std::optional<LineFile> lines;
   std::optional<Video> video;
-  std::optional<McapRecorder> recorder;
+  std::optional<MessageOutput> messages;
+  std::int64_t sent{0};
   std::mutex mutex;
   std::condition_variable changed;
   std::deque<Job> jobs;
@@ -155,7 +167,7 @@ void ResultWriter::finish() {
   if (state_->failure) std::rethrow_exception(state_->failure);
   state_->lines->close();
   if (state_->video) state_->video->finish();
-  if (state_->recorder) state_->recorder->finish();
+  if (state_->messages) state_->messages->finish();
 }
 
 }  // namespace stereogrid::app

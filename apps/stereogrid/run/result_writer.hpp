@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "connect/message_output.hpp"
+#include "connect/page.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
 #include "stereogrid/pipeline.hpp"
 
@@ -19,7 +20,8 @@ struct WriterOptions {
   bool pictures{false};
   std::filesystem::path video;  ///< empty: none
   double video_rate_hz{10};
-  McapOptions mcap{};
+  MessageOptions messages{};
+  Page* page{nullptr};         ///< that shows it, too, and has to live longer; none: nobody can watch
   Rig rig{};                   ///< of the first frame
   std::size_t first_frame{0};  ///< its place in the input
 };

@@ -38,33 +38,10 @@ namespace {
 
 constexpr std::size_t frames_ahead{4};
 
-BackEnd back_end_of(const RunOptions& options) {
-  if (options.device == "auto") return BackEnd::automatic;
-  if (options.device == "cuda") return BackEnd::cuda;
-  return options.device == "reference" ? BackEnd::reference : BackEnd::cpu;
-}
-
-std::string_view name_of(BackEnd back_end) {
-  if (back_end == BackEnd::cuda) return "cuda";
-  return back_end == BackEnd::reference ? "reference" : "cpu";
-}
-
-Pipeline start_pipeline(const RunOptions& options, const Config& config, const Input& input) {
-  try {
-    Pipeline pipeline{
-        config,
-        input.source->rig(),
-        {.back_end = back_end_of(options),
-         .threads = options.threads,
-         .stages = options.save_stages || options.pictures || !options.video.empty() || needs_stages(options.mcap),
-         .horizons_s = options.predict_s,
-         .mask = input.mask}};
-    if (pipeline.back_end() == BackEnd::cuda) spdlog::info("on the GPU");
-    if (!pipeline.why_not_cuda().empty()) spdlog::info("on the CPU. No GPU: {}", pipeline.why_not_cuda());
-    return pipeline;
-  } catch (const DeviceError& error) {
-    throw DeviceError{fmt::format("--device {}: {} Take --device cpu, or auto.", options.device, error.what())};
-  }
+PipelineOptions pipeline_options(const RunOptions& options, const Input& input) {
+  const bool stages{options.save_stages || options.pictures || !options.video.empty() || options.view ||
+                    needs_stages(options.messages)};
+  return {.stages = stages, .horizons_s = options.predict_s, .mask = input.mask};
 }
 
 /// Takes the frames of the input through the pipeline and to the files.
@@ -228,7 +205,7 @@ void print_summary(const io::RunRecord& record, const RunLoop& loop) {
 }
 
 void check_options(const RunOptions& options, const Input& input) {
-  check_mcap(options.mcap, input.source->rig());
+  check(options.messages, input.source->rig());
   if (options.matcher != "own" && input.recording != nullptr && input.recording->gives_disparities()) {
     throw ConfigError{fmt::format("--matcher {} needs right images, but the disparities are given ({}). Leave one out.",
                                   options.matcher, input.recording->contents().disparities.string())};
@@ -242,7 +219,7 @@ void check_options(const RunOptions& options) {
   if (options.resume && !options.video.empty()) {
     throw ConfigError{"--video cannot go on with --resume: a film is made in one go. Leave one of them out."};
   }
-  if (options.resume && !options.mcap.file.empty()) {
+  if (options.resume && !options.messages.mcap.empty()) {
     throw ConfigError{
         "--mcap cannot go on with --resume: a recording is made in one go. Go on without it; or give it to a new run "
         "with another --out."};
@@ -280,7 +257,7 @@ int run(const RunOptions& options) {
   const Input input{open_input(options.input)};
   check_options(options, input);
   log_input(input);
-  Pipeline pipeline{start_pipeline(options, config, input)};
+  Pipeline pipeline{start_pipeline(config, input.source->rig(), options.device, pipeline_options(options, input))};
   const LidarStage lidar{options.fuse == "lidar", input, pipeline.vehicle_grid(), options.fuse_rings};
   io::RunRecord record{describe_run(options, input, pipeline)};
   record.set_rigs(pipeline.rig(), pipeline.level_rig());
@@ -288,11 +265,18 @@ int run(const RunOptions& options) {
   options.resume ? record.resume() : record.begin();
   recall_skipped(*input.source, record);
   io::remove_torn_checkpoint(record.folder());
+  std::optional<Page> page;
+  if (options.view) {
+    page.emplace(options.page, options.folder);
+    tell("open {}\n", page->server().url());
+  }
   ResultWriter writer{{options.folder, !options.predict_s.empty(), options.save_stages, options.pictures, options.video,
-                       rate_hz(input), options.mcap, pipeline.rig(), record.range().first}};
+                       rate_hz(input), options.messages, page ? &*page : nullptr, pipeline.rig(),
+                       record.range().first}};
   const OpencvStage opencv{options.matcher, pipeline.config().matching.disparities};
   const io::Checkpoints checkpoints{record.range().first, static_cast<std::size_t>(options.checkpoint_every)};
-  PoseStage poses{input, [checkpoints](std::size_t index) { return checkpoints.is_due_after(index); }};
+  PoseStage poses{input.poses, input.source->rig(), input.mask,
+                  [checkpoints](std::size_t index) { return checkpoints.is_due_after(index); }};
   RunLoop loop{pipeline,
                poses,
                opencv,

@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "config_options.hpp"
-#include "input.hpp"
 #include "connect/message_output.hpp"
+#include "connect/page.hpp"
+#include "input.hpp"
+#include "start_pipeline.hpp"
 #include "sweeps.hpp"
 
 namespace stereogrid::app {
@@ -21,12 +23,13 @@ struct RunOptions {
   Rings fuse_rings{Rings::all};
   std::vector<double> predict_s;
   std::string frames;
-  std::string device{"auto"};
-  int threads{0};
+  DeviceOptions device;
   bool save_stages{false};
   bool pictures{false};
   std::string video;
-  McapOptions mcap;
+  MessageOptions messages;
+  bool view{false};
+  PageOptions page;
   bool resume{false};
   int checkpoint_every{100};
   int input_wait_s{300};

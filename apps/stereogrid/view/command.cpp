@@ -8,11 +8,9 @@
 #include <string>
 
 #include "commands.hpp"
-#include "connect/listen_address.hpp"
-#include "connect/viewer.hpp"
+#include "connect/page.hpp"
 #include "console.hpp"
 #include "interrupt.hpp"
-#include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/server/server.hpp"
 #include "view/playback.hpp"
@@ -23,28 +21,16 @@ namespace {
 
 struct Options {
   std::string recording;
-  std::string listen{"127.0.0.1:8765"};
+  PageOptions page;
 };
 
-server::ServerOptions server_options(const Options& options, const std::filesystem::path& file, Playback& playback) {
-  const ListenAddress listen{listen_address_of(options.listen)};
+server::ServerOptions server_options(const std::filesystem::path& file, Playback& playback) {
   server::ServerOptions made;
   made.name = io::printable_path(file.filename());
-  made.address = listen.address;
-  made.port = listen.port;
   made.sends_time = true;
   made.parameters.values = playback.parameters();
   made.parameters.set = [&playback](const server::Parameter& parameter) { return playback.set(parameter); };
-  made.http.assets = viewer_assets();
   return made;
-}
-
-std::unique_ptr<server::Server> listen(server::ServerOptions options) {
-  try {
-    return std::make_unique<server::Server>(std::move(options));
-  } catch (const DeviceError& error) {
-    throw DeviceError{std::string{error.what()} + " --listen :0 takes any free port."};
-  }
 }
 
 /// Until somebody asks to stop.
@@ -64,7 +50,7 @@ int view(const Options& options) {
   const std::filesystem::path file{recording_at(options.recording)};
   RecordedFrames frames{file};
   Playback playback{frames.stamps_ns()};
-  const auto server{listen(server_options(options, file, playback))};
+  const auto server{start_server(options.page, server_options(file, playback))};
   frames.add_channels(*server);
   catch_interrupts();
   for (const std::string& sentence : frames.bag().damage()) tell_on_stderr("warning: {}\n", sentence);
@@ -82,12 +68,7 @@ void add_view_command(CLI::App& tool, int& exit_code) {
   command->add_option("recording", options->recording, "A recording of 'run --mcap', or the folder of that run.")
       ->type_name("FILE.mcap|DIR")
       ->required();
-  command
-      ->add_option("--listen", options->listen,
-                   "Where browsers find the page. On other than a loopback address its link has a token, without which "
-                   "nobody gets in. Port 0: any free one.")
-      ->type_name("ADDRESS:PORT")
-      ->capture_default_str();
+  add_page_options(*command, options->page);
   command->callback([options, &exit_code] { exit_code = view(*options); });
 }
 

@@ -9,6 +9,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/image_file.hpp"
+#include "stereogrid/io/rectifier.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
@@ -33,6 +34,15 @@ Image<std::uint8_t> read_mask(const std::filesystem::path& path, int width_px, i
   if (std::ranges::none_of(mask, [](std::uint8_t pixel) { return pixel != 0; })) {
     throw InputError{file, "masks every pixel.", "Black (0) is what shows the vehicle; make the rest white."};
   }
+  return mask;
+}
+
+Image<std::uint8_t> read_mask(const std::filesystem::path& path, const Calibration& calibration) {
+  const Rig& rig{calibration.rig};
+  Image<std::uint8_t> mask{read_mask(path, rig.width_px, rig.height_px)};
+  if (!calibration.raw) return mask;
+  mask = Rectifier{*calibration.raw, rig.width_px, rig.height_px}.left(mask);
+  for (std::uint8_t& pixel : mask) pixel = pixel == 255 ? 255 : 0;
   return mask;
 }
 

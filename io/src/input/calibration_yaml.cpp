@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "input/calibration_forms.hpp"
 #include "input/raw_pair.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -45,8 +46,15 @@ void read_size(const YamlGroup& root, Rig& rig) {
 
 /// A calibration that names another tool's file, and says what such a file cannot say.
 Calibration read_named(const YamlGroup& root, const std::filesystem::path& path, CalibrationRequest request) {
-  root.need_only({"from", "images", "baseline_m", "mount", "mask"});
+  root.need_only({"from", "image", "images", "baseline_m", "mount", "mask"});
   request.is_named = true;
+  Rig stated;
+  read_size(root, stated);
+  if (stated.width_px != 0) {
+    take_size(root.file(), stated, request);
+    request.width_px = stated.width_px;
+    request.height_px = stated.height_px;
+  }
   if (root.has("images")) {
     const std::string images{root.word("images")};
     if (images != "raw" && images != "rectified")
@@ -59,6 +67,7 @@ Calibration read_named(const YamlGroup& root, const std::filesystem::path& path,
   if (files.empty() || files.size() > 2) root.fail("'from' is neither one file nor two.");
   for (std::filesystem::path& file : files) file = path.parent_path() / file;
   Calibration calibration{read_form(files, request)};
+  take_size(printable_path(files.front()), calibration.rig, request);
   if (request.images_are_raw && calibration.kind != "ROS camera_info") {
     root.fail("has 'images', but the file that it names leaves no choice: " + calibration.kind + ".", "Leave it out.");
   }

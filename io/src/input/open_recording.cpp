@@ -83,17 +83,10 @@ void find_calibration(RecordingContents& contents, const InputLayout& layout, co
   note_calibration(contents, contents.calibration_file);
 }
 
-/// The mask is of the images as they lie there; those of a raw pair are rectified, and what then is not the camera's is
-/// masked, too.
 void find_mask(RecordingContents& contents, const InputArguments& arguments) {
   contents.mask_file = arguments.mask.value_or(contents.calibration.mask);
   if (contents.mask_file.empty()) return;
-  const Rig& rig{contents.calibration.rig};
-  contents.mask = read_mask(contents.mask_file, rig.width_px, rig.height_px);
-  if (contents.calibration.raw) {
-    contents.mask = Rectifier{*contents.calibration.raw, rig.width_px, rig.height_px}.left(contents.mask);
-    for (std::uint8_t& pixel : contents.mask) pixel = pixel == 255 ? 255 : 0;
-  }
+  contents.mask = read_mask(contents.mask_file, contents.calibration);
   const auto masked{std::ranges::count(contents.mask, 0)};
   contents.notes.push_back(
       fmt::format("mask: {}, {:.1f} % of the image are not used", printable_path(contents.mask_file),

@@ -50,7 +50,11 @@ void add_counts(Values& values, const FrameFacts& facts) {
 }
 
 void add_times(Values& values, const StageTimes& times, const FrameFacts& facts) {
-  if (facts.latency_ms) values.add("latency_ms", *facts.latency_ms);
+  if (facts.latency) {
+    values.add("latency_ms", facts.latency->now);
+    values.add("latency_median_ms", facts.latency->median);
+    values.add("latency_p99_ms", facts.latency->p99);
+  }
   values.add("total_ms", times.total);
   values.add("odometry_ms", times.odometry);
   values.add("match_ms", times.match);

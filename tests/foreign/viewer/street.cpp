@@ -41,8 +41,8 @@ void drive(messages::Sink& sink, const std::function<bool()>& goes_on) {
     const FrameResult& result{pipeline.process(frame)};
     const auto jpeg{jpeg_of(frame.left)};
     messages.send(result, {.stamp_ns = frame.stamp_ns,
-                           .left_jpeg = std::as_bytes(std::span{jpeg}),
-                           .latency_ms = result.timing_ms.total + 5,
+                           .left_jpeg = [&jpeg] { return std::as_bytes(std::span{jpeg}); },
+                           .latency = {{result.timing_ms.total + 5, 0, 0}},
                            .frames = static_cast<std::int64_t>(i) + 1});
   }
 }

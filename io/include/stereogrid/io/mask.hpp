@@ -7,6 +7,7 @@
 
 #include "stereogrid/export.hpp"
 #include "stereogrid/image.hpp"
+#include "stereogrid/io/calibration.hpp"
 
 namespace stereogrid::io {
 
@@ -15,5 +16,10 @@ namespace stereogrid::io {
 /// (whose black is not quite 0), or nothing in it is used.
 [[nodiscard]] STEREOGRID_EXPORT Image<std::uint8_t> read_mask(const std::filesystem::path& path, int width_px,
                                                               int height_px);
+
+/// The same of the rectified left image, from a mask of the images as the cameras give them: those of a raw pair are
+/// rectified, and what then is not the camera's is masked, too.
+[[nodiscard]] STEREOGRID_EXPORT Image<std::uint8_t> read_mask(const std::filesystem::path& path,
+                                                              const Calibration& calibration);
 
 }  // namespace stereogrid::io

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -34,13 +35,23 @@ struct Dropped {
   std::int64_t frames{0};
 };
 
+/// From exposure until the grid is there, ms.
+struct Latency {
+  double now{0};
+  double median{0};  ///< of the last frames; so is the 99th percentile
+  double p99{0};
+};
+
 /// What is told of a frame that FrameResult does not know.
 struct FrameFacts {
-  std::int64_t stamp_ns{0};                ///< StereoFrame::stamp_ns
-  std::span<const std::byte> left_jpeg{};  ///< left image with what is drawn on it, as JPEG; empty: none is sent
-  std::optional<double> latency_ms{};      ///< from exposure until now
-  std::int64_t frames{0};                  ///< used so far, this one included
-  std::span<const Dropped> dropped{};      ///< so far
+  std::int64_t stamp_ns{0};  ///< StereoFrame::stamp_ns
+  /// Makes the left image with what is drawn on it, as JPEG, and the u-disparity grid; called where somebody wants it.
+  /// What they return has to stay until send() returns. None: there is no such picture.
+  std::function<std::span<const std::byte>()> left_jpeg{};
+  std::function<std::span<const std::byte>()> u_disparity_jpeg{};
+  std::optional<Latency> latency{};
+  std::int64_t frames{0};              ///< used so far, this one included
+  std::span<const Dropped> dropped{};  ///< so far
 };
 
 /// Sends what is known after each frame as ROS 2 messages; docs/messages.md has the topics, their types and frames. A

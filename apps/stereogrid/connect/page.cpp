@@ -1,0 +1,161 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "connect/page.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "connect/listen_address.hpp"
+#include "connect/viewer.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/run_folder/stages.hpp"
+#include "stereogrid/server/metrics.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::seconds healthy_for{5};  // after a frame
+constexpr int service_unavailable{503};
+
+}  // namespace
+
+void add_page_options(CLI::App& command, PageOptions& options) {
+  command
+      .add_option("--listen", options.listen,
+                  "Where browsers find the page. On other than a loopback address its link has a token, without which "
+                  "nobody gets in. Port 0: any free one.")
+      ->type_name("ADDRESS:PORT")
+      ->capture_default_str();
+  command
+      .add_option("--allow-origin", options.allowed_origins,
+                  "Pages of other sites that may read the results, such as https://app.foxglove.dev.")
+      ->delimiter(',')
+      ->type_name("URL,URL,...");
+}
+
+std::unique_ptr<server::Server> start_server(const PageOptions& options, server::ServerOptions made) {
+  const ListenAddress listen{listen_address_of(options.listen)};
+  made.address = listen.address;
+  made.port = listen.port;
+  made.allowed_origins = options.allowed_origins;
+  made.http.assets = viewer_assets();
+  try {
+    return std::make_unique<server::Server>(std::move(made));
+  } catch (const DeviceError& error) {
+    throw DeviceError{std::string{error.what()} + " --listen :0 takes any free port."};
+  }
+}
+
+struct Page::State {
+  [[nodiscard]] server::Answer health() const;
+  [[nodiscard]] server::Answer metrics() const;
+  void write_counts(server::Metrics& metrics) const;
+  void write_times(server::Metrics& metrics) const;
+
+  mutable std::mutex mutex;  // of what follows, but for the server itself
+  std::string fault;
+  std::optional<Clock::time_point> last_frame;
+  StageTimes times;
+  std::size_t obstacles{0};
+  messages::FrameFacts facts;
+  std::vector<messages::Dropped> dropped;
+  std::unique_ptr<server::Server> server;  // its thread uses what is above
+};
+
+server::Answer Page::State::health() const {
+  const std::scoped_lock lock{mutex};
+  if (!fault.empty()) return {service_unavailable, "text/plain; charset=utf-8", fault + "\n"};
+  if (!last_frame) return {service_unavailable, "text/plain; charset=utf-8", "No frame is done yet.\n"};
+  const auto since{Clock::now() - *last_frame};
+  if (since <= healthy_for) return {.body = "fine\n"};
+  return {service_unavailable, "text/plain; charset=utf-8",
+          fmt::format("The last frame was {:.0f} s ago.\n", std::chrono::duration<double>{since}.count())};
+}
+
+void Page::State::write_counts(server::Metrics& metrics) const {
+  metrics.counter("stereogrid_frames_total", "Frames that became grids.");
+  metrics.sample(static_cast<double>(facts.frames));
+  metrics.counter("stereogrid_frames_dropped_total", "Frames that did not, and why.");
+  for (const messages::Dropped& one : dropped) {
+    metrics.sample(static_cast<double>(one.frames), {{"reason", one.reason}});
+  }
+  metrics.gauge("stereogrid_obstacles", "Confirmed obstacles in the last frame.");
+  metrics.sample(static_cast<double>(obstacles));
+}
+
+void Page::State::write_times(server::Metrics& metrics) const {
+  constexpr double seconds_per_ms{1e-3};
+  metrics.gauge("stereogrid_stage_seconds", "Time that each stage took for the last frame.");
+  for (const io::StageField& stage : io::stage_fields) {
+    metrics.sample(times.*stage.milliseconds * seconds_per_ms, {{"stage", std::string{stage.name}}});
+  }
+  if (!facts.latency) return;
+  metrics.gauge("stereogrid_latency_seconds", "From exposure to grid, of the last frames.");
+  metrics.sample(facts.latency->median * seconds_per_ms, {{"quantile", "0.5"}});
+  metrics.sample(facts.latency->p99 * seconds_per_ms, {{"quantile", "0.99"}});
+}
+
+server::Answer Page::State::metrics() const {
+  server::Metrics metrics;
+  const std::scoped_lock lock{mutex};
+  write_counts(metrics);
+  write_times(metrics);
+  if (server) {
+    const server::ServerCounts counts{server->counts()};
+    metrics.gauge("stereogrid_viewers", "Clients that are connected by WebSocket.");
+    metrics.sample(static_cast<double>(counts.clients));
+    metrics.counter("stereogrid_messages_sent_total", "Messages sent, to each client.");
+    metrics.sample(static_cast<double>(counts.messages_sent));
+    metrics.counter("stereogrid_messages_dropped_total", "Messages for clients that were too slow.");
+    metrics.sample(static_cast<double>(counts.messages_dropped));
+  }
+  return {.content_type = server::Metrics::content_type, .body = metrics.text()};
+}
+
+Page::Page(const PageOptions& options, std::string name, server::Parameters parameters)
+    : state_{std::make_unique<State>()} {
+  server::ServerOptions made;
+  made.name = std::move(name);
+  made.parameters = std::move(parameters);
+  made.http.endpoints.push_back({"/healthz", [state = state_.get()] { return state->health(); }});
+  made.http.endpoints.push_back({"/metrics", [state = state_.get()] { return state->metrics(); }});
+  auto server{start_server(options, std::move(made))};
+  const std::scoped_lock lock{state_->mutex};  // somebody may ask already
+  state_->server = std::move(server);
+}
+
+Page::~Page() = default;
+
+server::Server& Page::server() {
+  return *state_->server;
+}
+
+void Page::note(const FrameResult& result, const messages::FrameFacts& facts) {
+  const std::scoped_lock lock{state_->mutex};
+  state_->last_frame = Clock::now();
+  state_->times = result.timing_ms;
+  state_->obstacles = result.obstacles.size();
+  state_->dropped.assign(facts.dropped.begin(), facts.dropped.end());
+  state_->facts.frames = facts.frames;
+  state_->facts.latency = facts.latency;
+}
+
+void Page::set_fault(const std::string& sentence) {
+  {
+    const std::scoped_lock lock{state_->mutex};
+    if (state_->fault == sentence) return;
+    state_->fault = sentence;
+  }
+  const bool is_fine{sentence.empty()};
+  server().send_status(is_fine ? server::StatusLevel::info : server::StatusLevel::warning,
+                       is_fine ? "It works again." : sentence);
+}
+
+}  // namespace stereogrid::app

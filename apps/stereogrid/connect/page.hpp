@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli_fwd.hpp"
+#include "stereogrid/messages/frame_messages.hpp"
+#include "stereogrid/server/server.hpp"
+
+namespace stereogrid::app {
+
+/// Where a server listens and what it lets in, as its user says.
+struct PageOptions {
+  std::string listen{"127.0.0.1:8765"};  ///< listen_address_of()
+  std::vector<std::string> allowed_origins;
+};
+
+void add_page_options(CLI::App& command, PageOptions& options);
+
+/// A server at that place. Throws ConfigError, DeviceError.
+[[nodiscard]] std::unique_ptr<server::Server> start_server(const PageOptions& options, server::ServerOptions made);
+
+/// The page, the messages it shows, /metrics for Prometheus and /healthz. Functions may be called from any thread.
+class Page {
+ public:
+  /// `name`: for the page to show. Throws ConfigError, DeviceError.
+  Page(const PageOptions& options, std::string name, server::Parameters parameters = {});
+  ~Page();
+
+  [[nodiscard]] server::Server& server();
+
+  /// After each frame, for /metrics and /healthz.
+  void note(const FrameResult& result, const messages::FrameFacts& facts);
+  /// What is wrong, for /healthz and as a sentence to all viewers, where it is another than before; "": nothing.
+  void set_fault(const std::string& sentence);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace stereogrid::app

@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "commands.hpp"
+#include "live/live.hpp"
+#include "option_checks.hpp"
+
+namespace stereogrid::app {
+
+void add_live_command(CLI::App& tool, int& exit_code) {
+  auto options{std::make_shared<LiveOptions>()};
+  CLI::App* command{tool.add_subcommand(
+      "live", "Grids and obstacles of a camera, or a recording at its own pace, in the browser; Ctrl-C ends it.")};
+  command->footer(
+      "INPUT is a recording as of 'run', or a camera with --calibration: /dev/video0 /dev/video2 (two devices),\n"
+      "/dev/video0 (both images side by side), 'gst:…' (a GStreamer pipeline), shm:/NAME (docs/live.md).\n\n"
+      "Examples:\n"
+      "  stereogrid live drives/0009 --loop\n"
+      "  stereogrid live /dev/video0 /dev/video2 --calibration stereo.yaml\n"
+      "  stereogrid live 'gst:rtspsrc location=rtsp://robot/stereo ! decodebin' --calibration stereo.yaml");
+  add_input_options(*command, options->input.input);
+  command->add_flag("--loop", options->input.loops, "Begin again after the last frame.");
+  command->add_option("--speed", options->input.speed, "Of a recording: 2 is twice as fast.")
+      ->type_name("X")
+      ->check(number(0.01, 100))
+      ->capture_default_str();
+  add_config_options(*command, options->config);
+  add_device_options(*command, options->device);
+  command
+      ->add_option("--predict", options->predict_s,
+                   "Also the filtered grid as it will be so many seconds later, as topics predicted_grid_<s>.")
+      ->delimiter(',')
+      ->type_name("S,S,...");
+  add_message_options(*command, options->messages);
+  add_page_options(*command, options->page);
+  command->callback([options, &exit_code] { exit_code = live(*options); });
+}
+
+}  // namespace stereogrid::app

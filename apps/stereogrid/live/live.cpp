@@ -1,0 +1,189 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "live/live.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <atomic>
+#include <chrono>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "commands.hpp"
+#include "console.hpp"
+#include "interrupt.hpp"
+#include "live/latency.hpp"
+#include "run/pose_stage.hpp"
+#include "stereogrid/error.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+using namespace std::chrono_literals;
+using capture::Clock;
+using capture::LiveFrame;
+
+constexpr auto report_every{10s};
+
+/// Viewers' wish to begin afresh, as the parameter "pipeline.reset": true; it goes back to false once that is done.
+class ResetWish {
+ public:
+  [[nodiscard]] server::Parameters parameters() {
+    return {{{name, false}}, [this](const server::Parameter& parameter) {
+              if (std::get<bool>(parameter.value)) is_wanted_ = true;
+              return std::optional<std::string>{};
+            }};
+  }
+  [[nodiscard]] bool take(server::Server& server) {
+    if (!is_wanted_.exchange(false)) return false;
+    server.set_parameter({name, false});
+    return true;
+  }
+
+ private:
+  static constexpr const char* name{"pipeline.reset"};
+  std::atomic<bool> is_wanted_{false};
+};
+
+/// Takes frames as they come through the pipeline to the viewers.
+class LiveLoop {
+ public:
+  LiveLoop(const LiveInput& input, Pipeline& pipeline, MessageOutput& output, Page& page, ResetWish& reset)
+      : input_{input}, pipeline_{pipeline}, output_{output}, page_{page}, reset_{reset} {}
+
+  void go_on() {
+    restart_odometry();
+    while (interrupted() == 0 && !input_.source->has_ended()) {
+      try {
+        if (std::optional<LiveFrame> live{input_.source->next(100ms)}) take(std::move(*live));
+        tell_fault(input_.source->fault());
+      } catch (const InputError& error) {
+        tell_unusable(error.what());
+      }
+      if (Clock::now() - reported_ >= report_every) report();
+    }
+  }
+
+  void report() {
+    const Clock::time_point now{Clock::now()};
+    const double seconds{std::chrono::duration<double>{now - reported_}.count()};
+    spdlog::info("{} frames ({:.1f} per second), latency {:.1f} ms (99 %: {:.1f} ms){}", frames_,
+                 static_cast<double>(frames_ - frames_reported_) / seconds, latency_.median, latency_.p99,
+                 dropped_text());
+    reported_ = now;
+    frames_reported_ = frames_;
+  }
+
+  [[nodiscard]] bool has_frames() const { return frames_ > 0; }
+
+ private:
+  void restart_odometry() { poses_.emplace(input_.poses, input_.source->rig(), input_.mask); }
+
+  void take(LiveFrame live) {
+    if (live.begins_anew || reset_.take(page_.server())) {
+      pipeline_.reset();
+      restart_odometry();
+    }
+    const Clock::time_point begun{Clock::now()};
+    const std::string warning{poses_->place(live.frame)};
+    const double odometry_ms{std::chrono::duration<double, std::milli>{Clock::now() - begun}.count()};
+    const Rig rig{pipeline_.rig()};  // a mounting that this frame shows is of the next one
+    pipeline_.process(live.frame, result_);
+    if (poses_->takes_time()) result_.timing_ms.odometry = odometry_ms;
+    if (!warning.empty()) result_.warnings.push_back(warning);
+    latency_ = latencies_.add(Clock::now() - live.captured);
+    tell_warnings(result_.warnings);
+    send(live.frame, rig);
+  }
+
+  void send(const StereoFrame& frame, const Rig& rig) {
+    ++frames_;
+    std::vector<messages::Dropped> dropped;
+    for (const capture::Drop& drop : input_.source->dropped()) dropped.push_back({drop.reason, drop.frames});
+    if (unusable_ > 0) dropped.push_back({"refused by the pipeline", unusable_});
+    const messages::FrameFacts facts{.latency = latency_, .frames = frames_, .dropped = dropped};
+    output_.send(frame, result_, rig, facts);
+    page_.note(result_, facts);
+  }
+
+  void tell_unusable(const std::string& reason) {
+    if (reason != unusable_reason_) spdlog::warn("a frame cannot be used: {}", reason);
+    unusable_reason_ = reason;
+    ++unusable_;
+  }
+
+  void tell_warnings(const std::vector<std::string>& warnings) {
+    for (const std::string& warning : warnings) {
+      const bool is_new{std::ranges::find(told_, warning) == told_.end()};
+      spdlog::log(is_new ? spdlog::level::warn : spdlog::level::debug, "{}", warning);
+    }
+    told_ = warnings;
+  }
+
+  // Sentences that count seconds are one and the same.
+  void tell_fault(const std::string& fault) {
+    const auto without_digits = [](std::string text) {
+      std::erase_if(text, [](char letter) { return letter >= '0' && letter <= '9'; });
+      return text;
+    };
+    if (without_digits(fault) == without_digits(fault_)) return;
+    if (fault.empty()) {
+      spdlog::info("it works again");
+    } else {
+      spdlog::warn("{}", fault);
+    }
+    fault_ = fault;
+    page_.set_fault(fault);
+  }
+
+  [[nodiscard]] std::string dropped_text() const {
+    std::string text;
+    for (const capture::Drop& drop : input_.source->dropped()) {
+      text += fmt::format("{} {}: {}", text.empty() ? "; not used:" : ",", drop.reason, drop.frames);
+    }
+    return text;
+  }
+
+  const LiveInput& input_;
+  Pipeline& pipeline_;
+  MessageOutput& output_;
+  Page& page_;
+  ResetWish& reset_;
+  std::optional<PoseStage> poses_;
+  FrameResult result_;
+  LatencyWindow latencies_;
+  messages::Latency latency_;
+  std::int64_t frames_{0};
+  std::int64_t frames_reported_{0};
+  std::int64_t unusable_{0};
+  std::string unusable_reason_;
+  std::vector<std::string> told_;
+  std::string fault_;
+  Clock::time_point reported_{Clock::now()};
+};
+
+}  // namespace
+
+int live(const LiveOptions& options) {
+  const Config config{config_from(options.config)};
+  const LiveInput input{open_live_input(options.input)};
+  check(options.messages, input.source->rig());
+  Pipeline pipeline{start_pipeline(config, input.source->rig(), options.device,
+                                   {.horizons_s = options.predict_s, .mask = input.mask})};
+  ResetWish reset;
+  Page page{options.page, input.kind, reset.parameters()};
+  MessageOutput output{options.messages, &page.server(), pipeline.rig()};
+  catch_interrupts();
+  tell("open {}\n", page.server().url());
+  if (const std::string lost{lost_output()}; !lost.empty()) return exit_try_again;  // run_program() says it
+  LiveLoop loop{input, pipeline, output, page, reset};
+  loop.go_on();
+  output.finish();
+  loop.report();
+  if (interrupted() != 0 || loop.has_frames()) return exit_done;
+  throw InputError{input.kind, "has ended without a frame that could be used.", "The warnings above say why."};
+}
+
+}  // namespace stereogrid::app

@@ -1,0 +1,113 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "live/live_input.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <utility>
+
+#include "stereogrid/capture/gstreamer.hpp"
+#include "stereogrid/capture/playback.hpp"
+#include "stereogrid/capture/shared_memory.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/calibration.hpp"
+#include "stereogrid/io/mask.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view gstreamer{"gst:"};
+constexpr std::string_view shared_memory{"shm:"};
+constexpr std::string_view video{"v4l2:"};
+
+bool is_camera(const std::string& path) {
+  return path.starts_with(gstreamer) || path.starts_with(shared_memory) || path.starts_with(video) ||
+         path.starts_with("/dev/video");
+}
+
+io::Calibration calibration_of(const InputOptions& options) {
+  if (options.calibration.empty()) {
+    throw ConfigError{
+        "A camera needs --calibration FILE: calibration.yaml, or one of KITTI, ROS, OpenCV or Kalibr (docs/input.md)."};
+  }
+  io::Calibration calibration{io::read_calibration(options.calibration)};
+  for (const std::string& note : calibration.notes) spdlog::info("{}", note);
+  if (!calibration.has_mounting) {
+    spdlog::info("mounting: not in the calibration; camera height 1.65 m and pitch 0 assumed");
+  }
+  return calibration;
+}
+
+void check_camera_options(const LiveInputOptions& options) {
+  const InputOptions& input{options.input};
+  if (!input.disparities.empty() || !input.left_topic.empty() || !input.right_topic.empty()) {
+    throw ConfigError{"--disparities, --left-topic and --right-topic are of recordings, but SOURCE is a camera."};
+  }
+  if (options.speed != 1) throw ConfigError{"--speed is of recordings, but SOURCE is a camera."};
+  if (!input.poses.empty() && input.poses != "odometry" && input.poses != "none") {
+    throw ConfigError{"--poses of a camera are 'odometry' (found from the images) or 'none'."};
+  }
+}
+
+std::vector<std::string> devices_of(const std::vector<std::string>& paths) {
+  if (!paths.front().starts_with(video)) return paths;
+  const std::string given{paths.front().substr(video.size())};
+  const std::size_t comma{given.find(',')};
+  if (comma == std::string::npos) return {given};
+  return {given.substr(0, comma), given.substr(comma + 1)};
+}
+
+std::unique_ptr<capture::LiveSource> open_camera(const LiveInputOptions& options, const io::Calibration& calibration) {
+  const std::vector<std::string>& paths{options.input.paths};
+  const std::chrono::duration<double, std::milli> tolerance{options.input.pair_tolerance_ms};
+  const capture::CameraOptions camera{
+      .pairing = {.tolerance = std::chrono::duration_cast<std::chrono::nanoseconds>(tolerance)},
+      .loops = options.loops};
+  const std::string& first{paths.front()};
+  if (first.starts_with(gstreamer)) {
+    return capture::open_gstreamer(first.substr(gstreamer.size()), calibration, camera);
+  }
+  if (first.starts_with(shared_memory)) {
+    return capture::open_shared_memory(first.substr(shared_memory.size()), calibration, camera.pairing);
+  }
+  const std::vector<std::string> devices{devices_of(paths)};
+  return capture::open_gstreamer(
+      capture::v4l2_pipeline(devices.front(), devices.size() > 1 ? devices.back() : "", calibration.rig), calibration,
+      camera);
+}
+
+LiveInput open_camera_input(const LiveInputOptions& options) {
+  check_camera_options(options);
+  const io::Calibration calibration{calibration_of(options.input)};
+  LiveInput live;
+  live.poses = options.input.poses == "none" ? PoseSource::none : PoseSource::odometry;
+  const fs::path mask{options.input.mask.empty() ? calibration.mask : fs::path{options.input.mask}};
+  if (!mask.empty()) live.mask = io::read_mask(mask, calibration);
+  live.source = open_camera(options, calibration);
+  live.kind = options.input.paths.size() == 1 ? options.input.paths.front()
+                                              : options.input.paths.front() + " " + options.input.paths.back();
+  return live;
+}
+
+}  // namespace
+
+LiveInput open_live_input(const LiveInputOptions& options) {
+  if (is_camera(options.input.paths.front())) return open_camera_input(options);
+  LiveInput live;
+  live.recording = open_input(options.input);
+  log_input(live.recording);
+  live.poses = live.recording.poses;
+  live.mask = live.recording.mask;
+  live.kind = options.input.paths.front();
+  live.source = capture::play(*live.recording.source, {.loops = options.loops, .speed = options.speed});
+  return live;
+}
+
+}  // namespace stereogrid::app

@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "input.hpp"
+#include "stereogrid/capture/live_source.hpp"
+
+namespace stereogrid::app {
+
+struct LiveInputOptions {
+  InputOptions input;  ///< whose paths are SOURCE
+  bool loops{false};
+  double speed{1};
+};
+
+/// What SOURCE names, opened.
+struct LiveInput {
+  Input recording{};  ///< with a source where it is one; has to live longer than `source`
+  std::unique_ptr<capture::LiveSource> source;
+  std::string kind;
+  PoseSource poses{PoseSource::odometry};
+  Image<std::uint8_t> mask{};
+};
+
+/// Throws ConfigError, InputError.
+[[nodiscard]] LiveInput open_live_input(const LiveInputOptions& options);
+
+}  // namespace stereogrid::app

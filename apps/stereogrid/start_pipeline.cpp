@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "start_pipeline.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+
+#include "option_checks.hpp"
+#include "stereogrid/error.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+BackEnd back_end_of(const std::string& device) {
+  if (device == "auto") return BackEnd::automatic;
+  if (device == "cuda") return BackEnd::cuda;
+  return device == "reference" ? BackEnd::reference : BackEnd::cpu;
+}
+
+}  // namespace
+
+void add_device_options(CLI::App& command, DeviceOptions& options) {
+  command.add_option("--device", options.device, "Where the work is done; auto: the fastest there is.")
+      ->check(CLI::IsMember({"auto", "cpu", "cuda", "reference"}))
+      ->capture_default_str();
+  command
+      .add_option("--threads", options.threads, "Threads of the pipeline; 0: all cores. Results do not depend on it.")
+      ->type_name("N")
+      ->check(whole_number(0, 1024), "[0 - 1024]")
+      ->capture_default_str();
+}
+
+Pipeline start_pipeline(const Config& config, const Rig& rig, const DeviceOptions& options, PipelineOptions made) {
+  made.back_end = back_end_of(options.device);
+  made.threads = options.threads;
+  try {
+    Pipeline pipeline{config, rig, made};
+    if (pipeline.back_end() == BackEnd::cuda) spdlog::info("on the GPU");
+    if (!pipeline.why_not_cuda().empty()) spdlog::info("on the CPU. No GPU: {}", pipeline.why_not_cuda());
+    return pipeline;
+  } catch (const DeviceError& error) {
+    throw DeviceError{fmt::format("--device {}: {} Take --device cpu, or auto.", options.device, error.what())};
+  }
+}
+
+std::string_view name_of(BackEnd back_end) {
+  if (back_end == BackEnd::cuda) return "cuda";
+  return back_end == BackEnd::reference ? "reference" : "cpu";
+}
+
+}  // namespace stereogrid::app

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "stereogrid/capture/live_source.hpp"
+#include "stereogrid/export.hpp"
+#include "stereogrid/io/calibration.hpp"
+#include "stereogrid/pixel_view.hpp"
+
+namespace stereogrid::capture {
+
+enum class Side { left, right };
+
+struct PairingOptions {
+  std::chrono::nanoseconds tolerance{std::chrono::milliseconds{10}};  ///< between the two exposures of a pair
+  std::chrono::nanoseconds silence{std::chrono::seconds{2}};          ///< so long without a pair is a fault
+};
+
+/// Two cameras whose images somebody hands in: pairs them by their instants and rectifies them. What the other sources
+/// of cameras are made of, and what a program with a camera of another maker's library needs. Functions that take
+/// images may be called from any thread.
+class STEREOGRID_EXPORT CameraPair final : public LiveSource {
+ public:
+  /// Images as the calibration has them: of its size, raw where it says so. Throws InputError: it has no size, or
+  /// cannot be rectified.
+  explicit CameraPair(const io::Calibration& calibration, const PairingOptions& options = {});
+  ~CameraPair() override;
+
+  /// An image of one camera; it waits for that of the other. Throws InputError where it is not of the calibration's
+  /// size, or as assign() of pixel_view.hpp.
+  void add(Side side, const PixelView& image, Clock::time_point captured);
+  /// Both at once, as a camera gives them that takes them together.
+  void add(const PixelView& left, const PixelView& right, Clock::time_point captured);
+  /// The same in one image, the left camera's in its left half.
+  void add_side_by_side(const PixelView& both, Clock::time_point captured);
+  /// What came cannot be used; the next one may be.
+  void add_unusable();
+
+  /// The camera is lost, or whatever else stands in the way, and what would mend it; empty: it works.
+  void set_fault(std::string sentence);
+  /// Frames that come now are another stream's: LiveFrame::begins_anew.
+  void begin_anew();
+  void end();
+
+  [[nodiscard]] const Rig& rig() const override;
+  [[nodiscard]] std::optional<LiveFrame> next(std::chrono::milliseconds patience) override;
+  [[nodiscard]] bool has_ended() const override;
+  [[nodiscard]] std::string fault() const override;
+  [[nodiscard]] std::vector<Drop> dropped() const override;
+  /// Since the last image of either camera came, or since the pair was made.
+  [[nodiscard]] Clock::duration silent_for() const;
+
+ private:
+  struct STEREOGRID_HIDDEN State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace stereogrid::capture

@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "stereogrid/export.hpp"
+#include "stereogrid/frame.hpp"
+
+namespace stereogrid::capture {
+
+/// Of instants within this process; capture times of cameras are turned into it.
+using Clock = std::chrono::steady_clock;
+
+/// A rectified frame that has just been captured. Its stamp is Unix time.
+struct LiveFrame {
+  StereoFrame frame;
+  Clock::time_point captured;  ///< exposure, as far as the source knows it; else when it arrived
+  bool begins_anew{false};     ///< nothing that came before belongs to it: Pipeline::reset()
+};
+
+/// Frames that nobody has seen, and why.
+struct Drop {
+  std::string reason;
+  std::int64_t frames{0};
+};
+
+/// Frames as they come. Never more than one waits: what is too late for its reader is replaced by what is newer, and
+/// counted. All functions may be called from any thread; next() from one at a time.
+class STEREOGRID_EXPORT LiveSource {
+ public:
+  LiveSource() = default;
+  LiveSource(const LiveSource&) = delete;
+  LiveSource& operator=(const LiveSource&) = delete;
+  virtual ~LiveSource();
+
+  [[nodiscard]] virtual const Rig& rig() const = 0;
+  /// The newest frame that was not given yet, as soon as there is one; none: there was none within `patience`, or the
+  /// source has ended. Throws InputError: a frame came that cannot be used (it is counted); the next one may be.
+  [[nodiscard]] virtual std::optional<LiveFrame> next(std::chrono::milliseconds patience) = 0;
+  /// Nothing will come any more.
+  [[nodiscard]] virtual bool has_ended() const = 0;
+  /// What is wrong at present, and what would mend it; empty: nothing.
+  [[nodiscard]] virtual std::string fault() const = 0;
+  /// Since the source was opened.
+  [[nodiscard]] virtual std::vector<Drop> dropped() const = 0;
+};
+
+}  // namespace stereogrid::capture

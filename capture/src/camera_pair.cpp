@@ -1,0 +1,187 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/capture/camera_pair.hpp"
+
+#include <fmt/format.h>
+
+#include <mutex>
+#include <utility>
+
+#include "latest.hpp"
+#include "pairing.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/rectifier.hpp"
+#include "unix_time.hpp"
+
+namespace stereogrid::capture {
+namespace {
+
+void check_size(const PixelView& image, int width_px, const Rig& rig) {
+  if (image.width_px == width_px && image.height_px == rig.height_px) return;
+  throw InputError{
+      "camera",
+      fmt::format("its images have {}×{} px, but the calibration is for {}×{}{}.", image.width_px, image.height_px,
+                  rig.width_px, rig.height_px, width_px == rig.width_px ? "" : ", two of them side by side"),
+      "Set the camera to the size at which it was calibrated, or calibrate it at this one."};
+}
+
+Image<std::uint8_t> grey_of(const PixelView& view) {
+  Image<std::uint8_t> grey;
+  assign(grey, view);
+  return grey;
+}
+
+std::ptrdiff_t bytes_per_pixel(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::grey8:
+      return 1;
+    case PixelFormat::grey16:
+      return 2;
+    case PixelFormat::bgr8:
+    case PixelFormat::rgb8:
+      return 3;
+    case PixelFormat::bgra8:
+    case PixelFormat::rgba8:
+      break;
+  }
+  return 4;
+}
+
+}  // namespace
+
+LiveSource::~LiveSource() = default;
+
+struct CameraPair::State {
+  State(const io::Calibration& calibration, const PairingOptions& options)
+      : rig{calibration.rig}, pairing{options, Clock::now()} {
+    if (rig.width_px <= 0 || rig.height_px <= 0) {
+      throw InputError{"calibration", "does not have the size of the images.",
+                       "Write a calibration.yaml that names this file ('from: FILE') and the size ('image: {width_px: "
+                       "…, height_px: …}')."};
+    }
+    if (calibration.raw) rectifier.emplace(*calibration.raw, rig.width_px, rig.height_px);
+  }
+
+  void put(CapturedPair pair) {
+    pair.stream = stream;
+    latest.put(std::move(pair));
+  }
+
+  Rig rig;
+  std::optional<io::Rectifier> rectifier;
+  UnixTime unix_time;
+  Latest<CapturedPair> latest;
+  std::int64_t given{0};
+  int last_stream{0};
+  std::optional<Clock::time_point> last_captured;
+
+  mutable std::mutex mutex;  // of what follows
+  Pairing pairing;
+  std::string fault;
+  int stream{0};
+  std::int64_t unusable{0};
+  std::int64_t not_newer{0};
+};
+
+CameraPair::CameraPair(const io::Calibration& calibration, const PairingOptions& options)
+    : state_{std::make_unique<State>(calibration, options)} {}
+
+CameraPair::~CameraPair() = default;
+
+void CameraPair::add(Side side, const PixelView& image, Clock::time_point captured) {
+  check_size(image, state_->rig.width_px, state_->rig);
+  Image<std::uint8_t> grey{grey_of(image)};
+  const std::scoped_lock lock{state_->mutex};
+  if (auto pair{state_->pairing.add(side, std::move(grey), captured, Clock::now())}) state_->put(std::move(*pair));
+}
+
+void CameraPair::add(const PixelView& left, const PixelView& right, Clock::time_point captured) {
+  check_size(left, state_->rig.width_px, state_->rig);
+  check_size(right, state_->rig.width_px, state_->rig);
+  CapturedPair pair{grey_of(left), grey_of(right), captured};
+  const std::scoped_lock lock{state_->mutex};
+  state_->pairing.note_pair(Clock::now());
+  state_->put(std::move(pair));
+}
+
+void CameraPair::add_side_by_side(const PixelView& both, Clock::time_point captured) {
+  const int width_px{state_->rig.width_px};
+  check_size(both, 2 * width_px, state_->rig);
+  PixelView left{both};
+  left.width_px = width_px;
+  if (left.stride_bytes == 0) left.stride_bytes = both.width_px * bytes_per_pixel(both.format);
+  PixelView right{left};
+  right.data = static_cast<const std::byte*>(both.data) + width_px * bytes_per_pixel(both.format);
+  add(left, right, captured);
+}
+
+void CameraPair::add_unusable() {
+  const std::scoped_lock lock{state_->mutex};
+  ++state_->unusable;
+}
+
+void CameraPair::set_fault(std::string sentence) {
+  const std::scoped_lock lock{state_->mutex};
+  state_->fault = std::move(sentence);
+}
+
+void CameraPair::begin_anew() {
+  const std::scoped_lock lock{state_->mutex};
+  ++state_->stream;
+}
+
+void CameraPair::end() {
+  state_->latest.end();
+}
+
+const Rig& CameraPair::rig() const {
+  return state_->rig;
+}
+
+std::optional<LiveFrame> CameraPair::next(std::chrono::milliseconds patience) {
+  State& state{*state_};
+  std::optional<CapturedPair> pair{state.latest.take(patience)};
+  if (!pair) return std::nullopt;
+  if (state.last_captured && pair->captured <= *state.last_captured) {
+    const std::scoped_lock lock{state.mutex};
+    ++state.not_newer;
+    return std::nullopt;
+  }
+  state.last_captured = pair->captured;
+  LiveFrame live;
+  live.captured = pair->captured;
+  live.begins_anew = pair->stream != std::exchange(state.last_stream, pair->stream);
+  live.frame.index = state.given++;
+  live.frame.name = fmt::format("{:06}", live.frame.index);
+  live.frame.stamp_ns = state.unix_time.ns(pair->captured);
+  live.frame.left = state.rectifier ? state.rectifier->left(pair->left) : std::move(pair->left);
+  live.frame.right = state.rectifier ? state.rectifier->right(pair->right) : std::move(pair->right);
+  return live;
+}
+
+bool CameraPair::has_ended() const {
+  return state_->latest.has_ended();
+}
+
+std::string CameraPair::fault() const {
+  const std::scoped_lock lock{state_->mutex};
+  return state_->fault.empty() ? state_->pairing.fault(Clock::now()) : state_->fault;
+}
+
+std::vector<Drop> CameraPair::dropped() const {
+  std::vector<Drop> drops{{"a newer one came", state_->latest.replaced()}};
+  const std::scoped_lock lock{state_->mutex};
+  drops.push_back({"left image without a right one", state_->pairing.alone(Side::left)});
+  drops.push_back({"right image without a left one", state_->pairing.alone(Side::right)});
+  drops.push_back({"cannot be used", state_->unusable});
+  drops.push_back({"not newer than the one before", state_->not_newer});
+  std::erase_if(drops, [](const Drop& drop) { return drop.frames == 0; });
+  return drops;
+}
+
+Clock::duration CameraPair::silent_for() const {
+  const std::scoped_lock lock{state_->mutex};
+  return Clock::now() - state_->pairing.last_image();
+}
+
+}  // namespace stereogrid::capture

@@ -1,0 +1,174 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// stereogrid live, and run --view, as programs.
+#include <arpa/inet.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <functional>
+#include <thread>
+
+#include "process.hpp"
+#include "stereogrid/capture/shared_memory.hpp"
+#include "stereogrid/mcap/bag.hpp"
+#include "support.hpp"
+
+namespace stereogrid::app::testing {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+/// A socket of 127.0.0.1 at `port`, or any; -1: not to be had.
+int socket_at(std::uint16_t& port, int (*use)(int, const sockaddr*, socklen_t)) {
+  const int made{socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  auto* const any{reinterpret_cast<sockaddr*>(&address)};
+  socklen_t size{sizeof address};
+  if (use(made, any, size) != 0) {
+    close(made);
+    return -1;
+  }
+  getsockname(made, any, &size);
+  if (port == 0) port = ntohs(address.sin_port);
+  return made;
+}
+
+std::uint16_t free_port() {
+  std::uint16_t port{0};
+  close(socket_at(port, &::bind));
+  return port;
+}
+
+/// The whole answer; "": nobody listens.
+std::string get(std::uint16_t port, const std::string& path) {
+  const int made{socket_at(port, &::connect)};
+  if (made < 0) return "";
+  const std::string request{"GET " + path + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) +
+                            "\r\nConnection: close\r\n\r\n"};
+  std::string answer;
+  if (write(made, request.data(), request.size()) == static_cast<ssize_t>(request.size())) {
+    std::array<char, 4096> part{};
+    for (ssize_t got{1}; got > 0;) {
+      got = read(made, part.data(), part.size());
+      if (got > 0) answer.append(part.data(), static_cast<std::size_t>(got));
+    }
+  }
+  close(made);
+  return answer;
+}
+
+bool becomes(const std::function<bool()>& is_true) {
+  const auto until{std::chrono::steady_clock::now() + 60s};
+  while (std::chrono::steady_clock::now() < until) {
+    if (is_true()) return true;
+    std::this_thread::sleep_for(20ms);
+  }
+  return false;
+}
+
+std::string at(std::uint16_t port) {
+  return "127.0.0.1:" + std::to_string(port);
+}
+
+fs::path small_calibration(const TemporaryFolder& folder) {
+  fs::path file{folder / "camera.yaml"};
+  std::ofstream{file} << "image: {width_px: 192, height_px: 128}\nmount: {camera_height_m: 1.2}\n"
+                         "focal_px: 160\ncentre_u_px: 95.5\ncentre_v_px: 63.5\nbaseline_m: 0.12\n";
+  return file;
+}
+
+TEST(Live, PlaysARecordingAndEndsWithIt) {
+  const TemporaryFolder folder;
+  const Outcome done{run_well({"live", small_scene("street", "&frames=8"), "--listen", ":0", "--mcap",
+                               (folder / "live.mcap").string(), "--mcap-topics", "occupancy_grid,status"})};
+  EXPECT_THAT(done.output, HasSubstr("open http://127.0.0.1:"));
+  EXPECT_THAT(done.errors, HasSubstr("latency"));
+  const auto bag{mcap::open_bag(folder / "live.mcap")};
+  ASSERT_EQ(bag->topics().size(), 2U);
+  EXPECT_GE(bag->topics()[0].message_count, 1U);
+  EXPECT_LE(bag->topics()[0].message_count, 8U);
+}
+
+TEST(Live, ShowsSharedMemoryAndSaysWhenItsWriterGoes) {
+  const TemporaryFolder folder;
+  const std::uint16_t port{free_port()};
+  const std::string name{"/stereogrid_live_" + std::to_string(getpid())};
+  Process live{{"live", "shm:" + name, "--calibration", small_calibration(folder).string(), "--listen", at(port)}};
+  ASSERT_TRUE(becomes([&] { return get(port, "/healthz").find("There is no shared memory") != std::string::npos; }));
+  EXPECT_THAT(get(port, "/healthz"), HasSubstr("503"));
+  {
+    capture::SharedPairs pairs{name, 192, 128};
+    Image<std::uint8_t> left{192, 128};
+    for (std::size_t i{0}; i < left.size(); ++i) left.data()[i] = static_cast<std::uint8_t>(i * i % 251);
+    const PixelView view{left.data(), left.width(), left.height()};
+    ASSERT_TRUE(becomes([&] {
+      pairs.write(view, view, 0);
+      return get(port, "/healthz").find("200 OK") != std::string::npos;
+    }));
+    const std::string metrics{get(port, "/metrics")};
+    EXPECT_THAT(metrics, AllOf(HasSubstr("stereogrid_frames_total"), HasSubstr("stereogrid_latency_seconds"),
+                               HasSubstr("stage=\"match\"")));
+    EXPECT_THAT(get(port, "/"), HasSubstr("<title>stereogrid</title>"));
+  }
+  EXPECT_TRUE(becomes([&] { return get(port, "/healthz").find("503") != std::string::npos; }));
+  live.send(SIGINT);
+  EXPECT_EQ(live.wait(), 0);
+}
+
+TEST(Live, ShowsARun) {
+  const TemporaryFolder folder;
+  const std::uint16_t port{free_port()};
+  Process run{{"run", small_scene("street", "&frames=1000"), "--out", (folder / "run").string(), "--view", "--listen",
+               at(port)}};
+  EXPECT_TRUE(becomes([&] { return get(port, "/healthz").find("200 OK") != std::string::npos; }));
+  EXPECT_THAT(get(port, "/metrics"), HasSubstr("stereogrid_frames_total"));
+  run.send(SIGINT);
+  EXPECT_EQ(run.wait(), 130);
+}
+
+TEST(Live, RefusesWhatCannotBe) {
+  const TemporaryFolder folder;
+  const std::string calibration{small_calibration(folder).string()};
+  const auto expect_complaint = [](std::vector<std::string> words, int code, const std::string& part) {
+    words.insert(words.begin(), "live");
+    words.insert(words.end(), {"--listen", ":0"});
+    const Outcome outcome{run_tool(words)};
+    EXPECT_EQ(outcome.exit_code, code) << part;
+    EXPECT_THAT(outcome.errors, HasSubstr(part));
+  };
+  expect_complaint({"gst:videotestsrc"}, 64, "--calibration FILE");
+  expect_complaint({"gst:nosuch ! appsink", "--calibration", calibration}, 64, "no element");
+  expect_complaint({"shm:", "--calibration", calibration}, 64, "shm:/stereo");
+  expect_complaint({"shm:/x", "--calibration", calibration, "--poses", "poses.txt"}, 64, "--poses of a camera");
+  expect_complaint({"shm:/x", "--calibration", calibration, "--speed", "2"}, 64, "--speed is of recordings");
+  expect_complaint({(folder / "none").string()}, 65, "no such file");
+  expect_complaint({small_scene("street", ""), "--speed", "0"}, 64, "--speed");
+}
+
+/// The writer that docs/live.md names.
+TEST(Live, TakesWhatThePythonExampleWrites) {
+  if (shell("/usr/bin/python3 -c 'import numpy'") != 0) GTEST_SKIP() << "needs Debian's python3-numpy";
+  const TemporaryFolder folder;
+  const std::uint16_t port{free_port()};
+  const std::string name{"/stereogrid_python_" + std::to_string(getpid())};
+  Process live{{"live", "shm:" + name, "--calibration", small_calibration(folder).string(), "--listen", at(port)}};
+  std::thread writer{[&] {
+    EXPECT_EQ(shell("/usr/bin/python3 " STEREOGRID_SOURCE_DIR "/examples/shared_pairs.py " + name + " 192 128 4"), 0);
+  }};
+  EXPECT_TRUE(becomes([&] { return get(port, "/healthz").find("200 OK") != std::string::npos; }));
+  live.send(SIGTERM);
+  EXPECT_EQ(live.wait(), 0);
+  writer.join();
+}
+
+}  // namespace
+}  // namespace stereogrid::app::testing

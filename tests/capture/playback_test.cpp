@@ -1,0 +1,112 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/capture/playback.hpp"
+
+#include <thread>
+
+#include "stereogrid/error.hpp"
+#include "support.hpp"
+
+namespace stereogrid::capture::testing {
+namespace {
+
+/// Frames every 20 ms from a stamp far from zero; one of them is damaged.
+class Drive final : public FrameSource {
+ public:
+  explicit Drive(std::size_t frames, std::size_t damaged = 1000) : frames_{frames}, damaged_{damaged} {}
+
+  [[nodiscard]] const Rig& rig() const override { return rig_; }
+  [[nodiscard]] std::size_t size() const override { return frames_; }
+  [[nodiscard]] std::string name(std::size_t index) const override { return std::to_string(index); }
+  [[nodiscard]] StereoFrame load(std::size_t index) const override {
+    if (index == damaged_) throw InputError{"frame " + name(index) + " is damaged."};
+    StereoFrame frame;
+    frame.name = name(index);
+    frame.index = static_cast<std::int64_t>(index);
+    frame.stamp_ns = 5'000'000'000 + static_cast<std::int64_t>(index) * 20'000'000;
+    return frame;
+  }
+
+ private:
+  Rig rig_{small_calibration().rig};
+  std::size_t frames_;
+  std::size_t damaged_;
+};
+
+TEST(Playback, KeepsThePaceOfTheRecording) {
+  const Drive drive{11};
+  const auto begun{Clock::now()};
+  const auto source{play(drive)};
+  std::int64_t first_ns{0};
+  std::int64_t last_ns{0};
+  while (const auto frame{wait_for_frame(*source)}) {
+    if (first_ns == 0) first_ns = frame->frame.stamp_ns;
+    last_ns = frame->frame.stamp_ns;
+    EXPECT_GE(frame->captured - begun, std::chrono::nanoseconds{last_ns - first_ns} - 1ms);
+  }
+  EXPECT_TRUE(source->has_ended());
+  EXPECT_EQ(last_ns - first_ns, 200'000'000);
+  EXPECT_GE(Clock::now() - begun, 200ms);
+}
+
+TEST(Playback, IsFasterWhereThatIsAskedFor) {
+  const Drive drive{101};  // 2 s
+  const auto begun{Clock::now()};
+  const auto source{play(drive, {.speed = 20})};
+  std::int64_t first_ns{0};
+  std::int64_t last_ns{0};
+  while (const auto frame{wait_for_frame(*source)}) {
+    if (first_ns == 0) first_ns = frame->frame.stamp_ns;
+    last_ns = frame->frame.stamp_ns;
+  }
+  EXPECT_LT(Clock::now() - begun, 1500ms);
+  EXPECT_GT(last_ns - first_ns, 1'500'000'000) << "stamps are those of the recording";
+}
+
+TEST(Playback, LosesWhatItsReaderIsTooSlowFor) {
+  const Drive drive{20};
+  const auto source{play(drive)};
+  ASSERT_TRUE(wait_for_frame(*source));
+  std::this_thread::sleep_for(200ms);
+  const auto frame{source->next(0ms)};
+  ASSERT_TRUE(frame);
+  EXPECT_GT(std::stoi(frame->frame.name), 2);
+  EXPECT_EQ(dropped(*source, "a newer one came"), std::stoi(frame->frame.name) - 1);
+}
+
+TEST(Playback, BeginsAgain) {
+  const Drive drive{3};
+  const auto source{play(drive, {.loops = true, .speed = 10})};
+  std::int64_t last_ns{0};
+  int rounds{0};
+  for (int i{0}; i < 12; ++i) {
+    const auto frame{wait_for_frame(*source)};
+    ASSERT_TRUE(frame);
+    EXPECT_GT(frame->frame.stamp_ns, last_ns);
+    last_ns = frame->frame.stamp_ns;
+    if (frame->begins_anew) ++rounds;
+  }
+  EXPECT_GE(rounds, 2);
+  EXPECT_FALSE(source->has_ended());
+}
+
+TEST(Playback, GoesOnAfterAFrameThatCannotBeUsed) {
+  const Drive drive{3, 1};
+  const auto source{play(drive)};
+  EXPECT_TRUE(wait_for_frame(*source));
+  EXPECT_THROW(static_cast<void>(wait_for_frame(*source)), InputError);
+  EXPECT_TRUE(wait_for_frame(*source));
+  EXPECT_EQ(dropped(*source, "cannot be used"), 1);
+}
+
+TEST(Playback, OfAPart) {
+  const Drive drive{10};
+  const auto source{play(drive, {.first = 4, .last = 5})};
+  EXPECT_EQ(wait_for_frame(*source)->frame.name, "4");
+  EXPECT_FALSE(wait_for_frame(*source));
+  EXPECT_THROW(static_cast<void>(play(drive, {.first = 10})), ConfigError);
+  EXPECT_THROW(static_cast<void>(play(drive, {.speed = 0})), ConfigError);
+}
+
+}  // namespace
+}  // namespace stereogrid::capture::testing

@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "support.hpp"
+
+#include <thread>
+
+namespace stereogrid::capture::testing {
+
+io::Calibration small_calibration() {
+  io::Calibration calibration;
+  calibration.rig = {.width_px = width_px,
+                     .height_px = height_px,
+                     .focal_px = 30,
+                     .centre_u_px = 15.5,
+                     .centre_v_px = 7.5,
+                     .baseline_m = 0.1,
+                     .camera_height_m = 1};
+  return calibration;
+}
+
+Image<std::uint8_t> plain(std::uint8_t level, int width, int height) {
+  return Image<std::uint8_t>{width, height, level};
+}
+
+PixelView view(const Image<std::uint8_t>& image) {
+  return {image.data(), image.width(), image.height()};
+}
+
+std::optional<LiveFrame> wait_for_frame(LiveSource& source) {
+  const auto until{Clock::now() + 10s};
+  while (Clock::now() < until && !source.has_ended()) {
+    if (auto frame{source.next(100ms)}) return frame;
+  }
+  return std::nullopt;
+}
+
+bool becomes(const std::function<bool()>& is_true) {
+  const auto until{Clock::now() + 20s};
+  while (Clock::now() < until) {
+    if (is_true()) return true;
+    std::this_thread::sleep_for(10ms);
+  }
+  return false;
+}
+
+std::int64_t dropped(const LiveSource& source, const std::string& reason) {
+  for (const Drop& drop : source.dropped()) {
+    if (drop.reason == reason) return drop.frames;
+  }
+  return 0;
+}
+
+}  // namespace stereogrid::capture::testing
