@@ -50,6 +50,7 @@ TEST(FrameMessages, AreOfTheseTypes) {
       {"/stereo_grid/obstacle_markers", {"visualization_msgs/msg/MarkerArray", false}},
       {"/stereo_grid/disparity", {"stereo_msgs/msg/DisparityImage", false}},
       {"/stereo_grid/points", {"sensor_msgs/msg/PointCloud2", false}},
+      {"/stereo_grid/left/camera_info", {"sensor_msgs/msg/CameraInfo", false}},
       {"/stereo_grid/left/image_annotated/compressed", {"sensor_msgs/msg/CompressedImage", false}},
       {"/stereo_grid/scan", {"sensor_msgs/msg/LaserScan", false}},
       {"/stereo_grid/odometry", {"nav_msgs/msg/Odometry", false}},
