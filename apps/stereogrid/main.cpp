@@ -28,6 +28,7 @@ void describe(CLI::App& tool, int& exit_code) {
   add_run_command(tool, exit_code);
   add_simulate_command(tool, exit_code);
   add_evaluate_command(tool, exit_code);
+  add_export_command(tool, exit_code);
   add_info_command(tool, exit_code);
   add_view_command(tool, exit_code);
   add_config_command(tool);
