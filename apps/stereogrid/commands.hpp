@@ -20,6 +20,7 @@ enum ExitCode : int {
 void add_run_command(CLI::App& tool, int& exit_code);
 void add_simulate_command(CLI::App& tool, int& exit_code);
 void add_evaluate_command(CLI::App& tool, int& exit_code);
+void add_export_command(CLI::App& tool, int& exit_code);
 void add_info_command(CLI::App& tool, int& exit_code);
 void add_live_command(CLI::App& tool, int& exit_code);
 void add_view_command(CLI::App& tool, int& exit_code);

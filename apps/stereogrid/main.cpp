@@ -20,6 +20,7 @@ void describe(CLI::App& tool, int& exit_code) {
       "Examples:\n"
       "  stereogrid run scene:street --out /tmp/street --pictures\n"
       "  stereogrid run drives/0009 --out runs/0009 --set grid.length_m=30 --video runs/0009.mp4\n"
+      "  stereogrid export runs/0009 --nav2-map maps/0009 --csv tables/0009\n"
       "  stereogrid info drives/0009");
   tool.require_subcommand(0, 1);
   tool.callback([&tool] {
@@ -28,6 +29,7 @@ void describe(CLI::App& tool, int& exit_code) {
   add_run_command(tool, exit_code);
   add_simulate_command(tool, exit_code);
   add_evaluate_command(tool, exit_code);
+  add_export_command(tool, exit_code);
   add_info_command(tool, exit_code);
   add_live_command(tool, exit_code);
   add_view_command(tool, exit_code);

@@ -134,6 +134,7 @@ struct FrameMessages::Implementation {
   Topic<visualization_msgs::MarkerArray> markers{outlet.topic<visualization_msgs::MarkerArray>("obstacle_markers")};
   Topic<stereo_msgs::DisparityImage> disparity{outlet.topic<stereo_msgs::DisparityImage>("disparity")};
   Topic<sensor_msgs::PointCloud2> points{outlet.topic<sensor_msgs::PointCloud2>("points")};
+  Topic<sensor_msgs::CameraInfo> camera_info{outlet.topic<sensor_msgs::CameraInfo>("left/camera_info")};
   Topic<sensor_msgs::CompressedImage> annotated{
       outlet.topic<sensor_msgs::CompressedImage>("left/image_annotated/compressed")};
   Topic<sensor_msgs::CompressedImage> u_disparity{outlet.topic<sensor_msgs::CompressedImage>("u_disparity/compressed")};
@@ -214,7 +215,7 @@ void FrameMessages::Implementation::send_grids(const FrameResult& result) {
   });
   outlet.offer(scan, stamp_ns, [&](sensor_msgs::LaserScan& message) {
     mark(message.header, options.vehicle_frame);
-    fill(message, rig, result.vehicle);
+    fill(message, rig, result.vehicle.geometry, result.vehicle.occupancy.view());
   });
 }
 
@@ -247,6 +248,10 @@ void FrameMessages::Implementation::send_pictures(const FrameFacts& facts) {
       fill(message, jpeg());
     });
   };
+  outlet.offer(camera_info, stamp_ns, [&](sensor_msgs::CameraInfo& message) {
+    mark(message.header, options.camera_frame);
+    fill(message, rig);
+  });
   offer(annotated, options.camera_frame, facts.left_jpeg);
   offer(u_disparity, level_frame(), facts.u_disparity_jpeg);
 }

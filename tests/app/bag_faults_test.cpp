@@ -19,20 +19,22 @@ TEST_F(Bags, WhatIsWrongWithTheCalibrationIsNamed) {
   const auto with = [&](const Infos& spoil) { return entries({.spoil_infos = spoil}); };
   expect_complaint(entries({.has_infos = false}), "/left/camera_info: there is no CameraInfo for /left/image_rect");
   expect_complaint(with([](CameraInfo& left, CameraInfo&) { left.k = {}; }), "not calibrated: K[0] is 0");
-  expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[3] = 0; }), "the baseline is 0");
-  expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[3] = 32; }), "the baseline is negative");
+  expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[3] = 0; }), "the baseline is zero");
+  expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[3] = 32; }), "a negative baseline");
   expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[3] = std::nan(""); }), "numbers that are none");
   expect_complaint(with([](CameraInfo& left, CameraInfo&) { left.width = 320; }),
                    "is for 320×100 px, but the images have 160×100");
-  expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[2] += 5; }), "same focal length and centre");
+  expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[2] += 5; }),
+                   "another focal length or centre along u in 'P'");
+  expect_complaint(
+      entries({.left = "/left/image_raw",
+               .right = "/right/image_raw",
+               .spoil_infos = [](CameraInfo& left, CameraInfo&) { left.distortion_model = "thin_prism"; }}),
+      "none of plumb_bob, rational_polynomial and equidistant");
   expect_complaint(entries({.left = "/left/image_raw",
                             .right = "/right/image_raw",
-                            .spoil_infos =
-                                [](CameraInfo& left, CameraInfo&) {
-                                  left.distortion_model = "equidistant";
-                                  left.d = {0.1, 0, 0, 0};
-                                }}),
-                   "\"equidistant\" with 4 numbers is not read");
+                            .spoil_infos = [](CameraInfo&, CameraInfo& right) { right.r[0] = 2; }}),
+                   "/right/camera_info: has in 'R' a rotation that is no rotation matrix");
   // a file mends all of it
   write_mcap(bag(), entries({.has_infos = false}));
   const std::string file{(drive() / "calibration.yaml").string()};

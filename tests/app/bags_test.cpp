@@ -43,38 +43,52 @@ TEST_F(Bags, FramesAreTakenFromTheMiddleAndARunGoesOn) {
   EXPECT_EQ(lines_of(*folder / "out").front()["stamp_ns"], stamp_of(3));
 }
 
-// R turns each camera into the rectified pair: the right one alone here, by 0.02 rad about y.
+// The same pair in a bag and in calibration.yaml: R turns each camera into the rectified pair, the right one alone
+// here, by 0.02 rad about y.
 TEST_F(Bags, ARawPairIsThatOfItsCameraInfo) {
+  struct Lens {
+    const char* model;
+    const char* in_file;
+    std::vector<double> left;
+    std::vector<double> right;
+  };
   const double s{std::sin(0.02)};
   const double c{std::cos(0.02)};
-  write_mcap(bag(), entries({.left = "/left/image_raw",
-                             .right = "/right/image_raw",
-                             .spoil_infos = [&](CameraInfo& left, CameraInfo& right) {
-                               left.d = {-0.1, 0.02, 0.001, 0, 0};
-                               right.r = {c, 0, s, 0, 1, 0, -s, 0, c};
-                             }}));
-  // right_from_left = Rᵀ, translation Rᵀ (−0.25, 0, 0)
-  const fs::path file{*folder / "raw.yaml"};
-  std::ofstream yaml{file};
-  yaml.precision(17);
-  const CameraInfo k{info(false)};
-  for (const char* side : {"left", "right"}) {
-    yaml << side << ": {focal_u_px: 128, focal_v_px: 128, centre_u_px: " << k.k[2] << ", centre_v_px: " << k.k[5]
-         << ", distortion: [" << (side[0] == 'l' ? "-0.1, 0.02, 0.001, 0, 0" : "0, 0, 0, 0, 0") << "]}\n";
+  for (const Lens& lens : {Lens{"plumb_bob", "perspective", {-0.1, 0.02, 0.001, 0, 0}, {0, 0, 0, 0, 0}},
+                           Lens{"equidistant", "fisheye", {-0.02, 0.004, 0, 0}, {0.01, 0, 0, 0}}}) {
+    write_mcap(bag(), entries({.left = "/left/image_raw",
+                               .right = "/right/image_raw",
+                               .spoil_infos = [&](CameraInfo& left, CameraInfo& right) {
+                                 left.distortion_model = right.distortion_model = lens.model;
+                                 left.d = lens.left;
+                                 right.d = lens.right;
+                                 right.r = {c, 0, s, 0, 1, 0, -s, 0, c};
+                               }}));
+    // right_from_left = Rᵀ, translation Rᵀ (−0.25, 0, 0)
+    const fs::path file{*folder / "raw.yaml"};
+    const CameraInfo k{info(false)};
+    std::ofstream yaml{file};
+    yaml.precision(17);
+    for (const auto& [side, numbers] : {std::pair{"left", lens.left}, std::pair{"right", lens.right}}) {
+      yaml << side << ": {lens: " << lens.in_file << ", focal_u_px: 128, focal_v_px: 128, centre_u_px: " << k.k[2]
+           << ", centre_v_px: " << k.k[5] << ", distortion: [" << numbers[0];
+      for (std::size_t i{1}; i < numbers.size(); ++i) yaml << ", " << numbers[i];
+      yaml << "]}\n";
+    }
+    yaml << "right_from_left:\n  rotation: [" << c << ", 0, " << -s << ", 0, 1, 0, " << s << ", 0, " << c
+         << "]\n  translation_m: [" << -0.25 * c << ", 0, " << -0.25 * s << "]\n";
+    yaml.close();
+    const auto camera_of = [](const Outcome& outcome) {
+      const std::size_t at{outcome.output.find("camera ")};
+      return outcome.output.substr(at, outcome.output.find('\n', at) - at);
+    };
+    const Outcome by_bag{run_tool({"info", bag().string()})};
+    const Outcome by_file{run_tool({"info", bag().string(), "--calibration", file.string()})};
+    EXPECT_THAT(by_bag.output, HasSubstr("raw images: rectified on loading"));
+    EXPECT_THAT(camera_of(by_bag), HasSubstr("baseline 0.25 m"));
+    EXPECT_EQ(camera_of(by_bag), camera_of(by_file)) << by_bag.output << by_bag.errors << by_file.errors;
+    EXPECT_THAT(camera_of(by_bag), Not(HasSubstr("focal length 128 px"))) << "turned and undistorted";
   }
-  yaml << "right_from_left:\n  rotation: [" << c << ", 0, " << -s << ", 0, 1, 0, " << s << ", 0, " << c
-       << "]\n  translation_m: [" << -0.25 * c << ", 0, " << -0.25 * s << "]\n";
-  yaml.close();
-  const auto camera_of = [](const Outcome& outcome) {
-    const std::size_t at{outcome.output.find("camera ")};
-    return outcome.output.substr(at, outcome.output.find('\n', at) - at);
-  };
-  const Outcome by_bag{run_tool({"info", bag().string()})};
-  const Outcome by_file{run_tool({"info", bag().string(), "--calibration", file.string()})};
-  EXPECT_THAT(by_bag.output, HasSubstr("raw images: rectified on loading"));
-  EXPECT_THAT(camera_of(by_bag), HasSubstr("baseline 0.25 m"));
-  EXPECT_EQ(camera_of(by_bag), camera_of(by_file)) << by_bag.output << by_bag.errors << by_file.errors;
-  EXPECT_THAT(camera_of(by_bag), Not(HasSubstr("focal length 128 px"))) << "turned and undistorted";
 }
 
 messages::geometry_msgs::Quaternion turned_by(double yaw_rad) {

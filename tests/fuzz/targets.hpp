@@ -10,7 +10,8 @@ namespace stereogrid::fuzz {
 // (CMakeLists.txt lists them too), and the replay runs them all on what is known.
 
 void bag_db3(Bytes input);
-void bag_metadata(Bytes input);  ///< file metadata.yaml of a bag without parts
+void bag_metadata(Bytes input);   ///< file metadata.yaml of a bag without parts
+void bag_recording(Bytes input);  ///< a digit for the kind of bag, then files: five messages
 void calibration_kalibr(Bytes input);
 void calibration_kitti(Bytes input);   ///< files calib_cam_to_cam.txt and calib_velo_to_cam.txt
 void calibration_opencv(Bytes input);  ///< files intrinsics.yml and extrinsics.yml
@@ -45,6 +46,7 @@ struct Target {
 
 inline constexpr Target targets[]{{"bag_db3", bag_db3},
                                   {"bag_metadata", bag_metadata},
+                                  {"bag_recording", bag_recording},
                                   {"calibration_kalibr", calibration_kalibr},
                                   {"calibration_kitti", calibration_kitti},
                                   {"calibration_opencv", calibration_opencv},

@@ -120,7 +120,7 @@ TEST_F(ForeignCalibration, RosPairsThatAreNone) {
   ros_refused("right.yaml", "256, 120, 0, 0, 0, 1, 0]", "256, 120, -64, 0, 0, 1, 0]", {"one camera above the other"});
   const Files exchanged{{"left.yaml", ros_.at("right.yaml")}, {"right.yaml", ros_.at("left.yaml")}};
   refused(exchanged, "left.yaml", "left.yaml", exchanged.at("left.yaml"),
-          {"is the right camera's", "Exchange the names of the two files"});
+          {"is the right camera's", "the names of the two files"});
 }
 
 TEST_F(ForeignCalibration, RosMessagesAreNoFiles) {

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/npz.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
 #include "stereogrid/io/run_folder/frame_files.hpp"
 #include "stereogrid/io/run_folder/run_reader.hpp"
@@ -27,6 +28,7 @@ RunDescription description() {
   run.device = "cpu";
   run.rig = given_rig;
   run.grid = grid;
+  run.world_grid = {0, 0, 0.25, 2, 3};
   run.frames = {5, 9};
   return run;
 }
@@ -52,7 +54,11 @@ FrameResult result_of(std::int64_t index) {
   FrameResult result;
   const Image<float> zero{grid.nx, grid.ny};
   result.observed = zero;
-  result.vehicle = result.world = {grid, zero, zero, zero, zero, zero, zero, zero, zero};
+  result.vehicle = {grid, zero, zero, zero, zero, zero, zero, zero, zero};
+  const Image<float> none{2, 3};
+  result.world = {{-1.5, 2.25, 0.25, 2, 3}, none, none, none, none, none, none, none, none};
+  result.world.occupancy(1, 2) = 0.75F;
+  result.world_from_vehicle = {1, 2, 0.5};
   result.vehicle.occupancy.fill(static_cast<float>(index) / 10);
   result.vehicle.velocity_y(2, 1) = -3;
   result.timing_ms.total = static_cast<double>(index);
@@ -61,6 +67,7 @@ FrameResult result_of(std::int64_t index) {
   result.obstacles.emplace_back();
   result.obstacles.back().id = 7;
   result.obstacles.back().x_m = 1.25;
+  result.obstacles.back().velocity_covariance = {4, -1, 2};
   return result;
 }
 
@@ -95,15 +102,35 @@ TEST_F(RunFolder, IsReadAgain) {
   EXPECT_THAT(run.input().paths, ElementsAre("drives/one"));
   EXPECT_EQ(run.input().calibration, "drives/one/calibration.yaml");
   ASSERT_EQ(run.frames().size(), 2U);
+  EXPECT_EQ(run.frames()[1].index, 7U);
   EXPECT_EQ(run.frames()[1].name, "frame_7");
+  EXPECT_EQ(run.frames()[1].world_from_vehicle, (Pose2{1, 2, 0.5}));
+  EXPECT_EQ(run.frames()[1].timing_ms.total, 7);
   EXPECT_EQ(run.frames()[1].stamp_ns, 700'000'000);
   ASSERT_EQ(run.frames()[1].obstacles.size(), 1U);
   EXPECT_EQ(run.frames()[1].obstacles[0].id, 7);
   EXPECT_EQ(run.frames()[1].obstacles[0].x_m, 1.25);
+  EXPECT_EQ(run.frames()[1].obstacles[0].velocity_covariance.xy, -1);
   const RunGrids grids{run.grids("frame_7")};
   EXPECT_EQ(grids.occupancy(0, 3), 0.7F);
   EXPECT_EQ(grids.velocity_y(2, 1), -3);
   EXPECT_EQ(grids.velocity_x(2, 1), 0);
+}
+
+TEST_F(RunFolder, HasTheWorldsGridWhereItWas) {
+  const RunWorldGrid world{RunReader{folder_.path()}.world_grid("frame_7")};
+  EXPECT_EQ(world.geometry, (GridGeometry{-1.5, 2.25, 0.25, 2, 3}));
+  EXPECT_EQ(world.occupancy(1, 2), 0.75F);
+  std::string run{read_text(folder_ / "run.json", 100'000)};
+  run.replace(run.find("world_grid"), 10, "other_grid");
+  put(folder_ / "run.json", run);
+  expect_complaint([&] { static_cast<void>(RunReader{folder_.path()}.world_grid("frame_7")); },
+                   {"run.json", "how large the cells", "older version"});
+  const std::vector<double> one{1};
+  const std::vector<NpzArray> arrays{NpzArray{"world_origin", {1}, one}};
+  write_npz(folder_ / "grids" / "frame_7.npz", arrays);
+  expect_complaint([&] { static_cast<void>(RunReader{folder_.path()}.world_grid("frame_7")); },
+                   {"frame_7.npz", "world_origin"});
 }
 
 TEST_F(RunFolder, SaysHowTheCameraWasMounted) {

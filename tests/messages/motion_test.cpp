@@ -9,6 +9,7 @@
 
 #include "stereogrid/level_mapping.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
+#include "stereogrid/messages/sensor_msgs.hpp"
 #include "stereogrid/messages/tf2_msgs.hpp"
 #include "support.hpp"
 
@@ -31,6 +32,43 @@ Vector turned(const geometry_msgs::Quaternion& q, const Vector& v) {
 
 void expect_near(const Vector& found, const Vector& expected) {
   for (std::size_t i{0}; i < 3; ++i) EXPECT_NEAR(found[i], expected[i], 1e-12) << "axis " << i;
+}
+
+/// Where viewers draw a point of the vehicle frame in the left image: by the transform and the calibration alone.
+ImagePoint drawn(const TFMessage& transforms, const sensor_msgs::CameraInfo& info, const Vector& in_vehicle) {
+  const geometry_msgs::Transform& mounted{transforms.transforms.front().transform};
+  const geometry_msgs::Quaternion& q{mounted.rotation};
+  const Vector in_camera{
+      turned({-q.x, -q.y, -q.z, q.w}, {in_vehicle[0] - mounted.translation.x, in_vehicle[1] - mounted.translation.y,
+                                       in_vehicle[2] - mounted.translation.z})};
+  const auto row = [&](std::size_t i) {
+    return info.p[i] * in_camera[0] + info.p[i + 1] * in_camera[1] + info.p[i + 2] * in_camera[2] + info.p[i + 3];
+  };
+  return {row(0) / row(8), row(4) / row(8)};
+}
+
+TEST(CameraInfoMessage, AndTheTransformBringThePointsIntoTheImage) {
+  for (const double pitch_rad : {0.0, 0.2}) {
+    Rig rig{small_rig()};
+    rig.camera_pitch_rad = pitch_rad;
+    Recorder recorder;
+    FrameMessages{recorder, rig}.send(small_result(), {.stamp_ns = 7});
+    const auto info{recorder.last<sensor_msgs::CameraInfo>("/stereo_grid/left/camera_info")};
+    EXPECT_EQ(info.header.frame_id, "stereo_left_optical");
+    EXPECT_EQ(info.header.stamp.nanosec, 7u);
+    EXPECT_EQ(info.width, 200u);
+    EXPECT_EQ(info.height, 100u);
+    EXPECT_EQ(info.distortion_model, "plumb_bob");
+    EXPECT_EQ(info.d, std::vector<double>(5));
+    EXPECT_EQ(info.k[0], rig.focal_px);
+    const LevelMapping mapping{rig};
+    const Rig& level{mapping.level_rig()};
+    const auto expected{mapping.camera_from_level(
+        {level.centre_u_px - 2.0 / 10 * level.focal_px, level.centre_v_px + 1.5 / 10 * level.focal_px})};
+    const ImagePoint found{drawn(recorder.last<TFMessage>("/tf_static"), info, {10, 2, 0})};
+    EXPECT_NEAR(found.u, expected->u, 1e-9);
+    EXPECT_NEAR(found.v, expected->v, 1e-9);
+  }
 }
 
 TEST(Transforms, HaveTheVehicleInTheWorld) {

@@ -51,6 +51,7 @@ TEST(FrameMessages, AreOfTheseTypes) {
       {"/stereo_grid/obstacle_markers", {"visualization_msgs/msg/MarkerArray", false}},
       {"/stereo_grid/disparity", {"stereo_msgs/msg/DisparityImage", false}},
       {"/stereo_grid/points", {"sensor_msgs/msg/PointCloud2", false}},
+      {"/stereo_grid/left/camera_info", {"sensor_msgs/msg/CameraInfo", false}},
       {"/stereo_grid/left/image_annotated/compressed", {"sensor_msgs/msg/CompressedImage", false}},
       {"/stereo_grid/u_disparity/compressed", {"sensor_msgs/msg/CompressedImage", false}},
       {"/stereo_grid/scan", {"sensor_msgs/msg/LaserScan", false}},

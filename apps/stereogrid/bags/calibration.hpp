@@ -10,8 +10,8 @@
 
 namespace stereogrid::app {
 
-/// What the first CameraInfo of each camera says of images of this size. Rectified where the topics' names say so, or
-/// nothing is left to do: no distortion, no rotation. Throws InputError: there is none, or it is not of such a pair.
+/// What the first CameraInfo of each camera says of images of this size, which are rectified where the topics' names
+/// say so, or where nothing is left to do. Throws InputError: there is none, or it is not of such a pair.
 [[nodiscard]] io::Calibration calibration_of(const mcap::Bag& bag, const std::string& name, const ImageTopics& topics,
                                              int width_px, int height_px);
 

@@ -81,10 +81,10 @@ bool is_bag(const fs::path& path) {
   return false;
 }
 
-std::unique_ptr<io::Recording> open_bag_recording(const io::InputArguments& arguments, const BagOptions& options) {
+std::unique_ptr<io::Recording> bag_recording(std::unique_ptr<mcap::Bag> bag, const io::InputArguments& arguments,
+                                             const BagOptions& options) {
   const fs::path& path{arguments.paths.front()};
   const std::string name{io::printable_path(path)};
-  auto bag{mcap::open_bag(path)};
   const mcap::Bag& opened{*bag};
   const ImageTopics topics{choose_image_topics(name, bag->topics(), options.topics)};
   const Shots left{find_shots(*bag, topics.left)};
@@ -107,6 +107,10 @@ std::unique_ptr<io::Recording> open_bag_recording(const io::InputArguments& argu
   for (std::string& sentence : opened.damage()) found.warnings.push_back(std::move(sentence));
   found.images = std::move(images);
   return io::open_recording(arguments, std::move(found));
+}
+
+std::unique_ptr<io::Recording> open_bag_recording(const io::InputArguments& arguments, const BagOptions& options) {
+  return bag_recording(mcap::open_bag(arguments.paths.front()), arguments, options);
 }
 
 }  // namespace stereogrid::app

@@ -7,6 +7,7 @@
 
 #include "bags/topics.hpp"
 #include "stereogrid/io/recording.hpp"
+#include "stereogrid/mcap/bag.hpp"
 
 namespace stereogrid::app {
 
@@ -19,7 +20,12 @@ struct BagOptions {
   double pair_tolerance_ms{10};
 };
 
-/// Looks through the whole bag for the images of both cameras. Throws InputError.
+/// Looks through the whole bag, whose path is that of the arguments, for the images of both cameras. Throws InputError.
+[[nodiscard]] std::unique_ptr<io::Recording> bag_recording(std::unique_ptr<mcap::Bag> bag,
+                                                           const io::InputArguments& arguments,
+                                                           const BagOptions& options);
+
+/// The same of a path that is one. Throws InputError.
 [[nodiscard]] std::unique_ptr<io::Recording> open_bag_recording(const io::InputArguments& arguments,
                                                                 const BagOptions& options);
 

@@ -15,15 +15,15 @@
 namespace stereogrid::io {
 namespace {
 
-void check_distortion(const CameraModel& camera, const YamlGroup& group) {
+void check_distortion(const CameraModel& camera, const Origin& origin) {
   constexpr std::array<std::size_t, 6> perspective{0, 4, 5, 8, 12, 14};
   const std::size_t count{camera.distortion.size()};
   if (camera.lens == LensModel::fisheye) {
     if (count == 0 || count == 4) return;
-    group.fail(fmt::format("has {} distortion numbers; a fisheye lens has 4 (k1 k2 k3 k4).", count));
+    origin.fail(fmt::format("has {} distortion numbers; a fisheye lens has 4 (k1 k2 k3 k4).", count));
   }
   if (std::ranges::count(perspective, count) == 0) {
-    group.fail(
+    origin.fail(
         fmt::format("has {} distortion numbers; there are 0, 4, 5, 8, 12 or 14 (k1 k2 p1 p2 k3 k4 k5 k6 …).", count));
   }
 }
@@ -51,45 +51,45 @@ bool is_rectified(const RawPair& raw) {
 }
 
 /// A centre outside the image: of a camera before rectification that is a calibration of larger images.
-void check_centre(const CameraModel& camera, const char* side, const YamlGroup& group, const Rig& size) {
+void check_centre(const CameraModel& camera, const char* side, const Origin& origin, const Rig& size) {
   const auto is_outside{[](double centre, int pixels) { return !(centre > -0.5 && centre < pixels - 0.5); }};
   if (!is_outside(camera.centre_u_px, size.width_px) && !is_outside(camera.centre_v_px, size.height_px)) return;
-  group.fail(fmt::format("puts the {} camera's principal point at ({:.6g}, {:.6g}), outside images of {}×{} px.", side,
-                         camera.centre_u_px, camera.centre_v_px, size.width_px, size.height_px),
-             "It is of images of another size: use images as they were when the cameras were calibrated.");
+  origin.fail(fmt::format("puts the {} camera's principal point at ({:.6g}, {:.6g}), outside images of {}×{} px.", side,
+                          camera.centre_u_px, camera.centre_v_px, size.width_px, size.height_px),
+              "It is of images of another size: use images as they were when the cameras were calibrated.");
 }
 
 }  // namespace
 
-void check_camera(const CameraModel& camera, const YamlGroup& group) {
-  if (camera.focal_u_px <= 0 || camera.focal_v_px <= 0) group.fail("has a focal length that is not positive.");
-  if (camera.focal_u_px < 1 || camera.focal_v_px < 1) group.fail("has a focal length below one pixel.");
+void check_camera(const CameraModel& camera, const Origin& origin) {
+  if (camera.focal_u_px <= 0 || camera.focal_v_px <= 0) origin.fail("has a focal length that is not positive.");
+  if (camera.focal_u_px < 1 || camera.focal_v_px < 1) origin.fail("has a focal length below one pixel.");
   if (std::abs(camera.focal_u_px - camera.focal_v_px) > 0.2 * camera.focal_u_px) {
-    group.fail("has focal lengths along u and v that differ by more than a fifth.");
+    origin.fail("has focal lengths along u and v that differ by more than a fifth.");
   }
-  check_distortion(camera, group);
+  check_distortion(camera, origin);
 }
 
-CameraModel camera_of(const std::vector<double>& k, const YamlGroup& group, const char* key) {
+CameraModel camera_of(const std::vector<double>& k, const Origin& origin, const char* key) {
   if (k[1] != 0 || k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1) {
-    group.fail(fmt::format("'{}' is no camera matrix.", key), "It is fx 0 cx, 0 fy cy, 0 0 1, in pixels.");
+    origin.fail(fmt::format("'{}' is no camera matrix.", key), "It is fx 0 cx, 0 fy cy, 0 0 1, in pixels.");
   }
   return {k[0], k[4], k[2], k[5], {}};
 }
 
-cv::Matx33d rotation_of(const std::vector<double>& numbers, const YamlGroup& group, const char* key) {
+cv::Matx33d rotation_of(const std::vector<double>& numbers, const Origin& origin, const char* key) {
   cv::Matx33d rotation;
   if (numbers.size() == 3) {
     cv::Rodrigues(cv::Vec3d{numbers[0], numbers[1], numbers[2]}, rotation);
   } else if (numbers.size() == 9) {
     rotation = cv::Matx33d{numbers.data()};
   } else {
-    group.fail(fmt::format("has in '{}' a rotation of {} numbers; there are 3 (Rodrigues) or 9 (matrix).", key,
-                           numbers.size()));
+    origin.fail(fmt::format("has in '{}' a rotation of {} numbers; there are 3 (Rodrigues) or 9 (matrix).", key,
+                            numbers.size()));
   }
   const double off{cv::norm(rotation * rotation.t() - cv::Matx33d::eye(), cv::NORM_INF)};
   if (off > 0.01 || cv::determinant(rotation) < 0) {
-    group.fail(fmt::format("has in '{}' a rotation that is no rotation matrix.", key));
+    origin.fail(fmt::format("has in '{}' a rotation that is no rotation matrix.", key));
   }
   return rotation;
 }
@@ -99,7 +99,7 @@ void set_transform(RawPair& raw, const cv::Matx33d& rotation, const cv::Vec3d& t
   std::copy_n(translation_m.val, 3, raw.right_from_left_translation_m.begin());
 }
 
-void take_unit(Calibration& calibration, const YamlGroup& group, const CalibrationRequest& request) {
+void take_unit(Calibration& calibration, const Origin& origin, const CalibrationRequest& request) {
   constexpr double shortest_m{1e-3};
   constexpr double longest_m{5};
   const cv::Vec3d t{calibration.raw ? cv::Vec3d{calibration.raw->right_from_left_translation_m.data()}
@@ -118,16 +118,16 @@ void take_unit(Calibration& calibration, const YamlGroup& group, const Calibrati
   const std::string unit{length > longest_m
                              ? fmt::format("millimetres ({:.4g} m) or squares of the target", length / 1000)
                              : "kilometres or a slip"};
-  group.fail(fmt::format("puts the cameras {:.4g} m apart, which looks like {}.", length, unit),
-             fmt::format("Measure the distance of the lenses, and name this file in a calibration.yaml: 'from: FILE' "
-                         "and 'baseline_m: {:.4g}', or what it is.",
-                         length > longest_m && length < 5000 ? length / 1000 : 0.12));
+  origin.fail(fmt::format("puts the cameras {:.4g} m apart, which looks like {}.", length, unit),
+              fmt::format("Measure the distance of the lenses, and name this file in a calibration.yaml: 'from: FILE' "
+                          "and 'baseline_m: {:.4g}', or what it is.",
+                          length > longest_m && length < 5000 ? length / 1000 : 0.12));
 }
 
-void take_rig_of_raw(Calibration& calibration, const YamlGroup& group, const CalibrationRequest& request) {
+void take_rig_of_raw(Calibration& calibration, const Origin& origin, const CalibrationRequest& request) {
   Rig& rig{calibration.rig};
   const RawPair& raw{*calibration.raw};
-  take_size(group.file(), rig, request);
+  take_size(origin.file(), rig, request);
   if (is_rectified(raw)) {
     rig.focal_px = raw.left.focal_u_px;
     rig.centre_u_px = raw.left.centre_u_px;
@@ -136,9 +136,9 @@ void take_rig_of_raw(Calibration& calibration, const YamlGroup& group, const Cal
     calibration.raw.reset();
     return;
   }
-  if (rig.width_px == 0) group.fail("has no 'image' size, which a raw pair needs.");
-  check_centre(raw.left, "left", group, rig);
-  check_centre(raw.right, "right", group, rig);
+  if (rig.width_px == 0) origin.fail("has no 'image' size, which a raw pair needs.");
+  check_centre(raw.left, "left", origin, rig);
+  check_centre(raw.right, "right", origin, rig);
   try {
     const Rig rectified{rectify(raw, rig.width_px, rig.height_px).rig};
     rig.focal_px = rectified.focal_px;
@@ -146,9 +146,9 @@ void take_rig_of_raw(Calibration& calibration, const YamlGroup& group, const Cal
     rig.centre_v_px = rectified.centre_v_px;
     rig.baseline_m = rectified.baseline_m;
   } catch (const InputError& error) {
-    group.fail(error.what());
+    origin.fail(error.what());
   } catch (const cv::Exception&) {  // numbers that contradict each other in ways that are not foreseen here
-    group.fail("holds a raw pair that cannot be rectified.");
+    origin.fail("holds a raw pair that cannot be rectified.");
   }
 }
 

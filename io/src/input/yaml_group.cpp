@@ -19,8 +19,6 @@ namespace {
 constexpr std::size_t most_numbers{16};
 constexpr double largest_number{1e9};
 
-const char* const see_documentation{"docs/input.md shows what a calibration holds."};
-
 std::string line_of(const YAML::Node& node) {
   return std::to_string(node.Mark().line + 1);
 }
@@ -28,8 +26,8 @@ std::string line_of(const YAML::Node& node) {
 }  // namespace
 
 YamlGroup::YamlGroup(std::string file, std::string name, YAML::Node node, Keys known)
-    : file_{std::move(file)}, name_{std::move(name)}, node_{std::move(node)} {
-  if (!node_.IsMap()) complain(name_.empty() ? "is no YAML mapping." : "'" + name_ + "' is no group of keys.");
+    : Origin{std::move(file), std::move(name)}, node_{std::move(node)} {
+  if (!node_.IsMap()) complain(part().empty() ? "is no YAML mapping." : "'" + part() + "' is no group of keys.");
   if (known.size() > 0) need_only(known);
 }
 
@@ -44,7 +42,7 @@ void YamlGroup::need_only(Keys known) const {
 }
 
 YamlGroup YamlGroup::group(const char* key, Keys known) const {
-  return {file_, full(key), required(key), known};
+  return {file(), full(key), required(key), known};
 }
 
 double YamlGroup::number(const char* key) const {
@@ -124,18 +122,6 @@ std::vector<std::filesystem::path> YamlGroup::file_names(const char* key) const 
   std::vector<std::filesystem::path> names;
   for (const auto& item : value) names.push_back(file_name_of(item, key));
   return names;
-}
-
-void YamlGroup::fail(const std::string& what) const {
-  fail(what, see_documentation);
-}
-
-void YamlGroup::fail(const std::string& what, const std::string& mend) const {
-  throw InputError{name_.empty() ? file_ : file_ + " (" + name_ + ")", what, mend};
-}
-
-void YamlGroup::complain(const std::string& what) const {
-  throw InputError{file_, what, see_documentation};
 }
 
 YAML::Node YamlGroup::required(const char* key) const {

@@ -10,17 +10,18 @@
 #include <string_view>
 #include <vector>
 
+#include "input/origin.hpp"
+
 namespace stereogrid::io {
 
 /// A mapping of a YAML file that knows where it stands, for complaints: each is an InputError with file, key and line.
-class YamlGroup {
+class YamlGroup : public Origin {
  public:
   using Keys = std::initializer_list<std::string_view>;
 
   /// `known`: the keys that may stand there, others are refused; empty: others are passed over.
   YamlGroup(std::string file, std::string name, YAML::Node node, Keys known = {});
 
-  [[nodiscard]] const std::string& file() const { return file_; }
   [[nodiscard]] bool has(const char* key) const { return node_[key].IsDefined(); }
   /// Throws where one of the group's keys is not of these.
   void need_only(Keys known) const;
@@ -41,10 +42,6 @@ class YamlGroup {
   [[nodiscard]] std::filesystem::path file_name(const char* key) const;
   [[nodiscard]] std::vector<std::filesystem::path> file_names(const char* key) const;
 
-  /// Names the group, too.
-  [[noreturn]] void fail(const std::string& what) const;
-  [[noreturn]] void fail(const std::string& what, const std::string& mend) const;
-
  private:
   struct Matrix {
     double rows;
@@ -52,15 +49,12 @@ class YamlGroup {
     std::vector<double> data;
   };
 
-  [[nodiscard]] std::string full(const std::string& key) const { return name_.empty() ? key : name_ + "." + key; }
-  [[noreturn]] void complain(const std::string& what) const;
+  [[nodiscard]] std::string full(const std::string& key) const { return part().empty() ? key : part() + "." + key; }
   [[nodiscard]] YAML::Node required(const char* key) const;
   [[nodiscard]] Matrix any_matrix(const char* key) const;
   [[nodiscard]] double number_of(const YAML::Node& node, const char* key) const;
   [[nodiscard]] std::filesystem::path file_name_of(const YAML::Node& node, const char* key) const;
 
-  std::string file_;
-  std::string name_;
   YAML::Node node_;
 };
 

@@ -74,10 +74,15 @@ std::vector<FrameStatus> status_of(const Json& line) {
   return status;
 }
 
+Pose2 pose_of(const Json& line) {
+  const Json& pose(line.at("pose"));
+  return {number(pose, "x_m", farthest), number(pose, "y_m", farthest), number(pose, "yaw_rad", farthest)};
+}
+
 FrameSummary summary_of(const Json& line) {
   FrameSummary frame;
   frame.index = static_cast<std::size_t>(whole_number(line, "index", 0, largest_index));
-  for (const char* const key : {"x_m", "y_m", "yaw_rad"}) static_cast<void>(number(line.at("pose"), key, farthest));
+  static_cast<void>(pose_of(line));
   for (const StageField& stage : stage_fields) {
     frame.timing_ms.*stage.milliseconds = line.at("timing_ms").at(stage.name).get<double>();
   }
@@ -105,6 +110,14 @@ Outline outline_of(const Json& o) {
   return outline;
 }
 
+Covariance2 covariance_of(const Json& o, const char* key) {
+  constexpr double largest{1e12};
+  const auto found{o.find(key)};
+  if (found == o.end()) return {};
+  const auto value = [&](std::size_t i) { return number_of(found->at(i), key, largest); };
+  return {value(0), value(1), value(2)};
+}
+
 Obstacle obstacle_of(const Json& o) {
   const auto value = [&o](const char* key) { return number(o, key, most); };
   return {id_of(o),
@@ -121,17 +134,27 @@ Obstacle obstacle_of(const Json& o) {
           o.value("moving", false),
           o.value("coasting", false),
           o.value("unseen_s", 0.0),
-          {},
-          {},
+          covariance_of(o, "position_covariance"),
+          covariance_of(o, "velocity_covariance"),
           kind_of(o),
           o.contains("height_m") ? value("height_m") : 0,
           outline_of(o)};
 }
 
+StageTimes timing_of(const Json& line) {
+  StageTimes timing;
+  const Json& stages(line.at("timing_ms"));
+  for (const StageField& stage : stage_fields) timing.*stage.milliseconds = stages.value(stage.name, 0.0);
+  return timing;
+}
+
 RunFrame frame_of(const Json& line) {
   RunFrame frame;
+  frame.index = static_cast<std::size_t>(whole_number(line, "index", 0, largest_index));
   frame.name = line.at("name").get<std::string>();
   frame.stamp_ns = whole_number(line, "stamp_ns", -largest_stamp_ns, largest_stamp_ns);
+  frame.world_from_vehicle = pose_of(line);
+  frame.timing_ms = timing_of(line);
   if (frame.name.empty() || frame.name.find('/') != std::string::npos) throw InputError{"'name' is no frame's name"};
   for (const Json& o : line.at("obstacles")) {
     frame.obstacles.push_back(obstacle_of(o));

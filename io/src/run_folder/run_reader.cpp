@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <utility>
 
@@ -21,6 +22,8 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
+constexpr double largest_cell_m{1e3};
+constexpr double farthest_m{1e9};
 constexpr const char* mend{"Give the folder that `stereogrid run --out` has left."};
 
 Rig rig_of_run(const Json& rig) {
@@ -54,6 +57,7 @@ void RunReader::read_run() {
   }
   read_json<Json>(printable_path(file), read_text(file, largest_bytes::json), "", mend, [this](const Json& run) {
     grid_ = grid_geometry(run.at("grid"));
+    if (run.contains("world_grid")) world_cell_size_m_ = number(run.at("world_grid"), "cell_size_m", largest_cell_m);
     rig_ = rig_of_run(run.at("rig"));
     input_ = run_input_of(run.at("input"));
     preset_ = run.at("preset").get<std::string>();
@@ -110,6 +114,23 @@ RunGrids RunReader::grids(const std::string& name) const {
   };
   const std::vector<float> velocity{values("velocity", 2)};
   return {image(values("observed", 1), 0), image(values("occupancy", 1), 0), image(velocity, 0), image(velocity, 1)};
+}
+
+RunWorldGrid RunReader::world_grid(const std::string& name) const {
+  const fs::path path{folder_ / "grids" / (name + ".npz")};
+  std::map<std::string, NpyArray> arrays{read_npz(path)};
+  const std::vector<double> origin{arrays["world_origin"].to<double>()};
+  const auto is_sensible = [](double metres) { return std::abs(metres) <= farthest_m; };  // not NaN
+  if (origin.size() != 2 || !std::ranges::all_of(origin, is_sensible) || arrays["world_occupancy"].size() == 0) {
+    throw InputError{printable_path(path), "the arrays world_origin and world_occupancy are missing or none.", mend};
+  }
+  if (!(world_cell_size_m_ > 0)) {
+    throw InputError{printable_path(folder_ / "run.json"), "does not say how large the cells of 'world_grid' are.",
+                     "Run again: this run is of an older version, or damaged."};
+  }
+  Image<float> occupancy{arrays["world_occupancy"].to_image<float>()};
+  const GridGeometry geometry{origin[0], origin[1], world_cell_size_m_, occupancy.width(), occupancy.height()};
+  return {geometry, std::move(occupancy)};
 }
 
 }  // namespace stereogrid::io

@@ -14,6 +14,7 @@
 #include "stereogrid/messages/frame_messages.hpp"
 #include "stereogrid/messages/geometry_msgs.hpp"
 #include "stereogrid/messages/grid_map_msgs.hpp"
+#include "stereogrid/messages/laser_scan.hpp"
 #include "stereogrid/messages/nav2_dynamic_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
@@ -43,10 +44,9 @@ void fill(visualization_msgs::MarkerArray& message, const FrameResult& result, c
 void fill(stereo_msgs::DisparityImage& message, const StageImages& stages, const Rig& level_rig);
 /// In the vehicle frame. Throws InputError as points_of does.
 void fill(sensor_msgs::PointCloud2& message, const FrameResult& result, const Rig& level_rig);
+/// Of the left camera's rectified images.
+void fill(sensor_msgs::CameraInfo& message, const Rig& rig);
 void fill(sensor_msgs::CompressedImage& message, std::span<const std::byte> jpeg);
-
-/// In the vehicle frame, from its grid.
-void fill(sensor_msgs::LaserScan& message, const Rig& rig, const GridLayers& grid);
 
 [[nodiscard]] geometry_msgs::Quaternion rotation_about_z(double yaw_rad);
 /// Takes points of the camera's frame (x right, y down, z forward) to the vehicle frame.

@@ -86,6 +86,19 @@ void fill(sensor_msgs::PointCloud2& message, const FrameResult& result, const Ri
   }
 }
 
+void fill(sensor_msgs::CameraInfo& message, const Rig& rig) {
+  const double f{rig.focal_px};
+  const double u{rig.centre_u_px};
+  const double v{rig.centre_v_px};
+  message.height = static_cast<std::uint32_t>(rig.height_px);
+  message.width = static_cast<std::uint32_t>(rig.width_px);
+  message.distortion_model = "plumb_bob";
+  message.d.assign(5, 0);
+  message.k = {f, 0, u, 0, f, v, 0, 0, 1};
+  message.r = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  message.p = {f, 0, u, 0, 0, f, v, 0, 0, 0, 1, 0};
+}
+
 void fill(sensor_msgs::CompressedImage& message, std::span<const std::byte> jpeg) {
   message.format = "jpeg";
   message.data.resize(jpeg.size());

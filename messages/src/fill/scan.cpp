@@ -1,10 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/messages/laser_scan.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "fill/fill.hpp"
+#include "stereogrid/occupancy_values.hpp"
 
 namespace stereogrid::messages {
 namespace {
@@ -39,12 +41,12 @@ double road_begins_at(const Rig& rig) {
 
 class Beam {
  public:
-  Beam(const GridLayers& grid, double bearing_rad)
-      : grid_{grid}, c_{std::cos(bearing_rad)}, s_{std::sin(bearing_rad)} {}
+  Beam(const GridGeometry& geometry, View<const float> occupancy, double bearing_rad)
+      : geometry_{geometry}, occupancy_{occupancy}, c_{std::cos(bearing_rad)}, s_{std::sin(bearing_rad)} {}
 
   // `seen_from_m`: how far ahead the nearest ground lies that the camera sees.
   [[nodiscard]] float range(double min_m, double max_m, double seen_from_m) const {
-    const double step_m{grid_.geometry.cell_size_m / steps_per_cell};
+    const double step_m{geometry_.cell_size_m / steps_per_cell};
     bool is_seen_free{seen_from_m < max_m * c_};
     for (double r{min_m}; r < max_m; r += step_m) {
       const int value{value_at(r)};
@@ -57,11 +59,12 @@ class Beam {
  private:
   // 100: occupied, 0: free, −1: not known.
   [[nodiscard]] int value_at(double range_m) const {
-    const auto cell{grid_.geometry.cell_at({range_m * c_, range_m * s_})};
-    return cell ? occupancy_value(grid_.occupancy(cell->ix, cell->iy), OccupancyScale::trinary) : -1;
+    const auto cell{geometry_.cell_at({range_m * c_, range_m * s_})};
+    return cell ? occupancy_value(occupancy_(cell->ix, cell->iy), OccupancyScale::trinary) : -1;
   }
 
-  const GridLayers& grid_;
+  const GridGeometry& geometry_;
+  View<const float> occupancy_;
   double c_;
   double s_;
 };
@@ -69,8 +72,7 @@ class Beam {
 }  // namespace
 
 // A beam that leaves the grid at its side says nothing of what lies beyond: the range ends where the first one does.
-void fill(sensor_msgs::LaserScan& message, const Rig& rig, const GridLayers& grid) {
-  const GridGeometry& geometry{grid.geometry};
+void fill(sensor_msgs::LaserScan& message, const Rig& rig, const GridGeometry& geometry, View<const float> occupancy) {
   const FieldOfView view{rig};
   const double straight_rad{std::clamp(0.0, view.right_rad, view.left_rad)};
   const double reach_m{std::min({length_within(geometry, view.right_rad), length_within(geometry, view.left_rad),
@@ -89,7 +91,7 @@ void fill(sensor_msgs::LaserScan& message, const Rig& rig, const GridLayers& gri
   message.ranges.resize(beams);
   const double seen_from_m{road_begins_at(rig)};
   for (std::size_t i{0}; i < beams; ++i) {
-    const Beam beam{grid, view.right_rad + static_cast<double>(i) * increment_rad};
+    const Beam beam{geometry, occupancy, view.right_rad + static_cast<double>(i) * increment_rad};
     message.ranges[i] = beam.range(min_m, max_m, seen_from_m);
   }
 }

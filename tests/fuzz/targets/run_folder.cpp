@@ -28,6 +28,7 @@ void run_folder(Bytes input) {
     const io::RunReader run{folder.path()};
     for (const io::RunFrame& frame : run.frames()) {
       accepts([&] { check_grids(run, run.grids(frame.name)); });
+      accepts([&] { require(!run.world_grid(frame.name).occupancy.empty(), "a grid without cells"); });
     }
   });
   std::size_t finished{0};

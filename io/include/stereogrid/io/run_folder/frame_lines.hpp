@@ -38,8 +38,11 @@ struct Mounting {
 
 /// A frame of a finished run, without its grids. Of older versions, obstacles have no outlines.
 struct RunFrame {
+  std::size_t index{0};  ///< in the input
   std::string name;
   std::int64_t stamp_ns{0};
+  Pose2 world_from_vehicle;
+  StageTimes timing_ms;  ///< 0: of a stage that an older version did not have
   std::vector<Obstacle> obstacles;
   std::vector<FrameStatus> status{};
   std::optional<Mounting> mounting{};  ///< none: not in the file of an older version

@@ -22,6 +22,12 @@ struct RunGrids {
   Image<float> velocity_y;
 };
 
+/// The filtered grid of a frame as the filter keeps it, world frame.
+struct RunWorldGrid {
+  GridGeometry geometry;  ///< moves with the vehicle in whole cells
+  Image<float> occupancy;
+};
+
 /// Reads the folder that `stereogrid run` leaves.
 class STEREOGRID_EXPORT RunReader {
  public:
@@ -42,6 +48,8 @@ class STEREOGRID_EXPORT RunReader {
   [[nodiscard]] const std::string& preset() const { return preset_; }
   /// Throws InputError.
   [[nodiscard]] RunGrids grids(const std::string& name) const;
+  /// Throws InputError.
+  [[nodiscard]] RunWorldGrid world_grid(const std::string& name) const;
 
  private:
   void read_run();
@@ -50,6 +58,7 @@ class STEREOGRID_EXPORT RunReader {
 
   std::filesystem::path folder_;
   GridGeometry grid_;
+  double world_cell_size_m_{0};  // 0: not known
   Rig rig_;
   RunInput input_;
   std::string preset_;

@@ -1,0 +1,20 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "stereogrid/camera.hpp"
+#include "stereogrid/export.hpp"
+#include "stereogrid/grid.hpp"
+#include "stereogrid/image.hpp"
+#include "stereogrid/messages/sensor_msgs.hpp"
+
+namespace stereogrid::messages {
+
+/// The nearest obstacle of each bearing in the camera's field of view, seen from the origin of the vehicle frame, as
+/// docs/messages.md tells of the topic `scan`. Writes all fields but the header, and uses the memory that it has.
+///
+/// `geometry`: in the vehicle frame; `occupancy` has its size. `rig`: as it is mounted, Pipeline::rig().
+STEREOGRID_EXPORT void fill(sensor_msgs::LaserScan& message, const Rig& rig, const GridGeometry& geometry,
+                            View<const float> occupancy);
+
+}  // namespace stereogrid::messages

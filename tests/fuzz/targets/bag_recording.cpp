@@ -1,0 +1,105 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bags/recording.hpp"
+#include "stereogrid/mcap/bag.hpp"
+#include "targets.hpp"
+
+namespace stereogrid::fuzz {
+namespace {
+
+struct Entry {
+  std::uint16_t topic;
+  std::uint64_t log_ns;
+  std::span<const std::byte> cdr;
+};
+
+bool is_among(const std::vector<std::string>& names, const std::string& name) {
+  return names.empty() || std::ranges::find(names, name) != names.end();
+}
+
+/// A bag that says what the input wants, without the file around it, which has its own fuzzers.
+class MemoryBag final : public mcap::Bag {
+ public:
+  void add(const std::string& name, const std::string& type, std::uint64_t log_ns, std::string_view cdr) {
+    auto topic{std::ranges::find(topics_, name, &mcap::Topic::name)};
+    if (topic == topics_.end()) topic = topics_.insert(topic, {name, type, "cdr", "", "", "", 0});
+    ++topic->message_count;
+    entries_.push_back({static_cast<std::uint16_t>(topic - topics_.begin()), log_ns, std::as_bytes(std::span{cdr})});
+  }
+
+  [[nodiscard]] const std::vector<mcap::Topic>& topics() const override { return topics_; }
+  [[nodiscard]] std::uint64_t first_ns() const override { return 0; }
+  [[nodiscard]] std::uint64_t last_ns() const override { return 0; }
+  [[nodiscard]] std::vector<std::string> damage() const override { return {}; }
+  [[nodiscard]] std::unique_ptr<mcap::MessageCursor> messages(const mcap::Selection& selection) const override {
+    auto cursor{std::make_unique<Cursor>()};
+    for (const Entry& entry : entries_) {
+      if (entry.log_ns < selection.first_ns || entry.log_ns > selection.last_ns) continue;
+      if (is_among(selection.topics, topics_[entry.topic].name)) {
+        cursor->left.push_back({entry.topic, 0, entry.log_ns, entry.log_ns, entry.cdr});
+      }
+    }
+    std::ranges::reverse(cursor->left);
+    return cursor;
+  }
+
+ private:
+  struct Cursor final : mcap::MessageCursor {
+    const mcap::Message* next() override {
+      if (left.empty()) return nullptr;
+      message = left.back();
+      left.pop_back();
+      return &message;
+    }
+    std::vector<mcap::Message> left;  // the next one last
+    mcap::Message message;
+  };
+
+  std::vector<mcap::Topic> topics_;
+  std::vector<Entry> entries_;
+};
+
+/// Two pairs of the same images: the first stamped by their headers, the second one later if those have none.
+std::unique_ptr<mcap::Bag> bag_of(Bytes input) {
+  const auto parts{parts_of(input, 6)};
+  const char kind{parts[0].empty() ? '0' : parts[0].front()};
+  const bool is_compressed{(kind & 1) != 0};
+  const std::string images{(kind & 2) != 0 ? "/image_rect" : "/image_raw"};
+  const std::string image_type{is_compressed ? "sensor_msgs/msg/CompressedImage" : "sensor_msgs/msg/Image"};
+  auto bag{std::make_unique<MemoryBag>()};
+  const std::string transport{is_compressed ? "/compressed" : ""};
+  for (const std::uint64_t log_ns : {1, 2}) {
+    bag->add("/left" + images + transport, image_type, log_ns, parts[1]);
+    bag->add("/right" + images + transport, image_type, log_ns, parts[2]);
+    bag->add("/left/camera_info", "sensor_msgs/msg/CameraInfo", log_ns, parts[3]);
+    bag->add("/right/camera_info", "sensor_msgs/msg/CameraInfo", log_ns, parts[4]);
+    if ((kind & 4) != 0) bag->add("/odom", "nav_msgs/msg/Odometry", log_ns, parts[5]);
+    bag->add("/tf", "tf2_msgs/msg/TFMessage", log_ns, parts[5]);
+  }
+  return bag;
+}
+
+void check(const io::Recording& recording) {
+  require(recording.size() > 0, "a recording without frames");
+  require(problems(recording.rig()).empty(), "a rig that is none");
+  accepts([&] {
+    const StereoFrame frame{recording.load(0)};
+    require(frame.left.width() == recording.rig().width_px && frame.left.height() == recording.rig().height_px,
+            "an image that is not of the rig's size");
+    require(frame.right.size() == frame.left.size(), "images of two sizes");
+  });
+}
+
+}  // namespace
+
+void bag_recording(Bytes input) {
+  accepts([&] { check(*app::bag_recording(bag_of(input), {{"a bag"}, {}, ""}, {})); });
+}
+
+}  // namespace stereogrid::fuzz
