@@ -5,6 +5,7 @@ import { MessageReader } from './cdr.js';
 const subprotocol = 'foxglove.websocket.v1';
 const messageOpcode = 1;
 const messageHeaderBytes = 13; // opcode, subscription (uint32), stamp (uint64)
+const allParameters = 'all'; // id of the first request
 const retriesMs = [500, 1000, 2000, 5000];
 
 /**
@@ -59,7 +60,7 @@ export class Connection extends EventTarget {
     }
   }
 
-  /** Asks for parameters and all their changes. */
+  /** Asks for these parameters, as far as the server has them, and all their changes. */
   watchParameters(names) {
     this.#parameters = names;
   }
@@ -100,15 +101,21 @@ export class Connection extends EventTarget {
     if (message.op === 'advertise') this.#advertise(message.channels);
     if (message.op === 'unadvertise') this.#unadvertise(message.channelIds);
     if (message.op === 'status' && message.level > 0) this.#tell('fault', message.message);
-    if (message.op === 'parameterValues') for (const one of message.parameters) this.#tell('parameter', one);
+    if (message.op === 'parameterValues') this.#takeParameters(message);
   }
 
   #begin(info) {
     this.name = info.name;
     this.#tell('state', 'connected');
     if (this.#parameters.length === 0 || !info.capabilities.includes('parametersSubscribe')) return;
-    this.#send({ op: 'subscribeParameterUpdates', parameterNames: this.#parameters });
-    this.#send({ op: 'getParameters', parameterNames: this.#parameters, id: 'all' });
+    this.#send({ op: 'getParameters', parameterNames: [], id: allParameters });
+  }
+
+  #takeParameters({ parameters, id }) {
+    const there = parameters.filter(({ name }) => this.#parameters.includes(name));
+    for (const one of there) this.#tell('parameter', one);
+    if (id !== allParameters || there.length === 0) return;
+    this.#send({ op: 'subscribeParameterUpdates', parameterNames: there.map(({ name }) => name) });
   }
 
   #advertise(channels) {

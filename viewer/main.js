@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+import { CameraView } from './camera_view.js';
 import { Connection } from './connection.js';
 import { GridView } from './grid_view.js';
 import { gridMapLayer, occupancyLayer, planePose } from './layers.js';
@@ -19,8 +20,10 @@ let picked = null;
 function highlight(id) {
   const shown = id ?? picked;
   if (grid.highlighted === shown) return;
-  grid.highlighted = shown;
-  grid.redraw();
+  for (const view of [grid, camera]) {
+    view.highlighted = shown;
+    view.redraw();
+  }
   table.highlight(shown);
 }
 
@@ -34,10 +37,11 @@ const grid = new GridView(element('grid'), {
   onHover: highlight,
   onPick: pick,
 });
+const camera = new CameraView(element('camera'), element('outlines'), { onHover: highlight, onPick: pick });
 const table = new ObstacleTable(element('obstacles').tBodies[0], { onHover: highlight, onPick: pick });
 const status = new StatusPanel({
   chart: element('chart'), stageList: element('stages'), rate: element('rate'), dropped: element('dropped'),
-  obstacles: element('count'), message: element('message'),
+  obstacles: element('count'), message: element('message'), latency: element('latency'),
 });
 const player = new Player({
   bar: element('player'), play: element('play'), back: element('back'), forward: element('forward'),
@@ -45,10 +49,13 @@ const player = new Player({
 }, (name, value) => connection.setParameter(name, value));
 
 function showObstacles() {
-  grid.obstacles = joined(latest.markers, latest.obstacles);
-  table.show(grid.obstacles, grid.pose);
+  const obstacles = joined(latest.markers, latest.obstacles);
+  Object.assign(camera, { obstacles, pose: grid.pose });
+  grid.obstacles = obstacles;
+  table.show(obstacles, grid.pose);
   table.highlight(grid.highlighted);
   grid.redraw();
+  camera.redraw();
 }
 
 function showPose(message) {
@@ -56,15 +63,20 @@ function showPose(message) {
   showObstacles();
 }
 
-let imageAddress = '';
-function showImage(message) {
-  const address = URL.createObjectURL(new Blob([message.data], { type: 'image/jpeg' }));
-  const before = imageAddress;
-  imageAddress = address;
-  element('camera').onload = () => URL.revokeObjectURL(before);
-  element('camera').src = address;
-  element('camera').hidden = false;
+/** Shows JPEGs one after the other in `image`, and `around` once there is one. */
+function imageShower(image, around) {
+  let shown = '';
+  return (message) => {
+    const address = URL.createObjectURL(new Blob([message.data], { type: 'image/jpeg' }));
+    const before = shown;
+    shown = address;
+    image.onload = () => URL.revokeObjectURL(before);
+    image.src = address;
+    around.hidden = false;
+  };
 }
+const showImage = imageShower(element('camera'), element('picture'));
+const showDisparities = imageShower(element('u-disparity'), element('u-disparity'));
 
 /** Of all nodes the first that has grids. */
 const nodeOf = (topics) => topics.find((topic) => topic.endsWith('/occupancy_grid'))?.replace(/\/occupancy_grid$/, '');
@@ -113,6 +125,9 @@ function subscribeTo(name) {
   connection.subscribe(`${node}/odometry`, showPose);
   connection.subscribe(`${node}/status`, (message, stamp) => status.show(message, stamp));
   connection.subscribe(`${node}/left/image_annotated/compressed`, showImage);
+  connection.subscribe(`${node}/u_disparity/compressed`, showDisparities);
+  connection.subscribe(`${node}/left/camera_info`, (message) => camera.calibrate(message));
+  connection.subscribe('/tf_static', (message) => camera.place(message));
 }
 
 connection.addEventListener('channels', ({ detail: topics }) => {
@@ -141,7 +156,7 @@ connection.addEventListener('fault', ({ detail: sentence }) => { element('fault'
 
 element('layer').addEventListener('change', chooseLayer);
 element('home').addEventListener('click', () => grid.home());
-onThemeChange(() => { showLayer(); grid.redraw(); status.redraw(); });
+onThemeChange(() => { showLayer(); grid.redraw(); camera.redraw(); status.redraw(); });
 setInterval(() => status.showRate(), 500);
 connection.watchParameters(playerParameters);
 connection.open();

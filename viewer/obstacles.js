@@ -15,7 +15,10 @@ export function joined(markers, array) {
   const having = (id) => made.get(id) ?? made.set(id, { id, kind: 'other', outline: [] }).get(id);
   for (const marker of markers?.markers ?? []) {
     if (marker.ns === 'outlines' && marker.type === lineStrip) having(marker.id).outline = marker.points;
-    if (marker.ns === 'boxes' && having(marker.id).kind === 'other') having(marker.id).kind = 'thing';
+    if (marker.ns === 'boxes') {
+      having(marker.id).box = { pose: marker.pose, scale: marker.scale };
+      if (having(marker.id).kind === 'other') having(marker.id).kind = 'thing';
+    }
     if (marker.ns === 'speeds') having(marker.id).kind = 'moving';
   }
   for (const { uuid, position, velocity, size, score } of array?.obstacles ?? []) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Usage: node check.js STEREOGRID STREET CHROMIUM FOLDER. Opens the page of `stereogrid view FOLDER/street.mcap`, uses it,
-// and leaves screenshots in FOLDER.
+// Usage: node check.js STEREOGRID CHROMIUM FOLDER. Opens the pages of `stereogrid view FOLDER/street.mcap` and `stereogrid
+// live`, uses them, and leaves screenshots in FOLDER.
 "use strict";
 
 const assert = require("node:assert");
@@ -10,7 +10,7 @@ const { spawn, spawnSync } = require("node:child_process");
 const { mkdirSync } = require("node:fs");
 const { chromium } = require("playwright-core");
 
-const [stereogrid, street, browserProgram, folder] = process.argv.slice(2);
+const [stereogrid, browserProgram, folder] = process.argv.slice(2);
 const recording = `${folder}/street.mcap`;
 const started = [];
 
@@ -29,14 +29,14 @@ function serve(program, ...words) {
   });
 }
 
-/** What the grid's canvas shows, as a hash, and how many colours it has. */
-function look(page) {
-  return page.evaluate(() => {
-    const canvas = document.getElementById("grid");
+/** What a canvas shows, as a hash, and how many colours it has. */
+function look(page, id = "grid") {
+  return page.evaluate((name) => {
+    const canvas = document.getElementById(name);
     const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
     const pixels = new Uint32Array(data.buffer);
     return { colours: new Set(pixels).size, digest: pixels.reduce((hash, pixel) => Math.imul(hash ^ pixel, 0x01000193)) };
-  });
+  }, id);
 }
 
 async function opened(browser, address, options = {}) {
@@ -71,7 +71,10 @@ async function checkPlayer(browser, address) {
   await settled(page);
   const there = await look(page);
   assert.ok(there.colours > 20, `the grid has ${there.colours} colours`);
-  assert.ok(await page.evaluate(() => document.getElementById("camera").naturalWidth > 100), "no image");
+  for (const id of ["camera", "u-disparity"]) {
+    assert.ok(await page.evaluate((name) => document.getElementById(name).naturalWidth > 100, id), `no ${id}`);
+  }
+  assert.ok((await look(page, "outlines")).colours > 2, "no obstacle in the camera's image");
   assert.strictEqual(await page.textContent("#state"), "connected");
   await page.screenshot({ path: `${folder}/view-light.png` });
 
@@ -122,10 +125,11 @@ async function checkObstacles(page) {
   assert.match((await rows.first().innerText()).replace(/\s+/g, " "), /^\d+ (moving|standing|boundary) -?\d/);
   await page.mouse.move(5, 5);
   await page.waitForTimeout(300);
-  const before = (await look(page)).digest;
+  const before = [(await look(page)).digest, (await look(page, "outlines")).digest];
   await rows.first().hover();
   await page.waitForTimeout(300);
-  assert.notStrictEqual((await look(page)).digest, before, "the row's obstacle is highlighted");
+  assert.notStrictEqual((await look(page)).digest, before[0], "the row's obstacle is highlighted in the grid");
+  assert.notStrictEqual((await look(page, "outlines")).digest, before[1], "and in the image");
   assert.strictEqual(await page.locator("tr.highlighted").count(), 1);
   await page.locator("#grid").focus();
   const unzoomed = (await look(page)).digest;
@@ -173,14 +177,16 @@ async function checkToken(browser) {
 
 /** Without a player; the page goes on when another server stands there. */
 async function checkLive(browser) {
-  const { address, child } = await serve(street);
+  const { address, child } = await serve(stereogrid, "live", "scene:street?frames=30", "--loop", "--listen", ":0");
   const { page, faults } = await opened(browser, address);
   await settled(page);
   assert.ok((await look(page)).colours > 20);
   assert.ok(await page.locator("#player").isHidden());
+  assert.match(await page.textContent("#latency"), /^\d+ \(99 %: \d+\)$/);
+  await page.screenshot({ path: `${folder}/live.png` });
   assert.deepStrictEqual(faults, []);
   child.removeAllListeners("exit");
-  child.stdin.end();
+  child.kill("SIGINT");
   await until(page, () => document.getElementById("state").textContent !== "connected");
   await serve(stereogrid, "view", recording, "--listen", new URL(address).host);
   await until(page, () => document.getElementById("state").textContent === "connected");
