@@ -138,6 +138,25 @@ async function checkObstacles(page) {
   assert.notStrictEqual((await look(page)).digest, unzoomed);
 }
 
+/** Text against what it stands on: 4.5 to 1 (WCAG 2, AA). */
+async function checkContrast(page, name) {
+  const poor = await page.evaluate(() => {
+    const luminance = (text) => text.match(/[0-9.]+/g).slice(0, 3).map(Number).map((value) => value / 255)
+      .map((value) => (value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4))
+      .reduce((sum, value, i) => sum + value * [0.2126, 0.7152, 0.0722][i], 0);
+    const behind = (one) => {
+      const colour = getComputedStyle(one).backgroundColor;
+      return /, 0\)$/.test(colour) && one.parentElement ? behind(one.parentElement) : colour;
+    };
+    const hasText = (one) => [...one.childNodes].some((child) => child.nodeType === Node.TEXT_NODE && child.data.trim());
+    return [...document.querySelectorAll("body *")].filter((one) => hasText(one) && one.checkVisibility()).map((one) => {
+      const [a, b] = [getComputedStyle(one).color, behind(one)].map(luminance).sort((x, y) => y - x);
+      return { text: one.textContent.trim().slice(0, 30), contrast: (a + 0.05) / (b + 0.05) };
+    }).filter(({ contrast }) => contrast < 4.5);
+  });
+  assert.deepStrictEqual(poor, [], name);
+}
+
 async function photograph(browser, address, name, options) {
   const { page, faults } = await opened(browser, `${address}#frame=17`, options);
   await atFrame(page, 17);
@@ -150,6 +169,7 @@ async function photograph(browser, address, name, options) {
     return scrollWidth - clientWidth;
   });
   assert.ok(cut <= 0, `${name}: ${cut} px of the table are cut off`);
+  await checkContrast(page, name);
   await page.screenshot({ path: `${folder}/${name}.png` });
   assert.deepStrictEqual(faults, []);
   await page.close();
@@ -218,6 +238,7 @@ async function main() {
   checkRefusals(address);
   await checkPlayer(browser, address);
   await photograph(browser, address, "view-dark", { colorScheme: "dark" });
+  await photograph(browser, address, "view-small", { viewport: { width: 1024, height: 700 } });
   await photograph(browser, address, "view-phone", { viewport: { width: 390, height: 844 }, hasTouch: true });
   await checkToken(browser);
   await checkLive(browser);
