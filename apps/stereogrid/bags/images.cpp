@@ -86,8 +86,8 @@ std::vector<ShotPair> pair_up(const std::vector<Shot>& left, const std::vector<S
   }
   std::ranges::stable_sort(pairs, {}, [](const ShotPair& pair) { return pair.first.stamp_ns; });
   // an image that was recorded twice
-  const auto twice{std::ranges::unique(pairs, {}, [](const ShotPair& pair) { return pair.first.stamp_ns; })};
-  pairs.erase(twice.begin(), twice.end());
+  const auto is_same = [](const ShotPair& a, const ShotPair& b) { return a.first.stamp_ns == b.first.stamp_ns; };
+  pairs.erase(std::unique(pairs.begin(), pairs.end(), is_same), pairs.end());
   return pairs;
 }
 

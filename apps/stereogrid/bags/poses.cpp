@@ -54,8 +54,8 @@ void add(std::vector<io::StampedPose>& poses, const messages::std_msgs::Header& 
 
 void put_in_order(std::vector<io::StampedPose>& poses) {
   std::ranges::stable_sort(poses, {}, &io::StampedPose::stamp_ns);
-  const auto twice{std::ranges::unique(poses, {}, &io::StampedPose::stamp_ns)};
-  poses.erase(twice.begin(), twice.end());
+  const auto is_same = [](const io::StampedPose& a, const io::StampedPose& b) { return a.stamp_ns == b.stamp_ns; };
+  poses.erase(std::unique(poses.begin(), poses.end(), is_same), poses.end());
 }
 
 }  // namespace

@@ -65,7 +65,7 @@ class MemoryBag final : public mcap::Bag {
   std::vector<Entry> entries_;
 };
 
-/// Two pairs of the same images: the first stamped by their headers, the second one later if those have none.
+/// Each message is recorded twice, which images without stamps make two pairs.
 std::unique_ptr<mcap::Bag> bag_of(Bytes input) {
   const auto parts{parts_of(input, 6)};
   const char kind{parts[0].empty() ? '0' : parts[0].front()};
