@@ -28,7 +28,7 @@ constexpr double cell_m{0.2};
 struct Case {
   FilterModel model;
   int cells;
-  double velocity_max_mps;  // of a uniform lattice; 0: the default lattice
+  double velocity_max_mps;  // of a lattice in steps of 2 m/s; 0: the default lattice
   double dt_s;
   double aim_ms;  // on two threads; 0: none
 };
@@ -95,9 +95,8 @@ class Steps {
     FilterConfig config;
     config.model = one.model;
     if (one.velocity_max_mps == 0) return config;
-    config.velocity_max_mps = one.velocity_max_mps;
-    config.velocity_step_mps = 2;
-    config.velocity_growth = 0;
+    config.speeds_mps.clear();
+    for (double speed_mps{2}; speed_mps <= one.velocity_max_mps; speed_mps += 2) config.speeds_mps.push_back(speed_mps);
     return config;
   }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <string>
 #include <type_traits>
@@ -16,6 +17,8 @@
 
 namespace stereogrid {
 namespace {
+
+using List = std::vector<double>;
 
 template <class T>
 constexpr bool is_choice = std::is_enum_v<T>;
@@ -49,6 +52,11 @@ std::string text_of_value(const T& value) {
   } else if constexpr (is_choice<T>) {
     if (!is_one_of_its_choices(value)) return std::to_string(static_cast<int>(value));
     return std::string{names_of(T{})[static_cast<std::size_t>(value)]};
+  } else if constexpr (std::is_same_v<T, List>) {
+    if (value.empty()) return "none";
+    std::string text;
+    for (const double number : value) text += (text.empty() ? "" : ",") + text_of(number);
+    return text;
   } else if constexpr (std::is_integral_v<T>) {
     return std::to_string(value);
   } else {
@@ -76,6 +84,19 @@ void parse(T& value, std::string_view text, const std::string& key) {
                       std::string{text} + "'."};
   }
   value = parsed;
+}
+
+// "1.25,2.5", blanks may follow a comma; or "none".
+void parse(List& value, std::string_view text, const std::string& key) {
+  List parsed;
+  while (text != "none") {
+    const std::size_t comma{text.find(',')};
+    parse(parsed.emplace_back(), text.substr(0, comma), key + " is a list (a,b,c), each of which");
+    if (comma == std::string_view::npos) break;
+    text.remove_prefix(comma + 1);
+    text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
+  }
+  value = std::move(parsed);
 }
 
 template <class T>
@@ -134,10 +155,9 @@ std::string members_of(std::string_view wanted) {
                     "'. `stereogrid config` lists them all."};
 }
 
-// Velocities of the filter's lattice; 0 where its ranges, which are told apart, leave it without end.
+// Velocities of the filter's lattice.
 double lattice_size(const FilterConfig& config) {
-  if (!(config.velocity_step_mps >= 0.1 && config.velocity_max_mps <= 60 && config.velocity_growth >= 0)) return 0;
-  const auto side = static_cast<double>(velocity_axis(config).size());
+  const double side{2 * static_cast<double>(config.speeds_mps.size()) + 1};
   return side * side;
 }
 
@@ -193,11 +213,18 @@ std::vector<std::string> problems(const Config& config) {
   std::vector<std::string> found;
   visit_parameters(config, [&](std::string_view group, const Parameter& parameter, const auto& value) {
     using T = std::remove_cvref_t<decltype(value)>;
-    if constexpr (std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) {
-      const double number{static_cast<double>(value)};
+    const auto check_range = [&](double number) {
       if (number >= parameter.minimum && number <= parameter.maximum) return;
       found.push_back(key_of(group, parameter) + " is " + text_of(number) + " and must lie in " +
                       text_of(parameter.minimum) + " … " + text_of(parameter.maximum) + ".");
+    };
+    if constexpr (std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) {
+      check_range(static_cast<double>(value));
+    } else if constexpr (std::is_same_v<T, List>) {
+      std::ranges::for_each(value, check_range);
+      if (std::ranges::adjacent_find(value, std::greater_equal{}) == value.end()) return;
+      found.push_back(key_of(group, parameter) + " is " + text_of_value(value) +
+                      " and must grow from one to the next.");
     } else if constexpr (is_choice<T>) {
       if (is_one_of_its_choices(value)) return;
       found.push_back(key_of(group, parameter) + " is " + text_of_value(value) +
@@ -211,7 +238,7 @@ std::vector<std::string> problems(const Config& config) {
     found.emplace_back("grid: more than 4000 cells along a side; take larger cells or a smaller grid.");
   }
   if (lattice_size(config.filter) > 1000) {
-    found.emplace_back("filter: more than 1000 velocities; raise velocity_step_mps or lower velocity_max_mps.");
+    found.emplace_back("filter: more than 1000 velocities; name fewer in filter.speeds_mps.");
   } else if (lattice_bytes(config) > lattice_bytes_max) {
     found.emplace_back(
         "filter: the window's cells times the velocities take more than 64 GiB; take larger cells, a "

@@ -79,9 +79,7 @@ void set_values(MotionConfig& motion) {
 
 void set_values(FilterConfig& filter) {
   filter.model = FilterModel::tay2008;
-  filter.velocity_max_mps = 10;
-  filter.velocity_step_mps = 2;
-  filter.velocity_growth = 0;
+  filter.speeds_mps = {2, 4, 6, 8, 10};
   filter.forgetting_s = 2;
   filter.forgetting_in_view_s = 2;
   filter.velocity_noise = 0.05;

@@ -238,9 +238,7 @@ constexpr std::array<std::string_view, 2> names_of(FilterModel) {
 
 struct FilterConfig {
   FilterModel model{FilterModel::joint};
-  double velocity_max_mps{12.5};
-  double velocity_step_mps{1.25};
-  double velocity_growth{0.0167};
+  std::vector<double> speeds_mps{1.25, 2.52, 3.94, 5.75, 8.34, 12.2};  // fine for people, as far as cars
   double forgetting_s{2};
   double forgetting_in_view_s{0.5};
   double velocity_noise{0.01};
@@ -254,13 +252,9 @@ struct FilterConfig {
   static void visit_fields(Self& self, Visitor&& visit) {
     visit(Parameter{"model", "", 0, 1, "tay2008: velocity given the cell; joint: mass of (occupied, velocity)."},
           self.model);
-    visit(Parameter{"velocity_max_mps", "m/s", 0, 60, "Largest speed along each world axis."}, self.velocity_max_mps);
-    visit(Parameter{"velocity_step_mps", "m/s", 0.1, 20, "The lattice's slowest velocity along an axis."},
-          self.velocity_step_mps);
-    visit(Parameter{"velocity_growth", "", 0, 2,
-                    "By what share of velocity_step_mps the second distance between velocities is larger than the "
-                    "first, the n-th by (n − 1)³ times as much; 0: all alike."},
-          self.velocity_growth);
+    visit(Parameter{"speeds_mps", "m/s", 0.1, 60,
+                    "The lattice's velocities along each world axis, in both directions, beside standstill; growing."},
+          self.speeds_mps);
     visit(Parameter{"forgetting_s", "s", 0.05, 1000, "Time constant with which an unobserved cell returns to unknown."},
           self.forgetting_s);
     visit(

@@ -25,13 +25,11 @@ float smooth_value(const Image<float>& cells, double x, double y) {
 
 std::vector<double> velocity_axis(const FilterConfig& config) {
   std::vector<double> axis{0};
-  double velocity_mps{0};
-  for (double n{0};; ++n) {
-    velocity_mps += config.velocity_step_mps * (1 + config.velocity_growth * (n * n * n));
-    if (!(velocity_mps <= config.velocity_max_mps * (1 + 1e-6))) return axis;
-    axis.insert(axis.begin(), -velocity_mps);
-    axis.push_back(velocity_mps);
+  for (const double speed_mps : config.speeds_mps) {
+    axis.insert(axis.begin(), -speed_mps);
+    axis.push_back(speed_mps);
   }
+  return axis;
 }
 
 std::vector<Point2> velocity_lattice(const FilterConfig& config) {

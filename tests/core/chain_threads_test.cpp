@@ -17,7 +17,7 @@ TEST(ChainThreads, CpuEqualsReferenceOnAnyNumberOfThreads) {
     config.matching.speckle_px = config.matching.road_speckle_px = 10;
     config.grid.length_m = 8;
     config.grid.width_m = 6;
-    config.filter.velocity_max_mps = 4;
+    config.filter.speeds_mps = {1.25, 2.5, 3.9};
     const char* scene{"street?width=123&height=77&frames=3"};
     Drive reference{scene, config, 1, BackEnd::reference};
     Drive one{scene, config, 1};

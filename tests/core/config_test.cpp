@@ -11,6 +11,7 @@
 
 #include "paper_preset.hpp"
 #include "stereogrid/error.hpp"
+#include "support.hpp"
 
 namespace stereogrid::test {
 namespace {
@@ -60,8 +61,15 @@ TEST(Config, DefaultsLieInTheirRanges) {
     const Config config{preset(name)};
     EXPECT_EQ(problems(config), std::vector<std::string>{}) << name;
     visit_parameters(config, [&](std::string_view group, const Parameter& parameter, const auto& value) {
-      EXPECT_GE(static_cast<double>(value), parameter.minimum) << group << "." << parameter.name;
-      EXPECT_LE(static_cast<double>(value), parameter.maximum) << group << "." << parameter.name;
+      const auto expect_within = [&](double number) {
+        EXPECT_GE(number, parameter.minimum) << group << "." << parameter.name;
+        EXPECT_LE(number, parameter.maximum) << group << "." << parameter.name;
+      };
+      if constexpr (std::is_same_v<decltype(value), const std::vector<double>&>) {
+        std::ranges::for_each(value, expect_within);
+      } else {
+        expect_within(static_cast<double>(value));
+      }
     });
   }
 }
@@ -100,6 +108,8 @@ TEST(Config, PaperPresetNamesEveryParameter) {
       value = !value;
     } else if constexpr (std::is_enum_v<T>) {
       value = static_cast<T>((static_cast<std::size_t>(value) + 1) % names_of(value).size());
+    } else if constexpr (std::is_same_v<T, std::vector<double>>) {
+      value.push_back(50);
     } else {
       value += 1;
     }
@@ -204,9 +214,7 @@ TEST(Config, AllProblemsAreToldAtOnce) {
   config.matching.window_px = 12;
   config.matching.penalty_jump = 0;
   config.u_disparity.false_positive = 0.7;
-  config.filter.velocity_max_mps = 60;
-  config.filter.velocity_step_mps = 0.5;
-  config.filter.velocity_growth = 0;
+  config.filter.speeds_mps = uniform_speeds(0.5, 120);
   const std::vector<std::string> found{problems(config)};
   EXPECT_EQ(found.size(), 5u);
   EXPECT_TRUE(mentions(found, "grid.length_m is -1"));
@@ -239,23 +247,27 @@ TEST(Config, TooManyCellsAreAProblem) {
   EXPECT_TRUE(mentions(problems(config), "4000 cells"));
 }
 
-TEST(Config, TooManyVelocitiesAreAProblemAndNoStepIsAnother) {
+TEST(Config, VelocitiesAreFewAndGrow) {
   Config config;
-  config.filter.velocity_step_mps = 0.5;
-  config.filter.velocity_growth = 0;
+  config.filter.speeds_mps = uniform_speeds(0.5, 25);
   EXPECT_TRUE(mentions(problems(config), "1000 velocities"));
-  config.filter.velocity_step_mps = 0;
-  EXPECT_TRUE(mentions(problems(config), "filter.velocity_step_mps"));
-  config = {};
-  config.filter.velocity_growth = -1;  // a lattice without end
-  EXPECT_TRUE(mentions(problems(config), "filter.velocity_growth"));
+  for (const char* text : {"2,1", "1,1", "0.01,1", "1,61", "nan", "1,nan"}) {
+    set(config, "filter.speeds_mps", text);
+    EXPECT_TRUE(mentions(problems(config), "filter.speeds_mps")) << text;
+  }
+  set(config, "filter.speeds_mps", "none");
+  EXPECT_TRUE(problems(config).empty()) << "standstill alone";
 }
 
-// the distances between velocities would shrink below 0, and there would be no last velocity
-TEST(Config, VelocitiesThatTurnBackAreAProblem) {
+TEST(Config, AListIsNumbersWithCommas) {
   Config config;
-  config.filter.velocity_growth = -2;
-  EXPECT_TRUE(mentions(problems(config), "filter.velocity_growth"));
+  set(config, "filter.speeds_mps", "1, 2.5,4");
+  EXPECT_EQ(config.filter.speeds_mps, (std::vector<double>{1, 2.5, 4}));
+  EXPECT_EQ(get(config, "filter.speeds_mps"), "1,2.5,4");
+  for (const char* text : {"1,,2", ",1", "1,", "1;2", "fast", "1 2", "none,1"}) {
+    EXPECT_THROW(set(config, "filter.speeds_mps", text), ConfigError) << text;
+  }
+  EXPECT_EQ(config.filter.speeds_mps.size(), 3u) << "unchanged";
 }
 
 }  // namespace

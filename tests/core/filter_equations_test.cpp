@@ -171,7 +171,7 @@ class FilterEquations : public testing::TestWithParam<FilterModel> {};
 
 TEST_P(FilterEquations, AreThoseOfTheMethodNote) {
   FilterConfig config{method_config(GetParam())};
-  config.velocity_max_mps = 2;
+  config.speeds_mps = {2};
   config.velocity_noise = mu;
   config.likelihood_exponent = exponent;
   config.static_prior = static_prior;

@@ -13,9 +13,7 @@ namespace stereogrid::test {
 inline FilterConfig method_config(FilterModel model) {
   FilterConfig config;
   config.model = model;
-  config.velocity_max_mps = 4;
-  config.velocity_step_mps = 2;
-  config.velocity_growth = 0;
+  config.speeds_mps = {2, 4};
   config.forgetting_s = 4.95;
   config.velocity_noise = 0.01;
   config.likelihood_exponent = 1;

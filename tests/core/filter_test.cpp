@@ -52,7 +52,7 @@ TEST_P(FilterOfEachModel, CpuEqualsReference) {
   for (const int cells : {1, 5, 23, 34, 137}) {
     for (const int threads : {1, 2}) {
       FilterConfig config{method_config(GetParam())};
-      config.velocity_step_mps = 1.3;  // fractions of a cell
+      config.speeds_mps = {1.3, 2.6, 3.9};  // fractions of a cell
       config.likelihood_exponent = 0.6;
       Reference reference;
       Cpu cpu{threads};
@@ -85,7 +85,7 @@ TEST_P(FilterOfEachModel, CpuEqualsReference) {
 TEST_P(FilterOfEachModel, EveryInstructionSetEqualsTheReference) {
   constexpr int cells{31};
   FilterConfig config{method_config(GetParam())};
-  config.velocity_step_mps = 1.3;
+  config.speeds_mps = {1.3, 2.6, 3.9};
   const GridGeometry geometry{0, 0, cell_m, cells, cells};
   for (const std::int64_t target : vector_targets()) {
     const ForcedTarget forced{target};
@@ -160,7 +160,7 @@ TEST_P(FilterOfEachModel, NeverObservedStaysUnknown) {
 TEST_P(FilterOfEachModel, OneCellByHand) {
   Cpu cpu{1};
   FilterConfig config{method_config(GetParam())};
-  config.velocity_max_mps = 0;
+  config.speeds_mps = {};
   FilterRun run{cpu, config, {0, 0, cell_m, 5, 5}};
   run.step(Image<float>(5, 5, 0.8f), 0.1);
   // the prediction of 0.5 is 0.5 whatever is forgotten; then 0.8
@@ -174,7 +174,7 @@ TEST_P(FilterOfEachModel, OneCellByHand) {
 TEST_P(FilterOfEachModel, ExponentTempersTheEvidence) {
   Cpu cpu{1};
   FilterConfig config{method_config(GetParam())};
-  config.velocity_max_mps = 0;
+  config.speeds_mps = {};
   config.likelihood_exponent = 0.5;
   FilterRun run{cpu, config, {0, 0, cell_m, 5, 5}};
   run.step(Image<float>(5, 5, 0.9f), 0.1);
@@ -185,7 +185,7 @@ TEST_P(FilterOfEachModel, ExponentTempersTheEvidence) {
 TEST_P(FilterOfEachModel, AnUnknownObservationLeavesThePrediction) {
   Cpu cpu{1};
   FilterConfig config{method_config(GetParam())};
-  config.velocity_max_mps = 0;
+  config.speeds_mps = {};
   FilterRun run{cpu, config, {0, 0, cell_m, 5, 5}};
   run.step(Image<float>(5, 5, 0.8f), 0.1);
   run.step(Image<float>(5, 5, 0.5f), 0.1);
@@ -195,7 +195,7 @@ TEST_P(FilterOfEachModel, AnUnknownObservationLeavesThePrediction) {
 TEST_P(FilterOfEachModel, ForgettingDoesNotDependOnTheFrameRate) {
   Cpu cpu{1};
   FilterConfig config{method_config(GetParam())};
-  config.velocity_max_mps = 0;
+  config.speeds_mps = {};
   config.forgetting_s = 2;
   const GridGeometry geometry{0, 0, cell_m, 5, 5};
   FilterRun coarse{cpu, config, geometry};

@@ -152,7 +152,7 @@ TEST(Fusion, ThePipelineHandsOnWhatAnotherSourceHasSeen) {
   for (const BackEnd back_end : {BackEnd::cpu, BackEnd::reference}) {
     Config config{preset("default")};
     config.fusion.other_confidence = 1;
-    config.filter.velocity_max_mps = 2;
+    config.filter.speeds_mps = {1.25};
     Pipeline pipeline{config, small_rig, {.back_end = back_end, .threads = 1}};
     StereoFrame frame{grey_frame()};
     frame.world_from_vehicle = Pose2{3, 4, 0.5};

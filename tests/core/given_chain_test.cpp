@@ -110,7 +110,7 @@ TEST(GivenChain, CpuEqualsReference) {
   const Scene scene{scenes::parse_scene("street?width=123&height=77&frames=3"), 2};
   Config config{preset("default")};
   config.grid.length_m = 8;
-  config.filter.velocity_max_mps = 4;
+  config.filter.speeds_mps = {1.25, 2.5, 3.9};
   Pipeline reference{config, scene.rig(), {.back_end = BackEnd::reference}};
   Pipeline cpu{config, scene.rig(), {.threads = 2}};
   for (std::size_t i{0}; i < 3; ++i) {

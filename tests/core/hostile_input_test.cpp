@@ -11,6 +11,7 @@
 
 #include "hostile_run.hpp"
 #include "stereogrid/error.hpp"
+#include "support.hpp"
 
 namespace stereogrid::test {
 namespace {
@@ -195,9 +196,7 @@ TEST(Arguments, BackEndsAndThreadsThatThereAreNot) {
 TEST(Arguments, MoreThanAMachineHoldsIsRefused) {
   Config config;
   config.grid = {500, 500, 0.125};
-  config.filter.velocity_max_mps = 37.5;
-  config.filter.velocity_step_mps = 2.5;
-  config.filter.velocity_growth = 0;
+  config.filter.speeds_mps = uniform_speeds(2.5, 15);
   EXPECT_THAT(problems(config), ::testing::ElementsAre(HasSubstr("64 GiB")));
 
   Rig rig{small_rig()};

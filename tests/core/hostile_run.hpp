@@ -33,7 +33,7 @@ inline Config small_config() {
   config.matching.window_px = 5;
   config.matching.disparities = 16;
   config.matching.speckle_px = config.matching.road_speckle_px = 20;
-  config.filter.velocity_max_mps = 3;
+  config.filter.speeds_mps = {1.25, 2.5};
   return config;
 }
 

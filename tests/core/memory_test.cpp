@@ -61,7 +61,7 @@ INSTANTIATE_TEST_SUITE_P(, Memory,
                                          Case{.name = "SemiGlobal", .settings = {{"matching.method", "semi_global"}}},
                                          Case{.name = "Tay2008", .settings = {{"filter.model", "tay2008"}}},
                                          // with little else, so that the small things count
-                                         Case{.name = "FewVelocities", .settings = {{"filter.velocity_max_mps", "2"}}},
+                                         Case{.name = "FewVelocities", .settings = {{"filter.speeds_mps", "1.25"}}},
                                          Case{.name = "Bins", .settings = {{"projection.model", "bins"}}},
                                          Case{.name = "Predictions", .horizons_s = {0.5, 1}},
                                          // the mask and its level image: 0.1 MB of 11
@@ -76,7 +76,7 @@ TEST(MemoryOfPipelines, OfALargerPipelineIsMore) {
     return Pipeline{config, rig, {.threads = 1}}.memory_use().host_bytes;
   };
   EXPECT_GT(bytes("grid.length_m", "30"), bytes("grid.length_m", "20"));
-  EXPECT_GT(bytes("filter.velocity_max_mps", "12"), bytes("filter.velocity_max_mps", "2"));
+  EXPECT_GT(bytes("filter.speeds_mps", "1,2,4,8"), bytes("filter.speeds_mps", "1"));
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ Config small_config(MatchingMethod method) {
   config.matching.disparities = 64;
   config.grid.length_m = 6;
   config.grid.width_m = 4;
-  config.filter.velocity_max_mps = 3;
+  config.filter.speeds_mps = {1.25, 2.5};
   return config;
 }
 

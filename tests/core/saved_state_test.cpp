@@ -15,7 +15,7 @@ Config small(const char* name) {
   Config config{preset(name)};
   config.grid.length_m = 8;
   config.grid.width_m = 6;
-  config.filter.velocity_max_mps = 4;
+  config.filter.speeds_mps = {1.25, 2.5, 3.9};
   config.matching.disparities = 32;
   config.tracking.confirm_frames = 2;
   return config;

@@ -10,6 +10,12 @@ Rig small_kitti_rig() {
   return {621, 188, 360.5, 304.8, 86.4, 0.537, 1.65, 0, 0};
 }
 
+std::vector<double> uniform_speeds(double step_mps, int count) {
+  std::vector<double> speeds;
+  for (int i{1}; i <= count; ++i) speeds.push_back(i * step_mps);
+  return speeds;
+}
+
 Texture::Texture(unsigned seed) {
   std::mt19937 generator{seed};
   for (int wave{0}; wave < 40; ++wave) {

@@ -14,6 +14,9 @@ namespace stereogrid::test {
 /// A small car's camera: 621 × 188, f·b = 194 px·m.
 Rig small_kitti_rig();
 
+/// FilterConfig::speeds_mps in even steps.
+std::vector<double> uniform_speeds(double step_mps, int count);
+
 /// A function of the plane that looks like plaster: smooth, of no period, within 20 … 180 grey levels. It can be
 /// sampled anywhere, so that sub-pixel shifts are exact.
 class Texture {

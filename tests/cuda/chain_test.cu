@@ -35,7 +35,7 @@ TEST(the_paper_preset_equals_the_reference) {
   config.grid = {10, 8, 0.5};
   config.matching.disparities = 16;
   config.matching.window_px = 11;
-  config.filter.velocity_max_mps = 2;
+  config.filter.speeds_mps = {1.25};
   const Street street{small_rig()};
   Pair pair{config, small_rig()};
   pair.is_equal_to_the_bit = false;

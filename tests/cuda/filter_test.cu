@@ -16,12 +16,10 @@ namespace {
 
 constexpr double cell_m{0.2};
 
-FilterConfig config_of(FilterModel model, double velocity_max_mps, double velocity_step_mps) {
+FilterConfig config_of(FilterModel model, std::vector<double> speeds_mps) {
   FilterConfig config;
   config.model = model;
-  config.velocity_max_mps = velocity_max_mps;
-  config.velocity_step_mps = velocity_step_mps;
-  config.velocity_growth = 0;
+  config.speeds_mps = std::move(speeds_mps);
   config.static_prior = 0.5;
   return config;
 }
@@ -153,7 +151,7 @@ constexpr Move moves[]{{0.1, 0, 0}, {0.033, 1, 0}, {0.25, -2, 3}, {0.1, 0, -1}, 
 TEST(joint_filter_is_that_of_the_reference) {
   Random random{31};
   for (const int cells : {1, 5, 31, 34, 63}) {
-    FilterConfig config{config_of(FilterModel::joint, 4, 1.3)};
+    FilterConfig config{config_of(FilterModel::joint, {1.3, 2.6, 3.9})};
     config.likelihood_exponent = 0.6;
     Run run{config, {-1, 2, cell_m, cells, cells}};
     for (const Move& move : moves) {
@@ -166,8 +164,10 @@ TEST(joint_filter_is_that_of_the_reference) {
 
 TEST(joint_filter_with_other_lattices) {
   Random random{33};
-  for (const double velocity_max_mps : {0.0, 2.0, 14.0}) {  // 1, 3 and 15 velocities along an axis
-    Run run{config_of(FilterModel::joint, velocity_max_mps, 2), {0, 0, cell_m, 21, 21}};
+  // 1, 3 and 15 velocities along an axis
+  for (const std::vector<double>& speeds_mps :
+       {std::vector<double>{}, std::vector<double>{2}, std::vector<double>{2, 4, 6, 8, 10, 12, 14}}) {
+    Run run{config_of(FilterModel::joint, speeds_mps), {0, 0, cell_m, 21, 21}};
     for (int i{0}; i < 4; ++i) {
       run.step(random_observation(21, random), 0.1, i % 2, 1);
       CHECK_EQUAL(run.difference(), 0);
@@ -178,7 +178,7 @@ TEST(joint_filter_with_other_lattices) {
 TEST(evidence_of_velocities_is_weighed_as_by_the_reference) {
   Random random{34};
   constexpr int cells{41};
-  Run run{config_of(FilterModel::joint, 4, 1.3), {-1, 2, cell_m, cells, cells}};
+  Run run{config_of(FilterModel::joint, {1.3, 2.6, 3.9}), {-1, 2, cell_m, cells, cells}};
   for (const int every : {1, 3, 700, 5000}) {  // all cells, a third of them, a few, none
     run.step(random_observation(cells, random), 0.1, 1, 0);
     std::vector<VelocityEvidence> evidence;
@@ -195,7 +195,7 @@ TEST(evidence_of_velocities_is_weighed_as_by_the_reference) {
 TEST(tay_filter_is_that_of_the_reference) {
   Random random{35};
   for (const int cells : {1, 5, 34}) {
-    FilterConfig config{config_of(FilterModel::tay2008, 4, 1.3)};
+    FilterConfig config{config_of(FilterModel::tay2008, {1.3, 2.6, 3.9})};
     config.static_prior = cells == 5 ? 0 : 0.5;
     Run run{config, {-1, 2, cell_m, cells, cells}};
     for (const Move& move : moves) {
@@ -208,7 +208,7 @@ TEST(tay_filter_is_that_of_the_reference) {
 
 TEST(window_is_seen_from_the_vehicle) {
   Random random{37};
-  Run run{config_of(FilterModel::joint, 4, 2), {-3, -4, cell_m, 44, 44}};
+  Run run{config_of(FilterModel::joint, {2, 4}), {-3, -4, cell_m, 44, 44}};
   for (int i{0}; i < 3; ++i) run.step(random_observation(44, random), 0.1, 1, 0);
   for (const Pose2& pose : {Pose2{0, 0, 0}, Pose2{0.31, -0.27, 0.7}, Pose2{3, 3, -2.9}}) {
     const GridGeometry grid{0, -3.1, 0.2, 37, 31};

@@ -24,7 +24,7 @@ inline Config small_config() {
   config.grid = {10, 8, 0.5};
   config.matching.disparities = 16;
   config.matching.speckle_px = config.matching.road_speckle_px = 20;
-  config.filter.velocity_max_mps = 4;
+  config.filter.speeds_mps = {1.25, 2.5, 3.9};
   return config;
 }
 

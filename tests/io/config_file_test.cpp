@@ -33,6 +33,13 @@ TEST_F(ConfigFile, NestedAndDottedKeys) {
   EXPECT_EQ(config.grid.width_m, Config{}.grid.width_m) << "what is not named stays";
 }
 
+TEST_F(ConfigFile, ListsAreWrittenAsYamlHasThemOrAsText) {
+  for (const char* text : {"filter:\n  speeds_mps: [1, 2.5]\n", "filter.speeds_mps: 1, 2.5\n"}) {
+    EXPECT_EQ(load(text).filter.speeds_mps, (std::vector<double>{1, 2.5})) << text;
+  }
+  EXPECT_TRUE(load("filter: {speeds_mps: []}\n").filter.speeds_mps.empty());
+}
+
 TEST_F(ConfigFile, EmptyFileChangesNothing) {
   EXPECT_EQ(to_json(load("# nothing\n")), to_json(preset("default")));
 }
@@ -66,7 +73,9 @@ TEST_F(ConfigFile, ComplaintsNameFileAndLine) {
   }};
   refused("grid:\n  lenght_m: 30\n", {"c.yaml", "line 2", "lenght_m"});
   refused("matching.disparities: many\n", {"c.yaml", "line 1", "many"});
-  refused("grid: {length_m: [1, 2]}\n", {"line 1", "not a list"});
+  refused("grid: {length_m: [1, 2]}\n", {"line 1", "is a number, not '1,2'"});
+  refused("filter: {speeds_mps: [1, [2]]}\n", {"line 1", "filter.speeds_mps is no list of numbers"});
+  refused("filter: {speeds_mps: [1, fast]}\n", {"line 1", "not 'fast'"});
   refused("grid: {length_m: 1\n", {"c.yaml", "no YAML"});
   refused("just text\n", {"c.yaml", "no settings"});
   refused("a: 1\nb: 2\n", {"line 1"});

@@ -40,14 +40,24 @@ class Settings {
 
  private:
   static constexpr int most_groups{4};
+  static constexpr std::size_t most_values{1000};
   static constexpr int most_keys{10'000};
+
+  [[nodiscard]] std::string joined(const YAML::Node& list, const std::string& name) const {
+    if (list.size() > most_values) fail(list, name + " has more values than a list may have.");
+    std::string text;
+    for (const YAML::Node& value : list) {
+      if (!value.IsScalar()) fail(value, name + " is no list of numbers.");
+      text += (text.empty() ? "" : ",") + value.Scalar();
+    }
+    return text.empty() ? "none" : text;
+  }
 
   void take_value(const YAML::Node& key, const YAML::Node& value, const std::string& name, int depth) {
     if (value.IsMap()) return take(value, name + ".", depth + 1);
     if (value.IsNull()) return;  // a group whose keys are all commented out
-    if (!value.IsScalar()) fail(value, name + " is one value, not a list.");
     try {
-      set(config_, name, value.Scalar());
+      set(config_, name, value.IsSequence() ? joined(value, name) : value.Scalar());
     } catch (const ConfigError& error) {
       fail(key, error.what());
     }

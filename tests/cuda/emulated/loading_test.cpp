@@ -29,7 +29,7 @@ Config small_config() {
   Config config{preset("default")};
   config.grid = {10, 8, 0.5};
   config.matching.disparities = 16;
-  config.filter.velocity_max_mps = 2;
+  config.filter.speeds_mps = {1.25};
   return config;
 }
 

@@ -28,6 +28,10 @@ void change(Choices& choices, const Parameter& parameter, T& value) {
   } else if constexpr (std::is_enum_v<T>) {
     const int count{static_cast<int>(names_of(T{}).size())};
     value = static_cast<T>(choices.once_in(16) ? choices.between(-1, count) : choices.between(0, count - 1));
+  } else if constexpr (std::is_same_v<T, std::vector<double>>) {
+    value.resize(static_cast<std::size_t>(choices.between(0, 4)));
+    for (double& number : value) number = mostly(choices, parameter.minimum, parameter.maximum);
+    if (!choices.once_in(16)) std::ranges::sort(value);
   } else if constexpr (std::is_integral_v<T>) {
     const auto least{static_cast<T>(parameter.minimum)};
     const auto most{static_cast<T>(parameter.maximum)};
@@ -134,16 +138,14 @@ Rig choose_rig(Choices& choices) {
 Config choose_config(Choices& choices) {
   Config config{preset(choices.once_in(4) ? "paper" : "default")};
   config.grid = {6, 4, 0.4};
-  config.filter.velocity_max_mps = 5;
-  config.filter.velocity_step_mps = 2.5;
+  config.filter.speeds_mps = {2.5, 5};
   change_some(choices, config);
   return config;
 }
 
 bool is_small(const Config& config) {
-  const FilterConfig& filter{config.filter};
   const double cells{std::hypot(config.grid.length_m, config.grid.width_m) / config.grid.cell_size_m + 4};
-  const double side{2 * filter.velocity_max_mps / filter.velocity_step_mps + 1};
+  const double side{2 * static_cast<double>(config.filter.speeds_mps.size()) + 1};
   return !problems(config).empty() || cells * cells * side * side < 200'000;
 }
 
