@@ -25,8 +25,8 @@ for header in blocked_range info parallel_for task_arena; do
 done
 googletest=/usr/src/googletest/googletest
 
-mapfile -t sources < <(find src -name '*.cpp' && find tests/core -name '*.cpp' ! -name '*chain_*test.cpp' ! -name 'ground_drives_test.cpp')
-sources+=(tests/neon/highway.cpp tests/neon/build_id.cpp "$googletest/src/gtest-all.cc" "$googletest/src/gtest_main.cc")
+mapfile -t sources < <(find src tests/core/unit tests/core/equality -name '*.cpp')
+sources+=(tests/core/support.cpp tests/neon/highway.cpp tests/neon/build_id.cpp "$googletest/src/gtest-all.cc" "$googletest/src/gtest_main.cc")
 
 # definitions as in src/CMakeLists.txt, warnings as in cmake/compiler.cmake
 cat >"$out/flags" <<'FLAGS'
@@ -34,7 +34,7 @@ cat >"$out/flags" <<'FLAGS'
 -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Wno-restrict -Werror
 -DHWY_DISABLED_TARGETS=(HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128)
 -DSTEREOGRID_VERSION=\"neon\" -DSTEREOGRID_LIBRARY_FOLDER=\"lib\"
--Iinclude -Isrc -isystem build/neon/include
+-Iinclude -Isrc -Itests/core -isystem build/neon/include
 FLAGS
 echo "-isystem $googletest" >>"$out/flags"
 
