@@ -117,10 +117,10 @@ TEST(GStreamer, RefusesWhatIsNoPipeline) {
 
 TEST(GStreamer, HasAPipelineForDevices) {
   const Rig rig{small_calibration().rig};
-  const std::string pair{v4l2_pipeline("/dev/video0", "/dev/video2", rig)};
-  EXPECT_THAT(pair, HasSubstr("device=\"/dev/video2\" ! video/x-raw,width=32,height=16"));
+  const std::string pair{v4l2_pipeline("/dev/video97", "/dev/video99", rig)};
+  EXPECT_THAT(pair, HasSubstr("device=\"/dev/video99\" ! video/x-raw,width=32,height=16"));
   EXPECT_THAT(pair, HasSubstr("appsink name=right"));
-  const std::string single{v4l2_pipeline("/dev/video0", "", rig)};
+  const std::string single{v4l2_pipeline("/dev/video97", "", rig)};
   EXPECT_THAT(single, HasSubstr("width=64"));
   // no camera here: they are pipelines, and say so
   for (const std::string& description : {pair, single}) {
