@@ -14,8 +14,8 @@ namespace {
 
 constexpr double found_from{0.5};  // share of what is seen of a thing
 constexpr double part_from{0.1};
-constexpr double obstacle_moves_above_mps{1};
-constexpr double near_a_moving_object_m{1.5};
+constexpr double seems_to_move_above_mps{1};
+constexpr double near_a_mover_m{1.5};
 
 /// No larger than this, an obstacle is a thing's own.
 double own_area_max_m2(const Thing& thing) {
@@ -122,9 +122,9 @@ void ObstacleScores::add_cells(const ObstacleTruth& truth, const Candidates& can
 
 void ObstacleScores::add_motion(const ObstacleTruth& truth, const Candidates& candidates) {
   for (const Candidate& c : candidates) {
-    if (!c.obstacle->moving && speed_of(*c.obstacle) <= obstacle_moves_above_mps) continue;
+    if (!c.obstacle->moving && speed_of(*c.obstacle) <= seems_to_move_above_mps) continue;
     const auto is_near_it = [&c](const ObstacleTruth::Circle& mover) {
-      return distance_between(centre_of(*c.obstacle), mover.centre) < mover.radius_m + near_a_moving_object_m;
+      return distance_between(centre_of(*c.obstacle), mover.centre) < mover.radius_m + near_a_mover_m;
     };
     ++counts_.moving;
     if (std::ranges::none_of(truth.movers, is_near_it)) ++counts_.moving_wrong;
