@@ -73,8 +73,10 @@ def commit() -> str:
 
 
 def shown(command: list) -> str:
-    """Without the folders of this machine."""
-    return " ".join(Path(part).name if os.path.exists(part) else part for part in command)
+    """Without the folders of this machine, in lists with commas neither."""
+    def name_of(part: str) -> str:
+        return Path(part).name if os.path.exists(part) else part
+    return " ".join(",".join(map(name_of, part.split(","))) for part in command)
 
 
 def arguments(given: list) -> argparse.Namespace:
