@@ -17,31 +17,15 @@ constexpr int green_weight{19235};
 constexpr int blue_weight{3735};
 constexpr int weight_bits{15};
 
-int bytes_of(PixelFormat format) {
-  switch (format) {
-    case PixelFormat::grey8:
-      return 1;
-    case PixelFormat::grey16:
-      return 2;
-    case PixelFormat::bgr8:
-    case PixelFormat::rgb8:
-      return 3;
-    case PixelFormat::bgra8:
-    case PixelFormat::rgba8:
-      return 4;
-  }
-  return 0;
-}
-
 void check(const PixelView& pixels) {
   const auto require = [](bool fine, const char* problem, const char* remedy) {
     if (!fine) throw InputError{"image", problem, remedy};
   };
-  require(bytes_of(pixels.format) > 0, "has a format that there is not.", "Take one of PixelFormat.");
+  require(bytes_per_pixel(pixels.format) > 0, "has a format that there is not.", "Take one of PixelFormat.");
   require(pixels.width_px >= 0 && pixels.height_px >= 0, "has a size below 0.", "Check its width and height.");
   require(pixels.data != nullptr || pixels.width_px == 0 || pixels.height_px == 0, "has a size, but no pixels.",
           "Give the address of its first one.");
-  const std::ptrdiff_t row_bytes{std::ptrdiff_t{bytes_of(pixels.format)} * pixels.width_px};
+  const std::ptrdiff_t row_bytes{std::ptrdiff_t{bytes_per_pixel(pixels.format)} * pixels.width_px};
   require(pixels.stride_bytes == 0 || pixels.stride_bytes >= row_bytes || -pixels.stride_bytes >= row_bytes,
           "has rows that overlap.", "The stride counts bytes and must be a row's at least.");
   require(pixels.format != PixelFormat::grey16 || (pixels.bits >= 8 && pixels.bits <= 16),
@@ -94,7 +78,7 @@ void assign(Image<std::uint8_t>& grey, const PixelView& pixels) {
     grey = Image<std::uint8_t>{pixels.width_px, pixels.height_px};
   }
   if (grey.empty()) return;
-  const std::ptrdiff_t row_bytes{std::ptrdiff_t{bytes_of(pixels.format)} * pixels.width_px};
+  const std::ptrdiff_t row_bytes{std::ptrdiff_t{bytes_per_pixel(pixels.format)} * pixels.width_px};
   const std::ptrdiff_t stride{pixels.stride_bytes == 0 ? row_bytes : pixels.stride_bytes};
   const auto* const first{static_cast<const unsigned char*>(pixels.data)};
   for (int v{0}; v < pixels.height_px; ++v) convert_row(pixels, first + v * stride, grey.row(v));

@@ -31,22 +31,6 @@ Image<std::uint8_t> grey_of(const PixelView& view) {
   return grey;
 }
 
-std::ptrdiff_t bytes_per_pixel(PixelFormat format) {
-  switch (format) {
-    case PixelFormat::grey8:
-      return 1;
-    case PixelFormat::grey16:
-      return 2;
-    case PixelFormat::bgr8:
-    case PixelFormat::rgb8:
-      return 3;
-    case PixelFormat::bgra8:
-    case PixelFormat::rgba8:
-      break;
-  }
-  return 4;
-}
-
 }  // namespace
 
 LiveSource::~LiveSource() = default;
@@ -64,6 +48,7 @@ struct CameraPair::State {
 
   void put(CapturedPair pair) {
     pair.stream = stream;
+    fault.clear();
     latest.put(std::move(pair));
   }
 

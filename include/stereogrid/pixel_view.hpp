@@ -13,6 +13,23 @@ namespace stereogrid {
 /// What the bytes of an image mean: the samples of a pixel in this order, 8 bits each; of grey16 one std::uint16_t.
 enum class PixelFormat { grey8, grey16, bgr8, rgb8, bgra8, rgba8 };
 
+/// 0: there is no such format.
+[[nodiscard]] constexpr int bytes_per_pixel(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::grey8:
+      return 1;
+    case PixelFormat::grey16:
+      return 2;
+    case PixelFormat::bgr8:
+    case PixelFormat::rgb8:
+      return 3;
+    case PixelFormat::bgra8:
+    case PixelFormat::rgba8:
+      return 4;
+  }
+  return 0;
+}
+
 /// An image as cameras and other libraries hold it. The memory stays theirs and need not be aligned.
 struct PixelView {
   const void* data{nullptr};  ///< first pixel of the uppermost row

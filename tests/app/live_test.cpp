@@ -150,8 +150,23 @@ TEST(Live, RefusesWhatCannotBe) {
   expect_complaint({"shm:", "--calibration", calibration}, 64, "shm:/stereo");
   expect_complaint({"shm:/x", "--calibration", calibration, "--poses", "poses.txt"}, 64, "--poses of a camera");
   expect_complaint({"shm:/x", "--calibration", calibration, "--speed", "2"}, 64, "--speed is of recordings");
+  expect_complaint({"shm:/x", "--calibration", calibration, "--loop"}, 64, "--loop is of recordings");
   expect_complaint({(folder / "none").string()}, 65, "no such file");
   expect_complaint({small_scene("street", ""), "--speed", "0"}, 64, "--speed");
+}
+
+TEST(Live, ListensOnlyWhereSomethingIsShown) {
+  const Outcome outcome{run_tool({"run", small_scene("street", "&frames=1"), "--out", "nowhere", "--listen", ":0"})};
+  EXPECT_EQ(outcome.exit_code, 64);
+  EXPECT_THAT(outcome.errors, HasSubstr("--view"));
+}
+
+TEST(Live, CountsAFrameThatCannotBeReadOnce) {
+  const TemporaryFolder folder;
+  run_well({"simulate", small_scene("street", "&frames=6"), "--out", (folder / "drive").string()});
+  std::ofstream{folder / "drive/left/000002.png"} << "damaged";
+  const Outcome done{run_well({"live", (folder / "drive").string(), "--listen", ":0"})};
+  EXPECT_THAT(done.errors, HasSubstr("cannot be used: 1"));
 }
 
 /// The writer that docs/live.md names.

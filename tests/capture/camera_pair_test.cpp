@@ -159,6 +159,16 @@ TEST(CameraPair, SaysWhichCameraIsSilent) {
   EXPECT_EQ(pair.fault(), "");
 }
 
+TEST(CameraPair, KeepsAFaultUntilTheNextPair) {
+  CameraPair pair{small_calibration()};
+  pair.set_fault("lost");
+  EXPECT_EQ(pair.fault(), "lost");
+  add(pair, Side::left, Clock::now(), 0);
+  EXPECT_EQ(pair.fault(), "lost");
+  pair.add(view(plain(1)), view(plain(1)), Clock::now());
+  EXPECT_EQ(pair.fault(), "");
+}
+
 TEST(CameraPair, EndsOnceTheLastFrameIsTaken) {
   CameraPair pair{small_calibration()};
   pair.add(view(plain(1)), view(plain(1)), Clock::now());

@@ -93,6 +93,12 @@ TEST(GStreamer, SaysWhatIsWrongWithImages) {
   EXPECT_GT(dropped(*source, "cannot be used"), 0);
 }
 
+TEST(GStreamer, TriesAnEmptyFileAgainWithPauses) {
+  const auto source{open_gstreamer("videotestsrc num-buffers=0 ! video/x-raw,width=64,height=16", small_calibration(),
+                                   {.loops = true})};
+  EXPECT_TRUE(becomes([&] { return source->fault().find("has ended") != std::string::npos; }));
+}
+
 TEST(GStreamer, SaysWhatWouldMendAPipelineThatDoesNotFit) {
   const auto source{open_gstreamer("videotestsrc ! video/x-raw,format=I420 ! appsink", small_calibration())};
   ASSERT_TRUE(becomes([&] { return !source->fault().empty(); }));

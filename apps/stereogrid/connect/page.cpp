@@ -64,7 +64,8 @@ struct Page::State {
   std::optional<Clock::time_point> last_frame;
   StageTimes times;
   std::size_t obstacles{0};
-  messages::FrameFacts facts;
+  std::int64_t frames{0};
+  std::optional<messages::Latency> latency;
   std::vector<messages::Dropped> dropped;
   std::unique_ptr<server::Server> server;  // its thread uses what is above
 };
@@ -81,7 +82,7 @@ server::Answer Page::State::health() const {
 
 void Page::State::write_counts(server::Metrics& metrics) const {
   metrics.counter("stereogrid_frames_total", "Frames that became grids.");
-  metrics.sample(static_cast<double>(facts.frames));
+  metrics.sample(static_cast<double>(frames));
   metrics.counter("stereogrid_frames_dropped_total", "Frames that did not, and why.");
   for (const messages::Dropped& one : dropped) {
     metrics.sample(static_cast<double>(one.frames), {{"reason", one.reason}});
@@ -96,10 +97,10 @@ void Page::State::write_times(server::Metrics& metrics) const {
   for (const io::StageField& stage : io::stage_fields) {
     metrics.sample(times.*stage.milliseconds * seconds_per_ms, {{"stage", std::string{stage.name}}});
   }
-  if (!facts.latency) return;
+  if (!latency) return;
   metrics.gauge("stereogrid_latency_seconds", "From exposure to grid, of the last frames.");
-  metrics.sample(facts.latency->median * seconds_per_ms, {{"quantile", "0.5"}});
-  metrics.sample(facts.latency->p99 * seconds_per_ms, {{"quantile", "0.99"}});
+  metrics.sample(latency->median * seconds_per_ms, {{"quantile", "0.5"}});
+  metrics.sample(latency->p99 * seconds_per_ms, {{"quantile", "0.99"}});
 }
 
 server::Answer Page::State::metrics() const {
@@ -143,8 +144,8 @@ void Page::note(const FrameResult& result, const messages::FrameFacts& facts) {
   state_->times = result.timing_ms;
   state_->obstacles = result.obstacles.size();
   state_->dropped.assign(facts.dropped.begin(), facts.dropped.end());
-  state_->facts.frames = facts.frames;
-  state_->facts.latency = facts.latency;
+  state_->frames = facts.frames;
+  state_->latency = facts.latency;
 }
 
 void Page::set_fault(const std::string& sentence) {

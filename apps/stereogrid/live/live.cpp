@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <optional>
@@ -58,10 +59,10 @@ class LiveLoop {
     while (interrupted() == 0 && !input_.source->has_ended()) {
       try {
         if (std::optional<LiveFrame> live{input_.source->next(100ms)}) take(std::move(*live));
-        tell_fault(input_.source->fault());
-      } catch (const InputError& error) {
-        tell_unusable(error.what());
+      } catch (const InputError& error) {  // the source counts it
+        spdlog::warn("a frame cannot be used: {}", error.what());
       }
+      tell_fault(input_.source->fault());
       if (Clock::now() - reported_ >= report_every) report();
     }
   }
@@ -82,15 +83,21 @@ class LiveLoop {
   void restart_odometry() { poses_.emplace(input_.poses, input_.source->rig(), input_.mask); }
 
   void take(LiveFrame live) {
-    if (live.begins_anew || reset_.take(page_.server())) {
+    if (reset_.take(page_.server()) || live.begins_anew) {
       pipeline_.reset();
       restart_odometry();
     }
     const Clock::time_point begun{Clock::now()};
-    const std::string warning{poses_->place(live.frame)};
-    const double odometry_ms{std::chrono::duration<double, std::milli>{Clock::now() - begun}.count()};
     const Rig rig{pipeline_.rig()};  // a mounting that this frame shows is of the next one
-    pipeline_.process(live.frame, result_);
+    std::string warning;
+    double odometry_ms{0};
+    try {
+      warning = poses_->place(live.frame);
+      odometry_ms = std::chrono::duration<double, std::milli>{Clock::now() - begun}.count();
+      pipeline_.process(live.frame, result_);
+    } catch (const InputError& error) {
+      return tell_refused(error.what());
+    }
     if (poses_->takes_time()) result_.timing_ms.odometry = odometry_ms;
     if (!warning.empty()) result_.warnings.push_back(warning);
     latency_ = latencies_.add(Clock::now() - live.captured);
@@ -102,16 +109,16 @@ class LiveLoop {
     ++frames_;
     std::vector<messages::Dropped> dropped;
     for (const capture::Drop& drop : input_.source->dropped()) dropped.push_back({drop.reason, drop.frames});
-    if (unusable_ > 0) dropped.push_back({"refused by the pipeline", unusable_});
+    if (refused_ > 0) dropped.push_back({"refused by the pipeline", refused_});
     const messages::FrameFacts facts{.latency = latency_, .frames = frames_, .dropped = dropped};
     output_.send(frame, result_, rig, facts);
     page_.note(result_, facts);
   }
 
-  void tell_unusable(const std::string& reason) {
-    if (reason != unusable_reason_) spdlog::warn("a frame cannot be used: {}", reason);
-    unusable_reason_ = reason;
-    ++unusable_;
+  void tell_refused(const std::string& reason) {
+    if (reason != refused_reason_) spdlog::warn("a frame cannot be used: {}", reason);
+    refused_reason_ = reason;
+    ++refused_;
   }
 
   void tell_warnings(const std::vector<std::string>& warnings) {
@@ -157,8 +164,8 @@ class LiveLoop {
   messages::Latency latency_;
   std::int64_t frames_{0};
   std::int64_t frames_reported_{0};
-  std::int64_t unusable_{0};
-  std::string unusable_reason_;
+  std::int64_t refused_{0};
+  std::string refused_reason_;
   std::vector<std::string> told_;
   std::string fault_;
   Clock::time_point reported_{Clock::now()};

@@ -50,6 +50,9 @@ void check_camera_options(const LiveInputOptions& options) {
   if (!input.disparities.empty() || !input.left_topic.empty() || !input.right_topic.empty()) {
     throw ConfigError{"--disparities, --left-topic and --right-topic are of recordings, but SOURCE is a camera."};
   }
+  if (options.loops && !input.paths.front().starts_with(gstreamer)) {
+    throw ConfigError{"--loop is of recordings and of files of GStreamer, but SOURCE is a camera."};
+  }
   if (options.speed != 1) throw ConfigError{"--speed is of recordings, but SOURCE is a camera."};
   if (!input.poses.empty() && input.poses != "odometry" && input.poses != "none") {
     throw ConfigError{"--poses of a camera are 'odometry' (found from the images) or 'none'."};

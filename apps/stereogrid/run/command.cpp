@@ -43,8 +43,10 @@ void add_run_command(CLI::App& tool, int& exit_code) {
   command->add_option("--video", options->video, "Also the pictures as a film (H.264, through the program ffmpeg).")
       ->type_name("FILE.mp4");
   add_message_options(*command, options->messages);
-  command->add_flag("--view", options->view, "Also a page for the browser that shows the results as they come.");
+  CLI::Option* const view{
+      command->add_flag("--view", options->view, "Also a page for the browser that shows the results as they come.")};
   add_page_options(*command, options->page);
+  for (const char* name : {"--listen", "--allow-origin"}) command->get_option(name)->needs(view);
   command->add_flag("--resume", options->resume, "Go on with a run that was stopped, to the same results.");
   command
       ->add_option("--input-wait", options->input_wait_s,

@@ -68,7 +68,7 @@ bool GstCamera::run(const std::stop_token& stop) {
   stream.start();
   while (!stop.stop_requested()) {
     const PipelineEvent event{stream.wait(100ms)};
-    if (event == PipelineEvent::ended && !stream.is_live()) return true;
+    if (event == PipelineEvent::ended && !stream.is_live() && (stream.images() > 0 || !loops_)) return true;
     const Clock::time_point now{Clock::now()};
     if (std::exchange(images, stream.images()) != stream.images()) last = now;
     const bool has_stalled{now - last > stalled_after};
@@ -76,10 +76,7 @@ bool GstCamera::run(const std::stop_token& stop) {
     if (event == PipelineEvent::failed) lose(stream.why());
     if (event == PipelineEvent::none && has_stalled) lose("no image has come for 5 s.");
     if (event != PipelineEvent::none || has_stalled) return false;
-    if (!has_worked_ && pair_.silent_for() < now - started) {
-      has_worked_ = true;
-      pair_.set_fault("");
-    }
+    has_worked_ = has_worked_ || pair_.silent_for() < now - started;
   }
   return true;
 }

@@ -125,7 +125,6 @@ bool SharedCamera::take(const SharedFile& file, const SharedHeader& header) {
   const auto view = [](const Image<std::uint8_t>& image) {
     return PixelView{image.data(), image.width(), image.height()};
   };
-  pair_.set_fault("");
   pair_.add(view(left_), view(right_), before.captured_ns > 0 && told < now ? told : now);
   return true;
 }

@@ -42,7 +42,7 @@ class STEREOGRID_EXPORT CameraPair final : public LiveSource {
   /// What came cannot be used; the next one may be.
   void add_unusable();
 
-  /// The camera is lost, or whatever else stands in the way, and what would mend it; empty: it works.
+  /// The camera is lost, or whatever else stands in the way, and what would mend it; until the next pair comes.
   void set_fault(std::string sentence);
   /// Frames that come now are another stream's: LiveFrame::begins_anew.
   void begin_anew();
