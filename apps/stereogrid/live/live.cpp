@@ -16,7 +16,7 @@
 #include "console.hpp"
 #include "interrupt.hpp"
 #include "live/latency.hpp"
-#include "run/pose_stage.hpp"
+#include "pose_stage.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid::app {

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "stereogrid/capture/gstreamer.hpp"
-#include "stereogrid/capture/playback.hpp"
+#include "stereogrid/capture/replay.hpp"
 #include "stereogrid/capture/shared_memory.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/calibration.hpp"
@@ -109,7 +109,7 @@ LiveInput open_live_input(const LiveInputOptions& options) {
   live.poses = live.recording.poses;
   live.mask = live.recording.mask;
   live.kind = options.input.paths.front();
-  live.source = capture::play(*live.recording.source, {.loops = options.loops, .speed = options.speed});
+  live.source = capture::replay(*live.recording.source, {.loops = options.loops, .speed = options.speed});
   return live;
 }
 

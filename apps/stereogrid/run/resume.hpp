@@ -4,7 +4,7 @@
 
 #include <cstddef>
 
-#include "run/pose_stage.hpp"
+#include "pose_stage.hpp"
 #include "stereogrid/io/run_folder/run_record.hpp"
 #include "stereogrid/pipeline.hpp"
 

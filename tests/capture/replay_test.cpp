@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/capture/playback.hpp"
+#include "stereogrid/capture/replay.hpp"
 
 #include <thread>
 
@@ -33,10 +33,10 @@ class Drive final : public FrameSource {
   std::size_t damaged_;
 };
 
-TEST(Playback, KeepsThePaceOfTheRecording) {
+TEST(Replay, KeepsThePaceOfTheRecording) {
   const Drive drive{11};
   const auto begun{Clock::now()};
-  const auto source{play(drive)};
+  const auto source{replay(drive)};
   std::int64_t first_ns{0};
   std::int64_t last_ns{0};
   while (const auto frame{wait_for_frame(*source)}) {
@@ -49,10 +49,10 @@ TEST(Playback, KeepsThePaceOfTheRecording) {
   EXPECT_GE(Clock::now() - begun, 200ms);
 }
 
-TEST(Playback, IsFasterWhereThatIsAskedFor) {
+TEST(Replay, IsFasterWhereThatIsAskedFor) {
   const Drive drive{101};  // 2 s
   const auto begun{Clock::now()};
-  const auto source{play(drive, {.speed = 20})};
+  const auto source{replay(drive, {.speed = 20})};
   std::int64_t first_ns{0};
   std::int64_t last_ns{0};
   while (const auto frame{wait_for_frame(*source)}) {
@@ -63,9 +63,9 @@ TEST(Playback, IsFasterWhereThatIsAskedFor) {
   EXPECT_GT(last_ns - first_ns, 1'500'000'000) << "stamps are those of the recording";
 }
 
-TEST(Playback, LosesWhatItsReaderIsTooSlowFor) {
+TEST(Replay, LosesWhatItsReaderIsTooSlowFor) {
   const Drive drive{20};
-  const auto source{play(drive)};
+  const auto source{replay(drive)};
   ASSERT_TRUE(wait_for_frame(*source));
   std::this_thread::sleep_for(200ms);
   const auto frame{source->next(0ms)};
@@ -74,9 +74,9 @@ TEST(Playback, LosesWhatItsReaderIsTooSlowFor) {
   EXPECT_EQ(dropped(*source, "a newer one came"), std::stoi(frame->frame.name) - 1);
 }
 
-TEST(Playback, BeginsAgain) {
+TEST(Replay, BeginsAgain) {
   const Drive drive{3};
-  const auto source{play(drive, {.loops = true, .speed = 10})};
+  const auto source{replay(drive, {.loops = true, .speed = 10})};
   std::int64_t last_ns{0};
   int rounds{0};
   for (int i{0}; i < 12; ++i) {
@@ -90,22 +90,22 @@ TEST(Playback, BeginsAgain) {
   EXPECT_FALSE(source->has_ended());
 }
 
-TEST(Playback, GoesOnAfterAFrameThatCannotBeUsed) {
+TEST(Replay, GoesOnAfterAFrameThatCannotBeUsed) {
   const Drive drive{3, 1};
-  const auto source{play(drive)};
+  const auto source{replay(drive)};
   EXPECT_TRUE(wait_for_frame(*source));
   EXPECT_THROW(static_cast<void>(wait_for_frame(*source)), InputError);
   EXPECT_TRUE(wait_for_frame(*source));
   EXPECT_EQ(dropped(*source, "cannot be used"), 1);
 }
 
-TEST(Playback, OfAPart) {
+TEST(Replay, OfAPart) {
   const Drive drive{10};
-  const auto source{play(drive, {.first = 4, .last = 5})};
+  const auto source{replay(drive, {.first = 4, .last = 5})};
   EXPECT_EQ(wait_for_frame(*source)->frame.name, "4");
   EXPECT_FALSE(wait_for_frame(*source));
-  EXPECT_THROW(static_cast<void>(play(drive, {.first = 10})), ConfigError);
-  EXPECT_THROW(static_cast<void>(play(drive, {.speed = 0})), ConfigError);
+  EXPECT_THROW(static_cast<void>(replay(drive, {.first = 10})), ConfigError);
+  EXPECT_THROW(static_cast<void>(replay(drive, {.speed = 0})), ConfigError);
 }
 
 }  // namespace

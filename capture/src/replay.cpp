@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/capture/playback.hpp"
+#include "stereogrid/capture/replay.hpp"
 
 #include <fmt/format.h>
 
@@ -30,10 +30,10 @@ struct Played {
   int round{0};
 };
 
-class PlayedSource final : public LiveSource {
+class Replay final : public LiveSource {
  public:
-  PlayedSource(const FrameSource& source, const PlaybackOptions& options)
-      : source_{source}, options_{options}, thread_{[this](const std::stop_token& stop) { play(stop); }} {}
+  Replay(const FrameSource& source, const ReplayOptions& options)
+      : source_{source}, options_{options}, thread_{[this](const std::stop_token& stop) { run(stop); }} {}
 
   [[nodiscard]] const Rig& rig() const override { return source_.rig(); }
   [[nodiscard]] std::optional<LiveFrame> next(std::chrono::milliseconds patience) override;
@@ -42,8 +42,8 @@ class PlayedSource final : public LiveSource {
   [[nodiscard]] std::vector<Drop> dropped() const override;
 
  private:
-  void play(const std::stop_token& stop);
-  void play_round(const std::stop_token& stop, int round);
+  void run(const std::stop_token& stop);
+  void run_round(const std::stop_token& stop, int round);
   void wait_until(const std::stop_token& stop, Clock::time_point due);
   [[nodiscard]] Clock::duration real(std::int64_t recorded_ns) const {
     const double ns{static_cast<double>(recorded_ns) / options_.speed};
@@ -51,7 +51,7 @@ class PlayedSource final : public LiveSource {
   }
 
   const FrameSource& source_;
-  const PlaybackOptions options_;
+  const ReplayOptions options_;
   UnixTime unix_time_;
   Latest<Played> latest_;
   std::int64_t given_{0};
@@ -66,7 +66,7 @@ class PlayedSource final : public LiveSource {
   std::jthread thread_;
 };
 
-std::optional<LiveFrame> PlayedSource::next(std::chrono::milliseconds patience) {
+std::optional<LiveFrame> Replay::next(std::chrono::milliseconds patience) {
   std::optional<Played> played{latest_.take(patience)};
   if (!played) {
     if (latest_.has_ended() && failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
@@ -82,18 +82,18 @@ std::optional<LiveFrame> PlayedSource::next(std::chrono::milliseconds patience) 
   return live;
 }
 
-std::vector<Drop> PlayedSource::dropped() const {
+std::vector<Drop> Replay::dropped() const {
   std::vector<Drop> drops{{"a newer one came", latest_.replaced()}, {"cannot be used", unusable_}};
   std::erase_if(drops, [](const Drop& drop) { return drop.frames == 0; });
   return drops;
 }
 
-void PlayedSource::wait_until(const std::stop_token& stop, Clock::time_point due) {
+void Replay::wait_until(const std::stop_token& stop, Clock::time_point due) {
   std::unique_lock lock{mutex_};
   stopped_.wait_until(lock, stop, due, [] { return false; });
 }
 
-void PlayedSource::play_round(const std::stop_token& stop, int round) {
+void Replay::run_round(const std::stop_token& stop, int round) {
   io::FrameQueue queue{source_, options_.first, options_.last == 0 ? source_.size() : options_.last, 2};
   std::optional<std::int64_t> last_ns;
   while (!stop.stop_requested()) {
@@ -114,10 +114,10 @@ void PlayedSource::play_round(const std::stop_token& stop, int round) {
   }
 }
 
-void PlayedSource::play(const std::stop_token& stop) {
+void Replay::run(const std::stop_token& stop) {
   try {
-    play_round(stop, 0);
-    for (int round{1}; options_.loops && !stop.stop_requested(); ++round) play_round(stop, round);
+    run_round(stop, 0);
+    for (int round{1}; options_.loops && !stop.stop_requested(); ++round) run_round(stop, round);
   } catch (...) {
     failure_ = std::current_exception();
   }
@@ -126,13 +126,13 @@ void PlayedSource::play(const std::stop_token& stop) {
 
 }  // namespace
 
-std::unique_ptr<LiveSource> play(const FrameSource& source, const PlaybackOptions& options) {
+std::unique_ptr<LiveSource> replay(const FrameSource& source, const ReplayOptions& options) {
   const std::size_t last{options.last == 0 ? source.size() : options.last};
   if (!(options.speed > 0) || options.first >= last || last > source.size()) {
     throw ConfigError{fmt::format("Frames {} to {} of {} cannot be played at speed {}.", options.first, last,
                                   source.size(), options.speed)};
   }
-  return std::make_unique<PlayedSource>(source, options);
+  return std::make_unique<Replay>(source, options);
 }
 
 }  // namespace stereogrid::capture

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "run/pose_stage.hpp"
+#include "pose_stage.hpp"
 
 #include <iterator>
 #include <utility>
