@@ -7,7 +7,7 @@
 #include <mutex>
 #include <utility>
 
-#include "latest.hpp"
+#include "stereogrid/capture/latest.hpp"
 #include "pairing.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/rectifier.hpp"

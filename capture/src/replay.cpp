@@ -13,7 +13,7 @@
 #include <thread>
 #include <utility>
 
-#include "latest.hpp"
+#include "stereogrid/capture/latest.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/frame_queue.hpp"
 #include "unix_time.hpp"
@@ -37,7 +37,7 @@ class Replay final : public LiveSource {
 
   [[nodiscard]] const Rig& rig() const override { return source_.rig(); }
   [[nodiscard]] std::optional<LiveFrame> next(std::chrono::milliseconds patience) override;
-  [[nodiscard]] bool has_ended() const override { return latest_.has_ended(); }
+  [[nodiscard]] bool has_ended() const override { return latest_.has_ended() && !has_failure_; }
   [[nodiscard]] std::string fault() const override { return ""; }
   [[nodiscard]] std::vector<Drop> dropped() const override;
 
@@ -58,6 +58,7 @@ class Replay final : public LiveSource {
   int last_round_{0};
   std::atomic<std::int64_t> unusable_{0};
   std::exception_ptr failure_;  // before latest_ ends
+  std::atomic<bool> has_failure_{false};
   std::mutex mutex_;
   std::condition_variable_any stopped_;
   // of the thread
@@ -69,7 +70,7 @@ class Replay final : public LiveSource {
 std::optional<LiveFrame> Replay::next(std::chrono::milliseconds patience) {
   std::optional<Played> played{latest_.take(patience)};
   if (!played) {
-    if (latest_.has_ended() && failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+    if (latest_.has_ended() && has_failure_.exchange(false)) std::rethrow_exception(failure_);
     return std::nullopt;
   }
   if (!played->queued.frame) {
@@ -120,6 +121,7 @@ void Replay::run(const std::stop_token& stop) {
     for (int round{1}; options_.loops && !stop.stop_requested(); ++round) run_round(stop, round);
   } catch (...) {
     failure_ = std::current_exception();
+    has_failure_ = true;
   }
   latest_.end();
 }

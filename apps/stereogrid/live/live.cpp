@@ -10,13 +10,14 @@
 #include <chrono>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 
 #include "commands.hpp"
 #include "console.hpp"
 #include "interrupt.hpp"
 #include "live/latency.hpp"
-#include "pose_stage.hpp"
+#include "live/placed_frames.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid::app {
@@ -24,7 +25,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using capture::Clock;
-using capture::LiveFrame;
 
 constexpr auto report_every{10s};
 
@@ -52,16 +52,12 @@ class ResetWish {
 class LiveLoop {
  public:
   LiveLoop(const LiveInput& input, Pipeline& pipeline, MessageOutput& output, Page& page, ResetWish& reset)
-      : input_{input}, pipeline_{pipeline}, output_{output}, page_{page}, reset_{reset} {}
+      : input_{input}, placed_{input}, pipeline_{pipeline}, output_{output}, page_{page}, reset_{reset} {}
 
   void go_on() {
-    restart_odometry();
-    while (interrupted() == 0 && !input_.source->has_ended()) {
-      try {
-        if (std::optional<LiveFrame> live{input_.source->next(100ms)}) take(std::move(*live));
-      } catch (const InputError& error) {  // the source counts it
-        spdlog::warn("a frame cannot be used: {}", error.what());
-      }
+    while (interrupted() == 0 && !placed_.has_ended()) {
+      if (reset_.take(page_.server())) placed_.begin_anew();
+      if (const std::optional<PlacedFrame> placed{placed_.next(100ms)}) take(*placed);
       tell_fault(input_.source->fault());
       if (Clock::now() - reported_ >= report_every) report();
     }
@@ -80,35 +76,25 @@ class LiveLoop {
   [[nodiscard]] bool has_frames() const { return frames_ > 0; }
 
  private:
-  void restart_odometry() { poses_.emplace(input_.poses, input_.source->rig(), input_.mask); }
-
-  void take(LiveFrame live) {
-    if (reset_.take(page_.server()) || live.begins_anew) {
-      pipeline_.reset();
-      restart_odometry();
-    }
-    const Clock::time_point begun{Clock::now()};
+  void take(const PlacedFrame& placed) {
+    if (placed.stream != std::exchange(stream_, placed.stream)) pipeline_.reset();
     const Rig rig{pipeline_.rig()};  // a mounting that this frame shows is of the next one
-    std::string warning;
-    double odometry_ms{0};
     try {
-      warning = poses_->place(live.frame);
-      odometry_ms = std::chrono::duration<double, std::milli>{Clock::now() - begun}.count();
-      pipeline_.process(live.frame, result_);
+      pipeline_.process(placed.frame, result_);
     } catch (const InputError& error) {
       return tell_refused(error.what());
     }
-    if (poses_->takes_time()) result_.timing_ms.odometry = odometry_ms;
-    if (!warning.empty()) result_.warnings.push_back(warning);
-    latency_ = latencies_.add(Clock::now() - live.captured);
+    if (placed.odometry_ms) result_.timing_ms.odometry = *placed.odometry_ms;
+    if (!placed.warning.empty()) result_.warnings.push_back(placed.warning);
+    latency_ = latencies_.add(Clock::now() - placed.captured);
     tell_warnings(result_.warnings);
-    send(live.frame, rig);
+    send(placed.frame, rig);
   }
 
   void send(const StereoFrame& frame, const Rig& rig) {
     ++frames_;
     std::vector<messages::Dropped> dropped;
-    for (const capture::Drop& drop : input_.source->dropped()) dropped.push_back({drop.reason, drop.frames});
+    for (const capture::Drop& drop : placed_.dropped()) dropped.push_back({drop.reason, drop.frames});
     if (refused_ > 0) dropped.push_back({"refused by the pipeline", refused_});
     const messages::FrameFacts facts{.latency = latency_, .frames = frames_, .dropped = dropped};
     output_.send(frame, result_, rig, facts);
@@ -147,19 +133,20 @@ class LiveLoop {
 
   [[nodiscard]] std::string dropped_text() const {
     std::string text;
-    for (const capture::Drop& drop : input_.source->dropped()) {
+    for (const capture::Drop& drop : placed_.dropped()) {
       text += fmt::format("{} {}: {}", text.empty() ? "; not used:" : ",", drop.reason, drop.frames);
     }
     return text;
   }
 
   const LiveInput& input_;
+  PlacedFrames placed_;
   Pipeline& pipeline_;
   MessageOutput& output_;
   Page& page_;
   ResetWish& reset_;
-  std::optional<PoseStage> poses_;
   FrameResult result_;
+  std::int64_t stream_{0};
   LatencyWindow latencies_;
   messages::Latency latency_;
   std::int64_t frames_{0};

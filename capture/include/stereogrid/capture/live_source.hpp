@@ -42,7 +42,7 @@ class STEREOGRID_EXPORT LiveSource {
   /// The newest frame that was not given yet, as soon as there is one; none: there was none within `patience`, or the
   /// source has ended. Throws InputError: a frame came that cannot be used (it is counted); the next one may be.
   [[nodiscard]] virtual std::optional<LiveFrame> next(std::chrono::milliseconds patience) = 0;
-  /// Nothing will come any more.
+  /// Nothing will come any more, and next() has thrown what broke the source, if something did.
   [[nodiscard]] virtual bool has_ended() const = 0;
   /// What is wrong at present, and what would mend it; empty: nothing.
   [[nodiscard]] virtual std::string fault() const = 0;

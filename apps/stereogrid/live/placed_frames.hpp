@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <exception>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "live/live_input.hpp"
+#include "pose_stage.hpp"
+#include "stereogrid/capture/latest.hpp"
+
+namespace stereogrid::app {
+
+struct PlacedFrame {
+  StereoFrame frame;
+  capture::Clock::time_point captured;
+  std::string warning{};                ///< of the odometry; empty: none
+  std::optional<double> odometry_ms{};  ///< none: the poses came with the input
+  std::int64_t stream{0};               ///< nothing of another stream belongs to it: Pipeline::reset()
+};
+
+/// Frames of a live source with their poses, which are found on a thread of its own: a frame's while the pipeline works
+/// on the one before. Never more than one waits. All functions are for one thread.
+class PlacedFrames {
+ public:
+  /// The input has to live longer.
+  explicit PlacedFrames(const LiveInput& input);
+  PlacedFrames(const PlacedFrames&) = delete;
+  PlacedFrames& operator=(const PlacedFrames&) = delete;
+  ~PlacedFrames();
+
+  /// As LiveSource::next(), but what cannot be used is told and counted. Throws what else ended the source.
+  [[nodiscard]] std::optional<PlacedFrame> next(std::chrono::milliseconds patience);
+  [[nodiscard]] bool has_ended() const { return latest_.has_ended() && !failure_; }
+  /// By the source, and here.
+  [[nodiscard]] std::vector<capture::Drop> dropped() const;
+  /// The frames after the next one are another stream's.
+  void begin_anew() { is_to_begin_anew_ = true; }
+
+ private:
+  void place_all();
+  void place_next();
+  void take(capture::LiveFrame live);
+  void tell_unusable(const std::string& reason);
+
+  const LiveInput& input_;
+  capture::Latest<PlacedFrame> latest_;
+  std::atomic<bool> is_to_begin_anew_{false};
+  std::atomic<bool> is_to_stop_{false};
+  std::atomic<std::int64_t> refused_{0};
+  std::exception_ptr failure_;  // before latest_ ends
+  // of the thread
+  std::optional<PoseStage> poses_;
+  std::int64_t stream_{0};
+  std::string told_;
+  std::thread thread_;
+};
+
+}  // namespace stereogrid::app
