@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // How late grids of 400 × 400 cells (int8, 30 a second) are at clients on the same machine, from the call of send() to
-// the last byte read: with 1, 8 and 50 clients, and with one more that reads nothing. The argument: seconds for each,
-// 10 without it. One thread reads for all clients, on the same processors.
+// the last byte read: with 1, 8 and 50 clients, and with one more that reads nothing; and how much memory the server
+// has at the end of each. The argument: seconds for each, 10 without it. One thread reads for all clients, on the same
+// processors.
 #include <arpa/inet.h>
+#include <malloc.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -143,7 +145,14 @@ double quantile(std::vector<double>& values, double share) {
   return values[std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())))];
 }
 
+/// What this process holds of the heap, MB.
+double heap_mb() {
+  const auto use{mallinfo2()};
+  return static_cast<double>(use.uordblks + use.hblkhd) * 1e-6;
+}
+
 void measure(int clients, bool stalled, std::chrono::seconds time) {
+  const double before_mb{heap_mb()};
   ServerOptions options;
   options.port = 0;
   Server server{options};
@@ -160,14 +169,16 @@ void measure(int clients, bool stalled, std::chrono::seconds time) {
   std::vector<double> latencies_ms;
   std::thread reader{[&] { latencies_ms = latencies_of(viewers, stop); }};
   std::vector<double> calls_us{send_grids(server, id, time)};
+  const double of_viewers_mb{static_cast<double>(viewers.size() + (silent ? 1 : 0)) * 2e-6 * frame_bytes};
+  const double memory_mb{heap_mb() - before_mb - of_viewers_mb};
   std::this_thread::sleep_for(std::chrono::milliseconds{500});
   stop = true;
   reader.join();
-  std::printf("| %d | %d | %.0f | %.1f | %.2f | %.2f | %.2f | %.0f | %llu |\n", clients, stalled ? 1 : 0,
+  std::printf("| %d | %d | %.0f | %.1f | %.2f | %.2f | %.2f | %.0f | %llu | %.1f |\n", clients, stalled ? 1 : 0,
               static_cast<double>(latencies_ms.size()) / static_cast<double>(time.count()),
               100.0 * static_cast<double>(latencies_ms.size()) / static_cast<double>(calls_us.size() * viewers.size()),
               quantile(latencies_ms, 0.5), quantile(latencies_ms, 0.99), quantile(latencies_ms, 1.0),
-              quantile(calls_us, 0.99), static_cast<unsigned long long>(server.counts().messages_dropped));
+              quantile(calls_us, 0.99), static_cast<unsigned long long>(server.counts().messages_dropped), memory_mb);
   std::fflush(stdout);
 }
 
@@ -178,8 +189,8 @@ int main(int argc, char** argv) {
     const std::chrono::seconds time{std::max(1, argc > 1 ? std::atoi(argv[1]) : 10)};
     std::printf(
         "| clients | stalled ones | messages/s | received %% | p50 ms | p99 ms | most ms | p99 of send() µs | dropped "
-        "|\n"
-        "|---|---|---|---|---|---|---|---|---|\n");
+        "| server's memory, MB |\n"
+        "|---|---|---|---|---|---|---|---|---|---|\n");
     for (const int clients : {1, 8, 50}) {
       for (const bool stalled : {false, true}) measure(clients, stalled, time);
     }

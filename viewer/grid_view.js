@@ -14,6 +14,7 @@ export class GridView {
   #pointers = new Map();
   #scheduled = false;
   #isPlaced = false;
+  #layerOf = null;
   layer = null;
   obstacles = [];
   pose = [0, 0, 0];
@@ -46,13 +47,20 @@ export class GridView {
     this.redraw();
   }
 
-  show(layer) {
-    const isFirst = !this.layer;
-    this.layer = layer;
-    Object.assign(this.#bitmap, { width: layer.width, height: layer.height });
-    this.#bitmap.getContext('2d').putImageData(layer.pixels, 0, 0);
-    if (isFirst) this.home();
+  /** `layerOf()`: the layer; asked for when it is drawn, so that those that nobody would see cost nothing. */
+  show(layerOf) {
+    this.#layerOf = layerOf;
     this.redraw();
+  }
+
+  #takeLayer() {
+    const isFirst = !this.layer;
+    this.layer = this.#layerOf();
+    this.#layerOf = null;
+    const { width, height, pixels } = this.layer;
+    if (this.#bitmap.width !== width || this.#bitmap.height !== height) Object.assign(this.#bitmap, { width, height });
+    this.#bitmap.getContext('2d').putImageData(pixels, 0, 0);
+    if (isFirst) this.home();
   }
 
   /** The vehicle's pose in the frame of the world. */
@@ -88,6 +96,7 @@ export class GridView {
   }
 
   #draw() {
+    if (this.#layerOf) this.#takeLayer();
     const { context, width, height } = fitCanvas(this.canvas);
     context.fillStyle = colour('--cell-unknown');
     context.fillRect(0, 0, width, height);

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-import { isDark, rgb } from './theme.js';
+import { isDark, perTheme, rgb } from './theme.js';
 
 /**
  * What the grid view draws: cells with x fastest, the corner of the smallest x and y, and for each cell a colour and a
- * text. Made of nav_msgs/OccupancyGrid, and of grid_map_msgs/GridMap.
+ * text. Made of nav_msgs/OccupancyGrid, and of foxglove_msgs/Grid.
  */
 
 const mix = (from, to, share) => from.map((value, i) => value + (to[i] - value) * share);
@@ -20,43 +20,45 @@ export const planePose = (pose) => [pose.position.x, pose.position.y, yawOf(pose
 /** As a pixel of ImageData, whose bytes are red, green, blue, alpha. */
 const packed = ([red, green, blue]) => (255 << 24) | (blue << 16) | (green << 8) | red;
 
-function occupancyColours() {
+/** Of an occupancy from 0 to 100, as the byte that it is in the message. */
+const occupancyPixels = perTheme(() => {
   const [free, unknown, occupied] = ['--cell-free', '--cell-unknown', '--cell-occupied'].map(rgb);
-  return (percent) => {
-    if (percent < 0 || percent > 100) return unknown;
-    return percent < 50 ? mix(free, unknown, percent / 50) : mix(unknown, occupied, percent / 50 - 1);
-  };
-}
+  return Int32Array.from({ length: 256 }, (_, percent) => {
+    if (percent > 100) return packed(unknown);
+    return packed(percent < 50 ? mix(free, unknown, percent / 50) : mix(unknown, occupied, percent / 50 - 1));
+  });
+});
 
 // Colours of tables, so that a cell is a look-up: grids have hundreds of thousands of them, thirty times a second.
 const hues = 64;
 const strengths = 32;
 
 /** Of a cell: the pixel of the heading's hue, the stronger the faster. */
-function velocityPixels() {
+const velocityPixels = perTheme(() => {
   const unknown = packed(rgb('--cell-unknown'));
   const standing = rgb('--cell-free');
   const fastest = 10; // m/s and more have the full colour
+  const leastMoving = 0.5 / (strengths - 1); // to be seen
   const channel = (hue, shift) => 255 * clamp(Math.abs(((hue + shift) % 6) - 3) - 1) * (isDark() ? 1 : 0.85);
   const table = Int32Array.from({ length: hues * strengths }, (_, i) => {
     const hue = 6 * (Math.floor(i / strengths) / hues + 1);
     return packed(mix(standing, [0, 4, 2].map((shift) => channel(hue, shift)), (i % strengths) / (strengths - 1)));
   });
   return (vx, vy, moving) => {
-    if (vx !== vx) return unknown; // NaN
+    if (moving !== moving) return unknown; // NaN
+    if (moving < leastMoving) return table[0];
     const strength = Math.round(clamp((Math.sqrt(vx * vx + vy * vy) / fastest) * 0.75 + 0.25) * moving * (strengths - 1));
-    if (strength === 0) return table[0];
     return table[((Math.round((Math.atan2(vy, vx) / (2 * Math.PI)) * hues) + hues) % hues) * strengths + strength];
   };
-}
+});
 
 /** Of a share from 0 to 1. */
-function rampPixels() {
+const rampPixels = perTheme(() => {
   const [low, high, unknown] = ['--ramp-low', '--ramp-high', '--cell-unknown'].map(rgb);
   const table = Int32Array.from({ length: 256 }, (_, i) => packed(mix(low, high, i / 255)));
   const none = packed(unknown);
   return (share) => (share !== share ? none : table[Math.round(clamp(share) * 255)]);
-}
+});
 
 /** `pixelOf`: of each cell, packed. */
 function bitmapOf(width, height, pixelOf) {
@@ -68,8 +70,7 @@ function bitmapOf(width, height, pixelOf) {
 
 export function occupancyLayer(message) {
   const { resolution, width, height, origin } = message.info;
-  const colours = occupancyColours();
-  const table = Int32Array.from({ length: 256 }, (_, i) => packed(colours((i << 24) >> 24)));
+  const table = occupancyPixels();
   return {
     frame: message.header.frame_id,
     corner: [origin.position.x, origin.position.y],
@@ -79,29 +80,32 @@ export function occupancyLayer(message) {
   };
 }
 
-/** `kind`: velocity, moving or age. Grid maps begin at the corner of the largest x and y: our order, backwards. */
-export function gridMapLayer(message, kind) {
-  const { resolution, length_x, length_y, pose } = message.info;
-  const [width, height] = [Math.round(length_x / resolution), Math.round(length_y / resolution)];
-  const last = width * height - 1;
-  const layer = (name) => message.data[message.layers.indexOf(name)].data;
-  const [occupancy, vx, vy, moving, age] = ['occupancy', 'velocity_x', 'velocity_y', 'moving', 'age'].map(layer);
+/** `kind`: velocity, moving or age. */
+export function packedLayer(message, kind) {
+  const { data, column_count: width, row_stride: rowBytes, cell_stride: step } = message;
+  const offsetOf = (wanted) => message.fields.find(({ name }) => name === wanted).offset;
+  const byte = (offset) => (i) => data[i * step + offset];
+  const word = (offset) => (i) => ((data[i * step + offset + 1] << 24) >> 16) | data[i * step + offset];
+  const [occupancy, moving, age] = ['occupancy_255ths', 'moving_255ths', 'age_ds'].map(offsetOf).map(byte);
+  const [vx, vy] = ['velocity_x_cm_s', 'velocity_y_cm_s'].map(offsetOf).map(word);
+  const isKnown = (i) => age(i) !== 255;
   const velocity = velocityPixels();
   const ramp = rampPixels();
-  const oldest = 3; // s
+  const oldest = 30; // tenths of a second
   const pixelOf = {
-    velocity: (i) => velocity(vx[i], vy[i], clamp(2 * moving[i])),
-    moving: (i) => ramp(moving[i]),
-    age: (i) => ramp(age[i] / oldest),
+    velocity: (i) => velocity(vx(i) / 100, vy(i) / 100, isKnown(i) ? Math.min(1, moving(i) / 128) : NaN),
+    moving: (i) => ramp(isKnown(i) ? moving(i) / 255 : NaN),
+    age: (i) => ramp(isKnown(i) ? age(i) / oldest : NaN),
   }[kind];
-  const textOf = (i) => (Number.isNaN(age[i]) ? 'never observed' :
-    `occupied ${(100 * occupancy[i]).toFixed(0)} %, moving ${(100 * moving[i]).toFixed(0)} % at ` +
-    `${Math.hypot(vx[i], vy[i]).toFixed(1)} m/s, seen ${age[i].toFixed(1)} s ago`);
+  const percent = (share) => ((100 * share) / 255).toFixed(0);
+  const { position } = message.pose;
+  const height = data.length / rowBytes;
   return {
-    frame: message.header.frame_id,
-    corner: [pose.position.x - length_x / 2, pose.position.y - length_y / 2],
-    resolution, width, height,
-    pixels: bitmapOf(width, height, (i) => pixelOf(last - i)),
-    textOf: (i) => textOf(last - i),
+    frame: message.frame_id,
+    corner: [position.x, position.y],
+    resolution: message.cell_size.x, width, height,
+    pixels: bitmapOf(width, height, pixelOf),
+    textOf: (i) => (isKnown(i) ? `occupied ${percent(occupancy(i))} %, moving ${percent(moving(i))} % at ` +
+      `${(Math.hypot(vx(i), vy(i)) / 100).toFixed(1)} m/s, seen ${(age(i) / 10).toFixed(1)} s ago` : 'never observed'),
   };
 }

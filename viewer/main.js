@@ -3,14 +3,14 @@
 import { CameraView } from './camera_view.js';
 import { Connection } from './connection.js';
 import { GridView } from './grid_view.js';
-import { gridMapLayer, occupancyLayer, planePose } from './layers.js';
+import { occupancyLayer, packedLayer, planePose } from './layers.js';
 import { ObstacleTable, joined } from './obstacles.js';
 import { Player, playerParameters } from './player.js';
 import { StatusPanel } from './status_panel.js';
 import { onThemeChange } from './theme.js';
 
 const element = (id) => document.getElementById(id);
-const gridMapKinds = { velocity: 'velocity', moving: 'moving', age: 'age' };
+const packedKinds = { velocity: 'Velocity', moving: 'Moving', age: 'Age' };
 
 const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
 const connection = new Connection(`${scheme}://${location.host}/${location.search}`);
@@ -91,17 +91,18 @@ function layersOf(topics, node) {
     const seconds = topic.split('predicted_grid_')[1];
     made.push([seconds, `In ${seconds.replace('_', '.')} s`, `predicted_grid_${seconds}`]);
   }
-  if (has('grid_map')) {
-    made.push(['velocity', 'Velocity', 'grid_map'], ['moving', 'Moving', 'grid_map'], ['age', 'Age', 'grid_map']);
+  if (has('packed_grid')) {
+    for (const [kind, text] of Object.entries(packedKinds)) made.push([kind, text, 'packed_grid']);
   }
   return made.map(([value, text, name]) => ({ value, text, topic: `${node}/${name}` }));
 }
 
 let layerTopic = '';
 function showLayer() {
-  if (!latest.layer) return;
-  const kind = gridMapKinds[element('layer').value];
-  grid.show(kind ? gridMapLayer(latest.layer, kind) : occupancyLayer(latest.layer));
+  const message = latest.layer;
+  if (!message) return;
+  const kind = element('layer').value;
+  grid.show(() => (kind in packedKinds ? packedLayer(message, kind) : occupancyLayer(message)));
 }
 
 function chooseLayer() {

@@ -14,6 +14,15 @@ export function rgb(name) {
 
 export const isDark = () => dark.matches;
 
+/** What `make` makes of the theme's colours: once for each theme. */
+export function perTheme(make) {
+  const made = new Map();
+  return () => {
+    if (!made.has(isDark())) made.set(isDark(), make());
+    return made.get(isDark());
+  };
+}
+
 /** Calls `then` when the system turns dark or light. */
 export const onThemeChange = (then) => dark.addEventListener('change', then);
 

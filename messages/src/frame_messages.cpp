@@ -130,6 +130,7 @@ struct FrameMessages::Implementation {
   Topic<nav_msgs::OccupancyGrid> observed_grid{outlet.topic<nav_msgs::OccupancyGrid>("observed_grid", true)};
   std::vector<PredictedGrid> predicted_grids;
   Topic<grid_map_msgs::GridMap> grid_map{outlet.topic<grid_map_msgs::GridMap>("grid_map", true)};
+  Topic<foxglove_msgs::Grid> packed_grid{outlet.topic<foxglove_msgs::Grid>("packed_grid", true)};
   Topic<nav2_dynamic_msgs::ObstacleArray> obstacles{outlet.topic<nav2_dynamic_msgs::ObstacleArray>("obstacles")};
   Topic<visualization_msgs::MarkerArray> markers{outlet.topic<visualization_msgs::MarkerArray>("obstacle_markers")};
   Topic<stereo_msgs::DisparityImage> disparity{outlet.topic<stereo_msgs::DisparityImage>("disparity")};
@@ -211,6 +212,11 @@ void FrameMessages::Implementation::send_grids(const FrameResult& result) {
   send_predictions(result);
   outlet.offer(grid_map, stamp_ns, [&](grid_map_msgs::GridMap& message) {
     mark(message.header, options.world_frame);
+    fill(message, result.world);
+  });
+  outlet.offer(packed_grid, stamp_ns, [&](foxglove_msgs::Grid& message) {
+    message.timestamp = stamp;
+    message.frame_id = options.world_frame;
     fill(message, result.world);
   });
   outlet.offer(scan, stamp_ns, [&](sensor_msgs::LaserScan& message) {

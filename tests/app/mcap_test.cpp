@@ -86,9 +86,9 @@ std::unique_ptr<TemporaryFolder> RunMcap::folder;
 TEST_F(RunMcap, HasEveryTopicOfEveryFrame) {
   std::map<std::string, std::uint64_t> expected{{"/tf", frames}, {"/tf_static", 1}, {"/diagnostics", 1}};
   for (const char* topic :
-       {"occupancy_grid", "observed_grid", "predicted_grid_0_5", "grid_map", "obstacles", "obstacle_markers",
-        "disparity", "points", "left/camera_info", "left/image_annotated/compressed", "u_disparity/compressed", "scan",
-        "odometry", "status"}) {
+       {"occupancy_grid", "observed_grid", "predicted_grid_0_5", "grid_map", "packed_grid", "obstacles",
+        "obstacle_markers", "disparity", "points", "left/camera_info", "left/image_annotated/compressed",
+        "u_disparity/compressed", "scan", "odometry", "status"}) {
     expected[std::string{"/stereo_grid/"} + topic] = frames;
   }
   EXPECT_EQ(counts_of(file()), expected);
@@ -97,7 +97,7 @@ TEST_F(RunMcap, HasEveryTopicOfEveryFrame) {
     EXPECT_EQ(topic.schema_encoding, "ros2msg");
     const bool is_kept{topic.offered_qos_profiles.find("durability: 1") != std::string::npos};
     const bool is_latched{topic.name == "/tf_static" || topic.type == "nav_msgs/msg/OccupancyGrid" ||
-                          topic.type == "grid_map_msgs/msg/GridMap"};
+                          topic.type == "grid_map_msgs/msg/GridMap" || topic.type == "foxglove_msgs/msg/Grid"};
     EXPECT_EQ(is_kept, is_latched) << topic.name;
   }
 }

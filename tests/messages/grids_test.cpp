@@ -2,10 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Occupancy grids and the grid map: which value lands where, seen as a reader does.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "stereogrid/error.hpp"
+#include "stereogrid/messages/foxglove_msgs.hpp"
 #include "stereogrid/messages/grid_map_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/occupancy_values.hpp"
@@ -159,6 +161,51 @@ TEST(GridMapMessage, HasItsLayersAndNoNumbersWhereNothingWasSeen) {
     EXPECT_EQ(GridMapReader{map}.at(layer, 0, 0), expected[layer]);
     EXPECT_TRUE(std::isnan(GridMapReader{map}.at(layer, 1, 0)));
   }
+}
+
+/// A field of a packed grid's cell, as a reader finds it by its name.
+int packed(const foxglove_msgs::Grid& grid, const std::string& name, std::size_t ix, std::size_t iy) {
+  const auto field{std::ranges::find(grid.fields, name, &foxglove_msgs::PackedElementField::name)};
+  EXPECT_NE(field, grid.fields.end()) << name;
+  const std::size_t at{iy * grid.row_stride + ix * grid.cell_stride + field->offset};
+  if (field->type == 1) return grid.data.at(at);
+  EXPECT_EQ(field->type, 4);
+  return static_cast<std::int16_t>(grid.data.at(at) | grid.data.at(at + 1) << 8);
+}
+
+TEST(PackedGridMessage, HasEachLayerOfEachCell) {
+  FrameResult result{small_result()};
+  result.world.age_s(3, 2) = 1.46f;
+  result.world.occupancy(3, 2) = 0.75f;
+  result.world.velocity_x(3, 2) = 3.004f;
+  result.world.velocity_y(3, 2) = -12.5f;
+  result.world.moving(3, 2) = 1;
+  const auto grid{sent_on<foxglove_msgs::Grid>("/stereo_grid/packed_grid", result, {.stamp_ns = 2'000'000'001})};
+  EXPECT_EQ(grid.timestamp.sec, 2);
+  EXPECT_EQ(grid.timestamp.nanosec, 1u);
+  EXPECT_EQ(grid.frame_id, "odom");
+  EXPECT_EQ(grid.pose.position.x, result.world.geometry.x_min_m);
+  EXPECT_EQ(grid.pose.position.y, result.world.geometry.y_min_m);
+  EXPECT_EQ(grid.cell_size.x, result.world.geometry.cell_size_m);
+  EXPECT_EQ(grid.column_count, 5u);
+  EXPECT_EQ(grid.data.size(), 4u * grid.row_stride);
+  EXPECT_EQ(packed(grid, "occupancy_255ths", 3, 2), 191);
+  EXPECT_EQ(packed(grid, "moving_255ths", 3, 2), 255);
+  EXPECT_EQ(packed(grid, "velocity_x_cm_s", 3, 2), 300);
+  EXPECT_EQ(packed(grid, "velocity_y_cm_s", 3, 2), -1250);
+  EXPECT_EQ(packed(grid, "age_ds", 3, 2), 15);
+  EXPECT_EQ(packed(grid, "age_ds", 2, 3), 255);
+}
+
+TEST(PackedGridMessage, KeepsWhatDoesNotFitAtItsEnds) {
+  FrameResult result{small_result()};
+  result.world.velocity_x(0, 0) = 1e9f;
+  result.world.velocity_y(0, 0) = -1e9f;
+  result.world.age_s(0, 0) = 3600;
+  const auto grid{sent_on<foxglove_msgs::Grid>("/stereo_grid/packed_grid", result)};
+  EXPECT_EQ(packed(grid, "velocity_x_cm_s", 0, 0), 32767);
+  EXPECT_EQ(packed(grid, "velocity_y_cm_s", 0, 0), -32767);
+  EXPECT_EQ(packed(grid, "age_ds", 0, 0), 254);
 }
 
 }  // namespace

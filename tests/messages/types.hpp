@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "stereogrid/messages/diagnostic_msgs.hpp"
+#include "stereogrid/messages/foxglove_msgs.hpp"
 #include "stereogrid/messages/grid_map_msgs.hpp"
 #include "stereogrid/messages/nav2_dynamic_msgs.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
@@ -18,10 +19,10 @@ namespace stereogrid::messages::test {
 
 /// Those that go over the wire; the others are parts of them.
 using Types =
-    std::tuple<nav_msgs::OccupancyGrid, nav_msgs::Odometry, grid_map_msgs::GridMap, nav2_dynamic_msgs::ObstacleArray,
-               visualization_msgs::MarkerArray, stereo_msgs::DisparityImage, sensor_msgs::PointCloud2,
-               sensor_msgs::CompressedImage, sensor_msgs::LaserScan, sensor_msgs::Image, sensor_msgs::CameraInfo,
-               tf2_msgs::TFMessage, diagnostic_msgs::DiagnosticArray>;
+    std::tuple<nav_msgs::OccupancyGrid, nav_msgs::Odometry, grid_map_msgs::GridMap, foxglove_msgs::Grid,
+               nav2_dynamic_msgs::ObstacleArray, visualization_msgs::MarkerArray, stereo_msgs::DisparityImage,
+               sensor_msgs::PointCloud2, sensor_msgs::CompressedImage, sensor_msgs::LaserScan, sensor_msgs::Image,
+               sensor_msgs::CameraInfo, tf2_msgs::TFMessage, diagnostic_msgs::DiagnosticArray>;
 
 /// Calls `work` with a message of each type.
 template <class Work>

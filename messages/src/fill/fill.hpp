@@ -13,6 +13,7 @@
 #include "stereogrid/messages/diagnostic_msgs.hpp"
 #include "stereogrid/messages/frame_messages.hpp"
 #include "stereogrid/messages/geometry_msgs.hpp"
+#include "stereogrid/messages/foxglove_msgs.hpp"
 #include "stereogrid/messages/grid_map_msgs.hpp"
 #include "stereogrid/messages/laser_scan.hpp"
 #include "stereogrid/messages/nav2_dynamic_msgs.hpp"
@@ -34,6 +35,8 @@ namespace stereogrid::messages {
 void fill(nav_msgs::OccupancyGrid& message, const GridGeometry& geometry, const Image<float>& occupancy,
           OccupancyScale scale);
 void fill(grid_map_msgs::GridMap& message, const GridLayers& grid);
+/// Seven bytes a cell (docs/messages.md).
+void fill(foxglove_msgs::Grid& message, const GridLayers& grid);
 
 /// In the world frame. `node`: part of what makes their ids unique.
 void fill(nav2_dynamic_msgs::ObstacleArray& message, const FrameResult& result, const std::string& node);

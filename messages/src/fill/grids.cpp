@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "fill/fill.hpp"
@@ -23,6 +24,41 @@ struct Layer {
   const char* name;
   const Image<float>* cells;
 };
+
+// A cell of a packed grid, byte by byte.
+constexpr std::size_t packed_bytes{7};
+struct PackedField {
+  const char* name;
+  std::uint8_t type;
+  std::uint32_t offset;
+};
+constexpr std::array<PackedField, 5> packed_fields{
+    {{"occupancy_255ths", foxglove_msgs::PackedElementField::type_uint8, 0},
+     {"moving_255ths", foxglove_msgs::PackedElementField::type_uint8, 1},
+     {"velocity_x_cm_s", foxglove_msgs::PackedElementField::type_int16, 2},
+     {"velocity_y_cm_s", foxglove_msgs::PackedElementField::type_int16, 4},
+     {"age_ds", foxglove_msgs::PackedElementField::type_uint8, 6}}};
+constexpr std::uint8_t never_observed{255};
+
+int rounded(float value) {
+  return static_cast<int>(value + (value < 0 ? -0.5f : 0.5f));
+}
+
+std::uint8_t packed_share(float share) {
+  return static_cast<std::uint8_t>(rounded(255 * std::clamp(share, 0.0f, 1.0f)));
+}
+
+std::uint8_t packed_age(float age_s) {
+  if (std::isinf(age_s)) return never_observed;
+  return static_cast<std::uint8_t>(rounded(std::clamp(10 * age_s, 0.0f, float{never_observed - 1})));
+}
+
+void pack_velocity(float metres_per_s, std::uint8_t* bytes) {
+  constexpr float most{std::numeric_limits<std::int16_t>::max()};
+  const auto cm_s{static_cast<std::uint16_t>(rounded(std::clamp(100 * metres_per_s, -most, most)))};
+  bytes[0] = static_cast<std::uint8_t>(cm_s & 0xff);
+  bytes[1] = static_cast<std::uint8_t>(cm_s >> 8);
+}
 
 void lay_out(std_msgs::MultiArrayLayout& layout, int rows, int columns) {
   layout.dim.resize(2);
@@ -77,6 +113,31 @@ void fill(grid_map_msgs::GridMap& message, const GridLayers& grid) {
     message.data[i].data.resize(grid.age_s.size());
     std::transform(layers[i].cells->begin(), layers[i].cells->end(), grid.age_s.begin(), message.data[i].data.rbegin(),
                    value);
+  }
+}
+
+void fill(foxglove_msgs::Grid& message, const GridLayers& grid) {
+  const GridGeometry& geometry{grid.geometry};
+  message.pose.position = {geometry.x_min_m, geometry.y_min_m, 0};
+  message.column_count = static_cast<std::uint32_t>(geometry.nx);
+  message.cell_size = {geometry.cell_size_m, geometry.cell_size_m};
+  message.cell_stride = packed_bytes;
+  message.row_stride = message.column_count * message.cell_stride;
+  message.fields.resize(packed_fields.size());
+  for (std::size_t i{0}; i < packed_fields.size(); ++i) {
+    message.fields[i].name = packed_fields[i].name;
+    message.fields[i].offset = packed_fields[i].offset;
+    message.fields[i].type = packed_fields[i].type;
+  }
+  const std::size_t cells{grid.age_s.size()};
+  message.data.resize(packed_bytes * cells);
+  for (std::size_t i{0}; i < cells; ++i) {
+    std::uint8_t* const cell{message.data.data() + packed_bytes * i};
+    cell[0] = packed_share(grid.occupancy.data()[i]);
+    cell[1] = packed_share(grid.moving.data()[i]);
+    pack_velocity(grid.velocity_x.data()[i], cell + 2);
+    pack_velocity(grid.velocity_y.data()[i], cell + 4);
+    cell[6] = packed_age(grid.age_s.data()[i]);
   }
 }
 
