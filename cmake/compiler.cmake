@@ -57,3 +57,10 @@ if(STEREOGRID_FUZZ)
   # coverage in the libraries; the fuzzers themselves link libFuzzer and its main()
   add_compile_options(-fsanitize=fuzzer-no-link)
 endif()
+
+# stereogrid_unity(TARGET [FILE…]): with STEREOGRID_UNITY the target's files are compiled together, but for the FILEs,
+# which define names that others define, too.
+function(stereogrid_unity target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${STEREOGRID_UNITY})
+  set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+endfunction()
