@@ -23,9 +23,6 @@ struct Bounds {
 
   /// How far `other` lies away from these, moved; 0: they overlap.
   [[nodiscard]] double gap_to(const Bounds& other, Point2 moved) const;
-  [[nodiscard]] bool hold(Point2 at) const {
-    return at.x >= least.x && at.x <= most.x && at.y >= least.y && at.y <= most.y;
-  }
 };
 
 /// A segment on the ground. World axes.

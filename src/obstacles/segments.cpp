@@ -14,7 +14,6 @@ namespace {
 constexpr double hanging_m{0.5};  // above such a gap begins something else: a bough, a sign, a roof
 constexpr double support_m{0.2};  // height of a surface below which a column of it does not count
 constexpr double gap_m{0.2};      // between columns of one thing
-constexpr int gap_px_max{40};
 constexpr double depth_m{0.35};   // by which neighbouring columns of one thing may differ
 constexpr double depth_px{0.75};  // or by so much, for noise
 constexpr int tolerance_max{8};
@@ -102,6 +101,7 @@ Segmenter::Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int 
   nodes_.reserve(nodes_reserved());
   order_.reserve(nodes_reserved());
   segments_.reserve(1024);
+  pieces_.reserve(segments_.capacity());
   profile_.reserve(static_cast<std::size_t>(4 * far_m / slice_m));
 }
 
@@ -153,7 +153,7 @@ void Segmenter::separate() {
   for (std::size_t i{0}; i < segments_.size();) {
     if (!cut(i)) ++i;
   }
-  std::erase_if(segments_, [this](const Range& range) { return is_small(range); });
+  join_pieces();
   for (SegmentNode& one : nodes_) one.segment = none;
   for (std::size_t i{0}; i < segments_.size(); ++i) {
     for (const int index : of(i)) nodes_[static_cast<std::size_t>(index)].segment = static_cast<int>(i);

@@ -36,6 +36,7 @@ class Segmenter {
  public:
   static constexpr int bins_per_px{2};
   static constexpr int none{-1};
+  static constexpr int gap_px_max{40};  ///< between columns of one thing
   /// Farther ones are not resolved.
   static constexpr double far_m{40};
 
@@ -89,7 +90,7 @@ class Segmenter {
   }
 
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(bins_, kept_, tallies_, labels_, nodes_, order_, segments_, profile_);
+    return held_bytes_of(bins_, kept_, tallies_, labels_, nodes_, order_, segments_, pieces_, profile_);
   }
 
  private:
@@ -107,6 +108,21 @@ class Segmenter {
     std::uint16_t top{0};     ///< first row + 1 of the lowest run of rows of any height; 0: none
     std::uint16_t bottom{0};  ///< the last row so far
   };
+  /// Of a thing. What else it says is of all pieces that have joined it.
+  struct Piece {
+    std::size_t joined;  ///< an earlier piece of the thing; itself where it is the first
+    int root;            ///< node that stands for the segment
+    int left_u;
+    int right_u;
+    int near_bin;
+    int far_bin;
+    Point2 least;  ///< vehicle frame
+    Point2 most;
+    double top_m;
+
+    [[nodiscard]] bool is_near(const Piece& other) const;
+    void take_in(const Piece& other);
+  };
   struct Range {
     std::size_t begin;
     std::size_t end;
@@ -119,7 +135,11 @@ class Segmenter {
   int root_of(int index);
   void gather();
   bool cut(std::size_t segment);
+  void join_pieces();
   [[nodiscard]] bool is_small(const Range& range) const;
+  [[nodiscard]] Piece piece_of(std::size_t segment);
+  [[nodiscard]] Piece& first_of(std::size_t piece);
+  [[nodiscard]] bool are_one(const Piece& one, const Piece& other) const;
 
   Rig rig_;
   double lowest_m_;
@@ -131,6 +151,7 @@ class Segmenter {
   std::vector<SegmentNode> nodes_;
   std::vector<int> order_;  ///< nodes by segment
   std::vector<Range> segments_;
+  std::vector<Piece> pieces_;  ///< the segments, as long as they are joined
   std::vector<double> profile_;
 };
 

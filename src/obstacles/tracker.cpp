@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <tuple>
 
 #include "obstacles/tracking.hpp"
@@ -29,19 +30,10 @@ constexpr double evidence_max{6};
 constexpr double evidence_of_frame{1.5};
 constexpr double surely_moving{3};
 constexpr double highest_mover_m{4.2};
+constexpr double replaced_within_m{0.3};
+constexpr double hidden_by_m{0.3};
 /// What is seen so large is no chance match.
 constexpr int surely_seen_px{300};
-
-// Of a polygon.
-bool holds(const Outline& outline, Point2 at) {
-  bool inside{false};
-  for (std::size_t i{0}, j{outline.size() - 1}; i < outline.size(); j = i++) {
-    const Point2 a{outline[i]};
-    const Point2 b{outline[j]};
-    if ((a.y > at.y) != (b.y > at.y) && at.x < (b.x - a.x) * (at.y - a.y) / (b.y - a.y) + a.x) inside = !inside;
-  }
-  return inside;
-}
 
 Covariance2 turned(const Covariance2& p, double yaw_rad) {
   const double c{std::cos(yaw_rad)};
@@ -112,7 +104,7 @@ void Tracker::update(const GridLayers& world, const std::vector<Cluster>& cluste
   associate(clusters);
   const Pose2 vehicle_from_world{inverse(world_from_vehicle)};
   std::erase_if(tracks_, [&](const Track& track) {
-    return track.unseen_s > 0 && (is_over(track, world, vehicle_from_world) || is_replaced(track, clusters));
+    return track.unseen_s > 0 && (is_over(track, clusters, world, vehicle_from_world) || is_replaced(track, clusters));
   });
 }
 
@@ -218,13 +210,16 @@ bool Tracker::is_confirmed(const Track& track) const {
   return track.sightings >= config_.confirm_frames || track.pixels >= surely_seen_px;
 }
 
-bool Tracker::is_over(const Track& track, const GridLayers& world, const Pose2& vehicle_from_world) const {
+bool Tracker::is_over(const Track& track, const std::vector<Cluster>& clusters, const GridLayers& world,
+                      const Pose2& vehicle_from_world) const {
   // twice as long as it was seen: fragments of a frame end with it
   const double seen_s{track.age_s - track.unseen_s};
   if (track.unseen_s > std::min(config_.coast_s, 2 * seen_s) || !is_confirmed(track)) return true;
   const Point2 at{vehicle_from_world * Point2{track.x.position, track.y.position}};
   const double column{rig_.centre_u_px - rig_.focal_px * at.y / at.x};
   if (!(at.x > 0 && column > 0 && column < rig_.width_px)) return true;  // nobody will see whether it is still there
+  if (track.unseen_s > gone_s && track.moving < surely_moving && !is_hidden(at, clusters, vehicle_from_world))
+    return true;
   const GridGeometry& grid{world.geometry};
   const auto cell = grid.cell_at({track.x.position, track.y.position});
   if (!cell) return true;
@@ -232,14 +227,33 @@ bool Tracker::is_over(const Track& track, const GridLayers& world, const Pose2& 
          world.age_s(cell->ix, cell->iy) == 0;
 }
 
-// What stands there, at half of its outline or more, is now seen as a part of another thing, or of several.
+// Is something seen in front of it?
+bool Tracker::is_hidden(Point2 at, const std::vector<Cluster>& clusters, const Pose2& vehicle_from_world) {
+  const double slope{at.y / at.x};
+  return std::any_of(clusters.begin(), clusters.end(), [&](const Cluster& cluster) {
+    constexpr double far{std::numeric_limits<double>::max()};
+    double least{far};
+    double most{-far};
+    double nearest{far};
+    for (const Point2& point : cluster.outline) {
+      const Point2 here{vehicle_from_world * point};
+      if (!(here.x > 0)) continue;
+      least = std::min(least, here.y / here.x);
+      most = std::max(most, here.y / here.x);
+      nearest = std::min(nearest, here.x);
+    }
+    return least < slope && slope < most && nearest < at.x - hidden_by_m;
+  });
+}
+
+// Half of what stands there or more is now seen as a part of another thing, or of several.
 bool Tracker::is_replaced(const Track& track, const std::vector<Cluster>& clusters) {
   if (track.moving >= surely_moving) return false;  // it may be hidden behind that
   std::size_t taken{0};
   for (const Point2& point : track.shape.outline) {
     const Point2 at{point.x + track.moved.x, point.y + track.moved.y};
     taken += std::any_of(clusters.begin(), clusters.end(), [&](const Cluster& cluster) {
-      return cluster.kind == ObstacleKind::thing && cluster.bounds.hold(at) && holds(cluster.outline, at);
+      return cluster.kind == ObstacleKind::thing && cluster.bounds.gap_to({at, at}, {}) < replaced_within_m;
     });
   }
   return 2 * taken >= track.shape.outline.size();

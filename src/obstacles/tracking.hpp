@@ -89,7 +89,10 @@ class Tracker {
   void begin_track(const Cluster& cluster);
   [[nodiscard]] bool is_confirmed(const Track& track) const;
   static bool is_replaced(const Track& track, const std::vector<Cluster>& clusters);
-  [[nodiscard]] bool is_over(const Track& track, const GridLayers& world, const Pose2& vehicle_from_world) const;
+  [[nodiscard]] bool is_over(const Track& track, const std::vector<Cluster>& clusters, const GridLayers& world,
+                             const Pose2& vehicle_from_world) const;
+  /// `at`: vehicle frame.
+  static bool is_hidden(Point2 at, const std::vector<Cluster>& clusters, const Pose2& vehicle_from_world);
 
   TrackingConfig config_;
   Rig rig_;

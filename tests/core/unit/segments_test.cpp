@@ -52,6 +52,16 @@ TEST(Segments, AStepInDepthSeparates) {
   EXPECT_EQ(segments_of(PaintedObstacles{}.wall(8.2, 0, 2).wall(8, -2, 0)), 1u) << "not so small a one";
 }
 
+// As the side of a car falls apart that is seen at a grazing angle.
+TEST(Segments, PiecesOfAThingAreJoined) {
+  EXPECT_EQ(segments_of(PaintedObstacles{}.wall(7.9, 1.3, 1.6).wall(7, 1, 1.35)), 1u);
+  EXPECT_EQ(segments_of(PaintedObstacles{}.wall(9, 1.5, 1.8).wall(7.9, 1.3, 1.6).wall(7, 1, 1.35)), 1u);
+  EXPECT_EQ(segments_of(PaintedObstacles{}.wall(7.9, 1.3, 1.6, 0, 2.4).wall(7, 1, 1.35)), 2u) << "of other heights";
+  EXPECT_EQ(segments_of(PaintedObstacles{}.wall(7.9, 0.05, 2.9).wall(7, -3, 0)), 2u) << "longer than a car";
+  EXPECT_EQ(segments_of(PaintedObstacles{}.wall(7.9, 1.9, 2.2).wall(7, 1, 1.35)), 2u) << "with a gap in the image";
+  EXPECT_EQ(segments_of(PaintedObstacles{}.wall(9.5, 1.6, 1.9).wall(7, 1, 1.35)), 2u) << "far behind";
+}
+
 TEST(Segments, WhatStandsBeforeSomethingIsAThingOfItsOwn) {
   const PaintedObstacles painted{PaintedObstacles{}.wall(12, -2.5, 2.5).wall(6, -0.3, 0.3)};
   ClusterSpace space{obstacle_space()};

@@ -52,6 +52,14 @@ Cluster blob_at(double x, double y, Point2 velocity = {}) {
   return cluster;
 }
 
+/// Hides what is seen ahead.
+Cluster screen() {
+  Cluster cluster{blob_at(1, 0)};
+  cluster.outline = {{0.9, 1}, {0.9, -1}, {1.1, -1}, {1.1, 1}};
+  cluster.bounds = {{0.9, -1}, {1.1, 1}};
+  return cluster;
+}
+
 std::vector<Obstacle> report_of(const Tracker& tracker, const Pose2& world_from_vehicle = {}) {
   std::vector<Obstacle> obstacles(2);
   tracker.report(world_from_vehicle, obstacles);
@@ -179,8 +187,9 @@ TEST(Tracker, WhatIsNotSaidToMoveStaysWhileUnseen) {
   world.layers.occupancy.fill(0.5f);
   Tracker tracker{plain_config(), PaintedObstacles::rig()};
   for (int step{0}; step < 4; ++step) update(tracker, world, {blob_at(3, 0, {6, 0})}, 0.1);
-  for (int step{0}; step < 5; ++step) update(tracker, world, {}, 0.1);
+  for (int step{0}; step < 5; ++step) update(tracker, world, {screen()}, 0.1);
   const Obstacle unseen{report_of(tracker).at(0)};
+  EXPECT_TRUE(unseen.coasting);
   EXPECT_NEAR(unseen.x_m, 3, 1e-9);
   EXPECT_NEAR(unseen.outline[0].x, 2.7, 1e-9);
 }
@@ -190,10 +199,31 @@ TEST(Tracker, GivesUpAfterCoasting) {
   world.layers.occupancy.fill(0.5f);
   Tracker tracker{plain_config(), PaintedObstacles::rig()};
   for (int step{0}; step < 10; ++step) update(tracker, world, {blob_at(3, 0)}, 0.1);
-  for (int step{0}; step < 9; ++step) update(tracker, world, {}, 0.1);
-  EXPECT_EQ(report_of(tracker).size(), 1u);
+  for (int step{0}; step < 9; ++step) update(tracker, world, {screen()}, 0.1);
+  EXPECT_EQ(report_of(tracker).at(0).id, 1);
+  for (int step{0}; step < 2; ++step) update(tracker, world, {screen()}, 0.1);
+  EXPECT_EQ(report_of(tracker).at(0).id, 2) << "the screen";
+}
+
+TEST(Tracker, WhatStandsAndIsNotSeenThoughNothingHidesItIsOver) {
+  World world;
+  world.layers.occupancy.fill(0.5f);
+  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+  for (int step{0}; step < 10; ++step) update(tracker, world, {blob_at(3, 0)}, 0.1);
   for (int step{0}; step < 2; ++step) update(tracker, world, {}, 0.1);
+  EXPECT_EQ(report_of(tracker).size(), 1u) << "two frames may be errors";
+  update(tracker, world, {}, 0.1);
   EXPECT_TRUE(report_of(tracker).empty());
+}
+
+TEST(Tracker, WhatIsReplacedByAThingThatIsSeenThereIsOver) {
+  World world;
+  world.layers.occupancy.fill(0.5f);
+  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+  for (int step{0}; step < 10; ++step) update(tracker, world, {blob_at(3, 0), blob_at(3.8, 0)}, 0.1);
+  EXPECT_EQ(report_of(tracker).size(), 2u);
+  update(tracker, world, {blob_at(3.3, 0)}, 0.1);
+  EXPECT_EQ(report_of(tracker).size(), 1u) << "one of them was seen, the other one is a part of it";
 }
 
 TEST(Tracker, EndsWhereItsPlaceIsSeenFree) {
