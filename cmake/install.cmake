@@ -3,6 +3,7 @@
 #
 # `cmake --install`: libraries, public headers, the tool, and the package that find_package(stereogrid CONFIG) reads.
 # Every component has an export set of its own, so that the core can be used without the packages that io needs.
+# COMPONENT is the Debian package that a file goes into (packaging/debian.cmake).
 
 include(CMakePackageConfigHelpers)
 
@@ -22,7 +23,8 @@ function(stereogrid_install_pc pc_name target description requires static_requir
   cmake_path(APPEND libdir "\${prefix}" ${CMAKE_INSTALL_LIBDIR})
   cmake_path(APPEND includedir "\${prefix}" ${CMAKE_INSTALL_INCLUDEDIR})
   configure_file(${PROJECT_SOURCE_DIR}/cmake/stereogrid.pc.in ${PROJECT_BINARY_DIR}/${pc_name}.pc @ONLY)
-  install(FILES ${PROJECT_BINARY_DIR}/${pc_name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+  install(FILES ${PROJECT_BINARY_DIR}/${pc_name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig
+          COMPONENT development)
 endfunction()
 
 # stereogrid_install_component(NAME TARGET INCLUDE_FOLDER)
@@ -30,23 +32,25 @@ function(stereogrid_install_component name target headers)
   install(
     TARGETS ${target}
     EXPORT stereogrid_${name}
-    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
-    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT libraries NAMELINK_COMPONENT development
     INCLUDES
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-  install(DIRECTORY ${headers}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.hpp")
+  install(DIRECTORY ${headers}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development
+          FILES_MATCHING PATTERN "*.hpp")
   install(
     EXPORT stereogrid_${name}
     NAMESPACE stereogrid::
     FILE stereogrid_${name}.cmake
-    DESTINATION ${stereogrid_package_dir})
+    DESTINATION ${stereogrid_package_dir}
+    COMPONENT development)
 endfunction()
 
 stereogrid_install_component(core stereogrid ${PROJECT_SOURCE_DIR}/include)
 stereogrid_install_pc(stereogrid stereogrid "${PROJECT_DESCRIPTION}" "" "tbb;libhwy" "-ldl")
 set(STEREOGRID_COMPONENTS core)
 if(STEREOGRID_CUDA)
-  install(TARGETS stereogrid_cuda LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  install(TARGETS stereogrid_cuda LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT cuda)
 endif()
 if(STEREOGRID_IO)
   stereogrid_install_component(io stereogrid_io ${PROJECT_SOURCE_DIR}/io/include)
@@ -82,7 +86,9 @@ if(STEREOGRID_TOOL)
     file(RELATIVE_PATH lib_from_bin ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
     set_target_properties(stereogrid_tool PROPERTIES INSTALL_RPATH "$ORIGIN/${lib_from_bin}")
   endif()
-  install(TARGETS stereogrid_tool RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(TARGETS stereogrid_tool RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT tool)
+  install(FILES ${PROJECT_SOURCE_DIR}/packaging/completion.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
+          RENAME stereogrid COMPONENT tool)
 endif()
 
 configure_package_config_file(
@@ -90,5 +96,9 @@ configure_package_config_file(
   INSTALL_DESTINATION ${stereogrid_package_dir} NO_SET_AND_CHECK_MACRO)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/stereogridConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/stereogridConfig.cmake ${PROJECT_BINARY_DIR}/stereogridConfigVersion.cmake
-        DESTINATION ${stereogrid_package_dir})
-install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+        DESTINATION ${stereogrid_package_dir} COMPONENT development)
+if(STEREOGRID_DEBIAN)
+  include(packaging/debian.cmake)
+else()
+  install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+endif()

@@ -33,6 +33,7 @@ if [ "${1:-}" = "--ci" ]; then
   # foreign peers of tests; other packages of Node.js bring it themselves and exclude Debian's
   command -v npm >/dev/null || packages+=(npm)
 fi
+[ "${1:-}" != "--package" ] || packages+=(help2man dpkg-dev) # scripts/package.sh
 
 missing=()
 for package in "${packages[@]}"; do

@@ -1,0 +1,42 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# package.sh [BUILD_FOLDER [CMAKE_OPTION...]]: Debian packages in BUILD_FOLDER/packages (build/package). Twice the same
+# sources make twice the same bytes.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+build=${1:-$root/build/package}
+shift || true
+cd "$root"
+scripts/install-dependencies.sh --package
+SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct 2>/dev/null || date +%s)}
+export SOURCE_DATE_EPOCH
+date=$(LC_ALL=C date --utc --date "@$SOURCE_DATE_EPOCH" -R)
+
+configure() {
+  cmake -S . -B "$build" -G Ninja --log-level=WARNING -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX=/usr \
+    -DCMAKE_INSTALL_LIBDIR="lib/$(dpkg-architecture -q DEB_HOST_MULTIARCH)" -DBUILD_SHARED_LIBS=ON \
+    -DCMAKE_CXX_FLAGS="-ffile-prefix-map=$root=. -ffile-prefix-map=$build=build" \
+    -DSTEREOGRID_TESTS=OFF -DSTEREOGRID_RESEARCH=OFF -DSTEREOGRID_DEBIAN=ON -DSTEREOGRID_DATE="$date" "$@"
+}
+configure "$@"
+cmake --build "$build"
+
+# manual pages: what the program says of itself, and of each of its commands
+rm -rf "$build/man" "$build/packages"
+mkdir -p "$build/man"
+manual() { # manual NAME SUMMARY [COMMAND]
+  local tool=$build/bin/stereogrid
+  help2man --no-info --no-discard-stderr --section 1 --name "$2" --version-string "$("$tool" --version)" \
+    --help-option="${3:-} --help" "$tool" | sed "s/^\.TH [^ ]*/.TH ${1^^}/" | gzip -9n >"$build/man/$1.1.gz"
+}
+manual stereogrid "occupancy grids and obstacles from a stereo camera"
+"$build/bin/stereogrid" --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z]\+\)  *\(.*\)/\1 \2/p' |
+  while read -r command summary; do manual "stereogrid-$command" "${summary%%.*}" "$command"; done
+
+configure "$@"
+cpack --config "$build/CPackConfig.cmake" -B "$build/packages" >"$build/cpack.log" || { cat "$build/cpack.log" >&2; exit 1; }
+rm -rf "$build/packages/_CPack_Packages"
+ls -l "$build/packages"
