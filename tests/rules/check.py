@@ -48,6 +48,7 @@ ROOMS = (
     Room("messages/include", ("include", "messages/include"), "(?!)"),
     Room("mcap/include", ("include", "mcap/include"), "(?!)"),
     Room("capture/include", ("include", "io/include", "capture/include"), "(?!)"),
+    Room("dds/include", ("include", "messages/include", "dds/include"), "(?!)"),
     Room("scenes/include", ("include", "scenes/include"), "(?!)"),
     Room("evaluation/include", ("include", "evaluation/include"), "(?!)"),
     Room("src", ("include", "src"), TBB, r"src/backend/cpu\.hpp"),
@@ -60,12 +61,13 @@ ROOMS = (
     Room("mcap", ("include", "io/include", "mcap/include", "mcap/src"),
          r"(yaml-cpp|fmt)/.*|(sys/)?\w+\.h"),
     Room("capture", ("include", "io/include", "capture/include", "capture/src"), r"(fmt|gst)/.*|(sys/)?\w+\.h"),
+    Room("dds", ("include", "messages/include", "dds/include", "dds/src"), r"dds/.*"),
     Room("scenes", ("include", "scenes/include", "scenes"), TBB),
     Room("evaluation", ("include", "evaluation/include", "evaluation/src"), TBB),
     Room("research", ("include", "io/include", "scenes/include", "evaluation/include", "apps/stereogrid", "research"),
          r"(opencv2|nlohmann|fmt|spdlog|CLI)/.*|(sys/)?\w+\.h"),
     Room("apps", ("include", "io/include", "messages/include", "mcap/include", "server/include", "capture/include",
-                  "scenes/include", "evaluation/include", "apps/stereogrid"),
+                  "dds/include", "scenes/include", "evaluation/include", "apps/stereogrid"),
          r"(opencv2|nlohmann|fmt|spdlog|CLI)/.*|(sys/)?\w+\.h"),
 )
 

@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "discovery_info.hpp"
+
+#include <algorithm>
+
+#include "stereogrid/messages/cdr.hpp"
+
+namespace stereogrid::dds {
+namespace {
+
+template <std::size_t bytes>
+Gid<bytes> gid_of(const dds_guid_t& guid) {
+  Gid<bytes> gid;
+  std::ranges::copy(guid.v, gid.data.begin());
+  return gid;
+}
+
+template <std::size_t bytes>
+std::vector<Gid<bytes>> gids_of(const std::vector<dds_guid_t>& guids) {
+  std::vector<Gid<bytes>> gids;
+  for (const dds_guid_t& guid : guids) gids.push_back(gid_of<bytes>(guid));
+  return gids;
+}
+
+template <std::size_t bytes>
+std::vector<std::byte> encoded(const Entities& entities) {
+  const ParticipantEntitiesInfo<bytes> message{
+      gid_of<bytes>(entities.participant),
+      {{entities.node_namespace, entities.node, gids_of<bytes>(entities.readers), gids_of<bytes>(entities.writers)}}};
+  messages::CdrWriter writer;
+  const auto cdr{writer.encode(message)};
+  return {cdr.begin(), cdr.end()};
+}
+
+}  // namespace
+
+std::vector<std::byte> discovery_message(const Entities& entities, Distro distro) {
+  return distro == Distro::humble ? encoded<24>(entities) : encoded<16>(entities);
+}
+
+}  // namespace stereogrid::dds

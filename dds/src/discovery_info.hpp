@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <dds/dds.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "stereogrid/dds/node.hpp"
+
+namespace stereogrid::dds {
+
+constexpr const char* discovery_topic{"ros_discovery_info"};
+constexpr const char* discovery_type{"rmw_dds_common/msg/ParticipantEntitiesInfo"};
+
+/// Number of a participant or endpoint in ROS's list: that of DDS, then zeros.
+template <std::size_t bytes>
+struct Gid {
+  static constexpr std::string_view type_name{"rmw_dds_common/msg/Gid"};
+
+  std::array<std::uint8_t, bytes> data{};
+
+  template <class Self, class Visitor>
+  static void visit_fields(Self& self, Visitor&& visit) {
+    visit("data", self.data);
+  }
+};
+
+template <std::size_t bytes>
+struct NodeEntitiesInfo {
+  static constexpr std::string_view type_name{"rmw_dds_common/msg/NodeEntitiesInfo"};
+
+  std::string node_namespace;
+  std::string node_name;
+  std::vector<Gid<bytes>> reader_gid_seq;
+  std::vector<Gid<bytes>> writer_gid_seq;
+
+  template <class Self, class Visitor>
+  static void visit_fields(Self& self, Visitor&& visit) {
+    visit("node_namespace", self.node_namespace);
+    visit("node_name", self.node_name);
+    visit("reader_gid_seq", self.reader_gid_seq);
+    visit("writer_gid_seq", self.writer_gid_seq);
+  }
+};
+
+/// The nodes of a participant, by which tools of ROS know who publishes what.
+template <std::size_t bytes>
+struct ParticipantEntitiesInfo {
+  static constexpr std::string_view type_name{discovery_type};
+
+  Gid<bytes> gid;
+  std::vector<NodeEntitiesInfo<bytes>> node_entities_info_seq;
+
+  template <class Self, class Visitor>
+  static void visit_fields(Self& self, Visitor&& visit) {
+    visit("gid", self.gid);
+    visit("node_entities_info_seq", self.node_entities_info_seq);
+  }
+};
+
+/// A node with all that it reads and writes.
+struct Entities {
+  std::string node_namespace;
+  std::string node;
+  dds_guid_t participant{};
+  std::vector<dds_guid_t> readers{};
+  std::vector<dds_guid_t> writers{};
+};
+
+/// Encoded as peers of that distribution read it.
+[[nodiscard]] std::vector<std::byte> discovery_message(const Entities& entities, Distro distro);
+
+}  // namespace stereogrid::dds

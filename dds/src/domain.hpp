@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <dds/dds.h>
+
+#include <string>
+
+namespace stereogrid::dds {
+
+/// Which network, as ROS's environment variables say.
+struct Network {
+  dds_domainid_t domain{0};
+  bool is_local{false};  ///< this machine only
+};
+
+/// ROS_DOMAIN_ID, ROS_LOCALHOST_ONLY and ROS_AUTOMATIC_DISCOVERY_RANGE. Throws ConfigError: no such number or range.
+[[nodiscard]] Network network_of_environment();
+
+/// A domain as Cyclone DDS calls its part of a process; nodes of one process share it. CYCLONEDDS_URI has the last
+/// word.
+class Domain {
+ public:
+  /// Throws DeviceError.
+  explicit Domain(const Network& network);
+  Domain(const Domain&) = delete;
+  Domain& operator=(const Domain&) = delete;
+  ~Domain();
+
+  [[nodiscard]] dds_domainid_t id() const { return id_; }
+
+ private:
+  dds_domainid_t id_;
+};
+
+/// Throws DeviceError where that is an error's code of Cyclone DDS; `what` could not be made. Returns it else.
+dds_return_t checked(dds_return_t code, const std::string& what);
+
+}  // namespace stereogrid::dds

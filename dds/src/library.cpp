@@ -1,0 +1,22 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "network_node.hpp"
+#include "stereogrid/dds/node.hpp"
+
+namespace stereogrid::dds {
+namespace {
+
+std::unique_ptr<Node> open(const NodeOptions& options) {
+  return std::make_unique<NetworkNode>(options);
+}
+
+}  // namespace
+}  // namespace stereogrid::dds
+
+extern "C" STEREOGRID_EXPORT const stereogrid::dds::Library* stereogrid_dds_library_1();
+
+const stereogrid::dds::Library* stereogrid_dds_library_1() {
+  using namespace stereogrid::dds;
+  static const Library library{STEREOGRID_VERSION, interface_sizes(), open};
+  return &library;
+}

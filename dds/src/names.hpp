@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "stereogrid/dds/node.hpp"
+
+namespace stereogrid::dds {
+
+/// What things are called in ROS, and what in DDS.
+class Names {
+ public:
+  /// Throws ConfigError: a name or remapping that ROS does not take.
+  explicit Names(const NodeOptions& options);
+
+  [[nodiscard]] const std::string& node() const { return node_; }                 ///< "stereo_grid"
+  [[nodiscard]] const std::string& node_namespace() const { return namespace_; }  ///< "/", "/robot"
+  /// The topic as peers know it: below this node instead of /stereo_grid, and remapped.
+  [[nodiscard]] std::string topic(std::string_view given) const;
+
+ private:
+  [[nodiscard]] std::string below_node(std::string_view name) const;
+  void add_remapping(const std::string& text);
+
+  std::string namespace_;
+  std::string node_;
+  std::vector<std::pair<std::string, std::string>> remappings_;
+};
+
+/// "/a/b" is "rt/a/b" in DDS, "pkg/msg/T" is "pkg::msg::dds_::T_".
+[[nodiscard]] std::string dds_topic(std::string_view ros_topic);
+[[nodiscard]] std::string dds_type(std::string_view ros_type);
+/// The other way round; none: nothing of ROS.
+[[nodiscard]] std::optional<PublishedTopic> ros_topic(std::string_view dds_topic, std::string_view dds_type);
+
+}  // namespace stereogrid::dds

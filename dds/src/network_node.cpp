@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "network_node.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <map>
+#include <span>
+#include <utility>
+
+namespace stereogrid::dds {
+namespace {
+
+constexpr std::size_t publications_max{4096};
+
+bool is_of(const dds_builtintopic_endpoint_t& endpoint, const dds_guid_t& participant) {
+  return std::ranges::equal(endpoint.participant_key.v, participant.v);
+}
+
+}  // namespace
+
+NetworkNode::NetworkNode(const NodeOptions& options)
+    : participant_{std::in_place, options},
+      sink_{std::in_place, *participant_},
+      subscriptions_{std::in_place, *participant_},
+      publications_{
+          checked(dds_create_reader(participant_->entity(), DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr),
+                  "what others publish cannot be seen")} {}
+
+NetworkNode::~NetworkNode() {
+  subscriptions_.reset();
+  participant_.reset();  // no listener of a writer is called afterwards
+}
+
+std::vector<PublishedTopic> NetworkNode::topics() const {
+  std::vector<void*> samples(publications_max, nullptr);
+  std::vector<dds_sample_info_t> infos(publications_max);
+  const dds_return_t count{dds_read_mask(publications_, samples.data(), infos.data(), publications_max,
+                                         publications_max,
+                                         DDS_ANY_SAMPLE_STATE | DDS_ANY_VIEW_STATE | DDS_ALIVE_INSTANCE_STATE)};
+  checked(count, "what others publish cannot be seen");
+  std::map<std::pair<std::string, std::string>, int> publishers;
+  for (std::size_t i{0}; i < static_cast<std::size_t>(count); ++i) {
+    const auto& endpoint{*static_cast<const dds_builtintopic_endpoint_t*>(samples[i])};
+    if (!infos[i].valid_data || is_of(endpoint, participant_->guid())) continue;
+    const auto topic{ros_topic(endpoint.topic_name, endpoint.type_name)};
+    if (topic) ++publishers[{topic->name, topic->type}];
+  }
+  if (count > 0) dds_return_loan(publications_, samples.data(), count);
+  std::vector<PublishedTopic> found;
+  for (const auto& [topic, number] : publishers) found.push_back({topic.first, topic.second, number});
+  return found;
+}
+
+void NetworkNode::subscribe(const std::string& topic, const std::string& type, std::size_t depth, Take take) {
+  subscriptions_->add(topic, type, depth, std::move(take));
+}
+
+}  // namespace stereogrid::dds

@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <mutex>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "discovery_info.hpp"
+#include "domain.hpp"
+#include "names.hpp"
+#include "qos.hpp"
+
+struct ddsi_sertype;
+
+namespace stereogrid::dds {
+
+/// Sentences for a person, each once.
+class Warnings {
+ public:
+  explicit Warnings(std::function<void(const std::string&)> warn) : warn_{std::move(warn)} {}
+
+  void tell_once(const std::string& sentence) {
+    {
+      const std::scoped_lock lock{mutex_};
+      if (!told_.insert(sentence).second) return;
+    }
+    if (warn_) warn_(sentence);
+  }
+
+ private:
+  std::function<void(const std::string&)> warn_;
+  std::mutex mutex_;
+  std::set<std::string> told_;
+};
+
+/// A topic of Cyclone DDS, and its type as that holds it.
+struct DdsTopic {
+  dds_entity_t entity;
+  ddsi_sertype* type;
+};
+
+/// This node in its domain: what is made of it goes with it.
+class Participant {
+ public:
+  /// Throws ConfigError, DeviceError.
+  explicit Participant(const NodeOptions& options);
+  Participant(const Participant&) = delete;
+  Participant& operator=(const Participant&) = delete;
+  ~Participant();
+
+  [[nodiscard]] dds_entity_t entity() const { return entity_; }
+  [[nodiscard]] const Names& names() const { return names_; }
+  [[nodiscard]] Warnings& warnings() { return warnings_; }
+  [[nodiscard]] dds_guid_t guid() const { return entities_.participant; }
+
+  /// `name`: in DDS.
+  [[nodiscard]] DdsTopic make_topic(const std::string& name, const std::string& type);
+  /// As in ROS; `topic` by its name there. Tools of ROS see it from now on as this node's.
+  [[nodiscard]] std::pair<dds_entity_t, ddsi_sertype*> make_writer(const std::string& topic, const std::string& type,
+                                                                   Qos qos, const dds_listener_t* listener);
+  [[nodiscard]] dds_entity_t make_reader(const std::string& topic, const std::string& type, Qos qos,
+                                         const dds_listener_t* listener);
+
+ private:
+  void set_hash(dds_qos_t* qos, const std::string& type) const;
+  void announce();
+
+  Names names_;
+  Distro distro_;
+  Warnings warnings_;
+  Domain domain_;
+  dds_entity_t entity_;
+  dds_entity_t announcer_{0};
+  ddsi_sertype* announced_type_{nullptr};
+  std::mutex mutex_;  // of `entities_`
+  Entities entities_;
+};
+
+}  // namespace stereogrid::dds

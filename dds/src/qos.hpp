@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <dds/dds.h>
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "stereogrid/dds/node.hpp"
+
+namespace stereogrid::dds {
+
+struct FreeQos {
+  void operator()(dds_qos_t* qos) const { dds_delete_qos(qos); }
+};
+using Qos = std::unique_ptr<dds_qos_t, FreeQos>;
+
+/// ROS 2's: reliable, the last `depth` messages; transient local: who comes later gets them, too.
+[[nodiscard]] Qos reliable_qos(bool is_transient_local, int depth);
+/// Matches every publisher.
+[[nodiscard]] Qos best_effort_qos(int depth);
+/// What peers of Jazzy are told of an endpoint's type.
+void set_type_hash(dds_qos_t* qos, std::string_view ros_type);
+
+/// What a subscriber asks for that a publisher does not offer, for a person: "durability (transient local)".
+[[nodiscard]] std::string policy_in_words(std::uint32_t policy_id);
+
+}  // namespace stereogrid::dds

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "topic_sink.hpp"
+
+#include "bytes_type.hpp"
+
+namespace stereogrid::dds {
+namespace {
+
+constexpr int depth{10};
+
+struct FreeListener {
+  void operator()(dds_listener_t* listener) const { dds_delete_listener(listener); }
+};
+
+}  // namespace
+
+void TopicSink::tell_refused(dds_entity_t /*entity*/, dds_offered_incompatible_qos_status_t status,
+                             void* writer) noexcept {
+  const Writer& one{*static_cast<const Writer*>(writer)};
+  try {
+    one.warnings.tell_once("ROS 2: a subscriber of " + one.topic + " gets nothing: it asks for " +
+                           policy_in_words(status.last_policy_id) +
+                           ", which this topic does not offer. Subscribe without.");
+  } catch (...) {  // through C nothing may be thrown
+  }
+}
+
+std::uint32_t TopicSink::add(const messages::Channel& channel) {
+  auto writer{
+      std::make_unique<Writer>(participant_.names().topic(channel.topic), channel.latched, participant_.warnings())};
+  const std::unique_ptr<dds_listener_t, FreeListener> listener{dds_create_listener(nullptr)};
+  dds_lset_offered_incompatible_qos_arg(listener.get(), tell_refused, writer.get(), true);
+  const auto [entity, type]{participant_.make_writer(writer->topic, std::string{channel.type},
+                                                     reliable_qos(channel.latched, channel.latched ? 1 : depth),
+                                                     listener.get())};
+  writer->entity = entity;
+  writer->type = type;
+  writers_.push_back(std::move(writer));
+  return static_cast<std::uint32_t>(writers_.size() - 1);
+}
+
+bool TopicSink::wants(std::uint32_t channel) const {
+  const Writer& writer{*writers_.at(channel)};
+  if (writer.is_latched) return true;
+  dds_publication_matched_status_t status{};
+  checked(dds_get_publication_matched_status(writer.entity, &status), writer.topic + " has no subscribers' number");
+  return status.current_count > 0;
+}
+
+void TopicSink::send(std::uint32_t channel, std::int64_t /*stamp_ns*/, std::span<const std::byte> cdr) {
+  const Writer& writer{*writers_.at(channel)};
+  const dds_return_t code{dds_writecdr(writer.entity, new_sample(writer.type, cdr))};
+  if (code == DDS_RETCODE_TIMEOUT) {
+    ++lost_;
+    writer.warnings.tell_once("ROS 2: messages on " + writer.topic +
+                              " are lost: a reliable subscriber does not keep up. Subscribe best effort, or look at "
+                              "the network.");
+    return;
+  }
+  checked(code, "a message on " + writer.topic + " cannot be sent");
+}
+
+}  // namespace stereogrid::dds

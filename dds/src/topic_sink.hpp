@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "participant.hpp"
+#include "stereogrid/messages/sink.hpp"
+
+namespace stereogrid::dds {
+
+/// A writer of DDS for each channel.
+class TopicSink final : public messages::Sink {
+ public:
+  /// The participant has to be deleted before this: its threads tell of subscribers.
+  explicit TopicSink(Participant& participant) : participant_{participant} {}
+
+  std::uint32_t add(const messages::Channel& channel) override;
+  [[nodiscard]] bool wants(std::uint32_t channel) const override;
+  void send(std::uint32_t channel, std::int64_t stamp_ns, std::span<const std::byte> cdr) override;
+
+  [[nodiscard]] std::int64_t lost() const { return lost_; }
+
+ private:
+  struct Writer {
+    std::string topic;  ///< in ROS
+    bool is_latched;
+    Warnings& warnings;
+    dds_entity_t entity{0};
+    ddsi_sertype* type{nullptr};
+  };
+  static void tell_refused(dds_entity_t entity, dds_offered_incompatible_qos_status_t status, void* writer) noexcept;
+
+  Participant& participant_;
+  std::vector<std::unique_ptr<Writer>> writers_;
+  std::atomic<std::int64_t> lost_{0};
+};
+
+}  // namespace stereogrid::dds
