@@ -6,6 +6,11 @@
 namespace stereogrid::dds {
 namespace {
 
+void check(const NodeOptions& options) {
+  const Names names{options};
+  static_cast<void>(network_of_environment());
+}
+
 std::unique_ptr<Node> open(const NodeOptions& options) {
   return std::make_unique<NetworkNode>(options);
 }
@@ -17,6 +22,6 @@ extern "C" STEREOGRID_EXPORT const stereogrid::dds::Library* stereogrid_dds_libr
 
 const stereogrid::dds::Library* stereogrid_dds_library_1() {
   using namespace stereogrid::dds;
-  static const Library library{STEREOGRID_VERSION, interface_sizes(), open};
+  static const Library library{STEREOGRID_VERSION, interface_sizes(), check, open};
   return &library;
 }

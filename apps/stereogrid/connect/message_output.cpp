@@ -47,9 +47,13 @@ void add_message_options(CLI::App& command, MessageOptions& options) {
                   "the file is small.")
       ->delimiter(',')
       ->type_name("TOPIC,TOPIC,...");
+  command.add_flag("--ros2", options.ros2.publishes,
+                   "Also to ROS 2: the same messages as topics of a node, in the domain ROS_DOMAIN_ID (docs/ros2.md).");
+  add_ros2_options(command, options.ros2);
 }
 
 void check(const MessageOptions& options, const Rig& rig) {
+  if (options.ros2.publishes) check(options.ros2);
   if (options.mcap.empty()) {
     if (options.topics.empty()) return;
     throw ConfigError{"--mcap-topics chooses what is recorded, but nothing is. Give --mcap FILE, too."};
@@ -68,6 +72,7 @@ void check(const MessageOptions& options, const Rig& rig) {
 
 bool needs_stages(const MessageOptions& options) {
   const std::vector<std::string>& topics{options.topics};
+  if (options.ros2.publishes) return true;
   return !options.mcap.empty() && (topics.empty() || std::ranges::any_of(topics_of_stages, [&](std::string_view topic) {
                                      return std::ranges::find(topics, topic) != topics.end();
                                    }));
@@ -76,18 +81,22 @@ bool needs_stages(const MessageOptions& options) {
 struct MessageOutput::State {
   State(const MessageOptions& options, server::Server* viewers, const Rig& first_rig) : rig{first_rig} {
     std::vector<messages::Sink*> sinks;
-    if (!options.mcap.empty()) sinks.push_back(&recording.emplace(ready(options.mcap)));
-    if (viewers != nullptr) sinks.push_back(&live.emplace(*viewers));
-    if (options.topics.empty()) {
-      all.emplace(std::move(sinks));
-      senders.emplace_back(*all, rig);
-      return;
+    if (options.ros2.publishes) {
+      node = open_ros2_node(options.ros2);
+      sinks.push_back(&node->sink());
     }
-    if (recording) senders.emplace_back(*recording, rig, messages::FrameMessagesOptions{.topics = options.topics});
-    if (live) senders.emplace_back(*live, rig);
+    if (viewers != nullptr) sinks.push_back(&live.emplace(*viewers));
+    if (!options.mcap.empty()) {
+      recording.emplace(ready(options.mcap));
+      if (options.topics.empty()) sinks.push_back(&*recording);
+    }
+    if (!sinks.empty()) senders.emplace_back(all.emplace(std::move(sinks)), rig);
+    if (options.topics.empty()) return;
+    senders.emplace_back(*recording, rig, messages::FrameMessagesOptions{.topics = options.topics});
   }
 
   Rig rig;
+  std::unique_ptr<dds::Node> node;
   std::optional<McapSink> recording;
   std::optional<ServerSink> live;
   std::optional<messages::Tee> all;

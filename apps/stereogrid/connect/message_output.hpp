@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cli_fwd.hpp"
+#include "connect/ros2_node.hpp"
 #include "stereogrid/messages/frame_messages.hpp"
 #include "stereogrid/pipeline.hpp"
 
@@ -21,6 +22,7 @@ namespace stereogrid::app {
 struct MessageOptions {
   std::filesystem::path mcap;       ///< empty: none
   std::vector<std::string> topics;  ///< of the recording; empty: all
+  Ros2Options ros2{};
 };
 
 void add_message_options(CLI::App& command, MessageOptions& options);
@@ -28,13 +30,13 @@ void add_message_options(CLI::App& command, MessageOptions& options);
 /// Throws ConfigError: a topic that does not exist, topics without a file, a file that is there already.
 void check(const MessageOptions& options, const Rig& rig);
 
-/// Is something recorded that is made of FrameResult::stages?
+/// Is something recorded or published that is made of FrameResult::stages?
 [[nodiscard]] bool needs_stages(const MessageOptions& options);
 
-/// What is known after each frame as ROS 2 messages: into an MCAP file, to viewers, or both.
+/// What is known after each frame as ROS 2 messages: into an MCAP file, to viewers, to ROS 2.
 class MessageOutput {
  public:
-  /// `viewers`: has to live longer; nullptr: none. `rig`: of the first frame. Throws DeviceError.
+  /// `viewers`: has to live longer; nullptr: none. `rig`: of the first frame. Throws ConfigError, DeviceError.
   MessageOutput(const MessageOptions& options, server::Server* viewers, const Rig& rig);
   ~MessageOutput();
 

@@ -63,9 +63,10 @@ class STEREOGRID_EXPORT Node {
 struct Library {
   const char* version;  ///< stereogrid's: both sides must be of the same
   std::size_t sizes;    ///< interface_sizes() there
+  /// Throws ConfigError: a name or remapping that ROS does not take, one of ROS's variables that makes no sense.
+  void (*check)(const NodeOptions& options);
   /// In the domain ROS_DOMAIN_ID; on this machine only where ROS_LOCALHOST_ONLY or ROS_AUTOMATIC_DISCOVERY_RANGE say
-  /// so. Throws ConfigError: a name or remapping that ROS does not take, a variable that makes no sense; DeviceError:
-  /// no network.
+  /// so. Throws as check(); DeviceError: no network.
   std::unique_ptr<Node> (*open)(const NodeOptions& options);
 };
 

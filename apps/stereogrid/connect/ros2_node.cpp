@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "connect/ros2_node.hpp"
+
+#include <dlfcn.h>
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <filesystem>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/text.hpp"
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* file_name{"libstereogrid_dds.so"};
+constexpr const char* variable{"STEREOGRID_DDS_LIBRARY"};
+constexpr const char* what_to_install{
+    "It comes with the package stereogrid-dds, or is built where Cyclone DDS is (Debian: cyclonedds-dev; "
+    "docs/ros2.md)."};
+
+void* opened(const std::string& name) {
+  void* const library{dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL)};
+  if (library != nullptr) return library;
+  const char* const complaint{dlerror()};
+  throw DeviceError{
+      fmt::format("ROS 2: the library {} could not be loaded: {}. Is the package stereogrid-dds installed, "
+                  "with Cyclone DDS (Debian: libddsc0debian)?",
+                  io::printable(name), complaint == nullptr ? "" : complaint)};
+}
+
+void* found_and_opened() {
+  if (const char* const named{std::getenv(variable)}; named != nullptr && *named != '\0') return opened(named);
+  std::error_code error;
+  const fs::path folder{fs::read_symlink("/proc/self/exe", error).parent_path()};
+  const std::vector<fs::path> places{folder / file_name, folder / ".." / STEREOGRID_LIBRARY_FOLDER / file_name};
+  for (const fs::path& place : places) {
+    if (!folder.empty() && fs::exists(place, error)) return opened(place.string());
+  }
+  if (void* const library{dlopen(file_name, RTLD_NOW | RTLD_LOCAL)}; library != nullptr) return library;
+  throw DeviceError{fmt::format("ROS 2: {} was not found, neither as {} nor {}, nor where libraries are. {}", file_name,
+                                io::printable_path(places[0]), io::printable_path(places[1]), what_to_install)};
+}
+
+const dds::Library& load() {
+  void* const library{found_and_opened()};  // it stays loaded: its threads may outlive what it made
+  void* const symbol{dlsym(library, dds::library_function)};
+  if (symbol != nullptr) {
+    const dds::Library& found{*reinterpret_cast<const dds::Library* (*)()>(symbol)()};
+    if (version() == found.version && found.sizes == dds::interface_sizes()) return found;
+  }
+  throw DeviceError{fmt::format(
+      "ROS 2: {} belongs to another build than this stereogrid {}. Install both from the same.", file_name, version())};
+}
+
+dds::Distro distro_of(std::string name) {
+  if (name.empty()) {
+    const char* const installed{std::getenv("ROS_DISTRO")};
+    name = installed == nullptr ? "" : installed;
+  }
+  return name == "humble" ? dds::Distro::humble : dds::Distro::jazzy;
+}
+
+dds::NodeOptions node_options(const Ros2Options& options) {
+  return {.name = options.node,
+          .remappings = options.remappings,
+          .distro = distro_of(options.distro),
+          .warn = [](const std::string& sentence) { spdlog::warn("{}", sentence); }};
+}
+
+}  // namespace
+
+void add_ros2_options(CLI::App& command, Ros2Options& options) {
+  command.add_option("--ros2-node", options.node, "This program's name in ROS 2, with its namespace.")
+      ->type_name("NAME|NAMESPACE/NAME")
+      ->capture_default_str();
+  command
+      .add_option("--ros2-remap", options.remappings,
+                  "Other names of topics in ROS 2: occupancy_grid:=/map; without a slash in front: below the node.")
+      ->delimiter(',')
+      ->type_name("FROM:=TO,...");
+  command
+      .add_option("--ros2-distro", options.distro,
+                  "Whose tools are to see this node (ros2 node list); messages arrive anyway. Otherwise ROS_DISTRO's, "
+                  "or jazzy.")
+      ->check(CLI::IsMember({"humble", "jazzy"}));
+}
+
+void check(const Ros2Options& options) {
+  load().check(node_options(options));
+}
+
+std::unique_ptr<dds::Node> open_ros2_node(const Ros2Options& options) {
+  return load().open(node_options(options));
+}
+
+}  // namespace stereogrid::app

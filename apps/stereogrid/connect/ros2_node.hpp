@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli_fwd.hpp"
+#include "stereogrid/dds/node.hpp"
+
+namespace stereogrid::app {
+
+/// This program as a node of ROS 2, as its user says.
+struct Ros2Options {
+  bool publishes{false};
+  std::string node{"stereo_grid"};
+  std::vector<std::string> remappings{};
+  std::string distro{};  ///< "": that of ROS_DISTRO, else jazzy
+};
+
+void add_ros2_options(CLI::App& command, Ros2Options& options);
+
+/// Without opening anything. Throws as open_ros2_node().
+void check(const Ros2Options& options);
+
+/// Loads libstereogrid_dds.so, which is looked for beside this program, in the folder that `cmake --install` put it in,
+/// then where the loader looks; the environment variable STEREOGRID_DDS_LIBRARY names another file. Warnings go to the
+/// log. Throws ConfigError; DeviceError, which says what is missing.
+[[nodiscard]] std::unique_ptr<dds::Node> open_ros2_node(const Ros2Options& options);
+
+}  // namespace stereogrid::app

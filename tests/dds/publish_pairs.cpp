@@ -1,0 +1,126 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// bare_peer pairs NAMESPACE RELIABILITY WIDTHxHEIGHT HZ SECONDS: sensor_msgs/Image and CameraInfo of two cameras, whose
+// pictures are a pattern 8 px apart, and nav_msgs/Odometry on NAMESPACE/odom at five times that rate, 2 m/s along x.
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include "bare_peer.hpp"
+#include "ros.h"
+
+namespace peer {
+namespace {
+
+constexpr double focal_px{100};
+constexpr double baseline_m{0.25};
+constexpr int disparity_px{8};
+
+struct Size {
+  int width{0};
+  int height{0};
+};
+
+std_msgs_msg_dds__Header_ header_at(std::int64_t stamp_ns, const char* frame) {
+  return {{static_cast<std::int32_t>(stamp_ns / 1'000'000'000), static_cast<std::uint32_t>(stamp_ns % 1'000'000'000)},
+          const_cast<char*>(frame)};
+}
+
+/// A camera's topics.
+struct Camera {
+  dds_entity_t images;
+  dds_entity_t infos;
+  int shift_px;
+};
+
+std::vector<std::uint8_t> picture(const Size& size, int shift_px, int frame) {
+  std::vector<std::uint8_t> pixels(static_cast<std::size_t>(size.width) * size.height);
+  for (int v{0}; v < size.height; ++v) {
+    for (int u{0}; u < size.width; ++u) {
+      const auto at{static_cast<unsigned>((u + shift_px) * 2654435761U ^ (v * 40503U) ^ (frame * 7919U))};
+      pixels[static_cast<std::size_t>(v) * size.width + u] = static_cast<std::uint8_t>(at >> 13);
+    }
+  }
+  return pixels;
+}
+
+void send_image(const Camera& camera, const Size& size, std::int64_t stamp_ns, std::vector<std::uint8_t>& pixels) {
+  sensor_msgs_msg_dds__Image_ image{};
+  image.header = header_at(stamp_ns, "left_optical");
+  image.width = size.width;
+  image.height = size.height;
+  image.encoding = const_cast<char*>("mono8");
+  image.step = size.width;
+  image.data = {static_cast<std::uint32_t>(pixels.size()), static_cast<std::uint32_t>(pixels.size()), pixels.data(),
+                false};
+  checked(dds_write(camera.images, &image), "write");
+}
+
+void send_info(const Camera& camera, const Size& size, std::int64_t stamp_ns) {
+  sensor_msgs_msg_dds__CameraInfo_ info{};
+  info.header = header_at(stamp_ns, "left_optical");
+  info.width = size.width;
+  info.height = size.height;
+  info.distortion_model = const_cast<char*>("plumb_bob");
+  std::vector<double> none(5, 0.0);
+  info.d = {5, 5, none.data(), false};
+  const double u{size.width / 2.0}, v{size.height / 2.0};
+  const double k[9]{focal_px, 0, u, 0, focal_px, v, 0, 0, 1};
+  const double r[9]{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const double p[12]{focal_px, 0, u, camera.shift_px == 0 ? 0 : -focal_px * baseline_m, 0, focal_px, v, 0, 0, 0, 1, 0};
+  std::copy(std::begin(k), std::end(k), info.k);
+  std::copy(std::begin(r), std::end(r), info.r);
+  std::copy(std::begin(p), std::end(p), info.p);
+  checked(dds_write(camera.infos, &info), "write");
+}
+
+void send_odometry(dds_entity_t odometry, std::int64_t stamp_ns, double seconds) {
+  nav_msgs_msg_dds__Odometry_ message{};
+  message.header = header_at(stamp_ns, "odom");
+  message.child_frame_id = const_cast<char*>("base_link");
+  message.pose.pose.position.x = 2 * seconds;
+  message.pose.pose.orientation.w = 1;
+  checked(dds_write(odometry, &message), "write");
+}
+
+Camera camera_of(dds_entity_t of, const std::string& folder, dds_qos_t* qos, int shift_px) {
+  return {writer(of, sensor_msgs_msg_dds__Image__desc, folder + "/image_rect", qos),
+          writer(of, sensor_msgs_msg_dds__CameraInfo__desc, folder + "/camera_info", qos), shift_px};
+}
+
+}  // namespace
+
+int publish_pairs(int argc, char** argv) {
+  if (argc != 7) return 1;
+  const std::string at{std::string{"rt"} + argv[2]};
+  Size size;
+  if (std::sscanf(argv[4], "%dx%d", &size.width, &size.height) != 2) return 1;
+  const double hz{std::atof(argv[5])}, seconds{std::atof(argv[6])};
+  const dds_entity_t of{participant()};
+  dds_qos_t* const qos{qos_of(argv[3], "volatile", 5)};
+  const Camera left{camera_of(of, at + "/left", qos, 0)};
+  const Camera right{camera_of(of, at + "/right", qos, disparity_px)};
+  const dds_entity_t odometry{writer(of, nav_msgs_msg_dds__Odometry__desc, at + "/odom", qos)};
+  constexpr int poses_per_frame{5};
+  const auto begin{Clock::now()};
+  const std::int64_t begin_ns{now_ns()};
+  for (int i{0}; i / poses_per_frame / hz < seconds; ++i) {
+    const double now_s{i / poses_per_frame / hz + (i % poses_per_frame) / (hz * poses_per_frame)};
+    std::this_thread::sleep_until(begin +
+                                  std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>{now_s}));
+    const std::int64_t stamp_ns{begin_ns + std::llround(now_s * 1e9)};
+    send_odometry(odometry, stamp_ns, now_s);
+    if (i % poses_per_frame != 0) continue;
+    for (const Camera& camera : {left, right}) {
+      std::vector<std::uint8_t> pixels{picture(size, camera.shift_px, i)};
+      send_image(camera, size, stamp_ns, pixels);
+      send_info(camera, size, stamp_ns);
+    }
+    std::cout << "pair " << stamp_ns << std::endl;
+  }
+  dds_delete(of);
+  return 0;
+}
+
+}  // namespace peer

@@ -1,0 +1,138 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What we publish, as a bare participant of DDS with types of its own reads it.
+#include <chrono>
+#include <cstdlib>
+#include <thread>
+
+#include "support.hpp"
+
+namespace stereogrid::dds::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+const std::string topic{"/stereo_grid/occupancy_grid"};
+
+std::string grids(const std::string& qos, int count, int seconds = 15) {
+  return bare_peer("grids rt" + topic + " " + qos + " " + std::to_string(count) + " " + std::to_string(seconds));
+}
+
+TEST(DdsSend, WhoComesLaterGetsTheLastGrid) {
+  const auto node{open_node()};
+  const std::uint32_t channel{node->sink().add(grid_channel(topic, true))};
+  EXPECT_TRUE(node->sink().wants(channel));
+  for (const int offset : {1, 2, 3}) send(node->sink(), channel, some_grid(40, 30, offset));
+  for (int i{0}; i < 2; ++i) {  // and who comes after that, too
+    Peer peer{grids("reliable transient_local", 2, 2)};
+    EXPECT_THAT(peer.rest(), ElementsAre(StartsWith(line_of(some_grid(40, 30, 3)))));
+    EXPECT_EQ(peer.exit_code(), 2);  // there was one only
+  }
+}
+
+TEST(DdsSend, ALargeGridArrivesWhole) {
+  const auto node{open_node()};
+  const std::uint32_t channel{node->sink().add(grid_channel(topic, true))};
+  const auto grid{some_grid(1201, 999, 5)};  // as many bytes as do not fill whole words
+  send(node->sink(), channel, grid);
+  Peer peer{grids("reliable transient_local", 1)};
+  EXPECT_THAT(peer.rest(), ElementsAre(StartsWith(line_of(grid))));
+  EXPECT_EQ(node->lost(), 0);
+}
+
+TEST(DdsSend, BestEffortSubscribersOfLatchedTopicsGetWhatComes) {
+  const auto node{open_node()};
+  const std::uint32_t channel{node->sink().add(grid_channel(topic, true))};
+  std::jthread sender{[&](const std::stop_token& stop) {
+    for (int i{0}; !stop.stop_requested(); ++i) {
+      send(node->sink(), channel, some_grid(20, 10, i));
+      std::this_thread::sleep_for(std::chrono::milliseconds{50});
+    }
+  }};
+  Peer peer{grids("best_effort volatile", 5)};
+  EXPECT_EQ(peer.rest().size(), 5U);
+  EXPECT_EQ(peer.exit_code(), 0);
+}
+
+TEST(DdsSend, WithoutSubscribersNothingIsWanted) {
+  const auto node{open_node()};
+  const std::uint32_t channel{node->sink().add(grid_channel(topic, false))};
+  EXPECT_FALSE(node->sink().wants(channel));
+  Peer peer{grids("reliable volatile", 1)};
+  ASSERT_TRUE(becomes([&] { return node->sink().wants(channel); }));
+  send(node->sink(), channel, some_grid(4, 3, 9));
+  EXPECT_THAT(peer.rest(), ElementsAre(StartsWith(line_of(some_grid(4, 3, 9)))));
+  EXPECT_TRUE(becomes([&] { return !node->sink().wants(channel); }));
+}
+
+TEST(DdsSend, WhoAsksForMoreThanIsOfferedIsToldOfOnce) {
+  Warned warned;
+  const auto node{open_node({.warn = warned.taker()})};
+  const std::uint32_t channel{node->sink().add(grid_channel(topic, false))};
+  for (int i{0}; i < 2; ++i) {
+    Peer peer{grids("reliable transient_local", 1, 2)};
+    EXPECT_TRUE(becomes([&] { return !warned.sentences().empty(); }));
+    EXPECT_FALSE(node->sink().wants(channel));
+    send(node->sink(), channel, some_grid(4, 3, 9));
+    EXPECT_THAT(peer.rest(), IsEmpty());
+  }
+  EXPECT_THAT(warned.sentences(), ElementsAre(AllOf(HasSubstr("a subscriber of " + topic + " gets nothing"),
+                                                    HasSubstr("transient local"))));
+}
+
+struct Seen {
+  std::vector<std::string> lines;
+  int exit_code;
+};
+
+Seen seen_by(const std::string& distro) {
+  const auto node{open_node({.name = "robot/grid",
+                             .remappings = {"occupancy_grid:=/map"},
+                             .distro = distro == "humble" ? Distro::humble : Distro::jazzy})};
+  static_cast<void>(node->sink().add(grid_channel(topic, true)));
+  Peer peer{bare_peer("node " + distro + " /robot grid rt/map 10")};
+  std::vector<std::string> lines{peer.rest()};
+  return {lines, peer.exit_code()};
+}
+
+TEST(DdsSend, ToolsOfRosSeeTheNodeAndWhatItWrites) {
+  for (const char* distro : {"humble", "jazzy"}) {
+    const Seen seen{seen_by(distro)};
+    ASSERT_EQ(seen.exit_code, 0) << distro;
+    const std::string writer{seen.lines.at(0)};  // "writer NUMBER TYPE"
+    EXPECT_THAT(writer, HasSubstr(" nav_msgs::msg::dds_::OccupancyGrid_"));
+    EXPECT_THAT(seen.lines, Contains("node /robot grid writes " + writer.substr(7, 32)));
+    EXPECT_THAT(seen.lines, Contains("participant enclave=/;"));
+  }
+}
+
+TEST(DdsSend, JazzyIsToldTheHashOfTheType) {
+  EXPECT_THAT(seen_by("jazzy").lines,
+              Contains("endpoint typehash=RIHS01_8d348150c12913a31ee0ec170fbf25089e4745d17035792a1ba94d6f0bc0cfc7;"));
+  EXPECT_THAT(seen_by("humble").lines, Not(Contains(HasSubstr("typehash"))));
+}
+
+TEST(DdsSend, OnThisMachineOnlyWhereTheVariableSaysSo) {
+  unsetenv("CYCLONEDDS_URI");
+  setenv("ROS_LOCALHOST_ONLY", "1", 1);
+  const auto node{open_node()};
+  const std::uint32_t channel{node->sink().add(grid_channel(topic, true))};
+  send(node->sink(), channel, some_grid(4, 3, 1));
+  setenv("CYCLONEDDS_URI",
+         "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces></General>"
+         "<Discovery><ParticipantIndex>auto</ParticipantIndex><Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery>"
+         "</Domain></CycloneDDS>",
+         1);
+  Peer peer{grids("reliable transient_local", 1)};
+  EXPECT_EQ(peer.rest().size(), 1U);
+}
+
+}  // namespace
+}  // namespace stereogrid::dds::testing
