@@ -22,7 +22,7 @@ bool is_of(const dds_builtintopic_endpoint_t& endpoint, const dds_guid_t& partic
 
 NetworkNode::NetworkNode(const NodeOptions& options)
     : participant_{std::in_place, options},
-      sink_{std::in_place, *participant_},
+      sink_{std::in_place, *participant_, options.left_out},
       subscriptions_{std::in_place, *participant_},
       publications_{
           checked(dds_create_reader(participant_->entity(), DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr),

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "topic_sink.hpp"
 
+#include <algorithm>
+
 #include "bytes_type.hpp"
 
 namespace stereogrid::dds {
@@ -29,6 +31,10 @@ void TopicSink::tell_refused(dds_entity_t /*entity*/, dds_offered_incompatible_q
 std::uint32_t TopicSink::add(const messages::Channel& channel) {
   auto writer{
       std::make_unique<Writer>(participant_.names().topic(channel.topic), channel.latched, participant_.warnings())};
+  if (std::ranges::find(left_out_, channel.topic) != left_out_.end()) {
+    writers_.push_back(std::move(writer));
+    return static_cast<std::uint32_t>(writers_.size() - 1);
+  }
   const std::unique_ptr<dds_listener_t, FreeListener> listener{dds_create_listener(nullptr)};
   dds_lset_offered_incompatible_qos_arg(listener.get(), tell_refused, writer.get(), true);
   const auto [entity, type]{participant_.make_writer(writer->topic, std::string{channel.type},
@@ -42,6 +48,7 @@ std::uint32_t TopicSink::add(const messages::Channel& channel) {
 
 bool TopicSink::wants(std::uint32_t channel) const {
   const Writer& writer{*writers_.at(channel)};
+  if (writer.entity == 0) return false;
   if (writer.is_latched) return true;
   dds_publication_matched_status_t status{};
   checked(dds_get_publication_matched_status(writer.entity, &status), writer.topic + " has no subscribers' number");
@@ -50,6 +57,7 @@ bool TopicSink::wants(std::uint32_t channel) const {
 
 void TopicSink::send(std::uint32_t channel, std::int64_t /*stamp_ns*/, std::span<const std::byte> cdr) {
   const Writer& writer{*writers_.at(channel)};
+  if (writer.entity == 0) return;  // others of a Tee want it
   const dds_return_t code{dds_writecdr(writer.entity, new_sample(writer.type, cdr))};
   if (code == DDS_RETCODE_TIMEOUT) {
     ++lost_;

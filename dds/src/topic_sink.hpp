@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "participant.hpp"
@@ -17,7 +18,8 @@ namespace stereogrid::dds {
 class TopicSink final : public messages::Sink {
  public:
   /// The participant has to be deleted before this: its threads tell of subscribers.
-  explicit TopicSink(Participant& participant) : participant_{participant} {}
+  TopicSink(Participant& participant, std::vector<std::string> left_out)
+      : participant_{participant}, left_out_{std::move(left_out)} {}
 
   std::uint32_t add(const messages::Channel& channel) override;
   [[nodiscard]] bool wants(std::uint32_t channel) const override;
@@ -30,12 +32,13 @@ class TopicSink final : public messages::Sink {
     std::string topic;  ///< in ROS
     bool is_latched;
     Warnings& warnings;
-    dds_entity_t entity{0};
+    dds_entity_t entity{0};  ///< 0: left out
     ddsi_sertype* type{nullptr};
   };
   static void tell_refused(dds_entity_t entity, dds_offered_incompatible_qos_status_t status, void* writer) noexcept;
 
   Participant& participant_;
+  std::vector<std::string> left_out_;
   std::vector<std::unique_ptr<Writer>> writers_;
   std::atomic<std::int64_t> lost_{0};
 };

@@ -60,6 +60,17 @@ void put_in_order(std::vector<io::StampedPose>& poses) {
 
 }  // namespace
 
+void add_poses(std::vector<io::StampedPose>& poses, const Odometry& message) {
+  add(poses, message.header, on_the_ground(message.pose.pose.position, message.pose.pose.orientation));
+}
+
+void add_poses(std::vector<io::StampedPose>& poses, const TFMessage& message) {
+  for (const auto& one : message.transforms) {
+    if (!is_frame(one.header.frame_id, "odom") || !is_frame(one.child_frame_id, "base_link")) continue;
+    add(poses, one.header, on_the_ground(one.transform.translation, one.transform.rotation));
+  }
+}
+
 BagPoses poses_of(const mcap::Bag& bag) {
   BagPoses found;
   std::vector<std::string> topics;
@@ -70,18 +81,11 @@ BagPoses poses_of(const mcap::Bag& bag) {
   if (!topics.empty()) {
     found.source = fmt::format("{} (nav_msgs/Odometry)", io::printable(topics.front()));
     for (std::size_t i{1}; i < topics.size(); ++i) found.others += " " + io::printable(topics[i]);
-    for_each<Odometry>(bag, topics.front(), [&](const Odometry& one) {
-      add(found.poses, one.header, on_the_ground(one.pose.pose.position, one.pose.pose.orientation));
-    });
+    for_each<Odometry>(bag, topics.front(), [&](const Odometry& one) { add_poses(found.poses, one); });
   } else if (const mcap::Topic* const tf{find_topic(bag.topics(), "/tf")};
              tf != nullptr && tf->type == TFMessage::type_name) {
     found.source = "/tf (odom → base_link)";
-    for_each<TFMessage>(bag, "/tf", [&](const TFMessage& message) {
-      for (const auto& one : message.transforms) {
-        if (!is_frame(one.header.frame_id, "odom") || !is_frame(one.child_frame_id, "base_link")) continue;
-        add(found.poses, one.header, on_the_ground(one.transform.translation, one.transform.rotation));
-      }
-    });
+    for_each<TFMessage>(bag, "/tf", [&](const TFMessage& message) { add_poses(found.poses, message); });
   }
   put_in_order(found.poses);
   return found;

@@ -96,7 +96,7 @@ struct MessageOutput::State {
   }
 
   Rig rig;
-  std::unique_ptr<dds::Node> node;
+  std::shared_ptr<dds::Node> node;
   std::optional<McapSink> recording;
   std::optional<ServerSink> live;
   std::optional<messages::Tee> all;

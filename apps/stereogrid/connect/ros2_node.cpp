@@ -70,6 +70,7 @@ dds::Distro distro_of(std::string name) {
 dds::NodeOptions node_options(const Ros2Options& options) {
   return {.name = options.node,
           .remappings = options.remappings,
+          .left_out = options.leaves_tf ? std::vector<std::string>{"/tf"} : std::vector<std::string>{},
           .distro = distro_of(options.distro),
           .warn = [](const std::string& sentence) { spdlog::warn("{}", sentence); }};
 }
@@ -85,6 +86,8 @@ void add_ros2_options(CLI::App& command, Ros2Options& options) {
                   "Other names of topics in ROS 2: occupancy_grid:=/map; without a slash in front: below the node.")
       ->delimiter(',')
       ->type_name("FROM:=TO,...");
+  command.add_flag("--ros2-leave-tf", options.leaves_tf,
+                   "Do not publish /tf: the robot's own odometry does. So it is where --poses come from ROS 2.");
   command
       .add_option("--ros2-distro", options.distro,
                   "Whose tools are to see this node (ros2 node list); messages arrive anyway. Otherwise ROS_DISTRO's, "
@@ -96,8 +99,11 @@ void check(const Ros2Options& options) {
   load().check(node_options(options));
 }
 
-std::unique_ptr<dds::Node> open_ros2_node(const Ros2Options& options) {
-  return load().open(node_options(options));
+std::shared_ptr<dds::Node> open_ros2_node(const Ros2Options& options) {
+  static std::weak_ptr<dds::Node> last;  // commands open it on one thread
+  std::shared_ptr<dds::Node> node{last.lock()};
+  if (!node) last = node = load().open(node_options(options));
+  return node;
 }
 
 }  // namespace stereogrid::app

@@ -16,7 +16,8 @@ struct Ros2Options {
   bool publishes{false};
   std::string node{"stereo_grid"};
   std::vector<std::string> remappings{};
-  std::string distro{};  ///< "": that of ROS_DISTRO, else jazzy
+  std::string distro{};   ///< "": that of ROS_DISTRO, else jazzy
+  bool leaves_tf{false};  ///< to others: /tf is not published
 };
 
 void add_ros2_options(CLI::App& command, Ros2Options& options);
@@ -24,9 +25,11 @@ void add_ros2_options(CLI::App& command, Ros2Options& options);
 /// Without opening anything. Throws as open_ros2_node().
 void check(const Ros2Options& options);
 
+/// The program's node: the same as before, while somebody has it, whatever the options are now.
+///
 /// Loads libstereogrid_dds.so, which is looked for beside this program, in the folder that `cmake --install` put it in,
 /// then where the loader looks; the environment variable STEREOGRID_DDS_LIBRARY names another file. Warnings go to the
 /// log. Throws ConfigError; DeviceError, which says what is missing.
-[[nodiscard]] std::unique_ptr<dds::Node> open_ros2_node(const Ros2Options& options);
+[[nodiscard]] std::shared_ptr<dds::Node> open_ros2_node(const Ros2Options& options);
 
 }  // namespace stereogrid::app

@@ -15,11 +15,13 @@ void add_live_command(CLI::App& tool, int& exit_code) {
       "live", "Grids and obstacles of a camera, or a recording at its own pace, in the browser; Ctrl-C ends it.")};
   command->footer(
       "INPUT is a recording as of 'run', or a camera with --calibration: /dev/video0 /dev/video2 (two devices),\n"
-      "/dev/video0 (both images side by side), 'gst:…' (a GStreamer pipeline), shm:/NAME (docs/live.md).\n\n"
+      "/dev/video0 (both images side by side), 'gst:…' (a GStreamer pipeline), shm:/NAME (docs/live.md),\n"
+      "or ros2:/NAMESPACE: cameras that publish there (docs/ros2.md).\n\n"
       "Examples:\n"
       "  stereogrid live drives/0009 --loop\n"
       "  stereogrid live /dev/video0 /dev/video2 --calibration stereo.yaml\n"
-      "  stereogrid live 'gst:rtspsrc location=rtsp://robot/stereo ! decodebin' --calibration stereo.yaml");
+      "  stereogrid live 'gst:rtspsrc location=rtsp://robot/stereo ! decodebin' --calibration stereo.yaml\n"
+      "  stereogrid live ros2:/stereo --poses /odom --ros2");
   add_input_options(*command, options->input.input);
   command->add_flag("--loop", options->input.loops, "Begin again after the last frame.");
   command->add_option("--speed", options->input.speed, "Of a recording: 2 is twice as fast.")

@@ -162,7 +162,7 @@ class LiveLoop {
 
 int live(const LiveOptions& options) {
   const Config config{config_from(options.config)};
-  const LiveInput input{open_live_input(options.input)};
+  const LiveInput input{open_live_input(options.input, options.messages.ros2)};
   check(options.messages, input.source->rig());
   Pipeline pipeline{start_pipeline(config, input.source->rig(), options.device,
                                    {.horizons_s = options.predict_s, .mask = input.mask})};

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "ros2/ros2_input.hpp"
 #include "stereogrid/capture/gstreamer.hpp"
 #include "stereogrid/capture/replay.hpp"
 #include "stereogrid/capture/shared_memory.hpp"
@@ -101,7 +102,13 @@ LiveInput open_camera_input(const LiveInputOptions& options) {
 
 }  // namespace
 
-LiveInput open_live_input(const LiveInputOptions& options) {
+LiveInput open_live_input(const LiveInputOptions& options, const Ros2Options& ros2) {
+  if (is_ros2(options.input.paths.front())) {
+    if (options.loops || options.speed != 1) {
+      throw ConfigError{"--loop and --speed are of recordings, but SOURCE is ROS 2."};
+    }
+    return open_ros2_input(options.input, ros2);
+  }
   if (is_camera(options.input.paths.front())) return open_camera_input(options);
   LiveInput live;
   live.recording = open_input(options.input);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "connect/ros2_node.hpp"
 #include "input.hpp"
 #include "stereogrid/capture/live_source.hpp"
 
@@ -25,7 +26,7 @@ struct LiveInput {
   Image<std::uint8_t> mask{};
 };
 
-/// Throws ConfigError, InputError.
-[[nodiscard]] LiveInput open_live_input(const LiveInputOptions& options);
+/// `ros2`: for a SOURCE there. Throws ConfigError, InputError, DeviceError.
+[[nodiscard]] LiveInput open_live_input(const LiveInputOptions& options, const Ros2Options& ros2);
 
 }  // namespace stereogrid::app

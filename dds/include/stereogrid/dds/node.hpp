@@ -26,6 +26,7 @@ enum class Distro {
 struct NodeOptions {
   std::string name{"stereo_grid"};        ///< with its namespace, such as "robot/stereo_grid"
   std::vector<std::string> remappings{};  ///< "FROM:=TO"; without a slash in front: below the node
+  std::vector<std::string> left_out{};    ///< topics of the sink that are not published: "/tf"
   Distro distro{Distro::humble};
   /// Takes sentences about peers that do not get messages, each once. Called by threads of the network.
   std::function<void(const std::string&)> warn{};

@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "stereogrid/io/poses.hpp"
+
+namespace stereogrid::app {
+
+/// The last seconds of where the vehicle was, as it comes, for instants of images. For any threads.
+class PoseBuffer {
+ public:
+  /// `name`: where the poses come from, for complaints.
+  explicit PoseBuffer(std::string name) : name_{std::move(name)} {}
+
+  /// Those that are older than what came before are another time's: what came before is forgotten.
+  void add(const std::vector<io::StampedPose>& poses);
+  void clear();
+
+  /// Between the poses around that instant; up to one usual interval behind the last one, motion is carried on. Waits
+  /// for a pose behind it, but not for longer than `patience`. Throws InputError: there is none.
+  [[nodiscard]] Pose2 at(std::int64_t stamp_ns, std::chrono::milliseconds patience);
+
+ private:
+  [[nodiscard]] Pose2 between(std::int64_t stamp_ns) const;
+
+  std::string name_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<io::StampedPose> poses_;  // stamps grow
+};
+
+}  // namespace stereogrid::app

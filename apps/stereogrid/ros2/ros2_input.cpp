@@ -1,0 +1,201 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "ros2/ros2_input.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "bags/calibration.hpp"
+#include "bags/topics.hpp"
+#include "ros2/ros2_source.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/calibration.hpp"
+#include "stereogrid/io/mask.hpp"
+#include "stereogrid/io/text.hpp"
+#include "stereogrid/messages/cdr.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+using namespace std::chrono_literals;
+using messages::sensor_msgs::CameraInfo;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::string_view scheme{"ros2:"};
+constexpr auto look_every{50ms};
+constexpr auto settled_after{500ms};  // image_raw may be found before image_rect
+constexpr auto tell_after{2s};
+
+/// Tells what is waited for, where that has not changed for a while.
+class Waiting {
+ public:
+  void tell(const std::string& sentence) {
+    if (sentence != sentence_) {
+      sentence_ = sentence;
+      since_ = Clock::now();
+    } else if (Clock::now() - since_ > tell_after && told_ != sentence) {
+      spdlog::warn("waiting: {}", sentence);
+      told_ = sentence;
+    }
+    std::this_thread::sleep_for(look_every);
+  }
+
+ private:
+  std::string sentence_;
+  std::string told_;
+  Clock::time_point since_{Clock::now()};
+};
+
+std::vector<mcap::Topic> topics_of(const dds::Node& node) {
+  std::vector<mcap::Topic> topics;
+  for (const dds::PublishedTopic& topic : node.topics()) {
+    mcap::Topic& one{topics.emplace_back()};
+    one.name = topic.name;
+    one.type = topic.type;
+    one.message_count = 1;
+  }
+  return topics;
+}
+
+bool holds_images(const mcap::Topic& topic) {
+  return topic.type == messages::sensor_msgs::Image::type_name || is_compressed(topic);
+}
+
+/// Those below the folder; why there is no pair of them, as an exception.
+ImageTopics choose(const std::string& name, const std::string& folder, std::vector<mcap::Topic> topics,
+                   const ImageTopics& asked) {
+  std::string elsewhere;
+  const auto is_out = [&](const mcap::Topic& topic) {
+    const bool is_below{topic.name.starts_with(folder + "/")};
+    if (!is_below && holds_images(topic)) elsewhere += (elsewhere.empty() ? "" : ", ") + io::printable(topic.name);
+    return !is_below;
+  };
+  if (asked.left.empty() && asked.right.empty()) std::erase_if(topics, is_out);
+  if (std::ranges::any_of(topics, holds_images)) return choose_image_topics(name, topics, asked);
+  throw InputError{
+      name, "nobody publishes images there.",
+      elsewhere.empty() ? "Do ROS_DOMAIN_ID and the network fit?" : "Elsewhere there are: " + elsewhere + "."};
+}
+
+struct Found {
+  ImageTopics images;
+  std::vector<mcap::Topic> topics;
+};
+
+Found wait_for_images(const dds::Node& node, const InputOptions& options) {
+  const std::string& name{options.paths.front()};
+  std::string folder{name.substr(scheme.size())};
+  while (folder.ends_with('/')) folder.pop_back();
+  Waiting waiting;
+  std::string chosen;
+  Clock::time_point since{Clock::now()};
+  for (;;) {
+    std::string missing{"for all topics to be found."};
+    try {
+      std::vector<mcap::Topic> topics{topics_of(node)};
+      const ImageTopics images{choose(name, folder, topics, {options.left_topic, options.right_topic})};
+      if (chosen != images.left + " " + images.right) since = Clock::now();
+      chosen = images.left + " " + images.right;
+      if (Clock::now() - since >= settled_after) return {images, std::move(topics)};
+    } catch (const InputError& error) {
+      missing = error.what();
+    }
+    waiting.tell(missing);
+  }
+}
+
+/// The first CameraInfo of both cameras; the node keeps it as long as itself.
+struct Infos {
+  std::mutex mutex;
+  std::array<std::optional<CameraInfo>, 2> messages;
+};
+
+std::array<CameraInfo, 2> wait_for_infos(dds::Node& node, const std::string& name,
+                                         const std::array<std::string, 2>& topics) {
+  const auto infos{std::make_shared<Infos>()};
+  for (std::size_t i{0}; i < 2; ++i) {
+    node.subscribe(topics[i], std::string{CameraInfo::type_name}, 1, [infos, i](std::span<const std::byte> cdr) {
+      const std::scoped_lock lock{infos->mutex};
+      if (!infos->messages[i]) messages::decode(cdr, infos->messages[i].emplace());
+    });
+  }
+  Waiting waiting;
+  for (;;) {
+    std::string missing;
+    {
+      const std::scoped_lock lock{infos->mutex};
+      if (infos->messages[0] && infos->messages[1]) return {*infos->messages[0], *infos->messages[1]};
+      for (std::size_t i{0}; i < 2; ++i) {
+        if (!infos->messages[i]) missing += (missing.empty() ? "" : " and on ") + io::printable(topics[i]);
+      }
+    }
+    waiting.tell(fmt::format(
+        "{}: for a CameraInfo on {}. A calibration.yaml can be given instead (--calibration FILE).", name, missing));
+  }
+}
+
+io::Calibration calibration_from(dds::Node& node, const InputOptions& options, const Found& found) {
+  if (!options.calibration.empty()) return io::read_calibration(options.calibration);
+  const mcap::Topic& left{*find_topic(found.topics, found.images.left)};
+  const mcap::Topic& right{*find_topic(found.topics, found.images.right)};
+  const std::array<std::string, 2> topics{info_topic_of(left), info_topic_of(right)};
+  auto [left_info, right_info]{wait_for_infos(node, options.paths.front(), topics)};
+  const auto width_px{static_cast<int>(left_info.width)};
+  const auto height_px{static_cast<int>(left_info.height)};
+  return calibration_of({std::move(left_info), topics[0], topics[0]}, {std::move(right_info), topics[1], topics[1]},
+                        is_rectified(left) && is_rectified(right), width_px, height_px);
+}
+
+void check_options(const InputOptions& options) {
+  if (!options.disparities.empty()) throw ConfigError{"--disparities is of recordings, but SOURCE is ROS 2."};
+  const std::string& poses{options.poses};
+  if (poses.empty() || poses == "odometry" || poses == "none" || poses == "tf" || poses.starts_with('/')) return;
+  throw ConfigError{
+      "--poses with ROS 2 are 'odometry' (found from the images), 'none', 'tf' (odom → base_link on /tf), or a topic "
+      "of "
+      "nav_msgs/Odometry, such as /odom."};
+}
+
+}  // namespace
+
+bool is_ros2(const std::string& source) {
+  return source.starts_with(scheme);
+}
+
+LiveInput open_ros2_input(const InputOptions& options, Ros2Options ros2) {
+  check_options(options);
+  const bool has_poses{options.poses == "tf" || options.poses.starts_with('/')};
+  if (has_poses) ros2.leaves_tf = true;
+  std::shared_ptr<dds::Node> node{open_ros2_node(ros2)};
+  const Found found{wait_for_images(*node, options)};
+  const std::chrono::duration<double, std::milli> tolerance{options.pair_tolerance_ms};
+  const Ros2Setup setup{.images = found.images,
+                        .is_left_compressed = is_compressed(*find_topic(found.topics, found.images.left)),
+                        .is_right_compressed = is_compressed(*find_topic(found.topics, found.images.right)),
+                        .calibration = calibration_from(*node, options, found),
+                        .pairing = {.tolerance = std::chrono::duration_cast<std::chrono::nanoseconds>(tolerance)},
+                        .poses = has_poses ? options.poses : ""};
+  spdlog::info("{} and {}, {}", io::printable(setup.images.left), io::printable(setup.images.right),
+               setup.calibration.kind);
+  for (const std::string& note : setup.calibration.notes) spdlog::info("{}", note);
+  if (!setup.calibration.has_mounting) {
+    spdlog::info("mounting: not in the calibration; camera height 1.65 m and pitch 0 assumed");
+  }
+  LiveInput live;
+  live.kind = options.paths.front();
+  live.poses = has_poses ? PoseSource::input : options.poses == "none" ? PoseSource::none : PoseSource::odometry;
+  const std::filesystem::path mask{options.mask.empty() ? setup.calibration.mask : std::filesystem::path{options.mask}};
+  if (!mask.empty()) live.mask = io::read_mask(mask, setup.calibration);
+  live.source = std::make_unique<Ros2Source>(std::move(node), setup);
+  return live;
+}
+
+}  // namespace stereogrid::app

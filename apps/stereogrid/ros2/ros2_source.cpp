@@ -1,0 +1,196 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "ros2/ros2_source.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "bags/decode.hpp"
+#include "bags/poses.hpp"
+#include "ros2/pose_buffer.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/messages/cdr.hpp"
+#include "stereogrid/messages/sensor_msgs.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+using namespace std::chrono_literals;
+using capture::CameraPair;
+using capture::Clock;
+using capture::Side;
+
+constexpr std::size_t image_depth{5};  // as ROS has it for sensors
+constexpr std::size_t pose_depth{100};
+constexpr auto pose_patience{200ms};
+constexpr std::int64_t step_back_ns{1'000'000'000};  // images that overtake each other are nearer
+constexpr auto other_clock{10s};                     // so far off, stamps say nothing of latency
+
+template <class T>
+std::int64_t nanoseconds(T instant) {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(instant.time_since_epoch()).count();
+}
+
+/// A camera's topic.
+struct Images {
+  Side side;
+  std::string name;
+  bool is_compressed;
+  int bits{0};  // decode_image()
+};
+
+}  // namespace
+
+struct Ros2Source::State {
+  explicit State(const Ros2Setup& given)
+      : setup{given}, poses{given.poses == "tf" ? "/tf (odom → base_link)" : given.poses}, pair{new_pair()} {}
+
+  [[nodiscard]] std::shared_ptr<CameraPair> new_pair() const {
+    return std::make_shared<CameraPair>(setup.calibration, setup.pairing);
+  }
+  void take_image(Images& images, std::span<const std::byte> cdr);
+  [[nodiscard]] std::shared_ptr<CameraPair> pair_of(std::int64_t stamp_ns);
+  void begin_anew();
+  void place(capture::LiveFrame& live);
+
+  [[nodiscard]] std::shared_ptr<CameraPair> current() const {
+    const std::scoped_lock lock{mutex};
+    return pair;
+  }
+  [[nodiscard]] Clock::time_point instant_of(std::int64_t stamp_ns) const {
+    return Clock::time_point{std::chrono::nanoseconds{stamp_ns - clock_ns}};
+  }
+  [[nodiscard]] std::int64_t stamp_of(Clock::time_point instant) const { return nanoseconds(instant) + clock_ns; }
+
+  const Ros2Setup setup;
+  // stamps are Unix time, or a simulation's; the same offset always, so that frames get them back as they were
+  const std::int64_t clock_ns{nanoseconds(std::chrono::system_clock::now()) - nanoseconds(Clock::now())};
+  PoseBuffer poses;
+  // of next()
+  std::shared_ptr<CameraPair> last_pair;
+  std::int64_t frames{0};
+
+  mutable std::mutex mutex;  // of what follows
+  std::shared_ptr<CameraPair> pair;
+  std::int64_t newest_ns{0};
+  std::map<std::string, std::int64_t> earlier;  // dropped before a step back
+  std::int64_t without_pose{0};
+  std::string pose_fault;
+};
+
+std::shared_ptr<CameraPair> Ros2Source::State::pair_of(std::int64_t stamp_ns) {
+  const std::scoped_lock lock{mutex};
+  if (stamp_ns + step_back_ns < newest_ns) {
+    begin_anew();
+    newest_ns = stamp_ns;
+  }
+  newest_ns = std::max(newest_ns, stamp_ns);
+  return pair;
+}
+
+void Ros2Source::State::begin_anew() {
+  spdlog::info("the stamps of the images step back: all begins anew");
+  for (const capture::Drop& drop : pair->dropped()) earlier[drop.reason] += drop.frames;
+  pair = new_pair();
+}
+
+void Ros2Source::State::take_image(Images& images, std::span<const std::byte> cdr) {
+  const std::int64_t header_ns{header_stamp_ns(cdr)};
+  const std::int64_t stamp_ns{header_ns == 0 ? stamp_of(Clock::now()) : header_ns};  // 0: cameras that do not stamp
+  const std::shared_ptr<CameraPair> taker{pair_of(stamp_ns)};
+  try {
+    const Image<std::uint8_t> grey{decode_image(cdr, images.is_compressed, images.name, images.bits)};
+    taker->add(images.side, {grey.data(), grey.width(), grey.height()}, instant_of(stamp_ns));
+  } catch (const InputError&) {
+    taker->add_unusable();
+    throw;  // the node tells it, once
+  }
+}
+
+void Ros2Source::State::place(capture::LiveFrame& live) {
+  if (setup.poses.empty()) return;
+  try {
+    live.frame.world_from_vehicle = poses.at(live.frame.stamp_ns, pose_patience);
+  } catch (const InputError& error) {
+    const std::scoped_lock lock{mutex};
+    ++without_pose;
+    pose_fault = error.what();
+    throw;
+  }
+  const std::scoped_lock lock{mutex};
+  pose_fault.clear();
+}
+
+Ros2Source::Ros2Source(std::shared_ptr<dds::Node> node, const Ros2Setup& setup)
+    : node_{std::move(node)}, state_{std::make_shared<State>(setup)} {
+  const auto take_poses = [state = state_]<class M>(std::span<const std::byte> cdr, M message) {
+    std::vector<io::StampedPose> poses;
+    messages::decode(cdr, message);
+    add_poses(poses, message);
+    state->poses.add(poses);
+  };
+  if (setup.poses == "tf") {
+    using messages::tf2_msgs::TFMessage;
+    node_->subscribe("/tf", std::string{TFMessage::type_name}, pose_depth,
+                     [take_poses](std::span<const std::byte> cdr) { take_poses(cdr, TFMessage{}); });
+  } else if (!setup.poses.empty()) {
+    using messages::nav_msgs::Odometry;
+    node_->subscribe(setup.poses, std::string{Odometry::type_name}, pose_depth,
+                     [take_poses](std::span<const std::byte> cdr) { take_poses(cdr, Odometry{}); });
+  }
+  const auto subscribe = [this](Side side, const std::string& topic, bool is_compressed) {
+    const std::string_view type{is_compressed ? messages::sensor_msgs::CompressedImage::type_name
+                                              : messages::sensor_msgs::Image::type_name};
+    node_->subscribe(topic, std::string{type}, image_depth,
+                     [state = state_, images = Images{side, topic, is_compressed}](
+                         std::span<const std::byte> cdr) mutable { state->take_image(images, cdr); });
+  };
+  subscribe(Side::left, setup.images.left, setup.is_left_compressed);
+  subscribe(Side::right, setup.images.right, setup.is_right_compressed);
+}
+
+Ros2Source::~Ros2Source() = default;
+
+const Rig& Ros2Source::rig() const {
+  return state_->setup.calibration.rig;
+}
+
+std::optional<capture::LiveFrame> Ros2Source::next(std::chrono::milliseconds patience) {
+  State& state{*state_};
+  const std::shared_ptr<CameraPair> pair{state.current()};
+  std::optional<capture::LiveFrame> live{pair->next(patience)};
+  if (!live) return std::nullopt;
+  live->begins_anew = state.last_pair && state.last_pair != pair;
+  state.last_pair = pair;
+  live->frame.stamp_ns = state.stamp_of(live->captured);
+  live->frame.index = state.frames++;
+  live->frame.name = fmt::format("{:06}", live->frame.index);
+  if (std::chrono::abs(Clock::now() - live->captured) > other_clock) live->captured = Clock::now();
+  state.place(*live);
+  return live;
+}
+
+std::string Ros2Source::fault() const {
+  const std::string of_images{state_->current()->fault()};
+  const std::scoped_lock lock{state_->mutex};
+  return of_images.empty() ? state_->pose_fault : of_images;
+}
+
+std::vector<capture::Drop> Ros2Source::dropped() const {
+  const std::scoped_lock lock{state_->mutex};
+  std::map<std::string, std::int64_t> reasons{state_->earlier};
+  for (const capture::Drop& drop : state_->pair->dropped()) reasons[drop.reason] += drop.frames;
+  if (state_->without_pose > 0) reasons["no pose of its instant"] = state_->without_pose;
+  std::vector<capture::Drop> drops;
+  for (const auto& [reason, frames] : reasons) drops.push_back({reason, frames});
+  return drops;
+}
+
+}  // namespace stereogrid::app

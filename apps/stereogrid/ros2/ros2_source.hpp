@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "bags/topics.hpp"
+#include "stereogrid/capture/camera_pair.hpp"
+#include "stereogrid/dds/node.hpp"
+
+namespace stereogrid::app {
+
+/// What is taken from the network.
+struct Ros2Setup {
+  ImageTopics images;
+  bool is_left_compressed{false};
+  bool is_right_compressed{false};
+  io::Calibration calibration;
+  capture::PairingOptions pairing{};
+  std::string poses{};  ///< a topic of nav_msgs/Odometry, "tf": odom → base_link on /tf; "": the frames have none
+};
+
+/// Images of two cameras as topics of ROS 2, paired by their stamps, which the frames keep. Frames have poses, where
+/// they are wanted; one without is left out and counted. Where the stamps step back, what comes is another stream's.
+class Ros2Source final : public capture::LiveSource {
+ public:
+  Ros2Source(std::shared_ptr<dds::Node> node, const Ros2Setup& setup);
+  ~Ros2Source() override;
+
+  [[nodiscard]] const Rig& rig() const override;
+  [[nodiscard]] std::optional<capture::LiveFrame> next(std::chrono::milliseconds patience) override;
+  [[nodiscard]] bool has_ended() const override { return false; }
+  [[nodiscard]] std::string fault() const override;
+  [[nodiscard]] std::vector<capture::Drop> dropped() const override;
+
+ private:
+  struct State;
+  std::shared_ptr<dds::Node> node_;
+  std::shared_ptr<State> state_;  // the node has it, too
+};
+
+}  // namespace stereogrid::app
