@@ -1,0 +1,105 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The program on the network: stereogrid run and live with --ros2, live ros2:/….
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+
+#include "support.hpp"
+
+namespace stereogrid::dds::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::SizeIs;
+
+namespace fs = std::filesystem;
+
+/// The program with what it says on both streams, ended by Ctrl-C after `seconds`.
+std::string tool(const std::string& words, double seconds = 60) {
+  return "exec timeout -s INT " + std::to_string(seconds) + " " STEREOGRID_TOOL " " + words + " 2>&1";
+}
+
+std::string all_of(Peer& peer) {
+  std::string text;
+  for (const std::string& line : peer.rest()) text += line + "\n";
+  return text;
+}
+
+std::string word(const std::string& line, std::size_t index) {
+  std::size_t begin{0};
+  for (; index > 0; --index) begin = line.find(' ', begin) + 1;
+  return line.substr(begin, line.find(' ', begin) - begin);
+}
+
+std::string grids(const std::string& topic, int count, int seconds) {
+  return bare_peer("grids rt" + topic + " reliable transient_local " + std::to_string(count) + " " +
+                   std::to_string(seconds));
+}
+
+const std::string scene{"'scene:street?width=192&height=128&frames=8'"};
+
+TEST(DdsTool, ARunPublishes) {
+  const fs::path folder{fs::temp_directory_path() / ("stereogrid_dds_" + std::to_string(getpid()))};
+  Peer map{grids("/map", 1, 40)};
+  Peer observed{grids("/robot/grid/observed_grid", 1, 40)};
+  Peer run{tool("run " + scene + " --out " + folder.string() +
+                " --ros2 --ros2-node robot/grid --ros2-remap occupancy_grid:=/map")};
+  EXPECT_THAT(map.line(), HasSubstr(" odom "));
+  EXPECT_THAT(observed.line(), HasSubstr(" base_link "));
+  all_of(run);
+  EXPECT_EQ(run.exit_code(), 0);
+  fs::remove_all(folder);
+}
+
+TEST(DdsTool, LiveTakesImagesAndPosesAndGivesTheirStampsBack) {
+  Peer map{grids("/stereo_grid/occupancy_grid", 10, 40)};
+  Peer live{tool("live ros2:/stereo --poses /stereo/odom --ros2 --listen :0", 6)};
+  Peer cameras{bare_peer("pairs /stereo best_effort 256x160 20 5")};
+  const std::vector<std::string> pairs{cameras.rest()};
+  const std::vector<std::string> came{map.rest()};
+  ASSERT_THAT(came, SizeIs(10));
+  for (const std::string& grid : came) EXPECT_THAT(pairs, Contains("pair " + word(grid, 1)));
+  const std::string said{all_of(live)};
+  EXPECT_THAT(said, AllOf(HasSubstr("CameraInfo of /stereo/left/camera_info"), Not(HasSubstr("no pose"))));
+}
+
+TEST(DdsTool, FramesWithoutAPoseAreLeftOutAndCounted) {
+  Peer live{tool("live ros2:/stereo --poses /nowhere --listen :0", 5)};
+  Peer cameras{bare_peer("pairs /stereo reliable 256x160 10 4")};
+  const std::string said{all_of(live)};
+  EXPECT_THAT(said, AllOf(HasSubstr("/nowhere: there is no pose yet."), HasSubstr("no pose of its instant: ")));
+}
+
+TEST(DdsTool, WhatItWaitsForItSays) {
+  Peer cameras{bare_peer("pairs /stereo reliable 64x48 5 6")};
+  Peer live{tool("live ros2:/sterep --listen :0", 4)};
+  EXPECT_THAT(all_of(live), AllOf(HasSubstr("nobody publishes images there"),
+                                  HasSubstr("Elsewhere there are: /stereo/left/image_rect")));
+}
+
+TEST(DdsTool, WithoutItsLibraryItSaysWhatIsMissing) {
+  setenv("STEREOGRID_DDS_LIBRARY", "/nowhere/libstereogrid_dds.so", 1);
+  Peer run{tool("run " + scene + " --out never --ros2")};
+  EXPECT_THAT(all_of(run),
+              AllOf(HasSubstr("/nowhere/libstereogrid_dds.so could not be loaded"), HasSubstr("stereogrid-dds")));
+  EXPECT_EQ(run.exit_code(), 75);
+  EXPECT_FALSE(fs::exists("never"));
+  unsetenv("STEREOGRID_DDS_LIBRARY");
+}
+
+TEST(DdsTool, OptionsThatDoNotFitAreRefused) {
+  for (const char* words : {"live ros2:/a --loop", "live ros2:/a --poses file", "live ros2:/a --disparities d",
+                            "live ros2:/a --ros2-node 1", "live ros2:/a --ros2-remap x"}) {
+    Peer live{tool(words, 10)};
+    EXPECT_THAT(all_of(live), HasSubstr("stereogrid: ")) << words;
+    EXPECT_EQ(live.exit_code(), 64) << words;
+  }
+}
+
+}  // namespace
+}  // namespace stereogrid::dds::testing
