@@ -89,6 +89,9 @@ if(STEREOGRID_TOOL)
   install(TARGETS stereogrid_tool RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT tool)
   install(FILES ${PROJECT_SOURCE_DIR}/packaging/completion.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
           RENAME stereogrid COMPONENT tool)
+  if(TARGET stereogrid_dds) # what the tool loads
+    install(TARGETS stereogrid_dds LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dds)
+  endif()
 endif()
 
 configure_package_config_file(

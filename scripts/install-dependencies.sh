@@ -18,6 +18,7 @@ packages=(
   libboost-context-dev                               # tests of CUDA kernels without a GPU
   libgstreamer-plugins-base1.0-dev                   # live cameras
   gstreamer1.0-plugins-base gstreamer1.0-plugins-good
+  cyclonedds-dev                                     # ROS 2
   ffmpeg                                             # --video
   python3 python3-numpy                              # tests that read our files as users do
   python3-matplotlib                                 # research/figures
@@ -29,6 +30,7 @@ if [ "${1:-}" = "--ci" ]; then
     nodejs                 # the report's script
     chromium               # the viewer's page
     abigail-tools          # the shared core's interface
+    cyclonedds-tools libfastrtps-dev  # peers of ROS 2 in tests
   )
   # foreign peers of tests; other packages of Node.js bring it themselves and exclude Debian's
   command -v npm >/dev/null || packages+=(npm)

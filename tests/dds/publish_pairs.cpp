@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// bare_peer pairs NAMESPACE RELIABILITY WIDTHxHEIGHT HZ SECONDS: sensor_msgs/Image and CameraInfo of two cameras, whose
-// pictures are a pattern 8 px apart, and nav_msgs/Odometry on NAMESPACE/odom at five times that rate, 2 m/s along x.
+// bare_peer pairs NAMESPACE RELIABILITY WIDTHxHEIGHT HZ SECONDS [FIRST]: sensor_msgs/Image and CameraInfo of two
+// cameras, whose pictures are a pattern 8 px apart, and nav_msgs/Odometry on NAMESPACE/odom at five times that rate, 2
+// m/s along x; the same on /tf, and /clock. FIRST: the first stamp, s; otherwise now.
 #include <cmath>
 #include <cstdio>
 #include <vector>
@@ -84,6 +85,23 @@ void send_odometry(dds_entity_t odometry, std::int64_t stamp_ns, double seconds)
   checked(dds_write(odometry, &message), "write");
 }
 
+void send_transform(dds_entity_t tf, std::int64_t stamp_ns, double seconds) {
+  geometry_msgs_msg_dds__TransformStamped_ one{};
+  one.header = header_at(stamp_ns, "odom");
+  one.child_frame_id = const_cast<char*>("base_link");
+  one.transform.translation.x = 2 * seconds;
+  one.transform.rotation.w = 1;
+  tf2_msgs_msg_dds__TFMessage_ message{};
+  message.transforms._maximum = message.transforms._length = 1;
+  message.transforms._buffer = &one;
+  checked(dds_write(tf, &message), "write");
+}
+
+void send_clock(dds_entity_t clock, std::int64_t stamp_ns) {
+  const rosgraph_msgs_msg_dds__Clock_ message{header_at(stamp_ns, "").stamp};
+  checked(dds_write(clock, &message), "write");
+}
+
 Camera camera_of(dds_entity_t of, const std::string& folder, dds_qos_t* qos, int shift_px) {
   return {writer(of, sensor_msgs_msg_dds__Image__desc, folder + "/image_rect", qos),
           writer(of, sensor_msgs_msg_dds__CameraInfo__desc, folder + "/camera_info", qos), shift_px};
@@ -92,7 +110,7 @@ Camera camera_of(dds_entity_t of, const std::string& folder, dds_qos_t* qos, int
 }  // namespace
 
 int publish_pairs(int argc, char** argv) {
-  if (argc != 7) return 1;
+  if (argc < 7) return 1;
   const std::string at{std::string{"rt"} + argv[2]};
   Size size;
   if (std::sscanf(argv[4], "%dx%d", &size.width, &size.height) != 2) return 1;
@@ -102,15 +120,19 @@ int publish_pairs(int argc, char** argv) {
   const Camera left{camera_of(of, at + "/left", qos, 0)};
   const Camera right{camera_of(of, at + "/right", qos, disparity_px)};
   const dds_entity_t odometry{writer(of, nav_msgs_msg_dds__Odometry__desc, at + "/odom", qos)};
+  const dds_entity_t tf{writer(of, tf2_msgs_msg_dds__TFMessage__desc, "rt/tf", qos)};
+  const dds_entity_t clock{writer(of, rosgraph_msgs_msg_dds__Clock__desc, "rt/clock", qos)};
   constexpr int poses_per_frame{5};
   const auto begin{Clock::now()};
-  const std::int64_t begin_ns{now_ns()};
+  const std::int64_t begin_ns{argc > 7 ? std::llround(std::atof(argv[7]) * 1e9) : now_ns()};
   for (int i{0}; i / poses_per_frame / hz < seconds; ++i) {
     const double now_s{i / poses_per_frame / hz + (i % poses_per_frame) / (hz * poses_per_frame)};
     std::this_thread::sleep_until(begin +
                                   std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>{now_s}));
     const std::int64_t stamp_ns{begin_ns + std::llround(now_s * 1e9)};
+    send_clock(clock, stamp_ns);
     send_odometry(odometry, stamp_ns, now_s);
+    send_transform(tf, stamp_ns, now_s);
     if (i % poses_per_frame != 0) continue;
     for (const Camera& camera : {left, right}) {
       std::vector<std::uint8_t> pixels{picture(size, camera.shift_px, i)};

@@ -58,14 +58,15 @@ TEST(DdsReceive, FindsWhatOthersPublish) {
   static_cast<void>(node->sink().add(grid_channel("/stereo_grid/occupancy_grid", true)));
   EXPECT_THAT(node->topics(), IsEmpty());  // not what it publishes itself
   Peer peer{bare_peer("pairs /stereo best_effort 64x48 10 2")};
-  ASSERT_TRUE(becomes([&] { return node->topics().size() == 5; }));
+  ASSERT_TRUE(becomes([&] { return node->topics().size() == 7; }));
   const std::vector<PublishedTopic> topics{node->topics()};
-  EXPECT_EQ(topics[0].name, "/stereo/left/camera_info");
-  EXPECT_EQ(topics[0].type, CameraInfo::type_name);
-  EXPECT_EQ(topics[1].name, "/stereo/left/image_rect");
-  EXPECT_EQ(topics[1].type, Image::type_name);
-  EXPECT_EQ(topics[1].publishers, 1);
-  EXPECT_EQ(topics[4].name, "/stereo/right/image_rect");
+  EXPECT_EQ(topics[0].name, "/clock");
+  EXPECT_EQ(topics[1].name, "/stereo/left/camera_info");
+  EXPECT_EQ(topics[1].type, CameraInfo::type_name);
+  EXPECT_EQ(topics[2].name, "/stereo/left/image_rect");
+  EXPECT_EQ(topics[2].type, Image::type_name);
+  EXPECT_EQ(topics[2].publishers, 1);
+  EXPECT_EQ(topics[6].name, "/tf");
   peer.rest();
   EXPECT_TRUE(becomes([&] { return node->topics().empty(); }));
 }

@@ -14,6 +14,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::SizeIs;
 
@@ -68,6 +69,21 @@ TEST(DdsTool, LiveTakesImagesAndPosesAndGivesTheirStampsBack) {
   EXPECT_THAT(said, AllOf(HasSubstr("CameraInfo of /stereo/left/camera_info"), Not(HasSubstr("no pose"))));
 }
 
+TEST(DdsTool, WhereTimeStepsBackAllBeginsAnew) {
+  for (const char* option : {"", " --ros2-sim-time"}) {
+    Peer map{grids("/stereo_grid/occupancy_grid", 200, 7)};
+    Peer live{tool("live ros2:/stereo --poses tf --ros2 --listen :0" + std::string{option}, 6)};
+    for (int i{0}; i < 2; ++i) Peer{bare_peer("pairs /stereo best_effort 256x160 20 2.5 1000")}.rest();
+    std::vector<std::string> stamps;
+    for (const std::string& grid : map.rest()) stamps.push_back(word(grid, 1));
+    ASSERT_THAT(stamps, Not(IsEmpty()));
+    EXPECT_FALSE(std::ranges::is_sorted(stamps)) << option;
+    EXPECT_EQ(stamps.back().size(), 13U);  // 1000 s and some
+    const std::string said{all_of(live)};
+    EXPECT_THAT(said, HasSubstr(*option == '\0' ? "the stamps of the images step back" : "/clock steps back"));
+  }
+}
+
 TEST(DdsTool, FramesWithoutAPoseAreLeftOutAndCounted) {
   Peer live{tool("live ros2:/stereo --poses /nowhere --listen :0", 5)};
   Peer cameras{bare_peer("pairs /stereo reliable 256x160 10 4")};
@@ -93,8 +109,10 @@ TEST(DdsTool, WithoutItsLibraryItSaysWhatIsMissing) {
 }
 
 TEST(DdsTool, OptionsThatDoNotFitAreRefused) {
-  for (const char* words : {"live ros2:/a --loop", "live ros2:/a --poses file", "live ros2:/a --disparities d",
-                            "live ros2:/a --ros2-node 1", "live ros2:/a --ros2-remap x"}) {
+  for (const char* words :
+       {"live ros2:/a --loop", "live ros2:/a --poses file", "live ros2:/a --disparities d",
+        "live ros2:/a --ros2-node 1", "live ros2:/a --ros2-remap x", "live scene:street --ros2-node a",
+        "live scene:street --ros2 --ros2-sim-time", "run scene:street --out never --ros2-leave-tf"}) {
     Peer live{tool(words, 10)};
     EXPECT_THAT(all_of(live), HasSubstr("stereogrid: ")) << words;
     EXPECT_EQ(live.exit_code(), 64) << words;

@@ -95,6 +95,11 @@ void add_ros2_options(CLI::App& command, Ros2Options& options) {
       ->check(CLI::IsMember({"humble", "jazzy"}));
 }
 
+void refuse_without_node(const Ros2Options& options) {
+  if (options.publishes || options == Ros2Options{}) return;
+  throw ConfigError{"The options --ros2-… are of a node of ROS 2, but there is none. Give --ros2, too."};
+}
+
 void check(const Ros2Options& options) {
   load().check(node_options(options));
 }

@@ -16,11 +16,17 @@ struct Ros2Options {
   bool publishes{false};
   std::string node{"stereo_grid"};
   std::vector<std::string> remappings{};
-  std::string distro{};   ///< "": that of ROS_DISTRO, else jazzy
-  bool leaves_tf{false};  ///< to others: /tf is not published
+  std::string distro{};       ///< "": that of ROS_DISTRO, else jazzy
+  bool uses_sim_time{false};  ///< of a live source
+  bool leaves_tf{false};      ///< to others: /tf is not published
+
+  friend bool operator==(const Ros2Options&, const Ros2Options&) = default;
 };
 
 void add_ros2_options(CLI::App& command, Ros2Options& options);
+
+/// Throws ConfigError: something is said of a node, but there is none.
+void refuse_without_node(const Ros2Options& options);
 
 /// Without opening anything. Throws as open_ros2_node().
 void check(const Ros2Options& options);

@@ -36,6 +36,9 @@ void add_live_command(CLI::App& tool, int& exit_code) {
       ->delimiter(',')
       ->type_name("S,S,...");
   add_message_options(*command, options->messages);
+  command->add_flag("--ros2-sim-time", options->messages.ros2.uses_sim_time,
+                    "Of ros2:/…: the time is what /clock says, as with use_sim_time; where it steps back, all begins "
+                    "anew.");
   add_page_options(*command, options->page);
   command->callback([options, &exit_code] { exit_code = live(*options); });
 }

@@ -109,6 +109,8 @@ LiveInput open_live_input(const LiveInputOptions& options, const Ros2Options& ro
     }
     return open_ros2_input(options.input, ros2);
   }
+  refuse_without_node(ros2);
+  if (ros2.uses_sim_time) throw ConfigError{"--ros2-sim-time is of ros2:/…, but SOURCE is none."};
   if (is_camera(options.input.paths.front())) return open_camera_input(options);
   LiveInput live;
   live.recording = open_input(options.input);

@@ -182,7 +182,8 @@ LiveInput open_ros2_input(const InputOptions& options, Ros2Options ros2) {
                         .is_right_compressed = is_compressed(*find_topic(found.topics, found.images.right)),
                         .calibration = calibration_from(*node, options, found),
                         .pairing = {.tolerance = std::chrono::duration_cast<std::chrono::nanoseconds>(tolerance)},
-                        .poses = has_poses ? options.poses : ""};
+                        .poses = has_poses ? options.poses : "",
+                        .uses_sim_time = ros2.uses_sim_time};
   spdlog::info("{} and {}, {}", io::printable(setup.images.left), io::printable(setup.images.right),
                setup.calibration.kind);
   for (const std::string& note : setup.calibration.notes) spdlog::info("{}", note);

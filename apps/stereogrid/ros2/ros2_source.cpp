@@ -38,6 +38,18 @@ std::int64_t nanoseconds(T instant) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(instant.time_since_epoch()).count();
 }
 
+/// A simulation's, or that of a bag which is played.
+struct SimulatedClock {
+  static constexpr std::string_view type_name{"rosgraph_msgs/msg/Clock"};
+
+  messages::builtin_interfaces::Time clock;
+
+  template <class Self, class Visitor>
+  static void visit_fields(Self& self, Visitor&& visit) {
+    visit("clock", self.clock);
+  }
+};
+
 /// A camera's topic.
 struct Images {
   Side side;
@@ -57,7 +69,8 @@ struct Ros2Source::State {
   }
   void take_image(Images& images, std::span<const std::byte> cdr);
   [[nodiscard]] std::shared_ptr<CameraPair> pair_of(std::int64_t stamp_ns);
-  void begin_anew();
+  void take_clock(std::span<const std::byte> cdr);
+  void begin_anew(const char* why);
   void place(capture::LiveFrame& live);
 
   [[nodiscard]] std::shared_ptr<CameraPair> current() const {
@@ -80,6 +93,7 @@ struct Ros2Source::State {
   mutable std::mutex mutex;  // of what follows
   std::shared_ptr<CameraPair> pair;
   std::int64_t newest_ns{0};
+  std::int64_t simulated_ns{0};
   std::map<std::string, std::int64_t> earlier;  // dropped before a step back
   std::int64_t without_pose{0};
   std::string pose_fault;
@@ -88,15 +102,27 @@ struct Ros2Source::State {
 std::shared_ptr<CameraPair> Ros2Source::State::pair_of(std::int64_t stamp_ns) {
   const std::scoped_lock lock{mutex};
   if (stamp_ns + step_back_ns < newest_ns) {
-    begin_anew();
+    begin_anew("the stamps of the images step back");
     newest_ns = stamp_ns;
   }
   newest_ns = std::max(newest_ns, stamp_ns);
   return pair;
 }
 
-void Ros2Source::State::begin_anew() {
-  spdlog::info("the stamps of the images step back: all begins anew");
+void Ros2Source::State::take_clock(std::span<const std::byte> cdr) {
+  SimulatedClock message;
+  messages::decode(cdr, message);
+  const std::int64_t now_ns{ns_of(message.clock)};
+  const std::scoped_lock lock{mutex};
+  if (now_ns < std::exchange(simulated_ns, now_ns)) {
+    begin_anew("/clock steps back");
+    newest_ns = 0;  // the images follow
+  }
+}
+
+void Ros2Source::State::begin_anew(const char* why) {
+  spdlog::info("{}: all begins anew", why);
+  poses.clear();
   for (const capture::Drop& drop : pair->dropped()) earlier[drop.reason] += drop.frames;
   pair = new_pair();
 }
@@ -130,30 +156,36 @@ void Ros2Source::State::place(capture::LiveFrame& live) {
 
 Ros2Source::Ros2Source(std::shared_ptr<dds::Node> node, const Ros2Setup& setup)
     : node_{std::move(node)}, state_{std::make_shared<State>(setup)} {
-  const auto take_poses = [state = state_]<class M>(std::span<const std::byte> cdr, M message) {
-    std::vector<io::StampedPose> poses;
+  if (setup.uses_sim_time) {
+    node_->subscribe("/clock", std::string{SimulatedClock::type_name}, 1,
+                     [state = state_](std::span<const std::byte> cdr) { state->take_clock(cdr); });
+  }
+  if (setup.poses == "tf") {
+    subscribe_poses<messages::tf2_msgs::TFMessage>("/tf");
+  } else if (!setup.poses.empty()) {
+    subscribe_poses<messages::nav_msgs::Odometry>(setup.poses);
+  }
+  subscribe_images(capture::Side::left, setup.images.left, setup.is_left_compressed);
+  subscribe_images(capture::Side::right, setup.images.right, setup.is_right_compressed);
+}
+
+template <class M>
+void Ros2Source::subscribe_poses(const std::string& topic) {
+  node_->subscribe(topic, std::string{M::type_name}, pose_depth, [state = state_](std::span<const std::byte> cdr) {
+    M message;
     messages::decode(cdr, message);
+    std::vector<io::StampedPose> poses;
     add_poses(poses, message);
     state->poses.add(poses);
-  };
-  if (setup.poses == "tf") {
-    using messages::tf2_msgs::TFMessage;
-    node_->subscribe("/tf", std::string{TFMessage::type_name}, pose_depth,
-                     [take_poses](std::span<const std::byte> cdr) { take_poses(cdr, TFMessage{}); });
-  } else if (!setup.poses.empty()) {
-    using messages::nav_msgs::Odometry;
-    node_->subscribe(setup.poses, std::string{Odometry::type_name}, pose_depth,
-                     [take_poses](std::span<const std::byte> cdr) { take_poses(cdr, Odometry{}); });
-  }
-  const auto subscribe = [this](Side side, const std::string& topic, bool is_compressed) {
-    const std::string_view type{is_compressed ? messages::sensor_msgs::CompressedImage::type_name
-                                              : messages::sensor_msgs::Image::type_name};
-    node_->subscribe(topic, std::string{type}, image_depth,
-                     [state = state_, images = Images{side, topic, is_compressed}](
-                         std::span<const std::byte> cdr) mutable { state->take_image(images, cdr); });
-  };
-  subscribe(Side::left, setup.images.left, setup.is_left_compressed);
-  subscribe(Side::right, setup.images.right, setup.is_right_compressed);
+  });
+}
+
+void Ros2Source::subscribe_images(capture::Side side, const std::string& topic, bool is_compressed) {
+  const std::string_view type{is_compressed ? messages::sensor_msgs::CompressedImage::type_name
+                                            : messages::sensor_msgs::Image::type_name};
+  node_->subscribe(topic, std::string{type}, image_depth,
+                   [state = state_, images = Images{side, topic, is_compressed}](
+                       std::span<const std::byte> cdr) mutable { state->take_image(images, cdr); });
 }
 
 Ros2Source::~Ros2Source() = default;

@@ -19,6 +19,7 @@ struct Ros2Setup {
   io::Calibration calibration;
   capture::PairingOptions pairing{};
   std::string poses{};  ///< a topic of nav_msgs/Odometry, "tf": odom → base_link on /tf; "": the frames have none
+  bool uses_sim_time{false};  ///< time is what /clock says
 };
 
 /// Images of two cameras as topics of ROS 2, paired by their stamps, which the frames keep. Frames have poses, where
@@ -36,6 +37,11 @@ class Ros2Source final : public capture::LiveSource {
 
  private:
   struct State;
+
+  template <class M>
+  void subscribe_poses(const std::string& topic);
+  void subscribe_images(capture::Side side, const std::string& topic, bool is_compressed);
+
   std::shared_ptr<dds::Node> node_;
   std::shared_ptr<State> state_;  // the node has it, too
 };

@@ -205,6 +205,7 @@ void print_summary(const io::RunRecord& record, const RunLoop& loop) {
 }
 
 void check_options(const RunOptions& options, const Input& input) {
+  refuse_without_node(options.messages.ros2);
   check(options.messages, input.source->rig());
   if (options.matcher != "own" && input.recording != nullptr && input.recording->gives_disparities()) {
     throw ConfigError{fmt::format("--matcher {} needs right images, but the disparities are given ({}). Leave one out.",
