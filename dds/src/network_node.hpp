@@ -20,7 +20,6 @@ class NetworkNode final : public Node {
   [[nodiscard]] messages::Sink& sink() override { return *sink_; }
   [[nodiscard]] std::vector<PublishedTopic> topics() const override;
   void subscribe(const std::string& topic, const std::string& type, std::size_t depth, Take take) override;
-  [[nodiscard]] std::int64_t lost() const override { return sink_->lost(); }
 
  private:
   std::optional<Participant> participant_;

@@ -9,7 +9,7 @@
 namespace stereogrid::dds {
 namespace {
 
-constexpr dds_duration_t longest_wait{DDS_MSECS(50)};  // for subscribers that do not keep up; then a message is lost
+constexpr dds_duration_t longest_wait{DDS_MSECS(50)};  // of no account: what keeps its last messages never waits
 
 Qos qos_of(dds_reliability_kind reliability, dds_durability_kind durability, int depth) {
   Qos qos{dds_create_qos()};

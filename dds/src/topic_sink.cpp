@@ -58,15 +58,9 @@ bool TopicSink::wants(std::uint32_t channel) const {
 void TopicSink::send(std::uint32_t channel, std::int64_t /*stamp_ns*/, std::span<const std::byte> cdr) {
   const Writer& writer{*writers_.at(channel)};
   if (writer.entity == 0) return;  // others of a Tee want it
-  const dds_return_t code{dds_writecdr(writer.entity, new_sample(writer.type, cdr))};
-  if (code == DDS_RETCODE_TIMEOUT) {
-    ++lost_;
-    writer.warnings.tell_once("ROS 2: messages on " + writer.topic +
-                              " are lost: a reliable subscriber does not keep up. Subscribe best effort, or look at "
-                              "the network.");
-    return;
-  }
-  checked(code, "a message on " + writer.topic + " cannot be sent");
+  // never waits: of what subscribers have not taken, the oldest is let go
+  checked(dds_writecdr(writer.entity, new_sample(writer.type, cdr)),
+          "a message on " + writer.topic + " cannot be sent");
 }
 
 }  // namespace stereogrid::dds

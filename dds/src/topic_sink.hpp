@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -25,8 +24,6 @@ class TopicSink final : public messages::Sink {
   [[nodiscard]] bool wants(std::uint32_t channel) const override;
   void send(std::uint32_t channel, std::int64_t stamp_ns, std::span<const std::byte> cdr) override;
 
-  [[nodiscard]] std::int64_t lost() const { return lost_; }
-
  private:
   struct Writer {
     std::string topic;  ///< in ROS
@@ -40,7 +37,6 @@ class TopicSink final : public messages::Sink {
   Participant& participant_;
   std::vector<std::string> left_out_;
   std::vector<std::unique_ptr<Writer>> writers_;
-  std::atomic<std::int64_t> lost_{0};
 };
 
 }  // namespace stereogrid::dds

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>
@@ -57,8 +56,6 @@ class STEREOGRID_EXPORT Node {
   /// Best effort and volatile, which every publisher can serve. `take` is called by one thread for all subscriptions;
   /// what it throws is told by `warn`. Throws DeviceError.
   virtual void subscribe(const std::string& topic, const std::string& type, std::size_t depth, Take take) = 0;
-  /// Messages that could not be sent because a subscriber did not keep up.
-  [[nodiscard]] virtual std::int64_t lost() const = 0;
 };
 
 struct Library {
