@@ -117,7 +117,10 @@ void print(const Grid& grid) {
   for (std::size_t i{0}; i < grid.data.size(); ++i) sum += static_cast<std::uint32_t>((i + 1) * grid.data[i]);
   std::cout << "grid " << grid.sec * 1'000'000'000LL + grid.nanosec << ' ' << grid.frame << ' ' << grid.width << 'x'
             << grid.height << ' ' << grid.resolution << ' ' << grid.origin[0] << ' ' << grid.origin[1] << ' '
-            << grid.origin[6] << " sum " << sum << " at 0" << std::endl;
+            << grid.origin[6] << " sum " << sum << " at "
+            << std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
+                   .count()
+            << std::endl;
 }
 
 int read_grids(fast::DomainParticipant& of, fast::Topic* topic, char** argv) {

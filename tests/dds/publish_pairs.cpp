@@ -124,7 +124,8 @@ int publish_pairs(int argc, char** argv) {
   const dds_entity_t clock{writer(of, rosgraph_msgs_msg_dds__Clock__desc, "rt/clock", qos)};
   constexpr int poses_per_frame{5};
   const auto begin{Clock::now()};
-  const std::int64_t begin_ns{argc > 7 ? std::llround(std::atof(argv[7]) * 1e9) : now_ns()};
+  const bool is_simulated{argc > 7};
+  const std::int64_t begin_ns{is_simulated ? std::llround(std::atof(argv[7]) * 1e9) : now_ns()};
   for (int i{0}; i / poses_per_frame / hz < seconds; ++i) {
     const double now_s{i / poses_per_frame / hz + (i % poses_per_frame) / (hz * poses_per_frame)};
     std::this_thread::sleep_until(begin +
@@ -134,12 +135,14 @@ int publish_pairs(int argc, char** argv) {
     send_odometry(odometry, stamp_ns, now_s);
     send_transform(tf, stamp_ns, now_s);
     if (i % poses_per_frame != 0) continue;
-    for (const Camera& camera : {left, right}) {
-      std::vector<std::uint8_t> pixels{picture(size, camera.shift_px, i)};
-      send_image(camera, size, stamp_ns, pixels);
-      send_info(camera, size, stamp_ns);
-    }
-    std::cout << "pair " << stamp_ns << std::endl;
+    std::vector<std::uint8_t> left_pixels{picture(size, left.shift_px, i)};
+    std::vector<std::uint8_t> right_pixels{picture(size, right.shift_px, i)};
+    const std::int64_t taken_ns{is_simulated ? stamp_ns : now_ns()};
+    send_image(left, size, taken_ns, left_pixels);
+    send_image(right, size, taken_ns, right_pixels);
+    send_info(left, size, taken_ns);
+    send_info(right, size, taken_ns);
+    std::cout << "pair " << taken_ns << std::endl;
   }
   dds_delete(of);
   return 0;
