@@ -73,7 +73,10 @@ std::string Names::below_node(std::string_view name) const {
 
 std::string Names::topic(std::string_view given) const {
   if (given.starts_with(default_node)) given.remove_prefix(default_node.size());
-  const std::string name{below_node(given)};
+  return remapped(below_node(given));
+}
+
+std::string Names::remapped(const std::string& name) const {
   const auto found{std::ranges::find(remappings_, name, &std::pair<std::string, std::string>::first)};
   return found == remappings_.end() ? name : found->second;
 }
@@ -94,10 +97,11 @@ std::optional<PublishedTopic> ros_topic(std::string_view dds_topic, std::string_
   if (!dds_topic.starts_with(std::string{topics} + "/") || at == std::string_view::npos || !dds_type.ends_with('_')) {
     return std::nullopt;
   }
-  const std::string_view name{dds_type.substr(at + of_dds.size())};
-  return PublishedTopic{
-      std::string{dds_topic.substr(topics.size())},
-      replaced(dds_type.substr(0, at), between, "/") + "/" + std::string{name.substr(0, name.size() - 1)}, 1};
+  const std::string_view last{dds_type.substr(at + of_dds.size())};
+  std::string name{dds_topic.substr(topics.size())};
+  std::string type{replaced(dds_type.substr(0, at), between, "/") + "/" + std::string{last.substr(0, last.size() - 1)}};
+  if (!is_path(without_slash(name)) || !is_path(type)) return std::nullopt;
+  return PublishedTopic{std::move(name), std::move(type), 1};
 }
 
 }  // namespace stereogrid::dds

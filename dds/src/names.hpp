@@ -22,6 +22,8 @@ class Names {
   [[nodiscard]] const std::string& node_namespace() const { return namespace_; }  ///< "/", "/robot"
   /// The topic as peers know it: below this node instead of /stereo_grid, and remapped.
   [[nodiscard]] std::string topic(std::string_view given) const;
+  /// That of another node: remapped only.
+  [[nodiscard]] std::string remapped(const std::string& name) const;
 
  private:
   [[nodiscard]] std::string below_node(std::string_view name) const;

@@ -31,7 +31,7 @@ Subscriptions::~Subscriptions() {
 }
 
 void Subscriptions::add(const std::string& topic, const std::string& type, std::size_t depth, Take take) {
-  auto reader{std::make_unique<Reader>(participant_.names().topic(topic), std::move(take))};
+  auto reader{std::make_unique<Reader>(participant_.names().remapped(topic), std::move(take))};
   reader->entity = participant_.make_reader(reader->topic, type, best_effort_qos(static_cast<int>(depth)), nullptr);
   const dds_entity_t condition{
       checked(dds_create_readcondition(reader->entity, DDS_ANY_STATE), topic + " cannot be waited for")};

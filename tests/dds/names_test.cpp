@@ -22,6 +22,8 @@ TEST(DdsNames, AreThoseOfRos) {
   EXPECT_EQ(topic->type, "nav_msgs/msg/OccupancyGrid");
   EXPECT_FALSE(ros_topic("rq/a/bRequest", "nav_msgs::srv::dds_::GetMap_Request_"));
   EXPECT_FALSE(ros_topic("Square", "ShapeType"));
+  EXPECT_FALSE(ros_topic("rt/a\033[2J", "nav_msgs::msg::dds_::OccupancyGrid_"));
+  EXPECT_FALSE(ros_topic("rt/a", "nav_msgs::msg::dds_::_"));
 }
 
 TEST(DdsNames, FollowTheNodeAndItsRemappings) {
@@ -37,6 +39,8 @@ TEST(DdsNames, FollowTheNodeAndItsRemappings) {
   EXPECT_EQ(robot.topic("/stereo_grid/scan"), "/robot/front/grid/s2");
   EXPECT_EQ(robot.topic("/stereo_grid/left/camera_info"), "/robot/front/grid/left/camera_info");
   EXPECT_EQ(robot.topic("/tf"), "/robot/tf");
+  EXPECT_EQ(robot.remapped("/tf"), "/robot/tf");
+  EXPECT_EQ(robot.remapped("/stereo_grid/scan"), "/stereo_grid/scan");  // somebody else's
 }
 
 TEST(DdsNames, ThatRosDoesNotTakeAreRefused) {

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// bare_peer pairs NAMESPACE RELIABILITY WIDTHxHEIGHT HZ SECONDS [FIRST]: sensor_msgs/Image and CameraInfo of two
-// cameras, whose pictures are a pattern 8 px apart, and nav_msgs/Odometry on NAMESPACE/odom at five times that rate, 2
-// m/s along x; the same on /tf, and /clock. FIRST: the first stamp, s; otherwise now.
+// bare_peer pairs NAMESPACE RELIABILITY WIDTHxHEIGHT HZ SECONDS [FIRST [compressed]]: sensor_msgs/Image and CameraInfo
+// of two cameras, whose pictures are a pattern 8 px apart, and nav_msgs/Odometry on NAMESPACE/odom at five times that
+// rate, 2 m/s along x; the same on /tf, and /clock. FIRST: the first stamp, s; otherwise now.
 #include <cmath>
 #include <cstdio>
 #include <vector>
@@ -33,6 +33,7 @@ struct Camera {
   dds_entity_t images;
   dds_entity_t infos;
   int shift_px;
+  bool is_compressed;
 };
 
 std::vector<std::uint8_t> picture(const Size& size, int shift_px, int frame) {
@@ -46,7 +47,21 @@ std::vector<std::uint8_t> picture(const Size& size, int shift_px, int frame) {
   return pixels;
 }
 
+/// As a PGM, which is one of the pictures that may be in such a message.
+void send_compressed(const Camera& camera, const Size& size, std::int64_t stamp_ns, std::vector<std::uint8_t>& pixels) {
+  const std::string head{"P5\n" + std::to_string(size.width) + " " + std::to_string(size.height) + "\n255\n"};
+  std::vector<std::uint8_t> bytes{head.begin(), head.end()};
+  bytes.insert(bytes.end(), pixels.begin(), pixels.end());
+  sensor_msgs_msg_dds__CompressedImage_ image{};
+  image.header = header_at(stamp_ns, "left_optical");
+  image.format = const_cast<char*>("pgm");
+  image.data = {static_cast<std::uint32_t>(bytes.size()), static_cast<std::uint32_t>(bytes.size()), bytes.data(),
+                false};
+  checked(dds_write(camera.images, &image), "write");
+}
+
 void send_image(const Camera& camera, const Size& size, std::int64_t stamp_ns, std::vector<std::uint8_t>& pixels) {
+  if (camera.is_compressed) return send_compressed(camera, size, stamp_ns, pixels);
   sensor_msgs_msg_dds__Image_ image{};
   image.header = header_at(stamp_ns, "left_optical");
   image.width = size.width;
@@ -102,9 +117,10 @@ void send_clock(dds_entity_t clock, std::int64_t stamp_ns) {
   checked(dds_write(clock, &message), "write");
 }
 
-Camera camera_of(dds_entity_t of, const std::string& folder, dds_qos_t* qos, int shift_px) {
-  return {writer(of, sensor_msgs_msg_dds__Image__desc, folder + "/image_rect", qos),
-          writer(of, sensor_msgs_msg_dds__CameraInfo__desc, folder + "/camera_info", qos), shift_px};
+Camera camera_of(dds_entity_t of, const std::string& folder, dds_qos_t* qos, int shift_px, bool is_compressed) {
+  return {is_compressed ? writer(of, sensor_msgs_msg_dds__CompressedImage__desc, folder + "/image_rect/compressed", qos)
+                        : writer(of, sensor_msgs_msg_dds__Image__desc, folder + "/image_rect", qos),
+          writer(of, sensor_msgs_msg_dds__CameraInfo__desc, folder + "/camera_info", qos), shift_px, is_compressed};
 }
 
 }  // namespace
@@ -117,8 +133,9 @@ int publish_pairs(int argc, char** argv) {
   const double hz{std::atof(argv[5])}, seconds{std::atof(argv[6])};
   const dds_entity_t of{participant()};
   dds_qos_t* const qos{qos_of(argv[3], "volatile", 5)};
-  const Camera left{camera_of(of, at + "/left", qos, 0)};
-  const Camera right{camera_of(of, at + "/right", qos, disparity_px)};
+  const bool is_compressed{argc > 8 && std::string{argv[8]} == "compressed"};
+  const Camera left{camera_of(of, at + "/left", qos, 0, is_compressed)};
+  const Camera right{camera_of(of, at + "/right", qos, disparity_px, is_compressed)};
   const dds_entity_t odometry{writer(of, nav_msgs_msg_dds__Odometry__desc, at + "/odom", qos)};
   const dds_entity_t tf{writer(of, tf2_msgs_msg_dds__TFMessage__desc, "rt/tf", qos)};
   const dds_entity_t clock{writer(of, rosgraph_msgs_msg_dds__Clock__desc, "rt/clock", qos)};

@@ -69,6 +69,14 @@ TEST(DdsTool, LiveTakesImagesAndPosesAndGivesTheirStampsBack) {
   EXPECT_THAT(said, AllOf(HasSubstr("CameraInfo of /stereo/left/camera_info"), Not(HasSubstr("no pose"))));
 }
 
+TEST(DdsTool, LiveTakesCompressedImages) {
+  Peer map{grids("/stereo_grid/occupancy_grid", 3, 20)};
+  Peer live{tool("live ros2:/stereo --poses none --ros2 --listen :0", 4)};
+  Peer cameras{bare_peer("pairs /stereo best_effort 256x160 20 3 1000 compressed")};
+  EXPECT_THAT(map.rest(), SizeIs(3));
+  EXPECT_THAT(all_of(live), HasSubstr("/stereo/left/image_rect/compressed"));
+}
+
 TEST(DdsTool, WhereTimeStepsBackAllBeginsAnew) {
   for (const char* option : {"", " --ros2-sim-time"}) {
     Peer map{grids("/stereo_grid/occupancy_grid", 200, 7)};

@@ -124,7 +124,10 @@ std::array<CameraInfo, 2> wait_for_infos(dds::Node& node, const std::string& nam
   for (std::size_t i{0}; i < 2; ++i) {
     node.subscribe(topics[i], std::string{CameraInfo::type_name}, 1, [infos, i](std::span<const std::byte> cdr) {
       const std::scoped_lock lock{infos->mutex};
-      if (!infos->messages[i]) messages::decode(cdr, infos->messages[i].emplace());
+      if (infos->messages[i]) return;
+      CameraInfo info;
+      messages::decode(cdr, info);
+      infos->messages[i] = std::move(info);
     });
   }
   Waiting waiting;
