@@ -23,31 +23,32 @@ bool is_of(const dds_builtintopic_endpoint_t& endpoint, const dds_guid_t& partic
 NetworkNode::NetworkNode(const NodeOptions& options)
     : participant_{std::in_place, options},
       sink_{std::in_place, *participant_, options.left_out},
-      subscriptions_{std::in_place, *participant_},
-      publications_{
-          checked(dds_create_reader(participant_->entity(), DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr),
-                  "what others publish cannot be seen")} {}
+      subscriptions_{std::in_place, *participant_} {}
 
 NetworkNode::~NetworkNode() {
   subscriptions_.reset();
   participant_.reset();  // no listener of a writer is called afterwards
 }
 
+// A reader of this moment has what is known by now; one that stays would keep all that ever was.
 std::vector<PublishedTopic> NetworkNode::topics() const {
+  const dds_entity_t publications{
+      checked(dds_create_reader(participant_->entity(), DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr),
+              "what others publish cannot be seen")};
   std::vector<void*> samples(publications_max, nullptr);
   std::vector<dds_sample_info_t> infos(publications_max);
-  const dds_return_t count{dds_read_mask(publications_, samples.data(), infos.data(), publications_max,
-                                         publications_max,
+  const dds_return_t count{dds_read_mask(publications, samples.data(), infos.data(), publications_max, publications_max,
                                          DDS_ANY_SAMPLE_STATE | DDS_ANY_VIEW_STATE | DDS_ALIVE_INSTANCE_STATE)};
-  checked(count, "what others publish cannot be seen");
   std::map<std::pair<std::string, std::string>, int> publishers;
-  for (std::size_t i{0}; i < static_cast<std::size_t>(count); ++i) {
+  for (std::size_t i{0}; count > 0 && i < static_cast<std::size_t>(count); ++i) {
     const auto& endpoint{*static_cast<const dds_builtintopic_endpoint_t*>(samples[i])};
     if (!infos[i].valid_data || is_of(endpoint, participant_->guid())) continue;
     const auto topic{ros_topic(endpoint.topic_name, endpoint.type_name)};
     if (topic) ++publishers[{topic->name, topic->type}];
   }
-  if (count > 0) dds_return_loan(publications_, samples.data(), count);
+  if (count > 0) dds_return_loan(publications, samples.data(), count);
+  dds_delete(publications);
+  checked(count, "what others publish cannot be seen");
   std::vector<PublishedTopic> found;
   for (const auto& [topic, number] : publishers) found.push_back({topic.first, topic.second, number});
   return found;

@@ -25,7 +25,6 @@ class NetworkNode final : public Node {
   std::optional<Participant> participant_;
   std::optional<TopicSink> sink_;
   std::optional<Subscriptions> subscriptions_;
-  dds_entity_t publications_;  // what has been found of others
 };
 
 }  // namespace stereogrid::dds
