@@ -92,6 +92,13 @@ TEST(DdsTool, WhereTimeStepsBackAllBeginsAnew) {
   }
 }
 
+TEST(DdsTool, CamerasOfDifferentClocksAreToldApart) {
+  Peer left{bare_peer("pairs /a best_effort 256x160 10 4 1000")};
+  Peer right{bare_peer("pairs /b best_effort 256x160 10 4 1005")};
+  Peer live{tool("live ros2: --left-topic /a/left/image_rect --right-topic /b/right/image_rect --listen :0", 4)};
+  EXPECT_THAT(all_of(live), AllOf(HasSubstr("ms apart"), Not(HasSubstr("begins anew"))));
+}
+
 TEST(DdsTool, FramesWithoutAPoseAreLeftOutAndCounted) {
   Peer live{tool("live ros2:/stereo --poses /nowhere --listen :0", 5)};
   Peer cameras{bare_peer("pairs /stereo reliable 256x160 10 4")};

@@ -6,7 +6,9 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -16,6 +18,7 @@
 #include "bags/poses.hpp"
 #include "ros2/pose_buffer.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
 
@@ -30,6 +33,7 @@ using capture::Side;
 constexpr std::size_t image_depth{5};  // as ROS has it for sensors
 constexpr std::size_t pose_depth{100};
 constexpr auto pose_patience{200ms};
+constexpr std::int64_t before_all{std::numeric_limits<std::int64_t>::min()};
 constexpr std::int64_t step_back_ns{1'000'000'000};  // images that overtake each other are nearer
 constexpr auto other_clock{10s};                     // so far off, stamps say nothing of latency
 
@@ -68,7 +72,7 @@ struct Ros2Source::State {
     return std::make_shared<CameraPair>(setup.calibration, setup.pairing);
   }
   void take_image(Images& images, std::span<const std::byte> cdr);
-  [[nodiscard]] std::shared_ptr<CameraPair> pair_of(std::int64_t stamp_ns);
+  [[nodiscard]] std::shared_ptr<CameraPair> pair_of(Side side, std::int64_t stamp_ns);
   void take_clock(std::span<const std::byte> cdr);
   void begin_anew(const char* why);
   void place(capture::LiveFrame& live);
@@ -92,20 +96,18 @@ struct Ros2Source::State {
 
   mutable std::mutex mutex;  // of what follows
   std::shared_ptr<CameraPair> pair;
-  std::int64_t newest_ns{0};
+  std::array<std::int64_t, 2> newest_ns{before_all, before_all};  // of each camera: their clocks may differ
   std::int64_t simulated_ns{0};
   std::map<std::string, std::int64_t> earlier;  // dropped before a step back
   std::int64_t without_pose{0};
   std::string pose_fault;
 };
 
-std::shared_ptr<CameraPair> Ros2Source::State::pair_of(std::int64_t stamp_ns) {
+std::shared_ptr<CameraPair> Ros2Source::State::pair_of(Side side, std::int64_t stamp_ns) {
   const std::scoped_lock lock{mutex};
-  if (stamp_ns + step_back_ns < newest_ns) {
-    begin_anew("the stamps of the images step back");
-    newest_ns = stamp_ns;
-  }
-  newest_ns = std::max(newest_ns, stamp_ns);
+  std::int64_t& newest{newest_ns.at(side == Side::left ? 0 : 1)};
+  if (stamp_ns + step_back_ns < newest) begin_anew("the stamps of the images step back");
+  newest = std::max(newest, stamp_ns);
   return pair;
 }
 
@@ -114,10 +116,7 @@ void Ros2Source::State::take_clock(std::span<const std::byte> cdr) {
   messages::decode(cdr, message);
   const std::int64_t now_ns{ns_of(message.clock)};
   const std::scoped_lock lock{mutex};
-  if (now_ns < std::exchange(simulated_ns, now_ns)) {
-    begin_anew("/clock steps back");
-    newest_ns = 0;  // the images follow
-  }
+  if (now_ns < std::exchange(simulated_ns, now_ns)) begin_anew("/clock steps back");
 }
 
 void Ros2Source::State::begin_anew(const char* why) {
@@ -125,12 +124,13 @@ void Ros2Source::State::begin_anew(const char* why) {
   poses.clear();
   for (const capture::Drop& drop : pair->dropped()) earlier[drop.reason] += drop.frames;
   pair = new_pair();
+  newest_ns.fill(before_all);
 }
 
 void Ros2Source::State::take_image(Images& images, std::span<const std::byte> cdr) {
   const std::int64_t header_ns{header_stamp_ns(cdr)};
   const std::int64_t stamp_ns{header_ns == 0 ? stamp_of(Clock::now()) : header_ns};  // 0: cameras that do not stamp
-  const std::shared_ptr<CameraPair> taker{pair_of(stamp_ns)};
+  const std::shared_ptr<CameraPair> taker{pair_of(images.side, stamp_ns)};
   try {
     const Image<std::uint8_t> grey{decode_image(cdr, images.is_compressed, images.name, images.bits)};
     taker->add(images.side, {grey.data(), grey.width(), grey.height()}, instant_of(stamp_ns));
@@ -184,7 +184,7 @@ void Ros2Source::subscribe_images(capture::Side side, const std::string& topic, 
   const std::string_view type{is_compressed ? messages::sensor_msgs::CompressedImage::type_name
                                             : messages::sensor_msgs::Image::type_name};
   node_->subscribe(topic, std::string{type}, image_depth,
-                   [state = state_, images = Images{side, topic, is_compressed}](
+                   [state = state_, images = Images{side, io::printable(topic), is_compressed}](
                        std::span<const std::byte> cdr) mutable { state->take_image(images, cdr); });
 }
 
