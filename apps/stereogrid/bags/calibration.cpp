@@ -70,8 +70,9 @@ io::Calibration calibration_of(const mcap::Bag& bag, const std::string& name, co
                                int height_px) {
   const bool are_rectified{is_rectified(*find_topic(bag.topics(), topics.left)) &&
                            is_rectified(*find_topic(bag.topics(), topics.right))};
-  return calibration_of(info_of(bag, name, topics.left), info_of(bag, name, topics.right), are_rectified, width_px,
-                        height_px);
+  const NamedInfo left{info_of(bag, name, topics.left)};
+  const NamedInfo right{info_of(bag, name, topics.right)};
+  return calibration_of(left, right, are_rectified, width_px, height_px);
 }
 
 }  // namespace stereogrid::app

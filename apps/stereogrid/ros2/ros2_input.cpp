@@ -151,6 +151,11 @@ io::Calibration calibration_from(dds::Node& node, const InputOptions& options, c
   const mcap::Topic& right{*find_topic(found.topics, found.images.right)};
   const std::array<std::string, 2> topics{info_topic_of(left), info_topic_of(right)};
   auto [left_info, right_info]{wait_for_infos(node, options.paths.front(), topics)};
+  constexpr std::uint32_t largest_side_px{32768};
+  if (left_info.width > largest_side_px || left_info.height > largest_side_px) {
+    throw InputError{topics[0], fmt::format("the CameraInfo is for {}×{} px.", left_info.width, left_info.height),
+                     "Give a calibration.yaml with --calibration FILE (docs/input.md)."};
+  }
   const auto width_px{static_cast<int>(left_info.width)};
   const auto height_px{static_cast<int>(left_info.height)};
   return calibration_of({std::move(left_info), topics[0], topics[0]}, {std::move(right_info), topics[1], topics[1]},
