@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include "network_log.hpp"
 #include "network_node.hpp"
 #include "stereogrid/dds/node.hpp"
 
@@ -12,6 +13,7 @@ void check(const NodeOptions& options) {
 }
 
 std::unique_ptr<Node> open(const NodeOptions& options) {
+  take_network_log(options.warn);
   return std::make_unique<NetworkNode>(options);
 }
 

@@ -10,6 +10,7 @@
 namespace stereogrid::dds::testing {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
@@ -66,6 +67,14 @@ TEST(DdsNames, SoAreVariablesThatMakeNoSense) {
   unsetenv("ROS_LOCALHOST_ONLY");
   setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "HERE", 1);
   EXPECT_THAT([] { check_options({}); }, ThrowsMessage<ConfigError>(HasSubstr("SUBNET, LOCALHOST")));
+}
+
+TEST(DdsNames, WhatTheNetworkComplainsOfIsToldAndEndsTheStart) {
+  Warned warned;
+  setenv("CYCLONEDDS_URI", "<CycloneDDS><Domain><Nonsense/></Domain></CycloneDDS>", 1);
+  EXPECT_THAT([&] { (void)open_node({.warn = warned.taker()}); },
+              ThrowsMessage<DeviceError>(HasSubstr("is CYCLONEDDS_URI right")));
+  EXPECT_THAT(warned.sentences(), ::testing::Contains(AllOf(HasSubstr("ROS 2: config:"), HasSubstr("Nonsense"))));
 }
 
 }  // namespace
