@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# release.sh [FOLDER]: what is published of the commit that is checked out: Debian packages, sources, what belongs to them
+# (SPDX), this version's part of CHANGELOG.md, checksums. Twice the same commit makes twice the same bytes.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+cd "$root"
+out=${1:-$root/build/release-files}
+if [ -n "$(git status --porcelain)" ]; then
+  echo "The tree has changes that are not committed: what is released has to be a commit." >&2
+  exit 1
+fi
+SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
+export SOURCE_DATE_EPOCH
+version=$(sed -n 's/^project(stereogrid VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
+
+rm -rf "$out"
+mkdir -p "$out"
+scripts/package.sh "$root/build/package"
+cp build/package/packages/*.deb "$out"
+git archive --format=tar --prefix="stereogrid-$version/" HEAD | gzip -9n >"$out/stereogrid-$version.tar.gz"
+awk '/^## /{if (found) exit; found=1} found' CHANGELOG.md >"$out/CHANGES-$version.md"
+python3 scripts/sbom.py "$version" "$out"/*.deb >"$out/stereogrid-$version.spdx.json"
+(cd "$out" && sha256sum -- * >SHA256SUMS)
+ls -l "$out"
