@@ -102,7 +102,7 @@ Segmenter::Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int 
   order_.reserve(nodes_reserved());
   segments_.reserve(1024);
   pieces_.reserve(segments_.capacity());
-  profile_.reserve(static_cast<std::size_t>(4 * far_m / slice_m));
+  profile_.reserve(std::max(static_cast<std::size_t>(4 * far_m / slice_m), nodes_reserved()));
 }
 
 // In the columns begin … end − 1.

@@ -152,7 +152,7 @@ class Segmenter {
   std::vector<int> order_;  ///< nodes by segment
   std::vector<Range> segments_;
   std::vector<Piece> pieces_;  ///< the segments, as long as they are joined
-  std::vector<double> profile_;
+  std::vector<double> profile_;  ///< of a segment: surface by slices, or tops of columns
 };
 
 }  // namespace stereogrid

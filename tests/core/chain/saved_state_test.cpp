@@ -52,7 +52,7 @@ class SavedState : public testing::TestWithParam<Case> {
     return pipeline.process(frame);
   }
 
-  scenes::Scene scene{scenes::parse_scene("crossing?width=128&height=80&frames=11"), 2};
+  scenes::Scene scene{scenes::parse_scene("crossing?width=192&height=120&frames=11"), 2};
   Rig rig{scene.rig()};
 };
 
