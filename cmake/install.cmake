@@ -90,7 +90,7 @@ if(STEREOGRID_TOOL)
   install(FILES ${PROJECT_SOURCE_DIR}/packaging/completion.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
           RENAME stereogrid COMPONENT tool)
   if(TARGET stereogrid_dds) # what the tool loads
-    install(TARGETS stereogrid_dds LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dds)
+    install(TARGETS stereogrid_dds LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/stereogrid COMPONENT dds)
   endif()
 endif()
 

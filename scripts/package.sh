@@ -17,12 +17,13 @@ date=$(LC_ALL=C date --utc --date "@$SOURCE_DATE_EPOCH" -R)
 
 configure() {
   cmake -S . -B "$build" -G Ninja --log-level=WARNING -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX=/usr \
-    -DCMAKE_INSTALL_LIBDIR="lib/$(dpkg-architecture -q DEB_HOST_MULTIARCH)" -DBUILD_SHARED_LIBS=ON \
+    -DCMAKE_INSTALL_LIBDIR="lib/$(dpkg-architecture -q DEB_HOST_MULTIARCH)" -DBUILD_SHARED_LIBS=ON -DCMAKE_BUILD_WITH_INSTALL_RPATH=ON \
     -DCMAKE_CXX_FLAGS="-ffile-prefix-map=$root=. -ffile-prefix-map=$build=build" \
     -DSTEREOGRID_TESTS=OFF -DSTEREOGRID_RESEARCH=OFF -DSTEREOGRID_DEBIAN=ON -DSTEREOGRID_DATE="$date" "$@"
 }
 configure "$@"
 cmake --build "$build"
+export LD_LIBRARY_PATH=$build/bin # as in the packages, the tool knows the folder where libraries will be
 
 # manual pages: what the program says of itself, and of each of its commands
 rm -rf "$build/man" "$build/packages"

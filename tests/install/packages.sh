@@ -43,7 +43,7 @@ export LD_LIBRARY_PATH=   # the tool finds its libraries by itself
 for page in stereogrid stereogrid-run stereogrid-live; do
   [ -s "$root/usr/share/man/man1/$page.1.gz" ] || fail "no manual page $page"
 done
-zcat "$root/usr/share/man/man1/stereogrid-run.1.gz" | grep -q -- '--mcap' || fail "the manual page has no options"
+zcat "$root/usr/share/man/man1/stereogrid-run.1.gz" | grep -qF '\-\-mcap' || fail "the manual page has no options"
 PATH=$root/usr/bin:$PATH bash -c "source '$root/usr/share/bash-completion/completions/stereogrid'
   COMP_WORDS=(stereogrid si) COMP_CWORD=1; _stereogrid; [ \"\${COMPREPLY[*]}\" = simulate ]
   COMP_WORDS=(stereogrid run --mcap-t) COMP_CWORD=2; _stereogrid; [ \"\${COMPREPLY[*]}\" = --mcap-topics ]" ||
