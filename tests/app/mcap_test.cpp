@@ -180,6 +180,21 @@ TEST_F(RunMcap, OnlyChosenTopics) {
             (std::map<std::string, std::uint64_t>{{"/stereo_grid/occupancy_grid", 2}, {"/tf", 2}}));
 }
 
+TEST_F(RunMcap, HasTheScaleThatWasAskedFor) {
+  for (const std::vector<std::string>& topics : {std::vector<std::string>{}, {"--mcap-topics", "occupancy_grid"}}) {
+    const std::string name{topics.empty() ? "scaled" : "scaled_one"};
+    std::vector<std::string> options{"--value-scale", "autoware", "--frames", "3:4"};
+    options.insert(options.end(), topics.begin(), topics.end());
+    run_well(record(name, options));
+    const auto grids{
+        heard<messages::nav_msgs::OccupancyGrid>(*folder / (name + ".mcap"), "/stereo_grid/occupancy_grid")};
+    ASSERT_EQ(grids.messages.size(), 2U);
+    const auto [least, most] = std::ranges::minmax(grids.messages[1].data);
+    EXPECT_EQ(least, 1);
+    EXPECT_LE(most, 99);
+  }
+}
+
 TEST_F(RunMcap, CountsTheFramesThatWereLeftOut) {
   const fs::path drive{*folder / "drive"};
   run_well({"simulate", small_scene("empty", "&frames=5"), "--out", drive.string(), "--no-truth"});

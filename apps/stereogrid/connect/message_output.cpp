@@ -33,6 +33,16 @@ const fs::path& ready(const fs::path& file) {
   return file;
 }
 
+std::vector<std::string> scale_names() {
+  constexpr auto names{names_of(OccupancyScale{})};
+  return {names.begin(), names.end()};
+}
+
+OccupancyScale scale_named(std::string_view name) {
+  constexpr auto names{names_of(OccupancyScale{})};
+  return static_cast<OccupancyScale>(std::ranges::find(names, name) - names.begin());
+}
+
 }  // namespace
 
 void add_message_options(CLI::App& command, MessageOptions& options) {
@@ -47,6 +57,12 @@ void add_message_options(CLI::App& command, MessageOptions& options) {
                   "the file is small.")
       ->delimiter(',')
       ->type_name("TOPIC,TOPIC,...");
+  command
+      .add_option_function<std::string>(
+          "--value-scale", [&options](const std::string& name) { options.scale = scale_named(name); },
+          "What the values of occupancy grids mean, in each of these messages: for Nav2's static layer nav2 "
+          "(ros2/planners). Otherwise percent.")
+      ->check(CLI::IsMember(scale_names()));
   command.add_flag("--ros2", options.ros2.publishes,
                    "Also to ROS 2: the same messages as topics of a node, in the domain ROS_DOMAIN_ID (docs/ros2.md).");
   add_ros2_options(command, options.ros2);
@@ -90,9 +106,11 @@ struct MessageOutput::State {
       recording.emplace(ready(options.mcap));
       if (options.topics.empty()) sinks.push_back(&*recording);
     }
-    if (!sinks.empty()) senders.emplace_back(all.emplace(std::move(sinks)), rig);
+    messages::FrameMessagesOptions sent{.scale = options.scale};
+    if (!sinks.empty()) senders.emplace_back(all.emplace(std::move(sinks)), rig, sent);
     if (options.topics.empty()) return;
-    senders.emplace_back(*recording, rig, messages::FrameMessagesOptions{.topics = options.topics});
+    sent.topics = options.topics;
+    senders.emplace_back(*recording, rig, sent);
   }
 
   Rig rig;

@@ -22,6 +22,7 @@ namespace stereogrid::app {
 struct MessageOptions {
   std::filesystem::path mcap;       ///< empty: none
   std::vector<std::string> topics;  ///< of the recording; empty: all
+  OccupancyScale scale{OccupancyScale::percent};
   Ros2Options ros2{};
 };
 
