@@ -10,6 +10,7 @@
 #include "cli_fwd.hpp"
 #include "connect/ros2_node.hpp"
 #include "stereogrid/messages/frame_messages.hpp"
+#include "stereogrid/occupancy_values.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::server {
