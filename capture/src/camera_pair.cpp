@@ -7,8 +7,8 @@
 #include <mutex>
 #include <utility>
 
-#include "stereogrid/capture/latest.hpp"
 #include "pairing.hpp"
+#include "stereogrid/capture/latest.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/rectifier.hpp"
 #include "unix_time.hpp"

@@ -65,9 +65,7 @@ std::pair<dds_entity_t, ddsi_sertype*> Participant::make_writer(const std::strin
   const DdsTopic made{make_topic(dds_topic(topic), dds_type(type))};
   const dds_entity_t writer{
       checked(dds_create_writer(entity_, made.entity, qos.get(), listener), topic + " cannot be published")};
-  const std::scoped_lock lock{mutex_};
-  entities_.writers.push_back(guid_of(writer));
-  announce();
+  add(writer, entities_.writers);
   return {writer, made.type};
 }
 
@@ -77,10 +75,14 @@ dds_entity_t Participant::make_reader(const std::string& topic, const std::strin
   const DdsTopic made{make_topic(dds_topic(topic), dds_type(type))};
   const dds_entity_t reader{
       checked(dds_create_reader(entity_, made.entity, qos.get(), listener), topic + " cannot be subscribed to")};
-  const std::scoped_lock lock{mutex_};
-  entities_.readers.push_back(guid_of(reader));
-  announce();
+  add(reader, entities_.readers);
   return reader;
+}
+
+void Participant::add(dds_entity_t entity, std::vector<dds_guid_t>& list) {
+  const std::scoped_lock lock{mutex_};
+  list.push_back(guid_of(entity));
+  announce();
 }
 
 void Participant::announce() {

@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "discovery_info.hpp"
 #include "domain.hpp"
@@ -66,6 +67,8 @@ class Participant {
 
  private:
   void set_hash(dds_qos_t* qos, const std::string& type) const;
+  /// To what tools of ROS see.
+  void add(dds_entity_t entity, std::vector<dds_guid_t>& list);
   void announce();
 
   Names names_;

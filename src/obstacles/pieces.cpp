@@ -55,7 +55,6 @@ Segmenter::Piece Segmenter::piece_of(std::size_t segment) {
   for (const int index : nodes) {
     piece.take_in(of_node(index));
     profile_.push_back(node(index).top_m);
-    nodes_[static_cast<std::size_t>(index)].parent = nodes.front();
   }
   const auto at = profile_.begin() + static_cast<std::ptrdiff_t>(top_share * static_cast<double>(profile_.size() - 1));
   std::nth_element(profile_.begin(), at, profile_.end());
@@ -63,9 +62,9 @@ Segmenter::Piece Segmenter::piece_of(std::size_t segment) {
   return piece;
 }
 
-Segmenter::Piece& Segmenter::first_of(std::size_t piece) {
+std::size_t Segmenter::first_of(std::size_t piece) const {
   while (pieces_[piece].joined != piece) piece = pieces_[piece].joined;
-  return pieces_[piece];
+  return piece;
 }
 
 bool Segmenter::are_one(const Piece& one, const Piece& other) const {
@@ -80,14 +79,18 @@ bool Segmenter::are_one(const Piece& one, const Piece& other) const {
 
 void Segmenter::join_pieces() {
   pieces_.clear();
-  for (std::size_t i{0}; i < segments_.size(); ++i) pieces_.push_back(piece_of(i));
+  for (std::size_t i{0}; i < segments_.size(); ++i) {
+    pieces_.push_back(piece_of(i));
+    for (const int index : of(i)) nodes_[static_cast<std::size_t>(index)].parent = pieces_[i].root;
+  }
   for (std::size_t i{0}; i < pieces_.size(); ++i) {
     for (std::size_t j{i + 1}; j < pieces_.size(); ++j) {
-      Piece& one{first_of(std::min(first_of(i).joined, first_of(j).joined))};
-      Piece& other{first_of(std::max(first_of(i).joined, first_of(j).joined))};
-      if (&one == &other || !are_one(one, other)) continue;
+      const auto [first, second] = std::minmax({first_of(i), first_of(j)});
+      Piece& one{pieces_[first]};
+      Piece& other{pieces_[second]};
+      if (first == second || !are_one(one, other)) continue;
       nodes_[static_cast<std::size_t>(std::max(one.root, other.root))].parent = std::min(one.root, other.root);
-      other.joined = one.joined;
+      other.joined = first;
       one.take_in(other);
     }
   }

@@ -14,6 +14,7 @@ namespace {
 constexpr double hanging_m{0.5};  // above such a gap begins something else: a bough, a sign, a roof
 constexpr double support_m{0.2};  // height of a surface below which a column of it does not count
 constexpr double gap_m{0.2};      // between columns of one thing
+constexpr int gap_px_max{40};
 constexpr double depth_m{0.35};   // by which neighbouring columns of one thing may differ
 constexpr double depth_px{0.75};  // or by so much, for noise
 constexpr int tolerance_max{8};

@@ -36,7 +36,6 @@ class Segmenter {
  public:
   static constexpr int bins_per_px{2};
   static constexpr int none{-1};
-  static constexpr int gap_px_max{40};  ///< between columns of one thing
   /// Farther ones are not resolved.
   static constexpr double far_m{40};
 
@@ -138,7 +137,7 @@ class Segmenter {
   void join_pieces();
   [[nodiscard]] bool is_small(const Range& range) const;
   [[nodiscard]] Piece piece_of(std::size_t segment);
-  [[nodiscard]] Piece& first_of(std::size_t piece);
+  [[nodiscard]] std::size_t first_of(std::size_t piece) const;
   [[nodiscard]] bool are_one(const Piece& one, const Piece& other) const;
 
   Rig rig_;
@@ -151,7 +150,7 @@ class Segmenter {
   std::vector<SegmentNode> nodes_;
   std::vector<int> order_;  ///< nodes by segment
   std::vector<Range> segments_;
-  std::vector<Piece> pieces_;  ///< the segments, as long as they are joined
+  std::vector<Piece> pieces_;    ///< the segments, as long as they are joined
   std::vector<double> profile_;  ///< of a segment: surface by slices, or tops of columns
 };
 

@@ -7,7 +7,9 @@
 
 #include <deque>
 #include <future>
+#include <limits>
 #include <stdexcept>
+#include <thread>
 
 #include "stereogrid/error.hpp"
 
@@ -18,7 +20,8 @@ using namespace std::chrono_literals;
 using capture::Drop;
 using capture::LiveFrame;
 
-constexpr Rig rig{.width_px = 64, .height_px = 48, .focal_px = 50, .centre_u_px = 32, .centre_v_px = 24, .baseline_m = 0.1};
+constexpr Rig rig{
+    .width_px = 64, .height_px = 48, .focal_px = 50, .centre_u_px = 32, .centre_v_px = 24, .baseline_m = 0.1};
 
 LiveFrame frame(int index, bool begins_anew = false, int width = rig.width_px) {
   LiveFrame live;
@@ -38,6 +41,11 @@ class ListedFrames final : public capture::LiveSource {
 
   [[nodiscard]] const Rig& rig() const override { return testing::rig; }
   [[nodiscard]] std::optional<LiveFrame> next(std::chrono::milliseconds) override {
+    if (taken_ >= held_after_) {
+      std::this_thread::sleep_for(1ms);
+      return std::nullopt;
+    }
+    ++taken_;
     if (frames_.empty()) {
       given_.set_value();
       has_ended_ = true;
@@ -54,10 +62,14 @@ class ListedFrames final : public capture::LiveSource {
   [[nodiscard]] std::vector<Drop> dropped() const override { return {{"torn", 1}}; }
 
   void wait() { given_.get_future().wait(); }
+  /// No more frames for now than so many, of all.
+  void hold_after(int frames) { held_after_ = frames; }
 
  private:
   std::deque<LiveFrame> frames_;
   bool breaks_;
+  int taken_{0};
+  std::atomic<int> held_after_{std::numeric_limits<int>::max()};
   std::atomic<bool> has_ended_{false};
   std::promise<void> given_;
 };
@@ -96,14 +108,18 @@ TEST(PlacedFrames, TheNewestWaitsAndTellsWhatAnEarlierOneBegan) {
 }
 
 TEST(PlacedFrames, BeginsAnewWhenAsked) {
-  Listed listed{{frame(0)}, PoseSource::none};
+  Listed listed{{frame(0), frame(1)}, PoseSource::none};
+  listed.source->hold_after(1);
   PlacedFrames frames{listed.input};
+  const std::optional<PlacedFrame> before{frames.next(1s)};
   frames.begin_anew();
-  const std::optional<PlacedFrame> only{frames.next(1s)};
-  ASSERT_TRUE(only);
-  EXPECT_EQ(only->stream, 1);
-  EXPECT_FALSE(only->odometry_ms);
-  EXPECT_FALSE(only->frame.world_from_vehicle);
+  listed.source->hold_after(2);
+  const std::optional<PlacedFrame> after{frames.next(1s)};
+  ASSERT_TRUE(before && after);
+  EXPECT_EQ(before->stream, 1);
+  EXPECT_EQ(after->stream, 2);
+  EXPECT_FALSE(after->odometry_ms);
+  EXPECT_FALSE(after->frame.world_from_vehicle);
 }
 
 TEST(PlacedFrames, CountsWhatCannotBeUsedAndGoesOn) {

@@ -106,7 +106,7 @@ struct MessageOutput::State {
       recording.emplace(ready(options.mcap));
       if (options.topics.empty()) sinks.push_back(&*recording);
     }
-    messages::FrameMessagesOptions sent{.scale = options.scale};
+    messages::FrameMessagesOptions sent{.scale = options.scale.value_or(OccupancyScale::percent)};
     if (!sinks.empty()) senders.emplace_back(all.emplace(std::move(sinks)), rig, sent);
     if (options.topics.empty()) return;
     sent.topics = options.topics;

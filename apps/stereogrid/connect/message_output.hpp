@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,9 +22,9 @@ namespace stereogrid::app {
 
 /// Which recording, and which topics of docs/messages.md.
 struct MessageOptions {
-  std::filesystem::path mcap;       ///< empty: none
-  std::vector<std::string> topics;  ///< of the recording; empty: all
-  OccupancyScale scale{OccupancyScale::percent};
+  std::filesystem::path mcap;           ///< empty: none
+  std::vector<std::string> topics;      ///< of the recording; empty: all
+  std::optional<OccupancyScale> scale;  ///< none: percent
   Ros2Options ros2{};
 };
 

@@ -39,7 +39,8 @@ void* found_and_opened() {
   if (const char* const named{std::getenv(variable)}; named != nullptr && *named != '\0') return opened(named);
   std::error_code error;
   const fs::path folder{fs::read_symlink("/proc/self/exe", error).parent_path()};
-  const std::vector<fs::path> places{folder / file_name, folder / ".." / STEREOGRID_LIBRARY_FOLDER / "stereogrid" / file_name};
+  const std::vector<fs::path> places{folder / file_name,
+                                     folder / ".." / STEREOGRID_LIBRARY_FOLDER / "stereogrid" / file_name};
   for (const fs::path& place : places) {
     if (!folder.empty() && fs::exists(place, error)) return opened(place.string());
   }

@@ -28,7 +28,7 @@ using capture::Clock;
 
 constexpr auto report_every{10s};
 
-/// Viewers' wish to begin afresh, as the parameter "pipeline.reset": true; it goes back to false once that is done.
+/// Viewers' wish to begin afresh, as the parameter "pipeline.reset": true; it goes back to false once it is taken.
 class ResetWish {
  public:
   [[nodiscard]] server::Parameters parameters() {

@@ -40,7 +40,7 @@ class PlacedFrames {
   [[nodiscard]] bool has_ended() const { return latest_.has_ended() && !failure_; }
   /// By the source, and here.
   [[nodiscard]] std::vector<capture::Drop> dropped() const;
-  /// The frames after the next one are another stream's.
+  /// Frames that are not placed yet are another stream's; one that waits already is not.
   void begin_anew() { is_to_begin_anew_ = true; }
 
  private:

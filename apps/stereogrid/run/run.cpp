@@ -206,6 +206,9 @@ void print_summary(const io::RunRecord& record, const RunLoop& loop) {
 
 void check_options(const RunOptions& options, const Input& input) {
   refuse_without_node(options.messages.ros2);
+  if (options.messages.scale && options.messages.mcap.empty() && !options.messages.ros2.publishes && !options.view) {
+    throw ConfigError{"--value-scale is of messages, but none are sent. Give --mcap FILE, --view or --ros2, too."};
+  }
   check(options.messages, input.source->rig());
   if (options.matcher != "own" && input.recording != nullptr && input.recording->gives_disparities()) {
     throw ConfigError{fmt::format("--matcher {} needs right images, but the disparities are given ({}). Leave one out.",
