@@ -43,6 +43,10 @@ struct PipelineOptions {
   /// Where the vehicle is in the world at the first frame, m and rad, for a run that goes on in the world of another
   /// one: finite, and within 1e9 m of the origin.
   Pose2 start{};
+  /// The world is that in which the frames' poses are: the first pose says where the vehicle is in it, `start` does not
+  /// count. For programs that share a frame with others, such as ROS's odom. Where poses jump the vehicle does not, as
+  /// otherwise.
+  bool in_world_of_poses{false};
 };
 
 /// Bytes that a pipeline holds.

@@ -81,7 +81,9 @@ void EgoMotion::restart() {
 EgoMotion::Placing EgoMotion::place(const std::optional<Pose2>& pose, double dt_s) {
   since_pose_s_ += dt_s;
   if (!pose) return place_without_pose(dt_s);
-  if (!input_from_world_) input_from_world_ = *pose * inverse(world_from_vehicle_);
+  if (!input_from_world_) {
+    input_from_world_ = in_world_of_poses_ ? Pose2{} : *pose * inverse(world_from_vehicle_);
+  }
   Placing placing{inverse(*input_from_world_) * *pose};
   if (last_pose_) {
     const Pose2 motion{inverse(*last_pose_) * *pose};

@@ -17,7 +17,9 @@ namespace stereogrid {
 /// Decision 17.
 class EgoMotion {
  public:
-  explicit EgoMotion(const MotionConfig& config) : config_{config} {}
+  /// `in_world_of_poses`: the world is that of the first pose.
+  explicit EgoMotion(const MotionConfig& config, bool in_world_of_poses = false)
+      : config_{config}, in_world_of_poses_{in_world_of_poses} {}
 
   /// Where the world has the vehicle at the first frame.
   void start_at(const Pose2& world_from_vehicle) {
@@ -61,6 +63,7 @@ class EgoMotion {
   [[nodiscard]] bool follows(const Pose2& motion, const std::optional<Rate>& rate) const;
 
   MotionConfig config_;
+  bool in_world_of_poses_;
   Pose2 world_from_vehicle_;
   Pose2 world_from_last_pose_;             // the vehicle at the last frame that had a pose
   std::optional<Pose2> last_pose_;         // that pose; none: there was none yet

@@ -257,7 +257,7 @@ struct Pipeline::Implementation {
   StageImages unwanted_stages;
   GridGeometry window;  // where it lay in the last frame
   FrameClock clock{config.motion.gap_max_s};
-  EgoMotion ego_motion{config.motion};
+  EgoMotion ego_motion{config.motion, options.in_world_of_poses};
 };
 
 Pipeline::Pipeline(const Config& config, const Rig& rig, const PipelineOptions& options) {

@@ -62,6 +62,8 @@ ROOMS = (
          r"(yaml-cpp|fmt)/.*|(sys/)?\w+\.h"),
     Room("capture", ("include", "io/include", "capture/include", "capture/src"), r"(fmt|gst)/.*|(sys/)?\w+\.h"),
     Room("dds", ("include", "messages/include", "dds/include", "dds/src"), r"dds/.*"),
+    Room("ros2", ("include", "io/include", "messages/include", "capture/include", "ros2/stereogrid_ros/src"),
+         r"(geometry_msgs|rclcpp|rclcpp_components|sensor_msgs|tf2_ros)/.*"),
     Room("scenes", ("include", "scenes/include", "scenes"), TBB),
     Room("evaluation", ("include", "evaluation/include", "evaluation/src"), TBB),
     Room("research", ("include", "io/include", "scenes/include", "evaluation/include", "apps/stereogrid", "research"),

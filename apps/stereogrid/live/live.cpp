@@ -164,8 +164,9 @@ int live(const LiveOptions& options) {
   const Config config{config_from(options.config)};
   const LiveInput input{open_live_input(options.input, options.messages.ros2)};
   check(options.messages, input.source->rig());
-  Pipeline pipeline{start_pipeline(config, input.source->rig(), options.device,
-                                   {.horizons_s = options.predict_s, .mask = input.mask})};
+  Pipeline pipeline{start_pipeline(
+      config, input.source->rig(), options.device,
+      {.horizons_s = options.predict_s, .mask = input.mask, .in_world_of_poses = input.in_world_of_poses})};
   ResetWish reset;
   Page page{options.page, input.kind, reset.parameters()};
   MessageOutput output{options.messages, &page.server(), pipeline.rig()};

@@ -23,6 +23,7 @@ struct LiveInput {
   std::unique_ptr<capture::LiveSource> source;
   std::string kind;
   PoseSource poses{PoseSource::odometry};
+  bool in_world_of_poses{false};  ///< PipelineOptions::in_world_of_poses
   Image<std::uint8_t> mask{};
 };
 

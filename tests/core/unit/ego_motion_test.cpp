@@ -55,6 +55,17 @@ TEST(EgoMotion, WorldBeginsWhereItIsTold) {
   expect_near(second.world_from_vehicle, Pose2{7, 8, 1} * drive.true_world_from_vehicle);
 }
 
+TEST(EgoMotion, WorldCanBeThatOfThePoses) {
+  Drive drive;
+  drive.ego_motion = EgoMotion{{}, true};
+  expect_near(drive.begin().world_from_vehicle, drive.input_from_world);
+  const auto second{drive.step()};
+  expect_near(second.world_from_vehicle, drive.input_from_world * drive.true_world_from_vehicle);
+  drive.ego_motion.restart();
+  const auto third{drive.step()};
+  expect_near(third.world_from_vehicle, drive.input_from_world * drive.true_world_from_vehicle);
+}
+
 class Jump : public ::testing::TestWithParam<Pose2> {};
 
 TEST_P(Jump, MovesThePosesAndNotTheVehicle) {

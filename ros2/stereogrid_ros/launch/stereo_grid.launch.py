@@ -1,0 +1,36 @@
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+"""stereogrid as a component in a container of its own."""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import ComposableNodeContainer
+from launch_ros.descriptions import ComposableNode
+from launch_ros.substitutions import FindPackageShare
+
+
+def generate_launch_description():
+    """Arguments: camera (namespace of left/ and right/), parameters (a YAML file)."""
+    share = FindPackageShare('stereogrid_ros')
+    usual = PathJoinSubstitution([share, 'config', 'stereo_grid.yaml'])
+    camera = LaunchConfiguration('camera')
+    images = ['left/image_rect', 'right/image_rect', 'left/camera_info', 'right/camera_info',
+              'left/image_raw', 'right/image_raw']
+    node = ComposableNode(
+        package='stereogrid_ros',
+        plugin='stereogrid_ros::StereoGridNode',
+        name='stereo_grid',
+        parameters=[LaunchConfiguration('parameters')],
+        remappings=[(topic, [camera, '/' + topic]) for topic in images])
+    return LaunchDescription([
+        DeclareLaunchArgument('camera', default_value='/stereo'),
+        DeclareLaunchArgument('parameters', default_value=usual),
+        ComposableNodeContainer(
+            name='stereo_grid_container',
+            namespace='',
+            package='rclcpp_components',
+            executable='component_container_mt',
+            composable_node_descriptions=[node],
+            output='screen'),
+    ])

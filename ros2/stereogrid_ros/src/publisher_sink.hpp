@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <rclcpp/rclcpp.hpp>
+#include <span>
+#include <vector>
+
+#include "stereogrid/messages/sink.hpp"
+
+namespace stereogrid_ros {
+
+/// Publishes messages that are encoded already. A topic whose message package is not installed is left out and told.
+class PublisherSink final : public stereogrid::messages::Sink {
+ public:
+  /// The node has to live longer.
+  explicit PublisherSink(rclcpp::Node& node) : node_{node} {}
+
+  std::uint32_t add(const stereogrid::messages::Channel& channel) override;
+  [[nodiscard]] bool wants(std::uint32_t channel) const override;
+  void send(std::uint32_t channel, std::int64_t stamp_ns, std::span<const std::byte> cdr) override;
+
+ private:
+  struct Topic {
+    rclcpp::GenericPublisher::SharedPtr publisher;  // none: left out
+    bool latched;
+  };
+
+  rclcpp::Node& node_;
+  std::vector<Topic> topics_;
+  rclcpp::SerializedMessage message_;  // its memory is used again
+};
+
+}  // namespace stereogrid_ros

@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "settings.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <type_traits>
+#include <vector>
+
+#include "stereogrid/error.hpp"
+
+namespace stereogrid_ros {
+namespace {
+
+using stereogrid::ConfigError;
+
+/// Without a fixed type: 30 is as good as 30.0.
+template <class T>
+T declared(rclcpp::Node& node, const std::string& name, const T& usual, const std::string& sentence) {
+  rcl_interfaces::msg::ParameterDescriptor descriptor;
+  descriptor.description = sentence;
+  descriptor.read_only = true;
+  descriptor.dynamic_typing = true;
+  const rclcpp::ParameterValue value{node.declare_parameter(name, rclcpp::ParameterValue{usual}, descriptor)};
+  if constexpr (std::is_same_v<T, double>) {
+    if (value.get_type() == rclcpp::ParameterType::PARAMETER_INTEGER) {
+      return static_cast<double>(value.get<std::int64_t>());
+    }
+  }
+  if (value.get_type() != rclcpp::ParameterValue{usual}.get_type()) {
+    throw ConfigError{"parameter " + name + " is of the wrong type; it is usually " +
+                      rclcpp::to_string(rclcpp::ParameterValue{usual}) + ". " + sentence};
+  }
+  return value.get<T>();
+}
+
+template <class T>
+void declare_field(rclcpp::Node& node, const std::string& name, const std::string& sentence, T& value) {
+  if constexpr (std::is_enum_v<T>) {
+    const auto names{names_of(T{})};
+    const std::string given{declared(node, name, std::string{names.at(static_cast<std::size_t>(value))}, sentence)};
+    const auto* const found{std::ranges::find(names, given)};
+    if (found == names.end()) throw ConfigError{"parameter " + name + " is no " + given + ". " + sentence};
+    value = static_cast<T>(found - names.begin());
+  } else if constexpr (std::is_same_v<T, int>) {
+    const std::int64_t given{declared(node, name, std::int64_t{value}, sentence)};
+    value = static_cast<int>(std::clamp<std::int64_t>(given, -1'000'000'000, 1'000'000'000));  // problems() says more
+  } else {
+    value = declared(node, name, value, sentence);
+  }
+}
+
+std::chrono::nanoseconds seconds(rclcpp::Node& node, const std::string& name, double usual, const char* sentence) {
+  const double given{declared(node, name, usual, sentence)};
+  if (!(given >= 0 && given <= 60)) throw ConfigError{"parameter " + name + " is not within 0 and 60 s. " + sentence};
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>{given});
+}
+
+}  // namespace
+
+Settings declare_settings(rclcpp::Node& node) {
+  Settings settings;
+  settings.config =
+      stereogrid::preset(declared<std::string>(node, "preset", "default", "default, or paper: as published."));
+  visit_parameters(settings.config, [&](std::string_view group, const stereogrid::Parameter& parameter, auto& value) {
+    std::string sentence{parameter.sentence};
+    if (!parameter.unit.empty()) sentence += " [" + std::string{parameter.unit} + "]";
+    declare_field(node, std::string{group} + "." + std::string{parameter.name}, sentence, value);
+  });
+  std::string all;
+  for (const std::string& problem : problems(settings.config)) all += (all.empty() ? "" : " ") + problem;
+  if (!all.empty()) throw ConfigError{all};
+
+  declare_field(node, "threads", "Of the pipeline; 0: all cores.", settings.pipeline.threads);
+  const auto text = [&](const char* name, const std::string& usual, const char* sentence) {
+    return declared(node, name, usual, sentence);
+  };
+  const std::string device{text("device", "auto", "auto (a GPU where there is one), cpu or cuda.")};
+  if (device != "auto" && device != "cpu" && device != "cuda") {
+    throw ConfigError{"parameter device is neither auto nor cpu nor cuda, but " + device + "."};
+  }
+  settings.pipeline.back_end = device == "cpu"    ? stereogrid::BackEnd::cpu
+                               : device == "cuda" ? stereogrid::BackEnd::cuda
+                                                  : stereogrid::BackEnd::automatic;
+  settings.are_rectified = declared(node, "rectified", true, "Do the topics hold rectified images?");
+  settings.global_frame = text("global_frame", "odom", "Frame of the filtered grid.");
+  settings.robot_base_frame = text("robot_base_frame", "base_footprint",
+                                   "Its z = 0 is the road; empty: the camera's mounting is not asked of TF.");
+  settings.poses = text("poses", "tf", "Where the camera's way comes from: tf, images (found from them) or none.");
+  if (settings.poses != "tf" && settings.poses != "images" && settings.poses != "none") {
+    throw ConfigError{"parameter poses is neither tf nor images nor none, but " + settings.poses + "."};
+  }
+  settings.pipeline.in_world_of_poses = settings.poses == "tf";
+  settings.pair_tolerance = seconds(node, "pair_tolerance", 0.01, "Between the stamps of a pair's images, s.");
+  settings.transform_tolerance = seconds(node, "transform_tolerance", 0.2, "How long a transform is waited for, s.");
+
+  settings.messages.node = std::string{node.get_fully_qualified_name()}.substr(1);
+  settings.messages.world_frame = settings.global_frame;
+  settings.messages.vehicle_frame = text("vehicle_frame", "stereo_grid", "On the road below the left camera.");
+  settings.messages.camera_frame = settings.messages.vehicle_frame + "_left_optical";
+  declare_field(node, "value_scale", "What the values of occupancy grids mean: percent, trinary, nav2 or autoware.",
+                settings.messages.scale);
+  settings.messages.topics = declared(node, "topics", std::vector<std::string>{}, "Only these; empty: all.");
+  return settings;
+}
+
+}  // namespace stereogrid_ros

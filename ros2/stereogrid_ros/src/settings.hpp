@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <rclcpp/rclcpp.hpp>
+#include <string>
+
+#include "stereogrid/config.hpp"
+#include "stereogrid/messages/frame_messages.hpp"
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid_ros {
+
+/// The node's parameters (config/stereo_grid.yaml).
+struct Settings {
+  stereogrid::Config config;
+  stereogrid::PipelineOptions pipeline;
+  stereogrid::messages::FrameMessagesOptions messages;
+  bool are_rectified{true};
+  std::string global_frame;      ///< poses are in it
+  std::string robot_base_frame;  ///< how the camera is mounted is asked of it: its z = 0 is the road
+  std::string poses;             ///< tf, images, none
+  std::chrono::nanoseconds pair_tolerance{};
+  std::chrono::nanoseconds transform_tolerance{};
+};
+
+/// Declares each parameter of stereogrid::Config as "group.name" with its range and sentence, and the node's own.
+/// Throws stereogrid::ConfigError: values that do not fit, all of them.
+[[nodiscard]] Settings declare_settings(rclcpp::Node& node);
+
+}  // namespace stereogrid_ros

@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <rclcpp/rclcpp.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <tf2_ros/buffer.h>
+#include <tf2_ros/transform_listener.h>
+#include <sensor_msgs/msg/camera_info.hpp>
+#include <sensor_msgs/msg/image.hpp>
+
+#include "publisher_sink.hpp"
+#include "settings.hpp"
+#include "stereogrid/capture/camera_pair.hpp"
+#include "stereogrid/io/odometry.hpp"
+#include "stereogrid/messages/frame_messages.hpp"
+
+namespace stereogrid_ros {
+
+/// left/image_rect, left/camera_info, right/image_rect, right/camera_info in, stereogrid's topics out.
+class StereoGridNode : public rclcpp::Node {
+ public:
+  /// Throws stereogrid::ConfigError: parameters that do not fit.
+  explicit StereoGridNode(const rclcpp::NodeOptions& options = rclcpp::NodeOptions{});
+  ~StereoGridNode() override;
+
+ private:
+  using Side = stereogrid::capture::Side;
+  using Pair = stereogrid::capture::CameraPair;
+
+  void subscribe(Side side, const std::string& camera);
+  void take_info(Side side, const sensor_msgs::msg::CameraInfo& info);
+  void take_image(Side side, const sensor_msgs::msg::Image& image);
+  void tell(const std::string& sentence);
+
+  // of the thread
+  void work();
+  [[nodiscard]] bool open_pair();
+  [[nodiscard]] std::shared_ptr<Pair> current_pair();
+  [[nodiscard]] stereogrid::capture::PairingOptions pairing() const { return {.tolerance = settings_.pair_tolerance}; }
+  void set_mounting_from_tf(stereogrid::Rig& rig, const std::string& camera_frame);
+  [[nodiscard]] geometry_msgs::msg::Transform transform(const std::string& target, const std::string& source,
+                                                        const rclcpp::Time& instant) const;
+  void go_on();
+  void place(stereogrid::StereoFrame& frame, std::optional<stereogrid::io::VisualOdometry>& odometry,
+             const stereogrid::Rig& rig);
+  [[nodiscard]] std::vector<stereogrid::messages::Dropped> dropped_by(const Pair& pair) const;
+
+  const Settings settings_;
+  PublisherSink sink_{*this};
+  tf2_ros::Buffer transforms_{get_clock()};
+  tf2_ros::TransformListener listener_{transforms_};
+  std::vector<rclcpp::SubscriptionBase::SharedPtr> subscriptions_;
+
+  std::mutex mutex_;  // of what follows
+  std::condition_variable changed_;
+  std::array<std::optional<sensor_msgs::msg::CameraInfo>, 2> infos_;  // that were not tried yet
+  std::array<std::int64_t, 2> newest_ns_{};
+  stereogrid::io::Calibration calibration_;
+  std::shared_ptr<Pair> pair_;  // another one where time has stepped back
+  std::string told_;
+  std::string camera_frame_;
+
+  // of the thread
+  std::int64_t refused_{0};
+
+  const std::int64_t clock_ns_;  // what a steady clock is behind the stamps
+  std::atomic<bool> is_to_stop_{false};
+  std::thread thread_;
+};
+
+}  // namespace stereogrid_ros

@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "translate.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <string_view>
+
+#include "stereogrid/error.hpp"
+
+namespace stereogrid_ros {
+namespace {
+
+using stereogrid::InputError;
+using stereogrid::PixelFormat;
+
+struct Encoding {
+  std::string_view name;
+  PixelFormat format;
+};
+
+constexpr std::array<Encoding, 8> encodings{{{"mono8", PixelFormat::grey8},
+                                             {"8UC1", PixelFormat::grey8},
+                                             {"mono16", PixelFormat::grey16},
+                                             {"16UC1", PixelFormat::grey16},
+                                             {"bgr8", PixelFormat::bgr8},
+                                             {"rgb8", PixelFormat::rgb8},
+                                             {"bgra8", PixelFormat::bgra8},
+                                             {"rgba8", PixelFormat::rgba8}}};
+
+/// 3 × 4, row-major.
+std::array<double, 12> matrix_of(const geometry_msgs::msg::Transform& transform) {
+  const auto& [x, y, z, w]{transform.rotation};
+  const auto& t{transform.translation};
+  return {1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),     t.x,
+          2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),     t.y,
+          2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y), t.z};
+}
+
+}  // namespace
+
+stereogrid::PixelView pixels_of(const sensor_msgs::msg::Image& image, const std::string& name) {
+  const auto* const encoding{std::ranges::find(encodings, image.encoding, &Encoding::name)};
+  if (encoding == encodings.end()) {
+    throw InputError{name, "the encoding " + image.encoding + " is not read.",
+                     "Let image_proc make mono8 or bgr8 of it."};
+  }
+  const std::uint64_t row_bytes{std::uint64_t{image.width} * static_cast<unsigned>(bytes_per_pixel(encoding->format))};
+  if (image.height == 0 || image.width == 0 || image.height > 32768 || image.width > 32768 || image.step < row_bytes ||
+      std::uint64_t{image.step} * (image.height - 1) + row_bytes > image.data.size()) {
+    throw InputError{name, "the image has fewer bytes than its size asks for.", "Look at what publishes it."};
+  }
+  if (image.is_bigendian != 0 && encoding->format == PixelFormat::grey16) {
+    throw InputError{name, "16-bit pixels that are big-endian are not read.", "Publish mono8."};
+  }
+  return {image.data.data(), static_cast<int>(image.width), static_cast<int>(image.height),
+          static_cast<std::ptrdiff_t>(image.step), encoding->format};
+}
+
+stereogrid::io::RosCamera camera_of(const sensor_msgs::msg::CameraInfo& info, const std::string& name) {
+  if (info.binning_x > 1 || info.binning_y > 1 || info.roi.x_offset != 0 || info.roi.y_offset != 0) {
+    throw InputError{name, "the images are a part of the camera's (binning, roi), which is not read.",
+                     "Publish whole images."};
+  }
+  stereogrid::io::RosCamera camera{
+      name,  static_cast<int>(info.width), static_cast<int>(info.height), info.distortion_model, info.d, info.k, info.r,
+      info.p};
+  if (camera.d.empty() && camera.distortion_model != "equidistant") {  // simulators
+    camera.distortion_model = "plumb_bob";
+    camera.d.resize(5);
+  }
+  return camera;
+}
+
+stereogrid::Pose2 pose_of(const geometry_msgs::msg::Transform& world_from_camera) {
+  const std::array<double, 12> m{matrix_of(world_from_camera)};
+  return {m[3], m[7], std::atan2(m[6], m[2])};
+}
+
+void set_mounting(stereogrid::Rig& rig, const geometry_msgs::msg::Transform& base_from_camera) {
+  const std::array<double, 12> m{matrix_of(base_from_camera)};
+  const double right_z{m[8]};
+  const double down_z{m[9]};
+  const double forward_z{m[10]};
+  rig.camera_height_m = m[11];
+  rig.camera_pitch_rad = std::asin(std::clamp(-forward_z, -1.0, 1.0));
+  rig.camera_roll_rad = std::atan2(-right_z, -down_z);
+  if (rig.camera_height_m > 0 && std::abs(forward_z) < 0.99) return;
+  throw InputError{"TF", "the left camera is not above z = 0 of the base frame, or looks straight up or down.",
+                   "Set robot_base_frame to a frame on the road (base_footprint), or to \"\"."};
+}
+
+}  // namespace stereogrid_ros

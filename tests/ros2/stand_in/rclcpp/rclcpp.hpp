@@ -1,0 +1,286 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <builtin_interfaces/msg/time.hpp>
+
+// What ros2/stereogrid_ros uses of rclcpp, with the signatures that it has there, in one process: a test hands messages
+// in and looks at what was published and logged.
+
+enum rcl_clock_type_t { RCL_SYSTEM_TIME, RCL_ROS_TIME, RCL_STEADY_TIME };
+
+struct rcl_serialized_message_t {
+  std::uint8_t* buffer{nullptr};
+  std::size_t buffer_length{0};
+  std::size_t buffer_capacity{0};
+};
+
+namespace rcl_interfaces::msg {
+
+struct ParameterDescriptor {
+  std::string name;
+  std::uint8_t type{0};
+  std::string description;
+  bool read_only{false};
+  bool dynamic_typing{false};
+};
+
+}  // namespace rcl_interfaces::msg
+
+namespace stand_in {
+
+/// What all nodes of this process see of each other.
+struct World {
+  struct Published {
+    std::string type;
+    bool latched{false};
+    std::vector<std::vector<std::uint8_t>> messages{};
+  };
+
+  std::mutex mutex;
+  std::map<std::string, Published> published;
+  std::map<std::string, std::function<void(const void*)>> subscribers;
+  std::map<std::string, std::size_t> subscriptions;  // of others, by topic; usually 1
+  std::vector<std::string> missing_packages;         // of messages
+  std::vector<std::string> log;
+};
+inline World& world() {
+  static World all;
+  return all;
+}
+
+template <class... Arguments>
+void log(const char* format, Arguments... arguments) {
+  std::array<char, 1000> text{};
+  std::snprintf(text.data(), text.size(), format, arguments...);
+  const std::scoped_lock lock{world().mutex};
+  world().log.emplace_back(text.data());
+}
+
+}  // namespace stand_in
+
+#define RCLCPP_INFO(logger, ...) ((void)(logger), stand_in::log(__VA_ARGS__))
+#define RCLCPP_WARN(logger, ...) ((void)(logger), stand_in::log(__VA_ARGS__))
+#define RCLCPP_FATAL(logger, ...) ((void)(logger), stand_in::log(__VA_ARGS__))
+
+namespace rclcpp {
+
+class Logger {};
+class Clock {
+ public:
+  using SharedPtr = std::shared_ptr<Clock>;
+};
+
+class Duration {
+ public:
+  explicit Duration(std::chrono::nanoseconds duration) : ns_{duration.count()} {}
+  [[nodiscard]] std::int64_t nanoseconds() const { return ns_; }
+
+ private:
+  std::int64_t ns_;
+};
+
+class Time {
+ public:
+  Time(std::int32_t seconds, std::uint32_t nanoseconds, rcl_clock_type_t)
+      : ns_{seconds * std::int64_t{1'000'000'000} + nanoseconds} {}
+  explicit Time(std::int64_t nanoseconds, rcl_clock_type_t = RCL_SYSTEM_TIME) : ns_{nanoseconds} {}
+  explicit(false) Time(const builtin_interfaces::msg::Time& message, rcl_clock_type_t = RCL_ROS_TIME)
+      : Time{message.sec, message.nanosec, RCL_ROS_TIME} {}
+  [[nodiscard]] std::int64_t nanoseconds() const { return ns_; }
+
+ private:
+  std::int64_t ns_;
+};
+
+enum class ParameterType {
+  PARAMETER_NOT_SET,
+  PARAMETER_BOOL,
+  PARAMETER_INTEGER,
+  PARAMETER_DOUBLE,
+  PARAMETER_STRING,
+  PARAMETER_BYTE_ARRAY,
+  PARAMETER_BOOL_ARRAY,
+  PARAMETER_INTEGER_ARRAY,
+  PARAMETER_DOUBLE_ARRAY,
+  PARAMETER_STRING_ARRAY
+};
+
+class ParameterValue {
+ public:
+  ParameterValue() = default;
+  explicit ParameterValue(bool value) : value_{value} {}
+  explicit ParameterValue(int value) : value_{std::int64_t{value}} {}
+  explicit ParameterValue(std::int64_t value) : value_{value} {}
+  explicit ParameterValue(double value) : value_{value} {}
+  explicit ParameterValue(const char* value) : value_{std::string{value}} {}
+  explicit ParameterValue(const std::string& value) : value_{value} {}
+  explicit ParameterValue(const std::vector<double>& value) : value_{value} {}
+  explicit ParameterValue(const std::vector<std::string>& value) : value_{value} {}
+
+  [[nodiscard]] ParameterType get_type() const {
+    constexpr std::array types{ParameterType::PARAMETER_NOT_SET,     ParameterType::PARAMETER_BOOL,
+                               ParameterType::PARAMETER_INTEGER,     ParameterType::PARAMETER_DOUBLE,
+                               ParameterType::PARAMETER_STRING,      ParameterType::PARAMETER_DOUBLE_ARRAY,
+                               ParameterType::PARAMETER_STRING_ARRAY};
+    return types.at(value_.index());
+  }
+  template <class T>
+  [[nodiscard]] const T& get() const {
+    return std::get<T>(value_);
+  }
+
+ private:
+  std::variant<std::monostate, bool, std::int64_t, double, std::string, std::vector<double>, std::vector<std::string>>
+      value_;
+};
+inline std::string to_string(const ParameterValue& value) {
+  return "type " + std::to_string(static_cast<int>(value.get_type()));
+}
+
+class Parameter {
+ public:
+  template <class T>
+  Parameter(std::string name, T value) : name_{std::move(name)}, value_{value} {}
+  [[nodiscard]] const std::string& get_name() const { return name_; }
+  [[nodiscard]] const ParameterValue& get_parameter_value() const { return value_; }
+
+ private:
+  std::string name_;
+  ParameterValue value_;
+};
+
+class NodeOptions {
+ public:
+  NodeOptions& parameter_overrides(const std::vector<Parameter>& parameters) {
+    parameters_ = parameters;
+    return *this;
+  }
+  [[nodiscard]] const std::vector<Parameter>& parameter_overrides() const { return parameters_; }
+
+ private:
+  std::vector<Parameter> parameters_;
+};
+
+class QoS {
+ public:
+  explicit(false) QoS(std::size_t) {}
+  QoS& transient_local() {
+    is_latched_ = true;
+    return *this;
+  }
+  [[nodiscard]] bool is_latched() const { return is_latched_; }
+
+ private:
+  bool is_latched_{false};
+};
+class SensorDataQoS : public QoS {
+ public:
+  SensorDataQoS() : QoS{5} {}
+};
+
+class SerializedMessage {
+ public:
+  void reserve(std::size_t capacity) {
+    memory_.resize(capacity);
+    message_.buffer = memory_.data();
+    message_.buffer_capacity = capacity;
+  }
+  [[nodiscard]] rcl_serialized_message_t& get_rcl_serialized_message() { return message_; }
+  [[nodiscard]] const rcl_serialized_message_t& get_rcl_serialized_message() const { return message_; }
+
+ private:
+  std::vector<std::uint8_t> memory_;
+  rcl_serialized_message_t message_;
+};
+
+class GenericPublisher {
+ public:
+  using SharedPtr = std::shared_ptr<GenericPublisher>;
+  explicit GenericPublisher(std::string topic) : topic_{std::move(topic)} {}
+  void publish(const SerializedMessage& message) {
+    const rcl_serialized_message_t& bytes{message.get_rcl_serialized_message()};
+    const std::scoped_lock lock{stand_in::world().mutex};
+    stand_in::world().published.at(topic_).messages.emplace_back(bytes.buffer, bytes.buffer + bytes.buffer_length);
+  }
+  [[nodiscard]] std::size_t get_subscription_count() const {
+    const std::scoped_lock lock{stand_in::world().mutex};
+    const auto found{stand_in::world().subscriptions.find(topic_)};
+    return found == stand_in::world().subscriptions.end() ? 1 : found->second;
+  }
+
+ private:
+  std::string topic_;
+};
+
+class SubscriptionBase {
+ public:
+  using SharedPtr = std::shared_ptr<SubscriptionBase>;
+};
+
+class Node {
+ public:
+  Node(const std::string& name, const NodeOptions& options) : full_name_{"/" + name}, options_{options} {}
+  Node(const Node&) = delete;
+  Node& operator=(const Node&) = delete;
+  virtual ~Node() = default;
+
+  [[nodiscard]] const char* get_fully_qualified_name() const { return full_name_.c_str(); }
+  [[nodiscard]] Logger get_logger() const { return {}; }
+  [[nodiscard]] Clock::SharedPtr get_clock() { return std::make_shared<Clock>(); }
+
+  const ParameterValue& declare_parameter(const std::string& name, const ParameterValue& usual,
+                                          const rcl_interfaces::msg::ParameterDescriptor& descriptor) {
+    ParameterValue value{usual};
+    for (const Parameter& given : options_.parameter_overrides()) {
+      if (given.get_name() == name) value = given.get_parameter_value();
+    }
+    if (!descriptor.dynamic_typing && value.get_type() != usual.get_type()) throw std::invalid_argument{name};
+    const auto [place, is_new]{declared_.emplace(name, value)};
+    if (!is_new) throw std::logic_error{"parameter " + name + " is declared twice"};
+    return place->second;
+  }
+  [[nodiscard]] std::size_t parameters() const { return declared_.size(); }
+
+  GenericPublisher::SharedPtr create_generic_publisher(const std::string& topic, const std::string& type,
+                                                       const QoS& qos) {
+    const std::scoped_lock lock{stand_in::world().mutex};
+    for (const std::string& package : stand_in::world().missing_packages) {
+      if (type.starts_with(package + "/")) throw std::runtime_error{"package '" + package + "' not found"};
+    }
+    stand_in::world().published[topic] = {type, qos.is_latched()};
+    return std::make_shared<GenericPublisher>(topic);
+  }
+
+  template <class Message, class Callback>
+  SubscriptionBase::SharedPtr create_subscription(const std::string& topic, const QoS&, Callback callback) {
+    const std::scoped_lock lock{stand_in::world().mutex};
+    stand_in::world().subscribers[topic] = [callback](const void* message) {
+      callback(*static_cast<const Message*>(message));
+    };
+    return std::make_shared<SubscriptionBase>();
+  }
+
+ private:
+  std::string full_name_;
+  NodeOptions options_;
+  std::map<std::string, ParameterValue> declared_;
+};
+
+}  // namespace rclcpp
