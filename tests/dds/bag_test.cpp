@@ -39,7 +39,7 @@ TEST_F(Bags, PlayedToTheNetworkIsWhatIsRecorded) {
   write_mcap(bag(), entries({}));
   const fs::path recording{*folder / "recording.mcap"};
   Peer map{bare_peer("grids rt/stereo_grid/occupancy_grid reliable transient_local 8 40")};
-  Peer live{"exec timeout -s INT 5 " STEREOGRID_TOOL " live " + bag().string() +
+  Peer live{"exec timeout --foreground -s INT 5 " STEREOGRID_TOOL " live " + bag().string() +
             " --poses none --loop --ros2 --listen :0 --mcap " + recording.string() + " 2>&1"};
   std::vector<std::string> came{map.rest()};
   live.rest();

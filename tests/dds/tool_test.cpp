@@ -20,9 +20,10 @@ using ::testing::SizeIs;
 
 namespace fs = std::filesystem;
 
-/// The program with what it says on both streams, ended by Ctrl-C after `seconds`.
+/// The program with what it says on both streams, ended by one Ctrl-C after `seconds` (a second one would end it at
+/// once).
 std::string tool(const std::string& words, double seconds = 60) {
-  return "exec timeout -s INT " + std::to_string(seconds) + " " STEREOGRID_TOOL " " + words + " 2>&1";
+  return "exec timeout --foreground -s INT " + std::to_string(seconds) + " " STEREOGRID_TOOL " " + words + " 2>&1";
 }
 
 std::string all_of(Peer& peer) {
