@@ -12,12 +12,18 @@
 namespace stereogrid {
 namespace {
 
-/// What the velocities of a thing's points err by together …
-constexpr double common_sigma_mps{0.2};
-/// … along the ray, as all their disparities drift, in px/s …
-constexpr double drift_pxps{0.2};
-/// … and how the errors of any two of them correlate: the same motion of the camera, windows that overlap.
-constexpr double correlation{0.2};
+/// What the velocities of a thing's points err by together along the ray, as all their disparities drift, in px/s …
+constexpr double drift_pxps{0.35};
+constexpr double ray_sigma_mps{0.1};
+/// … and how these errors of any two of them correlate: windows that overlap.
+constexpr double correlation{0.05};
+/// What they err by together across it: columns are followed well, the camera's turning is known to so many rad/s.
+constexpr double side_sigma_mps{0.06};
+constexpr double turning_sigma_radps{0.01};
+constexpr double side_of_points{0.4};
+/// Of fewer points one that was followed wrongly is not told from the others.
+constexpr std::size_t many{5};
+constexpr double few_sigma_mps{0.3};
 /// Where a pixel of disparity is worth more, disparities are too coarse to tell motion.
 constexpr double coarse_m_per_px{5};
 /// Squared Mahalanobis distance from the median.
@@ -43,6 +49,21 @@ Point2 median_velocity(const std::vector<FlowVector>& vectors, Followed followed
   return {along(&Point2::x), along(&Point2::y)};
 }
 
+// Of `n` points at about `place` from the camera. `of_points`: as if each erred for itself. Fitted to the errors of
+// standing and moving things, rendered and real ones, by distance and number of points.
+Symmetric2 covariance_of_mean(const Symmetric2& of_points, std::size_t n, Point2 place, double drift_mps) {
+  const double distance_m{std::hypot(place.x, place.y)};
+  const Point2 ray{place.x / distance_m, place.y / distance_m};
+  const double turning_mps{turning_sigma_radps * distance_m};
+  const double common_mps{n < many ? few_sigma_mps : 0};
+  const double along_ray{(1 + correlation * static_cast<double>(n - 1)) * squared(of_points, ray) +
+                         ray_sigma_mps * ray_sigma_mps + drift_mps * drift_mps + common_mps * common_mps};
+  const double to_side{side_of_points * side_of_points * squared(of_points, {-ray.y, ray.x}) +
+                       side_sigma_mps * side_sigma_mps + turning_mps * turning_mps + common_mps * common_mps};
+  return {along_ray * ray.x * ray.x + to_side * ray.y * ray.y, (along_ray - to_side) * ray.x * ray.y,
+          along_ray * ray.y * ray.y + to_side * ray.x * ray.x};
+}
+
 // Of the points of one cluster, which lie at about `place` from the camera. World axes.
 void measure(const std::vector<FlowVector>& vectors, Followed followed, const Rig& rig, Point2 place,
              std::vector<double>& values, Cluster& cluster) {
@@ -63,16 +84,13 @@ void measure(const std::vector<FlowVector>& vectors, Followed followed, const Ri
   }
   if (agreeing < points_min) return;
   cluster.velocity = sum.mean();
-  const double shared{1 + correlation * static_cast<double>(agreeing - 1)};
-  const Symmetric2 covariance{widened(shared * inverted(sum.information), common_sigma_mps * common_sigma_mps)};
-  const double drift{drift_pxps * per_px};
-  const Point2 along{drift * place.x, drift * place.y};
-  cluster.velocity_covariance = {covariance.xx + along.x * along.x, covariance.xy + along.x * along.y,
-                                 covariance.yy + along.y * along.y};
+  const Symmetric2 of_points{inverted(sum.information)};
+  cluster.velocity_covariance = covariance_of_mean(of_points, agreeing, place, drift_pxps * per_px * distance_m);
 }
 
 // Squared Mahalanobis distance of a point's velocity from another.
 double distance(const FlowVector& vector, Point2 velocity) {
+  constexpr double common_sigma_mps{0.2};  // of points of all things, as poses err
   const Symmetric2 covariance{widened(vector.velocity_covariance, common_sigma_mps * common_sigma_mps)};
   return squared(inverted(covariance), {vector.velocity.x - velocity.x, vector.velocity.y - velocity.y});
 }

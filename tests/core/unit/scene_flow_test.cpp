@@ -200,13 +200,27 @@ TEST(ClusterVelocities, AreThoseOfTheirPoints) {
   const Cluster& first{world.clusters[world.first]};
   EXPECT_NEAR(first.velocity.x, 6.1, 0.01) << "without the one that does not fit";
   EXPECT_NEAR(first.velocity.y, 1, 0.01);
-  // correlated by 0.2, 0.2 m/s together, and 0.2 px/s along the ray to (8, 1.2)
-  const double drift{0.2 * std::hypot(8, 1.2) / 80};
-  const double both{0.25 * (1 + 0.2 * 2) / 3 + 0.04};
-  EXPECT_NEAR(first.velocity_covariance.xx, both + drift * drift * 8 * 8, 1e-6);
-  EXPECT_NEAR(first.velocity_covariance.yy, both + drift * drift * 1.2 * 1.2, 1e-6);
-  EXPECT_NEAR(first.velocity_covariance.xy, drift * drift * 8 * 1.2, 1e-6);
   EXPECT_NEAR(world.clusters[world.second].velocity.x, -2, 0.01) << "points beside their cluster";
+}
+
+// Along the ray to the first point and across it: what is seen to the side is known far better.
+TEST(ClusterVelocities, AreSurerAcrossTheRay) {
+  const double distance_m{std::hypot(8, 1.2)};
+  const Point2 ray{8 / distance_m, 1.2 / distance_m};
+  for (const int n : {3, 6}) {
+    TwoClusters world;
+    std::vector<FlowVector> vectors;
+    for (int i{0}; i < n; ++i) vectors.push_back(vector_at({8, 1.2 + 0.1 * i}, {6, 1}));
+    measure_velocities(vectors, {}, world.space);
+    const Symmetric2& covariance{world.clusters[world.first].velocity_covariance};
+    const double few{n < 5 ? 0.3 : 0};
+    const double drift{0.35 * distance_m * distance_m / 80};
+    EXPECT_NEAR(squared(covariance, ray), 0.25 / n * (1 + 0.05 * (n - 1)) + 0.1 * 0.1 + drift * drift + few * few,
+                1e-6);
+    EXPECT_NEAR(squared(covariance, {-ray.y, ray.x}),
+                0.4 * 0.4 * 0.25 / n + 0.06 * 0.06 + 0.01 * 0.01 * distance_m * distance_m + few * few, 1e-6);
+    EXPECT_LT(covariance.yy, covariance.xx);
+  }
 }
 
 TEST(ClusterVelocities, NeedTwoPointsThatAgree) {
