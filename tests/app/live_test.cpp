@@ -5,6 +5,7 @@
 #include <arpa/inet.h>
 #include <signal.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -96,6 +97,32 @@ TEST(Live, PlaysARecordingAndEndsWithIt) {
   ASSERT_EQ(bag->topics().size(), 2U);
   EXPECT_GE(bag->topics()[0].message_count, 1U);
   EXPECT_LE(bag->topics()[0].message_count, 8U);
+}
+
+// As systemd does for a service of Type=notify with a watchdog.
+TEST(Live, TellsAServiceManagerThatItIsAlive) {
+  const TemporaryFolder folder;
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::string path{(folder / "notify").string()};
+  ASSERT_LT(path.size(), sizeof address.sun_path);
+  std::copy(path.begin(), path.end(), address.sun_path);
+  const int manager{socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
+  ASSERT_EQ(bind(manager, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  const timeval patience{20, 0};
+  setsockopt(manager, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  const auto told{[&] {
+    std::array<char, 100> words{};
+    return recv(manager, words.data(), words.size(), 0) > 0 ? std::string{words.data()} : "";
+  }};
+  setenv("NOTIFY_SOCKET", path.c_str(), 1);
+  Process live{{"live", small_scene("street", "&frames=8"), "--loop", "--listen", ":0"}};
+  unsetenv("NOTIFY_SOCKET");
+  EXPECT_EQ(told(), "READY=1");
+  for (int i{0}; i < 3; ++i) EXPECT_EQ(told(), "WATCHDOG=1");
+  live.send(SIGINT);
+  EXPECT_EQ(live.wait(), 0);
+  close(manager);
 }
 
 TEST(Live, ShowsSharedMemoryAndSaysWhenItsWriterGoes) {

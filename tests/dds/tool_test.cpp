@@ -70,6 +70,24 @@ TEST(DdsTool, LiveTakesImagesAndPosesAndGivesTheirStampsBack) {
   EXPECT_THAT(said, AllOf(HasSubstr("CameraInfo of /stereo/left/camera_info"), Not(HasSubstr("no pose"))));
 }
 
+// As if the same cameras were 10 m ahead of what the poses are of.
+TEST(DdsTool, TheCameraMayBeElsewhereThanWhatThePosesAreOf) {
+  Peer here{grids("/a/occupancy_grid", 5, 40)};
+  Peer ahead{grids("/b/occupancy_grid", 5, 40)};
+  Peer vehicle{grids("/b/observed_grid", 1, 40)};
+  Peer first{tool("live ros2:/stereo --poses /stereo/odom --ros2 --ros2-node a --listen :0", 6)};
+  Peer second{
+      tool("live ros2:/stereo --poses /stereo/odom --ros2 --ros2-node b --ros2-camera-at 10,0,0 --listen :0", 6)};
+  Peer cameras{bare_peer("pairs /stereo best_effort 256x160 10 5")};
+  const std::vector<std::string> near{here.rest()};
+  const std::vector<std::string> far{ahead.rest()};
+  ASSERT_THAT(near, SizeIs(5));
+  ASSERT_THAT(far, SizeIs(5));
+  constexpr std::size_t origin_x{5};
+  EXPECT_NEAR(std::stod(word(far[4], origin_x)) - std::stod(word(near[4], origin_x)), 10, 2) << near[4] << far[4];
+  EXPECT_THAT(vehicle.line(), HasSubstr(" stereo_grid "));
+}
+
 TEST(DdsTool, LiveTakesCompressedImages) {
   Peer map{grids("/stereo_grid/occupancy_grid", 3, 20)};
   Peer live{tool("live ros2:/stereo --poses none --ros2 --listen :0", 4)};
@@ -127,7 +145,9 @@ TEST(DdsTool, WithoutItsLibraryItSaysWhatIsMissing) {
 TEST(DdsTool, OptionsThatDoNotFitAreRefused) {
   for (const char* words :
        {"live ros2:/a --loop", "live ros2:/a --poses file", "live ros2:/a --disparities d",
-        "live ros2:/a --ros2-node 1", "live ros2:/a --ros2-remap x", "live scene:street --ros2-node a",
+        "live ros2:/a --ros2-node 1", "live ros2:/a --ros2-camera-at 1,0,0",
+        "live scene:street --ros2 --ros2-camera-at 1,0,0", "live ros2:/a --poses tf --ros2-camera-at 1,x,0",
+        "live ros2:/a --ros2-frames odom", "live ros2:/a --ros2-remap x", "live scene:street --ros2-node a",
         "live scene:street --ros2 --ros2-sim-time", "run scene:street --out never --ros2-leave-tf"}) {
     Peer live{tool(words, 10)};
     EXPECT_THAT(all_of(live), HasSubstr("stereogrid: ")) << words;

@@ -107,6 +107,10 @@ struct MessageOutput::State {
       if (options.topics.empty()) sinks.push_back(&*recording);
     }
     messages::FrameMessagesOptions sent{.scale = options.scale.value_or(OccupancyScale::percent)};
+    if (options.ros2.frames.size() == 2) {
+      sent.world_frame = options.ros2.frames[0];
+      sent.vehicle_frame = options.ros2.frames[1];
+    }
     if (!sinks.empty()) senders.emplace_back(all.emplace(std::move(sinks)), rig, sent);
     if (options.topics.empty()) return;
     sent.topics = options.topics;

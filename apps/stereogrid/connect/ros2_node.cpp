@@ -90,6 +90,14 @@ void add_ros2_options(CLI::App& command, Ros2Options& options) {
   command.add_flag("--ros2-leave-tf", options.leaves_tf,
                    "Do not publish /tf: the robot's own odometry does. So it is where --poses come from ROS 2.");
   command
+      .add_option(
+          "--ros2-frames", options.frames,
+          "Names of the frames in all messages: of the filtered grid, and of the vehicle (on the road below the "
+          "left camera). Otherwise odom,base_link.")
+      ->delimiter(',')
+      ->expected(2)
+      ->type_name("WORLD,VEHICLE");
+  command
       .add_option("--ros2-distro", options.distro,
                   "Whose tools are to see this node (ros2 node list); messages arrive anyway. Otherwise ROS_DISTRO's, "
                   "or jazzy.")

@@ -16,9 +16,11 @@ struct Ros2Options {
   bool publishes{false};
   std::string node{"stereo_grid"};
   std::vector<std::string> remappings{};
-  std::string distro{};       ///< "": that of ROS_DISTRO, else jazzy
-  bool uses_sim_time{false};  ///< of a live source
-  bool leaves_tf{false};      ///< to others: /tf is not published
+  std::string distro{};               ///< "": that of ROS_DISTRO, else jazzy
+  bool uses_sim_time{false};          ///< of a live source
+  bool leaves_tf{false};              ///< to others: /tf is not published
+  std::vector<std::string> frames{};  ///< of the world and of the vehicle; none: odom, base_link
+  std::vector<double> camera_at{};    ///< x, y (m) and heading (°) of the left camera in the frame of its poses
 
   friend bool operator==(const Ros2Options&, const Ros2Options&) = default;
 };

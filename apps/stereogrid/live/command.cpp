@@ -36,6 +36,14 @@ void add_live_command(CLI::App& tool, int& exit_code) {
       ->delimiter(',')
       ->type_name("S,S,...");
   add_message_options(*command, options->messages);
+  command
+      ->add_option("--ros2-camera-at", options->messages.ros2.camera_at,
+                   "Of ros2:/… with --poses from there: where the left camera is in the frame whose poses they are "
+                   "(base_link), m ahead, m to the left, degrees to the left. The vehicle's frame is then stereo_grid, "
+                   "and /tf has it.")
+      ->delimiter(',')
+      ->expected(3)
+      ->type_name("X,Y,YAW");
   command->add_flag("--ros2-sim-time", options->messages.ros2.uses_sim_time,
                     "Of ros2:/…: the time is what /clock says, as with use_sim_time; where it steps back, all begins "
                     "anew.");

@@ -18,6 +18,7 @@
 #include "interrupt.hpp"
 #include "live/latency.hpp"
 #include "live/placed_frames.hpp"
+#include "live/service_manager.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid::app {
@@ -55,7 +56,9 @@ class LiveLoop {
       : input_{input}, placed_{input}, pipeline_{pipeline}, output_{output}, page_{page}, reset_{reset} {}
 
   void go_on() {
+    service_.tell_ready();
     while (interrupted() == 0 && !placed_.has_ended()) {
+      service_.tell_alive();
       if (reset_.take(page_.server())) placed_.begin_anew();
       if (const std::optional<PlacedFrame> placed{placed_.next(100ms)}) take(*placed);
       tell_fault(input_.source->fault());
@@ -145,6 +148,7 @@ class LiveLoop {
   MessageOutput& output_;
   Page& page_;
   ResetWish& reset_;
+  ServiceManager service_;
   FrameResult result_;
   std::int64_t stream_{0};
   LatencyWindow latencies_;
@@ -162,14 +166,15 @@ class LiveLoop {
 
 int live(const LiveOptions& options) {
   const Config config{config_from(options.config)};
-  const LiveInput input{open_live_input(options.input, options.messages.ros2)};
-  check(options.messages, input.source->rig());
+  MessageOptions messages{options.messages};
+  const LiveInput input{open_live_input(options.input, messages.ros2)};
+  check(messages, input.source->rig());
   Pipeline pipeline{start_pipeline(
       config, input.source->rig(), options.device,
       {.horizons_s = options.predict_s, .mask = input.mask, .in_world_of_poses = input.in_world_of_poses})};
   ResetWish reset;
   Page page{options.page, input.kind, reset.parameters()};
-  MessageOutput output{options.messages, &page.server(), pipeline.rig()};
+  MessageOutput output{messages, &page.server(), pipeline.rig()};
   catch_interrupts();
   tell("open {}\n", page.server().url());
   if (const std::string lost{lost_output()}; !lost.empty()) return exit_try_again;  // run_program() says it

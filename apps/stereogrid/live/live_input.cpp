@@ -102,7 +102,7 @@ LiveInput open_camera_input(const LiveInputOptions& options) {
 
 }  // namespace
 
-LiveInput open_live_input(const LiveInputOptions& options, const Ros2Options& ros2) {
+LiveInput open_live_input(const LiveInputOptions& options, Ros2Options& ros2) {
   if (is_ros2(options.input.paths.front())) {
     if (options.loops || options.speed != 1) {
       throw ConfigError{"--loop and --speed are of recordings, but SOURCE is ROS 2."};
@@ -111,6 +111,7 @@ LiveInput open_live_input(const LiveInputOptions& options, const Ros2Options& ro
   }
   refuse_without_node(ros2);
   if (ros2.uses_sim_time) throw ConfigError{"--ros2-sim-time is of ros2:/…, but SOURCE is none."};
+  if (!ros2.camera_at.empty()) throw ConfigError{"--ros2-camera-at is of ros2:/…, but SOURCE is none."};
   if (is_camera(options.input.paths.front())) return open_camera_input(options);
   LiveInput live;
   live.recording = open_input(options.input);

@@ -28,6 +28,6 @@ struct LiveInput {
 };
 
 /// `ros2`: for a SOURCE there. Throws ConfigError, InputError, DeviceError.
-[[nodiscard]] LiveInput open_live_input(const LiveInputOptions& options, const Ros2Options& ros2);
+[[nodiscard]] LiveInput open_live_input(const LiveInputOptions& options, Ros2Options& ros2);
 
 }  // namespace stereogrid::app

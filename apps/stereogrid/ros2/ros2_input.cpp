@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -172,16 +173,34 @@ void check_options(const InputOptions& options) {
       "nav_msgs/Odometry, such as /odom."};
 }
 
+// Where it is not at the origin of the frame whose poses come, the vehicle's frame is another one.
+Pose2 camera_in(Ros2Options& ros2, bool has_poses) {
+  if (ros2.camera_at.empty()) return {};
+  if (!has_poses) {
+    throw ConfigError{
+        "--ros2-camera-at says where the camera is in the frame of poses, but there are none: give --poses, too."};
+  }
+  constexpr double farthest_m{1000};
+  for (const double value : ros2.camera_at) {
+    if (!(std::abs(value) <= farthest_m)) throw ConfigError{"--ros2-camera-at: metres and degrees, up to 1000."};
+  }
+  if (ros2.frames.empty()) ros2.frames = {"odom", "stereo_grid"};
+  constexpr double degree{3.14159265358979323846 / 180};
+  return {ros2.camera_at[0], ros2.camera_at[1], ros2.camera_at[2] * degree};
+}
+
 }  // namespace
 
 bool is_ros2(const std::string& source) {
   return source.starts_with(scheme);
 }
 
-LiveInput open_ros2_input(const InputOptions& options, Ros2Options ros2) {
+LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2) {
   check_options(options);
   const bool has_poses{options.poses == "tf" || options.poses.starts_with('/')};
-  if (has_poses) ros2.leaves_tf = true;
+  const Pose2 camera{camera_in(ros2, has_poses)};
+  // of the robot's own frame its odometry tells
+  if (has_poses && (ros2.frames.empty() || ros2.frames[1] == "base_link")) ros2.leaves_tf = true;
   std::shared_ptr<dds::Node> node{open_ros2_node(ros2)};
   const Found found{wait_for_images(*node, options)};
   const std::chrono::duration<double, std::milli> tolerance{options.pair_tolerance_ms};
@@ -191,6 +210,7 @@ LiveInput open_ros2_input(const InputOptions& options, Ros2Options ros2) {
                         .calibration = calibration_from(*node, options, found),
                         .pairing = {.tolerance = std::chrono::duration_cast<std::chrono::nanoseconds>(tolerance)},
                         .poses = has_poses ? options.poses : "",
+                        .posed_from_camera = camera,
                         .uses_sim_time = ros2.uses_sim_time};
   spdlog::info("{} and {}, {}", io::printable(setup.images.left), io::printable(setup.images.right),
                setup.calibration.kind);

@@ -15,7 +15,7 @@ namespace stereogrid::app {
 
 /// A pair of cameras on the network. Waits until both publish images, and CameraInfo where no calibration is given;
 /// what it waits for, it tells. Throws ConfigError: options that do not fit; DeviceError; InputError: no pair of
-/// cameras.
-[[nodiscard]] LiveInput open_ros2_input(const InputOptions& options, Ros2Options ros2);
+/// cameras. What follows from the poses for the messages is set in `ros2`.
+[[nodiscard]] LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2);
 
 }  // namespace stereogrid::app

@@ -143,7 +143,7 @@ void Ros2Source::State::take_image(Images& images, std::span<const std::byte> cd
 void Ros2Source::State::place(capture::LiveFrame& live) {
   if (setup.poses.empty()) return;
   try {
-    live.frame.world_from_vehicle = poses.at(live.frame.stamp_ns, pose_patience);
+    live.frame.world_from_vehicle = poses.at(live.frame.stamp_ns, pose_patience) * setup.posed_from_camera;
   } catch (const InputError& error) {
     const std::scoped_lock lock{mutex};
     ++without_pose;

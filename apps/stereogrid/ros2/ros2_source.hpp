@@ -19,6 +19,7 @@ struct Ros2Setup {
   io::Calibration calibration;
   capture::PairingOptions pairing{};
   std::string poses{};  ///< a topic of nav_msgs/Odometry, "tf": odom → base_link on /tf; "": the frames have none
+  Pose2 posed_from_camera{};  ///< where the left camera is in the frame whose poses they are
   bool uses_sim_time{false};  ///< time is what /clock says
 };
 

@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <string>
+
+namespace stereogrid::app {
+
+/// systemd, where it has started this program as a service of Type=notify (sd_notify(3): the socket that NOTIFY_SOCKET
+/// names). Without one nothing happens.
+class ServiceManager {
+ public:
+  ServiceManager();
+  ServiceManager(const ServiceManager&) = delete;
+  ServiceManager& operator=(const ServiceManager&) = delete;
+  ~ServiceManager();
+
+  void tell_ready();
+  /// Called more often than once a second; it tells once a second that the program is not stuck.
+  void tell_alive();
+
+ private:
+  void send(const std::string& words) const;
+
+  int socket_{-1};
+  std::chrono::steady_clock::time_point told_{};
+};
+
+}  // namespace stereogrid::app
