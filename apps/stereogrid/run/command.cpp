@@ -37,6 +37,13 @@ void add_run_command(CLI::App& tool, int& exit_code) {
       ->delimiter(',')
       ->type_name("S,S,...");
   command->add_option("--frames", options->frames, frame_range_help)->type_name("FIRST:LAST");
+  command
+      ->add_option("--warm-up", options->warm_up,
+                   "So many frames before the first of --frames go through the pipeline, too, but are not written: the "
+                   "filter then knows what came before.")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1'000'000'000))
+      ->capture_default_str();
   add_device_options(*command, options->device);
   command->add_flag("--save-stages", options->save_stages, "Also what the stages hand to each other: stages/NAME.npz.");
   command->add_flag("--pictures", options->pictures, "Also a picture of every frame: pictures/NAME.png.");

@@ -23,6 +23,7 @@ struct RunOptions {
   Rings fuse_rings{Rings::all};
   std::vector<double> predict_s;
   std::string frames;
+  int warm_up{0};
   DeviceOptions device;
   bool save_stages{false};
   bool pictures{false};
@@ -33,6 +34,10 @@ struct RunOptions {
   bool resume{false};
   int checkpoint_every{100};
   int input_wait_s{300};
+  // of a shard (batch/): a part of a drive whose other parts are runs of their own
+  bool world_of_input{false};  ///< the world frame is the vehicle frame of the input's first frame, not the run's
+  bool save_last{false};       ///< also what the pipeline remembers after the last frame
+  std::string go_on_from{};    ///< folder of the run that ends where this one begins; "": there is none
 };
 
 /// `stereogrid run`. Returns the exit code; throws ConfigError, InputError, DeviceError.
