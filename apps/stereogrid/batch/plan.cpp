@@ -41,18 +41,12 @@ Json to_json(const Variant& variant) {
 Json to_json(const Plan& plan) {
   Json variants(Json::array());
   for (const Variant& variant : plan.variants) variants.push_back(to_json(variant));
-  return {{"format", format},
-          {"version", plan.version},
-          {"digest", plan.digest},
-          {"shards", plan.shards},
-          {"drives", plan.drives},
-          {"frames", plan.frames},
-          {"cost", plan.cost},
-          {"memory_mb", plan.memory_mb},
-          {"hand_on", plan.hand_on},
-          {"content_digests", plan.content_digests},
-          {"run", plan.run},
-          {"variants", variants},
+  return {{"format", format},         {"version", plan.version},
+          {"digest", plan.digest},    {"shards", plan.shards},
+          {"drives", plan.drives},    {"frames", plan.frames},
+          {"cost", plan.cost},        {"memory_mb", plan.memory_mb},
+          {"hand_on", plan.hand_on},  {"content_digests", plan.content_digests},
+          {"run", plan.run},          {"variants", variants},
           {"left_out", plan.left_out}};
 }
 
@@ -86,10 +80,10 @@ std::string digest_of(Plan plan, const std::string& manifest_digest) {
 }  // namespace
 
 Json to_json(const Shard& shard) {
-  return {{"shard", shard.number},     {"digest", shard.digest}, {"drive", shard.drive},
-          {"input", shard.input},      {"first", shard.first},   {"end", shard.end},
-          {"warm_up", shard.warm_up},  {"after", shard.after},   {"input_digest", shard.input_digest},
-          {"variant", shard.variant},  {"cost", shard.cost}};
+  return {{"shard", shard.number},    {"digest", shard.digest}, {"drive", shard.drive},
+          {"input", shard.input},     {"first", shard.first},   {"end", shard.end},
+          {"warm_up", shard.warm_up}, {"after", shard.after},   {"input_digest", shard.input_digest},
+          {"variant", shard.variant}, {"cost", shard.cost}};
 }
 
 Shard shard_of(const Json& line) {
@@ -116,7 +110,7 @@ Shard shard_of(const Json& line) {
 
 std::string digest_of(const Shard& shard, const Plan& plan) {
   const Variant& variant{plan.variants.at(shard.variant)};
-  const Json all{{"version", plan.version}, {"run", plan.run},        {"settings", variant.settings},
+  const Json all{{"version", plan.version},  {"run", plan.run},        {"settings", variant.settings},
                  {"config", variant.config}, {"input", shard.input},   {"input_digest", shard.input_digest},
                  {"first", shard.first},     {"end", shard.end},       {"warm_up", shard.warm_up},
                  {"after", shard.after},     {"hand_on", plan.hand_on}};
@@ -126,8 +120,8 @@ std::string digest_of(const Shard& shard, const Plan& plan) {
 PlanWriter::PlanWriter(fs::path folder) : folder_{std::move(folder)} {
   std::error_code error;
   if (fs::exists(folder_ / "plan.json", error)) {
-    throw ConfigError{fmt::format("{} already holds a plan. Give another folder for the new one.",
-                                  io::printable_path(folder_))};
+    throw ConfigError{
+        fmt::format("{} already holds a plan. Give another folder for the new one.", io::printable_path(folder_))};
   }
   io::create_folder(folder_);
   manifest_.open(folder_ / "manifest.jsonl", std::ios::binary | std::ios::trunc);
@@ -137,8 +131,9 @@ PlanWriter::PlanWriter(fs::path folder) : folder_{std::move(folder)} {
 
 void PlanWriter::check() const {
   if (manifest_ && index_) return;
-  throw DeviceError{fmt::format("{}: the manifest cannot be written. Check the folder's permissions and the space there.",
-                                io::printable_path(folder_))};
+  throw DeviceError{
+      fmt::format("{}: the manifest cannot be written. Check the folder's permissions and the space there.",
+                  io::printable_path(folder_))};
 }
 
 void PlanWriter::add(Shard shard, const Plan& plan, bool follows) {

@@ -19,17 +19,17 @@ using Json = nlohmann::ordered_json;
 
 /// A part of a drive with one of the plan's configurations: what is worked on, repeated and handed out as a whole.
 struct Shard {
-  std::uint64_t number{0};         ///< its line in the manifest, from 0
-  std::string digest;              ///< of all that decides about the result; names its folder
-  std::string drive;               ///< a name, once in a plan
-  std::vector<std::string> input;  ///< a folder, a bag, a scene, or two images
-  std::size_t first{0};            ///< frames [first, end) of it
+  std::uint64_t number{0};           ///< its line in the manifest, from 0
+  std::string digest{};              ///< of all that decides about the result; names its folder
+  std::string drive{};               ///< a name, once in a plan
+  std::vector<std::string> input{};  ///< a folder, a bag, a scene, or two images
+  std::size_t first{0};              ///< frames [first, end) of it
   std::size_t end{0};
-  std::size_t warm_up{0};    ///< so many frames before them go through the pipeline, too
-  std::string after{};       ///< digest of the shard that it goes on from; "": none
-  std::string input_digest;  ///< of the whole input, not only of these frames
-  std::size_t variant{0};    ///< of Plan::variants
-  double cost{0};            ///< estimate: frames, with warm-up, times pixels of one image
+  std::size_t warm_up{0};      ///< so many frames before them go through the pipeline, too
+  std::string after{};         ///< digest of the shard that it goes on from; "": none
+  std::string input_digest{};  ///< of the whole input, not only of these frames
+  std::size_t variant{0};      ///< of Plan::variants
+  double cost{0};              ///< estimate: frames, with warm-up, times pixels of one image
 
   friend bool operator==(const Shard&, const Shard&) = default;
 };
@@ -43,17 +43,17 @@ struct Variant {
 
 /// plan.json: what all shards have in common.
 struct Plan {
-  std::string version;  ///< of stereogrid, which alone can work on it
-  std::string digest;   ///< of manifest.jsonl and of all that follows
+  std::string version{};  ///< of stereogrid, which alone can work on it
+  std::string digest{};   ///< of manifest.jsonl and of all that follows
   std::uint64_t shards{0};
   std::uint64_t drives{0};
   std::uint64_t frames{0};
   double cost{0};
-  std::uint64_t memory_mb{0};  ///< that a runner needs, estimated
-  bool hand_on{false};         ///< shards go on from what their predecessors remembered
-  bool content_digests{false}; ///< of inputs: of all bytes
-  Json run;                    ///< options of `stereogrid run`
-  std::vector<Variant> variants;
+  std::uint64_t memory_mb{0};   ///< that a runner needs, estimated
+  bool hand_on{false};          ///< shards go on from what their predecessors remembered
+  bool content_digests{false};  ///< of inputs: of all bytes
+  Json run{};                   ///< options of `stereogrid run`
+  std::vector<Variant> variants{};
   std::vector<std::string> left_out{};  ///< inputs that could not be used, with why
 };
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "cli_fwd.hpp"
 #include "config_options.hpp"
 #include "connect/message_output.hpp"
 #include "connect/page.hpp"
@@ -39,6 +40,9 @@ struct RunOptions {
   bool save_last{false};       ///< also what the pipeline remembers after the last frame
   std::string go_on_from{};    ///< folder of the run that ends where this one begins; "": there is none
 };
+
+/// Of what is computed and written, beside INPUT and parameters.
+void add_result_options(CLI::App& command, RunOptions& options);
 
 /// `stereogrid run`. Returns the exit code; throws ConfigError, InputError, DeviceError.
 [[nodiscard]] int run(const RunOptions& options);
