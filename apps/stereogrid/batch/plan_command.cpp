@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <optional>
+#include <set>
 
 #include "batch/input_digest.hpp"
 #include "batch/inputs.hpp"
@@ -69,15 +69,18 @@ class MemoryEstimate {
  public:
   explicit MemoryEstimate(const Options& options) : options_{options} {}
 
-  void look_at(const Rig& rig, const std::vector<Variant>& variants) {
-    if (!seen_.insert(fmt::format("{} {} {} {}", rig.width_px, rig.height_px, rig.focal_px, rig.baseline_m)).second) {
-      return;
-    }
+  /// `frames`: of the longest shard.
+  void look_at(const Rig& rig, const std::vector<Variant>& variants, std::size_t frames) {
+    const std::string key{fmt::format("{} {} {} {}", rig.width_px, rig.height_px, rig.focal_px, rig.baseline_m)};
+    if (!seen_.insert(key).second && frames <= most_frames_) return;
+    most_frames_ = std::max(most_frames_, frames);
     for (const Variant& variant : variants) {
       const Config config{config_from({options_.run.config.preset, "", variant.settings})};
       const Pipeline pipeline{start_pipeline(config, rig, {"cpu", 1}, {.horizons_s = options_.run.predict_s})};
+      const GridGeometry grid{pipeline.vehicle_grid()};
       const double images{30.0 * rig.width_px * rig.height_px};  // eight frames, decoded and as they come; pictures
-      bytes_ = std::max(bytes_, static_cast<double>(pipeline.memory_use().host_bytes) * 1.3 + images);
+      const double scored{options_.no_evaluation ? 0.0 : 20.0 * grid.nx * grid.ny * static_cast<double>(most_frames_)};
+      bytes_ = std::max(bytes_, static_cast<double>(pipeline.memory_use().host_bytes) * 1.3 + images + scored);
     }
   }
   [[nodiscard]] std::uint64_t megabytes() const {
@@ -88,6 +91,7 @@ class MemoryEstimate {
  private:
   const Options& options_;
   std::set<std::string> seen_;
+  std::size_t most_frames_{0};
   double bytes_{0};
 };
 
@@ -142,7 +146,7 @@ class Planner {
     const std::size_t frames{input.source->size()};
     if (frames == 0) throw InputError{io::printable(path), "has no frames.", "Give a drive that has some."};
     const Rig& rig{input.source->rig()};
-    memory_.look_at(rig, plan_.variants);
+    memory_.look_at(rig, plan_.variants, (frames + parts_of(frames) - 1) / parts_of(frames));
     Shard shard{.drive = names_.name_of(path),
                 .input = {path},
                 .input_digest = digest_of_input(
@@ -153,9 +157,13 @@ class Planner {
     ++plan_.drives;
   }
 
-  void cut(Shard shard, std::size_t frames, double pixels) {
+  [[nodiscard]] std::size_t parts_of(std::size_t frames) const {
     const auto most{static_cast<std::size_t>(options_.frames_per_shard)};
-    const std::size_t parts{most == 0 ? 1 : (frames + most - 1) / most};
+    return most == 0 ? 1 : (frames + most - 1) / most;
+  }
+
+  void cut(Shard shard, std::size_t frames, double pixels) {
+    const std::size_t parts{parts_of(frames)};
     for (std::size_t i{0}; i < parts; ++i) {
       shard.first = frames * i / parts;
       shard.end = frames * (i + 1) / parts;
@@ -197,6 +205,7 @@ int make_plan(Options options) {
     progress.update(i + 1);
   }
   planner.finish();
+  if (!spdlog::should_log(spdlog::level::info)) return exit_done;
   tell("{} shards of {} drives, {} frames, {} configurations; a runner needs {} MB\nplan in {}\n", plan.shards,
        plan.drives, plan.frames, plan.variants.size(), plan.memory_mb, io::printable_path(options.out));
   return exit_done;
