@@ -1,192 +1,21 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
-#include <spdlog/spdlog.h>
-
 #include <CLI/CLI.hpp>
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <string>
-#include <system_error>
-#include <utility>
-#include <vector>
 
 #include "commands.hpp"
 #include "console.hpp"
-#include "evaluate/obstacle_source.hpp"
-#include "evaluate/output.hpp"
-#include "evaluate/truth_source.hpp"
-#include "input.hpp"
+#include "evaluate/evaluate.hpp"
 #include "option_checks.hpp"
-#include "progress.hpp"
-#include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
-#include "stereogrid/io/recording.hpp"
-#include "stereogrid/io/run_folder/run_reader.hpp"
-#include "stereogrid/io/text.hpp"
-#include "sweeps.hpp"
 
 namespace stereogrid::app {
 namespace {
 
-namespace fs = std::filesystem;
-
-struct Options {
-  std::string run;
-  std::string input;
-  std::string truth;
-  std::optional<double> camera_height_m;
-  Rings rings{Rings::all};
-  std::string json;
-  std::string html;
-};
-
-InputOptions input_options(const Options& options, const io::RunReader& run) {
-  if (!options.input.empty()) return {{options.input}, "", options.input.starts_with("scene:") ? "" : "none", ""};
-  for (const std::string& path : run.input().paths) {
-    std::error_code error;
-    if (path.starts_with("scene:") || fs::exists(path, error)) continue;
-    throw InputError{io::printable(path), "is not there any more; the run was made from it.",
-                     "Say where it is now: stereogrid evaluate " + options.run + " INPUT."};
-  }
-  // the run's own poses stand in its frames; where the input's are does not matter any more
-  const io::RunInput& from{run.input()};
-  return {from.paths, from.calibration, from.kind == "scene" ? "" : "none", from.disparities, ""};
-}
-
-TruthKind kind_of(const std::string& truth, const Input& input) {
-  if (truth.empty()) {
-    const bool has_cells{input.scene != nullptr || input.recording->has_truth() || Sweeps{input.recording}.exist()};
-    return !has_cells && has_object_labels(input) ? TruthKind::objects : TruthKind::automatic;
-  }
-  return truth == "lidar" ? TruthKind::lidar : TruthKind::exact;
-}
-
-/// Names alone do not tell drives apart: many begin with 000000.
-void check_same_images(const io::RunReader& run, const Rig& input) {
-  const Rig& rig{run.rig()};
-  if (rig.width_px == input.width_px && rig.height_px == input.height_px) return;
-  throw InputError{io::printable_path(run.folder()),
-                   fmt::format("was made from images of {} × {} px, but the input's have {} × {} px.", rig.width_px,
-                               rig.height_px, input.width_px, input.height_px),
-                   "Give the input that the run was made from."};
-}
-
-std::string text_of(const InputOptions& input) {
-  std::string text;
-  for (const std::string& path : input.paths) text += (text.empty() ? "" : " ") + io::printable_path(path);
-  return text;
-}
-
-[[noreturn]] void complain_of_names(const io::RunReader& run, const TruthSource& truth) {
-  const char* const known{truth.kind() == TruthKind::lidar   ? "a lidar sweep"
-                          : truth.kind() == TruthKind::exact ? "ground truth"
-                                                             : "object labels from 1 s on"};
-  throw InputError{
-      io::printable_path(run.folder()),
-      fmt::format("none of its frames ({} to {}) has {} in the input, whose frames are {} to {}.",
-                  run.frames().front().name, run.frames().back().name, known, truth.input().source->name(0),
-                  truth.input().source->name(truth.input().source->size() - 1)),
-      "Give the input that the run was made from."};
-}
-
-/// Scores of the grids and the obstacles of a run, frame after frame.
-class Scorer {
- public:
-  Scorer(const io::RunReader& run, const TruthSource& truth) : run_{run}, truth_{truth}, objects_{truth} {
-    if (truth.kind() == TruthKind::exact) occupancy_.motion.emplace();
-  }
-
-  void add(const io::RunFrame& frame) {
-    const auto known{truth_.frame(frame.name, run_.grid(), run_.rig_of(frame))};
-    const auto obstacles{objects_.frame(frame.name, known)};
-    if (obstacles) {
-      obstacles_.add(*obstacles, frame.obstacles);
-      ++obstacle_frames_;
-    }
-    if (known) add_grids(frame, *known);
-  }
-
-  /// How many something is known about.
-  [[nodiscard]] std::size_t frames() const {
-    return truth_.kind() == TruthKind::objects ? obstacle_frames_ : observed_.scores.frames();
-  }
-  /// Observed and filtered grids of them.
-  [[nodiscard]] std::vector<Series> take_series() {
-    std::vector<Series> series;
-    if (truth_.kind() == TruthKind::objects) return series;
-    series.push_back(std::move(observed_));
-    series.push_back(std::move(occupancy_));
-    return series;
-  }
-  [[nodiscard]] std::optional<evaluation::ObstacleSummary> obstacles() const {
-    return obstacle_frames_ > 0 ? std::optional{obstacles_.summary()} : std::nullopt;
-  }
-  /// What obstacles are scored against, or why they are not.
-  [[nodiscard]] std::string obstacles_text() const {
-    if (!objects_.exists()) return "not scored: the input has no object labels";
-    if (obstacle_frames_ == 0) return "not scored: no frame of the run, from 1 s on, has object labels";
-    return fmt::format("{}, {} frames", objects_.name(), obstacle_frames_);
-  }
-
- private:
-  void add_grids(const io::RunFrame& frame, const TruthSource::FrameLabels& known) {
-    const io::RunGrids grids{run_.grids(frame.name)};
-    observed_.scores.add(frame.name, grids.observed.view(), known.labels);
-    occupancy_.scores.add(frame.name, grids.occupancy.view(), known.labels);
-    if (!known.truth) return;
-    occupancy_.motion->add({*known.truth, truth_.grid(), truth_.input().source->rig(), run_.grid(),
-                            grids.occupancy.view(), grids.velocity_x.view(), grids.velocity_y.view(), frame.obstacles});
-  }
-
-  const io::RunReader& run_;
-  const TruthSource& truth_;
-  ObstacleSource objects_;
-  Series observed_{"observed", {}};
-  Series occupancy_{"occupancy", {}};
-  evaluation::ObstacleScores obstacles_;
-  std::size_t obstacle_frames_{0};
-};
-
-Scorer score(const io::RunReader& run, const TruthSource& truth) {
-  Scorer scorer{run, truth};
-  Progress progress{"frames", run.frames().size()};
-  std::size_t done{0};
-  for (const io::RunFrame& frame : run.frames()) {
-    progress.update(done++);
-    scorer.add(frame);
-  }
-  if (scorer.frames() == 0) complain_of_names(run, truth);
-  return scorer;
-}
-
-std::string truth_text(const TruthSource& truth, Rings rings) {
-  if (truth.kind() == TruthKind::exact) return "exact";
-  if (truth.kind() == TruthKind::objects) return "none of the cells";
-  return rings == Rings::all ? "lidar" : "lidar, " + name_of(rings) + " rings";
-}
-
-int evaluate(const Options& options) {
-  const io::RunReader run{options.run};
-  const InputOptions input{input_options(options, run)};
-  Input opened{open_input(input)};
-  const TruthKind kind{kind_of(options.truth, opened)};
-  const TruthSource truth{std::move(opened), kind, options.camera_height_m, options.rings};
-  check_same_images(run, truth.input().source->rig());
-  Scorer scorer{score(run, truth)};
-  Evaluation evaluation;
-  evaluation.about = {{"run", io::printable_path(run.folder())},
-                      {"preset", run.preset()},
-                      {"input", text_of(input)},
-                      {"truth", truth_text(truth, options.rings)},
-                      {"frames", fmt::format("{} of {}", scorer.frames(), run.frames().size())},
-                      {"obstacles", scorer.obstacles_text()}};
-  evaluation.series = scorer.take_series();
-  evaluation.obstacles = scorer.obstacles();
-  const nlohmann::ordered_json json(json_of(evaluation));
+int evaluate_command(const EvaluateOptions& options) {
+  const nlohmann::ordered_json json(json_of(evaluate(options)));
   write_output(table_of(json));
   if (!options.json.empty()) io::write_file(options.json, io::json_text(json, 1) + "\n");
   if (!options.html.empty()) write_report(options.html, json);
@@ -196,7 +25,7 @@ int evaluate(const Options& options) {
 }  // namespace
 
 void add_evaluate_command(CLI::App& tool, int& exit_code) {
-  auto options{std::make_shared<Options>()};
+  auto options{std::make_shared<EvaluateOptions>()};
   CLI::App* command{tool.add_subcommand("evaluate", "Score a run against lidar or exact truth.")};
   command->add_option("RUN_DIR", options->run, "What `stereogrid run --out` has left.")->type_name(" ")->required();
   command->add_option("INPUT", options->input, "The run's input; left out: where the run says it was.")->type_name(" ");
@@ -221,7 +50,7 @@ void add_evaluate_command(CLI::App& tool, int& exit_code) {
       ->type_name("all|even|odd");
   command->add_option("--json", options->json, "Also write every figure to this file.")->type_name("FILE");
   command->add_option("--html", options->html, "Also write a report with plots to this file.")->type_name("FILE");
-  command->callback([options, &exit_code] { exit_code = evaluate(*options); });
+  command->callback([options, &exit_code] { exit_code = evaluate_command(*options); });
 }
 
 }  // namespace stereogrid::app

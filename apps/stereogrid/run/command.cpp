@@ -9,6 +9,30 @@
 
 namespace stereogrid::app {
 
+void add_result_options(CLI::App& command, RunOptions& options) {
+  command
+      .add_option("--matcher", options.matcher,
+                  "Who finds the disparities: stereogrid itself (matching.method), or for comparison OpenCV's block "
+                  "or semi-global matcher.")
+      ->check(CLI::IsMember({"own", "opencv-bm", "opencv-sgbm"}))
+      ->capture_default_str();
+  command.add_option("--fuse", options.fuse, "Fuse the stereo grid with one of the input's lidar sweeps (fusion.*).")
+      ->check(CLI::IsMember({"none", "lidar"}))
+      ->capture_default_str();
+  command
+      .add_option("--fuse-rings", options.fuse_rings,
+                  "Rings of the lidar that are fused; evaluate --rings has the rest.")
+      ->transform(CLI::CheckedTransformer(ring_names()))
+      ->type_name("all|even|odd");
+  command
+      .add_option("--predict", options.predict_s,
+                  "Also the filtered grid as it will be so many seconds later: predictions/NAME.npz.")
+      ->delimiter(',')
+      ->type_name("S,S,...");
+  command.add_flag("--save-stages", options.save_stages, "Also what the stages hand to each other: stages/NAME.npz.");
+  command.add_flag("--pictures", options.pictures, "Also a picture of every frame: pictures/NAME.png.");
+}
+
 void add_run_command(CLI::App& tool, int& exit_code) {
   auto options{std::make_shared<RunOptions>()};
   CLI::App* command{tool.add_subcommand("run", "Occupancy grids and obstacles from a stereo drive.")};
@@ -17,29 +41,16 @@ void add_run_command(CLI::App& tool, int& exit_code) {
       ->type_name("DIR")
       ->required();
   add_config_options(*command, options->config);
-  command
-      ->add_option("--matcher", options->matcher,
-                   "Who finds the disparities: stereogrid itself (matching.method), or for comparison OpenCV's block "
-                   "or semi-global matcher.")
-      ->check(CLI::IsMember({"own", "opencv-bm", "opencv-sgbm"}))
-      ->capture_default_str();
-  command->add_option("--fuse", options->fuse, "Fuse the stereo grid with one of the input's lidar sweeps (fusion.*).")
-      ->check(CLI::IsMember({"none", "lidar"}))
-      ->capture_default_str();
-  command
-      ->add_option("--fuse-rings", options->fuse_rings,
-                   "Rings of the lidar that are fused; evaluate --rings has the rest.")
-      ->transform(CLI::CheckedTransformer(ring_names()))
-      ->type_name("all|even|odd");
-  command
-      ->add_option("--predict", options->predict_s,
-                   "Also the filtered grid as it will be so many seconds later: predictions/NAME.npz.")
-      ->delimiter(',')
-      ->type_name("S,S,...");
+  add_result_options(*command, *options);
   command->add_option("--frames", options->frames, frame_range_help)->type_name("FIRST:LAST");
+  command
+      ->add_option("--warm-up", options->warm_up,
+                   "So many frames before the first of --frames go through the pipeline, too, but are not written: the "
+                   "filter then knows what came before.")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1'000'000'000))
+      ->capture_default_str();
   add_device_options(*command, options->device);
-  command->add_flag("--save-stages", options->save_stages, "Also what the stages hand to each other: stages/NAME.npz.");
-  command->add_flag("--pictures", options->pictures, "Also a picture of every frame: pictures/NAME.png.");
   command->add_option("--video", options->video, "Also the pictures as a film (H.264, through the program ffmpeg).")
       ->type_name("FILE.mp4");
   add_message_options(*command, options->messages);

@@ -69,6 +69,7 @@ FolderLock::FolderLock(const fs::path& folder) : file_{folder / ".lock"} {
     if (error_number == ENOLCK || error_number == ENOSYS || error_number == EOPNOTSUPP) {
       spdlog::warn("{}: this file system cannot lock ({}): take care that no other stereogrid writes there.",
                    folder.string(), reason(error_number));
+      keeps_others_out_ = false;
       return;
     }
     if (error_number != 0) cannot_write(file_, error_number);

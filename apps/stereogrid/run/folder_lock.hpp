@@ -19,9 +19,13 @@ class FolderLock {
   FolderLock& operator=(const FolderLock&) = delete;
   ~FolderLock();
 
+  /// False: the file system knows no locks, and nobody is kept out.
+  [[nodiscard]] bool keeps_others_out() const { return keeps_others_out_; }
+
  private:
   std::filesystem::path file_;
   Descriptor descriptor_;
+  bool keeps_others_out_{true};
 };
 
 }  // namespace stereogrid::app

@@ -4,40 +4,61 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app {
+namespace {
+
+/// The frame after which a run's folder has saved what pipeline and odometry load; none: nothing there, or it does not
+/// fit.
+template <class Fits>
+std::optional<std::size_t> load(const std::filesystem::path& folder, Pipeline& pipeline, PoseStage& poses, Fits fits) {
+  const std::vector<std::byte> nothing{pipeline.save_state()};
+  try {
+    const std::optional<io::Checkpoint> saved{io::read_checkpoint(folder)};
+    if (!saved || !fits(saved->index) || saved->odometry.has_value() != poses.takes_time()) return std::nullopt;
+    pipeline.load_state(saved->pipeline);
+    if (saved->odometry) poses.load(*saved->odometry);
+    return saved->index;
+  } catch (const InputError& error) {
+    spdlog::warn("{}", error.what());
+    pipeline.load_state(nothing);
+    return std::nullopt;
+  }
+}
+
+}  // namespace
 
 std::size_t first_to_do(const io::RunRecord& record) {
   const std::vector<io::FrameSummary>& finished{record.finished()};
   return finished.empty() ? record.range().first : finished.back().index + 1;
 }
 
-std::size_t first_frame_of(const io::RunRecord& record, Pipeline& pipeline, PoseStage& poses) {
+std::size_t first_frame_of(const io::RunRecord& record, Pipeline& pipeline, PoseStage& poses,
+                           const Beginning& beginning) {
   const std::size_t next{first_to_do(record)};
   const std::size_t first{record.range().first};
-  if (next == first || next == record.range().end) return next;
-  const std::vector<std::byte> nothing{pipeline.save_state()};
-  try {
-    const std::optional<io::Checkpoint> saved{io::read_checkpoint(record.folder())};
-    const bool fits{saved && saved->index >= first && saved->index < next &&
-                    saved->odometry.has_value() == poses.takes_time()};
-    if (fits) {
-      pipeline.load_state(saved->pipeline);
-      if (saved->odometry) poses.load(*saved->odometry);
-      spdlog::info("going on with frame {}, from what was saved after frame {}", next, saved->index);
-      return saved->index + 1;
+  if (next == record.range().end) return next;
+  if (next > first) {
+    const auto own{load(record.folder(), pipeline, poses, [=](std::size_t i) { return i >= first && i < next; })};
+    if (own) {
+      spdlog::info("going on with frame {}, from what was saved after frame {}", next, *own);
+      return *own + 1;
     }
     spdlog::info("going on with frame {}; nothing saved fits: beginning with frame {} again", next, first);
-  } catch (const InputError& error) {
-    spdlog::warn("{} The frames are worked through from the first one on again.", error.what());
-    pipeline.load_state(nothing);
   }
-  return first;
+  if (!beginning.go_on_from.empty()) {
+    if (load(beginning.go_on_from, pipeline, poses, [=](std::size_t i) { return i < first; })) return first;
+    spdlog::warn("{}: what was saved there does not fit; {} frames of warm-up instead",
+                 io::printable_path(beginning.go_on_from), beginning.warm_up);
+  }
+  return first - std::min(first, beginning.warm_up);
 }
 
 }  // namespace stereogrid::app

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 
 #include "pose_stage.hpp"
 #include "stereogrid/io/run_folder/run_record.hpp"
@@ -13,8 +14,15 @@ namespace stereogrid::app {
 /// The first frame of a run that is not finished.
 [[nodiscard]] std::size_t first_to_do(const io::RunRecord& record);
 
-/// Where a run goes on: behind the frame of its checkpoint, which pipeline and odometry load, or at its first frame.
+/// How a run begins that has no checkpoint of its own.
+struct Beginning {
+  std::size_t warm_up{0};              ///< so many frames before its first one go through the pipeline, unwritten
+  std::filesystem::path go_on_from{};  ///< folder of the run that ends there; empty: none
+};
+
+/// Where a run goes on: behind the frame of its checkpoint, which pipeline and odometry load, or at its beginning.
 /// What was finished after that goes through the pipeline again, to the same results.
-[[nodiscard]] std::size_t first_frame_of(const io::RunRecord& record, Pipeline& pipeline, PoseStage& poses);
+[[nodiscard]] std::size_t first_frame_of(const io::RunRecord& record, Pipeline& pipeline, PoseStage& poses,
+                                         const Beginning& beginning);
 
 }  // namespace stereogrid::app

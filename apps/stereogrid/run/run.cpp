@@ -24,13 +24,12 @@
 #include "run/opencv_stage.hpp"
 #include "run/result_writer.hpp"
 #include "run/resume.hpp"
+#include "run/summary.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/frame_queue.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
 #include "stereogrid/io/run_folder/run_record.hpp"
-#include "stereogrid/io/run_folder/stages.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::app {
@@ -38,10 +37,23 @@ namespace {
 
 constexpr std::size_t frames_ahead{4};
 
+/// The vehicle at the first frame that goes through the pipeline, in the frame of the input's first one.
+Pose2 start_of(const RunOptions& options, const Input& input) {
+  const io::FrameRange range{parse_frame_range(options.frames, input.source->size())};
+  const std::size_t first{range.first - std::min(range.first, static_cast<std::size_t>(options.warm_up))};
+  if (first == 0 || input.poses != PoseSource::input) return {};
+  const auto zero{first_usable_frame(*input.source, {0, range.end}).world_from_vehicle};
+  const auto here{first_usable_frame(*input.source, {first, range.end}).world_from_vehicle};
+  return zero && here ? inverse(*zero) * *here : Pose2{};
+}
+
 PipelineOptions pipeline_options(const RunOptions& options, const Input& input) {
   const bool stages{options.save_stages || options.pictures || !options.video.empty() || options.view ||
                     needs_stages(options.messages)};
-  return {.stages = stages, .horizons_s = options.predict_s, .mask = input.mask};
+  return {.stages = stages,
+          .horizons_s = options.predict_s,
+          .mask = input.mask,
+          .start = options.world_of_input ? start_of(options, input) : Pose2{}};
 }
 
 /// Takes the frames of the input through the pipeline and to the files.
@@ -81,6 +93,16 @@ class RunLoop {
     seconds_ = progress.seconds();
   }
 
+  /// Saves what pipeline and odometry remember after the last frame that went through. False: nothing went through, or
+  /// the odometry, which works ahead, was not asked to keep it.
+  bool save_state() const {
+    if (!last_processed_) return false;
+    std::optional<io::OdometryState> odometry{poses_.take_state(*last_processed_)};
+    if (poses_.takes_time() && !odometry) return false;
+    io::write_checkpoint(record_.folder(), {*last_processed_, pipeline_.save_state(), std::move(odometry)});
+    return true;
+  }
+
   [[nodiscard]] bool is_complete() const { return next_ == record_.range().end; }
   [[nodiscard]] double frames_per_second() const { return seconds_ > 0 ? frames_written_ / seconds_ : 0; }
 
@@ -94,6 +116,7 @@ class RunLoop {
       const Rig rig{pipeline_.rig()};  // a mounting that this frame shows is of the next one
       const std::string without_lidar{lidar_.add_grid(*queued.frame, rig)};
       pipeline_.process(*queued.frame, result);
+      last_processed_ = queued.index;
       if (queued.index < first_to_write_) return;
       result.timing_ms.match += opencv_ms;
       if (poses_.takes_time()) result.timing_ms.odometry = queued.prepared_ms;
@@ -152,57 +175,11 @@ class RunLoop {
   int input_wait_s_;
   std::size_t first_to_write_;
   std::size_t next_{first_to_write_};
+  std::optional<std::size_t> last_processed_;
   int frames_written_{0};
   double seconds_{0};
   std::set<std::string> told_;
 };
-
-std::ptrdiff_t frames_of_stereo_alone(const io::RunRecord& record) {
-  return std::ranges::count_if(record.finished(), [](const io::FrameSummary& frame) {
-    return std::ranges::any_of(frame.warnings, [](const std::string& text) { return text.starts_with(stereo_alone); });
-  });
-}
-
-/// How many frames say nothing, and what would mend it.
-void warn_of_unknown_frames(const io::RunRecord& record, const Rig& rig, const Rig& mounted) {
-  constexpr double degrees{57.29577951308232};
-  const std::size_t all{record.finished().size()};
-  const std::size_t unknown{record.frames_with(FrameStatus::road_unknown)};
-  const std::size_t unmatched{record.frames_with(FrameStatus::few_matches)};
-  if (unknown > 0 && mounted != rig) {
-    spdlog::warn(
-        "in {} of {} frames it is not known where the road is, and the grid is unknown. The camera is not mounted as "
-        "was assumed. Without such a beginning: add to calibration.yaml\n{}",
-        unknown, all, io::mount_line(mounted));
-  } else if (unknown > 0) {
-    spdlog::warn(
-        "in {} of {} frames it is not known where the road is, and the grid is unknown. The mounting may be wrong: "
-        "{:.3g} m "
-        "above the road and a pitch of {:.1f}° are assumed. Measure them and write them to calibration.yaml: "
-        "mount.camera_height_m, mount.camera_pitch_rad.",
-        unknown, all, rig.camera_height_m, rig.camera_pitch_rad * degrees);
-  }
-  if (unmatched > 0) {
-    spdlog::warn(
-        "in {} of {} frames left and right image hardly match, and the grid is unknown. stereogrid info looks for the "
-        "reason: images swapped, of different instants, not rectified, dark.",
-        unmatched, all);
-  }
-}
-
-void print_summary(const io::RunRecord& record, const RunLoop& loop) {
-  if (!spdlog::should_log(spdlog::level::info)) return;
-  const std::size_t skipped{record.skipped().size()};
-  tell("{} frames, {} skipped, {:.2f} frames per second\n", record.finished().size(), skipped,
-       loop.frames_per_second());
-  tell("median ms per frame:");
-  for (const io::StageField& stage : io::stage_fields) {
-    tell(" {} {:.1f}", stage.name, record.timing(stage.milliseconds).p50);
-  }
-  const std::ptrdiff_t alone{frames_of_stereo_alone(record)};
-  if (alone > 0) tell("\n{} of {} frames had no lidar", alone, record.finished().size());
-  tell("\nresults in {}\n", record.folder().string());
-}
 
 void check_options(const RunOptions& options, const Input& input) {
   refuse_without_node(options.messages.ros2);
@@ -247,7 +224,8 @@ io::RunRecord describe_run(const RunOptions& options, const Input& input, const 
                         .world_grid = pipeline.world_grid(),
                         .simd_target = std::string{simd_target()},
                         .threads = pipeline.threads(),
-                        .frames = range}};
+                        .frames = range,
+                        .warm_up = std::min(range.first, static_cast<std::size_t>(options.warm_up))}};
   const std::optional<std::string> complaint{io::complaint_if_swapped(first_usable_frame(*input.source, range))};
   if (complaint) throw InputError{*complaint};
   return record;
@@ -280,20 +258,23 @@ int run(const RunOptions& options) {
   const OpencvStage opencv{options.matcher, pipeline.config().matching.disparities};
   const io::Checkpoints checkpoints{record.range().first, static_cast<std::size_t>(options.checkpoint_every)};
   PoseStage poses{input.poses, input.source->rig(), input.mask,
-                  [checkpoints](std::size_t index) { return checkpoints.is_due_after(index); }};
+                  [checkpoints, end = record.range().end, save_last = options.save_last](std::size_t index) {
+                    return checkpoints.is_due_after(index) || (save_last && index + 1 == end);
+                  }};
   RunLoop loop{pipeline,
                poses,
                opencv,
                lidar,
                record,
                writer,
-               first_frame_of(record, pipeline, poses),
+               first_frame_of(record, pipeline, poses, {static_cast<std::size_t>(options.warm_up), options.go_on_from}),
                checkpoints,
                options.input_wait_s};
   catch_interrupts();
   loop.go_through(*input.source);
   record.save(loop.is_complete());
-  print_summary(record, loop);
+  if (loop.is_complete() ? options.save_last : !poses.takes_time()) loop.save_state();
+  print_summary(record, loop.frames_per_second());
   warn_of_unknown_frames(record, input.source->rig(), pipeline.rig());
   if (loop.is_complete()) return exit_done;
   spdlog::warn("stopped; the same command with --resume goes on");

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "cli_fwd.hpp"
 #include "config_options.hpp"
 #include "connect/message_output.hpp"
 #include "connect/page.hpp"
@@ -23,6 +24,7 @@ struct RunOptions {
   Rings fuse_rings{Rings::all};
   std::vector<double> predict_s;
   std::string frames;
+  int warm_up{0};
   DeviceOptions device;
   bool save_stages{false};
   bool pictures{false};
@@ -33,7 +35,14 @@ struct RunOptions {
   bool resume{false};
   int checkpoint_every{100};
   int input_wait_s{300};
+  // of a shard (batch/): a part of a drive whose other parts are runs of their own
+  bool world_of_input{false};  ///< the world frame is the vehicle frame of the input's first frame, not the run's
+  bool save_last{false};       ///< also what the pipeline remembers after the last frame
+  std::string go_on_from{};    ///< folder of the run that ends where this one begins; "": there is none
 };
+
+/// Of what is computed and written, beside INPUT and parameters.
+void add_result_options(CLI::App& command, RunOptions& options);
 
 /// `stereogrid run`. Returns the exit code; throws ConfigError, InputError, DeviceError.
 [[nodiscard]] int run(const RunOptions& options);

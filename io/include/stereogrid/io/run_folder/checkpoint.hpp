@@ -24,7 +24,9 @@ struct Checkpoints {
   std::size_t first;  ///< frame of the run
   std::size_t every;  ///< 0: never
 
-  [[nodiscard]] bool is_due_after(std::size_t index) const { return every > 0 && (index + 1 - first) % every == 0; }
+  [[nodiscard]] bool is_due_after(std::size_t index) const {
+    return every > 0 && index >= first && (index + 1 - first) % every == 0;
+  }
 };
 
 /// state.npz in a run's folder. Replaces the one before; leaves whole files only. Throws DeviceError.

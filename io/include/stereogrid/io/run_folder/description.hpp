@@ -46,6 +46,7 @@ struct RunDescription {
   std::string simd_target;
   int threads{0};
   FrameRange frames;
+  std::size_t warm_up{0};  ///< frames before them that went through the pipeline, too; must be in common
 };
 
 }  // namespace stereogrid::io

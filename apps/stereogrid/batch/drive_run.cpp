@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "batch/drive_run.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <system_error>
+
+#include "batch/result_folder.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::app::batch {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Adds what a later part of a drive says to what the earlier ones did.
+void add_run(Json& all, const Json& part) {
+  Json& frames(all["frames"]);
+  const Json& more(part.at("frames"));
+  frames["last"] = more.at("last");
+  for (const char* key : {"done", "skipped"}) {
+    frames[key] = frames.at(key).get<std::uint64_t>() + more.at(key).get<std::uint64_t>();
+  }
+  for (const Json& skipped : part.at("skipped")) all["skipped"].push_back(skipped);
+  for (const auto& [flag, count] : part.at("status").items()) {
+    all["status"][flag] = all["status"].value(flag, std::uint64_t{0}) + count.get<std::uint64_t>();
+  }
+  std::map<std::string, std::uint64_t> warnings;
+  for (const Json* run : {&std::as_const(all), &part}) {
+    for (const Json& warning : run->at("warnings"))
+      warnings[warning.at("text")] += warning.at("frames").get<std::uint64_t>();
+  }
+  all["warnings"] = Json(Json::array());
+  for (const auto& [text, count] : warnings) all["warnings"].push_back({{"text", text}, {"frames", count}});
+  for (const char* key : {"mount", "level_rig"}) all[key] = part.at(key);
+}
+
+}  // namespace
+
+DriveRun::DriveRun(const fs::path& runs, const Shard& first, std::size_t variants)
+    : folder_{runs / (variants > 1 ? fmt::format("{}.v{}", first.drive, first.variant) : first.drive)} {
+  io::create_folder(folder_);
+  lines_.open(folder_ / "frames.jsonl", std::ios::binary | std::ios::trunc);
+}
+
+void DriveRun::add(const fs::path& result) {
+  const fs::path file{result / "run.json"};
+  io::read_json<Json>(io::printable_path(file), io::read_file(file, io::largest_bytes::json), "",
+                      "Remove the shard's folder, then run it again.", [this](const Json& part) {
+                        if (run_.is_null()) {
+                          run_ = part;
+                          run_.erase("warm_up");
+                        } else {
+                          add_run(run_, part);
+                        }
+                      });
+  std::ifstream lines{result / "frames.jsonl", std::ios::binary};
+  if (lines.peek() != std::ifstream::traits_type::eof()) lines_ << lines.rdbuf();
+  for (const char* folder : {"grids", "predictions", "stages", "pictures"}) {
+    std::error_code error;
+    if (!fs::is_directory(result / folder, error)) continue;
+    io::create_folder(folder_ / folder);
+    for (const fs::directory_entry& entry : fs::directory_iterator{result / folder}) {
+      link_or_copy(entry.path(), folder_ / folder / entry.path().filename());
+    }
+  }
+}
+
+void DriveRun::finish() {
+  lines_.close();
+  if (!lines_) throw DeviceError{io::printable_path(folder_) + ": cannot be written. Check the space there."};
+  if (!run_.is_null()) io::write_file(folder_ / "run.json", io::json_text(run_, 1) + '\n');
+}
+
+}  // namespace stereogrid::app::batch

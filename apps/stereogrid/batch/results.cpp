@@ -1,0 +1,211 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "batch/results.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <system_error>
+
+#include "run/descriptor.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::app::batch {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* done_file{"done.json"};
+constexpr const char* timing_file{"timing.json"};
+constexpr std::int64_t most{1'000'000'000'000'000};
+
+[[noreturn]] void cannot(const fs::path& path, const char* what, int error_number) {
+  throw DeviceError{fmt::format("{}: {} ({}). Check the space there and the permissions, then run it again.",
+                                io::printable_path(path), what, std::generic_category().message(error_number))};
+}
+
+void sync(const Descriptor& descriptor, const fs::path& path) {
+  // some file systems have nothing to sync for folders, and say EINVAL
+  if (fsync(descriptor.get()) != 0 && errno != EINVAL) cannot(path, "cannot be brought to the disk", errno);
+}
+
+void sync_folder(const fs::path& folder) {
+  const Descriptor descriptor{open_file(folder.c_str(), O_RDONLY | O_DIRECTORY)};
+  if (descriptor.get() < 0) cannot(folder, "cannot be opened", errno);
+  sync(descriptor, folder);
+}
+
+PartFile read_part(const fs::path& path, bool to_disk) {
+  const Descriptor file{open_file(path.c_str(), O_RDONLY)};
+  if (file.get() < 0) cannot(path, "cannot be opened", errno);
+  std::array<char, 1 << 16> piece{};
+  PartFile part;
+  Sha256 sha;
+  for (;;) {
+    const ssize_t count{read(file.get(), piece.data(), piece.size())};
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) cannot(path, "cannot be read", errno);
+    if (count == 0) break;
+    sha.add({piece.data(), static_cast<std::size_t>(count)});
+    part.bytes += static_cast<std::uint64_t>(count);
+  }
+  if (to_disk) sync(file, path);
+  part.sha256 = sha.hex();
+  return part;
+}
+
+std::vector<std::string> names_below(const fs::path& folder, bool to_disk) {
+  std::vector<std::string> names;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator{folder}) {
+    if (entry.is_directory()) {
+      if (to_disk) sync_folder(entry.path());
+    } else if (const std::string name{entry.path().lexically_relative(folder).generic_string()}; name != done_file) {
+      names.push_back(name);
+    }
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+Json to_json(const Done& done) {
+  Json files(Json::array());
+  for (const PartFile& file : done.files) files.push_back({file.name, file.bytes, file.sha256});
+  return {{"digest", done.digest},   {"content", done.content}, {"frames", done.frames}, {"skipped", done.skipped},
+          {"seconds", done.seconds}, {"cost", done.cost},       {"files", files}};
+}
+
+Done done_of(const Json& json) {
+  const auto count = [&](const char* key) { return static_cast<std::uint64_t>(io::whole_number(json, key, 0, most)); };
+  Done done{.digest = json.at("digest"),
+            .content = json.at("content"),
+            .frames = count("frames"),
+            .skipped = count("skipped"),
+            .seconds = json.at("seconds").get<double>(),
+            .cost = json.at("cost").get<double>(),
+            .files = {}};
+  for (const Json& file : json.at("files")) done.files.push_back({file.at(0), file.at(1), file.at(2)});
+  return done;
+}
+
+/// Runs `read`, whose trouble with a file's bytes is ours to tell of as a difference.
+template <class Read>
+std::string trouble(Read read) {
+  try {
+    return read();
+  } catch (const DeviceError& error) {
+    return error.what();
+  } catch (const fs::filesystem_error& error) {
+    return error.what();
+  }
+}
+
+}  // namespace
+
+ShardPlaces::ShardPlaces(const fs::path& plan, const std::string& digest) {
+  const std::string name{digest.substr(0, 16)};
+  const std::string among{name.substr(0, 3)};
+  result = plan / "results" / among / name;
+  work = plan / "work" / among / name;
+  failed = plan / "failed" / among / (name + ".json");
+}
+
+std::vector<PartFile> sealed_files(const fs::path& folder) {
+  std::vector<PartFile> files;
+  for (const std::string& name : names_below(folder, true)) {
+    files.push_back(read_part(folder / name, true));
+    files.back().name = name;
+  }
+  return files;
+}
+
+std::string content_digest(const std::vector<PartFile>& files) {
+  Sha256 sha;
+  for (const PartFile& file : files) {
+    if (file.name != timing_file) sha.add(fmt::format("{} {}\n", file.sha256, file.name));
+  }
+  return sha.hex();
+}
+
+void write_done(const fs::path& folder, Done done) {
+  done.files = sealed_files(folder);
+  done.content = content_digest(done.files);
+  io::write_file(folder / done_file, io::json_text(to_json(done)) + '\n');
+  static_cast<void>(read_part(folder / done_file, true));
+  sync_folder(folder);
+}
+
+std::optional<Done> read_done(const fs::path& folder) {
+  const fs::path file{folder / done_file};
+  std::error_code error;
+  if (!fs::exists(file, error)) return std::nullopt;
+  Done done;
+  io::read_json<Json>(io::printable_path(file), io::read_file(file), "", "Remove the folder, then run the shard again.",
+                      [&](const Json& json) { done = done_of(json); });
+  return done;
+}
+
+std::string difference(const fs::path& folder, const Done& done) {
+  return trouble([&]() -> std::string {
+    const std::vector<std::string> names{names_below(folder, false)};
+    for (std::size_t i{0}; i < std::max(names.size(), done.files.size()); ++i) {
+      const bool both{i < names.size() && i < done.files.size()};
+      if (both && names[i] == done.files[i].name) continue;
+      if (i >= names.size() || (both && done.files[i].name < names[i])) return done.files[i].name + " is missing";
+      return names[i] + " does not belong there";
+    }
+    for (const PartFile& file : done.files) {
+      const PartFile found{read_part(folder / file.name, false)};
+      if (found.bytes != file.bytes) return fmt::format("{} has {} bytes, not {}", file.name, found.bytes, file.bytes);
+      if (found.sha256 != file.sha256) return file.name + " has another checksum";
+    }
+    return content_digest(done.files) == done.content ? "" : "done.json contradicts itself";
+  });
+}
+
+bool publish(const fs::path& from, const fs::path& result) {
+  io::create_folder(result.parent_path());
+  if (std::rename(from.c_str(), result.c_str()) != 0) {
+    if (errno == EEXIST || errno == ENOTEMPTY) return false;
+    cannot(result, "the result cannot be put there", errno);
+  }
+  sync_folder(result.parent_path());
+  return true;
+}
+
+void write_failure(const fs::path& file, const Failure& failure) {
+  io::create_folder(file.parent_path());
+  const Json json{{"digest", failure.digest},
+                  {"shard", failure.shard},
+                  {"exit_code", failure.exit_code},
+                  {"message", failure.message},
+                  {"host", failure.host}};
+  io::write_file(file, io::json_text(json, 1) + '\n');
+}
+
+std::optional<Failure> read_failure(const fs::path& file) {
+  std::error_code error;
+  if (!fs::exists(file, error)) return std::nullopt;
+  Failure failure;
+  io::read_json<Json>(
+      io::printable_path(file), io::read_file(file), "", "Remove the file, then run the shard again.",
+      [&](const Json& json) {
+        failure = {json.at("digest"), static_cast<std::uint64_t>(io::whole_number(json, "shard", 0, most)),
+                   static_cast<int>(io::whole_number(json, "exit_code", 0, 255)), json.at("message"), json.at("host")};
+      });
+  return failure;
+}
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  return gethostname(name.data(), name.size() - 1) == 0 ? io::printable(name.data()) : "unknown";
+}
+
+}  // namespace stereogrid::app::batch

@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "batch/run_options.hpp"
+
+#include <fmt/format.h>
+
+namespace stereogrid::app::batch {
+namespace {
+
+constexpr int frames_between_checkpoints{25};
+
+void read(const Json& run, RunOptions& options) {
+  options.config.preset = run.at("preset");
+  InputOptions& input{options.input};
+  input.calibration = run.at("calibration");
+  input.poses = run.at("poses");
+  input.disparities = run.at("disparities");
+  input.mask = run.at("mask");
+  input.left_topic = run.at("left_topic");
+  input.right_topic = run.at("right_topic");
+  input.pair_tolerance_ms = run.at("pair_tolerance_ms");
+  options.matcher = run.at("matcher");
+  options.fuse = run.at("fuse");
+  options.fuse_rings = ring_names().at(run.at("fuse_rings"));
+  options.predict_s = run.at("predict_s").get<std::vector<double>>();
+  options.device.device = run.at("device");
+  options.save_stages = run.at("save_stages");
+  options.pictures = run.at("pictures");
+}
+
+}  // namespace
+
+Json to_json(const RunOptions& options, bool evaluate) {
+  const InputOptions& input{options.input};
+  return {{"preset", options.config.preset},
+          {"calibration", input.calibration},
+          {"poses", input.poses},
+          {"disparities", input.disparities},
+          {"mask", input.mask},
+          {"left_topic", input.left_topic},
+          {"right_topic", input.right_topic},
+          {"pair_tolerance_ms", input.pair_tolerance_ms},
+          {"matcher", options.matcher},
+          {"fuse", options.fuse},
+          {"fuse_rings", name_of(options.fuse_rings)},
+          {"predict_s", options.predict_s},
+          {"device", options.device.device},
+          {"save_stages", options.save_stages},
+          {"pictures", options.pictures},
+          {"evaluate", evaluate}};
+}
+
+RunOptions run_options(const Plan& plan, const Shard& shard, const std::filesystem::path& folder) {
+  RunOptions options;
+  // whole and well-formed: the shard's digest is also of it
+  read(plan.run, options);
+  options.input.paths = shard.input;
+  options.config.settings = plan.variants.at(shard.variant).settings;
+  options.folder = folder.string();
+  options.frames = fmt::format("{}:{}", shard.first, shard.end - 1);
+  options.warm_up = static_cast<int>(shard.warm_up);
+  options.world_of_input = true;
+  options.save_last = plan.hand_on;
+  options.resume = true;
+  options.checkpoint_every = frames_between_checkpoints;
+  return options;
+}
+
+std::string digest_of_input(const InputOptions& input, DigestOf what) {
+  std::vector<std::string> paths{input.paths};
+  for (const std::string& more : {input.calibration, input.mask, input.disparities}) {
+    if (!more.empty()) paths.push_back(more);
+  }
+  const bool poses_file{!input.poses.empty() && input.poses != "file" && input.poses != "none" &&
+                        input.poses != "odometry"};
+  if (poses_file) paths.push_back(input.poses);
+  return input_digest(paths, what);
+}
+
+bool is_evaluated(const Plan& plan) {
+  return plan.run.value("evaluate", false);
+}
+
+}  // namespace stereogrid::app::batch

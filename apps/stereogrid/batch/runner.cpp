@@ -1,0 +1,280 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "batch/runner.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <new>
+#include <optional>
+#include <system_error>
+
+#include "batch/attempts.hpp"
+#include "batch/heartbeat.hpp"
+#include "batch/input_digest.hpp"
+#include "batch/result_folder.hpp"
+#include "batch/run_options.hpp"
+#include "commands.hpp"
+#include "console.hpp"
+#include "evaluate/evaluate.hpp"
+#include "interrupt.hpp"
+#include "run/folder_lock.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/recording.hpp"
+#include "stereogrid/io/run_folder/run_reader.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::app::batch {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// While it lives, the log has warnings only: a thousand runners would fill it.
+class QuietLog {
+ public:
+  QuietLog() : before_{spdlog::get_level()} {
+    if (before_ == spdlog::level::info) spdlog::set_level(spdlog::level::warn);
+  }
+  QuietLog(const QuietLog&) = delete;
+  QuietLog& operator=(const QuietLog&) = delete;
+  ~QuietLog() { spdlog::set_level(before_); }
+
+ private:
+  spdlog::level::level_enum before_;
+};
+
+/// One runner of one shard.
+class Runner {
+ public:
+  Runner(const PlanReader& plan, Shard shard, const RunnerOptions& options)
+      : plan_{plan}, shard_{std::move(shard)}, options_{options}, places_{plan.folder(), shard_.digest} {}
+
+  int work() {
+    if (is_done()) return exit_done;
+    if (const auto failure{read_failure(places_.failed)}; failure && !retry(*failure)) return failure->exit_code;
+    if (const auto waits{wait_for_predecessor()}) return *waits;
+    try {
+      return work_alone();
+    } catch (const DeviceError& error) {
+      return complain(exit_try_again, error.what());
+    }
+  }
+
+ private:
+  int complain(int code, const std::string& why) const {
+    tell_on_stderr("shard {}: {}\n", shard_.number, why);
+    return code;
+  }
+
+  /// A result without a proper done.json is set aside.
+  bool is_done() const {
+    std::error_code error;
+    if (!fs::exists(places_.result, error)) return false;
+    try {
+      const auto done{read_done(places_.result)};
+      if (done && done->digest == shard_.digest) return true;
+    } catch (const InputError& broken) {
+      spdlog::warn("{}", broken.what());
+    }
+    const fs::path aside{plan_.folder() / "damaged" /
+                         fmt::format("{}.{}", places_.result.filename().string(), getpid())};
+    fs::create_directories(aside.parent_path(), error);
+    fs::rename(places_.result, aside, error);
+    spdlog::warn("shard {}: the result there is damaged, and now lies in {}", shard_.number, aside.string());
+    return false;
+  }
+
+  bool retry(const Failure& failure) const {
+    std::error_code error;
+    if (options_.retry_poison) {
+      fs::remove(places_.failed, error);
+      fs::remove_all(places_.work, error);
+      return true;
+    }
+    complain(failure.exit_code, fmt::format("not tried again: {} (--retry-poison tries)", failure.message));
+    return false;
+  }
+
+  /// None: there is none to wait for, or it is done. A runner does what is missing before its own shard.
+  std::optional<int> wait_for_predecessor() const {
+    if (shard_.after.empty()) return std::nullopt;
+    const int code{run_shard(plan_, shard_.number - 1, options_)};
+    if (code == exit_done) return std::nullopt;
+    if (code == exit_try_again || code == exit_bug) return exit_try_again;
+    return refuse(code, fmt::format("goes on from shard {}, which cannot be done", shard_.number - 1));
+  }
+
+  int refuse(int code, const std::string& why) const {
+    write_failure(places_.failed, {shard_.digest, shard_.number, code, why, host_name()});
+    return complain(code, why);
+  }
+
+  int work_alone() {
+    int code{exit_try_again};
+    {
+      const FolderLock lock{places_.work};
+      if (!lock.keeps_others_out()) {
+        places_.work += fmt::format(".{}-{}", host_name(), getpid());
+        io::create_folder(places_.work);
+      }
+      if (!is_done()) {
+        const Heartbeat heartbeat{places_.work};
+        code = work_here();
+      } else {
+        code = exit_done;
+      }
+      if (code != exit_try_again && code != exit_bug) empty_work();
+    }
+    std::error_code error;
+    fs::remove(places_.work, error);  // if it is empty; another runner may be in it already
+    return code;
+  }
+
+  /// All but the lock, which has to be the last.
+  void empty_work() const {
+    std::error_code error;
+    for (const fs::directory_entry& entry : fs::directory_iterator{places_.work, error}) {
+      if (entry.path().filename() != ".lock") fs::remove_all(entry.path(), error);
+    }
+  }
+
+  int work_here() {
+    if (interrupted() != 0) return exit_try_again;
+    if (const std::string missing{missing_input()}; !missing.empty()) {
+      return complain(exit_try_again, missing + " is not there. Is the file system mounted on this machine?");
+    }
+    Attempts attempts{begin_attempt(read_attempts(places_.work), finished_frames(run_folder()))};
+    write_attempts(places_.work, attempts);
+    if (attempts.without_progress > options_.attempts) {
+      return refuse(exit_bug, fmt::format("{} runners in a row have ended without a word (a crash, or more memory than "
+                                          "allowed), none of them with a frame more than {}",
+                                          attempts.without_progress - 1, attempts.frames));
+    }
+    const auto start{std::chrono::steady_clock::now()};
+    const auto seconds = [&] {
+      return attempts.seconds + std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
+    const int code{attempt(seconds)};
+    if (code == exit_try_again) write_attempts(places_.work, {0, finished_frames(run_folder()), seconds()});
+    return code;
+  }
+
+  std::string missing_input() const {
+    std::error_code error;
+    for (const std::string& path : shard_.input) {
+      if (!path.starts_with("scene:") && !fs::exists(path, error)) return io::printable(path);
+    }
+    return "";
+  }
+
+  template <class Seconds>
+  int attempt(Seconds seconds) {
+    try {
+      check_input();
+      const int code{run_anew_where_damaged()};
+      if (code != exit_done) return exit_try_again;
+      return finish(seconds);
+    } catch (const ConfigError& error) {
+      return refuse(exit_usage, error.what());
+    } catch (const InputError& error) {
+      return refuse(exit_input, error.what());
+    } catch (const std::bad_alloc&) {
+      throw DeviceError{"out of memory"};  // the attempt counts
+    } catch (const DeviceError& error) {
+      return complain(exit_try_again, error.what());
+    } catch (const std::exception& error) {
+      return complain(exit_bug, std::string{"internal error: "} + error.what());
+    }
+  }
+
+  void check_input() const {
+    const DigestOf what{plan_.plan().content_digests ? DigestOf::content : DigestOf::names_and_sizes};
+    if (digest_of_input(run_options(plan_.plan(), shard_, "").input, what) == shard_.input_digest) return;
+    throw InputError{io::printable(shard_.input.front()), "is not what it was when the plan was made.",
+                     "Make a new plan: what has not changed is not worked on again if it has the same folder."};
+  }
+
+  fs::path run_folder() const { return places_.work / "run"; }
+
+  /// What another runner has left may be damaged, by a machine that broke down: then all from the beginning.
+  int run_anew_where_damaged() const {
+    std::error_code error;
+    const bool resumed{fs::exists(run_folder() / "run.json", error)};
+    if (!resumed) fs::remove_all(run_folder(), error);
+    try {
+      const int code{run_quietly()};
+      if (resumed && code == exit_done) check_grids();
+      return code;
+    } catch (const InputError& damaged) {
+      if (!resumed) throw;
+      spdlog::warn("shard {}: begins anew, since what was left of it cannot be used: {}", shard_.number,
+                   damaged.what());
+    } catch (const ConfigError& damaged) {
+      if (!resumed) throw;
+    }
+    fs::remove_all(run_folder(), error);
+    return run_quietly();
+  }
+
+  int run_quietly() const {
+    RunOptions options{run_options(plan_.plan(), shard_, run_folder())};
+    options.device.threads = options_.threads;
+    options.input_wait_s = options_.input_wait_s;
+    if (!shard_.after.empty()) options.go_on_from = ShardPlaces{plan_.folder(), shard_.after}.result;
+    const QuietLog quiet;
+    return run(options);
+  }
+
+  /// Each is read: their checksums tell what a machine that broke down has left half-written.
+  void check_grids() const {
+    const io::RunReader reader{run_folder()};
+    for (const io::RunFrame& frame : reader.frames()) static_cast<void>(reader.grids(frame.name));
+  }
+
+  Json figures() const {
+    if (!is_evaluated(plan_.plan()) || finished_frames(run_folder()) == 0) return {};
+    try {
+      if (!can_be_scored(open_input(run_options(plan_.plan(), shard_, "").input))) return {};
+      const QuietLog quiet;
+      EvaluateOptions options;
+      options.run = run_folder().string();
+      const auto frames{static_cast<double>(finished_frames(run_folder()))};
+      return to_json(figures_of(json_of(evaluate(options)), frames));
+    } catch (const InputError& error) {
+      return {{"not scored", error.what()}};
+    }
+  }
+
+  template <class Seconds>
+  int finish(Seconds seconds) {
+    const fs::path result{places_.work / "result"};
+    const Json scores(figures());
+    Done done{make_result(run_folder(), result, {seconds(), plan_.plan().hand_on, scores})};
+    done.digest = shard_.digest;
+    done.cost = shard_.cost;
+    write_done(result, done);
+    const bool first{publish(result, places_.result)};
+    if (spdlog::should_log(spdlog::level::info)) {
+      tell("shard {}: {} frames, {} skipped, {:.1f} s{}\n", shard_.number, done.frames, done.skipped, done.seconds,
+           first ? "" : "; another runner was faster, its result stays");
+    }
+    return exit_done;
+  }
+
+  const PlanReader& plan_;
+  Shard shard_;
+  const RunnerOptions& options_;
+  ShardPlaces places_;
+};
+
+}  // namespace
+
+int run_shard(const PlanReader& plan, std::uint64_t number, const RunnerOptions& options) {
+  if (interrupted() != 0) return exit_try_again;
+  return Runner{plan, plan.shard(number), options}.work();
+}
+
+}  // namespace stereogrid::app::batch

@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "evaluate/output.hpp"
+#include "input.hpp"
+#include "sweeps.hpp"
+
+namespace stereogrid::app {
+
+struct EvaluateOptions {
+  std::string run;
+  std::string input;
+  std::string truth;
+  std::optional<double> camera_height_m;
+  Rings rings{Rings::all};
+  std::string json;
+  std::string html;
+};
+
+/// Is there anything that results of this input can be scored against?
+[[nodiscard]] bool can_be_scored(const Input& input);
+
+/// Scores a run. Throws InputError: no run, no truth, none of these frames.
+[[nodiscard]] Evaluation evaluate(const EvaluateOptions& options);
+
+}  // namespace stereogrid::app

@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+#include "batch/plan.hpp"
+
+namespace stereogrid::app::batch::testing {
+
+namespace fs = std::filesystem;
+
+/// A folder of its own for each test, removed afterwards.
+class Folder : public ::testing::Test {
+ protected:
+  Folder() : path_{fs::temp_directory_path() / "stereogrid-batch-XXXXXX"} {
+    std::string name{path_.string()};
+    if (mkdtemp(name.data()) == nullptr) std::abort();
+    path_ = name;
+  }
+  ~Folder() override { fs::remove_all(path_); }
+  [[nodiscard]] fs::path operator/(const char* name) const { return path_ / name; }
+  [[nodiscard]] const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+/// Of one configuration, for drives of any kind.
+inline Plan simple_plan() {
+  Plan plan;
+  plan.version = "1";
+  plan.memory_mb = 300;
+  plan.run = {{"device", "cpu"}};
+  plan.variants = {{{}, {"grid.length_m=30"}, Json{{"grid", {{"length_m", 30}}}}}};
+  return plan;
+}
+
+inline Shard simple_shard(std::size_t first, std::size_t end) {
+  Shard shard;
+  shard.drive = "drive";
+  shard.input = {"scene:street"};
+  shard.input_digest = sha256_of("street");
+  shard.first = first;
+  shard.end = end;
+  shard.cost = static_cast<double>(end - first) * 100;
+  return shard;
+}
+
+/// Writes a plan of so many shards of ten frames.
+inline Plan write_plan(const fs::path& folder, std::size_t shards, bool follows = false) {
+  Plan plan{simple_plan()};
+  PlanWriter writer{folder};
+  for (std::size_t i{0}; i < shards; ++i) writer.add(simple_shard(10 * i, 10 * i + 10), plan, follows && i > 0);
+  plan.drives = 1;
+  writer.finish(plan);
+  return plan;
+}
+
+}  // namespace stereogrid::app::batch::testing
