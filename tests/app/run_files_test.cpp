@@ -53,6 +53,32 @@ TEST_F(RunFiles, EveryFrameHasItsFilesAndNothingElseIsLeft) {
   EXPECT_THAT(files_in(run() / "pictures"), ElementsAre("000000.png", "000001.png", "000002.png"));
 }
 
+TEST_F(RunFiles, CompactGridsAreThoseToTheirSteps) {
+  const fs::path compact{folder->path() / "compact"};
+  run_well({"run", small_scene("crossing", "&frames=3"), "--out", compact.string(), "--compact", "--set",
+            "grid.length_m=16", "--set", "matching.disparities=48"});
+  const fs::path file{fs::path{"grids"} / "000002.npz"};
+  const Arrays whole{io::read_npz(run() / file)};
+  const Arrays small{io::read_npz(compact / file)};
+  EXPECT_EQ(names_of(small), (std::set<std::string>{"age_s", "moving", "observed", "occupancy", "velocity"}));
+  for (const auto& [name, array] : small) {
+    EXPECT_EQ(array.dtype, io::DType::float16) << name;
+    EXPECT_EQ(array.shape, whole.at(name).shape) << name;
+    const double step{name == "velocity" ? 1.0 / 16 : name == "age_s" ? 1.0 / 64 : 1.0 / 256};
+    const std::vector<float> read{array.to<float>()};
+    const std::vector<float> exact{whole.at(name).to<float>()};
+    for (std::size_t c{0}; c < exact.size(); ++c) {
+      if (std::isinf(exact[c])) {
+        ASSERT_EQ(read[c], exact[c]) << name;
+      } else {
+        ASSERT_NEAR(read[c], exact[c], step / 2 + 1e-6) << name;
+      }
+    }
+  }
+  EXPECT_LT(fs::file_size(compact / file), fs::file_size(run() / file) / 10);
+  EXPECT_EQ(lines_of(run()).back()["obstacles"], lines_of(compact).back()["obstacles"]);
+}
+
 TEST_F(RunFiles, RunJsonTellsWhatWasDone) {
   const Json json(json_of(run() / "run.json"));
   for (const char* key : {"version", "preset", "config", "input", "frames", "device", "simd_target", "timing_ms", "rig",

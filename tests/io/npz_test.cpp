@@ -32,6 +32,20 @@ TEST(Npz, RoundTripsEveryType) {
   expect_round_trip<float>({});
 }
 
+TEST(Npz, HalvesKeepThreeDigits) {
+  const TemporaryFolder folder;
+  const std::vector<float> values{0.5F, 1.0F / 3, -12.0625F, 255.0F / 256, std::numeric_limits<float>::infinity()};
+  std::vector<Half> halves;
+  for (const float value : values) halves.emplace_back(value);
+  write_npz(folder / "a.npz", std::vector<NpzArray>{{"values", {halves.size()}, halves}});
+  const NpyArray read{read_npz(folder / "a.npz").at("values")};
+  EXPECT_EQ(spelling(read.dtype), "<f2");
+  const std::vector<float> back{read.to<float>()};
+  for (const std::size_t i : {0U, 2U, 3U, 4U}) EXPECT_EQ(back.at(i), values.at(i));
+  EXPECT_NEAR(back.at(1), 1.0 / 3, 0.0002);
+  EXPECT_EQ(read.to<std::int32_t>().at(2), -12);
+}
+
 TEST(Npz, KeepsShapesAndImages) {
   const TemporaryFolder folder;
   Image<float> image{3, 2, 1};
@@ -165,7 +179,8 @@ TEST(Npz, WeOpenNumpys) {
                  "np.savez_compressed(d + 'a.npz', f=np.arange(6, dtype=np.float64).reshape(2, 3), b=np.array([True, "
                  "False]), i=np.array([-3], np.int16), u=np.array([2**40], np.uint64))\n"
                  "np.savez(d + 'stored.npz', x=np.arange(3, dtype=np.int32))\n"
-                 "np.savez(d + 'half.npz', x=np.zeros(3, np.float16))\n"
+                 "np.savez(d + 'half.npz', x=np.array([0.1, -2.5], np.float16))\n"
+                 "np.savez(d + 'complex.npz', x=np.zeros(3, np.complex64))\n"
                  "np.savez(d + 'big.npz', x=np.zeros(3, '>f4'))\n"
                  "np.savez(d + 'columns.npz', x=np.asfortranarray(np.zeros((3, 2))))\n"));
   const auto arrays{read_npz(folder / "a.npz")};
@@ -174,7 +189,8 @@ TEST(Npz, WeOpenNumpys) {
   EXPECT_EQ(arrays.at("i").to<std::int32_t>(), std::vector<std::int32_t>{-3});
   EXPECT_EQ(arrays.at("u").to<std::int64_t>(), std::vector<std::int64_t>{std::int64_t{1} << 40});
   EXPECT_EQ(read_npz(folder / "stored.npz").at("x").to<std::int64_t>(), (std::vector<std::int64_t>{0, 1, 2}));
-  expect_complaint([&] { static_cast<void>(read_npz(folder / "half.npz")); }, {"half.npz", "x.npy", "<f2"});
+  EXPECT_EQ(read_npz(folder / "half.npz").at("x").to<float>(), (std::vector<float>{0.0999755859375F, -2.5F}));
+  expect_complaint([&] { static_cast<void>(read_npz(folder / "complex.npz")); }, {"complex.npz", "x.npy", "<c8"});
   expect_complaint([&] { static_cast<void>(read_npz(folder / "big.npz")); }, {"big.npz", ">f4"});
   expect_complaint([&] { static_cast<void>(read_npz(folder / "columns.npz")); }, {"columns.npz", "column by column"});
 }

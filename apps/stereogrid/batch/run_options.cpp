@@ -24,6 +24,7 @@ void read(const Json& run, RunOptions& options) {
   options.fuse_rings = ring_names().at(run.at("fuse_rings"));
   options.predict_s = run.at("predict_s").get<std::vector<double>>();
   options.device.device = run.at("device");
+  options.compact = run.value("compact", false);
   options.save_stages = run.at("save_stages");
   options.pictures = run.at("pictures");
 }
@@ -45,6 +46,7 @@ Json to_json(const RunOptions& options, bool evaluate) {
           {"fuse_rings", name_of(options.fuse_rings)},
           {"predict_s", options.predict_s},
           {"device", options.device.device},
+          {"compact", options.compact},
           {"save_stages", options.save_stages},
           {"pictures", options.pictures},
           {"evaluate", evaluate}};

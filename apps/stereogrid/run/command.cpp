@@ -29,6 +29,9 @@ void add_result_options(CLI::App& command, RunOptions& options) {
                   "Also the filtered grid as it will be so many seconds later: predictions/NAME.npz.")
       ->delimiter(',')
       ->type_name("S,S,...");
+  command.add_flag("--compact", options.compact,
+                   "Small grids: in the vehicle's frame only, without covariances, occupancies to 1/256, velocities to "
+                   "1/16 m/s, ages to 1/64 s.");
   command.add_flag("--save-stages", options.save_stages, "Also what the stages hand to each other: stages/NAME.npz.");
   command.add_flag("--pictures", options.pictures, "Also a picture of every frame: pictures/NAME.png.");
 }

@@ -76,7 +76,8 @@ struct ResultWriter::State {
 
   void write_frame(const Job& job) {
     const std::string file{job.frame.name + ".npz"};
-    io::write_grids(options.folder / "grids" / file, job.result);
+    const auto write{options.compact ? io::write_compact_grids : io::write_grids};
+    write(options.folder / "grids" / file, job.result);
     if (options.predictions) io::write_predictions(options.folder / "predictions" / file, job.result);
     if (options.stages) io::write_stages(options.folder / "stages" / file, job.result.stages);
     if (options.pictures || video) {

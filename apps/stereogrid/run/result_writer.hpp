@@ -16,6 +16,7 @@ namespace stereogrid::app {
 struct WriterOptions {
   std::filesystem::path folder;
   bool predictions{false};
+  bool compact{false};
   bool stages{false};
   bool pictures{false};
   std::filesystem::path video;  ///< empty: none

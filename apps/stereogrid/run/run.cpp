@@ -252,9 +252,9 @@ int run(const RunOptions& options) {
     page.emplace(options.page, options.folder);
     tell("open {}\n", page->server().url());
   }
-  ResultWriter writer{{options.folder, !options.predict_s.empty(), options.save_stages, options.pictures, options.video,
-                       rate_hz(input), options.messages, page ? &*page : nullptr, pipeline.rig(),
-                       record.range().first}};
+  ResultWriter writer{{options.folder, !options.predict_s.empty(), options.compact, options.save_stages,
+                       options.pictures, options.video, rate_hz(input), options.messages, page ? &*page : nullptr,
+                       pipeline.rig(), record.range().first}};
   const OpencvStage opencv{options.matcher, pipeline.config().matching.disparities};
   const io::Checkpoints checkpoints{record.range().first, static_cast<std::size_t>(options.checkpoint_every)};
   PoseStage poses{input.poses, input.source->rig(), input.mask,

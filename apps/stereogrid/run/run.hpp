@@ -26,6 +26,7 @@ struct RunOptions {
   std::string frames;
   int warm_up{0};
   DeviceOptions device;
+  bool compact{false};
   bool save_stages{false};
   bool pictures{false};
   std::string video;

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <opencv2/core.hpp>
 #include <regex>
 #include <type_traits>
 
@@ -148,12 +149,28 @@ std::vector<T> convert(const std::vector<std::byte>& bytes) {
   for (std::size_t i{0}; i < values.size(); ++i) {
     From value{};
     std::memcpy(&value, bytes.data() + i * sizeof(From), sizeof(From));
-    values[i] = converted<T>(value);
+    if constexpr (std::is_same_v<From, Half>) {
+      values[i] = converted<T>(static_cast<float>(value));
+    } else {
+      values[i] = converted<T>(value);
+    }
   }
   return values;
 }
 
 }  // namespace
+
+Half::Half(float value) {
+  const cv::float16_t half{value};
+  static_assert(sizeof half == sizeof bits);
+  std::memcpy(&bits, &half, sizeof bits);
+}
+
+Half::operator float() const {
+  cv::float16_t half;
+  std::memcpy(static_cast<void*>(&half), &bits, sizeof bits);
+  return static_cast<float>(half);
+}
 
 std::string_view spelling(DType dtype) {
   return entry_of(dtype).spelling;
@@ -166,6 +183,8 @@ std::size_t element_size(DType dtype) {
 template <class T>
 std::vector<T> NpyArray::to() const {
   switch (dtype) {
+    case DType::float16:
+      return convert<Half, T>(bytes);
     case DType::float32:
       return convert<float, T>(bytes);
     case DType::float64:

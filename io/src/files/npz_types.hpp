@@ -16,7 +16,8 @@ struct DTypeEntry {
   std::size_t size;
 };
 
-constexpr std::array<DTypeEntry, 11> dtypes{{{DType::float32, "<f4", 4},
+constexpr std::array<DTypeEntry, 12> dtypes{{{DType::float16, "<f2", 2},
+                                             {DType::float32, "<f4", 4},
                                              {DType::float64, "<f8", 8},
                                              {DType::int8, "|i1", 1},
                                              {DType::int16, "<i2", 2},

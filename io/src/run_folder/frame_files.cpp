@@ -3,6 +3,7 @@
 #include "stereogrid/io/run_folder/frame_files.hpp"
 
 #include <array>
+#include <cmath>
 #include <functional>
 #include <vector>
 
@@ -26,7 +27,37 @@ struct Stack {
   std::vector<float> values;
 };
 
+/// Several grids as one array of halves, (ny, nx) or (n, ny, nx). Steps whose numbers end in zeros pack well.
+struct CompactStack {
+  CompactStack(const Layers& layers, float steps_per_unit) {
+    const Image<float>& first{layers.front()};
+    shape = {static_cast<std::size_t>(first.height()), static_cast<std::size_t>(first.width())};
+    if (layers.size() > 1) shape.insert(shape.begin(), layers.size());
+    for (const Image<float>& layer : layers) {
+      for (const float value : layer) values.emplace_back(std::round(value * steps_per_unit) / steps_per_unit);
+    }
+  }
+  [[nodiscard]] NpzArray named(const char* name) const { return {name, shape, values}; }
+
+  std::vector<std::size_t> shape;
+  std::vector<Half> values;
+};
+
 }  // namespace
+
+void write_compact_grids(const std::filesystem::path& path, const FrameResult& result) {
+  constexpr float of_one{256};
+  constexpr float of_mps{16};
+  constexpr float of_second{64};
+  const CompactStack observed{Layers{result.observed}, of_one};
+  const CompactStack occupancy{Layers{result.vehicle.occupancy}, of_one};
+  const CompactStack moving{Layers{result.vehicle.moving}, of_one};
+  const CompactStack age_s{Layers{result.vehicle.age_s}, of_second};
+  const CompactStack velocity{Layers{result.vehicle.velocity_x, result.vehicle.velocity_y}, of_mps};
+  const std::array<NpzArray, 5> arrays{observed.named("observed"), occupancy.named("occupancy"), moving.named("moving"),
+                                       age_s.named("age_s"), velocity.named("velocity")};
+  write_npz(path, arrays);
+}
 
 void write_grids(const std::filesystem::path& path, const FrameResult& result) {
   const GridLayers& world{result.world};

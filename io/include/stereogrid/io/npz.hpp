@@ -19,16 +19,27 @@
 namespace stereogrid::io {
 
 /// Element types of NumPy arrays, little-endian.
-enum class DType { float32, float64, int8, int16, int32, int64, uint8, uint16, uint32, uint64, boolean };
+enum class DType { float16, float32, float64, int8, int16, int32, int64, uint8, uint16, uint32, uint64, boolean };
 
 /// "<f4" and so on, as NumPy spells it.
 [[nodiscard]] STEREOGRID_EXPORT std::string_view spelling(DType dtype);
 [[nodiscard]] STEREOGRID_EXPORT std::size_t element_size(DType dtype);
 
+/// Half a float's bits, for small files: three digits (IEEE 754 binary16).
+struct STEREOGRID_EXPORT Half {
+  Half() = default;
+  explicit Half(float value);
+  explicit operator float() const;
+
+  std::uint16_t bits{0};
+};
+
 template <class T>
 [[nodiscard]] constexpr DType dtype_of() {
   if constexpr (std::is_same_v<T, float>) {
     return DType::float32;
+  } else if constexpr (std::is_same_v<T, Half>) {
+    return DType::float16;
   } else if constexpr (std::is_same_v<T, double>) {
     return DType::float64;
   } else if constexpr (std::is_same_v<T, std::int32_t>) {

@@ -12,6 +12,8 @@ namespace stereogrid::io {
 // The .npz files of a frame; their arrays are listed in docs/format.md. Throw DeviceError.
 
 STEREOGRID_EXPORT void write_grids(const std::filesystem::path& path, const FrameResult& result);
+/// The vehicle grid alone, in half as many bits: occupancies to 1/256, velocities to 1/16 m/s, ages to 1/64 s.
+STEREOGRID_EXPORT void write_compact_grids(const std::filesystem::path& path, const FrameResult& result);
 /// The frame must have predictions.
 STEREOGRID_EXPORT void write_predictions(const std::filesystem::path& path, const FrameResult& result);
 STEREOGRID_EXPORT void write_stages(const std::filesystem::path& path, const StageImages& stages);
