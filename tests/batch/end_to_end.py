@@ -360,7 +360,10 @@ def by_engine(folder: Path, engine: str, *words):
             except ProcessLookupError:
                 killed -= 1
     print(f"{killed} runners were killed, engines ended with {[process.returncode for process in engines]}")
-    # what was killed too often for the engine is left for the next call
+    # what was killed too often for the engine is left for the next call; for a while it looks as if it were worked on
+    end = time.monotonic() + 120
+    while status(plan)["running"] and time.monotonic() < end:
+        time.sleep(0.5)
     if status(plan)["to_do"]:
         tool("submit", plan, "--engine", engine, *words, "--go", expect=None)
     found = status(plan)

@@ -303,6 +303,10 @@ def expect_equal(a: Path, b: Path):
     names = [sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()) for folder in (a, b)]
     assert names[0] == names[1], set(names[0]) ^ set(names[1])
     different = [name for name in names[0] if name != "timing.json" and not filecmp.cmp(a / name, b / name, shallow=False)]
+    for name in different[:1]:
+        for left, right in zip((a / name).read_text().splitlines(), (b / name).read_text().splitlines()):
+            if left != right:
+                print(f"{name}:\n{left[:600]}\n{right[:600]}")
     assert not different, different
     print(f"{len(names[0])} merged files are equal")
 
