@@ -108,7 +108,7 @@ class Runner {
   }
 
   int refuse(int code, const std::string& why) const {
-    write_failure(places_.failed, {shard_.digest, shard_.number, code, why, host_name()});
+    write_failure(places_.failed, {shard_.digest, shard_.number, code, without_place(why), host_name()});
     return complain(code, why);
   }
 
@@ -199,6 +199,16 @@ class Runner {
 
   fs::path run_folder() const { return places_.work / "run"; }
 
+  /// What is merged does not tell where it was worked on.
+  std::string without_place(std::string text) const {
+    const std::string place{places_.work.string()};
+    for (std::size_t at{text.find(place)}; at != std::string::npos; at = text.find(place, at)) {
+      text.replace(at, place.size(), "work");
+      at += 4;
+    }
+    return text;
+  }
+
   /// What another runner has left may be damaged, by a machine that broke down: then all from the beginning.
   int run_anew_where_damaged() const {
     std::error_code error;
@@ -244,7 +254,7 @@ class Runner {
       const auto frames{static_cast<double>(finished_frames(run_folder()))};
       return to_json(figures_of(json_of(evaluate(options)), frames));
     } catch (const InputError& error) {
-      return {{"not scored", error.what()}};
+      return {{"not scored", without_place(error.what())}};
     }
   }
 
