@@ -72,6 +72,7 @@ std::vector<Json> lines_of(const fs::path& run, bool with_timing) {
   std::vector<Json> lines;
   std::ifstream file{run / "frames.jsonl"};
   for (std::string line; std::getline(file, line);) {
+    if (file.eof()) break;  // half a line: the program is still at it
     lines.push_back(Json::parse(line));
     if (!with_timing) lines.back().erase("timing_ms");
   }

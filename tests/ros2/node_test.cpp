@@ -261,9 +261,10 @@ TEST_F(Ros2Node, LeavesTopicsOutWhosePackagesAreMissing) {
   start({{"poses", std::string{"none"}}});
   hand_in_infos();
   hand_in_frames(1);
-  EXPECT_THAT(told(), Contains(HasSubstr("/stereo_grid/obstacles is not published: package 'nav2_dynamic_msgs'")));
+  const auto left_out{Contains(HasSubstr("/stereo_grid/obstacles is not published: package 'nav2_dynamic_msgs'"))};
+  EXPECT_TRUE(wait_for([&] { return ::testing::Matches(left_out)(told()); }));
+  EXPECT_TRUE(wait_for([] { return published("/stereo_grid/observed_grid").size() == 1; }));
   EXPECT_THAT(published("/stereo_grid/obstacles"), IsEmpty());
-  EXPECT_EQ(published("/stereo_grid/observed_grid").size(), 1U);
 }
 
 TEST_F(Ros2Node, TellsWhatImagesItCannotRead) {
