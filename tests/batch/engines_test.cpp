@@ -68,7 +68,12 @@ TEST(BatchEngines, ParallelGoesOn) {
   const Submission submission{submission_of(options, simple_plan(), {{1, 2}, {7, 7}})};
   EXPECT_EQ(file_of(submission, "tasks.txt"), "1\n2\n7\n");
   const std::string script{file_of(submission, "parallel.sh")};
-  EXPECT_THAT(script, HasSubstr("--joblog joblog.txt --resume-failed --retries 5"));
+  // a job log knows tasks by their lines: it must not be taken for other tasks
+  const auto log_of{[](const std::string& text) { return text.substr(text.find("--joblog joblog-"), 24); }};
+  const Submission other{submission_of(options, simple_plan(), {{1, 1}})};
+  EXPECT_THAT(script, HasSubstr("--joblog joblog-"));
+  EXPECT_NE(log_of(script), log_of(file_of(other, "parallel.sh")));
+  EXPECT_THAT(script, HasSubstr(" --resume-failed --retries 5"));
   EXPECT_THAT(script, HasSubstr("--sshloginfile 'hosts'"));
 }
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <thread>
 
+#include "batch/sha256.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid::app::batch {
@@ -75,19 +76,21 @@ Submission local(const EngineOptions& options, const std::vector<NumberRange>& t
 }
 
 Submission parallel(const EngineOptions& options, const std::vector<NumberRange>& tasks) {
-  std::string words{fmt::format("parallel --joblog joblog.txt --resume-failed --retries {} --memfree {}M",
-                                options.retries, options.memory_mb)};
+  // it knows tasks by their lines: those of another submission are not these
+  const EngineFile lines{task_file(tasks)};
+  const std::string log{fmt::format("joblog-{}.txt", sha256_of(lines.text).substr(0, 8))};
+  std::string words{fmt::format("parallel --joblog {} --resume-failed --retries {} --memfree {}M", log, options.retries,
+                                options.memory_mb)};
   if (options.jobs > 0) words += fmt::format(" --jobs {}", options.jobs);
   if (options.jobs == 0) words += fmt::format(" --jobs {}%", std::max(1, 100 / options.cpus));
   if (!options.machines.empty()) words += " --sshloginfile " + shell_quoted(options.machines);
   const std::string script{
       fmt::format("#!/bin/sh\n{}"
-                  "# Run it again to go on: joblog.txt knows what is done. Tasks that cannot be done return at once.\n"
+                  "# Run it again to go on: its job log knows what is done. Tasks that cannot be done return at once.\n"
                   "cd {} || exit 75\n"
                   "exec {} {} '{{}}' :::: tasks.txt\n",
                   spdx, shell_quoted(options.folder), words, shell_quoted(options.folder + "/task.sh"))};
-  return {{task_file(tasks), task_program(options), {"parallel.sh", script, true}},
-          {"sh", options.folder + "/parallel.sh"}};
+  return {{lines, task_program(options), {"parallel.sh", script, true}}, {"sh", options.folder + "/parallel.sh"}};
 }
 
 std::string slurm_script(const EngineOptions& options) {
