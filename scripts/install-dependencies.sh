@@ -13,6 +13,7 @@ packages=(
   libtbb-dev libhwy-dev                              # threads, SIMD
   libzip-dev libdeflate-dev zlib1g-dev               # .npz
   libzstd-dev liblz4-dev libsqlite3-dev              # recordings: MCAP, rosbag2
+  libssl-dev                                         # digests of batches
   libgtest-dev libgmock-dev libbenchmark-dev         # tests, benchmarks
   libboost-dev                                       # server: WebSocket and HTTP (headers)
   libboost-context-dev                               # tests of CUDA kernels without a GPU
@@ -32,6 +33,7 @@ if [ "${1:-}" = "--ci" ]; then
     abigail-tools          # the shared core's interface
     cyclonedds-tools libfastrtps-dev  # peers of ROS 2 in tests
     ament-cmake python3-ament-lint-cmake python3-ament-flake8 python3-ament-pep257  # ros2/stereogrid_ros
+    parallel               # an engine of batches
     colcon python3-colcon-cmake python3-colcon-ros python3-colcon-recursive-crawl python3-colcon-package-information
   )
   # foreign peers of tests; other packages of Node.js bring it themselves and exclude Debian's

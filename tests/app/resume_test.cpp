@@ -70,6 +70,10 @@ TEST(Resume, RefusesOtherSettingsAndNamesThem) {
   const Outcome other{run_tool(words)};
   EXPECT_EQ(other.exit_code, 64);
   EXPECT_THAT(other.errors, HasSubstr("filter/forgetting_s: was 2"));
+  words.insert(words.end() - 2, {"--compact"});
+  const Outcome compact{run_tool(words)};
+  EXPECT_EQ(compact.exit_code, 64);
+  EXPECT_THAT(compact.errors, HasSubstr("compact: was false, is true"));
   const Outcome later{run_tool(command(folder / "run", "1:2", "--resume"))};
   EXPECT_EQ(later.exit_code, 64);
   EXPECT_THAT(later.errors, HasSubstr("first frame: was 0, is 1"));

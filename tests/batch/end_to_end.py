@@ -13,7 +13,6 @@ import os
 import random
 import resource
 import shutil
-import signal
 import struct
 import subprocess
 import sys
@@ -22,67 +21,19 @@ import time
 import zipfile
 from pathlib import Path
 
-TOOL = Path(sys.argv[1]).resolve()
-SIZE = "&width=320&height=200"
-ENGINES = ("SLURM_ARRAY_TASK_ID", "JOB_COMPLETION_INDEX", "AWS_BATCH_JOB_ARRAY_INDEX", "PARALLEL_SEQ")
-ENVIRONMENT = {key: value for key, value in os.environ.items() if key not in ENGINES}
-
-
-def skip(why: str):
-    print(f"SKIPPED: {why}")
-    sys.exit(77)
-
-
-def tool(*words, expect=0, **options) -> subprocess.CompletedProcess:
-    command = [str(TOOL), "batch", *map(str, words)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False,
-                          **({"env": ENVIRONMENT} | options))
-    if expect is not None and done.returncode != expect:
-        raise AssertionError(f"{' '.join(command)}: exit code {done.returncode}, not {expect}\n{done.stdout}{done.stderr}")
-    return done
+import support
+from support import ENVIRONMENT, copy_of, drive, expect_equal, make_plan, scene, status, tool
 
 
 def runner(plan: Path, *words) -> subprocess.Popen:
-    return subprocess.Popen([str(TOOL), "batch", "run", str(plan), *map(str, words)], env=ENVIRONMENT,
+    return subprocess.Popen([str(support.tool_path), "batch", "run", str(plan), *map(str, words)], env=ENVIRONMENT,
                             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-
-
-def status(plan: Path) -> dict:
-    return json.loads(tool("status", plan, "--json").stdout)
-
-
-def scene(frames: int, seed: int = 1) -> str:
-    return f"scene:street?frames={frames}&seed={seed}{SIZE}"
-
-
-def make_plan(folder: Path, *words) -> Path:
-    plan = folder / "plan"
-    tool("plan", *words, "--out", plan)
-    return plan
-
-
-def copy_of(plan: Path, name: str) -> Path:
-    """The same plan without any results. Digests do not depend on where a plan lies."""
-    copy = plan.parent / name
-    copy.mkdir()
-    for file in ("plan.json", "manifest.jsonl", "manifest.index"):
-        shutil.copy(plan / file, copy / file)
-    return copy
 
 
 def merged(plan: Path) -> Path:
     out = Path(f"{plan}-merged")
     tool("merge", plan, "--out", out, "--runs")
     return out
-
-
-def expect_equal(a: Path, b: Path):
-    """Every file but those of times."""
-    names = [sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()) for folder in (a, b)]
-    assert names[0] == names[1], f"other files: {set(names[0]) ^ set(names[1])}"
-    different = [name for name in names[0] if name != "timing.json" and not filecmp.cmp(a / name, b / name, shallow=False)]
-    assert not different, f"these differ: {different}"
-    print(f"{len(names[0])} merged files are equal")
 
 
 def expect_clean(plan: Path):
@@ -246,12 +197,6 @@ def finished(plan: Path) -> int:
         return 0
 
 
-def drive(folder: Path, seed: int) -> Path:
-    subprocess.run([TOOL, "-q", "simulate", f"street?frames=4&seed={seed}{SIZE}", "--out", folder], check=True,
-                   stdout=subprocess.DEVNULL)
-    return folder
-
-
 def poison(folder: Path):
     """Inputs that cannot be used end with 65, once; inputs that are not there with 75; crashes end some time."""
     good, bad = drive(folder / "good", 1), drive(folder / "bad", 2)
@@ -337,69 +282,9 @@ def disk(folder: Path):
             subprocess.run(["umount", "-l", small], check=True)
 
 
-def by_engine(folder: Path, engine: str, *words):
-    bad = drive(folder / "bad", 3)
-    plan = make_plan(folder, *(scene(12, seed) for seed in range(1, 7)), bad, "--frames-per-shard", 6, "--warm-up", 3)
-    reference = copy_of(plan, "reference")
-    for image in (bad / "left").iterdir():
-        image.write_bytes(b"x" * image.stat().st_size)
-    tool("run", reference, "--all", expect=65)
-    tool("merge", reference, "--out", folder / "reference-merged", "--runs", "--allow-missing")
-    command = tool("submit", plan, "--engine", engine, *words).stdout
-    engines = [subprocess.Popen(["sh", "-c", command], env=ENVIRONMENT, stdout=subprocess.DEVNULL,
-                                stderr=subprocess.DEVNULL, start_new_session=True) for _ in range(2)]
-    dice = random.Random(7)
-    killed = 0
-    while any(process.poll() is None for process in engines):
-        time.sleep(dice.uniform(0.3, 1.5))
-        children = runners_of(plan)
-        if children and killed < 8:
-            killed += 1
-            try:
-                os.kill(dice.choice(children), signal.SIGKILL)
-            except ProcessLookupError:
-                killed -= 1
-    print(f"{killed} runners were killed, engines ended with {[process.returncode for process in engines]}")
-    # what was killed too often for the engine is left for the next call; for a while it looks as if it were worked on
-    end = time.monotonic() + 120
-    while status(plan)["running"] and time.monotonic() < end:
-        time.sleep(0.5)
-    if status(plan)["to_do"]:
-        tool("submit", plan, "--engine", engine, *words, "--go", expect=None)
-    found = status(plan)
-    assert found["done"] == 12 and found["failed"] == 1, found
-    tool("merge", plan, "--out", folder / "plan-merged", "--runs", "--allow-missing")
-    expect_equal(folder / "plan-merged", folder / "reference-merged")
-    assert "nothing to do" in tool("submit", plan, "--engine", engine, expect=64).stderr
-
-
-def runners_of(plan: Path) -> list:
-    """Processes that work on this plan: those whose command line names it."""
-    found = []
-    for entry in Path("/proc").iterdir():
-        if entry.name.isdigit():
-            try:
-                words = (entry / "cmdline").read_bytes().split(b"\0")
-            except OSError:
-                continue
-            if words[0] == str(TOOL).encode() and str(plan).encode() in words and b"run" in words:
-                found.append(int(entry.name))
-    return found
-
-
-def parallel(folder: Path):
-    if not shutil.which("parallel"):
-        skip("GNU parallel is not installed")
-    by_engine(folder, "parallel", "--jobs", 2, "--memory-mb", 100)
-
-
-def local(folder: Path):
-    by_engine(folder, "local", "--jobs", 2, "--shards-per-task", 2)
-
-
 def main():
-    case = {"contract": contract, "cut": cut, "kills": kills, "signals": signals, "poison": poison, "disk": disk,
-            "parallel": parallel, "local": local}[sys.argv[2]]
+    case = {"contract": contract, "cut": cut, "kills": kills, "signals": signals, "poison": poison,
+            "disk": disk}[sys.argv[2]]
     with tempfile.TemporaryDirectory(prefix="stereogrid-batch-") as folder:
         case(Path(folder).resolve())
 

@@ -147,8 +147,9 @@ TEST(DdsTool, OptionsThatDoNotFitAreRefused) {
        {"live ros2:/a --loop", "live ros2:/a --poses file", "live ros2:/a --disparities d",
         "live ros2:/a --ros2-node 1", "live ros2:/a --ros2-camera-at 1,0,0",
         "live scene:street --ros2 --ros2-camera-at 1,0,0", "live ros2:/a --poses tf --ros2-camera-at 1,x,0",
-        "live ros2:/a --ros2-frames odom", "live ros2:/a --ros2-remap x", "live scene:street --ros2-node a",
-        "live scene:street --ros2 --ros2-sim-time", "run scene:street --out never --ros2-leave-tf"}) {
+        "live ros2:/a --ros2-frames odom", "live scene:street --ros2 --ros2-frames odom,odom",
+        "live ros2:/a --ros2-remap x", "live scene:street --ros2-node a", "live scene:street --ros2 --ros2-sim-time",
+        "run scene:street --out never --ros2-leave-tf"}) {
     Peer live{tool(words, 10)};
     EXPECT_THAT(all_of(live), HasSubstr("stereogrid: ")) << words;
     EXPECT_EQ(live.exit_code(), 64) << words;

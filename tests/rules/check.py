@@ -68,6 +68,7 @@ ROOMS = (
     Room("evaluation", ("include", "evaluation/include", "evaluation/src"), TBB),
     Room("research", ("include", "io/include", "scenes/include", "evaluation/include", "apps/stereogrid", "research"),
          r"(opencv2|nlohmann|fmt|spdlog|CLI)/.*|(sys/)?\w+\.h"),
+    Room("apps", ("apps/stereogrid",), r"fmt/.*|openssl/evp\.h", r"apps/stereogrid/batch/sha256\.cpp"),
     Room("apps", ("include", "io/include", "messages/include", "mcap/include", "server/include", "capture/include",
                   "dds/include", "scenes/include", "evaluation/include", "apps/stereogrid"),
          r"(opencv2|nlohmann|fmt|spdlog|CLI)/.*|(sys/)?\w+\.h"),

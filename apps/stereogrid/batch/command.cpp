@@ -19,4 +19,8 @@ void add_batch_command(CLI::App& tool, int& exit_code) {
   for (CLI::App* one : command->get_subcommands({})) one->fallthrough();
 }
 
+void batch::add_plan_argument(CLI::App& command, std::string& plan) {
+  command.add_option("PLAN", plan, "What `stereogrid batch plan --out` has left.")->type_name(" ")->required();
+}
+
 }  // namespace stereogrid::app

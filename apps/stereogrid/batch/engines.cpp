@@ -158,6 +158,29 @@ std::string yaml(const std::string& text) {
   return Json(text).dump();
 }
 
+std::string pod_template(const EngineOptions& options) {
+  return fmt::format(
+      "  template:\n"
+      "    spec:\n"
+      "      restartPolicy: Never\n"
+      "      terminationGracePeriodSeconds: 60\n"
+      "      containers:\n"
+      "      - name: stereogrid\n"
+      "        image: {}\n"
+      "        command: [{}, -q, batch, run, {}, --shards-per-task, \"{}\", --threads, \"{}\"]\n"
+      "        resources:\n"
+      "          requests: {{cpu: \"{}\", memory: {}M}}\n"
+      "          limits: {{memory: {}M{}}}\n"
+      "        volumeMounts:\n"
+      "        - {{name: plan, mountPath: {}}}\n"
+      "      volumes:\n"
+      "      - name: plan\n"
+      "        persistentVolumeClaim: {{claimName: {}}}\n",
+      yaml(options.image), yaml(options.tool), yaml(options.plan), options.shards_per_task, options.cpus, options.cpus,
+      options.memory_mb, options.memory_mb, options.gpu ? ", nvidia.com/gpu: 1" : "", yaml(options.plan),
+      yaml(options.claim));
+}
+
 Submission kubernetes(const EngineOptions& options, const Plan& plan, const std::vector<NumberRange>& tasks) {
   if (options.image.empty() || options.claim.empty()) {
     throw ConfigError{"Kubernetes needs --image, with stereogrid in it, and --claim, the volume that holds the plan."};
@@ -187,26 +210,7 @@ Submission kubernetes(const EngineOptions& options, const Plan& plan, const std:
       "      onExitCodes: {{containerName: stereogrid, operator: In, values: [70, 75, 137, 139, 143]}}\n",
       plan.digest.substr(0, 10), end, std::min<std::uint64_t>(static_cast<std::uint64_t>(jobs), end), options.retries,
       end);
-  text += fmt::format(
-      "  template:\n"
-      "    spec:\n"
-      "      restartPolicy: Never\n"
-      "      terminationGracePeriodSeconds: 60\n"
-      "      containers:\n"
-      "      - name: stereogrid\n"
-      "        image: {}\n"
-      "        command: [{}, -q, batch, run, {}, --shards-per-task, \"{}\", --threads, \"{}\"]\n"
-      "        resources:\n"
-      "          requests: {{cpu: \"{}\", memory: {}M}}\n"
-      "          limits: {{memory: {}M{}}}\n"
-      "        volumeMounts:\n"
-      "        - {{name: plan, mountPath: {}}}\n"
-      "      volumes:\n"
-      "      - name: plan\n"
-      "        persistentVolumeClaim: {{claimName: {}}}\n",
-      yaml(options.image), yaml(options.tool), yaml(options.plan), options.shards_per_task, options.cpus, options.cpus,
-      options.memory_mb, options.memory_mb, options.gpu ? ", nvidia.com/gpu: 1" : "", yaml(options.plan),
-      yaml(options.claim));
+  text += pod_template(options);
   return {{{"job.yaml", text}}, {"kubectl", "apply", "-f", options.folder + "/job.yaml"}};
 }
 

@@ -20,9 +20,7 @@ void add_merge_command(CLI::App& batch, int& exit_code) {
   auto options{std::make_shared<Options>()};
   CLI::App* command{batch.add_subcommand(
       "merge", "Put all results together: checked, in the plan's order, the same bytes whoever made them.")};
-  command->add_option("PLAN", options->plan, "What `stereogrid batch plan --out` has left.")
-      ->type_name(" ")
-      ->required();
+  add_plan_argument(*command, options->plan);
   command->add_option("--out,-o", options->out, "Folder for what is merged.")->type_name("DIR")->required();
   command->add_flag("--allow-missing", options->merge.allow_missing, "Merge what there is.");
   command->add_flag("--runs", options->merge.runs,

@@ -67,9 +67,7 @@ void add_run_command(CLI::App& batch, int& exit_code) {
   auto options{std::make_shared<Options>()};
   CLI::App* command{batch.add_subcommand(
       "run", "Work on one shard, or a few. Which: --shard, or what Slurm, Kubernetes, AWS Batch or GNU parallel say.")};
-  command->add_option("PLAN", options->plan, "What `stereogrid batch plan --out` has left.")
-      ->type_name(" ")
-      ->required();
+  add_plan_argument(*command, options->plan);
   CLI::Option* const shard{command->add_option("--shard", options->shards, "Numbers from 0.")->type_name("K | 3-7,12")};
   command->add_flag("--all", options->all, "All of them, one after the other.")->excludes(shard);
   command

@@ -62,9 +62,7 @@ int show_status(const Options& options) {
 void add_status_command(CLI::App& batch, int& exit_code) {
   auto options{std::make_shared<Options>()};
   CLI::App* command{batch.add_subcommand("status", "What of a plan is done, running, missing and impossible.")};
-  command->add_option("PLAN", options->plan, "What `stereogrid batch plan --out` has left.")
-      ->type_name(" ")
-      ->required();
+  add_plan_argument(*command, options->plan);
   CLI::Option* const json{command->add_flag("--json", options->json, "As JSON.")};
   command
       ->add_flag(

@@ -2,9 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+
 #include "cli_fwd.hpp"
 
 namespace stereogrid::app::batch {
+
+/// PLAN, which every sub-command but `plan` has.
+void add_plan_argument(CLI::App& command, std::string& plan);
 
 // Each adds a sub-command to `stereogrid batch`; running it sets `exit_code` or throws.
 void add_plan_command(CLI::App& batch, int& exit_code);

@@ -127,9 +127,7 @@ void add_engine_options(CLI::App& command, EngineOptions& options) {
 void add_submit_command(CLI::App& batch, int& exit_code) {
   auto options{std::make_shared<Options>()};
   CLI::App* command{batch.add_subcommand("submit", "Write what an engine needs to work on a plan, and start it.")};
-  command->add_option("PLAN", options->plan, "What `stereogrid batch plan --out` has left.")
-      ->type_name(" ")
-      ->required();
+  add_plan_argument(*command, options->plan);
   command->add_option("--engine", options->engine, "Who starts the tasks.")
       ->check(CLI::IsMember({"local", "parallel", "slurm", "kubernetes"}))
       ->capture_default_str();

@@ -43,6 +43,15 @@ OccupancyScale scale_named(std::string_view name) {
   return static_cast<OccupancyScale>(std::ranges::find(names, name) - names.begin());
 }
 
+messages::FrameMessagesOptions sent_by(const MessageOptions& options) {
+  messages::FrameMessagesOptions sent{.scale = options.scale.value_or(OccupancyScale::percent)};
+  if (options.ros2.frames.size() == 2) {
+    sent.world_frame = options.ros2.frames[0];
+    sent.vehicle_frame = options.ros2.frames[1];
+  }
+  return sent;
+}
+
 }  // namespace
 
 void add_message_options(CLI::App& command, MessageOptions& options) {
@@ -106,11 +115,7 @@ struct MessageOutput::State {
       recording.emplace(ready(options.mcap));
       if (options.topics.empty()) sinks.push_back(&*recording);
     }
-    messages::FrameMessagesOptions sent{.scale = options.scale.value_or(OccupancyScale::percent)};
-    if (options.ros2.frames.size() == 2) {
-      sent.world_frame = options.ros2.frames[0];
-      sent.vehicle_frame = options.ros2.frames[1];
-    }
+    messages::FrameMessagesOptions sent{sent_by(options)};
     if (!sinks.empty()) senders.emplace_back(all.emplace(std::move(sinks)), rig, sent);
     if (options.topics.empty()) return;
     sent.topics = options.topics;

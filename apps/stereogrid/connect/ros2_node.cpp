@@ -69,6 +69,10 @@ dds::Distro distro_of(std::string name) {
 }
 
 dds::NodeOptions node_options(const Ros2Options& options) {
+  const std::vector<std::string>& frames{options.frames};
+  if (!frames.empty() && (frames[0].empty() || frames[1].empty() || frames[0] == frames[1])) {
+    throw ConfigError{"--ros2-frames: give two names that differ, such as odom,base_link."};
+  }
   return {.name = options.node,
           .remappings = options.remappings,
           .left_out = options.leaves_tf ? std::vector<std::string>{"/tf"} : std::vector<std::string>{},

@@ -225,10 +225,26 @@ io::RunRecord describe_run(const RunOptions& options, const Input& input, const 
                         .simd_target = std::string{simd_target()},
                         .threads = pipeline.threads(),
                         .frames = range,
+                        .compact = options.compact,
                         .warm_up = std::min(range.first, static_cast<std::size_t>(options.warm_up))}};
   const std::optional<std::string> complaint{io::complaint_if_swapped(first_usable_frame(*input.source, range))};
   if (complaint) throw InputError{*complaint};
   return record;
+}
+
+WriterOptions writer_options(const RunOptions& options, const Input& input, const Rig& rig, std::size_t first_frame,
+                             Page* page) {
+  return {.folder = options.folder,
+          .predictions = !options.predict_s.empty(),
+          .compact = options.compact,
+          .stages = options.save_stages,
+          .pictures = options.pictures,
+          .video = options.video,
+          .video_rate_hz = rate_hz(input),
+          .messages = options.messages,
+          .page = page,
+          .rig = rig,
+          .first_frame = first_frame};
 }
 
 }  // namespace
@@ -252,9 +268,7 @@ int run(const RunOptions& options) {
     page.emplace(options.page, options.folder);
     tell("open {}\n", page->server().url());
   }
-  ResultWriter writer{{options.folder, !options.predict_s.empty(), options.compact, options.save_stages,
-                       options.pictures, options.video, rate_hz(input), options.messages, page ? &*page : nullptr,
-                       pipeline.rig(), record.range().first}};
+  ResultWriter writer{writer_options(options, input, pipeline.rig(), record.range().first, page ? &*page : nullptr)};
   const OpencvStage opencv{options.matcher, pipeline.config().matching.disparities};
   const io::Checkpoints checkpoints{record.range().first, static_cast<std::size_t>(options.checkpoint_every)};
   PoseStage poses{input.poses, input.source->rig(), input.mask,

@@ -40,25 +40,25 @@ Json rig_json(const Rig& rig) {
 }
 
 Json settings_json(const RunDescription& run) {
-  Json settings{{"version", version()},
-                {"preset", run.preset},
-                {"config", Json::parse(to_json(run.config))},
-                {"input", json_of(run.input)},
-                {"matcher", run.matcher},
-                {"predict_s", run.predict_s},
-                {"fuse", {{"source", run.fuse_source}, {"rings", run.fuse_rings}}},
-                {"device", run.device},
-                {"rig", rig_json(run.rig)},
-                {"grid",
-                 {{"x_min_m", run.grid.x_min_m},
-                  {"y_min_m", run.grid.y_min_m},
-                  {"cell_size_m", run.grid.cell_size_m},
-                  {"nx", run.grid.nx},
-                  {"ny", run.grid.ny}}},
-                {"world_grid",
-                 {{"cell_size_m", run.world_grid.cell_size_m}, {"nx", run.world_grid.nx}, {"ny", run.world_grid.ny}}}};
-  if (run.warm_up > 0) settings["warm_up"] = run.warm_up;
-  return settings;
+  return {{"version", version()},
+          {"preset", run.preset},
+          {"config", Json::parse(to_json(run.config))},
+          {"input", json_of(run.input)},
+          {"matcher", run.matcher},
+          {"predict_s", run.predict_s},
+          {"fuse", {{"source", run.fuse_source}, {"rings", run.fuse_rings}}},
+          {"device", run.device},
+          {"compact", run.compact},
+          {"warm_up", run.warm_up},
+          {"rig", rig_json(run.rig)},
+          {"grid",
+           {{"x_min_m", run.grid.x_min_m},
+            {"y_min_m", run.grid.y_min_m},
+            {"cell_size_m", run.grid.cell_size_m},
+            {"nx", run.grid.nx},
+            {"ny", run.grid.ny}}},
+          {"world_grid",
+           {{"cell_size_m", run.world_grid.cell_size_m}, {"nx", run.world_grid.nx}, {"ny", run.world_grid.ny}}}};
 }
 
 RunInput run_input_of(const Json& input) {

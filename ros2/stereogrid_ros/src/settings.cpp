@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <initializer_list>
 #include <type_traits>
 #include <vector>
 
@@ -56,40 +57,55 @@ std::chrono::nanoseconds seconds(rclcpp::Node& node, const std::string& name, do
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>{given});
 }
 
-}  // namespace
-
-Settings declare_settings(rclcpp::Node& node) {
-  Settings settings;
-  settings.config =
-      stereogrid::preset(declared<std::string>(node, "preset", "default", "default, or paper: as published."));
-  visit_parameters(settings.config, [&](std::string_view group, const stereogrid::Parameter& parameter, auto& value) {
+/// Throws with all problems at once.
+stereogrid::Config declare_config(rclcpp::Node& node) {
+  stereogrid::Config config{
+      stereogrid::preset(declared<std::string>(node, "preset", "default", "default, or paper: as published."))};
+  visit_parameters(config, [&](std::string_view group, const stereogrid::Parameter& parameter, auto& value) {
     std::string sentence{parameter.sentence};
     if (!parameter.unit.empty()) sentence += " [" + std::string{parameter.unit} + "]";
     declare_field(node, std::string{group} + "." + std::string{parameter.name}, sentence, value);
   });
   std::string all;
-  for (const std::string& problem : problems(settings.config)) all += (all.empty() ? "" : " ") + problem;
+  for (const std::string& problem : problems(config)) all += (all.empty() ? "" : " ") + problem;
   if (!all.empty()) throw ConfigError{all};
+  return config;
+}
 
-  declare_field(node, "threads", "Of the pipeline; 0: all cores.", settings.pipeline.threads);
-  const auto text = [&](const char* name, const std::string& usual, const char* sentence) {
-    return declared(node, name, usual, sentence);
+/// One of these words, of which the first is the usual one.
+std::string one_of(rclcpp::Node& node, const std::string& name, std::initializer_list<const char*> words,
+                   const char* sentence) {
+  const std::string given{declared(node, name, std::string{*words.begin()}, sentence)};
+  if (std::ranges::find(words, given) != words.end()) return given;
+  throw ConfigError{"parameter " + name + " is no " + given + ". " + sentence};
+}
+
+stereogrid::PipelineOptions declare_pipeline(rclcpp::Node& node) {
+  stereogrid::PipelineOptions pipeline;
+  declare_field(node, "threads", "Of the pipeline; 0: all cores.", pipeline.threads);
+  const std::string device{
+      one_of(node, "device", {"auto", "cpu", "cuda"}, "auto (a GPU where there is one), cpu or cuda.")};
+  pipeline.back_end = device == "cpu"    ? stereogrid::BackEnd::cpu
+                      : device == "cuda" ? stereogrid::BackEnd::cuda
+                                         : stereogrid::BackEnd::automatic;
+  return pipeline;
+}
+
+}  // namespace
+
+Settings declare_settings(rclcpp::Node& node) {
+  const auto text = [&](const char* name, const char* usual, const char* sentence) {
+    return declared(node, name, std::string{usual}, sentence);
   };
-  const std::string device{text("device", "auto", "auto (a GPU where there is one), cpu or cuda.")};
-  if (device != "auto" && device != "cpu" && device != "cuda") {
-    throw ConfigError{"parameter device is neither auto nor cpu nor cuda, but " + device + "."};
-  }
-  settings.pipeline.back_end = device == "cpu"    ? stereogrid::BackEnd::cpu
-                               : device == "cuda" ? stereogrid::BackEnd::cuda
-                                                  : stereogrid::BackEnd::automatic;
+  Settings settings;
+  settings.config = declare_config(node);
+  settings.pipeline = declare_pipeline(node);
   settings.are_rectified = declared(node, "rectified", true, "Do the topics hold rectified images?");
   settings.global_frame = text("global_frame", "odom", "Frame of the filtered grid.");
   settings.robot_base_frame = text("robot_base_frame", "base_footprint",
                                    "Its z = 0 is the road; empty: the camera's mounting is not asked of TF.");
-  settings.poses = text("poses", "tf", "Where the camera's way comes from: tf, images (found from them) or none.");
-  if (settings.poses != "tf" && settings.poses != "images" && settings.poses != "none") {
-    throw ConfigError{"parameter poses is neither tf nor images nor none, but " + settings.poses + "."};
-  }
+  settings.poses = one_of(node, "poses", {"tf", "images", "none"},
+                          "Where the camera's way comes from: tf, images (found from them) or none.");
   settings.pipeline.in_world_of_poses = settings.poses == "tf";
   settings.pair_tolerance = seconds(node, "pair_tolerance", 0.01, "Between the stamps of a pair's images, s.");
   settings.transform_tolerance = seconds(node, "transform_tolerance", 0.2, "How long a transform is waited for, s.");

@@ -46,6 +46,7 @@ struct RunDescription {
   std::string simd_target;
   int threads{0};
   FrameRange frames;
+  bool compact{false};     ///< write_compact_grids; must be in common
   std::size_t warm_up{0};  ///< frames before them that went through the pipeline, too; must be in common
 };
 
