@@ -161,8 +161,8 @@ StageResult run_filter(int cells, int repetitions) {
   const int velocities{static_cast<int>(tables.lattice.size())};
   const GridGeometry geometry{0, 0, 0.1, cells, cells};
   FilterOnDevice space{cuda, config, tables, cells};
-  FilterStateOnDevice before{cells, velocities};
-  FilterStateOnDevice after{cells, velocities};
+  FilterStateOnDevice before{config, cells};
+  FilterStateOnDevice after{config, cells};
   LayersOnDevice layers{cells, cells};
   DeviceImage<float> observed{cells, cells};
   Image<float> values{cells, cells, 0.5f};

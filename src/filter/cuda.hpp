@@ -23,22 +23,26 @@ FilterMotion filter_motion(const FilterInput& input, const GridGeometry& before)
 /// The filter's state on the device. Masses are as they arrived; what the update made of them, m(k) = scale·mass(k) +
 /// born(k), is worked out where they are read next: so a step reads and writes each of them once.
 struct FilterStateOnDevice {
-  FilterStateOnDevice(int cells, int velocities);
+  FilterStateOnDevice(const FilterConfig& config, int cells);
 
   /// Calls work(data, size) for all that the state consists of.
   template <class Work>
   void for_each_array(const Work& work) {
     work(mass.data(), mass.size());
-    for (DeviceImage<float>* image : {&scale, &born_standing, &born_moving, &occupancy, &age_s}) {
+    work(slots.data(), slots.size());
+    for (DeviceImage<float>* image : {&scale, &born_standing, &born_moving, &occupancy, &standing, &age_s}) {
       work(image->data(), image->size());
     }
   }
 
-  DeviceBuffer<float> mass;  ///< [k][cell]
+  DeviceBuffer<float> mass;  ///< tay2008: [k][cell]; joint: [slot][k][cell of the block]
+  DeviceBuffer<int> slots;   ///< joint: of each block; negative: none. Behind them, how many are used, and were before
+                             ///< the last ones were given away.
   DeviceImage<float> scale;
   DeviceImage<float> born_standing;
   DeviceImage<float> born_moving;
   DeviceImage<float> occupancy;
+  DeviceImage<float> standing;  ///< joint
   DeviceImage<float> age_s;
 };
 
@@ -67,6 +71,14 @@ struct FilterOnDevice {
   DeviceBuffer<float> rounded_speed_mps;  ///< the same
   DeviceBuffer<Antecedents> from;         ///< of each velocity
   DeviceImage<float4> prepared;           ///< of each cell of the state before
+  // joint
+  int capacity;                  ///< blocks that can have masses at a time
+  float each_moving;             ///< of FilterTables
+  float moving_mass_min;         ///< likewise
+  DeviceImage<float> even;       ///< FilterSpace::even
+  DeviceImage<float> spread;     ///< FilterSpace::spread
+  DeviceBuffer<CellBox> moving;  ///< of each block of the state before: its cells that move
+  DeviceBuffer<int> starts;      ///< of each evidence: makes a cell move whose block has no masses
 };
 
 /// All cells unknown; `motion` is on the device, its priors are used.
@@ -78,7 +90,7 @@ void filter(Cuda& cuda, FilterOnDevice& filter, const FilterMotion* motion, View
 
 /// `weigh_velocities` of filter.hpp, equal to the CPU to the bit; after filter(). `evidence` and `count` are on the
 /// device, or in pinned memory.
-void weigh_velocities(Cuda& cuda, const FilterOnDevice& filter, const VelocityEvidence* evidence, const int* count,
+void weigh_velocities(Cuda& cuda, FilterOnDevice& filter, const VelocityEvidence* evidence, const int* count,
                       FilterStateOnDevice& state, LayersOnDevice& layers);
 
 /// `resample` of filter.hpp: the window's layers in the cells of the vehicle's grid; equal to the CPU to the bit. The

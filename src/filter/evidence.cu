@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include "filter/blocks.cuh"
 #include "filter/layers.cuh"
 
 namespace stereogrid {
@@ -8,40 +9,100 @@ namespace {
 constexpr int threads{64};
 constexpr int blocks{256};
 
-struct State {
-  float* mass;
-  float* scale;
-  float* born_standing;
-  float* born_moving;
+struct Weighing {
+  const VelocityEvidence* evidence;
+  const int* count;
+  const float* axis_mps;
+  int side;
+  int cells;  ///< along a side of the window
+  float each_moving;
+  float moving_mass_min;
+  int* starts;
 };
 
-// A cell per thread: they are few, and far apart.
-__global__ void weigh_cells(const VelocityEvidence* evidence, const int* count, const float* axis_mps, int side,
-                            int cells, State state, LayerPointers layers) {
-  const int step{static_cast<int>(gridDim.x) * threads};
-  for (int n{static_cast<int>(blockIdx.x) * threads + static_cast<int>(threadIdx.x)}; n < *count; n += step) {
-    const VelocityEvidence one{evidence[n]};
-    const auto mass = [&](int k) -> float& { return state.mass[static_cast<std::size_t>(k) * cells + one.cell]; };
-    for (int k{0}; k < side * side; ++k) {
-      const float born{k == side * side / 2 ? state.born_standing[one.cell] : state.born_moving[one.cell]};
-      mass(k) = state.scale[one.cell] * mass(k) + born;
+// Tells a cell what has been measured. False: it makes the cell move, and its block has no masses.
+__device__ bool weigh_cell(const Weighing& in, const VelocityEvidence& one, bool may_start, const JointPointers& state,
+                           const LayerPointers& layers) {
+  const int i{one.cell};
+  const int x{i % in.cells};
+  const int y{i / in.cells};
+  const int block{block_of(in.cells, x, y)};
+  const int slot{state.slots[block]};
+  WeighedCell cell{};
+  if (slot >= 0) {
+    const int standstill{in.side * in.side / 2};
+    float* const masses{state.mass + mass_index(slot, in.side * in.side, 0, x, y)};
+    const auto mass = [&](int k) {
+      return state.scale[i] * masses[k * block_cells] +
+             (k == standstill ? state.born_standing[i] : state.born_moving[i]);
+    };
+    cell = weigh(one, in.axis_mps, in.side, mass, [&](int k, float m) { masses[k * block_cells] = m; });
+    state.scale[i] = 1;
+    state.born_standing[i] = state.born_moving[i] = 0;
+  } else {
+    const float standing{state.standing[i]};
+    const float each{even_mass(in.each_moving, state.occupancy[i], standing)};
+    cell = weigh_evenly(one, in.axis_mps, in.side, each, standing);
+    if (may_start && is_moving(in.moving_mass_min, state.occupancy[i], cell.standing)) {
+      state.slots[block] = wanted;
+      return false;
     }
-    const WeighedCell cell{weigh(one, axis_mps, side, mass)};
-    write_velocity(estimate_of(cell.sums), one.cell, layers);
-    layers.moving[one.cell] = moving_share(layers.occupancy[one.cell], cell.standing);
-    state.scale[one.cell] = 1;
-    state.born_standing[one.cell] = state.born_moving[one.cell] = 0;
   }
+  state.standing[i] = cell.standing;
+  layers.moving[i] = moving_share(layers.occupancy[i], cell.standing);
+  write_velocity(estimate_of(cell.sums), i, layers);
+  return true;
+}
+
+// A cell per thread: they are few, and far apart.
+__global__ void weigh_cells(Weighing in, JointPointers state, LayerPointers layers) {
+  for (int n{static_cast<int>(blockIdx.x * threads + threadIdx.x)}; n < *in.count; n += blocks * threads) {
+    in.starts[n] = weigh_cell(in, in.evidence[n], true, state, layers) ? 0 : 1;
+  }
+}
+
+__global__ void weigh_starting_cells(Weighing in, JointPointers state, LayerPointers layers) {
+  for (int n{static_cast<int>(blockIdx.x * threads + threadIdx.x)}; n < *in.count; n += blocks * threads) {
+    if (in.starts[n] != 0) weigh_cell(in, in.evidence[n], false, state, layers);
+  }
+}
+
+// A block of threads for each block of cells: those that have just been given a slot.
+__global__ void fill_begun_blocks(Weighing in, JointPointers state) {
+  const int x{static_cast<int>(blockIdx.x) * block_columns + static_cast<int>(threadIdx.x)};
+  const int y{static_cast<int>(blockIdx.y) * block_rows + static_cast<int>(threadIdx.y)};
+  if (x >= in.cells || y >= in.cells) return;
+  const int slot{state.slots[block_of(in.cells, x, y)]};
+  if (slot < state.slots[blocks_across(in.cells) * blocks_along(in.cells) + 1]) return;
+  const int i{y * in.cells + x};
+  const int velocities{in.side * in.side};
+  const float each{even_mass(in.each_moving, state.occupancy[i], state.standing[i])};
+  float* const masses{state.mass + mass_index(slot, velocities, 0, x, y)};
+  for (int k{0}; k < velocities; ++k) masses[k * block_cells] = k == velocities / 2 ? state.standing[i] : each;
+  state.scale[i] = 1;
+  state.born_standing[i] = state.born_moving[i] = 0;
 }
 
 }  // namespace
 
-void weigh_velocities(Cuda& cuda, const FilterOnDevice& filter, const VelocityEvidence* evidence, const int* count,
+void weigh_velocities(Cuda& cuda, FilterOnDevice& filter, const VelocityEvidence* evidence, const int* count,
                       FilterStateOnDevice& state, LayersOnDevice& layers) {
-  launch(cuda, weigh_cells, blocks, threads, 0, evidence, count, filter.rounded_speed_mps.data(), filter.side,
-         static_cast<int>(state.scale.size()),
-         State{state.mass.data(), state.scale.data(), state.born_standing.data(), state.born_moving.data()},
-         pointers(layers));
+  const int cells{state.occupancy.width()};
+  const Weighing in{evidence,
+                    count,
+                    filter.rounded_speed_mps.data(),
+                    filter.side,
+                    cells,
+                    filter.each_moving,
+                    filter.moving_mass_min,
+                    filter.starts.data()};
+  const JointPointers pointers_of_state{joint_pointers(state)};
+  launch(cuda, weigh_cells, blocks, threads, 0, in, pointers_of_state, pointers(layers));
+  begin_wanted_blocks(cuda, filter, state);
+  launch(cuda, fill_begun_blocks,
+         dim3{static_cast<unsigned>(blocks_across(cells)), static_cast<unsigned>(blocks_along(cells))},
+         dim3{block_columns, block_rows}, 0, in, pointers_of_state);
+  launch(cuda, weigh_starting_cells, blocks, threads, 0, in, pointers_of_state, pointers(layers));
 }
 
 }  // namespace stereogrid

@@ -17,7 +17,7 @@ namespace stereogrid {
 namespace HWY_NAMESPACE {
 namespace {
 
-using Float = hn::CappedTag<float, evidence_cells>;
+using Float = hn::CappedTag<float, block_columns>;
 using Vector = hn::Vec<Float>;
 
 #include "filter/lattice_formulas.hpp"
@@ -33,8 +33,8 @@ struct Evidence {
 // The cells of a vector: those from `lane` on.
 class Weighing {
  public:
-  Weighing(const std::vector<float>& axis_mps, FilterState& state, float* masses, WeighedCells& cells, int lane)
-      : axis_mps_{axis_mps}, state_{state}, masses_{masses + lane}, cells_{cells}, lane_{lane} {}
+  Weighing(const std::vector<float>& axis_mps, float* space, WeighedCells& cells, int lane)
+      : axis_mps_{axis_mps}, space_{space + lane}, cells_{cells}, lane_{lane} {}
 
   [[nodiscard]] bool is_needed() const {
     for (std::size_t i{0}; i < hn::Lanes(Float{}); ++i) {
@@ -49,23 +49,28 @@ class Weighing {
   static Vector set(float value) { return hn::Set(Float{}, value); }
   [[nodiscard]] Vector load(const float* of_cells) const { return hn::LoadU(Float{}, of_cells + lane_); }
   void store(Vector v, float* of_cells) const { hn::StoreU(v, Float{}, of_cells + lane_); }
-  [[nodiscard]] float* state(std::size_t k) const { return state_.velocity[k].data() + cells_.first_cell + lane_; }
+  [[nodiscard]] std::size_t standstill() const { return axis_mps_.size() * axis_mps_.size() / 2; }
+  [[nodiscard]] float* masses(std::size_t k) const { return cells_.masses + k * block_cells + lane_; }
+  [[nodiscard]] Vector mass(std::size_t k) const {
+    if (cells_.masses != nullptr) return hn::LoadU(Float{}, masses(k));
+    return load(k == standstill() ? cells_.standing : cells_.each);
+  }
 
   // The masses times their likelihoods; returns the scale that keeps their sum.
   [[nodiscard]] Vector apply() const {
     Vector before{set(0)};
     Vector after{set(0)};
     std::size_t k{0};
-    const Evidence evidence{load(cells_.x), load(cells_.y), load(cells_.xx), load(cells_.xy), load(cells_.yy)};
+    const Evidence evidence{load(cells_.x), load(cells_.y_mps), load(cells_.xx), load(cells_.xy), load(cells_.yy)};
     for (const float vy_mps : axis_mps_) {
       Vector row_before{set(0)};
       Vector row_after{set(0)};
       for (const float vx_mps : axis_mps_) {
-        const Vector mass{hn::LoadU(Float{}, state(k))};
-        const Vector weighed{hn::Mul(mass, likelihood_of(evidence, set(vx_mps), set(vy_mps)))};
-        row_before = hn::Add(row_before, mass);
+        const Vector here{mass(k)};
+        const Vector weighed{hn::Mul(here, likelihood_of(evidence, set(vx_mps), set(vy_mps)))};
+        row_before = hn::Add(row_before, here);
         row_after = hn::Add(row_after, weighed);
-        hn::StoreU(weighed, Float{}, masses_ + evidence_cells * k++);
+        hn::StoreU(weighed, Float{}, space_ + block_columns * k++);
       }
       before = hn::Add(before, row_before);
       after = hn::Add(after, row_after);
@@ -74,18 +79,20 @@ class Weighing {
   }
 
   void rescale(Vector scale) const {
-    float is_weighed[evidence_cells];
-    for (int i{0}; i < evidence_cells; ++i) is_weighed[i] = cells_.is_weighed[i] ? 1.0f : 0.0f;
+    float is_weighed[block_columns];
+    for (int i{0}; i < block_columns; ++i) is_weighed[i] = cells_.is_weighed[i] ? 1.0f : 0.0f;
     const auto weighed = hn::Gt(load(is_weighed), set(0));
     LatticeSums<Vector> sum;
     std::size_t k{0};
     for (const float vy_mps : axis_mps_) {
       LatticeRowSums<Vector> row;
       for (const float vx_mps : axis_mps_) {
-        const Vector mass{hn::Mul(hn::LoadU(Float{}, masses_ + evidence_cells * k), scale)};
+        const Vector mass{hn::Mul(hn::LoadU(Float{}, space_ + block_columns * k), scale)};
         row.add(set(vx_mps), mass);
-        if (k == state_.velocity.size() / 2) store(mass, cells_.standing);
-        hn::StoreU(hn::IfThenElse(weighed, mass, hn::LoadU(Float{}, state(k))), Float{}, state(k));
+        if (k == standstill()) store(mass, cells_.standing);
+        if (cells_.masses != nullptr) {
+          hn::StoreU(hn::IfThenElse(weighed, mass, hn::LoadU(Float{}, masses(k))), Float{}, masses(k));
+        }
         ++k;
       }
       sum.add(set(vy_mps), row);
@@ -99,15 +106,14 @@ class Weighing {
   }
 
   const std::vector<float>& axis_mps_;
-  FilterState& state_;
-  float* masses_;
+  float* space_;
   WeighedCells& cells_;
   int lane_;
 };
 
-void WeighCells(const std::vector<float>& axis_mps, FilterState& state, float* masses, WeighedCells& cells) {
-  for (int lane{0}; lane < evidence_cells; lane += static_cast<int>(hn::Lanes(Float{}))) {
-    const Weighing weighing{axis_mps, state, masses, cells, lane};
+void WeighCells(const std::vector<float>& axis_mps, float* space, WeighedCells& cells) {
+  for (int lane{0}; lane < block_columns; lane += static_cast<int>(hn::Lanes(Float{}))) {
+    const Weighing weighing{axis_mps, space, cells, lane};
     if (weighing.is_needed()) weighing.run();
   }
 }
@@ -122,8 +128,8 @@ namespace stereogrid {
 
 HWY_EXPORT(WeighCells);
 
-void weigh_cells(const std::vector<float>& axis_mps, FilterState& state, float* masses, WeighedCells& cells) {
-  HWY_DYNAMIC_DISPATCH(WeighCells)(axis_mps, state, masses, cells);
+void weigh_cells(const std::vector<float>& axis_mps, float* space, WeighedCells& cells) {
+  HWY_DYNAMIC_DISPATCH(WeighCells)(axis_mps, space, cells);
 }
 
 }  // namespace stereogrid

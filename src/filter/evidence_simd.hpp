@@ -2,38 +2,39 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "filter/filter.hpp"
 
 namespace stereogrid {
 
-/// So many neighbouring cells are weighed together.
-constexpr int evidence_cells{16};
-
-/// Cells first_cell … first_cell + evidence_cells − 1 of the window.
+/// The cells of a row of a block.
 struct WeighedCells {
-  int first_cell;
-  bool is_weighed[evidence_cells];  ///< the others have no evidence and stay as they are
+  int x_first;
+  int y;
+  bool is_weighed[block_columns];  ///< the others have no evidence and stay as they are
   /// VelocityEvidence of each
-  float x[evidence_cells];
-  float y[evidence_cells];
-  float xx[evidence_cells];
-  float xy[evidence_cells];
-  float yy[evidence_cells];
+  float x[block_columns];
+  float y_mps[block_columns];
+  float xx[block_columns];
+  float xy[block_columns];
+  float yy[block_columns];
+  /// of their first velocity; null: `standing` and of each moving velocity `each`
+  float* masses;
+  float each[block_columns];
+  /// P(occupied, standstill), before and afterwards
+  float standing[block_columns];
   /// VelocitySums of each afterwards
-  float sum_mass[evidence_cells];
-  float sum_x[evidence_cells];
-  float sum_y[evidence_cells];
-  float sum_xx[evidence_cells];
-  float sum_xy[evidence_cells];
-  float sum_yy[evidence_cells];
-  float standing[evidence_cells];
+  float sum_mass[block_columns];
+  float sum_x[block_columns];
+  float sum_y[block_columns];
+  float sum_xx[block_columns];
+  float sum_xy[block_columns];
+  float sum_yy[block_columns];
 };
 
-/// `weigh` for cells side by side, equal to it on every instruction set. Works in `masses`: evidence_cells for each
+/// `weigh` for cells side by side, equal to it on every instruction set. Works in `space`: block_columns for each
 /// velocity.
-void weigh_cells(const std::vector<float>& axis_mps, FilterState& state, float* masses, WeighedCells& cells);
+void weigh_cells(const std::vector<float>& axis_mps, float* space, WeighedCells& cells);
 
 }  // namespace stereogrid

@@ -8,6 +8,7 @@
 
 #include "filter/evidence.hpp"
 #include "filter/model.hpp"
+#include "filter/moving_blocks.hpp"
 #include "held_bytes.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/frame.hpp"
@@ -34,6 +35,8 @@ struct FilterTables {
   std::vector<Point2> lattice;
   std::vector<float> axis_mps;    ///< its velocities along either axis
   std::vector<float> likelihood;  ///< see `tempered`
+  float each_moving;              ///< see FilterStep
+  float moving_mass_min;          ///< likewise
 };
 
 /// World-aligned window that covers a vehicle-frame grid in every heading. Its origin is a whole number of cells.
@@ -53,40 +56,60 @@ class Window {
   int cells_;
 };
 
-/// Whole cells by which the window has moved since the step before.
-struct Scroll {
-  int x;
-  int y;
-};
 Scroll scroll_between(const GridGeometry& before, const GridGeometry& now);
 
-/// Working memory of the lattice on the CPU: what prediction reads of the step before.
+/// Working memory of a step on the CPU: what prediction reads of the step before.
 struct FilterSpace {
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(from, gained, standing, still_occupied); }
+  FilterSpace(int cells, std::size_t velocities, FilterModel model);
+
+  [[nodiscard]] std::size_t held_bytes() const {
+    return held_bytes_of(from, gained, standing, still_occupied, even, spread, moving);
+  }
 
   std::vector<Antecedents> from;  ///< of each velocity
   Image<float> gained;            ///< of each cell: what each moving velocity gains by noise
   Image<float> standing;          ///< standing mass after the noise
   Image<float> still_occupied;    ///< tay2008
+  // joint
+  Image<float> even;            ///< mass of each moving velocity after the noise, where they are alike
+  Image<float> spread;          ///< that, moved on along x by each of the lattice's velocities: the sum
+  std::vector<CellBox> moving;  ///< of each block of the step before: its cells that move
 };
 
-/// What the filter remembers: per cell, P(occupied), and mass[k] = P(occupied, v_k) (joint) or P(v_k) (tay2008).
+/// Blocks of a window that can have masses at a time; without a prior for standstill all.
+int block_capacity(int cells, const FilterConfig& config);
+
+/// What the filter remembers of each cell.
 struct FilterState {
   FilterState(int cells, const FilterConfig& config);
 
   template <class State>
   void exchange(State& state) {
-    state(geometry, velocity, occupancy, age_s);
+    state(geometry, velocity, standing, blocks, occupancy, age_s);
   }
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(velocity, space, occupancy, age_s); }
+  /// joint: the cells of a block that move. `least`: moving_mass_min of FilterStep.
+  [[nodiscard]] CellBox moving_cells(float least, int block) const {
+    return stereogrid::moving_cells(blocks.layout().cells_of(block), [this, least](int x, int y) {
+      return is_moving(least, occupancy(x, y), standing(x, y));
+    });
+  }
+
+  [[nodiscard]] std::size_t held_bytes() const {
+    return held_bytes_of(velocity, standing, blocks, space, occupancy, age_s);
+  }
 
   GridGeometry geometry;               ///< of the last step; nx = 0: no step yet
-  std::vector<Image<float>> velocity;  ///< [k]
+  std::vector<Image<float>> velocity;  ///< tay2008: [k], P(v_k)
+  Image<float> standing;               ///< joint: P(occupied, standstill)
+  MovingBlocks blocks;                 ///< joint: P(occupied, v_k), where not all moving velocities are alike
   FilterSpace space;                   ///< for the step that writes into this state
-  Image<float> occupancy;
+  Image<float> occupancy;              ///< P(occupied)
   Image<float> age_s;
 };
+
+/// P(occupied, v_k) (joint) or P(v_k) (tay2008).
+float mass_of(const FilterState& state, std::size_t k, int x, int y);
 
 /// From where the observed grid has been seen.
 struct CameraView {
@@ -107,7 +130,7 @@ struct FilterInput {
   CameraView view{};
 };
 
-/// Evidence begin … end − 1, whose cells lie side by side.
+/// Evidence begin … end − 1, whose cells lie in a row of a block.
 struct EvidenceRange {
   int begin;
   int end;
@@ -117,10 +140,11 @@ struct EvidenceRange {
 struct WeighingSpace {
   WeighingSpace(int cells, const FilterTables& tables, int threads);
 
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(ranges, masses); }
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(ranges, masses, starts); }
 
   std::vector<EvidenceRange> ranges;
   std::vector<std::vector<float>> masses;  ///< of each part of the work: [velocity][cell of a range]
+  std::vector<std::uint8_t> starts;        ///< of each evidence: makes a cell move whose block has no masses yet
 };
 
 /// One step of the Bayesian Occupancy Filter: `before` moved on by dt and into the window's new place, then updated
@@ -145,6 +169,25 @@ void weigh_velocities(Reference& reference, std::span<const VelocityEvidence> ev
 void reset(FilterState& state, const FilterConfig& config, const GridGeometry& geometry);
 
 FilterStep step_of(const FilterInput& input);
+
+/// Tells single cells of a joint state what has been measured of their velocity. In a block without masses what moves
+/// stays spread evenly, unless a cell is found to move.
+class CellWeigher {
+ public:
+  CellWeigher(const FilterTables& tables, FilterState& state, GridLayers& layers)
+      : tables_{tables}, state_{state}, layers_{layers} {}
+
+  /// False: it makes a cell move whose block has no masses. The block wants some, nothing else has changed.
+  bool weigh(const VelocityEvidence& one, bool may_start);
+
+ private:
+  const FilterTables& tables_;
+  FilterState& state_;
+  GridLayers& layers_;
+};
+
+/// Gives the blocks that want some masses, as long as there is room: what their cells have, spread evenly.
+void begin_wanted_blocks(const FilterTables& tables, FilterState& state);
 
 inline void write_velocity(const VelocityEstimate& velocity, int x, int y, GridLayers& layers) {
   layers.velocity_x(x, y) = velocity.x;

@@ -30,9 +30,13 @@ struct FilterStep {
   float camera_y;
   float ahead_x;  ///< of length 1, where it looks
   float ahead_y;
-  float view_left;         ///< cells to the left, for each cell ahead, that it sees; to the right
-  float view_right;        ///< both negative: nothing is known of the camera
-  float new_view_squares;  ///< within the root of so many squares of a cell around the camera the view is another one
+  float view_left;          ///< cells to the left, for each cell ahead, that it sees; to the right
+  float view_right;         ///< both negative: nothing is known of the camera
+  float new_view_squares;   ///< within the root of so many squares of a cell around the camera the view is another one
+  float moving_velocities;  ///< of the lattice, all but standstill
+  float each_moving;        ///< one of them by their number; 0: there are none
+  float moving_mass_min;    ///< from which on a cell moves
+  int reach;                ///< cells that the fastest velocity goes along an axis
 
   STEREOGRID_HD int velocities() const { return side * side; }
   STEREOGRID_HD int standstill() const { return side * side / 2; }
@@ -214,6 +218,13 @@ STEREOGRID_HD inline VelocitySums updated(const FilterStep& step, const JointUpd
           update.scale * arrived.y,  update.scale * arrived.xx + spread,
           update.scale * arrived.xy, update.scale * arrived.yy + spread};
 }
+
+/// What the filter says about a cell after a step.
+struct FilteredCell {
+  float occupancy;
+  float standing;
+  VelocitySums sums;
+};
 
 /// P(still or newly occupied) before the update.
 STEREOGRID_HD inline float still_occupied(const FilterStep& step, float occupancy) {

@@ -22,16 +22,37 @@ struct Step {
   const FilterState& before;
   int moved_x;
   int moved_y;
+  std::span<const CellBox> moving{};  // joint: of each block before
 
   [[nodiscard]] bool inside(int x, int y) const {
     return x >= 0 && x < before.occupancy.width() && y >= 0 && y < before.occupancy.height();
   }
+  // P(occupied, v_k) (joint) or P(v_k) (tay2008) before the noise
+  [[nodiscard]] float mass(std::size_t k, int x, int y) const {
+    if (is_tay()) return before.velocity[k](x, y);
+    const BlockLayout& layout{before.blocks.layout()};
+    const bool moves{!moving[static_cast<std::size_t>(layout.block_of(x, y))].is_empty()};
+    const float* const masses{moves ? before.blocks.masses_at(x, y) : nullptr};
+    return masses != nullptr ? masses[k * block_cells]
+                             : even_mass(constants.each_moving, before.occupancy(x, y), standing(x, y));
+  }
+  [[nodiscard]] bool is_tay() const { return input.config.model == FilterModel::tay2008; }
+  [[nodiscard]] std::size_t standstill() const { return static_cast<std::size_t>(constants.standstill()); }
+  [[nodiscard]] float standing(int x, int y) const {
+    return is_tay() ? before.velocity[standstill()](x, y) : before.standing(x, y);
+  }
   // mass of velocity k after the noise; `all`: mass of all velocities
   [[nodiscard]] float disturbed_at(std::size_t k, int x, int y, float all) const {
-    const std::size_t standstill{before.velocity.size() / 2};
-    const float standing{before.velocity[standstill](x, y)};
-    if (k == standstill) return disturbed_standing(constants, all, standing);
-    return disturbed(constants.kept_moving, before.velocity[k](x, y), gained_by_moving(constants, all, standing));
+    const float stands{standing(x, y)};
+    if (k == standstill()) return disturbed_standing(constants, all, stands);
+    return disturbed(constants.kept_moving, mass(k, x, y), gained_by_moving(constants, all, stands));
+  }
+  // of each moving velocity of a cell, were they alike
+  [[nodiscard]] float even_at(int x, int y) const {
+    if (!inside(x, y)) return constants.border_occupancy * constants.prior_moving;
+    const float all{before.occupancy(x, y)};
+    return disturbed(constants.kept_moving, even_mass(constants.each_moving, all, standing(x, y)),
+                     gained_by_moving(constants, all, standing(x, y)));
   }
   // the cell has been in the window before
   [[nodiscard]] bool is_known(int x, int y) const { return inside(x + moved_x, y + moved_y); }
@@ -64,15 +85,8 @@ float gathered(const Antecedents& from, int x, int y, const Value& value) {
                  between(value(ax, ay + 1), value(ax + 1, ay + 1), from.fx), from.fy);
 }
 
-// What the filter says about a cell after the step.
-struct Cell {
-  VelocitySums sums;  // of the occupied mass, up to a factor
-  float standing;     // likewise
-  float occupancy;
-};
-
 // docs/method.md §8.7; `mass` becomes P(occupied, v_k)
-Cell joint_cell(const Step& step, int x, int y, Likelihood likelihood, std::vector<float>& mass) {
+FilteredCell lattice_cell(const Step& step, int x, int y, Likelihood likelihood, std::vector<float>& mass) {
   const FilterStep& constants{step.constants};
   for (std::size_t k{0}; k < mass.size(); ++k) {
     const float prior{prior_of(constants, static_cast<int>(k))};
@@ -92,12 +106,39 @@ Cell joint_cell(const Step& step, int x, int y, Likelihood likelihood, std::vect
     const bool stands{static_cast<int>(k) == constants.standstill()};
     mass[k] = update.scale * mass[k] + (stands ? update.born_standing : update.born_moving);
   }
-  return {updated(constants, update, arrived), mass[mass.size() / 2], update.occupancy};
+  return {update.occupancy, mass[mass.size() / 2], updated(constants, update, arrived)};
+}
+
+// The same of a cell without masses of its own.
+FilteredCell even_cell(const Step& step, int x, int y, Likelihood likelihood) {
+  const FilterStep& constants{step.constants};
+  const auto side = static_cast<std::size_t>(constants.side);
+  const auto spread_along_x = [&](int ax, int ay) {
+    float sum{0};
+    for (std::size_t i{0}; i < side; ++i) {
+      const Antecedents from{step.antecedents_of(i)};
+      sum += between(step.even_at(ax + from.ix, ay), step.even_at(ax + from.ix + 1, ay), from.fx);
+    }
+    return sum;
+  };
+  EvenArrived arrived{new_to_the_window(constants)};
+  if (step.is_known(x, y)) {
+    float spread{0};
+    for (std::size_t j{0}; j < side; ++j) {
+      const Antecedents from{step.antecedents_of(j * side)};
+      spread += between(spread_along_x(x, y + from.iy), spread_along_x(x, y + from.iy + 1), from.fy);
+    }
+    const int ax{x + step.moved_x};
+    const int ay{y + step.moved_y};
+    arrived = {step.disturbed_at(step.standstill(), ax, ay, step.before.occupancy(ax, ay)),
+               even_arrived(constants.each_moving, spread, step.even_at(ax, ay))};
+  }
+  return updated_evenly(constants, arrived, step.age_before(x, y), likelihood, view_of(constants, x, y));
 }
 
 // docs/method.md §8.6; `velocity` becomes P(v_k), `occupied` P(occupied, v_k) up to a factor
-Cell tay_cell(const Step& step, int x, int y, Likelihood likelihood, std::vector<float>& velocity,
-              std::vector<float>& occupied) {
+FilteredCell tay_cell(const Step& step, int x, int y, Likelihood likelihood, std::vector<float>& velocity,
+                      std::vector<float>& occupied) {
   const FilterStep& constants{step.constants};
   for (std::size_t k{0}; k < velocity.size(); ++k) {
     const Antecedents from{step.antecedents_of(k)};
@@ -116,26 +157,54 @@ Cell tay_cell(const Step& step, int x, int y, Likelihood likelihood, std::vector
   const float scale{1 / step.sums_of(velocity).mass};
   for (float& v : velocity) v = scale * v;
   const VelocitySums sums{step.sums_of(occupied)};
-  return {sums, scale * occupied[occupied.size() / 2], scale * sums.mass};
+  return {scale * sums.mass, scale * occupied[occupied.size() / 2], sums};
+}
+
+}  // namespace
+
+namespace {
+
+FilteredCell cell_of(const Step& step, int x, int y, Likelihood likelihood, std::vector<float>& masses,
+                     FilterState& after) {
+  if (step.is_tay()) {
+    std::vector<float> occupied(masses.size());
+    const FilteredCell cell{tay_cell(step, x, y, likelihood, masses, occupied)};
+    for (std::size_t k{0}; k < masses.size(); ++k) after.velocity[k](x, y) = masses[k];
+    return cell;
+  }
+  float* const kept{after.blocks.masses_at(x, y)};
+  const FilteredCell cell{kept != nullptr ? lattice_cell(step, x, y, likelihood, masses)
+                                          : even_cell(step, x, y, likelihood)};
+  for (std::size_t k{0}; k < masses.size() && kept != nullptr; ++k) kept[k * block_cells] = masses[k];
+  after.standing(x, y) = cell.standing;
+  return cell;
+}
+
+// Of each block of the window before; none: tay2008.
+std::vector<CellBox> moving_cells_of(const FilterState& before, float least) {
+  std::vector<CellBox> moving(before.space.moving.size());
+  for (std::size_t i{0}; i < moving.size(); ++i) moving[i] = before.moving_cells(least, static_cast<int>(i));
+  return moving;
 }
 
 }  // namespace
 
 void filter(Reference& /*reference*/, const FilterInput& input, View<const float> observed, const FilterState& before,
             FilterState& after, GridLayers& layers) {
-  const Step step{step_of(input), input, before,
+  const std::vector<CellBox> moving{moving_cells_of(before, input.tables.moving_mass_min)};
+  const Step step{step_of(input),
+                  input,
+                  before,
                   moved(input.geometry.x_min_m, before.geometry.x_min_m, input.geometry.cell_size_m),
-                  moved(input.geometry.y_min_m, before.geometry.y_min_m, input.geometry.cell_size_m)};
-  const bool joint{input.config.model == FilterModel::joint};
-  std::vector<float> state(input.tables.lattice.size());
-  std::vector<float> occupied(state.size());
+                  moved(input.geometry.y_min_m, before.geometry.y_min_m, input.geometry.cell_size_m),
+                  moving};
+  after.blocks.begin(step.constants, {step.moved_x, step.moved_y}, moving);
+  std::vector<float> masses(input.tables.lattice.size());
   after.geometry = layers.geometry = input.geometry;
   for (int y{0}; y < observed.height; ++y) {
     for (int x{0}; x < observed.width; ++x) {
       const Likelihood likelihood{likelihood_of(input.tables.likelihood.data(), observed(x, y))};
-      const Cell cell{joint ? joint_cell(step, x, y, likelihood, state)
-                            : tay_cell(step, x, y, likelihood, state, occupied)};
-      for (std::size_t k{0}; k < state.size(); ++k) after.velocity[k](x, y) = state[k];
+      const FilteredCell cell{cell_of(step, x, y, likelihood, masses, after)};
       const bool seen{is_known(observed(x, y))};
       after.occupancy(x, y) = layers.occupancy(x, y) = cell.occupancy;
       after.age_s(x, y) = layers.age_s(x, y) = seen ? 0.0f : step.age_before(x, y) + static_cast<float>(input.dt_s);
@@ -152,15 +221,13 @@ void weigh_velocities(Reference& reference, std::span<const VelocityEvidence> ev
 
 void weigh_velocities(Reference& /*reference*/, std::span<const VelocityEvidence> evidence, const FilterTables& tables,
                       FilterState& state, GridLayers& layers) {
-  const int cells{layers.occupancy.width()};
+  CellWeigher weigher{tables, state, layers};
+  std::vector<VelocityEvidence> starting;
   for (const VelocityEvidence& one : evidence) {
-    const int x{one.cell % cells};
-    const int y{one.cell / cells};
-    const auto mass = [&](int k) -> float& { return state.velocity[static_cast<std::size_t>(k)](x, y); };
-    const WeighedCell cell{weigh(one, tables.axis_mps.data(), static_cast<int>(tables.axis_mps.size()), mass)};
-    layers.moving(x, y) = moving_share(layers.occupancy(x, y), cell.standing);
-    write_velocity(estimate_of(cell.sums), x, y, layers);
+    if (!weigher.weigh(one, true)) starting.push_back(one);
   }
+  begin_wanted_blocks(tables, state);
+  for (const VelocityEvidence& one : starting) weigher.weigh(one, false);
 }
 
 }  // namespace stereogrid

@@ -27,11 +27,10 @@ struct StripSums {
   float of_row[warps_max][sums][strip_rows][warp];  // of the rows of the lattice that are worked on
   float total[6][strip_rows][warp];                 // VelocitySums
   float all[strip_rows][warp];
-  float standing[strip_rows][warp];  // mass of standstill; tay2008: that is occupied
+  float standing[strip_rows][warp];  // occupied mass of standstill
 };
 
 // The cells of a strip that a lane has: column x, rows y … y + 3.
-template <FilterModel model>
 struct Strip {
   FilterStep step;
   const float* mass;
@@ -39,31 +38,23 @@ struct Strip {
   int cells;
   int x;
   int y;
-  bool is_written;            // has cells of its own
-  bool is_known[strip_rows];  // they have been in the window before
+  bool is_written;  // has cells of its own
   Likelihood likelihood[strip_rows];
-
-  static constexpr bool joint{model == FilterModel::joint};
 
   struct Arrived {
     float all[strip_rows];
-    float occupied[strip_rows];  // tay2008
+    float occupied[strip_rows];
   };
 
-  // What the noise leaves of a velocity's mass: in all, and (tay2008) occupied.
+  // What the noise leaves of a velocity's mass: in all, and occupied.
   struct Disturbed {
     float all;
     float occupied;
   };
-  __device__ Disturbed outside(float prior) const {
-    if (joint) return {step.border_occupancy * prior, 0};
-    return {prior, prior * still_occupied(step, 0.5f)};
-  }
+  __device__ Disturbed outside(float prior) const { return {prior, prior * still_occupied(step, 0.5f)}; }
   __device__ Disturbed inside(bool stands, const float4& of_cell, float arrived) const {
-    const float before{of_cell.x * arrived};
-    const float moving{disturbed(step.kept_moving, joint ? before + of_cell.y : before, of_cell.z)};
-    const float all{stands ? of_cell.w : moving};
-    return {all, joint ? 0.0f : all * of_cell.y};
+    const float all{stands ? of_cell.w : disturbed(step.kept_moving, of_cell.x * arrived, of_cell.z)};
+    return {all, all * of_cell.y};
   }
 
   __device__ int nearest(int index) const { return index < 0 ? 0 : (index < cells ? index : cells - 1); }
@@ -84,25 +75,21 @@ struct Strip {
       const bool is_inside{ax >= 0 && ax < cells && ay + r >= 0 && ay + r < cells};
       const Disturbed here{is_inside ? inside(k == step.standstill(), of_cell[r], before[r]) : outside(prior)};
       across[r].all = between(here.all, __shfl_down_sync(whole_warp, here.all, 1), from.fx);
-      if (!joint) across[r].occupied = between(here.occupied, __shfl_down_sync(whole_warp, here.occupied, 1), from.fx);
+      across[r].occupied = between(here.occupied, __shfl_down_sync(whole_warp, here.occupied, 1), from.fx);
     }
     for (int r{0}; r < strip_rows; ++r) {
       arrived.all[r] = between(across[r].all, across[r + 1].all, from.fy);
-      if (!joint) arrived.occupied[r] = between(across[r].occupied, across[r + 1].occupied, from.fy);
+      arrived.occupied[r] = between(across[r].occupied, across[r + 1].occupied, from.fy);
     }
   }
 
-  // The masses of velocity k; those that are written are what tay_update calls l(k), or what has arrived (joint).
-  __device__ void update(int k, float prior, Arrived& arrived, float* after) const {
+  // The masses of velocity k; those that are written are what tay_update calls l(k).
+  __device__ void update(int k, Arrived& arrived, float* after) const {
     for (int r{0}; r < strip_rows; ++r) {
-      if constexpr (joint) {
-        if (!is_known[r]) arrived.all[r] = 0.5f * prior;
-      } else {
-        const TayUpdate<float> updated_mass{
-            tay_update(arrived.all[r], arrived.occupied[r], likelihood[r].occupied, likelihood[r].empty)};
-        arrived.all[r] = updated_mass.all;
-        arrived.occupied[r] = updated_mass.occupied;
-      }
+      const TayUpdate<float> updated_mass{
+          tay_update(arrived.all[r], arrived.occupied[r], likelihood[r].occupied, likelihood[r].empty)};
+      arrived.all[r] = updated_mass.all;
+      arrived.occupied[r] = updated_mass.occupied;
       if (is_written && y + r < cells) {
         after[static_cast<std::size_t>(k) * (cells * cells) + (y + r) * cells + x] = arrived.all[r];
       }
@@ -121,12 +108,11 @@ struct Strip {
       const float vx{lattice.speed[i]};
       Arrived arrived;
       gather(k, lattice.from[k], prior, arrived);
-      update(k, prior, arrived, after);
+      update(k, arrived, after);
       for (int r{0}; r < strip_rows; ++r) {
-        const float mass_here{joint ? arrived.all[r] : arrived.occupied[r]};
-        row[r].add(vx, mass_here);
-        if constexpr (!joint) row_all[r] += arrived.all[r];
-        if (k == step.standstill()) strip.standing[r][lane] = mass_here;
+        row[r].add(vx, arrived.occupied[r]);
+        row_all[r] += arrived.all[r];
+        if (k == step.standstill()) strip.standing[r][lane] = arrived.occupied[r];
       }
     }
     for (int r{0}; r < strip_rows; ++r) {

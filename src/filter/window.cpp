@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "clamped_to_int.hpp"
-#include "filter/evidence_simd.hpp"
 #include "filter/filter.hpp"
 
 namespace stereogrid {
@@ -66,13 +65,16 @@ FilterTables::FilterTables(const FilterConfig& config) : lattice{velocity_lattic
     const double p{static_cast<double>(i) / likelihood_steps};
     likelihood.push_back(static_cast<float>(std::pow(p, config.likelihood_exponent)));
   }
+  moving_mass_min = config.scene_flow ? moving_mass_told : moving_mass_found;
+  each_moving = lattice.size() > 1 ? 1 / static_cast<float>(lattice.size() - 1) : 0.0f;
 }
 
 WeighingSpace::WeighingSpace(int cells, const FilterTables& tables, int threads)
     : masses(static_cast<std::size_t>(threads * parts_of_a_thread),
-             std::vector<float>(tables.lattice.size() * evidence_cells)) {
-  // each begins so many cells after the one before
-  ranges.reserve(static_cast<std::size_t>(cells) * static_cast<std::size_t>(cells) / evidence_cells + 1);
+             std::vector<float>(tables.lattice.size() * block_columns)),
+      starts(static_cast<std::size_t>(cells) * static_cast<std::size_t>(cells)) {
+  const BlockLayout layout{cells};
+  ranges.reserve(static_cast<std::size_t>(layout.across) * static_cast<std::size_t>(cells));
 }
 
 GridLayers grid_layers(const GridGeometry& geometry) {
@@ -80,12 +82,41 @@ GridLayers grid_layers(const GridGeometry& geometry) {
   return {geometry, zero, zero, zero, zero, zero, zero, zero, zero};
 }
 
+FilterSpace::FilterSpace(int cells, std::size_t velocities, FilterModel model)
+    : from(velocities), gained{cells, cells}, standing{cells, cells} {
+  if (model == FilterModel::joint) {
+    even = spread = Image<float>{cells, cells};
+    moving.resize(static_cast<std::size_t>(BlockLayout{cells}.count()));
+  } else {
+    still_occupied = Image<float>{cells, cells};
+  }
+}
+
+int block_capacity(int cells, const FilterConfig& config) {
+  if (config.model != FilterModel::joint) return 0;
+  const int blocks{BlockLayout{cells}.count()};
+  return config.static_prior > 0 ? std::min(moving_blocks_max, blocks) : blocks;
+}
+
 FilterState::FilterState(int cells, const FilterConfig& config)
-    : velocity(velocity_lattice(config).size(), Image<float>{cells, cells}),
+    : blocks{cells, velocity_lattice(config).size(), block_capacity(cells, config)},
+      space{cells, velocity_lattice(config).size(), config.model},
       occupancy{cells, cells, 0.5f},
       age_s{cells, cells, never} {
-  space.from.resize(velocity.size());
-  space.gained = space.standing = space.still_occupied = Image<float>{cells, cells};
+  if (config.model == FilterModel::joint) {
+    standing = Image<float>{cells, cells};
+  } else {
+    velocity.assign(velocity_lattice(config).size(), Image<float>{cells, cells});
+  }
+}
+
+float mass_of(const FilterState& state, std::size_t k, int x, int y) {
+  if (!state.velocity.empty()) return state.velocity[k](x, y);
+  const std::size_t velocities{state.space.from.size()};
+  if (const float* const masses{state.blocks.masses_at(x, y)}; masses != nullptr) return masses[k * block_cells];
+  const float standing{state.standing(x, y)};
+  if (k == velocities / 2) return standing;
+  return even_mass(1 / static_cast<float>(velocities - 1), state.occupancy(x, y), standing);
 }
 
 namespace {
@@ -144,7 +175,11 @@ FilterStep step_of(const FilterInput& input) {
   step.view_right = static_cast<float>(view.right);
   step.new_view_squares = static_cast<float>(view.parallax_px_m2 / new_view_px / (grid.cell_size_m * grid.cell_size_m));
   step.kept_standing = step.kept_moving = step.prior_static = step.appearing_static = 1;
+  step.moving_velocities = static_cast<float>(step.velocities() - 1);
+  step.each_moving = input.tables.each_moving;
+  step.moving_mass_min = input.tables.moving_mass_min;
   if (step.side == 1) return step;
+  step.reach = clamped_to_int(std::ceil(input.tables.lattice.back().x * input.dt_s / grid.cell_size_m));
   set_noise(config, input.dt_s, step.velocities(), step);
   double squares{0};
   for (const Point2 v : input.tables.lattice) squares += v.x * v.x;
@@ -155,11 +190,12 @@ FilterStep step_of(const FilterInput& input) {
 void reset(FilterState& state, const FilterConfig& config, const GridGeometry& geometry) {
   const FilterTables tables{config};
   const FilterStep step{step_of({config, tables, geometry, 0})};
-  const float mass{config.model == FilterModel::joint ? 0.5f : 1.0f};
   state.geometry = geometry;
   for (std::size_t k{0}; k < state.velocity.size(); ++k) {
-    state.velocity[k].fill(mass * prior_of(step, static_cast<int>(k)));
+    state.velocity[k].fill(prior_of(step, static_cast<int>(k)));
   }
+  state.standing.fill(0.5f * step.prior_static);
+  state.blocks.clear();
   state.occupancy.fill(0.5f);
   state.age_s.fill(never);
 }

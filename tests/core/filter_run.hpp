@@ -13,6 +13,7 @@ namespace stereogrid::test {
 inline FilterConfig method_config(FilterModel model) {
   FilterConfig config;
   config.model = model;
+  config.scene_flow = false;
   config.speeds_mps = {2, 4};
   config.forgetting_s = 4.95;
   config.velocity_noise = 0.01;
@@ -49,6 +50,16 @@ class FilterRun {
   FilterState before;
   GridLayers layers;
 };
+
+/// Of each cell.
+inline Image<float> masses_of(const FilterState& state, std::size_t k) {
+  const int cells{state.occupancy.width()};
+  Image<float> masses{cells, cells};
+  for (int y{0}; y < cells; ++y) {
+    for (int x{0}; x < cells; ++x) masses(x, y) = mass_of(state, k, x, y);
+  }
+  return masses;
+}
 
 /// A free world of square `cells` with an object of nx × ny cells from (x, y).
 inline Image<float> scene(int cells, int x, int y, int nx, int ny, float object = 0.98f, float free = 0.02f) {

@@ -7,7 +7,7 @@
 
 #include "backend/reference.hpp"
 #include "check.hpp"
-#include "filter/cuda.hpp"
+#include "filter/blocks.cuh"
 #include "images.hpp"
 #include "stereogrid/pipeline.hpp"
 
@@ -57,8 +57,8 @@ class Run {
         before_{now_},
         layers_{grid_layers(start)},
         filter_{cuda_, config_, tables_, start.nx},
-        now_on_device_{start.nx, static_cast<int>(tables_.lattice.size())},
-        before_on_device_{start.nx, static_cast<int>(tables_.lattice.size())},
+        now_on_device_{config_, start.nx},
+        before_on_device_{config_, start.nx},
         layers_on_device_{start.nx, start.ny} {
     reset(now_, config_, start);
     const FilterMotion motion{filter_motion({config_, tables_, start, 0.1}, start)};
@@ -102,20 +102,31 @@ class Run {
   // P(occupied, v_k) as the next step reads it.
   double difference_of_masses() {
     const int cells{geometry_.nx};
-    const std::size_t count{static_cast<std::size_t>(cells * cells)};
     const Image<float> scale{on_host(cuda_, now_on_device_.scale)};
     const Image<float> born_standing{on_host(cuda_, now_on_device_.born_standing)};
     const Image<float> born_moving{on_host(cuda_, now_on_device_.born_moving)};
-    Image<float> mass{cells, cells};
+    std::vector<float> mass(now_on_device_.mass.size());
+    std::vector<int> slots(now_on_device_.slots.size());
+    download(cuda_, now_on_device_.mass.data(), mass.size(), mass.data());
+    download(cuda_, now_on_device_.slots.data(), slots.size(), slots.data());
+    cuda_.synchronize();
+    const int velocities{static_cast<int>(tables_.lattice.size())};
+    const bool is_joint{config_.model == FilterModel::joint};
     double largest{0};
-    for (std::size_t k{0}; k < tables_.lattice.size(); ++k) {
-      download(cuda_, now_on_device_.mass.data() + k * count, count, mass.data());
-      cuda_.synchronize();
-      const Image<float>& born{k == tables_.lattice.size() / 2 ? born_standing : born_moving};
-      for (std::size_t i{0}; i < count; ++i) {
-        mass.data()[i] = scale.data()[i] * mass.data()[i] + born.data()[i];
+    for (int y{0}; y < cells; ++y) {
+      for (int x{0}; x < cells; ++x) {
+        const int block{block_of(cells, x, y)};
+        const int slot{is_joint ? slots[static_cast<std::size_t>(block)] : 0};
+        if (is_joint && slot != now_.blocks.slot(block)) return 1;
+        for (int k{0}; k < velocities && slot >= 0; ++k) {
+          const std::size_t at{is_joint ? mass_index(slot, velocities, k, x, y)
+                                        : static_cast<std::size_t>((k * cells + y) * cells + x)};
+          const float born{is_joint ? (k == velocities / 2 ? born_standing : born_moving)(x, y) : 0.0f};
+          const float here{scale(x, y) * mass[at] + born};
+          const float expected{mass_of(now_, static_cast<std::size_t>(k), x, y)};
+          largest = std::max(largest, static_cast<double>(std::abs(here - expected)));
+        }
       }
-      largest = std::max(largest, largest_difference(mass, now_.velocity[k]));
     }
     return largest;
   }

@@ -266,9 +266,8 @@ void CudaStages::finish() {
 void CudaStages::save(StateWriter& state) {
   cuda_.use();
   state(window_before_);
-  std::vector<float> numbers;
-  device_.states[1 - now_].for_each_array([&](float* on_device, std::size_t size) {
-    numbers.resize(size);
+  device_.states[1 - now_].for_each_array([&]<class T>(T* on_device, std::size_t size) {
+    std::vector<T> numbers(size);
     download(cuda_, on_device, size, numbers.data());
     synchronize();
     state(numbers);
@@ -278,11 +277,18 @@ void CudaStages::save(StateWriter& state) {
 void CudaStages::load(StateReader& state) {
   cuda_.use();
   state(window_before_);
-  std::vector<float> numbers;
-  device_.states[1 - now_].for_each_array([&](float* on_device, std::size_t size) {
+  const int capacity{device_.filter.capacity};
+  device_.states[1 - now_].for_each_array([&]<class T>(T* on_device, std::size_t size) {
+    std::vector<T> numbers;
     state(numbers);
-    state.require(numbers.size() == size);
-    if (numbers.size() != size) return;
+    bool fits{numbers.size() == size};
+    if constexpr (std::is_same_v<T, int>) {  // slots, and how many are used
+      fits =
+          fits && std::all_of(numbers.begin(), numbers.end(), [&](int slot) { return slot >= -1 && slot <= capacity; });
+      fits = fits && std::none_of(numbers.begin(), numbers.end() - 2, [&](int slot) { return slot == capacity; });
+    }
+    state.require(fits);
+    if (!fits) return;
     upload(cuda_, numbers.data(), size, on_device);
     synchronize();
   });

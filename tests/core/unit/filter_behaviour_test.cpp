@@ -166,6 +166,7 @@ TEST(FilterHiding, AWalkerIsBelievedInForASecond) {
   const auto survived_s = [&](FilterModel model) {
     FilterConfig config;
     config.model = model;
+    config.scene_flow = false;  // nobody tells how they move
     FilterRun run{cpu, config, still_window()};
     double x{4};
     const auto walker = [&](float free) { return covered(cells, x, 14, 3, 4, 0.9f, free); };

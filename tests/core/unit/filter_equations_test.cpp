@@ -139,10 +139,10 @@ Cell joint(const Cells& before, int x, int y, double p, bool just_seen, Motion& 
 
 Cells cells_of(const FilterState& state) {
   Cells all;
-  for (std::size_t i{0}; i < state.occupancy.size(); ++i) {
+  for (int i{0}; i < cells * cells; ++i) {
     Cell cell;
-    cell.occupied = state.occupancy.data()[i];
-    for (std::size_t k{0}; k < velocities; ++k) cell.of_velocity[k] = state.velocity[k].data()[i];
+    cell.occupied = state.occupancy(i % cells, i / cells);
+    for (std::size_t k{0}; k < velocities; ++k) cell.of_velocity[k] = mass_of(state, k, i % cells, i / cells);
     all.push_back(cell);
   }
   return all;

@@ -38,15 +38,6 @@ struct TileSums {
   }
 };
 
-/// joint: the masses that arrive in the tile's cells, into `after.velocity`.
-void predict_joint(const LatticeTile& tile);
-
-/// Sums over the masses of row y.
-void sum_velocities(const LatticeTile& tile, int y, TileSums& sums);
-
-/// m(k) ← scale·m(k) + born(k) in row y; the arrays are as long as the row.
-void rescale(const LatticeTile& tile, int y, const float* scale, const float* born_moving, const float* born_standing);
-
 /// tay2008's prediction and likelihood: `after.velocity` gets l(k), not yet normalised; the rest, for a row of the
 /// tile.
 struct TayRow {
@@ -57,5 +48,8 @@ struct TayRow {
   TileSums sums;                            ///< over β_occ(k)
 };
 void predict_tay(const LatticeTile& tile, TayRow* rows);
+
+/// P(v_k) of row y; `scale`: of each of the tile's columns.
+void normalise(const LatticeTile& tile, int y, const float* scale);
 
 }  // namespace stereogrid

@@ -3,12 +3,11 @@
 // Compiled once per instruction set; Highway picks one at run time. Vectors run along the cells of a row; every element
 // goes through the operations of model.hpp in their order.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "filter/lattice_simd.cpp"  // NOLINT
-#include "hwy/foreach_target.h"                       // IWYU pragma: keep
+#define HWY_TARGET_INCLUDE "filter/tay_simd.cpp"  // NOLINT
+#include "hwy/foreach_target.h"                   // IWYU pragma: keep
 // after foreach_target
-#include "filter/lattice_simd.hpp"
 #include "filter/partial_vectors_simd.hpp"
-#include "hwy/cache_control.h"
+#include "filter/tay_simd.hpp"
 #include "hwy/highway.h"
 #include "numbers_simd.hpp"
 
@@ -115,82 +114,6 @@ HWY_INLINE void gather_rows(const LatticeTile& tile, const Antecedents& from, co
   }
 }
 
-// Cells that have just come into the window know nothing.
-void fill_new_cells(const LatticeTile& tile, int y, float value, float* row) {
-  const int cells{tile.before.occupancy.width()};
-  const int columns{tile.columns()};
-  const bool row_known{y + tile.scroll.y >= 0 && y + tile.scroll.y < cells};
-  const int first{tile.x_begin + tile.scroll.x};
-  const int begin{row_known ? std::clamp(-first, 0, columns) : columns};
-  const int end{row_known ? std::clamp(cells - first, begin, columns) : columns};
-  std::fill(row, row + begin, value);
-  std::fill(row + end, row + columns, value);
-}
-
-// Each velocity's masses lie elsewhere: no processor guesses where the next one's begin.
-void prefetch(const LatticeTile& tile, std::size_t k) {
-  if (k >= tile.after.velocity.size()) return;
-  constexpr std::ptrdiff_t line{64 / sizeof(float)};
-  const Image<float>& from{tile.before.velocity[k]};
-  const int rows{from.height()};
-  const int first{std::clamp(tile.y_begin + tile.after.space.from[k].iy, 0, rows)};
-  const int last{std::clamp(tile.y_end + tile.after.space.from[k].iy + 1, 0, rows)};
-  const std::ptrdiff_t width{from.width()};
-  for (std::ptrdiff_t i{first * width}; i < last * width; i += line) hwy::Prefetch(from.data() + i);
-  Image<float>& to{tile.after.velocity[k]};
-  for (std::ptrdiff_t i{tile.y_begin * width}; i < tile.y_end * width; i += line) hwy::Prefetch(to.data() + i);
-}
-
-void PredictJoint(const LatticeTile& tile) {
-  for (std::size_t k{0}; k < tile.after.velocity.size(); ++k) {
-    prefetch(tile, k + 1);
-    const float prior{prior_of(tile.step, static_cast<int>(k))};
-    const Source source{tile, k, tile.step.border_occupancy * prior};
-    const auto row = [&](int y) { return tile.after.velocity[k].row(y) + tile.x_begin; };
-    gather_rows(
-        tile, source.from(), [&](int y, int count, float* out) { source.fetch(y, count, out); }, row);
-    for (int y{tile.y_begin}; y < tile.y_end; ++y) fill_new_cells(tile, y, 0.5f * prior, row(y));
-  }
-}
-
-// LatticeSums of a vector of cells. `mass_of(k)`: their mass of velocity k.
-template <class D, class MassOf>
-HWY_INLINE void sum_cells(D d, const FilterTables& tables, const MassOf& mass_of, int column, TileSums& sums) {
-  LatticeSums<hn::Vec<D>> sum;
-  std::size_t k{0};
-  for (const float vy_mps : tables.axis_mps) {
-    LatticeRowSums<hn::Vec<D>> row;
-    for (const float vx_mps : tables.axis_mps) row.add(hn::Set(d, vx_mps), mass_of(k++));
-    sum.add(hn::Set(d, vy_mps), row);
-  }
-  hn::StoreU(sum.mass, d, sums.mass + column);
-  hn::StoreU(sum.x, d, sums.x + column);
-  hn::StoreU(sum.y, d, sums.y + column);
-  hn::StoreU(sum.xx, d, sums.xx + column);
-  hn::StoreU(sum.xy, d, sums.xy + column);
-  hn::StoreU(sum.yy, d, sums.yy + column);
-}
-
-void SumVelocities(const LatticeTile& tile, int y, TileSums& sums) {
-  const Image<float>* const of_velocity{tile.after.velocity.data()};
-  const std::ptrdiff_t first{of_velocity->row(y) + tile.x_begin - of_velocity->data()};
-  for_shrinking_vectors(Float{}, 0, tile.columns(), [&](auto d, int column) {
-    const auto mass_of = [&](std::size_t k) { return hn::LoadU(d, of_velocity[k].data() + first + column); };
-    sum_cells(d, tile.tables, mass_of, column, sums);
-  });
-}
-
-void Rescale(const LatticeTile& tile, int y, const float* scale, const float* born_moving, const float* born_standing) {
-  for (std::size_t k{0}; k < tile.after.velocity.size(); ++k) {
-    float* mass{tile.after.velocity[k].row(y) + tile.x_begin};
-    const float* born{static_cast<int>(k) == tile.step.standstill() ? born_standing : born_moving};
-    for_shrinking_vectors(Float{}, 0, tile.columns(), [&](auto d, int x) {
-      const auto kept = hn::Mul(hn::LoadU(d, scale + x), hn::LoadU(d, mass + x));
-      hn::StoreU(hn::Add(kept, hn::LoadU(d, born + x)), d, mass + x);
-    });
-  }
-}
-
 // Sums over the lattice's present row.
 struct RowOfLattice {
   float mass[tile_columns];
@@ -276,6 +199,15 @@ void PredictTay(const LatticeTile& tile, TayRow* rows) {
   }
 }
 
+void Normalise(const LatticeTile& tile, int y, const float* scale) {
+  for (Image<float>& velocity : tile.after.velocity) {
+    float* const mass{velocity.row(y) + tile.x_begin};
+    for_shrinking_vectors(Float{}, 0, tile.columns(), [&](auto d, int x) {
+      hn::StoreU(hn::Mul(hn::LoadU(d, scale + x), hn::LoadU(d, mass + x)), d, mass + x);
+    });
+  }
+}
+
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace stereogrid
@@ -284,19 +216,11 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace stereogrid {
 
-HWY_EXPORT(PredictJoint);
-HWY_EXPORT(SumVelocities);
-HWY_EXPORT(Rescale);
 HWY_EXPORT(PredictTay);
+HWY_EXPORT(Normalise);
 
-void predict_joint(const LatticeTile& tile) {
-  HWY_DYNAMIC_DISPATCH(PredictJoint)(tile);
-}
-void sum_velocities(const LatticeTile& tile, int y, TileSums& sums) {
-  HWY_DYNAMIC_DISPATCH(SumVelocities)(tile, y, sums);
-}
-void rescale(const LatticeTile& tile, int y, const float* scale, const float* born_moving, const float* born_standing) {
-  HWY_DYNAMIC_DISPATCH(Rescale)(tile, y, scale, born_moving, born_standing);
+void normalise(const LatticeTile& tile, int y, const float* scale) {
+  HWY_DYNAMIC_DISPATCH(Normalise)(tile, y, scale);
 }
 void predict_tay(const LatticeTile& tile, TayRow* rows) {
   HWY_DYNAMIC_DISPATCH(PredictTay)(tile, rows);

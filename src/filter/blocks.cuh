@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "filter/cuda.hpp"
+
+namespace stereogrid {
+
+/// Instead of a slot, of a block that is to be given one.
+constexpr int wanted{-2};
+
+STEREOGRID_HD inline int blocks_across(int window_cells) {
+  return (window_cells + block_columns - 1) / block_columns;
+}
+STEREOGRID_HD inline int blocks_along(int window_cells) {
+  return (window_cells + block_rows - 1) / block_rows;
+}
+STEREOGRID_HD inline int block_of(int window_cells, int x, int y) {
+  return y / block_rows * blocks_across(window_cells) + x / block_columns;
+}
+/// Of a cell, in [slot][k][cell of the block].
+STEREOGRID_HD inline std::size_t mass_index(int slot, int velocities, int k, int x, int y) {
+  return (static_cast<std::size_t>(slot) * velocities + k) * block_cells + y % block_rows * block_columns +
+         x % block_columns;
+}
+
+/// What kernels read and write of a state of FilterModel::joint.
+struct JointPointers {
+  float* mass;
+  int* slots;
+  float* scale;
+  float* born_standing;
+  float* born_moving;
+  float* occupancy;
+  float* standing;
+  float* age_s;
+};
+
+inline JointPointers joint_pointers(const FilterStateOnDevice& state) {
+  const auto of = [](const auto& buffer) { return const_cast<float*>(buffer.data()); };
+  return {of(state.mass),        const_cast<int*>(state.slots.data()),
+          of(state.scale),       of(state.born_standing),
+          of(state.born_moving), of(state.occupancy),
+          of(state.standing),    of(state.age_s)};
+}
+
+/// MovingBlocks::begin_wanted.
+void begin_wanted_blocks(Cuda& cuda, const FilterOnDevice& filter, FilterStateOnDevice& state);
+/// MovingBlocks::begin, from `filter.moving`.
+void begin_reached_blocks(Cuda& cuda, const FilterOnDevice& filter, const FilterMotion* motion,
+                          FilterStateOnDevice& state);
+
+/// A step of FilterModel::joint.
+void filter_joint(Cuda& cuda, FilterOnDevice& filter, const FilterMotion* motion, View<const float, Device> observed,
+                  const FilterStateOnDevice& before, FilterStateOnDevice& after, LayersOnDevice& layers);
+
+}  // namespace stereogrid

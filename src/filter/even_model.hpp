@@ -1,0 +1,90 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "filter/model.hpp"
+#include "host_device.hpp"
+#include "numbers.hpp"
+
+namespace stereogrid {
+
+// Where little moves, cells keep no mass for each velocity: what moves of them is spread evenly over the moving ones.
+// docs/method.md §8.7.
+
+/// Cells that have masses for each velocity together.
+constexpr int block_columns{16};
+constexpr int block_rows{8};
+constexpr int block_cells{block_columns * block_rows};
+
+/// From this much moving mass on a cell moves: more than one has of which nothing is known, if points that are followed
+/// tell what moves; else as little as the filter can tell from chance.
+constexpr float moving_mass_told{0.15f};
+constexpr float moving_mass_found{0.05f};
+
+/// `least`: of FilterStep.
+STEREOGRID_HD inline bool is_moving(float least, float occupancy, float standing) {
+  return moving_share(occupancy, standing) > least;
+}
+
+/// Mass of each moving velocity of a cell without masses of its own. `each_moving`: of FilterStep.
+STEREOGRID_HD inline float even_mass(float each_moving, float occupancy, float standing) {
+  return each_moving * moving_share(occupancy, standing);
+}
+
+/// Cells of the window from the first to the last, both included.
+struct CellBox {
+  int x_first;
+  int y_first;
+  int x_last;
+  int y_last;
+
+  STEREOGRID_HD bool is_empty() const { return x_last < x_first; }
+};
+
+/// Those of a block's cells that move. `moves(x, y)`.
+template <class Moves>
+STEREOGRID_HD inline CellBox moving_cells(const CellBox& block, const Moves& moves) {
+  CellBox box{block.x_last + 1, block.y_last + 1, -1, -1};
+  for (int y{block.y_first}; y <= block.y_last; ++y) {
+    for (int x{block.x_first}; x <= block.x_last; ++x) {
+      if (!moves(x, y)) continue;
+      box = {Min(box.x_first, x), Min(box.y_first, y), Max(box.x_last, x), Max(box.y_last, y)};
+    }
+  }
+  return box;
+}
+
+/// Blocks that the cells of a box can reach within a step, in a window of `cells` that has since moved on; in blocks,
+/// from the first to the last. May be empty.
+STEREOGRID_HD inline CellBox reached_blocks(const FilterStep& step, const CellBox& box, int moved_x, int moved_y,
+                                            int cells) {
+  const int x_first{Max(box.x_first - moved_x - step.reach, 0)};
+  const int y_first{Max(box.y_first - moved_y - step.reach, 0)};
+  const int x_last{Min(box.x_last - moved_x + step.reach, cells - 1)};
+  const int y_last{Min(box.y_last - moved_y + step.reach, cells - 1)};
+  if (x_last < x_first || y_last < y_first) return {0, 0, -1, -1};
+  return {x_first / block_columns, y_first / block_rows, x_last / block_columns, y_last / block_rows};
+}
+
+/// What has arrived in a cell without masses of its own.
+struct EvenArrived {
+  float standing;
+  float each;  ///< of each moving velocity
+};
+
+/// A cell that has just come into the window.
+STEREOGRID_HD inline EvenArrived new_to_the_window(const FilterStep& step) {
+  return {0.5f * step.prior_static, 0.5f * step.prior_moving};
+}
+
+STEREOGRID_HD inline FilteredCell updated_evenly(const FilterStep& step, EvenArrived arrived, float age_s,
+                                                 Likelihood likelihood, CellView view) {
+  const float total{arrived.standing + step.moving_velocities * arrived.each};
+  const JointUpdate update{joint_update(step, total, age_s, likelihood, view)};
+  const float squares{(update.scale * arrived.each + update.born_moving) * step.lattice_squares};
+  return {update.occupancy,
+          update.scale * arrived.standing + update.born_standing,
+          {update.occupancy, 0, 0, squares, 0, squares}};
+}
+
+}  // namespace stereogrid
