@@ -56,7 +56,7 @@ class RowWeigher {
     for (std::size_t i{0}; i < evidence_.size(); ++i) {
       const int at{column(evidence_[i]) - cells.x_first};
       const bool moves{
-          is_moving(tables_.moving_mass_min, state_.occupancy(cells.x_first + at, cells.y), cells.standing[at])};
+          is_moving(tables_.moving_from, state_.occupancy(cells.x_first + at, cells.y), cells.standing[at])};
       starts[i] = cells.masses == nullptr && moves ? 1 : 0;
       if (starts[i] == 0) write(cells, at);
     }

@@ -163,7 +163,7 @@ FilterOnDevice::FilterOnDevice(Cuda& cuda, const FilterConfig& config, const Fil
       prepared{cells, cells},
       capacity{block_capacity(cells, config)},
       each_moving{tables.each_moving},
-      moving_mass_min{tables.moving_mass_min},
+      moving_from{tables.moving_from},
       even{cells, cells},
       spread{cells, cells},
       moving{static_cast<std::size_t>(BlockLayout{cells}.count())},

@@ -74,7 +74,7 @@ struct FilterOnDevice {
   // joint
   int capacity;                  ///< blocks that can have masses at a time
   float each_moving;             ///< of FilterTables
-  float moving_mass_min;         ///< likewise
+  MovingFrom moving_from;        ///< likewise
   DeviceImage<float> even;       ///< FilterSpace::even
   DeviceImage<float> spread;     ///< FilterSpace::spread
   DeviceBuffer<CellBox> moving;  ///< of each block of the state before: its cells that move

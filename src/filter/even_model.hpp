@@ -16,14 +16,15 @@ constexpr int block_columns{16};
 constexpr int block_rows{8};
 constexpr int block_cells{block_columns * block_rows};
 
-/// From this much moving mass on a cell moves: more than one has of which nothing is known, if points that are followed
-/// tell what moves; else as little as the filter can tell from chance.
-constexpr float moving_mass_told{0.15f};
-constexpr float moving_mass_found{0.05f};
+/// If points that are followed tell what moves: more than a cell has of which nothing is known, and more of what
+/// occupies it than of what has not been seen to move.
+constexpr MovingFrom moving_told{0.15f, 0.2f};
+/// Else as little as the filter can tell from chance.
+constexpr MovingFrom moving_found{0.05f, 0};
 
-/// `least`: of FilterStep.
-STEREOGRID_HD inline bool is_moving(float least, float occupancy, float standing) {
-  return moving_share(occupancy, standing) > least;
+STEREOGRID_HD inline bool is_moving(MovingFrom from, float occupancy, float standing) {
+  const float moving{moving_share(occupancy, standing)};
+  return moving > from.mass && moving > from.part * occupancy;
 }
 
 /// Mass of each moving velocity of a cell without masses of its own. `each_moving`: of FilterStep.
@@ -75,16 +76,6 @@ struct EvenArrived {
 /// A cell that has just come into the window.
 STEREOGRID_HD inline EvenArrived new_to_the_window(const FilterStep& step) {
   return {0.5f * step.prior_static, 0.5f * step.prior_moving};
-}
-
-STEREOGRID_HD inline FilteredCell updated_evenly(const FilterStep& step, EvenArrived arrived, float age_s,
-                                                 Likelihood likelihood, CellView view) {
-  const float total{arrived.standing + step.moving_velocities * arrived.each};
-  const JointUpdate update{joint_update(step, total, age_s, likelihood, view)};
-  const float squares{(update.scale * arrived.each + update.born_moving) * step.lattice_squares};
-  return {update.occupancy,
-          update.scale * arrived.standing + update.born_standing,
-          {update.occupancy, 0, 0, squares, 0, squares}};
 }
 
 }  // namespace stereogrid

@@ -18,7 +18,7 @@ bool CellWeigher::weigh(const VelocityEvidence& one, bool may_start) {
   } else {
     const float each{even_mass(tables_.each_moving, occupancy, state_.standing(x, y))};
     cell = weigh_evenly(one, axis_mps, side, each, state_.standing(x, y));
-    if (may_start && is_moving(tables_.moving_mass_min, occupancy, cell.standing)) {
+    if (may_start && is_moving(tables_.moving_from, occupancy, cell.standing)) {
       state_.blocks.want(state_.blocks.layout().block_of(x, y));
       return false;
     }

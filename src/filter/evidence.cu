@@ -16,7 +16,7 @@ struct Weighing {
   int side;
   int cells;  ///< along a side of the window
   float each_moving;
-  float moving_mass_min;
+  MovingFrom moving_from;
   int* starts;
 };
 
@@ -43,7 +43,7 @@ __device__ bool weigh_cell(const Weighing& in, const VelocityEvidence& one, bool
     const float standing{state.standing[i]};
     const float each{even_mass(in.each_moving, state.occupancy[i], standing)};
     cell = weigh_evenly(one, in.axis_mps, in.side, each, standing);
-    if (may_start && is_moving(in.moving_mass_min, state.occupancy[i], cell.standing)) {
+    if (may_start && is_moving(in.moving_from, state.occupancy[i], cell.standing)) {
       state.slots[block] = wanted;
       return false;
     }
@@ -94,7 +94,7 @@ void weigh_velocities(Cuda& cuda, FilterOnDevice& filter, const VelocityEvidence
                     filter.side,
                     cells,
                     filter.each_moving,
-                    filter.moving_mass_min,
+                    filter.moving_from,
                     filter.starts.data()};
   const JointPointers pointers_of_state{joint_pointers(state)};
   launch(cuda, weigh_cells, blocks, threads, 0, in, pointers_of_state, pointers(layers));

@@ -36,7 +36,7 @@ struct FilterTables {
   std::vector<float> axis_mps;    ///< its velocities along either axis
   std::vector<float> likelihood;  ///< see `tempered`
   float each_moving;              ///< see FilterStep
-  float moving_mass_min;          ///< likewise
+  MovingFrom moving_from;         ///< likewise
 };
 
 /// World-aligned window that covers a vehicle-frame grid in every heading. Its origin is a whole number of cells.
@@ -88,10 +88,10 @@ struct FilterState {
     state(geometry, velocity, standing, blocks, occupancy, age_s);
   }
 
-  /// joint: the cells of a block that move. `least`: moving_mass_min of FilterStep.
-  [[nodiscard]] CellBox moving_cells(float least, int block) const {
-    return stereogrid::moving_cells(blocks.layout().cells_of(block), [this, least](int x, int y) {
-      return is_moving(least, occupancy(x, y), standing(x, y));
+  /// joint: the cells of a block that move. `from`: moving_from of FilterStep.
+  [[nodiscard]] CellBox moving_cells(MovingFrom from, int block) const {
+    return stereogrid::moving_cells(blocks.layout().cells_of(block), [this, from](int x, int y) {
+      return is_moving(from, occupancy(x, y), standing(x, y));
     });
   }
 

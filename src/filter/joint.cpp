@@ -1,11 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "filter/forms.hpp"
-
 #include <algorithm>
 #include <limits>
 
 #include "backend/cpu.hpp"
+#include "filter/forms.hpp"
 #include "filter/joint_simd.hpp"
 
 namespace stereogrid {
@@ -14,84 +13,53 @@ namespace {
 // Blocks of the window through the filter.
 class BlockFilter {
  public:
-  BlockFilter(const FilterInput& input, View<const float> observed, const JointStep& joint, GridLayers& layers)
-      : input_{input}, observed_{observed}, joint_{joint}, layout_{joint.after.blocks.layout()}, layers_{layers} {}
+  BlockFilter(View<const float> observed, const JointStep& joint, GridLayers& layers)
+      : observed_{observed}, joint_{joint}, layout_{joint.after.blocks.layout()}, layers_{layers} {}
 
   void run(int block) const {
     const CellBox cells{layout_.cells_of(block)};
     const int slot{joint_.after.blocks.slot(block)};
     if (slot >= 0) predict_block(joint_, block);
-    for (int y{cells.y_first}; y <= cells.y_last; ++y) {
-      if (slot < 0) {
-        run_even_row(cells, y);
-      } else {
-        run_row(cells, y, joint_.after.blocks.masses(slot) + (y - cells.y_first) * block_columns);
-      }
+    BlockRow row{};
+    row.x = cells.x_first;
+    row.columns = cells.x_last - cells.x_first + 1;
+    for (row.y = cells.y_first; row.y <= cells.y_last; ++row.y) {
+      float* const masses{slot < 0 ? nullptr
+                                   : joint_.after.blocks.masses(slot) + (row.y - cells.y_first) * block_columns};
+      run(row, masses);
     }
   }
 
  private:
-  void run_row(const CellBox& cells, int y, float* masses) const {
+  // `masses`: of the first velocity; null: the block has none.
+  void run(BlockRow& row, float* masses) const {
+    take_before(row);
+    if (masses == nullptr) return update_row(joint_, observed_, nullptr, row, layers_);
     BlockRowSums sums;
     sum_row(joint_.tables, masses, sums);
-    float scale[block_columns]{};
-    float born_moving[block_columns]{};
-    float born_standing[block_columns]{};
-    const float* const standing{masses + joint_.step.standstill() * block_cells};
-    for (int x{cells.x_first}; x <= cells.x_last; ++x) {
-      const int i{x - cells.x_first};
-      const JointUpdate update{
-          joint_update(joint_.step, sums.mass[i], age_before(x, y), likelihood_at(x, y), view_of(joint_.step, x, y))};
-      scale[i] = update.scale;
-      born_moving[i] = update.born_moving;
-      born_standing[i] = update.born_standing;
-      write({update.occupancy, update.scale * standing[i] + update.born_standing,
-             updated(joint_.step, update, sums.at(i))},
-            x, y);
-    }
-    rescale_row(joint_.step, scale, born_moving, born_standing, masses);
+    update_row(joint_, observed_, &sums, row, layers_);
+    rescale_row(joint_.step, row, masses);
   }
 
-  void run_even_row(const CellBox& cells, int y) const {
+  // What the step before has left of the row, where it was in the window.
+  void take_before(BlockRow& row) const {
+    const FilterSpace& space{joint_.after.space};
     const int size{layout_.cells};
-    const bool row_known{y + joint_.scroll.y >= 0 && y + joint_.scroll.y < size};
-    const int end{cells.x_last + 1};
-    const int known_begin{row_known ? std::clamp(-joint_.scroll.x, cells.x_first, end) : end};
-    const int known_end{row_known ? std::clamp(size - joint_.scroll.x, known_begin, end) : end};
-    float each[block_columns];
-    arrive_evenly(joint_, y, known_begin, known_end, each);
-    for (int x{cells.x_first}; x < end; ++x) {
-      const bool is_known{x >= known_begin && x < known_end};
-      const EvenArrived arrived{is_known ? EvenArrived{standing_before(x, y), each[x - known_begin]}
-                                         : new_to_the_window(joint_.step)};
-      write(updated_evenly(joint_.step, arrived, age_before(x, y), likelihood_at(x, y), view_of(joint_.step, x, y)), x,
-            y);
+    const int y{row.y + joint_.scroll.y};
+    const int first{row.x + joint_.scroll.x};
+    const bool row_known{y >= 0 && y < size};
+    const int begin{row_known ? std::clamp(-first, 0, row.columns) : row.columns};
+    const int end{row_known ? std::clamp(size - first, begin, row.columns) : row.columns};
+    const EvenArrived is_new{new_to_the_window(joint_.step)};
+    for (int i{0}; i < row.columns; ++i) {
+      const bool is_known{i >= begin && i < end};
+      row.age_s[i] = is_known ? joint_.before.age_s(first + i, y) : std::numeric_limits<float>::infinity();
+      row.standing[i] = is_known ? space.standing(first + i, y) : is_new.standing;
+      row.each[i] = is_new.each;
     }
+    arrive_evenly(joint_, begin, end, row);
   }
 
-  [[nodiscard]] float standing_before(int x, int y) const {
-    return joint_.after.space.standing(x + joint_.scroll.x, y + joint_.scroll.y);
-  }
-
-  [[nodiscard]] Likelihood likelihood_at(int x, int y) const {
-    return likelihood_of(input_.tables.likelihood.data(), observed_(x, y));
-  }
-
-  [[nodiscard]] float age_before(int x, int y) const {
-    return stereogrid::age_before(joint_.before.age_s, joint_.scroll, x, y);
-  }
-
-  void write(const FilteredCell& cell, int x, int y) const {
-    FilterState& after{joint_.after};
-    after.occupancy(x, y) = layers_.occupancy(x, y) = cell.occupancy;
-    after.standing(x, y) = cell.standing;
-    const float age_s{is_known(observed_(x, y)) ? 0.0f : age_before(x, y) + static_cast<float>(input_.dt_s)};
-    after.age_s(x, y) = layers_.age_s(x, y) = age_s;
-    layers_.moving(x, y) = moving_share(cell.occupancy, cell.standing);
-    write_velocity(estimate_of(cell.sums), x, y, layers_);
-  }
-
-  const FilterInput& input_;
   View<const float> observed_;
   const JointStep& joint_;
   const BlockLayout& layout_;
@@ -104,7 +72,7 @@ void prepare(const JointStep& joint, int row) {
   for (int i{0}; i < layout.across; ++i) {
     const int block{row * layout.across + i};
     joint.after.space.moving[static_cast<std::size_t>(block)] =
-        joint.before.moving_cells(joint.step.moving_mass_min, block);
+        joint.before.moving_cells(joint.step.moving_from, block);
   }
   for (int y{row * block_rows}; y < std::min((row + 1) * block_rows, layout.cells); ++y) {
     prepare_row(joint, y);
@@ -117,14 +85,19 @@ void prepare(const JointStep& joint, int row) {
 void filter_joint(Cpu& cpu, const FilterInput& input, View<const float> observed, const FilterState& before,
                   FilterState& after, GridLayers& layers) {
   const FilterStep step{step_of(input)};
-  const JointStep joint{step, input.tables, before, after, scroll_between(before.geometry, input.geometry)};
+  const JointStep joint{step,
+                        input.tables,
+                        before,
+                        after,
+                        scroll_between(before.geometry, input.geometry),
+                        static_cast<float>(input.dt_s)};
   set_antecedents(input, joint.scroll, after.space.from);
   const BlockLayout& layout{after.blocks.layout()};
   cpu.for_ranges(layout.along, 1, [&](int begin, int end) {
     for (int row{begin}; row < end; ++row) prepare(joint, row);
   });
   after.blocks.begin(step, joint.scroll, after.space.moving);
-  const BlockFilter blocks{input, observed, joint, layers};
+  const BlockFilter blocks{observed, joint, layers};
   cpu.for_ranges(layout.count(), 1, [&](int begin, int end) {
     for (int block{begin}; block < end; ++block) blocks.run(block);
   });

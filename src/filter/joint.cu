@@ -35,7 +35,7 @@ __global__ void prepare(const FilterMotion* motion, const double* speed_mps, Joi
     const float gained{gained_by_moving(step, all, standing)};
     prepared[i] = make_float4(before.scale[i], before.born_moving[i], gained, disturbed_standing(step, all, standing));
     even[i] = disturbed(step.kept_moving, even_mass(step.each_moving, all, standing), gained);
-    if (is_moving(step.moving_mass_min, all, standing)) {
+    if (is_moving(step.moving_from, all, standing)) {
       atomicMin(&box.x_first, x);
       atomicMin(&box.y_first, y);
       atomicMax(&box.x_last, x);
@@ -149,7 +149,8 @@ __device__ FilteredCell filter_masses(const Target& target, const float* speed_m
 __device__ FilteredCell filter_evenly(const Target& target, int here, const Observed& observed) {
   const EvenArrived arrived{here < 0 ? new_to_the_window(target.step)
                                      : EvenArrived{target.prepared[here].w, target.arrived_evenly(here)}};
-  return updated_evenly(target.step, arrived, observed.age_before_s, observed.likelihood, observed.view);
+  return updated_evenly(target.step, arrived.standing, arrived.each, observed.age_before_s, observed.likelihood,
+                        observed.view);
 }
 
 struct Tables {

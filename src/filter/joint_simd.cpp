@@ -20,6 +20,8 @@ namespace {
 
 #include "filter/lattice_formulas.hpp"
 
+#include "filter/cell_formulas.hpp"
+
 using Float = hn::CappedTag<float, block_columns>;
 using Vector = hn::Vec<Float>;
 
@@ -88,79 +90,99 @@ float spread_outside(const JointStep& joint) {
   return sum;
 }
 
-void ArriveEvenly(const JointStep& joint, int y, int x_begin, int x_end, float* each) {
+void ArriveEvenly(const JointStep& joint, int begin, int end, BlockRow& cells) {
   const FilterSpace& space{joint.after.space};
-  const int cells{space.even.width()};
-  const float* const here{space.even.row(y + joint.scroll.y) + joint.scroll.x};
+  const int size{space.even.width()};
+  const float* const here{space.even.row(cells.y + joint.scroll.y) + cells.x + joint.scroll.x};
   const float outside{spread_outside(joint)};
-  for_shrinking_vectors(Float{}, x_begin, x_end, [&](auto d, int x) {
-    const auto row = [&](int of) {
-      return of >= 0 && of < cells ? hn::LoadU(d, space.spread.row(of) + x) : hn::Set(d, outside);
+  for_shrinking_vectors(Float{}, begin, end, [&](auto d, int i) {
+    const auto row = [&](int y) {
+      return y >= 0 && y < size ? hn::LoadU(d, space.spread.row(y) + cells.x + i) : hn::Set(d, outside);
     };
     auto spread = hn::Zero(d);
     for (int j{0}; j < joint.step.side; ++j) {
       const Antecedents from{space.from[static_cast<std::size_t>(j) * static_cast<std::size_t>(joint.step.side)]};
-      spread = hn::Add(spread, between(row(y + from.iy), row(y + from.iy + 1), hn::Set(d, from.fy)));
+      spread = hn::Add(spread, between(row(cells.y + from.iy), row(cells.y + from.iy + 1), hn::Set(d, from.fy)));
     }
-    hn::StoreU(even_arrived(hn::Set(d, joint.step.each_moving), spread, hn::LoadU(d, here + x)), d, each + x - x_begin);
+    const auto each = even_arrived(hn::Set(d, joint.step.each_moving), spread, hn::LoadU(d, here + i));
+    hn::StoreU(each, d, cells.each + i);
   });
 }
 
-// The blocks of the step before from which a block's cells get the mass of a moving velocity: two by two.
+// Quotient that rounds down.
+int floor_of(int numerator, int denominator) {
+  return numerator >= 0 ? numerator / denominator : -((denominator - 1 - numerator) / denominator);
+}
+
+// The cells of the step before from which a block gets the mass of a moving velocity: block_columns + 1 columns from x
+// on and block_rows + 1 rows from y on. They lie in up to two by two blocks.
 class Antecedent {
  public:
-  Antecedent(const JointStep& joint, std::size_t k, int x_begin)
+  Antecedent(const JointStep& joint, std::size_t k, int x, int y)
       : joint_{joint},
         space_{joint.after.space},
-        layout_{joint.before.blocks.layout()},
-        k_{k},
-        first_{std::clamp(x_begin + space_.from[k].ix, -2 * block_columns, layout_.across * block_columns)} {}
+        cells_{joint.before.blocks.layout().cells},
+        x_{x},
+        left_{floor_of(x, block_columns)},
+        top_{floor_of(y, block_rows)} {
+    const bool is_inside{x >= 0 && y >= 0 && x + block_columns < cells_ && y + block_rows < cells_};
+    is_even_ = is_inside;
+    for (int i{0}; i < 4; ++i) {
+      masses_[i] = masses_of(k, left_ + i % 2, top_ + i / 2);
+      is_even_ = is_even_ && masses_[i] == nullptr;
+    }
+  }
 
-  // Of the columns first … first + block_columns of row y.
+  // Its columns of row y.
   const float* row(int y, float* buffer) const {
-    const int left{first_ >= 0 ? first_ / block_columns : -((block_columns - 1 - first_) / block_columns)};
-    fill(left, y, buffer);
-    fill(left + 1, y, buffer + block_columns);
-    return buffer + (first_ - left * block_columns);
+    if (is_even_) return space_.even.row(y) + x_;
+    const int below{floor_of(y, block_rows) - top_};
+    fill(left_, y, masses_[2 * below], buffer);
+    fill(left_ + 1, y, masses_[2 * below + 1], buffer + block_columns);
+    return buffer + (x_ - left_ * block_columns);
   }
 
  private:
-  void fill(int column_of_blocks, int y, float* out) const {
-    const int x{column_of_blocks * block_columns};
-    const int inside{x < 0 || y < 0 || y >= layout_.cells ? 0 : std::clamp(layout_.cells - x, 0, block_columns)};
+  // Null: what moves of the block is spread evenly, or it lies outside the window.
+  [[nodiscard]] const float* masses_of(std::size_t k, int block_x, int block_y) const {
+    const BlockLayout& layout{joint_.before.blocks.layout()};
+    if (block_x < 0 || block_x >= layout.across || block_y < 0 || block_y >= layout.along) return nullptr;
+    const int block{block_y * layout.across + block_x};
+    const bool moves{!space_.moving[static_cast<std::size_t>(block)].is_empty()};
+    const int slot{moves ? joint_.before.blocks.slot(block) : -1};
+    return slot >= 0 ? joint_.before.blocks.masses(slot) + k * block_cells : nullptr;
+  }
+
+  void fill(int block_x, int y, const float* masses, float* out) const {
+    const int x{block_x * block_columns};
+    const int inside{x < 0 || y < 0 || y >= cells_ ? 0 : std::clamp(cells_ - x, 0, block_columns)};
     if (inside > 0) {
-      const int block{y / block_rows * layout_.across + column_of_blocks};
-      const bool moves{!space_.moving[static_cast<std::size_t>(block)].is_empty()};
-      const int slot{moves ? joint_.before.blocks.slot(block) : -1};
-      slot >= 0 ? disturb(slot, x, y, inside, out) : copy(x, y, inside, out);
+      masses != nullptr ? disturb(masses + y % block_rows * block_columns, x, y, inside, out) : copy(x, y, inside, out);
     }
-    std::fill(out + inside, out + block_columns, outside_of(joint_.step));
+    if (inside < block_columns) std::fill(out + inside, out + block_columns, outside_of(joint_.step));
   }
 
   void copy(int x, int y, int inside, float* out) const {
     const float* const even{space_.even.row(y) + x};
-    if (inside < block_columns) {
-      std::copy(even, even + inside, out);
-    } else {
-      for_block_columns([&](int i) { hn::StoreU(hn::LoadU(Float{}, even + i), Float{}, out + i); });
-    }
+    for_shrinking_vectors(Float{}, 0, inside, [&](auto d, int i) { hn::StoreU(hn::LoadU(d, even + i), d, out + i); });
   }
 
-  void disturb(int slot, int x, int y, int inside, float* out) const {
-    const float* const masses{joint_.before.blocks.masses(slot) + k_ * block_cells + y % block_rows * block_columns};
+  void disturb(const float* masses, int x, int y, int inside, float* out) const {
     const float* const gained{space_.gained.row(y) + x};
-    const auto kept = [&](auto d, int i) {
+    for_shrinking_vectors(Float{}, 0, inside, [&](auto d, int i) {
       const auto share = hn::Set(d, joint_.step.kept_moving);
       hn::StoreU(disturbed(share, hn::LoadU(d, masses + i), hn::LoadU(d, gained + i)), d, out + i);
-    };
-    for_shrinking_vectors(Float{}, 0, inside, kept);
+    });
   }
 
   const JointStep& joint_;
   const FilterSpace& space_;
-  const BlockLayout& layout_;
-  std::size_t k_;
-  int first_;
+  int cells_;
+  int x_;
+  int left_;
+  int top_;
+  bool is_even_{true};
+  const float* masses_[4];
 };
 
 // Between what `row(y, buffer)` has for the rows y and y + 1 and the columns beside each other.
@@ -225,44 +247,13 @@ void PredictBlock(const JointStep& joint, int block) {
       continue;
     }
     const Antecedents& from{joint.after.space.from[k]};
-    const Antecedent antecedent{joint, k, cells.x_first};
-    const int y_first{std::clamp(cells.y_first + from.iy, -block_rows - 1, layout.cells)};
+    // far beyond the window all is as just beyond it
+    const int x_first{std::clamp(cells.x_first + from.ix, -2 * block_columns, layout.cells + block_columns)};
+    const int y_first{std::clamp(cells.y_first + from.iy, -2 * block_rows, layout.cells + block_rows)};
+    const Antecedent antecedent{joint, k, x_first, y_first};
     gather_block(
         from, y_first, [&](int y, float* buffer) { return antecedent.row(y, buffer); }, of_velocity);
     fill_new_cells(joint, cells, 0.5f * joint.step.prior_moving, of_velocity);
-  }
-}
-
-void SumRow(const FilterTables& tables, const float* masses, BlockRowSums& sums) {
-  for_block_columns([&](int column) {
-    LatticeSums<Vector> sum;
-    const float* of_velocity{masses + column};
-    for (const float vy_mps : tables.axis_mps) {
-      LatticeRowSums<Vector> row;
-      for (const float vx_mps : tables.axis_mps) {
-        row.add(set(vx_mps), hn::LoadU(Float{}, of_velocity));
-        of_velocity += block_cells;
-      }
-      sum.add(set(vy_mps), row);
-    }
-    hn::StoreU(sum.mass, Float{}, sums.mass + column);
-    hn::StoreU(sum.x, Float{}, sums.x + column);
-    hn::StoreU(sum.y, Float{}, sums.y + column);
-    hn::StoreU(sum.xx, Float{}, sums.xx + column);
-    hn::StoreU(sum.xy, Float{}, sums.xy + column);
-    hn::StoreU(sum.yy, Float{}, sums.yy + column);
-  });
-}
-
-void RescaleRow(const FilterStep& step, const float* scale, const float* born_moving, const float* born_standing,
-                float* masses) {
-  for (int k{0}; k < step.velocities(); ++k) {
-    const float* const born{k == step.standstill() ? born_standing : born_moving};
-    float* const of_velocity{masses + static_cast<std::ptrdiff_t>(k) * block_cells};
-    for_block_columns([&](int i) {
-      const auto kept = hn::Mul(hn::LoadU(Float{}, scale + i), hn::LoadU(Float{}, of_velocity + i));
-      hn::StoreU(hn::Add(kept, hn::LoadU(Float{}, born + i)), Float{}, of_velocity + i);
-    });
   }
 }
 
@@ -278,8 +269,6 @@ HWY_EXPORT(PrepareRow);
 HWY_EXPORT(SpreadAlongX);
 HWY_EXPORT(ArriveEvenly);
 HWY_EXPORT(PredictBlock);
-HWY_EXPORT(SumRow);
-HWY_EXPORT(RescaleRow);
 
 void prepare_row(const JointStep& joint, int y) {
   HWY_DYNAMIC_DISPATCH(PrepareRow)(joint, y);
@@ -287,18 +276,11 @@ void prepare_row(const JointStep& joint, int y) {
 void spread_along_x(const JointStep& joint, int y) {
   HWY_DYNAMIC_DISPATCH(SpreadAlongX)(joint, y);
 }
-void arrive_evenly(const JointStep& joint, int y, int x_begin, int x_end, float* each) {
-  HWY_DYNAMIC_DISPATCH(ArriveEvenly)(joint, y, x_begin, x_end, each);
+void arrive_evenly(const JointStep& joint, int begin, int end, BlockRow& row) {
+  HWY_DYNAMIC_DISPATCH(ArriveEvenly)(joint, begin, end, row);
 }
 void predict_block(const JointStep& joint, int block) {
   HWY_DYNAMIC_DISPATCH(PredictBlock)(joint, block);
-}
-void sum_row(const FilterTables& tables, const float* masses, BlockRowSums& sums) {
-  HWY_DYNAMIC_DISPATCH(SumRow)(tables, masses, sums);
-}
-void rescale_row(const FilterStep& step, const float* scale, const float* born_moving, const float* born_standing,
-                 float* masses) {
-  HWY_DYNAMIC_DISPATCH(RescaleRow)(step, scale, born_moving, born_standing, masses);
 }
 
 }  // namespace stereogrid

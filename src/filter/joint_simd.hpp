@@ -13,6 +13,7 @@ struct JointStep {
   const FilterState& before;
   FilterState& after;
   Scroll scroll;
+  float dt_s;
 };
 
 /// Of the cells of a row of a block.
@@ -36,9 +37,23 @@ void prepare_row(const JointStep& joint, int y);
 /// columns of the window now.
 void spread_along_x(const JointStep& joint, int y);
 
-/// What arrives in those cells of a row that have no masses of their own, and have been in the window before.
-/// `x_begin` … `x_end` − 1: at most a block's.
-void arrive_evenly(const JointStep& joint, int y, int x_begin, int x_end, float* each);
+/// Cells of a row of a block of the window now.
+struct BlockRow {
+  int x;
+  int y;
+  int columns;
+  float age_s[block_columns];     ///< before the step
+  float standing[block_columns];  ///< what has arrived at standstill
+  float each[block_columns];      ///< without masses: what has arrived of each moving velocity
+  // the update of the masses
+  float scale[block_columns];
+  float born_moving[block_columns];
+  float born_standing[block_columns];
+};
+
+/// What arrives of each moving velocity in columns `begin` … `end` − 1 of the row, which have no masses and have been
+/// in the window before.
+void arrive_evenly(const JointStep& joint, int begin, int end, BlockRow& row);
 
 /// The masses that arrive in a block's cells.
 void predict_block(const JointStep& joint, int block);
@@ -46,8 +61,11 @@ void predict_block(const JointStep& joint, int block);
 /// Sums over the masses of a row of a block; `masses`: of its first velocity.
 void sum_row(const FilterTables& tables, const float* masses, BlockRowSums& sums);
 
+/// Updates the row with what is observed: state and layers. `sums`: over the masses; null: it has none.
+void update_row(const JointStep& joint, View<const float> observed, const BlockRowSums* sums, BlockRow& row,
+                GridLayers& layers);
+
 /// m(k) ← scale·m(k) + born(k) in a row of a block.
-void rescale_row(const FilterStep& step, const float* scale, const float* born_moving, const float* born_standing,
-                 float* masses);
+void rescale_row(const FilterStep& step, const BlockRow& row, float* masses);
 
 }  // namespace stereogrid

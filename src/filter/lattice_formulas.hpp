@@ -78,10 +78,3 @@ STEREOGRID_HD inline T likelihood_of(const Evidence& evidence, T vx_mps, T vy_mp
   const T near{one / (one + number(x, 0.5f) * squared_distance)};
   return number(x, likelihood_floor) + near * near;
 }
-
-/// Of each moving velocity, where they are alike. `spread`: the sum over all velocities of what each would bring;
-/// `here`: what standstill would bring of it.
-template <class T>
-STEREOGRID_HD inline T even_arrived(T each_moving, T spread, T here) {
-  return each_moving * Max(spread - here, number(spread, 0.0f));
-}

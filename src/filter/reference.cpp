@@ -133,7 +133,8 @@ FilteredCell even_cell(const Step& step, int x, int y, Likelihood likelihood) {
     arrived = {step.disturbed_at(step.standstill(), ax, ay, step.before.occupancy(ax, ay)),
                even_arrived(constants.each_moving, spread, step.even_at(ax, ay))};
   }
-  return updated_evenly(constants, arrived, step.age_before(x, y), likelihood, view_of(constants, x, y));
+  return updated_evenly(constants, arrived.standing, arrived.each, step.age_before(x, y), likelihood,
+                        view_of(constants, x, y));
 }
 
 // docs/method.md §8.6; `velocity` becomes P(v_k), `occupied` P(occupied, v_k) up to a factor
@@ -181,9 +182,9 @@ FilteredCell cell_of(const Step& step, int x, int y, Likelihood likelihood, std:
 }
 
 // Of each block of the window before; none: tay2008.
-std::vector<CellBox> moving_cells_of(const FilterState& before, float least) {
+std::vector<CellBox> moving_cells_of(const FilterState& before, MovingFrom from) {
   std::vector<CellBox> moving(before.space.moving.size());
-  for (std::size_t i{0}; i < moving.size(); ++i) moving[i] = before.moving_cells(least, static_cast<int>(i));
+  for (std::size_t i{0}; i < moving.size(); ++i) moving[i] = before.moving_cells(from, static_cast<int>(i));
   return moving;
 }
 
@@ -191,7 +192,7 @@ std::vector<CellBox> moving_cells_of(const FilterState& before, float least) {
 
 void filter(Reference& /*reference*/, const FilterInput& input, View<const float> observed, const FilterState& before,
             FilterState& after, GridLayers& layers) {
-  const std::vector<CellBox> moving{moving_cells_of(before, input.tables.moving_mass_min)};
+  const std::vector<CellBox> moving{moving_cells_of(before, input.tables.moving_from)};
   const Step step{step_of(input),
                   input,
                   before,

@@ -65,7 +65,7 @@ FilterTables::FilterTables(const FilterConfig& config) : lattice{velocity_lattic
     const double p{static_cast<double>(i) / likelihood_steps};
     likelihood.push_back(static_cast<float>(std::pow(p, config.likelihood_exponent)));
   }
-  moving_mass_min = config.scene_flow ? moving_mass_told : moving_mass_found;
+  moving_from = config.scene_flow ? moving_told : moving_found;
   each_moving = lattice.size() > 1 ? 1 / static_cast<float>(lattice.size() - 1) : 0.0f;
 }
 
@@ -177,7 +177,7 @@ FilterStep step_of(const FilterInput& input) {
   step.kept_standing = step.kept_moving = step.prior_static = step.appearing_static = 1;
   step.moving_velocities = static_cast<float>(step.velocities() - 1);
   step.each_moving = input.tables.each_moving;
-  step.moving_mass_min = input.tables.moving_mass_min;
+  step.moving_from = input.tables.moving_from;
   if (step.side == 1) return step;
   step.reach = clamped_to_int(std::ceil(input.tables.lattice.back().x * input.dt_s / grid.cell_size_m));
   set_noise(config, input.dt_s, step.velocities(), step);

@@ -39,7 +39,7 @@ int blocks_with_masses(const FilterState& state) {
 // Every block has masses.
 template <class BackEndType>
 void keep_all(FilterRun<BackEndType>& run) {
-  run.tables.moving_mass_min = -1;
+  run.tables.moving_from = {-1, -1};
 }
 
 TEST(MovingBlocks, FollowWhatMoves) {

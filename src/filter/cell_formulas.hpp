@@ -1,0 +1,170 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Of a cell and what is seen of it, for numbers, on host and device, and for vectors of cells. No guard, no namespace:
+// model.hpp includes it, and the vector code once more for each instruction set, whose functions must be compiled for
+// it. Names in brackets are those next to the caller: FilterStep would bring in model.hpp's.
+
+/// The likelihoods of an observed probability p formed with prior ½: (p, 1 − p), tempered, and the odds that p is, as
+/// they are. docs/method.md §8.3.
+template <class T>
+struct CellLikelihood {
+  T occupied;
+  T empty;
+  T odds;
+};
+
+/// `look(i)`: p to the power of the exponent for p = i / likelihood_steps.
+template <class Look, class T>
+STEREOGRID_HD inline T tempered(const Look& look, T p) {
+  const T at{p * number(p, static_cast<float>(likelihood_steps))};
+  const auto floor = whole(at);
+  const auto i = Min(floor, number(floor, likelihood_steps - 1));
+  return between(T{look(i)}, T{look(i + number(i, 1))}, at - real(i));
+}
+
+/// 0 and 1 would make a cell deaf to everything that comes later.
+template <class Look, class T>
+STEREOGRID_HD inline CellLikelihood<T> likelihood_of_cell(const Look& look, T observed) {
+  const T one{number(observed, 1.0f)};
+  const T p{Min(Max(observed, number(observed, 0.001f)), number(observed, 0.999f))};
+  return {tempered(look, p), tempered(look, one - p), p / (one - p)};
+}
+
+/// Mean and covariance of the velocity of what occupies a cell.
+template <class T>
+struct EstimateOfVelocity {
+  T x;  ///< m/s
+  T y;
+  T xx;  ///< m²/s²
+  T xy;
+  T yy;
+};
+
+/// Of the sums over what occupies a cell, up to a factor; nothing: 0.
+template <class T>
+STEREOGRID_HD inline EstimateOfVelocity<T> estimate_of(const LatticeSums<T>& sums) {
+  const T none{number(sums.mass, 0.0f)};
+  const T share{IfThenElseZero(sums.mass > none, number(sums.mass, 1.0f) / sums.mass)};
+  const T x{share * sums.x};
+  const T y{share * sums.y};
+  return {x, y, Max(share * sums.xx - x * x, none), share * sums.xy - x * y, Max(share * sums.yy - y * y, none)};
+}
+
+/// P(occupied by something that moves), of what occupies the cell with probability `occupancy`.
+template <class T>
+STEREOGRID_HD inline T moving_share(T occupancy, T standing) {
+  return Max(occupancy - standing, number(occupancy, 0.0f));
+}
+
+/// Greater than every age of a cell that has been seen.
+constexpr float never_s{3e38f};
+
+/// What prediction and update (docs/method.md §8.7) do to the masses that have arrived in a cell:
+/// m(k) ← scale·m(k) + born(k).
+template <class T>
+struct UpdateOfCell {
+  T scale;
+  T born_standing;  ///< born(k) of standstill
+  T born_moving;    ///< of every other velocity
+  T occupancy;      ///< Σ m(k) afterwards
+};
+
+/// How the camera sees a cell. docs/method.md §8.3, §8.4.
+template <class T>
+struct ViewOfCell {
+  T repeated;  ///< how far the view is that of the step before: 0: another one, 1: the same
+  T forgetting;
+};
+
+/// Of the cell in column x and row y.
+template <class T>
+STEREOGRID_HD inline ViewOfCell<T> view_of_cell(const FilterStep& step, T x, T y) {
+  const auto of = [x](float value) { return number(x, value); };
+  const T dx{x - of(step.camera_x)};
+  const T dy{y - of(step.camera_y)};
+  const T ahead{dx * of(step.ahead_x) + dy * of(step.ahead_y)};
+  const T left{dy * of(step.ahead_x) - dx * of(step.ahead_y)};
+  const T squares{dx * dx + dy * dy};
+  const T beyond_left{left - ahead * of(step.view_left)};
+  const T beyond_right{of(0) - left - ahead * of(step.view_right)};
+  const auto is_in_view = And(ahead > of(0), Max(beyond_left, beyond_right) <= of(0));
+  return {IfThenElseZero(squares > of(step.new_view_squares), of(1) - of(step.new_view_squares) / squares),
+          IfThenElse(is_in_view, of(step.forgetting_in_view), of(step.forgetting))};
+}
+
+/// Errors repeat themselves as long as the view is the same: there, what is observed again takes a cell no farther than
+/// to its own odds, and what goes against what was known counts in full. docs/method.md §8.3.
+template <class T>
+STEREOGRID_HD inline T fresh_ratio(T repeated, T predicted, const CellLikelihood<T>& likelihood) {
+  const T one{number(predicted, 1.0f)};
+  const T ratio{likelihood.occupied / likelihood.empty};
+  const T wanted{likelihood.odds * (one - predicted) / predicted};
+  const T capped{Min(Max(wanted, Min(ratio, one)), Max(ratio, one))};
+  return ratio + repeated * (capped - ratio);
+}
+
+/// `arrived`: Σ m(k) before it; `age_s`: of the cell before the step; `view`: view_of_cell. A cell that nobody
+/// has seen stays unknown even where its mass has moved into seen cells. What appears on ground that has just been seen
+/// free has come from somewhere: it is more likely to move than what appears out of the unknown.
+template <class T>
+STEREOGRID_HD inline UpdateOfCell<T> joint_update(const FilterStep& step, T arrived, T age_s,
+                                                  const CellLikelihood<T>& likelihood, const ViewOfCell<T>& view) {
+  const auto of = [arrived](float value) { return number(arrived, value); };
+  const T one{of(1)};
+  const T total{Min(arrived, one)};
+  const T lacking{IfThenElseZero(age_s > of(never_s), Max(of(0.5f) - total, of(0)))};
+  const T kept{one - view.forgetting};
+  const T empty{one - total - lacking};
+  const T predicted{kept * (total + lacking) + view.forgetting * empty};
+  const auto is_repeated = And(view.repeated > of(0), predicted > of(0));
+  const T occupied{IfThenElse(is_repeated, fresh_ratio(view.repeated, predicted, likelihood), likelihood.occupied)};
+  const T free{IfThenElse(is_repeated, one, likelihood.empty)};
+  const T gain{occupied / (occupied * predicted + free * (one - predicted))};
+  const T unseen{gain * kept * lacking};
+  const T appeared{gain * view.forgetting * empty};
+  const auto was_seen = age_s <= of(0);
+  const T standing{IfThenElse(was_seen, of(step.appearing_static), of(step.prior_static))};
+  const T moving{IfThenElse(was_seen, of(step.appearing_moving), of(step.prior_moving))};
+  return {gain * kept * IfThenElse(arrived > one, one / arrived, one),
+          unseen * of(step.prior_static) + appeared * standing, unseen * of(step.prior_moving) + appeared * moving,
+          gain * predicted};
+}
+
+/// The same for the sums over a cell's masses. New mass has mean velocity 0.
+template <class T>
+STEREOGRID_HD inline LatticeSums<T> updated(const FilterStep& step, const UpdateOfCell<T>& update,
+                                            const LatticeSums<T>& arrived) {
+  const T spread{update.born_moving * number(arrived.mass, step.lattice_squares)};
+  return {update.occupancy,          update.scale * arrived.x,
+          update.scale * arrived.y,  update.scale * arrived.xx + spread,
+          update.scale * arrived.xy, update.scale * arrived.yy + spread};
+}
+
+/// Of each moving velocity, where they are alike. `spread`: the sum over all velocities of what each would bring;
+/// `here`: what standstill would bring of it.
+template <class T>
+STEREOGRID_HD inline T even_arrived(T each_moving, T spread, T here) {
+  return each_moving * Max(spread - here, number(spread, 0.0f));
+}
+
+/// What the filter says about a cell after a step.
+template <class T>
+struct CellAfter {
+  T occupancy;
+  T standing;
+  LatticeSums<T> sums;
+};
+
+/// Of a cell without masses of its own; `each`: what has arrived of each moving velocity.
+template <class T>
+STEREOGRID_HD inline CellAfter<T> updated_evenly(const FilterStep& step, T standing, T each, T age_s,
+                                                 const CellLikelihood<T>& likelihood, const ViewOfCell<T>& view) {
+  const T total{standing + number(each, step.moving_velocities) * each};
+  const UpdateOfCell<T> update{(joint_update)(step, total, age_s, likelihood, view)};
+  const T squares{(update.scale * each + update.born_moving) * number(each, step.lattice_squares)};
+  const T none{number(each, 0.0f)};
+  return {update.occupancy,
+          update.scale * standing + update.born_standing,
+          {update.occupancy, none, none, squares, none, squares}};
+}

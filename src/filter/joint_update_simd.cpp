@@ -1,0 +1,173 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+// Compiled once per instruction set; Highway picks one at run time. Vectors run along the cells of a row of a block;
+// every element goes through the operations of cell_formulas.hpp in their order.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "filter/joint_update_simd.cpp"  // NOLINT
+#include "hwy/foreach_target.h"                            // IWYU pragma: keep
+// after foreach_target
+#include "filter/joint_simd.hpp"
+#include "filter/partial_vectors_simd.hpp"
+#include "hwy/highway.h"
+#include "numbers_simd.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace stereogrid {
+namespace HWY_NAMESPACE {
+namespace {
+
+#include "filter/lattice_formulas.hpp"
+
+#include "filter/cell_formulas.hpp"
+
+using Float = hn::CappedTag<float, block_columns>;
+
+// The update of a vector of cells: those from column i of the row on.
+template <class D>
+class Updating {
+ public:
+  using V = hn::Vec<D>;
+
+  Updating(D d, const JointStep& joint, View<const float> observed, BlockRow& row, GridLayers& layers, int i)
+      : d_{d},
+        joint_{joint},
+        row_{row},
+        layers_{layers},
+        i_{i},
+        x_{row.x + i},
+        observed_{hn::LoadU(d, observed.row(row.y) + x_)} {}
+
+  void run(const BlockRowSums* sums) const { write(sums == nullptr ? evenly() : of_masses(*sums)); }
+
+ private:
+  [[nodiscard]] V load(const float* of_columns) const { return hn::LoadU(d_, of_columns + i_); }
+  void keep(V value, float* of_columns) const { hn::StoreU(value, d_, of_columns + i_); }
+  void store(V value, Image<float>& image) const { hn::StoreU(value, d_, image.row(row_.y) + x_); }
+
+  [[nodiscard]] CellLikelihood<V> likelihood() const {
+    const float* const table{joint_.tables.likelihood.data()};
+    return likelihood_of_cell([&](auto i) { return hn::GatherIndex(d_, table, i); }, observed_);
+  }
+  [[nodiscard]] ViewOfCell<V> view() const {
+    const hn::RebindToSigned<D> whole_numbers;
+    const V x{hn::ConvertTo(d_, hn::Iota(whole_numbers, x_))};
+    return (view_of_cell)(joint_.step, x, V{hn::Set(d_, static_cast<float>(row_.y))});
+  }
+
+  // `stereogrid::is_known` of what is observed.
+  [[nodiscard]] auto is_known() const {
+    const V half{hn::Set(d_, 0.5f)};
+    const V unsure{hn::Set(d_, 0.05f)};
+    return hn::Or(hn::Gt(hn::Sub(observed_, half), unsure), hn::Gt(hn::Sub(half, observed_), unsure));
+  }
+
+  [[nodiscard]] CellAfter<V> evenly() const {
+    return (updated_evenly)(joint_.step, load(row_.standing), load(row_.each), load(row_.age_s), likelihood(), view());
+  }
+
+  [[nodiscard]] CellAfter<V> of_masses(const BlockRowSums& row) const {
+    const LatticeSums<V> sums{load(row.mass), load(row.x), load(row.y), load(row.xx), load(row.xy), load(row.yy)};
+    const UpdateOfCell<V> update{(joint_update)(joint_.step, sums.mass, load(row_.age_s), likelihood(), view())};
+    keep(update.scale, row_.scale);
+    keep(update.born_moving, row_.born_moving);
+    keep(update.born_standing, row_.born_standing);
+    const V standing{hn::Add(hn::Mul(update.scale, load(row_.standing)), update.born_standing)};
+    return {update.occupancy, standing, (updated)(joint_.step, update, sums)};
+  }
+
+  void write(const CellAfter<V>& cell) const {
+    FilterState& after{joint_.after};
+    store(cell.occupancy, after.occupancy);
+    store(cell.occupancy, layers_.occupancy);
+    store(cell.standing, after.standing);
+    store(moving_share(cell.occupancy, cell.standing), layers_.moving);
+    const V older{hn::Add(load(row_.age_s), hn::Set(d_, joint_.dt_s))};
+    const V age_s{hn::IfThenZeroElse(is_known(), older)};
+    store(age_s, after.age_s);
+    store(age_s, layers_.age_s);
+    const EstimateOfVelocity<V> velocity{estimate_of(cell.sums)};
+    store(velocity.x, layers_.velocity_x);
+    store(velocity.y, layers_.velocity_y);
+    store(velocity.xx, layers_.velocity_xx);
+    store(velocity.xy, layers_.velocity_xy);
+    store(velocity.yy, layers_.velocity_yy);
+  }
+
+  D d_;
+  const JointStep& joint_;
+  BlockRow& row_;
+  GridLayers& layers_;
+  int i_;
+  int x_;
+  V observed_;
+};
+
+void UpdateRow(const JointStep& joint, View<const float> observed, const BlockRowSums* sums, BlockRow& row,
+               GridLayers& layers) {
+  for_shrinking_vectors(Float{}, 0, row.columns,
+                        [&](auto d, int i) { Updating<decltype(d)>{d, joint, observed, row, layers, i}.run(sums); });
+}
+
+// Calls work(column) for the vectors of a row of a block.
+template <class Work>
+HWY_INLINE void for_columns(const Work& work) {
+  for (int column{0}; column < block_columns; column += static_cast<int>(hn::Lanes(Float{}))) work(column);
+}
+
+void SumRow(const FilterTables& tables, const float* masses, BlockRowSums& sums) {
+  for_columns([&](int column) {
+    LatticeSums<hn::Vec<Float>> sum;
+    const float* of_velocity{masses + column};
+    for (const float vy_mps : tables.axis_mps) {
+      LatticeRowSums<hn::Vec<Float>> row;
+      for (const float vx_mps : tables.axis_mps) {
+        row.add(hn::Set(Float{}, vx_mps), hn::LoadU(Float{}, of_velocity));
+        of_velocity += block_cells;
+      }
+      sum.add(hn::Set(Float{}, vy_mps), row);
+    }
+    hn::StoreU(sum.mass, Float{}, sums.mass + column);
+    hn::StoreU(sum.x, Float{}, sums.x + column);
+    hn::StoreU(sum.y, Float{}, sums.y + column);
+    hn::StoreU(sum.xx, Float{}, sums.xx + column);
+    hn::StoreU(sum.xy, Float{}, sums.xy + column);
+    hn::StoreU(sum.yy, Float{}, sums.yy + column);
+  });
+}
+
+void RescaleRow(const FilterStep& step, const BlockRow& row, float* masses) {
+  for (int k{0}; k < step.velocities(); ++k) {
+    const float* const born{k == step.standstill() ? row.born_standing : row.born_moving};
+    float* const of_velocity{masses + static_cast<std::ptrdiff_t>(k) * block_cells};
+    for_columns([&](int i) {
+      const auto kept = hn::Mul(hn::LoadU(Float{}, row.scale + i), hn::LoadU(Float{}, of_velocity + i));
+      hn::StoreU(hn::Add(kept, hn::LoadU(Float{}, born + i)), Float{}, of_velocity + i);
+    });
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace stereogrid
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace stereogrid {
+
+HWY_EXPORT(UpdateRow);
+HWY_EXPORT(SumRow);
+HWY_EXPORT(RescaleRow);
+
+void update_row(const JointStep& joint, View<const float> observed, const BlockRowSums* sums, BlockRow& row,
+                GridLayers& layers) {
+  HWY_DYNAMIC_DISPATCH(UpdateRow)(joint, observed, sums, row, layers);
+}
+void sum_row(const FilterTables& tables, const float* masses, BlockRowSums& sums) {
+  HWY_DYNAMIC_DISPATCH(SumRow)(tables, masses, sums);
+}
+void rescale_row(const FilterStep& step, const BlockRow& row, float* masses) {
+  HWY_DYNAMIC_DISPATCH(RescaleRow)(step, row, masses);
+}
+
+}  // namespace stereogrid
+#endif
