@@ -89,6 +89,8 @@ TEST(ExitCodes, WrongUsageIs64) {
                                {{"run", "scene:empty"}, "--out"},
                                {{"run", "scene:empty", "--out", out, "--frobnicate"}, "--frobnicate"},
                                {{"run", "scene:empty", "--out", out, "--device", "abacus"}, "abacus"},
+                               {{"run", "scene:empty", "--out", out, "--device", "cuda:first"}, "cuda:1"},
+                               {{"run", "scene:empty", "--out", out, "--device", "cuda:-1"}, "cuda:1"},
                                {{"run", "scene:empty", "--out", out, "--set", "grid.lenght_m=3"}, "grid.length_m"},
                                {{"run", "scene:empty", "--out", out, "--set", "grid.length_m"}, "KEY=VALUE"},
                                {{"run", "scene:empty", "--out", out, "--set", "no\xff=UTF-8"}, R"(no\xFF)"},

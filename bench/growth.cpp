@@ -1,0 +1,205 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// How time and memory of the default chain grow: with the image's width and height, disparities, cells, velocities and
+// threads, each for itself, from the paper's size on; and the frames per second of several cameras. On the built-in
+// street; all sizes of a row in turns, two threads. The exponent is that of a power law through a row's medians.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "stereogrid/pipeline.hpp"
+#include "stereogrid/scenes/scene.hpp"
+
+namespace {
+
+using namespace stereogrid;
+
+constexpr int rounds{5};
+constexpr std::size_t frames_each{24};
+constexpr std::size_t warm_up_frames{8};
+
+struct Setting {
+  int width_px{512};
+  int height_px{320};
+  int disparities{64};
+  double side_m{20};
+  int speeds{6};
+  int threads{2};
+};
+
+struct Measured {
+  std::vector<double> total_ms;
+  std::size_t bytes{0};
+
+  [[nodiscard]] double median_ms() const {
+    std::vector<double> sorted{total_ms};
+    std::sort(sorted.begin(), sorted.end());
+    return sorted[sorted.size() / 2];
+  }
+};
+
+Config config_of(const Setting& setting) {
+  Config config{preset("default")};
+  config.matching.disparities = setting.disparities;
+  config.grid.length_m = config.grid.width_m = setting.side_m;
+  std::vector<double>& speeds{config.filter.speeds_mps};
+  while (static_cast<int>(speeds.size()) < setting.speeds) speeds.push_back(speeds.back() + 2);
+  speeds.resize(static_cast<std::size_t>(setting.speeds));
+  return config;
+}
+
+scenes::Scene scene_of(const Setting& setting) {
+  return scenes::Scene{scenes::parse_scene("street?focal=410&width=" + std::to_string(setting.width_px) +
+                                           "&height=" + std::to_string(setting.height_px))};
+}
+
+std::vector<StereoFrame> frames_of(const scenes::Scene& scene) {
+  std::vector<StereoFrame> frames;
+  for (std::size_t i{0}; i < frames_each; ++i) frames.push_back(scene.load(i));
+  return frames;
+}
+
+void drive(const Setting& setting, const Rig& rig, const std::vector<StereoFrame>& frames, Measured& measured) {
+  Pipeline pipeline{config_of(setting), rig, {.threads = setting.threads, .stages = false}};
+  for (std::size_t i{0}; i < frames.size(); ++i) {
+    const double total_ms{pipeline.process(frames[i]).timing_ms.total};
+    if (i >= warm_up_frames) measured.total_ms.push_back(total_ms);
+  }
+  measured.bytes = pipeline.memory_use().host_bytes;
+}
+
+// Slope of the line through the logarithms.
+double exponent(const std::vector<double>& sizes, const std::vector<double>& values) {
+  double mean_x{0};
+  double mean_y{0};
+  for (std::size_t i{0}; i < sizes.size(); ++i) {
+    mean_x += std::log(sizes[i]) / static_cast<double>(sizes.size());
+    mean_y += std::log(values[i]) / static_cast<double>(sizes.size());
+  }
+  double xy{0};
+  double xx{0};
+  for (std::size_t i{0}; i < sizes.size(); ++i) {
+    xy += (std::log(sizes[i]) - mean_x) * (std::log(values[i]) - mean_y);
+    xx += (std::log(sizes[i]) - mean_x) * (std::log(sizes[i]) - mean_x);
+  }
+  return xy / xx;
+}
+
+// `size`: what a setting counts as; the exponents are against it.
+void print_row(const char* name, const std::vector<Setting>& settings,
+               const std::function<double(const Setting&)>& size) {
+  std::vector<Measured> measured(settings.size());
+  std::vector<Rig> rigs;
+  std::vector<std::vector<StereoFrame>> frames;
+  for (const Setting& setting : settings) {
+    const scenes::Scene scene{scene_of(setting)};
+    rigs.push_back(scene.rig());
+    frames.push_back(frames_of(scene));
+  }
+  for (int round{0}; round < rounds; ++round) {
+    for (std::size_t i{0}; i < settings.size(); ++i) drive(settings[i], rigs[i], frames[i], measured[i]);
+  }
+  std::string sizes;
+  std::string times;
+  std::string bytes;
+  std::vector<double> of_size;
+  std::vector<double> of_time;
+  std::vector<double> of_bytes;
+  for (std::size_t i{0}; i < settings.size(); ++i) {
+    char text[32];
+    const auto add = [&](std::string& to, const char* format, double value) {
+      std::snprintf(text, sizeof(text), format, value);
+      to += (to.empty() ? "" : " / ") + std::string{text};
+    };
+    of_size.push_back(size(settings[i]));
+    of_time.push_back(measured[i].median_ms());
+    of_bytes.push_back(static_cast<double>(measured[i].bytes));
+    add(sizes, "%.0f", of_size.back());
+    add(times, "%.1f", of_time.back());
+    add(bytes, "%.0f", of_bytes.back() / 1e6);
+  }
+  std::printf("| %s | %s | %s | %.2f | %s | %.2f |\n", name, sizes.c_str(), times.c_str(), exponent(of_size, of_time),
+              bytes.c_str(), exponent(of_size, of_bytes));
+  std::fflush(stdout);
+}
+
+void print_growth() {
+  std::printf("| what grows | sizes | median ms | exponent | MB | exponent |\n|---|---|---|---|---|---|\n");
+  print_row("width, px", {{.width_px = 512}, {.width_px = 1024}, {.width_px = 2048}},
+            [](const Setting& s) { return s.width_px; });
+  print_row("height, px", {{.height_px = 320}, {.height_px = 640}, {.height_px = 1280}},
+            [](const Setting& s) { return s.height_px; });
+  print_row("disparities", {{.disparities = 64}, {.disparities = 128}, {.disparities = 256}},
+            [](const Setting& s) { return s.disparities; });
+  print_row("cells of the grid", {{.side_m = 20}, {.side_m = 40}, {.side_m = 80}},
+            [](const Setting& s) { return 25 * s.side_m * s.side_m; });
+  print_row("velocities", {{.speeds = 3}, {.speeds = 6}, {.speeds = 12}},
+            [](const Setting& s) { return (2 * s.speeds + 1) * (2 * s.speeds + 1); });
+  print_row("threads", {{.threads = 1}, {.threads = 2}}, [](const Setting& s) { return s.threads; });
+}
+
+// Frames per second of all cameras, processed by `work` once for each instant.
+double rate_of(std::size_t cameras, const std::function<void(std::size_t)>& work) {
+  for (std::size_t i{0}; i < warm_up_frames; ++i) work(i);
+  const auto start = std::chrono::steady_clock::now();
+  for (std::size_t i{warm_up_frames}; i < frames_each; ++i) work(i);
+  const std::chrono::duration<double> taken{std::chrono::steady_clock::now() - start};
+  return static_cast<double>(cameras * (frames_each - warm_up_frames)) / taken.count();
+}
+
+enum class Way { in_turns, a_thread_each, together };
+
+double camera_rate(std::size_t cameras, Way way, const Rig& rig, const std::vector<StereoFrame>& frames) {
+  std::vector<Pipeline> all;
+  for (std::size_t c{0}; c < cameras; ++c) all.emplace_back(preset("default"), rig, PipelineOptions{.stages = false});
+  std::vector<Pipeline*> pipelines;
+  for (Pipeline& pipeline : all) pipelines.push_back(&pipeline);
+  std::vector<FrameResult> results(cameras);
+  return rate_of(cameras, [&](std::size_t i) {
+    if (way == Way::together) {
+      process_together(pipelines, std::vector<StereoFrame>(cameras, frames[i]), results);
+      return;
+    }
+    std::vector<std::thread> threads;
+    for (std::size_t c{0}; c < cameras; ++c) {
+      const auto one = [&, c] { all[c].process(frames[i], results[c]); };
+      if (way == Way::in_turns) {
+        one();
+      } else {
+        threads.emplace_back(one);
+      }
+    }
+    for (std::thread& thread : threads) thread.join();
+  });
+}
+
+void print_cameras() {
+  const scenes::Scene scene{scene_of({})};
+  const std::vector<StereoFrame> frames{frames_of(scene)};
+  std::printf("\n| cameras | frames/s of all, in turns | a thread each | process_together |\n|---|---|---|---|\n");
+  for (const std::size_t cameras : {1U, 2U, 4U, 8U}) {
+    double best[3]{};
+    for (int round{0}; round < rounds; ++round) {
+      for (const Way way : {Way::in_turns, Way::a_thread_each, Way::together}) {
+        double& of_way{best[static_cast<int>(way)]};
+        of_way = std::max(of_way, camera_rate(cameras, way, scene.rig(), frames));
+      }
+    }
+    std::printf("| %zu | %.0f | %.0f | %.0f |\n", cameras, best[0], best[1], best[2]);
+    std::fflush(stdout);
+  }
+}
+
+}  // namespace
+
+int main() {
+  print_growth();
+  print_cameras();
+  return 0;
+}
