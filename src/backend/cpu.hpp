@@ -5,6 +5,7 @@
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/parallel_invoke.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
@@ -30,6 +31,12 @@ class Cpu {
       tbb::parallel_for(tbb::blocked_range<int>{0, count, static_cast<std::size_t>(grain)},
                         [&](const tbb::blocked_range<int>& part) { work(part.begin(), part.end()); });
     });
+  }
+
+  /// Calls both, at the same time if there is a thread for it.
+  template <class First, class Second>
+  void together(const First& first, const Second& second) {
+    arena_.execute([&] { tbb::parallel_invoke(first, second); });
   }
 
   /// Calls work(part, begin, end) with [0, count) cut into `parts` equal pieces.

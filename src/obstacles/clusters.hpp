@@ -82,14 +82,18 @@ void measure_velocities(const std::vector<FlowVector>& vectors, const Pose2& wor
 /// Around the outlines: along the motion of what moves, else the smallest.
 void fit_boxes(std::vector<Cluster>& clusters);
 
-/// Clusters of the disparities of obstacles, (H, W) px, and of points followed to them. `for_ranges`: see
+/// Segments of the disparities of obstacles, (H, W) px, and of points followed to them. `for_ranges`: see
 /// Segmenter::find.
 template <class ForRanges>
-void find_clusters(View<const float> obstacle, const Ground& ground, const GridLayers& world,
-                   const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors, const ForRanges& for_ranges,
-                   ClusterSpace& space) {
+void find_segments(View<const float> obstacle, const Ground& ground, const Pose2& world_from_vehicle,
+                   const std::vector<FlowVector>& vectors, const ForRanges& for_ranges, ClusterSpace& space) {
   space.segmenter.find(obstacle, ground, for_ranges);
   separate_movers(vectors, world_from_vehicle, space);
+}
+
+/// A cluster of each segment.
+inline void make_clusters(const GridLayers& world, const Pose2& world_from_vehicle,
+                          const std::vector<FlowVector>& vectors, ClusterSpace& space) {
   describe_segments(world, world_from_vehicle, space);
   measure_velocities(vectors, world_from_vehicle, space);
   fit_boxes(space.clusters);

@@ -55,20 +55,53 @@ void FrameProcessor::run(const LevelFrame& frame, FrameResult& result) {
   follow_points(frame, window);
   const double follow_ms{watch.lap()};
   is_reliable_ = true;
-  make_grids_ahead();
-  if (find_road(frame, expected)) make_grids_ahead();
-  is_reliable_ = judge(frame, expected, result);
-  if (!is_reliable_ || !stages_->works_ahead()) make_grids();
+  has_segments_ = false;
+  const double segments_ms{find_grids(frame, expected, result)};
   stages_->finish();
   if (!is_reliable_) leave_unknown(result.stages);
   watch.lap();
   track(frame, result);
-  result.timing_ms.track = watch.lap();
+  result.timing_ms.track = segments_ms + watch.lap();
   if (is_reliable_ && flows(frame)) {
     scene_flow_.add_points(flow_frame(frame), stages_->matches_on_lattice(), ranges_of(*stages_));
   }
   result.timing_ms.flow = follow_ms + watch.lap();
   is_first_ = false;
+}
+
+// Returns what it has taken to find the segments, if they have been found meanwhile, ms.
+double FrameProcessor::find_grids(const LevelFrame& frame, const Ground& expected, FrameResult& result) {
+  if (stages_->works_ahead()) {
+    make_grids();  // as if nothing were wrong with the frame; what is made twice, counts the second time
+    find_road(frame, expected, will_search());
+    is_reliable_ = accept(frame, expected, judge(frame), result);
+    if (!is_reliable_) make_grids();
+    return 0;
+  }
+  const bool searches{will_search()};
+  if (!is_first_ && !searches) return find_grids_and_segments(frame, expected, result);
+  find_road(frame, expected, searches);
+  is_reliable_ = accept(frame, expected, judge(frame), result);
+  make_grids();
+  return 0;
+}
+
+// The frame is not matched again, unless it cannot be used: what reads the matches alone goes on at the same time.
+double FrameProcessor::find_grids_and_segments(const LevelFrame& frame, const Ground& expected, FrameResult& result) {
+  Doubt doubt{Doubt::none};
+  double segments_ms{0};
+  const auto look = [&] {
+    measure_rows(frame, expected);
+    doubt = judge(frame);
+    Stopwatch watch;
+    if (doubt == Doubt::none) find_segments(frame);
+    segments_ms = watch.lap();
+  };
+  const auto make = [this] { make_grids(); };
+  stages_->together(std::cref(make), std::cref(look));  // a std::function of the thing itself would allocate
+  is_reliable_ = accept(frame, expected, doubt, result);
+  if (!is_reliable_) make_grids();
+  return segments_ms;
 }
 
 void FrameProcessor::match(const Ground& expected) {
@@ -94,11 +127,6 @@ void FrameProcessor::make_grids() {
   });
 }
 
-// As if nothing were wrong with the frame.
-void FrameProcessor::make_grids_ahead() {
-  if (stages_->works_ahead()) make_grids();
-}
-
 FlowFrame FrameProcessor::flow_frame(const LevelFrame& frame) const {
   return {frame.left, frame.right, alignment_.offsets(), frame.world_from_vehicle, frame.dt_s};
 }
@@ -118,22 +146,27 @@ void FrameProcessor::measure_rows(const LevelFrame& frame, const Ground& expecte
 }
 
 // The road hypothesis needs a plane before there is any disparity: that of the frame before. At the start, and when the
-// road turns out to lie elsewhere, a plane is searched in what matched, and the frame is matched again. True: it was.
-bool FrameProcessor::find_road(const LevelFrame& frame, const Ground& expected) {
+// road turns out to lie elsewhere, a plane is searched in what matched, and the frame is matched again.
+void FrameProcessor::find_road(const LevelFrame& frame, const Ground& expected, bool searches) {
   measure_rows(frame, expected);
   const bool are_rows_off{is_first_ && !alignment_.is_identity()};
   if (are_rows_off) {
     match(expected);
     measure_rows(frame, expected);
   }
-  return search_if_lost(frame) || are_rows_off;
+  const bool has_searched{searches && search(frame)};
+  if ((has_searched || are_rows_off) && stages_->works_ahead()) make_grids();
 }
 
-// True: matched again. After a search that found nothing there is a pause, as it would find nothing again.
-bool FrameProcessor::search_if_lost(const LevelFrame& frame) {
+// After a search that found nothing there is a pause, as it would find nothing again.
+bool FrameProcessor::will_search() {
   if (!config_.ground.estimate) return false;
   if (frames_to_search_ > 0 && --frames_to_search_ > 0) return false;
-  if (!is_first_ && !stages_->is_lost()) return false;
+  return is_first_ || stages_->is_lost();
+}
+
+// True: matched again.
+bool FrameProcessor::search(const LevelFrame& frame) {
   // a plane far off would have split the wrong pixels away
   const Matches& matches{stages_->unsplit_matches()};
   const Ground found{
@@ -168,10 +201,14 @@ Doubt FrameProcessor::look_at_mounting(const LevelFrame& frame, Doubt doubt) {
   return holds || doubt == Doubt::none ? Doubt::road_elsewhere : doubt;
 }
 
-// False: the grids must not be built on this.
-bool FrameProcessor::judge(const LevelFrame& frame, const Ground& expected, FrameResult& result) {
+Doubt FrameProcessor::judge(const LevelFrame& frame) {
   ground_ = stages_->ground();
-  const Doubt doubt{look_at_mounting(frame, trust_.judge(matched(frame), ground_, frame.dt_s))};
+  return trust_.judge(matched(frame), ground_, frame.dt_s);
+}
+
+// False: the grids must not be built on this.
+bool FrameProcessor::accept(const LevelFrame& frame, const Ground& expected, Doubt doubt, FrameResult& result) {
+  doubt = look_at_mounting(frame, doubt);
   if (doubt != Doubt::none) {
     if (config_.ground.estimate) ground_ = expected;  // a plane through wrong matches would mislead the next frame
     scene_flow_.clear();
@@ -182,11 +219,17 @@ bool FrameProcessor::judge(const LevelFrame& frame, const Ground& expected, Fram
   return doubt == Doubt::none;
 }
 
+void FrameProcessor::find_segments(const LevelFrame& frame) {
+  stereogrid::find_segments(stages_->obstacle_disparity(), ground_, frame.world_from_vehicle, scene_flow_.vectors(),
+                            ranges_of(*stages_), clusters_);
+  has_segments_ = true;
+}
+
 void FrameProcessor::track(const LevelFrame& frame, FrameResult& result) {
   clusters_.clusters.clear();
   if (is_reliable_) {
-    find_clusters(stages_->obstacle_disparity(), ground_, result.world, frame.world_from_vehicle, scene_flow_.vectors(),
-                  ranges_of(*stages_), clusters_);
+    if (!has_segments_) find_segments(frame);
+    make_clusters(result.world, frame.world_from_vehicle, scene_flow_.vectors(), clusters_);
   }
   tracker_.update(result.world, clusters_.clusters, frame.world_from_vehicle, frame.dt_s);
   tracker_.report(frame.world_from_vehicle, result.obstacles);

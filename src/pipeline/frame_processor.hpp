@@ -47,12 +47,16 @@ class FrameProcessor {
  private:
   void match(const Ground& expected);
   void make_grids();
-  void make_grids_ahead();
   void follow_points(const LevelFrame& frame, const GridGeometry& window);
   void measure_rows(const LevelFrame& frame, const Ground& expected);
-  bool find_road(const LevelFrame& frame, const Ground& expected);
-  bool search_if_lost(const LevelFrame& frame);
-  bool judge(const LevelFrame& frame, const Ground& expected, FrameResult& result);
+  double find_grids(const LevelFrame& frame, const Ground& expected, FrameResult& result);
+  double find_grids_and_segments(const LevelFrame& frame, const Ground& expected, FrameResult& result);
+  void find_road(const LevelFrame& frame, const Ground& expected, bool searches);
+  bool will_search();
+  bool search(const LevelFrame& frame);
+  Doubt judge(const LevelFrame& frame);
+  bool accept(const LevelFrame& frame, const Ground& expected, Doubt doubt, FrameResult& result);
+  void find_segments(const LevelFrame& frame);
   Doubt look_at_mounting(const LevelFrame& frame, Doubt doubt);
   [[nodiscard]] MatchedFrame matched(const LevelFrame& frame) const;
   void track(const LevelFrame& frame, FrameResult& result);
@@ -80,7 +84,8 @@ class FrameProcessor {
   Tracker tracker_;
 
   // of a frame
-  bool is_reliable_{true};  ///< may the grids be built on its matches?
+  bool is_reliable_{true};    ///< may the grids be built on its matches?
+  bool has_segments_{false};  ///< its segments have been found
   GroundSpace ground_samples_;
   std::vector<GroundSample> mounting_samples_;
   EvidenceMap velocity_evidence_;

@@ -183,6 +183,14 @@ class HostStages final : public Stages {
     }
   }
 
+  void together(const std::function<void()>& first, const std::function<void()>& second) override {
+    if constexpr (requires { back_end_.threads(); }) {
+      back_end_.together(first, second);
+    } else {
+      Stages::together(first, second);
+    }
+  }
+
   void fetch_stages(bool wanted) override { are_stages_wanted_ = wanted; }
   void take_mask(const PixelMask& mask) override { mask_ = &mask; }
   [[nodiscard]] MemoryUse memory_use() const override { return {sizeof *this + space_.held_bytes(), 0}; }

@@ -92,6 +92,11 @@ class Stages {
   [[nodiscard]] virtual int threads() const { return 1; }
   /// Calls work(begin, end) on parts of [0, count), on the host.
   virtual void for_ranges(int count, const std::function<void(int, int)>& work) { work(0, count); }
+  /// Calls both on the host, at the same time where there are threads for it; they must not disturb each other.
+  virtual void together(const std::function<void()>& first, const std::function<void()>& second) {
+    first();
+    second();
+  }
   virtual void fetch_stages(bool wanted) = 0;
   /// Before the first frame, once: pixels without disparities in all frames. It stays.
   virtual void take_mask(const PixelMask& mask) = 0;
