@@ -19,6 +19,13 @@ auto ranges_of(Stages& stages) {
   return [&stages](int count, const auto& work) { stages.for_ranges(count, std::cref(work)); };
 }
 
+template <class Work>
+double taken_ms(const Work& work) {
+  Stopwatch watch;
+  work();
+  return watch.lap();
+}
+
 }  // namespace
 
 FrameProcessor::FrameProcessor(const Config& config, const Rig& level_rig, std::unique_ptr<Stages> stages,
@@ -49,24 +56,24 @@ void FrameProcessor::run(const LevelFrame& frame, FrameResult& result) {
   const Ground expected{predicted(rig_, config_.ground, ground_, frame.dt_s)};
   const GridGeometry window{window_.at(frame.world_from_vehicle)};
   stages_->begin(frame, window, is_first_, result);
-  Stopwatch watch;
   match(expected);
-  watch.lap();
-  follow_points(frame, window);
-  const double follow_ms{watch.lap()};
+  double flow_ms{taken_ms([&] { follow_points(frame, window); })};
   is_reliable_ = true;
   has_segments_ = false;
-  const double segments_ms{find_grids(frame, expected, result)};
+  double track_ms{find_grids(frame, expected, result)};
   stages_->finish();
   if (!is_reliable_) leave_unknown(result.stages);
-  watch.lap();
-  track(frame, result);
-  result.timing_ms.track = segments_ms + watch.lap();
-  if (is_reliable_ && flows(frame)) {
-    scene_flow_.add_points(flow_frame(frame), stages_->matches_on_lattice(), ranges_of(*stages_));
-  }
-  result.timing_ms.flow = follow_ms + watch.lap();
+  together([&] { track_ms += taken_ms([&] { track(frame, result); }); },
+           [&] { flow_ms += taken_ms([&] { add_points(frame); }); });
+  result.timing_ms.track = track_ms;
+  result.timing_ms.flow = flow_ms;
   is_first_ = false;
+}
+
+// A std::function of the work itself would allocate.
+template <class First, class Second>
+void FrameProcessor::together(const First& first, const Second& second) {
+  stages_->together(std::cref(first), std::cref(second));
 }
 
 // Returns what it has taken to find the segments, if they have been found meanwhile, ms.
@@ -93,12 +100,9 @@ double FrameProcessor::find_grids_and_segments(const LevelFrame& frame, const Gr
   const auto look = [&] {
     measure_rows(frame, expected);
     doubt = judge(frame);
-    Stopwatch watch;
-    if (doubt == Doubt::none) find_segments(frame);
-    segments_ms = watch.lap();
+    if (doubt == Doubt::none) segments_ms = taken_ms([&] { find_segments(frame); });
   };
-  const auto make = [this] { make_grids(); };
-  stages_->together(std::cref(make), std::cref(look));  // a std::function of the thing itself would allocate
+  together([this] { make_grids(); }, look);
   is_reliable_ = accept(frame, expected, doubt, result);
   if (!is_reliable_) make_grids();
   return segments_ms;
@@ -131,11 +135,16 @@ FlowFrame FrameProcessor::flow_frame(const LevelFrame& frame) const {
   return {frame.left, frame.right, alignment_.offsets(), frame.world_from_vehicle, frame.dt_s};
 }
 
-// While a device matches.
 void FrameProcessor::follow_points(const LevelFrame& frame, const GridGeometry& window) {
   flows(frame) ? scene_flow_.follow(flow_frame(frame), ranges_of(*stages_)) : scene_flow_.clear();
   if (config_.filter.model != FilterModel::joint) return;
   stages_->take_velocities(velocity_evidence_.gather(scene_flow_.vectors(), window));
+}
+
+// To be followed from the next frame on.
+void FrameProcessor::add_points(const LevelFrame& frame) {
+  if (!is_reliable_ || !flows(frame)) return;
+  scene_flow_.add_points(flow_frame(frame), stages_->matches_on_lattice(), ranges_of(*stages_));
 }
 
 // From the matches on the road `expected`.

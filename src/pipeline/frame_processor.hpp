@@ -45,9 +45,12 @@ class FrameProcessor {
   [[nodiscard]] const Stages& stages() const { return *stages_; }
 
  private:
+  template <class First, class Second>
+  void together(const First& first, const Second& second);
   void match(const Ground& expected);
   void make_grids();
   void follow_points(const LevelFrame& frame, const GridGeometry& window);
+  void add_points(const LevelFrame& frame);
   void measure_rows(const LevelFrame& frame, const Ground& expected);
   double find_grids(const LevelFrame& frame, const Ground& expected, FrameResult& result);
   double find_grids_and_segments(const LevelFrame& frame, const Ground& expected, FrameResult& result);

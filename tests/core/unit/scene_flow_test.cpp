@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clusters_of.hpp"
 #include "motion/velocity_evidence.hpp"
 #include "obstacles/tracking.hpp"
 #include "painted_obstacles.hpp"

@@ -9,6 +9,7 @@
 #include <random>
 #include <vector>
 
+#include "clusters_of.hpp"
 #include "painted_obstacles.hpp"
 #include "support.hpp"
 

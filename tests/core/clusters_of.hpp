@@ -1,0 +1,18 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "obstacles/clusters.hpp"
+
+namespace stereogrid::test {
+
+/// Of a frame, as FrameProcessor finds them.
+template <class ForRanges>
+void find_clusters(View<const float> obstacle, const Ground& ground, const GridLayers& world,
+                   const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors, const ForRanges& for_ranges,
+                   ClusterSpace& space) {
+  find_segments(obstacle, ground, world_from_vehicle, vectors, for_ranges, space);
+  make_clusters(world, world_from_vehicle, vectors, space);
+}
+
+}  // namespace stereogrid::test
