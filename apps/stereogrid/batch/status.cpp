@@ -80,7 +80,8 @@ class Speed {
     try {
       const auto done{read_done(ShardPlaces{plan_.folder(), shard.digest}.result)};
       if (!done) return;
-      frames_ += static_cast<double>(done->frames);
+      // those that --every has left unwritten, too
+      frames_ += std::max(0.0, static_cast<double>(shard.end - shard.first) - static_cast<double>(done->skipped));
       cost_ += shard.cost;
       seconds_ += done->seconds;
     } catch (const InputError&) {
