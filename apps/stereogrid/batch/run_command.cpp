@@ -16,7 +16,6 @@
 #include "interrupt.hpp"
 #include "option_checks.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/json_text.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/pipeline.hpp"
 
@@ -47,14 +46,6 @@ int worse(int a, int b) {
   return exit_done;
 }
 
-TransferOptions planned_transfer(const PlanReader& plan) {
-  TransferOptions planned;
-  io::read_json<Json>(io::printable_path(plan.folder() / "plan.json"), io::json_text(plan.transfer()), "'transfer' ",
-                      "Make the plan anew: stereogrid batch plan.",
-                      [&](const Json& json) { planned = transfer_options_of(json); });
-  return planned;
-}
-
 int run_shards(Options options, const CLI::App& command) {
   const PlanReader plan{options.plan};
   if (plan.plan().version != version()) {
@@ -62,7 +53,7 @@ int run_shards(Options options, const CLI::App& command) {
                                   io::printable(options.plan), plan.plan().version, version())};
   }
   const std::vector<NumberRange> ranges{ranges_of(options, plan.plan().shards)};
-  const TransferOptions transfer_options{with_given(planned_transfer(plan), command, options.transfer)};
+  const TransferOptions transfer_options{with_given(transfer_options_of(plan), command, options.transfer)};
   check(transfer_options);
   Transfer transfer{transfer_options, [] { return interrupted() != 0; }};
   options.runner.transfer = &transfer;

@@ -128,11 +128,14 @@ void count(const Shard& shard, ShardState state, Status& status) {
 
 ShardStates::ShardStates(const fs::path& plan)
     : done_{numbers_below(plan / "results")}, failed_{numbers_below(plan / "failed")} {
-  const fs::file_time_type lost{now_of(plan) - std::chrono::seconds{heartbeat_lost_s}};
+  // Also what is to come is no sign of life: where a file's time is that of a machine which has died with its clock
+  // ahead, it would be one for as long as that.
+  const fs::file_time_type now{now_of(plan)};
+  const std::chrono::seconds lost{heartbeat_lost_s};
   for_each_below(plan / "work", [&](std::uint64_t number, const fs::path& work) {
     std::error_code error;
     const fs::file_time_type beat{fs::last_write_time(work / heartbeat_file, error)};
-    (!error && beat > lost ? running_ : stopped_).push_back(number);
+    (!error && beat > now - lost && beat < now + lost ? running_ : stopped_).push_back(number);
   });
   std::sort(running_.begin(), running_.end());
   std::sort(stopped_.begin(), stopped_.end());

@@ -17,6 +17,7 @@
 #include "batch/words.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/json_text.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app::batch {
@@ -59,6 +60,17 @@ std::string found_in(const fs::path& folder) {
   return fs::is_regular_file(file, error) ? file.string() : folder.string();
 }
 
+void read(const Json& json, TransferOptions& options) {
+  options.uris = json.value("uris", options.uris);
+  options.fetch = json.value("fetch", options.fetch);
+  options.push = json.value("push", options.push);
+  options.scratch = json.value("scratch", options.scratch);
+  options.scratch_limit = json.value("scratch_limit", options.scratch_limit);
+  if (json.contains("retries")) options.retries = static_cast<int>(io::whole_number(json, "retries", 0, 1000));
+  if (json.contains("timeout_s"))
+    options.timeout_s = static_cast<int>(io::whole_number(json, "timeout_s", 1, 10'000'000));
+}
+
 }  // namespace
 
 void check(const TransferOptions& options) {
@@ -82,15 +94,10 @@ Json to_json(const TransferOptions& options) {
           {"timeout_s", options.timeout_s}};
 }
 
-TransferOptions transfer_options_of(const Json& json) {
+TransferOptions transfer_options_of(const PlanReader& plan) {
   TransferOptions options;
-  options.uris = json.value("uris", options.uris);
-  options.fetch = json.value("fetch", options.fetch);
-  options.push = json.value("push", options.push);
-  options.scratch = json.value("scratch", options.scratch);
-  options.scratch_limit = json.value("scratch_limit", options.scratch_limit);
-  options.retries = json.value("retries", options.retries);
-  options.timeout_s = json.value("timeout_s", options.timeout_s);
+  io::read_json<Json>(io::printable_path(plan.folder() / "plan.json"), io::json_text(plan.transfer()), "'transfer' ",
+                      "Make the plan anew: stereogrid batch plan.", [&](const Json& json) { read(json, options); });
   return options;
 }
 

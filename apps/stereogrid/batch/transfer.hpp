@@ -32,8 +32,8 @@ void add_transfer_options(CLI::App& command, TransferOptions& options);
 void check(const TransferOptions& options);
 
 [[nodiscard]] Json to_json(const TransferOptions& options);
-/// Throws what nlohmann::json throws. What is not there is as by default.
-[[nodiscard]] TransferOptions transfer_options_of(const Json& json);
+/// What is not there is as by default. Throws InputError.
+[[nodiscard]] TransferOptions transfer_options_of(const PlanReader& plan);
 /// The plan's, but what was given on the command line.
 [[nodiscard]] TransferOptions with_given(TransferOptions planned, const CLI::App& command,
                                          const TransferOptions& given);
