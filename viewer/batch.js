@@ -9,7 +9,8 @@ const states = [
   ["running", "running"],
   ["stopped", "begun, nobody works on it"],
   ["missing", "missing"],
-  ["failed", "failed: bad input, or given up"],
+  ["poison", "poison: bad input or wrong usage"],
+  ["given_up", "given up after crashes"],
 ];
 const at = (id) => document.getElementById(id);
 
@@ -35,7 +36,8 @@ function duration(seconds) {
 const whole = (number) => number.toLocaleString("en");
 const share = (part, all) => `${((100 * part) / Math.max(all, 1)).toFixed(1)} %`;
 
-function show_states(status) {
+function show_states(found) {
+  const status = { ...found, given_up: found.failed - found.poison };
   at("bar").replaceChildren(...states.map(([key]) => {
     const part = element("span", "", key);
     part.style.flexGrow = status[key];

@@ -12,6 +12,7 @@
 #include <system_error>
 
 #include "batch/heartbeat.hpp"
+#include "commands.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 
@@ -100,13 +101,14 @@ class Speed {
 };
 
 void note_failure(const PlanReader& plan, const Shard& shard, Status& status) {
-  if (status.failures.size() >= most_failures) return;
+  const bool is_named{status.failures.size() < most_failures};
   try {
     if (auto failure{read_failure(ShardPlaces{plan.folder(), shard.digest}.failed)}) {
-      status.failures.push_back(std::move(*failure));
+      status.poison += failure->exit_code == exit_usage || failure->exit_code == exit_input ? 1 : 0;
+      if (is_named) status.failures.push_back(std::move(*failure));
     }
   } catch (const InputError& error) {
-    status.failures.push_back({shard.digest, shard.number, 0, error.what(), ""});
+    if (is_named) status.failures.push_back({shard.digest, shard.number, 0, error.what(), ""});
   }
 }
 
@@ -180,6 +182,7 @@ Json to_json(const Status& status) {
           {"stopped", status.stopped},
           {"missing", status.missing},
           {"failed", status.failed},
+          {"poison", status.poison},
           {"frames", status.frames},
           {"frames_done", status.frames_done},
           {"frames_per_second_of_a_runner", status.frames_per_second},

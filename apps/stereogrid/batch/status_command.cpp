@@ -36,7 +36,8 @@ void print_table(const Status& status) {
   row("running", status.running);
   row("stopped", status.stopped);
   row("missing", status.missing);
-  row("failed", status.failed);
+  row("poison", status.poison);
+  row("given up", status.failed - status.poison);
   tell("{} of {} frames", status.frames_done, status.frames);
   if (status.frames_per_second > 0) tell(", {:.2f} frames per second and runner", status.frames_per_second);
   if (status.seconds_left > 0) tell(", about {} left", duration_text(status.seconds_left));
