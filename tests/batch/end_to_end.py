@@ -206,7 +206,7 @@ def poison(folder: Path):
     process = tool("run", plan, "--all", expect=65)
     assert "none of the left images" in process.stderr, process.stderr
     found = status(plan)
-    assert (found["done"], found["failed"], found["to_do"]) == (1, 1, ""), found
+    assert (found["done"], found["failed"], found["poison"], found["to_do"]) == (1, 1, 1, ""), found
     assert found["failures"][0]["shard"] == 1
     assert "not tried again" in tool("run", plan, "--shard", 1, expect=65).stderr
     assert "1 of 2 shards have no result: 1." in tool("merge", plan, "--out", folder / "out", expect=65).stderr
@@ -249,7 +249,7 @@ def crash(folder: Path):
             lines.unlink()
     said = tool("run", plan, "--shard", 0, "--attempts", 2, expect=70).stderr
     assert "without a word" in said, said
-    assert status(plan)["failures"][0]["exit_code"] == 70
+    assert status(plan)["failures"][0]["exit_code"] == 70 and status(plan)["poison"] == 0
     tool("run", plan, "--shard", 0, "--retry-poison")
 
 

@@ -117,6 +117,51 @@ TEST_F(RunFolder, IsReadAgain) {
   EXPECT_EQ(grids.velocity_x(2, 1), 0);
 }
 
+TEST_F(RunFolder, SaysWhichLayersItWasWrittenWithout) {
+  RunDescription some{description()};
+  some.layers = {"occupancy", "velocity"};
+  RunRecord{folder_.path(), some}.save(false);
+  write_grids(folder_ / "grids" / "frame_7.npz", result_of(7), some.layers);
+  const RunReader run{folder_.path()};
+  EXPECT_EQ(run.occupancy("frame_7")(0, 3), 0.7F);
+  expect_complaint([&] { static_cast<void>(run.grids("frame_7")); },
+                   {"was written without the layer observed", "it has occupancy, velocity", "--layers"});
+  expect_complaint([&] { static_cast<void>(run.world_grid("frame_7")); }, {"without the layer world_occupancy"});
+}
+
+TEST_F(RunFolder, TellsOfInputsNotOfTheirCopies) {
+  const std::map<std::string, std::string> copies{{"drives/one", "/tmp/x/0/one"}, {"/a", "/a/a"}};
+  EXPECT_EQ(without_copies("/tmp/x/0/one/left and /tmp/x/0/one", copies), "drives/one/left and drives/one");
+  EXPECT_EQ(without_copies("/a/a/a", copies), "/a/a");  // once
+  RunDescription run{description()};
+  run.input.paths = {"/tmp/x/0/one"};
+  run.input.calibration = "/tmp/x/0/one/calibration.yaml";
+  run.copies = copies;
+  RunRecord record{folder_.path(), run};
+  record.resume();
+  record.add_skipped({8, "frame_8", "/tmp/x/0/one/left/8.png: is none"});
+  EXPECT_EQ(record.skipped().back().reason, "drives/one/left/8.png: is none");
+}
+
+TEST(CheckpointsOfSparseRuns, BelongToFramesThatAreWritten) {
+  const auto due = [](Checkpoints checkpoints) {
+    std::vector<std::size_t> frames;
+    for (std::size_t i{0}; i < 40; ++i) {
+      if (checkpoints.is_due_after(i)) frames.push_back(i);
+    }
+    return frames;
+  };
+  EXPECT_THAT(due({3, 10}), ElementsAre(12, 22, 32));
+  EXPECT_THAT(due({3, 10, 4}), ElementsAre(12, 24, 32));
+  EXPECT_THAT(due({3, 10, 15}), ElementsAre(15, 30));
+  EXPECT_THAT(due({3, 1, 15}), ElementsAre(15, 30));
+  EXPECT_THAT(due({0, 0, 4}), ElementsAre());
+  EXPECT_EQ(multiples_between(0, 0, 7), 1U);
+  EXPECT_EQ(multiples_between(1, 6, 7), 0U);
+  EXPECT_EQ(multiples_between(1, 14, 7), 2U);
+  EXPECT_EQ(multiples_between(7, 3, 7), 0U);
+}
+
 TEST_F(RunFolder, HasTheWorldsGridWhereItWas) {
   const RunWorldGrid world{RunReader{folder_.path()}.world_grid("frame_7")};
   EXPECT_EQ(world.geometry, (GridGeometry{-1.5, 2.25, 0.25, 2, 3}));

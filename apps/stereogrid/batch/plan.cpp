@@ -38,7 +38,7 @@ Json to_json(const Variant& variant) {
   return {{"swept", variant.swept}, {"settings", variant.settings}, {"config", variant.config}};
 }
 
-Json to_json(const Plan& plan) {
+Json json_of(const Plan& plan) {
   Json variants(Json::array());
   for (const Variant& variant : plan.variants) variants.push_back(to_json(variant));
   return {{"format", format},         {"version", plan.version},
@@ -48,6 +48,12 @@ Json to_json(const Plan& plan) {
           {"hand_on", plan.hand_on},  {"content_digests", plan.content_digests},
           {"run", plan.run},          {"variants", variants},
           {"left_out", plan.left_out}};
+}
+
+Json to_json(const Plan& plan) {
+  Json json(json_of(plan));
+  if (!plan.transfer.is_null()) json["transfer"] = plan.transfer;
+  return json;
 }
 
 Plan plan_of(const Json& json) {
@@ -64,6 +70,7 @@ Plan plan_of(const Json& json) {
             .hand_on = json.at("hand_on").get<bool>(),
             .content_digests = json.at("content_digests").get<bool>(),
             .run = json.at("run"),
+            .transfer = json.value("transfer", Json{}),
             .variants = {},
             .left_out = json.at("left_out")};
   for (const Json& variant : json.at("variants")) {

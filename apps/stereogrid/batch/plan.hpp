@@ -53,6 +53,7 @@ struct Plan {
   bool hand_on{false};          ///< shards go on from what their predecessors remembered
   bool content_digests{false};  ///< of inputs: of all bytes
   Json run{};                   ///< options of `stereogrid run`
+  Json transfer{};              ///< TransferOptions; none: inputs are read where they are
   std::vector<Variant> variants{};
   std::vector<std::string> left_out{};  ///< inputs that could not be used, with why
 };
@@ -97,6 +98,8 @@ class PlanReader {
 
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
   [[nodiscard]] const Plan& plan() const { return plan_; }
+  /// plan.json's "transfer", "{}" where there is none.
+  [[nodiscard]] Json transfer() const { return plan_.transfer.is_null() ? Json(Json::object()) : plan_.transfer; }
   /// By the index, and checked against its own digest. Throws InputError.
   [[nodiscard]] Shard shard(std::uint64_t number) const;
   /// All, in their order, one at a time in memory; at the end the digest of the plan is checked. Throws InputError.

@@ -31,6 +31,10 @@ Json split_run(const fs::path& from, const fs::path& to, Done& done) {
     }
     done.frames = static_cast<std::uint64_t>(io::whole_number(run.at("frames"), "done", 0, 1'000'000'000));
     done.skipped = static_cast<std::uint64_t>(io::whole_number(run.at("frames"), "skipped", 0, 1'000'000'000));
+    // those that --every has left unwritten, too
+    timing["frames"] = io::whole_number(run.at("frames"), "last", 0, 1'000'000'000) + 1 -
+                       io::whole_number(run.at("frames"), "first", 0, 1'000'000'000) -
+                       static_cast<std::int64_t>(done.skipped);
     io::write_file(to, io::json_text(run, 1) + '\n');
   });
   return timing;
@@ -86,7 +90,6 @@ Done make_result(const fs::path& run, const fs::path& result, const RunFacts& fa
   if (facts.keep_state && fs::exists(run / "state.npz", error)) link_or_copy(run / "state.npz", result / "state.npz");
   if (!facts.figures.is_null()) io::write_file(result / "figures.json", io::json_text(facts.figures, 1) + '\n');
   timing["seconds"] = facts.seconds;
-  timing["frames"] = done.frames;
   timing["host"] = host_name();
   io::write_file(result / "timing.json", io::json_text(timing, 1) + '\n');
   done.seconds = facts.seconds;

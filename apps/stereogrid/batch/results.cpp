@@ -91,7 +91,10 @@ Done done_of(const Json& json) {
             .seconds = json.at("seconds").get<double>(),
             .cost = json.at("cost").get<double>(),
             .files = {}};
-  for (const Json& file : json.at("files")) done.files.push_back({file.at(0), file.at(1), file.at(2)});
+  for (const Json& file : json.at("files")) {
+    if (!file.at(1).is_number_unsigned()) throw InputError{"a file's size is no whole number"};
+    done.files.push_back({file.at(0), file.at(1), file.at(2)});
+  }
   return done;
 }
 

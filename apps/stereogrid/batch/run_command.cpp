@@ -10,6 +10,7 @@
 #include "batch/runner.hpp"
 #include "batch/subcommands.hpp"
 #include "batch/task_number.hpp"
+#include "batch/transfer.hpp"
 #include "commands.hpp"
 #include "console.hpp"
 #include "interrupt.hpp"
@@ -27,6 +28,7 @@ struct Options {
   bool all{false};
   int shards_per_task{1};
   RunnerOptions runner;
+  TransferOptions transfer;
 };
 
 std::vector<NumberRange> ranges_of(const Options& options, std::uint64_t shards) {
@@ -44,13 +46,17 @@ int worse(int a, int b) {
   return exit_done;
 }
 
-int run_shards(const Options& options) {
+int run_shards(Options options, const CLI::App& command) {
   const PlanReader plan{options.plan};
   if (plan.plan().version != version()) {
     throw ConfigError{fmt::format("{}: the plan is of stereogrid {}, this is {}. Use that one, or make a new plan.",
                                   io::printable(options.plan), plan.plan().version, version())};
   }
   const std::vector<NumberRange> ranges{ranges_of(options, plan.plan().shards)};
+  const TransferOptions transfer_options{with_given(transfer_options_of(plan), command, options.transfer)};
+  check(transfer_options);
+  Transfer transfer{transfer_options, [] { return interrupted() != 0; }};
+  options.runner.transfer = &transfer;
   catch_interrupts();
   int code{exit_done};
   for (const NumberRange& range : ranges) {
@@ -93,7 +99,8 @@ void add_run_command(CLI::App& batch, int& exit_code) {
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
   command->add_flag("--retry-poison", options->runner.retry_poison, "Try again what has been recorded as impossible.");
-  command->callback([options, &exit_code] { exit_code = run_shards(*options); });
+  add_transfer_options(*command, options->transfer);
+  command->callback([options, command, &exit_code] { exit_code = run_shards(*options, *command); });
 }
 
 }  // namespace stereogrid::app::batch

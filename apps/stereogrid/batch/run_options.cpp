@@ -25,8 +25,15 @@ void read(const Json& run, RunOptions& options) {
   options.predict_s = run.at("predict_s").get<std::vector<double>>();
   options.device.device = run.at("device");
   options.compact = run.value("compact", false);
+  options.every = run.value("every", std::size_t{1});
+  options.layers = run.value("layers", std::vector<std::string>{});
   options.save_stages = run.at("save_stages");
   options.pictures = run.at("pictures");
+}
+
+void take_copy(std::string& path, const std::map<std::string, std::string>& copies) {
+  const auto copy{copies.find(path)};
+  if (copy != copies.end()) path = copy->second;
 }
 
 }  // namespace
@@ -47,16 +54,25 @@ Json to_json(const RunOptions& options, bool evaluate) {
           {"predict_s", options.predict_s},
           {"device", options.device.device},
           {"compact", options.compact},
+          {"every", options.every},
+          {"layers", layers_of(options)},
           {"save_stages", options.save_stages},
           {"pictures", options.pictures},
           {"evaluate", evaluate}};
 }
 
-RunOptions run_options(const Plan& plan, const Shard& shard, const std::filesystem::path& folder) {
+RunOptions run_options(const Plan& plan, const Shard& shard, const std::filesystem::path& folder,
+                       const std::map<std::string, std::string>& copies) {
   RunOptions options;
   // whole and well-formed: the shard's digest is also of it
   read(plan.run, options);
   options.input.paths = shard.input;
+  options.copies = copies;
+  for (std::string& path : options.input.paths) take_copy(path, copies);
+  for (std::string* path :
+       {&options.input.calibration, &options.input.mask, &options.input.disparities, &options.input.poses}) {
+    take_copy(*path, copies);
+  }
   options.config.settings = plan.variants.at(shard.variant).settings;
   options.folder = folder.string();
   options.frames = fmt::format("{}:{}", shard.first, shard.end - 1);
@@ -68,7 +84,7 @@ RunOptions run_options(const Plan& plan, const Shard& shard, const std::filesyst
   return options;
 }
 
-std::string digest_of_input(const InputOptions& input, DigestOf what) {
+std::vector<std::string> files_of(const InputOptions& input) {
   std::vector<std::string> paths{input.paths};
   for (const std::string& more : {input.calibration, input.mask, input.disparities}) {
     if (!more.empty()) paths.push_back(more);
@@ -76,7 +92,11 @@ std::string digest_of_input(const InputOptions& input, DigestOf what) {
   const bool poses_file{!input.poses.empty() && input.poses != "file" && input.poses != "none" &&
                         input.poses != "odometry"};
   if (poses_file) paths.push_back(input.poses);
-  return input_digest(paths, what);
+  return paths;
+}
+
+std::string digest_of_input(const InputOptions& input, DigestOf what) {
+  return input_digest(files_of(input), what);
 }
 
 bool is_evaluated(const Plan& plan) {

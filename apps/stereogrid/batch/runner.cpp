@@ -7,44 +7,36 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <map>
 #include <new>
 #include <optional>
+#include <string>
 #include <system_error>
 
 #include "batch/attempts.hpp"
 #include "batch/heartbeat.hpp"
 #include "batch/input_digest.hpp"
+#include "batch/push.hpp"
+#include "batch/quiet_log.hpp"
 #include "batch/result_folder.hpp"
 #include "batch/run_options.hpp"
+#include "batch/scores.hpp"
+#include "batch/transfer.hpp"
 #include "commands.hpp"
 #include "console.hpp"
-#include "evaluate/evaluate.hpp"
 #include "interrupt.hpp"
 #include "run/folder_lock.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/npz.hpp"
 #include "stereogrid/io/recording.hpp"
-#include "stereogrid/io/run_folder/run_reader.hpp"
+#include "stereogrid/io/run_folder/frame_lines.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app::batch {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// While it lives, the log has warnings only: a thousand runners would fill it.
-class QuietLog {
- public:
-  QuietLog() : before_{spdlog::get_level()} {
-    if (before_ == spdlog::level::info) spdlog::set_level(spdlog::level::warn);
-  }
-  QuietLog(const QuietLog&) = delete;
-  QuietLog& operator=(const QuietLog&) = delete;
-  ~QuietLog() { spdlog::set_level(before_); }
-
- private:
-  spdlog::level::level_enum before_;
-};
 
 /// One runner of one shard.
 class Runner {
@@ -53,11 +45,12 @@ class Runner {
       : plan_{plan}, shard_{std::move(shard)}, options_{options}, places_{plan.folder(), shard_.digest} {}
 
   int work() {
-    if (is_done()) return exit_done;
+    if (is_done()) return push();
     if (const auto failure{read_failure(places_.failed)}; failure && !retry(*failure)) return failure->exit_code;
     if (const auto waits{wait_for_predecessor()}) return *waits;
     try {
-      return work_alone();
+      const int code{work_alone()};
+      return code == exit_done ? push() : code;
     } catch (const DeviceError& error) {
       return complain(exit_try_again, error.what());
     }
@@ -65,7 +58,7 @@ class Runner {
 
  private:
   int complain(int code, const std::string& why) const {
-    tell_on_stderr("shard {}: {}\n", shard_.number, why);
+    tell_on_stderr("shard {}: {}\n", shard_.number, io::without_copies(why, copies_));
     return code;
   }
 
@@ -108,7 +101,8 @@ class Runner {
   }
 
   int refuse(int code, const std::string& why) const {
-    write_failure(places_.failed, {shard_.digest, shard_.number, code, without_place(why), host_name()});
+    write_failure(places_.failed,
+                  {shard_.digest, shard_.number, code, without_place(why, places_.work, copies_), host_name()});
     return complain(code, why);
   }
 
@@ -165,7 +159,8 @@ class Runner {
   std::string missing_input() const {
     std::error_code error;
     for (const std::string& path : shard_.input) {
-      if (!path.starts_with("scene:") && !fs::exists(path, error)) return io::printable(path);
+      const bool is_here{path.starts_with("scene:") || (options_.transfer && options_.transfer->fetches(path))};
+      if (!is_here && !fs::exists(path, error)) return io::printable(path);
     }
     return "";
   }
@@ -173,6 +168,7 @@ class Runner {
   template <class Seconds>
   int attempt(Seconds seconds) {
     try {
+      fetch_input();
       check_input();
       const int code{run_anew_where_damaged()};
       if (code != exit_done) return exit_try_again;
@@ -190,24 +186,40 @@ class Runner {
     }
   }
 
-  void check_input() const {
+  [[nodiscard]] RunOptions options_of(const std::map<std::string, std::string>& copies) const {
+    return run_options(plan_.plan(), shard_, run_folder(), copies);
+  }
+
+  [[nodiscard]] bool is_of_plan(const std::map<std::string, std::string>& copies) const {
     const DigestOf what{plan_.plan().content_digests ? DigestOf::content : DigestOf::names_and_sizes};
-    if (digest_of_input(run_options(plan_.plan(), shard_, "").input, what) == shard_.input_digest) return;
+    return digest_of_input(options_of(copies).input, what) == shard_.input_digest;
+  }
+
+  /// What comes damaged is fetched again, and is no fault of the input.
+  void fetch_input() {
+    if (options_.transfer == nullptr) return;
+    copies_ = options_.transfer->fetch(files_of(options_of({}).input), [this](const auto& copies) {
+      return is_of_plan(copies) ? "" : "what came is not what the plan was made of: another checksum";
+    });
+  }
+
+  int push() const {
+    if (options_.transfer == nullptr) return exit_done;
+    try {
+      push_result(plan_.folder(), shard_, *options_.transfer);
+      return exit_done;
+    } catch (const DeviceError& failed) {
+      return complain(exit_try_again, failed.what());
+    }
+  }
+
+  void check_input() const {
+    if (is_of_plan(copies_)) return;
     throw InputError{io::printable(shard_.input.front()), "is not what it was when the plan was made.",
                      "Make a new plan: what has not changed is not worked on again if it has the same folder."};
   }
 
   fs::path run_folder() const { return places_.work / "run"; }
-
-  /// What is merged does not tell where it was worked on.
-  std::string without_place(std::string text) const {
-    const std::string place{places_.work.string()};
-    for (std::size_t at{text.find(place)}; at != std::string::npos; at = text.find(place, at)) {
-      text.replace(at, place.size(), "work");
-      at += 4;
-    }
-    return text;
-  }
 
   /// What another runner has left may be damaged, by a machine that broke down: then all from the beginning.
   int run_anew_where_damaged() const {
@@ -230,7 +242,7 @@ class Runner {
   }
 
   int run_quietly() const {
-    RunOptions options{run_options(plan_.plan(), shard_, run_folder())};
+    RunOptions options{options_of(copies_)};
     options.device.threads = options_.threads;
     options.input_wait_s = options_.input_wait_s;
     if (!shard_.after.empty()) options.go_on_from = ShardPlaces{plan_.folder(), shard_.after}.result;
@@ -240,28 +252,16 @@ class Runner {
 
   /// Each is read: their checksums tell what a machine that broke down has left half-written.
   void check_grids() const {
-    const io::RunReader reader{run_folder()};
-    for (const io::RunFrame& frame : reader.frames()) static_cast<void>(reader.grids(frame.name));
-  }
-
-  Json figures() const {
-    if (!is_evaluated(plan_.plan()) || finished_frames(run_folder()) == 0) return {};
-    try {
-      if (!can_be_scored(open_input(run_options(plan_.plan(), shard_, "").input))) return {};
-      const QuietLog quiet;
-      EvaluateOptions options;
-      options.run = run_folder().string();
-      const auto frames{static_cast<double>(finished_frames(run_folder()))};
-      return to_json(figures_of(json_of(evaluate(options)), frames));
-    } catch (const InputError& error) {
-      return {{"not scored", without_place(error.what())}};
+    for (const io::RunFrame& frame : io::read_run_frames(run_folder() / "frames.jsonl")) {
+      static_cast<void>(io::read_npz(run_folder() / "grids" / (frame.name + ".npz")));
     }
   }
 
   template <class Seconds>
   int finish(Seconds seconds) {
     const fs::path result{places_.work / "result"};
-    const Json scores(figures());
+    const bool scored{is_evaluated(plan_.plan()) && finished_frames(run_folder()) > 0};
+    const Json scores(scored ? scores_of(options_of(copies_), places_.work) : Json{});
     Done done{make_result(run_folder(), result, {seconds(), plan_.plan().hand_on, scores})};
     done.digest = shard_.digest;
     done.cost = shard_.cost;
@@ -278,6 +278,7 @@ class Runner {
   Shard shard_;
   const RunnerOptions& options_;
   ShardPlaces places_;
+  std::map<std::string, std::string> copies_;  // of the input, that were fetched
 };
 
 }  // namespace

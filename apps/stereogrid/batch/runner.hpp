@@ -8,11 +8,14 @@
 
 namespace stereogrid::app::batch {
 
+class Transfer;
+
 struct RunnerOptions {
   int threads{1};
   int input_wait_s{300};
   int attempts{5};  ///< runners in a row that may end without a word and without having finished a frame
   bool retry_poison{false};
+  Transfer* transfer{nullptr};  ///< none: inputs are where the plan says, and results stay here
 };
 
 /// Works on one shard, whatever others have done or are doing of it. What is left in the plan's folder is a whole

@@ -12,6 +12,7 @@
 #include <system_error>
 
 #include "batch/heartbeat.hpp"
+#include "commands.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 
@@ -80,7 +81,8 @@ class Speed {
     try {
       const auto done{read_done(ShardPlaces{plan_.folder(), shard.digest}.result)};
       if (!done) return;
-      frames_ += static_cast<double>(done->frames);
+      // those that --every has left unwritten, too
+      frames_ += std::max(0.0, static_cast<double>(shard.end - shard.first) - static_cast<double>(done->skipped));
       cost_ += shard.cost;
       seconds_ += done->seconds;
     } catch (const InputError&) {
@@ -99,13 +101,14 @@ class Speed {
 };
 
 void note_failure(const PlanReader& plan, const Shard& shard, Status& status) {
-  if (status.failures.size() >= most_failures) return;
+  const bool is_named{status.failures.size() < most_failures};
   try {
     if (auto failure{read_failure(ShardPlaces{plan.folder(), shard.digest}.failed)}) {
-      status.failures.push_back(std::move(*failure));
+      status.poison += failure->exit_code == exit_usage || failure->exit_code == exit_input ? 1 : 0;
+      if (is_named) status.failures.push_back(std::move(*failure));
     }
   } catch (const InputError& error) {
-    status.failures.push_back({shard.digest, shard.number, 0, error.what(), ""});
+    if (is_named) status.failures.push_back({shard.digest, shard.number, 0, error.what(), ""});
   }
 }
 
@@ -127,11 +130,14 @@ void count(const Shard& shard, ShardState state, Status& status) {
 
 ShardStates::ShardStates(const fs::path& plan)
     : done_{numbers_below(plan / "results")}, failed_{numbers_below(plan / "failed")} {
-  const fs::file_time_type lost{now_of(plan) - std::chrono::seconds{heartbeat_lost_s}};
+  // Also what is to come is no sign of life: where a file's time is that of a machine which has died with its clock
+  // ahead, it would be one for as long as that.
+  const fs::file_time_type now{now_of(plan)};
+  const std::chrono::seconds lost{heartbeat_lost_s};
   for_each_below(plan / "work", [&](std::uint64_t number, const fs::path& work) {
     std::error_code error;
     const fs::file_time_type beat{fs::last_write_time(work / heartbeat_file, error)};
-    (!error && beat > lost ? running_ : stopped_).push_back(number);
+    (!error && beat > now - lost && beat < now + lost ? running_ : stopped_).push_back(number);
   });
   std::sort(running_.begin(), running_.end());
   std::sort(stopped_.begin(), stopped_.end());
@@ -176,6 +182,7 @@ Json to_json(const Status& status) {
           {"stopped", status.stopped},
           {"missing", status.missing},
           {"failed", status.failed},
+          {"poison", status.poison},
           {"frames", status.frames},
           {"frames_done", status.frames_done},
           {"frames_per_second_of_a_runner", status.frames_per_second},

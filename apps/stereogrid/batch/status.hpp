@@ -36,6 +36,7 @@ struct Status {
   std::uint64_t stopped{0};  ///< begun, and nobody works on it
   std::uint64_t missing{0};  ///< not begun
   std::uint64_t failed{0};
+  std::uint64_t poison{0};  ///< of the failed ones: not because of a crash, but of bad input or wrong usage
   std::uint64_t frames{0};
   std::uint64_t frames_done{0};
   double cost_left{0};              ///< of all but what is done and failed

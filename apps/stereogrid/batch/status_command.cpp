@@ -7,6 +7,7 @@
 
 #include "batch/status.hpp"
 #include "batch/subcommands.hpp"
+#include "batch/watch.hpp"
 #include "commands.hpp"
 #include "console.hpp"
 #include "stereogrid/io/json_text.hpp"
@@ -18,6 +19,7 @@ struct Options {
   std::string plan;
   bool json{false};
   bool print_missing{false};
+  std::string watch;
 };
 
 std::string duration_text(double seconds) {
@@ -34,7 +36,8 @@ void print_table(const Status& status) {
   row("running", status.running);
   row("stopped", status.stopped);
   row("missing", status.missing);
-  row("failed", status.failed);
+  row("poison", status.poison);
+  row("given up", status.failed - status.poison);
   tell("{} of {} frames", status.frames_done, status.frames);
   if (status.frames_per_second > 0) tell(", {:.2f} frames per second and runner", status.frames_per_second);
   if (status.seconds_left > 0) tell(", about {} left", duration_text(status.seconds_left));
@@ -46,6 +49,10 @@ void print_table(const Status& status) {
 
 int show_status(const Options& options) {
   const PlanReader plan{options.plan};
+  if (!options.watch.empty()) {
+    watch(plan, options.watch);
+    return exit_done;
+  }
   const Status status{status_of(plan)};
   if (options.json) {
     tell("{}\n", io::json_text(to_json(status), 1));
@@ -70,6 +77,13 @@ void add_status_command(CLI::App& batch, int& exit_code) {
           "Only the numbers of shards that nobody works on and that can be done, for --shard and sbatch --array: "
           "3-7,12.")
       ->excludes(json);
+  command
+      ->add_option("--watch", options->watch,
+                   "Serve it as a page for the browser, which looks again every few seconds; Ctrl-C ends it. 0: any "
+                   "free port. On other than a loopback address the page's link has a token.")
+      ->type_name("PORT|ADDRESS:PORT")
+      ->excludes(json)
+      ->excludes(command->get_option("--print-missing"));
   command->callback([options, &exit_code] { exit_code = show_status(*options); });
 }
 

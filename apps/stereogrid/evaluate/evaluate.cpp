@@ -27,16 +27,25 @@ bool knows_cells(const Input& input) {
   return input.scene != nullptr || input.recording->has_truth() || Sweeps{input.recording}.exist();
 }
 
+std::string copy_of(const std::string& path, const EvaluateOptions& options) {
+  for (const auto& [original, copy] : options.copies) {
+    if (path == original || path.starts_with(original + '/')) return copy + path.substr(original.size());
+  }
+  return path;
+}
+
 InputOptions input_options(const EvaluateOptions& options, const io::RunReader& run) {
   if (!options.input.empty()) return {{options.input}, "", options.input.starts_with("scene:") ? "" : "none", ""};
-  for (const std::string& path : run.input().paths) {
+  io::RunInput from{run.input()};
+  for (std::string& path : from.paths) path = copy_of(path, options);
+  for (std::string* path : {&from.calibration, &from.disparities}) *path = copy_of(*path, options);
+  for (const std::string& path : from.paths) {
     std::error_code error;
     if (path.starts_with("scene:") || fs::exists(path, error)) continue;
     throw InputError{io::printable(path), "is not there any more; the run was made from it.",
                      "Say where it is now: stereogrid evaluate " + options.run + " INPUT."};
   }
   // the run's own poses stand in its frames; where the input's are does not matter any more
-  const io::RunInput& from{run.input()};
   return {from.paths, from.calibration, from.kind == "scene" ? "" : "none", from.disparities, ""};
 }
 

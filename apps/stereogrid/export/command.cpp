@@ -97,7 +97,7 @@ std::vector<Output> tables_of_all_frames(const io::RunReader& run, const Options
     frames.text += frame_row(frame);
     obstacles.text += obstacle_rows(frame);
     if (options.laser_scan.empty()) continue;
-    messages::fill(scan, run.rig_of(frame), run.grid(), run.grids(frame.name).occupancy.view());
+    messages::fill(scan, run.rig_of(frame), run.grid(), run.occupancy(frame.name).view());
     if (scans.text.empty()) scans.text = scan_header(scan);
     scans.text += scan_row(frame, scan);
   }

@@ -1,13 +1,38 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 
 #include "commands.hpp"
 #include "option_checks.hpp"
 #include "run/run.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/run_folder/frame_files.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app {
+
+std::vector<std::string> layers_of(const RunOptions& options) {
+  const std::vector<std::string> there{io::grid_arrays(options.compact)};
+  std::vector<bool> wanted(there.size());
+  for (const std::string& layer : options.layers) {
+    const auto found{std::ranges::find(there, layer == "age" || layer == "world_age" ? layer + "_s" : layer)};
+    if (found == there.end()) {
+      throw ConfigError{fmt::format("--layers {}: there is no such layer{}. There are: {}.", io::printable(layer),
+                                    options.compact ? " in --compact" : "", fmt::join(there, ", "))};
+    }
+    wanted[static_cast<std::size_t>(found - there.begin())] = true;
+  }
+  std::vector<std::string> layers;
+  for (std::size_t i{0}; i < there.size(); ++i) {
+    if (wanted[i]) layers.push_back(there[i]);
+  }
+  return layers;
+}
 
 void add_result_options(CLI::App& command, RunOptions& options) {
   command
@@ -32,6 +57,19 @@ void add_result_options(CLI::App& command, RunOptions& options) {
   command.add_flag("--compact", options.compact,
                    "Small grids: in the vehicle's frame only, without covariances, occupancies to 1/256, velocities to "
                    "1/16 m/s, ages to 1/64 s.");
+  command
+      .add_option("--layers", options.layers,
+                  "Only these arrays of grids/NAME.npz: occupancy, velocity, age_s and so on (docs/format.md). Left "
+                  "out: all.")
+      ->delimiter(',')
+      ->type_name("NAME,NAME,...");
+  command
+      .add_option("--every", options.every,
+                  "All frames go through the pipeline, but only those whose place in the input is a multiple of N are "
+                  "written.")
+      ->type_name("N")
+      ->check(whole_number(1, 1'000'000'000), "[1 - 1000000000]")
+      ->capture_default_str();
   command.add_flag("--save-stages", options.save_stages, "Also what the stages hand to each other: stages/NAME.npz.");
   command.add_flag("--pictures", options.pictures, "Also a picture of every frame: pictures/NAME.png.");
 }

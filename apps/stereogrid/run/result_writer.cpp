@@ -21,6 +21,7 @@
 #include "run/video.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/run_folder/description.hpp"
 #include "stereogrid/io/run_folder/frame_files.hpp"
 #include "stereogrid/io/run_folder/frame_lines.hpp"
 
@@ -77,7 +78,7 @@ struct ResultWriter::State {
   void write_frame(const Job& job) {
     const std::string file{job.frame.name + ".npz"};
     const auto write{options.compact ? io::write_compact_grids : io::write_grids};
-    write(options.folder / "grids" / file, job.result);
+    write(options.folder / "grids" / file, job.result, options.layers);
     if (options.predictions) io::write_predictions(options.folder / "predictions" / file, job.result);
     if (options.stages) io::write_stages(options.folder / "stages" / file, job.result.stages);
     if (options.pictures || video) {
@@ -86,14 +87,15 @@ struct ResultWriter::State {
       if (video) video->add(picture);
     }
     if (messages) send(job);
-    lines->append(io::frame_line(job.frame, job.result, job.rig));
+    lines->append(io::frame_line(job.frame, job.result, job.rig, options.compact));
     if (job.checkpoint) io::write_checkpoint(options.folder, *job.checkpoint);
   }
 
   void send(const Job& job) {
     ++sent;
-    const std::int64_t frames{job.frame.index - static_cast<std::int64_t>(options.first_frame) + 1};
-    const std::array<messages::Dropped, 1> dropped{{{"cannot be used", frames - sent}}};
+    const std::size_t due{
+        io::multiples_between(options.first_frame, static_cast<std::size_t>(job.frame.index), options.every)};
+    const std::array<messages::Dropped, 1> dropped{{{"cannot be used", static_cast<std::int64_t>(due) - sent}}};
     const messages::FrameFacts facts{.frames = sent, .dropped = dropped};
     messages->send(job.frame, job.result, job.rig, facts);
     if (options.page != nullptr) options.page->note(job.result, facts);

@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "connect/message_output.hpp"
 #include "connect/page.hpp"
@@ -17,6 +19,8 @@ struct WriterOptions {
   std::filesystem::path folder;
   bool predictions{false};
   bool compact{false};
+  std::size_t every{1};  ///< only multiples of it are handed over
+  std::vector<std::string> layers{};
   bool stages{false};
   bool pictures{false};
   std::filesystem::path video;  ///< empty: none

@@ -33,6 +33,14 @@ std::optional<std::size_t> load(const std::filesystem::path& folder, Pipeline& p
   }
 }
 
+/// Is what was saved after a frame behind none that has to be written yet?
+bool leaves_nothing_out(const io::RunRecord& record, std::size_t saved_after) {
+  for (std::size_t index{first_to_do(record)}; index <= saved_after; ++index) {
+    if (record.is_written(index) && !record.is_skipped(index)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 std::size_t first_to_do(const io::RunRecord& record) {
@@ -45,13 +53,16 @@ std::size_t first_frame_of(const io::RunRecord& record, Pipeline& pipeline, Pose
   const std::size_t next{first_to_do(record)};
   const std::size_t first{record.range().first};
   if (next == record.range().end) return next;
-  if (next > first) {
-    const auto own{load(record.folder(), pipeline, poses, [=](std::size_t i) { return i >= first && i < next; })};
+  if (next > first || record.every() > 1) {
+    const auto own{load(record.folder(), pipeline, poses, [&](std::size_t i) {
+      return i >= first && i < record.range().end && leaves_nothing_out(record, i);
+    })};
     if (own) {
-      spdlog::info("going on with frame {}, from what was saved after frame {}", next, *own);
+      spdlog::info("going on with frame {}, from what was saved after frame {}", std::max(next, *own + 1), *own);
       return *own + 1;
     }
-    spdlog::info("going on with frame {}; nothing saved fits: beginning with frame {} again", next, first);
+    if (next > first)
+      spdlog::info("going on with frame {}; nothing saved fits: beginning with frame {} again", next, first);
   }
   if (!beginning.go_on_from.empty()) {
     if (load(beginning.go_on_from, pipeline, poses, [=](std::size_t i) { return i < first; })) return first;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,8 @@ struct RunOptions {
   int warm_up{0};
   DeviceOptions device;
   bool compact{false};
+  std::size_t every{1};
+  std::vector<std::string> layers;  ///< none: all
   bool save_stages{false};
   bool pictures{false};
   std::string video;
@@ -39,11 +42,15 @@ struct RunOptions {
   // of a shard (batch/): a part of a drive whose other parts are runs of their own
   bool world_of_input{false};  ///< the world frame is the vehicle frame of the input's first frame, not the run's
   bool save_last{false};       ///< also what the pipeline remembers after the last frame
-  std::string go_on_from{};    ///< folder of the run that ends where this one begins; "": there is none
+  std::map<std::string, std::string> copies{};  ///< RunDescription::copies
+  std::string go_on_from{};  ///< folder of the run that ends where this one begins; "": there is none
 };
 
 /// Of what is computed and written, beside INPUT and parameters.
 void add_result_options(CLI::App& command, RunOptions& options);
+
+/// --layers as the files call them, in their order, each once. Throws ConfigError: there is no such layer.
+[[nodiscard]] std::vector<std::string> layers_of(const RunOptions& options);
 
 /// `stereogrid run`. Returns the exit code; throws ConfigError, InputError, DeviceError.
 [[nodiscard]] int run(const RunOptions& options);

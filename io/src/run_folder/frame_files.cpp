@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/io/run_folder/frame_files.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
+#include <string_view>
 #include <vector>
 
 #include "stereogrid/io/npz.hpp"
@@ -43,43 +45,85 @@ struct CompactStack {
   std::vector<Half> values;
 };
 
+/// An array of grids/NAME.npz.
+struct GridArray {
+  const char* name;
+  float steps_per_unit;  ///< of write_compact_grids; 0: not written by it
+  Layers (*grids)(const FrameResult&);
+};
+
+constexpr const char* of_world{"world_"};
+constexpr float of_one{256};
+constexpr float of_mps{16};
+constexpr float of_second{64};
+
+Layers covariance_of(const GridLayers& grid) {
+  return {grid.velocity_xx, grid.velocity_xy, grid.velocity_yy};
+}
+
+const std::array<GridArray, 11> all_arrays{{
+    {"observed", of_one, [](const FrameResult& r) { return Layers{r.observed}; }},
+    {"occupancy", of_one, [](const FrameResult& r) { return Layers{r.vehicle.occupancy}; }},
+    {"moving", of_one, [](const FrameResult& r) { return Layers{r.vehicle.moving}; }},
+    {"age_s", of_second, [](const FrameResult& r) { return Layers{r.vehicle.age_s}; }},
+    {"velocity", of_mps,
+     [](const FrameResult& r) {
+       return Layers{r.vehicle.velocity_x, r.vehicle.velocity_y};
+     }},
+    {"velocity_covariance", 0, [](const FrameResult& r) { return covariance_of(r.vehicle); }},
+    {"world_occupancy", 0, [](const FrameResult& r) { return Layers{r.world.occupancy}; }},
+    {"world_moving", 0, [](const FrameResult& r) { return Layers{r.world.moving}; }},
+    {"world_age_s", 0, [](const FrameResult& r) { return Layers{r.world.age_s}; }},
+    {"world_velocity", 0,
+     [](const FrameResult& r) {
+       return Layers{r.world.velocity_x, r.world.velocity_y};
+     }},
+    {"world_velocity_covariance", 0, [](const FrameResult& r) { return covariance_of(r.world); }},
+}};
+
+bool is_among(const std::vector<std::string>& layers, const std::string& name) {
+  return layers.empty() || std::ranges::find(layers, name) != layers.end();
+}
+
 }  // namespace
 
-void write_compact_grids(const std::filesystem::path& path, const FrameResult& result) {
-  constexpr float of_one{256};
-  constexpr float of_mps{16};
-  constexpr float of_second{64};
-  const CompactStack observed{Layers{result.observed}, of_one};
-  const CompactStack occupancy{Layers{result.vehicle.occupancy}, of_one};
-  const CompactStack moving{Layers{result.vehicle.moving}, of_one};
-  const CompactStack age_s{Layers{result.vehicle.age_s}, of_second};
-  const CompactStack velocity{Layers{result.vehicle.velocity_x, result.vehicle.velocity_y}, of_mps};
-  const std::array<NpzArray, 5> arrays{observed.named("observed"), occupancy.named("occupancy"), moving.named("moving"),
-                                       age_s.named("age_s"), velocity.named("velocity")};
+std::vector<std::string> grid_arrays(bool compact) {
+  std::vector<std::string> names;
+  for (const GridArray& array : all_arrays) {
+    if (!compact || array.steps_per_unit > 0) names.emplace_back(array.name);
+  }
+  return names;
+}
+
+void write_compact_grids(const std::filesystem::path& path, const FrameResult& result,
+                         const std::vector<std::string>& layers) {
+  std::vector<CompactStack> stacks;
+  std::vector<NpzArray> arrays;
+  stacks.reserve(all_arrays.size());  // arrays point into them
+  for (const GridArray& array : all_arrays) {
+    if (array.steps_per_unit == 0 || !is_among(layers, array.name)) continue;
+    arrays.push_back(stacks.emplace_back(array.grids(result), array.steps_per_unit).named(array.name));
+  }
   write_npz(path, arrays);
 }
 
-void write_grids(const std::filesystem::path& path, const FrameResult& result) {
-  const GridLayers& world{result.world};
-  const Stack velocity{Layers{result.vehicle.velocity_x, result.vehicle.velocity_y}};
-  const Stack covariance{Layers{result.vehicle.velocity_xx, result.vehicle.velocity_xy, result.vehicle.velocity_yy}};
-  const Stack world_velocity{Layers{world.velocity_x, world.velocity_y}};
-  const Stack world_covariance{Layers{world.velocity_xx, world.velocity_xy, world.velocity_yy}};
-  const std::vector<double> origin{world.geometry.x_min_m, world.geometry.y_min_m};
-  const std::array<NpzArray, 12> arrays{
-      NpzArray{"observed", result.observed},
-      NpzArray{"occupancy", result.vehicle.occupancy},
-      NpzArray{"moving", result.vehicle.moving},
-      NpzArray{"age_s", result.vehicle.age_s},
-      velocity.named("velocity"),
-      covariance.named("velocity_covariance"),
-      NpzArray{"world_occupancy", world.occupancy},
-      NpzArray{"world_moving", world.moving},
-      NpzArray{"world_age_s", world.age_s},
-      world_velocity.named("world_velocity"),
-      world_covariance.named("world_velocity_covariance"),
-      NpzArray{"world_origin", {2}, origin},
-  };
+void write_grids(const std::filesystem::path& path, const FrameResult& result, const std::vector<std::string>& layers) {
+  std::vector<Stack> stacks;
+  std::vector<NpzArray> arrays;
+  stacks.reserve(all_arrays.size());  // arrays point into them
+  bool has_world{false};
+  for (const GridArray& array : all_arrays) {
+    if (!is_among(layers, array.name)) continue;
+    has_world |= std::string_view{array.name}.starts_with(of_world);
+    const Layers grids{array.grids(result)};
+    if (grids.size() == 1) {
+      arrays.emplace_back(array.name, grids.front().get());
+    } else {
+      arrays.push_back(stacks.emplace_back(grids).named(array.name));
+    }
+  }
+  const std::vector<double> origin{result.world.geometry.x_min_m, result.world.geometry.y_min_m};
+  if (has_world) arrays.push_back({"world_origin", {2}, origin});
   write_npz(path, arrays);
 }
 

@@ -5,6 +5,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string_view>
@@ -23,36 +26,64 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-Json json_of(const Covariance2& covariance) {
-  return {covariance.xx, covariance.xy, covariance.yy};
+/// Numbers as they are, or, of compact lines, rounded: to a step, which has to divide 1, or to significant digits.
+class Numbers {
+ public:
+  explicit Numbers(bool compact) : compact_{compact} {}
+
+  [[nodiscard]] double to_centimetres(double metres) const { return stepped(metres, 100); }
+  [[nodiscard]] double to_thousandths(double value) const { return stepped(value, 1000); }
+  [[nodiscard]] double to_ten_thousandths(double value) const { return stepped(value, 10'000); }
+  [[nodiscard]] double to_four_digits(double value) const {
+    if (!compact_) return value;
+    std::array<char, 32> text{};
+    const auto end{std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::scientific, 3).ptr};
+    std::from_chars(text.data(), end, value);
+    return value;
+  }
+
+ private:
+  [[nodiscard]] double stepped(double value, double steps) const {
+    return compact_ ? std::round(value * steps) / steps + 0.0 : value;  // + 0.0: of -0.0 too
+  }
+
+  bool compact_;
+};
+
+Json json_of(const Covariance2& covariance, const Numbers& numbers) {
+  return {numbers.to_four_digits(covariance.xx), numbers.to_four_digits(covariance.xy),
+          numbers.to_four_digits(covariance.yy)};
 }
 
-Json json_of(const Outline& outline) {
+Json json_of(const Outline& outline, const Numbers& numbers) {
   Json points(Json::array());
-  for (const Point2& point : outline) points.push_back({point.x, point.y});
+  for (const Point2& point : outline) {
+    points.push_back({numbers.to_centimetres(point.x), numbers.to_centimetres(point.y)});
+  }
   return points;
 }
 
-Json json_of(const Obstacle& obstacle) {
+Json json_of(const Obstacle& obstacle, const Numbers& numbers) {
+  const auto rounded = [&](double value) { return numbers.to_thousandths(value); };
   return {{"id", obstacle.id},
-          {"x_m", obstacle.x_m},
-          {"y_m", obstacle.y_m},
-          {"vx_mps", obstacle.vx_mps},
-          {"vy_mps", obstacle.vy_mps},
-          {"length_m", obstacle.length_m},
-          {"width_m", obstacle.width_m},
-          {"yaw_rad", obstacle.yaw_rad},
-          {"age_s", obstacle.age_s},
-          {"occupancy", obstacle.occupancy},
+          {"x_m", rounded(obstacle.x_m)},
+          {"y_m", rounded(obstacle.y_m)},
+          {"vx_mps", rounded(obstacle.vx_mps)},
+          {"vy_mps", rounded(obstacle.vy_mps)},
+          {"length_m", rounded(obstacle.length_m)},
+          {"width_m", rounded(obstacle.width_m)},
+          {"yaw_rad", numbers.to_ten_thousandths(obstacle.yaw_rad)},
+          {"age_s", rounded(obstacle.age_s)},
+          {"occupancy", rounded(obstacle.occupancy)},
           {"confirmed", obstacle.confirmed},
           {"moving", obstacle.moving},
           {"coasting", obstacle.coasting},
-          {"unseen_s", obstacle.unseen_s},
-          {"position_covariance", json_of(obstacle.position_covariance)},
-          {"velocity_covariance", json_of(obstacle.velocity_covariance)},
+          {"unseen_s", rounded(obstacle.unseen_s)},
+          {"position_covariance", json_of(obstacle.position_covariance, numbers)},
+          {"velocity_covariance", json_of(obstacle.velocity_covariance, numbers)},
           {"kind", names_of(ObstacleKind{})[static_cast<std::size_t>(obstacle.kind)]},
-          {"height_m", obstacle.height_m},
-          {"outline_m", json_of(obstacle.outline)}};
+          {"height_m", rounded(obstacle.height_m)},
+          {"outline_m", json_of(obstacle.outline, numbers)}};
 }
 
 std::int64_t id_of(const Json& obstacle) {
@@ -197,13 +228,16 @@ void cut_off(const fs::path& path, std::size_t size) {
 
 }  // namespace
 
-std::string frame_line(const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
+std::string frame_line(const StereoFrame& frame, const FrameResult& result, const Rig& rig, bool compact) {
+  const Numbers numbers{compact};
   const Ground& ground{result.ground};
   const Pose2& pose{result.world_from_vehicle};
   Json timing;
-  for (const StageField& stage : stage_fields) timing[std::string{stage.name}] = result.timing_ms.*stage.milliseconds;
+  for (const StageField& stage : stage_fields) {
+    timing[std::string{stage.name}] = numbers.to_thousandths(result.timing_ms.*stage.milliseconds);
+  }
   Json obstacles(Json::array());
-  for (const Obstacle& obstacle : result.obstacles) obstacles.push_back(json_of(obstacle));
+  for (const Obstacle& obstacle : result.obstacles) obstacles.push_back(json_of(obstacle, numbers));
   Json status(Json::array());
   for (const FrameStatus flag : result.status) status.push_back(names_of(flag)[static_cast<std::size_t>(flag)]);
   const Json line{{"index", frame.index},
@@ -223,7 +257,9 @@ std::string frame_line(const StereoFrame& frame, const FrameResult& result, cons
                     {"camera_pitch_rad", rig.camera_pitch_rad},
                     {"camera_roll_rad", rig.camera_roll_rad}}},
                   {"timing_ms", timing},
-                  {"density", {{"obstacle", result.obstacle_density}, {"road", result.road_density}}},
+                  {"density",
+                   {{"obstacle", numbers.to_ten_thousandths(result.obstacle_density)},
+                    {"road", numbers.to_ten_thousandths(result.road_density)}}},
                   {"obstacles", obstacles},
                   {"status", status},
                   {"warnings", result.warnings}};

@@ -3,6 +3,7 @@
 #include "stereogrid/io/run_folder/run_reader.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +15,7 @@
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
 #include "stereogrid/io/npz.hpp"
+#include "stereogrid/io/run_folder/frame_files.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
@@ -39,6 +41,35 @@ bool is_road_unknown(const RunFrame& frame) {
   return std::ranges::count(frame.status, FrameStatus::road_unknown) > 0;
 }
 
+/// A frame's grids, as they lie in their file.
+class GridFile {
+ public:
+  GridFile(fs::path path, const GridGeometry& grid) : path_{std::move(path)}, grid_{grid}, arrays_{read_npz(path_)} {}
+
+  [[nodiscard]] const fs::path& path() const { return path_; }
+  /// Is an array there, of so many layers of the grid?
+  [[nodiscard]] bool has(const std::string& array, int layers) const {
+    const auto found{arrays_.find(array)};
+    return found != arrays_.end() && found->second.size() == static_cast<std::size_t>(layers) * cells();
+  }
+  [[nodiscard]] Image<float> image(const std::string& array, int layer) const {
+    const std::vector<float> source{arrays_.at(array).to<float>()};
+    Image<float> target{grid_.nx, grid_.ny};
+    std::copy_n(source.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(layer) * cells()), cells(),
+                target.begin());
+    return target;
+  }
+
+ private:
+  [[nodiscard]] std::size_t cells() const {
+    return static_cast<std::size_t>(grid_.nx) * static_cast<std::size_t>(grid_.ny);
+  }
+
+  fs::path path_;
+  GridGeometry grid_;
+  std::map<std::string, NpyArray> arrays_;
+};
+
 }  // namespace
 
 RunReader::RunReader(fs::path folder) : folder_{std::move(folder)} {
@@ -61,6 +92,8 @@ void RunReader::read_run() {
     rig_ = rig_of_run(run.at("rig"));
     input_ = run_input_of(run.at("input"));
     preset_ = run.at("preset").get<std::string>();
+    compact_ = run.value("compact", false);
+    layers_ = run.value("layers", std::vector<std::string>{});
   });
 }
 
@@ -96,29 +129,36 @@ void RunReader::check_grids() const {
   }
 }
 
+void RunReader::complain_of_array(const fs::path& file, const std::string& array) const {
+  const std::vector<std::string> written{layers_.empty() ? grid_arrays(compact_) : layers_};
+  if (std::ranges::find(written, array) == written.end()) {
+    throw InputError{printable_path(folder_),
+                     fmt::format("was written without the layer {}, which is needed here; it has {}.", array,
+                                 fmt::join(written, ", ")),
+                     compact_ ? "Run again, with --layers that name it, or without --compact."
+                              : "Run again, with --layers that name it."};
+  }
+  throw InputError{printable_path(file), fmt::format("the array {} is missing or of another size.", array), mend};
+}
+
 RunGrids RunReader::grids(const std::string& name) const {
-  const fs::path path{folder_ / "grids" / (name + ".npz")};
-  const std::map<std::string, NpyArray> arrays{read_npz(path)};
-  const auto values = [&](const char* array, std::size_t layers) {
-    const auto found{arrays.find(array)};
-    const std::size_t cells{static_cast<std::size_t>(grid_.nx) * static_cast<std::size_t>(grid_.ny)};
-    if (found == arrays.end() || found->second.size() != layers * cells) {
-      throw InputError{printable_path(path), fmt::format("the array {} is missing or of another size.", array), mend};
-    }
-    return found->second.to<float>();
-  };
-  const auto image = [&](const std::vector<float>& source, std::size_t layer) {
-    Image<float> target{grid_.nx, grid_.ny};
-    std::copy_n(source.begin() + static_cast<std::ptrdiff_t>(layer * target.size()), target.size(), target.begin());
-    return target;
-  };
-  const std::vector<float> velocity{values("velocity", 2)};
-  return {image(values("observed", 1), 0), image(values("occupancy", 1), 0), image(velocity, 0), image(velocity, 1)};
+  const GridFile file{folder_ / "grids" / (name + ".npz"), grid_};
+  for (const auto& [array, layers] : {std::pair{"observed", 1}, {"occupancy", 1}, {"velocity", 2}}) {
+    if (!file.has(array, layers)) complain_of_array(file.path(), array);
+  }
+  return {file.image("observed", 0), file.image("occupancy", 0), file.image("velocity", 0), file.image("velocity", 1)};
+}
+
+Image<float> RunReader::occupancy(const std::string& name) const {
+  const GridFile file{folder_ / "grids" / (name + ".npz"), grid_};
+  if (!file.has("occupancy", 1)) complain_of_array(file.path(), "occupancy");
+  return file.image("occupancy", 0);
 }
 
 RunWorldGrid RunReader::world_grid(const std::string& name) const {
   const fs::path path{folder_ / "grids" / (name + ".npz")};
   std::map<std::string, NpyArray> arrays{read_npz(path)};
+  if (!arrays.contains("world_occupancy") && arrays.contains("occupancy")) complain_of_array(path, "world_occupancy");
   const std::vector<double> origin{arrays["world_origin"].to<double>()};
   const auto is_sensible = [](double metres) { return std::abs(metres) <= farthest_m; };  // not NaN
   if (origin.size() != 2 || !std::ranges::all_of(origin, is_sensible) || arrays["world_occupancy"].size() == 0) {

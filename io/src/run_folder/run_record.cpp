@@ -64,13 +64,26 @@ std::string part_of_a_run(const fs::path& folder) {
   return holds_files(folder / "grids") ? "grids" : "";
 }
 
+/// What a run.json has under the keys of `settings`, none of it within lists or objects.
+Json settings_in(const Json& before, const Json& settings) {
+  Json found(Json::object());
+  for (const auto& [key, value] : settings.items()) {
+    if (before.contains(key)) found[key] = before.at(key);
+  }
+  return found.flatten();
+}
+
 /// Throws ConfigError naming the settings that differ.
 void check_same_settings(const fs::path& file, const Json& before, const RunDescription& run) {
-  const Json now(settings_json(run).flatten());
-  const Json then(before.flatten());
+  const Json settings(settings_json(run));
+  const Json now(settings.flatten());
+  const Json then(settings_in(before, settings));
+  Json all(then);
+  all.update(now);
   std::string differing;
-  for (const auto& [key, value] : now.items()) {
-    const Json old(then.contains(key) ? then.at(key) : Json{});
+  for (const auto& [key, unused] : all.items()) {
+    const Json old(then.value(key, Json{}));
+    const Json value(now.value(key, Json{}));
     if (old != value)
       differing += fmt::format("\n  {}: was {}, is {}", key.substr(1), json_text(old), json_text(value));
   }
@@ -123,9 +136,6 @@ void RunRecord::resume() {
                   });
   finished_ = take_finished_frames(folder_ / "frames.jsonl");
   check_range();
-  // those behind the last finished one are tried again
-  const std::size_t next{finished_.empty() ? 0 : finished_.back().index + 1};
-  std::erase_if(skipped_, [next](const SkippedFrame& frame) { return frame.index >= next; });
   save(false);
 }
 
@@ -141,7 +151,18 @@ void RunRecord::check_range() const {
 
 void RunRecord::add_skipped(SkippedFrame frame) {
   const auto place{std::ranges::upper_bound(skipped_, frame.index, {}, &SkippedFrame::index)};
+  frame.reason = told(std::move(frame.reason));
   skipped_.insert(place, std::move(frame));
+}
+
+void RunRecord::go_on_from(std::size_t index) {
+  const std::size_t next{std::max(index, finished_.empty() ? 0 : finished_.back().index + 1)};
+  std::erase_if(skipped_, [next](const SkippedFrame& frame) { return frame.index >= next; });
+}
+
+bool RunRecord::is_skipped(std::size_t index) const {
+  const auto place{std::ranges::lower_bound(skipped_, index, {}, &SkippedFrame::index)};
+  return place != skipped_.end() && place->index == index;
 }
 
 std::vector<std::size_t> RunRecord::unaccounted() const {
@@ -151,7 +172,7 @@ std::vector<std::size_t> RunRecord::unaccounted() const {
   std::size_t next{run_.frames.first};
   for (const FrameSummary& frame : finished_) {
     for (; next < frame.index; ++next) {
-      if (!known.contains(next)) missing.push_back(next);
+      if (is_written(next) && !known.contains(next)) missing.push_back(next);
     }
     next = frame.index + 1;
   }

@@ -21,11 +21,15 @@ struct Checkpoint {
 
 /// After which frames of a run a checkpoint is written.
 struct Checkpoints {
-  std::size_t first;  ///< frame of the run
-  std::size_t every;  ///< 0: never
+  std::size_t first;             ///< frame of the run
+  std::size_t every;             ///< 0: never
+  std::size_t results_every{1};  ///< as RunDescription::every: a checkpoint belongs to a frame that is written
 
   [[nodiscard]] bool is_due_after(std::size_t index) const {
-    return every > 0 && index >= first && (index + 1 - first) % every == 0;
+    if (every == 0 || index < first || index % results_every != 0) return false;
+    const std::size_t frames{index + 1 - first};
+    const std::size_t before{frames > results_every ? frames - results_every : 0};  // up to the last written one
+    return frames / every > before / every;
   }
 };
 

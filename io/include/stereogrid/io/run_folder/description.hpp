@@ -3,11 +3,13 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "stereogrid/camera.hpp"
 #include "stereogrid/config.hpp"
+#include "stereogrid/export.hpp"
 #include "stereogrid/grid.hpp"
 
 namespace stereogrid::io {
@@ -18,6 +20,11 @@ struct FrameRange {
   std::size_t end{0};
 };
 
+/// How many multiples of `every` there are from `first` to `last`, both included.
+[[nodiscard]] constexpr std::size_t multiples_between(std::size_t first, std::size_t last, std::size_t every) {
+  return last < first ? 0 : last / every + 1 - (first + every - 1) / every;
+}
+
 /// What a run is made from.
 struct RunInput {
   std::string kind;  ///< "scene": a built-in one
@@ -27,6 +34,10 @@ struct RunInput {
   std::string disparities;  ///< "": none were given
   std::string mask{};       ///< the file, of scenes, too; "": none
 };
+
+/// A text that tells of the input, not of its copies.
+[[nodiscard]] STEREOGRID_EXPORT std::string without_copies(std::string text,
+                                                           const std::map<std::string, std::string>& copies);
 
 /// What is known of a run before its first frame.
 struct RunDescription {
@@ -46,8 +57,13 @@ struct RunDescription {
   std::string simd_target;
   int threads{0};
   FrameRange frames;
-  bool compact{false};     ///< write_compact_grids; must be in common
-  std::size_t warm_up{0};  ///< frames before them that went through the pipeline, too; must be in common
+  // Must be in common, too.
+  bool compact{false};                ///< write_compact_grids
+  std::size_t every{1};               ///< only frames whose place in the input is a multiple of it are written
+  std::vector<std::string> layers{};  ///< arrays of grids/NAME.npz; none: all
+  std::size_t warm_up{0};             ///< frames before them that went through the pipeline, too
+  /// Where copies of the input lie that are read in its place: nothing that is written tells of them.
+  std::map<std::string, std::string> copies{};
 };
 
 }  // namespace stereogrid::io

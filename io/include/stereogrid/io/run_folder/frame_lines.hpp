@@ -15,8 +15,9 @@
 namespace stereogrid::io {
 
 /// A line of frames.jsonl (docs/format.md), without the end of line. `rig`: Pipeline::rig() before the frame.
+/// `compact`: obstacles, densities and times rounded as docs/format.md says.
 [[nodiscard]] STEREOGRID_EXPORT std::string frame_line(const StereoFrame& frame, const FrameResult& result,
-                                                       const Rig& rig);
+                                                       const Rig& rig, bool compact = false);
 
 /// No drive has as many frames.
 inline constexpr std::int64_t largest_index{1'000'000'000};

@@ -46,8 +46,10 @@ class STEREOGRID_EXPORT RunReader {
   [[nodiscard]] Rig rig_of(const RunFrame& frame) const;
   /// "default" and so on.
   [[nodiscard]] const std::string& preset() const { return preset_; }
-  /// Throws InputError.
+  /// Throws InputError: also where the run was written without one of them (--layers).
   [[nodiscard]] RunGrids grids(const std::string& name) const;
+  /// The filtered grid's alone. Throws as grids().
+  [[nodiscard]] Image<float> occupancy(const std::string& name) const;
   /// Throws InputError.
   [[nodiscard]] RunWorldGrid world_grid(const std::string& name) const;
 
@@ -55,6 +57,7 @@ class STEREOGRID_EXPORT RunReader {
   void read_run();
   void check_mountings();
   void check_grids() const;
+  [[noreturn]] void complain_of_array(const std::filesystem::path& file, const std::string& array) const;
 
   std::filesystem::path folder_;
   GridGeometry grid_;
@@ -62,6 +65,8 @@ class STEREOGRID_EXPORT RunReader {
   Rig rig_;
   RunInput input_;
   std::string preset_;
+  bool compact_{false};
+  std::vector<std::string> layers_;  // none: all
   std::vector<RunFrame> frames_;
 };
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "stereogrid/export.hpp"
@@ -42,6 +43,9 @@ class STEREOGRID_EXPORT RunRecord {
   void add_frame(FrameSummary frame) { finished_.push_back(std::move(frame)); }
   /// Goes where its index belongs.
   void add_skipped(SkippedFrame frame);
+  /// Frames from there on go through the pipeline again: what was skipped of them, and is not before the last finished
+  /// one, is found out anew.
+  void go_on_from(std::size_t index);
   /// Pipeline::rig() and level_rig() after the last frame: a run may find another mounting than the description's rig
   /// has, which is both of them until they are set.
   void set_rigs(const Rig& mounted, const Rig& level) {
@@ -53,9 +57,15 @@ class STEREOGRID_EXPORT RunRecord {
 
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
   [[nodiscard]] const FrameRange& range() const { return run_.frames; }
+  /// A text that tells of the input, not of a copy that was read in its place.
+  [[nodiscard]] std::string told(std::string text) const { return without_copies(std::move(text), run_.copies); }
+  [[nodiscard]] std::size_t every() const { return run_.every; }
   [[nodiscard]] const std::vector<FrameSummary>& finished() const { return finished_; }
   [[nodiscard]] const std::vector<SkippedFrame>& skipped() const { return skipped_; }
-  /// Before the last finished frame: those that neither are finished nor known to be skipped.
+  [[nodiscard]] bool is_skipped(std::size_t index) const;
+  /// Is the frame one of those that are written (RunDescription::every)?
+  [[nodiscard]] bool is_written(std::size_t index) const { return index % run_.every == 0; }
+  /// Before the last finished frame: those that are written, but neither are finished nor known to be skipped.
   [[nodiscard]] std::vector<std::size_t> unaccounted() const;
   /// How many of the finished frames carry a flag.
   [[nodiscard]] std::size_t frames_with(FrameStatus flag) const;

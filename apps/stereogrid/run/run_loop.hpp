@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "pose_stage.hpp"
+#include "run/lidar_stage.hpp"
+#include "run/opencv_stage.hpp"
+#include "run/result_writer.hpp"
+#include "stereogrid/io/frame_queue.hpp"
+#include "stereogrid/io/run_folder/checkpoint.hpp"
+#include "stereogrid/io/run_folder/run_record.hpp"
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid::app {
+
+/// Takes the frames of the input through the pipeline and to the files.
+class RunLoop {
+ public:
+  /// `first_frame`: from there on frames go through the pipeline; those that are finished already are not written.
+  RunLoop(Pipeline& pipeline, PoseStage& poses, const OpencvStage& opencv, const LidarStage& lidar,
+          io::RunRecord& record, ResultWriter& writer, std::size_t first_frame, const io::Checkpoints& checkpoints,
+          int input_wait_s);
+
+  void go_through(const FrameSource& source);
+
+  /// Saves what pipeline and odometry remember after the last frame that went through. False: nothing went through, or
+  /// the odometry, which works ahead, was not asked to keep it.
+  bool save_state() const;
+
+  [[nodiscard]] bool is_complete() const { return next_ == record_.range().end; }
+  [[nodiscard]] double frames_per_second() const { return seconds_ > 0 ? frames_done_ / seconds_ : 0; }
+
+ private:
+  void take(io::QueuedFrame queued);
+  [[noreturn]] void give_up_waiting();
+  std::optional<io::Checkpoint> checkpoint_after(std::size_t index);
+  void skip(const io::QueuedFrame& queued, const std::string& reason);
+  void save_skipped();
+  void tell_warnings(const std::string& name, const std::vector<std::string>& warnings);
+
+  Pipeline& pipeline_;
+  PoseStage& poses_;
+  const OpencvStage& opencv_;
+  const LidarStage& lidar_;
+  io::RunRecord& record_;
+  ResultWriter& writer_;
+  std::size_t first_frame_;
+  io::Checkpoints checkpoints_;
+  int input_wait_s_;
+  std::size_t first_to_write_;
+  std::size_t next_{first_to_write_};
+  std::optional<std::size_t> last_processed_;
+  int frames_done_{0};
+  std::size_t skipped_saved_{0};
+  double seconds_{0};
+  std::set<std::string> told_;
+};
+
+}  // namespace stereogrid::app

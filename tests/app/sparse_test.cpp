@@ -1,0 +1,243 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Runs of which only a part is written: --every, --layers.
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include "support.hpp"
+
+namespace stereogrid::app::testing {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+std::vector<std::string> street(const fs::path& out, const std::vector<std::string>& more) {
+  std::vector<std::string> words{"run", "scene:street?frames=40&width=160&height=100", "--out", out.string()};
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+std::vector<std::size_t> indices_of(const fs::path& run) {
+  std::vector<std::size_t> indices;
+  for (const Json& line : lines_of(run)) indices.push_back(line["index"]);
+  return indices;
+}
+
+void expect_equal_frames(const fs::path& some, const fs::path& all) {
+  const std::vector<Json> lines(lines_of(all, false));
+  for (const Json& line : lines_of(some, false)) {
+    EXPECT_EQ(line, lines.at(line["index"].get<std::size_t>()));
+    const std::string file{line["name"].get<std::string>() + ".npz"};
+    EXPECT_EQ(text_of(some / "grids" / file), text_of(all / "grids" / file)) << file;
+  }
+}
+
+TEST(Sparse, FramesAreThoseOfTheWholeRun) {
+  const TemporaryFolder folder;
+  run_well(street(folder / "all", {}));
+  run_well(street(folder / "some", {"--every", "9"}));
+  EXPECT_THAT(indices_of(folder / "some"), ElementsAre(0, 9, 18, 27, 36));
+  EXPECT_EQ(files_in(folder / "some" / "grids").size(), 5U);
+  expect_equal_frames(folder / "some", folder / "all");
+  const Json run(json_of(folder / "some" / "run.json"));
+  EXPECT_EQ(run["every"], 9);
+  EXPECT_EQ(run["frames"]["done"], 5);
+  EXPECT_EQ(run["frames"]["skipped"], 0);
+  EXPECT_EQ(run["frames"]["complete"], true);
+  // by the place in the input, wherever a run begins
+  run_well(street(folder / "later", {"--every", "9", "--frames", "10:30"}));
+  EXPECT_THAT(indices_of(folder / "later"), ElementsAre(18, 27));
+  run_well(street(folder / "none", {"--every", "9", "--frames", "10:17"}));
+  EXPECT_THAT(indices_of(folder / "none"), ElementsAre());
+  EXPECT_THAT(run_tool({"evaluate", (folder / "none").string()}).errors, HasSubstr("has no frames"));
+}
+
+TEST(Sparse, GoesOnExactly) {
+  const TemporaryFolder folder;
+  for (const bool odometry : {false, true}) {
+    const std::string kind{odometry ? "odometry" : "poses"};
+    const auto options = [&](const char* frames, const char* checkpoints) {
+      std::vector<std::string> words{"--every", "4", "--resume", "--frames", frames, "--checkpoint-every", checkpoints};
+      if (odometry) words.insert(words.end(), {"--poses", "odometry"});
+      return words;
+    };
+    const fs::path whole{folder / kind / "whole"};
+    run_well(street(whole, options(":", "100")));
+    const fs::path parts{folder / kind / "parts"};
+    run_well(street(parts, options(":18", "5")));
+    // due after 4, 9 and 14, and with the frames that are written then
+    EXPECT_THAT(run_well(street(parts, options(":30", "5"))).errors, HasSubstr("from what was saved after frame 16"));
+    EXPECT_THAT(run_well(street(parts, options(":", "5"))).errors, HasSubstr("from what was saved after frame 24"));
+    EXPECT_EQ(indices_of(parts).size(), 10U);
+    expect_equal_runs(whole, parts);
+    const fs::path unsaved{folder / kind / "unsaved"};
+    run_well(street(unsaved, options(":21", "0")));
+    run_well(street(unsaved, options(":", "0")));
+    expect_equal_runs(whole, unsaved);
+  }
+}
+
+TEST(Sparse, GoesOnWithItsOwnSettingsOnly) {
+  const TemporaryFolder folder;
+  run_well(street(folder / "run", {"--every", "4", "--layers", "velocity,occupancy", "--frames", ":4"}));
+  const auto other = [&](const char* every, const char* layers) {
+    const Outcome outcome{
+        run_tool(street(folder / "run", {"--every", every, "--layers", layers, "--frames", ":8", "--resume"}))};
+    EXPECT_EQ(outcome.exit_code, 64);
+    return outcome.errors;
+  };
+  EXPECT_THAT(other("3", "occupancy,velocity"), HasSubstr("every: was 4, is 3"));
+  EXPECT_THAT(other("4", "occupancy,observed"), HasSubstr("layers/0: was \"occupancy\", is \"observed\""));
+  EXPECT_THAT(other("4", "occupancy"), HasSubstr("layers/1: was \"velocity\", is null"));
+  run_well(street(folder / "run", {"--every", "4", "--layers", "occupancy,velocity", "--frames", ":8", "--resume"}));
+  EXPECT_THAT(indices_of(folder / "run"), ElementsAre(0, 4, 8));
+}
+
+// Frames that cannot be read are told of whether they are written or not, also by a run that was killed.
+TEST(Sparse, SkippedFramesAreAllToldOf) {
+  const TemporaryFolder folder;
+  const fs::path drive{folder / "drive"};
+  run_well({"simulate", small_scene("street", "&frames=20"), "--out", drive.string(), "--no-truth"});
+  for (const char* name : {"000003.png", "000006.png", "000011.png", "000014.png", "000019.png"}) {
+    fs::resize_file(drive / "left" / name, 0);
+  }
+  const auto command = [&](const fs::path& out, const char* frames) {
+    return std::vector<std::string>{"run",  drive.string(), "--out", out.string(),         "--every", "3", "--frames",
+                                    frames, "--resume",     "-q",    "--checkpoint-every", "4"};
+  };
+  run_well(command(folder / "whole", ":"));
+  EXPECT_THAT(indices_of(folder / "whole"), ElementsAre(0, 9, 12, 15, 18));
+  const Json whole(json_of(folder / "whole" / "run.json"));
+  ASSERT_EQ(whole["skipped"].size(), 5U);
+  run_well(command(folder / "parts", ":13"));
+  // a killed run has noted what was skipped before its last checkpoint, not more
+  Json killed(json_of(folder / "parts" / "run.json"));
+  ASSERT_EQ(killed["skipped"].size(), 3U);
+  std::ofstream{folder / "parts" / "run.json"} << killed;
+  run_well(command(folder / "parts", ":"));
+  EXPECT_EQ(json_of(folder / "parts" / "run.json")["skipped"], whole["skipped"]);
+  expect_equal_runs(folder / "whole", folder / "parts");
+}
+
+TEST(Sparse, LayersAreThoseAskedFor) {
+  const TemporaryFolder folder;
+  run_well(street(folder / "all", {"--frames", ":2"}));
+  run_well(street(folder / "some", {"--frames", ":2", "--layers", "world_occupancy,age,occupancy,age_s"}));
+  const Arrays all{io::read_npz(folder / "all" / "grids" / "000002.npz")};
+  const Arrays some{io::read_npz(folder / "some" / "grids" / "000002.npz")};
+  std::vector<std::string> names;
+  for (const auto& [name, array] : some) {
+    names.push_back(name);
+    EXPECT_EQ(array.shape, all.at(name).shape);
+    EXPECT_EQ(array.to<double>(), all.at(name).to<double>());
+  }
+  EXPECT_THAT(names, ElementsAre("age_s", "occupancy", "world_occupancy", "world_origin"));
+  EXPECT_EQ(json_of(folder / "some" / "run.json")["layers"],
+            Json::parse(R"(["occupancy", "age_s", "world_occupancy"])"));
+  EXPECT_EQ(text_of(folder / "some" / "frames.jsonl").size() > 100, true);
+  EXPECT_EQ(lines_of(folder / "some", false), lines_of(folder / "all", false));
+}
+
+TEST(Sparse, UnknownLayersAreRefusedAndThoseThereAreNamed) {
+  const TemporaryFolder folder;
+  const Outcome unknown{run_tool(street(folder / "run", {"--layers", "occupancy,speed"}))};
+  EXPECT_EQ(unknown.exit_code, 64);
+  EXPECT_THAT(unknown.errors, HasSubstr("--layers speed: there is no such layer. There are: observed, occupancy, mov"));
+  const Outcome large{run_tool(street(folder / "run", {"--compact", "--layers", "world_occupancy"}))};
+  EXPECT_EQ(large.exit_code, 64);
+  EXPECT_THAT(large.errors,
+              HasSubstr("no such layer in --compact. There are: observed, occupancy, moving, age_s, vel"));
+  EXPECT_EQ(run_tool(street(folder / "run", {"--every", "0"})).exit_code, 64);
+  EXPECT_EQ(run_tool(street(folder / "run", {"--every", "-1"})).exit_code, 64);
+  EXPECT_FALSE(fs::exists(folder / "run"));
+  const auto plan = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words{"batch", "plan", "scene:street?frames=4&width=160&height=100", "--out",
+                                   (folder / "plan").string()};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome{run_tool(words)};
+    EXPECT_EQ(outcome.exit_code, 64);
+    return outcome.errors;
+  };
+  EXPECT_THAT(plan({"--layers", "speed", "--no-evaluation"}), HasSubstr("no such layer"));
+  EXPECT_THAT(plan({"--layers", "occupancy,velocity,age"}), HasSubstr("needs the layer observed"));
+  EXPECT_FALSE(fs::exists(folder / "plan"));
+}
+
+TEST(Sparse, WhatNeedsAnotherLayerSaysSo) {
+  const TemporaryFolder folder;
+  const fs::path run{folder / "run"};
+  run_well(street(run, {"--frames", ":12", "--layers", "occupancy,velocity,age"}));
+  const auto complaint = [&](std::vector<std::string> words) {
+    words.insert(words.begin() + 1, run.string());
+    const Outcome outcome{run_tool(words)};
+    EXPECT_EQ(outcome.exit_code, 65);
+    return outcome.errors;
+  };
+  const auto expected = [](const std::string& layer) {
+    return HasSubstr("was written without the layer " + layer +
+                     ", which is needed here; it has occupancy, age_s, velo");
+  };
+  EXPECT_THAT(complaint({"evaluate"}), expected("observed"));
+  EXPECT_THAT(complaint({"export", "--csv", (folder / "tables").string()}), expected("observed"));
+  EXPECT_THAT(complaint({"export", "--nav2-map", (folder / "map").string()}), expected("world_occupancy"));
+  run_well({"export", run.string(), "--laserscan", (folder / "scan.csv").string()});
+  const fs::path small{folder / "small"};
+  run_well(street(small, {"--frames", ":1", "--compact"}));
+  EXPECT_THAT(run_tool({"export", small.string(), "--nav2-map", (folder / "map").string()}).errors,
+              HasSubstr("or without --compact"));
+}
+
+/// Where a compact line may differ from the exact one, and by how much.
+void expect_rounded(const Json& small, const Json& whole) {
+  ASSERT_EQ(small.size(), whole.size());
+  for (const auto& [key, value] : whole.items()) {
+    if (key == "outline_m") {
+      ASSERT_EQ(small[key].size(), value.size());
+      for (std::size_t i{0}; i < value.size(); ++i) {
+        for (const int axis : {0, 1}) {
+          EXPECT_NEAR(small[key][i][axis].get<double>(), value[i][axis].get<double>(), 0.005 + 1e-9);
+        }
+      }
+    } else if (key.ends_with("covariance")) {
+      for (const int i : {0, 1, 2}) {
+        const double exact{value[i]};
+        EXPECT_NEAR(small[key][i].get<double>(), exact, 5.01e-4 * std::abs(exact)) << key;
+      }
+    } else if (value.is_number_float()) {
+      EXPECT_NEAR(small[key].get<double>(), value.get<double>(), (key == "yaw_rad" ? 0.5e-4 : 0.5e-3) + 1e-9) << key;
+    } else {
+      EXPECT_EQ(small[key], value) << key;
+    }
+  }
+}
+
+TEST(Sparse, CompactLinesAreRounded) {
+  const TemporaryFolder folder;
+  run_well(street(folder / "whole", {}));
+  run_well(street(folder / "small", {"--compact"}));
+  const std::vector<Json> whole(lines_of(folder / "whole"));
+  const std::vector<Json> small(lines_of(folder / "small"));
+  ASSERT_EQ(small.size(), whole.size());
+  std::size_t obstacles{0};
+  for (std::size_t i{0}; i < whole.size(); ++i) {
+    for (const char* key : {"index", "name", "stamp_ns", "pose", "ground", "mount", "status", "warnings"}) {
+      EXPECT_EQ(small[i][key], whole[i][key]);
+    }
+    for (const char* key : {"obstacle", "road"}) {
+      EXPECT_NEAR(small[i]["density"][key].get<double>(), whole[i]["density"][key].get<double>(), 0.51e-4);
+    }
+    ASSERT_EQ(small[i]["obstacles"].size(), whole[i]["obstacles"].size());
+    for (std::size_t o{0}; o < whole[i]["obstacles"].size(); ++o) {
+      expect_rounded(small[i]["obstacles"][o], whole[i]["obstacles"][o]);
+      ++obstacles;
+    }
+  }
+  EXPECT_GT(obstacles, 20U);
+  EXPECT_LT(fs::file_size(folder / "small" / "frames.jsonl") * 5, fs::file_size(folder / "whole" / "frames.jsonl") * 4);
+}
+
+}  // namespace
+}  // namespace stereogrid::app::testing
