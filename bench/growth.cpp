@@ -153,26 +153,17 @@ double rate_of(std::size_t cameras, const std::function<void(std::size_t)>& work
   return static_cast<double>(cameras * (frames_each - warm_up_frames)) / taken.count();
 }
 
-enum class Way { in_turns, a_thread_each, together };
-
-double camera_rate(std::size_t cameras, Way way, const Rig& rig, const std::vector<StereoFrame>& frames) {
-  std::vector<Pipeline> all;
-  for (std::size_t c{0}; c < cameras; ++c) all.emplace_back(preset("default"), rig, PipelineOptions{.stages = false});
-  std::vector<Pipeline*> pipelines;
-  for (Pipeline& pipeline : all) pipelines.push_back(&pipeline);
-  std::vector<FrameResult> results(cameras);
+double camera_rate(std::size_t cameras, bool in_turns, const Rig& rig, const std::vector<StereoFrame>& frames) {
+  std::vector<Pipeline> pipelines;
+  for (std::size_t c{0}; c < cameras; ++c)
+    pipelines.emplace_back(preset("default"), rig, PipelineOptions{.stages = false});
   return rate_of(cameras, [&](std::size_t i) {
-    if (way == Way::together) {
-      process_together(pipelines, std::vector<StereoFrame>(cameras, frames[i]), results);
-      return;
-    }
     std::vector<std::thread> threads;
-    for (std::size_t c{0}; c < cameras; ++c) {
-      const auto one = [&, c] { all[c].process(frames[i], results[c]); };
-      if (way == Way::in_turns) {
-        one();
+    for (Pipeline& pipeline : pipelines) {
+      if (in_turns) {
+        pipeline.process(frames[i]);
       } else {
-        threads.emplace_back(one);
+        threads.emplace_back([&] { pipeline.process(frames[i]); });
       }
     }
     for (std::thread& thread : threads) thread.join();
@@ -182,16 +173,16 @@ double camera_rate(std::size_t cameras, Way way, const Rig& rig, const std::vect
 void print_cameras() {
   const scenes::Scene scene{scene_of({})};
   const std::vector<StereoFrame> frames{frames_of(scene)};
-  std::printf("\n| cameras | frames/s of all, in turns | a thread each | process_together |\n|---|---|---|---|\n");
+  std::printf("\n| cameras | frames/s of all, in turns | a thread each |\n|---|---|---|\n");
   for (const std::size_t cameras : {1U, 2U, 4U, 8U}) {
-    double best[3]{};
+    double best[2]{};
     for (int round{0}; round < rounds; ++round) {
-      for (const Way way : {Way::in_turns, Way::a_thread_each, Way::together}) {
-        double& of_way{best[static_cast<int>(way)]};
-        of_way = std::max(of_way, camera_rate(cameras, way, scene.rig(), frames));
+      for (const bool in_turns : {true, false}) {
+        double& of_way{best[in_turns ? 0 : 1]};
+        of_way = std::max(of_way, camera_rate(cameras, in_turns, scene.rig(), frames));
       }
     }
-    std::printf("| %zu | %.0f | %.0f | %.0f |\n", cameras, best[0], best[1], best[2]);
+    std::printf("| %zu | %.0f | %.0f |\n", cameras, best[0], best[1]);
     std::fflush(stdout);
   }
 }

@@ -133,16 +133,6 @@ class STEREOGRID_EXPORT Pipeline {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// The next frames of several cameras, each of a pipeline of its own: frames[i] of *pipelines[i] into results[i], as
-/// Pipeline::process does. They share the machine's cores: one that is idle where a frame's stages wait for each other
-/// works for another camera; no more threads run than there are cores. Returns when all are done.
-///
-/// Throws std::invalid_argument where the three are not equally many or two pipelines are the same; else, once all
-/// others are done, what process() has thrown for the first of those that failed, whose results are as process() leaves
-/// them.
-STEREOGRID_EXPORT void process_together(std::span<Pipeline* const> pipelines, std::span<const StereoFrame> frames,
-                                        std::span<FrameResult> results);
-
 /// Version of the library, "major.minor.patch".
 [[nodiscard]] STEREOGRID_EXPORT std::string_view version();
 

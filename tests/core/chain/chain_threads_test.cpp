@@ -2,13 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Whole drives: every back end and every number of threads gives the same results, bit for bit.
-#include <stdexcept>
 #include <thread>
-#include <vector>
 
 #include "chain_run.hpp"
-#include "stereogrid/error.hpp"
-#include "stereogrid/scenes/scene.hpp"
 
 namespace stereogrid::test {
 namespace {
@@ -70,43 +66,6 @@ TEST(ChainThreads, PipelinesInTwoThreadsDoNotDisturbEachOther) {
     expect_equal(alone.step(i), result);
     expect_equal(other_alone.step(i), *others);
   }
-}
-
-// Several cameras, of which one sends a frame that is none.
-TEST(ChainThreads, TogetherEachIsAsAlone) {
-  const scenes::Scene scene{scenes::parse_scene("street?width=211&height=103&frames=4")};
-  const Config config{preset("default")};
-  constexpr std::size_t cameras{3};
-  std::vector<Pipeline> together;
-  for (std::size_t i{0}; i < cameras; ++i) together.emplace_back(config, scene.rig());
-  std::vector<Pipeline*> pipelines;
-  for (Pipeline& pipeline : together) pipelines.push_back(&pipeline);
-  std::vector<FrameResult> results(cameras);
-  Pipeline alone{config, scene.rig()};
-  for (std::size_t i{0}; i < 4; ++i) {
-    SCOPED_TRACE(testing::Message() << "frame " << i);
-    std::vector<StereoFrame> frames(cameras, scene.load(i));
-    const FrameResult& expected{alone.process(frames.front())};
-    if (i == 2) frames[1].left = Image<std::uint8_t>{8, 8};
-    if (i == 2) {
-      EXPECT_THROW(process_together(pipelines, frames, results), InputError);
-    } else {
-      process_together(pipelines, frames, results);
-    }
-    expect_equal(expected, results[0]);
-    expect_equal(expected, results[2]);
-  }
-}
-
-TEST(ChainThreads, TogetherNeedsAPipelineForEachFrame) {
-  const scenes::Scene scene{scenes::parse_scene("street?width=211&height=103&frames=1")};
-  Pipeline pipeline{preset("default"), scene.rig()};
-  Pipeline* const twice[]{&pipeline, &pipeline};
-  const std::vector<StereoFrame> frames(2, scene.load(0));
-  std::vector<FrameResult> results(2);
-  EXPECT_THROW(process_together(twice, frames, results), std::invalid_argument);
-  EXPECT_THROW(process_together({twice, 1}, frames, results), std::invalid_argument);
-  EXPECT_NO_THROW(process_together({}, {}, {}));
 }
 
 }  // namespace
