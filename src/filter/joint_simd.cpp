@@ -91,9 +91,10 @@ float spread_outside(const JointStep& joint) {
 }
 
 void ArriveEvenly(const JointStep& joint, int begin, int end, BlockRow& cells) {
+  if (begin == end) return;
   const FilterSpace& space{joint.after.space};
   const int size{space.even.width()};
-  const float* const here{space.even.row(cells.y + joint.scroll.y) + cells.x + joint.scroll.x};
+  const float* const before{space.even.row(cells.y + joint.scroll.y)};
   const float outside{spread_outside(joint)};
   for_shrinking_vectors(Float{}, begin, end, [&](auto d, int i) {
     const auto row = [&](int y) {
@@ -104,7 +105,8 @@ void ArriveEvenly(const JointStep& joint, int begin, int end, BlockRow& cells) {
       const Antecedents from{space.from[static_cast<std::size_t>(j) * static_cast<std::size_t>(joint.step.side)]};
       spread = hn::Add(spread, between(row(cells.y + from.iy), row(cells.y + from.iy + 1), hn::Set(d, from.fy)));
     }
-    const auto each = even_arrived(hn::Set(d, joint.step.each_moving), spread, hn::LoadU(d, here + i));
+    const auto here = hn::LoadU(d, before + (cells.x + joint.scroll.x + i));
+    const auto each = even_arrived(hn::Set(d, joint.step.each_moving), spread, here);
     hn::StoreU(each, d, cells.each + i);
   });
 }
