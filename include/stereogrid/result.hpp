@@ -31,7 +31,8 @@ struct StageImages {
   Image<float> occupancy_smooth;     ///< (D, W) after the Gaussian
 };
 
-/// Wall-clock milliseconds.
+/// Wall-clock milliseconds. On the CPU some stages go on at the same time, and share its threads: they add up to more
+/// than `total` has.
 struct StageTimes {
   double odometry{0};  ///< not the pipeline's: for callers who find the poses from the images
   double match{0};

@@ -5,7 +5,6 @@
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/parallel_invoke.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
@@ -36,7 +35,7 @@ class Cpu {
   /// Calls both, at the same time if there is a thread for it.
   template <class First, class Second>
   void together(const First& first, const Second& second) {
-    arena_.execute([&] { tbb::parallel_invoke(first, second); });
+    arena_.execute([&] { tbb::parallel_for(0, 2, [&](int which) { which == 0 ? first() : second(); }); });
   }
 
   /// Calls work(part, begin, end) with [0, count) cut into `parts` equal pieces.

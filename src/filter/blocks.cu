@@ -16,7 +16,7 @@ __device__ void number_wanted(int* slots, int count, int capacity) {
   __syncthreads();
   for (int base{0}; base < count; base += threads) {
     const int i{base + tid};
-    const bool wants{i < count && slots[i] == wanted};
+    const bool wants{i < count && slots[i] == slot_wanted};
     ranks[tid] = wants ? 1 : 0;
     __syncthreads();
     for (int apart{1}; apart < threads; apart *= 2) {
@@ -41,8 +41,8 @@ __global__ void begin_wanted(int* slots, int count, int capacity) {
 }
 
 __global__ void begin_reached(const FilterMotion* motion, const CellBox* moving, int cells, int* slots, int capacity) {
-  const int across{blocks_across(cells)};
-  const int count{across * blocks_along(cells)};
+  const BlockLayout layout{cells};
+  const int count{layout.count()};
   const int tid{static_cast<int>(threadIdx.x)};
   for (int i{tid}; i < count; i += threads) slots[i] = -1;
   if (tid == 0) slots[count] = 0;
@@ -51,7 +51,7 @@ __global__ void begin_reached(const FilterMotion* motion, const CellBox* moving,
     if (moving[i].is_empty()) continue;
     const CellBox reached{reached_blocks(motion->step, moving[i], motion->moved_x, motion->moved_y, cells)};
     for (int y{reached.y_first}; y <= reached.y_last; ++y) {
-      for (int x{reached.x_first}; x <= reached.x_last; ++x) slots[y * across + x] = wanted;
+      for (int x{reached.x_first}; x <= reached.x_last; ++x) slots[y * layout.across + x] = slot_wanted;
     }
   }
   __syncthreads();

@@ -6,18 +6,6 @@
 
 namespace stereogrid {
 
-/// Instead of a slot, of a block that is to be given one.
-constexpr int wanted{-2};
-
-STEREOGRID_HD inline int blocks_across(int window_cells) {
-  return (window_cells + block_columns - 1) / block_columns;
-}
-STEREOGRID_HD inline int blocks_along(int window_cells) {
-  return (window_cells + block_rows - 1) / block_rows;
-}
-STEREOGRID_HD inline int block_of(int window_cells, int x, int y) {
-  return y / block_rows * blocks_across(window_cells) + x / block_columns;
-}
 /// Of a cell, in [slot][k][cell of the block].
 STEREOGRID_HD inline std::size_t mass_index(int slot, int velocities, int k, int x, int y) {
   return (static_cast<std::size_t>(slot) * velocities + k) * block_cells + y % block_rows * block_columns +

@@ -42,6 +42,30 @@ struct CellBox {
   STEREOGRID_HD bool is_empty() const { return x_last < x_first; }
 };
 
+/// The window in blocks of cells; those at its right and lower border may reach beyond it.
+struct BlockLayout {
+  STEREOGRID_HD explicit BlockLayout(int window_cells)
+      : cells{window_cells},
+        across{(window_cells + block_columns - 1) / block_columns},
+        along{(window_cells + block_rows - 1) / block_rows} {}
+
+  [[nodiscard]] STEREOGRID_HD int count() const { return across * along; }
+  [[nodiscard]] STEREOGRID_HD int block_of(int x, int y) const { return y / block_rows * across + x / block_columns; }
+  /// What of a block lies in the window.
+  [[nodiscard]] STEREOGRID_HD CellBox cells_of(int block) const {
+    const int x{block % across * block_columns};
+    const int y{block / across * block_rows};
+    return {x, y, Min(x + block_columns, cells) - 1, Min(y + block_rows, cells) - 1};
+  }
+
+  int cells;  ///< along a side of the window
+  int across;
+  int along;
+};
+
+/// Where a block's masses are, of one that has none but is to be given some.
+constexpr int slot_wanted{-2};
+
 /// Those of a block's cells that move. `moves(x, y)`.
 template <class Moves>
 STEREOGRID_HD inline CellBox moving_cells(const CellBox& block, const Moves& moves) {
@@ -65,6 +89,11 @@ STEREOGRID_HD inline CellBox reached_blocks(const FilterStep& step, const CellBo
   const int y_last{Min(box.y_last - moved_y + step.reach, cells - 1)};
   if (x_last < x_first || y_last < y_first) return {0, 0, -1, -1};
   return {x_first / block_columns, y_first / block_rows, x_last / block_columns, y_last / block_rows};
+}
+
+/// Mass of each moving velocity outside the window.
+STEREOGRID_HD inline float even_outside(const FilterStep& step) {
+  return step.border_occupancy * step.prior_moving;
 }
 
 /// What has arrived in a cell without masses of its own.

@@ -26,7 +26,7 @@ __device__ bool weigh_cell(const Weighing& in, const VelocityEvidence& one, bool
   const int i{one.cell};
   const int x{i % in.cells};
   const int y{i / in.cells};
-  const int block{block_of(in.cells, x, y)};
+  const int block{BlockLayout{in.cells}.block_of(x, y)};
   const int slot{state.slots[block]};
   WeighedCell cell{};
   if (slot >= 0) {
@@ -44,7 +44,7 @@ __device__ bool weigh_cell(const Weighing& in, const VelocityEvidence& one, bool
     const float each{even_mass(in.each_moving, state.occupancy[i], standing)};
     cell = weigh_evenly(one, in.axis_mps, in.side, each, standing);
     if (may_start && is_moving(in.moving_from, state.occupancy[i], cell.standing)) {
-      state.slots[block] = wanted;
+      state.slots[block] = slot_wanted;
       return false;
     }
   }
@@ -72,8 +72,9 @@ __global__ void fill_begun_blocks(Weighing in, JointPointers state) {
   const int x{static_cast<int>(blockIdx.x) * block_columns + static_cast<int>(threadIdx.x)};
   const int y{static_cast<int>(blockIdx.y) * block_rows + static_cast<int>(threadIdx.y)};
   if (x >= in.cells || y >= in.cells) return;
-  const int slot{state.slots[block_of(in.cells, x, y)]};
-  if (slot < state.slots[blocks_across(in.cells) * blocks_along(in.cells) + 1]) return;
+  const BlockLayout layout{in.cells};
+  const int slot{state.slots[layout.block_of(x, y)]};
+  if (slot < state.slots[layout.count() + 1]) return;
   const int i{y * in.cells + x};
   const int velocities{in.side * in.side};
   const float each{even_mass(in.each_moving, state.occupancy[i], state.standing[i])};
@@ -88,6 +89,7 @@ __global__ void fill_begun_blocks(Weighing in, JointPointers state) {
 void weigh_velocities(Cuda& cuda, FilterOnDevice& filter, const VelocityEvidence* evidence, const int* count,
                       FilterStateOnDevice& state, LayersOnDevice& layers) {
   const int cells{state.occupancy.width()};
+  const BlockLayout layout{cells};
   const Weighing in{evidence,
                     count,
                     filter.rounded_speed_mps.data(),
@@ -99,8 +101,7 @@ void weigh_velocities(Cuda& cuda, FilterOnDevice& filter, const VelocityEvidence
   const JointPointers pointers_of_state{joint_pointers(state)};
   launch(cuda, weigh_cells, blocks, threads, 0, in, pointers_of_state, pointers(layers));
   begin_wanted_blocks(cuda, filter, state);
-  launch(cuda, fill_begun_blocks,
-         dim3{static_cast<unsigned>(blocks_across(cells)), static_cast<unsigned>(blocks_along(cells))},
+  launch(cuda, fill_begun_blocks, dim3{static_cast<unsigned>(layout.across), static_cast<unsigned>(layout.along)},
          dim3{block_columns, block_rows}, 0, in, pointers_of_state);
   launch(cuda, weigh_starting_cells, blocks, threads, 0, in, pointers_of_state, pointers(layers));
 }

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <limits>
 #include <vector>
 
 #include "filter/filter.hpp"
@@ -18,13 +17,5 @@ void filter_tay(Cpu& cpu, const FilterInput& input, View<const float> observed, 
 
 /// Where each velocity's masses come from.
 void set_antecedents(const FilterInput& input, Scroll scroll, std::vector<Antecedents>& from);
-
-/// Before the step, of what is now at the window's cell (x, y); infinite: never seen.
-inline float age_before(const Image<float>& age_s, Scroll scroll, int x, int y) {
-  const int from_x{x + scroll.x};
-  const int from_y{y + scroll.y};
-  const bool is_inside{from_x >= 0 && from_x < age_s.width() && from_y >= 0 && from_y < age_s.height()};
-  return is_inside ? age_s(from_x, from_y) : std::numeric_limits<float>::infinity();
-}
 
 }  // namespace stereogrid

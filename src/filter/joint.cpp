@@ -33,31 +33,30 @@ class BlockFilter {
  private:
   // `masses`: of the first velocity; null: the block has none.
   void run(BlockRow& row, float* masses) const {
-    take_before(row);
-    if (masses == nullptr) return update_row(joint_, observed_, nullptr, row, layers_);
+    const ColumnRange known{known_columns(joint_, row.x, row.y, row.columns)};
+    take_before(known, row);
+    if (masses == nullptr) {
+      arrive_evenly(joint_, known, row);
+      update_row(joint_, observed_, nullptr, row, layers_);
+      return;
+    }
     BlockRowSums sums;
     sum_row(joint_.tables, masses, sums);
     update_row(joint_, observed_, &sums, row, layers_);
     rescale_row(joint_.step, row, masses);
   }
 
-  // What the step before has left of the row, where it was in the window.
-  void take_before(BlockRow& row) const {
-    const FilterSpace& space{joint_.after.space};
-    const int size{layout_.cells};
+  // What the step before has left of the row, where it was in the window, and what a new cell has.
+  void take_before(ColumnRange known, BlockRow& row) const {
     const int y{row.y + joint_.scroll.y};
     const int first{row.x + joint_.scroll.x};
-    const bool row_known{y >= 0 && y < size};
-    const int begin{row_known ? std::clamp(-first, 0, row.columns) : row.columns};
-    const int end{row_known ? std::clamp(size - first, begin, row.columns) : row.columns};
     const EvenArrived is_new{new_to_the_window(joint_.step)};
     for (int i{0}; i < row.columns; ++i) {
-      const bool is_known{i >= begin && i < end};
+      const bool is_known{i >= known.begin && i < known.end};
       row.age_s[i] = is_known ? joint_.before.age_s(first + i, y) : std::numeric_limits<float>::infinity();
-      row.standing[i] = is_known ? space.standing(first + i, y) : is_new.standing;
+      row.standing[i] = is_known ? joint_.after.space.standing(first + i, y) : is_new.standing;
       row.each[i] = is_new.each;
     }
-    arrive_evenly(joint_, begin, end, row);
   }
 
   View<const float> observed_;

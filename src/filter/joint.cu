@@ -46,10 +46,6 @@ __global__ void prepare(const FilterMotion* motion, const double* speed_mps, Joi
   if (tid == 0) moving[block] = box;
 }
 
-__device__ float outside_of(const FilterStep& step) {
-  return step.border_occupancy * step.prior_moving;
-}
-
 // A thread per cell of the step before: FilterSpace::spread.
 __global__ void spread_along_x(const FilterMotion* motion, const Antecedents* from, const float* even, int cells,
                                float* spread) {
@@ -57,7 +53,7 @@ __global__ void spread_along_x(const FilterMotion* motion, const Antecedents* fr
   if (i >= cells * cells) return;
   const int x{i % cells};
   const float* const row{even + i - x};
-  const auto at = [&](int ax) { return ax >= 0 && ax < cells ? row[ax] : outside_of(motion->step); };
+  const auto at = [&](int ax) { return ax >= 0 && ax < cells ? row[ax] : even_outside(motion->step); };
   float sum{0};
   for (int n{0}; n < motion->step.side; ++n) {
     sum += between(at(x + from[n].ix), at(x + from[n].ix + 1), from[n].fx);
@@ -82,8 +78,8 @@ struct Target {
 
   // Mass of the moving velocity k after the noise.
   __device__ float mass(int k, int ax, int ay) const {
-    if (!inside(ax, ay)) return outside_of(step);
-    const int block{block_of(cells, ax, ay)};
+    if (!inside(ax, ay)) return even_outside(step);
+    const int block{BlockLayout{cells}.block_of(ax, ay)};
     const int slot{moving[block].is_empty() ? -1 : before.slots[block]};
     if (slot < 0) return even[ay * cells + ax];
     const float4 of_cell{prepared[ay * cells + ax]};
@@ -99,11 +95,16 @@ struct Target {
                    between(mass(k, ax, ay + 1), mass(k, ax + 1, ay + 1), a.fx), a.fy);
   }
 
+  // Of a row outside the window.
+  __device__ float spread_outside() const {
+    float sum{0};
+    for (int i{0}; i < step.side; ++i) sum += between(even_outside(step), even_outside(step), from[i].fx);
+    return sum;
+  }
+
   // `here`: the cell of the step before at this place.
   __device__ float arrived_evenly(int here) const {
-    float outside{0};
-    for (int i{0}; i < step.side; ++i) outside += between(outside_of(step), outside_of(step), from[i].fx);
-    const auto at = [&](int ay) { return ay >= 0 && ay < cells ? spread[ay * cells + x] : outside; };
+    const auto at = [&](int ay) { return ay >= 0 && ay < cells ? spread[ay * cells + x] : spread_outside(); };
     float sum{0};
     for (int j{0}; j < step.side; ++j) {
       const Antecedents a{from[j * step.side]};
@@ -174,7 +175,7 @@ __global__ void __launch_bounds__(block_cells)
   const float seen{observed(x, y)};
   const Observed what{here < 0 ? INFINITY : before.age_s[here], likelihood_of(tables.likelihoods, seen),
                       view_of(motion->step, x, y)};
-  const int slot{after.slots[block_of(cells, x, y)]};
+  const int slot{after.slots[BlockLayout{cells}.block_of(x, y)]};
   const FilteredCell cell{slot < 0 ? filter_evenly(target, here, what)
                                    : filter_masses(target, tables.speed_mps, here, what, slot, after)};
   const int i{y * cells + x};
@@ -190,7 +191,8 @@ __global__ void __launch_bounds__(block_cells)
 void filter_joint(Cuda& cuda, FilterOnDevice& filter, const FilterMotion* motion, View<const float, Device> observed,
                   const FilterStateOnDevice& before, FilterStateOnDevice& after, LayersOnDevice& layers) {
   const int cells{observed.width};
-  const dim3 blocks{static_cast<unsigned>(blocks_across(cells)), static_cast<unsigned>(blocks_along(cells))};
+  const BlockLayout layout{cells};
+  const dim3 blocks{static_cast<unsigned>(layout.across), static_cast<unsigned>(layout.along)};
   const dim3 block{block_columns, block_rows};
   launch(cuda, prepare, blocks, block, 0, motion, filter.speed_mps.data(), joint_pointers(before), cells,
          filter.from.data(), filter.prepared.data(), filter.even.data(), filter.moving.data());

@@ -23,18 +23,6 @@ namespace {
 #include "filter/cell_formulas.hpp"
 
 using Float = hn::CappedTag<float, block_columns>;
-using Vector = hn::Vec<Float>;
-
-Vector set(float value) {
-  return hn::Set(Float{}, value);
-}
-
-// Calls work(column) for the vectors of a row of a block.
-template <class Work>
-HWY_INLINE void for_block_columns(const Work& work) {
-  for (int column{0}; column < block_columns; column += static_cast<int>(hn::Lanes(Float{}))) work(column);
-}
-
 void PrepareRow(const JointStep& joint, int y) {
   const FilterStep& step{joint.step};
   FilterSpace& space{joint.after.space};
@@ -46,11 +34,6 @@ void PrepareRow(const JointStep& joint, int y) {
     space.standing(x, y) = disturbed_standing(step, occupancy[x], standing[x]);
     space.even(x, y) = disturbed(step.kept_moving, even_mass(step.each_moving, occupancy[x], standing[x]), gained);
   }
-}
-
-// Mass of each moving velocity outside the window.
-float outside_of(const FilterStep& step) {
-  return step.border_occupancy * step.prior_moving;
 }
 
 // to(x) += between(from(x + offset), from(x + offset + 1), share); outside of it `from` is `border`.
@@ -76,13 +59,13 @@ void SpreadAlongX(const JointStep& joint, int y) {
     const Antecedents from{space.from[static_cast<std::size_t>(i)]};
     // far beyond the window all is as just beyond it
     const int offset{std::clamp(from.ix, -cells - 1, cells + 1)};
-    add_moved(space.even.row(y), cells, offset, from.fx, outside_of(joint.step), sums);
+    add_moved(space.even.row(y), cells, offset, from.fx, even_outside(joint.step), sums);
   }
 }
 
 // Of a row outside the window, its sum along x.
 float spread_outside(const JointStep& joint) {
-  const float outside{outside_of(joint.step)};
+  const float outside{even_outside(joint.step)};
   float sum{0};
   for (int i{0}; i < joint.step.side; ++i) {
     sum += stereogrid::between(outside, outside, joint.after.space.from[static_cast<std::size_t>(i)].fx);
@@ -90,15 +73,15 @@ float spread_outside(const JointStep& joint) {
   return sum;
 }
 
-void ArriveEvenly(const JointStep& joint, int begin, int end, BlockRow& cells) {
-  if (begin == end) return;
+void ArriveEvenly(const JointStep& joint, ColumnRange columns, BlockRow& cells) {
+  if (columns.begin == columns.end) return;
   const FilterSpace& space{joint.after.space};
   const int size{space.even.width()};
   const float* const before{space.even.row(cells.y + joint.scroll.y)};
-  const float outside{spread_outside(joint)};
-  for_shrinking_vectors(Float{}, begin, end, [&](auto d, int i) {
+  for_shrinking_vectors(Float{}, columns.begin, columns.end, [&](auto d, int i) {
     const auto row = [&](int y) {
-      return y >= 0 && y < size ? hn::LoadU(d, space.spread.row(y) + cells.x + i) : hn::Set(d, outside);
+      const bool is_inside{y >= 0 && y < size};
+      return is_inside ? hn::LoadU(d, space.spread.row(y) + cells.x + i) : hn::Set(d, spread_outside(joint));
     };
     auto spread = hn::Zero(d);
     for (int j{0}; j < joint.step.side; ++j) {
@@ -161,7 +144,7 @@ class Antecedent {
     if (inside > 0) {
       masses != nullptr ? disturb(masses + y % block_rows * block_columns, x, y, inside, out) : copy(x, y, inside, out);
     }
-    if (inside < block_columns) std::fill(out + inside, out + block_columns, outside_of(joint_.step));
+    if (inside < block_columns) std::fill(out + inside, out + block_columns, even_outside(joint_.step));
   }
 
   void copy(int x, int y, int inside, float* out) const {
@@ -194,46 +177,41 @@ HWY_INLINE void gather_block(const Antecedents& from, int y_begin, const Row& ro
   alignas(64) float rows[block_rows + 1][block_columns];
   for (int r{0}; r <= block_rows; ++r) {
     const float* const cells{row(y_begin + r, buffer)};
-    for_block_columns([&](int i) {
-      const auto along_x = between(hn::LoadU(Float{}, cells + i), hn::LoadU(Float{}, cells + i + 1), set(from.fx));
-      hn::Store(along_x, Float{}, rows[r] + i);
+    for_shrinking_vectors(Float{}, 0, block_columns, [&](auto d, int i) {
+      const auto along_x = between(hn::LoadU(d, cells + i), hn::LoadU(d, cells + i + 1), hn::Set(d, from.fx));
+      hn::StoreU(along_x, d, rows[r] + i);
     });
   }
   for (int r{0}; r < block_rows; ++r) {
-    for_block_columns([&](int i) {
-      const auto mass = between(hn::Load(Float{}, rows[r] + i), hn::Load(Float{}, rows[r + 1] + i), set(from.fy));
-      hn::StoreU(mass, Float{}, masses + r * block_columns + i);
+    for_shrinking_vectors(Float{}, 0, block_columns, [&](auto d, int i) {
+      const auto mass = between(hn::LoadU(d, rows[r] + i), hn::LoadU(d, rows[r + 1] + i), hn::Set(d, from.fy));
+      hn::StoreU(mass, d, masses + r * block_columns + i);
     });
   }
 }
 
 // Standstill comes from one cell.
 void predict_standing(const JointStep& joint, const CellBox& cells, float* masses) {
-  const Image<float>& standing{joint.after.space.standing};
   for (int y{cells.y_first}; y <= cells.y_last; ++y) {
-    for (int x{cells.x_first}; x <= cells.x_last; ++x) {
-      const int ax{x + joint.scroll.x};
-      const int ay{y + joint.scroll.y};
-      const bool is_known{ax >= 0 && ax < standing.width() && ay >= 0 && ay < standing.height()};
-      masses[(y - cells.y_first) * block_columns + x - cells.x_first] =
-          is_known ? standing(ax, ay) : 0.5f * joint.step.prior_static;
+    float* const row{masses + (y - cells.y_first) * block_columns};
+    const int columns{cells.x_last - cells.x_first + 1};
+    const ColumnRange known{known_columns(joint, cells.x_first, y, columns)};
+    std::fill(row, row + columns, new_to_the_window(joint.step).standing);
+    for (int i{known.begin}; i < known.end; ++i) {
+      row[i] = joint.after.space.standing(cells.x_first + i + joint.scroll.x, y + joint.scroll.y);
     }
   }
 }
 
 // Cells that have just come into the window know nothing.
-void fill_new_cells(const JointStep& joint, const CellBox& cells, float value, float* masses) {
-  const int size{joint.before.occupancy.width()};
+void fill_new_cells(const JointStep& joint, const CellBox& cells, float* masses) {
+  const float value{new_to_the_window(joint.step).each};
   for (int y{cells.y_first}; y <= cells.y_last; ++y) {
     float* const row{masses + (y - cells.y_first) * block_columns};
-    const int ay{y + joint.scroll.y};
     const int columns{cells.x_last - cells.x_first + 1};
-    const int first{cells.x_first + joint.scroll.x};
-    const bool row_known{ay >= 0 && ay < size};
-    const int begin{row_known ? std::clamp(-first, 0, columns) : columns};
-    const int end{row_known ? std::clamp(size - first, begin, columns) : columns};
-    std::fill(row, row + begin, value);
-    std::fill(row + end, row + columns, value);
+    const ColumnRange known{known_columns(joint, cells.x_first, y, columns)};
+    std::fill(row, row + known.begin, value);
+    std::fill(row + known.end, row + columns, value);
   }
 }
 
@@ -255,7 +233,7 @@ void PredictBlock(const JointStep& joint, int block) {
     const Antecedent antecedent{joint, k, x_first, y_first};
     gather_block(
         from, y_first, [&](int y, float* buffer) { return antecedent.row(y, buffer); }, of_velocity);
-    fill_new_cells(joint, cells, 0.5f * joint.step.prior_moving, of_velocity);
+    fill_new_cells(joint, cells, of_velocity);
   }
 }
 
@@ -278,8 +256,8 @@ void prepare_row(const JointStep& joint, int y) {
 void spread_along_x(const JointStep& joint, int y) {
   HWY_DYNAMIC_DISPATCH(SpreadAlongX)(joint, y);
 }
-void arrive_evenly(const JointStep& joint, int begin, int end, BlockRow& row) {
-  HWY_DYNAMIC_DISPATCH(ArriveEvenly)(joint, begin, end, row);
+void arrive_evenly(const JointStep& joint, ColumnRange columns, BlockRow& row) {
+  HWY_DYNAMIC_DISPATCH(ArriveEvenly)(joint, columns, row);
 }
 void predict_block(const JointStep& joint, int block) {
   HWY_DYNAMIC_DISPATCH(PredictBlock)(joint, block);

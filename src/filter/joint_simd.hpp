@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+
 #include "filter/filter.hpp"
 
 namespace stereogrid {
@@ -24,11 +26,22 @@ struct BlockRowSums {
   float xx[block_columns];
   float xy[block_columns];
   float yy[block_columns];
-
-  [[nodiscard]] VelocitySums at(int column) const {
-    return {mass[column], x[column], y[column], xx[column], xy[column], yy[column]};
-  }
 };
+
+/// Columns of a row of a block, counted from its first.
+struct ColumnRange {
+  int begin;
+  int end;
+};
+
+/// Which of `columns` cells from (x, y) on have been in the window before.
+inline ColumnRange known_columns(const JointStep& joint, int x, int y, int columns) {
+  const int size{joint.before.occupancy.width()};
+  const bool row_known{y + joint.scroll.y >= 0 && y + joint.scroll.y < size};
+  const int first{x + joint.scroll.x};
+  const int begin{row_known ? std::clamp(-first, 0, columns) : columns};
+  return {begin, row_known ? std::clamp(size - first, begin, columns) : columns};
+}
 
 /// What prediction reads of row y of the step before.
 void prepare_row(const JointStep& joint, int y);
@@ -51,9 +64,9 @@ struct BlockRow {
   float born_standing[block_columns];
 };
 
-/// What arrives of each moving velocity in columns `begin` … `end` − 1 of the row, which have no masses and have been
-/// in the window before.
-void arrive_evenly(const JointStep& joint, int begin, int end, BlockRow& row);
+/// What arrives of each moving velocity in some columns of the row, which have been in the window before, as
+/// BlockRow::each.
+void arrive_evenly(const JointStep& joint, ColumnRange columns, BlockRow& row);
 
 /// The masses that arrive in a block's cells.
 void predict_block(const JointStep& joint, int block);

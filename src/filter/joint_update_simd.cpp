@@ -108,30 +108,25 @@ void UpdateRow(const JointStep& joint, View<const float> observed, const BlockRo
                         [&](auto d, int i) { Updating<decltype(d)>{d, joint, observed, row, layers, i}.run(sums); });
 }
 
-// Calls work(column) for the vectors of a row of a block.
-template <class Work>
-HWY_INLINE void for_columns(const Work& work) {
-  for (int column{0}; column < block_columns; column += static_cast<int>(hn::Lanes(Float{}))) work(column);
-}
-
 void SumRow(const FilterTables& tables, const float* masses, BlockRowSums& sums) {
-  for_columns([&](int column) {
-    LatticeSums<hn::Vec<Float>> sum;
+  for_shrinking_vectors(Float{}, 0, block_columns, [&](auto d, int column) {
+    using V = hn::Vec<decltype(d)>;
+    LatticeSums<V> sum;
     const float* of_velocity{masses + column};
     for (const float vy_mps : tables.axis_mps) {
-      LatticeRowSums<hn::Vec<Float>> row;
+      LatticeRowSums<V> row;
       for (const float vx_mps : tables.axis_mps) {
-        row.add(hn::Set(Float{}, vx_mps), hn::LoadU(Float{}, of_velocity));
+        row.add(hn::Set(d, vx_mps), hn::LoadU(d, of_velocity));
         of_velocity += block_cells;
       }
-      sum.add(hn::Set(Float{}, vy_mps), row);
+      sum.add(hn::Set(d, vy_mps), row);
     }
-    hn::StoreU(sum.mass, Float{}, sums.mass + column);
-    hn::StoreU(sum.x, Float{}, sums.x + column);
-    hn::StoreU(sum.y, Float{}, sums.y + column);
-    hn::StoreU(sum.xx, Float{}, sums.xx + column);
-    hn::StoreU(sum.xy, Float{}, sums.xy + column);
-    hn::StoreU(sum.yy, Float{}, sums.yy + column);
+    hn::StoreU(sum.mass, d, sums.mass + column);
+    hn::StoreU(sum.x, d, sums.x + column);
+    hn::StoreU(sum.y, d, sums.y + column);
+    hn::StoreU(sum.xx, d, sums.xx + column);
+    hn::StoreU(sum.xy, d, sums.xy + column);
+    hn::StoreU(sum.yy, d, sums.yy + column);
   });
 }
 
@@ -139,9 +134,9 @@ void RescaleRow(const FilterStep& step, const BlockRow& row, float* masses) {
   for (int k{0}; k < step.velocities(); ++k) {
     const float* const born{k == step.standstill() ? row.born_standing : row.born_moving};
     float* const of_velocity{masses + static_cast<std::ptrdiff_t>(k) * block_cells};
-    for_columns([&](int i) {
-      const auto kept = hn::Mul(hn::LoadU(Float{}, row.scale + i), hn::LoadU(Float{}, of_velocity + i));
-      hn::StoreU(hn::Add(kept, hn::LoadU(Float{}, born + i)), Float{}, of_velocity + i);
+    for_shrinking_vectors(Float{}, 0, block_columns, [&](auto d, int i) {
+      const auto kept = hn::Mul(hn::LoadU(d, row.scale + i), hn::LoadU(d, of_velocity + i));
+      hn::StoreU(hn::Add(kept, hn::LoadU(d, born + i)), d, of_velocity + i);
     });
   }
 }

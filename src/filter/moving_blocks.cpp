@@ -5,12 +5,6 @@
 #include <algorithm>
 
 namespace stereogrid {
-namespace {
-
-// Instead of a slot, between the calls that give one.
-constexpr int wanted{-2};
-
-}  // namespace
 
 MovingBlocks::MovingBlocks(int window_cells, std::size_t velocities, int capacity)
     : layout_{window_cells},
@@ -44,13 +38,13 @@ void MovingBlocks::begin(const FilterStep& step, Scroll scroll, std::span<const 
 
 void MovingBlocks::want(int block) {
   int& slot{slots_[static_cast<std::size_t>(block)]};
-  if (slot < 0) slot = wanted;
+  if (slot < 0) slot = slot_wanted;
 }
 
 std::span<const int> MovingBlocks::begin_wanted() {
   std::size_t begun{0};
   for (int& slot : slots_) {
-    if (slot != wanted) continue;
+    if (slot != slot_wanted) continue;
     slot = used_ < capacity_ ? used_++ : -1;
     if (slot >= 0) begun_[begun++] = static_cast<int>(&slot - slots_.data());
   }

@@ -17,27 +17,6 @@ struct Scroll {
   int y;
 };
 
-/// The window in blocks of cells; those at its right and lower border may reach beyond it.
-struct BlockLayout {
-  explicit BlockLayout(int window_cells)
-      : cells{window_cells},
-        across{(window_cells + block_columns - 1) / block_columns},
-        along{(window_cells + block_rows - 1) / block_rows} {}
-
-  [[nodiscard]] int count() const { return across * along; }
-  [[nodiscard]] int block_of(int x, int y) const { return y / block_rows * across + x / block_columns; }
-  /// What of a block lies in the window.
-  [[nodiscard]] CellBox cells_of(int block) const {
-    const int x{block % across * block_columns};
-    const int y{block / across * block_rows};
-    return {x, y, Min(x + block_columns, cells) - 1, Min(y + block_rows, cells) - 1};
-  }
-
-  int cells;  ///< along a side of the window
-  int across;
-  int along;
-};
-
 /// So many blocks can have masses at a time.
 constexpr int moving_blocks_max{512};
 

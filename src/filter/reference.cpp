@@ -49,7 +49,7 @@ struct Step {
   }
   // of each moving velocity of a cell, were they alike
   [[nodiscard]] float even_at(int x, int y) const {
-    if (!inside(x, y)) return constants.border_occupancy * constants.prior_moving;
+    if (!inside(x, y)) return even_outside(constants);
     const float all{before.occupancy(x, y)};
     return disturbed(constants.kept_moving, even_mass(constants.each_moving, all, standing(x, y)),
                      gained_by_moving(constants, all, standing(x, y)));

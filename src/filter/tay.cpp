@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <limits>
 
 #include "backend/cpu.hpp"
 #include "filter/forms.hpp"
@@ -17,6 +18,14 @@ void prepare(const FilterStep& step, const FilterState& before, FilterSpace& spa
     space.standing.data()[c] = disturbed_standing(step, 1, standing.data()[c]);
     space.still_occupied.data()[c] = still_occupied(step, before.occupancy.data()[c]);
   }
+}
+
+// Before the step, of what is now at the window's cell (x, y); infinite: never seen.
+float age_before(const Image<float>& age_s, Scroll scroll, int x, int y) {
+  const int from_x{x + scroll.x};
+  const int from_y{y + scroll.y};
+  const bool is_inside{from_x >= 0 && from_x < age_s.width() && from_y >= 0 && from_y < age_s.height()};
+  return is_inside ? age_s(from_x, from_y) : std::numeric_limits<float>::infinity();
 }
 
 // A tile of cells through the filter.

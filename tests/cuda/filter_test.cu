@@ -115,7 +115,7 @@ class Run {
     double largest{0};
     for (int y{0}; y < cells; ++y) {
       for (int x{0}; x < cells; ++x) {
-        const int block{block_of(cells, x, y)};
+        const int block{BlockLayout{cells}.block_of(x, y)};
         const int slot{is_joint ? slots[static_cast<std::size_t>(block)] : 0};
         if (is_joint && slot != now_.blocks.slot(block)) return 1;
         for (int k{0}; k < velocities && slot >= 0; ++k) {
