@@ -24,9 +24,10 @@ for header in blocked_range info parallel_for task_arena; do
   ln -sfn "$PWD/tests/neon/tbb.hpp" "$out/include/oneapi/tbb/$header.h"
 done
 googletest=/usr/src/googletest/googletest
+googlemock=/usr/src/googletest/googlemock
 
 mapfile -t sources < <(find src tests/core/unit tests/core/equality -name '*.cpp')
-sources+=(tests/core/support.cpp tests/neon/highway.cpp tests/neon/build_id.cpp "$googletest/src/gtest-all.cc" "$googletest/src/gtest_main.cc")
+sources+=(tests/core/support.cpp tests/neon/highway.cpp tests/neon/build_id.cpp "$googletest/src/gtest-all.cc" "$googlemock/src/gmock-all.cc" "$googlemock/src/gmock_main.cc")
 
 # definitions as in src/CMakeLists.txt, warnings as in cmake/compiler.cmake
 cat >"$out/flags" <<'FLAGS'
@@ -36,7 +37,7 @@ cat >"$out/flags" <<'FLAGS'
 -DSTEREOGRID_VERSION=\"neon\" -DSTEREOGRID_LIBRARY_FOLDER=\"lib\"
 -Iinclude -Isrc -Itests/core -isystem build/neon/include
 FLAGS
-echo "-isystem $googletest" >>"$out/flags"
+echo "-isystem $googletest -isystem $googlemock" >>"$out/flags"
 
 compile=$(command -v ccache || true)
 rm -f "$out"/objects/*

@@ -82,10 +82,10 @@ class Weighing {
     float is_weighed[block_columns];
     for (int i{0}; i < block_columns; ++i) is_weighed[i] = cells_.is_weighed[i] ? 1.0f : 0.0f;
     const auto weighed = hn::Gt(load(is_weighed), set(0));
-    LatticeSums<Vector> sum;
+    LatticeSums<Vector> sum{no_sums(set(0))};
     std::size_t k{0};
     for (const float vy_mps : axis_mps_) {
-      LatticeRowSums<Vector> row;
+      LatticeRowSums<Vector> row{no_row_sums(set(0))};
       for (const float vx_mps : axis_mps_) {
         const Vector mass{hn::Mul(hn::LoadU(Float{}, space_ + block_columns * k), scale)};
         row.add(set(vx_mps), mass);

@@ -110,11 +110,10 @@ void UpdateRow(const JointStep& joint, View<const float> observed, const BlockRo
 
 void SumRow(const FilterTables& tables, const float* masses, BlockRowSums& sums) {
   for_shrinking_vectors(Float{}, 0, block_columns, [&](auto d, int column) {
-    using V = hn::Vec<decltype(d)>;
-    LatticeSums<V> sum;
+    auto sum = no_sums(hn::Zero(d));
     const float* of_velocity{masses + column};
     for (const float vy_mps : tables.axis_mps) {
-      LatticeRowSums<V> row;
+      auto row = no_row_sums(hn::Zero(d));
       for (const float vx_mps : tables.axis_mps) {
         row.add(hn::Set(d, vx_mps), hn::LoadU(d, of_velocity));
         of_velocity += block_cells;

@@ -39,6 +39,16 @@ struct LatticeSums {
   }
 };
 
+// Of vectors `none` has to be said: what they are without is undefined on some machines.
+template <class T>
+STEREOGRID_HD inline LatticeRowSums<T> no_row_sums(T none) {
+  return {none, none, none};
+}
+template <class T>
+STEREOGRID_HD inline LatticeSums<T> no_sums(T none) {
+  return {none, none, none, none, none, none};
+}
+
 /// What velocity noise leaves of a moving velocity's mass, and gives it.
 template <class T>
 STEREOGRID_HD inline T disturbed(T kept_moving, T mass, T gained) {
