@@ -77,6 +77,7 @@ TEST_F(Bags, ImagesThatCannotBeAreLeftOut) {
   const std::pair<std::function<void(messages::sensor_msgs::Image&)>, const char*> ways[]{
       {[](auto& image) { image.data.resize(100); }, "160×100 px, 162 bytes a row, but has 100 bytes"},
       {[](auto& image) { image.step = 10; }, "10 bytes a row"},
+      {[](auto& image) { image.encoding = "mono16", image.width = 80, image.step = 161; }, "161 bytes a row hold no"},
       {[](auto& image) { image.width = 4'000'000'000; }, "4000000000×100 px"},
       {[](auto& image) { image.height = 0; }, "160×0 px"},
       {[](auto& image) { image.encoding = "yuv422"; }, "the encoding \"yuv422\" is not read"},

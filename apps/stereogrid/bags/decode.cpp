@@ -56,6 +56,10 @@ const Encoding& encoding_of(const sensor_msgs::Image& message, const std::string
 /// The message's own memory; checked to be as large as it says.
 cv::Mat pixels_of(sensor_msgs::Image& message, int type, const std::string& name) {
   constexpr std::uint32_t largest_side_px{32768};
+  if (message.step % CV_ELEM_SIZE1(type) != 0) {
+    throw InputError{name, fmt::format("{} bytes a row hold no whole number of 16 bit samples.", message.step),
+                     "Its driver should write a step of twice the width, or more by an even number."};
+  }
   const std::uint64_t row_bytes{std::uint64_t{message.width} * CV_ELEM_SIZE(type)};
   const bool fits{message.width > 0 && message.height > 0 && message.width <= largest_side_px &&
                   message.height <= largest_side_px && message.step >= row_bytes &&
