@@ -2,17 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "images/patch.hpp"
 
-#include <algorithm>
 #include <cmath>
+
+#include "images/patch_formulas.hpp"
 
 namespace stereogrid {
 namespace {
 
-constexpr float step_max_px{0.7f};
-constexpr double misfit_max{0.2};
-
-// A sum for each column side by side, so that the compiler may use vectors and need not wait for the sum before: it
-// must not reorder a single one.
+// The sums of the columns first, then of their halves: as vectors of any length do.
 template <class Term>
 float sum_of(const Term& term) {
   std::array<float, patch_columns> sums{};
@@ -68,6 +65,16 @@ double explained(double variance, double covariance, double other) {
 
 }  // namespace
 
+double information_u(const Template& patch) {
+  return explained(patch.uu, patch.uv, patch.vv);
+}
+
+double information_v(const Template& patch) {
+  return explained(patch.vv, patch.uv, patch.uu);
+}
+
+namespace plain {
+
 bool cut(View<const std::uint8_t> image, Place place, float shear, Template& patch) {
   constexpr std::ptrdiff_t wide{patch_columns + 2};
   float grey[wide * (patch_rows + 2)];
@@ -89,16 +96,7 @@ bool cut(View<const std::uint8_t> image, Place place, float shear, Template& pat
   return true;
 }
 
-double information_u(const Template& patch) {
-  return explained(patch.uu, patch.uv, patch.vv);
-}
-
-double information_v(const Template& patch) {
-  return explained(patch.vv, patch.uv, patch.uu);
-}
-
 std::optional<Place> find(View<const std::uint8_t> image, const Template& patch, float shear, Place start, int steps) {
-  const double determinant{patch.uu * patch.vv - patch.uv * patch.uv};
   Place place{start};
   Patch difference;
   for (int step{0};; ++step) {
@@ -106,14 +104,14 @@ std::optional<Place> find(View<const std::uint8_t> image, const Template& patch,
     for (std::size_t k{0}; k < patch_pixels; ++k) difference[k] = patch.grey[k] - difference[k];
     remove_mean(difference);
     if (step == steps) break;
-    const double along_u{product(patch.gradient_u, difference)};
-    const double along_v{product(patch.gradient_v, difference)};
-    const auto limited = [](double move) { return std::clamp(static_cast<float>(move), -step_max_px, step_max_px); };
-    place.u += limited((patch.vv * along_u - patch.uv * along_v) / determinant);
-    place.v += limited((patch.uu * along_v - patch.uv * along_u) / determinant);
+    const Place move{step_of(patch, product(patch.gradient_u, difference), product(patch.gradient_v, difference))};
+    place = {place.u + move.u, place.v + move.v};
+    if (is_short(move)) break;
   }
-  if (product(difference, difference) > misfit_max * patch.variance) return std::nullopt;
+  if (!fits(patch, product(difference, difference))) return std::nullopt;
   return place;
 }
+
+}  // namespace plain
 
 }  // namespace stereogrid

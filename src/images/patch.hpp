@@ -47,9 +47,16 @@ double information_u(const Template& patch);
 double information_v(const Template& patch);
 
 /// Where the patch lies in another image (Lucas and Kanade 1981, inverse compositional, Gauss-Newton; by at most 0.7 px
-/// a step). None where it wanders out of the image or does not fit in the end: more than a fifth of its variance is
-/// left.
+/// a step, until a step is short). None where it wanders out of the image or does not fit in the end: more than a fifth
+/// of its variance is left.
 std::optional<Place> find(View<const std::uint8_t> image, const Template& patch, float shear, Place start,
                           int steps = 3);
+
+/// The same in plain loops: the definition.
+namespace plain {
+bool cut(View<const std::uint8_t> image, Place place, float shear, Template& patch);
+std::optional<Place> find(View<const std::uint8_t> image, const Template& patch, float shear, Place start,
+                          int steps = 3);
+}  // namespace plain
 
 }  // namespace stereogrid

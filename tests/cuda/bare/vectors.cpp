@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stands in for the few functions of the vector code that the reference back end or its memory calls.
+// Stands in for the few functions of the vector code that the host, the reference back end or its memory call.
 #include <algorithm>
 #include <cmath>
 
+#include "images/patch.hpp"
 #include "matching/correlation/correlate_simd.hpp"
 #include "matching/decide_simd.hpp"
 #include "matching/surfaces_simd.hpp"
@@ -31,6 +32,13 @@ void flag_surfaces(const float* obstacle, const float* road, const float* above,
         static_cast<std::uint8_t>((here != 0 ? is_measured : 0) | (continues(labelled[u - 1]) ? continues_left : 0) |
                                   (continues(above[u]) ? continues_above : 0));
   }
+}
+
+bool cut(View<const std::uint8_t> image, Place place, float shear, Template& patch) {
+  return plain::cut(image, place, shear, patch);
+}
+std::optional<Place> find(View<const std::uint8_t> image, const Template& patch, float shear, Place start, int steps) {
+  return plain::find(image, patch, shear, start, steps);
 }
 
 }  // namespace stereogrid

@@ -1,0 +1,245 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+// Compiled once per instruction set; Highway picks one at run time. Vectors run along the rows of a patch; what is
+// summed is summed by columns first, so results do not depend on how long vectors are: they are those of patch.cpp.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "images/patch_simd.cpp"  // NOLINT
+#include "hwy/foreach_target.h"                     // IWYU pragma: keep
+// after foreach_target
+#include "hwy/highway.h"
+#include "images/patch_formulas.hpp"
+
+#include <cmath>
+
+HWY_BEFORE_NAMESPACE();
+namespace stereogrid {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Columns = hn::CappedTag<float, patch_columns>;
+using V = hn::Vec<Columns>;
+constexpr std::size_t lanes{hn::MaxLanes(Columns{})};
+constexpr std::size_t parts{patch_columns / lanes};
+
+/// A row of a patch.
+struct Row {
+  V part[parts];
+
+  HWY_INLINE static Row load(const float* values) {
+    return of([values](std::size_t p) HWY_ATTR { return hn::LoadU(Columns{}, values + p * lanes); });
+  }
+  HWY_INLINE static Row load(const std::uint8_t* bytes) {
+    return of([bytes](std::size_t p) HWY_ATTR {
+      const hn::Rebind<std::int32_t, Columns> d32;
+      const hn::Rebind<std::uint8_t, Columns> d8;
+      return hn::ConvertTo(Columns{}, hn::PromoteTo(d32, hn::LoadU(d8, bytes + p * lanes)));
+    });
+  }
+  HWY_INLINE static Row all(float value) {
+    return of([value](std::size_t) HWY_ATTR { return hn::Set(Columns{}, value); });
+  }
+  HWY_INLINE void store(float* values) const {
+    for (std::size_t p{0}; p < parts; ++p) hn::StoreU(part[p], Columns{}, values + p * lanes);
+  }
+
+  friend HWY_INLINE Row operator+(const Row& a, const Row& b) {
+    return of([&](std::size_t p) HWY_ATTR { return hn::Add(a.part[p], b.part[p]); });
+  }
+  friend HWY_INLINE Row operator-(const Row& a, const Row& b) {
+    return of([&](std::size_t p) HWY_ATTR { return hn::Sub(a.part[p], b.part[p]); });
+  }
+  friend HWY_INLINE Row operator*(const Row& a, const Row& b) {
+    return of([&](std::size_t p) HWY_ATTR { return hn::Mul(a.part[p], b.part[p]); });
+  }
+
+ private:
+  template <class Make>
+  HWY_INLINE static Row of(const Make& make) {
+    Row row;
+    for (std::size_t p{0}; p < parts; ++p) row.part[p] = make(p);
+    return row;
+  }
+};
+
+// The second half is added to the first one, again and again.
+#if HWY_TARGET == HWY_SCALAR
+HWY_INLINE float sum_of_lanes(Columns, V value) {
+  return hn::GetLane(value);
+}
+#else
+template <class D>
+HWY_INLINE float sum_of_lanes(D d, hn::Vec<D> values) {
+  if constexpr (hn::MaxLanes(d) == 1) {
+    return hn::GetLane(values);
+  } else {
+    const hn::Half<D> half;
+    return sum_of_lanes(half, hn::Add(hn::LowerHalf(half, values), hn::UpperHalf(half, values)));
+  }
+}
+#endif
+HWY_INLINE float sum_of(Row row) {
+  for (std::size_t half{parts / 2}; half > 0; half /= 2) {
+    for (std::size_t p{0}; p < half; ++p) row.part[p] = hn::Add(row.part[p], row.part[p + half]);
+  }
+  return sum_of_lanes(Columns{}, row.part[0]);
+}
+
+// Grey levels `fu` of the way from the pixels of a row to the next ones.
+HWY_INLINE Row between_columns(const std::uint8_t* row, float fu) {
+  const Row grey{Row::load(row)};
+  return grey + Row::all(fu) * (Row::load(row + (fu > 0 ? 1 : 0)) - grey);
+}
+
+// Grey levels under a patch with `border` more pixels around it, between the pixels: take(row, column, values) of each
+// row, of a border twice, as a row then has more columns than a patch. False where it is not inside.
+template <int border, class Take>
+HWY_INLINE bool sample(View<const std::uint8_t> image, Place place, float shear, const Take& take) {
+  constexpr int reach_u{patch_reach_u + border};
+  constexpr int reach_v{patch_reach_v + border};
+  const float top{std::floor(place.v)};
+  const float fv{place.v - top};
+  const std::ptrdiff_t next_row{fv > 0 ? image.pitch : 0};
+  if (!(top - reach_v >= 0 && top + reach_v + (fv > 0 ? 1 : 0) < static_cast<float>(image.height))) return false;
+  Row above[border + 1];
+  for (Row& row : above) row = Row::all(0);
+  for (int j{-reach_v}; j <= reach_v; ++j) {
+    const float column{place.u - shear * static_cast<float>(j)};
+    const float first{std::floor(column)};
+    const float fu{column - first};
+    const float next{fu > 0 ? 1.0f : 0.0f};
+    if (!(first - reach_u >= 0 && first + reach_u - 1 + next < static_cast<float>(image.width))) return false;
+    const std::uint8_t* row{image.row(static_cast<int>(top) + j) + static_cast<int>(first) - reach_u};
+    // what the row before had below itself, this one has above, if both begin at the same column
+    const bool is_known{j > -reach_v && next_row != 0 && shear == 0};
+    for (int side{0}; side <= border; ++side, row += 2 * border) {
+      if (!is_known) above[side] = between_columns(row, fu);
+      const Row below{next_row != 0 ? between_columns(row + next_row, fu) : above[side]};
+      take(static_cast<std::size_t>(j + reach_v), static_cast<std::size_t>(2 * border * side),
+           above[side] + Row::all(fv) * (below - above[side]));
+      above[side] = below;
+    }
+  }
+  return true;
+}
+
+/// Greys with a pixel around them, by rows.
+constexpr std::size_t wide{patch_columns + 2};
+using WidePatch = std::array<float, wide*(patch_rows + 2)>;
+
+// Gradients along the columns of the other image; the sums of each.
+void take_gradients(const WidePatch& grey, float shear, Template& patch, Row (&sums)[3]) {
+  for (std::size_t j{0}; j < patch_rows; ++j) {
+    const float* row{&grey[(j + 1) * wide + 1]};
+    const Row here{Row::load(row)};
+    const Row along_u{Row::all(0.5f) * (Row::load(row + 1) - Row::load(row - 1))};
+    const Row along_v{Row::all(0.5f) * (Row::load(row + wide) - Row::load(row - wide)) + Row::all(shear) * along_u};
+    here.store(&patch.grey[j * patch_columns]);
+    along_u.store(&patch.gradient_u[j * patch_columns]);
+    along_v.store(&patch.gradient_v[j * patch_columns]);
+    sums[0] = sums[0] + here;
+    sums[1] = sums[1] + along_u;
+    sums[2] = sums[2] + along_v;
+  }
+}
+
+bool Cut(View<const std::uint8_t> image, Place place, float shear, Template& patch) {
+  WidePatch grey;
+  const auto keep = [&grey](std::size_t row, std::size_t column, const Row& values)
+                        HWY_ATTR { values.store(&grey[row * wide + column]); };
+  if (!sample<1>(image, place, 0, keep)) return false;
+  Row sums[3]{Row::all(0), Row::all(0), Row::all(0)};
+  take_gradients(grey, shear, patch, sums);
+  const Row mean{Row::all(sum_of(sums[0]) / patch_pixels)};
+  const Row mean_u{Row::all(sum_of(sums[1]) / patch_pixels)};
+  const Row mean_v{Row::all(sum_of(sums[2]) / patch_pixels)};
+  Row uu{Row::all(0)};
+  Row uv{uu};
+  Row vv{uu};
+  Row squares{uu};
+  for (std::size_t k{0}; k < patch_pixels; k += patch_columns) {
+    const Row here{Row::load(&patch.grey[k]) - mean};
+    const Row along_u{Row::load(&patch.gradient_u[k]) - mean_u};
+    const Row along_v{Row::load(&patch.gradient_v[k]) - mean_v};
+    here.store(&patch.grey[k]);
+    along_u.store(&patch.gradient_u[k]);
+    along_v.store(&patch.gradient_v[k]);
+    uu = uu + along_u * along_u;
+    uv = uv + along_u * along_v;
+    vv = vv + along_v * along_v;
+    squares = squares + here * here;
+  }
+  patch.uu = sum_of(uu);
+  patch.uv = sum_of(uv);
+  patch.vv = sum_of(vv);
+  patch.variance = sum_of(squares);
+  return true;
+}
+
+/// What is left of a patch somewhere, but for its mean.
+struct Misfit {
+  Patch difference;
+  float mean;
+
+  HWY_INLINE bool look(View<const std::uint8_t> image, const Template& patch, float shear, Place place) {
+    Row sums{Row::all(0)};
+    const auto subtract = [&](std::size_t row, std::size_t, const Row& values) HWY_ATTR {
+      const Row here{Row::load(&patch.grey[row * patch_columns]) - values};
+      here.store(&difference[row * patch_columns]);
+      sums = sums + here;
+    };
+    if (!sample<0>(image, place, shear, subtract)) return false;
+    mean = sum_of(sums) / patch_pixels;
+    return true;
+  }
+  HWY_INLINE Row row(std::size_t k) const { return Row::load(&difference[k]) - Row::all(mean); }
+  HWY_INLINE float squares() const {
+    Row sums{Row::all(0)};
+    for (std::size_t k{0}; k < patch_pixels; k += patch_columns) sums = sums + row(k) * row(k);
+    return sum_of(sums);
+  }
+};
+
+bool Find(View<const std::uint8_t> image, const Template& patch, float shear, int steps, Place& place) {
+  Misfit misfit;
+  for (int step{0};; ++step) {
+    if (!misfit.look(image, patch, shear, place)) return false;
+    if (step == steps) break;
+    Row along_u{Row::all(0)};
+    Row along_v{along_u};
+    for (std::size_t k{0}; k < patch_pixels; k += patch_columns) {
+      const Row here{misfit.row(k)};
+      along_u = along_u + Row::load(&patch.gradient_u[k]) * here;
+      along_v = along_v + Row::load(&patch.gradient_v[k]) * here;
+    }
+    const Place move{step_of(patch, sum_of(along_u), sum_of(along_v))};
+    place = {place.u + move.u, place.v + move.v};
+    if (is_short(move)) break;
+  }
+  return fits(patch, misfit.squares());
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace stereogrid
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace stereogrid {
+
+HWY_EXPORT(Cut);
+HWY_EXPORT(Find);
+
+bool cut(View<const std::uint8_t> image, Place place, float shear, Template& patch) {
+  return HWY_DYNAMIC_DISPATCH(Cut)(image, place, shear, patch);
+}
+
+std::optional<Place> find(View<const std::uint8_t> image, const Template& patch, float shear, Place start, int steps) {
+  Place place{start};
+  if (!HWY_DYNAMIC_DISPATCH(Find)(image, patch, shear, steps, place)) return std::nullopt;
+  return place;
+}
+
+}  // namespace stereogrid
+#endif
