@@ -35,36 +35,56 @@ void blend(const float* first, const float* second, float share, int width, floa
   });
 }
 
-// How rows of the state before are read: with the noise of velocity k, `border` outside the window.
+/// P(v) and P(occupied, v) of a row's cells.
+struct Pair {
+  float* velocity;
+  float* occupied;
+
+  [[nodiscard]] Pair next() const { return {velocity + 1, occupied + 1}; }
+};
+
+struct PairBuffer {
+  RowBuffer velocity;
+  RowBuffer occupied;
+
+  [[nodiscard]] Pair pair() { return {velocity.cells, occupied.cells}; }
+};
+
+void blend(Pair first, Pair second, float share, int width, Pair out) {
+  blend(first.velocity, second.velocity, share, width, out.velocity);
+  blend(first.occupied, second.occupied, share, width, out.occupied);
+}
+
+// How rows of the state before are read: with the noise of velocity k, and the prior outside the window.
 class Source {
  public:
-  Source(const LatticeTile& tile, std::size_t k, float border)
-      : tile_{tile}, k_{k}, border_{border}, from_{tile.after.space.from[k]} {}
+  Source(const LatticeTile& tile, std::size_t k)
+      : tile_{tile},
+        k_{k},
+        border_{prior_of(tile.step, static_cast<int>(k))},
+        occupied_border_{border_ * still_occupied(tile.step, 0.5f)},
+        from_{tile.after.space.from[k]} {}
 
   [[nodiscard]] const Antecedents& from() const { return from_; }
 
   // out[i] = column x_begin + ix + i of row y + iy, for i < count
-  void fetch(int y, int count, float* out) const {
+  void fetch(int y, int count, Pair out) const {
     const FilterSpace& space{tile_.after.space};
-    if (static_cast<int>(k_) == tile_.step.standstill()) return copy(space.standing, y, count, border_, out);
     const auto [row, begin, end] = span(y, count);
-    const float* mass{tile_.before.velocity[k_].row(row) + first()};
-    const float* gained{space.gained.row(row) + first()};
-    std::fill(out, out + begin, border_);
-    for_shrinking_vectors(Float{}, begin, end, [&](auto d, int x) {
-      const auto kept = hn::Set(d, tile_.step.kept_moving);
-      hn::StoreU(disturbed(kept, hn::LoadU(d, mass + x), hn::LoadU(d, gained + x)), d, out + x);
-    });
-    std::fill(out + end, out + count, border_);
-  }
-
-  // likewise from an image as it is
-  void copy(const Image<float>& image, int y, int count, float border, float* out) const {
-    const auto [row, begin, end] = span(y, count);
-    const float* cells{image.row(row) + first()};
-    std::fill(out, out + begin, border);
-    std::copy(cells + begin, cells + end, out + begin);
-    std::fill(out + end, out + count, border);
+    const float* still{space.still_occupied.row(row) + first()};
+    fill(0, begin, out);
+    if (static_cast<int>(k_) == tile_.step.standstill()) {
+      const float* standing{space.standing.row(row) + first()};
+      take(begin, end, still, out, [&](auto d, int x) { return hn::LoadU(d, standing + x); });
+    } else {
+      const float* mass{tile_.before.velocity[k_].row(row) + first()};
+      const float* gained{space.gained.row(row) + first()};
+      take(begin, end, still, out, [&](auto d, int x) {
+        const auto kept = hn::Set(d, tile_.step.kept_moving);
+        return disturbed(kept, hn::LoadU(d, mass + x), hn::LoadU(d, gained + x));
+      });
+    }
+    fill(end, count, out);
   }
 
  private:
@@ -83,33 +103,50 @@ class Source {
     return {row, begin, std::clamp(cells - first(), begin, count)};
   }
 
+  void fill(int begin, int end, Pair out) const {
+    std::fill(out.velocity + begin, out.velocity + end, border_);
+    std::fill(out.occupied + begin, out.occupied + end, occupied_border_);
+  }
+  template <class Velocity>
+  HWY_INLINE static void take(int begin, int end, const float* still, Pair out, const Velocity& velocity) {
+    for_shrinking_vectors(Float{}, begin, end, [&](auto d, int x) {
+      const auto mass = velocity(d, x);
+      hn::StoreU(mass, d, out.velocity + x);
+      hn::StoreU(hn::Mul(mass, hn::LoadU(d, still + x)), d, out.occupied + x);
+    });
+  }
+
   const LatticeTile& tile_;
   std::size_t k_;
   float border_;
+  float occupied_border_;
   Antecedents from_;
 };
 
-// out(y) for the tile's rows: between the antecedents along x and y of what `fetch(y, count, out)` reads.
-template <class Fetch, class Out>
-HWY_INLINE void gather_rows(const LatticeTile& tile, const Antecedents& from, const Fetch& fetch, const Out& out) {
-  RowBuffer raw;
-  RowBuffer rows[2];
-  float* here{rows[0].cells};
-  float* next{rows[1].cells};
+// P(v_k) into after.velocity and P(occupied, v_k) into `occupied`, both predicted: what lies between the antecedents
+// along x and y.
+void gather(const LatticeTile& tile, std::size_t k, RowBuffer* occupied) {
+  const Source source{tile, k};
+  const auto [ix, iy, fx, fy] = source.from();
+  PairBuffer raw;
+  PairBuffer rows[2];
+  Pair here{rows[0].pair()};
+  Pair next{rows[1].pair()};
   const int columns{tile.columns()};
-  const auto along_x = [&](int y, float* to) {
-    if (from.fx == 0) return fetch(y, columns, to);
-    fetch(y, columns + 1, raw.cells);
-    blend(raw.cells, raw.cells + 1, from.fx, columns, to);
+  const auto along_x = [&, fx = fx](int y, Pair to) {
+    if (fx == 0) return source.fetch(y, columns, to);
+    source.fetch(y, columns + 1, raw.pair());
+    blend(raw.pair(), raw.pair().next(), fx, columns, to);
   };
-  if (from.fy != 0) along_x(tile.y_begin, here);
+  if (fy != 0) along_x(tile.y_begin, here);
   for (int y{tile.y_begin}; y < tile.y_end; ++y) {
-    if (from.fy == 0) {
-      along_x(y, out(y));
+    const Pair out{tile.after.velocity[k].row(y) + tile.x_begin, occupied[y - tile.y_begin].cells};
+    if (fy == 0) {
+      along_x(y, out);
       continue;
     }
     along_x(y + 1, next);
-    blend(here, next, from.fy, columns, out(y));
+    blend(here, next, fy, columns, out);
     std::swap(here, next);
   }
 }
@@ -155,23 +192,6 @@ void keep_standing(const float* occupied, int columns, TayRow& row) {
   for (int x{0}; x < columns; ++x) row.standing[x] = row.likelihood_occupied[x] * occupied[x];
 }
 
-// P(v_k) into after.velocity and P(occupied, v_k) into `occupied`, both predicted.
-void gather_tay(const LatticeTile& tile, std::size_t k, RowBuffer* occupied) {
-  const Source source{tile, k, prior_of(tile.step, static_cast<int>(k))};
-  const float still_unknown{still_occupied(tile.step, 0.5f)};
-  const auto fetch = [&](int y, int count, float* out) { source.fetch(y, count, out); };
-  gather_rows(tile, source.from(), fetch, [&](int y) { return tile.after.velocity[k].row(y) + tile.x_begin; });
-  const auto fetch_occupied = [&](int y, int count, float* out) {
-    RowBuffer still;
-    source.fetch(y, count, out);
-    source.copy(tile.after.space.still_occupied, y, count, still_unknown, still.cells);
-    for_shrinking_vectors(Float{}, 0, count, [&](auto d, int i) {
-      hn::StoreU(hn::Mul(hn::LoadU(d, out + i), hn::LoadU(d, still.cells + i)), d, out + i);
-    });
-  };
-  gather_rows(tile, source.from(), fetch_occupied, [&](int y) { return occupied[y - tile.y_begin].cells; });
-}
-
 void PredictTay(const LatticeTile& tile, TayRow* rows) {
   const int count{tile.y_end - tile.y_begin};
   RowBuffer occupied[tile_rows];
@@ -184,7 +204,7 @@ void PredictTay(const LatticeTile& tile, TayRow* rows) {
   for (const float vy_mps : tile.tables.axis_mps) {
     std::fill(of_row, of_row + count, RowOfLattice{});
     for (const float vx_mps : tile.tables.axis_mps) {
-      gather_tay(tile, k, occupied);
+      gather(tile, k, occupied);
       for (int i{0}; i < count; ++i) {
         float* velocity{tile.after.velocity[k].row(tile.y_begin + i) + tile.x_begin};
         update_tay(tile, vx_mps, occupied[i].cells, velocity, rows[i], of_row[i]);
