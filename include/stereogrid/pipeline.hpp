@@ -58,7 +58,8 @@ struct MemoryUse {
 /// Stereo frames in, occupancy grids out (T-ITS 2012, with the Bayesian Occupancy Filter and obstacle tracks behind
 /// it).
 ///
-/// Not thread-safe: one pipeline serves one camera, one frame after the other. One that has been moved from can only be
+/// Not thread-safe: one pipeline serves one camera, one frame after the other, in the caller's thread (process) or in
+/// one of its own (submit and collect). One that has been moved from can only be
 /// assigned to or destroyed; its methods throw std::logic_error.
 class STEREOGRID_EXPORT Pipeline {
  public:
@@ -91,6 +92,19 @@ class STEREOGRID_EXPORT Pipeline {
   /// another one between frames. Its memory is used again; nothing is allocated where it comes from this pipeline.
   /// After an InputError it is as it was, after a DeviceError undefined.
   void process(const StereoFrame& frame, FrameResult& into);
+
+  /// Gives the next frame to a thread of the pipeline, which does with it what process() does, and returns at once: the
+  /// caller can load or rectify another one meanwhile. At most `in_flight_max` frames may be under way, each to be
+  /// collected in turn; until all are, std::logic_error meets every other call but those of what never changes:
+  /// config(), vehicle_grid(), back_end(), why_not_cuda(). Throws std::logic_error where collect() is due first, and
+  /// what std::thread does where no thread can be had.
+  void submit(StereoFrame frame);
+  /// Waits for the oldest of the submitted frames and returns its result, or throws what process() would have. The
+  /// result is the pipeline's own and changes with the next call. Throws std::logic_error where no frame is under way.
+  const FrameResult& collect();
+  static constexpr int in_flight_max{2};
+  /// Frames that have been submitted and not collected.
+  [[nodiscard]] int in_flight() const;
 
   /// The next frame is a first one, whatever its stamp: filter, tracks, followed points, ground and row offsets begin
   /// as at construction, but for a mounting that has been found. The world goes on: ids of obstacles are not used
@@ -130,6 +144,8 @@ class STEREOGRID_EXPORT Pipeline {
   struct STEREOGRID_HIDDEN Implementation;
   /// Throws std::logic_error: moved from.
   [[nodiscard]] STEREOGRID_HIDDEN Implementation& implementation() const;
+  /// Throws std::logic_error, too, where frames are in flight.
+  [[nodiscard]] STEREOGRID_HIDDEN Implementation& at_rest() const;
   std::unique_ptr<Implementation> implementation_;
 };
 

@@ -22,6 +22,7 @@
 #include "pipeline/cuda_library.hpp"
 #include "pipeline/frame_clock.hpp"
 #include "pipeline/frame_processor.hpp"
+#include "pipeline/frames_in_flight.hpp"
 #include "pipeline/mounting.hpp"
 #include "pipeline/results.hpp"
 #include "pipeline/saved_state.hpp"
@@ -258,7 +259,10 @@ struct Pipeline::Implementation {
   GridGeometry window;  // where it lay in the last frame
   FrameClock clock{config.motion.gap_max_s};
   EgoMotion ego_motion{config.motion, options.in_world_of_poses};
+  std::optional<FramesInFlight> in_flight;  // from the first submit() on; last, as its thread works with all the rest
 };
+
+static_assert(Pipeline::in_flight_max == FramesInFlight::frames_max);
 
 Pipeline::Pipeline(const Config& config, const Rig& rig, const PipelineOptions& options) {
   check(config, rig, options);
@@ -273,18 +277,42 @@ Pipeline::Implementation& Pipeline::implementation() const {
   return *implementation_;
 }
 
+Pipeline::Implementation& Pipeline::at_rest() const {
+  if (in_flight() > 0) throw std::logic_error{"Frames are in flight: collect() them first."};
+  return implementation();
+}
+
 const FrameResult& Pipeline::process(const StereoFrame& frame) {
-  Implementation& self{implementation()};
+  Implementation& self{at_rest()};
   self.process(frame, self.result);
   return self.result;
 }
 
 void Pipeline::process(const StereoFrame& frame, FrameResult& into) {
-  implementation().process(frame, into);
+  at_rest().process(frame, into);
+}
+
+void Pipeline::submit(StereoFrame frame) {
+  Implementation& self{implementation()};
+  if (in_flight() == in_flight_max) throw std::logic_error{"Two frames are in flight: collect() is due."};
+  if (!self.in_flight) {
+    self.in_flight.emplace([&self](const StereoFrame& one, FrameResult& into) { self.process(one, into); });
+  }
+  self.in_flight->submit(std::move(frame));
+}
+
+const FrameResult& Pipeline::collect() {
+  if (in_flight() == 0) throw std::logic_error{"No frame is in flight: submit() one first."};
+  return implementation().in_flight->collect();
+}
+
+int Pipeline::in_flight() const {
+  const Implementation& self{implementation()};
+  return self.in_flight ? static_cast<int>(self.in_flight->size()) : 0;
 }
 
 void Pipeline::reset() {
-  Implementation& self{implementation()};
+  Implementation& self{at_rest()};
   self.clock.reset();
   self.forget();
 }
@@ -293,25 +321,26 @@ const Config& Pipeline::config() const {
   return implementation().config;
 }
 const Rig& Pipeline::rig() const {
-  return implementation().rig;
+  return at_rest().rig;
 }
 const Rig& Pipeline::level_rig() const {
-  return implementation().levelling.level_rig();
+  return at_rest().levelling.level_rig();
 }
 GridGeometry Pipeline::vehicle_grid() const {
   return vehicle_grid_of(implementation().config.grid);
 }
 GridGeometry Pipeline::world_grid() const {
-  return implementation().window;
+  return at_rest().window;
 }
 int Pipeline::threads() const {
-  return implementation().processor->stages().threads();
+  return at_rest().processor->stages().threads();
 }
 MemoryUse Pipeline::memory_use() const {
-  const Implementation& self{implementation()};
+  const Implementation& self{at_rest()};
   MemoryUse use{self.processor->memory_use()};
   use.host_bytes += sizeof self + held_bytes_of(self.options.mask, self.result, self.unwanted_stages, self.level_left,
                                                 self.level_right, self.level_disparity);
+  if (self.in_flight) use.host_bytes += self.in_flight->held_bytes();
   return use;
 }
 BackEnd Pipeline::back_end() const {
@@ -321,13 +350,13 @@ const std::string& Pipeline::why_not_cuda() const {
   return implementation().why_not_cuda;
 }
 std::vector<std::byte> Pipeline::save_state() const {
-  Implementation& self{implementation()};
+  Implementation& self{at_rest()};
   StateWriter state;
   state(self);
   return sealed(state.bytes(), settings_of(self.config, self.calibrated_rig, self.options));
 }
 void Pipeline::load_state(std::span<const std::byte> saved) {
-  Implementation& self{implementation()};
+  Implementation& self{at_rest()};
   StateReader state{unsealed(saved, settings_of(self.config, self.calibrated_rig, self.options))};
   state(self);
   if (state.fits()) return;
