@@ -1,0 +1,242 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "backend/cpu.hpp"
+#include "ground/mounting_search.hpp"
+#include "images/levelling.hpp"
+#include "motion/ego_motion.hpp"
+#include "pipeline/checks.hpp"
+#include "pipeline/cuda_library.hpp"
+#include "pipeline/frame_clock.hpp"
+#include "pipeline/frame_processor.hpp"
+#include "pipeline/frames_in_flight.hpp"
+#include "pipeline/mounting.hpp"
+#include "pipeline/results.hpp"
+#include "pipeline/saved_state.hpp"
+#include "pipeline/stopwatch.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid {
+
+/// With every "automatic" value.
+inline Config resolved(Config config, const Rig& rig) {
+  if (config.matching.disparities == 0) {
+    constexpr int disparities_min{64};
+    constexpr int disparities_step{16};
+    const int tenth{(rig.width_px / 10 + disparities_step - 1) / disparities_step * disparities_step};
+    config.matching.disparities = std::clamp(std::max(tenth, config.matching.min_disparity + 2), disparities_min, 256);
+  }
+  return config;
+}
+
+/// What lies behind a Pipeline: what its frames need besides the stages, and how a frame goes to them.
+struct Pipeline::Implementation {
+  Implementation(const Config& parameters, const Rig& given_rig, const PipelineOptions& asked)
+      : config{resolved(parameters, given_rig)},
+        calibrated_rig{given_rig},
+        rig{given_rig},
+        options{asked},
+        levelling{rig},
+        cpu{options.threads},
+        processor{make_processor()} {
+    make_level_images();
+    make_room(config.grid, options.horizons_s, result);
+    make_room(config, levelling.level_rig(), options.stages ? result.stages : unwanted_stages);
+    window = result.world.geometry;
+    ego_motion.start_at(options.start);
+  }
+
+  void make_level_images() {
+    const Rig& level_rig{levelling.level_rig()};
+    level_left = level_right = Image<std::uint8_t>{level_rig.width_px, level_rig.height_px};
+    level_disparity = Image<float>{level_rig.width_px, level_rig.height_px};
+  }
+
+  std::unique_ptr<FrameProcessor> make_processor() {
+    const Rig& level_rig{levelling.level_rig()};
+    auto made{std::make_unique<FrameProcessor>(config, level_rig, start(),
+                                               rig.camera_pitch_rad - level_rig.camera_pitch_rad)};
+    made->stages().fetch_stages(options.stages);
+    made->take_mask(PixelMask{options.mask, LevelMapping{rig}});
+    if (!options.horizons_s.empty()) made->stages().make_room_for_predictions();
+    return made;
+  }
+
+  // As if this rig had been given; the world goes on. All stages are built anew.
+  void mount(const Rig& mounted) {
+    const Rig before{rig};
+    try {
+      rig = mounted;
+      levelling = Levelling{rig};
+      std::unique_ptr<FrameProcessor> made{make_processor()};
+      made->follow_on(*processor);
+      make_level_images();
+      processor = std::move(made);
+    } catch (...) {
+      rig = before;
+      levelling = Levelling{rig};
+      make_level_images();
+      throw;
+    }
+  }
+
+  void take_mounting(FrameResult& into) {
+    const std::optional<Ground> found{processor->found_mounting()};
+    if (!found) return;
+    const Rig& level_rig{levelling.level_rig()};
+    mount(as_written(mounted_as(rig, seen_from(*found, rig.camera_pitch_rad - level_rig.camera_pitch_rad))));
+    into.warnings.push_back(sentence_of_mounting(rig));
+  }
+
+  // Sets `back_end` where it was left open.
+  std::unique_ptr<Stages> start() {
+    const Rig& level_rig{levelling.level_rig()};
+    BackEnd& used{options.back_end};
+    if (used == BackEnd::reference) return reference_stages(config, level_rig);
+    if (used == BackEnd::cuda) return start_on_gpu();
+    if (used == BackEnd::automatic) {
+      try {
+        std::unique_ptr<Stages> on_gpu{start_on_gpu()};
+        used = BackEnd::cuda;
+        return on_gpu;
+      } catch (const DeviceError& error) {  // also: predictions, which only the CPU can make
+        why_not_cuda = error.what();
+        used = BackEnd::cpu;
+      }
+    }
+    return cpu_stages(config, level_rig, options.threads);
+  }
+
+  [[nodiscard]] std::unique_ptr<Stages> start_on_gpu() const {
+    if (!options.horizons_s.empty()) throw DeviceError{"Predictions are supported on the CPU only."};
+    return cuda_stages(config, levelling.level_rig(), options.device);
+  }
+
+  void check_frame(const StereoFrame& frame) const {
+    check(frame, rig);
+    if (clock.stands_still(frame.stamp_ns)) {
+      throw InputError{"frame " + frame.name, "its stamp is that of the frame before.",
+                       "Every frame needs a stamp of its own."};
+    }
+  }
+
+  // What is remembered is of another time.
+  void forget() {
+    ego_motion.restart();
+    processor->forget();
+  }
+
+  // Seconds since the frame before; 0: this is a first one.
+  double tick(const StereoFrame& frame, FrameResult& into) {
+    into.status.clear();
+    into.warnings.clear();
+    FrameClock::Tick tick{clock.tick(frame.stamp_ns)};
+    if (!tick.leap) return tick.dt_s;
+    forget();
+    into.status.push_back(*tick.leap);
+    into.warnings.push_back(std::move(tick.warning));
+    return 0;
+  }
+
+  // World is the vehicle frame of the first frame.
+  Pose2 place(const StereoFrame& frame, double dt_s, FrameResult& into) {
+    EgoMotion::Placing placing{ego_motion.place(frame.world_from_vehicle, dt_s)};
+    if (!placing.warning.empty()) into.warnings.push_back(std::move(placing.warning));
+    if (placing.status) into.status.push_back(*placing.status);
+    return placing.world_from_vehicle;
+  }
+
+  // What the stages take: level images.
+  LevelFrame input_of(const StereoFrame& frame, FrameResult& into) {
+    const double dt_s{tick(frame, into)};
+    const Pose2 before{ego_motion.world_from_vehicle()};
+    const Pose2 world_from_vehicle{place(frame, dt_s, into)};
+    const double travelled_m{dt_s > 0 && frame.world_from_vehicle
+                                 ? std::hypot(world_from_vehicle.x_m - before.x_m, world_from_vehicle.y_m - before.y_m)
+                                 : std::numeric_limits<double>::infinity()};
+    const CameraView view{world_from_vehicle, rig.centre_u_px / rig.focal_px,
+                          (rig.width_px - rig.centre_u_px) / rig.focal_px, rig.focal_px * rig.baseline_m * travelled_m};
+    if (!levelling.is_needed()) {
+      return {frame.left.view(),
+              frame.right.view(),
+              frame.disparity.view(),
+              world_from_vehicle,
+              dt_s,
+              frame.other_grids,
+              view};
+    }
+    levelling.apply(cpu, frame.left.view(), level_left.view());
+    if (!frame.right.empty()) levelling.apply(cpu, frame.right.view(), level_right.view());
+    if (!frame.disparity.empty()) levelling.apply(cpu, frame.disparity.view(), level_disparity.view());
+    return {level_left.view(),
+            level_right.view(),
+            frame.disparity.empty() ? View<const float>{} : level_disparity.view(),
+            world_from_vehicle,
+            dt_s,
+            frame.other_grids,
+            view};
+  }
+
+  template <class State>
+  void exchange(State& state) {
+    state(clock, ego_motion);
+    Rig mounted{rig};
+    state(mounted);
+    if constexpr (std::is_same_v<State, StateWriter>) {
+      processor->save(state);
+    } else {
+      const bool is_rig{problems(mounted).empty() && mounted_as(rig, mounting_of(mounted)) == mounted};
+      state.require(is_rig);
+      if (is_rig && mounted != rig) mount(mounted);
+      processor->load(state);
+    }
+  }
+
+  // The result's stages are the pipeline's own where nobody wants them: the stages work in them.
+  void process(const StereoFrame& frame, FrameResult& into) {
+    check_frame(frame);
+    Stopwatch watch;
+    make_room(config.grid, options.horizons_s, into);
+    if (!options.stages) into.stages = std::exchange(unwanted_stages, {});
+    make_room(config, levelling.level_rig(), into.stages);
+    const LevelFrame input{input_of(frame, into)};
+    processor->run(input, into);
+    if (!into.predictions.empty()) processor->stages().predict(input.world_from_vehicle, into);
+    if (!options.stages) unwanted_stages = std::exchange(into.stages, {});
+    into.world_from_vehicle = input.world_from_vehicle;
+    window = into.world.geometry;
+    take_mounting(into);
+    into.timing_ms.total = watch.lap();
+  }
+
+  Config config;
+  Rig calibrated_rig;
+  Rig rig;  // with the mounting that was found, if the calibration's did not fit
+  PipelineOptions options;
+  Levelling levelling;
+  Cpu cpu;
+  std::string why_not_cuda;
+  std::unique_ptr<FrameProcessor> processor;
+  Image<std::uint8_t> level_left;
+  Image<std::uint8_t> level_right;
+  Image<float> level_disparity;
+  FrameResult result;
+  StageImages unwanted_stages;
+  GridGeometry window;  // where it lay in the last frame
+  FrameClock clock{config.motion.gap_max_s};
+  EgoMotion ego_motion{config.motion, options.in_world_of_poses};
+  std::optional<FramesInFlight> in_flight;  // from the first submit() on; last, as its thread works with all the rest
+};
+
+}  // namespace stereogrid
