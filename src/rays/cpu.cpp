@@ -4,13 +4,13 @@
 
 #include <algorithm>
 
+#include "rays/project_simd.hpp"
 #include "rays/rays.hpp"
 
 namespace stereogrid {
 namespace {
 
 constexpr int rows_grain{8};
-constexpr int cells_at_once{64};
 
 // Columns begin … end − 1: the counts of each bin.
 void count_block(const Matches& matches, int begin, int end, const RaySpace& space, PackedRays* counts) {
@@ -40,37 +40,6 @@ void sum_block(int begin, int end, PackedRays* counts, RaySpace& space) {
   }
 }
 
-// Evidence of many cells at a time, which the compiler makes vectors of.
-class CellRow {
- public:
-  explicit CellRow(float* cells) : cells_{cells} {}
-
-  void add(int ix, const CellRays& rays) {
-    for (int i{0}; i < cell_rays; ++i) counts_[i][size_] = rays.count[i];
-    cell_[size_] = ix;
-    if (++size_ == cells_at_once) write();
-  }
-
-  void write() {
-    const RayWeights weights{};
-    float log_odds[cells_at_once]{};
-    for (int i{0}; i < cell_rays; ++i) {
-      for (int c{0}; c < cells_at_once; ++c) log_odds[c] += evidence_of(counts_[i][c], unit_of(i), weights.value[i]);
-    }
-    for (int c{0}; c < cells_at_once; ++c) {
-      log_odds[c] = probability_of(log_odds_of(counts_[arriving][c], log_odds[c]));
-    }
-    for (int c{0}; c < size_; ++c) cells_[cell_[c]] = log_odds[c];
-    size_ = 0;
-  }
-
- private:
-  float* cells_;
-  float counts_[cell_rays][cells_at_once]{};
-  int cell_[cells_at_once]{};
-  int size_{0};
-};
-
 }  // namespace
 
 void count_rays(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& ground, const UDisparityConfig& config,
@@ -98,20 +67,8 @@ void count_rays(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& 
 void project_rays(Cpu& cpu, const RaySpace& space, const BinGeometry& geometry, const GridInVehicle& grid,
                   View<float> cells) {
   const RaySums<Host> sums{space.sums.view()};
-  const int most_columns{columns_max(space.height)};
   cpu.for_ranges(cells.height, rows_grain, [&](int begin, int end) {
-    CellRays rays{};
-    for (int iy{begin}; iy < end; ++iy) {
-      CellRow row{cells.row(iy)};
-      for (int ix{0}; ix < cells.width; ++ix) {
-        if (find_rays(sums, most_columns, geometry, grid.centre(ix, iy), grid.grid.cell_size_m, rays)) {
-          row.add(ix, rays);
-        } else {
-          cells(ix, iy) = 0.5f;
-        }
-      }
-      row.write();
-    }
+    project_ray_rows(sums, columns_max(space.height), geometry, grid, begin, end, cells);
   });
 }
 

@@ -10,7 +10,9 @@
 
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
+#include "rays/project_simd.hpp"
 #include "support.hpp"
+#include "targets.hpp"
 
 namespace stereogrid::test {
 namespace {
@@ -162,6 +164,12 @@ TEST(Rays, MoreColumnsThanTheCountsHoldAreUnknown) {
   };
   EXPECT_LT(at_10_m(18), 0.1f);
   EXPECT_EQ(at_10_m(17), 0.5f);
+  const GridInVehicle one_cell{grid_in_vehicle({9.9, -0.1, 0.2, 1, 1}, {})};
+  for (const int most_columns : {17, 18}) {
+    Image<float> cells{1, 1};
+    project_ray_rows(sums, most_columns, BinGeometry{round_rig()}, one_cell, 0, 1, cells.view());
+    EXPECT_EQ(cells(0, 0), at_10_m(most_columns));
+  }
 }
 
 Matches random_matches(int width, int height, std::mt19937& generator) {
@@ -200,13 +208,18 @@ TEST(RaysEquality, CpuEqualsReference) {
     for (int frame{0}; frame < 2; ++frame) count_rays(cpu, matches, rig, ground, config, fast);
     count_rays(reference, matches, rig, ground, config, slow);
     ASSERT_EQ(slow.sums, fast.sums) << "round " << round;
-    const GridInVehicle where{grid_in_vehicle({uniform(generator, -5, 5), -4, 0.3, 30, 27},
+    const int columns{uniform_int(generator, 1, 150)};
+    const GridInVehicle where{grid_in_vehicle({uniform(generator, -5, 5), -4, 0.3, columns, 27},
                                               {uniform(generator, -3, 6), 1, uniform(generator, -3.1, 3.1)})};
-    Image<float> expected{30, 27};
-    Image<float> cells{30, 27, -7.0f};
+    Image<float> expected{columns, 27};
     project_rays(reference, slow, BinGeometry{rig}, where, expected.view());
-    project_rays(cpu, fast, BinGeometry{rig}, where, cells.view());
-    EXPECT_EQ(count_differences(expected, cells), 0) << "round " << round;
+    Image<float> cells;
+    for (const std::int64_t target : vector_targets()) {
+      const ForcedTarget forced{target};
+      cells = Image<float>{columns, 27, -7.0f};
+      project_rays(cpu, fast, BinGeometry{rig}, where, cells.view());
+      EXPECT_EQ(count_differences(expected, cells), 0) << "round " << round << " " << name_of_target(target);
+    }
     for (const float p : cells) ASSERT_TRUE(p >= 0.0009f && p <= 0.9991f) << p;
   }
 }

@@ -1,0 +1,247 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+// Compiled once per instruction set; Highway picks one at run time. Vectors run along the cells of a row; each goes
+// through the operations of find_rays in their order.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "rays/project_simd.cpp"  // NOLINT
+#include "hwy/foreach_target.h"                     // IWYU pragma: keep
+// after foreach_target
+#include "hwy/highway.h"
+#include "rays/project_simd.hpp"
+
+#include <algorithm>
+
+HWY_BEFORE_NAMESPACE();
+namespace stereogrid {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Reals = hn::CappedTag<double, 8>;
+using Floats = hn::Rebind<float, Reals>;
+using Ints = hn::Rebind<std::int32_t, Reals>;
+using Bits = hn::Rebind<std::uint32_t, Reals>;
+using Indices = hn::Rebind<std::int64_t, Reals>;
+using Packed = hn::Rebind<PackedRays, Reals>;
+using VReal = hn::Vec<Reals>;
+using VFloat = hn::Vec<Floats>;
+using VInt = hn::Vec<Ints>;
+using VPacked = hn::Vec<Packed>;
+using Mask = hn::Mask<Floats>;
+
+HWY_INLINE VReal reals(double value) {
+  return hn::Set(Reals{}, value);
+}
+HWY_INLINE VFloat floats(float value) {
+  return hn::Set(Floats{}, value);
+}
+HWY_INLINE VInt ints(int value) {
+  return hn::Set(Ints{}, value);
+}
+
+/// ColumnPart of each cell.
+struct Columns {
+  VInt begin;
+  VInt end;
+  VFloat share;
+
+  HWY_INLINE Columns(VInt from, VInt to)
+      : begin{from}, end{to}, share{hn::Div(floats(1), hn::ConvertTo(Floats{}, hn::Sub(to, from)))} {}
+};
+
+/// RaysAround of each cell.
+struct Around {
+  VPacked before;
+  VPacked behind;
+  VFloat part;
+
+  template <PackedRays kind>
+  HWY_INLINE static VFloat count_of(VPacked rays) {
+    constexpr int shift{kind == ending_ray ? 0 : (kind == ending_on_road ? ray_bits : 2 * ray_bits)};
+    static_assert(PackedRays{1} << shift == kind);
+    const auto low = hn::TruncateTo(Bits{}, hn::ShiftRight<shift>(rays));
+    const auto count = hn::And(low, hn::Set(Bits{}, (1U << ray_bits) - 1));
+    return hn::ConvertTo(Floats{}, hn::BitCast(Ints{}, count));
+  }
+  template <PackedRays kind>
+  [[nodiscard]] HWY_INLINE VFloat count() const {
+    const VFloat least{count_of<kind>(before)};
+    return hn::Add(least, hn::Mul(part, hn::Sub(count_of<kind>(behind), least)));
+  }
+};
+
+template <PackedRays kind>
+HWY_INLINE VFloat between(const Around& first, const Around& last, const Columns& columns) {
+  return hn::Mul(hn::Sub(last.template count<kind>(), first.template count<kind>()), columns.share);
+}
+
+/// Where cells lie in the image, and which of them do.
+struct Sight {
+  VFloat near_px;
+  VFloat far_px;
+  Columns columns;
+  Columns wide;
+  Mask is_seen;
+};
+
+/// Looks up cells of a grid, many at a time.
+class CellVectors {
+ public:
+  CellVectors(const RaySums<Host>& sums, int most_columns, const BinGeometry& geometry, const GridInVehicle& grid)
+      : sums_{sums}, most_columns_{most_columns}, geometry_{geometry}, grid_{grid} {}
+
+  // Of cells ix, ix + 1 … of row iy.
+  [[nodiscard]] HWY_INLINE Sight sight(int ix, int iy) const {
+    const double size_m{grid_.grid.cell_size_m};
+    const VReal at{hn::Add(hn::Iota(Reals{}, ix), reals(0.5))};
+    const VReal x{hn::Add(reals(grid_.grid.x_min_m), hn::Mul(at, reals(size_m)))};
+    const VReal y{reals(grid_.grid.y_min_m + (iy + 0.5) * size_m)};
+    const VReal c{reals(grid_.cos_yaw)};
+    const VReal s{reals(grid_.sin_yaw)};
+    const VReal ahead_m{hn::Sub(hn::Add(reals(grid_.x_m), hn::Mul(c, x)), hn::Mul(s, y))};
+    const VReal left_m{hn::Add(hn::Add(reals(grid_.y_m), hn::Mul(s, x)), hn::Mul(c, y))};
+    const VReal half{reals(size_m / 2)};
+    const VInt begin{border(ahead_m, hn::Add(left_m, half))};
+    const VInt right{border(ahead_m, hn::Sub(left_m, half))};
+    const VInt end{hn::IfThenElse(hn::Gt(right, begin), right, hn::Add(begin, ints(1)))};
+    const Columns columns{within(begin), within(end)};
+    const Columns wide{within(hn::Sub(begin, ints(columns_around))), within(hn::Add(end, ints(columns_around)))};
+    const VFloat near_px{disparity(hn::Sub(ahead_m, half))};  // behind the camera: not above 0
+    const float nearest_px{static_cast<float>(sums_.height - 1) / ray_bins_per_px - 1};
+    const auto is_wide_enough =
+        hn::And(hn::Gt(columns.end, columns.begin), hn::Gt(ints(most_columns_ + 1), hn::Sub(wide.end, wide.begin)));
+    const Mask is_seen{hn::And(hn::And(hn::Gt(near_px, floats(0)), hn::Le(near_px, floats(nearest_px))),
+                               hn::RebindMask(Floats{}, is_wide_enough))};
+    return {near_px, disparity(hn::Add(ahead_m, half)), columns, wide, is_seen};
+  }
+
+  // write(kind, counts) for each kind of CellRays
+  template <class Write>
+  HWY_INLINE void look_up(const Sight& cells, const Write& write) const {
+    const Columns& columns{cells.columns};
+    const Columns& wide{cells.wide};
+    const VFloat near_px{cells.near_px};
+    const VFloat far_px{cells.far_px};
+    const auto nearer = [](VFloat from, float px) HWY_ATTR { return hn::Add(from, floats(px)); };
+    const auto farther = [](VFloat from, float px) HWY_ATTR { return hn::Sub(from, floats(px)); };
+    const Around near{around(near_px, columns)};
+    const Around far{around(far_px, columns)};
+    write(ending, between<ending_ray>(around(farther(far_px, 0.5f), wide), around(nearer(near_px, 0.5f), wide), wide));
+    write(behind, between<ending_ray>(around(farther(far_px, 4), columns), far, columns));
+    write(in_front, between<ending_ray>(near, around(nearer(near_px, 4), columns), columns));
+    write(road_in_front, between<ending_on_road>(near, around(nearer(near_px, 1), columns), columns));
+    const auto arrive = [&](const Around& where)
+                            HWY_ATTR { return hn::Mul(where.template count<arriving_ray>(), columns.share); };
+    write(arriving, arrive(near));
+    write(passing, arrive(far));
+    write(passing_farther, arrive(around(farther(far_px, 1), columns)));
+  }
+
+ private:
+  [[nodiscard]] HWY_INLINE VFloat disparity(VReal ahead_m) const {
+    return hn::DemoteTo(Floats{}, hn::Div(reals(geometry_.focal_baseline_pxm), ahead_m));
+  }
+  // Between two columns; some outside the image.
+  [[nodiscard]] HWY_INLINE VInt border(VReal ahead_m, VReal left_m) const {
+    const VReal column{
+        hn::Sub(reals(geometry_.centre_u_px), hn::Div(hn::Mul(reals(geometry_.focal_px), left_m), ahead_m))};
+    const VReal limited{hn::Min(hn::Max(column, reals(-2)), reals(sums_.width))};
+    return hn::Sub(hn::DemoteTo(Ints{}, hn::Add(limited, reals(3))), ints(2));
+  }
+  [[nodiscard]] HWY_INLINE VInt within(VInt column) const {
+    return hn::Min(hn::Max(column, ints(0)), ints(sums_.width - 1));
+  }
+  [[nodiscard]] HWY_INLINE Around around(VFloat disparity, const Columns& columns) const {
+    const VFloat last{floats(static_cast<float>(sums_.height - 1))};
+    const VFloat place{hn::Min(hn::Max(hn::Mul(disparity, floats(ray_bins_per_px)), floats(0)), last)};
+    const VInt k{hn::Min(hn::ConvertTo(Ints{}, place), ints(sums_.height - 2))};
+    const VInt row{hn::Mul(k, ints(static_cast<int>(sums_.pitch)))};
+    const PackedRays* const behind{sums_.data + sums_.pitch};
+    const auto begin = hn::PromoteTo(Indices{}, hn::Add(row, columns.begin));
+    const auto end = hn::PromoteTo(Indices{}, hn::Add(row, columns.end));
+    const auto sum = [&](const PackedRays* sums) HWY_ATTR {
+      return hn::Sub(hn::GatherIndex(Packed{}, sums, end), hn::GatherIndex(Packed{}, sums, begin));
+    };
+    return {sum(sums_.data), sum(behind), hn::Sub(place, hn::ConvertTo(Floats{}, k))};
+  }
+
+  const RaySums<Host>& sums_;
+  int most_columns_;
+  const BinGeometry& geometry_;
+  const GridInVehicle& grid_;
+};
+
+/// Counts of those cells of a row that are seen, without gaps between them.
+class SeenCells {
+ public:
+  HWY_INLINE void add(const CellVectors& cells, const Sight& sight, int ix) {
+    cells.look_up(sight, [&](int kind, VFloat counts)
+                             HWY_ATTR { hn::CompressStore(counts, sight.is_seen, Floats{}, &counts_[kind][size_]); });
+    const auto places = hn::Iota(Ints{}, ix);
+    size_ += hn::CompressStore(places, hn::RebindMask(Ints{}, sight.is_seen), Ints{}, &cell_[size_]);
+  }
+  [[nodiscard]] bool is_full() const { return size_ >= at_once; }
+
+  // The compiler makes vectors of it.
+  HWY_INLINE void write(float* cells) {
+    const RayWeights weights{};
+    float log_odds[at_once + more]{};
+    for (int i{0}; i < cell_rays; ++i) {
+      for (std::size_t c{0}; c < at_once + more; ++c) {
+        log_odds[c] += evidence_of(counts_[i][c], unit_of(i), weights.value[i]);
+      }
+    }
+    for (std::size_t c{0}; c < at_once + more; ++c) {
+      log_odds[c] = probability_of(log_odds_of(counts_[arriving][c], log_odds[c]));
+    }
+    for (std::size_t c{0}; c < size_; ++c) cells[cell_[c]] = log_odds[c];
+    size_ = 0;
+  }
+
+ private:
+  static constexpr std::size_t at_once{56};
+  static constexpr std::size_t more{8};
+
+  HWY_ALIGN float counts_[cell_rays][at_once + 2 * more]{};
+  std::int32_t cell_[at_once + 2 * more]{};
+  std::size_t size_{0};
+};
+
+void ProjectRayRows(const RaySums<Host>& sums, int most_columns, const BinGeometry& geometry, const GridInVehicle& grid,
+                    int begin, int end, View<float> cells) {
+  const CellVectors vectors{sums, most_columns, geometry, grid};
+  const int lanes{static_cast<int>(hn::Lanes(Reals{}))};
+  SeenCells seen;
+  for (int iy{begin}; iy < end; ++iy) {
+    float* const row{cells.row(iy)};
+    std::fill(row, row + cells.width, 0.5f);
+    for (int ix{0}; ix < cells.width; ix += lanes) {
+      Sight sight{vectors.sight(ix, iy)};
+      const auto is_in_row = hn::FirstN(Floats{}, static_cast<std::size_t>(cells.width - ix));
+      sight.is_seen = hn::And(sight.is_seen, is_in_row);
+      if (hn::AllFalse(Floats{}, sight.is_seen)) continue;
+      seen.add(vectors, sight, ix);
+      if (seen.is_full()) seen.write(row);
+    }
+    seen.write(row);
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace stereogrid
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace stereogrid {
+
+HWY_EXPORT(ProjectRayRows);
+
+void project_ray_rows(const RaySums<Host>& sums, int most_columns, const BinGeometry& geometry,
+                      const GridInVehicle& grid, int begin, int end, View<float> cells) {
+  HWY_DYNAMIC_DISPATCH(ProjectRayRows)(sums, most_columns, geometry, grid, begin, end, cells);
+}
+
+}  // namespace stereogrid
+#endif
