@@ -22,36 +22,66 @@ struct WeighedCell {
   float standing;
 };
 
+/// A row of the lattice's mass, and the same weighed by what has been measured.
+struct RowWeight {
+  float before{0};
+  float after{0};
+};
+
+/// Of the row of velocities whose v_y is axis_mps[row]. `mass(k)`: m(k) before.
+template <class Mass>
+STEREOGRID_HD inline RowWeight weight_of_row(const VelocityEvidence& evidence, const float* axis_mps, int side, int row,
+                                             const Mass& mass) {
+  RowWeight weight;
+  for (int i{0}; i < side; ++i) {
+    const float m{mass(row * side + i)};
+    weight.before += m;
+    weight.after += m * likelihood_of(evidence, axis_mps[i], axis_mps[row]);
+  }
+  return weight;
+}
+
+/// The sums of such a row afterwards, and the mass in its middle.
+struct WeighedRow {
+  LatticeRowSums<float> sums;
+  float middle{0};
+};
+
+/// `keep(k, m)`: takes m(k) afterwards.
+template <class Mass, class Keep>
+STEREOGRID_HD inline WeighedRow weigh_row(const VelocityEvidence& evidence, const float* axis_mps, int side, int row,
+                                          float scale, const Mass& mass, const Keep& keep) {
+  WeighedRow weighed;
+  for (int i{0}; i < side; ++i) {
+    const int k{row * side + i};
+    const float m{mass(k) * likelihood_of(evidence, axis_mps[i], axis_mps[row]) * scale};
+    weighed.sums.add(axis_mps[i], m);
+    if (i == side / 2) weighed.middle = m;
+    keep(k, m);
+  }
+  return weighed;
+}
+
+STEREOGRID_HD inline float scale_of(const RowWeight& all) {
+  return all.after > 0 ? all.before / all.after : 1.0f;
+}
+
 /// Bayes' rule over the lattice's velocities, given that the cell is occupied: P(occupied) stays. `mass(k)`: m(k)
 /// before; `keep(k, m)`: takes it afterwards.
 template <class Mass, class Keep>
 STEREOGRID_HD inline WeighedCell weigh(const VelocityEvidence& evidence, const float* axis_mps, int side,
                                        const Mass& mass, const Keep& keep) {
-  float before{0};
-  float after{0};
-  for (int j{0}; j < side; ++j) {
-    float row_before{0};
-    float row_after{0};
-    for (int i{0}; i < side; ++i) {
-      const float m{mass(j * side + i)};
-      row_before += m;
-      row_after += m * likelihood_of(evidence, axis_mps[i], axis_mps[j]);
-    }
-    before += row_before;
-    after += row_after;
+  RowWeight all;
+  for (int row{0}; row < side; ++row) {
+    const RowWeight weight{weight_of_row(evidence, axis_mps, side, row, mass)};
+    all.before += weight.before;
+    all.after += weight.after;
   }
-  const float scale{after > 0 ? before / after : 1.0f};
   WeighedCell cell{};
-  for (int j{0}; j < side; ++j) {
-    LatticeRowSums<float> row;
-    for (int i{0}; i < side; ++i) {
-      const int k{j * side + i};
-      const float m{mass(k) * likelihood_of(evidence, axis_mps[i], axis_mps[j]) * scale};
-      row.add(axis_mps[i], m);
-      if (k == side * side / 2) cell.standing = m;
-      keep(k, m);
-    }
-    cell.sums.add(axis_mps[j], row);
+  for (int row{0}; row < side; ++row) {
+    const WeighedRow weighed{weigh_row(evidence, axis_mps, side, row, scale_of(all), mass, keep)};
+    cell.sums.add(axis_mps[row], weighed.sums);
+    if (row == side / 2) cell.standing = weighed.middle;
   }
   return cell;
 }
