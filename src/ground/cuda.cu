@@ -7,27 +7,8 @@ namespace {
 
 constexpr int gather_threads{128};
 
-// --- what one thread does: everything with sines --------------------------------------------------------------------
-
-__global__ void begin(Rig rig, GroundConfig config, const Ground* previous, const double* dt_s, GroundPrior* prior) {
-  const Ground before{predicted(rig, config, *previous, *dt_s)};
-  const RoadPlane expected{road_plane(rig, before)};
-  prior->before = before;
-  prior->expected = expected;
-  prior->covariance = carried(numbers_by_ground(rig, before), covariance_of(before));
-  prior->first_row = lattice_row(first_ground_row(rig, expected), rig.height_px);
-  prior->horizon_row = lattice_row(horizon_row(rig, before), rig.height_px);
-}
-
-__global__ void finish(Rig rig, GroundConfig config, const GroundPrior* prior, const GroundFit* fit, Ground* ground) {
-  const Ground before{prior->before};
-  PlaneMeasurement measurement;
-  const bool is_found{fit->is_determined != 0 && measured(fit->plane, fit->sums, measurement)};
-  *ground = is_found ? updated(rig, config, before, prior->expected, prior->covariance, measurement) : before;
-}
-
-__global__ void trust(const Ground* previous, Ground* ground, int* lost) {
-  Ground trusted{*previous};
+__global__ void trust(const GroundPrior* prior, Ground* ground, int* lost) {
+  Ground trusted{prior->previous};
   trusted.estimated = false;
   *ground = trusted;
   *lost = 0;
@@ -66,20 +47,6 @@ __global__ void gather(View<const float, Device> obstacle, View<const float, Dev
   }
 }
 
-__global__ void decide_lost(const int* distances, int* lost) {
-  __shared__ int here;
-  __shared__ int elsewhere;
-  const int k{static_cast<int>(threadIdx.x)};
-  if (k == 0) here = elsewhere = 0;
-  __syncthreads();
-  if (k >= 2 && k < distance_bins - 1) {
-    const int share{share_around([&](int bin) { return distances[bin]; }, k)};
-    atomicMax(is_near_the_plane(k) ? &here : &elsewhere, share);
-  }
-  __syncthreads();
-  if (k == 0) *lost = lies_elsewhere(here, elsewhere) ? 1 : 0;
-}
-
 int lattice_size(int pixels) {
   return (pixels + lattice_px / 2 - 1) / lattice_px;
 }
@@ -87,20 +54,27 @@ int lattice_size(int pixels) {
 }  // namespace
 
 GroundOnDevice::GroundOnDevice(int width, int height)
-    : residual{lattice_size(width), lattice_size(height)}, distances{distance_bins}, prior{1}, fit{1} {}
+    : residual{lattice_size(width), lattice_size(height)}, distances{distance_bins} {}
+
+GroundPrior prior_of(const Rig& rig, const GroundConfig& config, const Ground& previous, double dt_s) {
+  const Ground before{predicted(rig, config, previous, dt_s)};
+  const RoadPlane expected{road_plane(rig, before)};
+  return {previous,
+          before,
+          expected,
+          carried(numbers_by_ground(rig, before), covariance_of(before)),
+          lattice_row(first_ground_row(rig, expected), rig.height_px),
+          lattice_row(horizon_row(rig, before), rig.height_px)};
+}
 
 void estimate_ground(Cuda& cuda, const Rig& rig, const GroundConfig& config, View<const float, Device> obstacle,
-                     View<const float, Device> road, const Ground* previous, const double* dt_s, GroundOnDevice& space,
-                     Ground* ground, int* lost) {
-  if (!config.estimate) return launch(cuda, trust, 1, 1, 0, previous, ground, lost);
+                     View<const float, Device> road, const GroundPrior* prior, GroundOnDevice& space, Ground* ground,
+                     int* lost) {
+  if (!config.estimate) return launch(cuda, trust, 1, 1, 0, prior, ground, lost);
   const View<float, Device> residual{space.residual.view()};
-  launch(cuda, begin, 1, 1, 0, rig, config, previous, dt_s, space.prior.data());
-  clear(cuda, space.distances.data(), distance_bins);
   launch(cuda, gather, dim3{blocks_for(residual.width, gather_threads), static_cast<unsigned>(residual.height)},
-         gather_threads, 0, obstacle, road, space.prior.data(), residual, space.distances.data());
-  launch(cuda, decide_lost, 1, distance_bins, 0, space.distances.data(), lost);
-  fit_plane(cuda, residual, space.prior.data(), space.fit.data());
-  launch(cuda, finish, 1, 1, 0, rig, config, space.prior.data(), space.fit.data(), ground);
+         gather_threads, 0, obstacle, road, prior, residual, space.distances.data());
+  fit_ground(cuda, rig, config, prior, space, ground, lost);
 }
 
 }  // namespace stereogrid

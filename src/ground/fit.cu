@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ground/cuda.hpp"
 
+#include <utility>
+
 namespace stereogrid {
 namespace {
 
@@ -175,6 +177,13 @@ __device__ void move_plane(const RoadPlane& expected, FitSpace& space) {
   for (int i{0}; i < 3; ++i) space.moved[i] = static_cast<float>(moved[i]);
 }
 
+/// What the fit ends with.
+struct GroundFit {
+  RoadPlane plane;
+  FitSums sums;
+  int is_determined;
+};
+
 // The blocks' shares of the vector, squared; and how many blocks have any. A warp does a block of the image at a time.
 __device__ void sum_blocks(const Lattice& lattice, FitSpace& space, GroundFit& fit) {
   const float per_square{per_square_px(space)};
@@ -210,16 +219,31 @@ __device__ void sum_blocks(const Lattice& lattice, FitSpace& space, GroundFit& f
   fit.sums.blocks = static_cast<int>(s[7]);
 }
 
+// is_lost of ground.hpp, from pixels by their distance; these are 0 afterwards.
+__device__ void decide_lost(int* distances, int* lost) {
+  __shared__ int here;
+  __shared__ int elsewhere;
+  const int k{static_cast<int>(threadIdx.x)};
+  if (k == 0) here = elsewhere = 0;
+  __syncthreads();
+  if (k >= 2 && k < distance_bins - 1) {
+    const int share{share_around([&](int bin) { return distances[bin]; }, k)};
+    atomicMax(is_near_the_plane(k) ? &here : &elsewhere, share);
+  }
+  __syncthreads();
+  if (k < distance_bins) distances[k] = 0;
+  if (k == 0) *lost = lies_elsewhere(here, elsewhere) ? 1 : 0;
+}
+
 // refine and measure of fit.hpp.
-__global__ void __launch_bounds__(fit_threads)
-    fit_block(View<const float, Device> residual, const GroundPrior* prior, GroundFit* fit) {
-  __shared__ FitSpace space;
+__device__ void fit_plane(const View<const float, Device>& residual, const GroundPrior& prior, FitSpace& space,
+                          GroundFit& fit) {
   const bool is_first{threadIdx.x == 0};
-  const RoadPlane& expected{prior->expected};
+  const RoadPlane& expected{prior.expected};
   Lattice lattice{residual.data,
                   residual.width,
                   residual.height,
-                  prior->first_row,
+                  prior.first_row,
                   static_cast<float>(expected.centre_u_px),
                   static_cast<float>(expected.centre_v_px),
                   {}};
@@ -227,7 +251,7 @@ __global__ void __launch_bounds__(fit_threads)
     space.plane[0] = expected.at_centre;
     space.plane[1] = expected.per_u;
     space.plane[2] = expected.per_v;
-    space.tether = tether_of(prior->covariance);
+    space.tether = tether_of(prior.covariance);
   }
   for (int round{0}; round < fit_rounds_max; ++round) {
     if (is_first) space.radius_px = wide_radius_px(round);
@@ -241,19 +265,40 @@ __global__ void __launch_bounds__(fit_threads)
   }
   sum_round(lattice, space);
   if (is_first) {
-    fit->is_determined = space.largest_step < 0 ? 0 : 1;
-    fit->plane = plane_of(space, expected);
-    fit->sums.equations = equations_of(space.total);
-    fit->sums.weights = space.total[3];
+    fit.is_determined = space.largest_step < 0 ? 0 : 1;
+    fit.plane = plane_of(space, expected);
+    fit.sums.equations = equations_of(space.total);
+    fit.sums.weights = space.total[3];
   }
   __syncthreads();
-  sum_blocks(lattice, space, *fit);
+  sum_blocks(lattice, space, fit);
+}
+
+// By one thread; a call, so that what it spills is not the others' concern.
+__device__ __noinline__ void finish(const Rig& rig, const GroundConfig& config, const GroundPrior& prior,
+                                    const GroundFit& fit, Ground& ground) {
+  PlaneMeasurement measurement;
+  const bool is_found{fit.is_determined != 0 && measured(fit.plane, fit.sums, measurement)};
+  ground = is_found ? updated(rig, config, prior.before, prior.expected, prior.covariance, measurement) : prior.before;
+}
+
+__global__ void __launch_bounds__(fit_threads)
+    fit_block(View<const float, Device> residual, Rig rig, GroundConfig config, const GroundPrior* prior,
+              int* distances, Ground* ground, int* lost) {
+  static_assert(distance_bins <= fit_threads);
+  __shared__ FitSpace space;
+  __shared__ GroundFit fit;
+  decide_lost(distances, lost);
+  fit_plane(residual, *prior, space, fit);
+  if (threadIdx.x == 0) finish(rig, config, *prior, fit, *ground);
 }
 
 }  // namespace
 
-void fit_plane(Cuda& cuda, View<const float, Device> residual, const GroundPrior* prior, GroundFit* fit) {
-  launch(cuda, fit_block, 1, fit_threads, 0, residual, prior, fit);
+void fit_ground(Cuda& cuda, const Rig& rig, const GroundConfig& config, const GroundPrior* prior, GroundOnDevice& space,
+                Ground* ground, int* lost) {
+  launch(cuda, fit_block, 1, fit_threads, 0, std::as_const(space.residual).view(), rig, config, prior,
+         space.distances.data(), ground, lost);
 }
 
 }  // namespace stereogrid

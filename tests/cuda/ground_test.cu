@@ -52,13 +52,11 @@ Found on_gpu(const Rig& rig, const GroundConfig& config, const Street& seen, con
   Cuda cuda;
   const DeviceImage<float> obstacle{on_device(cuda, seen.obstacle)};
   const DeviceImage<float> road{on_device(cuda, seen.road)};
-  const DeviceBuffer<Ground> before{one_on_device(cuda, previous)};
-  const DeviceBuffer<double> dt{one_on_device(cuda, dt_s)};
+  const DeviceBuffer<GroundPrior> prior{one_on_device(cuda, prior_of(rig, config, previous, dt_s))};
   GroundOnDevice space{rig.width_px, rig.height_px};
   DeviceBuffer<Ground> ground{1};
   DeviceBuffer<int> lost{1};
-  estimate_ground(cuda, rig, config, obstacle.view(), road.view(), before.data(), dt.data(), space, ground.data(),
-                  lost.data());
+  estimate_ground(cuda, rig, config, obstacle.view(), road.view(), prior.data(), space, ground.data(), lost.data());
   return {first_on_host(cuda, ground), first_on_host(cuda, lost) != 0};
 }
 

@@ -23,8 +23,7 @@ namespace stereogrid {
 struct FrameOnDevice {
   RoadPlane plane;  ///< of the road, before it is measured
   Ground expected;  ///< the same, for given disparities
-  Ground previous;  ///< of the frame before, dt_s ago
-  double dt_s;
+  GroundPrior prior;
   RowShift rows;
   GridInVehicle vehicle_cells;     ///< the vehicle's grid in the vehicle frame
   GridInVehicle window_cells;      ///< the window in the vehicle frame

@@ -65,7 +65,7 @@ void CudaStages::begin(const LevelFrame& frame, const GridGeometry& window, bool
 
   if (is_first) window_before_ = window;
   FrameOnDevice& on_device{*host_.frame.data()};
-  on_device.dt_s = frame.dt_s;
+  dt_s_ = frame.dt_s;
   on_device.vehicle_cells = grid_in_vehicle(vehicle_grid_, {});
   on_device.window_cells = grid_in_vehicle(window, inverse(frame.world_from_vehicle));
   on_device.vehicle_in_world = grid_in_vehicle(vehicle_grid_, frame.world_from_vehicle);
@@ -80,7 +80,7 @@ void CudaStages::expect(const Ground& expected, const Ground& previous, const Ro
   FrameOnDevice& frame{*host_.frame.data()};
   frame.plane = road_plane(rig_, expected);
   frame.expected = expected;
-  frame.previous = previous;
+  frame.prior = prior_of(rig_, config_.ground, previous, dt_s_);
   frame.rows = {rows.offsets(), rows.is_identity() ? 1 : 0};
 }
 
@@ -134,8 +134,8 @@ void CudaStages::estimate_ground() {
   const FrameOnDevice* frame{device_.frame.data()};
   FrameFromDevice* answer{device_.answer.data()};
   DeviceMatches& matches{device_.matches};
-  stereogrid::estimate_ground(cuda_, rig_, config_.ground, matches.obstacle.view(), matches.road.view(),
-                              &frame->previous, &frame->dt_s, device_.ground, &answer->ground, &answer->is_lost);
+  stereogrid::estimate_ground(cuda_, rig_, config_.ground, matches.obstacle.view(), matches.road.view(), &frame->prior,
+                              device_.ground, &answer->ground, &answer->is_lost);
   if (is_given_) {  // splitting is cheap, and the plane is better now
     split(cuda_, device_.given.view(), rig_, &answer->ground, config_.matching, matches);
     clear_masked();

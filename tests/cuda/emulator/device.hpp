@@ -12,6 +12,7 @@
 
 #define __host__
 #define __device__
+#define __noinline__  // the host compiler knows an attribute of this name
 #define __global__
 #define __forceinline__ inline
 #define __shared__ static
