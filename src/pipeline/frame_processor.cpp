@@ -61,10 +61,14 @@ void FrameProcessor::run(const LevelFrame& frame, FrameResult& result) {
   is_reliable_ = true;
   has_segments_ = false;
   double track_ms{find_grids(frame, expected, result)};
+  const auto add = [&] { flow_ms += taken_ms([&] { add_points(frame); }); };
+  if (stages_->works_ahead()) add();
   stages_->finish();
   if (!is_reliable_) leave_unknown(result.stages);
   together([&] { track_ms += taken_ms([&] { track(frame, result); }); },
-           [&] { flow_ms += taken_ms([&] { add_points(frame); }); });
+           [&] {
+             if (!stages_->works_ahead()) add();
+           });
   result.timing_ms.track = track_ms;
   result.timing_ms.flow = flow_ms;
   is_first_ = false;
@@ -82,7 +86,8 @@ double FrameProcessor::find_grids(const LevelFrame& frame, const Ground& expecte
     make_grids();  // as if nothing were wrong with the frame; what is made twice, counts the second time
     find_road(frame, expected, will_search());
     is_reliable_ = accept(frame, expected, judge(frame), result);
-    if (!is_reliable_) make_grids();
+    if (is_reliable_) return taken_ms([&] { find_segments(frame); });
+    make_grids();
     return 0;
   }
   const bool searches{will_search()};

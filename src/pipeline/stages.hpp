@@ -82,7 +82,7 @@ class Stages {
   virtual const Matches& matches_on_lattice() = 0;
   /// All pixels. Given disparities are not split into road and obstacle.
   virtual const Matches& unsplit_matches() = 0;
-  /// (H, W) px, 0 = none. After finish().
+  /// (H, W) px, 0 = none. Known after estimate_ground().
   virtual View<const float> obstacle_disparity() = 0;
   /// Fills the result's grids, densities, the times of the stages and, where they are wanted, FrameResult::stages.
   virtual void finish() = 0;

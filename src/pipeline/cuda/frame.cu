@@ -93,6 +93,7 @@ HostMemory::HostMemory(const Rig& rig, const GridGeometry& vehicle_grid, int win
       right{pixels_of(rig)},
       given{pixels_of(rig)},
       lattice{static_cast<std::size_t>(lattice_size(rig))},
+      obstacle{pixels_of(rig)},
       grids{PackedGrids{vehicle_grid, window_cells}.size()},
       evidence{static_cast<std::size_t>(window_cells) * static_cast<std::size_t>(window_cells)},
       evidence_count{1} {}
@@ -141,6 +142,7 @@ void DeviceMemory::fetch_answer(Cuda& cuda, HostMemory& host) {
   gather_lattice(cuda, matches.obstacle.view(), matches.road.view(), lattice.view());
   download(cuda, lattice.data(), lattice.size(), host.lattice.data());
   download(cuda, answer.data(), 1, host.answer.data());
+  download(cuda, matches.obstacle.data(), matches.obstacle.size(), host.obstacle.data());
 }
 
 void DeviceMemory::observe_nothing(Cuda& cuda) {

@@ -62,6 +62,7 @@ struct HostMemory {
   PinnedBuffer<std::uint8_t> right;
   PinnedBuffer<float> given;                ///< disparities
   PinnedBuffer<float> lattice;              ///< see gather_lattice
+  PinnedBuffer<float> obstacle;             ///< disparities of obstacles
   PinnedBuffer<float> grids;                ///< see PackedGrids
   PinnedBuffer<VelocityEvidence> evidence;  ///< read from here: it is little, and how much changes
   PinnedBuffer<int> evidence_count;
