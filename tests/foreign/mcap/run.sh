@@ -2,12 +2,12 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Usage: run.sh MCAP_EXCHANGE FOLDER. Installs the packages in FOLDER and runs check.js there.
+# Usage: run.sh SCRIPT PROGRAM FOLDER. Installs the packages in FOLDER and runs SCRIPT with the program there.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 . "$here/../npm.sh"
 
-install_packages "$here" "$2"
-cp "$here/check.js" "$2/"
-cd "$2"
-node check.js "$1"
+install_packages "$here" "$3"
+cp "$here/$1" "$3/"
+cd "$3"
+node "$1" "$2"
