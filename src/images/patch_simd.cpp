@@ -27,6 +27,8 @@ constexpr std::size_t parts{patch_columns / lanes};
 struct Row {
   V part[parts];
 
+  // one that the compiler writes is compiled for no instruction set, which ARM's vectors do not let pass
+  HWY_INLINE Row() {}
   HWY_INLINE static Row load(const float* values) {
     return of([values](std::size_t p) HWY_ATTR { return hn::LoadU(Columns{}, values + p * lanes); });
   }
