@@ -30,8 +30,8 @@ def resources(text: str) -> list:
             kernels.append({"kernel": match[1], "architecture": match[2], "registers": 0, "shared_bytes": 0,
                             "stack_bytes": 0, "spilled_bytes": 0})
         elif kernels and (match := STACK.search(line)):
-            kernels[-1]["stack_bytes"] = int(match[1])
-            kernels[-1]["spilled_bytes"] = int(match[2]) + int(match[3])
+            kernels[-1]["stack_bytes"] += int(match[1])  # of functions that it calls, too
+            kernels[-1]["spilled_bytes"] += int(match[2]) + int(match[3])
         elif kernels and (match := USED.search(line)):
             kernels[-1]["registers"] = int(match[1])
             shared = SHARED.search(line)
