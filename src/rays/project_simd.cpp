@@ -188,6 +188,8 @@ class SeenCells {
     const RayWeights weights{};
     float log_odds[at_once + more]{};
     for (int i{0}; i < cell_rays; ++i) {
+      // what was looked up of cells that are not seen may be no number
+      std::fill(counts_[i] + size_, counts_[i] + at_once + more, 0.0f);
       for (std::size_t c{0}; c < at_once + more; ++c) {
         log_odds[c] += evidence_of(counts_[i][c], unit_of(i), weights.value[i]);
       }
