@@ -34,27 +34,20 @@ double product(const Patch& a, const Patch& b) {
 // Grey levels under a patch with `border` more pixels around it, between the pixels; false where it is not inside.
 template <int border>
 bool sample(View<const std::uint8_t> image, Place place, float shear, float* out) {
-  constexpr int reach_u{patch_reach_u + border};
-  constexpr int reach_v{patch_reach_v + border};
-  const float top{std::floor(place.v)};
-  const float fv{place.v - top};
-  const std::ptrdiff_t next_row{fv > 0 ? image.pitch : 0};
-  if (!(top - reach_v >= 0 && top + reach_v + (fv > 0 ? 1 : 0) < static_cast<float>(image.height))) return false;
-  for (int j{-reach_v}; j <= reach_v; ++j) {
-    const float column{place.u - shear * static_cast<float>(j)};
-    const float first{std::floor(column)};
-    const float fu{column - first};
-    const int next{fu > 0 ? 1 : 0};
-    if (!(first - reach_u >= 0 && first + reach_u - 1 + static_cast<float>(next) < static_cast<float>(image.width)))
-      return false;
-    const std::uint8_t* upper{image.row(static_cast<int>(top) + j) + static_cast<int>(first) - reach_u};
-    const std::uint8_t* lower{upper + next_row};
-    for (int i{0}; i < 2 * reach_u; ++i) {
-      const float above{static_cast<float>(upper[i]) + fu * static_cast<float>(upper[i + next] - upper[i])};
-      const float below{static_cast<float>(lower[i]) + fu * static_cast<float>(lower[i + next] - lower[i])};
-      out[i] = above + fv * (below - above);
+  using Rows = PatchRows<border>;
+  const Rows rows{image, place, shear};
+  if (!rows.are_inside()) return false;
+  for (int j{-Rows::reach_v}; j <= Rows::reach_v; ++j) {
+    const auto row = rows.row(j);
+    if (row.first == nullptr) return false;
+    const auto between = [&](const std::uint8_t* grey) {
+      return static_cast<float>(grey[0]) + row.share_next * static_cast<float>(grey[row.next()] - grey[0]);
+    };
+    for (int i{0}; i < 2 * Rows::reach_u; ++i) {
+      const float above{between(row.first + i)};
+      const float below{between(row.first + i + rows.next_row())};
+      *out++ = above + rows.share_below() * (below - above);
     }
-    out += 2 * reach_u;
   }
   return true;
 }

@@ -4,10 +4,56 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 
 #include "images/patch.hpp"
 
 namespace stereogrid {
+
+/// Where the rows of a patch, with `border` more pixels around it, lie between the pixels of an image. With `shear`,
+/// each begins by so much farther left than the one above.
+template <int border>
+class PatchRows {
+ public:
+  static constexpr int reach_u{patch_reach_u + border};
+  static constexpr int reach_v{patch_reach_v + border};
+
+  PatchRows(View<const std::uint8_t> image, Place place, float shear)
+      : image_{image}, u_{place.u}, shear_{shear}, top_{std::floor(place.v)}, share_below_{place.v - top_} {}
+
+  /// Of all rows.
+  [[nodiscard]] bool are_inside() const {
+    const float last{top_ + reach_v + (share_below_ > 0 ? 1 : 0)};
+    return top_ - reach_v >= 0 && last < static_cast<float>(image_.height);
+  }
+  /// Of the way to the row below.
+  [[nodiscard]] float share_below() const { return share_below_; }
+  /// From a pixel to the one below that counts, too; 0: none does.
+  [[nodiscard]] std::ptrdiff_t next_row() const { return share_below_ > 0 ? image_.pitch : 0; }
+
+  struct Row {
+    const std::uint8_t* first;  ///< null: not all of it is inside
+    float share_next;           ///< of the way to the pixel on the right
+    [[nodiscard]] int next() const { return share_next > 0 ? 1 : 0; }
+  };
+  /// −reach_v ≤ j ≤ reach_v, where are_inside().
+  [[nodiscard]] Row row(int j) const {
+    const float column{u_ - shear_ * static_cast<float>(j)};
+    const float first{std::floor(column)};
+    const Row row{nullptr, column - first};
+    const float last{first + reach_u - 1 + static_cast<float>(row.next())};
+    if (!(first - reach_u >= 0 && last < static_cast<float>(image_.width))) return row;
+    return {image_.row(static_cast<int>(top_) + j) + static_cast<int>(first) - reach_u, row.share_next};
+  }
+
+ private:
+  View<const std::uint8_t> image_;
+  float u_;
+  float shear_;
+  float top_;
+  float share_below_;
+};
 
 constexpr float longest_step_px{0.7f};
 

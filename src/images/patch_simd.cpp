@@ -9,8 +9,6 @@
 #include "hwy/highway.h"
 #include "images/patch_formulas.hpp"
 
-#include <cmath>
-
 HWY_BEFORE_NAMESPACE();
 namespace stereogrid {
 namespace HWY_NAMESPACE {
@@ -88,38 +86,33 @@ HWY_INLINE float sum_of(Row row) {
   return sum_of_lanes(Columns{}, row.part[0]);
 }
 
-// Grey levels `fu` of the way from the pixels of a row to the next ones.
-HWY_INLINE Row between_columns(const std::uint8_t* row, float fu) {
-  const Row grey{Row::load(row)};
-  return grey + Row::all(fu) * (Row::load(row + (fu > 0 ? 1 : 0)) - grey);
+// Grey levels between the pixels of a row, from `first` on, and the next ones.
+HWY_INLINE Row between_columns(const std::uint8_t* first, float share_next) {
+  const Row grey{Row::load(first)};
+  return grey + Row::all(share_next) * (Row::load(first + (share_next > 0 ? 1 : 0)) - grey);
 }
 
 // Grey levels under a patch with `border` more pixels around it, between the pixels: take(row, column, values) of each
 // row, of a border twice, as a row then has more columns than a patch. False where it is not inside.
 template <int border, class Take>
 HWY_INLINE bool sample(View<const std::uint8_t> image, Place place, float shear, const Take& take) {
-  constexpr int reach_u{patch_reach_u + border};
-  constexpr int reach_v{patch_reach_v + border};
-  const float top{std::floor(place.v)};
-  const float fv{place.v - top};
-  const std::ptrdiff_t next_row{fv > 0 ? image.pitch : 0};
-  if (!(top - reach_v >= 0 && top + reach_v + (fv > 0 ? 1 : 0) < static_cast<float>(image.height))) return false;
+  using Rows = PatchRows<border>;
+  const Rows rows{image, place, shear};
+  if (!rows.are_inside()) return false;
+  const std::ptrdiff_t next_row{rows.next_row()};
   Row above[border + 1];
-  for (Row& row : above) row = Row::all(0);
-  for (int j{-reach_v}; j <= reach_v; ++j) {
-    const float column{place.u - shear * static_cast<float>(j)};
-    const float first{std::floor(column)};
-    const float fu{column - first};
-    const float next{fu > 0 ? 1.0f : 0.0f};
-    if (!(first - reach_u >= 0 && first + reach_u - 1 + next < static_cast<float>(image.width))) return false;
-    const std::uint8_t* row{image.row(static_cast<int>(top) + j) + static_cast<int>(first) - reach_u};
+  for (Row& one : above) one = Row::all(0);
+  for (int j{-Rows::reach_v}; j <= Rows::reach_v; ++j) {
+    const auto row = rows.row(j);
+    if (row.first == nullptr) return false;
     // what the row before had below itself, this one has above, if both begin at the same column
-    const bool is_known{j > -reach_v && next_row != 0 && shear == 0};
-    for (int side{0}; side <= border; ++side, row += 2 * border) {
-      if (!is_known) above[side] = between_columns(row, fu);
-      const Row below{next_row != 0 ? between_columns(row + next_row, fu) : above[side]};
-      take(static_cast<std::size_t>(j + reach_v), static_cast<std::size_t>(2 * border * side),
-           above[side] + Row::all(fv) * (below - above[side]));
+    const bool is_known{j > -Rows::reach_v && next_row != 0 && shear == 0};
+    for (int side{0}; side <= border; ++side) {
+      const std::uint8_t* first{row.first + 2 * border * side};
+      if (!is_known) above[side] = between_columns(first, row.share_next);
+      const Row below{next_row != 0 ? between_columns(first + next_row, row.share_next) : above[side]};
+      take(static_cast<std::size_t>(j + Rows::reach_v), static_cast<std::size_t>(2 * border * side),
+           above[side] + Row::all(rows.share_below()) * (below - above[side]));
       above[side] = below;
     }
   }
