@@ -123,9 +123,9 @@ class STEREOGRID_EXPORT Pipeline {
   /// Size of the world-aligned window: its nx, ny and cell_size_m are constant, its origin follows the car.
   [[nodiscard]] GridGeometry world_grid() const;
   [[nodiscard]] int threads() const;
-  /// What has been allocated at construction: on the CPU, frames allocate nothing more, unless there are far more
-  /// obstacles or followed points than a street has. Part of it lies untouched for long, which the system then need not
-  /// back. What oneTBB, the CUDA driver and the reference back end take besides is not in it.
+  /// What has been allocated at construction, and by submit(): on the CPU, frames allocate nothing more, unless there
+  /// are far more obstacles or followed points than a street has. Part of it lies untouched for long, which the system
+  /// then need not back. What oneTBB, the CUDA driver and the reference back end take besides is not in it.
   [[nodiscard]] MemoryUse memory_use() const;
   /// Where the work is done: cpu, reference or cuda.
   [[nodiscard]] BackEnd back_end() const;

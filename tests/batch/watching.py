@@ -8,6 +8,7 @@ page: as a page, fetched, and shown by chromium where there is one. clocks: mach
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -83,6 +84,14 @@ def runs_as(plan: Path, states: list):
     assert counts == [states] * 3, counts
 
 
+def end(wrapper: subprocess.Popen):
+    """Ends what faketime has started, and waits for it: a signal to faketime itself would leave it at work."""
+    children = Path(f"/proc/{wrapper.pid}/task/{wrapper.pid}/children").read_text(encoding="ascii").split()
+    for pid in map(int, children or [wrapper.pid]):
+        os.kill(pid, signal.SIGTERM)
+    wrapper.wait(timeout=60)
+
+
 def clocks(folder: Path):
     """Runners and who asks for them have clocks that differ by days; files' times are of the file system's."""
     if not shutil.which("faketime"):
@@ -96,8 +105,7 @@ def clocks(folder: Path):
         alive = lambda: next((plan / "work").rglob("alive"), None) if (plan / "work").exists() else None
         wait_for("a heartbeat", lambda: alive() and next((plan / "work").rglob("frames.jsonl"), None))
         runs_as(plan, [1, 0, 1, 0])
-        process.terminate()
-        process.wait(timeout=60)
+        end(process)
         # long ago, or (of a file system that takes the times of its clients) to come: neither is a sign of life
         for seconds in (-1000, 1000):
             os.utime(alive(), (time.time() + seconds,) * 2)
