@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
+#include <limits>
 #include <string_view>
 
 #include "stereogrid/export.hpp"
@@ -79,6 +80,14 @@ struct Obstacle {
   /// What is seen of it, where it was last seen, moved on with it: of a thing a simple polygon, at least as deep as
   /// half a metre; of an extended boundary an open line along its near side, from left to right.
   Outline outline;
+  /// Of its velocity's direction, to the left; 0 where it does not move, or does not surely turn.
+  double yaw_rate_radps{0};
+  /// Standard deviations of the box; infinite: unknown. Of length and width only of what moves, and where both ends
+  /// have been seen, neither hidden nor cut off by the image; of the heading of what stands only where it is longer
+  /// than wide by 1.4.
+  double length_sigma_m{std::numeric_limits<double>::infinity()};
+  double width_sigma_m{std::numeric_limits<double>::infinity()};
+  double yaw_sigma_rad{std::numeric_limits<double>::infinity()};
 };
 
 }  // namespace stereogrid

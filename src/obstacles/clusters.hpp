@@ -39,6 +39,10 @@ struct Cluster {
   ObstacleKind kind{ObstacleKind::thing};
   Outline outline;
   Bounds bounds{};  ///< of the outline
+  /// It may go on beyond where its outline ends on the left, or on the right, as seen from the camera: there the image
+  /// ends, or something nearer is in the way.
+  bool is_cut_left{false};
+  bool is_cut_right{false};
 
   /// By points that have been followed.
   [[nodiscard]] bool has_measured_velocity() const { return velocity_covariance.xx > 0; }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "clamped_to_int.hpp"
 
@@ -231,6 +232,32 @@ bool Segmenter::cut(std::size_t segment) {
   const Waist waist{waist_of(profile_)};
   if (waist.share > thin_share) return false;
   return split(segment, [&](const SegmentNode& one) { return slice_of(one) < waist.slice + 0.5; });
+}
+
+// In the columns begin_u … end_u − 1, from a bin on?
+bool Segmenter::has_nearer(int begin_u, int end_u, int bin, std::size_t than) const {
+  for (int k{bin}; k < labels_.height(); ++k) {
+    for (int u{std::max(begin_u, 0)}; u < std::min(end_u, labels_.width()); ++u) {
+      if (labels_(u, k) == 0) continue;
+      const int other{node(labels_(u, k) - 1).segment};
+      if (other != none && other != static_cast<int>(than)) return true;
+    }
+  }
+  return false;
+}
+
+Segmenter::Cuts Segmenter::cuts_of(std::size_t segment) const {
+  constexpr int reach{2 * edge_reach_px};
+  const auto before = [this](int a, int b) {
+    return std::pair{node(a).u, -node(a).bin} < std::pair{node(b).u, -node(b).bin};
+  };
+  const auto [left, right] = std::minmax_element(of(segment).begin(), of(segment).end(), before);
+  const SegmentNode& first{node(*left)};
+  const SegmentNode& last{node(*right)};
+  const auto beyond = [this](int bin) { return bin + 2 * bins_[static_cast<std::size_t>(bin)].tolerance; };
+  // on the left, the right camera sees less than the left one: as many columns less as it is near
+  return {first.u - first.bin / bins_per_px < reach || has_nearer(first.u - reach, first.u, beyond(first.bin), segment),
+          last.u >= labels_.width() - reach || has_nearer(last.u + 1, last.u + 1 + reach, beyond(last.bin), segment)};
 }
 
 Segmenter::Spot Segmenter::spot_of(Point2 place) const {

@@ -63,6 +63,12 @@ class Segmenter {
     return std::span{order_}.subspan(segments_[segment].begin, segments_[segment].end - segments_[segment].begin);
   }
   [[nodiscard]] const SegmentNode& node(int index) const { return nodes_[static_cast<std::size_t>(index)]; }
+  /// Whether a segment may go on beyond its first, or its last column: the image ends, or something nearer is there.
+  struct Cuts {
+    bool left;
+    bool right;
+  };
+  [[nodiscard]] Cuts cuts_of(std::size_t segment) const;
   /// Where a place of the vehicle frame, x > 0, is seen.
   struct Spot {
     int u;
@@ -136,6 +142,7 @@ class Segmenter {
   bool cut(std::size_t segment);
   void join_pieces();
   [[nodiscard]] bool is_small(const Range& range) const;
+  [[nodiscard]] bool has_nearer(int begin_u, int end_u, int bin, std::size_t than) const;
   [[nodiscard]] Piece piece_of(std::size_t segment);
   [[nodiscard]] std::size_t first_of(std::size_t piece) const;
   [[nodiscard]] bool are_one(const Piece& one, const Piece& other) const;

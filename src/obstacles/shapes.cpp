@@ -249,6 +249,9 @@ void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle,
   space.clusters.clear();
   for (std::size_t i{0}; i < space.segmenter.size(); ++i) {
     Cluster cluster{outlined(space, i)};
+    const auto [cut_left, cut_right] = space.segmenter.cuts_of(i);
+    cluster.is_cut_left = cut_left;
+    cluster.is_cut_right = cut_right;
     for (Point2& point : cluster.outline) point = world_from_vehicle * point;
     find_bounds(cluster);
     ask_grid(space.segmenter, i, world, world_from_vehicle, cluster);

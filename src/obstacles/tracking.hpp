@@ -2,13 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "held_bytes.hpp"
+#include "obstacles/box.hpp"
 #include "obstacles/clusters.hpp"
+#include "obstacles/motion_state.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/frame.hpp"
@@ -17,8 +19,9 @@
 
 namespace stereogrid {
 
-/// Follows clusters through time: nearest-neighbour association within a gate around each track's prediction, a
-/// constant-velocity Kalman filter for each track, ids that are never used twice. docs/method.md §11.
+/// Follows clusters through time: nearest-neighbour association within a gate around each track's prediction, a Kalman
+/// filter for each track, of which the sides are measured that the camera sees, ids that are never used twice.
+/// docs/method.md §11.
 class Tracker {
  public:
   Tracker(const TrackingConfig& config, const Rig& level_rig);
@@ -50,45 +53,51 @@ class Tracker {
   }
 
  private:
-  // One axis of a constant-velocity Kalman filter.
-  struct Axis {
-    double position{0};
-    double velocity{0};
-    std::array<double, 3> covariance{};  // pp, pv, vv
-
-    void predict(double dt_s, double acceleration_mps2);
-    void update_position(double measured, double variance);
-    void update_velocity(double measured, double variance);
-  };
+  /// Evidence of motion: a measured velocity says less than its covariance would have it, several frames say more.
+  static constexpr double moving_mps{1};
+  static constexpr double evidence_of_frame{1.5};
+  static constexpr double surely_moving{3};
 
   struct Track {
     std::int64_t id{0};
-    Axis x;
-    Axis y;
-    Cluster shape;
+    MotionState motion;
+    TrackedBox box;           ///< around the place of `motion`
+    Cluster shape;            ///< as it was last seen
+    double yaw_sigma_rad{0};  ///< of the shape
     int sightings{0};
     std::int64_t pixels{0};  ///< of all sightings
     double moving{0};        ///< evidence that it moves: logarithm of the odds
     double age_s{0};
     double unseen_s{0};
-    Point2 moved;  ///< since it was last seen, as predicted
+    Point2 moved;           ///< since it was last seen, as predicted
+    bool is_merged{false};  ///< seen as a part of another thing: not reported, until it is seen alone again
+
+    [[nodiscard]] Point2 middle() const;  ///< of the box
   };
 
   // A cluster that may be a track's.
   struct Pair {
-    double distance;
+    bool is_merged;
+    double distance_m;
     std::size_t track;
     std::size_t cluster;
   };
 
   static bool differs(const Cluster& cluster, const Track& track);
+  [[nodiscard]] std::optional<double> distance(const Track& track, const Cluster& cluster) const;
   void find_pairs(const std::vector<Cluster>& clusters);
-  void associate(const std::vector<Cluster>& clusters);
+  void associate(const std::vector<Cluster>& clusters, const Pose2& camera);
+  void set_shape(Track& track, const Cluster& cluster, const Pose2& camera) const;
+  static bool seems_to_move(const Track& track);
+  static double axes_of(const Track& track);
+  [[nodiscard]] Obstacle obstacle_of(const Track& track, const Pose2& vehicle_from_world) const;
   static double evidence_of_motion(const Cluster& cluster);
-  void correct(Track& track, const Cluster& cluster) const;
-  void begin_track(const Cluster& cluster);
+  void correct(Track& track, const Cluster& cluster, const Pose2& camera) const;
+  void correct_place(Track& track, const Cluster& cluster, const Pose2& camera) const;
+  void begin_track(const Cluster& cluster, const Pose2& camera);
   [[nodiscard]] bool is_confirmed(const Track& track) const;
   static bool is_replaced(const Track& track, const std::vector<Cluster>& clusters);
+  [[nodiscard]] bool is_forgotten(const Track& track) const;
   [[nodiscard]] bool is_over(const Track& track, const std::vector<Cluster>& clusters, const GridLayers& world,
                              const Pose2& vehicle_from_world) const;
   /// `at`: vehicle frame.

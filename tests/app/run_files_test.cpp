@@ -118,10 +118,29 @@ TEST_F(RunFiles, EveryLineHasEveryKey) {
     EXPECT_EQ(keys_of(line["density"]), (std::set<std::string>{"obstacle", "road"}));
     EXPECT_GT(line["density"]["road"], 0.05);
     for (const Json& obstacle : line["obstacles"]) {
-      EXPECT_EQ(keys_of(obstacle),
-                (std::set<std::string>{"id", "x_m", "y_m", "vx_mps", "vy_mps", "length_m", "width_m", "yaw_rad",
-                                       "occupancy", "age_s", "confirmed", "moving", "coasting", "unseen_s",
-                                       "position_covariance", "velocity_covariance", "kind", "height_m", "outline_m"}));
+      EXPECT_EQ(keys_of(obstacle), (std::set<std::string>{"id",
+                                                          "x_m",
+                                                          "y_m",
+                                                          "vx_mps",
+                                                          "vy_mps",
+                                                          "length_m",
+                                                          "width_m",
+                                                          "yaw_rad",
+                                                          "occupancy",
+                                                          "age_s",
+                                                          "confirmed",
+                                                          "moving",
+                                                          "coasting",
+                                                          "unseen_s",
+                                                          "position_covariance",
+                                                          "velocity_covariance",
+                                                          "kind",
+                                                          "height_m",
+                                                          "outline_m",
+                                                          "yaw_rate_radps",
+                                                          "length_sigma_m",
+                                                          "width_sigma_m",
+                                                          "yaw_sigma_rad"}));
       EXPECT_EQ(obstacle["position_covariance"].size(), 3U);
       EXPECT_GT(obstacle["velocity_covariance"][0].get<double>(), 0);
     }

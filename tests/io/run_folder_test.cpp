@@ -4,6 +4,7 @@
 #include "stereogrid/io/npz.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
 #include "stereogrid/io/run_folder/frame_files.hpp"
+#include "stereogrid/io/run_folder/frame_lines.hpp"
 #include "stereogrid/io/run_folder/run_reader.hpp"
 #include "stereogrid/io/run_folder/run_record.hpp"
 #include "support.hpp"
@@ -13,6 +14,7 @@ namespace stereogrid::io::testing {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 constexpr GridGeometry grid{0, -1, 0.5, 3, 4};
 constexpr Rig given_rig{160, 100, 80, 79.5, 50, 0.5, 1.65, 0, 0};
@@ -229,6 +231,26 @@ TEST_F(RunFolder, MayHaveOutlinesOfObstacles) {
   std::string many{"[0,0]"};
   for (std::size_t i{0}; i < Outline::points_max; ++i) many += ",[0,0]";
   refuses("\"outline_m\":[" + many + "],");
+}
+
+TEST_F(RunFolder, KeepsHowObstaclesTurnAndHowSurelyTheirBoxesAreKnown) {
+  FrameResult result;
+  result.obstacles.resize(2);
+  result.obstacles[1].yaw_rate_radps = -0.21234;
+  result.obstacles[1].length_sigma_m = 0.15678;
+  result.obstacles[1].yaw_sigma_rad = 0.02;
+  for (const bool compact : {false, true}) {
+    const std::string line{frame_line(frame_at(0), result, {}, compact)};
+    put(folder_ / "lines.jsonl", line + "\n");
+    const auto read{read_run_frames(folder_ / "lines.jsonl").at(0).obstacles};
+    EXPECT_THAT(line, HasSubstr("\"width_sigma_m\":null")) << "unknown";
+    EXPECT_EQ(read.at(0).yaw_rate_radps, 0);
+    EXPECT_TRUE(std::isinf(read.at(0).yaw_sigma_rad));
+    EXPECT_EQ(read.at(1).yaw_rate_radps, compact ? -0.212 : -0.21234);
+    EXPECT_EQ(read.at(1).length_sigma_m, compact ? 0.157 : 0.15678);
+    EXPECT_TRUE(std::isinf(read.at(1).width_sigma_m));
+    EXPECT_EQ(read.at(1).yaw_sigma_rad, 0.02);
+  }
 }
 
 TEST_F(RunFolder, GoesOnWithWhatItHolds) {

@@ -89,6 +89,10 @@ std::string obstacle_line(Line line, const io::RunFrame& frame, const Obstacle& 
   line("width_m", obstacle.width_m);
   line("height_m", obstacle.height_m);
   line("yaw_rad", obstacle.yaw_rad);
+  line("yaw_rate_radps", obstacle.yaw_rate_radps);
+  line("length_sigma_m", obstacle.length_sigma_m);
+  line("width_sigma_m", obstacle.width_sigma_m);
+  line("yaw_sigma_rad", obstacle.yaw_sigma_rad);
   line("age_s", obstacle.age_s);
   line("unseen_s", obstacle.unseen_s);
   line("occupancy", obstacle.occupancy);

@@ -8,6 +8,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string_view>
@@ -63,6 +64,11 @@ Json json_of(const Outline& outline, const Numbers& numbers) {
   return points;
 }
 
+// JSON has no infinity.
+Json json_of_sigma(double sigma) {
+  return std::isfinite(sigma) ? Json(sigma) : Json();
+}
+
 Json json_of(const Obstacle& obstacle, const Numbers& numbers) {
   const auto rounded = [&](double value) { return numbers.to_thousandths(value); };
   return {{"id", obstacle.id},
@@ -83,7 +89,11 @@ Json json_of(const Obstacle& obstacle, const Numbers& numbers) {
           {"velocity_covariance", json_of(obstacle.velocity_covariance, numbers)},
           {"kind", names_of(ObstacleKind{})[static_cast<std::size_t>(obstacle.kind)]},
           {"height_m", rounded(obstacle.height_m)},
-          {"outline_m", json_of(obstacle.outline, numbers)}};
+          {"outline_m", json_of(obstacle.outline, numbers)},
+          {"yaw_rate_radps", rounded(obstacle.yaw_rate_radps)},
+          {"length_sigma_m", json_of_sigma(rounded(obstacle.length_sigma_m))},
+          {"width_sigma_m", json_of_sigma(rounded(obstacle.width_sigma_m))},
+          {"yaw_sigma_rad", json_of_sigma(rounded(obstacle.yaw_sigma_rad))}};
 }
 
 std::int64_t id_of(const Json& obstacle) {
@@ -149,6 +159,13 @@ Covariance2 covariance_of(const Json& o, const char* key) {
   return {value(0), value(1), value(2)};
 }
 
+// null: unknown, as in runs of older versions.
+double sigma_of(const Json& o, const char* key) {
+  const auto found{o.find(key)};
+  if (found == o.end() || found->is_null()) return std::numeric_limits<double>::infinity();
+  return number_of(*found, key, most);
+}
+
 Obstacle obstacle_of(const Json& o) {
   const auto value = [&o](const char* key) { return number(o, key, most); };
   return {id_of(o),
@@ -169,7 +186,11 @@ Obstacle obstacle_of(const Json& o) {
           covariance_of(o, "velocity_covariance"),
           kind_of(o),
           o.contains("height_m") ? value("height_m") : 0,
-          outline_of(o)};
+          outline_of(o),
+          o.contains("yaw_rate_radps") ? value("yaw_rate_radps") : 0,
+          sigma_of(o, "length_sigma_m"),
+          sigma_of(o, "width_sigma_m"),
+          sigma_of(o, "yaw_sigma_rad")};
 }
 
 StageTimes timing_of(const Json& line) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "clusters_of.hpp"
@@ -133,6 +134,22 @@ TEST(Segments, OutlineOfAThingLiesBehindWhatIsSeenOfIt) {
     EXPECT_GE(point.x, car.bounds.least.x);
     EXPECT_LE(point.y, car.bounds.most.y);
   }
+}
+
+// By the image's edge (on the left the right camera's, which sees less), or by what stands before it.
+TEST(Segments, SayWhereTheyMayGoOn) {
+  const auto cuts = [](const PaintedObstacles& painted, double x_m) {
+    for (const Cluster& one : clusters_of(painted)) {
+      if (std::abs(one.bounds.least.x - x_m) < 0.5) return std::pair{one.is_cut_left, one.is_cut_right};
+    }
+    ADD_FAILURE() << "nothing at " << x_m;
+    return std::pair{false, false};
+  };
+  EXPECT_EQ(cuts(PaintedObstacles{}.wall(8, -1, 1), 8), std::pair(false, false));
+  EXPECT_EQ(cuts(PaintedObstacles{}.wall(8, 2, 4.9), 8), std::pair(true, false));
+  EXPECT_EQ(cuts(PaintedObstacles{}.wall(8, -6, -3), 8), std::pair(false, true));
+  EXPECT_EQ(cuts(PaintedObstacles{}.wall(12, 0, 3).wall(6, -1, 0.5), 12), std::pair(false, true));
+  EXPECT_EQ(cuts(PaintedObstacles{}.wall(12, 0, 3).wall(6, -1, 0.5), 6), std::pair(false, false));
 }
 
 TEST(Segments, OutlinesAreInTheWorld) {
