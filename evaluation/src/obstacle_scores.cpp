@@ -16,6 +16,7 @@ constexpr double found_from{0.5};  // share of what is seen of a thing
 constexpr double part_from{0.1};
 constexpr double seems_to_move_above_mps{1};
 constexpr double near_a_mover_m{1.5};
+constexpr double cell_reach_m{0.4};
 
 /// No larger than this, an obstacle is a thing's own.
 double own_area_max_m2(const Thing& thing) {
@@ -92,11 +93,13 @@ ObstacleScores::Candidates ObstacleScores::candidates_of(std::span<const Obstacl
   return candidates;
 }
 
-void ObstacleScores::add(const ObstacleTruth& truth, std::span<const Obstacle> reported) {
+void ObstacleScores::add(const ObstacleTruth& truth, std::span<const Obstacle> reported,
+                         std::span<const Point2> moving_cells) {
   const Candidates candidates{candidates_of(reported)};
   ++counts_.frames;
   add_cells(truth, candidates);
   add_motion(truth, candidates);
+  add_moving_cells(moving_cells, candidates);
   Shares shares;
   for (const Thing& thing : truth.things) {
     for (const Candidate& c : candidates) {
@@ -117,6 +120,18 @@ void ObstacleScores::add_cells(const ObstacleTruth& truth, const Candidates& can
   counts_.covered += static_cast<std::size_t>(std::ranges::count_if(truth.free, is_covered));
   for (const Candidate& c : candidates) {
     if (c.closed) areas_m2_.push_back(c.area_m2);
+  }
+}
+
+void ObstacleScores::add_moving_cells(std::span<const Point2> cells, const Candidates& candidates) {
+  counts_.moving_cells += cells.size();
+  for (const Point2 cell : cells) {
+    bool moves{false};
+    bool stands{false};
+    for (const Candidate& c : candidates) {
+      if (is_near(c.outline, c.closed, cell, cell_reach_m)) (c.obstacle->moving ? moves : stands) = true;
+    }
+    if (stands && !moves) ++counts_.moving_cells_standing;
   }
 }
 
@@ -227,6 +242,8 @@ ObstacleSummary ObstacleScores::summary() const {
   s.free_covered = share(counts_.covered, counts_.free);
   s.moving = counts_.moving;
   s.moving_wrong = share(counts_.moving_wrong, counts_.moving);
+  s.moving_cells = counts_.moving_cells;
+  s.moving_cells_standing = share(counts_.moving_cells_standing, counts_.moving_cells);
   s.speed_error_mps = median(errors_.velocity_mps);
   s.area_median_m2 = median(areas_m2_);
   s.area_p90_m2 = interpolated_quantile(areas_m2_, 0.9);

@@ -31,6 +31,7 @@ struct Cluster {
   Point2 velocity;                 ///< of its cells, or of the points followed on it
   Symmetric2 velocity_covariance;  ///< m²/s², of the points; 0: there are none
   double occupancy{0};             ///< mean over its surface
+  double moving{0};                ///< share of its occupancy that moves, as the filter has it
   int pixels{0};
   double length_m{0};
   double width_m{0};

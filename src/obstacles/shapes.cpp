@@ -230,9 +230,9 @@ void ask_grid(const Segmenter& segmenter, std::size_t segment, const GridLayers&
     cluster.velocity.y += occupied * static_cast<double>(world.velocity_y(x, y));
   }
   const double occupied{cluster.occupancy};
-  cluster.velocity = moving > 0.5 * occupied && occupied > 0
-                         ? Point2{cluster.velocity.x / occupied, cluster.velocity.y / occupied}
-                         : Point2{};
+  cluster.moving = occupied > 0 ? moving / occupied : 0;
+  cluster.velocity =
+      cluster.moving > 0.5 ? Point2{cluster.velocity.x / occupied, cluster.velocity.y / occupied} : Point2{};
   cluster.occupancy = known > 0 ? occupied / known : 0.5;
 }
 

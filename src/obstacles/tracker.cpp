@@ -21,6 +21,8 @@ constexpr double differing_height_m{2};
 /// Squared difference of two velocities in variances beyond which it is not the same thing.
 constexpr double another_thing{16};
 constexpr double unknown_velocity_mps{3};
+/// Of what the filter says of a thing that is seen for the first time.
+constexpr double most_before{1.5};
 constexpr double free_occupancy{0.2};
 constexpr double gone_s{0.25};
 constexpr double replaced_within_m{0.3};
@@ -31,6 +33,14 @@ constexpr double parted_within_m{0.7};
 constexpr double hidden_by_m{0.3};
 /// What is seen so large is no chance match.
 constexpr int surely_seen_px{300};
+
+// Where the filter has cells that move, a track begins with its belief: logarithm of the odds. What the cells do not
+// tell says nothing.
+double moving_before(const Cluster& cluster) {
+  constexpr double open{0.05};  // of a cell's share, for what the filter does not know
+  if (cluster.kind == ObstacleKind::extended) return 0;
+  return std::clamp(std::log((cluster.moving + open) / (1 - cluster.moving + open)), 0.0, most_before);
+}
 
 }  // namespace
 
@@ -146,6 +156,7 @@ void Tracker::begin_track(const Cluster& cluster, const Pose2& camera) {
   track.motion = {cluster.centre, position_variance, cluster.velocity, velocity_covariance};
   track.box.begin({cluster, cluster.yaw_rad, camera, rig_}, cluster.yaw_rad, cluster.centre);
   set_shape(track, cluster, camera);
+  track.moving = moving_before(cluster);
   track.sightings = 1;
   track.pixels = cluster.pixels;
   tracks_.push_back(track);

@@ -159,6 +159,19 @@ TEST(Obstacles, SeemToMove) {
   EXPECT_DOUBLE_EQ(s.moving_wrong, 2.0 / 3);
 }
 
+// Whether the grid's motion is that of the obstacles.
+TEST(Obstacles, CellsMoveByStandingObstacles) {
+  ObstacleScores scores;
+  auto mover{box(7, 10, 0)};
+  mover.moving = true;
+  const std::vector<Point2> cells{{10, 0}, {8, 6.3}, {8, 6.5}, {12.2, 0}, {12, 3}};
+  scores.add(with({}), std::vector{mover, box(8, 8, 5), box(9, 14, 0, 3, 2)}, cells);
+  scores.add(with({}), {}, {});
+  EXPECT_EQ(scores.summary().moving_cells, 5U);
+  EXPECT_DOUBLE_EQ(scores.summary().moving_cells_standing, 1.0 / 5) << "one is near to both, two to none";
+  EXPECT_TRUE(std::isnan(scored(with({}), {}).moving_cells_standing));
+}
+
 TEST(Obstacles, ErrorsOfWhatIsMatched) {
   Thing mover{thing(1, 10, 0)};
   mover.velocity_mps = Point2{0, 4};

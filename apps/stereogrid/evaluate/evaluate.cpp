@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
 #include <system_error>
 #include <utility>
@@ -84,6 +85,22 @@ std::string text_of(const InputOptions& input) {
       "Give the input that the run was made from."};
 }
 
+/// Centres of those from 3 to 20 m ahead.
+std::vector<Point2> moving_cells_of(const io::RunGrids& grids, const GridGeometry& geometry) {
+  constexpr double nearest_m{3};
+  constexpr double farthest_m{20};
+  constexpr float moving_mps{1};
+  std::vector<Point2> cells;
+  for (int iy{0}; iy < geometry.ny; ++iy) {
+    for (int ix{0}; ix < geometry.nx; ++ix) {
+      const Point2 centre{geometry.centre(ix, iy)};
+      if (centre.x < nearest_m || centre.x >= farthest_m || !(grids.occupancy(ix, iy) > 0.5F)) continue;
+      if (std::hypot(grids.velocity_x(ix, iy), grids.velocity_y(ix, iy)) > moving_mps) cells.push_back(centre);
+    }
+  }
+  return cells;
+}
+
 /// Scores of the grids and the obstacles of a run, frame after frame.
 class Scorer {
  public:
@@ -94,11 +111,13 @@ class Scorer {
   void add(const io::RunFrame& frame) {
     const auto known{truth_.frame(frame.name, run_.grid(), run_.rig_of(frame))};
     const auto obstacles{objects_.frame(frame.name, known)};
+    if (!obstacles && !known) return;
+    const io::RunGrids grids{run_.grids(frame.name)};
     if (obstacles) {
-      obstacles_.add(*obstacles, frame.obstacles);
+      obstacles_.add(*obstacles, frame.obstacles, moving_cells_of(grids, run_.grid()));
       ++obstacle_frames_;
     }
-    if (known) add_grids(frame, *known);
+    if (known) add_grids(frame, grids, *known);
   }
 
   /// How many something is known about.
@@ -124,8 +143,7 @@ class Scorer {
   }
 
  private:
-  void add_grids(const io::RunFrame& frame, const TruthSource::FrameLabels& known) {
-    const io::RunGrids grids{run_.grids(frame.name)};
+  void add_grids(const io::RunFrame& frame, const io::RunGrids& grids, const TruthSource::FrameLabels& known) {
     observed_.scores.add(frame.name, grids.observed.view(), known.labels);
     occupancy_.scores.add(frame.name, grids.occupancy.view(), known.labels);
     if (!known.truth) return;

@@ -71,6 +71,8 @@ std::string things_of(const Json& o) {
   text += line(fmt::format("share of {} free cells inside outlines", o.at("free_cells").dump()), o.at("free_covered"));
   text += line(fmt::format("share of {} moving obstacles where nothing moves", o.at("moving").dump()),
                o.at("moving_wrong"));
+  text += line(fmt::format("share of {} moving cells by standing obstacles", o.at("moving_cells").dump()),
+               o.at("moving_cells_standing"));
   text += line("velocity error of things that move", o.at("speed_error_mps"), "m/s");
   text += line("area, median", o.at("area_median_m2"), "m²");
   return text + line("area that 90 % do not exceed", o.at("area_p90_m2"), "m²");
@@ -120,6 +122,8 @@ Json json_of(const evaluation::ObstacleSummary& s) {
           {"free_covered", number(s.free_covered)},
           {"moving", s.moving},
           {"moving_wrong", number(s.moving_wrong)},
+          {"moving_cells", s.moving_cells},
+          {"moving_cells_standing", number(s.moving_cells_standing)},
           {"speed_error_mps", number(s.speed_error_mps)},
           {"area_median_m2", number(s.area_median_m2)},
           {"area_p90_m2", number(s.area_p90_m2)},

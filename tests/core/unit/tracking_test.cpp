@@ -118,6 +118,21 @@ TEST(Tracker, MotionTakesSeveralFramesOfEvidence) {
   EXPECT_EQ(report_of(tracker)[0].kind, ObstacleKind::extended);
 }
 
+// The filter has followed its cells before there was a thing.
+TEST(Tracker, WhatTheFilterHasSeenMovingNeedsLessEvidence) {
+  for (const double share : {0.0, 1.0}) {
+    World world;
+    Tracker tracker{plain_config(), PaintedObstacles::rig()};
+    for (int step{0}; step < 3; ++step) {
+      Cluster blob{blob_at(3 + 0.2 * step, 0, {2, 0})};
+      blob.velocity_covariance = {0.1, 0, 0.1};
+      blob.moving = share;
+      update(tracker, world, {blob}, 0.1);
+      EXPECT_EQ(report_of(tracker).front().moving, step >= (share > 0.5 ? 1 : 2)) << step;
+    }
+  }
+}
+
 TEST(Tracker, WhatIsSeenLargeIsConfirmedAtOnce) {
   World world;
   Tracker tracker{plain_config(), PaintedObstacles::rig()};

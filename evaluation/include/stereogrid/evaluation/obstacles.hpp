@@ -80,6 +80,8 @@ struct ObstacleSummary {
   double free_covered{nothing};
   std::size_t moving{0};
   double moving_wrong{nothing};
+  std::size_t moving_cells{0};
+  double moving_cells_standing{nothing};
   double speed_error_mps{nothing};  ///< length of the difference of velocities
   double area_median_m2{nothing};
   double area_p90_m2{nothing};
@@ -101,7 +103,8 @@ struct ObstacleSummary {
 /// Whether confirmed obstacles are things that a planner can use.
 class STEREOGRID_EXPORT ObstacleScores {
  public:
-  void add(const ObstacleTruth& truth, std::span<const Obstacle> reported);
+  /// `moving_cells`: centres of the grid's cells that seem to move, from 3 to 20 m ahead.
+  void add(const ObstacleTruth& truth, std::span<const Obstacle> reported, std::span<const Point2> moving_cells = {});
   [[nodiscard]] ObstacleSummary summary() const;
 
  private:
@@ -110,6 +113,7 @@ class STEREOGRID_EXPORT ObstacleScores {
   using Shares = std::vector<double>;  // [thing][candidate]: of what is seen of the thing
   [[nodiscard]] static Candidates candidates_of(std::span<const Obstacle> reported);
   void add_cells(const ObstacleTruth& truth, const Candidates& candidates);
+  void add_moving_cells(std::span<const Point2> cells, const Candidates& candidates);
   void add_motion(const ObstacleTruth& truth, const Candidates& candidates);
   void add_thing(const Thing& thing, std::span<const double> shares, const Candidates& candidates);
   void add_merged(const ObstacleTruth& truth, const Shares& shares, const Candidates& candidates);
@@ -128,6 +132,8 @@ class STEREOGRID_EXPORT ObstacleScores {
     std::size_t covered{0};
     std::size_t moving{0};
     std::size_t moving_wrong{0};
+    std::size_t moving_cells{0};
+    std::size_t moving_cells_standing{0};
     bool knows_cells{false};
   } counts_;
   struct Errors {
