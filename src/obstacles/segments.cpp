@@ -87,7 +87,6 @@ Segmenter::Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int 
     : rig_{level_rig},
       lowest_m_{heights.obstacle_min_height_m},
       highest_m_{heights.obstacle_height_m},
-      kept_{level_rig.width_px, level_rig.height_px},
       tallies_{level_rig.width_px, bins_per_px * disparities},
       labels_{tallies_.width(), tallies_.height()} {
   const double focal_baseline{rig_.focal_px * rig_.baseline_m};
@@ -108,27 +107,31 @@ Segmenter::Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int 
 }
 
 // In the columns begin … end − 1.
-void Segmenter::count(const RoadPlane& plane, double camera_height_m, int begin, int end) {
-  const auto nearest = static_cast<float>(tallies_.height()) / bins_per_px;
-  const auto farthest = static_cast<float>(rig_.focal_px * rig_.baseline_m / far_m);
-  // what is as high as that has this share of its disparity on the road behind it
-  const double lowest{1 - lowest_m_ / camera_height_m};
-  const double highest{1 - highest_m_ / camera_height_m};
-  for (int v{0}; v < kept_.height(); ++v) {
-    for (int u{begin}; u < end; ++u) {
-      const float d{kept_(u, v)};
-      if (!(d > farthest && d < nearest)) continue;
-      const double on_road{plane.disparity(u, v)};
-      if (on_road > lowest * static_cast<double>(d)) continue;
-      const int k{static_cast<int>(d * bins_per_px)};
-      Tally& tally{tallies_(u, k)};
-      if (on_road > highest * static_cast<double>(d)) ++tally.pixels;
-      if (tally.top == 0 || v - tally.bottom > bins_[static_cast<std::size_t>(k)].gap_rows) {
-        tally.top = static_cast<std::uint16_t>(v + 1);
-      }
-      tally.bottom = static_cast<std::uint16_t>(v);
+void Segmenter::count(View<const float> obstacle, const RoadPlane& plane, double camera_height_m, int begin, int end) {
+  UprightRow limits{.nearest_px = static_cast<float>(tallies_.height()) / bins_per_px,
+                    .farthest_px = static_cast<float>(rig_.focal_px * rig_.baseline_m / far_m),
+                    .road_px = 0,
+                    .road_per_px = static_cast<float>(plane.per_u),
+                    .lowest_share = static_cast<float>(1 - lowest_m_ / camera_height_m),
+                    .highest_share = static_cast<float>(1 - highest_m_ / camera_height_m)};
+  UprightPixels pixels;
+  for (int v{0}; v < obstacle.height; ++v) {
+    limits.road_px = static_cast<float>(plane.disparity(0, v));
+    for (int u{begin}; u < end; u += UprightPixels::most) {
+      find_upright(obstacle.row(v), obstacle.width, u, std::min(u + UprightPixels::most, end), limits, pixels);
+      for (int i{0}; i < pixels.size; ++i) add(limits, v, pixels.columns[i], pixels.disparities[i]);
     }
   }
+}
+
+void Segmenter::add(const UprightRow& row, int v, int u, float d) {
+  const int k{static_cast<int>(d * bins_per_px)};
+  Tally& tally{tallies_(u, k)};
+  if (row.is_below_highest(u, d)) ++tally.pixels;
+  if (tally.top == 0 || v - tally.bottom > bins_[static_cast<std::size_t>(k)].gap_rows) {
+    tally.top = static_cast<std::uint16_t>(v + 1);
+  }
+  tally.bottom = static_cast<std::uint16_t>(v);
 }
 
 void Segmenter::take_nodes(const RoadPlane& plane, double camera_height_m) {

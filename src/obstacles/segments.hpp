@@ -10,7 +10,7 @@
 
 #include "ground/model.hpp"
 #include "held_bytes.hpp"
-#include "obstacles/edges.hpp"
+#include "obstacles/upright_row.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/grid.hpp"
@@ -47,10 +47,7 @@ class Segmenter {
   void find(View<const float> obstacle, const Ground& ground, const ForRanges& for_ranges) {
     tallies_.fill({});
     const RoadPlane plane{road_plane(rig_, ground)};
-    for_ranges(obstacle.height, [&](int begin, int end) {
-      for (int v{begin}; v < end; ++v) leave_edges_out(obstacle.row(v), obstacle.width, kept_.row(v));
-    });
-    for_ranges(obstacle.width, [&](int begin, int end) { count(plane, ground.height_m, begin, end); });
+    for_ranges(obstacle.width, [&](int begin, int end) { count(obstacle, plane, ground.height_m, begin, end); });
     take_nodes(plane, ground.height_m);
     separate();
   }
@@ -95,7 +92,7 @@ class Segmenter {
   }
 
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(bins_, kept_, tallies_, labels_, nodes_, order_, segments_, pieces_, profile_);
+    return held_bytes_of(bins_, tallies_, labels_, nodes_, order_, segments_, pieces_, profile_);
   }
 
  private:
@@ -133,7 +130,8 @@ class Segmenter {
     std::size_t end;
   };
 
-  void count(const RoadPlane& plane, double camera_height_m, int begin, int end);
+  void count(View<const float> obstacle, const RoadPlane& plane, double camera_height_m, int begin, int end);
+  void add(const UprightRow& row, int v, int u, float d);
   void take_nodes(const RoadPlane& plane, double camera_height_m);
   void separate();
   void join_right(int index);
@@ -151,7 +149,6 @@ class Segmenter {
   double lowest_m_;
   double highest_m_;
   std::vector<Bin> bins_;
-  Image<float> kept_;     ///< (H, W) px: without what lies between surfaces
   Image<Tally> tallies_;  ///< (bins, W)
   Image<int> labels_;     ///< (bins, W): index of the node + 1; 0: none
   std::vector<SegmentNode> nodes_;

@@ -10,6 +10,7 @@
 #include "matching/decide_simd.hpp"
 #include "matching/surfaces_simd.hpp"
 #include "matching/texture_simd.hpp"
+#include "obstacles/upright_row.hpp"
 
 namespace stereogrid {
 
@@ -39,6 +40,10 @@ bool cut(View<const std::uint8_t> image, Place place, float shear, Template& pat
 }
 std::optional<Place> find(View<const std::uint8_t> image, const Template& patch, float shear, Place start, int steps) {
   return plain::find(image, patch, shear, start, steps);
+}
+
+void find_upright(const float* row, int width, int begin, int end, const UprightRow& limits, UprightPixels& pixels) {
+  plain::find_upright(row, width, begin, end, limits, pixels);
 }
 
 }  // namespace stereogrid
