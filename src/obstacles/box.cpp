@@ -27,6 +27,8 @@ constexpr double assumed_sigma_m{0.1};
 /// Of what the size differs from what is seen, in a frame.
 constexpr double growing{0.3};
 constexpr double shrinking{0.3};
+/// The far side of what moves is less deep than its first sightings say: what is seen of it errs along the rays.
+constexpr double hidden_shrinking{0.1};
 
 double dot(Point2 a, Point2 b) {
   return a.x * b.x + a.y * b.y;
@@ -158,7 +160,7 @@ void TrackedBox::update(const BoxView& view, Point2 place) {
       if (both) {
         taken = 0.5 * larger * (larger > 0 ? growing : shrinking);
       } else if (!sides[end].is_near || !sides[end].is_seen()) {
-        taken = farther * (farther > 0 ? growing : sides[end].is_seen() ? shrinking : 0);
+        taken = farther * (farther > 0 ? growing : sides[end].is_seen() ? shrinking : axis == 1 ? hidden_shrinking : 0);
       }
       reach_m[axis][end] += outwards * taken;
       if (sides[end].is_seen() || farther > side_m) sigma_m[axis][end] = sides[end].sigma_m;
