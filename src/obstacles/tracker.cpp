@@ -23,6 +23,8 @@ constexpr double another_thing{16};
 constexpr double unknown_velocity_mps{3};
 /// Of what the filter says of a thing that is seen for the first time.
 constexpr double most_before{1.5};
+/// What moves so and overlaps is one thing.
+constexpr double alike_mps{1};
 constexpr double free_occupancy{0.2};
 constexpr double gone_s{0.25};
 constexpr double replaced_within_m{0.3};
@@ -80,6 +82,7 @@ void Tracker::update(const GridLayers& world, const std::vector<Cluster>& cluste
   const Pose2 vehicle_from_world{inverse(world_from_vehicle)};
   for (Track& track : tracks_)
     track.is_merged = track.unseen_s > 0 && (track.is_merged || is_replaced(track, clusters));
+  merge_movers();
   std::erase_if(tracks_, [&](const Track& track) {
     return track.unseen_s > 0 &&
            (is_forgotten(track) || (!track.is_merged && is_over(track, clusters, world, vehicle_from_world)));
@@ -164,6 +167,41 @@ void Tracker::begin_track(const Cluster& cluster, const Pose2& camera) {
 
 bool Tracker::is_confirmed(const Track& track) const {
   return track.sightings >= config_.confirm_frames || track.pixels >= surely_seen_px;
+}
+
+// Pieces of a thing that moves, of which one has grown to where the other one is. It keeps its older id, whichever
+// piece is seen.
+void Tracker::merge_movers() {
+  for (Track& piece : tracks_) {
+    for (Track& whole : tracks_) {
+      if (&piece == &whole || piece.is_merged || whole.is_merged || !are_one_mover(piece, whole)) continue;
+      const bool is_piece_left{whole.unseen_s > 0 && piece.unseen_s == 0};
+      Track& kept{is_piece_left ? piece : whole};
+      Track& merged{is_piece_left ? whole : piece};
+      merged.is_merged = true;
+      if (merged.id < kept.id && merged.unseen_s > 0) {
+        std::swap(merged.id, kept.id);
+        std::swap(merged.age_s, kept.age_s);
+      }
+    }
+  }
+}
+
+// Is the middle of the first in the second, which is no smaller, and do they move alike?
+bool Tracker::are_one_mover(const Track& piece, const Track& whole) {
+  if (std::min(piece.moving, whole.moving) < surely_moving) return false;
+  const auto area_m2 = [](const Track& track) { return track.box.extent_m(0) * track.box.extent_m(1); };
+  if (area_m2(piece) > area_m2(whole)) return false;
+  const Point2 v{piece.motion.velocity()};
+  const Point2 w{whole.motion.velocity()};
+  if (std::hypot(v.x - w.x, v.y - w.y) > alike_mps) return false;
+  const Point2 at{piece.middle()};
+  const Point2 from{whole.middle()};
+  const double c{std::cos(whole.box.yaw_rad)};
+  const double s{std::sin(whole.box.yaw_rad)};
+  const Point2 away{at.x - from.x, at.y - from.y};
+  return 2 * std::abs(c * away.x + s * away.y) < whole.box.extent_m(0) &&
+         2 * std::abs(c * away.y - s * away.x) < whole.box.extent_m(1);
 }
 
 // Twice as long as it was seen: fragments of a frame end with it.

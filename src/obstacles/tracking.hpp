@@ -97,6 +97,8 @@ class Tracker {
   void begin_track(const Cluster& cluster, const Pose2& camera);
   [[nodiscard]] bool is_confirmed(const Track& track) const;
   static bool is_replaced(const Track& track, const std::vector<Cluster>& clusters);
+  void merge_movers();
+  static bool are_one_mover(const Track& piece, const Track& whole);
   [[nodiscard]] bool is_forgotten(const Track& track) const;
   [[nodiscard]] bool is_over(const Track& track, const std::vector<Cluster>& clusters, const GridLayers& world,
                              const Pose2& vehicle_from_world) const;

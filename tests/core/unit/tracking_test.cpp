@@ -429,6 +429,31 @@ TEST(Tracker, WhatComesIntoViewKeepsSpeedAndPlaceOfItsNearSide) {
 }
 
 // 5 m/s along a circle of 10 m around (12, 0), against the clock.
+// A car that drives ahead has been seen whole; then its rear only, and something alike within it.
+TEST(Tracker, WhatMovesWithinAMoverAndAlikeIsAPieceOfIt) {
+  const World world{wide_world()};
+  for (const double piece_mps : {4.0, 7.0}) {
+    Tracker tracker{plain_config(), PaintedObstacles::rig()};
+    const auto car = [](int step, double length_m) {
+      const double rear{8 + 0.4 * step};
+      return box_between({rear, -1}, {rear + length_m, 1}, {4, 0}, 0.3);
+    };
+    for (int step{0}; step < 5; ++step) update(tracker, world, {car(step, 4)}, 0.1);
+    const auto piece = [&](int step) {
+      return box_between({11 + 0.4 * step, -0.9}, {11.5 + 0.4 * step, 0.9}, {piece_mps, 0}, 0.3);
+    };
+    for (int step{5}; step < 9; ++step) update(tracker, world, {car(step, 1), piece(step)}, 0.1);
+    const std::vector<Obstacle> both{report_of(tracker)};
+    EXPECT_EQ(both.size(), piece_mps == 4 ? 1U : 2U) << "what is faster is another thing";
+    EXPECT_EQ(both.front().id, 1);
+    update(tracker, world, {piece(9)}, 0.1);  // the rear is hidden
+    const std::vector<Obstacle> left{report_of(tracker)};
+    EXPECT_EQ(left.size(), piece_mps == 4 ? 1U : 2U);
+    for (const Obstacle& obstacle : left) EXPECT_EQ(obstacle.coasting, piece_mps != 4 && obstacle.id == 1);
+    EXPECT_EQ(left.front().id, 1);
+  }
+}
+
 TEST(Tracker, ATurningCarHasAYawRateAndCoastsAlongItsCircle) {
   const World world{wide_world()};
   Tracker tracker{plain_config(), PaintedObstacles::rig()};
