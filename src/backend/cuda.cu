@@ -54,6 +54,25 @@ void require_architecture(int device) {
                     std::to_string(minor) + ", 7.5 (Turing, 2018) or later is needed."};
 }
 
+// Stands for all kernels: they are compiled for the same devices.
+__global__ void any_kernel() {}
+
+// A device may be new or old enough that nothing in this file runs on it; said here, it is not said by the first
+// launch.
+void require_kernels(int device) {
+  cudaFuncAttributes attributes{};
+  const cudaError_t status{cudaFuncGetAttributes(&attributes, reinterpret_cast<const void*>(any_kernel))};
+  if (status == cudaErrorNoKernelImageForDevice || status == cudaErrorInvalidDeviceFunction ||
+      status == cudaErrorUnsupportedPtxVersion) {
+    cudaGetLastError();
+    throw DeviceError{"This build has no code for the GPU, whose compute capability is " +
+                      std::to_string(attribute(cudaDevAttrComputeCapabilityMajor, device)) + "." +
+                      std::to_string(attribute(cudaDevAttrComputeCapabilityMinor, device)) +
+                      ". Add that to CMAKE_CUDA_ARCHITECTURES and build again, or install a newer driver."};
+  }
+  check_cuda(status, "load its kernels");
+}
+
 [[noreturn]] void throw_out_of_memory(const char* whose, std::size_t bytes) {
   throw DeviceError{std::string{whose} + " memory is too small: " + std::to_string((bytes >> 20) + 1) +
                     " MiB more were asked for. Take smaller images, fewer disparities or a smaller grid, or end other "
@@ -72,6 +91,7 @@ Cuda::Cuda(int device) : device_{device} {
   require_device(device);
   require_architecture(device);
   use();
+  require_kernels(device);
   multiprocessors_ = attribute(cudaDevAttrMultiProcessorCount, device);
   check_cuda(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "create a stream");
 }

@@ -19,7 +19,7 @@ void check_cuda(cudaError_t status, const char* doing);
 class Cuda {
  public:
   /// `device` counts from 0; it is the calling thread's current one from then on. Throws DeviceError: no such device, a
-  /// driver or a device too old.
+  /// driver or a device too old, or one that this build has no code for.
   explicit Cuda(int device = 0);
   Cuda(const Cuda&) = delete;
   Cuda& operator=(const Cuda&) = delete;

@@ -167,6 +167,13 @@ TEST_F(CudaLoading, DriverThatIsTooOld) {
   EXPECT_THAT(complaint(), HasSubstr("driver is too old: it serves CUDA 10.0"));
 }
 
+TEST_F(CudaLoading, NoCodeForTheDevice) {
+  use_library(EMULATED_LIBRARY);
+  lack("kernels");
+  EXPECT_THAT(complaint(), AllOf(HasSubstr("no code for the GPU, whose compute capability is"),
+                                 HasSubstr("CMAKE_CUDA_ARCHITECTURES")));
+}
+
 TEST_F(CudaLoading, TooLittleMemory) {
   use_library(EMULATED_LIBRARY);
   lack("memory");

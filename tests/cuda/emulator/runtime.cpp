@@ -99,6 +99,12 @@ const char* cudaGetErrorString(cudaError_t status) {
       return "invalid configuration argument";
     case cudaErrorInsufficientDriver:
       return "CUDA driver version is insufficient for CUDA runtime version";
+    case cudaErrorInvalidDeviceFunction:
+      return "invalid device function";
+    case cudaErrorNoKernelImageForDevice:
+      return "no kernel image is available for execution on the device";
+    case cudaErrorUnsupportedPtxVersion:
+      return "the provided PTX was compiled with an unsupported toolchain";
     case cudaErrorNoDevice:
       return "no CUDA-capable device is detected";
     case cudaErrorStreamCaptureUnsupported:
@@ -124,6 +130,9 @@ cudaError_t cudaDeviceGetAttribute(int* value, cudaDeviceAttr attribute, int /*d
 cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int /*device*/) {
   *properties = {"emulated", 2, 7, 5, machine().memory};
   return missing();
+}
+cudaError_t cudaFuncGetAttributes(cudaFuncAttributes* /*attributes*/, const void* /*kernel*/) {
+  return lacks("kernels") ? cudaErrorNoKernelImageForDevice : cudaSuccess;
 }
 cudaError_t cudaDriverGetVersion(int* version) {
   *version = missing() == cudaErrorInsufficientDriver ? 10000 : CUDART_VERSION;

@@ -18,7 +18,10 @@ enum cudaError_t {
   cudaErrorMemoryAllocation = 2,
   cudaErrorInvalidConfiguration = 9,
   cudaErrorInsufficientDriver = 35,
+  cudaErrorInvalidDeviceFunction = 98,
   cudaErrorNoDevice = 100,
+  cudaErrorNoKernelImageForDevice = 209,
+  cudaErrorUnsupportedPtxVersion = 222,
   cudaErrorStreamCaptureUnsupported = 900,
 };
 enum cudaMemcpyKind {
@@ -53,6 +56,7 @@ struct cudaLaunchConfig_t {
   std::size_t dynamicSmemBytes{0};
   cudaStream_t stream{nullptr};
 };
+struct cudaFuncAttributes {};
 struct cudaDeviceProp {
   char name[256];
   int multiProcessorCount;
@@ -68,6 +72,7 @@ cudaError_t cudaGetDeviceCount(int* count);
 cudaError_t cudaSetDevice(int device);
 cudaError_t cudaDeviceGetAttribute(int* value, cudaDeviceAttr attribute, int device);
 cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int device);
+cudaError_t cudaFuncGetAttributes(cudaFuncAttributes* attributes, const void* kernel);
 cudaError_t cudaDriverGetVersion(int* version);
 cudaError_t cudaDeviceSynchronize();
 
@@ -106,7 +111,7 @@ cudaStream_t stream_per_thread();
 cudaError_t launch(const cudaLaunchConfig_t& config, std::function<void()> thread);
 
 // Environment variables: STEREOGRID_EMULATOR_BACKWARDS, threads and blocks run from the last to the first: where a
-// barrier is missing, results change. STEREOGRID_EMULATOR_LACKS=device|driver|memory: what is missing.
+// barrier is missing, results change. STEREOGRID_EMULATOR_LACKS=device|driver|kernels|memory: what is missing.
 }  // namespace emulator
 
 #define cudaStreamPerThread (emulator::stream_per_thread())
