@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // How time and memory of the default chain grow: with the image's width and height, disparities, cells, velocities and
-// threads, each for itself, from the paper's size on; with images and disparities together, up to 1920 × 1080 · 192;
-// and the frames per second of several cameras. On the built-in street; all sizes of a row in turns, two threads. The
-// exponent is that of a power law through a row's medians.
+// threads, each for itself, from the paper's size on, and with obstacles; with images and disparities together, up to
+// 1920 × 1080 · 192; and the frames per second of several cameras. On the built-in street; all sizes of a row in turns,
+// two threads. The exponent is that of a power law through a row's medians.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -33,6 +33,7 @@ struct Setting {
   double side_m{20};
   int speeds{6};
   int threads{2};
+  int posts{0};  ///< that stand on a road instead of the street's matches; 0: the street
 };
 
 struct Measured {
@@ -65,6 +66,37 @@ scenes::Scene scene_of(const Setting& setting) {
 std::vector<StereoFrame> frames_of(const scenes::Scene& scene) {
   std::vector<StereoFrame> frames;
   for (std::size_t i{0}; i < frames_each; ++i) frames.push_back(scene.load(i));
+  return frames;
+}
+
+// Disparities of a road with posts of 0.1 to 0.2 m, in turns at 10 and 14 m, side by side.
+Image<float> disparities_of_posts(const Rig& rig, int posts) {
+  constexpr int pitch_px{8};
+  constexpr double post_m{1.5};
+  Image<float> disparities{rig.width_px, rig.height_px};
+  for (int v{0}; v < rig.height_px; ++v) {
+    const double below{v - rig.centre_v_px};
+    for (int u{0}; u < rig.width_px; ++u) {
+      const double distance_m{u / pitch_px % 2 == 0 ? 10.0 : 14.0};
+      const double height_m{rig.camera_height_m - below * distance_m / rig.focal_px};
+      const bool is_post{u / pitch_px < posts && u % pitch_px < pitch_px / 2 && height_m > 0 && height_m < post_m};
+      const double depth_m{is_post ? distance_m : rig.camera_height_m * rig.focal_px / std::max(below, 1e-3)};
+      const double d{rig.focal_px * rig.baseline_m / depth_m};
+      disparities(u, v) = d >= 1 ? static_cast<float>(d) : 0.0F;
+    }
+  }
+  return disparities;
+}
+
+std::vector<StereoFrame> frames_of(const Setting& setting, const scenes::Scene& scene) {
+  std::vector<StereoFrame> frames{frames_of(scene)};
+  if (setting.posts == 0) return frames;
+  for (StereoFrame& frame : frames) {
+    frame.disparity = disparities_of_posts(scene.rig(), setting.posts);
+    frame.right = {};
+    frame.left = frames.front().left;
+    frame.world_from_vehicle = frames.front().world_from_vehicle;
+  }
   return frames;
 }
 
@@ -103,7 +135,7 @@ void print_row(const char* name, const std::vector<Setting>& settings,
   for (const Setting& setting : settings) {
     const scenes::Scene scene{scene_of(setting)};
     rigs.push_back(scene.rig());
-    frames.push_back(frames_of(scene));
+    frames.push_back(frames_of(setting, scene));
   }
   for (int round{0}; round < rounds; ++round) {
     for (std::size_t i{0}; i < settings.size(); ++i) drive(settings[i], rigs[i], frames[i], measured[i]);
@@ -149,6 +181,8 @@ void print_growth() {
             [](const Setting& s) { return 25 * s.side_m * s.side_m; });
   print_row("velocities", {{.speeds = 3}, {.speeds = 6}, {.speeds = 12}},
             [](const Setting& s) { return (2 * s.speeds + 1) * (2 * s.speeds + 1); });
+  print_row("obstacles, without matching", {{.posts = 4}, {.posts = 16}, {.posts = 64}},
+            [](const Setting& s) { return s.posts; });
   print_row("threads", {{.threads = 1}, {.threads = 2}}, [](const Setting& s) { return s.threads; });
 }
 
