@@ -51,6 +51,29 @@ STEREOGRID_HD inline EstimateOfVelocity<T> estimate_of(const LatticeSums<T>& sum
   return {x, y, Max(share * sums.xx - x * x, none), share * sums.xy - x * y, Max(share * sums.yy - y * y, none)};
 }
 
+/// The same in axes turned by the angle whose cosine and sine are given. What is alike in all directions stays as it
+/// is, to the bit; adding 0 makes a 0 of −0.
+template <class T>
+STEREOGRID_HD inline EstimateOfVelocity<T> turned(const EstimateOfVelocity<T>& v, T c, T s) {
+  const T none{number(c, 0.0f)};
+  const T one_half{number(c, 0.5f)};
+  const T cos_twice{c * c - s * s};
+  const T sin_twice{number(c, 2.0f) * c * s};
+  const T mean{one_half * (v.xx + v.yy)};
+  const T half{one_half * (v.xx - v.yy)};
+  const T along{cos_twice * half + sin_twice * v.xy};
+  return {c * v.x + s * v.y + none, c * v.y - s * v.x + none, mean + along, cos_twice * v.xy - sin_twice * half + none,
+          mean - along};
+}
+
+/// Between four cells, by the shares of the way along x and along y; of four alike it is what they are, to the bit.
+template <class T>
+STEREOGRID_HD inline T among(T low_left, T low_right, T high_left, T high_right, T x_share, T y_share) {
+  const T low{low_left + x_share * (low_right - low_left)};
+  const T high{high_left + x_share * (high_right - high_left)};
+  return low + y_share * (high - low);
+}
+
 /// P(occupied by something that moves), of what occupies the cell with probability `occupancy`.
 template <class T>
 STEREOGRID_HD inline T moving_share(T occupancy, T standing) {
@@ -75,6 +98,7 @@ template <class T>
 struct ViewOfCell {
   T repeated;  ///< how far the view is that of the step before: 0: another one, 1: the same
   T forgetting;
+  T squares;  ///< of its distance from the camera, in cells
 };
 
 /// Of the cell in column x and row y.
@@ -90,7 +114,7 @@ STEREOGRID_HD inline ViewOfCell<T> view_of_cell(const FilterStep& step, T x, T y
   const T beyond_right{of(0) - left - ahead * of(step.view_right)};
   const auto is_in_view = And(ahead > of(0), Max(beyond_left, beyond_right) <= of(0));
   return {IfThenElseZero(squares > of(step.new_view_squares), of(1) - of(step.new_view_squares) / squares),
-          IfThenElse(is_in_view, of(step.forgetting_in_view), of(step.forgetting))};
+          IfThenElse(is_in_view, of(step.forgetting_in_view), of(step.forgetting)), squares};
 }
 
 /// Errors repeat themselves as long as the view is the same: there, what is observed again takes a cell no farther than
@@ -106,7 +130,8 @@ STEREOGRID_HD inline T fresh_ratio(T repeated, T predicted, const CellLikelihood
 
 /// `arrived`: Σ m(k) before it; `age_s`: of the cell before the step; `view`: view_of_cell. A cell that nobody
 /// has seen stays unknown even where its mass has moved into seen cells. What appears on ground that has just been seen
-/// free has come from somewhere: it is more likely to move than what appears out of the unknown.
+/// free has come from somewhere, unless a pixel of disparity is far in depth there: it is more likely to move than what
+/// appears out of the unknown.
 template <class T>
 STEREOGRID_HD inline UpdateOfCell<T> joint_update(const FilterStep& step, T arrived, T age_s,
                                                   const CellLikelihood<T>& likelihood, const ViewOfCell<T>& view) {
@@ -123,7 +148,7 @@ STEREOGRID_HD inline UpdateOfCell<T> joint_update(const FilterStep& step, T arri
   const T gain{occupied / (occupied * predicted + free * (one - predicted))};
   const T unseen{gain * kept * lacking};
   const T appeared{gain * view.forgetting * empty};
-  const auto was_seen = age_s <= of(0);
+  const auto was_seen = And(age_s <= of(0), view.squares <= of(step.appearing_squares));
   const T standing{IfThenElse(was_seen, of(step.appearing_static), of(step.prior_static))};
   const T moving{IfThenElse(was_seen, of(step.appearing_moving), of(step.prior_moving))};
   return {gain * kept * IfThenElse(arrived > one, one / arrived, one),
@@ -156,15 +181,36 @@ struct CellAfter {
   LatticeSums<T> sums;
 };
 
-/// Of a cell without masses of its own; `each`: what has arrived of each moving velocity.
+/// Of a cell of a block without masses of which nothing has ever been known: what arrives there is not taken.
 template <class T>
+STEREOGRID_HD inline CellAfter<T> unseen_cell(const FilterStep& step, T like) {
+  const T none{number(like, 0.0f)};
+  const T occupancy{number(like, 0.5f)};
+  const T squares{number(like, 0.5f * step.prior_moving * step.lattice_squares)};
+  return {occupancy, number(like, 0.5f * step.prior_static), {occupancy, none, none, squares, none, squares}};
+}
+
+template <class Condition, class T>
+STEREOGRID_HD inline CellAfter<T> either(Condition chosen, const CellAfter<T>& yes, const CellAfter<T>& no) {
+  return {IfThenElse(chosen, yes.occupancy, no.occupancy),
+          IfThenElse(chosen, yes.standing, no.standing),
+          {IfThenElse(chosen, yes.sums.mass, no.sums.mass), IfThenElse(chosen, yes.sums.x, no.sums.x),
+           IfThenElse(chosen, yes.sums.y, no.sums.y), IfThenElse(chosen, yes.sums.xx, no.sums.xx),
+           IfThenElse(chosen, yes.sums.xy, no.sums.xy), IfThenElse(chosen, yes.sums.yy, no.sums.yy)}};
+}
+
+/// Of a cell without masses of its own; `each`: what has arrived of each moving velocity; `is_unseen`: it was as
+/// unseen_cell before, and nothing is observed.
+template <class Condition, class T>
 STEREOGRID_HD inline CellAfter<T> updated_evenly(const FilterStep& step, T standing, T each, T age_s,
-                                                 const CellLikelihood<T>& likelihood, const ViewOfCell<T>& view) {
+                                                 Condition is_unseen, const CellLikelihood<T>& likelihood,
+                                                 const ViewOfCell<T>& view) {
   const T total{standing + number(each, step.moving_velocities) * each};
   const UpdateOfCell<T> update{(joint_update)(step, total, age_s, likelihood, view)};
   const T squares{(update.scale * each + update.born_moving) * number(each, step.lattice_squares)};
   const T none{number(each, 0.0f)};
-  return {update.occupancy,
-          update.scale * standing + update.born_standing,
-          {update.occupancy, none, none, squares, none, squares}};
+  const CellAfter<T> seen{update.occupancy,
+                          update.scale * standing + update.born_standing,
+                          {update.occupancy, none, none, squares, none, squares}};
+  return (either)(is_unseen, (unseen_cell)(step, each), seen);
 }

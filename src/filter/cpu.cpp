@@ -115,13 +115,17 @@ void weigh_velocities(Cpu& cpu, std::span<const VelocityEvidence> evidence, cons
     }
   };
   cpu.for_parts(static_cast<int>(ranges.size()), static_cast<int>(space.masses.size()), weigh_part);
+  const int width{state.occupancy.width()};
+  for (const VelocityEvidence& one : evidence) state.forget_blank(one.cell % width, one.cell / width);
   CellWeigher weigher{tables, state, layers};
   const auto for_starting = [&](const auto& work) {
     for (std::size_t i{0}; i < evidence.size(); ++i) {
       if (starts[i] != 0) work(evidence[i]);
     }
   };
-  for_starting([&](const VelocityEvidence& one) { weigher.weigh(one, true); });
+  const BlockLayout& layout{state.blocks.layout()};
+  for_starting(
+      [&](const VelocityEvidence& one) { state.blocks.want(layout.block_of(one.cell % width, one.cell / width)); });
   begin_wanted_blocks(tables, state);
   for_starting([&](const VelocityEvidence& one) { weigher.weigh(one, false); });
 }

@@ -27,6 +27,11 @@ STEREOGRID_HD inline bool is_moving(MovingFrom from, float occupancy, float stan
   return moving > from.mass && moving > from.part * occupancy;
 }
 
+/// Still as `unseen_cell` says. It does not count as moving, either.
+STEREOGRID_HD inline bool is_as_unseen(const FilterStep& step, float occupancy, float standing, float age_s) {
+  return age_s > never_s && occupancy == 0.5f && standing == 0.5f * step.prior_static;
+}
+
 /// Mass of each moving velocity of a cell without masses of its own. `each_moving`: of FilterStep.
 STEREOGRID_HD inline float even_mass(float each_moving, float occupancy, float standing) {
   return each_moving * moving_share(occupancy, standing);
@@ -89,6 +94,13 @@ STEREOGRID_HD inline CellBox reached_blocks(const FilterStep& step, const CellBo
   const int y_last{Min(box.y_last - moved_y + step.reach, cells - 1)};
   if (x_last < x_first || y_last < y_first) return {0, 0, -1, -1};
   return {x_first / block_columns, y_first / block_rows, x_last / block_columns, y_last / block_rows};
+}
+
+/// A block of the step before can have masses, if some of its cells move: its middle is not too far from the camera.
+STEREOGRID_HD inline bool is_followed(const FilterStep& step, const CellBox& block, int moved_x, int moved_y) {
+  const float dx{0.5f * static_cast<float>(block.x_first + block.x_last) - static_cast<float>(moved_x) - step.camera_x};
+  const float dy{0.5f * static_cast<float>(block.y_first + block.y_last) - static_cast<float>(moved_y) - step.camera_y};
+  return dx * dx + dy * dy <= step.moving_squares;
 }
 
 /// Mass of each moving velocity outside the window.

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
 #include "filter/filter.hpp"
 
 namespace stereogrid {
@@ -23,25 +25,38 @@ bool CellWeigher::weigh(const VelocityEvidence& one, bool may_start) {
       return false;
     }
   }
+  state_.forget_blank(x, y);
   state_.standing(x, y) = cell.standing;
   layers_.moving(x, y) = moving_share(occupancy, cell.standing);
   write_velocity(estimate_of(cell.sums), x, y, layers_);
   return true;
 }
 
-void begin_wanted_blocks(const FilterTables& tables, FilterState& state) {
-  const std::size_t velocities{tables.lattice.size()};
-  for (const int block : state.blocks.begin_wanted()) {
-    const CellBox cells{state.blocks.layout().cells_of(block)};
-    for (int y{cells.y_first}; y <= cells.y_last; ++y) {
-      for (int x{cells.x_first}; x <= cells.x_last; ++x) {
-        const float standing{state.standing(x, y)};
-        const float each{even_mass(tables.each_moving, state.occupancy(x, y), standing)};
-        float* const masses{state.blocks.masses_at(x, y)};
-        for (std::size_t k{0}; k < velocities; ++k) masses[k * block_cells] = k == velocities / 2 ? standing : each;
-      }
+namespace {
+
+// What each cell of a block has, spread evenly.
+void fill_begun_block(const FilterTables& tables, FilterState& state, int block) {
+  const CellBox cells{state.blocks.layout().cells_of(block)};
+  float standing[block_cells]{};
+  float each[block_cells]{};
+  for (int y{cells.y_first}; y <= cells.y_last; ++y) {
+    for (int x{cells.x_first}; x <= cells.x_last; ++x) {
+      const int i{(y - cells.y_first) * block_columns + x - cells.x_first};
+      standing[i] = state.standing(x, y);
+      each[i] = even_mass(tables.each_moving, state.occupancy(x, y), standing[i]);
     }
   }
+  float* masses{state.blocks.masses(state.blocks.slot(block))};
+  const std::size_t velocities{tables.lattice.size()};
+  for (std::size_t k{0}; k < velocities; ++k, masses += block_cells) {
+    std::copy_n(k == velocities / 2 ? standing : each, block_cells, masses);
+  }
+}
+
+}  // namespace
+
+void begin_wanted_blocks(const FilterTables& tables, FilterState& state) {
+  for (const int block : state.blocks.begin_wanted()) fill_begun_block(tables, state, block);
 }
 
 }  // namespace stereogrid

@@ -2,10 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <limits>
 #include <span>
 #include <vector>
 
+#include "filter/active_blocks.hpp"
 #include "filter/evidence.hpp"
 #include "filter/model.hpp"
 #include "filter/moving_blocks.hpp"
@@ -63,7 +66,7 @@ struct FilterSpace {
   FilterSpace(int cells, std::size_t velocities, FilterModel model);
 
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(from, gained, standing, still_occupied, even, spread, moving);
+    return held_bytes_of(from, gained, standing, still_occupied, even, spread, moving, active);
   }
 
   std::vector<Antecedents> from;  ///< of each velocity
@@ -74,6 +77,7 @@ struct FilterSpace {
   Image<float> even;            ///< mass of each moving velocity after the noise, where they are alike
   Image<float> spread;          ///< that, moved on along x by each of the lattice's velocities: the sum
   std::vector<CellBox> moving;  ///< of each block of the step before: its cells that move
+  ActiveBlocks active;
 };
 
 /// Blocks of a window that can have masses at a time; without a prior for standstill all.
@@ -86,17 +90,30 @@ struct FilterState {
   template <class State>
   void exchange(State& state) {
     state(geometry, velocity, standing, blocks, occupancy, age_s);
+    if constexpr (requires { state.require(true); }) forget_blank();
   }
 
-  /// joint: the cells of a block that move. `from`: moving_from of FilterStep.
-  [[nodiscard]] CellBox moving_cells(MovingFrom from, int block) const {
-    return stereogrid::moving_cells(blocks.layout().cells_of(block), [this, from](int x, int y) {
-      return is_moving(from, occupancy(x, y), standing(x, y));
+  /// joint: see even_model.hpp.
+  [[nodiscard]] bool is_as_unseen(const FilterStep& step, int x, int y) const {
+    return stereogrid::is_as_unseen(step, occupancy(x, y), standing(x, y), age_s(x, y));
+  }
+  /// joint: the cells of a block that move, if it is followed. `step`, `scroll`: those of the next step.
+  [[nodiscard]] CellBox moving_cells(const FilterStep& step, Scroll scroll, int block) const {
+    const CellBox cells{blocks.layout().cells_of(block)};
+    const bool has_some{is_followed(step, cells, scroll.x, scroll.y)};
+    return stereogrid::moving_cells(cells, [&](int x, int y) {
+      return has_some && is_moving(step.moving_from, occupancy(x, y), standing(x, y)) && !is_as_unseen(step, x, y);
     });
   }
 
+  /// joint: of no block it is known that it is blank.
+  void forget_blank() { std::fill(blank.begin(), blank.end(), std::uint8_t{0}); }
+  /// A cell of it has been changed, other than by a step.
+  void forget_blank(int x, int y) { blank[static_cast<std::size_t>(blocks.layout().block_of(x, y))] = 0; }
+  [[nodiscard]] bool is_blank(int block) const { return blank[static_cast<std::size_t>(block)] != 0; }
+
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(velocity, standing, blocks, space, occupancy, age_s);
+    return held_bytes_of(velocity, standing, blocks, space, occupancy, age_s, blank);
   }
 
   GridGeometry geometry;               ///< of the last step; nx = 0: no step yet
@@ -106,6 +123,7 @@ struct FilterState {
   FilterSpace space;                   ///< for the step that writes into this state
   Image<float> occupancy;              ///< P(occupied)
   Image<float> age_s;
+  std::vector<std::uint8_t> blank;  ///< joint: of blocks that a step has not had to work on: all cells are unseen_cell
 };
 
 /// P(occupied, v_k) (joint) or P(v_k) (tay2008).
@@ -119,6 +137,8 @@ struct CameraView {
   /// Of a point, times the square of its distance: how far the vehicle's way since the last step has moved it in the
   /// image. Infinite: unknown.
   double parallax_px_m2{std::numeric_limits<double>::infinity()};
+  /// Disparity of a point times its distance. Infinite: unknown.
+  double focal_baseline_pxm{std::numeric_limits<double>::infinity()};
 };
 
 /// What the filter knows about one step besides the observation.
@@ -128,6 +148,8 @@ struct FilterInput {
   GridGeometry geometry;  ///< of the window now
   double dt_s;            ///< since the last step
   CameraView view{};
+  /// joint, CPU: of blocks whose layers are known to be those of unseen_cell already; null: of none.
+  const std::vector<std::uint8_t>* blank_layers{nullptr};
 };
 
 /// Evidence begin … end − 1, whose cells lie in a row of a block.
@@ -200,13 +222,28 @@ inline void write_velocity(const VelocityEstimate& velocity, int x, int y, GridL
 /// Layers of that size, all 0.
 GridLayers grid_layers(const GridGeometry& geometry);
 
-/// The window's layers (`result.world`) as the car sees them, in the rows begin … end − 1 of `result.vehicle.geometry`:
+/// So many cells of a row of the vehicle's grid are resampled together.
+constexpr int resampled_columns{16};
+
+/// Where the layers are known to be those of unseen_cell: such cells are alike, and stay as they are however the
+/// vehicle turns.
+struct UnseenCells {
+  const std::vector<std::uint8_t>* blocks{nullptr};  ///< FilterState::blank of the window; null: of none it is known
+  /// Of the parts of each row of the vehicle's layers, resampled_columns each; updated. Null: of none it is known.
+  std::vector<std::uint8_t>* parts{nullptr};
+};
+
+/// Parts of a row of the vehicle's grid.
+constexpr int resampled_parts(int columns) {
+  return (columns + resampled_columns - 1) / resampled_columns;
+}
+
+/// The window's layers (`result.world`) as the car sees them, in the cells of `result.vehicle.geometry`:
 /// occupancy and moving interpolated between cells; of the nearest cell velocity and covariance (turned into vehicle
 /// axes) and age. Outside the window 0.5, inf and else 0.
-void resample_rows(const Pose2& world_from_vehicle, int begin, int end, FrameResult& result);
-inline void resample(const Pose2& world_from_vehicle, FrameResult& result) {
-  resample_rows(world_from_vehicle, 0, result.vehicle.geometry.ny, result);
-}
+void resample(const Pose2& world_from_vehicle, FrameResult& result);
+/// The same on the CPU of the rows begin … end − 1. `unseen`: as far as it is known.
+void resample_rows(const Pose2& world_from_vehicle, int begin, int end, UnseenCells unseen, FrameResult& result);
 
 /// The same of the occupancy alone.
 void resample_occupancy(const GridLayers& world, const Pose2& world_from_vehicle, const GridGeometry& vehicle_grid,

@@ -26,6 +26,7 @@ __global__ void prepare(const FilterMotion* motion, const double* speed_mps, Joi
   }
   const int x{static_cast<int>(blockIdx.x) * block_columns + static_cast<int>(threadIdx.x)};
   const int y{static_cast<int>(blockIdx.y) * block_rows + static_cast<int>(threadIdx.y)};
+  const bool has_some{is_followed(step, BlockLayout{cells}.cells_of(block), motion->moved_x, motion->moved_y)};
   if (tid == 0) box = {cells, cells, -1, -1};
   __syncthreads();
   if (x < cells && y < cells) {
@@ -35,7 +36,7 @@ __global__ void prepare(const FilterMotion* motion, const double* speed_mps, Joi
     const float gained{gained_by_moving(step, all, standing)};
     prepared[i] = make_float4(before.scale[i], before.born_moving[i], gained, disturbed_standing(step, all, standing));
     even[i] = disturbed(step.kept_moving, even_mass(step.each_moving, all, standing), gained);
-    if (is_moving(step.moving_from, all, standing)) {
+    if (has_some && is_moving(step.moving_from, all, standing) && !is_as_unseen(step, all, standing, before.age_s[i])) {
       atomicMin(&box.x_first, x);
       atomicMin(&box.y_first, y);
       atomicMax(&box.x_last, x);
@@ -116,6 +117,7 @@ struct Target {
 
 struct Observed {
   float age_before_s;
+  bool is_unseen;  ///< was as unseen_cell, and nothing is observed
   Likelihood likelihood;
   CellView view;
 };
@@ -150,8 +152,8 @@ __device__ FilteredCell filter_masses(const Target& target, const float* speed_m
 __device__ FilteredCell filter_evenly(const Target& target, int here, const Observed& observed) {
   const EvenArrived arrived{here < 0 ? new_to_the_window(target.step)
                                      : EvenArrived{target.prepared[here].w, target.arrived_evenly(here)}};
-  return updated_evenly(target.step, arrived.standing, arrived.each, observed.age_before_s, observed.likelihood,
-                        observed.view);
+  return updated_evenly(target.step, arrived.standing, arrived.each, observed.age_before_s, observed.is_unseen,
+                        observed.likelihood, observed.view);
 }
 
 struct Tables {
@@ -173,8 +175,10 @@ __global__ void __launch_bounds__(block_cells)
   const int ay{y + motion->moved_y};
   const int here{target.inside(ax, ay) ? ay * cells + ax : -1};
   const float seen{observed(x, y)};
-  const Observed what{here < 0 ? INFINITY : before.age_s[here], likelihood_of(tables.likelihoods, seen),
-                      view_of(motion->step, x, y)};
+  const bool was_unseen{here < 0 ||
+                        is_as_unseen(motion->step, before.occupancy[here], before.standing[here], before.age_s[here])};
+  const Observed what{here < 0 ? INFINITY : before.age_s[here], seen == 0.5f && was_unseen,
+                      likelihood_of(tables.likelihoods, seen), view_of(motion->step, x, y)};
   const int slot{after.slots[BlockLayout{cells}.block_of(x, y)]};
   const FilteredCell cell{slot < 0 ? filter_evenly(target, here, what)
                                    : filter_masses(target, tables.speed_mps, here, what, slot, after)};

@@ -23,12 +23,12 @@ namespace {
 #include "filter/cell_formulas.hpp"
 
 using Float = hn::CappedTag<float, block_columns>;
-void PrepareRow(const JointStep& joint, int y) {
+void PrepareRow(const JointStep& joint, int y, CellColumns columns) {
   const FilterStep& step{joint.step};
   FilterSpace& space{joint.after.space};
   const float* const occupancy{joint.before.occupancy.row(y)};
   const float* const standing{joint.before.standing.row(y)};
-  for (int x{0}; x < joint.before.occupancy.width(); ++x) {
+  for (int x{columns.begin}; x < columns.end; ++x) {
     const float gained{gained_by_moving(step, occupancy[x], standing[x])};
     space.gained(x, y) = gained;
     space.standing(x, y) = disturbed_standing(step, occupancy[x], standing[x]);
@@ -36,30 +36,30 @@ void PrepareRow(const JointStep& joint, int y) {
   }
 }
 
-// to(x) += between(from(x + offset), from(x + offset + 1), share); outside of it `from` is `border`.
-void add_moved(const float* from, int width, int offset, float share, float border, float* to) {
+// to(x) += between(from(x + offset), from(x + offset + 1), share) in some columns; outside of it `from` is `border`.
+void add_moved(const float* from, int width, int offset, float share, float border, CellColumns columns, float* to) {
   const auto at = [&](int x) { return x >= 0 && x < width ? from[x] : border; };
-  const int begin{std::clamp(-offset, 0, width)};
-  const int end{std::clamp(width - 1 - offset, begin, width)};
-  for (int x{0}; x < begin; ++x) to[x] += stereogrid::between(at(x + offset), at(x + offset + 1), share);
+  const int begin{std::clamp(-offset, columns.begin, columns.end)};
+  const int end{std::clamp(width - 1 - offset, begin, columns.end)};
+  for (int x{columns.begin}; x < begin; ++x) to[x] += stereogrid::between(at(x + offset), at(x + offset + 1), share);
   for_shrinking_vectors(Float{}, begin, end, [&](auto d, int x) {
     const auto first = hn::LoadU(d, from + x + offset);
     const auto second = hn::LoadU(d, from + x + offset + 1);
     hn::StoreU(hn::Add(hn::LoadU(d, to + x), between(first, second, hn::Set(d, share))), d, to + x);
   });
-  for (int x{end}; x < width; ++x) to[x] += stereogrid::between(at(x + offset), at(x + offset + 1), share);
+  for (int x{end}; x < columns.end; ++x) to[x] += stereogrid::between(at(x + offset), at(x + offset + 1), share);
 }
 
-void SpreadAlongX(const JointStep& joint, int y) {
+void SpreadAlongX(const JointStep& joint, int y, CellColumns columns) {
   FilterSpace& space{joint.after.space};
   const int cells{space.even.width()};
   float* const sums{space.spread.row(y)};
-  std::fill(sums, sums + cells, 0.0f);
+  std::fill(sums + columns.begin, sums + columns.end, 0.0f);
   for (int i{0}; i < joint.step.side; ++i) {
     const Antecedents from{space.from[static_cast<std::size_t>(i)]};
     // far beyond the window all is as just beyond it
     const int offset{std::clamp(from.ix, -cells - 1, cells + 1)};
-    add_moved(space.even.row(y), cells, offset, from.fx, even_outside(joint.step), sums);
+    add_moved(space.even.row(y), cells, offset, from.fx, even_outside(joint.step), columns, sums);
   }
 }
 
@@ -73,7 +73,7 @@ float spread_outside(const JointStep& joint) {
   return sum;
 }
 
-void ArriveEvenly(const JointStep& joint, ColumnRange columns, BlockRow& cells) {
+void ArriveEvenly(const JointStep& joint, CellColumns columns, BlockRow& cells) {
   if (columns.begin == columns.end) return;
   const FilterSpace& space{joint.after.space};
   const int size{space.even.width()};
@@ -195,7 +195,7 @@ void predict_standing(const JointStep& joint, const CellBox& cells, float* masse
   for (int y{cells.y_first}; y <= cells.y_last; ++y) {
     float* const row{masses + (y - cells.y_first) * block_columns};
     const int columns{cells.x_last - cells.x_first + 1};
-    const ColumnRange known{known_columns(joint, cells.x_first, y, columns)};
+    const CellColumns known{known_columns(joint, cells.x_first, y, columns)};
     std::fill(row, row + columns, new_to_the_window(joint.step).standing);
     for (int i{known.begin}; i < known.end; ++i) {
       row[i] = joint.after.space.standing(cells.x_first + i + joint.scroll.x, y + joint.scroll.y);
@@ -209,7 +209,7 @@ void fill_new_cells(const JointStep& joint, const CellBox& cells, float* masses)
   for (int y{cells.y_first}; y <= cells.y_last; ++y) {
     float* const row{masses + (y - cells.y_first) * block_columns};
     const int columns{cells.x_last - cells.x_first + 1};
-    const ColumnRange known{known_columns(joint, cells.x_first, y, columns)};
+    const CellColumns known{known_columns(joint, cells.x_first, y, columns)};
     std::fill(row, row + known.begin, value);
     std::fill(row + known.end, row + columns, value);
   }
@@ -250,13 +250,13 @@ HWY_EXPORT(SpreadAlongX);
 HWY_EXPORT(ArriveEvenly);
 HWY_EXPORT(PredictBlock);
 
-void prepare_row(const JointStep& joint, int y) {
-  HWY_DYNAMIC_DISPATCH(PrepareRow)(joint, y);
+void prepare_row(const JointStep& joint, int y, CellColumns columns) {
+  HWY_DYNAMIC_DISPATCH(PrepareRow)(joint, y, columns);
 }
-void spread_along_x(const JointStep& joint, int y) {
-  HWY_DYNAMIC_DISPATCH(SpreadAlongX)(joint, y);
+void spread_along_x(const JointStep& joint, int y, CellColumns columns) {
+  HWY_DYNAMIC_DISPATCH(SpreadAlongX)(joint, y, columns);
 }
-void arrive_evenly(const JointStep& joint, ColumnRange columns, BlockRow& row) {
+void arrive_evenly(const JointStep& joint, CellColumns columns, BlockRow& row) {
   HWY_DYNAMIC_DISPATCH(ArriveEvenly)(joint, columns, row);
 }
 void predict_block(const JointStep& joint, int block) {

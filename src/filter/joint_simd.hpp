@@ -28,14 +28,8 @@ struct BlockRowSums {
   float yy[block_columns];
 };
 
-/// Columns of a row of a block, counted from its first.
-struct ColumnRange {
-  int begin;
-  int end;
-};
-
-/// Which of `columns` cells from (x, y) on have been in the window before.
-inline ColumnRange known_columns(const JointStep& joint, int x, int y, int columns) {
+/// Which of `columns` cells from (x, y) on have been in the window before, counted from the first.
+inline CellColumns known_columns(const JointStep& joint, int x, int y, int columns) {
   const int size{joint.before.occupancy.width()};
   const bool row_known{y + joint.scroll.y >= 0 && y + joint.scroll.y < size};
   const int first{x + joint.scroll.x};
@@ -43,12 +37,15 @@ inline ColumnRange known_columns(const JointStep& joint, int x, int y, int colum
   return {begin, row_known ? std::clamp(size - first, begin, columns) : columns};
 }
 
-/// What prediction reads of row y of the step before.
-void prepare_row(const JointStep& joint, int y);
+/// Of some cell of a block something is observed: it is not exactly ½.
+bool is_any_observed(View<const float> observed, const CellBox& cells);
 
-/// Row y of the step before, after prepare_row, moved on along x by each of the lattice's velocities: the sum, at the
+/// What prediction reads of row y of the step before.
+void prepare_row(const JointStep& joint, int y, CellColumns columns);
+
+/// Row y of the step before, after prepare_row, moved on along x by each of the lattice's velocities: the sum, at
 /// columns of the window now.
-void spread_along_x(const JointStep& joint, int y);
+void spread_along_x(const JointStep& joint, int y, CellColumns columns);
 
 /// Cells of a row of a block of the window now.
 struct BlockRow {
@@ -58,6 +55,7 @@ struct BlockRow {
   float age_s[block_columns];     ///< before the step
   float standing[block_columns];  ///< what has arrived at standstill
   float each[block_columns];      ///< without masses: what has arrived of each moving velocity
+  float unseen[block_columns];    ///< 1: was as unseen_cell
   // the update of the masses
   float scale[block_columns];
   float born_moving[block_columns];
@@ -66,7 +64,7 @@ struct BlockRow {
 
 /// What arrives of each moving velocity in some columns of the row, which have been in the window before, as
 /// BlockRow::each.
-void arrive_evenly(const JointStep& joint, ColumnRange columns, BlockRow& row);
+void arrive_evenly(const JointStep& joint, CellColumns columns, BlockRow& row);
 
 /// The masses that arrive in a block's cells.
 void predict_block(const JointStep& joint, int block);

@@ -22,6 +22,17 @@ namespace {
 
 using Float = hn::CappedTag<float, block_columns>;
 
+bool IsAnyObserved(View<const float> observed, const CellBox& cells) {
+  bool is_any{false};
+  for (int y{cells.y_first}; y <= cells.y_last && !is_any; ++y) {
+    const float* const row{observed.row(y)};
+    for_shrinking_vectors(Float{}, cells.x_first, cells.x_last + 1, [&](auto d, int x) {
+      is_any = is_any || !hn::AllTrue(d, hn::Eq(hn::LoadU(d, row + x), hn::Set(d, 0.5f)));
+    });
+  }
+  return is_any;
+}
+
 // The update of a vector of cells: those from column i of the row on.
 template <class D>
 class Updating {
@@ -62,7 +73,9 @@ class Updating {
   }
 
   [[nodiscard]] CellAfter<V> evenly() const {
-    return (updated_evenly)(joint_.step, load(row_.standing), load(row_.each), load(row_.age_s), likelihood(), view());
+    const auto is_unseen = hn::And(hn::Gt(load(row_.unseen), hn::Zero(d_)), hn::Eq(observed_, hn::Set(d_, 0.5f)));
+    return (updated_evenly)(joint_.step, load(row_.standing), load(row_.each), load(row_.age_s), is_unseen,
+                            likelihood(), view());
   }
 
   [[nodiscard]] CellAfter<V> of_masses(const BlockRowSums& row) const {
@@ -148,10 +161,14 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace stereogrid {
 
+HWY_EXPORT(IsAnyObserved);
 HWY_EXPORT(UpdateRow);
 HWY_EXPORT(SumRow);
 HWY_EXPORT(RescaleRow);
 
+bool is_any_observed(View<const float> observed, const CellBox& cells) {
+  return HWY_DYNAMIC_DISPATCH(IsAnyObserved)(observed, cells);
+}
 void update_row(const JointStep& joint, View<const float> observed, const BlockRowSums* sums, BlockRow& row,
                 GridLayers& layers) {
   HWY_DYNAMIC_DISPATCH(UpdateRow)(joint, observed, sums, row, layers);

@@ -39,6 +39,8 @@ struct FilterStep {
   float view_left;          ///< cells to the left, for each cell ahead, that it sees; to the right
   float view_right;         ///< both negative: nothing is known of the camera
   float new_view_squares;   ///< within the root of so many squares of a cell around the camera the view is another one
+  float appearing_squares;  ///< likewise: there, what appears has come from somewhere; infinite: everywhere
+  float moving_squares;     ///< likewise: there, blocks can have masses
   float moving_velocities;  ///< of the lattice, all but standstill
   float each_moving;        ///< one of them by their number; 0: there are none
   MovingFrom moving_from;   ///< from which on a cell moves
@@ -106,12 +108,6 @@ STEREOGRID_HD inline CellView view_of(const FilterStep& step, int x, int y) {
 
 using VelocitySums = LatticeSums<float>;
 
-/// The same in axes turned by the angle whose cosine and sine are given.
-STEREOGRID_HD inline VelocityEstimate turned(const VelocityEstimate& v, float c, float s) {
-  return {c * v.x + s * v.y, -s * v.x + c * v.y, c * c * v.xx + 2 * c * s * v.xy + s * s * v.yy,
-          c * s * (v.yy - v.xx) + (c * c - s * s) * v.xy, s * s * v.xx - 2 * c * s * v.xy + c * c * v.yy};
-}
-
 /// Between the four cells around (x, y), in cells from the centre of the first; the border repeats. `at(x, y)`.
 template <class At>
 STEREOGRID_HD inline float interpolated(const At& at, int width, int height, double x, double y) {
@@ -121,8 +117,7 @@ STEREOGRID_HD inline float interpolated(const At& at, int width, int height, dou
   const float fx{static_cast<float>(x - ix)};
   const float fy{static_cast<float>(y - iy)};
   const auto value = [&](int cx, int cy) { return at(within(cx, width), within(cy, height)); };
-  return (1 - fy) * ((1 - fx) * value(ix, iy) + fx * value(ix + 1, iy)) +
-         fy * ((1 - fx) * value(ix, iy + 1) + fx * value(ix + 1, iy + 1));
+  return among(value(ix, iy), value(ix + 1, iy), value(ix, iy + 1), value(ix + 1, iy + 1), fx, fy);
 }
 
 /// P(still or newly occupied) before the update.

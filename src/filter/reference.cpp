@@ -54,6 +54,11 @@ struct Step {
     return disturbed(constants.kept_moving, even_mass(constants.each_moving, all, standing(x, y)),
                      gained_by_moving(constants, all, standing(x, y)));
   }
+  // joint: nothing has been known of the cell
+  [[nodiscard]] bool was_unseen(int x, int y) const {
+    if (!is_known(x, y)) return true;
+    return before.is_as_unseen(constants, x + moved_x, y + moved_y);
+  }
   // the cell has been in the window before
   [[nodiscard]] bool is_known(int x, int y) const { return inside(x + moved_x, y + moved_y); }
   [[nodiscard]] float age_before(int x, int y) const {
@@ -110,7 +115,7 @@ FilteredCell lattice_cell(const Step& step, int x, int y, Likelihood likelihood,
 }
 
 // The same of a cell without masses of its own.
-FilteredCell even_cell(const Step& step, int x, int y, Likelihood likelihood) {
+FilteredCell even_cell(const Step& step, int x, int y, float observed, Likelihood likelihood) {
   const FilterStep& constants{step.constants};
   const auto side = static_cast<std::size_t>(constants.side);
   const auto spread_along_x = [&](int ax, int ay) {
@@ -133,8 +138,8 @@ FilteredCell even_cell(const Step& step, int x, int y, Likelihood likelihood) {
     arrived = {step.disturbed_at(step.standstill(), ax, ay, step.before.occupancy(ax, ay)),
                even_arrived(constants.each_moving, spread, step.even_at(ax, ay))};
   }
-  return updated_evenly(constants, arrived.standing, arrived.each, step.age_before(x, y), likelihood,
-                        view_of(constants, x, y));
+  return updated_evenly(constants, arrived.standing, arrived.each, step.age_before(x, y),
+                        observed == 0.5f && step.was_unseen(x, y), likelihood, view_of(constants, x, y));
 }
 
 // docs/method.md §8.6; `velocity` becomes P(v_k), `occupied` P(occupied, v_k) up to a factor
@@ -165,8 +170,8 @@ FilteredCell tay_cell(const Step& step, int x, int y, Likelihood likelihood, std
 
 namespace {
 
-FilteredCell cell_of(const Step& step, int x, int y, Likelihood likelihood, std::vector<float>& masses,
-                     FilterState& after) {
+FilteredCell cell_of(const Step& step, int x, int y, float observed, std::vector<float>& masses, FilterState& after) {
+  const Likelihood likelihood{likelihood_of(step.input.tables.likelihood.data(), observed)};
   if (step.is_tay()) {
     std::vector<float> occupied(masses.size());
     const FilteredCell cell{tay_cell(step, x, y, likelihood, masses, occupied)};
@@ -175,16 +180,16 @@ FilteredCell cell_of(const Step& step, int x, int y, Likelihood likelihood, std:
   }
   float* const kept{after.blocks.masses_at(x, y)};
   const FilteredCell cell{kept != nullptr ? lattice_cell(step, x, y, likelihood, masses)
-                                          : even_cell(step, x, y, likelihood)};
+                                          : even_cell(step, x, y, observed, likelihood)};
   for (std::size_t k{0}; k < masses.size() && kept != nullptr; ++k) kept[k * block_cells] = masses[k];
   after.standing(x, y) = cell.standing;
   return cell;
 }
 
 // Of each block of the window before; none: tay2008.
-std::vector<CellBox> moving_cells_of(const FilterState& before, MovingFrom from) {
+std::vector<CellBox> moving_cells_of(const FilterState& before, const FilterStep& step, Scroll scroll) {
   std::vector<CellBox> moving(before.space.moving.size());
-  for (std::size_t i{0}; i < moving.size(); ++i) moving[i] = before.moving_cells(from, static_cast<int>(i));
+  for (std::size_t i{0}; i < moving.size(); ++i) moving[i] = before.moving_cells(step, scroll, static_cast<int>(i));
   return moving;
 }
 
@@ -192,21 +197,19 @@ std::vector<CellBox> moving_cells_of(const FilterState& before, MovingFrom from)
 
 void filter(Reference& /*reference*/, const FilterInput& input, View<const float> observed, const FilterState& before,
             FilterState& after, GridLayers& layers) {
-  const std::vector<CellBox> moving{moving_cells_of(before, input.tables.moving_from)};
-  const Step step{step_of(input),
-                  input,
-                  before,
-                  moved(input.geometry.x_min_m, before.geometry.x_min_m, input.geometry.cell_size_m),
-                  moved(input.geometry.y_min_m, before.geometry.y_min_m, input.geometry.cell_size_m),
-                  moving};
-  after.blocks.begin(step.constants, {step.moved_x, step.moved_y}, moving);
+  const FilterStep constants{step_of(input)};
+  const Scroll scroll{moved(input.geometry.x_min_m, before.geometry.x_min_m, input.geometry.cell_size_m),
+                      moved(input.geometry.y_min_m, before.geometry.y_min_m, input.geometry.cell_size_m)};
+  const std::vector<CellBox> moving{moving_cells_of(before, constants, scroll)};
+  const Step step{constants, input, before, scroll.x, scroll.y, moving};
+  after.blocks.begin(constants, scroll, moving);
+  after.forget_blank();
   std::vector<float> masses(input.tables.lattice.size());
   after.geometry = layers.geometry = input.geometry;
   for (int y{0}; y < observed.height; ++y) {
     for (int x{0}; x < observed.width; ++x) {
-      const Likelihood likelihood{likelihood_of(input.tables.likelihood.data(), observed(x, y))};
-      const FilteredCell cell{cell_of(step, x, y, likelihood, masses, after)};
       const bool seen{is_known(observed(x, y))};
+      const FilteredCell cell{cell_of(step, x, y, observed(x, y), masses, after)};
       after.occupancy(x, y) = layers.occupancy(x, y) = cell.occupancy;
       after.age_s(x, y) = layers.age_s(x, y) = seen ? 0.0f : step.age_before(x, y) + static_cast<float>(input.dt_s);
       layers.moving(x, y) = moving_share(cell.occupancy, cell.standing);

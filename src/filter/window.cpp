@@ -15,11 +15,6 @@ constexpr int parts_of_a_thread{4};
 
 constexpr float never{std::numeric_limits<float>::infinity()};
 
-float smooth_value(const Image<float>& cells, double x, double y) {
-  const auto at = [&](int ix, int iy) { return cells(ix, iy); };
-  return interpolated(at, cells.width(), cells.height(), x, y);
-}
-
 }  // namespace
 
 std::vector<double> velocity_axis(const FilterConfig& config) {
@@ -83,7 +78,7 @@ GridLayers grid_layers(const GridGeometry& geometry) {
 }
 
 FilterSpace::FilterSpace(int cells, std::size_t velocities, FilterModel model)
-    : from(velocities), gained{cells, cells}, standing{cells, cells} {
+    : from(velocities), gained{cells, cells}, standing{cells, cells}, active{model == FilterModel::joint ? cells : 0} {
   if (model == FilterModel::joint) {
     even = spread = Image<float>{cells, cells};
     moving.resize(static_cast<std::size_t>(BlockLayout{cells}.count()));
@@ -105,6 +100,7 @@ FilterState::FilterState(int cells, const FilterConfig& config)
       age_s{cells, cells, never} {
   if (config.model == FilterModel::joint) {
     standing = Image<float>{cells, cells};
+    blank.resize(static_cast<std::size_t>(blocks.layout().count()));
   } else {
     velocity.assign(velocity_lattice(config).size(), Image<float>{cells, cells});
   }
@@ -123,6 +119,12 @@ namespace {
 
 // Where the disparity of a point has changed by so much the errors of matching are others.
 constexpr double new_view_px{0.5};
+
+// What appears where a pixel of disparity is more than this in depth is no more likely to move than other new things.
+constexpr double depth_of_pixel_max_m{6};
+
+// Points are followed to tell what moves (scene_flow.cpp) from 40 m on; somewhat farther the masses still are.
+constexpr double followed_max_m{45};
 
 // How much more seldom a standing thing starts than a moving one changes its velocity.
 constexpr double starting_share{0.1};
@@ -173,7 +175,12 @@ FilterStep step_of(const FilterInput& input) {
   step.ahead_y = static_cast<float>(std::sin(view.camera.yaw_rad));
   step.view_left = static_cast<float>(view.left);
   step.view_right = static_cast<float>(view.right);
-  step.new_view_squares = static_cast<float>(view.parallax_px_m2 / new_view_px / (grid.cell_size_m * grid.cell_size_m));
+  const double square_m2{grid.cell_size_m * grid.cell_size_m};
+  step.new_view_squares = static_cast<float>(view.parallax_px_m2 / new_view_px / square_m2);
+  step.appearing_squares = static_cast<float>(view.focal_baseline_pxm * depth_of_pixel_max_m / square_m2);
+  const bool is_told{config.scene_flow && view.left >= 0};
+  const double followed_m{is_told ? followed_max_m : std::numeric_limits<double>::infinity()};
+  step.moving_squares = static_cast<float>(followed_m * followed_m / square_m2);
   step.kept_standing = step.kept_moving = step.prior_static = step.appearing_static = 1;
   step.moving_velocities = static_cast<float>(step.velocities() - 1);
   step.each_moving = input.tables.each_moving;
@@ -198,86 +205,7 @@ void reset(FilterState& state, const FilterConfig& config, const GridGeometry& g
   state.blocks.clear();
   state.occupancy.fill(0.5f);
   state.age_s.fill(never);
-}
-
-namespace {
-
-// From the window to vehicle axes.
-class Resampler {
- public:
-  Resampler(const Pose2& world_from_vehicle, FrameResult& result)
-      : world_{result.world},
-        to_{result.vehicle},
-        c_{static_cast<float>(std::cos(world_from_vehicle.yaw_rad))},
-        s_{static_cast<float>(std::sin(world_from_vehicle.yaw_rad))} {}
-
-  // Vehicle cell (ix, iy) from the place (x, y) of its centre, in cells of the window.
-  void fill(int ix, int iy, double x, double y) const {
-    if (!(x >= 0 && x < world_.geometry.nx && y >= 0 && y < world_.geometry.ny)) return fill_outside(ix, iy);
-    to_.occupancy(ix, iy) = smooth_value(world_.occupancy, x - 0.5, y - 0.5);
-    to_.moving(ix, iy) = smooth_value(world_.moving, x - 0.5, y - 0.5);
-    fill_nearest(ix, iy, static_cast<int>(x), static_cast<int>(y));
-  }
-
- private:
-  void fill_outside(int ix, int iy) const {
-    to_.occupancy(ix, iy) = 0.5f;
-    to_.age_s(ix, iy) = never;
-    to_.moving(ix, iy) = to_.velocity_x(ix, iy) = to_.velocity_y(ix, iy) = 0;
-    to_.velocity_xx(ix, iy) = to_.velocity_xy(ix, iy) = to_.velocity_yy(ix, iy) = 0;
-  }
-
-  void fill_nearest(int ix, int iy, int x, int y) const {
-    to_.age_s(ix, iy) = world_.age_s(x, y);
-    const VelocityEstimate v{turned({world_.velocity_x(x, y), world_.velocity_y(x, y), world_.velocity_xx(x, y),
-                                     world_.velocity_xy(x, y), world_.velocity_yy(x, y)},
-                                    c_, s_)};
-    to_.velocity_x(ix, iy) = v.x;
-    to_.velocity_y(ix, iy) = v.y;
-    to_.velocity_xx(ix, iy) = v.xx;
-    to_.velocity_xy(ix, iy) = v.xy;
-    to_.velocity_yy(ix, iy) = v.yy;
-  }
-
-  const GridLayers& world_;
-  GridLayers& to_;
-  float c_;
-  float s_;
-};
-
-}  // namespace
-
-namespace {
-
-// Calls work(ix, iy, x, y) for each cell of some rows of the vehicle's grid and the place of its centre, in cells of
-// the window.
-template <class Work>
-void for_vehicle_cells(const GridGeometry& window, const Pose2& world_from_vehicle, const GridGeometry& grid,
-                       int first_row, int end_row, const Work& work) {
-  for (int iy{first_row}; iy < end_row; ++iy) {
-    for (int ix{0}; ix < grid.nx; ++ix) {
-      const Point2 at{world_from_vehicle * grid.centre(ix, iy)};
-      work(ix, iy, (at.x - window.x_min_m) / window.cell_size_m, (at.y - window.y_min_m) / window.cell_size_m);
-    }
-  }
-}
-
-}  // namespace
-
-void resample_rows(const Pose2& world_from_vehicle, int begin, int end, FrameResult& result) {
-  const Resampler resampler{world_from_vehicle, result};
-  for_vehicle_cells(result.world.geometry, world_from_vehicle, result.vehicle.geometry, begin, end,
-                    [&](int ix, int iy, double x, double y) { resampler.fill(ix, iy, x, y); });
-}
-
-void resample_occupancy(const GridLayers& world, const Pose2& world_from_vehicle, const GridGeometry& vehicle_grid,
-                        Image<float>& occupancy) {
-  const GridGeometry& window{world.geometry};
-  for_vehicle_cells(window, world_from_vehicle, vehicle_grid, 0, vehicle_grid.ny,
-                    [&](int ix, int iy, double x, double y) {
-                      const bool is_inside{x >= 0 && x < window.nx && y >= 0 && y < window.ny};
-                      occupancy(ix, iy) = is_inside ? smooth_value(world.occupancy, x - 0.5, y - 0.5) : 0.5f;
-                    });
+  std::fill(state.blank.begin(), state.blank.end(), std::uint8_t{1});
 }
 
 }  // namespace stereogrid

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/host_stages.hpp"
+#include "pipeline/host_space.hpp"
 
 namespace stereogrid {
 
@@ -18,13 +18,16 @@ HostSpace::HostSpace(const Config& config, const Rig& level_rig, const GridGeome
       observed_world{Window{vehicle_grid}.cells(), Window{vehicle_grid}.cells()},
       filtered{Window{vehicle_grid}.cells(), config.filter},
       filtered_before{filtered},
-      weighing{Window{vehicle_grid}.cells(), filter_tables, config.filter.model == FilterModel::joint ? threads : 0} {
+      weighing{Window{vehicle_grid}.cells(), filter_tables, config.filter.model == FilterModel::joint ? threads : 0},
+      unseen_blocks(filtered.blank.size()),
+      unseen_parts(static_cast<std::size_t>(vehicle_grid.ny * resampled_parts(vehicle_grid.nx))) {
   projection.plan(BinGeometry{level_rig}, {vehicle_grid});
 }
 
 std::size_t HostSpace::held_bytes() const {
   return held_bytes_of(aligned_right, matches, matching, ground_samples, u_disparity_tables, u_disparity, projection,
-                       rays, filter_tables, observed_world, filtered, filtered_before, weighing) +
+                       rays, filter_tables, observed_world, filtered, filtered_before, weighing, unseen_blocks,
+                       unseen_parts) +
          (prediction ? sizeof(PredictionSpace) + prediction->held_bytes() : 0);
 }
 

@@ -2,13 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <type_traits>
 
 #include "filter/filter.hpp"
 #include "fusion/fusion.hpp"
 #include "ground/ground.hpp"
 #include "matching/given.hpp"
 #include "matching/matching.hpp"
+#include "pipeline/host_space.hpp"
 #include "pipeline/results.hpp"
 #include "pipeline/stages.hpp"
 #include "pipeline/stopwatch.hpp"
@@ -17,42 +20,6 @@
 #include "u_disparity/u_disparity.hpp"
 
 namespace stereogrid {
-
-/// Working memory of predictions.
-struct PredictionSpace {
-  explicit PredictionSpace(const FilterState& now)
-      : state{now},
-        layers{grid_layers({0, 0, 1, now.occupancy.width(), now.occupancy.height()})},
-        nothing{now.occupancy.width(), now.occupancy.height(), 0.5f} {}
-
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(state, layers, nothing); }
-
-  FilterState state;
-  GridLayers layers;
-  Image<float> nothing;  ///< observed
-};
-
-/// What the stages hand to each other on the host, and what the filter keeps between frames. Allocated once.
-struct HostSpace {
-  HostSpace(const Config& config, const Rig& level_rig, const GridGeometry& vehicle_grid, int threads);
-
-  [[nodiscard]] std::size_t held_bytes() const;
-
-  Image<std::uint8_t> aligned_right;
-  Matches matches;
-  MatchingSpace matching;
-  GroundSpace ground_samples;
-  UDisparityTables u_disparity_tables;
-  UDisparitySpace u_disparity;
-  ProjectionSpace projection;
-  RaySpace rays;
-  FilterTables filter_tables;
-  Image<float> observed_world;
-  FilterState filtered;
-  FilterState filtered_before;
-  std::unique_ptr<PredictionSpace> prediction;  ///< once somebody wants predictions
-  WeighingSpace weighing;
-};
 
 /// The stages on a back end that works in the host's memory: Cpu or Reference.
 template <class BackEndType>
@@ -130,20 +97,26 @@ class HostStages final : public Stages {
   void filter() override {
     const Timer timer{times_.filter};
     HostSpace& s{space_};
-    stereogrid::filter(back_end_, {config_.filter, s.filter_tables, window_, frame_->dt_s, frame_->view},
+    const std::vector<std::uint8_t>* const blank_layers{is_kept() ? &s.unseen_blocks : nullptr};
+    stereogrid::filter(back_end_, {config_.filter, s.filter_tables, window_, frame_->dt_s, frame_->view, blank_layers},
                        s.observed_world.view(), s.filtered_before, s.filtered, result_->world);
+    take_unseen_blocks();
   }
 
   void weigh_velocities() override {
     const Timer timer{times_.filter};
     stereogrid::weigh_velocities(back_end_, velocities_, space_.filter_tables, space_.weighing, space_.filtered,
                                  result_->world);
+    take_unseen_blocks();
   }
 
   void resample() override {
     const Timer timer{times_.filter};
-    for_ranges(result_->vehicle.geometry.ny,
-               [&](int begin, int end) { resample_rows(frame_->world_from_vehicle, begin, end, *result_); });
+    const UnseenCells unseen{&space_.filtered.blank, is_kept() ? &space_.unseen_parts : nullptr};
+    const Pose2& pose{frame_->world_from_vehicle};
+    if constexpr (std::is_same_v<BackEndType, Reference>) return stereogrid::resample(pose, *result_);
+    const auto work = [&](int begin, int end) { resample_rows(pose, begin, end, unseen, *result_); };
+    for_ranges(result_->vehicle.geometry.ny, std::cref(work));
   }
 
   Ground ground() override { return ground_; }
@@ -193,6 +166,7 @@ class HostStages final : public Stages {
 
   void fetch_stages(bool wanted) override { are_stages_wanted_ = wanted; }
   void take_mask(const PixelMask& mask) override { mask_ = &mask; }
+  void keep(const FrameResult& result) override { kept_ = &result; }
   [[nodiscard]] MemoryUse memory_use() const override { return {sizeof *this + space_.held_bytes(), 0}; }
   void save(StateWriter& state) override { state(space_.filtered); }
   void load(StateReader& state) override { state(space_.filtered); }
@@ -237,6 +211,13 @@ class HostStages final : public Stages {
     clear_masked();
   }
 
+  [[nodiscard]] bool is_kept() const { return result_ == kept_; }
+
+  // What the filter knows of its state's blocks it has done to the layers.
+  void take_unseen_blocks() {
+    if (is_kept()) space_.unseen_blocks = space_.filtered.blank;
+  }
+
   void clear_masked() {
     if (mask_ == nullptr || mask_->empty()) return;
     for_ranges(mask_->end_row() - mask_->first_row(),
@@ -264,6 +245,7 @@ class HostStages final : public Stages {
   HostSpace space_;
   bool are_stages_wanted_{true};
   const PixelMask* mask_{nullptr};
+  const FrameResult* kept_{nullptr};
 
   // of a frame
   const LevelFrame* frame_{nullptr};

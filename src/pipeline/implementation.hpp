@@ -68,6 +68,7 @@ struct Pipeline::Implementation {
     auto made{std::make_unique<FrameProcessor>(config, level_rig, start(),
                                                rig.camera_pitch_rad - level_rig.camera_pitch_rad)};
     made->stages().fetch_stages(options.stages);
+    made->stages().keep(result);
     made->take_mask(PixelMask{options.mask, LevelMapping{rig}});
     if (!options.horizons_s.empty()) made->stages().make_room_for_predictions();
     return made;
@@ -165,8 +166,10 @@ struct Pipeline::Implementation {
     const double travelled_m{dt_s > 0 && frame.world_from_vehicle
                                  ? std::hypot(world_from_vehicle.x_m - before.x_m, world_from_vehicle.y_m - before.y_m)
                                  : std::numeric_limits<double>::infinity()};
+    const double focal_baseline_pxm{rig.focal_px * rig.baseline_m};
     const CameraView view{world_from_vehicle, rig.centre_u_px / rig.focal_px,
-                          (rig.width_px - rig.centre_u_px) / rig.focal_px, rig.focal_px * rig.baseline_m * travelled_m};
+                          (rig.width_px - rig.centre_u_px) / rig.focal_px, focal_baseline_pxm * travelled_m,
+                          focal_baseline_pxm};
     if (!levelling.is_needed()) {
       return {frame.left.view(),
               frame.right.view(),

@@ -98,6 +98,8 @@ class Stages {
     second();
   }
   virtual void fetch_stages(bool wanted) = 0;
+  /// A result that nobody else changes: what stays the same in it from frame to frame need not be written again.
+  virtual void keep(const FrameResult& /*result*/) {}
   /// Before the first frame, once: pixels without disparities in all frames. It stays.
   virtual void take_mask(const PixelMask& mask) = 0;
   [[nodiscard]] virtual MemoryUse memory_use() const = 0;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "rays/hidden.hpp"
 #include "rays/project_simd.hpp"
 #include "rays/rays.hpp"
 
@@ -11,6 +12,9 @@ namespace stereogrid {
 namespace {
 
 constexpr int rows_grain{8};
+
+/// Columns of a grid of which it is asked together whether they are hidden, in rows_grain rows.
+constexpr int tile_columns{16};
 
 // Columns begin … end − 1: the counts of each bin.
 void count_block(const Matches& matches, int begin, int end, const RaySpace& space, PackedRays* counts) {
@@ -40,6 +44,23 @@ void sum_block(int begin, int end, PackedRays* counts, RaySpace& space) {
   }
 }
 
+// Calls work(range) for the tiles of some rows that are not hidden, neighbours together; the others become ½.
+template <class Work>
+void for_visible(const HiddenCells& hidden, const CellRange& rows, View<float> cells, const Work& work) {
+  CellRange visible{rows.x_begin, rows.y_begin, rows.x_begin, rows.y_end};
+  for (int x{rows.x_begin}; x < rows.x_end; x += tile_columns) {
+    const int end{std::min(x + tile_columns, rows.x_end)};
+    if (!hidden.are_hidden(x, rows.y_begin, end - 1, rows.y_end - 1)) {
+      visible.x_end = end;
+      continue;
+    }
+    if (visible.x_begin < visible.x_end) work(visible);
+    visible.x_begin = visible.x_end = end;
+    for (int y{rows.y_begin}; y < rows.y_end; ++y) std::fill(cells.row(y) + x, cells.row(y) + end, 0.5f);
+  }
+  if (visible.x_begin < visible.x_end) work(visible);
+}
+
 }  // namespace
 
 void count_rays(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& ground, const UDisparityConfig& config,
@@ -67,8 +88,15 @@ void count_rays(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& 
 void project_rays(Cpu& cpu, const RaySpace& space, const BinGeometry& geometry, const GridInVehicle& grid,
                   View<float> cells) {
   const RaySums<Host> sums{space.sums.view()};
-  cpu.for_ranges(cells.height, rows_grain, [&](int begin, int end) {
-    project_ray_rows(sums, columns_max(space.height), geometry, grid, begin, end, cells);
+  const HiddenCells hidden{sums, geometry, grid};
+  const int strips{(cells.height + rows_grain - 1) / rows_grain};
+  cpu.for_ranges(strips, 1, [&](int begin, int end) {
+    for (int strip{begin}; strip < end; ++strip) {
+      const CellRange rows{0, strip * rows_grain, cells.width, std::min((strip + 1) * rows_grain, cells.height)};
+      for_visible(hidden, rows, cells, [&](const CellRange& range) {
+        project_ray_cells(sums, columns_max(space.height), geometry, grid, range, cells);
+      });
+    }
   });
 }
 

@@ -116,19 +116,27 @@ class CellVectors {
     return {near_px, disparity(hn::Add(ahead_m, half)), columns, wide, is_seen};
   }
 
-  // write(kind, counts) for each kind of CellRays
+  // At the near ends of cells.
+  [[nodiscard]] HWY_INLINE Around near(const Sight& cells) const { return around(cells.near_px, cells.columns); }
+
+  // write(kind, counts) for each kind of CellRays. `near`: of these cells.
   template <class Write>
-  HWY_INLINE void look_up(const Sight& cells, const Write& write) const {
+  HWY_INLINE void look_up(const Sight& cells, const Around& near, const Write& write) const {
     const Columns& columns{cells.columns};
     const Columns& wide{cells.wide};
     const VFloat near_px{cells.near_px};
     const VFloat far_px{cells.far_px};
     const auto nearer = [](VFloat from, float px) HWY_ATTR { return hn::Add(from, floats(px)); };
     const auto farther = [](VFloat from, float px) HWY_ATTR { return hn::Sub(from, floats(px)); };
-    const Around near{around(near_px, columns)};
-    const Around far{around(far_px, columns)};
+    // far away the ends of a cell mostly lie in the same bin
+    const Between at_far{place_of(far_px)};
+    const bool is_same{hn::AllTrue(Ints{}, hn::Eq(at_far.k, place_of(near_px).k))};
+    const Around far{is_same ? Around{near.before, near.behind, at_far.part} : around(at_far, columns)};
     write(ending, between<ending_ray>(around(farther(far_px, 0.5f), wide), around(nearer(near_px, 0.5f), wide), wide));
-    write(behind, between<ending_ray>(around(farther(far_px, 4), columns), far, columns));
+    const Between farther_px{place_of(farther(far_px, 4))};
+    const bool is_nothing{hn::AllTrue(Floats{}, hn::Le(far_px, floats(4)))};  // before bin 0
+    const Around none{hn::Zero(Packed{}), hn::Zero(Packed{}), floats(0)};
+    write(behind, between<ending_ray>(is_nothing ? none : around(farther_px, columns), far, columns));
     write(in_front, between<ending_ray>(near, around(nearer(near_px, 4), columns), columns));
     write(road_in_front, between<ending_on_road>(near, around(nearer(near_px, 1), columns), columns));
     const auto arrive = [&](const Around& where)
@@ -152,18 +160,29 @@ class CellVectors {
   [[nodiscard]] HWY_INLINE VInt within(VInt column) const {
     return hn::Min(hn::Max(column, ints(0)), ints(sums_.width - 1));
   }
-  [[nodiscard]] HWY_INLINE Around around(VFloat disparity, const Columns& columns) const {
+  // A place between rows of the sums: row k, and how far on to the next.
+  struct Between {
+    VInt k;
+    VFloat part;
+  };
+  [[nodiscard]] HWY_INLINE Between place_of(VFloat disparity) const {
     const VFloat last{floats(static_cast<float>(sums_.height - 1))};
     const VFloat place{hn::Min(hn::Max(hn::Mul(disparity, floats(ray_bins_per_px)), floats(0)), last)};
     const VInt k{hn::Min(hn::ConvertTo(Ints{}, place), ints(sums_.height - 2))};
-    const VInt row{hn::Mul(k, ints(static_cast<int>(sums_.pitch)))};
+    return {k, hn::Sub(place, hn::ConvertTo(Floats{}, k))};
+  }
+  [[nodiscard]] HWY_INLINE Around around(VFloat disparity, const Columns& columns) const {
+    return around(place_of(disparity), columns);
+  }
+  [[nodiscard]] HWY_INLINE Around around(const Between& place, const Columns& columns) const {
+    const VInt row{hn::Mul(place.k, ints(static_cast<int>(sums_.pitch)))};
     const PackedRays* const behind{sums_.data + sums_.pitch};
     const auto begin = hn::PromoteTo(Indices{}, hn::Add(row, columns.begin));
     const auto end = hn::PromoteTo(Indices{}, hn::Add(row, columns.end));
     const auto sum = [&](const PackedRays* sums) HWY_ATTR {
       return hn::Sub(hn::GatherIndex(Packed{}, sums, end), hn::GatherIndex(Packed{}, sums, begin));
     };
-    return {sum(sums_.data), sum(behind), hn::Sub(place, hn::ConvertTo(Floats{}, k))};
+    return {sum(sums_.data), sum(behind), place.part};
   }
 
   const RaySums<Host>& sums_;
@@ -172,19 +191,27 @@ class CellVectors {
   const GridInVehicle& grid_;
 };
 
-/// Counts of those cells of a row that are seen, without gaps between them.
+/// Counts of those cells that are seen, without gaps between them.
 class SeenCells {
  public:
-  HWY_INLINE void add(const CellVectors& cells, const Sight& sight, int ix) {
-    cells.look_up(sight, [&](int kind, VFloat counts)
-                             HWY_ATTR { hn::CompressStore(counts, sight.is_seen, Floats{}, &counts_[kind][size_]); });
-    const auto places = hn::Iota(Ints{}, ix);
-    size_ += hn::CompressStore(places, hn::RebindMask(Ints{}, sight.is_seen), Ints{}, &cell_[size_]);
+  explicit SeenCells(View<float> cells) : cells_{cells} {}
+
+  // Without arriving rays a cell is ½, as known_share says.
+  HWY_INLINE void add(const CellVectors& cells, Sight sight, int ix, int iy) {
+    const Around near{cells.near(sight)};
+    sight.is_seen = hn::And(sight.is_seen, hn::Gt(near.template count<arriving_ray>(), floats(0)));
+    if (hn::AllFalse(Floats{}, sight.is_seen)) return;
+    const auto keep = [&](auto d, auto values, auto* to)
+                          HWY_ATTR { hn::StoreU(hn::Compress(values, hn::RebindMask(d, sight.is_seen)), d, to); };
+    cells.look_up(sight, near,
+                  [&](int kind, VFloat counts) HWY_ATTR { keep(Floats{}, counts, &counts_[kind][size_]); });
+    keep(Ints{}, hn::Iota(Ints{}, iy * static_cast<int>(cells_.pitch) + ix), &cell_[size_]);
+    size_ += hn::CountTrue(Floats{}, sight.is_seen);
   }
   [[nodiscard]] bool is_full() const { return size_ >= at_once; }
 
   // The compiler makes vectors of it.
-  HWY_INLINE void write(float* cells) {
+  HWY_INLINE void write() {
     const RayWeights weights{};
     float log_odds[at_once + more]{};
     for (int i{0}; i < cell_rays; ++i) {
@@ -197,7 +224,7 @@ class SeenCells {
     for (std::size_t c{0}; c < at_once + more; ++c) {
       log_odds[c] = probability_of(log_odds_of(counts_[arriving][c], log_odds[c]));
     }
-    for (std::size_t c{0}; c < size_; ++c) cells[cell_[c]] = log_odds[c];
+    for (std::size_t c{0}; c < size_; ++c) cells_.data[cell_[c]] = log_odds[c];
     size_ = 0;
   }
 
@@ -205,29 +232,30 @@ class SeenCells {
   static constexpr std::size_t at_once{56};
   static constexpr std::size_t more{8};
 
+  View<float> cells_;
   HWY_ALIGN float counts_[cell_rays][at_once + 2 * more]{};
   std::int32_t cell_[at_once + 2 * more]{};
   std::size_t size_{0};
 };
 
-void ProjectRayRows(const RaySums<Host>& sums, int most_columns, const BinGeometry& geometry, const GridInVehicle& grid,
-                    int begin, int end, View<float> cells) {
+void ProjectRayCells(const RaySums<Host>& sums, int most_columns, const BinGeometry& geometry,
+                     const GridInVehicle& grid, const CellRange& range, View<float> cells) {
   const CellVectors vectors{sums, most_columns, geometry, grid};
   const int lanes{static_cast<int>(hn::Lanes(Reals{}))};
-  SeenCells seen;
-  for (int iy{begin}; iy < end; ++iy) {
+  SeenCells seen{cells};
+  for (int iy{range.y_begin}; iy < range.y_end; ++iy) {
     float* const row{cells.row(iy)};
-    std::fill(row, row + cells.width, 0.5f);
-    for (int ix{0}; ix < cells.width; ix += lanes) {
+    std::fill(row + range.x_begin, row + range.x_end, 0.5f);
+    for (int ix{range.x_begin}; ix < range.x_end; ix += lanes) {
       Sight sight{vectors.sight(ix, iy)};
-      const auto is_in_row = hn::FirstN(Floats{}, static_cast<std::size_t>(cells.width - ix));
+      const auto is_in_row = hn::FirstN(Floats{}, static_cast<std::size_t>(range.x_end - ix));
       sight.is_seen = hn::And(sight.is_seen, is_in_row);
       if (hn::AllFalse(Floats{}, sight.is_seen)) continue;
-      seen.add(vectors, sight, ix);
-      if (seen.is_full()) seen.write(row);
+      seen.add(vectors, sight, ix, iy);
+      if (seen.is_full()) seen.write();
     }
-    seen.write(row);
   }
+  seen.write();
 }
 
 }  // namespace
@@ -238,11 +266,11 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace stereogrid {
 
-HWY_EXPORT(ProjectRayRows);
+HWY_EXPORT(ProjectRayCells);
 
-void project_ray_rows(const RaySums<Host>& sums, int most_columns, const BinGeometry& geometry,
-                      const GridInVehicle& grid, int begin, int end, View<float> cells) {
-  HWY_DYNAMIC_DISPATCH(ProjectRayRows)(sums, most_columns, geometry, grid, begin, end, cells);
+void project_ray_cells(const RaySums<Host>& sums, int most_columns, const BinGeometry& geometry,
+                       const GridInVehicle& grid, const CellRange& range, View<float> cells) {
+  HWY_DYNAMIC_DISPATCH(ProjectRayCells)(sums, most_columns, geometry, grid, range, cells);
 }
 
 }  // namespace stereogrid

@@ -6,8 +6,16 @@
 
 namespace stereogrid {
 
-/// project_rays for rows begin … end − 1 of a grid.
-void project_ray_rows(const RaySums<Host>& sums, int most_columns, const BinGeometry& geometry,
-                      const GridInVehicle& grid, int begin, int end, View<float> cells);
+/// Cells of a grid: columns x_begin … x_end − 1 in rows y_begin … y_end − 1.
+struct CellRange {
+  int x_begin;
+  int y_begin;
+  int x_end;
+  int y_end;
+};
+
+/// project_rays for some cells of a grid.
+void project_ray_cells(const RaySums<Host>& sums, int most_columns, const BinGeometry& geometry,
+                       const GridInVehicle& grid, const CellRange& range, View<float> cells);
 
 }  // namespace stereogrid

@@ -70,7 +70,7 @@ class Run {
     const GridGeometry last{geometry_};
     geometry_.x_min_m += moved_x * cell_m;
     geometry_.y_min_m += moved_y * cell_m;
-    const FilterInput input{config_, tables_, geometry_, dt_s};
+    const FilterInput input{config_, tables_, geometry_, dt_s, view_};
     std::swap(now_, before_);
     filter(reference_, input, observed.view(), before_, now_, layers_);
     std::swap(now_on_device_, before_on_device_);
@@ -79,6 +79,8 @@ class Run {
     filter(cuda_, filter_, motion.data(), seen.view(), before_on_device_, now_on_device_, layers_on_device_);
     cuda_.synchronize();
   }
+
+  void look_from(const CameraView& view) { view_ = view; }
 
   void weigh(const std::vector<VelocityEvidence>& evidence) {
     weigh_velocities(reference_, evidence, tables_, now_, layers_);
@@ -142,6 +144,7 @@ class Run {
   FilterConfig config_;
   FilterTables tables_;
   GridGeometry geometry_;
+  CameraView view_{};
   FilterState now_;
   FilterState before_;
   GridLayers layers_;
@@ -200,6 +203,23 @@ TEST(evidence_of_velocities_is_weighed_as_by_the_reference) {
     run.weigh(evidence);
     CHECK_EQUAL(run.difference(), 0);
     CHECK_EQUAL(run.difference_of_masses(), 0);
+  }
+}
+
+// The window lies 40 to 50 m ahead of the camera: what is followed ends in it, and what appears like a moving thing.
+TEST(far_and_unseen_cells_are_those_of_the_reference) {
+  Random random{36};
+  constexpr int cells{50};
+  for (const double focal_baseline_pxm : {330.0, 350.0}) {
+    Run run{config_of(FilterModel::joint, {1.3, 2.6, 3.9}), {40, -5, cell_m, cells, cells}};
+    run.look_from({{0, 0, 0}, 1, 1, 1e4, focal_baseline_pxm});
+    for (int i{0}; i < 6; ++i) {
+      Image<float> observed{random_observation(cells, random)};
+      for (int y{0}; y < cells; ++y) std::fill_n(&observed(y % 20, y), 22, 0.5f);
+      run.step(observed, 0.1, i % 2, 0);
+      CHECK_EQUAL(run.difference(), 0);
+      CHECK_EQUAL(run.difference_of_masses(), 0);
+    }
   }
 }
 

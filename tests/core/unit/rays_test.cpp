@@ -167,7 +167,7 @@ TEST(Rays, MoreColumnsThanTheCountsHoldAreUnknown) {
   const GridInVehicle one_cell{grid_in_vehicle({9.9, -0.1, 0.2, 1, 1}, {})};
   for (const int most_columns : {17, 18}) {
     Image<float> cells{1, 1};
-    project_ray_rows(sums, most_columns, BinGeometry{round_rig()}, one_cell, 0, 1, cells.view());
+    project_ray_cells(sums, most_columns, BinGeometry{round_rig()}, one_cell, {0, 0, 1, 1}, cells.view());
     EXPECT_EQ(cells(0, 0), at_10_m(most_columns));
   }
 }

@@ -1,0 +1,20 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "projection/model.hpp"
+#include "stereogrid/grid.hpp"
+
+namespace stereogrid {
+
+/// From the window's layers to the vehicle's.
+struct Resampling {
+  GridInVehicle cells;  ///< the vehicle's grid in the world
+  const GridLayers& world;
+  GridLayers& vehicle;
+};
+
+/// `resample` for the cells begin … end − 1 of row iy.
+void resample_cells(const Resampling& resampling, int begin, int end, int iy);
+
+}  // namespace stereogrid

@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "filter/filter.hpp"
+#include "ground/ground.hpp"
+#include "matching/matching.hpp"
+#include "pipeline/results.hpp"
+#include "projection/projection.hpp"
+#include "rays/rays.hpp"
+#include "u_disparity/u_disparity.hpp"
+
+namespace stereogrid {
+
+/// Working memory of predictions.
+struct PredictionSpace {
+  explicit PredictionSpace(const FilterState& now)
+      : state{now},
+        layers{grid_layers({0, 0, 1, now.occupancy.width(), now.occupancy.height()})},
+        nothing{now.occupancy.width(), now.occupancy.height(), 0.5f} {}
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(state, layers, nothing); }
+
+  FilterState state;
+  GridLayers layers;
+  Image<float> nothing;  ///< observed
+};
+
+/// What the stages hand to each other on the host, and what the filter keeps between frames. Allocated once.
+struct HostSpace {
+  HostSpace(const Config& config, const Rig& level_rig, const GridGeometry& vehicle_grid, int threads);
+
+  [[nodiscard]] std::size_t held_bytes() const;
+
+  Image<std::uint8_t> aligned_right;
+  Matches matches;
+  MatchingSpace matching;
+  GroundSpace ground_samples;
+  UDisparityTables u_disparity_tables;
+  UDisparitySpace u_disparity;
+  ProjectionSpace projection;
+  RaySpace rays;
+  FilterTables filter_tables;
+  Image<float> observed_world;
+  FilterState filtered;
+  FilterState filtered_before;
+  std::unique_ptr<PredictionSpace> prediction;  ///< once somebody wants predictions
+  WeighingSpace weighing;
+  std::vector<std::uint8_t> unseen_blocks;  ///< of the window's layers of the result that is kept: FilterState::blank
+  std::vector<std::uint8_t> unseen_parts;   ///< of its vehicle's layers, see UnseenCells
+};
+
+}  // namespace stereogrid
