@@ -21,6 +21,7 @@ constexpr double velocity_sigma_mps{2.0};
 constexpr double evidence_max{6};
 constexpr double evidence_least{-3};
 constexpr double highest_mover_m{4.2};
+constexpr double slow_mps{2};
 /// Added to what a side errs by: from frame to frame its errors are alike.
 constexpr double place_sigma_m{0.2};
 /// Of a change of size: where other parts of it are seen, its sides may be others, too.
@@ -28,6 +29,12 @@ constexpr double change_share{0.5};
 /// What the longer side of what stands errs by, however surely it is seen: fitted to rendered sequences.
 constexpr double yaw_step_rad{0.15};
 constexpr double other_axes_rad{0.3};
+
+// What is cut off shows other parts of itself from frame to frame, which looks like slow motion.
+double trust_in_motion(const Cluster& cluster) {
+  const bool is_cut{cluster.is_cut_left || cluster.is_cut_right};
+  return is_cut && std::hypot(cluster.velocity.x, cluster.velocity.y) < slow_mps ? 0.5 : 1;
+}
 
 // Of the middle of what is seen of a boundary: it says little where that changes.
 double large_sigma_of(const Cluster& cluster, const Cluster& before) {
@@ -50,7 +57,7 @@ double Tracker::evidence_of_motion(const Cluster& cluster) {
   if (cluster.height_m > highest_mover_m) return 0;  // with a tree above it
   if (cluster.has_measured_velocity()) {
     const double square{squared(inverted(cluster.velocity_covariance), cluster.velocity)};
-    return std::clamp(square / 2 - 2, -evidence_of_frame, evidence_of_frame);
+    return std::clamp(square / 2 - 2, -evidence_of_frame, trust_in_motion(cluster) * evidence_of_frame);
   }
   return std::hypot(cluster.velocity.x, cluster.velocity.y) > moving_mps ? evidence_of_frame / 4
                                                                          : -evidence_of_frame / 4;

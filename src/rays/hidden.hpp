@@ -23,8 +23,8 @@ class HiddenCells {
   // No ray of the columns arrives before row `end` of the sums.
   [[nodiscard]] bool is_empty_before(int end, int first_column, int last_column) const;
 
-  const BinGeometry& geometry_;
-  const GridInVehicle& grid_;
+  BinGeometry geometry_;
+  GridInVehicle grid_;
   int width_;
   int rows_;
   int group_columns_;

@@ -133,6 +133,23 @@ TEST(Tracker, WhatTheFilterHasSeenMovingNeedsLessEvidence) {
   }
 }
 
+// At the image's border other parts of what stands come into view, or go.
+TEST(Tracker, SlowMotionOfWhatIsCutOffNeedsMoreEvidence) {
+  for (const bool is_cut : {false, true}) {
+    for (const double speed_mps : {1.5, 4.0}) {
+      World world;
+      Tracker tracker{plain_config(), PaintedObstacles::rig()};
+      for (int step{0}; step < 5; ++step) {
+        Cluster blob{blob_at(3 + 0.1 * speed_mps * step, 0, {speed_mps, 0})};
+        blob.velocity_covariance = {0.1, 0, 0.1};
+        blob.is_cut_right = is_cut;
+        update(tracker, world, {blob}, 0.1);
+        EXPECT_EQ(report_of(tracker).front().moving, step >= (is_cut && speed_mps < 2 ? 4 : 2)) << step;
+      }
+    }
+  }
+}
+
 TEST(Tracker, WhatIsSeenLargeIsConfirmedAtOnce) {
   World world;
   Tracker tracker{plain_config(), PaintedObstacles::rig()};
