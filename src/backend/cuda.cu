@@ -150,6 +150,7 @@ void* allocate_on_device(std::size_t bytes) {
 
 void* allocate_cleared_on_device(std::size_t bytes) {
   void* memory{allocate_on_device(bytes)};
+  if (bytes == 0) return memory;
   // of the whole device nothing may be asked: another thread may be recording a graph
   check_cuda(cudaMemsetAsync(memory, 0, bytes, cudaStreamPerThread), "clear device memory");
   check_cuda(cudaStreamSynchronize(cudaStreamPerThread), "clear device memory");

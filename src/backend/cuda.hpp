@@ -115,20 +115,24 @@ class PinnedBuffer {
   std::size_t size_;
 };
 
-/// Copies, in the stream's order. The host's memory must stay as it is until the stream has come there.
+/// Copies, in the stream's order; of nothing, none: a graph refuses it. The host's memory must stay as it is until the
+/// stream has come there.
 template <class T>
 void upload(Cuda& cuda, const T* host, std::size_t count, T* device) {
+  if (count == 0) return;
   check_cuda(cudaMemcpyAsync(device, host, count * sizeof(T), cudaMemcpyHostToDevice, cuda.stream()),
              "copy to the device");
 }
 template <class T>
 void download(Cuda& cuda, const T* device, std::size_t count, T* host) {
+  if (count == 0) return;
   check_cuda(cudaMemcpyAsync(host, device, count * sizeof(T), cudaMemcpyDeviceToHost, cuda.stream()),
              "copy from the device");
 }
 /// Sets all bits to 0.
 template <class T>
 void clear(Cuda& cuda, T* device, std::size_t count) {
+  if (count == 0) return;
   check_cuda(cudaMemsetAsync(device, 0, count * sizeof(T), cuda.stream()), "clear device memory");
 }
 

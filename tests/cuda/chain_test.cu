@@ -42,6 +42,17 @@ TEST(the_paper_preset_equals_the_reference) {
   for (int index{0}; index < 2; ++index) pair.run(street.frame(index));
 }
 
+// No pixel of theirs is on the lattice of matches that the host looks at.
+TEST(images_of_a_few_pixels_equal_the_reference) {
+  Rig rig{small_rig()};
+  rig.centre_u_px -= (rig.width_px - 17) / 2.0;
+  rig.centre_v_px -= (rig.height_px - 17) / 2.0;
+  rig.width_px = rig.height_px = 17;
+  const Street street{rig};
+  Pair pair{small_config(), rig};
+  for (int index{0}; index < 3; ++index) pair.run(street.frame(index));
+}
+
 // The camera is pitched more than the road hypothesis reaches: the frame is searched and matched again.
 // The pause after a search that failed is counted in frames, found ones too, on every back end.
 TEST(one_is_constructed_while_another_thread_records_a_graph) {

@@ -49,12 +49,13 @@ void CudaStages::clear_masked() {
 
 void CudaStages::synchronize() {
   cuda_.synchronize();
-  are_grids_in_work_ = false;
+  is_at_work_ = are_grids_in_work_ = false;
 }
 
 // Everything that changes from frame to frame goes to where graphs look for it.
 void CudaStages::begin(const LevelFrame& frame, const GridGeometry& window, bool is_first, FrameResult& result) {
   cuda_.use();
+  if (is_at_work_) synchronize();  // on a frame that an exception has ended: it may still read what is written now
   result_ = &result;
   is_first_ = is_first;
   is_given_ = frame.is_given();
@@ -98,6 +99,7 @@ Graph& CudaStages::graph_of(StagePart part) {
 // The first time without a graph: what the driver loads at a kernel's first launch does not belong into a recording.
 void CudaStages::perform(StagePart part, const std::function<void()>& work) {
   const bool is_match{part == StagePart::match};
+  is_at_work_ = true;
   if (is_first_ && !is_match) reset(cuda_, device_.filter, &device_.frame.data()->motion, device_.states[1 - now_]);
   Graph& graph{graph_of(part)};
   if (graph.empty()) {

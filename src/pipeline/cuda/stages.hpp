@@ -78,6 +78,7 @@ class CudaStages final : public Stages {
   bool is_first_{true};
   bool is_given_{false};           ///< disparities, in this frame
   double dt_s_{0};                 ///< since the frame before
+  bool is_at_work_{false};         ///< since the last synchronize()
   bool are_grids_in_work_{false};  ///< the device may be reading what the host has handed over
   bool is_lattice_taken_{false};
 

@@ -173,9 +173,11 @@ cudaError_t cudaFreeHost(void* memory) {
 }
 cudaError_t cudaMemcpyAsync(void* to, const void* from, std::size_t bytes, cudaMemcpyKind /*kind*/,
                             cudaStream_t stream) {
+  if (bytes == 0) return cudaErrorInvalidValue;  // what a graph says of it
   return give(stream, [=] { std::memmove(to, from, bytes); });
 }
 cudaError_t cudaMemsetAsync(void* memory, int value, std::size_t bytes, cudaStream_t stream) {
+  if (bytes == 0) return cudaErrorInvalidValue;
   return give(stream, [=] { std::memset(memory, value, bytes); });
 }
 
