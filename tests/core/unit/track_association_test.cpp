@@ -1,0 +1,168 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Which cluster is whose, and what is one thing.
+#include <gtest/gtest.h>
+
+#include <utility>
+
+#include "tracked_blobs.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+TEST(Tracker, KeepsTwoApart) {
+  GroundSeenFree world;
+  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+  for (int step{0}; step < 10; ++step) {
+    // handed over in changing order
+    std::vector<Cluster> seen{blob_at(1 + 0.2 * step, 0, {2, 0}), blob_at(5, 3)};
+    if (step % 2 == 1) std::swap(seen[0], seen[1]);
+    update(tracker, world, seen, 0.1);
+  }
+  const std::vector<Obstacle> found{report_of(tracker)};
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].id, 1);
+  EXPECT_NEAR(found[0].x_m, 2.8, 0.2);
+  EXPECT_EQ(found[1].id, 2);
+  EXPECT_NEAR(found[1].x_m, 5, 0.1);
+  EXPECT_NEAR(found[1].vx_mps, 0, 0.1);
+}
+
+TEST(Tracker, WhatIsReplacedByAThingThatIsSeenThereIsOver) {
+  GroundSeenFree world;
+  world.layers.occupancy.fill(0.5f);
+  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+  for (int step{0}; step < 10; ++step) update(tracker, world, {blob_at(3, 0), blob_at(3.8, 0)}, 0.1);
+  EXPECT_EQ(report_of(tracker).size(), 2u);
+  update(tracker, world, {blob_at(3.3, 0)}, 0.1);
+  EXPECT_EQ(report_of(tracker).size(), 1u) << "one of them was seen, the other one is a part of it";
+}
+
+// Two things seen as one for a while, said once; both have their ids again where they part, unless one was only known
+// for a moment.
+TEST(Tracker, IdsLiveThroughMerges) {
+  for (const int frames : {5, 15}) {
+    GroundSeenFree world;
+    world.layers.occupancy.fill(0.5f);
+    Tracker tracker{plain_config(), PaintedObstacles::rig()};
+    const Cluster left{blob_at(4, 0.5)};
+    const Cluster right{blob_at(4, -0.5)};
+    for (int step{0}; step < frames; ++step) update(tracker, world, {left, right}, 0.1);
+    Cluster both{blob_at(4, -0.1)};
+    both.outline = {{3.7, 0.7}, {3.7, -0.7}, {4.3, -0.7}, {4.3, 0.7}};
+    both.bounds = {{3.7, -0.7}, {4.3, 0.7}};
+    for (int step{0}; step < 6; ++step) {
+      update(tracker, world, {both}, 0.1);
+      EXPECT_EQ(report_of(tracker).size(), 1u);
+    }
+    update(tracker, world, {left, right}, 0.1);
+    const std::vector<Obstacle> seen{report_of(tracker)};
+    ASSERT_EQ(seen.size(), 2u);
+    for (const Obstacle& obstacle : seen) {
+      const int id{obstacle.y_m < 0 ? 2 : frames > 10 ? 1 : 3};
+      EXPECT_EQ(obstacle.id, id) << frames;
+    }
+  }
+}
+
+// What was a part of another thing takes nothing from a track that is seen.
+TEST(Tracker, WhatHasMergedGetsOnlyWhatIsLeft) {
+  GroundSeenFree world;
+  world.layers.occupancy.fill(0.5f);
+  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+  for (int step{0}; step < 15; ++step) update(tracker, world, {blob_at(4, 0), blob_at(4, 0.5)}, 0.1);
+  update(tracker, world, {blob_at(4, 0.2)}, 0.1);
+  const std::int64_t kept{report_of(tracker).front().id};
+  update(tracker, world, {blob_at(4, kept == 1 ? 0.5 : 0)}, 0.1);  // where the other one was
+  ASSERT_EQ(report_of(tracker).size(), 1u);
+  EXPECT_EQ(report_of(tracker).front().id, kept);
+}
+
+// A cyclist passes a kerb, which is as near to where he is expected as he is; nothing has been followed on it.
+TEST(Tracker, AKerbIsNotTheCyclistBeforeIt) {
+  GroundSeenFree world;
+  world.layers.occupancy.fill(0.5f);
+  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+  const auto cyclist_at = [](double x) {
+    Cluster cluster{blob_at(x, 1, {5, 0})};
+    cluster.velocity_covariance = {0.2, 0, 0.2};
+    cluster.height_m = 1.8;
+    return cluster;
+  };
+  for (int step{0}; step < 5; ++step) update(tracker, world, {cyclist_at(3 + 0.5 * step)}, 0.1);
+  Cluster kerb{blob_at(5.4, 0.6)};
+  kerb.height_m = 0.4;
+  Cluster late{cyclist_at(5.5 - 0.55)};
+  update(tracker, world, {kerb, late}, 0.1);
+  for (const Obstacle& obstacle : report_of(tracker)) EXPECT_EQ(obstacle.id == 1, obstacle.height_m > 1);
+}
+
+// Two halves of a thing become one: no obstacle is left behind in it, unless it moves and may be hidden.
+TEST(Tracker, APartThatIsSeenAsAnotherThingEnds) {
+  for (const bool moves : {false, true}) {
+    GroundSeenFree world;
+    world.layers.occupancy.fill(0.5f);
+    Tracker tracker{plain_config(), PaintedObstacles::rig()};
+    Cluster part{blob_at(4, 0.5, {0, moves ? 3.0 : 0.0})};
+    if (moves) part.velocity_covariance = {0.1, 0, 0.1};
+    for (int step{0}; step < 5; ++step) update(tracker, world, {blob_at(4, -0.5), part}, 0.01);
+    Cluster whole{blob_at(4, -0.4)};
+    for (Point2& point : whole.outline) point = {4 + 2 * (point.x - 4), -0.4 + 8 * (point.y + 0.4)};
+    whole.bounds = {{3.4, -2}, {4.6, 1.2}};
+    update(tracker, world, {whole}, 0.01);
+    EXPECT_EQ(report_of(tracker).size(), moves ? 2u : 1u);
+  }
+}
+
+TEST(Tracker, NeverUsesAnIdTwice) {
+  GroundSeenFree world;
+  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+  for (int life{0}; life < 3; ++life) {
+    for (int step{0}; step < 5; ++step) update(tracker, world, {blob_at(3, 0)}, 0.1);
+    ASSERT_EQ(report_of(tracker).size(), 1u);
+    EXPECT_EQ(report_of(tracker)[0].id, 1 + life);
+    for (int step{0}; step < 12; ++step) update(tracker, world, {}, 0.1);
+    ASSERT_TRUE(report_of(tracker).empty());
+  }
+}
+
+TEST(Tracker, FarAwayIsAnotherThing) {
+  GroundSeenFree world;
+  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+  for (int step{0}; step < 5; ++step) update(tracker, world, {blob_at(1, 0)}, 0.1);
+  update(tracker, world, {blob_at(4, 0)}, 0.1);
+  std::vector<Obstacle> found{report_of(tracker)};
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[1].id, 2);
+  EXPECT_NEAR(found[0].x_m, 1, 0.05);
+}
+
+// 5 m/s along a circle of 10 m around (12, 0), against the clock.
+// A car that drives ahead has been seen whole; then its rear only, and something alike within it.
+TEST(Tracker, WhatMovesWithinAMoverAndAlikeIsAPieceOfIt) {
+  const GroundSeenFree world{wide_world()};
+  for (const double piece_mps : {4.0, 7.0}) {
+    Tracker tracker{plain_config(), PaintedObstacles::rig()};
+    const auto car = [](int step, double length_m) {
+      const double rear{8 + 0.4 * step};
+      return box_between({rear, -1}, {rear + length_m, 1}, {4, 0}, 0.3);
+    };
+    for (int step{0}; step < 5; ++step) update(tracker, world, {car(step, 4)}, 0.1);
+    const auto piece = [&](int step) {
+      return box_between({11 + 0.4 * step, -0.9}, {11.5 + 0.4 * step, 0.9}, {piece_mps, 0}, 0.3);
+    };
+    for (int step{5}; step < 9; ++step) update(tracker, world, {car(step, 1), piece(step)}, 0.1);
+    const std::vector<Obstacle> both{report_of(tracker)};
+    EXPECT_EQ(both.size(), piece_mps == 4 ? 1U : 2U) << "what is faster is another thing";
+    EXPECT_EQ(both.front().id, 1);
+    update(tracker, world, {piece(9)}, 0.1);  // the rear is hidden
+    const std::vector<Obstacle> left{report_of(tracker)};
+    EXPECT_EQ(left.size(), piece_mps == 4 ? 1U : 2U);
+    for (const Obstacle& obstacle : left) EXPECT_EQ(obstacle.coasting, piece_mps != 4 && obstacle.id == 1);
+    EXPECT_EQ(left.front().id, 1);
+  }
+}
+
+}  // namespace
+}  // namespace stereogrid::test
