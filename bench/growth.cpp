@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -103,8 +104,9 @@ std::vector<StereoFrame> frames_of(const Setting& setting, const scenes::Scene& 
 void drive(const Setting& setting, const Rig& rig, const std::vector<StereoFrame>& frames, Measured& measured) {
   Pipeline pipeline{config_of(setting), rig, {.threads = setting.threads, .stages = false}};
   for (std::size_t i{0}; i < frames.size(); ++i) {
-    const double total_ms{pipeline.process(frames[i]).timing_ms.total};
-    if (i >= warm_up_frames) measured.total_ms.push_back(total_ms);
+    const FrameResult& result{pipeline.process(frames[i])};
+    for (const std::string& warning : result.warnings) throw std::runtime_error{"not what is measured: " + warning};
+    if (i >= warm_up_frames) measured.total_ms.push_back(result.timing_ms.total);
   }
   measured.bytes = pipeline.memory_use().host_bytes;
 }

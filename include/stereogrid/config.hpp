@@ -71,7 +71,8 @@ struct MatchingConfig {
     visit(Parameter{"align_rows", "", 0, 1, "Measure by how much the right image's rows are off, and put them right."},
           self.align_rows);
     visit(Parameter{"disparities", "px", 0, 256,
-                    "Disparities searched, up to this minus one; 0: a tenth of the image's width, at least 64."},
+                    "Disparities searched, up to this minus one; 0: at least 64, a tenth of the image's width, those "
+                    "of the road in view."},
           self.disparities);
     visit(
         Parameter{

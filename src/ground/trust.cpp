@@ -48,13 +48,14 @@ bool are_identical(const MatchedFrame& frame) {
 
 }  // namespace
 
-double share_of_texture_matched(const MatchedFrame& frame, double first_row) {
+double share_of_texture_matched(const MatchedFrame& frame, double first_row, const RoadPlane& road, int disparities) {
   constexpr int texture_grey{4};
   int all{0};
   int all_matched{0};
   int textured{0};
   int textured_matched{0};
   for_lattice(frame, first_row, [&](int u, int v) {
+    if (road.disparity(u, v) > disparities - 1) return;
     const int matched{frame.matches.obstacle(u, v) > 0 || frame.matches.road(u, v) > 0 ? 1 : 0};
     ++all;
     all_matched += matched;
@@ -120,19 +121,21 @@ std::size_t samples_max(const Rig& level_rig) {
   return static_cast<std::size_t>(lattice.across) * static_cast<std::size_t>(lattice.down);
 }
 
-bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Ground& ground) {
+bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Ground& ground, int disparities) {
+  if (!frame.disparity.empty()) return false;
   // the camera may look above the horizon
   const double first_row{std::min(horizon_row(level_rig, ground), level_rig.height_px / 2.0)};
-  return frame.disparity.empty() && share_of_texture_matched(frame, first_row) < texture_matched_min;
+  return share_of_texture_matched(frame, first_row, road_plane(level_rig, ground), disparities) < texture_matched_min;
 }
 
-FrameTrust::FrameTrust(const Rig& level_rig, const GroundConfig& config) : rig_{level_rig}, config_{config} {
+FrameTrust::FrameTrust(const Rig& level_rig, const GroundConfig& config, int disparities)
+    : rig_{level_rig}, config_{config}, disparities_{disparities} {
   samples_.reserve(samples_max(rig_));
 }
 
 Doubt FrameTrust::judge(const MatchedFrame& frame, const Ground& ground, double dt_s) {
   unmeasured_s_ += dt_s;
-  if (has_few_matches(frame, rig_, ground)) {
+  if (has_few_matches(frame, rig_, ground, disparities_)) {
     return are_identical(frame) ? Doubt::identical_images : Doubt::few_matches;
   }
   if (!config_.estimate) return Doubt::none;

@@ -26,8 +26,9 @@ struct MatchedFrame {
 enum class Doubt { none, few_matches, identical_images, road_elsewhere, road_not_seen };
 
 /// Share of the pixels with texture below the row `first_row` that have matched; of all pixels there, where next to
-/// none has texture. 1 where the image has no pixels there.
-double share_of_texture_matched(const MatchedFrame& frame, double first_row);
+/// none has texture. 1 where the image has no pixels there. Those where `road` is too near for so many `disparities`
+/// could not match, and do not count.
+double share_of_texture_matched(const MatchedFrame& frame, double first_row, const RoadPlane& road, int disparities);
 
 /// Disparities of either hypothesis at the pixels of MatchLattice; appended.
 void add_samples(const MatchedFrame& frame, std::vector<GroundSample>& samples);
@@ -35,7 +36,7 @@ void add_samples(const MatchedFrame& frame, std::vector<GroundSample>& samples);
 std::size_t samples_max(const Rig& level_rig);
 
 /// Has so little of the texture below the horizon of `ground` matched that the images do not belong together?
-bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Ground& ground);
+bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Ground& ground, int disparities);
 
 /// Do the samples say that the road is not where `plane` has it? Few of those where it expects road lie on it, and
 /// either many lie clearly below it, where nothing can be, or another plane holds clearly more. A wall that fills the
@@ -45,7 +46,7 @@ bool speak_against(const Rig& rig, const std::vector<GroundSample>& samples, con
 /// Decides for each frame whether its grids can be relied on. One implementation serves every back end.
 class FrameTrust {
  public:
-  FrameTrust(const Rig& level_rig, const GroundConfig& config);
+  FrameTrust(const Rig& level_rig, const GroundConfig& config, int disparities);
 
   /// `ground`: as this frame's stages would use it, estimated or carried over. The road is known where the calibration
   /// is trusted, where the frame does not speak against `ground`, and unless it has not been measured for too long.
@@ -60,6 +61,7 @@ class FrameTrust {
  private:
   Rig rig_;
   GroundConfig config_;
+  int disparities_;
   double unmeasured_s_{0};  ///< since the road was measured, or since the start
   std::vector<GroundSample> samples_;
 };

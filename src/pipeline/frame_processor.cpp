@@ -36,7 +36,7 @@ FrameProcessor::FrameProcessor(const Config& config, const Rig& level_rig, std::
       stages_{std::move(stages)},
       window_{vehicle_grid_of(config.grid)},
       ground_{calibrated_ground(rig_, config.ground)},
-      trust_{rig_, config.ground},
+      trust_{rig_, config.ground, config.matching.disparities},
       mounting_{rig_, config.ground, turned_rad},
       alignment_{rig_},
       scene_flow_{rig_},
@@ -211,7 +211,8 @@ Doubt FrameProcessor::look_at_mounting(const LevelFrame& frame, Doubt doubt) {
   const MatchedFrame again{matched(frame)};
   mounting_samples_.clear();
   add_samples(again, mounting_samples_);
-  const bool holds{!has_few_matches(again, rig_, *candidate) && mounting_.verify(mounting_samples_, *candidate)};
+  const bool holds{!has_few_matches(again, rig_, *candidate, config_.matching.disparities) &&
+                   mounting_.verify(mounting_samples_, *candidate)};
   return holds || doubt == Doubt::none ? Doubt::road_elsewhere : doubt;
 }
 
@@ -255,7 +256,7 @@ void FrameProcessor::forget() {
   frames_to_search_ = 0;
   is_first_ = true;
   alignment_ = RowAlignment{rig_};
-  trust_ = FrameTrust{rig_, config_.ground};
+  trust_ = FrameTrust{rig_, config_.ground, config_.matching.disparities};
   mounting_ = MountingSearch{rig_, config_.ground, turned_rad_};
   scene_flow_ = SceneFlow{rig_};
   tracker_.forget();

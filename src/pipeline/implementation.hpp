@@ -29,21 +29,30 @@
 
 namespace stereogrid {
 
+/// Enough disparities for a tenth of the image's width, and for the nearest road that the image shows.
+inline int automatic_disparities(const Config& config, const Rig& level_rig) {
+  constexpr int disparities_min{64};
+  constexpr int disparities_max{256};
+  constexpr int disparities_step{16};
+  const RoadPlane road{road_plane(level_rig, calibrated_ground(level_rig, config.ground))};
+  const int last_row{level_rig.height_px - 1};
+  const double nearest_px{std::max(road.disparity(0, last_row), road.disparity(level_rig.width_px - 1, last_row))};
+  const int wanted{std::max({level_rig.width_px / 10, config.matching.min_disparity + 2,
+                             clamped_to_int(std::clamp(nearest_px, 0.0, 1.0 * disparities_max)) + 2})};
+  return std::clamp((wanted + disparities_step - 1) / disparities_step * disparities_step, disparities_min,
+                    disparities_max);
+}
+
 /// With every "automatic" value.
-inline Config resolved(Config config, const Rig& rig) {
-  if (config.matching.disparities == 0) {
-    constexpr int disparities_min{64};
-    constexpr int disparities_step{16};
-    const int tenth{(rig.width_px / 10 + disparities_step - 1) / disparities_step * disparities_step};
-    config.matching.disparities = std::clamp(std::max(tenth, config.matching.min_disparity + 2), disparities_min, 256);
-  }
+inline Config resolved(Config config, const Rig& level_rig) {
+  if (config.matching.disparities == 0) config.matching.disparities = automatic_disparities(config, level_rig);
   return config;
 }
 
 /// What lies behind a Pipeline: what its frames need besides the stages, and how a frame goes to them.
 struct Pipeline::Implementation {
   Implementation(const Config& parameters, const Rig& given_rig, const PipelineOptions& asked)
-      : config{resolved(parameters, given_rig)},
+      : config{resolved(parameters, LevelMapping{given_rig}.level_rig())},
         calibrated_rig{given_rig},
         rig{given_rig},
         options{asked},

@@ -155,6 +155,35 @@ TEST(Trust, ATrustedCalibrationIsKnown) {
   EXPECT_TRUE(pipeline.process(scene.load(0)).status.empty());
 }
 
+constexpr const char* low_camera{"street?width=320&height=240&focal=160&baseline=0.3&camera_height=0.25"};
+
+// Nothing matches there, and that is no fault of the images.
+TEST(Trust, ARoadTooNearForTheDisparitiesDoesNotCount) {
+  const Scene scene{scenes::parse_scene(low_camera), 2};
+  Config config{small_grid()};
+  config.matching.disparities = 64;
+  Pipeline pipeline{config, scene.rig(), {.threads = 2}};
+  StereoFrame frame{scene.load(0)};
+  EXPECT_TRUE(pipeline.process(frame).status.empty());
+  pipeline.reset();
+  std::swap(frame.left, frame.right);
+  EXPECT_EQ(pipeline.process(frame).status, std::vector<FrameStatus>{FrameStatus::few_matches});
+}
+
+TEST(AutomaticDisparities, ReachTheNearestRoadInTheImage) {
+  const auto disparities_of = [](const char* text) {
+    const Scene scene{scenes::parse_scene(text), 1};
+    Config config{small_grid()};
+    config.matching.disparities = 0;
+    Pipeline pipeline{config, scene.rig(), {.threads = 1}};
+    return pipeline.process(scene.load(0)).stages.occupancy.height();
+  };
+  EXPECT_EQ(disparities_of(street), 64);
+  EXPECT_EQ(disparities_of("street?width=1010&height=40"), 112);
+  EXPECT_EQ(disparities_of(low_camera), 144);  // (239 − 120) · 0.3/0.25 = 142.8 px
+  EXPECT_EQ(disparities_of("street?width=320&height=240&focal=160&baseline=0.5&camera_height=0.2"), 256);
+}
+
 TEST(Trust, WhatWasKnownIsRememberedThroughABadFrame) {
   const Scene scene{scenes::parse_scene("crossing?width=256&height=160&focal=205"), 2};
   Pipeline pipeline{small_grid(), scene.rig(), {.threads = 2}};
@@ -192,7 +221,7 @@ TEST(Trust, ARoadThatIsHiddenIsKnownForThreeSeconds) {
   Matches matches{rig.width_px, rig.height_px};
   matches.obstacle.fill(70);
   Ground ground{rig.camera_height_m, 0, 0, false};
-  FrameTrust trust{rig, preset("default").ground};
+  FrameTrust trust{rig, preset("default").ground, 128};
   const auto judged = [&](double dt_s) { return trust.judge({left.view(), left.view(), {}, matches}, ground, dt_s); };
   EXPECT_EQ(judged(0), Doubt::none);
   EXPECT_EQ(judged(2.9), Doubt::none);
