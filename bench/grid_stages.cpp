@@ -73,7 +73,7 @@ class GridStages {
         tables_{config_.u_disparity, rig_.height_px, pipeline_.config().matching.window_px},
         space_{rig_.width_px, rig_.height_px, disparities, 1},
         projection_{rig_.width_px, disparities},
-        rays_{rig_.width_px, rig_.height_px, disparities, 1},
+        rays_{rig_.width_px, rig_.height_px, disparities},
         observed_{pipeline_.vehicle_grid().nx, pipeline_.vehicle_grid().ny},
         observed_world_{pipeline_.world_grid().nx, pipeline_.world_grid().ny} {
     const std::size_t first{source.size() >= first_frame + frames ? first_frame : 0};

@@ -13,7 +13,7 @@ HostSpace::HostSpace(const Config& config, const Rig& level_rig, const GridGeome
       u_disparity{level_rig.width_px, level_rig.height_px, config.matching.disparities, threads},
       projection{level_rig.width_px, config.matching.disparities},
       rays{level_rig.width_px, level_rig.height_px,
-           config.projection.model == ProjectionModel::rays ? config.matching.disparities : 0, threads},
+           config.projection.model == ProjectionModel::rays ? config.matching.disparities : 0},
       filter_tables{config.filter},
       observed_world{Window{vehicle_grid}.cells(), Window{vehicle_grid}.cells()},
       filtered{Window{vehicle_grid}.cells(), config.filter},

@@ -3,6 +3,7 @@
 #include "backend/cpu.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 #include "rays/hidden.hpp"
 #include "rays/project_simd.hpp"
@@ -16,31 +17,38 @@ constexpr int rows_grain{8};
 /// Columns of a grid of which it is asked together whether they are hidden, in rows_grain rows.
 constexpr int tile_columns{16};
 
-// Columns begin … end − 1: the counts of each bin.
-void count_block(const Matches& matches, int begin, int end, const RaySpace& space, PackedRays* counts) {
+/// Columns that are counted together: their counts stay in the first cache.
+constexpr int block_columns{16};
+
+/// Bins of which a thread sums over all columns.
+constexpr int sum_bins{32};
+
+// Columns begin … end − 1: the counts of each bin, then their sums over the bins.
+void count_block(const Matches& matches, int begin, int end, RaySpace& space) {
   const UprightRange upright{space.upright};
   const int bins{space.bins};
+  PackedRays* const counts{space.sums.row(begin + 1)};
+  std::fill(counts, counts + (end - begin) * (bins + 1), PackedRays{0});
   for (int v{0}; v < space.height; ++v) {
     const float* obstacle{matches.obstacle.row(v)};
     const float* road{matches.road.row(v)};
     const RayRow* rows{space.rows.data() + v + space.margin};
     for (int u{begin}; u < end; ++u) {
-      PackedRays* const column{counts + ray_columns + (u - begin)};
+      PackedRays* const column{counts + (u - begin) * (bins + 1) + 1};
       count_ray(obstacle[u], road[u], rows[-space.shift[static_cast<std::size_t>(u)]], upright, bins,
-                [&](int bin, PackedRays rays) { column[bin * ray_columns] += rays; });
+                [&](int bin, PackedRays rays) { column[bin] += rays; });
     }
   }
+  for (int u{begin}; u < end; ++u)
+    std::partial_sum(space.sums.row(u + 1), space.sums.row(u + 1) + bins + 1, space.sums.row(u + 1));
 }
 
-// Their sums over the bins; the counts are 0 again.
-void sum_block(int begin, int end, PackedRays* counts, RaySpace& space) {
-  PackedRays sums[ray_columns]{};
-  for (int k{0}; k <= space.bins; ++k, counts += ray_columns) {
-    for (int u{0}; u < ray_columns; ++u) {
-      sums[u] += counts[u];
-      counts[u] = 0;
-    }
-    std::copy_n(sums, end - begin, space.sums.row(k) + begin + 1);
+// Bins begin … end − 1.
+void sum_columns(int begin, int end, RaySpace& space) {
+  for (int u{1}; u <= space.width; ++u) {
+    const PackedRays* const before{space.sums.row(u - 1)};
+    PackedRays* const sums{space.sums.row(u)};
+    for (int k{begin}; k < end; ++k) sums[k] += before[k];
   }
 }
 
@@ -66,23 +74,13 @@ void for_visible(const HiddenCells& hidden, const CellRange& rows, View<float> c
 void count_rays(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& ground, const UDisparityConfig& config,
                 RaySpace& space) {
   space.place(rig, ground, config);
-  const int blocks{(space.width + ray_columns - 1) / ray_columns};
-  cpu.for_parts(blocks, static_cast<int>(space.counts.size()), [&](int part, int first, int last) {
-    PackedRays* const counts{space.counts[static_cast<std::size_t>(part)].data()};
+  const int blocks{(space.width + block_columns - 1) / block_columns};
+  cpu.for_ranges(blocks, 1, [&](int first, int last) {
     for (int block{first}; block < last; ++block) {
-      const int begin{block * ray_columns};
-      const int end{std::min(begin + ray_columns, space.width)};
-      count_block(matches, begin, end, space, counts);
-      sum_block(begin, end, counts, space);
+      count_block(matches, block * block_columns, std::min((block + 1) * block_columns, space.width), space);
     }
   });
-  cpu.for_ranges(space.bins + 1, rows_grain, [&](int begin, int end) {
-    for (int k{begin}; k < end; ++k) {
-      PackedRays* const sums{space.sums.row(k)};
-      PackedRays sum{0};
-      for (int u{1}; u <= space.width; ++u) sums[u] = sum += sums[u];
-    }
-  });
+  cpu.for_ranges(space.bins + 1, sum_bins, [&](int begin, int end) { sum_columns(begin, end, space); });
 }
 
 void project_rays(Cpu& cpu, const RaySpace& space, const BinGeometry& geometry, const GridInVehicle& grid,

@@ -8,6 +8,8 @@ namespace {
 constexpr int threads{128};
 constexpr int block_width{32};
 constexpr int block_height{4};
+constexpr int lines{4};  // that a block sums up
+constexpr int line_threads{32};
 
 struct Placement {
   double highest_m;
@@ -45,34 +47,38 @@ __global__ void count_pixels(Counting counting, MatchViews matches) {
   if (u >= width || v >= matches.road.height) return;
   count_ray(matches.obstacle(u, v), matches.road(u, v), counting.rows[v + counting.margin - counting.shift[u]],
             *counting.upright, counting.bins, [&](int bin, PackedRays rays) {
-              atomicAdd(reinterpret_cast<unsigned long long*>(&counting.sums[(bin + 1) * (width + 1) + u + 1]), rays);
+              atomicAdd(reinterpret_cast<unsigned long long*>(&counting.sums[(u + 1) * (counting.bins + 1) + bin + 1]),
+                        rays);
             });
 }
 
-// Sums over the bins. A thread per column.
-__global__ void sum_bins(PackedRays* sums, int columns, int bins) {
-  const int u{static_cast<int>(blockIdx.x * threads + threadIdx.x)};
-  if (u >= columns) return;
-  PackedRays* at{sums + u};
+// Sums of `count` numbers that lie `apart`, in place: each thread of a line adds up a share of them, behind the shares
+// before. `shares`: of the line's threads.
+__device__ void sum_line(PackedRays* numbers, int count, int apart, int t, PackedRays (&shares)[line_threads]) {
+  const int share{(count + line_threads - 1) / line_threads};
+  const int begin{t * share < count ? t * share : count};
+  const int end{begin + share < count ? begin + share : count};
   PackedRays sum{0};
-  for (int k{0}; k <= bins; ++k, at += columns) *at = sum += *at;
-}
-
-// Sums over the columns. A block per row: each thread a share of it, behind the shares before.
-__global__ void sum_columns(PackedRays* sums, int columns) {
-  __shared__ PackedRays shares[threads];
-  const int t{static_cast<int>(threadIdx.x)};
-  PackedRays* const row{sums + static_cast<int>(blockIdx.x) * columns};
-  const int share{(columns + threads - 1) / threads};
-  const int begin{t * share < columns ? t * share : columns};
-  const int end{begin + share < columns ? begin + share : columns};
-  PackedRays sum{0};
-  for (int u{begin}; u < end; ++u) sum += row[u];
+  for (int i{begin}; i < end; ++i) sum += numbers[i * apart];
   shares[t] = sum;
   __syncthreads();
   PackedRays before{0};
   for (int i{0}; i < t; ++i) before += shares[i];
-  for (int u{begin}; u < end; ++u) row[u] = before += row[u];
+  for (int i{begin}; i < end; ++i) numbers[i * apart] = before += numbers[i * apart];
+}
+
+// Sums over the bins of a column, by threads side by side.
+__global__ void sum_bins(PackedRays* sums, int columns, int bins) {
+  __shared__ PackedRays shares[lines][line_threads];
+  const int u{static_cast<int>(blockIdx.x) * lines + static_cast<int>(threadIdx.y)};
+  sum_line(sums + u * bins, u < columns ? bins : 0, 1, static_cast<int>(threadIdx.x), shares[threadIdx.y]);
+}
+
+// Sums over the columns of a bin; neighbouring threads read neighbouring bins.
+__global__ void sum_columns(PackedRays* sums, int columns, int bins) {
+  __shared__ PackedRays shares[lines][line_threads];
+  const int k{static_cast<int>(blockIdx.x) * lines + static_cast<int>(threadIdx.x)};
+  sum_line(sums + k, k < bins ? columns : 0, bins, static_cast<int>(threadIdx.y), shares[threadIdx.x]);
 }
 
 __global__ void project_cells(RaySums<Device> sums, int most_columns, BinGeometry geometry, const GridInVehicle* grid,
@@ -107,6 +113,7 @@ void count_rays(Cuda& cuda, const MatchViews& matches, const Rig& rig, const Gro
                 const UDisparityConfig& config, RaysOnDevice& space) {
   const int rows{static_cast<int>(space.rows.size())};
   const int columns{space.width + 1};
+  const int bins{space.bins + 1};
   launch(cuda, place, blocks_for(space.width > rows ? space.width : rows, threads), threads, 0,
          Placement{config.obstacle_height_m, config.obstacle_min_height_m, rig.centre_u_px, config.follow_roll}, rig,
          ground, space.width, rows, space.margin, space.bins, space.shift.data(), space.rows.data(),
@@ -116,8 +123,8 @@ void count_rays(Cuda& cuda, const MatchViews& matches, const Rig& rig, const Gro
          Counting{space.shift.data(), space.rows.data(), space.upright.data(), space.sums.data(), space.margin,
                   space.bins},
          matches);
-  launch(cuda, sum_bins, blocks_for(columns, threads), threads, 0, space.sums.data(), columns, space.bins);
-  launch(cuda, sum_columns, static_cast<unsigned>(space.bins + 1), threads, 0, space.sums.data(), columns);
+  launch(cuda, sum_bins, blocks_for(columns, lines), dim3{line_threads, lines}, 0, space.sums.data(), columns, bins);
+  launch(cuda, sum_columns, blocks_for(bins, lines), dim3{lines, line_threads}, 0, space.sums.data(), columns, bins);
 }
 
 void project_rays(Cuda& cuda, const RaysOnDevice& space, const BinGeometry& geometry, const GridInVehicle* grid,

@@ -14,7 +14,7 @@ struct RaysOnDevice {
   /// `disparities` 0: nothing, for configurations that do without.
   RaysOnDevice(int width, int height, int disparities);
 
-  [[nodiscard]] RaySums<Device> view() const { return {sums.data(), width + 1, bins + 1, width + 1}; }
+  [[nodiscard]] RaySums<Device> view() const { return {sums.data(), bins + 1, width + 1, bins + 1}; }
 
   int width;
   int height;
@@ -23,7 +23,7 @@ struct RaysOnDevice {
   DeviceBuffer<std::int32_t> shift;
   DeviceBuffer<RayRow> rows;
   DeviceBuffer<UprightRange> upright;
-  DeviceBuffer<PackedRays> sums;  ///< (bins + 1, W + 1)
+  DeviceBuffer<PackedRays> sums;  ///< (W + 1, bins + 1)
 };
 
 /// `count_rays` and `project_rays` of rays.hpp, equal to the CPU to the bit where the tables of rows are. `ground` and

@@ -15,26 +15,26 @@ constexpr double nearest_m{0.5};
 
 // More than what find_rays rounds.
 constexpr double columns_margin{2};
-constexpr double rows_margin{2.01};
+constexpr double bins_margin{2.01};
 
 }  // namespace
 
 HiddenCells::HiddenCells(const RaySums<Host>& sums, const BinGeometry& geometry, const GridInVehicle& grid)
     : geometry_{geometry},
       grid_{grid},
-      width_{sums.width - 1},
-      rows_{sums.height},
+      width_{columns_of(sums)},
+      bins_{bins_of(sums)},
       group_columns_{std::max(least_group_columns, (width_ + groups_max - 1) / groups_max)} {
   for (int begin{0}, group{0}; begin < width_; begin += group_columns_, ++group) {
     const int end{std::min(begin + group_columns_, width_)};
-    int& rows{empty_rows_[static_cast<std::size_t>(group)]};
-    while (rows < rows_ && sums.row(rows)[end] - sums.row(rows)[begin] < arriving_ray) ++rows;
+    int& bins{empty_bins_[static_cast<std::size_t>(group)]};
+    while (bins <= bins_ && sums.row(end)[bins] - sums.row(begin)[bins] < arriving_ray) ++bins;
   }
 }
 
 bool HiddenCells::is_empty_before(int end, int first_column, int last_column) const {
   for (int group{first_column / group_columns_}; group <= last_column / group_columns_; ++group) {
-    if (empty_rows_[static_cast<std::size_t>(group)] < end) return false;
+    if (empty_bins_[static_cast<std::size_t>(group)] < end) return false;
   }
   return true;
 }
@@ -58,8 +58,8 @@ bool HiddenCells::are_hidden(int x_first, int y_first, int x_last, int y_last) c
   const double first{std::max(leftmost - 0.01, 0.0)};
   const double last{std::min(rightmost + columns_margin, width_ - 1.0)};
   if (!(first <= last)) return true;
-  const double place{geometry_.disparity(nearest - half_m) * ray_bins_per_px + rows_margin};
-  if (!(place < rows_)) return false;
+  const double place{geometry_.disparity(nearest - half_m) * ray_bins_per_px + bins_margin};
+  if (!(place <= bins_)) return false;
   return is_empty_before(static_cast<int>(place), static_cast<int>(first), static_cast<int>(last));
 }
 

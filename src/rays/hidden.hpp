@@ -20,16 +20,15 @@ class HiddenCells {
  private:
   static constexpr int groups_max{256};
 
-  // No ray of the columns arrives before row `end` of the sums.
+  // No ray of the columns arrives before the bin `end`.
   [[nodiscard]] bool is_empty_before(int end, int first_column, int last_column) const;
 
   BinGeometry geometry_;
   GridInVehicle grid_;
   int width_;
-  int rows_;
+  int bins_;
   int group_columns_;
-  std::array<int, groups_max>
-      empty_rows_{};  // of each group of columns: so many rows of the sums have no arriving rays
+  std::array<int, groups_max> empty_bins_{};  // of each group of columns: the sums before so many have no arriving rays
 };
 
 }  // namespace stereogrid

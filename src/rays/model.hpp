@@ -92,9 +92,19 @@ STEREOGRID_HD inline void count_ray(float obstacle, float road, const RayRow& ro
   if (bin < row.end && row.first < row.end && row.end < bins) add(row.end, PackedRays{0} - arriving_ray);
 }
 
-/// Sums over all bins before k and all columns before u: (bins + 1) rows of width + 1.
+/// Sums over all bins before k and all columns before u: (width + 1) rows, by u, of bins + 1. What is looked up of a
+/// cell lies in few bins of two columns.
 template <class Space>
 using RaySums = View<const PackedRays, Space>;
+
+template <class Space>
+STEREOGRID_HD inline int columns_of(const RaySums<Space>& sums) {
+  return sums.height - 1;
+}
+template <class Space>
+STEREOGRID_HD inline int bins_of(const RaySums<Space>& sums) {
+  return sums.width - 1;
+}
 
 /// As many columns hold no more rays than fit their bits.
 STEREOGRID_HD constexpr int columns_max(int height) {
@@ -125,14 +135,14 @@ struct RaysAround {
 /// `disparity` may lie outside the bins.
 template <class Space>
 STEREOGRID_HD inline RaysAround rays_around(const RaySums<Space>& sums, float disparity, const ColumnPart& columns) {
-  const float last{static_cast<float>(sums.height - 1)};
+  const int bins{bins_of(sums)};
+  const float last{static_cast<float>(bins)};
   const float bin{disparity * ray_bins_per_px};
   const float place{bin < 0 ? 0.0f : (bin > last ? last : bin)};
-  const int k{static_cast<int>(place) < sums.height - 2 ? static_cast<int>(place) : sums.height - 2};
-  const PackedRays* before{sums.row(k)};
-  const PackedRays* behind{before + sums.pitch};
-  return {before[columns.end] - before[columns.begin], behind[columns.end] - behind[columns.begin],
-          place - static_cast<float>(k)};
+  const int k{static_cast<int>(place) < bins - 1 ? static_cast<int>(place) : bins - 1};
+  const PackedRays* begin{sums.row(columns.begin) + k};
+  const PackedRays* end{sums.row(columns.end) + k};
+  return {end[0] - begin[0], end[1] - begin[1], place - static_cast<float>(k)};
 }
 
 /// What is added to the logarithm of the odds for `count` ≥ 0 rays of a kind (rounding errors below do no harm), but
@@ -176,8 +186,8 @@ STEREOGRID_HD inline bool find_rays(const RaySums<Space>& sums, int most_columns
   if (!(near_m > 0)) return false;
   const float near_px{static_cast<float>(geometry.disparity(near_m))};
   const float far_px{static_cast<float>(geometry.disparity(centre.x + size_m / 2))};
-  if (near_px > static_cast<float>(sums.height - 1) / ray_bins_per_px - 1) return false;
-  const int width{sums.width - 1};
+  if (near_px > static_cast<float>(bins_of(sums)) / ray_bins_per_px - 1) return false;
+  const int width{columns_of(sums)};
   const auto border = [&](double y_m) {  // between two columns; some outside the image
     const double column{geometry.column(centre.x, y_m)};
     const double limited{column < -2 ? -2 : (column > width + 1 ? width + 1 : column)};

@@ -22,7 +22,6 @@ using Reals = hn::CappedTag<double, 8>;
 using Floats = hn::Rebind<float, Reals>;
 using Ints = hn::Rebind<std::int32_t, Reals>;
 using Bits = hn::Rebind<std::uint32_t, Reals>;
-using Indices = hn::Rebind<std::int64_t, Reals>;
 using Packed = hn::Rebind<PackedRays, Reals>;
 using VReal = hn::Vec<Reals>;
 using VFloat = hn::Vec<Floats>;
@@ -89,7 +88,11 @@ struct Sight {
 class CellVectors {
  public:
   CellVectors(const RaySums<Host>& sums, int most_columns, const BinGeometry& geometry, const GridInVehicle& grid)
-      : sums_{sums}, most_columns_{most_columns}, geometry_{geometry}, grid_{grid} {}
+      : sums_{sums},
+        pitch_{static_cast<int>(sums.pitch)},
+        most_columns_{most_columns},
+        geometry_{geometry},
+        grid_{grid} {}
 
   // Of cells ix, ix + 1 … of row iy.
   [[nodiscard]] HWY_INLINE Sight sight(int ix, int iy) const {
@@ -108,7 +111,7 @@ class CellVectors {
     const Columns columns{within(begin), within(end)};
     const Columns wide{within(hn::Sub(begin, ints(columns_around))), within(hn::Add(end, ints(columns_around)))};
     const VFloat near_px{disparity(hn::Sub(ahead_m, half))};  // behind the camera: not above 0
-    const float nearest_px{static_cast<float>(sums_.height - 1) / ray_bins_per_px - 1};
+    const float nearest_px{static_cast<float>(bins_of(sums_)) / ray_bins_per_px - 1};
     const auto is_wide_enough =
         hn::And(hn::Gt(columns.end, columns.begin), hn::Gt(ints(most_columns_ + 1), hn::Sub(wide.end, wide.begin)));
     const Mask is_seen{hn::And(hn::And(hn::Gt(near_px, floats(0)), hn::Le(near_px, floats(nearest_px))),
@@ -117,33 +120,32 @@ class CellVectors {
   }
 
   // At the near ends of cells.
-  [[nodiscard]] HWY_INLINE Around near(const Sight& cells) const { return around(cells.near_px, cells.columns); }
+  [[nodiscard]] HWY_INLINE Around near(const Sight& cells) const {
+    Around found[1];
+    look_up(cells.columns, {place_of(cells.near_px)}, found);
+    return found[0];
+  }
 
   // write(kind, counts) for each kind of CellRays. `near`: of these cells.
   template <class Write>
   HWY_INLINE void look_up(const Sight& cells, const Around& near, const Write& write) const {
     const Columns& columns{cells.columns};
-    const Columns& wide{cells.wide};
-    const VFloat near_px{cells.near_px};
-    const VFloat far_px{cells.far_px};
-    const auto nearer = [](VFloat from, float px) HWY_ATTR { return hn::Add(from, floats(px)); };
-    const auto farther = [](VFloat from, float px) HWY_ATTR { return hn::Sub(from, floats(px)); };
-    // far away the ends of a cell mostly lie in the same bin
-    const Between at_far{place_of(far_px)};
-    const bool is_same{hn::AllTrue(Ints{}, hn::Eq(at_far.k, place_of(near_px).k))};
-    const Around far{is_same ? Around{near.before, near.behind, at_far.part} : around(at_far, columns)};
-    write(ending, between<ending_ray>(around(farther(far_px, 0.5f), wide), around(nearer(near_px, 0.5f), wide), wide));
-    const Between farther_px{place_of(farther(far_px, 4))};
-    const bool is_nothing{hn::AllTrue(Floats{}, hn::Le(far_px, floats(4)))};  // before bin 0
-    const Around none{hn::Zero(Packed{}), hn::Zero(Packed{}), floats(0)};
-    write(behind, between<ending_ray>(is_nothing ? none : around(farther_px, columns), far, columns));
-    write(in_front, between<ending_ray>(near, around(nearer(near_px, 4), columns), columns));
-    write(road_in_front, between<ending_on_road>(near, around(nearer(near_px, 1), columns), columns));
+    const auto nearer = [&](float px) HWY_ATTR { return place_of(hn::Add(cells.near_px, floats(px))); };
+    const auto farther = [&](float px) HWY_ATTR { return place_of(hn::Sub(cells.far_px, floats(px))); };
+    enum { far, near_4, near_1, far_1, far_4 };
+    Around at[5];
+    look_up(columns, {farther(0), nearer(4), nearer(1), farther(1), farther(4)}, at);
+    Around ends[2];
+    look_up(cells.wide, {farther(0.5f), nearer(0.5f)}, ends);
+    write(ending, between<ending_ray>(ends[0], ends[1], cells.wide));
+    write(behind, between<ending_ray>(at[far_4], at[far], columns));
+    write(in_front, between<ending_ray>(near, at[near_4], columns));
+    write(road_in_front, between<ending_on_road>(near, at[near_1], columns));
     const auto arrive = [&](const Around& where)
                             HWY_ATTR { return hn::Mul(where.template count<arriving_ray>(), columns.share); };
     write(arriving, arrive(near));
-    write(passing, arrive(far));
-    write(passing_farther, arrive(around(farther(far_px, 1), columns)));
+    write(passing, arrive(at[far]));
+    write(passing_farther, arrive(at[far_1]));
   }
 
  private:
@@ -154,38 +156,54 @@ class CellVectors {
   [[nodiscard]] HWY_INLINE VInt border(VReal ahead_m, VReal left_m) const {
     const VReal column{
         hn::Sub(reals(geometry_.centre_u_px), hn::Div(hn::Mul(reals(geometry_.focal_px), left_m), ahead_m))};
-    const VReal limited{hn::Min(hn::Max(column, reals(-2)), reals(sums_.width))};
+    const VReal limited{hn::Min(hn::Max(column, reals(-2)), reals(columns_of(sums_) + 1))};
     return hn::Sub(hn::DemoteTo(Ints{}, hn::Add(limited, reals(3))), ints(2));
   }
   [[nodiscard]] HWY_INLINE VInt within(VInt column) const {
-    return hn::Min(hn::Max(column, ints(0)), ints(sums_.width - 1));
+    return hn::Min(hn::Max(column, ints(0)), ints(columns_of(sums_)));
   }
-  // A place between rows of the sums: row k, and how far on to the next.
+  // A place between bins: bin k, and how far on to the next.
   struct Between {
     VInt k;
     VFloat part;
   };
   [[nodiscard]] HWY_INLINE Between place_of(VFloat disparity) const {
-    const VFloat last{floats(static_cast<float>(sums_.height - 1))};
+    const VFloat last{floats(static_cast<float>(bins_of(sums_)))};
     const VFloat place{hn::Min(hn::Max(hn::Mul(disparity, floats(ray_bins_per_px)), floats(0)), last)};
-    const VInt k{hn::Min(hn::ConvertTo(Ints{}, place), ints(sums_.height - 2))};
+    const VInt k{hn::Min(hn::ConvertTo(Ints{}, place), ints(bins_of(sums_) - 1))};
     return {k, hn::Sub(place, hn::ConvertTo(Floats{}, k))};
   }
-  [[nodiscard]] HWY_INLINE Around around(VFloat disparity, const Columns& columns) const {
-    return around(place_of(disparity), columns);
-  }
-  [[nodiscard]] HWY_INLINE Around around(const Between& place, const Columns& columns) const {
-    const VInt row{hn::Mul(place.k, ints(static_cast<int>(sums_.pitch)))};
-    const PackedRays* const behind{sums_.data + sums_.pitch};
-    const auto begin = hn::PromoteTo(Indices{}, hn::Add(row, columns.begin));
-    const auto end = hn::PromoteTo(Indices{}, hn::Add(row, columns.end));
-    const auto sum = [&](const PackedRays* sums) HWY_ATTR {
-      return hn::Sub(hn::GatherIndex(Packed{}, sums, end), hn::GatherIndex(Packed{}, sums, begin));
-    };
-    return {sum(sums_.data), sum(behind), place.part};
+  // Both bins of a place lie side by side: loads of both are faster than gathers of one. All are stored before the
+  // first is read again, which would have to wait.
+  template <std::size_t count>
+  HWY_INLINE void look_up(const Columns& columns, const Between (&places)[count], Around (&found)[count]) const {
+    constexpr std::size_t lanes{hn::MaxLanes(Reals{})};
+    HWY_ALIGN std::int32_t begin[lanes];
+    HWY_ALIGN std::int32_t end[lanes];
+    HWY_ALIGN std::int32_t bins[count][lanes];
+    HWY_ALIGN PackedRays pairs[count][2 * lanes];
+    hn::Store(hn::Mul(columns.begin, ints(pitch_)), Ints{}, begin);
+    hn::Store(hn::Mul(columns.end, ints(pitch_)), Ints{}, end);
+    for (std::size_t i{0}; i < count; ++i) hn::Store(places[i].k, Ints{}, bins[i]);
+    const hn::CappedTag<PackedRays, 2> pair;
+    for (std::size_t c{0}; c < lanes; ++c) {
+      const PackedRays* const at_begin{sums_.data + begin[c]};
+      const PackedRays* const at_end{sums_.data + end[c]};
+      for (std::size_t i{0}; i < count; ++i) {
+        for (std::size_t j{0}; j < 2; j += hn::Lanes(pair)) {
+          const auto k = static_cast<std::size_t>(bins[i][c]) + j;
+          hn::Store(hn::Sub(hn::LoadU(pair, at_end + k), hn::LoadU(pair, at_begin + k)), pair, &pairs[i][2 * c + j]);
+        }
+      }
+    }
+    for (std::size_t i{0}; i < count; ++i) {
+      hn::LoadInterleaved2(Packed{}, pairs[i], found[i].before, found[i].behind);
+      found[i].part = places[i].part;
+    }
   }
 
   const RaySums<Host>& sums_;
+  int pitch_;
   int most_columns_;
   const BinGeometry& geometry_;
   const GridInVehicle& grid_;

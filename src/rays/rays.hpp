@@ -15,13 +15,10 @@ namespace stereogrid {
 class Cpu;
 struct Reference;
 
-/// Columns that a thread counts at a time.
-constexpr int ray_columns{64};
-
 /// What `count_rays` works in and leaves. Allocated once.
 struct RaySpace {
-  /// `disparities` 0: nothing, for configurations that do without. `threads`: of the CPU back end.
-  RaySpace(int width, int height, int disparities, int threads = 0);
+  /// `disparities` 0: nothing, for configurations that do without.
+  RaySpace(int width, int height, int disparities);
 
   /// For the road of a frame.
   void place(const Rig& rig, const Ground& ground, const UDisparityConfig& config);
@@ -30,7 +27,7 @@ struct RaySpace {
   [[nodiscard]] const RayRow& row(int u, int v) const {
     return rows[static_cast<std::size_t>(v + margin - shift[static_cast<std::size_t>(u)])];
   }
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(shift, rows, sums, counts); }
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(shift, rows, sums); }
 
   int width;
   int height;
@@ -39,8 +36,7 @@ struct RaySpace {
   std::vector<std::int32_t> shift;  ///< (W) rows by which the road lies lower than in the column u0, due to roll
   std::vector<RayRow> rows;         ///< (height + 2·margin), from row −margin on
   UprightRange upright{};
-  Image<PackedRays> sums;                       ///< (bins + 1, W + 1), see RaySums
-  std::vector<std::vector<PackedRays>> counts;  ///< [thread] of a block of columns, all 0 between frames
+  Image<PackedRays> sums;  ///< (W + 1, bins + 1), see RaySums
 };
 
 /// Counts where the rays of all pixels end, from disparity images.

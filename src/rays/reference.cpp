@@ -13,12 +13,12 @@ void count_rays(Reference&, const Matches& matches, const Rig& rig, const Ground
   for (int v{0}; v < space.height; ++v) {
     for (int u{0}; u < space.width; ++u) {
       count_ray(matches.obstacle(u, v), matches.road(u, v), space.row(u, v), space.upright, space.bins,
-                [&](int bin, PackedRays rays) { space.sums(u + 1, bin + 1) += rays; });
+                [&](int bin, PackedRays rays) { space.sums(bin + 1, u + 1) += rays; });
     }
   }
-  for (int k{1}; k <= space.bins; ++k) {
-    for (int u{1}; u <= space.width; ++u) {
-      space.sums(u, k) += space.sums(u - 1, k) + space.sums(u, k - 1) - space.sums(u - 1, k - 1);
+  for (int u{1}; u <= space.width; ++u) {
+    for (int k{1}; k <= space.bins; ++k) {
+      space.sums(k, u) += space.sums(k, u - 1) + space.sums(k - 1, u) - space.sums(k - 1, u - 1);
     }
   }
 }

@@ -7,16 +7,14 @@
 
 namespace stereogrid {
 
-RaySpace::RaySpace(int image_width, int image_height, int disparities, int threads)
+RaySpace::RaySpace(int image_width, int image_height, int disparities)
     : width{image_width},
       height{image_height},
       bins{disparities * ray_bins_per_px},
       margin{largest_shift(image_width)},
       shift(static_cast<std::size_t>(bins > 0 ? image_width : 0)),
       rows(static_cast<std::size_t>(bins > 0 ? image_height + 2 * margin : 0)),
-      sums{bins > 0 ? image_width + 1 : 0, bins > 0 ? bins + 1 : 0},
-      counts(static_cast<std::size_t>(bins > 0 ? threads : 0),
-             std::vector<PackedRays>(static_cast<std::size_t>(bins + 1) * ray_columns)) {}
+      sums{bins > 0 ? bins + 1 : 0, bins > 0 ? image_width + 1 : 0} {}
 
 void RaySpace::place(const Rig& rig, const Ground& ground, const UDisparityConfig& config) {
   const double slope{config.follow_roll ? -std::tan(ground.roll_rad) : 0.0};

@@ -53,7 +53,7 @@ Matches empty_road() {
 
 Image<float> cells_of(const Matches& matches, const GridInVehicle& where = {grid}) {
   Cpu cpu{2};
-  RaySpace space{matches.road.width(), matches.road.height(), disparities, 2};
+  RaySpace space{matches.road.width(), matches.road.height(), disparities};
   count_rays(cpu, matches, round_rig(), level_ground(), UDisparityConfig{}, space);
   Image<float> cells{where.grid.nx, where.grid.ny, -7.0f};
   project_rays(cpu, space, BinGeometry{round_rig()}, where, cells.view());
@@ -123,7 +123,7 @@ TEST(Rays, RollTurnsTheRows) {
   Reference reference;
   const auto ending = [&](const Ground& ground) {
     count_rays(reference, matches, round_rig(), ground, UDisparityConfig{}, space);
-    return count_of(space.sums(201, space.bins), ending_ray);
+    return count_of(space.sums(space.bins, 201), ending_ray);
   };
   EXPECT_EQ(ending(rolled), 0);
   EXPECT_GT(ending(level), 40);
@@ -156,7 +156,7 @@ TEST(Rays, MathematicsAreNearTheRealOnes) {
 TEST(Rays, MoreColumnsThanTheCountsHoldAreUnknown) {
   EXPECT_LT(static_cast<long>(columns_max(2160)) * 2160, 1L << ray_bits);
   Cpu cpu{1};
-  RaySpace space{201, 200, disparities, 1};
+  RaySpace space{201, 200, disparities};
   count_rays(cpu, empty_road(), round_rig(), level_ground(), UDisparityConfig{}, space);
   const RaySums<Host> sums{std::as_const(space.sums).view()};
   const auto at_10_m = [&](int most_columns) {  // 8 columns and 5 to either side
@@ -204,7 +204,7 @@ TEST(RaysEquality, CpuEqualsReference) {
     config.follow_roll = round % 2 == 0;
     Cpu cpu{1 + round % 3};
     RaySpace slow{width, height, disparities};
-    RaySpace fast{width, height, disparities, cpu.threads()};
+    RaySpace fast{width, height, disparities};
     for (int frame{0}; frame < 2; ++frame) count_rays(cpu, matches, rig, ground, config, fast);
     count_rays(reference, matches, rig, ground, config, slow);
     ASSERT_EQ(slow.sums, fast.sums) << "round " << round;
@@ -245,8 +245,8 @@ TEST(Rays, SumsAreThoseOfThePixels) {
           if (matches.road(u, v) > 0 && matches.road(u, v) < static_cast<float>(k) / 2) ++road;
         }
       }
-      EXPECT_EQ(count_of(space.sums(columns, k), ending_ray), ending) << k << " " << columns;
-      EXPECT_EQ(count_of(space.sums(columns, k), ending_on_road), road) << k << " " << columns;
+      EXPECT_EQ(count_of(space.sums(k, columns), ending_ray), ending) << k << " " << columns;
+      EXPECT_EQ(count_of(space.sums(k, columns), ending_on_road), road) << k << " " << columns;
     }
   }
 }

@@ -205,7 +205,7 @@ TEST(HiddenCellsOfRays, AreUnknown) {
     }
   }
   Cpu cpu{2};
-  RaySpace space{201, 200, disparities, 2};
+  RaySpace space{201, 200, disparities};
   count_rays(cpu, matches, rig, {1.5, 0, 0, true}, UDisparityConfig{}, space);
   const RaySums<Host> sums{std::as_const(space.sums).view()};
   const BinGeometry geometry{rig};
