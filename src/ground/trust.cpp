@@ -20,6 +20,9 @@ constexpr double unmeasured_max_s{3};
 // At least so much of the texture has matched. Real drives have 0.79 and more; pairs that do not belong together have
 // up to 0.23 (swapped, rows off, noise) or 0.51 (a frame apart).
 constexpr double texture_matched_min{0.6};
+// What differs by less between neighbours is not counted as texture: noise does not match.
+constexpr int texture_grey{4};
+constexpr double texture_sigmas{3};
 // Of the points where road is expected, on real drives at least a quarter lies on the plane, and under a tenth below
 // it.
 constexpr double near_min{0.3};
@@ -48,8 +51,23 @@ bool are_identical(const MatchedFrame& frame) {
 
 }  // namespace
 
+double noise_of(const MatchedFrame& frame, double first_row) {
+  constexpr double sigmas_per_median{1.4826};
+  constexpr int differences_max{4 * 255};
+  std::array<int, differences_max + 1> counts{};
+  int all{0};
+  for_lattice(frame, first_row, [&](int u, int v) {
+    ++counts[static_cast<std::size_t>(std::abs(frame.left(u - 1, v) - 2 * frame.left(u, v) + frame.left(u + 1, v)))];
+    ++all;
+  });
+  int median{0};
+  for (int below{counts[0]}; 2 * below < all; below += counts[static_cast<std::size_t>(++median)]) {
+  }
+  return sigmas_per_median * median / std::sqrt(6.0);  // 1² + 2² + 1²
+}
+
 double share_of_texture_matched(const MatchedFrame& frame, double first_row, const RoadPlane& road, int disparities) {
-  constexpr int texture_grey{4};
+  const double least_grey{std::max<double>(texture_grey, texture_sigmas * noise_of(frame, first_row))};
   int all{0};
   int all_matched{0};
   int textured{0};
@@ -59,7 +77,7 @@ double share_of_texture_matched(const MatchedFrame& frame, double first_row, con
     const int matched{frame.matches.obstacle(u, v) > 0 || frame.matches.road(u, v) > 0 ? 1 : 0};
     ++all;
     all_matched += matched;
-    if (std::abs(frame.left(u + 1, v) - frame.left(u - 1, v)) < texture_grey) return;
+    if (std::abs(frame.left(u + 1, v) - frame.left(u - 1, v)) < least_grey) return;
     ++textured;
     textured_matched += matched;
   });

@@ -25,9 +25,13 @@ struct MatchedFrame {
 /// Why the grids of a frame cannot be built on its matches and its road plane.
 enum class Doubt { none, few_matches, identical_images, road_elsewhere, road_not_seen };
 
+/// Standard deviation of the left image's noise below the row `first_row`, in grey levels: of the second differences
+/// between neighbours in a row, by their median, which texture raises a little.
+double noise_of(const MatchedFrame& frame, double first_row);
+
 /// Share of the pixels with texture below the row `first_row` that have matched; of all pixels there, where next to
 /// none has texture. 1 where the image has no pixels there. Those where `road` is too near for so many `disparities`
-/// could not match, and do not count.
+/// could not match, and do not count. Texture is what differs clearly more than noise does.
 double share_of_texture_matched(const MatchedFrame& frame, double first_row, const RoadPlane& road, int disparities);
 
 /// Disparities of either hypothesis at the pixels of MatchLattice; appended.

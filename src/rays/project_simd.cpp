@@ -55,6 +55,8 @@ struct Around {
   VPacked behind;
   VFloat part;
 
+  HWY_INLINE Around() {}  // an implicit one would not be of this instruction set
+
   template <PackedRays kind>
   HWY_INLINE static VFloat count_of(VPacked rays) {
     constexpr int shift{kind == ending_ray ? 0 : (kind == ending_on_road ? ray_bits : 2 * ray_bits)};

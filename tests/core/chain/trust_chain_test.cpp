@@ -170,6 +170,31 @@ TEST(Trust, ARoadTooNearForTheDisparitiesDoesNotCount) {
   EXPECT_EQ(pipeline.process(frame).status, std::vector<FrameStatus>{FrameStatus::few_matches});
 }
 
+// Most of what differs between neighbours is noise then, which cannot match.
+TEST(Trust, ANoisyCameraIsTrusted) {
+  const Scene scene{scenes::parse_scene("street?width=621&height=188&focal=360&noise=10"), 2};
+  Pipeline pipeline{small_grid(), scene.rig(), {.threads = 2}};
+  for (const std::size_t i : {0U, 1U, 2U}) {
+    StereoFrame frame{scene.load(i)};
+    EXPECT_TRUE(pipeline.process(frame).status.empty()) << i;
+  }
+  StereoFrame swapped{scene.load(3)};
+  std::swap(swapped.left, swapped.right);
+  EXPECT_EQ(pipeline.process(swapped).status, std::vector<FrameStatus>{FrameStatus::few_matches});
+}
+
+TEST(Trust, NoiseIsMeasured) {
+  std::mt19937 generator{7};
+  std::normal_distribution<double> noise{128, 9};
+  Image<std::uint8_t> left{200, 100};
+  for (std::uint8_t& grey : left) grey = static_cast<std::uint8_t>(std::clamp(noise(generator), 0.0, 255.0));
+  const Matches matches{200, 100};
+  EXPECT_NEAR(noise_of({left.view(), left.view(), {}, matches}, 0), 9, 1.5);
+  left.fill(80);
+  EXPECT_EQ(noise_of({left.view(), left.view(), {}, matches}, 0), 0);
+  EXPECT_EQ(noise_of({left.view(), left.view(), {}, matches}, 100), 0);
+}
+
 TEST(AutomaticDisparities, ReachTheNearestRoadInTheImage) {
   const auto disparities_of = [](const char* text) {
     const Scene scene{scenes::parse_scene(text), 1};
