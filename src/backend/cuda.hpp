@@ -81,21 +81,25 @@ template <class T>
 class DeviceImage {
  public:
   DeviceImage(int width, int height) : width_{width}, height_{height} {
-    data_.reset(static_cast<T*>(allocate_on_device(size() * sizeof(T))));
+    own_.reset(static_cast<T*>(allocate_on_device(size() * sizeof(T))));
+    data_ = own_.get();
   }
+  /// In memory that somebody else holds.
+  DeviceImage(int width, int height, T* memory) : data_{memory}, width_{width}, height_{height} {}
 
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
   [[nodiscard]] std::size_t size() const {
     return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
   }
-  [[nodiscard]] T* data() { return data_.get(); }
-  [[nodiscard]] const T* data() const { return data_.get(); }
+  [[nodiscard]] T* data() { return data_; }
+  [[nodiscard]] const T* data() const { return data_; }
   [[nodiscard]] View<T, Device> view() { return {data(), width_, height_, width_}; }
   [[nodiscard]] View<const T, Device> view() const { return {data(), width_, height_, width_}; }
 
  private:
-  std::unique_ptr<T[], DeviceDeleter> data_;
+  std::unique_ptr<T[], DeviceDeleter> own_;
+  T* data_{nullptr};
   int width_;
   int height_;
 };

@@ -46,10 +46,22 @@ struct FilterStateOnDevice {
   DeviceImage<float> age_s;
 };
 
-/// As GridLayers, on the device.
-struct LayersOnDevice {
-  LayersOnDevice(int width, int height);
+/// As GridLayers, on the device, one behind the other.
+class LayersOnDevice {
+ public:
+  static constexpr std::size_t layers{8};
+  static constexpr std::size_t floats_of(int width, int height) {
+    return layers * static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  }
+  /// In `memory` that somebody else holds, of floats_of; none: in their own.
+  LayersOnDevice(int width, int height, float* memory = nullptr);
 
+ private:
+  LayersOnDevice(int width, int height, float* memory, std::size_t own_floats);
+
+  DeviceBuffer<float> own_;
+
+ public:
   DeviceImage<float> occupancy;
   DeviceImage<float> velocity_x;
   DeviceImage<float> velocity_y;

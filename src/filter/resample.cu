@@ -46,15 +46,19 @@ __global__ void resample_cells(LayerPointers world, const GridGeometry* window, 
 
 }  // namespace
 
-LayersOnDevice::LayersOnDevice(int width, int height)
-    : occupancy{width, height},
-      velocity_x{width, height},
-      velocity_y{width, height},
-      age_s{width, height},
-      velocity_xx{width, height},
-      velocity_xy{width, height},
-      velocity_yy{width, height},
-      moving{width, height} {}
+LayersOnDevice::LayersOnDevice(int width, int height, float* memory)
+    : LayersOnDevice{width, height, memory, memory == nullptr ? floats_of(width, height) : 0} {}
+
+LayersOnDevice::LayersOnDevice(int width, int height, float* memory, std::size_t own_floats)
+    : own_{own_floats},
+      occupancy{width, height, memory == nullptr ? own_.data() : memory},
+      velocity_x{width, height, occupancy.data() + occupancy.size()},
+      velocity_y{width, height, velocity_x.data() + occupancy.size()},
+      age_s{width, height, velocity_y.data() + occupancy.size()},
+      velocity_xx{width, height, age_s.data() + occupancy.size()},
+      velocity_xy{width, height, velocity_xx.data() + occupancy.size()},
+      velocity_yy{width, height, velocity_xy.data() + occupancy.size()},
+      moving{width, height, velocity_yy.data() + occupancy.size()} {}
 
 void resample(Cuda& cuda, const LayersOnDevice& world, const GridGeometry* window,
               const GridInVehicle* vehicle_in_world, LayersOnDevice& vehicle) {

@@ -8,7 +8,7 @@ namespace stereogrid {
 namespace {
 
 constexpr int threads{256};
-constexpr int count_blocks{128};
+constexpr int count_blocks{FrameFromDevice::counting_warps * 32 / threads};
 constexpr unsigned whole_warp{0xffffffffU};
 
 std::size_t size_of(const GridGeometry& grid) {
@@ -24,17 +24,19 @@ int lattice_size(const Rig& rig) {
   return lattice_of(rig).across * lattice_of(rig).down;
 }
 
-__global__ void count_matched(const float* obstacle, const float* road, int pixels, int* matched) {
+// Each warp leaves what it has counted.
+__global__ void count_matched(const float* obstacle, const float* road, int pixels, MatchedPixels* matched) {
   int counts[2]{};
   const int step{static_cast<int>(gridDim.x) * threads};
-  for (int i{static_cast<int>(blockIdx.x) * threads + static_cast<int>(threadIdx.x)}; i < pixels; i += step) {
+  const int thread{static_cast<int>(blockIdx.x) * threads + static_cast<int>(threadIdx.x)};
+  for (int i{thread}; i < pixels; i += step) {
     counts[0] += obstacle[i] > 0 ? 1 : 0;
     counts[1] += road[i] > 0 ? 1 : 0;
   }
-  for (int k{0}; k < 2; ++k) {
-    for (int apart{16}; apart > 0; apart /= 2) counts[k] += __shfl_xor_sync(whole_warp, counts[k], apart);
-    if (threadIdx.x % 32 == 0) atomicAdd(&matched[k], counts[k]);
+  for (int& count : counts) {
+    for (int apart{16}; apart > 0; apart /= 2) count += __shfl_xor_sync(whole_warp, count, apart);
   }
+  if (threadIdx.x % 32 == 0) matched[thread / 32] = {counts[0], counts[1]};
 }
 
 __global__ void fill(float* cells, int count, float value) {
@@ -42,31 +44,27 @@ __global__ void fill(float* cells, int count, float value) {
   if (i < count) cells[i] = value;
 }
 
-constexpr int packed_layers{1 + 2 * PackedGrids::layers};
-constexpr int pack_blocks{32};
-
-/// Where the layers lie, and where each begins in PackedGrids.
-struct PackedLayers {
-  const float* layer[packed_layers];
-  int size[packed_layers];
-  int begin[packed_layers];
-};
-
-// A row of blocks per layer.
-__global__ void pack(PackedLayers from, float* packed) {
-  const int k{static_cast<int>(blockIdx.y)};
-  const int step{static_cast<int>(gridDim.x) * threads};
-  for (int i{static_cast<int>(blockIdx.x) * threads + static_cast<int>(threadIdx.x)}; i < from.size[k]; i += step) {
-    packed[from.begin[k] + i] = from.layer[k][i];
-  }
-}
-
 template <class T>
 void fetch_image(Cuda& cuda, const DeviceImage<T>& device, Image<T>& image) {
   download(cuda, device.data(), image.size(), image.data());
 }
 
+// Behind `end`, where anything can begin.
+std::size_t next_part(std::size_t end) {
+  constexpr std::size_t alignment{256};
+  return (end + alignment - 1) / alignment * alignment;
+}
+
 }  // namespace
+
+FrameLayout::FrameLayout(const Rig& rig)
+    : left{next_part(sizeof(FrameOnDevice))},
+      right{next_part(left + pixels_of(rig))},
+      images_end{right + pixels_of(rig)},
+      given_end{left + pixels_of(rig) * sizeof(float)},
+      lattice{next_part(sizeof(FrameFromDevice))},
+      obstacle{next_part(lattice + static_cast<std::size_t>(lattice_size(rig)) * sizeof(float))},
+      answer_end{obstacle + pixels_of(rig) * sizeof(float)} {}
 
 PackedGrids::PackedGrids(const GridGeometry& vehicle_grid, int window_cells)
     : vehicle_cells{size_of(vehicle_grid)},
@@ -87,28 +85,26 @@ void PackedGrids::copy_to(const float* packed, FrameResult& result) const {
 }
 
 HostMemory::HostMemory(const Rig& rig, const GridGeometry& vehicle_grid, int window_cells)
-    : frame{1},
-      answer{1},
-      left{pixels_of(rig)},
-      right{pixels_of(rig)},
-      given{pixels_of(rig)},
-      lattice{static_cast<std::size_t>(lattice_size(rig))},
-      obstacle{pixels_of(rig)},
+    : layout{rig},
+      input{std::max(layout.images_end, layout.given_end)},
+      output{layout.answer_end},
       grids{PackedGrids{vehicle_grid, window_cells}.size()},
       evidence{static_cast<std::size_t>(window_cells) * static_cast<std::size_t>(window_cells)},
       evidence_count{1} {}
 
 DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, const GridGeometry& vehicle_grid,
                            int window_cells, const FilterTables& tables)
-    : frame{1},
-      answer{1},
-      left{rig.width_px, rig.height_px},
-      right{rig.width_px, rig.height_px},
+    : layout{rig},
+      input{std::max(layout.images_end, layout.given_end)},
+      output{layout.answer_end},
+      grids{PackedGrids{vehicle_grid, window_cells}.size()},
+      left{rig.width_px, rig.height_px, at<std::uint8_t>(input, layout.left)},
+      right{rig.width_px, rig.height_px, at<std::uint8_t>(input, layout.right)},
+      given{rig.width_px, rig.height_px, at<float>(input, layout.left)},
+      lattice{lattice_of(rig).across, lattice_of(rig).down, at<float>(output, layout.lattice)},
       aligned{rig.width_px, rig.height_px},
-      given{rig.width_px, rig.height_px},
-      lattice{lattice_of(rig).across, lattice_of(rig).down},
       masked{rig.width_px, rig.height_px},
-      matches{rig.width_px, rig.height_px},
+      matches{rig.width_px, rig.height_px, at<float>(output, layout.obstacle)},
       matching{rig.width_px, rig.height_px, config.matching},
       ground{rig.width_px, rig.height_px},
       u_disparity{cuda, UDisparityTables{config.u_disparity, rig.height_px, config.matching.window_px}, rig.width_px,
@@ -118,31 +114,23 @@ DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, con
            config.projection.model == ProjectionModel::rays ? config.matching.disparities : 0},
       filter{cuda, config.filter, tables, window_cells},
       states{{{config.filter, window_cells}, {config.filter, window_cells}}},
-      observed{vehicle_grid.nx, vehicle_grid.ny},
+      observed{vehicle_grid.nx, vehicle_grid.ny, grids.data()},
       observed_window{window_cells, window_cells},
-      world{window_cells, window_cells},
-      vehicle{vehicle_grid.nx, vehicle_grid.ny},
-      grids{PackedGrids{vehicle_grid, window_cells}.size()} {
+      world{window_cells, window_cells, grids.data() + PackedGrids{vehicle_grid, window_cells}.world()},
+      vehicle{vehicle_grid.nx, vehicle_grid.ny, grids.data() + PackedGrids{vehicle_grid, window_cells}.vehicle()} {
   // given disparities come without
   clear(cuda, matches.confidence.data(), matches.confidence.size());
 }
 
 void DeviceMemory::upload_frame(Cuda& cuda, const HostMemory& host, bool is_given) {
-  upload(cuda, host.frame.data(), 1, frame.data());
-  if (is_given) return upload(cuda, host.given.data(), given.size(), given.data());
-  upload(cuda, host.left.data(), left.size(), left.data());
-  upload(cuda, host.right.data(), right.size(), right.data());
+  upload(cuda, host.input.data(), is_given ? layout.given_end : layout.images_end, input.data());
 }
 
 void DeviceMemory::fetch_answer(Cuda& cuda, HostMemory& host) {
-  int* const matched{answer.data()->matched};
-  clear(cuda, matched, 2);
   launch(cuda, count_matched, count_blocks, threads, 0, matches.obstacle.data(), matches.road.data(),
-         static_cast<int>(matches.road.size()), matched);
+         static_cast<int>(matches.road.size()), answer()->matched);
   gather_lattice(cuda, matches.obstacle.view(), matches.road.view(), lattice.view());
-  download(cuda, lattice.data(), lattice.size(), host.lattice.data());
-  download(cuda, answer.data(), 1, host.answer.data());
-  download(cuda, matches.obstacle.data(), matches.obstacle.size(), host.obstacle.data());
+  download(cuda, output.data(), output.size(), host.output.data());
 }
 
 void DeviceMemory::observe_nothing(Cuda& cuda) {
@@ -153,25 +141,6 @@ void DeviceMemory::observe_nothing(Cuda& cuda) {
 }
 
 void DeviceMemory::fetch_grids(Cuda& cuda, HostMemory& host) {
-  PackedLayers from{};
-  int count{0};
-  std::size_t end{0};
-  const auto add = [&](const DeviceImage<float>& image) {
-    from.layer[count] = image.data();
-    from.size[count] = static_cast<int>(image.size());
-    from.begin[count] = static_cast<int>(end);
-    end += image.size();
-    ++count;
-  };
-  add(observed);
-  for (const LayersOnDevice* layers : {&world, &vehicle}) {
-    for (const DeviceImage<float>* image :
-         {&layers->occupancy, &layers->velocity_x, &layers->velocity_y, &layers->age_s, &layers->velocity_xx,
-          &layers->velocity_xy, &layers->velocity_yy, &layers->moving}) {
-      add(*image);
-    }
-  }
-  launch(cuda, pack, dim3{pack_blocks, packed_layers}, threads, 0, from, grids.data());
   download(cuda, grids.data(), grids.size(), host.grids.data());
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -32,11 +33,34 @@ struct FrameOnDevice {
   FilterMotion motion;
 };
 
+/// Pixels that have matched, of the part of the image that a warp counts.
+struct MatchedPixels {
+  int obstacle;
+  int road;
+};
+
 /// What the host must know of a frame before anything else.
 struct FrameFromDevice {
+  static constexpr int counting_warps{512};
+
   Ground ground;
   int is_lost;
-  int matched[2];  ///< pixels: obstacle, road
+  MatchedPixels matched[counting_warps];
+};
+
+/// What is uploaded with one copy, and what is downloaded with one: where each part begins, in bytes.
+struct FrameLayout {
+  explicit FrameLayout(const Rig& rig);
+
+  // FrameOnDevice, and behind it both images, or given disparities in their place
+  std::size_t left;
+  std::size_t right;
+  std::size_t images_end;
+  std::size_t given_end;
+  // FrameFromDevice, and behind it what the host looks at of the matches
+  std::size_t lattice;   ///< see gather_lattice
+  std::size_t obstacle;  ///< disparities of obstacles
+  std::size_t answer_end;
 };
 
 /// The grids that a frame leaves, one after the other, so that one copy brings them all to the host: the observed grid,
@@ -44,25 +68,36 @@ struct FrameFromDevice {
 struct PackedGrids {
   PackedGrids(const GridGeometry& vehicle_grid, int window_cells);
 
-  [[nodiscard]] std::size_t size() const { return vehicle_cells * (1 + layers) + world_cells * layers; }
+  [[nodiscard]] std::size_t size() const { return vehicle() + vehicle_cells * LayersOnDevice::layers; }
+  [[nodiscard]] std::size_t world() const { return vehicle_cells; }
+  [[nodiscard]] std::size_t vehicle() const { return world() + world_cells * LayersOnDevice::layers; }
   void copy_to(const float* packed, FrameResult& result) const;
 
-  static constexpr int layers{8};
   std::size_t vehicle_cells;
   std::size_t world_cells;
 };
+
+/// The T in a buffer of bytes.
+template <class T, class Buffer>
+T* at(Buffer& buffer, std::size_t offset) {
+  return reinterpret_cast<T*>(buffer.data() + offset);
+}
 
 /// What a frame brings to the device and takes from it, in pinned host memory.
 struct HostMemory {
   HostMemory(const Rig& rig, const GridGeometry& vehicle_grid, int window_cells);
 
-  PinnedBuffer<FrameOnDevice> frame;
-  PinnedBuffer<FrameFromDevice> answer;
-  PinnedBuffer<std::uint8_t> left;
-  PinnedBuffer<std::uint8_t> right;
-  PinnedBuffer<float> given;                ///< disparities
-  PinnedBuffer<float> lattice;              ///< see gather_lattice
-  PinnedBuffer<float> obstacle;             ///< disparities of obstacles
+  [[nodiscard]] FrameOnDevice& frame() { return *at<FrameOnDevice>(input, 0); }
+  [[nodiscard]] std::uint8_t* left() { return at<std::uint8_t>(input, layout.left); }
+  [[nodiscard]] std::uint8_t* right() { return at<std::uint8_t>(input, layout.right); }
+  [[nodiscard]] float* given() { return at<float>(input, layout.left); }
+  [[nodiscard]] const FrameFromDevice& answer() { return *at<FrameFromDevice>(output, 0); }
+  [[nodiscard]] const float* lattice() { return at<float>(output, layout.lattice); }
+  [[nodiscard]] const float* obstacle() { return at<float>(output, layout.obstacle); }
+
+  FrameLayout layout;
+  PinnedBuffer<std::byte> input;
+  PinnedBuffer<std::byte> output;
   PinnedBuffer<float> grids;                ///< see PackedGrids
   PinnedBuffer<VelocityEvidence> evidence;  ///< read from here: it is little, and how much changes
   PinnedBuffer<int> evidence_count;
@@ -73,6 +108,8 @@ struct DeviceMemory {
   DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, const GridGeometry& vehicle_grid, int window_cells,
                const FilterTables& tables);
 
+  [[nodiscard]] const FrameOnDevice* frame() { return at<FrameOnDevice>(input, 0); }
+  [[nodiscard]] FrameFromDevice* answer() { return at<FrameFromDevice>(output, 0); }
   void upload_frame(Cuda& cuda, const HostMemory& host, bool is_given);
   /// Counts what has matched, and downloads what the host waits for.
   void fetch_answer(Cuda& cuda, HostMemory& host);
@@ -82,13 +119,15 @@ struct DeviceMemory {
   /// Waits for them.
   void fetch_stages(Cuda& cuda, StageImages& stages) const;
 
-  DeviceBuffer<FrameOnDevice> frame;
-  DeviceBuffer<FrameFromDevice> answer;
-  DeviceImage<std::uint8_t> left;
-  DeviceImage<std::uint8_t> right;
+  FrameLayout layout;
+  DeviceBuffer<std::byte> input;
+  DeviceBuffer<std::byte> output;
+  DeviceBuffer<float> grids;        ///< see PackedGrids
+  DeviceImage<std::uint8_t> left;   ///< in the input
+  DeviceImage<std::uint8_t> right;  ///< likewise
+  DeviceImage<float> given;         ///< likewise
+  DeviceImage<float> lattice;       ///< in the output
   DeviceImage<std::uint8_t> aligned;
-  DeviceImage<float> given;
-  DeviceImage<float> lattice;
   DeviceImage<std::uint8_t> masked;  ///< PixelMask, where there is one
   DeviceMatches matches;
   MatchingSpaceOnDevice matching;
@@ -99,11 +138,10 @@ struct DeviceMemory {
   OtherGridsOnDevice other_grids;
   FilterOnDevice filter;
   std::array<FilterStateOnDevice, 2> states;
-  DeviceImage<float> observed;
+  DeviceImage<float> observed;  ///< in the grids
   DeviceImage<float> observed_window;
-  LayersOnDevice world;
-  LayersOnDevice vehicle;
-  DeviceBuffer<float> grids;  ///< see PackedGrids
+  LayersOnDevice world;    ///< in the grids
+  LayersOnDevice vehicle;  ///< likewise
 };
 
 /// Marks on the stream, between which time is measured.

@@ -59,13 +59,18 @@ void CudaStages::begin(const LevelFrame& frame, const GridGeometry& window, bool
   result_ = &result;
   is_first_ = is_first;
   is_given_ = frame.is_given();
-  put(frame.left, host_.left.data());
-  is_given_ ? put(frame.disparity, host_.given.data()) : put(frame.right, host_.right.data());
-  if (!frame.other_grids.empty() || had_other_grids_) device_.other_grids.take(cuda_, frame.other_grids);
-  had_other_grids_ = !frame.other_grids.empty();
+
+  if (is_given_) {
+    put(frame.disparity, host_.given());
+  } else {
+    put(frame.left, host_.left());
+    put(frame.right, host_.right());
+  }
+  has_other_grids_ = !frame.other_grids.empty();
+  if (has_other_grids_) device_.other_grids.take(cuda_, frame.other_grids);
 
   if (is_first) window_before_ = window;
-  FrameOnDevice& on_device{*host_.frame.data()};
+  FrameOnDevice& on_device{host_.frame()};
   dt_s_ = frame.dt_s;
   on_device.vehicle_cells = grid_in_vehicle(vehicle_grid_, {});
   on_device.window_cells = grid_in_vehicle(window, inverse(frame.world_from_vehicle));
@@ -78,7 +83,7 @@ void CudaStages::begin(const LevelFrame& frame, const GridGeometry& window, bool
 
 void CudaStages::expect(const Ground& expected, const Ground& previous, const RowAlignment& rows) {
   if (are_grids_in_work_) synchronize();
-  FrameOnDevice& frame{*host_.frame.data()};
+  FrameOnDevice& frame{host_.frame()};
   frame.plane = road_plane(rig_, expected);
   frame.expected = expected;
   frame.prior = prior_of(rig_, config_.ground, previous, dt_s_);
@@ -93,14 +98,14 @@ void CudaStages::take_velocities(std::span<const VelocityEvidence> evidence) {
 
 Graph& CudaStages::graph_of(StagePart part) {
   if (part == StagePart::match) return match_graphs_[is_given_ ? 1 : 0];
-  return part == StagePart::grids ? grid_graphs_[now_] : unknown_graphs_[now_];
+  return (part == StagePart::grids ? grid_graphs_ : unknown_graphs_)[now_][has_other_grids_ ? 1 : 0];
 }
 
 // The first time without a graph: what the driver loads at a kernel's first launch does not belong into a recording.
 void CudaStages::perform(StagePart part, const std::function<void()>& work) {
   const bool is_match{part == StagePart::match};
   is_at_work_ = true;
-  if (is_first_ && !is_match) reset(cuda_, device_.filter, &device_.frame.data()->motion, device_.states[1 - now_]);
+  if (is_first_ && !is_match) reset(cuda_, device_.filter, &device_.frame()->motion, device_.states[1 - now_]);
   Graph& graph{graph_of(part)};
   if (graph.empty()) {
     work();
@@ -120,7 +125,7 @@ void CudaStages::match() {
   times_.mark(cuda_, StreamTimes::start);
   device_.upload_frame(cuda_, host_, is_given_);
   times_.mark(cuda_, StreamTimes::uploaded);
-  const FrameOnDevice* frame{device_.frame.data()};
+  const FrameOnDevice* frame{device_.frame()};
   if (is_given_) {
     split(cuda_, device_.given.view(), rig_, &frame->expected, config_.matching, device_.matches);
   } else {
@@ -133,8 +138,8 @@ void CudaStages::match() {
 }
 
 void CudaStages::estimate_ground() {
-  const FrameOnDevice* frame{device_.frame.data()};
-  FrameFromDevice* answer{device_.answer.data()};
+  const FrameOnDevice* frame{device_.frame()};
+  FrameFromDevice* answer{device_.answer()};
   DeviceMatches& matches{device_.matches};
   stereogrid::estimate_ground(cuda_, rig_, config_.ground, matches.obstacle.view(), matches.road.view(), &frame->prior,
                               device_.ground, &answer->ground, &answer->is_lost);
@@ -148,7 +153,7 @@ void CudaStages::estimate_ground() {
 
 void CudaStages::count() {
   const MatchViews matches{std::as_const(device_.matches.obstacle).view(), std::as_const(device_.matches.road).view()};
-  const Ground* ground{&device_.answer.data()->ground};
+  const Ground* ground{&device_.answer()->ground};
   if (counts_rays()) count_rays(cuda_, matches, rig_, ground, config_.u_disparity, device_.rays);
   if (!counts_rays() || are_stages_wanted_) {
     stereogrid::count(cuda_, matches, rig_, ground, device_.u_disparity);
@@ -157,7 +162,7 @@ void CudaStages::count() {
 }
 
 void CudaStages::project() {
-  const FrameOnDevice* frame{device_.frame.data()};
+  const FrameOnDevice* frame{device_.frame()};
   const View<const float, Device> occupancy{std::as_const(device_.u_disparity.occupancy_smooth).view()};
   const auto project_to = [&](const GridInVehicle* grid, DeviceImage<float>& cells) {
     if (counts_rays()) return project_rays(cuda_, device_.rays, BinGeometry{rig_}, grid, cells.view());
@@ -174,19 +179,20 @@ void CudaStages::observe_nothing() {
 }
 
 void CudaStages::fuse() {
-  const FrameOnDevice* frame{device_.frame.data()};
+  const FrameOnDevice* frame{device_.frame()};
   const auto fuse_on = [&](const GridInVehicle* grid, DeviceImage<float>& cells) {
     stereogrid::fuse(cuda_, device_.other_grids, grid, config_.fusion, cells.view());
   };
-  fuse_on(&frame->vehicle_cells, device_.observed);
-  fuse_on(&frame->window_cells, device_.observed_window);
+  if (has_other_grids_) {
+    fuse_on(&frame->vehicle_cells, device_.observed);
+    fuse_on(&frame->window_cells, device_.observed_window);
+  }
   times_.mark(cuda_, StreamTimes::projected);
 }
 
 void CudaStages::filter() {
-  stereogrid::filter(cuda_, device_.filter, &device_.frame.data()->motion,
-                     std::as_const(device_.observed_window).view(), device_.states[1 - now_], device_.states[now_],
-                     device_.world);
+  stereogrid::filter(cuda_, device_.filter, &device_.frame()->motion, std::as_const(device_.observed_window).view(),
+                     device_.states[1 - now_], device_.states[now_], device_.world);
 }
 
 void CudaStages::weigh_velocities() {
@@ -195,7 +201,7 @@ void CudaStages::weigh_velocities() {
 }
 
 void CudaStages::resample() {
-  const FrameOnDevice* frame{device_.frame.data()};
+  const FrameOnDevice* frame{device_.frame()};
   stereogrid::resample(cuda_, device_.world, &frame->window, &frame->vehicle_in_world, device_.vehicle);
   times_.mark(cuda_, StreamTimes::filtered);
   device_.fetch_grids(cuda_, host_);
@@ -204,12 +210,12 @@ void CudaStages::resample() {
 
 Ground CudaStages::ground() {
   times_.wait_for(StreamTimes::answered);
-  return host_.answer.data()->ground;
+  return host_.answer().ground;
 }
 
 bool CudaStages::is_lost() {
   times_.wait_for(StreamTimes::answered);
-  return host_.answer.data()->is_lost != 0;
+  return host_.answer().is_lost != 0;
 }
 
 const Matches& CudaStages::matches_on_lattice() {
@@ -221,7 +227,7 @@ const Matches& CudaStages::matches_on_lattice() {
 
 void CudaStages::scatter_lattice() {
   const MatchLattice lattice{rig_.width_px, rig_.height_px};
-  const float* disparity{host_.lattice.data()};
+  const float* disparity{host_.lattice()};
   for (int j{0}; j < lattice.down; ++j) {
     for (int i{0}; i < lattice.across; ++i, ++disparity) {
       const int u{MatchLattice::first_u + i * MatchLattice::step_u};
@@ -246,17 +252,22 @@ const Matches& CudaStages::unsplit_matches() {
 
 View<const float> CudaStages::obstacle_disparity() {
   times_.wait_for(StreamTimes::answered);
-  return {host_.obstacle.data(), rig_.width_px, rig_.height_px, rig_.width_px};
+  return {host_.obstacle(), rig_.width_px, rig_.height_px, rig_.width_px};
 }
 
 void CudaStages::finish() {
   synchronize();
   Stopwatch watch;
-  const FrameFromDevice& answer{*host_.answer.data()};
+  const FrameFromDevice& answer{host_.answer()};
   const double pixels{static_cast<double>(matches_.obstacle.size())};
-  result_->obstacle_density = answer.matched[0] / pixels;
-  result_->road_density = answer.matched[1] / pixels;
-  result_->world.geometry = host_.frame.data()->window;
+  MatchedPixels matched{};
+  for (const MatchedPixels& part : answer.matched) {
+    matched.obstacle += part.obstacle;
+    matched.road += part.road;
+  }
+  result_->obstacle_density = matched.obstacle / pixels;
+  result_->road_density = matched.road / pixels;
+  result_->world.geometry = host_.frame().window;
   PackedGrids{vehicle_grid_, window_cells_}.copy_to(host_.grids.data(), *result_);
   if (are_stages_wanted_) device_.fetch_stages(cuda_, result_->stages);
   result_->timing_ms = times_.stages();

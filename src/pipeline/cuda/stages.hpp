@@ -77,19 +77,19 @@ class CudaStages final : public Stages {
   FrameResult* result_{nullptr};
   bool is_first_{true};
   bool is_given_{false};           ///< disparities, in this frame
+  bool has_other_grids_{false};    ///< this frame
   double dt_s_{0};                 ///< since the frame before
   bool is_at_work_{false};         ///< since the last synchronize()
   bool are_grids_in_work_{false};  ///< the device may be reading what the host has handed over
   bool is_lattice_taken_{false};
 
   // between frames
-  bool had_other_grids_{false};
   GridGeometry window_before_;
   int now_{0};  ///< device_.states[now_] is written in this frame
 
-  std::array<Graph, 2> match_graphs_;    ///< [is_given_]
-  std::array<Graph, 2> grid_graphs_;     ///< [now_]
-  std::array<Graph, 2> unknown_graphs_;  ///< [now_]
+  std::array<Graph, 2> match_graphs_;                   ///< [is_given_]
+  std::array<std::array<Graph, 2>, 2> grid_graphs_;     ///< [now_][has_other_grids_]
+  std::array<std::array<Graph, 2>, 2> unknown_graphs_;  ///< [now_][has_other_grids_]
 };
 
 }  // namespace stereogrid
