@@ -7,8 +7,13 @@
 #include <cstdlib>
 #include <cstring>
 #include <mutex>
+#include <string>
 #include <unordered_map>
 #include <vector>
+
+#if __has_include(<valgrind/callgrind.h>)
+#include <valgrind/callgrind.h>
+#endif
 
 #include "fibers.hpp"
 
@@ -33,6 +38,7 @@ struct Machine {
   std::size_t memory{std::size_t{8} << 30};  ///< that can still be allocated
   std::unordered_map<void*, std::size_t> allocated;
   bool backwards{std::getenv("STEREOGRID_EMULATOR_BACKWARDS") != nullptr};
+  bool counts{std::getenv("STEREOGRID_EMULATOR_COUNTS") != nullptr};
   std::atomic<int> captures{0};  ///< streams that are being captured
   std::recursive_mutex mutex;
 };
@@ -70,18 +76,41 @@ cudaStream_t stream_per_thread() {
   return &stream;
 }
 
+namespace {
+
+unsigned volume(dim3 size) {
+  return size.x * size.y * size.z;
+}
+
+// For valgrind's callgrind, if the program runs under it: a file for each launch, see scripts/gpu_bounds.py.
+void begin_count() {
+#if __has_include(<valgrind/callgrind.h>)
+  if (machine().counts) CALLGRIND_ZERO_STATS;
+#endif
+}
+void end_count([[maybe_unused]] unsigned blocks, [[maybe_unused]] unsigned threads) {
+#if __has_include(<valgrind/callgrind.h>)
+  if (!machine().counts) return;
+  const std::string text{"launch of " + std::to_string(blocks) + " x " + std::to_string(threads)};
+  CALLGRIND_DUMP_STATS_AT(text.c_str());
+#endif
+}
+
+}  // namespace
+
 cudaError_t launch(const cudaLaunchConfig_t& config, std::function<void()> thread) {
   constexpr unsigned threads_max{1024};
   constexpr unsigned blocks_max{65535};  // of y and z
   constexpr std::size_t shared_max{std::size_t{48} << 10};
-  const auto volume = [](dim3 size) { return size.x * size.y * size.z; };
   if (volume(config.blockDim) == 0 || volume(config.blockDim) > threads_max || volume(config.gridDim) == 0 ||
       config.gridDim.y > blocks_max || config.gridDim.z > blocks_max || config.blockDim.z > 64) {
     return cudaErrorInvalidConfiguration;
   }
   if (config.dynamicSmemBytes > shared_max) return cudaErrorInvalidValue;
   return give(config.stream, [config, call = std::move(thread)] {
+    begin_count();
     run_grid(config.gridDim, config.blockDim, config.dynamicSmemBytes, call, machine().backwards);
+    end_count(volume(config.gridDim), volume(config.blockDim));
   });
 }
 
