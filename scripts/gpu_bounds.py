@@ -17,10 +17,8 @@ import tempfile
 from pathlib import Path
 
 FRAMES = 4
-L1_BYTES, LINE_BYTES = 131072, 128
 LANES = 32
 ISSUED_PER_CYCLE = 4  # instructions of warps, by a multiprocessor
-LINE_BYTES_PER_CYCLE = 64  # from the second cache, to a multiprocessor
 CYCLES_PER_INSTRUCTION = 4  # of a thread, each of which needs the one before it
 NODE_US = 1.0  # from one launch of a graph to the next: assumed
 # As NVIDIA's data sheets say: multiprocessors, GHz.
@@ -34,14 +32,12 @@ def short(name: str) -> str:
 
 
 def counted(text: str, kernels: set) -> dict:
-    """A launch: its kernel, blocks, threads of each, and their instructions and missed lines; the emulator's left out."""
+    """A launch: its kernel, blocks, threads of each, and the instructions of all; the emulator's are left out."""
     shape = re.search(r"launch of (\d+) x (\d+)", text)
-    launch = {"kernel": None, "blocks": int(shape[1]), "threads": int(shape[2]), "instructions": 0, "missed": 0}
-    events, names, counts, skips = [], {}, False, False
+    launch = {"kernel": None, "blocks": int(shape[1]), "threads": int(shape[2]), "instructions": 0}
+    names, counts, skips = {}, False, False
     for line in text.splitlines():
-        if line.startswith("events:"):
-            events = line.split()[1:]
-        elif match := re.match(r"c?fn=(\(\d+\))\s?(.*)", line):
+        if match := re.match(r"c?fn=(\(\d+\))\s?(.*)", line):
             name = names.setdefault(match[1], match[2])
             if short(name).split("<")[0] in kernels:
                 launch["kernel"] = short(name)
@@ -51,9 +47,7 @@ def counted(text: str, kernels: set) -> dict:
             skips = True  # the next line is the callee's
         elif re.match(r"[+\-*\d]", line):
             if counts and not skips:
-                numbers = dict(zip(events, map(int, line.split()[1:])))
-                launch["instructions"] += numbers.get("Ir", 0)
-                launch["missed"] += numbers.get("D1mr", 0) + numbers.get("D1mw", 0)
+                launch["instructions"] += int(line.split()[1])
             skips = False
     return launch
 
@@ -64,18 +58,17 @@ def kernel_names(folder: Path) -> set:
 
 
 def bounds_us(launch: dict, multiprocessors: int, ghz: float) -> tuple:
-    """What the multiprocessors' instructions, their reads and writes, and a thread's own instructions take."""
+    """What the instructions of the multiprocessors take, and those of a thread one after the other."""
     at_work = min(multiprocessors, launch["blocks"])
     cycles_per_us = 1e3 * ghz
     issue = launch["instructions"] / LANES / ISSUED_PER_CYCLE / at_work / cycles_per_us
-    lines = launch["missed"] * LINE_BYTES / LINE_BYTES_PER_CYCLE / at_work / cycles_per_us
     of_thread = launch["instructions"] / (launch["blocks"] * launch["threads"])
-    return issue, lines, of_thread * CYCLES_PER_INSTRUCTION / cycles_per_us
+    return issue, of_thread * CYCLES_PER_INSTRUCTION / cycles_per_us
 
 
 def table(frame: list) -> str:
-    lines = [f"| kernel | launches | threads | instructions of a thread | MB | {' | '.join(f'{name}, µs' for name in DEVICES)} |",
-             "| --- |" + " ---: |" * (4 + len(DEVICES))]
+    lines = [f"| kernel | launches | threads | instructions of a thread | {' | '.join(f'{name}, µs' for name in DEVICES)} |",
+             "| --- |" + " ---: |" * (3 + len(DEVICES))]
     totals = [0.0] * len(DEVICES)
     rows = []
     for kernel in {launch["kernel"] for launch in frame}:
@@ -84,12 +77,11 @@ def table(frame: list) -> str:
         least = [sum(max(bounds_us(launch, *device)) for launch in launches) for device in DEVICES.values()]
         totals = [total + one for total, one in zip(totals, least)]
         instructions = sum(launch["instructions"] for launch in launches) / threads
-        megabytes = sum(launch["missed"] for launch in launches) * LINE_BYTES / 1e6
-        rows.append((least[0], f"| `{kernel}` | {len(launches)} | {threads} | {instructions:.0f} | {megabytes:.2f} | "
+        rows.append((least[0], f"| `{kernel}` | {len(launches)} | {threads} | {instructions:.0f} | "
                      + " | ".join(f"{one:.1f}" for one in least) + " |"))
     lines += [row for _, row in sorted(rows, reverse=True)]
     gaps = len(frame) * NODE_US
-    lines.append(f"| all, with {NODE_US:g} µs for each launch | {len(frame)} | | | | "
+    lines.append(f"| all, with {NODE_US:g} µs for each launch | {len(frame)} | | | "
                  + " | ".join(f"{total + gaps:.0f}" for total in totals) + " |")
     return "\n".join(lines)
 
@@ -98,8 +90,7 @@ def launches_of(tool: str, library: str, source: str, kernels: set) -> list:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         environment = {**os.environ, "STEREOGRID_CUDA_LIBRARY": library, "STEREOGRID_EMULATOR_COUNTS": "1"}
-        subprocess.run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/counts", "--cache-sim=yes",
-                        f"--D1={L1_BYTES},8,{LINE_BYTES}", tool, "run", source, "--device", "cuda", "--threads", "1",
+        subprocess.run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/counts", tool, "run", source, "--device", "cuda", "--threads", "1",
                         "--frames", f"0:{FRAMES - 1}", "--out", str(folder / "run")], env=environment, check=True,
                        stdout=sys.stderr)
         dumps = sorted(folder.glob("counts.*"), key=lambda path: int(path.suffix[1:]))
