@@ -6,8 +6,8 @@
 gpu_bounds.py TOOL LIBRARY INPUT    the table, as Markdown
 
 LIBRARY is libstereogrid_cuda_emulated_library.so of a build with -fno-tree-vectorize -g, so that an instruction of the
-host is one of a thread. valgrind counts them for each launch of the last of four frames. docs/gpu.md says what a bound is
-made of and what it leaves out.
+host is one of a thread. valgrind counts them for each launch of the last of four frames, once for each of the GPUs, as
+kernels are launched by how many multiprocessors there are. docs/gpu.md says what a bound is made of and leaves out.
 """
 import os
 import re
@@ -17,6 +17,7 @@ import tempfile
 from pathlib import Path
 
 FRAMES = 4
+FIRST_KERNEL = "align"  # of a frame
 LANES = 32
 ISSUED_PER_CYCLE = 4  # instructions of warps, by a multiprocessor
 CYCLES_PER_INSTRUCTION = 4  # of a thread, each of which needs the one before it
@@ -66,45 +67,53 @@ def bounds_us(launch: dict, multiprocessors: int, ghz: float) -> tuple:
     return issue, of_thread * CYCLES_PER_INSTRUCTION / cycles_per_us
 
 
-def table(frame: list) -> str:
-    lines = [f"| kernel | launches | threads | instructions of a thread | {' | '.join(f'{name}, µs' for name in DEVICES)} |",
-             "| --- |" + " ---: |" * (3 + len(DEVICES))]
-    totals = [0.0] * len(DEVICES)
-    rows = []
-    for kernel in {launch["kernel"] for launch in frame}:
-        launches = [launch for launch in frame if launch["kernel"] == kernel]
+def table(frames: dict) -> str:
+    """Of each device's launches."""
+    names = " | ".join(f"{name}, µs" for name in frames)
+    first = next(iter(frames))
+    lines = [f"| kernel | launches | threads, on an {first} | instructions of each | {names} |",
+             "| --- |" + " ---: |" * (3 + len(frames))]
+    least = {name: bounds_by_kernel(launches, *DEVICES[name]) for name, launches in frames.items()}
+    for kernel in sorted(least[first], key=least[first].get, reverse=True):
+        launches = [launch for launch in frames[first] if launch["kernel"] == kernel]
         threads = sum(launch["blocks"] * launch["threads"] for launch in launches)
-        least = [sum(max(bounds_us(launch, *device)) for launch in launches) for device in DEVICES.values()]
-        totals = [total + one for total, one in zip(totals, least)]
         instructions = sum(launch["instructions"] for launch in launches) / threads
-        rows.append((least[0], f"| `{kernel}` | {len(launches)} | {threads} | {instructions:.0f} | "
-                     + " | ".join(f"{one:.1f}" for one in least) + " |"))
-    lines += [row for _, row in sorted(rows, reverse=True)]
-    gaps = len(frame) * NODE_US
-    lines.append(f"| all, with {NODE_US:g} µs for each launch | {len(frame)} | | | "
-                 + " | ".join(f"{total + gaps:.0f}" for total in totals) + " |")
+        lines.append(f"| `{kernel}` | {len(launches)} | {threads} | {instructions:.0f} | "
+                     + " | ".join(f"{of_device[kernel]:.1f}" for of_device in least.values()) + " |")
+    launches = len(frames[first])
+    totals = (sum(of_device.values()) + launches * NODE_US for of_device in least.values())
+    lines.append(f"| all, with {NODE_US:g} µs for each launch | {launches} | | | "
+                 + " | ".join(f"{total:.0f}" for total in totals) + " |")
     return "\n".join(lines)
 
 
-def launches_of(tool: str, library: str, source: str, kernels: set) -> list:
+def bounds_by_kernel(launches: list, multiprocessors: int, ghz: float) -> dict:
+    least = dict.fromkeys((launch["kernel"] for launch in launches), 0.0)
+    for launch in launches:
+        least[launch["kernel"]] += max(bounds_us(launch, multiprocessors, ghz))
+    return least
+
+
+def last_frame(tool: str, library: str, source: str, kernels: set, multiprocessors: int) -> list:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        environment = {**os.environ, "STEREOGRID_CUDA_LIBRARY": library, "STEREOGRID_EMULATOR_COUNTS": "1"}
-        subprocess.run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/counts", tool, "run", source, "--device", "cuda", "--threads", "1",
-                        "--frames", f"0:{FRAMES - 1}", "--out", str(folder / "run")], env=environment, check=True,
-                       stdout=sys.stderr)
+        environment = {**os.environ, "STEREOGRID_CUDA_LIBRARY": library, "STEREOGRID_EMULATOR_COUNTS": "1",
+                       "STEREOGRID_EMULATOR_MULTIPROCESSORS": str(multiprocessors)}
+        subprocess.run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/counts", tool, "run", source,
+                        "--device", "cuda", "--threads", "1", "--frames", f"0:{FRAMES - 1}", "--out",
+                        str(folder / "run")], env=environment, check=True, stdout=sys.stderr)
         dumps = sorted(folder.glob("counts.*"), key=lambda path: int(path.suffix[1:]))
         texts = (path.read_text() for path in dumps)
-        return [counted(text, kernels) for text in texts if "launch of" in text]
+        launches = [counted(text, kernels) for text in texts if "launch of" in text]
+    return launches[max(i for i, launch in enumerate(launches) if launch["kernel"] == FIRST_KERNEL):]
 
 
 def main() -> int:
     if len(sys.argv) != 4:
         print(__doc__, file=sys.stderr)
         return 64
-    launches = launches_of(*sys.argv[1:], kernel_names(Path(__file__).parents[1] / "src"))
-    first = max(i for i, launch in enumerate(launches) if launch["kernel"] == "align")  # what a frame begins with
-    print(table(launches[first:]))
+    kernels = kernel_names(Path(__file__).parents[1] / "src")
+    print(table({name: last_frame(*sys.argv[1:], kernels, device[0]) for name, device in DEVICES.items()}))
     return 0
 
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
@@ -39,6 +40,7 @@ struct Machine {
   std::unordered_map<void*, std::size_t> allocated;
   bool backwards{std::getenv("STEREOGRID_EMULATOR_BACKWARDS") != nullptr};
   bool counts{std::getenv("STEREOGRID_EMULATOR_COUNTS") != nullptr};
+  const char* multiprocessors{std::getenv("STEREOGRID_EMULATOR_MULTIPROCESSORS")};
   std::atomic<int> captures{0};  ///< streams that are being captured
   std::recursive_mutex mutex;
 };
@@ -153,7 +155,9 @@ cudaError_t cudaSetDevice(int /*device*/) {
   return missing();
 }
 cudaError_t cudaDeviceGetAttribute(int* value, cudaDeviceAttr attribute, int /*device*/) {
-  *value = attribute == cudaDevAttrMultiProcessorCount ? 2 : attribute == cudaDevAttrComputeCapabilityMajor ? 7 : 5;
+  const char* const multiprocessors{machine().multiprocessors};
+  const int count{multiprocessors == nullptr ? 2 : std::max(std::atoi(multiprocessors), 1)};
+  *value = attribute == cudaDevAttrMultiProcessorCount ? count : attribute == cudaDevAttrComputeCapabilityMajor ? 7 : 5;
   return missing();
 }
 cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int /*device*/) {
