@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a frame takes on a GPU at least: computed, not measured, for machines without one.
+"""What a frame should take on a GPU: computed, not measured, for machines without one.
 
 gpu_bounds.py TOOL LIBRARY INPUT    the table, as Markdown
 
@@ -11,6 +11,7 @@ kernels are launched by how many multiprocessors there are. docs/gpu.md says wha
 """
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -112,6 +113,9 @@ def main() -> int:
     if len(sys.argv) != 4:
         print(__doc__, file=sys.stderr)
         return 64
+    if shutil.which("valgrind") is None:
+        print("valgrind is missing. Debian and Ubuntu: apt-get install valgrind", file=sys.stderr)
+        return 75
     kernels = kernel_names(Path(__file__).parents[1] / "src")
     print(table({name: last_frame(*sys.argv[1:], kernels, device[0]) for name, device in DEVICES.items()}))
     return 0

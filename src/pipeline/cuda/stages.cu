@@ -59,7 +59,6 @@ void CudaStages::begin(const LevelFrame& frame, const GridGeometry& window, bool
   result_ = &result;
   is_first_ = is_first;
   is_given_ = frame.is_given();
-
   if (is_given_) {
     put(frame.disparity, host_.given());
   } else {
