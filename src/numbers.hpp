@@ -70,4 +70,27 @@ STEREOGRID_HD inline float less_half_of_bits(std::uint32_t from, float x) {
   return x;
 }
 
+/// Whole; x ≥ ¾ is mantissa_of(x) · 2^exponent_of(x).
+STEREOGRID_HD inline float exponent_of(float x) {
+  std::uint32_t bits{0};
+  std::memcpy(&bits, &x, sizeof(bits));
+  return static_cast<float>(static_cast<int>((bits >> 23) + (bits >> 22 & 1U)) - 127);
+}
+/// From ¾ to 1½.
+STEREOGRID_HD inline float mantissa_of(float x) {
+  std::uint32_t bits{0};
+  std::memcpy(&bits, &x, sizeof(bits));
+  bits = (bits & 0x7fffffU) | (127 - (bits >> 22 & 1U)) << 23;
+  std::memcpy(&x, &bits, sizeof(x));
+  return x;
+}
+
+/// 2^exponent; whole, from −126 to 127.
+STEREOGRID_HD inline float power_of_two(float exponent) {
+  const std::uint32_t bits{static_cast<std::uint32_t>(static_cast<int>(exponent) + 127) << 23};
+  float power{0};
+  std::memcpy(&power, &bits, sizeof(power));
+  return power;
+}
+
 }  // namespace stereogrid

@@ -42,6 +42,30 @@ HWY_INLINE V less_half_of_bits(std::uint32_t from, V x) {
   return hn::BitCast(hn::DFromV<V>{}, hn::Sub(hn::Set(bits, from), hn::ShiftRight<1>(hn::BitCast(bits, x))));
 }
 
+template <class V>
+HWY_INLINE V exponent_of(V x) {
+  const hn::DFromV<V> d;
+  const hn::Rebind<std::int32_t, decltype(d)> ints;
+  const auto bits = hn::BitCast(ints, x);
+  const auto is_above = hn::And(hn::ShiftRight<22>(bits), hn::Set(ints, 1));
+  return hn::ConvertTo(d, hn::Sub(hn::Add(hn::ShiftRight<23>(bits), is_above), hn::Set(ints, 127)));
+}
+template <class V>
+HWY_INLINE V mantissa_of(V x) {
+  const hn::DFromV<V> d;
+  const hn::Rebind<std::int32_t, decltype(d)> ints;
+  const auto bits = hn::BitCast(ints, x);
+  const auto is_above = hn::And(hn::ShiftRight<22>(bits), hn::Set(ints, 1));
+  const auto exponent = hn::ShiftLeft<23>(hn::Sub(hn::Set(ints, 127), is_above));
+  return hn::BitCast(d, hn::Or(hn::And(bits, hn::Set(ints, 0x7fffff)), exponent));
+}
+template <class V>
+HWY_INLINE V power_of_two(V exponent) {
+  const hn::DFromV<V> d;
+  const hn::Rebind<std::int32_t, decltype(d)> ints;
+  return hn::BitCast(d, hn::ShiftLeft<23>(hn::Add(hn::ConvertTo(ints, exponent), hn::Set(ints, 127))));
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace stereogrid
 HWY_AFTER_NAMESPACE();

@@ -86,7 +86,7 @@ __global__ void project_cells(RaySums<Device> sums, int most_columns, BinGeometr
   const int ix{static_cast<int>(blockIdx.x * block_width + threadIdx.x)};
   const int iy{static_cast<int>(blockIdx.y * block_height + threadIdx.y)};
   if (ix >= cells.width || iy >= cells.height) return;
-  cells(ix, iy) = occupancy_at(sums, most_columns, geometry, grid->centre(ix, iy), grid->grid.cell_size_m);
+  cells(ix, iy) = occupancy_at(sums, most_columns, CellsInView{geometry, *grid}, ix, iy);
 }
 
 dim3 blocks_of(int width, int height) {

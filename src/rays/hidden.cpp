@@ -15,7 +15,7 @@ constexpr double nearest_m{0.5};
 
 // More than what find_rays rounds.
 constexpr double columns_margin{2};
-constexpr double bins_margin{2.01};
+constexpr double bins_margin{2.1};
 
 }  // namespace
 
@@ -55,7 +55,7 @@ bool HiddenCells::are_hidden(int x_first, int y_first, int x_last, int y_last) c
   }
   if (farthest <= 0) return true;  // find_rays: behind the camera
   if (!(nearest - half_m > nearest_m)) return false;
-  const double first{std::max(leftmost - 0.01, 0.0)};
+  const double first{std::max(leftmost - columns_margin, 0.0)};
   const double last{std::min(rightmost + columns_margin, width_ - 1.0)};
   if (!(first <= last)) return true;
   const double place{geometry_.disparity(nearest - half_m) * ray_bins_per_px + bins_margin};

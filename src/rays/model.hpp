@@ -6,9 +6,9 @@
 #include <cstdint>
 
 #include "clamped_to_int.hpp"
-#include "elementary_functions.hpp"
 #include "ground/model.hpp"
 #include "host_device.hpp"
+#include "numbers.hpp"
 #include "projection/model.hpp"
 #include "rays/weights.hpp"
 #include "stereogrid/image.hpp"
@@ -145,28 +145,7 @@ STEREOGRID_HD inline RaysAround rays_around(const RaySums<Space>& sums, float di
   return {end[0] - begin[0], end[1] - begin[1], place - static_cast<float>(k)};
 }
 
-/// What is added to the logarithm of the odds for `count` ≥ 0 rays of a kind (rounding errors below do no harm), but
-/// for the factor of known_share. docs/method.md §6.2.
-STEREOGRID_HD inline float evidence_of(float count, float unit, float weight) {
-  return weight * natural_log(1 + count * (1 / unit));
-}
-
-STEREOGRID_HD inline float known_share(float arriving) {
-  return arriving / (arriving + half_known_rays);
-}
-
-STEREOGRID_HD inline float probability_of(float log_odds) {
-  return 1 / (1 + exponential(Min(Max(-log_odds, -log_odds_max), log_odds_max)));
-}
-
-/// Of a weighted sum of evidence. What speaks weakly against an obstacle says next to nothing: some obstacles have no
-/// match in them, and rays seem to pass through. docs/method.md §6.2.
-STEREOGRID_HD inline float log_odds_of(float arriving_rays, float sum) {
-  const float log_odds{known_share(arriving_rays) * sum};
-  const float square{log_odds * log_odds};
-  const float power{square * square * square};
-  return log_odds < 0 ? log_odds * (power / (power + power_of_weak_log_odds)) : log_odds;
-}
+#include "rays/evidence_formulas.hpp"
 
 /// P(occupied) of what the rays of a cell say.
 STEREOGRID_HD inline float occupancy_of(const CellRays& rays) {
@@ -176,26 +155,52 @@ STEREOGRID_HD inline float occupancy_of(const CellRays& rays) {
   return probability_of(log_odds_of(rays.count[arriving], sum));
 }
 
-/// The rays of a square of `size_m` around a point of the vehicle frame. False: out of view, nearer than all
-/// disparities, or across more than `most_columns`. The square is taken along the vehicle's axes, also for a cell of a
-/// turned grid.
+/// The cells of a grid as the camera sees them. Single precision is enough for whole columns and half pixels of
+/// disparity, and faster on most machines.
+struct CellsInView {
+  float focal_px;
+  float centre_u_px;
+  float focal_baseline_pxm;
+  float half_m;   ///< of a cell's side
+  float ahead_m;  ///< of the centre of the cell (0, 0), in the vehicle frame
+  float left_m;
+  float along;  ///< a step by ix is (along, across) in the vehicle frame, a step by iy (−across, along)
+  float across;
+
+  STEREOGRID_HD CellsInView(const BinGeometry& geometry, const GridInVehicle& cells)
+      : focal_px{static_cast<float>(geometry.focal_px)},
+        centre_u_px{static_cast<float>(geometry.centre_u_px)},
+        focal_baseline_pxm{static_cast<float>(geometry.focal_baseline_pxm)},
+        half_m{static_cast<float>(cells.grid.cell_size_m / 2)},
+        ahead_m{static_cast<float>(cells.centre(0, 0).x)},
+        left_m{static_cast<float>(cells.centre(0, 0).y)},
+        along{static_cast<float>(cells.cos_yaw * cells.grid.cell_size_m)},
+        across{static_cast<float>(cells.sin_yaw * cells.grid.cell_size_m)} {}
+};
+
+/// The rays of a cell, taken as a square along the vehicle's axes, also where the grid is turned. False: out of view,
+/// nearer than all disparities, or across more than `most_columns`.
 template <class Space>
-STEREOGRID_HD inline bool find_rays(const RaySums<Space>& sums, int most_columns, const BinGeometry& geometry,
-                                    Point2 centre, double size_m, CellRays& rays) {
-  const double near_m{centre.x - size_m / 2};
+STEREOGRID_HD inline bool find_rays(const RaySums<Space>& sums, int most_columns, const CellsInView& cells, int ix,
+                                    int iy, CellRays& rays) {
+  const float x{static_cast<float>(ix)};
+  const float y{static_cast<float>(iy)};
+  const float ahead_m{(cells.ahead_m - cells.across * y) + cells.along * x};
+  const float left_m{(cells.left_m + cells.along * y) + cells.across * x};
+  const float near_m{ahead_m - cells.half_m};
   if (!(near_m > 0)) return false;
-  const float near_px{static_cast<float>(geometry.disparity(near_m))};
-  const float far_px{static_cast<float>(geometry.disparity(centre.x + size_m / 2))};
+  const float near_px{cells.focal_baseline_pxm / near_m};
+  const float far_px{cells.focal_baseline_pxm / (ahead_m + cells.half_m)};
   if (near_px > static_cast<float>(bins_of(sums)) / ray_bins_per_px - 1) return false;
   const int width{columns_of(sums)};
-  const auto border = [&](double y_m) {  // between two columns; some outside the image
-    const double column{geometry.column(centre.x, y_m)};
-    const double limited{column < -2 ? -2 : (column > width + 1 ? width + 1 : column)};
-    return static_cast<int>(limited + 3) - 2;
+  const float columns_per_m{cells.focal_px / ahead_m};
+  const auto border = [&](float to_left_m) {  // between two columns; some outside the image
+    const float column{cells.centre_u_px - columns_per_m * to_left_m};
+    return static_cast<int>(Min(Max(column, -2.0f), static_cast<float>(width + 1)) + 3) - 2;
   };
-  const auto within = [&](int column) { return column < 0 ? 0 : (column < width ? column : width); };
-  const int left{border(centre.y + size_m / 2)};
-  const int right{border(centre.y - size_m / 2)};
+  const auto within = [&](int column) { return Min(Max(column, 0), width); };
+  const int left{border(left_m + cells.half_m)};
+  const int right{border(left_m - cells.half_m)};
   const int end{right > left ? right : left + 1};
   if (within(left) >= within(end)) return false;
   const ColumnPart columns{within(left), within(end)};
@@ -217,12 +222,12 @@ STEREOGRID_HD inline bool find_rays(const RaySums<Space>& sums, int most_columns
   return true;
 }
 
-/// P(occupied) of that square; ½ where it has no rays.
+/// P(occupied) of a cell; ½ where it has no rays.
 template <class Space>
-STEREOGRID_HD inline float occupancy_at(const RaySums<Space>& sums, int most_columns, const BinGeometry& geometry,
-                                        Point2 centre, double size_m) {
+STEREOGRID_HD inline float occupancy_at(const RaySums<Space>& sums, int most_columns, const CellsInView& cells, int ix,
+                                        int iy) {
   CellRays rays{};
-  return find_rays(sums, most_columns, geometry, centre, size_m, rays) ? occupancy_of(rays) : 0.5f;
+  return find_rays(sums, most_columns, cells, ix, iy, rays) ? occupancy_of(rays) : 0.5f;
 }
 
 }  // namespace stereogrid

@@ -7,31 +7,30 @@
 #include "hwy/foreach_target.h"                     // IWYU pragma: keep
 // after foreach_target
 #include "hwy/highway.h"
+#include "numbers_simd.hpp"
 #include "rays/project_simd.hpp"
 
 #include <algorithm>
+#include <bit>
+#include <cstring>
 
 HWY_BEFORE_NAMESPACE();
 namespace stereogrid {
 namespace HWY_NAMESPACE {
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
+#include "rays/evidence_formulas.hpp"
 
-using Reals = hn::CappedTag<double, 8>;
-using Floats = hn::Rebind<float, Reals>;
-using Ints = hn::Rebind<std::int32_t, Reals>;
-using Bits = hn::Rebind<std::uint32_t, Reals>;
-using Packed = hn::Rebind<PackedRays, Reals>;
-using VReal = hn::Vec<Reals>;
+using Floats = hn::CappedTag<float, 16>;
+using Ints = hn::RebindToSigned<Floats>;
+using Bits = hn::RebindToUnsigned<Floats>;
 using VFloat = hn::Vec<Floats>;
 using VInt = hn::Vec<Ints>;
-using VPacked = hn::Vec<Packed>;
+using VBits = hn::Vec<Bits>;
 using Mask = hn::Mask<Floats>;
 
-HWY_INLINE VReal reals(double value) {
-  return hn::Set(Reals{}, value);
-}
+constexpr std::size_t lanes_max{hn::MaxLanes(Floats{})};
+
 HWY_INLINE VFloat floats(float value) {
   return hn::Set(Floats{}, value);
 }
@@ -49,26 +48,43 @@ struct Columns {
       : begin{from}, end{to}, share{hn::Div(floats(1), hn::ConvertTo(Floats{}, hn::Sub(to, from)))} {}
 };
 
-/// RaysAround of each cell.
-struct Around {
-  VPacked before;
-  VPacked behind;
-  VFloat part;
+/// Two words of PackedRays, of each cell.
+struct Words {
+  VBits low;
+  VBits high;
 
-  HWY_INLINE Around() {}  // an implicit one would not be of this instruction set
+  HWY_INLINE Words() {}  // an implicit one would not be of this instruction set
 
-  template <PackedRays kind>
-  HWY_INLINE static VFloat count_of(VPacked rays) {
-    constexpr int shift{kind == ending_ray ? 0 : (kind == ending_on_road ? ray_bits : 2 * ray_bits)};
-    static_assert(PackedRays{1} << shift == kind);
-    const auto low = hn::TruncateTo(Bits{}, hn::ShiftRight<shift>(rays));
-    const auto count = hn::And(low, hn::Set(Bits{}, (1U << ray_bits) - 1));
-    return hn::ConvertTo(Floats{}, hn::BitCast(Ints{}, count));
-  }
   template <PackedRays kind>
   [[nodiscard]] HWY_INLINE VFloat count() const {
-    const VFloat least{count_of<kind>(before)};
-    return hn::Add(least, hn::Mul(part, hn::Sub(count_of<kind>(behind), least)));
+    constexpr int shift{kind == ending_ray ? 0 : (kind == ending_on_road ? ray_bits : 2 * ray_bits)};
+    static_assert(PackedRays{1} << shift == kind);
+    return hn::ConvertTo(Floats{}, hn::BitCast(Ints{}, hn::And(from<shift>(), hn::Set(Bits{}, (1U << ray_bits) - 1))));
+  }
+
+ private:
+  // What begins with a bit.
+  template <int bit>
+  [[nodiscard]] HWY_INLINE VBits from() const {
+    constexpr int word{32};
+    if constexpr (bit == 0) return low;
+    if constexpr (bit > 0 && bit < word) return hn::Or(hn::ShiftRight<bit>(low), hn::ShiftLeft<word - bit>(high));
+    if constexpr (bit >= word) return hn::ShiftRight<bit - word>(high);
+  }
+};
+
+/// RaysAround of each cell.
+struct Around {
+  Words before;
+  Words behind;
+  VFloat part;
+
+  HWY_INLINE Around() {}
+
+  template <PackedRays kind>
+  [[nodiscard]] HWY_INLINE VFloat count() const {
+    const VFloat least{before.template count<kind>()};
+    return hn::Add(least, hn::Mul(part, hn::Sub(behind.template count<kind>(), least)));
   }
 };
 
@@ -89,26 +105,59 @@ struct Sight {
 /// Looks up cells of a grid, many at a time.
 class CellVectors {
  public:
-  CellVectors(const RaySums<Host>& sums, int most_columns, const BinGeometry& geometry, const GridInVehicle& grid)
-      : sums_{sums},
-        pitch_{static_cast<int>(sums.pitch)},
-        most_columns_{most_columns},
-        geometry_{geometry},
-        grid_{grid} {}
+  CellVectors(const RaySums<Host>& sums, int most_columns, const CellsInView& cells)
+      : sums_{sums}, pitch_{static_cast<int>(sums.pitch)}, most_columns_{most_columns}, cells_{cells} {}
 
   // Of cells ix, ix + 1 … of row iy.
+  [[nodiscard]] HWY_INLINE VFloat occupancy(int ix, int iy) const {
+    const VFloat unknown{floats(0.5f)};
+    const Sight cells{sight(ix, iy)};
+    if (hn::AllFalse(Floats{}, cells.is_seen)) return unknown;
+    Around near[1];
+    look_up(cells.columns, {place_of(cells.near_px)}, near);
+    // without arriving rays a cell is ½, as known_share says
+    const Mask is_seen{hn::And(cells.is_seen, hn::Gt(near[0].count<arriving_ray>(), floats(0)))};
+    if (hn::AllFalse(Floats{}, is_seen)) return unknown;
+    return hn::IfThenElse(is_seen, seen_occupancy(cells, near[0]), unknown);
+  }
+
+ private:
+  // `near`: what is around their near ends.
+  [[nodiscard]] HWY_INLINE VFloat seen_occupancy(const Sight& cells, const Around& near) const {
+    const Columns& columns{cells.columns};
+    const auto nearer = [&](float px) HWY_ATTR { return place_of(hn::Add(cells.near_px, floats(px))); };
+    const auto farther = [&](float px) HWY_ATTR { return place_of(hn::Sub(cells.far_px, floats(px))); };
+    enum { far, near_4, near_1, far_1, far_4 };
+    Around at[5];
+    look_up(columns, {farther(0), nearer(4), nearer(1), farther(1), farther(4)}, at);
+    Around ends[2];
+    look_up(cells.wide, {farther(0.5f), nearer(0.5f)}, ends);
+    const RayWeights weights{};
+    VFloat sum{floats(0)};
+    const auto add = [&](int kind, VFloat count)
+                         HWY_ATTR { sum = hn::Add(sum, (evidence_of)(count, unit_of(kind), weights.value[kind])); };
+    const auto arriving_at = [&](const Around& where)
+                                 HWY_ATTR { return hn::Mul(where.template count<arriving_ray>(), columns.share); };
+    const VFloat all{arriving_at(near)};
+    add(ending, between<ending_ray>(ends[0], ends[1], cells.wide));
+    add(behind, between<ending_ray>(at[far_4], at[far], columns));
+    add(in_front, between<ending_ray>(near, at[near_4], columns));
+    add(road_in_front, between<ending_on_road>(near, at[near_1], columns));
+    add(arriving, all);
+    add(passing, arriving_at(at[far]));
+    add(passing_farther, arriving_at(at[far_1]));
+    return (probability_of)((log_odds_of)(all, sum));
+  }
+
   [[nodiscard]] HWY_INLINE Sight sight(int ix, int iy) const {
-    const double size_m{grid_.grid.cell_size_m};
-    const VReal at{hn::Add(hn::Iota(Reals{}, ix), reals(0.5))};
-    const VReal x{hn::Add(reals(grid_.grid.x_min_m), hn::Mul(at, reals(size_m)))};
-    const VReal y{reals(grid_.grid.y_min_m + (iy + 0.5) * size_m)};
-    const VReal c{reals(grid_.cos_yaw)};
-    const VReal s{reals(grid_.sin_yaw)};
-    const VReal ahead_m{hn::Sub(hn::Add(reals(grid_.x_m), hn::Mul(c, x)), hn::Mul(s, y))};
-    const VReal left_m{hn::Add(hn::Add(reals(grid_.y_m), hn::Mul(s, x)), hn::Mul(c, y))};
-    const VReal half{reals(size_m / 2)};
-    const VInt begin{border(ahead_m, hn::Add(left_m, half))};
-    const VInt right{border(ahead_m, hn::Sub(left_m, half))};
+    const auto y = static_cast<float>(iy);
+    const VFloat x{hn::ConvertTo(Floats{}, hn::Iota(Ints{}, ix))};
+    const VFloat ahead_m{hn::Add(floats(cells_.ahead_m - cells_.across * y), hn::Mul(floats(cells_.along), x))};
+    const VFloat left_m{hn::Add(floats(cells_.left_m + cells_.along * y), hn::Mul(floats(cells_.across), x))};
+    const VFloat half{floats(cells_.half_m)};
+    const VFloat columns_per_m{hn::Div(floats(cells_.focal_px), ahead_m)};
+    const VInt begin{border(columns_per_m, hn::Add(left_m, half))};
+    const VInt right{border(columns_per_m, hn::Sub(left_m, half))};
     const VInt end{hn::IfThenElse(hn::Gt(right, begin), right, hn::Add(begin, ints(1)))};
     const Columns columns{within(begin), within(end)};
     const Columns wide{within(hn::Sub(begin, ints(columns_around))), within(hn::Add(end, ints(columns_around)))};
@@ -121,45 +170,15 @@ class CellVectors {
     return {near_px, disparity(hn::Add(ahead_m, half)), columns, wide, is_seen};
   }
 
-  // At the near ends of cells.
-  [[nodiscard]] HWY_INLINE Around near(const Sight& cells) const {
-    Around found[1];
-    look_up(cells.columns, {place_of(cells.near_px)}, found);
-    return found[0];
-  }
-
-  // write(kind, counts) for each kind of CellRays. `near`: of these cells.
-  template <class Write>
-  HWY_INLINE void look_up(const Sight& cells, const Around& near, const Write& write) const {
-    const Columns& columns{cells.columns};
-    const auto nearer = [&](float px) HWY_ATTR { return place_of(hn::Add(cells.near_px, floats(px))); };
-    const auto farther = [&](float px) HWY_ATTR { return place_of(hn::Sub(cells.far_px, floats(px))); };
-    enum { far, near_4, near_1, far_1, far_4 };
-    Around at[5];
-    look_up(columns, {farther(0), nearer(4), nearer(1), farther(1), farther(4)}, at);
-    Around ends[2];
-    look_up(cells.wide, {farther(0.5f), nearer(0.5f)}, ends);
-    write(ending, between<ending_ray>(ends[0], ends[1], cells.wide));
-    write(behind, between<ending_ray>(at[far_4], at[far], columns));
-    write(in_front, between<ending_ray>(near, at[near_4], columns));
-    write(road_in_front, between<ending_on_road>(near, at[near_1], columns));
-    const auto arrive = [&](const Around& where)
-                            HWY_ATTR { return hn::Mul(where.template count<arriving_ray>(), columns.share); };
-    write(arriving, arrive(near));
-    write(passing, arrive(at[far]));
-    write(passing_farther, arrive(at[far_1]));
-  }
-
- private:
-  [[nodiscard]] HWY_INLINE VFloat disparity(VReal ahead_m) const {
-    return hn::DemoteTo(Floats{}, hn::Div(reals(geometry_.focal_baseline_pxm), ahead_m));
+  [[nodiscard]] HWY_INLINE VFloat disparity(VFloat ahead_m) const {
+    return hn::Div(floats(cells_.focal_baseline_pxm), ahead_m);
   }
   // Between two columns; some outside the image.
-  [[nodiscard]] HWY_INLINE VInt border(VReal ahead_m, VReal left_m) const {
-    const VReal column{
-        hn::Sub(reals(geometry_.centre_u_px), hn::Div(hn::Mul(reals(geometry_.focal_px), left_m), ahead_m))};
-    const VReal limited{hn::Min(hn::Max(column, reals(-2)), reals(columns_of(sums_) + 1))};
-    return hn::Sub(hn::DemoteTo(Ints{}, hn::Add(limited, reals(3))), ints(2));
+  [[nodiscard]] HWY_INLINE VInt border(VFloat columns_per_m, VFloat left_m) const {
+    const VFloat column{hn::Sub(floats(cells_.centre_u_px), hn::Mul(columns_per_m, left_m))};
+    const VFloat last{floats(static_cast<float>(columns_of(sums_) + 1))};
+    const VFloat limited{hn::Min(hn::Max(column, floats(-2)), last)};
+    return hn::Sub(hn::ConvertTo(Ints{}, hn::Add(limited, floats(3))), ints(2));
   }
   [[nodiscard]] HWY_INLINE VInt within(VInt column) const {
     return hn::Min(hn::Max(column, ints(0)), ints(columns_of(sums_)));
@@ -179,103 +198,59 @@ class CellVectors {
   // first is read again, which would have to wait.
   template <std::size_t count>
   HWY_INLINE void look_up(const Columns& columns, const Between (&places)[count], Around (&found)[count]) const {
-    constexpr std::size_t lanes{hn::MaxLanes(Reals{})};
-    HWY_ALIGN std::int32_t begin[lanes];
-    HWY_ALIGN std::int32_t end[lanes];
-    HWY_ALIGN std::int32_t bins[count][lanes];
-    HWY_ALIGN PackedRays pairs[count][2 * lanes];
+    HWY_ALIGN std::int32_t begin[lanes_max];
+    HWY_ALIGN std::int32_t end[lanes_max];
+    HWY_ALIGN std::int32_t bins[count][lanes_max];
+    HWY_ALIGN std::uint32_t words[count][4 * lanes_max];
     hn::Store(hn::Mul(columns.begin, ints(pitch_)), Ints{}, begin);
     hn::Store(hn::Mul(columns.end, ints(pitch_)), Ints{}, end);
     for (std::size_t i{0}; i < count; ++i) hn::Store(places[i].k, Ints{}, bins[i]);
-    const hn::CappedTag<PackedRays, 2> pair;
-    for (std::size_t c{0}; c < lanes; ++c) {
+    for (std::size_t c{0}; c < hn::Lanes(Floats{}); ++c) {
       const PackedRays* const at_begin{sums_.data + begin[c]};
       const PackedRays* const at_end{sums_.data + end[c]};
       for (std::size_t i{0}; i < count; ++i) {
-        for (std::size_t j{0}; j < 2; j += hn::Lanes(pair)) {
-          const auto k = static_cast<std::size_t>(bins[i][c]) + j;
-          hn::Store(hn::Sub(hn::LoadU(pair, at_end + k), hn::LoadU(pair, at_begin + k)), pair, &pairs[i][2 * c + j]);
-        }
+        const int k{bins[i][c]};
+        store_difference(hn::CappedTag<PackedRays, 2>{}, at_end + k, at_begin + k, &words[i][4 * c]);
       }
     }
     for (std::size_t i{0}; i < count; ++i) {
-      hn::LoadInterleaved2(Packed{}, pairs[i], found[i].before, found[i].behind);
+      Words& before{found[i].before};
+      Words& behind{found[i].behind};
+      hn::LoadInterleaved4(Bits{}, words[i], before.low, before.high, behind.low, behind.high);
       found[i].part = places[i].part;
+    }
+  }
+
+  // Two numbers less two others.
+  template <class D>
+  HWY_INLINE static void store_difference(D d, const PackedRays* from, const PackedRays* less, std::uint32_t* words) {
+    static_assert(std::endian::native == std::endian::little);
+    if constexpr (hn::MaxLanes(D{}) == 2) {
+      const hn::Repartition<std::uint32_t, D> of_words;
+      hn::Store(hn::BitCast(of_words, hn::Sub(hn::LoadU(d, from), hn::LoadU(d, less))), of_words, words);
+    } else {
+      const PackedRays difference[2]{from[0] - less[0], from[1] - less[1]};
+      std::memcpy(words, difference, sizeof difference);
     }
   }
 
   const RaySums<Host>& sums_;
   int pitch_;
   int most_columns_;
-  const BinGeometry& geometry_;
-  const GridInVehicle& grid_;
-};
-
-/// Counts of those cells that are seen, without gaps between them.
-class SeenCells {
- public:
-  explicit SeenCells(View<float> cells) : cells_{cells} {}
-
-  // Without arriving rays a cell is ½, as known_share says.
-  HWY_INLINE void add(const CellVectors& cells, Sight sight, int ix, int iy) {
-    const Around near{cells.near(sight)};
-    sight.is_seen = hn::And(sight.is_seen, hn::Gt(near.template count<arriving_ray>(), floats(0)));
-    if (hn::AllFalse(Floats{}, sight.is_seen)) return;
-    const auto keep = [&](auto d, auto values, auto* to)
-                          HWY_ATTR { hn::StoreU(hn::Compress(values, hn::RebindMask(d, sight.is_seen)), d, to); };
-    cells.look_up(sight, near,
-                  [&](int kind, VFloat counts) HWY_ATTR { keep(Floats{}, counts, &counts_[kind][size_]); });
-    keep(Ints{}, hn::Iota(Ints{}, iy * static_cast<int>(cells_.pitch) + ix), &cell_[size_]);
-    size_ += hn::CountTrue(Floats{}, sight.is_seen);
-  }
-  [[nodiscard]] bool is_full() const { return size_ >= at_once; }
-
-  // The compiler makes vectors of it.
-  HWY_INLINE void write() {
-    const RayWeights weights{};
-    float log_odds[at_once + more]{};
-    for (int i{0}; i < cell_rays; ++i) {
-      // what was looked up of cells that are not seen may be no number
-      std::fill(counts_[i] + size_, counts_[i] + at_once + more, 0.0f);
-      for (std::size_t c{0}; c < at_once + more; ++c) {
-        log_odds[c] += evidence_of(counts_[i][c], unit_of(i), weights.value[i]);
-      }
-    }
-    for (std::size_t c{0}; c < at_once + more; ++c) {
-      log_odds[c] = probability_of(log_odds_of(counts_[arriving][c], log_odds[c]));
-    }
-    for (std::size_t c{0}; c < size_; ++c) cells_.data[cell_[c]] = log_odds[c];
-    size_ = 0;
-  }
-
- private:
-  static constexpr std::size_t at_once{56};
-  static constexpr std::size_t more{8};
-
-  View<float> cells_;
-  HWY_ALIGN float counts_[cell_rays][at_once + 2 * more]{};
-  std::int32_t cell_[at_once + 2 * more]{};
-  std::size_t size_{0};
+  const CellsInView& cells_;
 };
 
 void ProjectRayCells(const RaySums<Host>& sums, int most_columns, const BinGeometry& geometry,
                      const GridInVehicle& grid, const CellRange& range, View<float> cells) {
-  const CellVectors vectors{sums, most_columns, geometry, grid};
-  const int lanes{static_cast<int>(hn::Lanes(Reals{}))};
-  SeenCells seen{cells};
+  const CellsInView in_view{geometry, grid};
+  const CellVectors vectors{sums, most_columns, in_view};
   for (int iy{range.y_begin}; iy < range.y_end; ++iy) {
     float* const row{cells.row(iy)};
-    std::fill(row + range.x_begin, row + range.x_end, 0.5f);
-    for (int ix{range.x_begin}; ix < range.x_end; ix += lanes) {
-      Sight sight{vectors.sight(ix, iy)};
-      const auto is_in_row = hn::FirstN(Floats{}, static_cast<std::size_t>(range.x_end - ix));
-      sight.is_seen = hn::And(sight.is_seen, is_in_row);
-      if (hn::AllFalse(Floats{}, sight.is_seen)) continue;
-      seen.add(vectors, sight, ix, iy);
-      if (seen.is_full()) seen.write();
+    for (int ix{range.x_begin}; ix < range.x_end; ix += static_cast<int>(hn::Lanes(Floats{}))) {
+      const Mask is_in_row{hn::FirstN(Floats{}, static_cast<std::size_t>(range.x_end - ix))};
+      hn::BlendedStore(vectors.occupancy(ix, iy), is_in_row, Floats{}, row + ix);
     }
   }
-  seen.write();
 }
 
 }  // namespace

@@ -159,12 +159,12 @@ TEST(Rays, MoreColumnsThanTheCountsHoldAreUnknown) {
   RaySpace space{201, 200, disparities};
   count_rays(cpu, empty_road(), round_rig(), level_ground(), UDisparityConfig{}, space);
   const RaySums<Host> sums{std::as_const(space.sums).view()};
+  const GridInVehicle one_cell{grid_in_vehicle({9.9, -0.1, 0.2, 1, 1}, {})};
   const auto at_10_m = [&](int most_columns) {  // 8 columns and 5 to either side
-    return occupancy_at(sums, most_columns, BinGeometry{round_rig()}, {10, 0}, 0.2);
+    return occupancy_at(sums, most_columns, CellsInView{BinGeometry{round_rig()}, one_cell}, 0, 0);
   };
   EXPECT_LT(at_10_m(18), 0.1f);
   EXPECT_EQ(at_10_m(17), 0.5f);
-  const GridInVehicle one_cell{grid_in_vehicle({9.9, -0.1, 0.2, 1, 1}, {})};
   for (const int most_columns : {17, 18}) {
     Image<float> cells{1, 1};
     project_ray_cells(sums, most_columns, BinGeometry{round_rig()}, one_cell, {0, 0, 1, 1}, cells.view());

@@ -213,13 +213,15 @@ TEST(HiddenCellsOfRays, AreUnknown) {
   for (const double yaw_rad : {0.0, 0.4, -1.2, 3.0}) {
     const GridInVehicle grid{grid_in_vehicle({-2, -12, 0.25, 120, 96}, {1, 0.5, yaw_rad})};
     const HiddenCells hidden{sums, geometry, grid};
+    const CellsInView in_view{geometry, grid};
     for (int y{0}; y < 96; y += 8) {
       for (int x{0}; x < 120; x += 12) {
         if (!hidden.are_hidden(x, y, x + 11, y + 7)) continue;
         ++hidden_tiles;
         for (int i{0}; i < 96; ++i) {
-          const Point2 centre{grid.centre(x + i % 12, y + i / 12)};
-          EXPECT_EQ(occupancy_at(sums, columns_max(200), geometry, centre, 0.25), 0.5f) << centre.x << " " << centre.y;
+          const int ix{x + i % 12};
+          const int iy{y + i / 12};
+          EXPECT_EQ(occupancy_at(sums, columns_max(200), in_view, ix, iy), 0.5f) << ix << " " << iy;
         }
       }
     }

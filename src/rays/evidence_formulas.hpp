@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the counted rays of a cell say, for floats, on host and device, and for vectors of cells. No guard, no
+// namespace: model.hpp includes it, and the vector code once more for each instruction set, whose functions must be
+// compiled for it. Names in brackets are those next to the caller, as in filter/cell_formulas.hpp.
+
+/// Natural logarithm of x ≥ ¾, to 1e-6; the same on all machines, and without branches.
+template <class T>
+STEREOGRID_HD inline T natural_log(T x) {
+  const T t{mantissa_of(x) - number(x, 1.0f)};
+  const auto of = [&](float factor) { return number(x, factor); };
+  // of least error from −¼ to ½
+  const T part{
+      of(1.0000009f) +
+      t * (of(-0.499986653f) +
+           t * (of(0.333143244f) +
+                t * (of(-0.250605507f) + t * (of(0.206759358f) + t * (of(-0.168271005f) + t * of(0.0831664767f))))))};
+  return exponent_of(x) * of(0.693147181f) + t * part;
+}
+
+/// e^x for |x| ≤ 80, to a relative 1e-6; the same on all machines.
+template <class T>
+STEREOGRID_HD inline T exponential(T x) {
+  const auto of = [&](float factor) { return number(x, factor); };
+  const T halves{x * of(1.44269504f)};
+  const T rounding{of(12582912)};  // 1.5·2^23: sums with it are whole numbers
+  const T whole_halves{(halves + rounding) - rounding};
+  const T t{(halves - whole_halves) * of(0.693147181f)};
+  const T part{
+      of(1) +
+      t * (of(1) + t * (of(0.5f) + t * (of(0.166666667f) +
+                                        t * (of(0.0416666667f) + t * (of(0.00833333333f) + t * of(0.00138888889f))))))};
+  return part * power_of_two(whole_halves);
+}
+
+/// What is added to the logarithm of the odds for `count` ≥ 0 rays of a kind (rounding errors below do no harm), but
+/// for the factor of known_share. docs/method.md §6.2.
+template <class T>
+STEREOGRID_HD inline T evidence_of(T count, float unit, float weight) {
+  return number(count, weight) * (natural_log)(number(count, 1.0f) + count * number(count, 1 / unit));
+}
+
+template <class T>
+STEREOGRID_HD inline T known_share(T arriving) {
+  return arriving / (arriving + number(arriving, half_known_rays));
+}
+
+template <class T>
+STEREOGRID_HD inline T probability_of(T log_odds) {
+  const T one{number(log_odds, 1.0f)};
+  const T most{number(log_odds, log_odds_max)};
+  const T against{number(log_odds, 0.0f) - log_odds};
+  return one / (one + (exponential)(Min(Max(against, number(log_odds, -log_odds_max)), most)));
+}
+
+/// Of a weighted sum of evidence. What speaks weakly against an obstacle says next to nothing: some obstacles have no
+/// match in them, and rays seem to pass through. docs/method.md §6.2.
+template <class T>
+STEREOGRID_HD inline T log_odds_of(T arriving_rays, T sum) {
+  const T log_odds{(known_share)(arriving_rays)*sum};
+  const T square{log_odds * log_odds};
+  const T power{square * square * square};
+  const T against{log_odds * (power / (power + number(sum, power_of_weak_log_odds)))};
+  return IfThenElse(log_odds < number(sum, 0.0f), against, log_odds);
+}
