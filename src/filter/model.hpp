@@ -108,18 +108,6 @@ STEREOGRID_HD inline CellView view_of(const FilterStep& step, int x, int y) {
 
 using VelocitySums = LatticeSums<float>;
 
-/// Between the four cells around (x, y), in cells from the centre of the first; the border repeats. `at(x, y)`.
-template <class At>
-STEREOGRID_HD inline float interpolated(const At& at, int width, int height, double x, double y) {
-  const auto within = [](int cell, int count) { return cell < 0 ? 0 : (cell < count ? cell : count - 1); };
-  const int ix{floor_of(x)};
-  const int iy{floor_of(y)};
-  const float fx{static_cast<float>(x - ix)};
-  const float fy{static_cast<float>(y - iy)};
-  const auto value = [&](int cx, int cy) { return at(within(cx, width), within(cy, height)); };
-  return among(value(ix, iy), value(ix + 1, iy), value(ix, iy + 1), value(ix + 1, iy + 1), fx, fy);
-}
-
 /// P(still or newly occupied) before the update.
 STEREOGRID_HD inline float still_occupied(const FilterStep& step, float occupancy) {
   return (1 - step.forgetting) * occupancy + step.forgetting * (1 - occupancy);

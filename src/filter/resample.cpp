@@ -4,16 +4,17 @@
 #include <limits>
 
 #include "filter/filter.hpp"
-#include "projection/model.hpp"
+#include "filter/resample_model.hpp"
 
 namespace stereogrid {
 namespace {
 
 constexpr float never{std::numeric_limits<float>::infinity()};
 
-float smooth_value(const Image<float>& cells, double x, double y) {
+// At a place in cells from the corner of the first.
+float smooth_value(const Image<float>& cells, float x, float y) {
   const auto at = [&](int ix, int iy) { return cells(ix, iy); };
-  return interpolated(at, cells.width(), cells.height(), x, y);
+  return interpolated(at, cells.width(), cells.height(), x - 0.5f, y - 0.5f);
 }
 
 // From the window to vehicle axes.
@@ -26,10 +27,10 @@ class Resampler {
         s_{static_cast<float>(std::sin(world_from_vehicle.yaw_rad))} {}
 
   // Vehicle cell (ix, iy) from the place (x, y) of its centre, in cells of the window.
-  void fill(int ix, int iy, double x, double y) const {
-    if (!(x >= 0 && x < world_.geometry.nx && y >= 0 && y < world_.geometry.ny)) return fill_outside(ix, iy);
-    to_.occupancy(ix, iy) = smooth_value(world_.occupancy, x - 0.5, y - 0.5);
-    to_.moving(ix, iy) = smooth_value(world_.moving, x - 0.5, y - 0.5);
+  void fill(int ix, int iy, float x, float y) const {
+    if (!is_inside(world_.geometry, x, y)) return fill_outside(ix, iy);
+    to_.occupancy(ix, iy) = smooth_value(world_.occupancy, x, y);
+    to_.moving(ix, iy) = smooth_value(world_.moving, x, y);
     fill_nearest(ix, iy, static_cast<int>(x), static_cast<int>(y));
   }
 
@@ -63,12 +64,9 @@ class Resampler {
 template <class Work>
 void for_vehicle_cells(const GridGeometry& window, const Pose2& world_from_vehicle, const GridGeometry& grid,
                        const Work& work) {
-  const GridInVehicle cells{grid_in_vehicle(grid, world_from_vehicle)};
+  const CellsInWindow cells{grid_in_vehicle(grid, world_from_vehicle), window};
   for (int iy{0}; iy < grid.ny; ++iy) {
-    for (int ix{0}; ix < grid.nx; ++ix) {
-      const Point2 at{cells.centre(ix, iy)};
-      work(ix, iy, (at.x - window.x_min_m) / window.cell_size_m, (at.y - window.y_min_m) / window.cell_size_m);
-    }
+    for (int ix{0}; ix < grid.nx; ++ix) work(ix, iy, cells.x_of(ix, iy), cells.y_of(ix, iy));
   }
 }
 
@@ -77,15 +75,14 @@ void for_vehicle_cells(const GridGeometry& window, const Pose2& world_from_vehic
 void resample(const Pose2& world_from_vehicle, FrameResult& result) {
   const Resampler resampler{world_from_vehicle, result};
   for_vehicle_cells(result.world.geometry, world_from_vehicle, result.vehicle.geometry,
-                    [&](int ix, int iy, double x, double y) { resampler.fill(ix, iy, x, y); });
+                    [&](int ix, int iy, float x, float y) { resampler.fill(ix, iy, x, y); });
 }
 
 void resample_occupancy(const GridLayers& world, const Pose2& world_from_vehicle, const GridGeometry& vehicle_grid,
                         Image<float>& occupancy) {
   const GridGeometry& window{world.geometry};
-  for_vehicle_cells(window, world_from_vehicle, vehicle_grid, [&](int ix, int iy, double x, double y) {
-    const bool is_inside{x >= 0 && x < window.nx && y >= 0 && y < window.ny};
-    occupancy(ix, iy) = is_inside ? smooth_value(world.occupancy, x - 0.5, y - 0.5) : 0.5f;
+  for_vehicle_cells(window, world_from_vehicle, vehicle_grid, [&](int ix, int iy, float x, float y) {
+    occupancy(ix, iy) = is_inside(window, x, y) ? smooth_value(world.occupancy, x, y) : 0.5f;
   });
 }
 

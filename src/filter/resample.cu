@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "filter/layers.cuh"
+#include "filter/resample_model.hpp"
 
 namespace stereogrid {
 namespace {
@@ -17,26 +18,25 @@ __global__ void resample_cells(LayerPointers world, const GridGeometry* window, 
   const int iy{static_cast<int>(blockIdx.y * cells_height + threadIdx.y)};
   if (ix >= occupancy.width || iy >= occupancy.height) return;
   const int to{iy * occupancy.width + ix};
-  const Point2 at{vehicle_in_world->centre(ix, iy)};
-  const double x{(at.x - window->x_min_m) / window->cell_size_m};
-  const double y{(at.y - window->y_min_m) / window->cell_size_m};
+  const CellsInWindow cells{*vehicle_in_world, *window};
+  const float x{cells.x_of(ix, iy)};
+  const float y{cells.y_of(ix, iy)};
   const int nx{window->nx};
-  const int ny{window->ny};
-  const bool is_inside{x >= 0 && x < nx && y >= 0 && y < ny};
+  const bool is_known{is_inside(*window, x, y)};
   const auto smooth = [&](const float* layer) {
     const auto value = [&](int cx, int cy) { return layer[cy * nx + cx]; };
-    return interpolated(value, nx, ny, x - 0.5, y - 0.5);
+    return interpolated(value, nx, window->ny, x - 0.5f, y - 0.5f);
   };
   VelocityEstimate velocity{};
-  const int from{is_inside ? static_cast<int>(y) * nx + static_cast<int>(x) : 0};
-  if (is_inside) {
+  const int from{is_known ? static_cast<int>(y) * nx + static_cast<int>(x) : 0};
+  if (is_known) {
     velocity = turned({world.velocity_x[from], world.velocity_y[from], world.velocity_xx[from], world.velocity_xy[from],
                        world.velocity_yy[from]},
                       static_cast<float>(vehicle_in_world->cos_yaw), static_cast<float>(vehicle_in_world->sin_yaw));
   }
-  out.occupancy[to] = is_inside ? smooth(world.occupancy) : 0.5f;
-  out.moving[to] = is_inside ? smooth(world.moving) : 0.0f;
-  out.age_s[to] = is_inside ? world.age_s[from] : INFINITY;
+  out.occupancy[to] = is_known ? smooth(world.occupancy) : 0.5f;
+  out.moving[to] = is_known ? smooth(world.moving) : 0.0f;
+  out.age_s[to] = is_known ? world.age_s[from] : INFINITY;
   out.velocity_x[to] = velocity.x;
   out.velocity_y[to] = velocity.y;
   out.velocity_xx[to] = velocity.xx;

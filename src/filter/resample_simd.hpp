@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "projection/model.hpp"
+#include "filter/resample_model.hpp"
 #include "stereogrid/grid.hpp"
 
 namespace stereogrid {
