@@ -11,10 +11,17 @@ namespace {
 constexpr int warp{32};
 constexpr int fit_warps{32};
 constexpr int fit_threads{fit_warps * warp};
-constexpr int sums_max{10};
+constexpr int sums_max{16};
 constexpr unsigned whole_warp{0xffffffffu};
-constexpr int block_columns{block_u_px / lattice_px};  // of the lattice, in a block of the image
-constexpr int block_rows{block_v_px / lattice_px};
+constexpr int bins_each{(residual_bins + warp - 1) / warp};
+
+// Parts of the lattice, each of which a warp reads at a time.
+struct Parts {
+  int columns;
+  int rows;
+};
+constexpr Parts image_blocks{block_u_px / lattice_px, block_v_px / lattice_px};
+constexpr Parts strips{warp, 4};  // where blocks do not matter: no lane is idle
 
 // A sample as the fit sees it.
 struct Sample {
@@ -33,26 +40,41 @@ struct Lattice {
   float centre_v_px;
   float moved[3];
 
-  [[nodiscard]] __device__ int blocks_across() const { return (width - 1) / block_columns + 1; }
-  [[nodiscard]] __device__ int blocks() const { return blocks_across() * ((height - 1) / block_rows + 1); }
+  [[nodiscard]] __device__ int across(Parts parts) const { return (width - 1) / parts.columns + 1; }
 
-  // Calls visit(Sample) for this lane's samples of a block of the image.
-  template <class Visit>
-  __device__ void for_samples(int block, const Visit& visit) const {
+  // Calls visit(Sample) for this lane's samples, and end() behind each of this warp's parts. Those that lie above the
+  // first row have none.
+  template <Parts parts, class Visit, class End>
+  __device__ void for_samples(const Visit& visit, const End& end) const {
+    static_assert(parts.columns <= warp);
     const int lane{static_cast<int>(threadIdx.x) % warp};
-    const int i{block % blocks_across() * block_columns + lane % block_columns};
-    const int begin{block / blocks_across() * block_rows};
-    if (lane >= block_columns || i >= width) return;
+    const int count{across(parts) * ((height - 1) / parts.rows + 1)};
+    const int first{first_row / parts.rows * across(parts)};
+    for (int part{first + static_cast<int>(threadIdx.x) / warp}; part < count; part += fit_warps) {
+      const int i{part % across(parts) * parts.columns + lane};
+      if (lane < parts.columns && i < width) for_column<parts.rows>(i, part / across(parts) * parts.rows, visit);
+      end();
+    }
+  }
+  template <Parts parts, class Visit>
+  __device__ void for_samples(const Visit& visit) const {
+    for_samples<parts>(visit, [] {});
+  }
+
+ private:
+  template <int rows, class Visit>
+  __device__ void for_column(int i, int begin, const Visit& visit) const {
     const float u{(static_cast<float>(i * lattice_px + lattice_px / 2) - centre_u_px) * 0.01f};
-    float from_expected[block_rows];
-    for (int k{0}; k < block_rows; ++k) {  // all of them are asked for before one is needed
+    float from_expected[rows];
+    for (int k{0}; k < rows; ++k) {  // all of them are asked for before one is needed
       const int j{begin + k};
       from_expected[k] = j >= first_row && j < height ? residual[j * width + i] : no_ground_sample;
     }
-    for (int k{0}; k < block_rows; ++k) {
+    const float along{moved[0] + moved[1] * u};
+    for (int k{0}; k < rows; ++k) {
       if (from_expected[k] == no_ground_sample) continue;
       const float v{(static_cast<float>((begin + k) * lattice_px + lattice_px / 2) - centre_v_px) * 0.01f};
-      visit(Sample{from_expected[k] - (moved[0] + moved[1] * u + moved[2] * v), u, v});
+      visit(Sample{from_expected[k] - (along + moved[2] * v), u, v});
     }
   }
 };
@@ -63,8 +85,24 @@ __device__ Real sum_of_warp(Real value) {
   return value;
 }
 
+// Σ over the warp of as many numbers of each lane as a power of 2: lane l is given that of number l % count. With each
+// step a lane hands half of its sums to another.
+template <int count>
+__device__ float sums_of_warp(float (&sums)[count]) {
+  const int lane{static_cast<int>(threadIdx.x) % warp};
+  for (int half{count / 2}; half > 0; half /= 2) {
+    const bool is_upper{(lane & half) != 0};
+    for (int i{0}; i < half; ++i) {
+      const float given{__shfl_xor_sync(whole_warp, is_upper ? sums[i] : sums[i + half], half)};
+      sums[i] = (is_upper ? sums[i + half] : sums[i]) + given;
+    }
+  }
+  for (int apart{count}; apart < warp; apart *= 2) sums[0] += __shfl_xor_sync(whole_warp, sums[0], apart);
+  return sums[0];
+}
+
 struct FitSpace {
-  double of_warp[fit_warps][sums_max];
+  float of_warp[fit_warps][sums_max];
   double total[sums_max];
   int counts[residual_bins][warp];  // a column per lane, so that the lanes of a warp do not meet
   int in_bin[residual_bins];
@@ -75,20 +113,19 @@ struct FitSpace {
   double largest_step;
 };
 
-// total[k] = Σ over all threads of sums[k]
-template <int count, class Real>
-__device__ void add_up(const Real (&sums)[count], FitSpace& space) {
+// total[k] = Σ over all threads of sums[k]. A thread's and a warp's are of few samples, for which single precision
+// does; many machines have little of double precision.
+template <int count>
+__device__ void add_up(float (&sums)[count], FitSpace& space) {
   static_assert(count <= sums_max);
   const int lane{static_cast<int>(threadIdx.x) % warp};
   const int w{static_cast<int>(threadIdx.x) / warp};
-  for (int k{0}; k < count; ++k) {
-    const double sum{sum_of_warp(static_cast<double>(sums[k]))};
-    if (lane == 0) space.of_warp[w][k] = sum;
-  }
+  const float sum{sums_of_warp(sums)};
+  if (lane < count) space.of_warp[w][lane] = sum;
   __syncthreads();
   if (w < count) {
-    const double sum{sum_of_warp(space.of_warp[lane][w])};
-    if (lane == 0) space.total[w] = sum;
+    const double of_all{sum_of_warp(static_cast<double>(space.of_warp[lane][w]))};
+    if (lane == 0) space.total[w] = of_all;
   }
   __syncthreads();
 }
@@ -102,28 +139,44 @@ __device__ float per_square_px(const FitSpace& space) {
   return static_cast<float>(1 / (space.radius_px * space.radius_px));
 }
 
+// median_bin of fit_model.hpp, by a warp: as many bins as have, with those below, less than half of all.
+__device__ void find_median(FitSpace& space) {
+  const int lane{static_cast<int>(threadIdx.x)};
+  int below[bins_each];
+  int sum{0};
+  for (int i{0}; i < bins_each; ++i) {
+    const int bin{bins_each * lane + i};
+    below[i] = sum += bin < residual_bins ? space.in_bin[bin] : 0;
+  }
+  int before{sum};
+  for (int apart{1}; apart < warp; apart *= 2) {
+    const int other{__shfl_up_sync(whole_warp, before, apart)};
+    if (lane >= apart) before += other;
+  }
+  const int total{__shfl_sync(whole_warp, before, warp - 1)};
+  int less{0};
+  for (const int of_bin : below) less += 2 * (before - sum + of_bin) < total ? 1 : 0;
+  const int median{sum_of_warp(less)};
+  if (lane == 0) space.radius_px = radius_of_bin(median < residual_bins ? median : residual_bins - 1);
+}
+
 __device__ void find_radius(const Lattice& lattice, FitSpace& space) {
   const int lane{static_cast<int>(threadIdx.x) % warp};
   for (int i{static_cast<int>(threadIdx.x)}; i < residual_bins * warp; i += fit_threads) {
     space.counts[i / warp][i % warp] = 0;
   }
   __syncthreads();
-  for (int block{static_cast<int>(threadIdx.x) / warp}; block < lattice.blocks(); block += fit_warps) {
-    lattice.for_samples(block, [&](const Sample& sample) {
-      const float bin{fabsf(sample.r) * residual_bins_per_px};
-      if (bin < residual_bins) atomicAdd(&space.counts[static_cast<int>(bin)][lane], 1);
-    });
-  }
+  lattice.for_samples<strips>([&](const Sample& sample) {
+    const float bin{fabsf(sample.r) * residual_bins_per_px};
+    if (bin < residual_bins) atomicAdd(&space.counts[static_cast<int>(bin)][lane], 1);
+  });
   __syncthreads();
   for (int bin{static_cast<int>(threadIdx.x) / warp}; bin < residual_bins; bin += fit_warps) {
     const int count{sum_of_warp(space.counts[bin][lane])};
     if (lane == 0) space.in_bin[bin] = count;
   }
   __syncthreads();
-  if (threadIdx.x != 0) return;
-  int total{0};
-  for (int bin{0}; bin < residual_bins; ++bin) total += space.in_bin[bin];
-  space.radius_px = radius_of_bin(median_bin([&](int bin) { return space.in_bin[bin]; }, total));
+  if (static_cast<int>(threadIdx.x) < warp) find_median(space);
 }
 
 __device__ NormalEquations equations_of(const double* total) {
@@ -153,12 +206,10 @@ __device__ void add_to(float (&sums)[sums_max], const Sample& sample, float weig
 __device__ void sum_round(const Lattice& lattice, FitSpace& space) {
   const float per_square{per_square_px(space)};
   float sums[sums_max]{};
-  for (int block{static_cast<int>(threadIdx.x) / warp}; block < lattice.blocks(); block += fit_warps) {
-    lattice.for_samples(block, [&](const Sample& sample) {
-      const float rest{rest_of(sample, per_square)};
-      if (rest > 0) add_to(sums, sample, rest * rest);
-    });
-  }
+  lattice.for_samples<strips>([&](const Sample& sample) {
+    const float rest{rest_of(sample, per_square)};
+    if (rest > 0) add_to(sums, sample, rest * rest);
+  });
   add_up(sums, space);
 }
 
@@ -187,30 +238,29 @@ struct GroundFit {
 // The blocks' shares of the vector, squared; and how many blocks have any. A warp does a block of the image at a time.
 __device__ void sum_blocks(const Lattice& lattice, FitSpace& space, GroundFit& fit) {
   const float per_square{per_square_px(space)};
-  double squares[6]{};
-  double slopes{0};
-  int blocks{0};
-  for (int block{static_cast<int>(threadIdx.x) / warp}; block < lattice.blocks(); block += fit_warps) {
-    float score[3]{};
-    lattice.for_samples(block, [&](const Sample& sample) {
-      const float rest{rest_of(sample, per_square)};
-      if (!(rest > 0)) return;
-      const float pull{rest * rest * sample.r};
-      slopes += rest * (5 * rest - 4);  // (1 − t)(1 − 5t)
-      score[0] += pull;
-      score[1] += pull * sample.u;
-      score[2] += pull * sample.v;
-    });
-    double all[3];
-    for (int i{0}; i < 3; ++i) all[i] = sum_of_warp(static_cast<double>(score[i]));
-    if (threadIdx.x % warp != 0 || (all[0] == 0 && all[1] == 0 && all[2] == 0)) continue;
-    ++blocks;
+  float sums[8]{};  // six squares, slopes, blocks
+  float score[4]{};
+  const auto add = [&](const Sample& sample) {
+    const float rest{rest_of(sample, per_square)};
+    if (!(rest > 0)) return;
+    const float pull{rest * rest * sample.r};
+    sums[6] += rest * (5 * rest - 4);  // (1 − t)(1 − 5t)
+    score[0] += pull;
+    score[1] += pull * sample.u;
+    score[2] += pull * sample.v;
+  };
+  const auto end_block = [&] {
+    float all[3];
+    const float sum{sums_of_warp(score)};
+    for (int i{0}; i < 3; ++i) all[i] = __shfl_sync(whole_warp, sum, i);
+    for (float& of_next : score) of_next = 0;
+    if (threadIdx.x % warp != 0 || (all[0] == 0 && all[1] == 0 && all[2] == 0)) return;
+    sums[7] += 1;
     for (int i{0}, k{0}; i < 3; ++i) {
-      for (int j{0}; j <= i; ++j) squares[k++] += all[i] * all[j];
+      for (int j{0}; j <= i; ++j) sums[k++] += all[i] * all[j];
     }
-  }
-  const double sums[8]{squares[0], squares[1], squares[2], squares[3],
-                       squares[4], squares[5], slopes,     static_cast<double>(blocks)};
+  };
+  lattice.for_samples<image_blocks>(add, end_block);
   add_up(sums, space);
   if (threadIdx.x != 0) return;
   const double* s{space.total};
