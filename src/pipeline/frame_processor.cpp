@@ -52,7 +52,7 @@ void FrameProcessor::take_mask(PixelMask mask) {
   stages_->take_mask(mask_);
 }
 
-void FrameProcessor::run(const LevelFrame& frame, FrameResult& result) {
+void FrameProcessor::run(const LevelFrame& frame, FrameResult& result, const std::function<void()>& while_waiting) {
   const Ground expected{predicted(rig_, config_.ground, ground_, frame.dt_s)};
   const GridGeometry window{window_.at(frame.world_from_vehicle)};
   stages_->begin(frame, window, is_first_, result);
@@ -62,7 +62,10 @@ void FrameProcessor::run(const LevelFrame& frame, FrameResult& result) {
   has_segments_ = false;
   double track_ms{find_grids(frame, expected, result)};
   const auto add = [&] { flow_ms += taken_ms([&] { add_points(frame); }); };
-  if (stages_->works_ahead()) add();
+  if (stages_->works_ahead()) {
+    add();
+    if (while_waiting) while_waiting();
+  }
   stages_->finish();
   if (!is_reliable_) leave_unknown(result.stages);
   together([&] { track_ms += taken_ms([&] { track(frame, result); }); },

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -27,7 +28,9 @@ class FrameProcessor {
 
   /// Pixels that show the vehicle, for all frames. Before the first one.
   void take_mask(PixelMask mask);
-  void run(const LevelFrame& frame, FrameResult& result);
+  /// `while_waiting`: called when the host would only wait for the device, if there is one; the frame's images are no
+  /// longer needed then.
+  void run(const LevelFrame& frame, FrameResult& result, const std::function<void()>& while_waiting = {});
   /// The next frame is a first one. Ids of obstacles go on.
   void forget();
   /// Ids of obstacles go on from those of `before`, everything else begins.

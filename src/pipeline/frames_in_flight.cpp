@@ -39,6 +39,11 @@ const FrameResult& FramesInFlight::collect() {
   return slot.result;
 }
 
+const StereoFrame* FramesInFlight::next() {
+  const std::scoped_lock lock{mutex_};
+  return submitted_ > worked_on_ + 1 ? &slot_of(worked_on_ + 1).frame : nullptr;
+}
+
 void FramesInFlight::keep_working() {
   std::unique_lock lock{mutex_};
   for (;;) {

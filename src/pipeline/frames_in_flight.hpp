@@ -33,6 +33,8 @@ class FramesInFlight {
   /// Waits for the oldest one and rethrows what `work` threw. At least one must be in flight. The result changes with
   /// the next call.
   const FrameResult& collect();
+  /// For `work`: the frame behind the one in work, if it is there. It stays until it has been worked on.
+  [[nodiscard]] const StereoFrame* next();
   [[nodiscard]] std::size_t held_bytes() const;
 
  private:

@@ -86,6 +86,7 @@ struct Pipeline::Implementation {
   // As if this rig had been given; the world goes on. All stages are built anew.
   void mount(const Rig& mounted) {
     const Rig before{rig};
+    ahead = nullptr;
     try {
       rig = mounted;
       levelling = Levelling{rig};
@@ -168,7 +169,7 @@ struct Pipeline::Implementation {
   }
 
   // What the stages take: level images.
-  LevelFrame input_of(const StereoFrame& frame, FrameResult& into) {
+  LevelFrame input_of(const StereoFrame& frame, bool is_ahead, FrameResult& into) {
     const double dt_s{tick(frame, into)};
     const Pose2 before{ego_motion.world_from_vehicle()};
     const Pose2 world_from_vehicle{place(frame, dt_s, into)};
@@ -186,18 +187,42 @@ struct Pipeline::Implementation {
               world_from_vehicle,
               dt_s,
               frame.other_grids,
-              view};
+              view,
+              is_ahead};
     }
-    levelling.apply(cpu, frame.left.view(), level_left.view());
-    if (!frame.right.empty()) levelling.apply(cpu, frame.right.view(), level_right.view());
-    if (!frame.disparity.empty()) levelling.apply(cpu, frame.disparity.view(), level_disparity.view());
+    if (!is_ahead) level(frame);
     return {level_left.view(),
             level_right.view(),
             frame.disparity.empty() ? View<const float>{} : level_disparity.view(),
             world_from_vehicle,
             dt_s,
             frame.other_grids,
-            view};
+            view,
+            is_ahead};
+  }
+
+  void level(const StereoFrame& frame) {
+    levelling.apply(cpu, frame.left.view(), level_left.view());
+    if (!frame.right.empty()) levelling.apply(cpu, frame.right.view(), level_right.view());
+    if (!frame.disparity.empty()) levelling.apply(cpu, frame.disparity.view(), level_disparity.view());
+  }
+
+  // The images of the frame behind the one in work go to the stages, if it is there and can be used.
+  void look_ahead() {
+    const StereoFrame* const next{in_flight ? in_flight->next() : nullptr};
+    if (next == nullptr || !next->disparity.empty()) return;
+    try {
+      check(*next, rig);
+    } catch (const InputError&) {
+      return;  // told when it is its turn
+    }
+    if (levelling.is_needed()) {
+      level(*next);
+      processor->stages().take_ahead(level_left.view(), level_right.view());
+    } else {
+      processor->stages().take_ahead(next->left.view(), next->right.view());
+    }
+    ahead = next;
   }
 
   template <class State>
@@ -217,13 +242,14 @@ struct Pipeline::Implementation {
 
   // The result's stages are the pipeline's own where nobody wants them: the stages work in them.
   void process(const StereoFrame& frame, FrameResult& into) {
+    const bool is_ahead{std::exchange(ahead, nullptr) == &frame};
     check_frame(frame);
     Stopwatch watch;
     make_room(config.grid, options.horizons_s, into);
     if (!options.stages) into.stages = std::exchange(unwanted_stages, {});
     make_room(config, levelling.level_rig(), into.stages);
-    const LevelFrame input{input_of(frame, into)};
-    processor->run(input, into);
+    const LevelFrame input{input_of(frame, is_ahead, into)};
+    processor->run(input, into, [this] { look_ahead(); });
     if (!into.predictions.empty()) processor->stages().predict(input.world_from_vehicle, into);
     if (!options.stages) unwanted_stages = std::exchange(into.stages, {});
     into.world_from_vehicle = input.world_from_vehicle;
@@ -240,6 +266,7 @@ struct Pipeline::Implementation {
   Cpu cpu;
   std::string why_not_cuda;
   std::unique_ptr<FrameProcessor> processor;
+  const StereoFrame* ahead{nullptr};  // whose images the stages have, of frames in flight
   Image<std::uint8_t> level_left;
   Image<std::uint8_t> level_right;
   Image<float> level_disparity;

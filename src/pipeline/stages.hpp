@@ -26,6 +26,7 @@ struct LevelFrame {
   double dt_s{0};
   std::span<const ObservedGrid> other_grids;
   CameraView view{};
+  bool is_ahead{false};  ///< the images are those of the last take_ahead()
 
   [[nodiscard]] bool is_given() const { return !disparity.empty(); }
 };
@@ -84,6 +85,9 @@ class Stages {
   virtual const Matches& unsplit_matches() = 0;
   /// (H, W) px, 0 = none. Known after estimate_ground().
   virtual View<const float> obstacle_disparity() = 0;
+  /// Before finish(), when nothing more will be asked of the matches: the images that the next frame may begin with.
+  /// A device can have them while it still works on this frame.
+  virtual void take_ahead(View<const std::uint8_t> /*left*/, View<const std::uint8_t> /*right*/) {}
   /// Fills the result's grids, densities, the times of the stages and, where they are wanted, FrameResult::stages.
   virtual void finish() = 0;
 

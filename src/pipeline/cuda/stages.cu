@@ -58,10 +58,11 @@ void CudaStages::begin(const LevelFrame& frame, const GridGeometry& window, bool
   if (is_at_work_) synchronize();  // on a frame that an exception has ended: it may still read what is written now
   result_ = &result;
   is_first_ = is_first;
-  is_given_ = frame.is_given();
-  if (is_given_) {
+  images_ = frame.is_given() ? FrameImages::given : (frame.is_ahead ? FrameImages::ahead : FrameImages::both);
+  if (images_ != FrameImages::ahead) ahead_.wait();
+  if (is_given()) {
     put(frame.disparity, host_.given());
-  } else {
+  } else if (images_ == FrameImages::both) {
     put(frame.left, host_.left());
     put(frame.right, host_.right());
   }
@@ -96,7 +97,7 @@ void CudaStages::take_velocities(std::span<const VelocityEvidence> evidence) {
 }
 
 Graph& CudaStages::graph_of(StagePart part) {
-  if (part == StagePart::match) return match_graphs_[is_given_ ? 1 : 0];
+  if (part == StagePart::match) return match_graphs_[static_cast<std::size_t>(images_)];
   return (part == StagePart::grids ? grid_graphs_ : unknown_graphs_)[now_][has_other_grids_ ? 1 : 0];
 }
 
@@ -105,6 +106,7 @@ void CudaStages::perform(StagePart part, const std::function<void()>& work) {
   const bool is_match{part == StagePart::match};
   is_at_work_ = true;
   if (is_first_ && !is_match) reset(cuda_, device_.filter, &device_.frame()->motion, device_.states[1 - now_]);
+  if (is_match && images_ == FrameImages::ahead) ahead_.join(cuda_);
   Graph& graph{graph_of(part)};
   if (graph.empty()) {
     work();
@@ -122,10 +124,10 @@ void CudaStages::perform(StagePart part, const std::function<void()>& work) {
 
 void CudaStages::match() {
   times_.mark(cuda_, StreamTimes::start);
-  device_.upload_frame(cuda_, host_, is_given_);
+  device_.upload_frame(cuda_, host_, images_);
   times_.mark(cuda_, StreamTimes::uploaded);
   const FrameOnDevice* frame{device_.frame()};
-  if (is_given_) {
+  if (is_given()) {
     split(cuda_, device_.given.view(), rig_, &frame->expected, config_.matching, device_.matches);
   } else {
     align_rows(cuda_, device_.right.view(), &frame->rows, device_.aligned.view());
@@ -142,7 +144,7 @@ void CudaStages::estimate_ground() {
   DeviceMatches& matches{device_.matches};
   stereogrid::estimate_ground(cuda_, rig_, config_.ground, matches.obstacle.view(), matches.road.view(), &frame->prior,
                               device_.ground, &answer->ground, &answer->is_lost);
-  if (is_given_) {  // splitting is cheap, and the plane is better now
+  if (is_given()) {  // splitting is cheap, and the plane is better now
     split(cuda_, device_.given.view(), rig_, &answer->ground, config_.matching, matches);
     clear_masked();
   }
@@ -239,7 +241,7 @@ void CudaStages::scatter_lattice() {
 
 const Matches& CudaStages::unsplit_matches() {
   synchronize();
-  if (is_given_) {
+  if (is_given()) {
     leave_whole(cuda_, device_.given.view(), config_.matching, device_.matches);
     clear_masked();
   }
@@ -252,6 +254,14 @@ const Matches& CudaStages::unsplit_matches() {
 View<const float> CudaStages::obstacle_disparity() {
   times_.wait_for(StreamTimes::answered);
   return {host_.obstacle(), rig_.width_px, rig_.height_px, rig_.width_px};
+}
+
+// The frame's own images have been read when its answer is there.
+void CudaStages::take_ahead(View<const std::uint8_t> left, View<const std::uint8_t> right) {
+  times_.wait_for(StreamTimes::answered);
+  put(left, host_.left());
+  put(right, host_.right());
+  ahead_.start(host_.left(), device_.layout.images_end - device_.layout.left, device_.left.data());
 }
 
 void CudaStages::finish() {

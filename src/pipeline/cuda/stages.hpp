@@ -41,6 +41,7 @@ class CudaStages final : public Stages {
   const Matches& matches_on_lattice() override;
   const Matches& unsplit_matches() override;
   View<const float> obstacle_disparity() override;
+  void take_ahead(View<const std::uint8_t> left, View<const std::uint8_t> right) override;
   void finish() override;
 
   void fetch_stages(bool wanted) override { are_stages_wanted_ = wanted; }
@@ -52,6 +53,7 @@ class CudaStages final : public Stages {
   [[nodiscard]] const StreamTimes& times() const { return times_; }
 
  private:
+  [[nodiscard]] bool is_given() const { return images_ == FrameImages::given; }
   [[nodiscard]] bool counts_rays() const { return config_.projection.model == ProjectionModel::rays; }
   void synchronize();
   Graph& graph_of(StagePart part);
@@ -70,13 +72,14 @@ class CudaStages final : public Stages {
   FilterTables filter_tables_;
   HostMemory host_;
   DeviceMemory device_;
-  Matches matches_;                                             ///< see matches_on_lattice
+  SideCopy ahead_;   ///< of the images of a frame in flight; waits, before the memory goes
+  Matches matches_;  ///< see matches_on_lattice
   CudaBytes held_{cuda_bytes_allocated() - allocated_before_};  // by the members so far
 
   // of a frame
   FrameResult* result_{nullptr};
   bool is_first_{true};
-  bool is_given_{false};           ///< disparities, in this frame
+  FrameImages images_{};
   bool has_other_grids_{false};    ///< this frame
   double dt_s_{0};                 ///< since the frame before
   bool is_at_work_{false};         ///< since the last synchronize()
@@ -87,7 +90,7 @@ class CudaStages final : public Stages {
   GridGeometry window_before_;
   int now_{0};  ///< device_.states[now_] is written in this frame
 
-  std::array<Graph, 2> match_graphs_;                   ///< [is_given_]
+  std::array<Graph, 3> match_graphs_;                   ///< [images_]
   std::array<std::array<Graph, 2>, 2> grid_graphs_;     ///< [now_][has_other_grids_]
   std::array<std::array<Graph, 2>, 2> unknown_graphs_;  ///< [now_][has_other_grids_]
 };

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "pipeline/build_id.hpp"
 #include "stereogrid/error.hpp"
@@ -68,6 +69,36 @@ TEST_F(CudaLoading, GpuGivesWhatTheCpuGives) {
     EXPECT_EQ(on_gpu.world.occupancy, on_cpu.world.occupancy);
     EXPECT_EQ(on_gpu.stages.obstacle_disparity, on_cpu.stages.obstacle_disparity);
     EXPECT_GT(on_gpu.road_density, 0.1);
+  }
+}
+
+// The images of a frame in flight go to the device while it works on the frame before; also those of a frame that is
+// then refused, for a stamp that is not its own, and levelled ones.
+TEST_F(CudaLoading, FramesInFlightGiveWhatTheyGiveInTurn) {
+  use_library(EMULATED_LIBRARY);
+  for (const double pitch_rad : {0.0, 0.2}) {
+    Rig rig{small_rig()};
+    rig.camera_pitch_rad = pitch_rad;
+    const Street street{small_rig(), pitch_rad};
+    Pipeline in_turn{small_config(), rig, {.back_end = BackEnd::cuda}};
+    Pipeline in_flight{small_config(), rig, {.back_end = BackEnd::cuda}};
+    std::vector<StereoFrame> frames;
+    for (int index{0}; index < 8; ++index) frames.push_back(street.frame(index));
+    frames[3].stamp_ns = frames[2].stamp_ns;
+    in_flight.submit(frames[0]);
+    for (std::size_t i{0}; i < frames.size(); ++i) {
+      if (i + 1 < frames.size()) in_flight.submit(frames[i + 1]);
+      if (i == 3) {
+        EXPECT_THROW(in_flight.collect(), InputError);
+        continue;
+      }
+      const FrameResult& expected{in_turn.process(frames[i])};
+      const FrameResult& found{in_flight.collect()};
+      EXPECT_EQ(found.stages.obstacle_disparity, expected.stages.obstacle_disparity) << i;
+      EXPECT_EQ(found.world.occupancy, expected.world.occupancy) << i;
+      EXPECT_GT(found.road_density, 0.1);
+    }
+    EXPECT_EQ(in_flight.save_state(), in_turn.save_state());
   }
 }
 
