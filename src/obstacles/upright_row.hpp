@@ -30,11 +30,10 @@ struct UprightRow {
 /// Pixels of a part of a row.
 struct UprightPixels {
   static constexpr int most{256};
-  static constexpr int room{most + 16};  // vectors are stored whole
 
   int size{0};
-  std::int32_t columns[room];  // NOLINT(modernize-avoid-c-arrays): not set to 0 for each part
-  float disparities[room];     // NOLINT(modernize-avoid-c-arrays)
+  std::int32_t columns[most];  // NOLINT(modernize-avoid-c-arrays): not set to 0 for each part
+  float disparities[most];     // NOLINT(modernize-avoid-c-arrays)
 };
 
 /// Of the columns `begin` … `end` − 1, UprightPixels::most at most, of a row of `width` disparities (px, 0 = none),

@@ -10,6 +10,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cstdint>
 #include <limits>
 
 #include "obstacles/upright_row.hpp"
@@ -21,7 +23,8 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-using Floats = hn::CappedTag<float, UprightPixels::room - UprightPixels::most>;
+constexpr int lanes_most{16};
+using Floats = hn::CappedTag<float, lanes_most>;
 using Ints = hn::RebindToSigned<Floats>;
 using VFloat = hn::Vec<Floats>;
 using Mask = hn::Mask<Floats>;
@@ -32,7 +35,7 @@ HWY_INLINE VFloat floats(float value) {
 
 // A vector's pixels and those within reach, with none where there is no row.
 struct Border {
-  static constexpr int size{UprightPixels::room - UprightPixels::most + 2 * edge_reach_px};
+  static constexpr int size{lanes_most + 2 * edge_reach_px};
 
   Border(const float* row, int width, int u) {
     const int first{u - edge_reach_px};
@@ -81,9 +84,14 @@ void FindUpright(const float* row, int width, int begin, int end, const UprightR
       const Mask upright{hn::And(inside, are_upright(columns, d, limits))};
       if (hn::AllFalse(Floats{}, upright)) return;
       const Mask taken{hn::AndNot(are_between_surfaces(at, d, upright), upright)};
-      hn::StoreU(hn::Compress(columns, hn::RebindMask(Ints{}, taken)), Ints{}, pixels.columns + size);
-      hn::StoreU(hn::Compress(d, taken), Floats{}, pixels.disparities + size);
-      size += static_cast<int>(hn::CountTrue(Floats{}, taken));
+      // one by one: Compress first copies a table of a kilobyte, with some compilers and instruction sets
+      std::uint8_t bits[sizeof(std::uint64_t)]{};
+      hn::StoreMaskBits(Floats{}, taken, bits);
+      for (unsigned left{bits[0] | static_cast<unsigned>(bits[1]) << 8}; left != 0; left &= left - 1) {
+        const int i{std::countr_zero(left)};
+        pixels.columns[size] = u + i;
+        pixels.disparities[size++] = at[i];
+      }
     };
     if (u >= edge_reach_px && u + lanes + edge_reach_px <= width) {
       add(row + u);
