@@ -15,6 +15,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 FRAMES = 4
@@ -117,7 +118,9 @@ def main() -> int:
         print("valgrind is missing. Debian and Ubuntu: apt-get install valgrind", file=sys.stderr)
         return 75
     kernels = kernel_names(Path(__file__).parents[1] / "src")
-    print(table({name: last_frame(*sys.argv[1:], kernels, device[0]) for name, device in DEVICES.items()}))
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        frames = pool.map(lambda device: last_frame(*sys.argv[1:], kernels, device[0]), DEVICES.values())
+    print(table(dict(zip(DEVICES, frames))))
     return 0
 
 
