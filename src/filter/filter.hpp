@@ -100,9 +100,9 @@ struct FilterState {
   /// joint: the cells of a block that move, if it is followed. `step`, `scroll`: those of the next step.
   [[nodiscard]] CellBox moving_cells(const FilterStep& step, Scroll scroll, int block) const {
     const CellBox cells{blocks.layout().cells_of(block)};
-    const bool has_some{is_followed(step, cells, scroll.x, scroll.y)};
+    if (!is_followed(step, cells, scroll.x, scroll.y)) return {0, 0, -1, -1};
     return stereogrid::moving_cells(cells, [&](int x, int y) {
-      return has_some && is_moving(step.moving_from, occupancy(x, y), standing(x, y)) && !is_as_unseen(step, x, y);
+      return is_moving(step.moving_from, occupancy(x, y), standing(x, y)) && !is_as_unseen(step, x, y);
     });
   }
 
