@@ -68,10 +68,11 @@ def mean_before(sums: np.ndarray, disparity, begin, end):
 
 def columns_of(rig: dict, grid: dict, ix, iy) -> tuple:
     """Borders between columns that a cell lies between, at least one apart; they may lie outside the image."""
+    single = np.float32  # as CellsInView of src/rays has it
     size = grid["cell_size_m"]
-    x = grid["x_min_m"] + (ix + 0.5) * size
-    y = grid["y_min_m"] + (iy + 0.5) * size
-    left, right = (np.floor(rig["centre_u_px"] - rig["focal_px"] * (y + side * size / 2) / x + 1).astype(int)
+    x, y = (single(grid[low] + 0.5 * size) + single(size) * single(i) for low, i in (("x_min_m", ix), ("y_min_m", iy)))
+    per_m = single(rig["focal_px"]) / x
+    left, right = (np.floor(single(rig["centre_u_px"]) - per_m * (y + single(side * size / 2)) + single(1)).astype(int)
                    for side in (1, -1))
     return left, np.maximum(right, left + 1)
 
