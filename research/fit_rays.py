@@ -68,7 +68,7 @@ def mean_before(sums: np.ndarray, disparity, begin, end):
 
 def columns_of(rig: dict, grid: dict, ix, iy) -> tuple:
     """Borders between columns that a cell lies between, at least one apart; they may lie outside the image."""
-    single = np.float32  # as CellsInView of src/rays has it
+    single = np.float32  # as CellPlaces of src/projection has it
     size = grid["cell_size_m"]
     x, y = (single(grid[low] + 0.5 * size) + single(size) * single(i) for low, i in (("x_min_m", ix), ("y_min_m", iy)))
     per_m = single(rig["focal_px"]) / x

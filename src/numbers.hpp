@@ -70,17 +70,16 @@ STEREOGRID_HD inline float less_half_of_bits(std::uint32_t from, float x) {
   return x;
 }
 
-/// Whole; x ≥ ¾ is mantissa_of(x) · 2^exponent_of(x).
-STEREOGRID_HD inline float exponent_of(float x) {
+/// That x ≥ ¾ is mantissa_of(x, exponent_of(x)) · 2^exponent_of(x), the mantissa from ¾ to 1½.
+STEREOGRID_HD inline int exponent_of(float x) {
   std::uint32_t bits{0};
   std::memcpy(&bits, &x, sizeof(bits));
-  return static_cast<float>(static_cast<int>((bits >> 23) + (bits >> 22 & 1U)) - 127);
+  return static_cast<int>((bits >> 23) + (bits >> 22 & 1U)) - 127;
 }
-/// From ¾ to 1½.
-STEREOGRID_HD inline float mantissa_of(float x) {
+STEREOGRID_HD inline float mantissa_of(float x, int exponent) {
   std::uint32_t bits{0};
   std::memcpy(&bits, &x, sizeof(bits));
-  bits = (bits & 0x7fffffU) | (127 - (bits >> 22 & 1U)) << 23;
+  bits -= static_cast<std::uint32_t>(exponent) << 23;
   std::memcpy(&x, &bits, sizeof(x));
   return x;
 }

@@ -43,21 +43,15 @@ HWY_INLINE V less_half_of_bits(std::uint32_t from, V x) {
 }
 
 template <class V>
-HWY_INLINE V exponent_of(V x) {
-  const hn::DFromV<V> d;
-  const hn::Rebind<std::int32_t, decltype(d)> ints;
+HWY_INLINE auto exponent_of(V x) {
+  const hn::Rebind<std::int32_t, hn::DFromV<V>> ints;
   const auto bits = hn::BitCast(ints, x);
   const auto is_above = hn::And(hn::ShiftRight<22>(bits), hn::Set(ints, 1));
-  return hn::ConvertTo(d, hn::Sub(hn::Add(hn::ShiftRight<23>(bits), is_above), hn::Set(ints, 127)));
+  return hn::Sub(hn::Add(hn::ShiftRight<23>(bits), is_above), hn::Set(ints, 127));
 }
-template <class V>
-HWY_INLINE V mantissa_of(V x) {
-  const hn::DFromV<V> d;
-  const hn::Rebind<std::int32_t, decltype(d)> ints;
-  const auto bits = hn::BitCast(ints, x);
-  const auto is_above = hn::And(hn::ShiftRight<22>(bits), hn::Set(ints, 1));
-  const auto exponent = hn::ShiftLeft<23>(hn::Sub(hn::Set(ints, 127), is_above));
-  return hn::BitCast(d, hn::Or(hn::And(bits, hn::Set(ints, 0x7fffff)), exponent));
+template <class V, class Ints>
+HWY_INLINE V mantissa_of(V x, Ints exponent) {
+  return hn::BitCast(hn::DFromV<V>{}, hn::Sub(hn::BitCast(hn::DFromV<Ints>{}, x), hn::ShiftLeft<23>(exponent)));
 }
 template <class V>
 HWY_INLINE V power_of_two(V exponent) {

@@ -120,9 +120,9 @@ SideCopy::~SideCopy() {
 }
 
 void SideCopy::start(const void* host, std::size_t bytes, void* device) {
+  is_under_way_ = true;
   check_cuda(cudaMemcpyAsync(device, host, bytes, cudaMemcpyHostToDevice, stream_), "copy to the device");
   check_cuda(cudaEventRecord(end_, stream_), "copy to the device");
-  is_under_way_ = true;
 }
 
 void SideCopy::join(Cuda& cuda) {

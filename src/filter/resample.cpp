@@ -64,7 +64,7 @@ class Resampler {
 template <class Work>
 void for_vehicle_cells(const GridGeometry& window, const Pose2& world_from_vehicle, const GridGeometry& grid,
                        const Work& work) {
-  const CellsInWindow cells{grid_in_vehicle(grid, world_from_vehicle), window};
+  const CellPlaces cells{places_in_window(grid_in_vehicle(grid, world_from_vehicle), window)};
   for (int iy{0}; iy < grid.ny; ++iy) {
     for (int ix{0}; ix < grid.nx; ++ix) work(ix, iy, cells.x_of(ix, iy), cells.y_of(ix, iy));
   }

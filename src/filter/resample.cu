@@ -18,25 +18,25 @@ __global__ void resample_cells(LayerPointers world, const GridGeometry* window, 
   const int iy{static_cast<int>(blockIdx.y * cells_height + threadIdx.y)};
   if (ix >= occupancy.width || iy >= occupancy.height) return;
   const int to{iy * occupancy.width + ix};
-  const CellsInWindow cells{*vehicle_in_world, *window};
+  const CellPlaces cells{places_in_window(*vehicle_in_world, *window)};
   const float x{cells.x_of(ix, iy)};
   const float y{cells.y_of(ix, iy)};
   const int nx{window->nx};
-  const bool is_known{is_inside(*window, x, y)};
+  const bool is_within{is_inside(*window, x, y)};
   const auto smooth = [&](const float* layer) {
     const auto value = [&](int cx, int cy) { return layer[cy * nx + cx]; };
     return interpolated(value, nx, window->ny, x - 0.5f, y - 0.5f);
   };
   VelocityEstimate velocity{};
-  const int from{is_known ? static_cast<int>(y) * nx + static_cast<int>(x) : 0};
-  if (is_known) {
+  const int from{is_within ? static_cast<int>(y) * nx + static_cast<int>(x) : 0};
+  if (is_within) {
     velocity = turned({world.velocity_x[from], world.velocity_y[from], world.velocity_xx[from], world.velocity_xy[from],
                        world.velocity_yy[from]},
                       static_cast<float>(vehicle_in_world->cos_yaw), static_cast<float>(vehicle_in_world->sin_yaw));
   }
-  out.occupancy[to] = is_known ? smooth(world.occupancy) : 0.5f;
-  out.moving[to] = is_known ? smooth(world.moving) : 0.0f;
-  out.age_s[to] = is_known ? world.age_s[from] : INFINITY;
+  out.occupancy[to] = is_within ? smooth(world.occupancy) : 0.5f;
+  out.moving[to] = is_within ? smooth(world.moving) : 0.0f;
+  out.age_s[to] = is_within ? world.age_s[from] : INFINITY;
   out.velocity_x[to] = velocity.x;
   out.velocity_y[to] = velocity.y;
   out.velocity_xx[to] = velocity.xx;

@@ -27,7 +27,7 @@ namespace {
 template <class D>
 class ResampledCells {
  public:
-  ResampledCells(D d, const Resampling& resampling, const CellsInWindow& cells, int ix, int iy)
+  ResampledCells(D d, const Resampling& resampling, const CellPlaces& cells, int ix, int iy)
       : d_{d}, world_{resampling.world}, to_{resampling.vehicle}, ix_{ix}, iy_{iy}, cells_{resampling.cells} {
     const V at{hn::ConvertTo(d, hn::Iota(ints_, ix))};
     x_ = hn::Add(value(cells.x_of(0, iy)), hn::Mul(value(cells.along), at));
@@ -119,7 +119,7 @@ class ResampledCells {
 };
 
 void ResampleCells(const Resampling& resampling, int begin, int end, int iy) {
-  const CellsInWindow cells{resampling.cells, resampling.world.geometry};
+  const CellPlaces cells{places_in_window(resampling.cells, resampling.world.geometry)};
   for_shrinking_vectors(hn::CappedTag<float, resampled_columns>{}, begin, end, [&](auto d, int ix) {
     ResampledCells<decltype(d)>{d, resampling, cells, ix, iy}.run();
   });

@@ -4,15 +4,15 @@
 
 #include <utility>
 
+#include "backend/warp.cuh"
+
 namespace stereogrid {
 namespace {
 
 // One block does the whole fit; a warp of it reads whole blocks of the image.
-constexpr int warp{32};
 constexpr int fit_warps{32};
 constexpr int fit_threads{fit_warps * warp};
 constexpr int sums_max{16};
-constexpr unsigned whole_warp{0xffffffffu};
 constexpr int bins_each{(residual_bins + warp - 1) / warp};
 
 // Parts of the lattice, each of which a warp reads at a time.
@@ -78,28 +78,6 @@ struct Lattice {
     }
   }
 };
-
-template <class Real>
-__device__ Real sum_of_warp(Real value) {
-  for (int apart{warp / 2}; apart > 0; apart /= 2) value += __shfl_xor_sync(whole_warp, value, apart);
-  return value;
-}
-
-// Σ over the warp of as many numbers of each lane as a power of 2: lane l is given that of number l % count. With each
-// step a lane hands half of its sums to another.
-template <int count>
-__device__ float sums_of_warp(float (&sums)[count]) {
-  const int lane{static_cast<int>(threadIdx.x) % warp};
-  for (int half{count / 2}; half > 0; half /= 2) {
-    const bool is_upper{(lane & half) != 0};
-    for (int i{0}; i < half; ++i) {
-      const float given{__shfl_xor_sync(whole_warp, is_upper ? sums[i] : sums[i + half], half)};
-      sums[i] = (is_upper ? sums[i + half] : sums[i]) + given;
-    }
-  }
-  for (int apart{count}; apart < warp; apart *= 2) sums[0] += __shfl_xor_sync(whole_warp, sums[0], apart);
-  return sums[0];
-}
 
 struct FitSpace {
   float of_warp[fit_warps][sums_max];

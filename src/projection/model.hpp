@@ -72,6 +72,29 @@ struct GridInVehicle {
           std::sin(vehicle_from_grid.yaw_rad)};
 }
 
+/// The centres of such a grid's cells in single precision: of whole steps exact, else to 1e-4 of a cell in grids of
+/// 1000.
+struct CellPlaces {
+  float x;  ///< of the cell (0, 0)
+  float y;
+  float along;  ///< a step by ix is (along, across), a step by iy (−across, along)
+  float across;
+
+  /// In units of `unit_m` from `origin` on.
+  STEREOGRID_HD CellPlaces(const GridInVehicle& cells, Point2 origin, double unit_m)
+      : x{static_cast<float>((cells.centre(0, 0).x - origin.x) / unit_m)},
+        y{static_cast<float>((cells.centre(0, 0).y - origin.y) / unit_m)},
+        along{static_cast<float>(cells.cos_yaw * (cells.grid.cell_size_m / unit_m))},
+        across{static_cast<float>(cells.sin_yaw * (cells.grid.cell_size_m / unit_m))} {}
+
+  [[nodiscard]] STEREOGRID_HD float x_of(int ix, int iy) const {
+    return (x - across * static_cast<float>(iy)) + along * static_cast<float>(ix);
+  }
+  [[nodiscard]] STEREOGRID_HD float y_of(int ix, int iy) const {
+    return (y + along * static_cast<float>(iy)) + across * static_cast<float>(ix);
+  }
+};
+
 /// Columns between which the part of a cell within a bin's depth is seen; empty where smallest > largest.
 struct ColumnSpan {
   double smallest{1e30};

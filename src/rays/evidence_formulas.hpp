@@ -8,7 +8,8 @@
 /// Natural logarithm of x ≥ ¾, to 1e-6; the same on all machines, and without branches.
 template <class T>
 STEREOGRID_HD inline T natural_log(T x) {
-  const T t{mantissa_of(x) - number(x, 1.0f)};
+  const auto exponent = exponent_of(x);
+  const T t{mantissa_of(x, exponent) - number(x, 1.0f)};
   const auto of = [&](float factor) { return number(x, factor); };
   // of least error from −¼ to ½
   const T part{
@@ -16,7 +17,7 @@ STEREOGRID_HD inline T natural_log(T x) {
       t * (of(-0.499986653f) +
            t * (of(0.333143244f) +
                 t * (of(-0.250605507f) + t * (of(0.206759358f) + t * (of(-0.168271005f) + t * of(0.0831664767f))))))};
-  return exponent_of(x) * of(0.693147181f) + t * part;
+  return real(exponent) * of(0.693147181f) + t * part;
 }
 
 /// e^x for |x| ≤ 80, to a relative 1e-6; the same on all machines.

@@ -161,21 +161,15 @@ struct CellsInView {
   float focal_px;
   float centre_u_px;
   float focal_baseline_pxm;
-  float half_m;   ///< of a cell's side
-  float ahead_m;  ///< of the centre of the cell (0, 0), in the vehicle frame
-  float left_m;
-  float along;  ///< a step by ix is (along, across) in the vehicle frame, a step by iy (−across, along)
-  float across;
+  float half_m;       ///< of a cell's side
+  CellPlaces places;  ///< m in the vehicle frame
 
   STEREOGRID_HD CellsInView(const BinGeometry& geometry, const GridInVehicle& cells)
       : focal_px{static_cast<float>(geometry.focal_px)},
         centre_u_px{static_cast<float>(geometry.centre_u_px)},
         focal_baseline_pxm{static_cast<float>(geometry.focal_baseline_pxm)},
         half_m{static_cast<float>(cells.grid.cell_size_m / 2)},
-        ahead_m{static_cast<float>(cells.centre(0, 0).x)},
-        left_m{static_cast<float>(cells.centre(0, 0).y)},
-        along{static_cast<float>(cells.cos_yaw * cells.grid.cell_size_m)},
-        across{static_cast<float>(cells.sin_yaw * cells.grid.cell_size_m)} {}
+        places{cells, {0, 0}, 1} {}
 };
 
 /// The rays of a cell, taken as a square along the vehicle's axes, also where the grid is turned. False: out of view,
@@ -183,10 +177,8 @@ struct CellsInView {
 template <class Space>
 STEREOGRID_HD inline bool find_rays(const RaySums<Space>& sums, int most_columns, const CellsInView& cells, int ix,
                                     int iy, CellRays& rays) {
-  const float x{static_cast<float>(ix)};
-  const float y{static_cast<float>(iy)};
-  const float ahead_m{(cells.ahead_m - cells.across * y) + cells.along * x};
-  const float left_m{(cells.left_m + cells.along * y) + cells.across * x};
+  const float ahead_m{cells.places.x_of(ix, iy)};
+  const float left_m{cells.places.y_of(ix, iy)};
   const float near_m{ahead_m - cells.half_m};
   if (!(near_m > 0)) return false;
   const float near_px{cells.focal_baseline_pxm / near_m};

@@ -150,10 +150,10 @@ class CellVectors {
   }
 
   [[nodiscard]] HWY_INLINE Sight sight(int ix, int iy) const {
-    const auto y = static_cast<float>(iy);
+    const CellPlaces& places{cells_.places};
     const VFloat x{hn::ConvertTo(Floats{}, hn::Iota(Ints{}, ix))};
-    const VFloat ahead_m{hn::Add(floats(cells_.ahead_m - cells_.across * y), hn::Mul(floats(cells_.along), x))};
-    const VFloat left_m{hn::Add(floats(cells_.left_m + cells_.along * y), hn::Mul(floats(cells_.across), x))};
+    const VFloat ahead_m{hn::Add(floats(places.x_of(0, iy)), hn::Mul(floats(places.along), x))};
+    const VFloat left_m{hn::Add(floats(places.y_of(0, iy)), hn::Mul(floats(places.across), x))};
     const VFloat half{floats(cells_.half_m)};
     const VFloat columns_per_m{hn::Div(floats(cells_.focal_px), ahead_m)};
     const VInt begin{border(columns_per_m, hn::Add(left_m, half))};

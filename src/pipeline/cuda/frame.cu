@@ -4,12 +4,13 @@
 
 #include <algorithm>
 
+#include "backend/warp.cuh"
+
 namespace stereogrid {
 namespace {
 
 constexpr int threads{256};
-constexpr int count_blocks{FrameFromDevice::counting_warps * 32 / threads};
-constexpr unsigned whole_warp{0xffffffffU};
+constexpr int count_blocks{FrameFromDevice::counting_warps * warp / threads};
 
 std::size_t size_of(const GridGeometry& grid) {
   return static_cast<std::size_t>(grid.nx) * static_cast<std::size_t>(grid.ny);
@@ -33,10 +34,8 @@ __global__ void count_matched(const float* obstacle, const float* road, int pixe
     counts[0] += obstacle[i] > 0 ? 1 : 0;
     counts[1] += road[i] > 0 ? 1 : 0;
   }
-  for (int& count : counts) {
-    for (int apart{16}; apart > 0; apart /= 2) count += __shfl_xor_sync(whole_warp, count, apart);
-  }
-  if (threadIdx.x % 32 == 0) matched[thread / 32] = {counts[0], counts[1]};
+  for (int& count : counts) count = sum_of_warp(count);
+  if (threadIdx.x % warp == 0) matched[thread / warp] = {counts[0], counts[1]};
 }
 
 __global__ void fill(float* cells, int count, float value) {
