@@ -116,7 +116,7 @@ void weigh_velocities(Cpu& cpu, std::span<const VelocityEvidence> evidence, cons
   };
   cpu.for_parts(static_cast<int>(ranges.size()), static_cast<int>(space.masses.size()), weigh_part);
   const int width{state.occupancy.width()};
-  for (const VelocityEvidence& one : evidence) state.forget_blank(one.cell % width, one.cell / width);
+  for (const VelocityEvidence& one : evidence) state.forget_kind(one.cell % width, one.cell / width);
   CellWeigher weigher{tables, state, layers};
   const auto for_starting = [&](const auto& work) {
     for (std::size_t i{0}; i < evidence.size(); ++i) {

@@ -25,7 +25,7 @@ bool CellWeigher::weigh(const VelocityEvidence& one, bool may_start) {
       return false;
     }
   }
-  state_.forget_blank(x, y);
+  state_.forget_kind(x, y);
   state_.standing(x, y) = cell.standing;
   layers_.moving(x, y) = moving_share(occupancy, cell.standing);
   write_velocity(estimate_of(cell.sums), x, y, layers_);

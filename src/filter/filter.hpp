@@ -83,6 +83,13 @@ struct FilterSpace {
 /// Blocks of a window that can have masses at a time; without a prior for standstill all.
 int block_capacity(int cells, const FilterConfig& config);
 
+/// What is known of all cells of a block after a step of FilterModel::joint.
+enum class BlockKind : std::uint8_t {
+  any,
+  even,    ///< nothing tells how they move: the mean velocity is 0, its variance the same in all directions
+  unseen,  ///< the same, and unseen_cell: the step has not had to work on it
+};
+
 /// What the filter remembers of each cell.
 struct FilterState {
   FilterState(int cells, const FilterConfig& config);
@@ -90,7 +97,7 @@ struct FilterState {
   template <class State>
   void exchange(State& state) {
     state(geometry, velocity, standing, blocks, occupancy, age_s);
-    if constexpr (requires { state.require(true); }) forget_blank();
+    if constexpr (requires { state.require(true); }) forget_kinds();
   }
 
   /// joint: see even_model.hpp.
@@ -106,14 +113,13 @@ struct FilterState {
     });
   }
 
-  /// joint: of no block it is known that it is blank.
-  void forget_blank() { std::fill(blank.begin(), blank.end(), std::uint8_t{0}); }
-  /// A cell of it has been changed, other than by a step.
-  void forget_blank(int x, int y) { blank[static_cast<std::size_t>(blocks.layout().block_of(x, y))] = 0; }
-  [[nodiscard]] bool is_blank(int block) const { return blank[static_cast<std::size_t>(block)] != 0; }
+  void forget_kinds() { std::fill(kinds.begin(), kinds.end(), BlockKind::any); }
+  /// The cell has been changed, other than by a step.
+  void forget_kind(int x, int y) { kinds[static_cast<std::size_t>(blocks.layout().block_of(x, y))] = BlockKind::any; }
+  [[nodiscard]] bool is_unseen(int block) const { return kinds[static_cast<std::size_t>(block)] == BlockKind::unseen; }
 
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(velocity, standing, blocks, space, occupancy, age_s, blank);
+    return held_bytes_of(velocity, standing, blocks, space, occupancy, age_s, kinds);
   }
 
   GridGeometry geometry;               ///< of the last step; nx = 0: no step yet
@@ -123,7 +129,7 @@ struct FilterState {
   FilterSpace space;                   ///< for the step that writes into this state
   Image<float> occupancy;              ///< P(occupied)
   Image<float> age_s;
-  std::vector<std::uint8_t> blank;  ///< joint: of blocks that a step has not had to work on: all cells are unseen_cell
+  std::vector<BlockKind> kinds;  ///< joint: of each block
 };
 
 /// P(occupied, v_k) (joint) or P(v_k) (tay2008).
@@ -148,8 +154,8 @@ struct FilterInput {
   GridGeometry geometry;  ///< of the window now
   double dt_s;            ///< since the last step
   CameraView view{};
-  /// joint, CPU: of blocks whose layers are known to be those of unseen_cell already; null: of none.
-  const std::vector<std::uint8_t>* blank_layers{nullptr};
+  /// joint, CPU: of the blocks as the layers have them before the step; null: unknown.
+  const std::vector<BlockKind>* kinds_before{nullptr};
 };
 
 /// Evidence begin … end − 1, whose cells lie in a row of a block.
@@ -225,12 +231,12 @@ GridLayers grid_layers(const GridGeometry& geometry);
 /// So many cells of a row of the vehicle's grid are resampled together.
 constexpr int resampled_columns{16};
 
-/// Where the layers are known to be those of unseen_cell: such cells are alike, and stay as they are however the
-/// vehicle turns.
-struct UnseenCells {
-  const std::vector<std::uint8_t>* blocks{nullptr};  ///< FilterState::blank of the window; null: of none it is known
-  /// Of the parts of each row of the vehicle's layers, resampled_columns each; updated. Null: of none it is known.
-  std::vector<std::uint8_t>* parts{nullptr};
+/// What is known of the layers: cells of which all is alike in all directions stay so however the vehicle turns, and
+/// cells alike stay as they are.
+struct KnownKinds {
+  const std::vector<BlockKind>* blocks{nullptr};  ///< FilterState::kinds of the window; null: unknown
+  /// Of the parts of each row of the vehicle's layers, resampled_columns each; updated. Null: unknown.
+  std::vector<BlockKind>* parts{nullptr};
 };
 
 /// Parts of a row of the vehicle's grid.
@@ -242,8 +248,8 @@ constexpr int resampled_parts(int columns) {
 /// occupancy and moving interpolated between cells; of the nearest cell velocity and covariance (turned into vehicle
 /// axes) and age. Outside the window 0.5, inf and else 0.
 void resample(const Pose2& world_from_vehicle, FrameResult& result);
-/// The same on the CPU of the rows begin … end − 1. `unseen`: as far as it is known.
-void resample_rows(const Pose2& world_from_vehicle, int begin, int end, UnseenCells unseen, FrameResult& result);
+/// The same on the CPU of the rows begin … end − 1. `kinds`: as far as they are known.
+void resample_rows(const Pose2& world_from_vehicle, int begin, int end, KnownKinds kinds, FrameResult& result);
 
 /// The same of the occupancy alone.
 void resample_occupancy(const GridLayers& world, const Pose2& world_from_vehicle, const GridGeometry& vehicle_grid,

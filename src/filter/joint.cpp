@@ -13,15 +13,21 @@ namespace {
 // Blocks of the window through the filter.
 class BlockFilter {
  public:
-  BlockFilter(View<const float> observed, const JointStep& joint, GridLayers& layers)
-      : observed_{observed}, joint_{joint}, layout_{joint.after.blocks.layout()}, layers_{layers} {}
+  BlockFilter(const FilterInput& input, View<const float> observed, const JointStep& joint, GridLayers& layers)
+      : kinds_before_{input.kinds_before},
+        observed_{observed},
+        joint_{joint},
+        layout_{joint.after.blocks.layout()},
+        layers_{layers} {}
 
   void run(int block) const {
     const CellBox cells{layout_.cells_of(block)};
     const int slot{joint_.after.blocks.slot(block)};
-    joint_.after.blank[static_cast<std::size_t>(block)] = 0;
+    const auto i = static_cast<std::size_t>(block);
+    joint_.after.kinds[i] = slot < 0 ? BlockKind::even : BlockKind::any;
     if (slot >= 0) predict_block(joint_, block);
     BlockRow row{};
+    row.was_even = kinds_before_ != nullptr && (*kinds_before_)[i] != BlockKind::any;
     row.x = cells.x_first;
     row.columns = cells.x_last - cells.x_first + 1;
     for (row.y = cells.y_first; row.y <= cells.y_last; ++row.y) {
@@ -67,6 +73,7 @@ class BlockFilter {
       row.unseen[known.begin + i] = joint_.before.is_as_unseen(joint_.step, x + i, y) ? 1.0f : 0.0f;
   }
 
+  const std::vector<BlockKind>* kinds_before_;
   View<const float> observed_;
   const JointStep& joint_;
   const BlockLayout& layout_;
@@ -74,10 +81,10 @@ class BlockFilter {
 };
 
 // What a step leaves of blocks that it need not work on.
-class BlankBlocks {
+class UnseenBlocks {
  public:
-  BlankBlocks(const FilterInput& input, const JointStep& joint, GridLayers& layers)
-      : blank_layers_{input.blank_layers},
+  UnseenBlocks(const FilterInput& input, const JointStep& joint, GridLayers& layers)
+      : kinds_before_{input.kinds_before},
         state_{joint.after},
         layers_{layers},
         cell_{unseen_cell(joint.step, 0.0f)},
@@ -86,9 +93,9 @@ class BlankBlocks {
   void write(int block) const {
     const CellBox cells{state_.blocks.layout().cells_of(block)};
     const auto i = static_cast<std::size_t>(block);
-    if (state_.blank[i] == 0) write_state(cells);
-    state_.blank[i] = 1;
-    if (blank_layers_ == nullptr || (*blank_layers_)[i] == 0) write_layers(cells);
+    if (!state_.is_unseen(block)) write_state(cells);
+    state_.kinds[i] = BlockKind::unseen;
+    if (kinds_before_ == nullptr || (*kinds_before_)[i] != BlockKind::unseen) write_layers(cells);
   }
 
  private:
@@ -115,7 +122,7 @@ class BlankBlocks {
     }
   }
 
-  const std::vector<std::uint8_t>* blank_layers_;
+  const std::vector<BlockKind>* kinds_before_;
   FilterState& state_;
   GridLayers& layers_;
   FilteredCell cell_;
@@ -146,7 +153,7 @@ void find_cells(const JointStep& joint, int row) {
     CellBox& moving{space.moving[static_cast<std::size_t>(block)]};
     moving = {0, 0, -1, -1};
     space.active.set_seen(block, moving);
-    if (before.is_blank(block)) continue;
+    if (before.is_unseen(block)) continue;
     moving = before.moving_cells(joint.step, joint.scroll, block);
     space.active.set_seen(block, seen_cells(joint, layout.cells_of(block)));
   }
@@ -194,11 +201,11 @@ void filter_joint(Cpu& cpu, const FilterInput& input, View<const float> observed
   };
   for_block_rows(cpu, layout, [&](int row) { after.space.active.decide(row, joint.scroll, has_some); });
   for_block_rows(cpu, layout, [&](int row) { prepare(joint, row); });
-  const BlockFilter active{observed, joint, layers};
-  const BlankBlocks blank{input, joint, layers};
+  const BlockFilter active{input, observed, joint, layers};
+  const UnseenBlocks unseen{input, joint, layers};
   cpu.for_ranges(layout.count(), 1, [&](int begin, int end) {
     for (int block{begin}; block < end; ++block) {
-      after.space.active.is_active(block) ? active.run(block) : blank.write(block);
+      after.space.active.is_active(block) ? active.run(block) : unseen.write(block);
     }
   });
 }

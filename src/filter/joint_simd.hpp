@@ -52,6 +52,7 @@ struct BlockRow {
   int x;
   int y;
   int columns;
+  bool was_even;                  ///< the layers say so of it before the step: BlockKind
   float age_s[block_columns];     ///< before the step
   float standing[block_columns];  ///< what has arrived at standstill
   float each[block_columns];      ///< without masses: what has arrived of each moving velocity

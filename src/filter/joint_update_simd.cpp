@@ -48,7 +48,10 @@ class Updating {
         x_{row.x + i},
         observed_{hn::LoadU(d, observed.row(row.y) + x_)} {}
 
-  void run(const BlockRowSums* sums) const { write(sums == nullptr ? evenly() : of_masses(*sums)); }
+  void run(const BlockRowSums* sums) const {
+    const bool is_even{sums == nullptr};
+    write(is_even ? evenly() : of_masses(*sums), is_even && row_.was_even);
+  }
 
  private:
   [[nodiscard]] V load(const float* of_columns) const { return hn::LoadU(d_, of_columns + i_); }
@@ -88,7 +91,8 @@ class Updating {
     return {update.occupancy, standing, (updated)(joint_.step, update, sums)};
   }
 
-  void write(const CellAfter<V>& cell) const {
+  // `stays_even`: the mean velocity is 0, and has been.
+  void write(const CellAfter<V>& cell, bool stays_even) const {
     FilterState& after{joint_.after};
     store(cell.occupancy, after.occupancy);
     store(cell.occupancy, layers_.occupancy);
@@ -99,11 +103,12 @@ class Updating {
     store(age_s, after.age_s);
     store(age_s, layers_.age_s);
     const EstimateOfVelocity<V> velocity{estimate_of(cell.sums)};
+    store(velocity.xx, layers_.velocity_xx);
+    store(velocity.yy, layers_.velocity_yy);
+    if (stays_even) return;
     store(velocity.x, layers_.velocity_x);
     store(velocity.y, layers_.velocity_y);
-    store(velocity.xx, layers_.velocity_xx);
     store(velocity.xy, layers_.velocity_xy);
-    store(velocity.yy, layers_.velocity_yy);
   }
 
   D d_;

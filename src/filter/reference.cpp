@@ -203,7 +203,7 @@ void filter(Reference& /*reference*/, const FilterInput& input, View<const float
   const std::vector<CellBox> moving{moving_cells_of(before, constants, scroll)};
   const Step step{constants, input, before, scroll.x, scroll.y, moving};
   after.blocks.begin(constants, scroll, moving);
-  after.forget_blank();
+  after.forget_kinds();
   std::vector<float> masses(input.tables.lattice.size());
   after.geometry = layers.geometry = input.geometry;
   for (int y{0}; y < observed.height; ++y) {

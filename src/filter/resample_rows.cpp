@@ -12,11 +12,12 @@ namespace {
 // Rows of the vehicle's layers, part by part.
 class RowResampler {
  public:
-  RowResampler(const Resampling& resampling, UnseenCells unseen)
+  RowResampler(const Resampling& resampling, KnownKinds kinds)
       : resampling_{resampling},
+        places_{places_in_window(resampling.cells, resampling.world.geometry)},
         layout_{resampling.world.geometry.nx},
-        unseen_{unseen},
-        has_blocks_{unseen.blocks != nullptr && !unseen.blocks->empty()} {}
+        kinds_{kinds},
+        has_blocks_{kinds.blocks != nullptr && !kinds.blocks->empty()} {}
 
   void run(int iy) const {
     const int columns{resampling_.cells.grid.nx};
@@ -24,24 +25,23 @@ class RowResampler {
     for (int part{0}; part < parts; ++part) {
       const int begin{part * resampled_columns};
       const int end{std::min(begin + resampled_columns, columns)};
-      const bool is_unseen{has_blocks_ && are_unseen(place_of(begin, iy), place_of(end - 1, iy))};
-      std::uint8_t was_unseen{0};
-      if (unseen_.parts != nullptr) {
+      const BlockKind kind{has_blocks_ ? kind_around(begin, end - 1, iy) : BlockKind::any};
+      BlockKind before{BlockKind::any};
+      if (kinds_.parts != nullptr) {
         const auto i = static_cast<std::size_t>(iy) * static_cast<std::size_t>(parts) + static_cast<std::size_t>(part);
-        was_unseen = std::exchange((*unseen_.parts)[i], is_unseen ? std::uint8_t{1} : std::uint8_t{0});
+        before = std::exchange((*kinds_.parts)[i], kind);
       }
-      if (is_unseen && was_unseen != 0) continue;
-      resample_cells(resampling_, begin, is_unseen ? begin + 1 : end, iy);
-      if (is_unseen) repeat(begin, end, iy);
+      run(begin, end, iy, kind, before);
     }
   }
 
  private:
-  // Of a cell's centre, in cells of the window.
-  [[nodiscard]] Point2 place_of(int ix, int iy) const {
-    const GridGeometry& window{resampling_.world.geometry};
-    const Point2 at{resampling_.cells.centre(ix, iy)};
-    return {(at.x - window.x_min_m) / window.cell_size_m, (at.y - window.y_min_m) / window.cell_size_m};
+  void run(int begin, int end, int iy, BlockKind kind, BlockKind before) const {
+    const bool is_unseen{kind == BlockKind::unseen};
+    if (kind == BlockKind::any) return resample_cells(resampling_, begin, end, iy);
+    if (is_unseen && before == BlockKind::unseen) return;
+    resample_even_cells(resampling_, begin, is_unseen ? begin + 1 : end, iy, !is_unseen && before != BlockKind::any);
+    if (is_unseen) repeat(begin, end, iy);
   }
 
   // Cells ix + 1 … end − 1 of row iy as cell ix.
@@ -54,33 +54,36 @@ class RowResampler {
     }
   }
 
-  // Between two places and around them the window has unseen cells only.
-  [[nodiscard]] bool are_unseen(Point2 first, Point2 last) const {
-    const CellBox cells{floor_of(std::min(first.x, last.x)) - 1, floor_of(std::min(first.y, last.y)) - 1,
-                        floor_of(std::max(first.x, last.x)) + 1, floor_of(std::max(first.y, last.y)) + 1};
+  // What holds for all blocks of the window between cells first and last of row iy and around them.
+  [[nodiscard]] BlockKind kind_around(int first, int last, int iy) const {
+    const auto [x_first, x_last] = std::minmax({places_.x_of(first, iy), places_.x_of(last, iy)});
+    const auto [y_first, y_last] = std::minmax({places_.y_of(first, iy), places_.y_of(last, iy)});
+    const CellBox cells{floor_of(x_first) - 1, floor_of(y_first) - 1, floor_of(x_last) + 1, floor_of(y_last) + 1};
     if (cells.x_first < 0 || cells.y_first < 0 || cells.x_last >= layout_.cells || cells.y_last >= layout_.cells) {
-      return false;
+      return BlockKind::any;
     }
+    BlockKind least{BlockKind::unseen};
     for (int y{cells.y_first / block_rows}; y <= cells.y_last / block_rows; ++y) {
       for (int x{cells.x_first / block_columns}; x <= cells.x_last / block_columns; ++x) {
-        if ((*unseen_.blocks)[static_cast<std::size_t>(y * layout_.across + x)] == 0) return false;
+        least = std::min(least, (*kinds_.blocks)[static_cast<std::size_t>(y * layout_.across + x)]);
       }
     }
-    return true;
+    return least;
   }
 
   const Resampling& resampling_;
+  CellPlaces places_;
   BlockLayout layout_;
-  UnseenCells unseen_;
+  KnownKinds kinds_;
   bool has_blocks_;
 };
 
 }  // namespace
 
-void resample_rows(const Pose2& world_from_vehicle, int begin, int end, UnseenCells unseen, FrameResult& result) {
+void resample_rows(const Pose2& world_from_vehicle, int begin, int end, KnownKinds kinds, FrameResult& result) {
   const Resampling resampling{grid_in_vehicle(result.vehicle.geometry, world_from_vehicle), result.world,
                               result.vehicle};
-  const RowResampler rows{resampling, unseen};
+  const RowResampler rows{resampling, kinds};
   for (int iy{begin}; iy < end; ++iy) rows.run(iy);
 }
 

@@ -58,6 +58,20 @@ class ResampledCells {
     store(hn::IfThenElseZero(is_inside_, v.yy), to_.velocity_yy);
   }
 
+  // All around lies inside, in even blocks.
+  void run_even(bool were_even) const {
+    const Around around{around_each()};
+    store(smooth(world_.occupancy, around), to_.occupancy);
+    store(smooth(world_.moving, around), to_.moving);
+    const Int nearest{index(hn::ConvertTo(ints_, x_), hn::ConvertTo(ints_, y_))};
+    store(at(world_.age_s, nearest), to_.age_s);
+    const V variance{at(world_.velocity_xx, nearest)};
+    store(variance, to_.velocity_xx);
+    store(variance, to_.velocity_yy);
+    if (were_even) return;
+    for (Image<float>* layer : {&to_.velocity_x, &to_.velocity_y, &to_.velocity_xy}) store(value(0), *layer);
+  }
+
  private:
   using V = hn::Vec<D>;
   using Ints = hn::RebindToSigned<D>;
@@ -125,6 +139,13 @@ void ResampleCells(const Resampling& resampling, int begin, int end, int iy) {
   });
 }
 
+void ResampleEvenCells(const Resampling& resampling, int begin, int end, int iy, bool were_even) {
+  const CellPlaces cells{places_in_window(resampling.cells, resampling.world.geometry)};
+  for_shrinking_vectors(hn::CappedTag<float, resampled_columns>{}, begin, end, [&](auto d, int ix) {
+    ResampledCells<decltype(d)>{d, resampling, cells, ix, iy}.run_even(were_even);
+  });
+}
+
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace stereogrid
@@ -134,9 +155,13 @@ HWY_AFTER_NAMESPACE();
 namespace stereogrid {
 
 HWY_EXPORT(ResampleCells);
+HWY_EXPORT(ResampleEvenCells);
 
 void resample_cells(const Resampling& resampling, int begin, int end, int iy) {
   HWY_DYNAMIC_DISPATCH(ResampleCells)(resampling, begin, end, iy);
+}
+void resample_even_cells(const Resampling& resampling, int begin, int end, int iy, bool were_even) {
+  HWY_DYNAMIC_DISPATCH(ResampleEvenCells)(resampling, begin, end, iy, were_even);
 }
 
 }  // namespace stereogrid

@@ -16,5 +16,7 @@ struct Resampling {
 
 /// `resample` for the cells begin … end − 1 of row iy.
 void resample_cells(const Resampling& resampling, int begin, int end, int iy);
+/// The same of cells around which the window has even blocks only. `were_even`: the vehicle's cells are so already.
+void resample_even_cells(const Resampling& resampling, int begin, int end, int iy, bool were_even);
 
 }  // namespace stereogrid

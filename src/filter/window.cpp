@@ -100,7 +100,7 @@ FilterState::FilterState(int cells, const FilterConfig& config)
       age_s{cells, cells, never} {
   if (config.model == FilterModel::joint) {
     standing = Image<float>{cells, cells};
-    blank.resize(static_cast<std::size_t>(blocks.layout().count()));
+    kinds.resize(static_cast<std::size_t>(blocks.layout().count()));
   } else {
     velocity.assign(velocity_lattice(config).size(), Image<float>{cells, cells});
   }
@@ -205,7 +205,7 @@ void reset(FilterState& state, const FilterConfig& config, const GridGeometry& g
   state.blocks.clear();
   state.occupancy.fill(0.5f);
   state.age_s.fill(never);
-  std::fill(state.blank.begin(), state.blank.end(), std::uint8_t{1});
+  std::fill(state.kinds.begin(), state.kinds.end(), BlockKind::unseen);
 }
 
 }  // namespace stereogrid

@@ -19,15 +19,15 @@ HostSpace::HostSpace(const Config& config, const Rig& level_rig, const GridGeome
       filtered{Window{vehicle_grid}.cells(), config.filter},
       filtered_before{filtered},
       weighing{Window{vehicle_grid}.cells(), filter_tables, config.filter.model == FilterModel::joint ? threads : 0},
-      unseen_blocks(filtered.blank.size()),
-      unseen_parts(static_cast<std::size_t>(vehicle_grid.ny * resampled_parts(vehicle_grid.nx))) {
+      block_kinds(filtered.kinds.size()),
+      part_kinds(static_cast<std::size_t>(vehicle_grid.ny * resampled_parts(vehicle_grid.nx))) {
   projection.plan(BinGeometry{level_rig}, {vehicle_grid});
 }
 
 std::size_t HostSpace::held_bytes() const {
   return held_bytes_of(aligned_right, matches, matching, ground_samples, u_disparity_tables, u_disparity, projection,
-                       rays, filter_tables, observed_world, filtered, filtered_before, weighing, unseen_blocks,
-                       unseen_parts) +
+                       rays, filter_tables, observed_world, filtered, filtered_before, weighing, block_kinds,
+                       part_kinds) +
          (prediction ? sizeof(PredictionSpace) + prediction->held_bytes() : 0);
 }
 

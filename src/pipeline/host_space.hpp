@@ -50,8 +50,8 @@ struct HostSpace {
   FilterState filtered_before;
   std::unique_ptr<PredictionSpace> prediction;  ///< once somebody wants predictions
   WeighingSpace weighing;
-  std::vector<std::uint8_t> unseen_blocks;  ///< of the window's layers of the result that is kept: FilterState::blank
-  std::vector<std::uint8_t> unseen_parts;   ///< of its vehicle's layers, see UnseenCells
+  std::vector<BlockKind> block_kinds;  ///< of the window's layers of the result that is kept: FilterState::kinds
+  std::vector<BlockKind> part_kinds;   ///< of its vehicle's layers, see KnownKinds
 };
 
 }  // namespace stereogrid

@@ -35,7 +35,7 @@ class HostStages final : public Stages {
   }
 
   void begin(const LevelFrame& frame, const GridGeometry& window, bool is_first, FrameResult& result) override {
-    frame_ = &frame;
+    frame_ = frame;
     result_ = &result;
     window_ = window;
     vehicle_cells_ = grid_in_vehicle(result.vehicle.geometry, {});
@@ -64,9 +64,9 @@ class HostStages final : public Stages {
     HostSpace& s{space_};
     is_lost_ = stereogrid::is_lost(rig_, config_.ground, s.matches.obstacle.view(), s.matches.road.view(), previous_,
                                    s.ground_samples);
-    ground_ = stereogrid::estimate_ground(rig_, config_.ground, s.matches.road.view(), previous_, frame_->dt_s,
+    ground_ = stereogrid::estimate_ground(rig_, config_.ground, s.matches.road.view(), previous_, frame_.dt_s,
                                           s.ground_samples);
-    if (frame_->is_given()) match_on(ground_);  // splitting is cheap, and the plane is better now
+    if (frame_.is_given()) match_on(ground_);  // splitting is cheap, and the plane is better now
   }
 
   void count() override {
@@ -90,32 +90,32 @@ class HostStages final : public Stages {
 
   void fuse() override {
     const Timer timer{times_.project};
-    stereogrid::fuse(back_end_, frame_->other_grids, vehicle_cells_, config_.fusion, result_->observed.view());
-    stereogrid::fuse(back_end_, frame_->other_grids, window_cells_, config_.fusion, space_.observed_world.view());
+    stereogrid::fuse(back_end_, frame_.other_grids, vehicle_cells_, config_.fusion, result_->observed.view());
+    stereogrid::fuse(back_end_, frame_.other_grids, window_cells_, config_.fusion, space_.observed_world.view());
   }
 
   void filter() override {
     const Timer timer{times_.filter};
     HostSpace& s{space_};
-    const std::vector<std::uint8_t>* const blank_layers{is_kept() ? &s.unseen_blocks : nullptr};
-    stereogrid::filter(back_end_, {config_.filter, s.filter_tables, window_, frame_->dt_s, frame_->view, blank_layers},
+    const std::vector<BlockKind>* const kinds_before{is_kept() ? &s.block_kinds : nullptr};
+    stereogrid::filter(back_end_, {config_.filter, s.filter_tables, window_, frame_.dt_s, frame_.view, kinds_before},
                        s.observed_world.view(), s.filtered_before, s.filtered, result_->world);
-    take_unseen_blocks();
+    take_block_kinds();
   }
 
   void weigh_velocities() override {
     const Timer timer{times_.filter};
     stereogrid::weigh_velocities(back_end_, velocities_, space_.filter_tables, space_.weighing, space_.filtered,
                                  result_->world);
-    take_unseen_blocks();
+    take_block_kinds();
   }
 
   void resample() override {
     const Timer timer{times_.filter};
-    const UnseenCells unseen{&space_.filtered.blank, is_kept() ? &space_.unseen_parts : nullptr};
-    const Pose2& pose{frame_->world_from_vehicle};
+    const KnownKinds kinds{&space_.filtered.kinds, is_kept() ? &space_.part_kinds : nullptr};
+    const Pose2& pose{frame_.world_from_vehicle};
     if constexpr (std::is_same_v<BackEndType, Reference>) return stereogrid::resample(pose, *result_);
-    const auto work = [&](int begin, int end) { resample_rows(pose, begin, end, unseen, *result_); };
+    const auto work = [&](int begin, int end) { resample_rows(pose, begin, end, kinds, *result_); };
     for_ranges(result_->vehicle.geometry.ny, std::cref(work));
   }
 
@@ -123,8 +123,8 @@ class HostStages final : public Stages {
   bool is_lost() override { return is_lost_; }
   const Matches& matches_on_lattice() override { return space_.matches; }
   const Matches& unsplit_matches() override {
-    if (frame_->is_given()) {
-      leave_whole(frame_->disparity, config_.matching, space_.matches);
+    if (frame_.is_given()) {
+      leave_whole(frame_.disparity, config_.matching, space_.matches);
       clear_masked();
     }
     return space_.matches;
@@ -202,10 +202,10 @@ class HostStages final : public Stages {
 
   void match_on(const Ground& ground) {
     HostSpace& s{space_};
-    if (frame_->is_given()) {
-      split(back_end_, frame_->disparity, rig_, ground, config_.matching, s.matches);
+    if (frame_.is_given()) {
+      split(back_end_, frame_.disparity, rig_, ground, config_.matching, s.matches);
     } else {
-      stereogrid::match(back_end_, frame_->left, aligned(frame_->right), road_plane(rig_, ground), config_.matching,
+      stereogrid::match(back_end_, frame_.left, aligned(frame_.right), road_plane(rig_, ground), config_.matching,
                         s.matching, s.matches);
     }
     clear_masked();
@@ -214,8 +214,8 @@ class HostStages final : public Stages {
   [[nodiscard]] bool is_kept() const { return result_ == kept_; }
 
   // What the filter knows of its state's blocks it has done to the layers.
-  void take_unseen_blocks() {
-    if (is_kept()) space_.unseen_blocks = space_.filtered.blank;
+  void take_block_kinds() {
+    if (is_kept()) space_.block_kinds = space_.filtered.kinds;
   }
 
   void clear_masked() {
@@ -248,7 +248,7 @@ class HostStages final : public Stages {
   const FrameResult* kept_{nullptr};
 
   // of a frame
-  const LevelFrame* frame_{nullptr};
+  LevelFrame frame_;
   FrameResult* result_{nullptr};
   GridGeometry window_;
   GridInVehicle vehicle_cells_{};  ///< the vehicle's grid in the vehicle frame
