@@ -45,24 +45,39 @@ class Drive {
       : rig_{test::Street::rig(what.width, what.height)},
         stages_{new CudaStages{config_of(what), rig_}},
         processor_{config_of(what), rig_, std::unique_ptr<Stages>{stages_}},
-        result_{empty_result(config_of(what), rig_)} {
+        results_{empty_result(config_of(what), rig_), empty_result(config_of(what), rig_)} {
     stages_->fetch_stages(false);
   }
 
-  void step(const std::vector<StereoFrame>& frames) {
-    const StereoFrame& frame{frames[static_cast<std::size_t>(done_) % frames.size()]};
-    processor_.run({frame.left.view(), frame.right.view(), {}, *frame.world_from_vehicle, done_ == 0 ? 0 : frame_s, {}},
-                   result_);
-    ++done_;
+  void step(const std::vector<StereoFrame>& frames) { go(frames, 1); }
+
+  /// The device begins each frame but the first while the host is still busy with the one before.
+  void go(const std::vector<StereoFrame>& frames, int count) {
+    start(frames);
+    for (int i{0}; i < count; ++i) {
+      const LevelFrame frame{started_};
+      FrameResult& result{results_[static_cast<std::size_t>(done_ % 2)]};
+      ++done_;
+      processor_.finish(frame, result, {{}, [&] {
+                                          if (i + 1 < count) start(frames);
+                                        }});
+    }
   }
 
   [[nodiscard]] const StreamTimes& times() const { return stages_->times(); }
 
  private:
+  void start(const std::vector<StereoFrame>& frames) {
+    const StereoFrame& frame{frames[static_cast<std::size_t>(done_) % frames.size()]};
+    started_ = {frame.left.view(), frame.right.view(), {}, *frame.world_from_vehicle, done_ == 0 ? 0 : frame_s, {}};
+    processor_.start(started_, results_[static_cast<std::size_t>(done_ % 2)]);
+  }
+
   Rig rig_;
   CudaStages* stages_;  ///< of the processor
   FrameProcessor processor_;
-  FrameResult result_;
+  FrameResult results_[2];
+  LevelFrame started_;
   int done_{0};
 };
 
@@ -148,9 +163,7 @@ double run_batch(const Case& what, int cameras, int frames) {
   samples.time([&] {
     std::vector<std::thread> threads;
     for (const auto& drive : drives) {
-      threads.emplace_back([&shown, frames, one = drive.get()] {
-        for (int k{0}; k < frames; ++k) one->step(shown);
-      });
+      threads.emplace_back([&shown, frames, one = drive.get()] { one->go(shown, frames); });
     }
     for (std::thread& thread : threads) thread.join();
   });

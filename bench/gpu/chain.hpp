@@ -36,7 +36,7 @@ struct ChainResult {
 /// The whole way of a frame, `frames` times.
 ChainResult run_chain(const Case& what, int frames);
 
-/// Frames per second of `cameras` pipelines, each in a thread of its own.
+/// Frames per second of `cameras` pipelines, each in a thread of its own, and the device a frame ahead of the host.
 double run_batch(const Case& what, int cameras, int frames);
 
 /// The filter alone, on a window of cells × cells.

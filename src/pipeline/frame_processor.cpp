@@ -52,29 +52,32 @@ void FrameProcessor::take_mask(PixelMask mask) {
   stages_->take_mask(mask_);
 }
 
-void FrameProcessor::run(const LevelFrame& frame, FrameResult& result, const std::function<void()>& while_waiting) {
-  const Ground expected{predicted(rig_, config_.ground, ground_, frame.dt_s)};
-  const GridGeometry window{window_.at(frame.world_from_vehicle)};
-  stages_->begin(frame, window, is_first_, result);
-  match(expected);
-  double flow_ms{taken_ms([&] { follow_points(frame, window); })};
+void FrameProcessor::start(const LevelFrame& frame, FrameResult& result) {
+  expected_ = predicted(rig_, config_.ground, ground_, frame.dt_s);
+  stages_->begin(frame, window_.at(frame.world_from_vehicle), is_first_, result);
+  match(expected_);
+}
+
+void FrameProcessor::finish(const LevelFrame& frame, FrameResult& result, const Ahead& ahead) {
+  double flow_ms{taken_ms([&] { follow_points(frame, window_.at(frame.world_from_vehicle)); })};
   is_reliable_ = true;
   has_segments_ = false;
-  double track_ms{find_grids(frame, expected, result)};
+  double track_ms{find_grids(frame, result)};
   const auto add = [&] { flow_ms += taken_ms([&] { add_points(frame); }); };
   if (stages_->works_ahead()) {
     add();
-    if (while_waiting) while_waiting();
+    if (ahead.images_free) ahead.images_free();
   }
   stages_->finish();
   if (!is_reliable_) leave_unknown(result.stages);
+  is_first_ = false;
+  if (stages_->works_ahead() && ahead.device_free) ahead.device_free();
   together([&] { track_ms += taken_ms([&] { track(frame, result); }); },
            [&] {
              if (!stages_->works_ahead()) add();
            });
   result.timing_ms.track = track_ms;
   result.timing_ms.flow = flow_ms;
-  is_first_ = false;
 }
 
 // A std::function of the work itself would allocate.
@@ -84,34 +87,34 @@ void FrameProcessor::together(const First& first, const Second& second) {
 }
 
 // Returns what it has taken to find the segments, if they have been found meanwhile, ms.
-double FrameProcessor::find_grids(const LevelFrame& frame, const Ground& expected, FrameResult& result) {
+double FrameProcessor::find_grids(const LevelFrame& frame, FrameResult& result) {
   if (stages_->works_ahead()) {
     make_grids();  // as if nothing were wrong with the frame; what is made twice, counts the second time
-    find_road(frame, expected, will_search());
-    is_reliable_ = accept(frame, expected, judge(frame), result);
+    find_road(frame, will_search());
+    is_reliable_ = accept(frame, judge(frame), result);
     if (is_reliable_) return taken_ms([&] { find_segments(frame); });
     make_grids();
     return 0;
   }
   const bool searches{will_search()};
-  if (!is_first_ && !searches) return find_grids_and_segments(frame, expected, result);
-  find_road(frame, expected, searches);
-  is_reliable_ = accept(frame, expected, judge(frame), result);
+  if (!is_first_ && !searches) return find_grids_and_segments(frame, result);
+  find_road(frame, searches);
+  is_reliable_ = accept(frame, judge(frame), result);
   make_grids();
   return 0;
 }
 
 // The frame is not matched again, unless it cannot be used: what reads the matches alone goes on at the same time.
-double FrameProcessor::find_grids_and_segments(const LevelFrame& frame, const Ground& expected, FrameResult& result) {
+double FrameProcessor::find_grids_and_segments(const LevelFrame& frame, FrameResult& result) {
   Doubt doubt{Doubt::none};
   double segments_ms{0};
   const auto look = [&] {
-    measure_rows(frame, expected);
+    measure_rows(frame);
     doubt = judge(frame);
     if (doubt == Doubt::none) segments_ms = taken_ms([&] { find_segments(frame); });
   };
   together([this] { make_grids(); }, look);
-  is_reliable_ = accept(frame, expected, doubt, result);
+  is_reliable_ = accept(frame, doubt, result);
   if (!is_reliable_) make_grids();
   return segments_ms;
 }
@@ -155,21 +158,21 @@ void FrameProcessor::add_points(const LevelFrame& frame) {
   scene_flow_.add_points(flow_frame(frame), stages_->matches_on_lattice(), ranges_of(*stages_));
 }
 
-// From the matches on the road `expected`.
-void FrameProcessor::measure_rows(const LevelFrame& frame, const Ground& expected) {
+// From the matches on the road as it was expected.
+void FrameProcessor::measure_rows(const LevelFrame& frame) {
   if (!config_.matching.align_rows || frame.is_given()) return;
-  alignment_.update(frame.left, frame.right, stages_->matches_on_lattice(), road_plane(rig_, expected),
+  alignment_.update(frame.left, frame.right, stages_->matches_on_lattice(), road_plane(rig_, expected_),
                     ranges_of(*stages_));
 }
 
 // The road hypothesis needs a plane before there is any disparity: that of the frame before. At the start, and when the
 // road turns out to lie elsewhere, a plane is searched in what matched, and the frame is matched again.
-void FrameProcessor::find_road(const LevelFrame& frame, const Ground& expected, bool searches) {
-  measure_rows(frame, expected);
+void FrameProcessor::find_road(const LevelFrame& frame, bool searches) {
+  measure_rows(frame);
   const bool are_rows_off{is_first_ && !alignment_.is_identity()};
   if (are_rows_off) {
-    match(expected);
-    measure_rows(frame, expected);
+    match(expected_);
+    measure_rows(frame);
   }
   const bool has_searched{searches && search(frame)};
   if ((has_searched || are_rows_off) && stages_->works_ahead()) make_grids();
@@ -225,10 +228,10 @@ Doubt FrameProcessor::judge(const LevelFrame& frame) {
 }
 
 // False: the grids must not be built on this.
-bool FrameProcessor::accept(const LevelFrame& frame, const Ground& expected, Doubt doubt, FrameResult& result) {
+bool FrameProcessor::accept(const LevelFrame& frame, Doubt doubt, FrameResult& result) {
   doubt = look_at_mounting(frame, doubt);
   if (doubt != Doubt::none) {
-    if (config_.ground.estimate) ground_ = expected;  // a plane through wrong matches would mislead the next frame
+    if (config_.ground.estimate) ground_ = expected_;  // a plane through wrong matches would mislead the next frame
     scene_flow_.clear();
     stages_->take_velocities({});
   }

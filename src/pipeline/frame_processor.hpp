@@ -28,9 +28,16 @@ class FrameProcessor {
 
   /// Pixels that show the vehicle, for all frames. Before the first one.
   void take_mask(PixelMask mask);
-  /// `while_waiting`: called when the host would only wait for the device, if there is one; the frame's images are no
-  /// longer needed then.
-  void run(const LevelFrame& frame, FrameResult& result, const std::function<void()>& while_waiting = {});
+  /// Begins a frame: the back end is given what it can do without the host. `result` and what `frame` views must stay
+  /// until finish().
+  void start(const LevelFrame& frame, FrameResult& result);
+  /// What is called, if there is a device, when something can be done of the frame behind.
+  struct Ahead {
+    std::function<void()> images_free{};  ///< this frame's images are no longer needed
+    std::function<void()> device_free{};  ///< start() may be called: only the host is still busy with this frame
+  };
+  /// All the rest of a frame that has been started.
+  void finish(const LevelFrame& frame, FrameResult& result, const Ahead& ahead);
   /// The next frame is a first one. Ids of obstacles go on.
   void forget();
   /// Ids of obstacles go on from those of `before`, everything else begins.
@@ -40,7 +47,7 @@ class FrameProcessor {
   /// has to go on.
   [[nodiscard]] std::optional<Ground> found_mounting() const { return mounting_.found(); }
 
-  /// What run() remembers between two frames.
+  /// What is remembered between two frames.
   void save(StateWriter& state);
   void load(StateReader& state);
   [[nodiscard]] MemoryUse memory_use() const;
@@ -54,14 +61,14 @@ class FrameProcessor {
   void make_grids();
   void follow_points(const LevelFrame& frame, const GridGeometry& window);
   void add_points(const LevelFrame& frame);
-  void measure_rows(const LevelFrame& frame, const Ground& expected);
-  double find_grids(const LevelFrame& frame, const Ground& expected, FrameResult& result);
-  double find_grids_and_segments(const LevelFrame& frame, const Ground& expected, FrameResult& result);
-  void find_road(const LevelFrame& frame, const Ground& expected, bool searches);
+  void measure_rows(const LevelFrame& frame);
+  double find_grids(const LevelFrame& frame, FrameResult& result);
+  double find_grids_and_segments(const LevelFrame& frame, FrameResult& result);
+  void find_road(const LevelFrame& frame, bool searches);
   bool will_search();
   bool search(const LevelFrame& frame);
   Doubt judge(const LevelFrame& frame);
-  bool accept(const LevelFrame& frame, const Ground& expected, Doubt doubt, FrameResult& result);
+  bool accept(const LevelFrame& frame, Doubt doubt, FrameResult& result);
   void find_segments(const LevelFrame& frame);
   Doubt look_at_mounting(const LevelFrame& frame, Doubt doubt);
   [[nodiscard]] MatchedFrame matched(const LevelFrame& frame) const;
@@ -90,6 +97,7 @@ class FrameProcessor {
   Tracker tracker_;
 
   // of a frame
+  Ground expected_;           ///< before it is measured
   bool is_reliable_{true};    ///< may the grids be built on its matches?
   bool has_segments_{false};  ///< its segments have been found
   GroundSpace ground_samples_;

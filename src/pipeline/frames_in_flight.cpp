@@ -39,9 +39,11 @@ const FrameResult& FramesInFlight::collect() {
   return slot.result;
 }
 
-const StereoFrame* FramesInFlight::next() {
+std::optional<FramesInFlight::Waiting> FramesInFlight::next() {
   const std::scoped_lock lock{mutex_};
-  return submitted_ > worked_on_ + 1 ? &slot_of(worked_on_ + 1).frame : nullptr;
+  if (submitted_ <= worked_on_ + 1) return std::nullopt;
+  Slot& slot{slot_of(worked_on_ + 1)};
+  return Waiting{slot.frame, slot.result};
 }
 
 void FramesInFlight::keep_working() {

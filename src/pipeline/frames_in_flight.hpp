@@ -8,6 +8,7 @@
 #include <exception>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "stereogrid/frame.hpp"
@@ -33,8 +34,12 @@ class FramesInFlight {
   /// Waits for the oldest one and rethrows what `work` threw. At least one must be in flight. The result changes with
   /// the next call.
   const FrameResult& collect();
+  struct Waiting {
+    const StereoFrame& frame;
+    FrameResult& result;
+  };
   /// For `work`: the frame behind the one in work, if it is there. It stays until it has been worked on.
-  [[nodiscard]] const StereoFrame* next();
+  [[nodiscard]] std::optional<Waiting> next();
   [[nodiscard]] std::size_t held_bytes() const;
 
  private:

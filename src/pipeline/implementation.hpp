@@ -66,6 +66,11 @@ struct Pipeline::Implementation {
     ego_motion.start_at(options.start);
   }
 
+  struct Started {
+    const StereoFrame* frame{nullptr};
+    LevelFrame input;
+  };
+
   void make_level_images() {
     const Rig& level_rig{levelling.level_rig()};
     level_left = level_right = Image<std::uint8_t>{level_rig.width_px, level_rig.height_px};
@@ -207,22 +212,45 @@ struct Pipeline::Implementation {
     if (!frame.disparity.empty()) levelling.apply(cpu, frame.disparity.view(), level_disparity.view());
   }
 
-  // The images of the frame behind the one in work go to the stages, if it is there and can be used.
-  void look_ahead() {
-    const StereoFrame* const next{in_flight ? in_flight->next() : nullptr};
-    if (next == nullptr || !next->disparity.empty()) return;
-    try {
-      check(*next, rig);
-    } catch (const InputError&) {
-      return;  // told when it is its turn
-    }
+  // Those of the frame behind the one in work go to the device.
+  void take_next_images() {
+    const auto next = next_frame();
+    if (!next || !next->frame.disparity.empty()) return;
     if (levelling.is_needed()) {
-      level(*next);
+      level(next->frame);
       processor->stages().take_ahead(level_left.view(), level_right.view());
     } else {
-      processor->stages().take_ahead(next->left.view(), next->right.view());
+      processor->stages().take_ahead(next->frame.left.view(), next->frame.right.view());
     }
-    ahead = next;
+    ahead = &next->frame;
+  }
+
+  // The device matches the frame behind the one in work, unless that one must be done with first.
+  void start_next() {
+    const auto next = next_frame();
+    if (!next || processor->found_mounting() || FrameClock{clock}.tick(next->frame.stamp_ns).leap) return;
+    const FrameClock clock_before{clock};
+    const EgoMotion motion_before{ego_motion};
+    try {
+      const bool is_ahead{std::exchange(ahead, nullptr) == &next->frame};
+      started = {&next->frame, input_of(next->frame, is_ahead, next->result)};
+      processor->start(started.input, next->result);
+    } catch (const DeviceError&) {  // told when it is its turn
+      started = {};
+      clock = clock_before;
+      ego_motion = motion_before;
+    }
+  }
+
+  // The one behind the frame in work, if it is there and can be used.
+  [[nodiscard]] std::optional<FramesInFlight::Waiting> next_frame() {
+    auto next = in_flight ? in_flight->next() : std::nullopt;
+    try {
+      if (next) check_frame(next->frame);
+    } catch (const InputError&) {  // told when it is its turn
+      return std::nullopt;
+    }
+    return next;
   }
 
   template <class State>
@@ -242,14 +270,17 @@ struct Pipeline::Implementation {
 
   // The result's stages are the pipeline's own where nobody wants them: the stages work in them.
   void process(const StereoFrame& frame, FrameResult& into) {
+    const Started begun{std::exchange(started, {})};
+    const bool is_begun{begun.frame == &frame};
     const bool is_ahead{std::exchange(ahead, nullptr) == &frame};
-    check_frame(frame);
+    if (!is_begun) check_frame(frame);
     Stopwatch watch;
     make_room(config.grid, options.horizons_s, into);
     if (!options.stages) into.stages = std::exchange(unwanted_stages, {});
     make_room(config, levelling.level_rig(), into.stages);
-    const LevelFrame input{input_of(frame, is_ahead, into)};
-    processor->run(input, into, [this] { look_ahead(); });
+    const LevelFrame input{is_begun ? begun.input : input_of(frame, is_ahead, into)};
+    if (!is_begun) processor->start(input, into);
+    processor->finish(input, into, {[this] { take_next_images(); }, [this] { start_next(); }});
     if (!into.predictions.empty()) processor->stages().predict(input.world_from_vehicle, into);
     if (!options.stages) unwanted_stages = std::exchange(into.stages, {});
     into.world_from_vehicle = input.world_from_vehicle;
@@ -267,6 +298,7 @@ struct Pipeline::Implementation {
   std::string why_not_cuda;
   std::unique_ptr<FrameProcessor> processor;
   const StereoFrame* ahead{nullptr};  // whose images the stages have, of frames in flight
+  Started started;                    // the frame in flight that the processor has started
   Image<std::uint8_t> level_left;
   Image<std::uint8_t> level_right;
   Image<float> level_disparity;

@@ -45,8 +45,8 @@ class Stages {
 
   // What the stages of a frame work on.
 
-  /// `window`: where the filter's grid lies now. `frame` and `result` must stay until finish(). On the first frame
-  /// nothing is remembered.
+  /// `window`: where the filter's grid lies now. What `frame` views and `result` must stay until finish(). On the first
+  /// frame nothing is remembered.
   virtual void begin(const LevelFrame& frame, const GridGeometry& window, bool is_first, FrameResult& result) = 0;
   /// Before match(). `expected`: where the road hypothesis takes the road to be; `previous`: where it was in the frame
   /// before.

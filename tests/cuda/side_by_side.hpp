@@ -36,9 +36,11 @@ struct Runner {
   void run(const StereoFrame& frame, double dt_s) {
     result.status.clear();
     result.warnings.clear();
-    processor.run({frame.left.view(), frame.right.view(), frame.disparity.view(), *frame.world_from_vehicle, dt_s,
-                   frame.other_grids},
-                  result);
+    const LevelFrame level{
+        frame.left.view(), frame.right.view(), frame.disparity.view(), *frame.world_from_vehicle, dt_s,
+        frame.other_grids};
+    processor.start(level, result);
+    processor.finish(level, result, {});
   }
 
   FrameProcessor processor;

@@ -72,8 +72,8 @@ TEST_F(CudaLoading, GpuGivesWhatTheCpuGives) {
   }
 }
 
-// The images of a frame in flight go to the device while it works on the frame before; also those of a frame that is
-// then refused, for a stamp that is not its own, and levelled ones.
+// The images of a frame in flight go to the device while it works on the frame before, and it matches them while the
+// host tracks; also levelled ones, and where a frame is refused, for a stamp that is not its own, or begins anew.
 TEST_F(CudaLoading, FramesInFlightGiveWhatTheyGiveInTurn) {
   use_library(EMULATED_LIBRARY);
   for (const double pitch_rad : {0.0, 0.2}) {
@@ -85,6 +85,7 @@ TEST_F(CudaLoading, FramesInFlightGiveWhatTheyGiveInTurn) {
     std::vector<StereoFrame> frames;
     for (int index{0}; index < 8; ++index) frames.push_back(street.frame(index));
     frames[3].stamp_ns = frames[2].stamp_ns;
+    for (std::size_t i{6}; i < frames.size(); ++i) frames[i].stamp_ns += 100'000'000'000;
     in_flight.submit(frames[0]);
     for (std::size_t i{0}; i < frames.size(); ++i) {
       if (i + 1 < frames.size()) in_flight.submit(frames[i + 1]);
@@ -96,6 +97,9 @@ TEST_F(CudaLoading, FramesInFlightGiveWhatTheyGiveInTurn) {
       const FrameResult& found{in_flight.collect()};
       EXPECT_EQ(found.stages.obstacle_disparity, expected.stages.obstacle_disparity) << i;
       EXPECT_EQ(found.world.occupancy, expected.world.occupancy) << i;
+      EXPECT_EQ(found.world.geometry, expected.world.geometry) << i;
+      EXPECT_EQ(found.status, expected.status) << i;
+      EXPECT_EQ(found.obstacles.size(), expected.obstacles.size()) << i;
       EXPECT_GT(found.road_density, 0.1);
     }
     EXPECT_EQ(in_flight.save_state(), in_turn.save_state());
