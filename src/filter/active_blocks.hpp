@@ -29,7 +29,7 @@ class ActiveBlocks {
   [[nodiscard]] bool is_active(int block) const { return active_[static_cast<std::size_t>(block)] != 0; }
 
   /// Of a block of the step before: the cells of which something has been known. Of all blocks before `decide`.
-  void set_seen(int block, const CellBox& cells) { seen_[static_cast<std::size_t>(block)] = cells; }
+  [[nodiscard]] CellBox& seen(int block) { return seen_[static_cast<std::size_t>(block)]; }
   /// Row `row` of the blocks now. `has_some(block)`: it has masses, or something of it is observed.
   template <class HasSome>
   void decide(int row, Scroll scroll, const HasSome& has_some) {

@@ -80,8 +80,38 @@ STEREOGRID_HD inline T moving_share(T occupancy, T standing) {
   return Max(occupancy - standing, number(occupancy, 0.0f));
 }
 
+template <class T>
+STEREOGRID_HD inline auto is_moving(MovingFrom from, T occupancy, T standing) {
+  const T moving{(moving_share)(occupancy, standing)};
+  return And(moving > number(moving, from.mass), moving > number(moving, from.part) * occupancy);
+}
+
+/// Mass of each moving velocity of a cell without masses of its own. `each_moving`: of FilterStep.
+template <class T>
+STEREOGRID_HD inline T even_mass(float each_moving, T occupancy, T standing) {
+  return number(occupancy, each_moving) * (moving_share)(occupancy, standing);
+}
+
+/// Velocity noise is a Markov chain over the velocities: each keeps a share of its mass and gains what depends on the
+/// cell alone. `all`: mass of all velocities, `standing`: that of standstill.
+template <class T>
+STEREOGRID_HD inline T gained_by_moving(const FilterStep& step, T all, T standing) {
+  return number(all, step.spread) * (all - standing) + number(all, step.start) * standing;
+}
+template <class T>
+STEREOGRID_HD inline T disturbed_standing(const FilterStep& step, T all, T standing) {
+  return number(all, step.kept_standing) * standing + number(all, step.stop) * (all - standing);
+}
+
 /// Greater than every age of a cell that has been seen.
 constexpr float never_s{3e38f};
+
+/// Still as `unseen_cell` says. It does not count as moving, either.
+template <class T>
+STEREOGRID_HD inline auto is_as_unseen(const FilterStep& step, T occupancy, T standing, T age_s) {
+  const auto of = [age_s](float value) { return number(age_s, value); };
+  return And(age_s > of(never_s), And(occupancy == of(0.5f), standing == of(0.5f * step.prior_static)));
+}
 
 /// What prediction and update (docs/method.md §8.7) do to the masses that have arrived in a cell:
 /// m(k) ← scale·m(k) + born(k).

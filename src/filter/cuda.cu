@@ -39,7 +39,7 @@ __global__ void prepare_tay(const FilterMotion* motion, const double* speed_mps,
   if (i >= count) return;
   const float standing{before.scale[i] * before.mass[static_cast<std::size_t>(step.standstill()) * count + i]};
   prepared[i] = make_float4(before.scale[i], still_occupied(step, before.occupancy[i]),
-                            gained_by_moving(step, 1, standing), disturbed_standing(step, 1, standing));
+                            gained_by_moving(step, 1.0f, standing), disturbed_standing(step, 1.0f, standing));
 }
 
 __global__ void __launch_bounds__(warps_max* warp, 4)

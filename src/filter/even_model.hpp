@@ -22,21 +22,6 @@ constexpr MovingFrom moving_told{0.15f, 0.2f};
 /// Else as little as the filter can tell from chance.
 constexpr MovingFrom moving_found{0.05f, 0};
 
-STEREOGRID_HD inline bool is_moving(MovingFrom from, float occupancy, float standing) {
-  const float moving{moving_share(occupancy, standing)};
-  return moving > from.mass && moving > from.part * occupancy;
-}
-
-/// Still as `unseen_cell` says. It does not count as moving, either.
-STEREOGRID_HD inline bool is_as_unseen(const FilterStep& step, float occupancy, float standing, float age_s) {
-  return age_s > never_s && occupancy == 0.5f && standing == 0.5f * step.prior_static;
-}
-
-/// Mass of each moving velocity of a cell without masses of its own. `each_moving`: of FilterStep.
-STEREOGRID_HD inline float even_mass(float each_moving, float occupancy, float standing) {
-  return each_moving * moving_share(occupancy, standing);
-}
-
 /// Cells of the window from the first to the last, both included.
 struct CellBox {
   int x_first;

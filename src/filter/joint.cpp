@@ -20,28 +20,45 @@ class BlockFilter {
         layout_{joint.after.blocks.layout()},
         layers_{layers} {}
 
+  // One that has masses.
   void run(int block) const {
     const CellBox cells{layout_.cells_of(block)};
-    const int slot{joint_.after.blocks.slot(block)};
-    const auto i = static_cast<std::size_t>(block);
-    joint_.after.kinds[i] = slot < 0 ? BlockKind::even : BlockKind::any;
-    if (slot >= 0) predict_block(joint_, block);
-    BlockRow row{};
-    row.was_even = kinds_before_ != nullptr && (*kinds_before_)[i] != BlockKind::any;
-    row.x = cells.x_first;
-    row.columns = cells.x_last - cells.x_first + 1;
-    for (row.y = cells.y_first; row.y <= cells.y_last; ++row.y) {
-      float* const masses{slot < 0 ? nullptr
-                                   : joint_.after.blocks.masses(slot) + (row.y - cells.y_first) * block_columns};
-      run(row, masses);
+    joint_.after.kinds[static_cast<std::size_t>(block)] = BlockKind::any;
+    predict_block(joint_, block);
+    BlockRow row{row_of(block)};
+    float* masses{joint_.after.blocks.masses(joint_.after.blocks.slot(block))};
+    for (row.y = cells.y_first; row.y <= cells.y_last; ++row.y, masses += block_columns) run(row, masses);
+  }
+
+  // Those of a row of blocks that are active and have none: row by row through all of them, as memory is read fastest.
+  void run_even(int block_row) const {
+    const int first{block_row * layout_.across};
+    const CellBox cells{layout_.cells_of(first)};
+    for (int y{cells.y_first}; y <= cells.y_last; ++y) {
+      for (int block{first}; block < first + layout_.across; ++block) {
+        if (joint_.after.blocks.slot(block) >= 0 || !joint_.after.space.active.is_active(block)) continue;
+        joint_.after.kinds[static_cast<std::size_t>(block)] = BlockKind::even;
+        BlockRow row{row_of(block)};
+        row.y = y;
+        run(row, nullptr);
+      }
     }
   }
 
  private:
+  [[nodiscard]] BlockRow row_of(int block) const {
+    const CellBox cells{layout_.cells_of(block)};
+    BlockRow row;
+    row.was_even = kinds_before_ != nullptr && (*kinds_before_)[static_cast<std::size_t>(block)] != BlockKind::any;
+    row.x = cells.x_first;
+    row.columns = cells.x_last - cells.x_first + 1;
+    return row;
+  }
+
   // `masses`: of the first velocity; null: the block has none.
   void run(BlockRow& row, float* masses) const {
     const CellColumns known{known_columns(joint_, row.x, row.y, row.columns)};
-    take_before(known, row);
+    take(known, row);
     if (masses == nullptr) {
       arrive_evenly(joint_, known, row);
       update_row(joint_, observed_, nullptr, row, layers_);
@@ -54,23 +71,20 @@ class BlockFilter {
   }
 
   // What the step before has left of the row, where it was in the window, and what a new cell has.
-  void take_before(CellColumns known, BlockRow& row) const {
+  void take(CellColumns known, BlockRow& row) const {
     const int y{row.y + joint_.scroll.y};
     const int first{row.x + joint_.scroll.x};
+    if (known.begin == 0 && known.end == row.columns) return take_before(joint_, row);
     const EvenArrived is_new{new_to_the_window(joint_.step)};
     std::fill_n(row.each, row.columns, is_new.each);
-    if (known.begin > 0 || known.end < row.columns) {
-      std::fill_n(row.age_s, row.columns, std::numeric_limits<float>::infinity());
-      std::fill_n(row.standing, row.columns, is_new.standing);
-      std::fill_n(row.unseen, row.columns, 1.0f);
+    std::fill_n(row.age_s, row.columns, std::numeric_limits<float>::infinity());
+    std::fill_n(row.standing, row.columns, is_new.standing);
+    std::fill_n(row.unseen, row.columns, 1.0f);
+    for (int i{known.begin}; i < known.end; ++i) {
+      row.age_s[i] = joint_.before.age_s(first + i, y);
+      row.standing[i] = joint_.after.space.standing(first + i, y);
+      row.unseen[i] = joint_.before.is_as_unseen(joint_.step, first + i, y) ? 1.0f : 0.0f;
     }
-    if (known.is_empty()) return;
-    const int x{first + known.begin};
-    const int count{known.end - known.begin};
-    std::copy_n(joint_.before.age_s.row(y) + x, count, row.age_s + known.begin);
-    std::copy_n(joint_.after.space.standing.row(y) + x, count, row.standing + known.begin);
-    for (int i{0}; i < count; ++i)
-      row.unseen[known.begin + i] = joint_.before.is_as_unseen(joint_.step, x + i, y) ? 1.0f : 0.0f;
   }
 
   const std::vector<BlockKind>* kinds_before_;
@@ -129,36 +143,6 @@ class UnseenBlocks {
   VelocityEstimate velocity_;
 };
 
-// Those cells of a block of the step before of which something has been known.
-CellBox seen_cells(const JointStep& joint, const CellBox& block) {
-  const auto is_unseen = [&](int x, int y) { return joint.before.is_as_unseen(joint.step, x, y); };
-  CellBox seen{block.x_last + 1, block.y_last + 1, -1, -1};
-  for (int y{block.y_first}; y <= block.y_last; ++y) {
-    int first{block.x_first};
-    while (first <= block.x_last && is_unseen(first, y)) ++first;
-    if (first > block.x_last) continue;
-    int last{block.x_last};
-    while (is_unseen(last, y)) --last;
-    seen = {std::min(seen.x_first, first), std::min(seen.y_first, y), std::max(seen.x_last, last), y};
-  }
-  return seen;
-}
-
-// Which cells of a row of blocks of the step before move, and of which something has been known.
-void find_cells(const JointStep& joint, int row) {
-  const FilterState& before{joint.before};
-  FilterSpace& space{joint.after.space};
-  const BlockLayout& layout{before.blocks.layout()};
-  for (int block{row * layout.across}; block < (row + 1) * layout.across; ++block) {
-    CellBox& moving{space.moving[static_cast<std::size_t>(block)]};
-    moving = {0, 0, -1, -1};
-    space.active.set_seen(block, moving);
-    if (before.is_unseen(block)) continue;
-    moving = before.moving_cells(joint.step, joint.scroll, block);
-    space.active.set_seen(block, seen_cells(joint, layout.cells_of(block)));
-  }
-}
-
 // A row of blocks of the step before, as far as something is read of it.
 void prepare(const JointStep& joint, int row) {
   const BlockLayout& layout{joint.before.blocks.layout()};
@@ -205,9 +189,14 @@ void filter_joint(Cpu& cpu, const FilterInput& input, View<const float> observed
   const UnseenBlocks unseen{input, joint, layers};
   cpu.for_ranges(layout.count(), 1, [&](int begin, int end) {
     for (int block{begin}; block < end; ++block) {
-      after.space.active.is_active(block) ? active.run(block) : unseen.write(block);
+      if (!after.space.active.is_active(block)) {
+        unseen.write(block);
+      } else if (after.blocks.slot(block) >= 0) {
+        active.run(block);
+      }
     }
   });
+  for_block_rows(cpu, layout, [&](int row) { active.run_even(row); });
 }
 
 }  // namespace stereogrid

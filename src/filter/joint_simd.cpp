@@ -26,14 +26,15 @@ using Float = hn::CappedTag<float, block_columns>;
 void PrepareRow(const JointStep& joint, int y, CellColumns columns) {
   const FilterStep& step{joint.step};
   FilterSpace& space{joint.after.space};
-  const float* const occupancy{joint.before.occupancy.row(y)};
-  const float* const standing{joint.before.standing.row(y)};
-  for (int x{columns.begin}; x < columns.end; ++x) {
-    const float gained{gained_by_moving(step, occupancy[x], standing[x])};
-    space.gained(x, y) = gained;
-    space.standing(x, y) = disturbed_standing(step, occupancy[x], standing[x]);
-    space.even(x, y) = disturbed(step.kept_moving, even_mass(step.each_moving, occupancy[x], standing[x]), gained);
-  }
+  for_shrinking_vectors(Float{}, columns.begin, columns.end, [&](auto d, int x) {
+    const auto occupancy = hn::LoadU(d, joint.before.occupancy.row(y) + x);
+    const auto standing = hn::LoadU(d, joint.before.standing.row(y) + x);
+    const auto gained = (gained_by_moving)(step, occupancy, standing);
+    const auto even = (even_mass)(step.each_moving, occupancy, standing);
+    hn::StoreU(gained, d, space.gained.row(y) + x);
+    hn::StoreU((disturbed_standing)(step, occupancy, standing), d, space.standing.row(y) + x);
+    hn::StoreU(disturbed(hn::Set(d, step.kept_moving), even, gained), d, space.even.row(y) + x);
+  });
 }
 
 // to(x) += between(from(x + offset), from(x + offset + 1), share) in some columns; outside of it `from` is `border`.

@@ -40,6 +40,9 @@ inline CellColumns known_columns(const JointStep& joint, int x, int y, int colum
 /// Of some cell of a block something is observed: it is not exactly ½.
 bool is_any_observed(View<const float> observed, const CellBox& cells);
 
+/// Which cells of a row of blocks of the step before move, and of which something has been known.
+void find_cells(const JointStep& joint, int block_row);
+
 /// What prediction reads of row y of the step before.
 void prepare_row(const JointStep& joint, int y, CellColumns columns);
 
@@ -62,6 +65,9 @@ struct BlockRow {
   float born_moving[block_columns];
   float born_standing[block_columns];
 };
+
+/// What the step before has left of the row, where all of it has been in the window: age, standstill, unseen.
+void take_before(const JointStep& joint, BlockRow& row);
 
 /// What arrives of each moving velocity in some columns of the row, which have been in the window before, as
 /// BlockRow::each.

@@ -54,15 +54,6 @@ STEREOGRID_HD inline float prior_of(const FilterStep& step, int k) {
   return k == step.standstill() ? step.prior_static : step.prior_moving;
 }
 
-/// Velocity noise is a Markov chain over the velocities: each keeps a share of its mass and gains what depends on the
-/// cell alone. `all`: mass of all velocities, `standing`: that of standstill.
-STEREOGRID_HD inline float gained_by_moving(const FilterStep& step, float all, float standing) {
-  return step.spread * (all - standing) + step.start * standing;
-}
-STEREOGRID_HD inline float disturbed_standing(const FilterStep& step, float all, float standing) {
-  return step.kept_standing * standing + step.stop * (all - standing);
-}
-
 /// Where the mass of a cell comes from for a displacement that is no whole number of cells: from[i] between the cells
 /// ix and ix + 1 further along x, likewise along y.
 struct Antecedents {

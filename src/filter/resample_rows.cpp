@@ -14,7 +14,6 @@ class RowResampler {
  public:
   RowResampler(const Resampling& resampling, KnownKinds kinds)
       : resampling_{resampling},
-        places_{places_in_window(resampling.cells, resampling.world.geometry)},
         layout_{resampling.world.geometry.nx},
         kinds_{kinds},
         has_blocks_{kinds.blocks != nullptr && !kinds.blocks->empty()} {}
@@ -56,8 +55,8 @@ class RowResampler {
 
   // What holds for all blocks of the window between cells first and last of row iy and around them.
   [[nodiscard]] BlockKind kind_around(int first, int last, int iy) const {
-    const auto [x_first, x_last] = std::minmax({places_.x_of(first, iy), places_.x_of(last, iy)});
-    const auto [y_first, y_last] = std::minmax({places_.y_of(first, iy), places_.y_of(last, iy)});
+    const auto [x_first, x_last] = std::minmax({resampling_.places.x_of(first, iy), resampling_.places.x_of(last, iy)});
+    const auto [y_first, y_last] = std::minmax({resampling_.places.y_of(first, iy), resampling_.places.y_of(last, iy)});
     const CellBox cells{floor_of(x_first) - 1, floor_of(y_first) - 1, floor_of(x_last) + 1, floor_of(y_last) + 1};
     if (cells.x_first < 0 || cells.y_first < 0 || cells.x_last >= layout_.cells || cells.y_last >= layout_.cells) {
       return BlockKind::any;
@@ -72,7 +71,6 @@ class RowResampler {
   }
 
   const Resampling& resampling_;
-  CellPlaces places_;
   BlockLayout layout_;
   KnownKinds kinds_;
   bool has_blocks_;
@@ -81,8 +79,8 @@ class RowResampler {
 }  // namespace
 
 void resample_rows(const Pose2& world_from_vehicle, int begin, int end, KnownKinds kinds, FrameResult& result) {
-  const Resampling resampling{grid_in_vehicle(result.vehicle.geometry, world_from_vehicle), result.world,
-                              result.vehicle};
+  const GridInVehicle cells{grid_in_vehicle(result.vehicle.geometry, world_from_vehicle)};
+  const Resampling resampling{cells, places_in_window(cells, result.world.geometry), result.world, result.vehicle};
   const RowResampler rows{resampling, kinds};
   for (int iy{begin}; iy < end; ++iy) rows.run(iy);
 }

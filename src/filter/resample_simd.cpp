@@ -12,6 +12,7 @@
 #include "hwy/highway.h"
 #include "numbers_simd.hpp"
 
+#include <cstdint>
 #include <limits>
 
 HWY_BEFORE_NAMESPACE();
@@ -27,11 +28,12 @@ namespace {
 template <class D>
 class ResampledCells {
  public:
-  ResampledCells(D d, const Resampling& resampling, const CellPlaces& cells, int ix, int iy)
+  ResampledCells(D d, const Resampling& resampling, int ix, int iy)
       : d_{d}, world_{resampling.world}, to_{resampling.vehicle}, ix_{ix}, iy_{iy}, cells_{resampling.cells} {
+    const CellPlaces& places{resampling.places};
     const V at{hn::ConvertTo(d, hn::Iota(ints_, ix))};
-    x_ = hn::Add(value(cells.x_of(0, iy)), hn::Mul(value(cells.along), at));
-    y_ = hn::Add(value(cells.y_of(0, iy)), hn::Mul(value(cells.across), at));
+    x_ = hn::Add(value(places.x_of(0, iy)), hn::Mul(value(places.along), at));
+    y_ = hn::Add(value(places.y_of(0, iy)), hn::Mul(value(places.across), at));
     const GridGeometry& window{world_.geometry};
     is_inside_ = hn::And(hn::And(hn::Ge(x_, value(0)), hn::Lt(x_, value(static_cast<float>(window.nx)))),
                          hn::And(hn::Ge(y_, value(0)), hn::Lt(y_, value(static_cast<float>(window.ny)))));
@@ -85,6 +87,11 @@ class ResampledCells {
     Int high_right;
     V fx;
     V fy;
+    bool are_pairs;  ///< all right ones lie behind the left ones
+  };
+  struct Pair {
+    V left;
+    V right;
   };
 
   [[nodiscard]] V value(float number) const { return hn::Set(d_, number); }
@@ -109,16 +116,44 @@ class ResampledCells {
     const Int rights{within(hn::Add(ix, next), world_.geometry.nx)};
     const Int lows{within(iy, world_.geometry.ny)};
     const Int highs{within(hn::Add(iy, next), world_.geometry.ny)};
-    return {index(lefts, lows),   index(rights, lows), index(lefts, highs),
-            index(rights, highs), hn::Sub(x, left),    hn::Sub(y, low)};
+    return {index(lefts, lows),
+            index(rights, lows),
+            index(lefts, highs),
+            index(rights, highs),
+            hn::Sub(x, left),
+            hn::Sub(y, low),
+            hn::AllTrue(ints_, hn::Eq(hn::Add(lefts, next), rights))};
   }
 
   [[nodiscard]] V smooth(const Image<float>& layer, const Around& cells) const {
-    return (among)(at(layer, cells.low_left), at(layer, cells.low_right), at(layer, cells.high_left),
-                   at(layer, cells.high_right), cells.fx, cells.fy);
+    const Pair low{cells.are_pairs ? pair_at(layer, cells.low_left)
+                                   : Pair{at(layer, cells.low_left), at(layer, cells.low_right)}};
+    const Pair high{cells.are_pairs ? pair_at(layer, cells.high_left)
+                                    : Pair{at(layer, cells.high_left), at(layer, cells.high_right)}};
+    return (among)(low.left, low.right, high.left, high.right, cells.fx, cells.fy);
   }
 
-  void store(V value, Image<float>& layer) const { hn::StoreU(value, d_, layer.row(iy_) + ix_); }
+  // Each cell and the one behind it. Where there are gathers, one of 64 bits is faster than two of 32.
+  [[nodiscard]] Pair pair_at(const Image<float>& layer, Int left) const {
+#if HWY_TARGET <= HWY_AVX2
+    if constexpr (hn::MaxLanes(D{}) >= 8) {
+      const hn::Repartition<std::int64_t, D> pairs;
+      const hn::Half<Ints> half;
+      const auto* const cells = reinterpret_cast<const std::int64_t*>(layer.view().data);
+      const auto gathered = [&](auto of) HWY_ATTR {
+        return hn::BitCast(d_, hn::GatherOffset(pairs, cells, hn::ShiftLeft<2>(hn::PromoteTo(pairs, of))));
+      };
+      const V lower{gathered(hn::LowerHalf(half, left))};
+      const V upper{gathered(hn::UpperHalf(half, left))};
+      return {hn::ConcatEven(d_, upper, lower), hn::ConcatOdd(d_, upper, lower)};
+    }
+#endif
+    return {at(layer, left), at(layer, hn::Add(left, hn::Set(ints_, 1)))};
+  }
+
+  void store(V value, Image<float>& layer) const {
+    hn::StoreU(value, d_, layer.row(iy_) + ix_);
+  }
 
   D d_;
   Ints ints_{};
@@ -133,16 +168,14 @@ class ResampledCells {
 };
 
 void ResampleCells(const Resampling& resampling, int begin, int end, int iy) {
-  const CellPlaces cells{places_in_window(resampling.cells, resampling.world.geometry)};
   for_shrinking_vectors(hn::CappedTag<float, resampled_columns>{}, begin, end, [&](auto d, int ix) {
-    ResampledCells<decltype(d)>{d, resampling, cells, ix, iy}.run();
+    ResampledCells<decltype(d)>{d, resampling, ix, iy}.run();
   });
 }
 
 void ResampleEvenCells(const Resampling& resampling, int begin, int end, int iy, bool were_even) {
-  const CellPlaces cells{places_in_window(resampling.cells, resampling.world.geometry)};
   for_shrinking_vectors(hn::CappedTag<float, resampled_columns>{}, begin, end, [&](auto d, int ix) {
-    ResampledCells<decltype(d)>{d, resampling, cells, ix, iy}.run_even(were_even);
+    ResampledCells<decltype(d)>{d, resampling, ix, iy}.run_even(were_even);
   });
 }
 

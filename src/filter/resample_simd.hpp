@@ -10,6 +10,7 @@ namespace stereogrid {
 /// From the window's layers to the vehicle's.
 struct Resampling {
   GridInVehicle cells;  ///< the vehicle's grid in the world
+  CellPlaces places;    ///< its cells in the window
   const GridLayers& world;
   GridLayers& vehicle;
 };

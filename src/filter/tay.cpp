@@ -14,8 +14,8 @@ namespace {
 void prepare(const FilterStep& step, const FilterState& before, FilterSpace& space) {
   const Image<float>& standing{before.velocity[before.velocity.size() / 2]};
   for (std::size_t c{0}; c < standing.size(); ++c) {
-    space.gained.data()[c] = gained_by_moving(step, 1, standing.data()[c]);
-    space.standing.data()[c] = disturbed_standing(step, 1, standing.data()[c]);
+    space.gained.data()[c] = gained_by_moving(step, 1.0f, standing.data()[c]);
+    space.standing.data()[c] = disturbed_standing(step, 1.0f, standing.data()[c]);
     space.still_occupied.data()[c] = still_occupied(step, before.occupancy.data()[c]);
   }
 }
