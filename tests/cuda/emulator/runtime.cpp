@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <unordered_map>
@@ -17,6 +18,7 @@
 #endif
 
 #include "fibers.hpp"
+#include "traffic.hpp"
 
 struct EmulatedGraph {
   std::vector<std::function<void()>> work;
@@ -41,6 +43,7 @@ struct Machine {
   bool backwards{std::getenv("STEREOGRID_EMULATOR_BACKWARDS") != nullptr};
   bool counts{std::getenv("STEREOGRID_EMULATOR_COUNTS") != nullptr};
   const char* multiprocessors{std::getenv("STEREOGRID_EMULATOR_MULTIPROCESSORS")};
+  std::unique_ptr<emulator::Traffic> traffic{emulator::Traffic::wanted()};
   std::atomic<int> captures{0};  ///< streams that are being captured
   std::recursive_mutex mutex;
 };
@@ -110,9 +113,11 @@ cudaError_t launch(const cudaLaunchConfig_t& config, std::function<void()> threa
   }
   if (config.dynamicSmemBytes > shared_max) return cudaErrorInvalidValue;
   return give(config.stream, [config, call = std::move(thread)] {
+    if (machine().traffic) machine().traffic->begin();
     begin_count();
     run_grid(config.gridDim, config.blockDim, config.dynamicSmemBytes, call, machine().backwards);
     end_count(volume(config.gridDim), volume(config.blockDim));
+    if (machine().traffic) machine().traffic->end(volume(config.gridDim), volume(config.blockDim));
   });
 }
 
@@ -180,7 +185,7 @@ cudaError_t cudaMalloc(void** memory, std::size_t bytes) {
   const std::lock_guard lock{machine().mutex};
   constexpr std::size_t little{std::size_t{1} << 14};
   if (bytes > (lacks("memory") ? little : machine().memory)) return cudaErrorMemoryAllocation;
-  *memory = std::malloc(bytes);
+  *memory = machine().traffic ? machine().traffic->allocate(bytes) : std::malloc(bytes);
   std::memset(*memory, 0xA5, bytes);
   machine().memory -= bytes;
   machine().allocated[*memory] = bytes;
@@ -193,7 +198,11 @@ cudaError_t cudaFree(void* memory) {
   if (found == machine().allocated.end()) return cudaErrorInvalidValue;
   machine().memory += found->second;
   machine().allocated.erase(found);
-  std::free(memory);
+  if (machine().traffic) {
+    machine().traffic->release(memory);
+  } else {
+    std::free(memory);
+  }
   return cudaSuccess;
 }
 cudaError_t cudaMallocHost(void** memory, std::size_t bytes) {
