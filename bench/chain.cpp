@@ -2,10 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Times the whole chain, from images in memory to obstacles, stage by stage: wall-clock time on two threads, or as many
-// as the second argument says, for the presets and both matchers in turns. The first argument is a recording, on a grid
-// of 150 × 100 cells; without it, or empty, a built-in scene of the paper's size takes its place (512 × 320 px, 64
-// disparities, 100 × 100 cells).
+// as the second argument says, for the presets and both matchers, and as on a processor with AVX2 only, in turns. The
+// first argument is a recording, on a grid of 150 × 100 cells; without it, or empty, a built-in scene of the paper's
+// size takes its place (512 × 320 px, 64 disparities, 100 × 100 cells).
+#include <hwy/targets.h>
+
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -48,10 +51,13 @@ struct Setting {
   const char* name;
   const char* preset;
   MatchingMethod method;
-  std::vector<StageTimes> times;
+  std::int64_t instructions{0};  ///< of Highway; 0: the machine's best
+  std::vector<StageTimes> times{};
 };
 
 void drive(const Rig& rig, const std::vector<StereoFrame>& frames, double length_m, int threads, Setting& setting) {
+  hwy::SetSupportedTargetsForTest(setting.instructions);
+  hwy::GetChosenTarget().DeInit();
   Config config{preset(setting.preset)};
   config.matching.method = setting.method;
   config.grid.length_m = length_m;
@@ -76,9 +82,13 @@ void print(const Setting& setting) {
 void run(const char* recording, int threads) {
   const std::unique_ptr<FrameSource> source{open(recording)};
   const std::vector<StereoFrame> frames{frames_of(*source)};
-  std::vector<Setting> settings{{"default", "default", MatchingMethod::correlation, {}},
-                                {"default, semi-global", "default", MatchingMethod::semi_global, {}},
-                                {"paper", "paper", MatchingMethod::correlation, {}}};
+  std::vector<Setting> settings{{"default", "default", MatchingMethod::correlation},
+                                {"default, semi-global", "default", MatchingMethod::semi_global},
+                                {"paper", "paper", MatchingMethod::correlation}};
+  if ((hwy::SupportedTargets() & HWY_AVX2) != 0) {
+    settings.push_back({"default, AVX2", "default", MatchingMethod::correlation, HWY_AVX2});
+    settings.push_back({"paper, AVX2", "paper", MatchingMethod::correlation, HWY_AVX2});
+  }
   for (int round{0}; round < rounds; ++round) {
     for (Setting& setting : settings) drive(source->rig(), frames, recording != nullptr ? 30 : 20, threads, setting);
   }

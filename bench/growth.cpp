@@ -3,8 +3,9 @@
 //
 // How time and memory of the default chain grow: with the image's width and height, disparities, cells, velocities and
 // threads, each for itself, from the paper's size on, and with obstacles; with images and disparities together, up to
-// 1920 × 1080 · 192; and the frames per second of several cameras. On the built-in street; all sizes of a row in turns,
-// two threads. The exponent is that of a power law through a row's medians.
+// 1920 × 1080 · 192; what more threads should make of it, by work and span; and the frames per second of several
+// cameras. On the built-in street; all sizes of a row in turns, two threads. The exponent is that of a power law
+// through a row's medians.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -128,9 +129,9 @@ double exponent(const std::vector<double>& sizes, const std::vector<double>& val
   return xy / xx;
 }
 
-// `size`: what a setting counts as; the exponents are against it.
-void print_row(const char* name, const std::vector<Setting>& settings,
-               const std::function<double(const Setting&)>& size) {
+// `size`: what a setting counts as; the exponents are against it. Returns the medians.
+std::vector<double> print_row(const char* name, const std::vector<Setting>& settings,
+                              const std::function<double(const Setting&)>& size) {
   std::vector<Measured> measured(settings.size());
   std::vector<Rig> rigs;
   std::vector<std::vector<StereoFrame>> frames;
@@ -164,6 +165,17 @@ void print_row(const char* name, const std::vector<Setting>& settings,
   std::printf("| %s | %s | %s | %.2f | %s | %.2f |\n", name, sizes.c_str(), times.c_str(), exponent(of_size, of_time),
               bytes.c_str(), exponent(of_size, of_bytes));
   std::fflush(stdout);
+  return of_time;
+}
+
+// Of T(p) = work/p + span through the times of one thread and of two.
+void print_more_threads(double one_ms, double two_ms) {
+  const double span_ms{std::max(2 * two_ms - one_ms, 0.0)};
+  std::printf("\n| threads | ms, computed | faster than one |\n|---|---|---|\n");
+  for (const int threads : {4, 8}) {
+    const double ms{(one_ms - span_ms) / threads + span_ms};
+    std::printf("| %d | %.1f | %.1f |\n", threads, ms, one_ms / ms);
+  }
 }
 
 void print_growth() {
@@ -185,7 +197,9 @@ void print_growth() {
             [](const Setting& s) { return (2 * s.speeds + 1) * (2 * s.speeds + 1); });
   print_row("obstacles, without matching", {{.posts = 4}, {.posts = 16}, {.posts = 64}},
             [](const Setting& s) { return s.posts; });
-  print_row("threads", {{.threads = 1}, {.threads = 2}}, [](const Setting& s) { return s.threads; });
+  const std::vector<double> of_threads{
+      print_row("threads", {{.threads = 1}, {.threads = 2}}, [](const Setting& s) { return s.threads; })};
+  print_more_threads(of_threads[0], of_threads[1]);
 }
 
 // Frames per second of all cameras, processed by `work` once for each instant.

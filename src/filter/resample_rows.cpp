@@ -55,9 +55,11 @@ class RowResampler {
 
   // What holds for all blocks of the window between cells first and last of row iy and around them.
   [[nodiscard]] BlockKind kind_around(int first, int last, int iy) const {
-    const auto [x_first, x_last] = std::minmax({resampling_.places.x_of(first, iy), resampling_.places.x_of(last, iy)});
-    const auto [y_first, y_last] = std::minmax({resampling_.places.y_of(first, iy), resampling_.places.y_of(last, iy)});
-    const CellBox cells{floor_of(x_first) - 1, floor_of(y_first) - 1, floor_of(x_last) + 1, floor_of(y_last) + 1};
+    const CellPlaces& places{resampling_.places};
+    const Point2 from{places.x_of(first, iy), places.y_of(first, iy)};
+    const Point2 to{places.x_of(last, iy), places.y_of(last, iy)};
+    const CellBox cells{floor_of(std::min(from.x, to.x)) - 1, floor_of(std::min(from.y, to.y)) - 1,
+                        floor_of(std::max(from.x, to.x)) + 1, floor_of(std::max(from.y, to.y)) + 1};
     if (cells.x_first < 0 || cells.y_first < 0 || cells.x_last >= layout_.cells || cells.y_last >= layout_.cells) {
       return BlockKind::any;
     }
