@@ -24,7 +24,8 @@ constexpr float home_px{0.5F};  // how far from its start a point may end that w
 constexpr float good_row_difference_px{0.6F};
 constexpr float row_difference_max_px{2.5F};
 constexpr float disparity_min_px{1};
-constexpr int coarse_window_px{15};
+constexpr int coarse_px{4};  // so many pixels are one where disparities are looked for first
+constexpr int coarse_window_px{9};
 
 cv::Mat mat_of(const Image<std::uint8_t>& image) {
   return {image.height(), image.width(), CV_8UC1, const_cast<std::uint8_t*>(image.data())};
@@ -53,7 +54,7 @@ std::vector<bool> flow(const Pyramid& from, const Pyramid& to, const std::vector
                        std::vector<cv::Point2f>& end) {
   std::vector<bool> came_home(start.size(), false);
   if (start.empty()) return came_home;
-  const cv::TermCriteria until{cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 30, 0.005};
+  const cv::TermCriteria until{cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 20, 0.01};
   std::vector<unsigned char> forth;
   std::vector<unsigned char> back;
   cv::calcOpticalFlowPyrLK(from, to, start, end, forth, cv::noArray(), flow_window, flow_levels, until,
@@ -68,24 +69,25 @@ std::vector<bool> flow(const Pyramid& from, const Pyramid& to, const std::vector
   return came_home;
 }
 
-/// Whole pixels to begin with, 0 where unknown: block matching at half the size.
+/// To begin with, 0 where unknown: block matching at a quarter of the size.
 std::vector<float> coarse_disparities(const StereoFrame& frame, const std::vector<cv::Point2f>& corners) {
   std::vector<float> found(corners.size(), 0.0F);
-  const int disparities{std::max(16, (frame.left.width() / 16 + 15) / 16 * 16)};
-  if (frame.left.width() / 2 <= disparities + coarse_window_px || frame.left.height() / 2 <= coarse_window_px) {
+  const int disparities{std::max(16, (frame.left.width() / 8 / coarse_px + 15) / 16 * 16)};
+  if (frame.left.width() / coarse_px <= disparities + coarse_window_px ||
+      frame.left.height() / coarse_px <= coarse_window_px) {
     return found;
   }
   cv::Mat left;
   cv::Mat right;
-  cv::resize(mat_of(frame.left), left, {}, 0.5, 0.5, cv::INTER_AREA);
-  cv::resize(mat_of(frame.right), right, {}, 0.5, 0.5, cv::INTER_AREA);
+  cv::resize(mat_of(frame.left), left, {}, 1.0 / coarse_px, 1.0 / coarse_px, cv::INTER_AREA);
+  cv::resize(mat_of(frame.right), right, {}, 1.0 / coarse_px, 1.0 / coarse_px, cv::INTER_AREA);
   cv::Mat sixteenths;
   const auto matcher{cv::StereoBM::create(disparities, coarse_window_px)};
   matcher->compute(left, right, sixteenths);
   for (std::size_t i{0}; i < corners.size(); ++i) {
-    const int u{std::min(static_cast<int>(corners[i].x / 2), left.cols - 1)};
-    const int v{std::min(static_cast<int>(corners[i].y / 2), left.rows - 1)};
-    found[i] = std::max(0.0F, static_cast<float>(sixteenths.at<std::int16_t>(v, u)) / 8);
+    const int u{std::min(static_cast<int>(corners[i].x / coarse_px), left.cols - 1)};
+    const int v{std::min(static_cast<int>(corners[i].y / coarse_px), left.rows - 1)};
+    found[i] = std::max(0.0F, static_cast<float>(sixteenths.at<std::int16_t>(v, u)) / 16 * coarse_px);
   }
   return found;
 }
