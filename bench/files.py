@@ -15,7 +15,7 @@ import tempfile
 import time
 from pathlib import Path
 
-WAYS = (("all layers", []), ("--compact", ["--compact"]))
+WAYS = (("all layers", []), ("--compact", ["--compact"]), ("all layers, --poses odometry", ["--poses", "odometry"]))
 
 
 def to_and_fro(drive: Path, frames: int, folder: Path) -> None:
