@@ -235,7 +235,7 @@ struct Pipeline::Implementation {
       const bool is_ahead{std::exchange(ahead, nullptr) == &next->frame};
       started = {&next->frame, input_of(next->frame, is_ahead, next->result)};
       processor->start(started.input, next->result);
-    } catch (const DeviceError&) {  // told when it is its turn
+    } catch (...) {  // told when it is its turn
       started = {};
       clock = clock_before;
       ego_motion = motion_before;
