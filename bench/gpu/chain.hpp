@@ -36,6 +36,16 @@ struct ChainResult {
 /// The whole way of a frame, `frames` times.
 ChainResult run_chain(const Case& what, int frames);
 
+/// A kernel in a frame.
+struct KernelResult {
+  std::string name;
+  double launches;   ///< a frame
+  double median_us;  ///< of all of them, each between two marks of time
+};
+
+/// Every kernel of a frame without graphs, the one that takes longest first, over `frames` frames.
+std::vector<KernelResult> run_kernels(const Case& what, int frames);
+
 /// Frames per second of `cameras` pipelines, each in a thread of its own, and the device a frame ahead of the host.
 double run_batch(const Case& what, int cameras, int frames);
 

@@ -60,6 +60,15 @@ double launch_us(Cuda& cuda) {
   return samples.percentile(50) * 1e3;
 }
 
+double node_us(Cuda& cuda) {
+  constexpr int nodes{100};
+  Graph graph;
+  graph.capture(cuda, [&] {
+    for (int i{0}; i < nodes; ++i) launch(cuda, nothing, 1, 32, 0);
+  });
+  return 1e3 * median_ms(cuda, 100, [&] { graph.launch(cuda); }) / nodes;
+}
+
 }  // namespace
 
 Limits measure_limits(Cuda& cuda) {
@@ -81,6 +90,8 @@ Limits measure_limits(Cuda& cuda) {
   limits.add_per_s = operations_per_s(cuda, false);
   limits.popc_per_s = operations_per_s(cuda, true);
   limits.launch_us = launch_us(cuda);
+  limits.node_us = node_us(cuda);
+  limits.marked_us = 1e3 * median_ms(cuda, 300, [&] { launch(cuda, nothing, 1, 32, 0); });
   return limits;
 }
 

@@ -14,6 +14,8 @@ struct Limits {
   double add_per_s;   ///< 32-bit integer additions
   double popc_per_s;  ///< bits of a 32-bit word counted
   double launch_us;   ///< of an empty kernel in a graph, and waiting for it
+  double node_us;     ///< of each further kernel of a graph, from the end of the one before
+  double marked_us;   ///< of an empty kernel between two marks of time
 };
 
 Limits measure_limits(Cuda& cuda);

@@ -48,13 +48,16 @@ void write(const StageResult& stage, const Limits& limits, std::ostream& json) {
 
 void write(const Limits& limits, std::ostream& json) {
   std::printf(
-      "copy %.0f GB/s, upload %.1f GB/s, download %.1f GB/s, %.2f T additions/s, %.2f T popc/s, a kernel %.1f us\n",
+      "copy %.0f GB/s, upload %.1f GB/s, download %.1f GB/s, %.2f T additions/s, %.2f T popc/s, an empty kernel %.1f "
+      "us, "
+      "in a graph behind others %.2f us, between marks %.2f us\n",
       limits.copy_gb_per_s, limits.upload_gb_per_s, limits.download_gb_per_s, limits.add_per_s / 1e12,
-      limits.popc_per_s / 1e12, limits.launch_us);
+      limits.popc_per_s / 1e12, limits.launch_us, limits.node_us, limits.marked_us);
   json << "\"limits\": {\"copy_gb_per_s\": " << limits.copy_gb_per_s
        << ", \"upload_gb_per_s\": " << limits.upload_gb_per_s << ", \"download_gb_per_s\": " << limits.download_gb_per_s
        << ", \"add_per_s\": " << limits.add_per_s << ", \"popc_per_s\": " << limits.popc_per_s
-       << ", \"launch_us\": " << limits.launch_us << "}";
+       << ", \"launch_us\": " << limits.launch_us << ", \"node_us\": " << limits.node_us
+       << ", \"marked_us\": " << limits.marked_us << "}";
 }
 
 void write(const ChainResult& chain, const Limits& limits, std::ostream& json) {
@@ -72,6 +75,20 @@ void write(const ChainResult& chain, const Limits& limits, std::ostream& json) {
   json << "]}";
   std::printf("  %-24s %8.4f %8.4f ms\n  %-24s %8.4f\n", "total, on the host", chain.total_median_ms,
               chain.total_p99_ms, "device without transfers", chain.device_median_ms);
+}
+
+void write_kernels(const Case& what, int frames, std::ostream& json) {
+  std::printf("\n%d x %d, %d disparities, %s: kernels of a frame, without graphs\n", what.width, what.height,
+              what.disparities, name_of(what.method));
+  json << "{\"width\": " << what.width << ", \"height\": " << what.height << ", \"disparities\": " << what.disparities
+       << ", \"method\": \"" << name_of(what.method) << "\", \"kernels\": [";
+  const char* separator{""};
+  for (const KernelResult& kernel : run_kernels(what, frames)) {
+    std::printf("  %-36s %6.1f launches %9.2f us\n", kernel.name.c_str(), kernel.launches, kernel.median_us);
+    json << std::exchange(separator, ", ") << "{\"name\": \"" << kernel.name << "\", \"launches\": " << kernel.launches
+         << ", \"median_us\": " << kernel.median_us << "}";
+  }
+  json << "]}";
 }
 
 void write_batches(int frames, std::ostream& json) {
@@ -98,6 +115,12 @@ void run(int frames, std::ostream& json) {
   for (const Case& what : cases) {
     json << std::exchange(separator, ",\n");
     write(run_chain(what, frames), limits, json);
+  }
+  json << "],\n\"kernels\": [";
+  separator = "\n";
+  for (const Case& what : cases) {
+    json << std::exchange(separator, ",\n");
+    write_kernels(what, frames, json);
   }
   std::printf("\n");
   json << "],\n\"filter\": ";

@@ -15,6 +15,16 @@ namespace stereogrid {
 /// Throws DeviceError with CUDA's text: "could not `doing`: …".
 void check_cuda(cudaError_t status, const char* doing);
 
+/// Is told of each kernel before and after it is given to a stream. For measurements.
+class LaunchWatch {
+ public:
+  virtual void begin(cudaStream_t stream, const void* kernel) = 0;
+  virtual void end(cudaStream_t stream) = 0;
+
+ protected:
+  ~LaunchWatch() = default;
+};
+
 /// The CUDA back end: one device, and a stream that all its work goes through.
 class Cuda {
  public:
@@ -31,11 +41,15 @@ class Cuda {
   [[nodiscard]] int multiprocessors() const { return multiprocessors_; }
   /// Waits for all work given so far; throws DeviceError where some of it failed.
   void synchronize();
+  /// Of all kernels from now on; null: nobody is told.
+  void watch(LaunchWatch* watch) { watch_ = watch; }
+  [[nodiscard]] LaunchWatch* launch_watch() const { return watch_; }
 
  private:
   int device_;
   cudaStream_t stream_{};
   int multiprocessors_{0};
+  LaunchWatch* watch_{nullptr};
 };
 
 /// Memory on the device: undefined, or all bits 0. Throws DeviceError where there is too little.
@@ -171,7 +185,10 @@ void launch(Cuda& cuda, void (*kernel)(Parameters...), dim3 grid, dim3 block, st
   config.blockDim = block;
   config.dynamicSmemBytes = shared_bytes;
   config.stream = cuda.stream();
+  LaunchWatch* const watch{cuda.launch_watch()};
+  if (watch != nullptr) watch->begin(cuda.stream(), reinterpret_cast<const void*>(kernel));
   check_cuda(cudaLaunchKernelEx(&config, kernel, static_cast<Parameters>(arguments)...), "start a kernel");
+  if (watch != nullptr) watch->end(cuda.stream());
 }
 
 /// Work that is recorded once and then given to the device as a whole, again and again.

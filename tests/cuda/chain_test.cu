@@ -152,7 +152,28 @@ TEST(what_was_saved_goes_on) {
   }
 }
 
-// A good frame, two that cannot be relied on, one of them with another source's grid, and good ones again.
+// As measurements of single kernels have it.
+TEST(without_graphs_the_grids_are_the_same) {
+  struct Count final : LaunchWatch {
+    void begin(cudaStream_t, const void* kernel) override { begun += kernel != nullptr ? 1 : 0; }
+    void end(cudaStream_t) override { CHECK_EQUAL(++ended, begun); }
+    int begun{0};
+    int ended{0};
+  } count;
+  const Street street{small_rig()};
+  auto stages = std::make_unique<CudaStages>(small_config(), small_rig());
+  stages->go_without_graphs(count);
+  Runner without{std::move(stages), small_config(), small_rig()};
+  Runner with{std::make_unique<CudaStages>(small_config(), small_rig()), small_config(), small_rig()};
+  for (int index{0}; index < 3; ++index) {
+    const int before{count.ended};
+    without.run(street.frame(index), index == 0 ? 0 : 0.1);
+    with.run(street.frame(index), index == 0 ? 0 : 0.1);
+    compare_grids(without.result, with.result);
+    CHECK(count.ended > before + 20);
+  }
+}
+
 TEST(without_stages_the_grids_are_the_same) {
   const Street street{small_rig()};
   Pair pair{small_config(), small_rig()};

@@ -108,7 +108,9 @@ void CudaStages::perform(StagePart part, const std::function<void()>& work) {
   if (is_first_ && !is_match) reset(cuda_, device_.filter, &device_.frame()->motion, device_.states[1 - now_]);
   if (is_match && images_ == FrameImages::ahead) ahead_.join(cuda_);
   Graph& graph{graph_of(part)};
-  if (graph.empty()) {
+  if (!has_graphs_) {
+    work();
+  } else if (graph.empty()) {
     work();
     graph.capture(cuda_, work);
   } else {

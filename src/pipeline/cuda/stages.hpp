@@ -44,6 +44,11 @@ class CudaStages final : public Stages {
   void take_ahead(View<const std::uint8_t> left, View<const std::uint8_t> right) override;
   void finish() override;
 
+  /// From now on each kernel is started by itself, and `watch` told of it, instead of graphs of them.
+  void go_without_graphs(LaunchWatch& watch) {
+    cuda_.watch(&watch);
+    has_graphs_ = false;
+  }
   void fetch_stages(bool wanted) override { are_stages_wanted_ = wanted; }
   void take_mask(const PixelMask& mask) override;
   [[nodiscard]] MemoryUse memory_use() const override;
@@ -66,6 +71,7 @@ class CudaStages final : public Stages {
   Cuda cuda_;
   StreamTimes times_;
   bool are_stages_wanted_{true};
+  bool has_graphs_{true};
   const PixelMask* mask_{nullptr};
   GridGeometry vehicle_grid_;
   int window_cells_;
