@@ -65,9 +65,9 @@ __global__ void filter_models(FilterStep step, double shift, const float* table,
   const int k{static_cast<int>(threadIdx.x)};
   const Antecedents from{antecedents(shift, -shift, 1, 0)};
   const Likelihood likelihood{likelihood_of(table, prior_of(step, k))};
-  const float moving{disturbed(step.kept_moving, out[k], gained_by_moving(step, 1, out[0]))};
+  const float moving{disturbed(step.kept_moving, out[k], gained_by_moving(step, 1.0f, out[0]))};
   VelocitySums sums;
-  sums.add(2, {between(moving, disturbed_standing(step, 1, out[0]), from.fx), 0, 1});
+  sums.add(2, {between(moving, disturbed_standing(step, 1.0f, out[0]), from.fx), 0, 1});
   const JointUpdate update{joint_update(step, sums.mass, shift > 0 ? 1.0f : 0.0f, likelihood, view_of(step, k, k))};
   const VelocityEstimate velocity{estimate_of(updated(step, update, sums))};
   const TayUpdate<float> tay{tay_update(1.0f, still_occupied(step, 0.5f), likelihood.occupied, likelihood.empty)};
