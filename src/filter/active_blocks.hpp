@@ -30,13 +30,14 @@ class ActiveBlocks {
 
   /// Of a block of the step before: the cells of which something has been known. Of all blocks before `decide`.
   [[nodiscard]] CellBox& seen(int block) { return seen_[static_cast<std::size_t>(block)]; }
-  /// Row `row` of the blocks now. `has_some(block)`: it has masses, or something of it is observed.
+  /// Row `row` of the blocks now. `has_some(block)`: it has masses, or something of it is observed; asked only
+  /// where that decides.
   template <class HasSome>
   void decide(int row, Scroll scroll, const HasSome& has_some) {
     columns_[static_cast<std::size_t>(row)] = {layout_.cells, 0};
     for (int i{0}; i < layout_.across; ++i) {
       const int block{row * layout_.across + i};
-      set_active(row, block, has_some(block) || was_seen(layout_.cells_of(block), scroll));
+      set_active(row, block, was_seen(layout_.cells_of(block), scroll) || has_some(block));
     }
   }
 

@@ -25,38 +25,41 @@ class BlockFilter {
     const CellBox cells{layout_.cells_of(block)};
     joint_.after.kinds[static_cast<std::size_t>(block)] = BlockKind::any;
     predict_block(joint_, block);
-    BlockRow row{row_of(block)};
     float* masses{joint_.after.blocks.masses(joint_.after.blocks.slot(block))};
-    for (row.y = cells.y_first; row.y <= cells.y_last; ++row.y, masses += block_columns) run(row, masses);
+    for (int y{cells.y_first}; y <= cells.y_last; ++y, masses += block_columns) {
+      run(row_of(block, cells.x_first, y), masses);
+    }
   }
 
   // Those of a row of blocks that are active and have none: row by row through all of them, as memory is read fastest.
   void run_even(int block_row) const {
     const int first{block_row * layout_.across};
+    BlockKind* const kinds{joint_.after.kinds.data() + first};
+    for (int i{0}; i < layout_.across; ++i) {
+      const bool has_masses{joint_.after.blocks.slot(first + i) >= 0};
+      if (!has_masses && joint_.after.space.active.is_active(first + i)) kinds[i] = BlockKind::even;
+    }
     const CellBox cells{layout_.cells_of(first)};
     for (int y{cells.y_first}; y <= cells.y_last; ++y) {
-      for (int block{first}; block < first + layout_.across; ++block) {
-        if (joint_.after.blocks.slot(block) >= 0 || !joint_.after.space.active.is_active(block)) continue;
-        joint_.after.kinds[static_cast<std::size_t>(block)] = BlockKind::even;
-        BlockRow row{row_of(block)};
-        row.y = y;
-        run(row, nullptr);
+      for (int i{0}; i < layout_.across; ++i) {
+        if (kinds[i] == BlockKind::even) run(row_of(first + i, i * block_columns, y), nullptr);
       }
     }
   }
 
  private:
-  [[nodiscard]] BlockRow row_of(int block) const {
-    const CellBox cells{layout_.cells_of(block)};
+  // Of a block whose first column is x.
+  [[nodiscard]] BlockRow row_of(int block, int x, int y) const {
     BlockRow row;
     row.was_even = kinds_before_ != nullptr && (*kinds_before_)[static_cast<std::size_t>(block)] != BlockKind::any;
-    row.x = cells.x_first;
-    row.columns = cells.x_last - cells.x_first + 1;
+    row.x = x;
+    row.y = y;
+    row.columns = std::min(block_columns, layout_.cells - x);
     return row;
   }
 
   // `masses`: of the first velocity; null: the block has none.
-  void run(BlockRow& row, float* masses) const {
+  void run(BlockRow row, float* masses) const {
     const CellColumns known{known_columns(joint_, row.x, row.y, row.columns)};
     take(known, row);
     if (masses == nullptr) {

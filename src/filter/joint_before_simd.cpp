@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <limits>
 
 HWY_BEFORE_NAMESPACE();
 namespace stereogrid {
@@ -64,21 +65,22 @@ void FindCells(const JointStep& joint, int block_row) {
   FilterSpace& space{joint.after.space};
   const BlockLayout& layout{before.blocks.layout()};
   const int first{block_row * layout.across};
-  for (int block{first}; block < first + layout.across; ++block) {
-    const CellBox cells{layout.cells_of(block)};
-    space.moving[static_cast<std::size_t>(block)] =
-        space.active.seen(block) = {cells.x_last + 1, cells.y_last + 1, -1, -1};
-  }
+  CellBox* const moving{space.moving.data() + first};
+  constexpr CellBox none{std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), -1, -1};
+  for (int i{0}; i < layout.across; ++i) moving[i] = space.active.seen(first + i) = none;
   const CellBox rows{layout.cells_of(first)};
   for (int y{rows.y_first}; y <= rows.y_last; ++y) {
-    for (int block{first}; block < first + layout.across; ++block) {
-      if (before.is_unseen(block)) continue;
-      const CellBox cells{layout.cells_of(block)};
-      const RowBits bits{bits_of_row(joint, cells.x_first, cells.x_last + 1, y)};
-      extend(space.active.seen(block), bits.seen, cells.x_first, y);
-      if (!is_followed(joint.step, cells, joint.scroll.x, joint.scroll.y)) continue;
-      extend(space.moving[static_cast<std::size_t>(block)], bits.moving, cells.x_first, y);
+    for (int i{0}; i < layout.across; ++i) {
+      if (before.is_unseen(first + i)) continue;
+      const int x{i * block_columns};
+      const RowBits bits{bits_of_row(joint, x, std::min(x + block_columns, layout.cells), y)};
+      extend(space.active.seen(first + i), bits.seen, x, y);
+      extend(moving[i], bits.moving, x, y);
     }
+  }
+  for (int i{0}; i < layout.across; ++i) {
+    const CellBox cells{layout.cells_of(first + i)};
+    if (!is_followed(joint.step, cells, joint.scroll.x, joint.scroll.y)) moving[i] = none;
   }
 }
 

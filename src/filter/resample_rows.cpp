@@ -56,17 +56,20 @@ class RowResampler {
   // What holds for all blocks of the window between cells first and last of row iy and around them.
   [[nodiscard]] BlockKind kind_around(int first, int last, int iy) const {
     const CellPlaces& places{resampling_.places};
-    const Point2 from{places.x_of(first, iy), places.y_of(first, iy)};
-    const Point2 to{places.x_of(last, iy), places.y_of(last, iy)};
-    const CellBox cells{floor_of(std::min(from.x, to.x)) - 1, floor_of(std::min(from.y, to.y)) - 1,
-                        floor_of(std::max(from.x, to.x)) + 1, floor_of(std::max(from.y, to.y)) + 1};
-    if (cells.x_first < 0 || cells.y_first < 0 || cells.x_last >= layout_.cells || cells.y_last >= layout_.cells) {
-      return BlockKind::any;
-    }
+    const float x[]{places.x_of(first, iy), places.x_of(last, iy)};
+    const float y[]{places.y_of(first, iy), places.y_of(last, iy)};
+    const float low_x{std::min(x[0], x[1]) - 1};
+    const float low_y{std::min(y[0], y[1]) - 1};
+    const float high_x{std::max(x[0], x[1]) + 1};
+    const float high_y{std::max(y[0], y[1]) + 1};
+    const auto size = static_cast<float>(layout_.cells);
+    if (!(low_x >= 0 && low_y >= 0 && high_x < size && high_y < size)) return BlockKind::any;
+    const CellBox cells{static_cast<int>(low_x), static_cast<int>(low_y), static_cast<int>(high_x),
+                        static_cast<int>(high_y)};
     BlockKind least{BlockKind::unseen};
-    for (int y{cells.y_first / block_rows}; y <= cells.y_last / block_rows; ++y) {
-      for (int x{cells.x_first / block_columns}; x <= cells.x_last / block_columns; ++x) {
-        least = std::min(least, (*kinds_.blocks)[static_cast<std::size_t>(y * layout_.across + x)]);
+    for (int row{cells.y_first / block_rows}; row <= cells.y_last / block_rows; ++row) {
+      for (int i{cells.x_first / block_columns}; i <= cells.x_last / block_columns; ++i) {
+        least = std::min(least, (*kinds_.blocks)[static_cast<std::size_t>(row * layout_.across + i)]);
       }
     }
     return least;
