@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -48,6 +49,21 @@ inline Config resolved(Config config, const Rig& level_rig) {
   if (config.matching.disparities == 0) config.matching.disparities = automatic_disparities(config, level_rig);
   return config;
 }
+
+/// A pipeline's threads, for stages that have none.
+class OwnThreads final : public HostThreads {
+ public:
+  explicit OwnThreads(Cpu& cpu) : cpu_{cpu} {}
+
+  [[nodiscard]] int count() const override { return cpu_.threads(); }
+  void for_ranges(int count, const std::function<void(int, int)>& work) override { cpu_.for_ranges(count, 8, work); }
+  void together(const std::function<void()>& first, const std::function<void()>& second) override {
+    cpu_.together(first, second);
+  }
+
+ private:
+  Cpu& cpu_;
+};
 
 /// What lies behind a Pipeline: what its frames need besides the stages, and how a frame goes to them.
 struct Pipeline::Implementation {
@@ -134,9 +150,11 @@ struct Pipeline::Implementation {
     return cpu_stages(config, level_rig, options.threads);
   }
 
-  [[nodiscard]] std::unique_ptr<Stages> start_on_gpu() const {
+  [[nodiscard]] std::unique_ptr<Stages> start_on_gpu() {
     if (!options.horizons_s.empty()) throw DeviceError{"Predictions are supported on the CPU only."};
-    return cuda_stages(config, levelling.level_rig(), options.device);
+    std::unique_ptr<Stages> stages{cuda_stages(config, levelling.level_rig(), options.device)};
+    stages->lend(own_threads);
+    return stages;
   }
 
   void check_frame(const StereoFrame& frame) const {
@@ -295,6 +313,7 @@ struct Pipeline::Implementation {
   PipelineOptions options;
   Levelling levelling;
   Cpu cpu;
+  OwnThreads own_threads{cpu};
   std::string why_not_cuda;
   std::unique_ptr<FrameProcessor> processor;
   const StereoFrame* ahead{nullptr};  // whose images the stages have, of frames in flight

@@ -34,6 +34,16 @@ struct LevelFrame {
 /// What FrameProcessor does of a frame without asking the host in between.
 enum class StagePart { match, grids, unknown_grids };
 
+/// Threads for what the host does itself.
+class HostThreads {
+ public:
+  virtual ~HostThreads() = default;
+  [[nodiscard]] virtual int count() const = 0;
+  /// See Stages.
+  virtual void for_ranges(int count, const std::function<void(int, int)>& work) = 0;
+  virtual void together(const std::function<void()>& first, const std::function<void()>& second) = 0;
+};
+
 /// The stages as one back end does them, and the images that they hand to each other. In which order, and what is
 /// decided between them, is FrameProcessor's.
 class Stages {
@@ -93,11 +103,17 @@ class Stages {
 
   // Of the back end.
 
-  [[nodiscard]] virtual int threads() const { return 1; }
+  /// For a back end that has no threads of the host itself. They must stay.
+  void lend(HostThreads& threads) { lent_ = &threads; }
+  /// Of the host.
+  [[nodiscard]] virtual int threads() const { return lent_ != nullptr ? lent_->count() : 1; }
   /// Calls work(begin, end) on parts of [0, count), on the host.
-  virtual void for_ranges(int count, const std::function<void(int, int)>& work) { work(0, count); }
+  virtual void for_ranges(int count, const std::function<void(int, int)>& work) {
+    lent_ != nullptr ? lent_->for_ranges(count, work) : work(0, count);
+  }
   /// Calls both on the host, at the same time where there are threads for it; they must not disturb each other.
   virtual void together(const std::function<void()>& first, const std::function<void()>& second) {
+    if (lent_ != nullptr) return lent_->together(first, second);
     first();
     second();
   }
@@ -114,6 +130,9 @@ class Stages {
   virtual void make_room_for_predictions() {}
   /// Fills result.predictions after finish().
   virtual void predict(const Pose2& /*world_from_vehicle*/, FrameResult& /*result*/) {}
+
+ private:
+  HostThreads* lent_{nullptr};
 };
 
 std::unique_ptr<Stages> cpu_stages(const Config& config, const Rig& level_rig, int threads);

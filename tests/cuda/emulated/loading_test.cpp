@@ -73,15 +73,17 @@ TEST_F(CudaLoading, GpuGivesWhatTheCpuGives) {
 }
 
 // The images of a frame in flight go to the device while it works on the frame before, and it matches them while the
-// host tracks; also levelled ones, and where a frame is refused, for a stamp that is not its own, or begins anew.
+// host tracks, with as many threads as it has; also levelled ones, and where a frame is refused, for a stamp that is
+// not its own, or begins anew.
 TEST_F(CudaLoading, FramesInFlightGiveWhatTheyGiveInTurn) {
   use_library(EMULATED_LIBRARY);
   for (const double pitch_rad : {0.0, 0.2}) {
     Rig rig{small_rig()};
     rig.camera_pitch_rad = pitch_rad;
     const Street street{small_rig(), pitch_rad};
-    Pipeline in_turn{small_config(), rig, {.back_end = BackEnd::cuda}};
-    Pipeline in_flight{small_config(), rig, {.back_end = BackEnd::cuda}};
+    Pipeline in_turn{small_config(), rig, {.back_end = BackEnd::cuda, .threads = 1}};
+    Pipeline in_flight{small_config(), rig, {.back_end = BackEnd::cuda, .threads = 3}};
+    EXPECT_EQ(in_flight.threads(), 3) << "of the host";
     std::vector<StereoFrame> frames;
     for (int index{0}; index < 8; ++index) frames.push_back(street.frame(index));
     frames[3].stamp_ns = frames[2].stamp_ns;
