@@ -267,6 +267,18 @@ TEST_F(RunFolder, GoesOnWithWhatItHolds) {
   EXPECT_DOUBLE_EQ(record.timing(&StageTimes::total).mean, 6);
 }
 
+// Also where an editor has put a mark of the byte order before it.
+TEST_F(RunFolder, LosesNoMoreThanATornLine) {
+  const fs::path lines{folder_ / "frames.jsonl"};
+  for (const std::string mark : {"", "\xef\xbb\xbf"}) {
+    const std::string whole{mark + frame_line(frame_at(5), result_of(5), rig_at(5)) + "\n"};
+    put(lines, whole + R"({"index": 6, "na)");
+    EXPECT_EQ(take_finished_frames(lines).size(), 1U);
+    EXPECT_EQ(fs::file_size(lines), whole.size());
+    EXPECT_EQ(take_finished_frames(lines).size(), 1U);
+  }
+}
+
 TEST_F(RunFolder, GoesOnWithItsOwnSettingsOnly) {
   RunDescription other{description()};
   other.config.grid.length_m += 1;

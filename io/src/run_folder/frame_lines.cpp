@@ -239,9 +239,11 @@ void read_lines(const fs::path& path, std::string_view text, const char* mend, T
   }
 }
 
-void cut_off(const fs::path& path, std::size_t size) {
+// The last `bytes` of the file: where its text begins it may have a mark of the byte order.
+void cut_off(const fs::path& path, std::size_t bytes) {
   std::error_code error;
-  fs::resize_file(path, size, error);
+  const std::uintmax_t size{fs::file_size(path, error)};
+  if (!error) fs::resize_file(path, size - bytes, error);
   if (!error) return;
   throw DeviceError{fmt::format("{}: its torn last line cannot be cut off ({}). Check the permissions.",
                                 printable_path(path), error.message())};
@@ -295,7 +297,7 @@ std::vector<FrameSummary> take_finished_frames(const fs::path& path) {
   read_lines(path, std::string_view{text}.substr(0, whole),
              "Remove the lines from there on, or start the run anew in another folder.",
              [&frames](const Json& line) { frames.push_back(summary_of(line)); });
-  if (whole < text.size()) cut_off(path, whole);
+  if (whole < text.size()) cut_off(path, text.size() - whole);
   return frames;
 }
 
