@@ -64,6 +64,7 @@ void print(const std::string& input) {
     found.push_back(odometry.update(frame).world_from_vehicle);
     taken += std::chrono::steady_clock::now() - start;
   }
+  if (poses.size() < 2) throw InputError{input, "has fewer than two frames.", "Give a drive."};
   double way_m{0};
   Error steps{0, 0};
   for (std::size_t i{1}; i < poses.size(); ++i) {
@@ -72,6 +73,7 @@ void print(const std::string& input) {
     way_m += std::hypot(expected.x_m, expected.y_m);
     steps = {steps.way_m + step.way_m, steps.yaw_deg + step.yaw_deg};
   }
+  if (way_m == 0) throw InputError{input, "stands still.", "Give a drive that moves."};
   const Error end{error_of(between(found.front(), found.back()), between(poses.front(), poses.back()))};
   const auto frames = static_cast<double>(poses.size());
   const std::string name{input.starts_with(scene_prefix) ? input : std::filesystem::path{input}.filename().string()};
