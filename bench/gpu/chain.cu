@@ -25,7 +25,7 @@ struct Part {
 constexpr Part parts[]{{"upload", StreamTimes::start, StreamTimes::uploaded},
                        {"match", StreamTimes::uploaded, StreamTimes::matched},
                        {"ground", StreamTimes::matched, StreamTimes::ground_known},
-                       {"count", StreamTimes::ground_known, StreamTimes::counted},
+                       {"count", StreamTimes::resumed, StreamTimes::counted},
                        {"project", StreamTimes::counted, StreamTimes::projected},
                        {"filter", StreamTimes::projected, StreamTimes::filtered},
                        {"download", StreamTimes::filtered, StreamTimes::fetched}};
@@ -74,7 +74,8 @@ ChainResult run_chain(const Case& what, int frames) {
   std::vector<Samples> of_part(std::size(parts));
   for (int i{0}; i < frames; ++i) {
     total.time([&] { drive.step(shown); });
-    device.add(drive.times().between(StreamTimes::uploaded, StreamTimes::filtered));
+    device.add(drive.times().between(StreamTimes::uploaded, StreamTimes::ground_known) +
+               drive.times().between(StreamTimes::resumed, StreamTimes::filtered));
     for (std::size_t p{0}; p < std::size(parts); ++p) {
       of_part[p].add(drive.times().between(parts[p].from, parts[p].to));
     }

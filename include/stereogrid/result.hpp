@@ -42,7 +42,7 @@ struct StageTimes {
   double filter{0};
   double flow{0};  ///< points followed in the images
   double track{0};
-  double total{0};
+  double total{0};  ///< without what a GPU has begun of the frame while the host was busy with the one before
 };
 
 /// The filtered grid some time later, if everything goes on as it moves and nothing more is seen. What is not seen is

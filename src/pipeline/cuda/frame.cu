@@ -192,7 +192,7 @@ StageTimes StreamTimes::stages() const {
   StageTimes times;
   times.match = between(start, matched);
   times.ground = between(matched, ground_known);
-  times.count = between(ground_known, counted);
+  times.count = between(resumed, counted);
   times.project = between(counted, projected);
   times.filter = between(projected, fetched);
   return times;

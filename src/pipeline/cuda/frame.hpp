@@ -150,8 +150,8 @@ struct DeviceMemory {
 /// Marks on the stream, between which time is measured.
 class StreamTimes {
  public:
-  enum Mark { start, uploaded, matched, ground_known, counted, projected, filtered, fetched, answered };
-  static constexpr int marks{9};
+  enum Mark { start, uploaded, matched, ground_known, answered, resumed, counted, projected, filtered, fetched };
+  static constexpr int marks{10};
 
   StreamTimes();
   StreamTimes(const StreamTimes&) = delete;

@@ -31,6 +31,11 @@ CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device)
       device_{cuda_, config, rig_, vehicle_grid_, window_cells_, filter_tables_},
       matches_{rig_.width_px, rig_.height_px} {}
 
+// A frame in flight may have been begun that nobody waits for any more.
+CudaStages::~CudaStages() {
+  cudaStreamSynchronize(cuda_.stream());
+}
+
 MemoryUse CudaStages::memory_use() const {
   return {sizeof *this + held_.pinned + held_bytes_of(filter_tables_, matches_), held_.device};
 }
@@ -77,7 +82,6 @@ void CudaStages::begin(const LevelFrame& frame, const GridGeometry& window, bool
   on_device.vehicle_in_world = grid_in_vehicle(vehicle_grid_, frame.world_from_vehicle);
   on_device.window = window;
   on_device.motion = filter_motion({config_.filter, filter_tables_, window, frame.dt_s, frame.view}, window_before_);
-  window_before_ = window;
   *host_.evidence_count.data() = 0;
 }
 
@@ -155,6 +159,7 @@ void CudaStages::estimate_ground() {
 }
 
 void CudaStages::count() {
+  times_.mark(cuda_, StreamTimes::resumed);
   const MatchViews matches{std::as_const(device_.matches.obstacle).view(), std::as_const(device_.matches.road).view()};
   const Ground* ground{&device_.answer()->ground};
   if (counts_rays()) count_rays(cuda_, matches, rig_, ground, config_.u_disparity, device_.rays);
@@ -177,6 +182,7 @@ void CudaStages::project() {
 }
 
 void CudaStages::observe_nothing() {
+  times_.mark(cuda_, StreamTimes::resumed);
   times_.mark(cuda_, StreamTimes::counted);
   device_.observe_nothing(cuda_);
 }
@@ -284,6 +290,7 @@ void CudaStages::finish() {
   result_->timing_ms = times_.stages();
   result_->timing_ms.filter += watch.lap();
   now_ = 1 - now_;
+  window_before_ = host_.frame().window;
 }
 
 void CudaStages::save(StateWriter& state) {

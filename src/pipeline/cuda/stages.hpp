@@ -19,6 +19,7 @@ class CudaStages final : public Stages {
  public:
   /// Throws DeviceError: no device that can be used, or too little memory.
   CudaStages(const Config& config, const Rig& level_rig, int device = 0);
+  ~CudaStages() override;
 
   void begin(const LevelFrame& frame, const GridGeometry& window, bool is_first, FrameResult& result) override;
   void expect(const Ground& expected, const Ground& previous, const RowAlignment& rows) override;
@@ -93,8 +94,8 @@ class CudaStages final : public Stages {
   bool is_lattice_taken_{false};
 
   // between frames
-  GridGeometry window_before_;
-  int now_{0};  ///< device_.states[now_] is written in this frame
+  GridGeometry window_before_;  ///< of the last frame that has been finished
+  int now_{0};                  ///< device_.states[now_] is written in this frame
 
   std::array<Graph, 3> match_graphs_;                   ///< [images_]
   std::array<std::array<Graph, 2>, 2> grid_graphs_;     ///< [now_][has_other_grids_]

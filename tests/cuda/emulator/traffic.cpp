@@ -35,8 +35,8 @@ bool only_writes(const unsigned char* code) {
   // mov, movs, stos, and all that begin with a VEX or EVEX prefix
   constexpr std::array<unsigned char, 11> stores{0x88, 0x89, 0xa4, 0xa5, 0xaa, 0xab, 0xc6, 0xc7, 0xc4, 0xc5, 0x62};
   while (std::ranges::find(prefixes, *code) != prefixes.end() || (*code & 0xf0U) == 0x40) ++code;
-  // of two bytes: between these are those that shift, exchange or set bits
-  if (*code == 0x0f) return code[1] < 0xa0 || code[1] > 0xc1;
+  // of two bytes: these shift, exchange or set bits
+  if (*code == 0x0f) return code[1] < 0xa0 || (code[1] > 0xc1 && code[1] != 0xc7);
   return std::ranges::find(stores, *code) != stores.end();
 }
 
