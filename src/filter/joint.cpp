@@ -50,7 +50,7 @@ class BlockFilter {
  private:
   // Of a block whose first column is x.
   [[nodiscard]] BlockRow row_of(int block, int x, int y) const {
-    BlockRow row{};  // masses of columns beyond the window are to become 0
+    BlockRow row;
     row.was_even = kinds_before_ != nullptr && (*kinds_before_)[static_cast<std::size_t>(block)] != BlockKind::any;
     row.x = x;
     row.y = y;

@@ -11,6 +11,8 @@
 #include "hwy/highway.h"
 #include "numbers_simd.hpp"
 
+#include <algorithm>
+
 HWY_BEFORE_NAMESPACE();
 namespace stereogrid {
 namespace HWY_NAMESPACE {
@@ -151,10 +153,11 @@ void RescaleRow(const FilterStep& step, const BlockRow& row, float* masses) {
   for (int k{0}; k < step.velocities(); ++k) {
     const float* const born{k == step.standstill() ? row.born_standing : row.born_moving};
     float* const of_velocity{masses + static_cast<std::ptrdiff_t>(k) * block_cells};
-    for_shrinking_vectors(Float{}, 0, block_columns, [&](auto d, int i) {
+    for_shrinking_vectors(Float{}, 0, row.columns, [&](auto d, int i) {
       const auto kept = hn::Mul(hn::LoadU(d, row.scale + i), hn::LoadU(d, of_velocity + i));
       hn::StoreU(hn::Add(kept, hn::LoadU(d, born + i)), d, of_velocity + i);
     });
+    std::fill(of_velocity + row.columns, of_velocity + block_columns, 0.0f);
   }
 }
 
