@@ -100,7 +100,7 @@ struct FilterState {
     if constexpr (requires { state.require(true); }) forget_kinds();
   }
 
-  /// joint: see even_model.hpp.
+  /// joint: see cell_formulas.hpp.
   [[nodiscard]] bool is_as_unseen(const FilterStep& step, int x, int y) const {
     return stereogrid::is_as_unseen(step, occupancy(x, y), standing(x, y), age_s(x, y));
   }
