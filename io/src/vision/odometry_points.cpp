@@ -49,18 +49,19 @@ std::vector<cv::Point2f> find_corners(const cv::Mat& image, const cv::Mat& mask)
   return all;
 }
 
-/// Forth from `start` (`end` holds guesses) and back; true where the point came home.
+/// Forth from `start` (`end` holds guesses) and back; true where the point came home. `levels`: of the pyramid, above
+/// the image itself, for guesses that are less good.
 std::vector<bool> flow(const Pyramid& from, const Pyramid& to, const std::vector<cv::Point2f>& start,
-                       std::vector<cv::Point2f>& end) {
+                       std::vector<cv::Point2f>& end, int levels) {
   std::vector<bool> came_home(start.size(), false);
   if (start.empty()) return came_home;
   const cv::TermCriteria until{cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 20, 0.01};
   std::vector<unsigned char> forth;
   std::vector<unsigned char> back;
-  cv::calcOpticalFlowPyrLK(from, to, start, end, forth, cv::noArray(), flow_window, flow_levels, until,
+  cv::calcOpticalFlowPyrLK(from, to, start, end, forth, cv::noArray(), flow_window, levels, until,
                            cv::OPTFLOW_USE_INITIAL_FLOW, 1e-4);
   std::vector<cv::Point2f> home{start};
-  cv::calcOpticalFlowPyrLK(to, from, end, home, back, cv::noArray(), flow_window, 1, until,
+  cv::calcOpticalFlowPyrLK(to, from, end, home, back, cv::noArray(), flow_window, 0, until,
                            cv::OPTFLOW_USE_INITIAL_FLOW, 1e-4);
   const cv::Rect2f inside{0, 0, static_cast<float>(to[0].cols - 1), static_cast<float>(to[0].rows - 1)};
   for (std::size_t i{0}; i < start.size(); ++i) {
@@ -92,6 +93,33 @@ std::vector<float> coarse_disparities(const StereoFrame& frame, const std::vecto
   return found;
 }
 
+/// Where the right image shows the left one's corners. Those whose disparity is known roughly are looked for there, the
+/// others as if they were far away.
+std::vector<bool> find_in_right(const StereoFrame& frame, const Pyramid& left, const std::vector<cv::Point2f>& corners,
+                                std::vector<cv::Point2f>& in_right) {
+  const Pyramid right{pyramid_of(frame.right)};
+  const std::vector<float> coarse{coarse_disparities(frame, corners)};
+  std::vector<bool> found(corners.size(), false);
+  in_right.resize(corners.size());
+  for (const bool are_known : {true, false}) {
+    std::vector<std::size_t> places;
+    std::vector<cv::Point2f> start;
+    std::vector<cv::Point2f> end;
+    for (std::size_t i{0}; i < corners.size(); ++i) {
+      if ((coarse[i] > 0) != are_known) continue;
+      places.push_back(i);
+      start.push_back(corners[i]);
+      end.push_back(corners[i] - cv::Point2f{coarse[i], 0});
+    }
+    const std::vector<bool> matched{flow(left, right, start, end, are_known ? 0 : flow_levels)};
+    for (std::size_t k{0}; k < places.size(); ++k) {
+      in_right[places[k]] = end[k];
+      found[places[k]] = matched[k];
+    }
+  }
+  return found;
+}
+
 float row_limit_px(const std::vector<cv::Point2f>& left, const std::vector<cv::Point2f>& right,
                    const std::vector<bool>& matched) {
   std::vector<float> differences;
@@ -115,10 +143,8 @@ std::vector<float> disparities_of(const StereoFrame& frame, const Pyramid& left,
     }
     return disparities;
   }
-  const std::vector<float> coarse{coarse_disparities(frame, corners)};
-  std::vector<cv::Point2f> in_right(corners.size());
-  for (std::size_t i{0}; i < corners.size(); ++i) in_right[i] = corners[i] - cv::Point2f{coarse[i], 0};
-  const std::vector<bool> matched{flow(left, pyramid_of(frame.right), corners, in_right)};
+  std::vector<cv::Point2f> in_right;
+  const std::vector<bool> matched{find_in_right(frame, left, corners, in_right)};
   const float limit_px{row_limit_px(corners, in_right, matched)};
   for (std::size_t i{0}; i < corners.size(); ++i) {
     const cv::Point2f shift{corners[i] - in_right[i]};
@@ -159,7 +185,7 @@ Tracks follow(const Landmarks& landmarks, const Pyramid& reference, const Pyrami
     const double depth_m{(now_from_reference * cv::Vec3d{p.x, p.y, p.z})[2]};
     if (depth_m > 0.5) guess[i] = project(now_from_reference, p, rig);
   }
-  const std::vector<bool> followed{flow(reference, now, landmarks.at_px, guess)};
+  const std::vector<bool> followed{flow(reference, now, landmarks.at_px, guess, flow_levels)};
   Tracks tracks;
   for (std::size_t i{0}; i < guess.size(); ++i) {
     if (!followed[i]) continue;
