@@ -24,6 +24,11 @@ template <class V>
 HWY_INLINE V number(V /*like*/, hn::TFromV<V> value) {
   return hn::Set(hn::DFromV<V>{}, value);
 }
+/// first, first + 1 …; hn::Iota would write them to memory one by one.
+template <class D>
+HWY_INLINE hn::Vec<D> numbers_from(D d, hn::TFromD<D> first) {
+  return hn::Add(hn::Iota(d, 0), hn::Set(d, first));
+}
 template <class V>
 HWY_INLINE auto real(V values) {
   return hn::ConvertTo(hn::Rebind<float, hn::DFromV<V>>{}, values);

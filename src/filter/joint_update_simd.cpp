@@ -66,7 +66,7 @@ class Updating {
   }
   [[nodiscard]] ViewOfCell<V> view() const {
     const hn::RebindToSigned<D> whole_numbers;
-    const V x{hn::ConvertTo(d_, hn::Iota(whole_numbers, x_))};
+    const V x{hn::ConvertTo(d_, numbers_from(whole_numbers, x_))};
     return (view_of_cell)(joint_.step, x, V{hn::Set(d_, static_cast<float>(row_.y))});
   }
 

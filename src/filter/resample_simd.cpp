@@ -31,7 +31,7 @@ class ResampledCells {
   ResampledCells(D d, const Resampling& resampling, int ix, int iy)
       : d_{d}, world_{resampling.world}, to_{resampling.vehicle}, ix_{ix}, iy_{iy}, cells_{resampling.cells} {
     const CellPlaces& places{resampling.places};
-    const V at{hn::ConvertTo(d, hn::Iota(ints_, ix))};
+    const V at{hn::ConvertTo(d, numbers_from(ints_, ix))};
     x_ = hn::Add(value(places.x_of(0, iy)), hn::Mul(value(places.along), at));
     y_ = hn::Add(value(places.y_of(0, iy)), hn::Mul(value(places.across), at));
     const GridGeometry& window{world_.geometry};

@@ -41,11 +41,6 @@ IntVector load(const std::int16_t* values) {
   return hn::PromoteTo(d32, hn::LoadU(d16, values));
 }
 
-// Columns from u on; hn::Iota would write them to memory one by one.
-IntVector columns_from(int u) {
-  return hn::Add(hn::Iota(Ints{}, 0), hn::Set(Ints{}, u));
-}
-
 // A CandidateRow's members from u on.
 struct CandidateVectors {
   IntVector cost;
@@ -65,13 +60,13 @@ HWY_INLINE void find_winners(const DecideRow& row, int u, DecideSpace& space) {
   const Floats df;
   const hn::Rebind<std::uint8_t, Ints> d8;
   const auto set = [&](int value) { return hn::Set(d32, value); };
-  const auto tilt = hn::ShiftRight<2>(hn::Add(hn::Mul(columns_from(u), set(row.road.slope)), set(2)));
+  const auto tilt = hn::ShiftRight<2>(hn::Add(hn::Mul(numbers_from(Ints{}, u), set(row.road.slope)), set(2)));
   const auto winner = winner_of(candidates_from(row.candidates.upright, u), candidates_from(row.candidates.level, u),
                                 hn::Add(tilt, set(row.road.start)), row.disparities, row.subpixel, row.confidences);
   const auto textured = hn::Gt(hn::PromoteTo(d32, hn::LoadU(d8, row.textured + u)), set(0));
   const auto good = hn::And(winner.is_plausible, textured);
   const auto label = hn::IfThenElseZero(good, hn::IfThenElse(winner.is_road, set(2), set(1)));
-  const auto right_u = hn::Sub(columns_from(u), winner.whole);
+  const auto right_u = hn::Sub(numbers_from(Ints{}, u), winner.whole);
   const auto place = hn::Min(hn::Max(right_u, set(-1)), set(row.width));
   const auto rank = hn::Or(hn::ShiftLeft<16>(winner.cost), hn::And(winner.whole, set(65535)));
   hn::StoreU(hn::Add(place, set(1)), d32, space.place.data() + u);

@@ -7,6 +7,7 @@
 #include "hwy/foreach_target.h"                              // IWYU pragma: keep
 // after foreach_target
 #include "hwy/highway.h"
+#include "numbers_simd.hpp"
 
 #include <algorithm>
 #include <array>
@@ -79,7 +80,7 @@ void FindUpright(const float* row, int width, int begin, int end, const UprightR
   for (int u{begin}; u < end; u += lanes) {
     const auto add = [&](const float* at) HWY_ATTR {
       const VFloat d{hn::LoadU(Floats{}, at)};
-      const auto columns{hn::Iota(Ints{}, u)};
+      const auto columns{numbers_from(Ints{}, u)};
       const Mask inside{hn::FirstN(Floats{}, static_cast<std::size_t>(end - u))};
       const Mask upright{hn::And(inside, are_upright(columns, d, limits))};
       if (hn::AllFalse(Floats{}, upright)) return;

@@ -151,7 +151,7 @@ class CellVectors {
 
   [[nodiscard]] HWY_INLINE Sight sight(int ix, int iy) const {
     const CellPlaces& places{cells_.places};
-    const VFloat x{hn::ConvertTo(Floats{}, hn::Iota(Ints{}, ix))};
+    const VFloat x{hn::ConvertTo(Floats{}, numbers_from(Ints{}, ix))};
     const VFloat ahead_m{hn::Add(floats(places.x_of(0, iy)), hn::Mul(floats(places.along), x))};
     const VFloat left_m{hn::Add(floats(places.y_of(0, iy)), hn::Mul(floats(places.across), x))};
     const VFloat half{floats(cells_.half_m)};
