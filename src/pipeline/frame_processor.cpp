@@ -55,11 +55,17 @@ void FrameProcessor::take_mask(PixelMask mask) {
 void FrameProcessor::start(const LevelFrame& frame, FrameResult& result) {
   expected_ = predicted(rig_, config_.ground, ground_, frame.dt_s);
   stages_->begin(frame, window_.at(frame.world_from_vehicle), is_first_, result);
-  match(expected_);
+  stages_->expect(expected_, ground_, alignment_);
+  stages_->perform(StagePart::match, [this] {
+    stages_->match();
+    if (stages_->works_ahead()) stages_->estimate_ground();
+  });
 }
 
 void FrameProcessor::finish(const LevelFrame& frame, FrameResult& result, const Ahead& ahead) {
-  double flow_ms{taken_ms([&] { follow_points(frame, window_.at(frame.world_from_vehicle)); })};
+  double flow_ms{0};
+  const auto follow = [&] { flow_ms += taken_ms([&] { follow_points(frame, window_.at(frame.world_from_vehicle)); }); };
+  stages_->works_ahead() ? follow() : together(follow, [this] { stages_->estimate_ground(); });
   is_reliable_ = true;
   has_segments_ = false;
   double track_ms{find_grids(frame, result)};

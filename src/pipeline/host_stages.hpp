@@ -133,13 +133,16 @@ class HostStages final : public Stages {
   View<const float> obstacle_disparity() override { return space_.matches.obstacle.view(); }
   void finish() override {
     const Matches& matches{space_.matches};
-    result_->obstacle_density = share_matched(matches.obstacle);
-    result_->road_density = share_matched(matches.road);
-    if (are_stages_wanted_) {
-      result_->stages.obstacle_disparity = matches.obstacle;
-      result_->stages.road_disparity = matches.road;
-      result_->stages.match_confidence = matches.confidence;
-    }
+    const auto obstacles = [&] {
+      result_->obstacle_density = share_matched(matches.obstacle);
+      if (are_stages_wanted_) result_->stages.obstacle_disparity = matches.obstacle;
+    };
+    const auto road = [&] {
+      result_->road_density = share_matched(matches.road);
+      if (are_stages_wanted_) result_->stages.road_disparity = matches.road;
+    };
+    together(std::cref(obstacles), std::cref(road));
+    if (are_stages_wanted_) result_->stages.match_confidence = matches.confidence;
     result_->timing_ms = times_;
   }
 
