@@ -101,6 +101,11 @@ class SceneFlow {
     Point2 velocity;                          ///< world, m/s
     double spread_s2;                         ///< summed squared distance of the sightings' times from their mean
     bool is_lost;
+
+    template <class State>
+    void exchange(State& state) {
+      state(left, disparity, sightings, latest, velocity, spread_s2, is_lost);
+    }
   };
 
   bool follow(int i, const FlowFrame& frame);

@@ -47,6 +47,12 @@ struct Cluster {
 
   /// By points that have been followed.
   [[nodiscard]] bool has_measured_velocity() const { return velocity_covariance.xx > 0; }
+
+  template <class State>
+  void exchange(State& state) {
+    state(centre, velocity, velocity_covariance, occupancy, moving, pixels, length_m, width_m, yaw_rad, height_m, kind,
+          outline, bounds, is_cut_left, is_cut_right);
+  }
 };
 
 /// So many clusters, tracks and obstacles have room from the start, far more than a street has; as many as there might

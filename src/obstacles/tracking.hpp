@@ -73,6 +73,11 @@ class Tracker {
     bool is_merged{false};  ///< seen as a part of another thing: not reported, until it is seen alone again
 
     [[nodiscard]] Point2 middle() const;  ///< of the box
+
+    template <class State>
+    void exchange(State& state) {
+      state(id, motion, box, shape, yaw_sigma_rad, sightings, pixels, moving, age_s, unseen_s, moved, is_merged);
+    }
   };
 
   // A cluster that may be a track's.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -11,6 +12,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "stereogrid/camera.hpp"
 #include "stereogrid/image.hpp"
 
 namespace stereogrid {
@@ -20,12 +22,30 @@ namespace stereogrid {
 //
 //   template <class State> void exchange(State& state) { state(ground_, points_, …); }
 //
-// Members are numbers and structs of numbers, images (whose size must not change), vectors and optionals of these, and
-// classes with an `exchange` of their own.
+// Members are numbers and structs of numbers without padding, images (whose size must not change), vectors and
+// optionals of these, and classes with an `exchange` of their own.
 
 template <class T, class State>
 concept Exchanges = requires(T value, State state) {
   value.exchange(state);
+};
+
+/// A camera's road; the struct has padding.
+template <class State>
+void exchange_members(Ground& ground, State& state) {
+  state(ground.height_m, ground.pitch_rad, ground.roll_rad, ground.estimated, ground.height_sigma_m,
+        ground.pitch_sigma_rad, ground.roll_sigma_rad, ground.height_pitch_correlation, ground.height_roll_correlation,
+        ground.pitch_roll_correlation);
+}
+
+/// Has every byte a value? What lies in padding would differ between states that are the same.
+template <class T>
+concept HasNoPadding = std::is_arithmetic_v<T> || std::is_enum_v<T> || requires {
+  typename std::integral_constant<int, [] {
+    int sum{0};
+    for (const std::byte byte : std::bit_cast<std::array<std::byte, sizeof(T)>>(T{})) sum += static_cast<int>(byte);
+    return sum;
+  }()>;
 };
 
 /// Puts members behind each other.
@@ -49,6 +69,8 @@ class StateWriter {
     }
   }
 
+  void put(Ground& ground) { exchange_members(ground, *this); }
+
   template <class T>
   void put(Image<T>& image) {
     const std::array<int, 2> size{image.width(), image.height()};
@@ -60,7 +82,7 @@ class StateWriter {
   void put(std::vector<T>& values) {
     const std::size_t size{values.size()};
     put_elements(&size, 1);
-    if constexpr (std::is_trivially_copyable_v<T>) {
+    if constexpr (std::is_trivially_copyable_v<T> && !Exchanges<T, StateWriter>) {
       put_elements(values.data(), size);
     } else {
       for (T& value : values) put(value);
@@ -76,6 +98,7 @@ class StateWriter {
 
   template <class T>
   void put_elements(const T* elements, std::size_t count) {
+    static_assert(HasNoPadding<T>);
     if (count == 0) return;
     const std::size_t at{bytes_.size()};
     bytes_.resize(at + count * sizeof(T));
@@ -111,6 +134,8 @@ class StateReader {
     }
   }
 
+  void take(Ground& ground) { exchange_members(ground, *this); }
+
   template <class T>
   void take(Image<T>& image) {
     std::array<int, 2> size{};
@@ -126,7 +151,7 @@ class StateReader {
     require(size <= rest_.size());  // no element is smaller than a byte
     if (!fits_) return;
     values.resize(size);
-    if constexpr (std::is_trivially_copyable_v<T>) {
+    if constexpr (std::is_trivially_copyable_v<T> && !Exchanges<T, StateReader>) {
       take_elements(values.data(), size);
     } else {
       for (T& value : values) take(value);
