@@ -19,34 +19,78 @@ constexpr double share_of_information{0.5};
 /// So many points' information counts at most: what they err by together, they err by all.
 constexpr double weight_max{4};
 
-// Cells from min to max along an axis that lie within `half` of `at`.
-struct CellRange {
-  CellRange(double at, double half, double min, double cell_size_m, int count)
-      : first{std::max(clamped_to_int(std::floor((at - half - min) / cell_size_m)), 0)},
-        last{std::min(clamped_to_int(std::floor((at + half - min) / cell_size_m)), count - 1)} {}
-
-  int first;
-  int last;
-};
-
 }  // namespace
 
-void EvidenceMap::spread(const FlowVector& vector, const GridGeometry& window) {
-  const Symmetric2 around{widened(vector.place_covariance, extent_m * extent_m)};
-  const Symmetric2 distance{inverted(around)};
-  const InformationSum measured{inverted(vector.velocity_covariance), vector.velocity};
-  const CellRange rows{vector.place.y, reach * std::sqrt(around.yy), window.y_min_m, window.cell_size_m, window.ny};
-  const CellRange columns{vector.place.x, reach * std::sqrt(around.xx), window.x_min_m, window.cell_size_m, window.nx};
-  for (int iy{rows.first}; iy <= rows.last; ++iy) {
-    for (int ix{columns.first}; ix <= columns.last; ++ix) {
-      const Point2 centre{window.centre(ix, iy)};
-      const Point2 away{centre.x - vector.place.x, centre.y - vector.place.y};
-      const double weight{1 - squared(distance, away) / (reach * reach)};
-      if (weight <= 0) continue;
-      Sum& sum{sums_(ix, iy)};
-      if (sum.weight == 0) touched_.push_back(iy * window.nx + ix);
-      sum.weight += weight;
-      sum.velocity.add(measured, weight);
+EvidenceMap::EvidenceMap(int cells, double fastest_mps, std::size_t points)
+    : sums_{cells, cells}, fastest_mps_{fastest_mps}, touched_(sums_.size()), rows_(static_cast<std::size_t>(cells)) {
+  evidence_.reserve(sums_.size());
+  points_.reserve(points);
+}
+
+// Those that lie within `half` of `at`.
+EvidenceMap::CellRange EvidenceMap::cells_around(double at, double half, double min, double cell_size_m, int count) {
+  return {std::max(clamped_to_int(std::floor((at - half - min) / cell_size_m)), 0),
+          std::min(clamped_to_int(std::floor((at + half - min) / cell_size_m)), count - 1)};
+}
+
+void EvidenceMap::take(const std::vector<FlowVector>& vectors, const GridGeometry& window) {
+  window_ = window;
+  points_.clear();
+  for (const FlowVector& vector : vectors) {
+    const Symmetric2 around{widened(vector.place_covariance, extent_m * extent_m)};
+    points_.push_back(
+        {vector.place,
+         inverted(around),
+         {inverted(vector.velocity_covariance), vector.velocity},
+         cells_around(vector.place.x, reach * std::sqrt(around.xx), window.x_min_m, window.cell_size_m, window.nx),
+         cells_around(vector.place.y, reach * std::sqrt(around.yy), window.y_min_m, window.cell_size_m, window.ny)});
+  }
+}
+
+// Each row by itself: a cell's points come in their order, however the rows are divided.
+void EvidenceMap::spread(int begin_row, int end_row) {
+  for (int row{begin_row}; row < end_row; ++row) rows_[static_cast<std::size_t>(row)].touched = 0;
+  for (const Point& point : points_) {
+    const int end{std::min(point.rows.last + 1, end_row)};
+    for (int row{std::max(point.rows.first, begin_row)}; row < end; ++row) spread(point, row);
+  }
+}
+
+void EvidenceMap::spread(const Point& point, int row) {
+  Sum* const sums{sums_.row(row)};
+  const int first_cell{row * window_.nx};
+  int* const touched{touched_.data() + first_cell};
+  int& count{rows_[static_cast<std::size_t>(row)].touched};
+  for (int column{point.columns.first}; column <= point.columns.last; ++column) {
+    const Point2 centre{window_.centre(column, row)};
+    const Point2 away{centre.x - point.place.x, centre.y - point.place.y};
+    const double weight{1 - squared(point.distance, away) / (reach * reach)};
+    if (weight <= 0) continue;
+    Sum& sum{sums[column]};
+    if (sum.weight == 0) touched[count++] = first_cell + column;
+    sum.weight += weight;
+    sum.velocity.add(point.measured, weight);
+  }
+}
+
+void EvidenceMap::make_room() {
+  int count{0};
+  for (Row& row : rows_) {
+    row.evidence = count;
+    count += row.touched;
+  }
+  evidence_.resize(static_cast<std::size_t>(count));
+}
+
+void EvidenceMap::conclude(int begin_row, int end_row) {
+  for (int row{begin_row}; row < end_row; ++row) {
+    const Row& of{rows_[static_cast<std::size_t>(row)]};
+    int* const touched{touched_.data() + row * window_.nx};
+    std::sort(touched, touched + of.touched);
+    for (int i{0}; i < of.touched; ++i) {
+      Sum& sum{sums_.data()[touched[i]]};
+      evidence_[static_cast<std::size_t>(of.evidence + i)] = evidence_of(touched[i], sum);
+      sum = {};
     }
   }
 }
@@ -64,20 +108,6 @@ VelocityEvidence EvidenceMap::evidence_of(int cell, const Sum& sum) const {
           static_cast<float>(information.xx),
           static_cast<float>(information.xy),
           static_cast<float>(information.yy)};
-}
-
-const std::vector<VelocityEvidence>& EvidenceMap::gather(const std::vector<FlowVector>& vectors,
-                                                         const GridGeometry& window) {
-  evidence_.clear();
-  touched_.clear();
-  for (const FlowVector& vector : vectors) spread(vector, window);
-  std::sort(touched_.begin(), touched_.end());
-  for (const int cell : touched_) {
-    Sum& sum{sums_.data()[cell]};
-    evidence_.push_back(evidence_of(cell, sum));
-    sum = {};
-  }
-  return evidence_;
 }
 
 }  // namespace stereogrid

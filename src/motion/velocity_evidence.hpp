@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "filter/evidence.hpp"
@@ -15,30 +16,65 @@ namespace stereogrid {
 /// What points say of their velocity, spread over the cells around them.
 class EvidenceMap {
  public:
-  /// `fastest_mps`: of the filter's lattice along an axis; what is faster counts as that fast.
-  EvidenceMap(int cells, double fastest_mps) : sums_{cells, cells}, fastest_mps_{fastest_mps} {
-    touched_.reserve(sums_.size());
-    evidence_.reserve(sums_.size());
+  /// A window of `cells` × `cells`; `points` have room from the start. `fastest_mps`: of the filter's lattice along an
+  /// axis; what is faster counts as that fast.
+  EvidenceMap(int cells, double fastest_mps, std::size_t points = 0);
+
+  /// Evidence for cells of the window, by ascending cell. `for_ranges`: see SceneFlow::follow.
+  template <class ForRanges>
+  const std::vector<VelocityEvidence>& gather(const std::vector<FlowVector>& vectors, const GridGeometry& window,
+                                              const ForRanges& for_ranges) {
+    take(vectors, window);
+    for_ranges(window.ny, [this](int begin, int end) { spread(begin, end); });
+    make_room();
+    for_ranges(window.ny, [this](int begin, int end) { conclude(begin, end); });
+    return evidence_;
   }
 
-  /// Evidence for cells of the window, by ascending cell.
-  const std::vector<VelocityEvidence>& gather(const std::vector<FlowVector>& vectors, const GridGeometry& window);
-
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(sums_, touched_, evidence_); }
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(sums_, touched_, rows_, points_, evidence_); }
 
  private:
   struct Sum {
     double weight{0};
     InformationSum velocity;
   };
+  /// Cells from `first` to `last` along an axis.
+  struct CellRange {
+    int first;
+    int last;
+  };
+  /// What a point says, and how far around it.
+  struct Point {
+    Point2 place;
+    Symmetric2 distance;
+    InformationSum measured;
+    CellRange columns;
+    CellRange rows;
+  };
+  /// The cells of a row of the window that points have reached: so many from its first place in touched_ on, and the
+  /// place of their evidence.
+  struct Row {
+    int touched{0};
+    int evidence{0};
+  };
 
-  void spread(const FlowVector& vector, const GridGeometry& window);
+  static CellRange cells_around(double at, double half, double min, double cell_size_m, int count);
+  void take(const std::vector<FlowVector>& vectors, const GridGeometry& window);
+  void spread(int begin_row, int end_row);
+  void spread(const Point& point, int row);
+  void make_room();
+  void conclude(int begin_row, int end_row);
   [[nodiscard]] VelocityEvidence evidence_of(int cell, const Sum& sum) const;
 
   Image<Sum> sums_;
   double fastest_mps_;
-  std::vector<int> touched_;
+  std::vector<int> touched_;  // of each row, from its first cell's place on: cells
+  std::vector<Row> rows_;
   std::vector<VelocityEvidence> evidence_;
+
+  // of a frame
+  GridGeometry window_;
+  std::vector<Point> points_;
 };
 
 }  // namespace stereogrid

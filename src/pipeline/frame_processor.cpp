@@ -42,7 +42,7 @@ FrameProcessor::FrameProcessor(const Config& config, const Rig& level_rig, std::
       scene_flow_{rig_},
       tracker_{config.tracking, rig_},
       ground_samples_{rig_.width_px, rig_.height_px},
-      velocity_evidence_{window_.cells(), velocity_axis(config.filter).back()},
+      velocity_evidence_{window_.cells(), velocity_axis(config.filter).back(), scene_flow_.points_reserved()},
       clusters_{rig_, config.u_disparity, config.matching.disparities, scene_flow_.points_reserved()} {
   mounting_samples_.reserve(samples_max(rig_));
 }
@@ -155,7 +155,7 @@ FlowFrame FrameProcessor::flow_frame(const LevelFrame& frame) const {
 void FrameProcessor::follow_points(const LevelFrame& frame, const GridGeometry& window) {
   flows(frame) ? scene_flow_.follow(flow_frame(frame), ranges_of(*stages_)) : scene_flow_.clear();
   if (config_.filter.model != FilterModel::joint) return;
-  stages_->take_velocities(velocity_evidence_.gather(scene_flow_.vectors(), window));
+  stages_->take_velocities(velocity_evidence_.gather(scene_flow_.vectors(), window, ranges_of(*stages_)));
 }
 
 // To be followed from the next frame on.

@@ -136,7 +136,7 @@ constexpr GridGeometry window{-4, -4, 0.2, 40, 40};
 
 TEST(EvidenceMap, CoversTheCellsAroundAPoint) {
   EvidenceMap map{40, 8};
-  const std::vector<VelocityEvidence> evidence{map.gather({vector_at({0.1, 0.1}, {2, -1})}, window)};
+  const std::vector<VelocityEvidence> evidence{map.gather({vector_at({0.1, 0.1}, {2, -1})}, window, in_one)};
   ASSERT_GT(evidence.size(), 9u);
   EXPECT_TRUE(std::is_sorted(evidence.begin(), evidence.end(),
                              [](const VelocityEvidence& a, const VelocityEvidence& b) { return a.cell < b.cell; }));
@@ -151,14 +151,14 @@ TEST(EvidenceMap, CoversTheCellsAroundAPoint) {
     EXPECT_LT(away_m, 0.8);
   }
   EXPECT_EQ(surest, 20 * 40 + 20) << "the point's own cell";
-  EXPECT_TRUE(map.gather({}, window).empty()) << "nothing is left of the frame before";
+  EXPECT_TRUE(map.gather({}, window, in_one).empty()) << "nothing is left of the frame before";
 }
 
 TEST(EvidenceMap, PointsThatContradictEachOtherSayLittle) {
   EvidenceMap map{40, 8};
   const auto information_at_middle = [&](Point2 second) {
     for (const VelocityEvidence& one :
-         map.gather({vector_at({0.1, 0.1}, {2, 0}), vector_at({0.1, 0.1}, second)}, window)) {
+         map.gather({vector_at({0.1, 0.1}, {2, 0}), vector_at({0.1, 0.1}, second)}, window, in_one)) {
       if (one.cell == 20 * 40 + 20) return one.xx;
     }
     return -1.0f;
@@ -171,7 +171,7 @@ TEST(EvidenceMap, PointsThatContradictEachOtherSayLittle) {
 TEST(EvidenceMap, IsNotFasterThanTheLatticeAndStaysInTheWindow) {
   EvidenceMap map{40, 8};
   for (const VelocityEvidence& one :
-       map.gather({vector_at({3.9, 3.9}, {13, -20}), vector_at({50, 0}, {1, 1})}, window)) {
+       map.gather({vector_at({3.9, 3.9}, {13, -20}), vector_at({50, 0}, {1, 1})}, window, in_one)) {
     EXPECT_EQ(one.x, 8);
     EXPECT_EQ(one.y, -8);
     EXPECT_LT(one.cell, 1600);
