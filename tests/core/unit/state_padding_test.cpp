@@ -29,7 +29,7 @@ struct HoldsPadding {
   std::array<PaddedAtItsEnd, 2> both{};
 };
 
-TEST(SavedState, KnowsWhatHasPadding) {
+TEST(StatePadding, IsNoticed) {
   EXPECT_TRUE(HasNoPadding<Full>);
   EXPECT_TRUE(HasNoPadding<double>);
   EXPECT_FALSE(HasNoPadding<PaddedWithin>);
@@ -39,7 +39,7 @@ TEST(SavedState, KnowsWhatHasPadding) {
 }
 
 // The same numbers in memory that held other things before.
-TEST(SavedState, HoldsNothingButTheNumbers) {
+TEST(StatePadding, OfAGroundIsNotSaved) {
   const auto saved = [](unsigned char before) {
     alignas(Ground) std::array<unsigned char, sizeof(Ground)> memory;
     memory.fill(before);
