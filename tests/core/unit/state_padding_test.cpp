@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <new>
 
 #include "pipeline/saved_state.hpp"
 
