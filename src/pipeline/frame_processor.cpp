@@ -55,11 +55,7 @@ void FrameProcessor::take_mask(PixelMask mask) {
 void FrameProcessor::start(const LevelFrame& frame, FrameResult& result) {
   expected_ = predicted(rig_, config_.ground, ground_, frame.dt_s);
   stages_->begin(frame, window_.at(frame.world_from_vehicle), is_first_, result);
-  stages_->expect(expected_, ground_, alignment_);
-  stages_->perform(StagePart::match, [this] {
-    stages_->match();
-    if (stages_->works_ahead()) stages_->estimate_ground();
-  });
+  match(expected_, stages_->works_ahead());
 }
 
 void FrameProcessor::finish(const LevelFrame& frame, FrameResult& result, const Ahead& ahead) {
@@ -125,11 +121,11 @@ double FrameProcessor::find_grids_and_segments(const LevelFrame& frame, FrameRes
   return segments_ms;
 }
 
-void FrameProcessor::match(const Ground& expected) {
+void FrameProcessor::match(const Ground& expected, bool estimates_ground) {
   stages_->expect(expected, ground_, alignment_);
-  stages_->perform(StagePart::match, [this] {
+  stages_->perform(StagePart::match, [this, estimates_ground] {
     stages_->match();
-    stages_->estimate_ground();
+    if (estimates_ground) stages_->estimate_ground();
   });
 }
 

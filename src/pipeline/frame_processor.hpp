@@ -57,7 +57,7 @@ class FrameProcessor {
  private:
   template <class First, class Second>
   void together(const First& first, const Second& second);
-  void match(const Ground& expected);
+  void match(const Ground& expected, bool estimates_ground = true);
   void make_grids();
   void follow_points(const LevelFrame& frame, const GridGeometry& window);
   void add_points(const LevelFrame& frame);

@@ -44,12 +44,14 @@ template <class T>
 concept HasNoPadding = true;
 #else
 template <class T>
+constexpr int sum_of_bytes() {
+  int sum{0};
+  for (const std::byte byte : std::bit_cast<std::array<std::byte, sizeof(T)> >(T{})) sum += static_cast<int>(byte);
+  return sum;
+}
+template <class T>
 concept HasNoPadding = std::is_arithmetic_v<T> || std::is_enum_v<T> || requires {
-  typename std::integral_constant<int, [] {
-    int sum{0};
-    for (const std::byte byte : std::bit_cast<std::array<std::byte, sizeof(T)> >(T{})) sum += static_cast<int>(byte);
-    return sum;
-  }()>;
+  typename std::integral_constant<int, sum_of_bytes<T>()>;
 };
 #endif
 

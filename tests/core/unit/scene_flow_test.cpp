@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <vector>
 
 #include "clusters_of.hpp"
 #include "motion/velocity_evidence.hpp"
@@ -152,6 +154,25 @@ TEST(EvidenceMap, CoversTheCellsAroundAPoint) {
   }
   EXPECT_EQ(surest, 20 * 40 + 20) << "the point's own cell";
   EXPECT_TRUE(map.gather({}, window, in_one).empty()) << "nothing is left of the frame before";
+}
+
+TEST(EvidenceMap, IsTheSameHoweverTheRowsAreDivided) {
+  const std::vector<FlowVector> points{vector_at({0.1, 0.1}, {2, -1}), vector_at({0.4, 0.3}, {3, 0}),
+                                       vector_at({-2, 1.5}, {0, 1}), vector_at({0.2, -0.2}, {1, 1})};
+  EvidenceMap map{40, 8};
+  const std::vector<VelocityEvidence> expected{map.gather(points, window, in_one)};
+  ASSERT_FALSE(expected.empty());
+  const auto from_the_end = [](int count, const auto& work) {
+    for (int end{count}; end > 0; end -= 3) work(std::max(end - 3, 0), end);
+  };
+  const std::vector<VelocityEvidence>& divided{map.gather(points, window, from_the_end)};
+  ASSERT_EQ(divided.size(), expected.size());
+  for (std::size_t i{0}; i < expected.size(); ++i) {
+    const auto numbers = [](const VelocityEvidence& one) {
+      return std::tuple{one.cell, one.x, one.y, one.xx, one.xy, one.yy};
+    };
+    EXPECT_EQ(numbers(divided[i]), numbers(expected[i]));
+  }
 }
 
 TEST(EvidenceMap, PointsThatContradictEachOtherSayLittle) {
