@@ -105,9 +105,10 @@ bool inside(const Camera& camera, const Projection& at) {
          at.v < camera.height_px - 0.5;
 }
 
-Caster::Caster(const Camera& camera, const std::vector<PlacedPart>& parts)
+Caster::Caster(const Camera& camera, const std::vector<PlacedPart>& parts, const Profile& ground)
     : camera_{camera},
       parts_{parts},
+      ground_{ground},
       tiles_across_{(camera.width_px + tile_px - 1) / tile_px},
       tiles_down_{(camera.height_px + tile_px - 1) / tile_px},
       visible_(static_cast<std::size_t>(tiles_across_ * tiles_down_)),
@@ -148,14 +149,20 @@ std::size_t Caster::tile_of(double u, double v) const {
   return static_cast<std::size_t>(tile_v * tiles_across_ + tile_u);
 }
 
+Hit Caster::ground_hit(Vector3 ray) const {
+  if (ground_.is_flat()) {
+    if (ray.z >= 0) return {};
+    return {Hit::road, -camera_.position.z / ray.z, {0, 0, 1}};
+  }
+  Profile::Crossing crossing;
+  if (!ground_.crosses(camera_.position, ray, crossing)) return {};
+  return {Hit::road, crossing.t, ground_.normal(crossing.piece), crossing.piece};
+}
+
 Hit Caster::trace(double u, double v) const {
   const Vector3 ray{camera_.ray(u, v)};
-  Hit hit;
-  double nearest{std::numeric_limits<double>::infinity()};
-  if (ray.z < 0) {
-    nearest = -camera_.position.z / ray.z;
-    hit = {Hit::road, nearest, {0, 0, 1}};
-  }
+  Hit hit{ground_hit(ray)};
+  double nearest{hit.part == Hit::road ? hit.depth : std::numeric_limits<double>::infinity()};
   for (const Candidate& candidate : visible_[tile_of(u, v)]) {
     if (candidate.nearest_m >= nearest) break;
     const auto index = static_cast<std::size_t>(candidate.part);

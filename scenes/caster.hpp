@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "stereogrid/camera.hpp"
@@ -46,15 +47,16 @@ struct Hit {
   static constexpr int sky{-2};
   static constexpr int road{-1};
 
-  int part{sky};    ///< index into the placed parts, or road, or sky
-  double depth{0};  ///< along the camera's axis
-  Vector3 normal;   ///< in the part's own frame
+  int part{sky};         ///< index into the placed parts, or road, or sky
+  double depth{0};       ///< along the camera's axis
+  Vector3 normal;        ///< in the part's own frame; of the road in the world's
+  std::size_t piece{0};  ///< of the ground's profile
 };
 
 /// Casts rays from one camera. Knows for every tile of the image which parts can appear in it.
 class Caster {
  public:
-  Caster(const Camera& camera, const std::vector<PlacedPart>& parts);
+  Caster(const Camera& camera, const std::vector<PlacedPart>& parts, const Profile& ground);
 
   /// What is seen at a place in the image, between pixels too.
   [[nodiscard]] Hit trace(double u, double v) const;
@@ -72,10 +74,12 @@ class Caster {
   using Tiles = std::vector<std::vector<Candidate>>;
 
   [[nodiscard]] std::size_t tile_of(double u, double v) const;
+  [[nodiscard]] Hit ground_hit(Vector3 ray) const;
   void enlist(Tiles& tiles, int part, const std::vector<Vector3>& hull) const;
 
   Camera camera_;
   const std::vector<PlacedPart>& parts_;
+  const Profile& ground_;
   int tiles_across_;
   int tiles_down_;
   std::vector<Vector3> origins_;  ///< the camera in each part's frame

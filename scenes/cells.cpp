@@ -113,15 +113,18 @@ double ground_height(const std::vector<LowPart>& low, Point2 world) {
   return height;
 }
 
-/// How many of the cell's 3 × 3 ground points the left camera sees.
-int seen_ground_points(const Caster& left, const std::vector<LowPart>& low, const IntoVehicle& into, Point2 corner,
+/// Number of the cell's 3 × 3 ground points that the left camera sees, at the vehicle's level: ground above or below it
+/// is not free.
+int seen_ground_points(const Moment& moment, const std::vector<LowPart>& low, const IntoVehicle& into, Point2 corner,
                        double cell_size_m) {
+  constexpr double level_m{0.15};
   int seen{0};
   for (int i{0}; i < 9; ++i) {
     const double x{corner.x + cell_size_m * (2 * (i % 3) + 1) / 6};
     const double y{corner.y + cell_size_m * (2 * (i / 3) + 1) / 6};
     const Point2 world{into.back({x, y})};
-    if (in_view(left, {world.x, world.y, ground_height(low, world)})) ++seen;
+    if (std::abs(moment.world.ground.height_at(world.x)) > level_m) continue;
+    if (in_view(moment.left, {world.x, world.y, ground_height(low, world)})) ++seen;
   }
   return seen;
 }
@@ -133,7 +136,7 @@ void fill_free_points(const Moment& moment, const std::vector<LowPart>& low, con
     for (int ix{0}; ix < g.nx; ++ix) {
       const Point2 corner{g.x_min_m + ix * g.cell_size_m, g.y_min_m + iy * g.cell_size_m};
       truth.free_points(ix, iy) =
-          static_cast<std::uint8_t>(seen_ground_points(moment.left, low, into, corner, g.cell_size_m));
+          static_cast<std::uint8_t>(seen_ground_points(moment, low, into, corner, g.cell_size_m));
     }
   });
 }

@@ -45,10 +45,16 @@ constexpr Key keys[]{
      [](SceneOptions& o, double x) { o.rate_hz = x; }},
     {"noise", 0, 60, [](const SceneOptions& o) { return o.noise_grey; },
      [](SceneOptions& o, double x) { o.noise_grey = x; }},
-    {"gain", 0.2, 5, [](const SceneOptions& o) { return o.gain; }, [](SceneOptions& o, double x) { o.gain = x; }}};
+    {"gain", 0.2, 5, [](const SceneOptions& o) { return o.gain; }, [](SceneOptions& o, double x) { o.gain = x; }},
+    {"edge", 0.3, 50, [](const SceneOptions& o) { return o.edge_m; }, [](SceneOptions& o, double x) { o.edge_m = x; }},
+    {"rise", -10, 10, [](const SceneOptions& o) { return o.rise_m; }, [](SceneOptions& o, double x) { o.rise_m = x; }},
+    {"incline_deg", 1, 90, [](const SceneOptions& o) { return o.incline_deg; },
+     [](SceneOptions& o, double x) { o.incline_deg = x; }},
+    {"steps", 1, 50, [](const SceneOptions& o) { return double(o.steps); },
+     [](SceneOptions& o, double x) { o.steps = static_cast<int>(x); }}};
 
 bool is_whole(const Key& key) {
-  return key.name == "frames" || key.name == "width" || key.name == "height";
+  return key.name == "frames" || key.name == "width" || key.name == "height" || key.name == "steps";
 }
 
 std::string plain(double number) {
@@ -161,7 +167,7 @@ SceneOptions completed(SceneOptions options) {
 }
 
 World build_world(const SceneOptions& options) {
-  return find_layout(options.name).build(options.seed, options.frames / options.rate_hz);
+  return find_layout(options.name).build(options);
 }
 
 }  // namespace stereogrid::scenes

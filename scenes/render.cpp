@@ -56,7 +56,8 @@ class Shader {
     const Hit hit{caster_.trace(u, v)};
     const Vector3 ray{camera_.ray(u, v)};
     if (hit.part == Hit::sky) return sky(ray);
-    return hit.part == Hit::road ? road(u, v, ray, hit) : solid(u, v, ray, hit);
+    if (hit.part != Hit::road) return solid(u, v, ray, hit);
+    return world_.ground.is_flat() ? road(u, v, ray, hit) : ground(u, v, ray, hit);
   }
 
  private:
@@ -73,6 +74,22 @@ class Shader {
                                 step_on_plane(step_v_, ray, up, hit.depth))};
     const bool shadow{caster_.in_shadow(u, v, {point.x, point.y, 0})};
     return {grey * (ambient + (shadow ? 0 : sunlight * to_sun.z)), 4 * Hit::road + (shadow ? 1 : 0)};
+  }
+
+  /// The road's texture, laid along the ground's profile.
+  [[nodiscard]] Sample ground(double u, double v, Vector3 ray, const Hit& hit) const {
+    const Vector3 point{camera_.position + hit.depth * ray};
+    const Vector3 tangent{world_.ground.tangent(hit.piece)};
+    const auto laid = [&](Vector3 pixel_step) {
+      const Vector3 step{step_on_plane(pixel_step, ray, hit.normal, hit.depth)};
+      return Vector3{dot(tangent, step), step.y, 0};
+    };
+    const double grey{road_grey(world_.road, road_seed_, {world_.ground.along(hit.piece, point), point.y},
+                                laid(step_u_), laid(step_v_))};
+    const bool shadow{caster_.in_shadow(u, v, point)};
+    const double facing{std::max(0.0, dot(hit.normal, to_sun))};
+    return {grey * (ambient + (shadow ? 0 : sunlight * facing)),
+            4 * (Hit::sky - 1 - static_cast<int>(hit.piece)) + (shadow ? 1 : 0)};
   }
 
   [[nodiscard]] Sample solid(double u, double v, Vector3 ray, const Hit& hit) const {

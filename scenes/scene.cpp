@@ -36,8 +36,8 @@ struct Instant {
       : time_s{time},
         world_from_vehicle{world.ego.pose_at(time)},
         parts{world.at(time)},
-        left{left_camera(rig, world_from_vehicle), parts},
-        right{right_camera(rig, world_from_vehicle), parts} {}
+        left{left_camera(rig, world_from_vehicle), parts, world.ground},
+        right{right_camera(rig, world_from_vehicle), parts, world.ground} {}
   Instant(const Instant&) = delete;  // the casters refer to parts
   Instant& operator=(const Instant&) = delete;
 

@@ -8,6 +8,7 @@
 
 #include "angle.hpp"
 #include "materials.hpp"
+#include "profile.hpp"
 #include "shapes.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/truth.hpp"
@@ -56,10 +57,11 @@ struct PlacedPart {
   std::uint32_t texture_seed{0};
 };
 
-/// Everything there is: a flat road, bodies, the ego vehicle's motion.
+/// Ground, bodies, the ego vehicle's motion.
 struct World {
   std::uint64_t seed{1};
-  Road road;
+  Road road;  ///< texture of the ground
+  Profile ground;
   Motion ego;
   std::vector<Body> bodies;
 

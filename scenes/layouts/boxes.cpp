@@ -5,11 +5,11 @@
 
 namespace stereogrid::scenes {
 
-World build_boxes(std::uint64_t seed, double) {
+World build_boxes(const SceneOptions& options) {
   World world;
-  world.seed = seed;
+  world.seed = options.seed;
   world.road = two_lanes(3.5, 0);
-  Random random{seed};
+  Random random{options.seed};
   world.add(make_pavement({20, -7.5, 0}, 40, 3));
   world.add(make_wall({30.2, 0, pi / 2}, 60, 3, random));
   double left_m{-4};

@@ -25,13 +25,13 @@ void add_background(World& world, Random& random) {
 
 }  // namespace
 
-World build_crossing(std::uint64_t seed, double) {
+World build_crossing(const SceneOptions& options) {
   World world;
-  world.seed = seed;
+  world.seed = options.seed;
   world.road = two_lanes(3.5, 0);
   for (Paint& line : world.road.paint) line.along_max_m = 6.5;
   for (int bar{-3}; bar <= 3; ++bar) world.road.paint.push_back({7.0, 9.5, bar - 0.25, bar + 0.25, 0, 0});
-  Random random{seed};
+  Random random{options.seed};
   Body walker{make_person({8, -2.8, pi / 2}, random)};
   walker.motion.speed_mps = 1.4;
   world.add(walker);

@@ -4,9 +4,9 @@
 
 namespace stereogrid::scenes {
 
-World build_empty(std::uint64_t seed, double) {
+World build_empty(const SceneOptions& options) {
   World world;
-  world.seed = seed;
+  world.seed = options.seed;
   world.road = two_lanes(3.5, 0);
   world.ego.speed_mps = 5;
   return world;

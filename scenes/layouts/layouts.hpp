@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
 #include <string_view>
 #include <vector>
 
+#include "stereogrid/scenes/scene.hpp"
 #include "world.hpp"
 
 namespace stereogrid::scenes {
@@ -15,26 +15,33 @@ namespace stereogrid::scenes {
 struct Layout {
   std::string_view name;
   int frames{0};
-  World (*build)(std::uint64_t seed, double duration_s){nullptr};
+  World (*build)(const SceneOptions& options){nullptr};
 };
 
 /// All of them, in alphabetical order.
 [[nodiscard]] const std::vector<Layout>& layouts();
 
 /// Car still. Boxes 0.1, 0.15, 0.2, 0.3 and 0.5 m high from right to left, 8 and 14 m ahead; a kerb on the right.
-[[nodiscard]] World build_boxes(std::uint64_t seed, double duration_s);
+[[nodiscard]] World build_boxes(const SceneOptions& options);
 /// Car still. A walker crosses from right to left, a car behind him from left to right.
-[[nodiscard]] World build_crossing(std::uint64_t seed, double duration_s);
+[[nodiscard]] World build_crossing(const SceneOptions& options);
 /// Nothing but the road, at 5 m/s.
-[[nodiscard]] World build_empty(std::uint64_t seed, double duration_s);
+[[nodiscard]] World build_empty(const SceneOptions& options);
 /// Car still. A person whose lower half is hidden by a crate.
-[[nodiscard]] World build_occlusion(std::uint64_t seed, double duration_s);
+[[nodiscard]] World build_occlusion(const SceneOptions& options);
+/// Drives 2 m at 1 m/s, then stands `edge_m` before a pallet with a load, `rise_m` high.
+[[nodiscard]] World build_pallet(const SceneOptions& options);
+/// The same before the whole width of the ground rises or falls by `rise_m`, in `steps` slopes of `incline_deg` (90:
+/// steps of stairs, a platform's edge).
+[[nodiscard]] World build_step(const SceneOptions& options);
 /// 8 m/s on a slight curve between parked cars; an oncoming car, people stepping out.
-[[nodiscard]] World build_street(std::uint64_t seed, double duration_s);
+[[nodiscard]] World build_street(const SceneOptions& options);
+/// Drives as build_pallet before a table, 2.4 m wide and `rise_m` high.
+[[nodiscard]] World build_table(const SceneOptions& options);
 /// 5 m/s in an alley, up to 5 m behind a van whose back hides most of the road; wall left, pavement right.
-[[nodiscard]] World build_van(std::uint64_t seed, double duration_s);
+[[nodiscard]] World build_van(const SceneOptions& options);
 /// Car still before a wall that hides everything behind it.
-[[nodiscard]] World build_wall(std::uint64_t seed, double duration_s);
+[[nodiscard]] World build_wall(const SceneOptions& options);
 
 /// Lane markings of a two-lane road whose right lane's middle is the line y = 0.
 [[nodiscard]] Road two_lanes(double lane_width_m, double curvature_per_m);

@@ -5,11 +5,11 @@
 
 namespace stereogrid::scenes {
 
-World build_occlusion(std::uint64_t seed, double) {
+World build_occlusion(const SceneOptions& options) {
   World world;
-  world.seed = seed;
+  world.seed = options.seed;
   world.road = two_lanes(3.5, 0);
-  Random random{seed};
+  Random random{options.seed};
   world.add(make_crate({6.4, 0, 0}, {0.8, 1.2, 1.0}, random));
   world.add(make_person({8.4, 0.1, pi / 2}, random));
   world.add(make_wall({16.2, 0, pi / 2}, 30, 2.6, random));

@@ -87,19 +87,20 @@ void add_movers(World& world, const Street& street, Random& random) {
 
 }  // namespace
 
-World build_street(std::uint64_t seed, double duration_s) {
+World build_street(const SceneOptions& options) {
+  const double duration_s{options.frames / options.rate_hz};
   World world;
-  world.seed = seed;
+  world.seed = options.seed;
   world.ego.speed_mps = ego_speed_mps;
   world.ego.curvature_per_m = yaw_rate_radps / ego_speed_mps;
   const Street street{1 / (1 / world.ego.curvature_per_m - lane_m / 2),
                       std::max(130.0, ego_speed_mps * duration_s + 80)};
   world.road = two_lanes(lane_m, street.curvature_per_m);
-  Random movers{scramble(seed)};
+  Random movers{scramble(options.seed)};
   add_movers(world, street, movers);
   for (const double side : {-1.0, 1.0}) {
     // A sequence of its own for each row, so that a longer street begins like a shorter one.
-    const std::uint64_t row{seed * 8 + (side > 0 ? 4 : 0)};
+    const std::uint64_t row{options.seed * 8 + (side > 0 ? 4 : 0)};
     Random parked{row + 1};
     Random furniture{row + 2};
     Random houses{row + 3};

@@ -12,12 +12,13 @@ constexpr double van_ahead_m{10.6};  ///< its middle; its back is 2.6 m nearer
 
 }  // namespace
 
-World build_van(std::uint64_t seed, double duration_s) {
+World build_van(const SceneOptions& options) {
+  const double duration_s{options.frames / options.rate_hz};
   World world;
-  world.seed = seed;
+  world.seed = options.seed;
   world.ego.speed_mps = ego_speed_mps;
   world.road = two_lanes(3.0, 0);
-  Random random{seed};
+  Random random{options.seed};
   Body van{make_van({van_ahead_m, 0, 0}, random)};
   van.motion.speed_mps = van_speed_mps;
   van.motion.end_s = 4;  // then it stands

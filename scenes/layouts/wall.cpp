@@ -5,11 +5,11 @@
 
 namespace stereogrid::scenes {
 
-World build_wall(std::uint64_t seed, double) {
+World build_wall(const SceneOptions& options) {
   World world;
-  world.seed = seed;
+  world.seed = options.seed;
   world.road = two_lanes(3.5, 0);
-  Random random{seed};
+  Random random{options.seed};
   world.add(make_wall({8.2, 0, pi / 2}, 40, 3, random));
   return world;
 }

@@ -31,13 +31,19 @@ struct SceneOptions {
   double rate_hz{10};
   double noise_grey{2.5};  ///< standard deviation of the sensor noise, each camera and frame its own
   double gain{1.05};       ///< brightness of the right camera relative to the left one
+  // Scenes "pallet", "step" and "table" only.
+  double edge_m{2.5};      ///< distance from the camera to the obstacle or edge where the vehicle stands
+  double rise_m{0.5};      ///< height of the obstacle; of the ground beyond a step, negative: it falls
+  double incline_deg{90};  ///< slope of a step; 90: vertical
+  int steps{1};            ///< steps that the rise is divided into, with treads of 0.3 m
 };
 
 /// The built-in scenes, in alphabetical order.
 [[nodiscard]] STEREOGRID_EXPORT std::vector<std::string> scene_names();
 
 /// Reads "scene:street?frames=60&seed=3&width=1242&height=375", with or without "scene:". Keys: frames, seed, width,
-/// height, focal (px), baseline (m), camera_height (m), pitch_deg, rate (Hz), noise (grey levels), gain.
+/// height, focal (px), baseline (m), camera_height (m), pitch_deg, rate (Hz), noise (grey levels), gain;
+/// edge (m), rise (m), incline_deg, steps of the scenes "pallet", "step" and "table".
 /// Throws InputError, with the known scenes or keys and their ranges.
 [[nodiscard]] STEREOGRID_EXPORT SceneOptions parse_scene(std::string_view text);
 
