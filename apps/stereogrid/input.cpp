@@ -45,6 +45,7 @@ Input open_scene(const InputOptions& options) {
   Input input;
   if (!options.mask.empty()) input.mask = io::read_mask(options.mask, scene->rig().width_px, scene->rig().height_px);
   input.scene = scene.get();
+  input.extrinsics_given = true;
   input.poses = poses;
   input.source = std::move(scene);
   return input;
@@ -125,6 +126,7 @@ Input open_input(const InputOptions& options) {
   Input input;
   input.recording = recording.get();
   input.mask = recording->contents().mask;
+  input.extrinsics_given = recording->contents().calibration.has_mounting;
   input.poses = recording->has_poses()                 ? PoseSource::input
                 : recording->contents().wants_odometry ? PoseSource::odometry
                                                        : PoseSource::none;

@@ -45,7 +45,8 @@ struct Input {
   const io::Recording* recording{nullptr};
   const scenes::Scene* scene{nullptr};
   PoseSource poses{PoseSource::input};
-  Image<std::uint8_t> mask{};  ///< PipelineOptions::mask
+  Image<std::uint8_t> mask{};    ///< PipelineOptions::mask
+  bool extrinsics_given{false};  ///< PipelineOptions::extrinsics_given
 };
 
 /// Throws InputError, ConfigError.

@@ -40,6 +40,10 @@ struct PipelineOptions {
   /// and say nothing of the street; what is seen through them alone stays unknown. Of the camera's size, as the images
   /// come, be it pitched or not; any other number: the pixel is used. Empty: all are.
   Image<std::uint8_t> mask{};
+  /// The rig's camera_height_m, camera_pitch_rad and camera_roll_rad were measured: they are never replaced. Ground in
+  /// view that contradicts them is reported as FrameStatus::extrinsics_disagree. false: they are assumed, and replaced
+  /// by those that the first frames show (Pipeline::process).
+  bool extrinsics_given{true};
   /// Where the vehicle is in the world at the first frame, m and rad, for a run that goes on in the world of another
   /// one: finite, and within 1e9 m of the origin.
   Pose2 start{};
@@ -75,11 +79,14 @@ class STEREOGRID_EXPORT Pipeline {
   /// than motion.gap_max_s apart, or the clock has stepped back, the pipeline begins afresh as with reset(), and the
   /// result's status and warnings say so.
   ///
-  /// Where the road does not lie where the rig's mounting has it, in the first frames or for a second, the frames say
-  /// FrameStatus::road_unknown and the mounting is searched: 0.2 to 4 m above the road, pitched by −10° to 35°, rolled
-  /// by up to 10°. Once three frames agree, a warning of the third says what was found, rig() and level_rig() change,
-  /// and the next frame is a first one of the new rig, in the same world. That allocates all stages anew, and what
-  /// std::bad_alloc or DeviceError then leave is the pipeline as it was. Not with ground.estimate off.
+  /// Ground that does not lie where the extrinsics have it, in the first frames or later, makes a frame
+  /// FrameStatus::road_unknown. Without PipelineOptions::extrinsics_given the extrinsics are searched in the first
+  /// frames: 0.2 to 4 m above the ground, pitch −10° to 35°, roll up to ±10°. Once three frames agree, a warning of the
+  /// third has the estimate, rig() and level_rig() change, and the next frame is a first one of the new rig, in the
+  /// same world. Extrinsics that have explained three frames are replaced only after the vehicle has travelled four
+  /// camera heights over ground that shows others, in front of the camera as well as farther away. A replacement
+  /// allocates all stages anew; after std::bad_alloc or DeviceError the pipeline is unchanged. ground.estimate off
+  /// disables it.
   ///
   /// Throws InputError when the frame cannot be used: it does not fit the rig, has the stamp of the frame before, a
   /// pose that is not finite or farther than 1e9 m from its origin, other grids that are none. The pipeline's state is

@@ -55,16 +55,18 @@ struct Prediction {
 
 /// What a program should know about a frame before it relies on the grids.
 enum class FrameStatus {
-  clock_gap,           ///< more than motion.gap_max_s since the frame before: everything remembered was forgotten
-  clock_stepped_back,  ///< stamped before the frame before: everything remembered was forgotten
-  pose_missing,        ///< no pose: the last motion was carried on, or the vehicle taken to stand still. In every such
-                       ///< frame; before any frame has had a pose in the first one only, as that may be intended
-  pose_jump,           ///< the pose was not where the vehicle can be: the frame of the poses was moved
-  few_matches,         ///< left and right image hardly match
-  road_unknown,        ///< where the road is is not known: observed grid and stages are unknown
+  clock_gap,            ///< more than motion.gap_max_s since the frame before: everything remembered was forgotten
+  clock_stepped_back,   ///< stamped before the frame before: everything remembered was forgotten
+  pose_missing,         ///< no pose: the last motion was carried on, or the vehicle taken to stand still. In every such
+                        ///< frame; before any frame has had a pose in the first one only, as that may be intended
+  pose_jump,            ///< the pose was not where the vehicle can be: the frame of the poses was moved
+  few_matches,          ///< left and right image hardly match
+  road_unknown,         ///< ground plane not found, or the ground falls away: observed grid and stages are unknown
+  extrinsics_disagree,  ///< a plane in view contradicts the extrinsics, which are kept; the warning has both
 };
-constexpr std::array<std::string_view, 6> names_of(FrameStatus) {
-  return {"clock_gap", "clock_stepped_back", "pose_missing", "pose_jump", "few_matches", "road_unknown"};
+constexpr std::array<std::string_view, 7> names_of(FrameStatus) {
+  return {"clock_gap",   "clock_stepped_back", "pose_missing",       "pose_jump",
+          "few_matches", "road_unknown",       "extrinsics_disagree"};
 }
 
 /// What is known after a frame.

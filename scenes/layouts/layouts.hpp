@@ -29,7 +29,7 @@ struct Layout {
 [[nodiscard]] World build_empty(const SceneOptions& options);
 /// Car still. A person whose lower half is hidden by a crate.
 [[nodiscard]] World build_occlusion(const SceneOptions& options);
-/// Drives 2 m at 1 m/s, then stands `edge_m` before a pallet with a load, `rise_m` high.
+/// Drives 4 m at 2 m/s, then stands `edge_m` before a pallet with a load, `rise_m` high.
 [[nodiscard]] World build_pallet(const SceneOptions& options);
 /// The same before the whole width of the ground rises or falls by `rise_m`, in `steps` slopes of `incline_deg` (90:
 /// steps of stairs, a platform's edge).

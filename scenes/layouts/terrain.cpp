@@ -8,8 +8,8 @@
 namespace stereogrid::scenes {
 namespace {
 
-constexpr double approach_m{2};
-constexpr double approach_mps{1};
+constexpr double approach_m{4};
+constexpr double approach_mps{2};
 
 // The vehicle drives for two seconds and stands `edge_m` before x = approach_m + edge_m from then on.
 World approached(std::uint64_t seed) {

@@ -57,6 +57,22 @@ Ground mean_of(const Ground& sum, int count) {
   return {sum.height_m / count, sum.pitch_rad / count, sum.roll_rad / count};
 }
 
+// True: nearly all samples of the nearest ground, within twice the distance at which the image ends, that lie on `used`
+// lie on `candidate`, too.
+bool explains_nearest(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& used,
+                      const RoadPlane& candidate) {
+  const double nearest_px{candidate.disparity(rig.centre_u_px, rig.height_px)};
+  int by_used_alone{0};
+  int by_candidate{0};
+  for (const GroundSample& sample : samples) {
+    if (2 * candidate.disparity(sample.u, sample.v) < nearest_px) continue;
+    const bool is_on_candidate{std::abs(residual(candidate, sample)) < 1};
+    by_candidate += is_on_candidate ? 1 : 0;
+    by_used_alone += !is_on_candidate && std::abs(residual(used, sample)) < 1 ? 1 : 0;
+  }
+  return 10 * by_used_alone <= by_candidate && 2 * by_candidate >= ground_samples_min;
+}
+
 }  // namespace
 
 bool RoadSupport::is_road() const {
@@ -135,25 +151,52 @@ Ground seen_from(const Ground& ground, double angle_rad) {
   return seen;
 }
 
-MountingSearch::MountingSearch(const Rig& level_rig, const GroundConfig& config, double turned_rad)
-    : rig_{level_rig}, config_{config}, turned_rad_{turned_rad} {}
+MountingSearch::MountingSearch(const Rig& level_rig, const GroundConfig& config, double turned_rad, bool is_given)
+    : rig_{level_rig}, config_{config}, turned_rad_{turned_rad}, is_given_{is_given} {}
+
+bool MountingSearch::is_established() const {
+  return fitting_ >= frames_to_believe;
+}
 
 bool MountingSearch::is_wanted(bool is_lost, double dt_s) {
   if (!config_.estimate) return false;
   lost_s_ = is_lost ? lost_s_ + dt_s : 0;
-  return fitting_ < frames_to_believe || lost_s_ >= lost_max_s;
+  is_better_ = is_better_ && is_lost;
+  return !is_established() || (is_given_ ? is_lost : lost_s_ >= lost_max_s);
 }
 
 std::optional<Ground> MountingSearch::look(const std::vector<GroundSample>& samples, const Ground& used,
                                            bool is_doubted) {
   const std::optional<Ground> candidate{search_mounting(rig_, turned_rad_, samples)};
-  if (!candidate || is_doubted) return candidate;
-  const int here{support_of(rig_, samples, road_plane(rig_, used)).near};
-  const int there{support_of(rig_, samples, road_plane(rig_, *candidate)).near};
-  if (!is_believable(rig_, config_, *candidate) && 4 * there > 5 * here) return candidate;
+  const bool is_outside{candidate && !is_believable(rig_, config_, *candidate)};
+  if (is_doubted) return is_given_ && !is_outside ? std::nullopt : candidate;
+  if (is_outside) {
+    const RoadSupport here{support_of(rig_, samples, road_plane(rig_, used))};
+    const RoadSupport there{support_of(rig_, samples, road_plane(rig_, *candidate))};
+    const bool is_confirmed{is_given_ && here.is_road()};  // before a slope or stairs that fill more of the view
+    if (!is_confirmed && 4 * there.near > 5 * here.near) return candidate;
+  }
+  // the frame has a ground plane, and it is the one in use
+  if (!candidate) return std::nullopt;
   ++fitting_;
   agreeing_ = 0;
   return std::nullopt;
+}
+
+bool MountingSearch::may_replace(const std::vector<GroundSample>& samples, const Ground& used, const Ground& candidate,
+                                 Point2 place) {
+  constexpr double travel_of_height{4};  // way on which the plane must hold, in heights of the camera
+  if (is_given_) return false;
+  if (!is_established()) return true;
+  const bool explains_all{explains_nearest(rig_, samples, road_plane(rig_, used), road_plane(rig_, candidate))};
+  if (!explains_all || !is_better_ || !are_alike(candidate, better_)) {
+    is_better_ = explains_all;
+    better_ = candidate;
+    better_from_ = place;
+    return false;
+  }
+  const double travelled_m{std::hypot(place.x - better_from_.x, place.y - better_from_.y)};
+  return travelled_m >= travel_of_height * candidate.height_m;
 }
 
 bool MountingSearch::verify(const std::vector<GroundSample>& samples, const Ground& candidate) {
@@ -168,6 +211,12 @@ bool MountingSearch::verify(const std::vector<GroundSample>& samples, const Grou
   sum_.roll_rad += seen->roll_rad;
   ++agreeing_;
   return true;
+}
+
+void MountingSearch::begin_again() {
+  agreeing_ = 0;
+  lost_s_ = 0;
+  is_better_ = false;
 }
 
 std::optional<Ground> MountingSearch::found() const {

@@ -8,6 +8,7 @@
 
 #include "ground/ground.hpp"
 #include "held_bytes.hpp"
+#include "stereogrid/grid.hpp"
 
 namespace stereogrid {
 
@@ -38,36 +39,49 @@ std::optional<Ground> refine_mounting(const Rig& rig, double turned_rad, const s
 /// `ground` as another camera at the same place sees it that looks down by `angle_rad` more.
 Ground seen_from(const Ground& ground, double angle_rad);
 
-/// What one frame says of the mounting must be said by some more before it is believed.
+/// Search for the camera's extrinsics in the frames. Given extrinsics are never replaced. Assumed ones are replaced by
+/// what the first frames agree on. Once they have explained the ground, they are replaced only by a plane that explains
+/// all that they did, the nearest ground included, while the vehicle travels: a slope, stairs or a lower floor does
+/// not.
 class MountingSearch {
  public:
   /// `turned_rad`: see search_mounting.
-  MountingSearch(const Rig& level_rig, const GroundConfig& config, double turned_rad);
+  MountingSearch(const Rig& level_rig, const GroundConfig& config, double turned_rad, bool is_given);
 
-  /// Should this frame be looked at? Until a few frames have shown that the mounting fits: always. Later: after the
-  /// road has been lost (`is_lost`) for a second.
+  /// True: look() has to see this frame. Until a few frames have shown that the extrinsics fit: always. Later: where
+  /// the ground is lost; of extrinsics that can be replaced, after a second.
   bool is_wanted(bool is_lost, double dt_s);
   /// The plane in a frame that was matched on `used`; none: no plane, or `used` may stay. Where `used` is not doubted,
-  /// another plane must lie outside the gates and be borne out by clearly more samples.
+  /// another plane must lie outside the gates and have clearly more samples.
   std::optional<Ground> look(const std::vector<GroundSample>& samples, const Ground& used, bool is_doubted);
-  /// That frame, matched again on the `candidate`. True: it bears it out.
+  /// True: `candidate` may replace the extrinsics if verify() confirms it. `place`: of the vehicle, in the world.
+  bool may_replace(const std::vector<GroundSample>& samples, const Ground& used, const Ground& candidate, Point2 place);
+  /// Takes that frame, matched again on the `candidate`. True: it confirms it.
   bool verify(const std::vector<GroundSample>& samples, const Ground& candidate);
   /// As the camera of the level rig sees it, once enough frames agree.
   [[nodiscard]] std::optional<Ground> found() const;
+  /// The next frame is a first one. Extrinsics that have explained the ground keep that.
+  void begin_again();
 
   template <class State>
   void exchange(State& state) {
-    state(fitting_, agreeing_, sum_, lost_s_);
+    state(fitting_, agreeing_, sum_, lost_s_, is_better_, better_, better_from_);
   }
 
  private:
+  [[nodiscard]] bool is_established() const;
+
   Rig rig_;
   GroundConfig config_;
   double turned_rad_;
-  int fitting_{0};   ///< frames that have shown that the mounting fits
-  int agreeing_{0};  ///< frames that have shown another one
+  bool is_given_;
+  int fitting_{0};   ///< frames that have shown that the extrinsics fit
+  int agreeing_{0};  ///< frames that have shown another plane
   Ground sum_{0, 0, 0};
   double lost_s_{0};
+  bool is_better_{false};  ///< `better_` explains all that the extrinsics did, since the vehicle was at `better_from_`
+  Ground better_{0, 0, 0};
+  Point2 better_from_;
 };
 
 }  // namespace stereogrid

@@ -6,10 +6,13 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdio>
 #include <cstdlib>
+#include <numbers>
 
 #include "clamped_to_int.hpp"
 #include "ground/fit.hpp"
+#include "ground/mounting_search.hpp"
 #include "matching/match_lattice.hpp"
 
 namespace stereogrid {
@@ -28,6 +31,8 @@ constexpr double texture_sigmas{3};
 constexpr double near_min{0.3};
 constexpr double below_max{0.3};
 constexpr double elsewhere_min{0.3};
+// Ground in the vehicle's path that may lie below the plane: matches in reflections and of repeated texture do.
+constexpr double falling_max_m{0.5};
 
 template <class Visit>
 void for_lattice(const MatchedFrame& frame, double first_row, const Visit& visit) {
@@ -40,6 +45,12 @@ void for_lattice(const MatchedFrame& frame, double first_row, const Visit& visit
       if (frame.masked.empty() || frame.masked(u, v) == 0) visit(u, v);
     }
   }
+}
+
+float disparity_at(const MatchedFrame& frame, int u, int v) {
+  // the matches of external disparities lack what lies below the road
+  if (!frame.disparity.empty()) return frame.disparity(u, v);
+  return std::max(frame.matches.obstacle(u, v), frame.matches.road(u, v));
 }
 
 bool are_identical(const MatchedFrame& frame) {
@@ -122,14 +133,32 @@ bool speak_against(const Rig& rig, const std::vector<GroundSample>& samples, con
   return below > below_max * all || has_better_plane(rig, samples, static_cast<int>(elsewhere_min * all), plane);
 }
 
+double width_falling_away(const MatchedFrame& frame, const Rig& rig, const RoadPlane& plane) {
+  constexpr double path_m{1};
+  constexpr double descent{0.1051};  // tan 6°
+  constexpr int run_min{3};
+  const double least_px{std::hypot(plane.per_u, plane.per_v) * rig.focal_px * descent};
+  const MatchLattice lattice{frame.left.width, frame.left.height};
+  double width_m{0};
+  for (int i{0}; i < lattice.across; ++i) {
+    const int u{MatchLattice::first_u + i * MatchLattice::step_u};
+    int run{0};
+    for (int j{0}; j < lattice.down && run < run_min; ++j) {
+      const int v{MatchLattice::first_v + j * MatchLattice::step_v};
+      const double expected_px{plane.disparity(u, v)};
+      const double disparity{disparity_at(frame, u, v)};
+      const bool is_in_path{std::abs(u - rig.centre_u_px) * rig.baseline_m <= path_m * expected_px};
+      if (expected_px < least_px || !is_in_path || !(disparity > 0)) continue;
+      run = disparity < 0.9 * expected_px - 1.5 ? run + 1 : 0;
+      if (run == run_min) width_m += MatchLattice::step_u * rig.baseline_m / expected_px;
+    }
+  }
+  return width_m;
+}
+
 void add_samples(const MatchedFrame& frame, std::vector<GroundSample>& samples) {
-  const auto disparity_at = [&](int u, int v) {
-    // what lies below the road has been dropped from the matches of given disparities
-    if (!frame.disparity.empty()) return frame.disparity(u, v);
-    return std::max(frame.matches.obstacle(u, v), frame.matches.road(u, v));
-  };
   for_lattice(frame, 0, [&](int u, int v) {
-    const float disparity{disparity_at(u, v)};
+    const float disparity{disparity_at(frame, u, v)};
     if (disparity > 0) samples.push_back({static_cast<float>(u), static_cast<float>(v), disparity});
   });
 }
@@ -162,6 +191,7 @@ Doubt FrameTrust::judge(const MatchedFrame& frame, const Ground& ground, double 
   add_samples(frame, samples_);
   std::erase_if(samples_, [&](const GroundSample& sample) { return !(plane.disparity(sample.u, sample.v) > 0); });
   if (speak_against(rig_, samples_, plane)) return Doubt::road_elsewhere;
+  if (width_falling_away(frame, rig_, plane) > falling_max_m) return Doubt::falls_away;
   if (ground.estimated) unmeasured_s_ = 0;
   return unmeasured_s_ > unmeasured_max_s ? Doubt::road_not_seen : Doubt::none;
 }
@@ -183,11 +213,29 @@ void tell(Doubt doubt, FrameResult& result) {
     add(FrameStatus::road_unknown,
         "the road is not where it is assumed: nothing is known from this frame. The mounting in the calibration may be "
         "wrong: measure mount.camera_height_m and mount.camera_pitch_rad.");
+  } else if (doubt == Doubt::falls_away) {
+    add(FrameStatus::road_unknown,
+        "the ground in the vehicle's path falls away: an edge, stairs or a slope down. The grid is unknown.");
   } else if (doubt == Doubt::road_not_seen) {
     add(FrameStatus::road_unknown,
         "the road has not been seen for more than 3 s: nothing is known until it is. If it is in view, the mounting in "
         "the calibration may be wrong.");
   }
+}
+
+void tell_disagreement(const Rig& level_rig, double turned_rad, const Ground& plane, FrameResult& result) {
+  const auto degrees = [](double radians) { return radians * 180 / std::numbers::pi; };
+  const Ground seen{seen_from(plane, turned_rad)};
+  std::array<char, 400> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      "a plane in view does not fit the extrinsics, which are kept: camera height %.2f m, pitch %.1f°, roll %.1f° "
+      "in use; height %.2f m, pitch %.1f°, roll %.1f° seen. A slope, stairs, an edge or a large obstacle "
+      "looks like this. If the camera was moved, correct mount in the calibration.",
+      level_rig.camera_height_m, degrees(level_rig.camera_pitch_rad + turned_rad), degrees(level_rig.camera_roll_rad),
+      seen.height_m, degrees(seen.pitch_rad), degrees(seen.roll_rad));
+  result.status.push_back(FrameStatus::extrinsics_disagree);
+  result.warnings.emplace_back(text.data());
 }
 
 void leave_unknown(StageImages& stages) {

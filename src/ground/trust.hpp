@@ -23,7 +23,7 @@ struct MatchedFrame {
 };
 
 /// Why the grids of a frame cannot be built on its matches and its road plane.
-enum class Doubt { none, few_matches, identical_images, road_elsewhere, road_not_seen };
+enum class Doubt { none, few_matches, identical_images, road_elsewhere, road_not_seen, falls_away };
 
 /// Standard deviation of the left image's noise below the row `first_row`, in grey levels: of the second differences
 /// between neighbours in a row, by their median, which texture raises a little.
@@ -46,6 +46,11 @@ bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Grou
 /// either many lie clearly below it, where nothing can be, or another plane holds clearly more. A wall that fills the
 /// view says nothing of the road.
 bool speak_against(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane);
+
+/// Width of the ground in the vehicle's path, 1 m to either side, that falls away from `plane`, m: in its columns some
+/// samples above one another lie clearly below it. Ground is searched where the line of sight descends by 6° or more:
+/// farther away a gentle slope looks the same (docs/method.md §4.6).
+double width_falling_away(const MatchedFrame& frame, const Rig& rig, const RoadPlane& plane);
 
 /// Decides for each frame whether its grids can be relied on. One implementation serves every back end.
 class FrameTrust {
@@ -72,6 +77,10 @@ class FrameTrust {
 
 /// The doubt as FrameResult has it: flags and a sentence.
 void tell(Doubt doubt, FrameResult& result);
+
+/// Adds extrinsics_disagree with a warning: the extrinsics of `level_rig`, which stay, and the plane that contradicts
+/// them. `turned_rad`: see MountingSearch.
+void tell_disagreement(const Rig& level_rig, double turned_rad, const Ground& plane, FrameResult& result);
 
 /// What depends on the road, where it is not known: nothing could be seen in any bin, occupancy is 0.5. The disparity
 /// images stay.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/frame_processor.hpp"
 
+#include <cmath>
 #include <functional>
 #include <utility>
 
@@ -29,7 +30,7 @@ double taken_ms(const Work& work) {
 }  // namespace
 
 FrameProcessor::FrameProcessor(const Config& config, const Rig& level_rig, std::unique_ptr<Stages> stages,
-                               double turned_rad)
+                               double turned_rad, bool has_given_extrinsics)
     : config_{config},
       rig_{level_rig},
       turned_rad_{turned_rad},
@@ -37,7 +38,7 @@ FrameProcessor::FrameProcessor(const Config& config, const Rig& level_rig, std::
       window_{vehicle_grid_of(config.grid)},
       ground_{calibrated_ground(rig_, config.ground)},
       trust_{rig_, config.ground, config.matching.disparities},
-      mounting_{rig_, config.ground, turned_rad},
+      mounting_{rig_, config.ground, turned_rad, has_given_extrinsics},
       alignment_{rig_},
       scene_flow_{rig_},
       tracker_{config.tracking, rig_},
@@ -53,6 +54,7 @@ void FrameProcessor::take_mask(PixelMask mask) {
 }
 
 void FrameProcessor::start(const LevelFrame& frame, FrameResult& result) {
+  ground_before_ = ground_;
   expected_ = predicted(rig_, config_.ground, ground_, frame.dt_s);
   stages_->begin(frame, window_.at(frame.world_from_vehicle), is_first_, result);
   match(expected_, stages_->works_ahead());
@@ -187,12 +189,21 @@ bool FrameProcessor::will_search() {
   return is_first_ || stages_->is_lost();
 }
 
+// Does the camera's height above the plane differ from the height before and from the rig's by more than a suspension
+// moves it?
+bool FrameProcessor::is_jump(const Ground& found) const {
+  constexpr double suspension{0.05};
+  const auto differs = [&](double height_m) { return std::abs(found.height_m - height_m) > suspension * height_m; };
+  return has_measured_ground_ && differs(ground_.height_m) && differs(rig_.camera_height_m);
+}
+
 // True: matched again.
 bool FrameProcessor::search(const LevelFrame& frame) {
   // a plane far off would have split the wrong pixels away
   const Matches& matches{stages_->unsplit_matches()};
-  const Ground found{
+  Ground found{
       search_ground(rig_, config_.ground, matches.obstacle.view(), matches.road.view(), ground_, ground_samples_)};
+  found.estimated = found.estimated && !is_jump(found);
   if (found.estimated) {
     ground_ = found;
   } else {
@@ -215,6 +226,11 @@ Doubt FrameProcessor::look_at_mounting(const LevelFrame& frame, Doubt doubt) {
   add_samples(matched(frame), mounting_samples_);
   const std::optional<Ground> candidate{mounting_.look(mounting_samples_, ground_, doubt != Doubt::none)};
   if (!candidate) return doubt;
+  const Point2 place{frame.world_from_vehicle.x_m, frame.world_from_vehicle.y_m};
+  if (!mounting_.may_replace(mounting_samples_, ground_, *candidate, place)) {
+    disagreeing_ = candidate;
+    return doubt == Doubt::none ? Doubt::road_elsewhere : doubt;
+  }
   if (!frame.is_given()) match(*candidate);
   const MatchedFrame again{matched(frame)};
   mounting_samples_.clear();
@@ -225,20 +241,29 @@ Doubt FrameProcessor::look_at_mounting(const LevelFrame& frame, Doubt doubt) {
 }
 
 Doubt FrameProcessor::judge(const LevelFrame& frame) {
+  const bool jumps{is_jump(stages_->ground())};
   ground_ = stages_->ground();
-  return trust_.judge(matched(frame), ground_, frame.dt_s);
+  const Doubt doubt{trust_.judge(matched(frame), ground_, frame.dt_s)};
+  return jumps && doubt == Doubt::none ? Doubt::road_elsewhere : doubt;
 }
 
 // False: the grids must not be built on this.
 bool FrameProcessor::accept(const LevelFrame& frame, Doubt doubt, FrameResult& result) {
+  disagreeing_ = std::nullopt;
   doubt = look_at_mounting(frame, doubt);
   if (doubt != Doubt::none) {
-    if (config_.ground.estimate) ground_ = expected_;  // a plane through wrong matches would mislead the next frame
+    // A plane through wrong matches would mislead the next frame; ground that lies elsewhere does not become more
+    // plausible by lasting.
+    const bool lies_elsewhere{doubt == Doubt::road_elsewhere || doubt == Doubt::falls_away};
+    if (config_.ground.estimate) ground_ = lies_elsewhere && has_measured_ground_ ? ground_before_ : expected_;
+    ground_.estimated = false;
     scene_flow_.clear();
     stages_->take_velocities({});
   }
   result.ground = ground_;
+  has_measured_ground_ = has_measured_ground_ || ground_.estimated;
   tell(doubt, result);
+  if (disagreeing_) tell_disagreement(rig_, turned_rad_, *disagreeing_, result);
   return doubt == Doubt::none;
 }
 
@@ -263,9 +288,10 @@ void FrameProcessor::forget() {
   ground_ = calibrated_ground(rig_, config_.ground);
   frames_to_search_ = 0;
   is_first_ = true;
+  has_measured_ground_ = false;
   alignment_ = RowAlignment{rig_};
   trust_ = FrameTrust{rig_, config_.ground, config_.matching.disparities};
-  mounting_ = MountingSearch{rig_, config_.ground, turned_rad_};
+  mounting_.begin_again();
   scene_flow_ = SceneFlow{rig_};
   tracker_.forget();
 }
@@ -276,7 +302,8 @@ void FrameProcessor::follow_on(const FrameProcessor& before) {
 
 template <class State>
 void FrameProcessor::exchange(State& state) {
-  state(ground_, frames_to_search_, is_first_, alignment_, trust_, mounting_, scene_flow_, tracker_);
+  state(ground_, frames_to_search_, is_first_, has_measured_ground_, alignment_, trust_, mounting_, scene_flow_,
+        tracker_);
 }
 
 void FrameProcessor::save(StateWriter& state) {

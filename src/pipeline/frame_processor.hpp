@@ -24,7 +24,9 @@ namespace stereogrid {
 class FrameProcessor {
  public:
   /// `turned_rad`: by how much the camera looks down more than the images of `level_rig`, which have been levelled.
-  FrameProcessor(const Config& config, const Rig& level_rig, std::unique_ptr<Stages> stages, double turned_rad = 0);
+  /// `has_given_extrinsics`: PipelineOptions::extrinsics_given.
+  FrameProcessor(const Config& config, const Rig& level_rig, std::unique_ptr<Stages> stages, double turned_rad = 0,
+                 bool has_given_extrinsics = true);
 
   /// Pixels that show the vehicle, for all frames. Before the first one.
   void take_mask(PixelMask mask);
@@ -67,6 +69,7 @@ class FrameProcessor {
   void find_road(const LevelFrame& frame, bool searches);
   bool will_search();
   bool search(const LevelFrame& frame);
+  [[nodiscard]] bool is_jump(const Ground& found) const;
   Doubt judge(const LevelFrame& frame);
   bool accept(const LevelFrame& frame, Doubt doubt, FrameResult& result);
   void find_segments(const LevelFrame& frame);
@@ -92,14 +95,17 @@ class FrameProcessor {
   MountingSearch mounting_;
   int frames_to_search_{0};
   bool is_first_{true};
+  bool has_measured_ground_{false};
   RowAlignment alignment_;
   SceneFlow scene_flow_;
   Tracker tracker_;
 
   // of a frame
-  Ground expected_;           ///< before it is measured
-  bool is_reliable_{true};    ///< may the grids be built on its matches?
-  bool has_segments_{false};  ///< its segments have been found
+  Ground ground_before_;               ///< of the frame before
+  Ground expected_;                    ///< before it is measured
+  std::optional<Ground> disagreeing_;  ///< ground plane in view that contradicts extrinsics that stay
+  bool is_reliable_{true};             ///< may the grids be built on its matches?
+  bool has_segments_{false};           ///< its segments have been found
   GroundSpace ground_samples_;
   std::vector<GroundSample> mounting_samples_;
   EvidenceMap velocity_evidence_;

@@ -29,6 +29,7 @@ std::uint64_t settings_of(const Config& config, const Rig& rig, const PipelineOp
     const std::string key{std::string{group} + "." + std::string{parameter.name}};
     text += "\n" + key + "=" + get(config, key);
   });
+  text += options.extrinsics_given ? "\nextrinsics given" : "";
   StateWriter numbers;
   Rig same{rig};
   Image<std::uint8_t> mask{options.mask};

@@ -112,7 +112,7 @@ void print_look(const Look& look, std::size_t frames, const Config& config) {
 
 /// Takes the whole drive through the pipeline.
 Image<std::uint8_t> look_for_own_vehicle(const Input& input, const Config& config, OwnVehicle& search) {
-  Pipeline pipeline{config, input.source->rig(), {.mask = input.mask}};
+  Pipeline pipeline{config, input.source->rig(), {.mask = input.mask, .extrinsics_given = input.extrinsics_given}};
   PoseStage poses{input.poses, input.source->rig(), input.mask};
   Image<std::uint8_t> picture;
   Progress progress{"frames", input.source->size()};

@@ -57,7 +57,8 @@ class Looking {
       : input_{input},
         source_{*input.source},
         config_{config},
-        pipeline_{config, source_.rig(), {.stages = false, .mask = input.mask}},
+        pipeline_{
+            config, source_.rig(), {.stages = false, .mask = input.mask, .extrinsics_given = input.extrinsics_given}},
         looked_at_{spread(source_.size(), count)},
         tried_{spread(source_.size(), others_tried)} {}
 

@@ -169,9 +169,11 @@ int live(const LiveOptions& options) {
   MessageOptions messages{options.messages};
   const LiveInput input{open_live_input(options.input, messages.ros2)};
   check(messages, input.source->rig());
-  Pipeline pipeline{start_pipeline(
-      config, input.source->rig(), options.device,
-      {.horizons_s = options.predict_s, .mask = input.mask, .in_world_of_poses = input.in_world_of_poses})};
+  Pipeline pipeline{start_pipeline(config, input.source->rig(), options.device,
+                                   {.horizons_s = options.predict_s,
+                                    .mask = input.mask,
+                                    .extrinsics_given = input.extrinsics_given,
+                                    .in_world_of_poses = input.in_world_of_poses})};
   ResetWish reset;
   Page page{options.page, input.kind, reset.parameters()};
   MessageOutput output{messages, &page.server(), pipeline.rig()};

@@ -46,6 +46,7 @@ PipelineOptions pipeline_options(const RunOptions& options, const Input& input) 
   return {.stages = stages,
           .horizons_s = options.predict_s,
           .mask = input.mask,
+          .extrinsics_given = input.extrinsics_given,
           .start = options.world_of_input ? start_of(options, input) : Pose2{}};
 }
 

@@ -104,6 +104,7 @@ Settings declare_settings(rclcpp::Node& node) {
   settings.global_frame = text("global_frame", "odom", "Frame of the filtered grid.");
   settings.robot_base_frame = text("robot_base_frame", "base_footprint",
                                    "Its z = 0 is the road; empty: the camera's mounting is not asked of TF.");
+  settings.pipeline.extrinsics_given = !settings.robot_base_frame.empty();
   settings.poses = one_of(node, "poses", {"tf", "images", "none"},
                           "Where the camera's way comes from: tf, images (found from them) or none.");
   settings.pipeline.in_world_of_poses = settings.poses == "tf";

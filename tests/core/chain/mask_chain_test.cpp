@@ -173,7 +173,7 @@ TEST(MaskChain, HoldsWhenAnotherMountingIsFound) {
   rig.camera_height_m = 1.65;
   rig.camera_pitch_rad = 0;
   const auto is_masked = [](int, int v) { return v > 170; };
-  Pipeline pipeline{pipeline_of(rig, mask_of(rig, is_masked))};
+  Pipeline pipeline{small_grid(), rig, {.threads = 2, .mask = mask_of(rig, is_masked), .extrinsics_given = false}};
   for (std::size_t i{0}; i < 4; ++i) pipeline.process(scene.load(i));
   ASSERT_NEAR(pipeline.rig().camera_pitch_rad / degree, 8, 0.2);
   const FrameResult& result{pipeline.process(scene.load(4))};

@@ -30,7 +30,9 @@ Rig usual_mounting(Rig rig) {
 struct WrongRig {
   explicit WrongRig(const char* scene_text = pitched_street, BackEnd back_end = BackEnd::cpu)
       : scene{scenes::parse_scene(scene_text), 2},
-        pipeline{small_grid(), usual_mounting(scene.rig()), {.back_end = back_end, .threads = 2}} {}
+        pipeline{small_grid(),
+                 usual_mounting(scene.rig()),
+                 {.back_end = back_end, .threads = 2, .extrinsics_given = false}} {}
 
   const FrameResult& step(std::size_t index) { return pipeline.process(scene.load(index)); }
 
@@ -65,7 +67,7 @@ TEST(MountingChain, IsFoundInThreeFramesOfWhichNothingIsKnown) {
 TEST(MountingChain, GoesOnAsIfItHadBeenGiven) {
   WrongRig drive;
   for (std::size_t frame{0}; frame < 3; ++frame) drive.step(frame);
-  Pipeline told{small_grid(), drive.pipeline.rig(), {.threads = 2}};
+  Pipeline told{small_grid(), drive.pipeline.rig(), {.threads = 2, .extrinsics_given = false}};
   for (std::size_t frame{3}; frame < 6; ++frame) {
     const FrameResult& expected{told.process(drive.scene.load(frame))};
     EXPECT_EQ(count_differences(drive.step(frame).observed, expected.observed), 0) << frame;
@@ -102,11 +104,25 @@ TEST(MountingChain, IsKeptWhenThePipelineIsReset) {
   EXPECT_EQ(drive.pipeline.rig(), found);
 }
 
-TEST(MountingChain, APitchThatIsGivenAndNotThereIsFound) {
+TEST(MountingChain, GivenExtrinsicsStayAndTheDisagreementIsReported) {
+  Scene scene{scenes::parse_scene(pitched_street), 2};
+  const Rig given{usual_mounting(scene.rig())};
+  Pipeline pipeline{small_grid(), given, {.threads = 2}};
+  for (std::size_t frame{0}; frame < 6; ++frame) {
+    const FrameResult& result{pipeline.process(scene.load(frame))};
+    EXPECT_TRUE(is_unknown(result)) << frame;
+    EXPECT_EQ(std::ranges::count(result.status, FrameStatus::extrinsics_disagree), 1) << frame;
+    EXPECT_NE(result.warnings.back().find("camera height 1.65 m, pitch 0.0°"), std::string::npos);
+    EXPECT_NE(result.warnings.back().find("pitch 8."), std::string::npos) << result.warnings.back();
+  }
+  EXPECT_EQ(pipeline.rig(), given);
+}
+
+TEST(MountingChain, AnAssumedPitchThatIsNotThereIsFound) {
   Scene scene{scenes::parse_scene("street?width=320&height=200"), 2};
   Rig rig{scene.rig()};
   rig.camera_pitch_rad = 10 * degree;
-  Pipeline pipeline{small_grid(), rig, {.threads = 2}};
+  Pipeline pipeline{small_grid(), rig, {.threads = 2, .extrinsics_given = false}};
   for (std::size_t frame{0}; frame < 4; ++frame) pipeline.process(scene.load(frame));
   EXPECT_NEAR(pipeline.rig().camera_pitch_rad / degree, 0, 0.3);
   EXPECT_NEAR(pipeline.rig().camera_height_m, scene.rig().camera_height_m, 0.05);

@@ -125,17 +125,21 @@ TEST(SeenFrom, TurnsPitchAndKeepsTheRest) {
 // The class that believes.
 
 struct Watch {
-  Rig rig{small_kitti_rig()};
-  MountingSearch search{rig, gates(), 0};
+  explicit Watch(bool is_given = false) : search{rig, gates(), 0, is_given} {}
 
   // True: the frame must not be relied on.
-  bool take(const Ground& truth, const Ground& used, bool is_doubted, unsigned seed) {
+  bool take(const Ground& truth, const Ground& used, bool is_doubted, unsigned seed, Point2 place = {}) {
+    return take(seen(rig, truth, {}, seed), used, is_doubted, place);
+  }
+  bool take(const std::vector<GroundSample>& samples, const Ground& used, bool is_doubted, Point2 place) {
     if (!search.is_wanted(is_doubted, 0.1)) return is_doubted;
-    const std::vector<GroundSample> samples{seen(rig, truth, {}, seed)};
     const std::optional<Ground> candidate{search.look(samples, used, is_doubted)};
-    if (candidate) search.verify(samples, *candidate);
+    if (candidate && search.may_replace(samples, used, *candidate, place)) search.verify(samples, *candidate);
     return is_doubted || candidate;
   }
+
+  Rig rig{small_kitti_rig()};
+  MountingSearch search;
 };
 
 TEST(MountingSearch, BelievesWhatThreeFramesAgreeOn) {
@@ -164,20 +168,69 @@ TEST(MountingSearch, AMountingThatFitsIsLeftAlone) {
   EXPECT_FALSE(watch.search.found());
 }
 
-TEST(MountingSearch, LooksAgainWhereTheRoadIsLostForASecond) {
-  Watch watch;
-  for (unsigned frame{1}; frame <= 3; ++frame) watch.take({1.65, 0, 0}, {1.65, 0, 0}, false, frame);
+constexpr Ground assumed{1.65, 0, 0};
+constexpr Ground moved{1.2, 8 * degree, 0};
+
+// The first frames have shown that `assumed` fits.
+Watch established(bool is_given = false) {
+  Watch watch{is_given};
+  for (unsigned frame{1}; frame <= 3; ++frame) watch.take(assumed, assumed, false, frame);
+  return watch;
+}
+
+TEST(MountingSearch, EstablishedExtrinsicsAreReplacedOnTheWay) {
+  Watch watch{established()};
   int frames{0};
-  while (frames < 30 && !watch.search.found()) watch.take({1.2, 8 * degree, 0}, {1.65, 0, 0}, true, 50u + ++frames);
-  EXPECT_GE(frames, 10) << "of 0.1 s";
-  EXPECT_LE(frames, 13);
-  expect_found(watch.search.found(), {1.2, 8 * degree, 0});
+  while (frames < 60 && !watch.search.found()) {
+    watch.take(moved, assumed, true, 50u + static_cast<unsigned>(frames), {0.5 * frames, 0});
+    ++frames;
+  }
+  EXPECT_GE(frames, 20) << "lost for a second, then four heights of 1.2 m at 0.5 m a frame";
+  EXPECT_LE(frames, 24);
+  expect_found(watch.search.found(), moved);
+}
+
+TEST(MountingSearch, EstablishedExtrinsicsStayWhileTheVehicleStands) {
+  Watch watch{established()};
+  for (unsigned frame{0}; frame < 60; ++frame) watch.take(moved, assumed, true, 50 + frame);
+  EXPECT_FALSE(watch.search.found());
+}
+
+TEST(MountingSearch, GivenExtrinsicsStay) {
+  Watch watch{true};
+  for (unsigned frame{0}; frame < 40; ++frame) {
+    EXPECT_TRUE(watch.take(moved, assumed, frame > 2, 50 + frame, {0.5 * frame, 0})) << "another plane is seen";
+  }
+  EXPECT_FALSE(watch.search.found());
+}
+
+TEST(MountingSearch, ALowerFloorDoesNotExplainTheNearestGround) {
+  Watch watch{established()};
+  const RoadPlane own{road_plane(watch.rig, assumed)};
+  const RoadPlane lower{road_plane(watch.rig, {2.6, 0, 0})};
+  std::vector<GroundSample> samples;
+  for (int v{6}; v < watch.rig.height_px; v += 6) {
+    for (int u{6}; u < watch.rig.width_px; u += 6) {
+      const RoadPlane& floor{v > watch.rig.height_px - 20 ? own : lower};
+      const double d{floor.disparity(u, v)};
+      if (d > 1) samples.push_back({static_cast<float>(u), static_cast<float>(v), static_cast<float>(d)});
+    }
+  }
+  ASSERT_TRUE(search_mounting(watch.rig, 0, samples)) << "the lower floor is found";
+  for (int frame{0}; frame < 60; ++frame) watch.take(samples, assumed, true, {0.5 * frame, 0});
+  EXPECT_FALSE(watch.search.found());
+}
+
+TEST(MountingSearch, ANewBeginningKeepsWhatIsEstablished) {
+  Watch watch{established()};
+  watch.search.begin_again();
+  EXPECT_FALSE(watch.search.is_wanted(false, 0));
 }
 
 TEST(MountingSearch, WhatIsNotToBeEstimatedIsNotSearched) {
   GroundConfig trusted{gates()};
   trusted.estimate = false;
-  MountingSearch search{small_kitti_rig(), trusted, 0};
+  MountingSearch search{small_kitti_rig(), trusted, 0, false};
   EXPECT_FALSE(search.is_wanted(true, 5));
 }
 

@@ -1,0 +1,146 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Given extrinsics before stairs, slopes, edges, docks, tables and pallets: they stay, and no grid is free beyond an
+// edge without a status.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "chain_run.hpp"
+#include "support.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+constexpr const char* car{"width=320&height=200&focal=212&baseline=0.4&camera_height=1&frames=16&rate=4"};
+constexpr const char* robot{
+    "width=320&height=240&focal=210&baseline=0.1&camera_height=0.35&pitch_deg=8&frames=16&rate=4"};
+
+struct Layout {
+  const char* scene;
+  const char* camera;
+  double edge_m;
+  double rise_m;
+  double incline_deg{90};
+  int steps{1};
+};
+
+std::string text_of(const Layout& layout) {
+  return std::string{layout.scene} + "?" + layout.camera + "&edge=" + std::to_string(layout.edge_m) +
+         "&rise=" + std::to_string(layout.rise_m) + "&incline_deg=" + std::to_string(layout.incline_deg) +
+         "&steps=" + std::to_string(layout.steps);
+}
+
+bool has(const FrameResult& result, FrameStatus status) {
+  return std::ranges::count(result.status, status) > 0;
+}
+
+// Cells of the observed grid for which `is_wanted(p)`, `from_m` to `to_m` ahead and within 1 m to either side.
+template <class IsWanted>
+double share_of(const FrameResult& result, double from_m, double to_m, const IsWanted& is_wanted) {
+  const GridGeometry& grid{result.vehicle.geometry};
+  int all{0};
+  int wanted{0};
+  for (int iy{0}; iy < grid.ny; ++iy) {
+    for (int ix{0}; ix < grid.nx; ++ix) {
+      const double x{grid.x_min_m + (ix + 0.5) * grid.cell_size_m};
+      const double y{grid.y_min_m + (iy + 0.5) * grid.cell_size_m};
+      if (x < from_m || x > to_m || std::abs(y) > 1) continue;
+      ++all;
+      wanted += is_wanted(result.observed(ix, iy)) ? 1 : 0;
+    }
+  }
+  return all > 0 ? static_cast<double>(wanted) / all : 0;
+}
+
+double free_beyond(const FrameResult& result, double edge_m) {
+  return share_of(result, edge_m + 0.3, edge_m + 3, [](float p) { return p < 0.45f; });
+}
+
+// Drives through a layout; calls check(result, distance to the edge) after each frame.
+template <class Check>
+void drive(const Layout& layout, const Check& check) {
+  SCOPED_TRACE(text_of(layout));
+  const scenes::Scene scene{scenes::parse_scene(text_of(layout)), 2};
+  Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2, .stages = false}};
+  const double edge_x_m{scene.load(scene.size() - 1).world_from_vehicle->x_m + layout.edge_m};
+  for (std::size_t i{0}; i < scene.size(); ++i) {
+    const StereoFrame frame{scene.load(i)};
+    const FrameResult& result{pipeline.process(frame)};
+    check(result, edge_x_m - frame.world_from_vehicle->x_m);
+    ASSERT_EQ(pipeline.rig(), scene.rig()) << "frame " << i;
+  }
+}
+
+// Falling ground: edges, stairs down, a steep slope.
+TEST(Terrain, IsNotFreeBeyondAnEdge) {
+  constexpr double searched_m{3.6};
+  const auto check = [&](const FrameResult& result, double edge_m) {
+    if (edge_m > searched_m || has(result, FrameStatus::road_unknown)) return;
+    EXPECT_LE(free_beyond(result, edge_m), 0) << edge_m;
+  };
+  for (const double edge_m : {1.2, 2.0, 2.6, 3.2}) {
+    for (const double depth_m : {0.3, 0.9, 1.5, 2.5}) drive({"step", car, edge_m, -depth_m}, check);
+  }
+  for (const double edge_m : {1.6, 3.0}) {
+    for (const int steps : {4, 8}) drive({"step", car, edge_m, -0.17 * steps, 90, steps}, check);
+  }
+  for (const double incline_deg : {35.0, 60.0}) drive({"step", car, 2.5, -1.5, incline_deg}, check);
+  const auto check_near = [&](const FrameResult& result, double edge_m) {
+    if (edge_m < 1.6) check(result, edge_m);
+  };
+  for (const double edge_m : {0.6, 1.2}) {
+    for (const double depth_m : {0.3, 0.9}) drive({"step", robot, edge_m, -depth_m}, check_near);
+  }
+}
+
+// Rising ground and large obstacles.
+TEST(Terrain, KeepsTheExtrinsicsBeforeWhatRises) {
+  const auto check = [](const FrameResult& result, double) {
+    if (!result.ground.estimated) return;
+    EXPECT_NEAR(result.ground.height_m, 1, 0.15);
+  };
+  for (const double edge_m : {1.5, 2.5}) {
+    for (const int steps : {4, 8}) drive({"step", car, edge_m, 0.17 * steps, 90, steps}, check);
+    for (const double incline_deg : {12.0, 18.0, 24.0, 30.0}) drive({"step", car, edge_m, 3, incline_deg}, check);
+    drive({"step", car, edge_m, 0.6}, check);
+    drive({"step", car, edge_m, 1.2}, check);
+  }
+  for (const double edge_m : {0.6, 1.2, 2.2}) {
+    drive({"table", car, edge_m, 0.75}, check);
+    drive({"pallet", car, edge_m, 0.5}, check);
+  }
+}
+
+// The first riser stands in the grid as long as the floor before it is in view.
+TEST(Terrain, StairsUpAreObstaclesWhileTheFloorIsSeen) {
+  drive({"step", car, 2.5, 1.36, 90, 8}, [](const FrameResult& result, double edge_m) {
+    if (edge_m < 3.4) return;
+    EXPECT_TRUE(result.status.empty());
+    EXPECT_GT(share_of(result, edge_m - 0.2, edge_m + 0.4, [](float p) { return p > 0.55f; }), 0.3) << edge_m;
+  });
+}
+
+TEST(Terrain, SaysWhatDisagrees) {
+  int disagreeing{0};
+  drive({"step", car, 1.2, -0.9}, [&](const FrameResult& result, double) {
+    disagreeing += has(result, FrameStatus::extrinsics_disagree) ? 1 : 0;
+    if (!has(result, FrameStatus::extrinsics_disagree)) return;
+    const std::string& warning{result.warnings.back()};
+    EXPECT_NE(warning.find("camera height 1.00 m"), std::string::npos) << warning;
+    const std::size_t seen{warning.find("in use; height ")};
+    ASSERT_NE(seen, std::string::npos) << warning;
+    EXPECT_NEAR(std::stod(warning.substr(seen + 15)), 1.9, 0.3);
+  });
+  EXPECT_GE(disagreeing, 8);
+}
+
+TEST(Terrain, AFlatFloorIsKnown) {
+  drive({"step", car, 40, 0.5}, [](const FrameResult& result, double) { EXPECT_TRUE(result.status.empty()); });
+}
+
+}  // namespace
+}  // namespace stereogrid::test
