@@ -34,6 +34,7 @@ FrameProcessor::FrameProcessor(const Config& config, const Rig& level_rig, std::
     : config_{config},
       rig_{level_rig},
       turned_rad_{turned_rad},
+      has_given_extrinsics_{has_given_extrinsics},
       stages_{std::move(stages)},
       window_{vehicle_grid_of(config.grid)},
       ground_{calibrated_ground(rig_, config.ground)},
@@ -189,12 +190,16 @@ bool FrameProcessor::will_search() {
   return is_first_ || stages_->is_lost();
 }
 
-// Does the camera's height above the plane differ from the height before and from the rig's by more than a suspension
-// moves it?
+// True: the camera's height above the plane differs by more than a suspension moves it, from the height before and from
+// the rig's; or by more than one measures wrong from given extrinsics.
 bool FrameProcessor::is_jump(const Ground& found) const {
   constexpr double suspension{0.05};
-  const auto differs = [&](double height_m) { return std::abs(found.height_m - height_m) > suspension * height_m; };
-  return has_measured_ground_ && differs(ground_.height_m) && differs(rig_.camera_height_m);
+  constexpr double measured_to{0.08};
+  constexpr double measured_to_m{0.02};
+  const double from_rig_m{std::abs(found.height_m - rig_.camera_height_m)};
+  if (has_given_extrinsics_ && from_rig_m > measured_to * rig_.camera_height_m + measured_to_m) return true;
+  return has_measured_ground_ && std::abs(found.height_m - ground_.height_m) > suspension * ground_.height_m &&
+         from_rig_m > suspension * rig_.camera_height_m;
 }
 
 // True: matched again.

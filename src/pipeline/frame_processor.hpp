@@ -85,6 +85,7 @@ class FrameProcessor {
   Config config_;
   Rig rig_;
   double turned_rad_;
+  bool has_given_extrinsics_;
   PixelMask mask_;
   std::unique_ptr<Stages> stages_;
   Window window_;

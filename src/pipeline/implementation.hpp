@@ -50,17 +50,6 @@ inline Config resolved(Config config, const Rig& level_rig) {
   return config;
 }
 
-/// The configuration of the stages: the height of given extrinsics varies by a suspension's travel at most.
-inline Config staged(Config config, const Rig& rig, bool has_given_extrinsics) {
-  constexpr double suspension{0.08};
-  constexpr double measured_to_m{0.02};
-  if (has_given_extrinsics) {
-    config.ground.height_gate_m =
-        std::min(config.ground.height_gate_m, suspension * rig.camera_height_m + measured_to_m);
-  }
-  return config;
-}
-
 /// A pipeline's threads, for stages that have none.
 class OwnThreads final : public HostThreads {
  public:
@@ -106,17 +95,14 @@ struct Pipeline::Implementation {
 
   std::unique_ptr<FrameProcessor> make_processor() {
     const Rig& level_rig{levelling.level_rig()};
-    auto made{std::make_unique<FrameProcessor>(staged_config(), level_rig, start(),
-                                               rig.camera_pitch_rad - level_rig.camera_pitch_rad,
-                                               options.extrinsics_given)};
+    auto made{std::make_unique<FrameProcessor>(
+        config, level_rig, start(), rig.camera_pitch_rad - level_rig.camera_pitch_rad, options.extrinsics_given)};
     made->stages().fetch_stages(options.stages);
     made->stages().keep(result);
     made->take_mask(PixelMask{options.mask, LevelMapping{rig}});
     if (!options.horizons_s.empty()) made->stages().make_room_for_predictions();
     return made;
   }
-
-  [[nodiscard]] Config staged_config() const { return staged(config, rig, options.extrinsics_given); }
 
   // As if this rig had been given; the world goes on. All stages are built anew.
   void mount(const Rig& mounted) {
@@ -149,7 +135,7 @@ struct Pipeline::Implementation {
   std::unique_ptr<Stages> start() {
     const Rig& level_rig{levelling.level_rig()};
     BackEnd& used{options.back_end};
-    if (used == BackEnd::reference) return reference_stages(staged_config(), level_rig);
+    if (used == BackEnd::reference) return reference_stages(config, level_rig);
     if (used == BackEnd::cuda) return start_on_gpu();
     if (used == BackEnd::automatic) {
       try {
@@ -161,12 +147,12 @@ struct Pipeline::Implementation {
         used = BackEnd::cpu;
       }
     }
-    return cpu_stages(staged_config(), level_rig, options.threads);
+    return cpu_stages(config, level_rig, options.threads);
   }
 
   [[nodiscard]] std::unique_ptr<Stages> start_on_gpu() {
     if (!options.horizons_s.empty()) throw DeviceError{"Predictions are supported on the CPU only."};
-    std::unique_ptr<Stages> stages{cuda_stages(staged_config(), levelling.level_rig(), options.device)};
+    std::unique_ptr<Stages> stages{cuda_stages(config, levelling.level_rig(), options.device)};
     stages->lend(own_threads);
     return stages;
   }
