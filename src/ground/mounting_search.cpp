@@ -17,6 +17,7 @@ constexpr int rounds{2000};  // the range is wide, and the road may be a small p
 constexpr double expected_min_px{1.5};
 constexpr int columns{8};
 constexpr int frames_to_believe{3};
+constexpr int columns_to_believe{6};
 constexpr double lost_max_s{1};
 
 // Wherever a camera can be.
@@ -187,8 +188,8 @@ bool MountingSearch::may_replace(const std::vector<GroundSample>& samples, const
                                  Point2 place) {
   constexpr double travel_of_height{4};  // way on which the plane must hold, in heights of the camera
   if (is_given_) return false;
-  if (!is_established()) return true;
   const bool explains_all{explains_nearest(rig_, samples, road_plane(rig_, used), road_plane(rig_, candidate))};
+  if (!is_established()) return true;
   if (!explains_all || !is_better_ || !are_alike(candidate, better_)) {
     is_better_ = explains_all;
     better_ = candidate;
@@ -201,7 +202,8 @@ bool MountingSearch::may_replace(const std::vector<GroundSample>& samples, const
 
 bool MountingSearch::verify(const std::vector<GroundSample>& samples, const Ground& candidate) {
   const std::optional<Ground> seen{refine_mounting(rig_, turned_rad_, samples, candidate)};
-  if (!seen) return false;
+  // a narrower plane leaves the roll, and with it the height, undetermined
+  if (!seen || support_of(rig_, samples, road_plane(rig_, *seen)).columns < columns_to_believe) return false;
   if (agreeing_ == 0 || !are_alike(*seen, mean_of(sum_, agreeing_))) {
     agreeing_ = 0;
     sum_ = {0, 0, 0};
