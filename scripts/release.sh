@@ -3,7 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # release.sh [FOLDER]: what is published of the commit that is checked out: Debian packages, sources, what belongs to them
-# (SPDX), this version's part of CHANGELOG.md, checksums. Twice the same commit makes twice the same bytes.
+# (SPDX), this version's part of CHANGELOG.md, checksums. Twice the same commit makes twice the same bytes. Run
+# scripts/bare-debian.sh on the commit first: it checks that the README's commands work on a bare system.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)

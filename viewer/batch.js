@@ -55,6 +55,7 @@ function show_speed(status) {
   const unknown = "not known yet";
   at("speed").replaceChildren(
     row(element("td", "done"), `${whole(status.frames_done)} of ${whole(status.frames)}`),
+    row(element("td", "skipped"), whole(status.frames_skipped)),
     row(element("td", "a second, of one runner"), of_one > 0 ? of_one.toFixed(2) : unknown),
     row(element("td", "a second, of those running"), of_one > 0 ? (of_one * status.running).toFixed(2) : unknown),
     row(element("td", "time left"), status.seconds_left > 0 ? `about ${duration(status.seconds_left)}` : unknown));

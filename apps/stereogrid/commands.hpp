@@ -12,7 +12,7 @@ enum ExitCode : int {
   exit_usage = 64,         ///< wrong arguments or settings
   exit_input = 65,         ///< input that cannot be used
   exit_bug = 70,           ///< our fault
-  exit_try_again = 75,     ///< disk full, device missing
+  exit_try_again = 75,     ///< disk full, device missing, input away
   exit_signal_base = 128,  ///< plus the number of the signal that stopped us
 };
 

@@ -3,7 +3,6 @@
 #include "sweeps.hpp"
 
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/scan.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app {
@@ -66,7 +65,7 @@ std::vector<evaluation::CameraPoint> Sweeps::of(std::size_t index, Rings rings) 
   const io::RecordedFrame& frame{contents.frames.at(index)};
   if (frame.scan.empty()) return {};
   std::vector<evaluation::CameraPoint> sweep{
-      into_camera(io::read_scan(frame.scan), *contents.calibration.camera_from_velodyne)};
+      into_camera(recording_->load_scan(index), *contents.calibration.camera_from_velodyne)};
   return rings == Rings::all ? sweep : every_second(sweep, rings == Rings::even);
 }
 

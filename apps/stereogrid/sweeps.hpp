@@ -31,7 +31,7 @@ class Sweeps {
   void require(const std::string& instead) const;
 
   /// Of a frame, in the sensor's order; empty: none. Rings end where the azimuth passes straight ahead. Throws
-  /// InputError.
+  /// InputError; DeviceError where the file was there and cannot be read now.
   [[nodiscard]] std::vector<evaluation::CameraPoint> of(std::size_t index, Rings rings = Rings::all) const;
   /// Where the lidar is.
   [[nodiscard]] evaluation::CameraPoint lidar_in_camera() const;

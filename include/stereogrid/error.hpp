@@ -23,7 +23,7 @@ class STEREOGRID_EXPORT InputError : public std::runtime_error {
       : std::runtime_error{file + ": " + what_is_wrong + " " + what_would_mend_it} {}
 };
 
-/// Something outside that may work later: a full disk, a missing or busy device.
+/// Something outside that may work later: a full disk, a missing or busy device, a file system that is away.
 class STEREOGRID_EXPORT DeviceError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

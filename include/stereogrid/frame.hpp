@@ -77,7 +77,7 @@ class STEREOGRID_EXPORT FrameSource {
   [[nodiscard]] virtual std::size_t size() const = 0;
   [[nodiscard]] virtual std::string name(std::size_t index) const = 0;
   /// Loads one frame. Safe to call from several threads. Throws InputError when this frame cannot be used; the others
-  /// still can.
+  /// still can. Throws DeviceError when it cannot be read at the moment; trying again may help.
   [[nodiscard]] virtual StereoFrame load(std::size_t index) const = 0;
 };
 

@@ -15,6 +15,7 @@
 
 #include "crc.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::mcap {
@@ -106,15 +107,17 @@ void FileOutput::close() {
 FileInput::FileInput(const fs::path& path) : file_{-1}, name_{io::printable_path(path)} {
   struct stat status {};
   // asked before it is opened: opening a FIFO waits, opening a device may do something
-  if (::stat(path.c_str(), &status) != 0) {
-    throw InputError{name_, fmt::format("cannot be read ({}).", reason(errno)), "Check the path and its permissions."};
-  }
+  if (::stat(path.c_str(), &status) != 0) fail_to_open(errno);
   if (!S_ISREG(status.st_mode)) throw InputError{name_, "is no file on a disk.", "Copy the recording into a file."};
   file_ = Descriptor{open_uninterrupted(path, O_RDONLY | O_NONBLOCK)};
-  if (file_.get() < 0 || ::fstat(file_.get(), &status) != 0) {
-    throw InputError{name_, fmt::format("cannot be read ({}).", reason(errno)), "Check its permissions."};
-  }
+  if (file_.get() < 0 || ::fstat(file_.get(), &status) != 0) fail_to_open(errno);
   size_ = static_cast<std::uint64_t>(status.st_size);
+}
+
+void FileInput::fail_to_open(int error_number) const {
+  const std::string why{fmt::format("cannot be read ({}).", reason(error_number))};
+  if (io::is_temporary(error_number)) throw DeviceError{name_ + ": " + why + " Check the disk, then try again."};
+  throw InputError{name_, why, "Check the path and its permissions."};
 }
 
 void FileInput::read(std::uint64_t at, std::span<std::byte> bytes) const {
@@ -122,10 +125,12 @@ void FileInput::read(std::uint64_t at, std::span<std::byte> bytes) const {
     const ssize_t count{::pread(file_.get(), bytes.data(), bytes.size(), static_cast<off_t>(at))};
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) {
-      throw InputError{name_, fmt::format("cannot be read at byte {} ({}).", at, reason(errno)), "Check the disk."};
+      throw DeviceError{
+          fmt::format("{}: cannot be read at byte {} ({}). Check the disk, then try again.", name_, at, reason(errno))};
     }
     if (count == 0) {
-      throw InputError{name_, fmt::format("was cut off at byte {} while it was read.", at), "Wait until it is whole."};
+      throw DeviceError{
+          fmt::format("{}: was cut off at byte {} while it was read. Try again when it is whole.", name_, at)};
     }
     at += static_cast<std::uint64_t>(count);
     bytes = bytes.subspan(static_cast<std::size_t>(count));

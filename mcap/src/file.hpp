@@ -57,18 +57,20 @@ class FileOutput {
 /// A file on a disk, whose length at its opening counts.
 class FileInput {
  public:
-  /// Throws InputError: no such file, not readable, no regular file.
+  /// Throws InputError: no such file, no permission, no regular file; DeviceError: other failures.
   explicit FileInput(const std::filesystem::path& path);
 
   /// Printable.
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] std::uint64_t size() const { return size_; }
-  /// Fills `bytes`, which must lie within the file. Throws InputError: the disk, or the file was cut off meanwhile.
+  /// Fills `bytes`, which must lie within the file. Throws DeviceError: the disk, or the file was cut off meanwhile.
   void read(std::uint64_t at, std::span<std::byte> bytes) const;
-  /// `size` bytes. Throws InputError as read(), Malformed where the file does not reach so far.
+  /// `size` bytes. Throws DeviceError as read(), Malformed where the file does not reach so far.
   void read(std::uint64_t at, std::uint64_t size, Bytes& out) const;
 
  private:
+  [[noreturn]] void fail_to_open(int error_number) const;
+
   Descriptor file_;
   std::string name_;
   std::uint64_t size_{0};

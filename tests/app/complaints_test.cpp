@@ -29,7 +29,7 @@ TEST(BadFrame, InTheMiddleIsSkippedAndCounted) {
   cut_in_half(folder / "drive" / "left" / "000002.png");
   const Outcome outcome{run_well(run_words(folder / "drive", folder / "run"))};
   EXPECT_THAT(outcome.errors, HasSubstr("000002"));
-  EXPECT_THAT(outcome.output, HasSubstr("4 frames, 1 skipped"));
+  EXPECT_THAT(outcome.output, HasSubstr("4 frames, 1 of 5 skipped"));
   const Json run(json_of(folder / "run" / "run.json"));
   EXPECT_EQ(run["frames"]["done"], 4);
   EXPECT_EQ(run["frames"]["complete"], true);

@@ -49,7 +49,7 @@ TEST_F(Given, AFolderWithoutRightImagesRunsByItself) {
 TEST_F(Given, AMissingOneIsASkippedFrame) {
   fs::remove(fs::path{truth()} / "000002.png");
   const Outcome outcome{run_well({"run", drive(), "--out", out("run"), "--disparities", truth()})};
-  EXPECT_THAT(outcome.output, HasSubstr("3 frames, 1 skipped"));
+  EXPECT_THAT(outcome.output, HasSubstr("3 frames, 1 of 4 skipped"));
   const Json run(run_json("run"));
   ASSERT_EQ(run["skipped"].size(), 1U);
   EXPECT_THAT(run["skipped"][0]["reason"].get<std::string>(),

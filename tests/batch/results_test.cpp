@@ -215,6 +215,7 @@ TEST(BatchSummaryPage, EscapesAndPlots) {
                {"missing", 0},
                {"failed", 0},
                {"frames", 2},
+               {"planned", 3},
                {"skipped", 0}};
   summary["variants"] = {variant("<b>", .1, .2), variant("good", .2, .1), variant("worse", .3, .3)};
   const std::string page{summary_page(summary)};

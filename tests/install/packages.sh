@@ -49,7 +49,7 @@ PATH=$root/usr/bin:$PATH bash -c "source '$root/usr/share/bash-completion/comple
   COMP_WORDS=(stereogrid run --mcap-t) COMP_CWORD=2; _stereogrid; [ \"\${COMPREPLY[*]}\" = --mcap-topics ]" ||
   fail "completion"
 
-cmake -S "$source/tests/install/consumer" -B "$work/consumer" -DCMAKE_PREFIX_PATH="$root/usr" \
+cmake -S "$source/tests/install/consumer" -B "$work/consumer" -G Ninja -DCMAKE_PREFIX_PATH="$root/usr" \
   -DCOMPONENTS=core,io,messages,mcap >"$work/consumer.log" 2>&1 && cmake --build "$work/consumer" >>"$work/consumer.log" 2>&1 ||
   { tail -20 "$work/consumer.log"; fail "a program that links the package"; }
 

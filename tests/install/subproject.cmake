@@ -17,8 +17,8 @@ file(REMOVE_RECURSE ${WORK} ${AGAIN})
 set(parent ${CMAKE_CURRENT_LIST_DIR}/subproject)
 
 # a parent that sets nothing, and uses no target: nothing is set for it, nothing built
-run(${CMAKE_COMMAND} -S ${parent} -B ${WORK}/bystander -D CMAKE_CXX_COMPILER=${CXX} -D STEREOGRID_SOURCE=${SOURCE}
-    -D USED=OFF)
+run(${CMAKE_COMMAND} -S ${parent} -B ${WORK}/bystander ${GENERATOR} -D CMAKE_CXX_COMPILER=${CXX}
+    -D STEREOGRID_SOURCE=${SOURCE} -D USED=OFF)
 run(${CMAKE_COMMAND} --build ${WORK}/bystander)
 file(GLOB_RECURSE built ${WORK}/bystander/*.o ${WORK}/bystander/*.a)
 list(FILTER built EXCLUDE REGEX "/CMakeFiles/[0-9.]+/|/parent.dir/")

@@ -64,11 +64,12 @@ TEST_F(Opening, FolderMissingOrEmpty) {
   expect_refused({"left", "holds no images"});
 }
 
-/// Opens as somebody who is not root, since root may read everything. 0: refused with these words.
-int open_as_nobody(const fs::path& root, std::string_view words) {
+/// Opens `root`, a path within `folder`, as another user, since root may read everything. 0: refused with these words.
+/// The user need not be able to enter the folders above `folder`, such as a home of mode 700.
+int open_as_nobody(const fs::path& folder, const fs::path& root, std::string_view words) {
   const pid_t child{::fork()};
   if (child == 0) {
-    if (::geteuid() == 0 && ::setuid(65534) != 0) ::_exit(3);
+    if (::chdir(folder.c_str()) != 0 || (::geteuid() == 0 && ::setuid(65534) != 0)) ::_exit(3);
     try {
       static_cast<void>(open_recording({{root}, {}, ""}));
       ::_exit(1);
@@ -87,11 +88,11 @@ TEST_F(Opening, UnreadableFolder) {
   put_plain(folder_ / "drive");
   fs::permissions(folder_.path(), fs::perms::all);
   fs::permissions(folder_ / "drive" / "left", fs::perms::none);
-  EXPECT_EQ(open_as_nobody(folder_ / "drive", "left: the folder cannot be read"), 0);
+  EXPECT_EQ(open_as_nobody(folder_.path(), "drive", "left: the folder cannot be read"), 0);
   fs::permissions(folder_ / "drive" / "left", fs::perms::owner_all);
   fs::permissions(folder_ / "drive", fs::perms::none);
-  EXPECT_EQ(open_as_nobody(folder_ / "drive", "drive: the folder cannot be read"), 0);
-  EXPECT_EQ(open_as_nobody(folder_ / "drive" / "left", "cannot be read"), 0);
+  EXPECT_EQ(open_as_nobody(folder_.path(), "drive", "drive: the folder cannot be read"), 0);
+  EXPECT_EQ(open_as_nobody(folder_.path(), "drive/left", "cannot be read"), 0);
   fs::permissions(folder_ / "drive", fs::perms::owner_all);
 }
 
@@ -148,6 +149,27 @@ TEST_F(Opening, TruncatedImageIsThatFramesError) {
   cut_in_half(folder_ / "left" / "b.png");
   cut_in_half(folder_ / "left" / "c.png");
   expect_refused({"none of the left images can be read", "a.png", "truncated"});
+}
+
+// as of a network file system that is away for a moment: nothing is known of the frame, so it is not left out
+TEST_F(Opening, AListedFileThatIsGoneIsADeviceError) {
+  put_plain(folder_.path());
+  put(folder_ / "velodyne" / "b.bin", std::string(16, 'x'));
+  const auto recording{open()};
+  for (const char* const file : {"left/b.png", "right/b.png"}) {
+    fs::rename(folder_ / file, folder_ / "away");
+    expect_complaint<DeviceError>([&] { static_cast<void>(recording->load(1)); },
+                                  {file, "no such file", "file system was away, try again"});
+    fs::rename(folder_ / "away", folder_ / file);
+    EXPECT_EQ(recording->load(1).left(0, 0), 11);
+  }
+  fs::remove(folder_ / "velodyne" / "b.bin");
+  expect_complaint<DeviceError>([&] { static_cast<void>(recording->load_scan(1)); }, {"b.bin", "no such file"});
+  for (const char* const name : {"a.png", "b.png", "c.png"}) {
+    fs::remove(folder_ / "left" / name);
+    fs::create_symlink("nowhere", folder_ / "left" / name);
+  }
+  expect_complaint<DeviceError>([&] { static_cast<void>(open()); }, {"left/a.png", "no such file"});
 }
 
 TEST_F(Opening, UnequalSizesAreThatFramesError) {

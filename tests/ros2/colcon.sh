@@ -38,7 +38,7 @@ version=$(sed -n 's/^project(stereogrid VERSION \([0-9.]*\).*/\1/p' "$source/CMa
 grep -q "<version>$version</version>" "$package/package.xml" || fail "package.xml is not of version $version"
 cd "$work/workspace"
 colcon list | grep -q "stereogrid_ros.*(ros.ament_cmake)" || fail "colcon does not see an ament_cmake package"
-colcon build --event-handlers console_direct+ --cmake-args -DPython3_EXECUTABLE=/usr/bin/python3 -DBUILD_SHARED_LIBS=ON \
+colcon build --event-handlers console_direct+ --cmake-args -GNinja -DPython3_EXECUTABLE=/usr/bin/python3 -DBUILD_SHARED_LIBS=ON \
   -DCMAKE_PREFIX_PATH="$work/installed;$work/stand_in" >"$work/colcon.log" 2>&1 || { tail -30 "$work/colcon.log"; fail "colcon build"; }
 for file in lib/libstereogrid_ros.so share/stereogrid_ros/launch/stereo_grid.launch.py \
   share/stereogrid_ros/config/stereo_grid.yaml share/ament_index/resource_index/packages/stereogrid_ros; do

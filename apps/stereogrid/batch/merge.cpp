@@ -18,6 +18,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
+#include "stereogrid/io/run_folder/description.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app::batch {
@@ -53,6 +54,7 @@ struct Counts {
   std::uint64_t shards{0};
   std::uint64_t missing{0};
   std::uint64_t failed{0};
+  std::uint64_t planned{0};  ///< frames that the shards write where none is skipped
   std::uint64_t frames{0};
   std::uint64_t skipped{0};
 
@@ -60,17 +62,15 @@ struct Counts {
     shards += other.shards;
     missing += other.missing;
     failed += other.failed;
+    planned += other.planned;
     frames += other.frames;
     skipped += other.skipped;
   }
 };
 
 Json to_json(const Counts& counts) {
-  return {{"shards", counts.shards},
-          {"missing", counts.missing},
-          {"failed", counts.failed},
-          {"frames", counts.frames},
-          {"skipped", counts.skipped}};
+  return {{"shards", counts.shards},   {"missing", counts.missing}, {"failed", counts.failed},
+          {"planned", counts.planned}, {"frames", counts.frames},   {"skipped", counts.skipped}};
 }
 
 struct OfVariant {
@@ -96,7 +96,7 @@ class Merger {
         parts_{options.out / "parts.jsonl"},
         drives_{options.out / "drives.jsonl"} {}
 
-  void run() {
+  MergedFrames run() {
     Progress progress{"shards", plan_.plan().shards};
     plan_.for_each([&](const Shard& shard) {
       if (!same_drive(shard)) end_drive();
@@ -111,6 +111,7 @@ class Merger {
     io::write_file(options_.out / "summary.json", io::json_text(all, 1) + '\n');
     io::write_file(options_.out / "summary.html", summary_page(all));
     io::write_file(options_.out / "timing.json", io::json_text(timing_.summary(plan_.plan()), 1) + '\n');
+    return {all.at("planned"), all.at("frames")};
   }
 
  private:
@@ -144,6 +145,8 @@ class Merger {
 
   void take(const Shard& shard) {
     ++counts_.shards;
+    counts_.planned +=
+        io::multiples_between(shard.first, shard.end - 1, plan_.plan().run.value("every", std::size_t{1}));
     const ShardPlaces places{plan_.folder(), shard.digest};
     const ShardState state{states_.of(shard.digest)};
     Json part{{"shard", shard.number}, {"digest", shard.digest}, {"drive", shard.drive}, {"variant", shard.variant}};
@@ -255,7 +258,7 @@ void check_complete(const PlanReader& plan) {
 
 }  // namespace
 
-void merge(const PlanReader& plan, const MergeOptions& options) {
+MergedFrames merge(const PlanReader& plan, const MergeOptions& options) {
   std::error_code error;
   if (fs::is_directory(options.out, error) && !fs::is_empty(options.out, error)) {
     throw ConfigError{fmt::format("{} is not empty. Give another folder.", io::printable_path(options.out))};
@@ -269,11 +272,12 @@ void merge(const PlanReader& plan, const MergeOptions& options) {
   inside.out += ".partial";
   fs::remove_all(inside.out, error);
   io::create_folder(inside.out);
-  Merger{plan, inside}.run();
+  const MergedFrames frames{Merger{plan, inside}.run()};
   fs::remove(out, error);
   if (!publish(inside.out, out)) {
     throw DeviceError{fmt::format("{}: somebody else has put something there.", io::printable_path(out))};
   }
+  return frames;
 }
 
 }  // namespace stereogrid::app::batch

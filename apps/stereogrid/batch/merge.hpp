@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 
 #include "batch/plan.hpp"
@@ -14,9 +15,15 @@ struct MergeOptions {
   bool runs{false};  ///< also a run's folder for every drive
 };
 
+/// How much of a plan was merged.
+struct MergedFrames {
+  std::uint64_t planned{0};  ///< that its shards write where none is skipped
+  std::uint64_t merged{0};
+};
+
 /// Puts the results of a plan together, in the order of its manifest: the same bytes, in all files but timing.json,
 /// whoever made the results, when and in which order. Throws InputError: shards are missing (with their numbers) or
 /// damaged; ConfigError: the folder is not empty; DeviceError.
-void merge(const PlanReader& plan, const MergeOptions& options);
+MergedFrames merge(const PlanReader& plan, const MergeOptions& options);
 
 }  // namespace stereogrid::app::batch

@@ -29,8 +29,8 @@ void add_merge_command(CLI::App& batch, int& exit_code) {
   command->callback([options, &exit_code] {
     const PlanReader plan{options->plan};
     options->merge.out = options->out;
-    merge(plan, options->merge);
-    tell("merged into {}\n", io::printable_path(options->out));
+    const MergedFrames frames{merge(plan, options->merge)};
+    tell("{} of {} frames merged into {}\n", frames.merged, frames.planned, io::printable_path(options->out));
     exit_code = exit_done;
   });
 }

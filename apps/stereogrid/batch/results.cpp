@@ -118,6 +118,7 @@ ShardPlaces::ShardPlaces(const fs::path& plan, const std::string& digest) {
   result = plan / "results" / among / name;
   work = plan / "work" / among / name;
   failed = plan / "failed" / among / (name + ".json");
+  skipped = plan / "skipped" / among / name;
 }
 
 std::vector<PartFile> sealed_files(const fs::path& folder) {

@@ -16,9 +16,10 @@ namespace stereogrid::app::batch {
 struct ShardPlaces {
   ShardPlaces(const std::filesystem::path& plan, const std::string& digest);
 
-  std::filesystem::path result;  ///< complete, with done.json, from the moment it is there
-  std::filesystem::path work;    ///< while it is worked on, and what the next runner goes on from
-  std::filesystem::path failed;  ///< file: it cannot be done, and why
+  std::filesystem::path result;   ///< complete, with done.json, from the moment it is there
+  std::filesystem::path work;     ///< while it is worked on, and what the next runner goes on from
+  std::filesystem::path failed;   ///< file: it cannot be done, and why
+  std::filesystem::path skipped;  ///< file: the result lacks frames; done.json has their number
 };
 
 struct PartFile {

@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <map>
 #include <new>
 #include <optional>
 #include <string>
@@ -15,7 +14,7 @@
 
 #include "batch/attempts.hpp"
 #include "batch/heartbeat.hpp"
-#include "batch/input_digest.hpp"
+#include "batch/planned_input.hpp"
 #include "batch/push.hpp"
 #include "batch/quiet_log.hpp"
 #include "batch/result_folder.hpp"
@@ -42,7 +41,11 @@ namespace fs = std::filesystem;
 class Runner {
  public:
   Runner(const PlanReader& plan, Shard shard, const RunnerOptions& options)
-      : plan_{plan}, shard_{std::move(shard)}, options_{options}, places_{plan.folder(), shard_.digest} {}
+      : plan_{plan},
+        shard_{std::move(shard)},
+        options_{options},
+        places_{plan.folder(), shard_.digest},
+        input_{plan, shard_, options.transfer} {}
 
   int work() {
     if (is_done()) return push();
@@ -58,7 +61,7 @@ class Runner {
 
  private:
   int complain(int code, const std::string& why) const {
-    tell_on_stderr("shard {}: {}\n", shard_.number, io::without_copies(why, copies_));
+    tell_on_stderr("shard {}: {}\n", shard_.number, io::without_copies(why, input_.copies()));
     return code;
   }
 
@@ -102,7 +105,7 @@ class Runner {
 
   int refuse(int code, const std::string& why) const {
     write_failure(places_.failed,
-                  {shard_.digest, shard_.number, code, without_place(why, places_.work, copies_), host_name()});
+                  {shard_.digest, shard_.number, code, without_place(why, places_.work, input_.copies()), host_name()});
     return complain(code, why);
   }
 
@@ -137,7 +140,7 @@ class Runner {
 
   int work_here() {
     if (interrupted() != 0) return exit_try_again;
-    if (const std::string missing{missing_input()}; !missing.empty()) {
+    if (const std::string missing{input_.missing()}; !missing.empty()) {
       return complain(exit_try_again, missing + " is not there. Is the file system mounted on this machine?");
     }
     Attempts attempts{begin_attempt(read_attempts(places_.work), finished_frames(run_folder()))};
@@ -156,27 +159,22 @@ class Runner {
     return code;
   }
 
-  std::string missing_input() const {
-    std::error_code error;
-    for (const std::string& path : shard_.input) {
-      const bool is_here{path.starts_with("scene:") || (options_.transfer && options_.transfer->fetches(path))};
-      if (!is_here && !fs::exists(path, error)) return io::printable(path);
-    }
-    return "";
-  }
-
   template <class Seconds>
   int attempt(Seconds seconds) {
     try {
-      fetch_input();
-      check_input();
+      input_.fetch();
+      if (!input_.is_as_planned()) {
+        return refuse(exit_input, io::printable(shard_.input.front()) +
+                                      ": is not what it was when the plan was made. Make a new plan: what has not "
+                                      "changed is not worked on again if it has the same folder.");
+      }
       const int code{run_anew_where_damaged()};
       if (code != exit_done) return exit_try_again;
       return finish(seconds);
     } catch (const ConfigError& error) {
-      return refuse(exit_usage, error.what());
+      return refuse_if_planned(exit_usage, error.what());
     } catch (const InputError& error) {
-      return refuse(exit_input, error.what());
+      return refuse_if_planned(exit_input, error.what());
     } catch (const std::bad_alloc&) {
       throw DeviceError{"out of memory"};  // the attempt counts
     } catch (const DeviceError& error) {
@@ -186,21 +184,14 @@ class Runner {
     }
   }
 
-  [[nodiscard]] RunOptions options_of(const std::map<std::string, std::string>& copies) const {
-    return run_options(plan_.plan(), shard_, run_folder(), copies);
+  [[nodiscard]] RunOptions options_of_run() const {
+    return run_options(plan_.plan(), shard_, run_folder(), input_.copies());
   }
 
-  [[nodiscard]] bool is_of_plan(const std::map<std::string, std::string>& copies) const {
-    const DigestOf what{plan_.plan().content_digests ? DigestOf::content : DigestOf::names_and_sizes};
-    return digest_of_input(options_of(copies).input, what) == shard_.input_digest;
-  }
-
-  /// What comes damaged is fetched again, and is no fault of the input.
-  void fetch_input() {
-    if (options_.transfer == nullptr) return;
-    copies_ = options_.transfer->fetch(files_of(options_of({}).input), [this](const auto& copies) {
-      return is_of_plan(copies) ? "" : "what came is not what the plan was made of: another checksum";
-    });
+  /// An input that was away for a moment cannot be used then, and is no reason to give up the shard.
+  int refuse_if_planned(int code, const std::string& why) const {
+    if (input_.is_there()) return refuse(code, why);
+    return complain(exit_try_again, why + " The input is not as planned at the moment: is its file system away?");
   }
 
   int push() const {
@@ -211,12 +202,6 @@ class Runner {
     } catch (const DeviceError& failed) {
       return complain(exit_try_again, failed.what());
     }
-  }
-
-  void check_input() const {
-    if (is_of_plan(copies_)) return;
-    throw InputError{io::printable(shard_.input.front()), "is not what it was when the plan was made.",
-                     "Make a new plan: what has not changed is not worked on again if it has the same folder."};
   }
 
   fs::path run_folder() const { return places_.work / "run"; }
@@ -231,18 +216,18 @@ class Runner {
       if (resumed && code == exit_done) check_grids();
       return code;
     } catch (const InputError& damaged) {
-      if (!resumed) throw;
+      if (!resumed || !input_.is_there()) throw;
       spdlog::warn("shard {}: begins anew, since what was left of it cannot be used: {}", shard_.number,
                    damaged.what());
     } catch (const ConfigError& damaged) {
-      if (!resumed) throw;
+      if (!resumed || !input_.is_there()) throw;
     }
     fs::remove_all(run_folder(), error);
     return run_quietly();
   }
 
   int run_quietly() const {
-    RunOptions options{options_of(copies_)};
+    RunOptions options{options_of_run()};
     options.device.threads = options_.threads;
     options.input_wait_s = options_.input_wait_s;
     if (!shard_.after.empty()) options.go_on_from = ShardPlaces{plan_.folder(), shard_.after}.result;
@@ -257,19 +242,38 @@ class Runner {
     }
   }
 
+  /// Throws DeviceError, and lets the shard begin anew, where the input is not what was planned: what is `lost` may be
+  /// there again.
+  void require_planned_input(const std::string& lost) const {
+    if (input_.is_there()) return;
+    std::error_code error;
+    fs::remove_all(run_folder(), error);
+    throw DeviceError{fmt::format("{}: has changed, or was away, while it was read: {}. The shard begins anew.",
+                                  io::printable(shard_.input.front()), lost)};
+  }
+
+  /// For `batch status`, before the result is there.
+  void note_skipped(std::uint64_t skipped) const {
+    require_planned_input(fmt::format("{} of {} frames are skipped", skipped, shard_.end - shard_.first));
+    io::create_folder(places_.skipped.parent_path());
+    io::write_file(places_.skipped, "");
+  }
+
   template <class Seconds>
   int finish(Seconds seconds) {
     const fs::path result{places_.work / "result"};
     const bool scored{is_evaluated(plan_.plan()) && finished_frames(run_folder()) > 0};
-    const Json scores(scored ? scores_of(options_of(copies_), places_.work) : Json{});
+    const Json scores(scored ? scores_of(options_of_run(), places_.work) : Json{});
     Done done{make_result(run_folder(), result, {seconds(), plan_.plan().hand_on, scores})};
     done.digest = shard_.digest;
     done.cost = shard_.cost;
+    if (done.skipped > 0) note_skipped(done.skipped);
+    if (scores.contains("not scored")) require_planned_input("not scored");
     write_done(result, done);
     const bool first{publish(result, places_.result)};
     if (spdlog::should_log(spdlog::level::info)) {
-      tell("shard {}: {} frames, {} skipped, {:.1f} s{}\n", shard_.number, done.frames, done.skipped, done.seconds,
-           first ? "" : "; another runner was faster, its result stays");
+      tell("shard {}: {} frames, {} of {} skipped, {:.1f} s{}\n", shard_.number, done.frames, done.skipped,
+           shard_.end - shard_.first, done.seconds, first ? "" : "; another runner was faster, its result stays");
     }
     return exit_done;
   }
@@ -278,7 +282,7 @@ class Runner {
   Shard shard_;
   const RunnerOptions& options_;
   ShardPlaces places_;
-  std::map<std::string, std::string> copies_;  // of the input, that were fetched
+  PlannedInput input_;
 };
 
 }  // namespace

@@ -112,6 +112,18 @@ void note_failure(const PlanReader& plan, const Shard& shard, Status& status) {
   }
 }
 
+/// Moves the frames that a result lacks from those that are done to those that are skipped.
+void count_skipped(const PlanReader& plan, const Shard& shard, Status& status) {
+  try {
+    const auto done{read_done(ShardPlaces{plan.folder(), shard.digest}.result)};
+    const std::uint64_t skipped{done ? std::min<std::uint64_t>(done->skipped, shard.end - shard.first) : 0};
+    status.frames_done -= skipped;
+    status.frames_skipped += skipped;
+  } catch (const InputError&) {
+    return;  // merge reports it
+  }
+}
+
 void count(const Shard& shard, ShardState state, Status& status) {
   status.frames += shard.end - shard.first;
   if (state == ShardState::done) {
@@ -129,7 +141,9 @@ void count(const Shard& shard, ShardState state, Status& status) {
 }  // namespace
 
 ShardStates::ShardStates(const fs::path& plan)
-    : done_{numbers_below(plan / "results")}, failed_{numbers_below(plan / "failed")} {
+    : done_{numbers_below(plan / "results")},
+      failed_{numbers_below(plan / "failed")},
+      skipped_{numbers_below(plan / "skipped")} {
   // Also what is to come is no sign of life: where a file's time is that of a machine which has died with its clock
   // ahead, it would be one for as long as that.
   const fs::file_time_type now{now_of(plan)};
@@ -151,6 +165,10 @@ ShardState ShardStates::of(const std::string& digest) const {
   return contains(stopped_, number) ? ShardState::stopped : ShardState::missing;
 }
 
+bool ShardStates::has_skipped(const std::string& digest) const {
+  return contains(skipped_, number_in(digest).value_or(0));
+}
+
 Status status_of(const PlanReader& plan) {
   const ShardStates states{plan.folder()};
   Status status;
@@ -159,6 +177,7 @@ Status status_of(const PlanReader& plan) {
   plan.for_each([&](const Shard& shard) {
     const ShardState state{states.of(shard.digest)};
     count(shard, state, status);
+    if (state == ShardState::done && states.has_skipped(shard.digest)) count_skipped(plan, shard, status);
     if (state == ShardState::done) speed.look_at(shard);
     if (state == ShardState::failed) note_failure(plan, shard, status);
   });
@@ -185,6 +204,7 @@ Json to_json(const Status& status) {
           {"poison", status.poison},
           {"frames", status.frames},
           {"frames_done", status.frames_done},
+          {"frames_skipped", status.frames_skipped},
           {"frames_per_second_of_a_runner", status.frames_per_second},
           {"seconds_left", status.seconds_left},
           {"to_do", status.to_do.text()},

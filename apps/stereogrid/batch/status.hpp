@@ -20,12 +20,15 @@ class ShardStates {
   explicit ShardStates(const std::filesystem::path& plan);
 
   [[nodiscard]] ShardState of(const std::string& digest) const;
+  /// Whether the shard's result may lack frames.
+  [[nodiscard]] bool has_skipped(const std::string& digest) const;
 
  private:
   std::vector<std::uint64_t> done_;
   std::vector<std::uint64_t> failed_;
   std::vector<std::uint64_t> running_;
   std::vector<std::uint64_t> stopped_;
+  std::vector<std::uint64_t> skipped_;
 };
 
 /// Counts for `stereogrid batch status`.
@@ -39,6 +42,7 @@ struct Status {
   std::uint64_t poison{0};  ///< of the failed ones: not because of a crash, but of bad input or wrong usage
   std::uint64_t frames{0};
   std::uint64_t frames_done{0};
+  std::uint64_t frames_skipped{0};  ///< of shards that are done: frames that could not be used
   double cost_left{0};              ///< of all but what is done and failed
   double frames_per_second{0};      ///< of one runner; of results looked at, at most a few hundred; 0: none
   double seconds_left{0};           ///< with as many runners as now; 0: not known

@@ -39,6 +39,7 @@ void print_table(const Status& status) {
   row("poison", status.poison);
   row("given up", status.failed - status.poison);
   tell("{} of {} frames", status.frames_done, status.frames);
+  if (status.frames_skipped > 0) tell(", {} skipped (run.json of the results has the reasons)", status.frames_skipped);
   if (status.frames_per_second > 0) tell(", {:.2f} frames per second and runner", status.frames_per_second);
   if (status.seconds_left > 0) tell(", about {} left", duration_text(status.seconds_left));
   tell("\n");

@@ -156,9 +156,9 @@ std::string summary_page(const Json& summary) {
   const auto count = [&](const char* key) { return summary.at(key).get<std::uint64_t>(); };
   std::string html{head};
   html += fmt::format(
-      "<p>{} drives, {} shards ({} missing, {} failed), {} frames, {} skipped. Version {}, plan {}.</p>\n",
-      count("drives"), count("shards"), count("missing"), count("failed"), count("frames"), count("skipped"),
-      escaped(summary.at("version")), summary.at("plan").get<std::string>().substr(0, 16));
+      "<p>{} drives, {} shards ({} missing, {} failed), {} of {} frames, {} skipped. Version {}, plan {}.</p>\n",
+      count("drives"), count("shards"), count("missing"), count("failed"), count("frames"), count("planned"),
+      count("skipped"), escaped(summary.at("version")), summary.at("plan").get<std::string>().substr(0, 16));
   html += table(summary.at("variants"));
   html +=
       "<p><small>Filtered grids, 3 to 20 m ahead. Means over drives, with 95 % intervals over drives. Every figure: "

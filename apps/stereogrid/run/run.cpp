@@ -122,6 +122,17 @@ WriterOptions writer_options(const RunOptions& options, const Input& input, cons
           .first_frame = first_frame};
 }
 
+/// The exit code of a run that has not reached its last frame. Throws DeviceError where a frame was unavailable.
+int stopped(const RunOptions& options, const io::RunRecord& record, const RunLoop& loop) {
+  if (loop.unavailable().empty()) {
+    spdlog::warn("stopped; the same command with --resume goes on");
+    return exit_signal_base + interrupted();
+  }
+  throw DeviceError{fmt::format("{} {} of {} frames are done; the same command{} goes on.", loop.unavailable(),
+                                record.finished().size(), record.frames_to_write(),
+                                options.resume ? "" : " with --resume")};
+}
+
 }  // namespace
 
 int run(const RunOptions& options) {
@@ -161,9 +172,7 @@ int run(const RunOptions& options) {
   if (loop.is_complete() ? options.save_last : !poses.takes_time()) loop.save_state();
   print_summary(record, loop.frames_per_second());
   warn_of_unknown_frames(record, input.source->rig(), pipeline.rig());
-  if (loop.is_complete()) return exit_done;
-  spdlog::warn("stopped; the same command with --resume goes on");
-  return exit_signal_base + interrupted();
+  return loop.is_complete() ? exit_done : stopped(options, record, loop);
 }
 
 }  // namespace stereogrid::app

@@ -49,9 +49,7 @@ void RunLoop::go_through(const FrameSource& source) {
       frames_ahead, threads,      [this](io::QueuedFrame& queued) { queued.warning = poses_.place(*queued.frame); }};
   while (interrupted() == 0) {
     if (!wait_for_frame(queue, next_, input_wait_s_)) give_up_waiting();
-    std::optional<io::QueuedFrame> queued{queue.next()};
-    if (!queued) break;
-    take(std::move(*queued));
+    if (!take_next(queue)) break;
     progress.update(total - (record_.range().end - next_));
   }
   writer_.finish();
@@ -66,6 +64,26 @@ bool RunLoop::save_state() const {
   return true;
 }
 
+bool RunLoop::take_next(io::FrameQueue& queue) {
+  std::optional<io::QueuedFrame> queued;
+  try {
+    queued = queue.next();
+  } catch (const DeviceError& error) {
+    unavailable_ = error.what();
+  }
+  if (queued) take(std::move(*queued));
+  return queued && unavailable_.empty();
+}
+
+std::optional<std::string> RunLoop::add_lidar(StereoFrame& frame, const Rig& rig) {
+  try {
+    return lidar_.add_grid(frame, rig);
+  } catch (const DeviceError& error) {
+    unavailable_ = error.what();
+    return std::nullopt;
+  }
+}
+
 void RunLoop::take(io::QueuedFrame queued) {
   next_ = std::max(next_, queued.index + 1);
   if (!queued.frame) return skip(queued, queued.error);
@@ -73,7 +91,8 @@ void RunLoop::take(io::QueuedFrame queued) {
     const double opencv_ms{opencv_.match(*queued.frame)};
     FrameResult result;
     const Rig rig{pipeline_.rig()};  // a mounting that this frame shows is of the next one
-    const std::string without_lidar{lidar_.add_grid(*queued.frame, rig)};
+    const std::optional<std::string> without_lidar{add_lidar(*queued.frame, rig)};
+    if (!without_lidar) return;
     pipeline_.process(*queued.frame, result);
     last_processed_ = queued.index;
     if (queued.index < first_to_write_) return;
@@ -81,7 +100,7 @@ void RunLoop::take(io::QueuedFrame queued) {
     if (poses_.takes_time()) result.timing_ms.odometry = queued.prepared_ms;
     result.timing_ms.total += opencv_ms;
     if (!queued.warning.empty()) result.warnings.push_back(queued.warning);
-    if (!without_lidar.empty()) result.warnings.push_back(record_.told(without_lidar));
+    if (!without_lidar->empty()) result.warnings.push_back(record_.told(*without_lidar));
     tell_warnings(queued.name, result.warnings);
     ++frames_done_;
     record_.set_rigs(pipeline_.rig(), pipeline_.level_rig());

@@ -33,11 +33,17 @@ class RunLoop {
   /// the odometry, which works ahead, was not asked to keep it.
   bool save_state() const;
 
-  [[nodiscard]] bool is_complete() const { return next_ == record_.range().end; }
+  [[nodiscard]] bool is_complete() const { return next_ == record_.range().end && unavailable_.empty(); }
+  /// Why the frame after the last one could not be read, although it was there; "": it could.
+  [[nodiscard]] const std::string& unavailable() const { return unavailable_; }
   [[nodiscard]] double frames_per_second() const { return seconds_ > 0 ? frames_done_ / seconds_ : 0; }
 
  private:
+  /// False: the end, or a frame that is unavailable.
+  bool take_next(io::FrameQueue& queue);
   void take(io::QueuedFrame queued);
+  /// The lidar's warning; none: its sweep is unavailable.
+  std::optional<std::string> add_lidar(StereoFrame& frame, const Rig& rig);
   [[noreturn]] void give_up_waiting();
   std::optional<io::Checkpoint> checkpoint_after(std::size_t index);
   void skip(const io::QueuedFrame& queued, const std::string& reason);
@@ -55,6 +61,7 @@ class RunLoop {
   int input_wait_s_;
   std::size_t first_to_write_;
   std::size_t next_{first_to_write_};
+  std::string unavailable_;
   std::optional<std::size_t> last_processed_;
   int frames_done_{0};
   std::size_t skipped_saved_{0};

@@ -50,8 +50,9 @@ void warn_of_unknown_frames(const io::RunRecord& record, const Rig& rig, const R
 
 void print_summary(const io::RunRecord& record, double frames_per_second) {
   if (!spdlog::should_log(spdlog::level::info)) return;
-  const std::size_t skipped{record.skipped().size()};
-  tell("{} frames, {} skipped, {:.2f} frames per second\n", record.finished().size(), skipped, frames_per_second);
+  const io::FrameRange& range{record.range()};
+  tell("{} frames, {} of {} skipped, {:.2f} frames per second\n", record.finished().size(), record.skipped().size(),
+       range.end - range.first, frames_per_second);
   tell("median ms per frame:");
   for (const io::StageField& stage : io::stage_fields) {
     tell(" {} {:.1f}", stage.name, record.timing(stage.milliseconds).p50);

@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "files/file_descriptor.hpp"
+#include "files/unavailable.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 
@@ -42,7 +43,7 @@ std::string read_up_to(const fs::path& path, int descriptor, std::size_t expecte
     if (size == bytes.size()) bytes.resize(size == 0 ? expected + 1 : size + size / 2 + 4096);
     const ssize_t count{::read(descriptor, bytes.data() + size, bytes.size() - size)};
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) cannot_read(path, fmt::format("cannot be read to its end ({}).", reason(errno)), "Check the disk.");
+    if (count < 0) throw_unreadable(path, errno);
     if (count == 0) break;
     size += static_cast<std::size_t>(count);
     if (size > most) too_large(path, most);
@@ -53,25 +54,45 @@ std::string read_up_to(const fs::path& path, int descriptor, std::size_t expecte
 
 }  // namespace
 
+bool is_temporary(int error_number) {
+  switch (error_number) {
+    case ENOENT:
+    case ENOTDIR:
+    case EACCES:
+    case EPERM:
+    case ELOOP:
+    case ENAMETOOLONG:
+      return false;
+    default:
+      return true;
+  }
+}
+
+void throw_unreadable(const fs::path& path, int error_number) {
+  const std::string file{printable_path(path)};
+  const std::string why{fmt::format("cannot be read ({}).", reason(error_number))};
+  if (is_temporary(error_number)) throw DeviceError{file + ": " + why + " Check the disk, then try again."};
+  const char* const mend{"Check the path and its permissions."};
+  if (error_number == ELOOP || error_number == ENAMETOOLONG) throw InputError{file, why, mend};
+  const bool is_missing{error_number == ENOENT || error_number == ENOTDIR};
+  throw UnavailableFile{file, is_missing ? "there is no such file." : why, mend};
+}
+
 std::string read_file(const fs::path& path, std::size_t most_bytes) {
   struct stat status {};
-  if (::stat(path.c_str(), &status) != 0) {
-    const bool missing{errno == ENOENT || errno == ENOTDIR};
-    cannot_read(path, missing ? "there is no such file." : reason(errno) + ".", "Check the path and its permissions.");
-  }
+  if (::stat(path.c_str(), &status) != 0) throw_unreadable(path, errno);
   check_may_be_read(path, status);  // before it is opened: opening a FIFO waits, opening a device may do something
   const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)};
-  if (file.get() < 0 || ::fstat(file.get(), &status) != 0) {
-    cannot_read(path, fmt::format("cannot be read ({}).", reason(errno)), "Check its permissions.");
-  }
+  if (file.get() < 0 || ::fstat(file.get(), &status) != 0) throw_unreadable(path, errno);
   check_may_be_read(path, status);  // it may have become another one
   const auto size{static_cast<std::size_t>(status.st_size)};
   if (size > most_bytes) too_large(path, most_bytes);
   std::string bytes{read_up_to(path, file.get(), size, most_bytes)};
   if (bytes.size() < size) {
-    cannot_read(path,
-                fmt::format("ends after {} of its {} bytes: it was cut off while it was read.", bytes.size(), size),
-                "Wait until it is whole.");
+    throw UnavailableFile{
+        printable_path(path),
+        fmt::format("ends after {} of its {} bytes: it was cut off while it was read.", bytes.size(), size),
+        "Wait until it is whole."};
   }
   return bytes;
 }

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <set>
 
+#include "files/unavailable.hpp"
 #include "input/kitti_text.hpp"
 #include "input/natural_order.hpp"
 #include "stereogrid/error.hpp"
@@ -91,6 +92,7 @@ std::vector<fs::path> entries_of(const fs::path& folder) {
   std::vector<fs::path> entries;
   fs::directory_iterator entry{folder, error};
   for (; !error && entry != fs::directory_iterator{}; entry.increment(error)) entries.push_back(entry->path());
+  if (error && is_temporary(error.value())) throw_unreadable(folder, error.value());
   if (error) {
     throw InputError{printable_path(folder), "the folder cannot be read (" + error.message() + ").",
                      "Check its permissions."};

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "files/unavailable.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/disparity_file.hpp"
 #include "stereogrid/io/image_file.hpp"
@@ -57,10 +58,16 @@ StereoFrame Recording::load_unrectified(std::size_t index) const {
     need_equal_size(frame.left, source.left, frame.right, source.right);
   } else {
     need(source.left, source.left_exists, "left");
-    frame.left = read_grey(source.left, contents_.sample_bits);
-    load_second_image(source, frame);
+    read_listed([&] {
+      frame.left = read_grey(source.left, contents_.sample_bits);
+      load_second_image(source, frame);
+    });
   }
   return frame;
+}
+
+std::vector<ScanPoint> Recording::load_scan(std::size_t index) const {
+  return read_listed([&] { return read_scan(contents_.frames.at(index).scan); });
 }
 
 StereoFrame Recording::load(std::size_t index) const {

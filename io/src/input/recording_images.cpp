@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <map>
 
+#include "files/unavailable.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/text.hpp"
@@ -31,7 +32,7 @@ std::vector<SizedImage> some_left_images(const std::vector<RecordedFrame>& frame
     const RecordedFrame& frame{frames[steps == 1 ? 0 : i * (frames.size() - 1) / (steps - 1)]};
     if (!frame.left_exists) continue;
     try {
-      const auto image{read_grey(frame.left)};
+      const auto image{read_listed([&] { return read_grey(frame.left); })};
       images.push_back({&frame, {image.width(), image.height()}});
     } catch (const InputError& error) {
       if (first_problem.empty()) first_problem = error.what();
@@ -70,7 +71,7 @@ Size look_at_images(RecordingContents& contents) {
                                             image.size.height_px, size.width_px, size.height_px));
   }
   const fs::path& first{std::ranges::find(images, size, &SizedImage::size)->frame->left};
-  contents.sample_bits = sample_bits(first);
+  contents.sample_bits = read_listed([&] { return sample_bits(first); });
   if (contents.sample_bits > 8) {
     contents.notes.push_back(fmt::format("images: 16-bit files, of which {} bits are used (as in {})",
                                          contents.sample_bits, printable_path(first.filename())));

@@ -46,6 +46,13 @@ int authorize(void* /*unused*/, int action, const char* /*first*/, const char* s
   return action == SQLITE_FUNCTION && std::string_view{second} == "count" ? SQLITE_OK : SQLITE_DENY;
 }
 
+/// Whether SQLite may succeed later; a file that is too short stays so.
+bool is_temporary(int extended_code) {
+  const int code{extended_code & 0xff};
+  if (extended_code == SQLITE_IOERR_SHORT_READ) return false;
+  return code == SQLITE_IOERR || code == SQLITE_BUSY || code == SQLITE_LOCKED;
+}
+
 }  // namespace
 
 void Statement::Finalize::operator()(sqlite3_stmt* statement) const {
@@ -127,6 +134,10 @@ bool Database::has_column(const char* table, const char* column) const {
 
 void Database::fail() const {
   const char* const said{database_ ? sqlite3_errmsg(database_.get()) : "out of memory"};
+  if (database_ && is_temporary(sqlite3_extended_errcode(database_.get()))) {
+    throw DeviceError{fmt::format("{}: cannot be read: SQLite says '{}'. Check the disk, then try again.", name_,
+                                  io::printable(said))};
+  }
   throw InputError{name_, fmt::format("cannot be read: SQLite says '{}'.", io::printable(said)),
                    "If the recording was cut off, let SQLite mend a copy: sqlite3 FILE .recover | sqlite3 MENDED.db3"};
 }

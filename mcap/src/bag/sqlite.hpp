@@ -44,7 +44,7 @@ class Statement {
 };
 
 /// A file of SQLite that somebody else has made: opened for reading only, with no views, triggers, or functions of its
-/// own. Every function throws InputError.
+/// own. Every function throws InputError; DeviceError where the disk fails or another process holds the file.
 class Database {
  public:
   explicit Database(const std::filesystem::path& path);

@@ -10,6 +10,8 @@
 //                             kill: the process is killed instead of the call
 //   STEREOGRID_FAULTS_FLOCK   ENOLCK: no file can be locked
 //   STEREOGRID_FAULTS_HANG    a file: opening it never ends, as on a network file system that is gone
+//   STEREOGRID_FAULTS_READ    a file that cannot be read (EIO), as an absolute path without symbolic links
+//   STEREOGRID_FAULTS_READ_AFTER  only once this file exists
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <limits.h>
@@ -92,14 +94,29 @@ Plan& plan() {
   return the_plan;
 }
 
-/// Of an open file; "": none of those that count: read only, or the lock, on whose close nothing depends.
-std::string path_of(int descriptor) {
-  if ((fcntl(descriptor, F_GETFL) & O_ACCMODE) == O_RDONLY) return {};
+/// "": not open.
+std::string target_of(int descriptor) {
   char target[PATH_MAX];
   const std::string link{"/proc/self/fd/" + std::to_string(descriptor)};
   const ssize_t length{readlink(link.c_str(), target, sizeof target)};
-  const std::string path(target, length > 0 ? static_cast<std::size_t>(length) : 0);
+  return {target, length > 0 ? static_cast<std::size_t>(length) : 0};
+}
+
+/// Of an open file; "": none of those that count: read only, or the lock, on whose close nothing depends.
+std::string path_of(int descriptor) {
+  if ((fcntl(descriptor, F_GETFL) & O_ACCMODE) == O_RDONLY) return {};
+  const std::string path{target_of(descriptor)};
   return plan().concerns(path) ? path : "";
+}
+
+/// Sets errno.
+bool is_read_to_fail(int descriptor) {
+  static const std::string failing{variable("STEREOGRID_FAULTS_READ")};
+  static const std::string after{variable("STEREOGRID_FAULTS_READ_AFTER")};
+  if (failing.empty() || target_of(descriptor) != failing) return false;
+  if (!after.empty() && access(after.c_str(), F_OK) != 0) return false;
+  errno = EIO;
+  return true;
 }
 
 bool is_lock(std::string_view path) {
@@ -151,6 +168,18 @@ FILE* fopen(const char* path, const char* mode) {
 FILE* fopen64(const char* path, const char* mode) {
   if (mode[0] != 'r' && fault_of("open", path) == Fault::error) return nullptr;
   return REAL(fopen64)(path, mode);
+}
+
+ssize_t read(int descriptor, void* bytes, size_t count) {
+  return is_read_to_fail(descriptor) ? -1 : REAL(read)(descriptor, bytes, count);
+}
+
+ssize_t pread(int descriptor, void* bytes, size_t count, off_t at) {
+  return is_read_to_fail(descriptor) ? -1 : REAL(pread)(descriptor, bytes, count, at);
+}
+
+ssize_t pread64(int descriptor, void* bytes, size_t count, off64_t at) {
+  return is_read_to_fail(descriptor) ? -1 : REAL(pread64)(descriptor, bytes, count, at);
 }
 
 ssize_t write(int descriptor, const void* bytes, size_t count) {

@@ -25,8 +25,12 @@ constexpr std::size_t arrays{8192 * mebi};  ///< an .npz, and all that it holds
 constexpr std::size_t json{16384 * mebi};   ///< run.json, frames.jsonl, truth
 }  // namespace largest_bytes
 
+/// Returns false for the errno of a wrong path or a missing permission, true for EIO, ESTALE, EMFILE and all others:
+/// trying again may help.
+[[nodiscard]] STEREOGRID_EXPORT bool is_temporary(int error_number);
+
 /// The whole file. Throws InputError: missing, a folder, a device, FIFO or socket, not readable, of more than
-/// `most_bytes`, cut off while it was read.
+/// `most_bytes`, cut off while it was read. Throws DeviceError where the failure is_temporary().
 [[nodiscard]] STEREOGRID_EXPORT std::string read_file(const std::filesystem::path& path,
                                                       std::size_t most_bytes = largest_bytes::array);
 

@@ -14,6 +14,7 @@
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/poses.hpp"
 #include "stereogrid/io/rectifier.hpp"
+#include "stereogrid/io/scan.hpp"
 
 namespace stereogrid::io {
 
@@ -54,7 +55,8 @@ class STEREOGRID_EXPORT ImageStore {
   ImageStore& operator=(const ImageStore&) = delete;
   virtual ~ImageStore();
 
-  /// Safe to call from several threads. Throws InputError: the images of this frame cannot be used.
+  /// Safe to call from several threads. Throws InputError: the images of this frame cannot be used; DeviceError: they
+  /// cannot be read at the moment.
   [[nodiscard]] virtual ImagePair load(std::size_t index) const = 0;
 };
 
@@ -102,10 +104,13 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
   [[nodiscard]] std::size_t size() const override { return contents_.frames.size(); }
   [[nodiscard]] std::string name(std::size_t index) const override { return contents_.frames.at(index).name; }
   /// Reads, checks and (raw pairs) rectifies a frame. Disparities are taken as they are: they belong to the rectified
-  /// left image. Throws InputError: an image is missing, damaged, of another size.
+  /// left image. Throws InputError: an image was missing when the recording was opened, is damaged, of another size.
+  /// Throws DeviceError: an image was there and cannot be opened or read now; trying again may help.
   [[nodiscard]] StereoFrame load(std::size_t index) const override;
   /// The same but as the images lie there: those of a raw pair are not rectified, and may have another size than it.
   [[nodiscard]] StereoFrame load_unrectified(std::size_t index) const;
+  /// Reads the lidar sweep of a frame that has one. Throws as read_scan(), and DeviceError as load().
+  [[nodiscard]] std::vector<ScanPoint> load_scan(std::size_t index) const;
 
   [[nodiscard]] const RecordingContents& contents() const { return contents_; }
   [[nodiscard]] bool has_poses() const { return !contents_.poses_file.empty(); }

@@ -36,7 +36,8 @@ class STEREOGRID_EXPORT Bag {
   /// When the first and the last message were recorded; 0: there is none.
   [[nodiscard]] virtual std::uint64_t first_ns() const = 0;
   [[nodiscard]] virtual std::uint64_t last_ns() const = 0;
-  /// In the order of their log times. The bag has to live as long. Throws InputError, while reading, too.
+  /// In the order of their log times. The bag has to live as long. Throws InputError and DeviceError (the disk),
+  /// while reading, too.
   [[nodiscard]] virtual std::unique_ptr<MessageCursor> messages(const Selection& selection) const = 0;
   /// What could not be read so far, in sentences that name the file.
   [[nodiscard]] virtual std::vector<std::string> damage() const = 0;

@@ -49,7 +49,7 @@ class STEREOGRID_EXPORT MessageCursor {
   MessageCursor& operator=(const MessageCursor&) = delete;
   virtual ~MessageCursor() = default;
 
-  /// Valid until the next call; nullptr: there are no more. Throws InputError.
+  /// Valid until the next call; nullptr: there are no more. Throws InputError; DeviceError: the disk.
   virtual const Message* next() = 0;
 };
 

@@ -65,6 +65,10 @@ class STEREOGRID_EXPORT RunRecord {
   [[nodiscard]] bool is_skipped(std::size_t index) const;
   /// Is the frame one of those that are written (RunDescription::every)?
   [[nodiscard]] bool is_written(std::size_t index) const { return index % run_.every == 0; }
+  /// Number of frames that the run writes where none is skipped.
+  [[nodiscard]] std::size_t frames_to_write() const {
+    return multiples_between(run_.frames.first, run_.frames.end - 1, run_.every);
+  }
   /// Before the last finished frame: those that are written, but neither are finished nor known to be skipped.
   [[nodiscard]] std::vector<std::size_t> unaccounted() const;
   /// How many of the finished frames carry a flag.
