@@ -151,7 +151,7 @@ TEST_F(Opening, TruncatedImageIsThatFramesError) {
   expect_refused({"none of the left images can be read", "a.png", "truncated"});
 }
 
-// as of a network file system that is away for a moment: nothing is known of the frame, so it is not left out
+// Models a network file system that is away for a moment: the frames are not damaged.
 TEST_F(Opening, AListedFileThatIsGoneIsADeviceError) {
   put_plain(folder_.path());
   put(folder_ / "velodyne" / "b.bin", std::string(16, 'x'));

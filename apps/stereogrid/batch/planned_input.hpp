@@ -20,7 +20,7 @@ class PlannedInput {
 
   /// The first path that does not exist, or is an empty folder such as an unused mount point; "": none.
   [[nodiscard]] std::string missing() const;
-  /// What comes damaged is fetched again. Throws DeviceError.
+  /// Fetches the input; a damaged copy is fetched again. Throws DeviceError.
   void fetch();
   /// Whether names, sizes and contents are those of the plan. Throws DeviceError: a file cannot be read.
   [[nodiscard]] bool is_as_planned() const { return is_as_planned(copies_); }

@@ -191,7 +191,8 @@ class Runner {
   /// An input that was away for a moment cannot be used then, and is no reason to give up the shard.
   int refuse_if_planned(int code, const std::string& why) const {
     if (input_.is_there()) return refuse(code, why);
-    return complain(exit_try_again, why + " The input is not as planned at the moment: is its file system away?");
+    return complain(exit_try_again,
+                    why + " The input is not as planned at the moment: try again when its file system is back.");
   }
 
   int push() const {
@@ -242,8 +243,8 @@ class Runner {
     }
   }
 
-  /// Throws DeviceError, and lets the shard begin anew, where the input is not what was planned: what is `lost` may be
-  /// there again.
+  /// Lets the shard begin anew and throws DeviceError where the input is not what was planned: what is `lost` may be
+  /// available later.
   void require_planned_input(const std::string& lost) const {
     if (input_.is_there()) return;
     std::error_code error;
@@ -252,7 +253,7 @@ class Runner {
                                   io::printable(shard_.input.front()), lost)};
   }
 
-  /// For `batch status`, before the result is there.
+  /// Marks the shard for `batch status`, before its result is there.
   void note_skipped(std::uint64_t skipped) const {
     require_planned_input(fmt::format("{} of {} frames are skipped", skipped, shard_.end - shard_.first));
     io::create_folder(places_.skipped.parent_path());

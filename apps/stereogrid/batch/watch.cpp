@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <mutex>
+#include <stdexcept>
 #include <thread>
 #include <utility>
 
@@ -13,7 +14,6 @@
 #include "connect/viewer.hpp"
 #include "console.hpp"
 #include "interrupt.hpp"
-#include "stereogrid/error.hpp"
 #include "stereogrid/io/json_text.hpp"
 #include "stereogrid/io/text.hpp"
 
@@ -91,7 +91,7 @@ void watch(const PlanReader& plan, const std::string& listen) {
     const auto begin{Clock::now()};
     try {
       latest.set(to_json(status_of(plan)));
-    } catch (const InputError& error) {
+    } catch (const std::runtime_error& error) {  // InputError, or DeviceError: the disk
       latest.set_fault(error.what());
     }
     pause_after(Clock::now() - begin);
