@@ -122,7 +122,7 @@ TEST_F(BagPoses, SomeDroppedLeaveTheOthers) {
              }));
   const char* const said{
       "/odom (nav_msgs/Odometry): 2 of 4 poses are dropped: 1 not finite (NaN or infinity), 1 with a quaternion of "
-      "length 0.5 (allowed 0.99 to 1.01). The others are interpolated."};
+      "length 0.5 (allowed 0.99 to 1.01). The others are used, interpolated over short gaps."};
   const Outcome outcome{run_bag(bag(), {})};
   ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
   EXPECT_THAT(outcome.errors, HasSubstr(said));

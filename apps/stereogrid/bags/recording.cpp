@@ -71,9 +71,9 @@ void take_poses(io::ForeignRecording& found, const mcap::Bag& bag, const std::st
   found.poses_source = poses.source + (dropped.empty() ? "" : ", " + dropped);
   const bool are_used{poses.poses.size() >= 2 && tally.dropped() <= tally.poses / 2};
   if (!dropped.empty()) {
-    found.warnings.push_back(fmt::format("{}: {}. {} Correct what publishes them, or give --poses odometry.",
-                                         poses.source, dropped,
-                                         are_used ? "The others are interpolated." : "No pose of this topic is used."));
+    found.warnings.push_back(fmt::format(
+        "{}: {}. {} Correct what publishes them, or give --poses odometry.", poses.source, dropped,
+        are_used ? "The others are used, interpolated over short gaps." : "No pose of this topic is used."));
   }
   if (are_used) {
     found.poses = std::move(poses.poses);
