@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// bare_peer pairs NAMESPACE RELIABILITY WIDTHxHEIGHT HZ SECONDS [FIRST [compressed]]: sensor_msgs/Image and CameraInfo
+// bare_peer pairs NAMESPACE RELIABILITY WIDTHxHEIGHT HZ SECONDS [FIRST [WORD]]: sensor_msgs/Image and CameraInfo
 // of two cameras, whose pictures are a pattern 8 px apart, and nav_msgs/Odometry on NAMESPACE/odom at five times that
-// rate, 2 m/s along x; the same on /tf, and /clock. FIRST: the first stamp, s; otherwise now.
+// rate, 2 m/s along x; the same on /tf, and /clock. FIRST: the first stamp, s; otherwise now. WORD: compressed: images
+// are CompressedImage; halved: every other quaternion has length 0.5; shared: both cameras' CameraInfo is on one topic.
 #include <cmath>
 #include <cstdio>
 #include <vector>
@@ -91,12 +92,12 @@ void send_info(const Camera& camera, const Size& size, std::int64_t stamp_ns) {
   checked(dds_write(camera.infos, &info), "write");
 }
 
-void send_odometry(dds_entity_t odometry, std::int64_t stamp_ns, double seconds) {
+void send_odometry(dds_entity_t odometry, std::int64_t stamp_ns, double seconds, double length) {
   nav_msgs_msg_dds__Odometry_ message{};
   message.header = header_at(stamp_ns, "odom");
   message.child_frame_id = const_cast<char*>("base_link");
   message.pose.pose.position.x = 2 * seconds;
-  message.pose.pose.orientation.w = 1;
+  message.pose.pose.orientation.w = length;
   checked(dds_write(odometry, &message), "write");
 }
 
@@ -117,10 +118,14 @@ void send_clock(dds_entity_t clock, std::int64_t stamp_ns) {
   checked(dds_write(clock, &message), "write");
 }
 
-Camera camera_of(dds_entity_t of, const std::string& folder, dds_qos_t* qos, int shift_px, bool is_compressed) {
-  return {is_compressed ? writer(of, sensor_msgs_msg_dds__CompressedImage__desc, folder + "/image_rect/compressed", qos)
-                        : writer(of, sensor_msgs_msg_dds__Image__desc, folder + "/image_rect", qos),
-          writer(of, sensor_msgs_msg_dds__CameraInfo__desc, folder + "/camera_info", qos), shift_px, is_compressed};
+/// `side` "/left" has topics below it; "/left_" beside it, with one camera_info for both sides.
+Camera camera_of(dds_entity_t of, const std::string& at, const std::string& side, dds_qos_t* qos, int shift_px,
+                 bool is_compressed) {
+  const std::string folder{at + side + (side.ends_with('_') ? "" : "/")};
+  const std::string infos{side.ends_with('_') ? at + "/camera_info" : folder + "camera_info"};
+  return {is_compressed ? writer(of, sensor_msgs_msg_dds__CompressedImage__desc, folder + "image_rect/compressed", qos)
+                        : writer(of, sensor_msgs_msg_dds__Image__desc, folder + "image_rect", qos),
+          writer(of, sensor_msgs_msg_dds__CameraInfo__desc, infos, qos), shift_px, is_compressed};
 }
 
 }  // namespace
@@ -133,9 +138,11 @@ int publish_pairs(int argc, char** argv) {
   const double hz{std::atof(argv[5])}, seconds{std::atof(argv[6])};
   const dds_entity_t of{participant()};
   dds_qos_t* const qos{qos_of(argv[3], "volatile", 5)};
-  const bool is_compressed{argc > 8 && std::string{argv[8]} == "compressed"};
-  const Camera left{camera_of(of, at + "/left", qos, 0, is_compressed)};
-  const Camera right{camera_of(of, at + "/right", qos, disparity_px, is_compressed)};
+  const std::string word{argc > 8 ? argv[8] : ""};
+  const bool is_compressed{word == "compressed"};
+  const std::string end{word == "shared" ? "_" : ""};
+  const Camera left{camera_of(of, at, "/left" + end, qos, 0, is_compressed)};
+  const Camera right{camera_of(of, at, "/right" + end, qos, disparity_px, is_compressed)};
   const dds_entity_t odometry{writer(of, nav_msgs_msg_dds__Odometry__desc, at + "/odom", qos)};
   const dds_entity_t tf{writer(of, tf2_msgs_msg_dds__TFMessage__desc, "rt/tf", qos)};
   const dds_entity_t clock{writer(of, rosgraph_msgs_msg_dds__Clock__desc, "rt/clock", qos)};
@@ -149,7 +156,7 @@ int publish_pairs(int argc, char** argv) {
                                   std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>{now_s}));
     const std::int64_t stamp_ns{begin_ns + std::llround(now_s * 1e9)};
     send_clock(clock, stamp_ns);
-    send_odometry(odometry, stamp_ns, now_s);
+    send_odometry(odometry, stamp_ns, now_s, word == "halved" && i % 2 == 1 ? 0.5 : 1);
     send_transform(tf, stamp_ns, now_s);
     if (i % poses_per_frame != 0) continue;
     std::vector<std::uint8_t> left_pixels{picture(size, left.shift_px, i)};

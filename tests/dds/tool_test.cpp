@@ -125,6 +125,21 @@ TEST(DdsTool, FramesWithoutAPoseAreLeftOutAndCounted) {
   EXPECT_THAT(said, AllOf(HasSubstr("/nowhere: there is no pose yet."), HasSubstr("no pose of its instant: ")));
 }
 
+TEST(DdsTool, DroppedPosesAreCountedWithTheirReason) {
+  Peer live{tool("live ros2:/stereo --poses /stereo/odom --listen :0", 5)};
+  Peer cameras{bare_peer("pairs /stereo reliable 256x160 10 4 1000 halved")};
+  const std::string said{all_of(live)};
+  EXPECT_THAT(said,
+              AllOf(HasSubstr("/stereo/odom: 1 of "), HasSubstr("poses are dropped: 1 with a quaternion of length 0.5"),
+                    HasSubstr("/stereo/odom: 10 of "), Not(HasSubstr("/stereo/odom: 2 of "))));
+}
+
+TEST(DdsTool, OneTopicMayHaveTheCameraInfoOfBothCameras) {
+  Peer live{tool("live ros2:/stereo --poses none --listen :0", 5)};
+  Peer cameras{bare_peer("pairs /stereo reliable 256x160 10 4 1000 shared")};
+  EXPECT_THAT(all_of(live), HasSubstr("CameraInfo of both cameras on /stereo/camera_info"));
+}
+
 TEST(DdsTool, WhatItWaitsForItSays) {
   Peer cameras{bare_peer("pairs /stereo reliable 64x48 5 6")};
   Peer live{tool("live ros2:/sterep --listen :0", 4)};

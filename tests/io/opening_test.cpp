@@ -12,6 +12,7 @@
 namespace stereogrid::io::testing {
 namespace {
 
+using namespace std::string_literals;
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
@@ -94,6 +95,36 @@ TEST_F(Opening, UnreadableFolder) {
   EXPECT_EQ(open_as_nobody(folder_.path(), "drive", "drive: the folder cannot be read"), 0);
   EXPECT_EQ(open_as_nobody(folder_.path(), "drive/left", "cannot be read"), 0);
   fs::permissions(folder_ / "drive", fs::perms::owner_all);
+}
+
+TEST_F(Opening, VideosAreNamedWithWhatExtractsThem) {
+  const std::string avi{"RIFF\x10\0\0\0AVI LIST"s};
+  put(folder_ / "left.avi", avi);
+  put(folder_ / "the right.bin", avi);
+  put(folder_ / "sbs.mp4", "\0\0\0\x1c"s + "ftypisom");
+  const auto refused = [&](const std::vector<fs::path>& paths, std::initializer_list<std::string_view> said) {
+    expect_complaint([&] { static_cast<void>(open_recording({paths, {}, ""})); }, said);
+  };
+  refused({folder_ / "left.avi", folder_ / "the right.bin"},
+          {"left.avi, ", "the right.bin: are videos", "ffmpeg -i '", "left.avi' drive/left/%06d.png",
+           "the right.bin' drive/right/%06d.png"});
+  refused({folder_ / "sbs.mp4"}, {"sbs.mp4: is a video", "side by side", "-vf crop=iw/2:ih:iw/2:0 drive/right"});
+  refused({folder_.path()}, {"left.avi, ", "sbs.mp4 and 1 more: are videos"});
+}
+
+TEST_F(Opening, OfAPairTheImageIsNamed) {
+  const fs::path before{fs::current_path()};
+  fs::current_path(folder_.path());  // names without a folder
+  put(folder_ / "left.png", "no image");
+  put(folder_ / "right.png", "no image");
+  const InputArguments pair{{"left.png", "right.png"}, {}, ""};
+  expect_complaint([&] { static_cast<void>(open_recording(pair)); }, {"left.png: is no image"});
+  put_plain(folder_.path());
+  fs::copy(folder_ / "left" / "a.png", folder_ / "left.png", fs::copy_options::overwrite_existing);
+  fs::copy(folder_ / "right" / "a.png", folder_ / "right.png", fs::copy_options::overwrite_existing);
+  expect_complaint([&] { static_cast<void>(open_recording(pair)); },
+                   {"left.png: there is no calibration. Name a file with --calibration"});
+  fs::current_path(before);
 }
 
 TEST_F(Opening, NoPairs) {
@@ -219,6 +250,27 @@ TEST_F(Opening, PosesWithTimesOfTheirOwn) {
   EXPECT_THAT(recording->contents().notes, Contains(HasSubstr("interpolated to the times of the images")));
   put(folder_ / "times.txt", "0.05\n0.1\n0.36\n");
   expect_refused({"poses.csv", "image of 0.360 s", "0.110 s after the last pose, 0.250 s"});
+}
+
+TEST_F(Opening, PosesWithALongGap) {
+  put_plain(folder_.path());
+  put(folder_ / "times.txt", "0.1\n1.5\n2.9\n");
+  const auto put_poses = [&](double period_s, const std::string& rest) {
+    std::string log{"stamp_ns,x_m,y_m,yaw_rad\n"};
+    for (int i{0}; i < 3; ++i) log += std::to_string(std::llround(i * period_s * 1e9)) + ",0,0,0\n";
+    put(folder_ / "poses.csv", log + rest);
+  };
+  put_poses(0.1, "2800000000,1,0,0\n2900000000,1,0,0\n");
+  const auto recording{open()};
+  EXPECT_TRUE(recording->load(0).world_from_vehicle);
+  EXPECT_FALSE(recording->load(1).world_from_vehicle);
+  EXPECT_TRUE(recording->load(2).world_from_vehicle);
+  EXPECT_THAT(recording->contents().warnings,
+              ElementsAre(AllOf(HasSubstr("poses.csv: 1 of 3 images have no pose"), HasSubstr("gaps of up to 2.6 s"),
+                                HasSubstr("up to 1 s"))));
+  put_poses(0.5, "2400000000,1,0,0\n2900000000,1,0,0\n");  // 1.4 s, less than three usual intervals
+  EXPECT_TRUE(open()->load(1).world_from_vehicle);
+  EXPECT_TRUE(open()->contents().warnings.empty());
 }
 
 TEST_F(Opening, PosesThatAreNotFinite) {

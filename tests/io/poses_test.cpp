@@ -100,6 +100,18 @@ TEST_F(PoseFile, CsvWithoutNames) {
                    {"line 2", "5 fields, not 4"});
 }
 
+TEST(UnitQuaternion, IsNormalisedWithinOnePercent) {
+  for (const double length : {0.991, 1.0, 1.009}) {
+    const auto unit{unit_quaternion({0, 0, 0.6 * length, 0.8 * length})};
+    ASSERT_TRUE(unit) << length;
+    EXPECT_NEAR((*unit)[2], 0.6, 1e-12);
+    EXPECT_NEAR((*unit)[3], 0.8, 1e-12);
+  }
+  for (const double length : {0.0, 0.5, 0.989, 1.011, 2.0, 1e200, std::nan(""), -HUGE_VAL}) {
+    EXPECT_FALSE(unit_quaternion({0, 0, 0, length})) << length;
+  }
+}
+
 constexpr std::int64_t second_ns{1'000'000'000};
 
 TEST(Interpolation, IsLinearInPositionAndTakesTheShorterArc) {
@@ -191,6 +203,16 @@ TEST_F(PoseFile, OxtsMovedToTheCamera) {
   EXPECT_NEAR(camera.world_from_vehicle[0].x_m - imu.world_from_vehicle[0].x_m, 0.3, 1e-5);
 }
 
+TEST_F(PoseFile, OxtsWithARotationThatIsNone) {
+  put(folder_ / "calib_imu_to_velo.txt", "R: 2 0 0 0 2 0 0 0 2\nT: 0 0 0\n");
+  put(folder_ / "calib_velo_to_cam.txt", "R: 0 -1 0 0 0 -1 1 0 0\nT: 0 0 0\n");
+  put(folder_ / "calib_cam_to_cam.txt", "R_rect_00: 1 0 0 0 1 0 0 0 1\n");
+  put(folder_ / "data" / "0.txt", oxts(49, 8.4, 0));
+  const std::vector<std::string> names{"0"};
+  expect_complaint([&] { static_cast<void>(read_oxts(folder_ / "data", names, folder_.path())); },
+                   {"calib_imu_to_velo.txt", "no rotation matrix"});
+}
+
 TEST_F(PoseFile, OxtsTimes) {
   const fs::path data{folder_ / "oxts" / "data"};
   for (const char* const name : {"0000000010", "0000000000", "0000000002"}) {
@@ -219,6 +241,9 @@ TEST_F(PoseFile, OxtsComplaints) {
   put(folder_ / "data" / "1.txt", "49 8.4 nan 0 0 0\n");
   expect_complaint([&] { static_cast<void>(read_oxts(folder_ / "data", names, folder_.path())); },
                    {"1.txt", "not finite"});
+  put(folder_ / "data" / "1.txt", oxts(49, 8.4, 90));
+  expect_complaint([&] { static_cast<void>(read_oxts(folder_ / "data", names, folder_.path())); },
+                   {"1.txt", "an angle of 90 rad", "radians"});
   put(folder_ / "data" / "1.txt", "49 8.4\n");
   expect_complaint([&] { static_cast<void>(read_oxts(folder_ / "data", names, folder_.path())); }, {"lat lon alt"});
 }

@@ -340,7 +340,9 @@ TEST(Ros2Translate, MountingIsTheInverseOfTfStatic) {
   EXPECT_NEAR(read.camera_height_m, 1.3, 1e-12);
   EXPECT_NEAR(read.camera_pitch_rad, 0.15, 1e-12);
   EXPECT_NEAR(read.camera_roll_rad, -0.04, 1e-12);
-  EXPECT_THROW(set_mounting(read, {{0, 0, 1}, {0, 0, 0, 1}}), stereogrid::InputError);             // looks up
+  EXPECT_THROW(set_mounting(read, {{0, 0, 1}, {0, 0, 0, 1}}), stereogrid::InputError);  // looks up
+  for (const double w : {0.0, 0.5, 1.02, std::nan("")})
+    EXPECT_THROW(static_cast<void>(pose_of({{0, 0, 1}, {0, 0, 0, w}})), stereogrid::InputError) << w;
   EXPECT_THROW(set_mounting(read, {{0, 0, -1}, {-0.5, 0.5, -0.5, 0.5}}), stereogrid::InputError);  // below the road
 }
 

@@ -4,6 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/ros_camera.hpp"
 #include "stereogrid/io/text.hpp"
@@ -17,22 +20,91 @@ using messages::sensor_msgs::CameraInfo;
 
 constexpr const char* give_file{"Give a calibration.yaml with --calibration FILE (docs/input.md)."};
 
-[[noreturn]] void fail(const NamedInfo& info, const std::string& what) {
-  throw InputError{info.name, what, give_file};
+struct InfoPair {
+  NamedInfo left;
+  NamedInfo right;
+};
+
+[[noreturn]] void fail(const NamedInfo& info, const std::string& what, const std::string& mend = "") {
+  throw InputError{info.name, what, mend + give_file};
 }
 
-NamedInfo info_of(const mcap::Bag& bag, const std::string& name, const std::string& images) {
-  const std::string topic_name{info_topic_of(*find_topic(bag.topics(), images))};
-  NamedInfo info{{}, name + ", " + io::printable(topic_name), io::printable(topic_name)};
-  const mcap::Topic* const topic{find_topic(bag.topics(), topic_name)};
-  if (topic == nullptr || topic->type != CameraInfo::type_name) {
-    fail(info, fmt::format("there is no CameraInfo for {}.", io::printable(images)));
+/// Calls `take` with every message that can be decoded, until it returns false. True: there is one.
+template <class Take>
+bool for_each_info(const mcap::Bag& bag, const std::string& topic, Take&& take) {
+  const auto cursor{bag.messages({.topics = {topic}})};
+  bool found{false};
+  while (const mcap::Message* const message{cursor->next()}) {
+    CameraInfo info;
+    try {
+      messages::decode(message->data, info);
+    } catch (const InputError&) {
+      continue;
+    }
+    found = true;
+    if (!take(info)) break;
   }
-  const auto cursor{bag.messages({.topics = {topic_name}})};
-  const mcap::Message* const first{cursor->next()};
-  if (first == nullptr) fail(info, "no message can be read.");
-  messages::decode(first->data, info.message);
+  return found;
+}
+
+std::vector<std::string> info_topics(const mcap::Bag& bag) {
+  std::vector<std::string> names;
+  for (const mcap::Topic& topic : bag.topics()) {
+    if (topic.type == CameraInfo::type_name && topic.message_count > 0) names.push_back(topic.name);
+  }
+  return names;
+}
+
+NamedInfo named(const std::string& name, const std::string& topic) {
+  return {{}, name + ", " + io::printable(topic), io::printable(topic)};
+}
+
+NamedInfo info_of(const mcap::Bag& bag, const std::string& name, const std::string& topic) {
+  NamedInfo info{named(name, topic)};
+  const auto take = [&](CameraInfo& message) {
+    info.message = std::move(message);
+    return false;
+  };
+  if (!for_each_info(bag, topic, take)) fail(info, "no message can be decoded.");
   return info;
+}
+
+/// `topic` has the messages of both cameras. `missing`: the right camera's own topic; empty: both have the same.
+InfoPair shared_infos(const mcap::Bag& bag, const std::string& name, const std::string& topic,
+                      const ImageTopics& images, const std::string& missing) {
+  std::vector<CameraInfo> cameras;
+  const NamedInfo info{named(name, topic)};
+  const auto take = [&](const CameraInfo& message) {
+    add_camera(cameras, message);
+    return true;
+  };
+  if (!for_each_info(bag, topic, take)) fail(info, "no message can be decoded.");
+  if (cameras.size() != 2) {
+    fail(info,
+         fmt::format("has the CameraInfo of {}, but {} and {} are images of two{}.",
+                     cameras.size() == 1 ? "one camera" : "more than two cameras", io::printable(images.left),
+                     io::printable(images.right), missing.empty() ? "" : "; " + io::printable(missing) + " is missing"),
+         "Record one CameraInfo topic per camera, beside its images. ");
+  }
+  return {{cameras[0], info.name + ", left camera", info.topic},
+          {cameras[1], info.name + ", right camera", info.topic}};
+}
+
+InfoPair infos_of(const mcap::Bag& bag, const std::string& name, const ImageTopics& images) {
+  const std::vector<std::string> there{info_topics(bag)};
+  const auto own = [&](const std::string& topic) { return info_topic_of(*find_topic(bag.topics(), topic)); };
+  const auto has = [&](const std::string& topic) { return std::ranges::find(there, topic) != there.end(); };
+  const std::string left{own(images.left)};
+  const std::string right{own(images.right)};
+  if (left != right && has(left) && has(right)) return {info_of(bag, name, left), info_of(bag, name, right)};
+  if (left == right && has(left)) return shared_infos(bag, name, left, images, "");
+  const std::string& missing{has(left) ? right : left};
+  if (there.size() == 1) return shared_infos(bag, name, there.front(), images, missing);
+  std::string list;
+  for (const std::string& topic : there) list += (list.empty() ? " CameraInfo is on " : ", ") + io::printable(topic);
+  fail(named(name, missing),
+       fmt::format("there is no CameraInfo for {}.{}", io::printable(has(left) ? images.right : images.left),
+                   list.empty() ? list : list + "."));
 }
 
 io::RosCamera camera_of(const NamedInfo& info, int width_px, int height_px) {
@@ -58,11 +130,23 @@ io::RosCamera camera_of(const NamedInfo& info, int width_px, int height_px) {
 
 }  // namespace
 
+void add_camera(std::vector<CameraInfo>& cameras, const CameraInfo& message) {
+  constexpr std::size_t most{3};  // one more than there may be
+  const auto is_same = [&](const CameraInfo& camera) {
+    return camera.header.frame_id == message.header.frame_id && !(camera.p[3] < message.p[3]) &&
+           !(camera.p[3] > message.p[3]);
+  };
+  if (cameras.size() >= most || std::ranges::any_of(cameras, is_same)) return;
+  cameras.insert(std::ranges::find_if(cameras, [&](const CameraInfo& camera) { return camera.p[3] < message.p[3]; }),
+                 message);
+}
+
 io::Calibration calibration_of(const NamedInfo& left, const NamedInfo& right, bool are_rectified, int width_px,
                                int height_px) {
   io::Calibration calibration{
       io::ros_calibration(camera_of(left, width_px, height_px), camera_of(right, width_px, height_px), are_rectified)};
-  calibration.kind = fmt::format("CameraInfo of {} and {}", left.topic, right.topic);
+  calibration.kind = left.topic == right.topic ? fmt::format("CameraInfo of both cameras on {}", left.topic)
+                                               : fmt::format("CameraInfo of {} and {}", left.topic, right.topic);
   return calibration;
 }
 
@@ -70,9 +154,8 @@ io::Calibration calibration_of(const mcap::Bag& bag, const std::string& name, co
                                int height_px) {
   const bool are_rectified{is_rectified(*find_topic(bag.topics(), topics.left)) &&
                            is_rectified(*find_topic(bag.topics(), topics.right))};
-  const NamedInfo left{info_of(bag, name, topics.left)};
-  const NamedInfo right{info_of(bag, name, topics.right)};
-  return calibration_of(left, right, are_rectified, width_px, height_px);
+  const InfoPair infos{infos_of(bag, name, topics)};
+  return calibration_of(infos.left, infos.right, are_rectified, width_px, height_px);
 }
 
 }  // namespace stereogrid::app

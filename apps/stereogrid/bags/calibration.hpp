@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "bags/topics.hpp"
 #include "stereogrid/io/calibration.hpp"
@@ -18,12 +19,18 @@ struct NamedInfo {
   std::string topic;  ///< for people
 };
 
+/// Adds the first message of each camera to those of a topic that several cameras share: cameras differ in frame_id or
+/// in P[3]. The left camera comes first. Of more than two cameras three are kept.
+void add_camera(std::vector<messages::sensor_msgs::CameraInfo>& cameras,
+                const messages::sensor_msgs::CameraInfo& message);
+
 /// What both say of images of this size. Throws InputError: they are not of such a pair.
 [[nodiscard]] io::Calibration calibration_of(const NamedInfo& left, const NamedInfo& right, bool are_rectified,
                                              int width_px, int height_px);
 
 /// What the first CameraInfo of each camera says of images of this size, which are rectified where the topics' names
-/// say so, or where nothing is left to do. Throws InputError: there is none, or it is not of such a pair.
+/// say so, or where nothing is left to do. Both cameras' messages may be on one topic. Throws InputError: a camera has
+/// none, or it is not of such a pair.
 [[nodiscard]] io::Calibration calibration_of(const mcap::Bag& bag, const std::string& name, const ImageTopics& topics,
                                              int width_px, int height_px);
 

@@ -3,9 +3,12 @@
 #include "bags/poses.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "bags/decode.hpp"
@@ -19,56 +22,106 @@
 namespace stereogrid::app {
 namespace {
 
+using messages::geometry_msgs::Quaternion;
 using messages::nav_msgs::Odometry;
+using messages::std_msgs::Header;
 using messages::tf2_msgs::TFMessage;
-
-/// Heading of the x axis, seen from above.
-template <class Place>
-Pose2 on_the_ground(const Place& place, const messages::geometry_msgs::Quaternion& q) {
-  return {place.x, place.y, std::atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))};
-}
 
 bool is_frame(const std::string& frame, const char* name) {
   return frame == name || frame == std::string{"/"} + name;  // ROS 1 had the slash
 }
 
-/// Calls `take` with every message of a topic that is one.
-template <class M, class Take>
-void for_each(const mcap::Bag& bag, const std::string& topic, Take&& take) {
-  const auto cursor{bag.messages({.topics = {topic}})};
-  M one;
-  while (const mcap::Message* const message{cursor->next()}) {
-    try {
-      messages::decode(message->data, one);
-    } catch (const InputError&) {
-      continue;
+/// Adds a pose, its heading that of the x axis seen from above, or counts why it is dropped.
+template <class Place>
+void add(std::vector<io::StampedPose>& poses, PoseTally& tally, const Header& header, const Place& place,
+         const Quaternion& q) {
+  ++tally.poses;
+  const std::array numbers{place.x, place.y, place.z, q.x, q.y, q.z, q.w};
+  if (!std::ranges::all_of(numbers, [](double number) { return std::isfinite(number); })) {
+    ++tally.not_finite;
+    return;
+  }
+  if (std::max(std::abs(place.x), std::abs(place.y)) > io::largest_position_m) {
+    ++tally.too_far;
+    return;
+  }
+  const auto unit{io::unit_quaternion({q.x, q.y, q.z, q.w})};
+  if (!unit) {
+    if (tally.not_unit++ == 0) tally.first_length = std::hypot(std::hypot(q.x, q.y), std::hypot(q.z, q.w));
+    return;
+  }
+  const auto& [x, y, z, w]{*unit};
+  poses.push_back({ns_of(header.stamp), {place.x, place.y, std::atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))}});
+}
+
+void add(std::vector<io::StampedPose>& poses, PoseTally& tally, const Odometry& message) {
+  add(poses, tally, message.header, message.pose.pose.position, message.pose.pose.orientation);
+}
+
+void add(std::vector<io::StampedPose>& poses, PoseTally& tally, const TFMessage& message) {
+  constexpr std::size_t most_named{5};
+  for (const auto& one : message.transforms) {
+    if (is_frame(one.header.frame_id, "odom") && is_frame(one.child_frame_id, "base_link")) {
+      add(poses, tally, one.header, one.transform.translation, one.transform.rotation);
+    } else if (tally.transforms.size() < most_named) {
+      tally.transforms.insert(
+          fmt::format("{} → {}", io::printable(one.header.frame_id, 40), io::printable(one.child_frame_id, 40)));
     }
-    take(one);
   }
 }
 
-void add(std::vector<io::StampedPose>& poses, const messages::std_msgs::Header& header, const Pose2& pose) {
-  const bool is_finite{std::isfinite(pose.x_m) && std::isfinite(pose.y_m) && std::isfinite(pose.yaw_rad)};
-  if (is_finite) poses.push_back({ns_of(header.stamp), pose});
+template <class M>
+void decode_and_add(std::vector<io::StampedPose>& poses, PoseTally& tally, std::span<const std::byte> cdr) {
+  M message;
+  try {
+    messages::decode(cdr, message);
+  } catch (const InputError&) {
+    ++tally.poses;
+    ++tally.undecodable;
+    return;
+  }
+  add(poses, tally, message);
 }
 
-void put_in_order(std::vector<io::StampedPose>& poses) {
-  std::ranges::stable_sort(poses, {}, &io::StampedPose::stamp_ns);
-  const auto is_same = [](const io::StampedPose& a, const io::StampedPose& b) { return a.stamp_ns == b.stamp_ns; };
-  poses.erase(std::unique(poses.begin(), poses.end(), is_same), poses.end());
+void add_all(BagPoses& found, const mcap::Bag& bag, const std::string& topic, std::string_view type) {
+  const auto cursor{bag.messages({.topics = {topic}})};
+  while (const mcap::Message* const message{cursor->next()}) add_poses(found.poses, found.tally, type, message->data);
+}
+
+/// Sorts by stamp. A pose that is there twice is kept once; of different poses with one stamp the first is kept.
+void put_in_order(BagPoses& found) {
+  std::ranges::stable_sort(found.poses, {}, &io::StampedPose::stamp_ns);
+  std::vector<io::StampedPose> kept;
+  for (const io::StampedPose& pose : found.poses) {
+    if (kept.empty() || kept.back().stamp_ns != pose.stamp_ns) {
+      kept.push_back(pose);
+    } else if (kept.back().world_from_vehicle != pose.world_from_vehicle) {
+      ++found.tally.contradicting;
+    }
+  }
+  found.poses = std::move(kept);
 }
 
 }  // namespace
 
-void add_poses(std::vector<io::StampedPose>& poses, const Odometry& message) {
-  add(poses, message.header, on_the_ground(message.pose.pose.position, message.pose.pose.orientation));
+std::string PoseTally::text() const {
+  if (dropped() == 0) return {};
+  std::vector<std::string> reasons;
+  const auto give = [&](std::size_t count, const std::string& reason) {
+    if (count > 0) reasons.push_back(fmt::format("{} {}", count, reason));
+  };
+  give(undecodable, "cannot be decoded");
+  give(not_finite, "not finite (NaN or infinity)");
+  give(not_unit, fmt::format("with a quaternion of length {:.4g} (allowed 0.99 to 1.01)", first_length));
+  give(too_far, "with a position above 100 million m");
+  give(contradicting, "with the stamp of another pose");
+  return fmt::format("{} of {} poses are dropped: {}", dropped(), poses, fmt::join(reasons, ", "));
 }
 
-void add_poses(std::vector<io::StampedPose>& poses, const TFMessage& message) {
-  for (const auto& one : message.transforms) {
-    if (!is_frame(one.header.frame_id, "odom") || !is_frame(one.child_frame_id, "base_link")) continue;
-    add(poses, one.header, on_the_ground(one.transform.translation, one.transform.rotation));
-  }
+void add_poses(std::vector<io::StampedPose>& poses, PoseTally& tally, std::string_view type,
+               std::span<const std::byte> cdr) {
+  return type == TFMessage::type_name ? decode_and_add<TFMessage>(poses, tally, cdr)
+                                      : decode_and_add<Odometry>(poses, tally, cdr);
 }
 
 BagPoses poses_of(const mcap::Bag& bag) {
@@ -81,13 +134,13 @@ BagPoses poses_of(const mcap::Bag& bag) {
   if (!topics.empty()) {
     found.source = fmt::format("{} (nav_msgs/Odometry)", io::printable(topics.front()));
     for (std::size_t i{1}; i < topics.size(); ++i) found.others += " " + io::printable(topics[i]);
-    for_each<Odometry>(bag, topics.front(), [&](const Odometry& one) { add_poses(found.poses, one); });
+    add_all(found, bag, topics.front(), Odometry::type_name);
   } else if (const mcap::Topic* const tf{find_topic(bag.topics(), "/tf")};
              tf != nullptr && tf->type == TFMessage::type_name) {
     found.source = "/tf (odom → base_link)";
-    for_each<TFMessage>(bag, "/tf", [&](const TFMessage& message) { add_poses(found.poses, message); });
+    add_all(found, bag, "/tf", TFMessage::type_name);
   }
-  put_in_order(found.poses);
+  put_in_order(found);
   return found;
 }
 

@@ -2,27 +2,46 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <set>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "stereogrid/io/poses.hpp"
 #include "stereogrid/mcap/bag.hpp"
-#include "stereogrid/messages/nav_msgs.hpp"
-#include "stereogrid/messages/tf2_msgs.hpp"
 
 namespace stereogrid::app {
 
-/// Where the vehicle is, as a bag says it: in the order of the stamps, which differ.
-struct BagPoses {
-  std::vector<io::StampedPose> poses;  ///< fewer than two: none
-  std::string source;                  ///< the topic, and what of it
-  std::string others;                  ///< topics that could have been taken, too; empty: none
+/// Number of poses that messages had, and of those that were dropped, by reason.
+struct PoseTally {
+  std::size_t poses{0};              ///< with those dropped; a message that cannot be decoded counts as one
+  std::size_t undecodable{0};        ///< messages that are cut short or of another type
+  std::size_t not_finite{0};         ///< NaN or infinity in the position or the orientation
+  std::size_t not_unit{0};           ///< quaternions of another length than 1
+  double first_length{0};            ///< of the first of these
+  std::size_t too_far{0};            ///< positions beyond io::largest_position_m
+  std::size_t contradicting{0};      ///< another pose has the same stamp
+  std::set<std::string> transforms;  ///< of /tf, between other frames: five at most
+
+  [[nodiscard]] std::size_t dropped() const { return undecodable + not_finite + not_unit + too_far + contradicting; }
+  /// "2 of 3 poses are dropped (…)", with the reasons; empty: none.
+  [[nodiscard]] std::string text() const;
 };
 
-/// Adds what a message says of the vehicle, on the ground: nothing where its numbers are not finite, or where no
-/// transform is that of odom → base_link.
-void add_poses(std::vector<io::StampedPose>& poses, const messages::nav_msgs::Odometry& message);
-void add_poses(std::vector<io::StampedPose>& poses, const messages::tf2_msgs::TFMessage& message);
+/// Adds the poses of the vehicle on the ground that a message has: of nav_msgs/Odometry, or of the transform
+/// odom → base_link in a tf2_msgs/TFMessage. `type`: type_name of one of them. Dropped poses are counted.
+void add_poses(std::vector<io::StampedPose>& poses, PoseTally& tally, std::string_view type,
+               std::span<const std::byte> cdr);
+
+/// Poses of the vehicle in a bag, by stamp; all stamps differ.
+struct BagPoses {
+  std::vector<io::StampedPose> poses;  ///< fewer than two: none
+  std::string source;                  ///< topic and type; empty: the bag has no such topic
+  std::string others;                  ///< topics that could have been taken, too; empty: none
+  PoseTally tally;
+};
 
 /// Of the first nav_msgs/Odometry by name, else of the transform odom → base_link on /tf.
 [[nodiscard]] BagPoses poses_of(const mcap::Bag& bag);

@@ -3,6 +3,7 @@
 #include "bags/recording.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -48,6 +49,11 @@ std::vector<ShotPair> pairs_of(const std::string& name, const ImageTopics& topic
                                const Shots& right, double tolerance_ms) {
   std::vector<ShotPair> pairs{pair_up(left.shots, right.shots, std::llround(tolerance_ms * 1e6))};
   if (!pairs.empty()) return pairs;
+  for (const auto& [topic, shots] : {std::pair{&topics.left, &left}, {&topics.right, &right}}) {
+    if (!shots->shots.empty()) continue;
+    throw InputError{name, fmt::format("all {} messages on {} are damaged.", shots->damaged, io::printable(*topic)),
+                     "Record them again."};
+  }
   throw InputError{
       name,
       fmt::format("none of the {} images on {} and {} on {} are of the same instant, to {:g} ms.", left.shots.size(),
@@ -55,13 +61,29 @@ std::vector<ShotPair> pairs_of(const std::string& name, const ImageTopics& topic
       "Are the cameras triggered together? --pair-tolerance-ms MS allows for more."};
 }
 
+/// Poses of the bag, unless most of them were dropped: what is left of such a topic has gaps.
 void take_poses(io::ForeignRecording& found, const mcap::Bag& bag, const std::string& wanted) {
   if (!wanted.empty() && wanted != "file") return;
   BagPoses poses{poses_of(bag)};
-  if (poses.poses.size() < 2) return;
-  found.poses = std::move(poses.poses);
-  found.poses_source = poses.source;
-  if (!poses.others.empty()) found.notes.push_back(fmt::format("poses: not taken:{}", poses.others));
+  if (poses.source.empty()) return;
+  const PoseTally& tally{poses.tally};
+  const std::string dropped{tally.text()};
+  found.poses_source = poses.source + (dropped.empty() ? "" : ", " + dropped);
+  const bool are_used{poses.poses.size() >= 2 && tally.dropped() <= tally.poses / 2};
+  if (!dropped.empty()) {
+    found.warnings.push_back(fmt::format(
+        "{}: {}. {} Correct what publishes them, or give --poses odometry.", poses.source, dropped,
+        are_used ? "The others are used, interpolated over short gaps." : "No pose of this topic is used."));
+  }
+  if (are_used) {
+    found.poses = std::move(poses.poses);
+    if (!poses.others.empty()) found.notes.push_back(fmt::format("poses: not taken:{}", poses.others));
+  } else if (tally.poses == 0) {
+    found.poses_source +=
+        fmt::format(" is not there{}{}", tally.transforms.empty() ? "" : ", only ", fmt::join(tally.transforms, ", "));
+  } else if (dropped.empty()) {
+    found.poses_source += ": too few poses, two stamps are needed";
+  }
 }
 
 }  // namespace

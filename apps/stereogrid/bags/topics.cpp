@@ -81,9 +81,6 @@ ImageTopics found(const std::string& bag, const std::vector<Topic>& topics) {
     cameras.insert(parent_of(base_of(topic)));
   }
   const std::string list{list_of(topics)};
-  if (list.empty()) {
-    throw InputError{bag, "holds no images (sensor_msgs/Image or CompressedImage).", "Record those of both cameras."};
-  }
   if (candidates.empty()) {
     throw InputError{bag, fmt::format("no two topics of images are called left and right. There are: {}.", list),
                      say_which};
@@ -105,6 +102,9 @@ void need_images(const std::string& bag, const std::vector<Topic>& topics, const
 }  // namespace
 
 ImageTopics choose_image_topics(const std::string& bag, const std::vector<Topic>& topics, const ImageTopics& asked) {
+  if (std::ranges::none_of(topics, holds_images)) {
+    throw InputError{bag, "holds no images (sensor_msgs/Image or CompressedImage).", "Record those of both cameras."};
+  }
   if (asked.left.empty() && asked.right.empty()) return found(bag, topics);
   if (asked.left.empty()) {
     throw InputError{bag, "the right camera's topic alone was given.", say_which};

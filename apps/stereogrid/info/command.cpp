@@ -43,14 +43,22 @@ std::string text_or(const std::filesystem::path& path, const char* otherwise) {
   return path.empty() ? otherwise : io::printable_path(path);
 }
 
-void print_camera(const Rig& rig) {
+void print_camera(const Rig& rig, bool has_mounting) {
   constexpr double degrees{57.29577951308232};
   print_row("size", fmt::format("{} × {} px", rig.width_px, rig.height_px));
   print_row("camera", fmt::format("focal length {:.6g} px, centre ({:.6g}, {:.6g}) px, baseline {:.4g} m", rig.focal_px,
                                   rig.centre_u_px, rig.centre_v_px, rig.baseline_m));
-  print_row("mounting",
-            fmt::format("{:.3g} m above the road, looks down by {:.2f}°, rolled by {:.2f}°", rig.camera_height_m,
-                        rig.camera_pitch_rad * degrees, rig.camera_roll_rad * degrees));
+  print_row("mounting", fmt::format("{:.3g} m above the road, looks down by {:.2f}°, rolled by {:.2f}°{}",
+                                    rig.camera_height_m, rig.camera_pitch_rad * degrees, rig.camera_roll_rad * degrees,
+                                    has_mounting ? "" : " (assumed: not in the calibration)"));
+}
+
+std::string poses_text(const io::RecordingContents& contents) {
+  const std::string& source{contents.poses_source};
+  if (!contents.poses_file.empty()) return source.empty() ? io::printable_path(contents.poses_file) : source;
+  return fmt::format(
+      "none: {}{}", contents.wants_odometry ? "visual odometry from the images" : "the vehicle is taken to stand still",
+      source.empty() ? "" : fmt::format(" ({})", source));
 }
 
 void print_recording(const io::Recording& recording) {
@@ -58,14 +66,14 @@ void print_recording(const io::Recording& recording) {
   print_row("stereo", recording.gives_disparities() ? fmt::format("left images with given disparities ({})",
                                                                   io::printable_path(contents.disparities))
                                                     : "left and right images");
-  print_row("calibration",
-            fmt::format("{} ({}){}", text_or(contents.calibration_file, "none"), contents.calibration.kind,
-                        contents.calibration.raw ? ", raw images: rectified on loading" : ""));
+  const std::string& kind{contents.calibration.kind};
+  print_row("calibration", (contents.calibration_file.empty()
+                                ? kind
+                                : fmt::format("{} ({})", io::printable_path(contents.calibration_file), kind)) +
+                               (contents.calibration.raw ? ", raw images: rectified on loading" : ""));
   for (const std::string& note : contents.calibration.notes) print_row("", note);
   if (!contents.mask_file.empty()) print_row("mask", io::printable_path(contents.mask_file));
-  print_row("poses",
-            text_or(contents.poses_file, contents.wants_odometry ? "none: visual odometry from the images"
-                                                                 : "none: the vehicle is taken to stand still"));
+  print_row("poses", poses_text(contents));
   print_row("lidar", recording.has_scans() ? "yes" : "no");
   print_row("truth", text_or(contents.truth_folder, "no"));
   if (contents.sample_bits > 8) print_row("samples", fmt::format("{} bits in 16", contents.sample_bits));
@@ -170,7 +178,7 @@ int show(const Options& options) {
   print_row("frames", frames == 0
                           ? "none"
                           : fmt::format("{}, {} to {}", frames, input.source->name(0), input.source->name(frames - 1)));
-  print_camera(rig);
+  print_camera(rig, input.recording == nullptr || input.recording->contents().calibration.has_mounting);
   if (input.recording != nullptr) print_recording(*input.recording);
   print_stamps(input);
   print_plan(config, rig);

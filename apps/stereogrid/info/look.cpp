@@ -160,10 +160,13 @@ class Looking {
                       rig.camera_height_m, rig.camera_pitch_rad * degrees, io::mount_line(mounted)));
     } else if (no_road_.frames > 0 && config_.ground.estimate) {
       say(
-          fmt::format("road not found {}: the mounting in the calibration may be wrong: {:.3g} m above the road and a "
-                      "pitch of {:.1f}° (down) are assumed. Measure them, and give mount.camera_height_m and "
-                      "mount.camera_pitch_rad.",
-                      in_frames(no_road_, look_.tried), rig.camera_height_m, rig.camera_pitch_rad * degrees));
+          fmt::format("road not found {}: {}: {:.3g} m above the road and a pitch of {:.1f}° (down) are assumed. "
+                      "Measure them, and give mount.camera_height_m and mount.camera_pitch_rad.",
+                      in_frames(no_road_, look_.tried),
+                      input_.recording != nullptr && !input_.recording->contents().calibration.has_mounting
+                          ? "the calibration has no mounting"
+                          : "the mounting in the calibration may be wrong",
+                      rig.camera_height_m, rig.camera_pitch_rad * degrees));
     }
     if (found_.empty()) return;
     const auto median_of = [&](double Ground::*what) {

@@ -34,6 +34,7 @@ constexpr std::string_view scheme{"ros2:"};
 constexpr auto look_every{50ms};
 constexpr auto settled_after{500ms};  // image_raw may be found before image_rect
 constexpr auto tell_after{2s};
+constexpr std::size_t info_depth{10};  // of both cameras, where they share a topic
 
 /// Tells what is waited for, where that has not changed for a while.
 class Waiting {
@@ -113,36 +114,53 @@ Found wait_for_images(const dds::Node& node, const InputOptions& options) {
   }
 }
 
-/// The first CameraInfo of both cameras; the node keeps it as long as itself.
+/// The first CameraInfo of each camera, by topic; the node keeps it as long as itself.
 struct Infos {
   std::mutex mutex;
-  std::array<std::optional<CameraInfo>, 2> messages;
+  std::array<std::vector<CameraInfo>, 2> messages;
 };
+
+/// Both cameras' where they have come; the right one's topic may be that of the left one.
+std::optional<std::array<CameraInfo, 2>> both_of(Infos& infos, bool are_on_one_topic) {
+  const std::scoped_lock lock{infos.mutex};
+  const auto& [first, second]{infos.messages};
+  if (are_on_one_topic && first.size() == 2) return std::array{first[0], first[1]};
+  if (!are_on_one_topic && !first.empty() && !second.empty()) return std::array{first[0], second[0]};
+  return std::nullopt;
+}
+
+std::string missing_infos(Infos& infos, const std::array<std::string, 2>& topics) {
+  const std::scoped_lock lock{infos.mutex};
+  if (topics[0] == topics[1] && !infos.messages[0].empty()) {
+    return fmt::format("{} has the CameraInfo of {}, but has to have that of two cameras.", io::printable(topics[0]),
+                       infos.messages[0].size() == 1 ? "one camera" : "more than two cameras");
+  }
+  std::string missing;
+  for (std::size_t i{0}; i < (topics[0] == topics[1] ? 1 : 2); ++i) {
+    if (infos.messages.at(i).empty()) missing += (missing.empty() ? "" : " and on ") + io::printable(topics.at(i));
+  }
+  return fmt::format("there is no CameraInfo on {}.", missing);
+}
 
 std::array<CameraInfo, 2> wait_for_infos(dds::Node& node, const std::string& name,
                                          const std::array<std::string, 2>& topics) {
   const auto infos{std::make_shared<Infos>()};
-  for (std::size_t i{0}; i < 2; ++i) {
-    node.subscribe(topics[i], std::string{CameraInfo::type_name}, 1, [infos, i](std::span<const std::byte> cdr) {
-      const std::scoped_lock lock{infos->mutex};
-      if (infos->messages[i]) return;
-      CameraInfo info;
-      messages::decode(cdr, info);
-      infos->messages[i] = std::move(info);
-    });
+  const bool are_on_one_topic{topics[0] == topics[1]};
+  for (std::size_t i{0}; i < (are_on_one_topic ? 1 : 2); ++i) {
+    node.subscribe(topics[i], std::string{CameraInfo::type_name}, info_depth,
+                   [infos, i](std::span<const std::byte> cdr) {
+                     CameraInfo info;
+                     messages::decode(cdr, info);
+                     const std::scoped_lock lock{infos->mutex};
+                     add_camera(infos->messages.at(i), info);
+                   });
   }
   Waiting waiting;
+  if (are_on_one_topic) std::this_thread::sleep_for(settled_after);  // a third camera may be there
   for (;;) {
-    std::string missing;
-    {
-      const std::scoped_lock lock{infos->mutex};
-      if (infos->messages[0] && infos->messages[1]) return {*infos->messages[0], *infos->messages[1]};
-      for (std::size_t i{0}; i < 2; ++i) {
-        if (!infos->messages[i]) missing += (missing.empty() ? "" : " and on ") + io::printable(topics[i]);
-      }
-    }
-    waiting.tell(fmt::format(
-        "{}: for a CameraInfo on {}. A calibration.yaml can be given instead (--calibration FILE).", name, missing));
+    if (auto both{both_of(*infos, are_on_one_topic)}) return *std::move(both);
+    waiting.tell(fmt::format("{}: {} A calibration.yaml can be given instead (--calibration FILE).", name,
+                             missing_infos(*infos, topics)));
   }
 }
 

@@ -20,7 +20,9 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
+#include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
+#include "stereogrid/messages/tf2_msgs.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -66,7 +68,10 @@ struct Images {
 
 struct Ros2Source::State {
   explicit State(const Ros2Setup& given)
-      : setup{given}, poses{given.poses == "tf" ? "/tf (odom → base_link)" : given.poses}, pair{new_pair()} {}
+      : setup{given},
+        poses_name{given.poses == "tf" ? "/tf (odom → base_link)" : io::printable(given.poses)},
+        poses{poses_name},
+        pair{new_pair()} {}
 
   [[nodiscard]] std::shared_ptr<CameraPair> new_pair() const {
     return std::make_shared<CameraPair>(setup.calibration, setup.pairing);
@@ -75,6 +80,8 @@ struct Ros2Source::State {
   [[nodiscard]] std::shared_ptr<CameraPair> pair_of(Side side, std::int64_t stamp_ns);
   void take_clock(std::span<const std::byte> cdr);
   void begin_anew(const char* why);
+  void take_pose(std::string_view type, std::span<const std::byte> cdr);
+  void tell_dropped_poses();
   void place(capture::LiveFrame& live);
 
   [[nodiscard]] std::shared_ptr<CameraPair> current() const {
@@ -89,6 +96,7 @@ struct Ros2Source::State {
   const Ros2Setup setup;
   // stamps are Unix time, or a simulation's; the same offset always, so that frames get them back as they were
   const std::int64_t clock_ns{nanoseconds(std::chrono::system_clock::now()) - nanoseconds(Clock::now())};
+  const std::string poses_name;
   PoseBuffer poses;
   // of next()
   std::shared_ptr<CameraPair> last_pair;
@@ -101,6 +109,8 @@ struct Ros2Source::State {
   std::map<std::string, std::int64_t> earlier;  // dropped before a step back
   std::int64_t without_pose{0};
   std::string pose_fault;
+  PoseTally tally;
+  std::size_t told_dropped{0};  // of the tally
 };
 
 std::shared_ptr<CameraPair> Ros2Source::State::pair_of(Side side, std::int64_t stamp_ns) {
@@ -140,6 +150,23 @@ void Ros2Source::State::take_image(Images& images, std::span<const std::byte> cd
   }
 }
 
+void Ros2Source::State::take_pose(std::string_view type, std::span<const std::byte> cdr) {
+  std::vector<io::StampedPose> found;
+  {
+    const std::scoped_lock lock{mutex};
+    add_poses(found, tally, type, cdr);
+    if (tally.dropped() > 0 && tally.dropped() >= 10 * told_dropped) tell_dropped_poses();
+  }
+  poses.add(found);
+}
+
+/// The mutex is locked.
+void Ros2Source::State::tell_dropped_poses() {
+  if (told_dropped == tally.dropped()) return;
+  told_dropped = tally.dropped();
+  spdlog::warn("{}: {}. Correct what publishes them.", poses_name, tally.text());
+}
+
 void Ros2Source::State::place(capture::LiveFrame& live) {
   if (setup.poses.empty()) return;
   try {
@@ -147,7 +174,7 @@ void Ros2Source::State::place(capture::LiveFrame& live) {
   } catch (const InputError& error) {
     const std::scoped_lock lock{mutex};
     ++without_pose;
-    pose_fault = error.what();
+    pose_fault = error.what() + (tally.dropped() > 0 ? fmt::format(" Of {}, {}.", poses_name, tally.text()) : "");
     throw;
   }
   const std::scoped_lock lock{mutex};
@@ -161,23 +188,17 @@ Ros2Source::Ros2Source(std::shared_ptr<dds::Node> node, const Ros2Setup& setup)
                      [state = state_](std::span<const std::byte> cdr) { state->take_clock(cdr); });
   }
   if (setup.poses == "tf") {
-    subscribe_poses<messages::tf2_msgs::TFMessage>("/tf");
+    subscribe_poses(messages::tf2_msgs::TFMessage::type_name, "/tf");
   } else if (!setup.poses.empty()) {
-    subscribe_poses<messages::nav_msgs::Odometry>(setup.poses);
+    subscribe_poses(messages::nav_msgs::Odometry::type_name, setup.poses);
   }
   subscribe_images(capture::Side::left, setup.images.left, setup.is_left_compressed);
   subscribe_images(capture::Side::right, setup.images.right, setup.is_right_compressed);
 }
 
-template <class M>
-void Ros2Source::subscribe_poses(const std::string& topic) {
-  node_->subscribe(topic, std::string{M::type_name}, pose_depth, [state = state_](std::span<const std::byte> cdr) {
-    M message;
-    messages::decode(cdr, message);
-    std::vector<io::StampedPose> poses;
-    add_poses(poses, message);
-    state->poses.add(poses);
-  });
+void Ros2Source::subscribe_poses(std::string_view type, const std::string& topic) {
+  node_->subscribe(topic, std::string{type}, pose_depth,
+                   [state = state_, type](std::span<const std::byte> cdr) { state->take_pose(type, cdr); });
 }
 
 void Ros2Source::subscribe_images(capture::Side side, const std::string& topic, bool is_compressed) {
@@ -188,7 +209,10 @@ void Ros2Source::subscribe_images(capture::Side side, const std::string& topic, 
                        std::span<const std::byte> cdr) mutable { state->take_image(images, cdr); });
 }
 
-Ros2Source::~Ros2Source() = default;
+Ros2Source::~Ros2Source() {
+  const std::scoped_lock lock{state_->mutex};
+  state_->tell_dropped_poses();
+}
 
 const Rig& Ros2Source::rig() const {
   return state_->setup.calibration.rig;

@@ -24,7 +24,8 @@ struct Ros2Setup {
 };
 
 /// Images of two cameras as topics of ROS 2, paired by their stamps, which the frames keep. Frames have poses, where
-/// they are wanted; one without is left out and counted. Where the stamps step back, what comes is another stream's.
+/// they are wanted; one without is left out and counted, as are poses that are dropped. Where the stamps step back,
+/// what comes is another stream's.
 class Ros2Source final : public capture::LiveSource {
  public:
   Ros2Source(std::shared_ptr<dds::Node> node, const Ros2Setup& setup);
@@ -39,8 +40,7 @@ class Ros2Source final : public capture::LiveSource {
  private:
   struct State;
 
-  template <class M>
-  void subscribe_poses(const std::string& topic);
+  void subscribe_poses(std::string_view type, const std::string& topic);
   void subscribe_images(capture::Side side, const std::string& topic, bool is_compressed);
 
   std::shared_ptr<dds::Node> node_;

@@ -53,8 +53,7 @@ Transform transform_of(const std::string& file, const cv::Matx44d& matrix) {
     throw InputError{file, "puts the lidar " + text_of(away_m) + " m away from the camera.",
                      "Correct it: its transform is in metres."};
   }
-  const cv::Matx33d turn{matrix.get_minor<3, 3>(0, 0)};
-  if (!(cv::norm(turn * turn.t() - cv::Matx33d::eye(), cv::NORM_INF) < 0.01)) {
+  if (!is_rotation(matrix.get_minor<3, 3>(0, 0))) {
     throw InputError{file, "has a transform of the lidar that is no rotation.", use_right_file};
   }
   Transform transform{};

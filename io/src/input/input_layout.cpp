@@ -10,6 +10,7 @@
 #include "files/unavailable.hpp"
 #include "input/kitti_text.hpp"
 #include "input/natural_order.hpp"
+#include "input/video_files.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/text.hpp"
@@ -103,9 +104,11 @@ std::vector<fs::path> entries_of(const fs::path& folder) {
 
 [[noreturn]] void not_recognised(const fs::path& root) {
   std::string inside;
-  for (const fs::path& entry : entries_of(root)) {
+  const std::vector<fs::path> entries{entries_of(root)};
+  for (const fs::path& entry : entries) {
     if (inside.empty() && fs::is_directory(entry) && recognise_folder(entry)) inside = printable_path(entry);
   }
+  if (inside.empty()) refuse_videos(entries);
   throw InputError{
       printable_path(root), "holds no stereo recording that is known.",
       inside.empty() ? what_input_may_be : "There are recordings inside; name one, such as " + inside + "."};
@@ -247,7 +250,7 @@ std::string name_of(InputKind kind) {
 
 InputLayout recognise(const std::vector<fs::path>& paths, const std::optional<fs::path>& disparities) {
   if (disparities && !fs::is_directory(*disparities)) {
-    throw InputError{disparities->string(), "there is no such folder.",
+    throw InputError{printable_path(*disparities), "there is no such folder.",
                      "--disparities is a folder with a disparity image for each left image."};
   }
   if (paths.empty() || paths.size() > 2) throw InputError{"INPUT", "is missing.", what_input_may_be};
@@ -256,10 +259,12 @@ InputLayout recognise(const std::vector<fs::path>& paths, const std::optional<fs
       throw InputError{printable_path(path), "there is no such file or folder.", what_input_may_be};
   }
   if (paths.size() == 2) {
-    return {InputKind::image_pair, paths[0].parent_path(),          paths[0], paths[1], {}, {},
-            KittiPair::grey,       disparities.value_or(fs::path{})};
+    refuse_videos(paths);
+    return {InputKind::image_pair,           paths[0], paths[0], paths[1], {}, {}, KittiPair::grey,
+            disparities.value_or(fs::path{})};
   }
   if (!fs::is_directory(paths[0])) {
+    refuse_videos(paths);
     throw InputError{printable_path(paths[0]), "is one file; a pair needs two images.", what_input_may_be};
   }
   static_cast<void>(entries_of(paths[0]));  // complains where the folder cannot be read
@@ -294,8 +299,8 @@ std::vector<RecordedFrame> find_frames(const InputLayout& layout) {
     throw InputError{
         printable_path(layout.root),
         fmt::format("no left image has a {} one of the same name.", layout.disparities.empty() ? "right" : "disparity"),
-        fmt::format("The images of a frame have the same name in {} and {}.",
-                    printable_path(sides.left.folder.filename()), printable_path(sides.second().folder.filename()))};
+        fmt::format("The images of a frame have the same name in {} and {}.", printable_path(layout.left.filename()),
+                    printable_path(sides.second().folder.filename()))};
   }
   return frames;
 }

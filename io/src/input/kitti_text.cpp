@@ -41,6 +41,10 @@ std::vector<std::string_view> lines_of(std::string_view text) {
   return lines;
 }
 
+bool is_rotation(const cv::Matx33d& matrix) {
+  return cv::norm(matrix * matrix.t() - cv::Matx33d::eye(), cv::NORM_INF) < 0.01 && cv::determinant(matrix) > 0;
+}
+
 KittiText::KittiText(const std::filesystem::path& path) : file_{printable_path(path)} {
   const std::string text{read_text(path, largest_bytes::calibration)};
   for (const std::string_view line : lines_of(text)) {

@@ -18,6 +18,9 @@ namespace stereogrid::io {
 /// Lines without their ends (\n or \r\n); a last line without an end counts.
 [[nodiscard]] std::vector<std::string_view> lines_of(std::string_view text);
 
+/// True: orthonormal to 1 %, and no reflection.
+[[nodiscard]] bool is_rotation(const cv::Matx33d& matrix);
+
 /// KITTI's calibration files: lines "KEY: numbers". Lines whose value is no list of numbers (dates) are left out.
 class KittiText {
  public:

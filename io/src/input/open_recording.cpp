@@ -76,8 +76,10 @@ void find_calibration(RecordingContents& contents, const InputLayout& layout, co
     contents.calibration_file = find_calibration_in(layout.root);
   }
   if (contents.calibration_file.empty()) {
-    throw InputError{contents.root.empty() ? printable_path(layout.left) : printable_path(contents.root),
-                     "there is no calibration.", "Put a calibration.yaml there, or name a file with --calibration."};
+    throw InputError{printable_path(contents.root), "there is no calibration.",
+                     layout.kind == InputKind::image_pair
+                         ? "Name a file with --calibration."
+                         : "Put a calibration.yaml there, or name a file with --calibration."};
   }
   contents.calibration = read_calibration(contents.calibration_file, size.width_px, size.height_px, layout.pair);
   note_calibration(contents, contents.calibration_file);
@@ -155,7 +157,7 @@ void warn_of_rate(RecordingContents& contents, const fs::path& file) {
   contents.warnings.push_back(fmt::format(
       "{}: frames come at {:.3g} Hz, as hardly any camera's do. Stamps are seconds in times.txt, nanoseconds "
       "in poses.csv.",
-      file.string(), 1 / *middle));
+      printable_path(file), 1 / *middle));
 }
 
 /// False: the images have no stamps, some are assumed.
@@ -214,6 +216,7 @@ RecordingContents look_at(const InputArguments& arguments, ForeignRecording& fou
   contents.kind = std::move(found.kind);
   contents.root = found.root;
   contents.sample_bits = found.sample_bits;
+  contents.poses_source = std::move(found.poses_source);
   contents.notes = std::move(found.notes);
   contents.warnings = std::move(found.warnings);
   for (const std::int64_t stamp_ns : found.stamps_ns) {
@@ -236,7 +239,7 @@ RecordingContents look_at(const InputArguments& arguments, ForeignRecording& fou
   warn_of_rate(contents, found.root);
   const bool are_own{found.poses.size() > 1 && (arguments.poses.empty() || arguments.poses == "file")};
   if (are_own) {
-    take_own_poses(contents, found.root, found.poses_source, found.poses);
+    take_own_poses(contents, found.root, found.poses);
   } else {
     find_poses_of(contents, layout, arguments.poses, true);
   }

@@ -37,6 +37,12 @@ Record read_record(const fs::path& path) {
   if (std::abs(n[0]) > 89) throw InputError{printable_path(path), fmt::format("has latitude {}.", n[0]), mend};
   if (std::abs(n[1]) > 360) throw InputError{printable_path(path), fmt::format("has longitude {}.", n[1]), mend};
   if (std::abs(n[2]) > 1e5) throw InputError{printable_path(path), fmt::format("has altitude {} m.", n[2]), mend};
+  constexpr double largest_rad{2 * std::numbers::pi + 0.01};
+  for (std::size_t i{3}; i < 6; ++i) {
+    if (std::abs(n[i]) <= largest_rad) continue;
+    throw InputError{printable_path(path), fmt::format("has an angle of {} rad (allowed −2π to 2π).", n[i]),
+                     std::string{"Roll, pitch and yaw are in radians. "} + mend};
+  }
   return {n[0], n[1], n[2], n[3], n[4], n[5]};
 }
 
@@ -85,8 +91,14 @@ std::optional<cv::Matx44d> imu_from_camera(const fs::path& folder) {
   }
   const auto r{KittiText{camera}.get("R_rect_00", 9)};
   const cv::Matx44d rectified{r[0], r[1], r[2], 0, r[3], r[4], r[5], 0, r[6], r[7], r[8], 0, 0, 0, 0, 1};
-  return inverse_of(rectified * KittiText{velodyne}.rotation_and_translation() *
-                    KittiText{imu}.rotation_and_translation());
+  const cv::Matx44d camera_from_imu{rectified * KittiText{velodyne}.rotation_and_translation() *
+                                    KittiText{imu}.rotation_and_translation()};
+  if (!is_rotation(camera_from_imu.get_minor<3, 3>(0, 0))) {
+    throw InputError{fmt::format("{}, {}, {}", printable_path(imu), printable_path(velodyne), printable_path(camera)),
+                     "R or R_rect_00 is no rotation matrix.",
+                     "Use the calibration files of this recording, or run with --poses none."};
+  }
+  return inverse_of(camera_from_imu);
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <opencv2/core/matx.hpp>
 #include <set>
 
 #include "input/kitti_text.hpp"
@@ -27,18 +26,12 @@ const char* const leave_out{"Correct it, name another file with --poses, or run 
 }
 
 void check_finite(const fs::path& path, std::size_t line, const std::vector<double>& numbers) {
-  constexpr double farthest{1e8};  // metres: more than twice around the earth
   if (!std::ranges::all_of(numbers, [](double number) { return std::isfinite(number); })) {
     fail(path, line, "has a number that is not finite (NaN or infinity).");
   }
-  if (!std::ranges::all_of(numbers, [](double number) { return std::abs(number) <= farthest; })) {
+  if (!std::ranges::all_of(numbers, [](double number) { return std::abs(number) <= largest_position_m; })) {
     fail(path, line, "has a number above 100 million; poses are in metres and radians.");
   }
-}
-
-bool is_rotation(const std::vector<double>& m) {
-  const cv::Matx33d r{m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]};
-  return cv::norm(r * r.t() - cv::Matx33d::eye(), cv::NORM_INF) < 0.01 && cv::determinant(r) > 0;
 }
 
 std::vector<std::string_view> split(std::string_view line) {
@@ -88,6 +81,14 @@ Pose2 on_the_ground(std::span<const double, 12> m) {
   return {m[11], -m[3], std::atan2(-m[2], m[10])};
 }
 
+std::optional<std::array<double, 4>> unit_quaternion(const std::array<double, 4>& quaternion) {
+  constexpr double tolerance{0.01};
+  const auto& [x, y, z, w]{quaternion};
+  const double length{std::sqrt(x * x + y * y + z * z + w * w)};
+  if (!(std::abs(length - 1) <= tolerance)) return std::nullopt;  // NaN, too
+  return std::array{x / length, y / length, z / length, w / length};
+}
+
 std::vector<Pose2> read_kitti_poses(const fs::path& path, std::size_t expected) {
   const std::string text{read_text(path, largest_bytes::lines)};
   std::vector<Pose2> poses;
@@ -99,7 +100,9 @@ std::vector<Pose2> read_kitti_poses(const fs::path& path, std::size_t expected) 
     if (!parse_numbers(line, numbers)) fail(path, line_number, "holds something that is no number.");
     if (numbers.size() != 12) fail(path, line_number, fmt::format("has {} numbers, not 12.", numbers.size()));
     check_finite(path, line_number, numbers);
-    if (!is_rotation(numbers)) fail(path, line_number, "has a matrix that is no rotation.");
+    const std::vector<double>& m{numbers};
+    if (!is_rotation({m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]}))
+      fail(path, line_number, "has a matrix that is no rotation.");
     poses.push_back(on_the_ground(std::span<const double, 12>{numbers}));
   }
   if (poses.size() != expected) {

@@ -55,7 +55,12 @@ StereoFrame Recording::load_unrectified(std::size_t index) const {
     ImagePair pair{images_->load(index)};
     frame.left = std::move(pair.left);
     frame.right = std::move(pair.right);
-    need_equal_size(frame.left, source.left, frame.right, source.right);
+    if (frame.left.width() != frame.right.width() || frame.left.height() != frame.right.height()) {
+      throw InputError{printable_path(source.left),
+                       fmt::format("the left image of frame {} has {} px, but the right one has {}.", source.name,
+                                   size_of(frame.left), size_of(frame.right)),
+                       "The two images of a frame have the same size."};
+    }
   } else {
     need(source.left, source.left_exists, "left");
     read_listed([&] {

@@ -61,8 +61,10 @@ Size look_at_images(RecordingContents& contents) {
   std::vector<SizedImage> images{some_left_images(contents.frames, few, first_problem)};
   if (images.empty() || !are_alike(images)) images = some_left_images(contents.frames, many, first_problem);
   if (images.empty()) images = some_left_images(contents.frames, contents.frames.size(), first_problem);
-  if (images.empty())
+  if (images.empty() && contents.frames.size() == 1) throw InputError{first_problem};
+  if (images.empty()) {
     throw InputError{printable_path(contents.root), "none of the left images can be read.", first_problem};
+  }
   const Size size{most_frequent(images)};
   for (const SizedImage& image : images) {
     if (image.size == size) continue;

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
+#include <limits>
 #include <map>
 
 #include "stereogrid/error.hpp"
@@ -31,6 +33,39 @@ void take_poses(RecordingContents& contents, const std::vector<Pose2>& poses) {
   for (std::size_t i{0}; i < poses.size(); ++i) contents.frames[i].world_from_vehicle = poses[i];
 }
 
+/// The longest time between two poses that is interpolated; the poses' usual interval is their median.
+std::int64_t longest_bridged_ns(const std::vector<StampedPose>& poses) {
+  constexpr std::int64_t least_ns{1'000'000'000};
+  std::vector<std::int64_t> intervals;
+  for (std::size_t i{1}; i < poses.size(); ++i) intervals.push_back(poses[i].stamp_ns - poses[i - 1].stamp_ns);
+  const auto middle{intervals.begin() + static_cast<std::ptrdiff_t>((intervals.size() - 1) / 2)};
+  std::ranges::nth_element(intervals, middle);
+  return std::max(least_ns, 3 * std::min(*middle, std::numeric_limits<std::int64_t>::max() / 3));
+}
+
+/// Gives each image its pose between two of `poses`; images in long gaps get none, and are counted in a warning.
+void take_interpolated(RecordingContents& contents, const fs::path& source, const std::vector<StampedPose>& poses) {
+  take_poses(contents, interpolate_poses(source, poses, stamps_of(contents)));
+  const std::int64_t longest_ns{longest_bridged_ns(poses)};
+  std::size_t count{0};
+  std::int64_t longest_gap_ns{0};
+  for (RecordedFrame& frame : contents.frames) {
+    const auto after{std::ranges::lower_bound(poses, frame.stamp_ns, {}, &StampedPose::stamp_ns)};
+    if (after == poses.begin() || after == poses.end() || after->stamp_ns == frame.stamp_ns) continue;
+    const std::int64_t gap_ns{after->stamp_ns - std::prev(after)->stamp_ns};
+    if (gap_ns <= longest_ns) continue;
+    frame.world_from_vehicle.reset();
+    ++count;
+    longest_gap_ns = std::max(longest_gap_ns, gap_ns);
+  }
+  if (count == 0) return;
+  contents.warnings.push_back(fmt::format(
+      "{}: {} of {} images have no pose: they lie in gaps of up to {:.3g} s between the poses (interpolated "
+      "up to {:.3g} s). The last motion is continued there; give --poses odometry instead.",
+      printable_path(source), count, contents.frames.size(), static_cast<double>(longest_gap_ns) * 1e-9,
+      static_cast<double>(longest_ns) * 1e-9));
+}
+
 void take_stamped_poses(RecordingContents& contents, const fs::path& file, const std::vector<NamedPose>& rows,
                         bool stamps_known) {
   if (!stamps_known) {
@@ -39,7 +74,7 @@ void take_stamped_poses(RecordingContents& contents, const fs::path& file, const
   }
   std::vector<StampedPose> poses;
   for (const NamedPose& row : rows) poses.push_back({row.stamp_ns, row.world_from_vehicle});
-  take_poses(contents, interpolate_poses(file, poses, stamps_of(contents)));
+  take_interpolated(contents, file, poses);
   contents.notes.push_back(fmt::format("poses: {}, interpolated to the times of the images", printable_path(file)));
 }
 
@@ -75,9 +110,10 @@ void take_oxts(RecordingContents& contents, const fs::path& folder, const fs::pa
     for (std::size_t i{0}; i < times.names.size(); ++i) {
       stamped.push_back({times.stamps_ns[i], poses.world_from_vehicle[i]});
     }
-    poses.world_from_vehicle = interpolate_poses(folder, stamped, stamps_of(contents));
+    take_interpolated(contents, folder, stamped);
+  } else {
+    take_poses(contents, poses.world_from_vehicle);
   }
-  take_poses(contents, poses.world_from_vehicle);
   contents.notes.push_back(fmt::format("poses: {} (GPS/IMU{}{})", printable_path(folder),
                                        timed ? ", interpolated to the times of the images" : "",
                                        poses.of_camera ? ", moved to the left camera"
@@ -105,15 +141,18 @@ fs::path choose_poses(RecordingContents& contents, const InputLayout& layout, co
 }
 
 void do_without_poses(RecordingContents& contents, const std::string& wanted) {
+  const std::string& why{contents.poses_source};
   if (wanted == "file") {
-    throw InputError{printable_path(contents.root.empty() ? contents.frames.front().left : contents.root),
-                     "there are no poses.",
-                     "Put a pose file there (docs/input.md), name one with --poses FILE, or take --poses odometry."};
+    throw InputError{printable_path(contents.root),
+                     why.empty() ? "there are no poses." : fmt::format("there are no poses to be used: {}.", why),
+                     "Name a pose file with --poses FILE (docs/input.md), or take --poses odometry."};
   }
   contents.wants_odometry = wanted == "odometry" || (wanted.empty() && contents.frames.size() > 1);
-  contents.notes.emplace_back(!contents.wants_odometry ? "poses: none, the camera is taken to stand still"
-                              : wanted.empty()         ? "poses: none, visual odometry from the images"
-                                                       : "poses: visual odometry from the images");
+  contents.notes.push_back(fmt::format("poses: {}{}",
+                                       !contents.wants_odometry ? "none, the camera is taken to stand still"
+                                       : wanted.empty()         ? "none, visual odometry from the images"
+                                                                : "visual odometry from the images",
+                                       why.empty() ? "" : fmt::format(" ({})", why)));
 }
 
 }  // namespace
@@ -140,11 +179,10 @@ void find_poses_of(RecordingContents& contents, const InputLayout& layout, const
   contents.notes.push_back("poses: " + printable_path(file));
 }
 
-void take_own_poses(RecordingContents& contents, const fs::path& file, const std::string& source,
-                    const std::vector<StampedPose>& poses) {
+void take_own_poses(RecordingContents& contents, const fs::path& file, const std::vector<StampedPose>& poses) {
   contents.poses_file = file;
-  take_poses(contents, interpolate_poses(file, poses, stamps_of(contents)));
-  contents.notes.push_back(fmt::format("poses: {}, interpolated to the times of the images", source));
+  take_interpolated(contents, file.string() + ", " + contents.poses_source, poses);
+  contents.notes.push_back(fmt::format("poses: {}, interpolated to the times of the images", contents.poses_source));
 }
 
 }  // namespace stereogrid::io

@@ -19,8 +19,8 @@ bool are_named(const std::vector<NamedPose>& rows);
 void find_poses_of(RecordingContents& contents, const InputLayout& layout, const std::string& wanted,
                    bool stamps_known);
 
-/// The same with poses that came with the images. `source`: what is told of them; `file`: where they are.
-void take_own_poses(RecordingContents& contents, const std::filesystem::path& file, const std::string& source,
+/// The same with poses that came with the images, of contents.poses_source. `file`: where they are.
+void take_own_poses(RecordingContents& contents, const std::filesystem::path& file,
                     const std::vector<StampedPose>& poses);
 
 }  // namespace stereogrid::io

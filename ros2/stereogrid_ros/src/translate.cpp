@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/poses.hpp"
 
 namespace stereogrid_ros {
 namespace {
@@ -29,9 +30,18 @@ constexpr std::array<Encoding, 8> encodings{{{"mono8", PixelFormat::grey8},
                                              {"bgra8", PixelFormat::bgra8},
                                              {"rgba8", PixelFormat::rgba8}}};
 
-/// 3 × 4, row-major.
+/// 3 × 4, row-major. Throws InputError: the rotation is not of length 1.
 std::array<double, 12> matrix_of(const geometry_msgs::msg::Transform& transform) {
-  const auto& [x, y, z, w]{transform.rotation};
+  const auto& q{transform.rotation};
+  const auto unit{stereogrid::io::unit_quaternion({q.x, q.y, q.z, q.w})};
+  if (!unit) {
+    throw InputError{"TF",
+                     "a rotation is a quaternion of length " +
+                         std::to_string(std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w)) +
+                         " (allowed 0.99 to 1.01).",
+                     "Correct what publishes the transforms."};
+  }
+  const auto& [x, y, z, w]{*unit};
   const auto& t{transform.translation};
   return {1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),     t.x,
           2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),     t.y,

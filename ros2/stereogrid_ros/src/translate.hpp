@@ -23,11 +23,12 @@ namespace stereogrid_ros {
 /// Throws stereogrid::InputError: a part of the camera's image (binning, region of interest).
 [[nodiscard]] stereogrid::io::RosCamera camera_of(const sensor_msgs::msg::CameraInfo& info, const std::string& name);
 
-/// Where the camera is on the ground, and where it looks.
+/// Position and heading of the camera on the ground. Throws stereogrid::InputError: a quaternion of another length than
+/// 1, by more than 1 %.
 [[nodiscard]] stereogrid::Pose2 pose_of(const geometry_msgs::msg::Transform& world_from_camera);
 
 /// Sets height, pitch and roll of a camera whose optical frame is that. Throws stereogrid::InputError: it is not above
-/// z = 0, or looks straight up or down.
+/// z = 0, or looks straight up or down; a quaternion of another length than 1, by more than 1 %.
 void set_mounting(stereogrid::Rig& rig, const geometry_msgs::msg::Transform& base_from_camera);
 
 }  // namespace stereogrid_ros

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -18,6 +19,9 @@ namespace stereogrid::io {
 /// Of stamps that are read, on both sides of 0 (1970): the difference of any two fits into 64 bits.
 constexpr std::int64_t largest_stamp_ns{4'000'000'000'000'000'000};
 
+/// Largest x and y of a pose that is read: more than twice around the earth.
+constexpr double largest_position_m{1e8};
+
 /// A line of poses.csv.
 struct NamedPose {
   std::string name;  ///< of the frame; empty in files without names
@@ -28,6 +32,10 @@ struct NamedPose {
 /// A camera's pose, world_from_camera 3 × 4 row-major (x right, y down, z forward), on the ground: x forward, y left,
 /// heading of the optical axis.
 [[nodiscard]] STEREOGRID_EXPORT Pose2 on_the_ground(std::span<const double, 12> world_from_camera);
+
+/// The quaternion x, y, z, w with length 1. None: its length is below 0.99 or above 1.01, or not finite.
+[[nodiscard]] STEREOGRID_EXPORT std::optional<std::array<double, 4>> unit_quaternion(
+    const std::array<double, 4>& quaternion);
 
 // Poses are relative to the file's own world, not to the first frame. Readers throw InputError and name the line.
 

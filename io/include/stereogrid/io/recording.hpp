@@ -71,7 +71,7 @@ struct ForeignRecording {
   int sample_bits{8};
   std::optional<Calibration> calibration;  ///< none: InputArguments has one
   std::vector<StampedPose> poses;          ///< stamps grow; fewer than two: none
-  std::string poses_source;                ///< for what is told of them
+  std::string poses_source;                ///< their topic, or why none are used; empty: nothing to say
   std::vector<std::string> notes;
   std::vector<std::string> warnings;
 };
@@ -92,6 +92,7 @@ struct RecordingContents {
   int sample_bits{8};                 ///< of the images; see read_grey
   std::vector<std::string> notes;     ///< what was chosen: calibration, poses, stamps
   std::vector<std::string> warnings;  ///< what is wrong but does not stop the recording
+  std::string poses_source{};         ///< as ForeignRecording::poses_source
 };
 
 /// A recorded drive. Opened by open_recording.

@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "input/video_files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::string_view_literals;
+
+const std::set<std::string> video_extensions{".avi",  ".mp4",  ".m4v",  ".mov",   ".mkv",  ".webm",
+                                             ".mpg",  ".mpeg", ".m2ts", ".wmv",   ".flv",  ".h264",
+                                             ".h265", ".hevc", ".y4m",  ".mjpeg", ".mjpg", ".ogv"};
+
+/// The beginning of a container or stream of video, whatever its name.
+bool starts_like_video(std::string_view bytes) {
+  constexpr std::array beginnings{"\x1a\x45\xdf\xa3"sv,  // Matroska, WebM
+                                  "\x00\x00\x01\xba"sv,
+                                  "\x00\x00\x01\xb3"sv,                  // MPEG program stream, MPEG-1 and -2
+                                  "\x00\x00\x00\x01"sv,                  // H.264, H.265
+                                  "\x30\x26\xb2\x75\x8e\x66\xcf\x11"sv,  // ASF, WMV
+                                  "FLV\x01"sv,
+                                  "YUV4MPEG2"sv,
+                                  "OggS"sv};
+  if (std::ranges::any_of(beginnings, [&](std::string_view start) { return bytes.starts_with(start); })) return true;
+  if (bytes.starts_with("RIFF") && bytes.substr(8).starts_with("AVI ")) return true;
+  constexpr std::size_t packet{188};  // of an MPEG transport stream
+  if (bytes.size() > packet && bytes[0] == 'G' && bytes[packet] == 'G') return true;
+  if (bytes.size() < 12 || bytes.substr(4, 4) != "ftyp") return false;
+  const std::string_view brand{bytes.substr(8, 4)};
+  return brand != "avif" && brand != "heic" && brand != "mif1";
+}
+
+bool is_video(const fs::path& file) {
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return false;
+  std::string extension{file.extension().string()};
+  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (video_extensions.contains(extension)) return true;
+  std::array<char, 200> bytes{};
+  std::ifstream stream{file, std::ios::binary};
+  stream.read(bytes.data(), bytes.size());
+  return starts_like_video({bytes.data(), static_cast<std::size_t>(stream.gcount())});
+}
+
+/// For a shell.
+std::string quoted(const fs::path& file) {
+  std::string text{"'"};
+  for (const char letter : printable_path(file)) text += letter == '\'' ? "'\\''" : std::string{letter};
+  return text + "'";
+}
+
+}  // namespace
+
+void refuse_videos(std::span<const fs::path> files) {
+  std::vector<fs::path> videos;
+  std::ranges::copy_if(files, std::back_inserter(videos), is_video);
+  if (videos.empty()) return;
+  const std::string first{quoted(videos.front())};
+  const char* const into_folder{"then give the folder drive with --calibration FILE."};
+  const char* const folders{"mkdir -p drive/left drive/right"};
+  if (videos.size() == 1) {
+    throw InputError{
+        printable_path(videos.front()), "is a video, which is not read (allowed: images).",
+        fmt::format("Extract its frames; where left and right image are side by side: {0} && ffmpeg -i {1} -vf "
+                    "crop=iw/2:ih:0:0 drive/left/%06d.png && ffmpeg -i {1} -vf crop=iw/2:ih:iw/2:0 "
+                    "drive/right/%06d.png; {2}",
+                    folders, first, into_folder)};
+  }
+  const std::string others{videos.size() > 2 ? fmt::format(" and {} more", videos.size() - 2) : ""};
+  throw InputError{
+      fmt::format("{}, {}{}", printable_path(videos[0]), printable_path(videos[1]), others),
+      "are videos, which are not read (allowed: images).",
+      fmt::format(
+          "Extract their frames: {} && ffmpeg -i {} drive/left/%06d.png && ffmpeg -i {} drive/right/%06d.png; {}",
+          folders, first, quoted(videos[1]), into_folder)};
+}
+
+}  // namespace stereogrid::io

@@ -1,0 +1,13 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <span>
+
+namespace stereogrid::io {
+
+/// Throws InputError where there are videos among the files: names them, and the commands that extract their frames.
+void refuse_videos(std::span<const std::filesystem::path> files);
+
+}  // namespace stereogrid::io

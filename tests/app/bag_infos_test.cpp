@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// CameraInfo of bags: on a topic for each camera, on one of both, or not there.
+#include "bag_drive.hpp"
+
+namespace stereogrid::app::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class BagInfos : public Bags {
+ protected:
+  static std::vector<Entry> images() {
+    return entries({.left = "/stereo/image_left", .right = "/stereo/image_right", .has_infos = false});
+  }
+  static void add(std::vector<Entry>& all, const std::string& topic, CameraInfo message, const char* frame) {
+    message.header.frame_id = frame;
+    all.push_back(entry(topic, start_ns + static_cast<std::int64_t>(all.size()), message));
+  }
+};
+
+TEST_F(BagInfos, OfBothCamerasMayBeOnOneTopic) {
+  for (const bool is_right_first : {false, true}) {
+    for (const char* const frame : {"left", "right"}) {  // one frame_id for both, too
+      std::vector<Entry> all{images()};
+      for (const bool is_right : {is_right_first, !is_right_first, is_right_first}) {
+        add(all, "/stereo/camera_info", info(is_right), is_right ? frame : "left");
+      }
+      write_mcap(bag(), all);
+      const Outcome outcome{run_bag(bag())};
+      ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+      EXPECT_THAT(outcome.errors, HasSubstr("CameraInfo of both cameras on /stereo/camera_info"));
+      expect_equal_runs(plain(), out());
+    }
+  }
+}
+
+TEST_F(BagInfos, OfOneCameraAreNotTakenForBoth) {
+  std::vector<Entry> all{images()};
+  add(all, "/stereo/camera_info", info(false), "left");
+  expect_complaint(all, "/stereo/camera_info: has the CameraInfo of one camera, but /stereo/image_left and");
+  all = entries({.has_infos = false});
+  add(all, "/left/camera_info", info(false), "left");
+  expect_complaint(all, "are images of two; /right/camera_info is missing");
+  EXPECT_THAT(run_tool({"info", bag().string()}).errors, Not(HasSubstr("the baseline is zero")));
+}
+
+TEST_F(BagInfos, OfThreeCamerasAreRefused) {
+  std::vector<Entry> all{images()};
+  add(all, "/stereo/camera_info", info(false), "left");
+  add(all, "/stereo/camera_info", info(true), "right");
+  add(all, "/stereo/camera_info", info(true), "rear");
+  expect_complaint(all, "/stereo/camera_info: has the CameraInfo of more than two cameras");
+}
+
+TEST_F(BagInfos, ElsewhereAreNamed) {
+  std::vector<Entry> all{images()};
+  add(all, "/calibration/first", info(false), "left");
+  add(all, "/calibration/second", info(true), "right");
+  expect_complaint(all,
+                   "/stereo/camera_info: there is no CameraInfo for /stereo/image_left. CameraInfo is on "
+                   "/calibration/first, /calibration/second.");
+}
+
+TEST_F(BagInfos, ThatCannotBeDecodedAreSkipped) {
+  std::vector<Entry> all{entries({})};
+  for (Entry& one : all) {
+    if (one.topic == "/left/camera_info" && one.log_ns == start_ns) one.data.resize(20);
+  }
+  write_mcap(bag(), all);
+  EXPECT_EQ(run_bag(bag()).exit_code, 0);
+  for (Entry& one : all) {
+    if (one.topic == "/left/camera_info") one.data.resize(20);
+  }
+  expect_complaint(all, "/left/camera_info: no message can be decoded.");
+}
+
+TEST_F(BagInfos, AreWhatTheCalibrationIs) {
+  write_mcap(bag(), entries({}));
+  EXPECT_THAT(run_tool({"info", bag().string()}).output,
+              AllOf(HasSubstr("calibration  CameraInfo of /left/camera_info and /right/camera_info"),
+                    Not(HasSubstr("none (CameraInfo"))));
+}
+
+TEST_F(BagInfos, WithoutImagesOfACameraSayThat) {
+  std::vector<Entry> all{entries({})};
+  for (Entry& one : all) {
+    if (one.topic == "/left/image_rect") one.data.resize(6);
+  }
+  expect_complaint(all, "all 4 messages on /left/image_rect are damaged");
+  std::erase_if(all, [](const Entry& one) { return one.type != CameraInfo::type_name; });
+  expect_complaint(all, "holds no images", {"--left-topic", "/left/image_rect"});
+}
+
+}  // namespace
+}  // namespace stereogrid::app::testing
