@@ -156,6 +156,15 @@ void log_input(const Input& input) {
   for (const std::string& warning : input.recording->contents().warnings) spdlog::warn("{}", warning);
 }
 
+void log_calibration(const io::Calibration& calibration) {
+  for (const std::string& note : calibration.notes) spdlog::info("{}", note);
+  if (!calibration.has_mounting) {
+    spdlog::info("mounting: not in the calibration; camera height 1.65 m and pitch 0 assumed");
+  }
+  for (const std::string& oddity : oddities(calibration.rig)) spdlog::warn("{}", oddity);
+  for (const std::string& warning : calibration.warnings) spdlog::warn("{}", warning);
+}
+
 double rate_hz(const Input& input) {
   if (input.scene != nullptr) return input.scene->options().rate_hz;
   const std::vector<io::RecordedFrame>& frames{input.recording->contents().frames};

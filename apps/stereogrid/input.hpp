@@ -13,8 +13,9 @@
 #include "stereogrid/io/run_folder/description.hpp"
 
 namespace stereogrid::io {
+struct Calibration;
 class Recording;
-}
+}  // namespace stereogrid::io
 namespace stereogrid::scenes {
 class Scene;
 }
@@ -57,6 +58,9 @@ struct Input {
 
 /// Tells the log what was chosen and what is odd.
 void log_input(const Input& input);
+
+/// The same of a calibration that no recording brings.
+void log_calibration(const io::Calibration& calibration);
 
 /// Frames per second, from the stamps.
 [[nodiscard]] double rate_hz(const Input& input);

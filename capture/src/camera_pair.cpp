@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <mutex>
 #include <utility>
 
@@ -22,13 +23,16 @@ void check_size(const PixelView& image, int width_px, const Rig& rig) {
       "camera",
       fmt::format("its images have {}×{} px, but the calibration is for {}×{}{}.", image.width_px, image.height_px,
                   rig.width_px, rig.height_px, width_px == rig.width_px ? "" : ", two of them side by side"),
-      "Set the camera to the size at which it was calibrated, or calibrate it at this one."};
+      "Set the camera to the calibrated size, or write a calibration.yaml that names the calibration ('from: FILE') "
+      "and the size of these images ('image: {width_px: …, height_px: …}'): it is scaled then."};
 }
 
-Image<std::uint8_t> grey_of(const PixelView& view) {
-  Image<std::uint8_t> grey;
-  assign(grey, view);
-  return grey;
+/// A scale that is given stays, as that of 8-bit samples does.
+io::ScaledImage scaled(PixelView view) {
+  io::ScaledImage image;
+  if (view.format == PixelFormat::grey16 && view.bits == 0) view.bits = image.bits = io::sample_bits(view);
+  assign(image.grey, view);
+  return image;
 }
 
 }  // namespace
@@ -49,6 +53,8 @@ struct CameraPair::State {
   void put(CapturedPair pair) {
     pair.stream = stream;
     fault.clear();
+    usual_bits = std::max({usual_bits, pair.images.left_bits, pair.images.right_bits});
+    io::share_scale(pair.images, usual_bits);
     latest.put(std::move(pair));
   }
 
@@ -64,6 +70,7 @@ struct CameraPair::State {
   Pairing pairing;
   std::string fault;
   int stream{0};
+  int usual_bits{8};
   std::int64_t unusable{0};
   std::int64_t not_newer{0};
 };
@@ -75,15 +82,22 @@ CameraPair::~CameraPair() = default;
 
 void CameraPair::add(Side side, const PixelView& image, Clock::time_point captured) {
   check_size(image, state_->rig.width_px, state_->rig);
-  Image<std::uint8_t> grey{grey_of(image)};
+  add(side, scaled(image), captured);
+}
+
+void CameraPair::add(Side side, io::ScaledImage image, Clock::time_point captured) {
+  check_size({nullptr, image.grey.width(), image.grey.height()}, state_->rig.width_px, state_->rig);
   const std::scoped_lock lock{state_->mutex};
-  if (auto pair{state_->pairing.add(side, std::move(grey), captured, Clock::now())}) state_->put(std::move(*pair));
+  if (auto pair{state_->pairing.add(side, std::move(image), captured, Clock::now())}) state_->put(std::move(*pair));
 }
 
 void CameraPair::add(const PixelView& left, const PixelView& right, Clock::time_point captured) {
   check_size(left, state_->rig.width_px, state_->rig);
   check_size(right, state_->rig.width_px, state_->rig);
-  CapturedPair pair{grey_of(left), grey_of(right), captured};
+  io::ScaledImage scaled_left{scaled(left)};
+  io::ScaledImage scaled_right{scaled(right)};
+  CapturedPair pair{{std::move(scaled_left.grey), std::move(scaled_right.grey), scaled_left.bits, scaled_right.bits},
+                    captured};
   const std::scoped_lock lock{state_->mutex};
   state_->pairing.note_pair(Clock::now());
   state_->put(std::move(pair));
@@ -139,8 +153,9 @@ std::optional<LiveFrame> CameraPair::next(std::chrono::milliseconds patience) {
   live.frame.index = state.given++;
   live.frame.name = fmt::format("{:06}", live.frame.index);
   live.frame.stamp_ns = state.unix_time.ns(pair->captured);
-  live.frame.left = state.rectifier ? state.rectifier->left(pair->left) : std::move(pair->left);
-  live.frame.right = state.rectifier ? state.rectifier->right(pair->right) : std::move(pair->right);
+  io::ImagePair& images{pair->images};
+  live.frame.left = state.rectifier ? state.rectifier->left(images.left) : std::move(images.left);
+  live.frame.right = state.rectifier ? state.rectifier->right(images.right) : std::move(images.right);
   return live;
 }
 

@@ -39,7 +39,7 @@ void Pairing::forget(Camera& camera, std::size_t images) {
   camera.waiting.erase(camera.waiting.begin(), camera.waiting.begin() + static_cast<std::ptrdiff_t>(images));
 }
 
-std::optional<CapturedPair> Pairing::add(Side side, Image<std::uint8_t> image, Clock::time_point captured,
+std::optional<CapturedPair> Pairing::add(Side side, io::ScaledImage image, Clock::time_point captured,
                                          Clock::time_point now) {
   Camera& own{of(side)};
   Camera& other{of(side == Side::left ? Side::right : Side::left)};
@@ -56,8 +56,11 @@ std::optional<CapturedPair> Pairing::add(Side side, Image<std::uint8_t> image, C
   other.waiting.pop_front();
   forget(own, own.waiting.size());
   last_pair_ = now;
-  if (side == Side::left) return CapturedPair{std::move(image), std::move(found.image), captured};
-  return CapturedPair{std::move(found.image), std::move(image), found.captured};
+  if (side == Side::right) {
+    std::swap(image, found.image);
+    captured = found.captured;
+  }
+  return CapturedPair{{std::move(image.grey), std::move(found.image.grey), image.bits, found.image.bits}, captured};
 }
 
 void Pairing::note_pair(Clock::time_point now) {

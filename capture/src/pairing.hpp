@@ -10,13 +10,12 @@
 #include <string>
 
 #include "stereogrid/capture/camera_pair.hpp"
-#include "stereogrid/image.hpp"
+#include "stereogrid/io/recording.hpp"
 
 namespace stereogrid::capture {
 
 struct CapturedPair {
-  Image<std::uint8_t> left;
-  Image<std::uint8_t> right;
+  io::ImagePair images;
   Clock::time_point captured;  ///< of the left image
   int stream{0};
 };
@@ -28,8 +27,7 @@ class Pairing {
   Pairing(const PairingOptions& options, Clock::time_point now);
 
   /// The pair that the image completes.
-  std::optional<CapturedPair> add(Side side, Image<std::uint8_t> image, Clock::time_point captured,
-                                  Clock::time_point now);
+  std::optional<CapturedPair> add(Side side, io::ScaledImage image, Clock::time_point captured, Clock::time_point now);
   /// A pair has come by itself.
   void note_pair(Clock::time_point now);
 
@@ -41,7 +39,7 @@ class Pairing {
 
  private:
   struct Waiting {
-    Image<std::uint8_t> image;
+    io::ScaledImage image;
     Clock::time_point captured;
   };
   struct Camera {

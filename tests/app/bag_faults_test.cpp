@@ -22,8 +22,9 @@ TEST_F(Bags, WhatIsWrongWithTheCalibrationIsNamed) {
   expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[3] = 0; }), "the baseline is zero");
   expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[3] = 32; }), "a negative baseline");
   expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[3] = std::nan(""); }), "numbers that are none");
-  expect_complaint(with([](CameraInfo& left, CameraInfo&) { left.width = 320; }),
-                   "is for 320×100 px, but the images have 160×100");
+  expect_complaint(with([](CameraInfo& left, CameraInfo& right) { left.width = right.width = 320; }),
+                   "is for images of 320×100 px, but the images have 160×100");
+  expect_complaint(with([](CameraInfo& left, CameraInfo&) { left.width = 0; }), "is for images of 0×100 px");
   expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[2] += 5; }),
                    "another focal length or centre along u in 'P'");
   expect_complaint(

@@ -17,6 +17,21 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
+TEST_F(Bags, ACameraInfoOfALargerImageIsScaled) {
+  write_mcap(bag(), entries({.spoil_infos = [](CameraInfo& left, CameraInfo& right) {
+               for (CameraInfo* info : {&left, &right}) {
+                 info->width *= 2;
+                 info->height *= 2;
+                 for (const std::size_t i : {0, 3, 5}) info->p.at(i) *= 2;
+                 for (const std::size_t i : {2, 6}) info->p.at(i) = 2 * info->p.at(i) + 0.5;
+               }
+             }}));
+  const Outcome outcome{run_bag(bag())};
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  EXPECT_THAT(outcome.errors, HasSubstr("is for images of 320×200 px, but the images have 160×100: scaled by 0.5"));
+  expect_equal_runs(plain(), *folder / "out");
+}
+
 TEST_F(Bags, GiveWhatThePlainFolderGives) {
   for (const char* encoding : {"mono8", "png", "rgb8", "bgr8", "mono16"}) {
     SCOPED_TRACE(encoding);
@@ -32,6 +47,29 @@ TEST_F(Bags, GiveWhatThePlainFolderGives) {
   const Outcome outcome{run_bag(*folder / "rosbag2")};
   ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
   expect_equal_runs(plain(), *folder / "out");
+}
+
+/// Lessens the 16-bit samples of an image to a sixteenth.
+void darken(Entry& image, std::size_t sample_bytes) {
+  for (std::size_t i{image.data.size() - sample_bytes}; i + 1 < image.data.size(); i += 2) {
+    image.data[i] = image.data[i] >> 4 | image.data[i + 1] << 4;
+    image.data[i + 1] >>= 4;
+  }
+}
+
+TEST_F(Bags, ADarkFirstFrameDoesNotSetTheScaleOfSixteenBits) {
+  std::vector<Entry> all{entries({.encoding = "mono16"})};
+  constexpr std::size_t sample_bytes{100 * (2 * 160 + 2)};
+  for (std::size_t i{0}; i < 4; ++i) {
+    if (all[i].data.size() > sample_bytes) darken(all[i], sample_bytes);
+  }
+  write_mcap(bag(), all);
+  EXPECT_THAT(run_well({"info", bag().string()}).output, HasSubstr("12 bits in 16"));
+  ASSERT_EQ(run_bag(bag()).exit_code, 0);
+  const auto lines{lines_of(out())};
+  const auto bright{lines_of(plain())};
+  ASSERT_EQ(lines.size(), bright.size());
+  for (std::size_t i{1}; i < lines.size(); ++i) EXPECT_EQ(lines[i]["density"], bright[i]["density"]);
 }
 
 TEST_F(Bags, FramesAreTakenFromTheMiddleAndARunGoesOn) {

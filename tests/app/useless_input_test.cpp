@@ -178,5 +178,61 @@ TEST(OddSize, OfTheFirstPairDoesNotDecide) {
                                  HasSubstr("3 can be used"), HasSubstr("usable")));
 }
 
+/// Takes the size out of calibration.yaml.
+void forget_size(const fs::path& drive) {
+  const fs::path file{drive / "calibration.yaml"};
+  const std::string text{std::regex_replace(text_of(file), std::regex{"image: [^\n]*\n"}, "")};
+  std::ofstream{file} << text;
+}
+
+Grey halved(const Grey& image) {
+  Grey half{image.width() / 2, image.height() / 2};
+  for (int v{0}; v < half.height(); ++v) {
+    for (int u{0}; u < half.width(); ++u) {
+      half(u, v) = static_cast<std::uint8_t>(
+          (image(2 * u, 2 * v) + image(2 * u + 1, 2 * v) + image(2 * u, 2 * v + 1) + image(2 * u + 1, 2 * v + 1)) / 4);
+    }
+  }
+  return half;
+}
+
+TEST(OddSize, OfTheWholeDriveIsRefusedOrScaled) {
+  const TemporaryFolder folder;
+  const fs::path input{drive(folder, 3)};
+  replace_pairs(input, [](Grey& left, Grey& right) {
+    left = halved(left);
+    right = halved(right);
+  });
+  const std::vector<std::string> run{"run",   input.string(),    "--out", (folder / "run").string(),
+                                     "--set", "grid.length_m=10"};
+  const Outcome scaled{run_well({"info", input.string()})};
+  EXPECT_THAT(scaled.output, AllOf(HasSubstr("320×200"), HasSubstr("scaled by 0.5"), HasSubstr("fine")));
+  EXPECT_THAT(run_well(run).errors, HasSubstr("scaled by 0.5"));
+  EXPECT_EQ(json_of(folder / "run" / "run.json")["rig"]["width_px"], 160);
+  forget_size(input);
+  for (const std::vector<std::string>& words : {{"info", input.string()}, run}) {
+    const Outcome refused{run_tool(words)};
+    EXPECT_EQ(refused.exit_code, 65);
+    EXPECT_THAT(refused.errors, AllOf(HasSubstr("principal point"), HasSubstr("width_px: 320")));
+  }
+}
+
+TEST(OddSize, OfImagesThatWereCroppedIsWarnedOf) {
+  const TemporaryFolder folder;
+  const fs::path input{drive(folder, 2)};
+  replace_pairs(input, [](Grey& left, Grey& right) {
+    for (Grey* image : {&left, &right}) {
+      Grey cropped{image->width() - 80, image->height()};
+      for (int v{0}; v < cropped.height(); ++v) std::copy_n(image->row(v) + 80, cropped.width(), cropped.row(v));
+      *image = cropped;
+    }
+  });
+  forget_size(input);
+  const Outcome info{run_tool({"info", input.string()})};
+  EXPECT_THAT(info.output, AllOf(HasSubstr("cropped"), HasSubstr("67 % of the width"), Not(HasSubstr("fine"))));
+  EXPECT_THAT(run_tool({"run", input.string(), "--out", (folder / "run").string(), "--set", "grid.length_m=10"}).errors,
+              AllOf(HasSubstr("warning"), HasSubstr("cropped")));
+}
+
 }  // namespace
 }  // namespace stereogrid::app::testing

@@ -112,6 +112,29 @@ TEST(CameraPair, SplitsImagesWithoutGaps) {
   EXPECT_EQ(frame->frame.right, plain(60));
 }
 
+/// 16-bit samples, all alike, whose bits are not known.
+struct Deep {
+  explicit Deep(std::uint16_t level) : samples(std::size_t{width_px} * height_px, level) {}
+  [[nodiscard]] PixelView view() const { return {samples.data(), width_px, height_px, 0, PixelFormat::grey16, 0}; }
+  std::vector<std::uint16_t> samples;
+};
+
+TEST(CameraPair, FindsOneScaleForBothImagesOfSixteenBits) {
+  CameraPair pair{small_calibration()};
+  const auto start{Clock::now()};
+  auto levels = [&, i = 0](std::uint16_t left, std::uint16_t right) mutable {
+    const auto captured{start + ++i * 10ms};
+    pair.add(Side::right, Deep{right}.view(), captured);
+    pair.add(Side::left, Deep{left}.view(), captured);
+    const auto frame{pair.next(0ms)};
+    return frame ? std::pair{int{frame->frame.left(0, 0)}, int{frame->frame.right(0, 0)}} : std::pair{-1, -1};
+  };
+  EXPECT_EQ(levels(1000, 1200), (std::pair{125, 150})) << "a dark start";
+  EXPECT_EQ(levels(60000, 40000), (std::pair{234, 156})) << "not saturated";
+  EXPECT_EQ(levels(20000, 20000), (std::pair{78, 78})) << "the scale stays";
+  EXPECT_EQ(levels(1000, 1000), (std::pair{62, 62})) << "but for very dark pairs";
+}
+
 TEST(CameraPair, RectifiesWhatIsRaw) {
   io::Calibration calibration{small_calibration()};
   const io::CameraModel camera{30, 30, 15.5, 7.5, {0.1, 0, 0, 0}};

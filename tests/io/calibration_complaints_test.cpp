@@ -163,7 +163,7 @@ TEST_F(ForeignCalibration, OpenCvPairsThatAreNone) {
   const Files raw{opencv_files(raw_pair({-0.2, 0.05, 0, 0}, {-0.2, 0.05, 0, 0}))};
   put_files(folder_.path(), raw);
   expect_complaint([&] { static_cast<void>(read_calibration(folder_ / "extrinsics.yml", 160, 120)); },
-                   {"principal point at (161, 118)", "outside images of 160×120", "another size"});
+                   {"left camera's principal point (161, 118)", "outside images of 160×120", "scaled by 0.5"});
   expect_complaint([&] { static_cast<void>(read_calibration(folder_ / "extrinsics.yml")); }, {"'image' size"});
 }
 
@@ -199,7 +199,7 @@ TEST_F(ForeignCalibration, OfImagesOfAnotherSize) {
   for (const Files& files : {ros_, kalibr_}) {
     put_files(folder_.path(), files);
     const fs::path file{folder_ / (files.size() == 2 ? "left.yaml" : "camchain.yaml")};
-    expect_complaint([&] { static_cast<void>(read_calibration(file, 642, 478)); }, {"321×239", "642×478"});
+    expect_complaint([&] { static_cast<void>(read_calibration(file, 642, 480)); }, {"321×239", "642×480"});
   }
 }
 
@@ -207,7 +207,7 @@ TEST_F(ForeignCalibration, NamedByAnotherWithoutSense) {
   put_files(folder_.path(), ros_);
   put_files(folder_.path(), opencv_);
   put(folder_ / "own.yaml", "focal_px: 1\n");
-  put(folder_ / "calib.txt", "P0: 60 0 32 0 0 60 16 0 0 0 1 0\nP1: 60 0 32 -30 0 60 16 0 0 0 1 0\n");
+  put(folder_ / "calib.txt", "P0: 60 0 160 0 0 60 120 0 0 0 1 0\nP1: 60 0 160 -30 0 60 120 0 0 0 1 0\n");
   const auto named{[&](const std::string& text, Parts parts) {
     put(folder_ / "c.yaml", text);
     expect_complaint([&] { static_cast<void>(read_calibration(folder_ / "c.yaml", 321, 239)); }, parts);
@@ -222,7 +222,7 @@ TEST_F(ForeignCalibration, NamedByAnotherWithoutSense) {
   named("from: extrinsics.yml\nimages: raw\n", {"leaves no choice", "OpenCV"});
   named("from: calib.txt\nbaseline_m: 0.3\n", {"KITTI", "metres"});
   put(folder_ / "c.yaml", "from: calib.txt\nmount: {camera_height_m: 1.2}\n");
-  EXPECT_EQ(read_calibration(folder_ / "c.yaml", 64, 32).rig.camera_height_m, 1.2);
+  EXPECT_EQ(read_calibration(folder_ / "c.yaml", 321, 239).rig.camera_height_m, 1.2);
 }
 
 }  // namespace

@@ -72,8 +72,8 @@ TEST_F(CalibrationFile, OwnForm) {
 
 TEST_F(CalibrationFile, SizeComesFromTheImagesWhereTheFileHasNone) {
   EXPECT_EQ(read("calib.txt", odometry, 1226, 370).rig.width_px, 1226);
-  EXPECT_EQ(read("c.yaml", "focal_px: 9\ncentre_u_px: 5\ncentre_v_px: 5\nbaseline_m: 1\nmount: {camera_height_m: 1}\n",
-                 64, 48)
+  EXPECT_EQ(read("c.yaml",
+                 "focal_px: 9\ncentre_u_px: 32\ncentre_v_px: 24\nbaseline_m: 1\nmount: {camera_height_m: 1}\n", 64, 48)
                 .rig.height_px,
             48);
 }
@@ -120,9 +120,9 @@ TEST_F(CalibrationFile, ComplainsOfTheBaseline) {
 }
 
 TEST_F(CalibrationFile, MountingMayBeUnknown) {
-  const Calibration unknown{read("c.yaml", "focal_px: 410\ncentre_u_px: 1\ncentre_v_px: 1\nbaseline_m: 1\n", 64, 48)};
+  const Calibration unknown{read("c.yaml", "focal_px: 410\ncentre_u_px: 32\ncentre_v_px: 24\nbaseline_m: 1\n", 64, 48)};
   EXPECT_FALSE(unknown.has_mounting);
-  EXPECT_EQ(unknown.rig, (Rig{64, 48, 410, 1, 1, 1, 1.65, 0, 0}));
+  EXPECT_EQ(unknown.rig, (Rig{64, 48, 410, 32, 24, 1, 1.65, 0, 0}));
   EXPECT_TRUE(read("c.yaml", rectified()).has_mounting);
   EXPECT_FALSE(read("calib.txt", odometry, 1226, 370).has_mounting);
 }

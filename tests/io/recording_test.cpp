@@ -173,11 +173,44 @@ TEST_F(RecordingTest, SixteenBitImagesShareOneScale) {
               Image<std::uint16_t>{small_width_px, small_height_px, static_cast<std::uint16_t>(right)});
   }
   const auto recording{open()};
-  EXPECT_EQ(recording->contents().sample_bits, 12);
-  EXPECT_EQ(recording->load(0).left(0, 0), 250);
-  EXPECT_EQ(recording->load(0).right(0, 0), 125);
-  EXPECT_EQ(recording->load(1).left(0, 0), 31) << "the scale of the first image, not this one's";
-  EXPECT_EQ(recording->load(1).right(0, 0), 255);
+  EXPECT_EQ(recording->contents().sample_bits, 14) << "of the right image of frame 1";
+  EXPECT_EQ(recording->load(0).left(0, 0), 62);
+  EXPECT_EQ(recording->load(0).right(0, 0), 31);
+  EXPECT_EQ(recording->load(1).left(0, 0), 7);
+  EXPECT_EQ(recording->load(1).right(0, 0), 250);
+}
+
+TEST_F(RecordingTest, ADarkFirstImageDoesNotSetTheScaleOfSixteenBits) {
+  put(folder_ / "calibration.yaml", small_yaml);
+  const std::vector<int> levels{1500, 60000, 8000, 60000};
+  for (std::size_t i{0}; i < levels.size(); ++i) {
+    const Image<std::uint16_t> image{small_width_px, small_height_px, static_cast<std::uint16_t>(levels[i])};
+    for (const char* side : {"left", "right"}) {
+      fs::create_directories(folder_ / side);
+      write_png(folder_ / side / (std::to_string(i) + ".png"), image);
+    }
+  }
+  const auto recording{open()};
+  EXPECT_EQ(recording->contents().sample_bits, 16);
+  EXPECT_EQ(recording->load(1).left(0, 0), 234) << "not saturated";
+  EXPECT_EQ(recording->load(0).left(0, 0), 1500 >> 5) << "a dark pair keeps 32 levels at least";
+  EXPECT_EQ(recording->load(2).right(0, 0), 8000 >> 7);
+}
+
+TEST(ShareScale, IsOneForBothImages) {
+  const auto shared = [](int left_bits, int right_bits, int usual_bits) {
+    ImagePair pair{{1, 1, 200}, {1, 1, 200}, left_bits, right_bits};
+    share_scale(pair, usual_bits);
+    EXPECT_TRUE(pair.left_bits == pair.right_bits || left_bits == 8 || right_bits == 8);
+    return std::pair{int{pair.left(0, 0)}, int{pair.right(0, 0)}};
+  };
+  EXPECT_EQ(shared(12, 12, 12), (std::pair{200, 200}));
+  EXPECT_EQ(shared(11, 12, 12), (std::pair{100, 200}));
+  EXPECT_EQ(shared(12, 11, 10), (std::pair{200, 100})) << "brighter than usual: nothing saturates";
+  EXPECT_EQ(shared(11, 11, 12), (std::pair{100, 100}));
+  EXPECT_EQ(shared(10, 10, 16), (std::pair{50, 50})) << "dark";
+  EXPECT_EQ(shared(8, 8, 8), (std::pair{200, 200}));
+  EXPECT_EQ(shared(8, 12, 12), (std::pair{200, 200})) << "8-bit samples stay";
 }
 
 TEST_F(RecordingTest, ColourJpegAndPgm) {

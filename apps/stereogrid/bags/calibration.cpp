@@ -107,19 +107,25 @@ InfoPair infos_of(const mcap::Bag& bag, const std::string& name, const ImageTopi
                    list.empty() ? list : list + "."));
 }
 
-io::RosCamera camera_of(const NamedInfo& info, int width_px, int height_px) {
+io::RosCamera camera_of(const NamedInfo& info) {
   const CameraInfo& message{info.message};
   if (message.k[0] == 0) fail(info, "the camera is not calibrated: K[0] is 0.");
   if (message.binning_x > 1 || message.binning_y > 1 || message.roi.x_offset != 0 || message.roi.y_offset != 0) {
     fail(info, "the images are a part of the camera's (binning, roi), which is not read.");
   }
-  if (message.width != static_cast<std::uint32_t>(width_px) ||
-      message.height != static_cast<std::uint32_t>(height_px)) {
-    fail(info, fmt::format("the CameraInfo is for {}×{} px, but the images have {}×{}.", message.width, message.height,
-                           width_px, height_px));
+  constexpr std::uint32_t largest_side_px{32768};
+  if (message.width == 0 || message.height == 0 || message.width > largest_side_px ||
+      message.height > largest_side_px) {
+    fail(info, fmt::format("the CameraInfo is for images of {}×{} px.", message.width, message.height));
   }
-  io::RosCamera camera{info.name, width_px,  height_px, message.distortion_model,
-                       message.d, message.k, message.r, message.p};
+  io::RosCamera camera{info.name,
+                       static_cast<int>(message.width),
+                       static_cast<int>(message.height),
+                       message.distortion_model,
+                       message.d,
+                       message.k,
+                       message.r,
+                       message.p};
   // simulators leave it out where there is none; without numbers a fisheye lens still is one
   if (camera.d.empty() && camera.distortion_model != "equidistant") {
     camera.distortion_model = "plumb_bob";
@@ -143,8 +149,8 @@ void add_camera(std::vector<CameraInfo>& cameras, const CameraInfo& message) {
 
 io::Calibration calibration_of(const NamedInfo& left, const NamedInfo& right, bool are_rectified, int width_px,
                                int height_px) {
-  io::Calibration calibration{
-      io::ros_calibration(camera_of(left, width_px, height_px), camera_of(right, width_px, height_px), are_rectified)};
+  io::Calibration calibration{io::ros_calibration(camera_of(left), camera_of(right), are_rectified)};
+  io::fit_to_images(calibration, left.name, width_px, height_px);
   calibration.kind = left.topic == right.topic ? fmt::format("CameraInfo of both cameras on {}", left.topic)
                                                : fmt::format("CameraInfo of {} and {}", left.topic, right.topic);
   return calibration;

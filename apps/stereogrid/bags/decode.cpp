@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string_view>
@@ -76,14 +75,7 @@ cv::Mat pixels_of(sensor_msgs::Image& message, int type, const std::string& name
   return {static_cast<int>(message.height), static_cast<int>(message.width), type, message.data.data(), message.step};
 }
 
-int bits_of(const cv::Mat& grey) {
-  if (grey.depth() == CV_8U) return 8;
-  double brightest{0};
-  cv::minMaxLoc(grey, nullptr, &brightest);
-  return std::clamp(static_cast<int>(std::bit_width(static_cast<unsigned>(brightest))), 10, 16);
-}
-
-Image<std::uint8_t> decode_plain(std::span<const std::byte> cdr, const std::string& name, int& bits) {
+io::ScaledImage decode_plain(std::span<const std::byte> cdr, const std::string& name) {
   sensor_msgs::Image message;
   messages::decode(cdr, message);
   const Encoding& encoding{encoding_of(message, name)};
@@ -97,18 +89,15 @@ Image<std::uint8_t> decode_plain(std::span<const std::byte> cdr, const std::stri
       throw InputError{name, "the image is too small for its encoding.", "Record it again."};
     }
   }
-  if (bits == 0) bits = bits_of(grey);
-  Image<std::uint8_t> image;
-  assign(image, view_of(grey, bits));
+  io::ScaledImage image{{}, io::sample_bits(view_of(grey))};
+  assign(image.grey, view_of(grey, image.bits));
   return image;
 }
 
-Image<std::uint8_t> decode_compressed(std::span<const std::byte> cdr, const std::string& name, int& bits) {
+io::ScaledImage decode_compressed(std::span<const std::byte> cdr, const std::string& name) {
   sensor_msgs::CompressedImage message;
   messages::decode(cdr, message);
-  const std::string bytes{message.data.begin(), message.data.end()};
-  if (bits == 0) bits = io::sample_bits(name, bytes);
-  return io::decode_grey(name, bytes, bits);
+  return io::decode_scaled(name, {message.data.begin(), message.data.end()});
 }
 
 }  // namespace
@@ -124,9 +113,8 @@ std::int64_t header_stamp_ns(std::span<const std::byte> cdr) {
   return ns_of(header.stamp);
 }
 
-Image<std::uint8_t> decode_image(std::span<const std::byte> cdr, bool is_compressed, const std::string& name,
-                                 int& bits) {
-  return is_compressed ? decode_compressed(cdr, name, bits) : decode_plain(cdr, name, bits);
+io::ScaledImage decode_image(std::span<const std::byte> cdr, bool is_compressed, const std::string& name) {
+  return is_compressed ? decode_compressed(cdr, name) : decode_plain(cdr, name);
 }
 
 }  // namespace stereogrid::app

@@ -112,12 +112,24 @@ std::vector<std::byte> BagImages::bytes_of(const std::string& topic, const Shot&
 io::ImagePair BagImages::load(std::size_t index) const {
   const ShotPair& pair{pairs_.at(index)};
   const auto image = [&](const std::string& topic, const Shot& shot, bool is_compressed) {
-    int bits{sample_bits_};
     const std::string name{fmt::format("{}, {}, stamp {} ns", name_, io::printable(topic), shot.stamp_ns)};
-    return decode_image(bytes_of(topic, shot), is_compressed, name, bits);
+    return decode_image(bytes_of(topic, shot), is_compressed, name);
   };
-  return {image(topics_.left, pair.first, is_left_compressed_),
-          image(topics_.right, pair.second, is_right_compressed_)};
+  io::ScaledImage left{image(topics_.left, pair.first, is_left_compressed_)};
+  io::ScaledImage right{image(topics_.right, pair.second, is_right_compressed_)};
+  return {std::move(left.grey), std::move(right.grey), left.bits, right.bits};
+}
+
+void BagImages::find_sample_bits() {
+  constexpr std::size_t looked_at{8};
+  const std::size_t steps{std::min(looked_at, pairs_.size())};
+  for (std::size_t i{1}; i < steps; ++i) {
+    try {
+      const io::ImagePair pair{load(i * (pairs_.size() - 1) / (steps - 1))};
+      sample_bits_ = std::max({sample_bits_, pair.left_bits, pair.right_bits});
+    } catch (const InputError&) {  // reported where the frame is loaded
+    }
+  }
 }
 
 io::ImagePair BagImages::begin() {
@@ -125,10 +137,10 @@ io::ImagePair BagImages::begin() {
   std::string first_problem;
   for (std::size_t i{0}; i < std::min(most_tried, pairs_.size()); ++i) {
     try {
-      sample_bits_ = 0;
-      const std::vector<std::byte> left{bytes_of(topics_.left, pairs_[i].first)};
-      static_cast<void>(decode_image(left, is_left_compressed_, name_ + ", " + topics_.left, sample_bits_));
-      return load(i);
+      io::ImagePair pair{load(i)};
+      sample_bits_ = std::max(pair.left_bits, pair.right_bits);
+      if (sample_bits_ > 8) find_sample_bits();
+      return pair;
     } catch (const InputError& error) {
       if (first_problem.empty()) first_problem = error.what();
     }

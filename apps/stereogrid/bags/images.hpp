@@ -42,12 +42,13 @@ class BagImages final : public io::ImageStore {
   BagImages(std::unique_ptr<mcap::Bag> bag, std::string name, ImageTopics topics, std::vector<ShotPair> pairs);
 
   [[nodiscard]] io::ImagePair load(std::size_t index) const override;
-  /// Of the left image of the first pair that can be read, in bits; all images are taken to have as many from then on.
-  /// Throws InputError: there is none.
+  /// The first pair that can be read; finds sample_bits(). Throws InputError: there is none.
   io::ImagePair begin();
+  /// RecordingContents::sample_bits
   [[nodiscard]] int sample_bits() const { return sample_bits_; }
 
  private:
+  void find_sample_bits();
   [[nodiscard]] std::vector<std::byte> bytes_of(const std::string& topic, const Shot& shot) const;
 
   std::unique_ptr<mcap::Bag> bag_;
@@ -56,7 +57,7 @@ class BagImages final : public io::ImageStore {
   bool is_left_compressed_;
   bool is_right_compressed_;
   std::vector<ShotPair> pairs_;
-  int sample_bits_{0};
+  int sample_bits_{8};
   mutable std::mutex mutex_;  // a bag is used by one thread at a time
 };
 

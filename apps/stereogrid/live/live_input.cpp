@@ -39,10 +39,7 @@ io::Calibration calibration_of(const InputOptions& options) {
         "A camera needs --calibration FILE: calibration.yaml, or one of KITTI, ROS, OpenCV or Kalibr (docs/input.md)."};
   }
   io::Calibration calibration{io::read_calibration(options.calibration)};
-  for (const std::string& note : calibration.notes) spdlog::info("{}", note);
-  if (!calibration.has_mounting) {
-    spdlog::info("mounting: not in the calibration; camera height 1.65 m and pitch 0 assumed");
-  }
+  log_calibration(calibration);
   return calibration;
 }
 

@@ -232,10 +232,7 @@ LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2) {
                         .uses_sim_time = ros2.uses_sim_time};
   spdlog::info("{} and {}, {}", io::printable(setup.images.left), io::printable(setup.images.right),
                setup.calibration.kind);
-  for (const std::string& note : setup.calibration.notes) spdlog::info("{}", note);
-  if (!setup.calibration.has_mounting) {
-    spdlog::info("mounting: not in the calibration; camera height 1.65 m and pitch 0 assumed");
-  }
+  log_calibration(setup.calibration);
   LiveInput live;
   live.kind = options.paths.front();
   live.in_world_of_poses = has_poses;

@@ -61,7 +61,6 @@ struct Images {
   Side side;
   std::string name;
   bool is_compressed;
-  int bits{0};  // decode_image()
 };
 
 }  // namespace
@@ -76,7 +75,7 @@ struct Ros2Source::State {
   [[nodiscard]] std::shared_ptr<CameraPair> new_pair() const {
     return std::make_shared<CameraPair>(setup.calibration, setup.pairing);
   }
-  void take_image(Images& images, std::span<const std::byte> cdr);
+  void take_image(const Images& images, std::span<const std::byte> cdr);
   [[nodiscard]] std::shared_ptr<CameraPair> pair_of(Side side, std::int64_t stamp_ns);
   void take_clock(std::span<const std::byte> cdr);
   void begin_anew(const char* why);
@@ -137,13 +136,12 @@ void Ros2Source::State::begin_anew(const char* why) {
   newest_ns.fill(before_all);
 }
 
-void Ros2Source::State::take_image(Images& images, std::span<const std::byte> cdr) {
+void Ros2Source::State::take_image(const Images& images, std::span<const std::byte> cdr) {
   const std::int64_t header_ns{header_stamp_ns(cdr)};
   const std::int64_t stamp_ns{header_ns == 0 ? stamp_of(Clock::now()) : header_ns};  // 0: cameras that do not stamp
   const std::shared_ptr<CameraPair> taker{pair_of(images.side, stamp_ns)};
   try {
-    const Image<std::uint8_t> grey{decode_image(cdr, images.is_compressed, images.name, images.bits)};
-    taker->add(images.side, {grey.data(), grey.width(), grey.height()}, instant_of(stamp_ns));
+    taker->add(images.side, decode_image(cdr, images.is_compressed, images.name), instant_of(stamp_ns));
   } catch (const InputError&) {
     taker->add_unusable();
     throw;  // the node tells it, once
@@ -206,7 +204,7 @@ void Ros2Source::subscribe_images(capture::Side side, const std::string& topic, 
                                             : messages::sensor_msgs::Image::type_name};
   node_->subscribe(topic, std::string{type}, image_depth,
                    [state = state_, images = Images{side, io::printable(topic), is_compressed}](
-                       std::span<const std::byte> cdr) mutable { state->take_image(images, cdr); });
+                       std::span<const std::byte> cdr) { state->take_image(images, cdr); });
 }
 
 Ros2Source::~Ros2Source() {

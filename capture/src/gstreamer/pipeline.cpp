@@ -14,6 +14,7 @@
 namespace stereogrid::capture {
 namespace {
 
+constexpr int bits_of_image{0};  // of GRAY16: CameraPair finds them, sensors have 10, 12 or 16
 constexpr const char* formats{"video/x-raw, format={ GRAY8, GRAY16_LE, BGR, RGB, BGRA, RGBA }"};
 
 struct ErrorFree {
@@ -166,9 +167,12 @@ void GstStream::take(GstSample* sample, Role role) {
     throw InputError{"camera: a buffer of the pipeline is no image. Put 'videoconvert' before the appsink."};
   }
   const std::unique_ptr<GstVideoFrame, void (*)(GstVideoFrame*)> mapped{&frame, gst_video_frame_unmap};
-  const PixelView view{GST_VIDEO_FRAME_PLANE_DATA(&frame, 0), GST_VIDEO_FRAME_WIDTH(&frame),
-                       GST_VIDEO_FRAME_HEIGHT(&frame), GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0),
-                       format_of(GST_VIDEO_FRAME_FORMAT(&frame))};
+  const PixelView view{GST_VIDEO_FRAME_PLANE_DATA(&frame, 0),
+                       GST_VIDEO_FRAME_WIDTH(&frame),
+                       GST_VIDEO_FRAME_HEIGHT(&frame),
+                       GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0),
+                       format_of(GST_VIDEO_FRAME_FORMAT(&frame)),
+                       bits_of_image};
   const Clock::time_point captured{instant_of(sample)};
   if (role == Role::both) {
     pair_.add_side_by_side(view, captured);

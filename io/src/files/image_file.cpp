@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -58,16 +59,9 @@ Image<T> copy_of(const cv::Mat& mat) {
   return image;
 }
 
-int bits_of(const cv::Mat& grey) {
-  if (grey.depth() == CV_8U) return 8;
-  double brightest{0};
-  cv::minMaxLoc(grey, nullptr, &brightest);
-  return std::clamp(static_cast<int>(std::bit_width(static_cast<unsigned>(brightest))), 10, 16);
-}
-
-Image<std::uint8_t> scaled(const cv::Mat& grey, int bits) {
-  Image<std::uint8_t> image;
-  assign(image, view_of(grey, bits == 0 ? bits_of(grey) : bits));
+ScaledImage scaled(const cv::Mat& grey, int bits = 0) {
+  ScaledImage image{{}, bits == 0 ? sample_bits(view_of(grey)) : bits};
+  assign(image.grey, view_of(grey, image.bits));
   return image;
 }
 
@@ -87,19 +81,33 @@ cv::Mat mat_of(const Image<T>& image, int channels) {
 }  // namespace
 
 Image<std::uint8_t> read_grey(const std::filesystem::path& path, int bits) {
-  return scaled(grey_of(decode(path)), bits);
+  return scaled(grey_of(decode(path)), bits).grey;
 }
 
 int sample_bits(const std::filesystem::path& path) {
-  return bits_of(grey_of(decode(path)));
+  return sample_bits(view_of(grey_of(decode(path))));
 }
 
-Image<std::uint8_t> decode_grey(const std::string& name, std::string bytes, int bits) {
-  return scaled(grey_of(decode(name, std::move(bytes))), bits);
+int sample_bits(const PixelView& image) {
+  if (image.format != PixelFormat::grey16 || image.data == nullptr) return 8;
+  const auto* const first{static_cast<const std::byte*>(image.data)};
+  const auto width{static_cast<std::size_t>(image.width_px)};
+  const std::ptrdiff_t stride{image.stride_bytes == 0 ? 2 * std::ptrdiff_t{image.width_px} : image.stride_bytes};
+  std::vector<std::uint16_t> row(width);
+  std::uint16_t brightest{0};
+  for (int v{0}; v < image.height_px && width > 0; ++v) {
+    std::memcpy(row.data(), first + v * stride, 2 * width);  // the memory need not be aligned
+    brightest = std::max(brightest, *std::ranges::max_element(row));
+  }
+  return std::clamp(static_cast<int>(std::bit_width(brightest)), 10, 16);
 }
 
-int sample_bits(const std::string& name, std::string bytes) {
-  return bits_of(grey_of(decode(name, std::move(bytes))));
+ScaledImage read_scaled(const std::filesystem::path& path) {
+  return scaled(grey_of(decode(path)));
+}
+
+ScaledImage decode_scaled(const std::string& name, std::string bytes) {
+  return scaled(grey_of(decode(name, std::move(bytes))));
 }
 
 Image<std::uint16_t> read_u16(const std::filesystem::path& path) {

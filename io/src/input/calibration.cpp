@@ -120,19 +120,6 @@ Calibration read_kitti_calibration(const std::filesystem::path& path, KittiPair 
                    "It is YAML (docs/input.md), a calib.txt with P0 and P1, or a calib_cam_to_cam.txt."};
 }
 
-void take_size(const std::string& file, Rig& rig, const CalibrationRequest& request) {
-  if (request.width_px == 0 || request.height_px == 0) return;
-  const bool given{rig.width_px != 0 || rig.height_px != 0};
-  if (given && (rig.width_px != request.width_px || rig.height_px != request.height_px)) {
-    throw InputError{file,
-                     fmt::format("is for images of {}×{} px, but the images have {}×{}.", rig.width_px, rig.height_px,
-                                 request.width_px, request.height_px),
-                     "Use the calibration of these images (for KITTI raw: of the synced and rectified drive)."};
-  }
-  rig.width_px = request.width_px;
-  rig.height_px = request.height_px;
-}
-
 Calibration read_form(const std::vector<std::filesystem::path>& paths, const CalibrationRequest& request) {
   const std::filesystem::path& path{paths.front()};
   if (path.extension() != ".yaml" && path.extension() != ".yml") return read_kitti_calibration(path, request.pair);
@@ -160,7 +147,7 @@ Calibration read_form(const std::vector<std::filesystem::path>& paths, const Cal
 Calibration read_calibration(const std::filesystem::path& path, int width_px, int height_px, KittiPair pair) {
   const CalibrationRequest request{width_px, height_px, pair};
   Calibration calibration{read_form({path}, request)};
-  take_size(printable_path(path), calibration.rig, request);
+  fit_to_images(calibration, printable_path(path), width_px, height_px);
   std::string all;
   for (const std::string& problem : problems(calibration.rig)) all += (all.empty() ? "" : " ") + problem;
   if (!all.empty()) throw InputError{printable_path(path), all, use_right_file};

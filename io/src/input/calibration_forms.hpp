@@ -19,6 +19,7 @@ struct CalibrationRequest {
   KittiPair pair{KittiPair::grey};
   // of the calibration.yaml that names the file with 'from'
   bool is_named{false};
+  bool has_stated_size{false};  ///< width and height are those that it states
   std::optional<bool> images_are_raw{};
   std::optional<double> baseline_m{};
 };
@@ -39,8 +40,5 @@ struct CalibrationRequest {
 [[nodiscard]] Calibration read_opencv_calibration(const YamlGroup& intrinsics, const YamlGroup& extrinsics,
                                                   const CalibrationRequest& request);
 [[nodiscard]] Calibration read_kalibr_calibration(const YamlGroup& root, const CalibrationRequest& request);
-
-/// Takes the images' size over, or throws InputError where the rig is for images of another size.
-void take_size(const std::string& file, Rig& rig, const CalibrationRequest& request);
 
 }  // namespace stereogrid::io

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include "input/calibration_forms.hpp"
+#include "input/image_size.hpp"
 #include "input/raw_pair.hpp"
 #include "stereogrid/io/text.hpp"
 
@@ -51,9 +52,9 @@ Calibration read_named(const YamlGroup& root, const std::filesystem::path& path,
   Rig stated;
   read_size(root, stated);
   if (stated.width_px != 0) {
-    take_size(root.file(), stated, request);
     request.width_px = stated.width_px;
     request.height_px = stated.height_px;
+    request.has_stated_size = true;
   }
   if (root.has("images")) {
     const std::string images{root.word("images")};
@@ -67,7 +68,7 @@ Calibration read_named(const YamlGroup& root, const std::filesystem::path& path,
   if (files.empty() || files.size() > 2) root.fail("'from' is neither one file nor two.");
   for (std::filesystem::path& file : files) file = path.parent_path() / file;
   Calibration calibration{read_form(files, request)};
-  take_size(printable_path(files.front()), calibration.rig, request);
+  fit_size(calibration, Origin{printable_path(files.front())}, request);
   if (request.images_are_raw && calibration.kind != "ROS camera_info") {
     root.fail("has 'images', but the file that it names leaves no choice: " + calibration.kind + ".", "Leave it out.");
   }

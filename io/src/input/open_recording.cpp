@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <iterator>
 #include <map>
 #include <set>
 
@@ -64,9 +65,9 @@ void note_calibration(RecordingContents& contents, const fs::path& source) {
   if (!contents.calibration.has_mounting) {
     contents.notes.push_back("mounting: not in the calibration; camera height 1.65 m and pitch 0 assumed");
   }
-  for (const std::string& oddity : oddities(contents.calibration.rig)) {
-    contents.warnings.push_back(printable_path(source) + ": " + oddity);
-  }
+  std::vector<std::string> warnings{oddities(contents.calibration.rig)};
+  std::ranges::copy(contents.calibration.warnings, std::back_inserter(warnings));
+  for (const std::string& warning : warnings) contents.warnings.push_back(printable_path(source) + ": " + warning);
 }
 
 void find_calibration(RecordingContents& contents, const InputLayout& layout, const InputArguments& arguments,

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 
+#include "input/image_size.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 #include "vision/rectification.hpp"
@@ -48,15 +49,6 @@ bool is_rectified(const RawPair& raw) {
   const auto& t{raw.right_from_left_translation_m};
   return is_plain(a) && is_plain(b) && are_equal && cv::norm(turn - cv::Matx33d::eye(), cv::NORM_INF) < turn_max &&
          std::hypot(t[1], t[2]) < turn_max * -t[0];
-}
-
-/// A centre outside the image: of a camera before rectification that is a calibration of larger images.
-void check_centre(const CameraModel& camera, const char* side, const Origin& origin, const Rig& size) {
-  const auto is_outside{[](double centre, int pixels) { return !(centre > -0.5 && centre < pixels - 0.5); }};
-  if (!is_outside(camera.centre_u_px, size.width_px) && !is_outside(camera.centre_v_px, size.height_px)) return;
-  origin.fail(fmt::format("puts the {} camera's principal point at ({:.6g}, {:.6g}), outside images of {}×{} px.", side,
-                          camera.centre_u_px, camera.centre_v_px, size.width_px, size.height_px),
-              "It is of images of another size: use images as they were when the cameras were calibrated.");
 }
 
 }  // namespace
@@ -127,7 +119,7 @@ void take_unit(Calibration& calibration, const Origin& origin, const Calibration
 void take_rig_of_raw(Calibration& calibration, const Origin& origin, const CalibrationRequest& request) {
   Rig& rig{calibration.rig};
   const RawPair& raw{*calibration.raw};
-  take_size(origin.file(), rig, request);
+  fit_size(calibration, origin, request);
   if (is_rectified(raw)) {
     rig.focal_px = raw.left.focal_u_px;
     rig.centre_u_px = raw.left.centre_u_px;
@@ -137,8 +129,6 @@ void take_rig_of_raw(Calibration& calibration, const Origin& origin, const Calib
     return;
   }
   if (rig.width_px == 0) origin.fail("has no 'image' size, which a raw pair needs.");
-  check_centre(raw.left, "left", origin, rig);
-  check_centre(raw.right, "right", origin, rig);
   try {
     const Rig rectified{rectify(raw, rig.width_px, rig.height_px).rig};
     rig.focal_px = rectified.focal_px;

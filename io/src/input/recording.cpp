@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "files/unavailable.hpp"
 #include "stereogrid/error.hpp"
@@ -35,7 +36,29 @@ void need_equal_size(const Image<std::uint8_t>& left, const std::filesystem::pat
                    "The two images of a frame have the same size."};
 }
 
+void read_into(const std::filesystem::path& path, Image<std::uint8_t>& image, int& bits) {
+  ScaledImage scaled{read_scaled(path)};
+  image = std::move(scaled.grey);
+  bits = scaled.bits;
+}
+
+/// From the image's own scale to one of at least as many bits.
+void reduce(Image<std::uint8_t>& image, int& bits, int to_bits) {
+  if (bits == 8 || bits == to_bits) return;
+  const int shift{to_bits - bits};
+  for (std::uint8_t& pixel : image) pixel = static_cast<std::uint8_t>(pixel >> shift);
+  bits = to_bits;
+}
+
 }  // namespace
+
+void share_scale(ImagePair& pair, int usual_bits) {
+  constexpr int dark_bits{2};
+  const int own_bits{std::max(pair.left_bits, pair.right_bits)};
+  const int bits{std::max(own_bits, std::min(usual_bits, own_bits + dark_bits))};
+  reduce(pair.left, pair.left_bits, bits);
+  reduce(pair.right, pair.right_bits, bits);
+}
 
 ImageStore::~ImageStore() = default;
 
@@ -51,23 +74,21 @@ StereoFrame Recording::load_unrectified(std::size_t index) const {
   frame.index = static_cast<std::int64_t>(index);
   frame.stamp_ns = source.stamp_ns;
   frame.world_from_vehicle = source.world_from_vehicle;
+  ImagePair pair;
   if (images_) {
-    ImagePair pair{images_->load(index)};
-    frame.left = std::move(pair.left);
-    frame.right = std::move(pair.right);
-    if (frame.left.width() != frame.right.width() || frame.left.height() != frame.right.height()) {
+    pair = images_->load(index);
+    if (pair.left.width() != pair.right.width() || pair.left.height() != pair.right.height()) {
       throw InputError{printable_path(source.left),
                        fmt::format("the left image of frame {} has {} px, but the right one has {}.", source.name,
-                                   size_of(frame.left), size_of(frame.right)),
+                                   size_of(pair.left), size_of(pair.right)),
                        "The two images of a frame have the same size."};
     }
   } else {
-    need(source.left, source.left_exists, "left");
-    read_listed([&] {
-      frame.left = read_grey(source.left, contents_.sample_bits);
-      load_second_image(source, frame);
-    });
+    read_listed([&] { load_files(source, pair, frame); });
   }
+  share_scale(pair, contents_.sample_bits);
+  frame.left = std::move(pair.left);
+  frame.right = std::move(pair.right);
   return frame;
 }
 
@@ -90,15 +111,17 @@ StereoFrame Recording::load(std::size_t index) const {
   return frame;
 }
 
-void Recording::load_second_image(const RecordedFrame& source, StereoFrame& frame) const {
+void Recording::load_files(const RecordedFrame& source, ImagePair& pair, StereoFrame& frame) const {
+  need(source.left, source.left_exists, "left");
+  read_into(source.left, pair.left, pair.left_bits);
   if (gives_disparities()) {
     need(source.disparity, source.right_exists, "disparity");
     frame.disparity = read_disparity(source.disparity);
-    need_equal_size(frame.left, source.left, frame.disparity, source.disparity);
+    need_equal_size(pair.left, source.left, frame.disparity, source.disparity);
   } else {
     need(source.right, source.right_exists, "right");
-    frame.right = read_grey(source.right, contents_.sample_bits);
-    need_equal_size(frame.left, source.left, frame.right, source.right);
+    read_into(source.right, pair.right, pair.right_bits);
+    need_equal_size(pair.left, source.left, pair.right, source.right);
   }
 }
 

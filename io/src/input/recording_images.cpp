@@ -21,19 +21,27 @@ namespace fs = std::filesystem;
 struct SizedImage {
   const RecordedFrame* frame;
   Size size;
+  int bits;
 };
+
+/// The same `count` places from all over any recording; fewer where it is shorter.
+std::vector<std::size_t> spread(std::size_t frames, std::size_t count) {
+  std::vector<std::size_t> places;
+  const std::size_t steps{std::min(count, frames)};
+  for (std::size_t i{0}; i < steps; ++i) places.push_back(steps == 1 ? 0 : i * (frames - 1) / (steps - 1));
+  return places;
+}
 
 /// `count` frames from all over the recording; those that cannot be read are left out.
 std::vector<SizedImage> some_left_images(const std::vector<RecordedFrame>& frames, std::size_t count,
                                          std::string& first_problem) {
   std::vector<SizedImage> images;
-  const std::size_t steps{std::min(count, frames.size())};
-  for (std::size_t i{0}; i < steps; ++i) {
-    const RecordedFrame& frame{frames[steps == 1 ? 0 : i * (frames.size() - 1) / (steps - 1)]};
+  for (const std::size_t place : spread(frames.size(), count)) {
+    const RecordedFrame& frame{frames[place]};
     if (!frame.left_exists) continue;
     try {
-      const auto image{read_listed([&] { return read_grey(frame.left); })};
-      images.push_back({&frame, {image.width(), image.height()}});
+      const ScaledImage image{read_listed([&] { return read_scaled(frame.left); })};
+      images.push_back({&frame, {image.grey.width(), image.grey.height()}, image.bits});
     } catch (const InputError& error) {
       if (first_problem.empty()) first_problem = error.what();
     }
@@ -50,6 +58,26 @@ Size most_frequent(const std::vector<SizedImage>& images) {
   for (const SizedImage& image : images) ++counts[image.size];
   // of equally many the one that comes first
   return std::ranges::max_element(images, {}, [&](const SizedImage& image) { return counts[image.size]; })->size;
+}
+
+/// Usual scale of 16-bit images: the most bits of both cameras' images from all over the recording, so that a dark
+/// start does not decide.
+void find_sample_bits(RecordingContents& contents) {
+  constexpr std::size_t looked_at{8};
+  std::size_t count{0};
+  for (const std::size_t place : spread(contents.frames.size(), looked_at)) {
+    const RecordedFrame& frame{contents.frames[place]};
+    for (const fs::path& file : {frame.left, frame.right}) {
+      try {
+        if (file.empty() || !fs::exists(file)) continue;
+        contents.sample_bits = std::max(contents.sample_bits, sample_bits(file));
+        ++count;
+      } catch (const InputError&) {  // reported where the frame is loaded
+      }
+    }
+  }
+  contents.notes.push_back(fmt::format("images: 16-bit files, of which {} bits are used (brightest of {} images)",
+                                       contents.sample_bits, count));
 }
 
 }  // namespace
@@ -72,12 +100,7 @@ Size look_at_images(RecordingContents& contents) {
                                             image.frame->name, printable_path(image.frame->left), image.size.width_px,
                                             image.size.height_px, size.width_px, size.height_px));
   }
-  const fs::path& first{std::ranges::find(images, size, &SizedImage::size)->frame->left};
-  contents.sample_bits = read_listed([&] { return sample_bits(first); });
-  if (contents.sample_bits > 8) {
-    contents.notes.push_back(fmt::format("images: 16-bit files, of which {} bits are used (as in {})",
-                                         contents.sample_bits, printable_path(first.filename())));
-  }
+  if (std::ranges::any_of(images, [](const SizedImage& image) { return image.bits > 8; })) find_sample_bits(contents);
   return size;
 }
 

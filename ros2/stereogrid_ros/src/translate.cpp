@@ -64,8 +64,12 @@ stereogrid::PixelView pixels_of(const sensor_msgs::msg::Image& image, const std:
   if (image.is_bigendian != 0 && encoding->format == PixelFormat::grey16) {
     throw InputError{name, "16-bit pixels that are big-endian are not read.", "Publish mono8."};
   }
-  return {image.data.data(), static_cast<int>(image.width), static_cast<int>(image.height),
-          static_cast<std::ptrdiff_t>(image.step), encoding->format};
+  return {image.data.data(),
+          static_cast<int>(image.width),
+          static_cast<int>(image.height),
+          static_cast<std::ptrdiff_t>(image.step),
+          encoding->format,
+          0};
 }
 
 stereogrid::io::RosCamera camera_of(const sensor_msgs::msg::CameraInfo& info, const std::string& name) {

@@ -11,6 +11,7 @@
 #include "stereogrid/capture/live_source.hpp"
 #include "stereogrid/export.hpp"
 #include "stereogrid/io/calibration.hpp"
+#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/pixel_view.hpp"
 
 namespace stereogrid::capture {
@@ -24,7 +25,8 @@ struct PairingOptions {
 
 /// Two cameras whose images somebody hands in: pairs them by their instants and rectifies them. What the other sources
 /// of cameras are made of, and what a program with a camera of another maker's library needs. Functions that take
-/// images may be called from any thread.
+/// images may be called from any thread. Of grey16, `bits` 0 of a view means: found from the images
+/// (io::share_scale with the most bits so far), the same for both of a pair.
 class STEREOGRID_EXPORT CameraPair final : public LiveSource {
  public:
   /// Images as the calibration has them: of its size, raw where it says so. Throws InputError: it has no size, or
@@ -35,6 +37,7 @@ class STEREOGRID_EXPORT CameraPair final : public LiveSource {
   /// An image of one camera; it waits for that of the other. Throws InputError where it is not of the calibration's
   /// size, or as assign() of pixel_view.hpp.
   void add(Side side, const PixelView& image, Clock::time_point captured);
+  void add(Side side, io::ScaledImage image, Clock::time_point captured);
   /// Both at once, as a camera gives them that takes them together.
   void add(const PixelView& left, const PixelView& right, Clock::time_point captured);
   /// The same in one image, the left camera's in its left half.

@@ -42,11 +42,12 @@ struct Calibration {
   Rig rig;                                        ///< of the rectified pair; width and height 0 where the file has none
   std::optional<RawPair> raw;                     ///< there: images have to be rectified (Rectifier)
   std::optional<Transform> camera_from_velodyne;  ///< to the left rectified camera (x right, y down, z forward)
-  std::string kind;                  ///< "calibration.yaml", "KITTI odometry", "KITTI raw", "ROS camera_info",
-                                     ///< "OpenCV stereo calibration" or "Kalibr camchain"
-  bool has_mounting{false};          ///< false: the rig's height is the usual one, its angles 0
-  std::filesystem::path mask{};      ///< image for read_mask; empty: none
-  std::vector<std::string> notes{};  ///< how the file was understood where it leaves a choice
+  std::string kind;                     ///< "calibration.yaml", "KITTI odometry", "KITTI raw", "ROS camera_info",
+                                        ///< "OpenCV stereo calibration" or "Kalibr camchain"
+  bool has_mounting{false};             ///< false: the rig's height is the usual one, its angles 0
+  std::filesystem::path mask{};         ///< image for read_mask; empty: none
+  std::vector<std::string> notes{};     ///< how the file was understood where it leaves a choice
+  std::vector<std::string> warnings{};  ///< values that are probably those of other images
 };
 
 /// Which cameras of a KITTI set are the pair.
@@ -56,10 +57,15 @@ enum class KittiPair { grey, colour };
 /// calib_velo_to_cam.txt beside it), a pair of ROS's camera_info files, OpenCV's intrinsics.yml and extrinsics.yml, and
 /// Kalibr's camchain.yaml (docs/input.md), told apart by content. Of two files either may be named; the other is found
 /// by its name. A raw pair that needs no rectification is given as a rectified one. Other tools give no mounting:
-/// height 1.65 m, pitch 0. `width_px`, `height_px`: size of the recording's images, 0 = not known yet. Throws
-/// InputError with what is wrong: missing keys, `problems` of the rig, other image size, …
+/// height 1.65 m, pitch 0. `width_px`, `height_px`: size of the recording's images (fit_to_images), 0 = not known yet.
+/// Throws InputError with what is wrong: missing keys, `problems` of the rig, other image size, …
 [[nodiscard]] STEREOGRID_EXPORT Calibration read_calibration(const std::filesystem::path& path, int width_px = 0,
                                                              int height_px = 0, KittiPair pair = KittiPair::grey);
+
+/// Adapts a calibration to images of this size; 0: no effect. A calibration of another size is scaled where the ratio
+/// is exact, and `notes` says so; a size of 0 becomes that of the images. `name`: the calibration's, for complaints.
+/// Throws InputError: no exact ratio; without a size, a principal point far from the middle of the images.
+STEREOGRID_EXPORT void fit_to_images(Calibration& calibration, const std::string& name, int width_px, int height_px);
 
 /// The rig's mounting as a line of calibration.yaml, to a millimetre and 0.0001 rad.
 [[nodiscard]] STEREOGRID_EXPORT std::string mount_line(const Rig& rig);

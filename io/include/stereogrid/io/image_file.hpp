@@ -8,6 +8,7 @@
 
 #include "stereogrid/export.hpp"
 #include "stereogrid/image.hpp"
+#include "stereogrid/pixel_view.hpp"
 
 namespace stereogrid::io {
 
@@ -18,6 +19,12 @@ struct RgbImage {
   Image<std::uint8_t> pixels;
 };
 
+/// An image as 8-bit grey, at its own scale.
+struct ScaledImage {
+  Image<std::uint8_t> grey;
+  int bits{8};  ///< sample_bits: white stands for the largest number of so many bits
+};
+
 // All readers take PNG, PGM/PPM and JPEG, told apart by content, and throw InputError where the file is missing,
 // truncated, damaged or no such image.
 
@@ -26,13 +33,15 @@ struct RgbImage {
 /// taken from this image by sample_bits. 8-bit files are taken as they are.
 [[nodiscard]] STEREOGRID_EXPORT Image<std::uint8_t> read_grey(const std::filesystem::path& path, int bits = 0);
 
-/// 8 for an 8-bit file; else the least of 10 … 16 bits that holds the image's brightest value.
+/// 8 for 8-bit samples; else the least of 10 … 16 bits that holds the image's brightest value.
 [[nodiscard]] STEREOGRID_EXPORT int sample_bits(const std::filesystem::path& path);
+[[nodiscard]] STEREOGRID_EXPORT int sample_bits(const PixelView& image);
+
+/// Reads an image at its own scale: nothing saturates.
+[[nodiscard]] STEREOGRID_EXPORT ScaledImage read_scaled(const std::filesystem::path& path);
 
 /// The same of a file's bytes; `name`: for complaints.
-[[nodiscard]] STEREOGRID_EXPORT Image<std::uint8_t> decode_grey(const std::string& name, std::string bytes,
-                                                                int bits = 0);
-[[nodiscard]] STEREOGRID_EXPORT int sample_bits(const std::string& name, std::string bytes);
+[[nodiscard]] STEREOGRID_EXPORT ScaledImage decode_scaled(const std::string& name, std::string bytes);
 
 /// Reads a one-channel image without scaling; 8-bit values are widened. Throws InputError for colour.
 [[nodiscard]] STEREOGRID_EXPORT Image<std::uint16_t> read_u16(const std::filesystem::path& path);

@@ -41,11 +41,17 @@ struct RecordedFrame {
   std::filesystem::path disparity;  ///< instead of `right`, which is then empty
 };
 
-/// Both images of a frame as the cameras gave them, 8-bit grey.
+/// Both images of a frame as the cameras gave them, 8-bit grey. `…_bits`: ScaledImage::bits.
 struct ImagePair {
   Image<std::uint8_t> left;
   Image<std::uint8_t> right;
+  int left_bits{8};
+  int right_bits{8};
 };
+
+/// Brings both images of 16-bit samples to one scale: `usual_bits`, that of the recording, or less for a dark pair (the
+/// brightest pixel keeps at least 32 levels), or more for a brighter pair (nothing saturates). 8-bit samples stay.
+STEREOGRID_EXPORT void share_scale(ImagePair& pair, int usual_bits);
 
 /// Images that do not lie in files of their own.
 class STEREOGRID_EXPORT ImageStore {
@@ -68,7 +74,7 @@ struct ForeignRecording {
   std::unique_ptr<ImageStore> images;
   int width_px{0};
   int height_px{0};
-  int sample_bits{8};
+  int sample_bits{8};                      ///< as RecordingContents::sample_bits
   std::optional<Calibration> calibration;  ///< none: InputArguments has one
   std::vector<StampedPose> poses;          ///< stamps grow; fewer than two: none
   std::string poses_source;                ///< their topic, or why none are used; empty: nothing to say
@@ -89,7 +95,7 @@ struct RecordingContents {
   std::filesystem::path truth_folder;  ///< empty: no ground truth
   std::filesystem::path disparities;   ///< folder of the disparity images; empty: right images
   std::vector<RecordedFrame> frames;
-  int sample_bits{8};                 ///< of the images; see read_grey
+  int sample_bits{8};                 ///< most of the images looked at: their usual scale (share_scale)
   std::vector<std::string> notes;     ///< what was chosen: calibration, poses, stamps
   std::vector<std::string> warnings;  ///< what is wrong but does not stop the recording
   std::string poses_source{};         ///< as ForeignRecording::poses_source
@@ -120,7 +126,7 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
   [[nodiscard]] bool has_truth() const { return !contents_.truth_folder.empty(); }
 
  private:
-  void load_second_image(const RecordedFrame& source, StereoFrame& frame) const;
+  void load_files(const RecordedFrame& source, ImagePair& pair, StereoFrame& frame) const;
 
   RecordingContents contents_;
   std::unique_ptr<ImageStore> images_;
