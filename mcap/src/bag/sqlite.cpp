@@ -46,11 +46,13 @@ int authorize(void* /*unused*/, int action, const char* /*first*/, const char* s
   return action == SQLITE_FUNCTION && std::string_view{second} == "count" ? SQLITE_OK : SQLITE_DENY;
 }
 
-/// Whether SQLite may succeed later; a file that is too short stays so.
-bool is_temporary(int extended_code) {
-  const int code{extended_code & 0xff};
-  if (extended_code == SQLITE_IOERR_SHORT_READ) return false;
-  return code == SQLITE_IOERR || code == SQLITE_BUSY || code == SQLITE_LOCKED;
+/// Whether SQLite may succeed later. It reports some failures of the disk (EIO) as a damaged file.
+bool is_temporary(sqlite3* database) {
+  int system_error{0};
+  sqlite3_file_control(database, "main", SQLITE_FCNTL_LAST_ERRNO, &system_error);
+  const int code{sqlite3_errcode(database) & 0xff};
+  const bool has_failed_to_read{(code == SQLITE_IOERR || code == SQLITE_CORRUPT) && system_error != 0};
+  return has_failed_to_read || code == SQLITE_BUSY || code == SQLITE_LOCKED;
 }
 
 }  // namespace
@@ -134,7 +136,7 @@ bool Database::has_column(const char* table, const char* column) const {
 
 void Database::fail() const {
   const char* const said{database_ ? sqlite3_errmsg(database_.get()) : "out of memory"};
-  if (database_ && is_temporary(sqlite3_extended_errcode(database_.get()))) {
+  if (database_ && is_temporary(database_.get())) {
     throw DeviceError{fmt::format("{}: cannot be read: SQLite says '{}'. Check the disk, then try again.", name_,
                                   io::printable(said))};
   }
