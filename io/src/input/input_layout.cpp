@@ -292,8 +292,9 @@ std::vector<RecordedFrame> find_frames(const InputLayout& layout) {
     frame.right_exists = sides.second().images.contains(name);
     (layout.disparities.empty() ? frame.right : frame.disparity) = sides.second().path_of(name);
     const auto scan{layout.scans / (frame.left.stem().string() + ".bin")};
-    std::error_code error;  // what is there and cannot be looked at is told of when it is read
-    if (!layout.scans.empty() && (fs::exists(scan, error) || error)) frame.scan = scan;
+    std::error_code error;  // a file that cannot be opened, such as a link without a target, is reported on reading
+    const bool is_listed{fs::symlink_status(scan, error).type() != fs::file_type::not_found};
+    if (!layout.scans.empty() && is_listed) frame.scan = scan;
   }
   if (std::ranges::none_of(frames, [](const RecordedFrame& f) { return f.left_exists && f.right_exists; })) {
     throw InputError{
