@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
-#include <numeric>
 #include <string>
 #include <utility>
 
@@ -55,8 +54,24 @@ Plausibility plausibility_of(const Place& place) {
                                                                                   : Plausibility::fine;
 }
 
-std::string size_key(double width_px, double height_px) {
-  return fmt::format("'image: {{width_px: {:.0f}, height_px: {:.0f}}}'", width_px, height_px);
+bool is_exact_ratio(const Rig& from, int width_px, int height_px) {
+  constexpr int largest{20};
+  constexpr int largest_rounded{12};  // of ratios that leave fractions of a pixel, which resizing rounds
+  const auto remainder = [](std::int64_t from_px, std::int64_t to_px, int times, int by) {
+    return std::abs(to_px * by - from_px * times);
+  };
+  for (int by{1}; by <= largest; ++by) {
+    for (int times{1}; times <= largest; ++times) {
+      const std::int64_t rest{
+          std::max(remainder(from.width_px, width_px, times, by), remainder(from.height_px, height_px, times, by))};
+      if (rest == 0 || (rest < by && std::max(times, by) <= largest_rounded)) return true;
+    }
+  }
+  return false;
+}
+
+std::string size_key(int width_px, int height_px) {
+  return fmt::format("'image: {{width_px: {}, height_px: {}}}'", width_px, height_px);
 }
 
 /// What the place says of the images.
@@ -74,16 +89,25 @@ std::string finding_of(const Place& place, const char* camera, const Rig& size) 
       size.height_px, 100 * place.u, 100 * place.v, cause);
 }
 
+/// The estimated size, where it is one from which the calibration would be scaled.
+std::string likely_size(const Place& place, const Rig& size) {
+  Rig likely;
+  likely.width_px = static_cast<int>(std::clamp(std::round(2 * place.u * size.width_px), 1.0, 1e6));
+  likely.height_px = static_cast<int>(std::clamp(std::round(2 * place.v * size.height_px), 1.0, 1e6));
+  if (is_exact_ratio(likely, size.width_px, size.height_px)) return size_key(likely.width_px, likely.height_px);
+  return "'image: {width_px: …, height_px: …}'";
+}
+
 std::string remedy_of(const Place& place, const Rig& size, bool is_own_form) {
   const char* const where{is_own_form ? "" : " to a calibration.yaml that names this file ('from: FILE')"};
-  std::string remedy{
-      place.is_of_scaled_images()
-          ? fmt::format("Add the size of the calibrated images{}, such as {}: the calibration is scaled then.", where,
-                        size_key(2 * place.u * size.width_px, 2 * place.v * size.height_px))
-          : "Use the calibration of these images."};
+  const bool is_scaled{place.is_of_scaled_images()};
+  std::string remedy{is_scaled
+                         ? fmt::format("Add the size of the calibrated images{}, {}: the calibration is scaled then.",
+                                       where, likely_size(place, size))
+                         : "Use the calibration of these images."};
   if (place.is_outside()) return remedy;
   return remedy + fmt::format(" If the principal point is right, add {}{}.", size_key(size.width_px, size.height_px),
-                              place.is_of_scaled_images() ? "" : where);
+                              is_scaled ? "" : where);
 }
 
 void add_once(std::vector<std::string>& to, std::string text) {
@@ -107,22 +131,6 @@ void check_centre(Calibration& calibration, const Place& place, const char* came
   if (!has_size && plausibility == Plausibility::odd) {
     add_once(calibration.warnings, finding_of(place, camera, size) + " " + remedy);
   }
-}
-
-bool is_exact_ratio(const Rig& from, const CalibrationRequest& to) {
-  constexpr int largest{20};
-  constexpr int largest_rounded{12};  // of ratios that leave fractions of a pixel, which resizing rounds
-  const auto remainder = [](std::int64_t from_px, std::int64_t to_px, int times, int by) {
-    return std::abs(to_px * by - from_px * times);
-  };
-  for (int by{1}; by <= largest; ++by) {
-    for (int times{1}; times <= largest; ++times) {
-      const std::int64_t rest{std::max(remainder(from.width_px, to.width_px, times, by),
-                                       remainder(from.height_px, to.height_px, times, by))};
-      if (rest == 0 || (rest < by && std::max(times, by) <= largest_rounded)) return true;
-    }
-  }
-  return false;
 }
 
 /// Pixel centres are at integers: the image begins half a pixel before the first one.
@@ -149,7 +157,7 @@ void scale_to(Calibration& calibration, const Origin& origin, const CalibrationR
   const Rig& from{calibration.rig};
   const std::string sizes{fmt::format("is for images of {}×{} px, but the images have {}×{}", from.width_px,
                                       from.height_px, request.width_px, request.height_px)};
-  if (!is_exact_ratio(from, request)) {
+  if (!is_exact_ratio(from, request.width_px, request.height_px)) {
     origin.fail(sizes + ", which is no exact multiple or fraction of that.",
                 "Use the calibration of these images (for KITTI raw: of the synced and rectified drive). Where they "
                 "were cropped, correct the principal point and the size.");
