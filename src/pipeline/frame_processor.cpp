@@ -190,16 +190,12 @@ bool FrameProcessor::will_search() {
   return is_first_ || stages_->is_lost();
 }
 
-// True: the camera's height above the plane differs by more than a suspension moves it, from the height before and from
-// the rig's; or by more than one measures wrong from given extrinsics.
+// True: the camera's height above the plane differs from the rig's, and from a measured one before, by more than a
+// suspension moves it and one measures wrong.
 bool FrameProcessor::is_jump(const Ground& found) const {
-  constexpr double suspension{0.05};
-  constexpr double measured_to{0.08};
-  constexpr double measured_to_m{0.02};
-  const double from_rig_m{std::abs(found.height_m - rig_.camera_height_m)};
-  if (has_given_extrinsics_ && from_rig_m > measured_to * rig_.camera_height_m + measured_to_m) return true;
-  return has_measured_ground_ && std::abs(found.height_m - ground_.height_m) > suspension * ground_.height_m &&
-         from_rig_m > suspension * rig_.camera_height_m;
+  const auto differs = [&](double height_m) { return std::abs(found.height_m - height_m) > 0.12 * height_m; };
+  return differs(rig_.camera_height_m) &&
+         (has_given_extrinsics_ || (has_measured_ground_ && differs(ground_.height_m)));
 }
 
 // True: matched again.
