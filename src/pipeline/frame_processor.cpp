@@ -151,7 +151,7 @@ FlowFrame FrameProcessor::flow_frame(const LevelFrame& frame) const {
 void FrameProcessor::follow_points(const LevelFrame& frame, const GridGeometry& window) {
   flows(frame) ? scene_flow_.follow(flow_frame(frame), ranges_of(*stages_)) : scene_flow_.clear();
   if (config_.filter.model != FilterModel::joint) return;
-  stages_->take_velocities(velocity_evidence_.gather(scene_flow_.vectors(), window, ranges_of(*stages_)));
+  stages_->take_velocities(velocity_evidence_.gather(scene_flow_.vectors(), window, ranges_of(*stages_), frame.view));
 }
 
 // To be followed from the next frame on.
