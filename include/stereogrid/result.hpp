@@ -62,9 +62,10 @@ enum class FrameStatus {
   pose_jump,           ///< the pose was not where the vehicle can be: the frame of the poses was moved
   few_matches,         ///< left and right image hardly match
   road_unknown,        ///< where the road is is not known: observed grid and stages are unknown
+  too_close,  ///< a tracked obstacle is too close to be matched or fills the view: it is kept as it was seen last
 };
-constexpr std::array<std::string_view, 6> names_of(FrameStatus) {
-  return {"clock_gap", "clock_stepped_back", "pose_missing", "pose_jump", "few_matches", "road_unknown"};
+constexpr std::array<std::string_view, 7> names_of(FrameStatus) {
+  return {"clock_gap", "clock_stepped_back", "pose_missing", "pose_jump", "few_matches", "road_unknown", "too_close"};
 }
 
 /// What is known after a frame.
