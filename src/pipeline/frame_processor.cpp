@@ -41,6 +41,7 @@ FrameProcessor::FrameProcessor(const Config& config, const Rig& level_rig, std::
       alignment_{rig_},
       scene_flow_{rig_},
       tracker_{config.tracking, rig_},
+      near_{rig_, config.matching, window_.cells()},
       ground_samples_{rig_.width_px, rig_.height_px},
       velocity_evidence_{window_.cells(), velocity_axis(config.filter).back(), scene_flow_.points_reserved()},
       clusters_{rig_, config.u_disparity, config.matching.disparities, scene_flow_.points_reserved()} {
@@ -64,6 +65,7 @@ void FrameProcessor::finish(const LevelFrame& frame, FrameResult& result, const 
   stages_->works_ahead() ? follow() : together(follow, [this] { stages_->estimate_ground(); });
   is_reliable_ = true;
   has_segments_ = false;
+  compare_near(frame);
   double track_ms{find_grids(frame, result)};
   const auto add = [&] { flow_ms += taken_ms([&] { add_points(frame); }); };
   if (stages_->works_ahead()) {
@@ -130,6 +132,7 @@ void FrameProcessor::match(const Ground& expected, bool estimates_ground) {
 }
 
 void FrameProcessor::make_grids() {
+  stages_->hold(near_.held(is_reliable_).cells);
   stages_->perform(is_reliable_ ? StagePart::grids : StagePart::unknown_grids, [this] {
     if (is_reliable_) {
       stages_->count();
@@ -254,8 +257,18 @@ void FrameProcessor::track(const LevelFrame& frame, FrameResult& result) {
     if (!has_segments_) find_segments(frame);
     make_clusters(result.world, frame.world_from_vehicle, scene_flow_.vectors(), clusters_);
   }
-  tracker_.update(result.world, clusters_.clusters, frame.world_from_vehicle, frame.dt_s);
+  const HeldObstacles& held{near_.held(is_reliable_)};
+  tracker_.update(result.world, clusters_.clusters, frame.world_from_vehicle, frame.dt_s, held.ids);
   tracker_.report(frame.world_from_vehicle, result.obstacles);
+  near_.update(result, ground_, frame.world_from_vehicle, is_reliable_);
+  tell(held, result);
+}
+
+// Obstacles near the camera, before the grids: cells that the matches do not contradict stay occupied.
+void FrameProcessor::compare_near(const LevelFrame& frame) {
+  near_.begin();
+  if (near_.empty()) return;
+  near_.compare(matched(frame), expected_, frame.world_from_vehicle, window_.at(frame.world_from_vehicle));
 }
 
 // The rest is working memory, or the first frame resets it.
@@ -268,6 +281,7 @@ void FrameProcessor::forget() {
   mounting_ = MountingSearch{rig_, config_.ground, turned_rad_};
   scene_flow_ = SceneFlow{rig_};
   tracker_.forget();
+  near_.clear();
 }
 
 void FrameProcessor::follow_on(const FrameProcessor& before) {
@@ -276,7 +290,7 @@ void FrameProcessor::follow_on(const FrameProcessor& before) {
 
 template <class State>
 void FrameProcessor::exchange(State& state) {
-  state(ground_, frames_to_search_, is_first_, alignment_, trust_, mounting_, scene_flow_, tracker_);
+  state(ground_, frames_to_search_, is_first_, alignment_, trust_, mounting_, scene_flow_, tracker_, near_);
 }
 
 void FrameProcessor::save(StateWriter& state) {
@@ -291,8 +305,8 @@ void FrameProcessor::load(StateReader& state) {
 
 MemoryUse FrameProcessor::memory_use() const {
   MemoryUse use{stages_->memory_use()};
-  use.host_bytes += sizeof *this + held_bytes_of(mask_, trust_, alignment_, scene_flow_, tracker_, ground_samples_,
-                                                 mounting_samples_, velocity_evidence_, clusters_);
+  use.host_bytes += sizeof *this + held_bytes_of(mask_, trust_, alignment_, scene_flow_, tracker_, near_,
+                                                 ground_samples_, mounting_samples_, velocity_evidence_, clusters_);
   return use;
 }
 
