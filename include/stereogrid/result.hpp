@@ -63,10 +63,11 @@ enum class FrameStatus {
   few_matches,          ///< left and right image hardly match
   road_unknown,         ///< ground plane not found, or the ground falls away: observed grid and stages are unknown
   extrinsics_disagree,  ///< a plane in view contradicts the extrinsics, which are kept; the warning has both
+  too_close,            ///< a tracked obstacle is too close to be matched or fills the view: kept as it was seen last
 };
-constexpr std::array<std::string_view, 7> names_of(FrameStatus) {
-  return {"clock_gap",   "clock_stepped_back", "pose_missing",       "pose_jump",
-          "few_matches", "road_unknown",       "extrinsics_disagree"};
+constexpr std::array<std::string_view, 8> names_of(FrameStatus) {
+  return {"clock_gap",   "clock_stepped_back", "pose_missing",        "pose_jump",
+          "few_matches", "road_unknown",       "extrinsics_disagree", "too_close"};
 }
 
 /// What is known after a frame.

@@ -55,6 +55,8 @@ class RowWeigher {
     weigh_cells(tables_.axis_mps, space, cells);
     for (std::size_t i{0}; i < evidence_.size(); ++i) {
       const int at{column(evidence_[i]) - cells.x_first};
+      starts[i] = 0;
+      if (!cells.is_weighed[at]) continue;
       const bool moves{
           is_moving(tables_.moving_from, state_.occupancy(cells.x_first + at, cells.y), cells.standing[at])};
       starts[i] = cells.masses == nullptr && moves ? 1 : 0;
@@ -74,7 +76,7 @@ class RowWeigher {
     for (const VelocityEvidence& one : evidence_) {
       const int x{column(one)};
       const int i{x - cells.x_first};
-      cells.is_weighed[i] = true;
+      cells.is_weighed[i] = !is_ignored(one, state_.age_s(x, cells.y));
       cells.x[i] = one.x;
       cells.y_mps[i] = one.y;
       cells.xx[i] = one.xx;

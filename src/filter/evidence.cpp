@@ -9,6 +9,7 @@ namespace stereogrid {
 bool CellWeigher::weigh(const VelocityEvidence& one, bool may_start) {
   const int x{one.cell % state_.occupancy.width()};
   const int y{one.cell / state_.occupancy.width()};
+  if (is_ignored(one, state_.age_s(x, y))) return true;
   const float occupancy{state_.occupancy(x, y)};
   const float* const axis_mps{tables_.axis_mps.data()};
   const int side{static_cast<int>(tables_.axis_mps.size())};

@@ -84,6 +84,7 @@ __device__ WeighedCell weigh_even_cell(const Weighing& in, const VelocityEvidenc
 __device__ bool weigh_cell(const Weighing& in, const VelocityEvidence& one, bool may_start, const JointPointers& state,
                            const LayerPointers& layers) {
   const int i{one.cell};
+  if (is_ignored(one, state.age_s[i])) return true;
   const int block{BlockLayout{in.cells}.block_of(i % in.cells, i / in.cells)};
   const int slot{state.slots[block]};
   const WeighedCell cell{slot >= 0 ? weigh_masses(in, one, slot, state) : weigh_even_cell(in, one, state)};

@@ -14,7 +14,15 @@ struct VelocityEvidence {
   float xx;  ///< inverse of its covariance, s²/m²
   float xy;
   float yy;
+  int is_repeated{0};  ///< 1: standstill explains it, and the camera sees the cell from where it did a frame ago
 };
+
+/// Repeated evidence of standstill is not applied to a cell that the frame has not observed (`age_s` > 0): in every
+/// frame the mass that arrives from neighbours would come to stand there, until the cell is occupied. docs/method.md
+/// §9.3.
+STEREOGRID_HD inline bool is_ignored(const VelocityEvidence& evidence, float age_s) {
+  return evidence.is_repeated != 0 && age_s > 0;
+}
 
 /// A cell's masses after the evidence.
 struct WeighedCell {

@@ -145,6 +145,15 @@ struct CameraView {
   double parallax_px_m2{std::numeric_limits<double>::infinity()};
   /// Disparity of a point times its distance. Infinite: unknown.
   double focal_baseline_pxm{std::numeric_limits<double>::infinity()};
+
+  /// Where the disparity of a point has changed by so much, the errors of matching are others.
+  static constexpr double new_view_px{0.5};
+  /// How far the view of a point is that of the step before, from 0 to 1. docs/method.md §8.3.
+  [[nodiscard]] double repeated(Point2 at) const {
+    const double dx{at.x - camera.x_m};
+    const double dy{at.y - camera.y_m};
+    return std::max(0.0, 1 - parallax_px_m2 / new_view_px / (dx * dx + dy * dy));
+  }
 };
 
 /// What the filter knows about one step besides the observation.
@@ -205,7 +214,7 @@ class CellWeigher {
   CellWeigher(const FilterTables& tables, FilterState& state, GridLayers& layers)
       : tables_{tables}, state_{state}, layers_{layers} {}
 
-  /// False: it makes a cell move whose block has no masses. The block wants some, nothing else has changed.
+  /// False: the evidence makes a cell move whose block has no masses. The block wants some, nothing else has changed.
   bool weigh(const VelocityEvidence& one, bool may_start);
 
  private:

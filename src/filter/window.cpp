@@ -117,9 +117,6 @@ float mass_of(const FilterState& state, std::size_t k, int x, int y) {
 
 namespace {
 
-// Where the disparity of a point has changed by so much the errors of matching are others.
-constexpr double new_view_px{0.5};
-
 // What appears where a pixel of disparity is more than this in depth is no more likely to move than other new things.
 constexpr double depth_of_pixel_max_m{6};
 
@@ -176,7 +173,7 @@ FilterStep step_of(const FilterInput& input) {
   step.view_left = static_cast<float>(view.left);
   step.view_right = static_cast<float>(view.right);
   const double square_m2{grid.cell_size_m * grid.cell_size_m};
-  step.new_view_squares = static_cast<float>(view.parallax_px_m2 / new_view_px / square_m2);
+  step.new_view_squares = static_cast<float>(view.parallax_px_m2 / CameraView::new_view_px / square_m2);
   step.appearing_squares = static_cast<float>(view.focal_baseline_pxm * depth_of_pixel_max_m / square_m2);
   const bool is_told{config.scene_flow && view.left >= 0};
   const double followed_m{is_told ? followed_max_m : std::numeric_limits<double>::infinity()};

@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include "fusion/cuda.hpp"
+#include "numbers.hpp"
 
 namespace stereogrid {
 namespace {
@@ -21,6 +22,16 @@ __global__ void fuse_cells(const OtherGridsOnDevice::List* others, const GridInV
   const Point2 centre{grid->centre(ix, iy)};
   for (int i{0}; i < count; ++i) add(others->grids[i], centre, config.other_confidence, pool);
   cells(ix, iy) = static_cast<float>(pool.probability());
+}
+
+constexpr int hold_threads{256};
+
+// A single block: cells are held in few frames.
+__global__ void hold_cells(const HeldCell* held, const int* count, View<float, Device> cells) {
+  for (int i{static_cast<int>(threadIdx.x)}; i < *count; i += hold_threads) {
+    float& cell{cells(held[i].cell % cells.width, held[i].cell / cells.width)};
+    cell = Max(cell, held[i].occupancy);
+  }
 }
 
 }  // namespace
@@ -55,6 +66,10 @@ void fuse(Cuda& cuda, const OtherGridsOnDevice& others, const GridInVehicle* gri
           View<float, Device> cells) {
   launch(cuda, fuse_cells, dim3{blocks_for(cells.width, block_width), blocks_for(cells.height, block_height)},
          dim3{block_width, block_height}, 0, others.list(), grid, config, cells);
+}
+
+void hold(Cuda& cuda, const HeldCell* held, const int* count, View<float, Device> cells) {
+  launch(cuda, hold_cells, 1, hold_threads, 0, held, count, cells);
 }
 
 }  // namespace stereogrid

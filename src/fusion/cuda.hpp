@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "backend/cuda.hpp"
+#include "filter/held_cell.hpp"
 #include "fusion/model.hpp"
 #include "projection/model.hpp"
 #include "stereogrid/config.hpp"
@@ -36,5 +37,8 @@ class OtherGridsOnDevice {
 /// `fuse` of fusion.hpp, equal to the CPU to the bit; `grid` is on the device.
 void fuse(Cuda& cuda, const OtherGridsOnDevice& others, const GridInVehicle* grid, const FusionConfig& config,
           View<float, Device> cells);
+
+/// Raises `cells` to the occupancy of the held ones. `held` and `count` are on the device, or in pinned memory.
+void hold(Cuda& cuda, const HeldCell* held, const int* count, View<float, Device> cells);
 
 }  // namespace stereogrid

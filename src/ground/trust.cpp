@@ -77,8 +77,12 @@ double noise_of(const MatchedFrame& frame, double first_row) {
   return sigmas_per_median * median / std::sqrt(6.0);  // 1² + 2² + 1²
 }
 
+double textured_from(const MatchedFrame& frame, double first_row) {
+  return std::max<double>(texture_grey, texture_sigmas * noise_of(frame, first_row));
+}
+
 double share_of_texture_matched(const MatchedFrame& frame, double first_row, const RoadPlane& road, int disparities) {
-  const double least_grey{std::max<double>(texture_grey, texture_sigmas * noise_of(frame, first_row))};
+  const double least_grey{textured_from(frame, first_row)};
   int all{0};
   int all_matched{0};
   int textured{0};

@@ -29,6 +29,9 @@ enum class Doubt { none, few_matches, identical_images, road_elsewhere, road_not
 /// between neighbours in a row, by their median, which texture raises a little.
 double noise_of(const MatchedFrame& frame, double first_row);
 
+/// Least difference between the pixels to the left and right of one with texture, below the row `first_row`.
+double textured_from(const MatchedFrame& frame, double first_row);
+
 /// Share of the pixels with texture below the row `first_row` that have matched; of all pixels there, where next to
 /// none has texture. 1 where the image has no pixels there. Those where `road` is too near for so many `disparities`
 /// could not match, and do not count. Texture is what differs clearly more than noise does.

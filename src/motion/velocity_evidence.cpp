@@ -18,6 +18,10 @@ constexpr double reach{2};
 constexpr double share_of_information{0.5};
 /// So many points' information counts at most: what they err by together, they err by all.
 constexpr double weight_max{4};
+/// Least likelihood of standstill that evidence of it has: 2.2 standard deviations.
+constexpr float standstill_min{0.1f};
+/// Share from which on a view counts as repeated.
+constexpr double repeated_min{0.8};
 
 }  // namespace
 
@@ -102,12 +106,16 @@ VelocityEvidence EvidenceMap::evidence_of(int cell, const Sum& sum) const {
   const double share{share_of_information / (1 + contradiction) * std::min(1.0, weight_max / sum.weight)};
   const Symmetric2 information{share * sum.velocity.information};
   const auto limited = [&](double v_mps) { return static_cast<float>(std::clamp(v_mps, -fastest_mps_, fastest_mps_)); };
-  return {cell,
-          limited(velocity.x),
-          limited(velocity.y),
-          static_cast<float>(information.xx),
-          static_cast<float>(information.xy),
-          static_cast<float>(information.yy)};
+  VelocityEvidence evidence{cell,
+                            limited(velocity.x),
+                            limited(velocity.y),
+                            static_cast<float>(information.xx),
+                            static_cast<float>(information.xy),
+                            static_cast<float>(information.yy)};
+  const bool may_stand{likelihood_of(evidence, 0.0f, 0.0f) > standstill_min};
+  const Point2 centre{window_.centre(cell % window_.nx, cell / window_.nx)};
+  evidence.is_repeated = may_stand && view_.repeated(centre) >= repeated_min ? 1 : 0;
+  return evidence;
 }
 
 }  // namespace stereogrid

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "filter/evidence.hpp"
+#include "filter/filter.hpp"
 #include "held_bytes.hpp"
 #include "motion/scene_flow.hpp"
 #include "motion/symmetric2.hpp"
@@ -20,10 +21,12 @@ class EvidenceMap {
   /// axis; what is faster counts as that fast.
   EvidenceMap(int cells, double fastest_mps, std::size_t points = 0);
 
-  /// Evidence for cells of the window, by ascending cell. `for_ranges`: see SceneFlow::follow.
+  /// Evidence for cells of the window, by ascending cell. `for_ranges`: see SceneFlow::follow. `view`: of the camera
+  /// since the frame before; unknown: no view is repeated.
   template <class ForRanges>
   const std::vector<VelocityEvidence>& gather(const std::vector<FlowVector>& vectors, const GridGeometry& window,
-                                              const ForRanges& for_ranges) {
+                                              const ForRanges& for_ranges, const CameraView& view = {}) {
+    view_ = view;
     take(vectors, window);
     for_ranges(window.ny, [this](int begin, int end) { spread(begin, end); });
     make_room();
@@ -74,6 +77,7 @@ class EvidenceMap {
 
   // of a frame
   GridGeometry window_;
+  CameraView view_;
   std::vector<Point> points_;
 };
 

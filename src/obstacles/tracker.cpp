@@ -67,10 +67,11 @@ Tracker::Tracker(const TrackingConfig& config, const Rig& level_rig) : config_{c
 }
 
 void Tracker::update(const GridLayers& world, const std::vector<Cluster>& clusters, const Pose2& world_from_vehicle,
-                     double dt_s) {
+                     double dt_s, std::span<const std::int64_t> held) {
+  const auto is_held = [held](const Track& track) { return std::ranges::binary_search(held, track.id); };
   for (Track& track : tracks_) {
     // while it is not seen, only what points have shown to move goes on
-    if (track.unseen_s > 0 && track.moving < evidence_of_frame) track.motion.stand_still();
+    if (track.unseen_s > 0 && (track.moving < evidence_of_frame || is_held(track))) track.motion.stand_still();
     const Point2 before{track.motion.place()};
     track.motion.predict(dt_s, config_.acceleration_mps2);
     const Point2 after{track.motion.place()};
@@ -80,12 +81,14 @@ void Tracker::update(const GridLayers& world, const std::vector<Cluster>& cluste
   }
   associate(clusters, world_from_vehicle);
   const Pose2 vehicle_from_world{inverse(world_from_vehicle)};
-  for (Track& track : tracks_)
-    track.is_merged = track.unseen_s > 0 && (track.is_merged || is_replaced(track, clusters));
+  for (Track& track : tracks_) {
+    track.is_merged = track.unseen_s > 0 && !is_held(track) && (track.is_merged || is_replaced(track, clusters));
+  }
   merge_movers();
   std::erase_if(tracks_, [&](const Track& track) {
-    return track.unseen_s > 0 &&
-           (is_forgotten(track) || (!track.is_merged && is_over(track, clusters, world, vehicle_from_world)));
+    if (!(track.unseen_s > 0)) return false;
+    if (is_held(track)) return !is_in_view(vehicle_from_world * track.shape.centre);
+    return is_forgotten(track) || (!track.is_merged && is_over(track, clusters, world, vehicle_from_world));
   });
 }
 
@@ -211,12 +214,16 @@ bool Tracker::is_forgotten(const Track& track) const {
          (track.is_merged && seen_s < known_s);
 }
 
+bool Tracker::is_in_view(Point2 at) const {
+  const double column{rig_.centre_u_px - rig_.focal_px * at.y / at.x};
+  return at.x > 0 && column > 0 && column < rig_.width_px;
+}
+
 bool Tracker::is_over(const Track& track, const std::vector<Cluster>& clusters, const GridLayers& world,
                       const Pose2& vehicle_from_world) const {
   const Point2 place{track.middle()};
   const Point2 at{vehicle_from_world * place};
-  const double column{rig_.centre_u_px - rig_.focal_px * at.y / at.x};
-  if (!(at.x > 0 && column > 0 && column < rig_.width_px)) return true;  // nobody will see whether it is still there
+  if (!is_in_view(at)) return true;  // no later frame can show whether it is still there
   if (track.unseen_s > gone_s && track.moving < surely_moving && !is_hidden(at, clusters, vehicle_from_world))
     return true;
   const GridGeometry& grid{world.geometry};

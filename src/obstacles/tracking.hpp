@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "held_bytes.hpp"
@@ -31,9 +32,10 @@ class Tracker {
   /// Ids go on from those of `before`.
   void go_on_from(const Tracker& before) { next_id_ = before.next_id_; }
 
-  /// Moves all tracks on by dt_s, gives each its cluster, begins and ends tracks.
+  /// Moves all tracks on by dt_s, gives each its cluster, begins and ends tracks. `held`: ids of tracks that do not end
+  /// while they are in view, ascending.
   void update(const GridLayers& world, const std::vector<Cluster>& clusters, const Pose2& world_from_vehicle,
-              double dt_s);
+              double dt_s, std::span<const std::int64_t> held = {});
 
   /// The tracks as obstacles in the vehicle frame.
   void report(const Pose2& world_from_vehicle, std::vector<Obstacle>& obstacles) const;
@@ -108,6 +110,7 @@ class Tracker {
   [[nodiscard]] bool is_over(const Track& track, const std::vector<Cluster>& clusters, const GridLayers& world,
                              const Pose2& vehicle_from_world) const;
   /// `at`: vehicle frame.
+  [[nodiscard]] bool is_in_view(Point2 at) const;
   static bool is_hidden(Point2 at, const std::vector<Cluster>& clusters, const Pose2& vehicle_from_world);
 
   TrackingConfig config_;

@@ -43,6 +43,7 @@ FrameProcessor::FrameProcessor(const Config& config, const Rig& level_rig, std::
       alignment_{rig_},
       scene_flow_{rig_},
       tracker_{config.tracking, rig_},
+      near_{rig_, config.matching, window_.cells()},
       ground_samples_{rig_.width_px, rig_.height_px},
       velocity_evidence_{window_.cells(), velocity_axis(config.filter).back(), scene_flow_.points_reserved()},
       clusters_{rig_, config.u_disparity, config.matching.disparities, scene_flow_.points_reserved()} {
@@ -67,6 +68,7 @@ void FrameProcessor::finish(const LevelFrame& frame, FrameResult& result, const 
   stages_->works_ahead() ? follow() : together(follow, [this] { stages_->estimate_ground(); });
   is_reliable_ = true;
   has_segments_ = false;
+  compare_near(frame);
   double track_ms{find_grids(frame, result)};
   const auto add = [&] { flow_ms += taken_ms([&] { add_points(frame); }); };
   if (stages_->works_ahead()) {
@@ -133,6 +135,7 @@ void FrameProcessor::match(const Ground& expected, bool estimates_ground) {
 }
 
 void FrameProcessor::make_grids() {
+  stages_->hold(near_.held(is_reliable_).cells);
   stages_->perform(is_reliable_ ? StagePart::grids : StagePart::unknown_grids, [this] {
     if (is_reliable_) {
       stages_->count();
@@ -154,7 +157,7 @@ FlowFrame FrameProcessor::flow_frame(const LevelFrame& frame) const {
 void FrameProcessor::follow_points(const LevelFrame& frame, const GridGeometry& window) {
   flows(frame) ? scene_flow_.follow(flow_frame(frame), ranges_of(*stages_)) : scene_flow_.clear();
   if (config_.filter.model != FilterModel::joint) return;
-  stages_->take_velocities(velocity_evidence_.gather(scene_flow_.vectors(), window, ranges_of(*stages_)));
+  stages_->take_velocities(velocity_evidence_.gather(scene_flow_.vectors(), window, ranges_of(*stages_), frame.view));
 }
 
 // To be followed from the next frame on.
@@ -280,8 +283,18 @@ void FrameProcessor::track(const LevelFrame& frame, FrameResult& result) {
     if (!has_segments_) find_segments(frame);
     make_clusters(result.world, frame.world_from_vehicle, scene_flow_.vectors(), clusters_);
   }
-  tracker_.update(result.world, clusters_.clusters, frame.world_from_vehicle, frame.dt_s);
+  const HeldObstacles& held{near_.held(is_reliable_)};
+  tracker_.update(result.world, clusters_.clusters, frame.world_from_vehicle, frame.dt_s, held.ids);
   tracker_.report(frame.world_from_vehicle, result.obstacles);
+  near_.update(result, ground_, frame.world_from_vehicle, is_reliable_);
+  tell(held, result);
+}
+
+// Obstacles near the camera, before the grids: cells that the matches do not contradict stay occupied.
+void FrameProcessor::compare_near(const LevelFrame& frame) {
+  near_.begin();
+  if (near_.empty()) return;
+  near_.compare(matched(frame), expected_, frame.world_from_vehicle, window_.at(frame.world_from_vehicle));
 }
 
 // The rest is working memory, or the first frame resets it.
@@ -295,6 +308,7 @@ void FrameProcessor::forget() {
   mounting_.begin_again();
   scene_flow_ = SceneFlow{rig_};
   tracker_.forget();
+  near_.clear();
 }
 
 void FrameProcessor::follow_on(const FrameProcessor& before) {
@@ -304,7 +318,7 @@ void FrameProcessor::follow_on(const FrameProcessor& before) {
 template <class State>
 void FrameProcessor::exchange(State& state) {
   state(ground_, frames_to_search_, is_first_, has_measured_ground_, alignment_, trust_, mounting_, scene_flow_,
-        tracker_);
+        tracker_, near_);
 }
 
 void FrameProcessor::save(StateWriter& state) {
@@ -319,8 +333,8 @@ void FrameProcessor::load(StateReader& state) {
 
 MemoryUse FrameProcessor::memory_use() const {
   MemoryUse use{stages_->memory_use()};
-  use.host_bytes += sizeof *this + held_bytes_of(mask_, trust_, alignment_, scene_flow_, tracker_, ground_samples_,
-                                                 mounting_samples_, velocity_evidence_, clusters_);
+  use.host_bytes += sizeof *this + held_bytes_of(mask_, trust_, alignment_, scene_flow_, tracker_, near_,
+                                                 ground_samples_, mounting_samples_, velocity_evidence_, clusters_);
   return use;
 }
 

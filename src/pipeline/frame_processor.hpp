@@ -14,6 +14,7 @@
 #include "images/row_alignment/row_alignment.hpp"
 #include "motion/scene_flow.hpp"
 #include "motion/velocity_evidence.hpp"
+#include "obstacles/near_obstacles.hpp"
 #include "obstacles/tracking.hpp"
 #include "pipeline/stages.hpp"
 
@@ -73,6 +74,7 @@ class FrameProcessor {
   Doubt judge(const LevelFrame& frame);
   bool accept(const LevelFrame& frame, Doubt doubt, FrameResult& result);
   void find_segments(const LevelFrame& frame);
+  void compare_near(const LevelFrame& frame);
   Doubt look_at_mounting(const LevelFrame& frame, Doubt doubt);
   [[nodiscard]] MatchedFrame matched(const LevelFrame& frame) const;
   void track(const LevelFrame& frame, FrameResult& result);
@@ -100,6 +102,7 @@ class FrameProcessor {
   RowAlignment alignment_;
   SceneFlow scene_flow_;
   Tracker tracker_;
+  NearObstacles near_;
 
   // of a frame
   Ground ground_before_;               ///< of the frame before

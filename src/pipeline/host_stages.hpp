@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <type_traits>
@@ -42,6 +43,7 @@ class HostStages final : public Stages {
     window_cells_ = grid_in_vehicle(window, inverse(frame.world_from_vehicle));
     times_ = {};
     velocities_ = {};
+    held_ = {};
     std::swap(space_.filtered, space_.filtered_before);
     if (is_first) reset(space_.filtered_before, config_.filter, window);
   }
@@ -53,6 +55,8 @@ class HostStages final : public Stages {
   }
 
   void take_velocities(std::span<const VelocityEvidence> evidence) override { velocities_ = evidence; }
+
+  void hold(std::span<const HeldCell> cells) override { held_ = cells; }
 
   void match() override {
     const Timer timer{times_.match};
@@ -92,6 +96,10 @@ class HostStages final : public Stages {
     const Timer timer{times_.project};
     stereogrid::fuse(back_end_, frame_.other_grids, vehicle_cells_, config_.fusion, result_->observed.view());
     stereogrid::fuse(back_end_, frame_.other_grids, window_cells_, config_.fusion, space_.observed_world.view());
+    for (const HeldCell& held : held_) {
+      float& cell{space_.observed_world.data()[held.cell]};
+      cell = std::max(cell, held.occupancy);
+    }
   }
 
   void filter() override {
@@ -260,6 +268,7 @@ class HostStages final : public Stages {
   Ground previous_;
   const RowAlignment* rows_{nullptr};
   std::span<const VelocityEvidence> velocities_;
+  std::span<const HeldCell> held_;
   Ground ground_;
   bool is_lost_{false};
   StageTimes times_;

@@ -9,6 +9,7 @@
 
 #include "filter/evidence.hpp"
 #include "filter/filter.hpp"
+#include "filter/held_cell.hpp"
 #include "images/row_alignment/row_alignment.hpp"
 #include "matching/mask.hpp"
 #include "matching/matches.hpp"
@@ -63,6 +64,9 @@ class Stages {
   virtual void expect(const Ground& expected, const Ground& previous, const RowAlignment& rows) = 0;
   /// By ascending cell, one for a cell; none at the beginning of a frame.
   virtual void take_velocities(std::span<const VelocityEvidence> evidence) = 0;
+  /// Cells, each once, at most held_cells_max, that fuse() leaves occupied in the window; none at the beginning of a
+  /// frame. They must stay until finish().
+  virtual void hold(std::span<const HeldCell> cells) = 0;
 
   // The stages, to be called within perform().
 

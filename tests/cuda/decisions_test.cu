@@ -4,6 +4,8 @@
 // What FrameProcessor decides on the way of a frame (where the road is, by how much rows are off, what can be relied
 // on) has the same results on the GPU as on the reference back end.
 #include <algorithm>
+#include <cstdint>
+#include <vector>
 
 #include "side_by_side.hpp"
 
@@ -103,6 +105,38 @@ TEST(a_drive_that_begins_with_nothing) {
     pair.run(frame);
     CHECK_EQUAL(pair.law.result.status.size(), index == 0 ? 1U : 0U);
   }
+}
+
+/// A wall that fills the view, at a whole disparity; 0: the images have nothing in common.
+StereoFrame wall(int index, int disparity, double driven_m) {
+  Random random{static_cast<unsigned>(index)};
+  StereoFrame frame;
+  frame.index = index;
+  frame.stamp_ns = index * 100'000'000LL;
+  frame.world_from_vehicle = Pose2{driven_m, 0, 0};
+  frame.left = frame.right = Image<std::uint8_t>{width, height};
+  for (int v{0}; v < height; ++v) {
+    std::vector<std::uint8_t> greys(2 * width);
+    for (std::uint8_t& grey : greys) grey = static_cast<std::uint8_t>(random.whole(40, 220));
+    std::copy_n(greys.data(), width, frame.left.row(v));
+    std::copy_n(greys.data() + (disparity > 0 ? disparity : width), width, frame.right.row(v));
+  }
+  return frame;
+}
+
+TEST(what_is_too_close_is_held) {
+  Pair pair{small_config(), small_rig()};
+  const double focal_baseline_pxm{small_rig().focal_px * small_rig().baseline_m};
+  int index{0};
+  for (const int disparity : {9, 10, 11, 12, 13, 0, 0, 0}) {
+    const double ahead_m{focal_baseline_pxm / (disparity > 0 ? disparity : 17)};
+    pair.run(wall(index++, disparity, 10 - ahead_m));
+    const std::vector<FrameStatus>& status{pair.law.result.status};
+    CHECK_EQUAL(std::count(status.begin(), status.end(), FrameStatus::too_close), disparity == 0 ? 1 : 0);
+  }
+  const GridLayers& world{pair.law.result.world};
+  const auto cell = world.geometry.cell_at({10.1, 0.1});
+  CHECK(cell.has_value() && world.occupancy(cell->ix, cell->iy) > 0.55f);
 }
 
 }  // namespace

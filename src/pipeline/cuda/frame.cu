@@ -89,7 +89,9 @@ HostMemory::HostMemory(const Rig& rig, const GridGeometry& vehicle_grid, int win
       output{layout.answer_end},
       grids{PackedGrids{vehicle_grid, window_cells}.size()},
       evidence{static_cast<std::size_t>(window_cells) * static_cast<std::size_t>(window_cells)},
-      evidence_count{1} {}
+      evidence_count{1},
+      held{held_cells_max},
+      held_count{1} {}
 
 DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, const GridGeometry& vehicle_grid,
                            int window_cells, const FilterTables& tables)

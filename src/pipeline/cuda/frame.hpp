@@ -104,6 +104,8 @@ struct HostMemory {
   PinnedBuffer<float> grids;                ///< see PackedGrids
   PinnedBuffer<VelocityEvidence> evidence;  ///< read from here: it is little, and how much changes
   PinnedBuffer<int> evidence_count;
+  PinnedBuffer<HeldCell> held;  ///< likewise
+  PinnedBuffer<int> held_count;
 };
 
 /// What the stages hand to each other and keep between frames, on the device. Allocated once.

@@ -83,6 +83,7 @@ void CudaStages::begin(const LevelFrame& frame, const GridGeometry& window, bool
   on_device.window = window;
   on_device.motion = filter_motion({config_.filter, filter_tables_, window, frame.dt_s, frame.view}, window_before_);
   *host_.evidence_count.data() = 0;
+  *host_.held_count.data() = 0;
 }
 
 void CudaStages::expect(const Ground& expected, const Ground& previous, const RowAlignment& rows) {
@@ -98,6 +99,13 @@ void CudaStages::take_velocities(std::span<const VelocityEvidence> evidence) {
   if (are_grids_in_work_) synchronize();
   std::copy(evidence.begin(), evidence.end(), host_.evidence.data());
   *host_.evidence_count.data() = static_cast<int>(evidence.size());
+}
+
+void CudaStages::hold(std::span<const HeldCell> cells) {
+  if (cells.empty() && *host_.held_count.data() == 0) return;
+  if (are_grids_in_work_) synchronize();
+  std::copy(cells.begin(), cells.end(), host_.held.data());
+  *host_.held_count.data() = static_cast<int>(cells.size());
 }
 
 Graph& CudaStages::graph_of(StagePart part) {
@@ -196,6 +204,7 @@ void CudaStages::fuse() {
     fuse_on(&frame->vehicle_cells, device_.observed);
     fuse_on(&frame->window_cells, device_.observed_window);
   }
+  stereogrid::hold(cuda_, host_.held.data(), host_.held_count.data(), device_.observed_window.view());
   times_.mark(cuda_, StreamTimes::projected);
 }
 

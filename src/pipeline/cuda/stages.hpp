@@ -24,6 +24,7 @@ class CudaStages final : public Stages {
   void begin(const LevelFrame& frame, const GridGeometry& window, bool is_first, FrameResult& result) override;
   void expect(const Ground& expected, const Ground& previous, const RowAlignment& rows) override;
   void take_velocities(std::span<const VelocityEvidence> evidence) override;
+  void hold(std::span<const HeldCell> cells) override;
 
   void match() override;
   void estimate_ground() override;

@@ -189,6 +189,20 @@ TEST(EvidenceMap, PointsThatContradictEachOtherSayLittle) {
   EXPECT_LT(information_at_middle({-4, 0}), agreeing / 5);
 }
 
+TEST(EvidenceMap, MarksStandstillThatIsSeenAgainFromTheSamePlace) {
+  EvidenceMap map{40, 8};
+  const auto mark = [&](Point2 velocity, double travelled_m) {
+    const CameraView view{{-3, 0, 0}, 1, 1, 56 * travelled_m, 56};
+    for (const VelocityEvidence& one : map.gather({vector_at({0.1, 0.1}, velocity)}, window, in_one, view)) {
+      if (one.cell == 20 * 40 + 20) return one.is_repeated;
+    }
+    return -1;
+  };
+  EXPECT_EQ(mark({0, 0}, 0), 1);
+  EXPECT_EQ(mark({3, 0}, 0), 0) << "it moves";
+  EXPECT_EQ(mark({0, 0}, 0.5), 0) << "3 m away the disparity has changed by 3 px";
+}
+
 TEST(EvidenceMap, IsNotFasterThanTheLatticeAndStaysInTheWindow) {
   EvidenceMap map{40, 8};
   for (const VelocityEvidence& one :

@@ -2,10 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <span>
+#include <vector>
 
 #include "backend/cpu.hpp"
+#include "backend/reference.hpp"
 #include "filter_run.hpp"
 
 namespace stereogrid::test {
@@ -96,6 +99,51 @@ TEST(VelocityEvidence, MovesAThingOnWithTheNextStep) {
   run.step(Image<float>{cells, cells, 0.5f});
   EXPECT_GT(run.layers.occupancy(12, 9), 0.7) << "a cell further, unseen";
   EXPECT_LT(run.layers.occupancy(8, 9), 0.3);
+}
+
+// Occupancy of a cell of which 30 frames show nothing, while points beside it are measured to stand.
+template <class BackEndType>
+float unobserved_after(BackEndType& back_end, int threads, int is_repeated) {
+  FilterRun<BackEndType> run{back_end, method_config(FilterModel::joint), geometry};
+  WeighingSpace space{cells, run.tables, threads};
+  Image<float> observed{cells, cells, 0.5f};
+  observed(2, 2) = 0.9f;
+  const VelocityEvidence evidence{9 * cells + 10, 0, 0, 4, 0, 4, is_repeated};
+  for (int i{0}; i < 30; ++i) {
+    run.step(observed);
+    weigh_velocities(back_end, std::span{&evidence, 1}, run.tables, space, run.now, run.layers);
+  }
+  return run.layers.occupancy(10, 9);
+}
+
+TEST(VelocityEvidence, OfStandstillDoesNotFillAnUnobservedCellWhenRepeated) {
+  Cpu cpu{1};
+  Reference reference;
+  EXPECT_GT(unobserved_after(cpu, 1, 0), 0.6f) << "mass that arrives comes to stand";
+  EXPECT_LT(unobserved_after(cpu, 1, 1), 0.55f);
+  EXPECT_EQ(unobserved_after(reference, 1, 1), unobserved_after(cpu, 1, 1));
+}
+
+// Half of the cells have been observed.
+TEST(VelocityEvidence, IsIgnoredAlikeByBothBackEnds) {
+  Cpu cpu{2};
+  Reference reference;
+  FilterRun<Cpu> fast{cpu, method_config(FilterModel::joint), geometry};
+  FilterRun<Reference> slow{reference, method_config(FilterModel::joint), geometry};
+  WeighingSpace space{cells, fast.tables, 2};
+  Image<float> observed{scene(cells, 8, 8, 4, 4)};
+  std::vector<VelocityEvidence> evidence;
+  for (int cell{0}; cell < cells * cells; cell += 3) evidence.push_back({cell, 0.5f, 1.5f, 4, 0, 4, cell % 2});
+  for (int i{0}; i < 4; ++i) {
+    for (int y{0}; y < cells; y += 2) std::fill_n(observed.row(y), cells, 0.5f);
+    fast.step(observed);
+    slow.step(observed);
+    weigh_velocities(cpu, evidence, fast.tables, space, fast.now, fast.layers);
+    weigh_velocities(reference, evidence, slow.tables, slow.now, slow.layers);
+    EXPECT_EQ(fast.layers.occupancy, slow.layers.occupancy);
+    EXPECT_EQ(fast.layers.moving, slow.layers.moving);
+    EXPECT_EQ(fast.layers.velocity_x, slow.layers.velocity_x);
+  }
 }
 
 }  // namespace
