@@ -8,8 +8,8 @@
 
 #include "ground/ground.hpp"
 #include "held_bytes.hpp"
-#include "images/exposure.hpp"
 #include "matching/matches.hpp"
+#include "stereogrid/exposure.hpp"
 #include "stereogrid/result.hpp"
 
 namespace stereogrid {

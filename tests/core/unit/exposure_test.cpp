@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "images/exposure.hpp"
+#include "stereogrid/exposure.hpp"
 
 #include <gmock/gmock.h>
 
@@ -59,9 +59,17 @@ TEST(Exposure, TheGainIsMeasuredWhereNothingIsSaturated) {
     const Exposure exchanged{exposure_of(counts.right, counts.left)};
     EXPECT_NEAR(exchanged.gain, 1 / gain, 0.04 / gain);
     EXPECT_EQ(exchanged.left_saturated, exposure.right_saturated);
-    EXPECT_EQ(is_unequal(exposure), gain != 1.0) << gain;
-    EXPECT_EQ(is_unequal(exchanged), gain != 1.0) << gain;
+    const bool is_far_from_one{gain > 1.45 || gain < 1 / 1.45};
+    EXPECT_EQ(is_unequal(exposure), is_far_from_one) << gain;
+    EXPECT_EQ(is_unequal(exchanged), is_far_from_one) << gain;
   }
+}
+
+TEST(Exposure, SaturationCostsMatchesAtASmallGain) {
+  EXPECT_TRUE(is_unequal({1.3, 0.02, 0.1}));
+  EXPECT_TRUE(is_unequal({1 / 1.3, 0.1, 0.02}));
+  EXPECT_FALSE(is_unequal({1.3, 0.1, 0.1})) << "the sky in both";
+  EXPECT_FALSE(is_unequal({1.1, 0.0, 0.1}));
 }
 
 TEST(Exposure, ATextNamesTheBrighterSide) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "images/exposure.hpp"
+#include "stereogrid/exposure.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -46,16 +46,16 @@ bool is_exposed(int grey) {
 
 }  // namespace
 
-GreyTransfer transfer_of(const GreyCounts& left, const GreyCounts& right) {
+GreyTransfer transfer_of(const GreyCounts& from, const GreyCounts& to) {
   GreyTransfer transfer{};
-  const double scale{static_cast<double>(sum_of(right)) / std::max(sum_of(left), 1)};
-  double below_left{0};
-  double below_right{0};
+  const double scale{static_cast<double>(sum_of(to)) / std::max(sum_of(from), 1)};
+  double below_from{0};
+  double below_to{0};
   std::size_t grey{0};
   for (std::size_t i{0}; i < transfer.size(); ++i) {
-    const double rank{scale * (below_left + 0.5 * left[i])};
-    below_left += left[i];
-    while (grey + 1 < right.size() && below_right + right[grey] <= rank) below_right += right[grey++];
+    const double rank{scale * (below_from + 0.5 * from[i])};
+    below_from += from[i];
+    while (grey + 1 < to.size() && below_to + to[grey] <= rank) below_to += to[grey++];
     transfer[i] = static_cast<std::uint8_t>(grey);
   }
   return transfer;
@@ -110,7 +110,7 @@ std::string text_of(const Exposure& exposure) {
     std::snprintf(text.data(), text.size(), " and %.0f %% of it is saturated", percent);
     sentence += text.data();
   }
-  return sentence + ": set both cameras to the same exposure.";
+  return sentence + ": " + std::string{exposure_remedy} + ".";
 }
 
 }  // namespace stereogrid
