@@ -53,6 +53,21 @@ float disparity_at(const MatchedFrame& frame, int u, int v) {
   return std::max(frame.matches.obstacle(u, v), frame.matches.road(u, v));
 }
 
+/// Grey levels of both images at the same places.
+struct PairCounts {
+  GreyCounts left{};
+  GreyCounts right{};
+};
+
+PairCounts counts_of(const MatchedFrame& frame) {
+  PairCounts counts;
+  for_lattice(frame, 0, [&](int u, int v) {
+    ++counts.left[frame.left(u, v)];
+    ++counts.right[frame.right(u, v)];
+  });
+  return counts;
+}
+
 bool are_identical(const MatchedFrame& frame) {
   for (int v{0}; v < frame.left.height; ++v) {
     if (!std::equal(frame.left.row(v), frame.left.row(v) + frame.left.width, frame.right.row(v))) return false;
@@ -81,7 +96,8 @@ double textured_from(const MatchedFrame& frame, double first_row) {
   return std::max<double>(texture_grey, texture_sigmas * noise_of(frame, first_row));
 }
 
-double share_of_texture_matched(const MatchedFrame& frame, double first_row, const RoadPlane& road, int disparities) {
+double share_of_texture_matched(const MatchedFrame& frame, double first_row, const RoadPlane& road, int disparities,
+                                const GreyTransfer* right_of_left) {
   const double least_grey{textured_from(frame, first_row)};
   int all{0};
   int all_matched{0};
@@ -92,7 +108,10 @@ double share_of_texture_matched(const MatchedFrame& frame, double first_row, con
     const int matched{frame.matches.obstacle(u, v) > 0 || frame.matches.road(u, v) > 0 ? 1 : 0};
     ++all;
     all_matched += matched;
-    if (std::abs(frame.left(u + 1, v) - frame.left(u - 1, v)) < least_grey) return;
+    const std::uint8_t before{frame.left(u - 1, v)};
+    const std::uint8_t after{frame.left(u + 1, v)};
+    if (std::abs(after - before) < least_grey) return;
+    if (right_of_left != nullptr && std::abs((*right_of_left)[after] - (*right_of_left)[before]) < texture_grey) return;
     ++textured;
     textured_matched += matched;
   });
@@ -176,7 +195,12 @@ bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Grou
   if (!frame.disparity.empty()) return false;
   // the camera may look above the horizon
   const double first_row{std::min(horizon_row(level_rig, ground), level_rig.height_px / 2.0)};
-  return share_of_texture_matched(frame, first_row, road_plane(level_rig, ground), disparities) < texture_matched_min;
+  const RoadPlane road{road_plane(level_rig, ground)};
+  if (share_of_texture_matched(frame, first_row, road, disparities) >= texture_matched_min) return false;
+  const PairCounts counts{counts_of(frame)};
+  if (!is_unequal(exposure_of(counts.left, counts.right))) return true;
+  const GreyTransfer right_of_left{transfer_of(counts.left, counts.right)};
+  return share_of_texture_matched(frame, first_row, road, disparities, &right_of_left) < texture_matched_min;
 }
 
 FrameTrust::FrameTrust(const Rig& level_rig, const GroundConfig& config, int disparities)
@@ -185,6 +209,14 @@ FrameTrust::FrameTrust(const Rig& level_rig, const GroundConfig& config, int dis
 }
 
 Doubt FrameTrust::judge(const MatchedFrame& frame, const Ground& ground, double dt_s) {
+  Doubt doubt{reason_to_reject(frame, ground, dt_s)};
+  if (!frame.disparity.empty()) return doubt;
+  const PairCounts counts{counts_of(frame)};
+  doubt.exposure = exposure_of(counts.left, counts.right);
+  return doubt;
+}
+
+Doubt::Reason FrameTrust::reason_to_reject(const MatchedFrame& frame, const Ground& ground, double dt_s) {
   unmeasured_s_ += dt_s;
   if (has_few_matches(frame, rig_, ground, disparities_)) {
     return are_identical(frame) ? Doubt::identical_images : Doubt::few_matches;
@@ -200,7 +232,7 @@ Doubt FrameTrust::judge(const MatchedFrame& frame, const Ground& ground, double 
   return unmeasured_s_ > unmeasured_max_s ? Doubt::road_not_seen : Doubt::none;
 }
 
-void tell(Doubt doubt, FrameResult& result) {
+void tell(const Doubt& doubt, FrameResult& result) {
   const auto add = [&](FrameStatus flag, const char* sentence) {
     result.status.push_back(flag);
     result.warnings.emplace_back(sentence);
@@ -225,6 +257,7 @@ void tell(Doubt doubt, FrameResult& result) {
         "the road has not been seen for more than 3 s: nothing is known until it is. If it is in view, the mounting in "
         "the calibration may be wrong.");
   }
+  if (is_unequal(doubt.exposure)) result.warnings.push_back(text_of(doubt.exposure));
 }
 
 void tell_disagreement(const Rig& level_rig, double turned_rad, const Ground& plane, FrameResult& result) {

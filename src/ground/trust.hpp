@@ -9,6 +9,7 @@
 #include "ground/ground.hpp"
 #include "held_bytes.hpp"
 #include "matching/matches.hpp"
+#include "stereogrid/exposure.hpp"
 #include "stereogrid/result.hpp"
 
 namespace stereogrid {
@@ -22,8 +23,16 @@ struct MatchedFrame {
   View<const std::uint8_t> masked{};  ///< PixelMask: these pixels say nothing; empty: all do
 };
 
-/// Why the grids of a frame cannot be built on its matches and its road plane.
-enum class Doubt { none, few_matches, identical_images, road_elsewhere, road_not_seen, falls_away };
+/// Reason to reject the matches and the road plane of a frame, and the exposure of its images.
+struct Doubt {
+  enum Reason { none, few_matches, identical_images, road_elsewhere, road_not_seen, falls_away };
+
+  Doubt(Reason a_reason = none) : reason{a_reason} {}
+  friend bool operator==(const Doubt& doubt, Reason reason) { return doubt.reason == reason; }
+
+  Reason reason;
+  Exposure exposure{};  ///< equal, unless the images were compared
+};
 
 /// Standard deviation of the left image's noise below the row `first_row`, in grey levels: of the second differences
 /// between neighbours in a row, by their median, which texture raises a little.
@@ -34,15 +43,18 @@ double textured_from(const MatchedFrame& frame, double first_row);
 
 /// Share of the pixels with texture below the row `first_row` that have matched; of all pixels there, where next to
 /// none has texture. 1 where the image has no pixels there. Those where `road` is too near for so many `disparities`
-/// could not match, and do not count. Texture is what differs clearly more than noise does.
-double share_of_texture_matched(const MatchedFrame& frame, double first_row, const RoadPlane& road, int disparities);
+/// could not match, and do not count. Texture is what differs clearly more than noise does, in the left image and,
+/// where `right_of_left` is given, after that in the right one: saturated or dark areas there have none.
+double share_of_texture_matched(const MatchedFrame& frame, double first_row, const RoadPlane& road, int disparities,
+                                const GreyTransfer* right_of_left = nullptr);
 
 /// Disparities of either hypothesis at the pixels of MatchLattice; appended.
 void add_samples(const MatchedFrame& frame, std::vector<GroundSample>& samples);
 /// How many there can be.
 std::size_t samples_max(const Rig& level_rig);
 
-/// Has so little of the texture below the horizon of `ground` matched that the images do not belong together?
+/// Has so little of the texture below the horizon of `ground` matched that the images do not belong together? Where the
+/// exposures are unequal, only texture that both images can show counts.
 bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Ground& ground, int disparities);
 
 /// Do the samples say that the road is not where `plane` has it? Few of those where it expects road lie on it, and
@@ -71,6 +83,8 @@ class FrameTrust {
   [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(samples_); }
 
  private:
+  Doubt::Reason reason_to_reject(const MatchedFrame& frame, const Ground& ground, double dt_s);
+
   Rig rig_;
   GroundConfig config_;
   int disparities_;
@@ -78,8 +92,8 @@ class FrameTrust {
   std::vector<GroundSample> samples_;
 };
 
-/// The doubt as FrameResult has it: flags and a sentence.
-void tell(Doubt doubt, FrameResult& result);
+/// Adds the flags and warnings of the doubt to the result.
+void tell(const Doubt& doubt, FrameResult& result);
 
 /// Adds extrinsics_disagree with a warning: the extrinsics of `level_rig`, which stay, and the plane that contradicts
 /// them. `turned_rad`: see MountingSearch.

@@ -3,6 +3,7 @@
 //
 // Inputs that nothing can come of, and what `info` and `run` say about them.
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <functional>
 #include <regex>
@@ -157,6 +158,42 @@ TEST(UselessInput, RunSaysInHowManyFramesThereAreFewMatches) {
   again.emplace_back("--resume");
   run_well(again);
   EXPECT_EQ(json_of(folder / "run" / "run.json")["status"], status);
+}
+
+/// The words of `run` with a small grid.
+std::vector<std::string> small_run(const fs::path& drive, const fs::path& out) {
+  return {"run", drive.string(), "--out", out.string(), "--set", "grid.length_m=10"};
+}
+
+void multiply(Grey& image, double gain) {
+  for (std::uint8_t& grey : image) grey = static_cast<std::uint8_t>(std::min(std::lround(gain * grey), 255L));
+}
+
+TEST(UselessInput, OneImageMayBeBrighterAndThatIsSaid) {
+  const TemporaryFolder folder;
+  const fs::path input{drive(folder, 3)};
+  replace_pairs(input, [](Grey&, Grey& right) { multiply(right, 2); });
+  const auto named{
+      ::testing::ContainsRegex("the right image is (1.9|2.0|2.1) × brighter than the left and [0-9]+ % of "
+                               "it is saturated: set both cameras to the same exposure")};
+  EXPECT_THAT(run_well({"info", input.string()}).output, AllOf(named, HasSubstr("usable")));
+  EXPECT_THAT(run_well(small_run(input, folder / "run")).errors, AllOf(named, HasSubstr("in 3 of 3 frames (first: ")));
+  EXPECT_EQ(json_of(folder / "run" / "run.json")["status"], Json::object());
+  EXPECT_THAT(run_well({"live", input.string(), "--listen", ":0"}).errors, named);
+}
+
+TEST(UselessInput, RunSaysTheReasonThatInfoSays) {
+  const TemporaryFolder folder;
+  const fs::path input{drive(folder, 3)};
+  replace_pairs(
+      input, [](Grey&, Grey& right) { std::rotate(right.begin(), right.begin() + 12 * right.width(), right.end()); },
+      1);
+  const std::string fault{"rows are off: the right image lies about 12 rows too high"};
+  const std::string count{"in 2 of 3 frames left and right image hardly match"};
+  EXPECT_THAT(run_well({"info", input.string()}).output, AllOf(HasSubstr(fault), HasSubstr(count)));
+  EXPECT_THAT(
+      run_well(small_run(input, folder / "run")).errors,
+      AllOf(HasSubstr(fault), HasSubstr(count), HasSubstr("most grids are unknown: those of 2 of 3 frames (67 %)")));
 }
 
 TEST(UselessInput, AGoodDriveIsFineAndItsRoadIsFound) {

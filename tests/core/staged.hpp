@@ -45,8 +45,9 @@ class Staged {
     frame.stamp_ns = std::llround(time_s_ * 1e9);
     frame.world_from_vehicle = pose;
     const auto seed = static_cast<std::uint64_t>(2 * index_);
-    frame.left = render(world_, scenes::Caster{scenes::left_camera(rig_, pose), parts}, {1, 2.5, seed});
-    frame.right = render(world_, scenes::Caster{scenes::right_camera(rig_, pose), parts}, {1.05, 2.5, seed + 1});
+    frame.left = render(world_, scenes::Caster{scenes::left_camera(rig_, pose), parts, world_.ground}, {1, 2.5, seed});
+    frame.right =
+        render(world_, scenes::Caster{scenes::right_camera(rig_, pose), parts, world_.ground}, {1.05, 2.5, seed + 1});
     ++index_;
     time_s_ += interval_s_;
     return frame;

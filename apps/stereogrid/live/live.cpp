@@ -8,12 +8,14 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
 #include <variant>
 
 #include "commands.hpp"
+#include "complaints/frame_tally.hpp"
 #include "console.hpp"
 #include "interrupt.hpp"
 #include "live/latency.hpp"
@@ -76,6 +78,18 @@ class LiveLoop {
     frames_reported_ = frames_;
   }
 
+  /// Warns of what was wrong with the frames, as `info` and `run` do.
+  void complain(const Config& config) {
+    const auto frame_at = [this](std::size_t index) -> std::optional<StereoFrame> {
+      const auto found{poor_frames_.find(index)};
+      if (found == poor_frames_.end()) return std::nullopt;
+      return found->second;
+    };
+    const Complaints complaints{complaints_of(
+        tally_, {Input{}, config, input_.source->rig(), pipeline_.rig(), pipeline_.level_rig(), frame_at})};
+    for (const std::string& text : complaints.texts) spdlog::warn("{}", text);
+  }
+
   [[nodiscard]] bool has_frames() const { return frames_ > 0; }
 
  private:
@@ -91,7 +105,18 @@ class LiveLoop {
     if (!placed.warning.empty()) result_.warnings.push_back(placed.warning);
     latency_ = latencies_.add(Clock::now() - placed.captured);
     tell_warnings(result_.warnings);
+    count(placed.frame);
     send(placed.frame, rig);
+  }
+
+  // The first frames that are examined in the end are kept.
+  void count(const StereoFrame& frame) {
+    tally_.add(io::summary_of(frame, result_));
+    const auto index{static_cast<std::size_t>(frame.index)};
+    const auto is_first = [index](const FrameCount& poor) { return poor.frames == 1 && poor.first_index == index; };
+    if (is_first(tally_.with(FrameStatus::few_matches)) || is_first(tally_.without_road)) {
+      poor_frames_.emplace(index, frame);
+    }
   }
 
   void send(const StereoFrame& frame, const Rig& rig) {
@@ -111,19 +136,17 @@ class LiveLoop {
   }
 
   void tell_warnings(const std::vector<std::string>& warnings) {
+    std::vector<std::string> now;
     for (const std::string& warning : warnings) {
-      const bool is_new{std::ranges::find(told_, warning) == told_.end()};
+      now.push_back(without_digits(warning));
+      const bool is_new{std::ranges::find(told_, now.back()) == told_.end()};
       spdlog::log(is_new ? spdlog::level::warn : spdlog::level::debug, "{}", warning);
     }
-    told_ = warnings;
+    told_ = std::move(now);
   }
 
   // Sentences that count seconds are one and the same.
   void tell_fault(const std::string& fault) {
-    const auto without_digits = [](std::string text) {
-      std::erase_if(text, [](char letter) { return letter >= '0' && letter <= '9'; });
-      return text;
-    };
     if (without_digits(fault) == without_digits(fault_)) return;
     if (fault.empty()) {
       spdlog::info("it works again");
@@ -150,6 +173,8 @@ class LiveLoop {
   ResetWish& reset_;
   ServiceManager service_;
   FrameResult result_;
+  FrameTally tally_;
+  std::map<std::size_t, StereoFrame> poor_frames_;
   std::int64_t stream_{0};
   LatencyWindow latencies_;
   messages::Latency latency_;
@@ -172,7 +197,7 @@ int live(const LiveOptions& options) {
   Pipeline pipeline{start_pipeline(config, input.source->rig(), options.device,
                                    {.horizons_s = options.predict_s,
                                     .mask = input.mask,
-                                    .extrinsics_given = input.extrinsics_given,
+                                    .extrinsics_given = input.recording.extrinsics_given,
                                     .in_world_of_poses = input.in_world_of_poses})};
   ResetWish reset;
   Page page{options.page, input.kind, reset.parameters()};
@@ -184,6 +209,7 @@ int live(const LiveOptions& options) {
   loop.go_on();
   output.finish();
   loop.report();
+  loop.complain(config);
   if (interrupted() != 0 || loop.has_frames()) return exit_done;
   throw InputError{input.kind, "has ended without a frame that could be used.", "The warnings above say why."};
 }

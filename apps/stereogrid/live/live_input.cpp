@@ -92,7 +92,7 @@ LiveInput open_camera_input(const LiveInputOptions& options) {
   const fs::path mask{options.input.mask.empty() ? calibration.mask : fs::path{options.input.mask}};
   if (!mask.empty()) live.mask = io::read_mask(mask, calibration);
   live.source = open_camera(options, calibration);
-  live.extrinsics_given = calibration.has_mounting;
+  live.recording.extrinsics_given = calibration.has_mounting;
   live.kind = options.input.paths.size() == 1 ? options.input.paths.front()
                                               : options.input.paths.front() + " " + options.input.paths.back();
   return live;
@@ -116,7 +116,7 @@ LiveInput open_live_input(const LiveInputOptions& options, Ros2Options& ros2) {
   log_input(live.recording);
   live.poses = live.recording.poses;
   live.mask = live.recording.mask;
-  live.extrinsics_given = live.recording.extrinsics_given;
+
   live.kind = options.input.paths.front();
   live.source = capture::replay(*live.recording.source, {.loops = options.loops, .speed = options.speed});
   return live;

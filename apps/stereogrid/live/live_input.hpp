@@ -25,7 +25,6 @@ struct LiveInput {
   PoseSource poses{PoseSource::odometry};
   bool in_world_of_poses{false};  ///< PipelineOptions::in_world_of_poses
   Image<std::uint8_t> mask{};
-  bool extrinsics_given{false};  ///< PipelineOptions::extrinsics_given
 };
 
 /// `ros2`: for a SOURCE there. Throws ConfigError, InputError, DeviceError.

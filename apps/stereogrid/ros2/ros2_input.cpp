@@ -236,7 +236,7 @@ LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2) {
   LiveInput live;
   live.kind = options.paths.front();
   live.in_world_of_poses = has_poses;
-  live.extrinsics_given = setup.calibration.has_mounting;
+  live.recording.extrinsics_given = setup.calibration.has_mounting;
   live.poses = has_poses ? PoseSource::input : options.poses == "none" ? PoseSource::none : PoseSource::odometry;
   const std::filesystem::path mask{options.mask.empty() ? setup.calibration.mask : std::filesystem::path{options.mask}};
   if (!mask.empty()) live.mask = io::read_mask(mask, setup.calibration);

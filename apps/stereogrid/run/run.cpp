@@ -171,7 +171,7 @@ int run(const RunOptions& options) {
   record.save(loop.is_complete());
   if (loop.is_complete() ? options.save_last : !poses.takes_time()) loop.save_state();
   print_summary(record, loop.frames_per_second());
-  warn_of_unknown_frames(record, input.source->rig(), pipeline.rig());
+  warn_of_frames(record, input, pipeline);
   return loop.is_complete() ? exit_done : stopped(options, record, loop);
 }
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "commands.hpp"
+#include "complaints/frame_tally.hpp"
 #include "console.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
@@ -105,7 +106,7 @@ void RunLoop::take(io::QueuedFrame queued) {
     ++frames_done_;
     record_.set_rigs(pipeline_.rig(), pipeline_.level_rig());
     if (!record_.is_written(queued.index)) return;
-    record_.add_frame({queued.index, result.timing_ms, result.warnings, result.status});
+    record_.add_frame(io::summary_of(*queued.frame, result));
     writer_.write(std::move(*queued.frame), std::move(result), rig, checkpoint_after(queued.index));
   } catch (const InputError& error) {
     skip(queued, error.what());
@@ -145,7 +146,7 @@ void RunLoop::save_skipped() {
 
 void RunLoop::tell_warnings(const std::string& name, const std::vector<std::string>& warnings) {
   for (const std::string& warning : warnings) {
-    const bool is_new{told_.insert(warning).second};
+    const bool is_new{told_.insert(without_digits(warning)).second};
     spdlog::log(is_new ? spdlog::level::warn : spdlog::level::debug, "frame {}: {}", name, warning);
   }
 }

@@ -5,10 +5,14 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <optional>
+#include <string>
 
+#include "complaints/frame_tally.hpp"
 #include "console.hpp"
+#include "interrupt.hpp"
 #include "run/lidar_stage.hpp"
-#include "stereogrid/io/calibration.hpp"
+#include "stereogrid/error.hpp"
 #include "stereogrid/io/run_folder/stages.hpp"
 
 namespace stereogrid::app {
@@ -22,30 +26,20 @@ std::ptrdiff_t frames_of_stereo_alone(const io::RunRecord& record) {
 
 }  // namespace
 
-void warn_of_unknown_frames(const io::RunRecord& record, const Rig& rig, const Rig& mounted) {
-  constexpr double degrees{57.29577951308232};
-  const std::size_t all{record.finished().size()};
-  const std::size_t unknown{record.frames_with(FrameStatus::road_unknown)};
-  const std::size_t unmatched{record.frames_with(FrameStatus::few_matches)};
-  if (unknown > 0 && mounted != rig) {
-    spdlog::warn(
-        "in {} of {} frames it is not known where the road is, and the grid is unknown. The camera is not mounted as "
-        "was assumed. Without such a beginning: add to calibration.yaml\n{}",
-        unknown, all, io::mount_line(mounted));
-  } else if (unknown > 0) {
-    spdlog::warn(
-        "in {} of {} frames it is not known where the road is, and the grid is unknown. The mounting may be wrong: "
-        "{:.3g} m "
-        "above the road and a pitch of {:.1f}° are assumed. Measure them and write them to calibration.yaml: "
-        "mount.camera_height_m, mount.camera_pitch_rad.",
-        unknown, all, rig.camera_height_m, rig.camera_pitch_rad * degrees);
-  }
-  if (unmatched > 0) {
-    spdlog::warn(
-        "in {} of {} frames left and right image hardly match, and the grid is unknown. stereogrid info looks for the "
-        "reason: images swapped, of different instants, not rectified, dark.",
-        unmatched, all);
-  }
+void warn_of_frames(const io::RunRecord& record, const Input& input, const Pipeline& pipeline) {
+  FrameTally tally;
+  for (const io::FrameSummary& frame : record.finished()) tally.add(frame);
+  const auto frame_at = [&](std::size_t index) -> std::optional<StereoFrame> {
+    if (interrupted() != 0) return std::nullopt;
+    try {
+      return input.source->load(index);
+    } catch (const InputError&) {
+      return std::nullopt;
+    }
+  };
+  const Complaints complaints{complaints_of(
+      tally, {input, pipeline.config(), input.source->rig(), pipeline.rig(), pipeline.level_rig(), frame_at})};
+  for (const std::string& text : complaints.texts) spdlog::warn("{}", text);
 }
 
 void print_summary(const io::RunRecord& record, double frames_per_second) {

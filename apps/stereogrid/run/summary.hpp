@@ -2,15 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "stereogrid/camera.hpp"
+#include "input.hpp"
 #include "stereogrid/io/run_folder/run_record.hpp"
+#include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::app {
 
 /// What a run has done, on stdout; silent under --quiet.
 void print_summary(const io::RunRecord& record, double frames_per_second);
 
-/// How many frames say nothing, and what would mend it. `rig`: as given; `mounted`: as it was found to be.
-void warn_of_unknown_frames(const io::RunRecord& record, const Rig& rig, const Rig& mounted);
+/// Logs what is wrong with the frames of the run and the remedy, as `info` does.
+void warn_of_frames(const io::RunRecord& record, const Input& input, const Pipeline& pipeline);
 
 }  // namespace stereogrid::app

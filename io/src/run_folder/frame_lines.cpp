@@ -120,6 +120,12 @@ Pose2 pose_of(const Json& line) {
   return {number(pose, "x_m", farthest), number(pose, "y_m", farthest), number(pose, "yaw_rad", farthest)};
 }
 
+// Grids of lines that are read again are not: here the flags decide.
+bool is_known_by(const std::vector<FrameStatus>& status) {
+  return std::ranges::none_of(
+      status, [](FrameStatus flag) { return flag == FrameStatus::few_matches || flag == FrameStatus::road_unknown; });
+}
+
 FrameSummary summary_of(const Json& line) {
   FrameSummary frame;
   frame.index = static_cast<std::size_t>(whole_number(line, "index", 0, largest_index));
@@ -129,6 +135,11 @@ FrameSummary summary_of(const Json& line) {
   }
   frame.warnings = line.at("warnings").get<std::vector<std::string>>();
   frame.status = status_of(line);
+  frame.name = line.value("name", "");
+  const Json& ground(line.at("ground"));
+  frame.ground = {number(ground, "height_m", most), number(ground, "pitch_rad", most), number(ground, "roll_rad", most),
+                  ground.at("estimated").get<bool>()};
+  frame.is_known = is_known_by(frame.status);
   for (const Json& obstacle : line.at("obstacles")) static_cast<void>(id_of(obstacle));
   return frame;
 }
@@ -287,6 +298,17 @@ std::string frame_line(const StereoFrame& frame, const FrameResult& result, cons
                   {"status", status},
                   {"warnings", result.warnings}};
   return json_text(line);
+}
+
+FrameSummary summary_of(const StereoFrame& frame, const FrameResult& result) {
+  const bool is_known{std::ranges::any_of(result.observed, [](float occupancy) { return occupancy != 0.5F; })};
+  return {static_cast<std::size_t>(frame.index),
+          result.timing_ms,
+          result.warnings,
+          result.status,
+          frame.name,
+          result.ground,
+          is_known};
 }
 
 std::vector<FrameSummary> take_finished_frames(const fs::path& path) {

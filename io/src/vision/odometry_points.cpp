@@ -8,6 +8,8 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
+#include "stereogrid/exposure.hpp"
+
 namespace stereogrid::io {
 namespace {
 
@@ -70,18 +72,37 @@ std::vector<bool> flow(const Pyramid& from, const Pyramid& to, const std::vector
   return came_home;
 }
 
+GreyCounts counts_of(const Image<std::uint8_t>& image) {
+  GreyCounts counts{};
+  for (const std::uint8_t grey : image) ++counts[grey];
+  return counts;
+}
+
+/// The right image, or, where the exposures are unequal, with the grey levels of the left one: what is tracked has to
+/// look the same in both.
+Image<std::uint8_t> right_as_left(const StereoFrame& frame) {
+  Image<std::uint8_t> right{frame.right};
+  const GreyCounts left_counts{counts_of(frame.left)};
+  const GreyCounts right_counts{counts_of(frame.right)};
+  if (!is_unequal(exposure_of(left_counts, right_counts))) return right;
+  const GreyTransfer left_of_right{transfer_of(right_counts, left_counts)};
+  for (std::uint8_t& grey : right) grey = left_of_right[grey];
+  return right;
+}
+
 /// To begin with, 0 where unknown: block matching at a quarter of the size.
-std::vector<float> coarse_disparities(const StereoFrame& frame, const std::vector<cv::Point2f>& corners) {
+std::vector<float> coarse_disparities(const Image<std::uint8_t>& left_image, const Image<std::uint8_t>& right_image,
+                                      const std::vector<cv::Point2f>& corners) {
   std::vector<float> found(corners.size(), 0.0F);
-  const int disparities{std::max(16, (frame.left.width() / 8 / coarse_px + 15) / 16 * 16)};
-  if (frame.left.width() / coarse_px <= disparities + coarse_window_px ||
-      frame.left.height() / coarse_px <= coarse_window_px) {
+  const int disparities{std::max(16, (left_image.width() / 8 / coarse_px + 15) / 16 * 16)};
+  if (left_image.width() / coarse_px <= disparities + coarse_window_px ||
+      left_image.height() / coarse_px <= coarse_window_px) {
     return found;
   }
   cv::Mat left;
   cv::Mat right;
-  cv::resize(mat_of(frame.left), left, {}, 1.0 / coarse_px, 1.0 / coarse_px, cv::INTER_AREA);
-  cv::resize(mat_of(frame.right), right, {}, 1.0 / coarse_px, 1.0 / coarse_px, cv::INTER_AREA);
+  cv::resize(mat_of(left_image), left, {}, 1.0 / coarse_px, 1.0 / coarse_px, cv::INTER_AREA);
+  cv::resize(mat_of(right_image), right, {}, 1.0 / coarse_px, 1.0 / coarse_px, cv::INTER_AREA);
   cv::Mat sixteenths;
   const auto matcher{cv::StereoBM::create(disparities, coarse_window_px)};
   matcher->compute(left, right, sixteenths);
@@ -97,8 +118,9 @@ std::vector<float> coarse_disparities(const StereoFrame& frame, const std::vecto
 /// others as if they were far away.
 std::vector<bool> find_in_right(const StereoFrame& frame, const Pyramid& left, const std::vector<cv::Point2f>& corners,
                                 std::vector<cv::Point2f>& in_right) {
-  const Pyramid right{pyramid_of(frame.right)};
-  const std::vector<float> coarse{coarse_disparities(frame, corners)};
+  const Image<std::uint8_t> right_image{right_as_left(frame)};
+  const Pyramid right{pyramid_of(right_image)};
+  const std::vector<float> coarse{coarse_disparities(frame.left, right_image, corners)};
   std::vector<bool> found(corners.size(), false);
   in_right.resize(corners.size());
   for (const bool are_known : {true, false}) {

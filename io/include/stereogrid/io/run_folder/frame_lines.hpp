@@ -22,13 +22,17 @@ namespace stereogrid::io {
 /// No drive has as many frames.
 inline constexpr std::int64_t largest_index{1'000'000'000};
 
-/// What going on with a run has to know of a frame that is done.
+/// The part of a frame's result that the summary of a run needs.
 struct FrameSummary {
   std::size_t index{0};
   StageTimes timing_ms;
   std::vector<std::string> warnings;
   std::vector<FrameStatus> status;
+  std::string name{};
+  Ground ground{};      ///< FrameResult::ground
+  bool is_known{true};  ///< at least one cell of the observed grid is known
 };
+[[nodiscard]] STEREOGRID_EXPORT FrameSummary summary_of(const StereoFrame& frame, const FrameResult& result);
 
 /// How the camera is mounted, as a frame's line has it.
 struct Mounting {

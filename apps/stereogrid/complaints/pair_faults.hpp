@@ -17,8 +17,15 @@ namespace stereogrid::app {
 /// Is the road found when the rig is turned by 180° about its optical axis?
 [[nodiscard]] bool is_upside_down(const StereoFrame& frame, const Config& config, const Rig& rig);
 
-/// Why a pair that is not swapped hardly matches, and what would mend it: images of different instants, rows that are
-/// off, images rectified twice. `index`: the frame's place in `input`.
-[[nodiscard]] std::string fault_of_pair(const Input& input, std::size_t index, const StereoFrame& frame);
+/// Reason for the few matches of a pair, and its remedy.
+struct PairFault {
+  std::string text;
+  bool is_swapped{false};
+};
+
+/// Looks for the fault of a pair that hardly matches: no texture, sides swapped, images of different instants, vertical
+/// misalignment, images rectified twice. The text is empty where none of them is found. `index`: place of the frame in
+/// `input`, which may lack a source; then its neighbours are not compared.
+[[nodiscard]] PairFault fault_of_pair(const Input& input, std::size_t index, const StereoFrame& frame);
 
 }  // namespace stereogrid::app

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "info/pair_faults.hpp"
+#include "complaints/pair_faults.hpp"
 
 #include <fmt/format.h>
 
@@ -125,15 +125,18 @@ bool is_upside_down(const StereoFrame& frame, const Config& config, const Rig& r
   return result.ground.estimated && result.status.empty();
 }
 
-std::string fault_of_pair(const Input& input, std::size_t index, const StereoFrame& frame) {
+PairFault fault_of_pair(const Input& input, std::size_t index, const StereoFrame& frame) {
+  if (frame.right.empty()) return {};
+  if (frame.left == frame.right) return {"left and right are the same image: give the right camera's images."};
+  if (is_without_texture(frame)) {
+    return {"an image is black or without texture: is a lens covered, or the exposure far off?"};
+  }
+  if (const auto complaint{io::complaint_if_swapped(frame)}) return {*complaint, true};
   const double as_it_is{io::coarse_match_share(frame.left, frame.right)};
   std::string fault{fault_of_rectification(input.recording, index, as_it_is)};
-  if (fault.empty()) fault = fault_of_time(*input.source, index, frame, as_it_is);
+  if (fault.empty() && input.source) fault = fault_of_time(*input.source, index, frame, as_it_is);
   if (fault.empty()) fault = fault_of_rows(frame, as_it_is);
-  if (fault.empty()) {
-    fault = "are they of the same instant and the same place, rectified with this calibration, and not all noise?";
-  }
-  return fault;
+  return {fault};
 }
 
 }  // namespace stereogrid::app

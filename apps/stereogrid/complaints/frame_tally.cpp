@@ -1,0 +1,193 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "complaints/frame_tally.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "complaints/pair_faults.hpp"
+#include "stereogrid/exposure.hpp"
+#include "stereogrid/io/calibration.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+constexpr double degrees{57.29577951308232};
+
+bool has(const io::FrameSummary& frame, FrameStatus flag) {
+  return std::ranges::count(frame.status, flag) > 0;
+}
+
+/// Text of the warning about unequal exposures; "": there is none.
+std::string exposure_warning(const std::vector<std::string>& warnings) {
+  const auto found{std::ranges::find_if(
+      warnings, [](const std::string& text) { return text.find(exposure_remedy) != std::string::npos; })};
+  return found == warnings.end() ? "" : *found;
+}
+
+/// Flags of time and pose describe how the frames follow each other, not the images.
+bool is_of_images(FrameStatus flag) {
+  return flag != FrameStatus::clock_gap && flag != FrameStatus::clock_stepped_back &&
+         flag != FrameStatus::pose_missing && flag != FrameStatus::pose_jump;
+}
+
+double median_pitch_rad(const FrameTally& tally) {
+  std::size_t all{0};
+  for (const auto& [mrad, frames] : tally.road_pitches_mrad) all += frames;
+  std::size_t below{0};
+  for (const auto& [mrad, frames] : tally.road_pitches_mrad) {
+    below += frames;
+    if (2 * below > all) return mrad * 1e-3;
+  }
+  return 0;
+}
+
+class Complaining {
+ public:
+  Complaining(const FrameTally& tally, const TallyContext& context) : tally_{tally}, context_{context} {}
+
+  Complaints complain() {
+    complain_of_exposure();
+    for (std::size_t i{0}; i < tally_.flags.size(); ++i) complain_of(static_cast<FrameStatus>(i));
+    complain_of_pitch();
+    complain_of_unknown_grids();
+    return std::move(complaints_);
+  }
+
+ private:
+  void say(std::string text) { complaints_.texts.push_back(std::move(text)); }
+
+  [[nodiscard]] std::string share(const FrameCount& count) const {
+    return fmt::format("{} of {} frames", count.frames, tally_.frames);
+  }
+
+  void complain_of_exposure() {
+    const FrameCount& unequal{tally_.unequal_exposure};
+    if (unequal.frames == 0) return;
+    say(fmt::format("in {} (first: {}) {}", share(unequal), unequal.first_name,
+                    exposure_warning(unequal.first_warnings)));
+  }
+
+  void complain_of(FrameStatus flag) {
+    if (flag == FrameStatus::road_unknown) return complain_of_road();  // also of frames without the flag
+    const FrameCount& flagged{tally_.with(flag)};
+    if (flagged.frames == 0 || !is_of_images(flag)) return;
+    if (flag == FrameStatus::few_matches) return complain_of_matches(flagged);
+    say(fmt::format("in {} (first: {}): {}: {}", share(flagged), flagged.first_name,
+                    names_of(flag)[static_cast<std::size_t>(flag)], fmt::join(flagged.first_warnings, " ")));
+  }
+
+  void complain_of_matches(const FrameCount& unmatched) {
+    PairFault fault;
+    if (const auto frame{context_.frame_at(unmatched.first_index)}) {
+      fault = fault_of_pair(context_.input, unmatched.first_index, *frame);
+    }
+    complaints_.are_sides_swapped = fault.is_swapped;
+    if (fault.text.empty()) fault.text = exposure_warning(unmatched.first_warnings);
+    if (fault.text.empty()) {
+      fault.text =
+          "are they of the same instant and the same place, rectified with this calibration, and not all noise?";
+    }
+    say(fmt::format("in {} left and right image hardly match, and the grid is unknown (first: {}): {}",
+                    share(unmatched), unmatched.first_name, fault.text));
+  }
+
+  // Single frames without a road occur on every drive; its plane is carried over.
+  void complain_of_road() {
+    constexpr std::size_t every{20};
+    const FrameCount& unknown{tally_.with(FrameStatus::road_unknown)};
+    const FrameCount& missed{tally_.without_road};
+    const bool is_missed{context_.config.ground.estimate && every * missed.frames >= tally_.frames};
+    if (missed.frames == 0 || (!is_missed && unknown.frames == 0)) return;
+    const auto frame{context_.frame_at(missed.first_index)};
+    if (frame && is_upside_down(*frame, context_.config, context_.given)) {
+      return say("the images are upside down: the road is above. Turn both by 180° and exchange left and right.");
+    }
+    std::string text{fmt::format("road not found in {} (first: {})", share(missed), missed.first_name)};
+    if (unknown.frames > 0) {
+      text += fmt::format("; in {} it is not known where the road is, and the grid is unknown", share(unknown));
+    }
+    const bool is_explained{unknown.frames > 0 && context_.input.extrinsics_given};
+    say(is_explained ? text + ": " + unknown.first_warnings.front() : text + advice_on_mounting());
+  }
+
+  [[nodiscard]] std::string advice_on_mounting() const {
+    const Rig& rig{context_.given};
+    if (context_.used != rig) {
+      return fmt::format(
+          ". The camera is not mounted as assumed, {:.3g} m above the road with a pitch of {:.1f}° (down). A run finds "
+          "that out, but knows nothing until then. For calibration.yaml: {}",
+          rig.camera_height_m, rig.camera_pitch_rad * degrees, io::mount_line(context_.used));
+    }
+    return fmt::format(
+        ". It may be out of view, wet or without texture, or {}: {:.3g} m "
+        "above the road and a pitch of {:.1f}° (down) are assumed. Measure them, and give mount.camera_height_m and "
+        "mount.camera_pitch_rad.",
+        context_.input.extrinsics_given ? "the mounting in the calibration may be wrong"
+                                        : "the calibration has no mounting",
+        rig.camera_height_m, rig.camera_pitch_rad * degrees);
+  }
+
+  void complain_of_pitch() {
+    constexpr double noticeable_deg{2};
+    const double given_rad{context_.given.camera_pitch_rad};
+    if (tally_.road_pitches_mrad.empty() || context_.used != context_.given) return;
+    const double pitch_rad{median_pitch_rad(tally_) + given_rad - context_.level.camera_pitch_rad};
+    if (std::abs(pitch_rad - given_rad) * degrees <= noticeable_deg) return;
+    say(
+        fmt::format("the camera looks down by {:.1f}°, not by {:.1f}° as assumed. Results are better with "
+                    "mount.camera_pitch_rad: {:.3f} in the calibration.",
+                    pitch_rad * degrees, given_rad * degrees, pitch_rad));
+  }
+
+  void complain_of_unknown_grids() {
+    const std::size_t unknown{tally_.unknown.frames};
+    if (2 * unknown <= tally_.frames) return;
+    say(fmt::format("most grids are unknown: those of {} ({:.0f} %).", share(tally_.unknown),
+                    100.0 * static_cast<double>(unknown) / static_cast<double>(tally_.frames)));
+  }
+
+  const FrameTally& tally_;
+  const TallyContext& context_;
+  Complaints complaints_;
+};
+
+}  // namespace
+
+void FrameCount::add(const io::FrameSummary& frame) {
+  if (frames++ > 0) return;
+  first_index = frame.index;
+  first_name = frame.name;
+  first_warnings = frame.warnings;
+}
+
+bool shows_road(const io::FrameSummary& frame) {
+  return frame.ground.estimated && !has(frame, FrameStatus::few_matches) && !has(frame, FrameStatus::road_unknown);
+}
+
+void FrameTally::add(const io::FrameSummary& frame) {
+  ++frames;
+  if (!frame.is_known) unknown.add(frame);
+  for (const FrameStatus flag : frame.status) flags[static_cast<std::size_t>(flag)].add(frame);
+  if (!exposure_warning(frame.warnings).empty()) unequal_exposure.add(frame);
+  if (shows_road(frame)) {
+    ++road_pitches_mrad[static_cast<int>(std::lround(frame.ground.pitch_rad * 1e3))];
+  } else if (!has(frame, FrameStatus::few_matches)) {
+    without_road.add(frame);
+  }
+}
+
+Complaints complaints_of(const FrameTally& tally, const TallyContext& context) {
+  return Complaining{tally, context}.complain();
+}
+
+std::string without_digits(std::string text) {
+  std::erase_if(text, [](char letter) { return letter >= '0' && letter <= '9'; });
+  return text;
+}
+
+}  // namespace stereogrid::app

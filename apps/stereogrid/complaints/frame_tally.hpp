@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "input.hpp"
+#include "stereogrid/camera.hpp"
+#include "stereogrid/config.hpp"
+#include "stereogrid/io/run_folder/frame_lines.hpp"
+#include "stereogrid/result.hpp"
+
+namespace stereogrid::app {
+
+/// Number of frames that have something in common, and the first of them.
+struct FrameCount {
+  std::size_t frames{0};
+  std::size_t first_index{0};
+  std::string first_name{};
+  std::vector<std::string> first_warnings{};
+
+  void add(const io::FrameSummary& frame);
+};
+
+/// True where the images match and show the road plane.
+[[nodiscard]] bool shows_road(const io::FrameSummary& frame);
+
+/// Counts of what the frames of an input report. Its size does not depend on the number of frames.
+struct FrameTally {
+  std::size_t frames{0};
+  FrameCount unknown;  ///< no cell of the observed grid is known
+  std::array<FrameCount, names_of(FrameStatus{}).size()> flags;
+  FrameCount without_road;                       ///< matched, but the road plane was not measured
+  FrameCount unequal_exposure;                   ///< one image is brighter than the other
+  std::map<int, std::size_t> road_pitches_mrad;  ///< number of frames with each measured pitch
+
+  void add(const io::FrameSummary& frame);
+  [[nodiscard]] const FrameCount& with(FrameStatus flag) const { return flags[static_cast<std::size_t>(flag)]; }
+};
+
+/// The input and the pipeline whose frames were counted.
+struct TallyContext {
+  const Input& input;  ///< may lack a source
+  const Config& config;
+  Rig given;  ///< rig of the input
+  Rig used;   ///< Pipeline::rig() after the last frame
+  Rig level;  ///< Pipeline::level_rig() after the last frame
+  /// Loads a frame that was counted; none where it is not available any more.
+  std::function<std::optional<StereoFrame>(std::size_t index)> frame_at;
+};
+
+struct Complaints {
+  std::vector<std::string> texts;
+  bool are_sides_swapped{false};
+};
+
+/// Describes in plain text what is wrong with the frames, in how many of them, and the remedy. The first frames with
+/// few matches and without a road are examined for the reason. `info`, `run` and `live` all print these texts.
+[[nodiscard]] Complaints complaints_of(const FrameTally& tally, const TallyContext& context);
+
+/// A text without its numbers: warnings that differ only in them are one and the same.
+[[nodiscard]] std::string without_digits(std::string text);
+
+}  // namespace stereogrid::app

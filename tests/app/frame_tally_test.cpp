@@ -1,0 +1,110 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "complaints/frame_tally.hpp"
+
+#include <gmock/gmock.h>
+
+#include <string>
+#include <vector>
+
+namespace stereogrid::app {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+io::FrameSummary frame(std::size_t index, std::vector<FrameStatus> status, bool is_road_measured = true) {
+  const bool is_known{status.empty()};
+  return {index, {}, {}, std::move(status), "f" + std::to_string(index), {1.65, 0.02, 0, is_road_measured}, is_known};
+}
+
+Rig rig_with(double pitch_rad) {
+  Rig rig;
+  rig.camera_height_m = 1.65;
+  rig.camera_pitch_rad = pitch_rad;
+  return rig;
+}
+
+std::vector<std::string> texts_of(const FrameTally& tally, const Rig& given = rig_with(0),
+                                  const Rig& used = rig_with(0)) {
+  const Input input;
+  const Config config{preset("default")};
+  return complaints_of(tally, {input, config, given, used, used, [](std::size_t) { return std::nullopt; }}).texts;
+}
+
+TEST(FrameTally, GoodFramesGiveNoComplaint) {
+  FrameTally tally;
+  for (std::size_t i{0}; i < 40; ++i) tally.add(frame(i, {}));
+  tally.add(frame(40, {}, false));  // a van before the camera
+  tally.add(frame(41, {FrameStatus::clock_gap, FrameStatus::pose_missing}));
+  EXPECT_THAT(texts_of(tally), IsEmpty());
+}
+
+TEST(FrameTally, ARoadThatIsCarriedOverIsSaid) {
+  FrameTally tally;
+  for (std::size_t i{0}; i < 10; ++i) tally.add(frame(i, {}, i % 3 != 1));
+  EXPECT_THAT(texts_of(tally), ElementsAre(AllOf(HasSubstr("road not found in 3 of 10 frames (first: f1)"),
+                                                 HasSubstr("1.65 m above the road and a pitch of 0.0°"),
+                                                 HasSubstr("mount.camera_pitch_rad"), Not(HasSubstr("unknown")))));
+}
+
+TEST(FrameTally, MostGridsUnknownIsSaidWithTheShare) {
+  FrameTally tally;
+  for (std::size_t i{0}; i < 10; ++i) {
+    tally.add(i < 2 ? frame(i, {}) : frame(i, {FrameStatus::road_unknown}, false));
+  }
+  EXPECT_THAT(texts_of(tally), ElementsAre(AllOf(HasSubstr("road not found in 8 of 10 frames (first: f2)"),
+                                                 HasSubstr("in 8 of 10 frames it is not known where the road is")),
+                                           HasSubstr("most grids are unknown: those of 8 of 10 frames (80 %)")));
+}
+
+TEST(FrameTally, AnEstimatedMountingIsProposedOnce) {
+  FrameTally tally;
+  for (std::size_t i{0}; i < 3; ++i) tally.add(frame(i, {FrameStatus::road_unknown}, false));
+  for (std::size_t i{3}; i < 9; ++i) tally.add(frame(i, {}));
+  EXPECT_THAT(texts_of(tally, rig_with(0), rig_with(0.14)),
+              ElementsAre(HasSubstr("mount: {camera_height_m: 1.650, camera_pitch_rad: 0.1400")));
+}
+
+TEST(FrameTally, AWrongPitchIsSaidWithTheRightOne) {
+  FrameTally tally;
+  for (std::size_t i{0}; i < 5; ++i) tally.add(frame(i, {}));
+  EXPECT_THAT(texts_of(tally, rig_with(-0.03), rig_with(-0.03)),
+              ElementsAre(AllOf(HasSubstr("looks down by 1.1°, not by -1.7°"), HasSubstr("camera_pitch_rad: 0.020"))));
+}
+
+TEST(FrameTally, UnequalExposuresAreSaidOnce) {
+  FrameTally tally;
+  for (std::size_t i{0}; i < 3; ++i) {
+    io::FrameSummary summary{frame(i, {})};
+    summary.warnings = {"the right image is 1." + std::to_string(6 + i) +
+                        " × brighter than the left: set both cameras to the same exposure."};
+    tally.add(summary);
+  }
+  EXPECT_THAT(texts_of(tally), ElementsAre(AllOf(HasSubstr("in 3 of 3 frames (first: f0)"), HasSubstr("1.6 ×"))));
+}
+
+// A flag without a text of its own, as one that is new, is described by the warnings of its first frame.
+TEST(FrameTally, EveryFlagOfTheImagesIsSaid) {
+  for (std::size_t i{0}; i < names_of(FrameStatus{}).size(); ++i) {
+    const auto flag{static_cast<FrameStatus>(i)};
+    if (flag < FrameStatus::few_matches) continue;
+    FrameTally tally;
+    io::FrameSummary summary{frame(7, {flag})};
+    summary.warnings = {"the reason"};
+    tally.add(summary);
+    EXPECT_THAT(texts_of(tally), Contains(HasSubstr("(first: f7)"))) << names_of(flag)[i];
+  }
+}
+
+TEST(FrameTally, TextsThatDifferInNumbersAreTheSame) {
+  EXPECT_EQ(without_digits("1.6 × and 20 %"), without_digits("1.5 × and 5 %"));
+  EXPECT_NE(without_digits("left 1"), without_digits("right 1"));
+}
+
+}  // namespace
+}  // namespace stereogrid::app
