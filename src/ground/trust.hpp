@@ -27,8 +27,8 @@ struct MatchedFrame {
 struct Doubt {
   enum Reason { none, few_matches, identical_images, road_elsewhere, road_not_seen, falls_away };
 
-  Doubt(Reason a_reason = none) : reason{a_reason} {}
-  friend bool operator==(const Doubt& doubt, Reason reason) { return doubt.reason == reason; }
+  Doubt(Reason given = none) : reason{given} {}
+  friend bool operator==(const Doubt& doubt, Reason other) { return doubt.reason == other; }
 
   Reason reason;
   Exposure exposure{};  ///< equal, unless the images were compared

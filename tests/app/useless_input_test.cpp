@@ -136,12 +136,23 @@ TEST(UselessInput, ARoadThatIsNotFoundIsSaid) {
   const fs::path input{drive(folder, 3, "&pitch_deg=8")};
   forget_pitch(input);
   expect_refused(input, "found in 0 of 3 frames");
-  expect_refused(input, "mount: {camera_height_m: 1.25");
+  expect_refused(input, "extrinsics_disagree: a plane in view does not fit the extrinsics, which are kept");
   const Outcome run{run_well({"run", input.string(), "--out", (folder / "run").string(), "--set", "grid.length_m=10"})};
-  EXPECT_THAT(run.errors, AllOf(HasSubstr("in 3 of 3 frames it is not known where the road is"),
-                                HasSubstr("mount.camera_pitch_rad")));
-  EXPECT_EQ(json_of(folder / "run" / "run.json")["status"], (Json{{"road_unknown", 3}}));
-  for (const Json& line : lines_of(folder / "run")) EXPECT_EQ(line["status"], Json::array({"road_unknown"}));
+  EXPECT_THAT(run.errors,
+              AllOf(HasSubstr("in 3 of 3 frames it is not known where the road is"),
+                    HasSubstr("pitch 0.0°, roll 0.0° in use"), HasSubstr("pitch 8."), Not(HasSubstr("mount: {"))));
+  EXPECT_EQ(json_of(folder / "run" / "run.json")["status"], (Json{{"extrinsics_disagree", 3}, {"road_unknown", 3}}));
+  for (const Json& line : lines_of(folder / "run")) {
+    EXPECT_EQ(line["status"], Json::array({"road_unknown", "extrinsics_disagree"}));
+  }
+}
+
+TEST(UselessInput, AssumedExtrinsicsThatDoNotFitAreProposed) {
+  const TemporaryFolder folder;
+  const fs::path input{drive(folder, 3, "&pitch_deg=8")};
+  const std::string text{std::regex_replace(text_of(input / "calibration.yaml"), std::regex{"mount:.*"}, "")};
+  std::ofstream{input / "calibration.yaml"} << text;
+  expect_refused(input, "mount: {camera_height_m: 1.25");
 }
 
 TEST(UselessInput, RunSaysInHowManyFramesThereAreFewMatches) {

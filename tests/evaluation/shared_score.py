@@ -51,7 +51,10 @@ def main():
         with tempfile.TemporaryDirectory() as folder:
             ours, theirs = scores(sys.argv[1], script, data / drive, Path(folder))
         for key, figures in theirs.items():  # such as "observed 3-10 m"
-            layer, band, _ = key.split()
+            layer, band, _, *row = key.split()
+            if row:  # "clear", a row that evaluate does not have
+                print("not compared:", drive, key)
+                continue
             wrong += differences(ours[layer]["bands"][band], figures, f"{drive} {key}")
             compared += len(figures)
     print("\n".join(wrong))

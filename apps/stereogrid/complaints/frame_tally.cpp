@@ -101,7 +101,8 @@ class Complaining {
     constexpr std::size_t every{20};
     const FrameCount& unknown{tally_.with(FrameStatus::road_unknown)};
     const FrameCount& missed{tally_.without_road};
-    const bool is_missed{context_.config.ground.estimate && every * missed.frames >= tally_.frames};
+    const bool is_single{missed.frames == 1 && tally_.frames > 1};
+    const bool is_missed{context_.config.ground.estimate && !is_single && every * missed.frames >= tally_.frames};
     if (missed.frames == 0 || (!is_missed && unknown.frames == 0)) return;
     const auto frame{context_.frame_at(missed.first_index)};
     if (frame && is_upside_down(*frame, context_.config, context_.given)) {

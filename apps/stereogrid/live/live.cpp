@@ -85,8 +85,10 @@ class LiveLoop {
       if (found == poor_frames_.end()) return std::nullopt;
       return found->second;
     };
+    Input described;
+    described.extrinsics_given = input_.recording.extrinsics_given;
     const Complaints complaints{complaints_of(
-        tally_, {Input{}, config, input_.source->rig(), pipeline_.rig(), pipeline_.level_rig(), frame_at})};
+        tally_, {described, config, input_.source->rig(), pipeline_.rig(), pipeline_.level_rig(), frame_at})};
     for (const std::string& text : complaints.texts) spdlog::warn("{}", text);
   }
 

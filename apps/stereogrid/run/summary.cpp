@@ -35,6 +35,8 @@ void warn_of_frames(const io::RunRecord& record, const Input& input, const Pipel
       return input.source->load(index);
     } catch (const InputError&) {
       return std::nullopt;
+    } catch (const DeviceError&) {  // the run's own error reports it
+      return std::nullopt;
     }
   };
   const Complaints complaints{complaints_of(
