@@ -27,6 +27,7 @@ struct MatchedFrame {
 struct Doubt {
   enum Reason { none, few_matches, identical_images, road_elsewhere, road_not_seen };
 
+  // NOLINTNEXTLINE(google-explicit-constructor): a reason alone is a doubt of images with equal exposures
   Doubt(Reason a_reason = none) : reason{a_reason} {}
   friend bool operator==(const Doubt& doubt, Reason reason) { return doubt.reason == reason; }
 
