@@ -27,6 +27,7 @@ struct MatchedFrame {
 struct Doubt {
   enum Reason { none, few_matches, identical_images, road_elsewhere, road_not_seen, falls_away };
 
+  // NOLINTNEXTLINE(google-explicit-constructor): a reason alone is a doubt of images with equal exposures
   Doubt(Reason given = none) : reason{given} {}
   friend bool operator==(const Doubt& doubt, Reason other) { return doubt.reason == other; }
 

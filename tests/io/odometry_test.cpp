@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/io/odometry.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <vector>
@@ -72,6 +74,16 @@ TEST(Odometry, FollowsAStreet) {
     EXPECT_GE(steps[i].tracked, steps[i].inliers) << i;
     EXPECT_GT(steps[i].spread, 0.5) << i;
     EXPECT_THAT(steps[i].warning, IsEmpty()) << i;
+  }
+}
+
+TEST(Odometry, BearsUnequalExposures) {
+  for (const double gain : {0.3, 2.0, 3.0}) {
+    std::vector<StereoFrame> frames{drive()};
+    for (StereoFrame& frame : frames) {
+      for (std::uint8_t& grey : frame.right) grey = static_cast<std::uint8_t>(std::min(std::lround(gain * grey), 255L));
+    }
+    EXPECT_LT(length_m(drift(frames, steps_of(frames, rig_of(street)))), 0.01 * way_m(frames)) << gain;
   }
 }
 

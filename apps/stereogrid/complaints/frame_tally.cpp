@@ -17,6 +17,7 @@ namespace stereogrid::app {
 namespace {
 
 constexpr double degrees{57.29577951308232};
+constexpr double pitch_step_rad{1e-4};  // of FrameTally::road_pitches
 
 bool has(const io::FrameSummary& frame, FrameStatus flag) {
   return std::ranges::count(frame.status, flag) > 0;
@@ -37,11 +38,11 @@ bool is_of_images(FrameStatus flag) {
 
 double median_pitch_rad(const FrameTally& tally) {
   std::size_t all{0};
-  for (const auto& [mrad, frames] : tally.road_pitches_mrad) all += frames;
+  for (const auto& [pitch, frames] : tally.road_pitches) all += frames;
   std::size_t below{0};
-  for (const auto& [mrad, frames] : tally.road_pitches_mrad) {
+  for (const auto& [pitch, frames] : tally.road_pitches) {
     below += frames;
-    if (2 * below > all) return mrad * 1e-3;
+    if (2 * below > all) return pitch * pitch_step_rad;
   }
   return 0;
 }
@@ -120,8 +121,8 @@ class Complaining {
     const Rig& rig{context_.given};
     if (context_.used != rig) {
       return fmt::format(
-          ". The camera is not mounted as assumed, {:.3g} m above the road with a pitch of {:.1f}° (down). A run finds "
-          "that out, but knows nothing until then. For calibration.yaml: {}",
+          ". The camera is not mounted as assumed, {:.3g} m above the road with a pitch of {:.1f}° (down). A run "
+          "estimates it from its first frames, whose grids are unknown. For calibration.yaml: {}",
           rig.camera_height_m, rig.camera_pitch_rad * degrees, io::mount_line(context_.used));
     }
     return fmt::format(
@@ -136,7 +137,7 @@ class Complaining {
   void complain_of_pitch() {
     constexpr double noticeable_deg{2};
     const double given_rad{context_.given.camera_pitch_rad};
-    if (tally_.road_pitches_mrad.empty() || context_.used != context_.given) return;
+    if (tally_.road_pitches.empty() || context_.used != context_.given) return;
     const double pitch_rad{median_pitch_rad(tally_) + given_rad - context_.level.camera_pitch_rad};
     if (std::abs(pitch_rad - given_rad) * degrees <= noticeable_deg) return;
     say(
@@ -176,7 +177,7 @@ void FrameTally::add(const io::FrameSummary& frame) {
   for (const FrameStatus flag : frame.status) flags[static_cast<std::size_t>(flag)].add(frame);
   if (!exposure_warning(frame.warnings).empty()) unequal_exposure.add(frame);
   if (shows_road(frame)) {
-    ++road_pitches_mrad[static_cast<int>(std::lround(frame.ground.pitch_rad * 1e3))];
+    ++road_pitches[static_cast<int>(std::lround(frame.ground.pitch_rad / pitch_step_rad))];
   } else if (!has(frame, FrameStatus::few_matches)) {
     without_road.add(frame);
   }

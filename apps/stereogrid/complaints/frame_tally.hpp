@@ -36,9 +36,9 @@ struct FrameTally {
   std::size_t frames{0};
   FrameCount unknown;  ///< no cell of the observed grid is known
   std::array<FrameCount, names_of(FrameStatus{}).size()> flags;
-  FrameCount without_road;                       ///< matched, but the road plane was not measured
-  FrameCount unequal_exposure;                   ///< one image is brighter than the other
-  std::map<int, std::size_t> road_pitches_mrad;  ///< number of frames with each measured pitch
+  FrameCount without_road;                  ///< matched, but the road plane was not measured
+  FrameCount unequal_exposure;              ///< one image is brighter than the other
+  std::map<int, std::size_t> road_pitches;  ///< number of frames with each measured pitch, in 1e-4 rad
 
   void add(const io::FrameSummary& frame);
   [[nodiscard]] const FrameCount& with(FrameStatus flag) const { return flags[static_cast<std::size_t>(flag)]; }
