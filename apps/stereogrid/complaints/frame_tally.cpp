@@ -3,7 +3,6 @@
 #include "complaints/frame_tally.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -79,7 +78,8 @@ class Complaining {
     if (flagged.frames == 0 || !is_of_images(flag)) return;
     if (flag == FrameStatus::few_matches) return complain_of_matches(flagged);
     say(fmt::format("in {} (first: {}): {}: {}", share(flagged), flagged.first_name,
-                    names_of(flag)[static_cast<std::size_t>(flag)], fmt::join(flagged.first_warnings, " ")));
+                    names_of(flag)[static_cast<std::size_t>(flag)],
+                    flagged.first_warnings.empty() ? "" : flagged.first_warnings.back()));
   }
 
   void complain_of_matches(const FrameCount& unmatched) {
