@@ -188,8 +188,8 @@ bool MountingSearch::may_replace(const std::vector<GroundSample>& samples, const
                                  Point2 place) {
   constexpr double travel_of_height{4};  // way on which the plane must hold, in heights of the camera
   if (is_given_) return false;
-  const bool explains_all{explains_nearest(rig_, samples, road_plane(rig_, used), road_plane(rig_, candidate))};
   if (!is_established()) return true;
+  const bool explains_all{explains_nearest(rig_, samples, road_plane(rig_, used), road_plane(rig_, candidate))};
   if (!explains_all || !is_better_ || !are_alike(candidate, better_)) {
     is_better_ = explains_all;
     better_ = candidate;

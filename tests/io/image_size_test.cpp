@@ -24,7 +24,7 @@ struct Size {
   int height_px;
 };
 
-/// What a calibration.yaml says of the cameras; `size`: what it says of its images, "": nothing.
+/// Writes a calibration.yaml; `size`: its `image` line, "": none.
 std::string own_form(double cx, double cy, const std::string& size = "") {
   return (size.empty() ? "" : "image: " + size + "\n") +
          fmt::format("focal_px: 150\ncentre_u_px: {}\ncentre_v_px: {}\nbaseline_m: 0.25\n", cx, cy);
@@ -53,7 +53,7 @@ class ImageSize : public ::testing::Test {
     put(folder_ / name, text);
     return read_calibration(folder_ / name, images.width_px, images.height_px);
   }
-  /// Of a calibration of 256×160 px without a size.
+  /// Calibration of 256×160 px without a size.
   void for_each_form(const std::function<void(const std::string& name, const std::string& text)>& action) const {
     action("calibration.yaml", own_form(127.5, 79.5));
     action("stereo.yml", opencv_form(127.5, 79.5));

@@ -74,7 +74,7 @@ std::string size_key(int width_px, int height_px) {
   return fmt::format("'image: {{width_px: {}, height_px: {}}}'", width_px, height_px);
 }
 
-/// What the place says of the images.
+/// Plausibility of the principal point's place.
 std::string finding_of(const Place& place, const char* camera, const Rig& size) {
   const std::string cause{
       place.is_of_scaled_images()

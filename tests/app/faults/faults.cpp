@@ -102,7 +102,7 @@ std::string target_of(int descriptor) {
   return {target, length > 0 ? static_cast<std::size_t>(length) : 0};
 }
 
-/// Of an open file; "": none of those that count: read only, or the lock, on whose close nothing depends.
+/// Name of an open file; "": none of those that count: read only, or the lock, on whose close nothing depends.
 std::string path_of(int descriptor) {
   if ((fcntl(descriptor, F_GETFL) & O_ACCMODE) == O_RDONLY) return {};
   const std::string path{target_of(descriptor)};
