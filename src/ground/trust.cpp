@@ -261,7 +261,8 @@ void tell(const Doubt& doubt, FrameResult& result) {
 }
 
 void tell_disagreement(const Rig& level_rig, double turned_rad, const Ground& plane, FrameResult& result) {
-  const auto degrees = [](double radians) { return radians * 180 / std::numbers::pi; };
+  // to a tenth, without a sign of zero
+  const auto degrees = [](double radians) { return std::round(radians * 1800 / std::numbers::pi) / 10 + 0.0; };
   const Ground seen{seen_from(plane, turned_rad)};
   std::array<char, 400> text{};
   std::snprintf(

@@ -247,8 +247,9 @@ Doubt FrameProcessor::look_at_mounting(const LevelFrame& frame, Doubt doubt) {
 Doubt FrameProcessor::judge(const LevelFrame& frame) {
   const bool jumps{is_jump(stages_->ground())};
   ground_ = stages_->ground();
-  const Doubt doubt{trust_.judge(matched(frame), ground_, frame.dt_s)};
-  return jumps && doubt == Doubt::none ? Doubt::road_elsewhere : doubt;
+  Doubt doubt{trust_.judge(matched(frame), ground_, frame.dt_s)};
+  if (jumps && doubt == Doubt::none) doubt.reason = Doubt::road_elsewhere;
+  return doubt;
 }
 
 // False: the grids must not be built on this.
