@@ -62,7 +62,7 @@ std::vector<Timed> time_in_turns(const std::vector<std::function<void()>>& works
   return timed;
 }
 
-// The stages of one frame, as FrameProcessor calls them.
+// The stages of one frame, as FramePipeline calls them.
 class GridStages {
  public:
   GridStages(const FrameSource& source, int disparities, int cells_ahead, int cells_across)

@@ -53,7 +53,7 @@ std::vector<LabelledPoint> points_of(const FrameResult& result, const Rig& level
   };
   if (obstacle.empty() || !fits(obstacle) || !fits(road)) {
     throw InputError{"frame result", "its disparities do not have the rig's size.",
-                     "Ask for them with PipelineOptions::stages, and take Pipeline::level_rig()."};
+                     "Ask for them with PipelineOptions::stages, and pass FrameResult::level_rig."};
   }
   std::vector<LabelledPoint> points;
   if (!is_reliable(result)) return points;

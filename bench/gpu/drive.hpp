@@ -8,7 +8,7 @@
 
 #include "chain.hpp"
 #include "pipeline/cuda/stages.hpp"
-#include "pipeline/frame_processor.hpp"
+#include "pipeline/frame_pipeline.hpp"
 #include "pipeline/results.hpp"
 #include "street.hpp"
 
@@ -39,42 +39,31 @@ class Drive {
  public:
   explicit Drive(const Case& what)
       : rig_{test::Street::rig(what.width, what.height)},
-        stages_{new CudaStages{config_of(what), rig_}},
-        processor_{config_of(what), rig_, std::unique_ptr<Stages>{stages_}},
-        results_{empty_result(config_of(what), rig_), empty_result(config_of(what), rig_)} {
-    stages_->fetch_stages(false);
+        stages_{new CudaStages{config_of(what), rig_, 0, {.stage_images = false}}},
+        pipeline_{config_of(what), rig_, cpu_, std::unique_ptr<Stages>{stages_}},
+        result_{empty_result(config_of(what), rig_)} {}
+
+  void step(const std::vector<StereoFrame>& frames) {
+    const StereoFrame& frame{frames[static_cast<std::size_t>(done_) % frames.size()]};
+    const LevelFrame level{frame.left.view(),         frame.right.view(),       {},
+                           *frame.world_from_vehicle, done_ == 0 ? 0 : frame_s, {}};
+    pipeline_.process(level, result_);
+    ++done_;
   }
 
-  void step(const std::vector<StereoFrame>& frames) { go(frames, 1); }
-
-  /// The device begins each frame but the first while the host is still busy with the one before.
   void go(const std::vector<StereoFrame>& frames, int count) {
-    start(frames);
-    for (int i{0}; i < count; ++i) {
-      const LevelFrame frame{started_};
-      FrameResult& result{results_[static_cast<std::size_t>(done_ % 2)]};
-      ++done_;
-      processor_.finish(frame, result, {{}, [&] {
-                                          if (i + 1 < count) start(frames);
-                                        }});
-    }
+    for (int i{0}; i < count; ++i) step(frames);
   }
 
   [[nodiscard]] CudaStages& stages() { return *stages_; }
   [[nodiscard]] const StreamTimes& times() const { return stages_->times(); }
 
  private:
-  void start(const std::vector<StereoFrame>& frames) {
-    const StereoFrame& frame{frames[static_cast<std::size_t>(done_) % frames.size()]};
-    started_ = {frame.left.view(), frame.right.view(), {}, *frame.world_from_vehicle, done_ == 0 ? 0 : frame_s, {}};
-    processor_.start(started_, results_[static_cast<std::size_t>(done_ % 2)]);
-  }
-
   Rig rig_;
-  CudaStages* stages_;  ///< of the processor
-  FrameProcessor processor_;
-  FrameResult results_[2];
-  LevelFrame started_;
+  Cpu cpu_{1};
+  CudaStages* stages_;  ///< of the pipeline
+  FramePipeline pipeline_;
+  FrameResult result_;
   int done_{0};
 };
 

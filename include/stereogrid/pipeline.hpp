@@ -62,8 +62,7 @@ struct MemoryUse {
 /// Stereo frames in, occupancy grids out (T-ITS 2012, with the Bayesian Occupancy Filter and obstacle tracks behind
 /// it).
 ///
-/// Not thread-safe: one pipeline serves one camera, one frame after the other, in the caller's thread (process) or in
-/// one of its own (submit and collect). One that has been moved from can only be
+/// Not thread-safe: one pipeline serves one camera, one frame after the other. One that has been moved from can only be
 /// assigned to or destroyed; its methods throw std::logic_error.
 class STEREOGRID_EXPORT Pipeline {
  public:
@@ -82,8 +81,8 @@ class STEREOGRID_EXPORT Pipeline {
   /// Ground that does not lie where the extrinsics have it, in the first frames or later, makes a frame
   /// FrameStatus::road_unknown. Without PipelineOptions::extrinsics_given the extrinsics are searched in the first
   /// frames: 0.2 to 4 m above the ground, pitch −10° to 35°, roll up to ±10°. Once three frames agree, a warning of the
-  /// third has the estimate, rig() and level_rig() change, and the next frame is a first one of the new rig, in the
-  /// same world. Extrinsics that have explained three frames are replaced only after the vehicle has travelled four
+  /// third has the estimate, next_rig() the rig with it, and the next frame is a first one of that rig, in
+  /// the same world. Extrinsics that have explained three frames are replaced only after the vehicle has travelled four
   /// camera heights over ground that shows others, in front of the camera as well as farther away. A replacement
   /// allocates all stages anew; after std::bad_alloc or DeviceError the pipeline is unchanged. ground.estimate off
   /// disables it.
@@ -100,19 +99,6 @@ class STEREOGRID_EXPORT Pipeline {
   /// After an InputError it is as it was, after a DeviceError undefined.
   void process(const StereoFrame& frame, FrameResult& into);
 
-  /// Gives the next frame to a thread of the pipeline, which does with it what process() does, and returns at once: the
-  /// caller can load or rectify another one meanwhile. At most `in_flight_max` frames may be under way, each to be
-  /// collected in turn; until all are, std::logic_error meets every other call but those of what never changes:
-  /// config(), vehicle_grid(), back_end(), why_not_cuda(). Throws std::logic_error where collect() is due first, and
-  /// what std::thread does where no thread can be had.
-  void submit(StereoFrame frame);
-  /// Waits for the oldest of the submitted frames and returns its result, or throws what process() would have. The
-  /// result is the pipeline's own and changes with the next call. Throws std::logic_error where no frame is under way.
-  const FrameResult& collect();
-  static constexpr int in_flight_max{2};
-  /// Frames that have been submitted and not collected.
-  [[nodiscard]] int in_flight() const;
-
   /// The next frame is a first one, whatever its stamp: filter, tracks, followed points, ground and row offsets begin
   /// as at construction, but for a mounting that has been found. The world goes on: ids of obstacles are not used
   /// again, the vehicle's place follows the poses from where they had it, without a look at how fast it would have
@@ -121,18 +107,17 @@ class STEREOGRID_EXPORT Pipeline {
 
   /// The configuration with every "automatic" value resolved.
   [[nodiscard]] const Config& config() const;
-  /// As given, or with the mounting that has been found since.
+  /// As given. A frame's rig is FrameResult::rig.
   [[nodiscard]] const Rig& rig() const;
-  /// The rig of the images that the stages work on: FrameResult::stages and ground are of it. Level where rig() is
-  /// pitched by more than 1° (LevelMapping), else rig() itself.
-  [[nodiscard]] const Rig& level_rig() const;
+  /// Rig of the next frame: rig(), or with extrinsics that process() has found or load_state() has restored.
+  [[nodiscard]] const Rig& next_rig() const;
   [[nodiscard]] GridGeometry vehicle_grid() const;
   /// Size of the world-aligned window: its nx, ny and cell_size_m are constant, its origin follows the car.
   [[nodiscard]] GridGeometry world_grid() const;
   [[nodiscard]] int threads() const;
-  /// What has been allocated at construction, and by submit(): on the CPU, frames allocate nothing more, unless there
-  /// are far more obstacles or followed points than a street has. Part of it lies untouched for long, which the system
-  /// then need not back. What oneTBB, the CUDA driver and the reference back end take besides is not in it.
+  /// Memory allocated by the constructor. process() does not allocate on the CPU, unless there are far more obstacles
+  /// or tracked features than a street has. Part of it lies untouched for long, which the system then need not back.
+  /// What oneTBB, the CUDA driver and the reference back end take besides is not in it.
   [[nodiscard]] MemoryUse memory_use() const;
   /// Where the work is done: cpu, reference or cuda.
   [[nodiscard]] BackEnd back_end() const;
@@ -151,8 +136,6 @@ class STEREOGRID_EXPORT Pipeline {
   struct STEREOGRID_HIDDEN Implementation;
   /// Throws std::logic_error: moved from.
   [[nodiscard]] STEREOGRID_HIDDEN Implementation& implementation() const;
-  /// Throws std::logic_error, too, where frames are in flight.
-  [[nodiscard]] STEREOGRID_HIDDEN Implementation& at_rest() const;
   std::unique_ptr<Implementation> implementation_;
 };
 

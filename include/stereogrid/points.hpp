@@ -24,7 +24,7 @@ struct LabelledPoint {
 };
 
 /// The points of all pixels that have a disparity, row by row from the upper left one. None of a frame whose matches or
-/// whose road are not to be relied on (FrameStatus::few_matches, road_unknown). `level_rig`: Pipeline::level_rig().
+/// whose road are not to be relied on (FrameStatus::few_matches, road_unknown). `level_rig`: FrameResult::level_rig.
 /// Throws InputError: the result has no stages (PipelineOptions::stages), or they are not of that rig.
 [[nodiscard]] STEREOGRID_EXPORT std::vector<LabelledPoint> points_of(const FrameResult& result, const Rig& level_rig);
 

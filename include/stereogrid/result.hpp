@@ -15,8 +15,8 @@
 
 namespace stereogrid {
 
-/// What the stages of one frame handed to each other, of the images of Pipeline::level_rig(). H, W: image size; D:
-/// disparities. u-disparity images have a row per bin d and a column per image column u.
+/// Images between the stages of a frame, of the camera FrameResult::level_rig. H, W: image size; D: disparities.
+/// u-disparity images have a row per bin d and a column per image column u.
 struct StageImages {
   Image<float> obstacle_disparity;   ///< (H, W) px, 0 = none
   Image<float> road_disparity;       ///< (H, W) px, 0 = none
@@ -42,7 +42,7 @@ struct StageTimes {
   double filter{0};
   double flow{0};  ///< points followed in the images
   double track{0};
-  double total{0};  ///< without what a GPU has begun of the frame while the host was busy with the one before
+  double total{0};
 };
 
 /// The filtered grid some time later, if everything goes on as it moves and nothing more is seen. What is not seen is
@@ -72,7 +72,9 @@ constexpr std::array<std::string_view, 8> names_of(FrameStatus) {
 
 /// What is known after a frame.
 struct FrameResult {
-  Ground ground;               ///< what the stages of this frame used, as the camera of Pipeline::level_rig() sees it
+  Rig rig;                     ///< of this frame: as given, or with extrinsics that an earlier frame found
+  Rig level_rig;               ///< of the level images that the stages use (LevelMapping); `rig` unless that is pitched
+  Ground ground;               ///< used by the stages of this frame, as the camera of `level_rig` sees it
   Pose2 world_from_vehicle;    ///< world: the vehicle frame of the first frame
   double obstacle_density{0};  ///< share of the pixels matched as obstacle
   double road_density{0};      ///< share of the pixels matched as road

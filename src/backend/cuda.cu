@@ -108,32 +108,6 @@ void Cuda::synchronize() {
   check_cuda(cudaStreamSynchronize(stream_), "finish its work");
 }
 
-SideCopy::SideCopy() {
-  check_cuda(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "create a stream");
-  check_cuda(cudaEventCreate(&end_), "create an event");
-}
-
-SideCopy::~SideCopy() {
-  cudaStreamSynchronize(stream_);
-  cudaEventDestroy(end_);
-  cudaStreamDestroy(stream_);
-}
-
-void SideCopy::start(const void* host, std::size_t bytes, void* device) {
-  is_under_way_ = true;
-  check_cuda(cudaMemcpyAsync(device, host, bytes, cudaMemcpyHostToDevice, stream_), "copy to the device");
-  check_cuda(cudaEventRecord(end_, stream_), "copy to the device");
-}
-
-void SideCopy::join(Cuda& cuda) {
-  check_cuda(cudaStreamWaitEvent(cuda.stream(), end_, 0), "copy to the device");
-}
-
-void SideCopy::wait() {
-  if (is_under_way_) check_cuda(cudaStreamSynchronize(stream_), "copy to the device");
-  is_under_way_ = false;
-}
-
 Graph::~Graph() {
   if (executable_ != nullptr) cudaGraphExecDestroy(executable_);
 }

@@ -154,27 +154,6 @@ void clear(Cuda& cuda, T* device, std::size_t count) {
   check_cuda(cudaMemsetAsync(device, 0, count * sizeof(T), cuda.stream()), "clear device memory");
 }
 
-/// A copy to the device beside the work of a stream.
-class SideCopy {
- public:
-  SideCopy();
-  SideCopy(const SideCopy&) = delete;
-  SideCopy& operator=(const SideCopy&) = delete;
-  /// Waits for the last copy.
-  ~SideCopy();
-
-  /// The host's memory, pinned, must stay as it is until the copy has been made.
-  void start(const void* host, std::size_t bytes, void* device);
-  /// What is given to that stream from now on comes behind the copy.
-  void join(Cuda& cuda);
-  void wait();
-
- private:
-  cudaStream_t stream_{};
-  cudaEvent_t end_{};
-  bool is_under_way_{false};
-};
-
 /// Starts a kernel. `arguments` are converted to the kernel's parameters. A grid without blocks: nothing to do.
 template <class... Parameters, class... Arguments>
 void launch(Cuda& cuda, void (*kernel)(Parameters...), dim3 grid, dim3 block, std::size_t shared_bytes,

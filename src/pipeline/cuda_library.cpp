@@ -85,8 +85,9 @@ const CudaLibrary& load() {
 
 }  // namespace
 
-std::unique_ptr<Stages> cuda_stages(const Config& config, const Rig& level_rig, int device) {
-  return load().stages(config, level_rig, device);  // it stays loaded
+std::unique_ptr<Stages> cuda_stages(const Config& config, const Rig& level_rig, int device,
+                                    const StagesOptions& options) {
+  return load().stages(config, level_rig, device, options);  // it stays loaded
 }
 
 }  // namespace stereogrid

@@ -14,10 +14,11 @@ namespace stereogrid {
 struct CudaLibrary {
   const char* build;  ///< build_id() there: both sides must come from the same sources
   std::size_t sizes;  ///< interface_sizes() there: and mean the same structures, whatever compiled them
-  std::unique_ptr<Stages> (*stages)(const Config& config, const Rig& level_rig, int device);  ///< throws DeviceError
+  std::unique_ptr<Stages> (*stages)(const Config& config, const Rig& level_rig, int device,
+                                    const StagesOptions& options);  ///< throws DeviceError
 };
 
-constexpr const char* cuda_library_function{"stereogrid_cuda_library_2"};
+constexpr const char* cuda_library_function{"stereogrid_cuda_library_3"};
 
 /// A number that changes with the structures that cross the interface: the same sources, built otherwise.
 constexpr std::size_t interface_sizes() {
@@ -27,6 +28,7 @@ constexpr std::size_t interface_sizes() {
 /// Looks for the library beside this program or library, in the folder that `cmake --install` put it in, then where
 /// the loader looks; the environment variable STEREOGRID_CUDA_LIBRARY names another file. Neither the folder that the
 /// program is started in nor the name that it is called by matters. Throws DeviceError, which says what is missing.
-std::unique_ptr<Stages> cuda_stages(const Config& config, const Rig& level_rig, int device);
+std::unique_ptr<Stages> cuda_stages(const Config& config, const Rig& level_rig, int device,
+                                    const StagesOptions& options);
 
 }  // namespace stereogrid

@@ -2,26 +2,57 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/pipeline.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 
+#include "backend/cpu.hpp"
 #include "held_bytes.hpp"
 #include "matching/correlation/correlate_simd.hpp"
-#include "pipeline/implementation.hpp"
+#include "pipeline/checks.hpp"
+#include "pipeline/cuda_library.hpp"
+#include "pipeline/frame_input.hpp"
+#include "pipeline/frame_pipeline.hpp"
+#include "pipeline/mounting.hpp"
+#include "pipeline/results.hpp"
+#include "pipeline/saved_state.hpp"
+#include "pipeline/stopwatch.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid {
 namespace {
 
+// Enough disparities for a tenth of the image's width, and for the nearest road that the image shows.
+int automatic_disparities(const Config& config, const Rig& level_rig) {
+  constexpr int disparities_min{64};
+  constexpr int disparities_max{256};
+  constexpr int disparities_step{16};
+  const RoadPlane road{road_plane(level_rig, calibrated_ground(level_rig, config.ground))};
+  const int last_row{level_rig.height_px - 1};
+  const double nearest_px{std::max(road.disparity(0, last_row), road.disparity(level_rig.width_px - 1, last_row))};
+  const int wanted{std::max({level_rig.width_px / 10, config.matching.min_disparity + 2,
+                             clamped_to_int(std::clamp(nearest_px, 0.0, 1.0 * disparities_max)) + 2})};
+  return std::clamp((wanted + disparities_step - 1) / disparities_step * disparities_step, disparities_min,
+                    disparities_max);
+}
+
+// With every "automatic" value.
+Config resolved(Config config, const Rig& level_rig) {
+  if (config.matching.disparities == 0) config.matching.disparities = automatic_disparities(config, level_rig);
+  return config;
+}
+
 std::string_view name_of(BackEnd back_end) {
   return back_end == BackEnd::cuda ? "cuda" : back_end == BackEnd::reference ? "reference" : "cpu";
 }
 
-// Of all that must be the same for a saved state to be loaded.
+// Checksum of all that must be equal for a saved state to be loaded.
 std::uint64_t settings_of(const Config& config, const Rig& rig, const PipelineOptions& options) {
   std::string text{version()};
   text += name_of(options.back_end);
@@ -39,7 +70,121 @@ std::uint64_t settings_of(const Config& config, const Rig& rig, const PipelineOp
 
 }  // namespace
 
-static_assert(Pipeline::in_flight_max == FramesInFlight::frames_max);
+/// Behind a Pipeline: input conversion, the frame pipeline and its result.
+struct Pipeline::Implementation {
+  Implementation(const Config& parameters, const Rig& given, const PipelineOptions& asked)
+      : given_rig{given},
+        config{resolved(parameters, LevelMapping{given}.level_rig())},
+        options{asked},
+        cpu{options.back_end == BackEnd::reference ? 1 : options.threads},
+        input{config.motion, given, options},
+        frames{make_frames(given)} {
+    make_room(config.grid, options.horizons_s, result);
+    make_room(config, input.level_rig(), options.stages ? result.stages : unwanted_stages);
+    window = result.world.geometry;
+  }
+
+  std::unique_ptr<FramePipeline> make_frames(const Rig& rig) {
+    const LevelMapping mapping{rig};
+    return std::make_unique<FramePipeline>(
+        config, mapping.level_rig(), cpu, make_stages(mapping.level_rig()), PixelMask{options.mask, mapping},
+        rig.camera_pitch_rad - mapping.level_rig().camera_pitch_rad, options.extrinsics_given);
+  }
+
+  // Sets options.back_end where it is automatic.
+  std::unique_ptr<Stages> make_stages(const Rig& level_rig) {
+    const StagesOptions wanted{options.stages, !options.horizons_s.empty(), &result};
+    BackEnd& used{options.back_end};
+    if (used == BackEnd::cuda) return make_cuda_stages(level_rig, wanted);
+    if (used == BackEnd::automatic) {
+      try {
+        std::unique_ptr<Stages> on_gpu{make_cuda_stages(level_rig, wanted)};
+        used = BackEnd::cuda;
+        return on_gpu;
+      } catch (const DeviceError& error) {  // also: predictions, which only the CPU makes
+        why_not_cuda = error.what();
+        used = BackEnd::cpu;
+      }
+    }
+    return used == BackEnd::reference ? reference_stages(config, level_rig, cpu, wanted)
+                                      : cpu_stages(config, level_rig, cpu, wanted);
+  }
+
+  [[nodiscard]] std::unique_ptr<Stages> make_cuda_stages(const Rig& level_rig, const StagesOptions& wanted) const {
+    if (wanted.predictions) throw DeviceError{"Predictions are supported on the CPU only."};
+    return cuda_stages(config, level_rig, options.device, wanted);
+  }
+
+  // Without StagesOptions::stage_images the stages work in images of the pipeline's own.
+  void process(const StereoFrame& frame, FrameResult& into) {
+    input.check(frame);
+    Stopwatch watch;
+    make_room(config.grid, options.horizons_s, into);
+    if (!options.stages) into.stages = std::exchange(unwanted_stages, {});
+    make_room(config, input.level_rig(), into.stages);
+    into.status.clear();
+    into.warnings.clear();
+    into.rig = input.rig();
+    into.level_rig = input.level_rig();
+
+    const LevelFrame converted{input.convert(frame, cpu, into)};
+    frames->process(converted, into);
+    if (!into.predictions.empty()) frames->stages().predict(converted.world_from_vehicle, into);
+
+    if (!options.stages) unwanted_stages = std::exchange(into.stages, {});
+    into.world_from_vehicle = converted.world_from_vehicle;
+    window = into.world.geometry;
+    use_found_extrinsics(into);
+    into.timing_ms.total = watch.lap();
+  }
+
+  void use_found_extrinsics(FrameResult& into) {
+    const std::optional<Ground> found{frames->found_mounting()};
+    if (!found) return;
+    const Rig rig{as_written(mounted_as(input.rig(), seen_from(*found, input.turned_rad())))};
+    set_rig(rig);
+    into.warnings.push_back(sentence_of_mounting(rig));
+  }
+
+  // Rebuilds all stages; time, world and ids continue. Nothing has changed where it throws.
+  void set_rig(const Rig& rig) {
+    std::unique_ptr<FramePipeline> made{make_frames(rig)};
+    made->continue_ids(*frames);
+    input.set_rig(rig);
+    frames = std::move(made);
+  }
+
+  void reset() {
+    input.restart();
+    frames->reset();
+  }
+
+  template <class State>
+  void exchange(State& state) {
+    state(input);
+    Rig rig{input.rig()};
+    state(rig);
+    if constexpr (std::is_same_v<State, StateWriter>) {
+      frames->save(state);
+    } else {
+      const bool is_rig{problems(rig).empty() && mounted_as(given_rig, mounting_of(rig)) == rig};
+      state.require(is_rig && (rig == input.rig() || !options.extrinsics_given));
+      if (is_rig && rig != input.rig()) set_rig(rig);
+      frames->load(state);
+    }
+  }
+
+  Rig given_rig;
+  Config config;
+  PipelineOptions options;
+  Cpu cpu;
+  std::string why_not_cuda;
+  FrameResult result;
+  FrameInput input;
+  std::unique_ptr<FramePipeline> frames;
+  StageImages unwanted_stages;
+  GridGeometry window;  // of the last frame
+};
 
 Pipeline::Pipeline(const Config& config, const Rig& rig, const PipelineOptions& options) {
   check(config, rig, options);
@@ -54,70 +199,43 @@ Pipeline::Implementation& Pipeline::implementation() const {
   return *implementation_;
 }
 
-Pipeline::Implementation& Pipeline::at_rest() const {
-  if (in_flight() > 0) throw std::logic_error{"Frames are in flight: collect() them first."};
-  return implementation();
-}
-
 const FrameResult& Pipeline::process(const StereoFrame& frame) {
-  Implementation& self{at_rest()};
+  Implementation& self{implementation()};
   self.process(frame, self.result);
   return self.result;
 }
 
 void Pipeline::process(const StereoFrame& frame, FrameResult& into) {
-  at_rest().process(frame, into);
-}
-
-void Pipeline::submit(StereoFrame frame) {
-  Implementation& self{implementation()};
-  if (in_flight() == in_flight_max) throw std::logic_error{"Two frames are in flight: collect() is due."};
-  if (!self.in_flight) {
-    self.in_flight.emplace([&self](const StereoFrame& one, FrameResult& into) { self.process(one, into); });
-  }
-  self.in_flight->submit(std::move(frame));
-}
-
-const FrameResult& Pipeline::collect() {
-  if (in_flight() == 0) throw std::logic_error{"No frame is in flight: submit() one first."};
-  return implementation().in_flight->collect();
-}
-
-int Pipeline::in_flight() const {
-  const Implementation& self{implementation()};
-  return self.in_flight ? static_cast<int>(self.in_flight->size()) : 0;
+  implementation().process(frame, into);
 }
 
 void Pipeline::reset() {
-  Implementation& self{at_rest()};
-  self.clock.reset();
-  self.forget();
+  implementation().reset();
 }
 
 const Config& Pipeline::config() const {
   return implementation().config;
 }
 const Rig& Pipeline::rig() const {
-  return at_rest().rig;
+  return implementation().given_rig;
 }
-const Rig& Pipeline::level_rig() const {
-  return at_rest().levelling.level_rig();
+const Rig& Pipeline::next_rig() const {
+  return implementation().input.rig();
 }
 GridGeometry Pipeline::vehicle_grid() const {
   return vehicle_grid_of(implementation().config.grid);
 }
 GridGeometry Pipeline::world_grid() const {
-  return at_rest().window;
+  return implementation().window;
 }
 int Pipeline::threads() const {
-  return at_rest().processor->stages().threads();
+  return implementation().cpu.threads();
 }
 MemoryUse Pipeline::memory_use() const {
-  const Implementation& self{at_rest()};
-  MemoryUse use{self.processor->memory_use()};
-  use.host_bytes += sizeof self + held_bytes_of(self.options.mask, self.result, self.unwanted_stages, self.level_left,
-                                                self.level_right, self.level_disparity);
-  if (self.in_flight) use.host_bytes += self.in_flight->held_bytes();
+  const Implementation& self{implementation()};
+  MemoryUse use{self.frames->memory_use()};
+  use.host_bytes +=
+      sizeof self + self.input.held_bytes() + held_bytes_of(self.options.mask, self.result, self.unwanted_stages);
   return use;
 }
 BackEnd Pipeline::back_end() const {
@@ -127,14 +245,14 @@ const std::string& Pipeline::why_not_cuda() const {
   return implementation().why_not_cuda;
 }
 std::vector<std::byte> Pipeline::save_state() const {
-  Implementation& self{at_rest()};
+  Implementation& self{implementation()};
   StateWriter state;
   state(self);
-  return sealed(state.bytes(), settings_of(self.config, self.calibrated_rig, self.options));
+  return sealed(state.bytes(), settings_of(self.config, self.given_rig, self.options));
 }
 void Pipeline::load_state(std::span<const std::byte> saved) {
-  Implementation& self{at_rest()};
-  StateReader state{unsealed(saved, settings_of(self.config, self.calibrated_rig, self.options))};
+  Implementation& self{implementation()};
+  StateReader state{unsealed(saved, settings_of(self.config, self.given_rig, self.options))};
   state(self);
   if (state.fits()) return;
   reset();  // what was read so far makes no sense

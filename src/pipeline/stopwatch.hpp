@@ -19,4 +19,17 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_{std::chrono::steady_clock::now()};
 };
 
+/// Adds the milliseconds of its lifetime to a sum.
+class ScopedTimer {
+ public:
+  explicit ScopedTimer(double& sum_ms) : sum_ms_{sum_ms} {}
+  ScopedTimer(const ScopedTimer&) = delete;
+  ScopedTimer& operator=(const ScopedTimer&) = delete;
+  ~ScopedTimer() { sum_ms_ += watch_.lap(); }
+
+ private:
+  double& sum_ms_;
+  Stopwatch watch_;
+};
+
 }  // namespace stereogrid

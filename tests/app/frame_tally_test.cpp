@@ -33,7 +33,7 @@ std::vector<std::string> texts_of(const FrameTally& tally, const Rig& given = ri
                                   const Rig& used = rig_with(0)) {
   const Input input;
   const Config config{preset("default")};
-  return complaints_of(tally, {input, config, given, used, used, [](std::size_t) { return std::nullopt; }}).texts;
+  return complaints_of(tally, {input, config, given, used, [](std::size_t) { return std::nullopt; }}).texts;
 }
 
 TEST(FrameTally, GoodFramesGiveNoComplaint) {

@@ -89,7 +89,7 @@ TEST(one_is_constructed_while_another_thread_records_a_graph) {
 TEST(given_disparities_and_another_grid) {
   const Street street{small_rig()};
   Config config{small_config()};
-  Runner matcher{reference_stages(config, small_rig()), config, small_rig()};
+  Runner matcher{law_stages(config, small_rig()), config, small_rig()};
   Pair pair{config, small_rig()};
   Random random{5};
   for (int index{0}; index < 3; ++index) {
@@ -112,10 +112,7 @@ TEST(masked_pixels_have_no_disparity) {
   }
   for (const bool is_given : {false, true}) {
     const Street street{small_rig()};
-    Pair pair{small_config(), small_rig()};
-    for (Runner* runner : {&pair.gpu, &pair.law}) {
-      runner->processor.take_mask(PixelMask{mask, LevelMapping{small_rig()}});
-    }
+    Pair pair{small_config(), small_rig(), PixelMask{mask, LevelMapping{small_rig()}}};
     for (int index{0}; index < 4; ++index) {
       StereoFrame frame{street.frame(index)};
       if (is_given) {
@@ -136,11 +133,11 @@ TEST(what_was_saved_goes_on) {
   Pair pair{small_config(), small_rig()};
   for (int index{0}; index < 3; ++index) pair.run(street.frame(index));
   StateWriter saved;
-  pair.gpu.processor.save(saved);
+  pair.gpu.frames.save(saved);
   Pair other{small_config(), small_rig()};
   other.run(street.frame(0));
   StateReader state{saved.bytes()};
-  other.gpu.processor.load(state);
+  other.gpu.frames.load(state);
   CHECK(state.fits());
   for (int index{3}; index < 5; ++index) {
     pair.run(street.frame(index));
@@ -176,15 +173,16 @@ TEST(without_graphs_the_grids_are_the_same) {
 
 TEST(without_stages_the_grids_are_the_same) {
   const Street street{small_rig()};
-  Pair pair{small_config(), small_rig()};
-  pair.gpu.processor.stages().fetch_stages(false);
+  const StagesOptions without_images{.stage_images = false};
+  Runner gpu{std::make_unique<CudaStages>(small_config(), small_rig(), 0, without_images), small_config(), small_rig()};
+  Runner law{law_stages(small_config(), small_rig()), small_config(), small_rig()};
   for (int index{0}; index < 2; ++index) {
     const double dt_s{0.1 * index};
-    pair.gpu.run(street.frame(index), dt_s);
-    pair.law.run(street.frame(index), dt_s);
-    compare_grids(pair.gpu.result, pair.law.result);
+    gpu.run(street.frame(index), dt_s);
+    law.run(street.frame(index), dt_s);
+    compare_grids(gpu.result, law.result);
   }
-  for (const float d : pair.gpu.result.stages.obstacle_disparity) CHECK_EQUAL(d, 0);
+  for (const float d : gpu.result.stages.obstacle_disparity) CHECK_EQUAL(d, 0);
 }
 
 TEST(memory_is_what_has_been_allocated) {

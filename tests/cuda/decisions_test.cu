@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What FrameProcessor decides on the way of a frame (where the road is, by how much rows are off, what can be relied
+// What FramePipeline decides on the way of a frame (where the road is, by how much rows are off, what can be relied
 // on) has the same results on the GPU as on the reference back end.
 #include <algorithm>
 #include <cstdint>
@@ -55,13 +55,13 @@ TEST(rows_that_are_off_are_put_right) {
   CHECK(pair.law.result.obstacle_density > 0.1);
 }
 
-TEST(after_forgetting_the_next_frame_is_a_first_one) {
+TEST(after_a_reset_the_next_frame_is_a_first_one) {
   const Street street{small_rig()};
   Pair pair{small_config(), small_rig()};
   for (int index{0}; index < 3; ++index) pair.run(street.frame(index));
-  pair.gpu.processor.forget();
-  pair.law.processor.forget();
-  Runner fresh{reference_stages(small_config(), small_rig()), small_config(), small_rig()};
+  pair.gpu.frames.reset();
+  pair.law.frames.reset();
+  Runner fresh{law_stages(small_config(), small_rig()), small_config(), small_rig()};
   for (int index{0}; index < 2; ++index) {
     StereoFrame frame{street.frame(index + 3)};
     frame.index = index;

@@ -10,7 +10,7 @@
 #include "check.hpp"
 #include "images.hpp"
 #include "pipeline/cuda/stages.hpp"
-#include "pipeline/frame_processor.hpp"
+#include "pipeline/frame_pipeline.hpp"
 #include "pipeline/results.hpp"
 #include "street.hpp"
 
@@ -28,10 +28,15 @@ inline Config small_config() {
   return config;
 }
 
-/// A back end, and what it found last.
+inline std::unique_ptr<Stages> law_stages(const Config& config, const Rig& rig) {
+  static Cpu cpu{1};
+  return reference_stages(config, rig, cpu, {});
+}
+
+/// A frame pipeline and its last result.
 struct Runner {
-  Runner(std::unique_ptr<Stages> stages, const Config& config, const Rig& rig)
-      : processor{config, rig, std::move(stages)}, result{empty_result(config, rig)} {}
+  Runner(std::unique_ptr<Stages> stages, const Config& config, const Rig& rig, const PixelMask& mask = {})
+      : frames{config, rig, cpu, std::move(stages), mask}, result{empty_result(config, rig)} {}
 
   void run(const StereoFrame& frame, double dt_s) {
     result.status.clear();
@@ -39,11 +44,11 @@ struct Runner {
     const LevelFrame level{
         frame.left.view(), frame.right.view(), frame.disparity.view(), *frame.world_from_vehicle, dt_s,
         frame.other_grids};
-    processor.start(level, result);
-    processor.finish(level, result, {});
+    frames.process(level, result);
   }
 
-  FrameProcessor processor;
+  Cpu cpu{1};
+  FramePipeline frames;
   FrameResult result;
 };
 
@@ -113,8 +118,9 @@ inline void compare(const FrameResult& gpu, const FrameResult& law) {
 /// Both back ends side by side.
 class Pair {
  public:
-  Pair(const Config& config, const Rig& rig)
-      : gpu{std::make_unique<CudaStages>(config, rig), config, rig}, law{reference_stages(config, rig), config, rig} {}
+  Pair(const Config& config, const Rig& rig, const PixelMask& mask = {})
+      : gpu{std::make_unique<CudaStages>(config, rig), config, rig, mask},
+        law{law_stages(config, rig), config, rig, mask} {}
 
   void run(const StereoFrame& frame) {
     const double dt_s{frame.index == 0 ? 0 : 0.1};

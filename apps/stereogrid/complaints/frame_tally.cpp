@@ -11,6 +11,7 @@
 #include "complaints/pair_faults.hpp"
 #include "stereogrid/exposure.hpp"
 #include "stereogrid/io/calibration.hpp"
+#include "stereogrid/level_mapping.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -138,7 +139,8 @@ class Complaining {
     constexpr double noticeable_deg{2};
     const double given_rad{context_.given.camera_pitch_rad};
     if (tally_.road_pitches.empty() || context_.used != context_.given) return;
-    const double pitch_rad{median_pitch_rad(tally_) + given_rad - context_.level.camera_pitch_rad};
+    const double pitch_rad{median_pitch_rad(tally_) + given_rad -
+                           LevelMapping{context_.used}.level_rig().camera_pitch_rad};
     if (std::abs(pitch_rad - given_rad) * degrees <= noticeable_deg) return;
     say(
         fmt::format("the camera looks down by {:.1f}°, not by {:.1f}° as assumed. Results are better with "

@@ -49,8 +49,7 @@ struct TallyContext {
   const Input& input;  ///< may lack a source
   const Config& config;
   Rig given;  ///< rig of the input
-  Rig used;   ///< Pipeline::rig() after the last frame
-  Rig level;  ///< Pipeline::level_rig() after the last frame
+  Rig used;   ///< Pipeline::next_rig() after the last frame
   /// Loads a frame that was counted; none where it is not available any more.
   std::function<std::optional<StereoFrame>(std::size_t index)> frame_at;
 };

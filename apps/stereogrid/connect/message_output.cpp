@@ -135,8 +135,7 @@ MessageOutput::MessageOutput(const MessageOptions& options, server::Server* view
 
 MessageOutput::~MessageOutput() = default;
 
-void MessageOutput::send(const StereoFrame& frame, const FrameResult& result, const Rig& rig,
-                         messages::FrameFacts facts) {
+void MessageOutput::send(const StereoFrame& frame, const FrameResult& result, messages::FrameFacts facts) {
   std::vector<std::uint8_t> left;
   std::vector<std::uint8_t> u_disparity;
   facts.stamp_ns = frame.stamp_ns;
@@ -145,14 +144,14 @@ void MessageOutput::send(const StereoFrame& frame, const FrameResult& result, co
       if (jpeg.empty()) jpeg = make();
       return std::as_bytes(std::span{jpeg});
     };
-    facts.left_jpeg = [&, once] { return once(left, [&] { return annotated_jpeg(frame, result, rig); }); };
+    facts.left_jpeg = [&, once] { return once(left, [&] { return annotated_jpeg(frame, result, result.rig); }); };
     facts.u_disparity_jpeg = [&, once] { return once(u_disparity, [&] { return u_disparity_jpeg(result); }); };
   }
   for (messages::FrameMessages& sender : state_->senders) {
-    if (rig != state_->rig) sender.set_rig(rig);
+    if (result.rig != state_->rig) sender.set_rig(result.rig);
     sender.send(result, facts);
   }
-  state_->rig = rig;
+  state_->rig = result.rig;
 }
 
 void MessageOutput::finish() {

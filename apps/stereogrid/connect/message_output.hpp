@@ -44,7 +44,7 @@ class MessageOutput {
   ~MessageOutput();
 
   /// `facts`: all but the stamp and the pictures; `rig`: of this frame. Throws DeviceError.
-  void send(const StereoFrame& frame, const FrameResult& result, const Rig& rig, messages::FrameFacts facts);
+  void send(const StereoFrame& frame, const FrameResult& result, messages::FrameFacts facts);
   /// The file is whole. Throws DeviceError.
   void finish();
 

@@ -129,8 +129,7 @@ Image<std::uint8_t> look_for_own_vehicle(const Input& input, const Config& confi
     try {
       StereoFrame frame{input.source->load(i)};
       poses.place(frame);
-      const Rig rig{pipeline.rig()};
-      search.add(frame, pipeline.process(frame), rig);
+      search.add(frame, pipeline.process(frame));
       picture = std::move(frame.left);
     } catch (const InputError&) {  // said where the frames are looked at
     }

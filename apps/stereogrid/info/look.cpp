@@ -96,14 +96,13 @@ class Looking {
     } catch (const InputError&) {
       return;  // said where it was looked at
     }
-    const double turned_rad{pipeline_.rig().camera_pitch_rad - pipeline_.level_rig().camera_pitch_rad};
     const FrameResult& result{pipeline_.process(*frame)};
     ++look_.tried;
     const io::FrameSummary summary{io::summary_of(*frame, result)};
     tally_.add(summary);
     if (!shows_road(summary)) return;
     found_.push_back(result.ground);
-    found_.back().pitch_rad += turned_rad;
+    found_.back().pitch_rad += result.rig.camera_pitch_rad - result.level_rig.camera_pitch_rad;
   }
 
   [[nodiscard]] std::string in_frames(const Tally& tally, std::size_t all) const {
@@ -122,7 +121,7 @@ class Looking {
                       in_frames(blank_, look_.looked_at)));
     }
     const Complaints found{
-        complaints_of(tally_, {input_, config_, source_.rig(), pipeline_.rig(), pipeline_.level_rig(),
+        complaints_of(tally_, {input_, config_, source_.rig(), pipeline_.next_rig(),
                                [this](std::size_t index) { return std::optional<StereoFrame>{source_.load(index)}; }})};
     look_.complaints.insert(look_.complaints.end(), found.texts.begin(), found.texts.end());
     measure_road();

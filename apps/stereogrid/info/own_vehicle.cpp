@@ -82,8 +82,8 @@ void OwnVehicle::begin(const Rig& rig) {
   travelled_m_ = 0;
 }
 
-void OwnVehicle::add(const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
-  if (rig != rig_) begin(rig);
+void OwnVehicle::add(const StereoFrame& frame, const FrameResult& result) {
+  if (result.rig != rig_) begin(result.rig);
   if (!is_known(result) || result.stages.obstacle_disparity.width() != mapping_.level_rig().width_px) return;
   const Pose2& pose{result.world_from_vehicle};
   const double moved_m{std::hypot(pose.x_m - last_pose_.x_m, pose.y_m - last_pose_.y_m)};

@@ -22,9 +22,8 @@ class OwnVehicle {
  public:
   explicit OwnVehicle(const Rig& rig) { begin(rig); }
 
-  /// The next frame and what the pipeline made of it; `rig`: Pipeline::rig() before the frame. A rig that differs from
-  /// the one before begins the search anew.
-  void add(const StereoFrame& frame, const FrameResult& result, const Rig& rig);
+  /// Adds the next frame and its result. Another rig than that of the frame before restarts the search.
+  void add(const StereoFrame& frame, const FrameResult& result);
 
   /// Has been seen enough of to say something?
   [[nodiscard]] bool is_sure() const;

@@ -87,8 +87,8 @@ class LiveLoop {
     };
     Input described;
     described.extrinsics_given = input_.recording.extrinsics_given;
-    const Complaints complaints{complaints_of(
-        tally_, {described, config, input_.source->rig(), pipeline_.rig(), pipeline_.level_rig(), frame_at})};
+    const Complaints complaints{
+        complaints_of(tally_, {described, config, input_.source->rig(), pipeline_.next_rig(), frame_at})};
     for (const std::string& text : complaints.texts) spdlog::warn("{}", text);
   }
 
@@ -97,7 +97,6 @@ class LiveLoop {
  private:
   void take(const PlacedFrame& placed) {
     if (placed.stream != std::exchange(stream_, placed.stream)) pipeline_.reset();
-    const Rig rig{pipeline_.rig()};  // a mounting that this frame shows is of the next one
     try {
       pipeline_.process(placed.frame, result_);
     } catch (const InputError& error) {
@@ -108,7 +107,7 @@ class LiveLoop {
     latency_ = latencies_.add(Clock::now() - placed.captured);
     tell_warnings(result_.warnings);
     count(placed.frame);
-    send(placed.frame, rig);
+    send(placed.frame);
   }
 
   // The first frames that are examined in the end are kept.
@@ -121,13 +120,13 @@ class LiveLoop {
     }
   }
 
-  void send(const StereoFrame& frame, const Rig& rig) {
+  void send(const StereoFrame& frame) {
     ++frames_;
     std::vector<messages::Dropped> dropped;
     for (const capture::Drop& drop : placed_.dropped()) dropped.push_back({drop.reason, drop.frames});
     if (refused_ > 0) dropped.push_back({"refused by the pipeline", refused_});
     const messages::FrameFacts facts{.latency = latency_, .frames = frames_, .dropped = dropped};
-    output_.send(frame, result_, rig, facts);
+    output_.send(frame, result_, facts);
     page_.note(result_, facts);
   }
 

@@ -57,7 +57,6 @@ class LineFile {
 struct Job {
   StereoFrame frame;
   FrameResult result;
-  Rig rig;
   std::optional<io::Checkpoint> checkpoint;
 };
 
@@ -82,12 +81,12 @@ struct ResultWriter::State {
     if (options.predictions) io::write_predictions(options.folder / "predictions" / file, job.result);
     if (options.stages) io::write_stages(options.folder / "stages" / file, job.result.stages);
     if (options.pictures || video) {
-      const io::RgbImage picture{draw_picture(job.frame, job.result, job.rig)};
+      const io::RgbImage picture{draw_picture(job.frame, job.result, job.result.rig)};
       if (options.pictures) io::write_png(options.folder / "pictures" / (job.frame.name + ".png"), picture);
       if (video) video->add(picture);
     }
     if (messages) send(job);
-    lines->append(io::frame_line(job.frame, job.result, job.rig, options.compact));
+    lines->append(io::frame_line(job.frame, job.result, job.result.rig, options.compact));
     if (job.checkpoint) io::write_checkpoint(options.folder, *job.checkpoint);
   }
 
@@ -97,7 +96,7 @@ struct ResultWriter::State {
         io::multiples_between(options.first_frame, static_cast<std::size_t>(job.frame.index), options.every)};
     const std::array<messages::Dropped, 1> dropped{{{"cannot be used", static_cast<std::int64_t>(due) - sent}}};
     const messages::FrameFacts facts{.frames = sent, .dropped = dropped};
-    messages->send(job.frame, job.result, job.rig, facts);
+    messages->send(job.frame, job.result, facts);
     if (options.page != nullptr) options.page->note(job.result, facts);
   }
 
@@ -151,12 +150,11 @@ ResultWriter::~ResultWriter() {
   if (state_->thread.joinable()) state_->thread.join();
 }
 
-void ResultWriter::write(StereoFrame frame, FrameResult result, const Rig& rig,
-                         std::optional<io::Checkpoint> checkpoint) {
+void ResultWriter::write(StereoFrame frame, FrameResult result, std::optional<io::Checkpoint> checkpoint) {
   std::unique_lock lock{state_->mutex};
   state_->changed.wait(lock, [this] { return state_->failure || state_->jobs.size() < capacity; });
   if (state_->failure) std::rethrow_exception(state_->failure);
-  state_->jobs.push_back({std::move(frame), std::move(result), rig, std::move(checkpoint)});
+  state_->jobs.push_back({std::move(frame), std::move(result), std::move(checkpoint)});
   state_->changed.notify_all();
 }
 

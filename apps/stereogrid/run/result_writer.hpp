@@ -43,8 +43,8 @@ class ResultWriter {
   ~ResultWriter();
 
   /// Waits while too many frames wait. Throws what writing an earlier frame has thrown: DeviceError.
-  /// `rig`: of this frame, for the pictures. `checkpoint`: written once the frame is.
-  void write(StereoFrame frame, FrameResult result, const Rig& rig, std::optional<io::Checkpoint> checkpoint = {});
+  /// `checkpoint`: written once the frame is.
+  void write(StereoFrame frame, FrameResult result, std::optional<io::Checkpoint> checkpoint = {});
   /// Waits for the last frame; throws as write().
   void finish();
 

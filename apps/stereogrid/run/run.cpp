@@ -144,7 +144,6 @@ int run(const RunOptions& options) {
   Pipeline pipeline{start_pipeline(config, input.source->rig(), options.device, pipeline_options(options, input))};
   const LidarStage lidar{options.fuse == "lidar", input, pipeline.vehicle_grid(), options.fuse_rings};
   io::RunRecord record{describe_run(options, input, pipeline)};
-  record.set_rigs(pipeline.rig(), pipeline.level_rig());
   const FolderLock lock{record.folder()};
   options.resume ? record.resume() : record.begin();
   recall_skipped(*input.source, record);

@@ -76,9 +76,9 @@ bool RunLoop::take_next(io::FrameQueue& queue) {
   return queued && unavailable_.empty();
 }
 
-std::optional<std::string> RunLoop::add_lidar(StereoFrame& frame, const Rig& rig) {
+std::optional<std::string> RunLoop::add_lidar(StereoFrame& frame) {
   try {
-    return lidar_.add_grid(frame, rig);
+    return lidar_.add_grid(frame, pipeline_.next_rig());
   } catch (const DeviceError& error) {
     unavailable_ = error.what();
     return std::nullopt;
@@ -91,8 +91,7 @@ void RunLoop::take(io::QueuedFrame queued) {
   try {
     const double opencv_ms{opencv_.match(*queued.frame)};
     FrameResult result;
-    const Rig rig{pipeline_.rig()};  // a mounting that this frame shows is of the next one
-    const std::optional<std::string> without_lidar{add_lidar(*queued.frame, rig)};
+    const std::optional<std::string> without_lidar{add_lidar(*queued.frame)};
     if (!without_lidar) return;
     pipeline_.process(*queued.frame, result);
     last_processed_ = queued.index;
@@ -104,10 +103,10 @@ void RunLoop::take(io::QueuedFrame queued) {
     if (!without_lidar->empty()) result.warnings.push_back(record_.told(*without_lidar));
     tell_warnings(queued.name, result.warnings);
     ++frames_done_;
-    record_.set_rigs(pipeline_.rig(), pipeline_.level_rig());
+    record_.set_rig(pipeline_.next_rig());
     if (!record_.is_written(queued.index)) return;
     record_.add_frame(io::summary_of(*queued.frame, result));
-    writer_.write(std::move(*queued.frame), std::move(result), rig, checkpoint_after(queued.index));
+    writer_.write(std::move(*queued.frame), std::move(result), checkpoint_after(queued.index));
   } catch (const InputError& error) {
     skip(queued, error.what());
   }

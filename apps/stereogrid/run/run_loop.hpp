@@ -43,7 +43,7 @@ class RunLoop {
   bool take_next(io::FrameQueue& queue);
   void take(io::QueuedFrame queued);
   /// The lidar's warning; none: its sweep is unavailable.
-  std::optional<std::string> add_lidar(StereoFrame& frame, const Rig& rig);
+  std::optional<std::string> add_lidar(StereoFrame& frame);
   [[noreturn]] void give_up_waiting();
   std::optional<io::Checkpoint> checkpoint_after(std::size_t index);
   void skip(const io::QueuedFrame& queued, const std::string& reason);

@@ -39,8 +39,8 @@ void warn_of_frames(const io::RunRecord& record, const Input& input, const Pipel
       return std::nullopt;
     }
   };
-  const Complaints complaints{complaints_of(
-      tally, {input, pipeline.config(), input.source->rig(), pipeline.rig(), pipeline.level_rig(), frame_at})};
+  const Complaints complaints{
+      complaints_of(tally, {input, pipeline.config(), input.source->rig(), pipeline.next_rig(), frame_at})};
   for (const std::string& text : complaints.texts) spdlog::warn("{}", text);
 }
 

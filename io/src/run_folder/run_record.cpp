@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/io/run_folder/run_record.hpp"
+#include "stereogrid/level_mapping.hpp"
 
 #include <fmt/format.h>
 
@@ -108,7 +109,7 @@ std::vector<SkippedFrame> skipped_in(const Json& run) {
 }  // namespace
 
 RunRecord::RunRecord(fs::path folder, RunDescription run)
-    : folder_{std::move(folder)}, run_{std::move(run)}, mounted_rig_{run_.rig}, level_rig_{run_.rig} {}
+    : folder_{std::move(folder)}, run_{std::move(run)}, mounted_rig_{run_.rig} {}
 
 void RunRecord::begin() {
   if (const std::string part{part_of_a_run(folder_)}; !part.empty()) {
@@ -195,7 +196,7 @@ void RunRecord::save(bool complete) const {
   run["mount"] = {{"camera_height_m", mounted_rig_.camera_height_m},
                   {"camera_pitch_rad", mounted_rig_.camera_pitch_rad},
                   {"camera_roll_rad", mounted_rig_.camera_roll_rad}};
-  run["level_rig"] = rig_json(level_rig_);
+  run["level_rig"] = rig_json(LevelMapping{mounted_rig_}.level_rig());
   run["simd_target"] = run_.simd_target;
   run["threads"] = run_.threads;
   run["frames"] = {{"first", run_.frames.first},

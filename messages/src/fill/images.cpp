@@ -36,7 +36,7 @@ void fill(stereo_msgs::DisparityImage& message, const StageImages& stages, const
   if (obstacle.width() != level_rig.width_px || obstacle.height() != level_rig.height_px ||
       road.size() != obstacle.size()) {
     throw InputError{"frame result", "its disparities do not have the rig's size.",
-                     "Tell FrameMessages of the rig that the pipeline has: set_rig(pipeline.rig())."};
+                     "Tell FrameMessages of the rig that the pipeline has: set_rig(result.rig)."};
   }
   sensor_msgs::Image& image{message.image};
   image.header = message.header;

@@ -178,8 +178,8 @@ void StereoGridNode::go_on() {
       if (!live) continue;
       live->frame.stamp_ns = nanoseconds(live->captured) + clock_ns_;
       place(live->frame, odometry, pair->rig());
-      if (pipeline.rig() != rig) messages.set_rig(rig = pipeline.rig());  // found in the frame before
       pipeline.process(live->frame, result);
+      if (result.rig != rig) messages.set_rig(rig = result.rig);  // found in the frame before
       for (const std::string& warning : result.warnings) tell(warning);
       const std::vector<stereogrid::messages::Dropped> dropped{dropped_by(*pair)};
       messages.send(result, {.stamp_ns = live->frame.stamp_ns, .frames = ++frames, .dropped = dropped});

@@ -123,9 +123,8 @@ DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, con
   clear(cuda, matches.confidence.data(), matches.confidence.size());
 }
 
-void DeviceMemory::upload_frame(Cuda& cuda, const HostMemory& host, FrameImages images) {
-  const std::size_t ends[]{layout.images_end, sizeof(FrameOnDevice), layout.given_end};
-  upload(cuda, host.input.data(), ends[static_cast<std::size_t>(images)], input.data());
+void DeviceMemory::upload_frame(Cuda& cuda, const HostMemory& host, bool is_given) {
+  upload(cuda, host.input.data(), is_given ? layout.given_end : layout.images_end, input.data());
 }
 
 void DeviceMemory::fetch_answer(Cuda& cuda, HostMemory& host) {

@@ -48,9 +48,6 @@ struct FrameFromDevice {
   MatchedPixels matched[counting_warps];
 };
 
-/// What a frame begins with: both images, uploaded with all the rest or ahead of it, or disparities.
-enum class FrameImages { both, ahead, given };
-
 /// What is uploaded with one copy, and what is downloaded with one: where each part begins, in bytes.
 struct FrameLayout {
   explicit FrameLayout(const Rig& rig);
@@ -115,7 +112,7 @@ struct DeviceMemory {
 
   [[nodiscard]] const FrameOnDevice* frame() { return at<FrameOnDevice>(input, 0); }
   [[nodiscard]] FrameFromDevice* answer() { return at<FrameFromDevice>(output, 0); }
-  void upload_frame(Cuda& cuda, const HostMemory& host, FrameImages images);
+  void upload_frame(Cuda& cuda, const HostMemory& host, bool is_given);
   /// Counts what has matched, and downloads what the host waits for.
   void fetch_answer(Cuda& cuda, HostMemory& host);
   /// Both observed grids are unknown.

@@ -9,14 +9,14 @@
 namespace stereogrid {
 namespace {
 
-std::unique_ptr<Stages> start(const Config& config, const Rig& level_rig, int device) {
-  return std::make_unique<CudaStages>(config, level_rig, device);
+std::unique_ptr<Stages> start(const Config& config, const Rig& level_rig, int device, const StagesOptions& options) {
+  return std::make_unique<CudaStages>(config, level_rig, device, options);
 }
 
 }  // namespace
 }  // namespace stereogrid
 
-extern "C" __attribute__((visibility("default"))) const stereogrid::CudaLibrary* stereogrid_cuda_library_2() {
+extern "C" __attribute__((visibility("default"))) const stereogrid::CudaLibrary* stereogrid_cuda_library_3() {
   static const stereogrid::CudaLibrary library{stereogrid::build_id().data(), stereogrid::interface_sizes(),
                                                stereogrid::start};
   return &library;

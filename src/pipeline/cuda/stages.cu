@@ -20,10 +20,11 @@ void put(View<const T> image, T* pinned) {
 
 }  // namespace
 
-CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device)
+CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device, const StagesOptions& options)
     : config_{config},
       rig_{level_rig},
       cuda_{device},
+      options_{options},
       vehicle_grid_{vehicle_grid_of(config.grid)},
       window_cells_{Window{vehicle_grid_}.cells()},
       filter_tables_{config.filter},
@@ -31,7 +32,7 @@ CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device)
       device_{cuda_, config, rig_, vehicle_grid_, window_cells_, filter_tables_},
       matches_{rig_.width_px, rig_.height_px} {}
 
-// A frame in flight may have been begun that nobody waits for any more.
+// An exception may have ended a frame whose work the device has not finished.
 CudaStages::~CudaStages() {
   cudaStreamSynchronize(cuda_.stream());
 }
@@ -40,7 +41,7 @@ MemoryUse CudaStages::memory_use() const {
   return {sizeof *this + held_.pinned + held_bytes_of(filter_tables_, matches_), held_.device};
 }
 
-void CudaStages::take_mask(const PixelMask& mask) {
+void CudaStages::set_mask(const PixelMask& mask) {
   mask_ = &mask;
   if (mask.empty()) return;
   const View<const std::uint8_t> masked{mask.view()};
@@ -63,11 +64,10 @@ void CudaStages::begin(const LevelFrame& frame, const GridGeometry& window, bool
   if (is_at_work_) synchronize();  // on a frame that an exception has ended: it may still read what is written now
   result_ = &result;
   is_first_ = is_first;
-  images_ = frame.is_given() ? FrameImages::given : (frame.is_ahead ? FrameImages::ahead : FrameImages::both);
-  if (images_ != FrameImages::ahead) ahead_.wait();
-  if (is_given()) {
+  is_given_ = frame.is_given();
+  if (is_given_) {
     put(frame.disparity, host_.given());
-  } else if (images_ == FrameImages::both) {
+  } else {
     put(frame.left, host_.left());
     put(frame.right, host_.right());
   }
@@ -82,66 +82,56 @@ void CudaStages::begin(const LevelFrame& frame, const GridGeometry& window, bool
   on_device.vehicle_in_world = grid_in_vehicle(vehicle_grid_, frame.world_from_vehicle);
   on_device.window = window;
   on_device.motion = filter_motion({config_.filter, filter_tables_, window, frame.dt_s, frame.view}, window_before_);
-  *host_.evidence_count.data() = 0;
-  *host_.held_count.data() = 0;
 }
 
-void CudaStages::expect(const Ground& expected, const Ground& previous, const RowAlignment& rows) {
+// Inputs that change from frame to frame are written to where the graphs read them.
+void CudaStages::match(const Ground& expected, const Ground& previous, const RowAlignment& rows) {
   if (are_grids_in_work_) synchronize();
   FrameOnDevice& frame{host_.frame()};
   frame.plane = road_plane(rig_, expected);
   frame.expected = expected;
   frame.prior = prior_of(rig_, config_.ground, previous, dt_s_);
   frame.rows = {rows.offsets(), rows.is_identity() ? 1 : 0};
+  perform(match_graphs_[is_given_ ? 1 : 0], [this] { enqueue_match(); });
+  is_lattice_taken_ = false;
 }
 
-void CudaStages::take_velocities(std::span<const VelocityEvidence> evidence) {
+void CudaStages::estimate_ground() {
+  perform(ground_graphs_[is_given_ ? 1 : 0], [this] { enqueue_ground(); });
+  times_.mark(cuda_, StreamTimes::answered);
+}
+
+void CudaStages::observe(bool is_usable, std::span<const HeldCell> held) {
   if (are_grids_in_work_) synchronize();
-  std::copy(evidence.begin(), evidence.end(), host_.evidence.data());
-  *host_.evidence_count.data() = static_cast<int>(evidence.size());
+  std::copy(held.begin(), held.end(), host_.held.data());
+  *host_.held_count.data() = static_cast<int>(held.size());
+  Graph& graph{(is_usable ? observe_graphs_ : unknown_graphs_)[has_other_grids_ ? 1 : 0]};
+  perform(graph, [this, is_usable] { enqueue_observation(is_usable); });
+  are_grids_in_work_ = true;
 }
 
-void CudaStages::hold(std::span<const HeldCell> cells) {
-  if (cells.empty() && *host_.held_count.data() == 0) return;
-  if (are_grids_in_work_) synchronize();
-  std::copy(cells.begin(), cells.end(), host_.held.data());
-  *host_.held_count.data() = static_cast<int>(cells.size());
-}
-
-Graph& CudaStages::graph_of(StagePart part) {
-  if (part == StagePart::match) return match_graphs_[static_cast<std::size_t>(images_)];
-  return (part == StagePart::grids ? grid_graphs_ : unknown_graphs_)[now_][has_other_grids_ ? 1 : 0];
+void CudaStages::filter(std::span<const VelocityEvidence> velocities) {
+  std::copy(velocities.begin(), velocities.end(), host_.evidence.data());
+  *host_.evidence_count.data() = static_cast<int>(velocities.size());
+  if (is_first_) reset(cuda_, device_.filter, &device_.frame()->motion, device_.states[1 - now_]);
+  perform(filter_graphs_[now_], [this] { enqueue_filter(); });
 }
 
 // The first time without a graph: what the driver loads at a kernel's first launch does not belong into a recording.
-void CudaStages::perform(StagePart part, const std::function<void()>& work) {
-  const bool is_match{part == StagePart::match};
+template <class Work>
+void CudaStages::perform(Graph& graph, const Work& work) {
   is_at_work_ = true;
-  if (is_first_ && !is_match) reset(cuda_, device_.filter, &device_.frame()->motion, device_.states[1 - now_]);
-  if (is_match && images_ == FrameImages::ahead) ahead_.join(cuda_);
-  Graph& graph{graph_of(part)};
-  if (!has_graphs_) {
-    work();
-  } else if (graph.empty()) {
-    work();
-    graph.capture(cuda_, work);
-  } else {
-    graph.launch(cuda_);
-  }
-  if (is_match) {
-    times_.mark(cuda_, StreamTimes::answered);
-    is_lattice_taken_ = false;
-  } else {
-    are_grids_in_work_ = true;
-  }
+  if (has_graphs_ && !graph.empty()) return graph.launch(cuda_);
+  work();
+  if (has_graphs_) graph.capture(cuda_, work);
 }
 
-void CudaStages::match() {
+void CudaStages::enqueue_match() {
   times_.mark(cuda_, StreamTimes::start);
-  device_.upload_frame(cuda_, host_, images_);
+  device_.upload_frame(cuda_, host_, is_given_);
   times_.mark(cuda_, StreamTimes::uploaded);
   const FrameOnDevice* frame{device_.frame()};
-  if (is_given()) {
+  if (is_given_) {
     split(cuda_, device_.given.view(), rig_, &frame->expected, config_.matching, device_.matches);
   } else {
     align_rows(cuda_, device_.right.view(), &frame->rows, device_.aligned.view());
@@ -152,13 +142,13 @@ void CudaStages::match() {
   times_.mark(cuda_, StreamTimes::matched);
 }
 
-void CudaStages::estimate_ground() {
+void CudaStages::enqueue_ground() {
   const FrameOnDevice* frame{device_.frame()};
   FrameFromDevice* answer{device_.answer()};
   DeviceMatches& matches{device_.matches};
   stereogrid::estimate_ground(cuda_, rig_, config_.ground, matches.obstacle.view(), matches.road.view(), &frame->prior,
                               device_.ground, &answer->ground, &answer->is_lost);
-  if (is_given()) {  // splitting is cheap, and the plane is better now
+  if (is_given_) {  // splitting is cheap, and the plane is better now
     split(cuda_, device_.given.view(), rig_, &answer->ground, config_.matching, matches);
     clear_masked();
   }
@@ -166,15 +156,27 @@ void CudaStages::estimate_ground() {
   times_.mark(cuda_, StreamTimes::ground_known);
 }
 
-void CudaStages::count() {
+void CudaStages::enqueue_observation(bool is_usable) {
   times_.mark(cuda_, StreamTimes::resumed);
+  if (is_usable) {
+    count();
+    times_.mark(cuda_, StreamTimes::counted);
+    project();
+  } else {
+    times_.mark(cuda_, StreamTimes::counted);
+    device_.observe_nothing(cuda_);
+  }
+  fuse();
+  times_.mark(cuda_, StreamTimes::projected);
+}
+
+void CudaStages::count() {
   const MatchViews matches{std::as_const(device_.matches.obstacle).view(), std::as_const(device_.matches.road).view()};
   const Ground* ground{&device_.answer()->ground};
   if (counts_rays()) count_rays(cuda_, matches, rig_, ground, config_.u_disparity, device_.rays);
-  if (!counts_rays() || are_stages_wanted_) {
+  if (!counts_rays() || options_.stage_images) {
     stereogrid::count(cuda_, matches, rig_, ground, device_.u_disparity);
   }
-  times_.mark(cuda_, StreamTimes::counted);
 }
 
 void CudaStages::project() {
@@ -189,12 +191,6 @@ void CudaStages::project() {
   project_to(&frame->window_cells, device_.observed_window);
 }
 
-void CudaStages::observe_nothing() {
-  times_.mark(cuda_, StreamTimes::resumed);
-  times_.mark(cuda_, StreamTimes::counted);
-  device_.observe_nothing(cuda_);
-}
-
 void CudaStages::fuse() {
   const FrameOnDevice* frame{device_.frame()};
   const auto fuse_on = [&](const GridInVehicle* grid, DeviceImage<float>& cells) {
@@ -205,20 +201,15 @@ void CudaStages::fuse() {
     fuse_on(&frame->window_cells, device_.observed_window);
   }
   stereogrid::hold(cuda_, host_.held.data(), host_.held_count.data(), device_.observed_window.view());
-  times_.mark(cuda_, StreamTimes::projected);
 }
 
-void CudaStages::filter() {
+void CudaStages::enqueue_filter() {
   stereogrid::filter(cuda_, device_.filter, &device_.frame()->motion, std::as_const(device_.observed_window).view(),
                      device_.states[1 - now_], device_.states[now_], device_.world);
-}
-
-void CudaStages::weigh_velocities() {
-  stereogrid::weigh_velocities(cuda_, device_.filter, host_.evidence.data(), host_.evidence_count.data(),
-                               device_.states[now_], device_.world);
-}
-
-void CudaStages::resample() {
+  if (config_.filter.model == FilterModel::joint) {
+    stereogrid::weigh_velocities(cuda_, device_.filter, host_.evidence.data(), host_.evidence_count.data(),
+                                 device_.states[now_], device_.world);
+  }
   const FrameOnDevice* frame{device_.frame()};
   stereogrid::resample(cuda_, device_.world, &frame->window, &frame->vehicle_in_world, device_.vehicle);
   times_.mark(cuda_, StreamTimes::filtered);
@@ -258,7 +249,7 @@ void CudaStages::scatter_lattice() {
 
 const Matches& CudaStages::unsplit_matches() {
   synchronize();
-  if (is_given()) {
+  if (is_given_) {
     leave_whole(cuda_, device_.given.view(), config_.matching, device_.matches);
     clear_masked();
   }
@@ -271,14 +262,6 @@ const Matches& CudaStages::unsplit_matches() {
 View<const float> CudaStages::obstacle_disparity() {
   times_.wait_for(StreamTimes::answered);
   return {host_.obstacle(), rig_.width_px, rig_.height_px, rig_.width_px};
-}
-
-// The frame's own images have been read when its answer is there.
-void CudaStages::take_ahead(View<const std::uint8_t> left, View<const std::uint8_t> right) {
-  times_.wait_for(StreamTimes::answered);
-  put(left, host_.left());
-  put(right, host_.right());
-  ahead_.start(host_.left(), device_.layout.images_end - device_.layout.left, device_.left.data());
 }
 
 void CudaStages::finish() {
@@ -295,7 +278,7 @@ void CudaStages::finish() {
   result_->road_density = matched.road / pixels;
   result_->world.geometry = host_.frame().window;
   PackedGrids{vehicle_grid_, window_cells_}.copy_to(host_.grids.data(), *result_);
-  if (are_stages_wanted_) device_.fetch_stages(cuda_, result_->stages);
+  if (options_.stage_images) device_.fetch_stages(cuda_, result_->stages);
   result_->timing_ms = times_.stages();
   result_->timing_ms.filter += watch.lap();
   now_ = 1 - now_;

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <array>
-#include <functional>
+#include <span>
 #include <vector>
 
 #include "pipeline/cuda/frame.hpp"
@@ -11,48 +11,35 @@
 
 namespace stereogrid {
 
-/// The stages on a GPU. What FrameProcessor performs is recorded as a graph the first time and repeated from then on:
-/// match (images up, disparities and ground down) and grids (counting to filter, results down). While the second runs,
-/// the host decides; where it finds that the frame has to be matched again, or cannot be relied on, the grids are made
-/// again from the same state of the filter.
+/// The stages on a GPU. Each call is recorded as a graph the first time and repeated from then on. The device works on
+/// the grids while the host validates the frame; a frame that is matched again or rejected has its grids made again,
+/// from the same state of the filter.
 class CudaStages final : public Stages {
  public:
-  /// Throws DeviceError: no device that can be used, or too little memory.
-  CudaStages(const Config& config, const Rig& level_rig, int device = 0);
+  /// Throws DeviceError: no usable device, or too little memory.
+  CudaStages(const Config& config, const Rig& level_rig, int device = 0, const StagesOptions& options = {});
   ~CudaStages() override;
 
+  void set_mask(const PixelMask& mask) override;
   void begin(const LevelFrame& frame, const GridGeometry& window, bool is_first, FrameResult& result) override;
-  void expect(const Ground& expected, const Ground& previous, const RowAlignment& rows) override;
-  void take_velocities(std::span<const VelocityEvidence> evidence) override;
-  void hold(std::span<const HeldCell> cells) override;
-
-  void match() override;
+  void match(const Ground& expected, const Ground& previous, const RowAlignment& rows) override;
   void estimate_ground() override;
-  void count() override;
-  void project() override;
-  void observe_nothing() override;
-  void fuse() override;
-  void filter() override;
-  void weigh_velocities() override;
-  void resample() override;
-  void perform(StagePart part, const std::function<void()>& work) override;
-  [[nodiscard]] bool works_ahead() const override { return true; }
+  void observe(bool is_usable, std::span<const HeldCell> held) override;
+  void filter(std::span<const VelocityEvidence> velocities) override;
+  void finish() override;
 
+  [[nodiscard]] bool is_asynchronous() const override { return true; }
   Ground ground() override;
   bool is_lost() override;
   const Matches& matches_on_lattice() override;
   const Matches& unsplit_matches() override;
   View<const float> obstacle_disparity() override;
-  void take_ahead(View<const std::uint8_t> left, View<const std::uint8_t> right) override;
-  void finish() override;
 
-  /// From now on each kernel is started by itself, and `watch` told of it, instead of graphs of them.
+  /// Launches each kernel by itself from now on, not in graphs, and notifies `watch`.
   void go_without_graphs(LaunchWatch& watch) {
     cuda_.watch(&watch);
     has_graphs_ = false;
   }
-  void fetch_stages(bool wanted) override { are_stages_wanted_ = wanted; }
-  void take_mask(const PixelMask& mask) override;
   [[nodiscard]] MemoryUse memory_use() const override;
   void save(StateWriter& state) override;
   void load(StateReader& state) override;
@@ -60,10 +47,17 @@ class CudaStages final : public Stages {
   [[nodiscard]] const StreamTimes& times() const { return times_; }
 
  private:
-  [[nodiscard]] bool is_given() const { return images_ == FrameImages::given; }
   [[nodiscard]] bool counts_rays() const { return config_.projection.model == ProjectionModel::rays; }
   void synchronize();
-  Graph& graph_of(StagePart part);
+  template <class Work>
+  void perform(Graph& graph, const Work& work);
+  void enqueue_match();
+  void enqueue_ground();
+  void enqueue_observation(bool is_usable);
+  void count();
+  void project();
+  void fuse();
+  void enqueue_filter();
   void scatter_lattice();
   void clear_masked();
 
@@ -72,7 +66,7 @@ class CudaStages final : public Stages {
   Rig rig_;
   Cuda cuda_;
   StreamTimes times_;
-  bool are_stages_wanted_{true};
+  StagesOptions options_;
   bool has_graphs_{true};
   const PixelMask* mask_{nullptr};
   GridGeometry vehicle_grid_;
@@ -80,14 +74,13 @@ class CudaStages final : public Stages {
   FilterTables filter_tables_;
   HostMemory host_;
   DeviceMemory device_;
-  SideCopy ahead_;   ///< of the images of a frame in flight; waits, before the memory goes
-  Matches matches_;  ///< see matches_on_lattice
+  Matches matches_;                                             ///< see matches_on_lattice
   CudaBytes held_{cuda_bytes_allocated() - allocated_before_};  // by the members so far
 
   // of a frame
   FrameResult* result_{nullptr};
   bool is_first_{true};
-  FrameImages images_{};
+  bool is_given_{false};           ///< external disparities
   bool has_other_grids_{false};    ///< this frame
   double dt_s_{0};                 ///< since the frame before
   bool is_at_work_{false};         ///< since the last synchronize()
@@ -98,9 +91,11 @@ class CudaStages final : public Stages {
   GridGeometry window_before_;  ///< of the last frame that has been finished
   int now_{0};                  ///< device_.states[now_] is written in this frame
 
-  std::array<Graph, 3> match_graphs_;                   ///< [images_]
-  std::array<std::array<Graph, 2>, 2> grid_graphs_;     ///< [now_][has_other_grids_]
-  std::array<std::array<Graph, 2>, 2> unknown_graphs_;  ///< [now_][has_other_grids_]
+  std::array<Graph, 2> match_graphs_;    ///< [is_given_]
+  std::array<Graph, 2> ground_graphs_;   ///< [is_given_]
+  std::array<Graph, 2> observe_graphs_;  ///< [has_other_grids_]
+  std::array<Graph, 2> unknown_graphs_;  ///< [has_other_grids_]
+  std::array<Graph, 2> filter_graphs_;   ///< [now_]
 };
 
 }  // namespace stereogrid

@@ -26,7 +26,7 @@ struct PitchedDrive : testing::Test {
 
   // Of a point of the road, in the camera's image.
   [[nodiscard]] ImagePoint in_camera(double x_m, double y_m) const {
-    const Rig& rig{drive.pipeline.rig()};
+    const Rig& rig{drive.pipeline.next_rig()};
     const double c{std::cos(rig.camera_pitch_rad)};
     const double s{std::sin(rig.camera_pitch_rad)};
     const double depth{s * rig.camera_height_m + c * x_m};
@@ -39,13 +39,13 @@ struct PitchedDrive : testing::Test {
 };
 
 TEST_F(PitchedDrive, ARoadPointIsWhereTheGroundSays) {
-  const Rig& level_rig{drive.pipeline.level_rig()};
-  const LevelMapping mapping{drive.pipeline.rig()};
-  ASSERT_NEAR(drive.pipeline.rig().camera_pitch_rad, pitch_deg * degree, 1e-9);
+  const Rig level_rig{LevelMapping{drive.pipeline.next_rig()}.level_rig()};
+  const LevelMapping mapping{drive.pipeline.next_rig()};
+  ASSERT_NEAR(drive.pipeline.next_rig().camera_pitch_rad, pitch_deg * degree, 1e-9);
   ASSERT_EQ(level_rig, mapping.level_rig());
   ASSERT_TRUE(result->ground.estimated);
   const RoadPlane road{road_plane(level_rig, result->ground)};
-  const RoadPlane of_the_camera{road_plane(drive.pipeline.rig(), result->ground)};
+  const RoadPlane of_the_camera{road_plane(drive.pipeline.next_rig(), result->ground)};
   int matched{0};
   for (double x_m{5}; x_m < 13; x_m += 0.5) {
     for (const double y_m : {-1.5, -0.5, 0.5, 1.5}) {
@@ -66,7 +66,7 @@ TEST_F(PitchedDrive, ARoadPointIsWhereTheGroundSays) {
 }
 
 TEST_F(PitchedDrive, PointsOfTheRoadLieOnIt) {
-  const std::vector<LabelledPoint> points{points_of(*result, drive.pipeline.level_rig())};
+  const std::vector<LabelledPoint> points{points_of(*result, result->level_rig)};
   std::vector<float> heights_m;
   for (const LabelledPoint& point : points) {
     if (point.label == PointLabel::road && point.x_m < 10) heights_m.push_back(std::abs(point.z_m));

@@ -107,11 +107,11 @@ TEST(MaskChain, IsGivenInTheImageOfAPitchedCamera) {
   const auto is_masked = [](int u, int v) { return v > 120 && u > 100; };
   Pipeline pipeline{pipeline_of(scene.rig(), mask_of(scene.rig(), is_masked))};
   const FrameResult& result{pipeline.process(scene.load(0))};
-  const LevelMapping mapping{pipeline.rig()};
+  const LevelMapping mapping{pipeline.next_rig()};
   ASSERT_FALSE(mapping.is_identity());
   int near_it{0};
-  for (int v{0}; v < pipeline.level_rig().height_px; ++v) {
-    for (int u{0}; u < pipeline.level_rig().width_px; ++u) {
+  for (int v{0}; v < result.level_rig.height_px; ++v) {
+    for (int u{0}; u < result.level_rig.width_px; ++u) {
       const std::optional<ImagePoint> place{
           mapping.camera_from_level({static_cast<double>(u), static_cast<double>(v)})};
       if (!place || !has_disparity(result, u, v)) continue;
@@ -175,12 +175,12 @@ TEST(MaskChain, HoldsWhenAnotherMountingIsFound) {
   const auto is_masked = [](int, int v) { return v > 170; };
   Pipeline pipeline{small_grid(), rig, {.threads = 2, .mask = mask_of(rig, is_masked), .extrinsics_given = false}};
   for (std::size_t i{0}; i < 4; ++i) pipeline.process(scene.load(i));
-  ASSERT_NEAR(pipeline.rig().camera_pitch_rad / degree, 8, 0.2);
+  ASSERT_NEAR(pipeline.next_rig().camera_pitch_rad / degree, 8, 0.2);
   const FrameResult& result{pipeline.process(scene.load(4))};
-  const LevelMapping mapping{pipeline.rig()};
+  const LevelMapping mapping{pipeline.next_rig()};
   const auto first_masked{mapping.level_from_camera({160, 171})};
   ASSERT_TRUE(first_masked);
-  for (int v{static_cast<int>(first_masked->v) + 1}; v < pipeline.level_rig().height_px; ++v) {
+  for (int v{static_cast<int>(first_masked->v) + 1}; v < result.level_rig.height_px; ++v) {
     EXPECT_FALSE(has_disparity(result, 160, v)) << v;
   }
   int above{0};

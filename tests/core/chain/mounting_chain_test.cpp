@@ -10,6 +10,7 @@
 
 #include "chain_run.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/level_mapping.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "stereogrid/scenes/scene.hpp"
 #include "support.hpp"
@@ -48,7 +49,7 @@ bool is_unknown(const FrameResult& result) {
 TEST(MountingChain, IsFoundInThreeFramesOfWhichNothingIsKnown) {
   WrongRig drive;
   for (std::size_t frame{0}; frame < 3; ++frame) {
-    EXPECT_EQ(drive.pipeline.rig(), usual_mounting(drive.scene.rig()));
+    EXPECT_EQ(drive.pipeline.next_rig(), usual_mounting(drive.scene.rig()));
     const FrameResult& result{drive.step(frame)};
     EXPECT_TRUE(is_unknown(result)) << frame;
     const bool is_told{std::ranges::any_of(result.warnings, [](const std::string& warning) {
@@ -56,18 +57,18 @@ TEST(MountingChain, IsFoundInThreeFramesOfWhichNothingIsKnown) {
     })};
     EXPECT_EQ(is_told, frame == 2);
   }
-  const Rig& found{drive.pipeline.rig()};
+  const Rig& found{drive.pipeline.next_rig()};
   EXPECT_NEAR(found.camera_height_m, 1.0, 0.02);
   EXPECT_NEAR(found.camera_pitch_rad / degree, 8, 0.2);
   EXPECT_NEAR(found.camera_roll_rad / degree, 0, 0.3);
-  EXPECT_EQ(drive.pipeline.level_rig().camera_pitch_rad, 0);
+  EXPECT_EQ(LevelMapping{drive.pipeline.next_rig()}.level_rig().camera_pitch_rad, 0);
   for (std::size_t frame{3}; frame < 6; ++frame) EXPECT_TRUE(drive.step(frame).status.empty());
 }
 
 TEST(MountingChain, GoesOnAsIfItHadBeenGiven) {
   WrongRig drive;
   for (std::size_t frame{0}; frame < 3; ++frame) drive.step(frame);
-  Pipeline told{small_grid(), drive.pipeline.rig(), {.threads = 2, .extrinsics_given = false}};
+  Pipeline told{small_grid(), drive.pipeline.next_rig(), {.threads = 2, .extrinsics_given = false}};
   for (std::size_t frame{3}; frame < 6; ++frame) {
     const FrameResult& expected{told.process(drive.scene.load(frame))};
     EXPECT_EQ(count_differences(drive.step(frame).observed, expected.observed), 0) << frame;
@@ -78,8 +79,8 @@ TEST(MountingChain, TheReferenceFindsTheSame) {
   WrongRig drive{"street?width=128&height=96&pitch_deg=8&camera_height=1.0"};
   WrongRig reference{"street?width=128&height=96&pitch_deg=8&camera_height=1.0", BackEnd::reference};
   for (std::size_t frame{0}; frame < 4; ++frame) expect_equal(reference.step(frame), drive.step(frame));
-  EXPECT_EQ(reference.pipeline.rig(), drive.pipeline.rig());
-  EXPECT_NE(drive.pipeline.rig(), usual_mounting(drive.scene.rig()));
+  EXPECT_EQ(reference.pipeline.next_rig(), drive.pipeline.next_rig());
+  EXPECT_NE(drive.pipeline.next_rig(), usual_mounting(drive.scene.rig()));
 }
 
 TEST(MountingChain, ASavedStateHasIt) {
@@ -88,20 +89,20 @@ TEST(MountingChain, ASavedStateHasIt) {
   WrongRig twin;
   const std::vector<std::byte> nothing{twin.pipeline.save_state()};
   twin.pipeline.load_state(drive.pipeline.save_state());
-  EXPECT_EQ(twin.pipeline.rig(), drive.pipeline.rig());
+  EXPECT_EQ(twin.pipeline.next_rig(), drive.pipeline.next_rig());
   expect_equal(twin.step(4), drive.step(4));
   twin.pipeline.load_state(nothing);
-  EXPECT_EQ(twin.pipeline.rig(), usual_mounting(drive.scene.rig()));
+  EXPECT_EQ(twin.pipeline.next_rig(), usual_mounting(drive.scene.rig()));
   EXPECT_TRUE(is_unknown(twin.step(0)));
 }
 
 TEST(MountingChain, IsKeptWhenThePipelineIsReset) {
   WrongRig drive;
   for (std::size_t frame{0}; frame < 3; ++frame) drive.step(frame);
-  const Rig found{drive.pipeline.rig()};
+  const Rig found{drive.pipeline.next_rig()};
   drive.pipeline.reset();
   EXPECT_TRUE(drive.step(3).status.empty());
-  EXPECT_EQ(drive.pipeline.rig(), found);
+  EXPECT_EQ(drive.pipeline.next_rig(), found);
 }
 
 TEST(MountingChain, GivenExtrinsicsStayAndTheDisagreementIsReported) {
@@ -115,7 +116,7 @@ TEST(MountingChain, GivenExtrinsicsStayAndTheDisagreementIsReported) {
     EXPECT_NE(result.warnings.back().find("camera height 1.65 m, pitch 0.0°"), std::string::npos);
     EXPECT_NE(result.warnings.back().find("pitch 8."), std::string::npos) << result.warnings.back();
   }
-  EXPECT_EQ(pipeline.rig(), given);
+  EXPECT_EQ(pipeline.next_rig(), given);
 }
 
 TEST(MountingChain, AnAssumedPitchThatIsNotThereIsFound) {
@@ -124,15 +125,15 @@ TEST(MountingChain, AnAssumedPitchThatIsNotThereIsFound) {
   rig.camera_pitch_rad = 10 * degree;
   Pipeline pipeline{small_grid(), rig, {.threads = 2, .extrinsics_given = false}};
   for (std::size_t frame{0}; frame < 4; ++frame) pipeline.process(scene.load(frame));
-  EXPECT_NEAR(pipeline.rig().camera_pitch_rad / degree, 0, 0.3);
-  EXPECT_NEAR(pipeline.rig().camera_height_m, scene.rig().camera_height_m, 0.05);
+  EXPECT_NEAR(pipeline.next_rig().camera_pitch_rad / degree, 0, 0.3);
+  EXPECT_NEAR(pipeline.next_rig().camera_height_m, scene.rig().camera_height_m, 0.05);
 }
 
 TEST(MountingChain, AWallAheadMovesNothing) {
   Scene scene{scenes::parse_scene("wall?width=320&height=200&frames=8"), 2};
   Pipeline pipeline{small_grid(), scene.rig(), {.threads = 2}};
   for (std::size_t frame{0}; frame < 6; ++frame) EXPECT_TRUE(pipeline.process(scene.load(frame)).status.empty());
-  EXPECT_EQ(pipeline.rig(), scene.rig());
+  EXPECT_EQ(pipeline.next_rig(), scene.rig());
 }
 
 }  // namespace

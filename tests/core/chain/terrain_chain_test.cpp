@@ -71,7 +71,7 @@ void drive(const Layout& layout, const Check& check) {
     const StereoFrame frame{scene.load(i)};
     const FrameResult& result{pipeline.process(frame)};
     check(result, edge_x_m - frame.world_from_vehicle->x_m);
-    ASSERT_EQ(pipeline.rig(), scene.rig()) << "frame " << i;
+    ASSERT_EQ(pipeline.next_rig(), scene.rig()) << "frame " << i;
   }
 }
 

@@ -63,7 +63,7 @@ int main() {
   const int ix{static_cast<int>((8.0 - grid.x_min_m) / grid.cell_size_m)};
   const int iy{static_cast<int>((0.0 - grid.y_min_m) / grid.cell_size_m)};
   const float at_wall{result.observed(ix, iy)};
-  const bool has_points{!stereogrid::points_of(result, pipeline.level_rig()).empty()};
+  const bool has_points{!stereogrid::points_of(result, result.level_rig).empty()};
   const bool is_level{stereogrid::LevelMapping{rig}.is_identity()};
   std::printf("stereogrid %s: P(occupied) at the wall %.3f\n", stereogrid::version().data(), at_wall);
   return std::isfinite(at_wall) && at_wall > 0.75f && has_points && is_level && is_refused(stereogrid::Rig{}) ? 0 : 1;

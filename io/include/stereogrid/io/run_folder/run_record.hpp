@@ -46,12 +46,8 @@ class STEREOGRID_EXPORT RunRecord {
   /// Frames from there on go through the pipeline again: what was skipped of them, and is not before the last finished
   /// one, is found out anew.
   void go_on_from(std::size_t index);
-  /// Pipeline::rig() and level_rig() after the last frame: a run may find another mounting than the description's rig
-  /// has, which is both of them until they are set.
-  void set_rigs(const Rig& mounted, const Rig& level) {
-    mounted_rig_ = mounted;
-    level_rig_ = level;
-  }
+  /// Sets Pipeline::next_rig() after the last frame. Default: the description's rig.
+  void set_rig(const Rig& mounted) { mounted_rig_ = mounted; }
   /// Writes run.json. Throws DeviceError.
   void save(bool complete) const;
 
@@ -81,7 +77,6 @@ class STEREOGRID_EXPORT RunRecord {
   std::filesystem::path folder_;
   RunDescription run_;
   Rig mounted_rig_;
-  Rig level_rig_;
   std::vector<FrameSummary> finished_;
   std::vector<SkippedFrame> skipped_;
 };

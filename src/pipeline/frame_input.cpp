@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/frame_input.hpp"
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "held_bytes.hpp"
+#include "pipeline/checks.hpp"
+#include "stereogrid/error.hpp"
+
+namespace stereogrid {
+
+FrameInput::FrameInput(const MotionConfig& config, const Rig& rig, const PipelineOptions& options)
+    : rig_{rig}, levelling_{rig}, clock_{config.gap_max_s}, ego_motion_{config, options.in_world_of_poses} {
+  set_rig(rig);
+  ego_motion_.start_at(options.start);
+}
+
+void FrameInput::set_rig(const Rig& rig) {
+  Levelling levelling{rig};
+  const Rig& level_rig{levelling.level_rig()};
+  Image<std::uint8_t> left{level_rig.width_px, level_rig.height_px};
+  Image<std::uint8_t> right{left};
+  disparity_ = Image<float>{level_rig.width_px, level_rig.height_px};
+  left_ = std::move(left);
+  right_ = std::move(right);
+  levelling_ = levelling;
+  rig_ = rig;
+}
+
+void FrameInput::check(const StereoFrame& frame) const {
+  stereogrid::check(frame, rig_);
+  if (clock_.stands_still(frame.stamp_ns)) {
+    throw InputError{"frame " + frame.name, "its stamp is that of the frame before.",
+                     "Every frame needs a stamp of its own."};
+  }
+}
+
+LevelFrame FrameInput::convert(const StereoFrame& frame, Cpu& cpu, FrameResult& result) {
+  FrameClock::Tick tick{clock_.tick(frame.stamp_ns)};
+  if (tick.leap) {
+    ego_motion_.restart();
+    result.status.push_back(*tick.leap);
+    result.warnings.push_back(std::move(tick.warning));
+  }
+  const double dt_s{tick.dt_s};
+  const Pose2 before{ego_motion_.world_from_vehicle()};
+  const Pose2 pose{place(frame, dt_s, result)};
+  const double travelled_m{dt_s > 0 && frame.world_from_vehicle
+                               ? std::hypot(pose.x_m - before.x_m, pose.y_m - before.y_m)
+                               : std::numeric_limits<double>::infinity()};
+  LevelFrame converted{frame.left.view(), frame.right.view(),     frame.disparity.view(), pose, dt_s,
+                       frame.other_grids, view(pose, travelled_m)};
+  converted.restarts = tick.leap.has_value();
+  if (!levelling_.is_needed()) return converted;
+  level(frame, cpu);
+  converted.left = left_.view();
+  converted.right = right_.view();
+  if (converted.is_given()) converted.disparity = disparity_.view();
+  return converted;
+}
+
+Pose2 FrameInput::place(const StereoFrame& frame, double dt_s, FrameResult& result) {
+  EgoMotion::Placing placing{ego_motion_.place(frame.world_from_vehicle, dt_s)};
+  if (!placing.warning.empty()) result.warnings.push_back(std::move(placing.warning));
+  if (placing.status) result.status.push_back(*placing.status);
+  return placing.world_from_vehicle;
+}
+
+CameraView FrameInput::view(const Pose2& world_from_vehicle, double travelled_m) const {
+  const double focal_baseline_pxm{rig_.focal_px * rig_.baseline_m};
+  return {world_from_vehicle, rig_.centre_u_px / rig_.focal_px, (rig_.width_px - rig_.centre_u_px) / rig_.focal_px,
+          focal_baseline_pxm * travelled_m, focal_baseline_pxm};
+}
+
+void FrameInput::level(const StereoFrame& frame, Cpu& cpu) {
+  levelling_.apply(cpu, frame.left.view(), left_.view());
+  if (!frame.right.empty()) levelling_.apply(cpu, frame.right.view(), right_.view());
+  if (!frame.disparity.empty()) levelling_.apply(cpu, frame.disparity.view(), disparity_.view());
+}
+
+void FrameInput::restart() {
+  clock_.reset();
+  ego_motion_.restart();
+}
+
+std::size_t FrameInput::held_bytes() const {
+  return held_bytes_of(left_, right_, disparity_);
+}
+
+}  // namespace stereogrid

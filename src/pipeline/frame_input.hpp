@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "backend/cpu.hpp"
+#include "images/levelling.hpp"
+#include "motion/ego_motion.hpp"
+#include "pipeline/frame_clock.hpp"
+#include "pipeline/stages.hpp"
+
+namespace stereogrid {
+
+/// Converts stereo frames to the frame pipeline's input: time step, pose in the world, level images.
+class FrameInput {
+ public:
+  FrameInput(const MotionConfig& config, const Rig& rig, const PipelineOptions& options);
+
+  [[nodiscard]] const Rig& rig() const { return rig_; }
+  [[nodiscard]] const Rig& level_rig() const { return levelling_.level_rig(); }
+  /// Pitch that levelling removes.
+  [[nodiscard]] double turned_rad() const { return rig_.camera_pitch_rad - level_rig().camera_pitch_rad; }
+  /// Replaces the rig; time and world continue.
+  void set_rig(const Rig& rig);
+
+  /// Throws InputError: the frame does not fit the rig, or has the stamp of the frame before.
+  void check(const StereoFrame& frame) const;
+  /// The views are of `frame` or of this object's images, until the next call. Sets status and warnings of clock and
+  /// poses in `result`.
+  LevelFrame convert(const StereoFrame& frame, Cpu& cpu, FrameResult& result);
+  /// Makes the next frame a first one.
+  void restart();
+
+  [[nodiscard]] std::size_t held_bytes() const;
+  template <class State>
+  void exchange(State& state) {
+    state(clock_, ego_motion_);
+  }
+
+ private:
+  Pose2 place(const StereoFrame& frame, double dt_s, FrameResult& result);
+  [[nodiscard]] CameraView view(const Pose2& world_from_vehicle, double travelled_m) const;
+  void level(const StereoFrame& frame, Cpu& cpu);
+
+  Rig rig_;
+  Levelling levelling_;
+  FrameClock clock_;
+  EgoMotion ego_motion_;
+  Image<std::uint8_t> left_;
+  Image<std::uint8_t> right_;
+  Image<float> disparity_;
+};
+
+}  // namespace stereogrid

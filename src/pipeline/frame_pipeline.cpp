@@ -1,0 +1,277 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/frame_pipeline.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "pipeline/results.hpp"
+#include "pipeline/stopwatch.hpp"
+
+namespace stereogrid {
+namespace {
+
+/// Frames between two searches for a lost ground plane.
+constexpr int pause_frames{3};
+
+}  // namespace
+
+FramePipeline::FramePipeline(const Config& config, const Rig& level_rig, Cpu& cpu, std::unique_ptr<Stages> stages,
+                             PixelMask mask, double turned_rad, bool extrinsics_given)
+    : config_{config},
+      rig_{level_rig},
+      turned_rad_{turned_rad},
+      has_given_extrinsics_{extrinsics_given},
+      cpu_{cpu},
+      mask_{std::move(mask)},
+      stages_{std::move(stages)},
+      window_{vehicle_grid_of(config.grid)},
+      ground_{calibrated_ground(rig_, config.ground)},
+      trust_{rig_, config.ground, config.matching.disparities},
+      mounting_{rig_, config.ground, turned_rad, extrinsics_given},
+      alignment_{rig_},
+      scene_flow_{rig_},
+      tracker_{config.tracking, rig_},
+      near_{rig_, config.matching, window_.cells()},
+      ground_samples_{rig_.width_px, rig_.height_px},
+      velocity_evidence_{window_.cells(), velocity_axis(config.filter).back(), scene_flow_.points_reserved()},
+      clusters_{rig_, config.u_disparity, config.matching.disparities, scene_flow_.points_reserved()} {
+  mounting_samples_.reserve(samples_max(rig_));
+  stages_->set_mask(mask_);
+}
+
+void FramePipeline::process(const LevelFrame& frame, FrameResult& result) {
+  if (frame.restarts) reset();
+  const GridGeometry window{window_.at(frame.world_from_vehicle)};
+  const GroundBefore before{ground_, predicted(rig_, config_.ground, ground_, frame.dt_s)};
+  flow_ms_ = track_ms_ = 0;
+
+  stages_->begin(frame, window, is_first_, result);
+  match(before.expected, false);  // III-C
+  std::span<const VelocityEvidence> velocities;
+  beside([&] { stages_->estimate_ground(); }, [&] { velocities = track_features(frame, window); });
+  compare_near(frame, before.expected, window);
+  const bool is_aligned{find_ground(frame, before.expected)};  // first frame, or ground lost
+
+  Doubt doubt;
+  beside([&] { observe_and_filter(true, velocities); },  // IV, V-A, V-B
+         [&] {
+           if (!is_aligned) align(frame, before.expected);
+           doubt = validate(frame);
+           if (doubt == Doubt::none) find_segments(frame);
+         });
+  doubt = settle(frame, doubt, before, result);
+  const bool is_usable{doubt == Doubt::none};
+  if (!is_usable) observe_and_filter(false, {});  // rejected: again from the state before the frame
+  stages_->finish();
+  if (!is_usable) leave_unknown(result.stages);
+
+  is_first_ = false;
+  cpu_.together([&] { update_tracks(frame, is_usable, result); },
+                [&] {
+                  if (is_usable) add_features(frame);
+                });
+  result.timing_ms.flow = flow_ms_;
+  result.timing_ms.track = track_ms_;
+}
+
+// Runs host work while the stages work: on the CPU on other threads, on a device after the calls have been enqueued.
+template <class StageCalls, class HostWork>
+void FramePipeline::beside(const StageCalls& stage_calls, const HostWork& host_work) {
+  if (!stages_->is_asynchronous()) return cpu_.together(stage_calls, host_work);
+  stage_calls();
+  host_work();
+}
+
+void FramePipeline::match(const Ground& expected, bool estimates_ground) {
+  stages_->match(expected, ground_, alignment_);
+  if (estimates_ground) stages_->estimate_ground();
+}
+
+void FramePipeline::observe_and_filter(bool is_usable, std::span<const VelocityEvidence> velocities) {
+  stages_->observe(is_usable, near_.held(is_usable).cells);
+  stages_->filter(velocities);
+}
+
+FlowFrame FramePipeline::flow_frame(const LevelFrame& frame) const {
+  return {frame.left, frame.right, alignment_.offsets(), frame.world_from_vehicle, frame.dt_s};
+}
+
+std::span<const VelocityEvidence> FramePipeline::track_features(const LevelFrame& frame, const GridGeometry& window) {
+  const ScopedTimer timer{flow_ms_};
+  has_flow(frame) ? scene_flow_.follow(flow_frame(frame), ranges()) : scene_flow_.clear();
+  if (config_.filter.model != FilterModel::joint) return {};
+  return velocity_evidence_.gather(scene_flow_.vectors(), window, ranges(), frame.view);
+}
+
+// Selects features to be tracked from the next frame on.
+void FramePipeline::add_features(const LevelFrame& frame) {
+  const ScopedTimer timer{flow_ms_};
+  if (has_flow(frame)) scene_flow_.add_points(flow_frame(frame), stages_->matches_on_lattice(), ranges());
+}
+
+// Measures the vertical misalignment in matches on the expected ground.
+void FramePipeline::align(const LevelFrame& frame, const Ground& expected) {
+  if (!config_.matching.align_rows || frame.is_given()) return;
+  alignment_.update(frame.left, frame.right, stages_->matches_on_lattice(), road_plane(rig_, expected), ranges());
+}
+
+// The road hypothesis needs a plane before there are disparities: that of the frame before. In the first frame, and
+// where the ground is lost, a plane is searched in all matches, and the frame is matched again. Returns whether the
+// misalignment has been measured.
+bool FramePipeline::find_ground(const LevelFrame& frame, const Ground& expected) {
+  const bool searches{will_search()};
+  if (!is_first_ && !searches) return false;
+  align(frame, expected);
+  if (is_first_ && !alignment_.is_identity()) {
+    match(expected);
+    align(frame, expected);
+  }
+  if (searches) search(frame);
+  return true;
+}
+
+// A search that has failed is not repeated for some frames.
+bool FramePipeline::will_search() {
+  if (!config_.ground.estimate) return false;
+  if (frames_to_search_ > 0 && --frames_to_search_ > 0) return false;
+  return is_first_ || stages_->is_lost();
+}
+
+// True: the camera's height above the plane differs from the rig's, and from a measured one before, by more than a
+// suspension moves it and one measures wrong.
+bool FramePipeline::is_jump(const Ground& found) const {
+  const auto differs = [&](double height_m) { return std::abs(found.height_m - height_m) > 0.12 * height_m; };
+  return differs(rig_.camera_height_m) &&
+         (has_given_extrinsics_ || (has_measured_ground_ && differs(ground_.height_m)));
+}
+
+// Searches the plane in matches that no plane has split: one far off would have removed the wrong pixels.
+void FramePipeline::search(const LevelFrame& frame) {
+  const Matches& matches{stages_->unsplit_matches()};
+  Ground found{
+      search_ground(rig_, config_.ground, matches.obstacle.view(), matches.road.view(), ground_, ground_samples_)};
+  found.estimated = found.estimated && !is_jump(found);
+  if (found.estimated) {
+    ground_ = found;
+  } else {
+    frames_to_search_ = pause_frames;
+  }
+  if (found.estimated || frame.is_given()) match(ground_);
+}
+
+MatchedFrame FramePipeline::matched(const LevelFrame& frame) const {
+  return {frame.left, frame.right, frame.disparity, stages_->matches_on_lattice(), mask_.view()};
+}
+
+// The frame is matched again where the road lies elsewhere, which is doubt enough.
+Doubt FramePipeline::check_extrinsics(const LevelFrame& frame, Doubt doubt) {
+  const bool is_lost{doubt == Doubt::road_elsewhere || doubt == Doubt::road_not_seen};
+  if (doubt == Doubt::identical_images || !mounting_.is_wanted(is_lost, frame.dt_s)) return doubt;
+  mounting_samples_.clear();
+  add_samples(matched(frame), mounting_samples_);
+  const std::optional<Ground> candidate{mounting_.look(mounting_samples_, ground_, doubt != Doubt::none)};
+  if (!candidate) return doubt;
+  const Point2 place{frame.world_from_vehicle.x_m, frame.world_from_vehicle.y_m};
+  if (!mounting_.may_replace(mounting_samples_, ground_, *candidate, place)) {
+    disagreeing_ = candidate;
+    return doubt == Doubt::none ? Doubt::road_elsewhere : doubt;
+  }
+  if (!frame.is_given()) match(*candidate);
+  const MatchedFrame again{matched(frame)};
+  mounting_samples_.clear();
+  add_samples(again, mounting_samples_);
+  const bool holds{!has_few_matches(again, rig_, *candidate, config_.matching.disparities) &&
+                   mounting_.verify(mounting_samples_, *candidate)};
+  return holds || doubt == Doubt::none ? Doubt::road_elsewhere : doubt;
+}
+
+Doubt FramePipeline::validate(const LevelFrame& frame) {
+  const bool jumps{is_jump(stages_->ground())};
+  ground_ = stages_->ground();
+  Doubt doubt{trust_.judge(matched(frame), ground_, frame.dt_s)};
+  if (jumps && doubt == Doubt::none) doubt.reason = Doubt::road_elsewhere;
+  return doubt;
+}
+
+// Returns the final reason to reject the frame, after a check of the extrinsics, and sets the result's ground.
+Doubt FramePipeline::settle(const LevelFrame& frame, Doubt doubt, const GroundBefore& before, FrameResult& result) {
+  disagreeing_ = std::nullopt;
+  doubt = check_extrinsics(frame, doubt);
+  if (doubt != Doubt::none) {
+    // A plane through wrong matches would mislead the next frame; ground that lies elsewhere does not become more
+    // plausible by lasting.
+    const bool lies_elsewhere{doubt == Doubt::road_elsewhere || doubt == Doubt::falls_away};
+    if (config_.ground.estimate) ground_ = lies_elsewhere && has_measured_ground_ ? before.previous : before.expected;
+    ground_.estimated = false;
+    scene_flow_.clear();
+  }
+  result.ground = ground_;
+  has_measured_ground_ = has_measured_ground_ || ground_.estimated;
+  tell(doubt, result);
+  if (disagreeing_) tell_disagreement(rig_, turned_rad_, *disagreeing_, result);
+  return doubt;
+}
+
+void FramePipeline::find_segments(const LevelFrame& frame) {
+  const ScopedTimer timer{track_ms_};
+  stereogrid::find_segments(stages_->obstacle_disparity(), ground_, frame.world_from_vehicle, scene_flow_.vectors(),
+                            ranges(), clusters_);
+}
+
+void FramePipeline::update_tracks(const LevelFrame& frame, bool is_usable, FrameResult& result) {
+  const ScopedTimer timer{track_ms_};
+  clusters_.clusters.clear();
+  if (is_usable) make_clusters(result.world, frame.world_from_vehicle, scene_flow_.vectors(), clusters_);
+  const HeldObstacles& held{near_.held(is_usable)};
+  tracker_.update(result.world, clusters_.clusters, frame.world_from_vehicle, frame.dt_s, held.ids);
+  tracker_.report(frame.world_from_vehicle, result.obstacles);
+  near_.update(result, ground_, frame.world_from_vehicle, is_usable);
+  tell(held, result);
+}
+
+// Compares near obstacles of the last frames with the matches: cells that these do not contradict stay occupied.
+void FramePipeline::compare_near(const LevelFrame& frame, const Ground& expected, const GridGeometry& window) {
+  near_.begin();
+  if (near_.empty()) return;
+  near_.compare(matched(frame), expected, frame.world_from_vehicle, window);
+}
+
+// The other members are working memory, or reset by the first frame.
+void FramePipeline::reset() {
+  ground_ = calibrated_ground(rig_, config_.ground);
+  frames_to_search_ = 0;
+  is_first_ = true;
+  has_measured_ground_ = false;
+  alignment_ = RowAlignment{rig_};
+  trust_ = FrameTrust{rig_, config_.ground, config_.matching.disparities};
+  mounting_.begin_again();
+  scene_flow_ = SceneFlow{rig_};
+  tracker_.forget();
+  near_.clear();
+}
+
+template <class State>
+void FramePipeline::exchange(State& state) {
+  state(ground_, frames_to_search_, is_first_, has_measured_ground_, alignment_, trust_, mounting_, scene_flow_,
+        tracker_, near_);
+}
+
+void FramePipeline::save(StateWriter& state) {
+  exchange(state);
+  stages_->save(state);
+}
+
+void FramePipeline::load(StateReader& state) {
+  exchange(state);
+  stages_->load(state);
+}
+
+MemoryUse FramePipeline::memory_use() const {
+  MemoryUse use{stages_->memory_use()};
+  use.host_bytes += sizeof *this + held_bytes_of(mask_, trust_, alignment_, scene_flow_, tracker_, near_,
+                                                 ground_samples_, mounting_samples_, velocity_evidence_, clusters_);
+  return use;
+}
+
+}  // namespace stereogrid
