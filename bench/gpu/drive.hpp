@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "backend/cpu.hpp"
 #include "chain.hpp"
 #include "pipeline/cuda/stages.hpp"
 #include "pipeline/frame_pipeline.hpp"

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "backend/cpu.hpp"
 #include "pipeline/results.hpp"
 #include "pipeline/stopwatch.hpp"
 
@@ -13,6 +14,10 @@ namespace {
 
 /// Frames between two searches for a lost ground plane.
 constexpr int pause_frames{3};
+
+auto ranges_of(Cpu& cpu) {
+  return [&cpu](int count, const auto& work) { cpu.for_ranges(count, 8, work); };
+}
 
 }  // namespace
 
@@ -99,21 +104,22 @@ FlowFrame FramePipeline::flow_frame(const LevelFrame& frame) const {
 
 std::span<const VelocityEvidence> FramePipeline::track_features(const LevelFrame& frame, const GridGeometry& window) {
   const ScopedTimer timer{flow_ms_};
-  has_flow(frame) ? scene_flow_.follow(flow_frame(frame), ranges()) : scene_flow_.clear();
+  has_flow(frame) ? scene_flow_.follow(flow_frame(frame), ranges_of(cpu_)) : scene_flow_.clear();
   if (config_.filter.model != FilterModel::joint) return {};
-  return velocity_evidence_.gather(scene_flow_.vectors(), window, ranges(), frame.view);
+  return velocity_evidence_.gather(scene_flow_.vectors(), window, ranges_of(cpu_), frame.view);
 }
 
 // Selects features to be tracked from the next frame on.
 void FramePipeline::add_features(const LevelFrame& frame) {
   const ScopedTimer timer{flow_ms_};
-  if (has_flow(frame)) scene_flow_.add_points(flow_frame(frame), stages_->matches_on_lattice(), ranges());
+  if (has_flow(frame)) scene_flow_.add_points(flow_frame(frame), stages_->matches_on_lattice(), ranges_of(cpu_));
 }
 
 // Measures the vertical misalignment in matches on the expected ground.
 void FramePipeline::align(const LevelFrame& frame, const Ground& expected) {
   if (!config_.matching.align_rows || frame.is_given()) return;
-  alignment_.update(frame.left, frame.right, stages_->matches_on_lattice(), road_plane(rig_, expected), ranges());
+  alignment_.update(frame.left, frame.right, stages_->matches_on_lattice(), road_plane(rig_, expected),
+                    ranges_of(cpu_));
 }
 
 // The road hypothesis needs a plane before there are disparities: that of the frame before. In the first frame, and
@@ -216,7 +222,7 @@ Doubt FramePipeline::settle(const LevelFrame& frame, Doubt doubt, const GroundBe
 void FramePipeline::find_segments(const LevelFrame& frame) {
   const ScopedTimer timer{track_ms_};
   stereogrid::find_segments(stages_->obstacle_disparity(), ground_, frame.world_from_vehicle, scene_flow_.vectors(),
-                            ranges(), clusters_);
+                            ranges_of(cpu_), clusters_);
 }
 
 void FramePipeline::update_tracks(const LevelFrame& frame, bool is_usable, FrameResult& result) {

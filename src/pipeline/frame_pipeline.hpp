@@ -73,9 +73,6 @@ class FramePipeline {
   [[nodiscard]] MatchedFrame matched(const LevelFrame& frame) const;
   [[nodiscard]] FlowFrame flow_frame(const LevelFrame& frame) const;
   [[nodiscard]] bool has_flow(const LevelFrame& frame) const { return config_.filter.scene_flow && !frame.is_given(); }
-  [[nodiscard]] auto ranges() {
-    return [this](int count, const auto& work) { cpu_.for_ranges(count, 8, work); };
-  }
   template <class State>
   void exchange(State& state);
 

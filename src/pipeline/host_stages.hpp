@@ -7,6 +7,7 @@
 #include <span>
 #include <type_traits>
 
+#include "backend/cpu.hpp"
 #include "filter/filter.hpp"
 #include "fusion/fusion.hpp"
 #include "ground/ground.hpp"

@@ -5,7 +5,6 @@
 #include <memory>
 #include <span>
 
-#include "backend/cpu.hpp"
 #include "filter/evidence.hpp"
 #include "filter/filter.hpp"
 #include "filter/held_cell.hpp"
@@ -16,6 +15,8 @@
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid {
+
+class Cpu;
 
 /// Input of the frame pipeline: level images of the rig's size.
 struct LevelFrame {

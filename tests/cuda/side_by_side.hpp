@@ -7,6 +7,7 @@
 #include <memory>
 #include <utility>
 
+#include "backend/cpu.hpp"
 #include "check.hpp"
 #include "images.hpp"
 #include "pipeline/cuda/stages.hpp"
