@@ -18,7 +18,7 @@ tool=$build/bin/stereogrid
 
 "$root/scripts/install-dependencies.sh"
 # what the preset "release" does, spelt out because Ubuntu 22.04's CMake is older than presets of this kind
-cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
+cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
   --log-level=WARNING
 cmake --build "$build" --target stereogrid_tool
 

@@ -13,7 +13,7 @@ build=$root/build/release
 # the tests of the package compile the core again in other folders: ccache shall know the objects there
 export CCACHE_NOHASHDIR=1
 # what the preset "release" does, spelt out because Ubuntu 22.04's CMake is older than presets of this kind
-cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
+cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
   -DSTEREOGRID_TESTS=ON
 cmake --build "$build"
 [ $# -gt 0 ] || set -- --label-exclude "^long$"

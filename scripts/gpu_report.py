@@ -3,10 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tables and JSON for scripts/gpu-check.sh.
 
-gpu_report.py resources LOG [LIBRARY]    what ptxas -v said, as a Markdown table: a line per kernel and architecture;
-                                         with the instructions of each in LIBRARY, which nvcc -no-compress has built
-gpu_report.py join FOLDER                report.json of its results.tsv, bench.json and build.log, with date, machine
-                                         and commit
+gpu_report.py resources LOG    what ptxas -v said, as a Markdown table: a line per kernel and architecture
+gpu_report.py join FOLDER      report.json of its results.tsv, bench.json and build.log, with date, machine and commit
 """
 import datetime
 import json
@@ -16,7 +14,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import gpu_sass
 import measure
 
 ENTRY = re.compile(r"Compiling entry function '(\w+)' for '(sm_\w+)'")
@@ -26,8 +23,7 @@ SHARED = re.compile(r"(\d+) bytes smem")
 NOT_OURS = re.compile(r"^(test|bench)::|_models\b")  # of tests and benchmarks
 
 
-def resources(text: str, instructions=None) -> list:
-    """`instructions`: of gpu_sass.counts_of. Kernels that are not there are left out, unless it is None."""
+def resources(text: str) -> list:
     kernels = []
     for line in text.splitlines():
         if match := ENTRY.search(line):
@@ -40,9 +36,6 @@ def resources(text: str, instructions=None) -> list:
             kernels[-1]["registers"] = int(match[1])
             shared = SHARED.search(line)
             kernels[-1]["shared_bytes"] = int(shared[1]) if shared else 0
-    if instructions:
-        kernels = [kernel | instructions[key] for kernel in kernels
-                   if (key := (kernel["kernel"], kernel["architecture"])) in instructions]
     ours = (kernel for kernel in named(kernels) if not NOT_OURS.search(kernel["kernel"]))
     return sorted(ours, key=lambda kernel: (kernel["kernel"], kernel["architecture"]))
 
@@ -63,8 +56,6 @@ def named(kernels: list) -> list:
 def table(kernels: list) -> str:
     numbers = {"registers": "registers", "shared_bytes": "shared memory, bytes", "stack_bytes": "stack, bytes",
                "spilled_bytes": "spilled, bytes"}
-    if kernels and "instructions" in kernels[0]:
-        numbers |= {kind: kind for kind in ("instructions", *gpu_sass.KINDS)}
     lines = [f"| kernel | architecture | {' | '.join(numbers.values())} |", "| --- | --- |" + " ---: |" * len(numbers)]
     for kernel in kernels:
         lines.append(f"| `{kernel['kernel']}` | {kernel['architecture']} | "
@@ -84,8 +75,6 @@ def main() -> int:
     command, *files = sys.argv[1:] or [""]
     if command == "resources" and len(files) == 1:
         print(table(resources(Path(files[0]).read_text())))
-    elif command == "resources" and len(files) == 2:
-        print(table(resources(Path(files[0]).read_text(), gpu_sass.counts_of(Path(files[1])))))
     elif command == "join" and len(files) == 1:
         print(json.dumps(joined(Path(files[0])), indent=1))
     else:

@@ -35,6 +35,7 @@ if [ "${1:-}" = "--ci" ]; then
     ament-cmake python3-ament-lint-cmake python3-ament-flake8 python3-ament-pep257  # ros2/stereogrid_ros
     parallel               # an engine of batches
     python3-pip            # scripts/install-cuda.sh
+    gstreamer1.0-plugins-bad gstreamer1.0-tools  # images from another program: shmsink
     faketime               # machines whose clocks differ
     colcon python3-colcon-cmake python3-colcon-ros python3-colcon-recursive-crawl python3-colcon-package-information
   )

@@ -11,10 +11,12 @@
 #include <chrono>
 #include <fstream>
 #include <functional>
+#include <iterator>
+#include <regex>
+#include <sstream>
 #include <thread>
 
 #include "process.hpp"
-#include "stereogrid/capture/shared_memory.hpp"
 #include "stereogrid/mcap/bag.hpp"
 #include "support.hpp"
 
@@ -125,28 +127,60 @@ TEST(Live, TellsAServiceManagerThatItIsAlive) {
   close(manager);
 }
 
-TEST(Live, ShowsSharedMemoryAndSaysWhenItsWriterGoes) {
-  const TemporaryFolder folder;
-  const std::uint16_t port{free_port()};
-  const std::string name{"/stereogrid_live_" + std::to_string(getpid())};
-  Process live{{"live", "shm:" + name, "--calibration", small_calibration(folder).string(), "--listen", at(port)}};
-  ASSERT_TRUE(becomes([&] { return get(port, "/healthz").find("There is no shared memory") != std::string::npos; }));
-  EXPECT_THAT(get(port, "/healthz"), HasSubstr("503"));
-  {
-    capture::SharedPairs pairs{name, 192, 128};
-    Image<std::uint8_t> left{192, 128};
-    for (std::size_t i{0}; i < left.size(); ++i) left.data()[i] = static_cast<std::uint8_t>(i * i % 251);
-    const PixelView view{left.data(), left.width(), left.height()};
-    ASSERT_TRUE(becomes([&] {
-      pairs.write(view, view, 0);
-      return get(port, "/healthz").find("200 OK") != std::string::npos;
-    }));
-    const std::string metrics{get(port, "/metrics")};
-    EXPECT_THAT(metrics, AllOf(HasSubstr("stereogrid_frames_total"), HasSubstr("stereogrid_latency_seconds"),
-                               HasSubstr("stage=\"match\"")));
-    EXPECT_THAT(get(port, "/"), HasSubstr("<title>stereogrid</title>"));
+/// A program that writes a drive's images at 10 Hz, each camera's to a socket of `folder`, over and over.
+Process camera_writer(const fs::path& drive, const TemporaryFolder& folder) {
+  std::vector<std::string> words{"-q"};
+  for (const char* side : {"left", "right"}) {
+    fs::remove(folder / side);
+    std::istringstream pipeline{
+        "loop=true caps=image/png,framerate=10/1 ! pngdec ! videoconvert ! "
+        "video/x-raw,format=GRAY8 ! shmsink wait-for-connection=false"};
+    words.insert(words.end(), {"multifilesrc", "location=" + (drive / side / "%06d.png").string()});
+    words.insert(words.end(), std::istream_iterator<std::string>{pipeline}, {});
+    words.push_back("socket-path=" + (folder / side).string());
   }
-  EXPECT_TRUE(becomes([&] { return get(port, "/healthz").find("503") != std::string::npos; }));
+  return {"gst-launch-1.0", words};
+}
+
+std::string shared_camera(const TemporaryFolder& folder, const std::string& side) {
+  return "shmsrc is-live=true do-timestamp=true socket-path=" + (folder / side).string() +
+         " ! video/x-raw,format=GRAY8,width=160,height=100,framerate=10/1 ! appsink name=" + side + " ";
+}
+
+/// The pipelines that docs/live.md names.
+TEST(Live, ShowsAnotherProgramsCamerasAndSaysWhenTheyGo) {
+  if (shell("gst-inspect-1.0 --exists shmsink 2>/dev/null") != 0) {
+    GTEST_SKIP() << "needs Debian's gstreamer1.0-tools and gstreamer1.0-plugins-bad";
+  }
+  const TemporaryFolder folder;
+  const fs::path drive{folder / "drive"};
+  run_well({"simulate", small_scene("street", "&frames=6"), "--out", drive.string()});
+  const std::uint16_t port{free_port()};
+  Process live{{"live", "gst:" + shared_camera(folder, "left") + shared_camera(folder, "right"), "--poses", "none",
+                "--calibration", (drive / "calibration.yaml").string(), "--listen", at(port)}};
+  const auto health_has = [&](const char* part) { return get(port, "/healthz").find(part) != std::string::npos; };
+  ASSERT_TRUE(becomes([&] { return health_has("Could not open socket"); }));
+  for (int round{0}; round < 2; ++round) {
+    {
+      const Process writer{camera_writer(drive, folder)};
+      EXPECT_TRUE(becomes([&] { return health_has("200 OK"); })) << round;
+      // zero obstacles if left and right are exchanged
+      const std::regex some{"\nstereogrid_obstacles [1-9]"};
+      EXPECT_TRUE(becomes([&] { return std::regex_search(get(port, "/metrics"), some); })) << round;
+    }
+    EXPECT_TRUE(becomes([&] { return health_has("503"); })) << round;
+  }
+  live.send(SIGTERM);
+  EXPECT_EQ(live.wait(), 0);
+}
+
+TEST(Live, ServesThePageAndMetrics) {
+  const std::uint16_t port{free_port()};
+  Process live{{"live", small_scene("street", "&frames=8"), "--loop", "--listen", at(port)}};
+  ASSERT_TRUE(becomes([&] { return get(port, "/healthz").find("200 OK") != std::string::npos; }));
+  EXPECT_THAT(get(port, "/metrics"), AllOf(HasSubstr("stereogrid_frames_total"),
+                                           HasSubstr("stereogrid_latency_seconds"), HasSubstr("stage=\"match\"")));
+  EXPECT_THAT(get(port, "/"), HasSubstr("<title>stereogrid</title>"));
   live.send(SIGINT);
   EXPECT_EQ(live.wait(), 0);
 }
@@ -174,10 +208,9 @@ TEST(Live, RefusesWhatCannotBe) {
   };
   expect_complaint({"gst:videotestsrc"}, 64, "--calibration FILE");
   expect_complaint({"gst:nosuch ! appsink", "--calibration", calibration}, 64, "no element");
-  expect_complaint({"shm:", "--calibration", calibration}, 64, "shm:/stereo");
-  expect_complaint({"shm:/x", "--calibration", calibration, "--poses", "poses.txt"}, 64, "--poses of a camera");
-  expect_complaint({"shm:/x", "--calibration", calibration, "--speed", "2"}, 64, "--speed is of recordings");
-  expect_complaint({"shm:/x", "--calibration", calibration, "--loop"}, 64, "--loop is of recordings");
+  expect_complaint({"/dev/video97", "--calibration", calibration, "--poses", "poses.txt"}, 64, "--poses of a camera");
+  expect_complaint({"/dev/video97", "--calibration", calibration, "--speed", "2"}, 64, "--speed is of recordings");
+  expect_complaint({"/dev/video97", "--calibration", calibration, "--loop"}, 64, "--loop is of recordings");
   expect_complaint({(folder / "none").string()}, 65, "no such file");
   expect_complaint({small_scene("street", ""), "--speed", "0"}, 64, "--speed");
 }
@@ -194,22 +227,6 @@ TEST(Live, CountsAFrameThatCannotBeReadOnce) {
   std::ofstream{folder / "drive/left/000002.png"} << "damaged";
   const Outcome done{run_well({"live", (folder / "drive").string(), "--listen", ":0"})};
   EXPECT_THAT(done.errors, HasSubstr("cannot be used: 1"));
-}
-
-/// The writer that docs/live.md names.
-TEST(Live, TakesWhatThePythonExampleWrites) {
-  if (shell("/usr/bin/python3 -c 'import numpy'") != 0) GTEST_SKIP() << "needs Debian's python3-numpy";
-  const TemporaryFolder folder;
-  const std::uint16_t port{free_port()};
-  const std::string name{"/stereogrid_python_" + std::to_string(getpid())};
-  Process live{{"live", "shm:" + name, "--calibration", small_calibration(folder).string(), "--listen", at(port)}};
-  std::thread writer{[&] {
-    EXPECT_EQ(shell("/usr/bin/python3 " STEREOGRID_SOURCE_DIR "/examples/shared_pairs.py " + name + " 192 128 4"), 0);
-  }};
-  EXPECT_TRUE(becomes([&] { return get(port, "/healthz").find("200 OK") != std::string::npos; }));
-  live.send(SIGTERM);
-  EXPECT_EQ(live.wait(), 0);
-  writer.join();
 }
 
 }  // namespace

@@ -19,8 +19,10 @@ int code_of(int status) {
 
 }  // namespace
 
-Process::Process(const std::vector<std::string>& words, int ignored) {
-  std::vector<std::string> copies{STEREOGRID_TOOL};
+Process::Process(const std::vector<std::string>& words, int ignored) : Process{STEREOGRID_TOOL, words, ignored} {}
+
+Process::Process(const std::string& program, const std::vector<std::string>& words, int ignored) {
+  std::vector<std::string> copies{program};
   copies.insert(copies.end(), words.begin(), words.end());
   std::vector<char*> arguments;
   for (std::string& word : copies) arguments.push_back(word.data());
@@ -31,7 +33,7 @@ Process::Process(const std::vector<std::string>& words, int ignored) {
   for (const int one : {SIGINT, SIGTERM, SIGHUP}) signal(one, one == ignored ? SIG_IGN : SIG_DFL);
   const int nothing{open("/dev/null", O_RDWR)};
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) dup2(nothing, stream);
-  execv(STEREOGRID_TOOL, arguments.data());
+  execvp(program.c_str(), arguments.data());
   _exit(127);
 }
 

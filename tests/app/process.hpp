@@ -9,11 +9,14 @@
 
 namespace stereogrid::app::testing {
 
-/// The stereogrid program, running beside the test; silent.
+/// A program running beside the test; silent.
 class Process {
  public:
-  /// `words` of its command line. `ignored`: a signal that it is started with ignored, as nohup does; 0: none.
+  /// stereogrid with `words` of its command line. `ignored`: a signal that it is started with ignored, as nohup does;
+  /// 0: none.
   explicit Process(const std::vector<std::string>& words, int ignored = 0);
+  /// Another program, searched in PATH.
+  Process(const std::string& program, const std::vector<std::string>& words, int ignored = 0);
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
   Process(Process&& other) noexcept;

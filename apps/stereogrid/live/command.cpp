@@ -15,7 +15,7 @@ void add_live_command(CLI::App& tool, int& exit_code) {
       "live", "Grids and obstacles of a camera, or a recording at its own pace, in the browser; Ctrl-C ends it.")};
   command->footer(
       "INPUT is a recording as of 'run', or a camera with --calibration: /dev/video0 /dev/video2 (two devices),\n"
-      "/dev/video0 (both images side by side), 'gst:…' (a GStreamer pipeline), shm:/NAME (docs/live.md),\n"
+      "/dev/video0 (both images side by side), 'gst:…' (a GStreamer pipeline: docs/live.md),\n"
       "or ros2:/NAMESPACE: cameras that publish there (docs/ros2.md).\n\n"
       "Examples:\n"
       "  stereogrid live drives/0009 --loop\n"

@@ -52,20 +52,14 @@ class ResetWish {
 };
 
 /// Takes frames as they come through the pipeline to the viewers.
-class LiveLoop {
+class LiveLoop final : private capture::FrameHandler {
  public:
   LiveLoop(const LiveInput& input, Pipeline& pipeline, MessageOutput& output, Page& page, ResetWish& reset)
       : input_{input}, placed_{input}, pipeline_{pipeline}, output_{output}, page_{page}, reset_{reset} {}
 
   void go_on() {
     service_.tell_ready();
-    while (interrupted() == 0 && !placed_.has_ended()) {
-      service_.tell_alive();
-      if (reset_.take(page_.server())) placed_.begin_anew();
-      if (const std::optional<PlacedFrame> placed{placed_.next(100ms)}) take(*placed);
-      tell_fault(input_.source->fault());
-      if (Clock::now() - reported_ >= report_every) report();
-    }
+    capture::run_frames(pipeline_, *this);
   }
 
   void report() {
@@ -95,24 +89,33 @@ class LiveLoop {
   [[nodiscard]] bool has_frames() const { return frames_ > 0; }
 
  private:
-  void take(const PlacedFrame& placed) {
-    if (placed.stream != std::exchange(stream_, placed.stream)) pipeline_.reset();
-    try {
-      pipeline_.process(placed.frame, result_);
-    } catch (const InputError& error) {
-      return tell_refused(error.what());
-    }
-    if (placed.odometry_ms) result_.timing_ms.odometry = *placed.odometry_ms;
-    if (!placed.warning.empty()) result_.warnings.push_back(placed.warning);
+  [[nodiscard]] bool has_ended() const override { return interrupted() != 0 || placed_.has_ended(); }
+
+  [[nodiscard]] std::optional<capture::PreparedFrame> next() override {
+    service_.tell_alive();
+    if (reset_.take(page_.server())) placed_.begin_anew();
+    std::optional<capture::PreparedFrame> placed{placed_.next(100ms)};
+    tell_fault(input_.source->fault());
+    if (Clock::now() - reported_ >= report_every) report();
+    return placed;
+  }
+
+  void deliver(capture::PreparedFrame& placed, FrameResult& result) override {
     latency_ = latencies_.add(Clock::now() - placed.captured);
-    tell_warnings(result_.warnings);
-    count(placed.frame);
-    send(placed.frame);
+    tell_warnings(result.warnings);
+    count(placed.frame, result);
+    send(placed.frame, result);
+  }
+
+  void refuse(const std::string& reason) override {
+    if (reason != refused_reason_) spdlog::warn("a frame cannot be used: {}", reason);
+    refused_reason_ = reason;
+    ++refused_;
   }
 
   // The first frames that are examined in the end are kept.
-  void count(const StereoFrame& frame) {
-    tally_.add(io::summary_of(frame, result_));
+  void count(const StereoFrame& frame, const FrameResult& result) {
+    tally_.add(io::summary_of(frame, result));
     const auto index{static_cast<std::size_t>(frame.index)};
     const auto is_first = [index](const FrameCount& poor) { return poor.frames == 1 && poor.first_index == index; };
     if (is_first(tally_.with(FrameStatus::few_matches)) || is_first(tally_.without_road)) {
@@ -120,20 +123,14 @@ class LiveLoop {
     }
   }
 
-  void send(const StereoFrame& frame) {
+  void send(const StereoFrame& frame, const FrameResult& result) {
     ++frames_;
     std::vector<messages::Dropped> dropped;
     for (const capture::Drop& drop : placed_.dropped()) dropped.push_back({drop.reason, drop.frames});
     if (refused_ > 0) dropped.push_back({"refused by the pipeline", refused_});
     const messages::FrameFacts facts{.latency = latency_, .frames = frames_, .dropped = dropped};
-    output_.send(frame, result_, facts);
-    page_.note(result_, facts);
-  }
-
-  void tell_refused(const std::string& reason) {
-    if (reason != refused_reason_) spdlog::warn("a frame cannot be used: {}", reason);
-    refused_reason_ = reason;
-    ++refused_;
+    output_.send(frame, result, facts);
+    page_.note(result, facts);
   }
 
   void tell_warnings(const std::vector<std::string>& warnings) {
@@ -173,10 +170,8 @@ class LiveLoop {
   Page& page_;
   ResetWish& reset_;
   ServiceManager service_;
-  FrameResult result_;
   FrameTally tally_;
   std::map<std::size_t, StereoFrame> poor_frames_;
-  std::int64_t stream_{0};
   LatencyWindow latencies_;
   messages::Latency latency_;
   std::int64_t frames_{0};

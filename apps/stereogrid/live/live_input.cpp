@@ -13,7 +13,6 @@
 #include "ros2/ros2_input.hpp"
 #include "stereogrid/capture/gstreamer.hpp"
 #include "stereogrid/capture/replay.hpp"
-#include "stereogrid/capture/shared_memory.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/mask.hpp"
@@ -25,12 +24,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view gstreamer{"gst:"};
-constexpr std::string_view shared_memory{"shm:"};
 constexpr std::string_view video{"v4l2:"};
 
 bool is_camera(const std::string& path) {
-  return path.starts_with(gstreamer) || path.starts_with(shared_memory) || path.starts_with(video) ||
-         path.starts_with("/dev/video");
+  return path.starts_with(gstreamer) || path.starts_with(video) || path.starts_with("/dev/video");
 }
 
 io::Calibration calibration_of(const InputOptions& options) {
@@ -74,9 +71,6 @@ std::unique_ptr<capture::LiveSource> open_camera(const LiveInputOptions& options
   const std::string& first{paths.front()};
   if (first.starts_with(gstreamer)) {
     return capture::open_gstreamer(first.substr(gstreamer.size()), calibration, camera);
-  }
-  if (first.starts_with(shared_memory)) {
-    return capture::open_shared_memory(first.substr(shared_memory.size()), calibration, camera.pairing);
   }
   const std::vector<std::string> devices{devices_of(paths)};
   return capture::open_gstreamer(

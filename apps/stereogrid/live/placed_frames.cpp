@@ -21,10 +21,12 @@ PlacedFrames::~PlacedFrames() {
   thread_.join();
 }
 
-std::optional<PlacedFrame> PlacedFrames::next(std::chrono::milliseconds patience) {
+std::optional<capture::PreparedFrame> PlacedFrames::next(std::chrono::milliseconds patience) {
   std::optional<PlacedFrame> placed{latest_.take(patience)};
   if (!placed && latest_.has_ended() && failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
-  return placed;
+  if (!placed) return std::nullopt;
+  placed->prepared.begins_anew = placed->stream != std::exchange(taken_stream_, placed->stream);
+  return std::move(placed->prepared);
 }
 
 std::vector<capture::Drop> PlacedFrames::dropped() const {
@@ -57,16 +59,16 @@ void PlacedFrames::take(LiveFrame live) {
     poses_.emplace(input_.poses, input_.source->rig(), input_.mask);
     ++stream_;
   }
-  PlacedFrame placed{.frame = std::move(live.frame), .captured = live.captured, .stream = stream_};
+  PlacedFrame placed{{.frame = std::move(live.frame), .captured = live.captured}, stream_};
   const Clock::time_point begun{Clock::now()};
   try {
-    placed.warning = poses_->place(placed.frame);
+    placed.prepared.warning = poses_->place(placed.prepared.frame);
   } catch (const InputError& error) {
     ++refused_;
     return tell_unusable(error.what());
   }
   if (poses_->takes_time())
-    placed.odometry_ms = std::chrono::duration<double, std::milli>{Clock::now() - begun}.count();
+    placed.prepared.odometry_ms = std::chrono::duration<double, std::milli>{Clock::now() - begun}.count();
   latest_.put(std::move(placed));
 }
 

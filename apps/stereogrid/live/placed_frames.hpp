@@ -13,17 +13,10 @@
 
 #include "live/live_input.hpp"
 #include "pose_stage.hpp"
+#include "stereogrid/capture/frame_loop.hpp"
 #include "stereogrid/capture/latest.hpp"
 
 namespace stereogrid::app {
-
-struct PlacedFrame {
-  StereoFrame frame;
-  capture::Clock::time_point captured;
-  std::string warning{};                ///< of the odometry; empty: none
-  std::optional<double> odometry_ms{};  ///< none: the poses came with the input
-  std::int64_t stream{0};               ///< nothing of another stream belongs to it: Pipeline::reset()
-};
 
 /// Frames of a live source with their poses, which are found on a thread of its own: a frame's while the pipeline works
 /// on the one before. Never more than one waits. All functions are for one thread.
@@ -36,7 +29,7 @@ class PlacedFrames {
   ~PlacedFrames();
 
   /// As LiveSource::next(), but what cannot be used is told and counted. Throws what else ended the source.
-  [[nodiscard]] std::optional<PlacedFrame> next(std::chrono::milliseconds patience);
+  [[nodiscard]] std::optional<capture::PreparedFrame> next(std::chrono::milliseconds patience);
   [[nodiscard]] bool has_ended() const { return latest_.has_ended() && !failure_; }
   /// By the source, and here.
   [[nodiscard]] std::vector<capture::Drop> dropped() const;
@@ -44,6 +37,11 @@ class PlacedFrames {
   void begin_anew() { is_to_begin_anew_ = true; }
 
  private:
+  struct PlacedFrame {
+    capture::PreparedFrame prepared;
+    std::int64_t stream;  ///< frames of another stream do not belong to it
+  };
+
   void place_all();
   void place_next();
   void take(capture::LiveFrame live);
@@ -54,7 +52,8 @@ class PlacedFrames {
   std::atomic<bool> is_to_begin_anew_{false};
   std::atomic<bool> is_to_stop_{false};
   std::atomic<std::int64_t> refused_{0};
-  std::exception_ptr failure_;  // before latest_ ends
+  std::int64_t taken_stream_{0};  ///< of the last frame of next()
+  std::exception_ptr failure_;    // before latest_ ends
   // of the thread
   std::optional<PoseStage> poses_;
   std::int64_t stream_{0};

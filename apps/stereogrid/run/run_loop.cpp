@@ -48,11 +48,9 @@ void RunLoop::go_through(const FrameSource& source) {
   io::FrameQueue queue{
       source,       first_frame_, record_.range().end,
       frames_ahead, threads,      [this](io::QueuedFrame& queued) { queued.warning = poses_.place(*queued.frame); }};
-  while (interrupted() == 0) {
-    if (!wait_for_frame(queue, next_, input_wait_s_)) give_up_waiting();
-    if (!take_next(queue)) break;
-    progress.update(total - (record_.range().end - next_));
-  }
+  queue_ = &queue;
+  progress_ = &progress;
+  capture::run_frames(pipeline_, *this);
   writer_.finish();
   seconds_ = progress.seconds();
 }
@@ -65,51 +63,49 @@ bool RunLoop::save_state() const {
   return true;
 }
 
-bool RunLoop::take_next(io::FrameQueue& queue) {
-  std::optional<io::QueuedFrame> queued;
-  try {
-    queued = queue.next();
-  } catch (const DeviceError& error) {
-    unavailable_ = error.what();
-  }
-  if (queued) take(std::move(*queued));
-  return queued && unavailable_.empty();
+std::optional<capture::PreparedFrame> RunLoop::next() {
+  progress_->update(next_ - first_to_write_);
+  has_ended_ = interrupted() != 0;
+  if (has_ended_) return std::nullopt;
+  if (!wait_for_frame(*queue_, next_, input_wait_s_)) give_up_waiting();
+  has_ended_ = !load();
+  if (has_ended_ || !queued_.frame) return std::nullopt;
+  capture::PreparedFrame prepared{.frame = std::move(*queued_.frame), .warning = queued_.warning};
+  if (poses_.takes_time()) prepared.odometry_ms = queued_.prepared_ms;
+  return prepared;
 }
 
-std::optional<std::string> RunLoop::add_lidar(StereoFrame& frame) {
+bool RunLoop::load() {
   try {
-    return lidar_.add_grid(frame, pipeline_.next_rig());
+    std::optional<io::QueuedFrame> queued{queue_->next()};
+    if (!queued) return false;
+    queued_ = std::move(*queued);
+    next_ = std::max(next_, queued_.index + 1);
+    if (!queued_.frame) {
+      skip(queued_.error);
+      return true;
+    }
+    opencv_ms_ = opencv_.match(*queued_.frame);
+    lidar_warning_ = lidar_.add_grid(*queued_.frame, pipeline_.next_rig());
+    return true;
   } catch (const DeviceError& error) {
     unavailable_ = error.what();
-    return std::nullopt;
+    return false;
   }
 }
 
-void RunLoop::take(io::QueuedFrame queued) {
-  next_ = std::max(next_, queued.index + 1);
-  if (!queued.frame) return skip(queued, queued.error);
-  try {
-    const double opencv_ms{opencv_.match(*queued.frame)};
-    FrameResult result;
-    const std::optional<std::string> without_lidar{add_lidar(*queued.frame)};
-    if (!without_lidar) return;
-    pipeline_.process(*queued.frame, result);
-    last_processed_ = queued.index;
-    if (queued.index < first_to_write_) return;
-    result.timing_ms.match += opencv_ms;
-    if (poses_.takes_time()) result.timing_ms.odometry = queued.prepared_ms;
-    result.timing_ms.total += opencv_ms;
-    if (!queued.warning.empty()) result.warnings.push_back(queued.warning);
-    if (!without_lidar->empty()) result.warnings.push_back(record_.told(*without_lidar));
-    tell_warnings(queued.name, result.warnings);
-    ++frames_done_;
-    record_.set_rig(pipeline_.next_rig());
-    if (!record_.is_written(queued.index)) return;
-    record_.add_frame(io::summary_of(*queued.frame, result));
-    writer_.write(std::move(*queued.frame), std::move(result), checkpoint_after(queued.index));
-  } catch (const InputError& error) {
-    skip(queued, error.what());
-  }
+void RunLoop::deliver(capture::PreparedFrame& prepared, FrameResult& result) {
+  last_processed_ = queued_.index;
+  if (queued_.index < first_to_write_) return;
+  result.timing_ms.match += opencv_ms_;
+  result.timing_ms.total += opencv_ms_;
+  if (!lidar_warning_.empty()) result.warnings.push_back(record_.told(lidar_warning_));
+  tell_warnings(queued_.name, result.warnings);
+  ++frames_done_;
+  record_.set_rig(pipeline_.next_rig());
+  if (!record_.is_written(queued_.index)) return;
+  record_.add_frame(io::summary_of(prepared.frame, result));
+  writer_.write(std::move(prepared.frame), std::move(result), checkpoint_after(queued_.index));
 }
 
 // The thread that waits for the file system cannot be ended: the process is.
@@ -129,10 +125,10 @@ std::optional<io::Checkpoint> RunLoop::checkpoint_after(std::size_t index) {
   return io::Checkpoint{index, pipeline_.save_state(), poses_.take_state(index)};
 }
 
-void RunLoop::skip(const io::QueuedFrame& queued, const std::string& reason) {
-  if (queued.index < record_.range().first || record_.is_skipped(queued.index)) return;
-  spdlog::warn("frame {} is skipped: {}", queued.name, reason);
-  record_.add_skipped({queued.index, queued.name, reason});
+void RunLoop::skip(const std::string& reason) {
+  if (queued_.index < record_.range().first || record_.is_skipped(queued_.index)) return;
+  spdlog::warn("frame {} is skipped: {}", queued_.name, reason);
+  record_.add_skipped({queued_.index, queued_.name, reason});
   // it tells of all of them: written for each it would take as long as they are many, squared
   if (std::has_single_bit(record_.skipped().size())) save_skipped();
 }

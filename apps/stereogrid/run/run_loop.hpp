@@ -12,6 +12,7 @@
 #include "run/lidar_stage.hpp"
 #include "run/opencv_stage.hpp"
 #include "run/result_writer.hpp"
+#include "stereogrid/capture/frame_loop.hpp"
 #include "stereogrid/io/frame_queue.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
 #include "stereogrid/io/run_folder/run_record.hpp"
@@ -19,8 +20,10 @@
 
 namespace stereogrid::app {
 
+class Progress;
+
 /// Takes the frames of the input through the pipeline and to the files.
-class RunLoop {
+class RunLoop final : private capture::FrameHandler {
  public:
   /// `first_frame`: from there on frames go through the pipeline; those that are finished already are not written.
   RunLoop(Pipeline& pipeline, PoseStage& poses, const OpencvStage& opencv, const LidarStage& lidar,
@@ -39,14 +42,15 @@ class RunLoop {
   [[nodiscard]] double frames_per_second() const { return seconds_ > 0 ? frames_done_ / seconds_ : 0; }
 
  private:
-  /// False: the end, or a frame that is unavailable.
-  bool take_next(io::FrameQueue& queue);
-  void take(io::QueuedFrame queued);
-  /// The lidar's warning; none: its sweep is unavailable.
-  std::optional<std::string> add_lidar(StereoFrame& frame);
+  [[nodiscard]] std::optional<capture::PreparedFrame> next() override;
+  [[nodiscard]] bool has_ended() const override { return has_ended_; }
+  void deliver(capture::PreparedFrame& prepared, FrameResult& result) override;
+  void refuse(const std::string& reason) override { skip(reason); }
+  /// False: frames or the lidar's sweep are unavailable, or there are no more frames.
+  bool load();
   [[noreturn]] void give_up_waiting();
   std::optional<io::Checkpoint> checkpoint_after(std::size_t index);
-  void skip(const io::QueuedFrame& queued, const std::string& reason);
+  void skip(const std::string& reason);
   void save_skipped();
   void tell_warnings(const std::string& name, const std::vector<std::string>& warnings);
 
@@ -61,6 +65,12 @@ class RunLoop {
   int input_wait_s_;
   std::size_t first_to_write_;
   std::size_t next_{first_to_write_};
+  io::FrameQueue* queue_{nullptr};  ///< while go_through() runs
+  Progress* progress_{nullptr};
+  io::QueuedFrame queued_;     ///< frame in work
+  double opencv_ms_{0};        ///< of it
+  std::string lidar_warning_;  ///< of it
+  bool has_ended_{false};
   std::string unavailable_;
   std::optional<std::size_t> last_processed_;
   int frames_done_{0};

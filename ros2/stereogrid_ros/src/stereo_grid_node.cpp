@@ -158,36 +158,57 @@ void StereoGridNode::place(stereogrid::StereoFrame& frame, std::optional<stereog
   }
 }
 
-void StereoGridNode::go_on() {
-  std::shared_ptr<Pair> pair{current_pair()};
-  stereogrid::Rig rig{pair->rig()};
-  stereogrid::Pipeline pipeline{settings_.config, rig, settings_.pipeline};
-  stereogrid::messages::FrameMessages messages{sink_, rig, settings_.messages};
-  std::optional<stereogrid::io::VisualOdometry> odometry;
-  stereogrid::FrameResult result;
-  std::int64_t frames{0};
-  while (!is_to_stop_) {
-    if (const std::string fault{pair->fault()}; !fault.empty()) tell(fault);
-    try {
-      if (current_pair() != pair) {
-        pair = current_pair();
-        pipeline.reset();
-        odometry.reset();
-      }
-      std::optional<stereogrid::capture::LiveFrame> live{pair->next(100ms)};
-      if (!live) continue;
-      live->frame.stamp_ns = nanoseconds(live->captured) + clock_ns_;
-      place(live->frame, odometry, pair->rig());
-      pipeline.process(live->frame, result);
-      if (result.rig != rig) messages.set_rig(rig = result.rig);  // found in the frame before
-      for (const std::string& warning : result.warnings) tell(warning);
-      const std::vector<stereogrid::messages::Dropped> dropped{dropped_by(*pair)};
-      messages.send(result, {.stamp_ns = live->frame.stamp_ns, .frames = ++frames, .dropped = dropped});
-    } catch (const InputError& error) {
-      ++refused_;
-      tell(error.what());
+/// Frames of the camera pair that the node has now, for its pipeline.
+class StereoGridNode::Frames final : public stereogrid::capture::FrameHandler {
+ public:
+  Frames(StereoGridNode& node, stereogrid::Rig rig)
+      : node_{node}, rig_{rig}, messages_{node.sink_, rig, node.settings_.messages} {}
+
+  [[nodiscard]] bool has_ended() const override { return node_.is_to_stop_; }
+
+  [[nodiscard]] std::optional<PreparedFrame> next() override {
+    if (const std::shared_ptr<Pair> now{node_.current_pair()}; now != pair_) {
+      pair_ = now;
+      odometry_.reset();
+      begins_anew_ = true;
     }
+    if (const std::string fault{pair_->fault()}; !fault.empty()) node_.tell(fault);
+    std::optional<stereogrid::capture::LiveFrame> live{pair_->next(100ms)};
+    if (!live) return std::nullopt;
+    PreparedFrame prepared{.frame = std::move(live->frame), .captured = live->captured};
+    prepared.frame.stamp_ns = nanoseconds(live->captured) + node_.clock_ns_;
+    node_.place(prepared.frame, odometry_, pair_->rig());
+    prepared.begins_anew = std::exchange(begins_anew_, false);
+    return prepared;
   }
+
+  void deliver(PreparedFrame& prepared, stereogrid::FrameResult& result) override {
+    if (result.rig != rig_) messages_.set_rig(rig_ = result.rig);  // found in an earlier frame
+    for (const std::string& warning : result.warnings) node_.tell(warning);
+    const std::vector<stereogrid::messages::Dropped> dropped{node_.dropped_by(*pair_)};
+    messages_.send(result, {.stamp_ns = prepared.frame.stamp_ns, .frames = ++frames_, .dropped = dropped});
+  }
+
+  void refuse(const std::string& reason) override {
+    ++node_.refused_;
+    node_.tell(reason);
+  }
+
+ private:
+  StereoGridNode& node_;
+  stereogrid::Rig rig_;
+  stereogrid::messages::FrameMessages messages_;
+  std::shared_ptr<Pair> pair_;
+  bool begins_anew_{false};
+  std::optional<stereogrid::io::VisualOdometry> odometry_;
+  std::int64_t frames_{0};
+};
+
+void StereoGridNode::go_on() {
+  const stereogrid::Rig rig{current_pair()->rig()};
+  stereogrid::Pipeline pipeline{settings_.config, rig, settings_.pipeline};
+  Frames frames{*this, rig};
+  stereogrid::capture::run_frames(pipeline, frames);
 }
 
 std::vector<stereogrid::messages::Dropped> StereoGridNode::dropped_by(const Pair& pair) const {

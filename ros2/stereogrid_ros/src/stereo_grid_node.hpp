@@ -22,6 +22,7 @@
 #include "publisher_sink.hpp"
 #include "settings.hpp"
 #include "stereogrid/capture/camera_pair.hpp"
+#include "stereogrid/capture/frame_loop.hpp"
 #include "stereogrid/io/odometry.hpp"
 #include "stereogrid/messages/frame_messages.hpp"
 
@@ -37,6 +38,8 @@ class StereoGridNode : public rclcpp::Node {
  private:
   using Side = stereogrid::capture::Side;
   using Pair = stereogrid::capture::CameraPair;
+  using PreparedFrame = stereogrid::capture::PreparedFrame;
+  class Frames;
 
   void subscribe(Side side, const std::string& camera);
   void take_info(Side side, const sensor_msgs::msg::CameraInfo& info);

@@ -2,23 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime.hpp"
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
-#include <memory>
 #include <mutex>
-#include <string>
 #include <unordered_map>
 #include <vector>
 
-#if __has_include(<valgrind/callgrind.h>)
-#include <valgrind/callgrind.h>
-#endif
-
 #include "fibers.hpp"
-#include "traffic.hpp"
 
 struct EmulatedGraph {
   std::vector<std::function<void()>> work;
@@ -41,9 +33,6 @@ struct Machine {
   std::size_t memory{std::size_t{8} << 30};  ///< that can still be allocated
   std::unordered_map<void*, std::size_t> allocated;
   bool backwards{std::getenv("STEREOGRID_EMULATOR_BACKWARDS") != nullptr};
-  bool counts{std::getenv("STEREOGRID_EMULATOR_COUNTS") != nullptr};
-  const char* multiprocessors{std::getenv("STEREOGRID_EMULATOR_MULTIPROCESSORS")};
-  std::unique_ptr<emulator::Traffic> traffic{emulator::Traffic::wanted()};
   std::atomic<int> captures{0};  ///< streams that are being captured
   std::recursive_mutex mutex;
 };
@@ -87,20 +76,6 @@ unsigned volume(dim3 size) {
   return size.x * size.y * size.z;
 }
 
-// For valgrind's callgrind, if the program runs under it: a file for each launch, see scripts/gpu_bounds.py.
-void begin_count() {
-#if __has_include(<valgrind/callgrind.h>)
-  if (machine().counts) CALLGRIND_ZERO_STATS;
-#endif
-}
-void end_count([[maybe_unused]] unsigned blocks, [[maybe_unused]] unsigned threads) {
-#if __has_include(<valgrind/callgrind.h>)
-  if (!machine().counts) return;
-  const std::string text{"launch of " + std::to_string(blocks) + " x " + std::to_string(threads)};
-  CALLGRIND_DUMP_STATS_AT(text.c_str());
-#endif
-}
-
 }  // namespace
 
 cudaError_t launch(const cudaLaunchConfig_t& config, std::function<void()> thread) {
@@ -113,11 +88,7 @@ cudaError_t launch(const cudaLaunchConfig_t& config, std::function<void()> threa
   }
   if (config.dynamicSmemBytes > shared_max) return cudaErrorInvalidValue;
   return give(config.stream, [config, call = std::move(thread)] {
-    if (machine().traffic) machine().traffic->begin();
-    begin_count();
     run_grid(config.gridDim, config.blockDim, config.dynamicSmemBytes, call, machine().backwards);
-    end_count(volume(config.gridDim), volume(config.blockDim));
-    if (machine().traffic) machine().traffic->end(volume(config.gridDim), volume(config.blockDim));
   });
 }
 
@@ -160,9 +131,7 @@ cudaError_t cudaSetDevice(int /*device*/) {
   return missing();
 }
 cudaError_t cudaDeviceGetAttribute(int* value, cudaDeviceAttr attribute, int /*device*/) {
-  const char* const multiprocessors{machine().multiprocessors};
-  const int count{multiprocessors == nullptr ? 2 : std::max(std::atoi(multiprocessors), 1)};
-  *value = attribute == cudaDevAttrMultiProcessorCount ? count : attribute == cudaDevAttrComputeCapabilityMajor ? 7 : 5;
+  *value = attribute == cudaDevAttrMultiProcessorCount ? 2 : attribute == cudaDevAttrComputeCapabilityMajor ? 7 : 5;
   return missing();
 }
 cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int /*device*/) {
@@ -185,7 +154,7 @@ cudaError_t cudaMalloc(void** memory, std::size_t bytes) {
   const std::lock_guard lock{machine().mutex};
   constexpr std::size_t little{std::size_t{1} << 14};
   if (bytes > (lacks("memory") ? little : machine().memory)) return cudaErrorMemoryAllocation;
-  *memory = machine().traffic ? machine().traffic->allocate(bytes) : std::malloc(bytes);
+  *memory = std::malloc(bytes);
   std::memset(*memory, 0xA5, bytes);
   machine().memory -= bytes;
   machine().allocated[*memory] = bytes;
@@ -198,11 +167,7 @@ cudaError_t cudaFree(void* memory) {
   if (found == machine().allocated.end()) return cudaErrorInvalidValue;
   machine().memory += found->second;
   machine().allocated.erase(found);
-  if (machine().traffic) {
-    machine().traffic->release(memory);
-  } else {
-    std::free(memory);
-  }
+  std::free(memory);
   return cudaSuccess;
 }
 cudaError_t cudaMallocHost(void** memory, std::size_t bytes) {

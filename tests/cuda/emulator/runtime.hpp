@@ -113,8 +113,6 @@ cudaError_t launch(const cudaLaunchConfig_t& config, std::function<void()> threa
 
 // Environment variables: STEREOGRID_EMULATOR_BACKWARDS, threads and blocks run from the last to the first: where a
 // barrier is missing, results change. STEREOGRID_EMULATOR_LACKS=device|driver|kernels|memory: what is missing.
-// STEREOGRID_EMULATOR_COUNTS: callgrind writes a file for each launch. STEREOGRID_EMULATOR_TRAFFIC=file: what each
-// launch reads and writes, see traffic.hpp. STEREOGRID_EMULATOR_MULTIPROCESSORS=n: 2 without.
 }  // namespace emulator
 
 #define cudaStreamPerThread (emulator::stream_per_thread())
