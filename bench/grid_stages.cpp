@@ -17,12 +17,12 @@
 
 #include "backend/cpu.hpp"
 #include "filter/filter.hpp"
-#include "projection/projection.hpp"
-#include "rays/rays.hpp"
+#include "observation/projection/projection.hpp"
+#include "observation/rays/rays.hpp"
+#include "observation/u_disparity/u_disparity.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "stereogrid/scenes/scene.hpp"
-#include "u_disparity/u_disparity.hpp"
 
 namespace {
 

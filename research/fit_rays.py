@@ -3,7 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fits the weights of the ray model (docs/method.md, section 6.2) to labelled frames.
 
-fit_rays.py RUN=DATA... [--header src/rays/weights.hpp] [--to METRES]
+fit_rays.py RUN=DATA... [--header src/observation/rays/weights.hpp] [--to METRES]
 
 RUN is a folder of `stereogrid run DATA --save-stages`, DATA the input with a Velodyne sweep (KITTI odometry layout) or
 exact truth (truth/cells) for the same frames. Occupied and free cells weigh the same, a rendered sequence a third as

@@ -4,7 +4,7 @@
 
 #include "backend/cuda.hpp"
 #include "filter/filter.hpp"
-#include "projection/model.hpp"
+#include "observation/projection/model.hpp"
 
 namespace stereogrid {
 

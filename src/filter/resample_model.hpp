@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "filter/model.hpp"
-#include "projection/model.hpp"
+#include "observation/projection/model.hpp"
 
 namespace stereogrid {
 

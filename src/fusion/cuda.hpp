@@ -8,7 +8,7 @@
 #include "backend/cuda.hpp"
 #include "filter/held_cell.hpp"
 #include "fusion/model.hpp"
-#include "projection/model.hpp"
+#include "observation/projection/model.hpp"
 #include "stereogrid/config.hpp"
 
 namespace stereogrid {

@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "projection/model.hpp"
+#include "observation/projection/model.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/image.hpp"

@@ -9,10 +9,10 @@
 #include "filter/filter.hpp"
 #include "ground/ground.hpp"
 #include "matching/matching.hpp"
+#include "observation/projection/projection.hpp"
+#include "observation/rays/rays.hpp"
+#include "observation/u_disparity/u_disparity.hpp"
 #include "pipeline/results.hpp"
-#include "projection/projection.hpp"
-#include "rays/rays.hpp"
-#include "u_disparity/u_disparity.hpp"
 
 namespace stereogrid {
 

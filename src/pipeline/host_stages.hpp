@@ -13,13 +13,13 @@
 #include "ground/ground.hpp"
 #include "matching/given.hpp"
 #include "matching/matching.hpp"
+#include "observation/projection/projection.hpp"
+#include "observation/rays/rays.hpp"
+#include "observation/u_disparity/u_disparity.hpp"
 #include "pipeline/host_space.hpp"
 #include "pipeline/results.hpp"
 #include "pipeline/stages.hpp"
 #include "pipeline/stopwatch.hpp"
-#include "projection/projection.hpp"
-#include "rays/rays.hpp"
-#include "u_disparity/u_disparity.hpp"
 
 namespace stereogrid {
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "u_disparity/u_disparity.hpp"
+#include "observation/u_disparity/u_disparity.hpp"
 
 namespace stereogrid::test {
 

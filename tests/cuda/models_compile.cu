@@ -10,8 +10,8 @@
 #include "ground/model.hpp"
 #include "images/row_alignment/model.hpp"
 #include "matching/model.hpp"
-#include "projection/model.hpp"
-#include "u_disparity/model.hpp"
+#include "observation/projection/model.hpp"
+#include "observation/u_disparity/model.hpp"
 
 namespace stereogrid {
 namespace {

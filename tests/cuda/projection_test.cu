@@ -8,7 +8,7 @@
 #include "fusion/cuda.hpp"
 #include "fusion/fusion.hpp"
 #include "images.hpp"
-#include "projection/cuda.hpp"
+#include "observation/projection/cuda.hpp"
 
 namespace stereogrid::test {
 namespace {

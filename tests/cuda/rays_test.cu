@@ -5,8 +5,8 @@
 #include "backend/reference.hpp"
 #include "check.hpp"
 #include "images.hpp"
-#include "rays/cuda.hpp"
-#include "rays/rays.hpp"
+#include "observation/rays/cuda.hpp"
+#include "observation/rays/rays.hpp"
 
 namespace stereogrid::test {
 namespace {

@@ -5,7 +5,7 @@
 #include "backend/reference.hpp"
 #include "check.hpp"
 #include "images.hpp"
-#include "u_disparity/cuda.hpp"
+#include "observation/u_disparity/cuda.hpp"
 
 namespace stereogrid::test {
 namespace {

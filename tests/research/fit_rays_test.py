@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "research"))
 import fit_rays  # noqa: E402
 
-HEADER = ROOT / "src/rays/weights.hpp"
+HEADER = ROOT / "src/observation/rays/weights.hpp"
 SCENES = {name: f"{name}?frames=3&width=400&height=240&focal=330" for name in ("street", "crossing")}
 
 

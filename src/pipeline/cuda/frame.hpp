@@ -12,10 +12,10 @@
 #include "ground/cuda.hpp"
 #include "images/row_alignment/cuda.hpp"
 #include "matching/cuda.hpp"
-#include "projection/cuda.hpp"
-#include "rays/cuda.hpp"
+#include "observation/projection/cuda.hpp"
+#include "observation/rays/cuda.hpp"
+#include "observation/u_disparity/cuda.hpp"
 #include "stereogrid/result.hpp"
-#include "u_disparity/cuda.hpp"
 
 namespace stereogrid {
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "projection/projection.hpp"
+#include "observation/projection/projection.hpp"
 
 #include <gtest/gtest.h>
 

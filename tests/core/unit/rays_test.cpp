@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "rays/rays.hpp"
+#include "observation/rays/rays.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
-#include "rays/project_simd.hpp"
+#include "observation/rays/project_simd.hpp"
 #include "support.hpp"
 #include "targets.hpp"
 

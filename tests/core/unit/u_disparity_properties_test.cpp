@@ -4,9 +4,9 @@
 
 #include "backend/cpu.hpp"
 #include "backend/reference.hpp"
+#include "observation/u_disparity/model.hpp"
 #include "support.hpp"
 #include "targets.hpp"
-#include "u_disparity/model.hpp"
 #include "u_disparity_run.hpp"
 
 namespace stereogrid::test {

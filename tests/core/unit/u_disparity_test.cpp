@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "u_disparity/u_disparity.hpp"
+#include "observation/u_disparity/u_disparity.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include <numeric>
 
 #include "backend/reference.hpp"
+#include "observation/u_disparity/model.hpp"
 #include "support.hpp"
-#include "u_disparity/model.hpp"
 #include "u_disparity_run.hpp"
 
 namespace stereogrid::test {

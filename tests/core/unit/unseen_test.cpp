@@ -17,8 +17,8 @@
 #include "backend/reference.hpp"
 #include "chain_equality.hpp"
 #include "filter_run.hpp"
-#include "rays/hidden.hpp"
-#include "rays/rays.hpp"
+#include "observation/rays/hidden.hpp"
+#include "observation/rays/rays.hpp"
 #include "support.hpp"
 #include "targets.hpp"
 

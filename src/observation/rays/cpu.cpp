@@ -1,0 +1,101 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "backend/cpu.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "observation/rays/hidden.hpp"
+#include "observation/rays/project_simd.hpp"
+#include "observation/rays/rays.hpp"
+
+namespace stereogrid {
+namespace {
+
+constexpr int rows_grain{8};
+
+/// Columns of a grid of which it is asked together whether they are hidden, in rows_grain rows.
+constexpr int tile_columns{16};
+
+/// Columns that are counted together: their counts stay in the first cache.
+constexpr int block_columns{16};
+
+/// Bins of which a thread sums over all columns.
+constexpr int sum_bins{32};
+
+// Columns begin … end − 1: the counts of each bin, then their sums over the bins.
+void count_block(const Matches& matches, int begin, int end, RaySpace& space) {
+  const UprightRange upright{space.upright};
+  const int bins{space.bins};
+  PackedRays* const counts{space.sums.row(begin + 1)};
+  std::fill(counts, counts + (end - begin) * (bins + 1), PackedRays{0});
+  for (int v{0}; v < space.height; ++v) {
+    const float* obstacle{matches.obstacle.row(v)};
+    const float* road{matches.road.row(v)};
+    const RayRow* rows{space.rows.data() + v + space.margin};
+    for (int u{begin}; u < end; ++u) {
+      PackedRays* const column{counts + (u - begin) * (bins + 1) + 1};
+      count_ray(obstacle[u], road[u], rows[-space.shift[static_cast<std::size_t>(u)]], upright, bins,
+                [&](int bin, PackedRays rays) { column[bin] += rays; });
+    }
+  }
+  for (int u{begin}; u < end; ++u)
+    std::partial_sum(space.sums.row(u + 1), space.sums.row(u + 1) + bins + 1, space.sums.row(u + 1));
+}
+
+// Bins begin … end − 1.
+void sum_columns(int begin, int end, RaySpace& space) {
+  for (int u{1}; u <= space.width; ++u) {
+    const PackedRays* const before{space.sums.row(u - 1)};
+    PackedRays* const sums{space.sums.row(u)};
+    for (int k{begin}; k < end; ++k) sums[k] += before[k];
+  }
+}
+
+// Calls work(range) for the tiles of some rows that are not hidden, neighbours together; the others become ½.
+template <class Work>
+void for_visible(const HiddenCells& hidden, const CellRange& rows, View<float> cells, const Work& work) {
+  CellRange visible{rows.x_begin, rows.y_begin, rows.x_begin, rows.y_end};
+  for (int x{rows.x_begin}; x < rows.x_end; x += tile_columns) {
+    const int end{std::min(x + tile_columns, rows.x_end)};
+    if (!hidden.are_hidden(x, rows.y_begin, end - 1, rows.y_end - 1)) {
+      visible.x_end = end;
+      continue;
+    }
+    if (visible.x_begin < visible.x_end) work(visible);
+    visible.x_begin = visible.x_end = end;
+    for (int y{rows.y_begin}; y < rows.y_end; ++y) std::fill(cells.row(y) + x, cells.row(y) + end, 0.5f);
+  }
+  if (visible.x_begin < visible.x_end) work(visible);
+}
+
+}  // namespace
+
+void count_rays(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& ground, const UDisparityConfig& config,
+                RaySpace& space) {
+  space.place(rig, ground, config);
+  const int blocks{(space.width + block_columns - 1) / block_columns};
+  cpu.for_ranges(blocks, 1, [&](int first, int last) {
+    for (int block{first}; block < last; ++block) {
+      count_block(matches, block * block_columns, std::min((block + 1) * block_columns, space.width), space);
+    }
+  });
+  cpu.for_ranges(space.bins + 1, sum_bins, [&](int begin, int end) { sum_columns(begin, end, space); });
+}
+
+void project_rays(Cpu& cpu, const RaySpace& space, const BinGeometry& geometry, const GridInVehicle& grid,
+                  View<float> cells) {
+  const RaySums<Host> sums{space.sums.view()};
+  const HiddenCells hidden{sums, geometry, grid};
+  const int strips{(cells.height + rows_grain - 1) / rows_grain};
+  cpu.for_ranges(strips, 1, [&](int begin, int end) {
+    for (int strip{begin}; strip < end; ++strip) {
+      const CellRange rows{0, strip * rows_grain, cells.width, std::min((strip + 1) * rows_grain, cells.height)};
+      for_visible(hidden, rows, cells, [&](const CellRange& range) {
+        project_ray_cells(sums, columns_max(space.height), geometry, grid, range, cells);
+      });
+    }
+  });
+}
+
+}  // namespace stereogrid

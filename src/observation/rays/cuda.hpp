@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "backend/cuda.hpp"
+#include "matching/cuda.hpp"
+#include "observation/rays/model.hpp"
+#include "stereogrid/config.hpp"
+
+namespace stereogrid {
+
+/// What `count_rays` works in and leaves, on the device.
+struct RaysOnDevice {
+  /// `disparities` 0: nothing, for configurations that do without.
+  RaysOnDevice(int width, int height, int disparities);
+
+  [[nodiscard]] RaySums<Device> view() const { return {sums.data(), bins + 1, width + 1, bins + 1}; }
+
+  int width;
+  int height;
+  int bins;
+  int margin;
+  DeviceBuffer<std::int32_t> shift;
+  DeviceBuffer<RayRow> rows;
+  DeviceBuffer<UprightRange> upright;
+  DeviceBuffer<PackedRays> sums;  ///< (W + 1, bins + 1)
+};
+
+/// `count_rays` and `project_rays` of rays.hpp, equal to the CPU to the bit where the tables of rows are. `ground` and
+/// `grid` are on the device.
+void count_rays(Cuda& cuda, const MatchViews& matches, const Rig& rig, const Ground* ground,
+                const UDisparityConfig& config, RaysOnDevice& space);
+void project_rays(Cuda& cuda, const RaysOnDevice& space, const BinGeometry& geometry, const GridInVehicle* grid,
+                  View<float, Device> cells);
+
+}  // namespace stereogrid

@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "held_bytes.hpp"
+#include "matching/matches.hpp"
+#include "observation/rays/model.hpp"
+#include "stereogrid/config.hpp"
+
+namespace stereogrid {
+
+class Cpu;
+struct Reference;
+
+/// What `count_rays` works in and leaves. Allocated once.
+struct RaySpace {
+  /// `disparities` 0: nothing, for configurations that do without.
+  RaySpace(int width, int height, int disparities);
+
+  /// For the road of a frame.
+  void place(const Rig& rig, const Ground& ground, const UDisparityConfig& config);
+
+  /// Of the pixel (u, v).
+  [[nodiscard]] const RayRow& row(int u, int v) const {
+    return rows[static_cast<std::size_t>(v + margin - shift[static_cast<std::size_t>(u)])];
+  }
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(shift, rows, sums); }
+
+  int width;
+  int height;
+  int bins;
+  int margin;                       ///< rows that a column may be shifted by
+  std::vector<std::int32_t> shift;  ///< (W) rows by which the road lies lower than in the column u0, due to roll
+  std::vector<RayRow> rows;         ///< (height + 2·margin), from row −margin on
+  UprightRange upright{};
+  Image<PackedRays> sums;  ///< (W + 1, bins + 1), see RaySums
+};
+
+/// Counts where the rays of all pixels end, from disparity images.
+void count_rays(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& ground, const UDisparityConfig& config,
+                RaySpace& space);
+void count_rays(Reference& reference, const Matches& matches, const Rig& rig, const Ground& ground,
+                const UDisparityConfig& config, RaySpace& space);
+
+/// P(occupied) of the cells of a grid anywhere in the vehicle frame, from what the rays of each say together: how many
+/// end in it, in front of it, behind it, how many come as far and how many pass. docs/method.md §6.2.
+void project_rays(Cpu& cpu, const RaySpace& space, const BinGeometry& geometry, const GridInVehicle& grid,
+                  View<float> cells);
+void project_rays(Reference& reference, const RaySpace& space, const BinGeometry& geometry, const GridInVehicle& grid,
+                  View<float> cells);
+
+}  // namespace stereogrid

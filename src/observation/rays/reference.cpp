@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "backend/reference.hpp"
+
+#include "observation/rays/rays.hpp"
+
+namespace stereogrid {
+
+void count_rays(Reference&, const Matches& matches, const Rig& rig, const Ground& ground,
+                const UDisparityConfig& config, RaySpace& space) {
+  space.place(rig, ground, config);
+  space.sums.fill(0);
+  for (int v{0}; v < space.height; ++v) {
+    for (int u{0}; u < space.width; ++u) {
+      count_ray(matches.obstacle(u, v), matches.road(u, v), space.row(u, v), space.upright, space.bins,
+                [&](int bin, PackedRays rays) { space.sums(bin + 1, u + 1) += rays; });
+    }
+  }
+  for (int u{1}; u <= space.width; ++u) {
+    for (int k{1}; k <= space.bins; ++k) {
+      space.sums(k, u) += space.sums(k, u - 1) + space.sums(k - 1, u) - space.sums(k - 1, u - 1);
+    }
+  }
+}
+
+void project_rays(Reference&, const RaySpace& space, const BinGeometry& geometry, const GridInVehicle& grid,
+                  View<float> cells) {
+  const CellsInView in_view{geometry, grid};
+  for (int iy{0}; iy < cells.height; ++iy) {
+    for (int ix{0}; ix < cells.width; ++ix) {
+      cells(ix, iy) = occupancy_at(RaySums<Host>{space.sums.view()}, columns_max(space.height), in_view, ix, iy);
+    }
+  }
+}
+
+}  // namespace stereogrid

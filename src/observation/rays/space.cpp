@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include "observation/rays/rays.hpp"
+#include "observation/u_disparity/model.hpp"
+
+namespace stereogrid {
+
+RaySpace::RaySpace(int image_width, int image_height, int disparities)
+    : width{image_width},
+      height{image_height},
+      bins{disparities * ray_bins_per_px},
+      margin{largest_shift(image_width)},
+      shift(static_cast<std::size_t>(bins > 0 ? image_width : 0)),
+      rows(static_cast<std::size_t>(bins > 0 ? image_height + 2 * margin : 0)),
+      sums{bins > 0 ? bins + 1 : 0, bins > 0 ? image_width + 1 : 0} {}
+
+void RaySpace::place(const Rig& rig, const Ground& ground, const UDisparityConfig& config) {
+  const double slope{config.follow_roll ? -std::tan(ground.roll_rad) : 0.0};
+  for (int u{0}; u < width; ++u) shift[static_cast<std::size_t>(u)] = row_shift(slope, u - rig.centre_u_px, margin);
+  const RowsByHeight by_height{rig, ground};
+  int row{-margin};
+  for (RayRow& entry : rows) entry = ray_row(by_height, config.obstacle_height_m, row++, bins);
+  upright = upright_range(ground.height_m, config.obstacle_min_height_m, config.obstacle_height_m);
+}
+
+}  // namespace stereogrid
