@@ -53,7 +53,6 @@ struct Plan {
   bool hand_on{false};          ///< shards go on from what their predecessors remembered
   bool content_digests{false};  ///< of inputs: of all bytes
   Json run{};                   ///< options of `stereogrid run`
-  Json transfer{};              ///< TransferOptions; none: inputs are read where they are
   std::vector<Variant> variants{};
   std::vector<std::string> left_out{};  ///< inputs that could not be used, with why
 };
@@ -62,8 +61,13 @@ struct Plan {
 /// Throws what nlohmann::json throws, and InputError without file.
 [[nodiscard]] Shard shard_of(const Json& line);
 
-/// What decides about the result of a shard: everything but its number, the drive's name and the cost.
+/// Digest of all that decides about the result of a shard: everything but its number, the drive's name and the cost.
 [[nodiscard]] std::string digest_of(const Shard& shard, const Plan& plan);
+
+/// Formats ascending numbers of shards as ranges, "3-7,12"; ", and more" replaces ranges beyond the first `most`.
+[[nodiscard]] std::string text_of(const std::vector<std::uint64_t>& numbers, std::size_t most = SIZE_MAX);
+/// Parses such a list; all numbers are below `end`. Throws ConfigError.
+[[nodiscard]] std::vector<std::uint64_t> numbers_in(const std::string& text, std::uint64_t end);
 
 /// Writes a plan's folder: manifest.jsonl and its index line by line, plan.json last.
 class PlanWriter {
@@ -98,8 +102,6 @@ class PlanReader {
 
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
   [[nodiscard]] const Plan& plan() const { return plan_; }
-  /// plan.json's "transfer", "{}" where there is none.
-  [[nodiscard]] Json transfer() const { return plan_.transfer.is_null() ? Json(Json::object()) : plan_.transfer; }
   /// By the index, and checked against its own digest. Throws InputError.
   [[nodiscard]] Shard shard(std::uint64_t number) const;
   /// All, in their order, one at a time in memory; at the end the digest of the plan is checked. Throws InputError.

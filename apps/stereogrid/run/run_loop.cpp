@@ -101,7 +101,7 @@ void RunLoop::take(io::QueuedFrame queued) {
     if (poses_.takes_time()) result.timing_ms.odometry = queued.prepared_ms;
     result.timing_ms.total += opencv_ms;
     if (!queued.warning.empty()) result.warnings.push_back(queued.warning);
-    if (!without_lidar->empty()) result.warnings.push_back(record_.told(*without_lidar));
+    if (!without_lidar->empty()) result.warnings.push_back(*without_lidar);
     tell_warnings(queued.name, result.warnings);
     ++frames_done_;
     record_.set_rigs(pipeline_.rig(), pipeline_.level_rig());
