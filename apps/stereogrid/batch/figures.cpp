@@ -30,7 +30,7 @@ void add_band(const Json& band, const std::string& prefix, Figures& figures) {
   }
 }
 
-/// The ends of the middle 95 % of means of drives drawn with replacement.
+/// Sets the ends of the middle 95 % of means of drives drawn with replacement.
 void bootstrap(const std::vector<double>& values, FigureOverDrives& figure) {
   std::mt19937_64 random{20120901};
   std::vector<double> means(resamples);
@@ -128,7 +128,7 @@ bool is_best(const Point& point, const std::vector<Point>& points) {
   });
 }
 
-/// What of an axis is shown, with a margin.
+/// Range of an axis, with a margin.
 struct Extent {
   Extent(const std::vector<Point>& points, double Point::*of)
       : least{std::ranges::min(points, {}, of).*of}, most{std::ranges::max(points, {}, of).*of} {
@@ -142,7 +142,7 @@ struct Extent {
   double most;
 };
 
-/// Filled where no other one is better in both.
+/// Scatter plot as SVG; points on the Pareto front are filled.
 std::string drawing(const std::vector<Point>& points) {
   const Extent x{points, &Point::x};
   const Extent y{points, &Point::y};

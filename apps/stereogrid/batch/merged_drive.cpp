@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Adds what a later part of a drive says to what the earlier ones did.
+/// Adds run.json of a later part of a drive to that of the earlier ones.
 void add_run(Json& all, const Json& part) {
   Json& frames(all["frames"]);
   const Json& more(part.at("frames"));

@@ -39,7 +39,7 @@ struct Options {
   bool skip_bad{false};
 };
 
-/// "key=value" of all parameters that are not as the preset has them.
+/// Returns "key=value" of all parameters that differ from the preset.
 std::vector<std::string> settings_of(const Config& config, const std::string& preset_name) {
   const Config standard{preset(preset_name)};
   std::vector<std::string> settings;
@@ -67,7 +67,7 @@ class MemoryEstimate {
  public:
   explicit MemoryEstimate(const Options& options) : options_{options} {}
 
-  /// `frames`: of the longest shard.
+  /// `frames`: frames of the longest shard.
   void look_at(const Rig& rig, const std::vector<Variant>& variants, std::size_t frames) {
     const std::string key{fmt::format("{} {} {} {}", rig.width_px, rig.height_px, rig.focal_px, rig.baseline_m)};
     if (!seen_.insert(key).second && frames <= most_frames_) return;
@@ -183,7 +183,7 @@ void make_absolute(std::string& path) {
   if (!path.empty()) path = fs::weakly_canonical(fs::absolute(path)).string();
 }
 
-/// Results that cannot be scored for want of a layer would be noticed only in the end.
+/// Throws ConfigError where results lack a layer that scoring needs.
 void check_layers(const Options& options) {
   const std::vector<std::string> layers{layers_of(options.run)};
   if (layers.empty() || options.no_evaluation) return;
@@ -224,22 +224,20 @@ int make_plan(Options options) {
 }
 
 void add_shard_options(CLI::App& command, Options& options) {
-  command.add_option("--out,-o", options.out, "Folder of the plan; results come there, too. All machines must see it.")
+  command.add_option("--out,-o", options.out, "Folder of the plan and its results, at the same path on all machines.")
       ->type_name("PLAN")
       ->required();
   command.add_option("--frames-per-shard", options.frames_per_shard, "Longer drives are cut; 0: none is.")
       ->type_name("N")
       ->check(whole_number(0, 1'000'000'000))
       ->capture_default_str();
-  command
-      .add_option("--warm-up", options.warm_up,
-                  "Where a drive is cut, so many frames before go through the pipeline, too, unwritten.")
+  command.add_option("--warm-up", options.warm_up, "Frames before a cut that are processed, unwritten.")
       ->type_name("N")
       ->check(whole_number(0, 1'000'000'000))
       ->capture_default_str();
   command.add_flag("--hand-on", options.hand_on,
-                   "Shards of a drive go on from what the one before remembered: results are those of a drive that "
-                   "is not cut, but the shards of a drive wait for each other.");
+                   "Shards continue from the state of the one before: results equal those of the uncut drive, but the "
+                   "shards of a drive wait for each other.");
   command
       .add_option("--sweep", options.sweeps,
                   "Every drive with each of these values: KEY=A,B,C; several --sweep: with every combination.")
@@ -267,7 +265,7 @@ void add_plan_command(CLI::App& batch, int& exit_code) {
   add_result_options(*command, options->run);
   command
       ->add_option("--device", options->run.device.device,
-                   "Where the work is done: the same for all shards, since both differ in the last digits.")
+                   "Device of all shards: results of CPU and GPU differ in the last digits.")
       ->check(CLI::IsMember({"cpu", "cuda"}))
       ->capture_default_str();
   command->callback([options, &exit_code] { exit_code = make_plan(*options); });

@@ -36,7 +36,7 @@ constexpr std::int64_t most{1'000'000'000'000'000};
 }
 
 void sync(const Descriptor& descriptor, const fs::path& path) {
-  // some file systems have nothing to sync for folders, and say EINVAL
+  // some file systems return EINVAL for folders
   if (fsync(descriptor.get()) != 0 && errno != EINVAL) cannot(path, "cannot be brought to the disk", errno);
 }
 
@@ -101,7 +101,7 @@ Done done_of(const Json& json) {
   return done;
 }
 
-/// run.json without what is of one machine and one moment, which is returned.
+/// Copies run.json without the values that depend on the machine and the time, and returns those.
 Json split_run(const fs::path& from, const fs::path& to, Done& done) {
   Json timing(Json::object());
   const std::string text{io::read_file(from, io::largest_bytes::json)};
@@ -112,7 +112,7 @@ Json split_run(const fs::path& from, const fs::path& to, Done& done) {
     }
     done.frames = static_cast<std::uint64_t>(io::whole_number(run.at("frames"), "done", 0, 1'000'000'000));
     done.skipped = static_cast<std::uint64_t>(io::whole_number(run.at("frames"), "skipped", 0, 1'000'000'000));
-    // those that --every has left unwritten, too
+    // includes frames that --every leaves unwritten
     timing["frames"] = io::whole_number(run.at("frames"), "last", 0, 1'000'000'000) + 1 -
                        io::whole_number(run.at("frames"), "first", 0, 1'000'000'000) -
                        static_cast<std::int64_t>(done.skipped);
@@ -121,7 +121,7 @@ Json split_run(const fs::path& from, const fs::path& to, Done& done) {
   return timing;
 }
 
-/// frames.jsonl without times.
+/// Copies frames.jsonl without times.
 void copy_lines(const fs::path& from, const fs::path& to) {
   std::ifstream lines{from, std::ios::binary};
   std::ofstream without_times{to, std::ios::binary | std::ios::trunc};
@@ -143,7 +143,7 @@ void link_folder(const fs::path& from, const fs::path& to) {
   if (!fs::is_directory(from, error)) return;
   io::create_folder(to);
   for (const fs::directory_entry& entry : fs::directory_iterator{from}) {
-    // what a killed run has left of a file has a temporary name, which begins so
+    // temporary files of a killed run begin with a dot
     if (entry.path().filename().string().front() != '.') link_or_copy(entry.path(), to / entry.path().filename());
   }
 }

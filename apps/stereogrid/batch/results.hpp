@@ -25,15 +25,15 @@ struct ShardPlaces {
 };
 
 struct PartFile {
-  std::string name;  ///< with its folders, '/' between them
+  std::string name;  ///< path within the result, with '/'
   std::uint64_t bytes{0};
   std::string sha256;
 };
 
 /// done.json: the files of a result.
 struct Done {
-  std::string digest;   ///< the shard's
-  std::string content;  ///< of the files that do not depend on when and where: all but timing.json
+  std::string digest;   ///< digest of the shard
+  std::string content;  ///< digest of all files but timing.json, which depends on machine and time
   std::uint64_t frames{0};
   std::uint64_t skipped{0};
   double seconds{0};  ///< time of its runners, but for those that were killed
@@ -50,7 +50,7 @@ struct Failure {
   std::string host;
 };
 
-/// A figure of `evaluate`, and how many frames it is of.
+/// A figure of `evaluate`, and the number of its frames.
 struct Figure {
   double value{0};
   double frames{0};
@@ -96,7 +96,7 @@ void write_done(const std::filesystem::path& folder, Done done);
 void write_failure(const std::filesystem::path& file, const Failure& failure);
 [[nodiscard]] std::optional<Failure> read_failure(const std::filesystem::path& file);
 
-/// The machine's name.
+/// Name of this machine.
 [[nodiscard]] std::string host_name();
 
 }  // namespace stereogrid::app::batch

@@ -88,7 +88,7 @@ class Runner {
     return code;
   }
 
-  /// A result without a proper done.json is set aside.
+  /// Returns whether there is a result. Moves one without a proper done.json to damaged/.
   bool is_done() const {
     std::error_code error;
     if (!fs::exists(places_.result, error)) return false;
@@ -117,7 +117,7 @@ class Runner {
     return false;
   }
 
-  /// None: there is none to wait for, or it is done. A runner does what is missing before its own shard.
+  /// Processes the predecessor where it is missing. Returns an exit code where this shard cannot begin.
   std::optional<int> wait_for_predecessor() const {
     if (shard_.after.empty()) return std::nullopt;
     const int code{run_shard(plan_, shard_.number - 1, options_)};
@@ -147,7 +147,7 @@ class Runner {
     return code;
   }
 
-  /// All but the lock, which has to be the last.
+  /// Removes all files but the lock.
   void empty_work() const {
     std::error_code error;
     for (const fs::directory_entry& entry : fs::directory_iterator{places_.work, error}) {
@@ -195,7 +195,7 @@ class Runner {
 
   [[nodiscard]] RunOptions options_of_run() const { return run_options(plan_.plan(), shard_, run_folder()); }
 
-  /// An input that was away for a moment cannot be used then, and is no reason to give up the shard.
+  /// Records the shard as impossible, unless the input is missing or changed at the moment.
   int refuse_if_planned(int code, const std::string& why) const {
     if (input_.is_there()) return refuse(code, why);
     return complain(exit_try_again,
@@ -206,7 +206,7 @@ class Runner {
   /// Holds the time that earlier runners of the shard reported.
   fs::path seconds_file() const { return places_.work / "seconds"; }
 
-  /// What another runner has left may be damaged, by a machine that broke down: then all from the beginning.
+  /// Continues from another runner's checkpoint; begins anew where a machine that broke down has left it damaged.
   int run_anew_where_damaged() const {
     std::error_code error;
     const bool resumed{fs::exists(run_folder() / "run.json", error)};
@@ -234,7 +234,7 @@ class Runner {
     return run(options);
   }
 
-  /// Each is read: their checksums tell what a machine that broke down has left half-written.
+  /// Reads every grid: the checksums show files that a machine that broke down has left half-written.
   void check_grids() const {
     for (const io::RunFrame& frame : io::read_run_frames(run_folder() / "frames.jsonl")) {
       static_cast<void>(io::read_npz(run_folder() / "grids" / (frame.name + ".npz")));

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t most_looked_at{300};
 constexpr std::size_t most_failures{100};
 
-/// The 16 digits that a name begins with: "0123456789abcdef", "….json", "….host-4711".
+/// Parses the first 16 digits of a name: "0123456789abcdef", "….json", "….host-4711".
 std::optional<std::uint64_t> number_in(const std::string& name) {
   constexpr std::size_t digits{16};
   std::uint64_t number{0};
@@ -59,12 +59,12 @@ class Speed {
     try {
       const auto done{read_done(ShardPlaces{plan_.folder(), shard.digest}.result)};
       if (!done) return;
-      // those that --every has left unwritten, too
+      // includes frames that --every leaves unwritten
       frames_ += std::max(0.0, static_cast<double>(shard.end - shard.first) - static_cast<double>(done->skipped));
       cost_ += shard.cost;
       seconds_ += done->seconds;
     } catch (const InputError&) {
-      return;  // merge tells of it
+      return;  // merge reports it
     }
   }
   [[nodiscard]] double frames_per_second() const { return seconds_ > 0 ? frames_ / seconds_ : 0; }

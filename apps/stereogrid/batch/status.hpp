@@ -20,7 +20,7 @@ class ShardStates {
   explicit ShardStates(const std::filesystem::path& plan);
 
   [[nodiscard]] ShardState of(const std::string& digest) const;
-  /// Whether the shard's result may lack frames.
+  /// Returns whether the shard's result may lack frames.
   [[nodiscard]] bool has_skipped(const std::string& digest) const;
 
  private:

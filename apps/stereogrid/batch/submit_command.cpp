@@ -140,6 +140,7 @@ int submit(Options options) {
   const std::string folder{fs::canonical(options.plan).string()};
   const std::string out{folder + "/submit-" + options.engine};
   if (options.tool.empty()) {
+    // a container has its own
     options.tool = options.image.empty() ? fs::read_symlink("/proc/self/exe").string() : "stereogrid";
   }
   const std::vector<std::string> tasks{tasks_of(plan, options.shards_per_task)};
