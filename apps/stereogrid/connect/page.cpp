@@ -45,11 +45,11 @@ std::unique_ptr<server::Server> start_server(const PageOptions& options, server:
   made.address = listen.address;
   made.port = listen.port;
   made.allowed_origins = options.allowed_origins;
-  if (made.http.assets.empty()) made.http.assets = viewer_assets();
+  made.http.assets = viewer_assets();
   try {
     return std::make_unique<server::Server>(std::move(made));
   } catch (const DeviceError& error) {
-    throw DeviceError{fmt::format("{} {} :0 takes any free port.", error.what(), options.option)};
+    throw DeviceError{fmt::format("{} --listen :0 takes any free port.", error.what())};
   }
 }
 
