@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 
-# stereogrid_embed(FOLDER TEMPLATE OUTPUT): the page in a folder, as C++. @STEREOGRID_EMBEDDED@ in the template becomes
-# a list of {path, content type, bytes} of its .html, .css and .js files; index.html has the path "/".
-function(stereogrid_embed folder template output)
+# stereogrid_embed(FOLDER FUNCTION TEMPLATE OUTPUT): the page in a folder, as C++. @STEREOGRID_EMBEDDED@ in the template
+# becomes a list of {path, content type, bytes} of its .html, .css and .js files, @STEREOGRID_FUNCTION@ the function that
+# returns it; index.html has the path "/".
+function(stereogrid_embed folder STEREOGRID_FUNCTION template output)
   set(html "text/html")
   set(css "text/css")
   set(js "text/javascript")

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "batch/status.hpp"
+#include "connect/assets.hpp"
 #include "connect/page.hpp"
-#include "connect/viewer.hpp"
 #include "console.hpp"
 #include "interrupt.hpp"
 #include "stereogrid/io/json_text.hpp"
@@ -60,7 +60,7 @@ std::vector<server::Asset> assets() {
   for (server::Asset& asset : viewer_assets()) {
     if (asset.path == "/batch.html")
       asset.path = "/";
-    else if (asset.path != "/batch.js" && asset.path != "/style.css")
+    else if (asset.path != "/batch.js" && asset.path != "/style.css" && asset.path != "/theme.css")
       continue;
     chosen.push_back(std::move(asset));
   }

@@ -8,7 +8,12 @@
 
 namespace stereogrid::app {
 
-/// The page of viewer/, which the build has put into the program; its front page is "/".
+// Files that the build embeds into the program.
+
+/// The page of viewer/; its front page is "/".
 [[nodiscard]] std::vector<server::Asset> viewer_assets();
+
+/// Parts of the report that `evaluate --html` writes; page.html has placeholders.
+[[nodiscard]] std::vector<server::Asset> report_assets();
 
 }  // namespace stereogrid::app
