@@ -3,10 +3,8 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "cli_fwd.hpp"
-#include "stereogrid/server/http.hpp"
 
 namespace stereogrid::app::batch {
 
@@ -18,10 +16,3 @@ void add_plan_command(CLI::App& batch, int& exit_code);
 void add_submit_command(CLI::App& batch, int& exit_code);
 
 }  // namespace stereogrid::app::batch
-
-namespace stereogrid::app {
-
-/// Files of packaging/fleet/, which the build embeds into the program.
-[[nodiscard]] std::vector<server::Asset> engine_templates();
-
-}  // namespace stereogrid::app

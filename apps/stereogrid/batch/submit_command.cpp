@@ -16,6 +16,7 @@
 #include "batch/status.hpp"
 #include "batch/subcommands.hpp"
 #include "commands.hpp"
+#include "connect/assets.hpp"
 #include "console.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "connect/listen_address.hpp"
-#include "connect/viewer.hpp"
+#include "connect/assets.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/run_folder/stages.hpp"
 #include "stereogrid/server/metrics.hpp"
