@@ -1,14 +1,18 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 
-# stereogrid_embed(FOLDER TEMPLATE OUTPUT): the page in a folder, as C++. @STEREOGRID_EMBEDDED@ in the template becomes
-# a list of {path, content type, bytes} of its .html, .css and .js files; index.html has the path "/".
-function(stereogrid_embed folder template output)
+# stereogrid_embed(FOLDER FUNCTION OUTPUT): the files of a folder as C++. The function, declared in connect/assets.hpp,
+# returns a list of {path, content type, bytes}; index.html has the path "/".
+function(stereogrid_embed folder function output)
   set(html "text/html")
   set(css "text/css")
   set(js "text/javascript")
+  set(sh "text/x-shellscript")
+  set(smk "text/x-python")
+  set(yaml "application/yaml")
   set(STEREOGRID_EMBEDDED "")
-  file(GLOB files CONFIGURE_DEPENDS RELATIVE ${folder} ${folder}/*.html ${folder}/*.css ${folder}/*.js)
+  file(GLOB files CONFIGURE_DEPENDS RELATIVE ${folder} ${folder}/*.html ${folder}/*.css ${folder}/*.js
+       ${folder}/*.sh ${folder}/*.smk ${folder}/*.yaml)
   foreach(file IN LISTS files)
     set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${folder}/${file})
     string(REGEX MATCH "[a-z]+$" type ${file})
@@ -17,5 +21,5 @@ function(stereogrid_embed folder template output)
     string(APPEND STEREOGRID_EMBEDDED
            "    {\"/${path}\", \"${${type}}; charset=utf-8\", R\"~embedded~(${text})~embedded~\"},\n")
   endforeach()
-  configure_file(${template} ${output} @ONLY)
+  configure_file(${PROJECT_SOURCE_DIR}/cmake/embedded.cpp.in ${output} @ONLY)
 endfunction()

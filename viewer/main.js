@@ -157,7 +157,7 @@ connection.addEventListener('fault', ({ detail: sentence }) => { element('fault'
 
 element('layer').addEventListener('change', chooseLayer);
 element('home').addEventListener('click', () => grid.home());
-onThemeChange(() => { showLayer(); grid.redraw(); camera.redraw(); status.redraw(); });
+onThemeChange(() => { showLayer(); grid.redraw(); camera.redraw(); });
 setInterval(() => status.showRate(), 500);
 connection.watchParameters(playerParameters);
 connection.open();

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-import { colour, fitCanvas } from './theme.js';
+import { axes, linear, path, tag } from './plot.js';
 
 const kept = 600; // frames in the chart
 const stages = ['odometry', 'match', 'ground', 'count', 'project', 'filter', 'flow', 'track'];
@@ -67,48 +67,30 @@ export class StatusPanel {
 
   redraw() {
     const { chart } = this.elements;
-    const { context, width, height } = fitCanvas(chart);
+    const { width, height } = chart.getBoundingClientRect();
     const history = this.#history;
+    chart.innerHTML = '';
     if (history.length === 0) return;
-    const [left, top, bottom] = [34, 8, 18];
     const first = history[0].stamp;
     const span = Math.max(1e-3, history.at(-1).stamp - first);
-    const numbers = history.flatMap(({ total, latency }) => [total, latency]).filter(Number.isFinite);
-    const most = Math.max(1, ...numbers) * 1.1;
-    const x = (stamp) => left + ((width - left - 6) * (stamp - first)) / span;
-    const y = (ms) => height - bottom - ((height - top - bottom) * ms) / most;
-    context.font = '11px system-ui, sans-serif';
-    context.fillStyle = colour('--soft');
-    context.strokeStyle = colour('--line');
-    for (const share of [0, 0.5, 1]) {
-      const ms = (most / 1.1) * share;
-      context.fillText(ms.toFixed(0), 2, y(ms) + 4);
-      context.beginPath();
-      context.moveTo(left, y(ms));
-      context.lineTo(width, y(ms));
-      context.stroke();
-    }
-    context.fillText('0 s', left, height - 4);
     const end = `${span.toFixed(1)} s`;
-    context.fillText(end, width - context.measureText(end).width - 4, height - 4);
-    this.#line(context, '--accent', (one) => [x(one.stamp), y(one.total)]);
-    this.#line(context, '--obstacle-moving', (one) => [x(one.stamp), y(one.latency)]);
-    context.fillStyle = colour('--soft');
-    context.fillRect(x(this.#stamp) - 0.5, top, 1, height - top - bottom);
-    chart.setAttribute('aria-label', `Milliseconds per frame over ${end}: at most ${Math.max(...numbers).toFixed(0)}`);
-  }
-
-  #line(context, name, place) {
-    context.strokeStyle = context.fillStyle = colour(name);
-    context.lineWidth = 1.5;
-    context.beginPath();
-    for (const one of this.#history) {
-      const [x, y] = place(one);
-      if (!Number.isFinite(y)) continue;
-      context.lineTo(x, y);
-      if (one.stamp === this.#stamp) context.fillRect(x - 2.5, y - 2.5, 5, 5);
-    }
-    context.stroke();
-    context.lineWidth = 1;
+    const numbers = history.flatMap(({ total, latency }) => [total, latency]).filter(Number.isFinite);
+    const most = Math.max(1, ...numbers);
+    const { svg, toX, toY, box, wrap } = axes({
+      width, height, left: 34, right: 20, top: 8, bottom: 18,
+      x: (from, to) => linear(0, span, from, to), xTicks: [[0, '0 s'], [span, end]],
+      y: (from, to) => linear(0, 1.1 * most, from, to), yTicks: [0, 0.5, 1].map((share) => [most * share, (most * share).toFixed(0)]),
+    });
+    const now = toX(this.#stamp - first);
+    const line = (of, stroke) => {
+      const known = history.filter((one) => Number.isFinite(one[of]));
+      if (known.length === 0) return '';
+      const current = known.find(({ stamp }) => stamp === this.#stamp);
+      return path(known.map((one) => [toX(one.stamp - first), toY(one[of])]), stroke, { 'stroke-width': 1.5 }) +
+        (current ? tag('circle', { cx: now, cy: toY(current[of]), r: 3, fill: stroke }) : '');
+    };
+    chart.innerHTML = wrap(svg + line('total', 'var(--accent)') + line('latency', 'var(--obstacle-moving)') +
+      tag('line', { x1: now, x2: now, y1: box.top, y2: box.bottom, stroke: 'var(--soft)' }));
+    chart.setAttribute('aria-label', `Milliseconds per frame over ${end}: at most ${most.toFixed(0)}`);
   }
 }

@@ -80,7 +80,7 @@ TEST(Evaluate, WritesAReportThatNeedsNothingElse) {
   for (const char* part : {"<!doctype html>", "hidden_recall", "000001", "prefers-color-scheme", "function rocChart"}) {
     EXPECT_THAT(page, HasSubstr(part));
   }
-  for (const char* part : {"http", "src=", "href=", "@DATA@", "@STYLE@", "@PAGE@", "a</script>"}) {
+  for (const char* part : {"http", "src=", "href=", "@DATA@", "@STYLE@", "@SCRIPT@", "import ", "a</script>"}) {
     EXPECT_THAT(page, Not(HasSubstr(part)));
   }
   const std::string begin{"type=\"application/json\">"};

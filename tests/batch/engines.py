@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""`stereogrid batch submit` with engines that run here: engines.py STEREOGRID parallel|local
+"""`stereogrid batch submit`, and what it writes: engines.py STEREOGRID local|parallel|snakemake|slurm_alone|kubernetes
 
 Two submit the same plan at once, and runners are killed; what is merged is what one undisturbed process leaves, byte
-for byte. Exit status 77: the engine is not here.
+for byte. slurm_alone, kubernetes: small programs stand in for sbatch, scontrol and kubectl. Exit status 77: the engine
+is not installed.
 """
+import importlib.util
 import os
 import random
 import shutil
@@ -17,10 +19,57 @@ import time
 from pathlib import Path
 
 import support
-from support import ENVIRONMENT, copy_of, drive, expect_equal, make_plan, scene, skip, status, tool
+from support import copy_of, drive, expect_equal, make_plan, scene, skip, status, tool
+
+# runs the tasks of an array one after the other, again after `scontrol requeue`
+SBATCH = """#!/bin/sh
+for word; do
+  case $word in --array=0-*) range=${word#--array=0-} ;; esac
+  script=$word
+done
+for task in $(seq 0 "${range%%%*}"); do
+  export SLURM_ARRAY_JOB_ID=$$ SLURM_ARRAY_TASK_ID=$task SLURM_RESTART_COUNT=0
+  while bash "$script"; [ -e "requeue-${$}_$task" ]; do
+    rm "requeue-${$}_$task"
+    SLURM_RESTART_COUNT=$((SLURM_RESTART_COUNT + 1))
+  done
+done
+"""
+# its exit code ends the task at once, as Slurm does
+SCONTROL = """#!/bin/sh
+case $1 in
+  show) echo "MaxArraySize            = 4" ;;
+  requeue) touch "requeue-$2"; exit 1 ;;
+esac
+"""
+# runs the containers of an Indexed Job one after the other
+KUBECTL = f"""#!{sys.executable}
+import os, subprocess, sys, yaml
+assert sys.argv[1:3] == ["apply", "-f"]
+spec = yaml.safe_load(open(sys.argv[3]))["spec"]
+container = spec["template"]["spec"]["containers"][0]
+fail = spec["podFailurePolicy"]["rules"][0]["onExitCodes"]["values"]
+for index in range(spec["completions"]):
+    for _ in range(spec["backoffLimitPerIndex"] + 1):
+        code = subprocess.run(container["command"], cwd=container["workingDir"], check=False,
+                              env=os.environ | {{"JOB_COMPLETION_INDEX": str(index)}}).returncode
+        if code == 0 or code in fail:
+            break
+"""
 
 
-def by_engine(folder: Path, engine: str, *words):
+def with_stand_ins(folder: Path, **programs) -> dict:
+    """The environment with these programs."""
+    (folder / "bin").mkdir()
+    for name, text in programs.items():
+        (folder / "bin" / name).write_text(text, encoding="utf-8")
+        (folder / "bin" / name).chmod(0o755)
+    return os.environ | {"PATH": f"{folder / 'bin'}:{os.environ['PATH']}"}
+
+
+def by_engine(folder: Path, engine: str, *words, env=None):
+    """`folder` has a name that shells, YAML and Python have to quote."""
+    folder = folder / "it's \"one\""
     bad = drive(folder / "bad", 3)
     plan = make_plan(folder, *(scene(12, seed) for seed in range(1, 7)), bad, "--frames-per-shard", 6, "--warm-up", 3)
     reference = copy_of(plan, "reference")
@@ -29,8 +78,21 @@ def by_engine(folder: Path, engine: str, *words):
     tool("run", reference, "--all", expect=65)
     tool("merge", reference, "--out", folder / "reference-merged", "--runs", "--allow-missing")
     command = tool("submit", plan, "--engine", engine, *words).stdout
-    engines = [subprocess.Popen(["sh", "-c", command], env=ENVIRONMENT, stdout=subprocess.DEVNULL,
-                                stderr=subprocess.DEVNULL, start_new_session=True) for _ in range(2)]
+    engines = [subprocess.Popen(["sh", "-c", command], env=env, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                start_new_session=True) for _ in range(2)]
+    killed = kill_some(plan, engines)
+    print(f"{killed} runners were killed, engines ended with {[process.returncode for process in engines]}")
+    # shards that were killed too often for the engine are left for the next call
+    if status(plan)["to_do"]:
+        tool("submit", plan, "--engine", engine, *words, "--go", expect=None, env=env)
+    found = status(plan)
+    assert found["done"] == 12 and found["failed"] == 1, found
+    tool("merge", plan, "--out", folder / "plan-merged", "--runs", "--allow-missing")
+    expect_equal(folder / "plan-merged", folder / "reference-merged")
+    assert "nothing to do" in tool("submit", plan, "--engine", engine, *words, expect=64).stderr
+
+
+def kill_some(plan: Path, engines: list) -> int:
     dice = random.Random(7)
     killed = 0
     while any(process.poll() is None for process in engines):
@@ -42,18 +104,7 @@ def by_engine(folder: Path, engine: str, *words):
                 os.kill(dice.choice(children), signal.SIGKILL)
             except ProcessLookupError:
                 killed -= 1
-    print(f"{killed} runners were killed, engines ended with {[process.returncode for process in engines]}")
-    # what was killed too often for the engine is left for the next call; for a while it looks as if it were worked on
-    end = time.monotonic() + 120
-    while status(plan)["running"] and time.monotonic() < end:
-        time.sleep(0.5)
-    if status(plan)["to_do"]:
-        tool("submit", plan, "--engine", engine, *words, "--go", expect=None)
-    found = status(plan)
-    assert found["done"] == 12 and found["failed"] == 1, found
-    tool("merge", plan, "--out", folder / "plan-merged", "--runs", "--allow-missing")
-    expect_equal(folder / "plan-merged", folder / "reference-merged")
-    assert "nothing to do" in tool("submit", plan, "--engine", engine, expect=64).stderr
+    return killed
 
 
 def runners_of(plan: Path) -> list:
@@ -80,10 +131,33 @@ def local(folder: Path):
     by_engine(folder, "local", "--jobs", 2, "--shards-per-task", 2)
 
 
+def snakemake(folder: Path):
+    """Its lock keeps the second one out."""
+    if not shutil.which("snakemake"):
+        skip("Snakemake is not installed")
+    by_engine(folder, "snakemake", "--jobs", 2)
+
+
+def slurm_alone(folder: Path):
+    by_engine(folder, "slurm", "--jobs", 2, env=with_stand_ins(folder, sbatch=SBATCH, scontrol=SCONTROL))
+
+
+def kubernetes(folder: Path):
+    if not importlib.util.find_spec("yaml"):
+        skip("PyYAML is not installed")
+    plan = make_plan(folder, scene(4))
+    assert "--image" in tool("submit", plan, "--engine", "kubernetes", expect=64).stderr
+    by_engine(folder, "kubernetes", "--image", "image:1", "--claim", "claim", "--tool", support.tool_path,
+              "--shards-per-task", 3, env=with_stand_ins(folder, kubectl=KUBECTL))
+
+
 def main():
-    case = {"parallel": parallel, "local": local}[sys.argv[2]]
-    with tempfile.TemporaryDirectory(prefix="stereogrid-batch-") as folder:
-        case(Path(folder).resolve())
+    case = {"local": local, "parallel": parallel, "snakemake": snakemake, "slurm_alone": slurm_alone,
+            "kubernetes": kubernetes}[sys.argv[2]]
+    with tempfile.TemporaryDirectory(prefix="stereogrid-batch-") as name:
+        folder = Path(name).resolve()
+        (folder / "it's \"one\"").mkdir()
+        case(folder)
 
 
 if __name__ == "__main__":

@@ -1,13 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include <fstream>
-#include <map>
 
-#include "batch/array_list.hpp"
-#include "batch/input_digest.hpp"
 #include "batch/inputs.hpp"
-#include "batch/sweep.hpp"
-#include "batch/task_number.hpp"
+#include "batch/sha256.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "support.hpp"
@@ -50,19 +46,20 @@ TEST(BatchSha256, DoesNotDependOnThePieces) {
   }
 }
 
-TEST(BatchArrayList, JoinsNeighbours) {
-  ArrayList list;
-  EXPECT_EQ(list.text(), "");
-  for (const std::uint64_t number : {3, 4, 5, 7, 12, 13}) list.add(number);
-  EXPECT_EQ(list.text(), "3-5,7,12-13");
-  EXPECT_EQ(parse_array_list(list.text(), 14), list.ranges());
+TEST(BatchNumbers, AreWrittenAsRanges) {
+  EXPECT_EQ(text_of({}), "");
+  const std::vector<std::uint64_t> numbers{3, 4, 5, 7, 12, 13};
+  EXPECT_EQ(text_of(numbers), "3-5,7,12-13");
+  EXPECT_EQ(text_of(numbers, 2), "3-5,7, and more");
+  EXPECT_EQ(text_of(numbers, 3), "3-5,7,12-13");
+  EXPECT_EQ(numbers_in(text_of(numbers), 14), numbers);
 }
 
-TEST(BatchArrayList, RefusesWhatIsNone) {
+TEST(BatchNumbers, RefuseOtherText) {
   for (const char* text : {"", "a", "3-", "-3", "5-3", "3,,4", "3,", "1-2-3", "0x3", "3:7", " 3"}) {
-    EXPECT_THROW(static_cast<void>(parse_array_list(text, 100)), ConfigError) << text;
+    EXPECT_THROW(static_cast<void>(numbers_in(text, 100)), ConfigError) << text;
   }
-  EXPECT_THAT(complaint<ConfigError>([] { static_cast<void>(parse_array_list("3-100", 100)); }), HasSubstr("has 100"));
+  EXPECT_THAT(complaint<ConfigError>([] { static_cast<void>(numbers_in("3-100", 100)); }), HasSubstr("has 100"));
 }
 
 TEST(BatchSweep, MakesEveryCombination) {
@@ -75,34 +72,6 @@ TEST(BatchSweep, MakesEveryCombination) {
   }
   const std::string many{"a=0,1,2,3,4,5,6,7,8,9"};
   EXPECT_THROW(static_cast<void>(combinations({many, many, many, many, many})), ConfigError);
-}
-
-std::uint64_t task_of(const std::map<std::string, std::string>& environment) {
-  return task_number([&](const char* name) {
-    const auto found{environment.find(name)};
-    return found == environment.end() ? nullptr : found->second.c_str();
-  });
-}
-
-TEST(BatchTaskNumber, IsWhatTheEngineSays) {
-  EXPECT_EQ(task_of({{"SLURM_ARRAY_TASK_ID", "7"}}), 7U);
-  EXPECT_EQ(task_of({{"JOB_COMPLETION_INDEX", "0"}}), 0U);
-  EXPECT_EQ(task_of({{"AWS_BATCH_JOB_ARRAY_INDEX", "12"}}), 12U);
-  EXPECT_EQ(task_of({{"PARALLEL_SEQ", "1"}}), 0U);
-  EXPECT_EQ(task_of({{"SLURM_ARRAY_TASK_ID", "7"}, {"STEREOGRID_FIRST_TASK", "3000"}}), 3007U);
-  EXPECT_THROW(task_of({}), ConfigError);
-  EXPECT_THROW(task_of({{"PARALLEL_SEQ", "0"}}), ConfigError);
-  EXPECT_THROW(task_of({{"SLURM_ARRAY_TASK_ID", "x"}}), ConfigError);
-  EXPECT_THAT(complaint<ConfigError>([] {
-                task_of({{"SLURM_ARRAY_TASK_ID", "1"}, {"PARALLEL_SEQ", "2"}});
-              }),
-              HasSubstr("both set"));
-}
-
-TEST(BatchTaskNumber, TakesSeveralShards) {
-  EXPECT_EQ(shards_of_task(0, 1, 5), (NumberRange{0, 0}));
-  EXPECT_EQ(shards_of_task(1, 3, 5), (NumberRange{3, 4}));
-  EXPECT_THROW(static_cast<void>(shards_of_task(2, 3, 5)), ConfigError);
 }
 
 TEST_F(BatchPlan, IsReadAsItWasWritten) {

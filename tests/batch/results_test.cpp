@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include <fstream>
+#include <optional>
 
-#include "batch/attempts.hpp"
-#include "batch/figures.hpp"
 #include "batch/merge.hpp"
 #include "batch/results.hpp"
+#include "batch/sha256.hpp"
 #include "batch/status.hpp"
-#include "batch/summary_page.hpp"
+#include "run/folder_lock.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "support.hpp"
@@ -77,9 +77,7 @@ TEST_F(BatchResults, StatusCountsWhatThereIs) {
   const Plan plan{write_plan(*this / "plan", 8)};
   const PlanReader reader{*this / "plan"};
   for (const std::size_t number : {0, 1, 5}) finish_shard(reader.folder(), reader.shard(number));
-  const ShardPlaces running{reader.folder(), reader.shard(2).digest};
-  io::create_folder(running.work);
-  std::ofstream{running.work / "alive"} << "x";
+  std::optional<FolderLock> runner{ShardPlaces{reader.folder(), reader.shard(2).digest}.work};
   io::create_folder(ShardPlaces{reader.folder(), reader.shard(3).digest}.work);
   write_failure(ShardPlaces{reader.folder(), reader.shard(6).digest}.failed, {"d", 6, 65, "bad \"input\"", "h"});
   const Status status{status_of(reader)};
@@ -90,12 +88,12 @@ TEST_F(BatchResults, StatusCountsWhatThereIs) {
   EXPECT_EQ(status.missing, 2U);
   EXPECT_EQ(status.frames_done, 30U);
   EXPECT_DOUBLE_EQ(status.frames_per_second, 5);
-  EXPECT_EQ(status.to_do.text(), "3-4,7");
+  EXPECT_EQ(text_of(status.to_do), "3-4,7");
   ASSERT_EQ(status.failures.size(), 1U);
   EXPECT_EQ(status.failures[0].message, "bad \"input\"");
-  // nobody has written there for long: the runner is gone
-  fs::last_write_time(running.work / "alive", fs::file_time_type::clock::now() - std::chrono::minutes{5});
-  EXPECT_EQ(status_of(reader).to_do.text(), "2-4,7");
+  runner.reset();
+  EXPECT_EQ(status_of(reader).running, 0U);
+  EXPECT_EQ(text_of(status_of(reader).to_do), "2-4,7");
 }
 
 TEST_F(BatchResults, MergeNamesWhatIsMissing) {
@@ -142,16 +140,6 @@ TEST_F(BatchResults, MergeRefusesDamage) {
     EXPECT_THAT(error.what(), HasSubstr("grids/0.npz has another checksum"));
     EXPECT_THAT(error.what(), HasSubstr("--shard 1"));
   }
-}
-
-TEST(BatchAttempts, CountOnlyWithoutProgress) {
-  Attempts attempts{begin_attempt({}, 0)};
-  attempts = begin_attempt(attempts, 0);
-  EXPECT_EQ(attempts.without_progress, 2);
-  attempts = begin_attempt(attempts, 7);
-  EXPECT_EQ(attempts.without_progress, 1);
-  attempts = begin_attempt(attempts, 7);
-  EXPECT_EQ(attempts.without_progress, 2);
 }
 
 TEST(BatchFigures, AreTheSingleNumbersOfAnEvaluation) {

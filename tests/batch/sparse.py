@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 
 import support
-from support import ENVIRONMENT, copy_of, expect_equal, make_plan, scene, status, tool
+from support import copy_of, expect_equal, make_plan, scene, status, tool
 
 FRAMES, EVERY = 80, 7
 SMALL = ["--every", EVERY, "--compact", "--layers", "occupancy,velocity,age", "--no-evaluation"]
@@ -46,7 +46,7 @@ def stopped(plan: Path, reference: Path):
     dice = random.Random(7)
     stops = 0
     for _ in range(60):
-        process = subprocess.Popen([str(support.tool_path), "batch", "run", str(plan), "--all"], env=ENVIRONMENT,
+        process = subprocess.Popen([str(support.tool_path), "batch", "run", str(plan), "--all"],
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         time.sleep(dice.uniform(0.3, 1.5))
         process.terminate()

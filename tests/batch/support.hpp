@@ -11,6 +11,7 @@
 #include <string>
 
 #include "batch/plan.hpp"
+#include "batch/sha256.hpp"
 
 namespace stereogrid::app::batch::testing {
 

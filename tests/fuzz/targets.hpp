@@ -13,7 +13,7 @@ void bag_db3(Bytes input);
 void bag_metadata(Bytes input);   ///< file metadata.yaml of a bag without parts
 void bag_recording(Bytes input);  ///< a digit for the kind of bag, then files: five messages
 void batch_plan(Bytes input);     ///< files plan.json and manifest.jsonl
-void batch_result(Bytes input);   ///< files done.json, attempts.json and that of a failure
+void batch_result(Bytes input);   ///< files done.json and that of a failure
 void calibration_kalibr(Bytes input);
 void calibration_kitti(Bytes input);   ///< files calib_cam_to_cam.txt and calib_velo_to_cam.txt
 void calibration_opencv(Bytes input);  ///< files intrinsics.yml and extrinsics.yml

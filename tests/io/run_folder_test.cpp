@@ -131,20 +131,6 @@ TEST_F(RunFolder, SaysWhichLayersItWasWrittenWithout) {
   expect_complaint([&] { static_cast<void>(run.world_grid("frame_7")); }, {"without the layer world_occupancy"});
 }
 
-TEST_F(RunFolder, TellsOfInputsNotOfTheirCopies) {
-  const std::map<std::string, std::string> copies{{"drives/one", "/tmp/x/0/one"}, {"/a", "/a/a"}};
-  EXPECT_EQ(without_copies("/tmp/x/0/one/left and /tmp/x/0/one", copies), "drives/one/left and drives/one");
-  EXPECT_EQ(without_copies("/a/a/a", copies), "/a/a");  // once
-  RunDescription run{description()};
-  run.input.paths = {"/tmp/x/0/one"};
-  run.input.calibration = "/tmp/x/0/one/calibration.yaml";
-  run.copies = copies;
-  RunRecord record{folder_.path(), run};
-  record.resume();
-  record.add_skipped({8, "frame_8", "/tmp/x/0/one/left/8.png: is none"});
-  EXPECT_EQ(record.skipped().back().reason, "drives/one/left/8.png: is none");
-}
-
 TEST(CheckpointsOfSparseRuns, BelongToFramesThatAreWritten) {
   const auto due = [](Checkpoints checkpoints) {
     std::vector<std::size_t> frames;

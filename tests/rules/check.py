@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import links  # noqa: E402
 
 CODE = {".hpp", ".cpp", ".cu", ".cuh", ".h"}
-WITH_LICENCE = CODE | {".cmake", ".sh", ".py", ".yaml", ".yml"}
+WITH_LICENCE = CODE | {".cmake", ".sh", ".py", ".smk", ".yaml", ".yml"}
 LICENCE_LINES = ("SPDX-FileCopyrightText: 2026 The stereogrid authors", "SPDX-License-Identifier: Apache-2.0")
 LINES_TO_REPORT = 350
 TBB = r"(oneapi/)?tbb/.*"
@@ -68,7 +68,7 @@ ROOMS = (
     Room("evaluation", ("include", "evaluation/include", "evaluation/src"), TBB),
     Room("research", ("include", "io/include", "scenes/include", "evaluation/include", "apps/stereogrid", "research"),
          r"(opencv2|nlohmann|fmt|spdlog|CLI)/.*|(sys/)?\w+\.h"),
-    Room("apps", ("apps/stereogrid",), r"fmt/.*|openssl/evp\.h", r"apps/stereogrid/batch/sha256\.cpp"),
+    Room("apps", ("apps/stereogrid",), r"fmt/.*|openssl/evp\.h", r"apps/stereogrid/batch/sha256\.hpp"),
     Room("apps", ("include", "io/include", "messages/include", "mcap/include", "server/include", "capture/include",
                   "dds/include", "scenes/include", "evaluation/include", "apps/stereogrid"),
          r"(opencv2|nlohmann|fmt|spdlog|CLI)/.*|(sys/)?\w+\.h"),

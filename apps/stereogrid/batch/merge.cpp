@@ -8,12 +8,8 @@
 #include <optional>
 #include <system_error>
 
-#include "batch/drive_run.hpp"
-#include "batch/figures.hpp"
-#include "batch/merge_timing.hpp"
 #include "batch/results.hpp"
 #include "batch/status.hpp"
-#include "batch/summary_page.hpp"
 #include "progress.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
@@ -49,7 +45,7 @@ class Lines {
   std::ofstream file_;
 };
 
-/// What is summed up of a drive with one configuration, or of all drives with it.
+/// Counts of a drive with one configuration, or of all drives with it.
 struct Counts {
   std::uint64_t shards{0};
   std::uint64_t missing{0};
@@ -234,26 +230,18 @@ class Merger {
   std::optional<DriveRun> run_;
 };
 
-/// Throws InputError naming what is not there.
+/// Throws InputError with the numbers of the missing shards.
 void check_complete(const PlanReader& plan) {
   const ShardStates states{plan.folder()};
-  ArrayList missing;
+  std::vector<std::uint64_t> missing;
   plan.for_each([&](const Shard& shard) {
-    if (states.of(shard.digest) != ShardState::done) missing.add(shard.number);
+    if (states.of(shard.digest) != ShardState::done) missing.push_back(shard.number);
   });
-  const std::vector<NumberRange>& ranges{missing.ranges()};
-  if (ranges.empty()) return;
-  std::uint64_t count{0};
-  for (const NumberRange& range : ranges) count += range.last - range.first + 1;
-  ArrayList named;
-  for (std::size_t i{0}; i < std::min(ranges.size(), most_named); ++i) {
-    named.add(ranges[i].first);
-    for (std::uint64_t n{ranges[i].first + 1}; n <= ranges[i].last; ++n) named.add(n);
-  }
+  if (missing.empty()) return;
   throw InputError{io::printable_path(plan.folder()),
-                   fmt::format("{} of {} shards have no result: {}{}.", count, plan.plan().shards, named.text(),
-                               ranges.size() > most_named ? ", and more" : ""),
-                   "Run them, or merge what is there with --allow-missing; stereogrid batch status tells more."};
+                   fmt::format("{} of {} shards have no result: {}.", missing.size(), plan.plan().shards,
+                               text_of(missing, most_named)),
+                   "Run them, or merge the others with --allow-missing; stereogrid batch status lists the reasons."};
 }
 
 }  // namespace
@@ -266,7 +254,7 @@ MergedFrames merge(const PlanReader& plan, const MergeOptions& options) {
   if (!options.allow_missing) check_complete(plan);
   fs::path out{fs::absolute(options.out).lexically_normal()};
   if (!out.has_filename()) out = out.parent_path();
-  // under another name until it is whole
+  // a temporary name until the folder is complete
   MergeOptions inside{options};
   inside.out = out;
   inside.out += ".partial";
@@ -275,7 +263,8 @@ MergedFrames merge(const PlanReader& plan, const MergeOptions& options) {
   const MergedFrames frames{Merger{plan, inside}.run()};
   fs::remove(out, error);
   if (!publish(inside.out, out)) {
-    throw DeviceError{fmt::format("{}: somebody else has put something there.", io::printable_path(out))};
+    throw DeviceError{
+        fmt::format("{}: another process has created it meanwhile. Give another folder.", io::printable_path(out))};
   }
   return frames;
 }

@@ -4,7 +4,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <charconv>
+#include <optional>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -38,7 +42,7 @@ Json to_json(const Variant& variant) {
   return {{"swept", variant.swept}, {"settings", variant.settings}, {"config", variant.config}};
 }
 
-Json json_of(const Plan& plan) {
+Json to_json(const Plan& plan) {
   Json variants(Json::array());
   for (const Variant& variant : plan.variants) variants.push_back(to_json(variant));
   return {{"format", format},         {"version", plan.version},
@@ -48,12 +52,6 @@ Json json_of(const Plan& plan) {
           {"hand_on", plan.hand_on},  {"content_digests", plan.content_digests},
           {"run", plan.run},          {"variants", variants},
           {"left_out", plan.left_out}};
-}
-
-Json to_json(const Plan& plan) {
-  Json json(json_of(plan));
-  if (!plan.transfer.is_null()) json["transfer"] = plan.transfer;
-  return json;
 }
 
 Plan plan_of(const Json& json) {
@@ -70,7 +68,6 @@ Plan plan_of(const Json& json) {
             .hand_on = json.at("hand_on").get<bool>(),
             .content_digests = json.at("content_digests").get<bool>(),
             .run = json.at("run"),
-            .transfer = json.value("transfer", Json{}),
             .variants = {},
             .left_out = json.at("left_out")};
   for (const Json& variant : json.at("variants")) {
@@ -84,7 +81,48 @@ std::string digest_of(Plan plan, const std::string& manifest_digest) {
   return sha256_of(manifest_digest + io::json_text(to_json(plan)));
 }
 
+std::optional<std::uint64_t> number_in(std::string_view text) {
+  std::uint64_t number{0};
+  const auto [end, error]{std::from_chars(text.data(), text.data() + text.size(), number)};
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
 }  // namespace
+
+std::string text_of(const std::vector<std::uint64_t>& numbers, std::size_t most) {
+  std::string text;
+  for (std::size_t first{0}, ranges{0}; first < numbers.size(); ++ranges) {
+    std::size_t last{first};
+    while (last + 1 < numbers.size() && numbers[last + 1] == numbers[last] + 1) ++last;
+    if (ranges == most) return text + ", and more";
+    text += fmt::format("{}{}", ranges == 0 ? "" : ",", numbers[first]);
+    if (last > first) text += fmt::format("-{}", numbers[last]);
+    first = last + 1;
+  }
+  return text;
+}
+
+std::vector<std::uint64_t> numbers_in(const std::string& text, std::uint64_t end) {
+  std::vector<std::uint64_t> numbers;
+  for (std::size_t at{0}; at <= text.size();) {
+    const std::size_t comma{std::min(text.find(',', at), text.size())};
+    const std::string_view range{std::string_view{text}.substr(at, comma - at)};
+    const std::size_t dash{range.find('-')};
+    const auto first{number_in(range.substr(0, dash))};
+    const auto last{dash == std::string_view::npos ? first : number_in(range.substr(dash + 1))};
+    if (!first || !last || *last < *first) {
+      throw ConfigError{
+          fmt::format("--shard {}: not a list of shard numbers. Give one such as 3-7,12.", io::printable(text))};
+    }
+    if (*last >= end) {
+      throw ConfigError{fmt::format("--shard {}: the plan has {} shards, numbered from 0.", *last, end)};
+    }
+    for (std::uint64_t number{*first}; number <= *last; ++number) numbers.push_back(number);
+    at = comma + 1;
+  }
+  return numbers;
+}
 
 Json to_json(const Shard& shard) {
   return {{"shard", shard.number},    {"digest", shard.digest}, {"drive", shard.drive},

@@ -17,18 +17,18 @@ namespace stereogrid::app::batch {
 
 using Json = nlohmann::ordered_json;
 
-/// A part of a drive with one of the plan's configurations: what is worked on, repeated and handed out as a whole.
+/// A part of a drive with one of the plan's configurations; the unit of work of a runner.
 struct Shard {
-  std::uint64_t number{0};           ///< its line in the manifest, from 0
-  std::string digest{};              ///< of all that decides about the result; names its folder
-  std::string drive{};               ///< a name, once in a plan
+  std::uint64_t number{0};           ///< line in the manifest, from 0
+  std::string digest{};              ///< digest of all that decides about the result; name of its folder
+  std::string drive{};               ///< name, unique in a plan
   std::vector<std::string> input{};  ///< a folder, a bag, a scene, or two images
-  std::size_t first{0};              ///< frames [first, end) of it
+  std::size_t first{0};              ///< frames [first, end) of the input
   std::size_t end{0};
-  std::size_t warm_up{0};      ///< so many frames before them go through the pipeline, too
-  std::string after{};         ///< digest of the shard that it goes on from; "": none
-  std::string input_digest{};  ///< of the whole input, not only of these frames
-  std::size_t variant{0};      ///< of Plan::variants
+  std::size_t warm_up{0};      ///< frames before `first` that are processed, unwritten
+  std::string after{};         ///< digest of the shard whose state it continues from; "": none
+  std::string input_digest{};  ///< digest of the whole input, not only of these frames
+  std::size_t variant{0};      ///< index in Plan::variants
   double cost{0};              ///< estimate: frames, with warm-up, times pixels of one image
 
   friend bool operator==(const Shard&, const Shard&) = default;
@@ -36,44 +36,48 @@ struct Shard {
 
 /// One configuration of a sweep.
 struct Variant {
-  std::vector<std::string> swept;     ///< "key=value" that tell it from the others
-  std::vector<std::string> settings;  ///< "key=value", all that differ from the preset
+  std::vector<std::string> swept;     ///< "key=value" of the swept parameters
+  std::vector<std::string> settings;  ///< "key=value" of all parameters that differ from the preset
   Json config;                        ///< every parameter
 };
 
-/// plan.json: what all shards have in common.
+/// plan.json: values common to all shards.
 struct Plan {
-  std::string version{};  ///< of stereogrid, which alone can work on it
-  std::string digest{};   ///< of manifest.jsonl and of all that follows
+  std::string version{};  ///< version of stereogrid; others refuse the plan
+  std::string digest{};   ///< digest of manifest.jsonl and of the members below
   std::uint64_t shards{0};
   std::uint64_t drives{0};
   std::uint64_t frames{0};
   double cost{0};
-  std::uint64_t memory_mb{0};   ///< that a runner needs, estimated
-  bool hand_on{false};          ///< shards go on from what their predecessors remembered
-  bool content_digests{false};  ///< of inputs: of all bytes
+  std::uint64_t memory_mb{0};   ///< estimate for a runner
+  bool hand_on{false};          ///< shards continue from their predecessors' saved state
+  bool content_digests{false};  ///< input digests cover every byte
   Json run{};                   ///< options of `stereogrid run`
-  Json transfer{};              ///< TransferOptions; none: inputs are read where they are
   std::vector<Variant> variants{};
-  std::vector<std::string> left_out{};  ///< inputs that could not be used, with why
+  std::vector<std::string> left_out{};  ///< reasons why inputs were left out
 };
 
 [[nodiscard]] Json to_json(const Shard& shard);
-/// Throws what nlohmann::json throws, and InputError without file.
+/// Throws nlohmann::json's exceptions, and InputError without a file.
 [[nodiscard]] Shard shard_of(const Json& line);
 
-/// What decides about the result of a shard: everything but its number, the drive's name and the cost.
+/// Digest of all that decides about the result of a shard: everything but its number, the drive's name and the cost.
 [[nodiscard]] std::string digest_of(const Shard& shard, const Plan& plan);
+
+/// Formats ascending numbers of shards as ranges, "3-7,12"; ", and more" replaces ranges beyond the first `most`.
+[[nodiscard]] std::string text_of(const std::vector<std::uint64_t>& numbers, std::size_t most = SIZE_MAX);
+/// Parses such a list; all numbers are below `end`. Throws ConfigError.
+[[nodiscard]] std::vector<std::uint64_t> numbers_in(const std::string& text, std::uint64_t end);
 
 /// Writes a plan's folder: manifest.jsonl and its index line by line, plan.json last.
 class PlanWriter {
  public:
   /// Throws ConfigError where the folder holds a plan, DeviceError.
   explicit PlanWriter(std::filesystem::path folder);
-  /// Fills in number, after and digest; `plan`: version, run and variants are set. `follows`: goes on from the shard
-  /// added last.
+  /// Fills in number, after and digest; `plan`: version, run and variants are set. `follows`: continues from
+  /// the shard added last.
   void add(Shard shard, const Plan& plan, bool follows);
-  /// Fills in what it has counted, and the digest. Throws DeviceError.
+  /// Fills in the counts and the digest, and writes plan.json. Throws DeviceError.
   void finish(Plan& plan);
 
  private:
@@ -90,7 +94,7 @@ class PlanWriter {
   std::string last_digest_;
 };
 
-/// A plan's folder.
+/// Reads a plan's folder.
 class PlanReader {
  public:
   /// Throws InputError: no plan, damaged, of another format.
@@ -98,11 +102,9 @@ class PlanReader {
 
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
   [[nodiscard]] const Plan& plan() const { return plan_; }
-  /// plan.json's "transfer", "{}" where there is none.
-  [[nodiscard]] Json transfer() const { return plan_.transfer.is_null() ? Json(Json::object()) : plan_.transfer; }
-  /// By the index, and checked against its own digest. Throws InputError.
+  /// Reads one line of the manifest and checks its digest. Throws InputError.
   [[nodiscard]] Shard shard(std::uint64_t number) const;
-  /// All, in their order, one at a time in memory; at the end the digest of the plan is checked. Throws InputError.
+  /// Visits all shards in their order, one at a time in memory, then checks the plan's digest. Throws InputError.
   void for_each(const std::function<void(const Shard&)>& take) const;
 
  private:

@@ -10,18 +10,15 @@
 #include <memory>
 #include <set>
 
-#include "batch/input_digest.hpp"
 #include "batch/inputs.hpp"
-#include "batch/run_options.hpp"
+#include "batch/runner.hpp"
 #include "batch/subcommands.hpp"
-#include "batch/transfer.hpp"
-#include "batch/variants.hpp"
 #include "commands.hpp"
 #include "console.hpp"
 #include "option_checks.hpp"
 #include "progress.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/recording.hpp"
+#include "stereogrid/io/config_file.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/pipeline.hpp"
 
@@ -40,15 +37,37 @@ struct Options {
   bool content_digests{false};
   bool no_evaluation{false};
   bool skip_bad{false};
-  TransferOptions transfer;
 };
 
-/// What a runner needs, MB (10^6 bytes): the pipeline, frames that wait to be worked on and to be written, the program.
+/// Returns "key=value" of all parameters that differ from the preset.
+std::vector<std::string> settings_of(const Config& config, const std::string& preset_name) {
+  const Config standard{preset(preset_name)};
+  std::vector<std::string> settings;
+  visit_parameters(config, [&](std::string_view group, const Parameter& parameter, const auto&) {
+    const std::string key{fmt::format("{}.{}", group, parameter.name)};
+    if (get(config, key) != get(standard, key)) settings.push_back(fmt::format("{}={}", key, get(config, key)));
+  });
+  return settings;
+}
+
+/// Returns the configurations of a plan: all combinations of the sweeps; without any, the one. Throws ConfigError.
+std::vector<Variant> variants_of(const ConfigOptions& options, const std::vector<std::string>& sweeps) {
+  std::vector<Variant> variants;
+  for (const std::vector<std::string>& swept : combinations(sweeps)) {
+    ConfigOptions with_swept{options};
+    with_swept.settings.insert(with_swept.settings.end(), swept.begin(), swept.end());
+    const Config config{config_from(with_swept)};
+    variants.push_back({swept, settings_of(config, with_swept.preset), Json::parse(io::to_json(config))});
+  }
+  return variants;
+}
+
+/// Memory of a runner, MB (10^6 bytes): the pipeline, frames in its queues, the program.
 class MemoryEstimate {
  public:
   explicit MemoryEstimate(const Options& options) : options_{options} {}
 
-  /// `frames`: of the longest shard.
+  /// `frames`: frames of the longest shard.
   void look_at(const Rig& rig, const std::vector<Variant>& variants, std::size_t frames) {
     const std::string key{fmt::format("{} {} {} {}", rig.width_px, rig.height_px, rig.focal_px, rig.baseline_m)};
     if (!seen_.insert(key).second && frames <= most_frames_) return;
@@ -124,7 +143,6 @@ class Planner {
     const Input input{open_input(input_options)};
     const std::size_t frames{input.source->size()};
     if (frames == 0) throw InputError{io::printable(path), "has no frames.", "Give a drive that has some."};
-    check_fetched_whole(path, input, input_options);
     const Rig& rig{input.source->rig()};
     memory_.look_at(rig, plan_.variants, (frames + parts_of(frames) - 1) / parts_of(frames));
     Shard shard{.drive = names_.name_of(path),
@@ -135,23 +153,6 @@ class Planner {
       cut(shard, frames, static_cast<double>(rig.width_px) * rig.height_px);
     }
     ++plan_.drives;
-  }
-
-  /// What lies outside of a drive would not come with it.
-  void check_fetched_whole(const std::string& path, const Input& input, const InputOptions& input_options) const {
-    if (input.recording == nullptr || uri_of(path, options_.transfer.uris).empty()) return;
-    const io::RecordingContents& contents{input.recording->contents()};
-    const std::vector<std::string> named{files_of(input_options)};
-    for (const fs::path& file : {contents.calibration_file, contents.poses_file, contents.mask_file}) {
-      const std::string text{file.lexically_normal().string()};
-      const bool comes{text.empty() || text == path || text.starts_with(path + '/') ||
-                       std::ranges::find(named, text) != named.end()};
-      if (comes) continue;
-      throw InputError{
-          io::printable(path),
-          fmt::format("needs {}, which lies outside of it, and would not be fetched with it.", io::printable(text)),
-          "Plan the folder that holds both, or name the file: --calibration, --poses, --mask."};
-    }
   }
 
   [[nodiscard]] std::size_t parts_of(std::size_t frames) const {
@@ -182,7 +183,7 @@ void make_absolute(std::string& path) {
   if (!path.empty()) path = fs::weakly_canonical(fs::absolute(path)).string();
 }
 
-/// Results that cannot be scored for want of a layer would be noticed only in the end.
+/// Throws ConfigError where results lack a layer that scoring needs.
 void check_layers(const Options& options) {
   const std::vector<std::string> layers{layers_of(options.run)};
   if (layers.empty() || options.no_evaluation) return;
@@ -202,14 +203,10 @@ int make_plan(Options options) {
     make_absolute(input.poses);
   }
   check_layers(options);
-  check(options.transfer);
-  const bool transfers{!options.transfer.fetch.empty() || !options.transfer.push.empty() ||
-                       !options.transfer.uris.empty()};
   Plan plan{.version = std::string{version()},
             .hand_on = options.hand_on,
             .content_digests = options.content_digests,
             .run = to_json(options.run, !options.no_evaluation),
-            .transfer = transfers ? to_json(options.transfer) : Json{},
             .variants = variants_of(options.run.config, options.sweeps)};
   const std::vector<std::string> paths{expand_inputs(input.paths)};
   PlanWriter writer{options.out};
@@ -227,22 +224,20 @@ int make_plan(Options options) {
 }
 
 void add_shard_options(CLI::App& command, Options& options) {
-  command.add_option("--out,-o", options.out, "Folder of the plan; results come there, too. All machines must see it.")
+  command.add_option("--out,-o", options.out, "Folder of the plan and its results, at the same path on all machines.")
       ->type_name("PLAN")
       ->required();
   command.add_option("--frames-per-shard", options.frames_per_shard, "Longer drives are cut; 0: none is.")
       ->type_name("N")
       ->check(whole_number(0, 1'000'000'000))
       ->capture_default_str();
-  command
-      .add_option("--warm-up", options.warm_up,
-                  "Where a drive is cut, so many frames before go through the pipeline, too, unwritten.")
+  command.add_option("--warm-up", options.warm_up, "Frames before a cut that are processed, unwritten.")
       ->type_name("N")
       ->check(whole_number(0, 1'000'000'000))
       ->capture_default_str();
   command.add_flag("--hand-on", options.hand_on,
-                   "Shards of a drive go on from what the one before remembered: results are those of a drive that "
-                   "is not cut, but the shards of a drive wait for each other.");
+                   "Shards continue from the state of the one before: results equal those of the uncut drive, but the "
+                   "shards of a drive wait for each other.");
   command
       .add_option("--sweep", options.sweeps,
                   "Every drive with each of these values: KEY=A,B,C; several --sweep: with every combination.")
@@ -268,10 +263,9 @@ void add_plan_command(CLI::App& batch, int& exit_code) {
   add_shard_options(*command, *options);
   add_config_options(*command, options->run.config);
   add_result_options(*command, options->run);
-  add_transfer_options(*command, options->transfer);
   command
       ->add_option("--device", options->run.device.device,
-                   "Where the work is done: the same for all shards, since both differ in the last digits.")
+                   "Device of all shards: results of CPU and GPU differ in the last digits.")
       ->check(CLI::IsMember({"cpu", "cuda"}))
       ->capture_default_str();
   command->callback([options, &exit_code] { exit_code = make_plan(*options); });

@@ -10,8 +10,10 @@
 #include <array>
 #include <cerrno>
 #include <cstdio>
+#include <fstream>
 #include <system_error>
 
+#include "batch/sha256.hpp"
 #include "run/descriptor.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
@@ -25,6 +27,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* done_file{"done.json"};
 constexpr const char* timing_file{"timing.json"};
+constexpr const char* mend{"Remove the folder: the shard then begins anew."};
 constexpr std::int64_t most{1'000'000'000'000'000};
 
 [[noreturn]] void cannot(const fs::path& path, const char* what, int error_number) {
@@ -33,7 +36,7 @@ constexpr std::int64_t most{1'000'000'000'000'000};
 }
 
 void sync(const Descriptor& descriptor, const fs::path& path) {
-  // some file systems have nothing to sync for folders, and say EINVAL
+  // some file systems return EINVAL for folders
   if (fsync(descriptor.get()) != 0 && errno != EINVAL) cannot(path, "cannot be brought to the disk", errno);
 }
 
@@ -98,15 +101,50 @@ Done done_of(const Json& json) {
   return done;
 }
 
-/// Runs `read`, whose trouble with a file's bytes is ours to tell of as a difference.
-template <class Read>
-std::string trouble(Read read) {
-  try {
-    return read();
-  } catch (const DeviceError& error) {
-    return error.what();
-  } catch (const fs::filesystem_error& error) {
-    return error.what();
+/// Copies run.json without the values that depend on the machine and the time, and returns those.
+Json split_run(const fs::path& from, const fs::path& to, Done& done) {
+  Json timing(Json::object());
+  const std::string text{io::read_file(from, io::largest_bytes::json)};
+  io::read_json<Json>(io::printable_path(from), text, "", mend, [&](Json run) {
+    for (const char* key : {"simd_target", "threads", "timing_ms"}) {
+      if (run.contains(key)) timing[key] = run.at(key);
+      run.erase(key);
+    }
+    done.frames = static_cast<std::uint64_t>(io::whole_number(run.at("frames"), "done", 0, 1'000'000'000));
+    done.skipped = static_cast<std::uint64_t>(io::whole_number(run.at("frames"), "skipped", 0, 1'000'000'000));
+    // includes frames that --every leaves unwritten
+    timing["frames"] = io::whole_number(run.at("frames"), "last", 0, 1'000'000'000) + 1 -
+                       io::whole_number(run.at("frames"), "first", 0, 1'000'000'000) -
+                       static_cast<std::int64_t>(done.skipped);
+    io::write_file(to, io::json_text(run, 1) + '\n');
+  });
+  return timing;
+}
+
+/// Copies frames.jsonl without times.
+void copy_lines(const fs::path& from, const fs::path& to) {
+  std::ifstream lines{from, std::ios::binary};
+  std::ofstream without_times{to, std::ios::binary | std::ios::trunc};
+  int number{0};
+  for (std::string line; std::getline(lines, line);) {
+    io::read_json<Json>(io::printable_path(from), line, fmt::format("line {} ", ++number), mend, [&](Json frame) {
+      frame["timing_ms"] = Json(Json::object());
+      without_times << io::json_text(frame) << '\n';
+    });
+  }
+  without_times.close();
+  if (!without_times) {
+    throw DeviceError{fmt::format("{}: cannot be written. Check the space there.", io::printable_path(to))};
+  }
+}
+
+void link_folder(const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  if (!fs::is_directory(from, error)) return;
+  io::create_folder(to);
+  for (const fs::directory_entry& entry : fs::directory_iterator{from}) {
+    // temporary files of a killed run begin with a dot
+    if (entry.path().filename().string().front() != '.') link_or_copy(entry.path(), to / entry.path().filename());
   }
 }
 
@@ -121,13 +159,31 @@ ShardPlaces::ShardPlaces(const fs::path& plan, const std::string& digest) {
   skipped = plan / "skipped" / among / name;
 }
 
-std::vector<PartFile> sealed_files(const fs::path& folder) {
-  std::vector<PartFile> files;
-  for (const std::string& name : names_below(folder, true)) {
-    files.push_back(read_part(folder / name, true));
-    files.back().name = name;
-  }
-  return files;
+void link_or_copy(const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  fs::create_hard_link(from, to, error);
+  if (!error) return;
+  fs::copy_file(from, to, fs::copy_options::overwrite_existing, error);
+  if (!error) return;
+  throw DeviceError{fmt::format("{}: cannot be copied to {} ({}). Check the space there.", io::printable_path(from),
+                                io::printable_path(to), error.message())};
+}
+
+Done make_result(const fs::path& run, const fs::path& result, const RunFacts& facts) {
+  std::error_code error;
+  fs::remove_all(result, error);
+  io::create_folder(result);
+  Done done;
+  Json timing(split_run(run / "run.json", result / "run.json", done));
+  copy_lines(run / "frames.jsonl", result / "frames.jsonl");
+  for (const char* folder : {"grids", "predictions", "stages", "pictures"}) link_folder(run / folder, result / folder);
+  if (facts.keep_state && fs::exists(run / "state.npz", error)) link_or_copy(run / "state.npz", result / "state.npz");
+  if (!facts.figures.is_null()) io::write_file(result / "figures.json", io::json_text(facts.figures, 1) + '\n');
+  timing["seconds"] = facts.seconds;
+  timing["host"] = host_name();
+  io::write_file(result / "timing.json", io::json_text(timing, 1) + '\n');
+  done.seconds = facts.seconds;
+  return done;
 }
 
 std::string content_digest(const std::vector<PartFile>& files) {
@@ -139,7 +195,11 @@ std::string content_digest(const std::vector<PartFile>& files) {
 }
 
 void write_done(const fs::path& folder, Done done) {
-  done.files = sealed_files(folder);
+  done.files.clear();
+  for (const std::string& name : names_below(folder, true)) {
+    done.files.push_back(read_part(folder / name, true));
+    done.files.back().name = name;
+  }
   done.content = content_digest(done.files);
   io::write_file(folder / done_file, io::json_text(to_json(done)) + '\n');
   static_cast<void>(read_part(folder / done_file, true));
@@ -157,7 +217,7 @@ std::optional<Done> read_done(const fs::path& folder) {
 }
 
 std::string difference(const fs::path& folder, const Done& done) {
-  return trouble([&]() -> std::string {
+  try {
     const std::vector<std::string> names{names_below(folder, false)};
     for (std::size_t i{0}; i < std::max(names.size(), done.files.size()); ++i) {
       const bool both{i < names.size() && i < done.files.size()};
@@ -171,7 +231,11 @@ std::string difference(const fs::path& folder, const Done& done) {
       if (found.sha256 != file.sha256) return file.name + " has another checksum";
     }
     return content_digest(done.files) == done.content ? "" : "done.json contradicts itself";
-  });
+  } catch (const DeviceError& error) {
+    return error.what();
+  } catch (const fs::filesystem_error& error) {
+    return error.what();
+  }
 }
 
 bool publish(const fs::path& from, const fs::path& result) {

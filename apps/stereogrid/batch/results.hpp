@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,29 +14,29 @@
 
 namespace stereogrid::app::batch {
 
-/// Where what of a shard lies in the plan's folder. Folders of three digits keep directories small.
+/// Paths of a shard in the plan's folder. Folders of three digits keep directories small.
 struct ShardPlaces {
   ShardPlaces(const std::filesystem::path& plan, const std::string& digest);
 
-  std::filesystem::path result;   ///< complete, with done.json, from the moment it is there
-  std::filesystem::path work;     ///< while it is worked on, and what the next runner goes on from
-  std::filesystem::path failed;   ///< file: it cannot be done, and why
+  std::filesystem::path result;   ///< complete, with done.json, from the moment it exists
+  std::filesystem::path work;     ///< locked by the runner; holds the checkpoint for the next one
+  std::filesystem::path failed;   ///< file: the reason why the shard cannot be done
   std::filesystem::path skipped;  ///< file: the result lacks frames; done.json has their number
 };
 
 struct PartFile {
-  std::string name;  ///< with its folders, '/' between them
+  std::string name;  ///< path within the result, with '/'
   std::uint64_t bytes{0};
   std::string sha256;
 };
 
-/// done.json: what a result consists of.
+/// done.json: the files of a result.
 struct Done {
-  std::string digest;   ///< the shard's
-  std::string content;  ///< of the files that do not depend on when and where: all but timing.json
+  std::string digest;   ///< digest of the shard
+  std::string content;  ///< digest of all files but timing.json, which depends on machine and time
   std::uint64_t frames{0};
   std::uint64_t skipped{0};
-  double seconds{0};  ///< that all its runners have taken
+  double seconds{0};  ///< time of its runners, but for those that were killed
   double cost{0};
   std::vector<PartFile> files;
 };
@@ -48,18 +50,43 @@ struct Failure {
   std::string host;
 };
 
-/// Sees to it that all files of a folder are on the disk, and returns them with their checksums, sorted by name. Throws
-/// DeviceError.
-[[nodiscard]] std::vector<PartFile> sealed_files(const std::filesystem::path& folder);
+/// A figure of `evaluate`, and the number of its frames.
+struct Figure {
+  double value{0};
+  double frames{0};
+};
+/// Figures by name: "occupancy.3-20.missed", "occupancy.motion.ghost_s", "obstacles.found".
+using Figures = std::map<std::string, Figure>;
 
-/// Of the names and checksums of all but timing.json.
+/// Returns the single numbers of what `stereogrid evaluate --json` writes, without null. `frames`: scored.
+[[nodiscard]] Figures figures_of(const Json& evaluation, double frames);
+[[nodiscard]] Json to_json(const Figures& figures);
+[[nodiscard]] Figures figures_in(const Json& json);
+
+/// Facts about a finished run beside its files.
+struct RunFacts {
+  double seconds{0};       ///< time of the shard's runners
+  bool keep_state{false};  ///< the result has state.npz, for the next shard
+  Json figures;            ///< figures.json
+};
+
+/// Makes a shard's result in the folder `result` from the folder `run`, which is not changed. Files are linked where
+/// the file system can. Moves what depends on the machine and the time from run.json and frames.jsonl into timing.json.
+/// Removes earlier contents of `result`. Returns frames and skipped. Throws DeviceError, InputError.
+[[nodiscard]] Done make_result(const std::filesystem::path& run, const std::filesystem::path& result,
+                               const RunFacts& facts);
+
+/// Links a file under another name, or copies it where that is impossible. Throws DeviceError.
+void link_or_copy(const std::filesystem::path& from, const std::filesystem::path& to);
+
+/// Digest of the names and checksums of all files but timing.json.
 [[nodiscard]] std::string content_digest(const std::vector<PartFile>& files);
 
-/// Puts the checksums of the folder's files into done.json, and that on the disk. Throws DeviceError.
+/// Writes all files of a folder to the disk, then done.json with their checksums. Throws DeviceError.
 void write_done(const std::filesystem::path& folder, Done done);
-/// None: there is none. Throws InputError.
+/// Returns nothing where there is no done.json. Throws InputError.
 [[nodiscard]] std::optional<Done> read_done(const std::filesystem::path& folder);
-/// What differs between a result and its done.json; "": nothing. Looks at every byte.
+/// Compares every byte of a result with its done.json. Returns the first difference; "": none.
 [[nodiscard]] std::string difference(const std::filesystem::path& folder, const Done& done);
 
 /// Renames the folder to its final name, on disk when this returns. False: a finished result is there already, and
@@ -69,7 +96,7 @@ void write_done(const std::filesystem::path& folder, Done done);
 void write_failure(const std::filesystem::path& file, const Failure& failure);
 [[nodiscard]] std::optional<Failure> read_failure(const std::filesystem::path& file);
 
-/// The machine's name.
+/// Name of this machine.
 [[nodiscard]] std::string host_name();
 
 }  // namespace stereogrid::app::batch

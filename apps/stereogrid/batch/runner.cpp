@@ -7,22 +7,16 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <fstream>
 #include <new>
 #include <optional>
 #include <string>
 #include <system_error>
 
-#include "batch/attempts.hpp"
-#include "batch/heartbeat.hpp"
-#include "batch/planned_input.hpp"
-#include "batch/push.hpp"
-#include "batch/quiet_log.hpp"
-#include "batch/result_folder.hpp"
-#include "batch/run_options.hpp"
-#include "batch/scores.hpp"
-#include "batch/transfer.hpp"
+#include "batch/results.hpp"
 #include "commands.hpp"
 #include "console.hpp"
+#include "evaluate/evaluate.hpp"
 #include "interrupt.hpp"
 #include "run/folder_lock.hpp"
 #include "stereogrid/error.hpp"
@@ -36,6 +30,36 @@ namespace stereogrid::app::batch {
 namespace {
 
 namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+/// Replaces the folder that a shard is processed in by "work": merged texts do not depend on it.
+std::string without_place(std::string text, const fs::path& work) {
+  const std::string place{work.string()};
+  for (std::size_t at{text.find(place)}; at != std::string::npos; at = text.find(place)) {
+    text.replace(at, place.size(), "work");
+  }
+  return text;
+}
+
+/// Number of lines of a run's frames.jsonl.
+std::uint64_t finished_frames(const fs::path& run) {
+  std::ifstream file{run / "frames.jsonl", std::ios::binary};
+  std::uint64_t lines{0};
+  for (std::string line; std::getline(file, line);) lines += file.eof() ? 0 : 1;
+  return lines;
+}
+
+/// figures.json of a finished run: scores, or why there are none; null: there is no truth.
+Json scores_of(const RunOptions& run, const fs::path& work) {
+  try {
+    if (!can_be_scored(open_input(run.input))) return {};
+    EvaluateOptions options;
+    options.run = run.folder;
+    return to_json(figures_of(json_of(evaluate(options)), static_cast<double>(finished_frames(run.folder))));
+  } catch (const InputError& error) {
+    return {{"not scored", without_place(error.what(), work)}};
+  }
+}
 
 /// One runner of one shard.
 class Runner {
@@ -45,15 +69,14 @@ class Runner {
         shard_{std::move(shard)},
         options_{options},
         places_{plan.folder(), shard_.digest},
-        input_{plan, shard_, options.transfer} {}
+        input_{plan_, shard_} {}
 
   int work() {
-    if (is_done()) return push();
+    if (is_done()) return exit_done;
     if (const auto failure{read_failure(places_.failed)}; failure && !retry(*failure)) return failure->exit_code;
     if (const auto waits{wait_for_predecessor()}) return *waits;
     try {
-      const int code{work_alone()};
-      return code == exit_done ? push() : code;
+      return work_alone();
     } catch (const DeviceError& error) {
       return complain(exit_try_again, error.what());
     }
@@ -61,11 +84,11 @@ class Runner {
 
  private:
   int complain(int code, const std::string& why) const {
-    tell_on_stderr("shard {}: {}\n", shard_.number, io::without_copies(why, input_.copies()));
+    tell_on_stderr("shard {}: {}\n", shard_.number, why);
     return code;
   }
 
-  /// A result without a proper done.json is set aside.
+  /// Returns whether there is a result. Moves one without a proper done.json to damaged/.
   bool is_done() const {
     std::error_code error;
     if (!fs::exists(places_.result, error)) return false;
@@ -94,7 +117,7 @@ class Runner {
     return false;
   }
 
-  /// None: there is none to wait for, or it is done. A runner does what is missing before its own shard.
+  /// Processes the predecessor where it is missing. Returns an exit code where this shard cannot begin.
   std::optional<int> wait_for_predecessor() const {
     if (shard_.after.empty()) return std::nullopt;
     const int code{run_shard(plan_, shard_.number - 1, options_)};
@@ -104,8 +127,7 @@ class Runner {
   }
 
   int refuse(int code, const std::string& why) const {
-    write_failure(places_.failed,
-                  {shard_.digest, shard_.number, code, without_place(why, places_.work, input_.copies()), host_name()});
+    write_failure(places_.failed, {shard_.digest, shard_.number, code, without_place(why, places_.work), host_name()});
     return complain(code, why);
   }
 
@@ -117,12 +139,7 @@ class Runner {
         places_.work += fmt::format(".{}-{}", host_name(), getpid());
         io::create_folder(places_.work);
       }
-      if (!is_done()) {
-        const Heartbeat heartbeat{places_.work};
-        code = work_here();
-      } else {
-        code = exit_done;
-      }
+      code = is_done() ? exit_done : work_here();
       if (code != exit_try_again && code != exit_bug) empty_work();
     }
     std::error_code error;
@@ -130,7 +147,7 @@ class Runner {
     return code;
   }
 
-  /// All but the lock, which has to be the last.
+  /// Removes all files but the lock.
   void empty_work() const {
     std::error_code error;
     for (const fs::directory_entry& entry : fs::directory_iterator{places_.work, error}) {
@@ -143,26 +160,18 @@ class Runner {
     if (const std::string missing{input_.missing()}; !missing.empty()) {
       return complain(exit_try_again, missing + " is not there. Is the file system mounted on this machine?");
     }
-    Attempts attempts{begin_attempt(read_attempts(places_.work), finished_frames(run_folder()))};
-    write_attempts(places_.work, attempts);
-    if (attempts.without_progress > options_.attempts) {
-      return refuse(exit_bug, fmt::format("{} runners in a row have ended without a word (a crash, or more memory than "
-                                          "allowed), none of them with a frame more than {}",
-                                          attempts.without_progress - 1, attempts.frames));
-    }
-    const auto start{std::chrono::steady_clock::now()};
-    const auto seconds = [&] {
-      return attempts.seconds + std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    };
+    double before_s{0};
+    std::ifstream{seconds_file()} >> before_s;
+    const Clock::time_point start{Clock::now()};
+    const auto seconds = [&] { return before_s + std::chrono::duration<double>(Clock::now() - start).count(); };
     const int code{attempt(seconds)};
-    if (code == exit_try_again) write_attempts(places_.work, {0, finished_frames(run_folder()), seconds()});
+    if (code == exit_try_again) io::write_file(seconds_file(), fmt::format("{}\n", seconds()));
     return code;
   }
 
   template <class Seconds>
   int attempt(Seconds seconds) {
     try {
-      input_.fetch();
       if (!input_.is_as_planned()) {
         return refuse(exit_input, io::printable(shard_.input.front()) +
                                       ": is not what it was when the plan was made. Make a new plan: what has not "
@@ -176,7 +185,7 @@ class Runner {
     } catch (const InputError& error) {
       return refuse_if_planned(exit_input, error.what());
     } catch (const std::bad_alloc&) {
-      throw DeviceError{"out of memory"};  // the attempt counts
+      return complain(exit_try_again, "out of memory");
     } catch (const DeviceError& error) {
       return complain(exit_try_again, error.what());
     } catch (const std::exception& error) {
@@ -184,30 +193,20 @@ class Runner {
     }
   }
 
-  [[nodiscard]] RunOptions options_of_run() const {
-    return run_options(plan_.plan(), shard_, run_folder(), input_.copies());
-  }
+  [[nodiscard]] RunOptions options_of_run() const { return run_options(plan_.plan(), shard_, run_folder()); }
 
-  /// An input that was away for a moment cannot be used then, and is no reason to give up the shard.
+  /// Records the shard as impossible, unless the input is missing or changed at the moment.
   int refuse_if_planned(int code, const std::string& why) const {
     if (input_.is_there()) return refuse(code, why);
     return complain(exit_try_again,
                     why + " The input is not as planned at the moment: try again when its file system is back.");
   }
 
-  int push() const {
-    if (options_.transfer == nullptr) return exit_done;
-    try {
-      push_result(plan_.folder(), shard_, *options_.transfer);
-      return exit_done;
-    } catch (const DeviceError& failed) {
-      return complain(exit_try_again, failed.what());
-    }
-  }
-
   fs::path run_folder() const { return places_.work / "run"; }
+  /// Holds the time that earlier runners of the shard reported.
+  fs::path seconds_file() const { return places_.work / "seconds"; }
 
-  /// What another runner has left may be damaged, by a machine that broke down: then all from the beginning.
+  /// Continues from another runner's checkpoint; begins anew where a machine that broke down has left it damaged.
   int run_anew_where_damaged() const {
     std::error_code error;
     const bool resumed{fs::exists(run_folder() / "run.json", error)};
@@ -232,11 +231,10 @@ class Runner {
     options.device.threads = options_.threads;
     options.input_wait_s = options_.input_wait_s;
     if (!shard_.after.empty()) options.go_on_from = ShardPlaces{plan_.folder(), shard_.after}.result;
-    const QuietLog quiet;
     return run(options);
   }
 
-  /// Each is read: their checksums tell what a machine that broke down has left half-written.
+  /// Reads every grid: the checksums show files that a machine that broke down has left half-written.
   void check_grids() const {
     for (const io::RunFrame& frame : io::read_run_frames(run_folder() / "frames.jsonl")) {
       static_cast<void>(io::read_npz(run_folder() / "grids" / (frame.name + ".npz")));
@@ -272,7 +270,7 @@ class Runner {
     if (scores.contains("not scored")) require_planned_input("not scored");
     write_done(result, done);
     const bool first{publish(result, places_.result)};
-    if (spdlog::should_log(spdlog::level::info)) {
+    if (options_.report) {
       tell("shard {}: {} frames, {} of {} skipped, {:.1f} s{}\n", shard_.number, done.frames, done.skipped,
            shard_.end - shard_.first, done.seconds, first ? "" : "; another runner was faster, its result stays");
     }

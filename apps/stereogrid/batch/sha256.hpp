@@ -2,30 +2,46 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <fmt/format.h>
+#include <openssl/evp.h>
+
+#include <array>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 
-struct evp_md_ctx_st;  // of OpenSSL
-
 namespace stereogrid::app::batch {
 
-/// SHA-256 of bytes that come in pieces.
+/// SHA-256 of bytes that arrive in pieces, computed by OpenSSL.
 class Sha256 {
  public:
-  Sha256();
-
-  void add(std::string_view bytes);
-  /// 64 hexadecimal digits; nothing can be added afterwards.
-  [[nodiscard]] std::string hex();
+  Sha256() : context_{EVP_MD_CTX_new()} {
+    require(context_ && EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) == 1);
+  }
+  void add(std::string_view bytes) { require(EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()) == 1); }
+  /// Returns 64 hexadecimal digits; nothing can be added afterwards.
+  [[nodiscard]] std::string hex() {
+    std::array<unsigned char, 32> bytes{};
+    require(EVP_DigestFinal_ex(context_.get(), bytes.data(), nullptr) == 1);
+    return fmt::format("{:02x}", fmt::join(bytes, ""));
+  }
 
  private:
+  static void require(bool done) {
+    if (!done) throw std::runtime_error{"SHA-256 by OpenSSL"};
+  }
+
   struct Free {
-    void operator()(evp_md_ctx_st* context) const;
+    void operator()(EVP_MD_CTX* context) const { EVP_MD_CTX_free(context); }
   };
-  std::unique_ptr<evp_md_ctx_st, Free> context_;
+  std::unique_ptr<EVP_MD_CTX, Free> context_;
 };
 
-[[nodiscard]] std::string sha256_of(std::string_view bytes);
+[[nodiscard]] inline std::string sha256_of(std::string_view bytes) {
+  Sha256 digest;
+  digest.add(bytes);
+  return digest.hex();
+}
 
 }  // namespace stereogrid::app::batch

@@ -2,19 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "batch/status.hpp"
 
-#include <fmt/format.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <charconv>
-#include <chrono>
 #include <optional>
 #include <system_error>
 
-#include "batch/heartbeat.hpp"
-#include "commands.hpp"
+#include "run/folder_lock.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/file.hpp"
 
 namespace stereogrid::app::batch {
 namespace {
@@ -24,7 +18,7 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t most_looked_at{300};
 constexpr std::size_t most_failures{100};
 
-/// The 16 digits that a name begins with: "0123456789abcdef", "….json", "….host-4711".
+/// Parses the first 16 digits of a name: "0123456789abcdef", "….json", "….host-4711".
 std::optional<std::uint64_t> number_in(const std::string& name) {
   constexpr std::size_t digits{16};
   std::uint64_t number{0};
@@ -50,27 +44,11 @@ std::vector<std::uint64_t> numbers_below(const fs::path& folder) {
   return numbers;
 }
 
-/// Now by the clock of the file server, which files' times are of, too; where nothing can be written there, by ours.
-fs::file_time_type now_of(const fs::path& folder) {
-  const fs::path file{folder / fmt::format(".clock-{}-{}", host_name(), getpid())};
-  try {
-    io::write_file(file, "");
-    const fs::file_time_type time{fs::last_write_time(file)};
-    std::error_code error;
-    fs::remove(file, error);
-    return time;
-  } catch (const DeviceError&) {
-    return fs::file_time_type::clock::now();
-  } catch (const fs::filesystem_error&) {
-    return fs::file_time_type::clock::now();
-  }
-}
-
 bool contains(const std::vector<std::uint64_t>& sorted, std::uint64_t number) {
   return std::binary_search(sorted.begin(), sorted.end(), number);
 }
 
-/// How fast runners are, from some of the results.
+/// Speed of runners, from some of the results.
 class Speed {
  public:
   explicit Speed(const PlanReader& plan)
@@ -81,12 +59,12 @@ class Speed {
     try {
       const auto done{read_done(ShardPlaces{plan_.folder(), shard.digest}.result)};
       if (!done) return;
-      // those that --every has left unwritten, too
+      // includes frames that --every leaves unwritten
       frames_ += std::max(0.0, static_cast<double>(shard.end - shard.first) - static_cast<double>(done->skipped));
       cost_ += shard.cost;
       seconds_ += done->seconds;
     } catch (const InputError&) {
-      return;  // merge tells of it
+      return;  // merge reports it
     }
   }
   [[nodiscard]] double frames_per_second() const { return seconds_ > 0 ? frames_ / seconds_ : 0; }
@@ -101,14 +79,13 @@ class Speed {
 };
 
 void note_failure(const PlanReader& plan, const Shard& shard, Status& status) {
-  const bool is_named{status.failures.size() < most_failures};
+  if (status.failures.size() >= most_failures) return;
   try {
     if (auto failure{read_failure(ShardPlaces{plan.folder(), shard.digest}.failed)}) {
-      status.poison += failure->exit_code == exit_usage || failure->exit_code == exit_input ? 1 : 0;
-      if (is_named) status.failures.push_back(std::move(*failure));
+      status.failures.push_back(std::move(*failure));
     }
   } catch (const InputError& error) {
-    if (is_named) status.failures.push_back({shard.digest, shard.number, 0, error.what(), ""});
+    status.failures.push_back({shard.digest, shard.number, 0, error.what(), ""});
   }
 }
 
@@ -134,7 +111,7 @@ void count(const Shard& shard, ShardState state, Status& status) {
   } else {
     status.cost_left += shard.cost;
     ++(state == ShardState::running ? status.running : state == ShardState::stopped ? status.stopped : status.missing);
-    if (state != ShardState::running) status.to_do.add(shard.number);
+    if (state != ShardState::running) status.to_do.push_back(shard.number);
   }
 }
 
@@ -144,14 +121,8 @@ ShardStates::ShardStates(const fs::path& plan)
     : done_{numbers_below(plan / "results")},
       failed_{numbers_below(plan / "failed")},
       skipped_{numbers_below(plan / "skipped")} {
-  // Also what is to come is no sign of life: where a file's time is that of a machine which has died with its clock
-  // ahead, it would be one for as long as that.
-  const fs::file_time_type now{now_of(plan)};
-  const std::chrono::seconds lost{heartbeat_lost_s};
   for_each_below(plan / "work", [&](std::uint64_t number, const fs::path& work) {
-    std::error_code error;
-    const fs::file_time_type beat{fs::last_write_time(work / heartbeat_file, error)};
-    (!error && beat > now - lost && beat < now + lost ? running_ : stopped_).push_back(number);
+    (is_locked(work) ? running_ : stopped_).push_back(number);
   });
   std::sort(running_.begin(), running_.end());
   std::sort(stopped_.begin(), stopped_.end());
@@ -201,13 +172,12 @@ Json to_json(const Status& status) {
           {"stopped", status.stopped},
           {"missing", status.missing},
           {"failed", status.failed},
-          {"poison", status.poison},
           {"frames", status.frames},
           {"frames_done", status.frames_done},
           {"frames_skipped", status.frames_skipped},
           {"frames_per_second_of_a_runner", status.frames_per_second},
           {"seconds_left", status.seconds_left},
-          {"to_do", status.to_do.text()},
+          {"to_do", text_of(status.to_do)},
           {"failures", failures}};
 }
 

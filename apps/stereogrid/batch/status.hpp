@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "batch/array_list.hpp"
 #include "batch/plan.hpp"
 #include "batch/results.hpp"
 
@@ -14,13 +13,14 @@ namespace stereogrid::app::batch {
 
 enum class ShardState { missing, stopped, running, failed, done };
 
-/// What of a plan is done, by the names in its folders: eight bytes for each, whatever the plan's size.
+/// States of shards, from the names in the plan's folders: eight bytes for each. `running`: a runner holds the lock of
+/// its work folder; on file systems without locks such a shard counts as `stopped`.
 class ShardStates {
  public:
   explicit ShardStates(const std::filesystem::path& plan);
 
   [[nodiscard]] ShardState of(const std::string& digest) const;
-  /// Whether the shard's result may lack frames.
+  /// Returns whether the shard's result may lack frames.
   [[nodiscard]] bool has_skipped(const std::string& digest) const;
 
  private:
@@ -36,18 +36,17 @@ struct Status {
   std::uint64_t shards{0};
   std::uint64_t done{0};
   std::uint64_t running{0};
-  std::uint64_t stopped{0};  ///< begun, and nobody works on it
+  std::uint64_t stopped{0};  ///< begun, without a runner now
   std::uint64_t missing{0};  ///< not begun
-  std::uint64_t failed{0};
-  std::uint64_t poison{0};  ///< of the failed ones: not because of a crash, but of bad input or wrong usage
+  std::uint64_t failed{0};   ///< recorded as impossible: bad input or wrong usage
   std::uint64_t frames{0};
   std::uint64_t frames_done{0};
-  std::uint64_t frames_skipped{0};  ///< of shards that are done: frames that could not be used
-  double cost_left{0};              ///< of all but what is done and failed
-  double frames_per_second{0};      ///< of one runner; of results looked at, at most a few hundred; 0: none
-  double seconds_left{0};           ///< with as many runners as now; 0: not known
-  ArrayList to_do{};                ///< missing and stopped
-  std::vector<Failure> failures{};  ///< the first hundred
+  std::uint64_t frames_skipped{0};     ///< of shards that are done: frames that could not be used
+  double cost_left{0};                 ///< cost of all shards but those done and failed
+  double frames_per_second{0};         ///< mean of one runner, from a few hundred results; 0: none
+  double seconds_left{0};              ///< with as many runners as now; 0: unknown
+  std::vector<std::uint64_t> to_do{};  ///< missing and stopped
+  std::vector<Failure> failures{};     ///< the first hundred
 };
 
 /// Throws InputError: the plan is damaged.

@@ -8,14 +8,11 @@
 
 namespace stereogrid::app::batch {
 
-/// PLAN, which every sub-command but `plan` has.
+/// Adds PLAN, an argument of every sub-command but `plan`.
 void add_plan_argument(CLI::App& command, std::string& plan);
 
 // Each adds a sub-command to `stereogrid batch`; running it sets `exit_code` or throws.
 void add_plan_command(CLI::App& batch, int& exit_code);
-void add_run_command(CLI::App& batch, int& exit_code);
-void add_status_command(CLI::App& batch, int& exit_code);
-void add_merge_command(CLI::App& batch, int& exit_code);
 void add_submit_command(CLI::App& batch, int& exit_code);
 
 }  // namespace stereogrid::app::batch

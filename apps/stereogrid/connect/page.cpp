@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "connect/listen_address.hpp"
-#include "connect/viewer.hpp"
+#include "connect/assets.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/run_folder/stages.hpp"
 #include "stereogrid/server/metrics.hpp"
@@ -45,11 +45,11 @@ std::unique_ptr<server::Server> start_server(const PageOptions& options, server:
   made.address = listen.address;
   made.port = listen.port;
   made.allowed_origins = options.allowed_origins;
-  if (made.http.assets.empty()) made.http.assets = viewer_assets();
+  made.http.assets = viewer_assets();
   try {
     return std::make_unique<server::Server>(std::move(made));
   } catch (const DeviceError& error) {
-    throw DeviceError{fmt::format("{} {} :0 takes any free port.", error.what(), options.option)};
+    throw DeviceError{fmt::format("{} --listen :0 takes any free port.", error.what())};
   }
 }
 

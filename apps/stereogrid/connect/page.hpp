@@ -16,12 +16,11 @@ namespace stereogrid::app {
 struct PageOptions {
   std::string listen{"127.0.0.1:8765"};  ///< listen_address_of()
   std::vector<std::string> allowed_origins;
-  const char* option{"--listen"};  ///< that said it, for complaints
 };
 
 void add_page_options(CLI::App& command, PageOptions& options);
 
-/// A server at that place, of the viewer's page where `made` has no other. Throws ConfigError, DeviceError.
+/// Starts a server of the viewer's page at that address. Throws ConfigError, DeviceError.
 [[nodiscard]] std::unique_ptr<server::Server> start_server(const PageOptions& options, server::ServerOptions made);
 
 /// The page, the messages it shows, /metrics for Prometheus and /healthz. Functions may be called from any thread.

@@ -28,18 +28,9 @@ bool knows_cells(const Input& input) {
   return input.scene != nullptr || input.recording->has_truth() || Sweeps{input.recording}.exist();
 }
 
-std::string copy_of(const std::string& path, const EvaluateOptions& options) {
-  for (const auto& [original, copy] : options.copies) {
-    if (path == original || path.starts_with(original + '/')) return copy + path.substr(original.size());
-  }
-  return path;
-}
-
 InputOptions input_options(const EvaluateOptions& options, const io::RunReader& run) {
   if (!options.input.empty()) return {{options.input}, "", options.input.starts_with("scene:") ? "" : "none", ""};
-  io::RunInput from{run.input()};
-  for (std::string& path : from.paths) path = copy_of(path, options);
-  for (std::string* path : {&from.calibration, &from.disparities}) *path = copy_of(*path, options);
+  const io::RunInput& from{run.input()};
   for (const std::string& path : from.paths) {
     std::error_code error;
     if (path.starts_with("scene:") || fs::exists(path, error)) continue;

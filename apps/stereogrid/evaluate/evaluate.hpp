@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <map>
 #include <optional>
 #include <string>
 
@@ -15,7 +14,6 @@ namespace stereogrid::app {
 struct EvaluateOptions {
   std::string run;
   std::string input;
-  std::map<std::string, std::string> copies{};  ///< of what the run was made from, where they lie: read in its place
   std::string truth;
   std::optional<double> camera_height_m;
   Rings rings{Rings::all};

@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 
+#include "connect/assets.hpp"
 #include "evaluate/output.hpp"
-#include "evaluate/report/parts.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
 
@@ -18,15 +19,22 @@ void replace_all(std::string& text, std::string_view what, std::string_view by) 
   }
 }
 
+std::string text_of(const std::vector<server::Asset>& assets, std::string_view path) {
+  return std::ranges::find(assets, path, &server::Asset::path)->bytes;
+}
+
 }  // namespace
 
 void write_report(const std::filesystem::path& path, const nlohmann::ordered_json& evaluation) {
   std::string data{io::json_text(evaluation)};
   replace_all(data, "</", "<\\/");  // a name must not end the script element
-  std::string page{report::page_html};
-  replace_all(page, "@STYLE@", report::page_css);
-  replace_all(page, "@CHARTS@", report::charts_js);
-  replace_all(page, "@PAGE@", report::page_js);
+  const auto viewer{viewer_assets()};
+  const auto report{report_assets()};
+  std::string page{text_of(report, "/page.html")};
+  replace_all(page, "@STYLE@", text_of(viewer, "/theme.css") + text_of(report, "/page.css"));
+  // one module, so that it needs no imports
+  replace_all(page, "@SCRIPT@",
+              text_of(viewer, "/plot.js") + text_of(report, "/charts.js") + text_of(report, "/page.js"));
   replace_all(page, "@DATA@", data);
   io::write_file(path, page);
 }

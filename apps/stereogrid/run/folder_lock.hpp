@@ -28,4 +28,7 @@ class FolderLock {
   bool keeps_others_out_{true};
 };
 
+/// Returns whether a FolderLock exists for the folder, in any process. False where the file system has no locks.
+[[nodiscard]] bool is_locked(const std::filesystem::path& folder);
+
 }  // namespace stereogrid::app

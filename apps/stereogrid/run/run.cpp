@@ -98,8 +98,7 @@ io::RunRecord describe_run(const RunOptions& options, const Input& input, const 
                         .compact = options.compact,
                         .every = options.every,
                         .layers = layers_of(options),
-                        .warm_up = std::min(range.first, static_cast<std::size_t>(options.warm_up)),
-                        .copies = options.copies}};
+                        .warm_up = std::min(range.first, static_cast<std::size_t>(options.warm_up))}};
   const std::optional<std::string> complaint{io::complaint_if_swapped(first_usable_frame(*input.source, range))};
   if (complaint) throw InputError{*complaint};
   return record;

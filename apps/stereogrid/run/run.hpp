@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <map>
 #include <string>
 #include <vector>
 
@@ -42,8 +41,7 @@ struct RunOptions {
   // of a shard (batch/): a part of a drive whose other parts are runs of their own
   bool world_of_input{false};  ///< the world frame is the vehicle frame of the input's first frame, not the run's
   bool save_last{false};       ///< also what the pipeline remembers after the last frame
-  std::map<std::string, std::string> copies{};  ///< RunDescription::copies
-  std::string go_on_from{};  ///< folder of the run that ends where this one begins; "": there is none
+  std::string go_on_from{};    ///< folder of the run that ends where this one begins; "": there is none
 };
 
 /// Of what is computed and written, beside INPUT and parameters.

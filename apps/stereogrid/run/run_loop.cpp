@@ -99,7 +99,7 @@ void RunLoop::deliver(capture::PreparedFrame& prepared, FrameResult& result) {
   if (queued_.index < first_to_write_) return;
   result.timing_ms.match += opencv_ms_;
   result.timing_ms.total += opencv_ms_;
-  if (!lidar_warning_.empty()) result.warnings.push_back(record_.told(lidar_warning_));
+  if (!lidar_warning_.empty()) result.warnings.push_back(lidar_warning_);
   tell_warnings(queued_.name, result.warnings);
   ++frames_done_;
   record_.set_rig(pipeline_.next_rig());

@@ -27,24 +27,7 @@ Json json_of(const RunInput& input) {
           {"mask", input.mask}};
 }
 
-RunInput without_copies(RunInput input, const std::map<std::string, std::string>& copies) {
-  for (std::string& path : input.paths) path = io::without_copies(std::move(path), copies);
-  for (std::string* path : {&input.poses, &input.calibration, &input.disparities, &input.mask}) {
-    *path = io::without_copies(std::move(*path), copies);
-  }
-  return input;
-}
-
 }  // namespace
-
-std::string without_copies(std::string text, const std::map<std::string, std::string>& copies) {
-  for (const auto& [original, copy] : copies) {
-    for (std::size_t at{text.find(copy)}; at != std::string::npos; at = text.find(copy, at + original.size())) {
-      text.replace(at, copy.size(), original);
-    }
-  }
-  return text;
-}
 
 Json rig_json(const Rig& rig) {
   return {{"focal_px", rig.focal_px},
@@ -62,7 +45,7 @@ Json settings_json(const RunDescription& run) {
   return {{"version", version()},
           {"preset", run.preset},
           {"config", Json::parse(to_json(run.config))},
-          {"input", json_of(without_copies(run.input, run.copies))},
+          {"input", json_of(run.input)},
           {"matcher", run.matcher},
           {"predict_s", run.predict_s},
           {"fuse", {{"source", run.fuse_source}, {"rings", run.fuse_rings}}},

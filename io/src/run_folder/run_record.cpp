@@ -152,7 +152,6 @@ void RunRecord::check_range() const {
 
 void RunRecord::add_skipped(SkippedFrame frame) {
   const auto place{std::ranges::upper_bound(skipped_, frame.index, {}, &SkippedFrame::index)};
-  frame.reason = told(std::move(frame.reason));
   skipped_.insert(place, std::move(frame));
 }
 

@@ -2,10 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 
-#include "batch/attempts.hpp"
 #include "batch/plan.hpp"
 #include "batch/results.hpp"
-#include "batch/transfer.hpp"
 #include "targets.hpp"
 
 namespace stereogrid::fuzz {
@@ -26,7 +24,6 @@ std::string index_of(std::string_view manifest) {
 
 void read_plan(const Folder& folder) {
   const batch::PlanReader plan{folder.path()};
-  accepts([&] { check(batch::transfer_options_of(plan)); });
   std::uint64_t shards{0};
   accepts([&] {
     plan.for_each([&shards](const batch::Shard& shard) {
@@ -53,16 +50,14 @@ void batch_plan(Bytes input) {
 
 void batch_result(Bytes input) {
   static const Folder folder;
-  const auto files{parts_of(input, 3)};
+  const auto files{parts_of(input, 2)};
   folder.write("done.json", files[0]);
-  folder.write("attempts.json", files[1]);
-  const auto failure{folder.write("failure.json", files[2])};
+  const auto failure{folder.write("failure.json", files[1])};
   accepts([&] {
     const auto done{batch::read_done(folder.path())};
     require(done.has_value(), "a file that is there is not found");
     static_cast<void>(batch::difference(folder.path(), *done));
   });
-  accepts([&] { require(batch::read_attempts(folder.path()).without_progress >= 0, "fewer than no attempts"); });
   accepts([&] { require(batch::read_failure(failure)->exit_code >= 0, "a failure without an exit code"); });
 }
 

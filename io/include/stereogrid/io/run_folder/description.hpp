@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -35,10 +34,6 @@ struct RunInput {
   std::string mask{};       ///< the file, of scenes, too; "": none
 };
 
-/// A text that tells of the input, not of its copies.
-[[nodiscard]] STEREOGRID_EXPORT std::string without_copies(std::string text,
-                                                           const std::map<std::string, std::string>& copies);
-
 /// What is known of a run before its first frame.
 struct RunDescription {
   // A run that goes on must have these in common with its beginning: they decide about the results.
@@ -62,8 +57,6 @@ struct RunDescription {
   std::size_t every{1};               ///< only frames whose place in the input is a multiple of it are written
   std::vector<std::string> layers{};  ///< arrays of grids/NAME.npz; none: all
   std::size_t warm_up{0};             ///< frames before them that went through the pipeline, too
-  /// Where copies of the input lie that are read in its place: nothing that is written tells of them.
-  std::map<std::string, std::string> copies{};
 };
 
 }  // namespace stereogrid::io

@@ -53,8 +53,6 @@ class STEREOGRID_EXPORT RunRecord {
 
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
   [[nodiscard]] const FrameRange& range() const { return run_.frames; }
-  /// A text that tells of the input, not of a copy that was read in its place.
-  [[nodiscard]] std::string told(std::string text) const { return without_copies(std::move(text), run_.copies); }
   [[nodiscard]] std::size_t every() const { return run_.every; }
   [[nodiscard]] const std::vector<FrameSummary>& finished() const { return finished_; }
   [[nodiscard]] const std::vector<SkippedFrame>& skipped() const { return skipped_; }

@@ -1,11 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "batch/run_options.hpp"
-
 #include <fmt/format.h>
+
+#include <system_error>
+
+#include "batch/runner.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::app::batch {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr int frames_between_checkpoints{25};
 
@@ -29,11 +35,6 @@ void read(const Json& run, RunOptions& options) {
   options.layers = run.value("layers", std::vector<std::string>{});
   options.save_stages = run.at("save_stages");
   options.pictures = run.at("pictures");
-}
-
-void take_copy(std::string& path, const std::map<std::string, std::string>& copies) {
-  const auto copy{copies.find(path)};
-  if (copy != copies.end()) path = copy->second;
 }
 
 }  // namespace
@@ -61,18 +62,10 @@ Json to_json(const RunOptions& options, bool evaluate) {
           {"evaluate", evaluate}};
 }
 
-RunOptions run_options(const Plan& plan, const Shard& shard, const std::filesystem::path& folder,
-                       const std::map<std::string, std::string>& copies) {
+RunOptions run_options(const Plan& plan, const Shard& shard, const fs::path& folder) {
   RunOptions options;
-  // whole and well-formed: the shard's digest is also of it
-  read(plan.run, options);
+  read(plan.run, options);  // well-formed: the shard's digest covers it
   options.input.paths = shard.input;
-  options.copies = copies;
-  for (std::string& path : options.input.paths) take_copy(path, copies);
-  for (std::string* path :
-       {&options.input.calibration, &options.input.mask, &options.input.disparities, &options.input.poses}) {
-    take_copy(*path, copies);
-  }
   options.config.settings = plan.variants.at(shard.variant).settings;
   options.folder = folder.string();
   options.frames = fmt::format("{}:{}", shard.first, shard.end - 1);
@@ -84,7 +77,11 @@ RunOptions run_options(const Plan& plan, const Shard& shard, const std::filesyst
   return options;
 }
 
-std::vector<std::string> files_of(const InputOptions& input) {
+bool is_evaluated(const Plan& plan) {
+  return plan.run.value("evaluate", false);
+}
+
+std::string digest_of_input(const InputOptions& input, DigestOf what) {
   std::vector<std::string> paths{input.paths};
   for (const std::string& more : {input.calibration, input.mask, input.disparities}) {
     if (!more.empty()) paths.push_back(more);
@@ -92,15 +89,34 @@ std::vector<std::string> files_of(const InputOptions& input) {
   const bool poses_file{!input.poses.empty() && input.poses != "file" && input.poses != "none" &&
                         input.poses != "odometry"};
   if (poses_file) paths.push_back(input.poses);
-  return paths;
+  return input_digest(paths, what);
 }
 
-std::string digest_of_input(const InputOptions& input, DigestOf what) {
-  return input_digest(files_of(input), what);
+std::string PlannedInput::missing() const {
+  std::error_code error;
+  for (const std::string& path : shard_.input) {
+    if (path.starts_with("scene:")) continue;
+    const bool is_empty{fs::is_directory(path, error) && fs::is_empty(path, error)};
+    if (is_empty || !fs::exists(path, error)) return io::printable(path);
+  }
+  return "";
 }
 
-bool is_evaluated(const Plan& plan) {
-  return plan.run.value("evaluate", false);
+bool PlannedInput::is_as_planned() const {
+  const DigestOf what{plan_.plan().content_digests ? DigestOf::content : DigestOf::names_and_sizes};
+  try {
+    return digest_of_input(run_options(plan_.plan(), shard_, {}).input, what) == shard_.input_digest;
+  } catch (const InputError& error) {
+    throw DeviceError{error.what()};
+  }
+}
+
+bool PlannedInput::is_there() const {
+  try {
+    return missing().empty() && is_as_planned();
+  } catch (const DeviceError&) {
+    return false;
+  }
 }
 
 }  // namespace stereogrid::app::batch

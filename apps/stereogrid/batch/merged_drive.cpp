@@ -1,13 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "batch/drive_run.hpp"
-
 #include <fmt/format.h>
 
 #include <map>
 #include <system_error>
 
-#include "batch/result_folder.hpp"
+#include "batch/merge.hpp"
+#include "batch/results.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
@@ -18,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Adds what a later part of a drive says to what the earlier ones did.
+/// Adds run.json of a later part of a drive to that of the earlier ones.
 void add_run(Json& all, const Json& part) {
   Json& frames(all["frames"]);
   const Json& more(part.at("frames"));
@@ -75,6 +74,44 @@ void DriveRun::finish() {
   lines_.close();
   if (!lines_) throw DeviceError{io::printable_path(folder_) + ": cannot be written. Check the space there."};
   if (!run_.is_null()) io::write_file(folder_ / "run.json", io::json_text(run_, 1) + '\n');
+}
+
+void MergedTiming::add(const Json& timing, Sums& sums) {
+  const double frames{timing.value("frames", 0.0)};
+  ++sums.shards;
+  sums.frames += frames;
+  sums.seconds += timing.value("seconds", 0.0);
+  if (!timing.contains("timing_ms")) return;
+  for (const auto& [stage, times] : timing.at("timing_ms").items()) {
+    sums.stage_ms[stage] += times.value("mean", 0.0) * frames;
+  }
+}
+
+void MergedTiming::add(const Shard& shard, const Json& timing) {
+  add(timing, variants_[shard.variant]);
+  add(timing, hosts_[timing.value("host", "unknown")]);
+}
+
+Json MergedTiming::json_of(const Sums& sums) {
+  Json stages(Json::object());
+  for (const auto& [stage, ms] : sums.stage_ms) stages[stage] = sums.frames > 0 ? ms / sums.frames : 0;
+  return {{"shards", sums.shards},
+          {"frames", sums.frames},
+          {"seconds", sums.seconds},
+          {"frames_per_second", sums.seconds > 0 ? sums.frames / sums.seconds : 0},
+          {"mean_ms", stages}};
+}
+
+Json MergedTiming::summary(const Plan& plan) const {
+  Json variants(Json::array());
+  for (const auto& [variant, sums] : variants_) {
+    Json one{{"swept", plan.variants.at(variant).swept}};
+    one.update(json_of(sums));
+    variants.push_back(one);
+  }
+  Json hosts(Json::object());
+  for (const auto& [host, sums] : hosts_) hosts[host] = json_of(sums);
+  return {{"variants", variants}, {"hosts", hosts}};
 }
 
 }  // namespace stereogrid::app::batch
