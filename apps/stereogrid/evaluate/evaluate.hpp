@@ -8,7 +8,6 @@
 
 #include "evaluate/output.hpp"
 #include "input.hpp"
-#include "sweeps.hpp"
 
 namespace stereogrid::app {
 
@@ -18,7 +17,6 @@ struct EvaluateOptions {
   std::map<std::string, std::string> copies{};  ///< of what the run was made from, where they lie: read in its place
   std::string truth;
   std::optional<double> camera_height_m;
-  Rings rings{Rings::all};
   std::string json;
   std::string html;
 };

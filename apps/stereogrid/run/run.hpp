@@ -12,7 +12,6 @@
 #include "connect/page.hpp"
 #include "input.hpp"
 #include "start_pipeline.hpp"
-#include "sweeps.hpp"
 
 namespace stereogrid::app {
 
@@ -20,9 +19,7 @@ struct RunOptions {
   InputOptions input;
   std::string folder;
   ConfigOptions config;
-  std::string matcher{"own"};
   std::string fuse{"none"};
-  Rings fuse_rings{Rings::all};
   std::vector<double> predict_s;
   std::string frames;
   int warm_up{0};

@@ -26,12 +26,10 @@ constexpr std::size_t frames_ahead{4};
 
 }  // namespace
 
-RunLoop::RunLoop(Pipeline& pipeline, PoseStage& poses, const OpencvStage& opencv, const LidarStage& lidar,
-                 io::RunRecord& record, ResultWriter& writer, std::size_t first_frame,
-                 const io::Checkpoints& checkpoints, int input_wait_s)
+RunLoop::RunLoop(Pipeline& pipeline, PoseStage& poses, const LidarStage& lidar, io::RunRecord& record,
+                 ResultWriter& writer, std::size_t first_frame, const io::Checkpoints& checkpoints, int input_wait_s)
     : pipeline_{pipeline},
       poses_{poses},
-      opencv_{opencv},
       lidar_{lidar},
       record_{record},
       writer_{writer},
@@ -89,7 +87,6 @@ void RunLoop::take(io::QueuedFrame queued) {
   next_ = std::max(next_, queued.index + 1);
   if (!queued.frame) return skip(queued, queued.error);
   try {
-    const double opencv_ms{opencv_.match(*queued.frame)};
     FrameResult result;
     const Rig rig{pipeline_.rig()};  // a mounting that this frame shows is of the next one
     const std::optional<std::string> without_lidar{add_lidar(*queued.frame, rig)};
@@ -97,9 +94,7 @@ void RunLoop::take(io::QueuedFrame queued) {
     pipeline_.process(*queued.frame, result);
     last_processed_ = queued.index;
     if (queued.index < first_to_write_) return;
-    result.timing_ms.match += opencv_ms;
     if (poses_.takes_time()) result.timing_ms.odometry = queued.prepared_ms;
-    result.timing_ms.total += opencv_ms;
     if (!queued.warning.empty()) result.warnings.push_back(queued.warning);
     if (!without_lidar->empty()) result.warnings.push_back(record_.told(*without_lidar));
     tell_warnings(queued.name, result.warnings);

@@ -10,7 +10,6 @@
 
 #include "pose_stage.hpp"
 #include "run/lidar_stage.hpp"
-#include "run/opencv_stage.hpp"
 #include "run/result_writer.hpp"
 #include "stereogrid/io/frame_queue.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
@@ -23,9 +22,8 @@ namespace stereogrid::app {
 class RunLoop {
  public:
   /// `first_frame`: from there on frames go through the pipeline; those that are finished already are not written.
-  RunLoop(Pipeline& pipeline, PoseStage& poses, const OpencvStage& opencv, const LidarStage& lidar,
-          io::RunRecord& record, ResultWriter& writer, std::size_t first_frame, const io::Checkpoints& checkpoints,
-          int input_wait_s);
+  RunLoop(Pipeline& pipeline, PoseStage& poses, const LidarStage& lidar, io::RunRecord& record, ResultWriter& writer,
+          std::size_t first_frame, const io::Checkpoints& checkpoints, int input_wait_s);
 
   void go_through(const FrameSource& source);
 
@@ -52,7 +50,6 @@ class RunLoop {
 
   Pipeline& pipeline_;
   PoseStage& poses_;
-  const OpencvStage& opencv_;
   const LidarStage& lidar_;
   io::RunRecord& record_;
   ResultWriter& writer_;

@@ -65,7 +65,7 @@ Json settings_json(const RunDescription& run) {
           {"input", json_of(without_copies(run.input, run.copies))},
           {"matcher", run.matcher},
           {"predict_s", run.predict_s},
-          {"fuse", {{"source", run.fuse_source}, {"rings", run.fuse_rings}}},
+          {"fuse", {{"source", run.fuse_source}}},
           {"device", run.device},
           {"compact", run.compact},
           {"every", run.every},
