@@ -33,18 +33,6 @@ std::vector<evaluation::CameraPoint> every_second(const std::vector<evaluation::
 
 }  // namespace
 
-const std::map<std::string, Rings>& ring_names() {
-  static const std::map<std::string, Rings> names{{"all", Rings::all}, {"even", Rings::even}, {"odd", Rings::odd}};
-  return names;
-}
-
-std::string name_of(Rings rings) {
-  for (const auto& [name, value] : ring_names()) {
-    if (value == rings) return name;
-  }
-  return "";
-}
-
 bool Sweeps::exist() const {
   return recording_ != nullptr && recording_->has_scans() && recording_->contents().calibration.camera_from_velodyne;
 }

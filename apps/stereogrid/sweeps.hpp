@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -14,10 +13,6 @@ namespace stereogrid::app {
 
 /// Which rings of a lidar sweep: what one half has made can be scored with the other.
 enum class Rings { all, even, odd };
-
-/// For the command line.
-[[nodiscard]] const std::map<std::string, Rings>& ring_names();
-[[nodiscard]] std::string name_of(Rings rings);
 
 /// The lidar sweeps of a recording, in the left camera's frame.
 class Sweeps {

@@ -15,11 +15,13 @@
 
 #include "commands.hpp"
 #include "compare/methods.hpp"
+#include "compare/opencv_stage.hpp"
 #include "compare/picture.hpp"
 #include "compare/report.hpp"
 #include "pose_stage.hpp"
 #include "progress.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/evaluation/lidar_grid.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/frame_queue.hpp"
 #include "stereogrid/io/json_text.hpp"
@@ -70,6 +72,7 @@ class Comparer {
     while (std::optional<io::QueuedFrame> queued{queue.next()}) {
       if (queued->frame) {
         poses.place(*queued->frame);
+        opencv_.match(*queued->frame);
         take(*queued->frame);
       } else {
         spdlog::warn("frame {} is skipped: {}", queued->name, queued->error);
@@ -123,6 +126,14 @@ class Comparer {
     if (!options_.grids.empty()) write_grids(frame.name, grids, compared.sweep);
   }
 
+  static StereoFrame with_lidar(StereoFrame frame, const ComparedFrame& compared) {
+    if (compared.sweep.empty()) return frame;
+    const Rig& rig{compared.disparities.rig};
+    frame.other_grids.push_back({compared.grid, evaluation::lidar_grid(compared.sweep, compared.lidar, rig,
+                                                                       compared.grid, rig.camera_height_m)});
+    return frame;
+  }
+
   /// A grid, how long it took from disparities and ground, and what else this library knows.
   struct MethodResult {
     Image<float> occupancy;
@@ -138,7 +149,9 @@ class Comparer {
       const std::chrono::duration<double, std::milli> spent{std::chrono::steady_clock::now() - start};
       return {std::move(grid), spent.count()};
     }
-    const FrameResult& result{pipelines_[i] ? pipelines_[i]->process(frame) : first};
+    const FrameResult& result{!pipelines_[i]       ? first
+                              : method.fuses_lidar ? pipelines_[i]->process(with_lidar(frame, compared))
+                                                   : pipelines_[i]->process(frame)};
     return {method.over_time ? result.vehicle.occupancy : result.observed,
             ms_after_ground(result.timing_ms, method.over_time), &result};
   }
@@ -177,6 +190,7 @@ class Comparer {
   bool keeps_grids_{!options_.pictures.empty() || !options_.grids.empty()};
   std::vector<CompareMethod> methods_;
   Pipeline first_;
+  OpencvStage opencv_{options_.matcher, first_.config().matching.disparities};
   std::vector<std::unique_ptr<Pipeline>> pipelines_;  // none: the method makes its own grid
   Comparison comparison_;
   std::size_t picture_every_{1};
@@ -189,6 +203,11 @@ int compare(const CompareOptions& options) {
   const app::TruthSource truth{app::open_input(options.input), options.hold_out ? app::TruthKind::lidar : options.truth,
                                options.camera_height_m, options.hold_out ? app::Rings::odd : app::Rings::all};
   app::log_input(truth.input());
+  const io::Recording* const recording{truth.input().recording};
+  if (options.matcher != "own" && recording != nullptr && recording->gives_disparities()) {
+    throw ConfigError{fmt::format("--matcher {} needs right images, but the disparities are given ({}). Leave one out.",
+                                  options.matcher, recording->contents().disparities.string())};
+  }
   const io::FrameRange range{app::parse_frame_range(options.frames, truth.input().source->size())};
   for (const std::string& folder : {options.pictures, options.grids}) {
     if (!folder.empty()) io::create_folder(folder);

@@ -20,6 +20,7 @@ struct CompareOptions {
   std::string frames;
   app::TruthKind truth{app::TruthKind::automatic};
   bool hold_out{false};
+  std::string matcher{"own"};
   std::vector<std::string> only;
   int threads{0};
   std::optional<double> camera_height_m;

@@ -33,8 +33,15 @@ void describe(CLI::App& program, int& exit_code) {
           "found, else 1.64, as on KITTI.")
       ->type_name("M")
       ->check(number(0.3, 5), "[0.3 - 5]");
-  program.add_flag("--hold-out", options->hold_out,
-                   "Every second ring of the lidar labels the cells, the others are for the lidar's own grid.");
+  program.add_flag(
+      "--hold-out", options->hold_out,
+      "Every second ring of the lidar labels the cells, the others are for the lidar's own grid and for fusion.");
+  program
+      .add_option("--matcher", options->matcher,
+                  "Source of the disparities of all methods: this library (matching.method), or OpenCV's block or "
+                  "semi-global matcher.")
+      ->check(CLI::IsMember({"own", "opencv-bm", "opencv-sgbm"}))
+      ->capture_default_str();
   program.add_option("--only", options->only, "Only these methods; docs/baselines.md has their names.")
       ->type_name("NAME,...")
       ->delimiter(',');

@@ -41,13 +41,14 @@ void add_single_frame_methods(const Config& config, bool with_lidar, Methods& me
   add("ray_casting", "point cloud, ray casting",
       [](const ComparedFrame& f) { return ray_casting_grid(f.disparities, f.grid); });
   if (!with_lidar) return;
+  methods.push_back({"fused", "visibility grid, fused with lidar", false, config, {}, true});
   add("lidar", "lidar, inverse sensor model", [](const ComparedFrame& f) {
     if (f.sweep.empty()) return Image<float>{};
     return evaluation::lidar_grid(f.sweep, f.lidar, f.disparities.rig, f.grid, f.camera_height_m);
   });
 }
 
-void add_methods_over_time(const Config& config, Methods& methods) {
+void add_methods_over_time(const Config& config, bool with_lidar, Methods& methods) {
   constexpr auto models{names_of(FilterModel{})};
   for (std::size_t i{0}; i < models.size(); ++i) {
     Config filtered{config};
@@ -55,6 +56,7 @@ void add_methods_over_time(const Config& config, Methods& methods) {
     methods.push_back(
         {fmt::format("filter_{}", models[i]), fmt::format("visibility grid, filter {}", models[i]), true, filtered});
   }
+  if (with_lidar) methods.push_back({"filter_fused", "fused with lidar, filtered", true, config, {}, true});
   auto map{std::make_shared<LogOddsMap>()};
   methods.push_back(
       {"ray_casting_map", "ray casting, log-odds over time", true, std::nullopt,
@@ -67,7 +69,7 @@ std::vector<CompareMethod> compare_methods(const Config& config, bool with_lidar
                                            const std::vector<std::string>& only) {
   Methods all;
   add_single_frame_methods(config, with_lidar, all);
-  add_methods_over_time(config, all);
+  add_methods_over_time(config, with_lidar, all);
   if (only.empty()) return all;
   std::string known;
   for (const CompareMethod& method : all) known += (known.empty() ? "" : ", ") + method.name;

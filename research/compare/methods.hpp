@@ -30,6 +30,7 @@ struct CompareMethod {
   bool over_time{false};
   std::optional<Config> config{};  ///< this library's pipeline; the grid that is filtered where over_time
   std::function<Image<float>(const ComparedFrame&)> grid_of{};
+  bool fuses_lidar{false};  ///< the pipeline also receives the lidar's grid
 };
 
 /// All methods, this library's first; `only`: those of these names. `with_lidar`: the input has sweeps. Throws

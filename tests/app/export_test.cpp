@@ -21,6 +21,7 @@ namespace {
 using messages::sensor_msgs::LaserScan;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 using Row = std::map<std::string, std::string>;
 
 /// Of fields without quotation marks.
@@ -150,6 +151,12 @@ TEST_F(Export, FramesAndObstaclesAreThoseOfTheLines) {
   const std::vector<Json> lines(lines_of(run()));
   const std::vector<Row> frames{rows_of(*folder / "csv" / "frames.csv")};
   const std::vector<Row> obstacles{rows_of(*folder / "csv" / "obstacles.csv")};
+  EXPECT_THAT(
+      text_of(*folder / "csv" / "obstacles.csv"),
+      StartsWith("index,name,stamp_ns,id,kind,x_m,y_m,world_x_m,world_y_m,vx_mps,vy_mps,length_m,width_m,height_m,"
+                 "yaw_rad,yaw_rate_radps,length_sigma_m,width_sigma_m,yaw_sigma_rad,age_s,unseen_s,occupancy,"
+                 "confirmed,moving,coasting,position_xx_m2,position_xy_m2,position_yy_m2,velocity_xx_m2ps2,"
+                 "velocity_xy_m2ps2,velocity_yy_m2ps2\n"));
   ASSERT_EQ(frames.size(), lines.size());
   auto obstacle{obstacles.begin()};
   for (std::size_t i{0}; i < lines.size(); ++i) {

@@ -56,30 +56,6 @@ TEST_F(Given, AMissingOneIsASkippedFrame) {
               HasSubstr("the disparity image of this frame is missing"));
 }
 
-TEST_F(Given, OpencvsMatchersRunAndGoOn) {
-  for (const std::string matcher : {"opencv-bm", "opencv-sgbm"}) {
-    const std::string whole{out((matcher + "_whole").c_str())};
-    const std::string parts{out((matcher + "_parts").c_str())};
-    run_well({"run", drive(), "--out", whole, "--matcher", matcher, "--save-stages"});
-    run_well({"run", drive(), "--out", parts, "--matcher", matcher, "--save-stages", "--frames", "0:1"});
-    run_well({"run", drive(), "--out", parts, "--matcher", matcher, "--save-stages", "--resume"});
-    expect_equal_runs(whole, parts);
-    EXPECT_EQ(json_of(fs::path{whole} / "run.json")["matcher"], matcher);
-    const std::vector<Json> lines(lines_of(whole));
-    ASSERT_EQ(lines.size(), 4U);
-    EXPECT_GT(lines[3]["density"]["road"], 0.05) << matcher;
-    EXPECT_GT(lines[3]["density"]["obstacle"], 0.02) << matcher;
-    EXPECT_EQ(lines[3]["ground"]["estimated"], true);
-  }
-}
-
-TEST_F(Given, AMatcherIsOneOfTheSettingsOfARun) {
-  run_well({"run", drive(), "--out", out("run"), "--frames", "0:1"});
-  const Outcome outcome{run_tool({"run", drive(), "--out", out("run"), "--matcher", "opencv-bm", "--resume"})};
-  EXPECT_EQ(outcome.exit_code, 64);
-  EXPECT_THAT(outcome.errors, HasSubstr("matcher: was \"own\", is \"opencv-bm\""));
-}
-
 TEST_F(Given, WhatCannotBe) {
   const auto refused{[&](const std::vector<std::string>& more, int exit_code, const char* said) {
     std::vector<std::string> words{"run", drive(), "--out", out("run")};
@@ -89,8 +65,7 @@ TEST_F(Given, WhatCannotBe) {
     EXPECT_THAT(outcome.errors, HasSubstr(said));
     EXPECT_FALSE(fs::exists(folder_ / "run"));
   }};
-  refused({"--disparities", truth(), "--matcher", "opencv-bm"}, 64, "needs right images");
-  refused({"--matcher", "abacus"}, 64, "abacus");
+  refused({"--matcher", "opencv-bm"}, 64, "--matcher");
   refused({"--disparities", out("nowhere")}, 65, "no such folder");
   refused({"--disparities", drive() + "/left"}, 65, "16 bits");
   const Outcome of_scene{run_tool({"run", scene, "--out", out("run"), "--disparities", truth()})};

@@ -96,10 +96,10 @@ TEST(PlacedFrames, TheNewestWaitsAndTellsWhatAnEarlierOneBegan) {
   Listed listed{{frame(0), frame(1), frame(2, true), frame(3)}, PoseSource::odometry};
   PlacedFrames frames{listed.input};
   listed.source->wait();
-  const std::optional<PlacedFrame> last{frames.next(1s)};
+  const std::optional<capture::PreparedFrame> last{frames.next(1s)};
   ASSERT_TRUE(last);
   EXPECT_EQ(last->frame.index, 3);
-  EXPECT_EQ(last->stream, 2);  // frame 2 began it, which nobody has seen
+  EXPECT_TRUE(last->begins_anew);  // frame 2 does, which was dropped
   EXPECT_TRUE(last->odometry_ms);
   EXPECT_TRUE(last->frame.world_from_vehicle);
   EXPECT_EQ(counts(frames)["the pipeline was busy"], 3);
@@ -126,7 +126,7 @@ TEST(PlacedFrames, CountsWhatCannotBeUsedAndGoesOn) {
   Listed listed{{LiveFrame{}, frame(1, false, 80), frame(2)}, PoseSource::odometry};
   PlacedFrames frames{listed.input};
   listed.source->wait();
-  const std::optional<PlacedFrame> last{frames.next(1s)};
+  const std::optional<capture::PreparedFrame> last{frames.next(1s)};
   ASSERT_TRUE(last);
   EXPECT_EQ(last->frame.index, 2);
   EXPECT_EQ(counts(frames), (std::map<std::string, std::int64_t>{{"torn", 1}, {"do not fit the odometry", 1}}));

@@ -26,7 +26,6 @@ RunDescription description() {
   run.input = {"plain folder", {"drives/one"}, "odometry", "drives/one/calibration.yaml", ""};
   run.matcher = "own";
   run.fuse_source = "none";
-  run.fuse_rings = "all";
   run.device = "cpu";
   run.rig = given_rig;
   run.grid = grid;

@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cstdlib>
 
+#include "../app/lidar_drive.hpp"
 #include "../app/support.hpp"
 #include "stereogrid/config.hpp"
 
@@ -109,6 +111,53 @@ TEST_F(Compare, WritesAReport) {
 
 TEST_F(Compare, DrawsContactSheets) {
   EXPECT_THAT(files_in(*folder_ / "pictures"), SizeIs(4));
+}
+
+TEST_F(Compare, TakesOpencvsDisparities) {
+  const TemporaryFolder folder;
+  const std::string json{(folder / "scores.json").string()};
+  for (const char* matcher : {"opencv-bm", "opencv-sgbm"}) {
+    compare_well({scene(), "--matcher", matcher, "--only", "observed", "--json", json});
+    const Json observed(json_of(json)["series"]["observed"]);
+    EXPECT_GT(score(observed, "auc"), 0.8) << matcher;
+    EXPECT_NE(score(observed, "auc"), score(methods()["observed"], "auc")) << matcher;
+  }
+  EXPECT_EQ(run_compare({scene(), "--matcher", "abacus"}).exit_code, 64);
+  const std::string drive{(folder / "drive").string()};
+  run_well({"simulate", scene(), "--out", drive});
+  const Outcome outcome{run_compare({drive, "--disparities", drive + "/truth/disparity", "--matcher", "opencv-bm"})};
+  EXPECT_EQ(outcome.exit_code, 64);
+  EXPECT_THAT(outcome.errors, HasSubstr("needs right images"));
+}
+
+TEST(HoldOut, FusesEvenRingsAndScoresWithOddOnes) {
+  const TemporaryFolder folder;
+  const std::string drive{(folder / "drive").string()};
+  put_lidar_drive(drive);
+  const auto occupied_ahead = [&](const std::vector<std::string>& more, const char* method) {
+    std::vector<std::string> words{drive,
+                                   "--only",
+                                   "fused,filter_fused,lidar",
+                                   "--truth",
+                                   "lidar",
+                                   "--set",
+                                   "fusion.stereo_confidence=0",
+                                   "--json",
+                                   (folder / "scores.json").string(),
+                                   "--grids",
+                                   (folder / "grids").string()};
+    words.insert(words.end(), more.begin(), more.end());
+    compare_well(words);
+    const auto cells{io::read_npz(folder / "grids" / "000000.npz").at(method).to_image<float>()};
+    const float* const row{cells.row(cells.height() / 2)};
+    return *std::max_element(row + 35, row + 45);  // 7 to 9 m ahead, cells of 0.2 m
+  };
+  for (const char* method : {"fused", "lidar"}) {
+    EXPECT_GT(occupied_ahead({}, method), 0.9F) << method;
+    EXPECT_LT(occupied_ahead({"--hold-out"}, method), 0.5F) << method << ": the wall is in the odd rings";
+    EXPECT_GT(json_of(folder / "scores.json")["series"][method]["bands"]["3-20"]["occupied"], 50);
+  }
+  EXPECT_TRUE(json_of(folder / "scores.json")["series"].contains("filter_fused"));
 }
 
 TEST_F(Compare, RunsOnlyWhatIsAskedFor) {

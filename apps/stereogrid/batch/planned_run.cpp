@@ -25,9 +25,7 @@ void read(const Json& run, RunOptions& options) {
   input.left_topic = run.at("left_topic");
   input.right_topic = run.at("right_topic");
   input.pair_tolerance_ms = run.at("pair_tolerance_ms");
-  options.matcher = run.at("matcher");
   options.fuse = run.at("fuse");
-  options.fuse_rings = ring_names().at(run.at("fuse_rings"));
   options.predict_s = run.at("predict_s").get<std::vector<double>>();
   options.device.device = run.at("device");
   options.compact = run.value("compact", false);
@@ -49,9 +47,7 @@ Json to_json(const RunOptions& options, bool evaluate) {
           {"left_topic", input.left_topic},
           {"right_topic", input.right_topic},
           {"pair_tolerance_ms", input.pair_tolerance_ms},
-          {"matcher", options.matcher},
           {"fuse", options.fuse},
-          {"fuse_rings", name_of(options.fuse_rings)},
           {"predict_s", options.predict_s},
           {"device", options.device.device},
           {"compact", options.compact},

@@ -42,12 +42,6 @@ void add_evaluate_command(CLI::App& tool, int& exit_code) {
           "run has found, else 1.64, as on KITTI.")
       ->type_name("M")
       ->check(number(0.3, 5), "[0.3 - 5]");
-  command
-      ->add_option("--rings", options->rings,
-                   "Rings of the lidar that label the cells: odd scores a run with --fuse-rings even on what it has "
-                   "not seen.")
-      ->transform(CLI::CheckedTransformer(ring_names()))
-      ->type_name("all|even|odd");
   command->add_option("--json", options->json, "Also write every figure to this file.")->type_name("FILE");
   command->add_option("--html", options->html, "Also write a report with plots to this file.")->type_name("FILE");
   command->callback([options, &exit_code] { exit_code = evaluate_command(*options); });

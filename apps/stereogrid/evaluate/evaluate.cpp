@@ -163,10 +163,9 @@ Scorer score(const io::RunReader& run, const TruthSource& truth) {
   return scorer;
 }
 
-std::string truth_text(const TruthSource& truth, Rings rings) {
+std::string truth_text(const TruthSource& truth) {
   if (truth.kind() == TruthKind::exact) return "exact";
-  if (truth.kind() == TruthKind::objects) return "none of the cells";
-  return rings == Rings::all ? "lidar" : "lidar, " + name_of(rings) + " rings";
+  return truth.kind() == TruthKind::objects ? "none of the cells" : "lidar";
 }
 
 }  // namespace
@@ -180,14 +179,14 @@ Evaluation evaluate(const EvaluateOptions& options) {
   const InputOptions input{input_options(options, run)};
   Input opened{open_input(input)};
   const TruthKind kind{kind_of(options.truth, opened)};
-  const TruthSource truth{std::move(opened), kind, options.camera_height_m, options.rings};
+  const TruthSource truth{std::move(opened), kind, options.camera_height_m};
   check_same_images(run, truth.input().source->rig());
   Scorer scorer{score(run, truth)};
   Evaluation evaluation;
   evaluation.about = {{"run", io::printable_path(run.folder())},
                       {"preset", run.preset()},
                       {"input", text_of(input)},
-                      {"truth", truth_text(truth, options.rings)},
+                      {"truth", truth_text(truth)},
                       {"frames", fmt::format("{} of {}", scorer.frames(), run.frames().size())},
                       {"obstacles", scorer.obstacles_text()}};
   evaluation.series = scorer.take_series();

@@ -7,7 +7,6 @@
 
 #include "evaluate/output.hpp"
 #include "input.hpp"
-#include "sweeps.hpp"
 
 namespace stereogrid::app {
 
@@ -16,7 +15,6 @@ struct EvaluateOptions {
   std::string input;
   std::string truth;
   std::optional<double> camera_height_m;
-  Rings rings{Rings::all};
   std::string json;
   std::string html;
 };

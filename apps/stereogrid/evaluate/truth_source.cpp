@@ -33,11 +33,6 @@ TruthSource::TruthSource(Input input, TruthKind kind, std::optional<double> came
                      input_.recording->has_scans() ? "It has lidar sweeps: use --truth lidar."
                                                    : "Give a rendered drive or a scene."};
   }
-  if (rings_ != Rings::all && kind_ != TruthKind::lidar) {
-    throw ConfigError{
-        "--rings chooses among the lidar's rings, but the input is scored against its exact truth. Leave "
-        "--rings out, or give --truth lidar."};
-  }
   for (std::size_t i{0}; i < input_.source->size(); ++i) places_.emplace(input_.source->name(i), i);
 }
 

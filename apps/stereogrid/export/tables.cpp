@@ -4,9 +4,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <iterator>
+#include <span>
 #include <string_view>
+#include <vector>
 
+#include "stereogrid/io/run_folder/obstacle_fields.hpp"
 #include "stereogrid/io/run_folder/stages.hpp"
 
 namespace stereogrid::app {
@@ -35,15 +39,43 @@ class Line {
   explicit Line(Of kept) : kept_{kept} {}
 
   template <class Value>
-  void operator()(std::string_view name, const Value& value) {
-    if (!text_.empty()) text_ += ',';
-    text_ += kept_ == Of::names ? std::string{name} : field(value);
+  void operator()(const std::string& name, const Value& value) {
+    columns_.push_back({name, kept_ == Of::names ? name : field(value)});
   }
-  [[nodiscard]] std::string text() const { return text_ + '\n'; }
+  template <class Value>
+  void operator()(const io::ObstacleField& of, const Value& value) {
+    (*this)(of.name, value);
+  }
+  void operator()(const io::ObstacleField& of, const ObstacleKind& kind) {
+    (*this)(of.name, std::string{names_of(kind)[static_cast<std::size_t>(kind)]});
+  }
+  void operator()(const io::ObstacleField& of, const Covariance2& covariance) {
+    const std::string_view name{of.name};
+    const std::string_view quantity{name.substr(0, name.find('_'))};
+    (*this)(fmt::format("{}_xx_{}", quantity, of.square_unit), covariance.xx);
+    (*this)(fmt::format("{}_xy_{}", quantity, of.square_unit), covariance.xy);
+    (*this)(fmt::format("{}_yy_{}", quantity, of.square_unit), covariance.yy);
+  }
+  void operator()(const io::ObstacleField& /*of*/, const Outline& /*outline*/) {}  // no column
+
+  /// Sorts the columns; those that are not in `order` come last.
+  void arrange(std::span<const std::string_view> order) {
+    std::ranges::stable_sort(columns_, {}, [order](const Column& one) { return std::ranges::find(order, one.name); });
+  }
+  [[nodiscard]] std::string text() const {
+    std::string text;
+    for (const Column& column : columns_) text += (text.empty() ? "" : ",") + column.text;
+    return text + '\n';
+  }
 
  private:
+  struct Column {
+    std::string name;
+    std::string text;
+  };
+
   Of kept_;
-  std::string text_;
+  std::vector<Column> columns_;
 };
 
 void visit_instant(Line& line, const io::RunFrame& frame) {
@@ -74,37 +106,22 @@ std::string frame_line(Line line, const io::RunFrame& frame) {
   return line.text();
 }
 
+// A new field becomes the last column.
+constexpr std::string_view obstacle_columns[]{"index",          "name",          "stamp_ns",      "id",
+                                              "kind",           "x_m",           "y_m",           "world_x_m",
+                                              "world_y_m",      "vx_mps",        "vy_mps",        "length_m",
+                                              "width_m",        "height_m",      "yaw_rad",       "yaw_rate_radps",
+                                              "length_sigma_m", "width_sigma_m", "yaw_sigma_rad", "age_s",
+                                              "unseen_s",       "occupancy",     "confirmed",     "moving",
+                                              "coasting"};
+
 std::string obstacle_line(Line line, const io::RunFrame& frame, const Obstacle& obstacle) {
   const Point2 in_world{frame.world_from_vehicle * Point2{obstacle.x_m, obstacle.y_m}};
   visit_instant(line, frame);
-  line("id", obstacle.id);
-  line("kind", std::string{names_of(obstacle.kind)[static_cast<std::size_t>(obstacle.kind)]});
-  line("x_m", obstacle.x_m);
-  line("y_m", obstacle.y_m);
+  io::visit_fields(obstacle, line);
   line("world_x_m", in_world.x);
   line("world_y_m", in_world.y);
-  line("vx_mps", obstacle.vx_mps);
-  line("vy_mps", obstacle.vy_mps);
-  line("length_m", obstacle.length_m);
-  line("width_m", obstacle.width_m);
-  line("height_m", obstacle.height_m);
-  line("yaw_rad", obstacle.yaw_rad);
-  line("yaw_rate_radps", obstacle.yaw_rate_radps);
-  line("length_sigma_m", obstacle.length_sigma_m);
-  line("width_sigma_m", obstacle.width_sigma_m);
-  line("yaw_sigma_rad", obstacle.yaw_sigma_rad);
-  line("age_s", obstacle.age_s);
-  line("unseen_s", obstacle.unseen_s);
-  line("occupancy", obstacle.occupancy);
-  line("confirmed", obstacle.confirmed);
-  line("moving", obstacle.moving);
-  line("coasting", obstacle.coasting);
-  line("position_xx_m2", obstacle.position_covariance.xx);
-  line("position_xy_m2", obstacle.position_covariance.xy);
-  line("position_yy_m2", obstacle.position_covariance.yy);
-  line("velocity_xx_m2ps2", obstacle.velocity_covariance.xx);
-  line("velocity_xy_m2ps2", obstacle.velocity_covariance.xy);
-  line("velocity_yy_m2ps2", obstacle.velocity_covariance.yy);
+  line.arrange(obstacle_columns);
   return line.text();
 }
 

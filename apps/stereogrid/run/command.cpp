@@ -35,20 +35,9 @@ std::vector<std::string> layers_of(const RunOptions& options) {
 }
 
 void add_result_options(CLI::App& command, RunOptions& options) {
-  command
-      .add_option("--matcher", options.matcher,
-                  "Who finds the disparities: stereogrid itself (matching.method), or for comparison OpenCV's block "
-                  "or semi-global matcher.")
-      ->check(CLI::IsMember({"own", "opencv-bm", "opencv-sgbm"}))
-      ->capture_default_str();
   command.add_option("--fuse", options.fuse, "Fuse the stereo grid with one of the input's lidar sweeps (fusion.*).")
       ->check(CLI::IsMember({"none", "lidar"}))
       ->capture_default_str();
-  command
-      .add_option("--fuse-rings", options.fuse_rings,
-                  "Rings of the lidar that are fused; evaluate --rings has the rest.")
-      ->transform(CLI::CheckedTransformer(ring_names()))
-      ->type_name("all|even|odd");
   command
       .add_option("--predict", options.predict_s,
                   "Also the filtered grid as it will be so many seconds later: predictions/NAME.npz.")

@@ -11,8 +11,8 @@ namespace stereogrid::app {
 
 const char* const stereo_alone{"stereo alone: "};
 
-LidarStage::LidarStage(bool wanted, const Input& input, const GridGeometry& grid, Rings rings)
-    : wanted_{wanted}, sweeps_{input.recording}, grid_{grid}, rings_{rings} {
+LidarStage::LidarStage(bool wanted, const Input& input, const GridGeometry& grid)
+    : wanted_{wanted}, sweeps_{input.recording}, grid_{grid} {
   if (wanted) {
     sweeps_.require(input.recording == nullptr ? "Leave --fuse out."
                                                : "Put KITTI's folder velodyne/ (raw drives: velodyne_points/) beside "
@@ -23,7 +23,7 @@ LidarStage::LidarStage(bool wanted, const Input& input, const GridGeometry& grid
 std::string LidarStage::add_grid(StereoFrame& frame, const Rig& rig) const {
   if (!wanted_) return "";
   try {
-    const std::vector<evaluation::CameraPoint> points{sweeps_.of(static_cast<std::size_t>(frame.index), rings_)};
+    const std::vector<evaluation::CameraPoint> points{sweeps_.of(static_cast<std::size_t>(frame.index))};
     if (points.empty()) return std::string{stereo_alone} + "no lidar sweep";
     frame.other_grids.push_back(
         {grid_, evaluation::lidar_grid(points, sweeps_.lidar_in_camera(), rig, grid_, rig.camera_height_m)});

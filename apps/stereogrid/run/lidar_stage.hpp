@@ -17,7 +17,7 @@ extern const char* const stereo_alone;
 class LidarStage {
  public:
   /// `grid`: where the lidar's grid is made. Throws InputError where it is `wanted` and the input has no sweeps.
-  LidarStage(bool wanted, const Input& input, const GridGeometry& grid, Rings rings);
+  LidarStage(bool wanted, const Input& input, const GridGeometry& grid);
 
   /// Gives the frame the grid that an inverse sensor model makes of its sweep, the camera being mounted as `rig` says.
   /// Returns a warning where there is none (`stereo_alone` and the reason), "" otherwise.
@@ -27,7 +27,6 @@ class LidarStage {
   bool wanted_;
   Sweeps sweeps_;
   GridGeometry grid_;
-  Rings rings_;
 };
 
 }  // namespace stereogrid::app

@@ -16,7 +16,6 @@
 #include "run/damaged_frames.hpp"
 #include "run/folder_lock.hpp"
 #include "run/lidar_stage.hpp"
-#include "run/opencv_stage.hpp"
 #include "run/result_writer.hpp"
 #include "run/resume.hpp"
 #include "run/run_loop.hpp"
@@ -56,17 +55,10 @@ void check_options(const RunOptions& options, const Input& input) {
     throw ConfigError{"--value-scale is of messages, but none are sent. Give --mcap FILE, --view or --ros2, too."};
   }
   check(options.messages, input.source->rig());
-  if (options.matcher != "own" && input.recording != nullptr && input.recording->gives_disparities()) {
-    throw ConfigError{fmt::format("--matcher {} needs right images, but the disparities are given ({}). Leave one out.",
-                                  options.matcher, input.recording->contents().disparities.string())};
-  }
 }
 
 void check_options(const RunOptions& options) {
   static_cast<void>(layers_of(options));
-  if (options.fuse == "none" && options.fuse_rings != Rings::all) {
-    throw ConfigError{"--fuse-rings chooses among the lidar's rings, but nothing is fused. Give --fuse lidar, too."};
-  }
   if (options.resume && !options.video.empty()) {
     throw ConfigError{"--video cannot go on with --resume: a film is made in one go. Leave one of them out."};
   }
@@ -84,10 +76,9 @@ io::RunRecord describe_run(const RunOptions& options, const Input& input, const 
                        {.preset = options.config.preset,
                         .config = pipeline.config(),
                         .input = describe(input, options.input),
-                        .matcher = given ? "given" : options.matcher,
+                        .matcher = given ? "given" : "own",
                         .predict_s = options.predict_s,
                         .fuse_source = options.fuse,
-                        .fuse_rings = name_of(options.fuse_rings),
                         .device = std::string{name_of(pipeline.back_end())},
                         .rig = pipeline.rig(),
                         .grid = pipeline.vehicle_grid(),
@@ -141,7 +132,7 @@ int run(const RunOptions& options) {
   check_options(options, input);
   log_input(input);
   Pipeline pipeline{start_pipeline(config, input.source->rig(), options.device, pipeline_options(options, input))};
-  const LidarStage lidar{options.fuse == "lidar", input, pipeline.vehicle_grid(), options.fuse_rings};
+  const LidarStage lidar{options.fuse == "lidar", input, pipeline.vehicle_grid()};
   io::RunRecord record{describe_run(options, input, pipeline)};
   const FolderLock lock{record.folder()};
   options.resume ? record.resume() : record.begin();
@@ -153,7 +144,6 @@ int run(const RunOptions& options) {
     tell("open {}\n", page->server().url());
   }
   ResultWriter writer{writer_options(options, input, pipeline.rig(), record.range().first, page ? &*page : nullptr)};
-  const OpencvStage opencv{options.matcher, pipeline.config().matching.disparities};
   const io::Checkpoints checkpoints{record.range().first, static_cast<std::size_t>(options.checkpoint_every),
                                     options.every};
   PoseStage poses{input.poses, input.source->rig(), input.mask,
@@ -163,7 +153,7 @@ int run(const RunOptions& options) {
   const std::size_t first{
       first_frame_of(record, pipeline, poses, {static_cast<std::size_t>(options.warm_up), options.go_on_from})};
   record.go_on_from(first);
-  RunLoop loop{pipeline, poses, opencv, lidar, record, writer, first, checkpoints, options.input_wait_s};
+  RunLoop loop{pipeline, poses, lidar, record, writer, first, checkpoints, options.input_wait_s};
   catch_interrupts();
   loop.go_through(*input.source);
   record.save(loop.is_complete());

@@ -11,7 +11,6 @@
 #include "connect/page.hpp"
 #include "input.hpp"
 #include "start_pipeline.hpp"
-#include "sweeps.hpp"
 
 namespace stereogrid::app {
 
@@ -19,9 +18,7 @@ struct RunOptions {
   InputOptions input;
   std::string folder;
   ConfigOptions config;
-  std::string matcher{"own"};
   std::string fuse{"none"};
-  Rings fuse_rings{Rings::all};
   std::vector<double> predict_s;
   std::string frames;
   int warm_up{0};

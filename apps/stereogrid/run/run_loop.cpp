@@ -26,12 +26,10 @@ constexpr std::size_t frames_ahead{4};
 
 }  // namespace
 
-RunLoop::RunLoop(Pipeline& pipeline, PoseStage& poses, const OpencvStage& opencv, const LidarStage& lidar,
-                 io::RunRecord& record, ResultWriter& writer, std::size_t first_frame,
-                 const io::Checkpoints& checkpoints, int input_wait_s)
+RunLoop::RunLoop(Pipeline& pipeline, PoseStage& poses, const LidarStage& lidar, io::RunRecord& record,
+                 ResultWriter& writer, std::size_t first_frame, const io::Checkpoints& checkpoints, int input_wait_s)
     : pipeline_{pipeline},
       poses_{poses},
-      opencv_{opencv},
       lidar_{lidar},
       record_{record},
       writer_{writer},
@@ -85,7 +83,6 @@ bool RunLoop::load() {
       skip(queued_.error);
       return true;
     }
-    opencv_ms_ = opencv_.match(*queued_.frame);
     lidar_warning_ = lidar_.add_grid(*queued_.frame, pipeline_.next_rig());
     return true;
   } catch (const DeviceError& error) {
@@ -97,8 +94,6 @@ bool RunLoop::load() {
 void RunLoop::deliver(capture::PreparedFrame& prepared, FrameResult& result) {
   last_processed_ = queued_.index;
   if (queued_.index < first_to_write_) return;
-  result.timing_ms.match += opencv_ms_;
-  result.timing_ms.total += opencv_ms_;
   if (!lidar_warning_.empty()) result.warnings.push_back(lidar_warning_);
   tell_warnings(queued_.name, result.warnings);
   ++frames_done_;

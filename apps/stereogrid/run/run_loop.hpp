@@ -10,7 +10,6 @@
 
 #include "pose_stage.hpp"
 #include "run/lidar_stage.hpp"
-#include "run/opencv_stage.hpp"
 #include "run/result_writer.hpp"
 #include "stereogrid/capture/frame_loop.hpp"
 #include "stereogrid/io/frame_queue.hpp"
@@ -26,9 +25,8 @@ class Progress;
 class RunLoop final : private capture::FrameHandler {
  public:
   /// `first_frame`: from there on frames go through the pipeline; those that are finished already are not written.
-  RunLoop(Pipeline& pipeline, PoseStage& poses, const OpencvStage& opencv, const LidarStage& lidar,
-          io::RunRecord& record, ResultWriter& writer, std::size_t first_frame, const io::Checkpoints& checkpoints,
-          int input_wait_s);
+  RunLoop(Pipeline& pipeline, PoseStage& poses, const LidarStage& lidar, io::RunRecord& record, ResultWriter& writer,
+          std::size_t first_frame, const io::Checkpoints& checkpoints, int input_wait_s);
 
   void go_through(const FrameSource& source);
 
@@ -56,7 +54,6 @@ class RunLoop final : private capture::FrameHandler {
 
   Pipeline& pipeline_;
   PoseStage& poses_;
-  const OpencvStage& opencv_;
   const LidarStage& lidar_;
   io::RunRecord& record_;
   ResultWriter& writer_;
@@ -68,7 +65,6 @@ class RunLoop final : private capture::FrameHandler {
   io::FrameQueue* queue_{nullptr};  ///< while go_through() runs
   Progress* progress_{nullptr};
   io::QueuedFrame queued_;     ///< frame in work
-  double opencv_ms_{0};        ///< of it
   std::string lidar_warning_;  ///< of it
   bool has_ended_{false};
   std::string unavailable_;

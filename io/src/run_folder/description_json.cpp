@@ -48,7 +48,7 @@ Json settings_json(const RunDescription& run) {
           {"input", json_of(run.input)},
           {"matcher", run.matcher},
           {"predict_s", run.predict_s},
-          {"fuse", {{"source", run.fuse_source}, {"rings", run.fuse_rings}}},
+          {"fuse", {{"source", run.fuse_source}}},
           {"device", run.device},
           {"compact", run.compact},
           {"every", run.every},

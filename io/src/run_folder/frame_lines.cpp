@@ -8,7 +8,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string_view>
@@ -18,6 +17,7 @@
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
 #include "stereogrid/io/poses.hpp"
+#include "stereogrid/io/run_folder/obstacle_fields.hpp"
 #include "stereogrid/io/run_folder/stages.hpp"
 #include "stereogrid/io/text.hpp"
 
@@ -35,6 +35,9 @@ class Numbers {
   [[nodiscard]] double to_centimetres(double metres) const { return stepped(metres, 100); }
   [[nodiscard]] double to_thousandths(double value) const { return stepped(value, 1000); }
   [[nodiscard]] double to_ten_thousandths(double value) const { return stepped(value, 10'000); }
+  [[nodiscard]] double stepped(double value, double steps) const {
+    return compact_ ? std::round(value * steps) / steps + 0.0 : value;  // + 0.0: of -0.0 too
+  }
   [[nodiscard]] double to_four_digits(double value) const {
     if (!compact_) return value;
     std::array<char, 32> text{};
@@ -44,10 +47,6 @@ class Numbers {
   }
 
  private:
-  [[nodiscard]] double stepped(double value, double steps) const {
-    return compact_ ? std::round(value * steps) / steps + 0.0 : value;  // + 0.0: of -0.0 too
-  }
-
   bool compact_;
 };
 
@@ -64,45 +63,46 @@ Json json_of(const Outline& outline, const Numbers& numbers) {
   return points;
 }
 
-// JSON has no infinity.
-Json json_of_sigma(double sigma) {
-  return std::isfinite(sigma) ? Json(sigma) : Json();
-}
+/// Writes the fields of an obstacle into an object.
+class ObstacleWriter {
+ public:
+  ObstacleWriter(Json& object, const Numbers& numbers) : object_{object}, numbers_{numbers} {}
+
+  template <class Value>
+  void operator()(const ObstacleField& field, const Value& value) const {
+    object_[field.name] = value;
+  }
+  // JSON has no infinity.
+  void operator()(const ObstacleField& field, const double& value) const {
+    object_[field.name] = std::isfinite(value) ? Json(numbers_.stepped(value, field.steps)) : Json();
+  }
+  void operator()(const ObstacleField& field, const ObstacleKind& kind) const {
+    object_[field.name] = names_of(kind)[static_cast<std::size_t>(kind)];
+  }
+  void operator()(const ObstacleField& field, const Covariance2& covariance) const {
+    object_[field.name] = json_of(covariance, numbers_);
+  }
+  void operator()(const ObstacleField& field, const Outline& outline) const {
+    object_[field.name] = json_of(outline, numbers_);
+  }
+
+ private:
+  Json& object_;
+  const Numbers& numbers_;
+};
 
 Json json_of(const Obstacle& obstacle, const Numbers& numbers) {
-  const auto rounded = [&](double value) { return numbers.to_thousandths(value); };
-  return {{"id", obstacle.id},
-          {"x_m", rounded(obstacle.x_m)},
-          {"y_m", rounded(obstacle.y_m)},
-          {"vx_mps", rounded(obstacle.vx_mps)},
-          {"vy_mps", rounded(obstacle.vy_mps)},
-          {"length_m", rounded(obstacle.length_m)},
-          {"width_m", rounded(obstacle.width_m)},
-          {"yaw_rad", numbers.to_ten_thousandths(obstacle.yaw_rad)},
-          {"age_s", rounded(obstacle.age_s)},
-          {"occupancy", rounded(obstacle.occupancy)},
-          {"confirmed", obstacle.confirmed},
-          {"moving", obstacle.moving},
-          {"coasting", obstacle.coasting},
-          {"unseen_s", rounded(obstacle.unseen_s)},
-          {"position_covariance", json_of(obstacle.position_covariance, numbers)},
-          {"velocity_covariance", json_of(obstacle.velocity_covariance, numbers)},
-          {"kind", names_of(ObstacleKind{})[static_cast<std::size_t>(obstacle.kind)]},
-          {"height_m", rounded(obstacle.height_m)},
-          {"outline_m", json_of(obstacle.outline, numbers)},
-          {"yaw_rate_radps", rounded(obstacle.yaw_rate_radps)},
-          {"length_sigma_m", json_of_sigma(rounded(obstacle.length_sigma_m))},
-          {"width_sigma_m", json_of_sigma(rounded(obstacle.width_sigma_m))},
-          {"yaw_sigma_rad", json_of_sigma(rounded(obstacle.yaw_sigma_rad))}};
+  Json object(Json::object());
+  visit_fields(obstacle, ObstacleWriter{object, numbers});
+  return object;
 }
 
 std::int64_t id_of(const Json& obstacle) {
   return whole_number(obstacle, "id", 0, std::int64_t{1} << 53);
 }
 
-constexpr double farthest{1e9};    // metres and radians of poses: those of a source that jumped, too
-constexpr double most{1e6};        // metres, m/s …: of what a street holds
-constexpr double longest_s{1e10};  // between any two stamps
+constexpr double farthest{1e9};  // metres and radians of poses: those of a source that jumped, too
+constexpr double most{1e6};      // metres, m/s …: of what a street holds
 
 // Flags that this version does not know are left out.
 std::vector<FrameStatus> status_of(const Json& line) {
@@ -144,64 +144,58 @@ FrameSummary summary_of(const Json& line) {
   return frame;
 }
 
-// Runs of older versions have no kinds and no outlines. Every kind that is not extended is a thing.
-ObstacleKind kind_of(const Json& o) {
-  return o.value("kind", "thing") == "extended" ? ObstacleKind::extended : ObstacleKind::thing;
-}
+/// Reads the fields of an obstacle from an object.
+class ObstacleReader {
+ public:
+  explicit ObstacleReader(const Json& object) : object_{object} {}
 
-Outline outline_of(const Json& o) {
-  Outline outline;
-  const auto points{o.find("outline_m")};
-  if (points == o.end() || points->is_null()) return outline;
-  if (!points->is_array() || points->size() > Outline::points_max) {
-    throw InputError{fmt::format("'outline_m' is no list of at most {} points", Outline::points_max)};
+  void operator()(const ObstacleField& /*field*/, std::int64_t& id) const { id = id_of(object_); }
+  // null: the infinity that is its default
+  void operator()(const ObstacleField& field, double& value) const {
+    if (is_missing(field) || (std::isinf(value) && object_.at(field.name).is_null())) return;
+    value = number(object_, field.name, field.largest);
   }
-  for (const Json& point : *points) {
-    outline.push_back({number_of(point.at(0), "outline_m", most), number_of(point.at(1), "outline_m", most)});
+  void operator()(const ObstacleField& field, bool& value) const {
+    if (!is_missing(field)) value = object_.at(field.name).get<bool>();
   }
-  return outline;
-}
+  // Every kind that is not extended is a thing.
+  void operator()(const ObstacleField& field, ObstacleKind& kind) const {
+    kind = object_.value(field.name, "thing") == "extended" ? ObstacleKind::extended : ObstacleKind::thing;
+  }
+  void operator()(const ObstacleField& field, Covariance2& covariance) const;
+  void operator()(const ObstacleField& field, Outline& outline) const;
 
-Covariance2 covariance_of(const Json& o, const char* key) {
+ private:
+  [[nodiscard]] bool is_missing(const ObstacleField& field) const {
+    return !field.is_required && !object_.contains(field.name);
+  }
+
+  const Json& object_;
+};
+
+void ObstacleReader::operator()(const ObstacleField& field, Covariance2& covariance) const {
   constexpr double largest{1e12};
-  const auto found{o.find(key)};
-  if (found == o.end()) return {};
-  const auto value = [&](std::size_t i) { return number_of(found->at(i), key, largest); };
-  return {value(0), value(1), value(2)};
+  if (is_missing(field)) return;
+  const Json& values(object_.at(field.name));
+  const auto value = [&](std::size_t i) { return number_of(values.at(i), field.name, largest); };
+  covariance = {value(0), value(1), value(2)};
 }
 
-// null: unknown, as in runs of older versions.
-double sigma_of(const Json& o, const char* key) {
-  const auto found{o.find(key)};
-  if (found == o.end() || found->is_null()) return std::numeric_limits<double>::infinity();
-  return number_of(*found, key, most);
+void ObstacleReader::operator()(const ObstacleField& field, Outline& outline) const {
+  if (is_missing(field) || object_.at(field.name).is_null()) return;
+  const Json& points(object_.at(field.name));
+  if (!points.is_array() || points.size() > Outline::points_max) {
+    throw InputError{fmt::format("'{}' is no list of at most {} points", field.name, Outline::points_max)};
+  }
+  for (const Json& point : points) {
+    outline.push_back({number_of(point.at(0), field.name, most), number_of(point.at(1), field.name, most)});
+  }
 }
 
-Obstacle obstacle_of(const Json& o) {
-  const auto value = [&o](const char* key) { return number(o, key, most); };
-  return {id_of(o),
-          value("x_m"),
-          value("y_m"),
-          value("vx_mps"),
-          value("vy_mps"),
-          value("length_m"),
-          value("width_m"),
-          value("yaw_rad"),
-          value("occupancy"),
-          number(o, "age_s", longest_s),
-          o.at("confirmed").get<bool>(),
-          o.value("moving", false),
-          o.value("coasting", false),
-          o.value("unseen_s", 0.0),
-          covariance_of(o, "position_covariance"),
-          covariance_of(o, "velocity_covariance"),
-          kind_of(o),
-          o.contains("height_m") ? value("height_m") : 0,
-          outline_of(o),
-          o.contains("yaw_rate_radps") ? value("yaw_rate_radps") : 0,
-          sigma_of(o, "length_sigma_m"),
-          sigma_of(o, "width_sigma_m"),
-          sigma_of(o, "yaw_sigma_rad")};
+Obstacle obstacle_of(const Json& object) {
+  Obstacle obstacle;
+  visit_fields(obstacle, ObstacleReader{object});
+  return obstacle;
 }
 
 StageTimes timing_of(const Json& line) {

@@ -43,7 +43,6 @@ struct RunDescription {
   std::string matcher;
   std::vector<double> predict_s;
   std::string fuse_source;
-  std::string fuse_rings;
   std::string device;
   Rig rig;
   GridGeometry grid;        ///< of the vehicle-frame arrays

@@ -8,20 +8,20 @@
 #include "stereogrid/frame.hpp"
 #include "stereogrid/io/opencv_matcher.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::research {
 
-/// Stands before the pipeline where OpenCV is to match.
+/// Matches with OpenCV before the pipeline does.
 class OpencvStage {
  public:
   /// `name`: "own" (nothing to do), "opencv-bm" or "opencv-sgbm".
   OpencvStage(const std::string& name, int disparities);
 
-  /// Puts OpenCV's disparities in the place of the frame's right image. Returns the milliseconds it took.
-  double match(StereoFrame& frame) const;
+  /// Replaces the frame's right image by OpenCV's disparities.
+  void match(StereoFrame& frame) const;
 
  private:
   std::optional<io::OpencvMatcher> matcher_;
   int disparities_;
 };
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::research
