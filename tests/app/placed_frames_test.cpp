@@ -111,13 +111,12 @@ TEST(PlacedFrames, BeginsAnewWhenAsked) {
   Listed listed{{frame(0), frame(1)}, PoseSource::none};
   listed.source->hold_after(1);
   PlacedFrames frames{listed.input};
-  const std::optional<PlacedFrame> before{frames.next(1s)};
+  const std::optional<capture::PreparedFrame> before{frames.next(1s)};
   frames.begin_anew();
   listed.source->hold_after(2);
-  const std::optional<PlacedFrame> after{frames.next(1s)};
+  const std::optional<capture::PreparedFrame> after{frames.next(1s)};
   ASSERT_TRUE(before && after);
-  EXPECT_EQ(before->stream, 1);
-  EXPECT_EQ(after->stream, 2);
+  EXPECT_TRUE(after->begins_anew);
   EXPECT_FALSE(after->odometry_ms);
   EXPECT_FALSE(after->frame.world_from_vehicle);
 }
