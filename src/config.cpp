@@ -12,7 +12,6 @@
 #include <type_traits>
 
 #include "filter/filter.hpp"
-#include "paper_preset.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid {
@@ -169,15 +168,40 @@ double lattice_bytes(const Config& config) {
   return 2 * sizeof(float) * lattice_size(config.filter) * side * side;
 }
 
+// Where the paper's method differs from the default; docs/paper.md has the reasons.
+Config paper_preset() {
+  Config config;
+  config.matching.align_rows = false;
+  config.matching.window_px = 21;
+  config.matching.uniqueness = 0.02;
+  config.matching.texture = 1;
+  config.matching.cost_limit = 1;
+  config.matching.left_right_px = 1;
+  config.matching.speckle_px = config.matching.road_speckle_px = 60;
+  config.matching.subpixel = false;
+  config.u_disparity.obstacle_min_height_m = 0;
+  config.u_disparity.follow_roll = false;
+  config.u_disparity.tau_obstacle = 0.1;
+  config.u_disparity.sigma_column = 1.5;
+  config.u_disparity.road_rays = RoadRays::none;
+  config.u_disparity.small_count_guard = 0;
+  config.u_disparity.left_border = false;
+  config.projection.model = ProjectionModel::bins;
+  config.filter.model = FilterModel::tay2008;
+  config.filter.speeds_mps = {2, 4, 6, 8, 10};
+  config.filter.forgetting_in_view_s = 2;
+  config.filter.velocity_noise = 0.05;
+  config.filter.likelihood_exponent = 1;
+  config.filter.static_prior = 0;
+  config.filter.scene_flow = false;
+  return config;
+}
+
 }  // namespace
 
 Config preset(std::string_view name) {
   if (name == "default") return {};
-  if (name == "paper") {
-    Config config;
-    set_paper_values(config);
-    return config;
-  }
+  if (name == "paper") return paper_preset();
   throw ConfigError{"There is no preset '" + std::string{name} + "'. There are: default, paper."};
 }
 

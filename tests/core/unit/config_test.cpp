@@ -9,7 +9,6 @@
 #include <string>
 #include <type_traits>
 
-#include "paper_preset.hpp"
 #include "stereogrid/error.hpp"
 #include "support.hpp"
 
@@ -95,28 +94,6 @@ TEST(Config, PaperPresetHasThePapersValues) {
   EXPECT_EQ(config.filter.likelihood_exponent, 1);
   EXPECT_EQ(config.filter.static_prior, 0) << "all velocities alike";
   EXPECT_EQ(config.matching.method, MatchingMethod::correlation);
-}
-
-// Whatever a parameter was, preset `paper` has a value of its own for it: a new parameter, or another default, cannot
-// change the preset unnoticed.
-TEST(Config, PaperPresetNamesEveryParameter) {
-  const Config paper{preset("paper")};
-  Config config{paper};
-  visit_parameters(config, [](std::string_view, const Parameter&, auto& value) {
-    using T = std::remove_cvref_t<decltype(value)>;
-    if constexpr (std::is_same_v<T, bool>) {
-      value = !value;
-    } else if constexpr (std::is_enum_v<T>) {
-      value = static_cast<T>((static_cast<std::size_t>(value) + 1) % names_of(value).size());
-    } else if constexpr (std::is_same_v<T, std::vector<double>>) {
-      value.push_back(50);
-    } else {
-      value += 1;
-    }
-  });
-  for (const Entry& entry : entries()) ASSERT_NE(get(config, entry.key), get(paper, entry.key)) << entry.key;
-  set_paper_values(config);
-  for (const Entry& entry : entries()) EXPECT_EQ(get(config, entry.key), get(paper, entry.key)) << entry.key;
 }
 
 TEST(Config, PresetsAreFoundByName) {
