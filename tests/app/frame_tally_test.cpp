@@ -73,8 +73,8 @@ TEST(FrameTally, AnEstimatedMountingIsProposedOnce) {
 TEST(FrameTally, AWrongPitchIsSaidWithTheRightOne) {
   FrameTally tally;
   for (std::size_t i{0}; i < 5; ++i) tally.add(frame(i, {}));
-  EXPECT_THAT(texts_of(tally, rig_with(-0.03), rig_with(-0.03)),
-              ElementsAre(AllOf(HasSubstr("looks down by 1.1°, not by -1.7°"), HasSubstr("camera_pitch_rad: 0.020"))));
+  EXPECT_THAT(texts_of(tally, rig_with(-0.017), rig_with(-0.017)),
+              ElementsAre(AllOf(HasSubstr("looks down by 1.1°, not by -1.0°"), HasSubstr("camera_pitch_rad: 0.020"))));
 }
 
 TEST(FrameTally, UnequalExposuresAreSaidOnce) {
