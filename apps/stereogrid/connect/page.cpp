@@ -10,8 +10,8 @@
 #include <optional>
 #include <utility>
 
-#include "connect/listen_address.hpp"
 #include "connect/assets.hpp"
+#include "connect/listen_address.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/run_folder/stages.hpp"
 #include "stereogrid/server/metrics.hpp"

@@ -4,7 +4,7 @@
 // through the operations of find_rays in their order.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "observation/rays/project_simd.cpp"  // NOLINT
-#include "hwy/foreach_target.h"                     // IWYU pragma: keep
+#include "hwy/foreach_target.h"                                 // IWYU pragma: keep
 // after foreach_target
 #include "hwy/highway.h"
 #include "numbers_simd.hpp"

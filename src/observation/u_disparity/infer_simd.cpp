@@ -3,7 +3,7 @@
 // Compiled once per instruction set; Highway picks one at run time. Vectors run along the columns of a row.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "observation/u_disparity/infer_simd.cpp"  // NOLINT
-#include "hwy/foreach_target.h"                          // IWYU pragma: keep
+#include "hwy/foreach_target.h"                                      // IWYU pragma: keep
 // after foreach_target
 #include "hwy/highway.h"
 #include "observation/u_disparity/infer_simd.hpp"
