@@ -117,7 +117,7 @@ class STEREOGRID_EXPORT Pipeline {
   [[nodiscard]] int threads() const;
   /// Memory allocated by the constructor. process() does not allocate on the CPU, unless there are far more obstacles
   /// or tracked features than a street has. Part of it lies untouched for long, which the system then need not back.
-  /// What oneTBB, the CUDA driver and the reference back end take besides is not in it.
+  /// Excludes memory of oneTBB, the CUDA driver and the reference back end.
   [[nodiscard]] MemoryUse memory_use() const;
   /// Where the work is done: cpu, reference or cuda.
   [[nodiscard]] BackEnd back_end() const;

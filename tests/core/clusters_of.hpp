@@ -6,7 +6,7 @@
 
 namespace stereogrid::test {
 
-/// Of a frame, as FramePipeline finds them.
+/// Finds the clusters of a frame as FramePipeline does.
 template <class ForRanges>
 void find_clusters(View<const float> obstacle, const Ground& ground, const GridLayers& world,
                    const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors, const ForRanges& for_ranges,

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What FramePipeline decides on the way of a frame (where the road is, by how much rows are off, what can be relied
-// on) has the same results on the GPU as on the reference back end.
+// Decisions of FramePipeline (ground plane, vertical misalignment, rejection) are the same on the GPU as on the
+// reference back end.
 #include <algorithm>
 #include <cstdint>
 #include <vector>
