@@ -23,7 +23,7 @@ constexpr double most{1e6};            // m, m/s, rad
 constexpr double largest_box_m{1000};  // a side
 constexpr std::size_t most_objects{100'000};
 
-const char* const mend{"Correct the line, or remove the file: without it obstacles are not scored."};
+const char* const line_mend{"Correct the line, or remove the file: without it obstacles are not scored."};
 
 bool has(const Json& object, const char* key) {
   const auto found{object.find(key)};
@@ -77,10 +77,10 @@ std::vector<LabelledFrame> read_object_labels(const std::filesystem::path& path)
   std::vector<LabelledFrame> frames;
   std::set<std::string> names;
   for (const std::string_view line : lines_of(text)) {
-    read_json<Json>(printable_path(path), line, fmt::format("line {} ", frames.size() + 1), mend,
+    read_json<Json>(printable_path(path), line, fmt::format("line {} ", frames.size() + 1), line_mend,
                     [&frames](const Json& json) { frames.push_back(parse_frame(json)); });
     if (names.insert(frames.back().name).second) continue;
-    throw InputError{printable_path(path), "names frame " + printable(frames.back().name) + " twice.", mend};
+    throw InputError{printable_path(path), "names frame " + printable(frames.back().name) + " twice.", line_mend};
   }
   return frames;
 }
