@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "filter/evidence_simd.hpp"
 #include "filter/forms.hpp"
+#include "filter/joint/evidence_simd.hpp"
 
 namespace stereogrid {
 

@@ -8,10 +8,10 @@
 #include <span>
 #include <vector>
 
-#include "filter/active_blocks.hpp"
-#include "filter/evidence.hpp"
+#include "filter/joint/active_blocks.hpp"
+#include "filter/joint/evidence.hpp"
+#include "filter/joint/moving_blocks.hpp"
 #include "filter/model.hpp"
-#include "filter/moving_blocks.hpp"
 #include "held_bytes.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/frame.hpp"

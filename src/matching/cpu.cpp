@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "backend/reference.hpp"
+#include "matching/checks/decide_simd.hpp"
+#include "matching/checks/texture_simd.hpp"
 #include "matching/correlation/census_simd.hpp"
 #include "matching/correlation/correlate_simd.hpp"
-#include "matching/decide_simd.hpp"
 #include "matching/matching.hpp"
 #include "matching/semi_global/semi_global.hpp"
-#include "matching/texture_simd.hpp"
 
 namespace stereogrid {
 namespace {

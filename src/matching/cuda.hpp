@@ -8,8 +8,8 @@
 
 #include "backend/cuda.hpp"
 #include "ground/model.hpp"
-#include "matching/given.hpp"
-#include "matching/mask.hpp"
+#include "matching/checks/given.hpp"
+#include "matching/checks/mask.hpp"
 #include "matching/matching.hpp"
 
 namespace stereogrid {

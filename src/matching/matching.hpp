@@ -7,13 +7,13 @@
 
 #include "ground/model.hpp"
 #include "held_bytes.hpp"
-#include "matching/candidates.hpp"
-#include "matching/decide_simd.hpp"
+#include "matching/checks/candidates.hpp"
+#include "matching/checks/decide_simd.hpp"
+#include "matching/checks/speckles.hpp"
+#include "matching/checks/texture_simd.hpp"
 #include "matching/matches.hpp"
 #include "matching/model.hpp"
 #include "matching/padded.hpp"
-#include "matching/speckles.hpp"
-#include "matching/texture_simd.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/image.hpp"
 

@@ -123,7 +123,7 @@ struct ConfidenceModel {
 
 // apart, for the vector code's functions of the same names take ConfidenceModel, too
 namespace single_numbers {
-#include "matching/winner_formulas.hpp"
+#include "matching/checks/winner_formulas.hpp"
 }  // namespace single_numbers
 using single_numbers::subpixel_offset;
 using Winner = single_numbers::WinnerOf<int, float, bool>;

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "filter/evidence.hpp"
 #include "filter/filter.hpp"
+#include "filter/joint/evidence.hpp"
 #include "held_bytes.hpp"
 #include "motion/scene_flow.hpp"
 #include "motion/symmetric2.hpp"

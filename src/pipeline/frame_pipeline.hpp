@@ -14,8 +14,8 @@
 #include "images/row_alignment/row_alignment.hpp"
 #include "motion/scene_flow.hpp"
 #include "motion/velocity_evidence.hpp"
-#include "obstacles/near_obstacles.hpp"
-#include "obstacles/tracking.hpp"
+#include "obstacles/segmentation/near_obstacles.hpp"
+#include "obstacles/tracking/tracking.hpp"
 #include "pipeline/stages.hpp"
 
 namespace stereogrid {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "filter/filter.hpp"
-#include "obstacles/tracking.hpp"
+#include "obstacles/tracking/tracking.hpp"
 
 namespace stereogrid {
 namespace {

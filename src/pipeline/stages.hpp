@@ -5,11 +5,11 @@
 #include <memory>
 #include <span>
 
-#include "filter/evidence.hpp"
 #include "filter/filter.hpp"
 #include "filter/held_cell.hpp"
+#include "filter/joint/evidence.hpp"
 #include "images/row_alignment/row_alignment.hpp"
-#include "matching/mask.hpp"
+#include "matching/checks/mask.hpp"
 #include "matching/matches.hpp"
 #include "pipeline/saved_state.hpp"
 #include "stereogrid/pipeline.hpp"

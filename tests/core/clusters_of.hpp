@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "obstacles/clusters.hpp"
+#include "obstacles/segmentation/clusters.hpp"
 
 namespace stereogrid::test {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "obstacles/clusters.hpp"
+#include "obstacles/segmentation/clusters.hpp"
 
 namespace stereogrid::test {
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "obstacles/tracking.hpp"
+#include "obstacles/tracking/tracking.hpp"
 #include "painted_obstacles.hpp"
 #include "support.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "backend/reference.hpp"
 #include "check.hpp"
-#include "filter/blocks.cuh"
+#include "filter/joint/blocks.cuh"
 #include "images.hpp"
 #include "stereogrid/pipeline.hpp"
 

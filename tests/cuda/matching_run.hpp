@@ -10,8 +10,8 @@
 
 #include "backend/reference.hpp"
 #include "check.hpp"
+#include "matching/checks/given.hpp"
 #include "matching/cuda.hpp"
-#include "matching/given.hpp"
 #include "matching/matching.hpp"
 
 namespace stereogrid::test {

@@ -5,7 +5,7 @@
 #include "matching_run.hpp"
 
 #include "backend/reference.hpp"
-#include "matching/given.hpp"
+#include "matching/checks/given.hpp"
 
 namespace stereogrid::test {
 namespace {

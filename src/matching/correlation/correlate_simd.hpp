@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "matching/candidates.hpp"
+#include "matching/checks/candidates.hpp"
 #include "matching/matching.hpp"
 #include "matching/padded.hpp"
 

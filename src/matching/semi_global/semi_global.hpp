@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "clamped_to_int.hpp"
-#include "matching/candidates.hpp"
+#include "matching/checks/candidates.hpp"
 #include "matching/matching.hpp"
 
 namespace stereogrid {

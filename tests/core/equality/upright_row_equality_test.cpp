@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "obstacles/upright_row.hpp"
+#include "obstacles/segmentation/upright_row.hpp"
 #include "targets.hpp"
 
 namespace stereogrid::test {

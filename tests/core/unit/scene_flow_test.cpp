@@ -11,7 +11,7 @@
 
 #include "clusters_of.hpp"
 #include "motion/velocity_evidence.hpp"
-#include "obstacles/tracking.hpp"
+#include "obstacles/tracking/tracking.hpp"
 #include "painted_obstacles.hpp"
 #include "support.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "obstacles/segments.hpp"
+#include "obstacles/segmentation/segments.hpp"
 
 #include <gmock/gmock.h>
 

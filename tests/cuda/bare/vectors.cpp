@@ -6,11 +6,11 @@
 #include <cmath>
 
 #include "images/patch.hpp"
+#include "matching/checks/decide_simd.hpp"
+#include "matching/checks/texture_simd.hpp"
 #include "matching/correlation/correlate_simd.hpp"
-#include "matching/decide_simd.hpp"
 #include "matching/surfaces_simd.hpp"
-#include "matching/texture_simd.hpp"
-#include "obstacles/upright_row.hpp"
+#include "obstacles/segmentation/upright_row.hpp"
 
 namespace stereogrid {
 

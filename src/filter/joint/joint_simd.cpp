@@ -1,0 +1,268 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+// Compiled once per instruction set; Highway picks one at run time. Vectors run along the cells of a row; every element
+// goes through the operations of model.hpp and even_model.hpp in their order.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "filter/joint/joint_simd.cpp"  // NOLINT
+#include "hwy/foreach_target.h"                           // IWYU pragma: keep
+// after foreach_target
+#include "filter/joint/joint_simd.hpp"
+#include "filter/resampling/partial_vectors_simd.hpp"
+#include "hwy/highway.h"
+#include "numbers_simd.hpp"
+
+#include <algorithm>
+
+HWY_BEFORE_NAMESPACE();
+namespace stereogrid {
+namespace HWY_NAMESPACE {
+namespace {
+
+#include "filter/lattice_formulas.hpp"
+
+#include "filter/cell_formulas.hpp"
+
+using Float = hn::CappedTag<float, block_columns>;
+void PrepareRow(const JointStep& joint, int y, CellColumns columns) {
+  const FilterStep& step{joint.step};
+  FilterSpace& space{joint.after.space};
+  for_shrinking_vectors(Float{}, columns.begin, columns.end, [&](auto d, int x) {
+    const auto occupancy = hn::LoadU(d, joint.before.occupancy.row(y) + x);
+    const auto standing = hn::LoadU(d, joint.before.standing.row(y) + x);
+    const auto gained = (gained_by_moving)(step, occupancy, standing);
+    const auto even = (even_mass)(step.each_moving, occupancy, standing);
+    hn::StoreU(gained, d, space.gained.row(y) + x);
+    hn::StoreU((disturbed_standing)(step, occupancy, standing), d, space.standing.row(y) + x);
+    hn::StoreU(disturbed(hn::Set(d, step.kept_moving), even, gained), d, space.even.row(y) + x);
+  });
+}
+
+// to(x) += between(from(x + offset), from(x + offset + 1), share) in some columns; outside of it `from` is `border`.
+void add_moved(const float* from, int width, int offset, float share, float border, CellColumns columns, float* to) {
+  const auto at = [&](int x) { return x >= 0 && x < width ? from[x] : border; };
+  const int begin{std::clamp(-offset, columns.begin, columns.end)};
+  const int end{std::clamp(width - 1 - offset, begin, columns.end)};
+  for (int x{columns.begin}; x < begin; ++x) to[x] += stereogrid::between(at(x + offset), at(x + offset + 1), share);
+  for_shrinking_vectors(Float{}, begin, end, [&](auto d, int x) {
+    const auto first = hn::LoadU(d, from + x + offset);
+    const auto second = hn::LoadU(d, from + x + offset + 1);
+    hn::StoreU(hn::Add(hn::LoadU(d, to + x), between(first, second, hn::Set(d, share))), d, to + x);
+  });
+  for (int x{end}; x < columns.end; ++x) to[x] += stereogrid::between(at(x + offset), at(x + offset + 1), share);
+}
+
+void SpreadAlongX(const JointStep& joint, int y, CellColumns columns) {
+  FilterSpace& space{joint.after.space};
+  const int cells{space.even.width()};
+  float* const sums{space.spread.row(y)};
+  std::fill(sums + columns.begin, sums + columns.end, 0.0f);
+  for (int i{0}; i < joint.step.side; ++i) {
+    const Antecedents from{space.from[static_cast<std::size_t>(i)]};
+    // far beyond the window all is as just beyond it
+    const int offset{std::clamp(from.ix, -cells - 1, cells + 1)};
+    add_moved(space.even.row(y), cells, offset, from.fx, even_outside(joint.step), columns, sums);
+  }
+}
+
+// Of a row outside the window, its sum along x.
+float spread_outside(const JointStep& joint) {
+  const float outside{even_outside(joint.step)};
+  float sum{0};
+  for (int i{0}; i < joint.step.side; ++i) {
+    sum += stereogrid::between(outside, outside, joint.after.space.from[static_cast<std::size_t>(i)].fx);
+  }
+  return sum;
+}
+
+void ArriveEvenly(const JointStep& joint, CellColumns columns, BlockRow& cells) {
+  if (columns.begin == columns.end) return;
+  const FilterSpace& space{joint.after.space};
+  const int size{space.even.width()};
+  const float* const before{space.even.row(cells.y + joint.scroll.y)};
+  for_shrinking_vectors(Float{}, columns.begin, columns.end, [&](auto d, int i) {
+    const auto row = [&](int y) {
+      const bool is_inside{y >= 0 && y < size};
+      return is_inside ? hn::LoadU(d, space.spread.row(y) + cells.x + i) : hn::Set(d, spread_outside(joint));
+    };
+    auto spread = hn::Zero(d);
+    for (int j{0}; j < joint.step.side; ++j) {
+      const Antecedents from{space.from[static_cast<std::size_t>(j) * static_cast<std::size_t>(joint.step.side)]};
+      spread = hn::Add(spread, between(row(cells.y + from.iy), row(cells.y + from.iy + 1), hn::Set(d, from.fy)));
+    }
+    const auto here = hn::LoadU(d, before + (cells.x + joint.scroll.x + i));
+    const auto each = even_arrived(hn::Set(d, joint.step.each_moving), spread, here);
+    hn::StoreU(each, d, cells.each + i);
+  });
+}
+
+// Quotient that rounds down.
+int floor_of(int numerator, int denominator) {
+  return numerator >= 0 ? numerator / denominator : -((denominator - 1 - numerator) / denominator);
+}
+
+// The cells of the step before from which a block gets the mass of a moving velocity: block_columns + 1 columns from x
+// on and block_rows + 1 rows from y on. They lie in up to two by two blocks.
+class Antecedent {
+ public:
+  Antecedent(const JointStep& joint, std::size_t k, int x, int y)
+      : joint_{joint},
+        space_{joint.after.space},
+        cells_{joint.before.blocks.layout().cells},
+        x_{x},
+        left_{floor_of(x, block_columns)},
+        top_{floor_of(y, block_rows)} {
+    const bool is_inside{x >= 0 && y >= 0 && x + block_columns < cells_ && y + block_rows < cells_};
+    is_even_ = is_inside;
+    for (int i{0}; i < 4; ++i) {
+      masses_[i] = masses_of(k, left_ + i % 2, top_ + i / 2);
+      is_even_ = is_even_ && masses_[i] == nullptr;
+    }
+  }
+
+  // Its columns of row y.
+  const float* row(int y, float* buffer) const {
+    if (is_even_) return space_.even.row(y) + x_;
+    const int below{floor_of(y, block_rows) - top_};
+    fill(left_, y, masses_[2 * below], buffer);
+    fill(left_ + 1, y, masses_[2 * below + 1], buffer + block_columns);
+    return buffer + (x_ - left_ * block_columns);
+  }
+
+ private:
+  // Null: what moves of the block is spread evenly, or it lies outside the window.
+  [[nodiscard]] const float* masses_of(std::size_t k, int block_x, int block_y) const {
+    const BlockLayout& layout{joint_.before.blocks.layout()};
+    if (block_x < 0 || block_x >= layout.across || block_y < 0 || block_y >= layout.along) return nullptr;
+    const int block{block_y * layout.across + block_x};
+    const bool moves{!space_.moving[static_cast<std::size_t>(block)].is_empty()};
+    const int slot{moves ? joint_.before.blocks.slot(block) : -1};
+    return slot >= 0 ? joint_.before.blocks.masses(slot) + k * block_cells : nullptr;
+  }
+
+  void fill(int block_x, int y, const float* masses, float* out) const {
+    const int x{block_x * block_columns};
+    const int inside{x < 0 || y < 0 || y >= cells_ ? 0 : std::clamp(cells_ - x, 0, block_columns)};
+    if (inside > 0) {
+      masses != nullptr ? disturb(masses + y % block_rows * block_columns, x, y, inside, out) : copy(x, y, inside, out);
+    }
+    if (inside < block_columns) std::fill(out + inside, out + block_columns, even_outside(joint_.step));
+  }
+
+  void copy(int x, int y, int inside, float* out) const {
+    const float* const even{space_.even.row(y) + x};
+    for_shrinking_vectors(Float{}, 0, inside, [&](auto d, int i) { hn::StoreU(hn::LoadU(d, even + i), d, out + i); });
+  }
+
+  void disturb(const float* masses, int x, int y, int inside, float* out) const {
+    const float* const gained{space_.gained.row(y) + x};
+    for_shrinking_vectors(Float{}, 0, inside, [&](auto d, int i) {
+      const auto share = hn::Set(d, joint_.step.kept_moving);
+      hn::StoreU(disturbed(share, hn::LoadU(d, masses + i), hn::LoadU(d, gained + i)), d, out + i);
+    });
+  }
+
+  const JointStep& joint_;
+  const FilterSpace& space_;
+  int cells_;
+  int x_;
+  int left_;
+  int top_;
+  bool is_even_{true};
+  const float* masses_[4];
+};
+
+// Between what `row(y, buffer)` has for the rows y and y + 1 and the columns beside each other.
+template <class Row>
+HWY_INLINE void gather_block(const Antecedents& from, int y_begin, const Row& row, float* masses) {
+  alignas(64) float buffer[2 * block_columns];
+  alignas(64) float rows[block_rows + 1][block_columns];
+  for (int r{0}; r <= block_rows; ++r) {
+    const float* const cells{row(y_begin + r, buffer)};
+    for_shrinking_vectors(Float{}, 0, block_columns, [&](auto d, int i) {
+      const auto along_x = between(hn::LoadU(d, cells + i), hn::LoadU(d, cells + i + 1), hn::Set(d, from.fx));
+      hn::StoreU(along_x, d, rows[r] + i);
+    });
+  }
+  for (int r{0}; r < block_rows; ++r) {
+    for_shrinking_vectors(Float{}, 0, block_columns, [&](auto d, int i) {
+      const auto mass = between(hn::LoadU(d, rows[r] + i), hn::LoadU(d, rows[r + 1] + i), hn::Set(d, from.fy));
+      hn::StoreU(mass, d, masses + r * block_columns + i);
+    });
+  }
+}
+
+// Standstill comes from one cell.
+void predict_standing(const JointStep& joint, const CellBox& cells, float* masses) {
+  for (int y{cells.y_first}; y <= cells.y_last; ++y) {
+    float* const row{masses + (y - cells.y_first) * block_columns};
+    const int columns{cells.x_last - cells.x_first + 1};
+    const CellColumns known{known_columns(joint, cells.x_first, y, columns)};
+    std::fill(row, row + columns, new_to_the_window(joint.step).standing);
+    for (int i{known.begin}; i < known.end; ++i) {
+      row[i] = joint.after.space.standing(cells.x_first + i + joint.scroll.x, y + joint.scroll.y);
+    }
+  }
+}
+
+// Cells that have just come into the window know nothing.
+void fill_new_cells(const JointStep& joint, const CellBox& cells, float* masses) {
+  const float value{new_to_the_window(joint.step).each};
+  for (int y{cells.y_first}; y <= cells.y_last; ++y) {
+    float* const row{masses + (y - cells.y_first) * block_columns};
+    const int columns{cells.x_last - cells.x_first + 1};
+    const CellColumns known{known_columns(joint, cells.x_first, y, columns)};
+    std::fill(row, row + known.begin, value);
+    std::fill(row + known.end, row + columns, value);
+  }
+}
+
+void PredictBlock(const JointStep& joint, int block) {
+  const BlockLayout& layout{joint.after.blocks.layout()};
+  const CellBox cells{layout.cells_of(block)};
+  float* const masses{joint.after.blocks.masses(joint.after.blocks.slot(block))};
+  const std::size_t velocities{joint.after.space.from.size()};
+  for (std::size_t k{0}; k < velocities; ++k) {
+    float* const of_velocity{masses + k * block_cells};
+    if (static_cast<int>(k) == joint.step.standstill()) {
+      predict_standing(joint, cells, of_velocity);
+      continue;
+    }
+    const Antecedents& from{joint.after.space.from[k]};
+    // far beyond the window all is as just beyond it
+    const int x_first{std::clamp(cells.x_first + from.ix, -2 * block_columns, layout.cells + block_columns)};
+    const int y_first{std::clamp(cells.y_first + from.iy, -2 * block_rows, layout.cells + block_rows)};
+    const Antecedent antecedent{joint, k, x_first, y_first};
+    gather_block(
+        from, y_first, [&](int y, float* buffer) { return antecedent.row(y, buffer); }, of_velocity);
+    fill_new_cells(joint, cells, of_velocity);
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace stereogrid
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace stereogrid {
+
+HWY_EXPORT(PrepareRow);
+HWY_EXPORT(SpreadAlongX);
+HWY_EXPORT(ArriveEvenly);
+HWY_EXPORT(PredictBlock);
+
+void prepare_row(const JointStep& joint, int y, CellColumns columns) {
+  HWY_DYNAMIC_DISPATCH(PrepareRow)(joint, y, columns);
+}
+void spread_along_x(const JointStep& joint, int y, CellColumns columns) {
+  HWY_DYNAMIC_DISPATCH(SpreadAlongX)(joint, y, columns);
+}
+void arrive_evenly(const JointStep& joint, CellColumns columns, BlockRow& row) {
+  HWY_DYNAMIC_DISPATCH(ArriveEvenly)(joint, columns, row);
+}
+void predict_block(const JointStep& joint, int block) {
+  HWY_DYNAMIC_DISPATCH(PredictBlock)(joint, block);
+}
+
+}  // namespace stereogrid
+#endif

@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "filter/joint/even_model.hpp"
+#include "held_bytes.hpp"
+
+namespace stereogrid {
+
+/// Whole cells by which the window has moved since the step before.
+struct Scroll {
+  int x;
+  int y;
+};
+
+/// So many blocks can have masses at a time.
+constexpr int moving_blocks_max{512};
+
+/// Masses over the velocity lattice of those blocks of a window that have some.
+class MovingBlocks {
+ public:
+  /// With room for `capacity` blocks.
+  MovingBlocks(int window_cells, std::size_t velocities, int capacity);
+
+  [[nodiscard]] const BlockLayout& layout() const { return layout_; }
+  /// Where a block's masses are; −1: it has none.
+  [[nodiscard]] int slot(int block) const { return slots_[static_cast<std::size_t>(block)]; }
+  /// (velocities, block_rows, block_columns)
+  [[nodiscard]] float* masses(int slot) { return masses_.data() + static_cast<std::size_t>(slot) * slot_size(); }
+  [[nodiscard]] const float* masses(int slot) const {
+    return masses_.data() + static_cast<std::size_t>(slot) * slot_size();
+  }
+  /// Of a cell, a step of block_cells from velocity to velocity; null: its block has none.
+  [[nodiscard]] float* masses_at(int x, int y);
+  [[nodiscard]] const float* masses_at(int x, int y) const { return const_cast<MovingBlocks*>(this)->masses_at(x, y); }
+
+  void clear();
+  /// Gives masses, not set yet, to those blocks that can be reached within a step from cells that move, in the order of
+  /// the blocks, as long as there is room. `moving`: of each block of the step before.
+  void begin(const FilterStep& step, Scroll scroll, std::span<const CellBox> moving);
+  /// To be given masses, if the block has none.
+  void want(int block);
+  /// Gives the blocks that want some masses, not set yet, in their order, as long as there is room. Returns those that
+  /// have got some; valid until the next call.
+  std::span<const int> begin_wanted();
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(slots_, masses_, begun_); }
+
+  template <class State>
+  void exchange(State& state) {
+    std::vector<int> slots{slots_};
+    std::vector<float> masses(masses_.begin(), masses_.begin() + static_cast<std::ptrdiff_t>(used_ * slot_size()));
+    state(slots, masses);
+    if constexpr (requires { state.require(true); }) state.require(take(slots, masses));
+  }
+
+ private:
+  [[nodiscard]] std::size_t slot_size() const { return velocities_ * block_cells; }
+  // False: they do not fit the layout.
+  bool take(const std::vector<int>& slots, const std::vector<float>& masses);
+
+  BlockLayout layout_;
+  std::size_t velocities_;
+  int capacity_;
+  std::vector<int> slots_;
+  std::vector<float> masses_;
+  std::vector<int> begun_;
+  int used_{0};
+};
+
+}  // namespace stereogrid

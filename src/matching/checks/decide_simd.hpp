@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "held_bytes.hpp"
+#include "matching/checks/candidates.hpp"
+
+namespace stereogrid {
+
+/// Working memory of decide_row.
+struct DecideSpace {
+  DecideSpace() = default;
+  explicit DecideSpace(int width);
+
+  [[nodiscard]] std::size_t held_bytes() const {
+    return held_bytes_of(place, rank, disparity, label, obstacle, on_road, confidence, claims);
+  }
+
+  std::vector<std::int32_t> place;  ///< [u]: 1 + column of the right image; 0 and width + 1: outside
+  std::vector<std::uint32_t> rank;  ///< [u]: cost << 16 | whole; the smallest claim of a place wins
+  std::vector<float> disparity;     ///< [u]: Winner::disparity
+  std::vector<std::uint8_t> label;  ///< [u]: 0 nothing, 1 upright, 2 road
+  std::vector<float> obstacle;      ///< [u]: results, where a whole vector has no room in the row
+  std::vector<float> on_road;
+  std::vector<float> confidence;
+  std::vector<std::uint32_t> claims;  ///< [place]: smallest rank
+};
+
+/// One row of `decide`.
+struct DecideRow {
+  const RowCandidates& candidates;
+  RoadRow road;
+  const std::uint8_t* textured;  ///< [u]: 0: too little; readable up to width + 64
+  int width;
+  int disparities;
+  int left_right_px;
+  bool subpixel;
+  ConfidenceModel confidences;
+  float* obstacle;    ///< [u]: result, px, 0: none
+  float* on_road;     ///< [u]: result, px, 0: none
+  float* confidence;  ///< [u]: result, 0: none
+};
+
+/// Label and disparity of a row's pixels: the cheaper hypothesis (winner_of), if its minimum is clear and its window
+/// textured, and if no cheaper pixel of the row claims the same place of the right image with another disparity.
+void decide_row(const DecideRow& row, DecideSpace& space);
+
+}  // namespace stereogrid

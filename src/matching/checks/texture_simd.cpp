@@ -1,0 +1,90 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+// Compiled once per instruction set; Highway picks one at run time. Vectors run along the pixels of a row.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "matching/checks/texture_simd.cpp"  // NOLINT
+#include "hwy/foreach_target.h"                                // IWYU pragma: keep
+// after foreach_target
+#include "hwy/highway.h"
+#include "matching/checks/texture_simd.hpp"
+#include "matching/window_sums_simd.hpp"
+
+#include <algorithm>
+
+HWY_BEFORE_NAMESPACE();
+namespace stereogrid {
+namespace HWY_NAMESPACE {
+namespace {
+
+// columns += contrast of one row − contrast of another (null: none)
+void update_columns(const std::uint8_t* entering, const std::uint8_t* leaving, int width, std::uint16_t* columns) {
+  const hn::ScalableTag<std::uint16_t> d16;
+  const hn::Rebind<std::uint8_t, decltype(d16)> d8;
+  const int lanes{static_cast<int>(hn::Lanes(d16))};
+  for (int u{0}; u < width; u += lanes) {
+    const auto contrast = [&](const std::uint8_t* row) {
+      const auto before = hn::LoadU(d8, row + u - 1);
+      const auto after = hn::LoadU(d8, row + u + 1);
+      return hn::PromoteTo(d16, hn::Sub(hn::Max(before, after), hn::Min(before, after)));
+    };
+    auto sum = hn::Add(hn::LoadU(d16, columns + u), contrast(entering));
+    if (leaving != nullptr) sum = hn::Sub(sum, contrast(leaving));
+    hn::StoreU(sum, d16, columns + u);
+  }
+}
+
+void finish_row(int width, int half, std::int32_t least, TextureSpace& space, std::uint8_t* textured) {
+  const hn::ScalableTag<std::int32_t> d32;
+  const hn::Rebind<std::uint16_t, decltype(d32)> d16;
+  const hn::Rebind<std::uint8_t, decltype(d32)> d8;
+  std::uint16_t* columns{space.columns.data()};
+  std::fill(columns, columns + half, columns[half]);
+  std::fill(columns + half + width, columns + half + width + half, columns[half + width - 1]);
+  const auto load = [&](int u) { return hn::PromoteTo(d32, hn::LoadU(d16, columns + u)); };
+  window_sums(d32, load, width, 2 * half + 1, space.powers.data(), space.sums.data());
+  const auto too_little = hn::Set(d32, least - 1);
+  for (int u{0}; u < width; u += static_cast<int>(hn::Lanes(d32))) {
+    const auto enough = hn::Gt(hn::LoadU(d32, space.sums.data() + u), too_little);
+    const auto flag = hn::IfThenElseZero(enough, hn::Set(d32, 1));
+    hn::StoreU(hn::DemoteTo(d8, flag), d8, textured + u);
+  }
+}
+
+void TextureRows(const Padded<std::uint8_t>& left, int half, std::int32_t least, int begin, int end,
+                 TextureSpace& space, Padded<std::uint8_t>& textured) {
+  const int width{left.width()};
+  std::fill(space.columns.begin(), space.columns.end(), std::uint16_t{0});
+  std::uint16_t* columns{space.columns.data() + half};
+  for (int v{begin - half}; v < begin + half; ++v) update_columns(left.clamped_row(v), nullptr, width, columns);
+  for (int v{begin}; v < end; ++v) {
+    const std::uint8_t* leaving{v == begin ? nullptr : left.clamped_row(v - half - 1)};
+    update_columns(left.clamped_row(v + half), leaving, width, columns);
+    finish_row(width, half, least, space, textured.row(v));
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace stereogrid
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace stereogrid {
+
+HWY_EXPORT(TextureRows);
+
+TextureSpace::TextureSpace(int width, int half_window) {
+  // two vectors beyond the window's columns
+  const std::size_t size{static_cast<std::size_t>(width + 4 * half_window + 2 + 128)};
+  columns.resize(size);
+  powers.resize(size);
+  sums.resize(size);
+}
+
+void texture_rows(const Padded<std::uint8_t>& left, int half_window, std::int32_t least, int begin, int end,
+                  TextureSpace& space, Padded<std::uint8_t>& textured) {
+  HWY_DYNAMIC_DISPATCH(TextureRows)(left, half_window, least, begin, end, space, textured);
+}
+
+}  // namespace stereogrid
+#endif

@@ -1,0 +1,113 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "held_bytes.hpp"
+#include "motion/scene_flow.hpp"
+#include "motion/symmetric2.hpp"
+#include "obstacles/segmentation/segments.hpp"
+#include "stereogrid/config.hpp"
+#include "stereogrid/frame.hpp"
+#include "stereogrid/grid.hpp"
+#include "stereogrid/obstacle.hpp"
+
+namespace stereogrid {
+
+/// Along the world's axes.
+struct Bounds {
+  Point2 least;
+  Point2 most;
+
+  /// How far `other` lies away from these, moved; 0: they overlap.
+  [[nodiscard]] double gap_to(const Bounds& other, Point2 moved) const;
+};
+
+/// A segment on the ground. World axes.
+struct Cluster {
+  Point2 centre;                   ///< middle of its box
+  Point2 velocity;                 ///< of its cells, or of the points followed on it
+  Symmetric2 velocity_covariance;  ///< m²/s², of the points; 0: there are none
+  double occupancy{0};             ///< mean over its surface
+  double moving{0};                ///< share of its occupancy that moves, as the filter has it
+  int pixels{0};
+  double length_m{0};
+  double width_m{0};
+  double yaw_rad{0};
+  double height_m{0};
+  ObstacleKind kind{ObstacleKind::thing};
+  Outline outline;
+  Bounds bounds{};  ///< of the outline
+  /// It may go on beyond where its outline ends on the left, or on the right, as seen from the camera: there the image
+  /// ends, or something nearer is in the way.
+  bool is_cut_left{false};
+  bool is_cut_right{false};
+
+  /// By points that have been followed.
+  [[nodiscard]] bool has_measured_velocity() const { return velocity_covariance.xx > 0; }
+
+  template <class State>
+  void exchange(State& state) {
+    state(centre, velocity, velocity_covariance, occupancy, moving, pixels, length_m, width_m, yaw_rad, height_m, kind,
+          outline, bounds, is_cut_left, is_cut_right);
+  }
+};
+
+/// So many clusters, tracks and obstacles have room from the start, far more than a street has; as many as there might
+/// be, a few cells each, would be a waste. More make room once.
+constexpr std::size_t things_reserved{1024};
+
+/// Clusters, and what they are found in. Allocated once.
+struct ClusterSpace {
+  enum class Motion { unknown, stands, moves };
+  /// A point that has been followed on a cluster.
+  struct Followed {
+    int label;
+    std::size_t vector;
+    Segmenter::Spot spot;
+    Motion motion{Motion::unknown};  ///< `moves`: surely, as the other moving ones of its segment do
+  };
+  /// `points` that are followed have room from the start.
+  ClusterSpace(const Rig& level_rig, const UDisparityConfig& heights, int disparities, std::size_t points = 0);
+
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(segmenter, clusters, followed, values); }
+
+  Segmenter segmenter;
+  Rig rig;
+  std::vector<Cluster> clusters;   ///< one for each segment
+  std::vector<Followed> followed;  ///< by label
+  std::vector<double> values;      ///< of a cluster's points, or columns
+};
+
+/// Separates what moves from what stands within a segment, where points of both have been followed.
+void separate_movers(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space);
+
+/// A cluster for each segment, with its outline, and with occupancy and velocity as the filtered grid has them.
+void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle, ClusterSpace& space);
+
+/// Gives each cluster the velocity of the points that have been followed on it.
+void measure_velocities(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space);
+
+/// Around the outlines: along the motion of what moves, else the smallest.
+void fit_boxes(std::vector<Cluster>& clusters);
+
+/// Segments of the disparities of obstacles, (H, W) px, and of points followed to them. `for_ranges`: see
+/// Segmenter::find.
+template <class ForRanges>
+void find_segments(View<const float> obstacle, const Ground& ground, const Pose2& world_from_vehicle,
+                   const std::vector<FlowVector>& vectors, const ForRanges& for_ranges, ClusterSpace& space) {
+  space.segmenter.find(obstacle, ground, for_ranges);
+  separate_movers(vectors, world_from_vehicle, space);
+}
+
+/// A cluster of each segment.
+inline void make_clusters(const GridLayers& world, const Pose2& world_from_vehicle,
+                          const std::vector<FlowVector>& vectors, ClusterSpace& space) {
+  describe_segments(world, world_from_vehicle, space);
+  measure_velocities(vectors, world_from_vehicle, space);
+  fit_boxes(space.clusters);
+}
+
+}  // namespace stereogrid

@@ -1,0 +1,288 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "obstacles/segmentation/segments.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "clamped_to_int.hpp"
+
+namespace stereogrid {
+namespace {
+
+constexpr double hanging_m{0.5};  // above such a gap begins something else: a bough, a sign, a roof
+constexpr double support_m{0.2};  // height of a surface below which a column of it does not count
+constexpr double gap_m{0.2};      // between columns of one thing
+constexpr int gap_px_max{40};
+constexpr double depth_m{0.35};   // by which neighbouring columns of one thing may differ
+constexpr double depth_px{0.75};  // or by so much, for noise
+constexpr int tolerance_max{8};
+constexpr int pixels_min{20};  // of a segment
+constexpr double surface_min_m2{0.03};
+constexpr double longest_thing_m{6};  // a longer segment is cut where it is thin
+constexpr double slice_m{0.5};
+constexpr int slices_around{6};
+constexpr double thin_share{0.2};
+
+/// Direction in which places with weights spread most, and their mean.
+struct Axis {
+  Point2 mean;
+  Point2 direction;
+
+  [[nodiscard]] double along(Point2 place) const {
+    return direction.x * (place.x - mean.x) + direction.y * (place.y - mean.y);
+  }
+};
+
+Axis principal_axis(const Segmenter& segmenter, std::span<const int> nodes) {
+  double sum{0};
+  Axis axis;
+  for (const int index : nodes) {
+    const SegmentNode& node{segmenter.node(index)};
+    sum += node.weight;
+    axis.mean.x += node.weight * node.place.x;
+    axis.mean.y += node.weight * node.place.y;
+  }
+  axis.mean = {axis.mean.x / sum, axis.mean.y / sum};
+  double xx{0};
+  double xy{0};
+  double yy{0};
+  for (const int index : nodes) {
+    const SegmentNode& node{segmenter.node(index)};
+    const Point2 away{node.place.x - axis.mean.x, node.place.y - axis.mean.y};
+    xx += node.weight * away.x * away.x;
+    xy += node.weight * away.x * away.y;
+    yy += node.weight * away.y * away.y;
+  }
+  const double angle{0.5 * std::atan2(2 * xy, xx - yy)};
+  axis.direction = {std::cos(angle), std::sin(angle)};
+  return axis;
+}
+
+/// The slice where least is left of what lies on both sides of it, and how much, as a share.
+struct Waist {
+  int slice{-1};
+  double share{std::numeric_limits<double>::max()};
+};
+
+Waist waist_of(const std::vector<double>& profile) {
+  Waist waist;
+  const int slices{static_cast<int>(profile.size())};
+  const auto most = [&](int begin, int end) {
+    return *std::max_element(profile.begin() + std::max(begin, 0), profile.begin() + std::min(end, slices));
+  };
+  for (int i{2}; i < slices - 2; ++i) {
+    const double beside{std::min(most(i - slices_around, i), most(i + 1, i + 1 + slices_around))};
+    const double share{profile[static_cast<std::size_t>(i)] / std::max(beside, 1e-9)};
+    if (share < waist.share) waist = {i, share};
+  }
+  return waist;
+}
+
+}  // namespace
+
+Segmenter::Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int disparities)
+    : rig_{level_rig},
+      lowest_m_{heights.obstacle_min_height_m},
+      highest_m_{heights.obstacle_height_m},
+      tallies_{level_rig.width_px, bins_per_px * disparities},
+      labels_{tallies_.width(), tallies_.height()} {
+  const double focal_baseline{rig_.focal_px * rig_.baseline_m};
+  for (int k{0}; k < tallies_.height(); ++k) {
+    const double d{(k + 0.5) / bins_per_px};
+    const double columns_per_m{d / rig_.baseline_m};
+    const double depth{std::max(depth_px, depth_m * d * d / focal_baseline)};
+    bins_.push_back({d, std::max(2, clamped_to_int(std::ceil(support_m * columns_per_m))),
+                     std::clamp(clamped_to_int(gap_m * columns_per_m), 1, gap_px_max),
+                     std::max(3, clamped_to_int(hanging_m * columns_per_m)),
+                     std::clamp(clamped_to_int(bins_per_px * depth), 1, tolerance_max)});
+  }
+  nodes_.reserve(nodes_reserved());
+  order_.reserve(nodes_reserved());
+  segments_.reserve(1024);
+  pieces_.reserve(segments_.capacity());
+  profile_.reserve(std::max(static_cast<std::size_t>(4 * far_m / slice_m), nodes_reserved()));
+}
+
+// In the columns begin … end − 1.
+void Segmenter::count(View<const float> obstacle, const RoadPlane& plane, double camera_height_m, int begin, int end) {
+  UprightRow limits{.nearest_px = static_cast<float>(tallies_.height()) / bins_per_px,
+                    .farthest_px = static_cast<float>(rig_.focal_px * rig_.baseline_m / far_m),
+                    .road_px = 0,
+                    .road_per_px = static_cast<float>(plane.per_u),
+                    .lowest_share = static_cast<float>(1 - lowest_m_ / camera_height_m),
+                    .highest_share = static_cast<float>(1 - highest_m_ / camera_height_m)};
+  UprightPixels pixels;
+  for (int v{0}; v < obstacle.height; ++v) {
+    limits.road_px = static_cast<float>(plane.disparity(0, v));
+    for (int u{begin}; u < end; u += UprightPixels::most) {
+      find_upright(obstacle.row(v), obstacle.width, u, std::min(u + UprightPixels::most, end), limits, pixels);
+      for (int i{0}; i < pixels.size; ++i) add(limits, v, pixels.columns[i], pixels.disparities[i]);
+    }
+  }
+}
+
+void Segmenter::add(const UprightRow& row, int v, int u, float d) {
+  const int k{static_cast<int>(d * bins_per_px)};
+  Tally& tally{tallies_(u, k)};
+  if (row.is_below_highest(u, d)) ++tally.pixels;
+  if (tally.top == 0 || v - tally.bottom > bins_[static_cast<std::size_t>(k)].gap_rows) {
+    tally.top = static_cast<std::uint16_t>(v + 1);
+  }
+  tally.bottom = static_cast<std::uint16_t>(v);
+}
+
+void Segmenter::take_nodes(const RoadPlane& plane, double camera_height_m) {
+  nodes_.clear();
+  labels_.fill(0);
+  for (int k{1}; k + 1 < tallies_.height(); ++k) {
+    const Bin& bin{bins_[static_cast<std::size_t>(k)]};
+    const double side_m{rig_.baseline_m / bin.disparity};  // of a pixel on an upright surface
+    for (int u{0}; u < tallies_.width(); ++u) {
+      const int pixels{tallies_(u, k).pixels};
+      if (pixels == 0 || pixels + tallies_(u, k - 1).pixels + tallies_(u, k + 1).pixels < bin.pixels_min) continue;
+      const int index{static_cast<int>(nodes_.size())};
+      const double top_m{camera_height_m * (1 - plane.disparity(u, tallies_(u, k).top - 1) / bin.disparity)};
+      const Point2 place{rig_.focal_px * side_m, (rig_.centre_u_px - u) * side_m};
+      nodes_.push_back({u, k, pixels, top_m, index, none, place, pixels * side_m * side_m});
+      labels_(u, k) = index + 1;
+    }
+  }
+}
+
+void Segmenter::separate() {
+  for (int i{0}; i < static_cast<int>(nodes_.size()); ++i) join_right(i);
+  gather();
+  for (std::size_t i{0}; i < segments_.size();) {
+    if (!cut(i)) ++i;
+  }
+  join_pieces();
+  for (SegmentNode& one : nodes_) one.segment = none;
+  for (std::size_t i{0}; i < segments_.size(); ++i) {
+    for (const int index : of(i)) nodes_[static_cast<std::size_t>(index)].segment = static_cast<int>(i);
+  }
+}
+
+int Segmenter::root_of(int index) {
+  const auto parent = [this](int i) -> int& { return nodes_[static_cast<std::size_t>(i)].parent; };
+  while (parent(index) != index) index = parent(index) = parent(parent(index));
+  return index;
+}
+
+// With the nearest column to the right, of each bin that may be the same surface.
+void Segmenter::join_right(int index) {
+  const SegmentNode& from{node(index)};
+  const Bin& bin{bins_[static_cast<std::size_t>(from.bin)]};
+  for (int k{std::max(from.bin - bin.tolerance, 0)}; k <= std::min(from.bin + bin.tolerance, labels_.height() - 1);
+       ++k) {
+    for (int u{from.u + (k > from.bin ? 0 : 1)}; u <= std::min(from.u + bin.gap_px, labels_.width() - 1); ++u) {
+      if (labels_(u, k) == 0) continue;
+      const int a{root_of(index)};
+      const int b{root_of(labels_(u, k) - 1)};
+      nodes_[static_cast<std::size_t>(std::max(a, b))].parent = std::min(a, b);
+      break;
+    }
+  }
+}
+
+// Nodes in the order of their segments. A node that stands for a segment comes before the others of it.
+void Segmenter::gather() {
+  segments_.clear();
+  for (int i{0}; i < static_cast<int>(nodes_.size()); ++i) {
+    const int root{root_of(i)};
+    SegmentNode& one{nodes_[static_cast<std::size_t>(i)]};
+    if (root == i) segments_.push_back({0, 0});
+    one.segment = root == i ? static_cast<int>(segments_.size()) - 1 : node(root).segment;
+    ++segments_[static_cast<std::size_t>(one.segment)].end;
+  }
+  std::size_t begin{0};
+  for (Range& range : segments_) {
+    begin += range.end;
+    range = {begin - range.end, begin - range.end};
+  }
+  order_.resize(nodes_.size());
+  for (int i{0}; i < static_cast<int>(nodes_.size()); ++i) {
+    order_[segments_[static_cast<std::size_t>(node(i).segment)].end++] = i;
+  }
+  std::erase_if(segments_, [this](const Range& range) { return is_small(range); });
+}
+
+bool Segmenter::is_small(const Range& range) const {
+  int pixels{0};
+  double surface_m2{0};
+  for (std::size_t i{range.begin}; i < range.end; ++i) {
+    pixels += node(order_[i]).pixels;
+    surface_m2 += node(order_[i]).weight;
+  }
+  return pixels < pixels_min || surface_m2 < surface_min_m2;
+}
+
+// In two where it is thinnest, if it is longer than a thing. True: it was.
+bool Segmenter::cut(std::size_t segment) {
+  const Axis axis{principal_axis(*this, of(segment))};
+  double least{std::numeric_limits<double>::max()};
+  double most{std::numeric_limits<double>::lowest()};
+  for (const int i : of(segment)) {
+    least = std::min(least, axis.along(node(i).place));
+    most = std::max(most, axis.along(node(i).place));
+  }
+  if (most - least < longest_thing_m) return false;
+  const auto slice_of = [&](const SegmentNode& one) { return (axis.along(one.place) - least) / slice_m; };
+  profile_.assign(static_cast<std::size_t>(std::ceil((most - least) / slice_m)) + 1, 0);
+  for (const int i : of(segment)) profile_[static_cast<std::size_t>(slice_of(node(i)))] += node(i).weight;
+  const Waist waist{waist_of(profile_)};
+  if (waist.share > thin_share) return false;
+  return split(segment, [&](const SegmentNode& one) { return slice_of(one) < waist.slice + 0.5; });
+}
+
+// In the columns begin_u … end_u − 1, from a bin on?
+bool Segmenter::has_nearer(int begin_u, int end_u, int bin, std::size_t than) const {
+  for (int k{bin}; k < labels_.height(); ++k) {
+    for (int u{std::max(begin_u, 0)}; u < std::min(end_u, labels_.width()); ++u) {
+      if (labels_(u, k) == 0) continue;
+      const int other{node(labels_(u, k) - 1).segment};
+      if (other != none && other != static_cast<int>(than)) return true;
+    }
+  }
+  return false;
+}
+
+Segmenter::Cuts Segmenter::cuts_of(std::size_t segment) const {
+  constexpr int reach{2 * edge_reach_px};
+  const auto before = [this](int a, int b) {
+    return std::pair{node(a).u, -node(a).bin} < std::pair{node(b).u, -node(b).bin};
+  };
+  const auto [left, right] = std::minmax_element(of(segment).begin(), of(segment).end(), before);
+  const SegmentNode& first{node(*left)};
+  const SegmentNode& last{node(*right)};
+  const auto beyond = [this](int bin) { return bin + 2 * bins_[static_cast<std::size_t>(bin)].tolerance; };
+  // on the left, the right camera sees less than the left one: as many columns less as it is near
+  return {first.u - first.bin / bins_per_px < reach || has_nearer(first.u - reach, first.u, beyond(first.bin), segment),
+          last.u >= labels_.width() - reach || has_nearer(last.u + 1, last.u + 1 + reach, beyond(last.bin), segment)};
+}
+
+Segmenter::Spot Segmenter::spot_of(Point2 place) const {
+  return {clamped_to_int(std::round(rig_.centre_u_px - rig_.focal_px * place.y / place.x)),
+          clamped_to_int(rig_.focal_px * rig_.baseline_m / place.x * bins_per_px)};
+}
+
+int Segmenter::segment_at(Point2 place) const {
+  constexpr int reach{3};
+  if (!(place.x > 0)) return none;
+  const auto [u, k] = spot_of(place);
+  int segment{none};
+  int nearest{std::numeric_limits<int>::max()};
+  for (int j{std::max(k - reach, 0)}; j <= std::min(k + reach, labels_.height() - 1); ++j) {
+    for (int i{std::max(u - reach, 0)}; i <= std::min(u + reach, labels_.width() - 1); ++i) {
+      const int distance{(i - u) * (i - u) + (j - k) * (j - k)};
+      if (labels_(i, j) == 0 || distance >= nearest || node(labels_(i, j) - 1).segment == none) continue;
+      nearest = distance;
+      segment = node(labels_(i, j) - 1).segment;
+    }
+  }
+  return segment;
+}
+
+}  // namespace stereogrid

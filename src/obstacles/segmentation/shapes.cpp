@@ -1,0 +1,270 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "clamped_to_int.hpp"
+#include "obstacles/segmentation/clusters.hpp"
+
+namespace stereogrid {
+namespace {
+
+constexpr double moving_mps{0.7};
+constexpr double strip_m{0.2};  // width of a part of an outline, at least
+constexpr int strips_max{12};
+constexpr double thickness_m{0.5};  // of what is seen from one side only
+constexpr double tail_share{0.1};   // of a strip's pixels on either side that do not count: noise
+constexpr double sigma_px{0.3};
+constexpr double overlap_m{0.1};
+constexpr double height_share{0.9};
+constexpr double extended_m{8};       // longer ones are boundaries …
+constexpr double high_m{3.6};         // … and so are those that are higher than a van
+constexpr double high_extended_m{4};  // and longer than a tree's trunk
+
+/// What a strip of the image has of a segment: between two columns, from the near to the far side. While pixels are
+/// counted, `counted` are those that have been.
+struct Strip {
+  double left_u{0};
+  double right_u{0};
+  int pixels{0};
+  int counted{0};
+  double near_m{0};
+  double middle_m{0};
+  double far_m{0};
+
+  // Far pixels first.
+  void count(const SegmentNode& node) {
+    const auto passes = [&](double share) {
+      return counted < share * pixels && counted + node.pixels >= share * pixels;
+    };
+    if (passes(tail_share)) far_m = node.place.x;
+    if (passes(0.5)) middle_m = node.place.x;
+    if (passes(1 - tail_share)) near_m = node.place.x;
+    counted += node.pixels;
+  }
+  // Some of a surface's pixels are nearer than it is.
+  void bound(double focal_baseline) {
+    const double noise_m{2 * sigma_px * middle_m * middle_m / focal_baseline};
+    if (far_m - near_m < 2 * noise_m) near_m = std::max(near_m, middle_m - noise_m);
+    far_m = std::max(far_m, near_m + thickness_m);
+  }
+};
+
+// Of the tops of its columns; the highest ones may be chance matches, or what stands behind.
+double height_of(std::vector<double>& tops) {
+  const auto at = tops.begin() + static_cast<std::ptrdiff_t>(height_share * static_cast<double>(tops.size() - 1));
+  std::nth_element(tops.begin(), at, tops.end());
+  return *at;
+}
+
+class Strips {
+ public:
+  Strips(ClusterSpace& space, std::size_t segment, Cluster& cluster) : rig_{space.rig} {
+    const Segmenter& segmenter{space.segmenter};
+    place(segmenter, segment, space.values, cluster);
+    for (const int index : segmenter.of(segment)) of(segmenter.node(index)).pixels += segmenter.node(index).pixels;
+    for (const int index : segmenter.of(segment)) of(segmenter.node(index)).count(segmenter.node(index));
+    const auto end =
+        std::remove_if(strips_.begin(), strips_.begin() + count_, [](const Strip& one) { return one.pixels == 0; });
+    count_ = static_cast<int>(end - strips_.begin());
+    for (Strip& strip : used()) strip.bound(rig_.focal_px * rig_.baseline_m);
+  }
+
+  void draw_near(Outline& outline) const {
+    for (const Strip& strip : used()) {
+      add(strip.left_u, strip.near_m, outline);
+      add(strip.right_u, strip.near_m, outline);
+    }
+  }
+  // After the near side: back again. What is behind the near side of a strip is hidden; taken as far as the next strip
+  // begins, the outline is one polygon.
+  void draw_far(Outline& outline) {
+    for (int i{0}; i + 1 < count_; ++i) {
+      Strip& left{strips_[static_cast<std::size_t>(i)]};
+      Strip& right{strips_[static_cast<std::size_t>(i) + 1]};
+      left.far_m = std::max(left.far_m, right.near_m + overlap_m);
+      right.far_m = std::max(right.far_m, left.near_m + overlap_m);
+    }
+    for (int i{count_}; i-- > 0;) {
+      const Strip& strip{strips_[static_cast<std::size_t>(i)]};
+      add(strip.right_u, strip.far_m, outline);
+      add(strip.left_u, strip.far_m, outline);
+    }
+  }
+
+ private:
+  void place(const Segmenter& segmenter, std::size_t segment, std::vector<double>& tops, Cluster& cluster) {
+    int right{0};
+    left_ = std::numeric_limits<int>::max();
+    double depth_m{0};
+    tops.clear();
+    for (const int index : segmenter.of(segment)) {
+      const SegmentNode& node{segmenter.node(index)};
+      left_ = std::min(left_, node.u);
+      right = std::max(right, node.u + 1);
+      cluster.pixels += node.pixels;
+      depth_m += node.pixels * node.place.x;
+      tops.push_back(node.top_m);
+    }
+    cluster.height_m = height_of(tops);
+    const double width_m{(right - left_) * depth_m / cluster.pixels / rig_.focal_px};
+    count_ = std::clamp(clamped_to_int(std::ceil(width_m / strip_m)), 2, strips_max);
+    width_px_ = static_cast<double>(right - left_) / count_;
+    for (int i{0}; i < count_; ++i) {
+      strips_[static_cast<std::size_t>(i)].left_u = left_ + width_px_ * i;
+      strips_[static_cast<std::size_t>(i)].right_u = left_ + width_px_ * (i + 1);
+    }
+  }
+  Strip& of(const SegmentNode& node) {
+    const int i{std::min(static_cast<int>((node.u - left_) / width_px_), count_ - 1)};
+    return strips_[static_cast<std::size_t>(i)];
+  }
+  void add(double u, double x_m, Outline& outline) const {
+    outline.push_back({x_m, (rig_.centre_u_px - u) * x_m / rig_.focal_px});
+  }
+  std::span<Strip> used() { return {strips_.data(), static_cast<std::size_t>(count_)}; }
+  [[nodiscard]] std::span<const Strip> used() const { return {strips_.data(), static_cast<std::size_t>(count_)}; }
+
+  const Rig& rig_;
+  std::array<Strip, strips_max> strips_{};
+  int count_{0};
+  int left_{0};
+  double width_px_{1};
+};
+
+Point2 farthest_from(Point2 from, const Outline& outline) {
+  return *std::max_element(outline.begin(), outline.end(), [&](Point2 a, Point2 b) {
+    return std::hypot(a.x - from.x, a.y - from.y) < std::hypot(b.x - from.x, b.y - from.y);
+  });
+}
+
+// `near`: its near side.
+bool is_extended(const Outline& near, double height_m) {
+  const Point2 end{farthest_from(near[0], near)};
+  const Point2 other{farthest_from(end, near)};
+  const double long_m{std::hypot(end.x - other.x, end.y - other.y)};
+  return long_m > extended_m || (height_m > high_m && long_m > high_extended_m);
+}
+
+Cluster outlined(ClusterSpace& space, std::size_t segment) {
+  Cluster cluster;
+  Strips strips{space, segment, cluster};
+  strips.draw_near(cluster.outline);
+  if (is_extended(cluster.outline, cluster.height_m)) {
+    cluster.kind = ObstacleKind::extended;
+  } else {
+    strips.draw_far(cluster.outline);
+  }
+  return cluster;
+}
+
+// The box along `yaw` around the outline.
+void fit_box(double yaw_rad, Cluster& cluster) {
+  const double c{std::cos(yaw_rad)};
+  const double s{std::sin(yaw_rad)};
+  double along_min{std::numeric_limits<double>::max()};
+  double along_max{std::numeric_limits<double>::lowest()};
+  double across_min{along_min};
+  double across_max{along_max};
+  for (const Point2& at : cluster.outline) {
+    const double along{c * at.x + s * at.y};
+    const double across{-s * at.x + c * at.y};
+    along_min = std::min(along_min, along);
+    along_max = std::max(along_max, along);
+    across_min = std::min(across_min, across);
+    across_max = std::max(across_max, across);
+  }
+  const double along{(along_min + along_max) / 2};
+  const double across{(across_min + across_max) / 2};
+  cluster.yaw_rad = yaw_rad;
+  cluster.centre = {c * along - s * across, s * along + c * across};
+  cluster.length_m = along_max - along_min;
+  cluster.width_m = across_max - across_min;
+}
+
+// The smallest box, its longer side along its yaw.
+void fit_smallest_box(Cluster& cluster) {
+  constexpr int directions{36};
+  double best_rad{0};
+  double least_m2{std::numeric_limits<double>::max()};
+  for (int i{0}; i < directions; ++i) {
+    fit_box(i * M_PI / directions, cluster);
+    const double area_m2{cluster.length_m * cluster.width_m};
+    if (cluster.length_m < cluster.width_m || area_m2 >= least_m2) continue;
+    least_m2 = area_m2;
+    best_rad = cluster.yaw_rad;
+  }
+  fit_box(best_rad, cluster);
+}
+
+void find_bounds(Cluster& cluster) {
+  Bounds& bounds{cluster.bounds};
+  if (!cluster.outline.empty()) bounds = {cluster.outline[0], cluster.outline[0]};
+  for (const Point2& point : cluster.outline) {
+    bounds.least = {std::min(bounds.least.x, point.x), std::min(bounds.least.y, point.y)};
+    bounds.most = {std::max(bounds.most.x, point.x), std::max(bounds.most.y, point.y)};
+  }
+}
+
+// What the filter says of the segment's cells.
+void ask_grid(const Segmenter& segmenter, std::size_t segment, const GridLayers& world, const Pose2& world_from_vehicle,
+              Cluster& cluster) {
+  double known{0};
+  double moving{0};
+  for (const int index : segmenter.of(segment)) {
+    const SegmentNode& node{segmenter.node(index)};
+    const std::optional<CellIndex> cell{world.geometry.cell_at(world_from_vehicle * node.place)};
+    if (!cell) continue;
+    const auto [x, y] = *cell;
+    const double occupied{node.weight * static_cast<double>(world.occupancy(x, y))};
+    known += node.weight;
+    cluster.occupancy += occupied;
+    moving += node.weight * static_cast<double>(world.moving(x, y));
+    cluster.velocity.x += occupied * static_cast<double>(world.velocity_x(x, y));
+    cluster.velocity.y += occupied * static_cast<double>(world.velocity_y(x, y));
+  }
+  const double occupied{cluster.occupancy};
+  cluster.moving = occupied > 0 ? moving / occupied : 0;
+  cluster.velocity =
+      cluster.moving > 0.5 ? Point2{cluster.velocity.x / occupied, cluster.velocity.y / occupied} : Point2{};
+  cluster.occupancy = known > 0 ? occupied / known : 0.5;
+}
+
+}  // namespace
+
+ClusterSpace::ClusterSpace(const Rig& level_rig, const UDisparityConfig& heights, int disparities, std::size_t points)
+    : segmenter{level_rig, heights, disparities}, rig{level_rig} {
+  clusters.reserve(things_reserved);
+  followed.reserve(points);
+  values.reserve(std::max(points, segmenter.nodes_reserved()));
+}
+
+void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle, ClusterSpace& space) {
+  space.clusters.clear();
+  for (std::size_t i{0}; i < space.segmenter.size(); ++i) {
+    Cluster cluster{outlined(space, i)};
+    const auto [cut_left, cut_right] = space.segmenter.cuts_of(i);
+    cluster.is_cut_left = cut_left;
+    cluster.is_cut_right = cut_right;
+    for (Point2& point : cluster.outline) point = world_from_vehicle * point;
+    find_bounds(cluster);
+    ask_grid(space.segmenter, i, world, world_from_vehicle, cluster);
+    space.clusters.push_back(cluster);
+  }
+}
+
+void fit_boxes(std::vector<Cluster>& clusters) {
+  for (Cluster& cluster : clusters) {
+    const bool moves{cluster.kind == ObstacleKind::thing &&
+                     std::hypot(cluster.velocity.x, cluster.velocity.y) > moving_mps};
+    moves ? fit_box(std::atan2(cluster.velocity.y, cluster.velocity.x), cluster) : fit_smallest_box(cluster);
+  }
+}
+
+}  // namespace stereogrid

@@ -1,0 +1,185 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <tuple>
+
+#include "obstacles/segmentation/clusters.hpp"
+
+namespace stereogrid {
+namespace {
+
+/// What the velocities of a thing's points err by together along the ray, as all their disparities drift, in px/s …
+constexpr double drift_pxps{0.35};
+constexpr double ray_sigma_mps{0.1};
+/// … and how these errors of any two of them correlate: windows that overlap.
+constexpr double correlation{0.05};
+/// What they err by together across it: columns are followed well, the camera's turning is known to so many rad/s.
+constexpr double side_sigma_mps{0.06};
+constexpr double turning_sigma_radps{0.01};
+constexpr double side_of_points{0.4};
+/// Of fewer points one that was followed wrongly is not told from the others.
+constexpr std::size_t many{5};
+constexpr double few_sigma_mps{0.3};
+/// Where a pixel of disparity is worth more, disparities are too coarse to tell motion.
+constexpr double coarse_m_per_px{5};
+/// Squared Mahalanobis distance from the median.
+constexpr double outlier{9};
+constexpr std::size_t points_min{2};
+using Followed = std::span<const ClusterSpace::Followed>;
+using Motion = ClusterSpace::Motion;
+
+// Of the points that `counts`; 0: of none.
+template <class Counts>
+Point2 median_velocity(const std::vector<FlowVector>& vectors, Followed followed, std::vector<double>& values,
+                       const Counts& counts) {
+  const auto along = [&](double Point2::*axis) {
+    values.clear();
+    for (const auto& one : followed) {
+      if (counts(one)) values.push_back(vectors[one.vector].velocity.*axis);
+    }
+    if (values.empty()) return 0.0;
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  };
+  return {along(&Point2::x), along(&Point2::y)};
+}
+
+// Of `n` points at about `place` from the camera. `of_points`: as if each erred for itself. Fitted to the errors of
+// standing and moving things, rendered and real ones, by distance and number of points.
+Symmetric2 covariance_of_mean(const Symmetric2& of_points, std::size_t n, Point2 place, double drift_mps) {
+  const double distance_m{std::hypot(place.x, place.y)};
+  const Point2 ray{place.x / distance_m, place.y / distance_m};
+  const double turning_mps{turning_sigma_radps * distance_m};
+  const double common_mps{n < many ? few_sigma_mps : 0};
+  const double along_ray{(1 + correlation * static_cast<double>(n - 1)) * squared(of_points, ray) +
+                         ray_sigma_mps * ray_sigma_mps + drift_mps * drift_mps + common_mps * common_mps};
+  const double to_side{side_of_points * side_of_points * squared(of_points, {-ray.y, ray.x}) +
+                       side_sigma_mps * side_sigma_mps + turning_mps * turning_mps + common_mps * common_mps};
+  return {along_ray * ray.x * ray.x + to_side * ray.y * ray.y, (along_ray - to_side) * ray.x * ray.y,
+          along_ray * ray.y * ray.y + to_side * ray.x * ray.x};
+}
+
+// Of the points of one cluster, which lie at about `place` from the camera. World axes.
+void measure(const std::vector<FlowVector>& vectors, Followed followed, const Rig& rig, Point2 place,
+             std::vector<double>& values, Cluster& cluster) {
+  // a disparity that errs by δ moves what lies at Z by Z²/(f·b)·δ along its ray
+  const double distance_m{std::hypot(place.x, place.y)};
+  const double per_px{distance_m / (rig.focal_px * rig.baseline_m)};  // of the distance
+  if (distance_m * per_px > coarse_m_per_px) return;
+  const Point2 middle{median_velocity(vectors, followed, values, [](const auto&) { return true; })};
+  InformationSum sum;
+  std::size_t agreeing{0};
+  for (const auto& one : followed) {
+    const FlowVector& vector{vectors[one.vector]};
+    const Symmetric2 information{inverted(vector.velocity_covariance)};
+    const Point2 away{vector.velocity.x - middle.x, vector.velocity.y - middle.y};
+    if (squared(information, away) > outlier) continue;
+    sum.add({information, vector.velocity});
+    ++agreeing;
+  }
+  if (agreeing < points_min) return;
+  cluster.velocity = sum.mean();
+  const Symmetric2 of_points{inverted(sum.information)};
+  cluster.velocity_covariance = covariance_of_mean(of_points, agreeing, place, drift_pxps * per_px * distance_m);
+}
+
+// Squared Mahalanobis distance of a point's velocity from another.
+double distance(const FlowVector& vector, Point2 velocity) {
+  constexpr double common_sigma_mps{0.2};  // of points of all things, as poses err
+  const Symmetric2 covariance{widened(vector.velocity_covariance, common_sigma_mps * common_sigma_mps)};
+  return squared(inverted(covariance), {vector.velocity.x - velocity.x, vector.velocity.y - velocity.y});
+}
+
+// Says of the points of one segment which stand, and which surely move and all alike.
+void tell_motion(const std::vector<FlowVector>& vectors, std::span<ClusterSpace::Followed> followed,
+                 std::vector<double>& values) {
+  for (auto& one : followed) {
+    if (distance(vectors[one.vector], {}) < outlier) one.motion = Motion::stands;
+  }
+  const Point2 middle{
+      median_velocity(vectors, followed, values, [](const auto& one) { return one.motion != Motion::stands; })};
+  for (auto& one : followed) {
+    if (one.motion != Motion::stands && distance(vectors[one.vector], middle) < outlier) one.motion = Motion::moves;
+  }
+}
+
+// Does the point that is seen nearest to a spot move, of those whose motion is known, and without `other`?
+bool moves_at(Segmenter::Spot spot, Followed followed, const ClusterSpace::Followed* other = nullptr) {
+  constexpr int columns_of_a_bin{4};  // so many are as far as a bin of half a pixel
+  Motion motion{Motion::unknown};
+  int least{std::numeric_limits<int>::max()};
+  for (const auto& one : followed) {
+    const int away_u{one.spot.u - spot.u};
+    const int away_bins{columns_of_a_bin * (one.spot.bin - spot.bin)};
+    const int away{away_u * away_u + away_bins * away_bins};
+    if (&one == other || away >= least || one.motion == Motion::unknown) continue;
+    least = away;
+    motion = one.motion;
+  }
+  return motion == Motion::moves;
+}
+
+// Something that moves beside something that stands?
+bool are_two(Followed followed) {
+  constexpr std::ptrdiff_t each{3};
+  const auto count = [&](Motion motion) {
+    return std::count_if(followed.begin(), followed.end(), [&](const auto& one) { return one.motion == motion; });
+  };
+  const auto moving = count(Motion::moves);
+  const auto together = std::count_if(followed.begin(), followed.end(), [&](const auto& one) {
+    return one.motion == Motion::moves && moves_at(one.spot, followed, &one);
+  });
+  // a few points of what moves are always followed wrongly
+  return moving >= each && count(Motion::stands) >= std::max(each, moving / 2) && 3 * together >= 2 * moving;
+}
+
+// Those that are seen on a segment, by segment.
+void find_followed(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space) {
+  const Pose2 vehicle_from_world{inverse(world_from_vehicle)};
+  space.followed.clear();
+  for (std::size_t i{0}; i < vectors.size(); ++i) {
+    const Point2 place{vehicle_from_world * vectors[i].place};
+    const int label{space.segmenter.segment_at(place)};
+    if (label >= 0) space.followed.push_back({.label = label, .vector = i, .spot = space.segmenter.spot_of(place)});
+  }
+  std::sort(space.followed.begin(), space.followed.end(),
+            [](const auto& a, const auto& b) { return std::tie(a.label, a.vector) < std::tie(b.label, b.vector); });
+}
+
+// work(segment, points) for each segment that has some.
+template <class Work>
+void for_segments(std::vector<ClusterSpace::Followed>& followed, const Work& work) {
+  for (auto begin = followed.begin(); begin != followed.end();) {
+    const int label{begin->label};
+    const auto end = std::find_if(begin, followed.end(), [&](const auto& one) { return one.label != label; });
+    work(static_cast<std::size_t>(label), std::span{begin, end});
+    begin = end;
+  }
+}
+
+}  // namespace
+
+void separate_movers(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space) {
+  find_followed(vectors, world_from_vehicle, space);
+  for_segments(space.followed, [&](std::size_t segment, std::span<ClusterSpace::Followed> followed) {
+    tell_motion(vectors, followed, space.values);
+    if (!are_two(followed)) return;
+    space.segmenter.split(segment, [&](const SegmentNode& node) { return !moves_at({node.u, node.bin}, followed); });
+  });
+}
+
+void measure_velocities(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space) {
+  find_followed(vectors, world_from_vehicle, space);
+  for_segments(space.followed, [&](std::size_t segment, Followed followed) {
+    const Point2& at{vectors[followed[0].vector].place};
+    measure(vectors, followed, space.rig, {at.x - world_from_vehicle.x_m, at.y - world_from_vehicle.y_m}, space.values,
+            space.clusters[segment]);
+  });
+}
+
+}  // namespace stereogrid

@@ -1,0 +1,268 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <tuple>
+
+#include "obstacles/tracking/tracking.hpp"
+
+namespace stereogrid {
+namespace {
+
+/// In association, a difference of 1 m/s counts like so many metres.
+constexpr double velocity_weight_s{0.4};
+/// … what no points have been followed on, where it may be something that moves, like so many, …
+constexpr double unmeasured_mover_m{0.3};
+/// … and a metre of difference in height, as far as it goes: a kerb is not the cyclist before it.
+constexpr double height_weight{0.4};
+constexpr double differing_height_m{2};
+/// Squared difference of two velocities in variances beyond which it is not the same thing.
+constexpr double another_thing{16};
+constexpr double unknown_velocity_mps{3};
+/// Of what the filter says of a thing that is seen for the first time.
+constexpr double most_before{1.5};
+/// What moves so and overlaps is one thing.
+constexpr double alike_mps{1};
+constexpr double free_occupancy{0.2};
+constexpr double gone_s{0.25};
+constexpr double replaced_within_m{0.3};
+/// What was seen alone so long is told from a piece of something, …
+constexpr double known_s{1};
+/// … and parts from what it merged with about where it was, about as long.
+constexpr double parted_within_m{0.7};
+constexpr double hidden_by_m{0.3};
+/// What is seen so large is no chance match.
+constexpr int surely_seen_px{300};
+
+// Where the filter has cells that move, a track begins with its belief: logarithm of the odds. What the cells do not
+// tell says nothing.
+double moving_before(const Cluster& cluster) {
+  constexpr double open{0.05};  // of a cell's share, for what the filter does not know
+  if (cluster.kind == ObstacleKind::extended) return 0;
+  return std::clamp(std::log((cluster.moving + open) / (1 - cluster.moving + open)), 0.0, most_before);
+}
+
+}  // namespace
+
+double Bounds::gap_to(const Bounds& other, Point2 moved) const {
+  const double x{std::max(other.least.x - (most.x + moved.x), least.x + moved.x - other.most.x)};
+  const double y{std::max(other.least.y - (most.y + moved.y), least.y + moved.y - other.most.y)};
+  return std::hypot(std::max(x, 0.0), std::max(y, 0.0));
+}
+
+Point2 Tracker::Track::middle() const {
+  const Point2 place{motion.place()};
+  const Point2 away{box.middle()};
+  return {place.x + away.x, place.y + away.y};
+}
+
+Tracker::Tracker(const TrackingConfig& config, const Rig& level_rig) : config_{config}, rig_{level_rig} {
+  constexpr std::size_t pairs_of_a_thing{4};
+  tracks_.reserve(things_reserved);
+  pairs_.reserve(pairs_of_a_thing * things_reserved);
+  is_track_taken_.reserve(things_reserved);
+  is_cluster_taken_.reserve(things_reserved);
+}
+
+void Tracker::update(const GridLayers& world, const std::vector<Cluster>& clusters, const Pose2& world_from_vehicle,
+                     double dt_s, std::span<const std::int64_t> held) {
+  const auto is_held = [held](const Track& track) { return std::ranges::binary_search(held, track.id); };
+  for (Track& track : tracks_) {
+    // while it is not seen, only what points have shown to move goes on
+    if (track.unseen_s > 0 && (track.moving < evidence_of_frame || is_held(track))) track.motion.stand_still();
+    const Point2 before{track.motion.place()};
+    track.motion.predict(dt_s, config_.acceleration_mps2);
+    const Point2 after{track.motion.place()};
+    track.moved = {track.moved.x + after.x - before.x, track.moved.y + after.y - before.y};
+    track.age_s += dt_s;
+    track.unseen_s += dt_s;
+  }
+  associate(clusters, world_from_vehicle);
+  const Pose2 vehicle_from_world{inverse(world_from_vehicle)};
+  for (Track& track : tracks_) {
+    track.is_merged = track.unseen_s > 0 && !is_held(track) && (track.is_merged || is_replaced(track, clusters));
+  }
+  merge_movers();
+  std::erase_if(tracks_, [&](const Track& track) {
+    if (!(track.unseen_s > 0)) return false;
+    if (is_held(track)) return !is_in_view(vehicle_from_world * track.shape.centre);
+    return is_forgotten(track) || (!track.is_merged && is_over(track, clusters, world, vehicle_from_world));
+  });
+}
+
+// In its velocity, and surely.
+bool Tracker::differs(const Cluster& cluster, const Track& track) {
+  const Symmetric2& measured{cluster.velocity_covariance};
+  const Symmetric2 known{track.motion.velocity_covariance()};
+  const Symmetric2 both{measured.xx + known.xx, measured.xy + known.xy, measured.yy + known.yy};
+  const Point2 velocity{track.motion.velocity()};
+  const Point2 faster{cluster.velocity.x - velocity.x, cluster.velocity.y - velocity.y};
+  return squared(inverted(both), faster) > another_thing;
+}
+
+// In metres; none: it is another thing.
+std::optional<double> Tracker::distance(const Track& track, const Cluster& cluster) const {
+  const bool is_measured{cluster.has_measured_velocity()};
+  if (is_measured && differs(cluster, track)) return std::nullopt;
+  const double away_m{std::hypot(cluster.centre.x - track.shape.centre.x - track.moved.x,
+                                 cluster.centre.y - track.shape.centre.y - track.moved.y)};
+  const double gap_m{track.shape.bounds.gap_to(cluster.bounds, track.moved)};
+  const double half_m{0.5 * std::max(track.shape.length_m, cluster.length_m)};
+  if (gap_m > config_.gate_m || away_m > config_.gate_m + half_m) return std::nullopt;
+  const double longer_m{std::abs(cluster.length_m - track.shape.length_m)};
+  if (track.is_merged && std::max(away_m, longer_m) > parted_within_m) return std::nullopt;
+  const Point2 velocity{track.motion.velocity()};
+  const double faster_mps{std::hypot(cluster.velocity.x - velocity.x, cluster.velocity.y - velocity.y)};
+  const double unmeasured_m{track.moving >= surely_moving ? unmeasured_mover_m : 0};
+  const double higher_m{std::min(std::abs(cluster.height_m - track.shape.height_m), differing_height_m)};
+  return (gap_m + away_m) / 2 + (is_measured ? velocity_weight_s * faster_mps : unmeasured_m) +
+         height_weight * higher_m;
+}
+
+// Nearest first; of those equally far, in the order of tracks and clusters. What was a part of another thing gets what
+// is left.
+void Tracker::find_pairs(const std::vector<Cluster>& clusters) {
+  pairs_.clear();
+  for (std::size_t t{0}; t < tracks_.size(); ++t) {
+    for (std::size_t c{0}; c < clusters.size(); ++c) {
+      const std::optional<double> distance_m{distance(tracks_[t], clusters[c])};
+      if (distance_m) pairs_.push_back({tracks_[t].is_merged, *distance_m, t, c});
+    }
+  }
+  // not stable_sort, which allocates
+  std::sort(pairs_.begin(), pairs_.end(), [](const Pair& a, const Pair& b) {
+    return std::tie(a.is_merged, a.distance_m, a.track, a.cluster) <
+           std::tie(b.is_merged, b.distance_m, b.track, b.cluster);
+  });
+}
+
+void Tracker::associate(const std::vector<Cluster>& clusters, const Pose2& camera) {
+  find_pairs(clusters);
+  is_track_taken_.assign(tracks_.size(), 0);
+  is_cluster_taken_.assign(clusters.size(), 0);
+  for (const Pair& pair : pairs_) {
+    if (is_track_taken_[pair.track] != 0 || is_cluster_taken_[pair.cluster] != 0) continue;
+    is_track_taken_[pair.track] = is_cluster_taken_[pair.cluster] = 1;
+    correct(tracks_[pair.track], clusters[pair.cluster], camera);
+  }
+  for (std::size_t c{0}; c < clusters.size(); ++c) {
+    if (is_cluster_taken_[c] == 0) begin_track(clusters[c], camera);
+  }
+}
+
+void Tracker::begin_track(const Cluster& cluster, const Pose2& camera) {
+  const double position_variance{0.3 * 0.3};
+  constexpr double unknown{unknown_velocity_mps * unknown_velocity_mps};
+  const Symmetric2 velocity_covariance{cluster.has_measured_velocity() ? cluster.velocity_covariance
+                                                                       : Symmetric2{unknown, 0, unknown}};
+  Track track;
+  track.id = next_id_++;
+  track.motion = {cluster.centre, position_variance, cluster.velocity, velocity_covariance};
+  track.box.begin({cluster, cluster.yaw_rad, camera, rig_}, cluster.yaw_rad, cluster.centre);
+  set_shape(track, cluster, camera);
+  track.moving = moving_before(cluster);
+  track.sightings = 1;
+  track.pixels = cluster.pixels;
+  tracks_.push_back(track);
+}
+
+bool Tracker::is_confirmed(const Track& track) const {
+  return track.sightings >= config_.confirm_frames || track.pixels >= surely_seen_px;
+}
+
+// Pieces of a thing that moves, of which one has grown to where the other one is. It keeps its older id, whichever
+// piece is seen.
+void Tracker::merge_movers() {
+  for (Track& piece : tracks_) {
+    for (Track& whole : tracks_) {
+      if (&piece == &whole || piece.is_merged || whole.is_merged || !are_one_mover(piece, whole)) continue;
+      const bool is_piece_left{whole.unseen_s > 0 && piece.unseen_s == 0};
+      Track& kept{is_piece_left ? piece : whole};
+      Track& merged{is_piece_left ? whole : piece};
+      merged.is_merged = true;
+      if (merged.id < kept.id && merged.unseen_s > 0) {
+        std::swap(merged.id, kept.id);
+        std::swap(merged.age_s, kept.age_s);
+      }
+    }
+  }
+}
+
+// Is the middle of the first in the second, which is no smaller, and do they move alike?
+bool Tracker::are_one_mover(const Track& piece, const Track& whole) {
+  if (std::min(piece.moving, whole.moving) < surely_moving) return false;
+  const auto area_m2 = [](const Track& track) { return track.box.extent_m(0) * track.box.extent_m(1); };
+  if (area_m2(piece) > area_m2(whole)) return false;
+  const Point2 v{piece.motion.velocity()};
+  const Point2 w{whole.motion.velocity()};
+  if (std::hypot(v.x - w.x, v.y - w.y) > alike_mps) return false;
+  const Point2 at{piece.middle()};
+  const Point2 from{whole.middle()};
+  const double c{std::cos(whole.box.yaw_rad)};
+  const double s{std::sin(whole.box.yaw_rad)};
+  const Point2 away{at.x - from.x, at.y - from.y};
+  return 2 * std::abs(c * away.x + s * away.y) < whole.box.extent_m(0) &&
+         2 * std::abs(c * away.y - s * away.x) < whole.box.extent_m(1);
+}
+
+// Twice as long as it was seen: fragments of a frame end with it.
+bool Tracker::is_forgotten(const Track& track) const {
+  const double seen_s{track.age_s - track.unseen_s};
+  return track.unseen_s > std::min(config_.coast_s, 2 * seen_s) || !is_confirmed(track) ||
+         (track.is_merged && seen_s < known_s);
+}
+
+bool Tracker::is_in_view(Point2 at) const {
+  const double column{rig_.centre_u_px - rig_.focal_px * at.y / at.x};
+  return at.x > 0 && column > 0 && column < rig_.width_px;
+}
+
+bool Tracker::is_over(const Track& track, const std::vector<Cluster>& clusters, const GridLayers& world,
+                      const Pose2& vehicle_from_world) const {
+  const Point2 place{track.middle()};
+  const Point2 at{vehicle_from_world * place};
+  if (!is_in_view(at)) return true;  // no later frame can show whether it is still there
+  if (track.unseen_s > gone_s && track.moving < surely_moving && !is_hidden(at, clusters, vehicle_from_world))
+    return true;
+  const GridGeometry& grid{world.geometry};
+  const auto cell = grid.cell_at(place);
+  if (!cell) return true;
+  return track.unseen_s > gone_s && world.occupancy(cell->ix, cell->iy) < free_occupancy &&
+         world.age_s(cell->ix, cell->iy) == 0;
+}
+
+// Is something seen in front of it?
+bool Tracker::is_hidden(Point2 at, const std::vector<Cluster>& clusters, const Pose2& vehicle_from_world) {
+  const double slope{at.y / at.x};
+  return std::any_of(clusters.begin(), clusters.end(), [&](const Cluster& cluster) {
+    constexpr double far{std::numeric_limits<double>::max()};
+    double least{far};
+    double most{-far};
+    double nearest{far};
+    for (const Point2& point : cluster.outline) {
+      const Point2 here{vehicle_from_world * point};
+      if (!(here.x > 0)) continue;
+      least = std::min(least, here.y / here.x);
+      most = std::max(most, here.y / here.x);
+      nearest = std::min(nearest, here.x);
+    }
+    return least < slope && slope < most && nearest < at.x - hidden_by_m;
+  });
+}
+
+// Half of what stands there or more is now seen as a part of another thing, or of several.
+bool Tracker::is_replaced(const Track& track, const std::vector<Cluster>& clusters) {
+  if (track.moving >= surely_moving) return false;  // it may be hidden behind that
+  std::size_t taken{0};
+  for (const Point2& point : track.shape.outline) {
+    const Point2 at{point.x + track.moved.x, point.y + track.moved.y};
+    taken += std::any_of(clusters.begin(), clusters.end(), [&](const Cluster& cluster) {
+      return cluster.kind == ObstacleKind::thing && cluster.bounds.gap_to({at, at}, {}) < replaced_within_m;
+    });
+  }
+  return 2 * taken >= track.shape.outline.size();
+}
+
+}  // namespace stereogrid

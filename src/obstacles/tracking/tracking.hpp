@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "held_bytes.hpp"
+#include "obstacles/segmentation/clusters.hpp"
+#include "obstacles/tracking/box.hpp"
+#include "obstacles/tracking/motion_state.hpp"
+#include "stereogrid/camera.hpp"
+#include "stereogrid/config.hpp"
+#include "stereogrid/frame.hpp"
+#include "stereogrid/grid.hpp"
+#include "stereogrid/obstacle.hpp"
+
+namespace stereogrid {
+
+/// Follows clusters through time: nearest-neighbour association within a gate around each track's prediction, a Kalman
+/// filter for each track, of which the sides are measured that the camera sees, ids that are never used twice.
+/// docs/method.md §11.
+class Tracker {
+ public:
+  Tracker(const TrackingConfig& config, const Rig& level_rig);
+
+  /// No tracks; ids go on.
+  void forget() { tracks_.clear(); }
+  /// Ids go on from those of `before`.
+  void go_on_from(const Tracker& before) { next_id_ = before.next_id_; }
+
+  /// Moves all tracks on by dt_s, gives each its cluster, begins and ends tracks. `held`: ids of tracks that do not end
+  /// while they are in view, ascending.
+  void update(const GridLayers& world, const std::vector<Cluster>& clusters, const Pose2& world_from_vehicle,
+              double dt_s, std::span<const std::int64_t> held = {});
+
+  /// The tracks as obstacles in the vehicle frame.
+  void report(const Pose2& world_from_vehicle, std::vector<Obstacle>& obstacles) const;
+
+  template <class State>
+  void exchange(State& state) {
+    state(tracks_, next_id_);
+    if constexpr (requires { state.require(true); }) {
+      for (const Track& track : tracks_) {
+        state.require(track.shape.outline.size() <= Outline::points_max && track.shape.kind <= ObstacleKind::extended);
+      }
+    }
+  }
+
+  [[nodiscard]] std::size_t held_bytes() const {
+    return held_bytes_of(tracks_, pairs_, is_track_taken_, is_cluster_taken_);
+  }
+
+ private:
+  /// Evidence of motion: a measured velocity says less than its covariance would have it, several frames say more.
+  static constexpr double moving_mps{1};
+  static constexpr double evidence_of_frame{1.5};
+  static constexpr double surely_moving{3};
+
+  struct Track {
+    std::int64_t id{0};
+    MotionState motion;
+    TrackedBox box;           ///< around the place of `motion`
+    Cluster shape;            ///< as it was last seen
+    double yaw_sigma_rad{0};  ///< of the shape
+    int sightings{0};
+    std::int64_t pixels{0};  ///< of all sightings
+    double moving{0};        ///< evidence that it moves: logarithm of the odds
+    double age_s{0};
+    double unseen_s{0};
+    Point2 moved;           ///< since it was last seen, as predicted
+    bool is_merged{false};  ///< seen as a part of another thing: not reported, until it is seen alone again
+
+    [[nodiscard]] Point2 middle() const;  ///< of the box
+
+    template <class State>
+    void exchange(State& state) {
+      state(id, motion, box, shape, yaw_sigma_rad, sightings, pixels, moving, age_s, unseen_s, moved, is_merged);
+    }
+  };
+
+  // A cluster that may be a track's.
+  struct Pair {
+    bool is_merged;
+    double distance_m;
+    std::size_t track;
+    std::size_t cluster;
+  };
+
+  static bool differs(const Cluster& cluster, const Track& track);
+  [[nodiscard]] std::optional<double> distance(const Track& track, const Cluster& cluster) const;
+  void find_pairs(const std::vector<Cluster>& clusters);
+  void associate(const std::vector<Cluster>& clusters, const Pose2& camera);
+  void set_shape(Track& track, const Cluster& cluster, const Pose2& camera) const;
+  static bool seems_to_move(const Track& track);
+  static double axes_of(const Track& track);
+  [[nodiscard]] Obstacle obstacle_of(const Track& track, const Pose2& vehicle_from_world) const;
+  static double evidence_of_motion(const Cluster& cluster);
+  void correct(Track& track, const Cluster& cluster, const Pose2& camera) const;
+  void correct_place(Track& track, const Cluster& cluster, const Pose2& camera) const;
+  void begin_track(const Cluster& cluster, const Pose2& camera);
+  [[nodiscard]] bool is_confirmed(const Track& track) const;
+  static bool is_replaced(const Track& track, const std::vector<Cluster>& clusters);
+  void merge_movers();
+  static bool are_one_mover(const Track& piece, const Track& whole);
+  [[nodiscard]] bool is_forgotten(const Track& track) const;
+  [[nodiscard]] bool is_over(const Track& track, const std::vector<Cluster>& clusters, const GridLayers& world,
+                             const Pose2& vehicle_from_world) const;
+  /// `at`: vehicle frame.
+  [[nodiscard]] bool is_in_view(Point2 at) const;
+  static bool is_hidden(Point2 at, const std::vector<Cluster>& clusters, const Pose2& vehicle_from_world);
+
+  TrackingConfig config_;
+  Rig rig_;
+  std::vector<Track> tracks_;
+  std::vector<Pair> pairs_;  // working memory, as the next two
+  std::vector<std::uint8_t> is_track_taken_;
+  std::vector<std::uint8_t> is_cluster_taken_;
+  std::int64_t next_id_{1};
+};
+
+}  // namespace stereogrid
