@@ -17,8 +17,8 @@
 #include <vector>
 
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/odometry.hpp"
 #include "stereogrid/io/recording.hpp"
+#include "stereogrid/odometry.hpp"
 #include "stereogrid/scenes/scene.hpp"
 
 namespace {
@@ -52,7 +52,7 @@ Error error_of(const Pose2& found, const Pose2& expected) {
 
 void print(const std::string& input) {
   const std::unique_ptr<FrameSource> source{open(input)};
-  io::VisualOdometry odometry{source->rig(), {}};
+  VisualOdometry odometry{source->rig(), {}};
   std::vector<Pose2> found;
   std::vector<Pose2> poses;
   std::chrono::duration<double, std::milli> taken{0};

@@ -16,9 +16,9 @@
 #include <vector>
 
 #include "stereogrid/io/calibration.hpp"
-#include "stereogrid/io/odometry.hpp"
 #include "stereogrid/io/rectifier.hpp"
 #include "stereogrid/occupancy_values.hpp"
+#include "stereogrid/odometry.hpp"
 #include "stereogrid/opencv.hpp"
 #include "stereogrid/pipeline.hpp"
 
@@ -93,7 +93,7 @@ void run(const std::string& source, const std::string& calibration_file, int fra
   std::optional<io::Rectifier> rectifier;
   if (calibration.raw) rectifier.emplace(*calibration.raw, camera.width_px(), camera.height_px());
   const Rig rig{rig_of(calibration, rectifier)};
-  io::VisualOdometry odometry{rig};
+  VisualOdometry odometry{rig};
   Pipeline pipeline{preset("default"), rig, {.stages = false}};
   StereoFrame frame;
   for (int i{0}; i < frames && camera.next(frame); ++i) {

@@ -13,12 +13,12 @@
 #include <optional>
 #include <string_view>
 
-#include "bags/recording.hpp"
 #include "option_checks.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/mask.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/text.hpp"
+#include "stereogrid/rosbag/recording.hpp"
 #include "stereogrid/scenes/scene.hpp"
 
 namespace stereogrid::app {
@@ -109,7 +109,8 @@ void add_input_options(CLI::App& command, InputOptions& options) {
 }
 
 Input open_input(const InputOptions& options) {
-  const bool is_of_bag{!is_scene(options.paths.front()) && options.paths.size() == 1 && is_bag(options.paths.front())};
+  const bool is_of_bag{!is_scene(options.paths.front()) && options.paths.size() == 1 &&
+                       rosbag::is_bag(options.paths.front())};
   if (!is_of_bag && (!options.left_topic.empty() || !options.right_topic.empty())) {
     throw ConfigError{"--left-topic and --right-topic choose among the topics of a bag, but the input is none."};
   }
@@ -120,9 +121,9 @@ Input open_input(const InputOptions& options) {
   arguments.poses = options.poses;
   if (!options.disparities.empty()) arguments.disparities = options.disparities;
   if (!options.mask.empty()) arguments.mask = options.mask;
-  auto recording{
-      is_of_bag ? open_bag_recording(arguments, {{options.left_topic, options.right_topic}, options.pair_tolerance_ms})
-                : io::open_recording(arguments)};
+  auto recording{is_of_bag ? rosbag::open_recording(
+                                 arguments, {{options.left_topic, options.right_topic}, options.pair_tolerance_ms})
+                           : io::open_recording(arguments)};
   Input input;
   input.recording = recording.get();
   input.mask = recording->contents().mask;

@@ -16,7 +16,7 @@ PoseStage::PoseStage(PoseSource poses, const Rig& rig, const Image<std::uint8_t>
 std::string PoseStage::place(StereoFrame& frame) {
   if (poses_ == PoseSource::none) frame.world_from_vehicle.reset();
   if (!odometry_) return "";
-  io::OdometryStep step{odometry_->update(frame)};
+  OdometryStep step{odometry_->update(frame)};
   frame.world_from_vehicle = step.world_from_vehicle;
   if (const auto index{static_cast<std::size_t>(frame.index)}; is_kept_ && is_kept_(index)) {
     const std::lock_guard lock{mutex_};
@@ -25,15 +25,15 @@ std::string PoseStage::place(StereoFrame& frame) {
   return std::move(step.warning);
 }
 
-void PoseStage::load(const io::OdometryState& state) {
+void PoseStage::load(const OdometryState& state) {
   if (odometry_) odometry_->load_state(state);
 }
 
-std::optional<io::OdometryState> PoseStage::take_state(std::size_t index) {
+std::optional<OdometryState> PoseStage::take_state(std::size_t index) {
   const std::lock_guard lock{mutex_};
   const auto found{kept_.find(index)};
   if (found == kept_.end()) return std::nullopt;
-  std::optional<io::OdometryState> state{std::move(found->second)};
+  std::optional<OdometryState> state{std::move(found->second)};
   kept_.erase(kept_.begin(), std::next(found));  // those of frames that could not be used in the end, too
   return state;
 }

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "input.hpp"
-#include "stereogrid/io/odometry.hpp"
+#include "stereogrid/odometry.hpp"
 
 namespace stereogrid::app {
 
@@ -23,7 +23,7 @@ class PoseStage {
             std::function<bool(std::size_t index)> is_kept = {});
 
   /// Goes on from there. Before the first frame. Throws InputError where the state does not fit.
-  void load(const io::OdometryState& state);
+  void load(const OdometryState& state);
 
   /// Returns a warning; empty: none. Throws InputError where the frame does not fit the rig.
   std::string place(StereoFrame& frame);
@@ -31,14 +31,14 @@ class PoseStage {
   [[nodiscard]] bool takes_time() const { return odometry_.has_value(); }
 
   /// What the odometry remembered after a frame, once; none: poses came with the input, or the frame was not kept.
-  [[nodiscard]] std::optional<io::OdometryState> take_state(std::size_t index);
+  [[nodiscard]] std::optional<OdometryState> take_state(std::size_t index);
 
  private:
   PoseSource poses_;
-  std::optional<io::VisualOdometry> odometry_;
+  std::optional<VisualOdometry> odometry_;
   std::function<bool(std::size_t)> is_kept_;
   std::mutex mutex_;  // frames are placed on other threads than their states are taken on
-  std::map<std::size_t, io::OdometryState> kept_;
+  std::map<std::size_t, OdometryState> kept_;
 };
 
 }  // namespace stereogrid::app

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,13 @@ struct Pose2 {
   const double c{std::cos(a_from_b.yaw_rad)};
   const double s{std::sin(a_from_b.yaw_rad)};
   return {-c * a_from_b.x_m - s * a_from_b.y_m, s * a_from_b.x_m - c * a_from_b.y_m, -a_from_b.yaw_rad};
+}
+
+/// Projection of a camera's pose onto the ground: x forward, y left, heading of the optical axis. `world_from_camera`:
+/// 3 × 4 row-major, metres; camera axes x right, y down, z forward.
+[[nodiscard]] inline Pose2 ground_pose(std::span<const double, 12> world_from_camera) {
+  const auto& m{world_from_camera};
+  return {m[11], -m[3], std::atan2(-m[2], m[10])};
 }
 
 /// What another source has observed at a frame's instant: a lidar, a second stereo pair (the `observed` of its own

@@ -24,7 +24,7 @@ STANDARD = re.compile(r"[a-z_0-9]+")  # <vector>; C++'s own headers have neither
 MACHINE_PATH = re.compile(r"(?<![\w.$}~*/-])/(?:wor[k]|hom[e]/\w+|roo[t]|User[s]/\w+|tmp/brie[f])(?:/|\b)")
 
 # of the libraries that may be shared; what their headers declare has to be seen from outside
-PUBLIC_HEADER = re.compile(r"((io|messages|mcap|server|capture|scenes|evaluation)/)?include/stereogrid/.*\.hpp")
+PUBLIC_HEADER = re.compile(r"((io|odometry|messages|mcap|server|capture|scenes|evaluation)/)?include/stereogrid/.*\.hpp")
 NO_SYMBOL = re.compile(r"[\s#}/)]|(inline|constexpr|template|namespace|using|enum|struct|public|private)\b")
 
 DIRECT_OUTPUT = re.compile(r"\bfmt::print\b|\bstd::(cout|cerr|clog|printf|puts)\b")
@@ -44,10 +44,12 @@ class Room:
 ROOMS = (
     Room("include", ("include",), r"opencv2/core/mat\.hpp", r"include/stereogrid/opencv\.hpp"),
     Room("include", ("include",), "(?!)"),
-    Room("io/include", ("include", "io/include"), "(?!)"),
+    Room("odometry/include", ("include", "odometry/include"), "(?!)"),
+    Room("io/include", ("include", "odometry/include", "io/include"), "(?!)"),
     Room("messages/include", ("include", "messages/include"), "(?!)"),
     Room("mcap/include", ("include", "mcap/include"), "(?!)"),
     Room("capture/include", ("include", "io/include", "capture/include"), "(?!)"),
+    Room("rosbag/include", ("include", "io/include", "mcap/include", "messages/include", "rosbag/include"), "(?!)"),
     Room("dds/include", ("include", "messages/include", "dds/include"), "(?!)"),
     Room("scenes/include", ("include", "scenes/include"), "(?!)"),
     Room("evaluation/include", ("include", "evaluation/include"), "(?!)"),
@@ -56,21 +58,24 @@ ROOMS = (
     Room("src", ("include", "src"), r"cuda.*|cub/.*|cooperative_groups.*", r"src/backend/cuda\.hpp|.*\.cu"),
     Room("src", ("include", "src"), r"(dlfcn|sys/auxv)\.h", r"src/pipeline/cuda_library\.cpp"),
     Room("src", ("include", "src"), "(?!)"),
-    Room("io", ("include", "io/include", "io/src"), r"(opencv2|yaml-cpp|nlohmann|fmt)/.*|zip\.h|zlib\.h|(sys/)?\w+\.h"),
+    Room("odometry", ("include", "odometry/include", "odometry/src"), r"(opencv2|fmt)/.*"),
+    Room("io", ("include", "odometry/include", "io/include", "io/src"), r"(opencv2|yaml-cpp|nlohmann|fmt)/.*|zip\.h|zlib\.h|(sys/)?\w+\.h"),
     Room("messages", ("include", "messages/include", "messages/src"), "(?!)"),
     Room("mcap", ("include", "io/include", "mcap/include", "mcap/src"),
          r"(yaml-cpp|fmt)/.*|(sys/)?\w+\.h"),
     Room("capture", ("include", "io/include", "capture/include", "capture/src"), r"(fmt|gst)/.*|(sys/)?\w+\.h"),
+    Room("rosbag", ("include", "io/include", "mcap/include", "messages/include", "rosbag/include", "rosbag/src"),
+         r"(opencv2|fmt)/.*"),
     Room("dds", ("include", "messages/include", "dds/include", "dds/src"), r"dds/.*"),
-    Room("ros2", ("include", "io/include", "messages/include", "capture/include", "ros2/stereogrid_ros/src"),
+    Room("ros2", ("include", "odometry/include", "io/include", "messages/include", "capture/include", "ros2/stereogrid_ros/src"),
          r"(geometry_msgs|rclcpp|rclcpp_components|sensor_msgs|tf2_ros)/.*"),
     Room("scenes", ("include", "scenes/include", "scenes"), TBB),
     Room("evaluation", ("include", "evaluation/include", "evaluation/src"), TBB),
     Room("research", ("include", "io/include", "scenes/include", "evaluation/include", "apps/stereogrid", "research"),
          r"(opencv2|nlohmann|fmt|spdlog|CLI)/.*|(sys/)?\w+\.h"),
     Room("apps", ("apps/stereogrid",), r"fmt/.*|openssl/evp\.h", r"apps/stereogrid/batch/sha256\.hpp"),
-    Room("apps", ("include", "io/include", "messages/include", "mcap/include", "server/include", "capture/include",
-                  "dds/include", "scenes/include", "evaluation/include", "apps/stereogrid"),
+    Room("apps", ("include", "odometry/include", "io/include", "messages/include", "mcap/include", "server/include", "capture/include",
+                  "rosbag/include", "dds/include", "scenes/include", "evaluation/include", "apps/stereogrid"),
          r"(opencv2|nlohmann|fmt|spdlog|CLI)/.*|(sys/)?\w+\.h"),
 )
 

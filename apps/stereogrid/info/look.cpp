@@ -10,8 +10,8 @@
 #include <optional>
 #include <set>
 
-#include "complaints/frame_tally.hpp"
-#include "complaints/pair_faults.hpp"
+#include "diagnostics/frame_tally.hpp"
+#include "diagnostics/pair_faults.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/recording.hpp"

@@ -15,8 +15,8 @@
 #include <variant>
 
 #include "commands.hpp"
-#include "complaints/frame_tally.hpp"
 #include "console.hpp"
+#include "diagnostics/frame_tally.hpp"
 #include "interrupt.hpp"
 #include "live/latency.hpp"
 #include "live/placed_frames.hpp"

@@ -14,14 +14,14 @@
 #include <thread>
 #include <utility>
 
-#include "bags/calibration.hpp"
-#include "bags/topics.hpp"
 #include "ros2/ros2_source.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/io/mask.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
+#include "stereogrid/rosbag/calibration.hpp"
+#include "stereogrid/rosbag/topics.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -68,12 +68,12 @@ std::vector<mcap::Topic> topics_of(const dds::Node& node) {
 }
 
 bool holds_images(const mcap::Topic& topic) {
-  return topic.type == messages::sensor_msgs::Image::type_name || is_compressed(topic);
+  return topic.type == messages::sensor_msgs::Image::type_name || rosbag::is_compressed(topic);
 }
 
 /// Those below the folder; why there is no pair of them, as an exception.
-ImageTopics choose(const std::string& name, const std::string& folder, std::vector<mcap::Topic> topics,
-                   const ImageTopics& asked) {
+rosbag::ImageTopics choose(const std::string& name, const std::string& folder, std::vector<mcap::Topic> topics,
+                           const rosbag::ImageTopics& asked) {
   std::string elsewhere;
   const auto is_out = [&](const mcap::Topic& topic) {
     const bool is_below{topic.name.starts_with(folder + "/")};
@@ -81,14 +81,14 @@ ImageTopics choose(const std::string& name, const std::string& folder, std::vect
     return !is_below;
   };
   if (asked.left.empty() && asked.right.empty()) std::erase_if(topics, is_out);
-  if (std::ranges::any_of(topics, holds_images)) return choose_image_topics(name, topics, asked);
+  if (std::ranges::any_of(topics, holds_images)) return rosbag::choose_image_topics(name, topics, asked);
   throw InputError{
       name, "nobody publishes images there.",
       elsewhere.empty() ? "Do ROS_DOMAIN_ID and the network fit?" : "Elsewhere there are: " + elsewhere + "."};
 }
 
 struct Found {
-  ImageTopics images;
+  rosbag::ImageTopics images;
   std::vector<mcap::Topic> topics;
 };
 
@@ -103,7 +103,7 @@ Found wait_for_images(const dds::Node& node, const InputOptions& options) {
     std::string missing{"for all topics to be found."};
     try {
       std::vector<mcap::Topic> topics{topics_of(node)};
-      const ImageTopics images{choose(name, folder, topics, {options.left_topic, options.right_topic})};
+      const rosbag::ImageTopics images{choose(name, folder, topics, {options.left_topic, options.right_topic})};
       if (chosen != images.left + " " + images.right) since = Clock::now();
       chosen = images.left + " " + images.right;
       if (Clock::now() - since >= settled_after) return {images, std::move(topics)};
@@ -152,7 +152,7 @@ std::array<CameraInfo, 2> wait_for_infos(dds::Node& node, const std::string& nam
                      CameraInfo info;
                      messages::decode(cdr, info);
                      const std::scoped_lock lock{infos->mutex};
-                     add_camera(infos->messages.at(i), info);
+                     rosbag::add_camera(infos->messages.at(i), info);
                    });
   }
   Waiting waiting;
@@ -166,9 +166,9 @@ std::array<CameraInfo, 2> wait_for_infos(dds::Node& node, const std::string& nam
 
 io::Calibration calibration_from(dds::Node& node, const InputOptions& options, const Found& found) {
   if (!options.calibration.empty()) return io::read_calibration(options.calibration);
-  const mcap::Topic& left{*find_topic(found.topics, found.images.left)};
-  const mcap::Topic& right{*find_topic(found.topics, found.images.right)};
-  const std::array<std::string, 2> topics{info_topic_of(left), info_topic_of(right)};
+  const mcap::Topic& left{*rosbag::find_topic(found.topics, found.images.left)};
+  const mcap::Topic& right{*rosbag::find_topic(found.topics, found.images.right)};
+  const std::array<std::string, 2> topics{rosbag::info_topic_of(left), rosbag::info_topic_of(right)};
   auto [left_info, right_info]{wait_for_infos(node, options.paths.front(), topics)};
   constexpr std::uint32_t largest_side_px{32768};
   if (left_info.width > largest_side_px || left_info.height > largest_side_px) {
@@ -177,8 +177,9 @@ io::Calibration calibration_from(dds::Node& node, const InputOptions& options, c
   }
   const auto width_px{static_cast<int>(left_info.width)};
   const auto height_px{static_cast<int>(left_info.height)};
-  return calibration_of({std::move(left_info), topics[0], topics[0]}, {std::move(right_info), topics[1], topics[1]},
-                        is_rectified(left) && is_rectified(right), width_px, height_px);
+  return rosbag::calibration_of({std::move(left_info), topics[0], topics[0]},
+                                {std::move(right_info), topics[1], topics[1]},
+                                rosbag::is_rectified(left) && rosbag::is_rectified(right), width_px, height_px);
 }
 
 void check_options(const InputOptions& options) {
@@ -222,14 +223,15 @@ LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2) {
   std::shared_ptr<dds::Node> node{open_ros2_node(ros2)};
   const Found found{wait_for_images(*node, options)};
   const std::chrono::duration<double, std::milli> tolerance{options.pair_tolerance_ms};
-  const Ros2Setup setup{.images = found.images,
-                        .is_left_compressed = is_compressed(*find_topic(found.topics, found.images.left)),
-                        .is_right_compressed = is_compressed(*find_topic(found.topics, found.images.right)),
-                        .calibration = calibration_from(*node, options, found),
-                        .pairing = {.tolerance = std::chrono::duration_cast<std::chrono::nanoseconds>(tolerance)},
-                        .poses = has_poses ? options.poses : "",
-                        .posed_from_camera = camera,
-                        .uses_sim_time = ros2.uses_sim_time};
+  const Ros2Setup setup{
+      .images = found.images,
+      .is_left_compressed = rosbag::is_compressed(*rosbag::find_topic(found.topics, found.images.left)),
+      .is_right_compressed = rosbag::is_compressed(*rosbag::find_topic(found.topics, found.images.right)),
+      .calibration = calibration_from(*node, options, found),
+      .pairing = {.tolerance = std::chrono::duration_cast<std::chrono::nanoseconds>(tolerance)},
+      .poses = has_poses ? options.poses : "",
+      .posed_from_camera = camera,
+      .uses_sim_time = ros2.uses_sim_time};
   spdlog::info("{} and {}, {}", io::printable(setup.images.left), io::printable(setup.images.right),
                setup.calibration.kind);
   log_calibration(setup.calibration);

@@ -14,8 +14,6 @@
 #include <optional>
 #include <utility>
 
-#include "bags/decode.hpp"
-#include "bags/poses.hpp"
 #include "ros2/pose_buffer.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
@@ -23,6 +21,8 @@
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
 #include "stereogrid/messages/tf2_msgs.hpp"
+#include "stereogrid/rosbag/decode.hpp"
+#include "stereogrid/rosbag/poses.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -108,7 +108,7 @@ struct Ros2Source::State {
   std::map<std::string, std::int64_t> earlier;  // dropped before a step back
   std::int64_t without_pose{0};
   std::string pose_fault;
-  PoseTally tally;
+  rosbag::PoseTally tally;
   std::size_t told_dropped{0};  // of the tally
 };
 
@@ -123,7 +123,7 @@ std::shared_ptr<CameraPair> Ros2Source::State::pair_of(Side side, std::int64_t s
 void Ros2Source::State::take_clock(std::span<const std::byte> cdr) {
   SimulatedClock message;
   messages::decode(cdr, message);
-  const std::int64_t now_ns{ns_of(message.clock)};
+  const std::int64_t now_ns{rosbag::ns_of(message.clock)};
   const std::scoped_lock lock{mutex};
   if (now_ns < std::exchange(simulated_ns, now_ns)) begin_anew("/clock steps back");
 }
@@ -137,11 +137,11 @@ void Ros2Source::State::begin_anew(const char* why) {
 }
 
 void Ros2Source::State::take_image(const Images& images, std::span<const std::byte> cdr) {
-  const std::int64_t header_ns{header_stamp_ns(cdr)};
+  const std::int64_t header_ns{rosbag::header_stamp_ns(cdr)};
   const std::int64_t stamp_ns{header_ns == 0 ? stamp_of(Clock::now()) : header_ns};  // 0: cameras that do not stamp
   const std::shared_ptr<CameraPair> taker{pair_of(images.side, stamp_ns)};
   try {
-    taker->add(images.side, decode_image(cdr, images.is_compressed, images.name), instant_of(stamp_ns));
+    taker->add(images.side, rosbag::decode_image(cdr, images.is_compressed, images.name), instant_of(stamp_ns));
   } catch (const InputError&) {
     taker->add_unusable();
     throw;  // the node tells it, once
@@ -152,7 +152,7 @@ void Ros2Source::State::take_pose(std::string_view type, std::span<const std::by
   std::vector<io::StampedPose> found;
   {
     const std::scoped_lock lock{mutex};
-    add_poses(found, tally, type, cdr);
+    rosbag::add_poses(found, tally, type, cdr);
     if (tally.dropped() > 0 && tally.dropped() >= 10 * told_dropped) tell_dropped_poses();
   }
   poses.add(found);

@@ -5,15 +5,15 @@
 #include <memory>
 #include <string>
 
-#include "bags/topics.hpp"
 #include "stereogrid/capture/camera_pair.hpp"
 #include "stereogrid/dds/node.hpp"
+#include "stereogrid/rosbag/topics.hpp"
 
 namespace stereogrid::app {
 
 /// What is taken from the network.
 struct Ros2Setup {
-  ImageTopics images;
+  rosbag::ImageTopics images;
   bool is_left_compressed{false};
   bool is_right_compressed{false};
   io::Calibration calibration;

@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "commands.hpp"
-#include "complaints/frame_tally.hpp"
 #include "console.hpp"
+#include "diagnostics/frame_tally.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
 #include "run/frame_wait.hpp"
@@ -55,7 +55,7 @@ void RunLoop::go_through(const FrameSource& source) {
 
 bool RunLoop::save_state() const {
   if (!last_processed_) return false;
-  std::optional<io::OdometryState> odometry{poses_.take_state(*last_processed_)};
+  std::optional<OdometryState> odometry{poses_.take_state(*last_processed_)};
   if (poses_.takes_time() && !odometry) return false;
   io::write_checkpoint(record_.folder(), {*last_processed_, pipeline_.save_state(), std::move(odometry)});
   return true;

@@ -8,8 +8,8 @@
 #include <optional>
 #include <string>
 
-#include "complaints/frame_tally.hpp"
 #include "console.hpp"
+#include "diagnostics/frame_tally.hpp"
 #include "interrupt.hpp"
 #include "run/lidar_stage.hpp"
 #include "stereogrid/error.hpp"

@@ -77,10 +77,6 @@ bool is_blank(std::string_view line) {
 
 }  // namespace
 
-Pose2 on_the_ground(std::span<const double, 12> m) {
-  return {m[11], -m[3], std::atan2(-m[2], m[10])};
-}
-
 std::optional<std::array<double, 4>> unit_quaternion(const std::array<double, 4>& quaternion) {
   constexpr double tolerance{0.01};
   const auto& [x, y, z, w]{quaternion};
@@ -103,7 +99,7 @@ std::vector<Pose2> read_kitti_poses(const fs::path& path, std::size_t expected) 
     const std::vector<double>& m{numbers};
     if (!is_rotation({m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]}))
       fail(path, line_number, "has a matrix that is no rotation.");
-    poses.push_back(on_the_ground(std::span<const double, 12>{numbers}));
+    poses.push_back(ground_pose(std::span<const double, 12>{numbers}));
   }
   if (poses.size() != expected) {
     throw InputError{printable_path(path),

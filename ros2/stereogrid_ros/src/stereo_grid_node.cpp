@@ -147,7 +147,7 @@ std::shared_ptr<StereoGridNode::Pair> StereoGridNode::current_pair() {
   return pair_;
 }
 
-void StereoGridNode::place(stereogrid::StereoFrame& frame, std::optional<stereogrid::io::VisualOdometry>& odometry,
+void StereoGridNode::place(stereogrid::StereoFrame& frame, std::optional<stereogrid::VisualOdometry>& odometry,
                            const stereogrid::Rig& rig) {
   if (settings_.poses == "images") {
     if (!odometry) odometry.emplace(rig);
@@ -200,7 +200,7 @@ class StereoGridNode::Frames final : public stereogrid::capture::FrameHandler {
   stereogrid::messages::FrameMessages messages_;
   std::shared_ptr<Pair> pair_;
   bool begins_anew_{false};
-  std::optional<stereogrid::io::VisualOdometry> odometry_;
+  std::optional<stereogrid::VisualOdometry> odometry_;
   std::int64_t frames_{0};
 };
 

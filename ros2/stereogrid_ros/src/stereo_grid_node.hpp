@@ -23,8 +23,8 @@
 #include "settings.hpp"
 #include "stereogrid/capture/camera_pair.hpp"
 #include "stereogrid/capture/frame_loop.hpp"
-#include "stereogrid/io/odometry.hpp"
 #include "stereogrid/messages/frame_messages.hpp"
+#include "stereogrid/odometry.hpp"
 
 namespace stereogrid_ros {
 
@@ -55,7 +55,7 @@ class StereoGridNode : public rclcpp::Node {
   [[nodiscard]] geometry_msgs::msg::Transform transform(const std::string& target, const std::string& source,
                                                         const rclcpp::Time& instant) const;
   void go_on();
-  void place(stereogrid::StereoFrame& frame, std::optional<stereogrid::io::VisualOdometry>& odometry,
+  void place(stereogrid::StereoFrame& frame, std::optional<stereogrid::VisualOdometry>& odometry,
              const stereogrid::Rig& rig);
   [[nodiscard]] std::vector<stereogrid::messages::Dropped> dropped_by(const Pair& pair) const;
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "bags/recording.hpp"
 #include "stereogrid/mcap/bag.hpp"
+#include "stereogrid/rosbag/recording.hpp"
 #include "targets.hpp"
 
 namespace stereogrid::fuzz {
@@ -99,7 +99,7 @@ void check(const io::Recording& recording) {
 }  // namespace
 
 void bag_recording(Bytes input) {
-  accepts([&] { check(*app::bag_recording(bag_of(input), {{"a bag"}, {}, ""}, {})); });
+  accepts([&] { check(*rosbag::bag_recording(bag_of(input), {{"a bag"}, {}, ""}, {})); });
 }
 
 }  // namespace stereogrid::fuzz

@@ -29,10 +29,6 @@ struct NamedPose {
   Pose2 world_from_vehicle;
 };
 
-/// A camera's pose, world_from_camera 3 × 4 row-major (x right, y down, z forward), on the ground: x forward, y left,
-/// heading of the optical axis.
-[[nodiscard]] STEREOGRID_EXPORT Pose2 on_the_ground(std::span<const double, 12> world_from_camera);
-
 /// The quaternion x, y, z, w with length 1. None: its length is below 0.99 or above 1.01, or not finite.
 [[nodiscard]] STEREOGRID_EXPORT std::optional<std::array<double, 4>> unit_quaternion(
     const std::array<double, 4>& quaternion);

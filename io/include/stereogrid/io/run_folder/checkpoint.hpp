@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "stereogrid/export.hpp"
-#include "stereogrid/io/odometry.hpp"
+#include "stereogrid/odometry.hpp"
 
 namespace stereogrid::io {
 

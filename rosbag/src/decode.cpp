@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "bags/decode.hpp"
+#include "stereogrid/rosbag/decode.hpp"
 
 #include <fmt/format.h>
 
@@ -17,7 +17,7 @@
 #include "stereogrid/messages/sensor_msgs.hpp"
 #include "stereogrid/opencv.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::rosbag {
 namespace {
 
 namespace sensor_msgs = messages::sensor_msgs;
@@ -117,4 +117,4 @@ io::ScaledImage decode_image(std::span<const std::byte> cdr, bool is_compressed,
   return is_compressed ? decode_compressed(cdr, name) : decode_plain(cdr, name);
 }
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::rosbag

@@ -8,7 +8,7 @@
 
 #include "stereogrid/frame.hpp"
 
-namespace stereogrid::io {
+namespace stereogrid {
 
 /// Image pyramid of optical flow, level 0 first, as OpenCV builds it.
 using Pyramid = std::vector<cv::Mat>;
@@ -45,4 +45,4 @@ struct Tracks {
   return {rig.centre_u_px + rig.focal_px * p[0] / p[2], rig.centre_v_px + rig.focal_px * p[1] / p[2]};
 }
 
-}  // namespace stereogrid::io
+}  // namespace stereogrid

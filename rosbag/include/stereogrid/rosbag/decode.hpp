@@ -10,7 +10,7 @@
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/messages/std_msgs.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::rosbag {
 
 /// The header, with which messages of images begin. Throws InputError.
 [[nodiscard]] std::int64_t header_stamp_ns(std::span<const std::byte> cdr);
@@ -20,4 +20,4 @@ namespace stereogrid::app {
 /// encoding that is not read.
 [[nodiscard]] io::ScaledImage decode_image(std::span<const std::byte> cdr, bool is_compressed, const std::string& name);
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::rosbag

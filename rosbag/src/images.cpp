@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "bags/images.hpp"
+#include "images.hpp"
 
 #include <fmt/format.h>
 
@@ -9,11 +9,11 @@
 #include <limits>
 #include <map>
 
-#include "bags/decode.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
+#include "stereogrid/rosbag/decode.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::rosbag {
 namespace {
 
 /// Between stamps of two cameras, which may be anything.
@@ -148,4 +148,4 @@ io::ImagePair BagImages::begin() {
   throw InputError{name_, "none of the first images can be read.", first_problem};
 }
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::rosbag

@@ -5,11 +5,11 @@
 #include <filesystem>
 #include <memory>
 
-#include "bags/topics.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/mcap/bag.hpp"
+#include "stereogrid/rosbag/topics.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::rosbag {
 
 /// An .mcap, a .db3, or a folder of them?
 [[nodiscard]] bool is_bag(const std::filesystem::path& path);
@@ -26,7 +26,7 @@ struct BagOptions {
                                                            const BagOptions& options);
 
 /// The same of a path that is one. Throws InputError.
-[[nodiscard]] std::unique_ptr<io::Recording> open_bag_recording(const io::InputArguments& arguments,
-                                                                const BagOptions& options);
+[[nodiscard]] std::unique_ptr<io::Recording> open_recording(const io::InputArguments& arguments,
+                                                            const BagOptions& options);
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::rosbag

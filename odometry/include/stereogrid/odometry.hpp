@@ -13,7 +13,7 @@
 #include "stereogrid/export.hpp"
 #include "stereogrid/frame.hpp"
 
-namespace stereogrid::io {
+namespace stereogrid {
 
 /// What the odometry says of one frame.
 struct OdometryStep {
@@ -78,4 +78,4 @@ class STEREOGRID_EXPORT VisualOdometry {
   std::unique_ptr<Implementation> implementation_;
 };
 
-}  // namespace stereogrid::io
+}  // namespace stereogrid

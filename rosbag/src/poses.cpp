@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "bags/poses.hpp"
+#include "stereogrid/rosbag/poses.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,15 +11,15 @@
 #include <optional>
 #include <utility>
 
-#include "bags/decode.hpp"
-#include "bags/topics.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "stereogrid/messages/tf2_msgs.hpp"
+#include "stereogrid/rosbag/decode.hpp"
+#include "stereogrid/rosbag/topics.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::rosbag {
 namespace {
 
 using messages::geometry_msgs::Quaternion;
@@ -144,4 +144,4 @@ BagPoses poses_of(const mcap::Bag& bag) {
   return found;
 }
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::rosbag

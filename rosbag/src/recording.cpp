@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "bags/recording.hpp"
+#include "stereogrid/rosbag/recording.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,13 +9,13 @@
 #include <array>
 #include <cmath>
 
-#include "bags/calibration.hpp"
-#include "bags/images.hpp"
-#include "bags/poses.hpp"
+#include "images.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
+#include "stereogrid/rosbag/calibration.hpp"
+#include "stereogrid/rosbag/poses.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::rosbag {
 namespace {
 
 namespace fs = std::filesystem;
@@ -131,8 +131,8 @@ std::unique_ptr<io::Recording> bag_recording(std::unique_ptr<mcap::Bag> bag, con
   return io::open_recording(arguments, std::move(found));
 }
 
-std::unique_ptr<io::Recording> open_bag_recording(const io::InputArguments& arguments, const BagOptions& options) {
+std::unique_ptr<io::Recording> open_recording(const io::InputArguments& arguments, const BagOptions& options) {
   return bag_recording(mcap::open_bag(arguments.paths.front()), arguments, options);
 }
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::rosbag

@@ -9,11 +9,11 @@
 #include <utility>
 #include <vector>
 
-#include "bags/topics.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/mcap/bag.hpp"
+#include "stereogrid/rosbag/topics.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::rosbag {
 
 /// Where an image is in a bag.
 struct Shot {
@@ -61,4 +61,4 @@ class BagImages final : public io::ImageStore {
   mutable std::mutex mutex_;  // a bag is used by one thread at a time
 };
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::rosbag

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "bags/topics.hpp"
+#include "stereogrid/rosbag/topics.hpp"
 
 #include <fmt/format.h>
 
@@ -16,7 +16,7 @@
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::rosbag {
 namespace {
 
 using mcap::Topic;
@@ -145,4 +145,4 @@ bool is_compressed(const Topic& images) {
   return images.type == messages::sensor_msgs::CompressedImage::type_name;
 }
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::rosbag

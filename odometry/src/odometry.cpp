@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "stereogrid/io/odometry.hpp"
+#include "stereogrid/odometry.hpp"
 
 #include <fmt/format.h>
 
@@ -10,13 +10,12 @@
 #include <optional>
 #include <set>
 
+#include "camera_motion.hpp"
+#include "landmarks.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/poses.hpp"
 #include "stereogrid/opencv.hpp"
-#include "vision/odometry_motion.hpp"
-#include "vision/odometry_points.hpp"
 
-namespace stereogrid::io {
+namespace stereogrid {
 namespace {
 
 constexpr double standing_px{0.1};
@@ -156,7 +155,7 @@ struct VisualOdometry::Implementation {
     unmeasured_s = step.measured ? 0 : unmeasured_s + dt_s;
     if (step.measured) speed = Speed{motion.rvec() * (1 / dt_s), motion.translation() * (1 / dt_s)};
     if (step.standing) return step;
-    world_from_last = world_from_reference * on_the_ground(numbers_of(level * reference_from_now * level.inv()));
+    world_from_last = world_from_reference * ground_pose(numbers_of(level * reference_from_now * level.inv()));
     reference_from_last = reference_from_now;
     for (std::size_t i{0}; i < tracks.at_px.size(); ++i) {
       last_at_px[static_cast<std::size_t>(tracks.landmark[i])] = tracks.at_px[i];
@@ -266,4 +265,4 @@ OdometryStep VisualOdometry::update(const StereoFrame& frame) {
   return step;
 }
 
-}  // namespace stereogrid::io
+}  // namespace stereogrid

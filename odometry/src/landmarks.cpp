@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "vision/odometry_points.hpp"
+#include "landmarks.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 
 #include "stereogrid/exposure.hpp"
 
-namespace stereogrid::io {
+namespace stereogrid {
 namespace {
 
 const cv::Size flow_window{11, 11};
@@ -217,4 +217,4 @@ Tracks follow(const Landmarks& landmarks, const Pyramid& reference, const Pyrami
   return tracks;
 }
 
-}  // namespace stereogrid::io
+}  // namespace stereogrid

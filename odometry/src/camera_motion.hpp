@@ -5,9 +5,9 @@
 #include <functional>
 #include <optional>
 
-#include "vision/odometry_points.hpp"
+#include "landmarks.hpp"
 
-namespace stereogrid::io {
+namespace stereogrid {
 
 /// A motion that enough landmarks agree on.
 struct MotionFit {
@@ -21,4 +21,4 @@ struct MotionFit {
                                                   const std::optional<cv::Affine3d>& expected, const Rig& rig,
                                                   const std::function<bool(const cv::Affine3d&)>& plausible);
 
-}  // namespace stereogrid::io
+}  // namespace stereogrid

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "bags/calibration.hpp"
+#include "stereogrid/rosbag/calibration.hpp"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::rosbag {
 namespace {
 
 using messages::sensor_msgs::CameraInfo;
@@ -164,4 +164,4 @@ io::Calibration calibration_of(const mcap::Bag& bag, const std::string& name, co
   return calibration_of(infos.left, infos.right, are_rectified, width_px, height_px);
 }
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::rosbag

@@ -12,7 +12,7 @@
 #include "stereogrid/io/poses.hpp"
 #include "stereogrid/mcap/bag.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::rosbag {
 
 /// Number of poses that messages had, and of those that were dropped, by reason.
 struct PoseTally {
@@ -46,4 +46,4 @@ struct BagPoses {
 /// Of the first nav_msgs/Odometry by name, else of the transform odom → base_link on /tf.
 [[nodiscard]] BagPoses poses_of(const mcap::Bag& bag);
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::rosbag

@@ -7,7 +7,7 @@
 
 #include "stereogrid/mcap/bag.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::rosbag {
 
 /// Where the images of a bag are.
 struct ImageTopics {
@@ -29,4 +29,4 @@ struct ImageTopics {
 [[nodiscard]] bool is_rectified(const mcap::Topic& images);
 [[nodiscard]] bool is_compressed(const mcap::Topic& images);
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::rosbag

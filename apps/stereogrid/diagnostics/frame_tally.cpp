@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "complaints/frame_tally.hpp"
+#include "diagnostics/frame_tally.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <utility>
 
-#include "complaints/pair_faults.hpp"
+#include "diagnostics/pair_faults.hpp"
 #include "stereogrid/exposure.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/level_mapping.hpp"

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "vision/odometry_motion.hpp"
+#include "camera_motion.hpp"
 
 #include <opencv2/calib3d.hpp>
 
-namespace stereogrid::io {
+namespace stereogrid {
 namespace {
 
 constexpr std::size_t inliers_min{15};
@@ -99,4 +99,4 @@ std::optional<MotionFit> fit_motion(const Landmarks& landmarks, const Tracks& tr
   return std::nullopt;
 }
 
-}  // namespace stereogrid::io
+}  // namespace stereogrid

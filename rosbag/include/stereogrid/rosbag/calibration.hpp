@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "bags/topics.hpp"
 #include "stereogrid/io/calibration.hpp"
 #include "stereogrid/mcap/bag.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
+#include "stereogrid/rosbag/topics.hpp"
 
-namespace stereogrid::app {
+namespace stereogrid::rosbag {
 
 /// A camera's calibration, and the topic that it came from.
 struct NamedInfo {
@@ -34,4 +34,4 @@ void add_camera(std::vector<messages::sensor_msgs::CameraInfo>& cameras,
 [[nodiscard]] io::Calibration calibration_of(const mcap::Bag& bag, const std::string& name, const ImageTopics& topics,
                                              int width_px, int height_px);
 
-}  // namespace stereogrid::app
+}  // namespace stereogrid::rosbag
