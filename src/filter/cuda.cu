@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include "filter/joint/blocks.cuh"
-#include "filter/joint/strip.cuh"
+#include "filter/strip.cuh"
 #include "filter/layers.cuh"
 
 #include <cmath>
