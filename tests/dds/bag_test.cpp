@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "../app/bag_drive.hpp"
+#include "../app/bags/bag_drive.hpp"
 #include "stereogrid/mcap/bag.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
 #include "support.hpp"

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "files/unavailable.hpp"
-#include "input/kitti_text.hpp"
 #include "input/natural_order.hpp"
+#include "input/poses/kitti_text.hpp"
 #include "input/video_files.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"

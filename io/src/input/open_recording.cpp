@@ -8,11 +8,11 @@
 #include <map>
 #include <set>
 
-#include "input/calibration_files.hpp"
+#include "input/calibration/calibration_files.hpp"
 #include "input/input_layout.hpp"
+#include "input/poses/recording_poses.hpp"
+#include "input/poses/stamps.hpp"
 #include "input/recording_images.hpp"
-#include "input/recording_poses.hpp"
-#include "input/stamps.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/mask.hpp"
 #include "stereogrid/io/poses.hpp"

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "input/stamps.hpp"
+#include "input/poses/stamps.hpp"
 #include "stereogrid/io/file.hpp"
 #include "targets.hpp"
 

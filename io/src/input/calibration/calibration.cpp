@@ -1,0 +1,173 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/io/calibration.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <opencv2/core/matx.hpp>
+
+#include "input/calibration/calibration_files.hpp"
+#include "input/calibration/calibration_forms.hpp"
+#include "input/poses/kitti_text.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+constexpr double most_px{100'000};
+constexpr double farthest_lidar_m{1000};
+
+const char* const use_right_file{"Correct it, or name another file with --calibration."};
+
+std::string text_of(double number) {
+  return fmt::format("{:.6g}", number);
+}
+
+/// The optical part of a rig from two 3 × 4 projection matrices, row-major.
+Rig rig_of(const std::string& file, const std::vector<double>& left, const std::vector<double>& right) {
+  if (std::abs(left[0] - left[5]) > 0.01 * std::abs(left[0])) {
+    throw InputError{file, "has focal lengths " + text_of(left[0]) + " and " + text_of(left[5]) + " px along u and v.",
+                     "A rectified pair has one; use the rectified projections."};
+  }
+  const auto differ{[&](std::size_t i) { return std::abs(left[i] - right[i]) > 0.01; }};
+  if (differ(0) || differ(2) || differ(5) || differ(6)) {
+    throw InputError{file, "gives the two cameras different focal lengths or centres.",
+                     "A rectified pair has them alike; use the rectified projections."};
+  }
+  Rig rig;
+  rig.focal_px = left[0];
+  rig.centre_u_px = left[2];
+  rig.centre_v_px = left[6];
+  rig.baseline_m = left[0] > 0 ? (left[3] - right[3]) / left[0] : 0;
+  return rig;
+}
+
+Transform transform_of(const std::string& file, const cv::Matx44d& matrix) {
+  const double away_m{std::hypot(matrix(0, 3), matrix(1, 3), matrix(2, 3))};
+  if (!(away_m <= farthest_lidar_m)) {
+    throw InputError{file, "puts the lidar " + text_of(away_m) + " m away from the camera.",
+                     "Correct it: its transform is in metres."};
+  }
+  if (!is_rotation(matrix.get_minor<3, 3>(0, 0))) {
+    throw InputError{file, "has a transform of the lidar that is no rotation.", use_right_file};
+  }
+  Transform transform{};
+  for (int i{0}; i < 12; ++i) transform[static_cast<std::size_t>(i)] = matrix(i / 4, i % 4);
+  return transform;
+}
+
+/// Moves the camera of a projection matrix P = K·[I | t] to its own centre: point_there = point_cam0 + t.
+cv::Matx44d camera_from_cam0(const std::vector<double>& p) {
+  const double z{p[11]};
+  return {1, 0, 0, (p[3] - p[2] * z) / p[0], 0, 1, 0, (p[7] - p[6] * z) / p[5], 0, 0, 1, z, 0, 0, 0, 1};
+}
+
+Calibration read_odometry(const std::filesystem::path& path, const KittiText& text, KittiPair pair) {
+  const auto& left{text.get(pair == KittiPair::grey ? "P0" : "P2", 12)};
+  const auto& right{text.get(pair == KittiPair::grey ? "P1" : "P3", 12)};
+  Calibration calibration;
+  calibration.kind = "KITTI odometry";
+  calibration.rig = rig_of(printable_path(path), left, right);
+  for (const char* const key : {"Tr", "Tr_velo_cam", "Tr_velo_to_cam"}) {
+    if (!text.has(key)) continue;
+    cv::Matx44d cam0_from_velodyne{text.transform(key)};
+    if (text.has("R0_rect")) {  // of the object benchmark: the transform ends in the camera before rectification
+      const auto& r{text.get("R0_rect", 9)};
+      cam0_from_velodyne =
+          cv::Matx44d{r[0], r[1], r[2], 0, r[3], r[4], r[5], 0, r[6], r[7], r[8], 0, 0, 0, 0, 1} * cam0_from_velodyne;
+    }
+    calibration.camera_from_velodyne = transform_of(printable_path(path), camera_from_cam0(left) * cam0_from_velodyne);
+  }
+  return calibration;
+}
+
+Calibration read_raw_drive(const std::filesystem::path& path, const KittiText& text, KittiPair pair) {
+  const std::string left_key{pair == KittiPair::grey ? "00" : "02"};
+  const auto& left{text.get("P_rect_" + left_key, 12)};
+  const auto& right{text.get(pair == KittiPair::grey ? "P_rect_01" : "P_rect_03", 12)};
+  Calibration calibration;
+  calibration.kind = "KITTI raw";
+  calibration.rig = rig_of(printable_path(path), left, right);
+  const auto& size{text.get("S_rect_" + left_key, 2)};
+  if (!(size[0] >= 1 && size[0] <= most_px && size[1] >= 1 && size[1] <= most_px)) {
+    throw InputError{printable_path(path), "has an image size in line 'S_rect_" + left_key + "' that is none.",
+                     use_right_file};
+  }
+  calibration.rig.width_px = static_cast<int>(std::lround(size[0]));
+  calibration.rig.height_px = static_cast<int>(std::lround(size[1]));
+  const auto velodyne{path.parent_path() / "calib_velo_to_cam.txt"};
+  if (std::filesystem::exists(velodyne)) {
+    const auto& r{text.get("R_rect_00", 9)};
+    const cv::Matx44d rectified{r[0], r[1], r[2], 0, r[3], r[4], r[5], 0, r[6], r[7], r[8], 0, 0, 0, 0, 1};
+    calibration.camera_from_velodyne = transform_of(
+        printable_path(velodyne), camera_from_cam0(left) * rectified * KittiText{velodyne}.rotation_and_translation());
+  }
+  return calibration;
+}
+
+}  // namespace
+
+Calibration read_kitti_calibration(const std::filesystem::path& path, KittiPair pair) {
+  const KittiText text{path};
+  if (text.has("P_rect_00") || text.has("P_rect_02")) return read_raw_drive(path, text, pair);
+  if (text.has("P0") || text.has("P2") || text.has("P1")) return read_odometry(path, text, pair);
+  throw InputError{printable_path(path), "is no calibration that is known.",
+                   "It is YAML (docs/input.md), a calib.txt with P0 and P1, or a calib_cam_to_cam.txt."};
+}
+
+Calibration read_form(const std::vector<std::filesystem::path>& paths, const CalibrationRequest& request) {
+  const std::filesystem::path& path{paths.front()};
+  if (path.extension() != ".yaml" && path.extension() != ".yml") return read_kitti_calibration(path, request.pair);
+  const YamlGroup root{read_yaml(path)};
+  const auto has_any{[&](std::initializer_list<const char*> keys) {
+    return std::ranges::any_of(keys, [&](const char* key) { return root.has(key); });
+  }};
+  if (has_any({"cam0", "cam1"})) return read_kalibr_calibration(root, request);
+  if (has_any({"camera_matrix", "projection_matrix"})) {
+    const FilePair files{paths.size() == 2 ? FilePair{paths[0], paths[1]} : left_and_right(path)};
+    return read_ros_calibration(read_yaml(files.first), read_yaml(files.second), request);
+  }
+  if (has_any({"K", "k"}) && has_any({"P", "p"})) {
+    root.fail("is a CameraInfo message of ROS, not a calibration file.",
+              "Give the files that camera_calibration has written, left.yaml and right.yaml (docs/input.md).");
+  }
+  if (has_any({"M1", "M2"}) && has_any({"R", "T"})) return read_opencv_calibration(root, root, request);
+  if (has_any({"M1", "M2", "R", "T"})) {
+    const FilePair files{paths.size() == 2 ? FilePair{paths[0], paths[1]} : intrinsics_and_extrinsics(path)};
+    return read_opencv_calibration(read_yaml(files.first), read_yaml(files.second), request);
+  }
+  return read_own_calibration(root, path, request);
+}
+
+Calibration read_calibration(const std::filesystem::path& path, int width_px, int height_px, KittiPair pair) {
+  const CalibrationRequest request{width_px, height_px, pair};
+  Calibration calibration{read_form({path}, request)};
+  fit_to_images(calibration, printable_path(path), width_px, height_px);
+  std::string all;
+  for (const std::string& problem : problems(calibration.rig)) all += (all.empty() ? "" : " ") + problem;
+  if (!all.empty()) throw InputError{printable_path(path), all, use_right_file};
+  return calibration;
+}
+
+std::string mount_line(const Rig& rig) {
+  return fmt::format("mount: {{camera_height_m: {:.3f}, camera_pitch_rad: {:.4f}, camera_roll_rad: {:.4f}}}",
+                     rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad);
+}
+
+void write_calibration_yaml(const std::filesystem::path& path, const Rig& rig) {
+  const std::string text{
+      fmt::format("# rectified pair, left image is the reference\n"
+                  "image: {{width_px: {}, height_px: {}}}\n"
+                  "focal_px: {}\ncentre_u_px: {}\ncentre_v_px: {}\nbaseline_m: {}\n"
+                  "mount: {{camera_height_m: {}, camera_pitch_rad: {}, camera_roll_rad: {}}}\n",
+                  rig.width_px, rig.height_px, rig.focal_px, rig.centre_u_px, rig.centre_v_px, rig.baseline_m,
+                  rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad)};
+  write_file(path, text);
+}
+
+}  // namespace stereogrid::io

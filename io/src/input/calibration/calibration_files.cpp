@@ -1,0 +1,106 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "input/calibration/calibration_files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <span>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Words {
+  const char* first;
+  const char* second;
+};
+
+constexpr Words sides[]{{"left", "right"}, {"Left", "Right"}, {"LEFT", "RIGHT"}};
+constexpr Words parts[]{{"intrinsic", "extrinsic"}};
+
+/// The last place counts: "left" may be a part of a longer name.
+std::optional<std::string> exchanged(const std::string& text, const char* from, const char* to) {
+  const std::size_t place{text.rfind(from)};
+  if (place == std::string::npos) return std::nullopt;
+  return text.substr(0, place) + to + text.substr(place + std::string_view{from}.size());
+}
+
+std::optional<fs::path> exchanged(const fs::path& path, const char* from, const char* to) {
+  const fs::path folder{path.parent_path()};
+  if (const auto name{exchanged(path.filename().string(), from, to)}) return folder / *name;
+  if (const auto name{exchanged(folder.filename().string(), from, to)}) {
+    return folder.parent_path() / *name / path.filename();
+  }
+  return std::nullopt;
+}
+
+FilePair pair_of(const fs::path& either, std::span<const Words> all) {
+  const auto with{[&](const fs::path& other) {
+    if (fs::exists(other)) return other;
+    throw InputError{printable_path(either),
+                     "is one half of a calibration, and " + printable_path(other) + " is not there.",
+                     "Put it there: both are needed."};
+  }};
+  for (const Words& words : all) {
+    if (const auto second{exchanged(either, words.first, words.second)}) return {either, with(*second)};
+    if (const auto first{exchanged(either, words.second, words.first)}) return {with(*first), either};
+  }
+  throw InputError{
+      printable_path(either), "is one half of a calibration, and its name does not say which is the other.",
+      fmt::format(
+          "Name them with '{0}' and '{1}', or write 'from: [{0}, {1}]' with their names into a calibration.yaml.",
+          all[0].first, all[0].second)};
+}
+
+bool is_yaml(const fs::path& path) {
+  return path.extension() == ".yaml" || path.extension() == ".yml";
+}
+
+/// Adds the files of the folder whose name holds one of the words.
+void add_named(const fs::path& folder, std::span<const char* const> words, std::vector<fs::path>& found) {
+  std::error_code error;
+  for (fs::directory_iterator entry{folder, error}; !error && entry != fs::directory_iterator{};
+       entry.increment(error)) {
+    const std::string name{entry->path().filename().string()};
+    const auto is_in_name{[&](const char* word) { return name.find(word) != std::string::npos; }};
+    if (is_yaml(entry->path()) && std::ranges::any_of(words, is_in_name)) found.push_back(entry->path());
+  }
+}
+
+}  // namespace
+
+FilePair left_and_right(const fs::path& either) {
+  return pair_of(either, sides);
+}
+
+FilePair intrinsics_and_extrinsics(const fs::path& either) {
+  return pair_of(either, parts);
+}
+
+fs::path find_calibration_in(const fs::path& folder) {
+  constexpr const char* in_root[]{"left", "Left", "LEFT", "extrinsic", "camchain"};
+  constexpr const char* beside_images[]{"camera_info"};
+  std::vector<fs::path> found;
+  add_named(folder, in_root, found);
+  add_named(folder / "camera_info", std::span{in_root}.first(3), found);
+  add_named(folder / "left", beside_images, found);
+  if (found.empty()) return {};
+  if (found.size() == 1) return found.front();
+  std::ranges::sort(found);
+  throw InputError{
+      printable_path(folder),
+      fmt::format("holds several calibrations: {} and {}.", printable_path(found[0].lexically_relative(folder)),
+                  printable_path(found[1].lexically_relative(folder))),
+      "Name the one to take with --calibration."};
+}
+
+}  // namespace stereogrid::io

@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "input/calibration/calibration_forms.hpp"
+#include "input/calibration/raw_pair.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+const char* const use_other_model{"Calibrate with --models pinhole-radtan or pinhole-equi."};
+const char* const invert{"T_cn_cnm1 takes points from cam0 to cam1: invert it."};
+
+LensModel lens_of(const YamlGroup& camera) {
+  if (camera.word("camera_model") != "pinhole") {
+    camera.fail("has a 'camera_model' other than pinhole, whose images cannot be rectified here.", use_other_model);
+  }
+  const std::string distortion{camera.word("distortion_model")};
+  if (distortion == "equidistant") return LensModel::fisheye;
+  if (distortion != "radtan" && distortion != "none") {
+    camera.fail("has a 'distortion_model' that is none of radtan, equidistant and none.", use_other_model);
+  }
+  return LensModel::perspective;
+}
+
+CameraModel camera_of(const YamlGroup& camera) {
+  const LensModel lens{lens_of(camera)};
+  const std::vector<double> k{camera.numbers("intrinsics", 4)};
+  const bool is_bent{camera.word("distortion_model") != "none"};
+  CameraModel model{k[0], k[1], k[2], k[3], is_bent ? camera.numbers("distortion_coeffs", 4) : std::vector<double>{},
+                    lens};
+  check_camera(model, camera);
+  return model;
+}
+
+cv::Matx44d transform_of(const YamlGroup& camera, const char* key) {
+  const cv::Matx44d transform{camera.numbers(key, 16).data()};
+  const auto is_end{[](double a, double b, double c, double d) { return a == 0 && b == 0 && c == 0 && d == 1; }};
+  if (!is_end(transform(3, 0), transform(3, 1), transform(3, 2), transform(3, 3))) {
+    const bool is_transposed{is_end(transform(0, 3), transform(1, 3), transform(2, 3), transform(3, 3))};
+    camera.fail(fmt::format("has a '{}' that is {}.", key, is_transposed ? "transposed" : "no rigid transform"),
+                "It is 4 rows of 4: a rotation, the translation in the last column, and 0 0 0 1.");
+  }
+  const cv::Matx33d turn{transform.get_minor<3, 3>(0, 0)};
+  static_cast<void>(rotation_of({turn.val, turn.val + 9}, camera, key));
+  return transform;
+}
+
+cv::Matx44d inverse(const cv::Matx44d& rigid) {
+  const cv::Matx33d turn{rigid.get_minor<3, 3>(0, 0).t()};
+  const cv::Vec3d t{turn * cv::Vec3d{-rigid(0, 3), -rigid(1, 3), -rigid(2, 3)}};
+  return {turn(0, 0), turn(0, 1), turn(0, 2), t[0], turn(1, 0), turn(1, 1), turn(1, 2), t[1],
+          turn(2, 0), turn(2, 1), turn(2, 2), t[2], 0,          0,          0,          1};
+}
+
+/// Poses of both cameras on an IMU, where they are there, tell which way T_cn_cnm1 goes.
+bool contradicts_imu(const cv::Matx44d& cam1_from_cam0, const YamlGroup& cam0, const YamlGroup& cam1) {
+  if (!cam0.has("T_cam_imu") || !cam1.has("T_cam_imu")) return false;
+  const cv::Matx44d expected{transform_of(cam1, "T_cam_imu") * inverse(transform_of(cam0, "T_cam_imu"))};
+  const auto off{[&](const cv::Matx44d& transform) { return cv::norm(transform - expected); }};
+  const double as_inverse{off(inverse(cam1_from_cam0))};
+  return as_inverse < 0.1 * off(cam1_from_cam0) && as_inverse < 0.05;
+}
+
+/// Names of topics tell, too.
+bool contradicts_topics(bool is_cam0_left, const YamlGroup& cam0, const YamlGroup& cam1) {
+  if (!cam0.has("rostopic") || !cam1.has("rostopic")) return false;
+  const auto says{[](const YamlGroup& camera, const char* side) {
+    return camera.word("rostopic").find(side) != std::string::npos;
+  }};
+  return (says(cam0, "right") && says(cam1, "left") && is_cam0_left) ||
+         (says(cam0, "left") && says(cam1, "right") && !is_cam0_left);
+}
+
+void take_size(Rig& rig, const YamlGroup& cam0, const YamlGroup& cam1) {
+  const std::vector<double> size{cam0.numbers("resolution", 2)};
+  constexpr double most_px{100'000};
+  const auto is_size{[](double number) { return number >= 1 && number <= most_px && number == std::floor(number); }};
+  if (!is_size(size[0]) || !is_size(size[1])) cam0.fail("has a 'resolution' that is none.");
+  if (cam1.numbers("resolution", 2) != size) {
+    cam1.fail("has another 'resolution' than cam0.", "Both cameras' images have the same size: calibrate such ones.");
+  }
+  rig.width_px = static_cast<int>(size[0]);
+  rig.height_px = static_cast<int>(size[1]);
+}
+
+}  // namespace
+
+Calibration read_kalibr_calibration(const YamlGroup& root, const CalibrationRequest& request) {
+  const YamlGroup cam0{root.group("cam0")};
+  const YamlGroup cam1{root.group("cam1")};
+  Calibration calibration;
+  calibration.kind = "Kalibr camchain";
+  take_size(calibration.rig, cam0, cam1);
+  const CameraModel first{camera_of(cam0)};
+  const CameraModel second{camera_of(cam1)};
+  const cv::Matx44d cam1_from_cam0{transform_of(cam1, "T_cn_cnm1")};
+  const bool is_cam0_left{cam1_from_cam0(0, 3) <= 0};
+  if (contradicts_imu(cam1_from_cam0, cam0, cam1)) {
+    cam1.fail("has a 'T_cn_cnm1' that is the inverse of what both 'T_cam_imu' say.", invert);
+  }
+  if (contradicts_topics(is_cam0_left, cam0, cam1)) {
+    cam1.fail(fmt::format("has a 'T_cn_cnm1' that puts cam1 {} of cam0, but their topics say otherwise: it looks like "
+                          "the inverse.",
+                          is_cam0_left ? "right" : "left"),
+              std::string{invert} + " Or correct 'rostopic'.");
+  }
+  const cv::Matx44d right_from_left{is_cam0_left ? cam1_from_cam0 : inverse(cam1_from_cam0)};
+  RawPair raw;
+  raw.left = is_cam0_left ? first : second;
+  raw.right = is_cam0_left ? second : first;
+  set_transform(raw, right_from_left.get_minor<3, 3>(0, 0),
+                {right_from_left(0, 3), right_from_left(1, 3), right_from_left(2, 3)});
+  calibration.raw = raw;
+  calibration.notes.push_back(fmt::format("cameras: {} is the left one, as 'T_cn_cnm1' says{}",
+                                          is_cam0_left ? "cam0" : "cam1",
+                                          root.has("cam2") ? "; those after cam1 are not used" : ""));
+  take_unit(calibration, cam1, request);
+  take_rig_of_raw(calibration, cam1, request);
+  return calibration;
+}
+
+}  // namespace stereogrid::io

@@ -1,0 +1,116 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "input/calibration/calibration_forms.hpp"
+#include "input/calibration/image_size.hpp"
+#include "input/calibration/raw_pair.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+CameraModel read_camera(const YamlGroup& root, const char* name) {
+  const YamlGroup group{
+      root.group(name, {"focal_u_px", "focal_v_px", "centre_u_px", "centre_v_px", "distortion", "lens"})};
+  CameraModel camera{group.number("focal_u_px"),
+                     group.number("focal_v_px"),
+                     group.number("centre_u_px"),
+                     group.number("centre_v_px"),
+                     {}};
+  if (group.has("distortion")) camera.distortion = group.numbers("distortion");
+  if (group.has("lens")) {
+    const std::string lens{group.word("lens")};
+    if (lens != "perspective" && lens != "fisheye") group.fail("has a 'lens' that is neither perspective nor fisheye.");
+    if (lens == "fisheye") camera.lens = LensModel::fisheye;
+  }
+  check_camera(camera, group);
+  return camera;
+}
+
+RawPair read_raw(const YamlGroup& root) {
+  RawPair raw;
+  raw.left = read_camera(root, "left");
+  raw.right = read_camera(root, "right");
+  const YamlGroup group{root.group("right_from_left", {"rotation", "translation_m"})};
+  const cv::Matx33d rotation{rotation_of(group.numbers("rotation"), group, "rotation")};
+  const std::vector<double> t{group.numbers("translation_m")};
+  if (t.size() != 3) group.fail("has a translation that is not 3 numbers.");
+  set_transform(raw, rotation, {t[0], t[1], t[2]});
+  return raw;
+}
+
+void read_size(const YamlGroup& root, Rig& rig) {
+  if (!root.has("image")) return;
+  const YamlGroup image{root.group("image", {"width_px", "height_px"})};
+  rig.width_px = image.pixels("width_px");
+  rig.height_px = image.pixels("height_px");
+}
+
+/// A calibration that names another tool's file, and says what such a file cannot say.
+Calibration read_named(const YamlGroup& root, const std::filesystem::path& path, CalibrationRequest request) {
+  root.need_only({"from", "image", "images", "baseline_m", "mount", "mask"});
+  request.is_named = true;
+  Rig stated;
+  read_size(root, stated);
+  if (stated.width_px != 0) {
+    request.width_px = stated.width_px;
+    request.height_px = stated.height_px;
+    request.has_stated_size = true;
+  }
+  if (root.has("images")) {
+    const std::string images{root.word("images")};
+    if (images != "raw" && images != "rectified")
+      root.fail("has a word in 'images' that is neither raw nor rectified.");
+    request.images_are_raw = images == "raw";
+  }
+  if (root.has("baseline_m")) request.baseline_m = root.number("baseline_m");
+  if (request.baseline_m && !(*request.baseline_m > 0)) root.fail("'baseline_m' is not positive.");
+  std::vector<std::filesystem::path> files{root.file_names("from")};
+  if (files.empty() || files.size() > 2) root.fail("'from' is neither one file nor two.");
+  for (std::filesystem::path& file : files) file = path.parent_path() / file;
+  Calibration calibration{read_form(files, request)};
+  fit_size(calibration, Origin{printable_path(files.front())}, request);
+  if (request.images_are_raw && calibration.kind != "ROS camera_info") {
+    root.fail("has 'images', but the file that it names leaves no choice: " + calibration.kind + ".", "Leave it out.");
+  }
+  if (request.baseline_m && calibration.kind.starts_with("KITTI")) {
+    root.fail("has 'baseline_m', but KITTI's files are in metres.", "Leave it out.");
+  }
+  return calibration;
+}
+
+Calibration read_whole(const YamlGroup& root, const CalibrationRequest& request) {
+  root.need_only({"image", "mount", "focal_px", "centre_u_px", "centre_v_px", "baseline_m", "left", "right",
+                  "right_from_left", "mask"});
+  Calibration calibration;
+  calibration.kind = "calibration.yaml";
+  read_size(root, calibration.rig);
+  if (root.has("left") || root.has("right") || root.has("right_from_left")) {
+    if (root.has("focal_px") || root.has("baseline_m")) root.fail("mixes the keys of a raw and of a rectified pair.");
+    calibration.raw = read_raw(root);
+    take_rig_of_raw(calibration, root, request);
+    return calibration;
+  }
+  calibration.rig.focal_px = root.number("focal_px");
+  calibration.rig.centre_u_px = root.number("centre_u_px");
+  calibration.rig.centre_v_px = root.number("centre_v_px");
+  calibration.rig.baseline_m = root.number("baseline_m");
+  return calibration;
+}
+
+}  // namespace
+
+Calibration read_own_calibration(const YamlGroup& root, const std::filesystem::path& path,
+                                 const CalibrationRequest& request) {
+  if (request.is_named) root.fail("is a calibration.yaml that another one names.", "Name another tool's file there.");
+  Calibration calibration{root.has("from") ? read_named(root, path, request) : read_whole(root, request)};
+  if (root.has("mask")) calibration.mask = path.parent_path() / root.file_name("mask");
+  calibration.has_mounting = root.has("mount");
+  if (!calibration.has_mounting) return calibration;
+  const YamlGroup mount{root.group("mount", {"camera_height_m", "camera_pitch_rad", "camera_roll_rad"})};
+  calibration.rig.camera_height_m = mount.number("camera_height_m");
+  calibration.rig.camera_pitch_rad = mount.number("camera_pitch_rad", 0);
+  calibration.rig.camera_roll_rad = mount.number("camera_roll_rad", 0);
+  return calibration;
+}
+
+}  // namespace stereogrid::io

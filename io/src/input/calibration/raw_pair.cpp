@@ -1,0 +1,145 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "input/calibration/raw_pair.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/calib3d.hpp>
+
+#include "input/calibration/image_size.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/text.hpp"
+#include "vision/rectification.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+void check_distortion(const CameraModel& camera, const Origin& origin) {
+  constexpr std::array<std::size_t, 6> perspective{0, 4, 5, 8, 12, 14};
+  const std::size_t count{camera.distortion.size()};
+  if (camera.lens == LensModel::fisheye) {
+    if (count == 0 || count == 4) return;
+    origin.fail(fmt::format("has {} distortion numbers; a fisheye lens has 4 (k1 k2 k3 k4).", count));
+  }
+  if (std::ranges::count(perspective, count) == 0) {
+    origin.fail(
+        fmt::format("has {} distortion numbers; there are 0, 4, 5, 8, 12 or 14 (k1 k2 p1 p2 k3 k4 k5 k6 …).", count));
+  }
+}
+
+bool is_alike(double a, double b) {
+  constexpr double alike_px{0.01};
+  return std::abs(a - b) <= alike_px;
+}
+
+/// Cameras that see what a rectified pair sees: turning and bending them would change nothing.
+bool is_rectified(const RawPair& raw) {
+  const auto is_plain{[](const CameraModel& camera) {
+    return camera.lens == LensModel::perspective && is_alike(camera.focal_u_px, camera.focal_v_px) &&
+           std::ranges::all_of(camera.distortion, [](double number) { return number == 0; });
+  }};
+  const CameraModel& a{raw.left};
+  const CameraModel& b{raw.right};
+  const bool are_equal{is_alike(a.focal_u_px, b.focal_u_px) && is_alike(a.centre_u_px, b.centre_u_px) &&
+                       is_alike(a.centre_v_px, b.centre_v_px)};
+  constexpr double turn_max{1e-6};
+  const cv::Matx33d turn{raw.right_from_left_rotation.data()};
+  const auto& t{raw.right_from_left_translation_m};
+  return is_plain(a) && is_plain(b) && are_equal && cv::norm(turn - cv::Matx33d::eye(), cv::NORM_INF) < turn_max &&
+         std::hypot(t[1], t[2]) < turn_max * -t[0];
+}
+
+}  // namespace
+
+void check_camera(const CameraModel& camera, const Origin& origin) {
+  if (camera.focal_u_px <= 0 || camera.focal_v_px <= 0) origin.fail("has a focal length that is not positive.");
+  if (camera.focal_u_px < 1 || camera.focal_v_px < 1) origin.fail("has a focal length below one pixel.");
+  if (std::abs(camera.focal_u_px - camera.focal_v_px) > 0.2 * camera.focal_u_px) {
+    origin.fail("has focal lengths along u and v that differ by more than a fifth.");
+  }
+  check_distortion(camera, origin);
+}
+
+CameraModel camera_of(const std::vector<double>& k, const Origin& origin, const char* key) {
+  if (k[1] != 0 || k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1) {
+    origin.fail(fmt::format("'{}' is no camera matrix.", key), "It is fx 0 cx, 0 fy cy, 0 0 1, in pixels.");
+  }
+  return {k[0], k[4], k[2], k[5], {}};
+}
+
+cv::Matx33d rotation_of(const std::vector<double>& numbers, const Origin& origin, const char* key) {
+  cv::Matx33d rotation;
+  if (numbers.size() == 3) {
+    cv::Rodrigues(cv::Vec3d{numbers[0], numbers[1], numbers[2]}, rotation);
+  } else if (numbers.size() == 9) {
+    rotation = cv::Matx33d{numbers.data()};
+  } else {
+    origin.fail(fmt::format("has in '{}' a rotation of {} numbers; there are 3 (Rodrigues) or 9 (matrix).", key,
+                            numbers.size()));
+  }
+  const double off{cv::norm(rotation * rotation.t() - cv::Matx33d::eye(), cv::NORM_INF)};
+  if (off > 0.01 || cv::determinant(rotation) < 0) {
+    origin.fail(fmt::format("has in '{}' a rotation that is no rotation matrix.", key));
+  }
+  return rotation;
+}
+
+void set_transform(RawPair& raw, const cv::Matx33d& rotation, const cv::Vec3d& translation_m) {
+  std::copy_n(rotation.val, 9, raw.right_from_left_rotation.begin());
+  std::copy_n(translation_m.val, 3, raw.right_from_left_translation_m.begin());
+}
+
+void take_unit(Calibration& calibration, const Origin& origin, const CalibrationRequest& request) {
+  constexpr double shortest_m{1e-3};
+  constexpr double longest_m{5};
+  const cv::Vec3d t{calibration.raw ? cv::Vec3d{calibration.raw->right_from_left_translation_m.data()}
+                                    : cv::Vec3d{-calibration.rig.baseline_m, 0, 0}};
+  const double length{cv::norm(t)};
+  if (request.baseline_m && length > 0) {
+    if (calibration.raw) {
+      set_transform(*calibration.raw, cv::Matx33d{calibration.raw->right_from_left_rotation.data()},
+                    t * (*request.baseline_m / length));
+    } else {
+      calibration.rig.baseline_m = *request.baseline_m;
+    }
+    return;
+  }
+  if (length == 0 || (length >= shortest_m && length <= longest_m)) return;
+  const std::string unit{length > longest_m
+                             ? fmt::format("millimetres ({:.4g} m) or squares of the target", length / 1000)
+                             : "kilometres or a slip"};
+  origin.fail(fmt::format("puts the cameras {:.4g} m apart, which looks like {}.", length, unit),
+              fmt::format("Measure the distance of the lenses, and name this file in a calibration.yaml: 'from: FILE' "
+                          "and 'baseline_m: {:.4g}', or what it is.",
+                          length > longest_m && length < 5000 ? length / 1000 : 0.12));
+}
+
+void take_rig_of_raw(Calibration& calibration, const Origin& origin, const CalibrationRequest& request) {
+  Rig& rig{calibration.rig};
+  const RawPair& raw{*calibration.raw};
+  fit_size(calibration, origin, request);
+  if (is_rectified(raw)) {
+    rig.focal_px = raw.left.focal_u_px;
+    rig.centre_u_px = raw.left.centre_u_px;
+    rig.centre_v_px = raw.left.centre_v_px;
+    rig.baseline_m = -raw.right_from_left_translation_m[0];
+    calibration.raw.reset();
+    return;
+  }
+  if (rig.width_px == 0) origin.fail("has no 'image' size, which a raw pair needs.");
+  try {
+    const Rig rectified{rectify(raw, rig.width_px, rig.height_px).rig};
+    rig.focal_px = rectified.focal_px;
+    rig.centre_u_px = rectified.centre_u_px;
+    rig.centre_v_px = rectified.centre_v_px;
+    rig.baseline_m = rectified.baseline_m;
+  } catch (const InputError& error) {
+    origin.fail(error.what());
+  } catch (const cv::Exception&) {  // numbers that contradict each other in ways that are not foreseen here
+    origin.fail("holds a raw pair that cannot be rectified.");
+  }
+}
+
+}  // namespace stereogrid::io

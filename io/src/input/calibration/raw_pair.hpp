@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <opencv2/core/matx.hpp>
+#include <string>
+#include <vector>
+
+#include "input/calibration/calibration_forms.hpp"
+#include "input/origin.hpp"
+#include "stereogrid/io/calibration.hpp"
+
+namespace stereogrid::io {
+
+/// Throws InputError where no camera is like that.
+void check_camera(const CameraModel& camera, const Origin& origin);
+
+/// The camera of a 3 × 3 matrix K, row-major, without distortion.
+[[nodiscard]] CameraModel camera_of(const std::vector<double>& matrix, const Origin& origin, const char* key);
+
+/// From a 3 × 3 matrix, row-major, or a Rodrigues vector.
+[[nodiscard]] cv::Matx33d rotation_of(const std::vector<double>& numbers, const Origin& origin, const char* key);
+
+void set_transform(RawPair& raw, const cv::Matx33d& rotation, const cv::Vec3d& translation_m);
+
+/// Of a file of another tool: takes the baseline that was measured, if one is given; else throws InputError where that
+/// of the file is in another unit than metres.
+void take_unit(Calibration& calibration, const Origin& origin, const CalibrationRequest& request);
+
+/// Finds the rig of a raw pair, and drops `raw` where the pair is rectified as it is. Width and height of the rig may
+/// be 0.
+void take_rig_of_raw(Calibration& calibration, const Origin& origin, const CalibrationRequest& request);
+
+}  // namespace stereogrid::io

@@ -1,0 +1,161 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "input/calibration/yaml_group.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "files/yaml_complaint.hpp"
+#include "input/poses/kitti_text.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+constexpr std::size_t most_numbers{16};
+constexpr double largest_number{1e9};
+
+std::string line_of(const YAML::Node& node) {
+  return std::to_string(node.Mark().line + 1);
+}
+
+}  // namespace
+
+YamlGroup::YamlGroup(std::string file, std::string name, YAML::Node node, Keys known)
+    : Origin{std::move(file), std::move(name)}, node_{std::move(node)} {
+  if (!node_.IsMap()) complain(part().empty() ? "is no YAML mapping." : "'" + part() + "' is no group of keys.");
+  if (known.size() > 0) need_only(known);
+}
+
+void YamlGroup::need_only(Keys known) const {
+  for (const auto& item : node_) {
+    if (!item.first.IsScalar()) complain("has a key in line " + line_of(item.first) + " that is no word.");
+    const std::string& key{item.first.Scalar()};
+    if (std::ranges::find(known, key) == known.end()) {
+      complain("has an unknown key '" + full(printable(key)) + "' in line " + line_of(item.first) + ".");
+    }
+  }
+}
+
+YamlGroup YamlGroup::group(const char* key, Keys known) const {
+  return {file(), full(key), required(key), known};
+}
+
+double YamlGroup::number(const char* key) const {
+  return number_of(required(key), key);
+}
+
+std::vector<double> YamlGroup::numbers(const char* key) const {
+  const YAML::Node value{required(key)};
+  std::vector<double> numbers;
+  if (value.IsScalar()) return {number_of(value, key)};
+  if (!value.IsSequence()) complain("'" + full(key) + "' is no list of numbers.");
+  const auto take{[&](const YAML::Node& node) {
+    if (numbers.size() == most_numbers)
+      complain("'" + full(key) + "' has more than " + std::to_string(most_numbers) + " numbers.");
+    numbers.push_back(number_of(node, key));
+  }};
+  for (const auto& item : value) {
+    if (item.IsSequence()) {  // a matrix written as a list of rows
+      for (const auto& element : item) take(element);
+    } else {
+      take(item);
+    }
+  }
+  return numbers;
+}
+
+std::vector<double> YamlGroup::numbers(const char* key, std::size_t count) const {
+  std::vector<double> found{numbers(key)};
+  if (found.size() != count) complain(fmt::format("'{}' has {} numbers, not {}.", full(key), found.size(), count));
+  return found;
+}
+
+YamlGroup::Matrix YamlGroup::any_matrix(const char* key) const {
+  const YamlGroup matrix{group(key)};
+  Matrix found{matrix.number("rows"), matrix.number("cols"), matrix.numbers("data")};
+  if (found.rows * found.cols != static_cast<double>(found.data.size())) {
+    complain(
+        fmt::format("'{}' has {} numbers, but {} rows of {}.", full(key), found.data.size(), found.rows, found.cols));
+  }
+  return found;
+}
+
+std::vector<double> YamlGroup::matrix(const char* key, int rows, int cols) const {
+  Matrix found{any_matrix(key)};
+  if (found.rows != rows || found.cols != cols) {
+    complain(fmt::format("'{}' is a matrix of {} rows of {}, not of {} of {}.", full(key), found.rows, found.cols, rows,
+                         cols));
+  }
+  return std::move(found.data);
+}
+
+std::vector<double> YamlGroup::vector(const char* key) const {
+  Matrix found{any_matrix(key)};
+  if (found.rows > 1 && found.cols > 1) complain("'" + full(key) + "' is neither a row nor a column of numbers.");
+  return std::move(found.data);
+}
+
+int YamlGroup::pixels(const char* key) const {
+  const double value{number(key)};
+  if (value != std::floor(value) || value < 1 || value > 100000) complain("'" + full(key) + "' is no size in pixels.");
+  return static_cast<int>(value);
+}
+
+std::string YamlGroup::word(const char* key) const {
+  const YAML::Node value{required(key)};
+  if (!value.IsScalar()) complain("'" + full(key) + "' in line " + line_of(value) + " is no word.");
+  return value.Scalar();
+}
+
+std::filesystem::path YamlGroup::file_name(const char* key) const {
+  return file_name_of(required(key), key);
+}
+
+std::vector<std::filesystem::path> YamlGroup::file_names(const char* key) const {
+  const YAML::Node value{required(key)};
+  if (!value.IsSequence()) return {file_name_of(value, key)};
+  std::vector<std::filesystem::path> names;
+  for (const auto& item : value) names.push_back(file_name_of(item, key));
+  return names;
+}
+
+YAML::Node YamlGroup::required(const char* key) const {
+  const YAML::Node found{node_[key]};
+  if (!found.IsDefined()) complain("has no '" + full(key) + "'.");
+  return found;
+}
+
+double YamlGroup::number_of(const YAML::Node& node, const char* key) const {
+  std::vector<double> numbers;
+  if (!node.IsScalar() || !parse_numbers(node.Scalar(), numbers) || numbers.size() != 1 ||
+      !(std::abs(numbers[0]) <= largest_number)) {
+    complain("'" + full(key) + "' in line " + line_of(node) + " is no number.");
+  }
+  return numbers[0];
+}
+
+std::filesystem::path YamlGroup::file_name_of(const YAML::Node& node, const char* key) const {
+  if (!node.IsScalar() || node.Scalar().empty() || node.Scalar().find('\0') != std::string::npos) {
+    complain("'" + full(key) + "' in line " + line_of(node) + " is no file's name.");
+  }
+  return node.Scalar();
+}
+
+YamlGroup read_yaml(const std::filesystem::path& path) {
+  std::string text{read_text(path, largest_bytes::calibration)};
+  // a comment instead of OpenCV's first line, so that complaints count lines as the file does
+  if (text.starts_with("%YAML:")) text[0] = '#';
+  try {
+    return {printable_path(path), "", YAML::Load(text)};
+  } catch (const YAML::Exception& error) {
+    throw InputError{printable_path(path), fmt::format("line {} {}", error.mark.line + 1, complaint_of(error)),
+                     see_documentation};
+  }
+}
+
+}  // namespace stereogrid::io

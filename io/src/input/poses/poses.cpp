@@ -1,0 +1,160 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "stereogrid/io/poses.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <set>
+
+#include "input/poses/kitti_text.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+const char* const leave_out{"Correct it, name another file with --poses, or run with --poses none."};
+
+[[noreturn]] void fail(const fs::path& path, std::size_t line, const std::string& what) {
+  throw InputError{printable_path(path), "line " + std::to_string(line) + " " + what, leave_out};
+}
+
+void check_finite(const fs::path& path, std::size_t line, const std::vector<double>& numbers) {
+  if (!std::ranges::all_of(numbers, [](double number) { return std::isfinite(number); })) {
+    fail(path, line, "has a number that is not finite (NaN or infinity).");
+  }
+  if (!std::ranges::all_of(numbers, [](double number) { return std::abs(number) <= largest_position_m; })) {
+    fail(path, line, "has a number above 100 million; poses are in metres and radians.");
+  }
+}
+
+std::vector<std::string_view> split(std::string_view line) {
+  std::vector<std::string_view> fields;
+  for (;;) {
+    const std::size_t comma{line.find(',')};
+    std::string_view field{line.substr(0, comma)};
+    while (field.starts_with(' ')) field.remove_prefix(1);
+    while (field.ends_with(' ')) field.remove_suffix(1);
+    fields.push_back(field);
+    if (comma == std::string_view::npos) return fields;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+NamedPose parse_row(const fs::path& path, std::size_t line, std::string_view text, bool named) {
+  auto fields{split(text)};
+  const std::size_t expected{named ? 5U : 4U};
+  if (fields.size() != expected) fail(path, line, fmt::format("has {} fields, not {}.", fields.size(), expected));
+  if (!named) fields.insert(fields.begin(), "");
+  NamedPose pose;
+  pose.name = frame_name(fields[0]);
+  if (named && pose.name.empty()) fail(path, line, "has no name.");
+  const auto [end, error]{std::from_chars(fields[1].data(), fields[1].data() + fields[1].size(), pose.stamp_ns)};
+  if (error != std::errc{} || end != fields[1].data() + fields[1].size()) {
+    fail(path, line, "has a stamp that is no whole number of nanoseconds.");
+  }
+  if (pose.stamp_ns > largest_stamp_ns || pose.stamp_ns < -largest_stamp_ns) {
+    fail(path, line, "has a stamp beyond the year 2096.");
+  }
+  std::vector<double> numbers;
+  if (!parse_numbers(fmt::format("{} {} {}", fields[2], fields[3], fields[4]), numbers) || numbers.size() != 3) {
+    fail(path, line, "has a pose that is not three numbers.");
+  }
+  check_finite(path, line, numbers);
+  pose.world_from_vehicle = {numbers[0], numbers[1], numbers[2]};
+  return pose;
+}
+
+bool is_blank(std::string_view line) {
+  return line.find_first_not_of(" \t") == std::string_view::npos;
+}
+
+}  // namespace
+
+std::optional<std::array<double, 4>> unit_quaternion(const std::array<double, 4>& quaternion) {
+  constexpr double tolerance{0.01};
+  const auto& [x, y, z, w]{quaternion};
+  const double length{std::sqrt(x * x + y * y + z * z + w * w)};
+  if (!(std::abs(length - 1) <= tolerance)) return std::nullopt;  // NaN, too
+  return std::array{x / length, y / length, z / length, w / length};
+}
+
+std::vector<Pose2> read_kitti_poses(const fs::path& path, std::size_t expected) {
+  const std::string text{read_text(path, largest_bytes::lines)};
+  std::vector<Pose2> poses;
+  std::vector<double> numbers;
+  std::size_t line_number{0};
+  for (const std::string_view line : lines_of(text)) {
+    ++line_number;
+    if (is_blank(line)) continue;
+    if (!parse_numbers(line, numbers)) fail(path, line_number, "holds something that is no number.");
+    if (numbers.size() != 12) fail(path, line_number, fmt::format("has {} numbers, not 12.", numbers.size()));
+    check_finite(path, line_number, numbers);
+    const std::vector<double>& m{numbers};
+    if (!is_rotation({m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]}))
+      fail(path, line_number, "has a matrix that is no rotation.");
+    poses.push_back(ground_pose(std::span<const double, 12>{numbers}));
+  }
+  if (poses.size() != expected) {
+    throw InputError{printable_path(path),
+                     fmt::format("has {} poses, but there are {} frames.", poses.size(), expected),
+                     "There has to be a line per frame (frames.txt says which frames the lines belong to); or run "
+                     "with --poses none."};
+  }
+  return poses;
+}
+
+std::vector<NamedPose> read_poses_csv(const fs::path& path) {
+  const std::string text{read_text(path, largest_bytes::lines)};
+  const auto lines{lines_of(text)};
+  const bool named{!lines.empty() && split(lines[0]) == split("name,stamp_ns,x_m,y_m,yaw_rad")};
+  if (!named && (lines.empty() || split(lines[0]) != split("stamp_ns,x_m,y_m,yaw_rad"))) {
+    fail(path, 1, "is neither 'name,stamp_ns,x_m,y_m,yaw_rad' nor 'stamp_ns,x_m,y_m,yaw_rad'.");
+  }
+  std::vector<NamedPose> poses;
+  std::set<std::string> names;
+  for (std::size_t i{1}; i < lines.size(); ++i) {
+    if (is_blank(lines[i])) continue;
+    NamedPose pose{parse_row(path, i + 1, lines[i], named)};
+    if (named && !names.insert(pose.name).second) fail(path, i + 1, "names frame " + pose.name + " a second time.");
+    if (!poses.empty() && pose.stamp_ns <= poses.back().stamp_ns) {
+      fail(path, i + 1, "has a stamp that is not later than the one before.");
+    }
+    poses.push_back(std::move(pose));
+  }
+  return poses;
+}
+
+void write_poses_csv(const fs::path& path, std::span<const NamedPose> poses) {
+  std::string text{"name,stamp_ns,x_m,y_m,yaw_rad\n"};
+  for (const NamedPose& pose : poses) {
+    text += fmt::format("{},{},{:.6f},{:.6f},{:.8f}\n", pose.name, pose.stamp_ns, pose.world_from_vehicle.x_m,
+                        pose.world_from_vehicle.y_m, pose.world_from_vehicle.yaw_rad);
+  }
+  write_file(path, text);
+}
+
+std::optional<PoseChoice> find_poses(const fs::path& folder) {
+  std::vector<fs::path> found;
+  for (const char* const name : {"poses.csv", "poses_gt.txt", "poses.txt", "poses_vo.txt"}) {
+    if (fs::is_regular_file(folder / name)) found.push_back(folder / name);
+  }
+  std::vector<fs::path> others;
+  for (const auto& entry : fs::directory_iterator{folder}) {
+    const std::string name{entry.path().filename().string()};
+    const bool listed{std::ranges::find(found, entry.path()) != found.end()};
+    if (name.starts_with("poses") && name.ends_with(".txt") && !listed) others.push_back(entry.path());
+  }
+  std::ranges::sort(others);
+  found.insert(found.end(), others.begin(), others.end());
+  if (found.empty()) return std::nullopt;
+  return PoseChoice{found.front(), {found.begin() + 1, found.end()}};
+}
+
+}  // namespace stereogrid::io

@@ -1,0 +1,188 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "input/poses/recording_poses.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <limits>
+#include <map>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> names_of(const RecordingContents& contents) {
+  std::vector<std::string> names;
+  for (const RecordedFrame& frame : contents.frames) names.push_back(frame.name);
+  return names;
+}
+
+std::vector<std::int64_t> stamps_of(const RecordingContents& contents) {
+  std::vector<std::int64_t> stamps;
+  for (const RecordedFrame& frame : contents.frames) stamps.push_back(frame.stamp_ns);
+  return stamps;
+}
+
+void take_poses(RecordingContents& contents, const std::vector<Pose2>& poses) {
+  for (std::size_t i{0}; i < poses.size(); ++i) contents.frames[i].world_from_vehicle = poses[i];
+}
+
+/// The longest time between two poses that is interpolated; the poses' usual interval is their median.
+std::int64_t longest_bridged_ns(const std::vector<StampedPose>& poses) {
+  constexpr std::int64_t least_ns{1'000'000'000};
+  std::vector<std::int64_t> intervals;
+  for (std::size_t i{1}; i < poses.size(); ++i) intervals.push_back(poses[i].stamp_ns - poses[i - 1].stamp_ns);
+  const auto middle{intervals.begin() + static_cast<std::ptrdiff_t>((intervals.size() - 1) / 2)};
+  std::ranges::nth_element(intervals, middle);
+  return std::max(least_ns, 3 * std::min(*middle, std::numeric_limits<std::int64_t>::max() / 3));
+}
+
+/// Gives each image its pose between two of `poses`; images in long gaps get none, and are counted in a warning.
+void take_interpolated(RecordingContents& contents, const fs::path& source, const std::vector<StampedPose>& poses) {
+  take_poses(contents, interpolate_poses(source, poses, stamps_of(contents)));
+  const std::int64_t longest_ns{longest_bridged_ns(poses)};
+  std::size_t count{0};
+  std::int64_t longest_gap_ns{0};
+  for (RecordedFrame& frame : contents.frames) {
+    const auto after{std::ranges::lower_bound(poses, frame.stamp_ns, {}, &StampedPose::stamp_ns)};
+    if (after == poses.begin() || after == poses.end() || after->stamp_ns == frame.stamp_ns) continue;
+    const std::int64_t gap_ns{after->stamp_ns - std::prev(after)->stamp_ns};
+    if (gap_ns <= longest_ns) continue;
+    frame.world_from_vehicle.reset();
+    ++count;
+    longest_gap_ns = std::max(longest_gap_ns, gap_ns);
+  }
+  if (count == 0) return;
+  contents.warnings.push_back(fmt::format(
+      "{}: {} of {} images have no pose: they lie in gaps of up to {:.3g} s between the poses (interpolated "
+      "up to {:.3g} s). The last motion is continued there; give --poses odometry instead.",
+      printable_path(source), count, contents.frames.size(), static_cast<double>(longest_gap_ns) * 1e-9,
+      static_cast<double>(longest_ns) * 1e-9));
+}
+
+void take_stamped_poses(RecordingContents& contents, const fs::path& file, const std::vector<NamedPose>& rows,
+                        bool stamps_known) {
+  if (!stamps_known) {
+    throw InputError{printable_path(file), "its poses have stamps and no names, but the images have no stamps.",
+                     "Add a times.txt with the images' times (s), or a column 'name' that says whose the poses are."};
+  }
+  std::vector<StampedPose> poses;
+  for (const NamedPose& row : rows) poses.push_back({row.stamp_ns, row.world_from_vehicle});
+  take_interpolated(contents, file, poses);
+  contents.notes.push_back(fmt::format("poses: {}, interpolated to the times of the images", printable_path(file)));
+}
+
+void take_named_poses(RecordingContents& contents, const fs::path& file, const std::vector<NamedPose>& rows) {
+  std::map<std::string, Pose2> poses;
+  for (const NamedPose& row : rows) poses[row.name] = row.world_from_vehicle;
+  for (RecordedFrame& frame : contents.frames) {
+    const auto found{poses.find(frame.name)};
+    if (found == poses.end()) {
+      throw InputError{printable_path(file),
+                       fmt::format("has {} poses, but there are {} frames: frame {} has none.", rows.size(),
+                                   contents.frames.size(), frame.name),
+                       "Add a line for it; leave the column 'name' out where poses have times of their own; or run "
+                       "with --poses none."};
+    }
+    frame.world_from_vehicle = found->second;
+  }
+  if (rows.size() > contents.frames.size()) {
+    contents.warnings.push_back(fmt::format("{}: {} poses, but there are {} frames: the others are not used",
+                                            printable_path(file), rows.size(), contents.frames.size()));
+  }
+  contents.notes.push_back("poses: " + printable_path(file));
+}
+
+/// Records have times of their own where both they and the images are stamped; else they go by name.
+void take_oxts(RecordingContents& contents, const fs::path& folder, const fs::path& calibration_folder,
+               bool stamps_known) {
+  const OxtsTimes times{stamps_known ? read_oxts_times(folder) : OxtsTimes{}};
+  const bool timed{!times.names.empty()};
+  OxtsPoses poses{read_oxts(folder, timed ? times.names : names_of(contents), calibration_folder)};
+  if (timed) {
+    std::vector<StampedPose> stamped;
+    for (std::size_t i{0}; i < times.names.size(); ++i) {
+      stamped.push_back({times.stamps_ns[i], poses.world_from_vehicle[i]});
+    }
+    take_interpolated(contents, folder, stamped);
+  } else {
+    take_poses(contents, poses.world_from_vehicle);
+  }
+  contents.notes.push_back(fmt::format("poses: {} (GPS/IMU{}{})", printable_path(folder),
+                                       timed ? ", interpolated to the times of the images" : "",
+                                       poses.of_camera ? ", moved to the left camera"
+                                                       : "; of the IMU, since calib_imu_to_velo.txt, "
+                                                         "calib_velo_to_cam.txt or calib_cam_to_cam.txt is missing"));
+}
+
+/// The file or oxts folder of poses; empty: none. Notes what was passed over.
+fs::path choose_poses(RecordingContents& contents, const InputLayout& layout, const std::string& wanted) {
+  if (wanted == "none" || wanted == "odometry") return {};
+  if (!wanted.empty() && wanted != "file") return wanted;
+  if (layout.kind == InputKind::image_pair) return {};
+  if (const auto choice{find_poses(layout.root)}) {
+    std::string others;
+    for (const fs::path& other : choice->others) others += fmt::format(" {}", printable_path(other.filename()));
+    if (!others.empty()) contents.notes.push_back(fmt::format("poses: not taken:{} (--poses FILE takes them)", others));
+    return choice->file;
+  }
+  if (fs::is_directory(layout.root / "oxts" / "data")) return layout.root / "oxts" / "data";
+  // as KITTI's odometry benchmark is unpacked: sequences/04 and poses/04.txt
+  const fs::path root{fs::absolute(layout.root / "").lexically_normal().parent_path()};
+  const fs::path benchmark{root.parent_path().parent_path() / "poses" / (root.filename().string() + ".txt")};
+  const bool there{layout.kind == InputKind::kitti_odometry && fs::is_regular_file(benchmark)};
+  return there ? benchmark : fs::path{};
+}
+
+void do_without_poses(RecordingContents& contents, const std::string& wanted) {
+  const std::string& why{contents.poses_source};
+  if (wanted == "file") {
+    throw InputError{printable_path(contents.root),
+                     why.empty() ? "there are no poses." : fmt::format("there are no poses to be used: {}.", why),
+                     "Name a pose file with --poses FILE (docs/input.md), or take --poses odometry."};
+  }
+  contents.wants_odometry = wanted == "odometry" || (wanted.empty() && contents.frames.size() > 1);
+  contents.notes.push_back(fmt::format("poses: {}{}",
+                                       !contents.wants_odometry ? "none, the camera is taken to stand still"
+                                       : wanted.empty()         ? "none, visual odometry from the images"
+                                                                : "visual odometry from the images",
+                                       why.empty() ? "" : fmt::format(" ({})", why)));
+}
+
+}  // namespace
+
+bool are_named(const std::vector<NamedPose>& rows) {
+  return !rows.empty() && !rows.front().name.empty();
+}
+
+void find_poses_of(RecordingContents& contents, const InputLayout& layout, const std::string& wanted,
+                   bool stamps_known) {
+  const fs::path file{choose_poses(contents, layout, wanted)};
+  contents.poses_file = file;
+  if (file.empty()) return do_without_poses(contents, wanted);
+  if (fs::is_directory(file)) {
+    const fs::path& calibration{layout.calibration.empty() ? contents.calibration_file : layout.calibration};
+    return take_oxts(contents, file, calibration.parent_path(), stamps_known);
+  }
+  if (file.extension() == ".csv") {
+    const std::vector<NamedPose> rows{read_poses_csv(file)};
+    const bool named{rows.empty() || are_named(rows)};
+    return named ? take_named_poses(contents, file, rows) : take_stamped_poses(contents, file, rows, stamps_known);
+  }
+  take_poses(contents, read_kitti_poses(file, contents.frames.size()));
+  contents.notes.push_back("poses: " + printable_path(file));
+}
+
+void take_own_poses(RecordingContents& contents, const fs::path& file, const std::vector<StampedPose>& poses) {
+  contents.poses_file = file;
+  take_interpolated(contents, file.string() + ", " + contents.poses_source, poses);
+  contents.notes.push_back(fmt::format("poses: {}, interpolated to the times of the images", contents.poses_source));
+}
+
+}  // namespace stereogrid::io
