@@ -64,6 +64,7 @@ __device__ WeighedCell weigh_masses(const Weighing& in, const VelocityEvidence& 
     return scale * masses[k * block_cells] + (k == velocities / 2 ? born_standing : born_moving);
   };
   const WeighedCell cell{weigh_by_rows(in, one, mass, [masses](int k, float m) { masses[k * block_cells] = m; })};
+  __syncwarp();  // all lanes have read scale and birth
   if (lane_of_warp() == 0) {
     state.scale[i] = 1;
     state.born_standing[i] = state.born_moving[i] = 0;
@@ -80,8 +81,9 @@ __device__ WeighedCell weigh_even_cell(const Weighing& in, const VelocityEvidenc
       in, one, [&](int k) { return k == standstill ? standing : each; }, [](int, float) {});
 }
 
-// Tells a cell what has been measured. False: it makes the cell move, and its block has no masses.
-__device__ bool weigh_cell(const Weighing& in, const VelocityEvidence& one, bool may_start, const JointPointers& state,
+// Updates a cell with a measured velocity. False: the cell begins to move, and its block has no masses. The evidence is
+// copied, as it lies in pinned host memory.
+__device__ bool weigh_cell(const Weighing& in, VelocityEvidence one, bool may_start, const JointPointers& state,
                            const LayerPointers& layers) {
   const int i{one.cell};
   if (is_ignored(one, state.age_s[i])) return true;
@@ -105,7 +107,8 @@ __device__ bool weigh_cell(const Weighing& in, const VelocityEvidence& one, bool
 template <class Work>
 __device__ void for_evidence(const Weighing& in, const Work& work) {
   const int first{static_cast<int>(blockIdx.x) * warps + static_cast<int>(threadIdx.x) / warp};
-  for (int n{first}; n < *in.count; n += blocks * warps) work(n);
+  const int count{*in.count};  // host memory: one read
+  for (int n{first}; n < count; n += blocks * warps) work(n);
 }
 
 __global__ void weigh_cells(Weighing in, JointPointers state, LayerPointers layers) {

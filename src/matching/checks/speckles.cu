@@ -98,7 +98,7 @@ __global__ void __launch_bounds__(threads) sum_patches(Patches patches) {
   const int size{patches.sizes[at]};
   if (size == 0 || patches.parents[at] == at) return;
   const int root{find(patches.parents, at)};
-  patches.parents[at] = root;
+  static_cast<volatile int*>(patches.parents)[at] = root;  // find() of other threads reads it
   atomicAdd(patches.sizes + root, size);
 }
 
