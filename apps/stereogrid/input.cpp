@@ -13,7 +13,7 @@
 #include <optional>
 #include <string_view>
 
-#include "option_checks.hpp"
+#include "cli/option_checks.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/mask.hpp"
 #include "stereogrid/io/recording.hpp"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "cli_fwd.hpp"
+#include "cli/cli_fwd.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/io/run_folder/description.hpp"
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
 
-#include "commands.hpp"
-#include "program.hpp"
+#include "cli/commands.hpp"
+#include "cli/program.hpp"
 
 namespace {
 

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "option_checks.hpp"
+#include "cli/option_checks.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid::app {

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "cli_fwd.hpp"
+#include "cli/cli_fwd.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::app {

@@ -13,13 +13,13 @@
 #include <span>
 #include <utility>
 
-#include "commands.hpp"
+#include "cli/commands.hpp"
+#include "cli/progress.hpp"
 #include "compare/methods.hpp"
 #include "compare/opencv_stage.hpp"
 #include "compare/picture.hpp"
 #include "compare/report.hpp"
 #include "pose_stage.hpp"
-#include "progress.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/evaluation/lidar_grid.hpp"
 #include "stereogrid/io/file.hpp"

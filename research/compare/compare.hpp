@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "config_options.hpp"
+#include "cli/config_options.hpp"
 #include "evaluate/output.hpp"
 #include "evaluate/truth_source.hpp"
 #include "input.hpp"

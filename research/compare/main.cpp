@@ -5,9 +5,9 @@
 #include <memory>
 #include <string>
 
+#include "cli/option_checks.hpp"
+#include "cli/program.hpp"
 #include "compare/compare.hpp"
-#include "option_checks.hpp"
-#include "program.hpp"
 
 namespace {
 

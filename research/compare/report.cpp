@@ -8,7 +8,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "console.hpp"
+#include "cli/console.hpp"
 
 namespace stereogrid::research {
 namespace {

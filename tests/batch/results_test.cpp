@@ -7,7 +7,7 @@
 #include "batch/results.hpp"
 #include "batch/sha256.hpp"
 #include "batch/status.hpp"
-#include "run/folder_lock.hpp"
+#include "locks/folder_lock.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "support.hpp"

@@ -10,7 +10,7 @@
 
 #include "batch/results.hpp"
 #include "batch/status.hpp"
-#include "progress.hpp"
+#include "cli/progress.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"

@@ -14,7 +14,7 @@
 #include <system_error>
 
 #include "batch/sha256.hpp"
-#include "run/descriptor.hpp"
+#include "locks/descriptor.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"

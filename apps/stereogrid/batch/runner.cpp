@@ -14,11 +14,11 @@
 #include <system_error>
 
 #include "batch/results.hpp"
-#include "commands.hpp"
-#include "console.hpp"
+#include "cli/commands.hpp"
+#include "cli/console.hpp"
+#include "cli/interrupt.hpp"
 #include "evaluate/evaluate.hpp"
-#include "interrupt.hpp"
-#include "run/folder_lock.hpp"
+#include "locks/folder_lock.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/npz.hpp"

@@ -7,7 +7,7 @@
 #include <optional>
 #include <system_error>
 
-#include "run/folder_lock.hpp"
+#include "locks/folder_lock.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid::app::batch {

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "cli_fwd.hpp"
+#include "cli/cli_fwd.hpp"
 
 namespace stereogrid::app::batch {
 

@@ -15,9 +15,9 @@
 #include "batch/sha256.hpp"
 #include "batch/status.hpp"
 #include "batch/subcommands.hpp"
-#include "commands.hpp"
+#include "cli/commands.hpp"
+#include "cli/console.hpp"
 #include "connect/assets.hpp"
-#include "console.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <type_traits>
 
-#include "commands.hpp"
-#include "config_options.hpp"
-#include "console.hpp"
+#include "cli/commands.hpp"
+#include "cli/config_options.hpp"
+#include "cli/console.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/io/config_file.hpp"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "cli_fwd.hpp"
+#include "cli/cli_fwd.hpp"
 #include "connect/ros2_node.hpp"
 #include "stereogrid/messages/frame_messages.hpp"
 #include "stereogrid/occupancy_values.hpp"

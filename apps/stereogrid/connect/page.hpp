@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "cli_fwd.hpp"
+#include "cli/cli_fwd.hpp"
 #include "stereogrid/messages/frame_messages.hpp"
 #include "stereogrid/server/server.hpp"
 

@@ -4,10 +4,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "commands.hpp"
-#include "console.hpp"
+#include "cli/commands.hpp"
+#include "cli/console.hpp"
+#include "cli/option_checks.hpp"
 #include "evaluate/evaluate.hpp"
-#include "option_checks.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
 

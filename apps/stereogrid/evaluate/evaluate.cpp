@@ -10,10 +10,10 @@
 #include <utility>
 #include <vector>
 
+#include "cli/progress.hpp"
 #include "evaluate/obstacle_source.hpp"
 #include "evaluate/truth_source.hpp"
 #include "input.hpp"
-#include "progress.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/run_folder/run_reader.hpp"

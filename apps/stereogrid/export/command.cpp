@@ -13,10 +13,10 @@
 #include <utility>
 #include <vector>
 
-#include "commands.hpp"
+#include "cli/commands.hpp"
+#include "cli/option_checks.hpp"
+#include "cli/progress.hpp"
 #include "export/tables.hpp"
-#include "option_checks.hpp"
-#include "progress.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/nav2_map.hpp"

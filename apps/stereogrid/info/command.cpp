@@ -8,14 +8,14 @@
 #include <memory>
 #include <string>
 
-#include "commands.hpp"
-#include "config_options.hpp"
-#include "console.hpp"
+#include "cli/commands.hpp"
+#include "cli/config_options.hpp"
+#include "cli/console.hpp"
+#include "cli/progress.hpp"
 #include "diagnostics/own_vehicle.hpp"
 #include "info/look.hpp"
 #include "input.hpp"
 #include "pose_stage.hpp"
-#include "progress.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/recording.hpp"

@@ -3,9 +3,9 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "commands.hpp"
+#include "cli/commands.hpp"
+#include "cli/option_checks.hpp"
 #include "live/live.hpp"
-#include "option_checks.hpp"
 
 namespace stereogrid::app {
 

@@ -14,10 +14,10 @@
 #include <utility>
 #include <variant>
 
-#include "commands.hpp"
-#include "console.hpp"
+#include "cli/commands.hpp"
+#include "cli/console.hpp"
+#include "cli/interrupt.hpp"
 #include "diagnostics/frame_tally.hpp"
-#include "interrupt.hpp"
 #include "live/latency.hpp"
 #include "live/placed_frames.hpp"
 #include "live/service_manager.hpp"

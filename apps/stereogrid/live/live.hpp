@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "config_options.hpp"
+#include "cli/config_options.hpp"
 #include "connect/message_output.hpp"
 #include "connect/page.hpp"
 #include "live/live_input.hpp"

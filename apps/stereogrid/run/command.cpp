@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <memory>
 
-#include "commands.hpp"
-#include "option_checks.hpp"
+#include "cli/commands.hpp"
+#include "cli/option_checks.hpp"
 #include "run/run.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/run_folder/frame_files.hpp"

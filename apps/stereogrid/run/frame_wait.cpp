@@ -6,7 +6,7 @@
 
 #include <chrono>
 
-#include "interrupt.hpp"
+#include "cli/interrupt.hpp"
 
 namespace stereogrid::app {
 

@@ -16,8 +16,8 @@
 #include <thread>
 #include <utility>
 
+#include "locks/descriptor.hpp"
 #include "pictures/picture.hpp"
-#include "run/descriptor.hpp"
 #include "run/video.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"

@@ -9,12 +9,12 @@
 #include <optional>
 #include <string_view>
 
-#include "commands.hpp"
-#include "console.hpp"
-#include "interrupt.hpp"
+#include "cli/commands.hpp"
+#include "cli/console.hpp"
+#include "cli/interrupt.hpp"
+#include "locks/folder_lock.hpp"
 #include "pose_stage.hpp"
 #include "run/damaged_frames.hpp"
-#include "run/folder_lock.hpp"
 #include "run/lidar_stage.hpp"
 #include "run/result_writer.hpp"
 #include "run/resume.hpp"

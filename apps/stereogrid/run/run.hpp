@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "cli_fwd.hpp"
-#include "config_options.hpp"
+#include "cli/cli_fwd.hpp"
+#include "cli/config_options.hpp"
 #include "connect/message_output.hpp"
 #include "connect/page.hpp"
 #include "input.hpp"

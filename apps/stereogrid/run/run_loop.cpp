@@ -10,11 +10,11 @@
 #include <cstdlib>
 #include <utility>
 
-#include "commands.hpp"
-#include "console.hpp"
+#include "cli/commands.hpp"
+#include "cli/console.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
 #include "diagnostics/frame_tally.hpp"
-#include "interrupt.hpp"
-#include "progress.hpp"
 #include "run/frame_wait.hpp"
 #include "run/resume.hpp"
 #include "stereogrid/error.hpp"

@@ -8,9 +8,9 @@
 #include <optional>
 #include <string>
 
-#include "console.hpp"
+#include "cli/console.hpp"
+#include "cli/interrupt.hpp"
 #include "diagnostics/frame_tally.hpp"
-#include "interrupt.hpp"
 #include "run/lidar_stage.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/run_folder/stages.hpp"

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "run/descriptor.hpp"
+#include "locks/descriptor.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 

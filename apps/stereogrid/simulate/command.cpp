@@ -10,11 +10,11 @@
 #include <optional>
 #include <string>
 
-#include "commands.hpp"
-#include "console.hpp"
-#include "interrupt.hpp"
-#include "option_checks.hpp"
-#include "progress.hpp"
+#include "cli/commands.hpp"
+#include "cli/console.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/option_checks.hpp"
+#include "cli/progress.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/io/truth.hpp"

@@ -7,10 +7,10 @@
 #include <optional>
 #include <string>
 
-#include "commands.hpp"
+#include "cli/commands.hpp"
+#include "cli/console.hpp"
+#include "cli/interrupt.hpp"
 #include "connect/page.hpp"
-#include "console.hpp"
-#include "interrupt.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/server/server.hpp"
 #include "view/playback.hpp"

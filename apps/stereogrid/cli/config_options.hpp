@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "cli_fwd.hpp"
+#include "cli/cli_fwd.hpp"
 #include "stereogrid/config.hpp"
 
 namespace stereogrid::app {

@@ -6,7 +6,7 @@
 #include <functional>
 #include <string>
 
-#include "cli_fwd.hpp"
+#include "cli/cli_fwd.hpp"
 
 namespace stereogrid::app {
 

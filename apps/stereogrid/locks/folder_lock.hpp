@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "run/descriptor.hpp"
+#include "locks/descriptor.hpp"
 
 namespace stereogrid::app {
 

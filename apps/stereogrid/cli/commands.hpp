@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "cli_fwd.hpp"
+#include "cli/cli_fwd.hpp"
 
 namespace stereogrid::app {
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "config_options.hpp"
+#include "cli/config_options.hpp"
 
 #include <fmt/format.h>
 

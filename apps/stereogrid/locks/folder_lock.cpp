@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "run/folder_lock.hpp"
+#include "locks/folder_lock.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>

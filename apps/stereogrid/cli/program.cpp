@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "program.hpp"
+#include "cli/program.hpp"
 
 #include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
@@ -19,9 +19,9 @@
 #include <sstream>
 #include <string>
 
-#include "commands.hpp"
-#include "console.hpp"
-#include "option_checks.hpp"
+#include "cli/commands.hpp"
+#include "cli/console.hpp"
+#include "cli/option_checks.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/pipeline.hpp"
