@@ -124,6 +124,15 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
+bool is_parameter(std::string_view key) {
+  bool found{false};
+  const Config config;
+  visit_parameters(config, [&](std::string_view group, const Parameter& parameter, const auto&) {
+    found = found || key_of(group, parameter) == key;
+  });
+  return found;
+}
+
 /// The parameters of a group, "group.name" each; empty: there is no such group.
 std::string members_of(std::string_view wanted) {
   std::string members;
@@ -181,11 +190,11 @@ Config paper_preset() {
   config.matching.subpixel = false;
   config.u_disparity.obstacle_min_height_m = 0;
   config.u_disparity.follow_roll = false;
-  config.u_disparity.tau_obstacle = 0.1;
-  config.u_disparity.sigma_column = 1.5;
-  config.u_disparity.road_rays = RoadRays::none;
-  config.u_disparity.small_count_guard = 0;
-  config.u_disparity.left_border = false;
+  config.paper.tau_obstacle = 0.1;
+  config.paper.sigma_column = 1.5;
+  config.paper.road_rays = RoadRays::none;
+  config.paper.small_count_guard = 0;
+  config.paper.left_border = false;
   config.projection.model = ProjectionModel::bins;
   config.filter.model = FilterModel::tay2008;
   config.filter.speeds_mps = {2, 4, 6, 8, 10};
@@ -210,6 +219,13 @@ std::vector<std::string> preset_names() {
 }
 
 void set(Config& config, std::string_view key, std::string_view text) {
+  // before 0.2 the parameters of group paper were in u_disparity
+  const std::string_view before{"u_disparity."};
+  if (key.starts_with(before) && !is_parameter(key)) {
+    if (const std::string now{"paper." + std::string{key.substr(before.size())}}; is_parameter(now)) {
+      return set(config, now, text);
+    }
+  }
   bool found{false};
   visit_parameters(config, [&](std::string_view group, const Parameter& parameter, auto& value) {
     const std::string known{key_of(group, parameter)};

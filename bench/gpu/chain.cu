@@ -35,7 +35,7 @@ constexpr int semi_global_paths{3};
 // Semi-global: the volume is written once, and read and written again by every direction but the last.
 double match_bytes(const Case& what, const MatchingConfig& config) {
   const double pixels{1.0 * what.width * what.height};
-  const double labels{what.disparities + 2.0 * config.road_margin_px + 1};
+  const double labels{what.disparities + 2.0 * road_margin_px + 1};
   const double images{pixels * (2 + 3 * sizeof(float))};
   if (what.method == MatchingMethod::correlation) return images;
   return images + pixels * labels * (1 + semi_global_paths + 2.0 * (semi_global_paths - 1));
@@ -44,7 +44,7 @@ double match_bytes(const Case& what, const MatchingConfig& config) {
 // Correlation, per label: difference of bits, their number, in and out of the window's column and row, minimum and its
 // runner-up. Semi-global, per label and direction: four candidates, their minimum, sums.
 double match_operations(const Case& what, const MatchingConfig& config) {
-  const double labels{(what.disparities + 2.0 * config.road_margin_px + 1) * what.width * what.height};
+  const double labels{(what.disparities + 2.0 * road_margin_px + 1) * what.width * what.height};
   return labels * (what.method == MatchingMethod::correlation ? 8 : 2 + 8 * semi_global_paths);
 }
 

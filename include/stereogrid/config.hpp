@@ -47,9 +47,7 @@ struct MatchingConfig {
   MatchingMethod method{MatchingMethod::correlation};
   bool align_rows{true};
   int disparities{0};
-  int min_disparity{0};
   int window_px{9};
-  int road_margin_px{3};
   double uniqueness{0};
   double texture{0.75};
   double cost_limit{0.37};
@@ -57,11 +55,7 @@ struct MatchingConfig {
   int speckle_px{40};
   int road_speckle_px{200};
   bool subpixel{true};
-  int penalty_step{7};
-  int penalty_jump{40};
-  int penalty_change{20};
   double given_sigma_px{0.5};
-  double given_height_m{0.15};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
@@ -74,15 +68,7 @@ struct MatchingConfig {
                     "Disparities searched, up to this minus one; 0: at least 64, a tenth of the image's width, those "
                     "of the road in view."},
           self.disparities);
-    visit(
-        Parameter{
-            "min_disparity", "px", 0, 254,
-            "Upright surfaces are searched from here on. Farther ones are then left out, or now and then mistaken."},
-        self.min_disparity);
     visit(Parameter{"window_px", "px", 3, 41, "Side of the square correlation window, odd."}, self.window_px);
-    visit(Parameter{"road_margin_px", "px", 1, 15,
-                    "The road hypothesis searches this far on both sides of the ground plane's disparity."},
-          self.road_margin_px);
     visit(Parameter{"uniqueness", "", 0, 1,
                     "Reject a match unless every other disparity costs more by this share of its cost."},
           self.uniqueness);
@@ -104,20 +90,9 @@ struct MatchingConfig {
           self.road_speckle_px);
     visit(Parameter{"subpixel", "", 0, 1, "Refine disparities between the integers on the winner's cost curve."},
           self.subpixel);
-    visit(Parameter{"penalty_step", "", 0, 100,
-                    "Semi-global: cost of one disparity up or down to the next pixel; on the road twice that."},
-          self.penalty_step);
-    visit(Parameter{"penalty_jump", "", 1, 190, "Semi-global: cost of any other change of disparity or hypothesis."},
-          self.penalty_jump);
-    visit(
-        Parameter{"penalty_change", "", 0, 190,
-                  "Semi-global: cost of an upright surface beginning on the road where both have the same disparity."},
-        self.penalty_change);
     visit(Parameter{"given_sigma_px", "px", 0, 10,
                     "Given disparities: their standard deviation; within two of the road plane a pixel is road."},
           self.given_sigma_px);
-    visit(Parameter{"given_height_m", "m", 0, 1, "Given disparities: lower than this above the road plane is road."},
-          self.given_height_m);
   }
 };
 
@@ -126,9 +101,6 @@ struct GroundConfig {
   double height_gate_m{0.25};
   double pitch_gate_deg{4.5};
   double roll_gate_deg{6.0};
-  double height_noise_m{0.03};
-  double pitch_noise_deg{0.5};
-  double roll_noise_deg{0.5};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
@@ -140,13 +112,24 @@ struct GroundConfig {
           self.pitch_gate_deg);
     visit(Parameter{"roll_gate_deg", "deg", 0, 20, "Largest believed departure from the calibrated roll."},
           self.roll_gate_deg);
-    visit(Parameter{"height_noise_m", "m/√s", 0.001, 1,
-                    "How much the height over the road changes within a second (standard deviation)."},
-          self.height_noise_m);
-    visit(Parameter{"pitch_noise_deg", "deg/√s", 0.01, 20, "How much the pitch changes within a second."},
-          self.pitch_noise_deg);
-    visit(Parameter{"roll_noise_deg", "deg/√s", 0.01, 20, "How much the roll changes within a second."},
-          self.roll_noise_deg);
+  }
+};
+
+/// The volume above the ground in which a pixel counts as part of an obstacle.
+struct UDisparityConfig {
+  double obstacle_height_m{1.8};
+  double obstacle_min_height_m{0.25};
+  bool follow_roll{true};
+
+  template <class Self, class Visitor>
+  static void visit_fields(Self& self, Visitor&& visit) {
+    visit(Parameter{"obstacle_height_m", "m", 0.2, 10, "Height h of the volume that must be free (eq. 9)."},
+          self.obstacle_height_m);
+    visit(Parameter{"obstacle_min_height_m", "m", 0, 2,
+                    "Pixels lower above the road are no part of an obstacle: they count in N_V, not in N_O."},
+          self.obstacle_min_height_m);
+    visit(Parameter{"follow_roll", "", 0, 1, "Let the rows of a bin tilt with the road in the image."},
+          self.follow_roll);
   }
 };
 
@@ -156,10 +139,8 @@ constexpr std::array<std::string_view, 2> names_of(RoadRays) {
   return {"none", "visible"};
 }
 
-struct UDisparityConfig {
-  double obstacle_height_m{1.8};
-  double obstacle_min_height_m{0.25};
-  bool follow_roll{true};
+/// Parameters of the u-disparity bins of the paper (eqs. 5 to 15). Read where projection.model is bins.
+struct PaperConfig {
   double false_positive{0.02};
   double false_negative{0.02};
   double tau_obstacle{0.07};
@@ -172,13 +153,6 @@ struct UDisparityConfig {
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"obstacle_height_m", "m", 0.2, 10, "Height h of the volume that must be free (eq. 9)."},
-          self.obstacle_height_m);
-    visit(Parameter{"obstacle_min_height_m", "m", 0, 2,
-                    "Pixels lower above the road are no part of an obstacle: they count in N_V, not in N_O."},
-          self.obstacle_min_height_m);
-    visit(Parameter{"follow_roll", "", 0, 1, "Let the rows of a bin tilt with the road in the image."},
-          self.follow_roll);
     visit(Parameter{"false_positive", "", 0.001, 0.4, "P_FP of eq. 5."}, self.false_positive);
     visit(Parameter{"false_negative", "", 0.001, 0.4, "P_FN of eq. 6."}, self.false_negative);
     visit(Parameter{"tau_obstacle", "", 0.001, 10, "tau_O of eq. 13: the filled share of a column that counts."},
@@ -218,16 +192,12 @@ struct ProjectionConfig {
 
 struct FusionConfig {
   double stereo_confidence{0.95};
-  double other_confidence{1};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
     visit(Parameter{"stereo_confidence", "", 0, 1,
                     "How far the stereo grid is believed in frames that come with another grid; 0: not at all."},
           self.stereo_confidence);
-    visit(Parameter{"other_confidence", "", 0, 1,
-                    "How far other grids are believed; times the confidence that they give for each cell."},
-          self.other_confidence);
   }
 };
 
@@ -245,8 +215,6 @@ struct FilterConfig {
   double velocity_noise{0.01};
   double likelihood_exponent{0.8};
   double static_prior{0.85};
-  double appearing_static{0.4};
-  double border_occupancy{0.2};
   bool scene_flow{true};
 
   template <class Self, class Visitor>
@@ -273,12 +241,6 @@ struct FilterConfig {
     visit(Parameter{"static_prior", "", 0, 0.99,
                     "Share of newly born mass that stands still; 0: all velocities are alike, standstill too (2008)."},
           self.static_prior);
-    visit(Parameter{"appearing_static", "", 0, 0.99,
-                    "Joint: the same of what appears where the frame before has seen free ground; at most "
-                    "static_prior."},
-          self.appearing_static);
-    visit(Parameter{"border_occupancy", "", 0.01, 0.9, "Occupancy assumed outside the window (joint)."},
-          self.border_occupancy);
     visit(Parameter{"scene_flow", "", 0, 1,
                     "Points of obstacles are followed in both images: how they move is told to the filter (joint) and "
                     "to the obstacles."},
@@ -287,32 +249,20 @@ struct FilterConfig {
 };
 
 struct TrackingConfig {
-  double gate_m{1.5};
   int confirm_frames{3};
   double coast_s{1.0};
-  double acceleration_mps2{4.0};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"gate_m", "m", 0.1, 10, "Farthest a cluster may lie from a track's prediction."}, self.gate_m);
     visit(Parameter{"confirm_frames", "frames", 1, 50, "Sightings before an obstacle counts as confirmed."},
           self.confirm_frames);
     visit(Parameter{"coast_s", "s", 0, 10, "How long an obstacle that is not seen is carried on."}, self.coast_s);
-    visit(Parameter{"acceleration_mps2", "m/s²", 0.1, 30, "Process noise of an obstacle's constant-velocity model."},
-          self.acceleration_mps2);
   }
 };
 
-/// What a vehicle can do: poses that would need more are taken for a jump of their source. And for how long a frame
-/// tells how things go on.
+/// Poses over time.
 struct MotionConfig {
   bool notice_jumps{true};
-  double speed_max_mps{70};
-  double acceleration_max_mps2{12};
-  double yaw_rate_max_degps{120};
-  double yaw_acceleration_max_degps2{180};
-  double jump_min_m{0.3};
-  double jump_min_deg{1};
   double gap_max_s{5};
 
   template <class Self, class Visitor>
@@ -320,16 +270,6 @@ struct MotionConfig {
     visit(Parameter{"notice_jumps", "", 0, 1,
                     "Where poses jump, go on by the last motion and move the frame of the poses; off: follow them."},
           self.notice_jumps);
-    visit(Parameter{"speed_max_mps", "m/s", 0.1, 200, "Faster, and the poses have jumped."}, self.speed_max_mps);
-    visit(Parameter{"acceleration_max_mps2", "m/s²", 0.1, 200, "Largest change of the velocity, along and across."},
-          self.acceleration_max_mps2);
-    visit(Parameter{"yaw_rate_max_degps", "°/s", 1, 2000, "Turning faster, and the poses have jumped."},
-          self.yaw_rate_max_degps);
-    visit(Parameter{"yaw_acceleration_max_degps2", "°/s²", 1, 20000, "Largest change of the yaw rate."},
-          self.yaw_acceleration_max_degps2);
-    visit(Parameter{"jump_min_m", "m", 0, 10, "Smaller steps off the expected place are noise, not a jump."},
-          self.jump_min_m);
-    visit(Parameter{"jump_min_deg", "°", 0, 45, "The same for the heading."}, self.jump_min_deg);
     visit(Parameter{"gap_max_s", "s", 0.05, 3600,
                     "After more time without a frame everything that was remembered is forgotten, tracks too."},
           self.gap_max_s);
@@ -342,6 +282,7 @@ struct Config {
   MatchingConfig matching;
   GroundConfig ground;
   UDisparityConfig u_disparity;
+  PaperConfig paper;
   ProjectionConfig projection;
   FusionConfig fusion;
   MotionConfig motion;
@@ -354,6 +295,7 @@ struct Config {
     visit(std::string_view{"matching"}, self.matching);
     visit(std::string_view{"ground"}, self.ground);
     visit(std::string_view{"u_disparity"}, self.u_disparity);
+    visit(std::string_view{"paper"}, self.paper);
     visit(std::string_view{"projection"}, self.projection);
     visit(std::string_view{"fusion"}, self.fusion);
     visit(std::string_view{"motion"}, self.motion);

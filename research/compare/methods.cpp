@@ -20,6 +20,7 @@ using Methods = std::vector<CompareMethod>;
 Config with_paper_grid(Config config) {
   const Config paper{preset("paper")};
   config.u_disparity = paper.u_disparity;
+  config.paper = paper.paper;
   config.projection = paper.projection;
   return config;
 }

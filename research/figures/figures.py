@@ -27,6 +27,10 @@ def sheet(title, lines, width, height):
     return figure
 
 
+def bin_parameters(run):
+    return {**run.config["u_disparity"], **run.config["paper"]}
+
+
 def source_line(run, place):
     return f"{run.source}, frame {run.names[place]}."
 
@@ -95,7 +99,7 @@ def figure_3(run, place):
 def figure_4(run, place, without_gaussian):
     name = run.names[place]
     stages, grids = run.arrays("stages", name), run.arrays("grids", name)
-    config = run.config["u_disparity"]
+    config = bin_parameters(run)
     figure = sheet("Figure 4. What the Gaussian and the temporal filter do", [
         f"{source_line(run, place)} Gaussian: {config['sigma_disparity']:g} px along disparity, "
         f"{config['sigma_column']:g} px along columns.", filter_line(run, place)], 14, 8)
@@ -132,7 +136,7 @@ def figure_6(run, place, compared):
 
 def figure_7(run, place):
     places = [place - i * MOMENT_STEP for i in range(MOMENTS) if place >= i * MOMENT_STEP]
-    height_m = run.config["u_disparity"]["obstacle_height_m"]
+    height_m = bin_parameters(run)["obstacle_height_m"]
     figure = sheet("Figure 7. The result on the camera image", [
         f"{run.source}. Image and u-disparity grid: P(T) before the Gaussian; slabs are {height_m:g} m high.",
         f"Filtered: from frame {run.names[0]} on, filter.model = {run.config['filter']['model']}."],
@@ -157,7 +161,7 @@ def figure_8(run, place, rates):
     for (layer, text), row in zip((("observed", "frame alone"), ("occupancy", "filtered")),
                                   figure.subplots(2, len(runs), squeeze=False)):
         for other, axes in zip(runs, row):
-            config = other.config["u_disparity"]
+            config = bin_parameters(other)
             rated = f"P_FP = {config['false_positive']:g}, P_FN = {config['false_negative']:g}"
             panels.grid(axes, other.arrays("grids", name)[layer], run, f"{text}, {rated}")
     return figure
@@ -182,7 +186,7 @@ def draw(folder, frame=None, without_gaussian=None, rates=(), compared=None):
     arrays = {}
     if compared is not None and (Path(compared) / f"{name}.npz").is_file():
         arrays = dict(np.load(Path(compared) / f"{name}.npz"))
-    config = run.config["u_disparity"]
+    config = bin_parameters(run)
     with matplotlib.rc_context(STYLE):
         figures = {1: figure_1(config), 2: figure_2(config), 3: figure_3(run, place), 7: figure_7(run, place)}
         left_out = []

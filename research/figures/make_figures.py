@@ -34,9 +34,9 @@ def make_runs(source, work, programs, options):
         source = work / source.replace("/", "_")
     run(tool, "run", source, "--out", work / "run", "--save-stages", *options)
     run(tool, "run", source, "--out", work / "without_gaussian", *options,
-        *settings(("u_disparity.sigma_disparity=0", "u_disparity.sigma_column=0")))
+        *settings(("paper.sigma_disparity=0", "paper.sigma_column=0")))
     for rate in RATES:
-        run(tool, "run", source, "--out", work / rate, *options, *settings((f"u_disparity.{rate}={RAISED}",)))
+        run(tool, "run", source, "--out", work / rate, *options, *settings((f"paper.{rate}={RAISED}",)))
     try:
         run(programs / "stereogrid-compare", source, "--grids", work / "compared", "--only", "nearest_obstacle", *options)
     except subprocess.CalledProcessError as error:

@@ -15,6 +15,11 @@ constexpr int parts_of_a_thread{4};
 
 constexpr float never{std::numeric_limits<float>::infinity()};
 
+/// Occupancy assumed outside the window; joint form.
+constexpr float border_occupancy{0.2f};
+/// Prior of standstill for mass that appears where the frame before saw free ground; at most static_prior.
+constexpr float appearing_static{0.4f};
+
 }  // namespace
 
 std::vector<double> velocity_axis(const FilterConfig& config) {
@@ -150,7 +155,7 @@ void set_noise(const FilterConfig& config, double dt_s, int velocities, FilterSt
     step.prior_static = static_cast<float>(config.static_prior);
     step.prior_moving = static_cast<float>((1 - config.static_prior) / others);
   }
-  step.appearing_static = std::min(step.prior_static, static_cast<float>(config.appearing_static));
+  step.appearing_static = std::min(step.prior_static, appearing_static);
   step.appearing_moving = static_cast<float>((1 - static_cast<double>(step.appearing_static)) / others);
 }
 
@@ -163,7 +168,7 @@ FilterStep step_of(const FilterInput& input) {
   const auto forgetting = [&](double time_s) { return static_cast<float>((1 - std::exp(-input.dt_s / time_s)) / 2); };
   step.forgetting = forgetting(config.forgetting_s);
   step.forgetting_in_view = forgetting(config.forgetting_in_view_s);
-  step.border_occupancy = config.model == FilterModel::joint ? static_cast<float>(config.border_occupancy) : 0.5f;
+  step.border_occupancy = config.model == FilterModel::joint ? border_occupancy : 0.5f;
   const GridGeometry& grid{input.geometry};
   const CameraView& view{input.view};
   step.camera_x = static_cast<float>((view.camera.x_m - grid.x_min_m) / grid.cell_size_m - 0.5);

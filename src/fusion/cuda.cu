@@ -20,7 +20,7 @@ __global__ void fuse_cells(const OtherGridsOnDevice::List* others, const GridInV
   IndependentPool pool;
   pool.add(static_cast<double>(cells(ix, iy)), config.stereo_confidence);
   const Point2 centre{grid->centre(ix, iy)};
-  for (int i{0}; i < count; ++i) add(others->grids[i], centre, config.other_confidence, pool);
+  for (int i{0}; i < count; ++i) add(others->grids[i], centre, pool);
   cells(ix, iy) = static_cast<float>(pool.probability());
 }
 

@@ -35,7 +35,7 @@ struct OtherCells {
 };
 
 /// What another source says of the place `at`: its cell that holds it, if there is one.
-STEREOGRID_HD inline void add(const OtherCells& other, Point2 at, double confidence, IndependentPool& pool) {
+STEREOGRID_HD inline void add(const OtherCells& other, Point2 at, IndependentPool& pool) {
   // another source must not make a cell so certain that nothing could change it any more
   constexpr double surest{0.999};
   const GridGeometry& grid{other.geometry};
@@ -45,7 +45,7 @@ STEREOGRID_HD inline void add(const OtherCells& other, Point2 at, double confide
   const std::ptrdiff_t cell{static_cast<std::ptrdiff_t>(iy) * grid.nx + static_cast<std::ptrdiff_t>(ix)};
   const double said{other.occupancy[cell]};
   const double p{said < 1 - surest ? 1 - surest : (said > surest ? surest : said)};
-  pool.add(p, confidence * (other.confidence == nullptr ? 1.0 : static_cast<double>(other.confidence[cell])));
+  pool.add(p, other.confidence == nullptr ? 1.0 : static_cast<double>(other.confidence[cell]));
 }
 
 }  // namespace stereogrid

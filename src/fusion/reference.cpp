@@ -21,7 +21,7 @@ void fuse_rows(std::span<const ObservedGrid> others, const GridInVehicle& grid, 
       IndependentPool pool;
       pool.add(static_cast<double>(cells(ix, iy)), config.stereo_confidence);
       for (const ObservedGrid& other : others) {
-        add(cells_of(other), grid.centre(ix, iy), config.other_confidence, pool);
+        add(cells_of(other), grid.centre(ix, iy), pool);
       }
       cells(ix, iy) = static_cast<float>(pool.probability());
     }

@@ -188,6 +188,11 @@ STEREOGRID_HD inline Ground calibrated_ground(const Rig& rig, const GroundConfig
   return ground;
 }
 
+/// Random walk of the plane within a second (standard deviations): height in m, pitch and roll in rad.
+constexpr double height_noise_m{0.03};
+constexpr double pitch_noise_rad{0.5 * 3.14159265358979323846 / 180};
+constexpr double roll_noise_rad{pitch_noise_rad};
+
 /// A standard deviation that has grown for `dt_s`, to at most `most`.
 STEREOGRID_HD inline double grown(double sigma, double noise, double dt_s, double most) {
   constexpr double least{1e-5};  // m, rad: gates may be 0, covariances must have an inverse
@@ -201,10 +206,9 @@ STEREOGRID_HD inline Ground predicted(const Rig& rig, const GroundConfig& config
   const Ground widest{calibrated_ground(rig, config)};
   Ground ground{previous};
   ground.estimated = false;
-  ground.height_sigma_m = grown(previous.height_sigma_m, config.height_noise_m, dt_s, widest.height_sigma_m);
-  ground.pitch_sigma_rad =
-      grown(previous.pitch_sigma_rad, radians(config.pitch_noise_deg), dt_s, widest.pitch_sigma_rad);
-  ground.roll_sigma_rad = grown(previous.roll_sigma_rad, radians(config.roll_noise_deg), dt_s, widest.roll_sigma_rad);
+  ground.height_sigma_m = grown(previous.height_sigma_m, height_noise_m, dt_s, widest.height_sigma_m);
+  ground.pitch_sigma_rad = grown(previous.pitch_sigma_rad, pitch_noise_rad, dt_s, widest.pitch_sigma_rad);
+  ground.roll_sigma_rad = grown(previous.roll_sigma_rad, roll_noise_rad, dt_s, widest.roll_sigma_rad);
   // What was added is independent: covariances stay, so correlations shrink.
   const double height{clamped(previous.height_sigma_m / ground.height_sigma_m, 0, 1)};
   const double pitch{clamped(previous.pitch_sigma_rad / ground.pitch_sigma_rad, 0, 1)};

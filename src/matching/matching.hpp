@@ -22,6 +22,9 @@ namespace stereogrid {
 class Cpu;
 struct Reference;
 
+/// The road hypothesis searches this far on both sides of the ground plane's disparity.
+constexpr int road_margin_px{3};
+
 /// A range of shifts to search: first … first + count − 1.
 struct Shifts {
   int first{0};
@@ -72,7 +75,7 @@ void find_candidates(Reference& reference, View<const std::uint8_t> left, View<c
 
 /// The shifts of the two hypotheses.
 Shifts upright_shifts(const MatchingConfig& config);
-Shifts road_shifts(const MatchingConfig& config);
+Shifts road_shifts();
 
 /// Sum of |L(u+1) − L(u−1)| that a window must have. Semi-global matching carries disparities over blank places: 0.
 int least_texture(const MatchingConfig& config);

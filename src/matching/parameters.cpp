@@ -10,11 +10,11 @@
 namespace stereogrid {
 
 Shifts upright_shifts(const MatchingConfig& config) {
-  return {config.min_disparity, config.disparities - config.min_disparity};
+  return {0, config.disparities};
 }
 
-Shifts road_shifts(const MatchingConfig& config) {
-  return {-config.road_margin_px, 2 * config.road_margin_px + 1};
+Shifts road_shifts() {
+  return {-road_margin_px, 2 * road_margin_px + 1};
 }
 
 int least_texture(const MatchingConfig& config) {
@@ -46,8 +46,11 @@ int uniqueness_1024(const MatchingConfig& config) {
   return static_cast<int>(std::lround(config.uniqueness * 1024));
 }
 
-Penalties penalties_of(const MatchingConfig& config) {
-  return {config.penalty_step, 2 * config.penalty_step, config.penalty_jump, config.penalty_change};
+Penalties penalties() {
+  constexpr int step{7};     // one disparity up or down to the next pixel; twice that on the road
+  constexpr int jump{40};    // any other change of disparity or hypothesis
+  constexpr int change{20};  // an upright surface that begins on the road, at the same disparity
+  return {step, 2 * step, jump, change};
 }
 
 }  // namespace stereogrid

@@ -11,6 +11,15 @@ namespace {
 
 constexpr double degree{3.14159265358979323846 / 180};
 
+// Limits of a road vehicle. Poses beyond them count as a jump of their source.
+constexpr double speed_max_mps{70};
+constexpr double acceleration_max_mps2{12};  // along and across
+constexpr double yaw_rate_max_degps{120};
+constexpr double yaw_acceleration_max_degps2{180};
+// Smaller steps off the expected pose are noise.
+constexpr double jump_min_m{0.3};
+constexpr double jump_min_deg{1};
+
 std::string text_of(const Pose2& jump) {
   std::array<char, 160> text{};
   std::snprintf(text.data(), text.size(),
@@ -24,8 +33,8 @@ std::string text_of(const Pose2& jump) {
 // None where it is no vehicle's: within next to no time the noise of a pose is a fantastic speed.
 std::optional<EgoMotion::Rate> EgoMotion::rate_of(const Pose2& motion) const {
   const Rate rate{motion.x_m / since_pose_s_, motion.y_m / since_pose_s_, motion.yaw_rad / since_pose_s_};
-  const bool is_possible{std::hypot(rate.x_mps, rate.y_mps) <= config_.speed_max_mps &&
-                         std::abs(rate.yaw_radps) <= degree * config_.yaw_rate_max_degps};
+  const bool is_possible{std::hypot(rate.x_mps, rate.y_mps) <= speed_max_mps &&
+                         std::abs(rate.yaw_radps) <= degree * yaw_rate_max_degps};
   return is_possible ? std::optional{rate} : std::nullopt;
 }
 
@@ -35,8 +44,8 @@ Pose2 EgoMotion::motion_of(const std::optional<Rate>& rate, double dt_s) {
 }
 
 bool EgoMotion::is_drivable(const Pose2& motion) const {
-  return std::hypot(motion.x_m, motion.y_m) <= config_.jump_min_m + config_.speed_max_mps * since_pose_s_ &&
-         std::abs(motion.yaw_rad) <= degree * (config_.jump_min_deg + config_.yaw_rate_max_degps * since_pose_s_);
+  return std::hypot(motion.x_m, motion.y_m) <= jump_min_m + speed_max_mps * since_pose_s_ &&
+         std::abs(motion.yaw_rad) <= degree * (jump_min_deg + yaw_rate_max_degps * since_pose_s_);
 }
 
 // A mean rate belongs to the middle of its interval: from middle to middle it may have changed by the acceleration.
@@ -46,8 +55,8 @@ bool EgoMotion::follows(const Pose2& motion, const std::optional<Rate>& rate) co
   const double gain_s2{since_pose_s_ * (since_pose_s_ + before_s_) / 2};
   const double off_m{std::hypot(motion.x_m - expected.x_m, motion.y_m - expected.y_m)};
   const double off_rad{std::abs(std::remainder(motion.yaw_rad - expected.yaw_rad, 360 * degree))};
-  return off_m <= config_.jump_min_m + config_.acceleration_max_mps2 * gain_s2 &&
-         off_rad <= degree * (config_.jump_min_deg + config_.yaw_acceleration_max_degps2 * gain_s2);
+  return off_m <= jump_min_m + acceleration_max_mps2 * gain_s2 &&
+         off_rad <= degree * (jump_min_deg + yaw_acceleration_max_degps2 * gain_s2);
 }
 
 EgoMotion::Placing EgoMotion::place_without_pose(double dt_s) {

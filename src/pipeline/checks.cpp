@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "matching/matching.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid {
@@ -20,7 +21,7 @@ constexpr double matching_bytes_max{64.0 * (1 << 30)};
 // Semi-global matching keeps a byte for each pixel and label.
 double matching_bytes(const MatchingConfig& config, const Rig& rig) {
   const double disparities{config.disparities == 0 ? 256.0 : config.disparities};
-  return (disparities + 2.0 * config.road_margin_px + 1) * rig.width_px * rig.height_px;
+  return (disparities + 2.0 * road_margin_px + 1) * rig.width_px * rig.height_px;
 }
 
 void check_grid(const ObservedGrid& grid, const std::string& frame_name) {
@@ -71,8 +72,6 @@ void check(const Config& config, const Rig& rig, const PipelineOptions& options)
   require(std::max(rig.width_px, rig.height_px) <= image_side_max,
           "rig: images of up to 16384 × 16384 can be matched.");
   require(config.matching.disparities != 1, "matching.disparities must be 0 (automatic) or at least 2.");
-  require(config.matching.disparities < 2 || config.matching.min_disparity <= config.matching.disparities - 2,
-          "matching.min_disparity must be at least 2 below matching.disparities.");
   require(config.matching.method != MatchingMethod::semi_global ||
               matching_bytes(config.matching, rig) <= matching_bytes_max,
           "matching.method=semi_global would take more than 64 GiB; take fewer disparities or smaller images.");

@@ -9,7 +9,7 @@ HostSpace::HostSpace(const Config& config, const Rig& level_rig, const GridGeome
       matches{level_rig.width_px, level_rig.height_px},
       matching{level_rig.width_px, level_rig.height_px, config.matching, threads},
       ground_samples{level_rig.width_px, level_rig.height_px},
-      u_disparity_tables{config.u_disparity, level_rig.height_px, config.matching.window_px},
+      u_disparity_tables{{config.u_disparity, config.paper}, level_rig.height_px, config.matching.window_px},
       u_disparity{level_rig.width_px, level_rig.height_px, config.matching.disparities, threads},
       projection{level_rig.width_px, config.matching.disparities},
       rays{level_rig.width_px, level_rig.height_px,

@@ -36,8 +36,8 @@ int automatic_disparities(const Config& config, const Rig& level_rig) {
   const RoadPlane road{road_plane(level_rig, calibrated_ground(level_rig, config.ground))};
   const int last_row{level_rig.height_px - 1};
   const double nearest_px{std::max(road.disparity(0, last_row), road.disparity(level_rig.width_px - 1, last_row))};
-  const int wanted{std::max({level_rig.width_px / 10, config.matching.min_disparity + 2,
-                             clamped_to_int(std::clamp(nearest_px, 0.0, 1.0 * disparities_max)) + 2})};
+  const int wanted{
+      std::max(level_rig.width_px / 10, clamped_to_int(std::clamp(nearest_px, 0.0, 1.0 * disparities_max)) + 2)};
   return std::clamp((wanted + disparities_step - 1) / disparities_step * disparities_step, disparities_min,
                     disparities_max);
 }

@@ -19,7 +19,6 @@ inline FilterConfig method_config(FilterModel model) {
   config.velocity_noise = 0.01;
   config.likelihood_exponent = 1;
   config.static_prior = 0.5;
-  config.border_occupancy = 0.2;
   return config;
 }
 

@@ -44,7 +44,6 @@ inline MatchingConfig config_of(int window_px, int disparities) {
   MatchingConfig config{permissive_config()};
   config.window_px = window_px;
   config.disparities = disparities;
-  config.road_margin_px = 1 + window_px % 4;
   config.texture = 3;
   config.uniqueness = 0.05;
   config.speckle_px = config.road_speckle_px = 4;
@@ -80,9 +79,8 @@ inline void expect_equal_to_reference(const Pair& pair, const RoadPlane& plane, 
     ASSERT_EQ(simd_target(), name_of_target(target));
     for (const int threads : thread_counts) {
       SCOPED_TRACE(testing::Message() << pair.left.width() << " × " << pair.left.height() << ", window "
-                                      << config.window_px << ", disparities " << config.disparities << ", road ±"
-                                      << config.road_margin_px << ", " << simd_target() << ", " << threads
-                                      << " threads");
+                                      << config.window_px << ", disparities " << config.disparities << ", "
+                                      << simd_target() << ", " << threads << " threads");
       Cpu cpu{threads};
       expect_equal(expected, MatchRun{cpu, pair.left, pair.right, plane, config});
     }

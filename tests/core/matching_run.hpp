@@ -14,7 +14,6 @@ inline MatchingConfig permissive_config() {
   config.method = MatchingMethod::correlation;
   config.disparities = 32;
   config.window_px = 9;
-  config.road_margin_px = 3;
   config.uniqueness = 0;
   config.texture = 0;
   config.cost_limit = 1;

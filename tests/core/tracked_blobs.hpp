@@ -12,10 +12,8 @@ namespace stereogrid::test {
 
 inline TrackingConfig plain_config() {
   TrackingConfig config;
-  config.gate_m = 1.5;
   config.confirm_frames = 3;
   config.coast_s = 1.0;
-  config.acceleration_mps2 = 3;
   return config;
 }
 

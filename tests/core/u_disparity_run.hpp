@@ -10,7 +10,7 @@ namespace stereogrid::test {
 /// rubbish before, so that an element that is left out shows.
 template <class BackEndType>
 StageImages counted(BackEndType& back_end, const Matches& matches, const Rig& rig, const Ground& ground,
-                    const UDisparityConfig& config, int disparities, int window_px) {
+                    const BinConfig& config, int disparities, int window_px) {
   const int width{matches.road.width()};
   const int height{matches.road.height()};
   const Image<float> rubbish{width, disparities, -7.0f};

@@ -60,7 +60,7 @@ TEST(other_grids_are_fused_as_by_the_reference) {
   Reference reference;
   const DeviceBuffer<GridInVehicle> place{one_on_device(cuda, grid)};
   OtherGridsOnDevice others;
-  const FusionConfig config{0.9, 0.8};
+  const FusionConfig config{0.9};
   for (const std::size_t count : {1u, 0u, 2u}) {
     const std::span<const ObservedGrid> given{two.data(), count};
     Image<float> expected{stereo};

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
+#include <string_view>
 
 #include "backend/reference.hpp"
 #include "check.hpp"
@@ -63,7 +64,12 @@ StageImages counted(const Scene& scene, const UDisparityTables& tables) {
   return stages;
 }
 
-void check_equal(const Scene& scene, const UDisparityConfig& config, int window_px) {
+BinConfig of_preset(std::string_view name) {
+  const Config config{preset(name)};
+  return {config.u_disparity, config.paper};
+}
+
+void check_equal(const Scene& scene, const BinConfig& config, int window_px) {
   const UDisparityTables tables{config, scene.rig.height_px, window_px};
   const StageImages expected{counted(scene, tables)};
   Cuda cuda;
@@ -91,10 +97,10 @@ TEST(counts_and_probabilities_are_those_of_the_reference) {
   Random random{3};
   const Ground tilted{1.4, 0.03, -0.06};
   for (const std::string_view name : {"default", "paper"}) {
-    check_equal(random_scene(97, 61, 23, tilted, random), preset(name).u_disparity, 9);
-    check_equal(random_scene(33, 140, 64, {1.65, -0.02, 0.1}, random), preset(name).u_disparity, 21);
-    check_equal(street_scene({1.65, 0, 0}, random), preset(name).u_disparity, 9);
-    check_equal(street_scene(tilted, random), preset(name).u_disparity, 9);
+    check_equal(random_scene(97, 61, 23, tilted, random), of_preset(name), 9);
+    check_equal(random_scene(33, 140, 64, {1.65, -0.02, 0.1}, random), of_preset(name), 21);
+    check_equal(street_scene({1.65, 0, 0}, random), of_preset(name), 9);
+    check_equal(street_scene(tilted, random), of_preset(name), 9);
   }
 }
 
@@ -108,7 +114,7 @@ TEST(counts_of_odd_sizes) {
 // Seen under obstacles lower than the camera, rays leave the bins again.
 TEST(counts_of_rays_that_leave) {
   Random random{7};
-  UDisparityConfig config;
+  BinConfig config;
   config.obstacle_height_m = 0.6;
   config.obstacle_min_height_m = 0.2;
   for (const RoadRays rays : {RoadRays::none, RoadRays::visible}) {
@@ -120,7 +126,7 @@ TEST(counts_of_rays_that_leave) {
 
 TEST(smoothing_with_other_widths) {
   Random random{15};
-  UDisparityConfig config;
+  BinConfig config;
   config.sigma_column = 4;
   config.sigma_disparity = 2.2;
   check_equal(random_scene(41, 50, 37, {1.5, 0, 0}, random), config, 5);

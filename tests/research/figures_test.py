@@ -97,7 +97,7 @@ class OfARun(unittest.TestCase):
         np.testing.assert_array_equal(matched, np.maximum(stages["obstacle_disparity"], stages["road_disparity"]))
 
     def test_the_formulas_are_the_pipelines(self):
-        stages, config = self.drawn_run.arrays("stages", "000002"), self.drawn_run.config["u_disparity"]
+        stages, config = self.drawn_run.arrays("stages", "000002"), figures.bin_parameters(self.drawn_run)
         rows, columns = stages["u_occupancy"].shape
         observed = np.divide(stages["observed_pixels"], stages["visible"], where=stages["visible"] > 0,
                              out=np.zeros((rows, columns)))
@@ -178,7 +178,7 @@ class OfADrive(unittest.TestCase):
     def test_settings_are_followed(self):
         drive = self.work / "drive"
         stereogrid("simulate", small("street", "&frames=1"), "--out", drive)
-        for name, words in (("as_set", ()), ("other", ("--set", "u_disparity.false_positive=0.2"))):
+        for name, words in (("as_set", ()), ("other", ("--set", "paper.false_positive=0.2"))):
             stereogrid("run", drive, "--out", self.work / name, "--save-stages", "--preset", "paper", *words)
         first, third = ([figures.draw(self.work / name)[0][number].axes for name in ("as_set", "other")]
                         for number in (1, 3))

@@ -86,7 +86,7 @@ void decide(Cuda& cuda, View<const FoundLabel, Device> upright, View<const Found
                       textured,
                       plane,
                       upright_shifts(config).first,
-                      road_shifts(config).first,
+                      road_shifts().first,
                       config.disparities,
                       config.left_right_px,
                       config.subpixel,

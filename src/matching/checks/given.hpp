@@ -17,7 +17,7 @@ namespace stereogrid {
 /// told apart by their height above the road plane.
 
 /// Is a disparity d above or below the road, whose disparity at the pixel is r? A point at height h above a plane at
-/// distance H has d = r·H/(H − h). Both need heights beyond ± given_height_m, and a difference d − r beyond two
+/// distance H has d = r·H/(H − h). Both need heights beyond ± road_height_m, and a difference d − r beyond two
 /// standard deviations: noise of the disparity, and the plane's own, σ² = given_sigma_px² + (r σ_H/H)² + (b/H)² ((f
 /// σ_pitch)² + (x σ_roll)²) with x = u − u0.
 struct HeightTest {
@@ -38,17 +38,18 @@ struct HeightTest {
   float constant;  ///< of margin², px²
   float per_r2;
   float per_x2;
-  float above;  ///< d/r at the height given_height_m
+  float above;  ///< d/r at the height road_height_m
   float below;
 };
 
 STEREOGRID_HD inline HeightTest::HeightTest(const Rig& rig, const Ground& ground, const MatchingConfig& config) {
-  constexpr double significance{2};  // standard deviations
+  constexpr double significance{2};      // standard deviations
+  constexpr double road_height_m{0.15};  // lower above the plane is road
   const auto squared = [](double deviation) {
     return static_cast<float>(significance * deviation * significance * deviation);
   };
   const double scale{rig.baseline_m / ground.height_m};
-  const double share{config.given_height_m / ground.height_m};
+  const double share{road_height_m / ground.height_m};
   constant = squared(config.given_sigma_px) + squared(scale * rig.focal_px * ground.pitch_sigma_rad);
   per_r2 = squared(ground.height_sigma_m / ground.height_m);
   per_x2 = squared(scale * ground.roll_sigma_rad);

@@ -249,7 +249,7 @@ void correlate(Cuda& cuda, const DescribedOnDevice<std::uint8_t>& census, const 
                View<FoundLabel, Device> upright, View<FoundLabel, Device> level) {
   const Correlation task{census.left.view(),
                          {census.right.view(), upright_shifts(config), upright},
-                         {census.sheared.view(), road_shifts(config), level},
+                         {census.sheared.view(), road_shifts(), level},
                          config.window_px / 2,
                          1,
                          uniqueness_1024(config)};

@@ -126,7 +126,7 @@ Candidate best_of(const std::vector<int>& costs, Shifts shifts, int uniqueness) 
 
 void optimise(Reference&, const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config,
               CandidateSink& sink) {
-  const Problem problem{census, plane, penalties_of(config), upright_shifts(config), road_shifts(config)};
+  const Problem problem{census, plane, penalties(), upright_shifts(config), road_shifts()};
   const auto count_of = [](Shifts shifts) { return static_cast<std::size_t>(shifts.count); };
   Image<Labels> sums{problem.width(),
                      problem.height(),

@@ -21,7 +21,7 @@ struct Penalties {
   int change;     ///< P_c: between the hypotheses, where an obstacle may stand on the road
 };
 /// A road step costs twice a step.
-Penalties penalties_of(const MatchingConfig& config);
+Penalties penalties();
 
 /// What semi-global matching compares: census descriptors of the left image, the right image and the sheared right
 /// image.

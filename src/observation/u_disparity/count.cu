@@ -113,7 +113,7 @@ __global__ void __launch_bounds__(count_warps* warp)
 }  // namespace
 
 void count_columns(Cuda& cuda, const MatchViews& matches, const BinRowsOnDevice& rows, UDisparityOnDevice& space) {
-  const UDisparityConfig& config{space.config};
+  const BinConfig& config{space.config};
   const int disparities{space.occupancy.height()};
   launch(cuda, count_block, blocks_for(matches.road.width, warp), count_warps * warp,
          static_cast<std::size_t>(ColumnCounts::size(disparities)) * sizeof(unsigned),

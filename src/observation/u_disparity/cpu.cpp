@@ -18,7 +18,7 @@ constexpr int bins_grain{8};
 constexpr std::size_t taps_max{2 * 60 + 1};  // of sigma_column 20
 
 // N_V, N_O and the road's bins in columns begin … end − 1, which have one shift.
-void count_block(const Matches& matches, const UDisparityConfig& config, ColumnRange columns,
+void count_block(const Matches& matches, const BinConfig& config, ColumnRange columns,
                  std::vector<std::uint16_t>& counts, UDisparitySpace& space, StageImages& stages) {
   const int begin{columns.begin};
   const int width{columns.end - begin};
@@ -32,7 +32,7 @@ void count_block(const Matches& matches, const UDisparityConfig& config, ColumnR
               counts.data());
 }
 
-void count_pixel_bins(Cpu& cpu, const Matches& matches, const UDisparityConfig& config, UDisparitySpace& space,
+void count_pixel_bins(Cpu& cpu, const Matches& matches, const BinConfig& config, UDisparitySpace& space,
                       StageImages& stages) {
   space.rows.cut(block_columns);
   const int parts{static_cast<int>(space.counts.size())};
@@ -59,7 +59,7 @@ void sum_road_columns(UDisparitySpace& space, int d) {
 }
 
 void infer_row(const UDisparityTables& tables, const UDisparitySpace& space, int d, StageImages& stages) {
-  const UDisparityConfig& config{tables.config};
+  const BinConfig& config{tables.config};
   const RowRange rows{space.rows.rows[static_cast<std::size_t>(d)]};
   const int road_before{std::max(d - 1, 0)};
   const int road_behind{std::min(d + 1, stages.occupancy.height())};

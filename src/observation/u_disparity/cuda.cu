@@ -195,7 +195,7 @@ BinRowsOnDevice UDisparityOnDevice::rows() {
 }
 
 void count(Cuda& cuda, const MatchViews& matches, const Rig& rig, const Ground* ground, UDisparityOnDevice& space) {
-  const UDisparityConfig& config{space.config};
+  const BinConfig& config{space.config};
   const int width{matches.road.width};
   const int height{matches.road.height};
   const int disparities{space.occupancy.height()};

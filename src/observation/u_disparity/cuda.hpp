@@ -28,7 +28,7 @@ struct UDisparityOnDevice {
 
   [[nodiscard]] BinRowsOnDevice rows();
 
-  UDisparityConfig config;
+  BinConfig config;
   int half_window;
   DeviceBuffer<float> miss;
   DeviceBuffer<float> road_factor;

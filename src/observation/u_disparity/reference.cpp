@@ -12,7 +12,7 @@ namespace stereogrid {
 namespace {
 
 // Equations 9 to 12 for one bin, as they are written.
-void count_bin(const Matches& matches, const BinRows& bins, const UDisparityConfig& config, int u, int d,
+void count_bin(const Matches& matches, const BinRows& bins, const BinConfig& config, int u, int d,
                StageImages& stages) {
   int visible{0};
   int observed{0};
@@ -44,7 +44,7 @@ int possible_at(const BinRows& bins, int u, int d) {
 }
 
 void infer_bin(const UDisparityTables& tables, const UDisparitySpace& space, int u, int d, StageImages& stages) {
-  const UDisparityConfig& config{tables.config};
+  const BinConfig& config{tables.config};
   const BinConstants<float> constants{
       bin_constants(static_cast<float>(config.false_positive), static_cast<float>(config.false_negative))};
   const float visible{visibility_of(stages.visible(u, d), possible_at(space.rows, u, d))};

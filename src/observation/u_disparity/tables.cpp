@@ -10,7 +10,7 @@
 
 namespace stereogrid {
 
-UDisparityTables::UDisparityTables(const UDisparityConfig& parameters, int image_height, int window_px)
+UDisparityTables::UDisparityTables(const BinConfig& parameters, int image_height, int window_px)
     : config{parameters},
       half_window{window_px / 2},
       miss(static_cast<std::size_t>(pair_index(image_height + 1, 0))),
@@ -26,7 +26,7 @@ UDisparityTables::UDisparityTables(const UDisparityConfig& parameters, int image
   }
 }
 
-float miss_of(const UDisparityConfig& config, int visible, int observed) {
+float miss_of(const BinConfig& config, int visible, int observed) {
   if (visible == 0) return 1;
   const double share{static_cast<double>(observed) / (visible + config.small_count_guard)};
   return static_cast<float>(std::exp(-share / config.tau_obstacle));

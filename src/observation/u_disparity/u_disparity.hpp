@@ -14,13 +14,16 @@
 
 namespace stereogrid {
 
+/// Parameters of the bins: the volume above the ground, and the paper's model.
+struct BinConfig : UDisparityConfig, PaperConfig {};
+
 /// exp() of the small integers that the probabilities are made of, and the smoothing weights. Built once.
 struct UDisparityTables {
-  UDisparityTables(const UDisparityConfig& config, int image_height, int window_px);
+  UDisparityTables(const BinConfig& config, int image_height, int window_px);
 
   [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(miss, weights_column, weights_disparity); }
 
-  UDisparityConfig config;
+  BinConfig config;
   int half_window{0};                   ///< with left_border, bins with u < d + this stay unknown
   std::vector<float> miss;              ///< [pair_index(N_V, N_O)]: exp(−r_O/τ_O) = 1 − P(C)
   std::array<float, 10> road_factor{};  ///< [road cells among 9]: exp(−(1−r_R)/τ_R)
@@ -29,7 +32,7 @@ struct UDisparityTables {
 };
 
 /// exp(−r_O/τ_O) with r_O = N_O/(N_V + guard), 0 where N_V = 0. eq. 12, 13.
-float miss_of(const UDisparityConfig& config, int visible, int observed);
+float miss_of(const BinConfig& config, int visible, int observed);
 
 /// The Gaussian's integrals over bins, |k| ≤ ceil(3σ), sum 1. docs/method.md §5.5.
 std::vector<float> gaussian_weights(double sigma);

@@ -13,6 +13,10 @@ namespace {
 
 /// In association, a difference of 1 m/s counts like so many metres.
 constexpr double velocity_weight_s{0.4};
+/// Maximum distance between a cluster and the prediction of its track.
+constexpr double gate_m{1.5};
+/// Process noise of the constant-velocity model.
+constexpr double acceleration_mps2{4};
 /// … what no points have been followed on, where it may be something that moves, like so many, …
 constexpr double unmeasured_mover_m{0.3};
 /// … and a metre of difference in height, as far as it goes: a kerb is not the cyclist before it.
@@ -73,7 +77,7 @@ void Tracker::update(const GridLayers& world, const std::vector<Cluster>& cluste
     // while it is not seen, only what points have shown to move goes on
     if (track.unseen_s > 0 && (track.moving < evidence_of_frame || is_held(track))) track.motion.stand_still();
     const Point2 before{track.motion.place()};
-    track.motion.predict(dt_s, config_.acceleration_mps2);
+    track.motion.predict(dt_s, acceleration_mps2);
     const Point2 after{track.motion.place()};
     track.moved = {track.moved.x + after.x - before.x, track.moved.y + after.y - before.y};
     track.age_s += dt_s;
@@ -110,7 +114,7 @@ std::optional<double> Tracker::distance(const Track& track, const Cluster& clust
                                  cluster.centre.y - track.shape.centre.y - track.moved.y)};
   const double gap_m{track.shape.bounds.gap_to(cluster.bounds, track.moved)};
   const double half_m{0.5 * std::max(track.shape.length_m, cluster.length_m)};
-  if (gap_m > config_.gate_m || away_m > config_.gate_m + half_m) return std::nullopt;
+  if (gap_m > gate_m || away_m > gate_m + half_m) return std::nullopt;
   const double longer_m{std::abs(cluster.length_m - track.shape.length_m)};
   if (track.is_merged && std::max(away_m, longer_m) > parted_within_m) return std::nullopt;
   const Point2 velocity{track.motion.velocity()};

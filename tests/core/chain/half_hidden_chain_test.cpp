@@ -70,7 +70,7 @@ TEST(HalfHidden, APersonIsFoundAsFarAsThePapersEquationsAllow) {
     expect_a_nearer_obstacle(person, result);
     const double visibility{result.stages.visibility(person.column(), person.bin())};
     EXPECT_NEAR(visibility, 0.5, 0.05) << i;
-    const double allowed{visibility * (1 - config.u_disparity.false_positive) + (1 - visibility) / 2};
+    const double allowed{visibility * (1 - config.paper.false_positive) + (1 - visibility) / 2};
     EXPECT_NEAR(result.stages.occupancy(person.column(), person.bin()), allowed, 0.01) << i;
     EXPECT_GT(at_person(person, result, result.observed), 0.6) << i;
   }

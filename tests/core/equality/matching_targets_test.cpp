@@ -95,17 +95,6 @@ TEST(MatchingTargets, LargestCosts) {
   }
 }
 
-TEST(MatchingTargets, EveryRoadMargin) {
-  std::mt19937 generator{113};
-  for (int margin{1}; margin <= 15; ++margin) {
-    MatchingConfig config{config_of(5, 17)};
-    config.road_margin_px = margin;
-    const Pair pair{textured_pair({37, 7}, generator)};
-    expect_equal_to_reference(pair, rolled_plane, config, {1, 8});
-    expect_equal_to_reference(pair, rolled_plane, semi_global(config), {2});
-  }
-}
-
 // A row or a column of pixels, and one pixel, in more parts than there are rows.
 TEST(MatchingTargets, NarrowAndFlatImages) {
   std::mt19937 generator{127};
@@ -130,8 +119,6 @@ MatchingConfig random_config(std::mt19937& generator) {
   config.method = uniform_int(generator, 0, 2) == 0 ? MatchingMethod::semi_global : MatchingMethod::correlation;
   config.window_px = 3 + 2 * uniform_int(generator, 0, uniform_int(generator, 0, 3) == 0 ? 19 : 6);
   config.disparities = uniform_int(generator, 2, uniform_int(generator, 0, 3) == 0 ? 256 : 70);
-  config.min_disparity = uniform_int(generator, 0, 1) == 0 ? 0 : uniform_int(generator, 0, config.disparities - 2);
-  config.road_margin_px = uniform_int(generator, 1, uniform_int(generator, 0, 1) == 0 ? 15 : 4);
   config.uniqueness = any_of(0, 0.02, 0.1, 1);
   config.texture = any_of(0, 1, 20);
   config.cost_limit = any_of(0.2, 0.37, 1);
@@ -139,9 +126,6 @@ MatchingConfig random_config(std::mt19937& generator) {
   config.speckle_px = static_cast<int>(any_of(0, 3, 60));
   config.road_speckle_px = static_cast<int>(any_of(0, 3, 60));
   config.subpixel = uniform_int(generator, 0, 3) != 0;
-  config.penalty_step = uniform_int(generator, 0, 100);
-  config.penalty_jump = uniform_int(generator, 1, 190);
-  config.penalty_change = uniform_int(generator, 0, 190);
   return config;
 }
 

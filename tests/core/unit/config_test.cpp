@@ -81,15 +81,15 @@ TEST(Config, PaperPresetHasThePapersValues) {
   EXPECT_EQ(config.matching.window_px, 21);
   EXPECT_FALSE(config.matching.subpixel);
   EXPECT_EQ(config.u_disparity.obstacle_height_m, 1.8);
-  EXPECT_EQ(config.u_disparity.false_positive, 0.02);
-  EXPECT_EQ(config.u_disparity.false_negative, 0.02);
-  EXPECT_EQ(config.u_disparity.tau_obstacle, 0.1);
-  EXPECT_EQ(config.u_disparity.tau_road, 0.1);
-  EXPECT_EQ(config.u_disparity.sigma_disparity, 0.5);
-  EXPECT_EQ(config.u_disparity.sigma_column, 1.5);
-  EXPECT_EQ(config.u_disparity.road_rays, RoadRays::none);
-  EXPECT_EQ(config.u_disparity.small_count_guard, 0);
-  EXPECT_FALSE(config.u_disparity.left_border);
+  EXPECT_EQ(config.paper.false_positive, 0.02);
+  EXPECT_EQ(config.paper.false_negative, 0.02);
+  EXPECT_EQ(config.paper.tau_obstacle, 0.1);
+  EXPECT_EQ(config.paper.tau_road, 0.1);
+  EXPECT_EQ(config.paper.sigma_disparity, 0.5);
+  EXPECT_EQ(config.paper.sigma_column, 1.5);
+  EXPECT_EQ(config.paper.road_rays, RoadRays::none);
+  EXPECT_EQ(config.paper.small_count_guard, 0);
+  EXPECT_FALSE(config.paper.left_border);
   EXPECT_EQ(config.filter.model, FilterModel::tay2008);
   EXPECT_EQ(config.filter.likelihood_exponent, 1);
   EXPECT_EQ(config.filter.static_prior, 0) << "all velocities alike";
@@ -155,7 +155,7 @@ TEST(Config, FractionsSurviveAsText) {
 TEST(Config, UnknownKeySuggestsTheNearest) {
   EXPECT_NE(message_of_set("grid.lenght_m", "20").find("'grid.length_m'"), std::string::npos);
   EXPECT_NE(message_of_set("matching.windowpx", "21").find("'matching.window_px'"), std::string::npos);
-  EXPECT_NE(message_of_set("left_borde", "true").find("'u_disparity.left_border'"), std::string::npos);
+  EXPECT_NE(message_of_set("left_borde", "true").find("'paper.left_border'"), std::string::npos);
   EXPECT_THROW(static_cast<void>(get(Config{}, "grid.height_m")), ConfigError);
 }
 
@@ -185,29 +185,36 @@ TEST(Config, SwitchesAreWrittenInManyWays) {
   }
 }
 
+TEST(Config, ParametersOfThePaperAreFoundUnderTheirFormerGroup) {
+  Config config;
+  set(config, "u_disparity.tau_obstacle", "0.3");
+  EXPECT_EQ(config.paper.tau_obstacle, 0.3);
+  EXPECT_THROW(set(config, "u_disparity.tau", "0.3"), ConfigError);
+}
+
 TEST(Config, AllProblemsAreToldAtOnce) {
   Config config;
   config.grid.length_m = -1;
   config.matching.window_px = 12;
-  config.matching.penalty_jump = 0;
-  config.u_disparity.false_positive = 0.7;
+  config.matching.disparities = 300;
+  config.paper.false_positive = 0.7;
   config.filter.speeds_mps = uniform_speeds(0.5, 120);
   const std::vector<std::string> found{problems(config)};
   EXPECT_EQ(found.size(), 5u);
   EXPECT_TRUE(mentions(found, "grid.length_m is -1"));
   EXPECT_TRUE(mentions(found, "matching.window_px is 12 and must be odd"));
-  EXPECT_TRUE(mentions(found, "matching.penalty_jump is 0"));
-  EXPECT_TRUE(mentions(found, "u_disparity.false_positive is 0.7"));
+  EXPECT_TRUE(mentions(found, "matching.disparities is 300"));
+  EXPECT_TRUE(mentions(found, "paper.false_positive is 0.7"));
   EXPECT_TRUE(mentions(found, "velocities"));
 }
 
 TEST(Config, BothEndsOfARangeAreAllowedAndNothingBeyond) {
   Config config;
   config.filter.likelihood_exponent = 1;
-  config.filter.border_occupancy = 0.01;
+  config.filter.velocity_noise = 0.0001;
   EXPECT_TRUE(problems(config).empty());
   config.filter.likelihood_exponent = 1.0001;
-  config.filter.border_occupancy = 0.0099;
+  config.filter.velocity_noise = 0.000099;
   EXPECT_EQ(problems(config).size(), 2u);
 }
 

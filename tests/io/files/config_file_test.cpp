@@ -24,12 +24,12 @@ class ConfigFile : public ::testing::Test {
 
 TEST_F(ConfigFile, NestedAndDottedKeys) {
   const Config config{
-      load("grid: {length_m: 30}\nmatching.disparities: 128\nground:\n  estimate: off\nu_disparity:\n"
+      load("grid: {length_m: 30}\nmatching.disparities: 128\nground:\n  estimate: off\npaper:\n"
            "  road_rays: none\nfilter:\n")};
   EXPECT_EQ(config.grid.length_m, 30);
   EXPECT_EQ(config.matching.disparities, 128);
   EXPECT_FALSE(config.ground.estimate);
-  EXPECT_EQ(config.u_disparity.road_rays, RoadRays::none);
+  EXPECT_EQ(config.paper.road_rays, RoadRays::none);
   EXPECT_EQ(config.grid.width_m, Config{}.grid.width_m) << "what is not named stays";
 }
 

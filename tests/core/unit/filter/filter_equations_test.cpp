@@ -25,7 +25,7 @@ constexpr double eps{0.00999966331328972};  // (1 − exp(−0.1/4.95))/2
 constexpr double mu{0.05};
 constexpr double exponent{0.7};
 constexpr double static_prior{0.6};
-constexpr double appearing_static{0.25};
+constexpr double appearing_static{0.4};
 constexpr double border{0.2};
 
 struct Cell {
@@ -175,8 +175,6 @@ TEST_P(FilterEquations, AreThoseOfTheMethodNote) {
   config.velocity_noise = mu;
   config.likelihood_exponent = exponent;
   config.static_prior = static_prior;
-  config.appearing_static = appearing_static;
-  config.border_occupancy = border;
   Reference reference;
   FilterRun run{reference, config, {0, 0, 0.2, cells, cells}};
   std::mt19937 generator{91};

@@ -118,7 +118,8 @@ TEST(EstimateGround, WithoutRoadKeepsThePlaneBeforeAndGrowsUncertain) {
     EXPECT_GE(next.roll_sigma_rad, ground.roll_sigma_rad);
     ground = next;
     if (frame == 9) {
-      EXPECT_NEAR(ground.pitch_sigma_rad / degree, std::hypot(0.05, gates().pitch_noise_deg), 1e-9) << "after a second";
+      EXPECT_NEAR(ground.pitch_sigma_rad / degree, std::hypot(0.05, pitch_noise_rad / degree), 1e-9)
+          << "after a second";
     }
   }
   EXPECT_EQ(ground.height_m, before.height_m);

@@ -16,11 +16,10 @@ namespace {
 
 constexpr double by_noise{2};  // standard deviations within which a pixel counts as road
 
-MatchingConfig config_for(double sigma_px, double height_m) {
+MatchingConfig config_for(double sigma_px) {
   MatchingConfig config;
   config.disparities = 128;
   config.given_sigma_px = sigma_px;
-  config.given_height_m = height_m;
   return config;
 }
 
@@ -54,19 +53,19 @@ Label label_of(const Rig& rig, const Ground& ground, const MatchingConfig& confi
 TEST(Given, LabelsByTheHeightAboveTheRoad) {
   const Rig rig{small_kitti_rig()};
   const Ground ground{fitted_ground()};
-  const MatchingConfig config{config_for(0.3, 0.2)};
+  const MatchingConfig config{config_for(0.3)};
   for (const int u : {40, 300, 600}) {
-    for (const int v : {130, 150, 187}) {  // the near road, where 0.2 m is more than the noise
+    for (const int v : {130, 150, 187}) {  // the near road, where 0.15 m is more than the noise
       const auto label_at = [&](double height_m) {
         return label_of(rig, ground, config, u, v, disparity_at(rig, ground, u, v, height_m));
       };
       EXPECT_EQ(label_at(0), Label::road);
       EXPECT_EQ(label_at(0.12), Label::road) << "a kerb";
-      EXPECT_EQ(label_at(0.19), Label::road);
-      EXPECT_EQ(label_at(0.21), Label::obstacle);
+      EXPECT_EQ(label_at(0.14), Label::road);
+      EXPECT_EQ(label_at(0.16), Label::obstacle);
       EXPECT_EQ(label_at(0.8), Label::obstacle);
-      EXPECT_EQ(label_at(-0.19), Label::road);
-      EXPECT_EQ(label_at(-0.21), Label::none) << "under the road: wrong";
+      EXPECT_EQ(label_at(-0.14), Label::road);
+      EXPECT_EQ(label_at(-0.16), Label::none) << "under the road: wrong";
       EXPECT_EQ(label_at(-3), Label::none);
     }
   }
@@ -74,15 +73,15 @@ TEST(Given, LabelsByTheHeightAboveTheRoad) {
 
 TEST(Given, AboveTheHorizonThereIsNoRoad) {
   const Rig rig{small_kitti_rig()};
-  const MatchingConfig config{config_for(0.3, 0.2)};
+  const MatchingConfig config{config_for(0.3)};
   EXPECT_EQ(label_of(rig, fitted_ground(), config, 300, 20, 5), Label::obstacle);
   EXPECT_EQ(label_of(rig, fitted_ground(), config, 300, 20, 0.6f), Label::obstacle);
 }
 
 TEST(Given, FarAwayNoiseDecides) {
   const Rig rig{small_kitti_rig()};
-  const HeightTest test{rig, Ground{1.6, 0, 0, true}, config_for(0.7, 0.1)};
-  const float r{5};  // 0.1 m are only 0.3 px there
+  const HeightTest test{rig, Ground{1.6, 0, 0, true}, config_for(0.7)};
+  const float r{5};  // 0.15 m are only 0.5 px there
   EXPECT_FALSE(test.is_above(r + 1.39f, r, 0));
   EXPECT_TRUE(test.is_above(r + 1.41f, r, 0));
   EXPECT_FALSE(test.is_below(r - 1.39f, r, 0));
@@ -100,7 +99,7 @@ double margin(const Rig& rig, double height_m, const PlaneSigmas& sigmas, double
   ground.height_sigma_m = sigmas.height_m;
   ground.pitch_sigma_rad = sigmas.pitch_rad;
   ground.roll_sigma_rad = sigmas.roll_rad;
-  const HeightTest test{rig, ground, config_for(0, 0)};
+  const HeightTest test{rig, ground, config_for(0)};
   return std::sqrt(test.margin2(static_cast<float>(r), static_cast<float>(x)));
 }
 
@@ -139,7 +138,7 @@ TEST(Given, ALowCameraKeepsItsObstaclesAboveTheHorizonOnly) {
   Rig rig{small_kitti_rig()};
   Ground ground{fitted_ground()};
   ground.height_m = 0.1;  // lower than what counts as road
-  const MatchingConfig config{config_for(0.3, 0.2)};
+  const MatchingConfig config{config_for(0.3)};
   EXPECT_EQ(label_of(rig, ground, config, 300, 150, disparity_at(rig, ground, 300, 150, 0.05) / 4), Label::none);
   EXPECT_EQ(label_of(rig, ground, config, 300, 88, 60), Label::road) << "nothing on a ray to the ground is higher";
   EXPECT_EQ(label_of(rig, ground, config, 300, 20, 60), Label::obstacle);
@@ -148,16 +147,16 @@ TEST(Given, ALowCameraKeepsItsObstaclesAboveTheHorizonOnly) {
 TEST(Given, AnUncertainPlaneIsTrustedLess) {
   const Rig rig{small_kitti_rig()};
   Ground ground{fitted_ground()};
-  const MatchingConfig config{config_for(0.3, 0)};
-  const float d{static_cast<float>(road_plane(rig, ground).disparity(300, 150)) + 1.2f};
+  const MatchingConfig config{config_for(0.3)};
+  const float d{static_cast<float>(road_plane(rig, ground).disparity(300, 150)) + 3.0f};
   EXPECT_EQ(label_of(rig, ground, config, 300, 150, d), Label::obstacle);
-  ground.pitch_sigma_rad = 0.005;
+  ground.pitch_sigma_rad = 0.0125;
   EXPECT_EQ(label_of(rig, ground, config, 300, 150, d), Label::road);
 }
 
 TEST(Given, WhatIsNoDisparityIsLeftOut) {
   const Rig rig{small_kitti_rig()};
-  const MatchingConfig config{config_for(0.3, 0.2)};
+  const MatchingConfig config{config_for(0.3)};
   for (const float d : {0.0f, -1.0f, 0.49f, 127.5f, 1000.0f, std::numeric_limits<float>::quiet_NaN(),
                         std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity()}) {
     EXPECT_EQ(label_of(rig, fitted_ground(), config, 300, 20, d), Label::none) << d;
@@ -177,7 +176,7 @@ TEST(Given, ThreadsChangeNothing) {
   rig.width_px = 131;
   rig.height_px = 97;
   const Image<float> disparity{random_disparities(rig, 3)};
-  const MatchingConfig config{config_for(0.5, 0.2)};
+  const MatchingConfig config{config_for(0.5)};
   Matches expected{rig.width_px, rig.height_px};
   Reference reference;
   split(reference, disparity.view(), rig, fitted_ground(), config, expected);
@@ -193,7 +192,7 @@ TEST(Given, ThreadsChangeNothing) {
 TEST(Given, LeftWholeEverythingUsableIsObstacle) {
   Rig rig{small_kitti_rig()};
   const Image<float> disparity{random_disparities(rig, 4)};
-  MatchingConfig config{config_for(0.5, 0.2)};
+  MatchingConfig config{config_for(0.5)};
   config.disparities = 64;
   Matches matches{rig.width_px, rig.height_px};
   matches.road.fill(1);

@@ -48,23 +48,6 @@ TEST(Matching, FindsAConstantShift) {
   }
 }
 
-TEST(Matching, SearchesFromTheSmallestDisparityOn) {
-  const Texture texture{1};
-  Cpu cpu{2};
-  for (const MatchingMethod method : {MatchingMethod::correlation, MatchingMethod::semi_global}) {
-    MatchingConfig config{permissive_config()};
-    config.method = method;
-    config.min_disparity = 6;
-    for (const int shift : {7, 20}) {
-      const MatchRun run{cpu, left_image(texture), right_image(texture, [&](int) { return shift; }), no_road, config};
-      EXPECT_EQ(run.upright(100, 40).shift, shift);
-      EXPECT_NEAR(run.matches.obstacle(100, 40), shift, 0.25);
-    }
-    const MatchRun run{cpu, left_image(texture), right_image(texture, [](int) { return 3; }), no_road, config};
-    EXPECT_GE(run.upright(100, 40).shift, 6) << "out of reach";
-  }
-}
-
 TEST(Matching, WholePixelsWithoutSubpixel) {
   const Texture texture{1};
   Cpu cpu{2};

@@ -37,13 +37,8 @@ MatchingConfig random_config(int disparities_max, std::mt19937& generator) {
   MatchingConfig config;
   config.method = MatchingMethod::semi_global;
   config.disparities = 2 + up_to(disparities_max - 2, generator);
-  config.min_disparity = up_to(1, generator) * up_to(config.disparities - 2, generator);
-  config.road_margin_px = 1 + up_to(14, generator);
   config.left_right_px = up_to(2, generator);
   config.uniqueness = up_to(200, generator) / 1000.0;
-  config.penalty_step = up_to(100, generator);
-  config.penalty_jump = 1 + up_to(189, generator);
-  config.penalty_change = up_to(190, generator);
   return config;
 }
 
@@ -85,8 +80,7 @@ void expect_equal_on_random_problems(int count, int disparities_max, unsigned se
     optimise(reference, descriptors.census(), plane, config, expected_recorder);
     optimise(cpu, descriptors.census(), plane, config, memory, rows, recorder);
     const auto where = testing::Message() << width << " × " << height << ", disparities " << config.disparities
-                                          << ", margin " << config.road_margin_px << ", plane " << plane.at_centre
-                                          << " " << plane.per_u << " " << plane.per_v;
+                                          << ", plane " << plane.at_centre << " " << plane.per_u << " " << plane.per_v;
     ASSERT_EQ(differences(expected.upright, found.upright), 0) << where;
     ASSERT_EQ(differences(expected.level, found.level), 0) << where;
   }

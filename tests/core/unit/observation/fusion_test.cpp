@@ -36,7 +36,7 @@ float fused_cell(float stereo, const std::vector<ObservedGrid>& others, const Fu
   return fused(Image<float>{1, 1, stereo}, {one_cell}, others, config)(0, 0);
 }
 
-constexpr FusionConfig independent{1, 1};
+constexpr FusionConfig independent{1};
 
 TEST(Fusion, IndependentSourcesMultiplyTheirOdds) {
   // odds 4 · 4 = 16, 4 · 1/9, and 3 · 3 · 3 = 27
@@ -49,8 +49,7 @@ TEST(Fusion, ConfidenceMovesAnIndependentSourceTowardsUnknown) {
   // believed by half, 0.9 counts as 0.7
   const float expected{fused_cell(0.6f, {saying(0.7f)}, independent)};
   EXPECT_NEAR(fused_cell(0.6f, {saying(0.9f, 0.5f)}, independent), expected, 1e-6);
-  EXPECT_NEAR(fused_cell(0.6f, {saying(0.9f)}, {1, 0.5}), expected, 1e-6);
-  EXPECT_NEAR(fused_cell(0.9f, {saying(0.6f)}, {0.5, 1}), expected, 1e-6);
+  EXPECT_NEAR(fused_cell(0.9f, {saying(0.6f)}, {0.5}), expected, 1e-6);
 }
 
 TEST(Fusion, WhatASourceDoesNotKnowLeavesTheOtherUnchanged) {
@@ -61,8 +60,8 @@ TEST(Fusion, WhatASourceDoesNotKnowLeavesTheOtherUnchanged) {
   }
   EXPECT_EQ(fused_cell(0.5f, {saying(0.9f)}, independent), 0.9f);
   EXPECT_EQ(fused_cell(0.5f, {saying(0.5f)}, independent), 0.5f);
-  EXPECT_EQ(fused_cell(0.1f, {saying(0.9f)}, {0, 1}), 0.9f);
-  EXPECT_EQ(fused_cell(0.1f, {saying(0.9f)}, {0, 0}), 0.5f);
+  EXPECT_EQ(fused_cell(0.1f, {saying(0.9f)}, {0}), 0.9f);
+  EXPECT_EQ(fused_cell(0.1f, {saying(0.9f, 0.0f)}, {0}), 0.5f);
 }
 
 TEST(Fusion, TheOrderOfTheSourcesDoesNotMatter) {
@@ -127,7 +126,7 @@ TEST(Fusion, TheThreadedFormEqualsTheReference) {
   const std::vector<ObservedGrid> others{{{-3, -5, 0.3, 40, 50}, random_image(40, 50), random_image(40, 50)},
                                          {{2, 1, 0.11, 61, 33}, random_image(61, 33), {}}};
   const GridInVehicle grid{{-4, -8, 0.2, 83, 71}, 1, -2, std::cos(0.3), std::sin(0.3)};
-  const FusionConfig config{0.9, 0.8};
+  const FusionConfig config{0.9};
   const Image<float> expected{fused(stereo, grid, others, config)};
   EXPECT_GT(count_differences(expected, stereo), 1000);
   for (const int threads : {1, 3}) {
@@ -151,7 +150,6 @@ StereoFrame grey_frame() {
 TEST(Fusion, ThePipelineHandsOnWhatAnotherSourceHasSeen) {
   for (const BackEnd back_end : {BackEnd::cpu, BackEnd::reference}) {
     Config config{preset("default")};
-    config.fusion.other_confidence = 1;
     config.filter.speeds_mps = {1.25};
     Pipeline pipeline{config, small_rig, {.back_end = back_end, .threads = 1}};
     StereoFrame frame{grey_frame()};

@@ -18,7 +18,7 @@ struct Case {
   int disparities;
   double centre_v_px;  // near the horizon
   Ground ground;
-  UDisparityConfig config;
+  BinConfig config;
 };
 
 Case random_case(std::mt19937& generator) {

@@ -26,8 +26,8 @@ Rig tiny_rig() {
 constexpr Ground tiny_ground{1, 0, 0, false};
 constexpr int tiny_disparities{6};
 
-UDisparityConfig tiny_config() {
-  UDisparityConfig config;
+BinConfig tiny_config() {
+  BinConfig config;
   config.obstacle_height_m = 0.5;
   config.obstacle_min_height_m = 0;
   config.follow_roll = false;
@@ -55,7 +55,7 @@ Matches tiny_matches() {
   return matches;
 }
 
-StageImages tiny_count(const UDisparityConfig& config, const Matches& matches = tiny_matches(), int window_px = 3) {
+StageImages tiny_count(const BinConfig& config, const Matches& matches = tiny_matches(), int window_px = 3) {
   Reference reference;
   return counted(reference, matches, tiny_rig(), tiny_ground, config, tiny_disparities, window_px);
 }
@@ -89,7 +89,7 @@ TEST(UDisparity, Counts) {
 }
 
 TEST(UDisparity, RoadPixelsAreRaysWhenAskedFor) {
-  UDisparityConfig config{tiny_config()};
+  BinConfig config{tiny_config()};
   config.road_rays = RoadRays::visible;
   const StageImages stages{tiny_count(config)};
   const int visible_2[]{0, 0, 1, 2, 2, 2};  // the road pixel in row 10 is in reach of bins 4 and 5
@@ -103,7 +103,7 @@ TEST(UDisparity, RoadPixelsAreRaysWhenAskedFor) {
 }
 
 TEST(UDisparity, LowPixelsAreSeenButNoObstacle) {
-  UDisparityConfig config{tiny_config()};
+  BinConfig config{tiny_config()};
   config.obstacle_min_height_m = 0.3;  // of bin 3: up to row 2 + 3·(1 − 0.3)/0.5 = 6.2
   Matches matches{5, 12};
   for (int v{5}; v < 9; ++v) matches.obstacle(2, v) = 3;
@@ -113,7 +113,7 @@ TEST(UDisparity, LowPixelsAreSeenButNoObstacle) {
 }
 
 TEST(UDisparity, RowsTiltWithTheRoad) {
-  UDisparityConfig config{tiny_config()};
+  BinConfig config{tiny_config()};
   config.follow_roll = true;
   Matches matches{17, 12};  // a column may be shifted by 17 / 8 = 2 rows
   for (int u : {1, 2, 4}) {
@@ -165,7 +165,7 @@ TEST(UDisparity, BinsOutsideThePlaneCountAsNoRoad) {
 }
 
 TEST(UDisparity, GuardWeakensSmallCounts) {
-  UDisparityConfig config{tiny_config()};
+  BinConfig config{tiny_config()};
   config.small_count_guard = 2;
   const StageImages stages{tiny_count(config)};
   EXPECT_NEAR(stages.obstacle_confidence(2, 3), 0.393469, 1e-6);  // r_O = 1/(2 + 2)
@@ -186,7 +186,7 @@ TEST(UDisparity, RoadAllAroundIsFreeButNotBeyondDoubt) {
 }
 
 TEST(UDisparity, FilledColumnIsAsSureAsTheSensor) {
-  UDisparityConfig config{tiny_config()};
+  BinConfig config{tiny_config()};
   config.tau_obstacle = 0.05;
   config.tau_road = 0.001;  // no road anywhere
   Matches matches{5, 12};
@@ -215,7 +215,7 @@ TEST(UDisparity, BinZeroIsUnknown) {
 }
 
 TEST(UDisparity, BinsLeftOfTheRightImageAreUnknown) {
-  UDisparityConfig config{tiny_config()};
+  BinConfig config{tiny_config()};
   config.left_border = true;
   constexpr int window_px{5};
   const StageImages stages{tiny_count(config, tiny_matches(), window_px)};
@@ -246,7 +246,7 @@ TEST(GaussianWeights, AreIntegralsOverBins) {
 }
 
 TEST(Smoothing, LeavesAConstantAlone) {
-  UDisparityConfig config{tiny_config()};
+  BinConfig config{tiny_config()};
   config.tau_road = 0.001;
   const StageImages stages{tiny_count(config, Matches{5, 12})};  // nothing seen: 0.5 everywhere
   for (const float p : stages.occupancy_smooth) EXPECT_NEAR(p, 0.5, 1e-6);
@@ -274,7 +274,7 @@ TEST(Smoothing, IsTheConvolutionWithRepeatedBorders) {
 // Fig. 6 of the paper: a person stands behind a box and is seen above it.
 TEST(UDisparity, SeesWhoIsHalfHidden) {
   const Rig rig{small_kitti_rig()};
-  UDisparityConfig config{tiny_config()};
+  BinConfig config{tiny_config()};
   config.obstacle_height_m = 1.8;
   config.tau_obstacle = config.tau_road = 0.1;
   constexpr int box{20};
