@@ -33,7 +33,7 @@ constexpr Part parts[]{{"upload", StreamTimes::start, StreamTimes::uploaded},
 constexpr int semi_global_paths{3};
 
 // Semi-global: the volume is written once, and read and written again by every direction but the last.
-double match_bytes(const Case& what, const MatchingConfig& config) {
+double match_bytes(const Case& what) {
   const double pixels{1.0 * what.width * what.height};
   const double labels{what.disparities + 2.0 * road_margin_px + 1};
   const double images{pixels * (2 + 3 * sizeof(float))};
@@ -43,19 +43,19 @@ double match_bytes(const Case& what, const MatchingConfig& config) {
 
 // Correlation, per label: difference of bits, their number, in and out of the window's column and row, minimum and its
 // runner-up. Semi-global, per label and direction: four candidates, their minimum, sums.
-double match_operations(const Case& what, const MatchingConfig& config) {
+double match_operations(const Case& what) {
   const double labels{(what.disparities + 2.0 * road_margin_px + 1) * what.width * what.height};
   return labels * (what.method == MatchingMethod::correlation ? 8 : 2 + 8 * semi_global_paths);
 }
 
-void add_costs(const Case& what, const Config& config, int window_cells, std::vector<StageResult>& stages) {
+void add_costs(const Case& what, int window_cells, std::vector<StageResult>& stages) {
   const double pixels{1.0 * what.width * what.height};
   const double bins{1.0 * what.width * what.disparities};
   const double cells{1.0 * window_cells * window_cells};
   for (StageResult& stage : stages) {
     if (stage.name == "upload") stage.bytes = 2 * pixels;
-    if (stage.name == "match") stage.bytes = match_bytes(what, config.matching);
-    if (stage.name == "match") stage.operations = match_operations(what, config.matching);
+    if (stage.name == "match") stage.bytes = match_bytes(what);
+    if (stage.name == "match") stage.operations = match_operations(what);
     if (stage.name == "count") stage.bytes = 2 * sizeof(float) * pixels + bins * (4 + 5 * sizeof(float));
     if (stage.name == "project") stage.bytes = bins * sizeof(float) + cells * sizeof(float);
     if (stage.name == "filter") stage.bytes = still_cell_bytes * cells;  // little moves
@@ -85,7 +85,7 @@ ChainResult run_chain(const Case& what, int frames) {
     result.stages.push_back({parts[p].name, of_part[p].percentile(50), of_part[p].percentile(99), 0, 0});
   }
   const Config config{config_of(what)};
-  add_costs(what, config, Window{vehicle_grid_of(config.grid)}.cells(), result.stages);
+  add_costs(what, Window{vehicle_grid_of(config.grid)}.cells(), result.stages);
   return result;
 }
 
