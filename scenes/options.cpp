@@ -6,10 +6,10 @@
 #include <cstdio>
 #include <set>
 
-#include "angle.hpp"
 #include "layouts/layouts.hpp"
 #include "options.hpp"
 #include "stereogrid/error.hpp"
+#include "world/angle.hpp"
 
 namespace stereogrid::scenes {
 namespace {

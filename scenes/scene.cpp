@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "options.hpp"
-#include "random.hpp"
-#include "render.hpp"
+#include "render/render.hpp"
 #include "stereogrid/error.hpp"
-#include "truth.hpp"
+#include "truth/truth.hpp"
+#include "world/random.hpp"
 
 namespace stereogrid::scenes {
 namespace {

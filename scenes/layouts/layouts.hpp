@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "stereogrid/scenes/scene.hpp"
-#include "world.hpp"
+#include "world/world.hpp"
 
 namespace stereogrid::scenes {
 

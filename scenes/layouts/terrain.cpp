@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "layouts/layouts.hpp"
-#include "props.hpp"
+#include "world/props.hpp"
 
 namespace stereogrid::scenes {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "stereogrid/camera.hpp"
-#include "world.hpp"
+#include "world/world.hpp"
 
 namespace stereogrid::scenes {
 

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "truth.hpp"
+#include "truth/truth.hpp"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <utility>
 
-#include "polygon.hpp"
+#include "world/polygon.hpp"
 
 namespace stereogrid::scenes {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "world.hpp"
+#include "world/world.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "random.hpp"
+#include "world/random.hpp"
 
 namespace stereogrid::scenes {
 

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "shapes.hpp"
+#include "world/shapes.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "angle.hpp"
+#include "world/angle.hpp"
 
 namespace stereogrid::scenes {
 namespace {

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "angle.hpp"
-#include "shapes.hpp"
+#include "world/angle.hpp"
+#include "world/shapes.hpp"
 
 namespace stereogrid::scenes {
 

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "render.hpp"
+#include "render/render.hpp"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "random.hpp"
+#include "world/random.hpp"
 
 namespace stereogrid::scenes {
 namespace {

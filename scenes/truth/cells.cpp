@@ -6,8 +6,8 @@
 #include <cmath>
 #include <map>
 
-#include "polygon.hpp"
-#include "truth.hpp"
+#include "truth/truth.hpp"
+#include "world/polygon.hpp"
 
 namespace stereogrid::scenes {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "shapes.hpp"
+#include "world/shapes.hpp"
 
 namespace stereogrid::scenes {
 

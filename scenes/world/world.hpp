@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "angle.hpp"
-#include "materials.hpp"
-#include "profile.hpp"
-#include "shapes.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/truth.hpp"
+#include "world/angle.hpp"
+#include "world/materials.hpp"
+#include "world/profile.hpp"
+#include "world/shapes.hpp"
 
 namespace stereogrid::scenes {
 
