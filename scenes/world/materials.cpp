@@ -169,4 +169,10 @@ double road_grey(const Road& road, std::uint32_t seed, Point2 point, Vector3 ste
   return mix(asphalt, 205 + 8 * noise, 0.9 * painted(road, at));
 }
 
+double ground_grey(std::uint32_t seed, const SurfacePoint& point) {
+  const double noise{1.0 * octaves(point, 3.2, 1, seed) + 0.8 * octaves(point, 0.8, 4, seed + 100) +
+                     0.8 * octaves(point, 0.8, 16, seed + 200) + 0.5 * octaves(point, 0.4, 64, seed + 300)};
+  return 105 + 10 * noise;
+}
+
 }  // namespace stereogrid::scenes

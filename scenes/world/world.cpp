@@ -40,6 +40,12 @@ void World::add(Body body, double surface_height_m) {
   bodies.push_back(std::move(body));
 }
 
+void World::add_on_ground(Body body, double raised_m) {
+  body.ground_m = ground.height_at(body.motion.start.x_m, body.motion.start.y_m);
+  const double surface_m{body.ground_m + raised_m};
+  add(std::move(body), surface_m);
+}
+
 std::vector<PlacedPart> World::at(double time_s) const {
   std::vector<PlacedPart> placed;
   for (std::size_t b{0}; b < bodies.size(); ++b) {
