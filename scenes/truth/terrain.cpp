@@ -146,6 +146,16 @@ struct Boundary {
   Image<float> step_m;
 };
 
+/// Is the ground seen that ends at a sample in a direction? What is too steep begins up to a cell before.
+bool is_rim_seen(const Samples& samples, CellIndex at, CellIndex direction) {
+  for (int i{0}; i <= per_cell; ++i) {
+    const CellIndex before{at.ix - i * direction.ix, at.iy - i * direction.iy};
+    if (!samples.contains(before) || !samples.is_reached(before)) return false;
+    if (samples.seen(before.ix, before.iy) != 0) return true;
+  }
+  return false;
+}
+
 Boundary boundary_of(const Samples& samples) {
   Boundary boundary{{samples.height_m.width(), samples.height_m.height()},
                     {samples.height_m.width(), samples.height_m.height()}};
@@ -157,8 +167,7 @@ Boundary boundary_of(const Samples& samples) {
         if (!samples.contains(to) || samples.is_reached(to) || samples.blocked(to.ix, to.iy) != 0) continue;
         double step_m{0};
         const Mark mark{samples.between({ix, iy}, to, step_m)};
-        const bool is_seen{samples.seen(ix, iy) != 0 || (mark == Mark::rise && samples.seen(to.ix, to.iy) != 0)};
-        if (!is_seen) continue;
+        if (!is_rim_seen(samples, {ix, iy}, step) && (mark == Mark::drop || samples.seen(to.ix, to.iy) == 0)) continue;
         boundary.mark(to.ix, to.iy) = static_cast<std::uint8_t>(mark);
         boundary.step_m(to.ix, to.iy) = static_cast<float>(step_m);
       }
