@@ -76,6 +76,7 @@ class TerrainScores::Frame {
 
   void add_cell(CellIndex cell, TerrainCounts& counts) const;
   void add_objects(std::array<TerrainCounts, 2>& ranges) const;
+  void add_to_zones(CellIndex cell, std::vector<ZoneScore>& zones) const;
 
  private:
   [[nodiscard]] float probability_of(CellIndex cell) const {
@@ -155,6 +156,38 @@ void TerrainScores::Frame::add_objects(std::array<TerrainCounts, 2>& ranges) con
   }
 }
 
+void TerrainScores::Frame::add_to_zones(CellIndex cell, std::vector<ZoneScore>& zones) const {
+  const Point2 at_m{truth_.ego.world_from_vehicle * geometry_.centre(cell.ix, cell.iy)};
+  const auto score = std::ranges::find_if(zones, [at_m](const ZoneScore& candidate) {
+    const TruthZone& zone{candidate.zone};
+    return at_m.x >= zone.low.x && at_m.x < zone.high.x && at_m.y >= zone.low.y && at_m.y < zone.high.y;
+  });
+  if (score == zones.end()) return;
+  TerrainCounts counts;
+  add_cell(cell, counts);
+  const bool is_mark{at(cell) == TerrainCell::obstacle || at(cell) == TerrainCell::drop};
+  score->marks += is_mark ? 1 : 0;
+  score->marks_found += is_mark && is_found(cell) ? 1 : 0;
+  score->deadly += counts.deadly;
+  score->deadly_free += counts.deadly_free;
+  score->drivable += counts.drivable;
+  score->drivable_occupied += counts.drivable_occupied;
+}
+
+void TerrainScores::add_cell(const Frame& frame, CellIndex cell) {
+  const double range_m{frame.range_m(cell)};
+  const double far_m{summary_.scale.ranges.back().to_m};
+  const bool is_near{range_m < summary_.scale.ranges.front().to_m};
+  if (range_m >= far_m || !frame.is_in_grid(cell)) return;
+  frame.add_cell(cell, summary_.ranges[is_near ? 0 : 1]);
+  if (is_near) frame.add_to_zones(cell, summary_.zones);
+  const double step_m{frame.step_m(cell)};
+  if (step_m == 0 || frame.is_object(cell)) return;
+  Found& found{steps_[{static_cast<int>(step_ranges * range_m / far_m), static_cast<int>(std::lround(100 * step_m))}]};
+  ++found.cells;
+  found.found += frame.is_found(cell) ? 1 : 0;
+}
+
 void TerrainScores::add(View<const float> probability, const GridGeometry& grid, const FrameTruth& truth,
                         const TruthGrid& truth_grid) {
   if (truth.terrain.empty()) return;
@@ -162,25 +195,18 @@ void TerrainScores::add(View<const float> probability, const GridGeometry& grid,
   const Frame frame{probability, shift_between(grid, cells), truth, truth_grid};
   summary_.scale = terrain_scale(cells.cell_size_m);
   ++summary_.frames;
-  const double far_m{summary_.scale.ranges.back().to_m};
+  if (summary_.zones.empty()) {
+    for (const TruthZone& zone : truth_grid.zones) summary_.zones.push_back({zone});
+  }
   for (int iy{0}; iy < cells.ny; ++iy) {
-    for (int ix{0}; ix < cells.nx; ++ix) {
-      const double range_m{frame.range_m({ix, iy})};
-      if (range_m >= far_m || !frame.is_in_grid({ix, iy})) continue;
-      frame.add_cell({ix, iy}, summary_.ranges[range_m < summary_.scale.ranges.front().to_m ? 0 : 1]);
-      const double step_m{frame.step_m({ix, iy})};
-      if (step_m == 0 || frame.is_object({ix, iy})) continue;
-      Found& found{
-          steps_[{static_cast<int>(step_ranges * range_m / far_m), static_cast<int>(std::lround(100 * step_m))}]};
-      ++found.cells;
-      found.found += frame.is_found({ix, iy}) ? 1 : 0;
-    }
+    for (int ix{0}; ix < cells.nx; ++ix) add_cell(frame, {ix, iy});
   }
   frame.add_objects(summary_.ranges);
 }
 
 TerrainSummary TerrainScores::summary() const {
   TerrainSummary summary{summary_};
+  std::erase_if(summary.zones, [](const ZoneScore& zone) { return zone.marks + zone.drivable == 0; });
   const double width_m{summary.scale.ranges.back().to_m / step_ranges};
   for (int i{0}; i < step_ranges; ++i) {
     SmallestStep smallest{{i * width_m, (i + 1) * width_m}};

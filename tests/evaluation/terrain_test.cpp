@@ -151,6 +151,27 @@ TEST(TerrainScores, TheGridMayLieElsewhere) {
   EXPECT_THROW(scores.add(grid_of("").view(), other, truth_of("d"), truth_grid), InputError);
 }
 
+TEST(TerrainScores, OfTheZonesOfACourse) {
+  TruthGrid course{truth_grid};
+  course.zones = {
+      {"edge", true, {11.6, -1}, {14, 1}}, {"kerb", true, {13, 5}, {14, 6}}, {"hump", false, {10, -1}, {11, 1}}};
+  TerrainScores scores;
+  FrameTruth truth{truth_of("dddddddddebbbbb")};
+  truth.ego.world_from_vehicle = {10, 0, 0};
+  scores.add(grid_of("000100000100000").view(), truth_grid.geometry, truth, course);
+  scores.add(grid_of("00010000000000").view(), truth_grid.geometry, truth, course);
+  const std::vector<ZoneScore> zones{scores.summary().zones};
+  ASSERT_EQ(zones.size(), 2U) << "the kerb was not seen";
+  EXPECT_EQ(zones[0].marks, 2U * width);
+  EXPECT_EQ(zones[0].marks_found, 1U * width);
+  EXPECT_TRUE(zones[0].is_found());
+  EXPECT_EQ(zones[0].deadly, 2U * 4 * width);
+  EXPECT_EQ(zones[0].deadly_free, (4U + 3U) * width);
+  EXPECT_EQ(zones[1].drivable, 2U * 5 * width);
+  EXPECT_EQ(zones[1].drivable_occupied, 2U * width);
+  EXPECT_TRUE(zones[1].is_false());
+}
+
 TEST(TerrainScores, FramesWithoutTruthAreSkipped) {
   TerrainScores scores;
   scores.add(grid_of("0").view(), truth_grid.geometry, FrameTruth{}, truth_grid);

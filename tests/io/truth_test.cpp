@@ -103,6 +103,21 @@ class PlainFolder : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
+TEST_F(PlainFolder, ZonesRoundTrip) {
+  TruthGrid course{grid};
+  course.zones = {{"edge", true, {1.5, -2}, {3, 0.25}}, {"hump", false, {4, 1}, {5, 2}}};
+  PlainFolderWriter writer{folder_ / "out", rig, course};
+  writer.finish();
+  const std::vector<TruthZone> zones{TruthReader{folder_ / "out" / "truth"}.grid().zones};
+  ASSERT_EQ(zones.size(), 2U);
+  EXPECT_EQ(zones[0].kind, "edge");
+  EXPECT_TRUE(zones[0].is_hazard);
+  EXPECT_EQ(zones[0].low.y, -2);
+  EXPECT_EQ(zones[0].high.y, 0.25);
+  EXPECT_EQ(zones[1].high.x, 5);
+  EXPECT_FALSE(zones[1].is_hazard);
+}
+
 TEST_F(PlainFolder, TerrainRoundTrips) {
   FrameTruth truth{made_up_truth("000007", 200)};
   truth.ego.z_m = 0.25;

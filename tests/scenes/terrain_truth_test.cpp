@@ -137,6 +137,17 @@ TEST(TerrainTruth, GroundBesideAShortDitchIsReached) {
   EXPECT_EQ(truth.terrain(far.ix, far.iy), static_cast<std::uint8_t>(drivable));
 }
 
+TEST(Course, Has24HazardsAnd12HarmlessThings) {
+  for (const char* camera : {"car", "robot"}) {
+    const Scene scene{parse_scene(std::string{"scene:course?camera="} + camera)};
+    const std::vector<TruthZone> zones{scene.truth_grid().zones};
+    EXPECT_EQ(zones.size(), 36U);
+    EXPECT_EQ(std::ranges::count(zones, true, &TruthZone::is_hazard), 24);
+    EXPECT_LT(zones.back().low.x, 170);
+    EXPECT_NEAR(static_cast<double>(scene.size()), 170 / (camera[0] == 'c' ? 8 : 1.5) * 10, 1);
+  }
+}
+
 TEST(TerrainTruth, StateFollowsTheClass) {
   const Truth edge{"kind=edge&at=5"};
   for (std::size_t i{0}; i < edge.truth.terrain.size(); ++i) {

@@ -27,13 +27,20 @@ double rounded(double number) {
 }
 
 Json grid_json(const TruthGrid& grid) {
-  return {{"x_min_m", grid.geometry.x_min_m},
-          {"y_min_m", grid.geometry.y_min_m},
-          {"cell_size_m", grid.geometry.cell_size_m},
-          {"nx", grid.geometry.nx},
-          {"ny", grid.geometry.ny},
-          {"height_min_m", grid.height_min_m},
-          {"height_max_m", grid.height_max_m}};
+  Json json{{"x_min_m", grid.geometry.x_min_m},
+            {"y_min_m", grid.geometry.y_min_m},
+            {"cell_size_m", grid.geometry.cell_size_m},
+            {"nx", grid.geometry.nx},
+            {"ny", grid.geometry.ny},
+            {"height_min_m", grid.height_min_m},
+            {"height_max_m", grid.height_max_m}};
+  for (const TruthZone& zone : grid.zones) {
+    json["zones"].push_back({{"kind", zone.kind},
+                             {"is_hazard", zone.is_hazard},
+                             {"low", {rounded(zone.low.x), rounded(zone.low.y)}},
+                             {"high", {rounded(zone.high.x), rounded(zone.high.y)}}});
+  }
+  return json;
 }
 
 Json object_json(const TruthObject& object) {

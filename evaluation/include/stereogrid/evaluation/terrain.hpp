@@ -61,11 +61,28 @@ struct SmallestStep {
   double down_m{std::numeric_limits<double>::quiet_NaN()};
 };
 
+/// A zone of a course, in the near range, over all frames.
+struct ZoneScore {
+  TruthZone zone;
+  std::size_t marks{0};  ///< obstacle and drop cells
+  std::size_t marks_found{0};
+  std::size_t deadly{0};
+  std::size_t deadly_free{0};
+  std::size_t drivable{0};
+  std::size_t drivable_occupied{0};
+
+  /// Half of a hazard's marks are found.
+  [[nodiscard]] bool is_found() const { return marks > 0 && 2 * marks_found >= marks; }
+  /// More than a twentieth of the drivable cells is occupied.
+  [[nodiscard]] bool is_false() const { return 20 * drivable_occupied > drivable; }
+};
+
 struct TerrainSummary {
   TerrainScale scale;
   std::size_t frames{0};
   std::array<TerrainCounts, 2> ranges;
   std::vector<SmallestStep> steps;  ///< ranges with steps of several heights
+  std::vector<ZoneScore> zones;     ///< that were seen
 };
 
 /// Scores one series of grids against terrain truth.
@@ -84,6 +101,7 @@ class STEREOGRID_EXPORT TerrainScores {
     std::size_t found{0};
   };
   class Frame;
+  void add_cell(const Frame& frame, CellIndex cell);
   /// By quarter of the far range and height in whole centimetres.
   std::map<std::pair<int, int>, Found> steps_;
   TerrainSummary summary_;
