@@ -22,8 +22,9 @@ MISSING = "missing"
 
 def run(tool: str, words: list, preset: str, out: Path) -> None:
     command = [tool, "-q", "run", *words, "--preset", preset, "--save-stages", "--out", str(out)]
-    if status := subprocess.run(command, check=False).returncode:
-        sys.exit(f"exit status {status} of: {shlex.join(command)}")
+    done = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False)
+    if done.returncode:
+        sys.exit(f"{done.stderr}exit status {done.returncode} of: {shlex.join(command)}")
 
 
 def json_difference(old, new, place: str) -> "str | None":

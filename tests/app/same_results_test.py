@@ -40,7 +40,7 @@ class SameResults(unittest.TestCase):
 
     def test_a_difference_of_stages_alone(self):
         # the default preset reads sigma_column for its stages only
-        status, (default, paper) = self.compared("--set u_disparity.sigma_column=1", SCENE)
+        status, (default, paper) = self.compared("--set paper.sigma_column=1", SCENE)
         self.assertEqual(status, 1)
         self.assertRegex(default, r"stages/000000\.npz: u_occupancy_smooth: [0-9]+ of [0-9]+ values, the first ")
         self.assertNotIn("equal", paper)
