@@ -219,7 +219,7 @@ std::vector<std::string> preset_names() {
 }
 
 void set(Config& config, std::string_view key, std::string_view text) {
-  // before 0.2 the parameters of group paper were in u_disparity
+  // former group of the parameters of `paper`
   const std::string_view before{"u_disparity."};
   if (key.starts_with(before) && !is_parameter(key)) {
     if (const std::string now{"paper." + std::string{key.substr(before.size())}}; is_parameter(now)) {

@@ -190,7 +190,7 @@ STEREOGRID_HD inline Ground calibrated_ground(const Rig& rig, const GroundConfig
 
 /// Random walk of the plane within a second (standard deviations): height in m, pitch and roll in rad.
 constexpr double height_noise_m{0.03};
-constexpr double pitch_noise_rad{0.5 * 3.14159265358979323846 / 180};
+constexpr double pitch_noise_rad{radians(0.5)};
 constexpr double roll_noise_rad{pitch_noise_rad};
 
 /// A standard deviation that has grown for `dt_s`, to at most `most`.

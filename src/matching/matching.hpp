@@ -22,14 +22,15 @@ namespace stereogrid {
 class Cpu;
 struct Reference;
 
-/// The road hypothesis searches this far on both sides of the ground plane's disparity.
-constexpr int road_margin_px{3};
-
 /// A range of shifts to search: first … first + count − 1.
 struct Shifts {
   int first{0};
   int count{0};
 };
+
+/// The road hypothesis searches this far on both sides of the ground plane's disparity.
+constexpr int road_margin_px{3};
+constexpr Shifts road_shifts{-road_margin_px, 2 * road_margin_px + 1};
 
 /// What `match` works in. Allocated once per pipeline.
 struct MatchingSpace {
@@ -73,9 +74,8 @@ void find_candidates(Cpu& cpu, View<const std::uint8_t> left, View<const std::ui
 void find_candidates(Reference& reference, View<const std::uint8_t> left, View<const std::uint8_t> right,
                      const RoadPlane& plane, const MatchingConfig& config, MatchingSpace& space, CandidateSink& sink);
 
-/// The shifts of the two hypotheses.
+/// The upright hypothesis searches all disparities.
 Shifts upright_shifts(const MatchingConfig& config);
-Shifts road_shifts();
 
 /// Sum of |L(u+1) − L(u−1)| that a window must have. Semi-global matching carries disparities over blank places: 0.
 int least_texture(const MatchingConfig& config);

@@ -13,10 +13,6 @@ Shifts upright_shifts(const MatchingConfig& config) {
   return {0, config.disparities};
 }
 
-Shifts road_shifts() {
-  return {-road_margin_px, 2 * road_margin_px + 1};
-}
-
 int least_texture(const MatchingConfig& config) {
   if (config.method == MatchingMethod::semi_global) return 0;
   return static_cast<int>(std::ceil(config.texture * config.window_px * config.window_px));
@@ -44,13 +40,6 @@ ConfidenceModel confidence_model(const MatchingConfig& config) {
 
 int uniqueness_1024(const MatchingConfig& config) {
   return static_cast<int>(std::lround(config.uniqueness * 1024));
-}
-
-Penalties penalties() {
-  constexpr int step{7};     // one disparity up or down to the next pixel; twice that on the road
-  constexpr int jump{40};    // any other change of disparity or hypothesis
-  constexpr int change{20};  // an upright surface that begins on the road, at the same disparity
-  return {step, 2 * step, jump, change};
 }
 
 }  // namespace stereogrid

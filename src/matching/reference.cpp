@@ -71,7 +71,7 @@ void correlate(View<const std::uint8_t> left, View<const std::uint8_t> right, Vi
   for (int v{0}; v < left.height; ++v) {
     for (int u{0}; u < left.width; ++u) {
       row.upright.set(u, best_of(census_left.view(), census_right.view(), u, v, upright_shifts(config), config));
-      row.level.set(u, best_of(census_left.view(), census_sheared.view(), u, v, road_shifts(), config));
+      row.level.set(u, best_of(census_left.view(), census_sheared.view(), u, v, road_shifts, config));
     }
     sink.take(v, row);
   }

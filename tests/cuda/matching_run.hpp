@@ -140,7 +140,7 @@ class DeviceRun {
 
   void check_candidates(const ReferenceRun& expected) {
     CHECK_EQUAL(differences(expected.upright, fetched(cuda_, space_.upright), upright_shifts(config_)), 0);
-    CHECK_EQUAL(differences(expected.level, fetched(cuda_, space_.level), road_shifts()), 0);
+    CHECK_EQUAL(differences(expected.level, fetched(cuda_, space_.level), road_shifts), 0);
   }
 
   void check_matches(const ReferenceRun& expected) { check_same(expected.matches, cuda_, matches_); }

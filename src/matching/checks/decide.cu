@@ -14,7 +14,6 @@ struct Decision {
   View<const FoundLabel, Device> level;
   View<const std::uint8_t, Device> textured;  // without data: there is always enough
   const RoadPlane* plane;
-  int upright_first;
   int road_first;
   int disparities;
   int left_right_px;
@@ -30,9 +29,8 @@ __device__ Candidate candidate_of(const FoundLabel& found, int first) {
 }
 
 __device__ Winner winner_at(const Decision& task, const RoadRow& road, int u, int v) {
-  return winner_of(candidate_of(task.upright(u, v), task.upright_first),
-                   candidate_of(task.level(u, v), task.road_first), road.at(u), task.disparities, task.subpixel,
-                   task.confidences);
+  return winner_of(candidate_of(task.upright(u, v), 0), candidate_of(task.level(u, v), task.road_first), road.at(u),
+                   task.disparities, task.subpixel, task.confidences);
 }
 
 __device__ void accept(const Decision& task, const Winner& winner, int claimed_whole, int u, int v) {
@@ -85,8 +83,7 @@ void decide(Cuda& cuda, View<const FoundLabel, Device> upright, View<const Found
                       level,
                       textured,
                       plane,
-                      upright_shifts(config).first,
-                      road_shifts().first,
+                      road_shifts.first,
                       config.disparities,
                       config.left_right_px,
                       config.subpixel,

@@ -15,6 +15,8 @@ namespace {
 constexpr int columns{64};  // that a block finishes
 constexpr int threads{128};
 constexpr std::size_t shared_max{48 << 10};
+constexpr int level_lanes{2};  // four shifts each
+static_assert(road_shifts.count <= 4 * level_lanes);
 
 struct Hypothesis {
   View<const std::uint8_t, Device> right;
@@ -204,13 +206,13 @@ class Strip {
 };
 
 // blockIdx.z: which hypothesis.
-template <int lanes, int words, int road_lanes>
+template <int lanes, int words>
 __global__ void __launch_bounds__(threads) find_best_shifts(Correlation task) {
   auto* const memory = dynamic_shared<std::uint32_t>();
   if (blockIdx.z == 0) {
     Strip<lanes, words>{task, task.upright, memory}.run();
   } else {
-    Strip<road_lanes, 1>{task, task.level, memory}.run();
+    Strip<level_lanes, 1>{task, task.level, memory}.run();
   }
 }
 
@@ -226,21 +228,13 @@ int rows_of(const Cuda& cuda, const Correlation& task, int shift_words) {
   return rows;
 }
 
-template <int lanes, int words, int road_lanes>
+template <int lanes, int words>
 void correlate_on(Cuda& cuda, Correlation task) {
-  constexpr int shift_words{lanes * words > road_lanes ? lanes * words : road_lanes};
+  constexpr int shift_words{lanes * words > level_lanes ? lanes * words : level_lanes};
   task.rows = rows_of(cuda, task, shift_words);
   const dim3 grid{blocks_for(task.left.width, columns), blocks_for(task.left.height, task.rows), 2};
-  launch(cuda, find_best_shifts<lanes, words, road_lanes>, grid, dim3{threads},
+  launch(cuda, find_best_shifts<lanes, words>, grid, dim3{threads},
          Room{task.half_window, task.rows, shift_words}.bytes(shift_words), task);
-}
-
-template <int road_lanes>
-void correlate_uprights(Cuda& cuda, const Correlation& task) {
-  const int count{task.upright.shifts.count};
-  if (count <= 64) return correlate_on<16, 1, road_lanes>(cuda, task);
-  if (count <= 128) return correlate_on<32, 1, road_lanes>(cuda, task);
-  correlate_on<32, 2, road_lanes>(cuda, task);
 }
 
 }  // namespace
@@ -249,12 +243,13 @@ void correlate(Cuda& cuda, const DescribedOnDevice<std::uint8_t>& census, const 
                View<FoundLabel, Device> upright, View<FoundLabel, Device> level) {
   const Correlation task{census.left.view(),
                          {census.right.view(), upright_shifts(config), upright},
-                         {census.sheared.view(), road_shifts(), level},
+                         {census.sheared.view(), road_shifts, level},
                          config.window_px / 2,
                          1,
                          uniqueness_1024(config)};
-  if (task.level.shifts.count <= 8) return correlate_uprights<2>(cuda, task);
-  correlate_uprights<8>(cuda, task);
+  if (config.disparities <= 64) return correlate_on<16, 1>(cuda, task);
+  if (config.disparities <= 128) return correlate_on<32, 1>(cuda, task);
+  correlate_on<32, 2>(cuda, task);
 }
 
 }  // namespace stereogrid

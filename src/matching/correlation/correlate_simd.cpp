@@ -89,7 +89,7 @@ std::size_t correlate_memory(int width, Shifts upright, Shifts road, int half_wi
 }
 
 int correlate_border(Shifts upright, Shifts road) {
-  return std::max(upright.first + padded_upright(upright), road.count) + 64;
+  return std::max(padded_upright(upright), road.count) + 64;
 }
 
 void correlate_band(const Band& band) {

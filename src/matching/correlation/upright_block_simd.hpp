@@ -212,7 +212,7 @@ class UprightBlock {
     store(hn::Sub(hn::Sub(close, set(1)), near), out.rivals());
     store(hn::IfThenElse(inside, before, cost), out.before());
     store(hn::IfThenElse(inside, after, cost), out.after());
-    hn::StoreU(hn::DemoteTo(signed16, hn::Add(best, set(shifts_.first))), signed16, out.shift() + u);
+    hn::StoreU(hn::DemoteTo(signed16, best), signed16, out.shift() + u);
   }
 
   Shifts shifts_;

@@ -30,7 +30,7 @@ struct RowPair {
   const std::uint8_t* right_reversed;
 };
 
-// Costs of the shifts first … first + count − 1, padded to `words` times 64.
+// Costs of the shifts 0 … count − 1, padded to `words` times 64.
 template <int words>
 class UprightRows {
  public:
@@ -41,7 +41,6 @@ class UprightRows {
   UprightRows(int width, Shifts shifts, int half_window, int uniqueness_1024, std::uint8_t* memory)
       : width_{width},
         half_{half_window},
-        first_shift_{shifts.first},
         columns_{memory + static_cast<std::ptrdiff_t>(half_window + 1) * n},
         block_{shifts, uniqueness_1024} {
     std::fill(column(0), column(width), std::uint8_t{0});
@@ -69,9 +68,9 @@ class UprightRows {
   // Bytes are written in the loops below; what is read there is kept in local variables, which they cannot change.
   struct Rows {
     const std::uint32_t* left;
-    const std::uint8_t* right;  // of column 0 and the first shift; that of column u lies u before
+    const std::uint8_t* right;  // of column 0 at shift 0; that of column u lies u before
   };
-  [[nodiscard]] Rows rows(RowPair pair) const { return {pair.left, pair.right_reversed + width_ - 1 + first_shift_}; }
+  [[nodiscard]] Rows rows(RowPair pair) const { return {pair.left, pair.right_reversed + width_ - 1}; }
   [[nodiscard]] std::uint8_t* column(std::ptrdiff_t u) const { return columns_ + u * n; }
 
   static HWY_INLINE V8 differing_bits(Rows rows, std::ptrdiff_t u, int i) {
@@ -151,7 +150,6 @@ class UprightRows {
 
   int width_;
   int half_;
-  int first_shift_;
   std::uint8_t* columns_;  // [u][shift]: differing bits summed over the window's rows
   Block block_;            // at work
 };

@@ -173,8 +173,7 @@ class SemiGlobal {
 };
 
 SemiGlobalTask task_of(const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config) {
-  SemiGlobalTask task{
-      census, plane, penalties(), upright_shifts(config), road_shifts(), LabelLayout{upright_shifts(config)}};
+  SemiGlobalTask task{census, plane, upright_shifts(config), road_shifts, LabelLayout{upright_shifts(config)}};
   task.uniqueness_1024 = uniqueness_1024(config);
   return task;
 }

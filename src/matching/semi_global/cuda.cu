@@ -226,13 +226,13 @@ void walk_all(Cuda& cuda, const Problem& problem, int uniqueness, FoundLabel* up
 }
 
 Problem problem_of(SemiGlobalOnDevice& space, const MatchingConfig& config) {
-  const Penalties of_paths{penalties()};
+  constexpr Penalties penalties{path_penalties};
   Problem problem{space.meeting.width(),
                   space.meeting.height(),
                   upright_shifts(config),
-                  road_shifts(),
+                  road_shifts,
                   space.volume,
-                  {twice(of_paths.step), twice(of_paths.road_step), twice(of_paths.jump), twice(of_paths.change)},
+                  {twice(penalties.step), twice(penalties.road_step), twice(penalties.jump), twice(penalties.change)},
                   space.meeting.data(),
                   space.costs.data(),
                   {}};
@@ -245,7 +245,7 @@ Problem problem_of(SemiGlobalOnDevice& space, const MatchingConfig& config) {
 SemiGlobalOnDevice::SemiGlobalOnDevice(int width, int height, const MatchingConfig& config)
     : census{width, height},
       meeting{width, height},
-      volume{upright_shifts(config), road_shifts()},
+      volume{upright_shifts(config), road_shifts},
       costs{meeting.size() * static_cast<std::size_t>(volume.words)} {
   for (int i{0}; i < volumes; ++i) paths.emplace_back(costs.size());
 }

@@ -119,11 +119,11 @@ HWY_INLINE V8 first_byte_everywhere(hn::Vec<Block16> value) {
 // on to the next pixel.
 class PathStep {
  public:
-  explicit PathStep(const Penalties& penalties)
-      : step_{hn::Set(D8{}, static_cast<std::uint8_t>(penalties.step))},
-        road_step_{hn::Set(D8{}, static_cast<std::uint8_t>(penalties.road_step))},
-        jump_{hn::Set(D8{}, static_cast<std::uint8_t>(penalties.jump))},
-        change_{hn::Set(D8{}, static_cast<std::uint8_t>(penalties.change))} {}
+  PathStep()
+      : step_{hn::Set(D8{}, std::uint8_t{path_penalties.step})},
+        road_step_{hn::Set(D8{}, std::uint8_t{path_penalties.road_step})},
+        jump_{hn::Set(D8{}, std::uint8_t{path_penalties.jump})},
+        change_{hn::Set(D8{}, std::uint8_t{path_penalties.change})} {}
 
   // Cheapest way into each label, from costs in registers …
   template <int uprights, int n>

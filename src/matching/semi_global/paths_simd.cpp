@@ -41,8 +41,8 @@ void split(const std::uint32_t* row, int width, int lead, int length, std::uint8
 void StartRow(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v) {
   const int width{task.census.left.width};
   const LabelLayout& layout{task.layout};
-  split(task.census.right.row(v), width, layout.upright_at + task.upright.first + task.upright.count - 1,
-        width + layout.uprights, room.right);
+  split(task.census.right.row(v), width, layout.upright_at + task.upright.count - 1, width + layout.uprights,
+        room.right);
   split(task.census.sheared.row(v), width, layout.road_at - layout.uprights + task.road.first + task.road.count - 1,
         width + layout.stride - layout.uprights, room.sheared);
   for (int u{0}; u < width; ++u) {
@@ -58,8 +58,7 @@ class Row {
  public:
   static constexpr int all{uprights + tail};
 
-  Row(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v)
-      : task_{task}, room_{room}, v_{v}, step_{task.penalties} {
+  Row(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v) : task_{task}, room_{room}, v_{v} {
     closes_road_ = tail == 0 && v > 0 && row_has_road(task.plane, task.census.left.width, v - 1);
   }
 
@@ -147,13 +146,8 @@ class Row {
     choose<uprights * lanes>(D8{}, sums, task_.layout.uprights - 1, u, room_.upright);
     if (tail == 0) return;
     const hn::FixedTag<std::uint8_t, 16> block;
-    const int highest{task_.road.count - 1};
-    const std::uint8_t* const road{sums + task_.layout.road_at};
-    if (highest < 16) {
-      choose<16>(block, road, highest, u, room_.road);
-    } else {
-      choose<32>(block, road, highest, u, room_.road);
-    }
+    static_assert(road_shifts.count <= 16);
+    choose<16>(block, sums + task_.layout.road_at, road_shifts.count - 1, u, room_.road);
   }
 
   // copies, which stores into the costs cannot change

@@ -16,7 +16,7 @@ struct LabelLayout {
   explicit LabelLayout(Shifts upright);
 
   static constexpr int block{64};  ///< every target's vectors divide it
-  static constexpr int guard{16};  ///< before the road's labels, of which there are at most 31
+  static constexpr int guard{16};  ///< on both sides of the road's labels
 
   int uprights;    ///< with padding
   int upright_at;  ///< place of the largest upright shift
@@ -53,7 +53,6 @@ struct SemiGlobalRoom {
 struct SemiGlobalTask {
   CensusTriple census;
   RoadPlane plane;
-  Penalties penalties;
   Shifts upright;
   Shifts road;
   LabelLayout layout;

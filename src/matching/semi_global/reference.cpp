@@ -20,7 +20,6 @@ struct Labels {
 struct Problem {
   const CensusTriple& census;
   const RoadPlane& plane;
-  Penalties penalties;
   Shifts upright;
   Shifts road;
 
@@ -67,7 +66,7 @@ struct Direction {
 
 // Path costs of a pixel from those of the pixel before.
 Labels advance(const Problem& problem, const Labels& before, int u, int v, Direction direction) {
-  const Penalties& penalties{problem.penalties};
+  constexpr Penalties penalties{path_penalties};
   const int smallest{std::min(*std::min_element(before.upright.begin(), before.upright.end()),
                               *std::min_element(before.road.begin(), before.road.end()))};
   const int meeting{meeting_label(problem.plane, problem.upright, problem.road, u, v)};
@@ -126,7 +125,7 @@ Candidate best_of(const std::vector<int>& costs, Shifts shifts, int uniqueness) 
 
 void optimise(Reference&, const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config,
               CandidateSink& sink) {
-  const Problem problem{census, plane, penalties(), upright_shifts(config), road_shifts()};
+  const Problem problem{census, plane, upright_shifts(config), road_shifts};
   const auto count_of = [](Shifts shifts) { return static_cast<std::size_t>(shifts.count); };
   Image<Labels> sums{problem.width(),
                      problem.height(),

@@ -13,6 +13,9 @@
 
 namespace stereogrid {
 
+/// Costs and their sums stop here; a label that cannot be taken costs as much.
+constexpr int cost_max{255};
+
 /// Cost of leaving a pixel's label on the way to the next one.
 struct Penalties {
   int step;       ///< P1: one disparity up or down on an upright surface
@@ -20,8 +23,9 @@ struct Penalties {
   int jump;       ///< P2: any other change
   int change;     ///< P_c: between the hypotheses, where an obstacle may stand on the road
 };
-/// A road step costs twice a step.
-Penalties penalties();
+constexpr Penalties path_penalties{7, 14, 40, 20};
+static_assert(path_penalties.jump + census_bits < cost_max,
+              "a label that can be taken costs less than one that cannot");
 
 /// What semi-global matching compares: census descriptors of the left image, the right image and the sheared right
 /// image.
@@ -44,9 +48,6 @@ void optimise(Cpu& cpu, const CensusTriple& census, const RoadPlane& plane, cons
 
 std::size_t optimise_memory(int width, int height, const MatchingConfig& config, int threads);
 
-/// Costs and their sums stop here; a label that cannot be taken costs as much.
-constexpr int cost_max{255};
-
 /// Can there be road in a row? Elsewhere no road label can be taken.
 STEREOGRID_HD inline bool row_has_road(const RoadPlane& plane, int width, int v) {
   return plane.disparity(0, v) >= 1 || plane.disparity(width - 1, v) >= 1;
@@ -55,7 +56,7 @@ STEREOGRID_HD inline bool row_has_road(const RoadPlane& plane, int width, int v)
 /// The upright label with the disparity of the first road label; −1 where not all road labels lie among the upright
 /// ones, so that nothing can change between them.
 STEREOGRID_HD inline int meeting_label(const RoadPlane& plane, Shifts upright, Shifts road, int u, int v) {
-  const int meeting{clamped_to_int(std::floor(plane.disparity(u, v) + 0.5)) + road.first - upright.first};
+  const int meeting{clamped_to_int(std::floor(plane.disparity(u, v) + 0.5)) + road.first};
   return meeting > 0 && meeting + road.count < upright.count ? meeting : -1;
 }
 

@@ -11,12 +11,12 @@
 namespace stereogrid {
 namespace {
 
-/// In association, a difference of 1 m/s counts like so many metres.
-constexpr double velocity_weight_s{0.4};
 /// Maximum distance between a cluster and the prediction of its track.
 constexpr double gate_m{1.5};
 /// Process noise of the constant-velocity model.
 constexpr double acceleration_mps2{4};
+/// In association, a difference of 1 m/s counts like so many metres.
+constexpr double velocity_weight_s{0.4};
 /// … what no points have been followed on, where it may be something that moves, like so many, …
 constexpr double unmeasured_mover_m{0.3};
 /// … and a metre of difference in height, as far as it goes: a kerb is not the cyclist before it.

@@ -18,7 +18,7 @@ namespace stereogrid {
 TextureSpace::TextureSpace(int /*width*/, int /*half_window*/) {}
 DecideSpace::DecideSpace(int /*width*/) {}
 int correlate_border(Shifts upright, Shifts road) {
-  return std::max(upright.first + upright.count, road.count) + 128;
+  return std::max(upright.count, road.count) + 128;
 }
 
 void flag_surfaces(const float* obstacle, const float* road, const float* above, int width, float* labelled,
