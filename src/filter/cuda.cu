@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include "filter/joint/blocks.cuh"
-#include "filter/strip.cuh"
 #include "filter/layers.cuh"
+#include "filter/strip.cuh"
 
 #include <cmath>
 #include <vector>
