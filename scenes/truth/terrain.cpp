@@ -156,6 +156,15 @@ bool is_rim_seen(const Samples& samples, CellIndex at, CellIndex direction) {
   return false;
 }
 
+/// Does the line of sight cross a line at a sample, in the direction of its normal, at 15° or more? The image hardly
+/// shows what runs along the line of sight.
+bool is_faced(const Samples& samples, CellIndex at, CellIndex normal) {
+  constexpr double sine_min{0.26};
+  const double x{at.ix + 0.5};
+  const double y{at.iy + 0.5 - samples.height_m.height() / 2.0};
+  return normal.ix * x + normal.iy * y > sine_min * std::sqrt(x * x + y * y);
+}
+
 Boundary boundary_of(const Samples& samples) {
   Boundary boundary{{samples.height_m.width(), samples.height_m.height()},
                     {samples.height_m.width(), samples.height_m.height()}};
@@ -165,7 +174,7 @@ Boundary boundary_of(const Samples& samples) {
       for (const CellIndex step : neighbours) {
         const CellIndex to{ix + step.ix, iy + step.iy};
         if (!samples.contains(to) || samples.is_reached(to) || samples.blocked(to.ix, to.iy) != 0) continue;
-        if (step.ix * (ix + 0.5) + step.iy * (iy + 0.5 - samples.height_m.height() / 2.0) <= 0) continue;
+        if (!is_faced(samples, {ix, iy}, step)) continue;
         double step_m{0};
         const Mark mark{samples.between({ix, iy}, to, step_m)};
         if (!is_rim_seen(samples, {ix, iy}, step) && (mark == Mark::drop || samples.seen(to.ix, to.iy) == 0)) continue;
