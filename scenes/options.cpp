@@ -6,15 +6,15 @@
 #include <cstdio>
 #include <set>
 
-#include "angle.hpp"
 #include "layouts/layouts.hpp"
 #include "options.hpp"
 #include "stereogrid/error.hpp"
+#include "world/angle.hpp"
 
 namespace stereogrid::scenes {
 namespace {
 
-/// One key of the text form: how it is written, its range, and where it goes.
+/// One numeric key of the text form: how it is written, its range, and where it goes.
 struct Key {
   std::string_view name;
   double minimum;
@@ -37,20 +37,36 @@ constexpr Key keys[]{
      [](SceneOptions& o, double x) { o.focal_px = x; }},
     {"baseline", 0.01, 5, [](const SceneOptions& o) { return o.baseline_m; },
      [](SceneOptions& o, double x) { o.baseline_m = x; }},
-    {"camera_height", 0.2, 20, [](const SceneOptions& o) { return o.camera_height_m; },
+    {"camera_height", 0.15, 20, [](const SceneOptions& o) { return o.camera_height_m; },
      [](SceneOptions& o, double x) { o.camera_height_m = x; }},
-    {"pitch_deg", -20, 20, [](const SceneOptions& o) { return o.camera_pitch_rad / degree; },
+    {"pitch_deg", -30, 30, [](const SceneOptions& o) { return o.camera_pitch_rad / degree; },
      [](SceneOptions& o, double x) { o.camera_pitch_rad = x * degree; }},
     {"rate", 0.1, 1000, [](const SceneOptions& o) { return o.rate_hz; },
      [](SceneOptions& o, double x) { o.rate_hz = x; }},
     {"noise", 0, 60, [](const SceneOptions& o) { return o.noise_grey; },
      [](SceneOptions& o, double x) { o.noise_grey = x; }},
     {"gain", 0.2, 5, [](const SceneOptions& o) { return o.gain; }, [](SceneOptions& o, double x) { o.gain = x; }},
-    {"edge", 0.3, 50, [](const SceneOptions& o) { return o.edge_m; }, [](SceneOptions& o, double x) { o.edge_m = x; }},
+    {"pitch_noise_deg", 0, 10, [](const SceneOptions& o) { return o.pitch_noise_rad / degree; },
+     [](SceneOptions& o, double x) { o.pitch_noise_rad = x * degree; }},
+    {"roll_noise_deg", 0, 10, [](const SceneOptions& o) { return o.roll_noise_rad / degree; },
+     [](SceneOptions& o, double x) { o.roll_noise_rad = x * degree; }},
+    {"height_noise", 0, 0.2, [](const SceneOptions& o) { return o.height_noise_m; },
+     [](SceneOptions& o, double x) { o.height_noise_m = x; }},
+    {"edge", 0, 50, [](const SceneOptions& o) { return o.edge_m; }, [](SceneOptions& o, double x) { o.edge_m = x; }},
+    {"at", 0, 50, [](const SceneOptions& o) { return o.edge_m; }, [](SceneOptions& o, double x) { o.edge_m = x; }},
     {"rise", -10, 10, [](const SceneOptions& o) { return o.rise_m; }, [](SceneOptions& o, double x) { o.rise_m = x; }},
+    {"depth", -10, 10, [](const SceneOptions& o) { return -o.rise_m; },
+     [](SceneOptions& o, double x) { o.rise_m = -x; }},
+    {"slope_deg", -60, 60, [](const SceneOptions& o) { return o.slope_deg; },
+     [](SceneOptions& o, double x) { o.slope_deg = x; }},
+    {"span", 0, 50, [](const SceneOptions& o) { return o.span_m; }, [](SceneOptions& o, double x) { o.span_m = x; }},
+    {"skew_deg", -60, 60, [](const SceneOptions& o) { return o.skew_deg; },
+     [](SceneOptions& o, double x) { o.skew_deg = x; }},
+    {"speed", 0, 30, [](const SceneOptions& o) { return o.speed_mps; },
+     [](SceneOptions& o, double x) { o.speed_mps = x; }},
     {"incline_deg", 1, 90, [](const SceneOptions& o) { return o.incline_deg; },
      [](SceneOptions& o, double x) { o.incline_deg = x; }},
-    {"steps", 1, 50, [](const SceneOptions& o) { return double(o.steps); },
+    {"steps", 0, 50, [](const SceneOptions& o) { return double(o.steps); },
      [](SceneOptions& o, double x) { o.steps = static_cast<int>(x); }}};
 
 bool is_whole(const Key& key) {
@@ -71,7 +87,24 @@ std::string range_of(const Key& key) {
 std::string known_keys() {
   std::string text{"Known keys: seed"};
   for (const Key& key : keys) text += ", " + std::string{key.name};
+  return text + ", camera, kind.";
+}
+
+std::string known_kinds() {
+  std::string text{"Known kinds: random"};
+  for (const std::string& kind : terrain_kinds()) text += " " + kind;
   return text + ".";
+}
+
+void check_words(const SceneOptions& options) {
+  const std::string scene{"scene:" + options.name};
+  if (options.camera != "car" && options.camera != "robot") {
+    throw InputError{scene, "cannot use camera=" + options.camera + ".", "Known cameras: car robot."};
+  }
+  const auto kinds{terrain_kinds()};
+  if (options.kind != "random" && std::ranges::find(kinds, options.kind) == kinds.end()) {
+    throw InputError{scene, "cannot use kind=" + options.kind + ".", known_kinds()};
+  }
 }
 
 std::string known_scenes() {
@@ -96,6 +129,11 @@ void set(SceneOptions& options, const std::string& scene, std::string_view name,
   if (name == "seed") {
     if (read(value, options.seed)) return;
     throw InputError{scene, "cannot use " + given + ".", "seed is a whole number from 0 to 18446744073709551615."};
+  }
+  if (name == "camera" || name == "kind") {
+    (name == "kind" ? options.kind : options.camera) = value;
+    check_words(options);
+    return;
   }
   for (const Key& key : keys) {
     if (key.name != name) continue;
@@ -146,16 +184,24 @@ SceneOptions parse_scene(std::string_view text) {
     set(options, scene, name, setting.substr(equals + 1));
     text.remove_prefix(std::min(setting.size() + 1, text.size()));
   }
+  if (options.camera == "robot" && !given.contains("pitch_deg")) options.camera_pitch_rad = 8 * degree;
   return options;
 }
 
 SceneOptions completed(SceneOptions options) {
   const Layout& layout{find_layout(options.name)};
   const bool wide{options.width_px >= 1000};
-  if (options.frames == 0) options.frames = layout.frames;
+  const bool robot{options.camera == "robot"};
+  if (options.speed_mps < 0) options.speed_mps = options.name == "course" ? (robot ? 1.5 : 8) : (robot ? 0.5 : 2);
+  if (options.frames == 0) {
+    options.frames = layout.length_m > 0 && options.speed_mps > 0
+                         ? static_cast<int>(layout.length_m / options.speed_mps * options.rate_hz)
+                         : layout.frames;
+  }
   if (options.focal_px == 0) options.focal_px = wide ? 721.5 * options.width_px / 1242 : 410.0 * options.width_px / 512;
-  if (options.baseline_m == 0) options.baseline_m = wide ? 0.54 : 0.22;
-  if (options.camera_height_m == 0) options.camera_height_m = wide ? 1.65 : 1.25;
+  if (options.baseline_m == 0) options.baseline_m = robot ? 0.09 : (wide ? 0.54 : 0.22);
+  if (options.camera_height_m == 0) options.camera_height_m = robot ? 0.35 : (wide ? 1.65 : 1.25);
+  check_words(options);
   for (const Key& key : keys) {
     const double value{key.get(options)};
     if (!fits(key, value)) {

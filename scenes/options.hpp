@@ -3,7 +3,7 @@
 #pragma once
 
 #include "stereogrid/scenes/scene.hpp"
-#include "world.hpp"
+#include "world/world.hpp"
 
 namespace stereogrid::scenes {
 

@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "options.hpp"
-#include "random.hpp"
-#include "render.hpp"
+#include "render/render.hpp"
 #include "stereogrid/error.hpp"
-#include "truth.hpp"
+#include "truth/truth.hpp"
+#include "world/random.hpp"
 
 namespace stereogrid::scenes {
 namespace {
@@ -30,19 +30,34 @@ Rig rig_of(const SceneOptions& options) {
   return rig;
 }
 
+/// The rig as the suspension moves it in one frame.
+Rig swayed(Rig rig, const SceneOptions& options, std::size_t index) {
+  const auto draw = [&](std::uint64_t which) {
+    return gaussian(scramble(options.seed ^ scramble(0x73776179U + 3 * index + which)));
+  };
+  rig.camera_pitch_rad += options.pitch_noise_rad * draw(0);
+  rig.camera_roll_rad += options.roll_noise_rad * draw(1);
+  rig.camera_height_m += options.height_noise_m * draw(2);
+  return rig;
+}
+
 /// Everything that both cameras see at one instant.
 struct Instant {
-  Instant(const World& world, const Rig& rig, double time)
+  Instant(const World& world, const Rig& of_instant, double time)
       : time_s{time},
+        rig{of_instant},
         world_from_vehicle{world.ego.pose_at(time)},
+        vehicle{standing_at(world.ground, world_from_vehicle, world.wheels)},
         parts{world.at(time)},
-        left{left_camera(rig, world_from_vehicle), parts, world.ground},
-        right{right_camera(rig, world_from_vehicle), parts, world.ground} {}
+        left{left_camera(rig, vehicle), parts, world.ground},
+        right{right_camera(rig, vehicle), parts, world.ground} {}
   Instant(const Instant&) = delete;  // the casters refer to parts
   Instant& operator=(const Instant&) = delete;
 
   double time_s;
+  Rig rig;
   Pose2 world_from_vehicle;
+  Frame3 vehicle;
   std::vector<PlacedPart> parts;
   Caster left;
   Caster right;
@@ -62,7 +77,7 @@ struct Scene::Implementation {
       throw InputError{"scene:" + options.name, "there is no frame " + std::to_string(index) + ".",
                        "It has " + std::to_string(options.frames) + "; ask for more with frames=N."};
     }
-    return {world, rig, static_cast<double>(index) / options.rate_hz};
+    return {world, swayed(rig, options, index), static_cast<double>(index) / options.rate_hz};
   }
 
   [[nodiscard]] Sensor sensor(std::size_t index, bool right) const {
@@ -115,7 +130,7 @@ StereoFrame Scene::load(std::size_t index) const {
 
 FrameTruth Scene::truth(std::size_t index) const {
   const Instant now{implementation_->at(index)};
-  const Moment moment{implementation_->world, implementation_->rig, now.parts, now.left, now.right, now.time_s};
+  const Moment moment{implementation_->world, now.rig, now.vehicle, now.parts, now.left, now.right, now.time_s};
   FrameTruth truth;
   implementation_->arena.execute([&] { truth = truth_of(moment, truth_grid()); });
   truth.name = name(index);
@@ -124,9 +139,8 @@ FrameTruth Scene::truth(std::size_t index) const {
 }
 
 TruthGrid Scene::truth_grid() const {
-  TruthGrid grid;
-  grid.geometry = {0, -10, 0.2, 100, 100};
-  return grid;
+  if (implementation_->options.camera == "robot") return {{0, -3, 0.05, 120, 120}, 0.03, 0.5};
+  return {{0, -10, 0.2, 100, 100}};
 }
 
 }  // namespace stereogrid::scenes

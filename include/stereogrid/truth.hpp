@@ -18,6 +18,16 @@ enum class TruthLabel : std::uint8_t { sky = 0, road = 1, obstacle = 2, low = 3 
 /// Cell states of ground truth.
 enum class TruthCell : std::uint8_t { hidden = 0, seen_free = 1, seen_occupied = 2 };
 
+/// Classes of cells of uneven ground, for a vehicle that climbs steps up to TruthGrid::height_min_m and slopes up to
+/// 20°, and that fits below what leaves TruthGrid::height_max_m free.
+enum class TerrainCell : std::uint8_t {
+  hidden = 0,    ///< not seen, or out of reach behind an obstacle
+  drivable = 1,  ///< seen ground that the vehicle reaches
+  obstacle = 2,  ///< seen: a body, a step up, a rise that is too steep
+  drop = 3,      ///< seen: the first cell lower than an edge
+  beyond = 4     ///< in view's columns, behind an edge: lower ground, seen or not, and what is out of reach behind it
+};
+
 /// A thing that stands or moves in the scene.
 struct TruthObject {
   std::int64_t id{0};
@@ -52,6 +62,14 @@ struct TruthEgo {
   double vx_mps{0};
   double vy_mps{0};
   double yaw_rate_radps{0};
+  double z_m{0};  ///< vehicle origin over the world's z = 0
+  // Of the vehicle frame, which is the plane of the wheels' contacts.
+  double pitch_rad{0};  ///< positive: nose down
+  double roll_rad{0};   ///< positive: right side down
+  // Of the left camera over that plane, in this frame. Height 0: not known.
+  double camera_height_m{0};
+  double camera_pitch_rad{0};
+  double camera_roll_rad{0};
 };
 
 /// What the cells are measured on: vehicle frame, obstacles between two heights.
@@ -80,6 +98,10 @@ struct FrameTruth {
   Image<std::uint8_t> low;           ///< a low object (kerb, pavement, verge) lies on the cell
   Image<float> velocity_x;           ///< m/s in WORLD axes
   Image<float> velocity_y;
+  // Scenes with uneven ground only; else empty.
+  Image<std::uint8_t> terrain;  ///< TerrainCell
+  Image<float> elevation_m;     ///< of the ground at the cell's centre over the vehicle frame's plane
+  Image<float> step_m;          ///< of a drop or a step up: its height, negative where it falls; 0 elsewhere
 };
 
 }  // namespace stereogrid

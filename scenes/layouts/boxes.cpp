@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include "layouts/layouts.hpp"
-#include "props.hpp"
+#include "world/props.hpp"
 
 namespace stereogrid::scenes {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "stereogrid/scenes/scene.hpp"
-#include "world.hpp"
+#include "world/world.hpp"
 
 namespace stereogrid::scenes {
 
@@ -16,6 +16,7 @@ struct Layout {
   std::string_view name;
   int frames{0};
   World (*build)(const SceneOptions& options){nullptr};
+  double length_m{0};  ///< as many frames as this takes; 0: `frames`
 };
 
 /// All of them, in alphabetical order.
@@ -29,7 +30,9 @@ struct Layout {
 [[nodiscard]] World build_empty(const SceneOptions& options);
 /// Car still. A person whose lower half is hidden by a crate.
 [[nodiscard]] World build_occlusion(const SceneOptions& options);
-/// Drives 4 m at 2 m/s, then stands `edge_m` before a pallet with a load, `rise_m` high.
+/// 170 m with 24 hazards beside the vehicle's path and 12 things that are none.
+[[nodiscard]] World build_course(const SceneOptions& options);
+/// Drives 4 m at 2 m/s, then stands `edge_m` (2.5) before a pallet with a load, `rise_m` (0.5) high.
 [[nodiscard]] World build_pallet(const SceneOptions& options);
 /// The same before the whole width of the ground rises or falls by `rise_m`, in `steps` slopes of `incline_deg` (90:
 /// steps of stairs, a platform's edge).
@@ -38,6 +41,8 @@ struct Layout {
 [[nodiscard]] World build_street(const SceneOptions& options);
 /// Drives as build_pallet before a table, 2.4 m wide and `rise_m` high.
 [[nodiscard]] World build_table(const SceneOptions& options);
+/// Uneven ground of one kind.
+[[nodiscard]] World build_terrain(const SceneOptions& options);
 /// 5 m/s in an alley, up to 5 m behind a van whose back hides most of the road; wall left, pavement right.
 [[nodiscard]] World build_van(const SceneOptions& options);
 /// Car still before a wall that hides everything behind it.

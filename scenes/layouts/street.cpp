@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "layouts/layouts.hpp"
-#include "props.hpp"
+#include "world/props.hpp"
 
 namespace stereogrid::scenes {
 namespace {

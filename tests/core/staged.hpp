@@ -6,11 +6,11 @@
 #include <cstdint>
 #include <utility>
 
-#include "caster.hpp"
 #include "chain_run.hpp"
 #include "layouts/layouts.hpp"
-#include "props.hpp"
-#include "render.hpp"
+#include "render/caster.hpp"
+#include "render/render.hpp"
+#include "world/props.hpp"
 
 namespace stereogrid::test {
 
@@ -39,15 +39,17 @@ class Staged {
   /// The frame with the vehicle at (x_m, 0).
   StereoFrame frame_at(double x_m) {
     const Pose2 pose{x_m, 0, 0};
+    const scenes::Frame3 vehicle{scenes::standing_at(world_.ground, pose, world_.wheels)};
     const auto parts = world_.at(time_s_);
     StereoFrame frame;
     frame.index = index_;
     frame.stamp_ns = std::llround(time_s_ * 1e9);
     frame.world_from_vehicle = pose;
     const auto seed = static_cast<std::uint64_t>(2 * index_);
-    frame.left = render(world_, scenes::Caster{scenes::left_camera(rig_, pose), parts, world_.ground}, {1, 2.5, seed});
-    frame.right =
-        render(world_, scenes::Caster{scenes::right_camera(rig_, pose), parts, world_.ground}, {1.05, 2.5, seed + 1});
+    frame.left =
+        render(world_, scenes::Caster{scenes::left_camera(rig_, vehicle), parts, world_.ground}, {1, 2.5, seed});
+    frame.right = render(world_, scenes::Caster{scenes::right_camera(rig_, vehicle), parts, world_.ground},
+                         {1.05, 2.5, seed + 1});
     ++index_;
     time_s_ += interval_s_;
     return frame;

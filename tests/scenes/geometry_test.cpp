@@ -6,11 +6,11 @@
 #include <cmath>
 #include <vector>
 
-#include "angle.hpp"
-#include "polygon.hpp"
-#include "random.hpp"
-#include "shapes.hpp"
-#include "world.hpp"
+#include "world/angle.hpp"
+#include "world/polygon.hpp"
+#include "world/random.hpp"
+#include "world/shapes.hpp"
+#include "world/world.hpp"
 
 namespace stereogrid::scenes {
 namespace {

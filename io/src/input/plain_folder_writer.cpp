@@ -64,7 +64,13 @@ Json frame_json(const FrameTruth& truth) {
             {"yaw_rad", ego.world_from_vehicle.yaw_rad},
             {"vx_mps", ego.vx_mps},
             {"vy_mps", ego.vy_mps},
-            {"yaw_rate_radps", ego.yaw_rate_radps}}},
+            {"yaw_rate_radps", ego.yaw_rate_radps},
+            {"z_m", ego.z_m},
+            {"pitch_rad", ego.pitch_rad},
+            {"roll_rad", ego.roll_rad},
+            {"camera_height_m", ego.camera_height_m},
+            {"camera_pitch_rad", ego.camera_pitch_rad},
+            {"camera_roll_rad", ego.camera_roll_rad}}},
           {"objects", objects}};
 }
 
@@ -84,7 +90,10 @@ bool fits(const Image<From>& image) {
 /// Keeps the narrowed copies alive until they are written.
 class CellArrays {
  public:
-  void add(const char* name, const Image<std::uint8_t>& image) { arrays_.emplace_back(name, image); }
+  template <class T>
+  void add(const char* name, const Image<T>& image) {
+    arrays_.emplace_back(name, image);
+  }
 
   /// As 8, 16 or 32 bits, `at_least_16`: not as 8.
   void add_narrowed(const char* name, const Image<std::int32_t>& image, bool at_least_16) {
@@ -123,6 +132,11 @@ void write_cells(const std::filesystem::path& path, const FrameTruth& truth) {
   cells.add("free_points", truth.free_points);
   cells.add("low", truth.low);
   cells.add_velocity(truth.velocity_x, truth.velocity_y);
+  if (!truth.terrain.empty()) {
+    cells.add("terrain", truth.terrain);
+    cells.add("elevation", truth.elevation_m);
+    cells.add("step", truth.step_m);
+  }
   write_npz(path, cells.arrays());
 }
 

@@ -65,6 +65,13 @@ FrameTruth parse_frame(const Json& json) {
   const Json& ego = json.at("ego");  // no braces: they would make a list of it
   truth.ego = {parse_pose(ego), number(ego, "vx_mps", most_m), number(ego, "vy_mps", most_m),
                number(ego, "yaw_rate_radps", most_m)};
+  const auto optional{[&ego](const char* name) { return ego.contains(name) ? number(ego, name, most_m) : 0.0; }};
+  truth.ego.z_m = optional("z_m");
+  truth.ego.pitch_rad = optional("pitch_rad");
+  truth.ego.roll_rad = optional("roll_rad");
+  truth.ego.camera_height_m = optional("camera_height_m");
+  truth.ego.camera_pitch_rad = optional("camera_pitch_rad");
+  truth.ego.camera_roll_rad = optional("camera_roll_rad");
   for (const Json& object : json.at("objects")) truth.objects.push_back(parse_object(object));
   return truth;
 }
@@ -85,6 +92,8 @@ class Cells {
   void take(const char* name, Image<T>& image) const {
     image = array(name, {rows(), columns()}).to_image<T>();
   }
+
+  [[nodiscard]] bool has(const char* name) const { return arrays_.contains(name); }
 
   void take_velocity(Image<float>& x, Image<float>& y) const {
     const auto values{array("velocity", {2, rows(), columns()}).to<float>()};
@@ -176,6 +185,10 @@ FrameTruth TruthReader::frame(const std::string& name) const {
   cells.take("free_points", truth.free_points);
   cells.take("low", truth.low);
   cells.take_velocity(truth.velocity_x, truth.velocity_y);
+  if (!cells.has("terrain")) return truth;
+  cells.take("terrain", truth.terrain);
+  cells.take("elevation", truth.elevation_m);
+  cells.take("step", truth.step_m);
   return truth;
 }
 

@@ -31,19 +31,34 @@ struct SceneOptions {
   double rate_hz{10};
   double noise_grey{2.5};  ///< standard deviation of the sensor noise, each camera and frame its own
   double gain{1.05};       ///< brightness of the right camera relative to the left one
-  // Scenes "pallet", "step" and "table" only.
-  double edge_m{2.5};      ///< distance from the camera to the obstacle or edge where the vehicle stands
-  double rise_m{0.5};      ///< height of the obstacle; of the ground beyond a step, negative: it falls
-  double incline_deg{90};  ///< slope of a step; 90: vertical
-  int steps{1};            ///< steps that the rise is divided into, with treads of 0.3 m
+  /// "car", or "robot": 0.35 m high, baseline 0.09 m, truth for a vehicle 0.5 m high that climbs 0.03 m, on cells of
+  /// 0.05 m. parse_scene pitches a robot's camera by 8° unless the text says otherwise.
+  std::string camera{"car"};
+  double pitch_noise_rad{0};  ///< standard deviations of what the suspension does to the camera in each frame
+  double roll_noise_rad{0};
+  double height_noise_m{0};
+  // Scenes of uneven ground: "pallet", "step", "table", "terrain" and "course". 0: default of the scene or the kind.
+  std::string kind{"flat"};  ///< of "terrain": terrain_kinds(), or "random"
+  double edge_m{0};          ///< distance from the vehicle to the obstacle or edge in the last frame
+  double rise_m{0};          ///< height of the obstacle or of the ground beyond the edge; negative: it falls
+  double incline_deg{90};    ///< slope of a "step"; 90: vertical
+  double slope_deg{0};       ///< of the ground; negative: it falls
+  double span_m{0};          ///< length of the feature in driving direction
+  int steps{0};              ///< steps that the rise is divided into
+  double skew_deg{0};        ///< heading of the vehicle against the normal of an edge
+  double speed_mps{-1};      ///< of "terrain" and "course"; negative: default of the scene
 };
 
 /// The built-in scenes, in alphabetical order.
 [[nodiscard]] STEREOGRID_EXPORT std::vector<std::string> scene_names();
 
+/// Layouts of the scene "terrain", in alphabetical order.
+[[nodiscard]] STEREOGRID_EXPORT std::vector<std::string> terrain_kinds();
+
 /// Reads "scene:street?frames=60&seed=3&width=1242&height=375", with or without "scene:". Keys: frames, seed, width,
-/// height, focal (px), baseline (m), camera_height (m), pitch_deg, rate (Hz), noise (grey levels), gain;
-/// edge (m), rise (m), incline_deg, steps of the scenes "pallet", "step" and "table".
+/// height, focal (px), baseline (m), camera_height (m), pitch_deg, rate (Hz), noise (grey levels), gain, camera,
+/// pitch_noise_deg, roll_noise_deg, height_noise (m); of uneven ground: kind, at or edge (m), rise or depth (m),
+/// incline_deg, slope_deg, span (m), steps, skew_deg, speed (m/s).
 /// Throws InputError, with the known scenes or keys and their ranges.
 [[nodiscard]] STEREOGRID_EXPORT SceneOptions parse_scene(std::string_view text);
 

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "render.hpp"
+#include "render/render.hpp"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "random.hpp"
+#include "world/random.hpp"
 
 namespace stereogrid::scenes {
 namespace {
@@ -17,8 +17,11 @@ constexpr double sunlight{0.5};
 
 struct Sample {
   double grey{0};
-  int surface{0};  ///< differs where the picture has an edge
+  int surface{0};            ///< differs where the picture has an edge
+  double nearness_per_m{0};  ///< of height fields, which can hide a part of themselves
 };
+
+constexpr int first_ground_surface{-1'000'000};
 
 /// How far a point on a plane moves per pixel, to first order.
 Vector3 step_on_plane(Vector3 pixel_step, Vector3 ray, Vector3 normal, double depth) {
@@ -28,7 +31,7 @@ Vector3 step_on_plane(Vector3 pixel_step, Vector3 ray, Vector3 normal, double de
   return depth * (pixel_step - (dot(normal, pixel_step) / towards) * ray);
 }
 
-double length_along(Vector3 axis, Vector3 step_u, Vector3 step_v) {
+double pixel_length(Vector3 axis, Vector3 step_u, Vector3 step_v) {
   const double u{dot(axis, step_u)};
   const double v{dot(axis, step_v)};
   return std::sqrt(u * u + v * v);
@@ -76,20 +79,44 @@ class Shader {
     return {grey * (ambient + (shadow ? 0 : sunlight * to_sun.z)), 4 * Hit::road + (shadow ? 1 : 0)};
   }
 
-  /// The road's texture, laid along the ground's profile.
+  /// A height field: its walls have their own texture, areas theirs.
   [[nodiscard]] Sample ground(double u, double v, Vector3 ray, const Hit& hit) const {
+    constexpr double above_m{1e-4};  // a ray to the sun starts on the ground, not in it
     const Vector3 point{camera_.position + hit.depth * ray};
-    const Vector3 tangent{world_.ground.tangent(hit.piece)};
-    const auto laid = [&](Vector3 pixel_step) {
-      const Vector3 step{step_on_plane(pixel_step, ray, hit.normal, hit.depth)};
-      return Vector3{dot(tangent, step), step.y, 0};
-    };
-    const double grey{road_grey(world_.road, road_seed_, {world_.ground.along(hit.piece, point), point.y},
-                                laid(step_u_), laid(step_v_))};
-    const bool shadow{caster_.in_shadow(u, v, point)};
-    const double facing{std::max(0.0, dot(hit.normal, to_sun))};
-    return {grey * (ambient + (shadow ? 0 : sunlight * facing)),
-            4 * (Hit::sky - 1 - static_cast<int>(hit.piece)) + (shadow ? 1 : 0)};
+    const Vector3 step_u{step_on_plane(step_u_, ray, hit.normal, hit.depth)};
+    const Vector3 step_v{step_on_plane(step_v_, ray, hit.normal, hit.depth)};
+    const GroundArea* const area{hit.is_wall ? nullptr : area_at(point)};
+    HeightField::Crossing ignored;
+    const bool shadow{caster_.in_shadow(u, v, point) ||
+                      world_.ground.crosses(point + above_m * hit.normal, to_sun, ignored)};
+    const double light{ambient + (shadow ? 0 : sunlight * std::max(0.0, dot(hit.normal, to_sun)))};
+    double grey{light *
+                (hit.is_wall ? wall_grey(point, hit.normal, step_u, step_v) : level_grey(area, point, step_u, step_v))};
+    if (area != nullptr && area->mirrors_sky) grey = 0.3 * grey + 0.7 * sky({ray.x, ray.y, -ray.z}).grey;
+    const int surface{hit.is_wall ? -1 - (hit.normal.x != 0 ? 1 : 0)
+                                  : (area == nullptr ? 0 : 1 + static_cast<int>(area - world_.areas.data()))};
+    return {grey, first_ground_surface + 2 * surface + (shadow ? 1 : 0), 1 / hit.depth};
+  }
+
+  [[nodiscard]] const GroundArea* area_at(Vector3 point) const {
+    const auto found = std::ranges::find_if(world_.areas, [point](const GroundArea& area) {
+      return point.x >= area.low.x && point.x <= area.high.x && point.y >= area.low.y && point.y <= area.high.y;
+    });
+    return found == world_.areas.end() ? nullptr : &*found;
+  }
+
+  [[nodiscard]] double level_grey(const GroundArea* area, Vector3 point, Vector3 step_u, Vector3 step_v) const {
+    const SurfacePoint at{point.x, point.y, pixel_length({1, 0, 0}, step_u, step_v),
+                          pixel_length({0, 1, 0}, step_u, step_v)};
+    return area == nullptr ? ground_grey(road_seed_, at) : surface_grey(area->material, road_seed_, at, 0);
+  }
+
+  [[nodiscard]] double wall_grey(Vector3 point, Vector3 normal, Vector3 step_u, Vector3 step_v) const {
+    constexpr Material earth{Pattern::plain, 110, 15, 0.8};
+    const Vector3 level{-normal.y, normal.x, 0};
+    const SurfacePoint at{dot(level, point), point.z, pixel_length(level, step_u, step_v),
+                          pixel_length({0, 0, 1}, step_u, step_v)};
+    return surface_grey(earth, road_seed_ + (normal.x != 0 ? 7 : 8), at, 0);
   }
 
   [[nodiscard]] Sample solid(double u, double v, Vector3 ray, const Hit& hit) const {
@@ -113,8 +140,8 @@ class Shader {
       // Pavements are laid out in the world, so that their pieces join without a seam.
       const bool joined{placed.body->label == TruthLabel::low};
       const Vector3 at{joined ? world_point : local};
-      const SurfacePoint point{at.x, at.y, length_along({1, 0, 0}, step_u, step_v),
-                               length_along({0, 1, 0}, step_u, step_v)};
+      const SurfacePoint point{at.x, at.y, pixel_length({1, 0, 0}, step_u, step_v),
+                               pixel_length({0, 1, 0}, step_u, step_v)};
       return surface_grey(placed.part->material, joined ? road_seed_ : placed.texture_seed, point, half.y);
     }
     const Shape shape{placed.part->solid.shape};
@@ -124,7 +151,7 @@ class Shader {
     const double a{round ? around(local.x, local.y) * 0.8 * std::max(half.x, half.y) : dot(level, local)};
     const auto face =
         static_cast<std::uint32_t>(round ? 0 : (hit.normal.x != 0 ? 1 : 2) + (hit.normal.x + hit.normal.y > 0 ? 2 : 0));
-    const SurfacePoint point{a, local.z, length_along(level, step_u, step_v), length_along({0, 0, 1}, step_u, step_v)};
+    const SurfacePoint point{a, local.z, pixel_length(level, step_u, step_v), pixel_length({0, 0, 1}, step_u, step_v)};
     return surface_grey(placed.part->material, placed.texture_seed + 1000 * face, point, half.z);
   }
 
@@ -145,11 +172,14 @@ double smoothed(const Shader& shader, int u, int v) {
   return sum / 4;
 }
 
-bool beside_edge(const Image<Sample>& samples, int u, int v) {
-  const int surface{samples(u, v).surface};
-  return (u > 0 && samples(u - 1, v).surface != surface) || (v > 0 && samples(u, v - 1).surface != surface) ||
-         (u + 1 < samples.width() && samples(u + 1, v).surface != surface) ||
-         (v + 1 < samples.height() && samples(u, v + 1).surface != surface);
+bool beside_edge(const Image<Sample>& samples, int u, int v, double largest_step_per_m) {
+  const Sample here{samples(u, v)};
+  const auto differs = [&](const Sample& other) {
+    return other.surface != here.surface || std::abs(other.nearness_per_m - here.nearness_per_m) > largest_step_per_m;
+  };
+  return (u > 0 && differs(samples(u - 1, v))) || (v > 0 && differs(samples(u, v - 1))) ||
+         (u + 1 < samples.width() && differs(samples(u + 1, v))) ||
+         (v + 1 < samples.height() && differs(samples(u, v + 1)));
 }
 
 std::uint8_t expose(double grey, const Sensor& sensor, std::uint64_t pixel) {
@@ -167,10 +197,12 @@ Image<std::uint8_t> render(const World& world, const Caster& caster, const Senso
   tbb::parallel_for(0, height, [&](int v) {
     for (int u{0}; u < width; ++u) samples(u, v) = shader.at(u, v);
   });
+  constexpr double camera_m{0.25};  // the lowest: level ground seen from it changes by 1/(f·h) per row
+  const double largest_step_per_m{1.5 / (caster.camera().focal_px * camera_m)};
   Image<std::uint8_t> picture{width, height};
   tbb::parallel_for(0, height, [&](int v) {
     for (int u{0}; u < width; ++u) {
-      const double grey{beside_edge(samples, u, v) ? smoothed(shader, u, v) : samples(u, v).grey};
+      const double grey{beside_edge(samples, u, v, largest_step_per_m) ? smoothed(shader, u, v) : samples(u, v).grey};
       picture(u, v) = expose(grey, sensor, static_cast<std::uint64_t>(v) * static_cast<std::uint64_t>(width) + u);
     }
   });

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "shapes.hpp"
+#include "world/shapes.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "angle.hpp"
+#include "world/angle.hpp"
 
 namespace stereogrid::scenes {
 namespace {
@@ -102,6 +102,29 @@ bool enters(const Solid& solid, Vector3 origin, Vector3 direction, double t_max,
     default:
       return enters_ellipsoid(solid.half, origin, direction, t_max, entry);
   }
+}
+
+bool column_at(const Solid& solid, double x, double y, Column& column) {
+  const double a{x / solid.half.x};
+  const double b{y / solid.half.y};
+  double share{1};  // of the height
+  switch (solid.shape) {
+    case Shape::box:
+      if (std::max(std::abs(a), std::abs(b)) > 1) return false;
+      break;
+    case Shape::cylinder:
+      if (a * a + b * b > 1) return false;
+      break;
+    case Shape::wheel:
+      if (std::max(std::abs(a), std::abs(b)) > 1) return false;
+      share = std::sqrt(1 - a * a);
+      break;
+    default:
+      if (a * a + b * b > 1) return false;
+      share = std::sqrt(1 - a * a - b * b);
+  }
+  column = {-share * solid.half.z, share * solid.half.z};
+  return true;
 }
 
 std::vector<Point2> outline(const Solid& solid, double bottom_m, double top_m) {

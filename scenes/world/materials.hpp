@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "angle.hpp"
-#include "shapes.hpp"
+#include "world/angle.hpp"
+#include "world/shapes.hpp"
 
 namespace stereogrid::scenes {
 
@@ -52,5 +52,8 @@ struct Road {
 
 /// Grey level of the road at a world point. `step_u`, `step_v`: how far the point moves per pixel.
 [[nodiscard]] double road_grey(const Road& road, std::uint32_t seed, Point2 point, Vector3 step_u, Vector3 step_v);
+
+/// Grey level of open ground: the road's texture with coarser octaves, which remain visible far away.
+[[nodiscard]] double ground_grey(std::uint32_t seed, const SurfacePoint& point);
 
 }  // namespace stereogrid::scenes

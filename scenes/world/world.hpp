@@ -6,12 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "angle.hpp"
-#include "materials.hpp"
-#include "profile.hpp"
-#include "shapes.hpp"
 #include "stereogrid/frame.hpp"
 #include "stereogrid/truth.hpp"
+#include "world/angle.hpp"
+#include "world/chassis.hpp"
+#include "world/height_field.hpp"
+#include "world/materials.hpp"
+#include "world/shapes.hpp"
 
 namespace stereogrid::scenes {
 
@@ -45,6 +46,7 @@ struct Body {
   TruthLabel label{TruthLabel::obstacle};
   Motion motion;
   std::vector<Part> parts;
+  double ground_m{0};   ///< height of the ground that its heights are measured from
   std::uint16_t id{0};  ///< given by World::add; 0 for low things, which have no identity
 };
 
@@ -57,16 +59,28 @@ struct PlacedPart {
   std::uint32_t texture_seed{0};
 };
 
+/// A rectangle of the ground with another surface.
+struct GroundArea {
+  Point2 low;
+  Point2 high;
+  Material material;
+  bool mirrors_sky{false};
+};
+
 /// Ground, bodies, the ego vehicle's motion.
 struct World {
   std::uint64_t seed{1};
   Road road;  ///< texture of the ground
-  Profile ground;
+  HeightField ground;
+  std::vector<GroundArea> areas;  ///< on a height field that is not flat
   Motion ego;
+  Wheels wheels;
   std::vector<Body> bodies;
 
   /// Puts a body on a surface of that height (0: the road).
   void add(Body body, double surface_height_m = 0);
+  /// Puts a body on the ground below its origin, `raised_m` above it.
+  void add_on_ground(Body body, double raised_m = 0);
   /// The parts at one instant. They point into this world.
   [[nodiscard]] std::vector<PlacedPart> at(double time_s) const;
 

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "materials.hpp"
+#include "world/materials.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "random.hpp"
+#include "world/random.hpp"
 
 namespace stereogrid::scenes {
 namespace {
@@ -167,6 +167,12 @@ double road_grey(const Road& road, std::uint32_t seed, Point2 point, Vector3 ste
                      0.9 * octaves(at, 0.8, 16, seed + 200) + 0.6 * octaves(at, 0.4, 64, seed + 300)};
   const double asphalt{100 + 11 * noise};
   return mix(asphalt, 205 + 8 * noise, 0.9 * painted(road, at));
+}
+
+double ground_grey(std::uint32_t seed, const SurfacePoint& point) {
+  const double noise{1.0 * octaves(point, 3.2, 1, seed) + 0.8 * octaves(point, 0.8, 4, seed + 100) +
+                     0.8 * octaves(point, 0.8, 16, seed + 200) + 0.5 * octaves(point, 0.4, 64, seed + 300)};
+  return 105 + 10 * noise;
 }
 
 }  // namespace stereogrid::scenes

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "stereogrid/camera.hpp"
-#include "world.hpp"
+#include "world/world.hpp"
 
 namespace stereogrid::scenes {
 
@@ -28,9 +28,9 @@ struct Camera {
   }
 };
 
-/// The rig's cameras on a vehicle at that pose.
-[[nodiscard]] Camera left_camera(const Rig& rig, const Pose2& world_from_vehicle);
-[[nodiscard]] Camera right_camera(const Rig& rig, const Pose2& world_from_vehicle);
+/// The rig's cameras on a vehicle.
+[[nodiscard]] Camera left_camera(const Rig& rig, const Frame3& vehicle);
+[[nodiscard]] Camera right_camera(const Rig& rig, const Frame3& vehicle);
 
 /// Where a point appears. Depth ≤ 0: behind the camera, u and v mean nothing.
 struct Projection {
@@ -47,20 +47,20 @@ struct Hit {
   static constexpr int sky{-2};
   static constexpr int road{-1};
 
-  int part{sky};         ///< index into the placed parts, or road, or sky
-  double depth{0};       ///< along the camera's axis
-  Vector3 normal;        ///< in the part's own frame; of the road in the world's
-  std::size_t piece{0};  ///< of the ground's profile
+  int part{sky};        ///< index into the placed parts, or road, or sky
+  double depth{0};      ///< along the camera's axis
+  Vector3 normal;       ///< in the part's own frame; of the road in the world's
+  bool is_wall{false};  ///< a vertical side of the ground
 };
 
 /// Casts rays from one camera. Knows for every tile of the image which parts can appear in it.
 class Caster {
  public:
-  Caster(const Camera& camera, const std::vector<PlacedPart>& parts, const Profile& ground);
+  Caster(const Camera& camera, const std::vector<PlacedPart>& parts, const HeightField& ground);
 
   /// What is seen at a place in the image, between pixels too.
   [[nodiscard]] Hit trace(double u, double v) const;
-  /// Whether the sun is hidden from a point on the ground (or not far above it) that is seen there.
+  /// Whether bodies hide the sun from a point on the ground (or not far above it) that is seen there.
   [[nodiscard]] bool in_shadow(double u, double v, Vector3 point) const;
 
   [[nodiscard]] const Camera& camera() const { return camera_; }
@@ -79,7 +79,7 @@ class Caster {
 
   Camera camera_;
   const std::vector<PlacedPart>& parts_;
-  const Profile& ground_;
+  const HeightField& ground_;
   int tiles_across_;
   int tiles_down_;
   std::vector<Vector3> origins_;  ///< the camera in each part's frame

@@ -5,35 +5,21 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
-#include "polygon.hpp"
-#include "truth.hpp"
+#include "truth/truth.hpp"
+#include "world/polygon.hpp"
 
 namespace stereogrid::scenes {
 namespace {
 
 constexpr double smallest_overlap_m2{1e-9};
 
-/// Vehicle from world, without libm.
-class IntoVehicle {
- public:
-  explicit IntoVehicle(const Pose2& world_from_vehicle)
-      : origin_{world_from_vehicle.x_m, world_from_vehicle.y_m}, heading_{direction_of(world_from_vehicle.yaw_rad)} {}
-
-  [[nodiscard]] Point2 operator()(Point2 world) const {
-    const double x{world.x - origin_.x};
-    const double y{world.y - origin_.y};
-    return {heading_.cosine * x + heading_.sine * y, -heading_.sine * x + heading_.cosine * y};
-  }
-  [[nodiscard]] Point2 back(Point2 vehicle) const {
-    return {origin_.x + heading_.cosine * vehicle.x - heading_.sine * vehicle.y,
-            origin_.y + heading_.sine * vehicle.x + heading_.cosine * vehicle.y};
-  }
-
- private:
-  Point2 origin_;
-  Direction heading_;
-};
+/// A world point in the vehicle frame, seen from above.
+Point2 from_above(const Frame3& vehicle, Vector3 world) {
+  const Vector3 local{vehicle.into(world)};
+  return {local.x, local.y};
+}
 
 /// Calls visit(ix, iy, overlap in m²) for every cell that a polygon of the vehicle frame overlaps.
 template <class Visit>
@@ -60,15 +46,17 @@ void for_cells_under(const Polygon& polygon, const GridGeometry& grid, Visit vis
   }
 }
 
-Polygon into_vehicle(const IntoVehicle& into, Polygon polygon) {
-  for (Point2& p : polygon) p = into(p);
+Polygon into_vehicle(const Moment& moment, Polygon polygon) {
+  for (Point2& p : polygon) {
+    p = from_above(moment.vehicle, {p.x, p.y, moment.world.ground.height_at(p.x, p.y)});
+  }
   return polygon;
 }
 
-void fill_footprints(const TruthGrid& grid, const IntoVehicle& into, FrameTruth& truth) {
+void fill_footprints(const Moment& moment, const TruthGrid& grid, FrameTruth& truth) {
   Image<double> largest{grid.geometry.nx, grid.geometry.ny};
   for (const TruthObject& object : truth.objects) {
-    for_cells_under(into_vehicle(into, object.footprint), grid.geometry, [&](int ix, int iy, double overlap) {
+    for_cells_under(into_vehicle(moment, object.footprint), grid.geometry, [&](int ix, int iy, double overlap) {
       truth.occupied(ix, iy) = 1;
       if (overlap <= largest(ix, iy)) return;
       largest(ix, iy) = overlap;
@@ -90,20 +78,21 @@ std::vector<LowPart> low_parts(const std::vector<PlacedPart>& parts) {
   return low;
 }
 
-void fill_low(const std::vector<LowPart>& low, const TruthGrid& grid, const IntoVehicle& into, FrameTruth& truth) {
+void fill_low(const std::vector<LowPart>& low, const Moment& moment, const TruthGrid& grid, FrameTruth& truth) {
   for (const LowPart& part : low) {
     Polygon polygon{outline(part.placed->part->solid, -1e9, 1e9)};
     const Direction heading{part.placed->heading};
     for (Point2& p : polygon) {
-      p = into({part.placed->centre.x + heading.cosine * p.x - heading.sine * p.y,
-                part.placed->centre.y + heading.sine * p.x + heading.cosine * p.y});
+      p = {part.placed->centre.x + heading.cosine * p.x - heading.sine * p.y,
+           part.placed->centre.y + heading.sine * p.x + heading.cosine * p.y};
     }
-    for_cells_under(polygon, grid.geometry, [&](int ix, int iy, double) { truth.low(ix, iy) = 1; });
+    for_cells_under(into_vehicle(moment, std::move(polygon)), grid.geometry,
+                    [&](int ix, int iy, double) { truth.low(ix, iy) = 1; });
   }
 }
 
-double ground_height(const std::vector<LowPart>& low, Point2 world) {
-  double height{0};
+double ground_height(const std::vector<LowPart>& low, const HeightField& ground, Vector3 world) {
+  double height{ground.height_at(world.x, world.y)};
   for (const LowPart& part : low) {
     const Vector3 centre{part.placed->centre};
     const Vector3 half{part.placed->part->solid.half};
@@ -113,30 +102,24 @@ double ground_height(const std::vector<LowPart>& low, Point2 world) {
   return height;
 }
 
-/// Number of the cell's 3 × 3 ground points that the left camera sees, at the vehicle's level: ground above or below it
-/// is not free.
-int seen_ground_points(const Moment& moment, const std::vector<LowPart>& low, const IntoVehicle& into, Point2 corner,
-                       double cell_size_m) {
-  constexpr double level_m{0.15};
+/// Number of the cell's 3 × 3 ground points that the left camera sees.
+int seen_ground_points(const Moment& moment, const std::vector<LowPart>& low, Point2 corner, double cell_size_m) {
   int seen{0};
   for (int i{0}; i < 9; ++i) {
     const double x{corner.x + cell_size_m * (2 * (i % 3) + 1) / 6};
     const double y{corner.y + cell_size_m * (2 * (i / 3) + 1) / 6};
-    const Point2 world{into.back({x, y})};
-    if (std::abs(moment.world.ground.height_at(world.x)) > level_m) continue;
-    if (in_view(moment.left, {world.x, world.y, ground_height(low, world)})) ++seen;
+    const Vector3 world{on_ground(moment, {x, y})};
+    if (in_view(moment.left, {world.x, world.y, ground_height(low, moment.world.ground, world)})) ++seen;
   }
   return seen;
 }
 
-void fill_free_points(const Moment& moment, const std::vector<LowPart>& low, const TruthGrid& grid,
-                      const IntoVehicle& into, FrameTruth& truth) {
+void fill_free_points(const Moment& moment, const std::vector<LowPart>& low, const TruthGrid& grid, FrameTruth& truth) {
   const GridGeometry& g{grid.geometry};
   tbb::parallel_for(0, g.ny, [&](int iy) {
     for (int ix{0}; ix < g.nx; ++ix) {
       const Point2 corner{g.x_min_m + ix * g.cell_size_m, g.y_min_m + iy * g.cell_size_m};
-      truth.free_points(ix, iy) =
-          static_cast<std::uint8_t>(seen_ground_points(moment, low, into, corner, g.cell_size_m));
+      truth.free_points(ix, iy) = static_cast<std::uint8_t>(seen_ground_points(moment, low, corner, g.cell_size_m));
     }
   });
 }
@@ -157,16 +140,16 @@ Vector3 surface_point(const Moment& moment, int u, int v) {
 using Votes = std::map<std::int32_t, std::int32_t>;
 
 /// Pixels of obstacles by cell and object.
-std::vector<Votes> count_pixels(const Moment& moment, const TruthGrid& grid, const IntoVehicle& into,
-                                const FrameTruth& truth) {
+std::vector<Votes> count_pixels(const Moment& moment, const TruthGrid& grid, const FrameTruth& truth) {
   const GridGeometry& g{grid.geometry};
   std::vector<Votes> votes(static_cast<std::size_t>(g.nx) * static_cast<std::size_t>(g.ny));
   for (int v{0}; v < truth.label.height(); ++v) {
     for (int u{0}; u < truth.label.width(); ++u) {
       if (truth.label(u, v) != static_cast<std::uint8_t>(TruthLabel::obstacle)) continue;
       const Vector3 point{surface_point(moment, u, v)};
-      if (point.z < grid.height_min_m || point.z > grid.height_max_m) continue;
-      const Point2 at{into({point.x, point.y})};
+      const double height_m{point.z - moment.world.ground.height_at(point.x, point.y)};
+      if (height_m < grid.height_min_m || height_m > grid.height_max_m) continue;
+      const Point2 at{from_above(moment.vehicle, point)};
       const double ix{std::floor((at.x - g.x_min_m) / g.cell_size_m)};
       const double iy{std::floor((at.y - g.y_min_m) / g.cell_size_m)};
       if (ix < 0 || iy < 0 || ix >= g.nx || iy >= g.ny) continue;
@@ -207,6 +190,21 @@ void conclude(FrameTruth& truth) {
 
 }  // namespace
 
+Vector3 on_ground(const Moment& moment, Point2 place) {
+  constexpr int steps{12};  // each divides the error by the cotangent of tilt times slope
+  const HeightField& ground{moment.world.ground};
+  Vector3 local{place.x, place.y, 0};
+  Vector3 world{moment.vehicle.back(local)};
+  if (ground.is_flat()) return world;
+  for (int i{0}; i < steps; ++i) {
+    const double above_m{world.z - ground.height_at(world.x, world.y)};
+    if (above_m == 0) break;
+    local.z -= above_m / moment.vehicle.up.z;
+    world = moment.vehicle.back(local);
+  }
+  return world;
+}
+
 void fill_cells(const Moment& moment, const TruthGrid& grid, FrameTruth& truth) {
   const int nx{grid.geometry.nx};
   const int ny{grid.geometry.ny};
@@ -219,12 +217,11 @@ void fill_cells(const Moment& moment, const TruthGrid& grid, FrameTruth& truth) 
   truth.low = {nx, ny};
   truth.velocity_x = {nx, ny};
   truth.velocity_y = {nx, ny};
-  const IntoVehicle into{truth.ego.world_from_vehicle};
   const std::vector<LowPart> low{low_parts(moment.parts)};
-  fill_footprints(grid, into, truth);
-  fill_low(low, grid, into, truth);
-  fill_free_points(moment, low, grid, into, truth);
-  fill_seen(count_pixels(moment, grid, into, truth), truth);
+  fill_footprints(moment, grid, truth);
+  fill_low(low, moment, grid, truth);
+  fill_free_points(moment, low, grid, truth);
+  fill_seen(count_pixels(moment, grid, truth), truth);
   conclude(truth);
 }
 

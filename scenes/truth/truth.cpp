@@ -1,13 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "truth.hpp"
+#include "truth/truth.hpp"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
-#include "polygon.hpp"
+#include "world/polygon.hpp"
 
 namespace stereogrid::scenes {
 namespace {
@@ -64,19 +65,30 @@ TruthObject object_of(const Body& body, double time_s, const TruthGrid& grid) {
   object.world_from_object = pose;
   object.vx_mps = speed * heading.cosine;
   object.vy_mps = speed * heading.sine;
-  object.height_m = extent.high.z;
+  object.height_m = extent.high.z - body.ground_m;
   object.size_m[0] = extent.high.y - extent.low.y;
   object.size_m[1] = extent.high.x - extent.low.x;
   object.size_m[2] = extent.high.z - extent.low.z;
-  object.footprint = footprint_of(body, pose, grid.height_min_m, grid.height_max_m);
+  object.footprint = footprint_of(body, pose, body.ground_m + grid.height_min_m, body.ground_m + grid.height_max_m);
   return object;
 }
 
-TruthEgo ego_of(const World& world, double time_s) {
-  const Pose2 pose{world.ego.pose_at(time_s)};
+TruthEgo ego_of(const Moment& moment) {
+  const Motion& motion{moment.world.ego};
+  const Pose2 pose{motion.pose_at(moment.time_s)};
   const Direction heading{direction_of(pose.yaw_rad)};
-  const double speed{world.ego.speed_at(time_s)};
-  return {pose, speed * heading.cosine, speed * heading.sine, speed * world.ego.curvature_per_m};
+  const double speed{motion.speed_at(moment.time_s)};
+  const Frame3& vehicle{moment.vehicle};
+  return {pose,
+          speed * heading.cosine,
+          speed * heading.sine,
+          speed * motion.curvature_per_m,
+          vehicle.origin.z,
+          std::asin(-vehicle.forward.z),
+          std::atan2(vehicle.left.z, vehicle.up.z),
+          moment.rig.camera_height_m,
+          moment.rig.camera_pitch_rad,
+          moment.rig.camera_roll_rad};
 }
 
 void fill_pixel(const Moment& moment, int u, int v, FrameTruth& truth) {
@@ -119,7 +131,7 @@ bool in_view(const Caster& caster, Vector3 point) {
 
 FrameTruth truth_of(const Moment& moment, const TruthGrid& grid) {
   FrameTruth truth;
-  truth.ego = ego_of(moment.world, moment.time_s);
+  truth.ego = ego_of(moment);
   for (const Body& body : moment.world.bodies) {
     if (body.label == TruthLabel::obstacle) truth.objects.push_back(object_of(body, moment.time_s, grid));
   }
@@ -128,6 +140,7 @@ FrameTruth truth_of(const Moment& moment, const TruthGrid& grid) {
   for (const std::uint16_t id : truth.instance) ++pixels[id];
   for (TruthObject& object : truth.objects) object.pixels = pixels[static_cast<std::size_t>(object.id)];
   fill_cells(moment, grid, truth);
+  if (!moment.world.ground.is_flat()) fill_terrain(moment, grid, truth);
   return truth;
 }
 

@@ -2,16 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "caster.hpp"
+#include "render/caster.hpp"
 #include "stereogrid/truth.hpp"
-#include "world.hpp"
+#include "world/world.hpp"
 
 namespace stereogrid::scenes {
 
 /// One instant of a world as the rig sees it. Everything referred to must outlive it.
 struct Moment {
   const World& world;
-  const Rig& rig;
+  const Rig& rig;  ///< of the frame
+  const Frame3& vehicle;
   const std::vector<PlacedPart>& parts;
   const Caster& left;
   const Caster& right;
@@ -23,6 +24,13 @@ struct Moment {
 
 /// The part of it that is measured on the grid. Expects ego, objects, label and instance to be known.
 void fill_cells(const Moment& moment, const TruthGrid& grid, FrameTruth& truth);
+
+/// Terrain classes, elevations and steps. Expects the rest of the cells to be known, changes
+/// the states to what the classes say.
+void fill_terrain(const Moment& moment, const TruthGrid& grid, FrameTruth& truth);
+
+/// The ground at a place of the vehicle frame, along its z axis; in the world.
+[[nodiscard]] Vector3 on_ground(const Moment& moment, Point2 place);
 
 /// A point is in view when nothing lies more than this before it.
 constexpr double view_tolerance_m{1e-3};

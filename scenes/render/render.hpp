@@ -4,9 +4,9 @@
 
 #include <cstdint>
 
-#include "caster.hpp"
+#include "render/caster.hpp"
 #include "stereogrid/image.hpp"
-#include "world.hpp"
+#include "world/world.hpp"
 
 namespace stereogrid::scenes {
 

@@ -40,6 +40,14 @@ struct Entry {
 /// Finds the entry with 0 < t < t_max, in the solid's own frame. A ray that starts inside has none.
 [[nodiscard]] bool enters(const Solid& solid, Vector3 origin, Vector3 direction, double t_max, Entry& entry);
 
+/// Lowest and highest point of a solid over a place, in its own frame.
+struct Column {
+  double low{0};
+  double high{0};
+};
+/// false: the solid is not over that place.
+[[nodiscard]] bool column_at(const Solid& solid, double x, double y, Column& column);
+
 /// Outline of the part of the solid between two heights (relative to its centre), seen from above, in its own frame;
 /// empty where there is nothing between them. Round solids get the 16-gon around them.
 [[nodiscard]] std::vector<Point2> outline(const Solid& solid, double bottom_m, double top_m);

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "world.hpp"
+#include "world/world.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "random.hpp"
+#include "world/random.hpp"
 
 namespace stereogrid::scenes {
 
@@ -38,6 +38,12 @@ void World::add(Body body, double surface_height_m) {
   for (Part& part : body.parts) part.centre.z += surface_height_m;
   if (body.label == TruthLabel::obstacle) body.id = ++last_id_;
   bodies.push_back(std::move(body));
+}
+
+void World::add_on_ground(Body body, double raised_m) {
+  body.ground_m = ground.height_at(body.motion.start.x_m, body.motion.start.y_m);
+  const double surface_m{body.ground_m + raised_m};
+  add(std::move(body), surface_m);
 }
 
 std::vector<PlacedPart> World::at(double time_s) const {

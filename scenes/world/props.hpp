@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "random.hpp"
-#include "world.hpp"
+#include "world/random.hpp"
+#include "world/world.hpp"
 
 namespace stereogrid::scenes {
 

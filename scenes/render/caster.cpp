@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "caster.hpp"
+#include "render/caster.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -24,12 +24,12 @@ std::vector<Vector3> corners_of(const PlacedPart& part) {
   return corners;
 }
 
-/// The space between the corners' shadows on the road and on a pavement.
-std::vector<Vector3> shadow_of(const std::vector<Vector3>& corners) {
-  constexpr double highest_ground_m{0.2};
+/// The space between the corners' shadows on the lowest ground and on the highest one, or a pavement on it.
+std::vector<Vector3> shadow_of(const std::vector<Vector3>& corners, const HeightField& ground) {
+  constexpr double pavement_m{0.2};
   std::vector<Vector3> shadow;
   for (const Vector3& corner : corners) {
-    for (const double height : {0.0, highest_ground_m}) {
+    for (const double height : {ground.lowest_m(), ground.highest_m() + pavement_m}) {
       const double t{std::max(0.0, corner.z - height) / to_sun.z};
       shadow.push_back({corner.x - t * to_sun.x, corner.y - t * to_sun.y, height});
     }
@@ -72,25 +72,27 @@ Bounds bounds_of(const Camera& camera, const std::vector<Vector3>& points) {
   return bounds;
 }
 
-Camera camera_of(const Rig& rig, const Pose2& pose, double right_m) {
-  const Direction heading{direction_of(pose.yaw_rad)};
+Camera camera_of(const Rig& rig, const Frame3& vehicle, double right_m) {
   const Direction pitch{direction_of(rig.camera_pitch_rad)};
+  const Direction roll{direction_of(rig.camera_roll_rad)};
   Camera camera{rig.width_px, rig.height_px, rig.focal_px, rig.centre_u_px, rig.centre_v_px, {}, {}, {}, {}};
-  camera.forward = {heading.cosine * pitch.cosine, heading.sine * pitch.cosine, -pitch.sine};
-  camera.down = {-heading.cosine * pitch.sine, -heading.sine * pitch.sine, -pitch.cosine};
-  camera.right = {heading.sine, -heading.cosine, 0};
-  camera.position = Vector3{pose.x_m, pose.y_m, rig.camera_height_m} + right_m * camera.right;
+  camera.forward = pitch.cosine * vehicle.forward - pitch.sine * vehicle.up;
+  const Vector3 below{-pitch.sine * vehicle.forward - pitch.cosine * vehicle.up};
+  const Vector3 beside{-1 * vehicle.left};
+  camera.down = roll.cosine * below - roll.sine * beside;
+  camera.right = roll.cosine * beside + roll.sine * below;
+  camera.position = vehicle.origin + rig.camera_height_m * vehicle.up + right_m * camera.right;
   return camera;
 }
 
 }  // namespace
 
-Camera left_camera(const Rig& rig, const Pose2& world_from_vehicle) {
-  return camera_of(rig, world_from_vehicle, 0);
+Camera left_camera(const Rig& rig, const Frame3& vehicle) {
+  return camera_of(rig, vehicle, 0);
 }
 
-Camera right_camera(const Rig& rig, const Pose2& world_from_vehicle) {
-  return camera_of(rig, world_from_vehicle, rig.baseline_m);
+Camera right_camera(const Rig& rig, const Frame3& vehicle) {
+  return camera_of(rig, vehicle, rig.baseline_m);
 }
 
 Projection project(const Camera& camera, Vector3 point) {
@@ -105,7 +107,7 @@ bool inside(const Camera& camera, const Projection& at) {
          at.v < camera.height_px - 0.5;
 }
 
-Caster::Caster(const Camera& camera, const std::vector<PlacedPart>& parts, const Profile& ground)
+Caster::Caster(const Camera& camera, const std::vector<PlacedPart>& parts, const HeightField& ground)
     : camera_{camera},
       parts_{parts},
       ground_{ground},
@@ -117,7 +119,8 @@ Caster::Caster(const Camera& camera, const std::vector<PlacedPart>& parts, const
     origins_.push_back(turned_into(parts[i], camera.position - parts[i].centre));
     const std::vector<Vector3> corners{corners_of(parts[i])};
     enlist(visible_, static_cast<int>(i), corners);
-    if (parts[i].body->label == TruthLabel::obstacle) enlist(shadowing_, static_cast<int>(i), shadow_of(corners));
+    if (parts[i].body->label == TruthLabel::obstacle)
+      enlist(shadowing_, static_cast<int>(i), shadow_of(corners, ground));
   }
   for (auto& tile : visible_) {
     std::stable_sort(tile.begin(), tile.end(),
@@ -154,9 +157,9 @@ Hit Caster::ground_hit(Vector3 ray) const {
     if (ray.z >= 0) return {};
     return {Hit::road, -camera_.position.z / ray.z, {0, 0, 1}};
   }
-  Profile::Crossing crossing;
+  HeightField::Crossing crossing;
   if (!ground_.crosses(camera_.position, ray, crossing)) return {};
-  return {Hit::road, crossing.t, ground_.normal(crossing.piece), crossing.piece};
+  return {Hit::road, crossing.t, crossing.normal, crossing.is_wall};
 }
 
 Hit Caster::trace(double u, double v) const {

@@ -1,0 +1,151 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "world/height_field.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace stereogrid::scenes {
+namespace {
+
+constexpr double joined_m{1e-6};  ///< patches whose heights differ by less have no wall between them
+
+double height_on(const HeightField::Patch& patch, double x, double y) {
+  return patch.z + patch.slope_x * x + patch.slope_y * y + patch.twist * x * y;
+}
+
+/// Smallest root of a + b·t + c·t² in (0, t_max], a > 0.
+bool first_root(double a, double b, double c, double t_max, double& root) {
+  if (c == 0) {
+    if (b >= 0) return false;
+    root = -a / b;
+    return root <= t_max;
+  }
+  const double discriminant{b * b - 4 * a * c};
+  if (discriminant < 0) return false;
+  const double q{-0.5 * (b + (b < 0 ? -1 : 1) * std::sqrt(discriminant))};
+  root = std::numeric_limits<double>::infinity();
+  for (const double t : {q / c, q == 0 ? -1.0 : a / q}) {
+    if (t > 0 && t < root) root = t;
+  }
+  return root <= t_max;
+}
+
+std::size_t piece_of(const std::vector<double>& lines, double at) {
+  const auto next = std::upper_bound(lines.begin(), lines.end(), at) - lines.begin();
+  return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(next - 1, 0, std::ssize(lines) - 2));
+}
+
+}  // namespace
+
+/// A ray on its way from patch to patch.
+class HeightField::Walk {
+ public:
+  Walk(const HeightField& field, Vector3 origin, Vector3 direction, double t)
+      : field_{field}, origin_{origin}, direction_{direction}, t_{t} {
+    at_ = field.place_of(origin.x + t * direction.x, origin.y + t * direction.y);
+  }
+
+  /// The crossing with the present patch, or with the wall before it.
+  [[nodiscard]] bool meets(bool is_first, Crossing& crossing) const {
+    const Patch& patch{field_.patch(at_)};
+    const Vector3 p{origin_ + t_ * direction_};
+    const double x{p.x - field_.lines_x_[at_.i]};
+    const double y{p.y - field_.lines_y_[at_.j]};
+    const double gap{p.z - height_on(patch, x, y)};
+    if (gap < -joined_m) {
+      crossing = {t_,
+                  entered_along_x_ ? Vector3{direction_.x > 0 ? -1.0 : 1.0, 0, 0}
+                                   : Vector3{0, direction_.y > 0 ? -1.0 : 1.0, 0},
+                  true};
+      return !is_first;
+    }
+    double root{0};
+    if (gap > 0) {
+      const double slope{direction_.z - patch.slope_x * direction_.x - patch.slope_y * direction_.y -
+                         patch.twist * (x * direction_.y + y * direction_.x)};
+      if (!first_root(gap, slope, -patch.twist * direction_.x * direction_.y, exit() - t_, root)) return false;
+    }
+    const Vector3 normal{-patch.slope_x - patch.twist * (y + root * direction_.y),
+                         -patch.slope_y - patch.twist * (x + root * direction_.x), 1};
+    crossing = {t_ + root, (1 / std::sqrt(dot(normal, normal))) * normal, false};
+    return true;
+  }
+
+  /// To the next patch; false: there is none, or the ray has left the ground for good.
+  [[nodiscard]] bool advance() {
+    t_ = exit();
+    if (!(t_ < std::numeric_limits<double>::infinity())) return false;
+    if (direction_.z > 0 && origin_.z + t_ * direction_.z > field_.highest_m_) return false;
+    entered_along_x_ = exit_x() <= exit_y();
+    return entered_along_x_ ? step(at_.i, direction_.x, field_.lines_x_.size())
+                            : step(at_.j, direction_.y, field_.lines_y_.size());
+  }
+
+ private:
+  static bool step(std::size_t& place, double direction, std::size_t lines) {
+    if (direction < 0) return place-- > 0;
+    return ++place + 1 < lines;
+  }
+  static double exit_of(const std::vector<double>& lines, std::size_t place, double origin, double direction) {
+    if (direction == 0) return std::numeric_limits<double>::infinity();
+    return (lines[direction > 0 ? place + 1 : place] - origin) / direction;
+  }
+  [[nodiscard]] double exit_x() const { return exit_of(field_.lines_x_, at_.i, origin_.x, direction_.x); }
+  [[nodiscard]] double exit_y() const { return exit_of(field_.lines_y_, at_.j, origin_.y, direction_.y); }
+  [[nodiscard]] double exit() const { return std::max(t_, std::min(exit_x(), exit_y())); }
+
+  const HeightField& field_;
+  Vector3 origin_;
+  Vector3 direction_;
+  double t_;
+  Place at_;
+  bool entered_along_x_{true};
+};
+
+HeightField::HeightField(std::vector<double> lines_x, std::vector<double> lines_y, std::vector<Patch> patches)
+    : lines_x_{std::move(lines_x)}, lines_y_{std::move(lines_y)}, patches_{std::move(patches)} {
+  lowest_m_ = std::numeric_limits<double>::infinity();
+  highest_m_ = -lowest_m_;
+  for (std::size_t j{0}; j + 1 < lines_y_.size(); ++j) {
+    for (std::size_t i{0}; i + 1 < lines_x_.size(); ++i) {
+      const double width{lines_x_[i + 1] - lines_x_[i]};
+      const double depth{lines_y_[j + 1] - lines_y_[j]};
+      for (const double x : {0.0, width}) {
+        for (const double y : {0.0, depth}) {
+          lowest_m_ = std::min(lowest_m_, height_on(patch({i, j}), x, y));
+          highest_m_ = std::max(highest_m_, height_on(patch({i, j}), x, y));
+        }
+      }
+    }
+  }
+}
+
+HeightField::Place HeightField::place_of(double x, double y) const {
+  return {piece_of(lines_x_, x), piece_of(lines_y_, y)};
+}
+
+double HeightField::height_at(double x, double y) const {
+  if (is_flat()) return 0;
+  const Place at{place_of(x, y)};
+  return height_on(patch(at), x - lines_x_[at.i], y - lines_y_[at.j]);
+}
+
+bool HeightField::crosses(Vector3 origin, Vector3 direction, Crossing& crossing) const {
+  double start{0};
+  if (origin.z > highest_m_) {
+    if (direction.z >= 0) return false;
+    start = (highest_m_ - origin.z) / direction.z;
+  }
+  Walk walk{*this, origin, direction, start};
+  bool is_first{true};
+  do {
+    if (walk.meets(is_first, crossing)) return true;
+    is_first = false;
+  } while (walk.advance());
+  return false;
+}
+
+}  // namespace stereogrid::scenes

@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "world/shapes.hpp"
+
+namespace stereogrid::scenes {
+
+/// Height of the ground over (x, y): bilinear patches between the lines of a lattice. A vertical wall stands where two
+/// neighbouring patches differ in height on their common side. Without patches: the plane z = 0.
+class HeightField {
+ public:
+  /// z + slope_x·X + slope_y·Y + twist·X·Y, X and Y from the patch's corner of smallest x and y.
+  struct Patch {
+    double z{0};
+    double slope_x{0};
+    double slope_y{0};
+    double twist{0};
+  };
+  /// Where a ray meets the ground: at origin + t · direction.
+  struct Crossing {
+    double t{0};
+    Vector3 normal{0, 0, 1};
+    bool is_wall{false};
+  };
+
+  HeightField() = default;
+  /// Lines ascend, two or more each way. Patch (i, j) is patches[j · (lines_x.size() − 1) + i].
+  HeightField(std::vector<double> lines_x, std::vector<double> lines_y, std::vector<Patch> patches);
+
+  [[nodiscard]] bool is_flat() const { return patches_.empty(); }
+  [[nodiscard]] double lowest_m() const { return lowest_m_; }
+  [[nodiscard]] double highest_m() const { return highest_m_; }
+  /// On a line between patches: the height of the patch with larger x or y.
+  [[nodiscard]] double height_at(double x, double y) const;
+  /// Finds the first crossing from above with t > 0. A ray that starts below the ground has none.
+  [[nodiscard]] bool crosses(Vector3 origin, Vector3 direction, Crossing& crossing) const;
+
+ private:
+  class Walk;
+  struct Place {
+    std::size_t i{0};
+    std::size_t j{0};
+  };
+  [[nodiscard]] Place place_of(double x, double y) const;
+  [[nodiscard]] const Patch& patch(Place at) const { return patches_[at.j * (lines_x_.size() - 1) + at.i]; }
+
+  std::vector<double> lines_x_;
+  std::vector<double> lines_y_;
+  std::vector<Patch> patches_;
+  double lowest_m_{0};
+  double highest_m_{0};
+};
+
+}  // namespace stereogrid::scenes
