@@ -78,6 +78,8 @@ Gap classify_gap(const TerrainCamera& camera, const TerrainLimits& limits, const
   } else if (drop_m < 0.9f * limits.step_m + sigma_z && !is_upright &&
              gap.landing_x - gap.edge_x < 1.3f * gap.edge_x * limits.step_m / h) {
     gap.kind = GapKind::bridge;
+  } else if (drop_m < 0.9f * limits.step_m + sigma_z) {
+    gap.kind = GapKind::none;
   }
   return gap;
 }

@@ -10,12 +10,10 @@
 
 namespace stereogrid {
 
-/// Ground of a polar cell.
-enum class TerrainClass : std::uint8_t { unknown, drivable, obstacle, drop, hidden };
-
 /// Kinds of a gap between ground and the next visible surface behind it.
 enum class GapKind : std::uint8_t {
-  unknown,  ///< noise or lower ground: the surface behind is not connected
+  none,     ///< not lower: an obstacle's foot, or noise
+  unknown,  ///< lower ground, too far to tell a drop from a slope
   descent,  ///< the same surface, sloping down
   bridge,   ///< a step that the vehicle can drive down
   drop,     ///< proved or assumed by drop_slope

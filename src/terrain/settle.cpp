@@ -42,19 +42,18 @@ int common_end(View<const SectorWalk> walks, int sector) {
 
 }  // namespace
 
+void find_common_end(int sector, View<SectorWalk> walks) {
+  walks(sector, 0).common_end = common_end(walks, sector);
+}
+
 void settle_sector(int sector, View<const SectorWalk> walks, int rings, PolarCell* cells) {
   const SectorWalk& walk{walks(sector, 0)};
-  const bool is_confirmed{walk.end != no_ring && confirming(walks, sector, 2, walk.end) >= 2};
-  const auto mark = [&](int first, int last, TerrainClass kind) {
-    for (int ring{first}; ring <= last; ++ring) cells[ring] = {PolarCell{}.elevation_m, 0, kind};
-  };
-  if (is_confirmed) {
-    const bool is_drop{walk.end_kind == GapKind::drop};
-    return mark(walk.end, walk.end_seen, is_drop ? TerrainClass::drop : TerrainClass::hidden);
-  }
-  const int common{common_end(walks, sector)};
-  if (common != no_ring) return mark(std::min(common + 1, rings), rings - 1, TerrainClass::hidden);
   if (walk.end == no_ring) return;
+  if (confirming(walks, sector, 2, walk.end) >= 2) {
+    const TerrainClass kind{walk.end_kind == GapKind::drop ? TerrainClass::drop : TerrainClass::hidden};
+    std::fill(cells + walk.end, cells + walk.end_seen + 1, PolarCell{.kind = kind});
+    return;
+  }
   for (int ring{walk.end}; ring < rings; ++ring) {
     if (cells[ring].kind == TerrainClass::hidden) cells[ring].kind = TerrainClass::unknown;
   }

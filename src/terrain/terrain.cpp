@@ -15,7 +15,7 @@ Terrain::Terrain(const Rig& level_rig, const TerrainLimits& limits, float cell_m
       samples_{level_rig.width_px, level_rig.height_px, rings_.capacity()},
       sigma_px_(static_cast<std::size_t>(rings_.capacity())),
       plane_sigma_m_(static_cast<std::size_t>(rings_.capacity())),
-      cells_{{rings_.capacity(), samples_.sectors()}, {rings_.capacity(), samples_.sectors()}},
+      cells_{rings_.capacity(), samples_.sectors()},
       walks_{samples_.sectors(), 1},
       camera_{level_rig, {}} {}
 
@@ -25,7 +25,6 @@ void Terrain::begin(const Ground& ground) {
   const float lowest{camera_.tangent(static_cast<float>(rig_.centre_u_px), static_cast<float>(rig_.height_px - 1))};
   rings_.place(camera_, lowest > 0 ? camera_.height_m / lowest : 1e6f);
   samples_.begin(camera_, limits_);
-  is_seen_ = true;
 }
 
 void Terrain::begin_walks() {
@@ -43,18 +42,8 @@ void Terrain::begin_walks() {
   }
 }
 
-void Terrain::walk(int sweep, int sector) {
-  const WalkInput input{camera_,          limits_,       rings_,       samples_,
-                        sigma_px_.data(), judged_rings_, window_rows_, std::as_const(cells_[(sweep + 1) % 2]).view()};
-  walk_sector(input, sector, sweep == 0, cells_[sweep % 2].row(sector), walks_(sector, 0));
-}
-
-void Terrain::settle(int sector) {
-  settle_sector(sector, std::as_const(walks_).view(), rings_.count(), cells_[(sweeps - 1) % 2].row(sector));
-}
-
 std::size_t Terrain::held_bytes() const {
-  return held_bytes_of(rings_, samples_, sigma_px_, plane_sigma_m_, cells_[0], cells_[1], walks_);
+  return held_bytes_of(rings_, samples_, sigma_px_, plane_sigma_m_, cells_, walks_);
 }
 
 }  // namespace stereogrid

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "held_bytes.hpp"
@@ -14,15 +15,16 @@
 
 namespace stereogrid {
 
-/// Elevation and class of a grid's cells.
-struct TerrainCells {
-  View<float> elevation_m;        ///< NaN: unseen
-  View<float> elevation_sigma_m;  ///< NaN: unseen
-  View<TerrainClass> kind;
+/// Ground of a grid's cell.
+struct CellGround {
+  float elevation_m{std::numeric_limits<float>::quiet_NaN()};
+  float sigma_m{std::numeric_limits<float>::quiet_NaN()};
+  TerrainClass kind{TerrainClass::unknown};
+  bool is_firm{false};  ///< drivable without a gap from the footprint on
 };
 
 /// Ground of a frame: elevation, drivable cells, steps, edges (docs/terrain.md). The same loops serve every back end:
-/// sectors are independent of each other within a sweep.
+/// sectors are walked independently of each other, but for spread_ground.
 class Terrain {
  public:
   /// `farthest_m`: end of the grid, `cell_m`: its cells.
@@ -42,35 +44,34 @@ class Terrain {
     for_sectors([&](int sector) { samples_.read(sector, obstacle, road); });
     for_sectors([&](int sector) { samples_.place(sector, rings_); });
     begin_walks();
-    for (int sweep{0}; sweep < sweeps; ++sweep) {
-      for_sectors([&](int sector) { walk(sweep, sector); });
-    }
-    for_sectors([&](int sector) { settle(sector); });
+    for_sectors([&](int sector) { walk_sector(input(), sector, cells_.view(), walks_(sector, 0)); });
+    for_sectors([&](int sector) { find_common_end(sector, walks_.view()); });
+    spread_ground(input(), cells_.view(), walks_.view());
+    const View<const SectorWalk> walks{std::as_const(walks_).view()};
+    for_sectors([&](int sector) { settle_sector(sector, walks, rings_.count(), cells_.row(sector)); });
   }
-  /// Without a reliable frame: nothing is seen.
-  void clear() { is_seen_ = false; }
-
-  /// Rows begin … end − 1 of a grid.
-  void write(const GridInVehicle& grid, int begin, int end, const TerrainCells& cells) const;
+  /// Calls work(ix, iy, ground) for the cells of rows begin … end − 1.
+  template <class Work>
+  void visit(const GridInVehicle& grid, int begin, int end, const Work& work) const {
+    const CellPlaces places{grid, {0, 0}, 1};
+    const float half_m{static_cast<float>(grid.grid.cell_size_m / 2)};
+    for (int iy{begin}; iy < end; ++iy) {
+      for (int ix{0}; ix < grid.grid.nx; ++ix) {
+        work(ix, iy, ground_at(places.x_of(ix, iy), places.y_of(ix, iy), half_m));
+      }
+    }
+  }
 
   [[nodiscard]] std::size_t held_bytes() const;
 
  private:
-  static constexpr int sweeps{3};
-
-  struct CellGround {
-    float elevation_m{std::numeric_limits<float>::quiet_NaN()};
-    float sigma_m{std::numeric_limits<float>::quiet_NaN()};
-    TerrainClass kind{TerrainClass::unknown};
-  };
-
   [[nodiscard]] int sector_at(float x, float y) const;
   [[nodiscard]] CellGround ground_at(float x, float y, float half_m) const;
   void begin(const Ground& ground);
   void begin_walks();
-  void walk(int sweep, int sector);
-  void settle(int sector);
-  [[nodiscard]] const Image<PolarCell>& result() const { return cells_[(sweeps - 1) % 2]; }
+  [[nodiscard]] WalkInput input() const {
+    return {camera_, limits_, rings_, samples_, sigma_px_.data(), judged_rings_, window_rows_};
+  }
 
   Rig rig_;
   TerrainLimits limits_;
@@ -79,10 +80,9 @@ class Terrain {
   TerrainSamples samples_;
   std::vector<float> sigma_px_;       // by ring
   std::vector<float> plane_sigma_m_;  // by ring: of the plane
-  Image<PolarCell> cells_[2];         // (ring, sector), of the sweeps in turn
+  Image<PolarCell> cells_;            // (ring, sector)
   Image<SectorWalk> walks_;           // (sector, 0)
   int judged_rings_{0};
-  bool is_seen_{false};
   Ground ground_;
   TerrainCamera camera_;
 };

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "stereogrid/grid.hpp"
 #include "stereogrid/image.hpp"
 #include "terrain/gaps.hpp"
 #include "terrain/model.hpp"
@@ -18,6 +19,7 @@ struct PolarCell {
   float elevation_m{std::numeric_limits<float>::quiet_NaN()};  ///< of ground; of an obstacle's top
   float slope{0};                                              ///< of the ground
   TerrainClass kind{TerrainClass::unknown};
+  bool is_firm{false};  ///< ground without a gap from the footprint on
 
   [[nodiscard]] bool is_ground() const { return kind == TerrainClass::drivable; }
 };
@@ -31,17 +33,19 @@ struct WalkState {
   int missing{0};          ///< rings without ground since
   bool is_alive{true};     ///< the ground is connected with the vehicle's footprint
   bool is_blocked{false};  ///< by an obstacle
+  bool is_firm{true};      ///< without a gap from the footprint on
 
   [[nodiscard]] float elevation(float at_x) const { return z + slope * (at_x - x); }
 };
 
-/// Result of one sector's walk.
+/// One sector's walk.
 struct SectorWalk {
-  int first_lost{0};  ///< ring at which the walk first lost the ground
-  WalkState at_first_lost{};
+  int lost{0};            ///< ring at which the walk first lost the ground
+  WalkState state{};      ///< behind the last ring that was walked
   int end{no_ring};       ///< ring of an edge behind which the ground is hidden
   int end_seen{no_ring};  ///< ring in which the gap was met: behind `end` by the matcher's smear
   GapKind end_kind{GapKind::unknown};
+  int common_end{no_ring};  ///< edge of most neighbours
 };
 
 /// What all sectors' walks read.
@@ -50,19 +54,23 @@ struct WalkInput {
   const TerrainLimits& limits;
   const Rings& rings;
   const TerrainSamples& samples;
-  const float* sigma_px;         ///< by ring
-  int judged_rings;              ///< rings whose noise is low enough for edges and obstacles
-  float window_rows;             ///< rows over which the matcher smears a jump
-  View<const PolarCell> before;  ///< of the sweep before: (ring, sector)
+  const float* sigma_px;  ///< by ring
+  int judged_rings;       ///< rings whose noise is low enough for edges and obstacles
+  float window_rows;      ///< rows over which the matcher smears a jump
 };
 
-/// Walks along one sector from the vehicle outwards. The first sweep starts at the footprint. Later ones
-/// (`is_first_sweep` false) start where the sector first lost the ground and continue from neighbours of the sweep
-/// before.
-void walk_sector(const WalkInput& input, int sector, bool is_first_sweep, PolarCell* cells, SectorWalk& walk);
+/// Walks along one sector from the vehicle outwards, until it loses the ground.
+void walk_sector(const WalkInput& input, int sector, View<PolarCell> cells, SectorWalk& walk);
 
-/// Completes one sector after all walks: marks edges that neighbours confirm; hides what lies behind most neighbours'
-/// edges; takes back an edge that no neighbour confirms.
+/// Sets the common edge of a sector's neighbours, once all have been walked.
+void find_common_end(int sector, View<SectorWalk> walks);
+
+/// Ends walks at the edge of most neighbours: a sector that passes alone has followed the matcher's smear. Then
+/// continues the walks of all sectors that have lost the ground, ring by ring: from the ground of neighbours, from the
+/// left to the right and back. `cells`: (ring, sector).
+void spread_ground(const WalkInput& input, View<PolarCell> cells, View<SectorWalk> walks);
+
+/// Completes one sector after all walks: marks edges that neighbours confirm, takes back others.
 void settle_sector(int sector, View<const SectorWalk> walks, int rings, PolarCell* cells);
 
 }  // namespace stereogrid

@@ -67,8 +67,11 @@ Seen walked(const Vehicle& vehicle, const Image<float>& disparity) {
   Ground ground;
   ground.height_m = vehicle.rig.camera_height_m;
   terrain.find(disparity.view(), none.view(), ground, in_order);
-  terrain.write(grid_in_vehicle(grid, {}), 0, grid.ny,
-                {seen.elevation_m.view(), seen.sigma_m.view(), seen.kind.view()});
+  terrain.visit(grid_in_vehicle(grid, {}), 0, grid.ny, [&](int ix, int iy, const CellGround& cell) {
+    seen.elevation_m(ix, iy) = cell.elevation_m;
+    seen.sigma_m(ix, iy) = cell.sigma_m;
+    seen.kind(ix, iy) = cell.kind;
+  });
   return seen;
 }
 

@@ -18,10 +18,12 @@ struct CellSectors {
   float elevation_m{0};  ///< sum
   float slope{0};        ///< sum
   int seen{0};
+  int firm{0};
 
   void add(const PolarCell& cell) {
     ++count[static_cast<std::size_t>(cell.kind)];
     ++sectors;
+    firm += cell.is_firm && cell.is_ground() ? 1 : 0;
     if (std::isnan(cell.elevation_m)) return;
     elevation_m += cell.elevation_m;
     slope += cell.slope;
@@ -42,35 +44,23 @@ struct CellSectors {
 
 }  // namespace
 
-void Terrain::write(const GridInVehicle& grid, int begin, int end, const TerrainCells& cells) const {
-  const CellPlaces places{grid, {0, 0}, 1};
-  const float half_m{static_cast<float>(grid.grid.cell_size_m / 2)};
-  for (int iy{begin}; iy < end; ++iy) {
-    for (int ix{0}; ix < grid.grid.nx; ++ix) {
-      const CellGround ground{ground_at(places.x_of(ix, iy), places.y_of(ix, iy), half_m)};
-      cells.elevation_m(ix, iy) = ground.elevation_m;
-      cells.elevation_sigma_m(ix, iy) = ground.sigma_m;
-      cells.kind(ix, iy) = ground.kind;
-    }
-  }
-}
-
 // The sector of a place ahead; outside the image: one before the first or behind the last one.
 int Terrain::sector_at(float x, float y) const {
   const float u{static_cast<float>(rig_.centre_u_px) + 0.5f - camera_.focal_px * y / x};
   return static_cast<int>(std::clamp(u, -1.0f * sector_px, static_cast<float>(rig_.width_px)) / sector_px + 1) - 1;
 }
 
-Terrain::CellGround Terrain::ground_at(float x, float y, float half_m) const {
-  const int ring{is_seen_ && x > half_m ? rings_.at_disparity(camera_.focal_baseline_pxm / x) : no_ring};
+CellGround Terrain::ground_at(float x, float y, float half_m) const {
+  const int ring{x > half_m ? rings_.at_disparity(camera_.focal_baseline_pxm / x) : no_ring};
   if (ring == no_ring) return {};
   const int first{std::max(sector_at(x, y + half_m), 0)};
   const int last{std::min(std::max(sector_at(x, y - half_m) - 1, sector_at(x, y)), samples_.sectors() - 1)};
   if (first > last) return {};
   CellSectors found;
-  for (int sector{first}; sector <= last; ++sector) found.add(result()(ring, sector));
+  for (int sector{first}; sector <= last; ++sector) found.add(cells_(ring, sector));
   CellGround ground;
   ground.kind = found.kind();
+  ground.is_firm = found.firm == found.sectors;
   if (found.seen == 0) return ground;
   const auto seen = static_cast<float>(found.seen);
   const float slope{found.slope / seen};
