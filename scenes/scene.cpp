@@ -139,8 +139,10 @@ FrameTruth Scene::truth(std::size_t index) const {
 }
 
 TruthGrid Scene::truth_grid() const {
-  if (implementation_->options.camera == "robot") return {{0, -3, 0.05, 120, 120}, 0.03, 0.5};
-  return {{0, -10, 0.2, 100, 100}};
+  TruthGrid grid{{0, -10, 0.2, 100, 100}};
+  if (implementation_->options.camera == "robot") grid = {{0, -3, 0.05, 120, 120}, 0.03, 0.5};
+  grid.zones = implementation_->world.zones;
+  return grid;
 }
 
 }  // namespace stereogrid::scenes

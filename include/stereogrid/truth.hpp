@@ -72,11 +72,20 @@ struct TruthEgo {
   double camera_roll_rad{0};
 };
 
+/// A place of a course: a hazard, or something harmless that must not be taken for one. A rectangle in the world frame.
+struct TruthZone {
+  std::string kind;
+  bool is_hazard{false};
+  Point2 low;
+  Point2 high;
+};
+
 /// What the cells are measured on: vehicle frame, obstacles between two heights.
 struct TruthGrid {
   GridGeometry geometry;
   double height_min_m{0.15};
   double height_max_m{1.8};
+  std::vector<TruthZone> zones{};  ///< of a course, by ascending x; else empty
 };
 
 /// Exact knowledge about one frame. Images are of the left camera; grids lie in the vehicle frame.

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
+#include <string>
 #include <string_view>
 
 #include "layouts/layouts.hpp"
@@ -13,6 +14,7 @@ enum class Lies { across, left, right };
 
 /// A thing of the course: sizes are those of its kind times `scale`.
 struct Item {
+  bool is_hazard;
   std::string_view kind;
   Lies lies;
   double rise{1};
@@ -24,42 +26,42 @@ constexpr double course_m{170};  // as layouts.cpp says
 
 // 24 hazards, at the sides of a lane that is free, and 12 harmless things across it or beside it.
 constexpr std::array<Item, 36> items{{
-    {"box", Lies::left},
-    {"kerb", Lies::right},
-    {"paint", Lies::across},
-    {"ditch", Lies::left},
-    {"edge", Lies::right},
-    {"hump", Lies::across},
-    {"post", Lies::right},
-    {"stairs", Lies::left, -1},
-    {"hill", Lies::across},
-    {"rubble", Lies::left},
-    {"barrier", Lies::right},
-    {"puddle", Lies::across},
-    {"edge", Lies::left, 0.4},
-    {"ditch", Lies::right, 1, 0.5},
-    {"grass", Lies::left},
-    {"steep", Lies::left, 1, 1},
-    {"table", Lies::right},
-    {"valley", Lies::across},
-    {"stairs", Lies::right},
-    {"ditch", Lies::left, 1, 1.6},
-    {"paint", Lies::right},
-    {"branch", Lies::left},
-    {"edge", Lies::right, 3.9},
-    {"bridge", Lies::across},
-    {"box", Lies::right, 0.4},
-    {"kerb", Lies::left, 1.25},
-    {"hump", Lies::across, 0.6},
-    {"steep", Lies::right, 1, 1, -1},
-    {"post", Lies::left, 0.6},
-    {"grass", Lies::right},
-    {"ditch", Lies::right, 1, 0.8},
-    {"rubble", Lies::right, 1.2},
-    {"puddle", Lies::left},
-    {"box", Lies::left, 1.6},
-    {"edge", Lies::left, 0.6},
-    {"rolling", Lies::across, 0.5, 0.5},
+    {true, "box", Lies::left},
+    {true, "kerb", Lies::right},
+    {false, "paint", Lies::across},
+    {true, "ditch", Lies::left},
+    {true, "edge", Lies::right},
+    {false, "hump", Lies::across},
+    {true, "post", Lies::right},
+    {true, "stairs", Lies::left, -1},
+    {false, "hill", Lies::across},
+    {true, "rubble", Lies::left},
+    {true, "barrier", Lies::right},
+    {false, "puddle", Lies::across},
+    {true, "edge", Lies::left, 0.4},
+    {true, "ditch", Lies::right, 1, 0.5},
+    {false, "grass", Lies::left},
+    {true, "steep", Lies::left, 1, 1},
+    {true, "table", Lies::right},
+    {false, "valley", Lies::across},
+    {true, "stairs", Lies::right},
+    {true, "ditch", Lies::left, 1, 1.6},
+    {false, "paint", Lies::right},
+    {true, "branch", Lies::left},
+    {true, "edge", Lies::right, 3.9},
+    {false, "bridge", Lies::across},
+    {true, "box", Lies::right, 0.4},
+    {true, "kerb", Lies::left, 1.25},
+    {false, "hump", Lies::across, 0.6},
+    {true, "steep", Lies::right, 1, 1, -1},
+    {true, "post", Lies::left, 0.6},
+    {false, "grass", Lies::right},
+    {true, "ditch", Lies::right, 1, 0.8},
+    {true, "rubble", Lies::right, 1.2},
+    {false, "puddle", Lies::left},
+    {true, "box", Lies::left, 1.6},
+    {true, "edge", Lies::left, 0.6},
+    {false, "rolling", Lies::across, 0.5, 0.5},
 }};
 
 void put_item(Site& site, const Item& item, double at_m) {
@@ -79,6 +81,15 @@ void put_item(Site& site, const Item& item, double at_m) {
     feature.right_m = -beside_m - wide_m;
   }
   kind.build(site, feature);
+  const double around_m{site.is_robot ? 0.2 : 0.4};
+  if (item.lies == Lies::across) {
+    feature.right_m = -beside_m + around_m;
+    feature.left_m = beside_m - around_m;
+  }
+  site.world.zones.push_back({std::string{item.kind},
+                              item.is_hazard,
+                              {at_m - around_m, feature.right_m - around_m},
+                              {at_m + feature.length_m + around_m, feature.left_m + around_m}});
 }
 
 }  // namespace

@@ -118,11 +118,12 @@ void build_steep(Site& site, const Feature& feature) {
 }
 
 void build_steps(Site& site, const Feature& feature) {
+  constexpr double gap{0.25};  // so that no step leads up to the next
   const double stripe_m{site.is_robot ? 0.4 : 1.2};
   for (int i{0}; i < feature.steps; ++i) {
     Feature lane{feature};
     lane.right_m = (i - feature.steps / 2.0) * stripe_m;
-    lane.left_m = lane.right_m + stripe_m;
+    lane.left_m = lane.right_m + (1 - gap) * stripe_m;
     add_step(site, lane, feature.rise_m * (i + 1) / feature.steps);
   }
 }

@@ -140,7 +140,7 @@ Mark Samples::between(CellIndex from, CellIndex to, double& step_m) const {
   return step_m < 0 ? Mark::drop : Mark::rise;
 }
 
-/// Edges and steps that bound what is reached, where they are seen.
+/// Edges and steps that bound what is reached, where they are seen and face the vehicle.
 struct Boundary {
   Image<std::uint8_t> mark;
   Image<float> step_m;
@@ -165,6 +165,7 @@ Boundary boundary_of(const Samples& samples) {
       for (const CellIndex step : neighbours) {
         const CellIndex to{ix + step.ix, iy + step.iy};
         if (!samples.contains(to) || samples.is_reached(to) || samples.blocked(to.ix, to.iy) != 0) continue;
+        if (step.ix * (ix + 0.5) + step.iy * (iy + 0.5 - samples.height_m.height() / 2.0) <= 0) continue;
         double step_m{0};
         const Mark mark{samples.between({ix, iy}, to, step_m)};
         if (!is_rim_seen(samples, {ix, iy}, step) && (mark == Mark::drop || samples.seen(to.ix, to.iy) == 0)) continue;

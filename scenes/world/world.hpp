@@ -76,6 +76,7 @@ struct World {
   Motion ego;
   Wheels wheels;
   std::vector<Body> bodies;
+  std::vector<TruthZone> zones;
 
   /// Puts a body on a surface of that height (0: the road).
   void add(Body body, double surface_height_m = 0);

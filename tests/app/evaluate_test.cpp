@@ -46,6 +46,28 @@ TEST(Evaluate, ScoresARunAgainstItsScene) {
   EXPECT_TRUE(obstacles["tracking"]["mota"].is_number());
 }
 
+TEST(Evaluate, ScoresTerrainOfASceneAndOfItsDriveAlike) {
+  const TemporaryFolder folder;
+  const std::string scene{"scene:terrain?kind=box&width=256&height=160&frames=2"};
+  const std::string run{(folder / "run").string()};
+  run_scene(scene, folder / "run");
+  run_well({"simulate", scene, "--out", (folder / "drive").string()});
+  const auto scores = [&](const std::vector<std::string>& input) {
+    std::vector<std::string> words{"evaluate", run, "--json", (folder / "scores.json").string()};
+    words.insert(words.end(), input.begin(), input.end());
+    EXPECT_THAT(run_well(words).output, HasSubstr("terrain (2 frames)"));
+    return json_of(folder / "scores.json")["series"];
+  };
+  const Json own(scores({}));
+  const Json near(own["observed"]["terrain"]["ranges"]["0-8"]);
+  EXPECT_EQ(near["objects"], 2);
+  EXPECT_EQ(near["objects_found"], 1);
+  EXPECT_GT(near["drivable_free"], 0.9);
+  EXPECT_LT(near["drivable_occupied"], 0.02);
+  EXPECT_TRUE(near["edges_found"].is_null());
+  EXPECT_EQ(scores({(folder / "drive").string()})["occupancy"]["terrain"], own["occupancy"]["terrain"]);
+}
+
 TEST(Evaluate, ReadsTheTruthOfADriveAsThatOfItsScene) {
   const TemporaryFolder folder;
   const std::string scene{small_scene("street", "&frames=2")};

@@ -87,6 +87,9 @@ void expect_equal(const FrameTruth& a, const FrameTruth& b) {
   EXPECT_EQ(a.low, b.low);
   EXPECT_EQ(a.velocity_x, b.velocity_x);
   EXPECT_EQ(a.velocity_y, b.velocity_y);
+  EXPECT_EQ(a.terrain, b.terrain);
+  EXPECT_EQ(a.elevation_m, b.elevation_m);
+  EXPECT_EQ(a.step_m, b.step_m);
 }
 
 class PlainFolder : public ::testing::Test {
@@ -99,6 +102,43 @@ class PlainFolder : public ::testing::Test {
 
   TemporaryFolder folder_;
 };
+
+TEST_F(PlainFolder, ZonesRoundTrip) {
+  TruthGrid course{grid};
+  course.zones = {{"edge", true, {1.5, -2}, {3, 0.25}}, {"hump", false, {4, 1}, {5, 2}}};
+  PlainFolderWriter writer{folder_ / "out", rig, course};
+  writer.finish();
+  const std::vector<TruthZone> zones{TruthReader{folder_ / "out" / "truth"}.grid().zones};
+  ASSERT_EQ(zones.size(), 2U);
+  EXPECT_EQ(zones[0].kind, "edge");
+  EXPECT_TRUE(zones[0].is_hazard);
+  EXPECT_EQ(zones[0].low.y, -2);
+  EXPECT_EQ(zones[0].high.y, 0.25);
+  EXPECT_EQ(zones[1].high.x, 5);
+  EXPECT_FALSE(zones[1].is_hazard);
+}
+
+TEST_F(PlainFolder, TerrainRoundTrips) {
+  FrameTruth truth{made_up_truth("000007", 200)};
+  truth.ego.z_m = 0.25;
+  truth.ego.pitch_rad = -0.125;
+  truth.ego.roll_rad = 0.0625;
+  truth.ego.camera_height_m = 1.125;
+  truth.ego.camera_pitch_rad = 0.03125;
+  truth.ego.camera_roll_rad = -0.5;
+  truth.terrain = Image<std::uint8_t>{6, 4, 3};
+  truth.elevation_m = Image<float>{6, 4, -1.5F};
+  truth.step_m = Image<float>{6, 4, 0.25F};
+  write(truth);
+  const FrameTruth again{TruthReader{folder_ / "out" / "truth"}.frame("000007")};
+  expect_equal(again, truth);
+  EXPECT_EQ(again.ego.z_m, 0.25);
+  EXPECT_EQ(again.ego.pitch_rad, -0.125);
+  EXPECT_EQ(again.ego.roll_rad, 0.0625);
+  EXPECT_EQ(again.ego.camera_height_m, 1.125);
+  EXPECT_EQ(again.ego.camera_pitch_rad, 0.03125);
+  EXPECT_EQ(again.ego.camera_roll_rad, -0.5);
+}
 
 TEST_F(PlainFolder, RoundTrips) {
   const FrameTruth truth{made_up_truth("000007", 200)};

@@ -73,6 +73,31 @@ TEST(TerrainTruth, StepsUpHideWhatTheyDoNotBound) {
   EXPECT_NEAR(low.elevation(8.1, 0.1), 0.1, 1e-6);
 }
 
+TEST(TerrainTruth, StepsOfSeveralHeightsStandSideBySide) {
+  const Truth steps{"kind=steps&rise=0.6&at=5&steps=3"};  // 0.2, 0.4 and 0.6 m, from right to left
+  EXPECT_EQ(steps.at(5.1, -1.5), obstacle);
+  EXPECT_NEAR(steps.step(5.1, -1.5), 0.2, 1e-6);
+  EXPECT_NEAR(steps.step(5.1, -0.3), 0.4, 1e-6);
+  EXPECT_NEAR(steps.step(5.1, 0.9), 0.6, 1e-6);
+  EXPECT_EQ(Truth("kind=steps&rise=-0.6&at=5&steps=3").at(5.1, 0.9), drop);
+}
+
+TEST(TerrainTruth, TheFarRimOfAPitIsNoEdge) {
+  const Scene scene{parse_scene("scene:course?speed=10&rate=1&frames=2")};
+  const FrameTruth truth{scene.truth(1)};
+  const GridGeometry grid{scene.truth_grid().geometry};
+  // the ditch to the left, 9.67 to 10.47 m ahead
+  const auto at{[&](double x, double y) {
+    const CellIndex cell{*grid.cell_at({x, y})};
+    return static_cast<TerrainCell>(truth.terrain(cell.ix, cell.iy));
+  }};
+  EXPECT_EQ(at(9.5, 3.1), drivable);
+  EXPECT_EQ(at(9.7, 3.1), drop);
+  EXPECT_EQ(at(10.1, 3.1), beyond);
+  EXPECT_NE(at(10.5, 3.1), drop);
+  EXPECT_EQ(at(10.7, 3.1), drivable);
+}
+
 TEST(TerrainTruth, SlopesUpToTwentyDegreesAreDrivable) {
   for (const char* slope : {"15", "-15", "8", "-2"}) {
     const Truth ramp{std::string{"kind=ramp&at=3&span=20&slope_deg="} + slope};
@@ -110,6 +135,17 @@ TEST(TerrainTruth, GroundBesideAShortDitchIsReached) {
   const GridGeometry grid{scene.truth_grid().geometry};
   const CellIndex far{*grid.cell_at({14.1, 0.1})};
   EXPECT_EQ(truth.terrain(far.ix, far.iy), static_cast<std::uint8_t>(drivable));
+}
+
+TEST(Course, Has24HazardsAnd12HarmlessThings) {
+  for (const char* camera : {"car", "robot"}) {
+    const Scene scene{parse_scene(std::string{"scene:course?camera="} + camera)};
+    const std::vector<TruthZone> zones{scene.truth_grid().zones};
+    EXPECT_EQ(zones.size(), 36U);
+    EXPECT_EQ(std::ranges::count(zones, true, &TruthZone::is_hazard), 24);
+    EXPECT_LT(zones.back().low.x, 170);
+    EXPECT_NEAR(static_cast<double>(scene.size()), 170 / (camera[0] == 'c' ? 8 : 1.5) * 10, 1);
+  }
 }
 
 TEST(TerrainTruth, StateFollowsTheClass) {

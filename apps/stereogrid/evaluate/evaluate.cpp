@@ -138,6 +138,8 @@ class Scorer {
     observed_.scores.add(frame.name, grids.observed.view(), known.labels);
     occupancy_.scores.add(frame.name, grids.occupancy.view(), known.labels);
     if (!known.truth) return;
+    observed_.terrain.add(grids.observed.view(), run_.grid(), *known.truth, truth_.grid());
+    occupancy_.terrain.add(grids.occupancy.view(), run_.grid(), *known.truth, truth_.grid());
     occupancy_.motion->add({*known.truth, truth_.grid(), truth_.input().source->rig(), run_.grid(),
                             grids.occupancy.view(), grids.velocity_x.view(), grids.velocity_y.view(), frame.obstacles});
   }

@@ -102,6 +102,8 @@ Json json_of(const Series& series) {
   }
   Json json{{"bands", bands}, {"frames", frames}};
   if (series.motion) json["motion"] = json_of(series.motion->summary());
+  const evaluation::TerrainSummary terrain{series.terrain.summary()};
+  if (terrain.frames > 0) json["terrain"] = app::json_of(terrain);
   return json;
 }
 

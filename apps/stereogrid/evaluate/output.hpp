@@ -12,6 +12,7 @@
 #include "stereogrid/evaluation/motion.hpp"
 #include "stereogrid/evaluation/obstacles.hpp"
 #include "stereogrid/evaluation/scores.hpp"
+#include "stereogrid/evaluation/terrain.hpp"
 
 namespace stereogrid::app {
 
@@ -20,6 +21,7 @@ struct Series {
   std::string name;
   evaluation::Scores scores;
   std::optional<evaluation::MotionScores> motion{};
+  evaluation::TerrainScores terrain{};  ///< empty without terrain truth
 };
 
 /// What was scored against what.
@@ -36,6 +38,10 @@ struct Evaluation {
 [[nodiscard]] nlohmann::ordered_json json_of(const evaluation::ObstacleSummary& summary);
 /// And its part of the table.
 [[nodiscard]] std::string obstacles_table_of(const nlohmann::ordered_json& obstacles);
+
+/// "terrain" of a series, and its part of the table.
+[[nodiscard]] nlohmann::ordered_json json_of(const evaluation::TerrainSummary& summary);
+[[nodiscard]] std::string terrain_table_of(const nlohmann::ordered_json& terrain);
 
 /// A table for the terminal, from json_of.
 [[nodiscard]] std::string table_of(const nlohmann::ordered_json& evaluation);

@@ -89,6 +89,7 @@ std::string table_of(const Json& evaluation) {
   for (const auto& [name, series] : evaluation.at("series").items()) {
     text += fmt::format("\n{}\n", name) + bands_of(series.at("bands"));
     if (series.contains("motion")) text += motion_of(series.at("motion"));
+    if (series.contains("terrain")) text += terrain_table_of(series.at("terrain"));
   }
   if (evaluation.contains("obstacles")) text += obstacles_table_of(evaluation.at("obstacles"));
   text += evaluation.at("series").empty() ? "\n" : "\n± is half of the 95 % interval. ";

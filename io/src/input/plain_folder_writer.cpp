@@ -27,13 +27,20 @@ double rounded(double number) {
 }
 
 Json grid_json(const TruthGrid& grid) {
-  return {{"x_min_m", grid.geometry.x_min_m},
-          {"y_min_m", grid.geometry.y_min_m},
-          {"cell_size_m", grid.geometry.cell_size_m},
-          {"nx", grid.geometry.nx},
-          {"ny", grid.geometry.ny},
-          {"height_min_m", grid.height_min_m},
-          {"height_max_m", grid.height_max_m}};
+  Json json{{"x_min_m", grid.geometry.x_min_m},
+            {"y_min_m", grid.geometry.y_min_m},
+            {"cell_size_m", grid.geometry.cell_size_m},
+            {"nx", grid.geometry.nx},
+            {"ny", grid.geometry.ny},
+            {"height_min_m", grid.height_min_m},
+            {"height_max_m", grid.height_max_m}};
+  for (const TruthZone& zone : grid.zones) {
+    json["zones"].push_back({{"kind", zone.kind},
+                             {"is_hazard", zone.is_hazard},
+                             {"low", {rounded(zone.low.x), rounded(zone.low.y)}},
+                             {"high", {rounded(zone.high.x), rounded(zone.high.y)}}});
+  }
+  return json;
 }
 
 Json object_json(const TruthObject& object) {
@@ -52,26 +59,27 @@ Json object_json(const TruthObject& object) {
           {"pixels", object.pixels}};
 }
 
-Json frame_json(const FrameTruth& truth) {
-  Json objects = Json::array();
-  for (const TruthObject& object : truth.objects) objects.push_back(object_json(object));
-  const TruthEgo& ego{truth.ego};
-  return {{"name", truth.name},
-          {"stamp_ns", truth.stamp_ns},
-          {"ego",
-           {{"x_m", ego.world_from_vehicle.x_m},
+Json ego_json(const TruthEgo& ego) {
+  Json json{{"x_m", ego.world_from_vehicle.x_m},
             {"y_m", ego.world_from_vehicle.y_m},
             {"yaw_rad", ego.world_from_vehicle.yaw_rad},
             {"vx_mps", ego.vx_mps},
             {"vy_mps", ego.vy_mps},
-            {"yaw_rate_radps", ego.yaw_rate_radps},
-            {"z_m", ego.z_m},
-            {"pitch_rad", ego.pitch_rad},
-            {"roll_rad", ego.roll_rad},
-            {"camera_height_m", ego.camera_height_m},
-            {"camera_pitch_rad", ego.camera_pitch_rad},
-            {"camera_roll_rad", ego.camera_roll_rad}}},
-          {"objects", objects}};
+            {"yaw_rate_radps", ego.yaw_rate_radps}};
+  if (ego.camera_height_m <= 0) return json;
+  json["z_m"] = ego.z_m;
+  json["pitch_rad"] = ego.pitch_rad;
+  json["roll_rad"] = ego.roll_rad;
+  json["camera_height_m"] = ego.camera_height_m;
+  json["camera_pitch_rad"] = ego.camera_pitch_rad;
+  json["camera_roll_rad"] = ego.camera_roll_rad;
+  return json;
+}
+
+Json frame_json(const FrameTruth& truth) {
+  Json objects = Json::array();
+  for (const TruthObject& object : truth.objects) objects.push_back(object_json(object));
+  return {{"name", truth.name}, {"stamp_ns", truth.stamp_ns}, {"ego", ego_json(truth.ego)}, {"objects", objects}};
 }
 
 /// The same numbers in a smaller type. Only called where they fit.

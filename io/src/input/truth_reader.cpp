@@ -29,11 +29,20 @@ const char* const mend{"Simulate the recording again, or remove its truth folder
   throw InputError{printable_path(path), what, mend};
 }
 
+TruthZone parse_zone(const Json& json) {
+  const auto corner{[&json](const char* name) {
+    return Point2{number_of(json.at(name).at(0), name, most_m), number_of(json.at(name).at(1), name, most_m)};
+  }};
+  return {json.at("kind"), json.at("is_hazard").get<bool>(), corner("low"), corner("high")};
+}
+
 TruthGrid parse_grid(const Json& json) {
   TruthGrid grid;
   grid.geometry = grid_geometry(json);
   grid.height_min_m = number(json, "height_min_m", most_m);
   grid.height_max_m = number(json, "height_max_m", most_m);
+  if (!json.contains("zones")) return grid;
+  for (const Json& zone : json.at("zones")) grid.zones.push_back(parse_zone(zone));
   return grid;
 }
 
