@@ -188,6 +188,7 @@ Config paper_preset() {
   config.matching.left_right_px = 1;
   config.matching.speckle_px = config.matching.road_speckle_px = 60;
   config.matching.subpixel = false;
+  config.ground.model = GroundModel::plane;
   config.u_disparity.obstacle_min_height_m = 0;
   config.u_disparity.follow_roll = false;
   config.paper.tau_obstacle = 0.1;
@@ -206,16 +207,29 @@ Config paper_preset() {
   return config;
 }
 
+// A small robot among people.
+Config robot_preset() {
+  Config config;
+  config.grid = {6, 6, 0.05};
+  config.vehicle.step_max_m = 0.03;
+  config.vehicle.height_m = 0.5;
+  config.u_disparity.obstacle_min_height_m = 0.1;
+  config.u_disparity.obstacle_height_m = 0.5;
+  config.filter.speeds_mps = {0.3, 0.65, 1.1, 1.6, 2.3};
+  return config;
+}
+
 }  // namespace
 
 Config preset(std::string_view name) {
   if (name == "default") return {};
+  if (name == "robot") return robot_preset();
   if (name == "paper") return paper_preset();
-  throw ConfigError{"There is no preset '" + std::string{name} + "'. There are: default, paper."};
+  throw ConfigError{"There is no preset '" + std::string{name} + "'. There are: default, robot, paper."};
 }
 
 std::vector<std::string> preset_names() {
-  return {"default", "paper"};
+  return {"default", "robot", "paper"};
 }
 
 void set(Config& config, std::string_view key, std::string_view text) {

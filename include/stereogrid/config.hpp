@@ -96,7 +96,14 @@ struct MatchingConfig {
   }
 };
 
+/// Form of the ground.
+enum class GroundModel { plane, terrain };
+constexpr std::array<std::string_view, 2> names_of(GroundModel) {
+  return {"plane", "terrain"};
+}
+
 struct GroundConfig {
+  GroundModel model{GroundModel::terrain};
   bool estimate{true};
   double height_gate_m{0.25};
   double pitch_gate_deg{4.5};
@@ -104,6 +111,11 @@ struct GroundConfig {
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
+    visit(
+        Parameter{"model", "", 0, 1,
+                  "plane: what lies over the ground plane is an obstacle; terrain: steps, slopes and edges are found, "
+                  "cells are free where the vehicle can drive."},
+        self.model);
     visit(Parameter{"estimate", "", 0, 1, "Measure the road plane in every frame; off: trust the calibration."},
           self.estimate);
     visit(Parameter{"height_gate_m", "m", 0, 2, "Largest believed departure from the calibrated camera height."},
@@ -130,6 +142,25 @@ struct UDisparityConfig {
           self.obstacle_min_height_m);
     visit(Parameter{"follow_roll", "", 0, 1, "Let the rows of a bin tilt with the road in the image."},
           self.follow_roll);
+  }
+};
+
+/// Limits of the vehicle. Used with ground.model terrain.
+struct VehicleConfig {
+  double step_max_m{0.15};
+  double slope_max_deg{20};
+  double height_m{1.8};
+  double drop_slope_deg{6};
+
+  template <class Self, class Visitor>
+  static void visit_fields(Self& self, Visitor&& visit) {
+    visit(Parameter{"step_max_m", "m", 0.01, 1, "Largest step that the vehicle climbs or descends."}, self.step_max_m);
+    visit(Parameter{"slope_max_deg", "deg", 1, 45, "Steepest slope that the vehicle drives on."}, self.slope_max_deg);
+    visit(Parameter{"height_m", "m", 0.1, 10, "Clearance: what is higher over the ground is no obstacle."},
+          self.height_m);
+    visit(Parameter{"drop_slope_deg", "deg", 0.5, 45,
+                    "A gap with lower ground behind it is a drop where the line of sight is steeper than this."},
+          self.drop_slope_deg);
   }
 };
 
@@ -281,6 +312,7 @@ struct Config {
   GridConfig grid;
   MatchingConfig matching;
   GroundConfig ground;
+  VehicleConfig vehicle;
   UDisparityConfig u_disparity;
   PaperConfig paper;
   ProjectionConfig projection;
@@ -294,6 +326,7 @@ struct Config {
     visit(std::string_view{"grid"}, self.grid);
     visit(std::string_view{"matching"}, self.matching);
     visit(std::string_view{"ground"}, self.ground);
+    visit(std::string_view{"vehicle"}, self.vehicle);
     visit(std::string_view{"u_disparity"}, self.u_disparity);
     visit(std::string_view{"paper"}, self.paper);
     visit(std::string_view{"projection"}, self.projection);
@@ -313,7 +346,7 @@ void visit_parameters(ConfigType& config, Visitor&& visit) {
   });
 }
 
-/// "default" or "paper". Throws ConfigError for other names.
+/// "default", "robot" or "paper". Throws ConfigError for other names.
 [[nodiscard]] STEREOGRID_EXPORT Config preset(std::string_view name);
 [[nodiscard]] STEREOGRID_EXPORT std::vector<std::string> preset_names();
 

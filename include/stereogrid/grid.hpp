@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <optional>
+#include <string_view>
 
 #include "stereogrid/image.hpp"
 
@@ -51,6 +54,18 @@ struct GridGeometry {
 
   friend bool operator==(const GridGeometry&, const GridGeometry&) = default;
 };
+
+/// Ground of a cell for the vehicle (docs/terrain.md).
+enum class TerrainClass : std::uint8_t {
+  unknown,   ///< not seen, or not connected with the ground under the vehicle
+  drivable,  ///< connected by steps and slopes within the vehicle's limits
+  obstacle,  ///< higher than a step
+  drop,      ///< edge with lower ground behind it
+  hidden,    ///< behind an edge
+};
+constexpr std::array<std::string_view, 5> names_of(TerrainClass) {
+  return {"unknown", "drivable", "obstacle", "drop", "hidden"};
+}
 
 /// What the filter knows about every cell of a grid. Velocities are relative to the ground, in the grid's own axes, of
 /// what occupies the cell if something does.

@@ -79,8 +79,12 @@ struct FrameResult {
   double obstacle_density{0};  ///< share of the pixels matched as obstacle
   double road_density{0};      ///< share of the pixels matched as road
   Image<float> observed;       ///< P(T_X) of this frame alone, in the cells of `vehicle.geometry`
-  GridLayers vehicle;          ///< filtered, re-sampled into the vehicle frame; its geometry is always the same
-  GridLayers world;            ///< filtered, world-aligned; its geometry moves with the vehicle in whole cells
+  Image<float>
+      elevation_m;  ///< above `ground` in the cells of `vehicle.geometry`, NaN = unseen; empty: ground.model plane
+  Image<float> elevation_sigma_m;  ///< standard deviation, NaN = unseen
+  Image<TerrainClass> terrain;     ///< class of the ground
+  GridLayers vehicle;              ///< filtered, re-sampled into the vehicle frame; its geometry is always the same
+  GridLayers world;                ///< filtered, world-aligned; its geometry moves with the vehicle in whole cells
   std::vector<Prediction> predictions;  ///< one for each of PipelineOptions::horizons_s
   std::vector<Obstacle> obstacles;
   StageImages stages;  ///< empty: see PipelineOptions::stages

@@ -41,6 +41,9 @@ FramePipeline::FramePipeline(const Config& config, const Rig& level_rig, Cpu& cp
       ground_samples_{rig_.width_px, rig_.height_px},
       velocity_evidence_{window_.cells(), velocity_axis(config.filter).back(), scene_flow_.points_reserved()},
       clusters_{rig_, config.u_disparity, config.matching.disparities, scene_flow_.points_reserved()} {
+  if (config.ground.model == GroundModel::terrain) {
+    terrain_.emplace(rig_, config, vehicle_grid_of(config.grid), window_.cells());
+  }
   mounting_samples_.reserve(samples_max(rig_));
   stages_->set_mask(mask_);
 }
@@ -49,7 +52,7 @@ void FramePipeline::process(const LevelFrame& frame, FrameResult& result) {
   if (frame.restarts) reset();
   const GridGeometry window{window_.at(frame.world_from_vehicle)};
   const GroundBefore before{ground_, predicted(rig_, config_.ground, ground_, frame.dt_s)};
-  flow_ms_ = track_ms_ = 0;
+  flow_ms_ = track_ms_ = terrain_ms_ = 0;
 
   stages_->begin(frame, window, is_first_, result);
   match(before.expected, false);  // III-C
@@ -57,6 +60,8 @@ void FramePipeline::process(const LevelFrame& frame, FrameResult& result) {
   beside([&] { stages_->estimate_ground(); }, [&] { velocities = track_features(frame, window); });
   compare_near(frame, before.expected, window);
   const bool is_aligned{find_ground(frame, before.expected)};  // first frame, or ground lost
+
+  find_terrain(frame, window, result);
 
   Doubt doubt;
   beside([&] { observe_and_filter(true, velocities); },  // IV, V-A, V-B
@@ -67,7 +72,10 @@ void FramePipeline::process(const LevelFrame& frame, FrameResult& result) {
          });
   doubt = settle(frame, doubt, before, result);
   const bool is_usable{doubt == Doubt::none};
-  if (!is_usable) observe_and_filter(false, {});  // rejected: again from the state before the frame
+  if (!is_usable) {  // rejected: again from the state before the frame
+    observe_and_filter(false, {});
+    FrameTerrain::clear(result);
+  }
   stages_->finish();
   if (!is_usable) leave_unknown(result.stages);
 
@@ -76,6 +84,7 @@ void FramePipeline::process(const LevelFrame& frame, FrameResult& result) {
                 [&] {
                   if (is_usable) add_features(frame);
                 });
+  result.timing_ms.ground += terrain_ms_;
   result.timing_ms.flow = flow_ms_;
   result.timing_ms.track = track_ms_;
 }
@@ -96,6 +105,15 @@ void FramePipeline::match(const Ground& expected, bool estimates_ground) {
 void FramePipeline::observe_and_filter(bool is_usable, std::span<const VelocityEvidence> velocities) {
   stages_->observe(is_usable, near_.held(is_usable).cells);
   stages_->filter(velocities);
+}
+
+void FramePipeline::find_terrain(const LevelFrame& frame, const GridGeometry& window, FrameResult& result) {
+  if (!terrain_) return;
+  const ScopedTimer timer{terrain_ms_};
+  const GridInVehicle window_cells{grid_in_vehicle(window, inverse(frame.world_from_vehicle))};
+  terrain_->find(stages_->obstacle_disparity(), stages_->road_disparity(), stages_->ground(), window_cells,
+                 ranges_of(cpu_), result);
+  stages_->set_rules(terrain_->rules());
 }
 
 FlowFrame FramePipeline::flow_frame(const LevelFrame& frame) const {
@@ -275,6 +293,7 @@ void FramePipeline::load(StateReader& state) {
 
 MemoryUse FramePipeline::memory_use() const {
   MemoryUse use{stages_->memory_use()};
+  if (terrain_) use.host_bytes += held_bytes_of(*terrain_);
   use.host_bytes += sizeof *this + held_bytes_of(mask_, trust_, alignment_, scene_flow_, tracker_, near_,
                                                  ground_samples_, mounting_samples_, velocity_evidence_, clusters_);
   return use;

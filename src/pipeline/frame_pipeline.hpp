@@ -17,6 +17,7 @@
 #include "obstacles/segmentation/near_obstacles.hpp"
 #include "obstacles/tracking/tracking.hpp"
 #include "pipeline/stages.hpp"
+#include "terrain/frame_terrain.hpp"
 
 namespace stereogrid {
 
@@ -58,6 +59,7 @@ class FramePipeline {
   std::span<const VelocityEvidence> track_features(const LevelFrame& frame, const GridGeometry& window);
   void compare_near(const LevelFrame& frame, const Ground& expected, const GridGeometry& window);
   bool find_ground(const LevelFrame& frame, const Ground& expected);
+  void find_terrain(const LevelFrame& frame, const GridGeometry& window, FrameResult& result);
   void observe_and_filter(bool is_usable, std::span<const VelocityEvidence> velocities);
   Doubt validate(const LevelFrame& frame);
   void find_segments(const LevelFrame& frame);
@@ -96,11 +98,13 @@ class FramePipeline {
   SceneFlow scene_flow_;
   Tracker tracker_;
   NearObstacles near_;
+  std::optional<FrameTerrain> terrain_;  ///< GroundModel::terrain
 
   // of a frame
   std::optional<Ground> disagreeing_;  ///< ground plane in view that contradicts extrinsics that stay
   double flow_ms_{0};
   double track_ms_{0};
+  double terrain_ms_{0};
   GroundSpace ground_samples_;
   std::vector<GroundSample> mounting_samples_;
   EvidenceMap velocity_evidence_;

@@ -48,6 +48,7 @@ class HostStages final : public Stages {
     vehicle_cells_ = grid_in_vehicle(result.vehicle.geometry, {});
     window_cells_ = grid_in_vehicle(window, inverse(frame.world_from_vehicle));
     times_ = {};
+    rules_ = {};
     std::swap(space_.filtered, space_.filtered_before);
     if (is_first) reset(space_.filtered_before, config_.filter, window);
   }
@@ -68,6 +69,8 @@ class HostStages final : public Stages {
                                           s.ground_samples);
     if (frame_.is_given()) match_on(ground_);  // splitting is cheap, and the plane is better now
   }
+
+  void set_rules(const TerrainRules& rules) override { rules_ = rules; }
 
   void observe(bool is_usable, std::span<const HeldCell> held) override {
     if (is_usable) {
@@ -106,6 +109,7 @@ class HostStages final : public Stages {
   }
 
   View<const float> obstacle_disparity() override { return space_.matches.obstacle.view(); }
+  View<const float> road_disparity() override { return space_.matches.road.view(); }
   void finish() override {
     const Matches& matches{space_.matches};
     const auto obstacles = [&] {
@@ -160,6 +164,16 @@ class HostStages final : public Stages {
     const ScopedTimer timer{times_.project};
     project_to(vehicle_cells_, result_->observed);
     project_to(window_cells_, space_.observed_world);
+    apply(rules_.vehicle, result_->observed);
+    apply(rules_.window, space_.observed_world);
+  }
+
+  void apply(View<const CellRule> rules, Image<float>& cells) {
+    cpu_.for_ranges(rules.height, 8, [&](int begin, int end) {
+      for (int y{begin}; y < end; ++y) {
+        for (int x{0}; x < rules.width; ++x) cells(x, y) = ruled(cells(x, y), rules(x, y));
+      }
+    });
   }
 
   void fuse(std::span<const HeldCell> held) {
@@ -222,6 +236,7 @@ class HostStages final : public Stages {
   GridGeometry window_;
   GridInVehicle vehicle_cells_{};  ///< the vehicle's grid in the vehicle frame
   GridInVehicle window_cells_{};   ///< the window in the vehicle frame
+  TerrainRules rules_;
   Ground previous_;
   const RowAlignment* rows_{nullptr};
   Ground ground_;

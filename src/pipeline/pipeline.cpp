@@ -79,7 +79,7 @@ struct Pipeline::Implementation {
         cpu{options.back_end == BackEnd::reference ? 1 : options.threads},
         input{config.motion, given, options},
         frames{make_frames(given)} {
-    make_room(config.grid, options.horizons_s, result);
+    make_room(config, options.horizons_s, result);
     make_room(config, input.level_rig(), options.stages ? result.stages : unwanted_stages);
     window = result.world.geometry;
   }
@@ -119,7 +119,7 @@ struct Pipeline::Implementation {
   void process(const StereoFrame& frame, FrameResult& into) {
     input.check(frame);
     Stopwatch watch;
-    make_room(config.grid, options.horizons_s, into);
+    make_room(config, options.horizons_s, into);
     if (!options.stages) into.stages = std::exchange(unwanted_stages, {});
     make_room(config, input.level_rig(), into.stages);
     into.status.clear();

@@ -45,12 +45,17 @@ void make_room(const Config& config, const Rig& rig, StageImages& stages) {
   }
 }
 
-void make_room(const GridConfig& config, const std::vector<double>& horizons_s, FrameResult& result) {
-  const GridGeometry vehicle{vehicle_grid_of(config)};
+void make_room(const Config& config, const std::vector<double>& horizons_s, FrameResult& result) {
+  const GridGeometry vehicle{vehicle_grid_of(config.grid)};
   const int window_cells{Window{vehicle}.cells()};
   make_room(vehicle.nx, vehicle.ny, result.observed);
+  if (config.ground.model == GroundModel::terrain) {
+    make_room(vehicle.nx, vehicle.ny, result.elevation_m);
+    make_room(vehicle.nx, vehicle.ny, result.elevation_sigma_m);
+    make_room(vehicle.nx, vehicle.ny, result.terrain);
+  }
   make_room(vehicle, result.vehicle);
-  make_room({0, 0, config.cell_size_m, window_cells, window_cells}, result.world);
+  make_room({0, 0, config.grid.cell_size_m, window_cells, window_cells}, result.world);
   result.predictions.resize(horizons_s.size());
   for (std::size_t i{0}; i < horizons_s.size(); ++i) {
     Prediction& prediction{result.predictions[i]};
@@ -64,7 +69,7 @@ void make_room(const GridConfig& config, const std::vector<double>& horizons_s, 
 
 FrameResult empty_result(const Config& config, const Rig& rig) {
   FrameResult result;
-  make_room(config.grid, {}, result);
+  make_room(config, {}, result);
   make_room(config, rig, result.stages);
   return result;
 }
@@ -81,8 +86,8 @@ std::size_t held_bytes(const StageImages& stages) {
 }
 
 std::size_t held_bytes(const FrameResult& result) {
-  std::size_t bytes{
-      held_bytes_of(result.observed, result.vehicle, result.world, result.obstacles, result.stages, result.status)};
+  std::size_t bytes{held_bytes_of(result.observed, result.elevation_m, result.elevation_sigma_m, result.terrain,
+                                  result.vehicle, result.world, result.obstacles, result.stages, result.status)};
   bytes += result.predictions.capacity() * sizeof(Prediction);
   for (const Prediction& one : result.predictions) bytes += held_bytes_of(one.occupancy, one.world_occupancy);
   return bytes;

@@ -16,7 +16,7 @@ GridGeometry vehicle_grid_of(const GridConfig& config);
 /// Allocates the images that do not have their size; the others are left as they are.
 void make_room(const Config& config, const Rig& level_rig, StageImages& stages);
 /// The same for grids and predictions.
-void make_room(const GridConfig& config, const std::vector<double>& horizons_s, FrameResult& result);
+void make_room(const Config& config, const std::vector<double>& horizons_s, FrameResult& result);
 
 /// A result with all its images allocated, without predictions.
 FrameResult empty_result(const Config& config, const Rig& level_rig);

@@ -13,6 +13,7 @@
 #include "matching/matches.hpp"
 #include "pipeline/saved_state.hpp"
 #include "stereogrid/pipeline.hpp"
+#include "terrain/rules.hpp"
 
 namespace stereogrid {
 
@@ -59,6 +60,8 @@ class Stages {
   virtual void match(const Ground& expected, const Ground& previous, const RowAlignment& rows) = 0;
   /// Road plane of the matches.
   virtual void estimate_ground() = 0;
+  /// Terrain rules of the frame's stereo grids; valid until finish(). Without a call: none.
+  virtual void set_rules(const TerrainRules& rules) = 0;
   /// Occupancy of the vehicle's grid and of the window, fused with the frame's other grids. `is_usable` false: unknown.
   /// `held`: cells of the window that stay occupied, each once, at most held_cells_max; valid until finish().
   virtual void observe(bool is_usable, std::span<const HeldCell> held) = 0;
@@ -82,6 +85,7 @@ class Stages {
   virtual const Matches& unsplit_matches() = 0;
   /// (H, W) px, 0 = none.
   virtual View<const float> obstacle_disparity() = 0;
+  virtual View<const float> road_disparity() = 0;
 
   [[nodiscard]] virtual MemoryUse memory_use() const = 0;
   /// State of the filter.

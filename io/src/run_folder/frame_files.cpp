@@ -52,6 +52,9 @@ struct GridArray {
   Layers (*grids)(const FrameResult&);
 };
 
+/// TerrainClass of each cell, by write_grids.
+constexpr const char* of_terrain{"terrain"};
+
 constexpr const char* of_world{"world_"};
 constexpr float of_one{256};
 constexpr float of_mps{16};
@@ -61,8 +64,10 @@ Layers covariance_of(const GridLayers& grid) {
   return {grid.velocity_xx, grid.velocity_xy, grid.velocity_yy};
 }
 
-const std::array<GridArray, 11> all_arrays{{
+const std::array<GridArray, 13> all_arrays{{
     {"observed", of_one, [](const FrameResult& r) { return Layers{r.observed}; }},
+    {"elevation_m", 0, [](const FrameResult& r) { return Layers{r.elevation_m}; }},
+    {"elevation_sigma_m", 0, [](const FrameResult& r) { return Layers{r.elevation_sigma_m}; }},
     {"occupancy", of_one, [](const FrameResult& r) { return Layers{r.vehicle.occupancy}; }},
     {"moving", of_one, [](const FrameResult& r) { return Layers{r.vehicle.moving}; }},
     {"age_s", of_second, [](const FrameResult& r) { return Layers{r.vehicle.age_s}; }},
@@ -92,6 +97,7 @@ std::vector<std::string> grid_arrays(bool compact) {
   for (const GridArray& array : all_arrays) {
     if (!compact || array.steps_per_unit > 0) names.emplace_back(array.name);
   }
+  if (!compact) names.emplace_back(of_terrain);
   return names;
 }
 
@@ -116,11 +122,20 @@ void write_grids(const std::filesystem::path& path, const FrameResult& result, c
     if (!is_among(layers, array.name)) continue;
     has_world |= std::string_view{array.name}.starts_with(of_world);
     const Layers grids{array.grids(result)};
+    if (grids.front().get().empty()) continue;  // no elevation without GroundModel::terrain
     if (grids.size() == 1) {
       arrays.emplace_back(array.name, grids.front().get());
     } else {
       arrays.push_back(stacks.emplace_back(grids).named(array.name));
     }
+  }
+  std::vector<std::uint8_t> terrain;
+  if (!result.terrain.empty() && is_among(layers, of_terrain)) {
+    for (const TerrainClass kind : result.terrain) terrain.push_back(static_cast<std::uint8_t>(kind));
+    arrays.push_back(
+        {of_terrain,
+         {static_cast<std::size_t>(result.terrain.height()), static_cast<std::size_t>(result.terrain.width())},
+         terrain});
   }
   const std::vector<double> origin{result.world.geometry.x_min_m, result.world.geometry.y_min_m};
   if (has_world) arrays.push_back({"world_origin", {2}, origin});

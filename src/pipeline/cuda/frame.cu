@@ -91,7 +91,9 @@ HostMemory::HostMemory(const Rig& rig, const GridGeometry& vehicle_grid, int win
       evidence{static_cast<std::size_t>(window_cells) * static_cast<std::size_t>(window_cells)},
       evidence_count{1},
       held{held_cells_max},
-      held_count{1} {}
+      held_count{1},
+      vehicle_rules{size_of(vehicle_grid)},
+      window_rules{static_cast<std::size_t>(window_cells) * static_cast<std::size_t>(window_cells)} {}
 
 DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, const GridGeometry& vehicle_grid,
                            int window_cells, const FilterTables& tables)

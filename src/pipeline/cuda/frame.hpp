@@ -16,6 +16,7 @@
 #include "observation/rays/cuda.hpp"
 #include "observation/u_disparity/cuda.hpp"
 #include "stereogrid/result.hpp"
+#include "terrain/cuda.hpp"
 
 namespace stereogrid {
 
@@ -103,6 +104,8 @@ struct HostMemory {
   PinnedBuffer<int> evidence_count;
   PinnedBuffer<HeldCell> held;  ///< likewise
   PinnedBuffer<int> held_count;
+  PinnedBuffer<CellRule> vehicle_rules;  ///< likewise
+  PinnedBuffer<CellRule> window_rules;
 };
 
 /// What the stages hand to each other and keep between frames, on the device. Allocated once.

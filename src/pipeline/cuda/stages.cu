@@ -64,6 +64,8 @@ void CudaStages::begin(const LevelFrame& frame, const GridGeometry& window, bool
   if (is_at_work_) synchronize();  // on a frame that an exception has ended: it may still read what is written now
   result_ = &result;
   is_first_ = is_first;
+  std::fill_n(host_.vehicle_rules.data(), host_.vehicle_rules.size(), CellRule::as_observed);
+  std::fill_n(host_.window_rules.data(), host_.window_rules.size(), CellRule::as_observed);
   is_given_ = frame.is_given();
   if (is_given_) {
     put(frame.disparity, host_.given());
@@ -99,6 +101,13 @@ void CudaStages::match(const Ground& expected, const Ground& previous, const Row
 void CudaStages::estimate_ground() {
   perform(ground_graphs_[is_given_ ? 1 : 0], [this] { enqueue_ground(); });
   times_.mark(cuda_, StreamTimes::answered);
+}
+
+// The kernels read the rules from pinned memory; without GroundModel::terrain they are not launched.
+void CudaStages::set_rules(const TerrainRules& rules) {
+  if (are_grids_in_work_) synchronize();
+  put(rules.vehicle, host_.vehicle_rules.data());
+  put(rules.window, host_.window_rules.data());
 }
 
 void CudaStages::observe(bool is_usable, std::span<const HeldCell> held) {
@@ -189,6 +198,9 @@ void CudaStages::project() {
   if (!counts_rays()) find_largest(cuda_, occupancy, device_.projection);
   project_to(&frame->vehicle_cells, device_.observed);
   project_to(&frame->window_cells, device_.observed_window);
+  if (config_.ground.model == GroundModel::plane) return;
+  apply_rules(cuda_, host_.vehicle_rules.data(), device_.observed.view());
+  apply_rules(cuda_, host_.window_rules.data(), device_.observed_window.view());
 }
 
 void CudaStages::fuse() {
@@ -262,6 +274,13 @@ const Matches& CudaStages::unsplit_matches() {
 View<const float> CudaStages::obstacle_disparity() {
   times_.wait_for(StreamTimes::answered);
   return {host_.obstacle(), rig_.width_px, rig_.height_px, rig_.width_px};
+}
+
+View<const float> CudaStages::road_disparity() {
+  synchronize();
+  download(cuda_, device_.matches.road.data(), matches_.road.size(), matches_.road.data());
+  synchronize();
+  return std::as_const(matches_).road.view();
 }
 
 void CudaStages::finish() {

@@ -24,6 +24,7 @@ class CudaStages final : public Stages {
   void begin(const LevelFrame& frame, const GridGeometry& window, bool is_first, FrameResult& result) override;
   void match(const Ground& expected, const Ground& previous, const RowAlignment& rows) override;
   void estimate_ground() override;
+  void set_rules(const TerrainRules& rules) override;
   void observe(bool is_usable, std::span<const HeldCell> held) override;
   void filter(std::span<const VelocityEvidence> velocities) override;
   void finish() override;
@@ -34,6 +35,7 @@ class CudaStages final : public Stages {
   const Matches& matches_on_lattice() override;
   const Matches& unsplit_matches() override;
   View<const float> obstacle_disparity() override;
+  View<const float> road_disparity() override;
 
   /// Launches each kernel by itself from now on, not in graphs, and notifies `watch`.
   void go_without_graphs(LaunchWatch& watch) {

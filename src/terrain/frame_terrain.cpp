@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "terrain/frame_terrain.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace stereogrid {
+namespace {
+
+TerrainLimits limits_of(const VehicleConfig& config) {
+  const auto tangent = [](double degrees) { return static_cast<float>(std::tan(degrees * std::numbers::pi / 180)); };
+  return {static_cast<float>(config.step_max_m), tangent(config.slope_max_deg), static_cast<float>(config.height_m),
+          tangent(config.drop_slope_deg)};
+}
+
+// Unknown cells keep what the ground plane says of them.
+CellRule rule_of(const CellGround& ground, float raised_m) {
+  switch (ground.kind) {
+    case TerrainClass::obstacle:
+      return CellRule::obstacle;
+    case TerrainClass::drop:
+      return CellRule::edge;
+    case TerrainClass::hidden:
+      return CellRule::not_free;
+    case TerrainClass::drivable:
+      return ground.is_firm && ground.elevation_m > raised_m ? CellRule::free : CellRule::as_observed;
+    case TerrainClass::unknown:
+      break;
+  }
+  return CellRule::as_observed;
+}
+
+}  // namespace
+
+FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const GridGeometry& vehicle_grid,
+                           int window_cells)
+    : vehicle_grid_{vehicle_grid},
+      raised_m_{static_cast<float>(config.u_disparity.obstacle_min_height_m / 2)},
+      terrain_{level_rig,
+               limits_of(config.vehicle),
+               static_cast<float>(config.grid.cell_size_m),
+               static_cast<float>(std::hypot(config.grid.length_m, config.grid.width_m / 2)),
+               config.matching.disparities,
+               config.matching.window_px},
+      vehicle_rules_{vehicle_grid.nx, vehicle_grid.ny},
+      window_rules_{window_cells, window_cells} {}
+
+void FrameTerrain::write_vehicle(const GridInVehicle& grid, int begin, int end, FrameResult& result) {
+  terrain_.visit(grid, begin, end, [&](int ix, int iy, const CellGround& ground) {
+    result.elevation_m(ix, iy) = ground.elevation_m;
+    result.elevation_sigma_m(ix, iy) = ground.sigma_m;
+    result.terrain(ix, iy) = ground.kind;
+    vehicle_rules_(ix, iy) = rule_of(ground, raised_m_);
+  });
+}
+
+void FrameTerrain::write_window(const GridInVehicle& grid, int begin, int end) {
+  terrain_.visit(grid, begin, end,
+                 [&](int ix, int iy, const CellGround& ground) { window_rules_(ix, iy) = rule_of(ground, raised_m_); });
+}
+
+void FrameTerrain::clear(FrameResult& result) {
+  result.elevation_m.fill(std::numeric_limits<float>::quiet_NaN());
+  result.elevation_sigma_m.fill(std::numeric_limits<float>::quiet_NaN());
+  result.terrain.fill(TerrainClass::unknown);
+}
+
+}  // namespace stereogrid

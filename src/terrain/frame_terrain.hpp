@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+
+#include "held_bytes.hpp"
+#include "stereogrid/config.hpp"
+#include "stereogrid/result.hpp"
+#include "terrain/rules.hpp"
+#include "terrain/terrain.hpp"
+
+namespace stereogrid {
+
+/// Terrain of a frame in its two grids: the vehicle's grid and the window of the filter.
+class FrameTerrain {
+ public:
+  FrameTerrain(const Rig& level_rig, const Config& config, const GridGeometry& vehicle_grid, int window_cells);
+
+  /// Sets elevation and classes of `result`. Does nothing with GroundModel::plane.
+  template <class ForRanges>
+  void find(View<const float> obstacle, View<const float> road, const Ground& ground, const GridInVehicle& window,
+            const ForRanges& for_ranges, FrameResult& result) {
+    terrain_.find(obstacle, road, ground, for_ranges);
+    const GridInVehicle vehicle{grid_in_vehicle(vehicle_grid_, {})};
+    for_ranges(vehicle_grid_.ny, [&](int begin, int end) { write_vehicle(vehicle, begin, end, result); });
+    for_ranges(window.grid.ny, [&](int begin, int end) { write_window(window, begin, end); });
+  }
+
+  /// Marks all cells of `result` as unseen.
+  static void clear(FrameResult& result);
+  /// Of the last find().
+  [[nodiscard]] TerrainRules rules() const { return {vehicle_rules_.view(), window_rules_.view()}; }
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(terrain_, vehicle_rules_, window_rules_); }
+
+ private:
+  void write_vehicle(const GridInVehicle& grid, int begin, int end, FrameResult& result);
+  void write_window(const GridInVehicle& grid, int begin, int end);
+
+  GridGeometry vehicle_grid_;
+  float raised_m_;  ///< drivable ground higher than this looks like an obstacle to the plane
+  Terrain terrain_;
+  Image<CellRule> vehicle_rules_;
+  Image<CellRule> window_rules_;
+};
+
+}  // namespace stereogrid

@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "terrain/model.hpp"
+#include "terrain/samples.hpp"
+
+namespace stereogrid {
+
+/// Kinds of a gap between ground and the next visible surface behind it.
+enum class GapKind : std::uint8_t {
+  none,     ///< not lower: an obstacle's foot, or noise
+  unknown,  ///< lower ground, too far to tell a drop from a slope
+  descent,  ///< the same surface, sloping down
+  bridge,   ///< a step that the vehicle can drive down
+  drop,     ///< proved or assumed by drop_slope
+};
+
+/// Surface behind a gap.
+struct Gap {
+  GapKind kind{GapKind::unknown};
+  float edge_x{0};     ///< last visible point of the ground, m
+  float mark_x{0};     ///< the edge without the matcher's smear
+  float landing_x{0};  ///< first visible point behind, m
+  float landing_z{0};
+  float slope{0};  ///< of the descent
+};
+
+/// What classify_gap needs about the ground in front.
+struct GapFront {
+  int row;            ///< first row, upwards, that looks behind the gap
+  float z;            ///< of the ground at the edge
+  float sigma_px;     ///< noise of disparities there
+  float window_rows;  ///< rows over which the matcher smears a jump
+};
+
+/// `rows`: of the sector and its neighbours, the sector in the middle.
+Gap classify_gap(const TerrainCamera& camera, const TerrainLimits& limits, const std::array<SectorRows, 3>& rows,
+                 const GapFront& front);
+
+}  // namespace stereogrid

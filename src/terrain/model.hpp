@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+
+#include "ground/model.hpp"
+#include "stereogrid/camera.hpp"
+
+namespace stereogrid {
+
+// Numbers in brackets: docs/terrain.md. x: distance ahead, m; h: camera height above the surface, m; t = h/x: tangent
+// of the line of sight, positive downwards; z: elevation above the ground plane, m.
+
+/// Standard deviation of a block's disparity where the frame shows no larger one, px.
+constexpr float block_sigma_px{0.3f};
+
+/// Level camera above the ground plane of a frame.
+struct TerrainCamera {
+  float focal_px;
+  float baseline_m;
+  float focal_baseline_pxm;
+  float height_m;
+  float tangent_at_origin;  ///< of pixel (0, 0)
+  float tangent_per_u;
+  float tangent_per_v;
+
+  TerrainCamera(const Rig& rig, const Ground& ground)
+      : focal_px{static_cast<float>(rig.focal_px)},
+        baseline_m{static_cast<float>(rig.baseline_m)},
+        focal_baseline_pxm{static_cast<float>(rig.focal_px * rig.baseline_m)},
+        height_m{static_cast<float>(ground.height_m)} {
+    const RoadPlane plane{road_plane(rig, ground)};
+    const double per_px{ground.height_m / (rig.focal_px * rig.baseline_m)};
+    tangent_at_origin = static_cast<float>(per_px * plane.disparity(0, 0));
+    tangent_per_u = static_cast<float>(per_px * plane.per_u);
+    tangent_per_v = static_cast<float>(per_px * plane.per_v);
+  }
+
+  /// t = H·d_g/(f·b), with the plane's disparity d_g.
+  [[nodiscard]] float tangent(float u, float v) const {
+    return tangent_at_origin + tangent_per_u * u + tangent_per_v * v;
+  }
+  [[nodiscard]] float range(float disparity) const { return focal_baseline_pxm / disparity; }
+  /// σ_x = x²·σ_d/(f·b) (1).
+  [[nodiscard]] float range_sigma(float x, float sigma_px) const { return x * x * sigma_px / focal_baseline_pxm; }
+  /// σ_z = h·x·σ_d/(f·b) (1): the error runs along the ray.
+  [[nodiscard]] float elevation_sigma(float h, float x, float sigma_px) const {
+    return h * x * sigma_px / focal_baseline_pxm;
+  }
+  /// Noise of the height over a surface of slope s: |h + s·x|·x·σ_d/(f·b) (1).
+  [[nodiscard]] float height_sigma(float h, float slope, float x, float sigma_px) const {
+    return elevation_sigma(std::abs(h + slope * x), x, sigma_px);
+  }
+  /// Distance between two rows on a level surface, x²/(f·h) (3).
+  [[nodiscard]] float row_length(float h, float x) const { return x * x * tangent_per_v / h; }
+  /// Slope of a surface at x whose disparity grows by `per_row` from row to row: b_v = B/(h + s·x) (2).
+  [[nodiscard]] float slope_of(float per_row, float h, float x) const {
+    return (focal_baseline_pxm * tangent_per_v / per_row - h) / x;
+  }
+  /// Growth of the disparity per row on a level surface, B/h (2).
+  [[nodiscard]] float level_growth(float h) const { return focal_baseline_pxm * tangent_per_v / h; }
+};
+
+/// Limits of the vehicle.
+struct TerrainLimits {
+  float step_m;      ///< largest step that a wheel climbs
+  float slope;       ///< tangent of the steepest slope
+  float height_m;    ///< clearance
+  float drop_slope;  ///< tangent of the line of sight up to which a gap with lower ground behind it is a drop
+};
+
+}  // namespace stereogrid

@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "held_bytes.hpp"
+#include "terrain/model.hpp"
+
+namespace stereogrid {
+
+constexpr int no_ring{-1};
+
+/// Rings of the polar grid, from the nearest visible ground outwards. A ring is as long as a cell, two standard
+/// deviations of the range and two rows of the image, whichever is longest.
+class Rings {
+ public:
+  Rings(float cell_m, float farthest_m, int disparities);
+
+  /// `nearest_m`: first ground in the image.
+  void place(const TerrainCamera& camera, float nearest_m);
+
+  [[nodiscard]] int count() const { return count_; }
+  [[nodiscard]] float begin_m(int ring) const { return borders_m_[static_cast<std::size_t>(ring)]; }
+  [[nodiscard]] float end_m(int ring) const { return borders_m_[static_cast<std::size_t>(ring) + 1]; }
+  [[nodiscard]] float middle_m(int ring) const { return 0.5f * (begin_m(ring) + end_m(ring)); }
+  /// Ring of a disparity > 0; no_ring: before the first or behind the last one.
+  [[nodiscard]] int at_disparity(float disparity) const {
+    const float place{disparity * per_px};
+    return place < static_cast<float>(ring_at_.size()) ? ring_at_[static_cast<std::size_t>(place)] : no_ring;
+  }
+  [[nodiscard]] int capacity() const { return static_cast<int>(borders_m_.size()) - 1; }
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(borders_m_, ring_at_); }
+
+ private:
+  static constexpr float per_px{16};  ///< borders are multiples of a sixteenth of a pixel
+
+  float cell_m_;
+  float farthest_m_;
+  int count_{0};
+  std::vector<float> borders_m_;
+  std::vector<std::int16_t> ring_at_;  ///< by disparity
+};
+
+}  // namespace stereogrid

@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "host_device.hpp"
+#include "numbers.hpp"
+#include "stereogrid/grid.hpp"
+#include "stereogrid/image.hpp"
+
+namespace stereogrid {
+
+/// Effect of the terrain on a cell's observed occupancy.
+enum class CellRule : std::uint8_t { as_observed, not_free, free, obstacle, edge };
+
+/// P(occupied) of drivable ground where the plane sees an obstacle; least P of obstacles and edges (docs/terrain.md).
+constexpr float ruled_free{0.2f};
+constexpr float ruled_obstacle{0.7f};
+constexpr float ruled_edge{0.8f};
+
+STEREOGRID_HD inline float ruled(float occupancy, CellRule rule) {
+  if (rule == CellRule::not_free) return Max(occupancy, 0.5f);
+  if (rule == CellRule::free) return Min(occupancy, ruled_free);
+  if (rule == CellRule::obstacle) return Max(occupancy, ruled_obstacle);
+  return rule == CellRule::edge ? Max(occupancy, ruled_edge) : occupancy;
+}
+
+/// Rules of a frame's grids; empty: none.
+struct TerrainRules {
+  View<const CellRule> vehicle;
+  View<const CellRule> window;
+};
+
+}  // namespace stereogrid

@@ -1,0 +1,202 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "terrain/samples.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace stereogrid {
+namespace {
+
+/// Rows whose medians are found together, in vectors.
+constexpr int tile_rows{16};
+using Tile = std::array<std::array<float, tile_rows>, sector_px>;
+
+/// Largest difference of neighbouring sectors on one surface, px.
+constexpr float spread_max_px{2};
+/// σ of the mean difference of two medians: √(π/2)/√2.
+constexpr float sigma_per_spread{0.886f};
+constexpr float spread_samples_min{8};
+constexpr float noise_growth_max{1.5f};  ///< over the median of four nearer rings: jumps of the surface are no noise
+constexpr float noise_max_px{1};
+
+void sort_pair(Tile& tile, int low, int high) {
+  float* const a{tile[static_cast<std::size_t>(low)].data()};
+  float* const b{tile[static_cast<std::size_t>(high)].data()};
+  for (int i{0}; i < tile_rows; ++i) {
+    const float least{a[i] < b[i] ? a[i] : b[i]};
+    b[i] = a[i] < b[i] ? b[i] : a[i];
+    a[i] = least;
+  }
+}
+
+// Sorts the eight numbers of each row.
+void sort_rows(Tile& tile) {
+  constexpr std::array<std::array<int, 2>, 19> pairs{{{0, 1},
+                                                      {2, 3},
+                                                      {4, 5},
+                                                      {6, 7},
+                                                      {0, 2},
+                                                      {1, 3},
+                                                      {4, 6},
+                                                      {5, 7},
+                                                      {1, 2},
+                                                      {5, 6},
+                                                      {0, 4},
+                                                      {3, 7},
+                                                      {1, 5},
+                                                      {2, 6},
+                                                      {1, 4},
+                                                      {3, 6},
+                                                      {2, 4},
+                                                      {3, 5},
+                                                      {3, 4}}};
+  for (const auto& [low, high] : pairs) sort_pair(tile, low, high);
+}
+
+// Upper median of the numbers above 0, of at least three; 0: fewer. `tile` is sorted.
+void write_medians(const Tile& tile, int rows, float* medians) {
+  std::array<float, tile_rows> found{};
+  for (std::size_t i{0}; i < tile_rows; ++i) {
+    const float of_three{tile[5][i] > 0 ? tile[6][i] : 0.0f};  // three or four valid
+    const float of_five{tile[3][i] > 0 ? tile[5][i] : of_three};
+    found[i] = tile[1][i] > 0 ? tile[4][i] : of_five;
+  }
+  std::copy_n(found.begin(), rows, medians);
+}
+
+}  // namespace
+
+TerrainSamples::TerrainSamples(int width_px, int height_px, int rings)
+    : height_px_{height_px},
+      disparity_{height_px + 2 * line_rows, std::max(1, width_px / sector_px)},
+      x_{height_px, disparity_.height()},
+      z_{height_px, disparity_.height()},
+      upright_{height_px, disparity_.height()},
+      next_{height_px, disparity_.height()},
+      first_{rings, disparity_.height()},
+      spread_{rings, disparity_.height()},
+      spread_count_{rings, disparity_.height()} {}
+
+// Rows above the line of sight along half the steepest slope show nothing that the walk reaches.
+void TerrainSamples::begin(const TerrainCamera& camera, const TerrainLimits& limits) {
+  camera_ = camera;
+  limits_ = limits;
+  const float middle{camera.tangent(static_cast<float>(sectors() * sector_px) / 2, 0)};
+  const float row{(-limits.slope / 2 - middle) / camera.tangent_per_v};
+  first_row_ = static_cast<int>(std::clamp(row, 0.0f, static_cast<float>(height_px_)));
+}
+
+void TerrainSamples::read(int sector, View<const float> obstacle, View<const float> road) {
+  float* const medians{disparity_.row(sector) + line_rows};
+  std::fill_n(medians, first_row_, 0.0f);
+  for (int v{first_row_}; v < height_px_; v += tile_rows) {
+    const int rows{std::min(tile_rows, height_px_ - v)};
+    Tile tile{};
+    for (int i{0}; i < rows; ++i) {
+      const float* const a{obstacle.row(v + i) + sector * sector_px};
+      const float* const b{road.row(v + i) + sector * sector_px};
+      for (std::size_t k{0}; k < sector_px; ++k) tile[k][static_cast<std::size_t>(i)] = a[k] > 0 ? a[k] : b[k];
+    }
+    sort_rows(tile);
+    write_medians(tile, rows, medians + v);
+  }
+}
+
+void TerrainSamples::place(int sector, const Rings& rings) {
+  const SectorRows s{rows(sector)};
+  float* const x{x_.row(sector)};
+  float* const z{z_.row(sector)};
+  for (int v{first_row_}; v < height_px_; ++v) {
+    x[v] = camera_.focal_baseline_pxm / std::max(s.disparity[v], 1e-3f);
+    z[v] = camera_.height_m - s.tangent(static_cast<float>(v)) * x[v];
+  }
+  mark_upright(sector);
+  std::fill_n(first_.row(sector), first_.width(), static_cast<std::int16_t>(no_row));
+  std::fill_n(spread_.row(sector), spread_.width(), 0.0f);
+  std::fill_n(spread_count_.row(sector), spread_count_.width(), 0.0f);
+  for (int v{first_row_}; v < height_px_; ++v) {
+    const int ring{s.disparity[v] > 0 ? rings.at_disparity(s.disparity[v]) : no_ring};
+    if (ring == no_ring) continue;
+    next_(v, sector) = first_(ring, sector);
+    first_(ring, sector) = static_cast<std::int16_t>(v);
+    if (sector + 1 == sectors() || s.upright[v] != 0) continue;
+    const float beside{disparity_(v + line_rows, sector + 1)};
+    const float difference{
+        std::abs(beside - s.disparity[v] -
+                 camera_.tangent_per_u * sector_px * s.disparity[v] / s.tangent(static_cast<float>(v)))};
+    if (!(beside > 0) || !(difference < spread_max_px)) continue;
+    spread_(ring, sector) += difference;
+    spread_count_(ring, sector) += 1;
+  }
+}
+
+// A surface is upright where its disparity grows by less than half of B/(h + S·x) per row (2).
+void TerrainSamples::mark_upright(int sector) {
+  const SectorRows s{rows(sector)};
+  std::uint8_t* const upright{upright_.row(sector)};
+  const float limit{0.5f * camera_.focal_baseline_pxm * camera_.tangent_per_v};
+  for (int begin{first_row_}; begin < height_px_; begin += tile_rows) {
+    std::array<float, tile_rows> n{};
+    std::array<float, tile_rows> i1{};
+    std::array<float, tile_rows> i2{};
+    std::array<float, tile_rows> d1{};
+    std::array<float, tile_rows> di{};
+    const int end{std::min(begin + tile_rows, height_px_)};
+    for (int i{-line_rows}; i <= line_rows; ++i) {
+      const float* const d{s.disparity + begin + i};
+      const auto offset = static_cast<float>(i);
+      for (std::size_t k{0}; k < static_cast<std::size_t>(end - begin); ++k) {
+        const float is_there{d[k] > 0 ? 1.0f : 0.0f};
+        n[k] += is_there;
+        i1[k] += is_there * offset;
+        i2[k] += is_there * offset * offset;
+        d1[k] += d[k];
+        di[k] += d[k] * offset;
+      }
+    }
+    for (int v{begin}; v < end; ++v) {
+      const auto k = static_cast<std::size_t>(v - begin);
+      const float growth_times{n[k] * di[k] - i1[k] * d1[k]};
+      const float times{n[k] * i2[k] - i1[k] * i1[k]};
+      const float steepest{s.x[v] * (s.tangent(static_cast<float>(v)) + limits_.slope)};
+      upright[v] = n[k] >= 5 && growth_times * steepest < limit * times ? 1 : 0;
+    }
+  }
+}
+
+void TerrainSamples::measure_noise(int rings, std::vector<float>& sigma_px) const {
+  for (int ring{0}; ring < rings; ++ring) {
+    float sum{0};
+    float count{0};
+    for (int sector{0}; sector < sectors(); ++sector) {
+      sum += spread_(ring, sector);
+      count += spread_count_(ring, sector);
+    }
+    const auto r = static_cast<std::size_t>(ring);
+    float sigma{count >= spread_samples_min ? sigma_per_spread * sum / count : 0.0f};
+    if (r >= 4) {
+      std::array<float, 4> nearer{sigma_px[r - 1], sigma_px[r - 2], sigma_px[r - 3], sigma_px[r - 4]};
+      std::ranges::sort(nearer);
+      sigma = std::min(sigma, noise_growth_max * 0.5f * (nearer[1] + nearer[2]));
+      if (count < spread_samples_min) sigma = nearer[1];
+    }
+    sigma_px[r] = std::clamp(sigma, block_sigma_px, noise_max_px);
+  }
+}
+
+SectorRows TerrainSamples::rows(int sector) const {
+  return {disparity_.row(sector) + line_rows,
+          x_.row(sector),
+          z_.row(sector),
+          upright_.row(sector),
+          next_.row(sector),
+          first_.row(sector),
+          camera_.tangent((static_cast<float>(sector) + 0.5f) * sector_px - 0.5f, 0),
+          camera_.tangent_per_v,
+          first_row_,
+          height_px_};
+}
+
+}  // namespace stereogrid

@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "held_bytes.hpp"
+#include "stereogrid/image.hpp"
+#include "terrain/model.hpp"
+#include "terrain/rings.hpp"
+
+namespace stereogrid {
+
+/// Columns of the image that are one sector of the polar grid.
+constexpr int sector_px{8};
+constexpr int no_row{-1};
+
+/// One sector of the samples. Rows: of the image.
+struct SectorRows {
+  const float* disparity;       ///< median of the sector's pixels in a row, px; 0: none
+  const float* x;               ///< m; valid where there is a disparity
+  const float* z;               ///< m
+  const std::uint8_t* upright;  ///< 1: surface steeper than the vehicle climbs
+  const std::int16_t* next;     ///< next row, upwards, with a sample in the same ring
+  const std::int16_t* first;    ///< lowest row with a sample in a ring
+  float tangent_at_row_0;       ///< of the line of sight
+  float tangent_per_v;
+  int first_row;  ///< rows from here to end_row − 1 are used
+  int end_row;
+
+  [[nodiscard]] float tangent(float v) const { return tangent_at_row_0 + tangent_per_v * v; }
+};
+
+/// Median disparities of a frame by sector and row, and their places.
+class TerrainSamples {
+ public:
+  TerrainSamples(int width_px, int height_px, int rings);
+
+  [[nodiscard]] int sectors() const { return x_.height(); }
+  /// Sets what all sectors share, before the functions below.
+  void begin(const TerrainCamera& camera, const TerrainLimits& limits);
+  /// Medians of one sector: of pixels with an obstacle's or a road disparity.
+  void read(int sector, View<const float> obstacle, View<const float> road);
+  /// Places of one sector's samples, once it and the next sector have been read.
+  void place(int sector, const Rings& rings);
+  /// Standard deviation of disparities by ring, once all sectors are placed, px (docs/terrain.md).
+  void measure_noise(int rings, std::vector<float>& sigma_px) const;
+
+  [[nodiscard]] SectorRows rows(int sector) const;
+  [[nodiscard]] std::size_t held_bytes() const {
+    return held_bytes_of(disparity_, x_, z_, upright_, next_, first_, spread_, spread_count_);
+  }
+
+ private:
+  /// Rows on both sides of the line through a sample's neighbours.
+  static constexpr int line_rows{4};
+
+  void mark_upright(int sector);
+  void add_spread(int sector);
+
+  TerrainCamera camera_{Rig{}, Ground{}};
+  TerrainLimits limits_{};
+  int height_px_;
+  int first_row_{0};
+  Image<float> disparity_;  // (sector, row + line_rows)
+  Image<float> x_;
+  Image<float> z_;
+  Image<std::uint8_t> upright_;
+  Image<std::int16_t> next_;
+  Image<std::int16_t> first_;  // (sector, ring)
+  Image<float> spread_;        // (sector, ring): sum of differences to the next sector
+  Image<float> spread_count_;
+};
+
+}  // namespace stereogrid

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <limits>
+
+#include "terrain/walk.hpp"
+
+namespace stereogrid {
+namespace {
+
+constexpr int neighbour_rings{3};  ///< edges of neighbours are the same one within so many rings
+
+// Neighbours, up to `reach` sectors to both sides, with an edge near `ring`.
+int confirming(View<const SectorWalk> walks, int sector, int reach, int ring) {
+  int count{0};
+  for (int offset{-reach}; offset <= reach; ++offset) {
+    const int beside{sector + offset};
+    if (offset == 0 || beside < 0 || beside >= walks.width) continue;
+    const int end{walks(beside, 0).end};
+    if (end != no_ring && std::abs(end - ring) <= neighbour_rings) ++count;
+  }
+  return count;
+}
+
+// Ring at which most of six neighbours end; no_ring: they do not agree.
+int common_end(View<const SectorWalk> walks, int sector) {
+  std::array<int, 6> ends{};
+  ends.fill(std::numeric_limits<int>::max());
+  std::size_t count{0};
+  for (const int offset : {-3, -2, -1, 1, 2, 3}) {
+    const int beside{sector + offset};
+    if (beside < 0 || beside >= walks.width || walks(beside, 0).end == no_ring) continue;
+    ends[count++] = walks(beside, 0).end;
+  }
+  if (count < 4) return no_ring;
+  std::ranges::sort(ends);
+  const int middle{ends[count / 2]};
+  return confirming(walks, sector, 3, middle) >= 4 ? middle : no_ring;
+}
+
+}  // namespace
+
+void find_common_end(int sector, View<SectorWalk> walks) {
+  walks(sector, 0).common_end = common_end(walks, sector);
+}
+
+void settle_sector(int sector, View<const SectorWalk> walks, int rings, PolarCell* cells) {
+  const SectorWalk& walk{walks(sector, 0)};
+  if (walk.end == no_ring) return;
+  if (confirming(walks, sector, 2, walk.end) >= 2) {
+    const TerrainClass kind{walk.end_kind == GapKind::drop ? TerrainClass::drop : TerrainClass::hidden};
+    std::fill(cells + walk.end, cells + walk.end_seen + 1, PolarCell{.kind = kind});
+    return;
+  }
+  for (int ring{walk.end}; ring < rings; ++ring) {
+    if (cells[ring].kind == TerrainClass::hidden) cells[ring].kind = TerrainClass::unknown;
+  }
+}
+
+}  // namespace stereogrid

@@ -1,0 +1,90 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "held_bytes.hpp"
+#include "observation/projection/model.hpp"
+#include "stereogrid/config.hpp"
+#include "stereogrid/image.hpp"
+#include "terrain/walk.hpp"
+
+namespace stereogrid {
+
+/// Ground of a grid's cell.
+struct CellGround {
+  float elevation_m{std::numeric_limits<float>::quiet_NaN()};
+  float sigma_m{std::numeric_limits<float>::quiet_NaN()};
+  TerrainClass kind{TerrainClass::unknown};
+  bool is_firm{false};  ///< drivable without a gap from the footprint on
+};
+
+/// Ground of a frame: elevation, drivable cells, steps, edges (docs/terrain.md). The same loops serve every back end:
+/// sectors are walked independently of each other, but for spread_ground.
+class Terrain {
+ public:
+  /// `farthest_m`: end of the grid, `cell_m`: its cells.
+  Terrain(const Rig& level_rig, const TerrainLimits& limits, float cell_m, float farthest_m, int disparities,
+          int window_px);
+
+  /// `for_ranges`(count, work): calls work(begin, end) on disjoint parts of [0, count).
+  template <class ForRanges>
+  void find(View<const float> obstacle, View<const float> road, const Ground& ground, const ForRanges& for_ranges) {
+    begin(ground);
+    const int sectors{samples_.sectors()};
+    const auto for_sectors = [&](const auto& work) {
+      for_ranges(sectors, [&](int first, int end) {
+        for (int sector{first}; sector < end; ++sector) work(sector);
+      });
+    };
+    for_sectors([&](int sector) { samples_.read(sector, obstacle, road); });
+    for_sectors([&](int sector) { samples_.place(sector, rings_); });
+    begin_walks();
+    for_sectors([&](int sector) { walk_sector(input(), sector, cells_.view(), walks_(sector, 0)); });
+    for_sectors([&](int sector) { find_common_end(sector, walks_.view()); });
+    spread_ground(input(), cells_.view(), walks_.view());
+    const View<const SectorWalk> walks{std::as_const(walks_).view()};
+    for_sectors([&](int sector) { settle_sector(sector, walks, rings_.count(), cells_.row(sector)); });
+  }
+  /// Calls work(ix, iy, ground) for the cells of rows begin … end − 1.
+  template <class Work>
+  void visit(const GridInVehicle& grid, int begin, int end, const Work& work) const {
+    const CellPlaces places{grid, {0, 0}, 1};
+    const float half_m{static_cast<float>(grid.grid.cell_size_m / 2)};
+    for (int iy{begin}; iy < end; ++iy) {
+      for (int ix{0}; ix < grid.grid.nx; ++ix) {
+        work(ix, iy, ground_at(places.x_of(ix, iy), places.y_of(ix, iy), half_m));
+      }
+    }
+  }
+
+  [[nodiscard]] std::size_t held_bytes() const;
+
+ private:
+  [[nodiscard]] int sector_at(float x, float y) const;
+  [[nodiscard]] CellGround ground_at(float x, float y, float half_m) const;
+  void begin(const Ground& ground);
+  void begin_walks();
+  [[nodiscard]] WalkInput input() const {
+    return {camera_, limits_, rings_, samples_, sigma_px_.data(), judged_rings_, window_rows_};
+  }
+
+  Rig rig_;
+  TerrainLimits limits_;
+  float window_rows_;
+  Rings rings_;
+  TerrainSamples samples_;
+  std::vector<float> sigma_px_;       // by ring
+  std::vector<float> plane_sigma_m_;  // by ring: of the plane
+  Image<PolarCell> cells_;            // (ring, sector)
+  Image<SectorWalk> walks_;           // (sector, 0)
+  int judged_rings_{0};
+  Ground ground_;
+  TerrainCamera camera_;
+};
+
+}  // namespace stereogrid

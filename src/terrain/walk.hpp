@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "stereogrid/grid.hpp"
+#include "stereogrid/image.hpp"
+#include "terrain/gaps.hpp"
+#include "terrain/model.hpp"
+#include "terrain/rings.hpp"
+#include "terrain/samples.hpp"
+
+namespace stereogrid {
+
+/// Cell of the polar grid.
+struct PolarCell {
+  float elevation_m{std::numeric_limits<float>::quiet_NaN()};  ///< of ground; of an obstacle's top
+  float slope{0};                                              ///< of the ground
+  TerrainClass kind{TerrainClass::unknown};
+  bool is_firm{false};  ///< ground without a gap from the footprint on
+
+  [[nodiscard]] bool is_ground() const { return kind == TerrainClass::drivable; }
+};
+
+/// Ground that a sector's walk continues from.
+struct WalkState {
+  float x{0};  ///< of the last ground, m
+  float z{0};
+  float slope{0};          ///< of the ground there, tangent
+  float reached{0};        ///< ground is interpolated up to here, m
+  int missing{0};          ///< rings without ground since
+  bool is_alive{true};     ///< the ground is connected with the vehicle's footprint
+  bool is_blocked{false};  ///< by an obstacle
+  bool is_firm{true};      ///< without a gap from the footprint on
+
+  [[nodiscard]] float elevation(float at_x) const { return z + slope * (at_x - x); }
+};
+
+/// One sector's walk.
+struct SectorWalk {
+  int lost{0};            ///< ring at which the walk first lost the ground
+  WalkState state{};      ///< behind the last ring that was walked
+  int end{no_ring};       ///< ring of an edge behind which the ground is hidden
+  int end_seen{no_ring};  ///< ring in which the gap was met: behind `end` by the matcher's smear
+  GapKind end_kind{GapKind::unknown};
+  int common_end{no_ring};  ///< edge of most neighbours
+};
+
+/// What all sectors' walks read.
+struct WalkInput {
+  const TerrainCamera& camera;
+  const TerrainLimits& limits;
+  const Rings& rings;
+  const TerrainSamples& samples;
+  const float* sigma_px;  ///< by ring
+  int judged_rings;       ///< rings whose noise is low enough for edges and obstacles
+  float window_rows;      ///< rows over which the matcher smears a jump
+};
+
+/// Walks along one sector from the vehicle outwards, until it loses the ground.
+void walk_sector(const WalkInput& input, int sector, View<PolarCell> cells, SectorWalk& walk);
+
+/// Sets the common edge of a sector's neighbours, once all have been walked.
+void find_common_end(int sector, View<SectorWalk> walks);
+
+/// Ends walks at the edge of most neighbours: a sector that passes alone has followed the matcher's smear. Then
+/// continues the walks of all sectors that have lost the ground, ring by ring: from the ground of neighbours, from the
+/// left to the right and back. `cells`: (ring, sector).
+void spread_ground(const WalkInput& input, View<PolarCell> cells, View<SectorWalk> walks);
+
+/// Completes one sector after all walks: marks edges that neighbours confirm, takes back others.
+void settle_sector(int sector, View<const SectorWalk> walks, int rings, PolarCell* cells);
+
+}  // namespace stereogrid
