@@ -156,6 +156,27 @@ bool speak_against(const Rig& rig, const std::vector<GroundSample>& samples, con
   return below > below_max * all || has_better_plane(rig, samples, static_cast<int>(elsewhere_min * all), plane);
 }
 
+NearGround near_ground(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& nearest,
+                       const RoadPlane& plane) {
+  constexpr double near_part{0.6};  // of the largest disparity: up to 1.7 times the nearest distance
+  constexpr double on_plane_px{0.7};
+  constexpr double on_plane_share{0.02};
+  constexpr double misfit_max_px{2};
+  const int last_row{rig.height_px - 1};
+  const double nearest_px{std::max(nearest.disparity(0, last_row), nearest.disparity(rig.width_px - 1, last_row))};
+  NearGround found;
+  for (const GroundSample& sample : samples) {
+    const double expected_px{nearest.disparity(sample.u, sample.v)};
+    if (expected_px <= 0 || expected_px < near_part * nearest_px) continue;
+    const double misfit_px{std::abs(sample.disparity - plane.disparity(sample.u, sample.v))};
+    ++found.samples;
+    found.on_plane += misfit_px < on_plane_px + on_plane_share * expected_px ? 1 : 0;
+    found.misfit_px += std::min(misfit_px, misfit_max_px);
+  }
+  found.misfit_px /= std::max(found.samples, 1);
+  return found;
+}
+
 double width_falling_away(const MatchedFrame& frame, const Rig& rig, const RoadPlane& plane) {
   constexpr double path_m{1};
   constexpr double descent{0.1051};  // tan 6°
@@ -218,6 +239,7 @@ Doubt FrameTrust::judge(const MatchedFrame& frame, const Ground& ground, double 
 
 Doubt::Reason FrameTrust::reason_to_reject(const MatchedFrame& frame, const Ground& ground, double dt_s) {
   unmeasured_s_ += dt_s;
+  is_near_ground_known_ = false;
   if (has_few_matches(frame, rig_, ground, disparities_)) {
     return are_identical(frame) ? Doubt::identical_images : Doubt::few_matches;
   }
@@ -226,6 +248,11 @@ Doubt::Reason FrameTrust::reason_to_reject(const MatchedFrame& frame, const Grou
   samples_.clear();
   add_samples(frame, samples_);
   std::erase_if(samples_, [&](const GroundSample& sample) { return !(plane.disparity(sample.u, sample.v) > 0); });
+  is_near_ground_known_ = config_.model == GroundModel::terrain && near_ground(rig_, samples_, plane, plane).holds();
+  if (is_near_ground_known_) {
+    unmeasured_s_ = 0;
+    return Doubt::none;
+  }
   if (speak_against(rig_, samples_, plane)) return Doubt::road_elsewhere;
   if (width_falling_away(frame, rig_, plane) > falling_max_m) return Doubt::falls_away;
   if (ground.estimated) unmeasured_s_ = 0;

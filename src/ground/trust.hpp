@@ -63,6 +63,18 @@ bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Grou
 /// view says nothing of the road.
 bool speak_against(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane);
 
+/// The samples where the plane `nearest` expects the nearest ground in view, and how they fit `plane`. Slopes, stairs and
+/// edges farther away do not count.
+struct NearGround {
+  int samples{0};
+  int on_plane{0};
+  double misfit_px{0};  ///< mean absolute difference, each at most 2 px
+
+  [[nodiscard]] bool holds() const { return samples >= ground_samples_min && 10 * on_plane >= 6 * samples; }
+};
+NearGround near_ground(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& nearest,
+                       const RoadPlane& plane);
+
 /// Width of the ground in the vehicle's path, 1 m to either side, that falls away from `plane`, m: in its columns some
 /// samples above one another lie clearly below it. Ground is searched where the line of sight descends by 6° or more:
 /// farther away a gentle slope looks the same (docs/method.md §4.6).
@@ -76,6 +88,8 @@ class FrameTrust {
   /// `ground`: as this frame's stages would use it, estimated or carried over. The road is known where the calibration
   /// is trusted, where the frame does not speak against `ground`, and unless it has not been measured for too long.
   Doubt judge(const MatchedFrame& frame, const Ground& ground, double dt_s);
+  /// The last frame's nearest ground lies on its plane, and GroundModel::terrain judges what is farther away.
+  [[nodiscard]] bool is_near_ground_known() const { return is_near_ground_known_; }
 
   template <class State>
   void exchange(State& state) {
@@ -89,6 +103,7 @@ class FrameTrust {
   Rig rig_;
   GroundConfig config_;
   int disparities_;
+  bool is_near_ground_known_{false};
   double unmeasured_s_{0};  ///< since the road was measured, or since the start
   std::vector<GroundSample> samples_;
 };

@@ -145,14 +145,31 @@ void FramePipeline::align(const LevelFrame& frame, const Ground& expected) {
 // misalignment has been measured.
 bool FramePipeline::find_ground(const LevelFrame& frame, const Ground& expected) {
   const bool searches{will_search()};
-  if (!is_first_ && !searches) return false;
-  align(frame, expected);
-  if (is_first_ && !alignment_.is_identity()) {
-    match(expected);
+  if (is_first_ || searches) {
     align(frame, expected);
+    if (is_first_ && !alignment_.is_identity()) {
+      match(expected);
+      align(frame, expected);
+    }
+    if (searches) search(frame);
   }
-  if (searches) search(frame);
-  return true;
+  if (terrain_) keep_near_ground(frame, expected, searches);
+  return is_first_ || searches;
+}
+
+// A slope, stairs or a lower floor ahead can attract the estimated plane. The expected plane stays if it fits the nearest
+// ground better.
+void FramePipeline::keep_near_ground(const LevelFrame& frame, const Ground& expected, bool has_searched) {
+  constexpr double clearly_better{0.9};
+  if (!config_.ground.estimate) return;
+  mounting_samples_.clear();
+  add_samples(matched(frame), mounting_samples_);
+  const RoadPlane plane{road_plane(rig_, expected)};
+  const NearGround before{near_ground(rig_, mounting_samples_, plane, plane)};
+  const NearGround estimated{near_ground(rig_, mounting_samples_, plane, road_plane(rig_, stages_->ground()))};
+  if (!before.holds() || before.misfit_px >= clearly_better * estimated.misfit_px) return;
+  if (frame.is_given() || has_searched) match(expected, false);
+  stages_->set_ground(expected);
 }
 
 // A search that has failed is not repeated for some frames.
@@ -191,6 +208,7 @@ MatchedFrame FramePipeline::matched(const LevelFrame& frame) const {
 // The frame is matched again where the road lies elsewhere, which is doubt enough.
 Doubt FramePipeline::check_extrinsics(const LevelFrame& frame, Doubt doubt) {
   const bool is_lost{doubt == Doubt::road_elsewhere || doubt == Doubt::road_not_seen};
+  if (doubt == Doubt::none && trust_.is_near_ground_known()) return doubt;
   if (doubt == Doubt::identical_images || !mounting_.is_wanted(is_lost, frame.dt_s)) return doubt;
   mounting_samples_.clear();
   add_samples(matched(frame), mounting_samples_);

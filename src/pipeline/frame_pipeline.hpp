@@ -59,6 +59,7 @@ class FramePipeline {
   std::span<const VelocityEvidence> track_features(const LevelFrame& frame, const GridGeometry& window);
   void compare_near(const LevelFrame& frame, const Ground& expected, const GridGeometry& window);
   bool find_ground(const LevelFrame& frame, const Ground& expected);
+  void keep_near_ground(const LevelFrame& frame, const Ground& expected, bool has_searched);
   void find_terrain(const LevelFrame& frame, const GridGeometry& window, FrameResult& result);
   void observe_and_filter(bool is_usable, std::span<const VelocityEvidence> velocities);
   Doubt validate(const LevelFrame& frame);

@@ -70,6 +70,7 @@ class HostStages final : public Stages {
     if (frame_.is_given()) match_on(ground_);  // splitting is cheap, and the plane is better now
   }
 
+  void set_ground(const Ground& ground) override { ground_ = ground; }
   void set_rules(const TerrainRules& rules) override { rules_ = rules; }
 
   void observe(bool is_usable, std::span<const HeldCell> held) override {

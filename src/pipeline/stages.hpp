@@ -60,6 +60,8 @@ class Stages {
   virtual void match(const Ground& expected, const Ground& previous, const RowAlignment& rows) = 0;
   /// Road plane of the matches.
   virtual void estimate_ground() = 0;
+  /// Replaces the estimated plane for the rest of the frame.
+  virtual void set_ground(const Ground& ground) = 0;
   /// Terrain rules of the frame's stereo grids; valid until finish(). Without a call: none.
   virtual void set_rules(const TerrainRules& rules) = 0;
   /// Occupancy of the vehicle's grid and of the window, fused with the frame's other grids. `is_usable` false: unknown.

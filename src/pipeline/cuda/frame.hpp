@@ -92,7 +92,7 @@ struct HostMemory {
   [[nodiscard]] std::uint8_t* left() { return at<std::uint8_t>(input, layout.left); }
   [[nodiscard]] std::uint8_t* right() { return at<std::uint8_t>(input, layout.right); }
   [[nodiscard]] float* given() { return at<float>(input, layout.left); }
-  [[nodiscard]] const FrameFromDevice& answer() { return *at<FrameFromDevice>(output, 0); }
+  [[nodiscard]] FrameFromDevice& answer() { return *at<FrameFromDevice>(output, 0); }
   [[nodiscard]] const float* lattice() { return at<float>(output, layout.lattice); }
   [[nodiscard]] const float* obstacle() { return at<float>(output, layout.obstacle); }
 

@@ -103,6 +103,12 @@ void CudaStages::estimate_ground() {
   times_.mark(cuda_, StreamTimes::answered);
 }
 
+void CudaStages::set_ground(const Ground& ground) {
+  times_.wait_for(StreamTimes::answered);
+  host_.answer().ground = ground;
+  upload(cuda_, &host_.answer().ground, 1, &device_.answer()->ground);
+}
+
 // The kernels read the rules from pinned memory; without GroundModel::terrain they are not launched.
 void CudaStages::set_rules(const TerrainRules& rules) {
   if (are_grids_in_work_) synchronize();

@@ -24,6 +24,7 @@ class CudaStages final : public Stages {
   void begin(const LevelFrame& frame, const GridGeometry& window, bool is_first, FrameResult& result) override;
   void match(const Ground& expected, const Ground& previous, const RowAlignment& rows) override;
   void estimate_ground() override;
+  void set_ground(const Ground& ground) override;
   void set_rules(const TerrainRules& rules) override;
   void observe(bool is_usable, std::span<const HeldCell> held) override;
   void filter(std::span<const VelocityEvidence> velocities) override;
