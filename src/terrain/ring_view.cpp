@@ -71,7 +71,9 @@ bool RingView::has_obstacle(const RingSamples& samples, float z, float slope) co
 
 int RingView::row_through(float z_near, float z_far, float highest_z) const {
   const float height{in->camera.height_m};
-  const auto row_at = [&](float z, float x) { return ((height - z) / x - rows.tangent_at_row_0) / rows.tangent_per_v; };
+  const auto row_at = [&](float z, float at_x) {
+    return ((height - z) / at_x - rows.tangent_at_row_0) / rows.tangent_per_v;
+  };
   const int lowest{std::min(static_cast<int>(std::floor(row_at(z_near, begin_m))), rows.end_row - 1)};
   const int highest{std::max(static_cast<int>(std::ceil(row_at(z_far, end_m))), rows.first_row)};
   const float behind_m{end_m + 2.5f * in->camera.range_sigma(x, sigma_px)};
