@@ -24,20 +24,27 @@ int confirming(View<const SectorWalk> walks, int sector, int reach, int ring) {
   return count;
 }
 
-// Ring at which most of six neighbours end; no_ring: they do not agree.
+// Ring at which two thirds of up to six neighbours end; no_ring: they do not agree. Neighbours that have lost the
+// ground nearer do not count.
 int common_end(View<const SectorWalk> walks, int sector) {
-  std::array<int, 6> ends{};
+  constexpr int reach{3};
+  std::array<int, 2 * reach> ends{};
   ends.fill(std::numeric_limits<int>::max());
   std::size_t count{0};
-  for (const int offset : {-3, -2, -1, 1, 2, 3}) {
-    const int beside{sector + offset};
-    if (beside < 0 || beside >= walks.width || walks(beside, 0).end == no_ring) continue;
-    ends[count++] = walks(beside, 0).end;
+  const int first{std::max(sector - reach, 0)};
+  const int last{std::min(sector + reach, walks.width - 1)};
+  for (int beside{first}; beside <= last; ++beside) {
+    if (beside != sector && walks(beside, 0).end != no_ring) ends[count++] = walks(beside, 0).end;
   }
-  if (count < 4) return no_ring;
+  if (count < 2) return no_ring;
   std::ranges::sort(ends);
   const int middle{ends[count / 2]};
-  return confirming(walks, sector, 3, middle) >= 4 ? middle : no_ring;
+  int passing{0};
+  for (int beside{first}; beside <= last; ++beside) {
+    const SectorWalk& walk{walks(beside, 0)};
+    if (beside != sector && walk.end == no_ring && walk.lost > middle) ++passing;
+  }
+  return confirming(walks, sector, reach, middle) >= 2 * std::max(passing, 1) ? middle : no_ring;
 }
 
 }  // namespace

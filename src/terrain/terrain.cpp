@@ -3,8 +3,46 @@
 #include "terrain/terrain.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 namespace stereogrid {
+namespace {
+
+constexpr int kinds{5};
+
+/// Sectors of a cell, by class.
+struct CellSectors {
+  std::array<int, kinds> count{};
+  int sectors{0};
+  float elevation_m{0};  ///< sum
+  float slope{0};        ///< sum
+  int seen{0};
+  int firm{0};
+
+  void add(const PolarCell& cell) {
+    ++count[static_cast<std::size_t>(cell.kind)];
+    ++sectors;
+    firm += cell.is_firm && cell.is_ground() ? 1 : 0;
+    if (std::isnan(cell.elevation_m)) return;
+    elevation_m += cell.elevation_m;
+    slope += cell.slope;
+    ++seen;
+  }
+  // A third of the sectors decides for what is dangerous, half of them for ground.
+  [[nodiscard]] TerrainClass kind() const {
+    const auto has = [this](TerrainClass one, int share) {
+      const int of_kind{count[static_cast<std::size_t>(one)]};
+      return of_kind > 0 && share * of_kind >= sectors;
+    };
+    if (has(TerrainClass::drop, 3)) return TerrainClass::drop;
+    if (has(TerrainClass::obstacle, 3)) return TerrainClass::obstacle;
+    if (has(TerrainClass::hidden, 3)) return TerrainClass::hidden;
+    return has(TerrainClass::drivable, 2) ? TerrainClass::drivable : TerrainClass::unknown;
+  }
+};
+
+}  // namespace
 
 Terrain::Terrain(const Rig& level_rig, const TerrainLimits& limits, float cell_m, float farthest_m, int disparities,
                  int window_px)
@@ -40,6 +78,33 @@ void Terrain::begin_walks() {
     is_judged = is_judged && 2 * camera_.elevation_sigma(camera_.height_m, x, sigma_px_[r]) <= limits_.step_m;
     if (is_judged) judged_rings_ = ring + 1;
   }
+}
+
+// The sector of a place ahead; outside the image: one before the first or behind the last one.
+int Terrain::sector_at(float x, float y) const {
+  const float u{static_cast<float>(rig_.centre_u_px) + 0.5f - camera_.focal_px * y / x};
+  return static_cast<int>(std::clamp(u, -1.0f * sector_px, static_cast<float>(rig_.width_px)) / sector_px + 1) - 1;
+}
+
+CellGround Terrain::ground_at(float x, float y, float half_m) const {
+  const int ring{x > half_m ? rings_.at_disparity(camera_.focal_baseline_pxm / x) : no_ring};
+  if (ring == no_ring) return {};
+  const int first{std::max(sector_at(x, y + half_m), 0)};
+  const int last{std::min(std::max(sector_at(x, y - half_m) - 1, sector_at(x, y)), samples_.sectors() - 1)};
+  if (first > last) return {};
+  CellSectors found;
+  for (int sector{first}; sector <= last; ++sector) found.add(cells_(ring, sector));
+  CellGround ground;
+  ground.kind = found.kind();
+  ground.is_firm = found.firm == found.sectors;
+  if (found.seen == 0) return ground;
+  const auto seen = static_cast<float>(found.seen);
+  const float slope{found.slope / seen};
+  ground.elevation_m = found.elevation_m / seen + slope * (x - rings_.middle_m(ring));
+  const auto r = static_cast<std::size_t>(ring);
+  const float noise{camera_.height_sigma(camera_.height_m - ground.elevation_m, slope, x, sigma_px_[r])};
+  ground.sigma_m = std::sqrt(noise * noise + plane_sigma_m_[r] * plane_sigma_m_[r]);
+  return ground;
 }
 
 std::size_t Terrain::held_bytes() const {
