@@ -158,7 +158,7 @@ bool speak_against(const Rig& rig, const std::vector<GroundSample>& samples, con
 
 NearGround near_ground(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& nearest,
                        const RoadPlane& plane) {
-  constexpr double near_part{0.6};  // of the largest disparity: up to 1.7 times the nearest distance
+  constexpr double near_part{0.85};  // of the largest disparity: up to 1.2 times the nearest distance
   constexpr double on_plane_px{0.7};
   constexpr double on_plane_share{0.02};
   constexpr double misfit_max_px{2};

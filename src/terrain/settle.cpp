@@ -66,4 +66,24 @@ void settle_sector(int sector, View<const SectorWalk> walks, int rings, PolarCel
   }
 }
 
+namespace {
+
+// One step of spread_hidden: from the sector before, which is `from`.
+void spread_to(const PolarCell* from, int rings, PolarCell* cells) {
+  for (int ring{0}; ring < rings; ++ring) {
+    const bool is_behind_edge{from[ring].kind == TerrainClass::hidden || from[ring].kind == TerrainClass::drop};
+    if (is_behind_edge && cells[ring].kind == TerrainClass::unknown) cells[ring].kind = TerrainClass::hidden;
+  }
+}
+
+}  // namespace
+
+void spread_hidden(int rings, View<PolarCell> cells) {
+  constexpr int spread_sectors{4};
+  for (int step{0}; step < spread_sectors; ++step) {
+    for (int sector{cells.height - 1}; sector > 0; --sector) spread_to(cells.row(sector - 1), rings, cells.row(sector));
+    for (int sector{0}; sector + 1 < cells.height; ++sector) spread_to(cells.row(sector + 1), rings, cells.row(sector));
+  }
+}
+
 }  // namespace stereogrid

@@ -49,6 +49,7 @@ class Terrain {
     spread_ground(input(), cells_.view(), walks_.view());
     const View<const SectorWalk> walks{std::as_const(walks_).view()};
     for_sectors([&](int sector) { settle_sector(sector, walks, rings_.count(), cells_.row(sector)); });
+    spread_hidden(rings_.count(), cells_.view());
   }
   /// Calls work(ix, iy, ground) for the cells of rows begin … end − 1.
   template <class Work>
