@@ -10,6 +10,7 @@ namespace stereogrid {
 namespace {
 
 constexpr int kinds{5};
+constexpr int no_sector{-1};
 
 /// Sectors of a cell, by class.
 struct CellSectors {
@@ -90,7 +91,9 @@ CellGround Terrain::ground_at(float x, float y, float half_m) const {
   const int ring{x > half_m ? rings_.at_disparity(camera_.focal_baseline_pxm / x) : no_ring};
   if (ring == no_ring) return {};
   const int first{std::max(sector_at(x, y + half_m), 0)};
-  const int last{std::min(std::max(sector_at(x, y - half_m) - 1, sector_at(x, y)), samples_.sectors() - 1)};
+  const int right{sector_at(x, y - half_m)};
+  const int least{right >= first ? first : no_sector};  // a cell at the image's border has its sector
+  const int last{std::min(std::max({right - 1, sector_at(x, y), least}), samples_.sectors() - 1)};
   if (first > last) return {};
   CellSectors found;
   for (int sector{first}; sector <= last; ++sector) found.add(cells_(ring, sector));
