@@ -160,7 +160,7 @@ bool FramePipeline::find_ground(const LevelFrame& frame, const Ground& expected)
 // A slope, stairs or a lower floor ahead can attract the estimated plane. The expected plane stays if it fits the nearest
 // ground better.
 void FramePipeline::keep_near_ground(const LevelFrame& frame, const Ground& expected, bool has_searched) {
-  constexpr double clearly_better{0.9};
+  constexpr double clearly_better{0.7};
   if (!config_.ground.estimate) return;
   mounting_samples_.clear();
   add_samples(matched(frame), mounting_samples_);
