@@ -207,6 +207,7 @@ MatchedFrame FramePipeline::matched(const LevelFrame& frame) const {
 
 // The frame is matched again where the road lies elsewhere, which is doubt enough.
 Doubt FramePipeline::check_extrinsics(const LevelFrame& frame, Doubt doubt) {
+  if (doubt == Doubt::none && is_uneven()) return doubt;
   const bool is_lost{doubt == Doubt::road_elsewhere || doubt == Doubt::road_not_seen};
   if (doubt == Doubt::none && trust_.is_near_ground_known()) return doubt;
   if (doubt == Doubt::identical_images || !mounting_.is_wanted(is_lost, frame.dt_s)) return doubt;
@@ -228,11 +229,18 @@ Doubt FramePipeline::check_extrinsics(const LevelFrame& frame, Doubt doubt) {
   return holds || doubt == Doubt::none ? Doubt::road_elsewhere : doubt;
 }
 
+// Given extrinsics and ground that begins on the plane: another plane farther on is a slope, or lower ground.
+bool FramePipeline::is_uneven() const {
+  return has_given_extrinsics_ && terrain_ && terrain_->begins_on_plane();
+}
+
 Doubt FramePipeline::validate(const LevelFrame& frame) {
   const bool jumps{is_jump(stages_->ground())};
   ground_ = stages_->ground();
   Doubt doubt{trust_.judge(matched(frame), ground_, frame.dt_s)};
   if (jumps && doubt == Doubt::none) doubt.reason = Doubt::road_elsewhere;
+  if (!jumps && is_uneven() && (doubt == Doubt::road_elsewhere || doubt == Doubt::falls_away))
+    doubt.reason = Doubt::none;
   return doubt;
 }
 

@@ -17,7 +17,7 @@ enum class CellRule : std::uint8_t { as_observed, not_free, free, obstacle, edge
 /// P(occupied) of drivable ground where the plane sees an obstacle; least P of obstacles and edges (docs/terrain.md).
 constexpr float ruled_free{0.2f};
 constexpr float ruled_obstacle{0.7f};
-constexpr float ruled_edge{0.8f};
+constexpr float ruled_edge{0.7f};
 
 STEREOGRID_HD inline float ruled(float occupancy, CellRule rule) {
   if (rule == CellRule::not_free) return Max(occupancy, 0.5f);
