@@ -157,8 +157,7 @@ bool speak_against(const Rig& rig, const std::vector<GroundSample>& samples, con
 }
 
 NearGround near_ground(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& nearest,
-                       const RoadPlane& plane) {
-  constexpr double near_part{0.85};  // of the largest disparity: up to 1.2 times the nearest distance
+                       const RoadPlane& plane, double near_part) {
   constexpr double on_plane_px{0.7};
   constexpr double on_plane_share{0.02};
   constexpr double misfit_max_px{2};
@@ -248,7 +247,7 @@ Doubt::Reason FrameTrust::reason_to_reject(const MatchedFrame& frame, const Grou
   samples_.clear();
   add_samples(frame, samples_);
   std::erase_if(samples_, [&](const GroundSample& sample) { return !(plane.disparity(sample.u, sample.v) > 0); });
-  is_near_ground_known_ = config_.model == GroundModel::terrain && near_ground(rig_, samples_, plane, plane).holds();
+  is_near_ground_known_ = config_.model == GroundModel::terrain && near_ground(rig_, samples_, plane, plane, nearest_part).holds();
   if (is_near_ground_known_) {
     unmeasured_s_ = 0;
     return Doubt::none;

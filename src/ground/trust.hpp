@@ -63,7 +63,8 @@ bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Grou
 /// view says nothing of the road.
 bool speak_against(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane);
 
-/// The samples where the plane `nearest` expects the nearest ground in view, and how they fit `plane`. Slopes, stairs and
+/// The samples where the plane `nearest` expects at least `near_part` of the largest disparity in view, and how they fit
+/// `plane`. Slopes, stairs and
 /// edges farther away do not count.
 struct NearGround {
   int samples{0};
@@ -73,7 +74,9 @@ struct NearGround {
   [[nodiscard]] bool holds() const { return samples >= ground_samples_min && 10 * on_plane >= 6 * samples; }
 };
 NearGround near_ground(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& nearest,
-                       const RoadPlane& plane);
+                       const RoadPlane& plane, double near_part);
+/// Part of the largest disparity from which on ground is the nearest: up to 1.2 times the nearest distance.
+constexpr double nearest_part{0.85};
 
 /// Width of the ground in the vehicle's path, 1 m to either side, that falls away from `plane`, m: in its columns some
 /// samples above one another lie clearly below it. Ground is searched where the line of sight descends by 6° or more:

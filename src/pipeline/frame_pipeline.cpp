@@ -160,13 +160,14 @@ bool FramePipeline::find_ground(const LevelFrame& frame, const Ground& expected)
 // A slope, stairs or a lower floor ahead can attract the estimated plane. The expected plane stays if it fits the nearest
 // ground better.
 void FramePipeline::keep_near_ground(const LevelFrame& frame, const Ground& expected, bool has_searched) {
-  constexpr double clearly_better{0.7};
+  constexpr double clearly_better{0.8};
+  constexpr double near_part{0.6};  // up to 1.7 times the nearest distance
   if (!config_.ground.estimate) return;
   mounting_samples_.clear();
   add_samples(matched(frame), mounting_samples_);
   const RoadPlane plane{road_plane(rig_, expected)};
-  const NearGround before{near_ground(rig_, mounting_samples_, plane, plane)};
-  const NearGround estimated{near_ground(rig_, mounting_samples_, plane, road_plane(rig_, stages_->ground()))};
+  const NearGround before{near_ground(rig_, mounting_samples_, plane, plane, near_part)};
+  const NearGround estimated{near_ground(rig_, mounting_samples_, plane, road_plane(rig_, stages_->ground()), near_part)};
   if (!before.holds() || before.misfit_px >= clearly_better * estimated.misfit_px) return;
   if (frame.is_given() || has_searched) match(expected, false);
   stages_->set_ground(expected);
@@ -207,7 +208,6 @@ MatchedFrame FramePipeline::matched(const LevelFrame& frame) const {
 
 // The frame is matched again where the road lies elsewhere, which is doubt enough.
 Doubt FramePipeline::check_extrinsics(const LevelFrame& frame, Doubt doubt) {
-  if (doubt == Doubt::none && is_uneven()) return doubt;
   const bool is_lost{doubt == Doubt::road_elsewhere || doubt == Doubt::road_not_seen};
   if (doubt == Doubt::none && trust_.is_near_ground_known()) return doubt;
   if (doubt == Doubt::identical_images || !mounting_.is_wanted(is_lost, frame.dt_s)) return doubt;
@@ -229,18 +229,11 @@ Doubt FramePipeline::check_extrinsics(const LevelFrame& frame, Doubt doubt) {
   return holds || doubt == Doubt::none ? Doubt::road_elsewhere : doubt;
 }
 
-// Given extrinsics and ground that begins on the plane: another plane farther on is a slope, or lower ground.
-bool FramePipeline::is_uneven() const {
-  return has_given_extrinsics_ && terrain_ && terrain_->begins_on_plane();
-}
-
 Doubt FramePipeline::validate(const LevelFrame& frame) {
   const bool jumps{is_jump(stages_->ground())};
   ground_ = stages_->ground();
   Doubt doubt{trust_.judge(matched(frame), ground_, frame.dt_s)};
   if (jumps && doubt == Doubt::none) doubt.reason = Doubt::road_elsewhere;
-  if (!jumps && is_uneven() && (doubt == Doubt::road_elsewhere || doubt == Doubt::falls_away))
-    doubt.reason = Doubt::none;
   return doubt;
 }
 

@@ -68,7 +68,6 @@ class FramePipeline {
   void update_tracks(const LevelFrame& frame, bool is_usable, FrameResult& result);
   void add_features(const LevelFrame& frame);
 
-  [[nodiscard]] bool is_uneven() const;
   void align(const LevelFrame& frame, const Ground& expected);
   bool will_search();
   void search(const LevelFrame& frame);

@@ -47,18 +47,6 @@ int common_end(View<const SectorWalk> walks, int sector) {
   return confirming(walks, sector, reach, middle) >= 2 * std::max(passing, 1) ? middle : no_ring;
 }
 
-// A sector that the right camera does not see from the start ends like the nearest one that it sees.
-void hide_like_neighbour(int sector, View<const SectorWalk> walks, int rings, PolarCell* cells) {
-  int beside{sector};
-  while (beside < walks.width && walks(beside, 0).lost == 0) ++beside;
-  if (beside == sector || beside == walks.width) return;
-  const SectorWalk& walk{walks(beside, 0)};
-  if (walk.end == no_ring || confirming(walks, beside, 2, walk.end) < 2) return;
-  for (int ring{walk.end_seen}; ring < rings; ++ring) {
-    if (cells[ring].kind == TerrainClass::unknown) cells[ring].kind = TerrainClass::hidden;
-  }
-}
-
 }  // namespace
 
 void find_common_end(int sector, View<SectorWalk> walks) {
@@ -67,7 +55,7 @@ void find_common_end(int sector, View<SectorWalk> walks) {
 
 void settle_sector(int sector, View<const SectorWalk> walks, int rings, PolarCell* cells) {
   const SectorWalk& walk{walks(sector, 0)};
-  if (walk.end == no_ring) return hide_like_neighbour(sector, walks, rings, cells);
+  if (walk.end == no_ring) return;
   if (confirming(walks, sector, 2, walk.end) >= 2) {
     const TerrainClass kind{walk.end_kind == GapKind::drop ? TerrainClass::drop : TerrainClass::hidden};
     std::fill(cells + walk.end, cells + walk.end_seen + 1, PolarCell{.kind = kind});
@@ -91,7 +79,7 @@ void spread_to(const PolarCell* from, int rings, PolarCell* cells) {
 }  // namespace
 
 void spread_hidden(int rings, View<PolarCell> cells) {
-  constexpr int spread_sectors{4};
+  constexpr int spread_sectors{8};
   for (int step{0}; step < spread_sectors; ++step) {
     for (int sector{cells.height - 1}; sector > 0; --sector) spread_to(cells.row(sector - 1), rings, cells.row(sector));
     for (int sector{0}; sector + 1 < cells.height; ++sector) spread_to(cells.row(sector + 1), rings, cells.row(sector));

@@ -110,20 +110,6 @@ CellGround Terrain::ground_at(float x, float y, float half_m) const {
   return ground;
 }
 
-bool Terrain::begins_on_plane() const {
-  constexpr int nearest_rings{4};
-  int on_plane{0};
-  int seen{0};
-  for (int sector{0}; sector < cells_.height(); ++sector) {
-    int ring{0};
-    while (ring < std::min(nearest_rings, rings_.count()) && !cells_(ring, sector).is_ground()) ++ring;
-    if (ring >= std::min(nearest_rings, rings_.count())) continue;
-    ++seen;
-    on_plane += std::abs(cells_(ring, sector).elevation_m) < 0.5f * limits_.step_m ? 1 : 0;
-  }
-  return 2 * seen > cells_.height() && 5 * on_plane > 4 * seen;
-}
-
 std::size_t Terrain::held_bytes() const {
   return held_bytes_of(rings_, samples_, sigma_px_, plane_sigma_m_, cells_, walks_);
 }

@@ -63,8 +63,6 @@ class Terrain {
     }
   }
 
-  /// Nearest ground in view lies on the plane, in most sectors: terrain farther on does not speak against the plane.
-  [[nodiscard]] bool begins_on_plane() const;
 
   [[nodiscard]] std::size_t held_bytes() const;
 
