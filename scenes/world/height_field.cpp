@@ -106,9 +106,11 @@ class HeightField::Walk {
 };
 
 HeightField::HeightField(std::vector<double> lines_x, std::vector<double> lines_y, std::vector<Patch> patches)
-    : lines_x_{std::move(lines_x)}, lines_y_{std::move(lines_y)}, patches_{std::move(patches)} {
-  lowest_m_ = std::numeric_limits<double>::infinity();
-  highest_m_ = -lowest_m_;
+    : lines_x_{std::move(lines_x)},
+      lines_y_{std::move(lines_y)},
+      patches_{std::move(patches)},
+      lowest_m_{std::numeric_limits<double>::infinity()},
+      highest_m_{-std::numeric_limits<double>::infinity()} {
   for (std::size_t j{0}; j + 1 < lines_y_.size(); ++j) {
     for (std::size_t i{0}; i + 1 < lines_x_.size(); ++i) {
       const double width{lines_x_[i + 1] - lines_x_[i]};

@@ -37,6 +37,31 @@ TEST(ParseScene, ReadsEveryKey) {
   EXPECT_EQ(options.gain, 0.9);
 }
 
+TEST(ParseScene, ReadsTheKeysOfUnevenGround) {
+  const SceneOptions options{
+      parse_scene("scene:terrain?kind=ditch&depth=0.8&at=6&span=1.5&slope_deg=-4&steps=3&skew_deg=20&speed=0&"
+                  "camera=robot&pitch_noise_deg=1&roll_noise_deg=0.5&height_noise=0.01")};
+  EXPECT_EQ(options.kind, "ditch");
+  EXPECT_EQ(options.rise_m, -0.8);
+  EXPECT_EQ(options.edge_m, 6);
+  EXPECT_EQ(options.span_m, 1.5);
+  EXPECT_EQ(options.slope_deg, -4);
+  EXPECT_EQ(options.steps, 3);
+  EXPECT_EQ(options.skew_deg, 20);
+  EXPECT_EQ(options.speed_mps, 0);
+  EXPECT_NEAR(options.pitch_noise_rad, 0.017453292519943295, 1e-12);
+  EXPECT_NEAR(options.roll_noise_rad, 0.5 * 0.017453292519943295, 1e-12);
+  EXPECT_EQ(options.height_noise_m, 0.01);
+  const Scene robot{options};
+  EXPECT_NEAR(robot.rig().camera_pitch_rad, 0.13962634015954636, 1e-12);
+  EXPECT_EQ(robot.rig().baseline_m, 0.09);
+  EXPECT_EQ(robot.rig().camera_height_m, 0.35);
+  EXPECT_EQ(robot.truth_grid().geometry.cell_size_m, 0.05);
+  EXPECT_EQ(parse_scene("terrain?camera=robot&pitch_deg=0").camera_pitch_rad, 0);
+  EXPECT_NE(complaint("terrain?kind=ocean").find("Known kinds: random bank barrier"), std::string::npos);
+  EXPECT_NE(complaint("terrain?camera=phone").find("Known cameras: car robot"), std::string::npos);
+}
+
 TEST(ParseScene, PrefixAndSettingsMayBeLeftOut) {
   EXPECT_EQ(parse_scene("empty").name, "empty");
   EXPECT_EQ(parse_scene("scene:empty?").name, "empty");
