@@ -100,6 +100,10 @@ CellGround Terrain::ground_at(float x, float y, float half_m) const {
   CellGround ground;
   ground.kind = found.kind();
   ground.is_firm = found.firm == found.sectors;
+  for (const int beside : {first - 2, first - 1, last + 1, last + 2}) {  // a lone firm sector may be a slanted obstacle
+    const PolarCell& one{cells_(ring, std::clamp(beside, 0, samples_.sectors() - 1))};
+    ground.is_firm = ground.is_firm && one.is_firm && one.is_ground();
+  }
   if (found.seen == 0) return ground;
   const auto seen = static_cast<float>(found.seen);
   const float slope{found.slope / seen};

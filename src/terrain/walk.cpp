@@ -79,8 +79,9 @@ bool Walk::is_within_slope(float z) const {
 
 void Walk::set_ground(float z) {
   const float dx{view_.x - state_.x};
-  const bool is_continued{dx < widest_gap()};
-  if (is_continued) fill_missing(z);
+  const bool is_first{state_.x < in_.rings.begin_m(0)};
+  const bool is_continued{is_first || dx < widest_gap()};
+  if (is_continued && !is_first) fill_missing(z);
   state_.is_firm = state_.is_firm && is_continued && std::abs(z - state_.elevation(view_.x)) < 0.5f * in_.limits.step_m;
   const float measured{std::clamp((z - state_.z) / std::max(dx, 1e-3f), -in_.limits.slope, in_.limits.slope)};
   state_.slope += (measured - state_.slope) * dx / (dx + slope_memory_m);
