@@ -13,7 +13,7 @@
 namespace stereogrid::app {
 
 void add_config_options(CLI::App& command, ConfigOptions& options) {
-  command.add_option("--preset", options.preset, "default, or paper: as published.")
+  command.add_option("--preset", options.preset, "default, robot, or paper: as published.")
       ->type_name("NAME")
       ->capture_default_str();
   command.add_option("--config", options.file, "Parameters from a YAML file.")->type_name("FILE.yaml");

@@ -97,7 +97,7 @@ TEST(Config, PaperPresetHasThePapersValues) {
 }
 
 TEST(Config, PresetsAreFoundByName) {
-  EXPECT_EQ(preset_names(), (std::vector<std::string>{"default", "paper"}));
+  EXPECT_EQ(preset_names(), (std::vector<std::string>{"default", "robot", "paper"}));
   EXPECT_EQ(get(preset("default"), "grid.length_m"), "20");
   try {
     static_cast<void>(preset("papper"));
@@ -129,6 +129,7 @@ TEST(Config, SetReachesOnlyTheNamedParameter) {
       if (before == "visible" || before == "none") other = before == "none" ? "visible" : "none";
       if (before == "joint" || before == "tay2008") other = before == "joint" ? "tay2008" : "joint";
       if (entry.key == "projection.model") other = before == "rays" ? "bins" : "rays";
+      if (entry.key == "ground.model") other = before == "plane" ? "terrain" : "plane";
       if (entry.key == "matching.method") other = before == "correlation" ? "semi_global" : "correlation";
     }
     set(config, entry.key, other);
