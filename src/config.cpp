@@ -188,7 +188,6 @@ Config paper_preset() {
   config.matching.left_right_px = 1;
   config.matching.speckle_px = config.matching.road_speckle_px = 60;
   config.matching.subpixel = false;
-  config.ground.model = GroundModel::plane;
   config.u_disparity.obstacle_min_height_m = 0;
   config.u_disparity.follow_roll = false;
   config.paper.tau_obstacle = 0.1;
@@ -211,6 +210,7 @@ Config paper_preset() {
 Config robot_preset() {
   Config config;
   config.grid = {6, 6, 0.05};
+  config.ground.model = GroundModel::terrain;
   config.vehicle.step_max_m = 0.03;
   config.vehicle.height_m = 0.5;
   config.u_disparity.obstacle_min_height_m = 0.1;

@@ -63,9 +63,8 @@ bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Grou
 /// view says nothing of the road.
 bool speak_against(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane);
 
-/// The samples where the plane `nearest` expects at least `near_part` of the largest disparity in view, and how they fit
-/// `plane`. Slopes, stairs and
-/// edges farther away do not count.
+/// The samples where the plane `nearest` expects at least `near_part` of the largest disparity in view, and how they
+/// fit `plane`. Slopes, stairs and edges farther away do not count.
 struct NearGround {
   int samples{0};
   int on_plane{0};

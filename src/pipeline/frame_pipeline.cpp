@@ -157,8 +157,8 @@ bool FramePipeline::find_ground(const LevelFrame& frame, const Ground& expected)
   return is_first_ || searches;
 }
 
-// A slope, stairs or a lower floor ahead can attract the estimated plane. The expected plane stays if it fits the nearest
-// ground better.
+// A slope, stairs or a lower floor ahead can attract the estimated plane. The expected plane stays if it fits the
+// nearest ground better.
 void FramePipeline::keep_near_ground(const LevelFrame& frame, const Ground& expected, bool has_searched) {
   constexpr double clearly_better{0.8};
   constexpr double near_part{0.6};  // up to 1.7 times the nearest distance
@@ -167,7 +167,8 @@ void FramePipeline::keep_near_ground(const LevelFrame& frame, const Ground& expe
   add_samples(matched(frame), mounting_samples_);
   const RoadPlane plane{road_plane(rig_, expected)};
   const NearGround before{near_ground(rig_, mounting_samples_, plane, plane, near_part)};
-  const NearGround estimated{near_ground(rig_, mounting_samples_, plane, road_plane(rig_, stages_->ground()), near_part)};
+  const NearGround estimated{
+      near_ground(rig_, mounting_samples_, plane, road_plane(rig_, stages_->ground()), near_part)};
   if (!before.holds() || before.misfit_px >= clearly_better * estimated.misfit_px) return;
   if (frame.is_given() || has_searched) match(expected, false);
   stages_->set_ground(expected);

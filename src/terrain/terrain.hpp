@@ -63,7 +63,6 @@ class Terrain {
     }
   }
 
-
   [[nodiscard]] std::size_t held_bytes() const;
 
  private:

@@ -73,8 +73,8 @@ void spread_ground(const WalkInput& input, View<PolarCell> cells, View<SectorWal
 /// Completes one sector after all walks: marks edges that neighbours confirm, takes back others.
 void settle_sector(int sector, View<const SectorWalk> walks, int rings, PolarCell* cells);
 
-/// Unknown cells within some sectors of an edge are hidden, too: at the image's border and between poles the walk may have
-/// lost the ground before the edge.
+/// Unknown cells within some sectors of an edge are hidden, too: at the image's border and between poles the walk may
+/// have lost the ground before the edge.
 void spread_hidden(int rings, View<PolarCell> cells);
 
 }  // namespace stereogrid

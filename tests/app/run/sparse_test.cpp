@@ -145,7 +145,8 @@ TEST(Sparse, UnknownLayersAreRefusedAndThoseThereAreNamed) {
   const TemporaryFolder folder;
   const Outcome unknown{run_tool(street(folder / "run", {"--layers", "occupancy,speed"}))};
   EXPECT_EQ(unknown.exit_code, 64);
-  EXPECT_THAT(unknown.errors, HasSubstr("--layers speed: there is no such layer. There are: observed, occupancy, mov"));
+  EXPECT_THAT(unknown.errors, HasSubstr("--layers speed: there is no such layer. There are: observed, elevation_m, "
+                                        "elevation_sigma_m, occupancy, mov"));
   const Outcome large{run_tool(street(folder / "run", {"--compact", "--layers", "world_occupancy"}))};
   EXPECT_EQ(large.exit_code, 64);
   EXPECT_THAT(large.errors,
