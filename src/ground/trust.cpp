@@ -247,7 +247,8 @@ Doubt::Reason FrameTrust::reason_to_reject(const MatchedFrame& frame, const Grou
   samples_.clear();
   add_samples(frame, samples_);
   std::erase_if(samples_, [&](const GroundSample& sample) { return !(plane.disparity(sample.u, sample.v) > 0); });
-  is_near_ground_known_ = config_.model == GroundModel::terrain && near_ground(rig_, samples_, plane, plane, nearest_part).holds();
+  is_near_ground_known_ =
+      config_.model == GroundModel::terrain && near_ground(rig_, samples_, plane, plane, nearest_part).holds();
   if (is_near_ground_known_) {
     unmeasured_s_ = 0;
     return Doubt::none;
