@@ -107,16 +107,43 @@ InfoPair infos_of(const mcap::Bag& bag, const std::string& name, const ImageTopi
                    list.empty() ? list : list + "."));
 }
 
+constexpr std::uint32_t largest_side_px{32768};
+
+/// Cuts the region of interest out of the calibrated image; K and P are of the whole sensor. Binning is left to the
+/// scaling of a calibration of larger images.
+void crop(NamedInfo& info, int width_px, int height_px) {
+  CameraInfo& message{info.message};
+  const auto roi{message.roi};
+  const bool is_whole{roi.x_offset == 0 && roi.y_offset == 0 && roi.width == 0 && roi.height == 0};
+  if (is_whole) return;
+  const std::uint32_t width{roi.width == 0 ? message.width : roi.width};
+  const std::uint32_t height{roi.height == 0 ? message.height : roi.height};
+  const auto fits = [&](std::uint32_t size_px, std::uint32_t binning, int image_px) {
+    return size_px / std::max(1U, binning) == static_cast<std::uint32_t>(image_px);
+  };
+  const bool is_of_roi{fits(width, message.binning_x, width_px) && fits(height, message.binning_y, height_px)};
+  const bool is_of_all{fits(message.width, message.binning_x, width_px) &&
+                       fits(message.height, message.binning_y, height_px)};
+  if (!is_of_roi && is_of_all) return;  // a region that is not applied
+  if (!is_of_roi) {
+    fail(info,
+         fmt::format("the region of interest of {}×{} px, binning {}×{}, is not that of the images of {}×{} px.", width,
+                     height, std::max(1U, message.binning_x), std::max(1U, message.binning_y), width_px, height_px));
+  }
+  message.width = width;
+  message.height = height;
+  for (const std::size_t i : {2, 5}) message.k.at(i) -= message.k.at(i) == 0 ? 0 : i == 2 ? roi.x_offset : roi.y_offset;
+  message.p[2] -= roi.x_offset;
+  message.p[6] -= roi.y_offset;
+}
+
 io::RosCamera camera_of(const NamedInfo& info) {
   const CameraInfo& message{info.message};
-  if (message.k[0] == 0) fail(info, "the camera is not calibrated: K[0] is 0.");
-  if (message.binning_x > 1 || message.binning_y > 1 || message.roi.x_offset != 0 || message.roi.y_offset != 0) {
-    fail(info, "the images are a part of the camera's (binning, roi), which is not read.");
-  }
-  constexpr std::uint32_t largest_side_px{32768};
+  if (message.k[0] == 0 && message.p[0] == 0) fail(info, "the camera is not calibrated: K[0] and P[0] are 0.");
   if (message.width == 0 || message.height == 0 || message.width > largest_side_px ||
       message.height > largest_side_px) {
-    fail(info, fmt::format("the CameraInfo is for images of {}×{} px.", message.width, message.height));
+    fail(info, fmt::format("the CameraInfo is for images of {}×{} px (allowed 1 to {}).", message.width, message.height,
+                           largest_side_px));
   }
   io::RosCamera camera{info.name,
                        static_cast<int>(message.width),
@@ -147,9 +174,16 @@ void add_camera(std::vector<CameraInfo>& cameras, const CameraInfo& message) {
                  message);
 }
 
-io::Calibration calibration_of(const NamedInfo& left, const NamedInfo& right, bool are_rectified, int width_px,
-                               int height_px) {
-  io::Calibration calibration{io::ros_calibration(camera_of(left), camera_of(right), are_rectified)};
+io::Calibration calibration_of(NamedInfo left, NamedInfo right, bool are_rectified, int width_px, int height_px) {
+  crop(left, width_px, height_px);
+  crop(right, width_px, height_px);
+  // cameras that rectify their images themselves leave K empty
+  const bool has_projection_only{left.message.k[0] == 0 && right.message.k[0] == 0};
+  io::Calibration calibration{
+      io::ros_calibration(camera_of(left), camera_of(right), are_rectified || has_projection_only)};
+  if (has_projection_only && !are_rectified) {
+    calibration.notes.emplace_back("images: K is zero: taken as rectified, as P describes them");
+  }
   io::fit_to_images(calibration, left.name, width_px, height_px);
   calibration.kind = left.topic == right.topic ? fmt::format("CameraInfo of both cameras on {}", left.topic)
                                                : fmt::format("CameraInfo of {} and {}", left.topic, right.topic);
