@@ -5,10 +5,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "camera_infos.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/ros_camera.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
@@ -19,15 +20,12 @@ namespace {
 using messages::sensor_msgs::CameraInfo;
 
 constexpr const char* give_file{"Give a calibration.yaml with --calibration FILE (docs/input.md)."};
+constexpr std::uint32_t largest_side_px{32768};
 
 struct InfoPair {
   NamedInfo left;
   NamedInfo right;
 };
-
-[[noreturn]] void fail(const NamedInfo& info, const std::string& what, const std::string& mend = "") {
-  throw InputError{info.name, what, mend + give_file};
-}
 
 /// Calls `take` with every message that can be decoded, until it returns false. True: there is one.
 template <class Take>
@@ -45,28 +43,6 @@ bool for_each_info(const mcap::Bag& bag, const std::string& topic, Take&& take) 
     if (!take(info)) break;
   }
   return found;
-}
-
-std::vector<std::string> info_topics(const mcap::Bag& bag) {
-  std::vector<std::string> names;
-  for (const mcap::Topic& topic : bag.topics()) {
-    if (topic.type == CameraInfo::type_name && topic.message_count > 0) names.push_back(topic.name);
-  }
-  return names;
-}
-
-NamedInfo named(const std::string& name, const std::string& topic) {
-  return {{}, name + ", " + io::printable(topic), io::printable(topic)};
-}
-
-NamedInfo info_of(const mcap::Bag& bag, const std::string& name, const std::string& topic) {
-  NamedInfo info{named(name, topic)};
-  const auto take = [&](CameraInfo& message) {
-    info.message = std::move(message);
-    return false;
-  };
-  if (!for_each_info(bag, topic, take)) fail(info, "no message can be decoded.");
-  return info;
 }
 
 /// `topic` has the messages of both cameras. `missing`: the right camera's own topic; empty: both have the same.
@@ -92,6 +68,13 @@ InfoPair shared_infos(const mcap::Bag& bag, const std::string& name, const std::
 
 InfoPair infos_of(const mcap::Bag& bag, const std::string& name, const ImageTopics& images) {
   const std::vector<std::string> there{info_topics(bag)};
+  if (images.is_one_topic()) {
+    for (const std::string& topic : there) {
+      const std::string other{right_name_of(topic)};
+      if (std::ranges::find(there, other) == there.end()) continue;
+      return {info_of(bag, name, topic), info_of(bag, name, other)};
+    }
+  }
   const auto own = [&](const std::string& topic) { return info_topic_of(*find_topic(bag.topics(), topic)); };
   const auto has = [&](const std::string& topic) { return std::ranges::find(there, topic) != there.end(); };
   const std::string left{own(images.left)};
@@ -107,10 +90,34 @@ InfoPair infos_of(const mcap::Bag& bag, const std::string& name, const ImageTopi
                    list.empty() ? list : list + "."));
 }
 
-constexpr std::uint32_t largest_side_px{32768};
+}  // namespace
 
-/// Cuts the region of interest out of the calibrated image; K and P are of the whole sensor. Binning is left to the
-/// scaling of a calibration of larger images.
+void fail(const NamedInfo& info, const std::string& what, const std::string& mend) {
+  throw InputError{info.name, what, mend + give_file};
+}
+
+std::vector<std::string> info_topics(const mcap::Bag& bag) {
+  std::vector<std::string> names;
+  for (const mcap::Topic& topic : bag.topics()) {
+    if (topic.type == CameraInfo::type_name && topic.message_count > 0) names.push_back(topic.name);
+  }
+  return names;
+}
+
+NamedInfo named(const std::string& name, const std::string& topic) {
+  return {{}, name + ", " + io::printable(topic), io::printable(topic)};
+}
+
+NamedInfo info_of(const mcap::Bag& bag, const std::string& name, const std::string& topic) {
+  NamedInfo info{named(name, topic)};
+  const auto take = [&](CameraInfo& message) {
+    info.message = std::move(message);
+    return false;
+  };
+  if (!for_each_info(bag, topic, take)) fail(info, "no message can be decoded.");
+  return info;
+}
+
 void crop(NamedInfo& info, int width_px, int height_px) {
   CameraInfo& message{info.message};
   const auto roi{message.roi};
@@ -161,8 +168,6 @@ io::RosCamera camera_of(const NamedInfo& info) {
   return camera;
 }
 
-}  // namespace
-
 void add_camera(std::vector<CameraInfo>& cameras, const CameraInfo& message) {
   constexpr std::size_t most{3};  // one more than there may be
   const auto is_same = [&](const CameraInfo& camera) {
@@ -192,6 +197,7 @@ io::Calibration calibration_of(NamedInfo left, NamedInfo right, bool are_rectifi
 
 io::Calibration calibration_of(const mcap::Bag& bag, const std::string& name, const ImageTopics& topics, int width_px,
                                int height_px) {
+  if (topics.has_depth()) return depth_calibration_of(bag, name, topics, width_px, height_px);
   const bool are_rectified{is_rectified(*find_topic(bag.topics(), topics.left)) &&
                            is_rectified(*find_topic(bag.topics(), topics.right))};
   const InfoPair infos{infos_of(bag, name, topics)};

@@ -10,6 +10,7 @@
 #include <opencv2/imgproc.hpp>
 #include <string_view>
 
+#include "pixels.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/text.hpp"
@@ -79,35 +80,6 @@ const Encoding& encoding_of(const sensor_msgs::Image& message, const std::string
       "yuv422_yuy2, yuyv, nv12, nv21, nv24, 8UC1, 8UC3, 8UC4, 16UC1, 16UC3, 16UC4, 32FC1."};
 }
 
-/// The message's own memory; checked to be as large as it says.
-cv::Mat pixels_of(sensor_msgs::Image& message, int type, const std::string& name) {
-  constexpr std::uint32_t largest_side_px{32768};
-  if (message.step % CV_ELEM_SIZE1(type) != 0) {
-    throw InputError{
-        name,
-        fmt::format("{} bytes a row hold no whole number of {} bit samples.", message.step, 8 * CV_ELEM_SIZE1(type)),
-        "Its driver should write a step that is a multiple of the sample's size."};
-  }
-  const std::uint64_t row_bytes{std::uint64_t{message.width} * CV_ELEM_SIZE(type)};
-  const bool fits{message.width > 0 && message.height > 0 && message.width <= largest_side_px &&
-                  message.height <= largest_side_px && message.step >= row_bytes &&
-                  std::uint64_t{message.step} * (message.height - 1) + row_bytes <= message.data.size()};
-  if (!fits) {
-    throw InputError{name,
-                     fmt::format("the image says {}×{} px, {} bytes a row, but has {} bytes.", message.width,
-                                 message.height, message.step, message.data.size()),
-                     "Record it again."};
-  }
-  const std::size_t sample{CV_ELEM_SIZE1(type)};
-  if (message.is_bigendian != 0 && sample > 1) {
-    for (auto at{message.data.begin()}; message.data.end() - at >= static_cast<std::ptrdiff_t>(sample);) {
-      std::reverse(at, at + static_cast<std::ptrdiff_t>(sample));
-      at += static_cast<std::ptrdiff_t>(sample);
-    }
-  }
-  return {static_cast<int>(message.height), static_cast<int>(message.width), type, message.data.data(), message.step};
-}
-
 /// The height of some drivers counts the rows of the chrominance, too.
 void leave_luminance(sensor_msgs::Image& message) {
   const bool is_half{message.encoding != "nv24"};
@@ -160,10 +132,43 @@ io::ScaledImage decode_plain(std::span<const std::byte> cdr, const std::string& 
 io::ScaledImage decode_compressed(std::span<const std::byte> cdr, const std::string& name) {
   sensor_msgs::CompressedImage message;
   messages::decode(cdr, message);
+  for (const std::string_view video : {"h264", "h265", "hevc", "av1"}) {
+    if (message.format.find(video) == std::string::npos) continue;
+    throw InputError{name, fmt::format("holds video ({}), which is not read (allowed: PNG, JPEG, WebP, TIFF).", video),
+                     "Decode it into sensor_msgs/Image and record that."};
+  }
   return io::decode_scaled(name, {message.data.begin(), message.data.end()});
 }
 
 }  // namespace
+
+cv::Mat pixels_of(messages::sensor_msgs::Image& message, int type, const std::string& name) {
+  constexpr std::uint32_t largest_side_px{32768};
+  if (message.step % CV_ELEM_SIZE1(type) != 0) {
+    throw InputError{
+        name,
+        fmt::format("{} bytes a row hold no whole number of {} bit samples.", message.step, 8 * CV_ELEM_SIZE1(type)),
+        "Its driver should write a step that is a multiple of the sample's size."};
+  }
+  const std::uint64_t row_bytes{std::uint64_t{message.width} * CV_ELEM_SIZE(type)};
+  const bool fits{message.width > 0 && message.height > 0 && message.width <= largest_side_px &&
+                  message.height <= largest_side_px && message.step >= row_bytes &&
+                  std::uint64_t{message.step} * (message.height - 1) + row_bytes <= message.data.size()};
+  if (!fits) {
+    throw InputError{name,
+                     fmt::format("the image says {}×{} px, {} bytes a row, but has {} bytes.", message.width,
+                                 message.height, message.step, message.data.size()),
+                     "Record it again."};
+  }
+  const std::size_t sample{CV_ELEM_SIZE1(type)};
+  if (message.is_bigendian != 0 && sample > 1) {
+    for (auto at{message.data.begin()}; message.data.end() - at >= static_cast<std::ptrdiff_t>(sample);) {
+      std::reverse(at, at + static_cast<std::ptrdiff_t>(sample));
+      at += static_cast<std::ptrdiff_t>(sample);
+    }
+  }
+  return {static_cast<int>(message.height), static_cast<int>(message.width), type, message.data.data(), message.step};
+}
 
 std::int64_t ns_of(const messages::builtin_interfaces::Time& stamp) {
   return stamp.sec * std::int64_t{1'000'000'000} + stamp.nanosec;

@@ -46,6 +46,9 @@ struct ScaledImage {
 /// Reads a one-channel image without scaling; 8-bit values are widened. Throws InputError for colour.
 [[nodiscard]] STEREOGRID_EXPORT Image<std::uint16_t> read_u16(const std::filesystem::path& path);
 
+/// The same of a file's bytes; `name`: for complaints.
+[[nodiscard]] STEREOGRID_EXPORT Image<std::uint16_t> decode_u16(const std::string& name, std::string bytes);
+
 /// Reads an image as 8-bit colour; grey becomes R = G = B, 16 bits lose their lower half.
 [[nodiscard]] STEREOGRID_EXPORT RgbImage read_rgb(const std::filesystem::path& path);
 
