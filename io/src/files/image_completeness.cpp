@@ -213,7 +213,7 @@ std::string checked_image_bytes(const std::string& file, std::string bytes) {
     check_pnm(file, bytes);
     return bytes;
   }
-  if (view.starts_with("RIFF") && view.substr(8).starts_with("WEBP")) {
+  if (view.starts_with("RIFF") && view.find("WEBP") == 8) {
     check_webp(file, bytes);
     return bytes;
   }
