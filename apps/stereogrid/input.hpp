@@ -28,6 +28,8 @@ struct InputOptions {
   std::string calibration;
   std::string poses;  ///< "", "file", "none", "odometry" or a file's name
   std::string disparities;
+  std::string depth{};
+  double depth_scale{1000};
   std::string mask{};
   // of a bag
   std::string left_topic{};

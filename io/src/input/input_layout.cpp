@@ -76,7 +76,7 @@ InputLayout plain_folder(const fs::path& root) {
   InputLayout layout{InputKind::plain_folder, root, root / "left", root / "right", {}, {}, KittiPair::grey};
   layout.calibration = first_existing({root / "calibration.yaml", root / "calibration.yml", root / "calib.txt"});
   layout.scans = first_existing({root / "velodyne"});
-  if (!fs::exists(layout.right)) layout.disparities = first_existing({root / "disparity"});
+  if (!fs::exists(layout.right)) layout.disparities = first_existing({root / "disparity", root / "depth"});
   return layout;
 }
 
@@ -251,7 +251,7 @@ std::string name_of(InputKind kind) {
 InputLayout recognise(const std::vector<fs::path>& paths, const std::optional<fs::path>& disparities) {
   if (disparities && !fs::is_directory(*disparities)) {
     throw InputError{printable_path(*disparities), "there is no such folder.",
-                     "--disparities is a folder with a disparity image for each left image."};
+                     "--disparities, or --depth, is a folder with an image for each left image."};
   }
   if (paths.empty() || paths.size() > 2) throw InputError{"INPUT", "is missing.", what_input_may_be};
   for (const fs::path& path : paths) {

@@ -49,7 +49,10 @@ void note_disparities(RecordingContents& contents) {
   const fs::path own{contents.root / "disparity"};
   if (!contents.disparities.empty()) {
     contents.notes.push_back(
-        fmt::format("disparities: given in {}, no matching", printable_path(contents.disparities)));
+        contents.has_depth
+            ? fmt::format("depth: given in {}, no matching; {:g} units of whole numbers are a metre (--depth-scale)",
+                          printable_path(contents.disparities), contents.depth_units_per_m)
+            : fmt::format("disparities: given in {}, no matching", printable_path(contents.disparities)));
   } else if (contents.kind == name_of(InputKind::plain_folder) && fs::is_directory(own)) {
     contents.notes.push_back(
         fmt::format("disparities: those in {} are not taken, since there are right images "
@@ -192,11 +195,20 @@ bool find_stamps(RecordingContents& contents, const InputLayout& layout, const s
 }
 
 RecordingContents look_at(const InputArguments& arguments) {
-  const InputLayout layout{recognise(arguments.paths, arguments.disparities)};
+  if (arguments.depth && arguments.disparities) {
+    throw ConfigError{"--depth and --disparities are given: one of them takes the place of the right images."};
+  }
+  const InputLayout layout{recognise(arguments.paths, arguments.depth ? arguments.depth : arguments.disparities)};
   RecordingContents contents;
   contents.kind = name_of(layout.kind);
   contents.root = layout.root;
   contents.disparities = layout.disparities;
+  contents.has_depth =
+      arguments.depth.has_value() || (!arguments.disparities && layout.disparities.filename() == "depth");
+  contents.depth_units_per_m = arguments.depth_units_per_m;
+  if (!layout.disparities.empty()) {
+    contents.external = (contents.has_depth ? "depth: " : "") + printable_path(layout.disparities);
+  }
   contents.frames = find_frames(layout);
   note_disparities(contents);
   warn_of_missing_images(contents);
@@ -217,6 +229,8 @@ RecordingContents look_at(const InputArguments& arguments, ForeignRecording& fou
   contents.kind = std::move(found.kind);
   contents.root = found.root;
   contents.sample_bits = found.sample_bits;
+  contents.external = std::move(found.external);
+  contents.has_depth = !contents.external.empty();
   contents.poses_source = std::move(found.poses_source);
   contents.notes = std::move(found.notes);
   contents.warnings = std::move(found.warnings);
@@ -250,8 +264,8 @@ RecordingContents look_at(const InputArguments& arguments, ForeignRecording& fou
 }  // namespace
 
 std::unique_ptr<Recording> open_recording(const InputArguments& arguments, ForeignRecording found) {
-  if (arguments.disparities) {
-    throw ConfigError{"--disparities belong to images in files, by their names; this input has none."};
+  if (arguments.disparities || arguments.depth) {
+    throw ConfigError{"--disparities and --depth belong to images in files, by their names; this input has none."};
   }
   return std::make_unique<Recording>(look_at(arguments, found), std::move(found.images));
 }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "vision/rectification.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 
@@ -69,13 +70,43 @@ void rectify_fisheye(const RawPair& raw, cv::Size size, Rectification& to) {
   to.camera = {least_focal_px, 0, (size.width - 1) / 2.0, 0, least_focal_px, (size.height - 1) / 2.0, 0, 0, 1};
 }
 
+bool is_alike(double a, double b) {
+  constexpr double alike_px{0.01};
+  return std::abs(a - b) <= alike_px;
+}
+
+void shift_right_image(const RawPair& raw, Rectification& to) {
+  to.left_turn = cv::Mat::eye(3, 3, CV_64F);
+  to.right_turn = to.left_turn;
+  to.camera = matrix_of(raw.left);
+  to.rig.baseline_m = -raw.right_from_left_translation_m[0];
+}
+
 }  // namespace
+
+bool differs_in_centre_u_only(const RawPair& raw) {
+  const auto is_plain{[](const CameraModel& camera) {
+    return camera.lens == LensModel::perspective && is_alike(camera.focal_u_px, camera.focal_v_px) &&
+           std::ranges::all_of(camera.distortion, [](double number) { return number == 0; });
+  }};
+  const CameraModel& a{raw.left};
+  const CameraModel& b{raw.right};
+  constexpr double turn_max{1e-6};
+  const cv::Matx33d turn{raw.right_from_left_rotation.data()};
+  const auto& t{raw.right_from_left_translation_m};
+  return is_plain(a) && is_plain(b) && is_alike(a.focal_u_px, b.focal_u_px) && is_alike(a.centre_v_px, b.centre_v_px) &&
+         cv::norm(turn - cv::Matx33d::eye(), cv::NORM_INF) < turn_max && std::hypot(t[1], t[2]) < turn_max * -t[0];
+}
 
 Rectification rectify(const RawPair& raw, int width_px, int height_px) {
   check(raw);
   Rectification to;
   const cv::Size size{width_px, height_px};
-  raw.left.lens == LensModel::fisheye ? rectify_fisheye(raw, size, to) : rectify_perspective(raw, size, to);
+  if (differs_in_centre_u_only(raw)) {
+    shift_right_image(raw, to);
+  } else {
+    raw.left.lens == LensModel::fisheye ? rectify_fisheye(raw, size, to) : rectify_perspective(raw, size, to);
+  }
   to.rig.width_px = width_px;
   to.rig.height_px = height_px;
   to.rig.focal_px = to.camera(0, 0);

@@ -25,6 +25,8 @@ struct InputArguments {
   std::string poses;  ///< a file; "file": the input's own; "none"; "odometry"; "": the input's own if there are any,
                       ///< else odometry
   std::optional<std::filesystem::path> disparities{};  ///< folder of disparity images to take instead of right images
+  std::optional<std::filesystem::path> depth{};        ///< folder of depth images to take instead of right images
+  double depth_units_per_m{1000};                      ///< of depth in whole numbers
   std::optional<std::filesystem::path> mask{};         ///< image for read_mask, instead of the calibration's
 };
 
@@ -47,6 +49,7 @@ struct ImagePair {
   Image<std::uint8_t> right;
   int left_bits{8};
   int right_bits{8};
+  Image<float> depth_m{};  ///< instead of `right`: along the axis of the camera, per pixel of `left`; 0 = none
 };
 
 /// Brings both images of 16-bit samples to one scale: `usual_bits`, that of the recording, or less for a dark pair (the
@@ -77,6 +80,7 @@ struct ForeignRecording {
   int sample_bits{8};                      ///< as RecordingContents::sample_bits
   std::optional<Calibration> calibration;  ///< none: InputArguments has one
   std::vector<StampedPose> poses;          ///< stamps grow; fewer than two: none
+  std::string external{};                  ///< as RecordingContents::external; there: the images come with depth
   std::string poses_source;                ///< their topic, or why none are used; empty: nothing to say
   std::vector<std::string> notes;
   std::vector<std::string> warnings;
@@ -99,6 +103,9 @@ struct RecordingContents {
   std::vector<std::string> notes;     ///< what was chosen: calibration, poses, stamps
   std::vector<std::string> warnings;  ///< what is wrong but does not stop the recording
   std::string poses_source{};         ///< as ForeignRecording::poses_source
+  std::string external{};             ///< source of disparities or depth instead of right images; empty: right images
+  bool has_depth{false};              ///< `external` gives depth: of the left images before rectification
+  double depth_units_per_m{1000};     ///< of depth files in whole numbers
 };
 
 /// A recorded drive. Opened by open_recording.
@@ -111,8 +118,9 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
   [[nodiscard]] std::size_t size() const override { return contents_.frames.size(); }
   [[nodiscard]] std::string name(std::size_t index) const override { return contents_.frames.at(index).name; }
   /// Reads, checks and (raw pairs) rectifies a frame. Disparities are taken as they are: they belong to the rectified
-  /// left image. Throws InputError: an image was missing when the recording was opened, is damaged, of another size.
-  /// Throws DeviceError: an image was there and cannot be opened or read now; trying again may help.
+  /// left image. Depth belongs to the left image as it was recorded and becomes disparity. Throws InputError: an image
+  /// was missing when the recording was opened, is damaged, of another size. Throws DeviceError: an image was there and
+  /// cannot be opened or read now; trying again may help.
   [[nodiscard]] StereoFrame load(std::size_t index) const override;
   /// The same but as the images lie there: those of a raw pair are not rectified, and may have another size than it.
   [[nodiscard]] StereoFrame load_unrectified(std::size_t index) const;
@@ -122,7 +130,7 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
   [[nodiscard]] const RecordingContents& contents() const { return contents_; }
   [[nodiscard]] bool has_poses() const { return !contents_.poses_file.empty(); }
   [[nodiscard]] bool has_scans() const;
-  [[nodiscard]] bool gives_disparities() const { return !contents_.disparities.empty(); }
+  [[nodiscard]] bool gives_disparities() const { return !contents_.external.empty(); }
   [[nodiscard]] bool has_truth() const { return !contents_.truth_folder.empty(); }
 
  private:

@@ -29,26 +29,10 @@ void check_distortion(const CameraModel& camera, const Origin& origin) {
   }
 }
 
-bool is_alike(double a, double b) {
-  constexpr double alike_px{0.01};
-  return std::abs(a - b) <= alike_px;
-}
-
 /// Cameras that see what a rectified pair sees: turning and bending them would change nothing.
 bool is_rectified(const RawPair& raw) {
-  const auto is_plain{[](const CameraModel& camera) {
-    return camera.lens == LensModel::perspective && is_alike(camera.focal_u_px, camera.focal_v_px) &&
-           std::ranges::all_of(camera.distortion, [](double number) { return number == 0; });
-  }};
-  const CameraModel& a{raw.left};
-  const CameraModel& b{raw.right};
-  const bool are_equal{is_alike(a.focal_u_px, b.focal_u_px) && is_alike(a.centre_u_px, b.centre_u_px) &&
-                       is_alike(a.centre_v_px, b.centre_v_px)};
-  constexpr double turn_max{1e-6};
-  const cv::Matx33d turn{raw.right_from_left_rotation.data()};
-  const auto& t{raw.right_from_left_translation_m};
-  return is_plain(a) && is_plain(b) && are_equal && cv::norm(turn - cv::Matx33d::eye(), cv::NORM_INF) < turn_max &&
-         std::hypot(t[1], t[2]) < turn_max * -t[0];
+  constexpr double alike_px{0.01};
+  return differs_in_centre_u_only(raw) && std::abs(raw.left.centre_u_px - raw.right.centre_u_px) <= alike_px;
 }
 
 }  // namespace
