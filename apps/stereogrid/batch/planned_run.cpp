@@ -22,6 +22,7 @@ void read(const Json& run, RunOptions& options) {
   input.poses = run.at("poses");
   input.disparities = run.at("disparities");
   input.mask = run.at("mask");
+  input.layout = run.value("layout", std::string{});
   input.left_topic = run.at("left_topic");
   input.right_topic = run.at("right_topic");
   input.pair_tolerance_ms = run.at("pair_tolerance_ms");
@@ -44,6 +45,7 @@ Json to_json(const RunOptions& options, bool evaluate) {
           {"poses", input.poses},
           {"disparities", input.disparities},
           {"mask", input.mask},
+          {"layout", input.layout},
           {"left_topic", input.left_topic},
           {"right_topic", input.right_topic},
           {"pair_tolerance_ms", input.pair_tolerance_ms},

@@ -46,18 +46,6 @@ bool starts_like_video(std::string_view bytes) {
   return brand != "avif" && brand != "heic" && brand != "mif1";
 }
 
-bool is_video(const fs::path& file) {
-  std::error_code error;
-  if (!fs::is_regular_file(file, error)) return false;
-  std::string extension{file.extension().string()};
-  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
-  if (video_extensions.contains(extension)) return true;
-  std::array<char, 200> bytes{};
-  std::ifstream stream{file, std::ios::binary};
-  stream.read(bytes.data(), bytes.size());
-  return starts_like_video({bytes.data(), static_cast<std::size_t>(stream.gcount())});
-}
-
 /// For a shell.
 std::string quoted(const fs::path& file) {
   std::string text{"'"};
@@ -66,6 +54,22 @@ std::string quoted(const fs::path& file) {
 }
 
 }  // namespace
+
+bool has_video_extension(const fs::path& file) {
+  std::string extension{file.extension().string()};
+  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  return video_extensions.contains(extension);
+}
+
+bool is_video(const fs::path& file) {
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return false;
+  if (has_video_extension(file)) return true;
+  std::array<char, 200> bytes{};
+  std::ifstream stream{file, std::ios::binary};
+  stream.read(bytes.data(), bytes.size());
+  return starts_like_video({bytes.data(), static_cast<std::size_t>(stream.gcount())});
+}
 
 void refuse_videos(std::span<const fs::path> files) {
   std::vector<fs::path> videos;

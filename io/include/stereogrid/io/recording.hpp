@@ -18,6 +18,9 @@
 
 namespace stereogrid::io {
 
+/// Where both cameras' images are: in images of their own, or as halves of one.
+enum class ImageLayout { separate, side_by_side, top_bottom };
+
 /// What the user said about the input.
 struct InputArguments {
   std::vector<std::filesystem::path> paths;          ///< a folder, or LEFT and RIGHT image files
@@ -26,6 +29,7 @@ struct InputArguments {
                       ///< else odometry
   std::optional<std::filesystem::path> disparities{};  ///< folder of disparity images to take instead of right images
   std::optional<std::filesystem::path> mask{};         ///< image for read_mask, instead of the calibration's
+  std::optional<ImageLayout> layout{};                 ///< of images that show both cameras; none: found
 };
 
 /// A frame of a recording as it lies on the disk.
@@ -52,6 +56,11 @@ struct ImagePair {
 /// Brings both images of 16-bit samples to one scale: `usual_bits`, that of the recording, or less for a dark pair (the
 /// brightest pixel keeps at least 32 levels), or more for a brighter pair (nothing saturates). 8-bit samples stay.
 STEREOGRID_EXPORT void share_scale(ImagePair& pair, int usual_bits);
+
+/// Cuts an image of `bits` that shows both cameras; the left one is at the left or at the top. Throws InputError: a
+/// size that cannot be halved. `name`: for complaints.
+[[nodiscard]] STEREOGRID_EXPORT ImagePair split_pair(const Image<std::uint8_t>& image, int bits, ImageLayout layout,
+                                                     const std::string& name);
 
 /// Images that do not lie in files of their own.
 class STEREOGRID_EXPORT ImageStore {
@@ -99,6 +108,7 @@ struct RecordingContents {
   std::vector<std::string> notes;     ///< what was chosen: calibration, poses, stamps
   std::vector<std::string> warnings;  ///< what is wrong but does not stop the recording
   std::string poses_source{};         ///< as ForeignRecording::poses_source
+  ImageLayout layout{ImageLayout::separate};
 };
 
 /// A recorded drive. Opened by open_recording.
