@@ -37,7 +37,8 @@ PoseSource source_of(const std::string& poses) {
 Input open_scene(const InputOptions& options) {
   const PoseSource poses{source_of(options.poses)};
   const bool has_pose_file{poses == PoseSource::input && !options.poses.empty() && options.poses != "file"};
-  if (options.paths.size() > 1 || !options.calibration.empty() || has_pose_file || !options.disparities.empty()) {
+  if (options.paths.size() > 1 || !options.calibration.empty() || has_pose_file || !options.disparities.empty() ||
+      !options.layout.empty()) {
     throw ConfigError{"A built-in scene brings its own images, calibration and poses: give it alone."};
   }
   auto scene{

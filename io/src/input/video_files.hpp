@@ -11,7 +11,7 @@ namespace stereogrid::io {
 [[nodiscard]] bool is_video(const std::filesystem::path& file);
 [[nodiscard]] bool has_video_extension(const std::filesystem::path& file);
 
-/// Throws InputError where there are videos among the files: names them, and the commands that extract their frames.
+/// Throws InputError where there are videos among the files, and names them.
 void refuse_videos(std::span<const std::filesystem::path> files);
 
 }  // namespace stereogrid::io

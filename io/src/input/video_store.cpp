@@ -158,6 +158,10 @@ std::optional<VideoPair> find_videos(const std::vector<fs::path>& paths) {
 }
 
 ForeignRecording open_videos(const VideoPair& videos, std::optional<ImageLayout> wanted, const fs::path& calibration) {
+  if (!videos.right.empty() && wanted) {
+    throw InputError{printable_path(videos.left), "is a video of one camera: --layout has no effect on it.",
+                     "Leave --layout out."};
+  }
   ForeignRecording found;
   found.root = videos.left;
   auto left{std::make_unique<Video>(videos.left)};

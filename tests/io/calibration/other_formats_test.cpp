@@ -23,7 +23,6 @@ class OtherFormats : public ::testing::Test {
     expect_complaint([&] { static_cast<void>(read(name, text)); }, parts);
   }
   void expect_pair(const Calibration& calibration, const std::string& format) const {
-    const Rig expected{256, 150, 256, 160, 127.5, 79.5, 0.25};
     EXPECT_EQ(calibration.kind, format);
     EXPECT_FALSE(calibration.raw) << format;
     EXPECT_EQ(calibration.rig.width_px, 256) << format;
@@ -92,6 +91,9 @@ TEST_F(OtherFormats, OrbSlam) {
       "Camera2.fx: 150.0\nCamera2.fy: 150.0\nCamera2.cx: 127.5\nCamera2.cy: 79.5\nStereo.T_c1_c2: !!opencv-matrix\n"
       "  rows: 4\n  cols: 4\n  dt: f\n  data: [1, 0, 0, 0.25, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n"};
   expect_pair(read("p.yaml", camera + second), "ORB-SLAM settings");
+  std::string dense{camera + "Camera.bf: 37.5\n"};  // as the settings for EuRoC that come with ORB-SLAM2
+  dense.erase(dense.find(".fx: ") + 4, 1);
+  expect_pair(read("r.yaml", dense), "ORB-SLAM settings");
   refused("q.yaml", camera, {"q.yaml", "no baseline", "Camera.bf"});
 }
 

@@ -24,6 +24,23 @@ std::string place_of(const YAML::Node& node) {
   return node.Mark().is_null() ? "" : fmt::format(" in line {}", node.Mark().line + 1);
 }
 
+/// OpenCV's dialect as YAML: its first line is a comment, so that complaints count lines as the file does; no blank has
+/// to stand behind a key (data:[1, 2]).
+std::string from_opencv(std::string_view text) {
+  constexpr std::string_view in_keys{" abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-"};
+  std::string result{"#"};
+  text.remove_prefix(1);
+  for (bool is_first{true}; !text.empty(); is_first = false) {
+    const std::string_view line{text.substr(0, text.find('\n'))};
+    text.remove_prefix(std::min(line.size() + 1, text.size()));
+    const std::size_t colon{line.find_first_not_of(in_keys)};
+    const bool is_key{!is_first && colon != std::string_view::npos && line[colon] == ':'};
+    result +=
+        is_key ? fmt::format("{}: {}\n", line.substr(0, colon), line.substr(colon + 1)) : fmt::format("{}\n", line);
+  }
+  return result;
+}
+
 }  // namespace
 
 YamlGroup::YamlGroup(std::string file, std::string name, YAML::Node node, Keys known)
@@ -188,8 +205,7 @@ YamlGroup read_yaml(const std::filesystem::path& path) {
 }
 
 YamlGroup parse_yaml(const std::filesystem::path& path, std::string text) {
-  // a comment instead of OpenCV's first line, so that complaints count lines as the file does
-  if (text.starts_with("%YAML:")) text[0] = '#';
+  if (text.starts_with("%YAML:")) text = from_opencv(text);
   try {
     return {printable_path(path), "", YAML::Load(text)};
   } catch (const YAML::Exception& error) {

@@ -54,7 +54,8 @@ std::int64_t stamp_of(std::string_view line, const std::filesystem::path& path, 
 
 cv::Matx44d pose_of(const std::vector<double>& n, const std::filesystem::path& path, std::size_t number) {
   const auto is_large{[](double value) { return !(std::abs(value) <= largest_position_m); }};
-  if (std::ranges::any_of(n, is_large)) fail(path, number, "has a number that is not finite, or above 100 million m.");
+  if (std::any_of(n.begin() + 1, n.end(), is_large))
+    fail(path, number, "has a number that is not finite, or above 100 million m.");
   const Origin origin{printable_path(path), fmt::format("line {}", number)};
   return rigid_of({n[4], n[5], n[6], n[7]}, {n[1], n[2], n[3]}, origin, "qx qy qz qw");
 }

@@ -97,6 +97,7 @@ CameraModel camera_of(const YamlGroup& file, std::string_view side) {
   }
   CameraModel camera{io::camera_of(file.matrix(matrix.c_str(), 3, 3), file, matrix.c_str())};
   camera.distortion = file.vector(distortion.c_str());
+  check_camera(camera, file);
   return camera;
 }
 
@@ -129,7 +130,7 @@ Calibration read_opencv_calibration(const YamlGroup& intrinsics, const YamlGroup
   Calibration calibration;
   calibration.kind = "OpenCV stereo calibration";
   const Sides* const sides{sides_of(intrinsics)};
-  if (sides == nullptr) intrinsics.fail("has no camera matrices 'M1' and 'M2'.", "Both cameras are needed.");
+  if (sides == nullptr) intrinsics.fail("has no 'M1' or 'M2', the camera matrices.", "Both cameras are needed.");
   const std::string r{find(extrinsics, rotation_names)};
   const std::string t{find(extrinsics, translation_names)};
   if (r.empty()) extrinsics.fail("has no 'R', the rotation from camera 1 to camera 2.");
