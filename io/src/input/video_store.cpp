@@ -96,7 +96,8 @@ class Video {
   void open() {
     next_ = 0;
     try {
-      if (capture_.open(path_.string())) return;
+      // other backends take a name for a pattern of images
+      if (capture_.open(path_.string(), cv::CAP_FFMPEG)) return;
     } catch (const cv::Exception&) {
     }
     fail("is a video that cannot be decoded: it is damaged, or of an unknown codec.");

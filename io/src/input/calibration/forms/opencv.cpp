@@ -139,7 +139,9 @@ Calibration read_opencv_calibration(const YamlGroup& intrinsics, const YamlGroup
   if (shift.size() != 3) extrinsics.fail(fmt::format("has in '{}' a translation that is not 3 numbers.", t));
   const std::vector<double> turn{extrinsics.values(r.c_str())};
   read_size(intrinsics, calibration.rig);
-  take_pair(calibration, camera_of(intrinsics, sides->left), camera_of(intrinsics, sides->right),
+  const CameraModel left{camera_of(intrinsics, sides->left)};
+  const CameraModel right{camera_of(intrinsics, sides->right)};
+  take_pair(calibration, left, right,
             rigid_of(rotation_of(turn, extrinsics, r.c_str()), {shift[0], shift[1], shift[2]}), extrinsics, request);
   return calibration;
 }
