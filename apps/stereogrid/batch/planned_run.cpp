@@ -24,6 +24,7 @@ void read(const Json& run, RunOptions& options) {
   input.mask = run.at("mask");
   input.depth = run.value("depth", std::string{});
   input.depth_scale = run.value("depth_scale", input.depth_scale);
+  input.layout = run.value("layout", std::string{});
   input.left_topic = run.at("left_topic");
   input.right_topic = run.at("right_topic");
   input.pair_tolerance_ms = run.at("pair_tolerance_ms");
@@ -48,6 +49,7 @@ Json to_json(const RunOptions& options, bool evaluate) {
           {"depth", input.depth},
           {"depth_scale", input.depth_scale},
           {"mask", input.mask},
+          {"layout", input.layout},
           {"left_topic", input.left_topic},
           {"right_topic", input.right_topic},
           {"pair_tolerance_ms", input.pair_tolerance_ms},

@@ -129,6 +129,10 @@ StereoFrame Recording::load(std::size_t index) const {
 void Recording::load_files(const RecordedFrame& source, ImagePair& pair, StereoFrame& frame) const {
   need(source.left, source.left_exists, "left");
   read_into(source.left, pair.left, pair.left_bits);
+  if (contents_.layout != ImageLayout::separate) {
+    pair = split_pair(pair.left, pair.left_bits, contents_.layout, printable_path(source.left));
+    return;
+  }
   if (gives_disparities()) {
     need(source.disparity, source.right_exists, "disparity");
     Image<float>& image{contents_.has_depth ? pair.depth_m : frame.disparity};

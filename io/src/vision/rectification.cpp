@@ -75,26 +75,25 @@ bool is_alike(double a, double b) {
   return std::abs(a - b) <= alike_px;
 }
 
-void shift_right_image(const RawPair& raw, Rectification& to) {
-  to.left_turn = cv::Mat::eye(3, 3, CV_64F);
-  to.right_turn = to.left_turn;
+void keep_left_camera(const RawPair& raw, Rectification& to) {
+  to.left_turn = to.right_turn = cv::Mat{cv::Matx33d::eye()};
   to.camera = matrix_of(raw.left);
   to.rig.baseline_m = -raw.right_from_left_translation_m[0];
 }
 
 }  // namespace
 
-bool differs_in_centre_u_only(const RawPair& raw) {
+bool is_row_aligned(const RawPair& raw) {
   const auto is_plain{[](const CameraModel& camera) {
     return camera.lens == LensModel::perspective && is_alike(camera.focal_u_px, camera.focal_v_px) &&
            std::ranges::all_of(camera.distortion, [](double number) { return number == 0; });
   }};
-  const CameraModel& a{raw.left};
-  const CameraModel& b{raw.right};
+  const bool are_equal{is_alike(raw.left.focal_u_px, raw.right.focal_u_px) &&
+                       is_alike(raw.left.centre_v_px, raw.right.centre_v_px)};
   constexpr double turn_max{1e-6};
   const cv::Matx33d turn{raw.right_from_left_rotation.data()};
   const auto& t{raw.right_from_left_translation_m};
-  return is_plain(a) && is_plain(b) && is_alike(a.focal_u_px, b.focal_u_px) && is_alike(a.centre_v_px, b.centre_v_px) &&
+  return is_plain(raw.left) && is_plain(raw.right) && are_equal &&
          cv::norm(turn - cv::Matx33d::eye(), cv::NORM_INF) < turn_max && std::hypot(t[1], t[2]) < turn_max * -t[0];
 }
 
@@ -102,10 +101,12 @@ Rectification rectify(const RawPair& raw, int width_px, int height_px) {
   check(raw);
   Rectification to;
   const cv::Size size{width_px, height_px};
-  if (differs_in_centre_u_only(raw)) {
-    shift_right_image(raw, to);
+  if (is_row_aligned(raw)) {
+    keep_left_camera(raw, to);
+  } else if (raw.left.lens == LensModel::fisheye) {
+    rectify_fisheye(raw, size, to);
   } else {
-    raw.left.lens == LensModel::fisheye ? rectify_fisheye(raw, size, to) : rectify_perspective(raw, size, to);
+    rectify_perspective(raw, size, to);
   }
   to.rig.width_px = width_px;
   to.rig.height_px = height_px;

@@ -18,6 +18,9 @@
 
 namespace stereogrid::io {
 
+/// Where both cameras' images are: in images of their own, or as halves of one.
+enum class ImageLayout { separate, side_by_side, top_bottom };
+
 /// What the user said about the input.
 struct InputArguments {
   std::vector<std::filesystem::path> paths;          ///< a folder, or LEFT and RIGHT image files
@@ -28,6 +31,7 @@ struct InputArguments {
   std::optional<std::filesystem::path> depth{};        ///< folder of depth images to take instead of right images
   double depth_units_per_m{1000};                      ///< of depth in whole numbers
   std::optional<std::filesystem::path> mask{};         ///< image for read_mask, instead of the calibration's
+  std::optional<ImageLayout> layout{};                 ///< of images that show both cameras; none: found
 };
 
 /// A frame of a recording as it lies on the disk.
@@ -55,6 +59,11 @@ struct ImagePair {
 /// Brings both images of 16-bit samples to one scale: `usual_bits`, that of the recording, or less for a dark pair (the
 /// brightest pixel keeps at least 32 levels), or more for a brighter pair (nothing saturates). 8-bit samples stay.
 STEREOGRID_EXPORT void share_scale(ImagePair& pair, int usual_bits);
+
+/// Cuts an image of `bits` that shows both cameras; the left one is at the left or at the top. Throws InputError: a
+/// size that cannot be halved. `name`: for complaints.
+[[nodiscard]] STEREOGRID_EXPORT ImagePair split_pair(const Image<std::uint8_t>& image, int bits, ImageLayout layout,
+                                                     const std::string& name);
 
 /// Images that do not lie in files of their own.
 class STEREOGRID_EXPORT ImageStore {
@@ -106,6 +115,7 @@ struct RecordingContents {
   std::string external{};             ///< source of disparities or depth instead of right images; empty: right images
   bool has_depth{false};              ///< `external` gives depth: of the left images before rectification
   double depth_units_per_m{1000};     ///< of depth files in whole numbers
+  ImageLayout layout{ImageLayout::separate};
 };
 
 /// A recorded drive. Opened by open_recording.

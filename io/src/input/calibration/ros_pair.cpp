@@ -122,7 +122,6 @@ double shift_of(const RosSide& left, const RosSide& right, const RosTerms& terms
                     "Tx of the right camera is −fx·baseline. " + std::string{calibrate_together} + terms.if_measured);
 }
 
-/// Cameras of different centres along u are a raw pair, whose right image is shifted on loading.
 void take_rectified(Calibration& calibration, const RosSide& left, const RosSide& right, const RosTerms& terms,
                     double shift_m) {
   const auto& p{left.camera.p};
@@ -132,19 +131,12 @@ void take_rectified(Calibration& calibration, const RosSide& left, const RosSide
                                   terms.p, q[0], p[0]),
                       "Rectify both cameras to one focal length, or give the raw images.");
   }
-  Rig& rig{calibration.rig};
+  Rig rig;
   rig.focal_px = p[0];
   rig.centre_u_px = p[2];
   rig.centre_v_px = p[6];
   rig.baseline_m = -shift_m;
-  if (std::abs(p[2] - q[2]) <= alike_px) return;
-  RawPair& raw{calibration.raw.emplace()};
-  raw.left = {p[0], p[0], p[2], p[6], {}};
-  raw.right = {p[0], p[0], q[2], p[6], {}};
-  raw.right_from_left_translation_m = {shift_m, 0, 0};
-  calibration.notes.push_back(fmt::format(
-      "centres: cx is {:.6g} px in the left image and {:.6g} px in the right one: the right image is shifted", p[2],
-      q[2]));
+  take_row_aligned(calibration, rig, q[2]);
 }
 
 /// Points of both cameras before rectification: R of either takes them to the rectified one, x_rectified = R x.
