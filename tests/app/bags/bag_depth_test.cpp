@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Bags of depth cameras: images and depth or disparities of them.
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "bag_drive.hpp"
 #include "stereogrid/io/calibration.hpp"
@@ -28,7 +30,7 @@ class BagDepth : public Bags {
         const double below{(v - optics.centre_v_px) / optics.focal_px};
         const double right{(u - optics.centre_u_px) / optics.focal_px};
         const bool is_box{std::abs(right) < 0.1 && below > 0};
-        const double wall_m{is_box ? 5 : 9};
+        const double wall_m{is_box ? 5.0 : 9.0};
         depth(u, v) = static_cast<float>(below > 1.65 / wall_m ? 1.65 / below : wall_m);
       }
     }
@@ -118,6 +120,37 @@ TEST_F(BagDepth, GivesTheGridOfTheSameDisparities) {
   write("/camera/left/image_rect", "/camera/depth/image_rect_raw", millimetres());
   ASSERT_EQ(run_bag(bag()).exit_code, 0);
   expect_equal_grids(of_disparities, out(), 2e-3);
+}
+
+// As compressed_depth_image_transport writes it: a header with two numbers, then a PNG; of floats it has a / z + b.
+TEST_F(BagDepth, MayBeCompressed) {
+  write("/camera/left/image_rect", "/camera/depth/image_rect_raw", metres());
+  ASSERT_EQ(run_bag(bag()).exit_code, 0);
+  const fs::path plain_depth{*folder / "plain_depth"};
+  fs::remove_all(plain_depth);
+  fs::rename(out(), plain_depth);
+  constexpr float a{10100};
+  constexpr float b{1 - a / 10};
+  for (const bool is_of_floats : {false, true}) {
+    const Image<float> depth{depth_m()};
+    Image<std::uint16_t> values{depth.width(), depth.height()};
+    std::transform(depth.begin(), depth.end(), values.begin(), [&](float z) {
+      if (!std::isfinite(z) || z <= 0) return std::uint16_t{0};
+      return static_cast<std::uint16_t>(std::lround(is_of_floats ? a / z + b : 1000 * z));
+    });
+    io::write_png(*folder / "depth.png", values);
+    messages::sensor_msgs::CompressedImage message_of;
+    message_of.format = is_of_floats ? "32FC1; compressedDepth png" : "16UC1; compressedDepth";
+    message_of.data.resize(12);
+    std::memcpy(&message_of.data[4], &a, sizeof a);
+    std::memcpy(&message_of.data[8], &b, sizeof b);
+    const std::string png{text_of(*folder / "depth.png")};
+    message_of.data.insert(message_of.data.end(), png.begin(), png.end());
+    write("/camera/left/image_rect", "/camera/depth/image_rect_raw/compressedDepth", message_of);
+    const Outcome outcome{run_bag(bag())};
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+    expect_equal_grids(plain_depth, out(), 5e-3);
+  }
 }
 
 TEST_F(BagDepth, IsSaidByInfo) {

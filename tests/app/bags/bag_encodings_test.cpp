@@ -93,11 +93,12 @@ TEST_F(Bags, BothImagesMayBeOnOneTopic) {
       continue;
     }
     const messages::sensor_msgs::Image& first{left.at(one.log_ns)};
+    const messages::sensor_msgs::Image& second{message};
     messages::sensor_msgs::Image both{first};
     both.data.clear();
     both.width = both.step = 2 * first.width;
     for (std::uint32_t v{0}; v < first.height; ++v) {
-      for (const auto* half : {&first, &message}) {
+      for (const messages::sensor_msgs::Image* const half : {&first, &second}) {
         const auto row{half->data.begin() + v * half->step};
         both.data.insert(both.data.end(), row, row + half->width);
       }

@@ -81,7 +81,7 @@ TEST_F(Bags, ImagesThatCannotBeAreLeftOut) {
       {[](auto& image) { image.encoding = "mono16", image.width = 80, image.step = 161; }, "161 bytes a row hold no"},
       {[](auto& image) { image.width = 4'000'000'000; }, "4000000000×100 px"},
       {[](auto& image) { image.height = 0; }, "160×0 px"},
-      {[](auto& image) { image.encoding = "yuv422"; }, "the encoding \"yuv422\" is not read"},
+      {[](auto& image) { image.encoding = "64FC1"; }, "the encoding \"64FC1\" is not read"},
       {[](auto& image) { image.width = 80; }, "160×100"}};
   for (const auto& [spoil, said] : ways) {
     write_mcap(bag(), with_left(spoil));
