@@ -170,7 +170,8 @@ constexpr std::array<std::string_view, 2> names_of(RoadRays) {
   return {"none", "visible"};
 }
 
-/// Parameters of the u-disparity bins of the paper (eqs. 5 to 15). Read where projection.model is bins.
+/// Parameters of the u-disparity bins of the paper (eqs. 5 to 15). Stage images and pictures show these bins; the
+/// grids use them where projection.model is bins.
 struct PaperConfig {
   double false_positive{0.02};
   double false_negative{0.02};

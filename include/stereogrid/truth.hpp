@@ -63,10 +63,10 @@ struct TruthEgo {
   double vy_mps{0};
   double yaw_rate_radps{0};
   double z_m{0};  ///< vehicle origin over the world's z = 0
-  // Of the vehicle frame, which is the plane of the wheels' contacts.
+  // Pose of the vehicle frame: the plane of the wheels' contacts.
   double pitch_rad{0};  ///< positive: nose down
   double roll_rad{0};   ///< positive: right side down
-  // Of the left camera over that plane, in this frame. Height 0: not known.
+  // Pose of the left camera over that plane, in this frame. Height 0: unknown.
   double camera_height_m{0};
   double camera_pitch_rad{0};
   double camera_roll_rad{0};

@@ -48,7 +48,7 @@ class Site {
   std::vector<Waiting> waiting_;
 };
 
-/// What a kind of terrain is made of, and its sizes for a car and a robot where the options leave them open.
+/// Builder of a kind of terrain, and its default sizes for a car and a robot.
 struct TerrainKind {
   struct Sizes {
     double at_m;

@@ -29,7 +29,7 @@ struct Gap {
   float slope{0};  ///< of the descent
 };
 
-/// What classify_gap needs about the ground in front.
+/// Ground in front of a gap.
 struct GapFront {
   int row;            ///< first row, upwards, that looks behind the gap
   float z;            ///< of the ground at the edge

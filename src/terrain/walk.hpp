@@ -48,7 +48,7 @@ struct SectorWalk {
   int common_end{no_ring};  ///< edge of most neighbours
 };
 
-/// What all sectors' walks read.
+/// Input of the walks of all sectors.
 struct WalkInput {
   const TerrainCamera& camera;
   const TerrainLimits& limits;

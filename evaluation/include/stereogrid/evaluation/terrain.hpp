@@ -23,7 +23,7 @@ struct TerrainScale {
 };
 [[nodiscard]] STEREOGRID_EXPORT TerrainScale terrain_scale(double cell_size_m);
 
-/// What docs/evaluation.md defines, in one range, over all frames.
+/// Counts of docs/evaluation.md in one range, over all frames.
 struct TerrainCounts {
   std::size_t drivable{0};
   std::size_t drivable_free{0};
