@@ -37,7 +37,8 @@ PoseSource source_of(const std::string& poses) {
 Input open_scene(const InputOptions& options) {
   const PoseSource poses{source_of(options.poses)};
   const bool has_pose_file{poses == PoseSource::input && !options.poses.empty() && options.poses != "file"};
-  if (options.paths.size() > 1 || !options.calibration.empty() || has_pose_file || !options.disparities.empty()) {
+  if (options.paths.size() > 1 || !options.calibration.empty() || has_pose_file || !options.disparities.empty() ||
+      !options.depth.empty() || !options.layout.empty()) {
     throw ConfigError{"A built-in scene brings its own images, calibration and poses: give it alone."};
   }
   auto scene{
@@ -71,15 +72,16 @@ void add_input_options(CLI::App& command, InputOptions& options) {
   command
       .add_option(
           "INPUT", options.paths,
-          "A drive's folder, a bag of ROS 2 (.mcap, .db3, or their folder), LEFT and RIGHT image, or a built-in "
-          "scene.")
+          "A drive's folder, a bag of ROS 2 (.mcap, .db3, or their folder), LEFT and RIGHT image or video, a video of "
+          "both, or a built-in scene.")
       ->type_name("[RIGHT]")
       ->required()
       ->expected(1, 2);
   command
-      .add_option("--calibration", options.calibration,
-                  "Calibration file instead of the input's own: calibration.yaml, or one of KITTI, ROS (of either "
-                  "camera), OpenCV (intrinsics or extrinsics) or Kalibr.")
+      .add_option(
+          "--calibration", options.calibration,
+          "Calibration file instead of the input's own: calibration.yaml, or one of KITTI, ROS, OpenCV, Kalibr, "
+          "EuRoC, ORB-SLAM, Basalt, DepthAI, ZED or Middlebury.")
       ->type_name("FILE");
   command
       .add_option("--poses", options.poses,
@@ -93,13 +95,34 @@ void add_input_options(CLI::App& command, InputOptions& options) {
                   "images.")
       ->type_name("DIR");
   command
+      .add_option("--depth", options.depth,
+                  "Depth images to take instead of right images: PNG or TIFF of 16 bits, PFM, TIFF or NPY of floats in "
+                  "metres, named as the left images and aligned to them.")
+      ->type_name("DIR");
+  command
+      .add_option("--depth-scale", options.depth_scale,
+                  "Units of 16-bit depth images in a metre: 1000 (millimetres), 5000 (TUM), 256 (KITTI).")
+      ->type_name("UNITS")
+      ->check(number(0.001, 1e6))
+      ->capture_default_str();
+  command
       .add_option("--mask", options.mask,
                   "Image of the left image's size in which what shows the vehicle itself, its bonnet for instance, is "
                   "black (0); such pixels are not used. Instead of the calibration's mask.")
       ->type_name("FILE.png");
+  command
+      .add_option(
+          "--layout", options.layout,
+          "Where left and right image are in images or a video that show both. Left out: found by the calibration "
+          "or the aspect.")
+      ->type_name("side-by-side|top-bottom")
+      ->check(CLI::IsMember({"side-by-side", "top-bottom"}));
   command.add_option("--left-topic", options.left_topic, "Of a bag: the left camera's images. Left out: found.")
       ->type_name("TOPIC");
-  command.add_option("--right-topic", options.right_topic, "Of a bag: the right camera's images.")->type_name("TOPIC");
+  command
+      .add_option("--right-topic", options.right_topic,
+                  "Of a bag: the right camera's images; or depth or disparities of the left ones.")
+      ->type_name("TOPIC");
   command
       .add_option("--pair-tolerance-ms", options.pair_tolerance_ms,
                   "Of a bag or two cameras: images whose stamps are no farther apart may be a pair.")
@@ -120,9 +143,15 @@ Input open_input(const InputOptions& options) {
   if (!options.calibration.empty()) arguments.calibration = options.calibration;
   arguments.poses = options.poses;
   if (!options.disparities.empty()) arguments.disparities = options.disparities;
+  if (!options.depth.empty()) arguments.depth = options.depth;
+  arguments.depth_units_per_m = options.depth_scale;
   if (!options.mask.empty()) arguments.mask = options.mask;
+  if (!options.layout.empty()) {
+    arguments.layout = options.layout == "side-by-side" ? io::ImageLayout::side_by_side : io::ImageLayout::top_bottom;
+  }
   auto recording{is_of_bag ? rosbag::open_recording(
-                                 arguments, {{options.left_topic, options.right_topic}, options.pair_tolerance_ms})
+                                 arguments, {{options.left_topic, options.right_topic, rosbag::SecondTopic::right},
+                                             options.pair_tolerance_ms})
                            : io::open_recording(arguments)};
   Input input;
   input.recording = recording.get();

@@ -28,7 +28,10 @@ struct InputOptions {
   std::string calibration;
   std::string poses;  ///< "", "file", "none", "odometry" or a file's name
   std::string disparities;
+  std::string depth{};
+  double depth_scale{1000};
   std::string mask{};
+  std::string layout{};  ///< of images that show both cameras: "", "side-by-side", "top-bottom"
   // of a bag
   std::string left_topic{};
   std::string right_topic{};

@@ -5,10 +5,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "camera_infos.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/io/ros_camera.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
@@ -19,15 +20,12 @@ namespace {
 using messages::sensor_msgs::CameraInfo;
 
 constexpr const char* give_file{"Give a calibration.yaml with --calibration FILE (docs/input.md)."};
+constexpr std::uint32_t largest_side_px{32768};
 
 struct InfoPair {
   NamedInfo left;
   NamedInfo right;
 };
-
-[[noreturn]] void fail(const NamedInfo& info, const std::string& what, const std::string& mend = "") {
-  throw InputError{info.name, what, mend + give_file};
-}
 
 /// Calls `take` with every message that can be decoded, until it returns false. True: there is one.
 template <class Take>
@@ -45,28 +43,6 @@ bool for_each_info(const mcap::Bag& bag, const std::string& topic, Take&& take) 
     if (!take(info)) break;
   }
   return found;
-}
-
-std::vector<std::string> info_topics(const mcap::Bag& bag) {
-  std::vector<std::string> names;
-  for (const mcap::Topic& topic : bag.topics()) {
-    if (topic.type == CameraInfo::type_name && topic.message_count > 0) names.push_back(topic.name);
-  }
-  return names;
-}
-
-NamedInfo named(const std::string& name, const std::string& topic) {
-  return {{}, name + ", " + io::printable(topic), io::printable(topic)};
-}
-
-NamedInfo info_of(const mcap::Bag& bag, const std::string& name, const std::string& topic) {
-  NamedInfo info{named(name, topic)};
-  const auto take = [&](CameraInfo& message) {
-    info.message = std::move(message);
-    return false;
-  };
-  if (!for_each_info(bag, topic, take)) fail(info, "no message can be decoded.");
-  return info;
 }
 
 /// `topic` has the messages of both cameras. `missing`: the right camera's own topic; empty: both have the same.
@@ -92,6 +68,13 @@ InfoPair shared_infos(const mcap::Bag& bag, const std::string& name, const std::
 
 InfoPair infos_of(const mcap::Bag& bag, const std::string& name, const ImageTopics& images) {
   const std::vector<std::string> there{info_topics(bag)};
+  if (images.is_one_topic()) {
+    for (const std::string& topic : there) {
+      const std::string other{right_name_of(topic)};
+      if (std::ranges::find(there, other) == there.end()) continue;
+      return {info_of(bag, name, topic), info_of(bag, name, other)};
+    }
+  }
   const auto own = [&](const std::string& topic) { return info_topic_of(*find_topic(bag.topics(), topic)); };
   const auto has = [&](const std::string& topic) { return std::ranges::find(there, topic) != there.end(); };
   const std::string left{own(images.left)};
@@ -107,16 +90,67 @@ InfoPair infos_of(const mcap::Bag& bag, const std::string& name, const ImageTopi
                    list.empty() ? list : list + "."));
 }
 
+}  // namespace
+
+void fail(const NamedInfo& info, const std::string& what, const std::string& mend) {
+  throw InputError{info.name, what, mend + give_file};
+}
+
+std::vector<std::string> info_topics(const mcap::Bag& bag) {
+  std::vector<std::string> names;
+  for (const mcap::Topic& topic : bag.topics()) {
+    if (topic.type == CameraInfo::type_name && topic.message_count > 0) names.push_back(topic.name);
+  }
+  return names;
+}
+
+NamedInfo named(const std::string& name, const std::string& topic) {
+  return {{}, name + ", " + io::printable(topic), io::printable(topic)};
+}
+
+NamedInfo info_of(const mcap::Bag& bag, const std::string& name, const std::string& topic) {
+  NamedInfo info{named(name, topic)};
+  const auto take = [&](CameraInfo& message) {
+    info.message = std::move(message);
+    return false;
+  };
+  if (!for_each_info(bag, topic, take)) fail(info, "no message can be decoded.");
+  return info;
+}
+
+void crop(NamedInfo& info, int width_px, int height_px) {
+  CameraInfo& message{info.message};
+  const auto roi{message.roi};
+  const bool is_whole{roi.x_offset == 0 && roi.y_offset == 0 && roi.width == 0 && roi.height == 0};
+  if (is_whole) return;
+  const std::uint32_t width{roi.width == 0 ? message.width : roi.width};
+  const std::uint32_t height{roi.height == 0 ? message.height : roi.height};
+  const auto fits = [&](std::uint32_t size_px, std::uint32_t binning, int image_px) {
+    return size_px / std::max(1U, binning) == static_cast<std::uint32_t>(image_px);
+  };
+  const bool is_of_roi{fits(width, message.binning_x, width_px) && fits(height, message.binning_y, height_px)};
+  const bool is_of_all{fits(message.width, message.binning_x, width_px) &&
+                       fits(message.height, message.binning_y, height_px)};
+  if (!is_of_roi && is_of_all) return;  // a region that is not applied
+  if (!is_of_roi) {
+    fail(info,
+         fmt::format("the region of interest of {}×{} px, binning {}×{}, is not that of the images of {}×{} px.", width,
+                     height, std::max(1U, message.binning_x), std::max(1U, message.binning_y), width_px, height_px));
+  }
+  message.width = width;
+  message.height = height;
+  for (const std::size_t i : {2, 5}) message.k.at(i) -= message.k.at(i) == 0 ? 0 : i == 2 ? roi.x_offset : roi.y_offset;
+  message.p[2] -= roi.x_offset;
+  message.p[6] -= roi.y_offset;
+}
+
 io::RosCamera camera_of(const NamedInfo& info) {
   const CameraInfo& message{info.message};
-  if (message.k[0] == 0) fail(info, "the camera is not calibrated: K[0] is 0.");
-  if (message.binning_x > 1 || message.binning_y > 1 || message.roi.x_offset != 0 || message.roi.y_offset != 0) {
-    fail(info, "the images are a part of the camera's (binning, roi), which is not read.");
-  }
-  constexpr std::uint32_t largest_side_px{32768};
+  if (message.k[0] == 0 && message.p[0] == 0) fail(info, "the camera is not calibrated: K[0] and P[0] are 0.");
   if (message.width == 0 || message.height == 0 || message.width > largest_side_px ||
       message.height > largest_side_px) {
-    fail(info, fmt::format("the CameraInfo is for images of {}×{} px.", message.width, message.height));
+    fail(info, fmt::format("the CameraInfo is for images of {}×{} px (allowed 1 to {}).", message.width, message.height,
+                           largest_side_px));
   }
   io::RosCamera camera{info.name,
                        static_cast<int>(message.width),
@@ -134,8 +168,6 @@ io::RosCamera camera_of(const NamedInfo& info) {
   return camera;
 }
 
-}  // namespace
-
 void add_camera(std::vector<CameraInfo>& cameras, const CameraInfo& message) {
   constexpr std::size_t most{3};  // one more than there may be
   const auto is_same = [&](const CameraInfo& camera) {
@@ -147,9 +179,16 @@ void add_camera(std::vector<CameraInfo>& cameras, const CameraInfo& message) {
                  message);
 }
 
-io::Calibration calibration_of(const NamedInfo& left, const NamedInfo& right, bool are_rectified, int width_px,
-                               int height_px) {
-  io::Calibration calibration{io::ros_calibration(camera_of(left), camera_of(right), are_rectified)};
+io::Calibration calibration_of(NamedInfo left, NamedInfo right, bool are_rectified, int width_px, int height_px) {
+  crop(left, width_px, height_px);
+  crop(right, width_px, height_px);
+  // cameras that rectify their images themselves leave K empty
+  const bool has_projection_only{left.message.k[0] == 0 && right.message.k[0] == 0};
+  io::Calibration calibration{
+      io::ros_calibration(camera_of(left), camera_of(right), are_rectified || has_projection_only)};
+  if (has_projection_only && !are_rectified) {
+    calibration.notes.emplace_back("images: K is zero: taken as rectified, as P describes them");
+  }
   io::fit_to_images(calibration, left.name, width_px, height_px);
   calibration.kind = left.topic == right.topic ? fmt::format("CameraInfo of both cameras on {}", left.topic)
                                                : fmt::format("CameraInfo of {} and {}", left.topic, right.topic);
@@ -158,6 +197,7 @@ io::Calibration calibration_of(const NamedInfo& left, const NamedInfo& right, bo
 
 io::Calibration calibration_of(const mcap::Bag& bag, const std::string& name, const ImageTopics& topics, int width_px,
                                int height_px) {
+  if (topics.has_depth()) return depth_calibration_of(bag, name, topics, width_px, height_px);
   const bool are_rectified{is_rectified(*find_topic(bag.topics(), topics.left)) &&
                            is_rectified(*find_topic(bag.topics(), topics.right))};
   const InfoPair infos{infos_of(bag, name, topics)};

@@ -12,6 +12,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/rosbag/decode.hpp"
+#include "stereogrid/rosbag/depth.hpp"
 
 namespace stereogrid::rosbag {
 namespace {
@@ -50,6 +51,27 @@ std::vector<ShotPair> take_equal(std::vector<Shot>& left, std::vector<Shot>& rig
   left = std::move(left_rest);
   right = std::move(right_rest);
   return pairs;
+}
+
+Image<std::uint8_t> part_of(const Image<std::uint8_t>& image, int first_u, int first_v, int width_px, int height_px) {
+  Image<std::uint8_t> part{width_px, height_px};
+  for (int v{0}; v < height_px; ++v) std::copy_n(image.row(first_v + v) + first_u, width_px, part.row(v));
+  return part;
+}
+
+/// The left half, or the upper one, is the left image.
+io::ImagePair halves_of(const io::ScaledImage& both, SecondTopic layout, const std::string& name) {
+  const bool is_beside{layout == SecondTopic::beside};
+  const int width_px{is_beside ? both.grey.width() / 2 : both.grey.width()};
+  const int height_px{is_beside ? both.grey.height() : both.grey.height() / 2};
+  if (width_px == 0 || height_px == 0 || (is_beside ? both.grey.width() : both.grey.height()) % 2 != 0) {
+    throw InputError{name,
+                     fmt::format("{}×{} px are no two images of one size.", both.grey.width(), both.grey.height()),
+                     "Record the images of both cameras on topics of their own."};
+  }
+  return {part_of(both.grey, 0, 0, width_px, height_px),
+          part_of(both.grey, is_beside ? width_px : 0, is_beside ? 0 : height_px, width_px, height_px), both.bits,
+          both.bits};
 }
 
 }  // namespace
@@ -95,8 +117,8 @@ BagImages::BagImages(std::unique_ptr<mcap::Bag> bag, std::string name, ImageTopi
     : bag_{std::move(bag)},
       name_{std::move(name)},
       topics_{std::move(topics)},
-      is_left_compressed_{is_compressed(*find_topic(bag_->topics(), topics_.left))},
-      is_right_compressed_{is_compressed(*find_topic(bag_->topics(), topics_.right))},
+      left_{*find_topic(bag_->topics(), topics_.left)},
+      right_{*find_topic(bag_->topics(), topics_.right)},
       pairs_{std::move(pairs)} {}
 
 std::vector<std::byte> BagImages::bytes_of(const std::string& topic, const Shot& shot) const {
@@ -110,14 +132,25 @@ std::vector<std::byte> BagImages::bytes_of(const std::string& topic, const Shot&
 }
 
 io::ImagePair BagImages::load(std::size_t index) const {
-  const ShotPair& pair{pairs_.at(index)};
-  const auto image = [&](const std::string& topic, const Shot& shot, bool is_compressed) {
-    const std::string name{fmt::format("{}, {}, stamp {} ns", name_, io::printable(topic), shot.stamp_ns)};
-    return decode_image(bytes_of(topic, shot), is_compressed, name);
+  const auto& [first, second]{pairs_.at(index)};
+  const auto name_of = [&](const std::string& topic, const Shot& shot) {
+    return fmt::format("{}, {}, stamp {} ns", name_, io::printable(topic), shot.stamp_ns);
   };
-  io::ScaledImage left{image(topics_.left, pair.first, is_left_compressed_)};
-  io::ScaledImage right{image(topics_.right, pair.second, is_right_compressed_)};
-  return {std::move(left.grey), std::move(right.grey), left.bits, right.bits};
+  const std::string name{name_of(topics_.left, first)};
+  io::ScaledImage left{decode_image(bytes_of(topics_.left, first), is_compressed(left_), name)};
+  if (topics_.is_one_topic()) return halves_of(left, topics_.second, name);
+  const std::string second_name{name_of(topics_.right, second)};
+  const std::vector<std::byte> bytes{bytes_of(topics_.right, second)};
+  io::ImagePair pair{std::move(left.grey), {}, left.bits, left.bits};
+  if (topics_.has_depth()) {
+    pair.depth_m =
+        fit_depth(decode_depth(bytes, right_, second_name), pair.left.width(), pair.left.height(), second_name);
+    return pair;
+  }
+  io::ScaledImage right{decode_image(bytes, is_compressed(right_), second_name)};
+  pair.right = std::move(right.grey);
+  pair.right_bits = right.bits;
+  return pair;
 }
 
 void BagImages::find_sample_bits() {

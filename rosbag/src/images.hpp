@@ -44,6 +44,8 @@ class BagImages final : public io::ImageStore {
   [[nodiscard]] io::ImagePair load(std::size_t index) const override;
   /// The first pair that can be read; finds sample_bits(). Throws InputError: there is none.
   io::ImagePair begin();
+  /// Whether the images of one topic are halved left and right or above and below.
+  void set_layout(SecondTopic second) { topics_.second = second; }
   /// RecordingContents::sample_bits
   [[nodiscard]] int sample_bits() const { return sample_bits_; }
 
@@ -54,8 +56,8 @@ class BagImages final : public io::ImageStore {
   std::unique_ptr<mcap::Bag> bag_;
   std::string name_;
   ImageTopics topics_;
-  bool is_left_compressed_;
-  bool is_right_compressed_;
+  mcap::Topic left_;
+  mcap::Topic right_;
   std::vector<ShotPair> pairs_;
   int sample_bits_{8};
   mutable std::mutex mutex_;  // a bag is used by one thread at a time

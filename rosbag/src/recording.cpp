@@ -12,7 +12,10 @@
 #include "images.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
+#include "stereogrid/messages/cdr.hpp"
+#include "stereogrid/messages/sensor_msgs.hpp"
 #include "stereogrid/rosbag/calibration.hpp"
+#include "stereogrid/rosbag/decode.hpp"
 #include "stereogrid/rosbag/poses.hpp"
 
 namespace stereogrid::rosbag {
@@ -21,7 +24,9 @@ namespace {
 namespace fs = std::filesystem;
 
 bool is_bag_file(const fs::path& path) {
-  return path.extension() == ".mcap" || path.extension() == ".db3";
+  const bool is_packed{path.extension() == ".zst" || path.extension() == ".zstd"};
+  const fs::path extension{is_packed ? path.stem().extension() : path.extension()};
+  return extension == ".mcap" || extension == ".db3" || extension == ".bag";  // .bag: refused with what to do
 }
 
 /// What was not used, and why.
@@ -86,6 +91,81 @@ void take_poses(io::ForeignRecording& found, const mcap::Bag& bag, const std::st
   }
 }
 
+/// Encodings of the first messages, which tell depth from images where names do not.
+Encodings encodings_of(const mcap::Bag& bag) {
+  Encodings encodings;
+  for (const mcap::Topic& topic : bag.topics()) {
+    if (topic.type != messages::sensor_msgs::Image::type_name || topic.message_count == 0) continue;
+    const auto cursor{bag.messages({.topics = {topic.name}})};
+    const mcap::Message* const message{cursor->next()};
+    if (message == nullptr) continue;
+    try {
+      messages::sensor_msgs::Image image;
+      messages::decode(message->data, image);
+      encodings[topic.name] = image.encoding;
+    } catch (const InputError&) {  // counted where the images are listed
+    }
+  }
+  return encodings;
+}
+
+/// Of the first image that can be decoded; 0: none.
+std::pair<int, int> image_size_of(const mcap::Bag& bag, const std::string& topic) {
+  const auto cursor{bag.messages({.topics = {topic}})};
+  while (const mcap::Message* const message{cursor->next()}) {
+    try {
+      const auto image{decode_image(message->data, is_compressed(*find_topic(bag.topics(), topic)), topic).grey};
+      return {image.width(), image.height()};
+    } catch (const InputError&) {
+      continue;
+    }
+  }
+  return {0, 0};
+}
+
+/// Of the first CameraInfo; 0: none.
+std::pair<std::uint32_t, std::uint32_t> info_size_of(const mcap::Bag& bag) {
+  const auto is_info = [](const mcap::Topic& topic) {
+    return topic.type == messages::sensor_msgs::CameraInfo::type_name && topic.message_count > 0;
+  };
+  const auto topic{std::ranges::find_if(bag.topics(), is_info)};
+  if (topic == bag.topics().end()) return {0, 0};
+  const auto cursor{bag.messages({.topics = {topic->name}})};
+  messages::sensor_msgs::CameraInfo info;
+  try {
+    if (const mcap::Message* const message{cursor->next()}) messages::decode(message->data, info);
+  } catch (const InputError&) {
+    return {0, 0};
+  }
+  return {info.width, info.height};
+}
+
+/// Halves of the images of one topic, by the size in CameraInfo, else by their shape. Throws InputError: images of one
+/// camera.
+SecondTopic layout_of(const mcap::Bag& bag, const std::string& name, const ImageTopics& topics) {
+  const auto [width_px, height_px]{image_size_of(bag, topics.left)};
+  const auto [info_width, info_height]{info_size_of(bag)};
+  const double aspect{static_cast<double>(width_px) / std::max(1, height_px)};
+  const double of_one{info_height > 0 ? static_cast<double>(info_width) / info_height : 0};
+  const auto is_near = [&](double wanted) { return of_one > 0 && std::abs(aspect / wanted - 1) < 0.01; };
+  constexpr double wide{2.2};
+  if (is_near(2 * of_one) || (of_one == 0 && aspect >= wide)) return SecondTopic::beside;
+  if (is_near(of_one / 2) || (of_one == 0 && aspect > 0 && aspect <= 1)) return SecondTopic::below;
+  throw InputError{
+      name,
+      fmt::format("has the images of one camera alone: {}, {}×{} px. Missing are right images, depth, or a "
+                  "right half.",
+                  io::printable(topics.left), width_px, height_px),
+      "Record the right camera's images or depth, too; say which with --left-topic TOPIC --right-topic "
+      "TOPIC."};
+}
+
+std::string external_of(const ImageTopics& topics) {
+  if (!topics.has_depth()) return {};
+  return fmt::format("{} of {}", topics.second == SecondTopic::depth ? "depth" : "disparities",
+                     io::printable(topics.right));
+}
+
 }  // namespace
 
 bool is_bag(const fs::path& path) {
@@ -108,13 +188,16 @@ std::unique_ptr<io::Recording> bag_recording(std::unique_ptr<mcap::Bag> bag, con
   const fs::path& path{arguments.paths.front()};
   const std::string name{io::printable_path(path)};
   const mcap::Bag& opened{*bag};
-  const ImageTopics topics{choose_image_topics(name, bag->topics(), options.topics)};
+  ImageTopics topics{choose_image_topics(name, bag->topics(), options.topics, encodings_of(*bag))};
+  if (topics.is_one_topic()) topics.second = layout_of(*bag, name, topics);
   const Shots left{find_shots(*bag, topics.left)};
-  const Shots right{find_shots(*bag, topics.right)};
+  const Shots right{topics.is_one_topic() ? left : find_shots(*bag, topics.right)};
   std::vector<ShotPair> pairs{pairs_of(name, topics, left, right, options.pair_tolerance_ms)};
   io::ForeignRecording found;
   found.kind = fmt::format("ROS 2 bag, {} and {}", io::printable(topics.left), io::printable(topics.right));
+  if (topics.is_one_topic()) found.kind = fmt::format("ROS 2 bag, both images of {}", io::printable(topics.left));
   found.root = path;
+  found.external = external_of(topics);
   for (const ShotPair& pair : pairs) found.stamps_ns.push_back(pair.first.stamp_ns);
   warn_of_rest(found, topics, left, right, options.pair_tolerance_ms);
   auto images{std::make_unique<BagImages>(std::move(bag), name, topics, std::move(pairs))};

@@ -15,22 +15,16 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
+#include "topic_names.hpp"
 
 namespace stereogrid::rosbag {
 namespace {
 
 using mcap::Topic;
 
-constexpr const char* say_which{"Say which: --left-topic TOPIC --right-topic TOPIC."};
-
 /// What cameras are called: by most, by RealSense, by EuRoC.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 3> names_of_sides{
     {{"left", "right"}, {"infra1", "infra2"}, {"cam0", "cam1"}}};
-
-bool holds_images(const Topic& topic) {
-  const bool is_plain{topic.type == messages::sensor_msgs::Image::type_name};
-  return topic.message_count > 0 && (is_plain || is_compressed(topic)) && !topic.name.ends_with("/compressedDepth");
-}
 
 std::string replaced(std::string text, std::string_view what, std::string_view by) {
   for (std::size_t at{text.find(what)}; at != std::string::npos; at = text.find(what, at + by.size())) {
@@ -49,16 +43,6 @@ const Topic* right_of(const Topic& left, const std::vector<Topic>& topics) {
   return nullptr;
 }
 
-std::string parent_of(const std::string& name) {
-  const std::size_t slash{name.rfind('/')};
-  return slash == std::string::npos ? std::string{} : name.substr(0, slash);
-}
-
-/// Without the transport.
-std::string base_of(const Topic& images) {
-  return is_compressed(images) ? parent_of(images.name) : images.name;
-}
-
 std::string list_of(const std::vector<Topic>& topics) {
   std::string list;
   for (const Topic& topic : topics) {
@@ -72,17 +56,33 @@ std::tuple<bool, bool, bool> worth(const Topic* images) {
   return {is_rectified(*images), base_of(*images).find("color") == std::string::npos, !is_compressed(*images)};
 }
 
-ImageTopics found(const std::string& bag, const std::vector<Topic>& topics) {
+/// The one topic of images that are no depth; nullptr: there are several.
+const Topic* single_topic(const std::vector<Topic>& topics, const Encodings& encodings) {
+  const Topic* single{nullptr};
+  for (const Topic& topic : topics) {
+    if (!holds_images(topic) || depth_kind_of(topic, encodings)) continue;
+    if (single != nullptr && base_of(*single) != base_of(topic)) return nullptr;
+    if (single == nullptr || is_compressed(*single)) single = &topic;
+  }
+  return single;
+}
+
+ImageTopics found(const std::string& bag, const std::vector<Topic>& topics, const Encodings& encodings) {
   std::vector<const Topic*> candidates;
   std::set<std::string> cameras;
   for (const Topic& topic : topics) {
-    if (!holds_images(topic) || right_of(topic, topics) == nullptr) continue;
+    if (!holds_images(topic) || depth_kind_of(topic, {}) || right_of(topic, topics) == nullptr) continue;
     candidates.push_back(&topic);
     cameras.insert(parent_of(base_of(topic)));
   }
   const std::string list{list_of(topics)};
   if (candidates.empty()) {
-    throw InputError{bag, fmt::format("no two topics of images are called left and right. There are: {}.", list),
+    if (const auto depth{find_depth(bag, topics, encodings, {})}) return *depth;
+    if (const Topic* const one{single_topic(topics, encodings)}) return {one->name, one->name, SecondTopic::beside};
+    throw InputError{bag,
+                     fmt::format("no two topics of images are called left and right, and none is depth beside images. "
+                                 "There are: {}.",
+                                 list),
                      say_which};
   }
   if (cameras.size() > 1) {
@@ -94,36 +94,82 @@ ImageTopics found(const std::string& bag, const std::vector<Topic>& topics) {
 
 void need_images(const std::string& bag, const std::vector<Topic>& topics, const std::string& name) {
   const Topic* const topic{find_topic(topics, name)};
-  if (topic != nullptr && holds_images(*topic)) return;
+  if (topic != nullptr && (holds_images(*topic) || depth_kind_of(*topic, {}))) return;
   throw InputError{bag, fmt::format("has no images on {}. There are: {}.", io::printable(name), list_of(topics)),
                    say_which};
 }
 
-}  // namespace
-
-ImageTopics choose_image_topics(const std::string& bag, const std::vector<Topic>& topics, const ImageTopics& asked) {
-  if (std::ranges::none_of(topics, holds_images)) {
+[[noreturn]] void fail_without_images(const std::string& bag, const std::vector<Topic>& topics) {
+  const std::string videos{list_of_videos(topics)};
+  if (videos.empty()) {
     throw InputError{bag, "holds no images (sensor_msgs/Image or CompressedImage).", "Record those of both cameras."};
   }
-  if (asked.left.empty() && asked.right.empty()) return found(bag, topics);
-  if (asked.left.empty()) {
-    throw InputError{bag, "the right camera's topic alone was given.", say_which};
-  }
+  throw InputError{
+      bag,
+      fmt::format("holds video (H.264 or the like) on {}, which is not read (allowed: sensor_msgs/Image and "
+                  "CompressedImage).",
+                  videos),
+      "Turn it into images: play the bag (ros2 bag play), decode each topic (ros2 run image_transport "
+      "republish ffmpeg raw), and record what comes out (ros2 bag record)."};
+}
+
+/// `asked.left` is there, `asked.right` may be.
+ImageTopics completed(const std::string& bag, const std::vector<Topic>& topics, const ImageTopics& asked,
+                      const Encodings& encodings) {
   need_images(bag, topics, asked.left);
-  ImageTopics chosen{asked};
+  ImageTopics chosen{asked.left, asked.right};
+  const Topic& left{*find_topic(topics, asked.left)};
   if (chosen.right.empty()) {
-    const Topic* const right{right_of(*find_topic(topics, asked.left), topics)};
-    if (right == nullptr) {
-      throw InputError{bag,
-                       fmt::format("no topic of the right camera is called like {}. There are: {}.",
-                                   io::printable(asked.left), list_of(topics)),
-                       say_which};
-    }
-    chosen.right = right->name;
+    if (const Topic* const right{right_of(left, topics)}) return {asked.left, right->name};
+    if (const auto depth{find_depth(bag, topics, encodings, asked)}) return *depth;
+    throw InputError{bag,
+                     fmt::format("no topic of the right camera is called like {}. There are: {}.",
+                                 io::printable(asked.left), list_of(topics)),
+                     say_which};
   }
   need_images(bag, topics, chosen.right);
+  const Topic& second{*find_topic(topics, chosen.right)};
+  const auto encoding = [&](const Topic& topic) {
+    const auto known{encodings.find(topic.name)};
+    return known == encodings.end() ? std::string{} : known->second;
+  };
+  const auto kind{depth_kind_of(second, encodings)};
+  if (kind && encoding(left) != encoding(second)) chosen.second = *kind;
+  if (kind && !encodings.contains(second.name)) chosen.second = *kind;
   if (chosen.left == chosen.right) throw InputError{bag, "left and right are the same topic.", say_which};
   return chosen;
+}
+
+}  // namespace
+
+ImageTopics choose_image_topics(const std::string& bag, const std::vector<Topic>& topics, const ImageTopics& asked,
+                                const Encodings& encodings) {
+  if (std::ranges::none_of(topics, holds_images)) fail_without_images(bag, topics);
+  if (asked.left.empty() && asked.right.empty()) return found(bag, topics, encodings);
+  if (!asked.left.empty()) return completed(bag, topics, asked, encodings);
+  if (const auto depth{find_depth(bag, topics, encodings, asked)}) return *depth;
+  throw InputError{bag, "the right camera's topic alone was given.", say_which};
+}
+
+bool holds_images(const Topic& topic) {
+  const bool is_plain{topic.type == messages::sensor_msgs::Image::type_name};
+  return topic.message_count > 0 && (is_plain || is_compressed(topic)) && !topic.name.ends_with("/compressedDepth");
+}
+
+std::string parent_of(const std::string& name) {
+  const std::size_t slash{name.rfind('/')};
+  return slash == std::string::npos ? std::string{} : name.substr(0, slash);
+}
+
+std::string base_of(const Topic& images) {
+  return is_compressed(images) ? parent_of(images.name) : images.name;
+}
+
+std::string right_name_of(const std::string& left) {
+  for (const auto& [left_name, right_name] : names_of_sides) {
+    if (left.find(left_name) != std::string::npos) return replaced(left, left_name, right_name);
+  }
+  return {};
 }
 
 const Topic* find_topic(const std::vector<Topic>& topics, const std::string& name) {

@@ -17,6 +17,7 @@ void batch_result(Bytes input);   ///< files done.json and that of a failure
 void calibration_kalibr(Bytes input);
 void calibration_kitti(Bytes input);   ///< files calib_cam_to_cam.txt and calib_velo_to_cam.txt
 void calibration_opencv(Bytes input);  ///< files intrinsics.yml and extrinsics.yml
+void calibration_other(Bytes input);   ///< any other tool's, by its content or as YAML
 void calibration_ros(Bytes input);     ///< files left.yaml and right.yaml
 void calibration_yaml(Bytes input);
 void cdr(Bytes input);  ///< a byte for the type, then a message
@@ -33,6 +34,7 @@ void oxts(Bytes input);      ///< files: two records, timestamps.txt, three cali
 void pipeline(Bytes input);  ///< decisions
 void poses_csv(Bytes input);
 void poses_kitti(Bytes input);
+void poses_tum(Bytes input);
 void run_folder(Bytes input);  ///< files run.json, frames.jsonl and a frame's grids
 void scan(Bytes input);
 void scene(Bytes input);
@@ -54,6 +56,7 @@ inline constexpr Target targets[]{{"bag_db3", bag_db3},
                                   {"calibration_kalibr", calibration_kalibr},
                                   {"calibration_kitti", calibration_kitti},
                                   {"calibration_opencv", calibration_opencv},
+                                  {"calibration_other", calibration_other},
                                   {"calibration_ros", calibration_ros},
                                   {"calibration_yaml", calibration_yaml},
                                   {"cdr", cdr},
@@ -70,6 +73,7 @@ inline constexpr Target targets[]{{"bag_db3", bag_db3},
                                   {"pipeline", pipeline},
                                   {"poses_csv", poses_csv},
                                   {"poses_kitti", poses_kitti},
+                                  {"poses_tum", poses_tum},
                                   {"run_folder", run_folder},
                                   {"scan", scan},
                                   {"scene", scene},

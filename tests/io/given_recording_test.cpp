@@ -53,6 +53,31 @@ TEST_F(GivenRecording, PlainFolderWithDisparities) {
   EXPECT_FALSE(complaint_if_swapped(frame));
 }
 
+TEST_F(GivenRecording, DepthBecomesDisparities) {
+  put_plain(folder_.path());
+  fs::create_directories(folder_ / "depth");
+  for (const char* const name : {"a", "b", "c"}) {
+    write_png(folder_ / "depth" / (std::string{name} + ".png"),
+              Image<std::uint16_t>{small_width_px, small_height_px, 5000});
+  }
+  const auto at = [&](double units_per_m) {
+    InputArguments arguments{{folder_.path()}, {}, ""};
+    arguments.depth = folder_ / "depth";
+    arguments.depth_units_per_m = units_per_m;
+    const auto recording{open_recording(arguments)};
+    EXPECT_TRUE(recording->gives_disparities());
+    const Rig& rig{recording->rig()};
+    const float d{recording->load(0).disparity(3, 3)};
+    EXPECT_TRUE(recording->load(0).right.empty());
+    return rig.focal_px * rig.baseline_m / d;
+  };
+  EXPECT_NEAR(at(1000), 5, 1e-5);
+  EXPECT_NEAR(at(5000), 1, 1e-5);
+  fs::remove_all(folder_ / "right");
+  const auto found{open("")};
+  EXPECT_NEAR(found->load(0).disparity(0, 0), found->rig().focal_px * found->rig().baseline_m / 5, 1e-5);
+}
+
 TEST_F(GivenRecording, RightImagesComeFirst) {
   put_plain(folder_.path());
   put_disparities("disparity", {"a", "b", "c"});

@@ -97,19 +97,23 @@ TEST_F(Opening, UnreadableFolder) {
   fs::permissions(folder_ / "drive", fs::perms::owner_all);
 }
 
-TEST_F(Opening, VideosAreNamedWithWhatExtractsThem) {
+TEST_F(Opening, VideosThatAreNone) {
   const std::string avi{"RIFF\x10\0\0\0AVI LIST"s};
   put(folder_ / "left.avi", avi);
   put(folder_ / "the right.bin", avi);
   put(folder_ / "sbs.mp4", "\0\0\0\x1c"s + "ftypisom");
+  put(folder_ / "c" / "calibration.yaml", small_yaml);
   const auto refused = [&](const std::vector<fs::path>& paths, std::initializer_list<std::string_view> said) {
-    expect_complaint([&] { static_cast<void>(open_recording({paths, {}, ""})); }, said);
+    expect_complaint([&] { static_cast<void>(open_recording({paths, folder_ / "c" / "calibration.yaml", ""})); }, said);
   };
-  refused({folder_ / "left.avi", folder_ / "the right.bin"},
-          {"left.avi, ", "the right.bin: are videos", "ffmpeg -i '", "left.avi' drive/left/%06d.png",
-           "the right.bin' drive/right/%06d.png"});
-  refused({folder_ / "sbs.mp4"}, {"sbs.mp4: is a video", "side by side", "-vf crop=iw/2:ih:iw/2:0 drive/right"});
-  refused({folder_.path()}, {"left.avi, ", "sbs.mp4 and 1 more: are videos"});
+  refused({folder_ / "left.avi", folder_ / "the right.bin"}, {"left.avi: ", "cannot be decoded", "ffmpeg -i"});
+  refused({folder_ / "sbs.mp4"}, {"sbs.mp4: ", "cannot be decoded"});
+  refused({folder_.path()}, {"left.avi, ", "sbs.mp4 and 1 more: videos", "LEFT RIGHT"});
+  expect_complaint(
+      [&] {
+        static_cast<void>(open_recording({{folder_ / "sbs.mp4"}, {}, ""}));
+      },
+      {"sbs.mp4: there is no calibration beside the video", "--calibration"});
 }
 
 TEST_F(Opening, OfAPairTheImageIsNamed) {

@@ -248,5 +248,32 @@ TEST_F(PoseFile, OxtsComplaints) {
   expect_complaint([&] { static_cast<void>(read_oxts(folder_ / "data", names, folder_.path())); }, {"lat lon alt"});
 }
 
+TEST_F(PoseFile, TumIsInTheAxesOfTheFirstCamera) {
+  // z up: the camera looks along the world's y, and moves 2 m ahead and 1 m to the left
+  put(folder_ / "t.txt",
+      "# timestamp tx ty tz qx qy qz qw\n1500000000.123456789 5 7 1 -0.70710678 0 0 0.70710678\n"
+      "1500000000.2 4 9 1 -0.70710678 0 0 0.70710678\n");
+  ASSERT_TRUE(is_tum_trajectory(folder_ / "t.txt"));
+  const auto poses{read_tum_poses(folder_ / "t.txt")};
+  ASSERT_EQ(poses.size(), 2);
+  EXPECT_EQ(poses[0].stamp_ns, 1500000000123456789);
+  EXPECT_NEAR(poses[0].world_from_vehicle.x_m, 0, 1e-9);
+  EXPECT_NEAR(poses[1].world_from_vehicle.x_m, 2, 1e-6);
+  EXPECT_NEAR(poses[1].world_from_vehicle.y_m, 1, 1e-6);
+  EXPECT_NEAR(poses[1].world_from_vehicle.yaw_rad, 0, 1e-6);
+}
+
+TEST_F(PoseFile, TumComplaints) {
+  const auto refused{[&](const char* text, std::initializer_list<std::string_view> parts) {
+    put(folder_ / "t.txt", text);
+    expect_complaint([&] { static_cast<void>(read_tum_poses(folder_ / "t.txt")); }, parts);
+  }};
+  refused("0 0 0 0 0 0 0 1\n0 0 0 0 0 0 0 1\n", {"t.txt", "line 2", "not later"});
+  refused("0 0 0 0 0 0 0 2\n", {"line 1", "quaternion"});
+  refused("0 0 0 nan 0 0 0 1\n", {"line 1", "not finite"});
+  refused("0 0 0 0 0 0 0 1\n1 2 3\n", {"line 2", "timestamp tx ty tz"});
+  refused("1500000000000000000 0 0 0 0 0 0 1\n", {"line 1", "seconds"});
+}
+
 }  // namespace
 }  // namespace stereogrid::io::testing

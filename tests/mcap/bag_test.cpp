@@ -254,11 +254,12 @@ TEST(Bag, ComplainsOfFolders) {
     put(folder / "metadata.yaml", metadata);
     expect_complaint([&] { read_all(*open_bag(folder.path())); }, {part});
   };
-  complains(metadata_begin + "  compression_mode: FILE\n  relative_file_paths: [a.db3.zstd]\n",
-            "the files of the bag are compressed as a whole");
+  complains(
+      metadata_begin + "  compression_mode: FILE\n  compression_format: lz4\n  relative_file_paths: [a.db3.lz4]\n",
+      "the compression_format is 'lz4' (allowed: zstd)");
   complains(
       metadata_begin + "  compression_mode: MESSAGE\n  compression_format: lzma\n  relative_file_paths: [a.db3]\n",
-      "in another way than by zstd");
+      "the compression_format is 'lzma'");
   complains(metadata_begin + "  relative_file_paths: [missing.db3]\n", "missing.db3: cannot be read");
   complains(metadata_begin + "  relative_file_paths: [../../etc/passwd]\n", "passwd: cannot be read (No such file");
   complains(metadata_begin + "  relative_file_paths: []\n", "holds no recording");
@@ -271,9 +272,31 @@ TEST(Bag, TellsFilesApartByWhatIsInThem) {
   write_messages(folder / "a.bin", {{"/a", 0, 1, 1, "x"}});
   EXPECT_EQ(read_all(*open_bag(folder / "a.bin")).size(), 1);
   put(folder / "a.mcap", zstd("an MCAP file"));
-  expect_complaint([&] { read_all(*open_bag(folder / "a.mcap")); }, {"is compressed as a whole", "zstd -d"});
+  expect_complaint([&] { read_all(*open_bag(folder / "a.mcap")); }, {"is no recording"});
+  put(folder / "a.bag", "#ROSBAG V2.0\n");
+  expect_complaint([&] { read_all(*open_bag(folder / "a.bag")); }, {"is a bag of ROS 1", "rosbags-convert"});
   put(folder / "a.txt", "text");
   expect_complaint([&] { read_all(*open_bag(folder / "a.txt")); }, {"is no recording"});
+}
+
+TEST(Bag, ReadsFilesThatAreCompressedAsAWhole) {
+  const TemporaryFolder folder;
+  write_messages(folder / "a.mcap", {{"/a", 0, 1, 1, "first"}});
+  write_messages(folder / "b.mcap", {{"/a", 0, 2, 2, "second"}});
+  for (const char* const name : {"a.mcap", "b.mcap"}) {
+    put(folder / (std::string{name} + ".zstd"), zstd(io::read_text(folder / name, 1'000'000)));
+    std::filesystem::remove(folder / name);
+  }
+  EXPECT_EQ(read_all(*open_bag(folder / "b.mcap.zstd")).size(), 1);
+  EXPECT_EQ(read_all(*open_bag(folder.path())).size(), 2) << "without metadata.yaml";
+  for (const char* const names : {"[a.mcap.zstd, b.mcap.zstd]", "[a.mcap, b.mcap]"}) {
+    put(folder / "metadata.yaml", metadata_begin + "  compression_mode: FILE\n  compression_format: zstd\n" +
+                                      "  relative_file_paths: " + names + "\n");
+    EXPECT_EQ(read_all(*open_bag(folder.path())).size(), 2) << names;
+  }
+  const std::string whole{io::read_text(folder / "a.mcap.zstd", 1'000'000)};
+  put(folder / "a.mcap.zstd", whole.substr(0, whole.size() - 9));
+  expect_complaint([&] { read_all(*open_bag(folder / "a.mcap.zstd")); }, {"a.mcap.zstd: is a truncated zstd file"});
 }
 
 TEST(Bag, TellsOfDamageInItsParts) {

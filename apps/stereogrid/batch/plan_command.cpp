@@ -198,7 +198,7 @@ void check_layers(const Options& options) {
 
 int make_plan(Options options) {
   InputOptions& input{options.run.input};
-  for (std::string* path : {&input.calibration, &input.mask, &input.disparities}) make_absolute(*path);
+  for (std::string* path : {&input.calibration, &input.mask, &input.disparities, &input.depth}) make_absolute(*path);
   if (!input.poses.empty() && input.poses != "file" && input.poses != "none" && input.poses != "odometry") {
     make_absolute(input.poses);
   }

@@ -22,6 +22,9 @@ void read(const Json& run, RunOptions& options) {
   input.poses = run.at("poses");
   input.disparities = run.at("disparities");
   input.mask = run.at("mask");
+  input.depth = run.value("depth", std::string{});
+  input.depth_scale = run.value("depth_scale", input.depth_scale);
+  input.layout = run.value("layout", std::string{});
   input.left_topic = run.at("left_topic");
   input.right_topic = run.at("right_topic");
   input.pair_tolerance_ms = run.at("pair_tolerance_ms");
@@ -43,7 +46,10 @@ Json to_json(const RunOptions& options, bool evaluate) {
           {"calibration", input.calibration},
           {"poses", input.poses},
           {"disparities", input.disparities},
+          {"depth", input.depth},
+          {"depth_scale", input.depth_scale},
           {"mask", input.mask},
+          {"layout", input.layout},
           {"left_topic", input.left_topic},
           {"right_topic", input.right_topic},
           {"pair_tolerance_ms", input.pair_tolerance_ms},
@@ -79,7 +85,7 @@ bool is_evaluated(const Plan& plan) {
 
 std::string digest_of_input(const InputOptions& input, DigestOf what) {
   std::vector<std::string> paths{input.paths};
-  for (const std::string& more : {input.calibration, input.mask, input.disparities}) {
+  for (const std::string& more : {input.calibration, input.mask, input.disparities, input.depth}) {
     if (!more.empty()) paths.push_back(more);
   }
   const bool poses_file{!input.poses.empty() && input.poses != "file" && input.poses != "none" &&

@@ -63,9 +63,9 @@ std::string poses_text(const io::RecordingContents& contents) {
 
 void print_recording(const io::Recording& recording) {
   const io::RecordingContents& contents{recording.contents()};
-  print_row("stereo", recording.gives_disparities() ? fmt::format("left images with given disparities ({})",
-                                                                  io::printable_path(contents.disparities))
-                                                    : "left and right images");
+  print_row("stereo", recording.gives_disparities()
+                          ? fmt::format("left images with given disparities ({})", contents.external)
+                          : "left and right images");
   const std::string& kind{contents.calibration.kind};
   print_row("calibration", (contents.calibration_file.empty()
                                 ? kind

@@ -81,7 +81,15 @@ rosbag::ImageTopics choose(const std::string& name, const std::string& folder, s
     return !is_below;
   };
   if (asked.left.empty() && asked.right.empty()) std::erase_if(topics, is_out);
-  if (std::ranges::any_of(topics, holds_images)) return rosbag::choose_image_topics(name, topics, asked);
+  if (std::ranges::any_of(topics, holds_images)) {
+    rosbag::ImageTopics chosen{rosbag::choose_image_topics(name, topics, asked)};
+    if (chosen.second == rosbag::SecondTopic::right) return chosen;
+    throw InputError{
+        name,
+        fmt::format("the only images are {} and {}; depth, disparities and images in one are not read live.",
+                    io::printable(chosen.left), io::printable(chosen.right)),
+        "Publish the right camera's images, or record a bag."};
+  }
   throw InputError{
       name, "nobody publishes images there.",
       elsewhere.empty() ? "Do ROS_DOMAIN_ID and the network fit?" : "Elsewhere there are: " + elsewhere + "."};
@@ -103,7 +111,8 @@ Found wait_for_images(const dds::Node& node, const InputOptions& options) {
     std::string missing{"for all topics to be found."};
     try {
       std::vector<mcap::Topic> topics{topics_of(node)};
-      const rosbag::ImageTopics images{choose(name, folder, topics, {options.left_topic, options.right_topic})};
+      const rosbag::ImageTopics images{
+          choose(name, folder, topics, {options.left_topic, options.right_topic, rosbag::SecondTopic::right})};
       if (chosen != images.left + " " + images.right) since = Clock::now();
       chosen = images.left + " " + images.right;
       if (Clock::now() - since >= settled_after) return {images, std::move(topics)};
@@ -183,7 +192,9 @@ io::Calibration calibration_from(dds::Node& node, const InputOptions& options, c
 }
 
 void check_options(const InputOptions& options) {
-  if (!options.disparities.empty()) throw ConfigError{"--disparities is of recordings, but SOURCE is ROS 2."};
+  if (!options.disparities.empty() || !options.depth.empty()) {
+    throw ConfigError{"--disparities and --depth are of recordings, but SOURCE is ROS 2."};
+  }
   const std::string& poses{options.poses};
   if (poses.empty() || poses == "odometry" || poses == "none" || poses == "tf" || poses.starts_with('/')) return;
   throw ConfigError{

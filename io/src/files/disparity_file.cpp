@@ -27,6 +27,8 @@ namespace {
 
 const char* const kinds{
     "Disparities are PNG of 16 bits (disparity × 256), PFM, TIFF of floats or NumPy .npy of floats."};
+const char* const depth_kinds{
+    "Depth is PNG or TIFF of 16 bits, PFM, TIFF of floats or NumPy .npy of floats in metres."};
 const char* const again{"Copy or write it again."};
 
 Image<float> floats_of(const cv::Mat& mat, double scale) {
@@ -51,17 +53,25 @@ cv::Mat decode(const std::string& file, const std::string& bytes) {
   return image;
 }
 
-Image<float> read_png(const std::string& file, const std::string& bytes) {
+/// What the numbers of a file mean.
+struct Coding {
+  double units;  ///< whole numbers in a pixel, or a metre
+  bool has_whole_tiff;
+  const char* kinds;
+};
+
+Image<float> read_png(const std::string& file, const std::string& bytes, const Coding& coding) {
   const cv::Mat image{decode(file, checked_image_bytes(file, bytes))};
-  if (image.type() != CV_16UC1) throw InputError{file, "is no PNG of one channel with 16 bits.", kinds};
-  return floats_of(image, 1.0 / 256);
+  if (image.type() != CV_16UC1) throw InputError{file, "is no PNG of one channel with 16 bits.", coding.kinds};
+  return floats_of(image, 1 / coding.units);
 }
 
-Image<float> read_tiff(const std::string& file, const std::string& bytes) {
+Image<float> read_tiff(const std::string& file, const std::string& bytes, const Coding& coding) {
   check_tiff_size(file, bytes);
   const cv::Mat image{decode(file, bytes)};
+  if (coding.has_whole_tiff && image.type() == CV_16UC1) return floats_of(image, 1 / coding.units);
   if (image.type() != CV_32FC1 && image.type() != CV_64FC1) {
-    throw InputError{file, "is no TIFF of one channel of floats.", kinds};
+    throw InputError{file, "is no TIFF of one channel of floats.", coding.kinds};
   }
   return floats_of(image, 1);
 }
@@ -112,15 +122,16 @@ Image<float> read_numpy(const std::filesystem::path& path) {
   return array.to_image<float>();
 }
 
-Image<float> read_any(const std::filesystem::path& path) {
+Image<float> read_any(const std::filesystem::path& path, const Coding& coding) {
   const std::string file{printable_path(path)};
   const std::string bytes{read_file(path, largest_bytes::image)};
   const std::string_view view{bytes};
   if (view.starts_with("\x93NUMPY")) return read_numpy(path);
   if (view.starts_with("Pf") || view.starts_with("PF")) return read_pfm(file, bytes);
-  if (view.starts_with("II") || view.starts_with("MM")) return read_tiff(file, bytes);
-  if (view.starts_with("\x89PN")) return read_png(file, bytes);
-  throw InputError{file, bytes.empty() ? "is empty." : "is no disparity image of a kind that can be read.", kinds};
+  if (view.starts_with("II") || view.starts_with("MM")) return read_tiff(file, bytes, coding);
+  if (view.starts_with("\x89PN")) return read_png(file, bytes, coding);
+  throw InputError{file, bytes.empty() ? "is empty." : "is no disparity or depth image of a kind that can be read.",
+                   coding.kinds};
 }
 
 void check_scale(const std::string& file, const Image<float>& image) {
@@ -140,13 +151,30 @@ void check_scale(const std::string& file, const Image<float>& image) {
   }
 }
 
+Image<float> read_positive(const std::filesystem::path& path, const Coding& coding) {
+  Image<float> image{read_any(path, coding)};
+  if (image.empty()) throw InputError{printable_path(path), "has no pixels.", coding.kinds};
+  for (float& value : image) value = std::isfinite(value) && value > 0 ? value : 0.0F;
+  return image;
+}
+
 }  // namespace
 
 Image<float> read_disparity(const std::filesystem::path& path) {
-  Image<float> image{read_any(path)};
-  if (image.empty()) throw InputError{printable_path(path), "has no pixels.", kinds};
-  for (float& d : image) d = std::isfinite(d) && d > 0 ? d : 0.0F;
+  Image<float> image{read_positive(path, {256, false, kinds})};
   check_scale(printable_path(path), image);
+  return image;
+}
+
+Image<float> read_depth(const std::filesystem::path& path, double units_per_m) {
+  Image<float> image{read_positive(path, {units_per_m, true, depth_kinds})};
+  constexpr float farthest_m{1000};
+  const auto known{std::ranges::count_if(image, [](float z) { return z > 0; })};
+  const auto beyond{std::ranges::count_if(image, [](float z) { return z > farthest_m; })};
+  if (2 * beyond > known) {
+    throw InputError{printable_path(path), "most depths exceed 1000 m.",
+                     "Depth of floats is in metres; --depth-scale says how many units of whole numbers are a metre."};
+  }
   return image;
 }
 

@@ -83,6 +83,31 @@ void check_jpeg(const std::string& file, std::string_view bytes) {
   fail(file, "is a truncated or damaged JPEG (its end is missing).");
 }
 
+std::size_t little_endian(std::string_view bytes, std::size_t at, std::size_t count) {
+  std::size_t value{0};
+  for (std::size_t i{count}; i > 0; --i) value = value << 8 | static_cast<std::uint8_t>(bytes[at + i - 1]);
+  return value;
+}
+
+/// The first chunk says the size: VP8X that of the canvas, VP8L and VP8 that of the image.
+void check_webp(const std::string& file, std::string_view bytes) {
+  constexpr std::size_t head_bytes{30};
+  if (bytes.size() < head_bytes || bytes.size() - 8 < little_endian(bytes, 4, 4)) {
+    fail(file, "is a truncated WebP (its end is missing).");
+  }
+  const std::string_view chunk{bytes.substr(12, 4)};
+  if (chunk == "VP8X") {
+    check_size(file, little_endian(bytes, 24, 3) + 1, little_endian(bytes, 27, 3) + 1);
+  } else if (chunk == "VP8L") {
+    const std::size_t sizes{little_endian(bytes, 21, 4)};
+    check_size(file, (sizes & 0x3fff) + 1, (sizes >> 14 & 0x3fff) + 1);
+  } else if (chunk == "VP8 ") {
+    check_size(file, little_endian(bytes, 26, 2) & 0x3fff, little_endian(bytes, 28, 2) & 0x3fff);
+  } else {
+    fail(file, "is a damaged WebP (its first chunk is none of an image).");
+  }
+}
+
 /// Reads the white-space separated words of a PNM header, comments left out.
 class PnmWords {
  public:
@@ -188,7 +213,15 @@ std::string checked_image_bytes(const std::string& file, std::string bytes) {
     check_pnm(file, bytes);
     return bytes;
   }
-  throw InputError{file, "is no image of a kind that can be read.", "Use PNG, PGM, PPM or JPEG."};
+  if (view.starts_with("RIFF") && view.find("WEBP") == 8) {
+    check_webp(file, bytes);
+    return bytes;
+  }
+  if (view.starts_with("II") || view.starts_with("MM")) {
+    check_tiff_size(file, bytes);
+    return bytes;
+  }
+  throw InputError{file, "is no image of a kind that can be read.", "Use PNG, PGM, PPM, JPEG, WebP or TIFF."};
 }
 
 }  // namespace stereogrid::io

@@ -111,9 +111,12 @@ ScaledImage decode_scaled(const std::string& name, std::string bytes) {
 }
 
 Image<std::uint16_t> read_u16(const std::filesystem::path& path) {
-  cv::Mat image{decode(path)};
-  if (image.channels() != 1)
-    throw InputError{printable_path(path), "is in colour.", "An image of one channel is needed."};
+  return decode_u16(printable_path(path), read_file(path, largest_bytes::image));
+}
+
+Image<std::uint16_t> decode_u16(const std::string& name, std::string bytes) {
+  cv::Mat image{decode(name, std::move(bytes))};
+  if (image.channels() != 1) throw InputError{name, "is in colour.", "An image of one channel is needed."};
   image.convertTo(image, CV_16U);
   return copy_of<std::uint16_t>(image);
 }

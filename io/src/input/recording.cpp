@@ -60,6 +60,18 @@ void share_scale(ImagePair& pair, int usual_bits) {
   reduce(pair.right, pair.right_bits, bits);
 }
 
+namespace {
+
+/// d = f·b/z
+void set_disparity(StereoFrame& frame, const Image<float>& depth_m, const Rig& rig) {
+  frame.disparity = Image<float>{depth_m.width(), depth_m.height()};
+  const double focal_baseline{rig.focal_px * rig.baseline_m};
+  std::ranges::transform(depth_m, frame.disparity.begin(),
+                         [&](float z) { return z > 0 ? static_cast<float>(focal_baseline / z) : 0.0F; });
+}
+
+}  // namespace
+
 ImageStore::~ImageStore() = default;
 
 Recording::Recording(RecordingContents contents, std::unique_ptr<ImageStore> images)
@@ -77,7 +89,8 @@ StereoFrame Recording::load_unrectified(std::size_t index) const {
   ImagePair pair;
   if (images_) {
     pair = images_->load(index);
-    if (pair.left.width() != pair.right.width() || pair.left.height() != pair.right.height()) {
+    if (pair.depth_m.empty() &&
+        (pair.left.width() != pair.right.width() || pair.left.height() != pair.right.height())) {
       throw InputError{printable_path(source.left),
                        fmt::format("the left image of frame {} has {} px, but the right one has {}.", source.name,
                                    size_of(pair.left), size_of(pair.right)),
@@ -89,6 +102,7 @@ StereoFrame Recording::load_unrectified(std::size_t index) const {
   share_scale(pair, contents_.sample_bits);
   frame.left = std::move(pair.left);
   frame.right = std::move(pair.right);
+  if (!pair.depth_m.empty()) set_disparity(frame, pair.depth_m, rig());
   return frame;
 }
 
@@ -107,6 +121,7 @@ StereoFrame Recording::load(std::size_t index) const {
   if (rectifier_) {
     frame.left = rectifier_->left(frame.left);
     if (!frame.right.empty()) frame.right = rectifier_->right(frame.right);
+    if (contents_.has_depth) frame.disparity = rectifier_->left(frame.disparity);
   }
   return frame;
 }
@@ -114,10 +129,16 @@ StereoFrame Recording::load(std::size_t index) const {
 void Recording::load_files(const RecordedFrame& source, ImagePair& pair, StereoFrame& frame) const {
   need(source.left, source.left_exists, "left");
   read_into(source.left, pair.left, pair.left_bits);
+  if (contents_.layout != ImageLayout::separate) {
+    pair = split_pair(pair.left, pair.left_bits, contents_.layout, printable_path(source.left));
+    return;
+  }
   if (gives_disparities()) {
     need(source.disparity, source.right_exists, "disparity");
-    frame.disparity = read_disparity(source.disparity);
-    need_equal_size(pair.left, source.left, frame.disparity, source.disparity);
+    Image<float>& image{contents_.has_depth ? pair.depth_m : frame.disparity};
+    image = contents_.has_depth ? read_depth(source.disparity, contents_.depth_units_per_m)
+                                : read_disparity(source.disparity);
+    need_equal_size(pair.left, source.left, image, source.disparity);
   } else {
     need(source.right, source.right_exists, "right");
     read_into(source.right, pair.right, pair.right_bits);

@@ -46,49 +46,35 @@ bool starts_like_video(std::string_view bytes) {
   return brand != "avif" && brand != "heic" && brand != "mif1";
 }
 
+}  // namespace
+
+bool has_video_extension(const fs::path& file) {
+  std::string extension{file.extension().string()};
+  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  return video_extensions.contains(extension);
+}
+
 bool is_video(const fs::path& file) {
   std::error_code error;
   if (!fs::is_regular_file(file, error)) return false;
-  std::string extension{file.extension().string()};
-  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
-  if (video_extensions.contains(extension)) return true;
+  if (has_video_extension(file)) return true;
   std::array<char, 200> bytes{};
   std::ifstream stream{file, std::ios::binary};
   stream.read(bytes.data(), bytes.size());
   return starts_like_video({bytes.data(), static_cast<std::size_t>(stream.gcount())});
 }
 
-/// For a shell.
-std::string quoted(const fs::path& file) {
-  std::string text{"'"};
-  for (const char letter : printable_path(file)) text += letter == '\'' ? "'\\''" : std::string{letter};
-  return text + "'";
-}
-
-}  // namespace
-
 void refuse_videos(std::span<const fs::path> files) {
   std::vector<fs::path> videos;
   std::ranges::copy_if(files, std::back_inserter(videos), is_video);
   if (videos.empty()) return;
-  const std::string first{quoted(videos.front())};
-  const char* const into_folder{"then give the folder drive with --calibration FILE."};
-  const char* const folders{"mkdir -p drive/left drive/right"};
-  if (videos.size() == 1) {
-    throw InputError{
-        printable_path(videos.front()), "is a video, which is not read (allowed: images).",
-        fmt::format("Extract its frames; where left and right image are side by side: {0} && ffmpeg -i {1} -vf "
-                    "crop=iw/2:ih:0:0 drive/left/%06d.png && ffmpeg -i {1} -vf crop=iw/2:ih:iw/2:0 "
-                    "drive/right/%06d.png; {2}",
-                    folders, first, into_folder)};
-  }
+  const std::string second{videos.size() > 1 ? ", " + printable_path(videos[1]) : ""};
   const std::string others{videos.size() > 2 ? fmt::format(" and {} more", videos.size() - 2) : ""};
   throw InputError{
-      fmt::format("{}, {}{}", printable_path(videos[0]), printable_path(videos[1]), others),
-      "are videos, which are not read (allowed: images).",
-      fmt::format(
-          "Extract their frames: {} && ffmpeg -i {} drive/left/%06d.png && ffmpeg -i {} drive/right/%06d.png; {}",
-          folders, first, quoted(videos[1]), into_folder)};
+      printable_path(videos[0]) + second + others,
+      "videos whose cameras are not clear (allowed: one of both cameras, or two whose names differ in left "
+      "and right only).",
+      "Name the video of both cameras, or LEFT RIGHT, with --calibration FILE."};
 }
 
 }  // namespace stereogrid::io

@@ -7,7 +7,11 @@
 
 namespace stereogrid::io {
 
-/// Throws InputError where there are videos among the files: names them, and the commands that extract their frames.
+/// By its name or its first bytes.
+[[nodiscard]] bool is_video(const std::filesystem::path& file);
+[[nodiscard]] bool has_video_extension(const std::filesystem::path& file);
+
+/// Throws InputError where there are videos among the files, and names them.
 void refuse_videos(std::span<const std::filesystem::path> files);
 
 }  // namespace stereogrid::io

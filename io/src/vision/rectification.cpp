@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "vision/rectification.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 
@@ -69,13 +70,44 @@ void rectify_fisheye(const RawPair& raw, cv::Size size, Rectification& to) {
   to.camera = {least_focal_px, 0, (size.width - 1) / 2.0, 0, least_focal_px, (size.height - 1) / 2.0, 0, 0, 1};
 }
 
+bool is_alike(double a, double b) {
+  constexpr double alike_px{0.01};
+  return std::abs(a - b) <= alike_px;
+}
+
+void keep_left_camera(const RawPair& raw, Rectification& to) {
+  to.left_turn = to.right_turn = cv::Mat{cv::Matx33d::eye()};
+  to.camera = matrix_of(raw.left);
+  to.rig.baseline_m = -raw.right_from_left_translation_m[0];
+}
+
 }  // namespace
+
+bool is_row_aligned(const RawPair& raw) {
+  const auto is_plain{[](const CameraModel& camera) {
+    return camera.lens == LensModel::perspective && is_alike(camera.focal_u_px, camera.focal_v_px) &&
+           std::ranges::all_of(camera.distortion, [](double number) { return number == 0; });
+  }};
+  const bool are_equal{is_alike(raw.left.focal_u_px, raw.right.focal_u_px) &&
+                       is_alike(raw.left.centre_v_px, raw.right.centre_v_px)};
+  constexpr double turn_max{1e-6};
+  const cv::Matx33d turn{raw.right_from_left_rotation.data()};
+  const auto& t{raw.right_from_left_translation_m};
+  return is_plain(raw.left) && is_plain(raw.right) && are_equal &&
+         cv::norm(turn - cv::Matx33d::eye(), cv::NORM_INF) < turn_max && std::hypot(t[1], t[2]) < turn_max * -t[0];
+}
 
 Rectification rectify(const RawPair& raw, int width_px, int height_px) {
   check(raw);
   Rectification to;
   const cv::Size size{width_px, height_px};
-  raw.left.lens == LensModel::fisheye ? rectify_fisheye(raw, size, to) : rectify_perspective(raw, size, to);
+  if (is_row_aligned(raw)) {
+    keep_left_camera(raw, to);
+  } else if (raw.left.lens == LensModel::fisheye) {
+    rectify_fisheye(raw, size, to);
+  } else {
+    rectify_perspective(raw, size, to);
+  }
   to.rig.width_px = width_px;
   to.rig.height_px = height_px;
   to.rig.focal_px = to.camera(0, 0);

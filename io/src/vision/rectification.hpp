@@ -17,8 +17,13 @@ struct Rectification {
   cv::Matx33d camera;  ///< of both, after rectification
 };
 
-/// As OpenCV's stereoRectify with equal centres and as little black at the edges as possible; of fisheye lenses at most
-/// 120° across remain. Throws InputError: no baseline along x, lenses of two kinds.
+/// Undistorted cameras with parallel axes and equal focal lengths and cy: their images differ from those of a rectified
+/// pair by cx_left − cx_right at most.
+[[nodiscard]] bool is_row_aligned(const RawPair& raw);
+
+/// Row-aligned pairs keep the left camera; the right image is shifted. Others: as OpenCV's stereoRectify with equal
+/// centres and as little black at the edges as possible; of fisheye lenses at most 120° across remain. Throws
+/// InputError: no baseline along x, lenses of two kinds.
 [[nodiscard]] Rectification rectify(const RawPair& raw, int width_px, int height_px);
 
 /// Both maps of cv::remap, rectified to raw.

@@ -10,11 +10,12 @@
 namespace stereogrid::io {
 namespace {
 
-Image<std::uint8_t> remap(const Image<std::uint8_t>& raw, const cv::Mat& map, const cv::Mat& fractions) {
-  const cv::Mat source{raw.height(), raw.width(), CV_8UC1, const_cast<std::uint8_t*>(raw.data())};
-  Image<std::uint8_t> image{map.cols, map.rows};
-  cv::Mat target{image.height(), image.width(), CV_8UC1, image.data()};
-  cv::remap(source, target, map, fractions, cv::INTER_LINEAR, cv::BORDER_CONSTANT);
+template <class T>
+Image<T> remap(const Image<T>& raw, const cv::Mat& map, const cv::Mat& fractions, int interpolation) {
+  const cv::Mat source{raw.height(), raw.width(), cv::DataType<T>::type, const_cast<T*>(raw.data())};
+  Image<T> image{map.cols, map.rows};
+  cv::Mat target{image.height(), image.width(), cv::DataType<T>::type, image.data()};
+  cv::remap(source, target, map, fractions, interpolation, cv::BORDER_CONSTANT);
   return image;
 }
 
@@ -44,11 +45,15 @@ const Rig& Rectifier::rig() const {
 }
 
 Image<std::uint8_t> Rectifier::left(const Image<std::uint8_t>& raw) const {
-  return remap(raw, maps_->left, maps_->left_fractions);
+  return remap(raw, maps_->left, maps_->left_fractions, cv::INTER_LINEAR);
+}
+
+Image<float> Rectifier::left(const Image<float>& raw) const {
+  return remap(raw, maps_->left, maps_->left_fractions, cv::INTER_NEAREST);
 }
 
 Image<std::uint8_t> Rectifier::right(const Image<std::uint8_t>& raw) const {
-  return remap(raw, maps_->right, maps_->right_fractions);
+  return remap(raw, maps_->right, maps_->right_fractions, cv::INTER_LINEAR);
 }
 
 }  // namespace stereogrid::io

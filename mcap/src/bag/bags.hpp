@@ -17,6 +17,10 @@ namespace stereogrid::mcap {
 [[nodiscard]] std::unique_ptr<Bag> open_folder_bag(const std::filesystem::path& path);
 
 /// An .mcap or a .db3, by its first bytes.
+[[nodiscard]] std::unique_ptr<Bag> open_unpacked_bag(const std::filesystem::path& path);
+/// The same compressed with zstd: unpacked into the folder of temporary files, where only the open file keeps it.
+[[nodiscard]] std::unique_ptr<Bag> open_packed_bag(const std::filesystem::path& path);
+/// Any of them.
 [[nodiscard]] std::unique_ptr<Bag> open_file_bag(const std::filesystem::path& path);
 
 /// The topic of this name, type and encoding among `topics`, where it is added if it is new: its index, which is what

@@ -45,16 +45,16 @@ Metadata parse_metadata(const fs::path& folder, const std::string& text, const s
     metadata.parts.push_back(folder / fs::path{part.as<std::string>()}.filename());
   }
   const std::string mode{lower(bag["compression_mode"].as<std::string>(""))};
-  if (mode == "file") {
-    throw InputError{
-        name, "the files of the bag are compressed as a whole (compression_mode: FILE).",
-        "Unpack them (zstd -d FILE) and name one of what comes out, or convert the bag (ros2 bag convert)."};
-  }
   metadata.are_messages_packed = mode == "message";
   const std::string format{bag["compression_format"].as<std::string>("")};
-  if (metadata.are_messages_packed && format != "zstd") {
-    throw InputError{name, "the messages are compressed in another way than by zstd (compression_format).",
+  if ((metadata.are_messages_packed || mode == "file") && format != "zstd") {
+    throw InputError{name, fmt::format("the compression_format is '{}' (allowed: zstd).", io::printable(format)),
                      "Convert the bag (ros2 bag convert)."};
+  }
+  for (fs::path& part : metadata.parts) {
+    std::error_code error;
+    const fs::path packed{part.string() + ".zstd"};
+    if (mode == "file" && !fs::exists(part, error) && fs::exists(packed, error)) part = packed;
   }
   return metadata;
 }
@@ -63,7 +63,8 @@ Metadata parse_metadata(const fs::path& folder, const std::string& text, const s
 Metadata parts_without_metadata(const fs::path& folder) {
   Metadata metadata;
   for (const auto& entry : fs::directory_iterator{folder}) {
-    const fs::path extension{entry.path().extension()};
+    const bool is_packed{entry.path().extension() == ".zstd" || entry.path().extension() == ".zst"};
+    const fs::path extension{is_packed ? entry.path().stem().extension() : entry.path().extension()};
     if (extension == ".mcap" || extension == ".db3") metadata.parts.push_back(entry.path());
   }
   std::ranges::sort(metadata.parts);

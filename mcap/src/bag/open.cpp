@@ -3,17 +3,27 @@
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 #include <tuple>
 
 #include "bag/bags.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::mcap {
 namespace {
 
 constexpr std::string_view sqlite_magic{"SQLite format 3\0", 16};
 constexpr std::string_view zstd_magic{"\x28\xb5\x2f\xfd", 4};
+constexpr std::string_view ros1_magic{"#ROSBAG V"};
+
+std::string first_bytes_of(const std::filesystem::path& path) {
+  const FileInput file{path};
+  Bytes first(std::min<std::uint64_t>(file.size(), sqlite_magic.size()));
+  file.read(0, first);
+  return {reinterpret_cast<const char*>(first.data()), first.size()};
+}
 
 }  // namespace
 
@@ -30,19 +40,21 @@ std::uint16_t index_of(const Topic& topic, std::vector<Topic>& topics) {
   return static_cast<std::uint16_t>(index);
 }
 
-std::unique_ptr<Bag> open_file_bag(const std::filesystem::path& path) {
-  const FileInput file{path};
-  Bytes first(std::min<std::uint64_t>(file.size(), sqlite_magic.size()));
-  file.read(0, first);
-  const std::string_view text{reinterpret_cast<const char*>(first.data()), first.size()};
-  if (text.starts_with(magic)) return open_mcap_bag(path);
-  if (text == sqlite_magic) return open_db3_bag(path);
-  if (text.starts_with(zstd_magic)) {
-    throw InputError{file.name(), "is compressed as a whole (rosbag2's compression mode 'file').",
-                     "Unpack it (zstd -d FILE) and name what comes out."};
+std::unique_ptr<Bag> open_unpacked_bag(const std::filesystem::path& path) {
+  const std::string first{first_bytes_of(path)};
+  if (first.starts_with(magic)) return open_mcap_bag(path);
+  if (first == sqlite_magic) return open_db3_bag(path);
+  if (first.starts_with(ros1_magic)) {
+    throw InputError{io::printable_path(path), "is a bag of ROS 1, which is not read (allowed: bags of ROS 2).",
+                     "Convert it: pip install rosbags, then rosbags-convert --src FILE.bag --dst FOLDER."};
   }
-  throw InputError{file.name(), "is no recording: it begins neither as MCAP nor as SQLite, which rosbag2 writes.",
+  throw InputError{io::printable_path(path),
+                   "is no recording: it begins neither as MCAP nor as SQLite, which rosbag2 writes.",
                    "Name an .mcap, a .db3, or the folder of a bag."};
+}
+
+std::unique_ptr<Bag> open_file_bag(const std::filesystem::path& path) {
+  return first_bytes_of(path).starts_with(zstd_magic) ? open_packed_bag(path) : open_unpacked_bag(path);
 }
 
 std::unique_ptr<Bag> open_bag(const std::filesystem::path& path) {

@@ -18,15 +18,15 @@ TEST_F(Bags, WhatIsWrongWithTheCalibrationIsNamed) {
   using Infos = std::function<void(CameraInfo&, CameraInfo&)>;
   const auto with = [&](const Infos& spoil) { return entries({.spoil_infos = spoil}); };
   expect_complaint(entries({.has_infos = false}), "/left/camera_info: there is no CameraInfo for /left/image_rect");
-  expect_complaint(with([](CameraInfo& left, CameraInfo&) { left.k = {}; }), "not calibrated: K[0] is 0");
+  expect_complaint(with([](CameraInfo& left, CameraInfo&) { left.k = {}, left.p = {}; }),
+                   "not calibrated: K[0] and P[0] are 0");
   expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[3] = 0; }), "the baseline is zero");
   expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[3] = 32; }), "a negative baseline");
   expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[3] = std::nan(""); }), "numbers that are none");
   expect_complaint(with([](CameraInfo& left, CameraInfo& right) { left.width = right.width = 320; }),
                    "is for images of 320×100 px, but the images have 160×100");
   expect_complaint(with([](CameraInfo& left, CameraInfo&) { left.width = 0; }), "is for images of 0×100 px");
-  expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[2] += 5; }),
-                   "another focal length or centre along u in 'P'");
+  expect_complaint(with([](CameraInfo&, CameraInfo& right) { right.p[0] += 0.5; }), "another focal length in 'P'");
   expect_complaint(
       entries({.left = "/left/image_raw",
                .right = "/right/image_raw",
@@ -81,7 +81,7 @@ TEST_F(Bags, ImagesThatCannotBeAreLeftOut) {
       {[](auto& image) { image.encoding = "mono16", image.width = 80, image.step = 161; }, "161 bytes a row hold no"},
       {[](auto& image) { image.width = 4'000'000'000; }, "4000000000×100 px"},
       {[](auto& image) { image.height = 0; }, "160×0 px"},
-      {[](auto& image) { image.encoding = "yuv422"; }, "the encoding \"yuv422\" is not read"},
+      {[](auto& image) { image.encoding = "64FC1"; }, "the encoding \"64FC1\" is not read"},
       {[](auto& image) { image.width = 80; }, "160×100"}};
   for (const auto& [spoil, said] : ways) {
     write_mcap(bag(), with_left(spoil));

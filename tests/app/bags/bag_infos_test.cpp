@@ -38,6 +38,52 @@ TEST_F(BagInfos, OfBothCamerasMayBeOnOneTopic) {
   }
 }
 
+TEST_F(BagInfos, WithoutKArePOfRectifiedImages) {
+  write_mcap(bag(), entries({.left = "/left/image_mono",
+                             .right = "/right/image_mono",
+                             .spoil_infos = [](CameraInfo& left, CameraInfo& right) {
+                               for (CameraInfo* info : {&left, &right}) {
+                                 info->k = {};
+                                 info->r = {};
+                               }
+                             }}));
+  const Outcome outcome{run_bag(bag())};
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  expect_equal_runs(plain(), out());
+}
+
+TEST_F(BagInfos, OfBinnedAndCroppedImages) {
+  write_mcap(bag(), entries({.spoil_infos = [](CameraInfo& left, CameraInfo& right) {
+               for (CameraInfo* info : {&left, &right}) {  // 380×240 px, of which 320×200 from (20, 10), binned 2 × 2
+                 info->width = 380;
+                 info->height = 240;
+                 info->binning_x = info->binning_y = 2;
+                 info->roi.x_offset = 20;
+                 info->roi.y_offset = 10;
+                 info->roi.width = 320;
+                 info->roi.height = 200;
+                 for (const std::size_t i : {0, 3, 5}) info->p.at(i) *= 2;
+                 info->p[2] = 2 * info->p[2] + 0.5 + 20;
+                 info->p[6] = 2 * info->p[6] + 0.5 + 10;
+               }
+             }}));
+  const Outcome outcome{run_bag(bag())};
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  expect_equal_runs(plain(), out());
+}
+
+TEST_F(BagInfos, MayHaveCentresThatDiffer) {
+  write_mcap(bag(), entries({.spoil_infos = [](CameraInfo&, CameraInfo& right) { right.p[2] += 5; }}));
+  const Outcome outcome{run_bag(bag())};  // images of equal centres: all is nearer by 5 px
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  EXPECT_THAT(outcome.errors, HasSubstr("the right image is shifted"));
+  const Json rig(json_of(out() / "run.json")["rig"]);
+  const Json same(json_of(plain() / "run.json")["rig"]);
+  for (const char* const key : {"focal_px", "centre_u_px", "baseline_m"}) {
+    EXPECT_NEAR(rig[key].get<double>(), same[key].get<double>(), 1e-9) << key;
+  }
+}
+
 TEST_F(BagInfos, OfOneCameraAreNotTakenForBoth) {
   std::vector<Entry> all{images()};
   add(all, "/stereo/camera_info", info(false), "left");

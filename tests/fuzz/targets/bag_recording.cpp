@@ -65,6 +65,21 @@ class MemoryBag final : public mcap::Bag {
   std::vector<Entry> entries_;
 };
 
+/// Adds the second topic: right images, depth, disparities, or none beside images that hold both.
+void add_second(MemoryBag& bag, char kind, const std::string& images, const std::string& type, std::uint64_t log_ns,
+                std::string_view cdr) {
+  const bool is_compressed{(kind & 1) != 0};
+  const bool is_depth{(kind & 8) != 0};
+  const bool is_other{(kind & 64) != 0};
+  if (is_depth && is_other) {
+    bag.add("/disparity", "stereo_msgs/msg/DisparityImage", log_ns, cdr);
+  } else if (is_depth) {
+    bag.add(is_compressed ? "/depth/image_rect_raw/compressedDepth" : "/depth/image_rect_raw", type, log_ns, cdr);
+  } else if (!is_other) {
+    bag.add("/right" + images, type, log_ns, cdr);
+  }
+}
+
 /// Each message is recorded twice, which images without stamps make two pairs.
 std::unique_ptr<mcap::Bag> bag_of(Bytes input) {
   const auto parts{parts_of(input, 6)};
@@ -76,7 +91,7 @@ std::unique_ptr<mcap::Bag> bag_of(Bytes input) {
   const std::string transport{is_compressed ? "/compressed" : ""};
   for (const std::uint64_t log_ns : {1, 2}) {
     bag->add("/left" + images + transport, image_type, log_ns, parts[1]);
-    bag->add("/right" + images + transport, image_type, log_ns, parts[2]);
+    add_second(*bag, kind, images + transport, image_type, log_ns, parts[2]);
     bag->add("/left/camera_info", "sensor_msgs/msg/CameraInfo", log_ns, parts[3]);
     bag->add("/right/camera_info", "sensor_msgs/msg/CameraInfo", log_ns, parts[4]);
     if ((kind & 4) != 0) bag->add("/odom", "nav_msgs/msg/Odometry", log_ns, parts[5]);
@@ -92,7 +107,10 @@ void check(const io::Recording& recording) {
     const StereoFrame frame{recording.load(0)};
     require(frame.left.width() == recording.rig().width_px && frame.left.height() == recording.rig().height_px,
             "an image that is not of the rig's size");
-    require(frame.right.size() == frame.left.size(), "images of two sizes");
+    require(frame.right.size() == (recording.gives_disparities() ? 0 : frame.left.size()), "images of two sizes");
+    require(frame.disparity.size() == (recording.gives_disparities() ? frame.left.size() : 0),
+            "disparities of another size");
+    for (const float d : frame.disparity) require(std::isfinite(d) && d >= 0, "a disparity that is none");
   });
 }
 

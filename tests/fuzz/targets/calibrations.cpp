@@ -49,6 +49,14 @@ void calibration_opencv(Bytes input) {
   read_in_all_ways(folder, "extrinsics.yml");
 }
 
+void calibration_other(Bytes input) {
+  static const Folder folder;
+  for (const char* const name : {"other.txt", "other.yml"}) {
+    folder.write(name, text_of(input));
+    read_in_all_ways(folder, name);
+  }
+}
+
 void calibration_ros(Bytes input) {
   static const Folder folder;
   const auto files{parts_of(input, 2)};

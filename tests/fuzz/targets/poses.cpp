@@ -52,6 +52,21 @@ void poses_csv(Bytes input) {
   require(io::read_file(folder / "once.csv") == io::read_file(folder / "twice.csv"), "poses change when written");
 }
 
+void poses_tum(Bytes input) {
+  static const Folder folder;
+  const auto path{folder.write("poses.txt", text_of(input))};
+  accepts([&] {
+    static_cast<void>(io::is_tum_trajectory(path));
+    std::vector<std::int64_t> stamps_ns;
+    for (const io::StampedPose& pose : io::read_tum_poses(path)) {
+      check_pose(pose.world_from_vehicle);
+      stamps_ns.push_back(pose.stamp_ns);
+    }
+    check_growing(stamps_ns);
+  });
+  accepts([&] { static_cast<void>(io::read_euroc_stamps(path)); });
+}
+
 void poses_kitti(Bytes input) {
   static const Folder folder;
   const auto path{folder.write("poses.txt", text_of(input))};

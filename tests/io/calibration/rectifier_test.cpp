@@ -242,5 +242,19 @@ TEST_F(RawPairOnDisk, Complaints) {
   refused("image: {width_px: 641, height_px: 479}\n", "", {"no 'image' size"});
 }
 
+TEST(RectifierOfRowAlignedPairs, TheRightImageIsShiftedByWholePixels) {
+  RawPair raw;
+  raw.left = {100, 100, 31, 20, {}};
+  raw.right = {100, 100, 36, 20, {}};
+  raw.right_from_left_translation_m = {-0.25, 0, 0};
+  const StereoFrame frame{textured_pair(64, 40, 3)};
+  const Rectifier rectifier{raw, 64, 40};
+  EXPECT_EQ(rectifier.rig().focal_px, 100);
+  EXPECT_EQ(rectifier.rig().centre_u_px, 31);
+  EXPECT_EQ(rectifier.left(frame.left), frame.left);
+  const Image<std::uint8_t> right{rectifier.right(frame.right)};
+  for (int u{0}; u + 5 < 64; ++u) EXPECT_EQ(right.row(7)[u], frame.right.row(7)[u + 5]) << u;
+}
+
 }  // namespace
 }  // namespace stereogrid::io::testing

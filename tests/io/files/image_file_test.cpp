@@ -114,6 +114,21 @@ TEST(ImageFile, Jpeg) {
   EXPECT_NEAR(grey(20, 20), 120, 2);
 }
 
+TEST(ImageFile, WebpAndTiffWithoutLossAreWhatThePngIs) {
+  const TemporaryFolder folder;
+  const Image<std::uint8_t> image{textured_pair(40, 30, 0).left};
+  const cv::Mat mat{30, 40, CV_8UC1, const_cast<uchar*>(image.data())};
+  cv::imwrite((folder / "a.webp").string(), mat, {cv::IMWRITE_WEBP_QUALITY, 101});
+  cv::imwrite((folder / "a.tiff").string(), mat);
+  EXPECT_EQ(read_grey(folder / "a.webp"), image);
+  EXPECT_EQ(read_grey(folder / "a.tiff"), image);
+  const std::string whole{read_file(folder / "a.webp")};
+  for (std::size_t length{0}; length < whole.size(); length += 1 + length / 40) {
+    put(folder / "cut", whole.substr(0, length));
+    expect_complaint([&] { static_cast<void>(read_grey(folder / "cut")); }, {"cut"});
+  }
+}
+
 TEST(ImageFile, EveryTruncationIsSeenInSilence) {
   const TemporaryFolder folder;
   const StereoFrame frame{textured_pair(40, 30, 0)};

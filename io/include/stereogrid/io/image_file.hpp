@@ -25,8 +25,8 @@ struct ScaledImage {
   int bits{8};  ///< sample_bits: white stands for the largest number of so many bits
 };
 
-// All readers take PNG, PGM/PPM and JPEG, told apart by content, and throw InputError where the file is missing,
-// truncated, damaged or no such image.
+// All readers take PNG, PGM/PPM, JPEG, WebP and TIFF, told apart by content, and throw InputError where the file is
+// missing, truncated, damaged or no such image.
 
 /// Reads an image as 8-bit grey; colour becomes luma. Sensors store 10, 12 or 14 bits in 16: `bits` (8–16) says how
 /// many of a 16-bit file carry the picture, so that all frames of a drive share one scale; brighter values saturate. 0:
@@ -45,6 +45,9 @@ struct ScaledImage {
 
 /// Reads a one-channel image without scaling; 8-bit values are widened. Throws InputError for colour.
 [[nodiscard]] STEREOGRID_EXPORT Image<std::uint16_t> read_u16(const std::filesystem::path& path);
+
+/// The same of a file's bytes; `name`: for complaints.
+[[nodiscard]] STEREOGRID_EXPORT Image<std::uint16_t> decode_u16(const std::string& name, std::string bytes);
 
 /// Reads an image as 8-bit colour; grey becomes R = G = B, 16 bits lose their lower half.
 [[nodiscard]] STEREOGRID_EXPORT RgbImage read_rgb(const std::filesystem::path& path);

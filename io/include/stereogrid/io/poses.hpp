@@ -53,6 +53,14 @@ struct StampedPose {
   Pose2 world_from_vehicle;
 };
 
+/// True: the first line that is no comment has the 8 numbers of TUM's format.
+[[nodiscard]] STEREOGRID_EXPORT bool is_tum_trajectory(const std::filesystem::path& path);
+
+/// TUM's format, "timestamp tx ty tz qx qy qz qw" with stamps in seconds and # comments: world_from_camera (x right, y
+/// down, z forward) in any world. Poses are relative to the first camera, projected on the plane of its x and z axes.
+/// Complains of quaternions whose length is not 1, and of stamps that do not grow.
+[[nodiscard]] STEREOGRID_EXPORT std::vector<StampedPose> read_tum_poses(const std::filesystem::path& path);
+
 /// The poses at other instants: between the two around each, position linear, heading along the shorter arc. Up to one
 /// usual (median) interval before the first and behind the last pose, motion is carried on. `poses`: stamps grow.
 /// Throws InputError naming `source` where that does not reach, or there are fewer than two poses.
@@ -80,7 +88,8 @@ struct OxtsTimes {
 };
 [[nodiscard]] STEREOGRID_EXPORT OxtsTimes read_oxts_times(const std::filesystem::path& folder);
 
-/// The pose file of a folder: poses.csv, poses_gt.txt, poses.txt, poses_vo.txt, then any other poses*.txt.
+/// The pose file of a folder: poses.csv, poses_gt.txt, poses.txt, poses_vo.txt, then any other poses*.txt,
+/// then groundtruth.txt, trajectory.txt and CameraTrajectory.txt in TUM's format.
 struct PoseChoice {
   std::filesystem::path file;
   std::vector<std::filesystem::path> others;  ///< also there, not taken

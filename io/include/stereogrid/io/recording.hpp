@@ -18,6 +18,9 @@
 
 namespace stereogrid::io {
 
+/// Where both cameras' images are: in images of their own, or as halves of one.
+enum class ImageLayout { separate, side_by_side, top_bottom };
+
 /// What the user said about the input.
 struct InputArguments {
   std::vector<std::filesystem::path> paths;          ///< a folder, or LEFT and RIGHT image files
@@ -25,7 +28,10 @@ struct InputArguments {
   std::string poses;  ///< a file; "file": the input's own; "none"; "odometry"; "": the input's own if there are any,
                       ///< else odometry
   std::optional<std::filesystem::path> disparities{};  ///< folder of disparity images to take instead of right images
+  std::optional<std::filesystem::path> depth{};        ///< folder of depth images to take instead of right images
+  double depth_units_per_m{1000};                      ///< of depth in whole numbers
   std::optional<std::filesystem::path> mask{};         ///< image for read_mask, instead of the calibration's
+  std::optional<ImageLayout> layout{};                 ///< of images that show both cameras; none: found
 };
 
 /// A frame of a recording as it lies on the disk.
@@ -47,11 +53,17 @@ struct ImagePair {
   Image<std::uint8_t> right;
   int left_bits{8};
   int right_bits{8};
+  Image<float> depth_m{};  ///< instead of `right`: along the axis of the camera, per pixel of `left`; 0 = none
 };
 
 /// Brings both images of 16-bit samples to one scale: `usual_bits`, that of the recording, or less for a dark pair (the
 /// brightest pixel keeps at least 32 levels), or more for a brighter pair (nothing saturates). 8-bit samples stay.
 STEREOGRID_EXPORT void share_scale(ImagePair& pair, int usual_bits);
+
+/// Cuts an image of `bits` that shows both cameras; the left one is at the left or at the top. Throws InputError: a
+/// size that cannot be halved. `name`: for complaints.
+[[nodiscard]] STEREOGRID_EXPORT ImagePair split_pair(const Image<std::uint8_t>& image, int bits, ImageLayout layout,
+                                                     const std::string& name);
 
 /// Images that do not lie in files of their own.
 class STEREOGRID_EXPORT ImageStore {
@@ -77,6 +89,7 @@ struct ForeignRecording {
   int sample_bits{8};                      ///< as RecordingContents::sample_bits
   std::optional<Calibration> calibration;  ///< none: InputArguments has one
   std::vector<StampedPose> poses;          ///< stamps grow; fewer than two: none
+  std::string external{};                  ///< as RecordingContents::external; there: the images come with depth
   std::string poses_source;                ///< their topic, or why none are used; empty: nothing to say
   std::vector<std::string> notes;
   std::vector<std::string> warnings;
@@ -99,6 +112,10 @@ struct RecordingContents {
   std::vector<std::string> notes;     ///< what was chosen: calibration, poses, stamps
   std::vector<std::string> warnings;  ///< what is wrong but does not stop the recording
   std::string poses_source{};         ///< as ForeignRecording::poses_source
+  std::string external{};             ///< source of disparities or depth instead of right images; empty: right images
+  bool has_depth{false};              ///< `external` gives depth: of the left images before rectification
+  double depth_units_per_m{1000};     ///< of depth files in whole numbers
+  ImageLayout layout{ImageLayout::separate};
 };
 
 /// A recorded drive. Opened by open_recording.
@@ -111,8 +128,9 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
   [[nodiscard]] std::size_t size() const override { return contents_.frames.size(); }
   [[nodiscard]] std::string name(std::size_t index) const override { return contents_.frames.at(index).name; }
   /// Reads, checks and (raw pairs) rectifies a frame. Disparities are taken as they are: they belong to the rectified
-  /// left image. Throws InputError: an image was missing when the recording was opened, is damaged, of another size.
-  /// Throws DeviceError: an image was there and cannot be opened or read now; trying again may help.
+  /// left image. Depth belongs to the left image as it was recorded and becomes disparity. Throws InputError: an image
+  /// was missing when the recording was opened, is damaged, of another size. Throws DeviceError: an image was there and
+  /// cannot be opened or read now; trying again may help.
   [[nodiscard]] StereoFrame load(std::size_t index) const override;
   /// The same but as the images lie there: those of a raw pair are not rectified, and may have another size than it.
   [[nodiscard]] StereoFrame load_unrectified(std::size_t index) const;
@@ -122,7 +140,7 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
   [[nodiscard]] const RecordingContents& contents() const { return contents_; }
   [[nodiscard]] bool has_poses() const { return !contents_.poses_file.empty(); }
   [[nodiscard]] bool has_scans() const;
-  [[nodiscard]] bool gives_disparities() const { return !contents_.disparities.empty(); }
+  [[nodiscard]] bool gives_disparities() const { return !contents_.external.empty(); }
   [[nodiscard]] bool has_truth() const { return !contents_.truth_folder.empty(); }
 
  private:

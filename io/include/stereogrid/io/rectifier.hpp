@@ -25,6 +25,8 @@ class STEREOGRID_EXPORT Rectifier {
 
   /// Size as given at construction. Safe to call from several threads.
   [[nodiscard]] Image<std::uint8_t> left(const Image<std::uint8_t>& raw) const;
+  /// Nearest value: there is none between depths.
+  [[nodiscard]] Image<float> left(const Image<float>& raw) const;
   [[nodiscard]] Image<std::uint8_t> right(const Image<std::uint8_t>& raw) const;
 
  private:

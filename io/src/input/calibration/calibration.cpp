@@ -6,11 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <opencv2/core/matx.hpp>
 
-#include "input/calibration/calibration_files.hpp"
 #include "input/calibration/calibration_forms.hpp"
+#include "input/calibration/raw_pair.hpp"
 #include "input/poses/kitti_text.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
@@ -28,15 +27,16 @@ std::string text_of(double number) {
   return fmt::format("{:.6g}", number);
 }
 
-/// The optical part of a rig from two 3 × 4 projection matrices, row-major.
-Rig rig_of(const std::string& file, const std::vector<double>& left, const std::vector<double>& right) {
+/// The optical part of a pair from two 3 × 4 projection matrices, row-major.
+void take_projections(Calibration& calibration, const std::string& file, const std::vector<double>& left,
+                      const std::vector<double>& right) {
   if (std::abs(left[0] - left[5]) > 0.01 * std::abs(left[0])) {
     throw InputError{file, "has focal lengths " + text_of(left[0]) + " and " + text_of(left[5]) + " px along u and v.",
                      "A rectified pair has one; use the rectified projections."};
   }
   const auto differ{[&](std::size_t i) { return std::abs(left[i] - right[i]) > 0.01; }};
-  if (differ(0) || differ(2) || differ(5) || differ(6)) {
-    throw InputError{file, "gives the two cameras different focal lengths or centres.",
+  if (differ(0) || differ(5) || differ(6)) {
+    throw InputError{file, "gives the two cameras different focal lengths or rows (cy).",
                      "A rectified pair has them alike; use the rectified projections."};
   }
   Rig rig;
@@ -44,7 +44,7 @@ Rig rig_of(const std::string& file, const std::vector<double>& left, const std::
   rig.centre_u_px = left[2];
   rig.centre_v_px = left[6];
   rig.baseline_m = left[0] > 0 ? (left[3] - right[3]) / left[0] : 0;
-  return rig;
+  take_row_aligned(calibration, rig, right[2]);
 }
 
 Transform transform_of(const std::string& file, const cv::Matx44d& matrix) {
@@ -72,7 +72,7 @@ Calibration read_odometry(const std::filesystem::path& path, const KittiText& te
   const auto& right{text.get(pair == KittiPair::grey ? "P1" : "P3", 12)};
   Calibration calibration;
   calibration.kind = "KITTI odometry";
-  calibration.rig = rig_of(printable_path(path), left, right);
+  take_projections(calibration, printable_path(path), left, right);
   for (const char* const key : {"Tr", "Tr_velo_cam", "Tr_velo_to_cam"}) {
     if (!text.has(key)) continue;
     cv::Matx44d cam0_from_velodyne{text.transform(key)};
@@ -92,7 +92,7 @@ Calibration read_raw_drive(const std::filesystem::path& path, const KittiText& t
   const auto& right{text.get(pair == KittiPair::grey ? "P_rect_01" : "P_rect_03", 12)};
   Calibration calibration;
   calibration.kind = "KITTI raw";
-  calibration.rig = rig_of(printable_path(path), left, right);
+  take_projections(calibration, printable_path(path), left, right);
   const auto& size{text.get("S_rect_" + left_key, 2)};
   if (!(size[0] >= 1 && size[0] <= most_px && size[1] >= 1 && size[1] <= most_px)) {
     throw InputError{printable_path(path), "has an image size in line 'S_rect_" + left_key + "' that is none.",
@@ -117,31 +117,7 @@ Calibration read_kitti_calibration(const std::filesystem::path& path, KittiPair 
   if (text.has("P_rect_00") || text.has("P_rect_02")) return read_raw_drive(path, text, pair);
   if (text.has("P0") || text.has("P2") || text.has("P1")) return read_odometry(path, text, pair);
   throw InputError{printable_path(path), "is no calibration that is known.",
-                   "It is YAML (docs/input.md), a calib.txt with P0 and P1, or a calib_cam_to_cam.txt."};
-}
-
-Calibration read_form(const std::vector<std::filesystem::path>& paths, const CalibrationRequest& request) {
-  const std::filesystem::path& path{paths.front()};
-  if (path.extension() != ".yaml" && path.extension() != ".yml") return read_kitti_calibration(path, request.pair);
-  const YamlGroup root{read_yaml(path)};
-  const auto has_any{[&](std::initializer_list<const char*> keys) {
-    return std::ranges::any_of(keys, [&](const char* key) { return root.has(key); });
-  }};
-  if (has_any({"cam0", "cam1"})) return read_kalibr_calibration(root, request);
-  if (has_any({"camera_matrix", "projection_matrix"})) {
-    const FilePair files{paths.size() == 2 ? FilePair{paths[0], paths[1]} : left_and_right(path)};
-    return read_ros_calibration(read_yaml(files.first), read_yaml(files.second), request);
-  }
-  if (has_any({"K", "k"}) && has_any({"P", "p"})) {
-    root.fail("is a CameraInfo message of ROS, not a calibration file.",
-              "Give the files that camera_calibration has written, left.yaml and right.yaml (docs/input.md).");
-  }
-  if (has_any({"M1", "M2"}) && has_any({"R", "T"})) return read_opencv_calibration(root, root, request);
-  if (has_any({"M1", "M2", "R", "T"})) {
-    const FilePair files{paths.size() == 2 ? FilePair{paths[0], paths[1]} : intrinsics_and_extrinsics(path)};
-    return read_opencv_calibration(read_yaml(files.first), read_yaml(files.second), request);
-  }
-  return read_own_calibration(root, path, request);
+                   "docs/input.md has the formats that are read; KITTI's calib.txt has P0 and P1."};
 }
 
 Calibration read_calibration(const std::filesystem::path& path, int width_px, int height_px, KittiPair pair) {

@@ -11,6 +11,7 @@
 #include <system_error>
 #include <vector>
 
+#include "input/calibration/calibration_forms.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
 
@@ -24,7 +25,7 @@ struct Words {
   const char* second;
 };
 
-constexpr Words sides[]{{"left", "right"}, {"Left", "Right"}, {"LEFT", "RIGHT"}};
+constexpr Words sides[]{{"left", "right"}, {"Left", "Right"}, {"LEFT", "RIGHT"}, {"cam0", "cam1"}};
 constexpr Words parts[]{{"intrinsic", "extrinsic"}};
 
 /// The last place counts: "left" may be a part of a longer name.
@@ -41,6 +42,14 @@ std::optional<fs::path> exchanged(const fs::path& path, const char* from, const 
     return folder.parent_path() / *name / path.filename();
   }
   return std::nullopt;
+}
+
+/// Names of two halves.
+bool are_halves(const fs::path& one, const fs::path& other) {
+  const auto is_pair{[&](const Words& words) {
+    return exchanged(one, words.first, words.second) == other || exchanged(one, words.second, words.first) == other;
+  }};
+  return std::ranges::any_of(sides, is_pair) || std::ranges::any_of(parts, is_pair);
 }
 
 FilePair pair_of(const fs::path& either, std::span<const Words> all) {
@@ -76,6 +85,32 @@ void add_named(const fs::path& folder, std::span<const char* const> words, std::
   }
 }
 
+constexpr std::string_view text_extensions[]{".yaml", ".yml", ".xml", ".json", ".txt", ".conf"};
+
+/// Files of any name in which a reader finds a calibration. Of two that belong together, the first.
+std::vector<fs::path> recognised_in(const fs::path& folder) {
+  std::vector<fs::path> found;
+  std::string others;
+  std::error_code error;
+  for (fs::directory_iterator entry{folder, error}; !error && entry != fs::directory_iterator{};
+       entry.increment(error)) {
+    const fs::path& path{entry->path()};
+    if (std::ranges::find(text_extensions, path.extension().string()) == std::end(text_extensions)) continue;
+    if (is_calibration_of_other_tool(path)) {
+      found.push_back(path);
+    } else if (path.extension() != ".txt") {
+      others += (others.empty() ? "" : ", ") + printable_path(path.filename());
+    }
+  }
+  std::ranges::sort(found);
+  if (found.size() == 2 && are_halves(found[0], found[1])) found.pop_back();
+  if (!found.empty() || others.empty()) return found;
+  throw InputError{
+      printable_path(folder),
+      fmt::format("there is no calibration that is known; {} is there, without the keys of two cameras.", others),
+      "Put a calibration.yaml there, or name a file with --calibration. docs/input.md has all formats."};
+}
+
 }  // namespace
 
 FilePair left_and_right(const fs::path& either) {
@@ -93,6 +128,7 @@ fs::path find_calibration_in(const fs::path& folder) {
   add_named(folder, in_root, found);
   add_named(folder / "camera_info", std::span{in_root}.first(3), found);
   add_named(folder / "left", beside_images, found);
+  if (found.empty()) found = recognised_in(folder);
   if (found.empty()) return {};
   if (found.size() == 1) return found.front();
   std::ranges::sort(found);

@@ -20,6 +20,9 @@ struct FilePair {
 /// The same for OpenCV's intrinsics.yml and extrinsics.yml.
 [[nodiscard]] FilePair intrinsics_and_extrinsics(const std::filesystem::path& either);
 
+/// The second camera of a EuRoC folder is the left one, as both T_BS say. False where they cannot be read.
+[[nodiscard]] bool is_cam0_right(const std::filesystem::path& cam0, const std::filesystem::path& cam1);
+
 /// The calibration that another tool has written into a folder: LEFT.yaml there, in camera_info/ or as
 /// left/camera_info.yaml, extrinsics.yml, or camchain.yaml. Empty: none. Throws InputError where there are several.
 [[nodiscard]] std::filesystem::path find_calibration_in(const std::filesystem::path& folder);

@@ -30,15 +30,43 @@ struct CalibrationRequest {
 /// Any file that other tools write, or calibration.yaml, told apart by content. `paths`: one file, or left and right.
 [[nodiscard]] Calibration read_form(const std::vector<std::filesystem::path>& paths, const CalibrationRequest& request);
 
+/// The keys of a file in any notation: YAML, JSON, OpenCV's XML, ZED's and Middlebury's texts, ost.txt.
+[[nodiscard]] YamlGroup read_calibration_tree(const std::filesystem::path& path);
+
+/// True: read_form() has a reader for the file. False where it cannot be read, too.
+[[nodiscard]] bool is_calibration_of_other_tool(const std::filesystem::path& path);
+
 /// Either form of calibration.yaml, or one that names a file of another tool.
 [[nodiscard]] Calibration read_own_calibration(const YamlGroup& root, const std::filesystem::path& path,
                                                const CalibrationRequest& request);
 [[nodiscard]] Calibration read_kitti_calibration(const std::filesystem::path& path, KittiPair pair);
 [[nodiscard]] Calibration read_ros_calibration(const YamlGroup& left, const YamlGroup& right,
                                                const CalibrationRequest& request);
+/// Which parts of OpenCV's stereoCalibrate a file has, under any of the usual names.
+struct OpencvParts {
+  bool has_intrinsics;
+  bool has_extrinsics;
+};
+[[nodiscard]] OpencvParts opencv_parts(const YamlGroup& root);
 /// Both may be the same file.
 [[nodiscard]] Calibration read_opencv_calibration(const YamlGroup& intrinsics, const YamlGroup& extrinsics,
                                                   const CalibrationRequest& request);
 [[nodiscard]] Calibration read_kalibr_calibration(const YamlGroup& root, const CalibrationRequest& request);
+
+// forms/: a file per tool
+
+[[nodiscard]] Calibration read_basalt_calibration(const YamlGroup& root, const CalibrationRequest& request);
+[[nodiscard]] Calibration read_depthai_calibration(const YamlGroup& root, const CalibrationRequest& request);
+/// sensor.yaml of both cameras of an ASL folder (EuRoC).
+[[nodiscard]] Calibration read_euroc_calibration(const YamlGroup& cam0, const YamlGroup& cam1,
+                                                 const CalibrationRequest& request);
+/// calib.txt of Middlebury's and ETH3D's pairs.
+[[nodiscard]] Calibration read_middlebury_calibration(const YamlGroup& root, const CalibrationRequest& request);
+/// Settings of ORB-SLAM2 and ORB-SLAM3 for stereo cameras.
+[[nodiscard]] Calibration read_orbslam_calibration(const YamlGroup& root, const CalibrationRequest& request);
+/// SN*.conf of a ZED camera.
+[[nodiscard]] Calibration read_zed_calibration(const YamlGroup& root, const CalibrationRequest& request);
+/// True: the file has the camera of VINS, without a baseline.
+[[nodiscard]] bool is_vins_camera(const YamlGroup& root);
 
 }  // namespace stereogrid::io

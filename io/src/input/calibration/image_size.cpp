@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "input/calibration/raw_pair.hpp"
+#include "vision/rectification.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -188,7 +189,9 @@ void fit_size(Calibration& calibration, const Origin& origin, const CalibrationR
     };
     const CameraModel& left{calibration.raw->left};
     const CameraModel& right{calibration.raw->right};
-    const bool are_equal{left.centre_u_px == right.centre_u_px && left.centre_v_px == right.centre_v_px};
+    const bool is_left_enough{is_row_aligned(*calibration.raw)};  // cx of the right one includes the disparity offset
+    const bool are_equal{is_left_enough ||
+                         (left.centre_u_px == right.centre_u_px && left.centre_v_px == right.centre_v_px)};
     check(left, are_equal ? "" : "left camera's ");
     if (!are_equal) check(right, "right camera's ");
   } else {

@@ -29,26 +29,10 @@ void check_distortion(const CameraModel& camera, const Origin& origin) {
   }
 }
 
-bool is_alike(double a, double b) {
-  constexpr double alike_px{0.01};
-  return std::abs(a - b) <= alike_px;
-}
-
 /// Cameras that see what a rectified pair sees: turning and bending them would change nothing.
 bool is_rectified(const RawPair& raw) {
-  const auto is_plain{[](const CameraModel& camera) {
-    return camera.lens == LensModel::perspective && is_alike(camera.focal_u_px, camera.focal_v_px) &&
-           std::ranges::all_of(camera.distortion, [](double number) { return number == 0; });
-  }};
-  const CameraModel& a{raw.left};
-  const CameraModel& b{raw.right};
-  const bool are_equal{is_alike(a.focal_u_px, b.focal_u_px) && is_alike(a.centre_u_px, b.centre_u_px) &&
-                       is_alike(a.centre_v_px, b.centre_v_px)};
-  constexpr double turn_max{1e-6};
-  const cv::Matx33d turn{raw.right_from_left_rotation.data()};
-  const auto& t{raw.right_from_left_translation_m};
-  return is_plain(a) && is_plain(b) && are_equal && cv::norm(turn - cv::Matx33d::eye(), cv::NORM_INF) < turn_max &&
-         std::hypot(t[1], t[2]) < turn_max * -t[0];
+  constexpr double alike_px{0.01};
+  return is_row_aligned(raw) && std::abs(raw.left.centre_u_px - raw.right.centre_u_px) <= alike_px;
 }
 
 }  // namespace
@@ -91,6 +75,23 @@ void set_transform(RawPair& raw, const cv::Matx33d& rotation, const cv::Vec3d& t
   std::copy_n(translation_m.val, 3, raw.right_from_left_translation_m.begin());
 }
 
+void take_row_aligned(Calibration& calibration, const Rig& optics, double right_centre_u_px) {
+  constexpr double alike_px{0.01};
+  Rig& rig{calibration.rig};
+  rig.focal_px = optics.focal_px;
+  rig.centre_u_px = optics.centre_u_px;
+  rig.centre_v_px = optics.centre_v_px;
+  rig.baseline_m = optics.baseline_m;
+  if (std::abs(right_centre_u_px - rig.centre_u_px) <= alike_px) return;
+  RawPair& raw{calibration.raw.emplace()};
+  raw.left = {rig.focal_px, rig.focal_px, rig.centre_u_px, rig.centre_v_px, {}};
+  raw.right = {rig.focal_px, rig.focal_px, right_centre_u_px, rig.centre_v_px, {}};
+  raw.right_from_left_translation_m = {-rig.baseline_m, 0, 0};
+  calibration.notes.push_back(fmt::format(
+      "centres: cx is {:.6g} px in the left image and {:.6g} px in the right one: the right image is shifted",
+      rig.centre_u_px, right_centre_u_px));
+}
+
 void take_unit(Calibration& calibration, const Origin& origin, const CalibrationRequest& request) {
   constexpr double shortest_m{1e-3};
   constexpr double longest_m{5};
@@ -101,9 +102,8 @@ void take_unit(Calibration& calibration, const Origin& origin, const Calibration
     if (calibration.raw) {
       set_transform(*calibration.raw, cv::Matx33d{calibration.raw->right_from_left_rotation.data()},
                     t * (*request.baseline_m / length));
-    } else {
-      calibration.rig.baseline_m = *request.baseline_m;
     }
+    calibration.rig.baseline_m = *request.baseline_m;
     return;
   }
   if (length == 0 || (length >= shortest_m && length <= longest_m)) return;
@@ -128,7 +128,7 @@ void take_rig_of_raw(Calibration& calibration, const Origin& origin, const Calib
     calibration.raw.reset();
     return;
   }
-  if (rig.width_px == 0) origin.fail("has no 'image' size, which a raw pair needs.");
+  if (rig.width_px == 0 && !is_row_aligned(raw)) origin.fail("has no 'image' size, which a raw pair needs.");
   try {
     const Rig rectified{rectify(raw, rig.width_px, rig.height_px).rig};
     rig.focal_px = rectified.focal_px;
@@ -140,6 +140,19 @@ void take_rig_of_raw(Calibration& calibration, const Origin& origin, const Calib
   } catch (const cv::Exception&) {  // numbers that contradict each other in ways that are not foreseen here
     origin.fail("holds a raw pair that cannot be rectified.");
   }
+}
+
+void take_pair(Calibration& calibration, const CameraModel& left, const CameraModel& right,
+               const cv::Matx44d& right_from_left, const Origin& origin, const CalibrationRequest& request) {
+  check_camera(left, origin);
+  check_camera(right, origin);
+  RawPair& raw{calibration.raw.emplace()};
+  raw.left = left;
+  raw.right = right;
+  set_transform(raw, right_from_left.get_minor<3, 3>(0, 0),
+                {right_from_left(0, 3), right_from_left(1, 3), right_from_left(2, 3)});
+  take_unit(calibration, origin, request);
+  take_rig_of_raw(calibration, origin, request);
 }
 
 }  // namespace stereogrid::io

@@ -24,6 +24,9 @@ void check_camera(const CameraModel& camera, const Origin& origin);
 
 void set_transform(RawPair& raw, const cv::Matx33d& rotation, const cv::Vec3d& translation_m);
 
+/// A pair with the optics of a rectified one, but another cx of the right camera: `raw` where it differs.
+void take_row_aligned(Calibration& calibration, const Rig& optics, double right_centre_u_px);
+
 /// Of a file of another tool: takes the baseline that was measured, if one is given; else throws InputError where that
 /// of the file is in another unit than metres.
 void take_unit(Calibration& calibration, const Origin& origin, const CalibrationRequest& request);
@@ -31,5 +34,9 @@ void take_unit(Calibration& calibration, const Origin& origin, const Calibration
 /// Finds the rig of a raw pair, and drops `raw` where the pair is rectified as it is. Width and height of the rig may
 /// be 0.
 void take_rig_of_raw(Calibration& calibration, const Origin& origin, const CalibrationRequest& request);
+
+/// Rig and unit of a pair whose extrinsics are a rigid transform of points of the left camera into the right one.
+void take_pair(Calibration& calibration, const CameraModel& left, const CameraModel& right,
+               const cv::Matx44d& right_from_left, const Origin& origin, const CalibrationRequest& request);
 
 }  // namespace stereogrid::io

@@ -122,18 +122,21 @@ double shift_of(const RosSide& left, const RosSide& right, const RosTerms& terms
                     "Tx of the right camera is −fx·baseline. " + std::string{calibrate_together} + terms.if_measured);
 }
 
-void take_rectified(Rig& rig, const RosSide& left, const RosSide& right, const RosTerms& terms, double shift_m) {
+void take_rectified(Calibration& calibration, const RosSide& left, const RosSide& right, const RosTerms& terms,
+                    double shift_m) {
   const auto& p{left.camera.p};
   const auto& q{right.camera.p};
-  if (std::abs(p[0] - q[0]) > alike_px || std::abs(p[2] - q[2]) > alike_px) {
-    right.origin.fail(
-        fmt::format("has another focal length or centre along u in '{}' than the left camera's.", terms.p),
-        "Rectify with equal centres (CALIB_ZERO_DISPARITY), or give the raw images.");
+  if (std::abs(p[0] - q[0]) > alike_px) {
+    right.origin.fail(fmt::format("has another focal length in '{}' ({:.6g} px) than the left camera ({:.6g} px).",
+                                  terms.p, q[0], p[0]),
+                      "Rectify both cameras to one focal length, or give the raw images.");
   }
+  Rig rig;
   rig.focal_px = p[0];
   rig.centre_u_px = p[2];
   rig.centre_v_px = p[6];
   rig.baseline_m = -shift_m;
+  take_row_aligned(calibration, rig, q[2]);
 }
 
 /// Points of both cameras before rectification: R of either takes them to the rectified one, x_rectified = R x.
@@ -173,7 +176,7 @@ Calibration ros_pair(const RosSide& left, const RosSide& right, const RosTerms& 
   calibration.rig.width_px = left.camera.width_px;
   calibration.rig.height_px = left.camera.height_px;
   if (are_rectified) {
-    take_rectified(calibration.rig, left, right, terms, shift_m);
+    take_rectified(calibration, left, right, terms, shift_m);
   } else {
     calibration.raw = raw_pair(left, right, terms, shift_m);
   }
@@ -188,7 +191,7 @@ Calibration ros_calibration(const RosCamera& left, const RosCamera& right, bool 
   check_numbers({left, of_left});
   check_numbers({right, of_right});
   Calibration calibration{ros_pair({left, of_left}, {right, of_right}, of_messages, are_rectified, false)};
-  if (!are_rectified) take_rig_of_raw(calibration, of_left, {});
+  if (calibration.raw) take_rig_of_raw(calibration, of_left, {});
   if (const auto found{problems(calibration.rig)}; !found.empty()) of_right.fail(found.front(), calibrate_together);
   return calibration;
 }

@@ -19,8 +19,26 @@ namespace {
 constexpr std::size_t most_numbers{16};
 constexpr double largest_number{1e9};
 
-std::string line_of(const YAML::Node& node) {
-  return std::to_string(node.Mark().line + 1);
+/// " in line 3"; "": a file whose lines are not counted.
+std::string place_of(const YAML::Node& node) {
+  return node.Mark().is_null() ? "" : fmt::format(" in line {}", node.Mark().line + 1);
+}
+
+/// OpenCV's dialect as YAML: its first line is a comment, so that complaints count lines as the file does; no blank has
+/// to stand behind a key (data:[1, 2]).
+std::string from_opencv(std::string_view text) {
+  constexpr std::string_view in_keys{" abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-"};
+  std::string result{"#"};
+  text.remove_prefix(1);
+  for (bool is_first{true}; !text.empty(); is_first = false) {
+    const std::string_view line{text.substr(0, text.find('\n'))};
+    text.remove_prefix(std::min(line.size() + 1, text.size()));
+    const std::size_t colon{line.find_first_not_of(in_keys)};
+    const bool is_key{!is_first && colon != std::string_view::npos && line[colon] == ':'};
+    result +=
+        is_key ? fmt::format("{}: {}\n", line.substr(0, colon), line.substr(colon + 1)) : fmt::format("{}\n", line);
+  }
+  return result;
 }
 
 }  // namespace
@@ -33,10 +51,10 @@ YamlGroup::YamlGroup(std::string file, std::string name, YAML::Node node, Keys k
 
 void YamlGroup::need_only(Keys known) const {
   for (const auto& item : node_) {
-    if (!item.first.IsScalar()) complain("has a key in line " + line_of(item.first) + " that is no word.");
+    if (!item.first.IsScalar()) complain("has a key" + place_of(item.first) + " that is no word.");
     const std::string& key{item.first.Scalar()};
     if (std::ranges::find(known, key) == known.end()) {
-      complain("has an unknown key '" + full(printable(key)) + "' in line " + line_of(item.first) + ".");
+      complain("has an unknown key '" + full(printable(key)) + "'" + place_of(item.first) + ".");
     }
   }
 }
@@ -75,7 +93,33 @@ std::vector<double> YamlGroup::numbers(const char* key, std::size_t count) const
   return found;
 }
 
+std::vector<std::string> YamlGroup::keys() const {
+  std::vector<std::string> found;
+  for (const auto& item : node_) {
+    if (item.first.IsScalar()) found.push_back(item.first.Scalar());
+  }
+  return found;
+}
+
+std::vector<YamlGroup::Element> YamlGroup::groups(const char* key) const {
+  constexpr std::size_t most{64};
+  const YAML::Node value{required(key)};
+  if (!value.IsSequence() || value.size() > most) complain(fmt::format("'{}' is no list of groups.", full(key)));
+  std::vector<Element> found;
+  for (const auto& item : value) {
+    std::string name{std::to_string(found.size())};
+    YAML::Node content{item};
+    if (item.IsSequence() && item.size() == 2 && item[0].IsScalar()) {
+      name = printable(item[0].Scalar());
+      content.reset(item[1]);
+    }
+    found.push_back({name, YamlGroup{file(), fmt::format("{}.{}", full(key), name), content}});
+  }
+  return found;
+}
+
 YamlGroup::Matrix YamlGroup::any_matrix(const char* key) const {
+  if (required(key).IsSequence()) return matrix_of_rows(key);
   const YamlGroup matrix{group(key)};
   Matrix found{matrix.number("rows"), matrix.number("cols"), matrix.numbers("data")};
   if (found.rows * found.cols != static_cast<double>(found.data.size())) {
@@ -85,9 +129,19 @@ YamlGroup::Matrix YamlGroup::any_matrix(const char* key) const {
   return found;
 }
 
+/// [[1, 2], [3, 4]], or [1, 2, 3, 4] as a single row.
+YamlGroup::Matrix YamlGroup::matrix_of_rows(const char* key) const {
+  const YAML::Node value{required(key)};
+  std::vector<double> data{numbers(key)};
+  const std::size_t rows{value.size() > 0 && value[0].IsSequence() ? value.size() : 1};
+  if (data.size() % rows != 0) complain(fmt::format("'{}' has rows of different lengths.", full(key)));
+  return {static_cast<double>(rows), static_cast<double>(data.size() / rows), std::move(data)};
+}
+
 std::vector<double> YamlGroup::matrix(const char* key, int rows, int cols) const {
   Matrix found{any_matrix(key)};
-  if (found.rows != rows || found.cols != cols) {
+  const bool is_flat{found.rows == 1 && found.data.size() == static_cast<std::size_t>(rows * cols)};
+  if (!is_flat && (found.rows != rows || found.cols != cols)) {
     complain(fmt::format("'{}' is a matrix of {} rows of {}, not of {} of {}.", full(key), found.rows, found.cols, rows,
                          cols));
   }
@@ -108,7 +162,7 @@ int YamlGroup::pixels(const char* key) const {
 
 std::string YamlGroup::word(const char* key) const {
   const YAML::Node value{required(key)};
-  if (!value.IsScalar()) complain("'" + full(key) + "' in line " + line_of(value) + " is no word.");
+  if (!value.IsScalar()) complain("'" + full(key) + "'" + place_of(value) + " is no word.");
   return value.Scalar();
 }
 
@@ -134,22 +188,24 @@ double YamlGroup::number_of(const YAML::Node& node, const char* key) const {
   std::vector<double> numbers;
   if (!node.IsScalar() || !parse_numbers(node.Scalar(), numbers) || numbers.size() != 1 ||
       !(std::abs(numbers[0]) <= largest_number)) {
-    complain("'" + full(key) + "' in line " + line_of(node) + " is no number.");
+    complain("'" + full(key) + "'" + place_of(node) + " is no number.");
   }
   return numbers[0];
 }
 
 std::filesystem::path YamlGroup::file_name_of(const YAML::Node& node, const char* key) const {
   if (!node.IsScalar() || node.Scalar().empty() || node.Scalar().find('\0') != std::string::npos) {
-    complain("'" + full(key) + "' in line " + line_of(node) + " is no file's name.");
+    complain("'" + full(key) + "'" + place_of(node) + " is no file's name.");
   }
   return node.Scalar();
 }
 
 YamlGroup read_yaml(const std::filesystem::path& path) {
-  std::string text{read_text(path, largest_bytes::calibration)};
-  // a comment instead of OpenCV's first line, so that complaints count lines as the file does
-  if (text.starts_with("%YAML:")) text[0] = '#';
+  return parse_yaml(path, read_text(path, largest_bytes::calibration));
+}
+
+YamlGroup parse_yaml(const std::filesystem::path& path, std::string text) {
+  if (text.starts_with("%YAML:")) text = from_opencv(text);
   try {
     return {printable_path(path), "", YAML::Load(text)};
   } catch (const YAML::Exception& error) {

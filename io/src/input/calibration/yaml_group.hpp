@@ -27,13 +27,19 @@ class YamlGroup : public Origin {
   void need_only(Keys known) const;
 
   [[nodiscard]] YamlGroup group(const char* key, Keys known = {}) const;
+  /// An element of a list; `name` is its place, or the word before it ([word, group]).
+  struct Element;
+  [[nodiscard]] std::vector<Element> groups(const char* key) const;
+  [[nodiscard]] std::vector<std::string> keys() const;
   [[nodiscard]] double number(const char* key) const;
   [[nodiscard]] double number(const char* key, double otherwise) const { return has(key) ? number(key) : otherwise; }
   /// A number, a list of numbers, or a list of rows; at most 16.
   [[nodiscard]] std::vector<double> numbers(const char* key) const;
   [[nodiscard]] std::vector<double> numbers(const char* key, std::size_t count) const;
-  /// {rows, cols, data} as ROS and OpenCV write it, row-major.
+  /// {rows, cols, data} as ROS and OpenCV write it, or a list of numbers or rows; row-major.
   [[nodiscard]] std::vector<double> matrix(const char* key, int rows, int cols) const;
+  /// The same of any shape.
+  [[nodiscard]] std::vector<double> values(const char* key) const { return any_matrix(key).data; }
   /// The same of a single row or column of any length, none too.
   [[nodiscard]] std::vector<double> vector(const char* key) const;
   /// From 1 to 100 000.
@@ -52,14 +58,22 @@ class YamlGroup : public Origin {
   [[nodiscard]] std::string full(const std::string& key) const { return part().empty() ? key : part() + "." + key; }
   [[nodiscard]] YAML::Node required(const char* key) const;
   [[nodiscard]] Matrix any_matrix(const char* key) const;
+  [[nodiscard]] Matrix matrix_of_rows(const char* key) const;
   [[nodiscard]] double number_of(const YAML::Node& node, const char* key) const;
   [[nodiscard]] std::filesystem::path file_name_of(const YAML::Node& node, const char* key) const;
 
   YAML::Node node_;
 };
 
+struct YamlGroup::Element {
+  std::string name;
+  YamlGroup group;
+};
+
 /// The file's outermost mapping. OpenCV's first line, %YAML:1.0, which is no YAML, is passed over. Throws InputError:
 /// no file, no YAML, no mapping.
 [[nodiscard]] YamlGroup read_yaml(const std::filesystem::path& path);
+/// The same of a text, JSON too, which is YAML.
+[[nodiscard]] YamlGroup parse_yaml(const std::filesystem::path& path, std::string text);
 
 }  // namespace stereogrid::io

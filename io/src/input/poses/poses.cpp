@@ -153,6 +153,9 @@ std::optional<PoseChoice> find_poses(const fs::path& folder) {
   }
   std::ranges::sort(others);
   found.insert(found.end(), others.begin(), others.end());
+  for (const char* const name : {"groundtruth.txt", "trajectory.txt", "CameraTrajectory.txt"}) {
+    if (fs::is_regular_file(folder / name) && is_tum_trajectory(folder / name)) found.push_back(folder / name);
+  }
   if (found.empty()) return std::nullopt;
   return PoseChoice{found.front(), {found.begin() + 1, found.end()}};
 }

@@ -121,6 +121,27 @@ void take_oxts(RecordingContents& contents, const fs::path& folder, const fs::pa
                                                          "calib_velo_to_cam.txt or calib_cam_to_cam.txt is missing"));
 }
 
+/// Poses of TUM's format have stamps: interpolated where the images have some, else a line belongs to each image.
+void take_tum_poses(RecordingContents& contents, const fs::path& file, bool stamps_known) {
+  const std::vector<StampedPose> poses{read_tum_poses(file)};
+  if (stamps_known) {
+    take_interpolated(contents, file, poses);
+    contents.notes.push_back(fmt::format("poses: {}, interpolated to the times of the images", printable_path(file)));
+    return;
+  }
+  if (poses.size() != contents.frames.size()) {
+    throw InputError{printable_path(file),
+                     fmt::format("has {} poses with stamps, but the {} images have no stamps.", poses.size(),
+                                 contents.frames.size()),
+                     "Add a times.txt with the images' times (s), or give a pose for each image."};
+  }
+  for (std::size_t i{0}; i < poses.size(); ++i) {
+    contents.frames[i].stamp_ns = poses[i].stamp_ns;
+    contents.frames[i].world_from_vehicle = poses[i].world_from_vehicle;
+  }
+  contents.notes.push_back(fmt::format("poses: {}, and the images' stamps, in their order", printable_path(file)));
+}
+
 /// The file or oxts folder of poses; empty: none. Notes what was passed over.
 fs::path choose_poses(RecordingContents& contents, const InputLayout& layout, const std::string& wanted) {
   if (wanted == "none" || wanted == "odometry") return {};
@@ -175,6 +196,7 @@ void find_poses_of(RecordingContents& contents, const InputLayout& layout, const
     const bool named{rows.empty() || are_named(rows)};
     return named ? take_named_poses(contents, file, rows) : take_stamped_poses(contents, file, rows, stamps_known);
   }
+  if (is_tum_trajectory(file)) return take_tum_poses(contents, file, stamps_known);
   take_poses(contents, read_kitti_poses(file, contents.frames.size()));
   contents.notes.push_back("poses: " + printable_path(file));
 }

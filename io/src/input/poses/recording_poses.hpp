@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "input/input_layout.hpp"
+#include "input/layout/input_layout.hpp"
 #include "stereogrid/io/poses.hpp"
 #include "stereogrid/io/recording.hpp"
 

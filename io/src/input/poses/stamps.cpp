@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <cmath>
@@ -13,6 +14,7 @@
 #include "input/poses/kitti_text.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/poses.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
@@ -89,6 +91,47 @@ std::vector<std::int64_t> read_timestamps(const std::filesystem::path& path, con
     stamps.push_back(*stamp);
   }
   check_growing(path, stamps, mend);
+  return stamps;
+}
+
+std::optional<std::int64_t> stamp_in(std::string_view name) {
+  constexpr std::string_view digits_only{"0123456789"};
+  const std::size_t dot{name.find('.')};
+  std::string digits{name.substr(0, dot)};
+  if (dot != std::string_view::npos) {
+    std::string fraction{name.substr(dot + 1)};
+    if (digits.size() < 9 || digits.size() > 10 || fraction.size() < 3 || fraction.size() > 9) return std::nullopt;
+    fraction.resize(9, '0');
+    digits += fraction;
+  }
+  if (digits.size() < 16 || digits.size() > 19 || digits.find_first_not_of(digits_only) != std::string::npos) {
+    return std::nullopt;
+  }
+  std::int64_t stamp_ns{0};
+  const auto [end, error]{std::from_chars(digits.data(), digits.data() + digits.size(), stamp_ns)};
+  return error == std::errc{} && stamp_ns <= largest_stamp_ns ? std::optional{stamp_ns} : std::nullopt;
+}
+
+std::map<std::string, std::int64_t> read_euroc_stamps(const std::filesystem::path& path) {
+  const std::string text{read_text(path, largest_bytes::lines)};
+  std::map<std::string, std::int64_t> stamps;
+  std::size_t number{0};
+  for (std::string_view line : lines_of(text)) {
+    ++number;
+    line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
+    if (line.empty() || line.starts_with('#')) continue;
+    std::int64_t stamp_ns{0};
+    const auto [end, error]{std::from_chars(line.data(), line.data() + line.size(), stamp_ns)};
+    const std::size_t comma{line.find(',')};
+    if (error != std::errc{} || comma == std::string_view::npos || std::abs(stamp_ns) > largest_stamp_ns) {
+      if (number == 1) continue;  // a header without #
+      fail(path, number, "is not 'timestamp [ns],filename'.", without_stamps);
+    }
+    std::string_view file{line.substr(comma + 1)};
+    file.remove_prefix(std::min(file.find_first_not_of(" \t"), file.size()));
+    file = file.substr(0, file.find_last_not_of(" \t") + 1);
+    stamps[frame_name(std::filesystem::path{file}.stem().string())] = stamp_ns;
+  }
   return stamps;
 }
 

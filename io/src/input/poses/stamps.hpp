@@ -4,6 +4,10 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace stereogrid::io {
@@ -17,5 +21,11 @@ namespace stereogrid::io {
 extern const char* const without_stamps;
 [[nodiscard]] std::vector<std::int64_t> read_timestamps(const std::filesystem::path& path,
                                                         const char* mend = without_stamps);
+
+/// The stamp in a frame's name: 16 to 19 digits are nanoseconds, 1305031102.175304 seconds since 1970.
+[[nodiscard]] std::optional<std::int64_t> stamp_in(std::string_view name);
+
+/// data.csv of a EuRoC (ASL) folder: stamps (ns) by the images' names without extension.
+[[nodiscard]] std::map<std::string, std::int64_t> read_euroc_stamps(const std::filesystem::path& path);
 
 }  // namespace stereogrid::io

@@ -43,8 +43,9 @@ class STEREOGRID_EXPORT Bag {
   [[nodiscard]] virtual std::vector<std::string> damage() const = 0;
 };
 
-/// Recognised by what is in it, not by its name. Throws InputError: no recording, or one that is compressed as a whole
-/// file (rosbag2's compression mode "file"; messages compressed one by one are unpacked).
+/// Recognised by what is in it, not by its name. Messages compressed one by one are unpacked as they are read; files
+/// compressed as a whole (rosbag2's compression mode "file", zstd) are unpacked first, into the folder of temporary
+/// files. Throws InputError: no recording; DeviceError: no space.
 [[nodiscard]] STEREOGRID_EXPORT std::unique_ptr<Bag> open_bag(const std::filesystem::path& path);
 
 }  // namespace stereogrid::mcap

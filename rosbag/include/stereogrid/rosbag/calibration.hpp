@@ -25,8 +25,8 @@ void add_camera(std::vector<messages::sensor_msgs::CameraInfo>& cameras,
                 const messages::sensor_msgs::CameraInfo& message);
 
 /// What both say of images of this size. Throws InputError: they are not of such a pair.
-[[nodiscard]] io::Calibration calibration_of(const NamedInfo& left, const NamedInfo& right, bool are_rectified,
-                                             int width_px, int height_px);
+[[nodiscard]] io::Calibration calibration_of(NamedInfo left, NamedInfo right, bool are_rectified, int width_px,
+                                             int height_px);
 
 /// What the first CameraInfo of each camera says of images of this size, which are rectified where the topics' names
 /// say so, or where nothing is left to do. Both cameras' messages may be on one topic. Throws InputError: a camera has

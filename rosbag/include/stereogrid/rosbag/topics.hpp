@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -9,19 +10,34 @@
 
 namespace stereogrid::rosbag {
 
-/// Where the images of a bag are.
+/// Content of the second topic: the right images; depth or disparities of the left images; or the first topic again,
+/// whose images are left and right beside each other, or left above right.
+enum class SecondTopic { right, depth, disparity, beside, below };
+
+/// Topics of the images of a bag.
 struct ImageTopics {
   std::string left;
   std::string right;
+  SecondTopic second{SecondTopic::right};
+
+  [[nodiscard]] bool has_depth() const { return second == SecondTopic::depth || second == SecondTopic::disparity; }
+  [[nodiscard]] bool is_one_topic() const { return second == SecondTopic::beside || second == SecondTopic::below; }
 };
 
-/// Those that were asked for, "": found by their names. `bag`: for complaints. Throws InputError, which lists the
-/// candidates: there is no pair, or more than one camera has one.
+/// Encodings of the first messages (sensor_msgs/Image) by topic.
+using Encodings = std::map<std::string, std::string>;
+
+/// Returns the topics that were asked for, "": found by their names. Pairs come before depth and disparities, these
+/// before a single topic, which is `beside` until its images are seen. `bag`: for complaints. `encodings`: may lack
+/// topics. Throws InputError, which lists the candidates: there is no pair, or more than one camera has one.
 [[nodiscard]] ImageTopics choose_image_topics(const std::string& bag, const std::vector<mcap::Topic>& topics,
-                                              const ImageTopics& asked);
+                                              const ImageTopics& asked, const Encodings& encodings = {});
 
 /// nullptr: there is no such topic, or nothing on it.
 [[nodiscard]] const mcap::Topic* find_topic(const std::vector<mcap::Topic>& topics, const std::string& name);
+
+/// The right camera's topic by the name of the left camera's; empty: the name has no side.
+[[nodiscard]] std::string right_name_of(const std::string& left);
 
 /// Where the camera's calibration is: beside the images.
 [[nodiscard]] std::string info_topic_of(const mcap::Topic& images);

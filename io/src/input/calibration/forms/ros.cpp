@@ -61,6 +61,7 @@ Calibration read_ros_calibration(const YamlGroup& left, const YamlGroup& right, 
   take_unit(calibration, right, request);
   if (are_rectified) {
     calibration.notes.emplace_back("images: rectified, as calibration.yaml says");
+    if (calibration.raw) take_rig_of_raw(calibration, left, request);
     return calibration;
   }
   take_rig_of_raw(calibration, left, request);

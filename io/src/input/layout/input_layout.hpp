@@ -13,7 +13,7 @@
 
 namespace stereogrid::io {
 
-enum class InputKind { kitti_odometry, kitti_raw, plain_folder, image_pair };
+enum class InputKind { kitti_odometry, kitti_raw, euroc, plain_folder, image_pair };
 
 /// Where the parts of an input lie. Paths of parts that are not there are empty.
 struct InputLayout {
@@ -25,6 +25,7 @@ struct InputLayout {
   std::filesystem::path scans;
   KittiPair pair{KittiPair::grey};
   std::filesystem::path disparities{};  ///< folder that stands in for the right images
+  bool is_shared{false};                ///< each image shows both cameras; `left` is the folder of all
 };
 
 /// "KITTI odometry sequence" and so on.

@@ -6,6 +6,7 @@
 
 #include "input/calibration/calibration_forms.hpp"
 #include "input/calibration/raw_pair.hpp"
+#include "input/calibration/rigid.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -36,23 +37,7 @@ CameraModel camera_of(const YamlGroup& camera) {
 }
 
 cv::Matx44d transform_of(const YamlGroup& camera, const char* key) {
-  const cv::Matx44d transform{camera.numbers(key, 16).data()};
-  const auto is_end{[](double a, double b, double c, double d) { return a == 0 && b == 0 && c == 0 && d == 1; }};
-  if (!is_end(transform(3, 0), transform(3, 1), transform(3, 2), transform(3, 3))) {
-    const bool is_transposed{is_end(transform(0, 3), transform(1, 3), transform(2, 3), transform(3, 3))};
-    camera.fail(fmt::format("has a '{}' that is {}.", key, is_transposed ? "transposed" : "no rigid transform"),
-                "It is 4 rows of 4: a rotation, the translation in the last column, and 0 0 0 1.");
-  }
-  const cv::Matx33d turn{transform.get_minor<3, 3>(0, 0)};
-  static_cast<void>(rotation_of({turn.val, turn.val + 9}, camera, key));
-  return transform;
-}
-
-cv::Matx44d inverse(const cv::Matx44d& rigid) {
-  const cv::Matx33d turn{rigid.get_minor<3, 3>(0, 0).t()};
-  const cv::Vec3d t{turn * cv::Vec3d{-rigid(0, 3), -rigid(1, 3), -rigid(2, 3)}};
-  return {turn(0, 0), turn(0, 1), turn(0, 2), t[0], turn(1, 0), turn(1, 1), turn(1, 2), t[1],
-          turn(2, 0), turn(2, 1), turn(2, 2), t[2], 0,          0,          0,          1};
+  return rigid_of(camera.numbers(key, 16), camera, key);
 }
 
 /// Poses of both cameras on an IMU, where they are there, tell which way T_cn_cnm1 goes.

@@ -1,0 +1,152 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "input/layout/image_sets.hpp"
+#include "input/layout/input_layout.hpp"
+#include "input/poses/kitti_text.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::set<std::string> disparity_extensions{".png", ".pfm", ".tif", ".tiff", ".npy"};
+
+/// A line of frames.txt: a frame's name, or the name of its image.
+std::string name_in(std::string_view line, const Images& left, const Images& right) {
+  std::string name{frame_name(line)};
+  if (left.contains(name) || right.contains(name)) return name;
+  std::string stem{fs::path{name}.stem().string()};
+  return left.contains(stem) || right.contains(stem) ? stem : name;
+}
+
+/// frames.txt: a name per line; lines of poses*.txt and times.txt belong to them.
+std::vector<std::string> names_in(const fs::path& frames_file, const Images& left, const Images& right) {
+  const std::string text{read_text(frames_file, largest_bytes::lines)};
+  std::vector<std::string> names;
+  std::set<std::string> known;
+  for (const std::string_view line : lines_of(text)) {
+    const auto start{line.find_first_not_of(" \t")};
+    if (start == std::string_view::npos) continue;
+    names.push_back(name_in(line.substr(start, line.find_last_not_of(" \t") - start + 1), left, right));
+    if (!known.insert(names.back()).second) {
+      throw InputError{printable_path(frames_file), "names frame " + printable(names.back()) + " twice.",
+                       "Name each frame once, in their order."};
+    }
+  }
+  const auto is_there{[&](const std::string& name) { return left.contains(name) || right.contains(name); }};
+  if (std::ranges::any_of(names, is_there)) return names;
+  throw InputError{printable_path(frames_file),
+                   names.empty() ? "names no frames."
+                                 : "names no frame that is there; the first is " + printable(names.front()) + ".",
+                   "A line is the name of a frame's images, such as " + left.begin()->first +
+                       "; without the file every image is taken."};
+}
+
+struct Side {
+  fs::path folder;
+  Images images;
+
+  /// Where the image is or should be.
+  [[nodiscard]] fs::path path_of(const std::string& name) const {
+    const auto found{images.find(name)};
+    return found != images.end() ? found->second : folder / (name + images.begin()->second.extension().string());
+  }
+};
+
+struct Sides {
+  Side left;
+  Side right;        ///< may be empty where there are disparities
+  Side disparities;  ///< no folder: none
+
+  /// What a left image needs.
+  [[nodiscard]] const Side& second() const { return disparities.folder.empty() ? right : disparities; }
+};
+
+Side side_of(const fs::path& folder, const std::set<std::string>& extensions, const char* mend) {
+  Side side{folder, images_in(folder, extensions)};
+  if (side.images.empty()) throw InputError{printable_path(folder), "holds no images.", mend};
+  return side;
+}
+
+/// Frames go by what their names have in common, where no left image has a right one of the same name.
+void pair_by_side_words(Sides& sides) {
+  const bool is_one_folder{sides.left.folder == sides.right.folder};
+  const auto has_partner{[&](const auto& image) { return sides.right.images.contains(image.first); }};
+  if (!is_one_folder && std::ranges::any_of(sides.left.images, has_partner)) return;
+  auto named{split_by_name(sides.left.images, sides.right.images)};
+  if (!named) return;
+  sides.left.images = std::move(named->left);
+  sides.right.images = std::move(named->right);
+}
+
+Sides sides_of(const InputLayout& layout) {
+  const char* const mend{"PNG, PGM or JPEG files belong there, one per frame."};
+  Sides sides;
+  if (layout.kind == InputKind::image_pair) {
+    sides.left = {layout.left.parent_path(), {{frame_name(layout.left.stem().string()), layout.left}}};
+  } else {
+    sides.left = side_of(layout.left, image_extensions, mend);
+  }
+  if (layout.disparities.empty()) {
+    sides.right = side_of(layout.right, image_extensions, mend);
+    pair_by_side_words(sides);
+    return sides;
+  }
+  sides.disparities = side_of(layout.disparities, disparity_extensions,
+                              "Disparities as PNG, PFM, TIFF or NPY belong there, one per left image.");
+  // the drive's lines of poses and stamps belong to the frames of either camera
+  if (fs::is_directory(layout.right)) sides.right = {layout.right, images_in(layout.right, image_extensions)};
+  return sides;
+}
+
+/// Names of the frames in their order: those of frames.txt, else every image of either camera.
+std::vector<std::string> order_of(const InputLayout& layout, const Images& left, const Images& right) {
+  const auto frames_file{layout.root / "frames.txt"};
+  if (layout.kind != InputKind::kitti_raw && fs::exists(frames_file)) return names_in(frames_file, left, right);
+  std::set<std::string, NaturalOrder> names;
+  for (const auto& [name, path] : left) names.insert(name);
+  for (const auto& [name, path] : right) names.insert(name);
+  return {names.begin(), names.end()};
+}
+
+}  // namespace
+
+std::vector<RecordedFrame> find_frames(const InputLayout& layout) {
+  if (layout.kind == InputKind::image_pair && layout.disparities.empty()) {
+    const std::string name{frame_name(layout.left.stem().string())};
+    check_length(layout.left, name);
+    return {{name, 0, layout.left, layout.right, true, true, {}, {}, {}}};
+  }
+  const Sides sides{sides_of(layout)};
+  std::vector<RecordedFrame> frames;
+  for (const std::string& name : order_of(layout, sides.left.images, sides.right.images)) {
+    RecordedFrame& frame{frames.emplace_back()};
+    frame.name = name;
+    frame.left = sides.left.path_of(name);
+    frame.left_exists = sides.left.images.contains(name);
+    frame.right_exists = sides.second().images.contains(name);
+    (layout.disparities.empty() ? frame.right : frame.disparity) = sides.second().path_of(name);
+    const auto scan{layout.scans / (frame.left.stem().string() + ".bin")};
+    std::error_code error;  // a file that cannot be opened, such as a link without a target, is reported on reading
+    const bool is_listed{fs::symlink_status(scan, error).type() != fs::file_type::not_found};
+    if (!layout.scans.empty() && is_listed) frame.scan = scan;
+  }
+  if (std::ranges::none_of(frames, [](const RecordedFrame& f) { return f.left_exists && f.right_exists; })) {
+    throw InputError{
+        printable_path(layout.root),
+        fmt::format("no left image has a {} one of the same name.", layout.disparities.empty() ? "right" : "disparity"),
+        fmt::format("The images of a frame have the same name in {} and {}.", printable_path(layout.left.filename()),
+                    printable_path(sides.second().folder.filename()))};
+  }
+  return frames;
+}
+
+}  // namespace stereogrid::io

@@ -1,0 +1,193 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "input/layout/input_layout.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "input/calibration/calibration_files.hpp"
+#include "input/layout/image_sets.hpp"
+#include "input/layout/side_names.hpp"
+#include "input/video_files.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/text.hpp"
+
+namespace stereogrid::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+const char* const what_input_may_be{
+    "INPUT is a folder: a KITTI odometry sequence (image_0/ image_1/ calib.txt), a KITTI raw drive (image_00/data/ "
+    "image_01/data/), a EuRoC folder (mav0/cam0/data/), or left/ right/ (or disparity/) calibration.yaml; or two "
+    "images "
+    "LEFT RIGHT or videos with --calibration FILE."};
+
+/// The first of the candidates that exists; empty: none does.
+fs::path first_existing(std::initializer_list<fs::path> candidates) {
+  for (const fs::path& candidate : candidates) {
+    if (fs::exists(candidate)) return candidate;
+  }
+  return {};
+}
+
+void need_folder(const fs::path& folder) {
+  if (!fs::is_directory(folder)) {
+    throw InputError{printable_path(folder), "the folder is missing.",
+                     "Both cameras' images are needed, left and right."};
+  }
+}
+
+InputLayout odometry(const fs::path& root) {
+  const bool grey{fs::is_directory(root / "image_0") || fs::is_directory(root / "image_1")};
+  InputLayout layout{InputKind::kitti_odometry,
+                     root,
+                     root / (grey ? "image_0" : "image_2"),
+                     root / (grey ? "image_1" : "image_3"),
+                     {},
+                     {},
+                     grey ? KittiPair::grey : KittiPair::colour};
+  layout.calibration = first_existing({root / "calib.txt", root / "calibration.yaml"});
+  layout.scans = first_existing({root / "velodyne"});
+  return layout;
+}
+
+InputLayout raw_drive(const fs::path& root) {
+  const bool grey{fs::is_directory(root / "image_00") || fs::is_directory(root / "image_01")};
+  const auto images{[&root](const char* camera) { return root / camera / "data"; }};
+  InputLayout layout{InputKind::kitti_raw,
+                     root,
+                     images(grey ? "image_00" : "image_02"),
+                     images(grey ? "image_01" : "image_03"),
+                     {},
+                     {},
+                     grey ? KittiPair::grey : KittiPair::colour};
+  layout.calibration =
+      first_existing({root / "calib_cam_to_cam.txt",
+                      fs::absolute(root / "").lexically_normal().parent_path().parent_path() / "calib_cam_to_cam.txt",
+                      root / "calibration.yaml"});
+  layout.scans = first_existing({root / "velodyne_points" / "data"});
+  return layout;
+}
+
+InputLayout plain_folder(const fs::path& root) {
+  InputLayout layout{InputKind::plain_folder, root, root / "left", root / "right", {}, {}, KittiPair::grey};
+  layout.calibration = first_existing({root / "calibration.yaml", root / "calibration.yml", root / "calib.txt"});
+  layout.scans = first_existing({root / "velodyne"});
+  if (!fs::exists(layout.right)) layout.disparities = first_existing({root / "disparity", root / "depth"});
+  return layout;
+}
+
+/// The folder itself, or data/ in it.
+fs::path images_of(const fs::path& camera) {
+  return fs::is_directory(camera / "data") ? camera / "data" : camera;
+}
+
+std::vector<fs::path> folders_in(const fs::path& root) {
+  std::vector<fs::path> folders{entries_of(root)};
+  std::erase_if(folders, [](const fs::path& entry) { return !fs::is_directory(entry); });
+  return folders;
+}
+
+/// As data sets of EuRoC (ASL): cam0/data/NANOSECONDS.png, cam0/sensor.yaml.
+std::optional<InputLayout> euroc(const fs::path& root) {
+  const fs::path base{fs::is_directory(root / "mav0") ? root / "mav0" : root};
+  if (!fs::is_directory(base / "cam0" / "data") || !fs::is_directory(base / "cam1" / "data")) return std::nullopt;
+  InputLayout layout{InputKind::euroc, root, base / "cam0" / "data", base / "cam1" / "data", {}, {}, KittiPair::grey};
+  layout.calibration = first_existing({root / "calibration.yaml", base / "cam0" / "sensor.yaml"});
+  if (is_cam0_right(base / "cam0" / "sensor.yaml", base / "cam1" / "sensor.yaml")) std::swap(layout.left, layout.right);
+  return layout;
+}
+
+std::optional<InputLayout> recognise_folder(const fs::path& root) {
+  const auto has{[&root](const char* name) { return fs::is_directory(root / name); }};
+  if (has("image_00") || has("image_01") || has("image_02") || has("image_03")) return raw_drive(root);
+  if (has("image_0") || has("image_1") || has("image_2") || has("image_3")) return odometry(root);
+  if (has("left") || has("right")) return plain_folder(root);
+  if (auto layout{euroc(root)}) return layout;
+  const auto sides{side_folders(folders_in(root))};
+  if (!sides) return std::nullopt;
+  InputLayout layout{plain_folder(root)};
+  layout.disparities.clear();
+  layout.left = images_of(sides->left);
+  layout.right = images_of(sides->right);
+  return layout;
+}
+
+[[noreturn]] void not_recognised(const fs::path& root) {
+  std::string inside;
+  const std::vector<fs::path> entries{entries_of(root)};
+  for (const fs::path& entry : entries) {
+    if (inside.empty() && fs::is_directory(entry) && recognise_folder(entry)) inside = printable_path(entry);
+  }
+  if (inside.empty()) refuse_videos(entries);
+  throw InputError{
+      printable_path(root), "holds no stereo recording that is known.",
+      inside.empty() ? what_input_may_be : "There are recordings inside; name one, such as " + inside + "."};
+}
+
+/// Both cameras' images in one folder: told apart by their names, or both in each image.
+std::optional<InputLayout> folder_of_images(const fs::path& root) {
+  const Images images{images_in(root, image_extensions)};
+  if (images.empty()) return std::nullopt;
+  InputLayout layout{plain_folder(root)};
+  layout.disparities.clear();
+  layout.left = layout.right = root;
+  layout.is_shared = !split_by_name(images, images).has_value();
+  return layout;
+}
+
+}  // namespace
+
+std::string name_of(InputKind kind) {
+  switch (kind) {
+    case InputKind::kitti_odometry:
+      return "KITTI odometry sequence";
+    case InputKind::kitti_raw:
+      return "KITTI raw drive";
+    case InputKind::euroc:
+      return "EuRoC (ASL) folder";
+    case InputKind::plain_folder:
+      return "plain folder";
+    case InputKind::image_pair:
+      return "image pair";
+  }
+  return {};
+}
+
+InputLayout recognise(const std::vector<fs::path>& paths, const std::optional<fs::path>& disparities) {
+  if (disparities && !fs::is_directory(*disparities)) {
+    throw InputError{printable_path(*disparities), "there is no such folder.",
+                     "--disparities, or --depth, is a folder with an image for each left image."};
+  }
+  if (paths.empty() || paths.size() > 2) throw InputError{"INPUT", "is missing.", what_input_may_be};
+  for (const fs::path& path : paths) {
+    if (!fs::exists(path))
+      throw InputError{printable_path(path), "there is no such file or folder.", what_input_may_be};
+  }
+  if (paths.size() == 2) {
+    refuse_videos(paths);
+    return {InputKind::image_pair,           paths[0], paths[0], paths[1], {}, {}, KittiPair::grey,
+            disparities.value_or(fs::path{})};
+  }
+  if (!fs::is_directory(paths[0])) {
+    refuse_videos(paths);
+    throw InputError{printable_path(paths[0]), "is one file; a pair needs two images.", what_input_may_be};
+  }
+  static_cast<void>(entries_of(paths[0]));  // complains where the folder cannot be read
+  auto layout{recognise_folder(paths[0])};
+  if (!layout) layout = folder_of_images(paths[0]);
+  if (!layout) not_recognised(paths[0]);
+  if (disparities) {
+    layout->disparities = *disparities;
+    layout->is_shared = false;
+  }
+  need_folder(layout->left);
+  if (layout->disparities.empty()) need_folder(layout->right);
+  return *layout;
+}
+
+}  // namespace stereogrid::io

@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "stereogrid/io/ros_camera.hpp"
+#include "stereogrid/rosbag/calibration.hpp"
+
+namespace stereogrid::rosbag {
+
+[[noreturn]] void fail(const NamedInfo& info, const std::string& what, const std::string& mend = "");
+
+/// Topics with messages of CameraInfo.
+[[nodiscard]] std::vector<std::string> info_topics(const mcap::Bag& bag);
+[[nodiscard]] NamedInfo named(const std::string& name, const std::string& topic);
+/// The first message of a topic that can be decoded. Throws InputError: there is none.
+[[nodiscard]] NamedInfo info_of(const mcap::Bag& bag, const std::string& name, const std::string& topic);
+
+/// Cuts the region of interest out of the calibrated image; K and P are of the whole sensor. Binning is left to the
+/// scaling of a calibration of larger images.
+void crop(NamedInfo& info, int width_px, int height_px);
+
+[[nodiscard]] io::RosCamera camera_of(const NamedInfo& info);
+
+/// Calibration of images with depth, which have one camera. Throws InputError.
+[[nodiscard]] io::Calibration depth_calibration_of(const mcap::Bag& bag, const std::string& name,
+                                                   const ImageTopics& topics, int width_px, int height_px);
+
+}  // namespace stereogrid::rosbag

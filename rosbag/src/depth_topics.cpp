@@ -1,0 +1,168 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <ranges>
+#include <set>
+#include <string_view>
+#include <tuple>
+
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/text.hpp"
+#include "stereogrid/messages/sensor_msgs.hpp"
+#include "stereogrid/messages/stereo_msgs.hpp"
+#include "topic_names.hpp"
+
+namespace stereogrid::rosbag {
+namespace {
+
+using mcap::Topic;
+
+constexpr std::string_view aligned{"aligned_depth_to_"};
+
+std::string_view last_of(std::string_view name) {
+  return name.substr(name.rfind('/') + 1);
+}
+
+bool is_image_message(const Topic& topic) {
+  return topic.type == messages::sensor_msgs::Image::type_name || is_compressed(topic);
+}
+
+/// "depth/image_rect_raw", "aligned_depth_to_color/image_raw", "depth_registered", "stereo/depth"
+bool is_depth_name(const Topic& topic) {
+  const std::string base{base_of(topic)};
+  const std::string parent{parent_of(base)};
+  const std::string_view folder{last_of(parent)};
+  if (topic.name.ends_with("/compressedDepth")) return true;
+  return folder == "depth" || folder.starts_with(aligned) || folder.starts_with("depth_registered") ||
+         folder.starts_with("depth_to_") || last_of(base).find("depth") != std::string_view::npos;
+}
+
+bool is_confidence(const Topic& topic) {
+  return topic.name.find("confidence") != std::string::npos;
+}
+
+/// Number of names, of folders and topics, with which both begin.
+int shared_names(const std::string& a, const std::string& b) {
+  const auto [end, ignored]{std::ranges::mismatch(a, b)};
+  return static_cast<int>(std::count(a.begin(), end, '/'));
+}
+
+bool has_name(const std::string& topic, std::string_view name) {
+  return ("/" + topic + "/").find(fmt::format("/{}", name)) != std::string::npos;
+}
+
+/// How well images are those of the left camera, to which stereo depth belongs: 2, 1 (another camera of the same
+/// device), 0 (the right one).
+int side_of(const std::string& images) {
+  constexpr std::array<std::string_view, 4> left{"left", "infra1", "cam0", "ir"};
+  constexpr std::array<std::string_view, 4> right{"right", "infra2", "cam1", "confidence"};
+  const auto is_in = [&](std::string_view name) { return images.find(name) != std::string::npos; };
+  if (std::ranges::any_of(right, is_in)) return 0;
+  return std::ranges::any_of(left,
+                             [&](std::string_view name) {
+                               return has_name(images, name) ||
+                                      images.find("_" + std::string{name}) != std::string::npos;
+                             })
+             ? 2
+             : 1;
+}
+
+/// How well depth belongs to these images: 0: not at all.
+int fit_of(const Topic& images, const Topic& depth) {
+  const std::string parent{parent_of(base_of(depth))};
+  const std::string_view folder{last_of(parent)};
+  if (folder.starts_with(aligned)) return has_name(base_of(images), folder.substr(aligned.size())) ? 3 : 0;
+  const int side{side_of(base_of(images))};
+  const bool is_registered{depth.name.find("registered") != std::string::npos};
+  if (side == 1 && is_registered) return 3;
+  return side == 0 ? 0 : side + (side == 2 ? 1 : 0);
+}
+
+using Worth = std::tuple<int, int, bool, bool, bool, bool, bool>;
+
+/// The better one is the larger.
+Worth worth_of(const Topic& images, const Topic& depth) {
+  return {shared_names(base_of(images), base_of(depth)),
+          fit_of(images, depth),
+          is_rectified(images),
+          base_of(images).find("color") == std::string::npos,
+          depth.type == messages::stereo_msgs::DisparityImage::type_name,
+          !is_compressed(depth),
+          !is_compressed(images)};
+}
+
+struct Candidate {
+  const Topic* images;
+  const Topic* depth;
+  SecondTopic kind;
+  Worth worth;
+};
+
+std::vector<Candidate> candidates_of(const std::vector<Topic>& topics, const Encodings& encodings,
+                                     const ImageTopics& asked) {
+  std::vector<Candidate> all;
+  for (const Topic& depth : topics) {
+    const auto kind{depth_kind_of(depth, encodings)};
+    if (!kind || (!asked.right.empty() && depth.name != asked.right)) continue;
+    for (const Topic& images : topics) {
+      const bool is_asked{images.name == asked.left};
+      if (!holds_images(images) || &images == &depth || (!asked.left.empty() && !is_asked)) continue;
+      if (!is_asked && (depth_kind_of(images, encodings) || is_confidence(images))) continue;
+      if (is_asked || fit_of(images, depth) > 0) all.push_back({&images, &depth, *kind, worth_of(images, depth)});
+    }
+  }
+  return all;
+}
+
+/// The folder of a device, to which both belong.
+std::string device_of(const Candidate& one) {
+  const std::string name{base_of(*one.images)};
+  const std::string depth{base_of(*one.depth)};
+  const auto [end, ignored]{std::ranges::mismatch(name, depth)};
+  return parent_of(std::string{name.begin(), end});
+}
+
+}  // namespace
+
+std::optional<SecondTopic> depth_kind_of(const Topic& topic, const Encodings& encodings) {
+  if (topic.message_count == 0 || is_confidence(topic)) return std::nullopt;
+  if (topic.type == messages::stereo_msgs::DisparityImage::type_name) return SecondTopic::disparity;
+  if (!is_image_message(topic)) return std::nullopt;
+  if (is_depth_name(topic)) return SecondTopic::depth;
+  const auto found{encodings.find(topic.name)};
+  const bool is_depth{found != encodings.end() && (found->second == "16UC1" || found->second == "32FC1")};
+  return is_depth ? std::optional{SecondTopic::depth} : std::nullopt;
+}
+
+std::optional<ImageTopics> find_depth(const std::string& bag, const std::vector<Topic>& topics,
+                                      const Encodings& encodings, const ImageTopics& asked) {
+  const std::vector<Candidate> all{candidates_of(topics, encodings, asked)};
+  if (all.empty()) return std::nullopt;
+  const Candidate& best{*std::ranges::max_element(all, {}, &Candidate::worth)};
+  std::set<std::string> devices;
+  for (const Candidate& one : all) {
+    if (std::get<0>(one.worth) == std::get<0>(best.worth)) devices.insert(device_of(one));
+  }
+  if (devices.size() > 1 && asked.left.empty() && asked.right.empty()) {
+    std::string list;
+    for (const std::string& device : devices) list += (list.empty() ? "" : ", ") + io::printable(device);
+    throw InputError{bag, fmt::format("holds images with depth of more than one camera: {}.", list), say_which};
+  }
+  return ImageTopics{best.images->name, best.depth->name, best.kind};
+}
+
+std::string list_of_videos(const std::vector<Topic>& topics) {
+  constexpr std::array<std::string_view, 3> types{
+      "foxglove_msgs/msg/CompressedVideo", "ffmpeg_image_transport_msgs/msg/FFMPEGPacket", "foxglove.CompressedVideo"};
+  std::string list;
+  for (const Topic& topic : topics) {
+    if (std::ranges::find(types, topic.type) == types.end()) continue;
+    list += fmt::format("{}{} ({})", list.empty() ? "" : ", ", io::printable(topic.name), last_of(topic.type));
+  }
+  return list;
+}
+
+}  // namespace stereogrid::rosbag

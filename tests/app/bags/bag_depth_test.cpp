@@ -1,0 +1,210 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Bags of depth cameras: images and depth or disparities of them.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "bag_drive.hpp"
+#include "stereogrid/io/calibration.hpp"
+#include "stereogrid/io/image_file.hpp"
+#include "stereogrid/messages/stereo_msgs.hpp"
+
+namespace stereogrid::app::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+class BagDepth : public Bags {
+ protected:
+  static Rig rig() { return io::read_calibration(drive() / "calibration.yaml", 160, 100).rig; }
+
+  /// Level ground below a camera at 1.65 m, a wall 9 m ahead, and a box 5 m ahead.
+  static Image<float> depth_m() {
+    const Rig optics{rig()};
+    Image<float> depth{160, 100};
+    for (int v{0}; v < depth.height(); ++v) {
+      for (int u{0}; u < depth.width(); ++u) {
+        const double below{(v - optics.centre_v_px) / optics.focal_px};
+        const double right{(u - optics.centre_u_px) / optics.focal_px};
+        const bool is_box{std::abs(right) < 0.1 && below > 0};
+        const double wall_m{is_box ? 5.0 : 9.0};
+        depth(u, v) = static_cast<float>(below > 1.65 / wall_m ? 1.65 / below : wall_m);
+      }
+    }
+    depth(3, 3) = std::numeric_limits<float>::quiet_NaN();
+    depth(4, 3) = std::numeric_limits<float>::infinity();
+    depth(5, 3) = 0;
+    return depth;
+  }
+
+  /// Values of `of` by pixel as the bytes of T.
+  template <class T, class Of>
+  static messages::sensor_msgs::Image message(const std::string& encoding, Of&& of) {
+    messages::sensor_msgs::Image image;
+    image.width = 160;
+    image.height = 100;
+    image.encoding = encoding;
+    image.step = 160 * sizeof(T);
+    image.data.resize(image.step * image.height);
+    std::size_t at{0};
+    for (const float z : depth_m()) {
+      const T value{of(z)};
+      std::memcpy(&image.data[at], &value, sizeof value);
+      at += sizeof value;
+    }
+    return image;
+  }
+  static messages::sensor_msgs::Image metres() {
+    return message<float>("32FC1", [](float z) { return z; });
+  }
+  static messages::sensor_msgs::Image millimetres() {
+    return message<std::uint16_t>(
+        "16UC1", [](float z) { return static_cast<std::uint16_t>(std::isfinite(z) ? std::lround(1000 * z) : 0); });
+  }
+  static messages::stereo_msgs::DisparityImage disparities() {
+    messages::stereo_msgs::DisparityImage message_of;
+    message_of.f = static_cast<float>(rig().focal_px);
+    message_of.t = static_cast<float>(rig().baseline_m);
+    message_of.max_disparity = 63;
+    message_of.image =
+        message<float>("32FC1", [](float z) { return static_cast<float>(rig().focal_px * rig().baseline_m / z); });
+    return message_of;
+  }
+
+  /// A bag of left images with their CameraInfo and `second` of each.
+  template <class M>
+  static void write(const std::string& images, const std::string& second_topic, M second, bool has_right_info = true) {
+    std::vector<Entry> all;
+    const std::string folder{images.substr(0, images.rfind('/'))};
+    for (std::size_t i{0}; i < frames; ++i) {
+      all.push_back(image(images, "left", i, "mono8", 0));
+      all.push_back(entry(folder + "/camera_info", start_ns + stamp_of(i), info(false)));
+      if (has_right_info) all.push_back(entry("/camera/right/camera_info", start_ns + stamp_of(i), info(true)));
+      second.header = header(stamp_of(i));
+      all.push_back(entry(second_topic, start_ns + stamp_of(i) + 1, second));
+    }
+    write_mcap(bag(), all);
+  }
+
+  static Image<float> occupancy_of_last(const fs::path& run) {
+    return io::read_npz(run / "grids" / "000003.npz").at("occupancy").to_image<float>();
+  }
+
+  static void expect_equal_grids(const fs::path& a, const fs::path& b, double mean_max) {
+    const Image<float> first{occupancy_of_last(a)};
+    const Image<float> second{occupancy_of_last(b)};
+    ASSERT_EQ(first.size(), second.size());
+    double sum{0};
+    for (std::size_t i{0}; i < first.size(); ++i) sum += std::abs(first.data()[i] - second.data()[i]);
+    EXPECT_LE(sum / static_cast<double>(first.size()), mean_max);
+  }
+};
+
+TEST_F(BagDepth, GivesTheGridOfTheSameDisparities) {
+  write("/camera/left/image_rect", "/camera/disparity", disparities());
+  ASSERT_EQ(run_bag(bag()).exit_code, 0);
+  const fs::path of_disparities{*folder / "of_disparities"};
+  fs::remove_all(of_disparities);
+  fs::rename(out(), of_disparities);
+  EXPECT_NEAR(json_of(of_disparities / "run.json")["rig"]["baseline_m"], rig().baseline_m, 1e-6);
+
+  write("/camera/left/image_rect", "/camera/depth/depth_registered", metres());
+  const Outcome outcome{run_bag(bag())};
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  EXPECT_EQ(json_of(out() / "run.json")["matcher"], "given");
+  expect_equal_grids(of_disparities, out(), 1e-4);
+
+  write("/camera/left/image_rect", "/camera/depth/image_rect_raw", millimetres());
+  ASSERT_EQ(run_bag(bag()).exit_code, 0);
+  expect_equal_grids(of_disparities, out(), 2e-3);
+}
+
+// As compressed_depth_image_transport writes it: a header with two numbers, then a PNG; of floats it has a / z + b.
+TEST_F(BagDepth, MayBeCompressed) {
+  write("/camera/left/image_rect", "/camera/depth/image_rect_raw", metres());
+  ASSERT_EQ(run_bag(bag()).exit_code, 0);
+  const fs::path plain_depth{*folder / "plain_depth"};
+  fs::remove_all(plain_depth);
+  fs::rename(out(), plain_depth);
+  constexpr float a{10100};
+  constexpr float b{1 - a / 10};
+  for (const bool is_of_floats : {false, true}) {
+    const Image<float> depth{depth_m()};
+    Image<std::uint16_t> values{depth.width(), depth.height()};
+    std::transform(depth.begin(), depth.end(), values.begin(), [&](float z) {
+      if (!std::isfinite(z) || z <= 0) return std::uint16_t{0};
+      return static_cast<std::uint16_t>(std::lround(is_of_floats ? a / z + b : 1000 * z));
+    });
+    io::write_png(*folder / "depth.png", values);
+    messages::sensor_msgs::CompressedImage message_of;
+    message_of.format = is_of_floats ? "32FC1; compressedDepth png" : "16UC1; compressedDepth";
+    message_of.data.resize(12);
+    std::memcpy(&message_of.data[4], &a, sizeof a);
+    std::memcpy(&message_of.data[8], &b, sizeof b);
+    const std::string png{text_of(*folder / "depth.png")};
+    message_of.data.insert(message_of.data.end(), png.begin(), png.end());
+    write("/camera/left/image_rect", "/camera/depth/image_rect_raw/compressedDepth", message_of);
+    const Outcome outcome{run_bag(bag())};
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+    expect_equal_grids(plain_depth, out(), 5e-3);
+  }
+}
+
+TEST_F(BagDepth, IsSaidByInfo) {
+  write("/camera/infra1/image_rect_raw", "/camera/depth/image_rect_raw", millimetres(), false);
+  const Outcome outcome{run_well({"info", bag().string()})};
+  EXPECT_THAT(outcome.output, HasSubstr("depth of /camera/depth/image_rect_raw"));
+  EXPECT_THAT(outcome.output, HasSubstr("a virtual one of"));
+}
+
+TEST_F(BagDepth, OfAnotherSizeIsScaledOrRefused) {
+  messages::sensor_msgs::Image half{millimetres()};
+  half.width = 80;  // every second pixel and row
+  half.height = 50;
+  half.step = 4 * 160;
+  write("/camera/color/image_raw", "/camera/aligned_depth_to_color/image_raw", half, false);
+  EXPECT_EQ(run_bag(bag()).exit_code, 0);
+  half.height = 40;
+  write("/camera/color/image_raw", "/camera/aligned_depth_to_color/image_raw", half, false);
+  const Outcome outcome{run_bag(bag())};
+  EXPECT_EQ(outcome.exit_code, 65);
+  EXPECT_THAT(outcome.errors, HasSubstr("depth has 80×40 px, but the images have 160×100"));
+}
+
+TEST_F(BagDepth, WithoutABaselineInTheDisparitiesIsRefused) {
+  messages::stereo_msgs::DisparityImage none{disparities()};
+  none.t = 0;
+  write("/camera/left/image_rect", "/camera/disparity", none);
+  const Outcome outcome{run_bag(bag())};
+  EXPECT_EQ(outcome.exit_code, 65);
+  EXPECT_THAT(outcome.errors, HasSubstr("T 0 m"));
+}
+
+TEST_F(BagDepth, OfAnotherCameraIsRefused) {
+  write("/camera/color/image_raw", "/camera/depth/image_rect_raw", millimetres(), false);
+  std::vector<Entry> all;
+  CameraInfo other{info(false)};
+  other.k[0] *= 1.4;
+  for (std::size_t i{0}; i < frames; ++i) {
+    all.push_back(image("/camera/color/image_raw", "left", i, "mono8", 0));
+    all.push_back(entry("/camera/color/camera_info", start_ns, info(false)));
+    all.push_back(entry("/camera/depth/camera_info", start_ns, other));
+    messages::sensor_msgs::Image depth{millimetres()};
+    depth.header = header(stamp_of(i));
+    all.push_back(entry("/camera/depth/image_rect_raw", start_ns, depth));
+  }
+  expect_complaint(all, "depth is of another camera than /camera/color/image_raw");
+}
+
+TEST_F(BagDepth, VideoIsRefusedByItsTopic) {
+  std::vector<Entry> all{entries({})};
+  std::erase_if(all, [](const Entry& one) { return one.type != CameraInfo::type_name; });
+  all.push_back({"/left/image/ffmpeg", "ffmpeg_image_transport_msgs/msg/FFMPEGPacket", start_ns, {}});
+  expect_complaint(all, "holds video (H.264 or the like) on /left/image/ffmpeg (FFMPEGPacket)");
+}
+
+}  // namespace
+}  // namespace stereogrid::app::testing

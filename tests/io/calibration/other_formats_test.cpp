@@ -1,0 +1,218 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+// Calibrations of more tools: one rectified pair (fx 150, centre (127.5, 79.5), 0.25 m) in each format, and what is
+// refused.
+#include <fmt/format.h>
+
+#include <opencv2/core/matx.hpp>
+#include <opencv2/core/persistence.hpp>
+
+#include "stereogrid/io/calibration.hpp"
+#include "support.hpp"
+
+namespace stereogrid::io::testing {
+namespace {
+
+class OtherFormats : public ::testing::Test {
+ protected:
+  [[nodiscard]] Calibration read(const char* name, const std::string& text) const {
+    put(folder_ / name, text);
+    return read_calibration(folder_ / name, 256, 160);
+  }
+  void refused(const char* name, const std::string& text, std::initializer_list<std::string_view> parts) const {
+    expect_complaint([&] { static_cast<void>(read(name, text)); }, parts);
+  }
+  void expect_pair(const Calibration& calibration, const std::string& format) const {
+    EXPECT_EQ(calibration.kind, format);
+    EXPECT_FALSE(calibration.raw) << format;
+    EXPECT_EQ(calibration.rig.width_px, 256) << format;
+    EXPECT_EQ(calibration.rig.height_px, 160) << format;
+    EXPECT_DOUBLE_EQ(calibration.rig.focal_px, 150) << format;
+    EXPECT_DOUBLE_EQ(calibration.rig.centre_u_px, 127.5) << format;
+    EXPECT_DOUBLE_EQ(calibration.rig.centre_v_px, 79.5) << format;
+    EXPECT_NEAR(calibration.rig.baseline_m, 0.25, 1e-12) << format;
+  }
+
+  TemporaryFolder folder_;
+};
+
+/// As stereoCalibrate's results are dumped, with any names.
+std::string opencv_dump(const char* matrix, const char* distortion, int format, bool is_row_of_lists = false) {
+  cv::FileStorage file{"", cv::FileStorage::WRITE | cv::FileStorage::MEMORY | format};
+  const cv::Matx33d k{150, 0, 127.5, 0, 150, 79.5, 0, 0, 1};
+  for (const char* const side : {"1", "2"}) {
+    if (is_row_of_lists) break;
+    file << std::string{matrix} + side << cv::Mat{k};
+    file << std::string{distortion} + side << cv::Mat{cv::Mat::zeros(1, 5, CV_64F)};
+  }
+  file << "R" << cv::Mat{cv::Matx33d::eye()} << "T" << cv::Mat{cv::Vec3d{-0.25, 0, 0}};
+  file << "imageSize" << cv::Size{256, 160};
+  return file.releaseAndGetString();
+}
+
+TEST_F(OtherFormats, OpenCvInAnyContainerWithTheUsualNames) {
+  for (const auto& [matrix, distortion] :
+       {std::pair{"K", "D"}, std::pair{"M", "D"}, std::pair{"cameraMatrix", "distCoeffs"}, std::pair{"mtx", "dist"}}) {
+    expect_pair(read("a.yml", opencv_dump(matrix, distortion, cv::FileStorage::FORMAT_YAML)),
+                "OpenCV stereo calibration");
+    expect_pair(read("a.xml", opencv_dump(matrix, distortion, cv::FileStorage::FORMAT_XML)),
+                "OpenCV stereo calibration");
+    expect_pair(read("a.json", opencv_dump(matrix, distortion, cv::FileStorage::FORMAT_JSON)),
+                "OpenCV stereo calibration");
+  }
+  const std::string k{"[[150, 0, 127.5], [0, 150, 79.5], [0, 0, 1]]"};
+  expect_pair(read("b.json", R"({"K_left":)" + k + R"(,"dist_left":[0,0,0,0,0],"K_right":)" + k +
+                                 R"(,"dist_right":[[0,0,0,0,0]],"R":[[1,0,0],[0,1,0],[0,0,1]],)"
+                                 R"("T":[[-0.25],[0],[0]],"image_size":[256,160]})"),
+              "OpenCV stereo calibration");
+}
+
+TEST_F(OtherFormats, OpenCvRefusals) {
+  refused("a.json", R"({"K1": [[150,0,127],[0,150,79],[0,0,1]], "K2": [[150,0,127],[0,150,79],[0,0,1]],
+                        "R": [1,0,0,0,1,0,0,0,1], "T": [-0.25,0,0]})",
+          {"a.json", "has no 'D1'"});
+  refused("a.json", "{}", {"a.json", "no calibration that is known"});
+  refused("a.xml", "<opencv_storage><K1><rows>3</rows>", {"a.xml", "XML", "missing"});
+  refused("a.xml", "<opencv_storage><K1></K2></opencv_storage>", {"a.xml", "'K1' has no end"});
+  std::string deep;
+  for (int i{0}; i < 40; ++i) deep += "<a>";
+  refused("a.xml", deep, {"nested deeper than 16"});
+  refused("a.yml", opencv_dump("K", "D", cv::FileStorage::FORMAT_YAML, true), {"one half of a calibration"});
+}
+
+constexpr const char* orbslam_camera{
+    "%YAML:1.0\nCamera.type: \"PinHole\"\nCamera.fx: 150.0\nCamera.fy: 150.0\nCamera.cx: 127.5\nCamera.cy: 79.5\n"
+    "Camera.k1: 0.0\nCamera.k2: 0.0\nCamera.p1: 0.0\nCamera.p2: 0.0\nCamera.width: 256\nCamera.height: 160\n"};
+
+TEST_F(OtherFormats, OrbSlam) {
+  const std::string camera{orbslam_camera};
+  expect_pair(read("o.yaml", camera + "Camera.bf: 37.5\n"), "ORB-SLAM settings");
+  const std::string second{
+      "Camera2.fx: 150.0\nCamera2.fy: 150.0\nCamera2.cx: 127.5\nCamera2.cy: 79.5\nStereo.T_c1_c2: !!opencv-matrix\n"
+      "  rows: 4\n  cols: 4\n  dt: f\n  data: [1, 0, 0, 0.25, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n"};
+  expect_pair(read("p.yaml", camera + second), "ORB-SLAM settings");
+  std::string dense{camera + "Camera.bf: 37.5\n"};  // as the settings for EuRoC that come with ORB-SLAM2
+  dense.erase(dense.find(".fx: ") + 4, 1);
+  expect_pair(read("r.yaml", dense), "ORB-SLAM settings");
+  refused("q.yaml", camera, {"q.yaml", "no baseline", "Camera.bf"});
+}
+
+TEST_F(OtherFormats, OstOfBothCameras) {
+  const auto camera{[](const char* name, const char* tx) {
+    return fmt::format(
+        "# oST version 5.0 parameters\n\n\n[image]\n\nwidth\n256\n\nheight\n160\n\n[narrow_stereo/{}]\n\n"
+        "camera matrix\n150 0 127.5\n0 150 79.5\n0 0 1\n\ndistortion\n0 0 0 0 0\n\nrectification\n"
+        "1 0 0\n0 1 0\n0 0 1\n\nprojection\n150 0 127.5 {}\n0 150 79.5 0\n0 0 1 0\n\n",
+        name, tx);
+  }};
+  expect_pair(read("ost.txt", camera("left", "0") + camera("right", "-37.5")), "ROS camera_info");
+  expect_pair(read("ost.txt", camera("right", "-37.5") + camera("left", "0")), "ROS camera_info");
+  refused("ost.txt", camera("left", "0"), {"ost.txt", "1 cameras, not 2", "no baseline"});
+}
+
+TEST_F(OtherFormats, Basalt) {
+  const std::string camera{R"({"camera_type":"pinhole","intrinsics":{"fx":150.0,"fy":150.0,"cx":127.5,"cy":79.5}})"};
+  const auto file{[&](const std::string& second) {
+    return R"({"value0":{"T_imu_cam":[{"px":0,"py":0,"pz":0,"qx":0,"qy":0,"qz":0,"qw":1},)"
+           R"({"px":0.25,"py":0,"pz":0,"qx":0,"qy":0,"qz":0,"qw":1}],"intrinsics":[)" +
+           camera + "," + second + R"(],"resolution":[[256,160],[256,160]]}})";
+  }};
+  expect_pair(read("calib.json", file(camera)), "Basalt calibration");
+  refused("calib.json", file(R"({"camera_type":"ds","intrinsics":{"fx":1,"fy":1,"cx":1,"cy":1,"xi":0,"alpha":0}})"),
+          {"calib.json", "'camera_type' ds", "allowed: pinhole"});
+}
+
+std::string depthai_camera(int socket, double x_cm, int to) {
+  return fmt::format(R"([{},{{"cameraType":0,"width":256,"height":160,"distortionCoeff":[0,0,0,0,0,0,0,0,0,0,0,0,0,0],)"
+                     R"("intrinsicMatrix":[[150,0,127.5],[0,150,79.5],[0,0,1]],"extrinsics":{{"toCameraSocket":{},)"
+                     R"("rotationMatrix":[[1,0,0],[0,1,0],[0,0,1]],"translation":{{"x":{},"y":0,"z":0}}}}}}])",
+                     socket, to, x_cm);
+}
+
+TEST_F(OtherFormats, DepthAiInAnyDirectionOfItsChain) {
+  const auto file{[](const std::string& cameras) { return "{\"cameraData\":[" + cameras + "]}"; }};
+  expect_pair(read("d.json", file(depthai_camera(1, -25, 2) + "," + depthai_camera(2, 0, -1))), "DepthAI calibration");
+  expect_pair(read("d.json", file(depthai_camera(2, 25, 1) + "," + depthai_camera(1, 0, -1))), "DepthAI calibration");
+  // both lead to a third one
+  expect_pair(read("d.json", file(depthai_camera(1, -12.5, 0) + "," + depthai_camera(2, 12.5, 0) + "," +
+                                  depthai_camera(0, 0, -1))),
+              "DepthAI calibration");
+  refused("d.json", file(depthai_camera(1, -25, -1) + "," + depthai_camera(2, 0, -1)),
+          {"no extrinsics that lead from camera 1 to camera 2"});
+  refused("d.json", file(depthai_camera(1, -25, 2)), {"no camera of socket 2"});
+}
+
+TEST_F(OtherFormats, ZedTakesTheSectionsOfTheImages) {
+  const auto camera{[](const char* side, const char* mode, double f, double cx, double cy) {
+    return fmt::format("[{}_CAM_{}]\r\nfx={}\r\nfy={}\r\ncx={}\r\ncy={}\r\nk1=0\r\nk2=0\r\n\r\n", side, mode, f, f, cx,
+                       cy);
+  }};
+  std::string text;
+  for (const char* const side : {"LEFT", "RIGHT"}) {
+    text += camera(side, "HD", 699.2, 640, 360) + camera(side, "VGA", 349.6, 338.4, 186.9);
+  }
+  text += "[STEREO]\r\nBaseline=120\r\nTY=0\r\nTZ=0\r\nCV_VGA=0\r\nRX_VGA=0\r\nRZ_VGA=0\r\n";
+  put(folder_ / "SN1.conf", text);
+  const Rig vga{read_calibration(folder_ / "SN1.conf", 672, 376).rig};
+  EXPECT_DOUBLE_EQ(vga.focal_px, 349.6);
+  EXPECT_DOUBLE_EQ(vga.centre_u_px, 338.4);
+  EXPECT_NEAR(vga.baseline_m, 0.12, 1e-12);
+  EXPECT_DOUBLE_EQ(read_calibration(folder_ / "SN1.conf", 1280, 720).rig.focal_px, 699.2);
+  EXPECT_DOUBLE_EQ(read_calibration(folder_ / "SN1.conf", 640, 360).rig.focal_px, 349.6) << "half of 1280×720";
+  expect_complaint([&] { static_cast<void>(read_calibration(folder_ / "SN1.conf", 500, 500)); },
+                   {"SN1.conf", "none for images of 500×500 px"});
+  refused("SN2.conf", "[STEREO]\nBaseline\n", {"SN2.conf", "line 2", "key=value"});
+}
+
+TEST_F(OtherFormats, MiddleburyHasAnOffset) {
+  const Calibration calibration{
+      read("calib.txt",
+           "cam0=[150 0 127.5; 0 150 79.5; 0 0 1]\ncam1=[150 0 136.5; 0 150 79.5; 0 0 1]\ndoffs=9.0\n"
+           "baseline=250\nwidth=256\nheight=160\nndisp=64\n")};
+  EXPECT_EQ(calibration.kind, "Middlebury calib.txt");
+  EXPECT_DOUBLE_EQ(calibration.rig.focal_px, 150);
+  EXPECT_DOUBLE_EQ(calibration.rig.centre_u_px, 127.5);
+  EXPECT_NEAR(calibration.rig.baseline_m, 0.25, 1e-12);
+  ASSERT_TRUE(calibration.raw);
+  EXPECT_DOUBLE_EQ(calibration.raw->right.centre_u_px, 136.5);
+  refused("calib.txt", "cam0=[150 0 127.5; 0 150 79.5; 0 0 1]\nbaseline=x\n", {"calib.txt", "'baseline'"});
+}
+
+TEST_F(OtherFormats, OneCameraHasNoBaseline) {
+  refused("cam0.yaml",
+          "%YAML:1.0\n---\nmodel_type: PINHOLE\ncamera_name: cam0\nimage_width: 256\nimage_height: 160\n"
+          "projection_parameters: {fx: 150, fy: 150, cx: 127.5, cy: 79.5}\n",
+          {"cam0.yaml", "one camera", "no baseline"});
+}
+
+TEST_F(OtherFormats, EurocOfEitherCameraInEitherOrder) {
+  const auto camera{[](double x_m) {
+    return fmt::format(
+        "sensor_type: camera\nT_BS:\n  cols: 4\n  rows: 4\n  data: [1, 0, 0, {}, 0, 1, 0, 0, 0, 0, 1, 0, "
+        "0, 0, 0, 1]\nresolution: [256, 160]\ncamera_model: pinhole\nintrinsics: [150, 150, 127.5, "
+        "79.5]\ndistortion_model: radial-tangential\ndistortion_coefficients: [0, 0, 0, 0]\n",
+        x_m);
+  }};
+  for (const double second_m : {0.25, -0.25}) {
+    put(folder_ / "cam0" / "sensor.yaml", camera(0));
+    put(folder_ / "cam1" / "sensor.yaml", camera(second_m));
+    for (const char* const named : {"cam0", "cam1"}) {
+      expect_pair(read_calibration(folder_ / named / "sensor.yaml", 256, 160), "EuRoC sensor.yaml");
+    }
+  }
+  refused("cam0/sensor.yaml", "T_BS: 1\n", {"sensor.yaml"});
+}
+
+TEST_F(OtherFormats, KittiWithAnotherCentreOfTheRightCamera) {
+  const Calibration calibration{read("calib.txt",
+                                     "P0: 150 0 127.5 0 0 150 79.5 0 0 0 1 0\n"
+                                     "P1: 150 0 139.5 -37.5 0 150 79.5 0 0 0 1 0\n")};
+  ASSERT_TRUE(calibration.raw);
+  EXPECT_DOUBLE_EQ(calibration.rig.focal_px, 150);
+  EXPECT_DOUBLE_EQ(calibration.rig.centre_u_px, 127.5);
+  EXPECT_DOUBLE_EQ(calibration.rig.baseline_m, 0.25);
+  EXPECT_DOUBLE_EQ(calibration.raw->right.centre_u_px, 139.5);
+}
+
+}  // namespace
+}  // namespace stereogrid::io::testing

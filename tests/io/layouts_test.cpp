@@ -1,0 +1,160 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+// Other arrangements of images than left/ and right/: other names, both cameras in one image or folder, videos, EuRoC.
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+
+#include "recordings.hpp"
+#include "stereogrid/io/recording.hpp"
+
+namespace stereogrid::io::testing {
+namespace {
+
+constexpr const char* calibration{
+    "focal_px: 60\ncentre_u_px: 31.5\ncentre_v_px: 15.5\nbaseline_m: 0.2\nmount: {camera_height_m: 1.2}\n"};
+constexpr int width_px{64};
+constexpr int height_px{32};
+
+Image<std::uint8_t> flat(int width, int height, int grey) {
+  return Image<std::uint8_t>{width, height, static_cast<std::uint8_t>(grey)};
+}
+
+/// Left half 50, right half 150; or upper and lower.
+Image<std::uint8_t> both(bool is_beside) {
+  Image<std::uint8_t> image{flat(is_beside ? 2 * width_px : width_px, is_beside ? height_px : 2 * height_px, 50)};
+  for (int v{is_beside ? 0 : height_px}; v < image.height(); ++v) {
+    for (int u{is_beside ? width_px : 0}; u < image.width(); ++u) image.row(v)[u] = 150;
+  }
+  return image;
+}
+
+class Layouts : public ::testing::Test {
+ protected:
+  void put_image(const fs::path& name, int grey) const {
+    fs::create_directories((folder_ / name).parent_path());
+    write_png(folder_ / name, flat(width_px, height_px, grey));
+  }
+  /// Frames of 50 at the left and 150 at the right, whose lossy codecs may be off by a few levels.
+  void expect_pairs(const InputArguments& arguments, std::size_t frames, int off = 0) const {
+    const auto recording{open_recording(arguments)};
+    ASSERT_EQ(recording->size(), frames);
+    for (std::size_t i{0}; i < frames; ++i) {
+      const StereoFrame frame{recording->load(i)};
+      ASSERT_EQ(frame.left.width(), width_px);
+      ASSERT_EQ(frame.left.height(), height_px);
+      EXPECT_NEAR(frame.left.row(16)[32], 50, off);
+      EXPECT_NEAR(frame.right.row(16)[32], 150, off);
+    }
+  }
+  void put_video(const char* name, const Image<std::uint8_t>& image, int frames) const {
+    cv::VideoWriter writer{(folder_ / name).string(), cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 20,
+                           cv::Size{image.width(), image.height()}};
+    const cv::Mat grey{image.height(), image.width(), CV_8UC1, const_cast<std::uint8_t*>(image.data())};
+    cv::Mat colour;
+    cv::cvtColor(grey, colour, cv::COLOR_GRAY2BGR);
+    for (int i{0}; i < frames; ++i) writer.write(colour);
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(Layouts, NamesOfFoldersAndFiles) {
+  struct Names {
+    const char* left;
+    const char* right;
+  };
+  for (const auto& [left, right] :
+       {Names{"cam0/1.png", "cam1/1.png"}, Names{"left_images/1.png", "right_images/1.png"},
+        Names{"infra1/1.png", "infra2/1.png"}, Names{"L/1.png", "R/1.png"},
+        Names{"left/left_1.png", "right/right_1.png"}, Names{"cam0/data/1.png", "cam1/data/1.png"},
+        Names{"1_left.png", "1_right.png"}, Names{"im0.png", "im1.png"}, Names{"left/1_L.png", "right/1_R.png"}}) {
+    put_image(left, 50);
+    put_image(right, 150);
+    put(folder_ / "calibration.yaml", calibration);
+    SCOPED_TRACE(left);
+    expect_pairs({{folder_.path()}, {}, "none"}, 1);
+    for (const auto& entry : fs::directory_iterator{folder_.path()}) fs::remove_all(entry.path());
+  }
+}
+
+TEST_F(Layouts, BothCamerasInEachImage) {
+  put(folder_ / "calibration.yaml", calibration);
+  for (const bool is_beside : {true, false}) {
+    for (const char* const name : {"1.png", "2.png"}) write_png(folder_ / name, both(is_beside));
+    expect_pairs({{folder_.path()}, {}, "none"}, 2);
+    InputArguments named{{folder_.path()}, {}, "none"};
+    named.layout = is_beside ? ImageLayout::side_by_side : ImageLayout::top_bottom;
+    expect_pairs(named, 2);
+  }
+}
+
+TEST_F(Layouts, LayoutOfSeparateImagesIsRefused) {
+  put_plain(folder_.path());
+  InputArguments arguments{{folder_.path()}, {}, "none"};
+  arguments.layout = ImageLayout::side_by_side;
+  expect_complaint([&] { static_cast<void>(open_recording(arguments)); }, {"--layout has no effect"});
+}
+
+TEST_F(Layouts, LayoutThatIsNotClear) {
+  put(folder_ / "calibration.yaml", "focal_px: 60\ncentre_u_px: 3\ncentre_v_px: 3\nbaseline_m: 0.2\n");
+  write_png(folder_ / "1.png", flat(90, 60, 50));
+  expect_complaint(
+      [&] {
+        static_cast<void>(open_recording({{folder_.path()}, {}, "none"}));
+      },
+      {"90×60 px", "--layout side-by-side"});
+}
+
+TEST_F(Layouts, Videos) {
+  put(folder_ / "c" / "calibration.yaml", calibration);
+  const fs::path file{folder_ / "c" / "calibration.yaml"};
+  put_video("beside.avi", both(true), 5);
+  put_video("above.avi", both(false), 5);
+  put_video("left.avi", flat(width_px, height_px, 50), 5);
+  put_video("right.avi", flat(width_px, height_px, 150), 4);
+  expect_pairs({{folder_ / "beside.avi"}, file, "none"}, 5, 4);
+  expect_pairs({{folder_ / "above.avi"}, file, "none"}, 5, 4);
+  expect_pairs({{folder_ / "left.avi", folder_ / "right.avi"}, file, "none"}, 4, 4);
+  const auto recording{open_recording({{folder_ / "beside.avi"}, file, "none"})};
+  EXPECT_EQ(recording->contents().frames[2].stamp_ns, 100'000'000) << "20 frames a second";
+  EXPECT_NEAR(recording->load(4).right.row(16)[32], 150, 4);
+  EXPECT_NEAR(recording->load(1).right.row(16)[32], 150, 4) << "earlier than the last one";
+}
+
+TEST_F(Layouts, EurocNamesAreStamps) {
+  const auto sensor{[](double x_m) {
+    return "T_BS: {cols: 4, rows: 4, data: [1, 0, 0, " + std::to_string(x_m) +
+           ", 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}\nresolution: [64, 32]\ncamera_model: pinhole\n"
+           "intrinsics: [60, 60, 31.5, 15.5]\ndistortion_model: radial-tangential\n"
+           "distortion_coefficients: [0, 0, 0, 0]\n";
+  }};
+  for (const bool is_cam0_left : {true, false}) {
+    put(folder_ / "mav0/cam0/sensor.yaml", sensor(0));
+    put(folder_ / "mav0/cam1/sensor.yaml", sensor(is_cam0_left ? 0.2 : -0.2));
+    put(folder_ / "mav0/cam0/data.csv", "#timestamp [ns],filename\r\n1500000000100000000,1500000000100000000.png\r\n");
+    put_image("mav0/cam0/data/1500000000100000000.png", is_cam0_left ? 50 : 150);
+    put_image("mav0/cam1/data/1500000000100000000.png", is_cam0_left ? 150 : 50);
+    for (const fs::path& input : {folder_.path(), folder_ / "mav0"}) {
+      expect_pairs({{input}, {}, "none"}, 1);
+      EXPECT_EQ(open_recording({{input}, {}, "none"})->contents().frames[0].stamp_ns, 1500000000100000000);
+    }
+  }
+}
+
+TEST_F(Layouts, CalibrationOfAnyNameBesideTheImages) {
+  put_image("left/1.png", 50);
+  put_image("right/1.png", 150);
+  put(folder_ / "my_camera.json",
+      R"({"K1":[[60,0,31.5],[0,60,15.5],[0,0,1]],"D1":[0,0,0,0],"K2":[[60,0,31.5],[0,60,15.5],[0,0,1]],)"
+      R"("D2":[0,0,0,0],"R":[[1,0,0],[0,1,0],[0,0,1]],"T":[-0.2,0,0]})");
+  expect_pairs({{folder_.path()}, {}, "none"}, 1);
+  put(folder_ / "my_camera.json", "{\"a\": 1}");
+  expect_complaint(
+      [&] {
+        static_cast<void>(open_recording({{folder_.path()}, {}, "none"}));
+      },
+      {"no calibration", "my_camera.json is there", "--calibration"});
+}
+
+}  // namespace
+}  // namespace stereogrid::io::testing
