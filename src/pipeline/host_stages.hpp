@@ -155,6 +155,7 @@ class HostStages final : public Stages {
 
   void count() {
     const ScopedTimer timer{times_.count};
+    space_.rays.relief = rules_.relief;
     if (counts_rays()) count_rays(back_end_, space_.matches, rig_, ground_, config_.u_disparity, space_.rays);
     if (counts_rays() && !options_.stage_images) return;
     stereogrid::count(back_end_, space_.matches, rig_, ground_, space_.u_disparity_tables, space_.u_disparity,

@@ -30,7 +30,7 @@ class FrameTerrain {
   /// Marks all cells of `result` as unseen.
   static void clear(FrameResult& result);
   /// Rules of the last find().
-  [[nodiscard]] TerrainRules rules() const { return {vehicle_rules_.view(), window_rules_.view()}; }
+  [[nodiscard]] TerrainRules rules() const { return {terrain_.relief(), vehicle_rules_.view(), window_rules_.view()}; }
   [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(terrain_, vehicle_rules_, window_rules_); }
 
  private:

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "ground/relief.hpp"
 #include "host_device.hpp"
 #include "numbers.hpp"
 #include "stereogrid/grid.hpp"
@@ -26,8 +27,9 @@ STEREOGRID_HD inline float ruled(float occupancy, CellRule rule) {
   return rule == CellRule::edge ? Max(occupancy, ruled_edge) : occupancy;
 }
 
-/// Rules of a frame's grids; empty: none.
+/// The ground of a frame and the rules of its grids; empty: none.
 struct TerrainRules {
+  Relief<Host> relief;
   View<const CellRule> vehicle;
   View<const CellRule> window;
 };

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "ground/relief.hpp"
 #include "held_bytes.hpp"
 #include "stereogrid/image.hpp"
 #include "terrain/model.hpp"
@@ -13,8 +14,6 @@
 
 namespace stereogrid {
 
-/// Columns of the image that are one sector of the polar grid.
-constexpr int sector_px{8};
 constexpr int no_row{-1};
 
 /// One sector of the samples. Rows: of the image.

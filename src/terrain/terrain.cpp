@@ -56,6 +56,7 @@ Terrain::Terrain(const Rig& level_rig, const TerrainLimits& limits, float cell_m
       plane_sigma_m_(static_cast<std::size_t>(rings_.capacity())),
       cells_{rings_.capacity(), samples_.sectors()},
       walks_{samples_.sectors(), 1},
+      relief_{samples_.sectors(), rings_.capacity(), disparities, level_rig.height_px},
       camera_{level_rig, {}} {}
 
 void Terrain::begin(const Ground& ground) {
@@ -115,7 +116,7 @@ CellGround Terrain::ground_at(float x, float y, float half_m) const {
 }
 
 std::size_t Terrain::held_bytes() const {
-  return held_bytes_of(rings_, samples_, sigma_px_, plane_sigma_m_, cells_, walks_);
+  return held_bytes_of(rings_, samples_, sigma_px_, plane_sigma_m_, cells_, walks_, relief_);
 }
 
 }  // namespace stereogrid

@@ -11,6 +11,7 @@
 #include "observation/projection/model.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/image.hpp"
+#include "terrain/relief.hpp"
 #include "terrain/walk.hpp"
 
 namespace stereogrid {
@@ -50,6 +51,9 @@ class Terrain {
     const View<const SectorWalk> walks{std::as_const(walks_).view()};
     for_sectors([&](int sector) { settle_sector(sector, walks, rings_.count(), cells_.row(sector)); });
     spread_hidden(rings_.count(), cells_.view());
+    relief_.begin(camera_, rings_, sigma_px_.data());
+    for_sectors([&](int sector) { relief_.profile(sector, rings_, cells_.row(sector)); });
+    for_sectors([&](int sector) { relief_.fill(sector, camera_, rings_); });
   }
   /// Calls work(ix, iy, ground) for the cells of rows begin … end − 1.
   template <class Work>
@@ -63,6 +67,8 @@ class Terrain {
     }
   }
 
+  /// Of the last find().
+  [[nodiscard]] Relief<Host> relief() const { return relief_.view(); }
   [[nodiscard]] std::size_t held_bytes() const;
 
  private:
@@ -83,6 +89,7 @@ class Terrain {
   std::vector<float> plane_sigma_m_;  // by ring: of the plane
   Image<PolarCell> cells_;            // (ring, sector)
   Image<SectorWalk> walks_;           // (sector, 0)
+  TerrainRelief relief_;
   int judged_rings_{0};
   Ground ground_;
   TerrainCamera camera_;

@@ -23,8 +23,9 @@ constexpr int block_columns{16};
 /// Bins of which a thread sums over all columns.
 constexpr int sum_bins{32};
 
-// Columns begin … end − 1: the counts of each bin, then their sums over the bins.
-void count_block(const Matches& matches, int begin, int end, RaySpace& space) {
+// Columns begin … end − 1: the counts of each bin, then their sums over the bins. `raised_at`: of the relief.
+template <class RaisedAt>
+void count_block(const Matches& matches, int begin, int end, const RaisedAt& raised_at, RaySpace& space) {
   const UprightRange upright{space.upright};
   const int bins{space.bins};
   PackedRays* const counts{space.sums.row(begin + 1)};
@@ -35,7 +36,8 @@ void count_block(const Matches& matches, int begin, int end, RaySpace& space) {
     const RayRow* rows{space.rows.data() + v + space.margin};
     for (int u{begin}; u < end; ++u) {
       PackedRays* const column{counts + (u - begin) * (bins + 1) + 1};
-      count_ray(obstacle[u], road[u], rows[-space.shift[static_cast<std::size_t>(u)]], upright, bins,
+      const int raised{raised_at(u, obstacle[u] > 0 ? obstacle[u] : road[u])};
+      count_ray(obstacle[u], road[u], rows[raised - space.shift[static_cast<std::size_t>(u)]], upright, bins,
                 [&](int bin, PackedRays rays) { column[bin] += rays; });
     }
   }
@@ -77,7 +79,13 @@ void count_rays(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& 
   const int blocks{(space.width + block_columns - 1) / block_columns};
   cpu.for_ranges(blocks, 1, [&](int first, int last) {
     for (int block{first}; block < last; ++block) {
-      count_block(matches, block * block_columns, std::min((block + 1) * block_columns, space.width), space);
+      const int begin{block * block_columns};
+      const int end{std::min(begin + block_columns, space.width)};
+      if (space.relief.is_plane()) {
+        count_block(matches, begin, end, [](int, float) { return 0; }, space);
+      } else {
+        count_block(matches, begin, end, [&](int u, float d) { return space.relief.rows_at(u, d); }, space);
+      }
     }
   });
   cpu.for_ranges(space.bins + 1, sum_bins, [&](int begin, int end) { sum_columns(begin, end, space); });

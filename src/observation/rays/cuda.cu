@@ -25,12 +25,13 @@ __global__ void place(Placement placement, Rig rig, const Ground* ground, int wi
   if (i == 0) *upright = upright_range(ground->height_m, placement.lowest_m, placement.highest_m);
   if (i < width) {
     const double slope{placement.follow_roll ? -tan(ground->roll_rad) : 0.0};
-    shift[i] = row_shift(slope, i - placement.centre_u_px, margin);
+    shift[i] = row_shift(slope, i - placement.centre_u_px, largest_shift(width));
   }
   if (i < rows) out[i] = ray_row(RowsByHeight{rig, *ground}, placement.highest_m, i - margin, bins);
 }
 
 struct Counting {
+  Relief<Device> relief;
   const std::int32_t* shift;
   const RayRow* rows;
   const UprightRange* upright;
@@ -45,8 +46,11 @@ __global__ void count_pixels(Counting counting, MatchViews matches) {
   const int v{static_cast<int>(blockIdx.y * block_height + threadIdx.y)};
   const int width{matches.road.width};
   if (u >= width || v >= matches.road.height) return;
-  count_ray(matches.obstacle(u, v), matches.road(u, v), counting.rows[v + counting.margin - counting.shift[u]],
-            *counting.upright, counting.bins, [&](int bin, PackedRays rays) {
+  const float obstacle{matches.obstacle(u, v)};
+  const float road{matches.road(u, v)};
+  const int raised{counting.relief.is_plane() ? 0 : counting.relief.rows_at(u, obstacle > 0 ? obstacle : road)};
+  count_ray(obstacle, road, counting.rows[v + counting.margin - counting.shift[u] + raised], *counting.upright,
+            counting.bins, [&](int bin, PackedRays rays) {
               atomicAdd(reinterpret_cast<unsigned long long*>(&counting.sums[(u + 1) * (counting.bins + 1) + bin + 1]),
                         rays);
             });
@@ -99,14 +103,15 @@ std::size_t size_if(bool is_wanted, int size) {
 
 }  // namespace
 
-RaysOnDevice::RaysOnDevice(int image_width, int image_height, int disparities)
+RaysOnDevice::RaysOnDevice(int image_width, int image_height, int disparities, bool has_relief)
     : width{image_width},
       height{image_height},
       bins{disparities * ray_bins_per_px},
-      margin{largest_shift(image_width)},
+      margin{largest_shift(image_width) + (has_relief ? image_height : 0)},
       shift{size_if(bins > 0, width)},
       rows{size_if(bins > 0, height + 2 * margin)},
       upright{1},
+      relief{size_if(has_relief, bins * relief_sectors(width))},
       sums{size_if(bins > 0, (bins + 1) * (width + 1))} {}
 
 void count_rays(Cuda& cuda, const MatchViews& matches, const Rig& rig, const Ground* ground,
@@ -120,7 +125,7 @@ void count_rays(Cuda& cuda, const MatchViews& matches, const Rig& rig, const Gro
          space.upright.data());
   clear(cuda, space.sums.data(), space.sums.size());
   launch(cuda, count_pixels, blocks_of(space.width, space.height), dim3{block_width, block_height}, 0,
-         Counting{space.shift.data(), space.rows.data(), space.upright.data(), space.sums.data(), space.margin,
+         Counting{space.relief_view(), space.shift.data(), space.rows.data(), space.upright.data(), space.sums.data(), space.margin,
                   space.bins},
          matches);
   launch(cuda, sum_bins, blocks_for(columns, lines), dim3{line_threads, lines}, 0, space.sums.data(), columns, bins);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "backend/cuda.hpp"
+#include "ground/relief.hpp"
 #include "matching/cuda.hpp"
 #include "observation/rays/model.hpp"
 #include "stereogrid/config.hpp"
@@ -12,8 +13,12 @@ namespace stereogrid {
 /// What `count_rays` works in and leaves, on the device.
 struct RaysOnDevice {
   /// `disparities` 0: nothing, for configurations that do without.
-  RaysOnDevice(int width, int height, int disparities);
+  RaysOnDevice(int width, int height, int disparities, bool has_relief = false);
 
+  /// Empty, unless the constructor was told of one.
+  [[nodiscard]] Relief<Device> relief_view() const {
+    return {{relief.data(), relief.size() == 0 ? 0 : bins, relief_sectors(width), bins}};
+  }
   [[nodiscard]] RaySums<Device> view() const { return {sums.data(), bins + 1, width + 1, bins + 1}; }
 
   int width;
@@ -23,6 +28,7 @@ struct RaysOnDevice {
   DeviceBuffer<std::int32_t> shift;
   DeviceBuffer<RayRow> rows;
   DeviceBuffer<UprightRange> upright;
+  DeviceBuffer<std::int16_t> relief;
   DeviceBuffer<PackedRays> sums;  ///< (W + 1, bins + 1)
 };
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "held_bytes.hpp"
+#include "ground/relief.hpp"
 #include "matching/matches.hpp"
 #include "observation/rays/model.hpp"
 #include "stereogrid/config.hpp"
@@ -17,22 +18,24 @@ struct Reference;
 
 /// What `count_rays` works in and leaves. Allocated once.
 struct RaySpace {
-  /// `disparities` 0: nothing, for configurations that do without.
-  RaySpace(int width, int height, int disparities);
+  /// `disparities` 0: nothing, for configurations that do without. `has_relief`: `relief` may be set.
+  RaySpace(int width, int height, int disparities, bool has_relief = false);
 
   /// For the road of a frame.
   void place(const Rig& rig, const Ground& ground, const UDisparityConfig& config);
 
-  /// Of the pixel (u, v).
-  [[nodiscard]] const RayRow& row(int u, int v) const {
-    return rows[static_cast<std::size_t>(v + margin - shift[static_cast<std::size_t>(u)])];
+  /// Of the pixel (u, v) with this disparity ≥ 0.
+  [[nodiscard]] const RayRow& row(int u, int v, float disparity) const {
+    const int raised{relief.is_plane() ? 0 : relief.rows_at(u, disparity)};
+    return rows[static_cast<std::size_t>(v + margin - shift[static_cast<std::size_t>(u)] + raised)];
   }
   [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(shift, rows, sums); }
 
   int width;
   int height;
   int bins;
-  int margin;                       ///< rows that a column may be shifted by
+  int margin;                       ///< rows that a pixel may be shifted by, due to roll and relief
+  Relief<Host> relief{};            ///< of the frame
   std::vector<std::int32_t> shift;  ///< (W) rows by which the road lies lower than in the column u0, due to roll
   std::vector<RayRow> rows;         ///< (height + 2·margin), from row −margin on
   UprightRange upright{};

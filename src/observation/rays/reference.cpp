@@ -12,7 +12,9 @@ void count_rays(Reference&, const Matches& matches, const Rig& rig, const Ground
   space.sums.fill(0);
   for (int v{0}; v < space.height; ++v) {
     for (int u{0}; u < space.width; ++u) {
-      count_ray(matches.obstacle(u, v), matches.road(u, v), space.row(u, v), space.upright, space.bins,
+      const float obstacle{matches.obstacle(u, v)};
+      const float road{matches.road(u, v)};
+      count_ray(obstacle, road, space.row(u, v, obstacle > 0 ? obstacle : road), space.upright, space.bins,
                 [&](int bin, PackedRays rays) { space.sums(bin + 1, u + 1) += rays; });
     }
   }

@@ -7,18 +7,19 @@
 
 namespace stereogrid {
 
-RaySpace::RaySpace(int image_width, int image_height, int disparities)
+RaySpace::RaySpace(int image_width, int image_height, int disparities, bool has_relief)
     : width{image_width},
       height{image_height},
       bins{disparities * ray_bins_per_px},
-      margin{largest_shift(image_width)},
+      margin{largest_shift(image_width) + (has_relief ? image_height : 0)},
       shift(static_cast<std::size_t>(bins > 0 ? image_width : 0)),
       rows(static_cast<std::size_t>(bins > 0 ? image_height + 2 * margin : 0)),
       sums{bins > 0 ? bins + 1 : 0, bins > 0 ? image_width + 1 : 0} {}
 
 void RaySpace::place(const Rig& rig, const Ground& ground, const UDisparityConfig& config) {
   const double slope{config.follow_roll ? -std::tan(ground.roll_rad) : 0.0};
-  for (int u{0}; u < width; ++u) shift[static_cast<std::size_t>(u)] = row_shift(slope, u - rig.centre_u_px, margin);
+  const int most{largest_shift(width)};
+  for (int u{0}; u < width; ++u) shift[static_cast<std::size_t>(u)] = row_shift(slope, u - rig.centre_u_px, most);
   const RowsByHeight by_height{rig, ground};
   int row{-margin};
   for (RayRow& entry : rows) entry = ray_row(by_height, config.obstacle_height_m, row++, bins);

@@ -96,9 +96,9 @@ void fit_boxes(std::vector<Cluster>& clusters);
 /// Segments of the disparities of obstacles, (H, W) px, and of points followed to them. `for_ranges`: see
 /// Segmenter::find.
 template <class ForRanges>
-void find_segments(View<const float> obstacle, const Ground& ground, const Pose2& world_from_vehicle,
-                   const std::vector<FlowVector>& vectors, const ForRanges& for_ranges, ClusterSpace& space) {
-  space.segmenter.find(obstacle, ground, for_ranges);
+void find_segments(View<const float> obstacle, const Ground& ground, const Relief<Host>& relief,
+                   const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors, const ForRanges& for_ranges, ClusterSpace& space) {
+  space.segmenter.find(obstacle, ground, for_ranges, relief);
   separate_movers(vectors, world_from_vehicle, space);
 }
 

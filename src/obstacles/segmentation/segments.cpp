@@ -107,7 +107,8 @@ Segmenter::Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int 
 }
 
 // In the columns begin … end − 1.
-void Segmenter::count(View<const float> obstacle, const RoadPlane& plane, double camera_height_m, int begin, int end) {
+void Segmenter::count(View<const float> obstacle, const RoadPlane& plane, double camera_height_m,
+                      const Relief<Host>& relief, int begin, int end) {
   UprightRow limits{.nearest_px = static_cast<float>(tallies_.height()) / bins_per_px,
                     .farthest_px = static_cast<float>(rig_.focal_px * rig_.baseline_m / far_m),
                     .road_px = 0,
@@ -119,7 +120,16 @@ void Segmenter::count(View<const float> obstacle, const RoadPlane& plane, double
     limits.road_px = static_cast<float>(plane.disparity(0, v));
     for (int u{begin}; u < end; u += UprightPixels::most) {
       find_upright(obstacle.row(v), obstacle.width, u, std::min(u + UprightPixels::most, end), limits, pixels);
-      for (int i{0}; i < pixels.size; ++i) add(limits, v, pixels.columns[i], pixels.disparities[i]);
+      for (int i{0}; i < pixels.size; ++i) {
+        const int column{pixels.columns[i]};
+        const float disparity{pixels.disparities[i]};
+        UprightRow local{limits};
+        if (!relief.is_plane()) {
+          local.road_px += static_cast<float>(plane.per_v) * static_cast<float>(relief.rows_at(column, disparity));
+          if (!local.is_upright(column, disparity)) continue;
+        }
+        add(local, v, column, disparity);
+      }
     }
   }
 }
@@ -134,7 +144,7 @@ void Segmenter::add(const UprightRow& row, int v, int u, float d) {
   tally.bottom = static_cast<std::uint16_t>(v);
 }
 
-void Segmenter::take_nodes(const RoadPlane& plane, double camera_height_m) {
+void Segmenter::take_nodes(const RoadPlane& plane, double camera_height_m, const Relief<Host>& relief) {
   nodes_.clear();
   labels_.fill(0);
   for (int k{1}; k + 1 < tallies_.height(); ++k) {
@@ -144,7 +154,8 @@ void Segmenter::take_nodes(const RoadPlane& plane, double camera_height_m) {
       const int pixels{tallies_(u, k).pixels};
       if (pixels == 0 || pixels + tallies_(u, k - 1).pixels + tallies_(u, k + 1).pixels < bin.pixels_min) continue;
       const int index{static_cast<int>(nodes_.size())};
-      const double top_m{camera_height_m * (1 - plane.disparity(u, tallies_(u, k).top - 1) / bin.disparity)};
+      const int raised{relief.is_plane() ? 0 : relief.rows_at(u, static_cast<float>(bin.disparity))};
+      const double top_m{camera_height_m * (1 - plane.disparity(u, tallies_(u, k).top - 1 + raised) / bin.disparity)};
       const Point2 place{rig_.focal_px * side_m, (rig_.centre_u_px - u) * side_m};
       nodes_.push_back({u, k, pixels, top_m, index, none, place, pixels * side_m * side_m});
       labels_(u, k) = index + 1;

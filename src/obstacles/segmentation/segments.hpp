@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "ground/model.hpp"
+#include "ground/relief.hpp"
 #include "held_bytes.hpp"
 #include "obstacles/segmentation/upright_row.hpp"
 #include "stereogrid/camera.hpp"
@@ -44,11 +45,12 @@ class Segmenter {
   /// `obstacle`: (H, W) px, 0 = none. `for_ranges(count, work)` calls work(begin, end) on parts of [0, count), on
   /// threads of its own if it likes. What the other functions say is of the last call.
   template <class ForRanges>
-  void find(View<const float> obstacle, const Ground& ground, const ForRanges& for_ranges) {
+  void find(View<const float> obstacle, const Ground& ground, const ForRanges& for_ranges,
+            const Relief<Host>& relief = {}) {
     tallies_.fill({});
     const RoadPlane plane{road_plane(rig_, ground)};
-    for_ranges(obstacle.width, [&](int begin, int end) { count(obstacle, plane, ground.height_m, begin, end); });
-    take_nodes(plane, ground.height_m);
+    for_ranges(obstacle.width, [&](int begin, int end) { count(obstacle, plane, ground.height_m, relief, begin, end); });
+    take_nodes(plane, ground.height_m, relief);
     separate();
   }
 
@@ -130,9 +132,10 @@ class Segmenter {
     std::size_t end;
   };
 
-  void count(View<const float> obstacle, const RoadPlane& plane, double camera_height_m, int begin, int end);
+  void count(View<const float> obstacle, const RoadPlane& plane, double camera_height_m, const Relief<Host>& relief,
+             int begin, int end);
   void add(const UprightRow& row, int v, int u, float d);
-  void take_nodes(const RoadPlane& plane, double camera_height_m);
+  void take_nodes(const RoadPlane& plane, double camera_height_m, const Relief<Host>& relief);
   void separate();
   void join_right(int index);
   int root_of(int index);

@@ -112,6 +112,10 @@ void CudaStages::set_ground(const Ground& ground) {
 // The kernels read the rules from pinned memory; without GroundModel::terrain they are not launched.
 void CudaStages::set_rules(const TerrainRules& rules) {
   if (are_grids_in_work_) synchronize();
+  if (device_.rays.relief.size() > 0) {
+    put(rules.relief.rows, host_.relief.data());
+    upload(cuda_, host_.relief.data(), device_.rays.relief.size(), device_.rays.relief.data());
+  }
   put(rules.vehicle, host_.vehicle_rules.data());
   put(rules.window, host_.window_rules.data());
 }
