@@ -12,10 +12,14 @@ Ground estimate_ground(const Rig& rig, const GroundConfig& config, View<const fl
     return trusted;
   }
   const Ground before{predicted(rig, config, previous, dt_s)};
+  space.samples.clear();
+  add_samples(road_disparity, first_ground_row(rig, road_plane(rig, before)), space.samples);
+  return fit_ground(rig, config, before, space);
+}
+
+Ground fit_ground(const Rig& rig, const GroundConfig& config, const Ground& before, GroundSpace& space) {
   const RoadPlane expected{road_plane(rig, before)};
   const Matrix3 covariance{carried(numbers_by_ground(rig, before), covariance_of(before))};
-  space.samples.clear();
-  add_samples(road_disparity, first_ground_row(rig, expected), space.samples);
   RoadPlane plane{expected};
   const double radius_px{refine(space.samples, covariance, plane)};
   PlaneMeasurement measurement;

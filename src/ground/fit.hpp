@@ -33,6 +33,9 @@ struct PlaneDraws {
 bool find_plane(const Rig& rig, const GroundConfig& config, const std::vector<GroundSample>& samples, RoadPlane& plane,
                 const PlaneDraws& draws = {});
 
+/// The Kalman filter's step from `before`, which the samples of `space` measure. `before`: they do not.
+Ground fit_ground(const Rig& rig, const GroundConfig& config, const Ground& before, GroundSpace& space);
+
 /// At `plane`, to which the samples have been refined with that radius: one more step without tether. The covariance
 /// comes from how much the blocks of the image disagree (the sandwich of robust regression, by clusters), since errors
 /// of neighbouring pixels are alike. False: not determined.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "backend/cpu.hpp"
+#include "ground/fit.hpp"
 #include "pipeline/results.hpp"
 #include "pipeline/stopwatch.hpp"
 
@@ -157,21 +158,27 @@ bool FramePipeline::find_ground(const LevelFrame& frame, const Ground& expected)
   return is_first_ || searches;
 }
 
-// A slope, stairs or a lower floor ahead can attract the estimated plane. The expected plane stays if it fits the
-// nearest ground better.
+// A slope, stairs or a lower floor ahead can attract the estimated plane. The plane through the nearest ground alone
+// stays if it fits that clearly better.
 void FramePipeline::keep_near_ground(const LevelFrame& frame, const Ground& expected, bool has_searched) {
   constexpr double clearly_better{0.8};
-  constexpr double near_part{0.6};  // up to 1.7 times the nearest distance
+  constexpr double near_part{0.7};  // up to 1.4 times the nearest distance
   if (!config_.ground.estimate) return;
   mounting_samples_.clear();
   add_samples(matched(frame), mounting_samples_);
   const RoadPlane plane{road_plane(rig_, expected)};
-  const NearGround before{near_ground(rig_, mounting_samples_, plane, plane, near_part)};
+  ground_samples_.samples.clear();
+  const double first_row{rig_.height_px -
+                         (1 - near_part) * plane.disparity(rig_.centre_u_px, rig_.height_px) / plane.per_v};
+  add_samples(stages_->obstacle_disparity(), first_row, ground_samples_.samples);
+  add_samples(stages_->road_disparity(), first_row, ground_samples_.samples);
+  const Ground near{fit_ground(rig_, config_.ground, expected, ground_samples_)};
+  const NearGround before{near_ground(rig_, mounting_samples_, plane, road_plane(rig_, near), near_part)};
   const NearGround estimated{
       near_ground(rig_, mounting_samples_, plane, road_plane(rig_, stages_->ground()), near_part)};
   if (!before.holds() || before.misfit_px >= clearly_better * estimated.misfit_px) return;
-  if (frame.is_given() || has_searched) match(expected, false);
-  stages_->set_ground(expected);
+  if (frame.is_given() || has_searched) match(near, false);
+  stages_->set_ground(near);
 }
 
 // A search that has failed is not repeated for some frames.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 
 namespace stereogrid {
 namespace {
@@ -28,7 +29,9 @@ void TerrainRelief::begin(const TerrainCamera& camera, const Rings& rings, const
   }
 }
 
-void TerrainRelief::profile(int sector, const Rings& rings, const PolarCell* cells) {
+void TerrainRelief::profile(int sector, const TerrainCamera& camera, const Rings& rings, const float* sigma_px,
+                            const PolarCell* cells) {
+  static const float k{std::getenv("RK") ? (float)atof(std::getenv("RK")) : 2.f};
   float x{0};
   float z{0};
   float slope{0};
@@ -39,7 +42,10 @@ void TerrainRelief::profile(int sector, const Rings& rings, const PolarCell* cel
       z = cells[ring].elevation_m;
       slope = cells[ring].slope;
     }
-    elevation_m_(ring, sector) = z + slope * std::min(middle - x, continued_m);
+    const float ground_m{z + slope * std::min(middle - x, continued_m)};
+    const float noise_m{camera.height_sigma(camera.height_m - ground_m, slope, middle, sigma_px[ring])};
+    const float level_noise_m{camera.elevation_sigma(camera.height_m, middle, sigma_px[ring])};
+    elevation_m_(ring, sector) = ground_m + k * std::max(noise_m - level_noise_m, 0.0f);
   }
 }
 
@@ -51,7 +57,11 @@ float TerrainRelief::smoothed(int sector, int ring) const {
   }
   std::ranges::nth_element(around, around.begin() + 2);
   const float noise{noise_m_(ring, 0)};
-  return around[2] - std::clamp(around[2], -noise, noise);
+  const float z{around[2]};
+  static const int mode{std::getenv("RM") ? atoi(std::getenv("RM")) : 1};
+  if (mode == 0) return z - std::clamp(z, -noise, noise);
+  // from 0 at the noise to all of it at twice the noise
+  return std::clamp(2 * (z - std::clamp(z, -noise, noise)), std::min(z, 0.0f), std::max(z, 0.0f));
 }
 
 void TerrainRelief::fill(int sector, const TerrainCamera& camera, const Rings& rings) {

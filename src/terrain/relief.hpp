@@ -19,7 +19,8 @@ class TerrainRelief {
   /// Sets what all sectors share, before the functions below. `sigma_px`: noise of disparities by ring.
   void begin(const TerrainCamera& camera, const Rings& rings, const float* sigma_px);
   /// Elevations of one sector's rings.
-  void profile(int sector, const Rings& rings, const PolarCell* cells);
+  void profile(int sector, const TerrainCamera& camera, const Rings& rings, const float* sigma_px,
+               const PolarCell* cells);
   /// Rows of one sector, once all sectors have a profile.
   void fill(int sector, const TerrainCamera& camera, const Rings& rings);
 

@@ -10,16 +10,17 @@
 namespace stereogrid {
 namespace {
 
+const int edge_confirm{std::getenv("EC") ? atoi(std::getenv("EC")) : 3};
 constexpr int neighbour_rings{3};  ///< edges of neighbours are the same one within so many rings
 
-// Neighbours, up to `reach` sectors to both sides, with an edge near `ring`.
-int confirming(View<const SectorWalk> walks, int sector, int reach, int ring) {
+// Neighbours, up to `reach` sectors to both sides, whose `what`, edge or obstacle, is near `ring`.
+int confirming(View<const SectorWalk> walks, int sector, int reach, int SectorWalk::*what, int ring) {
   int count{0};
   for (int offset{-reach}; offset <= reach; ++offset) {
     const int beside{sector + offset};
     if (offset == 0 || beside < 0 || beside >= walks.width) continue;
-    const int end{walks(beside, 0).end};
-    if (end != no_ring && std::abs(end - ring) <= neighbour_rings) ++count;
+    const int found{walks(beside, 0).*what};
+    if (found != no_ring && std::abs(found - ring) <= neighbour_rings) ++count;
   }
   return count;
 }
@@ -44,19 +45,25 @@ int common_end(View<const SectorWalk> walks, int sector) {
     const SectorWalk& walk{walks(beside, 0)};
     if (beside != sector && walk.end == no_ring && walk.lost > middle) ++passing;
   }
-  return confirming(walks, sector, reach, middle) >= 2 * std::max(passing, 1) ? middle : no_ring;
+  return confirming(walks, sector, reach, &SectorWalk::end, middle) >= 2 * std::max(passing, 1) ? middle : no_ring;
 }
 
 }  // namespace
 
-void find_common_end(int sector, View<SectorWalk> walks) {
-  walks(sector, 0).common_end = common_end(walks, sector);
+void compare_walks(int sector, View<SectorWalk> walks) {
+  SectorWalk& walk{walks(sector, 0)};
+  walk.common_end = common_end(walks, sector);
+  walk.is_block_confirmed = confirming(walks, sector, 2, &SectorWalk::blocked, walk.blocked) >= 2;
 }
 
 void settle_sector(int sector, View<const SectorWalk> walks, int rings, PolarCell* cells) {
   const SectorWalk& walk{walks(sector, 0)};
+  if (walk.blocked != no_ring && !walk.is_block_confirmed &&
+      confirming(walks, sector, 2, &SectorWalk::blocked, walk.blocked) < 2) {
+    cells[walk.blocked] = PolarCell{};
+  }
   if (walk.end == no_ring) return;
-  if (confirming(walks, sector, 2, walk.end) >= 2) {
+  if (confirming(walks, sector, 3, &SectorWalk::end, walk.end) >= edge_confirm) {
     const TerrainClass kind{walk.end_kind == GapKind::drop ? TerrainClass::drop : TerrainClass::hidden};
     std::fill(cells + walk.end, cells + walk.end_seen + 1, PolarCell{.kind = kind});
     return;

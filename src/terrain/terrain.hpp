@@ -46,13 +46,13 @@ class Terrain {
     for_sectors([&](int sector) { samples_.place(sector, rings_); });
     begin_walks();
     for_sectors([&](int sector) { walk_sector(input(), sector, cells_.view(), walks_(sector, 0)); });
-    for_sectors([&](int sector) { find_common_end(sector, walks_.view()); });
+    for_sectors([&](int sector) { compare_walks(sector, walks_.view()); });
     spread_ground(input(), cells_.view(), walks_.view());
     const View<const SectorWalk> walks{std::as_const(walks_).view()};
     for_sectors([&](int sector) { settle_sector(sector, walks, rings_.count(), cells_.row(sector)); });
     spread_hidden(rings_.count(), cells_.view());
     relief_.begin(camera_, rings_, sigma_px_.data());
-    for_sectors([&](int sector) { relief_.profile(sector, rings_, cells_.row(sector)); });
+    for_sectors([&](int sector) { relief_.profile(sector, camera_, rings_, sigma_px_.data(), cells_.row(sector)); });
     for_sectors([&](int sector) { relief_.fill(sector, camera_, rings_); });
   }
   /// Calls work(ix, iy, ground) for the cells of rows begin … end − 1.

@@ -105,6 +105,7 @@ void Walk::set_obstacle(const RingSamples& samples) {
   cells_[ring_] = {std::max(samples.top, state_.z), 0, TerrainClass::obstacle};
   state_.is_alive = false;
   state_.is_blocked = true;
+  walk_.blocked = ring_;
 }
 
 // Distance of two samples on the present surface, and at least two rings.
@@ -240,6 +241,14 @@ void Walk::step() {
   miss();
 }
 
+// Wrong matches look like an obstacle in a sector or two; rays see what is thin and tall.
+void drop_lone_obstacle(PolarCell* cells, SectorWalk& walk) {
+  if (walk.blocked == no_ring || walk.is_block_confirmed) return;
+  cells[walk.blocked] = PolarCell{};
+  walk.blocked = no_ring;
+  walk.state.is_blocked = false;
+}
+
 void end_at_common(const WalkInput& input, int sector, View<PolarCell> cells, SectorWalk& walk) {
   const int last{walk.common_end + common_end_rings};
   if (walk.common_end == no_ring || walk.lost <= last || walk.end != no_ring) return;
@@ -265,7 +274,10 @@ void walk_sector(const WalkInput& input, int sector, View<PolarCell> cells, Sect
 }
 
 void spread_ground(const WalkInput& input, View<PolarCell> cells, View<SectorWalk> walks) {
-  for (int sector{0}; sector < walks.width; ++sector) end_at_common(input, sector, cells, walks(sector, 0));
+  for (int sector{0}; sector < walks.width; ++sector) {
+    end_at_common(input, sector, cells, walks(sector, 0));
+    drop_lone_obstacle(cells.row(sector), walks(sector, 0));
+  }
   for (int ring{0}; ring < input.rings.count(); ++ring) {
     for (int sector{0}; sector < walks.width; ++sector) {
       SectorWalk& walk{walks(sector, 0)};

@@ -42,10 +42,12 @@ struct WalkState {
 struct SectorWalk {
   int lost{0};            ///< ring at which the walk first lost the ground
   WalkState state{};      ///< behind the last ring that was walked
+  int blocked{no_ring};   ///< ring of the obstacle that the walk met last
   int end{no_ring};       ///< ring of an edge behind which the ground is hidden
   int end_seen{no_ring};  ///< ring in which the gap was met: behind `end` by the matcher's smear
   GapKind end_kind{GapKind::unknown};
-  int common_end{no_ring};  ///< edge of most neighbours
+  int common_end{no_ring};         ///< edge of most neighbours
+  bool is_block_confirmed{false};  ///< by obstacles of neighbours
 };
 
 /// Input of the walks of all sectors.
@@ -62,8 +64,8 @@ struct WalkInput {
 /// Walks along one sector from the vehicle outwards, until it loses the ground.
 void walk_sector(const WalkInput& input, int sector, View<PolarCell> cells, SectorWalk& walk);
 
-/// Sets the common edge of a sector's neighbours, once all have been walked.
-void find_common_end(int sector, View<SectorWalk> walks);
+/// Compares a sector with its neighbours, once all have been walked.
+void compare_walks(int sector, View<SectorWalk> walks);
 
 /// Ends walks at the edge of most neighbours: a sector that passes alone has followed the matcher's smear. Then
 /// continues the walks of all sectors that have lost the ground, ring by ring: from the ground of neighbours, from the
