@@ -5,90 +5,153 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
+#include <limits>
 
 namespace stereogrid {
 namespace {
 
-constexpr float continued_m{3};  ///< behind the last ground its slope continues
-constexpr float least_m{0.06f};
-constexpr float least_sigmas{2};
+constexpr float none{std::numeric_limits<float>::quiet_NaN()};
+// Lengths in heights of the vehicle.
+constexpr float half_width{1.4f};  ///< of ground that is wide
+constexpr float slope_base{1.4f};  ///< so much ground measures a slope
+constexpr float ahead{0.8f};       ///< ground continues so far
+constexpr float continued{1.7f};   ///< behind the last ground its slope continues so far
+constexpr int reach_max{24};       ///< sectors
+constexpr float noise_min_m{0.06f};
+constexpr float noise_sigmas{2};
 
 }  // namespace
 
 TerrainRelief::TerrainRelief(int sectors, int rings, int disparities, int height_px)
     : height_px_{height_px},
       elevation_m_{rings, sectors},
+      ground_m_{rings, sectors},
       noise_m_{rings, 1},
       rows_{disparities * relief_bins_per_px, sectors} {}
 
-void TerrainRelief::begin(const TerrainCamera& camera, const Rings& rings, const float* sigma_px) {
+void TerrainRelief::begin(const TerrainCamera& camera, const TerrainLimits& limits, const Rings& rings,
+                          const float* sigma_px) {
+  limits_ = limits;
   for (int ring{0}; ring < rings.count(); ++ring) {
     const float sigma_m{camera.elevation_sigma(camera.height_m, rings.middle_m(ring), sigma_px[ring])};
-    noise_m_(ring, 0) = std::max(least_m, least_sigmas * sigma_m);
+    noise_m_(ring, 0) = std::max(std::min(noise_min_m, limits.step_m / 2), noise_sigmas * sigma_m);
   }
 }
 
+// Pixels of a rising surface are noisier than those of a level one: its upper bound counts.
 void TerrainRelief::profile(int sector, const TerrainCamera& camera, const Rings& rings, const float* sigma_px,
                             const PolarCell* cells) {
-  static const float k{std::getenv("RK") ? (float)atof(std::getenv("RK")) : 2.f};
-  float x{0};
-  float z{0};
-  float slope{0};
   for (int ring{0}; ring < rings.count(); ++ring) {
-    const float middle{rings.middle_m(ring)};
-    if (cells[ring].is_ground()) {
-      x = middle;
-      z = cells[ring].elevation_m;
-      slope = cells[ring].slope;
-    }
-    const float ground_m{z + slope * std::min(middle - x, continued_m)};
-    const float noise_m{camera.height_sigma(camera.height_m - ground_m, slope, middle, sigma_px[ring])};
-    const float level_noise_m{camera.elevation_sigma(camera.height_m, middle, sigma_px[ring])};
-    elevation_m_(ring, sector) = ground_m + k * std::max(noise_m - level_noise_m, 0.0f);
+    const PolarCell& cell{cells[ring]};
+    elevation_m_(ring, sector) = none;
+    if (!cell.is_ground() || !cell.is_firm) continue;
+    const float x{rings.middle_m(ring)};
+    const float noise_m{camera.height_sigma(camera.height_m - cell.elevation_m, cell.slope, x, sigma_px[ring])};
+    const float level_noise_m{camera.elevation_sigma(camera.height_m, x, sigma_px[ring])};
+    elevation_m_(ring, sector) = cell.elevation_m + noise_sigmas * std::max(noise_m - level_noise_m, 0.0f);
   }
 }
 
-// Median of five sectors, less the noise.
-float TerrainRelief::smoothed(int sector, int ring) const {
-  std::array<float, 5> around{};
-  for (int i{0}; i < 5; ++i) {
-    around[static_cast<std::size_t>(i)] = elevation_m_(ring, std::clamp(sector + i - 2, 0, elevation_m_.height() - 1));
+// Median of the sectors around, if most of them have ground that the vehicle reaches from it across.
+float TerrainRelief::wide_ground(int sector, int ring, int reach, float rise_per_sector) const {
+  std::array<float, 2 * reach_max + 1> around{};
+  std::size_t count{0};
+  const int first{std::max(sector - reach, 0)};
+  const int last{std::min(sector + reach, elevation_m_.height() - 1)};
+  for (int i{first}; i <= last; ++i) {
+    const float z{elevation_m_(ring, i)};
+    if (!std::isnan(z)) around[count++] = z;
   }
-  std::ranges::nth_element(around, around.begin() + 2);
+  const auto is_most = [&](int sectors) { return 2 * sectors > last + 1 - first; };
+  if (!is_most(static_cast<int>(count))) return none;
+  const auto middle = around.begin() + static_cast<std::ptrdiff_t>(count / 2);
+  std::nth_element(around.begin(), middle, around.begin() + static_cast<std::ptrdiff_t>(count));
+  int reached{0};
+  for (int i{first}; i <= last; ++i) {
+    const float most{noise_m_(ring, 0) + rise_per_sector * static_cast<float>(std::abs(i - sector))};
+    reached += std::abs(elevation_m_(ring, i) - *middle) < most ? 1 : 0;  // false: none
+  }
+  return is_most(reached) ? *middle : none;
+}
+
+// Ground ahead of `ring`, along the slope of the last slope_base_m.
+TerrainRelief::Line TerrainRelief::line_before(int sector, int ring, const Rings& rings) const {
+  const float* const z{ground_m_.row(sector)};
+  int last{ring - 1};
+  while (last >= 0 && std::isnan(z[last])) --last;
+  if (last < 0) return {};
+  const float base_m{slope_base * limits_.height_m};
+  const float x{rings.middle_m(last)};
+  int first{last};
+  while (first >= 0 && (std::isnan(z[first]) || x - rings.middle_m(first) < base_m)) --first;
+  if (first < 0) return {x, z[last], z[last] / std::max(x, base_m)};  // from the footprint
+  return {x, z[last], (z[last] - z[first]) / (x - rings.middle_m(first))};
+}
+
+float TerrainRelief::continued_to(int sector, int ring, const Rings& rings) const {
+  const Line line{line_before(sector, ring, rings)};
+  return line.z + line.slope * std::min(rings.middle_m(ring) - line.x, continued * limits_.height_m);
+}
+
+// Wide ground that continues what lies before it. Before an obstacle the matcher's smear raises it.
+void TerrainRelief::connect(int sector, const TerrainCamera& camera, const Rings& rings, const PolarCell* cells) {
+  for (int ring{0}; ring < rings.count(); ++ring) {
+    float& ground{ground_m_(ring, sector)};
+    ground = none;
+    if (ring + 1 < rings.count() && cells[ring + 1].kind == TerrainClass::obstacle) continue;
+    const float x{rings.middle_m(ring)};
+    const float sector_m{sector_px * x / camera.focal_px};
+    const int reach{std::clamp(static_cast<int>(half_width * limits_.height_m / sector_m), 2, reach_max)};
+    const float z{wide_ground(sector, ring, reach, limits_.slope * sector_m)};
+    const float expected{continued_to(sector, ring, rings)};
+    if (std::abs(z - expected) < std::max(limits_.step_m, 2 * noise_m_(ring, 0))) ground = z;
+  }
+}
+
+// The foot of a wall looks like the beginning of a slope. Of the rings ahead three quarters must be ground.
+void TerrainRelief::drop_feet(int sector, const Rings& rings) {
+  float* const ground{ground_m_.row(sector)};
+  for (int ring{0}; ring < rings.count(); ++ring) {
+    const float end_m{rings.middle_m(ring) + ahead * limits_.height_m};
+    int rings_ahead{0};
+    int ground_ahead{0};
+    for (int i{ring + 1}; i < rings.count() && rings.middle_m(i) <= end_m; ++i) {
+      ++rings_ahead;
+      ground_ahead += std::isnan(ground[i]) ? 0 : 1;
+    }
+    if (4 * ground_ahead < 3 * rings_ahead) ground[ring] = none;
+  }
+}
+
+// From 0 at the noise to all of it at twice the noise.
+float TerrainRelief::elevation(int sector, int ring, const Rings& rings) const {
+  const float known{ground_m_(ring, sector)};
+  const float z{std::isnan(known) ? continued_to(sector, ring, rings) : known};
   const float noise{noise_m_(ring, 0)};
-  const float z{around[2]};
-  static const int mode{std::getenv("RM") ? atoi(std::getenv("RM")) : 1};
-  if (mode == 0) return z - std::clamp(z, -noise, noise);
-  // from 0 at the noise to all of it at twice the noise
   return std::clamp(2 * (z - std::clamp(z, -noise, noise)), std::min(z, 0.0f), std::max(z, 0.0f));
 }
 
-void TerrainRelief::fill(int sector, const TerrainCamera& camera, const Rings& rings) {
+void TerrainRelief::fill(int sector, const TerrainCamera& camera, const Rings& rings, const PolarCell* cells) {
+  connect(sector, camera, rings, cells);
+  drop_feet(sector, rings);
   std::int16_t* const rows{rows_.row(sector)};
-  std::fill_n(rows, rows_.width(), std::int16_t{0});
-  if (rings.count() == 0) return;
   const auto most = static_cast<float>(height_px_);
-  int ring{0};
+  int ring{-1};
   float x_from{0};
   float z_from{0};
-  float x_to{rings.middle_m(0)};
-  float z_to{smoothed(sector, 0)};
+  float x_to{0};
+  float z_to{0};
   for (int bin{rows_.width() - 1}; bin >= 0; --bin) {
-    const float disparity{(static_cast<float>(bin) + 0.5f) / relief_bins_per_px};
-    const float x{camera.range(disparity)};
-    while (x > x_to && ring < rings.count()) {
+    const float x{camera.range((static_cast<float>(bin) + 0.5f) / relief_bins_per_px)};
+    while (x > x_to && ring + 1 < rings.count()) {
+      ++ring;
       x_from = x_to;
       z_from = z_to;
-      ++ring;
-      if (ring == rings.count()) break;
       x_to = rings.middle_m(ring);
-      z_to = smoothed(sector, ring);
+      z_to = elevation(sector, ring, rings);
     }
-    const float share{std::min((x - x_from) / (x_to - x_from), 1.0f)};
-    const float z{ring == rings.count() ? z_from : z_from + share * (z_to - z_from)};
-    const float row{std::round(z / (x * camera.tangent_per_v))};
-    rows[bin] = static_cast<std::int16_t>(std::clamp(row, -most, most));
+    const float z{x > x_to ? z_to : z_from + (z_to - z_from) * (x - x_from) / (x_to - x_from)};
+    rows[bin] = static_cast<std::int16_t>(std::clamp(std::round(z / (x * camera.tangent_per_v)), -most, most));
   }
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -11,27 +12,46 @@
 
 namespace stereogrid {
 
-/// The ground of all sectors as a Relief. Elevations that the noise explains are 0: level ground is the plane.
+/// The ground of all sectors as a Relief. Only wide ground that continues counts, so that no obstacle's foot does.
+/// Elevations that the noise explains are 0: level ground is the plane.
 class TerrainRelief {
  public:
   TerrainRelief(int sectors, int rings, int disparities, int height_px);
 
   /// Sets what all sectors share, before the functions below. `sigma_px`: noise of disparities by ring.
-  void begin(const TerrainCamera& camera, const Rings& rings, const float* sigma_px);
+  void begin(const TerrainCamera& camera, const TerrainLimits& limits, const Rings& rings, const float* sigma_px);
   /// Elevations of one sector's rings.
   void profile(int sector, const TerrainCamera& camera, const Rings& rings, const float* sigma_px,
                const PolarCell* cells);
-  /// Rows of one sector, once all sectors have a profile.
-  void fill(int sector, const TerrainCamera& camera, const Rings& rings);
+  /// Relief of one sector, once all sectors have a profile.
+  void fill(int sector, const TerrainCamera& camera, const Rings& rings, const PolarCell* cells);
 
+  /// Wide ground, where the noise is low enough to tell it from an obstacle's foot.
+  [[nodiscard]] bool is_known(int sector, int ring) const {
+    return noise_m_(ring, 0) < 0.8f * limits_.step_m && !std::isnan(ground_m_(ring, sector));
+  }
   [[nodiscard]] Relief<Host> view() const { return {rows_.view()}; }
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(elevation_m_, noise_m_, rows_); }
+  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(elevation_m_, ground_m_, noise_m_, rows_); }
 
  private:
-  [[nodiscard]] float smoothed(int sector, int ring) const;
+  /// Ground that continues from a place.
+  struct Line {
+    float x{0};
+    float z{0};
+    float slope{0};
+  };
 
+  void connect(int sector, const TerrainCamera& camera, const Rings& rings, const PolarCell* cells);
+  void drop_feet(int sector, const Rings& rings);
+  [[nodiscard]] Line line_before(int sector, int ring, const Rings& rings) const;
+  [[nodiscard]] float continued_to(int sector, int ring, const Rings& rings) const;
+  [[nodiscard]] float wide_ground(int sector, int ring, int reach, float rise_per_sector) const;
+  [[nodiscard]] float elevation(int sector, int ring, const Rings& rings) const;
+
+  TerrainLimits limits_{};
   int height_px_;
-  Image<float> elevation_m_;  // (ring, sector)
+  Image<float> elevation_m_;  // (ring, sector); NaN: no firm ground
+  Image<float> ground_m_;     // (ring, sector): wide ground; NaN: none
   Image<float> noise_m_;      // (ring, 0): elevations up to here are 0
   Image<std::int16_t> rows_;  // (bin, sector)
 };

@@ -10,7 +10,6 @@
 namespace stereogrid {
 namespace {
 
-const int edge_confirm{std::getenv("EC") ? atoi(std::getenv("EC")) : 3};
 constexpr int neighbour_rings{3};  ///< edges of neighbours are the same one within so many rings
 
 // Neighbours, up to `reach` sectors to both sides, whose `what`, edge or obstacle, is near `ring`.
@@ -63,7 +62,7 @@ void settle_sector(int sector, View<const SectorWalk> walks, int rings, PolarCel
     cells[walk.blocked] = PolarCell{};
   }
   if (walk.end == no_ring) return;
-  if (confirming(walks, sector, 3, &SectorWalk::end, walk.end) >= edge_confirm) {
+  if (confirming(walks, sector, 3, &SectorWalk::end, walk.end) >= walk.confirmations) {
     const TerrainClass kind{walk.end_kind == GapKind::drop ? TerrainClass::drop : TerrainClass::hidden};
     std::fill(cells + walk.end, cells + walk.end_seen + 1, PolarCell{.kind = kind});
     return;

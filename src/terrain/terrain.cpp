@@ -19,12 +19,10 @@ struct CellSectors {
   float elevation_m{0};  ///< sum
   float slope{0};        ///< sum
   int seen{0};
-  int firm{0};
 
   void add(const PolarCell& cell) {
     ++count[static_cast<std::size_t>(cell.kind)];
     ++sectors;
-    firm += cell.is_firm && cell.is_ground() ? 1 : 0;
     if (std::isnan(cell.elevation_m)) return;
     elevation_m += cell.elevation_m;
     slope += cell.slope;
@@ -97,14 +95,14 @@ CellGround Terrain::ground_at(float x, float y, float half_m) const {
   const int last{std::min(std::max({right - 1, sector_at(x, y), least}), samples_.sectors() - 1)};
   if (first > last) return {};
   CellSectors found;
-  for (int sector{first}; sector <= last; ++sector) found.add(cells_(ring, sector));
+  int wide{0};
+  for (int sector{first}; sector <= last; ++sector) {
+    found.add(cells_(ring, sector));
+    wide += relief_.is_known(sector, ring) ? 1 : 0;
+  }
   CellGround ground;
   ground.kind = found.kind();
-  ground.is_firm = found.firm == found.sectors;
-  for (const int beside : {first - 2, first - 1, last + 1, last + 2}) {  // a lone firm sector may be a slanted obstacle
-    const PolarCell& one{cells_(ring, std::clamp(beside, 0, samples_.sectors() - 1))};
-    ground.is_firm = ground.is_firm && one.is_firm && one.is_ground();
-  }
+  ground.is_wide = wide == found.sectors;
   if (found.seen == 0) return ground;
   const auto seen = static_cast<float>(found.seen);
   const float slope{found.slope / seen};

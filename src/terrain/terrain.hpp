@@ -21,7 +21,7 @@ struct CellGround {
   float elevation_m{std::numeric_limits<float>::quiet_NaN()};
   float sigma_m{std::numeric_limits<float>::quiet_NaN()};
   TerrainClass kind{TerrainClass::unknown};
-  bool is_firm{false};  ///< drivable without a gap from the footprint on
+  bool is_wide{false};  ///< see TerrainRelief
 };
 
 /// Ground of a frame: elevation, drivable cells, steps, edges (docs/terrain.md). The same loops serve every back end:
@@ -51,9 +51,9 @@ class Terrain {
     const View<const SectorWalk> walks{std::as_const(walks_).view()};
     for_sectors([&](int sector) { settle_sector(sector, walks, rings_.count(), cells_.row(sector)); });
     spread_hidden(rings_.count(), cells_.view());
-    relief_.begin(camera_, rings_, sigma_px_.data());
+    relief_.begin(camera_, limits_, rings_, sigma_px_.data());
     for_sectors([&](int sector) { relief_.profile(sector, camera_, rings_, sigma_px_.data(), cells_.row(sector)); });
-    for_sectors([&](int sector) { relief_.fill(sector, camera_, rings_); });
+    for_sectors([&](int sector) { relief_.fill(sector, camera_, rings_, cells_.row(sector)); });
   }
   /// Calls work(ix, iy, ground) for the cells of rows begin … end − 1.
   template <class Work>

@@ -14,6 +14,7 @@ namespace {
 constexpr float reconnect_share{0.3f};  ///< of the range
 constexpr int common_end_rings{1};      ///< behind the common edge, for its noise
 constexpr float slope_memory_m{0.8f};
+constexpr float far_px{14};         ///< wrong matches look like edges more often at smaller disparities
 constexpr float slope_base_rings{4};  ///< distance over which slope_max counts
 
 class Walk {
@@ -82,7 +83,7 @@ void Walk::set_ground(float z) {
   const bool is_first{state_.x < in_.rings.begin_m(0)};
   const bool is_continued{is_first || dx < widest_gap()};
   if (is_continued && !is_first) fill_missing(z);
-  state_.is_firm = state_.is_firm && is_continued && std::abs(z - state_.elevation(view_.x)) < 0.5f * in_.limits.step_m;
+  state_.is_firm = state_.is_firm && is_continued;
   const float measured{std::clamp((z - state_.z) / std::max(dx, 1e-3f), -in_.limits.slope, in_.limits.slope)};
   state_.slope += (measured - state_.slope) * dx / (dx + slope_memory_m);
   state_.x = view_.x;
@@ -211,7 +212,9 @@ void Walk::end_at(const Gap& gap) {
   walk_.end = ring_;
   while (walk_.end > 0 && in_.rings.begin_m(walk_.end) > gap.mark_x) --walk_.end;
   walk_.end_seen = ring_;
-  walk_.end_kind = gap.kind;
+  // what lies before the image may have any height
+  walk_.end_kind = state_.x < in_.rings.begin_m(0) ? GapKind::unknown : gap.kind;
+  walk_.confirmations = in_.camera.focal_baseline_pxm < far_px * view_.x ? 4 : 3;
 }
 
 void Walk::step() {
