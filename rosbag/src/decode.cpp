@@ -176,7 +176,7 @@ cv::Mat pixels_of(messages::sensor_msgs::Image& message, int type, const std::st
                                  message.height, message.step, message.data.size()),
                      "Record it again."};
   }
-  const std::size_t sample{CV_ELEM_SIZE1(type)};
+  const auto sample{static_cast<std::size_t>(CV_ELEM_SIZE1(type))};
   if (message.is_bigendian != 0 && sample > 1) {
     for (auto at{message.data.begin()}; message.data.end() - at >= static_cast<std::ptrdiff_t>(sample);) {
       std::reverse(at, at + static_cast<std::ptrdiff_t>(sample));

@@ -90,7 +90,9 @@ io::Calibration depth_calibration_of(const mcap::Bag& bag, const std::string& na
   const io::RosCamera camera{projection_of(left, is_named || left.message.k[0] == 0)};
   const double focal_px{camera.p[0] * width_px / camera.width_px};
   io::RosCamera right{camera};
-  right.p[3] = -camera.p[0] * (known_m > 0 ? known_m : io::virtual_baseline_m(focal_px, width_px));
+  const double virtual_m{io::virtual_baseline_m(focal_px, width_px)};
+  const bool is_virtual{known_m == 0 || (topics.second == SecondTopic::depth && known_m < virtual_m)};
+  right.p[3] = -camera.p[0] * (is_virtual ? virtual_m : known_m);
   io::Calibration calibration{io::ros_calibration(camera, right, is_named || is_straight || left.message.k[0] == 0)};
   if (calibration.raw && topics.second == SecondTopic::disparity) {
     fail(left,
@@ -100,9 +102,10 @@ io::Calibration depth_calibration_of(const mcap::Bag& bag, const std::string& na
   }
   io::fit_to_images(calibration, left.name, width_px, height_px);
   calibration.kind = fmt::format("CameraInfo of {}", left.topic);
-  if (known_m == 0) {
+  if (is_virtual) {
     calibration.notes.push_back(
-        fmt::format("baseline: the bag has none; depth becomes disparities of a virtual one of {:.4g} m",
+        fmt::format("baseline: {}; depth becomes disparities of a virtual one of {:.4g} m",
+                    known_m == 0 ? "the bag has none" : fmt::format("{:.4g} m would resolve depth coarsely", known_m),
                     calibration.rig.baseline_m));
   }
   return calibration;

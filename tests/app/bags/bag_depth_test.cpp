@@ -210,6 +210,25 @@ TEST_F(BagDepth, IsSaidByInfo) {
   EXPECT_THAT(outcome.output, HasSubstr("a virtual one of"));
 }
 
+// A short baseline at a low resolution would put all depth into few disparities.
+TEST_F(BagDepth, TakesAVirtualBaselineInsteadOfAShortOne) {
+  std::vector<Entry> all;
+  CameraInfo right{info(true)};
+  right.p[3] /= 4;
+  for (std::size_t i{0}; i < frames; ++i) {
+    all.push_back(image("/camera/left/image_rect", "left", i, "mono8", 0));
+    messages::sensor_msgs::Image depth{metres()};
+    depth.header = header(stamp_of(i));
+    all.push_back(entry("/camera/depth/depth_registered", start_ns, depth));
+  }
+  all.push_back(entry("/camera/left/camera_info", start_ns, info(false)));
+  all.push_back(entry("/camera/right/camera_info", start_ns, right));
+  write_mcap(bag(), all);
+  const Outcome outcome{run_bag(bag())};
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  EXPECT_THAT(outcome.errors, HasSubstr("baseline: 0.0625 m would resolve depth coarsely"));
+}
+
 TEST_F(BagDepth, OfAnotherSizeIsScaledOrRefused) {
   messages::sensor_msgs::Image half{millimetres()};
   half.width = 80;  // every second pixel and row
