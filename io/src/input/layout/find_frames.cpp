@@ -133,7 +133,7 @@ Sides sides_of(const InputLayout& layout) {
     pair_by_stamps(sides.left.images, sides.right.images, farthest_right_ns);
     return sides;
   }
-  const bool is_one_folder{layout.disparities == layout.left};
+  const bool is_one_folder{layout.disparities == layout.left && layout.left == layout.root};
   sides.disparities = side_of(layout.disparities, is_one_folder ? std::set<std::string>{".pfm"} : disparity_extensions,
                               "Disparities as PNG, PFM, TIFF or NPY belong there, one per left image.");
   if (is_one_folder) pair_single(sides.left.images, sides.disparities.images);
