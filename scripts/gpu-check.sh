@@ -13,7 +13,7 @@
 # packed into DIR.tar.gz. --limit (300): for each check. --total (600): after so long no further check begins; what is
 # left out is listed. --tool: of compute-sanitizer; without it all four. --architectures: without it those in CUDAARCHS,
 # else this machine's.
-# Exit status 0: all passed; 1: something failed; 64: wrong usage; 77: all that needs no GPU passed, but there is none.
+# Exit status 0: all that has run passed; 1: something failed; 64: wrong usage; 77: all that needs no GPU passed, but there is none.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
