@@ -100,11 +100,12 @@ void add_input_options(CLI::App& command, InputOptions& options) {
                   "metres, named as the left images and aligned to them.")
       ->type_name("DIR");
   command
-      .add_option("--depth-scale", options.depth_scale,
-                  "Units of 16-bit depth images in a metre: 1000 (millimetres), 5000 (TUM), 256 (KITTI).")
+      .add_option(
+          "--depth-scale", options.depth_scale,
+          "Units of 16-bit depth images in a metre: 1000 (millimetres), 5000 (TUM), 256 (KITTI). Left out: 5000 "
+          "beside TUM's rgb.txt and depth.txt, else 1000.")
       ->type_name("UNITS")
-      ->check(number(0.001, 1e6))
-      ->capture_default_str();
+      ->check(number(0.001, 1e6));
   command
       .add_option("--mask", options.mask,
                   "Image of the left image's size in which what shows the vehicle itself, its bonnet for instance, is "
@@ -144,7 +145,7 @@ Input open_input(const InputOptions& options) {
   arguments.poses = options.poses;
   if (!options.disparities.empty()) arguments.disparities = options.disparities;
   if (!options.depth.empty()) arguments.depth = options.depth;
-  arguments.depth_units_per_m = options.depth_scale;
+  if (options.depth_scale > 0) arguments.depth_units_per_m = options.depth_scale;
   if (!options.mask.empty()) arguments.mask = options.mask;
   if (!options.layout.empty()) {
     arguments.layout = options.layout == "side-by-side" ? io::ImageLayout::side_by_side : io::ImageLayout::top_bottom;

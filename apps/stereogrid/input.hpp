@@ -29,7 +29,7 @@ struct InputOptions {
   std::string poses;  ///< "", "file", "none", "odometry" or a file's name
   std::string disparities;
   std::string depth{};
-  double depth_scale{1000};
+  double depth_scale{0};  ///< 0: found
   std::string mask{};
   std::string layout{};  ///< of images that show both cameras: "", "side-by-side", "top-bottom"
   // of a bag

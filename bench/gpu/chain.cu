@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "chain.hpp"
 
-#include <algorithm>
 #include <memory>
 #include <thread>
 #include <utility>
@@ -12,10 +11,6 @@
 
 namespace stereogrid::bench {
 namespace {
-
-// Of a cell that nothing moves in, the filter reads what is observed and what it remembers (4), and writes that and the
-// layers (11).
-constexpr double still_cell_bytes{15 * sizeof(float)};
 
 struct Part {
   const char* name;
@@ -29,39 +24,6 @@ constexpr Part parts[]{{"upload", StreamTimes::start, StreamTimes::uploaded},
                        {"project", StreamTimes::counted, StreamTimes::projected},
                        {"filter", StreamTimes::projected, StreamTimes::filtered},
                        {"download", StreamTimes::filtered, StreamTimes::fetched}};
-
-constexpr int semi_global_paths{3};
-
-// Semi-global: the volume is written once, and read and written again by every direction but the last.
-double match_bytes(const Case& what) {
-  const double pixels{1.0 * what.width * what.height};
-  const double labels{what.disparities + 2.0 * road_margin_px + 1};
-  const double images{pixels * (2 + 3 * sizeof(float))};
-  if (what.method == MatchingMethod::correlation) return images;
-  return images + pixels * labels * (1 + semi_global_paths + 2.0 * (semi_global_paths - 1));
-}
-
-// Correlation, per label: difference of bits, their number, in and out of the window's column and row, minimum and its
-// runner-up. Semi-global, per label and direction: four candidates, their minimum, sums.
-double match_operations(const Case& what) {
-  const double labels{(what.disparities + 2.0 * road_margin_px + 1) * what.width * what.height};
-  return labels * (what.method == MatchingMethod::correlation ? 8 : 2 + 8 * semi_global_paths);
-}
-
-void add_costs(const Case& what, int window_cells, std::vector<StageResult>& stages) {
-  const double pixels{1.0 * what.width * what.height};
-  const double bins{1.0 * what.width * what.disparities};
-  const double cells{1.0 * window_cells * window_cells};
-  for (StageResult& stage : stages) {
-    if (stage.name == "upload") stage.bytes = 2 * pixels;
-    if (stage.name == "match") stage.bytes = match_bytes(what);
-    if (stage.name == "match") stage.operations = match_operations(what);
-    if (stage.name == "count") stage.bytes = 2 * sizeof(float) * pixels + bins * (4 + 5 * sizeof(float));
-    if (stage.name == "project") stage.bytes = bins * sizeof(float) + cells * sizeof(float);
-    if (stage.name == "filter") stage.bytes = still_cell_bytes * cells;  // little moves
-    if (stage.name == "download") stage.bytes = 8 * cells * sizeof(float);
-  }
-}
 
 }  // namespace
 
@@ -82,10 +44,8 @@ ChainResult run_chain(const Case& what, int frames) {
   }
   ChainResult result{what, {}, total.percentile(50), total.percentile(99), device.percentile(50)};
   for (std::size_t p{0}; p < std::size(parts); ++p) {
-    result.stages.push_back({parts[p].name, of_part[p].percentile(50), of_part[p].percentile(99), 0, 0});
+    result.stages.push_back({parts[p].name, of_part[p].percentile(50), of_part[p].percentile(99)});
   }
-  const Config config{config_of(what)};
-  add_costs(what, Window{vehicle_grid_of(config.grid)}.cells(), result.stages);
   return result;
 }
 
@@ -112,11 +72,10 @@ StageResult run_filter(int cells, int repetitions) {
   Cuda cuda;
   const FilterConfig config{preset("default").filter};
   const FilterTables tables{config};
-  const int velocities{static_cast<int>(tables.lattice.size())};
   const GridGeometry geometry{0, 0, 0.1, cells, cells};
   FilterOnDevice space{cuda, config, tables, cells};
-  FilterStateOnDevice before{config, cells};
-  FilterStateOnDevice after{config, cells};
+  FilterStateOnDevice before{cuda, config, cells};
+  FilterStateOnDevice after{cuda, config, cells};
   LayersOnDevice layers{cells, cells};
   DeviceImage<float> observed{cells, cells};
   Image<float> values{cells, cells, 0.5f};
@@ -136,10 +95,9 @@ StageResult run_filter(int cells, int repetitions) {
                 [&] { filter(cuda, space, motion.data(), std::as_const(observed).view(), before, after, layers); });
   Samples samples;
   for (int i{0}; i < repetitions; ++i) samples.add(median_ms(cuda, 1, [&] { graph.launch(cuda); }));
-  const double moving{static_cast<double>(std::min(space.capacity, BlockLayout{cells}.count()))};
-  return {"filter " + std::to_string(cells) + " x " + std::to_string(cells) + " x " + std::to_string(velocities),
-          samples.percentile(50), samples.percentile(99),
-          still_cell_bytes * cells * cells + 2 * sizeof(float) * moving * block_cells * velocities, 0};
+  return {
+      "filter " + std::to_string(cells) + " x " + std::to_string(cells) + " x " + std::to_string(tables.lattice.size()),
+      samples.percentile(50), samples.percentile(99)};
 }
 
 }  // namespace stereogrid::bench

@@ -16,13 +16,11 @@ struct Case {
   MatchingMethod method;
 };
 
-/// A stage's time, the bytes that it cannot do without reading or writing, and integer operations likewise.
+/// A stage's time.
 struct StageResult {
   std::string name;
   double median_ms;
   double p99_ms;
-  double bytes;
-  double operations;
 };
 
 struct ChainResult {

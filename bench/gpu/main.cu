@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// bench_gpu [FILE.json] [FRAMES]: how fast a GPU goes the way of a frame, against what it can do at best. Prints a
-// table, and writes the same as JSON. Exit status 77: no GPU.
+// bench_gpu [FILE.json] [FRAMES]: times of a frame on a GPU, and what the card can do at best. Prints a table, and
+// writes the same as JSON. Exit status 77: no GPU.
 #include <cstdio>
 #include <cstdlib>
 #include <sstream>
@@ -25,25 +25,10 @@ const char* name_of(MatchingMethod method) {
   return method == MatchingMethod::correlation ? "correlation" : "semi_global";
 }
 
-// How far a stage is from the memory's and the arithmetic units' limits, in percent.
-double percent(double amount, double ms, double per_s) {
-  return ms > 0 && per_s > 0 ? 100 * amount / (ms / 1e3) / per_s : 0;
-}
-
-double bandwidth_of(const StageResult& stage, const Limits& limits) {
-  if (stage.name == "upload") return limits.upload_gb_per_s * 1e9;
-  if (stage.name == "download") return limits.download_gb_per_s * 1e9;
-  return limits.copy_gb_per_s * 1e9;
-}
-
-void write(const StageResult& stage, const Limits& limits, std::ostream& json) {
-  const double of_memory{percent(stage.bytes, stage.median_ms, bandwidth_of(stage, limits))};
-  const double of_units{percent(stage.operations, stage.median_ms, limits.add_per_s)};
-  std::printf("  %-24s %8.4f %8.4f ms  %7.2f MB  %5.1f %% of bandwidth  %5.1f %% of integer units\n",
-              stage.name.c_str(), stage.median_ms, stage.p99_ms, stage.bytes / 1e6, of_memory, of_units);
+void write(const StageResult& stage, std::ostream& json) {
+  std::printf("  %-24s %8.4f %8.4f ms\n", stage.name.c_str(), stage.median_ms, stage.p99_ms);
   json << "{\"name\": \"" << stage.name << "\", \"median_ms\": " << stage.median_ms << ", \"p99_ms\": " << stage.p99_ms
-       << ", \"bytes\": " << stage.bytes << ", \"operations\": " << stage.operations
-       << ", \"percent_of_bandwidth\": " << of_memory << ", \"percent_of_integer_units\": " << of_units << "}";
+       << "}";
 }
 
 void write(const Limits& limits, std::ostream& json) {
@@ -60,7 +45,7 @@ void write(const Limits& limits, std::ostream& json) {
        << ", \"marked_us\": " << limits.marked_us << "}";
 }
 
-void write(const ChainResult& chain, const Limits& limits, std::ostream& json) {
+void write(const ChainResult& chain, std::ostream& json) {
   std::printf("\n%d x %d, %d disparities, %s: median and 99th percentile\n", chain.what.width, chain.what.height,
               chain.what.disparities, name_of(chain.what.method));
   json << "{\"width\": " << chain.what.width << ", \"height\": " << chain.what.height
@@ -70,7 +55,7 @@ void write(const ChainResult& chain, const Limits& limits, std::ostream& json) {
   const char* separator{""};
   for (const StageResult& stage : chain.stages) {
     json << std::exchange(separator, ", ");
-    write(stage, limits, json);
+    write(stage, json);
   }
   json << "]}";
   std::printf("  %-24s %8.4f %8.4f ms\n  %-24s %8.4f\n", "total, on the host", chain.total_median_ms,
@@ -108,13 +93,12 @@ void run(int frames, std::ostream& json) {
               device.multiProcessorCount);
   json << "{\"device\": \"" << device.name << "\", \"compute_capability\": \"" << device.major << "." << device.minor
        << "\", \"multiprocessors\": " << device.multiProcessorCount << ", \"frames\": " << frames << ",\n";
-  const Limits limits{measure_limits(cuda)};
-  write(limits, json);
+  write(measure_limits(cuda), json);
   json << ",\n\"chains\": [";
   const char* separator{"\n"};
   for (const Case& what : cases) {
     json << std::exchange(separator, ",\n");
-    write(run_chain(what, frames), limits, json);
+    write(run_chain(what, frames), json);
   }
   json << "],\n\"kernels\": [";
   separator = "\n";
@@ -124,7 +108,7 @@ void run(int frames, std::ostream& json) {
   }
   std::printf("\n");
   json << "],\n\"filter\": ";
-  write(run_filter(400, frames), limits, json);
+  write(run_filter(400, frames), json);
   json << ",\n\"batches\": [";
   write_batches(frames, json);
   json << "]}\n";

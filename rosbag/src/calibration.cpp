@@ -75,7 +75,7 @@ InfoPair infos_of(const mcap::Bag& bag, const std::string& name, const ImageTopi
       return {info_of(bag, name, topic), info_of(bag, name, other)};
     }
   }
-  const auto own = [&](const std::string& topic) { return info_topic_of(*find_topic(bag.topics(), topic)); };
+  const auto own = [&](const std::string& topic) { return info_topic_of(*find_topic(bag.topics(), topic), there); };
   const auto has = [&](const std::string& topic) { return std::ranges::find(there, topic) != there.end(); };
   const std::string left{own(images.left)};
   const std::string right{own(images.right)};
@@ -183,7 +183,7 @@ io::Calibration calibration_of(NamedInfo left, NamedInfo right, bool are_rectifi
   crop(left, width_px, height_px);
   crop(right, width_px, height_px);
   // cameras that rectify their images themselves leave K empty
-  const bool has_projection_only{left.message.k[0] == 0 && right.message.k[0] == 0};
+  const bool has_projection_only{left.message.k[0] == 0 || right.message.k[0] == 0};
   io::Calibration calibration{
       io::ros_calibration(camera_of(left), camera_of(right), are_rectified || has_projection_only)};
   if (has_projection_only && !are_rectified) {

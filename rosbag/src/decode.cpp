@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string_view>
@@ -65,24 +66,37 @@ constexpr std::array known_encodings{std::to_array<Encoding>({{"mono8", CV_8UC1,
                                                               {"bayer_grbg16", CV_16UC1, cv::COLOR_BayerGB2GRAY},
                                                               {"yuv422_yuy2", CV_8UC2, first_channel},
                                                               {"yuyv", CV_8UC2, first_channel},
+                                                              {"yuyv422", CV_8UC2, first_channel},
+                                                              {"yuy2", CV_8UC2, first_channel},
                                                               {"yuv422", CV_8UC2, second_channel},
                                                               {"uyvy", CV_8UC2, second_channel},
+                                                              {"uyvy422", CV_8UC2, second_channel},
                                                               {"nv12", CV_8UC1, is_planar},
+                                                              {"i420", CV_8UC1, is_planar},
+                                                              {"yv12", CV_8UC1, is_planar},
+                                                              {"yuv420", CV_8UC1, is_planar},
                                                               {"nv21", CV_8UC1, is_planar},
                                                               {"nv24", CV_8UC1, is_planar}})};
 
+/// Case is ignored: drivers write YUYV, too.
+bool is_same_word(std::string_view a, std::string_view b) {
+  const auto lower = [](unsigned char letter) { return std::tolower(letter); };
+  return std::ranges::equal(a, b, {}, lower, lower);
+}
+
 const Encoding& encoding_of(const sensor_msgs::Image& message, const std::string& name) {
-  const auto* const found{std::ranges::find(known_encodings, message.encoding, &Encoding::name)};
+  const auto is_it = [&](const Encoding& known) { return is_same_word(known.name, message.encoding); };
+  const auto* const found{std::ranges::find_if(known_encodings, is_it)};
   if (found != known_encodings.end()) return *found;
   throw InputError{
       name, fmt::format("the encoding \"{}\" is not read.", io::printable(message.encoding)),
       "Read are mono8, mono16, bgr8, rgb8, bgra8, rgba8 and bayer_…8, the same with 16 bits, yuv422, uyvy, "
-      "yuv422_yuy2, yuyv, nv12, nv21, nv24, 8UC1, 8UC3, 8UC4, 16UC1, 16UC3, 16UC4, 32FC1."};
+      "yuv422_yuy2, yuyv, nv12, nv21, nv24, yuv420, 8UC1, 8UC3, 8UC4, 16UC1, 16UC3, 16UC4, 32FC1."};
 }
 
 /// The height of some drivers counts the rows of the chrominance, too.
 void leave_luminance(sensor_msgs::Image& message) {
-  const bool is_half{message.encoding != "nv24"};
+  const bool is_half{!is_same_word(message.encoding, "nv24")};
   const std::uint64_t rows{is_half ? std::uint64_t{message.height} * 3 / 2 : std::uint64_t{message.height} * 3};
   if (message.data.size() >= rows * message.step || message.height % 3 != 0) return;
   message.height = is_half ? message.height / 3 * 2 : message.height / 3;
@@ -132,8 +146,10 @@ io::ScaledImage decode_plain(std::span<const std::byte> cdr, const std::string& 
 io::ScaledImage decode_compressed(std::span<const std::byte> cdr, const std::string& name) {
   sensor_msgs::CompressedImage message;
   messages::decode(cdr, message);
-  for (const std::string_view video : {"h264", "h265", "hevc", "av1"}) {
-    if (message.format.find(video) == std::string::npos) continue;
+  std::string format{message.format};
+  std::ranges::transform(format, format.begin(), [](unsigned char letter) { return std::tolower(letter); });
+  for (const std::string_view video : {"h264", "h.264", "h265", "h.265", "hevc", "av1"}) {
+    if (format.find(video) == std::string::npos) continue;
     throw InputError{name, fmt::format("holds video ({}), which is not read (allowed: PNG, JPEG, WebP, TIFF).", video),
                      "Decode it into sensor_msgs/Image and record that."};
   }
@@ -160,7 +176,7 @@ cv::Mat pixels_of(messages::sensor_msgs::Image& message, int type, const std::st
                                  message.height, message.step, message.data.size()),
                      "Record it again."};
   }
-  const std::size_t sample{CV_ELEM_SIZE1(type)};
+  const auto sample{static_cast<std::size_t>(CV_ELEM_SIZE1(type))};
   if (message.is_bigendian != 0 && sample > 1) {
     for (auto at{message.data.begin()}; message.data.end() - at >= static_cast<std::ptrdiff_t>(sample);) {
       std::reverse(at, at + static_cast<std::ptrdiff_t>(sample));

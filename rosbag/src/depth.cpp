@@ -10,8 +10,11 @@
 #include <cstring>
 #include <opencv2/core.hpp>
 #include <string_view>
+#include <tuple>
+#include <utility>
 
 #include "pixels.hpp"
+#include "rvl.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/text.hpp"
@@ -25,7 +28,7 @@ namespace {
 namespace sensor_msgs = messages::sensor_msgs;
 
 constexpr double millimetre_m{1e-3};
-constexpr const char* depth_kinds{"Depth is 16UC1 in mm or 32FC1 in m; compressed, it is a PNG of these."};
+constexpr const char* depth_kinds{"Depth is 16UC1 in mm or 32FC1 in m; compressed, it is a PNG or RVL of these."};
 
 /// `metres`: of a pixel.
 template <class T, class Metres>
@@ -51,15 +54,14 @@ Image<float> depth_of_image(sensor_msgs::Image& message, const std::string& name
                    depth_kinds};
 }
 
-/// compressed_depth_image_transport: a header of 12 bytes, then a PNG. Of 32FC1 it has a / z + b.
+/// compressed_depth_image_transport: a header of 12 bytes, then a PNG or RVL. Of 32FC1 they have a / z + b.
 struct CompressedDepth {
   static constexpr std::size_t head_bytes{12};
   float a{0};
   float b{0};
 };
 
-Image<float> depth_of_png(const std::string& name, std::string bytes, auto&& metres) {
-  const Image<std::uint16_t> values{io::decode_u16(name, std::move(bytes))};
+Image<float> depth_of_values(const Image<std::uint16_t>& values, auto&& metres) {
   const cv::Mat view{values.height(), values.width(), CV_16UC1, const_cast<std::uint16_t*>(values.data())};
   return depth_of<std::uint16_t>(view, metres);
 }
@@ -67,19 +69,20 @@ Image<float> depth_of_png(const std::string& name, std::string bytes, auto&& met
 Image<float> decode_compressed_depth(const sensor_msgs::CompressedImage& message, const std::string& name) {
   std::string bytes{message.data.begin(), message.data.end()};
   const auto in_millimetres = [](double z) { return z * millimetre_m; };
-  if (bytes.starts_with("\x89PNG")) return depth_of_png(name, std::move(bytes), in_millimetres);
+  if (bytes.starts_with("\x89PNG")) return depth_of_values(io::decode_u16(name, std::move(bytes)), in_millimetres);
   const auto says = [&](std::string_view word) { return message.format.find(word) != std::string::npos; };
-  if (says("rvl") || says("jpeg") || bytes.size() < CompressedDepth::head_bytes) {
+  if (says("jpeg") || bytes.size() < CompressedDepth::head_bytes) {
     throw InputError{name, fmt::format("depth as \"{}\" is not read.", io::printable(message.format)),
-                     std::string{depth_kinds} + " Set the publisher's compressedDepth format to png."};
+                     std::string{depth_kinds} + " Set the publisher's compressedDepth format to png or rvl."};
   }
   CompressedDepth head;
   std::memcpy(&head.a, bytes.data() + 4, sizeof head.a);
   std::memcpy(&head.b, bytes.data() + 8, sizeof head.b);
   bytes.erase(0, CompressedDepth::head_bytes);
-  if (!says("32FC1")) return depth_of_png(name, std::move(bytes), in_millimetres);
-  const auto from_inverse = [&](double value) { return value == 0 ? 0 : head.a / (value - head.b); };
-  return depth_of_png(name, std::move(bytes), from_inverse);
+  const Image<std::uint16_t> values{says("rvl") ? decode_rvl(std::as_bytes(std::span{bytes}), name)
+                                                : io::decode_u16(name, std::move(bytes))};
+  if (!says("32FC1")) return depth_of_values(values, in_millimetres);
+  return depth_of_values(values, [&](double value) { return value == 0 ? 0 : head.a / (value - head.b); });
 }
 
 Image<float> decode_disparities(messages::stereo_msgs::DisparityImage& message, const std::string& name) {
@@ -94,7 +97,11 @@ Image<float> decode_disparities(messages::stereo_msgs::DisparityImage& message, 
         "A DisparityImage is 32FC1, in px."};
   }
   const bool has_limits{message.max_disparity > message.min_disparity};
-  return depth_of<float>(pixels_of(message.image, CV_32FC1, name), [&](float d) {
+  const bool is_negative{message.min_disparity < 0 && message.max_disparity <= 0};  // u_right − u_left
+  if (is_negative)
+    std::tie(message.min_disparity, message.max_disparity) = std::pair{-message.max_disparity, -message.min_disparity};
+  return depth_of<float>(pixels_of(message.image, CV_32FC1, name), [&](float value) {
+    const float d{is_negative ? -value : value};
     const bool is_outside{has_limits && (d < message.min_disparity || d > message.max_disparity)};
     return is_outside || !(d > 0) ? 0.0 : focal_baseline / d;
   });

@@ -18,8 +18,8 @@ using messages::sensor_msgs::CameraInfo;
 /// CameraInfo beside the images, else beside their depth, else the bag's only one.
 NamedInfo image_info_of(const mcap::Bag& bag, const std::string& name, const ImageTopics& topics) {
   const std::vector<std::string> there{info_topics(bag)};
-  const std::string own{info_topic_of(*find_topic(bag.topics(), topics.left))};
-  const std::string of_depth{info_topic_of(*find_topic(bag.topics(), topics.right))};
+  const std::string own{info_topic_of(*find_topic(bag.topics(), topics.left), there)};
+  const std::string of_depth{info_topic_of(*find_topic(bag.topics(), topics.right), there)};
   for (const std::string& topic : {own, of_depth}) {
     if (std::ranges::find(there, topic) != there.end()) return info_of(bag, name, topic);
   }
@@ -33,8 +33,8 @@ double focal_of(const CameraInfo& info) {
 
 /// Depth of another camera than that of the images would lie beside what they show.
 void check_aligned(const mcap::Bag& bag, const std::string& name, const ImageTopics& topics, const NamedInfo& images) {
-  const std::string topic{info_topic_of(*find_topic(bag.topics(), topics.right))};
   const std::vector<std::string> there{info_topics(bag)};
+  const std::string topic{info_topic_of(*find_topic(bag.topics(), topics.right), there)};
   if (topics.second != SecondTopic::depth || std::ranges::find(there, topic) == there.end()) return;
   const NamedInfo depth{info_of(bag, name, topic)};
   if (focal_of(depth.message) == 0 || depth.message.width == 0 || images.message.width == 0) return;
@@ -59,13 +59,6 @@ double baseline_of(const mcap::Bag& bag, const std::string& name, const ImageTop
   const CameraInfo info{info_of(bag, name, right).message};
   const double shift_m{info.p[0] > 0 ? -info.p[3] / info.p[0] : 0};
   return std::isfinite(shift_m) && shift_m > 0 ? shift_m : 0;
-}
-
-/// Baseline (m) at which a depth of half a metre is within any disparity search.
-double virtual_baseline_m(double focal_px, int width_px) {
-  constexpr double nearest_m{0.5};
-  const double nearest_px{std::max(60.0, width_px / 10.0 - 4)};
-  return nearest_m * nearest_px / focal_px;
 }
 
 /// One camera as both: the pair has its optics and a baseline alone.
@@ -97,7 +90,9 @@ io::Calibration depth_calibration_of(const mcap::Bag& bag, const std::string& na
   const io::RosCamera camera{projection_of(left, is_named || left.message.k[0] == 0)};
   const double focal_px{camera.p[0] * width_px / camera.width_px};
   io::RosCamera right{camera};
-  right.p[3] = -camera.p[0] * (known_m > 0 ? known_m : virtual_baseline_m(focal_px, width_px));
+  const double virtual_m{io::virtual_baseline_m(focal_px, width_px)};
+  const bool is_virtual{known_m == 0 || (topics.second == SecondTopic::depth && known_m < virtual_m)};
+  right.p[3] = -camera.p[0] * (is_virtual ? virtual_m : known_m);
   io::Calibration calibration{io::ros_calibration(camera, right, is_named || is_straight || left.message.k[0] == 0)};
   if (calibration.raw && topics.second == SecondTopic::disparity) {
     fail(left,
@@ -107,9 +102,10 @@ io::Calibration depth_calibration_of(const mcap::Bag& bag, const std::string& na
   }
   io::fit_to_images(calibration, left.name, width_px, height_px);
   calibration.kind = fmt::format("CameraInfo of {}", left.topic);
-  if (known_m == 0) {
+  if (is_virtual) {
     calibration.notes.push_back(
-        fmt::format("baseline: the bag has none; depth becomes disparities of a virtual one of {:.4g} m",
+        fmt::format("baseline: {}; depth becomes disparities of a virtual one of {:.4g} m",
+                    known_m == 0 ? "the bag has none" : fmt::format("{:.4g} m would resolve depth coarsely", known_m),
                     calibration.rig.baseline_m));
   }
   return calibration;

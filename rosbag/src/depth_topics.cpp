@@ -155,8 +155,9 @@ std::optional<ImageTopics> find_depth(const std::string& bag, const std::vector<
 }
 
 std::string list_of_videos(const std::vector<Topic>& topics) {
-  constexpr std::array<std::string_view, 3> types{
-      "foxglove_msgs/msg/CompressedVideo", "ffmpeg_image_transport_msgs/msg/FFMPEGPacket", "foxglove.CompressedVideo"};
+  constexpr std::array<std::string_view, 4> types{"foxglove_msgs/msg/CompressedVideo",
+                                                  "ffmpeg_image_transport_msgs/msg/FFMPEGPacket",
+                                                  "foxglove.CompressedVideo", "theora_image_transport/msg/Packet"};
   std::string list;
   for (const Topic& topic : topics) {
     if (std::ranges::find(types, topic.type) == types.end()) continue;

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
+#include <string_view>
 
 #include "images.hpp"
 #include "stereogrid/error.hpp"
@@ -17,6 +19,7 @@
 #include "stereogrid/rosbag/calibration.hpp"
 #include "stereogrid/rosbag/decode.hpp"
 #include "stereogrid/rosbag/poses.hpp"
+#include "topic_names.hpp"
 
 namespace stereogrid::rosbag {
 namespace {
@@ -26,7 +29,13 @@ namespace fs = std::filesystem;
 bool is_bag_file(const fs::path& path) {
   const bool is_packed{path.extension() == ".zst" || path.extension() == ".zstd"};
   const fs::path extension{is_packed ? path.stem().extension() : path.extension()};
-  return extension == ".mcap" || extension == ".db3" || extension == ".bag";  // .bag: refused with what to do
+  if (extension == ".mcap" || extension == ".db3" || extension == ".bag") return true;  // .bag: refused with what to do
+  std::array<char, 8> first{};
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return false;
+  std::ifstream{path, std::ios::binary}.read(first.data(), first.size());
+  const std::string_view start{first.data(), first.size()};
+  return start.starts_with("\x89MCAP0") || start == "SQLite f" || start.starts_with("#ROS");
 }
 
 /// What was not used, and why.
@@ -151,11 +160,13 @@ SecondTopic layout_of(const mcap::Bag& bag, const std::string& name, const Image
   constexpr double wide{2.2};
   if (is_near(2 * of_one) || (of_one == 0 && aspect >= wide)) return SecondTopic::beside;
   if (is_near(of_one / 2) || (of_one == 0 && aspect > 0 && aspect <= 1)) return SecondTopic::below;
+  const std::string videos{list_of_videos(bag.topics())};
   throw InputError{
       name,
       fmt::format("has the images of one camera alone: {}, {}×{} px. Missing are right images, depth, or a "
-                  "right half.",
-                  io::printable(topics.left), width_px, height_px),
+                  "right half.{}",
+                  io::printable(topics.left), width_px, height_px,
+                  videos.empty() ? "" : fmt::format(" Video is not read: {}.", videos)),
       "Record the right camera's images or depth, too; say which with --left-topic TOPIC --right-topic "
       "TOPIC."};
 }

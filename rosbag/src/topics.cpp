@@ -22,23 +22,50 @@ namespace {
 
 using mcap::Topic;
 
-/// What cameras are called: by most, by RealSense, by EuRoC.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 3> names_of_sides{
-    {{"left", "right"}, {"infra1", "infra2"}, {"cam0", "cam1"}}};
+/// What cameras are called. The first that fits: cam1 is the right camera beside cam0, and the left one beside cam2.
+constexpr auto names_of_sides{std::to_array<std::pair<std::string_view, std::string_view>>({{"left", "right"},
+                                                                                            {"Left", "Right"},
+                                                                                            {"LEFT", "RIGHT"},
+                                                                                            {"infra1", "infra2"},
+                                                                                            {"cam0", "cam1"},
+                                                                                            {"cam_0", "cam_1"},
+                                                                                            {"camera0", "camera1"},
+                                                                                            {"camera_0", "camera_1"},
+                                                                                            {"image0", "image1"},
+                                                                                            {"cam1", "cam2"},
+                                                                                            {"cam_1", "cam_2"},
+                                                                                            {"camera1", "camera2"},
+                                                                                            {"camera_1", "camera_2"},
+                                                                                            {"/l/", "/r/"},
+                                                                                            {"/L/", "/R/"},
+                                                                                            {"_l/", "_r/"},
+                                                                                            {"_L/", "_R/"},
+                                                                                            {"/0/", "/1/"},
+                                                                                            {"_0/", "_1/"}})};
 
+/// A word that ends with a slash may be the last of a name.
 std::string replaced(std::string text, std::string_view what, std::string_view by) {
+  text += '/';
   for (std::size_t at{text.find(what)}; at != std::string::npos; at = text.find(what, at + by.size())) {
     text.replace(at, what.size(), by);
   }
+  text.pop_back();
   return text;
 }
 
-/// The right camera's topic of the same kind; nullptr: there is none.
+bool has_word(const std::string& name, std::string_view word) {
+  return (name + '/').find(word) != std::string::npos;
+}
+
+/// The right camera's topic of the same kind; nullptr: there is none, or this is one.
 const Topic* right_of(const Topic& left, const std::vector<Topic>& topics) {
+  const auto other_of = [&](std::string_view own, std::string_view other) {
+    const Topic* const found{has_word(left.name, own) ? find_topic(topics, replaced(left.name, own, other)) : nullptr};
+    return found != nullptr && found->type == left.type ? found : nullptr;
+  };
   for (const auto& [left_name, right_name] : names_of_sides) {
-    if (left.name.find(left_name) == std::string::npos) continue;
-    const Topic* const right{find_topic(topics, replaced(left.name, left_name, right_name))};
-    if (right != nullptr && right->type == left.type) return right;
+    if (other_of(right_name, left_name) != nullptr) return nullptr;
+    if (const Topic* const right{other_of(left_name, right_name)}) return right;
   }
   return nullptr;
 }
@@ -167,7 +194,7 @@ std::string base_of(const Topic& images) {
 
 std::string right_name_of(const std::string& left) {
   for (const auto& [left_name, right_name] : names_of_sides) {
-    if (left.find(left_name) != std::string::npos) return replaced(left, left_name, right_name);
+    if (has_word(left, left_name)) return replaced(left, left_name, right_name);
   }
   return {};
 }
@@ -180,6 +207,19 @@ const Topic* find_topic(const std::vector<Topic>& topics, const std::string& nam
 
 std::string info_topic_of(const Topic& images) {
   return parent_of(base_of(images)) + "/camera_info";
+}
+
+std::string info_topic_of(const Topic& images, const std::vector<std::string>& there) {
+  const std::string base{base_of(images)};
+  const std::string last{base.substr(base.rfind('/') + 1)};
+  const std::size_t word{last.find("image")};
+  std::vector<std::string> names{base + "/camera_info", base + "_camera_info", base + "_info"};
+  if (word != std::string::npos) {
+    names.push_back(parent_of(base) + '/' + last.substr(0, word) + "camera_info" + last.substr(word + 5));
+  }
+  const auto is_there = [&](const std::string& name) { return std::ranges::find(there, name) != there.end(); };
+  const auto found{std::ranges::find_if(names, is_there)};
+  return found == names.end() ? info_topic_of(images) : *found;
 }
 
 bool is_rectified(const Topic& images) {

@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "stereogrid/error.hpp"
@@ -94,9 +95,11 @@ Cuda::Cuda(int device) : device_{device} {
   require_kernels(device);
   multiprocessors_ = attribute(cudaDevAttrMultiProcessorCount, device);
   check_cuda(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "create a stream");
+  idle_ = create_event();
 }
 
 Cuda::~Cuda() {
+  cudaEventDestroy(idle_);
   cudaStreamDestroy(stream_);
 }
 
@@ -105,7 +108,30 @@ void Cuda::use() const {
 }
 
 void Cuda::synchronize() {
-  check_cuda(cudaStreamSynchronize(stream_), "finish its work");
+  check_cuda(cudaEventRecord(idle_, stream_), "finish its work");
+  check_cuda(cudaEventSynchronize(idle_), "finish its work");
+}
+
+void Cuda::load(const std::function<void()>& work) {
+  is_loading_ = true;
+  try {
+    work();
+  } catch (...) {
+    is_loading_ = false;
+    throw;
+  }
+  is_loading_ = false;
+}
+
+cudaEvent_t create_event() {
+  cudaEvent_t event{};
+  check_cuda(cudaEventCreateWithFlags(&event, wait_flags(std::thread::hardware_concurrency())), "create an event");
+  return event;
+}
+
+void load_kernel(const void* kernel) {
+  cudaFuncAttributes attributes{};
+  check_cuda(cudaFuncGetAttributes(&attributes, kernel), "load a kernel");
 }
 
 Graph::~Graph() {

@@ -143,7 +143,7 @@ FilterMotion filter_motion(const FilterInput& input, const GridGeometry& before)
   return {step_of(input), static_cast<float>(input.dt_s), input.dt_s / input.geometry.cell_size_m, scroll.x, scroll.y};
 }
 
-FilterStateOnDevice::FilterStateOnDevice(const FilterConfig& config, int cells)
+FilterStateOnDevice::FilterStateOnDevice(Cuda& cuda, const FilterConfig& config, int cells)
     : mass{masses_of(config, cells)},
       slots{static_cast<std::size_t>(BlockLayout{cells}.count()) + 2},
       scale{cells, cells},
@@ -151,7 +151,10 @@ FilterStateOnDevice::FilterStateOnDevice(const FilterConfig& config, int cells)
       born_moving{cells, cells},
       occupancy{cells, cells},
       standing{cells, cells},
-      age_s{cells, cells} {}
+      age_s{cells, cells} {
+  // cells of blocks without masses never get a scale or birth, but are read and saved
+  for_each_array([&](auto* data, std::size_t size) { clear(cuda, data, size); });
+}
 
 FilterOnDevice::FilterOnDevice(Cuda& cuda, const FilterConfig& config, const FilterTables& tables, int cells)
     : model{config.model},

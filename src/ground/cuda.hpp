@@ -39,8 +39,8 @@ void fit_ground(Cuda& cuda, const Rig& rig, const GroundConfig& config, const Gr
 ///
 /// Residuals are floats, from the expected plane, and so are the sums of a thread, so that cards with few units for
 /// doubles are quick, too; everything else is double. The order of summation is fixed. Before rounding, the ground is
-/// that of the CPU to about 1e-9 m and rad: afterwards equal but for one frame in a thousand, whose ground is a step of
-/// 2⁻²⁰ off (tests/cuda/ground_test.cu); `lost` is equal.
+/// that of the CPU to about 1e-9 m and rad, with correlations to 1e-6: afterwards equal but for about one frame in a
+/// hundred, in which one of its numbers is a step of `rounded` off (tests/cuda/ground_test.cu); `lost` is equal.
 void estimate_ground(Cuda& cuda, const Rig& rig, const GroundConfig& config, View<const float, Device> obstacle,
                      View<const float, Device> road, const GroundPrior* prior, GroundOnDevice& space, Ground* ground,
                      int* lost);

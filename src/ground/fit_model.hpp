@@ -219,13 +219,26 @@ STEREOGRID_HD inline Ground predicted(const Rig& rig, const GroundConfig& config
   return ground;
 }
 
-/// Height and angles in whole 2⁻²⁰ m and rad. Sums in another order, as on another back end, then nearly always give
-/// the same ground to the bit, and with it the same matches.
+STEREOGRID_HD inline double to_whole(double value, double steps) {
+  return std::floor(value * steps + 0.5) / steps;
+}
+
+/// Height, angles and their standard deviations in whole 2⁻²⁰ m and rad, correlations in whole 2⁻¹². Sums in another
+/// order, as on another back end, then nearly always give the same ground to the bit, and with it the same matches.
 STEREOGRID_HD inline Ground rounded(Ground ground) {
-  constexpr double steps{1 << 20};
-  ground.height_m = std::floor(ground.height_m * steps + 0.5) / steps;
-  ground.pitch_rad = std::floor(ground.pitch_rad * steps + 0.5) / steps;
-  ground.roll_rad = std::floor(ground.roll_rad * steps + 0.5) / steps;
+  constexpr double lengths{1 << 20};
+  constexpr double correlations{1 << 12};
+  ground.height_m = to_whole(ground.height_m, lengths);
+  ground.pitch_rad = to_whole(ground.pitch_rad, lengths);
+  ground.roll_rad = to_whole(ground.roll_rad, lengths);
+  ground.height_sigma_m = to_whole(ground.height_sigma_m, lengths);
+  ground.pitch_sigma_rad = to_whole(ground.pitch_sigma_rad, lengths);
+  ground.roll_sigma_rad = to_whole(ground.roll_sigma_rad, lengths);
+  // less by one step in all: the covariance remains positive definite
+  constexpr double shrunk{1 - 1 / correlations};
+  ground.height_pitch_correlation = to_whole(shrunk * ground.height_pitch_correlation, correlations);
+  ground.height_roll_correlation = to_whole(shrunk * ground.height_roll_correlation, correlations);
+  ground.pitch_roll_correlation = to_whole(shrunk * ground.pitch_roll_correlation, correlations);
   return ground;
 }
 
@@ -243,7 +256,7 @@ STEREOGRID_HD inline Ground updated(const Rig& rig, const GroundConfig& config, 
   const Matrix3 rest{diagonal({{1, 1, 1}}) + scaled(-1, gain)};
   // Joseph's form keeps it positive
   const Matrix3 after{carried(rest, covariance) + carried(gain, measurement.covariance)};
-  return with_covariance(found, carried(inverse(numbers_by_ground(rig, found)), after));
+  return rounded(with_covariance(found, carried(inverse(numbers_by_ground(rig, found)), after)));
 }
 
 /// Pixels by their distance from a road plane, for is_lost: bins of half a px, the middle one from 0 on.

@@ -142,6 +142,11 @@ TEST(a_graph_repeats_what_was_captured) {
   CHECK_EQUAL(fetched(cuda, value)[0], 1 + 4 + 9);
 }
 
+TEST(waiting_sleeps_where_cores_are_few) {
+  CHECK_EQUAL(wait_flags(2), cudaEventBlockingSync);
+  CHECK_EQUAL(wait_flags(64), cudaEventDefault);
+}
+
 TEST(what_the_device_refuses_is_said) {
   Cuda cuda;
   DeviceBuffer<int> value{2};

@@ -149,6 +149,48 @@ TEST(what_was_saved_goes_on) {
   }
 }
 
+// A frame's state lies where none has been before: what it does not write is as the constructor left it.
+TEST(states_saved_after_the_same_frame_are_equal) {
+  const Street street{small_rig()};
+  StateWriter states[2];
+  for (StateWriter& state : states) {
+    Runner runner{std::make_unique<CudaStages>(small_config(), small_rig()), small_config(), small_rig()};
+    runner.run(street.frame(0), 0);
+    runner.frames.save(state);
+  }
+  CHECK(states[0].bytes() == states[1].bytes());
+}
+
+#if !defined(__CUDACC__)
+TEST(kernels_are_loaded_at_construction) {
+  const Street street{small_rig()};
+  for (const char* name : {"default", "robot", "paper"}) {
+    for (const MatchingMethod method : {MatchingMethod::correlation, MatchingMethod::semi_global}) {
+      Config config{small_config()};
+      config.filter.model = preset(name).filter.model;
+      config.ground.model = preset(name).ground.model;
+      config.projection.model = preset(name).projection.model;
+      config.matching.method = method;
+      emulator::unload_kernels();
+      Image<std::uint8_t> mask{width, height, 255};
+      mask(5, 5) = 0;
+      Runner runner{std::make_unique<CudaStages>(config, small_rig()), config, small_rig(),
+                    PixelMask{mask, LevelMapping{small_rig()}}};
+      for (int index{0}; index < 3; ++index) {
+        StereoFrame frame{street.frame(index)};
+        if (index == 2) {
+          frame.right = {};
+          frame.disparity = Image<float>{width, height, 7};
+          frame.other_grids.push_back({{0, -4, 0.8, 12, 10}, Image<float>{12, 10, 0.7f}, {}});
+        }
+        runner.run(frame, 0.1 * index);
+      }
+      CHECK_EQUAL(emulator::kernels_loaded_late(), 0);
+    }
+  }
+}
+#endif
+
 // As measurements of single kernels have it.
 TEST(without_graphs_the_grids_are_the_same) {
   struct Count final : LaunchWatch {

@@ -57,8 +57,8 @@ class Run {
         before_{now_},
         layers_{grid_layers(start)},
         filter_{cuda_, config_, tables_, start.nx},
-        now_on_device_{config_, start.nx},
-        before_on_device_{config_, start.nx},
+        now_on_device_{cuda_, config_, start.nx},
+        before_on_device_{cuda_, config_, start.nx},
         layers_on_device_{start.nx, start.ny} {
     reset(now_, config_, start);
     const FilterMotion motion{filter_motion({config_, tables_, start, 0.1}, start)};

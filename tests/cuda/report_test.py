@@ -35,6 +35,8 @@ def main() -> None:
         assert report["bench"] is None
         assert report["date"] and report["machine"] and report["commit"], report
         assert report["resources"][0]["registers"] == 72, report
+        (folder / "build.log").unlink()  # built with another folder for the report
+        assert json.loads(said("join", str(folder)))["resources"] is None
 
 
 if __name__ == "__main__":

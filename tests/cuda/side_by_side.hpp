@@ -67,12 +67,16 @@ inline void compare(const StageImages& gpu, const StageImages& law) {
   CHECK_EQUAL(differences(gpu.occupancy_smooth, law.occupancy_smooth), 0);
 }
 
-// The ground is summed in another order; what comes of it is rounded before it is used (ground/cuda.hpp).
+// The ground is summed in another order, but rounded before it is used (ground/cuda.hpp).
 inline void compare(const Ground& gpu, const Ground& law) {
   CHECK_EQUAL(gpu.estimated, law.estimated);
-  CHECK_NEAR(gpu.height_m, law.height_m, 1e-6);
-  CHECK_NEAR(gpu.pitch_rad, law.pitch_rad, 1e-6);
-  CHECK_NEAR(gpu.roll_rad, law.roll_rad, 1e-6);
+  CHECK_EQUAL(gpu.height_m, law.height_m);
+  CHECK_EQUAL(gpu.pitch_rad, law.pitch_rad);
+  CHECK_EQUAL(gpu.roll_rad, law.roll_rad);
+  CHECK_EQUAL(gpu.height_sigma_m, law.height_sigma_m);
+  CHECK_EQUAL(gpu.pitch_sigma_rad, law.pitch_sigma_rad);
+  CHECK_EQUAL(gpu.roll_sigma_rad, law.roll_sigma_rad);
+  CHECK(gpu == law);  // and correlations
 }
 
 // tay2008's sum over all velocities is formed in another order (filter/cuda.hpp); what comes of it is divided by it.

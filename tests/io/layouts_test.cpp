@@ -121,6 +121,60 @@ TEST_F(Layouts, Videos) {
   EXPECT_NEAR(recording->load(1).right.row(16)[32], 150, 4) << "earlier than the last one";
 }
 
+TEST_F(Layouts, ImagesInAFolderOfTheCamera) {
+  put(folder_ / "calibration.yaml", calibration);
+  put_image("left/data/1.png", 50);
+  put_image("right/data/1.png", 150);
+  expect_pairs({{folder_.path()}, {}, "none"}, 1);
+}
+
+// img0 and img1 of a longer sequence are no pair.
+TEST_F(Layouts, NumbersMayCountFrames) {
+  put(folder_ / "calibration.yaml", calibration);
+  for (const char* const name : {"img0.png", "img1.png", "img2.png"}) write_png(folder_ / name, both(true));
+  expect_pairs({{folder_.path()}, {}, "none"}, 3);
+}
+
+TEST_F(Layouts, ImagesWithDepthOfTumAndScanNet) {
+  const auto put_depth{[&](const fs::path& name, std::uint16_t value) {
+    fs::create_directories((folder_ / name).parent_path());
+    write_png(folder_ / name, Image<std::uint16_t>{width_px, height_px, value});
+  }};
+  put_image("tum/rgb/1305031102.175304.png", 50);
+  put_image("tum/rgb/1305031103.175304.png", 50);
+  put_depth("tum/depth/1305031102.160407.png", 10000);
+  put(folder_ / "tum/rgb.txt", "# x\n");
+  put(folder_ / "tum/depth.txt", "# x\n");
+  put(folder_ / "tum/calibration.yaml", calibration);
+  const auto tum{open_recording({{folder_ / "tum"}, {}, "none"})};
+  ASSERT_EQ(tum->size(), 2);
+  EXPECT_EQ(tum->contents().frames[0].stamp_ns, 1305031102175304000);
+  EXPECT_FALSE(tum->contents().frames[1].right_exists) << "no depth within 20 ms";
+  EXPECT_NEAR(tum->load(0).disparity(5, 5), 60 * 0.2 / 2, 1e-4) << "10000 are 2 m";
+
+  put_image("scan/color/0.png", 50);
+  put_depth("scan/depth/0.png", 2000);
+  put(folder_ / "scan/intrinsic/intrinsic_color.txt", "60 0 31.5 0\n0 60 15.5 0\n0 0 1 0\n0 0 0 1\n");
+  put(folder_ / "scan/intrinsic/intrinsic_depth.txt", "30 0 15.5 0\n0 30 7.5 0\n0 0 1 0\n0 0 0 1\n");
+  put(folder_ / "scan/intrinsic/extrinsic_color.txt", "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
+  const auto scan{open_recording({{folder_ / "scan"}, {}, "none"})};
+  EXPECT_DOUBLE_EQ(scan->rig().focal_px, 60);
+  EXPECT_NEAR(scan->load(0).disparity(5, 5), 60 * scan->rig().baseline_m / 2, 1e-4);
+}
+
+TEST_F(Layouts, MiddleburyWithDisparitiesInPfm) {
+  put_image("im0.png", 50);
+  std::string pfm{"Pf\n64 32\n-1\n"};
+  const float d_px{9};
+  for (int i{0}; i < width_px * height_px; ++i) pfm.append(reinterpret_cast<const char*>(&d_px), sizeof d_px);
+  put(folder_ / "disp0.pfm", pfm);
+  put(folder_ / "calib.txt",
+      "cam0=[60 0 31.5; 0 60 15.5; 0 0 1]\ncam1=[60 0 34.5; 0 60 15.5; 0 0 1]\ndoffs=3\nbaseline=200\nwidth=64\n"
+      "height=32\n");
+  const auto recording{open_recording({{folder_.path()}, {}, "none"})};
+  EXPECT_NEAR(recording->load(0).disparity(5, 5), 12, 1e-6) << "d + doffs";
+}
+
 TEST_F(Layouts, EurocNamesAreStamps) {
   const auto sensor{[](double x_m) {
     return "T_BS: {cols: 4, rows: 4, data: [1, 0, 0, " + std::to_string(x_m) +

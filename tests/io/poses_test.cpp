@@ -254,13 +254,23 @@ TEST_F(PoseFile, TumIsInTheAxesOfTheFirstCamera) {
       "# timestamp tx ty tz qx qy qz qw\n1500000000.123456789 5 7 1 -0.70710678 0 0 0.70710678\n"
       "1500000000.2 4 9 1 -0.70710678 0 0 0.70710678\n");
   ASSERT_TRUE(is_tum_trajectory(folder_ / "t.txt"));
-  const auto poses{read_tum_poses(folder_ / "t.txt")};
+  const auto poses{read_tum_poses(folder_ / "t.txt").poses};
   ASSERT_EQ(poses.size(), 2);
   EXPECT_EQ(poses[0].stamp_ns, 1500000000123456789);
   EXPECT_NEAR(poses[0].world_from_vehicle.x_m, 0, 1e-9);
   EXPECT_NEAR(poses[1].world_from_vehicle.x_m, 2, 1e-6);
   EXPECT_NEAR(poses[1].world_from_vehicle.y_m, 1, 1e-6);
   EXPECT_NEAR(poses[1].world_from_vehicle.yaw_rad, 0, 1e-6);
+}
+
+TEST_F(PoseFile, TumOfABodyMovesAlongX) {
+  put(folder_ / "t.txt", "1.5,5,7,1,0,0,0.70710678,0.70710678\n1.6,4,9,1,0,0,0.70710678,0.70710678\n");
+  const TumPoses found{read_tum_poses(folder_ / "t.txt")};
+  ASSERT_EQ(found.poses.size(), 2);
+  EXPECT_FALSE(TumPoses{}.are_of_body);
+  EXPECT_TRUE(found.are_of_body);
+  EXPECT_NEAR(found.poses[1].world_from_vehicle.x_m, 2, 1e-6);
+  EXPECT_NEAR(found.poses[1].world_from_vehicle.y_m, 1, 1e-6);
 }
 
 TEST_F(PoseFile, TumComplaints) {

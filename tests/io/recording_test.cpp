@@ -253,6 +253,8 @@ TEST_F(RecordingTest, EveryDataSetOpens) {
     StereoFrame exchanged{first};
     std::swap(exchanged.left, exchanged.right);
     EXPECT_TRUE(complaint_if_swapped(exchanged)) << name;
+    EXPECT_FALSE(complaint_if_shifted(first, recording->rig())) << name;
+    EXPECT_FALSE(complaint_if_shifted(exchanged, recording->rig())) << name;
     EXPECT_EQ(recording->load(count - 1).left.width(), recording->rig().width_px) << name;
   }
 }

@@ -275,6 +275,9 @@ TEST(Bag, TellsFilesApartByWhatIsInThem) {
   expect_complaint([&] { read_all(*open_bag(folder / "a.mcap")); }, {"is no recording"});
   put(folder / "a.bag", "#ROSBAG V2.0\n");
   expect_complaint([&] { read_all(*open_bag(folder / "a.bag")); }, {"is a bag of ROS 1", "rosbags-convert"});
+  std::filesystem::create_directory(folder / "old");
+  std::filesystem::rename(folder / "a.bag", folder / "old" / "a.bag");
+  expect_complaint([&] { read_all(*open_bag(folder / "old")); }, {"a.bag", "is a bag of ROS 1"});
   put(folder / "a.txt", "text");
   expect_complaint([&] { read_all(*open_bag(folder / "a.txt")); }, {"is no recording"});
 }

@@ -82,6 +82,9 @@ class Looking {
       ++look_.usable;
       if (frame.right.empty()) return;
       if (is_without_texture(frame)) return blank_.add(frame.name);
+      if (look_.usable == 1 && input_.recording != nullptr) {
+        if (const auto complaint{io::complaint_if_shifted(frame, source_.rig())}) say(*complaint);
+      }
       if (frame.left == frame.right) identical_.add(frame.name);
     } catch (const InputError& error) {
       unusable_.insert(index);

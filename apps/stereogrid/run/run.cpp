@@ -90,8 +90,11 @@ io::RunRecord describe_run(const RunOptions& options, const Input& input, const 
                         .every = options.every,
                         .layers = layers_of(options),
                         .warm_up = std::min(range.first, static_cast<std::size_t>(options.warm_up))}};
-  const std::optional<std::string> complaint{io::complaint_if_swapped(first_usable_frame(*input.source, range))};
-  if (complaint) throw InputError{*complaint};
+  const StereoFrame first{first_usable_frame(*input.source, range)};
+  if (const auto complaint{io::complaint_if_swapped(first)}) throw InputError{*complaint};
+  if (input.recording != nullptr) {
+    if (const auto complaint{io::complaint_if_shifted(first, input.source->rig())}) spdlog::warn("{}", *complaint);
+  }
   return record;
 }
 

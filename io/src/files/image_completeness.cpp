@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdint>
+#include <cstdlib>
 #include <optional>
 #include <string_view>
 
@@ -106,6 +107,16 @@ void check_webp(const std::string& file, std::string_view bytes) {
   } else {
     fail(file, "is a damaged WebP (its first chunk is none of an image).");
   }
+}
+
+/// Rows of a negative height come from the top.
+void check_bmp(const std::string& file, std::string_view bytes) {
+  constexpr std::size_t head_bytes{54};
+  if (bytes.size() < head_bytes || bytes.size() < little_endian(bytes, 2, 4)) {
+    fail(file, "is a truncated BMP (its end is missing).");
+  }
+  const auto height{static_cast<std::int32_t>(little_endian(bytes, 22, 4))};
+  check_size(file, little_endian(bytes, 18, 4), static_cast<std::uint64_t>(std::abs(std::int64_t{height})));
 }
 
 /// Reads the white-space separated words of a PNM header, comments left out.
@@ -221,7 +232,11 @@ std::string checked_image_bytes(const std::string& file, std::string bytes) {
     check_tiff_size(file, bytes);
     return bytes;
   }
-  throw InputError{file, "is no image of a kind that can be read.", "Use PNG, PGM, PPM, JPEG, WebP or TIFF."};
+  if (view.starts_with("BM")) {
+    check_bmp(file, bytes);
+    return bytes;
+  }
+  throw InputError{file, "is no image of a kind that can be read.", "Use PNG, PGM, PPM, JPEG, WebP, TIFF or BMP."};
 }
 
 }  // namespace stereogrid::io

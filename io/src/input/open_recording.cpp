@@ -72,11 +72,12 @@ void note_calibration(RecordingContents& contents, const fs::path& source) {
   for (const std::string& warning : warnings) contents.warnings.push_back(printable_path(source) + ": " + warning);
 }
 
-fs::path calibration_file_of(const fs::path& root, const InputLayout& layout, const InputArguments& arguments) {
+fs::path calibration_file_of(const fs::path& root, const InputLayout& layout, const InputArguments& arguments,
+                             bool has_depth) {
   const fs::path file{arguments.calibration.value_or(layout.calibration)};
   const bool may_be_beside{layout.kind == InputKind::plain_folder || layout.kind == InputKind::euroc};
   if (!file.empty()) return file;
-  const fs::path beside{may_be_beside ? find_calibration_in(layout.root) : fs::path{}};
+  const fs::path beside{may_be_beside ? find_calibration_in(layout.root, has_depth) : fs::path{}};
   if (!beside.empty()) return beside;
   throw InputError{printable_path(root), "there is no calibration.",
                    layout.kind == InputKind::image_pair
@@ -85,7 +86,9 @@ fs::path calibration_file_of(const fs::path& root, const InputLayout& layout, co
 }
 
 void read_calibration_of(RecordingContents& contents, const InputLayout& layout, Size size) {
-  contents.calibration = read_calibration(contents.calibration_file, size.width_px, size.height_px, layout.pair);
+  contents.calibration = contents.has_depth
+                             ? read_depth_calibration(contents.calibration_file, size.width_px, size.height_px)
+                             : read_calibration(contents.calibration_file, size.width_px, size.height_px, layout.pair);
   note_calibration(contents, contents.calibration_file);
 }
 
@@ -123,9 +126,10 @@ RecordingContents look_at(const InputArguments& arguments) {
   contents.kind = name_of(layout.kind);
   contents.root = layout.root;
   contents.disparities = layout.disparities;
-  contents.has_depth =
-      arguments.depth.has_value() || (!arguments.disparities && layout.disparities.filename() == "depth");
-  contents.depth_units_per_m = arguments.depth_units_per_m;
+  contents.has_depth = arguments.depth.has_value() || (!arguments.disparities && is_depth_folder(layout.disparities));
+  constexpr double tum_units_per_m{5000};
+  const bool is_of_tum{fs::exists(layout.root / "depth.txt") && fs::exists(layout.root / "rgb.txt")};
+  contents.depth_units_per_m = arguments.depth_units_per_m.value_or(is_of_tum ? tum_units_per_m : 1000);
   if (!layout.disparities.empty()) {
     contents.external = (contents.has_depth ? "depth: " : "") + printable_path(layout.disparities);
   }
@@ -133,7 +137,7 @@ RecordingContents look_at(const InputArguments& arguments) {
   note_disparities(contents);
   warn_of_missing_images(contents);
   const Size whole{look_at_images(contents)};
-  contents.calibration_file = calibration_file_of(contents.root, layout, arguments);
+  contents.calibration_file = calibration_file_of(contents.root, layout, arguments, contents.has_depth);
   read_calibration_of(contents, layout, find_layout_of(contents, layout, arguments, whole));
   find_mask(contents, arguments);
   const bool stamps_known{find_stamps(contents, layout, arguments.poses)};

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "files/unavailable.hpp"
@@ -12,6 +13,7 @@
 #include "stereogrid/io/disparity_file.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/text.hpp"
+#include "vision/rectification.hpp"
 
 namespace stereogrid::io {
 namespace {
@@ -70,6 +72,14 @@ void set_disparity(StereoFrame& frame, const Image<float>& depth_m, const Rig& r
                          [&](float z) { return z > 0 ? static_cast<float>(focal_baseline / z) : 0.0F; });
 }
 
+/// Given disparities are between the images as they are: of other centres of the right camera, too.
+void add_offset(Image<float>& disparity, const RawPair& raw) {
+  const auto offset_px{static_cast<float>(raw.right.centre_u_px - raw.left.centre_u_px)};
+  for (float& d : disparity) {
+    if (d != 0 && std::isfinite(d)) d = std::max(0.0F, d + offset_px);
+  }
+}
+
 }  // namespace
 
 ImageStore::~ImageStore() = default;
@@ -121,7 +131,11 @@ StereoFrame Recording::load(std::size_t index) const {
   if (rectifier_) {
     frame.left = rectifier_->left(frame.left);
     if (!frame.right.empty()) frame.right = rectifier_->right(frame.right);
-    if (contents_.has_depth) frame.disparity = rectifier_->left(frame.disparity);
+    if (contents_.has_depth) {
+      frame.disparity = rectifier_->left(frame.disparity);
+    } else if (is_row_aligned(*contents_.calibration.raw)) {
+      add_offset(frame.disparity, *contents_.calibration.raw);
+    }
   }
   return frame;
 }

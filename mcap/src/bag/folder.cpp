@@ -65,7 +65,8 @@ Metadata parts_without_metadata(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator{folder}) {
     const bool is_packed{entry.path().extension() == ".zstd" || entry.path().extension() == ".zst"};
     const fs::path extension{is_packed ? entry.path().stem().extension() : entry.path().extension()};
-    if (extension == ".mcap" || extension == ".db3") metadata.parts.push_back(entry.path());
+    const bool is_old{extension == ".bag"};  // of ROS 1: refused with what to do
+    if (extension == ".mcap" || extension == ".db3" || is_old) metadata.parts.push_back(entry.path());
   }
   std::ranges::sort(metadata.parts);
   return metadata;

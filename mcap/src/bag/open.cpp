@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::string_view sqlite_magic{"SQLite format 3\0", 16};
 constexpr std::string_view zstd_magic{"\x28\xb5\x2f\xfd", 4};
-constexpr std::string_view ros1_magic{"#ROSBAG V"};
+constexpr std::string_view ros1_magic{"#ROS"};  // #ROSBAG V2.0, #ROSRECORD V1.1
 
 std::string first_bytes_of(const std::filesystem::path& path) {
   const FileInput file{path};

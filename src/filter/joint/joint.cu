@@ -34,9 +34,7 @@ __global__ void prepare(const FilterMotion* motion, const double* speed_mps, Joi
     const float all{before.occupancy[i]};
     const float standing{before.standing[i]};
     const float gained{gained_by_moving(step, all, standing)};
-    const bool has_masses{before.slots[block] >= 0};  // elsewhere scale and birth are never written
-    prepared[i] = make_float4(has_masses ? before.scale[i] : 0.0f, has_masses ? before.born_moving[i] : 0.0f, gained,
-                              disturbed_standing(step, all, standing));
+    prepared[i] = make_float4(before.scale[i], before.born_moving[i], gained, disturbed_standing(step, all, standing));
     even[i] = disturbed(step.kept_moving, even_mass(step.each_moving, all, standing), gained);
     if (has_some && is_moving(step.moving_from, all, standing) && !is_as_unseen(step, all, standing, before.age_s[i])) {
       atomicMin(&box.x_first, x);

@@ -117,7 +117,7 @@ DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, con
            config.projection.model == ProjectionModel::rays ? config.matching.disparities : 0,
            config.ground.model == GroundModel::terrain},
       filter{cuda, config.filter, tables, window_cells},
-      states{{{config.filter, window_cells}, {config.filter, window_cells}}},
+      states{{{cuda, config.filter, window_cells}, {cuda, config.filter, window_cells}}},
       observed{vehicle_grid.nx, vehicle_grid.ny, grids.data()},
       observed_window{window_cells, window_cells},
       world{window_cells, window_cells, grids.data() + PackedGrids{vehicle_grid, window_cells}.world()},
@@ -164,7 +164,7 @@ void DeviceMemory::fetch_stages(Cuda& cuda, StageImages& stages) const {
 }
 
 StreamTimes::StreamTimes() {
-  for (cudaEvent_t& event : events_) check_cuda(cudaEventCreate(&event), "create an event");
+  for (cudaEvent_t& event : events_) event = create_event();
 }
 
 StreamTimes::~StreamTimes() {
@@ -174,6 +174,7 @@ StreamTimes::~StreamTimes() {
 }
 
 void StreamTimes::mark(Cuda& cuda, Mark which) {
+  if (cuda.is_loading()) return;
   cudaStreamCaptureStatus status{};
   check_cuda(cudaStreamIsCapturing(cuda.stream(), &status), "mark a time");
   const bool is_in_graph{status == cudaStreamCaptureStatusActive};

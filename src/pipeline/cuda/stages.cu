@@ -30,7 +30,9 @@ CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device, c
       filter_tables_{config.filter},
       host_{rig_, vehicle_grid_, window_cells_},
       device_{cuda_, config, rig_, vehicle_grid_, window_cells_, filter_tables_},
-      matches_{rig_.width_px, rig_.height_px} {}
+      matches_{rig_.width_px, rig_.height_px} {
+  cuda_.load([this] { load_kernels(); });
+}
 
 // An exception may have ended a frame whose work the device has not finished.
 CudaStages::~CudaStages() {
@@ -41,12 +43,28 @@ MemoryUse CudaStages::memory_use() const {
   return {sizeof *this + held_.pinned + held_bytes_of(filter_tables_, matches_), held_.device};
 }
 
+// All that a frame may need: given disparities and grids of other sources may come later.
+void CudaStages::load_kernels() {
+  for (const bool is_given : {true, false}) {
+    is_given_ = is_given;
+    enqueue_match();
+    enqueue_ground();
+  }
+  leave_whole(cuda_, device_.given.view(), config_.matching, device_.matches);
+  has_other_grids_ = true;
+  for (const bool is_usable : {false, true}) enqueue_observation(is_usable);
+  has_other_grids_ = false;
+  reset(cuda_, device_.filter, &device_.frame()->motion, device_.states[now_]);
+  enqueue_filter();
+}
+
 void CudaStages::set_mask(const PixelMask& mask) {
   mask_ = &mask;
   if (mask.empty()) return;
   const View<const std::uint8_t> masked{mask.view()};
   upload(cuda_, masked.data, device_.masked.size(), device_.masked.data());
   synchronize();
+  cuda_.load([this] { clear_masked(); });
 }
 
 void CudaStages::clear_masked() {
@@ -136,7 +154,7 @@ void CudaStages::filter(std::span<const VelocityEvidence> velocities) {
   perform(filter_graphs_[now_], [this] { enqueue_filter(); });
 }
 
-// The first time without a graph: what the driver loads at a kernel's first launch does not belong into a recording.
+// The first time without a graph: what the driver prepares at a kernel's first launch does not belong into a recording.
 template <class Work>
 void CudaStages::perform(Graph& graph, const Work& work) {
   is_at_work_ = true;

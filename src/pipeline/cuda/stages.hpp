@@ -51,6 +51,7 @@ class CudaStages final : public Stages {
 
  private:
   [[nodiscard]] bool counts_rays() const { return config_.projection.model == ProjectionModel::rays; }
+  void load_kernels();
   void synchronize();
   template <class Work>
   void perform(Graph& graph, const Work& work);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #include "bag_drive.hpp"
 #include "stereogrid/io/calibration.hpp"
@@ -153,11 +154,79 @@ TEST_F(BagDepth, MayBeCompressed) {
   }
 }
 
+/// RVL of an image whose pixels are all there: width, height, no zeros, a run of all, and then the differences.
+std::vector<std::uint8_t> rvl_of(const Image<std::uint16_t>& image) {
+  std::vector<std::uint32_t> nibbles;
+  const auto add = [&](std::uint32_t number) {
+    for (; number > 7; number >>= 3U) nibbles.push_back((number & 7U) | 8U);
+    nibbles.push_back(number);
+  };
+  add(0);
+  add(static_cast<std::uint32_t>(image.size()));
+  int last{0};
+  for (const std::uint16_t value : image) {
+    const int step{value - std::exchange(last, value)};
+    add(step < 0 ? static_cast<std::uint32_t>(-2 * step - 1) : static_cast<std::uint32_t>(2 * step));
+  }
+  nibbles.resize((nibbles.size() + 7) / 8 * 8);
+  std::vector<std::uint32_t> words{static_cast<std::uint32_t>(image.width()),
+                                   static_cast<std::uint32_t>(image.height())};
+  for (std::size_t i{0}; i < nibbles.size(); ++i) {
+    if (i % 8 == 0) words.push_back(0);
+    words.back() = words.back() << 4U | nibbles[i];
+  }
+  std::vector<std::uint8_t> bytes(12 + 4 * words.size());
+  std::memcpy(&bytes[12], words.data(), 4 * words.size());
+  return bytes;
+}
+
+TEST_F(BagDepth, MayBeRvl) {
+  const Image<float> depth{depth_m()};
+  Image<std::uint16_t> values{depth.width(), depth.height()};
+  std::transform(depth.begin(), depth.end(), values.begin(), [](float z) {
+    return std::isfinite(z) && z > 0 ? static_cast<std::uint16_t>(std::lround(1000 * z)) : std::uint16_t{60000};
+  });
+  messages::sensor_msgs::CompressedImage packed;
+  packed.format = "16UC1; compressedDepth rvl";
+  packed.data = rvl_of(values);
+  write("/camera/left/image_rect", "/camera/depth/image_rect_raw", metres());
+  ASSERT_EQ(run_bag(bag()).exit_code, 0);
+  const fs::path plain_depth{*folder / "plain_depth"};
+  fs::remove_all(plain_depth);
+  fs::rename(out(), plain_depth);
+  write("/camera/left/image_rect", "/camera/depth/image_rect_raw/compressedDepth", packed);
+  const Outcome outcome{run_bag(bag())};
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  expect_equal_grids(plain_depth, out(), 5e-3);
+  packed.data.resize(packed.data.size() / 2);
+  write("/camera/left/image_rect", "/camera/depth/image_rect_raw/compressedDepth", packed);
+  EXPECT_THAT(run_bag(bag()).errors, HasSubstr("the RVL depth is damaged"));
+}
+
 TEST_F(BagDepth, IsSaidByInfo) {
   write("/camera/infra1/image_rect_raw", "/camera/depth/image_rect_raw", millimetres(), false);
   const Outcome outcome{run_well({"info", bag().string()})};
   EXPECT_THAT(outcome.output, HasSubstr("depth of /camera/depth/image_rect_raw"));
   EXPECT_THAT(outcome.output, HasSubstr("a virtual one of"));
+}
+
+// A short baseline at a low resolution would put all depth into few disparities.
+TEST_F(BagDepth, TakesAVirtualBaselineInsteadOfAShortOne) {
+  std::vector<Entry> all;
+  CameraInfo right{info(true)};
+  right.p[3] /= 4;
+  for (std::size_t i{0}; i < frames; ++i) {
+    all.push_back(image("/camera/left/image_rect", "left", i, "mono8", 0));
+    messages::sensor_msgs::Image depth{metres()};
+    depth.header = header(stamp_of(i));
+    all.push_back(entry("/camera/depth/depth_registered", start_ns, depth));
+  }
+  all.push_back(entry("/camera/left/camera_info", start_ns, info(false)));
+  all.push_back(entry("/camera/right/camera_info", start_ns, right));
+  write_mcap(bag(), all);
+  const Outcome outcome{run_bag(bag())};
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  EXPECT_THAT(outcome.errors, HasSubstr("baseline: 0.0625 m would resolve depth coarsely"));
 }
 
 TEST_F(BagDepth, OfAnotherSizeIsScaledOrRefused) {

@@ -46,24 +46,29 @@ TEST_F(Bags, LuminanceAndSixteenBitsGiveWhatGreyGives) {
     return pixel;
   };
   const auto only = [](std::uint8_t y) { return Pixel{y}; };
-  for (const Coding& coding : {Coding{"yuyv", 2,
-                                      [](std::uint8_t y) {
-                                        return Pixel{y, 128};
-                                      }},
-                               Coding{"yuv422_yuy2", 2,
-                                      [](std::uint8_t y) {
-                                        return Pixel{y, 90};
-                                      }},
-                               Coding{"uyvy", 2,
-                                      [](std::uint8_t y) {
-                                        return Pixel{128, y};
-                                      }},
-                               Coding{"yuv422", 2,
-                                      [](std::uint8_t y) {
-                                        return Pixel{90, y};
-                                      }},
-                               Coding{"nv12", 1, only, 50}, Coding{"nv21", 1, only, 50}, Coding{"nv24", 1, only, 200},
-                               Coding{"rgb16", 6, twelve_bits}, Coding{"bgr16", 6, twelve_bits}}) {
+  for (const Coding& coding :
+       {Coding{"yuyv", 2,
+               [](std::uint8_t y) {
+                 return Pixel{y, 128};
+               }},
+        Coding{"yuv422_yuy2", 2,
+               [](std::uint8_t y) {
+                 return Pixel{y, 90};
+               }},
+        Coding{"uyvy", 2,
+               [](std::uint8_t y) {
+                 return Pixel{128, y};
+               }},
+        Coding{"yuv422", 2,
+               [](std::uint8_t y) {
+                 return Pixel{90, y};
+               }},
+        Coding{"YUYV", 2,
+               [](std::uint8_t y) {
+                 return Pixel{y, 128};
+               }},
+        Coding{"i420", 1, only, 50}, Coding{"nv12", 1, only, 50}, Coding{"nv21", 1, only, 50},
+        Coding{"nv24", 1, only, 200}, Coding{"rgb16", 6, twelve_bits}, Coding{"bgr16", 6, twelve_bits}}) {
     SCOPED_TRACE(coding.name);
     std::vector<Entry> all{entries({})};
     for (Entry& one : all) {

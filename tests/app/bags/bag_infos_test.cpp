@@ -38,6 +38,29 @@ TEST_F(BagInfos, OfBothCamerasMayBeOnOneTopic) {
   }
 }
 
+TEST_F(BagInfos, MayBeCalledAfterTheImages) {
+  std::vector<Entry> all{images()};
+  add(all, "/stereo/camera_info_left", info(false), "left");
+  add(all, "/stereo/camera_info_right", info(true), "right");
+  write_mcap(bag(), all);
+  const Outcome outcome{run_bag(bag())};
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  expect_equal_runs(plain(), out());
+}
+
+TEST_F(BagInfos, CamerasHaveManyNames) {
+  using Names = std::pair<const char*, const char*>;
+  for (const auto& [left, right] :
+       {Names{"/cam_0/image_rect", "/cam_1/image_rect"}, Names{"/camera1/image_rect", "/camera2/image_rect"},
+        Names{"/stereo/L/image_rect", "/stereo/R/image_rect"}, Names{"/camera_l/image_rect", "/camera_r/image_rect"},
+        Names{"/Left/image_rect", "/Right/image_rect"}}) {
+    write_mcap(bag(), entries({.left = left, .right = right}));
+    const Outcome outcome{run_bag(bag())};
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+    expect_equal_runs(plain(), out());
+  }
+}
+
 TEST_F(BagInfos, WithoutKArePOfRectifiedImages) {
   write_mcap(bag(), entries({.left = "/left/image_mono",
                              .right = "/right/image_mono",

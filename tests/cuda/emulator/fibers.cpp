@@ -45,7 +45,7 @@ class Block {
     at_barrier_ = 0;
     kernel_ = &kernel;
     shared_.resize(shared_bytes / sizeof(std::max_align_t) + 1);
-    std::memset(shared_.data(), 0xA5, shared_.size() * sizeof(std::max_align_t));
+    fill_unwritten(shared_.data(), shared_.size() * sizeof(std::max_align_t), unwritten);
     while (static_cast<int>(threads_.size()) < threads) add_thread();
     for (int i{0}; i < threads; ++i) threads_[static_cast<std::size_t>(i)].state = State::ready;
     while (alive_ > 0) pass(backwards);
@@ -170,6 +170,12 @@ Block& block() {
 }
 
 }  // namespace
+
+void fill_unwritten(void* memory, std::size_t bytes, std::uint32_t word) {
+  for (std::size_t i{0}; i < bytes; i += sizeof word) {
+    std::memcpy(static_cast<std::byte*>(memory) + i, &word, std::min(bytes - i, sizeof word));
+  }
+}
 
 void run_grid(dim3 grid, dim3 threads, std::size_t shared_bytes, const std::function<void()>& kernel, bool backwards) {
   gridDim = grid;

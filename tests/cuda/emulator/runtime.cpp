@@ -4,10 +4,12 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <mutex>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "fibers.hpp"
@@ -32,6 +34,9 @@ bool lacks(const char* what) {
 struct Machine {
   std::size_t memory{std::size_t{8} << 30};  ///< that can still be allocated
   std::unordered_map<void*, std::size_t> allocated;
+  std::unordered_set<const void*> loaded;  ///< kernels
+  int late{0};                             ///< of them, those that were launched before they were loaded
+  std::uint32_t unwritten{0};              ///< bits of the next allocation
   bool backwards{std::getenv("STEREOGRID_EMULATOR_BACKWARDS") != nullptr};
   std::atomic<int> captures{0};  ///< streams that are being captured
   std::recursive_mutex mutex;
@@ -47,6 +52,17 @@ cudaError_t missing() {
 Machine& machine() {
   static Machine& the_machine{*new Machine};
   return the_machine;
+}
+
+// Loads a kernel. False: it had been loaded.
+bool is_new(const void* kernel) {
+  const std::lock_guard lock{machine().mutex};
+  return machine().loaded.insert(kernel).second;
+}
+
+// Different in each allocation, so that results which depend on them differ.
+std::uint32_t next_unwritten() {
+  return emulator::unwritten | (machine().unwritten++ & 0xffU) << 8;
 }
 
 cudaError_t give(cudaStream_t stream, std::function<void()> work) {
@@ -78,7 +94,15 @@ unsigned volume(dim3 size) {
 
 }  // namespace
 
-cudaError_t launch(const cudaLaunchConfig_t& config, std::function<void()> thread) {
+void unload_kernels() {
+  machine().loaded.clear();
+  machine().late = 0;
+}
+int kernels_loaded_late() {
+  return machine().late;
+}
+
+cudaError_t launch(const cudaLaunchConfig_t& config, const void* kernel, std::function<void()> thread) {
   constexpr unsigned threads_max{1024};
   constexpr unsigned blocks_max{65535};  // of y and z
   constexpr std::size_t shared_max{std::size_t{48} << 10};
@@ -87,6 +111,7 @@ cudaError_t launch(const cudaLaunchConfig_t& config, std::function<void()> threa
     return cudaErrorInvalidConfiguration;
   }
   if (config.dynamicSmemBytes > shared_max) return cudaErrorInvalidValue;
+  if (is_new(kernel)) ++machine().late;
   return give(config.stream, [config, call = std::move(thread)] {
     run_grid(config.gridDim, config.blockDim, config.dynamicSmemBytes, call, machine().backwards);
   });
@@ -138,7 +163,8 @@ cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int /*device*/) 
   *properties = {"emulated", 2, 7, 5, machine().memory};
   return missing();
 }
-cudaError_t cudaFuncGetAttributes(cudaFuncAttributes* /*attributes*/, const void* /*kernel*/) {
+cudaError_t cudaFuncGetAttributes(cudaFuncAttributes* /*attributes*/, const void* kernel) {
+  is_new(kernel);
   return lacks("kernels") ? cudaErrorNoKernelImageForDevice : cudaSuccess;
 }
 cudaError_t cudaDriverGetVersion(int* version) {
@@ -155,7 +181,7 @@ cudaError_t cudaMalloc(void** memory, std::size_t bytes) {
   constexpr std::size_t little{std::size_t{1} << 14};
   if (bytes > (lacks("memory") ? little : machine().memory)) return cudaErrorMemoryAllocation;
   *memory = std::malloc(bytes);
-  std::memset(*memory, 0xA5, bytes);
+  emulator::fill_unwritten(*memory, bytes, next_unwritten());
   machine().memory -= bytes;
   machine().allocated[*memory] = bytes;
   return cudaSuccess;
@@ -200,6 +226,9 @@ cudaError_t cudaStreamSynchronize(cudaStream_t stream) {
   return stream != nullptr && stream->captured != nullptr ? cudaErrorStreamCaptureUnsupported : cudaSuccess;
 }
 cudaError_t cudaEventCreate(cudaEvent_t* event) {
+  return cudaEventCreateWithFlags(event, 0);
+}
+cudaError_t cudaEventCreateWithFlags(cudaEvent_t* event, unsigned /*flags*/) {
   *event = new EmulatedEvent;
   return cudaSuccess;
 }

@@ -40,6 +40,8 @@ enum cudaStreamCaptureStatus { cudaStreamCaptureStatusNone, cudaStreamCaptureSta
 enum cudaStreamCaptureMode { cudaStreamCaptureModeGlobal, cudaStreamCaptureModeThreadLocal };
 inline constexpr int CUDART_VERSION{12000};
 inline constexpr unsigned cudaStreamNonBlocking{1};
+inline constexpr unsigned cudaEventDefault{0};
+inline constexpr unsigned cudaEventBlockingSync{1};
 inline constexpr unsigned cudaEventRecordExternal{1};
 
 struct EmulatedStream;
@@ -88,6 +90,7 @@ cudaError_t cudaStreamCreateWithFlags(cudaStream_t* stream, unsigned flags);
 cudaError_t cudaStreamDestroy(cudaStream_t stream);
 cudaError_t cudaStreamSynchronize(cudaStream_t stream);
 cudaError_t cudaEventCreate(cudaEvent_t* event);
+cudaError_t cudaEventCreateWithFlags(cudaEvent_t* event, unsigned flags);
 cudaError_t cudaEventDestroy(cudaEvent_t event);
 cudaError_t cudaEventRecord(cudaEvent_t event, cudaStream_t stream = nullptr);
 cudaError_t cudaEventRecordWithFlags(cudaEvent_t event, cudaStream_t stream, unsigned flags);
@@ -109,7 +112,12 @@ namespace emulator {
 cudaStream_t stream_per_thread();
 
 /// Runs or records a kernel's call for every thread of the grid.
-cudaError_t launch(const cudaLaunchConfig_t& config, std::function<void()> thread);
+cudaError_t launch(const cudaLaunchConfig_t& config, const void* kernel, std::function<void()> thread);
+
+/// All kernels count as not loaded.
+void unload_kernels();
+/// Kernels launched since then that cudaFuncGetAttributes had not loaded.
+int kernels_loaded_late();
 
 // Environment variables: STEREOGRID_EMULATOR_BACKWARDS, threads and blocks run from the last to the first: where a
 // barrier is missing, results change. STEREOGRID_EMULATOR_LACKS=device|driver|kernels|memory: what is missing.
@@ -120,5 +128,6 @@ cudaError_t launch(const cudaLaunchConfig_t& config, std::function<void()> threa
 template <class... Expected, class... Actual>
 cudaError_t cudaLaunchKernelEx(const cudaLaunchConfig_t* config, void (*kernel)(Expected...), Actual&&... arguments) {
   return emulator::launch(
-      *config, [kernel, ... copies = static_cast<Expected>(std::forward<Actual>(arguments))] { kernel(copies...); });
+      *config, reinterpret_cast<const void*>(kernel),
+      [kernel, ... copies = static_cast<Expected>(std::forward<Actual>(arguments))] { kernel(copies...); });
 }

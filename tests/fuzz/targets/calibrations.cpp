@@ -54,6 +54,7 @@ void calibration_other(Bytes input) {
   for (const char* const name : {"other.txt", "other.yml"}) {
     folder.write(name, text_of(input));
     read_in_all_ways(folder, name);
+    accepts([&] { check_rig(io::read_depth_calibration(folder / name, 96, 64)); });
   }
 }
 

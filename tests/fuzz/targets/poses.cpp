@@ -58,7 +58,7 @@ void poses_tum(Bytes input) {
   accepts([&] {
     static_cast<void>(io::is_tum_trajectory(path));
     std::vector<std::int64_t> stamps_ns;
-    for (const io::StampedPose& pose : io::read_tum_poses(path)) {
+    for (const io::StampedPose& pose : io::read_tum_poses(path).poses) {
       check_pose(pose.world_from_vehicle);
       stamps_ns.push_back(pose.stamp_ns);
     }

@@ -50,6 +50,84 @@ std::string opencv_dump(const char* matrix, const char* distortion, int format, 
   return file.releaseAndGetString();
 }
 
+constexpr const char* matrix_150{"[[150, 0, 127.5], [0, 150, 79.5], [0, 0, 1]]"};
+
+TEST_F(OtherFormats, OpenCvInGroupsAndOtherUnits) {
+  const auto with{[](const std::string& text) {
+    std::string whole{text};
+    for (std::size_t at{whole.find('@')}; at != std::string::npos; at = whole.find('@'))
+      whole.replace(at, 1, matrix_150);
+    return whole;
+  }};
+  const std::string turn{R"("R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]])"};
+  expect_pair(read("a.json", with(R"({"left": {"camera_matrix": @, "dist_coeffs": [0, 0, 0, 0]}, "right": {"K": @,
+    "D": [0, 0, 0, 0]}, "stereo": {)" +
+                                  turn + R"(, "T": [[-0.25], [0], [0]]}})")),
+              "OpenCV stereo calibration");
+  expect_pair(read("a.json", with(R"({"mtx_l": @, "dist_l": [0, 0, 0, 0], "mtx_r": @, "dist_r": [0, 0, 0, 0],
+    "rvec": [0, 0, 0], "tvec": [-250, 0, 0], "units": "mm", "imageSize": {"width": 256, "height": 160}})")),
+              "OpenCV stereo calibration");
+  expect_pair(read("a.json", R"({"fx": 150, "fy": 150, "ppx": 127.5, "ppy": 79.5, "baseline": 0.25})"),
+              "OpenCV stereo calibration");
+  refused("a.json", with(R"({"K1": @, "D1": [0, 0, 0, 0], "K2": @, "D2": [0, 0, 0, 0]})"), {"'R' and 'T'"});
+  refused("a.json",
+          with(R"({"K1": @, "D1": [0, 0, 0, 0], "K2": @, "D2": [0, 0, 0, 0], "unit": "ft", )" + turn +
+               R"(, "T": [-0.25, 0, 0]})"),
+          {"'ft'", "m, cm, mm"});
+}
+
+TEST_F(OtherFormats, LibrealsenseHasItsRotationByColumns) {
+  const std::string camera{R"({"width": 256, "height": 160, "fx": 150, "fy": 150, "ppx": 127.5, "ppy": 79.5,
+    "model": "brown_conrady", "coeffs": [0, 0, 0, 0, 0]})"};
+  const std::string turn{"[0.9998, 0.02, 0, -0.02, 0.9998, 0, 0, 0, 1]"};
+  const Calibration found{read("a.json", R"({"infra1": {"intrinsics": )" + camera + R"(}, "infra2": {"intrinsics": )" +
+                                             camera + R"(}, "extrinsics": {"rotation": )" + turn +
+                                             R"(, "translation": [-0.25, 0, 0]}})")};
+  ASSERT_TRUE(found.raw);
+  EXPECT_DOUBLE_EQ(found.raw->right_from_left_rotation[3], 0.02);
+  EXPECT_DOUBLE_EQ(found.raw->left.centre_u_px, 127.5);
+}
+
+TEST_F(OtherFormats, OpenCvRectificationAlone) {
+  expect_pair(read("a.json", R"({"P1": [[150, 0, 127.5, 0], [0, 150, 79.5, 0], [0, 0, 1, 0]],
+    "P2": [[150, 0, 127.5, -37.5], [0, 150, 79.5, 0], [0, 0, 1, 0]]})"),
+              "OpenCV stereo rectification");
+  expect_pair(read("a.json", R"({"Q": [[1, 0, 0, -127.5], [0, 1, 0, -79.5], [0, 0, 0, 150], [0, 0, 4, 0]]})"),
+              "OpenCV stereo rectification");
+  const Calibration shifted{
+      read("a.json", R"({"Q": [[1, 0, 0, -127.5], [0, 1, 0, -79.5], [0, 0, 0, 150], [0, 0, 4, 48]]})")};
+  ASSERT_TRUE(shifted.raw);
+  EXPECT_DOUBLE_EQ(shifted.raw->right.centre_u_px, 139.5);
+  refused("a.json", R"({"P1": [[150, 0, 127.5, 0], [0, 150, 79.5, 0], [0, 0, 1, 0]],
+    "P2": [[150, 0, 127.5, -37.5], [0, 150, 70, 0], [0, 0, 1, 0]]})",
+          {"P2", "cy"});
+}
+
+TEST_F(OtherFormats, RightCentreInCalibrationYaml) {
+  const std::string own{"focal_px: 150\ncentre_u_px: 127.5\ncentre_v_px: 79.5\nbaseline_m: 0.25\n"};
+  const Calibration found{read("c.yaml", own + "centre_u_right_px: 130.5\n")};
+  ASSERT_TRUE(found.raw);
+  EXPECT_DOUBLE_EQ(found.raw->right.centre_u_px, 130.5);
+  put(folder_ / "p.json", R"({"fx": 150, "fy": 150, "cx": 127.5, "cy": 79.5, "baseline": 0.25})");
+  EXPECT_TRUE(read("d.yaml", "from: p.json\ncentre_u_right_px: 130.5\n").raw);
+}
+
+TEST_F(OtherFormats, OneCameraIsEnoughForDepth) {
+  const auto expect_single{[&](const char* name, const std::string& text) {
+    put(folder_ / name, text);
+    const Calibration found{read_depth_calibration(folder_ / name, 256, 160)};
+    EXPECT_DOUBLE_EQ(found.rig.focal_px, 150) << name;
+    EXPECT_DOUBLE_EQ(found.rig.centre_u_px, 127.5) << name;
+    EXPECT_DOUBLE_EQ(found.rig.baseline_m, virtual_baseline_m(150, 256)) << name;
+    expect_complaint([&] { static_cast<void>(read_calibration(folder_ / name, 256, 160)); }, {name});
+  }};
+  expect_single("intrinsic_color.txt", "150 0 127.5 0\n0 150 79.5 0\n0 0 1 0\n0 0 0 1\n");
+  expect_single("k.txt", "150 0 127.5\n0 150 79.5\n0 0 1\n");
+  expect_single("camera.json", R"({"camera": {"fx": 150, "fy": 150, "cx": 127.5, "cy": 79.5, "scale": 6553.5}})");
+  expect_single("calibration.yaml", "focal_px: 150\ncentre_u_px: 127.5\ncentre_v_px: 79.5\n");
+  expect_single("tum.yaml", "Camera.fx: 150\nCamera.fy: 150\nCamera.cx: 127.5\nCamera.cy: 79.5\n");
+}
+
 TEST_F(OtherFormats, OpenCvInAnyContainerWithTheUsualNames) {
   for (const auto& [matrix, distortion] :
        {std::pair{"K", "D"}, std::pair{"M", "D"}, std::pair{"cameraMatrix", "distCoeffs"}, std::pair{"mtx", "dist"}}) {

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
 #include "stereogrid/io/recording.hpp"
 #include "support.hpp"
 
@@ -15,6 +17,30 @@ TEST(Swapped, IsSeenOnTexturedPairs) {
     ASSERT_TRUE(complaint) << disparity_px;
     EXPECT_THAT(*complaint, ::testing::HasSubstr("swapped"));
   }
+}
+
+// Far above, near below, the right image 20 px off: the farthest points have −10 px.
+TEST(Swapped, AShiftedRightImageIsNone) {
+  const StereoFrame far{textured_pair(641, 240, 10)};
+  const StereoFrame near{textured_pair(641, 240, 30)};
+  StereoFrame frame{far};
+  const auto set_below{[](Image<std::uint8_t>& to, const Image<std::uint8_t>& from) {
+    for (int v{120}; v < 240; ++v) std::copy_n(from.row(v), from.width(), to.row(v));
+  }};
+  set_below(frame.left, near.left);
+  set_below(frame.right, near.right);
+  Rig rig;
+  rig.centre_u_px = 320;
+  EXPECT_FALSE(complaint_if_shifted(frame, rig));
+  for (int v{0}; v < 240; ++v) {
+    auto* const row{frame.right.row(v)};
+    std::rotate(row, row + 641 - 20, row + 641);
+  }
+  const auto shift_px{negative_disparity_px(frame)};
+  ASSERT_TRUE(shift_px);
+  EXPECT_NEAR(*shift_px, -10, 0.5);
+  EXPECT_THAT(*complaint_if_shifted(frame, rig), ::testing::HasSubstr("'centre_u_right_px: 330"));
+  EXPECT_FALSE(complaint_if_swapped(frame));
 }
 
 TEST(Swapped, IsNotClaimedWhereNothingCanBeSeen) {

@@ -122,6 +122,8 @@ TEST(ImageFile, WebpAndTiffWithoutLossAreWhatThePngIs) {
   cv::imwrite((folder / "a.tiff").string(), mat);
   EXPECT_EQ(read_grey(folder / "a.webp"), image);
   EXPECT_EQ(read_grey(folder / "a.tiff"), image);
+  cv::imwrite((folder / "a.bmp").string(), mat);
+  EXPECT_EQ(read_grey(folder / "a.bmp"), image);
   const std::string whole{read_file(folder / "a.webp")};
   for (std::size_t length{0}; length < whole.size(); length += 1 + length / 40) {
     put(folder / "cut", whole.substr(0, length));

@@ -62,6 +62,15 @@ enum class KittiPair { grey, colour };
 [[nodiscard]] STEREOGRID_EXPORT Calibration read_calibration(const std::filesystem::path& path, int width_px = 0,
                                                              int height_px = 0, KittiPair pair = KittiPair::grey);
 
+/// Calibration of images with depth: one camera is enough, and without a baseline a virtual one is taken. Intrinsics of
+/// one camera are read from JSON, YAML and XML, or as a matrix of 3 × 3, 3 × 4 or 4 × 4 numbers. Else as
+/// read_calibration.
+[[nodiscard]] STEREOGRID_EXPORT Calibration read_depth_calibration(const std::filesystem::path& path, int width_px = 0,
+                                                                   int height_px = 0);
+
+/// Baseline (m) at which a depth of half a metre is within any disparity search.
+[[nodiscard]] STEREOGRID_EXPORT double virtual_baseline_m(double focal_px, int width_px);
+
 /// Adapts a calibration to images of this size; 0: no effect. A calibration of another size is scaled where the ratio
 /// is exact, and `notes` says so; a size of 0 becomes that of the images. `name`: the calibration's, for complaints.
 /// Throws InputError: no exact ratio; without a size, a principal point far from the middle of the images.

@@ -58,8 +58,13 @@ struct StampedPose {
 
 /// TUM's format, "timestamp tx ty tz qx qy qz qw" with stamps in seconds and # comments: world_from_camera (x right, y
 /// down, z forward) in any world. Poses are relative to the first camera, projected on the plane of its x and z axes.
-/// Complains of quaternions whose length is not 1, and of stamps that do not grow.
-[[nodiscard]] STEREOGRID_EXPORT std::vector<StampedPose> read_tum_poses(const std::filesystem::path& path);
+/// Poses that move along their own x axis are those of a body (x ahead, z up). Complains of quaternions whose length is
+/// not 1, and of stamps that do not grow.
+struct TumPoses {
+  std::vector<StampedPose> poses;
+  bool are_of_body{false};
+};
+[[nodiscard]] STEREOGRID_EXPORT TumPoses read_tum_poses(const std::filesystem::path& path);
 
 /// The poses at other instants: between the two around each, position linear, heading along the shorter arc. Up to one
 /// usual (median) interval before the first and behind the last pose, motion is carried on. `poses`: stamps grow.

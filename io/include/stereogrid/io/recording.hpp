@@ -29,7 +29,7 @@ struct InputArguments {
                       ///< else odometry
   std::optional<std::filesystem::path> disparities{};  ///< folder of disparity images to take instead of right images
   std::optional<std::filesystem::path> depth{};        ///< folder of depth images to take instead of right images
-  double depth_units_per_m{1000};                      ///< of depth in whole numbers
+  std::optional<double> depth_units_per_m{};           ///< of depth in whole numbers; none: 1000, of TUM's folders 5000
   std::optional<std::filesystem::path> mask{};         ///< image for read_mask, instead of the calibration's
   std::optional<ImageLayout> layout{};                 ///< of images that show both cameras; none: found
 };
@@ -163,6 +163,15 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
 /// A sentence where left and right seem to be swapped: more of the pair matches at negative disparities than at
 /// positive ones.
 [[nodiscard]] STEREOGRID_EXPORT std::optional<std::string> complaint_if_swapped(const StereoFrame& frame);
+
+/// Disparity (px) of the farthest points of a rectified pair where it is clearly negative; none: it is not, or the
+/// sides are swapped. 0.3 s for an image of 1280 × 720.
+[[nodiscard]] STEREOGRID_EXPORT std::optional<double> negative_disparity_px(const StereoFrame& frame);
+
+/// A sentence where the farthest points have negative disparities: the offset, and the line of calibration.yaml that
+/// mends it.
+[[nodiscard]] STEREOGRID_EXPORT std::optional<std::string> complaint_if_shifted(const StereoFrame& frame,
+                                                                                const Rig& rig);
 
 /// Share of the pixels that have a sure match at a disparity of at least one pixel, in images reduced to a width of 400
 /// px. 0 where the images are narrower than 96 px or differ in size.

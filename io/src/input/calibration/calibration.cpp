@@ -120,14 +120,27 @@ Calibration read_kitti_calibration(const std::filesystem::path& path, KittiPair 
                    "docs/input.md has the formats that are read; KITTI's calib.txt has P0 and P1."};
 }
 
-Calibration read_calibration(const std::filesystem::path& path, int width_px, int height_px, KittiPair pair) {
-  const CalibrationRequest request{width_px, height_px, pair};
+namespace {
+
+Calibration read_checked(const std::filesystem::path& path, const CalibrationRequest& request) {
   Calibration calibration{read_form({path}, request)};
-  fit_to_images(calibration, printable_path(path), width_px, height_px);
+  fit_to_images(calibration, printable_path(path), request.width_px, request.height_px);
   std::string all;
   for (const std::string& problem : problems(calibration.rig)) all += (all.empty() ? "" : " ") + problem;
   if (!all.empty()) throw InputError{printable_path(path), all, use_right_file};
   return calibration;
+}
+
+}  // namespace
+
+Calibration read_calibration(const std::filesystem::path& path, int width_px, int height_px, KittiPair pair) {
+  return read_checked(path, {width_px, height_px, pair});
+}
+
+Calibration read_depth_calibration(const std::filesystem::path& path, int width_px, int height_px) {
+  CalibrationRequest request{width_px, height_px};
+  request.has_depth = true;
+  return read_checked(path, request);
 }
 
 std::string mount_line(const Rig& rig) {

@@ -85,10 +85,19 @@ void add_named(const fs::path& folder, std::span<const char* const> words, std::
   }
 }
 
+/// Of several single cameras that of the images: their names are those of ScanNet.
+void leave_colour(std::vector<fs::path>& found) {
+  const auto is_other{[](const fs::path& path) {
+    const std::string name{path.filename().string()};
+    return name.find("intrinsic") == std::string::npos || name.find("depth") != std::string::npos;
+  }};
+  if (found.size() > 1 && !std::ranges::all_of(found, is_other)) std::erase_if(found, is_other);
+}
+
 constexpr std::string_view text_extensions[]{".yaml", ".yml", ".xml", ".json", ".txt", ".conf"};
 
 /// Files of any name in which a reader finds a calibration. Of two that belong together, the first.
-std::vector<fs::path> recognised_in(const fs::path& folder) {
+std::vector<fs::path> recognised_in(const fs::path& folder, bool has_depth) {
   std::vector<fs::path> found;
   std::string others;
   std::error_code error;
@@ -96,13 +105,14 @@ std::vector<fs::path> recognised_in(const fs::path& folder) {
        entry.increment(error)) {
     const fs::path& path{entry->path()};
     if (std::ranges::find(text_extensions, path.extension().string()) == std::end(text_extensions)) continue;
-    if (is_calibration_of_other_tool(path)) {
+    if (is_calibration_of_other_tool(path, has_depth)) {
       found.push_back(path);
     } else if (path.extension() != ".txt") {
       others += (others.empty() ? "" : ", ") + printable_path(path.filename());
     }
   }
   std::ranges::sort(found);
+  if (has_depth) leave_colour(found);
   if (found.size() == 2 && are_halves(found[0], found[1])) found.pop_back();
   if (!found.empty() || others.empty()) return found;
   throw InputError{
@@ -121,14 +131,18 @@ FilePair intrinsics_and_extrinsics(const fs::path& either) {
   return pair_of(either, parts);
 }
 
-fs::path find_calibration_in(const fs::path& folder) {
+fs::path find_calibration_in(const fs::path& folder, bool has_depth) {
   constexpr const char* in_root[]{"left", "Left", "LEFT", "extrinsic", "camchain"};
-  constexpr const char* beside_images[]{"camera_info"};
+  constexpr const char* beside_images[]{"camera_info", "ost"};
   std::vector<fs::path> found;
   add_named(folder, in_root, found);
   add_named(folder / "camera_info", std::span{in_root}.first(3), found);
-  add_named(folder / "left", beside_images, found);
-  if (found.empty()) found = recognised_in(folder);
+  for (const char* const camera : {"left", "cam0"}) add_named(folder / camera, beside_images, found);
+  if (found.empty()) found = recognised_in(folder, has_depth);
+  for (const char* const inside : {"calibration", "calib", "intrinsic", "intrinsics"}) {
+    std::error_code error;
+    if (found.empty() && fs::is_directory(folder / inside, error)) found = recognised_in(folder / inside, has_depth);
+  }
   if (found.empty()) return {};
   if (found.size() == 1) return found.front();
   std::ranges::sort(found);

@@ -24,7 +24,9 @@ struct FilePair {
 [[nodiscard]] bool is_cam0_right(const std::filesystem::path& cam0, const std::filesystem::path& cam1);
 
 /// The calibration that another tool has written into a folder: LEFT.yaml there, in camera_info/ or as
-/// left/camera_info.yaml, extrinsics.yml, or camchain.yaml. Empty: none. Throws InputError where there are several.
-[[nodiscard]] std::filesystem::path find_calibration_in(const std::filesystem::path& folder);
+/// left/camera_info.yaml or left/ost.yaml, extrinsics.yml, camchain.yaml, or any file that a reader knows, there or in
+/// calib/, calibration/ or intrinsic/. `has_depth`: one camera is enough. Empty: none. Throws InputError where there
+/// are several.
+[[nodiscard]] std::filesystem::path find_calibration_in(const std::filesystem::path& folder, bool has_depth = false);
 
 }  // namespace stereogrid::io

@@ -56,6 +56,12 @@ Calibration read_ost(const Files& files, const CalibrationRequest& request) {
 Calibration read_opencv(const Files& files, const CalibrationRequest& request) {
   const OpencvParts parts{opencv_parts(files.root)};
   if (parts.has_intrinsics && parts.has_extrinsics) return read_opencv_calibration(files.root, files.root, request);
+  const std::string name{files.paths[0].filename().string()};
+  const bool is_named{name.find("intrinsic") != std::string::npos || name.find("extrinsic") != std::string::npos};
+  if (!is_named && files.paths.size() == 1 && parts.has_intrinsics) {
+    files.root.fail("has both camera matrices, but no 'R' and 'T' from the left camera to the right one.",
+                    "Give the whole result of stereoCalibrate; two files are called …intrinsics… and …extrinsics….");
+  }
   const FilePair both{files.pair(intrinsics_and_extrinsics)};
   return read_opencv_calibration(read_calibration_tree(both.first), read_calibration_tree(both.second), request);
 }
@@ -92,7 +98,7 @@ bool has_zed_section(const YamlGroup& root) {
 }
 
 /// The first that fits.
-constexpr std::array<Format, 13> formats{{
+constexpr std::array<Format, 14> formats{{
     {[](const YamlGroup& r) { return has_any(r, {"T_BS"}); }, read_euroc},
     {[](const YamlGroup& r) {
        return has_any(r, {"value0", "T_imu_cam"});
@@ -124,6 +130,7 @@ constexpr std::array<Format, 13> formats{{
        return has_any(r, {"K", "k"}) && has_any(r, {"P", "p"});
      },
      refuse_message},
+    {[](const YamlGroup& r) { return opencv_parts(r).has_projections; }, read_one<read_opencv_projections>},
     {[](const YamlGroup& r) {
        const OpencvParts parts{opencv_parts(r)};
        return parts.has_intrinsics || has_any(r, {"R", "T"});
@@ -136,7 +143,7 @@ const Format* format_of(const YamlGroup& root) {
   return found == formats.end() ? nullptr : found;
 }
 
-enum class Notation { yaml, xml, sections, assignments, ost, kitti };
+enum class Notation { yaml, xml, sections, assignments, ost, matrix, kitti };
 
 Notation notation_of(const fs::path& path, std::string_view text) {
   const std::string_view start{text.substr(std::min(text.find_first_not_of(" \t\r\n"), text.size()))};
@@ -149,7 +156,14 @@ Notation notation_of(const fs::path& path, std::string_view text) {
   if (has_line("[image]")) return Notation::ost;
   if (has_line("[LEFT_CAM_") || has_line("[STEREO]")) return Notation::sections;
   if (has_line("cam0=") || has_line("cam0 =")) return Notation::assignments;
-  return Notation::kitti;
+  const bool is_matrix{text.find_first_not_of("0123456789+-.eE \t\r\n,") == std::string_view::npos};
+  return is_matrix && !start.empty() ? Notation::matrix : Notation::kitti;
+}
+
+std::string one_line(std::string text) {
+  std::ranges::replace_if(
+      text, [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  return text;
 }
 
 YamlGroup tree_of(const fs::path& path, std::string text, Notation notation) {
@@ -161,6 +175,8 @@ YamlGroup tree_of(const fs::path& path, std::string text, Notation notation) {
       return {file, "", parse_sections(file, text)};
     case Notation::assignments:
       return {file, "", parse_assignments(file, text)};
+    case Notation::matrix:
+      return {file, "", parse_assignments(file, fmt::format("K=[{}]", one_line(std::move(text))))};
     case Notation::ost:
       return {file, "", parse_ost(file, text)};
     default:
@@ -176,12 +192,13 @@ YamlGroup read_calibration_tree(const fs::path& path) {
   return tree_of(path, std::move(text), notation);
 }
 
-bool is_calibration_of_other_tool(const fs::path& path) {
+bool is_calibration_of_other_tool(const fs::path& path, bool has_depth) {
   try {
     std::string text{read_text(path, largest_bytes::calibration)};
     const Notation notation{notation_of(path, text)};
     if (notation == Notation::kitti) return text.starts_with("P0:") || text.find("\nP0:") != std::string::npos;
-    return format_of(tree_of(path, std::move(text), notation)) != nullptr;
+    const YamlGroup root{tree_of(path, std::move(text), notation)};
+    return format_of(root) != nullptr || (has_depth && read_single_calibration(root, {}));
   } catch (const InputError&) {
     return false;
   }
@@ -193,7 +210,12 @@ Calibration read_form(const std::vector<fs::path>& paths, const CalibrationReque
   const Notation notation{notation_of(path, text)};
   if (notation == Notation::kitti) return read_kitti_calibration(path, request.pair);
   const YamlGroup root{tree_of(path, std::move(text), notation)};
-  if (const Format* const format{format_of(root)}) return format->read({paths, root}, request);
+  const Format* const format{format_of(root)};
+  const bool is_known{format != nullptr && format->read != refuse_one_camera && format->read != refuse_message};
+  if (request.has_depth && !is_known) {
+    if (auto single{read_single_calibration(root, request)}) return *std::move(single);
+  }
+  if (format != nullptr) return format->read({paths, root}, request);
   if (notation == Notation::yaml && (path.extension() == ".yaml" || path.extension() == ".yml")) {
     return read_own_calibration(root, path, request);
   }

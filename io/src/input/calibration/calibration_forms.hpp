@@ -22,6 +22,7 @@ struct CalibrationRequest {
   bool has_stated_size{false};  ///< width and height are those that it states
   std::optional<bool> images_are_raw{};
   std::optional<double> baseline_m{};
+  bool has_depth{false};  ///< of images with depth: one camera is enough
 };
 
 // The readers throw InputError: no such file, keys missing, values that are no numbers, cameras that are none. The
@@ -34,11 +35,14 @@ struct CalibrationRequest {
 [[nodiscard]] YamlGroup read_calibration_tree(const std::filesystem::path& path);
 
 /// True: read_form() has a reader for the file. False where it cannot be read, too.
-[[nodiscard]] bool is_calibration_of_other_tool(const std::filesystem::path& path);
+[[nodiscard]] bool is_calibration_of_other_tool(const std::filesystem::path& path, bool has_depth = false);
 
 /// Either form of calibration.yaml, or one that names a file of another tool.
 [[nodiscard]] Calibration read_own_calibration(const YamlGroup& root, const std::filesystem::path& path,
                                                const CalibrationRequest& request);
+/// Intrinsics of one camera, for images with depth; none: the file has none.
+[[nodiscard]] std::optional<Calibration> read_single_calibration(const YamlGroup& root,
+                                                                 const CalibrationRequest& request);
 [[nodiscard]] Calibration read_kitti_calibration(const std::filesystem::path& path, KittiPair pair);
 [[nodiscard]] Calibration read_ros_calibration(const YamlGroup& left, const YamlGroup& right,
                                                const CalibrationRequest& request);
@@ -46,11 +50,13 @@ struct CalibrationRequest {
 struct OpencvParts {
   bool has_intrinsics;
   bool has_extrinsics;
+  bool has_projections;  ///< of a rectified pair alone: P1 and P2, or Q, without R and T
 };
 [[nodiscard]] OpencvParts opencv_parts(const YamlGroup& root);
 /// Both may be the same file.
 [[nodiscard]] Calibration read_opencv_calibration(const YamlGroup& intrinsics, const YamlGroup& extrinsics,
                                                   const CalibrationRequest& request);
+[[nodiscard]] Calibration read_opencv_projections(const YamlGroup& root, const CalibrationRequest& request);
 [[nodiscard]] Calibration read_kalibr_calibration(const YamlGroup& root, const CalibrationRequest& request);
 
 // forms/: a file per tool

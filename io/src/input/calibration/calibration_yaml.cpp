@@ -45,9 +45,20 @@ void read_size(const YamlGroup& root, Rig& rig) {
   rig.height_px = image.pixels("height_px");
 }
 
+/// Principal point of the right camera where it differs from the left one's.
+void take_right_centre(Calibration& calibration, const YamlGroup& root) {
+  if (!root.has("centre_u_right_px")) return;
+  if (calibration.raw) {
+    root.fail("has 'centre_u_right_px', but the calibration is of raw images, which are rectified on loading.",
+              "Leave it out, or name the calibration of the rectified images.");
+  }
+  const Rig rig{calibration.rig};
+  take_row_aligned(calibration, rig, root.number("centre_u_right_px"));
+}
+
 /// A calibration that names another tool's file, and says what such a file cannot say.
 Calibration read_named(const YamlGroup& root, const std::filesystem::path& path, CalibrationRequest request) {
-  root.need_only({"from", "image", "images", "baseline_m", "mount", "mask"});
+  root.need_only({"from", "image", "images", "baseline_m", "centre_u_right_px", "mount", "mask"});
   request.is_named = true;
   Rig stated;
   read_size(root, stated);
@@ -75,12 +86,13 @@ Calibration read_named(const YamlGroup& root, const std::filesystem::path& path,
   if (request.baseline_m && calibration.kind.starts_with("KITTI")) {
     root.fail("has 'baseline_m', but KITTI's files are in metres.", "Leave it out.");
   }
+  take_right_centre(calibration, root);
   return calibration;
 }
 
 Calibration read_whole(const YamlGroup& root, const CalibrationRequest& request) {
-  root.need_only({"image", "mount", "focal_px", "centre_u_px", "centre_v_px", "baseline_m", "left", "right",
-                  "right_from_left", "mask"});
+  root.need_only({"image", "mount", "focal_px", "centre_u_px", "centre_v_px", "centre_u_right_px", "baseline_m", "left",
+                  "right", "right_from_left", "mask"});
   Calibration calibration;
   calibration.kind = "calibration.yaml";
   read_size(root, calibration.rig);
@@ -93,7 +105,13 @@ Calibration read_whole(const YamlGroup& root, const CalibrationRequest& request)
   calibration.rig.focal_px = root.number("focal_px");
   calibration.rig.centre_u_px = root.number("centre_u_px");
   calibration.rig.centre_v_px = root.number("centre_v_px");
+  if (request.has_depth && !root.has("baseline_m")) {
+    const Rig& rig{calibration.rig};
+    take_single(calibration, {rig.focal_px, rig.focal_px, rig.centre_u_px, rig.centre_v_px, {}}, root, request);
+    return calibration;
+  }
   calibration.rig.baseline_m = root.number("baseline_m");
+  take_right_centre(calibration, root);
   return calibration;
 }
 

@@ -35,6 +35,10 @@ void take_unit(Calibration& calibration, const Origin& origin, const Calibration
 /// be 0.
 void take_rig_of_raw(Calibration& calibration, const Origin& origin, const CalibrationRequest& request);
 
+/// One camera as both, with a virtual baseline unless one is requested.
+void take_single(Calibration& calibration, const CameraModel& camera, const Origin& origin,
+                 const CalibrationRequest& request);
+
 /// Rig and unit of a pair whose extrinsics are a rigid transform of points of the left camera into the right one.
 void take_pair(Calibration& calibration, const CameraModel& left, const CameraModel& right,
                const cv::Matx44d& right_from_left, const Origin& origin, const CalibrationRequest& request);

@@ -41,6 +41,20 @@ std::string from_opencv(std::string_view text) {
   return result;
 }
 
+/// Adds what `from` holds; a group with `data` is a matrix.
+void add_flat(YAML::Node& to, const YAML::Node& from, const std::string& path, int depth) {
+  constexpr int deepest{6};
+  for (const auto& item : from) {
+    if (!item.first.IsScalar()) continue;
+    const std::string key{path + item.first.Scalar()};
+    if (item.second.IsMap() && !item.second["data"].IsDefined() && depth < deepest) {
+      add_flat(to, item.second, key + ".", depth + 1);
+    } else {
+      to.force_insert(key, item.second);
+    }
+  }
+}
+
 }  // namespace
 
 YamlGroup::YamlGroup(std::string file, std::string name, YAML::Node node, Keys known)
@@ -61,6 +75,12 @@ void YamlGroup::need_only(Keys known) const {
 
 YamlGroup YamlGroup::group(const char* key, Keys known) const {
   return {file(), full(key), required(key), known};
+}
+
+YamlGroup YamlGroup::flat() const {
+  YAML::Node all{YAML::NodeType::Map};
+  add_flat(all, node_, "", 0);
+  return {file(), part(), all};
 }
 
 double YamlGroup::number(const char* key) const {

@@ -31,6 +31,8 @@ class YamlGroup : public Origin {
   struct Element;
   [[nodiscard]] std::vector<Element> groups(const char* key) const;
   [[nodiscard]] std::vector<std::string> keys() const;
+  /// The values of all groups within, called by their path (left.K).
+  [[nodiscard]] YamlGroup flat() const;
   [[nodiscard]] double number(const char* key) const;
   [[nodiscard]] double number(const char* key, double otherwise) const { return has(key) ? number(key) : otherwise; }
   /// A number, a list of numbers, or a list of rows; at most 16.

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <set>
 
 #include "input/layout/image_sets.hpp"
 #include "input/layout/input_layout.hpp"
 #include "input/poses/kitti_text.hpp"
+#include "input/poses/stamps.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/text.hpp"
@@ -87,6 +89,36 @@ void pair_by_side_words(Sides& sides) {
   sides.right.images = std::move(named->right);
 }
 
+/// Images whose names are stamps take those of the left images that are nearest, where none has the same name.
+void pair_by_stamps(const Images& left, Images& second, std::int64_t farthest_ns) {
+  const auto is_named_alike{[&](const auto& image) { return second.contains(image.first); }};
+  const auto is_stamp{[](const auto& image) { return stamp_in(image.first).has_value(); }};
+  if (std::ranges::any_of(left, is_named_alike) || !std::ranges::all_of(left, is_stamp) ||
+      !std::ranges::all_of(second, is_stamp)) {
+    return;
+  }
+  Images paired;
+  for (const auto& image : left) {
+    const std::int64_t stamp_ns{*stamp_in(image.first)};
+    const auto away{[&](const auto& other) { return std::abs(*stamp_in(other.first) - stamp_ns); }};
+    const auto nearest{std::ranges::min_element(second, {}, away)};
+    if (nearest == second.end() || away(*nearest) > farthest_ns) continue;
+    paired.emplace(image.first, nearest->second);
+    second.erase(nearest);
+  }
+  second = std::move(paired);
+}
+
+/// The only image and its disparities (im0.png, disp0.pfm; disp1.pfm is the right one's).
+void pair_single(const Images& left, Images& disparities) {
+  if (left.size() != 1 || disparities.contains(left.begin()->first)) return;
+  const fs::path first{disparities.begin()->second};
+  disparities = {{left.begin()->first, first}};
+}
+
+constexpr std::int64_t farthest_right_ns{10'000'000};
+constexpr std::int64_t farthest_depth_ns{20'000'000};
+
 Sides sides_of(const InputLayout& layout) {
   const char* const mend{"PNG, PGM or JPEG files belong there, one per frame."};
   Sides sides;
@@ -98,10 +130,14 @@ Sides sides_of(const InputLayout& layout) {
   if (layout.disparities.empty()) {
     sides.right = side_of(layout.right, image_extensions, mend);
     pair_by_side_words(sides);
+    pair_by_stamps(sides.left.images, sides.right.images, farthest_right_ns);
     return sides;
   }
-  sides.disparities = side_of(layout.disparities, disparity_extensions,
+  const bool is_one_folder{layout.disparities == layout.left && layout.left == layout.root};
+  sides.disparities = side_of(layout.disparities, is_one_folder ? std::set<std::string>{".pfm"} : disparity_extensions,
                               "Disparities as PNG, PFM, TIFF or NPY belong there, one per left image.");
+  if (is_one_folder) pair_single(sides.left.images, sides.disparities.images);
+  pair_by_stamps(sides.left.images, sides.disparities.images, farthest_depth_ns);
   // the drive's lines of poses and stamps belong to the frames of either camera
   if (fs::is_directory(layout.right)) sides.right = {layout.right, images_in(layout.right, image_extensions)};
   return sides;

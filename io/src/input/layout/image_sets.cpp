@@ -58,7 +58,10 @@ Images images_in(const fs::path& folder, const std::set<std::string>& extensions
 }
 
 std::optional<NamedSides> split_by_name(const Images& left, const Images& right) {
+  std::vector<std::string> names;
+  for (const auto& image : left) names.push_back(image.first);
   for (const SideWords& words : all_side_words) {
+    if (are_counted(names, words)) continue;
     NamedSides found;
     bool is_pair{false};
     const auto add{[](Images& to, const auto& image, std::string_view word) {

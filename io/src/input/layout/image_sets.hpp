@@ -16,7 +16,8 @@ namespace stereogrid::io {
 /// Images by their name without extension.
 using Images = std::map<std::string, std::filesystem::path, NaturalOrder>;
 
-inline const std::set<std::string> image_extensions{".png", ".pgm", ".ppm", ".pnm", ".jpg", ".jpeg"};
+inline const std::set<std::string> image_extensions{".png",  ".pgm", ".ppm",  ".pnm",  ".jpg",
+                                                    ".jpeg", ".tif", ".tiff", ".webp", ".bmp"};
 
 /// Sorted. Throws InputError where the folder cannot be read.
 [[nodiscard]] std::vector<std::filesystem::path> entries_of(const std::filesystem::path& folder);

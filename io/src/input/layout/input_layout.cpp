@@ -57,7 +57,12 @@ InputLayout odometry(const fs::path& root) {
 
 InputLayout raw_drive(const fs::path& root) {
   const bool grey{fs::is_directory(root / "image_00") || fs::is_directory(root / "image_01")};
-  const auto images{[&root](const char* camera) { return root / camera / "data"; }};
+  const auto images{[&root](const char* camera) {
+    const fs::path folder{root / camera};
+    const bool is_flat{!fs::is_directory(folder / "data") && fs::is_directory(folder) &&
+                       !images_in(folder, image_extensions).empty()};
+    return is_flat ? folder : folder / "data";
+  }};
   InputLayout layout{InputKind::kitti_raw,
                      root,
                      images(grey ? "image_00" : "image_02"),
@@ -73,17 +78,28 @@ InputLayout raw_drive(const fs::path& root) {
   return layout;
 }
 
-InputLayout plain_folder(const fs::path& root) {
-  InputLayout layout{InputKind::plain_folder, root, root / "left", root / "right", {}, {}, KittiPair::grey};
-  layout.calibration = first_existing({root / "calibration.yaml", root / "calibration.yml", root / "calib.txt"});
-  layout.scans = first_existing({root / "velodyne"});
-  if (!fs::exists(layout.right)) layout.disparities = first_existing({root / "disparity", root / "depth"});
-  return layout;
+/// The folder itself, or the one in it that has the images.
+fs::path images_of(const fs::path& camera) {
+  for (const char* const inside : {"data", "images", "image", "rgb", "frames", "image_raw", "image_rect"}) {
+    std::error_code error;  // a folder that cannot be read is reported where it is listed
+    if (fs::is_directory(camera / inside, error)) return camera / inside;
+  }
+  return camera;
 }
 
-/// The folder itself, or data/ in it.
-fs::path images_of(const fs::path& camera) {
-  return fs::is_directory(camera / "data") ? camera / "data" : camera;
+/// Disparities or depth instead of right images.
+fs::path depth_in(const fs::path& root) {
+  return first_existing({root / "disparity", root / "disparities", root / "disp", root / "depth", root / "depths",
+                         root / "depth_image", root / "depth_images", root / "aligned_depth"});
+}
+
+InputLayout plain_folder(const fs::path& root) {
+  InputLayout layout{InputKind::plain_folder, root, images_of(root / "left"), images_of(root / "right"), {}, {},
+                     KittiPair::grey};
+  layout.calibration = first_existing({root / "calibration.yaml", root / "calibration.yml", root / "calib.txt"});
+  layout.scans = first_existing({root / "velodyne"});
+  if (!fs::exists(layout.right)) layout.disparities = depth_in(root);
+  return layout;
 }
 
 std::vector<fs::path> folders_in(const fs::path& root) {
@@ -102,6 +118,17 @@ std::optional<InputLayout> euroc(const fs::path& root) {
   return layout;
 }
 
+/// As TUM RGB-D and ScanNet: images of one camera in a folder, depth or disparities of them in another.
+std::optional<InputLayout> images_with_depth(const fs::path& root) {
+  const fs::path images{first_existing({root / "rgb", root / "color", root / "colour", root / "image", root / "images",
+                                        root / "cam0", root / "infra1", root / "grey", root / "gray"})};
+  if (images.empty() || !fs::is_directory(images) || !fs::is_directory(depth_in(root))) return std::nullopt;
+  InputLayout layout{plain_folder(root)};
+  layout.left = images_of(images);
+  layout.disparities = images_of(depth_in(root));
+  return layout;
+}
+
 std::optional<InputLayout> recognise_folder(const fs::path& root) {
   const auto has{[&root](const char* name) { return fs::is_directory(root / name); }};
   if (has("image_00") || has("image_01") || has("image_02") || has("image_03")) return raw_drive(root);
@@ -109,7 +136,7 @@ std::optional<InputLayout> recognise_folder(const fs::path& root) {
   if (has("left") || has("right")) return plain_folder(root);
   if (auto layout{euroc(root)}) return layout;
   const auto sides{side_folders(folders_in(root))};
-  if (!sides) return std::nullopt;
+  if (!sides) return images_with_depth(root);
   InputLayout layout{plain_folder(root)};
   layout.disparities.clear();
   layout.left = images_of(sides->left);
@@ -137,10 +164,19 @@ std::optional<InputLayout> folder_of_images(const fs::path& root) {
   layout.disparities.clear();
   layout.left = layout.right = root;
   layout.is_shared = !split_by_name(images, images).has_value();
+  if (layout.is_shared && !images_in(root, {".pfm"}).empty()) {  // disparities beside their images, as Middlebury's
+    layout.disparities = root;
+    layout.is_shared = false;
+  }
   return layout;
 }
 
 }  // namespace
+
+bool is_depth_folder(const fs::path& folder) {
+  const fs::path name{folder.filename() == "data" ? folder.parent_path().filename() : folder.filename()};
+  return name.string().find("depth") != std::string::npos;
+}
 
 std::string name_of(InputKind kind) {
   switch (kind) {

@@ -36,6 +36,9 @@ struct InputLayout {
 [[nodiscard]] InputLayout recognise(const std::vector<std::filesystem::path>& paths,
                                     const std::optional<std::filesystem::path>& disparities);
 
+/// Depth, not disparities, by the folder's name.
+[[nodiscard]] bool is_depth_folder(const std::filesystem::path& folder);
+
 /// The frames, left images paired by name with right or disparity images; a frame one of whose images is missing is
 /// marked. Throws InputError: no images, no pair.
 [[nodiscard]] std::vector<RecordedFrame> find_frames(const InputLayout& layout);

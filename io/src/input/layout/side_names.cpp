@@ -50,18 +50,38 @@ std::optional<std::string> without_word(std::string_view original, std::string_v
   return std::nullopt;
 }
 
-std::optional<SideFolders> side_folders(const std::vector<std::filesystem::path>& folders) {
-  for (const SideWords& words : all_side_words) {
-    std::map<std::string, std::filesystem::path> left;
-    for (const auto& folder : folders) {
-      if (const auto rest{without_word(folder.filename().string(), words.left)}) left.emplace(*rest, folder);
-    }
-    for (const auto& folder : folders) {
-      const auto rest{without_word(folder.filename().string(), words.right)};
-      if (rest && left.contains(*rest)) return SideFolders{left[*rest], folder};
-    }
+bool are_counted(const std::vector<std::string>& names, const SideWords& words) {
+  const auto is_digit{[](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }};
+  if (!is_digit(words.left.back()) || words.right.back() - words.left.back() != 1) return false;
+  const std::string stem{words.left.substr(0, words.left.size() - 1)};
+  return std::ranges::any_of(names, [&](const std::string& name) {
+    if (without_word(name, words.left) || without_word(name, words.right)) return false;
+    const std::size_t place{lower(name).rfind(stem)};
+    return place != std::string::npos && place + stem.size() < name.size() && is_digit(name[place + stem.size()]);
+  });
+}
+
+namespace {
+
+std::optional<SideFolders> side_folders(const std::vector<std::filesystem::path>& folders, const SideWords& words) {
+  std::map<std::string, std::filesystem::path> left;
+  for (const auto& folder : folders) {
+    if (const auto rest{without_word(folder.filename().string(), words.left)}) left.emplace(*rest, folder);
+  }
+  for (const auto& folder : folders) {
+    const auto rest{without_word(folder.filename().string(), words.right)};
+    if (rest && left.contains(*rest)) return SideFolders{left[*rest], folder};
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<SideFolders> side_folders(const std::vector<std::filesystem::path>& folders) {
+  for (const SideWords& words : all_side_words) {
+    if (auto found{side_folders(folders, words)}) return found;
+  }
+  return side_folders(folders, numbered_folders);
 }
 
 }  // namespace stereogrid::io

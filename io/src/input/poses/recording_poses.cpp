@@ -123,7 +123,11 @@ void take_oxts(RecordingContents& contents, const fs::path& folder, const fs::pa
 
 /// Poses of TUM's format have stamps: interpolated where the images have some, else a line belongs to each image.
 void take_tum_poses(RecordingContents& contents, const fs::path& file, bool stamps_known) {
-  const std::vector<StampedPose> poses{read_tum_poses(file)};
+  const auto [poses, are_of_body]{read_tum_poses(file)};
+  if (are_of_body) {
+    contents.notes.emplace_back(
+        "poses: taken as a body's, x ahead and z up, since they move along x; a camera's have z ahead");
+  }
   if (stamps_known) {
     take_interpolated(contents, file, poses);
     contents.notes.push_back(fmt::format("poses: {}, interpolated to the times of the images", printable_path(file)));

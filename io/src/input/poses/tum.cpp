@@ -20,10 +20,13 @@ namespace {
 
 const char* const mend{"Correct it, name another file with --poses, or run with --poses none."};
 
-/// Lines with numbers; comments and blank lines are empty.
-std::string_view content_of(std::string_view line) {
+/// Lines with numbers, between blanks or commas; comments and blank lines are empty.
+std::string content_of(std::string_view line) {
   const std::size_t start{line.find_first_not_of(" \t")};
-  return start == std::string_view::npos || line[start] == '#' ? std::string_view{} : line.substr(start);
+  if (start == std::string_view::npos || line[start] == '#') return {};
+  std::string content{line.substr(start)};
+  std::ranges::replace(content, ',', ' ');
+  return content;
 }
 
 [[noreturn]] void fail(const std::filesystem::path& path, std::size_t line, const std::string& what) {
@@ -60,6 +63,24 @@ cv::Matx44d pose_of(const std::vector<double>& n, const std::filesystem::path& p
   return rigid_of({n[4], n[5], n[6], n[7]}, {n[1], n[2], n[3]}, origin, "qx qy qz qw");
 }
 
+/// Do the poses move along their own x, which is ahead of a body, and not along z, which is ahead of a camera?
+bool are_of_body(const std::vector<cv::Matx44d>& poses) {
+  constexpr double shortest_m{0.1};
+  double along_x_m{0};
+  double along_z_m{0};
+  for (std::size_t i{1}; i < poses.size(); ++i) {
+    const cv::Matx44d step{inverse(poses[i - 1]) * poses[i]};
+    along_x_m += step(0, 3);
+    along_z_m += step(2, 3);
+  }
+  return along_x_m > shortest_m && along_x_m > 3 * std::abs(along_z_m);
+}
+
+/// In the axes of the first body, x ahead and z up.
+Pose2 body_pose_of(const cv::Matx44d& m) {
+  return {m(0, 3), m(1, 3), std::atan2(m(1, 0), m(0, 0))};
+}
+
 /// In the axes of the first camera, projected on its plane of x and z.
 Pose2 ground_pose_of(const cv::Matx44d& m) {
   return {m(2, 3), -m(0, 3), std::atan2(-m(0, 2), m(2, 2))};
@@ -71,34 +92,39 @@ bool is_tum_trajectory(const std::filesystem::path& path) {
   const std::string text{read_text(path, largest_bytes::lines)};
   std::vector<double> numbers;
   for (const std::string_view line : lines_of(text)) {
-    const std::string_view content{content_of(line)};
+    const std::string content{content_of(line)};
     if (!content.empty()) return parse_numbers(content, numbers) && numbers.size() == 8;
   }
   return false;
 }
 
-std::vector<StampedPose> read_tum_poses(const std::filesystem::path& path) {
+TumPoses read_tum_poses(const std::filesystem::path& path) {
   const std::string text{read_text(path, largest_bytes::lines)};
-  std::vector<StampedPose> poses;
+  std::vector<std::int64_t> stamps_ns;
+  std::vector<cv::Matx44d> poses;
   std::vector<double> numbers;
-  cv::Matx44d first_from_world;
   std::size_t number{0};
   for (const std::string_view line : lines_of(text)) {
     ++number;
-    const std::string_view content{content_of(line)};
+    const std::string content{content_of(line)};
     if (content.empty()) continue;
     if (!parse_numbers(content, numbers) || numbers.size() != 8) {
       fail(path, number, "is not 'timestamp tx ty tz qx qy qz qw'.");
     }
-    const cv::Matx44d world_from_camera{pose_of(numbers, path, number)};
-    if (poses.empty()) first_from_world = inverse(world_from_camera);
+    poses.push_back(pose_of(numbers, path, number));
     const std::int64_t stamp_ns{stamp_of(content, path, number)};
-    if (!poses.empty() && stamp_ns <= poses.back().stamp_ns) {
+    if (!stamps_ns.empty() && stamp_ns <= stamps_ns.back()) {
       fail(path, number, "has a stamp that is not later than the one before.");
     }
-    poses.push_back({stamp_ns, ground_pose_of(first_from_world * world_from_camera)});
+    stamps_ns.push_back(stamp_ns);
   }
-  return poses;
+  TumPoses found{{}, are_of_body(poses)};
+  for (std::size_t i{0}; i < poses.size(); ++i) {
+    const cv::Matx44d first_from_this{inverse(poses.front()) * poses[i]};
+    found.poses.push_back(
+        {stamps_ns[i], found.are_of_body ? body_pose_of(first_from_this) : ground_pose_of(first_from_this)});
+  }
+  return found;
 }
 
 }  // namespace stereogrid::io

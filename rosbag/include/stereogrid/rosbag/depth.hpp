@@ -12,9 +12,9 @@
 namespace stereogrid::rosbag {
 
 /// Decodes depth to metres along the camera's axis; 0 = none. `topic`: of the message. sensor_msgs/Image: 16UC1 in mm,
-/// 32FC1 in m (REP 118); CompressedImage: PNG of 16 bits in mm, or what compressed_depth_image_transport writes (PNG of
-/// 16UC1 and 32FC1); stereo_msgs/DisparityImage: f·T/d. NaN, infinity and values outside the message's own limits are
-/// none. Throws InputError: damaged, or of an encoding that is not read.
+/// 32FC1 in m (REP 118); CompressedImage: PNG of 16 bits in mm, or what compressed_depth_image_transport writes (PNG or
+/// RVL of 16UC1 and 32FC1); stereo_msgs/DisparityImage: f·T/d. NaN, infinity and values outside the message's own
+/// limits are none. Throws InputError: damaged, or of an encoding that is not read.
 [[nodiscard]] Image<float> decode_depth(std::span<const std::byte> cdr, const mcap::Topic& topic,
                                         const std::string& name);
 

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
+#include "ground/fit_model.hpp"
 #include "ground/model.hpp"
 
 #include <gtest/gtest.h>
@@ -152,6 +153,17 @@ TEST(GroundModel, PlaneSigmaIsWhatAMovedPlaneDiffers) {
                 1e-3);
   }
   EXPECT_EQ(plane_sigma_px(rig, grounds()[0], 100, 170), 0) << "trusted";
+}
+
+TEST(GroundModel, RoundedCovarianceRemainsPositiveDefinite) {
+  for (const double correlation : {-0.4999999, 0.0, 0.3, 0.9999, 0.9999999}) {
+    Ground ground{1.65, 0, 0, true, 0.01, 0.002, 0.001, correlation, correlation, correlation};
+    ground = rounded(ground);
+    EXPECT_TRUE(is_positive_definite(covariance_of(ground))) << correlation;
+    EXPECT_NEAR(ground.height_sigma_m, 0.01, 0.5 / (1 << 20));
+    EXPECT_NEAR(ground.pitch_roll_correlation, correlation, 1.5 / (1 << 12));
+    EXPECT_EQ(rounded(ground).height_sigma_m, ground.height_sigma_m);
+  }
 }
 
 TEST(GroundModel, CovarianceSurvivesTheWayThroughSigmasAndCorrelations) {

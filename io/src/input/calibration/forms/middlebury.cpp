@@ -7,6 +7,7 @@ namespace stereogrid::io {
 
 Calibration read_middlebury_calibration(const YamlGroup& root, const CalibrationRequest& request) {
   constexpr double mm{1e-3};
+  constexpr double shortest_mm{1};  // what is less is in metres
   const CameraModel left{camera_of(root.numbers("cam0", 9), root, "cam0")};
   CameraModel right{root.has("cam1") ? camera_of(root.numbers("cam1", 9), root, "cam1") : left};
   if (root.has("doffs")) right.centre_u_px = left.centre_u_px + root.number("doffs");
@@ -17,7 +18,10 @@ Calibration read_middlebury_calibration(const YamlGroup& root, const Calibration
     calibration.rig.height_px = root.pixels("height");
   }
   cv::Matx44d right_from_left{cv::Matx44d::eye()};
-  right_from_left(0, 3) = -mm * root.number("baseline");
+  const double baseline{root.number("baseline")};
+  const bool is_in_metres{baseline > 0 && baseline < shortest_mm};
+  right_from_left(0, 3) = is_in_metres ? -baseline : -mm * baseline;
+  if (is_in_metres) calibration.notes.emplace_back("baseline: taken as metres; Middlebury's are millimetres");
   take_pair(calibration, left, right, right_from_left, root, request);
   return calibration;
 }

@@ -96,7 +96,13 @@ Calibration read_orbslam_calibration(const YamlGroup& root, const CalibrationReq
     calibration.rig.width_px = root.pixels("Camera.width");
     calibration.rig.height_px = root.pixels("Camera.height");
   }
-  take_pair(calibration, left, right, right_from_left(root, left), root, request);
+  const bool has_baseline{root.has("Stereo.b") || root.has("Camera.bf") || root.has("Stereo.T_c1_c2") ||
+                          root.has("Tlr")};
+  if (request.has_depth && !has_baseline) {
+    take_single(calibration, left, root, request);
+  } else {
+    take_pair(calibration, left, right, right_from_left(root, left), root, request);
+  }
   return calibration;
 }
 

@@ -32,7 +32,7 @@ std::string section_of(const char* side, const Mode& mode) {
   return fmt::format("{}_CAM_{}", side, mode.name);
 }
 
-/// The mode of the images' size, else one of their aspect, else the only one.
+/// The mode of the images' size, else the next larger one of their aspect, else the only one.
 const Mode& mode_of(const YamlGroup& root, const CalibrationRequest& request) {
   const Mode* similar{nullptr};
   const Mode* only{nullptr};
@@ -40,7 +40,8 @@ const Mode& mode_of(const YamlGroup& root, const CalibrationRequest& request) {
   for (const Mode& mode : modes) {
     if (!root.has(section_of("LEFT", mode).c_str())) continue;
     if (mode.width_px == request.width_px && mode.height_px == request.height_px) return mode;
-    if (similar == nullptr && mode.width_px * request.height_px == mode.height_px * request.width_px) similar = &mode;
+    const bool has_aspect{mode.width_px * request.height_px == mode.height_px * request.width_px};
+    if (has_aspect && (similar == nullptr || mode.width_px >= request.width_px)) similar = &mode;
     only = &mode;
     ++count;
   }
