@@ -152,6 +152,8 @@ def truth_labels(data: Path, name: str, grid: dict) -> np.ndarray:
 def samples_of(run_folder: Path, data: Path, to_m: float, with_observed=False):
     """Inputs, labels and importance of all labelled cells from 3 m on; and the run's own probabilities."""
     run = json.loads((run_folder / "run.json").read_text())
+    if run["config"]["ground"]["model"] != "plane":
+        sys.exit(f"{run_folder}: rays are counted over the plane here: run with --set ground.model=plane.")
     camera, rig, grid = run["rig"], run["level_rig"], run["grid"]
     heights = tuple(run["config"]["u_disparity"][key] for key in ("obstacle_min_height_m", "obstacle_height_m"))
     is_lidar = (data / "velodyne").is_dir()

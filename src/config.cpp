@@ -180,6 +180,7 @@ double lattice_bytes(const Config& config) {
 // Where the paper's method differs from the default; docs/paper.md has the reasons.
 Config paper_preset() {
   Config config;
+  config.ground.model = GroundModel::plane;
   config.matching.align_rows = false;
   config.matching.window_px = 21;
   config.matching.uniqueness = 0.02;
@@ -210,7 +211,6 @@ Config paper_preset() {
 Config robot_preset() {
   Config config;
   config.grid = {6, 6, 0.05};
-  config.ground.model = GroundModel::terrain;
   config.vehicle.step_max_m = 0.03;
   config.vehicle.height_m = 0.5;
   config.u_disparity.obstacle_min_height_m = 0.1;

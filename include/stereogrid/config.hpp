@@ -103,7 +103,7 @@ constexpr std::array<std::string_view, 2> names_of(GroundModel) {
 }
 
 struct GroundConfig {
-  GroundModel model{GroundModel::plane};
+  GroundModel model{GroundModel::terrain};
   bool estimate{true};
   double height_gate_m{0.25};
   double pitch_gate_deg{4.5};

@@ -266,8 +266,9 @@ Doubt FramePipeline::settle(const LevelFrame& frame, Doubt doubt, const GroundBe
 
 void FramePipeline::find_segments(const LevelFrame& frame) {
   const ScopedTimer timer{track_ms_};
-  stereogrid::find_segments(stages_->obstacle_disparity(), ground_, terrain_ ? terrain_->rules().relief : Relief<Host>{},
-                            frame.world_from_vehicle, scene_flow_.vectors(), ranges_of(cpu_), clusters_);
+  stereogrid::find_segments(stages_->obstacle_disparity(), ground_,
+                            terrain_ ? terrain_->rules().relief : Relief<Host>{}, frame.world_from_vehicle,
+                            scene_flow_.vectors(), ranges_of(cpu_), clusters_);
 }
 
 void FramePipeline::update_tracks(const LevelFrame& frame, bool is_usable, FrameResult& result) {

@@ -26,7 +26,7 @@ CellRule rule_of(const CellGround& ground, float raised_m) {
     case TerrainClass::hidden:
       return CellRule::not_free;
     case TerrainClass::drivable:
-      return ground.is_wide && ground.elevation_m > raised_m ? CellRule::free : CellRule::as_observed;
+      return ground.raised_m > raised_m ? CellRule::free : CellRule::as_observed;
     case TerrainClass::unknown:
       break;
   }

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include "ground/relief.hpp"
 #include "held_bytes.hpp"
@@ -19,16 +19,17 @@ class TerrainRelief {
   TerrainRelief(int sectors, int rings, int disparities, int height_px);
 
   /// Sets what all sectors share, before the functions below. `sigma_px`: noise of disparities by ring.
-  void begin(const TerrainCamera& camera, const TerrainLimits& limits, const Rings& rings, const float* sigma_px);
+  void begin(const TerrainCamera& camera, const TerrainLimits& limits, const Rings& rings, const float* sigma_px,
+             int judged_rings);
   /// Elevations of one sector's rings.
   void profile(int sector, const TerrainCamera& camera, const Rings& rings, const float* sigma_px,
                const PolarCell* cells);
   /// Relief of one sector, once all sectors have a profile.
   void fill(int sector, const TerrainCamera& camera, const Rings& rings, const PolarCell* cells);
 
-  /// Wide ground, where the noise is low enough to tell it from an obstacle's foot.
-  [[nodiscard]] bool is_known(int sector, int ring) const {
-    return noise_m_(ring, 0) < 0.8f * limits_.step_m && !std::isnan(ground_m_(ring, sector));
+  /// Of wide ground, where the noise is low enough to tell it from an obstacle's foot; else NaN.
+  [[nodiscard]] float wide_elevation(int sector, int ring) const {
+    return ring < judged_rings_ ? ground_m_(ring, sector) : std::numeric_limits<float>::quiet_NaN();
   }
   [[nodiscard]] Relief<Host> view() const { return {rows_.view()}; }
   [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(elevation_m_, ground_m_, noise_m_, rows_); }
@@ -50,6 +51,7 @@ class TerrainRelief {
 
   TerrainLimits limits_{};
   int height_px_;
+  int judged_rings_{0};
   Image<float> elevation_m_;  // (ring, sector); NaN: no firm ground
   Image<float> ground_m_;     // (ring, sector): wide ground; NaN: none
   Image<float> noise_m_;      // (ring, 0): elevations up to here are 0

@@ -52,17 +52,18 @@ int common_end(View<const SectorWalk> walks, int sector) {
 void compare_walks(int sector, View<SectorWalk> walks) {
   SectorWalk& walk{walks(sector, 0)};
   walk.common_end = common_end(walks, sector);
-  walk.is_block_confirmed = confirming(walks, sector, 2, &SectorWalk::blocked, walk.blocked) >= 2;
+  walk.is_block_confirmed =
+      confirming(walks, sector, 2, &SectorWalk::blocked, walk.blocked) >= walk.block_confirmations;
 }
 
 void settle_sector(int sector, View<const SectorWalk> walks, int rings, PolarCell* cells) {
   const SectorWalk& walk{walks(sector, 0)};
   if (walk.blocked != no_ring && !walk.is_block_confirmed &&
-      confirming(walks, sector, 2, &SectorWalk::blocked, walk.blocked) < 2) {
+      confirming(walks, sector, 2, &SectorWalk::blocked, walk.blocked) < walk.block_confirmations) {
     cells[walk.blocked] = PolarCell{};
   }
   if (walk.end == no_ring) return;
-  if (confirming(walks, sector, 3, &SectorWalk::end, walk.end) >= walk.confirmations) {
+  if (confirming(walks, sector, 3, &SectorWalk::end, walk.end) >= walk.end_confirmations) {
     const TerrainClass kind{walk.end_kind == GapKind::drop ? TerrainClass::drop : TerrainClass::hidden};
     std::fill(cells + walk.end, cells + walk.end_seen + 1, PolarCell{.kind = kind});
     return;

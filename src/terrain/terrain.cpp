@@ -11,6 +11,8 @@ namespace {
 
 constexpr int kinds{5};
 constexpr int no_sector{-1};
+/// Noise of the elevation that must not exceed a step.
+constexpr float judged_sigmas{3};
 
 /// Sectors of a cell, by class.
 struct CellSectors {
@@ -75,7 +77,8 @@ void Terrain::begin_walks() {
     const float row{static_cast<float>(rig_.centre_v_px) + static_cast<float>(rig_.focal_px) * camera_.height_m / x};
     plane_sigma_m_[r] = camera_.elevation_sigma(
         camera_.height_m, x, static_cast<float>(plane_sigma_px(rig_, ground_, rig_.centre_u_px, row)));
-    is_judged = is_judged && 2 * camera_.elevation_sigma(camera_.height_m, x, sigma_px_[r]) <= limits_.step_m;
+    is_judged =
+        is_judged && judged_sigmas * camera_.elevation_sigma(camera_.height_m, x, sigma_px_[r]) <= limits_.step_m;
     if (is_judged) judged_rings_ = ring + 1;
   }
 }
@@ -95,18 +98,19 @@ CellGround Terrain::ground_at(float x, float y, float half_m) const {
   const int last{std::min(std::max({right - 1, sector_at(x, y), least}), samples_.sectors() - 1)};
   if (first > last) return {};
   CellSectors found;
-  int wide{0};
+  float wide_m{0};  // NaN: not all sectors have any
   for (int sector{first}; sector <= last; ++sector) {
     found.add(cells_(ring, sector));
-    wide += relief_.is_known(sector, ring) ? 1 : 0;
+    wide_m += relief_.wide_elevation(sector, ring);
   }
   CellGround ground;
   ground.kind = found.kind();
-  ground.is_wide = wide == found.sectors;
   if (found.seen == 0) return ground;
   const auto seen = static_cast<float>(found.seen);
   const float slope{found.slope / seen};
   ground.elevation_m = found.elevation_m / seen + slope * (x - rings_.middle_m(ring));
+  const float wide{wide_m / static_cast<float>(found.sectors)};
+  if (std::abs(ground.elevation_m - wide) < limits_.step_m / 2) ground.raised_m = wide;  // false: NaN
   const auto r = static_cast<std::size_t>(ring);
   const float noise{camera_.height_sigma(camera_.height_m - ground.elevation_m, slope, x, sigma_px_[r])};
   ground.sigma_m = std::sqrt(noise * noise + plane_sigma_m_[r] * plane_sigma_m_[r]);

@@ -21,7 +21,7 @@ struct CellGround {
   float elevation_m{std::numeric_limits<float>::quiet_NaN()};
   float sigma_m{std::numeric_limits<float>::quiet_NaN()};
   TerrainClass kind{TerrainClass::unknown};
-  bool is_wide{false};  ///< see TerrainRelief
+  float raised_m{0};  ///< wide ground around is so high, and this one, too: TerrainRelief
 };
 
 /// Ground of a frame: elevation, drivable cells, steps, edges (docs/terrain.md). The same loops serve every back end:
@@ -51,7 +51,7 @@ class Terrain {
     const View<const SectorWalk> walks{std::as_const(walks_).view()};
     for_sectors([&](int sector) { settle_sector(sector, walks, rings_.count(), cells_.row(sector)); });
     spread_hidden(rings_.count(), cells_.view());
-    relief_.begin(camera_, limits_, rings_, sigma_px_.data());
+    relief_.begin(camera_, limits_, rings_, sigma_px_.data(), judged_rings_);
     for_sectors([&](int sector) { relief_.profile(sector, camera_, rings_, sigma_px_.data(), cells_.row(sector)); });
     for_sectors([&](int sector) { relief_.fill(sector, camera_, rings_, cells_.row(sector)); });
   }

@@ -14,7 +14,7 @@ namespace {
 constexpr float reconnect_share{0.3f};  ///< of the range
 constexpr int common_end_rings{1};      ///< behind the common edge, for its noise
 constexpr float slope_memory_m{0.8f};
-constexpr float far_px{14};         ///< wrong matches look like edges more often at smaller disparities
+constexpr float far_px{14};           ///< wrong matches look like edges more often at smaller disparities
 constexpr float slope_base_rings{4};  ///< distance over which slope_max counts
 
 class Walk {
@@ -57,6 +57,7 @@ class Walk {
     return static_cast<float>(sector_ * sector_px) <
            in_.camera.focal_baseline_pxm / view_.begin_m + in_.window_rows / 2;
   }
+  [[nodiscard]] bool is_far() const { return in_.camera.focal_baseline_pxm < far_px * view_.x; }
   const WalkInput& in_;
   int sector_;
   SectorRows rows_;
@@ -107,6 +108,9 @@ void Walk::set_obstacle(const RingSamples& samples) {
   state_.is_alive = false;
   state_.is_blocked = true;
   walk_.blocked = ring_;
+  const float step_rows{in_.limits.step_m / (view_.x * in_.camera.tangent_per_v)};
+  const int near_confirmations{static_cast<float>(samples.above) < step_rows ? 1 : 0};
+  walk_.block_confirmations = is_far() ? 2 : near_confirmations;
 }
 
 // Distance of two samples on the present surface, and at least two rings.
@@ -214,7 +218,7 @@ void Walk::end_at(const Gap& gap) {
   walk_.end_seen = ring_;
   // what lies before the image may have any height
   walk_.end_kind = state_.x < in_.rings.begin_m(0) ? GapKind::unknown : gap.kind;
-  walk_.confirmations = in_.camera.focal_baseline_pxm < far_px * view_.x ? 4 : 3;
+  walk_.end_confirmations = is_far() ? 4 : 3;
 }
 
 void Walk::step() {

@@ -46,9 +46,10 @@ struct SectorWalk {
   int end{no_ring};       ///< ring of an edge behind which the ground is hidden
   int end_seen{no_ring};  ///< ring in which the gap was met: behind `end` by the matcher's smear
   GapKind end_kind{GapKind::unknown};
-  int confirmations{0};            ///< of six neighbours that the edge needs
+  int end_confirmations{0};        ///< of six neighbours that the edge needs
   int common_end{no_ring};         ///< edge of most neighbours
-  bool is_block_confirmed{false};  ///< by obstacles of neighbours
+  bool is_block_confirmed{false};  ///< by obstacles of neighbours, of which it needs so many:
+  int block_confirmations{0};
 };
 
 /// Input of the walks of all sectors.

@@ -40,7 +40,8 @@ class FitRays(unittest.TestCase):
         for name, scene in SCENES.items():
             data, run = cls.folder / name, cls.folder / f"{name}-run"
             subprocess.run([TOOL, "simulate", scene, "--out", data, "--quiet"], check=True)
-            subprocess.run([TOOL, "run", data, "--out", run, "--save-stages", "--quiet"], check=True)
+            subprocess.run([TOOL, "run", data, "--out", run, "--save-stages", "--quiet",
+                            "--set", "ground.model=plane"], check=True)
             cls.pairs.append((run, data))
 
     @classmethod

@@ -82,9 +82,11 @@ void count_rays(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& 
       const int begin{block * block_columns};
       const int end{std::min(begin + block_columns, space.width)};
       if (space.relief.is_plane()) {
-        count_block(matches, begin, end, [](int, float) { return 0; }, space);
+        count_block(
+            matches, begin, end, [](int, float) { return 0; }, space);
       } else {
-        count_block(matches, begin, end, [&](int u, float d) { return space.relief.rows_at(u, d); }, space);
+        count_block(
+            matches, begin, end, [&](int u, float d) { return space.relief.rows_at(u, d); }, space);
       }
     }
   });

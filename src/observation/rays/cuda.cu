@@ -125,8 +125,8 @@ void count_rays(Cuda& cuda, const MatchViews& matches, const Rig& rig, const Gro
          space.upright.data());
   clear(cuda, space.sums.data(), space.sums.size());
   launch(cuda, count_pixels, blocks_of(space.width, space.height), dim3{block_width, block_height}, 0,
-         Counting{space.relief_view(), space.shift.data(), space.rows.data(), space.upright.data(), space.sums.data(), space.margin,
-                  space.bins},
+         Counting{space.relief_view(), space.shift.data(), space.rows.data(), space.upright.data(), space.sums.data(),
+                  space.margin, space.bins},
          matches);
   launch(cuda, sum_bins, blocks_for(columns, lines), dim3{line_threads, lines}, 0, space.sums.data(), columns, bins);
   launch(cuda, sum_columns, blocks_for(bins, lines), dim3{lines, line_threads}, 0, space.sums.data(), columns, bins);

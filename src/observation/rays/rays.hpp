@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "held_bytes.hpp"
 #include "ground/relief.hpp"
+#include "held_bytes.hpp"
 #include "matching/matches.hpp"
 #include "observation/rays/model.hpp"
 #include "stereogrid/config.hpp"

@@ -97,7 +97,8 @@ void fit_boxes(std::vector<Cluster>& clusters);
 /// Segmenter::find.
 template <class ForRanges>
 void find_segments(View<const float> obstacle, const Ground& ground, const Relief<Host>& relief,
-                   const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors, const ForRanges& for_ranges, ClusterSpace& space) {
+                   const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors, const ForRanges& for_ranges,
+                   ClusterSpace& space) {
   space.segmenter.find(obstacle, ground, for_ranges, relief);
   separate_movers(vectors, world_from_vehicle, space);
 }

@@ -49,7 +49,8 @@ class Segmenter {
             const Relief<Host>& relief = {}) {
     tallies_.fill({});
     const RoadPlane plane{road_plane(rig_, ground)};
-    for_ranges(obstacle.width, [&](int begin, int end) { count(obstacle, plane, ground.height_m, relief, begin, end); });
+    for_ranges(obstacle.width,
+               [&](int begin, int end) { count(obstacle, plane, ground.height_m, relief, begin, end); });
     take_nodes(plane, ground.height_m, relief);
     separate();
   }

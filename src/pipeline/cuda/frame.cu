@@ -83,7 +83,7 @@ void PackedGrids::copy_to(const float* packed, FrameResult& result) const {
   }
 }
 
-HostMemory::HostMemory(const Rig& rig, const GridGeometry& vehicle_grid, int window_cells)
+HostMemory::HostMemory(const Rig& rig, const GridGeometry& vehicle_grid, int window_cells, std::size_t relief_size)
     : layout{rig},
       input{std::max(layout.images_end, layout.given_end)},
       output{layout.answer_end},
@@ -93,7 +93,8 @@ HostMemory::HostMemory(const Rig& rig, const GridGeometry& vehicle_grid, int win
       held{held_cells_max},
       held_count{1},
       vehicle_rules{size_of(vehicle_grid)},
-      window_rules{static_cast<std::size_t>(window_cells) * static_cast<std::size_t>(window_cells)} {}
+      window_rules{static_cast<std::size_t>(window_cells) * static_cast<std::size_t>(window_cells)},
+      relief{relief_size} {}
 
 DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, const GridGeometry& vehicle_grid,
                            int window_cells, const FilterTables& tables)

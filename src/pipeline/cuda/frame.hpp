@@ -86,7 +86,7 @@ T* at(Buffer& buffer, std::size_t offset) {
 
 /// What a frame brings to the device and takes from it, in pinned host memory.
 struct HostMemory {
-  HostMemory(const Rig& rig, const GridGeometry& vehicle_grid, int window_cells);
+  HostMemory(const Rig& rig, const GridGeometry& vehicle_grid, int window_cells, std::size_t relief_size);
 
   [[nodiscard]] FrameOnDevice& frame() { return *at<FrameOnDevice>(input, 0); }
   [[nodiscard]] std::uint8_t* left() { return at<std::uint8_t>(input, layout.left); }
@@ -106,6 +106,7 @@ struct HostMemory {
   PinnedBuffer<int> held_count;
   PinnedBuffer<CellRule> vehicle_rules;  ///< likewise
   PinnedBuffer<CellRule> window_rules;
+  PinnedBuffer<std::int16_t> relief;
 };
 
 /// What the stages hand to each other and keep between frames, on the device. Allocated once.

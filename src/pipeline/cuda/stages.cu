@@ -28,8 +28,8 @@ CudaStages::CudaStages(const Config& config, const Rig& level_rig, int device, c
       vehicle_grid_{vehicle_grid_of(config.grid)},
       window_cells_{Window{vehicle_grid_}.cells()},
       filter_tables_{config.filter},
-      host_{rig_, vehicle_grid_, window_cells_},
       device_{cuda_, config, rig_, vehicle_grid_, window_cells_, filter_tables_},
+      host_{rig_, vehicle_grid_, window_cells_, device_.rays.relief.size()},
       matches_{rig_.width_px, rig_.height_px} {
   cuda_.load([this] { load_kernels(); });
 }

@@ -76,8 +76,8 @@ class CudaStages final : public Stages {
   GridGeometry vehicle_grid_;
   int window_cells_;
   FilterTables filter_tables_;
-  HostMemory host_;
   DeviceMemory device_;
+  HostMemory host_;
   Matches matches_;                                             ///< see matches_on_lattice
   CudaBytes held_{cuda_bytes_allocated() - allocated_before_};  // by the members so far
 

@@ -52,8 +52,19 @@ class Boxes {
 
 enum Height { cm_10, cm_15, cm_20, cm_30, cm_50 };
 
-TEST(LowObstacles, ByDefaultTwentyCentimetresAreRoadAndFiftyAreNot) {
+TEST(LowObstacles, ByDefaultWhatAWheelClimbsIsRoad) {
   const Boxes boxes{preset("default")};
+  EXPECT_LT(boxes.near(cm_10), free_below);
+  EXPECT_LT(boxes.far(cm_10), free_below);
+  EXPECT_LT(boxes.kerb(), free_below);
+  for (const Height high : {cm_20, cm_30, cm_50}) EXPECT_GT(boxes.near(high), occupied_above) << high;
+  EXPECT_GT(boxes.far(cm_50), occupied_above);
+}
+
+TEST(LowObstacles, OverAPlaneTwentyCentimetresAreRoad) {
+  Config config{preset("default")};
+  config.ground.model = GroundModel::plane;
+  const Boxes boxes{config};
   for (const Height low : {cm_10, cm_15, cm_20}) {
     EXPECT_LT(boxes.near(low), free_below) << low;
     EXPECT_LT(boxes.far(low), free_below) << low;
