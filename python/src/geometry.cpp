@@ -103,8 +103,8 @@ void visit_rig_fields(const Visit& visit) {
   visit("width_px", &Rig::width_px, "Width of the images.");
   visit("height_px", &Rig::height_px, "Height of the images.");
   visit("focal_px", &Rig::focal_px, "Focal length.");
-  visit("center_u_px", &Rig::centre_u_px, "Column of the principal point.");
-  visit("center_v_px", &Rig::centre_v_px, "Row of the principal point.");
+  visit("cx_px", &Rig::centre_u_px, "Column of the principal point.");
+  visit("cy_px", &Rig::centre_v_px, "Row of the principal point.");
   visit("baseline_m", &Rig::baseline_m, "Distance between the cameras.");
   visit("camera_height_m", &Rig::camera_height_m, "Height of the left camera's center above the ground.");
   visit("camera_pitch_rad", &Rig::camera_pitch_rad, "Positive: looks down.");
@@ -161,16 +161,16 @@ void bind_rig(nb::module_& module) {
   const Rig standard;
   rig.def(
       "__init__",
-      [](MountedRig* self, int width_px, int height_px, double focal_px, double center_u_px, double center_v_px,
-         double baseline_m, double camera_height_m, double camera_pitch_rad, double camera_roll_rad,
-         bool extrinsics_given, nb::handle mask) {
-        new (self) MountedRig{{width_px, height_px, focal_px, center_u_px, center_v_px, baseline_m, camera_height_m,
+      [](MountedRig* self, int width_px, int height_px, double focal_px, double cx_px, double cy_px, double baseline_m,
+         double camera_height_m, double camera_pitch_rad, double camera_roll_rad, bool extrinsics_given,
+         nb::handle mask) {
+        new (self) MountedRig{{width_px, height_px, focal_px, cx_px, cy_px, baseline_m, camera_height_m,
                                camera_pitch_rad, camera_roll_rad},
                               extrinsics_given};
         set_mask(*self, mask);
       },
-      nb::kw_only(), nb::arg("width_px"), nb::arg("height_px"), nb::arg("focal_px"), nb::arg("center_u_px"),
-      nb::arg("center_v_px"), nb::arg("baseline_m"), nb::arg("camera_height_m") = standard.camera_height_m,
+      nb::kw_only(), nb::arg("width_px"), nb::arg("height_px"), nb::arg("focal_px"), nb::arg("cx_px"), nb::arg("cy_px"),
+      nb::arg("baseline_m"), nb::arg("camera_height_m") = standard.camera_height_m,
       nb::arg("camera_pitch_rad") = standard.camera_pitch_rad, nb::arg("camera_roll_rad") = standard.camera_roll_rad,
       nb::arg("extrinsics_given") = MountedRig{}.extrinsics_given, nb::arg("mask") = nb::none());
   visit_rig_fields([&](const char* name, auto member, const char* doc) {

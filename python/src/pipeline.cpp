@@ -54,11 +54,13 @@ void PyPipeline::fill(const ArrayFrame& arrays, const Array& left, const Array& 
   const nb::gil_scoped_release release;
   StereoFrame& frame{frame_.data};
   assign(frame.left, left, arrays.pixels);
-  frame.right = {};
-  frame.disparity = {};
   if (!arrays.right.is_none()) {
     assign(frame.right, other, arrays.pixels);
-  } else if (!arrays.disparity.is_none()) {
+    frame.disparity = {};
+    return;
+  }
+  frame.right = {};
+  if (!arrays.disparity.is_none()) {
     assign(frame.disparity, other, 0);
   } else {
     Image<float> depth_m;

@@ -90,7 +90,7 @@ def _in_image(rig: Rig, x_m: Any, y_m: Any, z_m: Any) -> tuple[Any, Any]:
     right, down, ahead = -y_m, -(sin * x_m + cos * up), cos * x_m - sin * up
     cos, sin = np.cos(rig.camera_roll_rad), np.sin(rig.camera_roll_rad)
     right, down = cos * right + sin * down, cos * down - sin * right
-    return rig.center_u_px + rig.focal_px * right / ahead, rig.center_v_px + rig.focal_px * down / ahead
+    return rig.cx_px + rig.focal_px * right / ahead, rig.cy_px + rig.focal_px * down / ahead
 
 
 def overlay(frame: Frame, result: FrameResult, axes: Any = None) -> Any:

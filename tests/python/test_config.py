@@ -15,7 +15,7 @@ import stereogrid as sg
 
 
 def rig(**changes: float) -> sg.Rig:
-    values = {"width_px": 256, "height_px": 160, "focal_px": 205, "center_u_px": 128, "center_v_px": 80}
+    values = {"width_px": 256, "height_px": 160, "focal_px": 205, "cx_px": 128, "cy_px": 80}
     return sg.Rig(**{**values, "baseline_m": 0.22, **changes})  # type: ignore[arg-type]
 
 
@@ -97,8 +97,8 @@ def test_rig() -> None:
         width_px=256,
         height_px=160,
         focal_px=205,
-        center_u_px=128,
-        center_v_px=80,
+        cx_px=128,
+        cy_px=80,
         baseline_m=0.22,
         extrinsics_given=False,
         mask=mask,

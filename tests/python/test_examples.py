@@ -37,8 +37,8 @@ def write_sweep(file: Path, frame: sg.Frame, rig: sg.Rig) -> None:
     v, u = np.nonzero(disparity[::2, ::2] > 1.5)
     v, u = 2 * v, 2 * u
     depth = rig.focal_px * rig.baseline_m / disparity[v, u]
-    right = (u - rig.center_u_px) * depth / rig.focal_px
-    down = (v - rig.center_v_px) * depth / rig.focal_px
+    right = (u - rig.cx_px) * depth / rig.focal_px
+    down = (v - rig.cy_px) * depth / rig.focal_px
     points = np.stack([depth, -right, -down, np.zeros_like(depth)], axis=1)
     points.astype(np.float32).tofile(file)
 
@@ -56,7 +56,7 @@ def kitti(tmp_path_factory: pytest.TempPathFactory) -> Path:
         write_sweep(folder / "velodyne" / f"{frame.name}.bin", frame, scene.rig)
     shutil.rmtree(folder / "plain")
     rig = scene.rig
-    f, cu, cv = rig.focal_px, rig.center_u_px, rig.center_v_px
+    f, cu, cv = rig.focal_px, rig.cx_px, rig.cy_px
     left = f"{f} 0 {cu} 0 0 {f} {cv} 0 0 0 1 0"
     right = f"{f} 0 {cu} {-f * rig.baseline_m} 0 {f} {cv} 0 0 0 1 0"
     lines = [f"P0: {left}", f"P1: {right}", f"P2: {left}", f"P3: {right}", "Tr: 0 -1 0 0 0 0 -1 0 1 0 0 0"]

@@ -44,8 +44,8 @@ def test_overlay_projects_as_the_library_does(scene: sg.Recording, frames: list[
     # a point of the road that the camera of height h sees at row v lies at x = f h / (v - cv)
     rig = scene.rig
     u, v = plot._in_image(rig, np.array([5.0]), np.array([1.0]), np.array([0.0]))
-    assert v[0] == pytest.approx(rig.center_v_px + rig.focal_px * rig.camera_height_m / 5)
-    assert u[0] == pytest.approx(rig.center_u_px - rig.focal_px / 5)
+    assert v[0] == pytest.approx(rig.cy_px + rig.focal_px * rig.camera_height_m / 5)
+    assert u[0] == pytest.approx(rig.cx_px - rig.focal_px / 5)
 
 
 def test_rerun(scene: sg.Recording, frames: list[sg.Frame], tmp_path: Path) -> None:

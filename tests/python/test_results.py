@@ -116,7 +116,7 @@ def test_state(scene: sg.Recording, frames: list[sg.Frame]) -> None:
 def test_grid() -> None:
     grid = sg.Pipeline(
         sg.preset("default"),
-        sg.Rig(width_px=256, height_px=160, focal_px=205, center_u_px=128, center_v_px=80, baseline_m=0.22),
+        sg.Rig(width_px=256, height_px=160, focal_px=205, cx_px=128, cy_px=80, baseline_m=0.22),
     ).grid
     assert grid.cell_at(*grid.center(3, 5)) == (3, 5)
     assert grid.cell_at(-100, 0) is None

@@ -9,7 +9,10 @@ root=$1
 tests=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 largest_bytes=$((15 * 1024 * 1024))
 
-folder=$(mktemp -d)
+# in the tree, and with the compiler's usual name, so that ccache knows the objects
+export CCACHE_NOHASHDIR=1 CXX=${CXX:-c++}
+mkdir -p "$root/build"
+folder=$(mktemp -d "$root/build/wheel-test-XXXXXX")
 trap 'rm -rf "$folder"' EXIT
 /usr/bin/python3 -m venv "$folder/venv"
 pip() { "$folder/venv/bin/pip" --disable-pip-version-check "$@"; }
@@ -20,7 +23,9 @@ fi
 
 began=$SECONDS
 "$folder/venv/bin/python" -m build --sdist --outdir "$folder" "$root" >"$folder/sdist.log" 2>&1 || { tail -50 "$folder/sdist.log"; exit 1; }
-pip wheel --quiet --no-deps --wheel-dir "$folder" "$folder"/stereogrid-*.tar.gz
+mkdir "$folder/sources"
+tar --extract --gzip --strip-components=1 --directory "$folder/sources" --file "$folder"/stereogrid-*.tar.gz
+pip wheel --quiet --no-deps --wheel-dir "$folder" "$folder/sources"
 wheel=$(echo "$folder"/stereogrid-*.whl)
 bytes=$(stat -c %s "$wheel")
 echo "$(basename "$wheel"): $bytes bytes, built within $((SECONDS - began)) s"
