@@ -68,6 +68,7 @@ def grid(result: FrameResult, axes: Any = None, *, observed: bool = False, every
         _arrows(axes, result, every)
     for obstacle in result.obstacles:
         _outline(axes, obstacle)
+    axes.set_ylim(*_extent(result.grid)[2:])  # obstacles reach beyond the grid
     axes.set_title(result.name)
     return axes
 
