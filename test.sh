@@ -9,12 +9,12 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 build=$root/build/release
 
-"$root/scripts/install-dependencies.sh"
+"$root/scripts/install-dependencies.sh" --python
 # the tests of the package compile the core again in other folders: ccache shall know the objects there
 export CCACHE_NOHASHDIR=1
 # what the preset "release" does, spelt out because Ubuntu 22.04's CMake is older than presets of this kind
 cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
-  -DSTEREOGRID_TESTS=ON
+  -DSTEREOGRID_TESTS=ON -DSTEREOGRID_PYTHON=ON
 cmake --build "$build"
 [ $# -gt 0 ] || set -- --label-exclude "^long$"
 ctest --test-dir "$build" --parallel 2 --output-on-failure --no-tests=error "$@"

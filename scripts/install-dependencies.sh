@@ -4,7 +4,10 @@
 #
 # Installs the Debian / Ubuntu packages that stereogrid is built, tested and run with.
 # Does nothing where they are all there. Uses sudo where the caller is not root.
+# --python: also what the Python package is built and tested with, from PyPI, into build/python/venv. Where that does not
+# work its tests are skipped.
 set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 packages=(
   g++ cmake ninja-build ccache pkg-config git        # build
@@ -43,13 +46,32 @@ if [ "${1:-}" = "--ci" ]; then
   command -v npm >/dev/null || packages+=(npm)
 fi
 [ "${1:-}" != "--package" ] || packages+=(help2man dpkg-dev) # scripts/package.sh
+[ "${1:-}" != "--python" ] || packages+=(python3-dev python3-venv)
+
+install_python_packages() {
+  local venv=$root/build/python/venv requirements=$root/tests/python/requirements.txt
+  ! cmp -s "$requirements" "$venv/installed.txt" || return 0
+  echo "Installing Python packages for tests: $requirements"
+  # Debian's Python, which has Debian's headers
+  if /usr/bin/python3 -m venv "$venv" &&
+    "$venv/bin/pip" install --quiet --disable-pip-version-check --requirement "$requirements"; then
+    cp "$requirements" "$venv/installed.txt"
+  else
+    echo "The tests of the Python package are skipped: pip could not install $requirements." >&2
+  fi
+}
+
+finish() {
+  [ "$1" != "--python" ] || install_python_packages
+  exit 0
+}
 
 missing=()
 for package in "${packages[@]}"; do
   status=$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)
   [ "$status" = installed ] || missing+=("$package")
 done
-[ ${#missing[@]} -gt 0 ] || exit 0
+[ ${#missing[@]} -gt 0 ] || finish "${1:-}"
 
 if ! command -v apt-get >/dev/null; then
   echo "These packages are missing and apt-get is not here to install them: ${missing[*]}" >&2
@@ -63,3 +85,4 @@ fi
 echo "Installing: ${missing[*]}"
 "${as_root[@]}" apt-get update -qq
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+finish "${1:-}"

@@ -55,7 +55,8 @@ Json scores_of(const RunOptions& run, const fs::path& work) {
     if (!can_be_scored(open_input(run.input))) return {};
     EvaluateOptions options;
     options.run = run.folder;
-    return to_json(figures_of(json_of(evaluate(options)), static_cast<double>(finished_frames(run.folder))));
+    return to_json(
+        figures_of(json_of(evaluate_with_progress(options)), static_cast<double>(finished_frames(run.folder))));
   } catch (const InputError& error) {
     return {{"not scored", without_place(error.what(), work)}};
   }

@@ -3,10 +3,12 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "cli/commands.hpp"
 #include "cli/console.hpp"
 #include "cli/option_checks.hpp"
+#include "cli/progress.hpp"
 #include "evaluate/evaluate.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/json_text.hpp"
@@ -15,7 +17,7 @@ namespace stereogrid::app {
 namespace {
 
 int evaluate_command(const EvaluateOptions& options) {
-  const nlohmann::ordered_json json(json_of(evaluate(options)));
+  const nlohmann::ordered_json json(json_of(evaluate_with_progress(options)));
   write_output(table_of(json));
   if (!options.json.empty()) io::write_file(options.json, io::json_text(json, 1) + "\n");
   if (!options.html.empty()) write_report(options.html, json);
@@ -23,6 +25,14 @@ int evaluate_command(const EvaluateOptions& options) {
 }
 
 }  // namespace
+
+Evaluation evaluate_with_progress(const EvaluateOptions& options) {
+  std::optional<Progress> progress;
+  return evaluate(options, [&progress](std::size_t done, std::size_t total) {
+    if (!progress) progress.emplace("frames", total);
+    progress->update(done);
+  });
+}
 
 void add_evaluate_command(CLI::App& tool, int& exit_code) {
   auto options{std::make_shared<EvaluateOptions>()};

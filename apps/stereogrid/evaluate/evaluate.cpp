@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "cli/progress.hpp"
 #include "evaluate/obstacle_source.hpp"
 #include "evaluate/truth_source.hpp"
 #include "input.hpp"
@@ -153,12 +152,11 @@ class Scorer {
   std::size_t obstacle_frames_{0};
 };
 
-Scorer score(const io::RunReader& run, const TruthSource& truth) {
+Scorer score(const io::RunReader& run, const TruthSource& truth, const NotifyProgress& notify) {
   Scorer scorer{run, truth};
-  Progress progress{"frames", run.frames().size()};
   std::size_t done{0};
   for (const io::RunFrame& frame : run.frames()) {
-    progress.update(done++);
+    if (notify) notify(done++, run.frames().size());
     scorer.add(frame);
   }
   if (scorer.frames() == 0) complain_of_names(run, truth);
@@ -176,14 +174,14 @@ bool can_be_scored(const Input& input) {
   return knows_cells(input) || has_object_labels(input);
 }
 
-Evaluation evaluate(const EvaluateOptions& options) {
+Evaluation evaluate(const EvaluateOptions& options, const NotifyProgress& notify) {
   const io::RunReader run{options.run};
   const InputOptions input{input_options(options, run)};
   Input opened{open_input(input)};
   const TruthKind kind{kind_of(options.truth, opened)};
   const TruthSource truth{std::move(opened), kind, options.camera_height_m};
   check_same_images(run, truth.input().source->rig());
-  Scorer scorer{score(run, truth)};
+  Scorer scorer{score(run, truth, notify)};
   Evaluation evaluation;
   evaluation.about = {{"run", io::printable_path(run.folder())},
                       {"preset", run.preset()},

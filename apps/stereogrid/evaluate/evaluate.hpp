@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -22,7 +24,13 @@ struct EvaluateOptions {
 /// Is there anything that results of this input can be scored against?
 [[nodiscard]] bool can_be_scored(const Input& input);
 
+/// Receives the number of scored frames and of all before each frame.
+using NotifyProgress = std::function<void(std::size_t done, std::size_t total)>;
+
 /// Scores a run. Throws InputError: no run, no truth, none of these frames.
-[[nodiscard]] Evaluation evaluate(const EvaluateOptions& options);
+[[nodiscard]] Evaluation evaluate(const EvaluateOptions& options, const NotifyProgress& notify = {});
+
+/// The same with a progress bar on stderr.
+[[nodiscard]] Evaluation evaluate_with_progress(const EvaluateOptions& options);
 
 }  // namespace stereogrid::app

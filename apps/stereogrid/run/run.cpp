@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "cli/commands.hpp"
 #include "cli/console.hpp"
@@ -20,6 +21,7 @@
 #include "run/resume.hpp"
 #include "run/run_loop.hpp"
 #include "run/summary.hpp"
+#include "run_description.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/run_folder/checkpoint.hpp"
@@ -69,27 +71,17 @@ void check_options(const RunOptions& options) {
   }
 }
 
-io::RunRecord describe_run(const RunOptions& options, const Input& input, const Pipeline& pipeline) {
+io::RunRecord record_of(const RunOptions& options, const Input& input, const Pipeline& pipeline) {
   const io::FrameRange range{parse_frame_range(options.frames, input.source->size())};
-  const bool given{input.recording != nullptr && input.recording->gives_disparities()};
-  io::RunRecord record{options.folder,
-                       {.preset = options.config.preset,
-                        .config = pipeline.config(),
-                        .input = describe(input, options.input),
-                        .matcher = given ? "given" : "own",
-                        .predict_s = options.predict_s,
-                        .fuse_source = options.fuse,
-                        .device = std::string{name_of(pipeline.back_end())},
-                        .rig = pipeline.rig(),
-                        .grid = pipeline.vehicle_grid(),
-                        .world_grid = pipeline.world_grid(),
-                        .simd_target = std::string{simd_target()},
-                        .threads = pipeline.threads(),
-                        .frames = range,
-                        .compact = options.compact,
-                        .every = options.every,
-                        .layers = layers_of(options),
-                        .warm_up = std::min(range.first, static_cast<std::size_t>(options.warm_up))}};
+  io::RunDescription run{describe_run(input, options.input, pipeline, range)};
+  run.preset = options.config.preset;
+  run.predict_s = options.predict_s;
+  run.fuse_source = options.fuse;
+  run.compact = options.compact;
+  run.every = options.every;
+  run.layers = layers_of(options);
+  run.warm_up = std::min(range.first, static_cast<std::size_t>(options.warm_up));
+  io::RunRecord record{options.folder, std::move(run)};
   const StereoFrame first{first_usable_frame(*input.source, range)};
   if (const auto complaint{io::complaint_if_swapped(first)}) throw InputError{*complaint};
   if (input.recording != nullptr) {
@@ -136,7 +128,7 @@ int run(const RunOptions& options) {
   log_input(input);
   Pipeline pipeline{start_pipeline(config, input.source->rig(), options.device, pipeline_options(options, input))};
   const LidarStage lidar{options.fuse == "lidar", input, pipeline.vehicle_grid()};
-  io::RunRecord record{describe_run(options, input, pipeline)};
+  io::RunRecord record{record_of(options, input, pipeline)};
   const FolderLock lock{record.folder()};
   options.resume ? record.resume() : record.begin();
   recall_skipped(*input.source, record);

@@ -62,15 +62,15 @@ void share_scale(ImagePair& pair, int usual_bits) {
   reduce(pair.right, pair.right_bits, bits);
 }
 
-namespace {
-
-/// d = f·b/z
-void set_disparity(StereoFrame& frame, const Image<float>& depth_m, const Rig& rig) {
-  frame.disparity = Image<float>{depth_m.width(), depth_m.height()};
+Image<float> disparity_from_depth(const Image<float>& depth_m, const Rig& rig) {
+  Image<float> disparity{depth_m.width(), depth_m.height()};
   const double focal_baseline{rig.focal_px * rig.baseline_m};
-  std::ranges::transform(depth_m, frame.disparity.begin(),
+  std::ranges::transform(depth_m, disparity.begin(),
                          [&](float z) { return z > 0 ? static_cast<float>(focal_baseline / z) : 0.0F; });
+  return disparity;
 }
+
+namespace {
 
 /// Given disparities are between the images as they are: of other centres of the right camera, too.
 void add_offset(Image<float>& disparity, const RawPair& raw) {
@@ -112,7 +112,7 @@ StereoFrame Recording::load_unrectified(std::size_t index) const {
   share_scale(pair, contents_.sample_bits);
   frame.left = std::move(pair.left);
   frame.right = std::move(pair.right);
-  if (!pair.depth_m.empty()) set_disparity(frame, pair.depth_m, rig());
+  if (!pair.depth_m.empty()) frame.disparity = disparity_from_depth(pair.depth_m, rig());
   return frame;
 }
 

@@ -60,6 +60,9 @@ struct ImagePair {
 /// brightest pixel keeps at least 32 levels), or more for a brighter pair (nothing saturates). 8-bit samples stay.
 STEREOGRID_EXPORT void share_scale(ImagePair& pair, int usual_bits);
 
+/// Disparities f·b/z of depths z along the camera's axis, m; what is not positive becomes 0 = none.
+[[nodiscard]] STEREOGRID_EXPORT Image<float> disparity_from_depth(const Image<float>& depth_m, const Rig& rig);
+
 /// Cuts an image of `bits` that shows both cameras; the left one is at the left or at the top. Throws InputError: a
 /// size that cannot be halved. `name`: for complaints.
 [[nodiscard]] STEREOGRID_EXPORT ImagePair split_pair(const Image<std::uint8_t>& image, int bits, ImageLayout layout,

@@ -1,0 +1,27 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "stereogrid/pipeline.hpp"
+
+namespace stereogrid::app {
+
+/// Where the work is done, as the user says.
+struct DeviceOptions {
+  std::string device{"auto"};
+  int threads{0};
+};
+
+/// Why a text is no DeviceOptions::device; empty: it is one.
+[[nodiscard]] std::string device_problem(const std::string& device);
+
+/// Sets back end, device and threads. `options.device` must be without problem.
+void set_device(PipelineOptions& pipeline, const DeviceOptions& options);
+
+/// As --device has it.
+[[nodiscard]] std::string_view name_of(BackEnd back_end);
+
+}  // namespace stereogrid::app

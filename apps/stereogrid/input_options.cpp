@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "cli/option_checks.hpp"
+#include "input.hpp"
+#include "stereogrid/io/recording.hpp"
+
+namespace stereogrid::app {
+
+const char* const frame_range_help{
+    "Only these frames: places in the input from 0, both ends included; either may be left out (5:9, :99, 100:)."};
+
+void add_input_options(CLI::App& command, InputOptions& options) {
+  command
+      .add_option(
+          "INPUT", options.paths,
+          "A drive's folder, a bag of ROS 2 (.mcap, .db3, or their folder), LEFT and RIGHT image or video, a video of "
+          "both, or a built-in scene.")
+      ->type_name("[RIGHT]")
+      ->required()
+      ->expected(1, 2);
+  command
+      .add_option(
+          "--calibration", options.calibration,
+          "Calibration file instead of the input's own: calibration.yaml, or one of KITTI, ROS, OpenCV, Kalibr, "
+          "EuRoC, ORB-SLAM, Basalt, DepthAI, ZED or Middlebury.")
+      ->type_name("FILE");
+  command
+      .add_option("--poses", options.poses,
+                  "Where the vehicle is: 'file': as the input's own pose file says; 'odometry': found from the images; "
+                  "'none': it is taken to stand still; or another pose file. Left out: file where there is one, else "
+                  "odometry.")
+      ->type_name("none|file|odometry|FILE");
+  command
+      .add_option("--disparities", options.disparities,
+                  "Disparity images to take instead of right images: PNG (KITTI), PFM, TIFF or NPY, named as the left "
+                  "images.")
+      ->type_name("DIR");
+  command
+      .add_option("--depth", options.depth,
+                  "Depth images to take instead of right images: PNG or TIFF of 16 bits, PFM, TIFF or NPY of floats in "
+                  "metres, named as the left images and aligned to them.")
+      ->type_name("DIR");
+  command
+      .add_option(
+          "--depth-scale", options.depth_scale,
+          "Units of 16-bit depth images in a metre: 1000 (millimetres), 5000 (TUM), 256 (KITTI). Left out: 5000 "
+          "beside TUM's rgb.txt and depth.txt, else 1000.")
+      ->type_name("UNITS")
+      ->check(number(0.001, 1e6));
+  command
+      .add_option("--mask", options.mask,
+                  "Image of the left image's size in which what shows the vehicle itself, its bonnet for instance, is "
+                  "black (0); such pixels are not used. Instead of the calibration's mask.")
+      ->type_name("FILE.png");
+  command
+      .add_option(
+          "--layout", options.layout,
+          "Where left and right image are in images or a video that show both. Left out: found by the calibration "
+          "or the aspect.")
+      ->type_name("side-by-side|top-bottom")
+      ->check(CLI::IsMember({"side-by-side", "top-bottom"}));
+  command.add_option("--left-topic", options.left_topic, "Of a bag: the left camera's images. Left out: found.")
+      ->type_name("TOPIC");
+  command
+      .add_option("--right-topic", options.right_topic,
+                  "Of a bag: the right camera's images; or depth or disparities of the left ones.")
+      ->type_name("TOPIC");
+  command
+      .add_option("--pair-tolerance-ms", options.pair_tolerance_ms,
+                  "Of a bag or two cameras: images whose stamps are no farther apart may be a pair.")
+      ->type_name("MS")
+      ->check(number(0, 1000))
+      ->capture_default_str();
+}
+
+void log_input(const Input& input) {
+  const Rig& rig{input.source->rig()};
+  const std::string kind{input.recording != nullptr ? input.recording->contents().kind : "built-in scene"};
+  spdlog::info("{}: {} frames of {} × {} px", kind, input.source->size(), rig.width_px, rig.height_px);
+  if (input.recording == nullptr) return;
+  for (const std::string& note : input.recording->contents().notes) spdlog::info("{}", note);
+  for (const std::string& warning : input.recording->contents().warnings) spdlog::warn("{}", warning);
+}
+
+void log_calibration(const io::Calibration& calibration) {
+  for (const std::string& note : calibration.notes) spdlog::info("{}", note);
+  if (!calibration.has_mounting) {
+    spdlog::info("mounting: not in the calibration; camera height 1.65 m and pitch 0 assumed");
+  }
+  for (const std::string& oddity : oddities(calibration.rig)) spdlog::warn("{}", oddity);
+  for (const std::string& warning : calibration.warnings) spdlog::warn("{}", warning);
+}
+
+}  // namespace stereogrid::app

@@ -1,0 +1,74 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "stereogrid/image.hpp"
+
+namespace stereogrid::python {
+
+namespace nb = nanobind;
+
+/// Read-only NumPy arrays. Their memory is that of an Image, which the array's owner keeps alive.
+template <class T>
+using Plane = nb::ndarray<nb::numpy, const T, nb::ndim<2>>;
+template <class T>
+using Planes = nb::ndarray<nb::numpy, const T, nb::ndim<3>>;
+
+template <class T>
+Plane<T> view_of(const Image<T>& image, nb::handle owner) {
+  return {image.data(), {static_cast<std::size_t>(image.height()), static_cast<std::size_t>(image.width())}, owner};
+}
+
+/// None: the image is empty.
+template <class T>
+std::optional<Plane<T>> view_unless_empty(const Image<T>& image, nb::handle owner) {
+  if (image.empty()) return std::nullopt;
+  return view_of(image, owner);
+}
+
+/// Array of a type that NumPy can convert, as given by the caller. Construction and destruction require the GIL; the
+/// conversions below do not.
+class Array {
+ public:
+  /// `name`: of the argument, for messages. Throws TypeError: no array.
+  Array(nb::handle object, const char* name);
+  Array(const Array&) = delete;
+  Array& operator=(const Array&) = delete;
+  ~Array();
+
+  [[nodiscard]] const Py_buffer& buffer() const { return buffer_; }
+  [[nodiscard]] const char* name() const { return name_; }
+  /// "uint8" and so on.
+  [[nodiscard]] const std::string& dtype() const { return dtype_; }
+  [[nodiscard]] std::string shape() const;
+
+ private:
+  nb::object array_;
+  const char* name_;
+  std::string dtype_;
+  Py_buffer buffer_{};
+};
+
+/// Samples of grey and colour images.
+struct PixelOptions {
+  std::string color;  ///< "rgb" or "bgr" of three or four channels; "": grey
+  int bits{16};       ///< of uint16 samples: number of lower bits in use
+};
+
+/// Writes grey levels of (height, width) uint8, uint16 or float, or (height, width, 3 or 4) uint8. Throws TypeError,
+/// ValueError, InputError.
+void assign(Image<std::uint8_t>& grey, const Array& pixels, const PixelOptions& options);
+
+/// Writes disparities or depths of (height, width) float, or uint16 divided by `units` (0: uint16 is rejected). What is
+/// not finite or not positive becomes 0 = none. Throws TypeError, ValueError.
+void assign(Image<float>& measured, const Array& values, double units);
+
+}  // namespace stereogrid::python

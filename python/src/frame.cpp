@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/unique_ptr.h>
+#include <nanobind/stl/vector.h>
+
+#include "arrays.hpp"
+#include "bindings.hpp"
+#include "recording.hpp"
+#include "stereogrid/error.hpp"
+
+namespace stereogrid::python {
+namespace {
+
+using nb::handle;
+
+template <class T>
+void bind_image(nb::class_<FrameTruth>& truth, const char* name, Image<T> FrameTruth::*image, const char* doc) {
+  truth.def_prop_ro(
+      name, [image](handle self) { return view_unless_empty(nb::cast<const FrameTruth&>(self).*image, self); }, doc);
+}
+
+void bind_truth_images(nb::class_<FrameTruth>& truth) {
+  bind_image(truth, "disparity", &FrameTruth::disparity, "px, 0 = none.");
+  bind_image(truth, "label", &FrameTruth::label, "0 sky, 1 road, 2 obstacle, 3 low.");
+  bind_image(truth, "instance", &FrameTruth::instance, "Id of the object, 0 = none.");
+  bind_image(truth, "seen_by_both", &FrameTruth::seen_by_both, "255: visible in the right image, too.");
+  bind_image(truth, "state", &FrameTruth::state, "Of the cells: 0 hidden, 1 seen free, 2 seen occupied.");
+  bind_image(truth, "occupied", &FrameTruth::occupied, "A footprint overlaps the cell, seen or not.");
+  bind_image(truth, "owner", &FrameTruth::owner, "Id of the object on the cell, 0 = none.");
+  bind_image(truth, "pixels", &FrameTruth::pixels, "Obstacle pixels that fall into the cell.");
+  bind_image(truth, "seen_object", &FrameTruth::seen_object, "Id of the object of most of those pixels.");
+  bind_image(truth, "free_points", &FrameTruth::free_points, "Seen ones of the cell's 3 x 3 ground points.");
+  bind_image(truth, "low", &FrameTruth::low, "A low object lies on the cell.");
+  bind_image(truth, "velocity_x", &FrameTruth::velocity_x, "m/s, world axes.");
+  bind_image(truth, "velocity_y", &FrameTruth::velocity_y, "m/s, world axes.");
+  bind_image(truth, "terrain", &FrameTruth::terrain, "0 hidden, 1 drivable, 2 obstacle, 3 drop, 4 beyond.");
+  bind_image(truth, "elevation_m", &FrameTruth::elevation_m, "Of the ground at the cell's center.");
+  bind_image(truth, "step_m", &FrameTruth::step_m, "Height of a step; negative where it falls.");
+}
+
+nb::ndarray<nb::numpy, const double, nb::shape<-1, 2>> footprint_of(handle self) {
+  const auto& points{nb::cast<const TruthObject&>(self).footprint};
+  return {reinterpret_cast<const double*>(points.data()), {points.size(), 2}, self};
+}
+
+void bind_truth(nb::module_& module) {
+  nb::class_<TruthObject> object{module, "TruthObject", "An object of a scene."};
+  object.def_ro("id", &TruthObject::id).def_ro("kind", &TruthObject::kind);
+  object.def_ro("pose", &TruthObject::world_from_object, "world_from_object.");
+  object.def_ro("vx_mps", &TruthObject::vx_mps, "World axes.").def_ro("vy_mps", &TruthObject::vy_mps);
+  object.def_ro("height_m", &TruthObject::height_m);
+  object.def_ro("pixels", &TruthObject::pixels, "Seen in the left image.");
+  object.def_prop_ro("footprint", &footprint_of, "(n, 2), m, world frame; convex.");
+  nb::class_<TruthEgo> ego{module, "TruthEgo", "Motion of the vehicle in the world frame."};
+  ego.def_ro("pose", &TruthEgo::world_from_vehicle).def_ro("vx_mps", &TruthEgo::vx_mps);
+  ego.def_ro("vy_mps", &TruthEgo::vy_mps).def_ro("yaw_rate_radps", &TruthEgo::yaw_rate_radps);
+  nb::class_<TruthGrid> grid{module, "TruthGrid", "Cells that the truth is given on."};
+  grid.def_ro("grid", &TruthGrid::geometry).def_ro("height_min_m", &TruthGrid::height_min_m);
+  grid.def_ro("height_max_m", &TruthGrid::height_max_m);
+  nb::class_<FrameTruth> truth{module, "FrameTruth",
+                               "Exact truth of a frame; views. None: the scene has no such layer."};
+  truth.def_ro("name", &FrameTruth::name).def_ro("stamp_ns", &FrameTruth::stamp_ns);
+  truth.def_ro("ego", &FrameTruth::ego).def_ro("objects", &FrameTruth::objects);
+  bind_truth_images(truth);
+}
+
+std::unique_ptr<FrameTruth> truth_of(const Frame& frame) {
+  if (!frame.recording) throw InputError{"The frame is not one of a recording and has no truth."};
+  const nb::gil_scoped_release release;
+  return std::make_unique<FrameTruth>(frame.recording->truth(static_cast<std::size_t>(frame.data.index)));
+}
+
+}  // namespace
+
+void bind_frame(nb::module_& module) {
+  bind_truth(module);
+  nb::class_<Frame> frame{module, "Frame", "A rectified frame of a recording. Images are read-only views."};
+  frame.def_prop_ro(
+      "left", [](handle self) { return view_of(nb::cast<const Frame&>(self).data.left, self); },
+      "Grey levels (height, width), uint8.");
+  frame.def_prop_ro(
+      "right", [](handle self) { return view_unless_empty(nb::cast<const Frame&>(self).data.right, self); },
+      "As left; None: the frame has disparities.");
+  frame.def_prop_ro(
+      "disparity", [](handle self) { return view_unless_empty(nb::cast<const Frame&>(self).data.disparity, self); },
+      "(height, width) px, 0 = none; None: the frame has a right image.");
+  frame.def_prop_ro("name", [](const Frame& self) { return self.data.name; });
+  frame.def_prop_ro(
+      "index", [](const Frame& self) { return self.data.index; }, "Place in the recording, from 0.");
+  frame.def_prop_ro(
+      "stamp_ns", [](const Frame& self) { return self.data.stamp_ns; }, "Instant of exposure.");
+  frame.def_prop_rw(
+      "pose", [](const Frame& self) { return self.data.world_from_vehicle; },
+      [](Frame& self, const std::optional<Pose2>& pose) { self.data.world_from_vehicle = pose; },
+      nb::for_setter(nb::arg("pose").none()), "world_from_vehicle; None: unknown.");
+  frame.def_prop_ro(
+      "warning", [](const Frame& self) { return self.warning; }, "Of the odometry, added to the result's; \"\": none.");
+  frame.def_prop_ro("truth", &truth_of,
+                    "Exact truth of a scene or a rendered drive. Raises InputError: there is none.");
+  frame.def("__repr__", [](const Frame& self) {
+    return repr_of("Frame", std::pair{"name", self.data.name}, std::pair{"stamp_ns", self.data.stamp_ns});
+  });
+}
+
+}  // namespace stereogrid::python

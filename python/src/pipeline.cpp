@@ -1,0 +1,200 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline.hpp"
+
+#include <fmt/format.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/unique_ptr.h>
+#include <nanobind/stl/vector.h>
+
+#include <memory>
+#include <optional>
+
+#include "bindings.hpp"
+#include "stereogrid/error.hpp"
+#include "stereogrid/io/recording.hpp"
+
+namespace stereogrid::python {
+
+PyPipeline::Busy::Busy(PyPipeline& pipeline) : flag_{pipeline.busy_} {
+  if (!flag_.test_and_set()) return;
+  PyErr_SetString(PyExc_RuntimeError,
+                  "The pipeline is in use by another thread (allowed: one call at a time). Construct a pipeline for "
+                  "each thread.");
+  throw nb::python_error();
+}
+
+PipelineOptions PyPipeline::with(PipelineOptions options, const MountedRig& rig, const app::DeviceOptions& device) {
+  const std::string problem{app::device_problem(device.device)};
+  if (!problem.empty()) throw ConfigError{"device " + problem + "."};
+  app::set_device(options, device);
+  options.mask = rig.mask;
+  options.extrinsics_given = rig.extrinsics_given;
+  return options;
+}
+
+std::unique_ptr<Result> PyPipeline::process(const Frame& frame) {
+  const Busy busy{*this};
+  const nb::gil_scoped_release release;
+  auto result{std::make_unique<Result>(results_)};
+  pipeline_.process(frame.data, result->data);
+  if (frame.odometry_ms) result->data.timing_ms.odometry = *frame.odometry_ms;
+  if (!frame.warning.empty()) result->data.warnings.push_back(frame.warning);
+  result->name = frame.data.name;
+  result->index = frame.data.index;
+  result->stamp_ns = frame.data.stamp_ns;
+  next_stamp_ns_ = frame.data.stamp_ns + assumed_step_ns_;
+  next_index_ = frame.data.index + 1;
+  return result;
+}
+
+void PyPipeline::fill(const ArrayFrame& arrays, const Array& left, const Array& other) {
+  const nb::gil_scoped_release release;
+  StereoFrame& frame{frame_.data};
+  assign(frame.left, left, arrays.pixels);
+  if (!arrays.right.is_none()) {
+    assign(frame.right, other, arrays.pixels);
+    frame.disparity = {};
+    return;
+  }
+  frame.right = {};
+  if (!arrays.disparity.is_none()) {
+    assign(frame.disparity, other, 0);
+  } else {
+    Image<float> depth_m;
+    assign(depth_m, other, arrays.depth_scale.value_or(app::InputOptions{}.depth_scale));
+    frame.disparity = io::disparity_from_depth(depth_m, pipeline_.rig());
+  }
+}
+
+std::unique_ptr<Result> PyPipeline::process(const ArrayFrame& arrays) {
+  const int given{!arrays.right.is_none() + !arrays.disparity.is_none() + !arrays.depth.is_none()};
+  if (given != 1) {
+    throw nb::type_error("process(): give exactly one of right, disparity and depth beside left.");
+  }
+  {
+    const Busy busy{*this};
+    const Array left{arrays.left, "left"};
+    const Array other{!arrays.right.is_none()       ? arrays.right
+                      : !arrays.disparity.is_none() ? arrays.disparity
+                                                    : arrays.depth,
+                      !arrays.right.is_none()       ? "right"
+                      : !arrays.disparity.is_none() ? "disparity"
+                                                    : "depth"};
+    fill(arrays, left, other);
+    frame_.data.stamp_ns = arrays.stamp_ns.value_or(next_stamp_ns_);
+    frame_.data.index = next_index_;
+    frame_.data.name = fmt::format("{:06}", next_index_);
+    frame_.data.world_from_vehicle = arrays.pose;
+  }
+  return process(frame_);
+}
+
+namespace {
+
+void construct(PyPipeline* self, const Config& config, const MountedRig& rig, const std::optional<std::string>& device,
+               std::optional<int> threads, std::optional<bool> stages, const std::vector<double>& horizons_s,
+               const std::optional<Pose2>& start, bool in_world_of_poses) {
+  app::DeviceOptions where;
+  where.device = device.value_or(where.device);
+  where.threads = threads.value_or(where.threads);
+  PipelineOptions options;
+  options.stages = stages.value_or(options.stages);
+  options.horizons_s = horizons_s;
+  options.start = start.value_or(options.start);
+  options.in_world_of_poses = in_world_of_poses;
+  const nb::gil_scoped_release release;
+  new (self) PyPipeline{config, rig, where, std::move(options)};
+}
+
+void bind_process(nb::class_<PyPipeline>& pipeline) {
+  pipeline.def(
+      "process", [](PyPipeline& self, const Frame& frame) { return self.process(frame); }, nb::arg("frame"),
+      "Processes the next frame. Releases the GIL. Raises InputError, DeviceError; RuntimeError: in use by another "
+      "thread.");
+  pipeline.def(
+      "process",
+      [](PyPipeline& self, nb::object left, nb::object right, nb::object disparity, nb::object depth,
+         std::optional<double> depth_scale, std::optional<std::int64_t> stamp_ns, std::optional<Pose2> pose,
+         const std::string& color, std::optional<int> bits) {
+        PixelOptions pixels{color};
+        pixels.bits = bits.value_or(pixels.bits);
+        return self.process(ArrayFrame{std::move(left), std::move(right), std::move(disparity), std::move(depth),
+                                       depth_scale, stamp_ns, pose, pixels});
+      },
+      nb::arg("left"), nb::arg("right") = nb::none(), nb::kw_only(), nb::arg("disparity") = nb::none(),
+      nb::arg("depth") = nb::none(), nb::arg("depth_scale") = nb::none(), nb::arg("stamp_ns") = nb::none(),
+      nb::arg("pose") = nb::none(), nb::arg("color") = "", nb::arg("bits") = nb::none(),
+      nb::sig(
+          "def process(self, left: ArrayLike, right: ArrayLike | None = None, *, disparity: ArrayLike | None = None, "
+          "depth: ArrayLike | None = None, depth_scale: float | None = None, stamp_ns: int | None = None, "
+          "pose: Pose | tuple[float, float, float] | None = None, color: str = '', bits: int | None = None) "
+          "-> FrameResult"),
+      "Processes rectified images (height, width): uint8, uint16, or floats from 0 to 255; (height, width, 3 or 4) "
+      "uint8 "
+      "with color \"rgb\" or \"bgr\". Instead of right: disparity in px of left, or depth in m (uint16: depth_scale "
+      "units "
+      "are a metre). bits: number of lower bits of uint16 in use. stamp_ns: left out, 0.1 s after the frame before.");
+}
+
+void bind_state(nb::class_<PyPipeline>& pipeline) {
+  pipeline.def(
+      "reset", [](PyPipeline& self) { self.exclusively([](Pipeline& p) { p.reset(); }); },
+      "The next frame is a first one, whatever its stamp.");
+  pipeline.def(
+      "save_state",
+      [](PyPipeline& self) {
+        return self.exclusively([](const Pipeline& p) {
+          const std::vector<std::byte> state{p.save_state()};
+          return nb::bytes(reinterpret_cast<const char*>(state.data()), state.size());
+        });
+      },
+      "Returns what the pipeline stores between two frames.");
+  pipeline.def(
+      "load_state",
+      [](PyPipeline& self, const nb::bytes& state) {
+        self.exclusively([&](Pipeline& p) {
+          p.load_state({static_cast<const std::byte*>(state.data()), state.size()});
+        });
+      },
+      nb::arg("state"), "Continues from save_state(). Raises InputError.");
+  pipeline.def_prop_ro(
+      "next_rig",
+      [](PyPipeline& self) { return self.exclusively([](const Pipeline& p) { return MountedRig{p.next_rig()}; }); },
+      "Rig of the next frame, with extrinsics estimated since.");
+  pipeline.def_prop_ro(
+      "memory_bytes",
+      [](PyPipeline& self) { return self.exclusively([](const Pipeline& p) { return p.memory_use().host_bytes; }); },
+      "Memory that the constructor has allocated on the host.");
+}
+
+}  // namespace
+
+void bind_pipeline(nb::module_& module) {
+  nb::class_<PyPipeline> pipeline{module, "Pipeline",
+                                  "Stereo frames in, occupancy grids out. One pipeline serves one camera, frame after "
+                                  "frame, and one thread at a time."};
+  pipeline.def("__init__", &construct, nb::arg("config"), nb::arg("rig"), nb::kw_only(), nb::arg("device") = nb::none(),
+               nb::arg("threads") = nb::none(), nb::arg("stages") = nb::none(),
+               nb::arg("horizons_s") = std::vector<double>{}, nb::arg("start") = nb::none(),
+               nb::arg("in_world_of_poses") = PipelineOptions{}.in_world_of_poses,
+               "device: \"auto\", \"cpu\", \"cuda\", \"cuda:N\" or \"reference\"; threads 0: all cores; stages False: "
+               "results without stages; horizons_s: of FrameResult.predictions. Raises ConfigError, DeviceError.");
+  bind_process(pipeline);
+  bind_state(pipeline);
+  pipeline.def_prop_ro(
+      "config", [](const PyPipeline& self) { return self.pipeline().config(); },
+      "With automatic values resolved; a copy.");
+  pipeline.def_prop_ro(
+      "rig", [](const PyPipeline& self) { return MountedRig{self.pipeline().rig()}; }, "As given, without mask.");
+  pipeline.def_prop_ro(
+      "grid", [](const PyPipeline& self) { return self.pipeline().vehicle_grid(); }, "Vehicle frame.");
+  pipeline.def_prop_ro("threads", [](const PyPipeline& self) { return self.pipeline().threads(); });
+  pipeline.def_prop_ro("device",
+                       [](const PyPipeline& self) { return std::string{app::name_of(self.pipeline().back_end())}; });
+  pipeline.def_prop_ro("why_not_cuda", [](const PyPipeline& self) { return self.pipeline().why_not_cuda(); });
+}
+
+}  // namespace stereogrid::python

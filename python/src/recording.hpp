@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "geometry.hpp"
+#include "input.hpp"
+#include "pose_stage.hpp"
+#include "stereogrid/io/frame_queue.hpp"
+#include "stereogrid/io/run_folder/run_record.hpp"
+#include "stereogrid/io/truth.hpp"
+
+namespace stereogrid::python {
+
+/// An opened input, and what was skipped of it. Frames and iterators share it.
+class Recording {
+ public:
+  Recording(app::Input input, app::InputOptions options, io::FrameRange range)
+      : input_{std::move(input)}, options_{std::move(options)}, range_{range} {}
+
+  [[nodiscard]] const app::Input& input() const { return input_; }
+  [[nodiscard]] const app::InputOptions& options() const { return options_; }
+  [[nodiscard]] const FrameSource& source() const { return *input_.source; }
+  [[nodiscard]] io::FrameRange range() const { return range_; }
+  [[nodiscard]] MountedRig rig() const { return {source().rig(), input_.extrinsics_given, input_.mask}; }
+
+  [[nodiscard]] bool has_truth() const;
+  [[nodiscard]] TruthGrid truth_grid() const;
+  /// Throws InputError: no truth of this frame.
+  [[nodiscard]] FrameTruth truth(std::size_t index) const;
+
+  std::vector<io::SkippedFrame> skipped{};  ///< of the last iteration
+
+ private:
+  [[nodiscard]] const io::TruthReader& reader() const;
+
+  app::Input input_;
+  app::InputOptions options_;
+  io::FrameRange range_;
+  mutable std::mutex mutex_;
+  mutable std::unique_ptr<io::TruthReader> reader_;  // opened on demand
+};
+
+/// A frame, and what its source adds to the result (as capture::PreparedFrame).
+struct Frame {
+  StereoFrame data;
+  std::string warning{};
+  std::optional<double> odometry_ms{};
+  std::shared_ptr<const Recording> recording{};  ///< none: of arrays
+};
+
+/// Loads the frames of a recording in order, as `stereogrid run` does: on background threads, with poses placed.
+class FrameIterator {
+ public:
+  explicit FrameIterator(std::shared_ptr<Recording> recording);
+
+  /// Waits for the next frame that can be used; none: the end. Requires the GIL, which it releases while it waits.
+  [[nodiscard]] std::unique_ptr<Frame> next();
+
+ private:
+  [[nodiscard]] std::optional<io::QueuedFrame> wait();
+  void skip(const io::QueuedFrame& queued);
+
+  std::shared_ptr<Recording> recording_;
+  app::PoseStage poses_;
+  io::FrameQueue queue_;
+  bool is_checked_{false};  // left and right are not swapped
+};
+
+}  // namespace stereogrid::python

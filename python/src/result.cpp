@@ -1,0 +1,202 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "result.hpp"
+
+#include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/map.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/string_view.h>
+#include <nanobind/stl/vector.h>
+
+#include <algorithm>
+#include <initializer_list>
+#include <map>
+
+#include "arrays.hpp"
+#include "bindings.hpp"
+#include "geometry.hpp"
+#include "stereogrid/io/run_folder/frame_files.hpp"
+#include "stereogrid/io/run_folder/stages.hpp"
+
+namespace stereogrid::python {
+namespace {
+
+/// Copies several images of one size into one array (n, ny, nx).
+Planes<float> stack(std::initializer_list<const Image<float>*> layers) {
+  const Image<float>& first{**layers.begin()};
+  auto* const values{new std::vector<float>};
+  const nb::capsule owner{values, [](void* p) noexcept { delete static_cast<std::vector<float>*>(p); }};
+  values->reserve(layers.size() * first.size());
+  for (const Image<float>* layer : layers) values->insert(values->end(), layer->begin(), layer->end());
+  return {values->data(),
+          {layers.size(), static_cast<std::size_t>(first.height()), static_cast<std::size_t>(first.width())},
+          owner};
+}
+
+const FrameResult& data_of(nb::handle self) {
+  return nb::cast<const Result&>(self).data;
+}
+
+const char* const occupancy_text{"P(occupied) in [0, 1]; 0.5 = unknown. View (ny, nx)."};
+const char* const velocity_text{"x and y, m/s over ground, along the axes of the grid. Copy (2, ny, nx)."};
+const char* const covariance_text{"xx, xy and yy of the velocity, m²/s². Copy (3, ny, nx)."};
+const char* const age_text{"Time since the cell was last observed, s; inf = never. View (ny, nx)."};
+const char* const moving_text{"P(occupied by a dynamic object). View (ny, nx)."};
+
+/// Layers of the filtered grid. `layers_of` takes the handle of the object that owns them.
+template <class Class, class LayersOf>
+void bind_layers(Class& bound, LayersOf layers_of) {
+  bound.def_prop_ro(
+      "occupancy", [=](nb::handle self) { return view_of(layers_of(self).occupancy, self); }, occupancy_text);
+  bound.def_prop_ro(
+      "velocity",
+      [=](nb::handle self) {
+        const GridLayers& layers{layers_of(self)};
+        return stack({&layers.velocity_x, &layers.velocity_y});
+      },
+      nb::rv_policy::automatic, velocity_text);
+  bound.def_prop_ro(
+      "velocity_covariance",
+      [=](nb::handle self) {
+        const GridLayers& layers{layers_of(self)};
+        return stack({&layers.velocity_xx, &layers.velocity_xy, &layers.velocity_yy});
+      },
+      nb::rv_policy::automatic, covariance_text);
+  bound.def_prop_ro(
+      "age_s", [=](nb::handle self) { return view_of(layers_of(self).age_s, self); }, age_text);
+  bound.def_prop_ro(
+      "moving", [=](nb::handle self) { return view_of(layers_of(self).moving, self); }, moving_text);
+}
+
+void bind_world(nb::module_& module) {
+  nb::class_<GridLayers> layers{module, "GridLayers", "The filtered grid in one frame of reference."};
+  layers.def_ro("grid", &GridLayers::geometry);
+  bind_layers(layers, [](nb::handle self) -> const GridLayers& { return nb::cast<const GridLayers&>(self); });
+  nb::class_<Prediction> prediction{module, "Prediction", "The filtered grid some time later."};
+  prediction.def_ro("horizon_s", &Prediction::horizon_s);
+  prediction.def_prop_ro(
+      "occupancy", [](nb::handle self) { return view_of(nb::cast<const Prediction&>(self).occupancy, self); },
+      "In the cells of FrameResult.grid.");
+  prediction.def_prop_ro(
+      "world_occupancy",
+      [](nb::handle self) { return view_of(nb::cast<const Prediction&>(self).world_occupancy, self); },
+      "In the cells of FrameResult.world.grid.");
+}
+
+Plane<std::uint8_t> classes_of(const Image<TerrainClass>& terrain, nb::handle owner) {
+  return {reinterpret_cast<const std::uint8_t*>(terrain.data()),
+          {static_cast<std::size_t>(terrain.height()), static_cast<std::size_t>(terrain.width())},
+          owner};
+}
+
+void bind_grids(nb::class_<Result>& result) {
+  result.def_prop_ro(
+      "observed", [](nb::handle self) { return view_of(data_of(self).observed, self); },
+      "P(occupied) of this frame alone; 0.5 = unknown. View (ny, nx).");
+  bind_layers(result, [](nb::handle self) -> const GridLayers& { return data_of(self).vehicle; });
+  result.def_prop_ro(
+      "elevation_m", [](nb::handle self) { return view_unless_empty(data_of(self).elevation_m, self); },
+      "Above the ground plane; NaN = unseen. View (ny, nx); None: ground.model is plane.");
+  result.def_prop_ro(
+      "elevation_sigma_m", [](nb::handle self) { return view_unless_empty(data_of(self).elevation_sigma_m, self); },
+      "Standard deviation of the elevation; NaN = unseen.");
+  result.def_prop_ro(
+      "terrain",
+      [](nb::handle self) -> std::optional<Plane<std::uint8_t>> {
+        if (data_of(self).terrain.empty()) return std::nullopt;
+        return classes_of(data_of(self).terrain, self);
+      },
+      "Class of the ground, numbers of TERRAIN_CLASSES. View (ny, nx); None: ground.model is plane.");
+  result.def_prop_ro(
+      "world", [](const Result& self) -> const GridLayers& { return self.data.world; },
+      nb::rv_policy::reference_internal, "The filtered grid in the world frame; its origin moves in whole cells.");
+  result.def_prop_ro(
+      "predictions",
+      [](nb::handle self) {
+        nb::list views;
+        for (const Prediction& p : data_of(self).predictions) {
+          views.append(nb::cast(&p, nb::rv_policy::reference_internal, self));
+        }
+        return views;
+      },
+      nb::sig("def predictions(self) -> list[Prediction]"), "One for each of the horizons of the pipeline.");
+  result.def_prop_ro(
+      "stages", [](const Result& self) -> const StageImages& { return self.data.stages; },
+      nb::rv_policy::reference_internal, "Images between the stages; empty arrays: Pipeline(stages=False).");
+}
+
+std::map<std::string, double> times_of(const Result& self) {
+  std::map<std::string, double> times;
+  for (const io::StageField& field : io::stage_fields)
+    times.emplace(field.name, self.data.timing_ms.*field.milliseconds);
+  return times;
+}
+
+void bind_facts(nb::class_<Result>& result) {
+  result.def_ro("name", &Result::name).def_ro("index", &Result::index).def_ro("stamp_ns", &Result::stamp_ns);
+  result.def_prop_ro(
+      "grid", [](const Result& self) { return self.data.vehicle.geometry; }, "Cells of the vehicle-frame arrays.");
+  result.def_prop_ro(
+      "pose", [](const Result& self) { return self.data.world_from_vehicle; }, "world_from_vehicle.");
+  result.def_prop_ro(
+      "rig", [](const Result& self) { return MountedRig{self.data.rig}; }, "Rig of this frame.");
+  result.def_prop_ro(
+      "level_rig", [](const Result& self) { return MountedRig{self.data.level_rig}; }, "Rig of the stages' images.");
+  result.def_prop_ro("ground", [](const Result& self) { return self.data.ground; });
+  result.def_prop_ro(
+      "obstacles", [](const Result& self) { return self.data.obstacles; }, "Tracked obstacles, copies.");
+  result.def_prop_ro(
+      "obstacle_density", [](const Result& self) { return self.data.obstacle_density; }, "Share of the pixels.");
+  result.def_prop_ro(
+      "road_density", [](const Result& self) { return self.data.road_density; }, "Share of the pixels.");
+  result.def_prop_ro("timing_ms", &times_of, "Wall-clock times of the stages.");
+  result.def_prop_ro(
+      "status", [](const Result& self) { return self.data.status; }, "Flags to check before relying on the grids.");
+  result.def_prop_ro("warnings", [](const Result& self) { return self.data.warnings; });
+  result.def(
+      "save",
+      [](const Result& self, const std::filesystem::path& path, const std::vector<std::string>& layers) {
+        io::write_grids(path, self.data, layers);
+      },
+      nb::arg("path"), nb::arg("layers") = std::vector<std::string>{}, nb::call_guard<nb::gil_scoped_release>(),
+      "Writes the grids as stereogrid run does (.npz). layers: some of its arrays; empty: all. Raises DeviceError.");
+  result.def("__repr__", [](const Result& self) {
+    return repr_of("FrameResult", std::pair{"name", self.name}, std::pair{"stamp_ns", self.stamp_ns},
+                   std::pair{"obstacles", self.data.obstacles.size()});
+  });
+}
+
+}  // namespace
+
+FrameResult ResultPool::take() {
+  const std::lock_guard lock{mutex_};
+  if (free_.empty()) return {};
+  FrameResult result{std::move(free_.back())};
+  free_.pop_back();
+  return result;
+}
+
+void ResultPool::give_back(FrameResult&& result) noexcept {
+  const std::lock_guard lock{mutex_};
+  if (free_.capacity() < capacity_) free_.reserve(capacity_);
+  if (free_.size() < capacity_) free_.push_back(std::move(result));
+}
+
+void bind_result(nb::module_& module) {
+  nb::enum_<FrameStatus> status{module, "FrameStatus", "What a program should know before it relies on the grids."};
+  for (std::size_t i{0}; i < names_of(FrameStatus{}).size(); ++i) {
+    status.value(names_of(FrameStatus{})[i].data(), static_cast<FrameStatus>(i));
+  }
+  nb::list classes;
+  for (const std::string_view name : names_of(TerrainClass{})) classes.append(nb::cast(name));
+  module.attr("TERRAIN_CLASSES") = nb::tuple(classes);
+  bind_world(module);
+  bind_stages(module);
+  nb::class_<Result> result{module, "FrameResult",
+                            "Result of a frame. Arrays are read-only; views keep the result alive and never change."};
+  bind_grids(result);
+  bind_facts(result);
+}
+
+}  // namespace stereogrid::python

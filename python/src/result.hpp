@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "stereogrid/result.hpp"
+
+namespace stereogrid::python {
+
+/// Results whose memory is used again. A result that Python releases returns its memory here, so that a loop which
+/// keeps none allocates as little as the C++ loop does.
+class ResultPool {
+ public:
+  [[nodiscard]] FrameResult take();
+  void give_back(FrameResult&& result) noexcept;
+
+ private:
+  static constexpr std::size_t capacity_{4};
+  std::mutex mutex_;
+  std::vector<FrameResult> free_;
+};
+
+/// Result of a frame that Python owns. Views point into it and keep it alive; no later frame changes it.
+struct Result {
+  explicit Result(std::shared_ptr<ResultPool> results) : pool{std::move(results)}, data{pool->take()} {}
+  Result(const Result&) = delete;
+  Result& operator=(const Result&) = delete;
+  ~Result() { pool->give_back(std::move(data)); }
+
+  std::shared_ptr<ResultPool> pool;
+  FrameResult data;
+  std::string name;
+  std::int64_t index{0};
+  std::int64_t stamp_ns{0};
+};
+
+/// Adds the class of images between the stages.
+void bind_stages(nanobind::module_& module);
+
+}  // namespace stereogrid::python

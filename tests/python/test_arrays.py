@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+"""Arrays in: every type, strides, and what is wrong with them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import stereogrid as sg
+
+
+def occupancy(scene: sg.Recording, left: Any, right: Any = None, **arguments: Any) -> Any:
+    return sg.Pipeline(sg.preset("default"), scene.rig, device="cpu").process(left, right, **arguments).occupancy
+
+
+def test_arrays_equal_the_frame(scene: sg.Recording, frames: list[sg.Frame]) -> None:
+    by_frame = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
+    by_arrays = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
+    for frame in frames:
+        expected = by_frame.process(frame)
+        assert frame.right is not None
+        result = by_arrays.process(frame.left, frame.right, stamp_ns=frame.stamp_ns, pose=frame.pose)
+        np.testing.assert_array_equal(result.occupancy, expected.occupancy)
+        assert result.stamp_ns == frame.stamp_ns and result.pose == expected.pose
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda image: np.asfortranarray(image),
+        lambda image: np.ascontiguousarray(image[:, ::-1])[:, ::-1],
+        lambda image: np.ascontiguousarray(image[::-1])[::-1],
+        lambda image: np.repeat(np.repeat(image, 2, 0), 3, 1)[::2, ::3],
+        lambda image: np.repeat(image[:, :, None], 3, 2)[:, :, 1],
+        lambda image: image.astype(np.uint16) << 8,
+        lambda image: image.astype(np.float32),
+        lambda image: image.astype(np.float64)[::-1][::-1],
+        lambda image: image.tolist() and np.lib.stride_tricks.as_strided(image.copy(), image.shape, image.strides),
+    ],
+)
+def test_equal_pixels_give_equal_results(change: Any, scene: sg.Recording, frames: list[sg.Frame]) -> None:
+    left, right = frames[0].left, frames[0].right
+    expected = occupancy(scene, left, right)
+    np.testing.assert_array_equal(occupancy(scene, change(left), change(right)), expected)
+
+
+def test_bits_and_color(scene: sg.Recording, frames: list[sg.Frame]) -> None:
+    left, right = frames[0].left, frames[0].right
+    assert right is not None
+    expected = occupancy(scene, left, right)
+    twelve = [image.astype(np.uint16) << 4 for image in (left, right)]
+    np.testing.assert_array_equal(occupancy(scene, *twelve, bits=12), expected)
+    color = [np.repeat(image[:, :, None], 3, 2) for image in (left, right)]
+    np.testing.assert_array_equal(occupancy(scene, *color, color="rgb"), expected)
+    with pytest.raises(ValueError, match="color '' of an image with channels"):
+        occupancy(scene, *color)
+
+
+def test_broadcast_rows(scene: sg.Recording) -> None:
+    rows = np.broadcast_to(np.arange(256, dtype=np.uint8), (160, 256))
+    np.testing.assert_array_equal(occupancy(scene, rows, rows), occupancy(scene, rows.copy(), rows.copy()))
+
+
+def test_disparity_and_depth(scene: sg.Recording, frames: list[sg.Frame]) -> None:
+    truth = frames[0].truth.disparity
+    assert truth is not None
+    expected = occupancy(scene, frames[0].left, disparity=truth)
+    assert (expected > 0.55).any()
+    np.testing.assert_array_equal(occupancy(scene, frames[0].left, disparity=truth.astype(np.float64)), expected)
+    holes = np.where(truth > 0, truth, np.nan)
+    np.testing.assert_array_equal(occupancy(scene, frames[0].left, disparity=holes), expected)
+    with np.errstate(divide="ignore"):
+        depth = scene.rig.focal_px * scene.rig.baseline_m / truth.astype(np.float64)
+    by_depth = occupancy(scene, frames[0].left, depth=depth)
+    assert np.mean(np.abs(by_depth - expected) > 0.05) < 0.01
+    millimetres = np.where(np.isfinite(depth), np.minimum(depth * 1000, 65535), 0).astype(np.uint16)
+    by_millimetres = occupancy(scene, frames[0].left, depth=millimetres)
+    assert np.mean(np.abs(by_millimetres - by_depth) > 0.05) < 0.05
+    np.testing.assert_array_equal(occupancy(scene, frames[0].left, depth=millimetres, depth_scale=1000), by_millimetres)
+
+
+@pytest.mark.parametrize(
+    ("left", "error", "text"),
+    [
+        (np.zeros((160, 256), np.int16), TypeError, "left: dtype int16 (expected uint8, uint16, float32 or float64)"),
+        (np.zeros((160, 256), ">u2"), TypeError, "left: dtype >u2"),
+        (np.zeros((160, 256), bool), TypeError, "left: dtype bool"),
+        (np.zeros((160, 256), complex), TypeError, "left: dtype complex128"),
+        (np.zeros((160, 256, 2), np.uint8), ValueError, "left: shape (160, 256, 2) (expected (height, width), or"),
+        (np.zeros(160, np.uint8), ValueError, "left: shape (160,)"),
+        (np.zeros((0, 256), np.uint8), ValueError, "left: shape (0, 256) has no pixels"),
+        (np.zeros((100, 256), np.uint8), sg.InputError, "256 × 160"),
+        (np.full((160, 256), 0.5), ValueError, "Multiply by 255"),
+        (np.full((160, 256), np.nan), ValueError, "allowed 0 to 255"),
+        (np.full((160, 256), 256.0), ValueError, "allowed 0 to 255"),
+        ("left.png", ValueError, "left: shape ()"),
+        (None, TypeError, "left: "),
+        ([[1], [2, 3]], TypeError, "left: no array of numbers"),
+    ],
+)
+def test_bad_images(
+    left: Any, error: type[Exception], text: str, pipeline: sg.Pipeline, frames: list[sg.Frame]
+) -> None:
+    with pytest.raises(error) as raised:
+        pipeline.process(left, frames[0].right)
+    assert text in str(raised.value)
+    pipeline.process(frames[0])  # unchanged
+
+
+def test_bad_disparities(pipeline: sg.Pipeline, frames: list[sg.Frame]) -> None:
+    left = frames[0].left
+    with pytest.raises(TypeError, match="divide fixed-point disparities by their scale"):
+        pipeline.process(left, disparity=np.zeros(left.shape, np.int16))
+    with pytest.raises(TypeError, match="depth: dtype uint8"):
+        pipeline.process(left, depth=left)
+    with pytest.raises(TypeError, match="exactly one of right, disparity and depth"):
+        pipeline.process(left)
+    with pytest.raises(TypeError, match="exactly one of right, disparity and depth"):
+        pipeline.process(left, left, disparity=left)
+    with pytest.raises(sg.InputError):
+        pipeline.process(left, disparity=np.ones((3, 3), np.float32))
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    dtype=st.sampled_from(["u1", "u2", "i2", "i4", "f2", "f4", "f8", "?", "c8", "U1", "M8[s]", "O", ">f4"]),
+    shape=st.lists(st.sampled_from([0, 1, 2, 3, 4, 160, 256]), max_size=4),
+    step=st.sampled_from([1, 2, -1]),
+    what=st.sampled_from(["left", "right", "disparity", "depth", "mask"]),
+)
+def test_no_array_crashes(
+    dtype: str, shape: list[int], step: int, what: str, scene: sg.Recording, frames: list[sg.Frame]
+) -> None:
+    if np.prod(shape or [1]) > 2_000_000:
+        return
+    array = np.zeros(shape, dtype)
+    array = array[tuple(slice(None, None, step) for _ in shape)]
+    pipeline = shared_pipeline(scene)
+    arguments: dict[str, Any] = {"left": frames[0].left, "right": frames[0].right}
+    if what in ("disparity", "depth"):
+        arguments["right"] = None
+    try:
+        if what == "mask":
+            scene.rig.mask = array
+        else:
+            pipeline.reset()
+            pipeline.process(**{**arguments, what: array})
+    except (TypeError, ValueError) as error:
+        assert str(error)
+
+
+PIPELINES: list[sg.Pipeline] = []
+
+
+def shared_pipeline(scene: sg.Recording) -> sg.Pipeline:
+    if not PIPELINES:
+        PIPELINES.append(sg.Pipeline(sg.preset("default"), scene.rig, device="cpu"))
+    return PIPELINES[0]

@@ -1,0 +1,132 @@
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+"""examples/python/, each as a user would call it."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+import stereogrid as sg
+
+EXAMPLES = ROOT / "examples/python"
+pytestmark = pytest.mark.skipif(not EXAMPLES.exists(), reason="no examples here")
+
+
+def call(name: str, *arguments: str | Path) -> str:
+    command = [sys.executable, str(EXAMPLES / name), *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def write_sweep(file: Path, frame: sg.Frame, rig: sg.Rig) -> None:
+    """A lidar's points, made of the exact disparities; the lidar is where the camera is."""
+    disparity = frame.truth.disparity
+    assert disparity is not None
+    v, u = np.nonzero(disparity[::2, ::2] > 1.5)
+    v, u = 2 * v, 2 * u
+    depth = rig.focal_px * rig.baseline_m / disparity[v, u]
+    right = (u - rig.cx_px) * depth / rig.focal_px
+    down = (v - rig.cy_px) * depth / rig.focal_px
+    points = np.stack([depth, -right, -down, np.zeros_like(depth)], axis=1)
+    points.astype(np.float32).tofile(file)
+
+
+@pytest.fixture(scope="module")
+def kitti(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A drive in KITTI's layout, with a lidar."""
+    folder = tmp_path_factory.mktemp("kitti") / "05"
+    scene = sg.simulate("street", frames=4, width_px=512, height_px=160)
+    scene.save(folder / "plain")
+    (folder / "velodyne").mkdir()
+    for side, name in (("left", "image_0"), ("right", "image_1")):
+        shutil.move(folder / "plain" / side, folder / name)
+    for frame in scene:
+        write_sweep(folder / "velodyne" / f"{frame.name}.bin", frame, scene.rig)
+    shutil.rmtree(folder / "plain")
+    rig = scene.rig
+    f, cu, cv = rig.focal_px, rig.cx_px, rig.cy_px
+    left = f"{f} 0 {cu} 0 0 {f} {cv} 0 0 0 1 0"
+    right = f"{f} 0 {cu} {-f * rig.baseline_m} 0 {f} {cv} 0 0 0 1 0"
+    lines = [f"P0: {left}", f"P1: {right}", f"P2: {left}", f"P3: {right}", "Tr: 0 -1 0 0 0 0 -1 0 1 0 0 0"]
+    (folder / "calib.txt").write_text("\n".join(lines) + "\n")
+    (folder / "times.txt").write_text("".join(f"{0.1 * i:e}\n" for i in range(4)))
+    return folder
+
+
+def test_kitti(kitti: Path) -> None:
+    lines = call("kitti.py", kitti).splitlines()
+    assert len(lines) == 4 and lines[3].startswith("000003: ")
+
+
+def test_own_disparities(drive: Path) -> None:
+    pytest.importorskip("cv2")
+    lines = call("own_disparities.py", drive).splitlines()
+    assert len(lines) == 6 and int(lines[-1].split()[1]) > 20
+
+
+def test_sweep() -> None:
+    lines = call("sweep.py", "filter.forgetting_s", "1", "4").splitlines()
+    assert [line.split(":")[0] for line in lines] == ["filter.forgetting_s=1", "filter.forgetting_s=4"]
+    assert all(float(line.split()[1]) < 30 for line in lines)
+
+
+def test_score_lidar(kitti: Path, tmp_path: Path) -> None:
+    recording = sg.open(kitti)
+    config = sg.preset("default")
+    with sg.RunWriter(tmp_path / "run", recording, sg.Pipeline(config, recording.rig)) as run:
+        for frame in recording:
+            run.process(frame)
+    text = call("score_lidar.py", tmp_path / "run")
+    assert "4 frames of preset default" in text and "occupancy" in text
+
+
+def kill_a_worker(parent: int) -> bool:
+    """Kills a child of a child that is at work; children of a cluster are its workers."""
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                stat = (entry / "stat").read_text().rsplit(")", 1)[1].split()
+                command = (entry / "cmdline").read_bytes()
+            except OSError:
+                continue
+            if int(stat[1]) == parent and b"spawn_main" in command:
+                os.kill(int(entry.name), signal.SIGKILL)
+                return True
+    return False
+
+
+def test_dask_loses_nothing_when_a_worker_is_killed(tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    drives = [f"scene:street?frames=12&seed={seed}&width=256&height=160" for seed in range(8)]
+    command = [sys.executable, str(EXAMPLES / "dask_drives.py"), str(tmp_path / "out"), *drives]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+        assert running.stdout is not None and running.stderr is not None
+        first = running.stdout.readline()
+        killed = kill_a_worker(running.pid)
+        output, errors = running.communicate(timeout=240)
+    assert running.returncode == 0, errors
+    assert killed
+    lines = [first.strip(), *output.splitlines()]
+    assert sorted(lines) == sorted(f"{drive}: 12 frames" for drive in drives)
+    files = sorted((tmp_path / "out").glob("*.npz"))
+    assert len(files) == len(drives)
+    for file in files:
+        with np.load(file) as arrays:
+            assert arrays["frames"] == 12
+    # complete files are not computed again
+    before = time.time()
+    assert call("dask_drives.py", tmp_path / "out", *drives).count("12 frames") == len(drives)
+    assert all(file.stat().st_mtime < before for file in files)
+    assert json.dumps(lines)

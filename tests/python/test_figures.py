@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+"""stereogrid.plot, stereogrid.rerun and python -m stereogrid."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import stereogrid as sg
+
+
+def run_module(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "stereogrid", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, env={**os.environ, "MPLBACKEND": "Agg"})
+
+
+def test_elevation_and_overlay(scene: sg.Recording, frames: list[sg.Frame]) -> None:
+    pytest.importorskip("matplotlib").use("Agg")
+    from stereogrid import plot
+
+    config = sg.preset("default")
+    config.ground.model = "terrain"
+    pipeline = sg.Pipeline(config, scene.rig)
+    for frame in frames:
+        result = pipeline.process(frame)
+    assert plot.elevation(result).get_ylabel() == "x (m)"
+    assert plot.grid(result).get_xlim()[0] > plot.grid(result).get_xlim()[1]  # y points to the left
+    assert plot.overlay(frames[-1], result).get_images()
+    with pytest.raises(ValueError, match=r"ground\.model"):
+        plot.elevation(sg.Pipeline(sg.preset("default"), scene.rig).process(frames[0]))
+
+
+def test_overlay_projects_as_the_library_does(scene: sg.Recording, frames: list[sg.Frame]) -> None:
+    pytest.importorskip("matplotlib")
+    import numpy as np
+
+    from stereogrid import plot
+
+    # a point of the road that the camera of height h sees at row v lies at x = f h / (v - cv)
+    rig = scene.rig
+    u, v = plot._in_image(rig, np.array([5.0]), np.array([1.0]), np.array([0.0]))
+    assert v[0] == pytest.approx(rig.cy_px + rig.focal_px * rig.camera_height_m / 5)
+    assert u[0] == pytest.approx(rig.cx_px - rig.focal_px / 5)
+
+
+def test_rerun(scene: sg.Recording, frames: list[sg.Frame], tmp_path: Path) -> None:
+    rr = pytest.importorskip("rerun")
+    import stereogrid.rerun
+
+    rr.init("stereogrid_test", spawn=False)
+    rr.save(tmp_path / "drive.rrd")
+    pipeline = sg.Pipeline(sg.preset("default"), scene.rig)
+    for frame in frames:
+        stereogrid.rerun.log(frame, pipeline.process(frame))
+    rr.disconnect()
+    assert (tmp_path / "drive.rrd").stat().st_size > 100_000
+
+
+def test_module_prints_and_draws(tmp_path: Path) -> None:
+    done = run_module("scene:street?frames=2&width=256&height=160", "--no-plot", "--set", "grid.length_m=10")
+    assert done.returncode == 0 and len(done.stdout.splitlines()) == 2, done.stderr
+    pytest.importorskip("matplotlib")
+    done = run_module("scene:street?frames=1&width=256&height=160", "--save", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "000000.png").stat().st_size > 10_000
+
+
+def test_module_reports_errors() -> None:
+    done = run_module("nowhere")
+    assert done.returncode == 1 and "nowhere" in done.stderr and "Traceback" not in done.stderr

@@ -1,0 +1,122 @@
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+"""Shapes, types and lifetimes of what a frame leaves."""
+
+from __future__ import annotations
+
+import gc
+from typing import Any
+
+import numpy as np
+import pytest
+
+import stereogrid as sg
+
+VIEWS = ("occupancy", "observed", "age_s", "moving")
+
+
+def test_shapes_and_types(pipeline: sg.Pipeline, frames: list[sg.Frame]) -> None:
+    result = pipeline.process(frames[0])
+    shape = result.grid.shape
+    assert shape == pipeline.grid.shape == (100, 100)
+    for name in VIEWS:
+        array = getattr(result, name)
+        assert array.shape == shape and array.dtype == np.float32, name
+    assert result.velocity.shape == (2, *shape)
+    assert result.velocity_covariance.shape == (3, *shape)
+    assert result.elevation_m is None and result.terrain is None
+    assert result.stages.obstacle_disparity.shape == frames[0].left.shape
+    assert result.stages.visible.dtype == np.uint16
+    assert result.stages.possible.ndim == 1
+    assert set(result.timing_ms) >= {"match", "filter", "total"}
+    assert result.pose == sg.Pose(0, 0, 0)
+    assert result.rig.width_px == 256
+
+
+def test_terrain(frames: list[sg.Frame], scene: sg.Recording) -> None:
+    config = sg.preset("default")
+    config.ground.model = "terrain"
+    result = sg.Pipeline(config, scene.rig).process(frames[0])
+    assert result.elevation_m is not None and result.terrain is not None
+    assert result.elevation_m.shape == result.terrain.shape == result.grid.shape
+    assert result.terrain.max() < len(sg.TERRAIN_CLASSES)
+
+
+def test_predictions(frames: list[sg.Frame], scene: sg.Recording) -> None:
+    pipeline = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu", horizons_s=[0.5, 1.0], stages=False)
+    result = pipeline.process(frames[0])
+    assert [prediction.horizon_s for prediction in result.predictions] == [0.5, 1.0]
+    occupancy = result.predictions[1].occupancy
+    kept = occupancy.copy()
+    del result
+    gc.collect()
+    pipeline.process(frames[1])
+    np.testing.assert_array_equal(occupancy, kept)
+
+
+def test_arrays_are_read_only(pipeline: sg.Pipeline, frames: list[sg.Frame]) -> None:
+    result = pipeline.process(frames[0])
+    for array in (*(getattr(result, name) for name in VIEWS), result.velocity, frames[0].left, result.stages.visible):
+        assert not array.flags.writeable
+        with pytest.raises(ValueError):
+            array[0] = 1
+
+
+def test_views_share_memory(pipeline: sg.Pipeline, frames: list[sg.Frame]) -> None:
+    result = pipeline.process(frames[0])
+    for name in VIEWS:
+        assert np.shares_memory(getattr(result, name), getattr(result, name)), name
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_a_view_keeps_its_result_and_never_changes(name: str, scene: sg.Recording, frames: list[sg.Frame]) -> None:
+    pipeline = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
+    view = getattr(pipeline.process(frames[0]), name)
+    world = pipeline.process(frames[1]).world
+    layer = world.occupancy
+    del world
+    kept, kept_layer = view.copy(), layer.copy()
+    for frame in frames[2:]:
+        pipeline.process(frame)
+    del pipeline
+    gc.collect()
+    np.testing.assert_array_equal(view, kept)
+    np.testing.assert_array_equal(layer, kept_layer)
+
+
+def test_obstacles(scene: sg.Recording, frames: list[sg.Frame]) -> None:
+    pipeline = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
+    results = [pipeline.process(frame) for frame in frames]
+    obstacles = results[-1].obstacles
+    assert obstacles
+    del results, pipeline
+    gc.collect()
+    outlines: list[Any] = [obstacle.outline for obstacle in obstacles]
+    first = obstacles[0]
+    assert first.kind in ("thing", "extended") and isinstance(first.moving, bool)
+    assert first.position_covariance.shape == (2, 2)
+    assert first.position_covariance[0, 1] == first.position_covariance[1, 0]
+    del obstacles, first
+    gc.collect()
+    for outline in outlines:
+        assert outline.ndim == 2 and outline.shape[1] == 2 and outline.dtype == np.float64
+        assert np.isfinite(outline).all()
+
+
+def test_state(scene: sg.Recording, frames: list[sg.Frame]) -> None:
+    first = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
+    second = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
+    first.process(frames[0])
+    second.load_state(first.save_state())
+    np.testing.assert_array_equal(first.process(frames[1]).occupancy, second.process(frames[1]).occupancy)
+    with pytest.raises(sg.InputError):
+        second.load_state(b"no state")
+
+
+def test_grid() -> None:
+    grid = sg.Pipeline(
+        sg.preset("default"),
+        sg.Rig(width_px=256, height_px=160, focal_px=205, cx_px=128, cy_px=80, baseline_m=0.22),
+    ).grid
+    assert grid.cell_at(*grid.center(3, 5)) == (3, 5)
+    assert grid.cell_at(-100, 0) is None
