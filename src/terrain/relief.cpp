@@ -25,6 +25,8 @@ constexpr float noise_sigmas{2};
 TerrainRelief::TerrainRelief(int sectors, int rings, int disparities, int height_px)
     : height_px_{height_px},
       elevation_m_{rings, sectors},
+      ground_before_{sectors + 1, rings},
+      level_before_{sectors + 1, rings},
       ground_m_{rings, sectors},
       noise_m_{rings, 1},
       rows_{disparities * relief_bins_per_px, sectors} {}
@@ -53,18 +55,33 @@ void TerrainRelief::profile(int sector, const TerrainCamera& camera, const Rings
   }
 }
 
+void TerrainRelief::count_level(int rings) {
+  for (int ring{0}; ring < rings; ++ring) {
+    std::int16_t ground{0};
+    std::int16_t level{0};
+    for (int sector{0}; sector < elevation_m_.height(); ++sector) {
+      const float z{elevation_m_(ring, sector)};
+      ground = static_cast<std::int16_t>(ground + (std::isnan(z) ? 0 : 1));
+      level = static_cast<std::int16_t>(level + (std::abs(z) < noise_m_(ring, 0) ? 1 : 0));
+      ground_before_(sector + 1, ring) = ground;
+      level_before_(sector + 1, ring) = level;
+    }
+  }
+}
+
 // Median of the sectors around, if most of them have ground that the vehicle reaches from it across.
 float TerrainRelief::wide_ground(int sector, int ring, int reach, float rise_per_sector) const {
-  std::array<float, 2 * reach_max + 1> around{};
-  std::size_t count{0};
   const int first{std::max(sector - reach, 0)};
   const int last{std::min(sector + reach, elevation_m_.height() - 1)};
+  const auto is_most = [&](int sectors) { return 2 * sectors > last + 1 - first; };
+  if (!is_most(ground_before_(last + 1, ring) - ground_before_(first, ring))) return none;
+  if (is_most(level_before_(last + 1, ring) - level_before_(first, ring))) return 0;  // so is the median, but for noise
+  std::array<float, 2 * reach_max + 1> around{};
+  std::size_t count{0};
   for (int i{first}; i <= last; ++i) {
     const float z{elevation_m_(ring, i)};
     if (!std::isnan(z)) around[count++] = z;
   }
-  const auto is_most = [&](int sectors) { return 2 * sectors > last + 1 - first; };
-  if (!is_most(static_cast<int>(count))) return none;
   const auto middle = around.begin() + static_cast<std::ptrdiff_t>(count / 2);
   std::nth_element(around.begin(), middle, around.begin() + static_cast<std::ptrdiff_t>(count));
   int reached{0};

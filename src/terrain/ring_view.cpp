@@ -43,6 +43,7 @@ RingSamples RingView::gather(float z, float slope, float tolerance) const {
     if (over > in->limits.height_m) continue;
     if (over > lowest_above) {
       ++found.above;
+      found.is_standing = found.is_standing || over < lowest_above + step;
       found.top = std::max(found.top, rows.z[v]);
     }
     if (!is_upright) continue;

@@ -53,6 +53,7 @@ class Terrain {
     spread_hidden(rings_.count(), cells_.view());
     relief_.begin(camera_, limits_, rings_, sigma_px_.data(), judged_rings_);
     for_sectors([&](int sector) { relief_.profile(sector, camera_, rings_, sigma_px_.data(), cells_.row(sector)); });
+    relief_.count_level(rings_.count());
     for_sectors([&](int sector) { relief_.fill(sector, camera_, rings_, cells_.row(sector)); });
   }
   /// Calls work(ix, iy, ground) for the cells of rows begin … end − 1.

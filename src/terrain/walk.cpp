@@ -108,9 +108,7 @@ void Walk::set_obstacle(const RingSamples& samples) {
   state_.is_alive = false;
   state_.is_blocked = true;
   walk_.blocked = ring_;
-  const float step_rows{in_.limits.step_m / (view_.x * in_.camera.tangent_per_v)};
-  const int near_confirmations{static_cast<float>(samples.above) < step_rows ? 1 : 0};
-  walk_.block_confirmations = is_far() ? 2 : near_confirmations;
+  walk_.block_confirmations = is_far() ? 2 : (samples.is_standing ? 0 : 1);  // wrong matches hang in the air
 }
 
 // Distance of two samples on the present surface, and at least two rings.

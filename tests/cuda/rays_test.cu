@@ -29,13 +29,18 @@ TEST(rays_are_those_of_the_reference) {
     UDisparityConfig config;
     config.follow_roll = round % 2 == 0;
     Reference reference;
-    RaySpace expected{width, height, disparities};
+    const bool has_relief{round % 3 == 0};
+    RaySpace expected{width, height, disparities, has_relief};
+    Image<std::int16_t> relief{2 * disparities, relief_sectors(width)};
+    for (std::int16_t& rows : relief) rows = static_cast<std::int16_t>(random.between(-height, height));
+    if (has_relief) expected.relief = {std::as_const(relief).view()};
     count_rays(reference, matches, rig, ground, config, expected);
     Cuda cuda;
     const DeviceImage<float> obstacle{on_device(cuda, matches.obstacle)};
     const DeviceImage<float> road{on_device(cuda, matches.road)};
     const DeviceBuffer<Ground> plane{one_on_device(cuda, ground)};
-    RaysOnDevice space{width, height, disparities};
+    RaysOnDevice space{width, height, disparities, has_relief};
+    if (has_relief) upload(cuda, relief.data(), relief.size(), space.relief.data());
     for (int frame{0}; frame < 2; ++frame) {  // the second must not see the first
       count_rays(cuda, {obstacle.view(), road.view()}, rig, plane.data(), config, space);
     }

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "chain_run.hpp"
 #include "support.hpp"
@@ -73,6 +74,28 @@ void drive(const Layout& layout, const Check& check) {
     check(result, edge_x_m - frame.world_from_vehicle->x_m);
     ASSERT_EQ(pipeline.next_rig(), scene.rig()) << "frame " << i;
   }
+}
+
+// From the second frame on. A ramp and what stands on it.
+TEST(Terrain, RampsAreFreeAndBoxesOnThemAreNot) {
+  const auto last_frame = [](const std::string& text) {
+    const scenes::Scene scene{scenes::parse_scene(text), 2};
+    Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2, .stages = false}};
+    const FrameResult* result{nullptr};
+    for (std::size_t i{0}; i < scene.size(); ++i) result = &pipeline.process(scene.load(i));
+    EXPECT_TRUE(result->status.empty()) << text;
+    EXPECT_TRUE(std::ranges::none_of(result->obstacles, [&](const Obstacle& one) {
+      return one.confirmed && (text.find("box") == std::string::npos || one.length_m > 3);
+    })) << text;
+    return std::pair{share_of(*result, 3.4, 8, [](float p) { return p < 0.45f; }),
+                     share_of(*result, 4, 8, [](float p) { return p > 0.65f; })};
+  };
+  for (const char* slope : {"5", "8", "12"}) {
+    const auto [free, occupied] = last_frame("terrain?kind=ramp&frames=4&at=4&slope_deg=" + std::string{slope});
+    EXPECT_GT(free, 0.97) << slope;
+    EXPECT_EQ(occupied, 0) << slope;
+  }
+  EXPECT_GT(last_frame("terrain?kind=box&frames=4&at=5&slope_deg=8").second, 0.02);
 }
 
 // Falling ground: edges, stairs down, a steep slope.

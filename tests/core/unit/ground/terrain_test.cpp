@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <string>
 #include <utility>
 
@@ -51,11 +52,12 @@ struct Seen {
   Image<float> elevation_m;
   Image<float> sigma_m;
   Image<TerrainClass> kind;
+  Image<std::int16_t> relief;
 };
 
 Seen walked(const Vehicle& vehicle, const Image<float>& disparity) {
   const GridGeometry& grid{vehicle.grid};
-  Seen seen{{grid.nx, grid.ny}, {grid.nx, grid.ny}, {grid.nx, grid.ny}};
+  Seen seen{{grid.nx, grid.ny}, {grid.nx, grid.ny}, {grid.nx, grid.ny}, {}};
   const Image<float> none{disparity.width(), disparity.height()};
   Terrain terrain{vehicle.rig,
                   vehicle.limits,
@@ -72,6 +74,11 @@ Seen walked(const Vehicle& vehicle, const Image<float>& disparity) {
     seen.sigma_m(ix, iy) = cell.sigma_m;
     seen.kind(ix, iy) = cell.kind;
   });
+  const View<const std::int16_t> rows{terrain.relief().rows};
+  seen.relief = {rows.width, rows.height};
+  for (int sector{0}; sector < rows.height; ++sector) {
+    std::copy_n(rows.row(sector), rows.width, seen.relief.row(sector));
+  }
   return seen;
 }
 
@@ -232,6 +239,34 @@ TEST(Terrain, BoxOnARampIsAnObstacleAndTheRampBesideItIsFree) {
     if (std::abs(place.y) > 0.9) free.add(seen.kind(ix, iy) == TerrainClass::drivable);
   });
   EXPECT_GE(free.value(), 0.98);
+}
+
+/// Height of the relief in the middle of the image, m.
+double relief_at(const Vehicle& vehicle, const Seen& seen, double x) {
+  const double disparity{vehicle.rig.focal_px * vehicle.rig.baseline_m / x};
+  return seen.relief(static_cast<int>(2 * disparity), seen.relief.height() / 2) * vehicle.rig.baseline_m / disparity;
+}
+
+TEST(Terrain, ReliefOfARampIsItsElevation) {
+  const Vehicle vehicle{car()};
+  for (const float degrees : {5.0f, 10.0f, 15.0f}) {
+    const Seen seen{walked(vehicle, ramp(4, degrees), true)};
+    for (const double x : {3.5, 6.0, 8.0, 10.0}) {
+      const double expected{std::max(x - 4, 0.0) * tangent_of(degrees)};
+      EXPECT_NEAR(relief_at(vehicle, seen, x), expected, 0.06 + 0.02 * x) << degrees << "° " << x << " m";
+    }
+  }
+}
+
+TEST(Terrain, LevelGroundAndNarrowRisesHaveNoRelief) {
+  const Vehicle vehicle{car()};
+  const HeightField flat{[](float, float) { return 0.0f; }};
+  const HeightField verge{[](float, float y) { return std::abs(y) < 1 ? 0.0f : 0.3f; }};
+  const HeightField wall{[](float x, float) { return x < 8 ? 0.0f : 2.0f; }};
+  for (const HeightField& height : {flat, verge, wall}) {
+    const Seen seen{walked(vehicle, height, true)};
+    for (double x{3}; x < 10; x += 0.5) EXPECT_LT(std::abs(relief_at(vehicle, seen, x)), 0.05) << x << " m";
+  }
 }
 
 TEST(Terrain, StonesAreObstacles) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <utility>
 
 #include "backend/cpu.hpp"
@@ -203,8 +204,12 @@ TEST(RaysEquality, CpuEqualsReference) {
     UDisparityConfig config;
     config.follow_roll = round % 2 == 0;
     Cpu cpu{1 + round % 3};
-    RaySpace slow{width, height, disparities};
-    RaySpace fast{width, height, disparities};
+    const bool has_relief{round % 3 == 0};
+    RaySpace slow{width, height, disparities, has_relief};
+    RaySpace fast{width, height, disparities, has_relief};
+    Image<std::int16_t> relief{2 * disparities, relief_sectors(width)};
+    for (std::int16_t& rows : relief) rows = static_cast<std::int16_t>(uniform_int(generator, -height, height));
+    if (has_relief) slow.relief = fast.relief = {std::as_const(relief).view()};
     for (int frame{0}; frame < 2; ++frame) count_rays(cpu, matches, rig, ground, config, fast);
     count_rays(reference, matches, rig, ground, config, slow);
     ASSERT_EQ(slow.sums, fast.sums) << "round " << round;
@@ -221,6 +226,29 @@ TEST(RaysEquality, CpuEqualsReference) {
       EXPECT_EQ(count_differences(expected, cells), 0) << "round " << round << " " << name_of_target(target);
     }
     for (const float p : cells) ASSERT_TRUE(p >= 0.0009f && p <= 0.9991f) << p;
+  }
+}
+
+// A scene that lies higher by a relief gives the cells that it gives without.
+TEST(Rays, HeightsAreOverTheRelief) {
+  constexpr std::int16_t raised{12};
+  Matches level{empty_road()};
+  put_wall(80, 120, 8, 1.2, level);
+  Matches higher{201, 200};
+  for (int v{0}; v + raised < 200; ++v) {
+    std::copy_n(level.obstacle.row(v + raised), 201, higher.obstacle.row(v));
+    std::copy_n(level.road.row(v + raised), 201, higher.road.row(v));
+  }
+  const Image<std::int16_t> relief{2 * disparities, relief_sectors(201), raised};
+  Reference reference;
+  RaySpace space{201, 200, disparities, true};
+  space.relief = {relief.view()};
+  count_rays(reference, higher, round_rig(), level_ground(), UDisparityConfig{}, space);
+  Image<float> cells{grid.nx, grid.ny};
+  project_rays(reference, space, BinGeometry{round_rig()}, {grid}, cells.view());
+  const Image<float> expected{cells_of(level)};
+  for (int iy{0}; iy < grid.ny; ++iy) {
+    for (int ix{25}; ix < grid.nx; ++ix) EXPECT_EQ(cells(ix, iy), expected(ix, iy)) << ix << " " << iy;
   }
 }
 
