@@ -34,7 +34,9 @@ class TerrainRelief {
     return ring < judged_rings_ ? ground_m_(ring, sector) : std::numeric_limits<float>::quiet_NaN();
   }
   [[nodiscard]] Relief<Host> view() const { return {rows_.view()}; }
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(elevation_m_, ground_before_, level_before_, ground_m_, noise_m_, rows_); }
+  [[nodiscard]] std::size_t held_bytes() const {
+    return held_bytes_of(elevation_m_, ground_before_, level_before_, ground_m_, noise_m_, rows_);
+  }
 
  private:
   /// Ground that continues from a place.
@@ -54,12 +56,12 @@ class TerrainRelief {
   TerrainLimits limits_{};
   int height_px_;
   int judged_rings_{0};
-  Image<float> elevation_m_;          // (ring, sector); NaN: no firm ground
+  Image<float> elevation_m_;           // (ring, sector); NaN: no firm ground
   Image<std::int16_t> ground_before_;  // (sector, ring): sectors before it with firm ground
   Image<std::int16_t> level_before_;   // (sector, ring): with elevations that the noise explains
-  Image<float> ground_m_;     // (ring, sector): wide ground; NaN: none
-  Image<float> noise_m_;      // (ring, 0): elevations up to here are 0
-  Image<std::int16_t> rows_;  // (bin, sector)
+  Image<float> ground_m_;              // (ring, sector): wide ground; NaN: none
+  Image<float> noise_m_;               // (ring, 0): elevations up to here are 0
+  Image<std::int16_t> rows_;           // (bin, sector)
 };
 
 }  // namespace stereogrid

@@ -11,9 +11,9 @@ struct RingSamples {
   int ground{0};
   float ground_z{0};  ///< sum
   int above{0};
-  float top{-1e3f};       ///< highest sample of an obstacle
+  float top{-1e3f};         ///< highest sample of an obstacle
   bool is_standing{false};  ///< the lowest one is near the ground
-  float face_top{-1e3f};  ///< of upright samples
+  float face_top{-1e3f};    ///< of upright samples
   float face_bottom{1e3f};
   int face{0};
 };

@@ -10,7 +10,7 @@ namespace stereogrid {
 namespace {
 
 /// Rows whose medians are found together, in vectors.
-constexpr int tile_rows{16};
+constexpr int tile_rows{32};
 using Tile = std::array<std::array<float, tile_rows>, sector_px>;
 
 /// Largest difference of neighbouring sectors on one surface, px.
@@ -66,11 +66,53 @@ void write_medians(const Tile& tile, int rows, float* medians) {
   std::copy_n(found.begin(), rows, medians);
 }
 
+/// Sums over rows for lines d = a + g·row, row by row of a tile and the rows around it.
+struct LineSums {
+  static constexpr std::size_t rows{tile_rows + 8};
+
+  struct Of {
+    float n;
+    float r;
+    float rr;
+    float d;
+    float dr;
+  };
+
+  // From the middle of the tile, so that numbers stay small.
+  void add(const float* disparity) {
+    for (std::size_t k{0}; k < rows; ++k) {
+      const float row{static_cast<float>(static_cast<int>(k) - tile_rows / 2)};
+      is_there[k] = disparity[k] > 0 ? 1.0f : 0.0f;
+      at[k] = is_there[k] * row;
+      square[k] = at[k] * row;
+      value[k] = disparity[k];
+      product[k] = disparity[k] * row;
+    }
+  }
+  [[nodiscard]] Of over(std::size_t first, std::size_t count) const {
+    Of of{};
+    for (std::size_t k{first}; k < first + count; ++k) {
+      of.n += is_there[k];
+      of.r += at[k];
+      of.rr += square[k];
+      of.d += value[k];
+      of.dr += product[k];
+    }
+    return of;
+  }
+
+  std::array<float, rows> is_there;
+  std::array<float, rows> at;
+  std::array<float, rows> square;
+  std::array<float, rows> value;
+  std::array<float, rows> product;
+};
+
 }  // namespace
 
 TerrainSamples::TerrainSamples(int width_px, int height_px, int rings)
     : height_px_{height_px},
-      disparity_{height_px + 2 * line_rows, std::max(1, width_px / sector_px)},
+      disparity_{height_px + 2 * line_rows + tile_rows, std::max(1, width_px / sector_px)},
       x_{height_px, disparity_.height()},
       z_{height_px, disparity_.height()},
       upright_{height_px, disparity_.height()},
@@ -92,15 +134,15 @@ void TerrainSamples::read(int sector, View<const float> obstacle, View<const flo
   float* const medians{disparity_.row(sector) + line_rows};
   std::fill_n(medians, first_row_, 0.0f);
   for (int v{first_row_}; v < height_px_; v += tile_rows) {
-    const int rows{std::min(tile_rows, height_px_ - v)};
-    Tile tile{};
-    for (int i{0}; i < rows; ++i) {
-      const float* const a{obstacle.row(v + i) + sector * sector_px};
-      const float* const b{road.row(v + i) + sector * sector_px};
-      for (std::size_t k{0}; k < sector_px; ++k) tile[k][static_cast<std::size_t>(i)] = a[k] > 0 ? a[k] : b[k];
+    Tile tile;
+    for (int i{0}; i < tile_rows; ++i) {
+      const int row{std::min(v + i, height_px_ - 1)};
+      const float* const a{obstacle.row(row) + sector * sector_px};
+      const float* const b{road.row(row) + sector * sector_px};
+      for (std::size_t k{0}; k < sector_px; ++k) tile[k][static_cast<std::size_t>(i)] = std::max(a[k], b[k]);
     }
     sort_rows(tile);
-    write_medians(tile, rows, medians + v);
+    write_medians(tile, std::min(tile_rows, height_px_ - v), medians + v);
   }
 }
 
@@ -132,36 +174,24 @@ void TerrainSamples::place(int sector, const Rings& rings) {
   }
 }
 
-// A surface is upright where its disparity grows by less than half of B/(h + S·x) per row (2).
+// A surface is upright where its disparity grows by less than half of B/(h + S·x) per row (2): the line through nine
+// rows, by sums over rows that are counted from `begin`.
 void TerrainSamples::mark_upright(int sector) {
   const SectorRows s{rows(sector)};
   std::uint8_t* const upright{upright_.row(sector)};
   const float limit{0.5f * camera_.focal_baseline_pxm * camera_.tangent_per_v};
+  constexpr std::size_t window{2 * line_rows + 1};
   for (int begin{first_row_}; begin < height_px_; begin += tile_rows) {
-    std::array<float, tile_rows> n{};
-    std::array<float, tile_rows> i1{};
-    std::array<float, tile_rows> i2{};
-    std::array<float, tile_rows> d1{};
-    std::array<float, tile_rows> di{};
+    LineSums sums;
+    sums.add(s.disparity + begin - line_rows);  // rows behind the image: of the margin
     const int end{std::min(begin + tile_rows, height_px_)};
-    for (int i{-line_rows}; i <= line_rows; ++i) {
-      const float* const d{s.disparity + begin + i};
-      const auto offset = static_cast<float>(i);
-      for (std::size_t k{0}; k < static_cast<std::size_t>(end - begin); ++k) {
-        const float is_there{d[k] > 0 ? 1.0f : 0.0f};
-        n[k] += is_there;
-        i1[k] += is_there * offset;
-        i2[k] += is_there * offset * offset;
-        d1[k] += d[k];
-        di[k] += d[k] * offset;
-      }
-    }
     for (int v{begin}; v < end; ++v) {
       const auto k = static_cast<std::size_t>(v - begin);
-      const float growth_times{n[k] * di[k] - i1[k] * d1[k]};
-      const float times{n[k] * i2[k] - i1[k] * i1[k]};
+      const LineSums::Of of{sums.over(k, window)};
+      const float growth_times{of.n * of.dr - of.r * of.d};
+      const float times{of.n * of.rr - of.r * of.r};
       const float steepest{s.x[v] * (s.tangent(static_cast<float>(v)) + limits_.slope)};
-      upright[v] = n[k] >= 5 && growth_times * steepest < limit * times ? 1 : 0;
+      upright[v] = of.n >= 5 && growth_times * steepest < limit * times ? 1 : 0;
     }
   }
 }
