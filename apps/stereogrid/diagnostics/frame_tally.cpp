@@ -55,6 +55,7 @@ class Complaining {
     complain_of_exposure();
     for (std::size_t i{0}; i < tally_.flags.size(); ++i) complain_of(static_cast<FrameStatus>(i));
     complain_of_pitch();
+    complain_of_near_ground();
     complain_of_unknown_grids();
     return std::move(complaints_);
   }
@@ -146,6 +147,22 @@ class Complaining {
         fmt::format("the camera looks down by {:.1f}°, not by {:.1f}° as assumed. Results are better with "
                     "mount.camera_pitch_rad: {:.3f} in the calibration.",
                     pitch_rad * degrees, given_rad * degrees, pitch_rad));
+  }
+
+  // The lowest rows show the nearest ground, at d = (b/h)·(f·sin(pitch) + (rows below the centre)·cos(pitch)).
+  void complain_of_near_ground() {
+    constexpr double farther{1.25};  // than the nearest ground in view
+    const Rig& rig{context_.used};
+    const int disparities{context_.config.matching.disparities};
+    const double lowest{rig.focal_px * std::sin(rig.camera_pitch_rad) +
+                        (rig.height_px - 1 - rig.centre_v_px) * std::cos(rig.camera_pitch_rad)};
+    const double needed{rig.baseline_m / rig.camera_height_m * lowest + 1};
+    if (disparities == 0 || !(needed > farther * disparities)) return;
+    const double from_m{rig.focal_px * rig.baseline_m / (disparities - 1)};
+    say(fmt::format(
+        "matching.disparities {} is too small for the nearest ground, which needs {:.0f}: ground is known from "
+        "{:.2f} m on. Leave matching.disparities out, or set it to {:.0f}.",
+        disparities, needed, from_m, 32 * std::ceil(needed / 32)));
   }
 
   void complain_of_unknown_grids() {

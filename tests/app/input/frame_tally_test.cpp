@@ -44,6 +44,23 @@ TEST(FrameTally, GoodFramesGiveNoComplaint) {
   EXPECT_THAT(texts_of(tally), IsEmpty());
 }
 
+TEST(FrameTally, TooFewDisparitiesForTheNearestGroundAreSaid) {
+  FrameTally tally;
+  tally.add(frame(0, {}));
+  Config config{preset("default")};
+  Rig robot{640, 480, 400, 320, 240, 0.09, 0.25, 0, 0};  // 239 rows · 0.09/0.25 = 86 px
+  const auto texts = [&] {
+    const Input input;
+    return complaints_of(tally, {input, config, robot, robot, [](std::size_t) { return std::nullopt; }}).texts;
+  };
+  EXPECT_THAT(texts(), IsEmpty()) << "automatic";
+  config.matching.disparities = 64;
+  EXPECT_THAT(texts(), ElementsAre(AllOf(HasSubstr("matching.disparities 64 is too small"), HasSubstr("needs 87"),
+                                         HasSubstr("from 0.57 m on"), HasSubstr("set it to 96"))));
+  robot.camera_height_m = 0.3;
+  EXPECT_THAT(texts(), IsEmpty());
+}
+
 TEST(FrameTally, ARoadThatIsCarriedOverIsSaid) {
   FrameTally tally;
   for (std::size_t i{0}; i < 10; ++i) tally.add(frame(i, {}, i % 3 != 1));
