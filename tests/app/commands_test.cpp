@@ -81,6 +81,16 @@ TEST(Info, TellsWhatIsThere) {
   }
 }
 
+TEST(Info, SaysWhichStepsAreVisibleAndProposesThePresetOfALowCamera) {
+  const std::string scene{"scene:terrain?kind=flat&camera=robot&frames=2"};
+  const std::string low{run_well({"info", scene}).output};
+  EXPECT_THAT(low, HasSubstr("0.15/0.15 m at 4 m, 0.21/0.20 m at 6 m"));
+  EXPECT_THAT(low, HasSubstr("--preset robot"));
+  const std::string robot{run_well({"info", scene, "--preset", "robot"}).output};
+  EXPECT_THAT(robot, HasSubstr("0.03/0.04 m at 1.2 m"));
+  EXPECT_THAT(robot, Not(HasSubstr("--preset robot")));
+}
+
 TEST(Info, ComplainsOfADamagedFrameAndStaysUsable) {
   const TemporaryFolder folder;
   run_well({"simulate", small_scene("street", "&frames=3"), "--out", (folder / "drive").string()});

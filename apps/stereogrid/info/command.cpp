@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -26,6 +27,8 @@
 namespace stereogrid::app {
 namespace {
 
+constexpr double degrees{57.29577951308232};
+
 constexpr std::size_t frames_looked_at{50};
 
 struct Options {
@@ -44,7 +47,6 @@ std::string text_or(const std::filesystem::path& path, const char* otherwise) {
 }
 
 void print_camera(const Rig& rig, bool has_mounting) {
-  constexpr double degrees{57.29577951308232};
   print_row("size", fmt::format("{} × {} px", rig.width_px, rig.height_px));
   print_row("camera", fmt::format("focal length {:.6g} px, centre ({:.6g}, {:.6g}) px, baseline {:.4g} m", rig.focal_px,
                                   rig.centre_u_px, rig.centre_v_px, rig.baseline_m));
@@ -87,6 +89,28 @@ void print_stamps(const Input& input) {
 }
 
 /// What a run with these parameters would do.
+/// Smallest steps up and down that the camera can show, by range (docs/terrain.md, formulas 1, 4 and 6).
+void print_terrain(const Config& config, const Rig& rig) {
+  constexpr double sigma_px{0.3};
+  constexpr double drops{3};  // in smallest drops that geometry allows
+  if (config.ground.model != GroundModel::terrain) return;
+  const double focal_baseline{rig.focal_px * rig.baseline_m};
+  const double slope{std::tan(config.vehicle.slope_max_deg / degrees)};
+  std::string text;
+  for (const double share : {0.1, 0.2, 0.3, 0.4}) {
+    const double x{share * config.grid.length_m};
+    const double range_sigma{x * x * sigma_px / focal_baseline};
+    const double up{
+        std::max({config.vehicle.step_max_m, 2 * rig.camera_height_m / x * range_sigma, 2 * slope * range_sigma})};
+    const double down{std::max(config.vehicle.step_max_m, drops * rig.camera_height_m * x / (focal_baseline - x))};
+    text += fmt::format("{}{:.2f}/{:.2f} m at {:.2g} m", text.empty() ? "" : ", ", up, down, x);
+  }
+  print_row("steps", "up/down, visible from " + text);
+  if (rig.camera_height_m < 0.6 && config.vehicle.step_max_m > 0.1) {
+    print_row("preset", "--preset robot is made for a camera so low: small cells, steps of 3 cm, speeds of people");
+  }
+}
+
 void print_plan(const Config& asked, const Rig& rig) {
   const Pipeline pipeline{asked, rig};
   const Config& config{pipeline.config()};
@@ -99,12 +123,12 @@ void print_plan(const Config& asked, const Rig& rig) {
   print_row("disparities",
             fmt::format("1 to {} px: {:.1f} m to {:.0f} m; one pixel is {:.2f} m at {:g} m", last,
                         depth_of_one_px / last, depth_of_one_px, far_m * far_m / depth_of_one_px, far_m));
+  print_terrain(config, rig);
   print_row("memory", fmt::format("{:.0f} MB", static_cast<double>(pipeline.memory_use().host_bytes) / 1e6));
 }
 
 /// In degrees; never −0.0.
 double tenths(double angle_rad) {
-  constexpr double degrees{57.29577951308232};
   return std::round(angle_rad * degrees * 10) / 10 + 0.0;
 }
 
