@@ -64,7 +64,7 @@ void PyPipeline::fill(const ArrayFrame& arrays, const Array& left, const Array& 
     assign(frame.disparity, other, 0);
   } else {
     Image<float> depth_m;
-    assign(depth_m, other, arrays.depth_scale.value_or(app::InputOptions{}.depth_scale));
+    assign(depth_m, other, arrays.depth_scale.value_or(1000));
     frame.disparity = io::disparity_from_depth(depth_m, pipeline_.rig());
   }
 }

@@ -141,11 +141,11 @@ void TerrainRelief::drop_feet(int sector, const Rings& rings) {
   }
 }
 
-// From 0 at the noise to all of it at twice the noise.
+// From 0 at the noise to all of it at twice the noise, which is twice as much where the ground is only continued.
 float TerrainRelief::elevation(int sector, int ring, const Rings& rings) const {
   const float known{ground_m_(ring, sector)};
   const float z{std::isnan(known) ? continued_to(sector, ring, rings) : known};
-  const float noise{noise_m_(ring, 0)};
+  const float noise{(std::isnan(known) ? 2 : 1) * noise_m_(ring, 0)};
   return std::clamp(2 * (z - std::clamp(z, -noise, noise)), std::min(z, 0.0f), std::max(z, 0.0f));
 }
 

@@ -108,7 +108,9 @@ void Walk::set_obstacle(const RingSamples& samples) {
   state_.is_alive = false;
   state_.is_blocked = true;
   walk_.blocked = ring_;
-  walk_.block_confirmations = is_far() ? 2 : (samples.is_standing ? 0 : 1);  // wrong matches hang in the air
+  // wrong matches hang in the air, or lie at the image's border
+  const bool is_on_seen_ground{samples.is_standing && state_.x >= in_.rings.begin_m(0)};
+  walk_.block_confirmations = is_on_seen_ground && !is_far() ? 0 : 2;
 }
 
 // Distance of two samples on the present surface, and at least two rings.

@@ -23,16 +23,14 @@ def test_elevation_and_overlay(scene: sg.Recording, frames: list[sg.Frame]) -> N
     pytest.importorskip("matplotlib").use("Agg")
     from stereogrid import plot
 
-    config = sg.preset("default")
-    config.ground.model = "terrain"
-    pipeline = sg.Pipeline(config, scene.rig)
+    pipeline = sg.Pipeline(sg.preset("default"), scene.rig)
     for frame in frames:
         result = pipeline.process(frame)
     assert plot.elevation(result).get_ylabel() == "x (m)"
     assert plot.grid(result).get_xlim()[0] > plot.grid(result).get_xlim()[1]  # y points to the left
     assert plot.overlay(frames[-1], result).get_images()
     with pytest.raises(ValueError, match=r"ground\.model"):
-        plot.elevation(sg.Pipeline(sg.preset("default"), scene.rig).process(frames[0]))
+        plot.elevation(sg.Pipeline(sg.preset("paper"), scene.rig).process(frames[0]))
 
 
 def test_overlay_projects_as_the_library_does(scene: sg.Recording, frames: list[sg.Frame]) -> None:

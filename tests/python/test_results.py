@@ -24,7 +24,6 @@ def test_shapes_and_types(pipeline: sg.Pipeline, frames: list[sg.Frame]) -> None
         assert array.shape == shape and array.dtype == np.float32, name
     assert result.velocity.shape == (2, *shape)
     assert result.velocity_covariance.shape == (3, *shape)
-    assert result.elevation_m is None and result.terrain is None
     assert result.stages.obstacle_disparity.shape == frames[0].left.shape
     assert result.stages.visible.dtype == np.uint16
     assert result.stages.possible.ndim == 1
@@ -34,9 +33,9 @@ def test_shapes_and_types(pipeline: sg.Pipeline, frames: list[sg.Frame]) -> None
 
 
 def test_terrain(frames: list[sg.Frame], scene: sg.Recording) -> None:
-    config = sg.preset("default")
-    config.ground.model = "terrain"
-    result = sg.Pipeline(config, scene.rig).process(frames[0])
+    flat = sg.Pipeline(sg.preset("paper"), scene.rig).process(frames[0])
+    assert flat.elevation_m is None and flat.terrain is None
+    result = sg.Pipeline(sg.preset("default"), scene.rig).process(frames[0])
     assert result.elevation_m is not None and result.terrain is not None
     assert result.elevation_m.shape == result.terrain.shape == result.grid.shape
     assert result.terrain.max() < len(sg.TERRAIN_CLASSES)
