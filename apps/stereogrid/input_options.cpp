@@ -64,11 +64,12 @@ void add_input_options(CLI::App& command, InputOptions& options) {
           "or the aspect.")
       ->type_name("side-by-side|top-bottom")
       ->check(CLI::IsMember({"side-by-side", "top-bottom"}));
-  command.add_option("--left-topic", options.left_topic, "Of a bag: the left camera's images. Left out: found.")
+  command
+      .add_option("--left-topic", options.left_topic, "Of a bag or ROS 2: the left camera's images. Left out: found.")
       ->type_name("TOPIC");
   command
       .add_option("--right-topic", options.right_topic,
-                  "Of a bag: the right camera's images; or depth or disparities of the left ones.")
+                  "Of a bag or ROS 2: the right camera's images; or depth or disparities of the left ones.")
       ->type_name("TOPIC");
   command
       .add_option("--pair-tolerance-ms", options.pair_tolerance_ms,

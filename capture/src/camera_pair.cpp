@@ -41,7 +41,7 @@ LiveSource::~LiveSource() = default;
 
 struct CameraPair::State {
   State(const io::Calibration& calibration, const PairingOptions& options)
-      : rig{calibration.rig}, pairing{options, Clock::now()} {
+      : rig{calibration.rig}, has_depth{options.has_depth}, pairing{options, Clock::now()} {
     if (rig.width_px <= 0 || rig.height_px <= 0) {
       throw InputError{"calibration", "does not have the size of the images.",
                        "Write a calibration.yaml that names this file ('from: FILE') and the size ('image: {width_px: "
@@ -59,6 +59,7 @@ struct CameraPair::State {
   }
 
   Rig rig;
+  bool has_depth;
   std::optional<io::Rectifier> rectifier;
   UnixTime unix_time;
   Latest<CapturedPair> latest;
@@ -88,7 +89,16 @@ void CameraPair::add(Side side, const PixelView& image, Clock::time_point captur
 void CameraPair::add(Side side, io::ScaledImage image, Clock::time_point captured) {
   check_size({nullptr, image.grey.width(), image.grey.height()}, state_->rig.width_px, state_->rig);
   const std::scoped_lock lock{state_->mutex};
-  if (auto pair{state_->pairing.add(side, std::move(image), captured, Clock::now())}) state_->put(std::move(*pair));
+  if (auto pair{state_->pairing.add(side, {std::move(image)}, captured, Clock::now())}) state_->put(std::move(*pair));
+}
+
+void CameraPair::add_depth(Image<float> depth_m, Clock::time_point captured) {
+  check_size({nullptr, depth_m.width(), depth_m.height()}, state_->rig.width_px, state_->rig);
+  const std::scoped_lock lock{state_->mutex};
+  Shot shot{{}, std::move(depth_m)};
+  if (auto pair{state_->pairing.add(Side::right, std::move(shot), captured, Clock::now())}) {
+    state_->put(std::move(*pair));
+  }
 }
 
 void CameraPair::add(const PixelView& left, const PixelView& right, Clock::time_point captured) {
@@ -155,6 +165,11 @@ std::optional<LiveFrame> CameraPair::next(std::chrono::milliseconds patience) {
   live.frame.stamp_ns = state.unix_time.ns(pair->captured);
   io::ImagePair& images{pair->images};
   live.frame.left = state.rectifier ? state.rectifier->left(images.left) : std::move(images.left);
+  if (!images.depth_m.empty()) {
+    live.frame.disparity = io::disparity_from_depth(images.depth_m, state.rig);
+    if (state.rectifier) live.frame.disparity = state.rectifier->left(live.frame.disparity);
+    return live;
+  }
   live.frame.right = state.rectifier ? state.rectifier->right(images.right) : std::move(images.right);
   return live;
 }
@@ -171,8 +186,10 @@ std::string CameraPair::fault() const {
 std::vector<Drop> CameraPair::dropped() const {
   std::vector<Drop> drops{{"a newer one came", state_->latest.replaced()}};
   const std::scoped_lock lock{state_->mutex};
-  drops.push_back({"left image without a right one", state_->pairing.alone(Side::left)});
-  drops.push_back({"right image without a left one", state_->pairing.alone(Side::right)});
+  const char* const left{state_->has_depth ? "left image without depth" : "left image without a right one"};
+  const char* const right{state_->has_depth ? "depth without a left image" : "right image without a left one"};
+  drops.push_back({left, state_->pairing.alone(Side::left)});
+  drops.push_back({right, state_->pairing.alone(Side::right)});
   drops.push_back({"cannot be used", state_->unusable});
   drops.push_back({"not newer than the one before", state_->not_newer});
   std::erase_if(drops, [](const Drop& drop) { return drop.frames == 0; });

@@ -39,15 +39,14 @@ void Pairing::forget(Camera& camera, std::size_t images) {
   camera.waiting.erase(camera.waiting.begin(), camera.waiting.begin() + static_cast<std::ptrdiff_t>(images));
 }
 
-std::optional<CapturedPair> Pairing::add(Side side, io::ScaledImage image, Clock::time_point captured,
-                                         Clock::time_point now) {
+std::optional<CapturedPair> Pairing::add(Side side, Shot shot, Clock::time_point captured, Clock::time_point now) {
   Camera& own{of(side)};
   Camera& other{of(side == Side::left ? Side::right : Side::left)};
   own.last_image = now;
   const std::optional<std::size_t> partner{nearest(other, captured)};
   if (partner) apart_ = std::chrono::abs(other.waiting[*partner].captured - captured);
   if (!partner || *apart_ > options_.tolerance) {
-    own.waiting.push_back({std::move(image), captured});
+    own.waiting.push_back({std::move(shot), captured});
     if (own.waiting.size() > waiting_max) forget(own, 1);
     return std::nullopt;
   }
@@ -57,10 +56,13 @@ std::optional<CapturedPair> Pairing::add(Side side, io::ScaledImage image, Clock
   forget(own, own.waiting.size());
   last_pair_ = now;
   if (side == Side::right) {
-    std::swap(image, found.image);
+    std::swap(shot, found.shot);
     captured = found.captured;
   }
-  return CapturedPair{{std::move(image.grey), std::move(found.image.grey), image.bits, found.image.bits}, captured};
+  io::ScaledImage& left{shot.image};
+  io::ScaledImage& right{found.shot.image};
+  return CapturedPair{
+      {std::move(left.grey), std::move(right.grey), left.bits, right.bits, std::move(found.shot.depth_m)}, captured};
 }
 
 void Pairing::note_pair(Clock::time_point now) {
@@ -77,10 +79,20 @@ std::string Pairing::fault(Clock::time_point now) const {
   }
   if (!has_left || !has_right) {
     const Side silent{has_left ? Side::right : Side::left};
+    if (options_.has_depth) {
+      return fmt::format("No {} has come for {:.0f} s; {} comes.", has_left ? "depth" : "left image",
+                         seconds(now - of(silent).last_image), has_left ? "the left image" : "depth");
+    }
     return fmt::format("No image of the {} camera has come for {:.0f} s; those of the other come.",
                        has_left ? "right" : "left", seconds(now - of(silent).last_image));
   }
   if (!apart_) return "";
+  if (options_.has_depth) {
+    return fmt::format(
+        "Left images and depth come, but the nearest are {:.1f} ms apart, more than the tolerance of {:.1f} ms. Allow "
+        "more than {:.0f} ms (--pair-tolerance-ms).",
+        milliseconds(*apart_), milliseconds(options_.tolerance), std::ceil(milliseconds(*apart_)));
+  }
   return fmt::format(
       "Images of both cameras come, but the nearest are {:.1f} ms apart, more than the tolerance of {:.1f} ms: there "
       "are no pairs. Trigger the cameras together, or allow more than {:.0f} ms (--pair-tolerance-ms).",

@@ -20,6 +20,12 @@ struct CapturedPair {
   int stream{0};
 };
 
+/// An image of one camera, or depth of the left image instead of the right one.
+struct Shot {
+  io::ScaledImage image;
+  Image<float> depth_m{};
+};
+
 /// Finds the images of two cameras that belong together by their instants. Of each camera images come in the order in
 /// which they were taken.
 class Pairing {
@@ -27,7 +33,7 @@ class Pairing {
   Pairing(const PairingOptions& options, Clock::time_point now);
 
   /// The pair that the image completes.
-  std::optional<CapturedPair> add(Side side, io::ScaledImage image, Clock::time_point captured, Clock::time_point now);
+  std::optional<CapturedPair> add(Side side, Shot shot, Clock::time_point captured, Clock::time_point now);
   /// A pair has come by itself.
   void note_pair(Clock::time_point now);
 
@@ -39,7 +45,7 @@ class Pairing {
 
  private:
   struct Waiting {
-    io::ScaledImage image;
+    Shot shot;
     Clock::time_point captured;
   };
   struct Camera {

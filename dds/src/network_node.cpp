@@ -58,4 +58,8 @@ void NetworkNode::subscribe(const std::string& topic, const std::string& type, s
   subscriptions_->add(topic, type, depth, std::move(take));
 }
 
+void NetworkNode::unsubscribe(const std::string& topic) {
+  subscriptions_->remove(topic);
+}
+
 }  // namespace stereogrid::dds

@@ -20,6 +20,7 @@ class NetworkNode final : public Node {
   [[nodiscard]] messages::Sink& sink() override { return *sink_; }
   [[nodiscard]] std::vector<PublishedTopic> topics() const override;
   void subscribe(const std::string& topic, const std::string& type, std::size_t depth, Take take) override;
+  void unsubscribe(const std::string& topic) override;
 
  private:
   std::optional<Participant> participant_;

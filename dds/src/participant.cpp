@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "participant.hpp"
 
+#include <algorithm>
 #include <string_view>
 
 #include "bytes_type.hpp"
@@ -77,6 +78,15 @@ dds_entity_t Participant::make_reader(const std::string& topic, const std::strin
       checked(dds_create_reader(entity_, made.entity, qos.get(), listener), topic + " cannot be subscribed to")};
   add(reader, entities_.readers);
   return reader;
+}
+
+void Participant::delete_reader(dds_entity_t reader) {
+  if (reader == 0) return;
+  const dds_guid_t guid{guid_of(reader)};
+  dds_delete(reader);
+  const std::scoped_lock lock{mutex_};
+  std::erase_if(entities_.readers, [&](const dds_guid_t& one) { return std::ranges::equal(one.v, guid.v); });
+  announce();
 }
 
 void Participant::add(dds_entity_t entity, std::vector<dds_guid_t>& list) {

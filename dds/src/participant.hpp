@@ -64,6 +64,8 @@ class Participant {
                                                                    Qos qos, const dds_listener_t* listener);
   [[nodiscard]] dds_entity_t make_reader(const std::string& topic, const std::string& type, Qos qos,
                                          const dds_listener_t* listener);
+  /// 0: no effect.
+  void delete_reader(dds_entity_t reader);
 
  private:
   void set_hash(dds_qos_t* qos, const std::string& type) const;

@@ -31,7 +31,9 @@ Subscriptions::~Subscriptions() {
 }
 
 void Subscriptions::add(const std::string& topic, const std::string& type, std::size_t depth, Take take) {
-  auto reader{std::make_unique<Reader>(participant_.names().remapped(topic), std::move(take))};
+  auto reader{std::make_unique<Reader>()};
+  reader->topic = participant_.names().remapped(topic);
+  reader->take = std::move(take);
   reader->entity = participant_.make_reader(reader->topic, type, best_effort_qos(static_cast<int>(depth)), nullptr);
   const dds_entity_t condition{
       checked(dds_create_readcondition(reader->entity, DDS_ANY_STATE), topic + " cannot be waited for")};
@@ -41,6 +43,14 @@ void Subscriptions::add(const std::string& topic, const std::string& type, std::
     readers_.push_back(std::move(reader));
   }
   checked(dds_waitset_attach(waitset_, condition, attached), topic + " cannot be waited for");
+}
+
+void Subscriptions::remove(const std::string& topic) {
+  const std::string name{participant_.names().remapped(topic)};
+  const std::scoped_lock lock{mutex_};
+  for (const std::unique_ptr<Reader>& reader : readers_) {
+    if (reader->topic == name) participant_.delete_reader(reader->entity.exchange(0));
+  }
 }
 
 void Subscriptions::run() {

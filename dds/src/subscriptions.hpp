@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -21,12 +22,13 @@ class Subscriptions {
   ~Subscriptions();
 
   void add(const std::string& topic, const std::string& type, std::size_t depth, Take take);
+  void remove(const std::string& topic);
 
  private:
   struct Reader {
     std::string topic;
     Take take;
-    dds_entity_t entity{0};
+    std::atomic<dds_entity_t> entity{0};  // 0: removed; the thread may still have the address
   };
 
   void run();

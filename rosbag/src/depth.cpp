@@ -125,17 +125,21 @@ Image<float> decode_depth(std::span<const std::byte> cdr, const mcap::Topic& top
   return depth_of_image(message, name);
 }
 
+double disparity_baseline_m(std::span<const std::byte> cdr) {
+  messages::stereo_msgs::DisparityImage image;
+  messages::decode(cdr, image);
+  const double baseline_m{std::abs(double{image.t})};
+  return std::isfinite(baseline_m) ? baseline_m : 0;
+}
+
 double first_baseline_m(const mcap::Bag& bag, const std::string& topic) {
   const auto cursor{bag.messages({.topics = {topic}})};
   while (const mcap::Message* const message{cursor->next()}) {
-    messages::stereo_msgs::DisparityImage image;
     try {
-      messages::decode(message->data, image);
+      return disparity_baseline_m(message->data);
     } catch (const InputError&) {
       continue;
     }
-    const double baseline_m{std::abs(double{image.t})};
-    return std::isfinite(baseline_m) ? baseline_m : 0;
   }
   return 0;
 }
@@ -147,7 +151,7 @@ Image<float> fit_depth(Image<float> depth_m, int width_px, int height_px, const 
         name,
         fmt::format("depth has {}×{} px, but the images have {}×{}, which is no exact multiple or fraction.",
                     depth_m.width(), depth_m.height(), width_px, height_px),
-        "Record depth that is aligned to the images."};
+        "Take depth that is aligned to the images."};
   }
   Image<float> fitted{width_px, height_px};
   for (int v{0}; v < height_px; ++v) {

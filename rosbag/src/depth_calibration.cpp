@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "camera_infos.hpp"
 #include "stereogrid/error.hpp"
@@ -15,50 +16,26 @@ namespace {
 
 using messages::sensor_msgs::CameraInfo;
 
-/// CameraInfo beside the images, else beside their depth, else the bag's only one.
-NamedInfo image_info_of(const mcap::Bag& bag, const std::string& name, const ImageTopics& topics) {
-  const std::vector<std::string> there{info_topics(bag)};
-  const std::string own{info_topic_of(*find_topic(bag.topics(), topics.left), there)};
-  const std::string of_depth{info_topic_of(*find_topic(bag.topics(), topics.right), there)};
-  for (const std::string& topic : {own, of_depth}) {
-    if (std::ranges::find(there, topic) != there.end()) return info_of(bag, name, topic);
-  }
-  if (there.size() == 1) return info_of(bag, name, there.front());
-  fail(named(name, own), fmt::format("there is no CameraInfo for {}.", io::printable(topics.left)));
-}
-
 double focal_of(const CameraInfo& info) {
   return info.k[0] != 0 ? info.k[0] : info.p[0];
 }
 
 /// Depth of another camera than that of the images would lie beside what they show.
-void check_aligned(const mcap::Bag& bag, const std::string& name, const ImageTopics& topics, const NamedInfo& images) {
-  const std::vector<std::string> there{info_topics(bag)};
-  const std::string topic{info_topic_of(*find_topic(bag.topics(), topics.right), there)};
-  if (topics.second != SecondTopic::depth || std::ranges::find(there, topic) == there.end()) return;
-  const NamedInfo depth{info_of(bag, name, topic)};
-  if (focal_of(depth.message) == 0 || depth.message.width == 0 || images.message.width == 0) return;
-  const double of_depth{focal_of(depth.message) / depth.message.width};
-  const double of_images{focal_of(images.message) / images.message.width};
+void check_aligned(const DepthInfos& infos, const ImageTopics& topics) {
+  if (topics.second != SecondTopic::depth || !infos.depth) return;
+  const CameraInfo& depth{infos.depth->message};
+  const CameraInfo& images{infos.images.message};
+  if (focal_of(depth) == 0 || depth.width == 0 || images.width == 0) return;
+  const double of_depth{focal_of(depth) / depth.width};
+  const double of_images{focal_of(images) / images.width};
   constexpr double most_apart{0.02};
   if (std::abs(of_depth - of_images) <= most_apart * of_images) return;
-  fail(depth,
+  fail(*infos.depth,
        fmt::format("depth is of another camera than {}: its focal length is {:.3f} of the width, that of the images "
                    "{:.3f}.",
                    io::printable(topics.left), of_depth, of_images),
-       "Record depth that is aligned to the images (aligned_depth_to_color), or the images of the depth camera "
+       "Take depth that is aligned to the images (aligned_depth_to_color), or the images of the depth camera "
        "(infra1). ");
-}
-
-/// Of the first DisparityImage, or of the right camera's CameraInfo, m; 0: unknown.
-double baseline_of(const mcap::Bag& bag, const std::string& name, const ImageTopics& topics, const NamedInfo& left) {
-  if (topics.second == SecondTopic::disparity) return first_baseline_m(bag, topics.right);
-  const std::vector<std::string> there{info_topics(bag)};
-  const std::string right{right_name_of(left.topic)};
-  if (right.empty() || std::ranges::find(there, right) == there.end()) return 0;
-  const CameraInfo info{info_of(bag, name, right).message};
-  const double shift_m{info.p[0] > 0 ? -info.p[3] / info.p[0] : 0};
-  return std::isfinite(shift_m) && shift_m > 0 ? shift_m : 0;
 }
 
 /// One camera as both: the pair has its optics and a baseline alone.
@@ -76,17 +53,34 @@ io::RosCamera projection_of(const NamedInfo& info, bool are_rectified) {
 
 }  // namespace
 
-io::Calibration depth_calibration_of(const mcap::Bag& bag, const std::string& name, const ImageTopics& topics,
-                                     int width_px, int height_px) {
-  NamedInfo left{image_info_of(bag, name, topics)};
-  check_aligned(bag, name, topics, left);
-  const double known_m{baseline_of(bag, name, topics, left)};
+DepthInfoTopics depth_info_topics(const mcap::Topic& images, const mcap::Topic& depth,
+                                  const std::vector<std::string>& there) {
+  const auto there_or_none = [&](std::string topic) {
+    return std::ranges::find(there, topic) == there.end() ? std::string{} : topic;
+  };
+  DepthInfoTopics found{there_or_none(info_topic_of(images, there)), there_or_none(info_topic_of(depth, there)), ""};
+  if (found.images.empty()) found.images = found.depth;
+  if (found.images.empty() && there.size() == 1) found.images = there.front();
+  found.right = there_or_none(right_name_of(found.images));
+  return found;
+}
+
+double baseline_m_of(const CameraInfo& right) {
+  const double shift_m{right.p[0] > 0 ? -right.p[3] / right.p[0] : 0};
+  return std::isfinite(shift_m) && shift_m > 0 ? shift_m : 0;
+}
+
+io::Calibration calibration_of(DepthInfos infos, const mcap::Topic& images, const ImageTopics& topics, int width_px,
+                               int height_px) {
+  check_aligned(infos, topics);
+  NamedInfo& left{infos.images};
+  const double known_m{infos.baseline_m};
   crop(left, width_px, height_px);
   const auto& d{left.message.d};
   const auto& k{left.message.k};
   const bool is_straight{std::abs(k[0] - k[4]) <= 0.01 * k[0] &&
                          std::ranges::all_of(d, [](double number) { return number == 0; })};
-  const bool is_named{is_rectified(*find_topic(bag.topics(), topics.left))};
+  const bool is_named{is_rectified(images)};
   const io::RosCamera camera{projection_of(left, is_named || left.message.k[0] == 0)};
   const double focal_px{camera.p[0] * width_px / camera.width_px};
   io::RosCamera right{camera};
@@ -98,17 +92,36 @@ io::Calibration depth_calibration_of(const mcap::Bag& bag, const std::string& na
     fail(left,
          fmt::format("{} is of rectified images, but {} are raw.", io::printable(topics.right),
                      io::printable(topics.left)),
-         "Record the rectified images (image_rect). ");
+         "Take the rectified images (image_rect). ");
   }
   io::fit_to_images(calibration, left.name, width_px, height_px);
   calibration.kind = fmt::format("CameraInfo of {}", left.topic);
   if (is_virtual) {
     calibration.notes.push_back(
         fmt::format("baseline: {}; depth becomes disparities of a virtual one of {:.4g} m",
-                    known_m == 0 ? "the bag has none" : fmt::format("{:.4g} m would resolve depth coarsely", known_m),
+                    known_m == 0 ? "none is given" : fmt::format("{:.4g} m would resolve depth coarsely", known_m),
                     calibration.rig.baseline_m));
   }
   return calibration;
+}
+
+io::Calibration depth_calibration_of(const mcap::Bag& bag, const std::string& name, const ImageTopics& topics,
+                                     int width_px, int height_px) {
+  const mcap::Topic& images{*find_topic(bag.topics(), topics.left)};
+  const std::vector<std::string> there{info_topics(bag)};
+  const DepthInfoTopics found{depth_info_topics(images, *find_topic(bag.topics(), topics.right), there)};
+  if (found.images.empty()) {
+    fail(named(name, info_topic_of(images, there)),
+         fmt::format("there is no CameraInfo for {}.", io::printable(topics.left)));
+  }
+  DepthInfos infos{info_of(bag, name, found.images), std::nullopt};
+  if (!found.depth.empty() && topics.second == SecondTopic::depth) infos.depth = info_of(bag, name, found.depth);
+  if (topics.second == SecondTopic::disparity) {
+    infos.baseline_m = first_baseline_m(bag, topics.right);
+  } else if (!found.right.empty()) {
+    infos.baseline_m = baseline_m_of(info_of(bag, name, found.right).message);
+  }
+  return calibration_of(std::move(infos), images, topics, width_px, height_px);
 }
 
 }  // namespace stereogrid::rosbag

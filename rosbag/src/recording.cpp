@@ -171,12 +171,6 @@ SecondTopic layout_of(const mcap::Bag& bag, const std::string& name, const Image
       "TOPIC."};
 }
 
-std::string external_of(const ImageTopics& topics) {
-  if (!topics.has_depth()) return {};
-  return fmt::format("{} of {}", topics.second == SecondTopic::depth ? "depth" : "disparities",
-                     io::printable(topics.right));
-}
-
 }  // namespace
 
 bool is_bag(const fs::path& path) {
@@ -208,7 +202,7 @@ std::unique_ptr<io::Recording> bag_recording(std::unique_ptr<mcap::Bag> bag, con
   found.kind = fmt::format("ROS 2 bag, {} and {}", io::printable(topics.left), io::printable(topics.right));
   if (topics.is_one_topic()) found.kind = fmt::format("ROS 2 bag, both images of {}", io::printable(topics.left));
   found.root = path;
-  found.external = external_of(topics);
+  if (topics.has_depth()) found.external = second_of(topics);
   for (const ShotPair& pair : pairs) found.stamps_ns.push_back(pair.first.stamp_ns);
   warn_of_rest(found, topics, left, right, options.pair_tolerance_ms);
   auto images{std::make_unique<BagImages>(std::move(bag), name, topics, std::move(pairs))};

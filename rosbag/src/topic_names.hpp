@@ -12,16 +12,10 @@ namespace stereogrid::rosbag {
 
 inline constexpr const char* say_which{"Say which: --left-topic TOPIC --right-topic TOPIC."};
 
-/// True for sensor_msgs/Image and CompressedImage with messages, depth left out where the name says so.
-[[nodiscard]] bool holds_images(const mcap::Topic& topic);
-
 /// "/a/b/c" → "/a/b"
 [[nodiscard]] std::string parent_of(const std::string& name);
 /// Without the transport ("/compressed", "/compressedDepth").
 [[nodiscard]] std::string base_of(const mcap::Topic& images);
-
-/// Content of a topic as the second one; none: neither depth nor disparities.
-[[nodiscard]] std::optional<SecondTopic> depth_kind_of(const mcap::Topic& topic, const Encodings& encodings);
 
 /// The best pair of images and depth or disparities of them. `left`, `depth`: "": any. Throws InputError where several
 /// cameras have one.

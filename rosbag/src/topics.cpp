@@ -178,6 +178,13 @@ ImageTopics choose_image_topics(const std::string& bag, const std::vector<Topic>
   throw InputError{bag, "the right camera's topic alone was given.", say_which};
 }
 
+std::string second_of(const ImageTopics& topics) {
+  const char* const kind{topics.second == SecondTopic::depth       ? "depth of "
+                         : topics.second == SecondTopic::disparity ? "disparities of "
+                                                                   : ""};
+  return kind + io::printable(topics.right);
+}
+
 bool holds_images(const Topic& topic) {
   const bool is_plain{topic.type == messages::sensor_msgs::Image::type_name};
   return topic.message_count > 0 && (is_plain || is_compressed(topic)) && !topic.name.ends_with("/compressedDepth");

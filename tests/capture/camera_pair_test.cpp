@@ -86,6 +86,26 @@ TEST(CameraPair, GivesNoFrameThatIsNotNewer) {
   EXPECT_EQ(dropped(pair, "not newer than the one before"), 1);
 }
 
+TEST(CameraPair, TakesDepthInsteadOfRightImages) {
+  CameraPair pair{small_calibration(), {.has_depth = true}};
+  const Rig& rig{pair.rig()};
+  Image<float> depth_m{width_px, height_px, 2.0F};
+  depth_m(3, 4) = 0;
+  const auto now{Clock::now()};
+  pair.add_depth(depth_m, now);
+  add(pair, Side::left, now + 1ms, 10);
+  const auto frame{pair.next(0ms)};
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->captured, now + 1ms);
+  EXPECT_EQ(frame->frame.left, plain(10));
+  EXPECT_TRUE(frame->frame.right.empty());
+  EXPECT_FLOAT_EQ(frame->frame.disparity(0, 0), static_cast<float>(rig.focal_px * rig.baseline_m / 2));
+  EXPECT_EQ(frame->frame.disparity(3, 4), 0);
+  EXPECT_THROW(pair.add_depth(Image<float>{width_px, height_px - 1}, now), InputError);
+  for (int i{0}; i < 10; ++i) pair.add_depth(depth_m, now + 50ms + i * 50ms);
+  EXPECT_EQ(dropped(pair, "depth without a left image"), 2);
+}
+
 TEST(CameraPair, SplitsImagesSideBySide) {
   CameraPair pair{small_calibration()};
   constexpr int channels{3};

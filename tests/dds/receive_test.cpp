@@ -19,6 +19,7 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::SizeIs;
 
 const std::string grid_type{messages::nav_msgs::OccupancyGrid::type_name};
 
@@ -120,6 +121,24 @@ TEST(DdsReceive, WhatCannotBeReadIsToldOnceAndTheRestGoesOn) {
   send(sender->sink(), channel, some_grid(30, 20, 4));
   EXPECT_TRUE(becomes([&] { return *count == 4; }));
   EXPECT_THAT(warned.sentences(), ElementsAre(AllOf(HasSubstr("/map"), HasSubstr("cut off"))));
+}
+
+TEST(DdsReceive, NothingArrivesAfterUnsubscribing) {
+  const auto sender{open_node({.name = "a"})};
+  const auto receiver{open_node({.name = "b"})};
+  const Inbox<messages::nav_msgs::OccupancyGrid> first{*receiver, "/map"};
+  const std::uint32_t channel{sender->sink().add(grid_channel("/map", false))};
+  ASSERT_TRUE(becomes([&] { return sender->sink().wants(channel); }));
+  send(sender->sink(), channel, some_grid(30, 20, 1));
+  ASSERT_TRUE(becomes([&] { return first.messages().size() == 1; }));
+  receiver->unsubscribe("/map");
+  receiver->unsubscribe("/map");
+  ASSERT_TRUE(becomes([&] { return !sender->sink().wants(channel); }));
+  const Inbox<messages::nav_msgs::OccupancyGrid> second{*receiver, "/map"};
+  ASSERT_TRUE(becomes([&] { return sender->sink().wants(channel); }));
+  send(sender->sink(), channel, some_grid(30, 20, 2));
+  EXPECT_TRUE(becomes([&] { return second.messages().size() == 1; }));
+  EXPECT_THAT(first.messages(), SizeIs(1));
 }
 
 TEST(DdsReceive, WhatIsNoMessageIsNotSent) {

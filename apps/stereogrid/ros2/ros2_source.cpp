@@ -19,9 +19,9 @@
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
-#include "stereogrid/messages/sensor_msgs.hpp"
 #include "stereogrid/messages/tf2_msgs.hpp"
 #include "stereogrid/rosbag/decode.hpp"
+#include "stereogrid/rosbag/depth.hpp"
 #include "stereogrid/rosbag/poses.hpp"
 
 namespace stereogrid::app {
@@ -59,8 +59,8 @@ struct SimulatedClock {
 /// A camera's topic.
 struct Images {
   Side side;
+  mcap::Topic topic;
   std::string name;
-  bool is_compressed;
 };
 
 }  // namespace
@@ -141,7 +141,15 @@ void Ros2Source::State::take_image(const Images& images, std::span<const std::by
   const std::int64_t stamp_ns{header_ns == 0 ? stamp_of(Clock::now()) : header_ns};  // 0: cameras that do not stamp
   const std::shared_ptr<CameraPair> taker{pair_of(images.side, stamp_ns)};
   try {
-    taker->add(images.side, rosbag::decode_image(cdr, images.is_compressed, images.name), instant_of(stamp_ns));
+    if (images.side == Side::right && setup.pairing.has_depth) {
+      const Rig& rig{setup.calibration.rig};
+      taker->add_depth(rosbag::fit_depth(rosbag::decode_depth(cdr, images.topic, images.name), rig.width_px,
+                                         rig.height_px, images.name),
+                       instant_of(stamp_ns));
+    } else {
+      taker->add(images.side, rosbag::decode_image(cdr, rosbag::is_compressed(images.topic), images.name),
+                 instant_of(stamp_ns));
+    }
   } catch (const InputError&) {
     taker->add_unusable();
     throw;  // the node tells it, once
@@ -190,8 +198,8 @@ Ros2Source::Ros2Source(std::shared_ptr<dds::Node> node, const Ros2Setup& setup)
   } else if (!setup.poses.empty()) {
     subscribe_poses(messages::nav_msgs::Odometry::type_name, setup.poses);
   }
-  subscribe_images(capture::Side::left, setup.images.left, setup.is_left_compressed);
-  subscribe_images(capture::Side::right, setup.images.right, setup.is_right_compressed);
+  subscribe_images(capture::Side::left, setup.left);
+  subscribe_images(capture::Side::right, setup.right);
 }
 
 void Ros2Source::subscribe_poses(std::string_view type, const std::string& topic) {
@@ -199,11 +207,9 @@ void Ros2Source::subscribe_poses(std::string_view type, const std::string& topic
                    [state = state_, type](std::span<const std::byte> cdr) { state->take_pose(type, cdr); });
 }
 
-void Ros2Source::subscribe_images(capture::Side side, const std::string& topic, bool is_compressed) {
-  const std::string_view type{is_compressed ? messages::sensor_msgs::CompressedImage::type_name
-                                            : messages::sensor_msgs::Image::type_name};
-  node_->subscribe(topic, std::string{type}, image_depth,
-                   [state = state_, images = Images{side, io::printable(topic), is_compressed}](
+void Ros2Source::subscribe_images(capture::Side side, const mcap::Topic& topic) {
+  node_->subscribe(topic.name, topic.type, image_depth,
+                   [state = state_, images = Images{side, topic, io::printable(topic.name)}](
                        std::span<const std::byte> cdr) { state->take_image(images, cdr); });
 }
 

@@ -13,9 +13,8 @@ namespace stereogrid::app {
 
 /// What is taken from the network.
 struct Ros2Setup {
-  rosbag::ImageTopics images;
-  bool is_left_compressed{false};
-  bool is_right_compressed{false};
+  mcap::Topic left;
+  mcap::Topic right;  ///< of images, or of depth or disparities of the left ones (PairingOptions::has_depth)
   io::Calibration calibration;
   capture::PairingOptions pairing{};
   std::string poses{};  ///< a topic of nav_msgs/Odometry, "tf": odom → base_link on /tf; "": the frames have none
@@ -23,9 +22,9 @@ struct Ros2Setup {
   bool uses_sim_time{false};  ///< time is what /clock says
 };
 
-/// Images of two cameras as topics of ROS 2, paired by their stamps, which the frames keep. Frames have poses, where
-/// they are wanted; one without is left out and counted, as are poses that are dropped. Where the stamps step back,
-/// what comes is another stream's.
+/// Images of two cameras, or of one with depth, as topics of ROS 2, paired by their stamps, which the frames keep.
+/// Frames have poses, where they are wanted; one without is left out and counted, as are poses that are dropped. Where
+/// the stamps step back, what comes is another stream's.
 class Ros2Source final : public capture::LiveSource {
  public:
   Ros2Source(std::shared_ptr<dds::Node> node, const Ros2Setup& setup);
@@ -41,7 +40,7 @@ class Ros2Source final : public capture::LiveSource {
   struct State;
 
   void subscribe_poses(std::string_view type, const std::string& topic);
-  void subscribe_images(capture::Side side, const std::string& topic, bool is_compressed);
+  void subscribe_images(capture::Side side, const mcap::Topic& topic);
 
   std::shared_ptr<dds::Node> node_;
   std::shared_ptr<State> state_;  // the node has it, too

@@ -21,6 +21,7 @@ enum class Side { left, right };
 struct PairingOptions {
   std::chrono::nanoseconds tolerance{std::chrono::milliseconds{10}};  ///< between the two exposures of a pair
   std::chrono::nanoseconds silence{std::chrono::seconds{2}};          ///< so long without a pair is a fault
+  bool has_depth{false};                                              ///< add_depth() replaces the right images
 };
 
 /// Two cameras whose images somebody hands in: pairs them by their instants and rectifies them. What the other sources
@@ -38,6 +39,9 @@ class STEREOGRID_EXPORT CameraPair final : public LiveSource {
   /// size, or as assign() of pixel_view.hpp.
   void add(Side side, const PixelView& image, Clock::time_point captured);
   void add(Side side, io::ScaledImage image, Clock::time_point captured);
+  /// Depth per pixel of the left image instead of a right image: metres along the camera's axis, 0 = none. The frame
+  /// has its disparity. Throws InputError where it is not of the calibration's size.
+  void add_depth(Image<float> depth_m, Clock::time_point captured);
   /// Both at once, as a camera gives them that takes them together.
   void add(const PixelView& left, const PixelView& right, Clock::time_point captured);
   /// The same in one image, the left camera's in its left half.

@@ -56,6 +56,8 @@ class STEREOGRID_EXPORT Node {
   /// Best effort and volatile, which every publisher can serve. `take` is called by one thread for all subscriptions;
   /// what it throws is told by `warn`. Throws DeviceError.
   virtual void subscribe(const std::string& topic, const std::string& type, std::size_t depth, Take take) = 0;
+  /// Ends all subscriptions of a topic. A message that is being taken may still arrive.
+  virtual void unsubscribe(const std::string& topic) = 0;
 };
 
 struct Library {
@@ -68,7 +70,7 @@ struct Library {
   std::unique_ptr<Node> (*open)(const NodeOptions& options);
 };
 
-constexpr const char* library_function{"stereogrid_dds_library_1"};
+constexpr const char* library_function{"stereogrid_dds_library_2"};
 
 /// A number that changes with the structures that cross the interface.
 constexpr std::size_t interface_sizes() {

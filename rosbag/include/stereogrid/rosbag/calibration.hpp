@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,31 @@ void add_camera(std::vector<messages::sensor_msgs::CameraInfo>& cameras,
 /// What both say of images of this size. Throws InputError: they are not of such a pair.
 [[nodiscard]] io::Calibration calibration_of(NamedInfo left, NamedInfo right, bool are_rectified, int width_px,
                                              int height_px);
+
+/// Topics of CameraInfo for images with depth; empty: not there.
+struct DepthInfoTopics {
+  std::string images;  ///< beside the images, else beside their depth, else the only one
+  std::string depth;
+  std::string right;  ///< of the right camera, whose baseline is that of the depth
+};
+[[nodiscard]] DepthInfoTopics depth_info_topics(const mcap::Topic& images, const mcap::Topic& depth,
+                                                const std::vector<std::string>& there);
+
+/// Baseline of a right camera, m; 0: the message has none.
+[[nodiscard]] double baseline_m_of(const messages::sensor_msgs::CameraInfo& right);
+
+/// Messages that calibrate images with depth.
+struct DepthInfos {
+  NamedInfo images;
+  std::optional<NamedInfo> depth;  ///< none: taken as aligned to the images
+  double baseline_m{0};            ///< 0: unknown
+};
+
+/// Calibration of images of this size with depth: one camera and a baseline, a virtual one where none is known or the
+/// known one is short. `images`: the topic of `topics.left`. Throws InputError: depth of another camera; disparities
+/// of raw images.
+[[nodiscard]] io::Calibration calibration_of(DepthInfos infos, const mcap::Topic& images, const ImageTopics& topics,
+                                             int width_px, int height_px);
 
 /// What the first CameraInfo of each camera says of images of this size, which are rectified where the topics' names
 /// say so, or where nothing is left to do. Both cameras' messages may be on one topic. Throws InputError: a camera has

@@ -18,6 +18,8 @@ namespace stereogrid::rosbag {
 [[nodiscard]] Image<float> decode_depth(std::span<const std::byte> cdr, const mcap::Topic& topic,
                                         const std::string& name);
 
+/// T of a DisparityImage, m; 0: it has none. Throws InputError: damaged.
+[[nodiscard]] double disparity_baseline_m(std::span<const std::byte> cdr);
 /// T of the first DisparityImage of a topic, m; 0: it has none.
 [[nodiscard]] double first_baseline_m(const mcap::Bag& bag, const std::string& topic);
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,9 @@ struct ImageTopics {
   [[nodiscard]] bool is_one_topic() const { return second == SecondTopic::beside || second == SecondTopic::below; }
 };
 
+/// The second topic for people: "depth of /camera/depth", "disparities of …", or its name alone.
+[[nodiscard]] std::string second_of(const ImageTopics& topics);
+
 /// Encodings of the first messages (sensor_msgs/Image) by topic.
 using Encodings = std::map<std::string, std::string>;
 
@@ -32,6 +36,11 @@ using Encodings = std::map<std::string, std::string>;
 /// topics. Throws InputError, which lists the candidates: there is no pair, or more than one camera has one.
 [[nodiscard]] ImageTopics choose_image_topics(const std::string& bag, const std::vector<mcap::Topic>& topics,
                                               const ImageTopics& asked, const Encodings& encodings = {});
+
+/// True for sensor_msgs/Image and CompressedImage with messages, depth left out where the name says so.
+[[nodiscard]] bool holds_images(const mcap::Topic& topic);
+/// Content of a topic as the second one; none: neither depth nor disparities.
+[[nodiscard]] std::optional<SecondTopic> depth_kind_of(const mcap::Topic& topic, const Encodings& encodings);
 
 /// nullptr: there is no such topic, or nothing on it.
 [[nodiscard]] const mcap::Topic* find_topic(const std::vector<mcap::Topic>& topics, const std::string& name);
