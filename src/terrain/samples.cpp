@@ -132,14 +132,15 @@ void TerrainSamples::begin(const TerrainCamera& camera, const TerrainLimits& lim
 
 void TerrainSamples::read(int sector, View<const float> obstacle, View<const float> road) {
   float* const medians{disparity_.row(sector) + line_rows};
+  const auto columns = static_cast<std::size_t>(std::min(sector_px, obstacle.width));  // of a very narrow image fewer
   std::fill_n(medians, first_row_, 0.0f);
   for (int v{first_row_}; v < height_px_; v += tile_rows) {
-    Tile tile;
+    Tile tile{};
     for (int i{0}; i < tile_rows; ++i) {
       const int row{std::min(v + i, height_px_ - 1)};
       const float* const a{obstacle.row(row) + sector * sector_px};
       const float* const b{road.row(row) + sector * sector_px};
-      for (std::size_t k{0}; k < sector_px; ++k) tile[k][static_cast<std::size_t>(i)] = std::max(a[k], b[k]);
+      for (std::size_t k{0}; k < columns; ++k) tile[k][static_cast<std::size_t>(i)] = std::max(a[k], b[k]);
     }
     sort_rows(tile);
     write_medians(tile, std::min(tile_rows, height_px_ - v), medians + v);
