@@ -9,7 +9,7 @@
 
 namespace stereogrid::app {
 
-/// Where the work is done, as the user says.
+/// Device and threads that the user asks for.
 struct DeviceOptions {
   std::string device{"auto"};
   int threads{0};

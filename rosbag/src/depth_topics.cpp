@@ -54,7 +54,7 @@ bool has_name(const std::string& topic, std::string_view name) {
   return ("/" + topic + "/").find(fmt::format("/{}", name)) != std::string::npos;
 }
 
-/// How well images are those of the left camera, to which stereo depth belongs: 2, 1 (another camera of the same
+/// Rank of images as those of the left camera, to which stereo depth belongs: 2, 1 (another camera of the same
 /// device), 0 (the right one).
 int side_of(const std::string& images) {
   constexpr std::array<std::string_view, 4> left{"left", "infra1", "cam0", "ir"};
@@ -70,7 +70,7 @@ int side_of(const std::string& images) {
              : 1;
 }
 
-/// How well depth belongs to these images: 0: not at all.
+/// Rank of depth for these images; 0: it does not belong to them.
 int fit_of(const Topic& images, const Topic& depth) {
   const std::string parent{parent_of(base_of(depth))};
   const std::string_view folder{last_of(parent)};

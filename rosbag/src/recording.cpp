@@ -118,7 +118,7 @@ Encodings encodings_of(const mcap::Bag& bag) {
   return encodings;
 }
 
-/// Of the first image that can be decoded; 0: none.
+/// Value in the first image that can be decoded; 0: none.
 std::pair<int, int> image_size_of(const mcap::Bag& bag, const std::string& topic) {
   const auto cursor{bag.messages({.topics = {topic}})};
   while (const mcap::Message* const message{cursor->next()}) {
@@ -132,7 +132,7 @@ std::pair<int, int> image_size_of(const mcap::Bag& bag, const std::string& topic
   return {0, 0};
 }
 
-/// Of the first CameraInfo; 0: none.
+/// Value in the first CameraInfo; 0: none.
 std::pair<std::uint32_t, std::uint32_t> info_size_of(const mcap::Bag& bag) {
   const auto is_info = [](const mcap::Topic& topic) {
     return topic.type == messages::sensor_msgs::CameraInfo::type_name && topic.message_count > 0;

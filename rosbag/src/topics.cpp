@@ -22,7 +22,7 @@ namespace {
 
 using mcap::Topic;
 
-/// What cameras are called. The first that fits: cam1 is the right camera beside cam0, and the left one beside cam2.
+/// Names of cameras. The first that fits counts: cam1 is the right camera beside cam0, and the left one beside cam2.
 constexpr auto names_of_sides{std::to_array<std::pair<std::string_view, std::string_view>>({{"left", "right"},
                                                                                             {"Left", "Right"},
                                                                                             {"LEFT", "RIGHT"},

@@ -28,7 +28,7 @@ class Samples {
   }
   [[nodiscard]] bool is_reached(CellIndex at) const { return reached(at.ix, at.iy) != 0; }
   [[nodiscard]] double height(CellIndex at) const { return height_m(at.ix, at.iy); }
-  /// How the ground goes on from a sample that is reached to its neighbour that is not. `step_m`: up or down.
+  /// Step from a sample that is reached to its neighbour that is not. `step_m`: up or down.
   [[nodiscard]] Mark between(CellIndex from, CellIndex to, double& step_m) const;
 
   Image<double> height_m;  ///< over the vehicle frame's plane

@@ -21,7 +21,7 @@ struct Frame3 {
   [[nodiscard]] Vector3 back(Vector3 local) const { return origin + local.x * forward + local.y * left + local.z * up; }
 };
 
-/// Where the wheels stand: ahead of the camera, behind it, and to either side.
+/// Contact points of the wheels: ahead of the camera, behind it, and to either side.
 struct Wheels {
   double front_m{0.9};
   double rear_m{1.8};

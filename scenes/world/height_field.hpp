@@ -20,7 +20,7 @@ class HeightField {
     double slope_y{0};
     double twist{0};
   };
-  /// Where a ray meets the ground: at origin + t · direction.
+  /// Intersection of a ray with the ground, at origin + t · direction.
   struct Crossing {
     double t{0};
     Vector3 normal{0, 0, 1};

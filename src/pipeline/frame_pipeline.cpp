@@ -173,10 +173,10 @@ void FramePipeline::keep_near_ground(const LevelFrame& frame, const Ground& expe
   add_samples(stages_->obstacle_disparity(), first_row, ground_samples_.samples);
   add_samples(stages_->road_disparity(), first_row, ground_samples_.samples);
   const Ground near{fit_ground(rig_, config_.ground, expected, ground_samples_)};
-  const NearGround before{near_ground(rig_, mounting_samples_, plane, road_plane(rig_, near), near_part)};
+  const NearGround fitted{near_ground(rig_, mounting_samples_, plane, road_plane(rig_, near), near_part)};
   const NearGround estimated{
       near_ground(rig_, mounting_samples_, plane, road_plane(rig_, stages_->ground()), near_part)};
-  if (!before.holds() || before.misfit_px >= clearly_better * estimated.misfit_px) return;
+  if (!fitted.holds() || fitted.misfit_px >= clearly_better * estimated.misfit_px) return;
   if (frame.is_given() || has_searched) match(near, false);
   stages_->set_ground(near);
 }

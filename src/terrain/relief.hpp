@@ -29,7 +29,7 @@ class TerrainRelief {
   /// Relief of one sector.
   void fill(int sector, const TerrainCamera& camera, const Rings& rings, const PolarCell* cells);
 
-  /// Of wide ground, where the noise is low enough to tell it from an obstacle's foot; else NaN.
+  /// Elevation of wide ground, m; NaN: none, or too noisy to tell from an obstacle's foot.
   [[nodiscard]] float wide_elevation(int sector, int ring) const {
     return ring < judged_rings_ ? ground_m_(ring, sector) : std::numeric_limits<float>::quiet_NaN();
   }

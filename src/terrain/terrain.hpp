@@ -68,7 +68,7 @@ class Terrain {
     }
   }
 
-  /// Of the last find().
+  /// Relief of the last find().
   [[nodiscard]] Relief<Host> relief() const { return relief_.view(); }
   [[nodiscard]] std::size_t held_bytes() const;
 

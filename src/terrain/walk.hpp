@@ -48,8 +48,8 @@ struct SectorWalk {
   GapKind end_kind{GapKind::unknown};
   int end_confirmations{0};        ///< of six neighbours that the edge needs
   int common_end{no_ring};         ///< edge of most neighbours
-  bool is_block_confirmed{false};  ///< by obstacles of neighbours, of which it needs so many:
-  int block_confirmations{0};
+  int block_confirmations{0};      ///< neighbours' obstacles that `blocked` needs
+  bool is_block_confirmed{false};  ///< it has them
 };
 
 /// Input of the walks of all sectors.

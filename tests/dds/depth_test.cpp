@@ -94,7 +94,7 @@ class DdsDepth : public DepthBags {
     return message_of;
   }
 
-  /// Of every frame, whatever its stamp.
+  /// Grids of every frame, whatever its stamp.
   static std::vector<std::vector<std::int8_t>> grids_of(const std::string& source, const std::string& words,
                                                         std::string& said) {
     const fs::path recording{*folder / "recording.mcap"};
@@ -163,7 +163,7 @@ TEST_F(DdsDepth, WithoutImagesIsNamed) {
   std::erase_if(entries, [](const Entry& one) { return one.topic == "/camera/left/image_rect"; });
   const Player player{entries};
   Peer tool{live("ros2:/camera", 4)};
-  EXPECT_THAT(all_of(tool), AllOf(HasSubstr("there is depth on /camera/disparity, but nobody publishes images there"),
+  EXPECT_THAT(all_of(tool), AllOf(HasSubstr("there is depth on /camera/disparity, but images have no publisher"),
                                   HasSubstr("--left-topic TOPIC --right-topic TOPIC")));
 }
 

@@ -143,8 +143,8 @@ TEST(DdsTool, OneTopicMayHaveTheCameraInfoOfBothCameras) {
 TEST(DdsTool, WhatItWaitsForItSays) {
   Peer cameras{bare_peer("pairs /stereo reliable 64x48 5 6")};
   Peer live{tool("live ros2:/sterep --listen :0", 4)};
-  EXPECT_THAT(all_of(live), AllOf(HasSubstr("nobody publishes images there"),
-                                  HasSubstr("Elsewhere there are: /stereo/left/image_rect")));
+  EXPECT_THAT(all_of(live),
+              AllOf(HasSubstr("images have no publisher"), HasSubstr("Elsewhere there are: /stereo/left/image_rect")));
 }
 
 TEST(DdsTool, WithoutItsLibraryItSaysWhatIsMissing) {

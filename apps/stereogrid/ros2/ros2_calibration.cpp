@@ -94,7 +94,7 @@ io::Calibration stereo_calibration(dds::Node& node, const InputOptions& options,
       rosbag::is_rectified(found.left) && rosbag::is_rectified(found.right), width_px, height_px);
 }
 
-/// What calibrates images with depth.
+/// Calibration messages of images with depth.
 struct DepthMessages {
   Image<std::uint8_t> images;
   Image<float> depth_m;

@@ -67,10 +67,10 @@ rosbag::ImageTopics choose(const std::string& name, const std::vector<mcap::Topi
     std::ranges::copy_if(topics, std::back_inserter(depth), is_depth);
     const std::string hint{elsewhere.empty() ? "" : " Elsewhere there are: " + elsewhere + "."};
     if (!depth.empty()) {
-      throw InputError{name, fmt::format("there is depth on {}, but nobody publishes images there.", list_of(depth)),
+      throw InputError{name, fmt::format("there is depth on {}, but images have no publisher.", list_of(depth)),
                        "Give the left camera's images: --left-topic TOPIC --right-topic TOPIC (the depth)." + hint};
     }
-    throw InputError{name, "nobody publishes images there.",
+    throw InputError{name, "images have no publisher.",
                      hint.empty() ? "Do ROS_DOMAIN_ID and the network fit?" : hint.substr(1)};
   }
   rosbag::ImageTopics chosen{rosbag::choose_image_topics(name, topics, asked, encodings)};

@@ -53,7 +53,7 @@ cv::Mat decode(const std::string& file, const std::string& bytes) {
   return image;
 }
 
-/// What the numbers of a file mean.
+/// Meaning of a file's numbers.
 struct Coding {
   double units;  ///< whole numbers in a pixel, or a metre
   bool has_whole_tiff;

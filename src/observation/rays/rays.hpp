@@ -24,7 +24,7 @@ struct RaySpace {
   /// For the road of a frame.
   void place(const Rig& rig, const Ground& ground, const UDisparityConfig& config);
 
-  /// Of the pixel (u, v) with this disparity ≥ 0.
+  /// Entry of the pixel (u, v) with this disparity ≥ 0.
   [[nodiscard]] const RayRow& row(int u, int v, float disparity) const {
     const int raised{relief.is_plane() ? 0 : relief.rows_at(u, disparity)};
     return rows[static_cast<std::size_t>(v + margin - shift[static_cast<std::size_t>(u)] + raised)];

@@ -85,7 +85,7 @@ void add_named(const fs::path& folder, std::span<const char* const> words, std::
   }
 }
 
-/// Of several single cameras that of the images: their names are those of ScanNet.
+/// Among several single cameras the one of the images, by ScanNet's names.
 void leave_colour(std::vector<fs::path>& found) {
   const auto is_other{[](const fs::path& path) {
     const std::string name{path.filename().string()};

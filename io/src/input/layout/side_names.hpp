@@ -44,7 +44,7 @@ inline constexpr std::array<SideWords, 26> all_side_words{{{"left", "right"},
                                                            {"imgl", "imgr"},
                                                            {"imagel", "imager"},
                                                            {"cam_b", "cam_c"}}};
-// Of folders only: numbers in names of images count frames.
+// For folders only: numbers in names of images count frames.
 inline constexpr SideWords numbered_folders{"0", "1"};
 
 /// The name in lower case without the word and one separator beside it. None: the word is not there. "left" and

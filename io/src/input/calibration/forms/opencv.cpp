@@ -42,7 +42,7 @@ CameraModel camera_of(const YamlGroup& file, std::string_view side) {
   return camera;
 }
 
-/// Of all cameras, else of the left one.
+/// Value for all cameras, else that of the left one.
 void read_size(const YamlGroup& root, const Sides* sides, Rig& rig) {
   const auto key_of{[&](Names names) {
     std::string key{find(root, names)};

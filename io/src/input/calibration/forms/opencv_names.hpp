@@ -10,7 +10,7 @@
 
 namespace stereogrid::io::opencv {
 
-/// What dumps of stereoCalibrate call a value, in lower case without separators.
+/// Names of a value in dumps of stereoCalibrate, in lower case without separators.
 using Names = std::span<const std::string_view>;
 inline constexpr std::string_view matrix_names[]{"m",
                                                  "k",
