@@ -21,11 +21,13 @@ struct Covariance2 {
   double yy{0};
 };
 
-/// What one can go around (car, person, cycle, pole, box), or a boundary (wall, hedge, façade, row that cannot be
-/// separated).
-enum class ObstacleKind : std::uint8_t { thing, extended };
-constexpr std::array<std::string_view, 2> names_of(ObstacleKind) {
-  return {"thing", "extended"};
+enum class ObstacleKind : std::uint8_t {
+  object,    ///< car, person, cycle, pole, box: the vehicle can go around it
+  boundary,  ///< wall, hedge, façade, or a row of objects that cannot be separated
+  drop,      ///< edge behind which the ground is lower (docs/terrain.md)
+};
+constexpr std::array<std::string_view, 3> names_of(ObstacleKind) {
+  return {"object", "boundary", "drop"};
 }
 
 /// Points on the ground, m, one after another. A fixed number has room: nothing is allocated.
@@ -56,7 +58,7 @@ class STEREOGRID_EXPORT Outline {
   std::size_t size_{0};
 };
 
-/// A tracked thing or boundary. Positions in the vehicle frame of the same instant; velocities
+/// A tracked object, boundary or drop. Positions in the vehicle frame of the same instant; velocities
 /// relative to the ground, in vehicle axes.
 struct Obstacle {
   std::int64_t id{0};  ///< stays with the obstacle for as long as it is tracked; never used again
@@ -75,10 +77,12 @@ struct Obstacle {
   double unseen_s{0};               ///< since it was last seen
   Covariance2 position_covariance;  ///< m², vehicle axes
   Covariance2 velocity_covariance;  ///< m²/s², vehicle axes
-  ObstacleKind kind{ObstacleKind::thing};
-  double height_m{0};  ///< above the road, of nine in ten of its columns; what hangs above a gap does not count
-  /// What is seen of it, where it was last seen, moved on with it: of a thing a simple polygon, at least as deep as
-  /// half a metre; of an extended boundary an open line along its near side, from left to right.
+  ObstacleKind kind{ObstacleKind::object};
+  /// Above the road, of nine in ten of its columns; what hangs above a gap does not count. Of a drop negative: the
+  /// visible part of its fall.
+  double height_m{0};
+  /// Visible part where it was last seen, moved on with it: of an object a simple polygon, at least as deep as half a
+  /// metre; of a boundary or a drop an open line along its near side, from left to right.
   Outline outline;
   /// Of its velocity's direction, to the left; 0 where it does not move, or does not surely turn.
   double yaw_rate_radps{0};

@@ -239,6 +239,7 @@ void Walk::end_at(const Gap& gap) {
   walk_.end_seen = ring_;
   // what lies before the image may have any height
   walk_.end_kind = state_.x < in_.rings.begin_m(0) ? GapKind::unknown : gap.kind;
+  walk_.end_fall_m = std::max(state_.z - gap.landing_z, 0.0f);
   walk_.end_confirmations = is_far() ? 4 : 3;
 }
 

@@ -46,6 +46,7 @@ struct SectorWalk {
   int end{no_ring};       ///< ring of an edge behind which the ground is hidden
   int end_seen{no_ring};  ///< ring in which the gap was met: behind `end` by the matcher's smear
   GapKind end_kind{GapKind::unknown};
+  float end_fall_m{0};             ///< visible fall of the surface behind the edge
   int end_confirmations{0};        ///< of six neighbours that the edge needs
   int passage_end{no_ring};        ///< edge to both sides of a narrow passage
   int block_confirmations{0};      ///< neighbours' obstacles that `blocked` needs
