@@ -111,7 +111,7 @@ void draw_grid_legend(cv::Mat& canvas, const Box& box) {
   draw_text(canvas, box.x + ramp_width / 2, ramp_y + 27, "unknown", palette::ink, Align::centre, 0.4);
   draw_text(canvas, box.x + ramp_width, ramp_y + 27, "occupied", palette::ink, Align::right, 0.4);
   draw_text(canvas, box.x, ramp_y + 48, "outline: obstacle, number, speed", palette::obstacle, Align::left, 0.4);
-  draw_text(canvas, box.x, ramp_y + 66, "arrow: its way in 1 s", palette::ink, Align::left, 0.4);
+  draw_text(canvas, box.x, ramp_y + 66, "arrow: motion in 1 s", palette::ink, Align::left, 0.4);
   constexpr int radius{24};
   const cv::Point centre{box.x + box.width - 50, box.y + 32};
   for (int dy{-radius}; dy <= radius; ++dy) {
