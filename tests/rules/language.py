@@ -52,7 +52,7 @@ TERMS = {
     r"as soon as\b": "when",
     r"\bpictures?\b": "image, figure, visualisation",
     r"sayings?\b|a sentence\b": "text, message, description",
-    r"cannot be (?:true|right|meant)|that cannot be\b": "is implausible / invalid",
+    r"cannot be (?:true|right|meant)|that cannot be\b(?! \w+(?:ed|en|t)\b)": "is implausible / invalid",
 }
 TERM = re.compile("|".join(f"({pattern})" for pattern in TERMS), re.IGNORECASE)
 
