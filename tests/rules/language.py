@@ -47,7 +47,7 @@ TERMS = {
     r"way of a frame": "frame pipeline",
     r"\bsinks?\b": "publisher",
     r"frames? in flight": "in-flight frame",
-    r"gets? in\b": "access is granted / denied",
+    r"\bgets? in\b": "access is granted / denied",
     r"(?:so|as) long as\b": "while",
     r"as soon as\b": "when",
     r"\bpictures?\b": "image, figure, visualisation",
@@ -138,7 +138,8 @@ def texts_of(name: str, text: str) -> list[Text]:
 
 
 def long_sentences(text: str) -> list[str]:
-    plain = re.sub(r"`[^`]*`|\$[^$]*\$", "code", re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", text))
+    plain = re.sub(r"`[^`]*`|\$[^$]*\$", "Code", re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", text))
+    plain = re.sub(r"Code(?:(?:,| and| or|,? to) Code)+", "Code", plain)  # a list of names reads as one
     sentences = re.split(r"(?<=[.!?])[*_)]*\s+(?=[*_(\[]*[A-Z0-9])", plain)
     return [sentence for sentence in sentences if len(re.findall(r"[\w'’-]*\w", re.sub(r"[\d.,]+", "1", sentence))) > MAX_WORDS]
 
