@@ -66,11 +66,12 @@ class Text:
     text: str
 
 
-def joined(pieces: list[tuple[int, int, str]]) -> list[Text]:
-    """Comments (line, column, text), those on consecutive lines at one column joined."""
+def joined(pieces: list[tuple[int, int, str]], lines: list[str]) -> list[Text]:
+    """Comments (line, column, text); a line without code continues the comment above it at the same column."""
     found: list[list] = []
     for line, column, text in pieces:
-        if found and found[-1][1:3] == [line - 1, column] and found[-1][3] and text:
+        is_alone = not lines[line - 1][:column].strip(" \t#/*")
+        if is_alone and found and found[-1][1:3] == [line - 1, column] and found[-1][3] and text:
             found[-1][1] = line
             found[-1][3] += " " + text
         else:
@@ -83,18 +84,20 @@ def c_texts(text: str) -> list[Text]:
     for match in C_TOKEN.finditer(text):
         token, line = match[0], text.count("\n", 0, match.start()) + 1
         if token.startswith("/"):
-            column = match.start() - text.rfind("\n", 0, match.start())
+            column = match.start() - text.rfind("\n", 0, match.start()) - 1
             body = re.sub(r"\n\s*\*?", " ", token[2:-2]) if token.startswith("/*") else token.lstrip("/<! ")
+            if token.startswith("/*") and " " not in body:  # name of a parameter
+                continue
             comments.append((line, column, body.strip()))
         elif token.startswith(('"', "R")) and token.count(" ") >= 2:
             messages.append(Text(line, "message", token.strip('"R')))
-    return joined(comments) + messages
+    return joined(comments, text.splitlines()) + messages
 
 
 def python_texts(text: str) -> list[Text]:
     tokens = tokenize.generate_tokens(io.StringIO(text).readline)
     comments = [(token.start[0], token.start[1], token.string.lstrip("# ")) for token in tokens if token.type == tokenize.COMMENT]
-    texts = joined(comments)
+    texts = joined(comments, text.splitlines())
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)) and (doc := ast.get_docstring(node)):
             texts.append(Text(node.body[0].lineno, "comment", doc))
@@ -106,7 +109,7 @@ def hash_texts(text: str) -> list[Text]:
     for number, line in enumerate(text.splitlines(), start=1):
         if match := re.search(r"(?:^|\s)#(?!!)\s*(.*)", line):
             comments.append((number, match.start(1), match[1]))
-    return joined(comments)
+    return joined(comments, text.splitlines())
 
 
 def page_texts(text: str) -> list[Text]:
@@ -117,6 +120,8 @@ def page_texts(text: str) -> list[Text]:
         if paragraph and (not line.strip() or re.match(r"\s*([*+-]|\d+\.) |#|\|", line)):
             found.append(Text(start, "page", " ".join(paragraph)))
             paragraph = []
+        if not paragraph and line.startswith("    "):  # an equation
+            continue
         if line.startswith("|"):
             found += [Text(number, "page", part.strip()) for part in re.split(r"[|;]", line) if re.search(r"\w", part)]
         elif line.strip():
