@@ -18,7 +18,7 @@ constexpr CellIndex neighbours[]{{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
 
 enum class Mark : std::uint8_t { none, drop, rise };
 
-/// The ground of a grid at 3 × 3 samples per cell: heights, what stands there, what is seen and what is reached.
+/// Ground of a grid at 3 × 3 samples per cell: heights, bodies, visible and reached samples.
 class Samples {
  public:
   Samples(const Moment& moment, const TruthGrid& grid);

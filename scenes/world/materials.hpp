@@ -12,7 +12,7 @@ namespace stereogrid::scenes {
 
 enum class Pattern { plain, bricks, windows, planks, slabs, car_windows, lettering };
 
-/// What a surface looks like: a mean grey level, noise of every size around it, and a pattern.
+/// Appearance of a surface: a mean grey level, noise of every size around it, and a pattern.
 struct Material {
   Pattern pattern{Pattern::plain};
   double grey{120};
