@@ -59,8 +59,8 @@ struct ObstacleScores::Candidate {
   const Obstacle* obstacle;
   std::vector<Point2> outline;
   bool closed;
-  double area_m2;  // of a closed one
-  double y_min_m;  // of the outline
+  double area_m2;  // closed outlines only
+  double y_min_m;  // minimum of the outline
   double y_max_m;
 
   [[nodiscard]] bool holds_cell(Point2 cell) const {
@@ -216,7 +216,7 @@ void ObstacleScores::add_errors(const Thing& thing, const Candidate& candidate) 
   const Obstacle& o{*candidate.obstacle};
   errors_.centre_m.push_back(distance_between(centre_of(o), thing.centre));
   errors_.nearest_edge_m.push_back(std::abs(distance_m(candidate.outline, {}) - distance_m(thing.footprint, {})));
-  // the heading of what stands is that of its longer side
+  // the heading of static things is that of the longer side
   const auto [shorter, longer]{std::minmax(thing.length_m, thing.width_m)};
   errors_.length_m.push_back(std::abs(std::max(o.length_m, o.width_m) - longer));
   errors_.width_m.push_back(std::abs(std::min(o.length_m, o.width_m) - shorter));
