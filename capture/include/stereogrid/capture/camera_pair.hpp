@@ -46,7 +46,7 @@ class STEREOGRID_EXPORT CameraPair final : public LiveSource {
   void add(const PixelView& left, const PixelView& right, Clock::time_point captured);
   /// The same in one image, the left camera's in its left half.
   void add_side_by_side(const PixelView& both, Clock::time_point captured);
-  /// What came cannot be used; the next one may be.
+  /// Counts an unusable image; the next one may be usable.
   void add_unusable();
 
   /// The camera is lost, or whatever else stands in the way, and what would mend it; until the next pair comes.
