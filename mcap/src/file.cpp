@@ -106,7 +106,7 @@ void FileOutput::close() {
 
 FileInput::FileInput(const fs::path& path) : file_{-1}, name_{io::printable_path(path)} {
   struct stat status {};
-  // asked before it is opened: opening a FIFO waits, opening a device may do something
+  // before open(): opening a FIFO blocks, opening a device may have side effects
   if (::stat(path.c_str(), &status) != 0) fail_to_open(errno);
   if (!S_ISREG(status.st_mode)) throw InputError{name_, "is no file on a disk.", "Copy the recording into a file."};
   file_ = Descriptor{open_uninterrupted(path, O_RDONLY | O_NONBLOCK)};

@@ -138,7 +138,7 @@ void Scanner::take_messages(const RecordHead& head) {
 
 void Scanner::unpack(const RecordHead& head) {
   if (head.op == Op::chunk) return unpack_chunk(batch_.raw, batch_);
-  // nobody writes both, and no checksum says that it is not something else with a damaged head
+  // writers never mix both, and no checksum protects the head of such a record
   if (has_chunks_) throw Malformed{"the file has its messages in chunks"};
   file_.read(record_at_, place_.length, batch_.raw);  // with its head
   batch_.records = batch_.raw;

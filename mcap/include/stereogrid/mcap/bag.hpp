@@ -18,7 +18,7 @@ struct Topic {
   std::string name;
   std::string type;                  ///< "sensor_msgs/msg/Image"
   std::string message_encoding;      ///< "cdr"
-  std::string offered_qos_profiles;  ///< of the first who sent; empty: not recorded
+  std::string offered_qos_profiles;  ///< QoS of the first publisher; empty: not recorded
   std::string schema_encoding;       ///< empty: the recording does not describe the type
   std::string schema;
   std::uint64_t message_count{0};
@@ -39,7 +39,7 @@ class STEREOGRID_EXPORT Bag {
   /// In the order of their log times. The bag has to live as long. Throws InputError and DeviceError (the disk),
   /// while reading, too.
   [[nodiscard]] virtual std::unique_ptr<MessageCursor> messages(const Selection& selection) const = 0;
-  /// What could not be read so far, in sentences that name the file.
+  /// Damage found so far, as messages that name the file.
   [[nodiscard]] virtual std::vector<std::string> damage() const = 0;
 };
 

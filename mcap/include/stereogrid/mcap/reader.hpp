@@ -18,7 +18,7 @@ inline constexpr std::uint64_t largest_chunk_bytes{std::uint64_t{512} << 20};
 /// Chunks whose times overlap are unpacked at the same time; more throws InputError.
 inline constexpr std::uint64_t most_unpacked_bytes{std::uint64_t{1} << 30};
 
-/// What a file declares and holds.
+/// Declarations and message counts of a file.
 struct Contents {
   std::string profile, library;
   std::map<std::uint16_t, Schema> schemas;
@@ -61,7 +61,7 @@ class STEREOGRID_EXPORT StreamReader : public MessageCursor {
   ~StreamReader() override;
 
   const Message* next() override;
-  /// What was declared so far, and of the messages so far.
+  /// Declarations and counts so far.
   [[nodiscard]] const Contents& contents() const;
   /// So far; after the last message: all of it, how far it got and what was lost.
   [[nodiscard]] const Damage& damage() const;
