@@ -50,7 +50,7 @@ class Strip {
   }
 
  private:
-  // where the base lies below the image some rows must remain
+  // a base below the image still has some rows
   [[nodiscard]] int top_of(int base) const {
     const double d{road_.disparity(centre_u_, base)};
     const int top{static_cast<int>(std::ceil(road_.row_at_height(centre_u_, d, parameters_.obstacle_height_m)))};

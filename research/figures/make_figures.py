@@ -62,7 +62,7 @@ def main():
         try:
             drawn, left_out = figures.draw(**make_runs(given.input or SCENE, Path(work), given.programs, options))
             figures.save(drawn, given.out)
-        except subprocess.CalledProcessError as error:  # what was wrong it has said itself
+        except subprocess.CalledProcessError as error:  # the program has printed its message
             sys.exit(error.returncode)
         except figures.Complaint as complaint:
             sys.exit(f"make_figures.py: {complaint}")
