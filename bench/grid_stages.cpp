@@ -32,7 +32,7 @@ constexpr int rounds{51};
 constexpr int calls{3};           // one after the other: the first finds the caches full of the others' images
 constexpr std::size_t frames{3};  // until the road is found
 constexpr std::size_t first_frame{8};
-constexpr double heading_rad{0.3};  // of the car in the world
+constexpr double heading_rad{0.3};  // yaw of the vehicle in the world
 
 double now_ms() {
   return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC;

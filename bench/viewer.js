@@ -20,7 +20,7 @@ function serve() {
   }));
 }
 
-/** In the page: counts pictures of the grid, and how long each move of the pointer waits for the next one. */
+/** In the page: counts images of the grid, and how long each move of the pointer waits for the next one. */
 function watch() {
   const seen = { frames: 0, waits: [], long: 0 };
   window.seen = seen;

@@ -2,7 +2,7 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Builds the CUDA part alone, tests it on this machine's GPU, measures its speed, and looks for errors with
+# Builds the CUDA part alone, tests it on this machine's GPU, measures its speed, and searches for errors with
 # compute-sanitizer. Needs nvcc, CMake, g++ and Python, no other package; takes Ninja where it is.
 #
 #   scripts/gpu-check.sh [--steps build,test,bench,sanitize] [--report DIR] [--limit SECONDS] [--total SECONDS]
@@ -58,7 +58,7 @@ status=0
 mkdir -p "$report"
 wanted() { [[ ,$steps, == *,$1,* ]]; }
 
-# Remembers how a check has ended, in results.tsv.
+# Records the result of a check in results.tsv.
 remember() { # remember NAME RESULT
   touch "$report/results.tsv"
   { grep -v "^$1	" "$report/results.tsv" || true; printf '%s\t%s\n' "$1" "$2"; } | sort >"$report/results.new"
