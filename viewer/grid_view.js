@@ -47,7 +47,7 @@ export class GridView {
     this.redraw();
   }
 
-  /** `layerOf()`: the layer; asked for when it is drawn, so that those that nobody would see cost nothing. */
+  /** `layerOf()`: the layer; requested when it is drawn, so that hidden layers cost nothing. */
   show(layerOf) {
     this.#layerOf = layerOf;
     this.redraw();
@@ -148,7 +148,7 @@ export class GridView {
     context.lineWidth = (strong ? 4 : 2) / scale;
     context.beginPath();
     for (const { x, y } of outline) context.lineTo(x, y);
-    if (kind === 'moving' && position) { // where it is in a second
+    if (kind === 'moving' && position) { // predicted position in a second
       context.moveTo(position.x, position.y);
       context.lineTo(position.x + velocity.x, position.y + velocity.y);
     }

@@ -38,7 +38,7 @@ bool is_bag_file(const fs::path& path) {
   return start.starts_with("\x89MCAP0") || start == "SQLite f" || start.starts_with("#ROS");
 }
 
-/// What was not used, and why.
+/// Warns of unused images, with the reasons.
 void warn_of_rest(io::ForeignRecording& found, const ImageTopics& topics, const Shots& left, const Shots& right,
                   double tolerance_ms) {
   const auto warn = [&](const std::string& topic, const Shots& shots) {
@@ -100,7 +100,7 @@ void take_poses(io::ForeignRecording& found, const mcap::Bag& bag, const std::st
   }
 }
 
-/// Encodings of the first messages, which tell depth from images where names do not.
+/// Encodings of the first messages, which distinguish depth from images if names do not.
 Encodings encodings_of(const mcap::Bag& bag) {
   Encodings encodings;
   for (const mcap::Topic& topic : bag.topics()) {
