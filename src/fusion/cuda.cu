@@ -59,7 +59,7 @@ void OtherGridsOnDevice::take(Cuda& cuda, std::span<const ObservedGrid> others) 
   const List list{static_cast<int>(sent_.size()), grids_.data()};
   if (!sent_.empty()) upload(cuda, sent_.data(), sent_.size(), grids_.data());
   upload(cuda, &list, 1, list_.data());
-  cuda.synchronize();  // what was copied is the caller's, or gone soon
+  cuda.synchronize();  // the source of the copy may be released by the caller
 }
 
 void fuse(Cuda& cuda, const OtherGridsOnDevice& others, const GridInVehicle* grid, const FusionConfig& config,

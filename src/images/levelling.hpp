@@ -34,7 +34,7 @@ class Levelling {
   void for_pixels(Cpu& cpu, View<Pixel> level, const auto& pixel_at) const;
 
   LevelMapping mapping_;
-  double centre_v_px_;  ///< of the pitched images
+  double centre_v_px_;  ///< centre of the pitched images
   double sin_pitch_;
   double cos_pitch_;
 };

@@ -64,7 +64,7 @@ EgoMotion::Placing EgoMotion::place_without_pose(double dt_s) {
   if (!has_warned_) {
     placing.warning = rate_ ? "no pose: the last motion is carried on" : "no pose: the vehicle is taken to stand still";
   }
-  // where there never was one, that may be intended
+  // without any pose so far this may be intended
   if (!has_warned_ || input_from_world_) placing.status = FrameStatus::pose_missing;
   has_warned_ = true;
   world_from_vehicle_ = world_from_vehicle_ * motion_of(rate_, dt_s);

@@ -14,7 +14,7 @@
 
 namespace stereogrid {
 
-/// What points say of their velocity, spread over the cells around them.
+/// Velocities of points, spread over the cells around them.
 class EvidenceMap {
  public:
   /// A window of `cells` × `cells`; `points` have room from the start. `fastest_mps`: of the filter's lattice along an
@@ -46,7 +46,7 @@ class EvidenceMap {
     int first;
     int last;
   };
-  /// What a point says, and how far around it.
+  /// Measurement of a point, and its range.
   struct Point {
     Point2 place;
     Symmetric2 distance;
@@ -71,11 +71,11 @@ class EvidenceMap {
 
   Image<Sum> sums_;
   double fastest_mps_;
-  std::vector<int> touched_;  // of each row, from its first cell's place on: cells
+  std::vector<int> touched_;  // cells, by row, from its first cell's position on
   std::vector<Row> rows_;
   std::vector<VelocityEvidence> evidence_;
 
-  // of a frame
+  // window of a frame
   GridGeometry window_;
   CameraView view_;
   std::vector<Point> points_;

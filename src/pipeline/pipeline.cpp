@@ -183,7 +183,7 @@ struct Pipeline::Implementation {
   FrameInput input;
   std::unique_ptr<FramePipeline> frames;
   StageImages unwanted_stages;
-  GridGeometry window;  // of the last frame
+  GridGeometry window;  // window of the last frame
 };
 
 Pipeline::Pipeline(const Config& config, const Rig& rig, const PipelineOptions& options) {
@@ -255,7 +255,7 @@ void Pipeline::load_state(std::span<const std::byte> saved) {
   StateReader state{unsealed(saved, settings_of(self.config, self.given_rig, self.options))};
   state(self);
   if (state.fits()) return;
-  reset();  // what was read so far makes no sense
+  reset();  // the partly loaded state is invalid
   throw InputError{"saved state", "does not fit this pipeline.", "Begin without it."};
 }
 

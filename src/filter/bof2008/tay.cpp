@@ -10,7 +10,7 @@
 namespace stereogrid {
 namespace {
 
-// What the prediction needs to know about each cell of the state before.
+// Prepares the prediction of each cell of the last state.
 void prepare(const FilterStep& step, const FilterState& before, FilterSpace& space) {
   const Image<float>& standing{before.velocity[before.velocity.size() / 2]};
   for (std::size_t c{0}; c < standing.size(); ++c) {

@@ -55,7 +55,7 @@ void blend(Pair first, Pair second, float share, int width, Pair out) {
   blend(first.occupied, second.occupied, share, width, out.occupied);
 }
 
-// How rows of the state before are read: with the noise of velocity k, and the prior outside the window.
+// Rows of the last state, with the noise of velocity k, and the prior outside the window.
 class Source {
  public:
   Source(const LatticeTile& tile, std::size_t k)
@@ -94,7 +94,7 @@ class Source {
     int end;
   };
   [[nodiscard]] int first() const { return tile_.x_begin + from_.ix; }
-  // What of a row lies in the window.
+  // Part of a row within the window.
   [[nodiscard]] Span span(int y, int count) const {
     const int cells{tile_.before.occupancy.width()};
     const int row{y + from_.iy};

@@ -38,11 +38,11 @@ struct RowOffsets {
   }
 };
 
-/// So many columns share an offset, that in their middle: it changes by some hundredths of a pixel on the way.
+/// Number of columns that share the offset of their centre; it changes by some hundredths of a pixel across them.
 constexpr int offset_columns{16};
 
-/// Where a point of row v of the left image is seen in column u of the right one, in 1/256 px. A whole number, so that
-/// every back end interpolates alike; offsets beyond ±4096 px are cut off.
+/// Row of the right image, in column u, for a point of row v of the left image, in 1/256 px. An integer, so that every
+/// back end interpolates alike; offsets beyond ±4096 px are cut off.
 STEREOGRID_HD inline int place_256(const RowOffsets& offsets, int u, int v) {
   const double offset{offsets.at(u / offset_columns * offset_columns + offset_columns / 2, v) * 256};
   constexpr int limit{4096 * 256};

@@ -36,7 +36,7 @@ class UprightBlock {
   static constexpr int vectors{n / (2 * lanes)};
   using V16 = hn::Vec<Words>;
 
-  // Of a pixel. Even shifts and odd ones, as they come from vectors of bytes without shuffling.
+  // Window sums of a pixel: even and odd shifts separately, as vectors of bytes yield them without shuffling.
   struct Sums {
     HWY_INLINE Sums() {}  // the compiler's own would not be compiled for the instruction set
     V16 even[vectors];

@@ -169,7 +169,7 @@ class SemiGlobal {
   int threads_;
   SemiGlobalRoom* rooms_{nullptr};
   std::atomic<int>* passed_{nullptr};  // [i] columns of the i-th row from below that are done
-  std::uint8_t* first_{nullptr};       // what a pixel of the last row gets from below
+  std::uint8_t* first_{nullptr};       // input of the last row's pixels from below
 };
 
 SemiGlobalTask task_of(const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config) {

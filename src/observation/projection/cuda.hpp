@@ -8,7 +8,7 @@
 
 namespace stereogrid {
 
-/// What `project` works in, on the device.
+/// Working memory of `project` on the device.
 struct ProjectionOnDevice {
   ProjectionOnDevice(int width, int disparities);
 

@@ -29,7 +29,7 @@ HWY_INLINE V number(int value) {
   return hn::Set(Int{}, value);
 }
 
-// Where the pixels of a row of a block count.
+// Rows to which the pixels of a row of a block contribute.
 struct RowPlaces {
   HWY_ALIGN std::int32_t place[block_columns];
   HWY_ALIGN std::int32_t late[block_columns];  // 1: needs a second count
@@ -40,7 +40,7 @@ HWY_INLINE V place_of(V bin, V kind) {
   return hn::ShiftLeft<6>(hn::Add(hn::Mul(bin, number(pixel_kinds)), kind));
 }
 
-// What holds for all pixels of a row of a block.
+// Bounds for all pixels of a row of a block.
 struct RowBounds {
   explicit RowBounds(const PixelBlock& block, int v)
       : first{number(block.bins[v].first)},

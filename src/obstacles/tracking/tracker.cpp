@@ -25,25 +25,24 @@ constexpr double differing_height_m{2};
 /// Squared difference of two velocities in variances beyond which it is not the same thing.
 constexpr double another_thing{16};
 constexpr double unknown_velocity_mps{3};
-/// Of what the filter says of a thing that is seen for the first time.
+/// Maximum evidence of the filter at a thing's first observation.
 constexpr double most_before{1.5};
-/// What moves so and overlaps is one thing.
+/// Maximum velocity difference of overlapping parts of one thing.
 constexpr double alike_mps{1};
 constexpr double free_occupancy{0.2};
 constexpr double gone_s{0.25};
 constexpr double replaced_within_m{0.3};
-/// What was seen alone so long is told from a piece of something, …
+/// Minimum time of separate observation by which a thing differs from a fragment, …
 constexpr double known_s{1};
 /// … and parts from what it merged with about where it was, about as long.
 constexpr double parted_within_m{0.7};
 constexpr double hidden_by_m{0.3};
-/// What is seen so large is no chance match.
+/// Size from which a match is not by chance.
 constexpr int surely_seen_px{300};
 
-// Where the filter has cells that move, a track begins with its belief: logarithm of the odds. What the cells do not
-// tell says nothing.
+// Initial evidence of motion from the filter's cells: log odds. Unknown cells do not count.
 double moving_before(const Cluster& cluster) {
-  constexpr double open{0.05};  // of a cell's share, for what the filter does not know
+  constexpr double open{0.05};  // prior of a cell's share that the filter has not observed
   if (cluster.kind == ObstacleKind::extended) return 0;
   return std::clamp(std::log((cluster.moving + open) / (1 - cluster.moving + open)), 0.0, most_before);
 }
@@ -211,7 +210,7 @@ bool Tracker::are_one_mover(const Track& piece, const Track& whole) {
          2 * std::abs(c * away.y - s * away.x) < whole.box.extent_m(1);
 }
 
-// Twice as long as it was seen: fragments of a frame end with it.
+// Time limit for unobserved tracks: twice as long as observed, so that fragments of a frame end with it.
 bool Tracker::is_forgotten(const Track& track) const {
   const double seen_s{track.age_s - track.unseen_s};
   return track.unseen_s > std::min(config_.coast_s, 2 * seen_s) || !is_confirmed(track) ||
@@ -256,7 +255,7 @@ bool Tracker::is_hidden(Point2 at, const std::vector<Cluster>& clusters, const P
   });
 }
 
-// Half of what stands there or more is now seen as a part of another thing, or of several.
+// True if at least half of the track is now part of another thing, or of several.
 bool Tracker::is_replaced(const Track& track, const std::vector<Cluster>& clusters) {
   if (track.moving >= surely_moving) return false;  // it may be hidden behind that
   std::size_t taken{0};

@@ -43,7 +43,7 @@ MemoryUse CudaStages::memory_use() const {
   return {sizeof *this + held_.pinned + held_bytes_of(filter_tables_, matches_), held_.device};
 }
 
-// All that a frame may need: given disparities and grids of other sources may come later.
+// Loads all kernels that a frame may need: external disparities and grids of other sources may come later.
 void CudaStages::load_kernels() {
   for (const bool is_given : {true, false}) {
     is_given_ = is_given;
