@@ -34,7 +34,7 @@ class TemporaryFolder {
   fs::path path_;
 };
 
-/// What a program has said and returned.
+/// Output and exit code of a program.
 struct Outcome {
   int exit_code{-1};
   std::string output;

@@ -33,7 +33,7 @@ class Folder : public ::testing::Test {
   fs::path path_;
 };
 
-/// Of one configuration, for drives of any kind.
+/// A plan of one configuration, for drives of any kind.
 inline Plan simple_plan() {
   Plan plan;
   plan.version = "1";

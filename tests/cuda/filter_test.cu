@@ -92,7 +92,7 @@ class Run {
     cuda_.synchronize();
   }
 
-  // Of all layers.
+  // Maximum over all layers.
   double difference() {
     double largest{0};
     for (const Layer& layer : all_layers(layers_, layers_on_device_)) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The whole way of a frame on the GPU and on the reference back end, side by side.
+// Frame pipeline on the GPU and on the reference back end, side by side.
 #pragma once
 
 #include <memory>

@@ -219,7 +219,7 @@ TEST(Obstacles, TruthOfLabelledBoxes) {
   far.moving = false;
   const ObstacleTruth truth{obstacle_truth(std::vector{car, hidden, far}, rig, nullptr)};
   ASSERT_EQ(truth.things.size(), 1U);
-  EXPECT_EQ(truth.things[0].seen.size(), 22U);  // of two sides
+  EXPECT_EQ(truth.things[0].seen.size(), 22U);  // points of two sides
   for (const Point2 p : truth.things[0].seen) EXPECT_TRUE(p.x == 8 || std::abs(p.y) == 1) << p.x << " " << p.y;
   EXPECT_EQ(truth.things[0].velocity_mps.value().x, 5);
   EXPECT_EQ(truth.movers.size(), 2U);

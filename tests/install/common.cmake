@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# What the scripts share. Each is called with -D SETTINGS=… -D WORK=… -D AGAIN=…
-# -D CUDA_LIBRARY=… -P SCRIPT; it works in WORK, and builds the core again in AGAIN.
+# Shared parts of the scripts. Each is called with -D SETTINGS=… -D WORK=… -D AGAIN=… -D CUDA_LIBRARY=… -P SCRIPT; it
+# works in WORK, and builds the core again in AGAIN.
 include(${SETTINGS})
 
 function(run)

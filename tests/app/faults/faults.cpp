@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// For LD_PRELOAD: makes one call to the system fail, of those that change files below a folder.
+// LD_PRELOAD library: makes one system call fail, of those that change files below a folder.
 //   STEREOGRID_FAULTS_UNDER   the folder, as an absolute path without symbolic links
 //   STEREOGRID_FAULTS_REPORT  a file that gets a line for each such call: its name and the file
 //   STEREOGRID_FAULTS_CALL    which call fails, from 1; 0 or none: none does

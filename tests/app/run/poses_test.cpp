@@ -24,7 +24,7 @@ class Poses : public ::testing::Test {
 
   [[nodiscard]] std::string out(const std::string& name) const { return (folder_ / name).string(); }
   void remove_poses() const { fs::remove(folder_ / "drive" / "poses.csv"); }
-  /// Of the last frame.
+  /// x of the last frame.
   [[nodiscard]] double x_m(const std::string& run) const {
     return lines_of(folder_ / run).back().at("pose").at("x_m").get<double>();
   }

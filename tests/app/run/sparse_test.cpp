@@ -96,7 +96,7 @@ TEST(Sparse, GoesOnWithItsOwnSettingsOnly) {
   EXPECT_THAT(indices_of(folder / "run"), ElementsAre(0, 4, 8));
 }
 
-// Frames that cannot be read are told of whether they are written or not, also by a run that was killed.
+// Unreadable frames are reported whether they are written or not, also by a killed run.
 TEST(Sparse, SkippedFramesAreAllToldOf) {
   const TemporaryFolder folder;
   const fs::path drive{folder / "drive"};
@@ -191,7 +191,7 @@ TEST(Sparse, WhatNeedsAnotherLayerSaysSo) {
               HasSubstr("or without --compact"));
 }
 
-/// Where a compact line may differ from the exact one, and by how much.
+/// Permitted differences of a compact line from the exact one.
 void expect_rounded(const Json& small, const Json& whole) {
   ASSERT_EQ(small.size(), whole.size());
   for (const auto& [key, value] : whole.items()) {
