@@ -60,7 +60,8 @@ struct LabelTally {
   [[nodiscard]] double mistaken_away() const { return share(matched_away - right_away, points_away); }
 };
 
-/// Is a confidence of 0.9 right nine times of ten? Ten bins of confidence; the last one holds 1 too.
+/// Calibration of confidences: a confidence of 0.9 should be right nine times of ten. Ten bins of confidence; the last
+/// one includes 1.
 class Reliability {
  public:
   static constexpr int bins{10};

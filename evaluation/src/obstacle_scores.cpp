@@ -67,11 +67,11 @@ struct ObstacleScores::Candidate {
     return cell.y >= y_min_m && cell.y <= y_max_m && holds(outline, cell);
   }
   [[nodiscard]] bool may_be_own_of(const Thing& thing) const { return closed && area_m2 <= own_area_max_m2(thing); }
-  /// Are its middle and some of what is seen of the thing on the thing?
+  /// True if its centre and part of the seen points lie on the thing.
   [[nodiscard]] bool lies_on(const Thing& thing, double held) const {
     return closed && held >= part_from && distance_m(thing.footprint, centre_of(*obstacle)) <= thing.reach_m;
   }
-  /// Is what it covers seen to be free, as far as it is seen?
+  /// True if the covered area is seen to be free, where it is seen.
   [[nodiscard]] bool covers_free_ground(const ObstacleTruth& truth) const {
     const auto held{[this](Point2 cell) { return holds_cell(cell); }};
     const auto free{std::ranges::count_if(truth.free, held)};

@@ -25,8 +25,8 @@ struct CellIndex {
   friend bool operator==(const CellIndex&, const CellIndex&) = default;
 };
 
-/// Does a probability of occupancy say anything? 0.5 is unknown, and so is what lies within 0.05 of it, as in the
-/// scores (docs/evaluation.md). What is no number is unknown.
+/// True if a probability of occupancy is observed. Values within 0.05 of 0.5 are unknown, as in the scores
+/// (docs/evaluation.md). NaN is unknown.
 [[nodiscard]] constexpr bool is_known(float occupancy) {
   return occupancy - 0.5f > 0.05f || 0.5f - occupancy > 0.05f;
 }

@@ -72,7 +72,7 @@ std::vector<ShotPair> pairs_of(const std::string& name, const ImageTopics& topic
       name,
       fmt::format("none of the {} images on {} and {} on {} are of the same instant, to {:g} ms.", left.shots.size(),
                   io::printable(topics.left), right.shots.size(), io::printable(topics.right), tolerance_ms),
-      "Are the cameras triggered together? --pair-tolerance-ms MS allows for more."};
+      "Trigger the cameras together, or set --pair-tolerance-ms higher."};
 }
 
 /// Poses of the bag, unless most of them were dropped: what is left of such a topic has gaps.

@@ -18,7 +18,7 @@ class Levelling {
  public:
   explicit Levelling(const Rig& rig);
 
-  /// Does this rig need it?
+  /// True if the rig needs levelling.
   [[nodiscard]] bool is_needed() const { return !mapping_.is_identity(); }
   /// The rig whose images come out: see LevelMapping::level_rig.
   [[nodiscard]] const Rig& level_rig() const { return mapping_.level_rig(); }

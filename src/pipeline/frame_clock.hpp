@@ -20,7 +20,7 @@ class FrameClock {
     std::optional<FrameStatus> leap{};  ///< clock_gap or clock_stepped_back: reset the state
     std::string warning{};              ///< message for the leap
   };
-  /// Is this the stamp of the frame before?
+  /// True for the stamp of the frame before.
   [[nodiscard]] bool stands_still(std::int64_t stamp_ns) const { return last_ns_ && *last_ns_ == stamp_ns; }
   /// Goes on to the next frame.
   Tick tick(std::int64_t stamp_ns);

@@ -124,7 +124,7 @@ class Rules(unittest.TestCase):
         self.assertEqual([line.split(": ")[1] for line in found], [rule] if rule else [], text)
 
     def test_language_of_comments_and_messages(self):
-        for text in ("// What has no room is left out.", "int x;  // how it is mounted", "/* Of a frame. */"):
+        for text in ("// What has no room is left out.", "int x;  // how it is mounted", "/* Of a frame. */", "// Is it free?"):
             self.assert_language("src/new.cpp", text + "\n", "first word")
         for text in ("// Maximum number of points.", "// Angle of\n// what follows", 'auto s{"http://What"};', "int what_if;"):
             self.assert_language("src/new.cpp", text + "\n", None)

@@ -26,7 +26,8 @@ C_TOKEN = re.compile(r'R"(?P<raw>\w*)\(.*?\)(?P=raw)"|"(?:\\.|[^"\\\n])*"|\'(?:\
 # what no rule applies to: code, paths, options, addresses, identifiers
 VERBATIM = re.compile(r"`[^`]*`|\]\([^)]*\)|<[^>\s][^>]*>|https?:\S+|--[\w-]+|[\w.-]*/[\w./-]+|\w*[_:(]\w+[\w:().]*|\w+\.\w{2,4}\b")
 
-FIRST_WORD = re.compile(r"(?:what|of|those|that|how|where|as if|so many|whatever|whoever|nobody|who)\b(?! *[=:(])", re.IGNORECASE)
+FIRST_WORD = re.compile(r"(?:what|of|those|that|how|where|as if|so many|whatever|whoever|nobody|who)\b(?! *[=:(])|"
+                        r"(?:is|are|does|do|has|have|can|should)\b[^.?]*\?", re.IGNORECASE)
 PERSON = (r"hears?|heard|tells?|told|wish(?:es|ed)?|believes?|believed|knows|lends?|lent|looks(?! like)|doubts?|doubted|speaks?|forgets?|"
           r"listens? to|asks|asked|thinks?|wants|remembers|remembered|gives up|refuses|judges?|judged")
 PERSONIFICATION = re.compile(rf"\b({PERSON})\b", re.IGNORECASE)

@@ -50,7 +50,7 @@ class Database {
   explicit Database(const std::filesystem::path& path);
 
   [[nodiscard]] Statement prepare(std::string_view sql) const;
-  /// Is there such a column in such a table of rows?
+  /// True if the column exists in a table with rows.
   [[nodiscard]] bool has_column(const char* table, const char* column) const;
   /// Printable.
   [[nodiscard]] const std::string& name() const { return name_; }

@@ -20,7 +20,7 @@ constexpr double information_half{20};
 
 constexpr double offset_max_px{2.5};  ///< maximum offset anywhere in the image
 constexpr double support_min{25};     ///< summed weight
-constexpr double scale_px{0.15};      ///< of the errors, for the robust fit
+constexpr double scale_px{0.15};      ///< scale of the errors, for the robust fit
 /// Weight of the assumption that there is no offset: holds what the patches leave open.
 constexpr double prior{0.5};
 constexpr double memory{0.9};

@@ -70,7 +70,7 @@ class RowAlignment {
     return update(left, right, matches, plane, [](int count, const auto& work) { work(0, count); });
   }
 
-  /// Too small to matter?
+  /// True if the misalignment is negligible.
   [[nodiscard]] bool is_identity() const { return is_identity_; }
   [[nodiscard]] const RowOffsets& offsets() const { return offsets_; }
 

@@ -16,8 +16,8 @@ namespace stereogrid {
 /// Matches from external disparities. They have one hypothesis only, so the height above the ground plane separates
 /// road and obstacles.
 
-/// Is a disparity d above or below the road, whose disparity at the pixel is r? A point at height h above a plane at
-/// distance H has d = r·H/(H − h). Both need heights beyond ± road_height_m, and a difference d − r beyond two
+/// Tests whether a disparity d is above or below the road with disparity r at the pixel. A point at height h above a
+/// plane at distance H has d = r·H/(H − h). Both need heights beyond ± road_height_m, and a difference d − r beyond two
 /// standard deviations: noise of the disparity, and the plane's own, σ² = given_sigma_px² + (r σ_H/H)² + (b/H)² ((f
 /// σ_pitch)² + (x σ_roll)²) with x = u − u0.
 struct HeightTest {

@@ -47,7 +47,7 @@ void optimise(Cpu& cpu, const CensusTriple& census, const RoadPlane& plane, cons
 
 std::size_t optimise_memory(int width, int height, const MatchingConfig& config, int threads);
 
-/// Can there be road in a row? Elsewhere no road label can be taken.
+/// True if a row can contain road; other rows have no road label.
 STEREOGRID_HD inline bool row_has_road(const RoadPlane& plane, int width, int v) {
   return plane.disparity(0, v) >= 1 || plane.disparity(width - 1, v) >= 1;
 }

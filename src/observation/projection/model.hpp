@@ -104,7 +104,7 @@ struct ColumnSpan {
     smallest = u < smallest ? u : smallest;
     largest = u > largest ? u : largest;
   }
-  /// Does the bin's column [u − ½, u + ½] share an area with it?
+  /// True if the bin's column [u − ½, u + ½] shares an area with it.
   [[nodiscard]] STEREOGRID_HD bool touches(int u) const { return u + 0.5 > smallest && u - 0.5 < largest; }
 };
 

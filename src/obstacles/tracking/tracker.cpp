@@ -193,7 +193,7 @@ void Tracker::merge_movers() {
   }
 }
 
-// Is the middle of the first in the second, which is no smaller, and do they move alike?
+// True if the centre of the first is in the second, which is no smaller, and they move alike.
 bool Tracker::are_one_mover(const Track& piece, const Track& whole) {
   if (std::min(piece.moving, whole.moving) < surely_moving) return false;
   const auto area_m2 = [](const Track& track) { return track.box.extent_m(0) * track.box.extent_m(1); };
@@ -210,7 +210,7 @@ bool Tracker::are_one_mover(const Track& piece, const Track& whole) {
          2 * std::abs(c * away.y - s * away.x) < whole.box.extent_m(1);
 }
 
-// Time limit for unobserved tracks: twice as long as observed, so that fragments of a frame end with it.
+// Time limit for unobserved tracks: twice their observed time, so that fragments of a frame end with it.
 bool Tracker::is_forgotten(const Track& track) const {
   const double seen_s{track.age_s - track.unseen_s};
   return track.unseen_s > std::min(config_.coast_s, 2 * seen_s) || !is_confirmed(track) ||
@@ -236,7 +236,7 @@ bool Tracker::is_over(const Track& track, const std::vector<Cluster>& clusters, 
          world.age_s(cell->ix, cell->iy) == 0;
 }
 
-// Is something seen in front of it?
+// True if something nearer hides it.
 bool Tracker::is_hidden(Point2 at, const std::vector<Cluster>& clusters, const Pose2& vehicle_from_world) {
   const double slope{at.y / at.x};
   return std::any_of(clusters.begin(), clusters.end(), [&](const Cluster& cluster) {

@@ -42,7 +42,7 @@ struct ObstacleTruth {
   };
   std::vector<Thing> things;
   std::vector<Circle> movers;
-  bool knows_cells{false};       ///< is known what is free?
+  bool knows_cells{false};       ///< free space is labelled
   std::vector<Point2> free;      ///< centres of the cells that are seen free, from 3 to 20 m ahead
   std::vector<Point2> occupied;  ///< likewise
 };

@@ -11,7 +11,7 @@
 
 namespace stereogrid::rosbag {
 
-/// An .mcap, a .db3, or a folder of them?
+/// True for an .mcap, a .db3, or a folder of them.
 [[nodiscard]] bool is_bag(const std::filesystem::path& path);
 
 /// Options for a bag, as set by the user.

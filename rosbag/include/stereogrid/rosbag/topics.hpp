@@ -53,7 +53,7 @@ using Encodings = std::map<std::string, std::string>;
 /// The one of these topics of CameraInfo that is called after the images (image_left: camera_info_left; left:
 /// left_info, left/camera_info), else that beside them, which may not be there.
 [[nodiscard]] std::string info_topic_of(const mcap::Topic& images, const std::vector<std::string>& there);
-/// Does the name say that the images are rectified?
+/// True if the topic's name says that the images are rectified.
 [[nodiscard]] bool is_rectified(const mcap::Topic& images);
 [[nodiscard]] bool is_compressed(const mcap::Topic& images);
 
