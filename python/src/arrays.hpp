@@ -60,7 +60,7 @@ class Array {
 /// Samples of grey and colour images.
 struct PixelOptions {
   std::string color;  ///< "rgb" or "bgr" of three or four channels; "": grey
-  int bits{16};       ///< of uint16 samples: number of lower bits in use
+  int bits{16};       ///< uint16 samples: number of lower bits in use
 };
 
 /// Writes grey levels of (height, width) uint8, uint16 or float, or (height, width, 3 or 4) uint8. Throws TypeError,

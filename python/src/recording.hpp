@@ -35,7 +35,7 @@ class Recording {
   /// Throws InputError: no truth of this frame.
   [[nodiscard]] FrameTruth truth(std::size_t index) const;
 
-  std::vector<io::SkippedFrame> skipped{};  ///< of the last iteration
+  std::vector<io::SkippedFrame> skipped{};  ///< skipped in the last iteration
 
  private:
   [[nodiscard]] const io::TruthReader& reader() const;
