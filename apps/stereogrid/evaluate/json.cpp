@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 constexpr double depth_histogram_end_m{10};
 constexpr double depth_histogram_step_m{0.5};
 
-/// JSON knows no NaN.
+/// Null for NaN, which JSON does not have.
 Json number(double value) {
   return std::isfinite(value) ? Json(value) : Json{};
 }

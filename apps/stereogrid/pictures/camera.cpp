@@ -60,7 +60,7 @@ constexpr std::uint8_t nothing{0};
 constexpr std::uint8_t upright{1};
 constexpr std::uint8_t road{2};
 
-/// What the stages understood of each pixel.
+/// Class of each pixel according to the stages.
 cv::Mat1b understood(const StageImages& stages) {
   const Image<float>& obstacles{stages.obstacle_disparity};
   cv::Mat1b kinds(obstacles.height(), obstacles.width(), nothing);

@@ -66,8 +66,8 @@ Layout layout_of(const Rig& rig, const GridGeometry& grid) {
 void draw_title(cv::Mat& canvas, const StereoFrame& frame, const FrameResult& result) {
   const double pitch_deg{std::round(result.ground.pitch_rad * 572.9577951308232) / 10 + 0.0};  // never −0.0
   draw_text(canvas, margin_px, 23,
-            fmt::format("frame {}    t = {:.2f} s    camera height {:.2f} m, pitch {:.1f} deg{}",
-                        frame.name, static_cast<double>(frame.stamp_ns) * 1e-9, result.ground.height_m, pitch_deg,
+            fmt::format("frame {}    t = {:.2f} s    camera height {:.2f} m, pitch {:.1f} deg{}", frame.name,
+                        static_cast<double>(frame.stamp_ns) * 1e-9, result.ground.height_m, pitch_deg,
                         result.ground.estimated ? "" : " (not measured in this frame)"),
             palette::ink, Align::left, 0.55);
 }

@@ -20,7 +20,7 @@ class PoseBuffer {
   /// `name`: where the poses come from, for complaints.
   explicit PoseBuffer(std::string name) : name_{std::move(name)} {}
 
-  /// Those that are older than what came before are another time's: what came before is forgotten.
+  /// Adds poses. Stamps older than the buffer's belong to another clock: the buffer is cleared first.
   void add(const std::vector<io::StampedPose>& poses);
   void clear();
 

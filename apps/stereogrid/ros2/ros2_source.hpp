@@ -11,14 +11,14 @@
 
 namespace stereogrid::app {
 
-/// What is taken from the network.
+/// Topics and options of a source.
 struct Ros2Setup {
   mcap::Topic left;
-  mcap::Topic right;  ///< of images, or of depth or disparities of the left ones (PairingOptions::has_depth)
+  mcap::Topic right;  ///< images, or depth or disparities of the left ones (PairingOptions::has_depth)
   io::Calibration calibration;
   capture::PairingOptions pairing{};
   std::string poses{};  ///< a topic of nav_msgs/Odometry, "tf": odom → base_link on /tf; "": the frames have none
-  Pose2 posed_from_camera{};  ///< where the left camera is in the frame whose poses they are
+  Pose2 posed_from_camera{};  ///< left camera in the frame of the poses
   bool uses_sim_time{false};  ///< time is what /clock says
 };
 

@@ -19,15 +19,15 @@ struct WriterOptions {
   std::filesystem::path folder;
   bool predictions{false};
   bool compact{false};
-  std::size_t every{1};  ///< only multiples of it are handed over
+  std::size_t every{1};  ///< multiples of it are written
   std::vector<std::string> layers{};
   bool stages{false};
   bool pictures{false};
   std::filesystem::path video;  ///< empty: none
   double video_rate_hz{10};
   MessageOptions messages{};
-  Page* page{nullptr};         ///< that shows it, too, and has to live longer; none: nobody can watch
-  Rig rig{};                   ///< of the first frame
+  Page* page{nullptr};         ///< receives the results, too, and outlives this object; none: no viewers
+  Rig rig{};                   ///< rig of the first frame
   std::size_t first_frame{0};  ///< its place in the input
 };
 

@@ -33,7 +33,7 @@ std::optional<std::size_t> load(const std::filesystem::path& folder, Pipeline& p
   }
 }
 
-/// Is what was saved after a frame behind none that has to be written yet?
+/// True if the state saved after a frame precedes all frames that must be written.
 bool leaves_nothing_out(const io::RunRecord& record, std::size_t saved_after) {
   for (std::size_t index{first_to_do(record)}; index <= saved_after; ++index) {
     if (record.is_written(index) && !record.is_skipped(index)) return false;

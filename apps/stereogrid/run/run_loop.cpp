@@ -124,7 +124,7 @@ void RunLoop::skip(const std::string& reason) {
   if (queued_.index < record_.range().first || record_.is_skipped(queued_.index)) return;
   spdlog::warn("frame {} is skipped: {}", queued_.name, reason);
   record_.add_skipped({queued_.index, queued_.name, reason});
-  // it tells of all of them: written for each it would take as long as they are many, squared
+  // at powers of two, as the file lists all of them: cost stays linear
   if (std::has_single_bit(record_.skipped().size())) save_skipped();
 }
 
