@@ -57,7 +57,7 @@ class STEREOGRID_EXPORT RunRecord {
   [[nodiscard]] const std::vector<FrameSummary>& finished() const { return finished_; }
   [[nodiscard]] const std::vector<SkippedFrame>& skipped() const { return skipped_; }
   [[nodiscard]] bool is_skipped(std::size_t index) const;
-  /// Is the frame one of those that are written (RunDescription::every)?
+  /// True if the frame is one of those that are written (RunDescription::every).
   [[nodiscard]] bool is_written(std::size_t index) const { return index % run_.every == 0; }
   /// Number of frames that the run writes where none is skipped.
   [[nodiscard]] std::size_t frames_to_write() const {
@@ -65,7 +65,7 @@ class STEREOGRID_EXPORT RunRecord {
   }
   /// Before the last finished frame: those that are written, but neither are finished nor known to be skipped.
   [[nodiscard]] std::vector<std::size_t> unaccounted() const;
-  /// How many of the finished frames carry a flag.
+  /// Number of finished frames with a flag.
   [[nodiscard]] std::size_t frames_with(FrameStatus flag) const;
   [[nodiscard]] Percentiles timing(double StageTimes::*stage) const;
 
