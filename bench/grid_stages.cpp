@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Times what comes after matching, on one thread: counting and projecting to the vehicle grid and to the world-aligned
-// window, by bins (eqs. 8–16) and by rays. The disparities are those of a built-in scene, or of a recording given on
-// the command line. All sizes take turns in one run. The doublings show how the cost grows.
+// Times of the stages after matching, on one thread: counting and projecting to the vehicle grid and to the
+// world-aligned window, by bins (eqs. 8–16) and by rays. The disparities are those of a built-in scene, or of a
+// recording given on the command line. All sizes take turns in one run. The doublings show the scaling.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -69,7 +69,7 @@ class Viewer {
 
   [[nodiscard]] int socket() const { return socket_; }
 
-  /// Takes what has come; the latency of each grid that is now complete is appended, in ms.
+  /// Reads available data; appends the latency of each completed grid, ms.
   void read(std::vector<double>& latencies_ms) {
     const ssize_t count{::recv(socket_, buffer_.data() + filled_, buffer_.size() - filled_, MSG_DONTWAIT)};
     if (count <= 0) return;

@@ -10,8 +10,8 @@
 #
 # --steps: in this order, whichever are named; build/gpu is kept between calls. --report (build/gpu-report): what the
 # steps have found, written anew after each of them: report.json, bench.json, resources.txt and a log of each check,
-# packed into DIR.tar.gz. --limit (300): for each check. --total (600): after so long no further check begins; what is
-# left out is listed. --tool: of compute-sanitizer; without it all four. --architectures: without it those in CUDAARCHS,
+# packed into DIR.tar.gz. --limit (300): for each check. --total (600): after this time no further check begins; those
+# left out are listed. --tool: of compute-sanitizer; without it all four. --architectures: without it those in CUDAARCHS,
 # else this machine's.
 # Exit status 0: all that has run passed; 1: something failed; 64: wrong usage; 77: all that needs no GPU passed, but there is none.
 set -euo pipefail

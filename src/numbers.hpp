@@ -50,7 +50,7 @@ STEREOGRID_HD inline float number(float /*like*/, float value) {
 STEREOGRID_HD inline float real(int value) {
   return static_cast<float>(value);
 }
-/// Without what is behind the point.
+/// Truncates to an integer.
 STEREOGRID_HD inline int whole(float value) {
   return static_cast<int>(value);
 }

@@ -3,7 +3,7 @@
 import { planePose } from './layers.js';
 import { colour, fitCanvas } from './theme.js';
 
-const nearest = 0.3; // m in front of the camera; what is nearer is not drawn
+const nearest = 0.3; // m in front of the camera; nearer points are not drawn
 
 /** p in the parent's frame → the child's, of a geometry_msgs/Transform that places the child in the parent. */
 function intoChild({ translation, rotation }) {

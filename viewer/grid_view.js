@@ -7,7 +7,7 @@ const vehicle = [[3.6, 0], [3.2, 0.9], [-0.9, 0.9], [-0.9, -0.9], [3.2, -0.9]]; 
 
 /**
  * The grid from above, the vehicle heading up, with obstacles. Moved and zoomed with mouse, touch and keys. Calls
- * `onPoint(text)` with what lies under the pointer, `onHover(id | null)` and `onPick(id)` with obstacles.
+ * `onPoint(text)` with a description of the cell under the pointer, `onHover(id | null)` and `onPick(id)` with obstacles.
  */
 export class GridView {
   #bitmap = document.createElement('canvas');
@@ -179,7 +179,7 @@ export class GridView {
     return near[0]?.id ?? null;
   }
 
-  /** What is at a point, in words. */
+  /** Description of a point. */
   textAt(point) {
     const [x, y] = point;
     const side = Math.abs(y) < 0.05 ? '' : `, ${Math.abs(y).toFixed(1)} m ${y > 0 ? 'left' : 'right'}`;

@@ -22,7 +22,7 @@ class PoseStage {
   PoseStage(PoseSource poses, const Rig& rig, const Image<std::uint8_t>& mask,
             std::function<bool(std::size_t index)> is_kept = {});
 
-  /// Goes on from there. Before the first frame. Throws InputError where the state does not fit.
+  /// Restores a state, before the first frame. Throws InputError if the state does not fit.
   void load(const OdometryState& state);
 
   /// Returns a warning; empty: none. Throws InputError where the frame does not fit the rig.

@@ -19,7 +19,7 @@ inline double share(Count part, Count whole) {
 /// Errors of the disparities of a set of truth points.
 class DisparityTally {
  public:
-  /// `disparity`: what was found, 0 = nothing.
+  /// `disparity`: the matcher's, 0 = none.
   void add(float disparity, float truth);
   DisparityTally& operator+=(const DisparityTally& other);
 

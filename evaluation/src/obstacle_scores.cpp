@@ -12,7 +12,7 @@
 namespace stereogrid::evaluation {
 namespace {
 
-constexpr double found_from{0.5};  // share of what is seen of a thing
+constexpr double found_from{0.5};  // share of a thing's seen points
 constexpr double part_from{0.1};
 constexpr double seems_to_move_above_mps{1};
 constexpr double near_a_mover_m{1.5};

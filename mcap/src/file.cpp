@@ -56,7 +56,7 @@ FileOutput::FileOutput(const fs::path& path)
 
 void FileOutput::fail(int error_number) {
   const bool full{error_number == ENOSPC || error_number == EDQUOT || error_number == EFBIG};
-  const char* const mend{full ? "Free some space; what was recorded before can be read."
+  const char* const mend{full ? "Free some space; the earlier part of the recording can be read."
                               : "Check the folder and its permissions."};
   complaint_ = fmt::format("{}: cannot be written ({}). {}", name_, reason(error_number), mend);
   // a part of a record would only be taken for damage; of a pipe nothing can be taken back

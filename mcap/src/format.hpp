@@ -82,7 +82,7 @@ class Counted {
   std::size_t at_;
 };
 
-/// A record around what is put while it lives.
+/// Writes a record around the content added during its lifetime.
 class Record {
  public:
   Record(Bytes& out, Op op) : length_{(put(out, op), out)} {}

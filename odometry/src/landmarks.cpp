@@ -79,8 +79,7 @@ GreyCounts counts_of(const Image<std::uint8_t>& image) {
   return counts;
 }
 
-/// The right image, or, where the exposures are unequal, with the grey levels of the left one: what is tracked has to
-/// look the same in both.
+/// Right image; with unequal exposures it gets the grey levels of the left one, as tracking assumes equal grey levels.
 Image<std::uint8_t> right_as_left(const StereoFrame& frame) {
   Image<std::uint8_t> right{frame.right};
   const GreyCounts left_counts{counts_of(frame.left)};

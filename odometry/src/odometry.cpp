@@ -135,7 +135,7 @@ struct VisualOdometry::Implementation {
                                 return is_plausible((now_from_reference * reference_from_last).inv(), dt_s);
                               })};
     if (!fit) {
-      step.warning = "odometry: too few points agree on a motion, the last one is carried on";
+      step.warning = "odometry: too few points agree on a motion, the last motion continues";
       return expected;
     }
     step.measured = true;

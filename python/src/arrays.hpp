@@ -67,8 +67,8 @@ struct PixelOptions {
 /// ValueError, InputError.
 void assign(Image<std::uint8_t>& grey, const Array& pixels, const PixelOptions& options);
 
-/// Writes disparities or depths of (height, width) float, or uint16 divided by `units` (0: uint16 is rejected). What is
-/// not finite or not positive becomes 0 = none. Throws TypeError, ValueError.
+/// Writes disparities or depths of (height, width) float, or uint16 divided by `units` (0: uint16 is rejected). Values
+/// that are not finite or not positive become 0 = none. Throws TypeError, ValueError.
 void assign(Image<float>& measured, const Array& values, double units);
 
 }  // namespace stereogrid::python

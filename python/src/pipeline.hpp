@@ -38,7 +38,7 @@ class PyPipeline {
     const Busy busy{*this};
     return act(pipeline_);
   }
-  /// For what is constant after construction.
+  /// Access to constant members.
   [[nodiscard]] const Pipeline& pipeline() const { return pipeline_; }
 
  private:

@@ -18,7 +18,7 @@
 
 namespace stereogrid::python {
 
-/// An opened input, and what was skipped of it. Frames and iterators share it.
+/// Opened input, and its skipped frames. Frames and iterators share it.
 class Recording {
  public:
   Recording(app::Input input, app::InputOptions options, io::FrameRange range)

@@ -41,7 +41,7 @@ class DisparityPlane {
 
   /// Sets the bins of a column that overlap the disparities [from, to].
   void set(int u, double from, double to, double probability);
-  /// The same for what is still unknown, or less certainly occupied.
+  /// The same for cells that are unknown, or less certainly occupied.
   void raise(int u, double from, double to, double probability);
   [[nodiscard]] double disparity_max() const { return (plane_.height() - 0.5) / bins_per_px_; }
   /// Smooths, resets the left border, and assigns to every cell the largest probability of the bins whose footprint it

@@ -11,7 +11,7 @@
 namespace stereogrid::research {
 namespace {
 
-/// A strip of image columns and what is known in each row.
+/// Strip of image columns, with the evidence of each row.
 class Strip {
  public:
   Strip(const DisparityFrame& frame, const FreeSpaceParameters& parameters, const RoadModel& road, int first_u)

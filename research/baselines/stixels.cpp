@@ -23,7 +23,7 @@ double cost_of(double probability) {
   return -std::log(probability);
 }
 
-/// −log of a Gaussian around what is expected, mixed with outliers spread over the whole range.
+/// −log of a Gaussian around the expected value, mixed with outliers spread over the whole range.
 double pixel_cost(double off, double sigma, double outliers, double range, double none) {
   const double spread{(1 - none) * outliers / range};
   const double gaussian{std::exp(-0.5 * off * off / (sigma * sigma)) / (sigma * std::sqrt(2 * std::numbers::pi))};

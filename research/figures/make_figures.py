@@ -13,7 +13,7 @@ from pathlib import Path
 
 import figures
 
-SCENE, FRAMES = "scene:street?frames=45", "2:22"  # somebody steps out from behind a parked car
+SCENE, FRAMES = "scene:street?frames=45", "2:22"  # a person steps out from behind a parked car
 BUILT = Path(__file__).resolve().parents[2] / "build" / "release" / "bin"
 RATES, RAISED = ("false_positive", "false_negative"), 0.25  # as in the paper: one of them at a time
 

@@ -75,7 +75,7 @@ std::vector<ShotPair> pairs_of(const std::string& name, const ImageTopics& topic
       "Trigger the cameras together, or set --pair-tolerance-ms higher."};
 }
 
-/// Poses of the bag, unless most of them were dropped: what is left of such a topic has gaps.
+/// Poses of the bag, unless most of them were dropped: the rest of such a topic has gaps.
 void take_poses(io::ForeignRecording& found, const mcap::Bag& bag, const std::string& wanted) {
   if (!wanted.empty() && wanted != "file") return;
   BagPoses poses{poses_of(bag)};

@@ -140,7 +140,7 @@ Mark Samples::between(CellIndex from, CellIndex to, double& step_m) const {
   return step_m < 0 ? Mark::drop : Mark::rise;
 }
 
-/// Edges and steps that bound what is reached, where they are seen and face the vehicle.
+/// Edges and steps that bound the reached ground, if they are seen and face the vehicle.
 struct Boundary {
   Image<std::uint8_t> mark;
   Image<float> step_m;

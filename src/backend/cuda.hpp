@@ -107,7 +107,7 @@ class DeviceBuffer {
   std::size_t size_;
 };
 
-/// width × height elements on the device, rows without gaps. What nobody has written is undefined.
+/// width × height elements on the device, rows without gaps. Unwritten elements are undefined.
 template <class T>
 class DeviceImage {
  public:
@@ -115,7 +115,7 @@ class DeviceImage {
     own_.reset(static_cast<T*>(allocate_on_device(size() * sizeof(T))));
     data_ = own_.get();
   }
-  /// In memory that somebody else holds.
+  /// Uses foreign memory.
   DeviceImage(int width, int height, T* memory) : data_{memory}, width_{width}, height_{height} {}
 
   [[nodiscard]] int width() const { return width_; }
@@ -197,7 +197,7 @@ class Graph {
   ~Graph();
 
   [[nodiscard]] bool empty() const { return executable_ == nullptr; }
-  /// Records what `work` gives to the stream; none of it is done. Replaces what was recorded before.
+  /// Records the work that `work` enqueues, without running it. Replaces an earlier record.
   void capture(Cuda& cuda, const std::function<void()>& work);
   void launch(Cuda& cuda);
 

@@ -31,7 +31,7 @@ STEREOGRID_HD inline CellLikelihood<T> likelihood_of_cell(const Look& look, T ob
   return {tempered(look, p), tempered(look, one - p), p / (one - p)};
 }
 
-/// Mean and covariance of the velocity of what occupies a cell.
+/// Mean and covariance of the velocity, given that the cell is occupied.
 template <class T>
 struct EstimateOfVelocity {
   T x;  ///< m/s
@@ -51,8 +51,8 @@ STEREOGRID_HD inline EstimateOfVelocity<T> estimate_of(const LatticeSums<T>& sum
   return {x, y, Max(share * sums.xx - x * x, none), share * sums.xy - x * y, Max(share * sums.yy - y * y, none)};
 }
 
-/// The same in axes turned by the angle whose cosine and sine are given. What is alike in all directions stays as it
-/// is, to the bit; adding 0 makes a 0 of −0.
+/// The same in axes rotated by the angle with the given cosine and sine. Isotropic values are unchanged to the bit;
+/// adding 0 turns −0 into 0.
 template <class T>
 STEREOGRID_HD inline EstimateOfVelocity<T> turned(const EstimateOfVelocity<T>& v, T c, T s) {
   const T none{number(c, 0.0f)};
@@ -74,7 +74,7 @@ STEREOGRID_HD inline T among(T low_left, T low_right, T high_left, T high_right,
   return low + y_share * (high - low);
 }
 
-/// P(occupied by something that moves), of what occupies the cell with probability `occupancy`.
+/// P(occupied, moving), for a cell with probability `occupancy`.
 template <class T>
 STEREOGRID_HD inline T moving_share(T occupancy, T standing) {
   return Max(occupancy - standing, number(occupancy, 0.0f));
@@ -158,10 +158,9 @@ STEREOGRID_HD inline T fresh_ratio(T repeated, T predicted, const CellLikelihood
   return ratio + repeated * (capped - ratio);
 }
 
-/// `arrived`: Σ m(k) before it; `age_s`: of the cell before the step; `view`: view_of_cell. A cell that nobody
-/// has seen stays unknown even where its mass has moved into seen cells. What appears on ground that has just been seen
-/// free has come from somewhere, unless a pixel of disparity is far in depth there: it is more likely to move than what
-/// appears out of the unknown.
+/// `arrived`: Σ m(k) before it; `age_s`: of the cell before the step; `view`: view_of_cell. An unseen cell stays
+/// unknown even if its mass has moved into seen cells. Mass that appears on ground just seen free is more likely to
+/// move than mass from unknown space, unless a pixel of disparity has a large depth there.
 template <class T>
 STEREOGRID_HD inline UpdateOfCell<T> joint_update(const FilterStep& step, T arrived, T age_s,
                                                   const CellLikelihood<T>& likelihood, const ViewOfCell<T>& view) {

@@ -54,7 +54,7 @@ class LayersOnDevice {
   static constexpr std::size_t floats_of(int width, int height) {
     return layers * static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   }
-  /// In `memory` that somebody else holds, of floats_of; none: in their own.
+  /// Layers in foreign `memory`, of floats_of; none: in their own.
   LayersOnDevice(int width, int height, float* memory = nullptr);
 
  private:

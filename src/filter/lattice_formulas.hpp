@@ -77,8 +77,8 @@ STEREOGRID_HD inline TayUpdate<T> tay_update(T all, T occupied, T likelihood_occ
 /// The least that velocity evidence says: now and then something else has been measured.
 constexpr float likelihood_floor{0.02f};
 
-/// Likelihood of what has been measured, where the velocity is (vx, vy). Its tails end on a floor. `Evidence`: members
-/// like VelocityEvidence's, each a T.
+/// Likelihood of the measurement for the velocity (vx, vy). Its tails end on a floor. `Evidence`: members like
+/// VelocityEvidence's, each a T.
 template <class Evidence, class T>
 STEREOGRID_HD inline T likelihood_of(const Evidence& evidence, T vx_mps, T vy_mps) {
   const T x{vx_mps - evidence.x};

@@ -41,7 +41,7 @@ OtherGridsOnDevice::OtherGridsOnDevice() : list_{1}, grids_{1}, cells_{1} {}
 void OtherGridsOnDevice::take(Cuda& cuda, std::span<const ObservedGrid> others) {
   std::size_t needed{0};
   for (const ObservedGrid& other : others) needed += other.occupancy.size() + other.confidence.size();
-  cuda.synchronize();  // the frame before reads what is replaced here
+  cuda.synchronize();  // the frame before may still read the replaced memory
   if (needed > cells_.size()) cells_ = DeviceBuffer<float>{needed};
   if (others.size() > grids_.size()) grids_ = DeviceBuffer<OtherCells>{others.size()};
   sent_.clear();

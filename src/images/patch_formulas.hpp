@@ -57,7 +57,7 @@ class PatchRows {
 
 constexpr float longest_step_px{0.7f};
 
-/// A step of find(): how far the patch moves, px. `along_u`, `along_v`: its gradients times what is left of it.
+/// Step of find(): motion of the patch, px. `along_u`, `along_v`: its gradients times the residual.
 inline Place step_of(const Template& patch, double along_u, double along_v) {
   const double determinant{patch.uu * patch.vv - patch.uv * patch.uv};
   const auto limited = [](double move) {

@@ -27,7 +27,7 @@ struct alignas(8) FoundLabel {
 /// `Matches` on the device.
 struct DeviceMatches {
   DeviceMatches(int width, int height) : obstacle{width, height}, road{width, height}, confidence{width, height} {}
-  /// The obstacles' disparities in memory that somebody else holds.
+  /// Disparities of obstacles in foreign memory.
   DeviceMatches(int width, int height, float* obstacles)
       : obstacle{width, height, obstacles}, road{width, height}, confidence{width, height} {}
 

@@ -62,7 +62,7 @@ bool EgoMotion::follows(const Pose2& motion, const std::optional<Rate>& rate) co
 EgoMotion::Placing EgoMotion::place_without_pose(double dt_s) {
   Placing placing;
   if (!has_warned_) {
-    placing.warning = rate_ ? "no pose: the last motion is carried on" : "no pose: the vehicle is taken to stand still";
+    placing.warning = rate_ ? "no pose: the last motion continues" : "no pose: the vehicle is assumed to be static";
   }
   // without any pose so far this may be intended
   if (!has_warned_ || input_from_world_) placing.status = FrameStatus::pose_missing;

@@ -11,10 +11,9 @@
 
 namespace stereogrid {
 
-/// From the poses that come with the frames to the vehicle's place in the world. The world begins at the first frame
-/// and goes on from frame to frame as a vehicle drives: where the poses jump (a receiver that finds its satellites
-/// again, a map that is corrected), the frame of the poses is moved by the jump, not the vehicle in the world.
-/// Decision 17.
+/// Vehicle pose in the world from the poses of the frames. The world frame begins at the first frame and is continuous.
+/// At a pose jump (a receiver that finds its satellites again, a corrected map), the pose frame is shifted, not the
+/// vehicle. Decision 17.
 class EgoMotion {
  public:
   /// `in_world_of_poses`: the world is that of the first pose.

@@ -18,7 +18,7 @@ constexpr double sigma_column_px{0.2};
 /// A rigid thing's points, seen from a moving car, do not agree better.
 constexpr double velocity_floor_mps{0.5};
 
-/// A point at most in each block of so many columns and rows.
+/// Size of the blocks, each with one point at most.
 constexpr int block_px{12};
 
 /// Squared gradient per pixel below which a patch is not tracked. Columns determine the velocity; rows only the search

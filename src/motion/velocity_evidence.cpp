@@ -10,7 +10,7 @@
 namespace stereogrid {
 namespace {
 
-/// Standard deviation of how far from a point its thing goes on, m.
+/// Standard deviation of an object's extent around a point, m.
 constexpr double extent_m{0.35};
 /// In standard deviations, where a point's weight, 1 at its place, has fallen to 0.
 constexpr double reach{2};

@@ -17,8 +17,8 @@ namespace stereogrid {
 /// Velocities of points, spread over the cells around them.
 class EvidenceMap {
  public:
-  /// A window of `cells` × `cells`; `points` have room from the start. `fastest_mps`: of the filter's lattice along an
-  /// axis; what is faster counts as that fast.
+  /// A window of `cells` × `cells`, with room for `points`. `fastest_mps`: maximum of the filter's lattice along an
+  /// axis; faster velocities are clamped.
   EvidenceMap(int cells, double fastest_mps, std::size_t points = 0);
 
   /// Evidence for cells of the window, by ascending cell. `for_ranges`: see SceneFlow::follow. `view`: of the camera
@@ -54,8 +54,8 @@ class EvidenceMap {
     CellRange columns;
     CellRange rows;
   };
-  /// The cells of a row of the window that points have reached: so many from its first place in touched_ on, and the
-  /// place of their evidence.
+  /// Reached cells of a row of the window: their number from its first place in touched_ on, and the place of their
+  /// evidence.
   struct Row {
     int touched{0};
     int evidence{0};

@@ -22,7 +22,7 @@ class FrameClock {
   };
   /// True for the stamp of the frame before.
   [[nodiscard]] bool stands_still(std::int64_t stamp_ns) const { return last_ns_ && *last_ns_ == stamp_ns; }
-  /// Goes on to the next frame.
+  /// Advances to the next frame.
   Tick tick(std::int64_t stamp_ns);
   /// The next frame is a first one, whatever its stamp.
   void reset() { last_ns_.reset(); }

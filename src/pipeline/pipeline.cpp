@@ -195,7 +195,7 @@ Pipeline& Pipeline::operator=(Pipeline&&) noexcept = default;
 Pipeline::~Pipeline() = default;
 
 Pipeline::Implementation& Pipeline::implementation() const {
-  if (!implementation_) throw std::logic_error{"This Pipeline has been moved from: its work goes on in another one."};
+  if (!implementation_) throw std::logic_error{"This Pipeline has been moved from. Use the one it was moved to."};
   return *implementation_;
 }
 

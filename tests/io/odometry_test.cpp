@@ -140,7 +140,7 @@ TEST(Odometry, CarriesTheLastMotionOnInTheDark) {
   const std::vector<OdometryStep> steps{steps_of(frames, rig_of(street))};
   for (std::size_t i{6}; i < 8; ++i) {
     EXPECT_FALSE(steps[i].measured) << i;
-    EXPECT_THAT(steps[i].warning, HasSubstr("the last one is carried on")) << i;
+    EXPECT_THAT(steps[i].warning, HasSubstr("the last motion continues")) << i;
   }
   EXPECT_TRUE(steps[8].measured) << "the frame before the dark still serves";
   EXPECT_LT(length_m(drift(frames, steps)), 0.02 * way_m(frames));

@@ -53,6 +53,10 @@ TERMS = {
     r"as soon as\b": "when",
     r"\bpictures?\b": "image, figure, visualisation",
     r"sayings?\b|a sentence\b": "text, message, description",
+    r"\b(?:nobody|somebody|anybody|whoever)\b": "name the user, program or thread",
+    r"\b(?:goes|go|going|carried|carries) on\b": "continue",
+    r"\bso (?:many|much)\b": "number of; by",
+    r"(?<=. )what (?:is|was|are|has|have|had|lies|comes|appears|occupies|differs|belongs)\b(?! wrong)": "begin with the noun",
     r"cannot be (?:true|right|meant)|that cannot be\b(?! \w+(?:ed|en|t)\b)": "is implausible / invalid",
 }
 TERM = re.compile("|".join(f"({pattern})" for pattern in TERMS), re.IGNORECASE)

@@ -88,8 +88,7 @@ std::string filled_in(const Template& from, const std::map<std::string, std::str
   return filled.append(rest, from.text.cend());
 }
 
-/// A line per task: numbers of shards that are neither done nor failed. Shards that go on from each other stay
-/// together.
+/// A line per task: numbers of shards that are neither done nor failed. Shards that continue each other stay together.
 std::vector<std::string> tasks_of(const PlanReader& plan, std::uint64_t shards_per_task) {
   std::vector<std::string> tasks;
   std::vector<std::uint64_t> task;

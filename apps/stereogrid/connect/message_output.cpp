@@ -81,7 +81,7 @@ void check(const MessageOptions& options, const Rig& rig) {
   if (options.ros2.publishes) check(options.ros2);
   if (options.mcap.empty()) {
     if (options.topics.empty()) return;
-    throw ConfigError{"--mcap-topics chooses what is recorded, but nothing is. Give --mcap FILE, too."};
+    throw ConfigError{"--mcap-topics needs a recording. Give --mcap FILE, too."};
   }
   if (fs::exists(options.mcap) && !fs::is_other(options.mcap)) {
     throw ConfigError{fmt::format("--mcap {}: it is there already. Give another name, or delete it.",

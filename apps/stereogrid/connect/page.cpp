@@ -67,7 +67,7 @@ struct Page::State {
   std::int64_t frames{0};
   std::optional<messages::Latency> latency;
   std::vector<messages::Dropped> dropped;
-  std::unique_ptr<server::Server> server;  // its thread uses what is above
+  std::unique_ptr<server::Server> server;  // its thread uses the members above
 };
 
 server::Answer Page::State::health() const {
@@ -128,7 +128,7 @@ Page::Page(const PageOptions& options, std::string name, server::Parameters para
   made.http.endpoints.push_back({"/healthz", [state = state_.get()] { return state->health(); }});
   made.http.endpoints.push_back({"/metrics", [state = state_.get()] { return state->metrics(); }});
   auto server{start_server(options, std::move(made))};
-  const std::scoped_lock lock{state_->mutex};  // somebody may ask already
+  const std::scoped_lock lock{state_->mutex};  // requests may have arrived already
   state_->server = std::move(server);
 }
 

@@ -33,11 +33,11 @@ void refuse_without_node(const Ros2Options& options);
 /// Without opening anything. Throws as open_ros2_node().
 void check(const Ros2Options& options);
 
-/// The program's node: the same as before, while somebody has it, whatever the options are now.
+/// Node of the program: shared by all users, with the options of the first one.
 ///
 /// Loads libstereogrid_dds.so. Search order: beside this program, in the folder of `cmake --install`, in the paths of
 /// the loader; the environment variable STEREOGRID_DDS_LIBRARY names another file. Warnings go to the log. Throws
-/// ConfigError; DeviceError, which names what is missing.
+/// ConfigError; DeviceError, which names the missing part.
 [[nodiscard]] std::shared_ptr<dds::Node> open_ros2_node(const Ros2Options& options);
 
 }  // namespace stereogrid::app

@@ -25,7 +25,7 @@ constexpr double always{0.9};
 constexpr double seen_min{0.3};
 constexpr double farthest_m{5};
 constexpr double lowest_m{0.15};
-// The street's texture changes in so many of the frames, the vehicle's in fewer.
+// Minimum share of the frames in which the street's texture changes; the vehicle's changes in fewer.
 constexpr double street_changes_min{0.2};
 constexpr double vehicle_changes_max{0.1};
 // Minimum shares of the pixels below the outline that are seen as the vehicle, in a column and in total by disparity,

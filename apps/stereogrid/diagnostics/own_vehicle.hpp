@@ -30,7 +30,7 @@ class OwnVehicle {
   [[nodiscard]] std::size_t frames() const { return frames_; }
   [[nodiscard]] double travelled_m() const { return travelled_m_; }
 
-  /// PipelineOptions::mask, with a margin of `margin_px` above what was found; empty: nothing found, or not sure.
+  /// PipelineOptions::mask, with a margin of `margin_px` above the outline; empty: none found, or uncertain.
   [[nodiscard]] Image<std::uint8_t> mask(int margin_px) const;
 
  private:

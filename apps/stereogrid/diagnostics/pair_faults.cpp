@@ -42,7 +42,7 @@ Grey turned(const Grey& image) {
   return result;
 }
 
-/// The image moved down by so many rows.
+/// Image shifted down by `rows`.
 Grey moved(const Grey& image, int rows) {
   Grey result{image.width(), image.height()};
   for (int v{0}; v < image.height(); ++v) {

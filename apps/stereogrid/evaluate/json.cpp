@@ -47,7 +47,7 @@ Json json_of(const std::vector<evaluation::RocPoint>& roc) {
   return points;
 }
 
-/// Counts by steps of half a metre; what lies beyond ±10 m is counted in the outermost.
+/// Counts by steps of half a metre; errors beyond ±10 m are counted in the outermost.
 Json histogram_of(const std::vector<float>& errors_m) {
   constexpr auto bins{static_cast<std::size_t>(2 * depth_histogram_end_m / depth_histogram_step_m)};
   std::array<std::size_t, bins> counts{};

@@ -99,7 +99,7 @@ bool is_locked(const fs::path& folder) {
 }
 
 FolderLock::~FolderLock() {
-  static_cast<void>(unlink(file_.c_str()));  // first: whoever gets the lock next must find that it is gone
+  static_cast<void>(unlink(file_.c_str()));  // first, so that the next owner of the lock does not find it
 }
 
 }  // namespace stereogrid::app

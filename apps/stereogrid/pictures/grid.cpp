@@ -16,7 +16,7 @@ namespace {
 
 constexpr float moving_above_mps{1.0F};
 constexpr float moving_occupancy{0.6F};
-constexpr double arrow_s{1.0};  // arrows end where the obstacle will be in so many seconds
+constexpr double arrow_s{1.0};  // arrows end at the position after this time
 
 cv::Mat draw_cells(const FrameResult& result) {
   const GridGeometry& grid{result.vehicle.geometry};

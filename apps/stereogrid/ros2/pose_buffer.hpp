@@ -24,8 +24,8 @@ class PoseBuffer {
   void add(const std::vector<io::StampedPose>& poses);
   void clear();
 
-  /// Between the poses around that instant; up to one usual interval behind the last one, motion is carried on. Waits
-  /// for a pose behind it, but not for longer than `patience`. Throws InputError: there is none.
+  /// Pose at an instant, interpolated; up to one usual interval after the last pose the motion continues. Waits up to
+  /// `patience` for a later pose. Throws InputError: there is none.
   [[nodiscard]] Pose2 at(std::int64_t stamp_ns, std::chrono::milliseconds patience);
 
  private:

@@ -22,9 +22,9 @@ struct Ros2Setup {
   bool uses_sim_time{false};  ///< time is what /clock says
 };
 
-/// Images of two cameras, or of one with depth, as topics of ROS 2, paired by their stamps, which the frames keep.
-/// Frames have poses, where they are wanted; one without is left out and counted, as are poses that are dropped. Where
-/// the stamps step back, what comes is another stream's.
+/// Images of two cameras, or of one with depth, as topics of ROS 2, paired by their stamps, which the frames keep. If
+/// poses are required, frames without one are left out and counted, as are dropped poses. After a step back of the
+/// stamps the stream counts as a new one.
 class Ros2Source final : public capture::LiveSource {
  public:
   Ros2Source(std::shared_ptr<dds::Node> node, const Ros2Setup& setup);

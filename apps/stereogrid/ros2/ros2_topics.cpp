@@ -58,7 +58,7 @@ Seen look_at(NewestMessages& messages, const std::vector<mcap::Topic>& topics, c
   return seen;
 }
 
-/// Throws InputError: there is no such pair; with what was seen instead.
+/// Throws InputError if there is no such pair; the message lists the topics found.
 rosbag::ImageTopics choose(const std::string& name, const std::vector<mcap::Topic>& topics,
                            const rosbag::ImageTopics& asked, const rosbag::Encodings& encodings,
                            const std::string& elsewhere) {

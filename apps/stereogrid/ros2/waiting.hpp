@@ -16,7 +16,7 @@
 
 namespace stereogrid::app {
 
-/// Logs what is waited for, where that has not changed for a while.
+/// Logs a wait that lasts.
 class Waiting {
  public:
   void tell(const std::string& sentence);

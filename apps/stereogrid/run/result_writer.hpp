@@ -31,8 +31,8 @@ struct WriterOptions {
   std::size_t first_frame{0};  ///< its place in the input
 };
 
-/// Writes the files of each frame on a thread of its own, in the order of the frames, while the pipeline works on the
-/// next ones. A frame's line in frames.jsonl comes last: what has a line is whole.
+/// Writes the files of each frame on a thread of its own, in the order of the frames, while the pipeline processes the
+/// next ones. A frame's line in frames.jsonl comes last: frames with a line are complete.
 class ResultWriter {
  public:
   /// Makes the folders. Throws DeviceError.

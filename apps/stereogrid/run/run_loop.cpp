@@ -109,14 +109,14 @@ void RunLoop::give_up_waiting() {
   record_.save(false);
   write_error(
       fmt::format("stereogrid: frame {} has not come within {} s: the file system of the input hangs, or is "
-                  "gone. What is done is safe; the same command with --resume goes on.\n",
+                  "gone. Finished frames are complete; the same command with --resume continues.\n",
                   next_, input_wait_s_));
   std::_Exit(exit_try_again);
 }
 
 std::optional<io::Checkpoint> RunLoop::checkpoint_after(std::size_t index) {
   if (!checkpoints_.is_due_after(index)) return std::nullopt;
-  save_skipped();  // behind a checkpoint nobody finds out again what was skipped before it
+  save_skipped();  // a resumed run does not search frames before its checkpoint
   return io::Checkpoint{index, pipeline_.save_state(), poses_.take_state(index)};
 }
 

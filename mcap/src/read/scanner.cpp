@@ -176,9 +176,10 @@ void Scanner::check_data_crc(const RecordHead& data_end) {
   std::uint32_t crc{~crc_};
   if (data_end.length >= sizeof(crc)) file_.read(at_, std::as_writable_bytes(std::span{&crc, 1}));
   if (crc == 0 || crc == crc_) return;
-  note(damage_, fmt::format("The checksum of bytes 0 to {} is wrong: some are not what was written, within what is "
-                            "skipped or beside it.",
-                            record_at_));
+  note(damage_,
+       fmt::format("The checksum of bytes 0 to {} is wrong: some bytes differ from the written ones, within the part "
+                   "skipped or beside it.",
+                   record_at_));
 }
 
 void Scanner::check_end() {

@@ -66,8 +66,8 @@ class STEREOGRID_EXPORT VisualOdometry {
   /// InputError where the frame does not fit the rig; the state is then unchanged.
   OdometryStep update(const StereoFrame& frame);
 
-  /// An odometry of the same rig that is given the state goes on exactly as this one would. Throws InputError where the
-  /// reference image does not fit the rig; nothing has changed then.
+  /// An odometry of the same rig with this state continues with the same results. Throws InputError where the reference
+  /// image does not fit the rig; nothing has changed then.
   [[nodiscard]] OdometryState save_state() const;
   void load_state(const OdometryState& state);
 

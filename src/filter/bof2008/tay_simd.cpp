@@ -24,7 +24,7 @@ namespace {
 constexpr std::size_t lanes_max{16};
 using Float = hn::CappedTag<float, lanes_max>;
 
-// A row of cells, one more than a tile has: what lies between two columns needs both.
+// Row of cells, one more than a tile: values between two columns need both.
 struct alignas(64) RowBuffer {
   float cells[tile_columns + lanes_max];
 };
@@ -123,7 +123,7 @@ class Source {
   Antecedents from_;
 };
 
-// P(v_k) into after.velocity and P(occupied, v_k) into `occupied`, both predicted: what lies between the antecedents
+// P(v_k) into after.velocity and P(occupied, v_k) into `occupied`, both predicted: interpolated between the antecedents
 // along x and y.
 void gather(const LatticeTile& tile, std::size_t k, RowBuffer* occupied) {
   const Source source{tile, k};

@@ -30,7 +30,7 @@ struct WeighedCell {
   float standing;
 };
 
-/// A row of the lattice's mass, and the same weighed by what has been measured.
+/// Row of the lattice's mass, before and after weighing by the measurement.
 struct RowWeight {
   float before{0};
   float after{0};

@@ -58,7 +58,7 @@ struct BlockRow {
   bool was_even;                  ///< the layers say so of it before the step: BlockKind
   float age_s[block_columns];     ///< before the step
   float standing[block_columns];  ///< arriving mass of standstill
-  float each[block_columns];      ///< without masses: what has arrived of each moving velocity
+  float each[block_columns];      ///< without masses: arriving mass of each moving velocity
   float unseen[block_columns];    ///< 1: was as unseen_cell
   // the update of the masses
   float scale[block_columns];
@@ -78,7 +78,7 @@ void predict_block(const JointStep& joint, int block);
 /// Sums over the masses of a row of a block; `masses`: of its first velocity.
 void sum_row(const FilterTables& tables, const float* masses, BlockRowSums& sums);
 
-/// Updates the row with what is observed: state and layers. `sums`: over the masses; null: it has none.
+/// Updates the row with the observation: state and layers. `sums`: over the masses; null: it has none.
 void update_row(const JointStep& joint, View<const float> observed, const BlockRowSums* sums, BlockRow& row,
                 GridLayers& layers);
 

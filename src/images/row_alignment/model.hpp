@@ -16,9 +16,9 @@ namespace stereogrid {
 constexpr std::size_t row_terms{5};
 using RowTerms = std::array<double, row_terms>;
 
-/// By how many rows a point lies lower in the right image than in the left one, as a function of its place in the right
-/// image: what is left over when a pair has been rectified with slightly wrong rotation and lenses.
-/// terms · (1, x, y, x·y, x²) with x = (u − u0)/400 and y = (v − v0)/100: pitch, roll, scale, yaw, lens.
+/// Vertical misalignment: rows by which a point is lower in the right image than in the left one, as a function of its
+/// place in the right image. Caused by slight errors of rotation and lenses in the rectification. terms · (1, x, y,
+/// x·y, x²) with x = (u − u0)/400 and y = (v − v0)/100: pitch, roll, scale, yaw, lens.
 struct RowOffsets {
   RowTerms terms{};  ///< px
   double centre_u_px{0};

@@ -88,8 +88,8 @@ struct SplitRow {
   float at_centre;
 };
 
-/// Splits `disparity` (px, ≤ 0 = none): what is above the road is obstacle, what is below it wrong and left out, the
-/// rest road. Left out too is what is below 0.5 px or beyond the bins of the u-disparity plane.
+/// Splits `disparity` (px, ≤ 0 = none). Above the road: obstacle; below it: wrong and left out; the rest: road.
+/// Disparities below 0.5 px or beyond the bins of the u-disparity plane are left out, too.
 void split(Cpu& cpu, View<const float> disparity, const Rig& rig, const Ground& ground, const MatchingConfig& config,
            Matches& matches);
 void split(Reference& reference, View<const float> disparity, const Rig& rig, const Ground& ground,

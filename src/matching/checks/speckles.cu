@@ -51,7 +51,7 @@ __device__ void join(int* parents, int a, int b) {
     }
     const int before{atomicMin(parents + a, b)};
     if (before == a) return;
-    a = before;  // somebody was faster
+    a = before;  // another thread was faster
   }
 }
 

@@ -124,9 +124,9 @@ class SemiGlobal {
   }
   [[nodiscard]] std::ptrdiff_t at(int u) const { return static_cast<std::ptrdiff_t>(u) * task_.layout.stride; }
 
-  // Groups of rows one after another, each taken by the first idle thread: it follows the group before at a distance,
-  // and whoever has that one is at work already, so that nobody waits for ever. Rows go in groups since what a row
-  // hands to the next is dear to move between cores.
+  // Groups of rows in order, each taken by the first idle thread. A group follows the one before at a distance; the
+  // owner of that one is already running, so no thread waits for ever. Rows are grouped because passing data between
+  // cores is expensive.
   void sweep(Cpu& cpu) {
     start_sweep();
     std::uninitialized_value_construct_n(passed_, height());

@@ -115,8 +115,8 @@ HWY_INLINE V8 first_byte_everywhere(hn::Vec<Block16> value) {
 #endif
 }
 
-// One step of a path (reference: advance). Costs of the pixel before come less their smallest one, and so do these go
-// on to the next pixel.
+// Step of a path (reference: advance). Costs of the pixel before come less their smallest one, and so do the costs for
+// the next pixel.
 class PathStep {
  public:
   PathStep()

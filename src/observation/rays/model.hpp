@@ -91,8 +91,8 @@ STEREOGRID_HD inline void count_ray(float obstacle, float road, const RayRow& ro
   if (bin < row.end && row.first < row.end && row.end < bins) add(row.end, PackedRays{0} - arriving_ray);
 }
 
-/// Sums over all bins before k and all columns before u: (width + 1) rows, by u, of bins + 1. What is looked up of a
-/// cell lies in few bins of two columns.
+/// Sums over all bins before k and all columns before u: (width + 1) rows, by u, of bins + 1. The look-ups of a cell
+/// are in few bins of two columns.
 template <class Space>
 using RaySums = View<const PackedRays, Space>;
 

@@ -122,7 +122,7 @@ class CellVectors {
   }
 
  private:
-  // `near`: what is around their near ends.
+  // `near`: the neighbourhood of their near ends.
   [[nodiscard]] HWY_INLINE VFloat seen_occupancy(const Sight& cells, const Around& near) const {
     const Columns& columns{cells.columns};
     const auto nearer = [&](float px) HWY_ATTR { return place_of(hn::Add(cells.near_px, floats(px))); };

@@ -15,8 +15,8 @@ enum CellRayKind {
   in_front,         ///< obstacle pixels from near to near + 4 px
   road_in_front,    ///< road pixels from near to near + 1 px
   arriving,         ///< rays that come as far as near
-  passing,          ///< rays that go on behind far
-  passing_farther,  ///< rays that go on behind far − 1 px
+  passing,          ///< rays that continue behind far
+  passing_farther,  ///< rays that continue behind far − 1 px
   cell_rays
 };
 

@@ -146,7 +146,7 @@ void CountPixels(const PixelBlock& block, std::uint16_t* counts) {
   BlockCounter{block, counts}.run();
 }
 
-// The rays of the nearer bins go on in `rays`.
+// The rays of the nearer bins remain in `rays`.
 template <class N>
 HWY_INLINE void total_bin(const BlockTotals& totals, int d, int u, N n, std::uint16_t* counts, std::uint16_t* rays) {
   const Count dc;
@@ -155,7 +155,7 @@ HWY_INLINE void total_bin(const BlockTotals& totals, int d, int u, N n, std::uin
     return hn::LoadU(dc, counts + (bin * pixel_kinds + kind) * block_columns + u);
   };
   const std::ptrdiff_t at{totals.stride * d + u};
-  const auto observed = d == 0 ? hn::Zero(dc) : of(d, upright_pixel);  // bin 0 holds what has no bin
+  const auto observed = d == 0 ? hn::Zero(dc) : of(d, upright_pixel);  // bin 0 contains pixels without a bin
   const auto early_behind = of(d + 1, early_road_pixel);
   auto visible = hn::Zero(dc);
   auto road = hn::Zero(dc);

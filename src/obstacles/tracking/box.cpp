@@ -20,7 +20,7 @@ constexpr double side_m{0.1};
 constexpr double cut_share{0.55};
 /// A face that is seen at a smaller angle (its sine) does not show where it ends, …
 constexpr double least_sine{0.25};
-/// … and what is no deeper has been assumed to be so deep.
+/// … minimum depth, assumed if less is seen.
 constexpr double assumed_m{0.65};
 /// Minimum standard deviation of an extent.
 constexpr double assumed_sigma_m{0.1};
@@ -146,8 +146,8 @@ void TrackedBox::begin(const BoxView& view, double yaw, Point2 place) {
   }
 }
 
-// The side that the camera sees holds the place; the others follow what is seen: what is larger at once, what is
-// smaller slowly, and not where it may be hidden.
+// Updates the sides. The visible side fixes the place; the others follow their observation: growth at once, shrinking
+// slowly, and not where they may be hidden.
 void TrackedBox::update(const BoxView& view, Point2 place) {
   for (std::size_t axis{0}; axis < 2; ++axis) {
     const std::array<BoxSide, 2>& sides{view.sides[axis]};

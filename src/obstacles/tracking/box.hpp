@@ -16,7 +16,8 @@ namespace stereogrid {
 struct BoxSide {
   double at_m{0};       ///< along the axis
   double sigma_m{0};    ///< infinite: it is hidden, or cut off, or only assumed
-  bool is_near{false};  ///< the camera sees it, or both ends of what faces it: what is seen of it later is the same
+  bool is_near{false};  ///< visible to the camera, or both ends of a facing side: later observations are of the same
+                        ///< side
 
   [[nodiscard]] bool is_seen() const;
 };

@@ -11,8 +11,8 @@
 namespace stereogrid {
 namespace {
 
-// The grid's velocities say surely that a large thing stands; how fast a small one walks they say less well than its
-// positions: the lattice is coarse, and what is newly covered counts as standing at first.
+// Limit for the grid's velocities. They detect static large objects reliably. For the speed of small ones positions are
+// more accurate: the lattice is coarse, and new cells are static at first.
 constexpr double standing_mps{0.5};
 constexpr double large_m{1.5};
 constexpr double large_sigma_mps{0.4};
@@ -70,7 +70,7 @@ double Tracker::axes_of(const Track& track) {
   return moves ? std::atan2(velocity.y, velocity.x) : track.box.yaw_rad;
 }
 
-// By the sides that the camera sees: what comes into view behind them is no motion.
+// Uses the visible sides: parts that come into view behind them are no motion.
 void Tracker::correct_place(Track& track, const Cluster& cluster, const Pose2& camera) const {
   const double yaw_rad{axes_of(track)};
   const BoxView view{cluster, yaw_rad, camera, rig_};

@@ -15,9 +15,9 @@ namespace {
 constexpr double gate_m{1.5};
 /// Process noise of the constant-velocity model.
 constexpr double acceleration_mps2{4};
-/// In association, a difference of 1 m/s counts like so many metres.
+/// In association, metres per difference of 1 m/s.
 constexpr double velocity_weight_s{0.4};
-/// … what no points have been followed on, where it may be something that moves, like so many, …
+/// … metres for a cluster without features that may be dynamic, …
 constexpr double unmeasured_mover_m{0.3};
 /// … and a metre of difference in height, as far as it goes: a kerb is not the cyclist before it.
 constexpr double height_weight{0.4};
@@ -73,7 +73,7 @@ void Tracker::update(const GridLayers& world, const std::vector<Cluster>& cluste
                      double dt_s, std::span<const std::int64_t> held) {
   const auto is_held = [held](const Track& track) { return std::ranges::binary_search(held, track.id); };
   for (Track& track : tracks_) {
-    // while it is not seen, only what points have shown to move goes on
+    // while unobserved, only motion shown by features continues
     if (track.unseen_s > 0 && (track.moving < evidence_of_frame || is_held(track))) track.motion.stand_still();
     const Point2 before{track.motion.place()};
     track.motion.predict(dt_s, acceleration_mps2);
@@ -124,8 +124,7 @@ std::optional<double> Tracker::distance(const Track& track, const Cluster& clust
          height_weight * higher_m;
 }
 
-// Nearest first; of those equally far, in the order of tracks and clusters. What was a part of another thing gets what
-// is left.
+// Nearest first; equal distances in the order of tracks and clusters. Former parts of another thing come last.
 void Tracker::find_pairs(const std::vector<Cluster>& clusters) {
   pairs_.clear();
   for (std::size_t t{0}; t < tracks_.size(); ++t) {

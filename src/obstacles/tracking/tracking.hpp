@@ -27,9 +27,9 @@ class Tracker {
  public:
   Tracker(const TrackingConfig& config, const Rig& level_rig);
 
-  /// No tracks; ids go on.
+  /// Removes all tracks; ids continue.
   void forget() { tracks_.clear(); }
-  /// Ids go on from those of `before`.
+  /// Continues the ids of `before`.
   void go_on_from(const Tracker& before) { next_id_ = before.next_id_; }
 
   /// Moves all tracks on by dt_s, gives each its cluster, begins and ends tracks. `held`: ids of tracks that do not end

@@ -117,7 +117,7 @@ struct DeviceMemory {
   [[nodiscard]] const FrameOnDevice* frame() { return at<FrameOnDevice>(input, 0); }
   [[nodiscard]] FrameFromDevice* answer() { return at<FrameFromDevice>(output, 0); }
   void upload_frame(Cuda& cuda, const HostMemory& host, bool is_given);
-  /// Counts what has matched, and downloads what the host waits for.
+  /// Counts the matches, and downloads the results that the host waits for.
   void fetch_answer(Cuda& cuda, HostMemory& host);
   /// Both observed grids are unknown.
   void observe_nothing(Cuda& cuda);

@@ -79,7 +79,7 @@ void CudaStages::synchronize() {
 // Everything that changes from frame to frame goes to where graphs look for it.
 void CudaStages::begin(const LevelFrame& frame, const GridGeometry& window, bool is_first, FrameResult& result) {
   cuda_.use();
-  if (is_at_work_) synchronize();  // on a frame that an exception has ended: it may still read what is written now
+  if (is_at_work_) synchronize();  // after an exception the device may still read the memory that is written now
   result_ = &result;
   is_first_ = is_first;
   std::fill_n(host_.vehicle_rules.data(), host_.vehicle_rules.size(), CellRule::as_observed);

@@ -242,7 +242,7 @@ TEST_F(RunMcap, RefusesWhatCannotBe) {
   std::ofstream{*folder / "there.mcap"} << "mine";
   const std::vector<Refused> all{
       {record("there"), "it is there already"},
-      {record("never", {"--resume"}), "--mcap cannot go on with --resume"},
+      {record("never", {"--resume"}), "--mcap does not support --resume"},
       {record("never", {"--mcap-topics", "occupancy_grid,speed"}), "There is no topic \"speed\". There are: occupancy"},
       {{"run", small_scene("empty", "&frames=1"), "--out", (*folder / "never").string(), "--mcap-topics", "tf"},
        "Give --mcap FILE, too"}};

@@ -65,7 +65,7 @@ TEST_F(Poses, NoneIsStandstill) {
     const std::string name{input == scene ? "scene" : "drive_none"};
     run_well({"run", input, "--out", out(name), "--poses", "none"});
     EXPECT_EQ(x_m(name), 0);
-    EXPECT_THAT(lines_of(folder_ / name).front()["warnings"].dump(), HasSubstr("taken to stand still"));
+    EXPECT_THAT(lines_of(folder_ / name).front()["warnings"].dump(), HasSubstr("assumed to be static"));
   }
 }
 

@@ -151,7 +151,7 @@ TEST(EgoMotion, FramesWithoutAPoseAreBridged) {
   for (int i{0}; i < 2; ++i) {
     drive.true_world_from_vehicle = drive.true_world_from_vehicle * Pose2{1.3, 0, degree};
     const auto placing{drive.ego_motion.place(std::nullopt, dt_s)};
-    EXPECT_EQ(placing.warning, i == 0 ? "no pose: the last motion is carried on" : "");
+    EXPECT_EQ(placing.warning, i == 0 ? "no pose: the last motion continues" : "");
     expect_near(placing.world_from_vehicle, drive.true_world_from_vehicle);
   }
   const auto again{drive.step()};
@@ -161,7 +161,7 @@ TEST(EgoMotion, FramesWithoutAPoseAreBridged) {
 
 TEST(EgoMotion, WithoutAnyPoseTheVehicleStands) {
   EgoMotion ego_motion{MotionConfig{}};
-  EXPECT_THAT(ego_motion.place(std::nullopt, 0).warning, HasSubstr("taken to stand still"));
+  EXPECT_THAT(ego_motion.place(std::nullopt, 0).warning, HasSubstr("assumed to be static"));
   const auto second{ego_motion.place(std::nullopt, dt_s)};
   EXPECT_THAT(second.warning, IsEmpty());
   expect_near(second.world_from_vehicle, {});
@@ -221,7 +221,7 @@ TEST(EgoMotion, AfterARestartWithoutAPoseTheVehicleStands) {
   const Pose2 last{drive.step().world_from_vehicle};
   drive.ego_motion.restart();
   const auto placing{drive.ego_motion.place(std::nullopt, 0)};
-  EXPECT_THAT(placing.warning, HasSubstr("taken to stand still"));
+  EXPECT_THAT(placing.warning, HasSubstr("assumed to be static"));
   expect_near(drive.ego_motion.place(std::nullopt, dt_s).world_from_vehicle, last);
 }
 

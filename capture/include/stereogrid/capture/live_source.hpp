@@ -23,14 +23,14 @@ struct LiveFrame {
   bool begins_anew{false};     ///< nothing that came before belongs to it: Pipeline::reset()
 };
 
-/// Frames that nobody has seen, and why.
+/// Unused frames, with the reason.
 struct Drop {
   std::string reason;
   std::int64_t frames{0};
 };
 
-/// Frames as they come. Never more than one waits: what is too late for its reader is replaced by what is newer, and
-/// counted. All functions may be called from any thread; next() from one at a time.
+/// Live frames. At most one waits: a newer frame replaces it, and the drop is counted. All functions may be called from
+/// any thread; next() from one at a time.
 class STEREOGRID_EXPORT LiveSource {
  public:
   LiveSource() = default;

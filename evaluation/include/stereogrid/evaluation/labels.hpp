@@ -21,7 +21,7 @@ inline constexpr std::int8_t labelled_occupied{1};
 /// True state of the cells of one frame, on the vehicle-frame grid that is scored.
 struct Labels {
   GridGeometry geometry;
-  Rig rig;                   ///< whose image columns decide what is hidden and along what free space is measured
+  Rig rig;                   ///< rig whose image columns define hidden cells and free space
   Image<std::int8_t> cells;  ///< not_scored, labelled_free or labelled_occupied
   Image<std::uint8_t>
       partly_hidden;  ///< 1: labelled, though every image column of the cell meets an obstacle before it

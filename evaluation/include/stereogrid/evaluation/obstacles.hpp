@@ -111,7 +111,7 @@ class STEREOGRID_EXPORT ObstacleScores {
  private:
   struct Candidate;
   using Candidates = std::vector<Candidate>;
-  using Shares = std::vector<double>;  // [thing][candidate]: of what is seen of the thing
+  using Shares = std::vector<double>;  // [thing][candidate]: shares of the thing's seen points
   [[nodiscard]] static Candidates candidates_of(std::span<const Obstacle> reported);
   void add_cells(const ObstacleTruth& truth, const Candidates& candidates);
   void add_moving_cells(std::span<const Point2> cells, const Candidates& candidates);

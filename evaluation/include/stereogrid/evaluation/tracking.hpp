@@ -14,7 +14,7 @@
 
 namespace stereogrid::evaluation {
 
-/// A frame of true objects and of what was found, by their ids.
+/// True objects and found obstacles of a frame, by their ids.
 struct TrackingFrame {
   static constexpr double no_match{std::numeric_limits<double>::infinity()};
   struct Hypothesis {

@@ -13,7 +13,7 @@
 
 namespace stereogrid::mcap {
 
-/// Messages of one type under one name, whoever sent them.
+/// Messages of one type under one name, from any publisher.
 struct Topic {
   std::string name;
   std::string type;                  ///< "sensor_msgs/msg/Image"
@@ -43,9 +43,9 @@ class STEREOGRID_EXPORT Bag {
   [[nodiscard]] virtual std::vector<std::string> damage() const = 0;
 };
 
-/// Recognised by what is in it, not by its name. Messages compressed one by one are unpacked as they are read; files
-/// compressed as a whole (rosbag2's compression mode "file", zstd) are unpacked first, into the folder of temporary
-/// files. Throws InputError: no recording; DeviceError: no space.
+/// Recognised by content, not by name. Messages compressed one by one are unpacked as they are read; files compressed
+/// as a whole (rosbag2's compression mode "file", zstd) are unpacked first, into the folder of temporary files. Throws
+/// InputError: no recording; DeviceError: no space.
 [[nodiscard]] STEREOGRID_EXPORT std::unique_ptr<Bag> open_bag(const std::filesystem::path& path);
 
 }  // namespace stereogrid::mcap

@@ -13,7 +13,7 @@
 
 namespace stereogrid::mcap {
 
-/// A reader skips what is larger: a chunk, unpacked or not, or another record.
+/// Size limit of a chunk, unpacked or not, and of other records; larger ones are skipped.
 inline constexpr std::uint64_t largest_chunk_bytes{std::uint64_t{512} << 20};
 /// Chunks whose times overlap are unpacked at the same time; more throws InputError.
 inline constexpr std::uint64_t most_unpacked_bytes{std::uint64_t{1} << 30};
@@ -63,7 +63,7 @@ class STEREOGRID_EXPORT StreamReader : public MessageCursor {
   const Message* next() override;
   /// Declarations and counts so far.
   [[nodiscard]] const Contents& contents() const;
-  /// So far; after the last message: all of it, how far it got and what was lost.
+  /// Damage so far; complete after the last message.
   [[nodiscard]] const Damage& damage() const;
 
  private:

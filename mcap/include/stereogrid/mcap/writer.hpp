@@ -20,7 +20,7 @@ enum class Compression { none, lz4, zstd };
 struct WriterOptions {
   Compression compression{Compression::zstd};
   std::size_t chunk_bytes{std::size_t{1} << 20};  ///< size of the messages at which a chunk is written
-  std::uint64_t chunk_ns{1'000'000'000};  ///< and before a message logged so much later or earlier than its first
+  std::uint64_t chunk_ns{1'000'000'000};          ///< maximum difference of log times within a chunk
   std::string profile{"ros2"};
   std::string library{"stereogrid"};  ///< program that wrote the file
 };
