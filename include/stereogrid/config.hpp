@@ -229,7 +229,7 @@ struct FusionConfig {
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
     visit(Parameter{"stereo_confidence", "", 0, 1,
-                    "Weight of the stereo grid in frames with grids of other sources; 0: stereo is not used."},
+                    "Confidence in the stereo grid in frames with grids of other sources; 0: stereo is not used."},
           self.stereo_confidence);
   }
 };
@@ -269,10 +269,10 @@ struct FilterConfig {
             "Share of the dynamic mass that changes its velocity in 0.1 s. If static_prior > 0, static mass has a "
             "tenth of it."},
         self.velocity_noise);
-    visit(
-        Parameter{"likelihood_exponent", "", 0.05, 1,
-                  "Exponent of a frame's likelihood, below 1 because stereo errors are correlated over time; 1: none."},
-        self.likelihood_exponent);
+    visit(Parameter{"likelihood_exponent", "", 0.05, 1,
+                    "Exponent of a frame's likelihood, below 1 because stereo errors are correlated over time; 1: full "
+                    "evidence."},
+          self.likelihood_exponent);
     visit(Parameter{"static_prior", "", 0, 0.99,
                     "Static share of new mass; 0: uniform over all velocities including standstill (2008)."},
           self.static_prior);
