@@ -23,7 +23,7 @@ constexpr double jump_min_deg{1};
 std::string text_of(const Pose2& jump) {
   std::array<char, 160> text{};
   std::snprintf(text.data(), text.size(),
-                "the pose jumps by %.1f m and %.1f° from where the vehicle can be: the world is moved along",
+                "pose jump of %.1f m and %.1f° from the predicted pose: the pose frame is shifted",
                 std::hypot(jump.x_m, jump.y_m), std::abs(jump.yaw_rad) / degree);
   return text.data();
 }
