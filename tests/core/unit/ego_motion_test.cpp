@@ -74,7 +74,7 @@ TEST_P(Jump, MovesThePosesAndNotTheVehicle) {
   for (int i{0}; i < 5; ++i) static_cast<void>(drive.step());
   drive.input_from_world = drive.input_from_world * GetParam();
   const auto jumped{drive.step()};
-  EXPECT_THAT(jumped.warning, HasSubstr("the pose jumps by"));
+  EXPECT_THAT(jumped.warning, HasSubstr("pose jump of"));
   // motion is constant here, so that carrying it on is exact
   expect_near(jumped.world_from_vehicle, drive.true_world_from_vehicle);
   for (int i{0}; i < 5; ++i) {
@@ -110,7 +110,7 @@ TEST(EgoMotion, SaysHowFar) {
   const Pose2 next{now * Pose2{1.3, 0, degree}};
   const Pose2 jump{3, 4, -2 * degree};
   const auto placing{drive.ego_motion.place(drive.input_from_world * next * jump, dt_s)};
-  EXPECT_THAT(placing.warning, HasSubstr("jumps by 5.0 m and 2.0°"));
+  EXPECT_THAT(placing.warning, HasSubstr("jump of 5.0 m and 2.0°"));
 }
 
 TEST(EgoMotion, BrakingAndSwervingAreNoJumps) {
