@@ -15,8 +15,8 @@ namespace stereogrid::io {
 /// or damaged, another type, or values that are not px (most exceed the image's width, or none reaches 1 px).
 [[nodiscard]] STEREOGRID_EXPORT Image<float> read_disparity(const std::filesystem::path& path);
 
-/// Reads a depth image (along the camera's axis, m; what is not finite or not positive becomes 0 = none): PNG or TIFF
-/// of 16 bits, of which `units_per_m` are a metre; PFM, TIFF or .npy of floats in metres. Throws InputError as
+/// Reads a depth image (along the camera's axis, m; values that are not finite or not positive become 0 = none): PNG or
+/// TIFF of 16 bits, of which `units_per_m` are a metre; PFM, TIFF or .npy of floats in metres. Throws InputError as
 /// read_disparity(), and where half of the values exceed 1000 m.
 [[nodiscard]] STEREOGRID_EXPORT Image<float> read_depth(const std::filesystem::path& path, double units_per_m);
 

@@ -60,7 +60,7 @@ struct ImagePair {
 /// brightest pixel keeps at least 32 levels), or more for a brighter pair (nothing saturates). 8-bit samples stay.
 STEREOGRID_EXPORT void share_scale(ImagePair& pair, int usual_bits);
 
-/// Disparities f·b/z of depths z along the camera's axis, m; what is not positive becomes 0 = none.
+/// Disparities f·b/z of depths z along the camera's axis, m; values that are not positive become 0 = none.
 [[nodiscard]] STEREOGRID_EXPORT Image<float> disparity_from_depth(const Image<float>& depth_m, const Rig& rig);
 
 /// Cuts an image of `bits` that shows both cameras; the left one is at the left or at the top. Throws InputError: a
@@ -158,8 +158,8 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
 /// wrong, what would mend it) where the recording as a whole cannot be used.
 [[nodiscard]] STEREOGRID_EXPORT std::unique_ptr<Recording> open_recording(const InputArguments& arguments);
 
-/// The same with what was found; calibration, mask and poses are the arguments' where they name files. Throws
-/// InputError; ConfigError where disparities are given.
+/// Opens a foreign recording; calibration, mask and poses are the arguments' if they name files. Throws InputError;
+/// ConfigError with external disparities.
 [[nodiscard]] STEREOGRID_EXPORT std::unique_ptr<Recording> open_recording(const InputArguments& arguments,
                                                                           ForeignRecording found);
 

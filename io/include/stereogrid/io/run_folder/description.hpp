@@ -36,7 +36,7 @@ struct RunInput {
 
 /// Description of a run before its first frame.
 struct RunDescription {
-  // A run that goes on must have these in common with its beginning: they decide about the results.
+  // Settings that affect the results; a resumed run must have the same ones.
   std::string preset;
   Config config;  ///< resolved
   RunInput input;

@@ -43,8 +43,7 @@ class STEREOGRID_EXPORT RunRecord {
   void add_frame(FrameSummary frame) { finished_.push_back(std::move(frame)); }
   /// Goes where its index belongs.
   void add_skipped(SkippedFrame frame);
-  /// Frames from there on go through the pipeline again: what was skipped of them, and is not before the last finished
-  /// one, is found out anew.
+  /// Continues from a frame: later frames are processed again, and their skipped frames are recorded again.
   void go_on_from(std::size_t index);
   /// Sets Pipeline::next_rig() after the last frame. Default: the description's rig.
   void set_rig(const Rig& mounted) { mounted_rig_ = mounted; }
