@@ -15,7 +15,7 @@ using ::testing::Not;
 
 constexpr const char* name{"libstereogrid_cuda.so"};
 
-/// An installed program, and somebody in another folder.
+/// An installed program, started from another folder.
 class Library : public ::testing::Test {
  protected:
   void SetUp() override {

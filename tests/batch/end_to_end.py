@@ -165,7 +165,7 @@ def kills(folder: Path):
 
 
 def signals(folder: Path):
-    """SIGTERM: exit code 75, and the next runner goes on from there."""
+    """SIGTERM: exit code 75, and the next runner continues from there."""
     plan = make_plan(folder, scene(60), "--frames-per-shard", 0)
     reference = undisturbed(plan)
     stops = 0
@@ -240,7 +240,7 @@ def clocks(folder: Path):
 
 
 def disk(folder: Path):
-    """A disk that is full: 75, nothing half-done is taken for a result, and it goes on once there is space."""
+    """A disk that is full: 75, no partial result counts, and it continues once there is space."""
     plan = make_plan(folder, scene(30), "--frames-per-shard", 15, "--warm-up", 5)
     reference = undisturbed(plan)
     small = folder / "small"

@@ -79,7 +79,7 @@ inline void compare(const Ground& gpu, const Ground& law) {
   CHECK(gpu == law);  // and correlations
 }
 
-// tay2008's sum over all velocities is formed in another order (filter/cuda.hpp); what comes of it is divided by it.
+// tay2008's sum over all velocities is formed in another order (filter/cuda.hpp); its results are divided by it.
 inline void compare_nearly(const FrameResult& gpu, const FrameResult& law) {
   constexpr double bound{1e-5};
   compare(gpu.stages, law.stages);

@@ -13,7 +13,7 @@ function(run)
   endif()
 endfunction()
 
-# install_and_move(BUILD): sets `prefix`. What is installed has to work where it is moved to, without the source tree.
+# install_and_move(BUILD): sets `prefix`. Installed files have to work after a move, without the source tree.
 macro(install_and_move build)
   run(${CMAKE_COMMAND} --install ${build} --prefix ${WORK}/installed)
   file(RENAME ${WORK}/installed ${WORK}/moved)

@@ -52,7 +52,7 @@ class Plan {
     return !under_.empty() && path.starts_with(under_) && (path.size() == under_.size() || path[under_.size()] == '/');
   }
 
-  /// Counts a call; what is to become of it. `bytes`: of a write, else 0. Sets errno.
+  /// Counts a call and returns its fault. `bytes`: of a write, else 0. Sets errno.
   Fault next(const char* call, std::string_view path, std::size_t bytes) {
     const int number{++count_};
     report(call, path);

@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using Grey = Image<std::uint8_t>;
 
-/// A simulated drive on the disk whose camera is pitched by so much.
+/// A simulated drive on the disk with a pitched camera.
 fs::path drive(const TemporaryFolder& folder, int frames, const std::string& more = "") {
   run_well({"simulate", "scene:street?width=320&height=200&frames=" + std::to_string(frames) + more, "--no-truth",
             "--out", (folder / "drive").string()});

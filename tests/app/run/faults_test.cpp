@@ -83,7 +83,7 @@ class Faults : public ::testing::Test {
     std::ofstream{out / "frames.jsonl", std::ios::binary | std::ios::trunc} << lines.substr(0, lines.size() / 2);
   }
 
-  /// Lets a call of a run fail (`half`: of one that goes on), then goes on undisturbed.
+  /// Makes a call of a run fail (`half`: of a resumed one), then continues undisturbed.
   static void try_fault(const Fault& fault, bool half = false) {
     const std::string& call{(half ? half_calls_ : calls_)[static_cast<std::size_t>(fault.call) - 1]};
     SCOPED_TRACE(fault.kind + " of call " + std::to_string(fault.call) + ": " + call + (half ? " (going on)" : ""));
@@ -99,7 +99,7 @@ class Faults : public ::testing::Test {
     EXPECT_EQ(json_of(out / "run.json")["frames"]["complete"], true);
   }
 
-  /// Can this call fail like that?
+  /// True if the call can fail in this way.
   static bool makes_sense(const std::string& call, const std::string& kind) {
     const std::string name{call.substr(0, call.find(' '))};
     if (kind == "EINTR") return name == "open" || name == "write" || name == "close" || name == "fsync";

@@ -113,7 +113,7 @@ TEST(Sparse, SkippedFramesAreAllToldOf) {
   const Json whole(json_of(folder / "whole" / "run.json"));
   ASSERT_EQ(whole["skipped"].size(), 5U);
   run_well(command(folder / "parts", ":13"));
-  // a killed run has noted what was skipped before its last checkpoint, not more
+  // a killed run has recorded the frames skipped before its last checkpoint only
   Json killed(json_of(folder / "parts" / "run.json"));
   ASSERT_EQ(killed["skipped"].size(), 3U);
   std::ofstream{folder / "parts" / "run.json"} << killed;

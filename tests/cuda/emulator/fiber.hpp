@@ -31,7 +31,7 @@ class Fiber {
                   return std::move(outside_);
                 }} {}
 
-  /// From outside: starts or goes on with a round, until it ends or leaves.
+  /// Starts or continues a round from outside, until it ends or leaves.
   void enter() {
 #if defined(__SANITIZE_ADDRESS__)
     void* own{nullptr};

@@ -195,7 +195,7 @@ async function checkToken(browser) {
   assert.strictEqual(await ended, 0);
 }
 
-/** Without a player; the page goes on when another server stands there. */
+/** Without a player; the page reconnects to a new server. */
 async function checkLive(browser) {
   const { address, child } = await serve(stereogrid, "live", "scene:street?frames=30", "--loop", "--listen", ":0");
   const { page, faults } = await opened(browser, address);
