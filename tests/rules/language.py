@@ -150,7 +150,7 @@ def texts_of(name: str, text: str) -> list[Text]:
 def long_sentences(text: str) -> list[str]:
     plain = re.sub(r"`[^`]*`|\$[^$]*\$", "Code", re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", text))
     plain = re.sub(r"Code(?:(?:,| and| or|,? to) Code)+", "Code", plain)  # a list of names reads as one
-    sentences = re.split(r"(?<=[.!?])[*_)]*\s+(?=[*_(\[]*[A-Z0-9])", plain)
+    sentences = re.split(r"(?<=[.!?])[*_)]*\s+(?=[*_(\[]*[A-Z0-9§])", plain)
     return [sentence for sentence in sentences if len(re.findall(r"[\w'’-]*\w", re.sub(r"[\d.,]+", "1", sentence))) > MAX_WORDS]
 
 
