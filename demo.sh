@@ -17,7 +17,7 @@ out=$root/out/demo
 tool=$build/bin/stereogrid
 
 "$root/scripts/install-dependencies.sh"
-# what the preset "release" does, spelt out because Ubuntu 22.04's CMake is older than presets of this kind
+# options of the preset "release", spelt out because the CMake of Ubuntu 22.04 does not support such presets
 cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
   --log-level=WARNING
 cmake --build "$build" --target stereogrid_tool

@@ -10,9 +10,9 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 build=$root/build/release
 
 "$root/scripts/install-dependencies.sh" --python
-# the tests of the package compile the core again in other folders: ccache shall know the objects there
+# the tests of the package compile the core again in other folders, with ccache
 export CCACHE_NOHASHDIR=1
-# what the preset "release" does, spelt out because Ubuntu 22.04's CMake is older than presets of this kind
+# options of the preset "release", spelt out because the CMake of Ubuntu 22.04 does not support such presets
 cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
   -DSTEREOGRID_TESTS=ON -DSTEREOGRID_PYTHON=ON
 cmake --build "$build"

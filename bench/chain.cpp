@@ -51,7 +51,7 @@ struct Setting {
   const char* name;
   const char* preset;
   MatchingMethod method;
-  std::int64_t instructions{0};  ///< of Highway; 0: the machine's best
+  std::int64_t instructions{0};  ///< Highway target; 0: the machine's best
   std::vector<StageTimes> times{};
 };
 

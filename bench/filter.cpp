@@ -28,7 +28,7 @@ constexpr double cell_m{0.2};
 struct Case {
   FilterModel model;
   int cells;
-  double velocity_max_mps;  // of a lattice in steps of 2 m/s; 0: the default lattice
+  double velocity_max_mps;  // lattice in steps of 2 m/s; 0: the default lattice
   double dt_s;
   double aim_ms;  // on two threads; 0: none
 };

@@ -114,7 +114,7 @@ def bytes_below(folder: Path, pattern: str = "*") -> int:
 
 
 def input_bytes(path: Path) -> int:
-    """Images alone, as far as they can be told."""
+    """Images alone, by their file names."""
     return sum(bytes_below(path, f"*.{ending}") for ending in ("png", "pgm", "jpg", "jpeg", "mcap", "db3"))
 
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Times what comes after matching, on one thread: counting and projecting to the vehicle grid and to the world-aligned
-// window, by bins (eqs. 8–16) and by rays. The disparities are those of a built-in scene, or of a recording given on
-// the command line. All sizes take turns in one run. The doublings show how the cost grows.
+// Times of the stages after matching, on one thread: counting and projecting to the vehicle grid and to the
+// world-aligned window, by bins (eqs. 8–16) and by rays. The disparities are those of a built-in scene, or of a
+// recording given on the command line. All sizes take turns in one run. The doublings show the scaling.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -32,7 +32,7 @@ constexpr int rounds{51};
 constexpr int calls{3};           // one after the other: the first finds the caches full of the others' images
 constexpr std::size_t frames{3};  // until the road is found
 constexpr std::size_t first_frame{8};
-constexpr double heading_rad{0.3};  // of the car in the world
+constexpr double heading_rad{0.3};  // yaw of the vehicle in the world
 
 double now_ms() {
   return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC;

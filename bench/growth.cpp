@@ -1,11 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How time and memory of the default chain grow: with the image's width and height, disparities, cells, velocities and
-// threads, each for itself, from the paper's size on, and with obstacles; with images and disparities together, up to
-// 1920 × 1080 · 192; what more threads should make of it, by work and span; and the frames per second of several
-// cameras. On the built-in street; all sizes of a row in turns, two threads. The exponent is that of a power law
-// through a row's medians.
+// Scaling of time and memory of the default chain from the paper's size on: image width and height, disparities, cells,
+// velocities, threads and obstacles, one at a time; images and disparities together, up to 1920 × 1080 · 192. Also
+// prints the expected gain of more threads by work and span, and frames per second of several cameras. Scene `street`;
+// all sizes of a row in turns, two threads. The exponent is that of a power law through a row's medians.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -35,7 +34,7 @@ struct Setting {
   double side_m{20};
   int speeds{6};
   int threads{2};
-  int posts{0};  ///< that stand on a road instead of the street's matches; 0: the street
+  int posts{0};  ///< posts on a road instead of the street's matches; 0: the street
 };
 
 struct Measured {
@@ -169,7 +168,7 @@ std::vector<Measured> print_row(const char* name, const std::vector<Setting>& se
   return measured;
 }
 
-// Of T(p) = work/p + span through the least times of one thread and of two.
+// Fits T(p) = work/p + span to the least times of one and two threads.
 void print_more_threads(double one_ms, double two_ms) {
   const double span_ms{std::max(2 * two_ms - one_ms, 0.0)};
   std::printf("\n| threads | ms, computed | faster than one |\n|---|---|---|\n");

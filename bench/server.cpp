@@ -1,10 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How late grids of 400 × 400 cells (int8, 30 a second) are at clients on the same machine, from the call of send() to
-// the last byte read: with 1, 8 and 50 clients, and with one more that reads nothing; and how much memory the server
-// has at the end of each. The argument: seconds for each, 10 without it. One thread reads for all clients, on the same
-// processors.
+// Latency of grids of 400 × 400 cells (int8, 30 a second) at clients on the same machine, from the call of send() to
+// the last byte read, and memory of the server. Clients: 1, 8 and 50, and one more that reads nothing. Argument:
+// seconds for each, default 10. One thread reads for all clients, on the same processors.
 #include <arpa/inet.h>
 #include <malloc.h>
 #include <netinet/in.h>
@@ -70,7 +69,7 @@ class Viewer {
 
   [[nodiscard]] int socket() const { return socket_; }
 
-  /// Takes what has come; the latency of each grid that is now complete is appended, in ms.
+  /// Reads available data; appends the latency of each completed grid, ms.
   void read(std::vector<double>& latencies_ms) {
     const ssize_t count{::recv(socket_, buffer_.data() + filled_, buffer_.size() - filled_, MSG_DONTWAIT)};
     if (count <= 0) return;
@@ -110,7 +109,7 @@ class Viewer {
   std::size_t filled_{0};
 };
 
-/// Reads for all viewers until told to stop.
+/// Reads for all viewers until stopped.
 std::vector<double> latencies_of(std::vector<std::unique_ptr<Viewer>>& viewers, const std::atomic<bool>& stop) {
   std::vector<double> latencies_ms;
   std::vector<pollfd> sockets;
@@ -145,7 +144,7 @@ double quantile(std::vector<double>& values, double share) {
   return values[std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())))];
 }
 
-/// What this process holds of the heap, MB.
+/// Heap memory of this process, MB.
 double heap_mb() {
   const auto use{mallinfo2()};
   return static_cast<double>(use.uordblks + use.hblkhd) * 1e-6;

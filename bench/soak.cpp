@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One long life: takes frames (first argument, default 100000) through one pipeline for each source, in turns: a
-// built-in scene, and the recordings that the other arguments name. Every now and then something goes wrong: a gap, a
-// clock that steps back, a frame of another size, a black one, a pose that jumps or is missing, given disparities.
-// Prints a table of memory and time along the way. Exit status 1: a value that cannot be (NaN, a denormal number, a
-// probability outside 0 … 1, an id used again), allocated memory that grows by more than 0.1 % after the first tenth,
-// resident memory by more than 5 % (what was reserved at construction is touched bit by bit), or frames that take more
-// than 10 % longer than those of pipelines just made, in turns with them after the last tenth: machines are noisy.
+// Endurance test: takes frames (first argument, default 100000) through one pipeline for each source, in turns: a
+// built-in scene, and the recordings that the other arguments name. Faults are injected: a gap, a clock that steps
+// back, a frame of another size, a black one, a pose that jumps or is missing, external disparities. Prints a table of
+// memory and time along the way. Exit status 1: an invalid value (NaN, a denormal number, a probability outside 0 … 1,
+// an id used again), allocated memory that grows by more than 0.1 % after the first tenth, resident memory by more than
+// 5 % (what was reserved at construction is touched bit by bit), or frames that take more than 10 % longer than those
+// of pipelines just made, in turns with them after the last tenth: machines are noisy.
 #include <malloc.h>
 #include <time.h>
 #include <unistd.h>
@@ -44,20 +44,20 @@ double resident_mb() {
   return pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
-/// What has been allocated and not freed.
+/// Allocated heap memory.
 double allocated_mb() {
   const struct mallinfo2 heap { mallinfo2() };
   return static_cast<double>(heap.uordblks + heap.hblkhd) / 1e6;
 }
 
-/// Of all threads: other programs on the machine do not count.
+/// Processor time of all threads of this process.
 double processor_s() {
   timespec now{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// How often values that cannot be have been seen.
+/// Number of invalid values.
 struct Findings {
   long wrong_values{0};
   long denormal_values{0};
@@ -164,7 +164,7 @@ Lives begin_lives(const std::vector<std::string>& recordings) {
   return lives;
 }
 
-/// Of the old lives' frames to that of lives just begun.
+/// Ratio of the frame time of old pipelines to that of new ones.
 double time_ratio(Lives& old, const std::vector<std::string>& recordings, Findings& findings) {
   Lives young{begin_lives(recordings)};
   const auto seconds = [&](Lives& lives) {

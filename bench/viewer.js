@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Usage: NODE_PATH=…/node_modules node viewer.js STEREOGRID RECORDING.mcap [CHROMIUM]. Plays a recording of 10 frames a
-// second five times as fast in a browser for 20 s while somebody moves the pointer over the grid, and prints what came of
-// it. Needs playwright-core (tests/foreign/viewer installs it).
+// second five times as fast in a browser for 20 s while the pointer moves over the grid, and prints the frame rates.
+// Needs playwright-core (tests/foreign/viewer installs it).
 "use strict";
 
 const { spawn } = require("node:child_process");
@@ -20,7 +20,7 @@ function serve() {
   }));
 }
 
-/** In the page: counts pictures of the grid, and how long each move of the pointer waits for the next one. */
+/** In the page: counts images of the grid, and how long each move of the pointer waits for the next one. */
 function watch() {
   const seen = { frames: 0, waits: [], long: 0 };
   window.seen = seen;

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# What the libraries have in common that programs link: shared or static as BUILD_SHARED_LIBS says, with nothing to be
-# seen of them but what carries STEREOGRID_EXPORT. Shared and static ones are made of the same objects.
+# Common properties of the libraries: shared or static according to BUILD_SHARED_LIBS, visible symbols only with
+# STEREOGRID_EXPORT. Shared and static libraries use the same objects.
 
 # stereogrid_public_library(TARGET NAME): TARGET becomes stereogrid::NAME, in the tree as in the package. TARGET_internals
 # is for tests, benchmarks and the CUDA library, which use functions that a shared library hides.
@@ -17,15 +17,15 @@ function(stereogrid_public_library target name)
                DEFINE_SYMBOL ""
                CXX_VISIBILITY_PRESET hidden
                VISIBILITY_INLINES_HIDDEN ON
-               LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin # where it finds libstereogrid_cuda.so
+               LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin # folder in which the tool finds libstereogrid_cuda.so
                INSTALL_RPATH "$ORIGIN")
-  if(STEREOGRID_SANITIZE) # who links what is compiled so needs the sanitizer's own library
+  if(STEREOGRID_SANITIZE) # users need the sanitizer's library
     target_link_options(${target} INTERFACE -fsanitize=${STEREOGRID_SANITIZE})
   endif()
 
   get_target_property(type ${target} TYPE)
   if(type STREQUAL "STATIC_LIBRARY")
-    # what a plugin has of it stays within the plugin
+    # symbols stay hidden within a plugin
     target_link_options(${target} INTERFACE LINKER:--exclude-libs,$<TARGET_FILE_NAME:stereogrid::${name}>)
     add_library(${target}_internals ALIAS ${target})
   else()

@@ -26,7 +26,7 @@ namespace {
 
 using namespace stereogrid;
 
-/// Both images of a camera, half of its picture each.
+/// Splits each image of a camera into left and right half.
 class SideBySideCamera {
  public:
   explicit SideBySideCamera(const std::string& source) {
@@ -52,7 +52,7 @@ class SideBySideCamera {
   }
 
  private:
-  // A camera's frame is as old as the call; a film knows its own time.
+  // Stamp of the frame: time of the call for a camera, of the file for a video.
   std::int64_t stamp_ns() {
     if (is_film_) return static_cast<std::int64_t>(1e9 * static_cast<double>(frames_) / capture_.get(cv::CAP_PROP_FPS));
     return std::chrono::nanoseconds{std::chrono::system_clock::now().time_since_epoch()}.count();

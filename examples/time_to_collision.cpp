@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// When would the car hit something if it went straight on as fast as now? Looks along that path in the predicted grids,
-// at each instant in the one that speaks of it; and at the outlines of obstacles, each moving on as it does.
+// Time until the vehicle hits an obstacle if it goes straight on at constant speed. Searches its path in the predicted
+// grids, each at its own instant, and intersects it with the outlines of obstacles at constant velocity.
 //
 // time_to_collision [SCENE]     SCENE: as in docs/input.md, without "scene:"
 #include <algorithm>
@@ -22,7 +22,7 @@ using namespace stereogrid;
 constexpr double step_s{0.25};
 constexpr double farthest_s{3};
 constexpr double half_width_m{1};
-constexpr double front_m{1};  // of the car, ahead of the camera
+constexpr double front_m{1};  // distance of the vehicle's front from the camera
 constexpr float occupied_from{0.7f};
 
 std::vector<double> horizons_s() {
@@ -56,7 +56,7 @@ std::optional<double> time_to_collision_s(const FrameResult& result, double spee
   return {};
 }
 
-// Where the line from a to b first enters the path ahead of the front, m ahead of it.
+// Distance from the front to the first point of the line from a to b on the path, m.
 std::optional<double> on_path_m(Point2 a, Point2 b) {
   if (a.y > b.y) std::swap(a, b);
   const double from_y{std::max(a.y, -half_width_m)};

@@ -28,7 +28,7 @@ set(what "From a stereo camera's images: which ground is occupied, and how what\
 stereogrid_debian(libraries ${runtime} libs "" "These are the libraries that programs link.")
 file(WRITE ${PROJECT_BINARY_DIR}/debian/triggers "activate-noawait ldconfig\n")
 set(CPACK_DEBIAN_LIBRARIES_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/debian/triggers)
-# CPack also calls ldconfig in scripts, and cannot be told not to
+# CPack also calls ldconfig in scripts, which cannot be disabled
 file(WRITE ${PROJECT_BINARY_DIR}/debian/${runtime} "${runtime}: maintscript-calls-ldconfig\n")
 install(FILES ${PROJECT_BINARY_DIR}/debian/${runtime} DESTINATION ${CMAKE_INSTALL_DATADIR}/lintian/overrides
         COMPONENT libraries)

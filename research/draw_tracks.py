@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Draws the ways of a run's obstacles in the world, seen from above: draw_tracks.py RUN_DIR TRACKS.svg
+"""Draws the paths of a run's obstacles in the world, seen from above: draw_tracks.py RUN_DIR TRACKS.svg
 
 Reads RUN_DIR/frames.jsonl (docs/format.md). Confirmed obstacles that were seen in at least --frames frames; the vehicle's
-own way is grey. What moves is drawn in the colour of its speed, with its number and its median speed; what stands is
-a grey dot.
+own path is grey. Dynamic obstacles have the colour of their speed, their id and their median speed; static ones are
+grey dots.
 """
 import argparse
 import json

@@ -102,7 +102,7 @@ def features_of(sums: dict, rig: dict, grid: dict, ix, iy) -> np.ndarray:
 
 
 def inputs_of(features: np.ndarray) -> np.ndarray:
-    """What the weights are multiplied with."""
+    """Features of the ray model."""
     arriving = np.maximum(features[:, 4:5], 0)
     return np.log1p(np.maximum(features, 0) / UNITS) * arriving / (arriving + HALF_KNOWN_RAYS)
 
@@ -115,7 +115,7 @@ def kitti_calibration(path: Path) -> np.ndarray:
 
 
 def lidar_labels(points: np.ndarray, rig: dict, grid: dict) -> np.ndarray:
-    """1 occupied, 0 free, −1 not known: docs/evaluation.md. points: (N, 3) m, in the camera's frame."""
+    """1 occupied, 0 free, −1 unknown: docs/evaluation.md. points: (N, 3) m, in the camera's frame."""
     x, y, z = points.T
     near = (z > 4) & (z < 30) & (abs(x) < 8)
     plane, within = np.array([0, 0, rig["camera_height_m"]]), 0.35
@@ -187,7 +187,7 @@ def samples_of(run_folder: Path, data: Path, to_m: float, with_observed=False):
 
 
 def believed(log_odds: np.ndarray) -> tuple:
-    """Of log_odds_of() of src/rays: the logarithm of the odds that a weighted sum stands for, and its derivative."""
+    """log_odds_of() of src/rays: the logarithm of the odds that a weighted sum stands for, and its derivative."""
     power, weak = log_odds ** 6, WEAK_LOG_ODDS ** 6
     share = power / (power + weak)
     against = log_odds < 0

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Cameras mounted in many ways, with calibrations that do not say so: in which frame the mounting is found, how far off
+"""Cameras with many extrinsics that the calibrations lack: frame in which the extrinsics are estimated, how far off
 it is, and whether any frame before has called a cell occupied. Prints a Markdown table.
 
     python3 research/mounting.py build/release/bin/stereogrid [--drives FOLDER …]
 
-Real drives are made into those of other mountings by their calibration: a baseline of k times its length makes the
-camera k times as high, and a centre that lies f·tan(pitch) lower makes it look down, since the plane in disparity space
-is the same. Errors are of what the drive's own calibration gives.
+Real drives get other extrinsics by a changed calibration: a baseline of k times its length scales the camera height
+by k, and a principal point that is f·tan(pitch) lower adds a pitch, since the plane in disparity space is the same.
+Errors are relative to the drive's own calibration.
 """
 import argparse
 import json
@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 DEGREE = math.pi / 180
-OCCUPIED = 0.7  # of the observed grid: clearly more than unknown
+OCCUPIED = 0.7  # threshold of the observed grid, clearly above unknown
 MOUNTS = [(0, 1.0), (0, 1.3), (0, 2.6), (4, 1.65), (4, 1.2), (8, 1.65), (8, 1.0), (10, 1.2), (10, 2.0), (20, 1.2), (20, 2.6)]
 SMALL = "width=512&height=320"
 WIDE = "width=1242&height=375"
@@ -48,7 +48,7 @@ def frames_of(run: Path) -> list:
 
 
 def judge(run: Path, pitch_deg: float, height_m: float) -> str:
-    """The row's last columns: first frame that is used, errors of the mounting, what the frames before say."""
+    """The row's last columns: first frame that is used, errors of the extrinsics, status of the frames before."""
     frames = frames_of(run)
     found = None
     for i, frame in enumerate(frames):

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Scores predicted grids against the exact truth of the frame that they speak of, beside the grid of now taken for the
+"""Scores predicted grids against the exact truth of their target frame, beside the present grid as a prediction of the
 grid of then (a world that stands still).
 
 stereogrid run DATA --out RUN --predict 0.5,1,2

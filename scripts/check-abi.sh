@@ -35,7 +35,7 @@ rm -rf "$out"
 mkdir -p "$out/source"
 git archive "$tag" | tar -x -C "$out/source"
 
-build() { # build SOURCE NAME: a core whose debug information tells of types; one instruction set has them all
+build() { # build SOURCE NAME: a core with debug information about types; one instruction set contains them all
   cmake -S "$1" -B "$out/$2" -G Ninja --log-level=WARNING -DBUILD_SHARED_LIBS=ON -DSTEREOGRID_TOOL=OFF \
     -DSTEREOGRID_TESTS=OFF -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS=-DHWY_COMPILE_ONLY_STATIC >"$out/$2.log"
   cmake --build "$out/$2" >>"$out/$2.log" 2>&1 || { tail -40 "$out/$2.log"; exit 2; }
@@ -43,7 +43,7 @@ build() { # build SOURCE NAME: a core whose debug information tells of types; on
 build "$out/source" before
 build . now
 
-# types that no public header defines are nobody's business
+# ignores types without a public header
 status=0
 abidiff --no-added-syms --drop-private-types --hd1 "$out/source/include" --hd2 include \
   "$out/before/src/libstereogrid.so" "$out/now/src/libstereogrid.so" || status=$?

@@ -5,8 +5,8 @@
 # Usage: scripts/fuzz.sh [SECONDS [NAME…]]
 #
 # Gives every fuzzer (or those named, as in tests/fuzz/corpus/NAME) its share of SECONDS, an hour by default, as many at
-# a time as there are processors; the pipeline's gets two shares. Begins where the last run ended: what was worth keeping
-# is in build/fuzz/corpus. Findings go to build/fuzz/findings; exit status 1 where there are any.
+# a time as there are processors; the pipeline's gets two shares. Continues from the last run's corpus in
+# build/fuzz/corpus. Findings go to build/fuzz/findings; exit status 1 where there are any.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)

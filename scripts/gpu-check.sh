@@ -2,7 +2,7 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Builds the CUDA part alone, tests it on this machine's GPU, measures its speed, and looks for errors with
+# Builds the CUDA part alone, tests it on this machine's GPU, measures its speed, and searches for errors with
 # compute-sanitizer. Needs nvcc, CMake, g++ and Python, no other package; takes Ninja where it is.
 #
 #   scripts/gpu-check.sh [--steps build,test,bench,sanitize] [--report DIR] [--limit SECONDS] [--total SECONDS]
@@ -10,8 +10,8 @@
 #
 # --steps: in this order, whichever are named; build/gpu is kept between calls. --report (build/gpu-report): what the
 # steps have found, written anew after each of them: report.json, bench.json, resources.txt and a log of each check,
-# packed into DIR.tar.gz. --limit (300): for each check. --total (600): after so long no further check begins; what is
-# left out is listed. --tool: of compute-sanitizer; without it all four. --architectures: without it those in CUDAARCHS,
+# packed into DIR.tar.gz. --limit (300): for each check. --total (600): after this time no further check begins; those
+# left out are listed. --tool: of compute-sanitizer; without it all four. --architectures: without it those in CUDAARCHS,
 # else this machine's.
 # Exit status 0: all that has run passed; 1: something failed; 64: wrong usage; 77: all that needs no GPU passed, but there is none.
 set -euo pipefail
@@ -58,7 +58,7 @@ status=0
 mkdir -p "$report"
 wanted() { [[ ,$steps, == *,$1,* ]]; }
 
-# Remembers how a check has ended, in results.tsv.
+# Records the result of a check in results.tsv.
 remember() { # remember NAME RESULT
   touch "$report/results.tsv"
   { grep -v "^$1	" "$report/results.tsv" || true; printf '%s\t%s\n' "$1" "$2"; } | sort >"$report/results.new"

@@ -20,7 +20,7 @@ ENTRY = re.compile(r"Compiling entry function '(\w+)' for '(sm_\w+)'")
 STACK = re.compile(r"(\d+) bytes stack frame, (\d+) bytes spill stores, (\d+) bytes spill loads")
 USED = re.compile(r"Used (\d+) registers")
 SHARED = re.compile(r"(\d+) bytes smem")
-NOT_OURS = re.compile(r"^(test|bench)::|_models\b")  # of tests and benchmarks
+NOT_OURS = re.compile(r"^(test|bench)::|_models\b")  # names of tests and benchmarks
 
 
 def resources(text: str) -> list:
@@ -30,7 +30,7 @@ def resources(text: str) -> list:
             kernels.append({"kernel": match[1], "architecture": match[2], "registers": 0, "shared_bytes": 0,
                             "stack_bytes": 0, "spilled_bytes": 0})
         elif kernels and (match := STACK.search(line)):
-            kernels[-1]["stack_bytes"] += int(match[1])  # of functions that it calls, too
+            kernels[-1]["stack_bytes"] += int(match[1])  # includes called functions
             kernels[-1]["spilled_bytes"] += int(match[2]) + int(match[3])
         elif kernels and (match := USED.search(line)):
             kernels[-1]["registers"] = int(match[1])

@@ -2,8 +2,8 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# install-cuda.sh [FOLDER]: installs what compiles the CUDA code (nvcc, runtime, CCCL, nvdisasm) from PyPI to FOLDER, by
-# default /usr/local/cuda, where the build looks for it. No GPU and no driver are needed. Does nothing where FOLDER has nvcc.
+# install-cuda.sh [FOLDER]: installs the CUDA compiler (nvcc, runtime, CCCL, nvdisasm) from PyPI to FOLDER, by default
+# /usr/local/cuda, where the build finds it. No GPU and no driver are needed. Does nothing where FOLDER has nvcc.
 set -euo pipefail
 
 version=13.2

@@ -67,7 +67,7 @@ def git(*arguments: str) -> str:
 
 
 def commit() -> str:
-    """Of the sources; with a plus where files that are tracked have been changed since."""
+    """Commit of the sources, with a plus if tracked files have been changed since."""
     head = git("rev-parse", "--short", "HEAD").strip()
     return head + ("+" if git("status", "--porcelain", "--untracked-files=no") else "") if head else "unknown"
 

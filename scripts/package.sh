@@ -23,7 +23,7 @@ configure() {
 }
 configure "$@"
 cmake --build "$build"
-export LD_LIBRARY_PATH=$build/bin # as in the packages, the tool knows the folder where libraries will be
+export LD_LIBRARY_PATH=$build/bin # as in the packages, the tool contains the path of the libraries
 
 # manual pages: what the program says of itself, and of each of its commands
 rm -rf "$build/man" "$build/packages"

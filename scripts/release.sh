@@ -2,9 +2,9 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# release.sh [FOLDER]: what is published of the commit that is checked out: Debian packages, sources, what belongs to them
-# (SPDX), this version's part of CHANGELOG.md, checksums. Twice the same commit makes twice the same bytes. Run
-# scripts/bare-debian.sh on the commit first: it checks that the README's commands work on a bare system.
+# release.sh [FOLDER]: builds the published files of the checked-out commit: Debian packages, sources, their SPDX
+# documents, this version's part of CHANGELOG.md, checksums. Twice the same commit makes twice the same bytes. Run
+# scripts/bare-debian.sh on the commit first: it checks the README's commands on a bare system.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)

@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "bench" / "results"
 PAGE = ROOT / "docs" / "results.md"
 SECTIONS = ("Grids against lidar", "Grids and motion against exact truth", "Obstacles", "Odometry", "Matching", "Time", "GPU")
-# of a measurement, in the order of the file; "notes" may be missing
+# fields of a measurement, in the order of the file; "notes" may be missing
 FIELDS = {"section": str, "title": str, "about": str, "date": str, "commit": str, "machine": str, "command": str,
           "tables": list}
 HEAD = """<!-- SPDX-FileCopyrightText: 2026 The stereogrid authors -->

@@ -51,7 +51,7 @@ def array_difference(old: Path, new: Path) -> "str | None":
 
 
 def results_of(file: Path) -> list:
-    """The objects of a JSON file without what differs from run to run."""
+    """The objects of a JSON file without values that differ from run to run."""
     text = file.read_text(encoding="utf-8")
     lines = text.splitlines() if file.suffix == ".jsonl" else [text]
     return [{key: value for key, value in json.loads(line).items() if key not in LEFT_OUT} for line in lines]

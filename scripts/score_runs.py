@@ -28,7 +28,7 @@ TRACKING = {"mota": ("MOTA", 2), "idf1": ("IDF1", 2), "id_switches": ("other id"
 
 
 def evaluated(tool: str, source: str, options: list) -> dict:
-    """What `stereogrid evaluate --json` writes."""
+    """Result of `stereogrid evaluate --json`."""
     with tempfile.TemporaryDirectory() as folder:
         scores = Path(folder) / "scores.json"
         subprocess.run([tool, "run", source, "--out", f"{folder}/run", *options], check=True, capture_output=True)

@@ -10,7 +10,7 @@
 namespace stereogrid {
 namespace {
 
-// What any camera could have: beyond, the sums of the stages would leave the range of their numbers.
+// Limits for any camera: beyond them the sums of the stages overflow.
 constexpr double focal_min_px{1};
 constexpr double focal_max_px{1e6};
 constexpr double baseline_min_m{1e-4};
@@ -19,7 +19,7 @@ constexpr double height_min_m{0.01};
 constexpr double height_max_m{100};
 constexpr double angle_max_rad{0.7853981633974483};
 
-// What vehicles have. A lens is odd by its field of view, but not where its focal length is an everyday one.
+// Usual values of vehicles. A lens is unusual by its field of view, but not if its focal length is common.
 constexpr double usual_baseline_min_m{0.01};
 constexpr double usual_baseline_max_m{3};
 constexpr double usual_height_min_m{0.1};
@@ -56,7 +56,7 @@ bool is_finite(const Rig& rig) {
   return std::all_of(numbers.begin(), numbers.end(), [](double number) { return std::isfinite(number); });
 }
 
-// A pixel reaches half its size beyond its centre. 0: the size is not known.
+// A pixel extends by half its size beyond its centre. 0: the size is unknown.
 bool is_outside(double centre_px, int size_px) {
   return size_px != 0 && (centre_px < -0.5 || centre_px > size_px - 0.5);
 }

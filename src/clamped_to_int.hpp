@@ -10,9 +10,8 @@ namespace stereogrid {
 /// image or a grid can be added up.
 constexpr int far_int{1'000'000'000};
 
-/// Towards zero, as static_cast does, which is undefined for a number that an int does not hold: beyond ± `limit` it is
-/// ± `limit` here, and 0 for what is no number. Every number that comes from an input, a clock or a pose becomes an int
-/// in this way, unless the lines before keep it within bounds.
+/// Truncates towards zero, as static_cast, which is undefined for numbers outside of int: here they become ± `limit`,
+/// and NaN 0. Use it for every number from an input, a clock or a pose, unless earlier lines limit its range.
 STEREOGRID_HD inline int clamped_to_int(double value, int limit = far_int) {
   if (value >= limit) return limit;
   if (value <= -limit) return -limit;

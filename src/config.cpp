@@ -171,13 +171,13 @@ double lattice_size(const FilterConfig& config) {
 
 constexpr double lattice_bytes_max{64.0 * (1 << 30)};
 
-// Of a number for each cell of the window and each velocity, now and in the step before.
+// Bytes of a number for each cell of the window and each velocity, in two states.
 double lattice_bytes(const Config& config) {
   const double side{std::hypot(config.grid.length_m, config.grid.width_m) / config.grid.cell_size_m};
   return 2 * sizeof(float) * lattice_size(config.filter) * side * side;
 }
 
-// Where the paper's method differs from the default; docs/paper.md has the reasons.
+// Differences of the paper's method from the default; docs/paper.md has the reasons.
 Config paper_preset() {
   Config config;
   config.ground.model = GroundModel::plane;

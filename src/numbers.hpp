@@ -50,7 +50,7 @@ STEREOGRID_HD inline float number(float /*like*/, float value) {
 STEREOGRID_HD inline float real(int value) {
   return static_cast<float>(value);
 }
-/// Without what is behind the point.
+/// Truncates to an integer.
 STEREOGRID_HD inline int whole(float value) {
   return static_cast<int>(value);
 }
@@ -70,7 +70,7 @@ STEREOGRID_HD inline float less_half_of_bits(std::uint32_t from, float x) {
   return x;
 }
 
-/// That x ≥ ¾ is mantissa_of(x, exponent_of(x)) · 2^exponent_of(x), the mantissa from ¾ to 1½.
+/// Exponent for which x ≥ ¾ is mantissa_of(x, exponent_of(x)) · 2^exponent_of(x), with a mantissa from ¾ to 1½.
 STEREOGRID_HD inline int exponent_of(float x) {
   std::uint32_t bits{0};
   std::memcpy(&bits, &x, sizeof(bits));

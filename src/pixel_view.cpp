@@ -29,7 +29,7 @@ void check(const PixelView& pixels) {
   require(pixels.stride_bytes == 0 || pixels.stride_bytes >= row_bytes || -pixels.stride_bytes >= row_bytes,
           "has rows that overlap.", "The stride counts bytes and must be a row's at least.");
   require(pixels.format != PixelFormat::grey16 || (pixels.bits >= 8 && pixels.bits <= 16),
-          "cannot have that many bits.", "Of grey16, 8 … 16 bits carry the picture.");
+          "cannot have that many bits.", "Use 8 … 16 bits with grey16.");
 }
 
 void from_16_bits(const unsigned char* from, int width, int bits, std::uint8_t* to) {

@@ -3,12 +3,12 @@
 import { planePose } from './layers.js';
 import { colour, fitCanvas } from './theme.js';
 
-const nearest = 0.3; // m in front of the camera; what is nearer is not drawn
+const nearest = 0.3; // m in front of the camera; nearer points are not drawn
 
 /** p in the parent's frame → the child's, of a geometry_msgs/Transform that places the child in the parent. */
 function intoChild({ translation, rotation }) {
   const { x, y, z, w } = rotation;
-  const columns = [ // of the rotation matrix: the child's axes in the parent
+  const columns = [ // columns of the rotation matrix: the child's axes in the parent
     [1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)],
     [2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)],
     [2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)],
@@ -34,7 +34,7 @@ function footprint({ box, outline, size }) {
 /** Obstacles as they stand in the left camera's image: things as boxes, boundaries as lines on the road and at their height. */
 export class CameraView {
   obstacles = [];
-  pose = [0, 0, 0]; // of the vehicle in the world
+  pose = [0, 0, 0]; // pose of the vehicle in the world
   highlighted = null;
   #info = null;
   #intoCamera = null;
@@ -54,7 +54,7 @@ export class CameraView {
     this.#mount();
   }
 
-  /** A tf2_msgs/TFMessage that has the camera's mounting. */
+  /** A tf2_msgs/TFMessage with the camera's extrinsics. */
   place({ transforms }) {
     this.#mountings = transforms;
     this.#mount();

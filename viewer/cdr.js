@@ -79,7 +79,7 @@ export class MessageReader {
     if (bytes.byteLength < headerBytes || bytes[1] !== littleEndian) {
       throw new Error(`${this.root}: the bytes are not little-endian CDR`);
     }
-    // a copy of its own, so that what is aligned in the message is so in memory
+    // a copy, so that aligned values of the message are aligned in memory
     return this.#object(this.root, new Cursor(bytes.slice(headerBytes).buffer));
   }
 

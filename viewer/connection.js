@@ -9,8 +9,8 @@ const allParameters = 'all'; // id of the first request
 const retriesMs = [500, 1000, 2000, 5000];
 
 /**
- * A client of the Foxglove WebSocket that comes back when the server does. Events: "state" (detail: a word), "channels"
- * (detail: topics), "parameter" (detail: {name, value}), "fault" (detail: a sentence).
+ * A client of the Foxglove WebSocket that comes back when the server does. Events: "state" (detail: a keyword), "channels"
+ * (detail: topics), "parameter" (detail: {name, value}), "fault" (detail: a message).
  */
 export class Connection extends EventTarget {
   #socket = null;
@@ -60,7 +60,7 @@ export class Connection extends EventTarget {
     }
   }
 
-  /** Asks for these parameters, as far as the server has them, and all their changes. */
+  /** Requests these parameters, if the server has them, and all their changes. */
   watchParameters(names) {
     this.#parameters = names;
   }

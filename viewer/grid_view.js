@@ -7,7 +7,7 @@ const vehicle = [[3.6, 0], [3.2, 0.9], [-0.9, 0.9], [-0.9, -0.9], [3.2, -0.9]]; 
 
 /**
  * The grid from above, the vehicle heading up, with obstacles. Moved and zoomed with mouse, touch and keys. Calls
- * `onPoint(text)` with what lies under the pointer, `onHover(id | null)` and `onPick(id)` with obstacles.
+ * `onPoint(text)` with a description of the cell under the pointer, `onHover(id | null)` and `onPick(id)` with obstacles.
  */
 export class GridView {
   #bitmap = document.createElement('canvas');
@@ -47,7 +47,7 @@ export class GridView {
     this.redraw();
   }
 
-  /** `layerOf()`: the layer; asked for when it is drawn, so that those that nobody would see cost nothing. */
+  /** `layerOf()`: the layer; requested when it is drawn, so that hidden layers cost nothing. */
   show(layerOf) {
     this.#layerOf = layerOf;
     this.redraw();
@@ -148,7 +148,7 @@ export class GridView {
     context.lineWidth = (strong ? 4 : 2) / scale;
     context.beginPath();
     for (const { x, y } of outline) context.lineTo(x, y);
-    if (kind === 'moving' && position) { // where it is in a second
+    if (kind === 'moving' && position) { // predicted position in a second
       context.moveTo(position.x, position.y);
       context.lineTo(position.x + velocity.x, position.y + velocity.y);
     }
@@ -179,7 +179,7 @@ export class GridView {
     return near[0]?.id ?? null;
   }
 
-  /** What is at a point, in words. */
+  /** Description of a point. */
   textAt(point) {
     const [x, y] = point;
     const side = Math.abs(y) < 0.05 ? '' : `, ${Math.abs(y).toFixed(1)} m ${y > 0 ? 'left' : 'right'}`;

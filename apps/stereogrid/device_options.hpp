@@ -9,7 +9,7 @@
 
 namespace stereogrid::app {
 
-/// Device and threads that the user asks for.
+/// Device and threads, as set by the user.
 struct DeviceOptions {
   std::string device{"auto"};
   int threads{0};

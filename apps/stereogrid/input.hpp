@@ -31,8 +31,8 @@ struct InputOptions {
   std::string depth{};
   double depth_scale{0};  ///< 0: found
   std::string mask{};
-  std::string layout{};  ///< of images that show both cameras: "", "side-by-side", "top-bottom"
-  // of a bag
+  std::string layout{};  ///< images that show both cameras: "", "side-by-side", "top-bottom"
+  // topics of a bag
   std::string left_topic{};
   std::string right_topic{};
   double pair_tolerance_ms{10};
@@ -40,7 +40,7 @@ struct InputOptions {
 
 void add_input_options(CLI::App& command, InputOptions& options);
 
-/// Where the poses come from.
+/// Source of the poses.
 enum class PoseSource { input, none, odometry };
 
 /// An opened INPUT. Exactly one of `recording` and `scene` is set and points into `source`.
@@ -59,7 +59,7 @@ struct Input {
 /// For run.json.
 [[nodiscard]] io::RunInput describe(const Input& input, const InputOptions& options);
 
-/// Tells the log what was chosen and what is odd.
+/// Logs the choices made for the input, and its anomalies.
 void log_input(const Input& input);
 
 /// The same of a calibration that no recording brings.

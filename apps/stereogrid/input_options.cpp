@@ -31,49 +31,47 @@ void add_input_options(CLI::App& command, InputOptions& options) {
       ->type_name("FILE");
   command
       .add_option("--poses", options.poses,
-                  "Where the vehicle is: 'file': as the input's own pose file says; 'odometry': found from the images; "
-                  "'none': it is taken to stand still; or another pose file. Left out: file where there is one, else "
+                  "Source of poses. 'file': the input's own pose file; 'odometry': visual odometry; "
+                  "'none': a static vehicle; or another pose file. Default: file if there is one, else "
                   "odometry.")
       ->type_name("none|file|odometry|FILE");
   command
       .add_option("--disparities", options.disparities,
-                  "Disparity images to take instead of right images: PNG (KITTI), PFM, TIFF or NPY, named as the left "
+                  "Disparity images instead of right images: PNG (KITTI), PFM, TIFF or NPY, named as the left "
                   "images.")
       ->type_name("DIR");
   command
       .add_option("--depth", options.depth,
-                  "Depth images to take instead of right images: PNG or TIFF of 16 bits, PFM, TIFF or NPY of floats in "
+                  "Depth images instead of right images: PNG or TIFF of 16 bits, PFM, TIFF or NPY of floats in "
                   "metres, named as the left images and aligned to them.")
       ->type_name("DIR");
   command
-      .add_option(
-          "--depth-scale", options.depth_scale,
-          "Units of 16-bit depth images in a metre: 1000 (millimetres), 5000 (TUM), 256 (KITTI). Left out: 5000 "
-          "beside TUM's rgb.txt and depth.txt, else 1000.")
+      .add_option("--depth-scale", options.depth_scale,
+                  "Units of 16-bit depth images in a metre: 1000 (millimetres), 5000 (TUM), 256 (KITTI). Default: 5000 "
+                  "beside TUM's rgb.txt and depth.txt, else 1000.")
       ->type_name("UNITS")
       ->check(number(0.001, 1e6));
   command
       .add_option("--mask", options.mask,
-                  "Image of the left image's size in which what shows the vehicle itself, its bonnet for instance, is "
-                  "black (0); such pixels are not used. Instead of the calibration's mask.")
+                  "Mask of the left image's size: pixels of the vehicle itself, such as the bonnet, are "
+                  "black (0) and not used. Replaces the calibration's mask.")
       ->type_name("FILE.png");
   command
-      .add_option(
-          "--layout", options.layout,
-          "Where left and right image are in images or a video that show both. Left out: found by the calibration "
-          "or the aspect.")
+      .add_option("--layout", options.layout,
+                  "Position of the left and right image in images or a video of both. Default: from the calibration "
+                  "or the aspect.")
       ->type_name("side-by-side|top-bottom")
       ->check(CLI::IsMember({"side-by-side", "top-bottom"}));
   command
-      .add_option("--left-topic", options.left_topic, "Of a bag or ROS 2: the left camera's images. Left out: found.")
+      .add_option("--left-topic", options.left_topic, "Topic of the left images, for a bag or ROS 2. Default: by name.")
       ->type_name("TOPIC");
   command
       .add_option("--right-topic", options.right_topic,
-                  "Of a bag or ROS 2: the right camera's images; or depth or disparities of the left ones.")
+                  "Topic of the right images, or of depth or disparities, for a bag or ROS 2.")
       ->type_name("TOPIC");
   command
       .add_option("--pair-tolerance-ms", options.pair_tolerance_ms,
-                  "Of a bag or two cameras: images whose stamps are no farther apart may be a pair.")
+                  "Maximum stamp difference of a pair, for a bag or two cameras.")
       ->type_name("MS")
       ->check(number(0, 1000))
       ->capture_default_str();
@@ -91,7 +89,7 @@ void log_input(const Input& input) {
 void log_calibration(const io::Calibration& calibration) {
   for (const std::string& note : calibration.notes) spdlog::info("{}", note);
   if (!calibration.has_mounting) {
-    spdlog::info("mounting: not in the calibration; camera height 1.65 m and pitch 0 assumed");
+    spdlog::info("extrinsics: not in the calibration; camera height 1.65 m and pitch 0 assumed");
   }
   for (const std::string& oddity : oddities(calibration.rig)) spdlog::warn("{}", oddity);
   for (const std::string& warning : calibration.warnings) spdlog::warn("{}", warning);

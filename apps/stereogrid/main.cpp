@@ -14,9 +14,9 @@ void describe(CLI::App& tool, int& exit_code) {
   tool.footer(
       "INPUT is a KITTI odometry sequence, a KITTI raw drive, a plain folder (left/ right/ calibration.yaml),\n"
       "LEFT.png RIGHT.png with --calibration, or a built-in scene such as 'scene:street?frames=60&seed=3'.\n\n"
-      "Exit codes: 0 done, 64 wrong usage, 65 bad input, 70 a bug, 75 try again (disk full, device missing,\n"
-      "input away, another stereogrid is writing there); 129, 130, 143 stopped by a closed terminal, Ctrl-C or\n"
-      "kill: frames are whole, go on with --resume; 141 nobody reads the output any more, as behind '| head'.\n\n"
+      "Exit codes: 0 done, 64 wrong usage, 65 bad input, 70 internal error, 75 try again (disk full, device missing,\n"
+      "input unavailable, folder locked by another stereogrid); 129, 130, 143 stopped by a closed terminal, Ctrl-C or\n"
+      "kill: frames are complete, continue with --resume; 141 output closed, as by '| head'.\n\n"
       "Examples:\n"
       "  stereogrid run scene:street --out /tmp/street --pictures\n"
       "  stereogrid run drives/0009 --out runs/0009 --set grid.length_m=30 --video runs/0009.mp4\n"

@@ -34,7 +34,7 @@ std::optional<OdometryState> PoseStage::take_state(std::size_t index) {
   const auto found{kept_.find(index)};
   if (found == kept_.end()) return std::nullopt;
   std::optional<OdometryState> state{std::move(found->second)};
-  kept_.erase(kept_.begin(), std::next(found));  // those of frames that could not be used in the end, too
+  kept_.erase(kept_.begin(), std::next(found));  // erases those of unusable frames, too
   return state;
 }
 

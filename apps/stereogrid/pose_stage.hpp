@@ -18,11 +18,11 @@ namespace stereogrid::app {
 /// Takes the frames in their order, on whatever thread.
 class PoseStage {
  public:
-  /// What the odometry remembers after every frame for which `is_kept` says so waits for take_state().
+  /// Keeps the state of the odometry after every frame for which `is_kept` returns true, for take_state().
   PoseStage(PoseSource poses, const Rig& rig, const Image<std::uint8_t>& mask,
             std::function<bool(std::size_t index)> is_kept = {});
 
-  /// Goes on from there. Before the first frame. Throws InputError where the state does not fit.
+  /// Restores a state, before the first frame. Throws InputError if the state does not fit.
   void load(const OdometryState& state);
 
   /// Returns a warning; empty: none. Throws InputError where the frame does not fit the rig.
@@ -30,7 +30,7 @@ class PoseStage {
 
   [[nodiscard]] bool takes_time() const { return odometry_.has_value(); }
 
-  /// What the odometry remembered after a frame, once; none: poses came with the input, or the frame was not kept.
+  /// State of the odometry after a frame, once; none: poses came with the input, or the frame was not kept.
   [[nodiscard]] std::optional<OdometryState> take_state(std::size_t index);
 
  private:

@@ -8,7 +8,7 @@
 
 namespace stereogrid::app {
 
-/// Description of a run of `pipeline` over frames of an input; preset and what is written are the caller's.
+/// Description of a run of `pipeline` over frames of an input; the caller sets preset and outputs.
 [[nodiscard]] io::RunDescription describe_run(const Input& input, const InputOptions& options, const Pipeline& pipeline,
                                               io::FrameRange frames);
 

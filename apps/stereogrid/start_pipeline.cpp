@@ -13,7 +13,7 @@
 namespace stereogrid::app {
 
 void add_device_options(CLI::App& command, DeviceOptions& options) {
-  command.add_option("--device", options.device, "Where the work is done; auto: the fastest there is.")
+  command.add_option("--device", options.device, "Device that computes; auto: the fastest available.")
       ->type_name("DEVICE")
       ->check(CLI::Validator{device_problem, "{auto,cpu,cuda,cuda:N,reference}"})
       ->capture_default_str();

@@ -10,7 +10,7 @@ namespace stereogrid::app {
 
 void add_device_options(CLI::App& command, DeviceOptions& options);
 
-/// `pipeline`: all but back end and threads. Tells the log about a GPU. Throws ConfigError, DeviceError.
+/// `pipeline`: all but back end and threads. Logs the choice of a GPU. Throws ConfigError, DeviceError.
 [[nodiscard]] Pipeline start_pipeline(const Config& config, const Rig& rig, const DeviceOptions& options,
                                       PipelineOptions pipeline);
 

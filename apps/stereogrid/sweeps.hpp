@@ -20,15 +20,15 @@ class Sweeps {
   /// `recording`: may be none, as of a scene; it must outlive this.
   explicit Sweeps(const io::Recording* recording) : recording_{recording} {}
 
-  /// Are there sweeps, and is it known where the lidar is?
+  /// True if there are sweeps with a known position of the lidar.
   [[nodiscard]] bool exist() const;
   /// Throws InputError where they do not; `instead` is what would mend that a recording has none.
   void require(const std::string& instead) const;
 
-  /// Of a frame, in the sensor's order; empty: none. Rings end where the azimuth passes straight ahead. Throws
-  /// InputError; DeviceError where the file was there and cannot be read now.
+  /// Points of a frame, in the sensor's order; empty: none. Rings end where the azimuth passes straight ahead. Throws
+  /// InputError; DeviceError if a listed file cannot be read now.
   [[nodiscard]] std::vector<evaluation::CameraPoint> of(std::size_t index, Rings rings = Rings::all) const;
-  /// Where the lidar is.
+  /// Position of the lidar.
   [[nodiscard]] evaluation::CameraPoint lidar_in_camera() const;
 
  private:

@@ -11,10 +11,10 @@
 
 namespace stereogrid::bench {
 
-/// What a matcher says about a pair.
+/// Result of a matcher for a pair.
 struct Matched {
-  Image<float> disparity;   ///< px, 0 = none
-  Image<Surface> label;     ///< empty: the matcher knows no surfaces
+  Image<float> disparity;
+  Image<Surface> label;     ///< empty: the matcher has no surfaces
   Image<float> confidence;  ///< in [0, 1]; empty: none
 };
 

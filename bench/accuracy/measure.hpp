@@ -29,7 +29,7 @@ class Samples {
 
 /// The two of a comparison on the points that both matched.
 struct CommonTally {
-  Count points{0};  ///< of truth
+  Count points{0};  ///< points with truth
   DisparityTally ours, theirs;
   CommonTally& operator+=(const CommonTally& other);
 };
@@ -51,9 +51,9 @@ struct SetResult {
 };
 
 struct MeasureOptions {
-  int every{1};      ///< of the frames with truth
+  int every{1};      ///< interval of the frames with truth
   std::string only;  ///< matchers whose name holds this, and their peers
-  Config config;     ///< of our matchers
+  Config config;     ///< configuration of our matchers
   Samples* samples{nullptr};
   int set_number{0};  ///< column "set" of the samples
 };

@@ -23,7 +23,7 @@ std::shared_ptr<const io::Recording> open(const fs::path& folder) {
   return io::open_recording({{folder}, {}, ""});
 }
 
-/// What the drives and the pairs of KITTI have in common: the road is found in the truth itself.
+/// Builds a frame of KITTI's drives or pairs; the road is fitted to the truth itself.
 TruthFrame measured(const io::Recording& recording, std::size_t index, std::vector<TruthPoint> points) {
   TruthFrame truth;
   truth.frame = recording.load(index);

@@ -12,10 +12,10 @@
 
 namespace stereogrid::bench {
 
-/// A stereo pair and what is known about it. Images, points and plane are those of the level camera.
+/// Stereo pair with its truth. Images, points and plane are those of the level camera.
 struct TruthFrame {
   StereoFrame frame;
-  std::vector<TruthPoint> points;  ///< only what every matcher can be asked about (keep_comparable)
+  std::vector<TruthPoint> points;  ///< points that every matcher can find (keep_comparable)
   RoadPlane plane;                 ///< the road of the truth
 };
 

@@ -16,10 +16,10 @@ inline double share(Count part, Count whole) {
   return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
 }
 
-/// How well the disparities of a set of truth points were found.
+/// Errors of the disparities of a set of truth points.
 class DisparityTally {
  public:
-  /// `disparity`: what was found, 0 = nothing.
+  /// `disparity`: the matcher's, 0 = none.
   void add(float disparity, float truth);
   DisparityTally& operator+=(const DisparityTally& other);
 
@@ -29,7 +29,7 @@ class DisparityTally {
   [[nodiscard]] double wrong_by_1_of_matched() const { return share(wrong_by_1_, matched_); }
   [[nodiscard]] double wrong_by_3_of_all() const { return share(wrong_by_3_, points_); }
   [[nodiscard]] double wrong_by_1_of_all() const { return share(wrong_by_1_, points_); }
-  /// Of the absolute error of what was matched, px, to 0.01 px; 10: larger.
+  /// Median absolute error of matched points, px, to 0.01 px; 10: larger.
   [[nodiscard]] double median_error_px() const;
 
  private:
@@ -42,9 +42,9 @@ class DisparityTally {
   std::array<Count, 10 * bins_per_px + 1> errors_{};
 };
 
-/// How well road and obstacle are told apart.
+/// Errors of the labels road and obstacle.
 struct LabelTally {
-  Count points{0};        ///< of truth
+  Count points{0};        ///< points with truth
   Count matched{0};       ///< with a label
   Count right{0};         ///< with that label
   Count matched_away{0};  ///< the same further than contact_px from the boundary of the two
@@ -60,7 +60,8 @@ struct LabelTally {
   [[nodiscard]] double mistaken_away() const { return share(matched_away - right_away, points_away); }
 };
 
-/// Is a confidence of 0.9 right nine times of ten? Ten bins of confidence; the last one holds 1 too.
+/// Calibration of confidences: a confidence of 0.9 should be right nine times of ten. Ten bins of confidence; the last
+/// one includes 1.
 class Reliability {
  public:
   static constexpr int bins{10};
@@ -86,7 +87,7 @@ class Reliability {
   std::array<Bin, bins> table_{};
 };
 
-/// What a confidence promises: the disparity is right to a pixel.
+/// Event that a confidence predicts: the disparity is right to a pixel.
 bool is_right(float disparity, float truth);
 
 /// Everything measured about one matcher on one set.

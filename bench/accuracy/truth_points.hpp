@@ -13,7 +13,7 @@
 
 namespace stereogrid::bench {
 
-/// What a point of truth lies on; also a matcher's label of a pixel, where `other` is none.
+/// Surface of a truth point; also a matcher's label of a pixel, `other` for none.
 enum class Surface : std::uint8_t { other = 0, road = 1, obstacle = 2 };
 
 /// A point whose disparity is known. u, v need not be integers: it is compared with the pixel it falls into.
@@ -35,7 +35,7 @@ std::vector<TruthPoint> points_of_scan(const std::vector<io::ScanPoint>& scan,
 /// A point for every pixel that has a disparity.
 std::vector<TruthPoint> points_of_image(const Image<float>& disparity);
 
-/// A point for every pixel that both cameras see, with its surface; near_contact is judged on all pixels.
+/// A point for every pixel that both cameras see, with its surface; near_contact uses all pixels.
 std::vector<TruthPoint> points_of_scene(const FrameTruth& truth);
 
 /// Removes the points that something nearer hides from the left or the right camera. The lidar sits above the cameras
@@ -44,8 +44,8 @@ std::vector<TruthPoint> points_of_scene(const FrameTruth& truth);
 /// by 1 px of disparity, and by more the further down: a road, or a car's roof, gets nearer downwards by itself.
 void remove_hidden(const Rig& rig, std::vector<TruthPoint>& points);
 
-/// The road below: a plane in disparity space, fitted to the low points 4–30 m ahead and up to 8 m aside by least
-/// squares of the height in ever narrower bands, starting from the rig's mounting.
+/// Ground plane in disparity space, fitted to the low points 4–30 m ahead and up to 8 m aside. Least squares of the
+/// height in ever narrower bands, starting from the rig's extrinsics.
 RoadPlane fit_road(const Rig& rig, const std::vector<TruthPoint>& points);
 
 /// Height above the plane, m.
@@ -58,7 +58,7 @@ void label_by_height(const Rig& rig, const RoadPlane& plane, std::vector<TruthPo
 /// Takes points of a pitched camera's image to that of the level camera (see LevelMapping).
 void turn_level(const Rig& pitched, const Rig& level, std::vector<TruthPoint>& points);
 
-/// Keeps what every matcher can be asked about: in the image, disparity below `disparities` − 1, and at least
+/// Keeps points that every matcher can find: in the image, disparity below `disparities` − 1, and at least
 /// `disparities` + 10 columns from the left border, since OpenCV leaves the first `disparities` columns empty.
 void keep_comparable(const Rig& rig, int disparities, std::vector<TruthPoint>& points);
 

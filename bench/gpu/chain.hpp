@@ -31,14 +31,14 @@ struct ChainResult {
   double device_median_ms;  ///< without transfers and host
 };
 
-/// The whole way of a frame, `frames` times.
+/// Runs the frame pipeline `frames` times.
 ChainResult run_chain(const Case& what, int frames);
 
 /// A kernel in a frame.
 struct KernelResult {
   std::string name;
   double launches;   ///< a frame
-  double median_us;  ///< of all of them, each between two marks of time
+  double median_us;  ///< all kernels, each between two time marks
 };
 
 /// Every kernel of a frame without graphs, the one that takes longest first, over `frames` frames.

@@ -62,7 +62,7 @@ class Drive {
  private:
   Rig rig_;
   Cpu cpu_{1};
-  CudaStages* stages_;  ///< of the pipeline
+  CudaStages* stages_;  ///< owned by the pipeline
   FramePipeline pipeline_;
   FrameResult result_;
   int done_{0};

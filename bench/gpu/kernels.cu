@@ -63,7 +63,7 @@ class KernelClock final : public LaunchWatch {
   std::size_t used_{0};
 };
 
-// Without namespaces and parameters, where CUDA tells names (from 12.3 on).
+// Name without namespaces and parameters; CUDA provides names from 12.3 on.
 std::string name_of(const void* kernel) {
   const char* mangled{nullptr};
 #if CUDART_VERSION >= 12030

@@ -35,7 +35,7 @@ class Samples {
   std::vector<double> values_;
 };
 
-/// Of what `work` gives to the device, on the device's clock.
+/// Times of the device work that `work` enqueues, by the device's clock.
 template <class Work>
 double median_ms(Cuda& cuda, int repetitions, const Work& work) {
   cudaEvent_t start{};

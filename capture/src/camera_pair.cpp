@@ -67,7 +67,7 @@ struct CameraPair::State {
   int last_stream{0};
   std::optional<Clock::time_point> last_captured;
 
-  mutable std::mutex mutex;  // of what follows
+  mutable std::mutex mutex;  // protects the members below
   Pairing pairing;
   std::string fault;
   int stream{0};

@@ -11,7 +11,7 @@
 namespace stereogrid::capture {
 namespace {
 
-constexpr std::size_t waiting_max{8};  // of each camera: a quarter of a second at 30 Hz
+constexpr std::size_t waiting_max{8};  // maximum queue per camera: a quarter of a second at 30 Hz
 
 double seconds(Clock::duration time) {
   return std::chrono::duration<double>{time}.count();
@@ -51,7 +51,7 @@ std::optional<CapturedPair> Pairing::add(Side side, Shot shot, Clock::time_point
     return std::nullopt;
   }
   Waiting found{std::move(other.waiting[*partner])};
-  forget(other, *partner);  // those before it
+  forget(other, *partner);  // drops older ones
   other.waiting.pop_front();
   forget(own, own.waiting.size());
   last_pair_ = now;

@@ -16,7 +16,7 @@ namespace stereogrid::capture {
 
 struct CapturedPair {
   io::ImagePair images;
-  Clock::time_point captured;  ///< of the left image
+  Clock::time_point captured;  ///< capture time of the left image
   int stream{0};
 };
 

@@ -21,7 +21,7 @@
 namespace stereogrid::capture {
 namespace {
 
-/// Of a recording whose frames all have one stamp, and between the last frame and the first one of the next round.
+/// Interval if all frames have one stamp, and between the last frame and the first one of the next round.
 constexpr std::int64_t usual_step_ns{100'000'000};
 
 struct Played {
@@ -61,7 +61,7 @@ class Replay final : public LiveSource {
   std::atomic<bool> has_failure_{false};
   std::mutex mutex_;
   std::condition_variable_any stopped_;
-  // of the thread
+  // used by the thread
   Clock::time_point due_{Clock::now()};
   std::int64_t stamp_ns_{unix_time_.ns(due_)};
   std::jthread thread_;

@@ -15,7 +15,7 @@ struct Mean {
   double cells{0};
 };
 
-/// Of p over the cells that each object stands on.
+/// Mean p over the cells below each object.
 std::map<std::int64_t, Mean> means_by_object(const MotionFrame& frame) {
   std::map<std::int64_t, Mean> means;
   for_shared_cells(frame, [&](int tx, int ty, int ix, int iy) {

@@ -21,7 +21,7 @@ class LevelFrame {
     return {point.x_m, cos_ * point.y_m + sin_ * point.z_m, cos_ * point.z_m - sin_ * point.y_m};
   }
   [[nodiscard]] std::vector<CameraPoint> operator()(std::span<const CameraPoint> points) const;
-  /// Where the mounting has the road, `camera_height_m` under the camera.
+  /// Road according to the extrinsics, `camera_height_m` below the camera.
   [[nodiscard]] RoadPlane road(double camera_height_m) const;
 
  private:

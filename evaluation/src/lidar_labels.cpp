@@ -18,7 +18,7 @@ constexpr double obstacle_to_m{1.8};
 constexpr double road_within_m{0.12};
 constexpr int obstacle_points_min{2};
 constexpr double ahead_min_m{1};
-constexpr double hiding_from_m{3};   // what returns from nearer by is often the own vehicle
+constexpr double hiding_from_m{3};   // nearer returns are often from the own vehicle
 constexpr double column_reach{1.5};  // returns are about 2 columns apart on KITTI: no gaps within a surface
 
 bool in_view(const CameraPoint& p, const Rig& rig) {
@@ -77,7 +77,7 @@ void label(const Image<int>& obstacle, const Image<int>& road, Image<std::int8_t
   }
 }
 
-/// Of the points on occupied cells.
+/// Nearest points on occupied cells.
 NearestObstacle nearest_of(const std::vector<CameraPoint>& obstacle, const Labels& labels) {
   NearestObstacle nearest{labels.rig};
   for (const CameraPoint& p : obstacle) {

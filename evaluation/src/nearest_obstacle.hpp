@@ -8,8 +8,7 @@
 
 namespace stereogrid::evaluation {
 
-/// The nearest obstacle of every image column, and the cells that it hides from a method that believes in nothing
-/// behind it.
+/// Nearest obstacle of every image column, and the cells that it hides from methods which end at the nearest obstacle.
 class NearestObstacle {
  public:
   explicit NearestObstacle(const Rig& rig);

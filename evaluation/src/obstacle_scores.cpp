@@ -12,7 +12,7 @@
 namespace stereogrid::evaluation {
 namespace {
 
-constexpr double found_from{0.5};  // share of what is seen of a thing
+constexpr double found_from{0.5};  // share of a thing's seen points
 constexpr double part_from{0.1};
 constexpr double seems_to_move_above_mps{1};
 constexpr double near_a_mover_m{1.5};
@@ -59,19 +59,19 @@ struct ObstacleScores::Candidate {
   const Obstacle* obstacle;
   std::vector<Point2> outline;
   bool closed;
-  double area_m2;  // of a closed one
-  double y_min_m;  // of the outline
+  double area_m2;  // closed outlines only
+  double y_min_m;  // minimum of the outline
   double y_max_m;
 
   [[nodiscard]] bool holds_cell(Point2 cell) const {
     return cell.y >= y_min_m && cell.y <= y_max_m && holds(outline, cell);
   }
   [[nodiscard]] bool may_be_own_of(const Thing& thing) const { return closed && area_m2 <= own_area_max_m2(thing); }
-  /// Are its middle and some of what is seen of the thing on the thing?
+  /// True if its centre and part of the seen points lie on the thing.
   [[nodiscard]] bool lies_on(const Thing& thing, double held) const {
     return closed && held >= part_from && distance_m(thing.footprint, centre_of(*obstacle)) <= thing.reach_m;
   }
-  /// Is what it covers seen to be free, as far as it is seen?
+  /// True if the covered area is seen to be free, where it is seen.
   [[nodiscard]] bool covers_free_ground(const ObstacleTruth& truth) const {
     const auto held{[this](Point2 cell) { return holds_cell(cell); }};
     const auto free{std::ranges::count_if(truth.free, held)};
@@ -216,7 +216,7 @@ void ObstacleScores::add_errors(const Thing& thing, const Candidate& candidate) 
   const Obstacle& o{*candidate.obstacle};
   errors_.centre_m.push_back(distance_between(centre_of(o), thing.centre));
   errors_.nearest_edge_m.push_back(std::abs(distance_m(candidate.outline, {}) - distance_m(thing.footprint, {})));
-  // the heading of what stands is that of its longer side
+  // the heading of static things is that of the longer side
   const auto [shorter, longer]{std::minmax(thing.length_m, thing.width_m)};
   errors_.length_m.push_back(std::abs(std::max(o.length_m, o.width_m) - longer));
   errors_.width_m.push_back(std::abs(std::min(o.length_m, o.width_m) - shorter));

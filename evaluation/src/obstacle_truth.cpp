@@ -34,7 +34,7 @@ bool is_ahead(Point2 point) {
   return point.x >= from_m && point.x < to_m;
 }
 
-/// Cells of things by the thing's id, and what is free and occupied.
+/// Cells of things by the thing's id, and free and occupied cells.
 std::map<std::int64_t, std::vector<Point2>> sort_cells(const FrameTruth& truth, const GridGeometry& grid,
                                                        ObstacleTruth& sorted) {
   std::map<std::int64_t, std::vector<Point2>> seen;

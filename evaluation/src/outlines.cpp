@@ -52,7 +52,7 @@ double area_of(std::span<const Point2> polygon) {
 }
 
 bool holds(std::span<const Point2> polygon, Point2 point) {
-  constexpr double level{1e-12};  // so that a level edge divides by something; none of them is asked
+  constexpr double level{1e-12};  // avoids a division by zero for horizontal edges
   bool inside{false};
   for (std::size_t i{0}; i < polygon.size(); ++i) {
     const Point2 a{polygon[i]};

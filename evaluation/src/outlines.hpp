@@ -17,7 +17,7 @@ namespace stereogrid::evaluation {
 
 /// m²; 0 of fewer than three points.
 [[nodiscard]] double area_of(std::span<const Point2> polygon);
-/// Is the point inside? By the number of edges beyond it.
+/// True if the point is inside, by the number of edges beyond it.
 [[nodiscard]] bool holds(std::span<const Point2> polygon, Point2 point);
 /// Inside (where it is closed), or within `reach_m` of an edge.
 [[nodiscard]] bool is_near(std::span<const Point2> outline, bool closed, Point2 point, double reach_m);

@@ -25,7 +25,7 @@ class Ranking {
   std::vector<double> lowest_;
 };
 
-/// How many cells of each kind have a probability of one group.
+/// Number of cells of each kind with probabilities of one group.
 struct GroupCounts {
   double occupied{0};
   double free{0};

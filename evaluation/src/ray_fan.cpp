@@ -57,7 +57,7 @@ Fan::Fan(Point2 origin, std::vector<Point2> directions, double length, double st
 void Fan::add(std::size_t direction, double length, bool is_hit) {
   Image<float>& counts{is_hit ? hits_ : ends_};
   const double place{length / step_};
-  // what ends beyond the grid still passes through it
+  // rays that end beyond the grid pass through it
   const int i{place < counts.width() ? static_cast<int>(place) : counts.width() - 1};
   const bool beyond{i == counts.width() - 1};
   (beyond ? ends_ : counts)(i, static_cast<int>(direction)) += 1;

@@ -14,7 +14,7 @@ namespace stereogrid::evaluation {
 class BlockResampler {
  public:
   explicit BlockResampler(std::size_t frames);
-  /// How often each frame is drawn; whole blocks, so n draws or a few more.
+  /// Number of draws of each frame; whole blocks, so n draws or slightly more.
   [[nodiscard]] const std::vector<int>& draw();
 
  private:

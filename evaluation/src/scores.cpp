@@ -13,10 +13,11 @@
 namespace stereogrid::evaluation {
 namespace {
 
-constexpr std::size_t coarse_groups{512};  // of resamples: their ranks are rounded, the point estimates' are not
+constexpr std::size_t coarse_groups{512};  // for resamples: their ranks are rounded, those of the point estimates are
+                                           // not
 constexpr std::size_t frames_for_an_interval{5};
 
-/// What of a frame lies in a band.
+/// Cells of a frame within a band.
 struct InBand {
   std::vector<Scores::Cell> cells;
   std::vector<ColumnDepth> columns;

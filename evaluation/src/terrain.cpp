@@ -55,14 +55,14 @@ class TerrainScores::Frame {
   [[nodiscard]] double range_m(CellIndex cell) const { return geometry_.centre(cell.ix, cell.iy).x; }
   [[nodiscard]] bool is_object(CellIndex cell) const { return truth_.pixels(cell.ix, cell.iy) > 0; }
   [[nodiscard]] double step_m(CellIndex cell) const { return static_cast<double>(truth_.step_m(cell.ix, cell.iy)); }
-  /// Is a cell around it, up to the tolerance, occupied?
+  /// True if a cell within the tolerance is occupied.
   [[nodiscard]] bool is_found(CellIndex cell) const {
     return any(within_, cell, [this](CellIndex other) { return is_occupied(other); });
   }
   [[nodiscard]] bool is_at_an_edge(CellIndex cell) const {
     return any(within_, cell, [this](CellIndex other) { return at(other) == TerrainCell::drop; });
   }
-  /// Is a cell that is beyond an edge as far from it as the tolerance?
+  /// True if a cell beyond an edge is farther from it than the tolerance.
   [[nodiscard]] bool is_deep(CellIndex cell) const {
     return !any(nearer_, cell, [this](CellIndex other) {
       return at(other) == TerrainCell::drop || at(other) == TerrainCell::drivable;

@@ -9,7 +9,7 @@
 
 namespace stereogrid {
 
-/// A rectified stereo pair and how it is mounted. The left image is the reference; both cameras are alike; rows are
+/// Rectified stereo pair with extrinsics. The left image is the reference; both cameras have equal intrinsics; rows are
 /// aligned; pixel centres are at integers.
 ///
 /// Frames: image (u right, v down); camera (x right, y down, z forward); vehicle (x forward, y left, z up, origin on
@@ -21,26 +21,26 @@ struct Rig {
   double centre_u_px{0};
   double centre_v_px{0};
   double baseline_m{0};
-  double camera_height_m{1.65};  ///< left camera's centre above the ground
-  double camera_pitch_rad{0};    ///< positive: looks down
+  double camera_height_m{1.65};  ///< height of the left camera's centre above the ground
+  double camera_pitch_rad{0};    ///< positive: downwards
   double camera_roll_rad{0};     ///< positive: right side down
 
   friend bool operator==(const Rig&, const Rig&) = default;
 };
 
-/// Everything that makes a rig unusable, a sentence each; empty: nothing. Numbers that are none, too small or too large
-/// for any camera: a baseline in millimetres, a height in centimetres, angles in degrees, a principal point outside the
-/// image. A width or height of 0 is not looked at: a calibration may not know the images' size.
+/// Problems that make a rig unusable, one message each; empty: none. Checks for non-finite and implausible values: a
+/// baseline in millimetres, a height in centimetres, angles in degrees, a principal point outside the image. A width or
+/// height of 0 is not checked, as a calibration may lack the image size.
 [[nodiscard]] STEREOGRID_EXPORT std::vector<std::string> problems(const Rig& rig);
 
-/// What can be worked with but hardly any vehicle has, a sentence each: worth a warning, since a slip in a unit or a
-/// digit looks like this. Of a rig without problems.
+/// Unusual values of a rig without problems, one message each. They are worth a warning, as they may be errors of a
+/// unit or a digit.
 [[nodiscard]] STEREOGRID_EXPORT std::vector<std::string> oddities(const Rig& rig);
 
-/// The road as the left camera sees it in one frame.
+/// Ground plane of one frame, relative to the left camera.
 struct Ground {
   double height_m{1.65};  ///< camera centre above the road
-  double pitch_rad{0};    ///< positive: camera looks down on the road
+  double pitch_rad{0};    ///< positive: the camera is pitched downwards
   double roll_rad{0};     ///< positive: camera's right side is down relative to the road
   bool estimated{false};  ///< measured in this frame; false: carried over or taken from the calibration
 

@@ -12,7 +12,7 @@
 
 namespace stereogrid {
 
-/// What surrounds a parameter: its name, unit, range (both ends allowed) and a sentence. Unit "" = a plain number.
+/// Parameter metadata: name, unit, range (both ends allowed) and description. Unit "" is a plain number.
 struct Parameter {
   std::string_view name;
   std::string_view unit;
@@ -31,13 +31,13 @@ struct GridConfig {
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"length_m", "m", 1, 500, "How far the grid reaches ahead of the camera."}, self.length_m);
+    visit(Parameter{"length_m", "m", 1, 500, "Length of the grid ahead of the camera."}, self.length_m);
     visit(Parameter{"width_m", "m", 1, 500, "Width of the grid, half of it to each side."}, self.width_m);
     visit(Parameter{"cell_size_m", "m", 0.02, 5, "Side of a square cell."}, self.cell_size_m);
   }
 };
 
-/// How disparities and labels are found.
+/// Method of stereo matching.
 enum class MatchingMethod { correlation, semi_global };
 constexpr std::array<std::string_view, 2> names_of(MatchingMethod) {
   return {"correlation", "semi_global"};
@@ -60,14 +60,16 @@ struct MatchingConfig {
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
     visit(Parameter{"method", "", 0, 1,
-                    "correlation: the paper's windows; semi_global: both hypotheses optimised along paths."},
+                    "correlation: windows as in the paper; semi_global: both hypotheses optimised along paths."},
           self.method);
-    visit(Parameter{"align_rows", "", 0, 1, "Measure by how much the right image's rows are off, and put them right."},
+    visit(Parameter{"align_rows", "", 0, 1, "Estimate and correct the vertical misalignment of the right image."},
           self.align_rows);
-    visit(Parameter{"disparities", "px", 0, 256,
-                    "Disparities searched, up to this minus one; 0: at least 64, a tenth of the image's width, those "
-                    "of the road in view."},
-          self.disparities);
+    visit(
+        Parameter{
+            "disparities", "px", 0, 256,
+            "Number of disparities searched, from 0. 0: automatic, at least 64, a tenth of the image's width, and "
+            "those of the road in view."},
+        self.disparities);
     visit(Parameter{"window_px", "px", 3, 41, "Side of the square correlation window, odd."}, self.window_px);
     visit(Parameter{"uniqueness", "", 0, 1,
                     "Reject a match unless every other disparity costs more by this share of its cost."},
@@ -78,11 +80,12 @@ struct MatchingConfig {
             "Correlation: reject a match where the window's mean horizontal contrast |L(u+1) − L(u−1)| is below this."},
         self.texture);
     visit(Parameter{"cost_limit", "", 0, 1,
-                    "Correlation: reject a match that costs more than this share of the most that it could cost. "
-                    "Places that do not belong together find one for 0.4."},
+                    "Correlation: reject a match whose cost exceeds this share of the maximum cost. "
+                    "Unrelated image regions reach 0.4."},
           self.cost_limit);
     visit(Parameter{"left_right_px", "px", 0, 255,
-                    "Reject a match whose place in the right image a cheaper one claims with a disparity farther off."},
+                    "Reject a match if a cheaper one claims its pixel in the right image with a disparity that differs "
+                    "by more."},
           self.left_right_px);
     visit(Parameter{"speckle_px", "px", 0, 100000, "Remove connected patches of fewer obstacle pixels; 0: keep all."},
           self.speckle_px);
@@ -91,7 +94,7 @@ struct MatchingConfig {
     visit(Parameter{"subpixel", "", 0, 1, "Refine disparities between the integers on the winner's cost curve."},
           self.subpixel);
     visit(Parameter{"given_sigma_px", "px", 0, 10,
-                    "Given disparities: their standard deviation; within two of the road plane a pixel is road."},
+                    "External disparities: standard deviation. Pixels within two of the ground plane are road."},
           self.given_sigma_px);
   }
 };
@@ -111,19 +114,17 @@ struct GroundConfig {
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(
-        Parameter{"model", "", 0, 1,
-                  "plane: what lies over the ground plane is an obstacle; terrain: steps, slopes and edges are found, "
-                  "cells are free where the vehicle can drive."},
-        self.model);
-    visit(Parameter{"estimate", "", 0, 1, "Measure the road plane in every frame; off: trust the calibration."},
+    visit(Parameter{"model", "", 0, 1,
+                    "plane: pixels above the ground plane are obstacles; terrain: steps, slopes and edges are found, "
+                    "cells are free where the vehicle can drive."},
+          self.model);
+    visit(Parameter{"estimate", "", 0, 1, "Estimate the ground plane in every frame; off: use the calibration."},
           self.estimate);
-    visit(Parameter{"height_gate_m", "m", 0, 2, "Largest believed departure from the calibrated camera height."},
+    visit(Parameter{"height_gate_m", "m", 0, 2, "Maximum deviation from the calibrated camera height."},
           self.height_gate_m);
-    visit(Parameter{"pitch_gate_deg", "deg", 0, 20, "Largest believed departure from the calibrated pitch."},
+    visit(Parameter{"pitch_gate_deg", "deg", 0, 20, "Maximum deviation from the calibrated pitch."},
           self.pitch_gate_deg);
-    visit(Parameter{"roll_gate_deg", "deg", 0, 20, "Largest believed departure from the calibrated roll."},
-          self.roll_gate_deg);
+    visit(Parameter{"roll_gate_deg", "deg", 0, 20, "Maximum deviation from the calibrated roll."}, self.roll_gate_deg);
   }
 };
 
@@ -138,10 +139,9 @@ struct UDisparityConfig {
     visit(Parameter{"obstacle_height_m", "m", 0.2, 10, "Height h of the volume that must be free (eq. 9)."},
           self.obstacle_height_m);
     visit(Parameter{"obstacle_min_height_m", "m", 0, 2,
-                    "Pixels lower above the road are no part of an obstacle: they count in N_V, not in N_O."},
+                    "Minimum height of obstacle pixels above the road; lower ones count in N_V, not in N_O."},
           self.obstacle_min_height_m);
-    visit(Parameter{"follow_roll", "", 0, 1, "Let the rows of a bin tilt with the road in the image."},
-          self.follow_roll);
+    visit(Parameter{"follow_roll", "", 0, 1, "Tilt the rows of a bin with the roll of the road."}, self.follow_roll);
   }
 };
 
@@ -156,7 +156,7 @@ struct VehicleConfig {
   static void visit_fields(Self& self, Visitor&& visit) {
     visit(Parameter{"step_max_m", "m", 0.01, 1, "Largest step that the vehicle climbs or descends."}, self.step_max_m);
     visit(Parameter{"slope_max_deg", "deg", 1, 45, "Steepest slope that the vehicle drives on."}, self.slope_max_deg);
-    visit(Parameter{"height_m", "m", 0.1, 10, "Clearance: what is higher over the ground is no obstacle."},
+    visit(Parameter{"height_m", "m", 0.1, 10, "Clearance: pixels higher above the ground are no obstacle."},
           self.height_m);
     visit(Parameter{"drop_slope_deg", "deg", 0.5, 45,
                     "A gap with lower ground behind it is a drop where the line of sight is steeper than this."},
@@ -164,14 +164,14 @@ struct VehicleConfig {
   }
 };
 
-/// Which road pixels count as rays that have passed a cell.
+/// Road pixels that count as rays which passed a cell.
 enum class RoadRays { none, visible };
 constexpr std::array<std::string_view, 2> names_of(RoadRays) {
   return {"none", "visible"};
 }
 
-/// Parameters of the u-disparity bins of the paper (eqs. 5 to 15). Stage images and pictures show these bins; the
-/// grids use them where projection.model is bins.
+/// Parameters of the u-disparity bins of the paper (eqs. 5 to 15). Stage images and visualisations show these bins;
+/// the grids use them if projection.model is bins.
 struct PaperConfig {
   double false_positive{0.02};
   double false_negative{0.02};
@@ -190,9 +190,10 @@ struct PaperConfig {
     visit(Parameter{"tau_obstacle", "", 0.001, 10, "tau_O of eq. 13: the filled share of a column that counts."},
           self.tau_obstacle);
     visit(Parameter{"tau_road", "", 0.001, 10, "tau_R of eq. 15."}, self.tau_road);
-    visit(Parameter{"sigma_disparity", "px", 0, 5, "Gaussian smoothing along disparity; 0: none."},
+    visit(Parameter{"sigma_disparity", "px", 0, 5, "Standard deviation of the smoothing along disparity; 0: none."},
           self.sigma_disparity);
-    visit(Parameter{"sigma_column", "px", 0, 20, "Gaussian smoothing along columns; 0: none."}, self.sigma_column);
+    visit(Parameter{"sigma_column", "px", 0, 20, "Standard deviation of the smoothing along columns; 0: none."},
+          self.sigma_column);
     visit(Parameter{"road_rays", "", 0, 1,
                     "none: only obstacle pixels are rays (the paper); visible: road pixels are rays that passed."},
           self.road_rays);
@@ -204,7 +205,7 @@ struct PaperConfig {
   }
 };
 
-/// How cells of the ground get their probability.
+/// Model of the cells' probability.
 enum class ProjectionModel { bins, rays };
 constexpr std::array<std::string_view, 2> names_of(ProjectionModel) {
   return {"bins", "rays"};
@@ -228,7 +229,7 @@ struct FusionConfig {
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
     visit(Parameter{"stereo_confidence", "", 0, 1,
-                    "How far the stereo grid is believed in frames that come with another grid; 0: not at all."},
+                    "Confidence in the stereo grid in frames with grids of other sources; 0: stereo is not used."},
           self.stereo_confidence);
   }
 };
@@ -241,7 +242,8 @@ constexpr std::array<std::string_view, 2> names_of(FilterModel) {
 
 struct FilterConfig {
   FilterModel model{FilterModel::joint};
-  std::vector<double> speeds_mps{1.25, 2.52, 3.94, 5.75, 8.34, 12.2};  // fine for people, as far as cars
+  std::vector<double> speeds_mps{1.25, 2.52, 3.94,
+                                 5.75, 8.34, 12.2};  // steps fine enough for pedestrians, range for cars
   double forgetting_s{2};
   double forgetting_in_view_s{0.5};
   double velocity_noise{0.01};
@@ -254,29 +256,32 @@ struct FilterConfig {
     visit(Parameter{"model", "", 0, 1, "tay2008: velocity given the cell; joint: mass of (occupied, velocity)."},
           self.model);
     visit(Parameter{"speeds_mps", "m/s", 0.1, 60,
-                    "The lattice's velocities along each world axis, in both directions, beside standstill; growing."},
+                    "Velocities of the lattice along each world axis, in both directions, ascending; 0 is added."},
           self.speeds_mps);
-    visit(Parameter{"forgetting_s", "s", 0.05, 1000, "Time constant with which an unobserved cell returns to unknown."},
+    visit(Parameter{"forgetting_s", "s", 0.05, 1000, "Time constant of the decay of unobserved cells to unknown."},
           self.forgetting_s);
+    visit(Parameter{"forgetting_in_view_s", "s", 0.05, 1000,
+                    "The same for cells in the camera's field of view that are not confirmed; joint only."},
+          self.forgetting_in_view_s);
     visit(
         Parameter{
-            "forgetting_in_view_s", "s", 0.05, 1000,
-            "The same within the camera's angle of view, where nothing confirms the cell though it could; joint."},
-        self.forgetting_in_view_s);
-    visit(Parameter{"velocity_noise", "", 0.0001, 0.9,
-                    "Share of the moving mass that changes its velocity in 0.1 s; what stands starts at a tenth of it, "
-                    "if static_prior > 0."},
-          self.velocity_noise);
+            "velocity_noise", "", 0.0001, 0.9,
+            "Share of the dynamic mass that changes its velocity in 0.1 s. If static_prior > 0, static mass has a "
+            "tenth of it."},
+        self.velocity_noise);
     visit(Parameter{"likelihood_exponent", "", 0.05, 1,
-                    "Tempers a frame's evidence, since stereo errors repeat from frame to frame; 1: full."},
+                    "Exponent of a frame's likelihood, below 1 because stereo errors are correlated over time; 1: full "
+                    "evidence."},
           self.likelihood_exponent);
     visit(Parameter{"static_prior", "", 0, 0.99,
-                    "Share of newly born mass that stands still; 0: all velocities are alike, standstill too (2008)."},
+                    "Static share of new mass; 0: uniform over all velocities including standstill (2008)."},
           self.static_prior);
-    visit(Parameter{"scene_flow", "", 0, 1,
-                    "Points of obstacles are followed in both images: how they move is told to the filter (joint) and "
-                    "to the obstacles."},
-          self.scene_flow);
+    visit(
+        Parameter{
+            "scene_flow", "", 0, 1,
+            "Track features of obstacles in both images; their velocities are evidence for the filter (joint) and "
+            "the tracks."},
+        self.scene_flow);
   }
 };
 
@@ -288,7 +293,8 @@ struct TrackingConfig {
   static void visit_fields(Self& self, Visitor&& visit) {
     visit(Parameter{"confirm_frames", "frames", 1, 50, "Sightings before an obstacle counts as confirmed."},
           self.confirm_frames);
-    visit(Parameter{"coast_s", "s", 0, 10, "How long an obstacle that is not seen is carried on."}, self.coast_s);
+    visit(Parameter{"coast_s", "s", 0, 10, "Time for which an unobserved track is predicted before it ends."},
+          self.coast_s);
   }
 };
 
@@ -300,10 +306,9 @@ struct MotionConfig {
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
     visit(Parameter{"notice_jumps", "", 0, 1,
-                    "Where poses jump, go on by the last motion and move the frame of the poses; off: follow them."},
+                    "Continue with the last motion at pose jumps and shift the pose frame; off: follow the poses."},
           self.notice_jumps);
-    visit(Parameter{"gap_max_s", "s", 0.05, 3600,
-                    "After more time without a frame everything that was remembered is forgotten, tracks too."},
+    visit(Parameter{"gap_max_s", "s", 0.05, 3600, "Longer time between frames resets all state, tracks included."},
           self.gap_max_s);
   }
 };
@@ -355,10 +360,10 @@ void visit_parameters(ConfigType& config, Visitor&& visit) {
 /// value.
 STEREOGRID_EXPORT void set(Config& config, std::string_view key, std::string_view text);
 
-/// The value of `key` as text that `set` would take.
+/// Value of `key` as text for `set`.
 [[nodiscard]] STEREOGRID_EXPORT std::string get(const Config& config, std::string_view key);
 
-/// Everything that is wrong with a configuration, a sentence each; empty: nothing.
+/// Problems of a configuration, one message each; empty if it is valid.
 [[nodiscard]] STEREOGRID_EXPORT std::vector<std::string> problems(const Config& config);
 
 }  // namespace stereogrid

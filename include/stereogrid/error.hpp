@@ -9,13 +9,13 @@
 
 namespace stereogrid {
 
-/// A setting that cannot work: unknown key, value out of range, settings that contradict each other.
+/// Invalid setting: unknown key, value out of range, contradicting settings.
 class STEREOGRID_EXPORT ConfigError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Data that cannot be used. The message names the file, says what is wrong with it and what would mend it.
+/// Unusable data. The message names the file, the fault and the remedy.
 class STEREOGRID_EXPORT InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -23,7 +23,7 @@ class STEREOGRID_EXPORT InputError : public std::runtime_error {
       : std::runtime_error{file + ": " + what_is_wrong + " " + what_would_mend_it} {}
 };
 
-/// Something outside that may work later: a full disk, a missing or busy device, a file system that is away.
+/// External failure that may be temporary: a full disk, a missing or busy device, an unavailable file system.
 class STEREOGRID_EXPORT DeviceError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

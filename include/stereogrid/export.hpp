@@ -2,11 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The libraries are compiled with -fvisibility=hidden: a shared library shows what carries STEREOGRID_EXPORT and
-// nothing else. Classes that are thrown or derived from carry it even if all they have is inline: every library and
-// program must mean the same type. The same objects serve static libraries, whose symbols nobody shows again (see
-// cmake/library.cmake).
+// Libraries are compiled with -fvisibility=hidden: a shared library exports only symbols with STEREOGRID_EXPORT.
+// Classes that are thrown or derived from need it even if they are inline, as every library and program must use the
+// same type. Static libraries use the same objects; their symbols stay hidden (see cmake/library.cmake).
 #define STEREOGRID_EXPORT __attribute__((visibility("default")))
 
-// A nested type that is no part of the interface of the class around it.
+// Nested type that is not part of the interface of its class.
 #define STEREOGRID_HIDDEN __attribute__((visibility("hidden")))

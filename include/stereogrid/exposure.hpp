@@ -14,7 +14,7 @@ namespace stereogrid {
 /// Number of pixels with each grey level.
 using GreyCounts = std::array<int, 256>;
 
-/// Grey level of one image for each grey level of another one.
+/// Lookup table from the grey levels of one image to those of another.
 using GreyTransfer = std::array<std::uint8_t, 256>;
 
 /// Maps a grey level to that of the same rank in the other image (histogram matching). Both images show the same scene,
@@ -29,16 +29,16 @@ struct Exposure {
 };
 [[nodiscard]] STEREOGRID_EXPORT Exposure exposure_of(const GreyCounts& left, const GreyCounts& right);
 
-/// True where the exposures differ by so much that it costs matches (the brighter image is saturated where the other
-/// one is not) or tracked features. False where one image is black.
+/// True if the difference of the exposures costs matches (the brighter image is saturated where the other one is not)
+/// or tracked features. False if one image is black.
 [[nodiscard]] STEREOGRID_EXPORT bool is_unequal(const Exposure& exposure);
 
-/// Names the brighter image, the difference and the remedy; rounded, so that the frames of a drive give few texts.
-/// FrameResult::warnings has it of frames with unequal exposures. FrameStatus has no flag for them: what matches is
-/// reliable all the same.
+/// Message with the brighter image, the difference and the remedy; rounded, so that the frames of a drive have few
+/// messages. FrameResult::warnings contains it for frames with unequal exposures. FrameStatus has no flag for them, as
+/// the remaining matches are reliable.
 [[nodiscard]] STEREOGRID_EXPORT std::string text_of(const Exposure& exposure);
 
-/// Ends that text.
+/// End of that message.
 inline constexpr std::string_view exposure_remedy{"set both cameras to the same exposure"};
 
 }  // namespace stereogrid

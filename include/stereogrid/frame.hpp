@@ -17,7 +17,7 @@
 
 namespace stereogrid {
 
-/// Position (m) and heading (rad, counter-clockwise, 0 along x) on the ground plane. As `a_from_b` it takes points of
+/// Position (m) and heading (rad, counter-clockwise, 0 along x) on the ground plane. `a_from_b` transforms points of
 /// frame b to frame a.
 struct Pose2 {
   double x_m{0};
@@ -53,24 +53,24 @@ struct Pose2 {
   return {m[11], -m[3], std::atan2(-m[2], m[10])};
 }
 
-/// What another source has observed at a frame's instant: a lidar, a second stereo pair (the `observed` of its own
-/// pipeline, moved into this one's vehicle frame), a map.
+/// Grid of another source at a frame's time: a lidar, a second stereo pair (`observed` of its own pipeline, moved into
+/// this vehicle frame), a map.
 struct ObservedGrid {
   GridGeometry geometry;      ///< in the vehicle frame of the frame; any size of cells
   Image<float> occupancy;     ///< P(occupied) in [0, 1]; 0.5 = unknown
-  Image<float> confidence{};  ///< of each cell, in [0, 1]; 0: as if the cell were unknown; empty: 1
+  Image<float> confidence{};  ///< confidence of each cell, in [0, 1]; 0: unknown; empty: 1
 };
 
-/// One rectified grey pair, rows aligned, or the left image with its disparities, and what is known about its instant.
+/// Rectified grey pair, or left image with its disparities, and its time and pose.
 struct StereoFrame {
-  std::string name;                         ///< the input's name for it; output files carry it
-  std::int64_t index{0};                    ///< place in the input, from 0
-  std::int64_t stamp_ns{0};                 ///< instant of exposure, in ns since any moment that stays the same
+  std::string name;                         ///< name in the input; used for output files
+  std::int64_t index{0};                    ///< index in the input, from 0
+  std::int64_t stamp_ns{0};                 ///< time of exposure, ns since any fixed instant
   Image<std::uint8_t> left;                 ///< reference image; assign() of pixel_view.hpp fills it from other memory
-  Image<std::uint8_t> right;                ///< same size; empty: `disparity` is given instead
-  Image<float> disparity;                   ///< px of the left image, 0 = none; empty where there is a right image
+  Image<std::uint8_t> right;                ///< same size; empty: `disparity` is used
+  Image<float> disparity;                   ///< px of the left image, 0 = none; empty if there is a right image
   std::optional<Pose2> world_from_vehicle;  ///< none: unknown
-  std::vector<ObservedGrid> other_grids{};  ///< what other sources have observed; fused with the stereo pair's grid
+  std::vector<ObservedGrid> other_grids{};  ///< grids of other sources; fused with the stereo pair's grid
 };
 
 /// A recorded, simulated or live sequence of frames.
@@ -84,8 +84,8 @@ class STEREOGRID_EXPORT FrameSource {
   [[nodiscard]] virtual const Rig& rig() const = 0;
   [[nodiscard]] virtual std::size_t size() const = 0;
   [[nodiscard]] virtual std::string name(std::size_t index) const = 0;
-  /// Loads one frame. Safe to call from several threads. Throws InputError when this frame cannot be used; the others
-  /// still can. Throws DeviceError when it cannot be read at the moment; trying again may help.
+  /// Loads one frame. Safe to call from several threads. Throws InputError for an unusable frame; others may be usable.
+  /// Throws DeviceError if it cannot be read now; trying again may help.
   [[nodiscard]] virtual StereoFrame load(std::size_t index) const = 0;
 };
 

@@ -25,14 +25,14 @@ struct CellIndex {
   friend bool operator==(const CellIndex&, const CellIndex&) = default;
 };
 
-/// Does a probability of occupancy say anything? 0.5 is unknown, and so is what lies within 0.05 of it, as in the
-/// scores (docs/evaluation.md). What is no number is unknown.
+/// True if a probability of occupancy is observed. Values within 0.05 of 0.5 are unknown, as in the scores
+/// (docs/evaluation.md). NaN is unknown.
 [[nodiscard]] constexpr bool is_known(float occupancy) {
   return occupancy - 0.5f > 0.05f || 0.5f - occupancy > 0.05f;
 }
 
-/// Where the cells of a grid lie. Cell (ix, iy) covers [x_min + ix·s, +s) × [y_min + iy·s, +s), in metres. Arrays over
-/// a grid are Image<T> of width nx and height ny: [iy, ix], x fastest.
+/// Position and size of a grid. Cell (ix, iy) covers [x_min + ix·s, +s) × [y_min + iy·s, +s), in metres. Arrays over a
+/// grid are Image<T> of width nx and height ny: [iy, ix], x fastest.
 struct GridGeometry {
   double x_min_m{0};
   double y_min_m{0};
@@ -67,8 +67,8 @@ constexpr std::array<std::string_view, 5> names_of(TerrainClass) {
   return {"unknown", "drivable", "obstacle", "drop", "hidden"};
 }
 
-/// What the filter knows about every cell of a grid. Velocities are relative to the ground, in the grid's own axes, of
-/// what occupies the cell if something does.
+/// State of the filter for every cell of a grid. Velocities are relative to the ground, in the grid's axes, given that
+/// the cell is occupied.
 struct GridLayers {
   GridGeometry geometry;
   Image<float> occupancy;   ///< P(occupied) in [0, 1]; 0.5 = unknown
@@ -78,7 +78,7 @@ struct GridLayers {
   Image<float> velocity_xx{};  ///< m²/s², covariance of the velocity
   Image<float> velocity_xy{};
   Image<float> velocity_yy{};
-  Image<float> moving{};  ///< P(occupied by something that moves); P(by something that stands) = occupancy − moving
+  Image<float> moving{};  ///< P(occupied by a dynamic object); P(static) = occupancy − moving
 };
 
 }  // namespace stereogrid

@@ -11,12 +11,12 @@
 
 namespace stereogrid {
 
-/// Where the memory behind a View lies.
+/// Location of the memory of a View.
 struct Host {};
 struct Device {};
 
-/// Rows of pixels or cells that somebody else owns. `pitch` is the distance between rows in elements (≥ width).
-/// Images are addressed (u, v), grids (ix, iy): the fast axis first.
+/// Rows of pixels or cells in foreign memory. `pitch` is the distance between rows in elements (≥ width). Images are
+/// addressed (u, v), grids (ix, iy): the fast axis first.
 template <class T, class Space = Host>
 struct View {
   T* data{nullptr};
@@ -36,8 +36,7 @@ struct View {
   }
 };
 
-/// An owned image or grid: `height` rows of `width` elements, contiguous, row-major. One that has been moved from is
-/// empty, 0 × 0.
+/// Owned image or grid: `height` rows of `width` elements, contiguous, row-major. Empty (0 × 0) after a move.
 template <class T>
 class Image {
  public:

@@ -21,6 +21,7 @@ struct Covariance2 {
   double yy{0};
 };
 
+/// Kinds of obstacles.
 enum class ObstacleKind : std::uint8_t {
   object,    ///< car, person, cycle, pole, box: the vehicle can go around it
   boundary,  ///< wall, hedge, façade, or a row of objects that cannot be separated
@@ -30,7 +31,7 @@ constexpr std::array<std::string_view, 3> names_of(ObstacleKind) {
   return {"object", "boundary", "drop"};
 }
 
-/// Points on the ground, m, one after another. A fixed number has room: nothing is allocated.
+/// Points on the ground, m, in order. Fixed capacity: nothing is allocated.
 class STEREOGRID_EXPORT Outline {
  public:
   static constexpr std::size_t points_max{48};
@@ -40,7 +41,7 @@ class STEREOGRID_EXPORT Outline {
     for (const Point2& point : points) push_back(point);
   }
 
-  /// What has no room is left out.
+  /// Appends a point; points beyond the capacity are dropped.
   constexpr void push_back(Point2 point) {
     if (size_ < points_max) points_[size_++] = point;
   }
@@ -58,37 +59,38 @@ class STEREOGRID_EXPORT Outline {
   std::size_t size_{0};
 };
 
-/// A tracked object, boundary or drop. Positions in the vehicle frame of the same instant; velocities
-/// relative to the ground, in vehicle axes.
+/// Tracked object, boundary or drop. Positions in the vehicle frame of the same instant; velocities relative to the ground,
+/// in vehicle axes.
 struct Obstacle {
-  std::int64_t id{0};  ///< stays with the obstacle for as long as it is tracked; never used again
-  double x_m{0};       ///< centre of its box
+  std::int64_t id{0};  ///< constant while the obstacle is tracked; never reused
+  double x_m{0};       ///< centre of the box
   double y_m{0};
   double vx_mps{0};
   double vy_mps{0};
   double length_m{0};   ///< extent along yaw_rad
   double width_m{0};    ///< extent across yaw_rad
-  double yaw_rad{0};    ///< of the motion where it moves, else of the longer side
-  double occupancy{0};  ///< mean P(occupied) of the cells in which it is seen
-  double age_s{0};      ///< since it was first seen
+  double yaw_rad{0};    ///< heading of the motion, or of the longer side if static
+  double occupancy{0};  ///< mean P(occupied) of its cells
+  double age_s{0};      ///< time since the first observation
   bool confirmed{false};
-  bool moving{false};               ///< faster than 1 m/s; until several frames have shown motion, its velocity is 0
-  bool coasting{false};             ///< not seen in this frame: carried on where it was hidden or missed
-  double unseen_s{0};               ///< since it was last seen
+  bool moving{false};               ///< faster than 1 m/s; its velocity is 0 until several frames have shown motion
+  bool coasting{false};             ///< not observed in this frame: predicted
+  double unseen_s{0};               ///< time since the last observation
   Covariance2 position_covariance;  ///< m², vehicle axes
   Covariance2 velocity_covariance;  ///< m²/s², vehicle axes
   ObstacleKind kind{ObstacleKind::object};
-  /// Above the road, of nine in ten of its columns; what hangs above a gap does not count. Of a drop negative: the
-  /// visible part of its fall.
+  /// Above the road, 0.9 quantile over its columns; parts above a gap do not count. Of a drop negative: the visible part
+  /// of its fall.
   double height_m{0};
-  /// Visible part where it was last seen, moved on with it: of an object a simple polygon, at least as deep as half a
-  /// metre; of a boundary or a drop an open line along its near side, from left to right.
+  /// Outline of the visible part at the last observation, moved with the track. Object: a simple polygon, at least half
+  /// a metre deep. Boundary, drop: an open line along the near side, from left to right.
   Outline outline;
-  /// Of its velocity's direction, to the left; 0 where it does not move, or does not surely turn.
+  /// Yaw rate of the velocity's direction, positive to the left; 0 if the obstacle is static or the rate is not
+  /// significant.
   double yaw_rate_radps{0};
-  /// Standard deviations of the box; infinite: unknown. Of length and width only of what moves, and where both ends
-  /// have been seen, neither hidden nor cut off by the image; of the heading of what stands only where it is longer
-  /// than wide by 1.4.
+  /// Standard deviations of the box; infinite: unknown. Length and width are known only for dynamic obstacles whose
+  /// ends have both been seen, neither hidden nor cut off by the image. The heading of a static obstacle is known only
+  /// if it is longer than wide by 1.4.
   double length_sigma_m{std::numeric_limits<double>::infinity()};
   double width_sigma_m{std::numeric_limits<double>::infinity()};
   double yaw_sigma_rad{std::numeric_limits<double>::infinity()};

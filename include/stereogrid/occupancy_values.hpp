@@ -12,8 +12,7 @@
 
 namespace stereogrid {
 
-/// What a probability becomes in an occupancy grid of 8-bit integers, such as ROS's nav_msgs/OccupancyGrid. Unknown is
-/// what `is_known` says.
+/// Conversion of probabilities to 8-bit integers, as in ROS's nav_msgs/OccupancyGrid. Unknown: see `is_known`.
 enum class OccupancyScale {
   percent,   ///< 100·P, rounded; −1: unknown
   trinary,   ///< 100 from P = 0.65 on, 0 up to P = 0.35; −1: between, or unknown
@@ -26,7 +25,7 @@ constexpr std::array<std::string_view, 4> names_of(OccupancyScale) {
 
 [[nodiscard]] STEREOGRID_EXPORT std::int8_t occupancy_value(float occupancy, OccupancyScale scale);
 
-/// Of all cells of a grid, in the order of nav_msgs/OccupancyGrid: row by row, x fastest, from the corner of the
+/// Values of all cells of a grid, in the order of nav_msgs/OccupancyGrid: row by row, x fastest, from the corner of the
 /// smallest x and y.
 [[nodiscard]] STEREOGRID_EXPORT std::vector<std::int8_t> occupancy_values(View<const float> occupancy,
                                                                           OccupancyScale scale);

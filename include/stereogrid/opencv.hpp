@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// For programs that have OpenCV; the library itself does not include this.
+// For programs with OpenCV; the library itself does not include this.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -11,9 +11,8 @@
 
 namespace stereogrid {
 
-/// What a cv::Mat, or a part of one, holds; its memory must stay for as long as the view is used. `bits`: see
-/// PixelView. Throws InputError: another type than CV_8UC1, CV_16UC1, CV_8UC3 (BGR) or CV_8UC4 (BGRA), or more than two
-/// dimensions.
+/// View of a cv::Mat or of a part of one; its memory must outlive the view. `bits`: see PixelView. Throws InputError:
+/// another type than CV_8UC1, CV_16UC1, CV_8UC3 (BGR) or CV_8UC4 (BGRA), or more than two dimensions.
 [[nodiscard]] inline PixelView view_of(const cv::Mat& image, int bits = 16) {
   PixelView view{image.data,         image.cols, image.rows, static_cast<std::ptrdiff_t>(image.step[0]),
                  PixelFormat::grey8, bits};

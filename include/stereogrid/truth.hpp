@@ -19,16 +19,17 @@ enum class TruthLabel : std::uint8_t { sky = 0, road = 1, obstacle = 2, low = 3 
 enum class TruthCell : std::uint8_t { hidden = 0, seen_free = 1, seen_occupied = 2 };
 
 /// Classes of cells of uneven ground, for a vehicle that climbs steps up to TruthGrid::height_min_m and slopes up to
-/// 20°, and that fits below what leaves TruthGrid::height_max_m free.
+/// 20° and needs the clearance TruthGrid::height_max_m.
 enum class TerrainCell : std::uint8_t {
   hidden = 0,    ///< not seen, or out of reach behind an obstacle
   drivable = 1,  ///< seen ground that the vehicle reaches
   obstacle = 2,  ///< seen: a body, a step up, a rise that is too steep
   drop = 3,      ///< seen: the first cell lower than an edge
-  beyond = 4     ///< in view's columns, behind an edge: lower ground, seen or not, and what is out of reach behind it
+  beyond = 4     ///< within the field of view, behind an edge: lower ground, seen or not, and cells out of reach behind
+                 ///< it
 };
 
-/// A thing that stands or moves in the scene.
+/// Object in the scene, static or dynamic.
 struct TruthObject {
   std::int64_t id{0};
   std::string kind;
@@ -41,8 +42,7 @@ struct TruthObject {
   std::int64_t pixels{0};         ///< seen in the left image
 };
 
-/// A thing as somebody has labelled it: a box on the ground, in the vehicle frame of the frame's instant. None: the
-/// label does not say.
+/// Labelled object: a box on the ground, in the vehicle frame of the frame's instant. None: not labelled.
 struct LabelledObject {
   std::int64_t id{0};
   std::string kind;
@@ -72,7 +72,7 @@ struct TruthEgo {
   double camera_roll_rad{0};
 };
 
-/// A place of a course: a hazard, or something harmless that must not be taken for one. A rectangle in the world frame.
+/// Zone of a course: a hazard, or something harmless. A rectangle in the world frame.
 struct TruthZone {
   std::string kind;
   bool is_hazard{false};
@@ -80,15 +80,15 @@ struct TruthZone {
   Point2 high;
 };
 
-/// What the cells are measured on: vehicle frame, obstacles between two heights.
+/// Grid and height limits of the true cells, in the vehicle frame.
 struct TruthGrid {
   GridGeometry geometry;
   double height_min_m{0.15};
   double height_max_m{1.8};
-  std::vector<TruthZone> zones{};  ///< of a course, by ascending x; else empty
+  std::vector<TruthZone> zones{};  ///< zones of a course, by ascending x; else empty
 };
 
-/// Exact knowledge about one frame. Images are of the left camera; grids lie in the vehicle frame.
+/// Exact truth of one frame. Images are of the left camera; grids lie in the vehicle frame.
 struct FrameTruth {
   std::string name;
   std::int64_t stamp_ns{0};
@@ -109,8 +109,8 @@ struct FrameTruth {
   Image<float> velocity_y;
   // Scenes with uneven ground only; else empty.
   Image<std::uint8_t> terrain;  ///< TerrainCell
-  Image<float> elevation_m;     ///< of the ground at the cell's centre over the vehicle frame's plane
-  Image<float> step_m;          ///< of a drop or a step up: its height, negative where it falls; 0 elsewhere
+  Image<float> elevation_m;     ///< height of the ground at the cell's centre over the vehicle frame's plane
+  Image<float> step_m;          ///< height of a drop (negative) or a step up; 0 elsewhere
 };
 
 }  // namespace stereogrid

@@ -36,7 +36,7 @@ class Compressor {
 /// Malformed.
 void decompress(Compression compression, View packed, std::uint64_t most, Bytes& out);
 
-/// What a zstd frame says of its unpacked size; none: nothing.
+/// Unpacked size in the header of a zstd frame; none: not stated.
 [[nodiscard]] std::optional<std::uint64_t> zstd_content_size(View packed);
 
 }  // namespace stereogrid::mcap

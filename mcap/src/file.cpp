@@ -56,7 +56,7 @@ FileOutput::FileOutput(const fs::path& path)
 
 void FileOutput::fail(int error_number) {
   const bool full{error_number == ENOSPC || error_number == EDQUOT || error_number == EFBIG};
-  const char* const mend{full ? "Free some space; what was recorded before can be read."
+  const char* const mend{full ? "Free some space; the earlier part of the recording can be read."
                               : "Check the folder and its permissions."};
   complaint_ = fmt::format("{}: cannot be written ({}). {}", name_, reason(error_number), mend);
   // a part of a record would only be taken for damage; of a pipe nothing can be taken back
@@ -106,7 +106,7 @@ void FileOutput::close() {
 
 FileInput::FileInput(const fs::path& path) : file_{-1}, name_{io::printable_path(path)} {
   struct stat status {};
-  // asked before it is opened: opening a FIFO waits, opening a device may do something
+  // before open(): opening a FIFO blocks, opening a device may have side effects
   if (::stat(path.c_str(), &status) != 0) fail_to_open(errno);
   if (!S_ISREG(status.st_mode)) throw InputError{name_, "is no file on a disk.", "Copy the recording into a file."};
   file_ = Descriptor{open_uninterrupted(path, O_RDONLY | O_NONBLOCK)};

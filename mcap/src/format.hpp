@@ -41,8 +41,8 @@ enum class Op : std::uint8_t {
   data_end
 };
 
-inline constexpr std::size_t record_head_bytes{9};    // opcode, length
-inline constexpr std::size_t message_head_bytes{22};  // what stands before a message's data
+inline constexpr std::size_t record_head_bytes{9};    // opcode and length
+inline constexpr std::size_t message_head_bytes{22};  // header before a message's data
 inline constexpr std::size_t footer_bytes{20};
 
 inline View view_of(std::string_view text) {
@@ -82,7 +82,7 @@ class Counted {
   std::size_t at_;
 };
 
-/// A record around what is put while it lives.
+/// Writes a record around the content added during its lifetime.
 class Record {
  public:
   Record(Bytes& out, Op op) : length_{(put(out, op), out)} {}
@@ -112,7 +112,7 @@ class Fields {
   }
   std::string text();
   std::map<std::string, std::string> texts();
-  /// Of Length bytes that count them.
+  /// Writes a length prefix of type Length.
   template <class Length>
   View counted() {
     return take(number<Length>());

@@ -8,7 +8,7 @@ namespace stereogrid {
 namespace {
 
 constexpr std::size_t inliers_min{15};
-constexpr double share_min{0.15};  // of the points followed
+constexpr double share_min{0.15};  // share of the tracked points
 constexpr float ransac_px{1.5F};
 constexpr double inlier_px{1.0};
 constexpr double near_expected_px{3};

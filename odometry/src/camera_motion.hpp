@@ -15,8 +15,8 @@ struct MotionFit {
   std::vector<int> inliers;  ///< places in the tracks
 };
 
-/// The motion of the camera. `expected`: by constant motion; none: nothing is known yet. Where what most points say is
-/// not `plausible`, those near the expected motion are asked. None: too few agree.
+/// Motion of the camera. `expected`: by constant motion; none: unknown. If the majority's motion is not `plausible`,
+/// the points near the expected motion decide. None: too few agree.
 [[nodiscard]] std::optional<MotionFit> fit_motion(const Landmarks& landmarks, const Tracks& tracks,
                                                   const std::optional<cv::Affine3d>& expected, const Rig& rig,
                                                   const std::function<bool(const cv::Affine3d&)>& plausible);

@@ -20,13 +20,14 @@ constexpr int cells_down{4};
 constexpr int corners_per_cell{14};
 constexpr double corner_quality{0.02};
 constexpr double corner_distance_px{7};
-constexpr float home_px{0.5F};  // how far from its start a point may end that was followed forth and back
-// How far the rows of left and right may differ. Where a pair is off by more than the first, its columns are off too
-// (measured on KITTI, docs/odometry.md); such points are taken only where most of the picture is like that.
+constexpr float home_px{0.5F};  // maximum distance between the start of a point and its end after tracking forward and
+                                // backward
+// Maximum row difference between left and right. Above the first limit the columns are wrong, too (measured on KITTI,
+// docs/odometry.md); such points are used only if most of the image is like that.
 constexpr float good_row_difference_px{0.6F};
 constexpr float row_difference_max_px{2.5F};
 constexpr float disparity_min_px{1};
-constexpr int coarse_px{4};  // so many pixels are one where disparities are looked for first
+constexpr int coarse_px{4};  // reduction factor of the first disparity search
 constexpr int coarse_window_px{9};
 
 cv::Mat mat_of(const Image<std::uint8_t>& image) {
@@ -78,8 +79,7 @@ GreyCounts counts_of(const Image<std::uint8_t>& image) {
   return counts;
 }
 
-/// The right image, or, where the exposures are unequal, with the grey levels of the left one: what is tracked has to
-/// look the same in both.
+/// Right image; with unequal exposures it gets the grey levels of the left one, as tracking assumes equal grey levels.
 Image<std::uint8_t> right_as_left(const StereoFrame& frame) {
   Image<std::uint8_t> right{frame.right};
   const GreyCounts left_counts{counts_of(frame.left)};
@@ -114,8 +114,7 @@ std::vector<float> coarse_disparities(const Image<std::uint8_t>& left_image, con
   return found;
 }
 
-/// Where the right image shows the left one's corners. Those whose disparity is known roughly are looked for there, the
-/// others as if they were far away.
+/// Finds the corners in the right image. The search starts at a rough disparity if there is one, else at infinity.
 std::vector<bool> find_in_right(const StereoFrame& frame, const Pyramid& left, const std::vector<cv::Point2f>& corners,
                                 std::vector<cv::Point2f>& in_right) {
   const Image<std::uint8_t> right_image{right_as_left(frame)};
@@ -154,7 +153,7 @@ float row_limit_px(const std::vector<cv::Point2f>& left, const std::vector<cv::P
   return std::clamp(*middle, good_row_difference_px, row_difference_max_px);
 }
 
-/// Of the corners in px, 0: none.
+/// Disparities of the corners, px; 0: none.
 std::vector<float> disparities_of(const StereoFrame& frame, const Pyramid& left,
                                   const std::vector<cv::Point2f>& corners) {
   std::vector<float> disparities(corners.size(), 0.0F);

@@ -21,15 +21,15 @@ struct Landmarks {
   std::vector<cv::Point3f> in_camera;  ///< m, x right, y down, z forward
 };
 
-/// Where landmarks lie in a later left image.
+/// Positions of landmarks in a later left image.
 struct Tracks {
   std::vector<int> landmark;  ///< which of them
   std::vector<cv::Point2f> at_px;
 };
 
-/// Corners spread over the left image that have a disparity: matched in the right image to a fraction of a pixel, in
-/// rows as well, since rows of real pairs may differ; or read from the given disparities. None where `mask` is 0; it
-/// may be empty.
+/// Corners spread over the left image, with a disparity. It is matched in the right image with subpixel accuracy, in
+/// rows as well, since rows of real pairs may differ; or read from external disparities. No corners where `mask` is 0;
+/// it may be empty.
 [[nodiscard]] Landmarks find_landmarks(const StereoFrame& frame, const Pyramid& left, const Rig& rig,
                                        const Image<std::uint8_t>& mask);
 
@@ -38,7 +38,7 @@ struct Tracks {
 [[nodiscard]] Tracks follow(const Landmarks& landmarks, const Pyramid& reference, const Pyramid& now,
                             const cv::Affine3d& now_from_reference, const Rig& rig);
 
-/// Where a point in front of the camera appears.
+/// Projection of a point in front of the camera.
 [[nodiscard]] inline cv::Point2d project(const cv::Affine3d& camera_from_points, const cv::Point3f& point,
                                          const Rig& rig) {
   const cv::Vec3d p{camera_from_points * cv::Vec3d{point.x, point.y, point.z}};

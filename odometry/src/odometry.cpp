@@ -22,8 +22,8 @@ constexpr double standing_px{0.1};
 constexpr std::size_t points_min{15};
 constexpr double new_reference_m{0.25};
 constexpr double new_reference_rad{0.02};
-constexpr double kept_share_min{0.6};  // of the landmarks; below: a new reference
-// what a car can do, and what the measurement may add
+constexpr double kept_share_min{0.6};  // share of the landmarks; below: a new reference
+// limit of a car plus measurement noise
 constexpr double acceleration_max_mps2{12};
 constexpr double turn_acceleration_max_radps2{3};
 constexpr double slack_m{0.05};
@@ -35,7 +35,7 @@ std::array<double, 12> numbers_of(const cv::Affine3d& motion) {
   return numbers;
 }
 
-/// level_from_camera: axes of a camera at the same place that looks straight ahead.
+/// level_from_camera: rotation to the axes of a level camera at the same position.
 cv::Affine3d level_from_camera(const Rig& rig) {
   return cv::Affine3d{cv::Vec3d{-rig.camera_pitch_rad, 0, 0}} * cv::Affine3d{cv::Vec3d{0, 0, rig.camera_roll_rad}};
 }
@@ -135,7 +135,7 @@ struct VisualOdometry::Implementation {
                                 return is_plausible((now_from_reference * reference_from_last).inv(), dt_s);
                               })};
     if (!fit) {
-      step.warning = "odometry: too few points agree on a motion, the last one is carried on";
+      step.warning = "odometry: too few points agree on a motion, the last motion continues";
       return expected;
     }
     step.measured = true;
@@ -176,7 +176,7 @@ struct VisualOdometry::Implementation {
   Pose2 world_from_reference;
   Pose2 world_from_last;
   cv::Affine3d reference_from_last;
-  std::vector<cv::Point2f> last_at_px;  // of the landmarks, in the last frame that moved
+  std::vector<cv::Point2f> last_at_px;  // positions of the landmarks in the last frame that moved
   std::optional<Speed> speed;           // none: nothing measured yet
   double unmeasured_s{0};
   std::optional<std::int64_t> last_stamp_ns;

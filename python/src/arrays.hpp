@@ -60,15 +60,15 @@ class Array {
 /// Samples of grey and colour images.
 struct PixelOptions {
   std::string color;  ///< "rgb" or "bgr" of three or four channels; "": grey
-  int bits{16};       ///< of uint16 samples: number of lower bits in use
+  int bits{16};       ///< uint16 samples: number of lower bits in use
 };
 
 /// Writes grey levels of (height, width) uint8, uint16 or float, or (height, width, 3 or 4) uint8. Throws TypeError,
 /// ValueError, InputError.
 void assign(Image<std::uint8_t>& grey, const Array& pixels, const PixelOptions& options);
 
-/// Writes disparities or depths of (height, width) float, or uint16 divided by `units` (0: uint16 is rejected). What is
-/// not finite or not positive becomes 0 = none. Throws TypeError, ValueError.
+/// Writes disparities or depths of (height, width) float, or uint16 divided by `units` (0: uint16 is rejected). Values
+/// that are not finite or not positive become 0 = none. Throws TypeError, ValueError.
 void assign(Image<float>& measured, const Array& values, double units);
 
 }  // namespace stereogrid::python

@@ -21,7 +21,7 @@ namespace {
 
 namespace nb = nanobind;
 
-/// Text that lives as long as the process, for names and docstrings.
+/// Text with the lifetime of the process, for names and docstrings.
 const char* kept(std::string text) {
   static std::deque<std::string> texts;
   return texts.emplace_back(std::move(text)).c_str();

@@ -8,7 +8,7 @@ namespace {
 
 namespace nb = nanobind;
 
-// Types of exceptions, which live as long as the process.
+// Types of exceptions, with the lifetime of the process.
 struct Errors {
   PyObject* config{nullptr};
   PyObject* input{nullptr};

@@ -26,7 +26,7 @@ void bind_truth_images(nb::class_<FrameTruth>& truth) {
   bind_image(truth, "label", &FrameTruth::label, "0 sky, 1 road, 2 obstacle, 3 low.");
   bind_image(truth, "instance", &FrameTruth::instance, "Id of the object, 0 = none.");
   bind_image(truth, "seen_by_both", &FrameTruth::seen_by_both, "255: visible in the right image, too.");
-  bind_image(truth, "state", &FrameTruth::state, "Of the cells: 0 hidden, 1 seen free, 2 seen occupied.");
+  bind_image(truth, "state", &FrameTruth::state, "State of the cells: 0 hidden, 1 seen free, 2 seen occupied.");
   bind_image(truth, "occupied", &FrameTruth::occupied, "A footprint overlaps the cell, seen or not.");
   bind_image(truth, "owner", &FrameTruth::owner, "Id of the object on the cell, 0 = none.");
   bind_image(truth, "pixels", &FrameTruth::pixels, "Obstacle pixels that fall into the cell.");
@@ -36,7 +36,7 @@ void bind_truth_images(nb::class_<FrameTruth>& truth) {
   bind_image(truth, "velocity_x", &FrameTruth::velocity_x, "m/s, world axes.");
   bind_image(truth, "velocity_y", &FrameTruth::velocity_y, "m/s, world axes.");
   bind_image(truth, "terrain", &FrameTruth::terrain, "0 hidden, 1 drivable, 2 obstacle, 3 drop, 4 beyond.");
-  bind_image(truth, "elevation_m", &FrameTruth::elevation_m, "Of the ground at the cell's center.");
+  bind_image(truth, "elevation_m", &FrameTruth::elevation_m, "Height of the ground at the cell's center.");
   bind_image(truth, "step_m", &FrameTruth::step_m, "Height of a step; negative where it falls.");
 }
 
@@ -96,7 +96,8 @@ void bind_frame(nb::module_& module) {
       [](Frame& self, const std::optional<Pose2>& pose) { self.data.world_from_vehicle = pose; },
       nb::for_setter(nb::arg("pose").none()), "world_from_vehicle; None: unknown.");
   frame.def_prop_ro(
-      "warning", [](const Frame& self) { return self.warning; }, "Of the odometry, added to the result's; \"\": none.");
+      "warning", [](const Frame& self) { return self.warning; },
+      "Warning of the odometry, added to the result's; \"\": none.");
   frame.def_prop_ro("truth", &truth_of,
                     "Exact truth of a scene or a rendered drive. Raises InputError: there is none.");
   frame.def("__repr__", [](const Frame& self) {

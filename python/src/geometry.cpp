@@ -107,7 +107,7 @@ void visit_rig_fields(const Visit& visit) {
   visit("cy_px", &Rig::centre_v_px, "Row of the principal point.");
   visit("baseline_m", &Rig::baseline_m, "Distance between the cameras.");
   visit("camera_height_m", &Rig::camera_height_m, "Height of the left camera's center above the ground.");
-  visit("camera_pitch_rad", &Rig::camera_pitch_rad, "Positive: looks down.");
+  visit("camera_pitch_rad", &Rig::camera_pitch_rad, "Positive: downwards.");
   visit("camera_roll_rad", &Rig::camera_roll_rad, "Positive: right side down.");
 }
 
@@ -157,7 +157,8 @@ void bind_rig_state(nb::class_<MountedRig>& rig) {
 }
 
 void bind_rig(nb::module_& module) {
-  nb::class_<MountedRig> rig{module, "Rig", "Rectified stereo pair, its mounting, and the mask of the vehicle itself."};
+  nb::class_<MountedRig> rig{module, "Rig",
+                             "Rectified stereo pair, its extrinsics, and the mask of the vehicle itself."};
   const Rig standard;
   rig.def(
       "__init__",
@@ -197,7 +198,7 @@ void bind_rig(nb::module_& module) {
 void bind_ground(nb::module_& module) {
   nb::class_<Ground> ground{module, "Ground", "The road as the left camera sees it in one frame."};
   ground.def_ro("height_m", &Ground::height_m, "Camera center above the road.");
-  ground.def_ro("pitch_rad", &Ground::pitch_rad, "Positive: the camera looks down on the road.");
+  ground.def_ro("pitch_rad", &Ground::pitch_rad, "Positive: the camera is pitched downwards.");
   ground.def_ro("roll_rad", &Ground::roll_rad, "Positive: right side down.");
   ground.def_ro("estimated", &Ground::estimated, "Measured in this frame.");
   ground.def_ro("height_sigma_m", &Ground::height_sigma_m).def_ro("pitch_sigma_rad", &Ground::pitch_sigma_rad);

@@ -38,7 +38,7 @@ class PyPipeline {
     const Busy busy{*this};
     return act(pipeline_);
   }
-  /// For what is constant after construction.
+  /// Access to constant members.
   [[nodiscard]] const Pipeline& pipeline() const { return pipeline_; }
 
  private:
@@ -60,7 +60,7 @@ class PyPipeline {
 
   Pipeline pipeline_;
   std::shared_ptr<ResultPool> results_{std::make_shared<ResultPool>()};
-  Frame frame_;  // of arrays; its memory is used again
+  Frame frame_;  // frame built from arrays; its memory is reused
   std::int64_t next_stamp_ns_{0};
   std::int64_t next_index_{0};
   std::atomic_flag busy_;

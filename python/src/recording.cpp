@@ -150,10 +150,10 @@ void bind_recording_class(nb::module_& module) {
       "rate_hz", [](const Recording& self) { return app::rate_hz(self.input()); }, "Frames per second.");
   recording.def_prop_ro(
       "notes", [](const Recording& self) { return contents_of(self, &io::RecordingContents::notes); },
-      "What was chosen: calibration, poses, stamps.");
+      "Choices made on opening: calibration, poses, stamps.");
   recording.def_prop_ro(
       "warnings", [](const Recording& self) { return contents_of(self, &io::RecordingContents::warnings); },
-      "What is wrong but does not stop the recording.");
+      "Faults that do not stop the recording.");
   recording.def_prop_ro("has_truth", &Recording::has_truth, "Exact truth of scenes and rendered drives.");
   recording.def_prop_ro("truth_grid", &Recording::truth_grid, "Raises InputError: there is no truth.");
   recording.def_prop_ro(

@@ -18,7 +18,7 @@
 
 namespace stereogrid::python {
 
-/// An opened input, and what was skipped of it. Frames and iterators share it.
+/// Opened input, and its skipped frames. Frames and iterators share it.
 class Recording {
  public:
   Recording(app::Input input, app::InputOptions options, io::FrameRange range)
@@ -35,7 +35,7 @@ class Recording {
   /// Throws InputError: no truth of this frame.
   [[nodiscard]] FrameTruth truth(std::size_t index) const;
 
-  std::vector<io::SkippedFrame> skipped{};  ///< of the last iteration
+  std::vector<io::SkippedFrame> skipped{};  ///< skipped in the last iteration
 
  private:
   [[nodiscard]] const io::TruthReader& reader() const;

@@ -184,7 +184,7 @@ void ResultPool::give_back(FrameResult&& result) noexcept {
 }
 
 void bind_result(nb::module_& module) {
-  nb::enum_<FrameStatus> status{module, "FrameStatus", "What a program should know before it relies on the grids."};
+  nb::enum_<FrameStatus> status{module, "FrameStatus", "Conditions that limit the use of a frame's grids."};
   for (std::size_t i{0}; i < names_of(FrameStatus{}).size(); ++i) {
     status.value(names_of(FrameStatus{})[i].data(), static_cast<FrameStatus>(i));
   }

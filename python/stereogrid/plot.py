@@ -60,7 +60,7 @@ def _outline(axes: Any, obstacle: Obstacle) -> None:
 def grid(result: FrameResult, axes: Any = None, *, observed: bool = False, every: int = 2) -> Any:
     """Draws the occupancy from above (black: occupied), arrows of moving cells, and outlines of obstacles.
 
-    every: one arrow per so many cells.
+    every: distance of the arrows in cells.
     """
     axes = axes or plt.subplots()[1]
     _draw_map(axes, result.grid, result.observed if observed else result.occupancy, cmap="gray_r", vmin=0, vmax=1)

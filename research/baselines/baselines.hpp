@@ -14,22 +14,22 @@
 
 namespace stereogrid::research {
 
-/// What every method is given of a frame: the pipeline's disparities and ground.
+/// Input of every method for a frame: the pipeline's disparities and ground.
 struct DisparityFrame {
-  Rig rig;  ///< of the level images
+  Rig rig;  ///< rig of the level images
   Ground ground;
   int disparities{0};          ///< searched: up to this minus one
   View<const float> obstacle;  ///< (H, W) px, 0 = none
   View<const float> road;      ///< (H, W) px, 0 = none
 };
 
-/// Probabilities of what a method tells apart.
+/// Probabilities of the states that a method distinguishes.
 struct Levels {
   double free{0.02};
   double occupied{0.98};
 };
 
-/// How columns become cells; the same in all methods that work in columns.
+/// Conversion of columns to cells; the same in all methods that work in columns.
 struct ColumnGridParameters {
   int bins_per_px{4};            ///< bins of the u-disparity plane
   int left_border_px{6};         ///< bins with u < d + this are unknown: the right camera does not see them
@@ -57,10 +57,10 @@ struct OccupancyBoundaryParameters {
   double height_min_m{0.2};
   double height_max_m{1.8};
   int column_px{1};      ///< width of a column of the stochastic grid
-  double sigma_u_px{1};  ///< of a measurement
+  double sigma_u_px{1};  ///< standard deviation of a measurement
   double sigma_d_px{0.3};
   double peak{0.1};             ///< share of the obstacle's height that is filled: where the background begins
-  double no_obstacle_cost{40};  ///< of a column without boundary
+  double no_obstacle_cost{40};  ///< cost of a column without boundary
   double jump_cost{0.5};        ///< per px of disparity between neighbouring columns
   double jump_max_px{2};
 };
@@ -73,10 +73,10 @@ struct FreeSpaceParameters {
   ColumnGridParameters grid{.bins_per_px = 2};
   Levels levels{.free = 0.05};
   int column_px{3};
-  double obstacle_height_m{0.8};  ///< what stands above the boundary
+  double obstacle_height_m{0.8};  ///< objects above the boundary
   double obstacle_weight{1};
   double road_weight{1};
-  double unexplained_px{2};     ///< what a row above the obstacle would differ by
+  double unexplained_px{2};     ///< assumed difference of a row above the obstacle
   double none_px{3};            ///< difference that a pixel without disparity counts for
   double difference_max_px{2};  ///< larger differences count for this
   double jump_cost{0.2};        ///< per row between neighbouring columns
@@ -93,7 +93,7 @@ struct Stixel {
   StixelClass kind{StixelClass::ground};
   int first_row{0};
   int last_row{0};
-  double disparity{0};  ///< of an object
+  double disparity{0};  ///< disparity of an object
   double matched{0};    ///< share of the rows that have a disparity
 };
 
@@ -110,10 +110,10 @@ struct StixelParameters {
   double outlier_ground{0.05};
   double outlier_object{0.3};
   double outlier_sky{0.4};
-  double ground_sigma_rad{0.005};  ///< of the ground's pitch
+  double ground_sigma_rad{0.005};  ///< standard deviation of the ground's pitch
   double object_depth_m{0};
   double order{0.3};    ///< probability that an object stands before the one below it
-  double gravity{0.1};  ///< that an object floats above the ground
+  double gravity{0.1};  ///< prior of an object that floats above the ground
   double below_ground{0.001};
   double gap_m{0.5};  ///< objects nearer to each other than this are hardly ever two
   double cut{2};      ///< cost of each further stixel

@@ -12,7 +12,7 @@ struct Source {
   int state;
 };
 
-// Where each state is best reached from: two sweeps of the distance transform, and a jump from the cheapest of all.
+// Best predecessor of each state: two sweeps of the distance transform, and a jump from the cheapest of all.
 std::vector<Source> sources(const std::vector<float>& totals, float jump_cost, int jump_max) {
   const int states{static_cast<int>(totals.size())};
   std::vector<Source> best(totals.size());

@@ -41,10 +41,10 @@ class DisparityPlane {
 
   /// Sets the bins of a column that overlap the disparities [from, to].
   void set(int u, double from, double to, double probability);
-  /// The same for what is still unknown, or less certainly occupied.
+  /// The same for cells that are unknown, or less certainly occupied.
   void raise(int u, double from, double to, double probability);
   [[nodiscard]] double disparity_max() const { return (plane_.height() - 0.5) / bins_per_px_; }
-  /// Smooths, forgets the left border, and gives every cell the largest probability of the bins whose footprint it
+  /// Smooths, resets the left border, and assigns to every cell the largest probability of the bins whose footprint it
   /// touches (T-ITS 2012, eq. 16).
   [[nodiscard]] Image<float> to_cells(const GridGeometry& grid);
 
@@ -67,7 +67,7 @@ class DisparityPlane {
 
 /// The nearest obstacle of an image column, and how far it is known to be free.
 struct ColumnBoundary {
-  double disparity{0};  ///< of the obstacle; 0: none
+  double disparity{0};  ///< disparity of the obstacle; 0: none
   double free_to{0};    ///< without obstacle: smallest disparity of the free road; 0: nothing is known
 };
 

@@ -11,7 +11,7 @@
 namespace stereogrid::research {
 namespace {
 
-/// A strip of image columns and what is known in each row.
+/// Strip of image columns, with the evidence of each row.
 class Strip {
  public:
   Strip(const DisparityFrame& frame, const FreeSpaceParameters& parameters, const RoadModel& road, int first_u)
@@ -50,7 +50,7 @@ class Strip {
   }
 
  private:
-  // where the base lies below the image some rows must remain
+  // a base below the image still has some rows
   [[nodiscard]] int top_of(int base) const {
     const double d{road_.disparity(centre_u_, base)};
     const int top{static_cast<int>(std::ceil(road_.row_at_height(centre_u_, d, parameters_.obstacle_height_m)))};

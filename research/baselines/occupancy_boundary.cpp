@@ -10,7 +10,7 @@
 namespace stereogrid::research {
 namespace {
 
-constexpr int bins_per_px{2};  // of the stochastic grid
+constexpr int bins_per_px{2};  // bins of the stochastic grid
 
 /// The stochastic grid over (disparity, column): the share of an obstacle's height that measurements fill.
 class StochasticGrid {

@@ -23,7 +23,7 @@ double cost_of(double probability) {
   return -std::log(probability);
 }
 
-/// −log of a Gaussian around what is expected, mixed with outliers spread over the whole range.
+/// −log of a Gaussian around the expected value, mixed with outliers spread over the whole range.
 double pixel_cost(double off, double sigma, double outliers, double range, double none) {
   const double spread{(1 - none) * outliers / range};
   const double gaussian{std::exp(-0.5 * off * off / (sigma * sigma)) / (sigma * std::sqrt(2 * std::numbers::pi))};
@@ -33,7 +33,7 @@ double pixel_cost(double off, double sigma, double outliers, double range, doubl
 /// Sums over rows 0 … i − 1 at [i].
 using RowSums = std::vector<float>;
 
-/// What a stixel column costs; rows count from the bottom of the image, a row is row_px rows of pixels.
+/// Costs of a stixel column; rows count from the bottom of the image, a row is row_px rows of pixels.
 class ColumnCosts {
  public:
   ColumnCosts(const DisparityFrame& frame, const StixelParameters& parameters, const RoadModel& road, int first_u)
@@ -195,7 +195,7 @@ class ColumnCutter {
     constexpr double tolerance_px{2};
     if (kind != StixelClass::object) return kind == before || before == StixelClass::sky ? impossible : 0;
     const double road{costs_.road(first)};
-    if (d < road - tolerance_px) return buried_;  // what is hidden by the road cannot be seen
+    if (d < road - tolerance_px) return buried_;  // surfaces below the road are not visible
     if (before == StixelClass::ground) return d > road + tolerance_px ? floating_ : standing_;
     if (before == StixelClass::sky) return disordered_;
     return costs_.depth_m(d) > costs_.depth_m(d_before) + parameters_.gap_m ? ordered_ : disordered_;

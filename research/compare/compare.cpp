@@ -35,7 +35,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t pictures_at_most{6};
 
-/// What is known about a frame from outside.
+/// External knowledge about a frame.
 struct Known {
   std::optional<evaluation::Labels> labels;
   std::optional<FrameTruth> truth;
@@ -84,7 +84,7 @@ class Comparer {
   }
 
  private:
-  // the first pipeline's disparities serve all other methods; it filters nothing that is asked for twice
+  // the first pipeline's disparities serve all other methods; nothing is filtered twice
   [[nodiscard]] std::unique_ptr<Pipeline> pipeline_for(const CompareMethod& method) const {
     if (!method.config || method.name == "observed") return nullptr;
     return std::make_unique<Pipeline>(*method.config, truth_.input().source->rig(),
@@ -134,7 +134,7 @@ class Comparer {
     return frame;
   }
 
-  /// A grid, how long it took from disparities and ground, and what else this library knows.
+  /// Grid, time from disparities and ground, and further results of this library.
   struct MethodResult {
     Image<float> occupancy;
     double milliseconds{0};

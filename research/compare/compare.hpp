@@ -30,12 +30,12 @@ struct CompareOptions {
   std::string grids;
 };
 
-/// What a method has made of the input.
+/// Results of a method.
 struct ComparedMethod {
   std::string title;
   bool over_time{false};
   app::Series series;
-  std::vector<double> milliseconds;  ///< of every frame, from disparities and ground to the grid
+  std::vector<double> milliseconds;  ///< time of every frame, from disparities and ground to the grid
 };
 
 struct Comparison {
@@ -44,8 +44,7 @@ struct Comparison {
   std::size_t frames_with_truth{0};
 };
 
-/// Prints the table, writes the files asked for. Returns the exit code; throws ConfigError,
-/// InputError, DeviceError.
+/// Prints the table and writes the requested files. Returns the exit code; throws ConfigError, InputError, DeviceError.
 [[nodiscard]] int compare(const CompareOptions& options);
 
 }  // namespace stereogrid::research

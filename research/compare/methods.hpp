@@ -13,14 +13,14 @@
 
 namespace stereogrid::research {
 
-/// What every method of a comparison is given of a frame.
+/// Input of every method of a comparison for a frame.
 struct ComparedFrame {
   DisparityFrame disparities;
   GridGeometry grid;
   Pose2 world_from_vehicle;
   std::vector<evaluation::CameraPoint> sweep;  ///< empty: none
-  evaluation::CameraPoint lidar;               ///< where the sensor is
-  double camera_height_m{0};                   ///< where the search for the lidar\'s road starts
+  evaluation::CameraPoint lidar;               ///< position of the sensor
+  double camera_height_m{0};                   ///< start of the search for the lidar's road
 };
 
 /// A way to make a grid of a frame. Exactly one of `config` and `grid_of` is set.

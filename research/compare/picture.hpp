@@ -16,7 +16,7 @@ struct NamedGrid {
   Image<float> occupancy;
 };
 
-/// The camera image, and below it what is true and every method's grid from above: white free, black occupied, grey
+/// The camera image, and below it the truth and every method's grid from above: white free, black occupied, grey
 /// unknown; in the truth grey is not scored and red is a partly hidden obstacle.
 [[nodiscard]] io::RgbImage draw_comparison(const Image<std::uint8_t>& left, const evaluation::Labels& labels,
                                            const std::vector<NamedGrid>& grids);

@@ -65,7 +65,7 @@ void print_table(const Comparison& comparison) {
   }
   app::tell(
       "\nhidden: recall of partly hidden obstacles at 1 % false alarms. ms: median from disparities and ground to the\n"
-      "grid. docs/baselines.md tells what the methods are, docs/evaluation.md what the figures are.\n");
+      "grid. Methods: docs/baselines.md. Figures: docs/evaluation.md.\n");
 }
 
 Json json_of(const Comparison& comparison, const std::vector<std::pair<std::string, std::string>>& about) {

@@ -14,7 +14,7 @@ namespace stereogrid::research {
 /// A line per method, 3–20 m.
 void print_table(const Comparison& comparison);
 
-/// What json_of an evaluation gives, with each method's title and time. `about`: see Evaluation.
+/// JSON of the evaluations, with each method's title and time. `about`: see Evaluation.
 [[nodiscard]] nlohmann::ordered_json json_of(const Comparison& comparison,
                                              const std::vector<std::pair<std::string, std::string>>& about);
 

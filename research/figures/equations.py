@@ -27,7 +27,7 @@ def occupancy(obstacle, road, config):
 
 
 def road_counts(road_disparity, rows, disparities):
-    """How many of each column's road pixels have each disparity: (rows, W). `disparities`: how many px all rows
+    """Number of each column's road pixels by disparity: (rows, W). `disparities`: how many px all rows
     together cover. The whole column counts; row 0 is no measurement."""
     bins = np.floor(road_disparity * (rows / disparities) + 0.5).astype(int)
     counts = np.zeros((rows, road_disparity.shape[1]), int)

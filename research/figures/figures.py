@@ -15,7 +15,7 @@ import equations
 import panels
 from run_folder import Complaint, Run, in_vehicle
 
-MOMENTS, MOMENT_STEP = 3, 8  # of figure 7
+MOMENTS, MOMENT_STEP = 3, 8  # moments of figure 7
 STYLE = {"figure.facecolor": panels.PAPER, "axes.titlelocation": "left", "axes.titlesize": "medium",
          "text.color": panels.INK, "savefig.dpi": 100, "figure.constrained_layout.w_pad": 0.15,
          "figure.constrained_layout.h_pad": 0.1}

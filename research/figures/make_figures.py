@@ -13,7 +13,7 @@ from pathlib import Path
 
 import figures
 
-SCENE, FRAMES = "scene:street?frames=45", "2:22"  # somebody steps out from behind a parked car
+SCENE, FRAMES = "scene:street?frames=45", "2:22"  # a person steps out from behind a parked car
 BUILT = Path(__file__).resolve().parents[2] / "build" / "release" / "bin"
 RATES, RAISED = ("false_positive", "false_negative"), 0.25  # as in the paper: one of them at a time
 
@@ -62,7 +62,7 @@ def main():
         try:
             drawn, left_out = figures.draw(**make_runs(given.input or SCENE, Path(work), given.programs, options))
             figures.save(drawn, given.out)
-        except subprocess.CalledProcessError as error:  # what was wrong it has said itself
+        except subprocess.CalledProcessError as error:  # the program has printed its message
             sys.exit(error.returncode)
         except figures.Complaint as complaint:
             sys.exit(f"make_figures.py: {complaint}")

@@ -12,7 +12,7 @@ UPRIGHT, ROAD = (230 / 255, 40 / 255, 40 / 255), (50 / 255, 110 / 255, 1)
 UPRIGHT_ABOVE, FREE_BELOW, TINT = 0.75, 0.4, 0.5
 DEPTHS_M = (1, 1.5, 2, 3, 4, 5, 7, 10, 20, 50)
 COUNT_COLOURS = LinearSegmentedColormap.from_list("counts", ("#fcfcfa", "#fac882", "#e15a3c", "#82195a", "#190a32"))
-# what the scores against lidar count as an obstacle
+# heights of obstacles in the scores against lidar
 UPRIGHT_FROM_M, UPRIGHT_TO_M = 0.3, 1.8
 SCAN_COLOURS = (("#c82e1e", f"{UPRIGHT_FROM_M:g} to {UPRIGHT_TO_M:g} m above the road"), ("#c8cace", "lower"),
                 ("#4682c8", "higher"))
@@ -55,7 +55,7 @@ def contours(axes, function, x, y, labels, title):
 
 
 def distances(axes, rig, largest_px):
-    """Where distances lie among the disparities; what would stand too close to its neighbour is left out."""
+    """Positions of distances among the disparities, without those too close to a neighbour."""
     right = axes.twinx()
     right.set_ylim(axes.get_ylim())
     marks = []
@@ -93,7 +93,7 @@ def counts(axes, values, run, title):
 
 
 def rulers(axes, run):
-    """What the camera can see, and how far it is."""
+    """Draws the field of view and distances."""
     rig, grid = run.rig, run.grid
     far = grid["x_min_m"] + grid["nx"] * grid["cell_size_m"]
     left = rig["centre_u_px"] / rig["focal_px"]
@@ -141,7 +141,7 @@ def scan(axes, points, run, title):
 
 
 def truth(axes, known, run, title):
-    """What is in the cells, and what the camera can see of it. `known`: state (0 hidden, 1 seen free, 2 seen occupied)
+    """Draws the true state of the cells and its visible part. `known`: state (0 hidden, 1 seen free, 2 seen occupied)
     and occupied."""
     state, occupied = known["state"], known["occupied"] > 0
     shown = np.where(state == 2, SEEN_OCCUPIED, np.where(state == 1, SEEN_FREE,
@@ -158,7 +158,7 @@ def camera(axes, image, title):
 
 
 def disparities(axes, stages, run, title):
-    """Of obstacles and road together; grey: no match."""
+    """Draws the disparities of obstacles and road; grey: no match."""
     obstacle, road = stages["obstacle_disparity"], stages["road_disparity"]
     matched = np.where(obstacle > 0, obstacle, road)
     height, width = matched.shape

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""What `stereogrid run --save-stages` left (docs/format.md), and the images and the truth that it was made from."""
+"""Reads a folder of `stereogrid run --save-stages` (docs/format.md), with its images and truth."""
 import json
 from pathlib import Path
 
@@ -12,7 +12,7 @@ LEFT_FOLDERS = ("left", "image_0", "image_2", "image_00/data", "image_02/data")
 
 
 class Complaint(Exception):
-    """What is wrong, and what would mend it."""
+    """Fault and its remedy."""
 
 
 class Run:
@@ -28,7 +28,7 @@ class Run:
         self.names = [line["name"] for line in self.lines]
 
     def place(self, name):
-        """Of a frame in the run; no name: the last."""
+        """Index of a frame in the run; no name: the last."""
         if name is None:
             return len(self.names) - 1
         if name not in self.names:
@@ -45,7 +45,7 @@ class Run:
 
     @property
     def source(self):
-        """How the input is called: without the folders above it."""
+        """Name of the input, without parent folders."""
         return Path(self.input["paths"][0]).name
 
     def left_image(self, name):
@@ -63,7 +63,7 @@ class Run:
         return level(grey, self.rig, self.level_rig)
 
     def truth(self, name):
-        """What a rendered drive truly has in the cells (data set's truth/cells); none: it is not known."""
+        """True state of the cells of a rendered drive (truth/cells); None: no truth."""
         folder = Path(self.input["paths"][0]) / "truth"
         if not (folder / "cells" / f"{name}.npz").is_file():
             return None
@@ -73,7 +73,7 @@ class Run:
 
 
 def level(image, rig, level_rig):
-    """The image of a camera pitched by more than 1°, turned about the baseline until it looks straight ahead."""
+    """Levels the image of a camera pitched by more than 1°: rotation about the baseline."""
     pitch = rig["camera_pitch_rad"]
     if abs(pitch) <= LEVEL_BELOW_RAD:
         return image
@@ -94,6 +94,6 @@ def in_vehicle(points, rig, ground):
     turned = rig["camera_pitch_rad"] if abs(rig["camera_pitch_rad"]) > LEVEL_BELOW_RAD else 0
     down, ahead = np.cos(turned) * down + np.sin(turned) * ahead, np.cos(turned) * ahead - np.sin(turned) * down
     pitch, roll = ground["pitch_rad"], ground["roll_rad"]
-    # how far below the camera along the road's normal
+    # distance below the camera along the road's normal
     below = np.cos(pitch) * (np.cos(roll) * down + np.sin(roll) * right) + np.sin(pitch) * ahead
     return np.stack([ahead, -right, ground["height_m"] - below], 1)

@@ -15,9 +15,9 @@
 
 namespace stereogrid::rosbag {
 
-/// Where an image is in a bag.
+/// Position of an image in a bag.
 struct Shot {
-  std::int64_t stamp_ns{0};   ///< of its exposure
+  std::int64_t stamp_ns{0};   ///< time of exposure
   std::int64_t header_ns{0};  ///< as the message says; the same but where cameras do not stamp their images
   std::uint64_t log_ns{0};
 };

@@ -38,7 +38,7 @@ bool is_bag_file(const fs::path& path) {
   return start.starts_with("\x89MCAP0") || start == "SQLite f" || start.starts_with("#ROS");
 }
 
-/// What was not used, and why.
+/// Warns of unused images, with the reasons.
 void warn_of_rest(io::ForeignRecording& found, const ImageTopics& topics, const Shots& left, const Shots& right,
                   double tolerance_ms) {
   const auto warn = [&](const std::string& topic, const Shots& shots) {
@@ -72,10 +72,10 @@ std::vector<ShotPair> pairs_of(const std::string& name, const ImageTopics& topic
       name,
       fmt::format("none of the {} images on {} and {} on {} are of the same instant, to {:g} ms.", left.shots.size(),
                   io::printable(topics.left), right.shots.size(), io::printable(topics.right), tolerance_ms),
-      "Are the cameras triggered together? --pair-tolerance-ms MS allows for more."};
+      "Trigger the cameras together, or set --pair-tolerance-ms higher."};
 }
 
-/// Poses of the bag, unless most of them were dropped: what is left of such a topic has gaps.
+/// Poses of the bag, unless most of them were dropped: the rest of such a topic has gaps.
 void take_poses(io::ForeignRecording& found, const mcap::Bag& bag, const std::string& wanted) {
   if (!wanted.empty() && wanted != "file") return;
   BagPoses poses{poses_of(bag)};
@@ -100,7 +100,7 @@ void take_poses(io::ForeignRecording& found, const mcap::Bag& bag, const std::st
   }
 }
 
-/// Encodings of the first messages, which tell depth from images where names do not.
+/// Encodings of the first messages, which distinguish depth from images if names do not.
 Encodings encodings_of(const mcap::Bag& bag) {
   Encodings encodings;
   for (const mcap::Topic& topic : bag.topics()) {

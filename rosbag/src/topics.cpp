@@ -137,7 +137,7 @@ void need_images(const std::string& bag, const std::vector<Topic>& topics, const
                   "CompressedImage).",
                   videos),
       "Turn it into images: play the bag (ros2 bag play), decode each topic (ros2 run image_transport "
-      "republish ffmpeg raw), and record what comes out (ros2 bag record)."};
+      "republish ffmpeg raw), and record the output (ros2 bag record)."};
 }
 
 /// `asked.left` is there, `asked.right` may be.

@@ -10,8 +10,8 @@
 
 namespace stereogrid::scenes {
 
-/// A scene: what it is called, how many frames it was made for, and what is in it. The seed varies textures and
-/// details; where the things with a part to play are does not depend on it.
+/// Scene: name, default number of frames, and content. The seed varies textures and details, but not the positions of
+/// the main objects.
 struct Layout {
   std::string_view name;
   int frames{0};

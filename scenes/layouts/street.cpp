@@ -49,7 +49,7 @@ void add_houses(World& world, const Street& street, double side, Random& random)
   }
 }
 
-/// Parked vehicles with a gap where somebody steps out.
+/// Parked vehicles with a gap from which a person steps out.
 void add_parked(World& world, const Street& street, double side, Random& random) {
   for (double s{-8}; s < street.length_m; s += random.between(5.6, 7.4)) {
     const double chance{random.between(0, 1)};

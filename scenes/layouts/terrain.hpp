@@ -21,7 +21,7 @@ struct Feature {
   int steps{0};
   double right_m{-400};
   double left_m{400};
-  double length_m{1e3};  ///< of ground that is raised or lowered
+  double length_m{1e3};  ///< length of raised or lowered ground
 
   [[nodiscard]] double middle_m() const { return (right_m + left_m) / 2; }
   [[nodiscard]] double width_m() const { return left_m - right_m; }

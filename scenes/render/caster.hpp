@@ -22,7 +22,7 @@ struct Camera {
   Vector3 down;
   Vector3 forward;
 
-  /// The direction of a pixel, as long as its depth is 1: position + depth · ray.
+  /// Direction of a pixel, scaled to depth 1: position + depth · ray.
   [[nodiscard]] Vector3 ray(double u, double v) const {
     return forward + ((u - centre_u_px) / focal_px) * right + ((v - centre_v_px) / focal_px) * down;
   }
@@ -32,7 +32,7 @@ struct Camera {
 [[nodiscard]] Camera left_camera(const Rig& rig, const Frame3& vehicle);
 [[nodiscard]] Camera right_camera(const Rig& rig, const Frame3& vehicle);
 
-/// Where a point appears. Depth ≤ 0: behind the camera, u and v mean nothing.
+/// Projection of a point. Depth ≤ 0: behind the camera, u and v are undefined.
 struct Projection {
   double u{0};
   double v{0};
@@ -42,7 +42,7 @@ struct Projection {
 /// Inside the image, which reaches half a pixel beyond the outermost pixel centres.
 [[nodiscard]] bool inside(const Camera& camera, const Projection& at);
 
-/// What a ray meets first.
+/// First intersection of a ray.
 struct Hit {
   static constexpr int sky{-2};
   static constexpr int road{-1};
@@ -53,12 +53,12 @@ struct Hit {
   bool is_wall{false};  ///< a vertical side of the ground
 };
 
-/// Casts rays from one camera. Knows for every tile of the image which parts can appear in it.
+/// Casts rays from one camera. Stores for every tile of the image the parts that can appear in it.
 class Caster {
  public:
   Caster(const Camera& camera, const std::vector<PlacedPart>& parts, const HeightField& ground);
 
-  /// What is seen at a place in the image, between pixels too.
+  /// Hit of the ray through a place in the image, also between pixels.
   [[nodiscard]] Hit trace(double u, double v) const;
   /// Whether bodies hide the sun from a point on the ground (or not far above it) that is seen there.
   [[nodiscard]] bool in_shadow(double u, double v, Vector3 point) const;

@@ -17,13 +17,13 @@ constexpr double sunlight{0.5};
 
 struct Sample {
   double grey{0};
-  int surface{0};            ///< differs where the picture has an edge
-  double nearness_per_m{0};  ///< of height fields, which can hide a part of themselves
+  int surface{0};            ///< differs across an edge in the image
+  double nearness_per_m{0};  ///< for height fields, which can hide a part of themselves
 };
 
 constexpr int first_ground_surface{-1'000'000};
 
-/// How far a point on a plane moves per pixel, to first order.
+/// Motion of a point on a plane per pixel, to first order.
 Vector3 step_on_plane(Vector3 pixel_step, Vector3 ray, Vector3 normal, double depth) {
   constexpr double most_grazing{1e-3};
   double towards{dot(normal, ray)};

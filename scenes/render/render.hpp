@@ -10,14 +10,14 @@
 
 namespace stereogrid::scenes {
 
-/// What the sensor adds to the light.
+/// Noise and response of the sensor.
 struct Sensor {
   double gain{1};
   double noise_grey{0};
   std::uint64_t seed{0};
 };
 
-/// The picture that the caster's camera takes. Runs on the threads of the current TBB arena.
+/// Renders the image of the caster's camera. Runs on the threads of the current TBB arena.
 [[nodiscard]] Image<std::uint8_t> render(const World& world, const Caster& caster, const Sensor& sensor);
 
 }  // namespace stereogrid::scenes

@@ -124,8 +124,7 @@ void fill_free_points(const Moment& moment, const std::vector<LowPart>& low, con
   });
 }
 
-/// Where a pixel's surface point lies: a hair inside its body, so that a face on a cell's border counts for the cell
-/// behind it.
+/// Surface point of a pixel, slightly inside its body, so that a face on a cell's border counts for the cell behind it.
 Vector3 surface_point(const Moment& moment, int u, int v) {
   constexpr double hair_m{1e-4};
   const Hit hit{moment.left.trace(u, v)};
@@ -167,7 +166,7 @@ void fill_seen(const std::vector<Votes>& votes, FrameTruth& truth) {
     if (most == votes[i].end()) continue;
     for (const auto& [id, count] : votes[i]) truth.pixels.data()[i] += count;
     truth.seen_object.data()[i] = most->first;
-    truth.owner.data()[i] = most->first;  // what is seen on a cell owns it
+    truth.owner.data()[i] = most->first;  // the object with most seen pixels owns the cell
     truth.occupied.data()[i] = 1;
   }
 }

@@ -18,7 +18,7 @@ constexpr CellIndex neighbours[]{{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
 
 enum class Mark : std::uint8_t { none, drop, rise };
 
-/// The ground of a grid at 3 × 3 samples per cell: heights, what stands there, what is seen and what is reached.
+/// Ground of a grid at 3 × 3 samples per cell: heights, bodies, visible and reached samples.
 class Samples {
  public:
   Samples(const Moment& moment, const TruthGrid& grid);
@@ -47,7 +47,7 @@ class Samples {
   double step_max_m_;
 };
 
-/// Does a body stand there, between the step that a vehicle climbs and its height?
+/// True if a body stands there, between the step that a vehicle climbs and its height.
 bool is_blocked(const Moment& moment, const TruthGrid& grid, Vector3 ground) {
   return std::ranges::any_of(moment.parts, [&](const PlacedPart& placed) {
     if (placed.body->label != TruthLabel::obstacle) return false;
@@ -140,13 +140,14 @@ Mark Samples::between(CellIndex from, CellIndex to, double& step_m) const {
   return step_m < 0 ? Mark::drop : Mark::rise;
 }
 
-/// Edges and steps that bound what is reached, where they are seen and face the vehicle.
+/// Edges and steps that bound the reached ground, if they are seen and face the vehicle.
 struct Boundary {
   Image<std::uint8_t> mark;
   Image<float> step_m;
 };
 
-/// Is the ground seen that ends at a sample in a direction? What is too steep begins up to a cell before.
+/// True if the ground that ends at a sample in a direction is seen. A slope that is too steep begins up to a cell
+/// before.
 bool is_rim_seen(const Samples& samples, CellIndex at, CellIndex direction) {
   for (int i{0}; i <= per_cell; ++i) {
     const CellIndex before{at.ix - i * direction.ix, at.iy - i * direction.iy};
@@ -156,8 +157,8 @@ bool is_rim_seen(const Samples& samples, CellIndex at, CellIndex direction) {
   return false;
 }
 
-/// Does the line of sight cross a line at a sample, in the direction of its normal, at 15° or more? The image hardly
-/// shows what runs along the line of sight.
+/// True if the line of sight crosses a line at a sample, in the direction of its normal, at 15° or more. Edges along
+/// the line of sight are hardly visible in the image.
 bool is_faced(const Samples& samples, CellIndex at, CellIndex normal) {
   constexpr double sine_min{0.26};
   const double x{at.ix + 0.5};
@@ -186,7 +187,7 @@ Boundary boundary_of(const Samples& samples) {
   return boundary;
 }
 
-/// Does a drop bound what is reached on the way from the vehicle to a sample that is not reached?
+/// True if a drop bounds the reached ground on the way from the vehicle to an unreached sample.
 bool is_behind_a_drop(const Samples& samples, CellIndex to) {
   const CellIndex start{0, samples.height_m.height() / 2};
   const int steps{2 * std::max(std::abs(to.ix - start.ix), std::abs(to.iy - start.iy))};
@@ -227,7 +228,7 @@ CellCounts count(const Samples& samples, const Boundary& boundary, int cell_x, i
   return counts;
 }
 
-/// Is a place of the vehicle frame in the image's columns?
+/// True if a place of the vehicle frame is in the image's columns.
 bool is_in_columns(const Moment& moment, Point2 place) {
   const Camera& camera{moment.left.camera()};
   const Projection at{project(camera, on_ground(moment, place))};

@@ -11,7 +11,7 @@ namespace stereogrid::scenes {
 /// One instant of a world as the rig sees it. Everything referred to must outlive it.
 struct Moment {
   const World& world;
-  const Rig& rig;  ///< of the frame
+  const Rig& rig;  ///< rig of the frame
   const Frame3& vehicle;
   const std::vector<PlacedPart>& parts;
   const Caster& left;

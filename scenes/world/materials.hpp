@@ -12,7 +12,7 @@ namespace stereogrid::scenes {
 
 enum class Pattern { plain, bricks, windows, planks, slabs, car_windows, lettering };
 
-/// What a surface looks like: a mean grey level, noise of every size around it, and a pattern.
+/// Appearance of a surface: a mean grey level, noise of every size around it, and a pattern.
 struct Material {
   Pattern pattern{Pattern::plain};
   double grey{120};
@@ -28,8 +28,8 @@ struct SurfacePoint {
   double footprint_b{0};
 };
 
-/// Grey level of a surface before light falls on it. What is finer than a pixel is faded out, so that both cameras
-/// (and the next frame) see the same signal. `half_height` is half the size of the solid along b.
+/// Grey level of a surface before light falls on it. Detail finer than a pixel is faded out, so that both cameras (and
+/// the next frame) see the same signal. `half_height` is half the size of the solid along b.
 [[nodiscard]] double surface_grey(const Material& material, std::uint32_t seed, const SurfacePoint& point,
                                   double half_height);
 

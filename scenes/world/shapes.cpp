@@ -107,7 +107,7 @@ bool enters(const Solid& solid, Vector3 origin, Vector3 direction, double t_max,
 bool column_at(const Solid& solid, double x, double y, Column& column) {
   const double a{x / solid.half.x};
   const double b{y / solid.half.y};
-  double share{1};  // of the height
+  double share{1};  // share of the height
   switch (solid.shape) {
     case Shape::box:
       if (std::max(std::abs(a), std::abs(b)) > 1) return false;

@@ -31,7 +31,7 @@ struct Solid {
   Vector3 half;
 };
 
-/// Where a ray enters a solid: at origin + t · direction.
+/// Entry point of a ray into a solid, at origin + t · direction.
 struct Entry {
   double t{0};
   Vector3 normal;  ///< outward, unit length

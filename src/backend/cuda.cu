@@ -76,7 +76,7 @@ void require_kernels(int device) {
 
 [[noreturn]] void throw_out_of_memory(const char* whose, std::size_t bytes) {
   throw DeviceError{std::string{whose} + " memory is too small: " + std::to_string((bytes >> 20) + 1) +
-                    " MiB more were asked for. Take smaller images, fewer disparities or a smaller grid, or end other "
+                    " MiB more were requested. Use smaller images, fewer disparities or a smaller grid, or end other "
                     "programs that use the GPU."};
 }
 
@@ -84,7 +84,7 @@ void require_kernels(int device) {
 
 void check_cuda(cudaError_t status, const char* doing) {
   if (status == cudaSuccess) return;
-  cudaGetLastError();  // forgets it, where it can be forgotten
+  cudaGetLastError();  // clears the error, if it can be cleared
   throw DeviceError{std::string{"CUDA could not "} + doing + ": " + cudaGetErrorString(status) + "."};
 }
 
@@ -177,7 +177,7 @@ void* allocate_on_device(std::size_t bytes) {
 void* allocate_cleared_on_device(std::size_t bytes) {
   void* memory{allocate_on_device(bytes)};
   if (bytes == 0) return memory;
-  // of the whole device nothing may be asked: another thread may be recording a graph
+  // the whole device must not be queried: another thread may be recording a graph
   check_cuda(cudaMemsetAsync(memory, 0, bytes, cudaStreamPerThread), "clear device memory");
   check_cuda(cudaStreamSynchronize(cudaStreamPerThread), "clear device memory");
   return memory;

@@ -15,7 +15,7 @@ namespace stereogrid {
 /// Throws DeviceError with CUDA's text: "could not `doing`: …".
 void check_cuda(cudaError_t status, const char* doing);
 
-/// Is told of each kernel before and after it is given to a stream. For measurements.
+/// Observer of kernels, called before and after each launch. For measurements.
 class LaunchWatch {
  public:
   virtual void begin(cudaStream_t stream, const void* kernel) = 0;
@@ -45,7 +45,7 @@ class Cuda {
   /// device, when it is started for the first time.
   void load(const std::function<void()>& work);
   [[nodiscard]] bool is_loading() const { return is_loading_; }
-  /// Of all kernels from now on; null: nobody is told.
+  /// Sets the observer of all further kernels; null: none.
   void watch(LaunchWatch* watch) { watch_ = watch; }
   [[nodiscard]] LaunchWatch* launch_watch() const { return watch_; }
 
@@ -75,7 +75,7 @@ void* allocate_cleared_on_device(std::size_t bytes);
 /// Memory of the host, all bits 0, that the device can copy from and to while both work.
 void* allocate_pinned(std::size_t bytes);
 
-/// What this thread has allocated with these so far, freed or not.
+/// Bytes allocated by this thread so far, freed or not.
 struct CudaBytes {
   std::size_t device{0};
   std::size_t pinned{0};
@@ -107,7 +107,7 @@ class DeviceBuffer {
   std::size_t size_;
 };
 
-/// width × height elements on the device, rows without gaps. What nobody has written is undefined.
+/// width × height elements on the device, rows without gaps. Unwritten elements are undefined.
 template <class T>
 class DeviceImage {
  public:
@@ -115,7 +115,7 @@ class DeviceImage {
     own_.reset(static_cast<T*>(allocate_on_device(size() * sizeof(T))));
     data_ = own_.get();
   }
-  /// In memory that somebody else holds.
+  /// Uses foreign memory.
   DeviceImage(int width, int height, T* memory) : data_{memory}, width_{width}, height_{height} {}
 
   [[nodiscard]] int width() const { return width_; }
@@ -150,8 +150,8 @@ class PinnedBuffer {
   std::size_t size_;
 };
 
-/// Copies, in the stream's order; of nothing, none: a graph refuses it. The host's memory must stay as it is until the
-/// stream has come there.
+/// Copies in the stream's order; nothing for size 0, which a graph rejects. The host's memory must stay unchanged until
+/// the stream has passed the copy.
 template <class T>
 void upload(Cuda& cuda, const T* host, std::size_t count, T* device) {
   if (count == 0 || cuda.is_loading()) return;
@@ -197,7 +197,7 @@ class Graph {
   ~Graph();
 
   [[nodiscard]] bool empty() const { return executable_ == nullptr; }
-  /// Records what `work` gives to the stream; none of it is done. Replaces what was recorded before.
+  /// Records the work that `work` enqueues, without running it. Replaces an earlier record.
   void capture(Cuda& cuda, const std::function<void()>& work);
   void launch(Cuda& cuda);
 
@@ -210,7 +210,7 @@ constexpr unsigned blocks_for(int count, int block) {
   return count > 0 ? static_cast<unsigned>((count + block - 1) / block) : 0U;
 }
 
-/// The shared memory that `launch` asked for; the same for every T.
+/// Shared memory of the launch; the same for every T.
 template <class T>
 __device__ inline T* dynamic_shared() {
 #if defined(__CUDACC__)

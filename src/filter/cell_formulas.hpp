@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Of a cell and what is seen of it, for numbers, on host and device, and for vectors of cells. No guard, no namespace:
-// model.hpp includes it, and the vector code once more for each instruction set, whose functions must be compiled for
-// it. Names in brackets are those next to the caller: FilterStep would bring in model.hpp's.
+// Formulas of a cell and its observation, for numbers, on host and device, and for vectors of cells. No guard, no
+// namespace: model.hpp includes it, and the vector code once more for each instruction set, whose functions must be
+// compiled for it. Names in brackets are those next to the caller: FilterStep would bring in model.hpp's.
 
 /// The likelihoods of an observed probability p formed with prior ½: (p, 1 − p), tempered, and the odds that p is, as
 /// they are. docs/method.md §8.3.
@@ -31,7 +31,7 @@ STEREOGRID_HD inline CellLikelihood<T> likelihood_of_cell(const Look& look, T ob
   return {tempered(look, p), tempered(look, one - p), p / (one - p)};
 }
 
-/// Mean and covariance of the velocity of what occupies a cell.
+/// Mean and covariance of the velocity, given that the cell is occupied.
 template <class T>
 struct EstimateOfVelocity {
   T x;  ///< m/s
@@ -41,7 +41,7 @@ struct EstimateOfVelocity {
   T yy;
 };
 
-/// Of the sums over what occupies a cell, up to a factor; nothing: 0.
+/// Mean over the states of the occupied cell, from sums up to a factor; 0 for none.
 template <class T>
 STEREOGRID_HD inline EstimateOfVelocity<T> estimate_of(const LatticeSums<T>& sums) {
   const T none{number(sums.mass, 0.0f)};
@@ -51,8 +51,8 @@ STEREOGRID_HD inline EstimateOfVelocity<T> estimate_of(const LatticeSums<T>& sum
   return {x, y, Max(share * sums.xx - x * x, none), share * sums.xy - x * y, Max(share * sums.yy - y * y, none)};
 }
 
-/// The same in axes turned by the angle whose cosine and sine are given. What is alike in all directions stays as it
-/// is, to the bit; adding 0 makes a 0 of −0.
+/// The same in axes rotated by the angle with the given cosine and sine. Isotropic values are unchanged to the bit;
+/// adding 0 turns −0 into 0.
 template <class T>
 STEREOGRID_HD inline EstimateOfVelocity<T> turned(const EstimateOfVelocity<T>& v, T c, T s) {
   const T none{number(c, 0.0f)};
@@ -74,7 +74,7 @@ STEREOGRID_HD inline T among(T low_left, T low_right, T high_left, T high_right,
   return low + y_share * (high - low);
 }
 
-/// P(occupied by something that moves), of what occupies the cell with probability `occupancy`.
+/// P(occupied, moving), for a cell with probability `occupancy`.
 template <class T>
 STEREOGRID_HD inline T moving_share(T occupancy, T standing) {
   return Max(occupancy - standing, number(occupancy, 0.0f));
@@ -113,25 +113,25 @@ STEREOGRID_HD inline auto is_as_unseen(const FilterStep& step, T occupancy, T st
   return And(age_s > of(never_s), And(occupancy == of(0.5f), standing == of(0.5f * step.prior_static)));
 }
 
-/// What prediction and update (docs/method.md §8.7) do to the masses that have arrived in a cell:
-/// m(k) ← scale·m(k) + born(k).
+/// Coefficients of prediction and update (docs/method.md §8.7) for the masses that arrive in a cell: m(k) ← scale·m(k)
+/// + born(k).
 template <class T>
 struct UpdateOfCell {
   T scale;
   T born_standing;  ///< born(k) of standstill
-  T born_moving;    ///< of every other velocity
+  T born_moving;    ///< for every other velocity
   T occupancy;      ///< Σ m(k) afterwards
 };
 
-/// How the camera sees a cell. docs/method.md §8.3, §8.4.
+/// View of a cell by the camera. docs/method.md §8.3, §8.4.
 template <class T>
 struct ViewOfCell {
-  T repeated;  ///< how far the view is that of the step before: 0: another one, 1: the same
+  T repeated;  ///< similarity to the view of the step before: 0: different, 1: the same
   T forgetting;
-  T squares;  ///< of its distance from the camera, in cells
+  T squares;  ///< squared distance from the camera, in cells
 };
 
-/// Of the cell in column x and row y.
+/// View of the cell in column x and row y.
 template <class T>
 STEREOGRID_HD inline ViewOfCell<T> view_of_cell(const FilterStep& step, T x, T y) {
   const auto of = [x](float value) { return number(x, value); };
@@ -147,8 +147,8 @@ STEREOGRID_HD inline ViewOfCell<T> view_of_cell(const FilterStep& step, T x, T y
           IfThenElse(is_in_view, of(step.forgetting_in_view), of(step.forgetting)), squares};
 }
 
-/// Errors repeat themselves as long as the view is the same: there, what is observed again takes a cell no farther than
-/// to its own odds, and what goes against what was known counts in full. docs/method.md §8.3.
+/// Limits repeated evidence, since errors repeat while the view is the same. A repeated observation moves a cell to its
+/// own odds at most; evidence against the present state counts in full. docs/method.md §8.3.
 template <class T>
 STEREOGRID_HD inline T fresh_ratio(T repeated, T predicted, const CellLikelihood<T>& likelihood) {
   const T one{number(predicted, 1.0f)};
@@ -158,10 +158,9 @@ STEREOGRID_HD inline T fresh_ratio(T repeated, T predicted, const CellLikelihood
   return ratio + repeated * (capped - ratio);
 }
 
-/// `arrived`: Σ m(k) before it; `age_s`: of the cell before the step; `view`: view_of_cell. A cell that nobody
-/// has seen stays unknown even where its mass has moved into seen cells. What appears on ground that has just been seen
-/// free has come from somewhere, unless a pixel of disparity is far in depth there: it is more likely to move than what
-/// appears out of the unknown.
+/// `arrived`: Σ m(k) before it; `age_s`: of the cell before the step; `view`: view_of_cell. An unseen cell stays
+/// unknown even if its mass has moved into seen cells. Mass that appears on ground just seen free is more likely to
+/// move than mass from unknown space, unless a pixel of disparity has a large depth there.
 template <class T>
 STEREOGRID_HD inline UpdateOfCell<T> joint_update(const FilterStep& step, T arrived, T age_s,
                                                   const CellLikelihood<T>& likelihood, const ViewOfCell<T>& view) {
@@ -196,14 +195,14 @@ STEREOGRID_HD inline LatticeSums<T> updated(const FilterStep& step, const Update
           update.scale * arrived.xy, update.scale * arrived.yy + spread};
 }
 
-/// Of each moving velocity, where they are alike. `spread`: the sum over all velocities of what each would bring;
-/// `here`: what standstill would bring of it.
+/// Arriving mass of each moving velocity, if they are equal. `spread`: sum over all velocities of their contributions;
+/// `here`: the contribution of standstill.
 template <class T>
 STEREOGRID_HD inline T even_arrived(T each_moving, T spread, T here) {
   return each_moving * Max(spread - here, number(spread, 0.0f));
 }
 
-/// What the filter says about a cell after a step.
+/// State of a cell after a step.
 template <class T>
 struct CellAfter {
   T occupancy;
@@ -211,7 +210,7 @@ struct CellAfter {
   LatticeSums<T> sums;
 };
 
-/// Of a cell of a block without masses of which nothing has ever been known: what arrives there is not taken.
+/// State of an unseen cell in a block without masses: arriving mass is dropped.
 template <class T>
 STEREOGRID_HD inline CellAfter<T> unseen_cell(const FilterStep& step, T like) {
   const T none{number(like, 0.0f)};
@@ -229,8 +228,8 @@ STEREOGRID_HD inline CellAfter<T> either(Condition chosen, const CellAfter<T>& y
            IfThenElse(chosen, yes.sums.xy, no.sums.xy), IfThenElse(chosen, yes.sums.yy, no.sums.yy)}};
 }
 
-/// Of a cell without masses of its own; `each`: what has arrived of each moving velocity; `is_unseen`: it was as
-/// unseen_cell before, and nothing is observed.
+/// State of a cell without masses of its own; `each`: arriving mass of each moving velocity; `is_unseen`: unseen
+/// before, and not observed now.
 template <class Condition, class T>
 STEREOGRID_HD inline CellAfter<T> updated_evenly(const FilterStep& step, T standing, T each, T age_s,
                                                  Condition is_unseen, const CellLikelihood<T>& likelihood,

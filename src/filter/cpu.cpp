@@ -29,7 +29,7 @@ void filter(Cpu& cpu, const FilterInput& input, View<const float> observed, cons
 
 namespace {
 
-// Those in the same row of the same block.
+// Ranges of evidence in the same row of the same block.
 void find_ranges(std::span<const VelocityEvidence> evidence, int cells, std::vector<EvidenceRange>& ranges) {
   const auto place = [&](int i) {
     const int cell{evidence[static_cast<std::size_t>(i)].cell};

@@ -25,8 +25,8 @@ struct StateAfter {
   float* age_s;
 };
 
-// What prediction reads of each cell, and where the masses of each velocity come from. Of the prepared numbers, x is
-// the scale, y P(still occupied), z what each moving velocity gains, w the standing mass after the noise.
+// Input of the prediction for each cell, and the source cells of each velocity's masses. Components of the prepared
+// numbers: x scale, y P(still occupied), z gain of each moving velocity, w standing mass after the noise.
 __global__ void prepare_tay(const FilterMotion* motion, const double* speed_mps, StateBefore before, int cells,
                             Antecedents* from, float4* prepared) {
   const int i{static_cast<int>(blockIdx.x * prepare_threads + threadIdx.x)};
@@ -109,7 +109,7 @@ int warps_for(int side) {
   return (side + rounds - 1) / rounds;
 }
 
-// Of the lattice's columns, and of its rows.
+// Speeds of the lattice's columns and rows.
 std::vector<double> speeds(const std::vector<Point2>& lattice) {
   std::vector<double> result;
   for (std::size_t i{0}; i * i < lattice.size(); ++i) result.push_back(lattice[i].x);

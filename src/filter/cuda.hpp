@@ -8,7 +8,7 @@
 
 namespace stereogrid {
 
-/// What changes from step to step; the host fills it, kernels read it from device memory.
+/// Parameters that change from step to step; the host writes them, kernels read them from device memory.
 struct FilterMotion {
   FilterStep step;
   float dt_s;
@@ -54,7 +54,7 @@ class LayersOnDevice {
   static constexpr std::size_t floats_of(int width, int height) {
     return layers * static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   }
-  /// In `memory` that somebody else holds, of floats_of; none: in their own.
+  /// Layers in foreign `memory`, of floats_of; none: in their own.
   LayersOnDevice(int width, int height, float* memory = nullptr);
 
  private:
@@ -78,20 +78,20 @@ struct FilterOnDevice {
   FilterOnDevice(Cuda& cuda, const FilterConfig& config, const FilterTables& tables, int cells);
 
   FilterModel model;
-  int side;  ///< of the lattice
+  int side;  ///< side of the lattice
   DeviceBuffer<float> likelihood;
   DeviceBuffer<double> speed_mps;         ///< (side) of the lattice's columns, and of its rows
   DeviceBuffer<float> rounded_speed_mps;  ///< the same
-  DeviceBuffer<Antecedents> from;         ///< of each velocity
-  DeviceImage<float4> prepared;           ///< of each cell of the state before
+  DeviceBuffer<Antecedents> from;         ///< by velocity
+  DeviceImage<float4> prepared;           ///< by cell of the last state
   // joint
   int capacity;                  ///< blocks that can have masses at a time
-  float each_moving;             ///< of FilterTables
+  float each_moving;             ///< see FilterTables
   MovingFrom moving_from;        ///< likewise
   DeviceImage<float> even;       ///< FilterSpace::even
   DeviceImage<float> spread;     ///< FilterSpace::spread
-  DeviceBuffer<CellBox> moving;  ///< of each block of the state before: its cells that move
-  DeviceBuffer<int> starts;      ///< of each evidence: makes a cell move whose block has no masses
+  DeviceBuffer<CellBox> moving;  ///< by block of the last state: its moving cells
+  DeviceBuffer<int> starts;      ///< by evidence: starts a moving cell whose block has no masses
 };
 
 /// All cells unknown; `motion` is on the device, its priors are used.

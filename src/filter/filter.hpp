@@ -29,7 +29,7 @@ std::vector<double> velocity_axis(const FilterConfig& config);
 /// Velocities of the filter's lattice, world axes, y-major; the middle one is standstill.
 std::vector<Point2> velocity_lattice(const FilterConfig& config);
 
-/// What a configuration decides for all steps. Built once.
+/// Constants of a configuration for all steps. Built once.
 struct FilterTables {
   explicit FilterTables(const FilterConfig& config);
 
@@ -69,28 +69,28 @@ struct FilterSpace {
     return held_bytes_of(from, gained, standing, still_occupied, even, spread, moving, active);
   }
 
-  std::vector<Antecedents> from;  ///< of each velocity
-  Image<float> gained;            ///< of each cell: what each moving velocity gains by noise
+  std::vector<Antecedents> from;  ///< by velocity
+  Image<float> gained;            ///< by cell: gain of each moving velocity by noise
   Image<float> standing;          ///< standing mass after the noise
   Image<float> still_occupied;    ///< tay2008
   // joint
   Image<float> even;            ///< mass of each moving velocity after the noise, where they are alike
-  Image<float> spread;          ///< that, moved on along x by each of the lattice's velocities: the sum
-  std::vector<CellBox> moving;  ///< of each block of the step before: its cells that move
+  Image<float> spread;          ///< `even`, shifted along x by each of the lattice's velocities: the sum
+  std::vector<CellBox> moving;  ///< by block of the last state: its moving cells
   ActiveBlocks active;
 };
 
 /// Blocks of a window that can have masses at a time; without a prior for standstill all.
 int block_capacity(int cells, const FilterConfig& config);
 
-/// What is known of all cells of a block after a step of FilterModel::joint.
+/// Information about all cells of a block after a step of FilterModel::joint.
 enum class BlockKind : std::uint8_t {
   any,
-  even,    ///< nothing tells how they move: the mean velocity is 0, its variance the same in all directions
+  even,    ///< no velocity information: the mean velocity is 0, its variance the same in all directions
   unseen,  ///< the same, and unseen_cell: the step has not had to work on it
 };
 
-/// What the filter remembers of each cell.
+/// State of the filter for each cell.
 struct FilterState {
   FilterState(int cells, const FilterConfig& config);
 
@@ -122,7 +122,7 @@ struct FilterState {
     return held_bytes_of(velocity, standing, blocks, space, occupancy, age_s, kinds);
   }
 
-  GridGeometry geometry;               ///< of the last step; nx = 0: no step yet
+  GridGeometry geometry;               ///< geometry of the last step; nx = 0: no step yet
   std::vector<Image<float>> velocity;  ///< tay2008: [k], P(v_k)
   Image<float> standing;               ///< joint: P(occupied, standstill)
   MovingBlocks blocks;                 ///< joint: P(occupied, v_k), where not all moving velocities are alike
@@ -138,17 +138,17 @@ float mass_of(const FilterState& state, std::size_t k, int x, int y);
 /// From where the observed grid has been seen.
 struct CameraView {
   Pose2 camera{};   ///< in the frame of the window
-  double left{-1};  ///< what it sees to the left, for each metre ahead; by default nothing is known of it
+  double left{-1};  ///< field of view to the left, per metre ahead; negative: unknown
   double right{-1};
-  /// Of a point, times the square of its distance: how far the vehicle's way since the last step has moved it in the
-  /// image. Infinite: unknown.
+  /// Displacement of a point in the image by the vehicle's motion since the last step, times the square of its
+  /// distance. Infinite: unknown.
   double parallax_px_m2{std::numeric_limits<double>::infinity()};
   /// Disparity of a point times its distance. Infinite: unknown.
   double focal_baseline_pxm{std::numeric_limits<double>::infinity()};
 
-  /// Where the disparity of a point has changed by so much, the errors of matching are others.
+  /// Change of a point's disparity after which the matching errors are independent.
   static constexpr double new_view_px{0.5};
-  /// How far the view of a point is that of the step before, from 0 to 1. docs/method.md §8.3.
+  /// Similarity of the view of a point to that of the step before, from 0 to 1. docs/method.md §8.3.
   [[nodiscard]] double repeated(Point2 at) const {
     const double dx{at.x - camera.x_m};
     const double dy{at.y - camera.y_m};
@@ -156,11 +156,11 @@ struct CameraView {
   }
 };
 
-/// What the filter knows about one step besides the observation.
+/// Input of one step beside the observation.
 struct FilterInput {
   const FilterConfig& config;
   const FilterTables& tables;
-  GridGeometry geometry;  ///< of the window now
+  GridGeometry geometry;  ///< present window
   double dt_s;            ///< since the last step
   CameraView view{};
   /// joint, CPU: of the blocks as the layers have them before the step; null: unknown.
@@ -173,15 +173,15 @@ struct EvidenceRange {
   int end;
 };
 
-/// What `weigh_velocities` works in on the CPU.
+/// Working memory of `weigh_velocities` on the CPU.
 struct WeighingSpace {
   WeighingSpace(int cells, const FilterTables& tables, int threads);
 
   [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(ranges, masses, starts); }
 
   std::vector<EvidenceRange> ranges;
-  std::vector<std::vector<float>> masses;  ///< of each part of the work: [velocity][cell of a range]
-  std::vector<std::uint8_t> starts;        ///< of each evidence: makes a cell move whose block has no masses yet
+  std::vector<std::vector<float>> masses;  ///< by part of the work: [velocity][cell of a range]
+  std::vector<std::uint8_t> starts;        ///< by evidence: starts a moving cell whose block has no masses yet
 };
 
 /// One step of the Bayesian Occupancy Filter: `before` moved on by dt and into the window's new place, then updated
@@ -192,8 +192,8 @@ void filter(Cpu& cpu, const FilterInput& input, View<const float> observed, cons
 void filter(Reference& reference, const FilterInput& input, View<const float> observed, const FilterState& before,
             FilterState& after, GridLayers& layers);
 
-/// Tells a state of FilterModel::joint what has been measured of velocities, and corrects the layers that say how
-/// things move. `evidence`: by ascending cell, one for a cell.
+/// Updates a state of FilterModel::joint with measured velocities, and its layers of motion. `evidence`: by ascending
+/// cell, one for a cell.
 void weigh_velocities(Cpu& cpu, std::span<const VelocityEvidence> evidence, const FilterTables& tables,
                       WeighingSpace& space, FilterState& state, GridLayers& layers);
 void weigh_velocities(Reference& reference, std::span<const VelocityEvidence> evidence, const FilterTables& tables,
@@ -207,14 +207,14 @@ void reset(FilterState& state, const FilterConfig& config, const GridGeometry& g
 
 FilterStep step_of(const FilterInput& input);
 
-/// Tells single cells of a joint state what has been measured of their velocity. In a block without masses what moves
-/// stays spread evenly, unless a cell is found to move.
+/// Updates single cells of a joint state with measured velocities. In a block without masses the dynamic mass stays
+/// spread evenly, unless a cell is found to move.
 class CellWeigher {
  public:
   CellWeigher(const FilterTables& tables, FilterState& state, GridLayers& layers)
       : tables_{tables}, state_{state}, layers_{layers} {}
 
-  /// False: the evidence makes a cell move whose block has no masses. The block wants some, nothing else has changed.
+  /// False: the evidence starts a moving cell whose block has no masses. The block is marked; nothing else has changed.
   bool weigh(const VelocityEvidence& one, bool may_start);
 
  private:
@@ -223,7 +223,7 @@ class CellWeigher {
   GridLayers& layers_;
 };
 
-/// Gives the blocks that want some masses, as long as there is room: what their cells have, spread evenly.
+/// Assigns masses to the marked blocks while there is room: their cells' mass, spread evenly.
 void begin_wanted_blocks(const FilterTables& tables, FilterState& state);
 
 inline void write_velocity(const VelocityEstimate& velocity, int x, int y, GridLayers& layers) {
@@ -237,14 +237,13 @@ inline void write_velocity(const VelocityEstimate& velocity, int x, int y, GridL
 /// Layers of that size, all 0.
 GridLayers grid_layers(const GridGeometry& geometry);
 
-/// So many cells of a row of the vehicle's grid are resampled together.
+/// Number of cells of a row of the vehicle's grid that are resampled together.
 constexpr int resampled_columns{16};
 
-/// What is known of the layers: cells of which all is alike in all directions stay so however the vehicle turns, and
-/// cells alike stay as they are.
+/// Classes of the layers' cells: isotropic cells stay so under rotation, and equal cells stay as they are.
 struct KnownKinds {
   const std::vector<BlockKind>* blocks{nullptr};  ///< FilterState::kinds of the window; null: unknown
-  /// Of the parts of each row of the vehicle's layers, resampled_columns each; updated. Null: unknown.
+  /// By part of each row of the vehicle's layers, resampled_columns each; updated. Null: unknown.
   std::vector<BlockKind>* parts{nullptr};
 };
 

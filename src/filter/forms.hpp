@@ -15,7 +15,7 @@ void filter_joint(Cpu& cpu, const FilterInput& input, View<const float> observed
 void filter_tay(Cpu& cpu, const FilterInput& input, View<const float> observed, const FilterState& before,
                 FilterState& after, GridLayers& layers);
 
-/// Where each velocity's masses come from.
+/// Sets the source cells of each velocity's masses.
 void set_antecedents(const FilterInput& input, Scroll scroll, std::vector<Antecedents>& from);
 
 }  // namespace stereogrid

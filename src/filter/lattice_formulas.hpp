@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Of a cell and its masses over the velocity lattice, for numbers, on host and device, and for vectors of them. No
-// guard, no namespace: model.hpp includes it, and the vector code once more for each instruction set, whose functions
-// must be compiled for it.
+// Formulas of a cell and its masses over the velocity lattice, for numbers, on host and device, and for vectors of
+// them. No guard, no namespace: model.hpp includes it, and the vector code once more for each instruction set, whose
+// functions must be compiled for it.
 
 /// Sums over a row of the lattice, whose velocities share v_y.
 template <class T>
@@ -39,7 +39,7 @@ struct LatticeSums {
   }
 };
 
-// Of vectors `none` has to be said: what they are without is undefined on some machines.
+// Vectors need `none` explicitly: uninitialised vectors are undefined on some machines.
 template <class T>
 STEREOGRID_HD inline LatticeRowSums<T> no_row_sums(T none) {
   return {none, none, none};
@@ -49,7 +49,7 @@ STEREOGRID_HD inline LatticeSums<T> no_sums(T none) {
   return {none, none, none, none, none, none};
 }
 
-/// What velocity noise leaves of a moving velocity's mass, and gives it.
+/// Mass of a moving velocity after the velocity noise: the rest, and the gain.
 template <class T>
 STEREOGRID_HD inline T disturbed(T kept_moving, T mass, T gained) {
   return kept_moving * mass + gained;
@@ -77,8 +77,8 @@ STEREOGRID_HD inline TayUpdate<T> tay_update(T all, T occupied, T likelihood_occ
 /// The least that velocity evidence says: now and then something else has been measured.
 constexpr float likelihood_floor{0.02f};
 
-/// Likelihood of what has been measured, where the velocity is (vx, vy). Its tails end on a floor. `Evidence`: members
-/// like VelocityEvidence's, each a T.
+/// Likelihood of the measurement for the velocity (vx, vy). Its tails end on a floor. `Evidence`: members like
+/// VelocityEvidence's, each a T.
 template <class Evidence, class T>
 STEREOGRID_HD inline T likelihood_of(const Evidence& evidence, T vx_mps, T vy_mps) {
   const T x{vx_mps - evidence.x};

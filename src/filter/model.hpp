@@ -10,7 +10,7 @@ namespace stereogrid {
 
 #include "filter/lattice_formulas.hpp"
 
-/// A cell moves if more than this does of it, and more than this part of what occupies it.
+/// Thresholds of a moving cell: moving mass, and its share of the occupied mass.
 struct MovingFrom {
   float mass;
   float part;
@@ -21,27 +21,27 @@ struct FilterStep {
   int side;                  ///< the lattice has side × side velocities, y-major; odd: the middle one is standstill
   float forgetting;          ///< eps of docs/method.md §8.4, from the time constant and the time step
   float kept_moving;         ///< share of a moving velocity's mass that keeps it: 1 − mu
-  float kept_standing;       ///< share of the standing mass that goes on standing
+  float kept_standing;       ///< share of the static mass that stays static
   float spread;              ///< share of all moving mass that each moving velocity gains
   float start;               ///< share of the standing mass that each moving velocity gains
   float stop;                ///< share of the moving mass that comes to stand
-  float border_occupancy;    ///< of cells outside the window
+  float border_occupancy;    ///< occupancy of cells outside the window
   float prior_static;        ///< prior of standstill for new mass
   float prior_moving;        ///< prior of every other velocity for new mass
-  float appearing_static;    ///< prior of standstill for what appears where the frame before has seen free ground
+  float appearing_static;    ///< prior of standstill for mass that appears on ground seen free in the frame before
   float appearing_moving;    ///< prior of every other velocity for that
   float lattice_squares;     ///< Σ v_x² over the lattice, m²/s²
   float forgetting_in_view;  ///< likewise of cells within the camera's angle of view
   float camera_x;            ///< column and row of the cell in which the camera is
   float camera_y;
-  float ahead_x;  ///< of length 1, where it looks
+  float ahead_x;  ///< viewing direction, of length 1
   float ahead_y;
   float view_left;          ///< cells to the left, for each cell ahead, that it sees; to the right
   float view_right;         ///< both negative: nothing is known of the camera
-  float new_view_squares;   ///< within the root of so many squares of a cell around the camera the view is another one
-  float appearing_squares;  ///< likewise: there, what appears has come from somewhere; infinite: everywhere
+  float new_view_squares;   ///< squared radius around the camera, in cells, within which the view has changed
+  float appearing_squares;  ///< likewise: within it, appearing mass has moved there; infinite: everywhere
   float moving_squares;     ///< likewise: there, blocks can have masses
-  float moving_velocities;  ///< of the lattice, all but standstill
+  float moving_velocities;  ///< velocities of the lattice except standstill
   float each_moving;        ///< one of them by their number; 0: there are none
   MovingFrom moving_from;   ///< from which on a cell moves
   int reach;                ///< cells that the fastest velocity goes along an axis
@@ -54,8 +54,8 @@ STEREOGRID_HD inline float prior_of(const FilterStep& step, int k) {
   return k == step.standstill() ? step.prior_static : step.prior_moving;
 }
 
-/// Where the mass of a cell comes from for a displacement that is no whole number of cells: from[i] between the cells
-/// ix and ix + 1 further along x, likewise along y.
+/// Source cells of a cell's mass for a displacement that is no whole number of cells: from[i] between the cells ix and
+/// ix + 1 further along x, likewise along y.
 struct Antecedents {
   int ix;  ///< whole part of −shift
   int iy;
@@ -76,7 +76,7 @@ STEREOGRID_HD inline Antecedents antecedents(double shift_x, double shift_y, int
   return {ix + moved_x, iy + moved_y, static_cast<float>(-shift_x - ix), static_cast<float>(-shift_y - iy)};
 }
 
-/// Of the table of p to the power of the exponent, for p = i / likelihood_steps.
+/// Size of the table of p to the power of the exponent, for p = i / likelihood_steps.
 constexpr int likelihood_steps{4096};
 
 #include "filter/cell_formulas.hpp"

@@ -24,7 +24,7 @@ struct Lattice {
 
 // Shared by the warps of a block.
 struct StripSums {
-  float of_row[warps_max][sums][strip_rows][warp];  // of the rows of the lattice that are worked on
+  float of_row[warps_max][sums][strip_rows][warp];  // by row of the lattice in progress
   float total[6][strip_rows][warp];                 // VelocitySums
   float all[strip_rows][warp];
   float standing[strip_rows][warp];  // occupied mass of standstill
@@ -46,7 +46,7 @@ struct Strip {
     float occupied[strip_rows];
   };
 
-  // What the noise leaves of a velocity's mass: in all, and occupied.
+  // Mass of a velocity after the noise: in all, and occupied.
   struct Disturbed {
     float all;
     float occupied;
@@ -65,7 +65,7 @@ struct Strip {
     const float* plane{mass + static_cast<std::size_t>(k) * (cells * cells)};
     float4 of_cell[strip_rows + 1];
     float before[strip_rows + 1];
-    for (int r{0}; r <= strip_rows; ++r) {  // without a branch: all of them are asked for before one is needed
+    for (int r{0}; r <= strip_rows; ++r) {  // no branch: all loads precede the first use
       const int at{nearest(ay + r) * cells + nearest(ax)};
       of_cell[r] = prepared[at];
       before[r] = plane[at];

@@ -122,19 +122,19 @@ float mass_of(const FilterState& state, std::size_t k, int x, int y) {
 
 namespace {
 
-// What appears where a pixel of disparity is more than this in depth is no more likely to move than other new things.
+// Depth per pixel of disparity beyond which new mass has the default share of motion.
 constexpr double depth_of_pixel_max_m{6};
 
-// Points are followed to tell what moves (scene_flow.cpp) from 40 m on; somewhat farther the masses still are.
+// Distance of the masses' end; scene flow (scene_flow.cpp) detects motion up to 40 m.
 constexpr double followed_max_m{45};
 
-// How much more seldom a standing thing starts than a moving one changes its velocity.
+// Rate at which static mass starts to move, relative to velocity changes of dynamic mass.
 constexpr double starting_share{0.1};
 
-// The time that filter.velocity_noise speaks of.
+// Interval of filter.velocity_noise.
 constexpr double noise_interval_s{0.1};
 
-// What changes within dt_s of what changes by `share` within that time.
+// Share that changes within dt_s, if `share` changes within that interval.
 double share_within(double share, double dt_s) {
   return 1 - std::pow(1 - share, dt_s / noise_interval_s);
 }

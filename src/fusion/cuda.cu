@@ -41,7 +41,7 @@ OtherGridsOnDevice::OtherGridsOnDevice() : list_{1}, grids_{1}, cells_{1} {}
 void OtherGridsOnDevice::take(Cuda& cuda, std::span<const ObservedGrid> others) {
   std::size_t needed{0};
   for (const ObservedGrid& other : others) needed += other.occupancy.size() + other.confidence.size();
-  cuda.synchronize();  // the frame before reads what is replaced here
+  cuda.synchronize();  // the frame before may still read the replaced memory
   if (needed > cells_.size()) cells_ = DeviceBuffer<float>{needed};
   if (others.size() > grids_.size()) grids_ = DeviceBuffer<OtherCells>{others.size()};
   sent_.clear();
@@ -59,7 +59,7 @@ void OtherGridsOnDevice::take(Cuda& cuda, std::span<const ObservedGrid> others) 
   const List list{static_cast<int>(sent_.size()), grids_.data()};
   if (!sent_.empty()) upload(cuda, sent_.data(), sent_.size(), grids_.data());
   upload(cuda, &list, 1, list_.data());
-  cuda.synchronize();  // what was copied is the caller's, or gone soon
+  cuda.synchronize();  // the source of the copy may be released by the caller
 }
 
 void fuse(Cuda& cuda, const OtherGridsOnDevice& others, const GridInVehicle* grid, const FusionConfig& config,

@@ -16,7 +16,7 @@ namespace stereogrid {
 /// A frame's grids of other sources, on the device.
 class OtherGridsOnDevice {
  public:
-  /// What kernels read. It stays where it is, so that a recorded graph sees the grids of each frame.
+  /// Input of the kernels. Its address is constant, so that a recorded graph reads the grids of each frame.
   struct List {
     int count;
     const OtherCells* grids;
@@ -31,7 +31,7 @@ class OtherGridsOnDevice {
   DeviceBuffer<List> list_;
   DeviceBuffer<OtherCells> grids_;
   DeviceBuffer<float> cells_;
-  std::vector<OtherCells> sent_;  // what grids_ holds
+  std::vector<OtherCells> sent_;  // content of grids_
 };
 
 /// `fuse` of fusion.hpp, equal to the CPU to the bit; `grid` is on the device.

@@ -10,8 +10,8 @@
 
 namespace stereogrid {
 
-/// Sources whose errors are independent: odds multiply, P = Π p / (Π p + Π (1 − p)). A source that is believed with
-/// probability c, and else has said nothing, counts as ½ + c (p − ½).
+/// Pool of sources with independent errors: odds multiply, P = Π p / (Π p + Π (1 − p)). A source with confidence c
+/// counts as ½ + c (p − ½).
 struct IndependentPool {
   double occupied{1};
   double empty{1};
@@ -34,7 +34,7 @@ struct OtherCells {
   const float* confidence;  ///< null: 1
 };
 
-/// What another source says of the place `at`: its cell that holds it, if there is one.
+/// Adds the other source's cell at the place `at`, if there is one.
 STEREOGRID_HD inline void add(const OtherCells& other, Point2 at, IndependentPool& pool) {
   // another source must not make a cell so certain that nothing could change it any more
   constexpr double surest{0.999};

@@ -32,7 +32,7 @@ void move_to_view(Rig& level, double sin_pitch, double cos_pitch) {
   double first{std::floor(row_of(0, -1e9))};
   double end{std::ceil(row_of(level.height_px - 1, 1e9)) + 1};
   if (end - first > most) {
-    // what is far away stays
+    // distant points are unchanged
     if (sin_pitch > 0) {
       end = std::floor(first + most);
     } else {

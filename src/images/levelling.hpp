@@ -18,7 +18,7 @@ class Levelling {
  public:
   explicit Levelling(const Rig& rig);
 
-  /// Does this rig need it?
+  /// True if the rig needs levelling.
   [[nodiscard]] bool is_needed() const { return !mapping_.is_identity(); }
   /// The rig whose images come out: see LevelMapping::level_rig.
   [[nodiscard]] const Rig& level_rig() const { return mapping_.level_rig(); }
@@ -34,7 +34,7 @@ class Levelling {
   void for_pixels(Cpu& cpu, View<Pixel> level, const auto& pixel_at) const;
 
   LevelMapping mapping_;
-  double centre_v_px_;  ///< of the pitched images
+  double centre_v_px_;  ///< centre of the pitched images
   double sin_pitch_;
   double cos_pitch_;
 };

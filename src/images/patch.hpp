@@ -46,9 +46,9 @@ bool cut(View<const std::uint8_t> image, Place place, float shear, Template& pat
 double information_u(const Template& patch);
 double information_v(const Template& patch);
 
-/// Where the patch lies in another image (Lucas and Kanade 1981, inverse compositional, Gauss-Newton; by at most 0.7 px
-/// a step, until a step is short). None where it wanders out of the image or does not fit in the end: more than a fifth
-/// of its variance is left.
+/// Position of the patch in another image (Lucas and Kanade 1981, inverse compositional, Gauss-Newton; at most 0.7 px a
+/// step, until a step is short). None if it leaves the image or does not fit: more than a fifth of its variance is
+/// left.
 std::optional<Place> find(View<const std::uint8_t> image, const Template& patch, float shear, Place start,
                           int steps = 3);
 

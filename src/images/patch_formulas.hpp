@@ -11,8 +11,8 @@
 
 namespace stereogrid {
 
-/// Where the rows of a patch, with `border` more pixels around it, lie between the pixels of an image. With `shear`,
-/// each begins by so much farther left than the one above.
+/// Position of the rows of a patch, with a border of `border` pixels, between the pixels of an image. With `shear`,
+/// each row begins farther left than the one above by that amount.
 template <int border>
 class PatchRows {
  public:
@@ -22,19 +22,19 @@ class PatchRows {
   PatchRows(View<const std::uint8_t> image, Place place, float shear)
       : image_{image}, u_{place.u}, shear_{shear}, top_{std::floor(place.v)}, share_below_{place.v - top_} {}
 
-  /// Of all rows.
+  /// True for all rows.
   [[nodiscard]] bool are_inside() const {
     const float last{top_ + reach_v + (share_below_ > 0 ? 1 : 0)};
     return top_ - reach_v >= 0 && last < static_cast<float>(image_.height);
   }
-  /// Of the way to the row below.
+  /// Share of the row below.
   [[nodiscard]] float share_below() const { return share_below_; }
   /// From a pixel to the one below that counts, too; 0: none does.
   [[nodiscard]] std::ptrdiff_t next_row() const { return share_below_ > 0 ? image_.pitch : 0; }
 
   struct Row {
     const std::uint8_t* first;  ///< null: not all of it is inside
-    float share_next;           ///< of the way to the pixel on the right
+    float share_next;           ///< share of the pixel on the right
     [[nodiscard]] int next() const { return share_next > 0 ? 1 : 0; }
   };
   /// −reach_v ≤ j ≤ reach_v, where are_inside().
@@ -57,7 +57,7 @@ class PatchRows {
 
 constexpr float longest_step_px{0.7f};
 
-/// A step of find(): how far the patch moves, px. `along_u`, `along_v`: its gradients times what is left of it.
+/// Step of find(): motion of the patch, px. `along_u`, `along_v`: its gradients times the residual.
 inline Place step_of(const Template& patch, double along_u, double along_v) {
   const double determinant{patch.uu * patch.vv - patch.uv * patch.uv};
   const auto limited = [](double move) {

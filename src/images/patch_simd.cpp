@@ -105,7 +105,7 @@ HWY_INLINE bool sample(View<const std::uint8_t> image, Place place, float shear,
   for (int j{-Rows::reach_v}; j <= Rows::reach_v; ++j) {
     const auto row = rows.row(j);
     if (row.first == nullptr) return false;
-    // what the row before had below itself, this one has above, if both begin at the same column
+    // the row below of the previous step is the row above of this one, if both begin at the same column
     const bool is_known{j > -Rows::reach_v && next_row != 0 && shear == 0};
     for (int side{0}; side <= border; ++side) {
       const std::uint8_t* first{row.first + 2 * border * side};
@@ -172,7 +172,7 @@ bool Cut(View<const std::uint8_t> image, Place place, float shear, Template& pat
   return true;
 }
 
-/// What is left of a patch somewhere, but for its mean.
+/// Residual of a patch at a place, without its mean.
 struct Misfit {
   Patch difference;
   float mean;

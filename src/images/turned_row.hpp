@@ -6,8 +6,8 @@
 
 namespace stereogrid {
 
-/// Row v of a camera's image as a camera has it that looks down by an angle more, turned about the baseline, and whose
-/// centre may lie in another row, `turned_centre_v`: a row stays a row, its scale changes. docs/method.md §2.1.
+/// Row v of a camera's image in the image of a camera rotated downwards about the baseline, whose centre may lie in
+/// another row, `turned_centre_v`. Rows map to rows; their scale changes. docs/method.md §2.1.
 struct TurnedRow {
   TurnedRow(const Rig& rig, double turned_centre_v, double sin_angle, double cos_angle, double row)
       : centre_u{rig.centre_u_px} {

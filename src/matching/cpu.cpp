@@ -135,7 +135,7 @@ void remove_speckles(Cpu& cpu, const SpeckleSizes& smallest, Speckles& speckles,
   cpu.for_parts(height, cpu.threads(), [&](int band, int, int) { speckles.remove_small(band, smallest, matches); });
 }
 
-// Where Highway has no vectors the correlation cannot be compiled; the reference then does everything, slowly.
+// False if Highway has no vectors and the correlation is not compiled; the slow reference is used then.
 bool has_vectors() {
   return correlate_target() != "SCALAR";
 }

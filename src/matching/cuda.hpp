@@ -14,7 +14,7 @@
 
 namespace stereogrid {
 
-/// What the best label of one hypothesis at a pixel costs. A `Candidate` in eight bytes: its shift is the first shift
+/// Costs of the best label of one hypothesis at a pixel: a `Candidate` in eight bytes. Its shift is the first shift
 /// plus `label`.
 struct alignas(8) FoundLabel {
   std::uint16_t cost;
@@ -27,7 +27,7 @@ struct alignas(8) FoundLabel {
 /// `Matches` on the device.
 struct DeviceMatches {
   DeviceMatches(int width, int height) : obstacle{width, height}, road{width, height}, confidence{width, height} {}
-  /// The obstacles' disparities in memory that somebody else holds.
+  /// Disparities of obstacles in foreign memory.
   DeviceMatches(int width, int height, float* obstacles)
       : obstacle{width, height, obstacles}, road{width, height}, confidence{width, height} {}
 
@@ -36,7 +36,7 @@ struct DeviceMatches {
   DeviceImage<float> confidence;
 };
 
-/// What `match` leaves on the device; no pixel has both disparities.
+/// Result of `match` on the device; no pixel has both disparities.
 struct MatchViews {
   View<const float, Device> obstacle;
   View<const float, Device> road;
@@ -57,10 +57,10 @@ struct LabelVolume {
       : upright_words{(upright.count + 3) / 4}, words{upright_words + (road.count + 3) / 4} {}
 
   int upright_words;
-  int words;  ///< of a pixel
+  int words;  ///< words of a pixel
 };
 
-/// What semi-global matching on the device works in.
+/// Working memory of semi-global matching on the device.
 struct SemiGlobalOnDevice {
   SemiGlobalOnDevice(int width, int height, const MatchingConfig& config);
 
@@ -71,7 +71,7 @@ struct SemiGlobalOnDevice {
   std::vector<DeviceBuffer<std::uint32_t>> paths;  ///< [v][u][word] from the left, from the right
 };
 
-/// What `match` on the device works in. Allocated once per pipeline; DeviceError where there is too little memory.
+/// Working memory of `match` on the device. Allocated once per pipeline; DeviceError if there is too little memory.
 struct MatchingSpaceOnDevice {
   MatchingSpaceOnDevice(int width, int height, const MatchingConfig& config);
 
@@ -93,7 +93,7 @@ void match(Cuda& cuda, View<const std::uint8_t, Device> left, View<const std::ui
 void find_candidates(Cuda& cuda, View<const std::uint8_t, Device> left, View<const std::uint8_t, Device> right,
                      const RoadPlane* plane, const MatchingConfig& config, MatchingSpaceOnDevice& space);
 
-/// Given disparities; `ground` lies on the device. Confidences are left as they are.
+/// Splits external disparities; `ground` lies on the device. Confidences are unchanged.
 void split(Cuda& cuda, View<const float, Device> disparity, const Rig& rig, const Ground* ground,
            const MatchingConfig& config, DeviceMatches& matches);
 void leave_whole(Cuda& cuda, View<const float, Device> disparity, const MatchingConfig& config, DeviceMatches& matches);
@@ -122,7 +122,7 @@ void correlate(Cuda& cuda, const DescribedOnDevice<std::uint8_t>& census, const 
 void optimise(Cuda& cuda, SemiGlobalOnDevice& space, const RoadPlane* plane, const MatchingConfig& config,
               View<FoundLabel, Device> upright, View<FoundLabel, Device> level);
 
-/// `textured` is not looked at where config asks for no texture.
+/// `textured` is not read if config has no texture limit.
 void decide(Cuda& cuda, View<const FoundLabel, Device> upright, View<const FoundLabel, Device> level,
             View<const std::uint8_t, Device> textured, const RoadPlane* plane, const MatchingConfig& config,
             DeviceMatches& matches);

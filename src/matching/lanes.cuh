@@ -61,7 +61,7 @@ __device__ inline unsigned least_of_lanes<32>(unsigned value) {
 template <int lanes, int words>
 class BestLabel {
  public:
-  /// `dearest`: a best label from whose highest_rival this is not told apart is not unique either.
+  /// `dearest`: a best label whose highest_rival costs at most this is not unique either.
   __device__ BestLabel(int count, int uniqueness_1024, int dearest)
       : lane_{static_cast<int>(threadIdx.x) % lanes},
         count_{count},
@@ -93,7 +93,7 @@ class BestLabel {
     return __byte_perm(k % 2 == 0 ? costs.even[i] : costs.odd[i], tag, k < 2 ? 0x5104 : 0x5324);
   }
 
-  // Of any label, asked for by the whole group.
+  // Cost of any label, read by the whole group.
   __device__ std::uint16_t cost_of(const LaneCosts<words>& costs, int label) const {
     const int word{label / 4};
     std::uint32_t both{0};

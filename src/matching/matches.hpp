@@ -7,7 +7,7 @@
 
 namespace stereogrid {
 
-/// What `match` leaves: two disparity images (px, 0 = none); no pixel has both.
+/// Result of `match`: two disparity images (px, 0 = none); no pixel has both.
 struct Matches {
   Matches(int width, int height) : obstacle{width, height}, road{width, height}, confidence{width, height} {}
 

@@ -32,7 +32,7 @@ struct Shifts {
 constexpr int road_margin_px{3};
 constexpr Shifts road_shifts{-road_margin_px, 2 * road_margin_px + 1};
 
-/// What `match` works in. Allocated once per pipeline.
+/// Working memory of `match`. Allocated once per pipeline.
 struct MatchingSpace {
   MatchingSpace(int width, int height, const MatchingConfig& config, int threads);
 
@@ -83,7 +83,7 @@ int least_texture(const MatchingConfig& config);
 /// Smallest patches that stay.
 SpeckleSizes speckle_sizes(const MatchingConfig& config);
 
-/// How sure this matcher's disparities are, and what costs too much.
+/// Confidence model and cost limit of this matcher.
 ConfidenceModel confidence_model(const MatchingConfig& config);
 
 /// The share by which a runner-up must cost more, in 1/1024.

@@ -19,9 +19,8 @@ constexpr int census_half_v{3};
 /// Bits of a descriptor: half of the 63 window pixels, each compared with its mirror image in the centre.
 constexpr int census_bits{31};
 
-/// Centre-symmetric census: bit k tells whether the k-th pixel of the window's first half is darker than its mirror
-/// image. Gain and offset of the camera do not change it. `pixel(i, j)` is the grey level at column offset i and row
-/// offset j.
+/// Centre-symmetric census: bit k is set if the k-th pixel of the window's first half is darker than its mirror image.
+/// Gain and offset of the camera do not change it. `pixel(i, j)` is the grey level at column offset i and row offset j.
 template <class Pixel>
 STEREOGRID_HD inline std::uint32_t census(const Pixel& pixel) {
   std::uint32_t bits{0};
@@ -69,9 +68,8 @@ STEREOGRID_HD inline RoadRow road_row(const RoadPlane& plane, int v) {
   return {fixed(plane.disparity(0, v) * 65536, 1 << 30), fixed(plane.per_u * 262144, 1 << 16)};
 }
 
-/// Grey level of the right image where the road hypothesis looks for column u: at u − disparity, in 1/256 px,
-/// interpolated between its neighbours. `right(column)` is the image row from −1 to `width`, where the border pixel is
-/// repeated.
+/// Grey level of the right image at the road hypothesis for column u: at u − disparity, in 1/256 px, interpolated
+/// between its neighbours. `right(column)` is the image row from −1 to `width`, with the border pixel repeated.
 template <class Pixel>
 STEREOGRID_HD inline std::uint8_t sheared_from(const Pixel& right, int width, int u, const RoadRow& road) {
   const int position{u * 256 - ((road.at(u) + 128) >> 8)};
@@ -84,9 +82,9 @@ STEREOGRID_HD inline std::uint8_t sheared(const std::uint8_t* right_row, int wid
   return sheared_from([&](int column) { return right_row[column]; }, width, u, road);
 }
 
-/// What one hypothesis found at a pixel.
+/// Best label of one hypothesis at a pixel.
 struct Candidate {
-  std::uint16_t cost;    ///< of the best shift
+  std::uint16_t cost;    ///< cost of the best shift
   std::uint16_t rivals;  ///< other shifts, more than one step away, that cost no more than highest_rival
   std::uint16_t before;  ///< cost one step below the best shift; `cost` where the best is at an end of the range
   std::uint16_t after;   ///< cost one step above it
@@ -102,7 +100,7 @@ STEREOGRID_HD inline int highest_rival(int cost, int uniqueness_1024) {
   return limit > cost ? limit : cost;
 }
 
-/// How the winner's costs and disparity weigh in confidence_of.
+/// Weights of the winner's costs and disparity in confidence_of.
 struct ConfidenceWeights {
   float constant;
   float cost;
@@ -113,9 +111,9 @@ struct ConfidenceWeights {
   float disparity;
 };
 
-/// Of a matcher whose costs have a largest possible value.
+/// Confidence model of a matcher with a maximum cost.
 struct ConfidenceModel {
-  int cost_limit;  ///< what costs more is no match
+  int cost_limit;  ///< matches with a higher cost are rejected
   float per_cost;  ///< 1 / the largest cost
   ConfidenceWeights upright;
   ConfidenceWeights road;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What every back end reads out of a MatchingConfig.
+// Parameters that every back end derives from a MatchingConfig.
 #include <cmath>
 
 #include "matching/matching.hpp"

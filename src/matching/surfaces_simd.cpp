@@ -36,7 +36,7 @@ void FlagSurfaces(const float* obstacle, const float* road, const float* above, 
     };
     const auto continues = [&](auto neighbour) {
       const auto is_near = hn::Le(hn::Abs(hn::Sub(here, neighbour)), hn::Set(df, 1.0f));
-      return hn::And(is_near, hn::Gt(hn::Mul(here, neighbour), zero));  // signs tell the labels
+      return hn::And(is_near, hn::Gt(hn::Mul(here, neighbour), zero));  // signs are labels
     };
     const auto all = hn::Or(flag(hn::Ne(here, zero), is_measured),
                             hn::Or(flag(continues(hn::LoadU(df, labelled + u - 1)), continues_left),

@@ -19,8 +19,8 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // out[u] = column(u) + … + column(u + size − 1) for u < width, `size` odd. Sums of 2, 4, 8 … columns are doubled in
-// `powers`, and those that `size` has in binary are put behind each other. `columns(u)` loads the columns from u on as
-// a vector of D; it is asked up to width + size and a vector. `out` and `powers` have room for as many.
+// `powers`, and those of the binary digits of `size` are added. `columns(u)` loads the columns from u on as a vector of
+// D, for u up to width + size and a vector. `out` and `powers` have room for as many.
 template <class D, class Columns>
 void window_sums(D d, const Columns& columns, int width, int size, hn::TFromD<D>* powers, hn::TFromD<D>* out) {
   const int lanes{static_cast<int>(hn::Lanes(d))};

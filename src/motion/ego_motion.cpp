@@ -23,7 +23,7 @@ constexpr double jump_min_deg{1};
 std::string text_of(const Pose2& jump) {
   std::array<char, 160> text{};
   std::snprintf(text.data(), text.size(),
-                "the pose jumps by %.1f m and %.1f° from where the vehicle can be: the world is moved along",
+                "pose jump of %.1f m and %.1f° from the predicted pose: the pose frame is shifted",
                 std::hypot(jump.x_m, jump.y_m), std::abs(jump.yaw_rad) / degree);
   return text.data();
 }
@@ -62,9 +62,9 @@ bool EgoMotion::follows(const Pose2& motion, const std::optional<Rate>& rate) co
 EgoMotion::Placing EgoMotion::place_without_pose(double dt_s) {
   Placing placing;
   if (!has_warned_) {
-    placing.warning = rate_ ? "no pose: the last motion is carried on" : "no pose: the vehicle is taken to stand still";
+    placing.warning = rate_ ? "no pose: the last motion continues" : "no pose: the vehicle is assumed to be static";
   }
-  // where there never was one, that may be intended
+  // without any pose so far this may be intended
   if (!has_warned_ || input_from_world_) placing.status = FrameStatus::pose_missing;
   has_warned_ = true;
   world_from_vehicle_ = world_from_vehicle_ * motion_of(rate_, dt_s);

@@ -11,23 +11,22 @@
 
 namespace stereogrid {
 
-/// From the poses that come with the frames to the vehicle's place in the world. The world begins at the first frame
-/// and goes on from frame to frame as a vehicle drives: where the poses jump (a receiver that finds its satellites
-/// again, a map that is corrected), the frame of the poses is moved by the jump, not the vehicle in the world.
-/// Decision 17.
+/// Vehicle pose in the world from the poses of the frames. The world frame begins at the first frame and is continuous.
+/// At a pose jump (a receiver that finds its satellites again, a corrected map), the pose frame is shifted, not the
+/// vehicle. Decision 17.
 class EgoMotion {
  public:
   /// `in_world_of_poses`: the world is that of the first pose.
   explicit EgoMotion(const MotionConfig& config, bool in_world_of_poses = false)
       : config_{config}, in_world_of_poses_{in_world_of_poses} {}
 
-  /// Where the world has the vehicle at the first frame.
+  /// Sets the vehicle's pose in the world at the first frame.
   void start_at(const Pose2& world_from_vehicle) {
     world_from_vehicle_ = world_from_vehicle;
     input_from_world_.reset();
   }
-  /// What was learnt of the motion does not tell the next frame's place, whose time is another: that follows from its
-  /// pose, whatever the motion, or is the last one. The world stays the same.
+  /// Resets the motion. The next frame's place follows from its pose alone, or is the last one. The world frame is
+  /// unchanged.
   void restart();
 
   /// At the last frame.
@@ -66,12 +65,12 @@ class EgoMotion {
   bool in_world_of_poses_;
   Pose2 world_from_vehicle_;
   Pose2 world_from_last_pose_;             // the vehicle at the last frame that had a pose
-  std::optional<Pose2> last_pose_;         // that pose; none: there was none yet
+  std::optional<Pose2> last_pose_;         // last pose; none: no pose yet
   double since_pose_s_{0};                 // the time since then …
   double before_s_{0};                     // … and between that pose and the one before it
   std::optional<Pose2> input_from_world_;  // none: no pose yet
-  std::optional<Rate> rate_;               // of the vehicle, as believed
-  std::optional<Rate> pose_rate_;          // of the poses, believed or not, where a vehicle could have it
+  std::optional<Rate> rate_;               // accepted motion of the vehicle
+  std::optional<Rate> pose_rate_;          // motion of the poses, accepted or not, if plausible
   bool has_warned_{false};
 };
 

@@ -12,16 +12,17 @@
 namespace stereogrid {
 namespace {
 
-// Of where a patch is found again; neighbouring pixels share much of what moves it.
+// Standard deviations of a tracked patch's position; errors of neighbouring pixels are correlated.
 constexpr double sigma_disparity_px{0.15};
 constexpr double sigma_column_px{0.2};
 /// A rigid thing's points, seen from a moving car, do not agree better.
 constexpr double velocity_floor_mps{0.5};
 
-/// A point at most in each block of so many columns and rows.
+/// Size of the blocks, each with one point at most.
 constexpr int block_px{12};
 
-/// Squared gradient per pixel below which a patch is not followed. Columns tell the velocity; rows only where to look.
+/// Squared gradient per pixel below which a patch is not tracked. Columns determine the velocity; rows only the search
+/// area.
 constexpr double information_u_min{8};
 constexpr double information_v_min{2};
 constexpr double range_max_m{40};
@@ -38,7 +39,7 @@ constexpr int searched_rows{4};
 /// A place counts as found if no other one, further away than this, fits nearly as well.
 constexpr int same_place_px{4};
 constexpr double clearly_best{0.8};
-/// Of a row from where the pair's alignment puts it.
+/// Maximum deviation of a row from the pair's epipolar alignment.
 constexpr float row_error_max_px{1};
 
 using Grey = View<const std::uint8_t>;
@@ -68,7 +69,7 @@ int difference(const Grey& first, int u1, int v1, const Grey& second, int u2, in
   return sum;
 }
 
-// How much grey levels change along some rows of a patch: a first, cheap look.
+// Sum of grey level changes along some rows of a patch: a first, cheap test.
 int texture(const Grey& image, int u, int v) {
   int sum{0};
   for (int j{-patch_reach_v}; j <= patch_reach_v; j += patch_reach_v) {
@@ -86,13 +87,13 @@ int searched_columns(double dt_s, double px_per_m) {
   return std::min(clamped_to_int(searched_speed_mps * dt_s * px_per_m), searched_columns_max);
 }
 
-// Where the right image shows a point of the left one.
+// Place in the right image of a point of the left one.
 Place in_right(Place left, float disparity, const RowOffsets& offsets) {
   const float u{left.u - disparity};
   return {u, left.v + static_cast<float>(offsets.at(u, left.v))};
 }
 
-// Where around `expected` the patch at `from` fits best and clearly better than elsewhere, to two pixels.
+// Place around `expected` at which the patch at `from` fits best and clearly better than elsewhere, to two pixels.
 std::optional<Place> searched(const Grey& before, Place from, const Grey& image, Place expected, int columns,
                               int rows) {
   const int u0{rounded(from.u)};

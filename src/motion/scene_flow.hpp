@@ -20,7 +20,7 @@
 
 namespace stereogrid {
 
-/// How a point of an obstacle moves over the ground. World axes.
+/// Velocity of an obstacle's point over the ground. World axes.
 struct FlowVector {
   Point2 place;
   Symmetric2 place_covariance;  ///< m²
@@ -28,7 +28,7 @@ struct FlowVector {
   Symmetric2 velocity_covariance;  ///< m²/s²
 };
 
-/// What scene flow needs of a frame: level images, and what is known about them.
+/// Input of scene flow for a frame: level images and their geometry.
 struct FlowFrame {
   View<const std::uint8_t> left;
   View<const std::uint8_t> right;
@@ -67,13 +67,13 @@ class SceneFlow {
     take_candidates(frame);
   }
 
-  /// Forgets all points: the next frame has none to follow.
+  /// Drops all points: the next frame has none to track.
   void clear();
 
-  /// What is known after follow() of the points that were found again.
+  /// Vectors of the points tracked in the last follow().
   [[nodiscard]] const std::vector<FlowVector>& vectors() const { return vectors_; }
-  /// So many points have room from the start: twice as many as are taken where none is yet. Points that come together
-  /// may be more, and then make room once.
+  /// Number of points reserved at construction, twice the maximum selected in an empty image. More points allocate
+  /// once.
   [[nodiscard]] std::size_t points_reserved() const { return 2 * candidates_.size(); }
 
   [[nodiscard]] std::size_t held_bytes() const {
@@ -86,7 +86,7 @@ class SceneFlow {
   }
 
  private:
-  /// So many positions make a velocity.
+  /// Number of positions from which a velocity is computed.
   static constexpr int remembered{6};
 
   struct Sighting {
@@ -132,8 +132,8 @@ class SceneFlow {
   Image<std::uint8_t> left_before_;
   std::vector<Point> points_;
   std::vector<FlowVector> vectors_;
-  std::vector<std::uint8_t> is_taken_;            ///< of each block: a point is in it
-  std::vector<std::optional<Point>> candidates_;  ///< of each block
+  std::vector<std::uint8_t> is_taken_;            ///< by block: contains a point
+  std::vector<std::optional<Point>> candidates_;  ///< by block
 };
 
 }  // namespace stereogrid

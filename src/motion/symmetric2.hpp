@@ -43,7 +43,7 @@ struct InformationSum {
   double squares{0};
 
   InformationSum() = default;
-  /// Of one measurement.
+  /// Information of one measurement.
   InformationSum(const Symmetric2& j, Point2 value) : information{j}, weighted{j * value}, squares{squared(j, value)} {}
 
   void add(const InformationSum& other, double weight = 1) {

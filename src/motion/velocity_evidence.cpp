@@ -10,13 +10,13 @@
 namespace stereogrid {
 namespace {
 
-/// Standard deviation of how far from a point its thing goes on, m.
+/// Standard deviation of an object's extent around a point, m.
 constexpr double extent_m{0.35};
 /// In standard deviations, where a point's weight, 1 at its place, has fallen to 0.
 constexpr double reach{2};
 /// The same positions enter the velocities of several frames.
 constexpr double share_of_information{0.5};
-/// So many points' information counts at most: what they err by together, they err by all.
+/// Maximum information of a cell in points, as their errors are correlated.
 constexpr double weight_max{4};
 /// Least likelihood of standstill that evidence of it has: 2.2 standard deviations.
 constexpr float standstill_min{0.1f};
@@ -31,7 +31,7 @@ EvidenceMap::EvidenceMap(int cells, double fastest_mps, std::size_t points)
   points_.reserve(points);
 }
 
-// Those that lie within `half` of `at`.
+// Cells within `half` of `at`.
 EvidenceMap::CellRange EvidenceMap::cells_around(double at, double half, double min, double cell_size_m, int count) {
   return {std::max(clamped_to_int(std::floor((at - half - min) / cell_size_m)), 0),
           std::min(clamped_to_int(std::floor((at + half - min) / cell_size_m)), count - 1)};

@@ -14,11 +14,11 @@
 
 namespace stereogrid {
 
-/// What points say of their velocity, spread over the cells around them.
+/// Velocities of points, spread over the cells around them.
 class EvidenceMap {
  public:
-  /// A window of `cells` × `cells`; `points` have room from the start. `fastest_mps`: of the filter's lattice along an
-  /// axis; what is faster counts as that fast.
+  /// A window of `cells` × `cells`, with room for `points`. `fastest_mps`: maximum of the filter's lattice along an
+  /// axis; faster velocities are clamped.
   EvidenceMap(int cells, double fastest_mps, std::size_t points = 0);
 
   /// Evidence for cells of the window, by ascending cell. `for_ranges`: see SceneFlow::follow. `view`: of the camera
@@ -46,7 +46,7 @@ class EvidenceMap {
     int first;
     int last;
   };
-  /// What a point says, and how far around it.
+  /// Measurement of a point, and its range.
   struct Point {
     Point2 place;
     Symmetric2 distance;
@@ -54,8 +54,8 @@ class EvidenceMap {
     CellRange columns;
     CellRange rows;
   };
-  /// The cells of a row of the window that points have reached: so many from its first place in touched_ on, and the
-  /// place of their evidence.
+  /// Reached cells of a row of the window: their number from its first place in touched_ on, and the place of their
+  /// evidence.
   struct Row {
     int touched{0};
     int evidence{0};
@@ -71,11 +71,11 @@ class EvidenceMap {
 
   Image<Sum> sums_;
   double fastest_mps_;
-  std::vector<int> touched_;  // of each row, from its first cell's place on: cells
+  std::vector<int> touched_;  // cells, by row, from its first cell's position on
   std::vector<Row> rows_;
   std::vector<VelocityEvidence> evidence_;
 
-  // of a frame
+  // window of a frame
   GridGeometry window_;
   CameraView view_;
   std::vector<Point> points_;

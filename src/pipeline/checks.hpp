@@ -14,7 +14,7 @@ void check(const Config& config, const Rig& rig, const PipelineOptions& options)
 /// Throws InputError where a frame's images, pose or other grids cannot be used.
 void check(const StereoFrame& frame, const Rig& rig);
 
-/// Finite, and so near that places can be told apart by much less than a cell.
+/// Finite, and in a range with a resolution much finer than a cell.
 bool is_place(const Pose2& pose);
 
 }  // namespace stereogrid

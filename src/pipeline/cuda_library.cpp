@@ -19,8 +19,8 @@ namespace {
 constexpr const char* file_name{"libstereogrid_cuda.so"};
 constexpr const char* variable{"STEREOGRID_CUDA_LIBRARY"};
 
-// Of the program, or of the shared library, that this function was linked into; empty: not known. A program's own name
-// is what somebody has typed: through PATH it has no folder, and would be looked for in the current one.
+// Folder of the program or shared library that contains this function; empty: unknown. A program's own name is as typed
+// by the user: found through PATH it has no folder, and would be searched in the current one.
 std::filesystem::path own_folder() {
   Dl_info own{};
   if (dladdr(reinterpret_cast<const void*>(&own_folder), &own) == 0 || own.dli_fname == nullptr) return {};

@@ -9,8 +9,8 @@
 
 namespace stereogrid {
 
-/// What libstereogrid_cuda.so offers: the result of its function `cuda_library_function`, extern "C", without
-/// arguments. The library is loaded when a pipeline asks for it, so that programs run where there is no GPU.
+/// Interface of libstereogrid_cuda.so: the result of its function `cuda_library_function`, extern "C", without
+/// arguments. The library is loaded when a pipeline requests it, so that programs run without a GPU.
 struct CudaLibrary {
   const char* build;  ///< build_id() there: both sides must come from the same sources
   std::size_t sizes;  ///< interface_sizes() there: and mean the same structures, whatever compiled them
@@ -25,9 +25,9 @@ constexpr std::size_t interface_sizes() {
   return ((sizeof(Config) * 1024 + sizeof(FrameResult)) * 1024 + sizeof(LevelFrame)) * 1024 + sizeof(Rig);
 }
 
-/// Looks for the library beside this program or library, in the folder that `cmake --install` put it in, then where
-/// the loader looks; the environment variable STEREOGRID_CUDA_LIBRARY names another file. Neither the folder that the
-/// program is started in nor the name that it is called by matters. Throws DeviceError, which says what is missing.
+/// Loads the library. Search order: beside this program or library, in the folder of `cmake --install`, in the paths of
+/// the loader; the environment variable STEREOGRID_CUDA_LIBRARY names another file. The result depends neither on the
+/// current folder nor on the name of the program. Throws DeviceError with the reason.
 std::unique_ptr<Stages> cuda_stages(const Config& config, const Rig& level_rig, int device,
                                     const StagesOptions& options);
 

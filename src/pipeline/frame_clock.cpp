@@ -9,7 +9,7 @@
 namespace stereogrid {
 namespace {
 
-constexpr const char* consequence{"everything remembered is forgotten"};
+constexpr const char* consequence{"all state is reset"};
 
 // Unsigned, since from one end of the stamps to the other is more than a signed number holds.
 double seconds_between(std::int64_t earlier_ns, std::int64_t later_ns) {

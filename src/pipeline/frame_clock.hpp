@@ -17,12 +17,12 @@ class FrameClock {
 
   struct Tick {
     double dt_s{0};                     ///< 0: this frame is a first one
-    std::optional<FrameStatus> leap{};  ///< clock_gap or clock_stepped_back: what was remembered is to be forgotten
-    std::string warning{};              ///< of the leap
+    std::optional<FrameStatus> leap{};  ///< clock_gap or clock_stepped_back: reset the state
+    std::string warning{};              ///< message for the leap
   };
-  /// Is this the stamp of the frame before?
+  /// True for the stamp of the frame before.
   [[nodiscard]] bool stands_still(std::int64_t stamp_ns) const { return last_ns_ && *last_ns_ == stamp_ns; }
-  /// Goes on to the next frame.
+  /// Advances to the next frame.
   Tick tick(std::int64_t stamp_ns);
   /// The next frame is a first one, whatever its stamp.
   void reset() { last_ns_.reset(); }

@@ -214,7 +214,7 @@ MatchedFrame FramePipeline::matched(const LevelFrame& frame) const {
   return {frame.left, frame.right, frame.disparity, stages_->matches_on_lattice(), mask_.view()};
 }
 
-// The frame is matched again where the road lies elsewhere, which is doubt enough.
+// Checks the extrinsics. A frame that is matched again on another ground plane is rejected.
 Doubt FramePipeline::check_extrinsics(const LevelFrame& frame, Doubt doubt) {
   const bool is_lost{doubt == Doubt::road_elsewhere || doubt == Doubt::road_not_seen};
   if (doubt == Doubt::none && trust_.is_near_ground_known()) return doubt;

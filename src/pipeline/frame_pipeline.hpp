@@ -49,7 +49,7 @@ class FramePipeline {
  private:
   /// Planes of a frame before its own is measured.
   struct GroundBefore {
-    Ground previous;  ///< of the frame before
+    Ground previous;  ///< ground of the frame before
     Ground expected;  ///< predicted from it
   };
 
@@ -101,7 +101,7 @@ class FramePipeline {
   NearObstacles near_;
   std::optional<FrameTerrain> terrain_;  ///< GroundModel::terrain
 
-  // of a frame
+  // per frame
   std::optional<Ground> disagreeing_;  ///< ground plane in view that contradicts extrinsics that stay
   double flow_ms_{0};
   double track_ms_{0};

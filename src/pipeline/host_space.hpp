@@ -30,7 +30,7 @@ struct PredictionSpace {
   Image<float> nothing;  ///< observed
 };
 
-/// What the stages hand to each other on the host, and what the filter keeps between frames. Allocated once.
+/// Data of the stages on the host, and the filter's state between frames. Allocated once.
 struct HostSpace {
   HostSpace(const Config& config, const Rig& level_rig, const GridGeometry& vehicle_grid, int threads);
 
@@ -48,10 +48,10 @@ struct HostSpace {
   Image<float> observed_world;
   FilterState filtered;
   FilterState filtered_before;
-  std::unique_ptr<PredictionSpace> prediction;  ///< once somebody wants predictions
+  std::unique_ptr<PredictionSpace> prediction;  ///< allocated at the first prediction
   WeighingSpace weighing;
-  std::vector<BlockKind> block_kinds;  ///< of the window's layers of the result that is kept: FilterState::kinds
-  std::vector<BlockKind> part_kinds;   ///< of its vehicle's layers, see KnownKinds
+  std::vector<BlockKind> block_kinds;  ///< kinds of the window's layers of the stored result: FilterState::kinds
+  std::vector<BlockKind> part_kinds;   ///< kinds of its vehicle's layers, see KnownKinds
 };
 
 }  // namespace stereogrid

@@ -232,7 +232,7 @@ class HostStages final : public Stages {
   HostSpace space_;
   const PixelMask* mask_{nullptr};
 
-  // of a frame
+  // level images of a frame
   LevelFrame frame_;
   FrameResult* result_{nullptr};
   GridGeometry window_;

@@ -183,7 +183,7 @@ struct Pipeline::Implementation {
   FrameInput input;
   std::unique_ptr<FramePipeline> frames;
   StageImages unwanted_stages;
-  GridGeometry window;  // of the last frame
+  GridGeometry window;  // window of the last frame
 };
 
 Pipeline::Pipeline(const Config& config, const Rig& rig, const PipelineOptions& options) {
@@ -195,7 +195,7 @@ Pipeline& Pipeline::operator=(Pipeline&&) noexcept = default;
 Pipeline::~Pipeline() = default;
 
 Pipeline::Implementation& Pipeline::implementation() const {
-  if (!implementation_) throw std::logic_error{"This Pipeline has been moved from: its work goes on in another one."};
+  if (!implementation_) throw std::logic_error{"This Pipeline has been moved from. Use the one it was moved to."};
   return *implementation_;
 }
 
@@ -255,7 +255,7 @@ void Pipeline::load_state(std::span<const std::byte> saved) {
   StateReader state{unsealed(saved, settings_of(self.config, self.given_rig, self.options))};
   state(self);
   if (state.fits()) return;
-  reset();  // what was read so far makes no sense
+  reset();  // the partly loaded state is invalid
   throw InputError{"saved state", "does not fit this pipeline.", "Begin without it."};
 }
 

@@ -10,7 +10,7 @@
 
 namespace stereogrid {
 
-/// The vehicle-frame grid that a configuration asks for.
+/// Vehicle-frame grid of a configuration.
 GridGeometry vehicle_grid_of(const GridConfig& config);
 
 /// Allocates the images that do not have their size; the others are left as they are.

@@ -14,7 +14,7 @@ constexpr std::uint64_t prime{0x100000001b3};
 struct Head {
   std::array<char, 8> kind{'S', 'G', 's', 't', 'a', 't', 'e', '2'};
   std::uint64_t settings{0};
-  std::uint64_t size{0};  ///< of what follows, bytes
+  std::uint64_t size{0};  ///< size of the rest, bytes
   std::uint64_t checksum{0};
 };
 

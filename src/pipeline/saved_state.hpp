@@ -17,8 +17,7 @@
 
 namespace stereogrid {
 
-// What a pipeline remembers between two frames, as bytes. A class that remembers something names it once, for saving
-// and loading alike:
+// State of a pipeline between two frames, as bytes. A class names its state once, for saving and loading alike:
 //
 //   template <class State> void exchange(State& state) { state(ground_, points_, …); }
 //
@@ -38,7 +37,7 @@ void exchange_members(Ground& ground, State& state) {
         ground.pitch_roll_correlation);
 }
 
-/// Has every byte a value? What lies in padding would differ between states that are the same. nvcc cannot tell.
+/// True if every byte has a value: padding would differ between equal states. nvcc does not support the test.
 #ifdef __CUDACC__
 template <class T>
 concept HasNoPadding = true;
@@ -115,7 +114,7 @@ class StateWriter {
   std::vector<std::byte> bytes_;
 };
 
-/// Takes them out again. What does not fit is told by `fits()`; nothing is read beyond the end.
+/// Reads the state. `fits()` reports whether it matches; nothing is read beyond the end.
 class StateReader {
  public:
   explicit StateReader(std::span<const std::byte> bytes) : rest_{bytes} {}
@@ -188,11 +187,11 @@ class StateReader {
   bool fits_{true};
 };
 
-/// FNV-1a over words of eight bytes: tells damage, not forgery.
+/// FNV-1a over words of eight bytes: detects damage, not forgery.
 std::uint64_t checksum_of(std::span<const std::byte> bytes);
 
-/// A state behind a head that tells what it is, its size and checksums; `settings`: checksum of all that must be the
-/// same where it is loaded.
+/// State with a head: type, size and checksums. `settings`: checksum of all settings that must be equal when it is
+/// loaded.
 std::vector<std::byte> sealed(std::span<const std::byte> state, std::uint64_t settings);
 /// The state behind the head. Throws InputError: there is none, or it is damaged or of other settings.
 std::span<const std::byte> unsealed(std::span<const std::byte> saved, std::uint64_t settings);

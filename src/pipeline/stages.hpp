@@ -28,7 +28,7 @@ struct LevelFrame {
   double dt_s{0};
   std::span<const ObservedGrid> other_grids;
   CameraView view{};
-  bool restarts{false};  ///< the clock leapt: nothing is remembered
+  bool restarts{false};  ///< clock leap: no state is used
 
   [[nodiscard]] bool is_given() const { return !disparity.empty(); }
 };

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What export writes is what the run's folder holds. Maps are loaded again by the rules of Nav2's map_server
+// Exports equal the content of the run's folder. Maps are loaded by the rules of Nav2's map_server
 // (nav2_map_server/src/map_io.cpp).
 #include <cmath>
 #include <fstream>
@@ -24,7 +24,7 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 using Row = std::map<std::string, std::string>;
 
-/// Of fields without quotation marks.
+/// Splits fields without quotation marks.
 std::vector<std::string> fields_of(const std::string& line) {
   std::vector<std::string> fields;
   std::istringstream text{line + ","};

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where the program looks for libstereogrid_cuda.so. A file of text stands for it: which one it could not load, it
-// says.
+// Search paths of libstereogrid_cuda.so. A text file stands for it; the error names the file that could not be loaded.
 #include <fstream>
 
 #include "process.hpp"
@@ -16,7 +15,7 @@ using ::testing::Not;
 
 constexpr const char* name{"libstereogrid_cuda.so"};
 
-/// An installed program, and somebody in another folder.
+/// An installed program, started from another folder.
 class Library : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -31,7 +30,7 @@ class Library : public ::testing::Test {
 
   static void put_library(const fs::path& folder) { std::ofstream{folder / name} << "no library"; }
 
-  /// What a run complains of that has to use the library; `program` as somebody in the folder elsewhere types it.
+  /// Error of a run that requires the library; `program` as typed in the folder elsewhere.
   [[nodiscard]] std::string complaint(const std::string& program) const {
     const fs::path errors{folder_ / "errors"};
     const int code{shell("cd " + quoted(elsewhere().string()) +

@@ -51,7 +51,7 @@ std::uint16_t free_port() {
   return port;
 }
 
-/// The whole answer; "": nobody listens.
+/// The whole response; "": no server.
 std::string get(std::uint16_t port, const std::string& path) {
   const int made{socket_at(port, &::connect)};
   if (made < 0) return "";

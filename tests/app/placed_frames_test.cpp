@@ -62,7 +62,7 @@ class ListedFrames final : public capture::LiveSource {
   [[nodiscard]] std::vector<Drop> dropped() const override { return {{"torn", 1}}; }
 
   void wait() { given_.get_future().wait(); }
-  /// No more frames for now than so many, of all.
+  /// Holds back further frames after this number, of all.
   void hold_after(int frames) { held_after_ = frames; }
 
  private:

@@ -28,7 +28,7 @@ TEST(PoseBuffer, GivesThePoseBetweenItsNeighbours) {
   EXPECT_DOUBLE_EQ(buffer.at(0, 0ms).x_m, 0);
   EXPECT_DOUBLE_EQ(buffer.at(130 * ms, 0ms).x_m, 1.3);
   EXPECT_DOUBLE_EQ(buffer.at(200 * ms, 0ms).x_m, 2);
-  EXPECT_DOUBLE_EQ(buffer.at(280 * ms, 0ms).x_m, 2.8);  // carried on
+  EXPECT_DOUBLE_EQ(buffer.at(280 * ms, 0ms).x_m, 2.8);  // continued motion
 }
 
 TEST(PoseBuffer, SaysWhyThereIsNone) {

@@ -29,7 +29,7 @@ Process::Process(const std::string& program, const std::vector<std::string>& wor
   arguments.push_back(nullptr);
   id_ = fork();
   if (id_ != 0) return;
-  // whatever the test was started with
+  // independent of the test's environment
   for (const int one : {SIGINT, SIGTERM, SIGHUP}) signal(one, one == ignored ? SIG_IGN : SIG_DFL);
   const int nothing{open("/dev/null", O_RDWR)};
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) dup2(nothing, stream);

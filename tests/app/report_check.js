@@ -11,7 +11,7 @@ const assert = require('assert').strict;
 const page = fs.readFileSync(process.argv[2], 'utf8');
 const scripts = [...page.matchAll(/<script([^>]*)>([\s\S]*?)<\/script>/g)];
 const json = scripts.find(script => script[1].includes('application/json'))[2];
-// no module here: what is exported is used in the same script
+// no module here: exported names are used in the same script
 const code = scripts.filter(script => script[1].includes('module')).map(script => script[2].replace(/^export /gm, '')).join('\n');
 const data = JSON.parse(json);
 

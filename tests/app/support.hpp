@@ -34,7 +34,7 @@ class TemporaryFolder {
   fs::path path_;
 };
 
-/// What a program has said and returned.
+/// Output and exit code of a program.
 struct Outcome {
   int exit_code{-1};
   std::string output;
@@ -60,7 +60,7 @@ std::string quoted(const std::string& word);
 
 [[nodiscard]] std::string text_of(const fs::path& path);
 [[nodiscard]] Json json_of(const fs::path& path);
-/// frames.jsonl of a run; `with_timing` false: without what differs between two equal runs.
+/// frames.jsonl of a run; `with_timing` false: without values that differ between two equal runs.
 [[nodiscard]] std::vector<Json> lines_of(const fs::path& run, bool with_timing = true);
 /// Names of the files in a folder, in order.
 [[nodiscard]] std::vector<std::string> files_in(const fs::path& folder);

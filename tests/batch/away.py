@@ -45,7 +45,7 @@ def away(folder: Path):
     assert "mounted" in tool("run", plan, "--shard", 0, expect=75).stderr
     street.rmdir()
     (folder / "elsewhere").rename(street)
-    # a folder within it, and a file: it is as planned again before somebody looks
+    # a folder within it, and a file: restored before the check
     assert stopped_by(lambda: (street / "left").rename(street / "elsewhere"), plan) == 75
     (street / "elsewhere").rename(street / "left")
     assert stopped_by(lambda: image.write_bytes(b""), plan) == 75, "sealed without a frame that was damaged meanwhile"
@@ -56,7 +56,7 @@ def away(folder: Path):
 
 
 def skipped(folder: Path):
-    """A frame that is damaged already when the plan is made is counted, whoever asks."""
+    """A frame that is damaged when the plan is made is counted by every command."""
     street = street_of(folder)
     image = street / "left" / "000050.png"
     image.write_bytes(image.read_bytes()[:1000])

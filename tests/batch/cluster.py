@@ -133,7 +133,7 @@ PartitionName=all Nodes=ALL Default=YES State=UP MaxTime=INFINITE
         return [int(task) for task in self.call("squeue", "-h", "-r", "-t", "R", "-w", node, "-o", "%K").split()]
 
     def resume_drained(self):
-        """A controller that was killed knows less than its nodes, which it then drains until somebody has looked."""
+        """A killed controller has less state than its nodes and drains them until an administrator resumes them."""
         for line in self.call("sinfo", "-h", "-N", "-o", "%N %t").splitlines():
             node, state = line.split()
             if state.startswith(("drain", "drng", "down")) and self.processes[node].poll() is None:

@@ -94,7 +94,7 @@ def floats(npz: Path, name: str) -> list:
 
 
 def largest_means(a: Path, b: Path, frames) -> tuple:
-    """Of |difference of P(occupied)|: the largest mean of a frame, and the largest share of cells above 0.15."""
+    """Maxima of |difference of P(occupied)|: the largest mean of a frame, and the largest share of cells above 0.15."""
     means, shares = [], []
     for frame in frames:
         grids = [floats(run / "grids" / f"{frame:06}.npz", "occupancy") for run in (a, b)]
@@ -105,7 +105,7 @@ def largest_means(a: Path, b: Path, frames) -> tuple:
 
 
 def cut(folder: Path):
-    """What cutting a drive changes: with a warm-up of 30 frames little, with the state handed on nothing."""
+    """Effect of cutting a drive: small with a warm-up of 30 frames, none with the state passed on."""
     frames = 80
     results = {}
     for name, words in (("whole", ["--frames-per-shard", 0]), ("warm", ["--frames-per-shard", 40, "--warm-up", 30]),
@@ -138,7 +138,7 @@ def kills(folder: Path):
     plan = make_plan(folder, scene(60), scene(40, 2), "--frames-per-shard", 30, "--warm-up", 10)
     start = time.monotonic()
     reference = undisturbed(plan)
-    pace = (time.monotonic() - start) / 4  # of a shard, on a machine that may have other work
+    pace = (time.monotonic() - start) / 4  # pace of a shard, on a machine with other load
     killed = 0
     for _ in range(400):
         running = [runner(plan, "--shard", dice.choice(["0-3", "2-3,0-1", "1", "3"])) for _ in range(2)]
@@ -153,7 +153,7 @@ def kills(folder: Path):
     found = status(plan)
     assert found["done"] == 4 and found["failed"] == 0, found
     print(f"{killed} runners were killed")
-    # those that were killed after their result was in place leave their work; the next one clears up
+    # runners killed after their result was in place leave their work folder; the next one removes it
     expect_equal(merged(plan), reference)
     # two at once, undisturbed
     second = copy_of(plan, "second")
@@ -165,7 +165,7 @@ def kills(folder: Path):
 
 
 def signals(folder: Path):
-    """SIGTERM: exit code 75, and the next runner goes on from there."""
+    """SIGTERM: exit code 75, and the next runner continues from there."""
     plan = make_plan(folder, scene(60), "--frames-per-shard", 0)
     reference = undisturbed(plan)
     stops = 0
@@ -240,7 +240,7 @@ def clocks(folder: Path):
 
 
 def disk(folder: Path):
-    """A disk that is full: 75, nothing half-done is taken for a result, and it goes on once there is space."""
+    """A disk that is full: 75, no partial result counts, and it continues once there is space."""
     plan = make_plan(folder, scene(30), "--frames-per-shard", 15, "--warm-up", 5)
     reference = undisturbed(plan)
     small = folder / "small"

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""`stereogrid batch submit`, and what it writes: engines.py STEREOGRID local|parallel|snakemake|slurm_alone|kubernetes
+"""`stereogrid batch submit`, and its files: engines.py STEREOGRID local|parallel|snakemake|slurm_alone|kubernetes
 
 Two submit the same plan at once, and runners are killed; what is merged is what one undisturbed process leaves, byte
 for byte. slurm_alone, kubernetes: small programs stand in for sbatch, scontrol and kubectl. Exit status 77: the engine

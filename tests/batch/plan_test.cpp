@@ -100,7 +100,7 @@ TEST_F(BatchPlan, SaysTheSameTwice) {
   EXPECT_THROW(write_plan(*this / "a", 3), ConfigError);
 }
 
-// whatever decides about the result changes the name of its folder, and nothing else does
+// only settings that affect the result change the name of its folder
 TEST_F(BatchPlan, DigestIsOfAllThatDecides) {
   const Plan plan{simple_plan()};
   const Shard shard{simple_shard(10, 20)};

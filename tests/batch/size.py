@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a frame takes on the disk: size.py STEREOGRID
+"""Disk space of a frame: size.py STEREOGRID
 
 `run --compact --layers occupancy,velocity,age` on 150 x 100 cells stays below 60 kB a frame, lines of frames.jsonl
 included, on a rendered street and on recorded drives, if they are here (STEREOGRID_DATA); and NumPy reads it within the

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""A plan worked on by three nodes of Slurm on this machine, whatever happens to them: slurm.py STEREOGRID
+"""A plan processed by three nodes of Slurm on this machine, with faults: slurm.py STEREOGRID
 
 Sixty shards of built-in scenes, and of recorded drives where STEREOGRID_DATA names their folder. A node is killed with
 everything on it, the controller is killed and started again, a shard crashes, one is out of memory, one input is
-poison. What is merged equals, byte for byte, what one process makes. Prints how long each recovery took, as a table.
+poison. The merged result equals, byte for byte, what one process makes. Prints how long each recovery took, as a table.
 
 Root only: Slurm's own programs are started here on the loopback, with a key and a state of their own, and installed
-with apt-get where they are not. Exit status 77: that cannot be done here.
+with apt-get where they are not. Exit status 77: not possible here.
 """
 import json
 import os
@@ -51,7 +51,7 @@ def reference_of(plan: Path, folder: Path) -> Path:
 
 
 def unlucky_tool(folder: Path) -> Path:
-    """The program, but for two shards' first runners: one crashes, one wants all memory."""
+    """The program, except for two shards' first runners: one crashes, one allocates all memory."""
     path = folder / "stereogrid"
     path.write_text(f"""#!/bin/sh
 case "$SLURM_ARRAY_TASK_ID.${{SLURM_RESTART_COUNT:-0}}" in
@@ -131,7 +131,7 @@ def main():
     require_slurm()
     with tempfile.TemporaryDirectory(prefix="stereogrid-slurm-") as name:
         folder = Path(name).resolve()
-        support.tool_path = Path(shutil.copy(support.tool_path, folder / "tool"))  # nobody builds it anew meanwhile
+        support.tool_path = Path(shutil.copy(support.tool_path, folder / "tool"))  # no rebuild during the test
         cluster = Cluster(folder)
         try:
             work_on(cluster, make_plan(folder), folder)

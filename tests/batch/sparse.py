@@ -42,7 +42,7 @@ def expect_same_frames(some: Path, other: Path):
 
 
 def stopped(plan: Path, reference: Path):
-    """SIGTERM at any moment: what was finished is kept, also between frames that are written."""
+    """SIGTERM at any moment: finished frames are kept, also between written frames."""
     dice = random.Random(7)
     stops = 0
     for _ in range(60):

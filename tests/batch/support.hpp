@@ -33,7 +33,7 @@ class Folder : public ::testing::Test {
   fs::path path_;
 };
 
-/// Of one configuration, for drives of any kind.
+/// A plan of one configuration, for drives of any kind.
 inline Plan simple_plan() {
   Plan plan;
   plan.version = "1";
@@ -54,7 +54,7 @@ inline Shard simple_shard(std::size_t first, std::size_t end) {
   return shard;
 }
 
-/// Writes a plan of so many shards of ten frames.
+/// Writes a plan of `shards` shards of ten frames.
 inline Plan write_plan(const fs::path& folder, std::size_t shards, bool follows = false) {
   Plan plan{simple_plan()};
   PlanWriter writer{folder};

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of batches share. The program is the first word of the command line."""
+"""Shared parts of the tests of batches. The program is the first word of the command line."""
 import filecmp
 import json
 import shutil

@@ -15,7 +15,7 @@ TruthPoint point(double u, double v, double disparity) {
   return {static_cast<float>(u), static_cast<float>(v), static_cast<float>(disparity), Surface::other, false};
 }
 
-/// What the camera sees at a pixel: a road, and a wall 12 m ahead in the columns 200–400 that reaches up to row 60.
+/// Truth at a pixel: a road, and a wall 12 m ahead in the columns 200–400 that reaches up to row 60.
 TruthPoint seen(const RoadPlane& plane, int u, int v) {
   const double wall{rig.focal_px * rig.baseline_m / 12};
   const bool is_wall{u >= 200 && u <= 400 && v >= 60 && plane.disparity(u, v) < wall};
@@ -149,7 +149,7 @@ TEST(TurnLevel, APointOfTheWorldFromTwoCameras) {
   }};
   const double s{std::sin(0.05)};
   const double c{std::cos(0.05)};
-  const double x{1.2}, y{1.65}, z{9};  // level camera; the pitched one looks down, so the point climbs in its image
+  const double x{1.2}, y{1.65}, z{9};  // level camera; in the image of the pitched one the point is higher
   std::vector<TruthPoint> points{project(x, y * c - z * s, y * s + z * c)};
   turn_level(pitched, level, points);
   TruthPoint expected{project(x, y, z)};

@@ -132,7 +132,7 @@ TEST(CameraPair, SplitsImagesWithoutGaps) {
   EXPECT_EQ(frame->frame.right, plain(60));
 }
 
-/// 16-bit samples, all alike, whose bits are not known.
+/// 16-bit samples, all equal, with unknown bits.
 struct Deep {
   explicit Deep(std::uint16_t level) : samples(std::size_t{width_px} * height_px, level) {}
   [[nodiscard]] PixelView view() const { return {samples.data(), width_px, height_px, 0, PixelFormat::grey16, 0}; }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The whole way of a frame on the GPU against the reference back end.
+// Frame pipeline on the GPU against the reference back end.
 #include <latch>
 #include <thread>
 
@@ -42,7 +42,7 @@ TEST(the_paper_preset_equals_the_reference) {
   for (int index{0}; index < 2; ++index) pair.run(street.frame(index));
 }
 
-// No pixel of theirs is on the lattice of matches that the host looks at.
+// No pixel is on the lattice of matches that the host reads.
 TEST(images_of_a_few_pixels_equal_the_reference) {
   Rig rig{small_rig()};
   rig.centre_u_px -= (rig.width_px - 17) / 2.0;

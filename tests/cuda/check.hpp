@@ -47,7 +47,7 @@ std::string text_of(const char* expression, const A& a, const B& b) {
   return text.str();
 }
 
-/// What `body` complained of; "" where it did not.
+/// Message of the exception of `body`; "" without one.
 inline std::string complaint_of(const std::function<void()>& body) {
   try {
     body();

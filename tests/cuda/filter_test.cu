@@ -92,7 +92,7 @@ class Run {
     cuda_.synchronize();
   }
 
-  // Of all layers.
+  // Maximum over all layers.
   double difference() {
     double largest{0};
     for (const Layer& layer : all_layers(layers_, layers_on_device_)) {
@@ -207,7 +207,7 @@ TEST(evidence_of_velocities_is_weighed_as_by_the_reference) {
   }
 }
 
-// The window lies 40 to 50 m ahead of the camera: what is followed ends in it, and what appears like a moving thing.
+// The window lies 40 to 50 m ahead of the camera: the range of features ends in it, and that of moving new mass.
 TEST(far_and_unseen_cells_are_those_of_the_reference) {
   Random random{36};
   constexpr int cells{50};

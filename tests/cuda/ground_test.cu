@@ -18,7 +18,7 @@ struct Street {
   Image<float> road;
 };
 
-// What a matcher makes of an endless road, with noise, outliers and a van that hides most of what lies ahead.
+// Matches of an endless road, with noise, outliers and a van that hides most of the road ahead.
 Street street(const Rig& rig, const Ground& truth, Random& random) {
   const RoadPlane plane{road_plane(rig, truth)};
   Street seen{Image<float>{rig.width_px, rig.height_px}, Image<float>{rig.width_px, rig.height_px}};

@@ -59,7 +59,7 @@ inline Pair textured_pair(Size size, unsigned seed) {
   return pair;
 }
 
-/// What the reference finds.
+/// Result of the reference.
 class ReferenceRun final : public CandidateSink {
  public:
   ReferenceRun(const Pair& pair, const RoadPlane& plane, const MatchingConfig& config)

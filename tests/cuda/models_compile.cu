@@ -76,7 +76,7 @@ __global__ void filter_models(FilterStep step, double shift, const float* table,
 
 }  // namespace
 
-/// Keeps the kernels: what nobody launches is dropped before it is compiled for the device.
+/// Keeps the kernels: unused ones are dropped before they are compiled for the device.
 void launch_all(const std::uint8_t* image, float* floats, double* doubles) {
   alignment_models<<<1, 32>>>(image, 32, floats);
   matching_models<<<1, 32>>>(image, 32, RoadPlane{}, floats);

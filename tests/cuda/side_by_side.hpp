@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The whole way of a frame on the GPU and on the reference back end, side by side.
+// Frame pipeline on the GPU and on the reference back end, side by side.
 #pragma once
 
 #include <memory>
@@ -79,7 +79,7 @@ inline void compare(const Ground& gpu, const Ground& law) {
   CHECK(gpu == law);  // and correlations
 }
 
-// tay2008's sum over all velocities is formed in another order (filter/cuda.hpp); what comes of it is divided by it.
+// tay2008's sum over all velocities is formed in another order (filter/cuda.hpp); its results are divided by it.
 inline void compare_nearly(const FrameResult& gpu, const FrameResult& law) {
   constexpr double bound{1e-5};
   compare(gpu.stages, law.stages);

@@ -54,7 +54,7 @@ TEST(Intervals, AreAsWideAsFramesDiffer) {
   const Summary uneven(drive(halves).summary(everything));
   EXPECT_NEAR(even.missed.value, uneven.missed.value, 0.03);
   EXPECT_GT(uneven.missed.high - uneven.missed.low, 3 * (even.missed.high - even.missed.low));
-  // what 16 independent frames of this spread would have: ± 2 · 0.15 / 4
+  // expected for 16 independent frames of this spread: ± 2 · 0.15 / 4
   EXPECT_GT(uneven.missed.high - uneven.missed.low, 0.15);
 }
 

@@ -35,7 +35,7 @@ class Sweep {
   std::vector<CameraPoint> points_;
 };
 
-// Of a camera that looks down and leans to its right.
+// A camera pitched downwards and rolled to the right.
 TEST(LidarLabels, FollowTheMounting) {
   for (const double pitch_rad : {0.2, -0.1, 0.0}) {
     constexpr double roll_rad{0.05};

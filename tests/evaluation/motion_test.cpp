@@ -161,7 +161,7 @@ TEST(Ghosts, FadeFromWhenTheirPlaceIsSeenFree) {
   street.put(1, 6, 5, 4);
   street.occupancy()(6, 5) = 0.9F;
   street.put(1, 7, 5, 4);
-  street.occupancy()(7, 5) = 0.2F;  // never believed in: no ghost
+  street.occupancy()(7, 5) = 0.2F;  // never occupied: no ghost
   street.show(ghosts);
   street.clear(6, 5);
   street.clear(7, 5);

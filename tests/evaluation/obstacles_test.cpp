@@ -110,14 +110,14 @@ TEST(Obstacles, SplitAThing) {
   EXPECT_EQ(s.merged, 0);
   EXPECT_EQ(s.tracking.matches, 1U);
   EXPECT_EQ(s.tracking.false_positives, 1U);  // the other half
-  // beside the thing, though within reach of what is seen of it
+  // beside the thing, though within reach of its seen points
   EXPECT_EQ(scored(with({thing(1, 10, 0)}), {box(7, 10, 0), box(8, 10, 2.2)}).split, 0);
 }
 
 TEST(Obstacles, MayBeOpenLines) {
   auto wall{box(7, 8, 0, 0.2, 8)};
   wall.kind = ObstacleKind::boundary;
-  wall.outline = {{8, -4}, {8, 4}, {16, 4}};  // closed, it would hold what lies between
+  wall.outline = {{8, -4}, {8, 4}, {16, 4}};  // closed, it would contain the cells in between
   ObstacleTruth truth{with({thing(1, 10, 0), thing(2, 13, 2, 1, 1)})};
   truth.free = {{12, 3}};
   const ObstacleSummary s(scored(truth, {wall}));
@@ -219,7 +219,7 @@ TEST(Obstacles, TruthOfLabelledBoxes) {
   far.moving = false;
   const ObstacleTruth truth{obstacle_truth(std::vector{car, hidden, far}, rig, nullptr)};
   ASSERT_EQ(truth.things.size(), 1U);
-  EXPECT_EQ(truth.things[0].seen.size(), 22U);  // of two sides
+  EXPECT_EQ(truth.things[0].seen.size(), 22U);  // points of two sides
   for (const Point2 p : truth.things[0].seen) EXPECT_TRUE(p.x == 8 || std::abs(p.y) == 1) << p.x << " " << p.y;
   EXPECT_EQ(truth.things[0].velocity_mps.value().x, 5);
   EXPECT_EQ(truth.movers.size(), 2U);

@@ -51,7 +51,7 @@ TEST(Fan, GoesAcrossCellsAlongItsDirection) {
 TEST(Fan, LiesInTheGridWhereThePosePutsIt) {
   Fan fan{{0, 0}, {{1, 0}}, 10, 0.25};
   fan.add(0, 1.6, true);
-  // looks along y from (3.5, 0.5)
+  // along y from (3.5, 0.5)
   const RayCounts counts{fan.cast(unit_cells, {3.5, 0.5, 1.5707963267948966})};
   EXPECT_EQ(counts.passes(3, 0), 1);
   EXPECT_EQ(counts.passes(3, 1), 1);

@@ -44,7 +44,7 @@ class Folder {
 
   [[nodiscard]] std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  /// Where the file is. `name` may lead into sub-folders.
+  /// Writes a file and returns its path. `name` may contain sub-folders.
   std::filesystem::path write(const std::string& name, std::string_view bytes) const;
 
  private:
@@ -61,7 +61,7 @@ class Choices {
   bool once_in(int count) { return byte() % count == count - 1; }
   std::uint8_t byte();
   int between(int least, int most);
-  /// Of that range, both ends often.
+  /// Number in that range, often one of its ends.
   double number(double least, double most);
   std::int64_t any_integer();
   /// Also not finite, denormal, huge.

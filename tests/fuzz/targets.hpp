@@ -6,8 +6,8 @@
 
 namespace stereogrid::fuzz {
 
-// What is fuzzed: each takes any bytes, and throws or crashes where that finds a fault. A fuzzer is made of each
-// (CMakeLists.txt lists them too), and the replay runs them all on what is known.
+// Fuzz targets: each accepts any bytes, and throws or crashes on a fault. A fuzzer is made of each (CMakeLists.txt
+// lists them too), and the replay runs them all on the stored inputs.
 
 void bag_db3(Bytes input);
 void bag_metadata(Bytes input);   ///< file metadata.yaml of a bag without parts

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# What the scripts share. Each is called with -D SETTINGS=… -D WORK=… -D AGAIN=…
-# -D CUDA_LIBRARY=… -P SCRIPT; it works in WORK, and builds the core again in AGAIN.
+# Shared parts of the scripts. Each is called with -D SETTINGS=… -D WORK=… -D AGAIN=… -D CUDA_LIBRARY=… -P SCRIPT; it
+# works in WORK, and builds the core again in AGAIN.
 include(${SETTINGS})
 
 function(run)
@@ -13,7 +13,7 @@ function(run)
   endif()
 endfunction()
 
-# install_and_move(BUILD): sets `prefix`. What is installed has to work where it is moved to, without the source tree.
+# install_and_move(BUILD): sets `prefix`. Installed files have to work after a move, without the source tree.
 macro(install_and_move build)
   run(${CMAKE_COMMAND} --install ${build} --prefix ${WORK}/installed)
   file(RENAME ${WORK}/installed ${WORK}/moved)

@@ -31,7 +31,7 @@ def is_of_standard_library(name: str) -> bool:
 
 
 def is_public(name: str, headers: str) -> bool:
-    """Whether it is an exported function, a member function of an exported class, or what belongs to such a type."""
+    """True for an exported function, a member function of an exported class, or a symbol of such a type."""
     if (kind := re.match(r"(typeinfo|typeinfo name|vtable) for stereogrid::(\w+)$", name)) is not None:
         return re.search(rf"\bclass STEREOGRID_EXPORT {kind[2]}\b", headers) is not None
     parts = re.sub(r"\[abi:\w+\]", "", name).split("(")[0].split("::")

@@ -38,7 +38,7 @@ std::vector<OdometryStep> steps_of(const std::vector<StereoFrame>& frames, const
   return steps;
 }
 
-/// Where the last step ends, seen from where the vehicle really is; both begin at the first frame.
+/// Error of the last step relative to the true pose; both begin at the first frame.
 Pose2 drift(const std::vector<StereoFrame>& frames, const std::vector<OdometryStep>& steps) {
   const Pose2 truth{inverse(*frames.front().world_from_vehicle) * *frames.back().world_from_vehicle};
   return inverse(truth) * steps.back().world_from_vehicle;
@@ -140,13 +140,13 @@ TEST(Odometry, CarriesTheLastMotionOnInTheDark) {
   const std::vector<OdometryStep> steps{steps_of(frames, rig_of(street))};
   for (std::size_t i{6}; i < 8; ++i) {
     EXPECT_FALSE(steps[i].measured) << i;
-    EXPECT_THAT(steps[i].warning, HasSubstr("the last one is carried on")) << i;
+    EXPECT_THAT(steps[i].warning, HasSubstr("the last motion continues")) << i;
   }
   EXPECT_TRUE(steps[8].measured) << "the frame before the dark still serves";
   EXPECT_LT(length_m(drift(frames, steps)), 0.02 * way_m(frames));
 }
 
-// All the street but a strip is hidden by what moves with the camera.
+// All the street but a strip is hidden by an object that moves with the camera.
 TEST(Odometry, TakesNoCornersFromWhatIsMasked) {
   std::vector<StereoFrame> frames{drive()};
   Image<std::uint8_t> mask{384, 240, 255};
@@ -193,7 +193,7 @@ class Wall {
     cv::normalize(texture_, texture_, 0, 255, cv::NORM_MINMAX);
   }
 
-  /// `noise` of its own for each index; `van_left_px`: left edge of what moves, 220 px wide and 190 px high.
+  /// `noise` of its own for each index; `van_left_px`: left edge of the moving part, 220 px wide and 190 px high.
   [[nodiscard]] StereoFrame frame(int index, int van_left_px = -1000) const {
     StereoFrame frame;
     frame.stamp_ns = index * std::int64_t{100'000'000};

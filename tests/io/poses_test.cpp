@@ -249,7 +249,7 @@ TEST_F(PoseFile, OxtsComplaints) {
 }
 
 TEST_F(PoseFile, TumIsInTheAxesOfTheFirstCamera) {
-  // z up: the camera looks along the world's y, and moves 2 m ahead and 1 m to the left
+  // z up: the camera faces along the world's y, and moves 2 m ahead and 1 m to the left
   put(folder_ / "t.txt",
       "# timestamp tx ty tz qx qy qz qw\n1500000000.123456789 5 7 1 -0.70710678 0 0 0.70710678\n"
       "1500000000.2 4 9 1 -0.70710678 0 0 0.70710678\n");

@@ -45,7 +45,7 @@ TEST_F(RecordingTest, KittiOdometryMayStartAnywhere) {
   ASSERT_TRUE(frame.world_from_vehicle);
   EXPECT_DOUBLE_EQ(frame.world_from_vehicle->x_m, 8);
   EXPECT_TRUE(recording->contents().warnings.empty());
-  EXPECT_THAT(recording->contents().notes, Contains(HasSubstr("mounting: not in the calibration")));
+  EXPECT_THAT(recording->contents().notes, Contains(HasSubstr("extrinsics: not in the calibration")));
   EXPECT_THAT(recording->contents().notes, Contains(HasSubstr("poses_gt.txt")));
 }
 

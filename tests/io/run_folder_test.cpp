@@ -9,7 +9,7 @@
 #include "stereogrid/io/run_folder/run_record.hpp"
 #include "support.hpp"
 
-// What the library writes of a run, it reads again. The tool's tests have the files' contents.
+// The library reads a run that it has written. The tool's tests cover the files' contents.
 namespace stereogrid::io::testing {
 namespace {
 
@@ -34,7 +34,7 @@ RunDescription description() {
   return run;
 }
 
-/// What a run has found by the frame.
+/// Rig estimated by the run up to the frame.
 Rig rig_at(std::int64_t index) {
   Rig rig{given_rig};
   rig.camera_height_m = static_cast<double>(index);
@@ -176,7 +176,7 @@ TEST_F(RunFolder, SaysHowTheCameraWasMounted) {
     put(folder_ / "frames.jsonl", text);
     return RunReader{folder_.path()};
   };
-  // where the road was not known, what was known of it next
+  // without a ground plane: that of the next frame
   const RunReader unknown{changed("few_matches", "road_unknown")};
   EXPECT_EQ(unknown.rig_of(unknown.frames()[0]), rig_at(7));
   EXPECT_EQ(unknown.rig_of(unknown.frames()[1]), rig_at(7));

@@ -90,7 +90,7 @@ TEST(Damage, AnyFlippedBitIsReportedAndGivesNoWrongMessage) {
         const auto [streamed, damage]{stream_all(folder / "flipped.mcap")};
         EXPECT_TRUE(damage.any()) << bit;
         for (Said said : streamed) {
-          said.topic = "/a";  // that may be what was flipped
+          said.topic = "/a";  // the flipped byte may be in the topic
           EXPECT_EQ(std::ranges::count(small.written, said), 1) << bit << ": " << said;
         }
         EXPECT_GE(read_all(Reader{folder / "flipped.mcap"}).size(), streamed.size()) << bit;
@@ -123,7 +123,7 @@ TEST(Damage, ADamagedChunkInTheMiddleIsSkippedAndCounted) {
   EXPECT_THAT(reader.damage().sentences.at(0), HasSubstr("is skipped: its checksum is wrong"));
 }
 
-/// The index finds what stands behind a place where a stream must stop.
+/// The index finds messages behind a place at which a stream must stop.
 TEST(Damage, TheIndexLeadsOverDamageThatStopsAStream) {
   const TemporaryFolder folder;
   Small small{small_file(folder, Compression::zstd)};

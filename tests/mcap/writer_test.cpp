@@ -11,7 +11,7 @@
 namespace stereogrid::mcap::testing {
 namespace {
 
-/// What stands behind `data`: the groups of the summary by their opcodes, where they are, footer and mark.
+/// Bytes behind `data`: the groups of the summary by their opcodes and positions, footer and mark.
 std::string end_of(const std::string& data, const std::vector<std::pair<int, std::string>>& groups) {
   const std::string data_end{record(15, number(crc(data), 4))};
   const std::size_t begin{data.size() + data_end.size()};
@@ -25,8 +25,7 @@ std::string end_of(const std::string& data, const std::vector<std::pair<int, std
   return data_end + summary + offsets + footer + number(crc(summary + offsets + footer), 4) + magic;
 }
 
-/// What the writer has to make of one schema, two channels, a metadata record and three messages, put together by the
-/// specification.
+/// Expected file of one schema, two channels, a metadata record and three messages, built from the specification.
 std::string expected_file() {
   const std::string schema{record(3, number(1, 2) + text("pkg/msg/T") + text("ros2msg") + text("int8 x\n"))};
   const std::string channels{

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the tests call of Highway's compiled part, for a machine with one instruction set (scripts/check-neon.sh).
+// Functions of Highway's compiled part for the tests, for a machine with one instruction set (scripts/check-neon.sh).
 #include <hwy/targets.h>
 
 namespace hwy {

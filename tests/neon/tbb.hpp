@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What src/backend/cpu.hpp takes of oneTBB, one part after the other, for scripts/check-neon.sh.
+// Subset of oneTBB for src/backend/cpu.hpp, sequential, for scripts/check-neon.sh.
 #pragma once
 
 #include <cstddef>

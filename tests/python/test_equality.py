@@ -63,7 +63,7 @@ def test_of_a_scene(tool: Any, tmp_path: Path) -> None:
 
 
 def test_of_a_folder_with_odometry(tool: Any, drive: Path, tmp_path: Path) -> None:
-    # neither poses nor a mounting: both are estimated
+    # neither poses nor extrinsics: both are estimated
     shutil.copytree(drive, tmp_path / "drive")
     (tmp_path / "drive/poses.csv").unlink()
     calibration = tmp_path / "drive/calibration.yaml"

@@ -9,7 +9,7 @@ root=$1
 tests=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 largest_bytes=$((15 * 1024 * 1024))
 
-# in the tree, and with the compiler's usual name, so that ccache knows the objects
+# in the tree, and with the compiler's usual name, so that ccache finds the objects
 export CCACHE_NOHASHDIR=1 CXX=${CXX:-c++}
 mkdir -p "$root/build"
 folder=$(mktemp -d "$root/build/wheel-test-XXXXXX")

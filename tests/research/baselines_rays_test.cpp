@@ -40,7 +40,7 @@ TEST(LogOddsMap, StandsStillInTheWorld) {
       map.update(DisparityScene{}.road().wall(0, 240, 12, 2.5).frame(), {100, 7, 0.5}, half_metre_grid)};
   EXPECT_GT(at(first, 12), 0.6F);
   EXPECT_LT(at(first, 9), 0.45F);
-  // 4 m on, nothing is matched: the map remembers
+  // 4 m on, nothing is matched: the map keeps its state
   const Pose2 later{Pose2{100, 7, 0.5} * Pose2{4, 0, 0}};
   const Image<float> second{map.update(DisparityScene{}.frame(), later, half_metre_grid)};
   EXPECT_GT(at(second, 8), 0.6F);

@@ -15,7 +15,7 @@ using evaluation::testing::around;
 using evaluation::testing::half_metre_grid;
 using evaluation::testing::values_of;
 
-/// f·b = 100 px·m: a wall of disparity d stands at x = 100/d m. Looks down by `pitch_rad`.
+/// f·b = 100 px·m: a wall of disparity d stands at x = 100/d m. The camera has the pitch `pitch_rad`.
 inline Rig hundred_rig() {
   Rig rig;
   rig.width_px = 241;

@@ -40,7 +40,7 @@ def colours_at(draw, places):
 
 
 def centre(ix, iy):
-    """Of a cell of FOUR_BY_EIGHT, a little aside so that no ruler runs through it."""
+    """Position of a cell of FOUR_BY_EIGHT, a little aside so that no ruler runs through it."""
     return 0.5 * ix + 0.2, -2 + 0.5 * iy + 0.2
 
 
@@ -160,12 +160,12 @@ class Lidar(unittest.TestCase):
             return run_folder.in_vehicle([[-2, 1.15, 10]], RIG, ground)[0]
 
         np.testing.assert_allclose(at(0), [10, 2, 0.5])
-        # a camera that looks down on the road has the road rise ahead of it, in its own frame
+        # in the frame of a camera pitched downwards the road rises ahead
         self.assertAlmostEqual(at(0.01)[2], 1.65 - np.cos(0.01) * 1.15 - np.sin(0.01) * 10)
 
     def test_a_pitched_camera_is_turned_level_first(self):
         pitch = 0.3
-        # 8 m ahead and 1 m below the camera, as the camera that looks down by 0.3 rad has it
+        # 8 m ahead and 1 m below the camera, in the frame of a camera pitched by 0.3 rad
         point = [0, np.cos(pitch) - 8 * np.sin(pitch), 8 * np.cos(pitch) + np.sin(pitch)]
         ground = {"height_m": 1.65, "pitch_rad": 0, "roll_rad": 0}
         x, _, height = run_folder.in_vehicle([point], {**RIG, "camera_pitch_rad": pitch}, ground)[0]

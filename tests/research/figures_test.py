@@ -49,7 +49,7 @@ class OfARun(unittest.TestCase):
         cls.drawn_run = run_folder.Run(cls.work / "run")
 
     def shown(self, figure, title):
-        """What the panel of this title shows."""
+        """Image of the panel with this title."""
         parts = [figure, *figure.subfigs]
         axes = [axes for part in parts for axes in part.axes if axes.get_title(loc="left").startswith(title)]
         self.assertTrue(axes, title)

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Checks the rules of ARCHITECTURE.md that a compiler does not: who may include what, licence lines, paths, links.
+"""Checks the rules that a compiler does not: permitted includes, licence lines, paths, links, and the language of comments and pages.
 
-Usage: check.py [ROOT]. Prints every violation as file:line: sentence; exit status 1 where there are any.
+Usage: check.py [ROOT]. Prints every violation as file:line: message. Exit status 1 if there are any.
 """
 import re
 import subprocess
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
+import language  # noqa: E402
 import links  # noqa: E402
 
 CODE = {".hpp", ".cpp", ".cu", ".cuh", ".h"}
@@ -158,7 +159,7 @@ def long_files(root: Path, names: list[str]) -> list[str]:
 def main() -> int:
     root = Path(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parents[2]).resolve()
     names = files_of(root)
-    found = violations(root, names)
+    found = violations(root, names) + language.violations(root, names)
     for note in long_files(root, names):
         print("note:", note)
     for violation in found:

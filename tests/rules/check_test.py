@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""The rules find what they are there for, and let pass what is allowed."""
+"""Tests of check.py, language.py and .githooks/commit-msg: each rule finds its violations and accepts the rest."""
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -9,6 +10,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 import check  # noqa: E402
+import language  # noqa: E402
 
 LICENCE = "".join(f"// {line}\n" for line in check.LICENCE_LINES)
 
@@ -116,6 +118,48 @@ class Rules(unittest.TestCase):
         for text in bad:
             self.assertEqual(len(self.found(f"{docs}other.md", text + "\n")), 1, text)
         self.assertEqual(len(self.found("src/new.cpp", f"// {docs}page.md §4\n")), 1)
+
+    def assert_language(self, name, text, rule):
+        found = language.findings(name, text)
+        self.assertEqual([line.split(": ")[1] for line in found], [rule] if rule else [], text)
+
+    def test_language_of_comments_and_messages(self):
+        for text in ("// What has no room is left out.", "int x;  // how it is mounted", "/* Of a frame. */", "// Is it free?"):
+            self.assert_language("src/new.cpp", text + "\n", "first word")
+        for text in ("// Maximum number of points.", "// Angle of\n// what follows", 'auto s{"http://What"};', "int what_if;"):
+            self.assert_language("src/new.cpp", text + "\n", None)
+        self.assert_language("apps/new.cpp", 'help("What is in an input.");\n', "first word")
+        self.assert_language("tests/new.cpp", 'help("What is in an input.");\n', None)
+        self.assert_language("src/new.cpp", "// The filter knows the pose.\n", "personification")
+        self.assert_language("src/new.cpp", "// Use `knows` or knows_pose().\n", None)
+        self.assert_language("research/new.py", '"""Draws\n\nrows that are born."""\n', "term")
+        self.assert_language("research/new.py", '"""Draws."""\nx = "# Of"\n', None)
+        self.assert_language("cmake/new.cmake", "set(x 1)  # how it is\n", "first word")
+
+    def test_language_of_pages(self):
+        words = "word " * (language.MAX_WORDS - 1)
+        self.assert_language("notes/new.md", f"{words}end. Next {words.rstrip()}.\n", None)
+        self.assert_language("notes/new.md", f"{words}too\nlong.\n", "length")
+        self.assert_language("notes/new.md", f"```\n{words}too long.\n```\n\n`{words}too long`\n", None)
+        self.assert_language("notes/new.md", "| a | The tool tells it. |\n", "personification")
+
+    def test_language_counts_only_fall(self):
+        names = [self.write("scripts/a.sh", "# What is it.\n"), self.write(language.ALLOWED, "scripts 1\n")]
+        self.assertEqual(language.violations(self.root, names), [])
+        self.write("scripts/a.sh", "# What is it.\n\n# Where it is.\n")
+        self.assertIn("scripts: 2 findings of language (at most 1): mend the new ones", language.violations(self.root, names))
+        language.lower(self.root, names)
+        self.assertEqual(language.allowed_counts(self.root), {"scripts": 1})
+        self.write("scripts/a.sh", "# Place.\n")
+        self.assertEqual(len(language.violations(self.root, names)), 1)
+        language.lower(self.root, names)
+        self.assertEqual(language.violations(self.root, names), [])
+
+    def test_commit_subjects(self):
+        hook = Path(__file__).parents[2] / ".githooks" / "commit-msg"
+        for subject, status in (("filter: " + "x" * 64, 0), ("filter: " + "é" * 64, 0), ("filter: " + "x" * 65, 1)):
+            message = self.root / self.write("message", f"# comment\n\n{subject}\n\n{'body ' * 30}\n")
+            self.assertEqual(subprocess.run([hook, message], capture_output=True).returncode, status, subject)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ void add_to_hash(std::uint64_t& hash, T value) {
   }
 }
 
-/// FNV-1a of the pictures, and of the disparities as they are stored (in 1/256 px), labels and cells.
+/// FNV-1a of the images, and of the disparities as they are stored (in 1/256 px), labels and cells.
 std::uint64_t hash_of(const Scene& scene, std::size_t index) {
   std::uint64_t hash{0xcbf29ce484222325U};
   const StereoFrame frame{scene.load(index)};
@@ -58,7 +58,7 @@ struct Difference {
   int pixels{0};
 };
 
-/// Left against the right picture moved by the true disparity plus an error.
+/// Left image against the right one warped by the true disparity plus an error.
 Difference warped(const StereoFrame& frame, const FrameTruth& truth, double gain, double error_px) {
   Difference difference;
   for (int v{0}; v < frame.left.height(); ++v) {

@@ -43,7 +43,7 @@ using enum TerrainCell;
 
 TEST(TerrainTruth, ADitchIsAnEdgeAndWhatLiesBeyond) {
   const Truth ditch{"kind=ditch&depth=0.8&span=1&at=5"};
-  const double half_width{256.0 / 410};  // of the view, per metre ahead
+  const double half_width{256.0 / 410};  // half of the view's width, per metre ahead
   for (double x{4.1}; x < 15; x += 0.2) {
     for (double y{-8.9}; y < 9; y += 0.2) {
       if (std::abs(std::abs(y) - half_width * x) < 0.4) continue;

@@ -107,8 +107,7 @@ TEST(TruthPixels, LabelsAndInstancesAgree) {
 }
 
 TEST(TruthPixels, HiddenFromTheRightCameraBesideNearThings) {
-  // Left of a near edge, the right camera sees less of what lies behind: the strip is as wide as the disparities
-  // differ.
+  // Left of a near edge, the right camera sees less of the background: the strip is as wide as the disparities differ.
   const Scene scene{parse_scene("occlusion")};
   const FrameTruth truth{scene.truth(0)};
   const TruthObject pole{object_of(truth, "pole")};

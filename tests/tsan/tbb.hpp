@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What this project takes of oneTBB, on plain threads. The thread sanitizer sees only what it has compiled: the
-// library's own synchronisation is hidden from it, and every loop would look like a race. Results are the same.
+// Subset of oneTBB for this project, on plain threads. The thread sanitizer does not cover the synchronisation of a
+// library that it has not compiled, and would report every loop as a race. Results are equal.
 #pragma once
 
 #include <algorithm>
@@ -108,7 +108,7 @@ class Pool {
   std::vector<std::thread> threads_;
 };
 
-/// Of the arena that the calling thread is in.
+/// Concurrency of the calling thread's arena.
 inline int& concurrency() {
   thread_local int threads{info::default_concurrency()};
   return threads;

@@ -59,19 +59,18 @@ void add_run_command(CLI::App& batch, int& exit_code) {
   auto options{std::make_shared<Options>()};
   CLI::App* command{batch.add_subcommand("run", "Process one shard, or several.")};
   add_plan_argument(*command, options->plan);
-  CLI::Option* const shard{command->add_option("--shard", options->shards, "Numbers from 0.")->type_name("K | 3-7,12")};
-  command->add_flag("--all", options->all, "All shards, one after the other.")->excludes(shard);
+  CLI::Option* const shard{
+      command->add_option("--shard", options->shards, "Numbers of shards, from 0.")->type_name("K | 3-7,12")};
+  command->add_flag("--all", options->all, "Process all shards, one after the other.")->excludes(shard);
   command->add_option("--threads", options->runner.threads, "Threads of the pipeline; 0: all cores.")
       ->type_name("N")
       ->check(whole_number(0, 1024), "[0 - 1024]")
       ->capture_default_str();
-  command
-      ->add_option("--input-wait", options->runner.input_wait_s,
-                   "Give up where a frame takes longer than this to load. Exit code 75.")
+  command->add_option("--input-wait", options->runner.input_wait_s, "Maximum time to load a frame. Exit code 75.")
       ->type_name("S")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
-  command->add_flag("--retry-poison", options->runner.retry_poison, "Try again what has been recorded as impossible.");
+  command->add_flag("--retry-poison", options->runner.retry_poison, "Retry shards recorded as impossible.");
   command->callback([options, &exit_code] {
     if (options->shards.empty() && !options->all) {
       throw ConfigError{"batch run needs numbers of shards. Give --shard 3-7,12, or --all."};
@@ -112,12 +111,12 @@ void add_status_command(CLI::App& batch, int& exit_code) {
     bool print_missing{false};
   };
   auto options{std::make_shared<Options>()};
-  CLI::App* command{batch.add_subcommand("status", "Counts of a plan's shards: done, running, missing, failed.")};
+  CLI::App* command{batch.add_subcommand("status", "Count a plan's shards: done, running, missing, failed.")};
   add_plan_argument(*command, options->plan);
   CLI::Option* const json{command->add_flag("--json", options->json, "As JSON.")};
   command
       ->add_flag("--print-missing", options->print_missing,
-                 "Only the numbers of the missing and stopped shards, for --shard: 3-7,12.")
+                 "Print only the numbers of missing and stopped shards, for --shard: 3-7,12.")
       ->excludes(json);
   command->callback([options, &exit_code] {
     const Status status{status_of(PlanReader{options->plan})};
@@ -167,7 +166,7 @@ void add_plan_argument(CLI::App& command, std::string& plan) {
 namespace stereogrid::app {
 
 void add_batch_command(CLI::App& tool, int& exit_code) {
-  CLI::App* command{tool.add_subcommand("batch", "Thousands of drives: a plan, processed by any scheduler.")};
+  CLI::App* command{tool.add_subcommand("batch", "Process thousands of drives by a plan, with any scheduler.")};
   command->require_subcommand(1);
   command->footer("docs/fleet.md describes it with Slurm, GNU parallel, Kubernetes and Snakemake.");
   batch::add_plan_command(*command, exit_code);

@@ -256,7 +256,7 @@ std::string summary_page(const Json& summary) {
   html += table(summary.at("variants"));
   html +=
       "<p><small>Filtered grids, 3 to 20 m ahead. Means over drives, with 95 % intervals over drives. Every figure: "
-      "summary.json; –: not scored, parts.jsonl tells why.</small></p>\n";
+      "summary.json; –: not scored, see parts.jsonl.</small></p>\n";
   return html + plot(summary.at("variants")) + "</body></html>\n";
 }
 

@@ -22,7 +22,7 @@ struct MergeOptions {
 
 /// Frames of a plan.
 struct MergedFrames {
-  std::uint64_t planned{0};  ///< that its shards write where none is skipped
+  std::uint64_t planned{0};  ///< frames that the shards write if none is skipped
   std::uint64_t merged{0};
 };
 

@@ -76,7 +76,7 @@ class MemoryEstimate {
       const Config config{config_from({options_.run.config.preset, "", variant.settings})};
       const Pipeline pipeline{start_pipeline(config, rig, {"cpu", 1}, {.horizons_s = options_.run.predict_s})};
       const GridGeometry grid{pipeline.vehicle_grid()};
-      const double images{30.0 * rig.width_px * rig.height_px};  // eight frames, decoded and as they come; pictures
+      const double images{30.0 * rig.width_px * rig.height_px};  // eight frames, decoded and raw; visualisations
       const double scored{options_.no_evaluation ? 0.0 : 20.0 * grid.nx * grid.ny * static_cast<double>(most_frames_)};
       bytes_ = std::max(bytes_, static_cast<double>(pipeline.memory_use().host_bytes) * 1.3 + images + scored);
     }
@@ -227,7 +227,9 @@ void add_shard_options(CLI::App& command, Options& options) {
   command.add_option("--out,-o", options.out, "Folder of the plan and its results, at the same path on all machines.")
       ->type_name("PLAN")
       ->required();
-  command.add_option("--frames-per-shard", options.frames_per_shard, "Longer drives are cut; 0: none is.")
+  command
+      .add_option("--frames-per-shard", options.frames_per_shard,
+                  "Maximum frames of a shard; longer drives are cut. 0: no limit.")
       ->type_name("N")
       ->check(whole_number(0, 1'000'000'000))
       ->capture_default_str();
@@ -239,13 +241,12 @@ void add_shard_options(CLI::App& command, Options& options) {
                    "Shards continue from the state of the one before: results equal those of the uncut drive, but the "
                    "shards of a drive wait for each other.");
   command
-      .add_option("--sweep", options.sweeps,
-                  "Every drive with each of these values: KEY=A,B,C; several --sweep: with every combination.")
+      .add_option("--sweep", options.sweeps, "Values for every drive: KEY=A,B,C; several --sweep: every combination.")
       ->type_name("KEY=A,B,...")
       ->expected(1)
       ->take_all();
   command.add_flag("--content-digests", options.content_digests,
-                   "Read every byte of the inputs to tell them apart, not only names, sizes and small files.");
+                   "Digest every byte of the inputs, not only names, sizes and small files.");
   command.add_flag("--no-evaluation", options.no_evaluation, "Do not score results where there is truth.");
   command.add_flag("--skip-bad", options.skip_bad, "Leave out inputs that cannot be used, and note them in the plan.");
 }

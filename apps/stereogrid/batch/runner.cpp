@@ -124,7 +124,7 @@ class Runner {
     const int code{run_shard(plan_, shard_.number - 1, options_)};
     if (code == exit_done) return std::nullopt;
     if (code == exit_try_again || code == exit_bug) return exit_try_again;
-    return refuse(code, fmt::format("goes on from shard {}, which cannot be done", shard_.number - 1));
+    return refuse(code, fmt::format("continues shard {}, which has failed", shard_.number - 1));
   }
 
   int refuse(int code, const std::string& why) const {
@@ -174,9 +174,10 @@ class Runner {
   int attempt(Seconds seconds) {
     try {
       if (!input_.is_as_planned()) {
-        return refuse(exit_input, io::printable(shard_.input.front()) +
-                                      ": is not what it was when the plan was made. Make a new plan: what has not "
-                                      "changed is not worked on again if it has the same folder.");
+        return refuse(exit_input,
+                      io::printable(shard_.input.front()) +
+                          ": has changed since the plan was made. Make a new plan; with the same folder, unchanged "
+                          "inputs are not processed again.");
       }
       const int code{run_anew_where_damaged()};
       if (code != exit_done) return exit_try_again;
@@ -218,8 +219,7 @@ class Runner {
       return code;
     } catch (const InputError& damaged) {
       if (!resumed || !input_.is_there()) throw;
-      spdlog::warn("shard {}: begins anew, since what was left of it cannot be used: {}", shard_.number,
-                   damaged.what());
+      spdlog::warn("shard {}: begins anew, since its saved part is not usable: {}", shard_.number, damaged.what());
     } catch (const ConfigError& damaged) {
       if (!resumed || !input_.is_there()) throw;
     }
@@ -242,8 +242,8 @@ class Runner {
     }
   }
 
-  /// Lets the shard begin anew and throws DeviceError where the input is not what was planned: what is `lost` may be
-  /// available later.
+  /// Restarts the shard and throws DeviceError if the input differs from the plan: the `lost` part may be available
+  /// later.
   void require_planned_input(const std::string& lost) const {
     if (input_.is_there()) return;
     std::error_code error;

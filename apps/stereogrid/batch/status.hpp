@@ -41,7 +41,7 @@ struct Status {
   std::uint64_t failed{0};   ///< recorded as impossible: bad input or wrong usage
   std::uint64_t frames{0};
   std::uint64_t frames_done{0};
-  std::uint64_t frames_skipped{0};     ///< of shards that are done: frames that could not be used
+  std::uint64_t frames_skipped{0};     ///< unusable frames of completed shards
   double cost_left{0};                 ///< cost of all shards but those done and failed
   double frames_per_second{0};         ///< mean of one runner, from a few hundred results; 0: none
   double seconds_left{0};              ///< with as many runners as now; 0: unknown

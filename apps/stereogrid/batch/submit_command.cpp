@@ -88,8 +88,7 @@ std::string filled_in(const Template& from, const std::map<std::string, std::str
   return filled.append(rest, from.text.cend());
 }
 
-/// A line per task: numbers of shards that are neither done nor failed. Shards that go on from each other stay
-/// together.
+/// A line per task: numbers of shards that are neither done nor failed. Shards that continue each other stay together.
 std::vector<std::string> tasks_of(const PlanReader& plan, std::uint64_t shards_per_task) {
   std::vector<std::string> tasks;
   std::vector<std::uint64_t> task;
@@ -173,15 +172,16 @@ void add_task_options(CLI::App& command, Options& options) {
       ->type_name("N")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
-  command.add_option("--memory-mb", options.memory_mb, "Memory of a task; left out: the plan's estimate.")
+  command.add_option("--memory-mb", options.memory_mb, "Memory of a task. Default: the plan's estimate.")
       ->type_name("MB")
       ->check(CLI::Range(1, 100'000'000));
   command.add_option("--jobs", options.jobs, "Tasks at once.")->type_name("N")->check(CLI::Range(1, 1'000'000));
-  command.add_option("--retries", options.retries, "How often a task may be tried again.")
+  command.add_option("--retries", options.retries, "Number of retries of a task.")
       ->type_name("N")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
-  command.add_option("--tool", options.tool, "The program where tasks run; left out: this one.")->type_name("FILE");
+  command.add_option("--tool", options.tool, "Path of the program on the machines of the tasks. Default: this one.")
+      ->type_name("FILE");
   command.add_option("--image", options.image, "Kubernetes: a container image with stereogrid.")->type_name("IMAGE");
   command.add_option("--claim", options.claim, "Kubernetes: the claim of the volume that holds the plan.")
       ->type_name("NAME");
@@ -198,7 +198,7 @@ void add_submit_command(CLI::App& batch, int& exit_code) {
   command->add_option("--engine", options->engine, "Scheduler of the tasks.")
       ->check(CLI::IsMember(engines))
       ->capture_default_str();
-  command->add_flag("--go", options->go, "Start it, too.");
+  command->add_flag("--go", options->go, "Start the engine, too.");
   add_task_options(*command, *options);
   command->callback([options, &exit_code] { exit_code = submit(*options); });
 }

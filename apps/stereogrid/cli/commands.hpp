@@ -6,7 +6,7 @@
 
 namespace stereogrid::app {
 
-/// What the program tells the shell.
+/// Exit codes of the program.
 enum ExitCode : int {
   exit_done = 0,
   exit_usage = 64,         ///< wrong arguments or settings

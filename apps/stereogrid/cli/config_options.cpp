@@ -13,11 +13,11 @@
 namespace stereogrid::app {
 
 void add_config_options(CLI::App& command, ConfigOptions& options) {
-  command.add_option("--preset", options.preset, "default, robot, or paper: as published.")
+  command.add_option("--preset", options.preset, "Preset: default, robot, or paper (as published).")
       ->type_name("NAME")
       ->capture_default_str();
-  command.add_option("--config", options.file, "Parameters from a YAML file.")->type_name("FILE.yaml");
-  command.add_option("--set", options.settings, "A parameter, such as grid.length_m=30. May be repeated.")
+  command.add_option("--config", options.file, "YAML file with parameters.")->type_name("FILE.yaml");
+  command.add_option("--set", options.settings, "Value of a parameter, such as grid.length_m=30. May be repeated.")
       ->type_name("KEY=VALUE")
       ->expected(1)
       ->take_all();

@@ -10,7 +10,7 @@
 
 namespace stereogrid::app {
 
-/// Where the parameters come from; later ones win: preset, file, --set.
+/// Sources of parameters, in ascending priority: preset, file, --set.
 struct ConfigOptions {
   std::string preset{"default"};
   std::string file;

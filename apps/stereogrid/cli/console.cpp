@@ -13,8 +13,7 @@ namespace stereogrid::app {
 
 namespace {
 
-// Of the first write that failed: later ones may go well and forget why.
-// NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
+// errno of the first write that failed. NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
 int output_error{0};
 
 }  // namespace
@@ -38,7 +37,7 @@ void write_error(std::string_view text) {
 
 std::string lost_output() {
   if (std::fflush(stdout) != 0 && output_error == 0) output_error = errno;
-  // network file systems tell of a full disk only when a file is closed; the original has to stay open for others
+  // network file systems report a full disk only when a file is closed; the original has to stay open for other writers
   const int copy{dup(STDOUT_FILENO)};
   if (copy >= 0 && close(copy) != 0 && errno != EINTR && output_error == 0) output_error = errno;
   return output_error == 0 ? "" : std::generic_category().message(output_error);

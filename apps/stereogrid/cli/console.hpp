@@ -10,11 +10,11 @@
 
 namespace stereogrid::app {
 
-// The standard streams. Writing to them never throws, whatever is at their other end: a run does not end because nobody
-// listens. Whether stdout has arrived is asked once, at the end.
+// Standard streams. Writing to them never throws, so that a run continues without a reader. Errors on stdout are
+// reported once, at the end.
 
-/// Puts /dev/null where a standard stream is closed, so that no file of ours gets its number and what is said on it.
-/// Before anything else is opened. False where that cannot be done.
+/// Opens /dev/null for closed standard streams, so that no other file gets their numbers. Call it before anything else
+/// is opened. False: not possible.
 [[nodiscard]] bool open_standard_streams();
 
 void write_output(std::string_view text);
@@ -32,7 +32,7 @@ void tell_on_stderr(fmt::format_string<Values...> format, Values&&... values) {
   write_error(fmt::format(format, std::forward<Values>(values)...));
 }
 
-/// Hands on what waits for stdout. Why some of all that was written there is lost; "": nothing is.
+/// Flushes stdout. Returns the reason if some output is lost, else "".
 [[nodiscard]] std::string lost_output();
 
 }  // namespace stereogrid::app

@@ -8,7 +8,7 @@ namespace stereogrid::app {
 /// was ignored from the start; further ones change nothing.
 void catch_interrupts();
 
-/// The signal that asked to stop; 0: none.
+/// Signal that requested a stop; 0: none.
 [[nodiscard]] int interrupted();
 
 }  // namespace stereogrid::app

@@ -18,8 +18,8 @@ using OptionCheck = std::function<std::string(const std::string& value)>;
 /// Both ends included; CLI11's own range lets nan through.
 [[nodiscard]] OptionCheck number(double minimum, double maximum);
 
-/// An empty value is refused by every option of the tool and its commands: it comes from a variable of a script that is
-/// not set, and to go on without the option is not what was meant.
+/// Rejects empty values for all options of the tool and its commands. They come from unset variables of a script, and
+/// ignoring the option would not be intended.
 void refuse_empty_values(CLI::App& tool);
 
 }  // namespace stereogrid::app

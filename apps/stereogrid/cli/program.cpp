@@ -59,11 +59,11 @@ int parse_and_run(int argc, char** argv, const char* name, Describe describe) {
   program.set_version_flag("--version", fmt::format("{} {}", name, version()));
   program
       .add_flag_callback(
-          "-q,--quiet", [] { spdlog::set_level(spdlog::level::warn); }, "Warnings and errors only.")
+          "-q,--quiet", [] { spdlog::set_level(spdlog::level::warn); }, "Print warnings and errors only.")
       ->trigger_on_parse();
   program
       .add_flag_callback(
-          "-v,--verbose", [] { spdlog::set_level(spdlog::level::debug); }, "Tell every detail.")
+          "-v,--verbose", [] { spdlog::set_level(spdlog::level::debug); }, "Print debug messages.")
       ->trigger_on_parse();
   describe(program, exit_code);
   refuse_empty_values(program);
@@ -106,7 +106,7 @@ int run_guarded(int argc, char** argv, const char* name, Describe describe) {
 }  // namespace
 
 int run_program(int argc, char** argv, const char* name, Describe describe) {
-  if (!open_standard_streams()) return exit_try_again;  // there is nobody to tell it to
+  if (!open_standard_streams()) return exit_try_again;
   set_up_log();
   keep_memory();
   std::signal(SIGXFSZ, SIG_IGN);  // a file above `ulimit -f` then cannot be written, as on a full disk

@@ -9,8 +9,8 @@ namespace stereogrid::app {
 /// Adds options and commands to a program; running it sets `exit_code` or throws.
 using Describe = void (*)(CLI::App& program, int& exit_code);
 
-/// What main() of a program called `name` does: sees to streams, log and memory, reads the command line, and turns
-/// exceptions into complaints and exit codes.
+/// main() of a program called `name`: sets up streams, log and memory, parses the command line, and turns exceptions
+/// into messages and exit codes.
 [[nodiscard]] int run_program(int argc, char** argv, const char* name, Describe describe);
 
 }  // namespace stereogrid::app

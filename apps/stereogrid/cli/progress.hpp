@@ -8,7 +8,7 @@
 
 namespace stereogrid::app {
 
-/// How far a long job is: a bar on a terminal, else a plain line now and then. Writes to stderr; silent under --quiet.
+/// Progress of a long job: a bar on a terminal, else a plain line at intervals. Writes to stderr; silent under --quiet.
 class Progress {
  public:
   Progress(std::string label, std::size_t total);

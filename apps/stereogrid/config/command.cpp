@@ -74,10 +74,10 @@ void print_markdown() {
 
 void add_config_command(CLI::App& tool) {
   auto options{std::make_shared<Options>()};
-  CLI::App* command{tool.add_subcommand("config", "Show every parameter: value, unit, range, meaning.")};
+  CLI::App* command{tool.add_subcommand("config", "List every parameter: value, unit, range, description.")};
   add_config_options(*command, options->config);
-  auto* json{command->add_flag("--json", options->json, "As JSON, values only.")};
-  command->add_flag("--markdown", options->markdown, "The page docs/config.md.")->excludes(json);
+  auto* json{command->add_flag("--json", options->json, "Print JSON, values only.")};
+  command->add_flag("--markdown", options->markdown, "Print the page docs/config.md.")->excludes(json);
   command->callback([options] {
     if (options->markdown) return print_markdown();
     const Config config{config_from(options->config)};

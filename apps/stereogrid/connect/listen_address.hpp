@@ -7,13 +7,13 @@
 
 namespace stereogrid::app {
 
-/// Where a server listens.
+/// Address and port of a server.
 struct ListenAddress {
   std::string address{"127.0.0.1"};
   std::uint16_t port{8765};  ///< 0: any free one
 };
 
-/// Of "ADDRESS:PORT" ("127.0.0.1:8765", "[::1]:8765") or ":PORT", on this machine alone. Throws ConfigError.
+/// Parses "ADDRESS:PORT" ("127.0.0.1:8765", "[::1]:8765") or ":PORT" (loopback). Throws ConfigError.
 [[nodiscard]] ListenAddress listen_address_of(const std::string& text);
 
 }  // namespace stereogrid::app

@@ -57,23 +57,23 @@ messages::FrameMessagesOptions sent_by(const MessageOptions& options) {
 void add_message_options(CLI::App& command, MessageOptions& options) {
   command
       .add_option("--mcap", options.mcap,
-                  "Also a recording of the results as ROS 2 messages (docs/messages.md), for Foxglove, Lichtblick or "
+                  "Record the results as ROS 2 messages, too (docs/messages.md), for Foxglove, Lichtblick or "
                   "ros2 bag.")
       ->type_name("FILE.mcap");
   command
       .add_option("--mcap-topics", options.topics,
-                  "Only these topics, such as occupancy_grid,obstacles,tf; without disparity, points and the pictures "
+                  "Topics to record, such as occupancy_grid,obstacles,tf; without disparity, points and images "
                   "the file is small.")
       ->delimiter(',')
       ->type_name("TOPIC,TOPIC,...");
   command
       .add_option_function<std::string>(
           "--value-scale", [&options](const std::string& name) { options.scale = scale_named(name); },
-          "What the values of occupancy grids mean, in each of these messages: for Nav2's static layer nav2 "
+          "Scale of the values of occupancy grid messages: nav2 for Nav2's static layer "
           "(ros2/planners). Otherwise percent.")
       ->check(CLI::IsMember(scale_names()));
   command.add_flag("--ros2", options.ros2.publishes,
-                   "Also to ROS 2: the same messages as topics of a node, in the domain ROS_DOMAIN_ID (docs/ros2.md).");
+                   "Publish the same messages as topics of a ROS 2 node, in the domain ROS_DOMAIN_ID (docs/ros2.md).");
   add_ros2_options(command, options.ros2);
 }
 
@@ -81,7 +81,7 @@ void check(const MessageOptions& options, const Rig& rig) {
   if (options.ros2.publishes) check(options.ros2);
   if (options.mcap.empty()) {
     if (options.topics.empty()) return;
-    throw ConfigError{"--mcap-topics chooses what is recorded, but nothing is. Give --mcap FILE, too."};
+    throw ConfigError{"--mcap-topics needs a recording. Give --mcap FILE, too."};
   }
   if (fs::exists(options.mcap) && !fs::is_other(options.mcap)) {
     throw ConfigError{fmt::format("--mcap {}: it is there already. Give another name, or delete it.",

@@ -23,7 +23,7 @@ namespace stereogrid::app {
 /// Which recording, and which topics of docs/messages.md.
 struct MessageOptions {
   std::filesystem::path mcap;           ///< empty: none
-  std::vector<std::string> topics;      ///< of the recording; empty: all
+  std::vector<std::string> topics;      ///< topics of the recording; empty: all
   std::optional<OccupancyScale> scale;  ///< none: percent
   Ros2Options ros2{};
 };
@@ -33,17 +33,17 @@ void add_message_options(CLI::App& command, MessageOptions& options);
 /// Throws ConfigError: a topic that does not exist, topics without a file, a file that is there already.
 void check(const MessageOptions& options, const Rig& rig);
 
-/// Is something recorded or published that is made of FrameResult::stages?
+/// True if a message is recorded or published that needs FrameResult::stages.
 [[nodiscard]] bool needs_stages(const MessageOptions& options);
 
-/// What is known after each frame as ROS 2 messages: into an MCAP file, to viewers, to ROS 2.
+/// Publishes the results of each frame as ROS 2 messages: to an MCAP file, viewers and ROS 2.
 class MessageOutput {
  public:
   /// `viewers`: has to live longer; nullptr: none. `rig`: of the first frame. Throws ConfigError, DeviceError.
   MessageOutput(const MessageOptions& options, server::Server* viewers, const Rig& rig);
   ~MessageOutput();
 
-  /// `facts`: all but the stamp and the pictures; `rig`: of this frame. Throws DeviceError.
+  /// `facts`: all but the stamp and the images; `rig`: of this frame. Throws DeviceError.
   void send(const StereoFrame& frame, const FrameResult& result, messages::FrameFacts facts);
   /// The file is whole. Throws DeviceError.
   void finish();

@@ -29,13 +29,13 @@ constexpr int service_unavailable{503};
 void add_page_options(CLI::App& command, PageOptions& options) {
   command
       .add_option("--listen", options.listen,
-                  "Where browsers find the page. On other than a loopback address its link has a token, without which "
-                  "nobody gets in. Port 0: any free one.")
+                  "Address of the page. On an address other than loopback its link has a token, without which access "
+                  "is denied. Port 0: any free port.")
       ->type_name("ADDRESS:PORT")
       ->capture_default_str();
   command
       .add_option("--allow-origin", options.allowed_origins,
-                  "Pages of other sites that may read the results, such as https://app.foxglove.dev.")
+                  "Origins of other sites with access to the results, such as https://app.foxglove.dev.")
       ->delimiter(',')
       ->type_name("URL,URL,...");
 }
@@ -59,7 +59,7 @@ struct Page::State {
   void write_counts(server::Metrics& metrics) const;
   void write_times(server::Metrics& metrics) const;
 
-  mutable std::mutex mutex;  // of what follows, but for the server itself
+  mutable std::mutex mutex;  // protects the members below, except the server
   std::string fault;
   std::optional<Clock::time_point> last_frame;
   StageTimes times;
@@ -67,7 +67,7 @@ struct Page::State {
   std::int64_t frames{0};
   std::optional<messages::Latency> latency;
   std::vector<messages::Dropped> dropped;
-  std::unique_ptr<server::Server> server;  // its thread uses what is above
+  std::unique_ptr<server::Server> server;  // its thread uses the members above
 };
 
 server::Answer Page::State::health() const {
@@ -128,7 +128,7 @@ Page::Page(const PageOptions& options, std::string name, server::Parameters para
   made.http.endpoints.push_back({"/healthz", [state = state_.get()] { return state->health(); }});
   made.http.endpoints.push_back({"/metrics", [state = state_.get()] { return state->metrics(); }});
   auto server{start_server(options, std::move(made))};
-  const std::scoped_lock lock{state_->mutex};  // somebody may ask already
+  const std::scoped_lock lock{state_->mutex};  // requests may have arrived already
   state_->server = std::move(server);
 }
 

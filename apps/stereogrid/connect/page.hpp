@@ -12,7 +12,7 @@
 
 namespace stereogrid::app {
 
-/// Where a server listens and what it lets in, as its user says.
+/// Address and access rights of a server, as set by the user.
 struct PageOptions {
   std::string listen{"127.0.0.1:8765"};  ///< listen_address_of()
   std::vector<std::string> allowed_origins;
@@ -34,7 +34,7 @@ class Page {
 
   /// After each frame, for /metrics and /healthz.
   void note(const FrameResult& result, const messages::FrameFacts& facts);
-  /// What is wrong, for /healthz and as a sentence to all viewers, where it is another than before; "": nothing.
+  /// Sets the fault shown by /healthz and sent to all viewers on a change; "": none.
   void set_fault(const std::string& sentence);
 
  private:

@@ -83,7 +83,7 @@ dds::NodeOptions node_options(const Ros2Options& options) {
 }  // namespace
 
 void add_ros2_options(CLI::App& command, Ros2Options& options) {
-  command.add_option("--ros2-node", options.node, "This program's name in ROS 2, with its namespace.")
+  command.add_option("--ros2-node", options.node, "Name of the node, with its namespace.")
       ->type_name("NAME|NAMESPACE/NAME")
       ->capture_default_str();
   command
@@ -92,7 +92,7 @@ void add_ros2_options(CLI::App& command, Ros2Options& options) {
       ->delimiter(',')
       ->type_name("FROM:=TO,...");
   command.add_flag("--ros2-leave-tf", options.leaves_tf,
-                   "Do not publish /tf: the robot's own odometry does. So it is where --poses come from ROS 2.");
+                   "Do not publish /tf, which the robot's own odometry publishes. Implied by poses from ROS 2.");
   command
       .add_option(
           "--ros2-frames", options.frames,
@@ -102,9 +102,10 @@ void add_ros2_options(CLI::App& command, Ros2Options& options) {
       ->expected(2)
       ->type_name("WORLD,VEHICLE");
   command
-      .add_option("--ros2-distro", options.distro,
-                  "Whose tools are to see this node (ros2 node list); messages arrive anyway. Otherwise ROS_DISTRO's, "
-                  "or jazzy.")
+      .add_option(
+          "--ros2-distro", options.distro,
+          "Distribution whose tools list this node (ros2 node list); messages arrive anyway. Default: ROS_DISTRO, "
+          "or jazzy.")
       ->check(CLI::IsMember({"humble", "jazzy"}));
 }
 

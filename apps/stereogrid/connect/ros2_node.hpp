@@ -17,9 +17,9 @@ struct Ros2Options {
   std::string node{"stereo_grid"};
   std::vector<std::string> remappings{};
   std::string distro{};               ///< "": that of ROS_DISTRO, else jazzy
-  bool uses_sim_time{false};          ///< of a live source
+  bool uses_sim_time{false};          ///< live sources only
   bool leaves_tf{false};              ///< to others: /tf is not published
-  std::vector<std::string> frames{};  ///< of the world and of the vehicle; none: odom, base_link
+  std::vector<std::string> frames{};  ///< names of the world and vehicle frame; none: odom, base_link
   std::vector<double> camera_at{};    ///< x, y (m) and heading (°) of the left camera in the frame of its poses
 
   friend bool operator==(const Ros2Options&, const Ros2Options&) = default;
@@ -33,11 +33,11 @@ void refuse_without_node(const Ros2Options& options);
 /// Without opening anything. Throws as open_ros2_node().
 void check(const Ros2Options& options);
 
-/// The program's node: the same as before, while somebody has it, whatever the options are now.
+/// Node of the program: shared by all users, with the options of the first one.
 ///
-/// Loads libstereogrid_dds.so, which is looked for beside this program, in the folder that `cmake --install` put it in,
-/// then where the loader looks; the environment variable STEREOGRID_DDS_LIBRARY names another file. Warnings go to the
-/// log. Throws ConfigError; DeviceError, which says what is missing.
+/// Loads libstereogrid_dds.so. Search order: beside this program, in the folder of `cmake --install`, in the paths of
+/// the loader; the environment variable STEREOGRID_DDS_LIBRARY names another file. Warnings go to the log. Throws
+/// ConfigError; DeviceError, which names the missing part.
 [[nodiscard]] std::shared_ptr<dds::Node> open_ros2_node(const Ros2Options& options);
 
 }  // namespace stereogrid::app

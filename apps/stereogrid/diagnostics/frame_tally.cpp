@@ -17,7 +17,7 @@ namespace stereogrid::app {
 namespace {
 
 constexpr double degrees{57.29577951308232};
-constexpr double pitch_step_rad{1e-4};  // of FrameTally::road_pitches
+constexpr double pitch_step_rad{1e-4};  // resolution of FrameTally::road_pitches
 
 bool has(const io::FrameSummary& frame, FrameStatus flag) {
   return std::ranges::count(frame.status, flag) > 0;
@@ -113,7 +113,7 @@ class Complaining {
     }
     std::string text{fmt::format("road not found in {} (first: {})", share(missed), missed.first_name)};
     if (unknown.frames > 0) {
-      text += fmt::format("; in {} it is not known where the road is, and the grid is unknown", share(unknown));
+      text += fmt::format("; in {} the ground plane is unknown, and so is the grid", share(unknown));
     }
     const bool is_explained{unknown.frames > 0 && context_.input.extrinsics_given};
     say(is_explained ? text + ": " + unknown.first_warnings.front() : text + advice_on_mounting());
@@ -123,16 +123,16 @@ class Complaining {
     const Rig& rig{context_.given};
     if (context_.used != rig) {
       return fmt::format(
-          ". The camera is not mounted as assumed, {:.3g} m above the road with a pitch of {:.1f}° (down). A run "
-          "estimates it from its first frames, whose grids are unknown. For calibration.yaml: {}",
+          ". The extrinsics differ from the assumed ones: {:.3g} m above the road, pitch {:.1f}° (down). A run "
+          "estimates them from its first frames, whose grids are unknown. For calibration.yaml: {}",
           rig.camera_height_m, rig.camera_pitch_rad * degrees, io::mount_line(context_.used));
     }
     return fmt::format(
         ". It may be out of view, wet or without texture, or {}: {:.3g} m "
         "above the road and a pitch of {:.1f}° (down) are assumed. Measure them, and give mount.camera_height_m and "
         "mount.camera_pitch_rad.",
-        context_.input.extrinsics_given ? "the mounting in the calibration may be wrong"
-                                        : "the calibration has no mounting",
+        context_.input.extrinsics_given ? "the extrinsics in the calibration may be wrong"
+                                        : "the calibration has no extrinsics",
         rig.camera_height_m, rig.camera_pitch_rad * degrees);
   }
 
@@ -144,7 +144,7 @@ class Complaining {
                            LevelMapping{context_.used}.level_rig().camera_pitch_rad};
     if (std::abs(pitch_rad - given_rad) * degrees <= noticeable_deg) return;
     say(
-        fmt::format("the camera looks down by {:.1f}°, not by {:.1f}° as assumed. Results are better with "
+        fmt::format("camera pitch {:.1f}° (calibration: {:.1f}°). Results are better with "
                     "mount.camera_pitch_rad: {:.3f} in the calibration.",
                     pitch_rad * degrees, given_rad * degrees, pitch_rad));
   }

@@ -15,21 +15,21 @@ constexpr int step_px{4};
 constexpr double step_m{0.5};  // between two frames that count
 constexpr std::size_t frames_min{20};
 constexpr double travelled_min_m{20};
-// Of the textured places so many look different after step_m; of a scene that stands, a tenth at most.
+// Textured samples, and the share of them that changes after step_m; of a static scene a tenth at most.
 constexpr int textured_grey{8};
 constexpr double changed_min{0.4};
-// Of the vehicle itself: the disparity holds to this, in all frames but few.
+// Tolerance of the vehicle's disparity, constant in all but a few frames.
 constexpr float steady_px{1};
 constexpr float steady_share{0.03F};
 constexpr double always{0.9};
 constexpr double seen_min{0.3};
 constexpr double farthest_m{5};
 constexpr double lowest_m{0.15};
-// The street's texture changes in so many of the frames, the vehicle's in fewer.
+// Minimum share of the frames in which the street's texture changes; the vehicle's changes in fewer.
 constexpr double street_changes_min{0.2};
 constexpr double vehicle_changes_max{0.1};
-// Of what lies under the outline in a column so much has to be seen as the vehicle; of all so much by its disparity;
-// and the outline is so wide.
+// Minimum shares of the pixels below the outline that are seen as the vehicle, in a column and in total by disparity,
+// and minimum width of the outline.
 constexpr double filled_min{0.3};
 constexpr double steady_min{0.15};
 constexpr double width_min{0.1};
@@ -94,7 +94,7 @@ void OwnVehicle::add(const StereoFrame& frame, const FrameResult& result) {
   count(frame, result);
 }
 
-// Does the picture look different where it had texture?
+// True if the textured samples of the image have changed.
 bool OwnVehicle::has_moved(const StereoFrame& frame) const {
   int textured{0};
   int changed{0};
@@ -174,9 +174,8 @@ OwnVehicle::Column OwnVehicle::look_up(int column) const {
   return found;
 }
 
-// Of each column of places the row in which the vehicle begins; `down_`: it does not. Where a column does not say, as
-// paint without texture, or the left edge, which the right camera does not see, its neighbour's outline goes on, below
-// the street.
+// Row in which the vehicle begins, for each column of samples; `down_`: no vehicle. Columns without evidence (paint
+// without texture, the left edge outside of the right image) continue their neighbour's outline below the street.
 std::vector<int> OwnVehicle::outline() const {
   std::vector<Column> columns;
   for (int i{0}; i < across_; ++i) columns.push_back(look_up(i));

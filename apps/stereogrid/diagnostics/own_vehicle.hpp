@@ -25,12 +25,12 @@ class OwnVehicle {
   /// Adds the next frame and its result. Another rig than that of the frame before restarts the search.
   void add(const StereoFrame& frame, const FrameResult& result);
 
-  /// Has been seen enough of to say something?
+  /// True if there are enough observations for a result.
   [[nodiscard]] bool is_sure() const;
-  [[nodiscard]] std::size_t frames() const { return frames_; }  ///< that count
+  [[nodiscard]] std::size_t frames() const { return frames_; }
   [[nodiscard]] double travelled_m() const { return travelled_m_; }
 
-  /// PipelineOptions::mask, with a margin of `margin_px` above what was found; empty: nothing found, or not sure.
+  /// PipelineOptions::mask, with a margin of `margin_px` above the outline; empty: none found, or uncertain.
   [[nodiscard]] Image<std::uint8_t> mask(int margin_px) const;
 
  private:
@@ -40,7 +40,7 @@ class OwnVehicle {
     int level_v;
     int camera_u;
     int camera_v;
-    int gradient;              ///< of the last frame that counted
+    int gradient;              ///< last counted frame
     std::vector<float> seen;   ///< disparities there, of the frames that count
     std::size_t off_the_road;  ///< frames in which it was near by and above the road
     std::size_t changed;       ///< frames in which it looked different than in the frame before
@@ -48,8 +48,8 @@ class OwnVehicle {
   };
   /// `steady`: of the vehicle, by its disparity; `still`: by its texture.
   enum class Verdict { steady, still, street, unknown };
-  /// Where the vehicle begins in a column of places, what of it is known by disparities, and the lowest place that
-  /// shows the street.
+  /// Upper end of the vehicle in a column of samples, its evidence by disparities, and the lowest sample that shows the
+  /// street.
   struct Column {
     int top;
     int steady;

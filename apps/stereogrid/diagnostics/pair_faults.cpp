@@ -42,7 +42,7 @@ Grey turned(const Grey& image) {
   return result;
 }
 
-/// The image moved down by so many rows.
+/// Image shifted down by `rows`.
 Grey moved(const Grey& image, int rows) {
   Grey result{image.width(), image.height()};
   for (int v{0}; v < image.height(); ++v) {
@@ -91,12 +91,12 @@ std::string fault_of_rows(const StereoFrame& frame, double as_it_is) {
   }
   if (!is_clearly_better(best, as_it_is)) return {};
   return fmt::format(
-      "rows are off: the right image lies about {} rows too {}. The pair is not rectified, or not with its "
+      "vertical misalignment: the right image lies about {} rows too {}. The pair is not rectified, or not with its "
       "own calibration.",
       std::abs(best_rows), best_rows < 0 ? "low" : "high");
 }
 
-/// Of a raw pair: do the images match as they lie there?
+/// Tests whether the images of a raw pair match without rectification.
 std::string fault_of_rectification(const io::Recording* recording, std::size_t index, double as_it_is) {
   if (recording == nullptr || !recording->contents().calibration.raw) return {};
   const StereoFrame frame{recording->load_unrectified(index)};

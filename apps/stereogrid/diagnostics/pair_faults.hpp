@@ -11,10 +11,10 @@
 
 namespace stereogrid::app {
 
-/// Is one of the images black, or without anything that could be matched?
+/// True if one of the images is black or without texture.
 [[nodiscard]] bool is_without_texture(const StereoFrame& frame);
 
-/// Is the road found when the rig is turned by 180° about its optical axis?
+/// True if the road is found when the rig is rotated by 180° about its optical axis.
 [[nodiscard]] bool is_upside_down(const StereoFrame& frame, const Config& config, const Rig& rig);
 
 /// Reason for the few matches of a pair, and its remedy.
@@ -23,8 +23,8 @@ struct PairFault {
   bool is_swapped{false};
 };
 
-/// Looks for the fault of a pair that hardly matches: no texture, sides swapped, images of different instants, vertical
-/// misalignment, images rectified twice. The text is empty where none of them is found. `index`: place of the frame in
+/// Finds the fault of a pair that hardly matches: no texture, sides swapped, images of different instants, vertical
+/// misalignment, images rectified twice. The text is empty if none of them is found. `index`: place of the frame in
 /// `input`, which may lack a source; then its neighbours are not compared.
 [[nodiscard]] PairFault fault_of_pair(const Input& input, std::size_t index, const StereoFrame& frame);
 

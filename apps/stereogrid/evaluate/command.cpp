@@ -37,23 +37,23 @@ Evaluation evaluate_with_progress(const EvaluateOptions& options) {
 void add_evaluate_command(CLI::App& tool, int& exit_code) {
   auto options{std::make_shared<EvaluateOptions>()};
   CLI::App* command{tool.add_subcommand("evaluate", "Score a run against lidar or exact truth.")};
-  command->add_option("RUN_DIR", options->run, "What `stereogrid run --out` has left.")->type_name(" ")->required();
-  command->add_option("INPUT", options->input, "The run's input; left out: where the run says it was.")->type_name(" ");
+  command->add_option("RUN_DIR", options->run, "Folder of `stereogrid run --out`.")->type_name(" ")->required();
+  command->add_option("INPUT", options->input, "Input of the run. Default: the path stored in the run.")
+      ->type_name(" ");
   command
       ->add_option("--truth", options->truth,
-                   "lidar: the input's sweeps; truth: exact truth of a scene or a rendered drive. Left out: what the "
-                   "input has.")
+                   "lidar: the input's sweeps; truth: exact truth of a scene or a rendered drive. Default: exact "
+                   "truth if available.")
       ->check(CLI::IsMember({"lidar", "truth"}))
       ->type_name("lidar|truth");
   command
-      ->add_option(
-          "--camera-height", options->camera_height_m,
-          "Camera over the road, where the search for the lidar's road starts (m). Left out: the height that the "
-          "run has found, else 1.64, as on KITTI.")
+      ->add_option("--camera-height", options->camera_height_m,
+                   "Camera height (m) at which the search for the lidar's road starts. Default: the height that the "
+                   "run has estimated, else 1.64, as on KITTI.")
       ->type_name("M")
       ->check(number(0.3, 5), "[0.3 - 5]");
-  command->add_option("--json", options->json, "Also write every figure to this file.")->type_name("FILE");
-  command->add_option("--html", options->html, "Also write a report with plots to this file.")->type_name("FILE");
+  command->add_option("--json", options->json, "Write every figure to this file, too.")->type_name("FILE");
+  command->add_option("--html", options->html, "Write a report with plots to this file, too.")->type_name("FILE");
   command->callback([options, &exit_code] { exit_code = evaluate_command(*options); });
 }
 

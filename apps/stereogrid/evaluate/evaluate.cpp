@@ -47,7 +47,7 @@ TruthKind kind_of(const std::string& truth, const Input& input) {
   return truth == "lidar" ? TruthKind::lidar : TruthKind::exact;
 }
 
-/// Names alone do not tell drives apart: many begin with 000000.
+/// Checks more than names, as many drives begin with 000000.
 void check_same_images(const io::RunReader& run, const Rig& input) {
   const Rig& rig{run.rig()};
   if (rig.width_px == input.width_px && rig.height_px == input.height_px) return;
@@ -110,7 +110,7 @@ class Scorer {
     if (known) add_grids(frame, grids, *known);
   }
 
-  /// How many something is known about.
+  /// Number of frames with truth.
   [[nodiscard]] std::size_t frames() const {
     return truth_.kind() == TruthKind::objects ? obstacle_frames_ : observed_.scores.frames();
   }
@@ -125,7 +125,7 @@ class Scorer {
   [[nodiscard]] std::optional<evaluation::ObstacleSummary> obstacles() const {
     return obstacle_frames_ > 0 ? std::optional{obstacles_.summary()} : std::nullopt;
   }
-  /// What obstacles are scored against, or why they are not.
+  /// Source of the obstacles' truth, or the reason why there is none.
   [[nodiscard]] std::string obstacles_text() const {
     if (!objects_.exists()) return "not scored: the input has no object labels";
     if (obstacle_frames_ == 0) return "not scored: no frame of the run, from 1 s on, has object labels";

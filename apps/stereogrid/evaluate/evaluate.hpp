@@ -21,7 +21,7 @@ struct EvaluateOptions {
   std::string html;
 };
 
-/// Is there anything that results of this input can be scored against?
+/// True if the input has truth for its results.
 [[nodiscard]] bool can_be_scored(const Input& input);
 
 /// Receives the number of scored frames and of all before each frame.

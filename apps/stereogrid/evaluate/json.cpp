@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 constexpr double depth_histogram_end_m{10};
 constexpr double depth_histogram_step_m{0.5};
 
-/// JSON knows no NaN.
+/// Null for NaN, which JSON does not have.
 Json number(double value) {
   return std::isfinite(value) ? Json(value) : Json{};
 }
@@ -47,7 +47,7 @@ Json json_of(const std::vector<evaluation::RocPoint>& roc) {
   return points;
 }
 
-/// Counts by steps of half a metre; what lies beyond ±10 m is counted in the outermost.
+/// Counts by steps of half a metre; errors beyond ±10 m are counted in the outermost.
 Json histogram_of(const std::vector<float>& errors_m) {
   constexpr auto bins{static_cast<std::size_t>(2 * depth_histogram_end_m / depth_histogram_step_m)};
   std::array<std::size_t, bins> counts{};

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// JSON knows no NaN. `known` false: there is nothing to say.
+/// Null for NaN, which JSON does not have, and if `known` is false.
 Json number(double value, bool known = true) {
   return known && std::isfinite(value) ? Json(value) : Json{};
 }

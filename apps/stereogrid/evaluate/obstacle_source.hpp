@@ -14,16 +14,16 @@
 
 namespace stereogrid::app {
 
-/// Are the objects of a drive labelled in its own file (objects.jsonl)?
+/// True if the drive has labelled objects in its own file (objects.jsonl).
 [[nodiscard]] bool has_object_labels(const Input& input);
 
-/// What obstacles of an input can be scored against: exact truth, or the drive's labelled boxes.
+/// Truth of obstacles of an input: exact truth, or the drive's labelled boxes.
 class ObstacleSource {
  public:
   /// Throws InputError where labels are damaged. `truth` must outlive this.
   explicit ObstacleSource(const TruthSource& truth);
 
-  /// Is anything known of any frame?
+  /// True if any frame has truth.
   [[nodiscard]] bool exists() const { return !places_.empty(); }
   /// "exact truth" or "labelled boxes".
   [[nodiscard]] std::string name() const;
@@ -33,7 +33,7 @@ class ObstacleSource {
 
  private:
   const TruthSource& truth_;
-  std::map<std::string, std::size_t> places_;  // of the frames that something is known of
+  std::map<std::string, std::size_t> places_;  // frames with truth
   std::vector<std::vector<LabelledObject>> labels_;
 };
 

@@ -24,7 +24,7 @@ struct Series {
   evaluation::TerrainScores terrain{};  ///< empty without terrain truth
 };
 
-/// What was scored against what.
+/// Result and sources of an evaluation.
 struct Evaluation {
   std::vector<std::pair<std::string, std::string>> about;  ///< such as {"run", "runs/0009"}
   std::vector<Series> series;

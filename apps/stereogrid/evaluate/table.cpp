@@ -56,7 +56,7 @@ std::string motion_of(const Json& motion) {
   const auto of = [&](const char* part, const char* whole) {
     return fmt::format("{} of {}", motion.at(part).dump(), motion.at(whole).dump());
   };
-  std::string text{"\nmotion (medians; what moves, from 1 s on)\n"};
+  std::string text{"\nmotion (medians of moving objects, from 1 s on)\n"};
   text += fmt::format("  {:<48}{:>12}\n", "moving objects found", of("found", "sightings"));
   text += fmt::format("  {:<48}{:>12}\n", "found under another id than before", motion.at("id_switches").dump());
   text += line("speed error", motion.at("speed_error_mps"), "m/s");
@@ -93,7 +93,7 @@ std::string table_of(const Json& evaluation) {
   }
   if (evaluation.contains("obstacles")) text += obstacles_table_of(evaluation.at("obstacles"));
   text += evaluation.at("series").empty() ? "\n" : "\n± is half of the 95 % interval. ";
-  return text + "What the figures mean: docs/evaluation.md\n";
+  return text + "Definitions: docs/evaluation.md\n";
 }
 
 }  // namespace stereogrid::app

@@ -23,13 +23,12 @@ namespace stereogrid::app {
 /// `objects`: nothing is known of the cells.
 enum class TruthKind { automatic, lidar, exact, objects };
 
-/// What grids of an input can be scored against: its lidar sweeps, or the exact truth of a scene or a rendered drive.
+/// Truth of the grids of an input: its lidar sweeps, or the exact truth of a scene or a rendered drive.
 class TruthSource {
  public:
-  /// `automatic`: exact truth where there is some, else lidar. Throws InputError where the input has not what is asked
-  /// for, with what it has. `camera_height_m`: where the search for the lidar's road starts; none: at the height that a
-  /// run has found, else at KITTI's. `rings`: which of the
-  /// lidar's label the cells; ConfigError where the truth is exact.
+  /// `automatic`: exact truth if there is some, else lidar. Throws InputError if the input lacks the requested truth;
+  /// the message names the available one. `camera_height_m`: start of the search for the lidar's road; none: the height
+  /// estimated by a run, else KITTI's. `rings`: those of the lidar that label the cells; ConfigError with exact truth.
   TruthSource(Input input, TruthKind kind, std::optional<double> camera_height_m = std::nullopt,
               Rings rings = Rings::all);
   ~TruthSource();
@@ -37,7 +36,7 @@ class TruthSource {
   [[nodiscard]] const Input& input() const { return input_; }
   /// lidar, exact or objects.
   [[nodiscard]] TruthKind kind() const { return kind_; }
-  /// Of exact truth.
+  /// Grid of the exact truth.
   [[nodiscard]] const TruthGrid& grid() const { return truth_grid_; }
 
   /// The frames of exact truth, in their order.
@@ -52,14 +51,14 @@ class TruthSource {
   /// are placed in the vehicle frame. Throws InputError.
   [[nodiscard]] std::optional<FrameLabels> frame(const std::string& name, const GridGeometry& grid,
                                                  const Rig& rig) const;
-  /// Where the search for the lidar's road starts below a camera that is mounted as `rig` says.
+  /// Height at which the search for the lidar's road starts, below a camera with the extrinsics of `rig`.
   [[nodiscard]] double lidar_road_m(const Rig& rig) const;
 
-  /// Are there lidar sweeps, and is it known where the lidar is?
+  /// True if there are lidar sweeps with a known position of the lidar.
   [[nodiscard]] bool has_sweeps() const { return sweeps_.exist(); }
   /// A frame's sweep in the sensor's order; empty: none. Throws InputError.
   [[nodiscard]] std::vector<evaluation::CameraPoint> sweep(const std::string& name, Rings rings) const;
-  /// Where the lidar is.
+  /// Position of the lidar.
   [[nodiscard]] evaluation::CameraPoint lidar_in_camera() const { return sweeps_.lidar_in_camera(); }
 
  private:
@@ -74,7 +73,7 @@ class TruthSource {
   std::optional<double> camera_height_m_;
   Rings rings_;
   Sweeps sweeps_;
-  std::map<std::string, std::size_t> places_;  // of the input's frames
+  std::map<std::string, std::size_t> places_;  // frames of the input
   std::unique_ptr<io::TruthReader> reader_;
   TruthGrid truth_grid_;
 };

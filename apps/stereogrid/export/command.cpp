@@ -84,7 +84,7 @@ const io::RunFrame& chosen_frame(const io::RunReader& run, const Options& option
                                     : ", without those that were skipped (run.json)")};
 }
 
-/// What has a line for each frame.
+/// Tables with a line for each frame.
 std::vector<Output> tables_of_all_frames(const io::RunReader& run, const Options& options) {
   Output frames{fs::path{options.csv} / "frames.csv", frame_header()};
   Output obstacles{fs::path{options.csv} / "obstacles.csv", obstacle_header()};
@@ -139,25 +139,25 @@ int export_run(const Options& options) {
 
 void add_export_command(CLI::App& tool, int& exit_code) {
   auto options{std::make_shared<Options>()};
-  CLI::App* command{tool.add_subcommand("export", "A run as files that other programs read (docs/export.md).")};
-  command->add_option("RUN_DIR", options->run, "What `stereogrid run --out` has left.")->type_name(" ")->required();
+  CLI::App* command{tool.add_subcommand("export", "Convert a run to maps, scans and tables (docs/export.md).")};
+  command->add_option("RUN_DIR", options->run, "Folder of `stereogrid run --out`.")->type_name(" ")->required();
   command
       ->add_option("--nav2-map", options->nav2_map,
-                   "map.yaml and map.pgm, which Nav2's map_server loads: the filtered grid of a frame.")
+                   "Write map.yaml and map.pgm for Nav2's map_server: the filtered grid of a frame.")
       ->type_name("DIR");
   command
-      ->add_option("--laserscan", options->laser_scan,
-                   "The nearest obstacle of each bearing, a line per frame, with the numbers of sensor_msgs/LaserScan.")
+      ->add_option(
+          "--laserscan", options->laser_scan,
+          "Write the nearest obstacle of each bearing, a line per frame, with the values of sensor_msgs/LaserScan.")
       ->type_name("FILE.csv");
   command
-      ->add_option(
-          "--csv", options->csv,
-          "frames.csv: pose, status and times of each frame; obstacles.csv: those of each frame; grid.csv: the "
-          "cells of a frame.")
+      ->add_option("--csv", options->csv,
+                   "Write frames.csv (pose, status, times), obstacles.csv (of each frame) and grid.csv (the "
+                   "cells of a frame).")
       ->type_name("DIR");
   command
       ->add_option("--frame", options->frame,
-                   "Whose grid: its place in the input, from 0, as frames.jsonl has it. Left out: the last one's.")
+                   "Index of the frame in frames.jsonl, for one-frame outputs. Default: the last one.")
       ->type_name("N")
       ->check(whole_number(0, io::largest_index), "[0 - 1000000000]");
   command->callback([options, &exit_code] { exit_code = export_run(*options); });

@@ -20,7 +20,7 @@ namespace stereogrid::app {
 /// None: an empty text.
 [[nodiscard]] std::string obstacle_rows(const io::RunFrame& frame);
 
-/// Of scans with as many beams.
+/// Header line for scans with as many beams.
 [[nodiscard]] std::string scan_header(const messages::sensor_msgs::LaserScan& scan);
 [[nodiscard]] std::string scan_row(const io::RunFrame& frame, const messages::sensor_msgs::LaserScan& scan);
 

@@ -50,9 +50,9 @@ void print_camera(const Rig& rig, bool has_mounting) {
   print_row("size", fmt::format("{} × {} px", rig.width_px, rig.height_px));
   print_row("camera", fmt::format("focal length {:.6g} px, centre ({:.6g}, {:.6g}) px, baseline {:.4g} m", rig.focal_px,
                                   rig.centre_u_px, rig.centre_v_px, rig.baseline_m));
-  print_row("mounting", fmt::format("{:.3g} m above the road, looks down by {:.2f}°, rolled by {:.2f}°{}",
-                                    rig.camera_height_m, rig.camera_pitch_rad * degrees, rig.camera_roll_rad * degrees,
-                                    has_mounting ? "" : " (assumed: not in the calibration)"));
+  print_row("extrinsics", fmt::format("{:.3g} m above the road, pitch {:.2f}°, roll {:.2f}°{}", rig.camera_height_m,
+                                      rig.camera_pitch_rad * degrees, rig.camera_roll_rad * degrees,
+                                      has_mounting ? "" : " (assumed: not in the calibration)"));
 }
 
 std::string poses_text(const io::RecordingContents& contents) {
@@ -66,7 +66,7 @@ std::string poses_text(const io::RecordingContents& contents) {
 void print_recording(const io::Recording& recording) {
   const io::RecordingContents& contents{recording.contents()};
   print_row("stereo", recording.gives_disparities()
-                          ? fmt::format("left images with given disparities ({})", contents.external)
+                          ? fmt::format("left images with external disparities ({})", contents.external)
                           : "left and right images");
   const std::string& kind{contents.calibration.kind};
   print_row("calibration", (contents.calibration_file.empty()
@@ -88,8 +88,7 @@ void print_stamps(const Input& input) {
                                 static_cast<double>(input.source->size() - 1) / rate));
 }
 
-/// What a run with these parameters would do.
-/// Smallest steps up and down that the camera can show, by range (docs/terrain.md, formulas 1, 4 and 6).
+/// Prints the smallest steps up and down that the camera resolves, by range (docs/terrain.md, formulas 1, 4 and 6).
 void print_terrain(const Config& config, const Rig& rig) {
   constexpr double sigma_px{0.3};
   constexpr double drops{3};  // in smallest drops that geometry allows
@@ -138,7 +137,7 @@ void print_look(const Look& look, std::size_t frames, const Config& config) {
   const std::string found{fmt::format("found in {} of {} frames", look.road_found, look.tried)};
   print_row("road", look.road_found == 0
                         ? found
-                        : fmt::format("{}: camera {:.2f} m above it, looks down by {:.1f}°, rolled by {:.1f}°", found,
+                        : fmt::format("{}: camera {:.2f} m above it, pitch {:.1f}°, roll {:.1f}°", found,
                                       look.road.height_m, tenths(look.road.pitch_rad), tenths(look.road.roll_rad)));
 }
 
@@ -161,7 +160,7 @@ Image<std::uint8_t> look_for_own_vehicle(const Input& input, const Config& confi
   return picture;
 }
 
-/// The mask is black where the vehicle is seen; the rest shows the last frame's picture, so that one can look at it.
+/// Writes a mask that is black at the vehicle and shows the last frame elsewhere, for inspection.
 void propose_mask(const Input& input, const Config& config, const std::string& file) {
   if (input.recording != nullptr && input.recording->contents().calibration.raw) {
     throw ConfigError{
@@ -176,7 +175,7 @@ void propose_mask(const Input& input, const Config& config, const std::string& f
                                         ", and 20 frames over 20 m are needed (with poses, and a road that is known)");
   }
   Image<std::uint8_t> mask{search.mask(config.matching.window_px / 2 + 2)};
-  if (mask.empty()) return print_row("own vehicle", "not in view, as far as " + seen + " tell; no mask is written");
+  if (mask.empty()) return print_row("own vehicle", "not in view in " + seen + "; no mask is written");
   std::size_t masked{0};
   for (std::size_t i{0}; i < mask.size(); ++i) {
     const bool is_used{mask.data()[i] != 0 && (input.mask.empty() || input.mask.data()[i] != 0)};
@@ -221,7 +220,8 @@ int show(const Options& options) {
 
 void add_info_command(CLI::App& tool, int& exit_code) {
   auto options{std::make_shared<Options>()};
-  CLI::App* command{tool.add_subcommand("info", "What is in an input, what would be used, what is wrong with it.")};
+  CLI::App* command{
+      tool.add_subcommand("info", "Contents and faults of an input, and the files that a run would use.")};
   add_input_options(*command, options->input);
   add_config_options(*command, options->config);
   command->add_flag("--all-frames", options->all_frames,
@@ -229,7 +229,7 @@ void add_info_command(CLI::App& tool, int& exit_code) {
   command
       ->add_option("--propose-mask", options->proposed_mask,
                    "Go through the whole drive, look for what shows the vehicle itself at the lower edge of the image, "
-                   "and write a mask for --mask. Black is what is masked; the rest is a picture to look at.")
+                   "and write a mask for --mask. Masked pixels are black; the rest shows the image for inspection.")
       ->type_name("FILE.png");
   command->callback([options, &exit_code] { exit_code = show(*options); });
 }

@@ -37,7 +37,7 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-/// How often something was seen, and in which frame first.
+/// Number of occurrences, and the first frame.
 struct Tally {
   std::size_t frames{0};
   std::string first;

@@ -11,11 +11,11 @@
 
 namespace stereogrid::app {
 
-/// What a look at some frames of an input has told.
+/// Findings from some frames of an input.
 struct Look {
   std::size_t looked_at{0};
   std::size_t usable{0};      ///< could be loaded
-  std::size_t tried{0};       ///< of them, taken through the pipeline
+  std::size_t tried{0};       ///< frames processed by the pipeline
   std::size_t road_found{0};  ///< in frames tried
   Ground road;                ///< medians where it was found; pitch of the images as they came
   bool is_hopeless{false};    ///< nothing that can be used would come of a run

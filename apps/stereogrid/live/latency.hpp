@@ -19,7 +19,7 @@ class LatencyWindow {
  private:
   static constexpr std::size_t kept{1000};
 
-  std::vector<double> last_ms_;  // a ring once there are so many
+  std::vector<double> last_ms_;  // ring buffer when full
   std::size_t next_{0};
   std::vector<double> sorted_;
 };

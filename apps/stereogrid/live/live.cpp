@@ -31,7 +31,7 @@ using capture::Clock;
 
 constexpr auto report_every{10s};
 
-/// Viewers' wish to begin afresh, as the parameter "pipeline.reset": true; it goes back to false once it is taken.
+/// Reset requested by a viewer with the parameter "pipeline.reset": true; false again once it is done.
 class ResetWish {
  public:
   [[nodiscard]] server::Parameters parameters() {

@@ -17,7 +17,7 @@ struct LiveInputOptions {
   double speed{1};
 };
 
-/// What SOURCE names, opened.
+/// Opened SOURCE.
 struct LiveInput {
   Input recording{};  ///< with a source where it is one; has to live longer than `source`
   std::unique_ptr<capture::LiveSource> source;

@@ -28,7 +28,7 @@ class PlacedFrames {
   PlacedFrames& operator=(const PlacedFrames&) = delete;
   ~PlacedFrames();
 
-  /// As LiveSource::next(), but what cannot be used is told and counted. Throws what else ended the source.
+  /// As LiveSource::next(); unusable frames are reported and counted. Throws other errors that end the source.
   [[nodiscard]] std::optional<capture::PreparedFrame> next(std::chrono::milliseconds patience);
   [[nodiscard]] bool has_ended() const { return latest_.has_ended() && !failure_; }
   /// By the source, and here.
@@ -52,9 +52,9 @@ class PlacedFrames {
   std::atomic<bool> is_to_begin_anew_{false};
   std::atomic<bool> is_to_stop_{false};
   std::atomic<std::int64_t> refused_{0};
-  std::int64_t taken_stream_{0};  ///< of the last frame of next()
+  std::int64_t taken_stream_{0};  ///< last frame of next()
   std::exception_ptr failure_;    // before latest_ ends
-  // of the thread
+  // used by the thread
   std::optional<PoseStage> poses_;
   std::int64_t stream_{0};
   std::string told_;

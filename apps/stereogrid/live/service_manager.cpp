@@ -33,7 +33,7 @@ ServiceManager::~ServiceManager() {
 }
 
 void ServiceManager::send(const std::string& words) const {
-  // what cannot be told is not worth waiting for
+  // never blocks
   if (socket_ >= 0) static_cast<void>(::send(socket_, words.data(), words.size(), MSG_NOSIGNAL | MSG_DONTWAIT));
 }
 

@@ -17,7 +17,7 @@ class ServiceManager {
   ~ServiceManager();
 
   void tell_ready();
-  /// Called more often than once a second; it tells once a second that the program is not stuck.
+  /// Sends the watchdog notification, at most once a second; call it more often.
   void tell_alive();
 
  private:

@@ -19,7 +19,7 @@ class Descriptor {
   ~Descriptor() { static_cast<void>(close()); }
 
   [[nodiscard]] int get() const { return descriptor_; }
-  /// False with errno where what was written may not have arrived: network file systems tell of a full disk only here.
+  /// False with errno if data may be lost: network file systems report a full disk only here.
   [[nodiscard]] bool close();
 
  private:

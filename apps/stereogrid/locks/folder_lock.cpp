@@ -54,7 +54,8 @@ int lock(int descriptor) {
   return result == 0 ? 0 : errno;
 }
 
-/// Whoever has ended in the meantime has removed the file that was opened: a lock on that one would keep nobody out.
+/// Tests whether the opened file still has its name: a process that ended in the meantime has removed it, and its lock
+/// has no effect.
 bool has_name(int descriptor, const fs::path& file) {
   struct stat opened {};
   struct stat named {};
@@ -98,7 +99,7 @@ bool is_locked(const fs::path& folder) {
 }
 
 FolderLock::~FolderLock() {
-  static_cast<void>(unlink(file_.c_str()));  // first: whoever gets the lock next must find that it is gone
+  static_cast<void>(unlink(file_.c_str()));  // first, so that the next owner of the lock does not find it
 }
 
 }  // namespace stereogrid::app

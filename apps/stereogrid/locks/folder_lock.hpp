@@ -8,18 +8,18 @@
 
 namespace stereogrid::app {
 
-/// As long as it lives, no other process has one for the same folder. The system lets go of it when a process ends,
-/// however it ends; what a killed one leaves of it (the file .lock) is in nobody's way.
+/// Lock of a folder, exclusive among processes. The system releases it when a process ends; the file .lock of a killed
+/// process has no effect.
 class FolderLock {
  public:
-  /// Makes the folder if there is none. Where the file system knows no locks: a warning. Throws DeviceError: another
-  /// process has it, or the folder cannot be written.
+  /// Creates the folder if there is none. Warns if the file system does not support locks. Throws DeviceError: another
+  /// process has the lock, or the folder cannot be written.
   explicit FolderLock(const std::filesystem::path& folder);
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
   ~FolderLock();
 
-  /// False: the file system knows no locks, and nobody is kept out.
+  /// False: the file system does not support locks.
   [[nodiscard]] bool keeps_others_out() const { return keeps_others_out_; }
 
  private:

@@ -70,7 +70,7 @@ bool is_behind_edge(const FrameResult& result, const Rig& level_rig, int u, floa
   return kind == TerrainClass::drop || kind == TerrainClass::hidden;
 }
 
-/// Classes of the pixels.
+/// Class of each pixel according to the stages.
 cv::Mat1b classes_of(const FrameResult& result, const Rig& level_rig) {
   const StageImages& stages{result.stages};
   const Image<float>& obstacles{stages.obstacle_disparity};

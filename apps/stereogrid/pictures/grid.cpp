@@ -16,7 +16,7 @@ namespace {
 
 constexpr float moving_above_mps{1.0F};
 constexpr float moving_occupancy{0.6F};
-constexpr double arrow_s{1.0};  // arrows end where the obstacle will be in so many seconds
+constexpr double arrow_s{1.0};  // arrows end at the position after this time
 
 cv::Mat draw_cells(const FrameResult& result) {
   const GridGeometry& grid{result.vehicle.geometry};
@@ -115,7 +115,7 @@ void draw_grid_legend(cv::Mat& canvas, const Box& box) {
   draw_text(canvas, box.x + ramp_width, ramp_y + 27, "occupied", palette::ink, Align::right, 0.4);
   draw_text(canvas, box.x, ramp_y + 48, "outline: obstacle, number, speed", palette::obstacle, Align::left, 0.4);
   draw_text(canvas, box.x, ramp_y + 66, "line: edge of a drop", palette::drop, Align::left, 0.4);
-  draw_text(canvas, box.x, ramp_y + 84, "arrow: its way in 1 s", palette::ink, Align::left, 0.4);
+  draw_text(canvas, box.x, ramp_y + 84, "arrow: motion in 1 s", palette::ink, Align::left, 0.4);
   constexpr int radius{24};
   const cv::Point centre{box.x + box.width - 50, box.y + 32};
   for (int dy{-radius}; dy <= radius; ++dy) {

@@ -13,9 +13,9 @@ namespace stereogrid::app {
 namespace {
 
 constexpr double nearest_m{1};  // before it, lines would run out of any image
-constexpr int shift{4};         // of OpenCV's fixed-point pixels
+constexpr int shift{4};         // fixed-point bits of OpenCV's pixels
 
-// Where things over the road are in the level image.
+// Projection of points over the road into the level image.
 class View {
  public:
   View(const Rig& level_rig, const Ground& ground) : rig_{level_rig}, ground_{ground} {}

@@ -66,8 +66,8 @@ Layout layout_of(const Rig& rig, const GridGeometry& grid) {
 void draw_title(cv::Mat& canvas, const StereoFrame& frame, const FrameResult& result) {
   const double pitch_deg{std::round(result.ground.pitch_rad * 572.9577951308232) / 10 + 0.0};  // never −0.0
   draw_text(canvas, margin_px, 23,
-            fmt::format("frame {}    t = {:.2f} s    camera {:.2f} m above the road, looks down by {:.1f} deg{}",
-                        frame.name, static_cast<double>(frame.stamp_ns) * 1e-9, result.ground.height_m, pitch_deg,
+            fmt::format("frame {}    t = {:.2f} s    camera height {:.2f} m, pitch {:.1f} deg{}", frame.name,
+                        static_cast<double>(frame.stamp_ns) * 1e-9, result.ground.height_m, pitch_deg,
                         result.ground.estimated ? "" : " (not measured in this frame)"),
             palette::ink, Align::left, 0.55);
 }
@@ -77,7 +77,7 @@ void draw_captions(cv::Mat& canvas, const Layout& layout, bool is_levelled) {
   const Box& camera{layout.camera};
   draw_text(canvas, camera.x, camera.y - above, is_levelled ? "left camera, level" : "left camera", palette::faint_ink);
   fill_box(canvas, {camera.x + 150, camera.y - above - 10, 12, 12}, palette::upright);
-  draw_text(canvas, camera.x + 167, camera.y - above, "upright, P > 0.75", palette::ink);
+  draw_text(canvas, camera.x + 167, camera.y - above, "obstacle, P > 0.75", palette::ink);
   fill_box(canvas, {camera.x + 320, camera.y - above - 10, 12, 12}, palette::road);
   draw_text(canvas, camera.x + 337, camera.y - above, "road, P < 0.4", palette::ink);
   draw_text(canvas, layout.u_disparity.x, layout.u_disparity.y - above,

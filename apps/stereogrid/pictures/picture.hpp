@@ -10,11 +10,11 @@
 
 namespace stereogrid::app {
 
-/// A frame at a glance: the left image with what was understood of it, the u-disparity grid below, the filtered grid
-/// from above at its side. The size depends on the rig and the grid only.
+/// Visualisation of a frame: the left image with overlay, the u-disparity grid below, the filtered grid from above at
+/// its side. The size depends on the rig and the grid only.
 [[nodiscard]] io::RgbImage draw_picture(const StereoFrame& frame, const FrameResult& result, const Rig& rig);
 
-/// The camera's left image alone with the same tints of what was understood, as JPEG. Needs FrameResult::stages.
+/// Left image of the camera with the same overlay, as JPEG. Needs FrameResult::stages.
 [[nodiscard]] std::vector<std::uint8_t> annotated_jpeg(const StereoFrame& frame, const FrameResult& result,
                                                        const Rig& rig);
 

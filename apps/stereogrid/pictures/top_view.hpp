@@ -30,7 +30,7 @@ class TopView {
 /// The multiples of a round step in [from, to].
 [[nodiscard]] std::vector<double> ruler_marks(double from_m, double to_m, double length_m);
 
-/// What the camera can see, and how far it is.
+/// Field of view and distances.
 void draw_rulers(cv::Mat& part, const TopView& view, const Rig& rig);
 
 }  // namespace stereogrid::app

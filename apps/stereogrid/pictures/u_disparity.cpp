@@ -18,7 +18,6 @@ void draw_tick(cv::Mat& canvas, int x, int y, int length) {
   cv::line(canvas, {x, y}, {x + length, y}, scalar(palette::ink));
 }
 
-/// The bins that a picture shows from top to bottom.
 /// Row of the canvas at a disparity.
 int row_of(const Box& box, double disparity, int disparities) {
   return box.y + static_cast<int>(std::lround((disparity + 0.5) * box.height / disparities));

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kept{2000};  // 2 s at 1 kHz
 constexpr std::int64_t longest_gap_ns{1'000'000'000};
-constexpr const char* look{"Is it published, and by the same clock as the images?"};
+constexpr const char* look{"Check that it is published, with the clock of the images."};
 
 }  // namespace
 

@@ -20,12 +20,12 @@ class PoseBuffer {
   /// `name`: where the poses come from, for complaints.
   explicit PoseBuffer(std::string name) : name_{std::move(name)} {}
 
-  /// Those that are older than what came before are another time's: what came before is forgotten.
+  /// Adds poses. Stamps older than the buffer's belong to another clock: the buffer is cleared first.
   void add(const std::vector<io::StampedPose>& poses);
   void clear();
 
-  /// Between the poses around that instant; up to one usual interval behind the last one, motion is carried on. Waits
-  /// for a pose behind it, but not for longer than `patience`. Throws InputError: there is none.
+  /// Pose at an instant, interpolated; up to one usual interval after the last pose the motion continues. Waits up to
+  /// `patience` for a later pose. Throws InputError: there is none.
   [[nodiscard]] Pose2 at(std::int64_t stamp_ns, std::chrono::milliseconds patience);
 
  private:

@@ -25,10 +25,10 @@ namespace {
 using namespace std::chrono_literals;
 using messages::sensor_msgs::CameraInfo;
 
-constexpr auto third_after{500ms};     // of a topic with more than two cameras
-constexpr std::size_t info_depth{10};  // of both cameras, where they share a topic
+constexpr auto third_after{500ms};     // wait for a third camera on one topic
+constexpr std::size_t info_depth{10};  // both cameras may share a topic
 
-/// The first CameraInfo of each camera, by topic; the node keeps it as long as itself.
+/// First CameraInfo of each camera, by topic, kept for the lifetime of the node.
 struct Infos {
   std::mutex mutex;
   std::array<std::vector<CameraInfo>, 2> messages;

@@ -31,7 +31,7 @@ void check_options(const InputOptions& options) {
       "nav_msgs/Odometry, such as /odom."};
 }
 
-// Where it is not at the origin of the frame whose poses come, the vehicle's frame is another one.
+// Pose of the camera in the frame of the poses; if it is not the origin, the vehicle frame has another name.
 Pose2 camera_in(Ros2Options& ros2, bool has_poses) {
   if (ros2.camera_at.empty()) return {};
   if (!has_poses) {
@@ -57,7 +57,7 @@ LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2) {
   check_options(options);
   const bool has_poses{options.poses == "tf" || options.poses.starts_with('/')};
   const Pose2 camera{camera_in(ros2, has_poses)};
-  // of the robot's own frame its odometry tells
+  // the odometry publishes the robot's own frame
   if (has_poses && (ros2.frames.empty() || ros2.frames[1] == "base_link")) ros2.leaves_tf = true;
   std::shared_ptr<dds::Node> node{open_ros2_node(ros2)};
   const FoundImages found{wait_for_images(*node, options)};

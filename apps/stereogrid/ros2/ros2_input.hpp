@@ -10,12 +10,12 @@
 
 namespace stereogrid::app {
 
-/// Is SOURCE "ros2:/NAMESPACE", or "ros2:" for all there is?
+/// True if SOURCE is "ros2:/NAMESPACE", or "ros2:" for any namespace.
 [[nodiscard]] bool is_ros2(const std::string& source);
 
-/// Cameras, or a camera with depth, on the network. Waits until both topics have images, and CameraInfo where no
-/// calibration is given; what it waits for, it tells. Throws ConfigError: options that do not fit; DeviceError;
-/// InputError: no pair of cameras. What follows from the poses for the messages is set in `ros2`.
+/// Opens two cameras, or a camera with depth, on the network. Waits until both topics have images, and CameraInfo if no
+/// calibration is given; waiting is reported. Throws ConfigError: options that do not fit; DeviceError; InputError: no
+/// pair of cameras. Sets the options in `ros2` that follow from the poses.
 [[nodiscard]] LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2);
 
 }  // namespace stereogrid::app

@@ -97,19 +97,20 @@ struct Ros2Source::State {
   const std::int64_t clock_ns{nanoseconds(std::chrono::system_clock::now()) - nanoseconds(Clock::now())};
   const std::string poses_name;
   PoseBuffer poses;
-  // of next()
+  // used by next()
   std::shared_ptr<CameraPair> last_pair;
   std::int64_t frames{0};
 
-  mutable std::mutex mutex;  // of what follows
+  mutable std::mutex mutex;  // protects the members below
   std::shared_ptr<CameraPair> pair;
-  std::array<std::int64_t, 2> newest_ns{before_all, before_all};  // of each camera: their clocks may differ
+  std::array<std::int64_t, 2> newest_ns{before_all, before_all};  // newest stamp of each camera; their clocks may
+                                                                  // differ
   std::int64_t simulated_ns{0};
   std::map<std::string, std::int64_t> earlier;  // dropped before a step back
   std::int64_t without_pose{0};
   std::string pose_fault;
   rosbag::PoseTally tally;
-  std::size_t told_dropped{0};  // of the tally
+  std::size_t told_dropped{0};  // last reported number
 };
 
 std::shared_ptr<CameraPair> Ros2Source::State::pair_of(Side side, std::int64_t stamp_ns) {
@@ -152,7 +153,7 @@ void Ros2Source::State::take_image(const Images& images, std::span<const std::by
     }
   } catch (const InputError&) {
     taker->add_unusable();
-    throw;  // the node tells it, once
+    throw;  // reported once by the node
   }
 }
 

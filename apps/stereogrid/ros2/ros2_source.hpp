@@ -11,20 +11,20 @@
 
 namespace stereogrid::app {
 
-/// What is taken from the network.
+/// Topics and options of a source.
 struct Ros2Setup {
   mcap::Topic left;
-  mcap::Topic right;  ///< of images, or of depth or disparities of the left ones (PairingOptions::has_depth)
+  mcap::Topic right;  ///< images, or depth or disparities of the left ones (PairingOptions::has_depth)
   io::Calibration calibration;
   capture::PairingOptions pairing{};
   std::string poses{};  ///< a topic of nav_msgs/Odometry, "tf": odom → base_link on /tf; "": the frames have none
-  Pose2 posed_from_camera{};  ///< where the left camera is in the frame whose poses they are
+  Pose2 posed_from_camera{};  ///< left camera in the frame of the poses
   bool uses_sim_time{false};  ///< time is what /clock says
 };
 
-/// Images of two cameras, or of one with depth, as topics of ROS 2, paired by their stamps, which the frames keep.
-/// Frames have poses, where they are wanted; one without is left out and counted, as are poses that are dropped. Where
-/// the stamps step back, what comes is another stream's.
+/// Images of two cameras, or of one with depth, as topics of ROS 2, paired by their stamps, which the frames keep. If
+/// poses are required, frames without one are left out and counted, as are dropped poses. After a step back of the
+/// stamps the stream counts as a new one.
 class Ros2Source final : public capture::LiveSource {
  public:
   Ros2Source(std::shared_ptr<dds::Node> node, const Ros2Setup& setup);

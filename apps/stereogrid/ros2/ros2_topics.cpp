@@ -22,7 +22,7 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 constexpr auto settled_after{500ms};  // image_raw may be found before image_rect
-constexpr auto silent_after{2s};      // of topics that are not chosen
+constexpr auto silent_after{2s};      // for topics that are not chosen
 
 std::string list_of(const std::vector<mcap::Topic>& topics) {
   std::string list;
@@ -58,7 +58,7 @@ Seen look_at(NewestMessages& messages, const std::vector<mcap::Topic>& topics, c
   return seen;
 }
 
-/// Throws InputError: there is no such pair; with what was seen instead.
+/// Throws InputError if there is no such pair; the message lists the topics found.
 rosbag::ImageTopics choose(const std::string& name, const std::vector<mcap::Topic>& topics,
                            const rosbag::ImageTopics& asked, const rosbag::Encodings& encodings,
                            const std::string& elsewhere) {
@@ -71,7 +71,7 @@ rosbag::ImageTopics choose(const std::string& name, const std::vector<mcap::Topi
                        "Give the left camera's images: --left-topic TOPIC --right-topic TOPIC (the depth)." + hint};
     }
     throw InputError{name, "images have no publisher.",
-                     hint.empty() ? "Do ROS_DOMAIN_ID and the network fit?" : hint.substr(1)};
+                     hint.empty() ? "Check ROS_DOMAIN_ID and the network." : hint.substr(1)};
   }
   rosbag::ImageTopics chosen{rosbag::choose_image_topics(name, topics, asked, encodings)};
   if (!chosen.is_one_topic()) return chosen;
@@ -138,7 +138,7 @@ FoundImages wait_for_images(dds::Node& node, const InputOptions& options) {
     } catch (const InputError& error) {
       missing = error.what();
     }
-    if (!is_pair) seen = look_at(messages, topics, asked);  // names tell pairs alone
+    if (!is_pair) seen = look_at(messages, topics, asked);  // pairs are found by names alone
     waiting.tell(missing);
   }
 }

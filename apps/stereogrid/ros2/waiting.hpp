@@ -16,7 +16,7 @@
 
 namespace stereogrid::app {
 
-/// Logs what is waited for, where that has not changed for a while.
+/// Logs a wait that lasts.
 class Waiting {
  public:
   void tell(const std::string& sentence);
@@ -29,7 +29,7 @@ class Waiting {
   Clock::time_point since_{Clock::now()};
 };
 
-/// The newest message of each topic, which is subscribed to as long as this exists.
+/// Newest message of each topic; subscribed for the lifetime of this object.
 class NewestMessages {
  public:
   explicit NewestMessages(dds::Node& node) : node_{node} {}

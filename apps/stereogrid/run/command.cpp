@@ -38,9 +38,7 @@ void add_result_options(CLI::App& command, RunOptions& options) {
   command.add_option("--fuse", options.fuse, "Fuse the stereo grid with one of the input's lidar sweeps (fusion.*).")
       ->check(CLI::IsMember({"none", "lidar"}))
       ->capture_default_str();
-  command
-      .add_option("--predict", options.predict_s,
-                  "Also the filtered grid as it will be so many seconds later: predictions/NAME.npz.")
+  command.add_option("--predict", options.predict_s, "Horizons in seconds of predicted grids: predictions/NAME.npz.")
       ->delimiter(',')
       ->type_name("S,S,...");
   command.add_flag("--compact", options.compact,
@@ -54,20 +52,20 @@ void add_result_options(CLI::App& command, RunOptions& options) {
       ->type_name("NAME,NAME,...");
   command
       .add_option("--every", options.every,
-                  "All frames go through the pipeline, but only those whose place in the input is a multiple of N are "
-                  "written.")
+                  "Process all frames, but write only those whose index in the input is a multiple of N.")
       ->type_name("N")
       ->check(whole_number(1, 1'000'000'000), "[1 - 1000000000]")
       ->capture_default_str();
-  command.add_flag("--save-stages", options.save_stages, "Also what the stages hand to each other: stages/NAME.npz.");
-  command.add_flag("--pictures", options.pictures, "Also a picture of every frame: pictures/NAME.png.");
+  command.add_flag("--save-stages", options.save_stages,
+                   "Write intermediate results of the stages, too: stages/NAME.npz.");
+  command.add_flag("--pictures", options.pictures, "Write a visualisation of every frame, too: pictures/NAME.png.");
 }
 
 void add_run_command(CLI::App& tool, int& exit_code) {
   auto options{std::make_shared<RunOptions>()};
-  CLI::App* command{tool.add_subcommand("run", "Occupancy grids and obstacles from a stereo drive.")};
+  CLI::App* command{tool.add_subcommand("run", "Compute occupancy grids and obstacles from a stereo drive.")};
   add_input_options(*command, options->input);
-  command->add_option("--out,-o", options->folder, "Folder for the results; docs/format.md tells what comes there.")
+  command->add_option("--out,-o", options->folder, "Folder of the results (docs/format.md).")
       ->type_name("DIR")
       ->required();
   add_config_options(*command, options->config);
@@ -75,29 +73,29 @@ void add_run_command(CLI::App& tool, int& exit_code) {
   command->add_option("--frames", options->frames, frame_range_help)->type_name("FIRST:LAST");
   command
       ->add_option("--warm-up", options->warm_up,
-                   "So many frames before the first of --frames go through the pipeline, too, but are not written: the "
-                   "filter then knows what came before.")
+                   "Frames processed before the first of --frames and not written, so that the "
+                   "filter starts with their state.")
       ->type_name("N")
       ->check(CLI::Range(0, 1'000'000'000))
       ->capture_default_str();
   add_device_options(*command, options->device);
-  command->add_option("--video", options->video, "Also the pictures as a film (H.264, through the program ffmpeg).")
+  command->add_option("--video", options->video, "Write the visualisations as a video, too (H.264, with ffmpeg).")
       ->type_name("FILE.mp4");
   add_message_options(*command, options->messages);
   CLI::Option* const view{
-      command->add_flag("--view", options->view, "Also a page for the browser that shows the results as they come.")};
+      command->add_flag("--view", options->view, "Show the results in the browser during the run, too.")};
   add_page_options(*command, options->page);
   for (const char* name : {"--listen", "--allow-origin"}) command->get_option(name)->needs(view);
-  command->add_flag("--resume", options->resume, "Go on with a run that was stopped, to the same results.");
+  command->add_flag("--resume", options->resume, "Continue a stopped run, with the same results.");
   command
       ->add_option("--input-wait", options->input_wait_s,
-                   "Give up where a frame takes longer than this to load: its file system hangs. Exit code 75.")
+                   "Maximum time to load a frame, as for a file system that hangs. Exit code 75.")
       ->type_name("S")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
   command
       ->add_option("--checkpoint-every", options->checkpoint_every,
-                   "After so many frames what the pipeline remembers is saved for --resume; 0: never, so that --resume "
+                   "Interval in frames at which the state is saved for --resume; 0: never, so that --resume "
                    "has to work through the frames from the first one on again.")
       ->type_name("N")
       ->check(CLI::Range(0, 1'000'000'000))

@@ -10,8 +10,8 @@ namespace stereogrid::app {
 /// The first frame that can be loaded. Throws InputError where there is none.
 [[nodiscard]] StereoFrame first_usable_frame(const FrameSource& source, io::FrameRange range);
 
-/// Adds the skipped frames that the run's files do not tell of, as a killed run has not noted every one: those that are
-/// missing between finished ones. Loading them again tells what is wrong with them.
+/// Adds the skipped frames that the files of a killed run do not list: those missing between completed ones. Loads them
+/// again for the reason.
 void recall_skipped(const FrameSource& source, io::RunRecord& record);
 
 }  // namespace stereogrid::app

@@ -8,8 +8,8 @@
 
 namespace stereogrid::app {
 
-/// Waits for the next frame of the queue, the input's frame `index`; says so where that takes long, as on a network
-/// file system that is gone. True: it has come, or somebody has asked to stop. False: not within `limit_s`.
+/// Waits for the next frame of the queue, the input's frame `index`; logs a long wait, as on a lost network file
+/// system. True: the frame is available, or a stop was requested. False: not within `limit_s`.
 [[nodiscard]] bool wait_for_frame(io::FrameQueue& queue, std::size_t index, int limit_s);
 
 }  // namespace stereogrid::app

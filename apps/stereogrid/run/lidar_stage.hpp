@@ -10,7 +10,7 @@
 
 namespace stereogrid::app {
 
-/// What warnings of frames begin with that had nothing to be fused with.
+/// Beginning of the warnings of frames without a grid to fuse.
 extern const char* const stereo_alone;
 
 /// Stands before the pipeline where the recording's lidar is to be fused (`run --fuse lidar`).

@@ -46,7 +46,7 @@ class LineFile {
  private:
   void check(bool done) const {
     if (done) return;
-    throw DeviceError{fmt::format("{}: cannot be written ({}). Free some space, then go on with --resume.",
+    throw DeviceError{fmt::format("{}: cannot be written ({}). Free some space, then continue with --resume.",
                                   path_.string(), std::generic_category().message(errno))};
   }
 

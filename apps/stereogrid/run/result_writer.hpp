@@ -19,20 +19,20 @@ struct WriterOptions {
   std::filesystem::path folder;
   bool predictions{false};
   bool compact{false};
-  std::size_t every{1};  ///< only multiples of it are handed over
+  std::size_t every{1};  ///< multiples of it are written
   std::vector<std::string> layers{};
   bool stages{false};
   bool pictures{false};
   std::filesystem::path video;  ///< empty: none
   double video_rate_hz{10};
   MessageOptions messages{};
-  Page* page{nullptr};         ///< that shows it, too, and has to live longer; none: nobody can watch
-  Rig rig{};                   ///< of the first frame
+  Page* page{nullptr};         ///< receives the results, too, and outlives this object; none: no viewers
+  Rig rig{};                   ///< rig of the first frame
   std::size_t first_frame{0};  ///< its place in the input
 };
 
-/// Writes the files of each frame on a thread of its own, in the order of the frames, while the pipeline works on the
-/// next ones. A frame's line in frames.jsonl comes last: what has a line is whole.
+/// Writes the files of each frame on a thread of its own, in the order of the frames, while the pipeline processes the
+/// next ones. A frame's line in frames.jsonl comes last: frames with a line are complete.
 class ResultWriter {
  public:
   /// Makes the folders. Throws DeviceError.

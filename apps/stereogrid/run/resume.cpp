@@ -33,7 +33,7 @@ std::optional<std::size_t> load(const std::filesystem::path& folder, Pipeline& p
   }
 }
 
-/// Is what was saved after a frame behind none that has to be written yet?
+/// True if the state saved after a frame precedes all frames that must be written.
 bool leaves_nothing_out(const io::RunRecord& record, std::size_t saved_after) {
   for (std::size_t index{first_to_do(record)}; index <= saved_after; ++index) {
     if (record.is_written(index) && !record.is_skipped(index)) return false;
@@ -58,15 +58,15 @@ std::size_t first_frame_of(const io::RunRecord& record, Pipeline& pipeline, Pose
       return i >= first && i < record.range().end && leaves_nothing_out(record, i);
     })};
     if (own) {
-      spdlog::info("going on with frame {}, from what was saved after frame {}", std::max(next, *own + 1), *own);
+      spdlog::info("continuing with frame {}, from the state after frame {}", std::max(next, *own + 1), *own);
       return *own + 1;
     }
     if (next > first)
-      spdlog::info("going on with frame {}; nothing saved fits: beginning with frame {} again", next, first);
+      spdlog::info("continuing with frame {}; no matching state: processing from frame {} again", next, first);
   }
   if (!beginning.go_on_from.empty()) {
     if (load(beginning.go_on_from, pipeline, poses, [=](std::size_t i) { return i < first; })) return first;
-    spdlog::warn("{}: what was saved there does not fit; {} frames of warm-up instead",
+    spdlog::warn("{}: its saved state does not fit; {} frames of warm-up instead",
                  io::printable_path(beginning.go_on_from), beginning.warm_up);
   }
   return first - std::min(first, beginning.warm_up);

@@ -14,14 +14,14 @@ namespace stereogrid::app {
 /// The first frame of a run that is not finished.
 [[nodiscard]] std::size_t first_to_do(const io::RunRecord& record);
 
-/// How a run begins that has no checkpoint of its own.
+/// Beginning of a run without a checkpoint of its own.
 struct Beginning {
-  std::size_t warm_up{0};              ///< so many frames before its first one go through the pipeline, unwritten
+  std::size_t warm_up{0};              ///< frames processed before the first one, unwritten
   std::filesystem::path go_on_from{};  ///< folder of the run that ends there; empty: none
 };
 
-/// Where a run goes on: behind the frame of its checkpoint, which pipeline and odometry load, or at its beginning.
-/// What was finished after that goes through the pipeline again, to the same results.
+/// Frame after the checkpoint that pipeline and odometry load, or the beginning of the run. Frames completed after the
+/// checkpoint are processed again, with the same results.
 [[nodiscard]] std::size_t first_frame_of(const io::RunRecord& record, Pipeline& pipeline, PoseStage& poses,
                                          const Beginning& beginning);
 

@@ -62,11 +62,11 @@ void check_options(const RunOptions& options, const Input& input) {
 void check_options(const RunOptions& options) {
   static_cast<void>(layers_of(options));
   if (options.resume && !options.video.empty()) {
-    throw ConfigError{"--video cannot go on with --resume: a film is made in one go. Leave one of them out."};
+    throw ConfigError{"--video does not support --resume. Leave one of them out."};
   }
   if (options.resume && !options.messages.mcap.empty()) {
     throw ConfigError{
-        "--mcap cannot go on with --resume: a recording is made in one go. Go on without it; or give it to a new run "
+        "--mcap does not support --resume. Continue without it; or give it to a new run "
         "with another --out."};
   }
 }
@@ -110,10 +110,10 @@ WriterOptions writer_options(const RunOptions& options, const Input& input, cons
 /// The exit code of a run that has not reached its last frame. Throws DeviceError where a frame was unavailable.
 int stopped(const RunOptions& options, const io::RunRecord& record, const RunLoop& loop) {
   if (loop.unavailable().empty()) {
-    spdlog::warn("stopped; the same command with --resume goes on");
+    spdlog::warn("stopped; the same command with --resume continues");
     return exit_signal_base + interrupted();
   }
-  throw DeviceError{fmt::format("{} {} of {} frames are done; the same command{} goes on.", loop.unavailable(),
+  throw DeviceError{fmt::format("{} {} of {} frames are done; the same command{} continues.", loop.unavailable(),
                                 record.finished().size(), record.frames_to_write(),
                                 options.resume ? "" : " with --resume")};
 }

@@ -35,13 +35,13 @@ struct RunOptions {
   bool resume{false};
   int checkpoint_every{100};
   int input_wait_s{300};
-  // of a shard (batch/): a part of a drive whose other parts are runs of their own
+  // for a shard (batch/), a part of a drive whose other parts are runs of their own
   bool world_of_input{false};  ///< the world frame is the vehicle frame of the input's first frame, not the run's
-  bool save_last{false};       ///< also what the pipeline remembers after the last frame
+  bool save_last{false};       ///< also save the state of the pipeline after the last frame
   std::string go_on_from{};    ///< folder of the run that ends where this one begins; "": there is none
 };
 
-/// Of what is computed and written, beside INPUT and parameters.
+/// Options for results, beside INPUT and parameters.
 void add_result_options(CLI::App& command, RunOptions& options);
 
 /// --layers as the files call them, in their order, each once. Throws ConfigError: there is no such layer.

@@ -109,14 +109,14 @@ void RunLoop::give_up_waiting() {
   record_.save(false);
   write_error(
       fmt::format("stereogrid: frame {} has not come within {} s: the file system of the input hangs, or is "
-                  "gone. What is done is safe; the same command with --resume goes on.\n",
+                  "gone. Finished frames are complete; the same command with --resume continues.\n",
                   next_, input_wait_s_));
   std::_Exit(exit_try_again);
 }
 
 std::optional<io::Checkpoint> RunLoop::checkpoint_after(std::size_t index) {
   if (!checkpoints_.is_due_after(index)) return std::nullopt;
-  save_skipped();  // behind a checkpoint nobody finds out again what was skipped before it
+  save_skipped();  // a resumed run does not search frames before its checkpoint
   return io::Checkpoint{index, pipeline_.save_state(), poses_.take_state(index)};
 }
 
@@ -124,7 +124,7 @@ void RunLoop::skip(const std::string& reason) {
   if (queued_.index < record_.range().first || record_.is_skipped(queued_.index)) return;
   spdlog::warn("frame {} is skipped: {}", queued_.name, reason);
   record_.add_skipped({queued_.index, queued_.name, reason});
-  // it tells of all of them: written for each it would take as long as they are many, squared
+  // at powers of two, as the file lists all of them: cost stays linear
   if (std::has_single_bit(record_.skipped().size())) save_skipped();
 }
 

@@ -30,8 +30,8 @@ class RunLoop final : private capture::FrameHandler {
 
   void go_through(const FrameSource& source);
 
-  /// Saves what pipeline and odometry remember after the last frame that went through. False: nothing went through, or
-  /// the odometry, which works ahead, was not asked to keep it.
+  /// Saves the state of pipeline and odometry after the last processed frame. False: no frame was processed, or the
+  /// odometry, which runs ahead, has not kept it.
   bool save_state() const;
 
   [[nodiscard]] bool is_complete() const { return next_ == record_.range().end && unavailable_.empty(); }
@@ -65,7 +65,7 @@ class RunLoop final : private capture::FrameHandler {
   io::FrameQueue* queue_{nullptr};  ///< while go_through() runs
   Progress* progress_{nullptr};
   io::QueuedFrame queued_;     ///< frame in work
-  std::string lidar_warning_;  ///< of it
+  std::string lidar_warning_;  ///< last warning about the lidar
   bool has_ended_{false};
   std::string unavailable_;
   std::optional<std::size_t> last_processed_;

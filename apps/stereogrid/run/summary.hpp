@@ -8,7 +8,7 @@
 
 namespace stereogrid::app {
 
-/// What a run has done, on stdout; silent under --quiet.
+/// Prints the results of a run to stdout; silent under --quiet.
 void print_summary(const io::RunRecord& record, double frames_per_second);
 
 /// Logs what is wrong with the frames of the run and the remedy, as `info` does.

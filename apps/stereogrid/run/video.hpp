@@ -20,7 +20,7 @@ class Video {
   /// Without finish(): nothing is left.
   ~Video();
 
-  /// All pictures have the size of the first; an odd last row or column is left out. Throws DeviceError.
+  /// Adds an image. All have the size of the first; an odd last row or column is left out. Throws DeviceError.
   void add(const io::RgbImage& picture);
   /// Throws DeviceError where ffmpeg has failed.
   void finish();

@@ -80,10 +80,10 @@ void add_simulate_command(CLI::App& tool, int& exit_code) {
   CLI::App* command{tool.add_subcommand("simulate", "Write a built-in scene as a data set with ground truth.")};
   command->add_option("SCENE", options->scene, scenes_help())->type_name(" ")->required();
   command->add_option("--out,-o", options->folder, "Folder for the data set.")->type_name("DIR")->required();
-  command->add_option("--frames", options->frames, "How many frames; left out: as many as the scene was made for.")
+  command->add_option("--frames", options->frames, "Number of frames. Default: that of the scene.")
       ->type_name("N")
       ->check(whole_number(1, 1'000'000));
-  command->add_option("--seed", options->seed, "Another seed, another street.")
+  command->add_option("--seed", options->seed, "Seed of the random layout.")
       ->type_name("N")
       ->check(whole_number(0, std::numeric_limits<std::uint64_t>::max()));
   command->add_option("--width", options->width_px, "Width of the images.")
@@ -92,7 +92,7 @@ void add_simulate_command(CLI::App& tool, int& exit_code) {
   command->add_option("--height", options->height_px, "Height of the images.")
       ->type_name("PX")
       ->check(whole_number(16, 8192));
-  command->add_flag("--no-truth", options->without_truth, "Leave the ground truth out.");
+  command->add_flag("--no-truth", options->without_truth, "Do not write ground truth.");
   command->callback([options, &exit_code] { exit_code = simulate(*options); });
 }
 

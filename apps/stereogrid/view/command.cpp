@@ -33,7 +33,7 @@ server::ServerOptions server_options(const std::filesystem::path& file, Playback
   return made;
 }
 
-/// Until somebody asks to stop.
+/// Plays until a stop is requested.
 void play(const RecordedFrames& frames, Playback& playback, server::Server& server) {
   using namespace std::chrono_literals;
   std::optional<PlaybackState> shown;
@@ -64,7 +64,7 @@ int view(const Options& options) {
 
 void add_view_command(CLI::App& tool, int& exit_code) {
   auto options{std::make_shared<Options>()};
-  CLI::App* command{tool.add_subcommand("view", "A page for the browser that plays a recording; Ctrl-C ends it.")};
+  CLI::App* command{tool.add_subcommand("view", "Play a recording in the browser; Ctrl-C ends it.")};
   command->add_option("recording", options->recording, "A recording of 'run --mcap', or the folder of that run.")
       ->type_name("FILE.mcap|DIR")
       ->required();

@@ -14,7 +14,7 @@
 
 namespace stereogrid::app {
 
-/// Where a player stands.
+/// State of a player.
 struct PlaybackState {
   std::int64_t frame{0};
   bool playing{false};
@@ -41,8 +41,8 @@ class Playback {
   /// Server's Parameters::set.
   [[nodiscard]] std::optional<std::string> set(const server::Parameter& parameter);
 
-  /// Where it stands: at once if somebody has set something, else when the next frame is due, after `patience` at the
-  /// latest.
+  /// Waits for a change of the state by a client, or until the next frame is due, `patience` at most. Returns the
+  /// state.
   [[nodiscard]] PlaybackState wait(std::chrono::milliseconds patience);
 
  private:
@@ -60,7 +60,7 @@ class Playback {
   std::condition_variable changed_;
   bool is_changed_{true};
   PlaybackState state_;
-  Clock::time_point due_;  // of the next frame, while playing
+  Clock::time_point due_;  // time of the next frame, while playing
 };
 
 }  // namespace stereogrid::app

@@ -33,7 +33,7 @@ std::vector<std::uint64_t> grid_stamps(const mcap::Bag& bag, const std::string& 
 
 fs::path recording_at(const fs::path& path) {
   if (!fs::is_directory(path)) return path;
-  if (fs::exists(path / "metadata.yaml")) return path;  // of rosbag2
+  if (fs::exists(path / "metadata.yaml")) return path;  // a rosbag2 folder
   std::vector<fs::path> found;
   for (const fs::directory_entry& entry : fs::directory_iterator{path}) {
     if (entry.is_regular_file() && entry.path().extension() == ".mcap") found.push_back(entry.path());

@@ -35,7 +35,7 @@ class RecordedFrames {
  private:
   std::unique_ptr<mcap::Bag> bag_;
   std::vector<std::uint64_t> stamps_ns_;
-  std::vector<server::ChannelId> channels_;  // of each topic of the bag
+  std::vector<server::ChannelId> channels_;  // by topic of the bag
 };
 
 }  // namespace stereogrid::app

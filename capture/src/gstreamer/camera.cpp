@@ -93,7 +93,7 @@ void GstCamera::keep_running(const std::stop_token& stop) {
       patience = has_worked_ ? Clock::duration{first_pause} : std::min<Clock::duration>(2 * patience, longest_pause);
       pause(stop, patience);
     }
-  } catch (const std::exception& error) {  // of making a pipeline that could be made before
+  } catch (const std::exception& error) {  // failure to rebuild a pipeline that worked before
     pair_.set_fault(error.what());
   }
   pair_.end();

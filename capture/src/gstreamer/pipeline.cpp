@@ -14,7 +14,7 @@
 namespace stereogrid::capture {
 namespace {
 
-constexpr int bits_of_image{0};  // of GRAY16: CameraPair finds them, sensors have 10, 12 or 16
+constexpr int bits_of_image{0};  // bits of GRAY16: CameraPair finds them, sensors have 10, 12 or 16
 constexpr const char* formats{"video/x-raw, format={ GRAY8, GRAY16_LE, BGR, RGB, BGRA, RGBA }"};
 
 struct ErrorFree {
@@ -181,7 +181,7 @@ void GstStream::take(GstSample* sample, Role role) {
   }
 }
 
-// Never later than now: a sink may show a buffer before its time by what the pipeline is late.
+// Capture time, never in the future: an appsink may deliver a buffer before its time by the pipeline's latency.
 Clock::time_point GstStream::instant_of(GstSample* sample) const {
   const Clock::time_point now{Clock::now()};
   const GstClockTime stamp{GST_BUFFER_PTS(gst_sample_get_buffer(sample))};

@@ -34,13 +34,13 @@ class GstStream {
   ~GstStream();
 
   void start();
-  /// What happens next, within `patience`.
+  /// Waits for the next event, up to `patience`.
   [[nodiscard]] PipelineEvent wait(std::chrono::milliseconds patience);
-  /// A sentence, after `failed`.
+  /// Reason after `failed`.
   [[nodiscard]] const std::string& why() const { return why_; }
   /// Its images come from a camera or a network, not from a file.
   [[nodiscard]] bool is_live() const { return is_live_; }
-  /// How many have come, those that cannot be used among them.
+  /// Number of images received, including unusable ones.
   [[nodiscard]] std::int64_t images() const { return images_; }
 
  private:

@@ -32,7 +32,7 @@ void check_may_be_read(const fs::path& path, const struct stat& status) {
 
 [[noreturn]] void too_large(const fs::path& path, std::size_t most_bytes) {
   cannot_read(path, fmt::format("has more than {} MB, the most that such a file can have.", most_bytes >> 20),
-              "Is it another file than you think?");
+              "Check that it is the right file.");
 }
 
 /// To the end or until there are more than `most` bytes.

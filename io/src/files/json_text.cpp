@@ -13,7 +13,7 @@ bool is_nested_too_deeply(std::string_view json) {
     if (c == '"') {
       within_text = !within_text;
     } else if (within_text) {
-      if (c == '\\') ++i;  // what it escapes may be a quotation mark
+      if (c == '\\') ++i;  // skips an escaped character, such as a quotation mark
     } else if (c == '[' || c == '{') {
       if (++depth > most) return true;
     } else if (c == ']' || c == '}') {

@@ -16,7 +16,7 @@
 namespace stereogrid::io {
 namespace {
 
-// What map_server and its saver take for free, occupied and unknown.
+// Values of map_server and its saver for free, occupied and unknown.
 constexpr std::uint8_t free_shade{254};
 constexpr std::uint8_t occupied_shade{0};
 constexpr std::uint8_t unknown_shade{205};

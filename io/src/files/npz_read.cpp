@@ -53,7 +53,7 @@ std::vector<std::size_t> parse_shape(const std::string& text, const std::string&
 /// Number of elements. `limit`: no array can have more.
 std::size_t elements_of(const std::vector<std::size_t>& shape, std::size_t limit, const std::string& where) {
   std::size_t elements{1};
-  constexpr std::size_t longest{std::numeric_limits<int>::max()};  // of an image's sides
+  constexpr std::size_t longest{std::numeric_limits<int>::max()};  // maximum side of an image
   for (const std::size_t extent : shape) {
     if (extent > longest) fail(where, fmt::format("says that it has {} numbers along a side.", extent));
     if (extent > 0 && elements > limit / extent) fail(where, "has not as many numbers as its shape says.");
@@ -69,7 +69,7 @@ Head parse_head(const std::string& npy, const std::string& where) {
   const std::size_t length{byte(8) | byte(9) << 8 | (wide ? byte(10) << 16 | byte(11) << 24 : 0)};
   Head head;
   head.size = (wide ? 12 : 10) + length;
-  constexpr std::size_t longest{1024};  // of the arrays that are understood; the pattern takes stack for each byte
+  constexpr std::size_t longest{1024};  // maximum length of a header; the pattern uses stack for each byte
   if (head.size > npy.size() || length > longest) fail(where, "has a damaged head.");
   std::string text{npy.substr(wide ? 12 : 10, length)};
   text.resize(text.find_last_not_of(" \n") + 1);

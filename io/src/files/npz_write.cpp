@@ -78,7 +78,7 @@ class Packer {
   }
 
  private:
-  // the fastest: what is worth deflating at all gets hardly smaller with any other
+  // fastest level: higher ones hardly reduce the size
   static constexpr int level{1};
   static constexpr std::size_t sample_bytes{4096};
   static constexpr std::size_t samples{3};
@@ -112,7 +112,7 @@ void describe(const Packed& packed, zip_stat_t& description) {
   description.crc = packed.checksum;
 }
 
-/// How libzip reads what is packed already: it takes it as it is.
+/// Data source of libzip for already packed data.
 zip_int64_t serve(void* state, void* data, zip_uint64_t length, zip_source_cmd_t command) {
   Packed& packed{*static_cast<Packed*>(state)};
   switch (command) {

@@ -15,7 +15,7 @@ struct Range {
   [[nodiscard]] bool holds(std::uint8_t byte) const { return byte >= first && byte <= last; }
 };
 
-/// How characters of several bytes begin (RFC 3629); what follows lies in 80 … BF.
+/// First bytes of characters of several bytes (RFC 3629); the others are 80 … BF.
 struct Form {
   Range lead, second;
   std::size_t bytes;

@@ -45,7 +45,7 @@ int write_whole(Descriptor& file, std::string_view bytes) {
   return file.close();
 }
 
-/// Of what is there, links followed; none: nothing is.
+/// Status of a path, links followed; none: it does not exist.
 std::optional<struct stat> status_of(const fs::path& path) {
   struct stat status {};
   if (::stat(path.c_str(), &status) == 0) return status;
@@ -53,7 +53,7 @@ std::optional<struct stat> status_of(const fs::path& path) {
   return std::nullopt;
 }
 
-/// Where a chain of symbolic links ends, whether something is there or not.
+/// End of a chain of symbolic links, whether it exists or not.
 fs::path behind_links(fs::path path) {
   constexpr int most_links{40};  // as the kernel
   std::error_code error;
@@ -64,7 +64,7 @@ fs::path behind_links(fs::path path) {
   return path;
 }
 
-/// Hidden and of a fixed name: nobody takes it for a result, and the next run replaces what a killed one left.
+/// Hidden, with a fixed name: never mistaken for a result, and replaced by the next run.
 fs::path temporary_beside(const fs::path& path) {
   const fs::path folder{path.has_parent_path() ? path.parent_path() : fs::path{"."}};
   const std::string name{path.filename().string()};
@@ -88,14 +88,14 @@ int standard_stream(const struct stat& status) {
 
 void write_directly(const fs::path& path, const struct stat& status, std::string_view bytes) {
   const int standard{standard_stream(status)};
-  if (standard >= 0) std::fflush(standard == STDOUT_FILENO ? stdout : stderr);  // what came before stands before
+  if (standard >= 0) std::fflush(standard == STDOUT_FILENO ? stdout : stderr);  // earlier output comes first
   Descriptor file{standard >= 0 ? ::fcntl(standard, F_DUPFD_CLOEXEC, 0)
                                 : open_uninterrupted(path, O_WRONLY | O_CLOEXEC | O_NOCTTY)};
   if (file.get() < 0) cannot_write(path, errno);
   if (const int error_number{write_whole(file, bytes)}; error_number != 0) cannot_write(path, error_number);
 }
 
-/// The one who owns the old file goes on owning it, where we may do that.
+/// Keeps the owner of the old file, if permitted.
 void take_over_permissions(int descriptor, const struct stat& old) {
   if (::fchown(descriptor, old.st_uid, old.st_gid) != 0) errno = 0;
   ::fchmod(descriptor, old.st_mode & 07777);

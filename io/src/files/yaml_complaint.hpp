@@ -10,7 +10,7 @@
 
 namespace stereogrid::io {
 
-/// What yaml-cpp says of a text that is no YAML, in words that fit it.
+/// Message for a YAML error of yaml-cpp.
 inline std::string complaint_of(const YAML::Exception& error) {
   // its words for groups in groups beyond the depth that it can follow; of text in memory it says that of nothing else
   if (error.msg == "bad file") return "is nested too deeply.";

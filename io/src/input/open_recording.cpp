@@ -65,7 +65,7 @@ void note_calibration(RecordingContents& contents, const fs::path& source) {
                                        contents.calibration.raw ? ", raw pair: rectified on loading" : ""));
   for (const std::string& note : contents.calibration.notes) contents.notes.push_back(note);
   if (!contents.calibration.has_mounting) {
-    contents.notes.push_back("mounting: not in the calibration; camera height 1.65 m and pitch 0 assumed");
+    contents.notes.push_back("extrinsics: not in the calibration; camera height 1.65 m and pitch 0 assumed");
   }
   std::vector<std::string> warnings{oddities(contents.calibration.rig)};
   std::ranges::copy(contents.calibration.warnings, std::back_inserter(warnings));

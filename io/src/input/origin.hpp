@@ -9,7 +9,7 @@ namespace stereogrid::io {
 
 inline constexpr const char* see_documentation{"docs/input.md shows what a calibration holds."};
 
-/// Where values come from, for complaints: each is an InputError.
+/// Source of values, for messages: each is an InputError.
 class Origin {
  public:
   /// `part`: of the file, "": all of it. `other_way`: sentence that every advice ends with; "": none.

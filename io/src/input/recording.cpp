@@ -72,7 +72,7 @@ Image<float> disparity_from_depth(const Image<float>& depth_m, const Rig& rig) {
 
 namespace {
 
-/// Given disparities are between the images as they are: of other centres of the right camera, too.
+/// External disparities include other centres of the right camera.
 void add_offset(Image<float>& disparity, const RawPair& raw) {
   const auto offset_px{static_cast<float>(raw.right.centre_u_px - raw.left.centre_u_px)};
   for (float& d : disparity) {

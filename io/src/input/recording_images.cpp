@@ -32,7 +32,7 @@ std::vector<std::size_t> spread(std::size_t frames, std::size_t count) {
   return places;
 }
 
-/// `count` frames from all over the recording; those that cannot be read are left out.
+/// `count` frames spread over the recording; unreadable ones are left out.
 std::vector<SizedImage> some_left_images(const std::vector<RecordedFrame>& frames, std::size_t count,
                                          std::string& first_problem) {
   std::vector<SizedImage> images;
@@ -56,7 +56,7 @@ bool are_alike(const std::vector<SizedImage>& images) {
 Size most_frequent(const std::vector<SizedImage>& images) {
   std::map<Size, int> counts;
   for (const SizedImage& image : images) ++counts[image.size];
-  // of equally many the one that comes first
+  // the first of equal ones
   return std::ranges::max_element(images, {}, [&](const SizedImage& image) { return counts[image.size]; })->size;
 }
 

@@ -39,7 +39,7 @@ bool starts_like_video(std::string_view bytes) {
                                   "OggS"sv};
   if (std::ranges::any_of(beginnings, [&](std::string_view start) { return bytes.starts_with(start); })) return true;
   if (bytes.starts_with("RIFF") && bytes.substr(8).starts_with("AVI ")) return true;
-  constexpr std::size_t packet{188};  // of an MPEG transport stream
+  constexpr std::size_t packet{188};  // packet size of an MPEG transport stream
   if (bytes.size() > packet && bytes[0] == 'G' && bytes[packet] == 'G') return true;
   if (bytes.size() < 12 || bytes.substr(4, 4) != "ftyp") return false;
   const std::string_view brand{bytes.substr(8, 4)};

@@ -8,7 +8,7 @@
 
 namespace stereogrid::io {
 
-/// What run.json begins with, and what a run that goes on must have in common with its beginning.
+/// Beginning of run.json: settings that a resumed run must share.
 [[nodiscard]] nlohmann::ordered_json settings_json(const RunDescription& run);
 
 [[nodiscard]] nlohmann::ordered_json rig_json(const Rig& rig);

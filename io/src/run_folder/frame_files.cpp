@@ -48,7 +48,7 @@ struct CompactStack {
 /// An array of grids/NAME.npz.
 struct GridArray {
   const char* name;
-  float steps_per_unit;  ///< of write_compact_grids; 0: not written by it
+  float steps_per_unit;  ///< for write_compact_grids; 0: not written
   Layers (*grids)(const FrameResult&);
 };
 

@@ -47,7 +47,7 @@ class GridFile {
   GridFile(fs::path path, const GridGeometry& grid) : path_{std::move(path)}, grid_{grid}, arrays_{read_npz(path_)} {}
 
   [[nodiscard]] const fs::path& path() const { return path_; }
-  /// Is an array there, of so many layers of the grid?
+  /// True if the array exists, with as many layers of the grid.
   [[nodiscard]] bool has(const std::string& array, int layers) const {
     const auto found{arrays_.find(array)};
     return found != arrays_.end() && found->second.size() == static_cast<std::size_t>(layers) * cells();
@@ -84,7 +84,7 @@ void RunReader::read_run() {
   const fs::path file{folder_ / "run.json"};
   if (!fs::exists(file) && fs::exists(folder_ / "frames.jsonl")) {
     throw InputError{printable_path(file), "is missing, but there are frames of a run (frames.jsonl).",
-                     "Without it nobody knows how they were made. Put it back, or run again in another folder."};
+                     "Without it their settings are unknown. Put it back, or run again in another folder."};
   }
   read_json<Json>(printable_path(file), read_text(file, largest_bytes::json), "", mend, [this](const Json& run) {
     grid_ = grid_geometry(run.at("grid"));
@@ -97,7 +97,7 @@ void RunReader::read_run() {
   });
 }
 
-// A frame in which the road was not known was taken with the mounting of before it was found.
+// Frames without a ground plane have the extrinsics from before the estimate.
 void RunReader::check_mountings() {
   for (std::size_t i{frames_.size()}; i-- > 1;) {
     if (is_road_unknown(frames_[i - 1])) frames_[i - 1].mounting = frames_[i].mounting;
@@ -122,7 +122,8 @@ Rig RunReader::rig_of(const RunFrame& frame) const {
 
 void RunReader::check_grids() const {
   if (frames_.empty()) {
-    throw InputError{printable_path(folder_ / "frames.jsonl"), "has no frames.", "Run again, or go on with --resume."};
+    throw InputError{printable_path(folder_ / "frames.jsonl"), "has no frames.",
+                     "Run again, or continue with --resume."};
   }
   if (!fs::exists(folder_ / "grids")) {
     throw InputError{printable_path(folder_ / "grids"), "is missing: the run has no grids.", "Run again."};

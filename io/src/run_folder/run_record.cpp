@@ -56,7 +56,7 @@ bool holds_files(const fs::path& folder) {
   return fs::is_directory(folder, error) && !fs::is_empty(folder, error);
 }
 
-/// What of a run lies in a folder; "": nothing.
+/// Name of a run's file in a folder; "": none.
 std::string part_of_a_run(const fs::path& folder) {
   std::error_code error;
   for (const char* const file : {"run.json", "frames.jsonl"}) {
@@ -65,7 +65,7 @@ std::string part_of_a_run(const fs::path& folder) {
   return holds_files(folder / "grids") ? "grids" : "";
 }
 
-/// What a run.json has under the keys of `settings`, none of it within lists or objects.
+/// Values of a run.json under the keys of `settings`, without those within lists or objects.
 Json settings_in(const Json& before, const Json& settings) {
   Json found(Json::object());
   for (const auto& [key, value] : settings.items()) {
@@ -93,7 +93,7 @@ void check_same_settings(const fs::path& file, const Json& before, const RunDesc
     differing += fmt::format("\n  first frame: was {}, is {}", json_text(first_before), run.frames.first);
   }
   if (differing.empty()) return;
-  throw ConfigError{fmt::format("{} was begun with other settings; a run goes on only with its own:{}",
+  throw ConfigError{fmt::format("{} was begun with other settings; a run continues only with its own:{}",
                                 printable_path(file), differing)};
 }
 
@@ -113,7 +113,7 @@ RunRecord::RunRecord(fs::path folder, RunDescription run)
 
 void RunRecord::begin() {
   if (const std::string part{part_of_a_run(folder_)}; !part.empty()) {
-    throw ConfigError{fmt::format("{} already holds a run ({}). Go on with it: --resume; or give another folder.",
+    throw ConfigError{fmt::format("{} already holds a run ({}). Continue it with --resume, or give another folder.",
                                   printable_path(folder_), part)};
   }
   create_folder(folder_);
@@ -125,9 +125,8 @@ void RunRecord::resume() {
   if (part.empty()) return begin();
   const fs::path file{folder_ / "run.json"};
   if (part != "run.json") {
-    throw InputError{
-        printable_path(file), fmt::format("is missing, but there are results of a run ({}).", part),
-        "Without it nobody knows how they were made. Put it back, or start the run anew in another folder."};
+    throw InputError{printable_path(file), fmt::format("is missing, but there are results of a run ({}).", part),
+                     "Without it their settings are unknown. Put it back, or start the run anew in another folder."};
   }
   read_json<Json>(printable_path(file), read_text(file, largest_bytes::json), "",
                   "Start the run anew in another folder.", [&](const Json& before) {

@@ -18,7 +18,7 @@ cv::Matx33d matrix_of(const CameraModel& camera) {
   return {camera.focal_u_px, 0, camera.centre_u_px, 0, camera.focal_v_px, camera.centre_v_px, 0, 0, 1};
 }
 
-/// cv::fisheye wants four numbers.
+/// cv::fisheye requires four numbers.
 std::vector<double> fisheye_distortion_of(const CameraModel& camera) {
   return camera.distortion.empty() ? std::vector<double>(4) : camera.distortion;
 }
@@ -32,7 +32,7 @@ void check(const RawPair& raw) {
   if (t[0] > 0 && t[0] > std::abs(t[1]) && t[0] > std::abs(t[2])) {
     throw InputError{
         "The baseline is negative (the translation from left to right points to +x): left and right are swapped, or "
-        "the transform is the inverse of what is expected."};
+        "the transform is the inverse of the expected one."};
   }
   if (std::abs(t[0]) < std::abs(t[1]) || std::abs(t[0]) < std::abs(t[2])) {
     throw InputError{"The cameras do not stand side by side: the translation is not mainly along x."};
@@ -64,7 +64,7 @@ void rectify_fisheye(const RawPair& raw, cv::Size size, Rectification& to) {
                              size);
   take_projection(to, left, right);
   to.rig.baseline_m = cv::norm(translation);
-  // what is seen beyond 90° from the axis has no place in a flat image: OpenCV's focal length means nothing then
+  // a flat image cannot show angles beyond 90° from the axis: OpenCV's focal length is meaningless then
   const double least_focal_px{size.width / (2 * widest_tangent)};
   if (to.camera(0, 0) >= least_focal_px) return;
   to.camera = {least_focal_px, 0, (size.width - 1) / 2.0, 0, least_focal_px, (size.height - 1) / 2.0, 0, 0, 1};

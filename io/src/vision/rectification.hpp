@@ -9,12 +9,12 @@
 
 namespace stereogrid::io {
 
-/// How the cameras of a raw pair are turned, and what they see then.
+/// Rectifying rotations of a raw pair, and the resulting camera.
 struct Rectification {
   Rig rig;  ///< the mount at its defaults
   cv::Mat left_turn;
   cv::Mat right_turn;
-  cv::Matx33d camera;  ///< of both, after rectification
+  cv::Matx33d camera;  ///< camera of both, after rectification
 };
 
 /// Undistorted cameras with parallel axes and equal focal lengths and cy: their images differ from those of a rectified

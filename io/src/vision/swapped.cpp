@@ -45,7 +45,7 @@ SignedDisparities signed_disparities(const StereoFrame& frame) {
   constexpr int largest_width_px{640};
   constexpr int lowest{-64};
   constexpr int count{160};
-  constexpr float unit{16};  // of OpenCV's disparities
+  constexpr float unit{16};  // unit of OpenCV's disparities
   SignedDisparities found;
   const double scale{std::min(1.0, double{largest_width_px} / frame.left.width())};
   const cv::Mat left{coarse(frame.left, largest_width_px)};
@@ -85,7 +85,7 @@ std::optional<double> negative_disparity_px(const StereoFrame& frame) {
   if (found.all_px.empty() || static_cast<double>(found.all_px.size()) < fewest * static_cast<double>(found.pixels)) {
     return std::nullopt;
   }
-  const bool are_swapped{found.lower_mean_px < found.upper_mean_px - noticeable_px};  // what is near has smaller ones
+  const bool are_swapped{found.lower_mean_px < found.upper_mean_px - noticeable_px};  // near objects have smaller ones
   if (are_swapped || percentile(checked_percent) > noticeable_px) return std::nullopt;
   return percentile(farthest_percent);
 }

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t largest_metadata_bytes{std::size_t{4} << 20};
 
-/// What metadata.yaml says of a bag.
+/// Content of metadata.yaml.
 struct Metadata {
   std::vector<fs::path> parts;
   bool are_messages_packed{false};
@@ -59,13 +59,13 @@ Metadata parse_metadata(const fs::path& folder, const std::string& text, const s
   return metadata;
 }
 
-/// Where rosbag2 was killed it has left no metadata.yaml: all that looks like a part.
+/// Parts of a folder without metadata.yaml, as a killed rosbag2 leaves it: all files with a known extension.
 Metadata parts_without_metadata(const fs::path& folder) {
   Metadata metadata;
   for (const auto& entry : fs::directory_iterator{folder}) {
     const bool is_packed{entry.path().extension() == ".zstd" || entry.path().extension() == ".zst"};
     const fs::path extension{is_packed ? entry.path().stem().extension() : entry.path().extension()};
-    const bool is_old{extension == ".bag"};  // of ROS 1: refused with what to do
+    const bool is_old{extension == ".bag"};  // ROS 1: rejected with the remedy
     if (extension == ".mcap" || extension == ".db3" || is_old) metadata.parts.push_back(entry.path());
   }
   std::ranges::sort(metadata.parts);
@@ -174,7 +174,7 @@ class FolderBag : public Bag {
 
   std::string name_;
   std::vector<std::unique_ptr<Bag>> parts_;
-  std::vector<std::vector<std::uint16_t>> numbers_;  // of each part's topics among all
+  std::vector<std::vector<std::uint16_t>> numbers_;  // index of each part's topics among all
   std::vector<Topic> topics_;
   bool are_messages_packed_{false};
 };

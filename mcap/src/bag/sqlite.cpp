@@ -23,7 +23,7 @@ bool has_bytes(fs::path path, const char* suffix) {
   return !error && size > 0;
 }
 
-/// What SQLite takes for a file's name, with options behind it.
+/// SQLite URI of a file, with options.
 std::string uri_of(const fs::path& path) {
   const fs::path absolute{fs::absolute(path)};
   std::string uri{"file://"};
@@ -84,7 +84,7 @@ std::int64_t Statement::integer(int column) const {
 }
 
 View Statement::bytes(int column) const {
-  const void* const data{sqlite3_column_blob(statement_.get(), column)};  // before its size is asked for
+  const void* const data{sqlite3_column_blob(statement_.get(), column)};  // before sqlite3_column_bytes
   return {static_cast<const std::byte*>(data),
           static_cast<std::size_t>(sqlite3_column_bytes(statement_.get(), column))};
 }

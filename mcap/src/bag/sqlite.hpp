@@ -43,14 +43,14 @@ class Statement {
   std::unique_ptr<sqlite3_stmt, Finalize> statement_;
 };
 
-/// A file of SQLite that somebody else has made: opened for reading only, with no views, triggers, or functions of its
-/// own. Every function throws InputError; DeviceError where the disk fails or another process holds the file.
+/// Foreign SQLite file: opened read-only, without its views, triggers, or functions. Every function throws InputError;
+/// DeviceError if the disk fails or another process holds the file.
 class Database {
  public:
   explicit Database(const std::filesystem::path& path);
 
   [[nodiscard]] Statement prepare(std::string_view sql) const;
-  /// Is there such a column in such a table of rows?
+  /// True if the column exists in a table with rows.
   [[nodiscard]] bool has_column(const char* table, const char* column) const;
   /// Printable.
   [[nodiscard]] const std::string& name() const { return name_; }

@@ -98,7 +98,7 @@ void load(const FileInput& file, const Place& place, Batch& batch) {
     unpack_chunk(View{batch.raw}.subspan(record_head_bytes), batch);
     if (batch.records.data() == batch.unpacked.data()) Bytes{}.swap(batch.raw);
   }
-  Contents declared;  // the reader knows that already
+  Contents declared;  // already in the reader
   find_messages(batch, declared);
 }
 

@@ -12,16 +12,16 @@
 
 namespace stereogrid::mcap {
 
-/// Where messages are in a file: a chunk record, or a stretch of records outside of chunks.
+/// Position of messages in a file: a chunk record, or a range of records outside of chunks.
 struct Place {
   std::uint64_t offset{0}, length{0};
   bool is_chunk{true};
-  std::uint64_t first_ns{0}, last_ns{0};  // log times
-  std::vector<std::uint16_t> channels;    // whose messages; empty: not known
+  std::uint64_t first_ns{0}, last_ns{0};  // range of log times
+  std::vector<std::uint16_t> channels;    // channels of the messages; empty: unknown
 };
 
 struct MessagePlace {
-  std::uint64_t log_time_ns{0}, offset{0}, size{0};  // of the record's content, in Batch::records
+  std::uint64_t log_time_ns{0}, offset{0}, size{0};  // position of the record's content in Batch::records
   std::uint16_t channel{0};
 };
 
@@ -38,7 +38,7 @@ struct Batch {
 /// A record's first bytes.
 struct RecordHead {
   Op op;
-  std::uint64_t length;  // of what follows
+  std::uint64_t length;  // length of the rest
 };
 [[nodiscard]] RecordHead head_at(View bytes);
 
@@ -54,7 +54,7 @@ void find_messages(Batch& batch, Contents& contents);
 /// Reads and unpacks. Throws Malformed; InputError where the disk cannot be read.
 void load(const FileInput& file, const Place& place, Batch& batch);
 
-/// Adds a sentence, if there is room.
+/// Adds a message, if there is room.
 void note(Damage& damage, std::string sentence);
 
 }  // namespace stereogrid::mcap

@@ -20,7 +20,7 @@ namespace {
 /// Messages outside of chunks that are read together.
 constexpr std::uint64_t stretch_bytes{std::uint64_t{1} << 20};
 
-/// Which messages of a place are asked for.
+/// Selection of messages.
 struct Filter {
   std::set<std::uint16_t> channels;
   std::uint64_t first_ns, last_ns;
@@ -83,7 +83,7 @@ struct Reader::State {
   bool is_indexed{false};
   Damage damage;
   std::set<std::uint64_t> skipped;  // offsets
-  std::uint64_t unpacked_bytes{0};  // of all cursors
+  std::uint64_t unpacked_bytes{0};  // sum over all cursors
 };
 
 namespace {

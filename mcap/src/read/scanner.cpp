@@ -138,7 +138,7 @@ void Scanner::take_messages(const RecordHead& head) {
 
 void Scanner::unpack(const RecordHead& head) {
   if (head.op == Op::chunk) return unpack_chunk(batch_.raw, batch_);
-  // nobody writes both, and no checksum says that it is not something else with a damaged head
+  // writers never mix both, and no checksum protects the head of such a record
   if (has_chunks_) throw Malformed{"the file has its messages in chunks"};
   file_.read(record_at_, place_.length, batch_.raw);  // with its head
   batch_.records = batch_.raw;
@@ -176,9 +176,10 @@ void Scanner::check_data_crc(const RecordHead& data_end) {
   std::uint32_t crc{~crc_};
   if (data_end.length >= sizeof(crc)) file_.read(at_, std::as_writable_bytes(std::span{&crc, 1}));
   if (crc == 0 || crc == crc_) return;
-  note(damage_, fmt::format("The checksum of bytes 0 to {} is wrong: some are not what was written, within what is "
-                            "skipped or beside it.",
-                            record_at_));
+  note(damage_,
+       fmt::format("The checksum of bytes 0 to {} is wrong: some bytes differ from the written ones, within the part "
+                   "skipped or beside it.",
+                   record_at_));
 }
 
 void Scanner::check_end() {

@@ -18,7 +18,7 @@ class Scanner {
 
   /// To the next place that has messages; false: there is none.
   bool next();
-  /// Of that place. All its messages are of declared channels.
+  /// Messages of that place, all of declared channels.
   [[nodiscard]] const Batch& batch() const { return batch_; }
   [[nodiscard]] const Place& place() const { return place_; }
 
@@ -44,7 +44,7 @@ class Scanner {
   const FileInput& file_;
   std::uint64_t at_;            // the next record
   std::uint64_t record_at_{0};  // the one that is read
-  std::uint32_t crc_;           // of all before at_
+  std::uint32_t crc_;           // checksum of all bytes before at_
   bool is_done_{false};
   Batch batch_;
   Place place_;

@@ -42,7 +42,7 @@ Footer read_footer(const FileInput& file) {
   return footer;
 }
 
-/// What the statistics say beyond the counts of messages.
+/// Totals of the statistics record, beside the counts of messages.
 struct Totals {
   std::uint64_t messages{0}, chunks{0};
 };

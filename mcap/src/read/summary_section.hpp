@@ -9,15 +9,15 @@
 
 namespace stereogrid::mcap {
 
-/// What the end of a file says of the rest.
+/// Summary section at the end of a file.
 struct SummarySection {
-  std::uint64_t data_end{0};  // where the data section ends, the summary or the footer begins
-  bool is_complete{false};    // it tells of every message, and where it is
+  std::uint64_t data_end{0};  // end of the data section: start of the summary or the footer
+  bool is_complete{false};    // all messages are indexed
   Contents contents;          // without header
   std::vector<Place> chunks;  // in the order of the file
 };
 
-/// Throws InputError where it is no MCAP file at all.
+/// Throws InputError: no MCAP file.
 void require_mcap(const FileInput& file);
 
 /// Profile and library. Throws Malformed.

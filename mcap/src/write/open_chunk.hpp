@@ -26,7 +26,7 @@ class OpenChunk {
   /// Log time of its first message; there has to be one.
   [[nodiscard]] std::uint64_t begin_ns() const { return begin_ns_; }
 
-  /// As it is written: what stands before the packed messages, those, and what stands after them.
+  /// Parts of a written chunk: bytes before the packed messages, the messages, and bytes after them.
   struct Packed {
     View head, body, message_indexes;
     std::uint32_t body_crc{0};
@@ -46,7 +46,7 @@ class OpenChunk {
   Compression compression_;
   Compressor compressor_;
   Bytes records_, head_, message_indexes_;
-  std::vector<std::vector<IndexEntry>> indexes_;  // of channel id - 1
+  std::vector<std::vector<IndexEntry>> indexes_;  // by channel id - 1
   std::uint64_t begin_ns_{0};
   Times times_;
 };

@@ -26,7 +26,7 @@ struct Times {
   }
 };
 
-/// What the end of a file says of the rest: all of it in bytes already, 100 or so for each chunk.
+/// Summary section of a file, already encoded; about 100 bytes for each chunk.
 class Summary {
  public:
   void add_schema(View record);
@@ -48,7 +48,7 @@ class Summary {
   Bytes schemas_, channels_, chunk_indexes_, metadata_indexes_;
   std::uint16_t schema_count_{0};
   std::uint32_t metadata_count_{0}, chunk_count_{0};
-  std::vector<std::uint64_t> message_counts_;  // of channel id - 1
+  std::vector<std::uint64_t> message_counts_;  // by channel id - 1
   Times times_;
 };
 

@@ -154,7 +154,7 @@ Writer::~Writer() {
   if (!implementation_) return;
   try {
     implementation_->close();
-  } catch (const std::exception&) {  // close() tells those who want to know
+  } catch (const std::exception&) {  // call close() to receive errors
   }
 }
 

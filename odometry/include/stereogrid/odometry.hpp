@@ -15,21 +15,21 @@
 
 namespace stereogrid {
 
-/// What the odometry says of one frame.
+/// Result of the odometry for one frame.
 struct OdometryStep {
   /// before_from_now, 3 × 4 row-major, of the camera (x right, y down, z forward), metres: takes points of this frame's
   /// camera to that of the frame before. The identity at the first frame.
   std::array<double, 12> camera_motion{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-  Pose2 world_from_vehicle;  ///< world: the vehicle frame of the first frame
-  bool measured{false};      ///< false: the first frame, or the last motion carried on
-  bool standing{false};      ///< nothing in the picture moves: the motion is exactly none
-  int tracked{0};            ///< points followed from the reference frame to this one, with depth
-  int inliers{0};            ///< of these, points that agree on the motion
-  double spread{0};          ///< share of the parts of the picture (6 × 3) that have inliers
+  Pose2 world_from_vehicle;  ///< world frame: the vehicle frame of the first frame
+  bool measured{false};      ///< false: the first frame, or continuation of the last motion
+  bool standing{false};      ///< no motion in the image: the motion is exactly zero
+  int tracked{0};            ///< points tracked from the reference frame to this one, with depth
+  int inliers{0};            ///< points among them that agree on the motion
+  double spread{0};          ///< share of the parts of the image (6 × 3) that have inliers
   std::string warning;       ///< empty: none
 };
 
-/// What the odometry remembers between two frames.
+/// State of the odometry between two frames.
 struct OdometryState {
   struct Landmark {
     std::array<float, 2> in_reference_px;
@@ -46,15 +46,13 @@ struct OdometryState {
   std::optional<std::int64_t> last_stamp_ns;
 };
 
-/// Visual odometry from a rectified stereo pair: corners spread over the picture (Shi and Tomasi), followed from frame
-/// to frame and from left to right by pyramidal Lucas-Kanade, motion from 3D to 2D by RANSAC and least squares
-/// (OpenCV).
+/// Visual odometry from a rectified stereo pair: corners spread over the image (Shi and Tomasi), tracked from frame to
+/// frame and from left to right by pyramidal Lucas-Kanade, motion from 3D to 2D by RANSAC and least squares (OpenCV).
 ///
-/// The reference stays the same frame until the camera has moved on, so a standing camera does not drift. What would
-/// need an implausible acceleration (something large moves through the picture) is taken for another's motion; then the
-/// points that agree with a constant motion decide, and where they are too few the last motion is carried on, with a
-/// warning. Steps are put together on the ground, seen with the rig's pitch and roll. The same result for any number of
-/// threads.
+/// The reference frame changes only after the camera has moved, so a static camera does not drift. Motion with an
+/// implausible acceleration (something large moves through the image) is rejected. Then the points that agree with
+/// constant motion decide; if they are too few, the last motion continues, with a warning. Steps are accumulated on the
+/// ground, with the rig's pitch and roll. The result does not depend on the number of threads.
 class STEREOGRID_EXPORT VisualOdometry {
  public:
   /// `mask`: as PipelineOptions::mask; where the vehicle itself is seen no corners are taken. Throws InputError where
@@ -68,8 +66,8 @@ class STEREOGRID_EXPORT VisualOdometry {
   /// InputError where the frame does not fit the rig; the state is then unchanged.
   OdometryStep update(const StereoFrame& frame);
 
-  /// An odometry of the same rig that is given the state goes on exactly as this one would. Throws InputError where the
-  /// reference image does not fit the rig; nothing has changed then.
+  /// An odometry of the same rig with this state continues with the same results. Throws InputError where the reference
+  /// image does not fit the rig; nothing has changed then.
   [[nodiscard]] OdometryState save_state() const;
   void load_state(const OdometryState& state);
 

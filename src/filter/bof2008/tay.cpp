@@ -10,7 +10,7 @@
 namespace stereogrid {
 namespace {
 
-// What the prediction needs to know about each cell of the state before.
+// Prepares the prediction of each cell of the last state.
 void prepare(const FilterStep& step, const FilterState& before, FilterSpace& space) {
   const Image<float>& standing{before.velocity[before.velocity.size() / 2]};
   for (std::size_t c{0}; c < standing.size(); ++c) {
@@ -20,7 +20,7 @@ void prepare(const FilterStep& step, const FilterState& before, FilterSpace& spa
   }
 }
 
-// Before the step, of what is now at the window's cell (x, y); infinite: never seen.
+// Age before the step of the window's cell (x, y); infinite: never seen.
 float age_before(const Image<float>& age_s, Scroll scroll, int x, int y) {
   const int from_x{x + scroll.x};
   const int from_y{y + scroll.y};

@@ -24,7 +24,7 @@ namespace {
 constexpr std::size_t lanes_max{16};
 using Float = hn::CappedTag<float, lanes_max>;
 
-// A row of cells, one more than a tile has: what lies between two columns needs both.
+// Row of cells, one more than a tile: values between two columns need both.
 struct alignas(64) RowBuffer {
   float cells[tile_columns + lanes_max];
 };
@@ -55,7 +55,7 @@ void blend(Pair first, Pair second, float share, int width, Pair out) {
   blend(first.occupied, second.occupied, share, width, out.occupied);
 }
 
-// How rows of the state before are read: with the noise of velocity k, and the prior outside the window.
+// Rows of the last state, with the noise of velocity k, and the prior outside the window.
 class Source {
  public:
   Source(const LatticeTile& tile, std::size_t k)
@@ -94,7 +94,7 @@ class Source {
     int end;
   };
   [[nodiscard]] int first() const { return tile_.x_begin + from_.ix; }
-  // What of a row lies in the window.
+  // Part of a row within the window.
   [[nodiscard]] Span span(int y, int count) const {
     const int cells{tile_.before.occupancy.width()};
     const int row{y + from_.iy};
@@ -123,7 +123,7 @@ class Source {
   Antecedents from_;
 };
 
-// P(v_k) into after.velocity and P(occupied, v_k) into `occupied`, both predicted: what lies between the antecedents
+// P(v_k) into after.velocity and P(occupied, v_k) into `occupied`, both predicted: interpolated between the antecedents
 // along x and y.
 void gather(const LatticeTile& tile, std::size_t k, RowBuffer* occupied) {
   const Source source{tile, k};

@@ -28,10 +28,9 @@ class ActiveBlocks {
 
   [[nodiscard]] bool is_active(int block) const { return active_[static_cast<std::size_t>(block)] != 0; }
 
-  /// Of a block of the step before: the cells of which something has been known. Of all blocks before `decide`.
+  /// Observed cells of a block of the last state. Set for all blocks before `decide`.
   [[nodiscard]] CellBox& seen(int block) { return seen_[static_cast<std::size_t>(block)]; }
-  /// Row `row` of the blocks now. `has_some(block)`: it has masses, or something of it is observed; asked only
-  /// where that decides.
+  /// Decides row `row` of the present blocks. `has_some(block)`: it has masses or observations; called only if needed.
   template <class HasSome>
   void decide(int row, Scroll scroll, const HasSome& has_some) {
     columns_[static_cast<std::size_t>(row)] = {layout_.cells, 0};
@@ -55,7 +54,7 @@ class ActiveBlocks {
   BlockLayout layout_;
   std::vector<CellBox> seen_;
   std::vector<std::uint8_t> active_;
-  std::vector<CellColumns> columns_;  // of each row of blocks: around those that are active
+  std::vector<CellColumns> columns_;  // by row of blocks: columns around the active ones
 };
 
 }  // namespace stereogrid

@@ -6,13 +6,13 @@
 
 namespace stereogrid {
 
-/// Of a cell, in [slot][k][cell of the block].
+/// Index of a cell in [slot][k][cell of the block].
 STEREOGRID_HD inline std::size_t mass_index(int slot, int velocities, int k, int x, int y) {
   return (static_cast<std::size_t>(slot) * velocities + k) * block_cells + y % block_rows * block_columns +
          x % block_columns;
 }
 
-/// What kernels read and write of a state of FilterModel::joint.
+/// Pointers of kernels to a state of FilterModel::joint.
 struct JointPointers {
   float* mass;
   int* slots;

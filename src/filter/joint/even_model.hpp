@@ -8,18 +8,18 @@
 
 namespace stereogrid {
 
-// Where little moves, cells keep no mass for each velocity: what moves of them is spread evenly over the moving ones.
-// docs/method.md §8.7.
+// Blocks with little motion have no masses per velocity: their dynamic mass is spread evenly over the moving
+// velocities. docs/method.md §8.7.
 
 /// Cells that have masses for each velocity together.
 constexpr int block_columns{16};
 constexpr int block_rows{8};
 constexpr int block_cells{block_columns * block_rows};
 
-/// If points that are followed tell what moves: more than a cell has of which nothing is known, and more of what
-/// occupies it than of what has not been seen to move.
+/// Thresholds with scene flow: more than the dynamic mass of an unknown cell, and more than the share of mass not seen
+/// to move.
 constexpr MovingFrom moving_told{0.15f, 0.2f};
-/// Else as little as the filter can tell from chance.
+/// Thresholds otherwise: the smallest mass that the filter distinguishes from noise.
 constexpr MovingFrom moving_found{0.05f, 0};
 
 /// Cells of the window from the first to the last, both included.
@@ -41,7 +41,7 @@ struct BlockLayout {
 
   [[nodiscard]] STEREOGRID_HD int count() const { return across * along; }
   [[nodiscard]] STEREOGRID_HD int block_of(int x, int y) const { return y / block_rows * across + x / block_columns; }
-  /// What of a block lies in the window.
+  /// Part of a block within the window.
   [[nodiscard]] STEREOGRID_HD CellBox cells_of(int block) const {
     const int x{block % across * block_columns};
     const int y{block / across * block_rows};
@@ -53,10 +53,10 @@ struct BlockLayout {
   int along;
 };
 
-/// Where a block's masses are, of one that has none but is to be given some.
+/// Slot of a block without masses that is marked to get some.
 constexpr int slot_wanted{-2};
 
-/// Those of a block's cells that move. `moves(x, y)`.
+/// Moving cells of a block. `moves(x, y)`.
 template <class Moves>
 STEREOGRID_HD inline CellBox moving_cells(const CellBox& block, const Moves& moves) {
   CellBox box{block.x_last + 1, block.y_last + 1, -1, -1};
@@ -93,10 +93,10 @@ STEREOGRID_HD inline float even_outside(const FilterStep& step) {
   return step.border_occupancy * step.prior_moving;
 }
 
-/// What has arrived in a cell without masses of its own.
+/// Arriving mass in a cell without masses of its own.
 struct EvenArrived {
   float standing;
-  float each;  ///< of each moving velocity
+  float each;  ///< mass of each moving velocity
 };
 
 /// A cell that has just come into the window.

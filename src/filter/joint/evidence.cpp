@@ -35,7 +35,7 @@ bool CellWeigher::weigh(const VelocityEvidence& one, bool may_start) {
 
 namespace {
 
-// What each cell of a block has, spread evenly.
+// Fills a new block with each cell's mass, spread evenly.
 void fill_begun_block(const FilterTables& tables, FilterState& state, int block) {
   const CellBox cells{state.blocks.layout().cells_of(block)};
   float standing[block_cells]{};

@@ -51,7 +51,7 @@ __device__ WeighedCell weigh_by_rows(const Weighing& in, const VelocityEvidence&
   return cell;
 }
 
-// Of a cell whose block has masses.
+// Weighs a cell whose block has masses.
 __device__ WeighedCell weigh_masses(const Weighing& in, const VelocityEvidence& one, int slot,
                                     const JointPointers& state) {
   const int i{one.cell};

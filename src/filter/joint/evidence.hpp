@@ -6,7 +6,7 @@
 
 namespace stereogrid {
 
-/// What has been measured of the velocity of that which occupies a cell. World axes.
+/// Measured velocity of the object that occupies a cell. World axes.
 struct VelocityEvidence {
   int cell;  ///< iy · nx + ix of the window
   float x;   ///< m/s
@@ -30,13 +30,13 @@ struct WeighedCell {
   float standing;
 };
 
-/// A row of the lattice's mass, and the same weighed by what has been measured.
+/// Row of the lattice's mass, before and after weighing by the measurement.
 struct RowWeight {
   float before{0};
   float after{0};
 };
 
-/// Of the row of velocities whose v_y is axis_mps[row]. `mass(k)`: m(k) before.
+/// Weight of the row of velocities whose v_y is axis_mps[row]. `mass(k)`: m(k) before.
 template <class Mass>
 STEREOGRID_HD inline RowWeight weight_of_row(const VelocityEvidence& evidence, const float* axis_mps, int side, int row,
                                              const Mass& mass) {

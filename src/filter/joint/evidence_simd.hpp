@@ -19,7 +19,7 @@ struct WeighedCells {
   float xx[block_columns];
   float xy[block_columns];
   float yy[block_columns];
-  /// of their first velocity; null: `standing` and of each moving velocity `each`
+  /// masses of the first velocity; null: `standing`, and `each` for each moving velocity
   float* masses;
   float each[block_columns];
   /// P(occupied, standstill), before and afterwards

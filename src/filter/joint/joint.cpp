@@ -31,7 +31,7 @@ class BlockFilter {
     }
   }
 
-  // Those of a row of blocks that are active and have none: row by row through all of them, as memory is read fastest.
+  // Processes a row of active blocks without masses, row by row through all of them, for sequential memory access.
   void run_even(int block_row) const {
     const int first{block_row * layout_.across};
     BlockKind* const kinds{joint_.after.kinds.data() + first};
@@ -48,7 +48,7 @@ class BlockFilter {
   }
 
  private:
-  // Of a block whose first column is x.
+  // Row of a block whose first column is x.
   [[nodiscard]] BlockRow row_of(int block, int x, int y) const {
     BlockRow row;
     row.was_even = kinds_before_ != nullptr && (*kinds_before_)[static_cast<std::size_t>(block)] != BlockKind::any;
@@ -73,7 +73,7 @@ class BlockFilter {
     rescale_row(joint_.step, row, masses);
   }
 
-  // What the step before has left of the row, where it was in the window, and what a new cell has.
+  // Reads the last state of the row where it was in the window; new cells have the prior.
   void take(CellColumns known, BlockRow& row) const {
     const int y{row.y + joint_.scroll.y};
     const int first{row.x + joint_.scroll.x};
@@ -97,7 +97,7 @@ class BlockFilter {
   GridLayers& layers_;
 };
 
-// What a step leaves of blocks that it need not work on.
+// Copies blocks that need no step.
 class UnseenBlocks {
  public:
   UnseenBlocks(const FilterInput& input, const JointStep& joint, GridLayers& layers)

@@ -10,9 +10,9 @@ namespace {
 
 constexpr int row_threads{128};
 
-// What prediction reads of each cell, where the masses of each velocity come from, and which cells move. A block of
-// threads for each block of cells. Of the prepared numbers, x is the scale, y what was born of each moving velocity, z
-// what each of them gains, w the standing mass after the noise.
+// Input of the prediction for each cell, the source cells of each velocity's masses, and the moving cells. A block of
+// threads for each block of cells. Components of the prepared numbers: x scale, y birth mass of each moving velocity, z
+// gain of each of them, w standing mass after the noise.
 __global__ void prepare(const FilterMotion* motion, const double* speed_mps, JointPointers before, int cells,
                         Antecedents* from, float4* prepared, float* even, CellBox* moving) {
   __shared__ CellBox box;
@@ -96,7 +96,7 @@ struct Target {
                    between(mass(k, ax, ay + 1), mass(k, ax + 1, ay + 1), a.fx), a.fy);
   }
 
-  // Of a row outside the window.
+  // Spread mass of a row outside the window.
   __device__ float spread_outside() const {
     float sum{0};
     for (int i{0}; i < step.side; ++i) sum += between(even_outside(step), even_outside(step), from[i].fx);
@@ -122,8 +122,8 @@ struct Observed {
   CellView view;
 };
 
-// Of a cell whose block has masses: those that arrive, and what the update makes of them. `here`: the cell of the step
-// before at this place; negative: it has just come into the window.
+// Filters a cell whose block has masses: arriving masses and their update. `here`: the cell of the last state at this
+// place; negative: new in the window.
 __device__ FilteredCell filter_masses(const Target& target, const float* speed_mps, int here, const Observed& observed,
                                       int slot, const JointPointers& after) {
   const FilterStep& step{target.step};

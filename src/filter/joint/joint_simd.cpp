@@ -64,7 +64,7 @@ void SpreadAlongX(const JointStep& joint, int y, CellColumns columns) {
   }
 }
 
-// Of a row outside the window, its sum along x.
+// Spread mass of a row outside the window, its sum along x.
 float spread_outside(const JointStep& joint) {
   const float outside{even_outside(joint.step)};
   float sum{0};
@@ -129,7 +129,7 @@ class Antecedent {
   }
 
  private:
-  // Null: what moves of the block is spread evenly, or it lies outside the window.
+  // Null: the block's dynamic mass is spread evenly, or it lies outside the window.
   [[nodiscard]] const float* masses_of(std::size_t k, int block_x, int block_y) const {
     const BlockLayout& layout{joint_.before.blocks.layout()};
     if (block_x < 0 || block_x >= layout.across || block_y < 0 || block_y >= layout.along) return nullptr;

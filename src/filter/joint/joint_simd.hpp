@@ -18,7 +18,7 @@ struct JointStep {
   float dt_s;
 };
 
-/// Of the cells of a row of a block.
+/// Sums of the cells of a row of a block.
 struct BlockRowSums {
   float mass[block_columns];
   float x[block_columns];
@@ -37,13 +37,13 @@ inline CellColumns known_columns(const JointStep& joint, int x, int y, int colum
   return {begin, row_known ? std::clamp(size - first, begin, columns) : columns};
 }
 
-/// Of some cell of a block something is observed: it is not exactly ½.
+/// True if some cell of a block is observed: not exactly ½.
 bool is_any_observed(View<const float> observed, const CellBox& cells);
 
 /// Which cells of a row of blocks of the step before move, and of which something has been known.
 void find_cells(const JointStep& joint, int block_row);
 
-/// What prediction reads of row y of the step before.
+/// Prepares the prediction from row y of the last state.
 void prepare_row(const JointStep& joint, int y, CellColumns columns);
 
 /// Row y of the step before, after prepare_row, moved on along x by each of the lattice's velocities: the sum, at
@@ -57,8 +57,8 @@ struct BlockRow {
   int columns;
   bool was_even;                  ///< the layers say so of it before the step: BlockKind
   float age_s[block_columns];     ///< before the step
-  float standing[block_columns];  ///< what has arrived at standstill
-  float each[block_columns];      ///< without masses: what has arrived of each moving velocity
+  float standing[block_columns];  ///< arriving mass of standstill
+  float each[block_columns];      ///< without masses: arriving mass of each moving velocity
   float unseen[block_columns];    ///< 1: was as unseen_cell
   // the update of the masses
   float scale[block_columns];
@@ -66,11 +66,10 @@ struct BlockRow {
   float born_standing[block_columns];
 };
 
-/// What the step before has left of the row, where all of it has been in the window: age, standstill, unseen.
+/// Reads the last state of a row that was completely in the window: age, standstill, unseen.
 void take_before(const JointStep& joint, BlockRow& row);
 
-/// What arrives of each moving velocity in some columns of the row, which have been in the window before, as
-/// BlockRow::each.
+/// Arriving mass of each moving velocity in some columns of the row that were in the window, as BlockRow::each.
 void arrive_evenly(const JointStep& joint, CellColumns columns, BlockRow& row);
 
 /// The masses that arrive in a block's cells.
@@ -79,7 +78,7 @@ void predict_block(const JointStep& joint, int block);
 /// Sums over the masses of a row of a block; `masses`: of its first velocity.
 void sum_row(const FilterTables& tables, const float* masses, BlockRowSums& sums);
 
-/// Updates the row with what is observed: state and layers. `sums`: over the masses; null: it has none.
+/// Updates the row with the observation: state and layers. `sums`: over the masses; null: it has none.
 void update_row(const JointStep& joint, View<const float> observed, const BlockRowSums* sums, BlockRow& row,
                 GridLayers& layers);
 

@@ -70,7 +70,7 @@ class Updating {
     return (view_of_cell)(joint_.step, x, V{hn::Set(d_, static_cast<float>(row_.y))});
   }
 
-  // `stereogrid::is_known` of what is observed.
+  // `stereogrid::is_known` of the observation.
   [[nodiscard]] auto is_known() const {
     const V half{hn::Set(d_, 0.5f)};
     const V unsure{hn::Set(d_, 0.05f)};

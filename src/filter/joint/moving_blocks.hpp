@@ -17,7 +17,7 @@ struct Scroll {
   int y;
 };
 
-/// So many blocks can have masses at a time.
+/// Maximum number of blocks with masses.
 constexpr int moving_blocks_max{512};
 
 /// Masses over the velocity lattice of those blocks of a window that have some.
@@ -27,25 +27,25 @@ class MovingBlocks {
   MovingBlocks(int window_cells, std::size_t velocities, int capacity);
 
   [[nodiscard]] const BlockLayout& layout() const { return layout_; }
-  /// Where a block's masses are; −1: it has none.
+  /// Slot of a block's masses; −1: none.
   [[nodiscard]] int slot(int block) const { return slots_[static_cast<std::size_t>(block)]; }
   /// (velocities, block_rows, block_columns)
   [[nodiscard]] float* masses(int slot) { return masses_.data() + static_cast<std::size_t>(slot) * slot_size(); }
   [[nodiscard]] const float* masses(int slot) const {
     return masses_.data() + static_cast<std::size_t>(slot) * slot_size();
   }
-  /// Of a cell, a step of block_cells from velocity to velocity; null: its block has none.
+  /// Masses of a cell, with stride block_cells between velocities; null: its block has none.
   [[nodiscard]] float* masses_at(int x, int y);
   [[nodiscard]] const float* masses_at(int x, int y) const { return const_cast<MovingBlocks*>(this)->masses_at(x, y); }
 
   void clear();
-  /// Gives masses, not set yet, to those blocks that can be reached within a step from cells that move, in the order of
-  /// the blocks, as long as there is room. `moving`: of each block of the step before.
+  /// Assigns uninitialised masses to blocks that moving cells can reach within a step, in the order of the blocks,
+  /// while there is room. `moving`: by block of the last state.
   void begin(const FilterStep& step, Scroll scroll, std::span<const CellBox> moving);
   /// To be given masses, if the block has none.
   void want(int block);
-  /// Gives the blocks that want some masses, not set yet, in their order, as long as there is room. Returns those that
-  /// have got some; valid until the next call.
+  /// Assigns uninitialised masses to marked blocks, in their order, while there is room. Returns the new ones; valid
+  /// until the next call.
   std::span<const int> begin_wanted();
 
   [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(slots_, masses_, begun_); }

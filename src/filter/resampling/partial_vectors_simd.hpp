@@ -17,7 +17,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Calls work(d, i) for the vectors of [i, count), the last ones ever shorter: what is left over needs no detour through
+// Calls work(d, i) for the vectors of [i, count), the last ones ever shorter, so that the rest needs no copy through
 // memory.
 template <class D, class Work>
 HWY_INLINE void for_shrinking_vectors(D d, int i, int count, const Work& work) {

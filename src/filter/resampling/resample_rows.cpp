@@ -53,7 +53,7 @@ class RowResampler {
     }
   }
 
-  // What holds for all blocks of the window between cells first and last of row iy and around them.
+  // Common kind of all blocks of the window around cells first to last of row iy.
   [[nodiscard]] BlockKind kind_around(int first, int last, int iy) const {
     const CellPlaces& places{resampling_.places};
     const float x[]{places.x_of(first, iy), places.x_of(last, iy)};

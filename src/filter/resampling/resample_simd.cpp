@@ -79,7 +79,7 @@ class ResampledCells {
   using Ints = hn::RebindToSigned<D>;
   using Int = hn::Vec<Ints>;
 
-  // Where the four cells around lie, and how far between them.
+  // Four cells around a point, and their weights.
   struct Around {
     Int low_left;
     Int low_right;

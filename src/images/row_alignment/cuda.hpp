@@ -9,7 +9,7 @@
 
 namespace stereogrid {
 
-/// The right image's rows are off by `offsets`, unless they do not matter.
+/// Vertical misalignment of the right image by `offsets`, unless negligible.
 struct RowShift {
   RowOffsets offsets;
   int is_identity{1};

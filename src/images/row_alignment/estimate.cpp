@@ -18,9 +18,9 @@ namespace {
 constexpr double information_min{4};
 constexpr double information_half{20};
 
-constexpr double offset_max_px{2.5};  ///< believed, anywhere in the image
+constexpr double offset_max_px{2.5};  ///< maximum offset anywhere in the image
 constexpr double support_min{25};     ///< summed weight
-constexpr double scale_px{0.15};      ///< of the errors, for the outlier-resistant fit
+constexpr double scale_px{0.15};      ///< scale of the errors, for the robust fit
 /// Weight of the assumption that there is no offset: holds what the patches leave open.
 constexpr double prior{0.5};
 constexpr double memory{0.9};

@@ -16,9 +16,9 @@ namespace stereogrid {
 constexpr std::size_t row_terms{5};
 using RowTerms = std::array<double, row_terms>;
 
-/// By how many rows a point lies lower in the right image than in the left one, as a function of its place in the right
-/// image: what is left over when a pair has been rectified with slightly wrong rotation and lenses.
-/// terms · (1, x, y, x·y, x²) with x = (u − u0)/400 and y = (v − v0)/100: pitch, roll, scale, yaw, lens.
+/// Vertical misalignment: rows by which a point is lower in the right image than in the left one, as a function of its
+/// place in the right image. Caused by slight errors of rotation and lenses in the rectification. terms · (1, x, y,
+/// x·y, x²) with x = (u − u0)/400 and y = (v − v0)/100: pitch, roll, scale, yaw, lens.
 struct RowOffsets {
   RowTerms terms{};  ///< px
   double centre_u_px{0};
@@ -38,11 +38,11 @@ struct RowOffsets {
   }
 };
 
-/// So many columns share an offset, that in their middle: it changes by some hundredths of a pixel on the way.
+/// Number of columns that share the offset of their centre; it changes by some hundredths of a pixel across them.
 constexpr int offset_columns{16};
 
-/// Where a point of row v of the left image is seen in column u of the right one, in 1/256 px. A whole number, so that
-/// every back end interpolates alike; offsets beyond ±4096 px are cut off.
+/// Row of the right image, in column u, for a point of row v of the left image, in 1/256 px. An integer, so that every
+/// back end interpolates alike; offsets beyond ±4096 px are cut off.
 STEREOGRID_HD inline int place_256(const RowOffsets& offsets, int u, int v) {
   const double offset{offsets.at(u / offset_columns * offset_columns + offset_columns / 2, v) * 256};
   constexpr int limit{4096 * 256};

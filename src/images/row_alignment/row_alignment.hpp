@@ -47,10 +47,9 @@ constexpr int alignment_rows{2};
 /// Finds the row offsets of a camera in its own matches, frame after frame. Rectified recordings are seldom aligned to
 /// better than some tenths of a row, and texture that points at the vanishing point turns each into disparity.
 ///
-/// A frame's offsets: at a lattice of matched pixels a patch of the left image is moved over the right one in both
-/// directions (Lucas and Kanade 1981, inverse compositional); weighted by what its texture tells about rows, with an
-/// outlier-resistant fit. Frames are joined with exponential forgetting. One implementation serves every back end: it
-/// reads some hundred patches.
+/// Offsets of a frame. At a lattice of matched pixels a patch of the left image is tracked in the right one in both
+/// directions (Lucas and Kanade 1981, inverse compositional). The fit is robust and weighted by the vertical texture.
+/// Frames are combined with exponential decay. One implementation serves every back end: it reads some hundred patches.
 class RowAlignment {
  public:
   explicit RowAlignment(const Rig& rig);
@@ -71,7 +70,7 @@ class RowAlignment {
     return update(left, right, matches, plane, [](int count, const auto& work) { work(0, count); });
   }
 
-  /// Too small to matter?
+  /// True if the misalignment is negligible.
   [[nodiscard]] bool is_identity() const { return is_identity_; }
   [[nodiscard]] const RowOffsets& offsets() const { return offsets_; }
 
@@ -93,7 +92,7 @@ class RowAlignment {
   RowOffsets offsets_;
   RowEquations remembered_;
   bool is_identity_{true};
-  std::vector<std::vector<RowSample>> rows_;  ///< of each row of patches
+  std::vector<std::vector<RowSample>> rows_;  ///< by row of patches
   std::vector<RowSample> samples_;            ///< all of them
 };
 

@@ -49,7 +49,7 @@ class CandidateRow {
   std::vector<std::int16_t> shifts_;
 };
 
-/// What the two hypotheses found along an image row.
+/// Best labels of both hypotheses along an image row.
 struct RowCandidates {
   RowCandidates() = default;
   explicit RowCandidates(int width) : upright{width}, level{width} {}

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int threads{128};
 
-// A block splits a row, of whose plane it knows what changes from frame to frame.
+// Splits a row per block; the plane is read from device memory.
 __global__ void __launch_bounds__(threads)
     split_rows(View<const float, Device> disparity, Rig rig, const Ground* ground, MatchingConfig config,
                View<float, Device> obstacle, View<float, Device> road) {

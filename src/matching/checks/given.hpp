@@ -13,11 +13,11 @@
 
 namespace stereogrid {
 
-/// Matches from a disparity image that somebody else has made. It has one hypothesis only, so road and obstacles are
-/// told apart by their height above the road plane.
+/// Matches from external disparities. They have one hypothesis only, so the height above the ground plane separates
+/// road and obstacles.
 
-/// Is a disparity d above or below the road, whose disparity at the pixel is r? A point at height h above a plane at
-/// distance H has d = r·H/(H − h). Both need heights beyond ± road_height_m, and a difference d − r beyond two
+/// Tests whether a disparity d is above or below the road with disparity r at the pixel. A point at height h above a
+/// plane at distance H has d = r·H/(H − h). Both need heights beyond ± road_height_m, and a difference d − r beyond two
 /// standard deviations: noise of the disparity, and the plane's own, σ² = given_sigma_px² + (r σ_H/H)² + (b/H)² ((f
 /// σ_pitch)² + (x σ_roll)²) with x = u − u0.
 struct HeightTest {
@@ -35,7 +35,7 @@ struct HeightTest {
     return d < r * below && (d - r) * (d - r) > margin2(r, x);
   }
 
-  float constant;  ///< of margin², px²
+  float constant;  ///< constant part of margin², px²
   float per_r2;
   float per_x2;
   float above;  ///< d/r at the height road_height_m
@@ -62,7 +62,7 @@ STEREOGRID_HD inline bool is_usable(float disparity, int disparities) {
   return disparity >= 0.5f && disparity < static_cast<float>(disparities) - 0.5f;
 }
 
-/// A given disparity's share of `Matches`.
+/// `Matches` of an external disparity.
 struct SplitDisparity {
   float obstacle;
   float road;
@@ -88,8 +88,8 @@ struct SplitRow {
   float at_centre;
 };
 
-/// Splits `disparity` (px, ≤ 0 = none): what is above the road is obstacle, what is below it wrong and left out, the
-/// rest road. Left out too is what is below 0.5 px or beyond the bins of the u-disparity plane.
+/// Splits `disparity` (px, ≤ 0 = none). Above the road: obstacle; below it: wrong and left out; the rest: road.
+/// Disparities below 0.5 px or beyond the bins of the u-disparity plane are left out, too.
 void split(Cpu& cpu, View<const float> disparity, const Rig& rig, const Ground& ground, const MatchingConfig& config,
            Matches& matches);
 void split(Reference& reference, View<const float> disparity, const Rig& rig, const Ground& ground,

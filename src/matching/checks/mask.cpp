@@ -9,7 +9,7 @@
 namespace stereogrid {
 namespace {
 
-/// Is one of the pixels masked that levelling makes the pixel at `place` of, or that lies nearest?
+/// True if one of the source pixels of the levelled pixel at `place`, or the nearest one, is masked.
 bool is_masked(const Image<std::uint8_t>& camera, ImagePoint place) {
   const double u{std::clamp(place.u, 0.0, camera.width() - 1.0)};
   const double v{std::clamp(place.v, 0.0, camera.height() - 1.0)};

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t padding{64};
 
-// Are these bits so in all eight flags from here on?
+// True if these bits are set in all eight flags from here on.
 bool all_are(const std::uint8_t* flags, std::uint8_t mask, std::uint8_t wanted) {
   std::uint64_t eight{0};
   std::memcpy(&eight, flags, sizeof eight);

@@ -17,7 +17,7 @@ struct Patches {
   int* parents;
   int* sizes;
 
-  // As in flag_surfaces: signs tell the labels. 0: no disparity.
+  // Disparity with the label as its sign, as in flag_surfaces. 0: no disparity.
   [[nodiscard]] __device__ float labelled(int u, int v) const { return obstacle(u, v) - road(u, v); }
   [[nodiscard]] __device__ int index(int u, int v) const { return v * obstacle.width + u; }
 };
@@ -51,7 +51,7 @@ __device__ void join(int* parents, int a, int b) {
     }
     const int before{atomicMin(parents + a, b)};
     if (before == a) return;
-    a = before;  // somebody was faster
+    a = before;  // another thread was faster
   }
 }
 

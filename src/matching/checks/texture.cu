@@ -6,7 +6,7 @@
 namespace stereogrid {
 namespace {
 
-constexpr int columns{64};  // of a block
+constexpr int columns{64};  // columns of a block
 constexpr int rows{16};
 constexpr int half_window_max{20};
 constexpr int threads{columns + 2 * half_window_max + 24};  // whole warps

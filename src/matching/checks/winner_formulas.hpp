@@ -59,7 +59,7 @@ struct WinnerOf {
   Real disparity;          ///< px
   Int whole;               ///< px: the column of the right image that is claimed is u − whole
   Condition is_plausible;  ///< unique, cheap enough and within the disparities searched
-  Real confidence;         ///< that the disparity is right
+  Real confidence;         ///< probability that the disparity is right
 };
 
 /// The paper's decision without a threshold (T-ITS 2012, III-C): road where the road hypothesis costs less.

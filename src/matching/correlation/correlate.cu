@@ -1,18 +1,18 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Window costs without a cost volume. A block finishes some rows of 64 columns. Groups of lanes have the shifts of a
+// Window costs without a cost volume. A block computes some rows of 64 columns. Groups of lanes hold the shifts of a
 // pixel, four in a word. For each row:
-//  1. the differing bits of the row's bytes are added to the sums of the windows' columns, and those of the row that
-//     leaves the window taken away: bytes in shared memory, [column][shift];
-//  2. every group slides over some columns, keeps the window's sums in registers, and looks for the best shift.
+// 1. The differing bits of the row's bytes are added to the sums of the windows' columns, and those of the row that
+// leaves the window are subtracted: bytes in shared memory, [column][shift].
+// 2. Every group slides over some columns, keeps the window's sums in registers, and finds the best shift.
 #include "matching/cuda.hpp"
 #include "matching/lanes.cuh"
 
 namespace stereogrid {
 namespace {
 
-constexpr int columns{64};  // that a block finishes
+constexpr int columns{64};  // columns of a block
 constexpr int threads{128};
 constexpr std::size_t shared_max{48 << 10};
 constexpr int level_lanes{2};  // four shifts each
@@ -29,12 +29,12 @@ struct Correlation {
   Hypothesis upright;
   Hypothesis level;
   int half_window;
-  int rows;  // that a block finishes
+  int rows;  // rows of a block
   int uniqueness_1024;
 };
 
-// Where a block has what, in words of shared memory. Columns are counted from the right, so that the shifts of a pixel
-// follow each other; four columns' bytes make a word.
+// Layout of shared memory, in words. Columns are counted from the right, so that the shifts of a pixel follow each
+// other; four columns' bytes make a word.
 struct Room {
   int quads;  // words of a row of the left image
   int right;  // first of the right image's words
@@ -52,7 +52,7 @@ struct Room {
   }
 };
 
-// How many bits are set in each byte.
+// Number of bits set in each byte.
 __device__ inline std::uint32_t bit_counts(std::uint32_t x) {
   x -= x >> 1 & 0x55555555u;
   x = (x & 0x33333333u) + (x >> 2 & 0x33333333u);

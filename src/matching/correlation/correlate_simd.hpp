@@ -45,7 +45,7 @@ std::size_t correlate_memory(int width, Shifts upright, Shifts road, int half_wi
 /// Elements beyond the ends of the rows of `ShortCensus` that are read, whatever the instruction set.
 int correlate_border(Shifts upright, Shifts road);
 
-/// Hands the candidates of the band's rows to its sink, equal to the reference on every instruction set.
+/// Writes the candidates of the band's rows, equal to the reference on every instruction set.
 void correlate_band(const Band& band);
 
 /// Name of the instruction set that correlate_band uses on this machine; "SCALAR": it cannot work.

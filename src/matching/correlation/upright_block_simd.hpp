@@ -25,8 +25,8 @@ using Bytes = hn::ScalableTag<std::uint8_t>;
 using Words = hn::ScalableTag<std::uint16_t>;
 using Ints = hn::CappedTag<std::int32_t, 16>;
 
-// Costs of up to 64 times `words` shifts. It goes step by step, each for all pixels, so that nothing waits for what was
-// just written: smallest costs, which shifts have them, candidates; the last with vectors along the pixels.
+// Costs of up to 64 times `words` shifts. It goes step by step, each for all pixels, without waits for values just
+// written: smallest costs, which shifts have them, candidates; the last with vectors along the pixels.
 template <int words>
 class UprightBlock {
  public:
@@ -36,7 +36,7 @@ class UprightBlock {
   static constexpr int vectors{n / (2 * lanes)};
   using V16 = hn::Vec<Words>;
 
-  // Of a pixel. Even shifts and odd ones, as they come from vectors of bytes without shuffling.
+  // Window sums of a pixel: even and odd shifts separately, as vectors of bytes yield them without shuffling.
   struct Sums {
     HWY_INLINE Sums() {}  // the compiler's own would not be compiled for the instruction set
     V16 even[vectors];

@@ -65,10 +65,10 @@ class UprightRows {
   static constexpr int n{Block::n};
   static constexpr int vectors{Block::vectors};
 
-  // Bytes are written in the loops below; what is read there is kept in local variables, which they cannot change.
+  // The loops below write bytes, which may alias members: local copies avoid reloads.
   struct Rows {
     const std::uint32_t* left;
-    const std::uint8_t* right;  // of column 0 at shift 0; that of column u lies u before
+    const std::uint8_t* right;  // column 0 at shift 0; column u is u before it
   };
   [[nodiscard]] Rows rows(RowPair pair) const { return {pair.left, pair.right_reversed + width_ - 1}; }
   [[nodiscard]] std::uint8_t* column(std::ptrdiff_t u) const { return columns_ + u * n; }

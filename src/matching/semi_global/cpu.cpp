@@ -124,9 +124,9 @@ class SemiGlobal {
   }
   [[nodiscard]] std::ptrdiff_t at(int u) const { return static_cast<std::ptrdiff_t>(u) * task_.layout.stride; }
 
-  // Groups of rows one after another, each taken by the first idle thread: it follows the group before at a distance,
-  // and whoever has that one is at work already, so that nobody waits for ever. Rows go in groups since what a row
-  // hands to the next is dear to move between cores.
+  // Groups of rows in order, each taken by the first idle thread. A group follows the one before at a distance; the
+  // owner of that one is already running, so no thread waits for ever. Rows are grouped because passing data between
+  // cores is expensive.
   void sweep(Cpu& cpu) {
     start_sweep();
     std::uninitialized_value_construct_n(passed_, height());
@@ -169,7 +169,7 @@ class SemiGlobal {
   int threads_;
   SemiGlobalRoom* rooms_{nullptr};
   std::atomic<int>* passed_{nullptr};  // [i] columns of the i-th row from below that are done
-  std::uint8_t* first_{nullptr};       // what a pixel of the last row gets from below
+  std::uint8_t* first_{nullptr};       // input of the last row's pixels from below
 };
 
 SemiGlobalTask task_of(const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config) {

@@ -209,7 +209,7 @@ __global__ void __launch_bounds__(32)
         path = i == 0 ? first_costs(input.pixel) : advance<true>(path, input.pixel, problem.penalties, room);
         const PathCosts<words> sum{sum_of(input, path)};
         const FoundLabel found{best_upright.find(sum.upright)};
-        FoundLabel on_road{cost_max, cost_max, cost_max, 0, 1};  // where all labels cost as much
+        FoundLabel on_road{cost_max, cost_max, cost_max, 0, 1};  // equal costs of all labels
         if (input.pixel.meeting != no_road) on_road = best_road.find(sum.road);
         if (threadIdx.x != 0) return;
         upright[line.pixel(i)] = found;

@@ -115,8 +115,8 @@ HWY_INLINE V8 first_byte_everywhere(hn::Vec<Block16> value) {
 #endif
 }
 
-// One step of a path (reference: advance). Costs of the pixel before come less their smallest one, and so do these go
-// on to the next pixel.
+// Step of a path (reference: advance). Costs of the pixel before come less their smallest one, and so do the costs for
+// the next pixel.
 class PathStep {
  public:
   PathStep()
@@ -177,7 +177,7 @@ class PathStep {
       for (int i{0}; i < n; ++i) {
         const V8 place{hn::Sub(hn::Iota(d8, static_cast<std::uint8_t>(i * lanes)), first)};
         V8 index{hn::SaturatedAdd(place, hn::Set(d8, 0x70))};
-#if !HWY_ARCH_X86 || HWY_TARGET == HWY_EMU128  // x86 itself looks at the last four bits and the first one only
+#if !HWY_ARCH_X86 || HWY_TARGET == HWY_EMU128  // x86 tests the last four bits and the first one only
         index = hn::And(index, hn::Set(d8, 0x8f));
 #endif
         ways.part[i] = hn::Min(ways.part[i], hn::Not(hn::TableLookupBytesOr0(offer, index)));

@@ -20,7 +20,7 @@ struct PathCosts {
   LaneCosts<1> road;  ///< cost_max beyond the road's labels
 };
 
-/// What a step of a path needs of its pixel, as it lies in a LabelVolume.
+/// Input of a path's step at its pixel, in the layout of LabelVolume.
 template <int words>
 struct PixelCosts {
   std::uint32_t upright[words];
@@ -36,7 +36,7 @@ struct StepPenalties {
   std::uint32_t change;
 };
 
-/// What a warp needs where the path may change from the road to what stands on it: the road's costs, a byte each.
+/// Road costs, a byte each, for steps from the road to an obstacle on it.
 struct ChangeRoom {
   static constexpr int before{2};  ///< words of cost_max before the road's labels
   static constexpr int road{before + road_lanes + 1};

@@ -9,9 +9,9 @@
 
 namespace stereogrid {
 
-/// How a pixel's costs lie in memory, a byte each: the upright labels, padded, then a tail with the road's labels
-/// between guards. Both run from the largest shift down, so that the right pixels which they look at lie in natural
-/// order. Padding and guards cost cost_max; labels beside a border are then dear by themselves.
+/// Memory layout of a pixel's costs, a byte each: the upright labels, padded, then a tail with the road's labels
+/// between guards. Both run from the largest shift down, so that their right pixels are in natural order. Padding and
+/// guards cost cost_max; labels beside a border are then expensive.
 struct LabelLayout {
   explicit LabelLayout(Shifts upright);
 
@@ -45,10 +45,10 @@ struct SemiGlobalRoom {
   std::int32_t* meeting;  ///< per pixel: place of the upright label that meets the road's largest shift, or −1
   RowChoice upright;
   RowChoice road;
-  RowCandidates* candidates;  ///< of the thread: its rows are finished one after another
+  RowCandidates* candidates;  ///< one per thread: rows are completed one after another
 };
 
-/// What all rows share. They are gone through upwards; paths from the row below pass on their costs here, less the
+/// Data shared by all rows. Rows are processed upwards; paths from the row below pass their costs here, less the
 /// smallest one.
 struct SemiGlobalTask {
   CensusTriple census;
@@ -66,7 +66,7 @@ struct SemiGlobalTask {
 void semi_global_start_row(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v);
 /// Paths from the row below and from the left.
 void semi_global_forward(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v, int begin, int end);
-/// Paths from the right, and the row's candidates for the sink.
+/// Paths from the right, and the row's candidates.
 void semi_global_backward(const SemiGlobalTask& task, const SemiGlobalRoom& room, int v);
 
 }  // namespace stereogrid

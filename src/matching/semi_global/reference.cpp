@@ -70,7 +70,7 @@ Labels advance(const Problem& problem, const Labels& before, int u, int v, Direc
   const int smallest{std::min(*std::min_element(before.upright.begin(), before.upright.end()),
                               *std::min_element(before.road.begin(), before.road.end()))};
   const int meeting{meeting_label(problem.plane, problem.upright, problem.road, u, v)};
-  // upwards, from the road to what stands on it
+  // upwards, from the road to an obstacle on it
   const bool changes{direction.dv < 0 && meeting >= 0 && row_has_road(problem.plane, problem.width(), v)};
   Labels path{pixel_costs(problem, u, v)};
   for (int k{0}; k < problem.upright.count; ++k) {

@@ -27,8 +27,7 @@ constexpr Penalties path_penalties{7, 14, 40, 20};
 static_assert(path_penalties.jump + census_bits < cost_max,
               "a label that can be taken costs less than one that cannot");
 
-/// What semi-global matching compares: census descriptors of the left image, the right image and the sheared right
-/// image.
+/// Census descriptors of the left image, the right image and the sheared right image.
 struct CensusTriple {
   View<const std::uint32_t> left;
   View<const std::uint32_t> right;
@@ -37,9 +36,9 @@ struct CensusTriple {
 
 /// Semi-global double correlation (docs/method.md §3.4): the labels (upright, d) and (road, δ) in one optimisation, so
 /// that the winning label's type is the class. Pixel cost: Hamming distance of single descriptors. Paths come from the
-/// left, the right and below: obstacles stand on what is below them. Along the path from below, road may turn into
-/// upright at the penalty `change` where both have the same disparity ±1. Path costs and sums stop at 255. The sink
-/// gets the best label of each type with the summed cost.
+/// left, the right and below: obstacles stand on the surface below them. Along the path from below, road may turn into
+/// upright at the penalty `change` where both have the same disparity ±1. Path costs and sums stop at 255. The output
+/// is the best label of each type with the summed cost.
 void optimise(Reference& reference, const CensusTriple& census, const RoadPlane& plane, const MatchingConfig& config,
               CandidateSink& sink);
 /// On the CPU it works in `memory`, which grows to optimise_memory() where it is smaller.
@@ -48,7 +47,7 @@ void optimise(Cpu& cpu, const CensusTriple& census, const RoadPlane& plane, cons
 
 std::size_t optimise_memory(int width, int height, const MatchingConfig& config, int threads);
 
-/// Can there be road in a row? Elsewhere no road label can be taken.
+/// True if a row can contain road; other rows have no road label.
 STEREOGRID_HD inline bool row_has_road(const RoadPlane& plane, int width, int v) {
   return plane.disparity(0, v) >= 1 || plane.disparity(width - 1, v) >= 1;
 }

@@ -18,7 +18,7 @@ __global__ void take_largest(View<const float, Device> occupancy, float* of_2, f
   const int d{static_cast<int>(blockIdx.y * block_height + threadIdx.y)};
   if (u >= occupancy.width || d >= occupancy.height) return;
   const float* row{occupancy.row(d)};
-  // beyond the last column nobody asks for
+  // columns beyond the last one are not used
   const auto at = [&](int column) { return row[column < occupancy.width ? column : occupancy.width - 1]; };
   const float two{larger(at(u), at(u + 1))};
   const float four{larger(two, larger(at(u + 2), at(u + 3)))};

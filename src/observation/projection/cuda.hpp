@@ -8,11 +8,11 @@
 
 namespace stereogrid {
 
-/// What `project` works in, on the device.
+/// Working memory of `project` on the device.
 struct ProjectionOnDevice {
   ProjectionOnDevice(int width, int disparities);
 
-  DeviceImage<float> of_2;  ///< (D, W) largest occupancy of so many columns from u on
+  DeviceImage<float> of_2;  ///< (D, W) maximum over 2 columns from u on
   DeviceImage<float> of_4;
   DeviceImage<float> of_8;
 };

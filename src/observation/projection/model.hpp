@@ -66,7 +66,7 @@ struct GridInVehicle {
   }
 };
 
-/// Where a grid lies, from its pose. For the host, so that both machines use the same sine and cosine.
+/// Position of a grid, from its pose. Computed on the host, so that both back ends use the same sine and cosine.
 [[nodiscard]] inline GridInVehicle grid_in_vehicle(const GridGeometry& grid, const Pose2& vehicle_from_grid) {
   return {grid, vehicle_from_grid.x_m, vehicle_from_grid.y_m, std::cos(vehicle_from_grid.yaw_rad),
           std::sin(vehicle_from_grid.yaw_rad)};
@@ -75,7 +75,7 @@ struct GridInVehicle {
 /// The centres of such a grid's cells in single precision: of whole steps exact, else to 1e-4 of a cell in grids of
 /// 1000.
 struct CellPlaces {
-  float x;  ///< of the cell (0, 0)
+  float x;  ///< position of the cell (0, 0)
   float y;
   float along;  ///< a step by ix is (along, across), a step by iy (−across, along)
   float across;
@@ -104,11 +104,11 @@ struct ColumnSpan {
     smallest = u < smallest ? u : smallest;
     largest = u > largest ? u : largest;
   }
-  /// Does the bin's column [u − ½, u + ½] share an area with it?
+  /// True if the bin's column [u − ½, u + ½] shares an area with it.
   [[nodiscard]] STEREOGRID_HD bool touches(int u) const { return u + 0.5 > smallest && u - 0.5 < largest; }
 };
 
-/// Clips the cell to the depths between `x_near` and `x_far` and looks at it from the camera. A straight edge stays
+/// Clips the cell to the depths between `x_near` and `x_far` and projects it into the camera. Straight edges stay
 /// straight in the image, so the corners of the clipped cell span all columns that see it.
 STEREOGRID_HD inline ColumnSpan columns_of(const BinGeometry& bins, const CellCorners& cell, double x_near,
                                            double x_far) {

@@ -22,7 +22,7 @@ struct BinSpan {
   std::int16_t end;
 };
 
-/// What `project` works in, and which bins speak for the cells of a grid that stays where it is in the vehicle.
+/// Working memory of `project`, and the bins of the cells of a grid that is fixed in the vehicle frame.
 struct ProjectionSpace {
   static constexpr int levels{3};
 

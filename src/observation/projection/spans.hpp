@@ -10,7 +10,7 @@
 
 namespace stereogrid {
 
-/// Which bins speak for the cells of a grid. Each call of visit(BinSpan) names bins of one disparity.
+/// Bins of the cells of a grid. Each call of visit(BinSpan) passes bins of one disparity.
 class Spans {
  public:
   STEREOGRID_HD Spans(int width, int disparities, const BinGeometry& bins, const GridInVehicle& grid)
@@ -145,7 +145,7 @@ class Spans {
   int disparities_;
   const BinGeometry& bins_;
   const GridInVehicle& grid_;
-  double slopes_[2];  // of the edges along the grid's x and along its y
+  double slopes_[2];  // slopes of the edges along the grid's x and along its y
   bool is_steep_;
 };
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int rows_grain{8};
 
-/// Columns of a grid of which it is asked together whether they are hidden, in rows_grain rows.
+/// Columns of a grid that are tested together for being hidden, in rows_grain rows.
 constexpr int tile_columns{16};
 
 /// Columns that are counted together: their counts stay in the first cache.

@@ -8,7 +8,7 @@ namespace {
 constexpr int threads{128};
 constexpr int block_width{32};
 constexpr int block_height{4};
-constexpr int lines{4};  // that a block sums up
+constexpr int lines{4};  // lines summed by a block
 constexpr int line_threads{32};
 
 struct Placement {

@@ -10,12 +10,12 @@
 
 namespace stereogrid {
 
-/// What `count_rays` works in and leaves, on the device.
+/// Working memory and result of `count_rays` on the device.
 struct RaysOnDevice {
   /// `disparities` 0: nothing, for configurations that do without.
   RaysOnDevice(int width, int height, int disparities, bool has_relief = false);
 
-  /// Empty, unless the constructor was told of one.
+  /// Empty, unless the constructor has received one.
   [[nodiscard]] Relief<Device> relief_view() const {
     return {{relief.data(), relief.size() == 0 ? 0 : bins, relief_sectors(width), bins}};
   }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the counted rays of a cell say, for floats, on host and device, and for vectors of cells. No guard, no
+// Evidence of the counted rays of a cell, for floats, on host and device, and for vectors of cells. No guard, no
 // namespace: model.hpp includes it, and the vector code once more for each instruction set, whose functions must be
 // compiled for it. Names in brackets are those next to the caller, as in filter/cell_formulas.hpp.
 
@@ -11,7 +11,7 @@ STEREOGRID_HD inline T natural_log(T x) {
   const auto exponent = exponent_of(x);
   const T t{mantissa_of(x, exponent) - number(x, 1.0f)};
   const auto of = [&](float factor) { return number(x, factor); };
-  // of least error from −¼ to ½
+  // polynomial of least error from −¼ to ½
   const T part{
       of(1.0000009f) +
       t * (of(-0.499986653f) +
@@ -35,8 +35,8 @@ STEREOGRID_HD inline T exponential(T x) {
   return part * power_of_two(whole_halves);
 }
 
-/// What is added to the logarithm of the odds for `count` ≥ 0 rays of a kind (rounding errors below do no harm), but
-/// for the factor of known_share. docs/method.md §6.2.
+/// Addend to the log odds for `count` ≥ 0 rays of a kind (rounding errors below are harmless), without the factor of
+/// known_share. docs/method.md §6.2.
 template <class T>
 STEREOGRID_HD inline T evidence_of(T count, float unit, float weight) {
   return number(count, weight) * (natural_log)(number(count, 1.0f) + count * number(count, 1 / unit));
@@ -55,8 +55,8 @@ STEREOGRID_HD inline T probability_of(T log_odds) {
   return one / (one + (exponential)(Min(Max(against, number(log_odds, -log_odds_max)), most)));
 }
 
-/// Of a weighted sum of evidence. What speaks weakly against an obstacle says next to nothing: some obstacles have no
-/// match in them, and rays seem to pass through. docs/method.md §6.2.
+/// Limits a weighted sum of evidence. Weak evidence against an obstacle counts little: some obstacles have no match,
+/// and rays seem to pass through. docs/method.md §6.2.
 template <class T>
 STEREOGRID_HD inline T log_odds_of(T arriving_rays, T sum) {
   const T log_odds{(known_share)(arriving_rays)*sum};

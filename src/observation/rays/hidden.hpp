@@ -8,8 +8,8 @@
 
 namespace stereogrid {
 
-/// Tells of many cells together that no ray comes as far as any of them, so that each is ½ (occupancy_at): they lie
-/// outside of the image, or hidden in it. What it does not say that of may still be hidden.
+/// Detects groups of cells that no ray reaches, outside of the image or hidden, so that each is ½ (occupancy_at). Cells
+/// of undetected groups may still be hidden.
 class HiddenCells {
  public:
   HiddenCells(const RaySums<Host>& sums, const BinGeometry& geometry, const GridInVehicle& grid);
@@ -28,7 +28,7 @@ class HiddenCells {
   int width_;
   int bins_;
   int group_columns_;
-  std::array<int, groups_max> empty_bins_{};  // of each group of columns: the sums before so many have no arriving rays
+  std::array<int, groups_max> empty_bins_{};  // by group of columns: number of sums without arriving rays
 };
 
 }  // namespace stereogrid

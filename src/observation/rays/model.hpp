@@ -19,7 +19,7 @@ namespace stereogrid {
 /// Rays are counted in bins of half a pixel of disparity, bin k from k/2 px on.
 constexpr int ray_bins_per_px{2};
 
-/// What a row of the column u0 says of a pixel in it.
+/// Class of a pixel by its row of the column u0.
 struct RayRow {
   std::int32_t first;  ///< bin from which on the row lies between the road and the height of obstacles: eq. 9
   std::int32_t end;    ///< and up to which; first ≥ end: nowhere
@@ -60,9 +60,8 @@ STEREOGRID_HD inline int ray_bin(float disparity) {
   return static_cast<int>(disparity * static_cast<float>(ray_bins_per_px));
 }
 
-/// Counts of rays in one number, so that they are added and subtracted together: 21 bits for each. What overflows does
-/// so again in the difference of two sums, which is right as long as no count of its own needs more bits: see
-/// columns_max.
+/// Counts of rays packed into one number, 21 bits each, to be added and subtracted together. Overflows cancel in the
+/// difference of two sums while no single count needs more bits: see columns_max.
 using PackedRays = std::uint64_t;
 constexpr int ray_bits{21};
 constexpr PackedRays ending_ray{1};                              ///< obstacle pixels at their disparity
@@ -92,8 +91,8 @@ STEREOGRID_HD inline void count_ray(float obstacle, float road, const RayRow& ro
   if (bin < row.end && row.first < row.end && row.end < bins) add(row.end, PackedRays{0} - arriving_ray);
 }
 
-/// Sums over all bins before k and all columns before u: (width + 1) rows, by u, of bins + 1. What is looked up of a
-/// cell lies in few bins of two columns.
+/// Sums over all bins before k and all columns before u: (width + 1) rows, by u, of bins + 1. The look-ups of a cell
+/// are in few bins of two columns.
 template <class Space>
 using RaySums = View<const PackedRays, Space>;
 
@@ -115,7 +114,7 @@ STEREOGRID_HD constexpr int columns_max(int height) {
 struct ColumnPart {
   int begin;
   int end;
-  float share;  ///< of one of them
+  float share;  ///< share of one of them
 
   STEREOGRID_HD ColumnPart(int from, int to) : begin{from}, end{to}, share{1 / static_cast<float>(to - from)} {}
 };
@@ -124,7 +123,7 @@ struct ColumnPart {
 struct RaysAround {
   PackedRays before;
   PackedRays behind;
-  float part;  ///< of the way from the one to the other
+  float part;  ///< position between both
 
   [[nodiscard]] STEREOGRID_HD float count(PackedRays kind) const {
     const float least{count_of(before, kind)};
@@ -161,7 +160,7 @@ struct CellsInView {
   float focal_px;
   float centre_u_px;
   float focal_baseline_pxm;
-  float half_m;       ///< of a cell's side
+  float half_m;       ///< half of a cell's side
   CellPlaces places;  ///< m in the vehicle frame
 
   STEREOGRID_HD CellsInView(const BinGeometry& geometry, const GridInVehicle& cells)

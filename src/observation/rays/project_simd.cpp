@@ -63,7 +63,7 @@ struct Words {
   }
 
  private:
-  // What begins with a bit.
+  // Kind of a bit.
   template <int bit>
   [[nodiscard]] HWY_INLINE VBits from() const {
     constexpr int word{32};
@@ -93,7 +93,7 @@ HWY_INLINE VFloat between(const Around& first, const Around& last, const Columns
   return hn::Mul(hn::Sub(last.template count<kind>(), first.template count<kind>()), columns.share);
 }
 
-/// Where cells lie in the image, and which of them do.
+/// Positions of cells in the image, and a mask of those inside.
 struct Sight {
   VFloat near_px;
   VFloat far_px;
@@ -102,13 +102,13 @@ struct Sight {
   Mask is_seen;
 };
 
-/// Looks up cells of a grid, many at a time.
+/// Computes cells of a grid, many at a time.
 class CellVectors {
  public:
   CellVectors(const RaySums<Host>& sums, int most_columns, const CellsInView& cells)
       : sums_{sums}, pitch_{static_cast<int>(sums.pitch)}, most_columns_{most_columns}, cells_{cells} {}
 
-  // Of cells ix, ix + 1 … of row iy.
+  // Occupancy of cells ix, ix + 1 … of row iy.
   [[nodiscard]] HWY_INLINE VFloat occupancy(int ix, int iy) const {
     const VFloat unknown{floats(0.5f)};
     const Sight cells{sight(ix, iy)};
@@ -122,7 +122,7 @@ class CellVectors {
   }
 
  private:
-  // `near`: what is around their near ends.
+  // `near`: the neighbourhood of their near ends.
   [[nodiscard]] HWY_INLINE VFloat seen_occupancy(const Sight& cells, const Around& near) const {
     const Columns& columns{cells.columns};
     const auto nearer = [&](float px) HWY_ATTR { return place_of(hn::Add(cells.near_px, floats(px))); };

@@ -16,7 +16,7 @@ namespace stereogrid {
 class Cpu;
 struct Reference;
 
-/// What `count_rays` works in and leaves. Allocated once.
+/// Working memory and result of `count_rays`. Allocated once.
 struct RaySpace {
   /// `disparities` 0: nothing, for configurations that do without. `has_relief`: `relief` may be set.
   RaySpace(int width, int height, int disparities, bool has_relief = false);
@@ -35,7 +35,7 @@ struct RaySpace {
   int height;
   int bins;
   int margin;                       ///< rows that a pixel may be shifted by, due to roll and relief
-  Relief<Host> relief{};            ///< of the frame
+  Relief<Host> relief{};            ///< relief of the frame
   std::vector<std::int32_t> shift;  ///< (W) rows by which the road lies lower than in the column u0, due to roll
   std::vector<RayRow> rows;         ///< (height + 2·margin), from row −margin on
   UprightRange upright{};

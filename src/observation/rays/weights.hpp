@@ -8,15 +8,15 @@
 
 namespace stereogrid {
 
-/// What is counted of a cell's rays. Disparities are larger the nearer: near, far are those of the cell's ends.
+/// Kinds of counted rays of a cell. Nearer disparities are larger: near, far are those of the cell's ends.
 enum CellRayKind {
   ending,           ///< obstacle pixels from far − ½ px to near + ½ px, in `columns_around` more columns
   behind,           ///< obstacle pixels from far − 4 px to far
   in_front,         ///< obstacle pixels from near to near + 4 px
   road_in_front,    ///< road pixels from near to near + 1 px
   arriving,         ///< rays that come as far as near
-  passing,          ///< rays that go on behind far
-  passing_farther,  ///< rays that go on behind far − 1 px
+  passing,          ///< rays that continue behind far
+  passing_farther,  ///< rays that continue behind far − 1 px
   cell_rays
 };
 
@@ -29,7 +29,7 @@ constexpr int columns_around{5};        ///< to either side
 constexpr float half_known_rays{0.5f};  ///< as many arriving rays make a cell half as known as many would
 constexpr float log_odds_max{6.9f};     ///< P from 0.001 to 0.999
 
-/// Logarithm of the odds against an obstacle of which half is believed; more of larger ones, hardly any of smaller.
+/// Log odds against an obstacle that are halved; larger ones count more, smaller ones hardly.
 constexpr float weak_log_odds{3.0f};
 constexpr float power_of_weak_log_odds{weak_log_odds * weak_log_odds * weak_log_odds * weak_log_odds * weak_log_odds *
                                        weak_log_odds};

@@ -4,7 +4,7 @@
 // Equations 8 and 14 for floats, on host and device, and for vectors of them. No guard, no namespace: model.hpp
 // includes it, and the vector code once more for each instruction set, whose functions must be compiled for it.
 
-/// What both need as numbers of their kind.
+/// Constants of both as numbers of type T.
 template <class T>
 struct BinConstants {
   T one;

@@ -63,7 +63,7 @@ __device__ void count_rows(const Counting& counting, const MatchViews& matches, 
   const int height{matches.obstacle.height};
   for (int begin{static_cast<int>(threadIdx.x) / warp}; begin < height; begin += count_warps * rows_at_once) {
     Pixel pixels[rows_at_once];
-    for (int k{0}; k < rows_at_once; ++k) {  // all of them are asked for before one is needed
+    for (int k{0}; k < rows_at_once; ++k) {  // loads all of them before the first use
       const int at_most{begin + k * count_warps};
       const int v{at_most < height ? at_most : height - 1};
       pixels[k] = {matches.obstacle(u, v), matches.road(u, v), rows.bins[first + v], rows.upright_bins[first + v]};

@@ -29,7 +29,7 @@ HWY_INLINE V number(int value) {
   return hn::Set(Int{}, value);
 }
 
-// Where the pixels of a row of a block count.
+// Rows to which the pixels of a row of a block contribute.
 struct RowPlaces {
   HWY_ALIGN std::int32_t place[block_columns];
   HWY_ALIGN std::int32_t late[block_columns];  // 1: needs a second count
@@ -40,7 +40,7 @@ HWY_INLINE V place_of(V bin, V kind) {
   return hn::ShiftLeft<6>(hn::Add(hn::Mul(bin, number(pixel_kinds)), kind));
 }
 
-// What holds for all pixels of a row of a block.
+// Bounds for all pixels of a row of a block.
 struct RowBounds {
   explicit RowBounds(const PixelBlock& block, int v)
       : first{number(block.bins[v].first)},
@@ -146,7 +146,7 @@ void CountPixels(const PixelBlock& block, std::uint16_t* counts) {
   BlockCounter{block, counts}.run();
 }
 
-// The rays of the nearer bins go on in `rays`.
+// The rays of the nearer bins remain in `rays`.
 template <class N>
 HWY_INLINE void total_bin(const BlockTotals& totals, int d, int u, N n, std::uint16_t* counts, std::uint16_t* rays) {
   const Count dc;
@@ -155,7 +155,7 @@ HWY_INLINE void total_bin(const BlockTotals& totals, int d, int u, N n, std::uin
     return hn::LoadU(dc, counts + (bin * pixel_kinds + kind) * block_columns + u);
   };
   const std::ptrdiff_t at{totals.stride * d + u};
-  const auto observed = d == 0 ? hn::Zero(dc) : of(d, upright_pixel);  // bin 0 holds what has no bin
+  const auto observed = d == 0 ? hn::Zero(dc) : of(d, upright_pixel);  // bin 0 contains pixels without a bin
   const auto early_behind = of(d + 1, early_road_pixel);
   auto visible = hn::Zero(dc);
   auto road = hn::Zero(dc);

@@ -9,7 +9,7 @@
 
 namespace stereogrid {
 
-/// What a pixel says of a bin. A pixel is counted once, in the bin where its ray arrives.
+/// Contribution of a pixel to a bin. A pixel is counted once, in the bin at which its ray arrives.
 enum PixelKind {
   upright_pixel,     ///< its ray ends here at an obstacle
   passing_pixel,     ///< an obstacle too low, or nearer than all bins of its row
@@ -27,7 +27,7 @@ constexpr int block_columns{64};
 struct PixelBlock {
   const float* obstacle;
   const float* road;
-  std::ptrdiff_t stride;  ///< of both
+  std::ptrdiff_t stride;  ///< stride of both
   int width;              ///< ≤ block_columns
   int height;
   int disparities;
@@ -38,12 +38,12 @@ struct PixelBlock {
 
 void count_pixels(const PixelBlock& block, std::uint16_t* counts);
 
-/// Where N_V, N_O and the road's bins of a block go: pointers to bin 0 of its first column.
+/// Output of a block, N_V, N_O and the road's bins: pointers to bin 0 of its first column.
 struct BlockTotals {
   std::uint16_t* visible;
   std::uint16_t* observed;
   std::uint8_t* has_road;
-  std::ptrdiff_t stride;  ///< of the three
+  std::ptrdiff_t stride;  ///< stride of the three
   int width;
   int disparities;
 };

@@ -15,7 +15,7 @@ namespace stereogrid {
 namespace {
 
 constexpr int bins_grain{8};
-constexpr std::size_t taps_max{2 * 60 + 1};  // of sigma_column 20
+constexpr std::size_t taps_max{2 * 60 + 1};  // taps for sigma_column 20
 
 // N_V, N_O and the road's bins in columns begin … end − 1, which have one shift.
 void count_block(const Matches& matches, const BinConfig& config, ColumnRange columns,
@@ -44,7 +44,7 @@ void count_pixel_bins(Cpu& cpu, const Matches& matches, const BinConfig& config,
   });
 }
 
-// Of the three columns around each; bin 0 and the bins behind the last count as empty.
+// Sums over the three columns around each; bin 0 and bins behind the last count as empty.
 void sum_road_columns(UDisparitySpace& space, int d) {
   const int width{space.has_road.width()};
   std::uint8_t* sums{space.road_columns.row(d)};

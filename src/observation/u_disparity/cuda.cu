@@ -23,7 +23,7 @@ struct Placement {
   int height;
   int disparities;
   double centre_u_px;
-  double lowest_m;  // of an obstacle
+  double lowest_m;  // lowest point of an obstacle
   double highest_m;
   bool follow_roll;
 };

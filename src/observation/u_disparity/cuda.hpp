@@ -56,8 +56,8 @@ struct UDisparityOnDevice {
 /// N_V, N_O and the bins with road, of the rows that are given. A part of count.
 void count_columns(Cuda& cuda, const MatchViews& matches, const BinRowsOnDevice& rows, UDisparityOnDevice& space);
 
-/// `count` of u_disparity.hpp; `ground` is on the device. Equal to the CPU to the bit on the same ground, as long as
-/// both machines' tan and cos place no edge of a bin's rows, a whole number by chance, on different sides.
+/// `count` of u_disparity.hpp; `ground` is on the device. Equal to the CPU to the bit on the same ground, unless a
+/// rounding difference of tan or cos moves the edge of a bin's rows across a whole number.
 void count(Cuda& cuda, const MatchViews& matches, const Rig& rig, const Ground* ground, UDisparityOnDevice& space);
 
 }  // namespace stereogrid

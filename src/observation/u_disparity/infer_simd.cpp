@@ -60,7 +60,7 @@ void InferBins(const BinRow& row, int width) {
     const auto count = hn::PromoteTo(di, load(d16, row.visible + u, n));
     const auto observed = hn::PromoteTo(di, load(d16, row.observed + u, n));
     const auto pairs = hn::Mul(count, hn::Add(count, hn::Set(di, 1)));
-    auto miss = one;  // of bins where no obstacle was seen: most
+    auto miss = one;  // most bins have no obstacle pixels
     if (!hn::AllFalse(di, hn::Gt(observed, hn::Zero(di)))) {
       miss = hn::GatherIndex(df, row.miss, hn::Add(hn::ShiftRight<1>(pairs), observed));
     }

@@ -6,15 +6,15 @@
 
 namespace stereogrid {
 
-/// What the probabilities of the bins (0 … width−1, d) are made of, and where they go.
+/// Input and output of the probabilities of the bins (0 … width−1, d).
 struct BinRow {
   const std::uint16_t* visible;     ///< N_V
   const std::uint16_t* observed;    ///< N_O
   const std::uint8_t* road_before;  ///< bins with a road pixel among u−1, u, u+1, at d−1
   const std::uint8_t* road_here;    ///< … at d
   const std::uint8_t* road_behind;  ///< … at d+1
-  const std::int32_t* shift;        ///< of the columns, in rows
-  int first_row;                    ///< of the bin in the column u0, the image may end before
+  const std::int32_t* shift;        ///< shift of the columns, in rows
+  int first_row;                    ///< first row of the bin in the column u0; the image may end before
   int last_row;
   int image_height;
   const float* miss;         ///< [pair_index(N_V, N_O)]

@@ -67,8 +67,8 @@ STEREOGRID_HD inline int pair_index(int visible, int observed) {
   return visible * (visible + 1) / 2 + observed;
 }
 
-/// How many of the nine bins around (u, d) hold a road pixel (docs/method.md §5.3). Bin 0 and what lies
-/// outside count as empty. `has_road` is (D, W).
+/// Number of the nine bins around (u, d) with a road pixel (docs/method.md §5.3). Bin 0 and bins outside count as
+/// empty. `has_road` is (D, W).
 template <class View>
 STEREOGRID_HD inline int road_cells_around(const View& has_road, int u, int d) {
   const int last_u{u + 1 < has_road.width ? u + 1 : has_road.width - 1};

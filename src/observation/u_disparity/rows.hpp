@@ -15,7 +15,7 @@ namespace stereogrid {
 /// Rows between two heights above the road at disparity d, in the column u0; the image may end before. eq. 9.
 RowRange rows_between(const Rig& rig, const Ground& ground, double lower_m, double upper_m, double d);
 
-/// Those of them, from the road up to `obstacle_height_m`, that are in the image: S_P(d) of eq. 9.
+/// Rows from the road up to `obstacle_height_m` that are in the image: S_P(d) of eq. 9.
 RowRange possible_rows(const Rig& rig, const Ground& ground, double obstacle_height_m, double d, int image_height);
 
 /// Columns begin … end − 1.

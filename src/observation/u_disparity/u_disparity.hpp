@@ -37,7 +37,7 @@ float miss_of(const BinConfig& config, int visible, int observed);
 /// The Gaussian's integrals over bins, |k| ≤ ceil(3σ), sum 1. docs/method.md §5.5.
 std::vector<float> gaussian_weights(double sigma);
 
-/// What `count` works in.
+/// Working memory of `count`.
 struct UDisparitySpace {
   UDisparitySpace(int width, int height, int bins, int threads);
 

@@ -10,37 +10,38 @@ namespace stereogrid {
 namespace {
 
 constexpr double unknown{std::numeric_limits<double>::infinity()};
-/// Of a disparity and of where a surface ends in the image, px; and of what no distance explains.
+/// Standard deviations of a disparity and of a surface's end in the image, px; and a constant part.
 constexpr double disparity_sigma_px{0.3};
 constexpr double column_sigma_px{3};
 constexpr double least_sigma_m{0.05};
-/// What a side is made of lies so near to it.
+/// Maximum distance of points that belong to a side.
 constexpr double side_m{0.1};
-/// Of the width in the image, at an end that is cut off.
+/// Share of the width in the image, at an end that is cut off.
 constexpr double cut_share{0.55};
 /// A face that is seen at a smaller angle (its sine) does not show where it ends, …
 constexpr double least_sine{0.25};
-/// … and what is no deeper has been assumed to be so deep.
+/// … minimum depth, assumed if less is seen.
 constexpr double assumed_m{0.65};
-/// What an extent errs by, however surely its ends are seen.
+/// Minimum standard deviation of an extent.
 constexpr double assumed_sigma_m{0.1};
-/// Of what the size differs from what is seen, in a frame.
+/// Share of the difference between size and observation that is corrected in a frame.
 constexpr double growing{0.3};
 constexpr double shrinking{0.3};
-/// The far side of what moves is less deep than its first sightings say: what is seen of it errs along the rays.
+/// Rate for the hidden far side of dynamic things: their first observations are too deep, because errors lie along the
+/// rays.
 constexpr double hidden_shrinking{0.1};
 
 double dot(Point2 a, Point2 b) {
   return a.x * b.x + a.y * b.y;
 }
 
-/// Of an outline along an axis, and the camera with it.
+/// Extent of an outline along an axis, and the camera's position on it.
 struct Extent {
   double least{unknown};
   double most{-unknown};
   double camera{0};
 
-  /// How far the camera lies beside it.
+  /// Distance of the camera beside it.
   [[nodiscard]] double beside_m() const { return std::max({least - camera, camera - most, 0.0}); }
 };
 
@@ -145,8 +146,8 @@ void TrackedBox::begin(const BoxView& view, double yaw, Point2 place) {
   }
 }
 
-// The side that the camera sees holds the place; the others follow what is seen: what is larger at once, what is
-// smaller slowly, and not where it may be hidden.
+// Updates the sides. The visible side fixes the place; the others follow their observation: growth at once, shrinking
+// slowly, and not where they may be hidden.
 void TrackedBox::update(const BoxView& view, Point2 place) {
   for (std::size_t axis{0}; axis < 2; ++axis) {
     const std::array<BoxSide, 2>& sides{view.sides[axis]};

@@ -78,7 +78,7 @@ void MotionState::measure(std::size_t first, Point2 direction, double measured, 
   for (std::size_t i{0}; i < size * size; ++i) covariance_[i] -= column[i / size] * column[i % size] / spread;
 }
 
-// Along the axes of the covariance, in which what is measured errs independently.
+// Along the axes of the covariance, in which the measurement errors are independent.
 void MotionState::measure_velocity(const Point2& velocity, const Symmetric2& covariance) {
   const double angle{0.5 * std::atan2(2 * covariance.xy, covariance.xx - covariance.yy)};
   for (const Point2 axis : {Point2{std::cos(angle), std::sin(angle)}, Point2{-std::sin(angle), std::cos(angle)}}) {

@@ -10,15 +10,15 @@
 
 namespace stereogrid {
 
-/// Place, velocity and yaw rate of something on the ground, as a Kalman filter knows them: white acceleration, and a
-/// velocity that turns by the yaw rate. World axes. docs/method.md §11.2.
+/// Kalman filter of place, velocity and yaw rate of an object on the ground: white acceleration, and a velocity that
+/// turns by the yaw rate. World axes. docs/method.md §11.2.
 class MotionState {
  public:
   MotionState() = default;
   MotionState(Point2 place, double place_variance, Point2 velocity, const Symmetric2& velocity_covariance);
 
   void predict(double dt_s, double acceleration_mps2);
-  /// Of the place and the velocity along `direction`, a unit vector.
+  /// Measures the place along `direction`, a unit vector.
   void measure_place(Point2 direction, double place_m, double variance) { measure(0, direction, place_m, variance); }
   void measure_velocity(const Point2& velocity, const Symmetric2& covariance);
   void stand_still();
@@ -27,7 +27,7 @@ class MotionState {
   [[nodiscard]] Point2 velocity() const { return {mean_[2], mean_[3]}; }
   [[nodiscard]] Symmetric2 place_covariance() const { return {at(0, 0), at(0, 1), at(1, 1)}; }
   [[nodiscard]] Symmetric2 velocity_covariance() const { return {at(2, 2), at(2, 3), at(3, 3)}; }
-  /// Of the velocity's direction; 0 where it does not differ from 0 for sure.
+  /// Yaw rate of the velocity; 0 if not significant.
   [[nodiscard]] double yaw_rate_radps() const;
 
  private:

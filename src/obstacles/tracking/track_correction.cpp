@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a cluster says of its track.
+// Correction of a track by its cluster.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,8 +11,8 @@
 namespace stereogrid {
 namespace {
 
-// The grid's velocities say surely that a large thing stands; how fast a small one walks they say less well than its
-// positions: the lattice is coarse, and what is newly covered counts as standing at first.
+// Limit for the grid's velocities. They detect static large objects reliably. For the speed of small ones positions are
+// more accurate: the lattice is coarse, and new cells are static at first.
 constexpr double standing_mps{0.5};
 constexpr double large_m{1.5};
 constexpr double large_sigma_mps{0.4};
@@ -24,25 +24,25 @@ constexpr double highest_mover_m{4.2};
 constexpr double slow_mps{2};
 /// Added to what a side errs by: from frame to frame its errors are alike.
 constexpr double place_sigma_m{0.2};
-/// Of a change of size: where other parts of it are seen, its sides may be others, too.
+/// Share of a change of size: with other visible parts, the sides may be others, too.
 constexpr double change_share{0.5};
-/// What the longer side of what stands errs by, however surely it is seen: fitted to rendered sequences.
+/// Standard deviation of the longer side of static things: fitted to rendered sequences.
 constexpr double yaw_step_rad{0.15};
 constexpr double other_axes_rad{0.3};
 
-// What is cut off shows other parts of itself from frame to frame, which looks like slow motion.
+// Weight of motion: visible parts of a cut-off cluster change from frame to frame, which resembles slow motion.
 double trust_in_motion(const Cluster& cluster) {
   const bool is_cut{cluster.is_cut_left || cluster.is_cut_right};
   return is_cut && std::hypot(cluster.velocity.x, cluster.velocity.y) < slow_mps ? 0.5 : 1;
 }
 
-// Of the middle of what is seen of a boundary: it says little where that changes.
+// Standard deviation of the centre of a boundary's visible part: large if that changes.
 double large_sigma_of(const Cluster& cluster, const Cluster& before) {
   const double change_m{std::abs(cluster.length_m - before.length_m) + std::abs(cluster.width_m - before.width_m)};
   return 0.15 + 0.05 * cluster.length_m + 0.5 * change_m;
 }
 
-// Of the longer side of what stands. It says little where the other one is about as long.
+// Standard deviation of the longer side's heading of a static thing. Large if both sides are similar.
 double yaw_sigma_of(const Cluster& cluster, const BoxView& view) {
   constexpr double longer{1.4};
   if (cluster.length_m < longer * cluster.width_m) return std::numeric_limits<double>::infinity();
@@ -51,7 +51,7 @@ double yaw_sigma_of(const Cluster& cluster, const BoxView& view) {
 
 }  // namespace
 
-// Of one frame. The grid alone tells motion later, and less surely, than points that have been followed.
+// Evidence of one frame. Without tracked features, the grid indicates motion later and less reliably.
 double Tracker::evidence_of_motion(const Cluster& cluster) {
   if (cluster.kind != ObstacleKind::object) return -evidence_of_frame;
   if (cluster.height_m > highest_mover_m) return 0;  // with a tree above it
@@ -63,14 +63,14 @@ double Tracker::evidence_of_motion(const Cluster& cluster) {
                                                                          : -evidence_of_frame / 4;
 }
 
-// What moves has its box along its velocity, everything else as it was first seen: it shows how it stands, or not.
+// Heading of the box: along the velocity for dynamic things, else as first seen.
 double Tracker::axes_of(const Track& track) {
   const Point2 velocity{track.motion.velocity()};
   const bool moves{track.moving >= surely_moving && std::hypot(velocity.x, velocity.y) > moving_mps};
   return moves ? std::atan2(velocity.y, velocity.x) : track.box.yaw_rad;
 }
 
-// By the sides that the camera sees: what comes into view behind them is no motion.
+// Uses the visible sides: parts that come into view behind them are no motion.
 void Tracker::correct_place(Track& track, const Cluster& cluster, const Pose2& camera) const {
   const double yaw_rad{axes_of(track)};
   const BoxView view{cluster, yaw_rad, camera, rig_};

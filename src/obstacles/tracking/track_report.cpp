@@ -16,7 +16,7 @@ Covariance2 turned(const Symmetric2& p, double yaw_rad) {
           s * s * p.xx + 2 * c * s * p.xy + c * c * p.yy};
 }
 
-// Of the direction of its velocity.
+// Standard deviation of the velocity's direction.
 double heading_sigma_of(const MotionState& motion) {
   const Point2 velocity{motion.velocity()};
   const double square{velocity.x * velocity.x + velocity.y * velocity.y};
@@ -33,7 +33,7 @@ void Tracker::report(const Pose2& world_from_vehicle, std::vector<Obstacle>& obs
   }
 }
 
-// What is not seen any more has to have shown it in more frames.
+// Unobserved tracks need evidence from more frames.
 bool Tracker::seems_to_move(const Track& track) {
   return track.moving >= surely_moving + (track.unseen_s > 0 ? evidence_of_frame : 0);
 }
@@ -42,7 +42,7 @@ Obstacle Tracker::obstacle_of(const Track& track, const Pose2& vehicle_from_worl
   const Pose2 turn{0, 0, vehicle_from_world.yaw_rad};
   const bool moves{seems_to_move(track)};
   const Point2 velocity{moves ? turn * track.motion.velocity() : Point2{}};
-  // what is not said to move stands where it is seen: its state may still believe in motion
+  // static obstacles stay at their observed place: their state may still contain motion
   const Point2 at{vehicle_from_world * (moves ? track.middle() : track.shape.centre)};
   const double yaw_rad{moves ? track.box.yaw_rad : track.shape.yaw_rad};
   Obstacle obstacle;
@@ -63,7 +63,7 @@ Obstacle Tracker::obstacle_of(const Track& track, const Pose2& vehicle_from_worl
   obstacle.position_covariance = turned(track.motion.place_covariance(), turn.yaw_rad);
   obstacle.velocity_covariance = turned(track.motion.velocity_covariance(), turn.yaw_rad);
   obstacle.yaw_rate_radps = obstacle.moving ? track.motion.yaw_rate_radps() : 0;
-  // the smallest box around what stands is often that of a part: its size is not known
+  // the smallest box around a static thing often covers a part only: its size is unknown
   if (moves) {
     obstacle.length_sigma_m = track.box.extent_sigma_m(0);
     obstacle.width_sigma_m = track.box.extent_sigma_m(1);

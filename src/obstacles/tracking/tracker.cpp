@@ -15,9 +15,9 @@ namespace {
 constexpr double gate_m{1.5};
 /// Process noise of the constant-velocity model.
 constexpr double acceleration_mps2{4};
-/// In association, a difference of 1 m/s counts like so many metres.
+/// In association, metres per difference of 1 m/s.
 constexpr double velocity_weight_s{0.4};
-/// … what no points have been followed on, where it may be something that moves, like so many, …
+/// … metres for a cluster without features that may be dynamic, …
 constexpr double unmeasured_mover_m{0.3};
 /// … and a metre of difference in height, as far as it goes: a kerb is not the cyclist before it.
 constexpr double height_weight{0.4};
@@ -25,25 +25,24 @@ constexpr double differing_height_m{2};
 /// Squared difference of two velocities in variances beyond which it is not the same thing.
 constexpr double another_thing{16};
 constexpr double unknown_velocity_mps{3};
-/// Of what the filter says of a thing that is seen for the first time.
+/// Maximum evidence of the filter at a thing's first observation.
 constexpr double most_before{1.5};
-/// What moves so and overlaps is one thing.
+/// Maximum velocity difference of overlapping parts of one thing.
 constexpr double alike_mps{1};
 constexpr double free_occupancy{0.2};
 constexpr double gone_s{0.25};
 constexpr double replaced_within_m{0.3};
-/// What was seen alone so long is told from a piece of something, …
+/// Minimum time of separate observation by which a thing differs from a fragment, …
 constexpr double known_s{1};
 /// … and parts from what it merged with about where it was, about as long.
 constexpr double parted_within_m{0.7};
 constexpr double hidden_by_m{0.3};
-/// What is seen so large is no chance match.
+/// Size from which a match is not by chance.
 constexpr int surely_seen_px{300};
 
-// Where the filter has cells that move, a track begins with its belief: logarithm of the odds. What the cells do not
-// tell says nothing.
+// Initial evidence of motion from the filter's cells: log odds. Unknown cells do not count.
 double moving_before(const Cluster& cluster) {
-  constexpr double open{0.05};  // of a cell's share, for what the filter does not know
+  constexpr double open{0.05};  // prior of a cell's share that the filter has not observed
   if (cluster.kind != ObstacleKind::object) return 0;
   return std::clamp(std::log((cluster.moving + open) / (1 - cluster.moving + open)), 0.0, most_before);
 }
@@ -74,7 +73,7 @@ void Tracker::update(const GridLayers& world, const std::vector<Cluster>& cluste
                      double dt_s, std::span<const std::int64_t> held) {
   const auto is_held = [held](const Track& track) { return std::ranges::binary_search(held, track.id); };
   for (Track& track : tracks_) {
-    // while it is not seen, only what points have shown to move goes on
+    // while unobserved, only motion shown by features continues
     if (track.unseen_s > 0 && (track.moving < evidence_of_frame || is_held(track))) track.motion.stand_still();
     const Point2 before{track.motion.place()};
     track.motion.predict(dt_s, acceleration_mps2);
@@ -126,8 +125,7 @@ std::optional<double> Tracker::distance(const Track& track, const Cluster& clust
          height_weight * higher_m;
 }
 
-// Nearest first; of those equally far, in the order of tracks and clusters. What was a part of another thing gets what
-// is left.
+// Nearest first; equal distances in the order of tracks and clusters. Former parts of another thing come last.
 void Tracker::find_pairs(const std::vector<Cluster>& clusters) {
   pairs_.clear();
   for (std::size_t t{0}; t < tracks_.size(); ++t) {
@@ -195,7 +193,7 @@ void Tracker::merge_movers() {
   }
 }
 
-// Is the middle of the first in the second, which is no smaller, and do they move alike?
+// True if the centre of the first is in the second, which is no smaller, and they move alike.
 bool Tracker::are_one_mover(const Track& piece, const Track& whole) {
   if (std::min(piece.moving, whole.moving) < surely_moving) return false;
   const auto area_m2 = [](const Track& track) { return track.box.extent_m(0) * track.box.extent_m(1); };
@@ -212,7 +210,7 @@ bool Tracker::are_one_mover(const Track& piece, const Track& whole) {
          2 * std::abs(c * away.y - s * away.x) < whole.box.extent_m(1);
 }
 
-// Twice as long as it was seen: fragments of a frame end with it.
+// Time limit for unobserved tracks: twice their observed time, so that fragments of a frame end with it.
 bool Tracker::is_forgotten(const Track& track) const {
   const double seen_s{track.age_s - track.unseen_s};
   return track.unseen_s > std::min(config_.coast_s, 2 * seen_s) || !is_confirmed(track) ||
@@ -238,7 +236,7 @@ bool Tracker::is_over(const Track& track, const std::vector<Cluster>& clusters, 
          world.age_s(cell->ix, cell->iy) == 0;
 }
 
-// Is something seen in front of it?
+// True if something nearer hides it.
 bool Tracker::is_hidden(Point2 at, const std::vector<Cluster>& clusters, const Pose2& vehicle_from_world) {
   const double slope{at.y / at.x};
   return std::any_of(clusters.begin(), clusters.end(), [&](const Cluster& cluster) {
@@ -258,7 +256,7 @@ bool Tracker::is_hidden(Point2 at, const std::vector<Cluster>& clusters, const P
   });
 }
 
-// Half of what stands there or more is now seen as a part of another thing, or of several.
+// True if at least half of the track is now part of another thing, or of several.
 bool Tracker::is_replaced(const Track& track, const std::vector<Cluster>& clusters) {
   if (track.moving >= surely_moving) return false;  // it may be hidden behind that
   std::size_t taken{0};

@@ -27,9 +27,9 @@ class Tracker {
  public:
   Tracker(const TrackingConfig& config, const Rig& level_rig);
 
-  /// No tracks; ids go on.
+  /// Removes all tracks; ids continue.
   void forget() { tracks_.clear(); }
-  /// Ids go on from those of `before`.
+  /// Continues the ids of `before`.
   void go_on_from(const Tracker& before) { next_id_ = before.next_id_; }
 
   /// Moves all tracks on by dt_s, gives each its cluster, begins and ends tracks. `held`: ids of tracks that do not end
@@ -65,16 +65,16 @@ class Tracker {
     MotionState motion;
     TrackedBox box;           ///< around the place of `motion`
     Cluster shape;            ///< as it was last seen
-    double yaw_sigma_rad{0};  ///< of the shape
+    double yaw_sigma_rad{0};  ///< standard deviation of the shape's heading
     int sightings{0};
-    std::int64_t pixels{0};  ///< of all sightings
+    std::int64_t pixels{0};  ///< sum over all observations
     double moving{0};        ///< evidence that it moves: logarithm of the odds
     double age_s{0};
     double unseen_s{0};
     Point2 moved;           ///< since it was last seen, as predicted
     bool is_merged{false};  ///< seen as a part of another thing: not reported, until it is seen alone again
 
-    [[nodiscard]] Point2 middle() const;  ///< of the box
+    [[nodiscard]] Point2 middle() const;  ///< centre of the box
 
     template <class State>
     void exchange(State& state) {

@@ -123,7 +123,7 @@ DeviceMemory::DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, con
       observed_window{window_cells, window_cells},
       world{window_cells, window_cells, grids.data() + PackedGrids{vehicle_grid, window_cells}.world()},
       vehicle{vehicle_grid.nx, vehicle_grid.ny, grids.data() + PackedGrids{vehicle_grid, window_cells}.vehicle()} {
-  // given disparities come without
+  // external disparities have none
   clear(cuda, matches.confidence.data(), matches.confidence.size());
 }
 

@@ -20,11 +20,11 @@
 
 namespace stereogrid {
 
-/// What is different in every frame and kernels read. Uploaded at the frame's start, so that the graphs need not be
-/// recorded again.
+/// Input of kernels that changes in every frame. Uploaded at the frame's start, so that the graphs need not be recorded
+/// again.
 struct FrameOnDevice {
-  RoadPlane plane;  ///< of the road, before it is measured
-  Ground expected;  ///< the same, for given disparities
+  RoadPlane plane;  ///< predicted ground plane
+  Ground expected;  ///< the same, for external disparities
   GroundPrior prior;
   RowShift rows;
   GridInVehicle vehicle_cells;     ///< the vehicle's grid in the vehicle frame
@@ -40,7 +40,7 @@ struct MatchedPixels {
   int road;
 };
 
-/// What the host must know of a frame before anything else.
+/// Results that the host needs before all others.
 struct FrameFromDevice {
   static constexpr int counting_warps{512};
 
@@ -49,16 +49,16 @@ struct FrameFromDevice {
   MatchedPixels matched[counting_warps];
 };
 
-/// What is uploaded with one copy, and what is downloaded with one: where each part begins, in bytes.
+/// Layout of the single upload and the single download: offset of each part, in bytes.
 struct FrameLayout {
   explicit FrameLayout(const Rig& rig);
 
-  // FrameOnDevice, and behind it both images, or given disparities in their place
+  // FrameOnDevice, and behind it both images, or external disparities
   std::size_t left;
   std::size_t right;
   std::size_t images_end;
   std::size_t given_end;
-  // FrameFromDevice, and behind it what the host looks at of the matches
+  // FrameFromDevice, and behind it the matches read by the host
   std::size_t lattice;   ///< see gather_lattice
   std::size_t obstacle;  ///< disparities of obstacles
   std::size_t answer_end;
@@ -84,7 +84,7 @@ T* at(Buffer& buffer, std::size_t offset) {
   return reinterpret_cast<T*>(buffer.data() + offset);
 }
 
-/// What a frame brings to the device and takes from it, in pinned host memory.
+/// Upload and download of a frame, in pinned host memory.
 struct HostMemory {
   HostMemory(const Rig& rig, const GridGeometry& vehicle_grid, int window_cells, std::size_t relief_size);
 
@@ -109,7 +109,7 @@ struct HostMemory {
   PinnedBuffer<std::int16_t> relief;
 };
 
-/// What the stages hand to each other and keep between frames, on the device. Allocated once.
+/// Data of the stages and between frames, on the device. Allocated once.
 struct DeviceMemory {
   DeviceMemory(Cuda& cuda, const Config& config, const Rig& rig, const GridGeometry& vehicle_grid, int window_cells,
                const FilterTables& tables);
@@ -117,7 +117,7 @@ struct DeviceMemory {
   [[nodiscard]] const FrameOnDevice* frame() { return at<FrameOnDevice>(input, 0); }
   [[nodiscard]] FrameFromDevice* answer() { return at<FrameFromDevice>(output, 0); }
   void upload_frame(Cuda& cuda, const HostMemory& host, bool is_given);
-  /// Counts what has matched, and downloads what the host waits for.
+  /// Counts the matches, and downloads the results that the host waits for.
   void fetch_answer(Cuda& cuda, HostMemory& host);
   /// Both observed grids are unknown.
   void observe_nothing(Cuda& cuda);
@@ -162,7 +162,7 @@ class StreamTimes {
   ~StreamTimes();
   /// Also within a graph, for the times of its launches.
   void mark(Cuda& cuda, Mark which);
-  /// Of the last call of `mark` outside a graph.
+  /// Waits for the last call of `mark` outside a graph.
   void wait_for(Mark which);
   /// Milliseconds in the last frame; both marks must have been reached.
   [[nodiscard]] double between(Mark from, Mark to) const;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What libstereogrid_cuda.so shows of itself.
+// Exported function of libstereogrid_cuda.so.
 #include "pipeline/build_id.hpp"
 #include "pipeline/cuda/stages.hpp"
 #include "pipeline/cuda_library.hpp"

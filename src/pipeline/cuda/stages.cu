@@ -43,7 +43,7 @@ MemoryUse CudaStages::memory_use() const {
   return {sizeof *this + held_.pinned + held_bytes_of(filter_tables_, matches_), held_.device};
 }
 
-// All that a frame may need: given disparities and grids of other sources may come later.
+// Loads all kernels that a frame may need: external disparities and grids of other sources may come later.
 void CudaStages::load_kernels() {
   for (const bool is_given : {true, false}) {
     is_given_ = is_given;
@@ -79,7 +79,7 @@ void CudaStages::synchronize() {
 // Everything that changes from frame to frame goes to where graphs look for it.
 void CudaStages::begin(const LevelFrame& frame, const GridGeometry& window, bool is_first, FrameResult& result) {
   cuda_.use();
-  if (is_at_work_) synchronize();  // on a frame that an exception has ended: it may still read what is written now
+  if (is_at_work_) synchronize();  // after an exception the device may still read the memory that is written now
   result_ = &result;
   is_first_ = is_first;
   std::fill_n(host_.vehicle_rules.data(), host_.vehicle_rules.size(), CellRule::as_observed);

@@ -46,7 +46,7 @@ class CudaStages final : public Stages {
   [[nodiscard]] MemoryUse memory_use() const override;
   void save(StateWriter& state) override;
   void load(StateReader& state) override;
-  /// Of the last frame.
+  /// Times of the last frame.
   [[nodiscard]] const StreamTimes& times() const { return times_; }
 
  private:
@@ -81,18 +81,18 @@ class CudaStages final : public Stages {
   Matches matches_;                                             ///< see matches_on_lattice
   CudaBytes held_{cuda_bytes_allocated() - allocated_before_};  // by the members so far
 
-  // of a frame
+  // result of a frame
   FrameResult* result_{nullptr};
   bool is_first_{true};
   bool is_given_{false};           ///< external disparities
   bool has_other_grids_{false};    ///< this frame
   double dt_s_{0};                 ///< since the frame before
   bool is_at_work_{false};         ///< since the last synchronize()
-  bool are_grids_in_work_{false};  ///< the device may be reading what the host has handed over
+  bool are_grids_in_work_{false};  ///< the device may be reading the host's grids
   bool is_lattice_taken_{false};
 
   // between frames
-  GridGeometry window_before_;  ///< of the last frame that has been finished
+  GridGeometry window_before_;  ///< window of the last completed frame
   int now_{0};                  ///< device_.states[now_] is written in this frame
 
   std::array<Graph, 2> match_graphs_;    ///< [is_given_]

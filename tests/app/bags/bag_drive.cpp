@@ -89,7 +89,7 @@ std::unique_ptr<TemporaryFolder> Bags::folder;
 
 void Bags::SetUpTestSuite() {
   folder = std::make_unique<TemporaryFolder>();
-  // numbers that survive being multiplied and divided; CameraInfo knows no mounting
+  // values without rounding errors; CameraInfo has no extrinsics
   run_well({"simulate", small_scene("street", "&frames=4&focal=128&baseline=0.25"), "--out", drive().string(),
             "--no-truth"});
   std::istringstream lines{text_of(drive() / "calibration.yaml")};

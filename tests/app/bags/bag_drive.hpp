@@ -43,7 +43,7 @@ Entry entry(const std::string& topic, std::int64_t log_ns, const M& message) {
   return {topic, std::string{M::type_name}, log_ns, {bytes.begin(), bytes.end()}};
 }
 
-/// What a test wants of the bag.
+/// Content of the bag for a test.
 struct Wanted {
   std::string encoding{"mono8"};  ///< or "png"
   std::string left{"/left/image_rect"};

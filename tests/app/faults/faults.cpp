@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// For LD_PRELOAD: makes one call to the system fail, of those that change files below a folder.
+// LD_PRELOAD library: makes one system call fail, of those that change files below a folder.
 //   STEREOGRID_FAULTS_UNDER   the folder, as an absolute path without symbolic links
 //   STEREOGRID_FAULTS_REPORT  a file that gets a line for each such call: its name and the file
 //   STEREOGRID_FAULTS_CALL    which call fails, from 1; 0 or none: none does
@@ -52,7 +52,7 @@ class Plan {
     return !under_.empty() && path.starts_with(under_) && (path.size() == under_.size() || path[under_.size()] == '/');
   }
 
-  /// Counts a call; what is to become of it. `bytes`: of a write, else 0. Sets errno.
+  /// Counts a call and returns its fault. `bytes`: of a write, else 0. Sets errno.
   Fault next(const char* call, std::string_view path, std::size_t bytes) {
     const int number{++count_};
     report(call, path);

@@ -20,7 +20,7 @@ import numpy as np
 
 
 def fails_read(expect: dict, out: Path) -> str:
-    """What of `expect` the run in `out` does not hold; empty: nothing."""
+    """Differences of the run in `out` from `expect`; empty: none."""
     run = json.loads((out / "run.json").read_text())
     frames = [json.loads(line) for line in (out / "frames.jsonl").read_text().splitlines()]
     rig = run["rig"]

@@ -75,7 +75,7 @@ TEST(FrameTally, MostGridsUnknownIsSaidWithTheShare) {
     tally.add(i < 2 ? frame(i, {}) : frame(i, {FrameStatus::road_unknown}, false));
   }
   EXPECT_THAT(texts_of(tally), ElementsAre(AllOf(HasSubstr("road not found in 8 of 10 frames (first: f2)"),
-                                                 HasSubstr("in 8 of 10 frames it is not known where the road is")),
+                                                 HasSubstr("in 8 of 10 frames the ground plane is unknown")),
                                            HasSubstr("most grids are unknown: those of 8 of 10 frames (80 %)")));
 }
 
@@ -90,8 +90,9 @@ TEST(FrameTally, AnEstimatedMountingIsProposedOnce) {
 TEST(FrameTally, AWrongPitchIsSaidWithTheRightOne) {
   FrameTally tally;
   for (std::size_t i{0}; i < 5; ++i) tally.add(frame(i, {}));
-  EXPECT_THAT(texts_of(tally, rig_with(-0.017), rig_with(-0.017)),
-              ElementsAre(AllOf(HasSubstr("looks down by 1.1°, not by -1.0°"), HasSubstr("camera_pitch_rad: 0.020"))));
+  EXPECT_THAT(
+      texts_of(tally, rig_with(-0.017), rig_with(-0.017)),
+      ElementsAre(AllOf(HasSubstr("camera pitch 1.1° (calibration: -1.0°)"), HasSubstr("camera_pitch_rad: 0.020"))));
 }
 
 TEST(FrameTally, UnequalExposuresAreSaidOnce) {

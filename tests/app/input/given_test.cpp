@@ -42,7 +42,7 @@ TEST_F(Given, AFolderWithoutRightImagesRunsByItself) {
   EXPECT_EQ(lines_of(folder_ / "found", false), lines_of(folder_ / "named", false));
   EXPECT_EQ(files_in(folder_ / "found" / "pictures").size(), 4U);
   const std::string said{run_well({"info", drive()}).output};
-  EXPECT_THAT(said, HasSubstr("left images with given disparities"));
+  EXPECT_THAT(said, HasSubstr("left images with external disparities"));
   EXPECT_THAT(said, HasSubstr("4 can be used"));
 }
 

@@ -9,8 +9,8 @@
 
 #include "support.hpp"
 
-// Whatever a file holds: the tool says which file, what is wrong and what would mend it; it never ends as if it had a
-// bug (70), by a signal or not at all.
+// The tool names the file, the fault and the remedy for any content. It never ends with an internal error (70) or a
+// signal, and never hangs.
 namespace stereogrid::app::testing {
 namespace {
 
@@ -55,7 +55,7 @@ class HostileFiles : public ::testing::Test {
     for (const std::string& part : parts) EXPECT_THAT(outcome.errors, HasSubstr(part));
   }
   void expect_evaluate(const std::vector<std::string>& parts) const { expect(65, {"evaluate", run(), drive()}, parts); }
-  /// Of the drive that the run was made from, which nobody spoils.
+  /// Options of the drive of the run, which stays valid.
   [[nodiscard]] std::vector<std::string> resume_words() const {
     return {"run", (*whole_ / "drive").string(), "--out", run(), "--resume"};
   }

@@ -106,10 +106,10 @@ TEST_F(OwnVehicle, IsNotWhatKeepsItsDistanceAhead) {
   EXPECT_FALSE(fs::exists(proposed()));
 }
 
-// The poses of a drive and the picture of one place: a satellite receiver that wanders.
+// Poses of a drive with the images of one place: drift of a satellite receiver.
 TEST_F(OwnVehicle, IsNotWhatAVehicleThatStandsSees) {
   const fs::path drive{copy("drive")};
-  const Bonnet bumper{190, 30};  // of the vehicle before it, down to the picture's edge
+  const Bonnet bumper{190, 30};  // vehicle ahead, down to the image's edge
   for (const char* side : {"left", "right"}) {
     for (int i{1}; i < frames; ++i) {
       fs::copy_file(drive / side / "000000.png", drive / side / (name_of(i) + ".png"),

@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using Grey = Image<std::uint8_t>;
 
-/// A simulated drive on the disk whose camera is pitched by so much.
+/// A simulated drive on the disk with a pitched camera.
 fs::path drive(const TemporaryFolder& folder, int frames, const std::string& more = "") {
   run_well({"simulate", "scene:street?width=320&height=200&frames=" + std::to_string(frames) + more, "--no-truth",
             "--out", (folder / "drive").string()});
@@ -78,9 +78,10 @@ TEST(UselessInput, InfoSaysWhatIsWrong) {
   replace_pairs(input, upside_down);
   expect_refused(input, "upside down");
   replace_pairs(input, upside_down);
-  for (const Case& wrong : std::vector<Case>{{rows_off, "rows are off: the right image lies about 12 rows too high"},
-                                             {[](Grey&left, Grey&right) { right = left; }, "the same image"},
-                                             {black, "black or without texture"}}) {
+  for (const Case& wrong :
+       std::vector<Case>{{rows_off, "vertical misalignment: the right image lies about 12 rows too high"},
+                         {[](Grey&left, Grey&right) { right = left; }, "the same image"},
+                         {black, "black or without texture"}}) {
     SCOPED_TRACE(wrong.said);
     replace_pairs(input, wrong.replace);
     expect_refused(input, wrong.said);
@@ -139,7 +140,7 @@ TEST(UselessInput, ARoadThatIsNotFoundIsSaid) {
   expect_refused(input, "extrinsics_disagree: a plane in view does not fit the extrinsics, which are kept");
   const Outcome run{run_well({"run", input.string(), "--out", (folder / "run").string(), "--set", "grid.length_m=10"})};
   EXPECT_THAT(run.errors,
-              AllOf(HasSubstr("in 3 of 3 frames it is not known where the road is"),
+              AllOf(HasSubstr("in 3 of 3 frames the ground plane is unknown"),
                     HasSubstr("pitch 0.0°, roll 0.0° in use"), HasSubstr("pitch 8."), Not(HasSubstr("mount: {"))));
   EXPECT_EQ(json_of(folder / "run" / "run.json")["status"], (Json{{"extrinsics_disagree", 3}, {"road_unknown", 3}}));
   for (const Json& line : lines_of(folder / "run")) {
@@ -199,7 +200,7 @@ TEST(UselessInput, RunSaysTheReasonThatInfoSays) {
   replace_pairs(
       input, [](Grey&, Grey& right) { std::rotate(right.begin(), right.begin() + 12 * right.width(), right.end()); },
       1);
-  const std::string fault{"rows are off: the right image lies about 12 rows too high"};
+  const std::string fault{"vertical misalignment: the right image lies about 12 rows too high"};
   const std::string count{"in 2 of 3 frames left and right image hardly match"};
   EXPECT_THAT(run_well({"info", input.string()}).output, AllOf(HasSubstr(fault), HasSubstr(count)));
   EXPECT_THAT(
@@ -211,7 +212,7 @@ TEST(UselessInput, AGoodDriveIsFineAndItsRoadIsFound) {
   const TemporaryFolder folder;
   const Outcome info{run_well({"info", drive(folder, 3, "&pitch_deg=8").string()})};
   EXPECT_THAT(info.output, AllOf(HasSubstr("found in 3 of 3 frames"), HasSubstr("fine")));
-  EXPECT_THAT(info.output, ::testing::ContainsRegex("looks down by (7.9|8.0|8.1)"));
+  EXPECT_THAT(info.output, ::testing::ContainsRegex("pitch (7.9|8.0|8.1)"));
 }
 
 // The first pair is of another size than all the others.

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Every call that changes a run's files fails once, in every way it can (faults/faults.cpp), and the process is killed
-// at any moment. What is left are whole frames, the exit code tells, and --resume gives the bytes of a run that nothing
-// disturbed. The fast tests try some calls, those of EveryFault all of them.
+// Every call that changes a run's files fails once, in every way (faults/faults.cpp), and the process is killed at any
+// moment. The remaining frames are complete, the exit code is right, and --resume gives the bytes of an undisturbed
+// run. The fast tests try some calls, those of EveryFault all of them.
 #include <signal.h>
 
 #include <algorithm>
@@ -65,9 +65,9 @@ class Faults : public ::testing::Test {
   static fs::path path(const std::string& name) { return fs::canonical(folder_->path()) / name; }
   static fs::path whole() { return path("whole"); }
 
-  /// Of a run from its beginning: "write /…/frames.jsonl" and so on.
+  /// Calls of a run from its beginning: "write /…/frames.jsonl" and so on.
   static const std::vector<std::string>& calls() { return calls_; }
-  /// Of one that goes on from its middle.
+  /// Calls of a resumed run.
   static const std::vector<std::string>& half_calls() { return half_calls_; }
 
   static std::string environment(const fs::path& out, const Fault& fault, const fs::path& report = {}) {
@@ -76,14 +76,14 @@ class Faults : public ::testing::Test {
            " STEREOGRID_FAULTS_REPORT=" + quoted(report.string());
   }
 
-  /// What a killed run may leave: some frames, and the beginning of a line.
+  /// Folder of a killed run: some frames, and the beginning of a line.
   static void make_half(const fs::path& out) {
     fs::copy(whole(), out, fs::copy_options::recursive);
     const std::string lines{text_of(whole() / "frames.jsonl")};
     std::ofstream{out / "frames.jsonl", std::ios::binary | std::ios::trunc} << lines.substr(0, lines.size() / 2);
   }
 
-  /// Lets a call of a run fail (`half`: of one that goes on), then goes on undisturbed.
+  /// Makes a call of a run fail (`half`: of a resumed one), then continues undisturbed.
   static void try_fault(const Fault& fault, bool half = false) {
     const std::string& call{(half ? half_calls_ : calls_)[static_cast<std::size_t>(fault.call) - 1]};
     SCOPED_TRACE(fault.kind + " of call " + std::to_string(fault.call) + ": " + call + (half ? " (going on)" : ""));
@@ -99,7 +99,7 @@ class Faults : public ::testing::Test {
     EXPECT_EQ(json_of(out / "run.json")["frames"]["complete"], true);
   }
 
-  /// Can this call fail like that?
+  /// True if the call can fail in this way.
   static bool makes_sense(const std::string& call, const std::string& kind) {
     const std::string name{call.substr(0, call.find(' '))};
     if (kind == "EINTR") return name == "open" || name == "write" || name == "close" || name == "fsync";
@@ -131,7 +131,7 @@ class Faults : public ::testing::Test {
     }
   }
 
-  /// Whatever has its name is whole; what has a line has all of its files.
+  /// Files with their final name are complete; frames with a line have all files.
   static void expect_whole_frames(const fs::path& out) {
     for (const std::string& name : files_in(out / "grids")) {
       if (name.front() == '.') continue;  // a temporary name
@@ -153,7 +153,7 @@ std::unique_ptr<TemporaryFolder> Faults::folder_;
 std::vector<std::string> Faults::calls_;
 std::vector<std::string> Faults::half_calls_;
 
-/// How many calls of each name there are.
+/// Number of calls by name.
 std::map<std::string, int> tally(const std::vector<std::string>& calls) {
   std::map<std::string, int> counts;
   for (const std::string& call : calls) ++counts[call.substr(0, call.find(' '))];

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Lidar in the vehicle frame of a camera whose mounting the run has found: fused, and scored against.
+// Lidar in the vehicle frame of a camera with estimated extrinsics: fused, and scored against.
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr double camera_height_m{1.2};
 
-/// Of a lidar at the camera's place that looks level: a road, and a wall of 4 m 8 m ahead, as (x, y, z).
+/// Sweep of a level lidar at the camera's place: a road, and a wall of 4 m 8 m ahead, as (x, y, z).
 std::vector<float> sweep() {
   std::vector<float> scan;
   const auto add = [&](double x, double y, double z) {
@@ -30,7 +30,7 @@ std::vector<float> sweep() {
   return scan;
 }
 
-/// A drive of six frames in KITTI's form, which knows no mounting, with the sweep in each.
+/// A drive of six frames in KITTI's form, without extrinsics, with the sweep in each.
 void put_drive(const fs::path& drive, double pitch_deg) {
   const std::string pitch{std::to_string(pitch_deg)};
   run_well({"simulate",
@@ -41,7 +41,7 @@ void put_drive(const fs::path& drive, double pitch_deg) {
   fs::rename(drive / "plain" / "right", drive / "image_1");
   const double s{std::sin(pitch_deg / 57.29577951308232)};
   const double c{std::cos(pitch_deg / 57.29577951308232)};
-  // y = c·(−z) − s·x, z = s·(−z) + c·x of the camera that looks down
+  // y = c·(−z) − s·x, z = s·(−z) + c·x of the pitched camera
   std::ofstream{drive / "calib.txt"} << "P0: 160 0 160 0 0 160 100 0 0 0 1 0\nP1: 160 0 160 -80 0 160 100 0 0 0 1 0\n"
                                      << "Tr: 0 -1 0 0 " << -s << " 0 " << -c << " 0 " << c << " 0 " << -s << " 0\n";
   std::ofstream times{drive / "times.txt"};
@@ -71,7 +71,7 @@ class FoundMounting : public ::testing::Test {
 
 TemporaryFolder* FoundMounting::folder_{nullptr};
 
-/// Of the observed grid's row straight ahead, `from_m` to `to_m`.
+/// Maximum of the observed grid's row straight ahead, `from_m` to `to_m`.
 float largest_ahead(const fs::path& run, const std::string& name, double from_m, double to_m) {
   const Arrays grids{io::read_npz(run / "grids" / (name + ".npz"))};
   const auto cells{grids.at("observed").to_image<float>()};
@@ -96,7 +96,7 @@ TEST_F(FoundMounting, PlacesTheLidarThatIsFused) {
   EXPECT_LT(largest_ahead(fused(), "000004", 4.4, 7.6), 0.5f) << "the road before it";
 }
 
-// With the calibration's mounting the road's returns rise by 1 m and more, and next to no cell is labelled.
+// With the calibration's extrinsics the road's returns rise by 1 m and more, and next to no cell is labelled.
 TEST_F(FoundMounting, LabelsTheCells) {
   const auto band_of = [&](const fs::path& run, const std::vector<std::string>& more) {
     const std::string file{(run.parent_path() / "scores.json").string()};

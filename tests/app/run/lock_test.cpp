@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Several stereogrids that are told to write to one folder.
+// Several processes with one output folder.
 #include <signal.h>
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a run records is what its folder says.
+// Recordings equal the content of the run's folder.
 #include <signal.h>
 
 #include <algorithm>
@@ -229,7 +229,7 @@ TEST_F(RunMcap, AFoundMountingIsTold) {
   EXPECT_NEAR(told.messages[0].transforms[0].transform.translation.z, 1.65, 1e-6);
   EXPECT_NEAR(told.messages[1].transforms[0].transform.translation.z, 1.2, 0.03);
   ASSERT_EQ(told.messages[1].transforms.size(), 2U) << "the level camera, too";
-  // the picture is the camera's, the road turned back into it
+  // the image is the camera's, with the road projected back into it
   EXPECT_EQ(counts_of(*folder / "found.mcap")["/stereo_grid/left/image_annotated/compressed"], 6U);
 }
 
@@ -242,7 +242,7 @@ TEST_F(RunMcap, RefusesWhatCannotBe) {
   std::ofstream{*folder / "there.mcap"} << "mine";
   const std::vector<Refused> all{
       {record("there"), "it is there already"},
-      {record("never", {"--resume"}), "--mcap cannot go on with --resume"},
+      {record("never", {"--resume"}), "--mcap does not support --resume"},
       {record("never", {"--mcap-topics", "occupancy_grid,speed"}), "There is no topic \"speed\". There are: occupancy"},
       {{"run", small_scene("empty", "&frames=1"), "--out", (*folder / "never").string(), "--mcap-topics", "tf"},
        "Give --mcap FILE, too"}};

@@ -24,7 +24,7 @@ class Poses : public ::testing::Test {
 
   [[nodiscard]] std::string out(const std::string& name) const { return (folder_ / name).string(); }
   void remove_poses() const { fs::remove(folder_ / "drive" / "poses.csv"); }
-  /// Of the last frame.
+  /// x of the last frame.
   [[nodiscard]] double x_m(const std::string& run) const {
     return lines_of(folder_ / run).back().at("pose").at("x_m").get<double>();
   }
@@ -65,7 +65,7 @@ TEST_F(Poses, NoneIsStandstill) {
     const std::string name{input == scene ? "scene" : "drive_none"};
     run_well({"run", input, "--out", out(name), "--poses", "none"});
     EXPECT_EQ(x_m(name), 0);
-    EXPECT_THAT(lines_of(folder_ / name).front()["warnings"].dump(), HasSubstr("taken to stand still"));
+    EXPECT_THAT(lines_of(folder_ / name).front()["warnings"].dump(), HasSubstr("assumed to be static"));
   }
 }
 

@@ -109,7 +109,7 @@ struct Way {
   std::vector<std::string> options;
 };
 
-// From what was saved last, or from the first frame; the results are the same.
+// Continues from the last saved state, or from the first frame, with the same results.
 TEST(Resume, OfALongRunGoesOnExactly) {
   const TemporaryFolder folder;
   for (const Way& way : {Way{"poses", {}}, Way{"odometry", {"--poses", "odometry"}}}) {

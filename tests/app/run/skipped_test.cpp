@@ -70,7 +70,7 @@ TEST_F(Skipped, ManyDoNotWriteRunJsonAsOften) {
 }
 #endif
 
-// What a run that is killed has noted of the skipped ones is not all of them.
+// A killed run has not recorded all skipped frames.
 TEST_F(Skipped, AreFoundAgainWhereAKilledRunHasNotNotedThem) {
   make_drive(12, {0, 4, 5, 9});
   run_well(command());

@@ -96,7 +96,7 @@ TEST(Sparse, GoesOnWithItsOwnSettingsOnly) {
   EXPECT_THAT(indices_of(folder / "run"), ElementsAre(0, 4, 8));
 }
 
-// Frames that cannot be read are told of whether they are written or not, also by a run that was killed.
+// Unreadable frames are reported whether they are written or not, also by a killed run.
 TEST(Sparse, SkippedFramesAreAllToldOf) {
   const TemporaryFolder folder;
   const fs::path drive{folder / "drive"};
@@ -113,7 +113,7 @@ TEST(Sparse, SkippedFramesAreAllToldOf) {
   const Json whole(json_of(folder / "whole" / "run.json"));
   ASSERT_EQ(whole["skipped"].size(), 5U);
   run_well(command(folder / "parts", ":13"));
-  // a killed run has noted what was skipped before its last checkpoint, not more
+  // a killed run has recorded the frames skipped before its last checkpoint only
   Json killed(json_of(folder / "parts" / "run.json"));
   ASSERT_EQ(killed["skipped"].size(), 3U);
   std::ofstream{folder / "parts" / "run.json"} << killed;
@@ -191,7 +191,7 @@ TEST(Sparse, WhatNeedsAnotherLayerSaysSo) {
               HasSubstr("or without --compact"));
 }
 
-/// Where a compact line may differ from the exact one, and by how much.
+/// Permitted differences of a compact line from the exact one.
 void expect_rounded(const Json& small, const Json& whole) {
   ASSERT_EQ(small.size(), whole.size());
   for (const auto& [key, value] : whole.items()) {

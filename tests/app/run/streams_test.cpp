@@ -46,7 +46,7 @@ TEST(Streams, ErrorsThatNobodyCanReadKeepTheirExitCode) {
   }
 }
 
-/// What it complains of, with a stdout that takes nothing.
+/// Message with a full stdout.
 Outcome with_full_output(const std::string& words) {
   const TemporaryFolder folder;
   const fs::path errors{folder / "errors"};
@@ -83,8 +83,8 @@ TEST(Streams, AReaderThatHasEnoughEndsTheProgramQuietly) {
   const TemporaryFolder folder;
   const fs::path errors{folder / "errors"};
   const fs::path code{folder / "code"};
-  signal(SIGPIPE, SIG_DFL);  // whatever the test was started with
-  // true reads nothing; the shell tells 141, as of every program
+  signal(SIGPIPE, SIG_DFL);  // independent of the test's environment
+  // true reads nothing; the shell returns 141
   shell("{ sleep 0.2; " + tool + " config --markdown; echo $? >" + quoted(code.string()) + "; } 2>" +
         quoted(errors.string()) + " | true");
   EXPECT_EQ(text_of(code), "141\n");

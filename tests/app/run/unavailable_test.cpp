@@ -114,7 +114,7 @@ TEST_F(Unavailable, ADiskThatFailsEndsTheRunAndItGoesOnLater) {
   const Outcome stopped{run_tool(words, failing_disk(folder / "drive" / "left" / "000007.png", drive()))};
   EXPECT_EQ(stopped.exit_code, 75) << stopped.errors;
   EXPECT_THAT(stopped.errors, AllOf(HasSubstr("000007.png: cannot be read (Input/output error)"),
-                                    HasSubstr("7 of 9 frames are done; the same command with --resume goes on")));
+                                    HasSubstr("7 of 9 frames are done; the same command with --resume continues")));
   words.emplace_back("--resume");
   run_well(words);
   EXPECT_EQ(lines_of(out("run")).size(), 9U);

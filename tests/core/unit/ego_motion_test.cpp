@@ -74,7 +74,7 @@ TEST_P(Jump, MovesThePosesAndNotTheVehicle) {
   for (int i{0}; i < 5; ++i) static_cast<void>(drive.step());
   drive.input_from_world = drive.input_from_world * GetParam();
   const auto jumped{drive.step()};
-  EXPECT_THAT(jumped.warning, HasSubstr("the pose jumps by"));
+  EXPECT_THAT(jumped.warning, HasSubstr("pose jump of"));
   // motion is constant here, so that carrying it on is exact
   expect_near(jumped.world_from_vehicle, drive.true_world_from_vehicle);
   for (int i{0}; i < 5; ++i) {
@@ -110,7 +110,7 @@ TEST(EgoMotion, SaysHowFar) {
   const Pose2 next{now * Pose2{1.3, 0, degree}};
   const Pose2 jump{3, 4, -2 * degree};
   const auto placing{drive.ego_motion.place(drive.input_from_world * next * jump, dt_s)};
-  EXPECT_THAT(placing.warning, HasSubstr("jumps by 5.0 m and 2.0°"));
+  EXPECT_THAT(placing.warning, HasSubstr("jump of 5.0 m and 2.0°"));
 }
 
 TEST(EgoMotion, BrakingAndSwervingAreNoJumps) {
@@ -151,7 +151,7 @@ TEST(EgoMotion, FramesWithoutAPoseAreBridged) {
   for (int i{0}; i < 2; ++i) {
     drive.true_world_from_vehicle = drive.true_world_from_vehicle * Pose2{1.3, 0, degree};
     const auto placing{drive.ego_motion.place(std::nullopt, dt_s)};
-    EXPECT_EQ(placing.warning, i == 0 ? "no pose: the last motion is carried on" : "");
+    EXPECT_EQ(placing.warning, i == 0 ? "no pose: the last motion continues" : "");
     expect_near(placing.world_from_vehicle, drive.true_world_from_vehicle);
   }
   const auto again{drive.step()};
@@ -161,7 +161,7 @@ TEST(EgoMotion, FramesWithoutAPoseAreBridged) {
 
 TEST(EgoMotion, WithoutAnyPoseTheVehicleStands) {
   EgoMotion ego_motion{MotionConfig{}};
-  EXPECT_THAT(ego_motion.place(std::nullopt, 0).warning, HasSubstr("taken to stand still"));
+  EXPECT_THAT(ego_motion.place(std::nullopt, 0).warning, HasSubstr("assumed to be static"));
   const auto second{ego_motion.place(std::nullopt, dt_s)};
   EXPECT_THAT(second.warning, IsEmpty());
   expect_near(second.world_from_vehicle, {});
@@ -221,7 +221,7 @@ TEST(EgoMotion, AfterARestartWithoutAPoseTheVehicleStands) {
   const Pose2 last{drive.step().world_from_vehicle};
   drive.ego_motion.restart();
   const auto placing{drive.ego_motion.place(std::nullopt, 0)};
-  EXPECT_THAT(placing.warning, HasSubstr("taken to stand still"));
+  EXPECT_THAT(placing.warning, HasSubstr("assumed to be static"));
   expect_near(drive.ego_motion.place(std::nullopt, dt_s).world_from_vehicle, last);
 }
 

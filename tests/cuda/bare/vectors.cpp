@@ -27,7 +27,7 @@ void flag_surfaces(const float* obstacle, const float* road, const float* above,
   for (int u{0}; u < width; ++u) {
     const float here{labelled[u]};
     const auto continues = [&](float neighbour) {
-      return std::abs(here - neighbour) <= 1.0f && here * neighbour > 0;  // signs tell the labels
+      return std::abs(here - neighbour) <= 1.0f && here * neighbour > 0;  // signs are labels
     };
     flags[u] =
         static_cast<std::uint8_t>((here != 0 ? is_measured : 0) | (continues(labelled[u - 1]) ? continues_left : 0) |

@@ -8,11 +8,11 @@
 #include <cstring>
 #include <type_traits>
 
-// What kernels use: CUDA's words, vector types, and functions of the device.
+// CUDA's keywords, vector types and device functions that kernels use.
 
 #define __host__
 #define __device__
-#define __noinline__  // the host compiler knows an attribute of this name
+#define __noinline__  // an attribute of the host compiler has this name
 #define __global__
 #define __forceinline__ inline
 #define __shared__ static

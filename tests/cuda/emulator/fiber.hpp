@@ -31,7 +31,7 @@ class Fiber {
                   return std::move(outside_);
                 }} {}
 
-  /// From outside: starts or goes on with a round, until it ends or leaves.
+  /// Starts or continues a round from outside, until it ends or leaves.
   void enter() {
 #if defined(__SANITIZE_ADDRESS__)
     void* own{nullptr};
@@ -70,7 +70,7 @@ class Fiber {
     return {context.sp, context.size, context};
   }
 
-  // The address sanitizer wants to know which stack is in use.
+  // Notifies the address sanitizer of the stack in use.
   void arrived([[maybe_unused]] void* own) {
 #if defined(__SANITIZE_ADDRESS__)
     __sanitizer_finish_switch_fiber(own, &outside_stack_, &outside_bytes_);

@@ -118,7 +118,7 @@ class Block {
     return true;
   }
 
-  // Is everybody there who takes part in the operation of thread `one`? Then all of them get their results.
+  // True if all participants of thread `one`'s operation have arrived. Then all of them get their results.
   bool release_warp(int one) {
     const Thread& model{threads_[static_cast<std::size_t>(one)]};
     const unsigned mask{model.mask};

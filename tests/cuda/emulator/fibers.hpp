@@ -10,7 +10,7 @@
 
 namespace emulator {
 
-/// Bits of words that nobody has written: as a float NaN, as an integer too large for an index.
+/// Bits of unwritten words: as a float NaN, as an integer too large for an index.
 inline constexpr std::uint32_t unwritten{0x7fe500a5U};
 void fill_unwritten(void* memory, std::size_t bytes, std::uint32_t word);
 

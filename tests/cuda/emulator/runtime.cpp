@@ -32,17 +32,17 @@ bool lacks(const char* what) {
 }
 
 struct Machine {
-  std::size_t memory{std::size_t{8} << 30};  ///< that can still be allocated
+  std::size_t memory{std::size_t{8} << 30};  ///< memory left to allocate
   std::unordered_map<void*, std::size_t> allocated;
   std::unordered_set<const void*> loaded;  ///< kernels
-  int late{0};                             ///< of them, those that were launched before they were loaded
+  int late{0};                             ///< kernels launched before they were loaded
   std::uint32_t unwritten{0};              ///< bits of the next allocation
   bool backwards{std::getenv("STEREOGRID_EMULATOR_BACKWARDS") != nullptr};
   std::atomic<int> captures{0};  ///< streams that are being captured
   std::recursive_mutex mutex;
 };
 
-thread_local int own_captures{0};  ///< of `captures`, by this thread
+thread_local int own_captures{0};  ///< number of this thread's `captures`
 
 cudaError_t missing() {
   if (lacks("device")) return cudaErrorNoDevice;
@@ -104,7 +104,7 @@ int kernels_loaded_late() {
 
 cudaError_t launch(const cudaLaunchConfig_t& config, const void* kernel, std::function<void()> thread) {
   constexpr unsigned threads_max{1024};
-  constexpr unsigned blocks_max{65535};  // of y and z
+  constexpr unsigned blocks_max{65535};  // maximum of y and z
   constexpr std::size_t shared_max{std::size_t{48} << 10};
   if (volume(config.blockDim) == 0 || volume(config.blockDim) > threads_max || volume(config.gridDim) == 0 ||
       config.gridDim.y > blocks_max || config.gridDim.z > blocks_max || config.blockDim.z > 64) {
@@ -206,7 +206,7 @@ cudaError_t cudaFreeHost(void* memory) {
 }
 cudaError_t cudaMemcpyAsync(void* to, const void* from, std::size_t bytes, cudaMemcpyKind /*kind*/,
                             cudaStream_t stream) {
-  if (bytes == 0) return cudaErrorInvalidValue;  // what a graph says of it
+  if (bytes == 0) return cudaErrorInvalidValue;  // as a graph does
   return give(stream, [=] { std::memmove(to, from, bytes); });
 }
 cudaError_t cudaMemsetAsync(void* memory, int value, std::size_t bytes, cudaStream_t stream) {

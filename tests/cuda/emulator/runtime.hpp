@@ -119,8 +119,8 @@ void unload_kernels();
 /// Kernels launched since then that cudaFuncGetAttributes had not loaded.
 int kernels_loaded_late();
 
-// Environment variables: STEREOGRID_EMULATOR_BACKWARDS, threads and blocks run from the last to the first: where a
-// barrier is missing, results change. STEREOGRID_EMULATOR_LACKS=device|driver|kernels|memory: what is missing.
+// Environment variables: STEREOGRID_EMULATOR_BACKWARDS, threads and blocks run from the last to the first: missing
+// barriers change results. STEREOGRID_EMULATOR_LACKS=device|driver|kernels|memory: simulates its lack.
 }  // namespace emulator
 
 #define cudaStreamPerThread (emulator::stream_per_thread())

@@ -14,7 +14,7 @@ const [stereogrid, browserProgram, folder] = process.argv.slice(2);
 const recording = `${folder}/street.mcap`;
 const started = [];
 
-/** Starts a program; the address of the page that it tells. */
+/** Starts a program; returns the address of its page. */
 function serve(program, ...words) {
   const child = spawn(program, words, { stdio: ["pipe", "pipe", "inherit"] });
   started.push(child);
@@ -175,7 +175,7 @@ async function photograph(browser, address, name, options) {
   await page.close();
 }
 
-/** On another address than loopback nobody gets in without the token. */
+/** On an address other than loopback access is denied without the token. */
 async function checkToken(browser) {
   const { address, child } = await serve(stereogrid, "view", recording, "--listen", "0.0.0.0:0");
   const local = address.replace(/\/\/[^:/]+/, "//127.0.0.1");
@@ -195,7 +195,7 @@ async function checkToken(browser) {
   assert.strictEqual(await ended, 0);
 }
 
-/** Without a player; the page goes on when another server stands there. */
+/** Without a player; the page reconnects to a new server. */
 async function checkLive(browser) {
   const { address, child } = await serve(stereogrid, "live", "scene:street?frames=30", "--loop", "--listen", ":0");
   const { page, faults } = await opened(browser, address);

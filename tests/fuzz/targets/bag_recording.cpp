@@ -23,7 +23,7 @@ bool is_among(const std::vector<std::string>& names, const std::string& name) {
   return names.empty() || std::ranges::find(names, name) != names.end();
 }
 
-/// A bag that says what the input wants, without the file around it, which has its own fuzzers.
+/// A bag whose content is the input, without the file format, which has its own fuzzers.
 class MemoryBag final : public mcap::Bag {
  public:
   void add(const std::string& name, const std::string& type, std::uint64_t log_ns, std::string_view cdr) {

@@ -11,7 +11,7 @@ namespace {
 
 namespace batch = app::batch;
 
-/// Where the lines of a manifest begin and end, as PlanWriter notes it.
+/// Index of the lines of a manifest, as PlanWriter writes it.
 std::string index_of(std::string_view manifest) {
   std::string index;
   const auto add = [&index](std::size_t offset) {

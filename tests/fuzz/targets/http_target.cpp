@@ -16,7 +16,7 @@ using namespace stereogrid::server;
 
 const std::string token{"0123456789abcdef012345"};
 
-/// <folder>/inside is served; what is beside it must not be.
+/// <folder>/inside is served; files beside it must not be.
 struct Files {
   Files() {
     folder.write("inside/a.txt", "inside");

@@ -13,7 +13,7 @@ namespace {
 
 using namespace stereogrid::messages;
 
-// What is accepted is written, and that is read as the same.
+// Accepted messages are written and read back without a change.
 template <Message M>
 void read_and_write(std::span<const std::byte> cdr) {
   M message;

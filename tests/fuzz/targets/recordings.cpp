@@ -7,7 +7,7 @@
 namespace stereogrid::fuzz {
 namespace {
 
-/// Looks at every byte that is given; the number of messages.
+/// Reads every byte; returns the number of messages.
 std::uint64_t drain(mcap::MessageCursor& cursor) {
   std::uint64_t messages{0};
   for (; const mcap::Message* const message{cursor.next()}; ++messages) {

@@ -13,7 +13,7 @@ void scene(Bytes input) {
   const std::string text{io::printable(text_of(input), std::string::npos)};  // as the tool does
   scenes::SceneOptions options;
   if (!accepts([&] { options = scenes::parse_scene(text); })) return;
-  // what has more is only slower
+  // larger images are only slower
   options.width_px = std::min(options.width_px, 24);
   options.height_px = std::min(options.height_px, 16);
   accepts([&] {

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a host program that knows nothing of stereogrid loads.
+// Plugin of a host program without stereogrid.
 #include <stereogrid/error.hpp>
 #include <stereogrid/pipeline.hpp>
 
-/// 1: a pipeline can be made here, and what it refuses is caught here.
+/// Returns 1 if a pipeline can be created and its exceptions are caught here.
 extern "C" __attribute__((visibility("default"))) int plugin_works() {
   const stereogrid::Config config{stereogrid::preset("default")};
   stereogrid::Rig rig;

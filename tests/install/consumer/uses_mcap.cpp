@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Writes and reads a file with each compression, and asks for a .db3: zstd, lz4, zlib and SQLite have to link and work.
+// Writes and reads a file with each compression, and opens a .db3: zstd, lz4, zlib and SQLite have to link and work.
 #include <stereogrid/error.hpp>
 #include <stereogrid/mcap/bag.hpp>
 #include <stereogrid/mcap/writer.hpp>

@@ -18,7 +18,7 @@ std::string changed(std::string text, const std::string& from, const std::string
   return place == std::string::npos ? text : text.replace(place, from.size(), to);
 }
 
-/// Without the line of the key and what is indented below it.
+/// Text without the line of the key and the indented lines below it.
 std::string without(const std::string& text, const std::string& key) {
   const std::size_t start{text.find(key + ":")};
   EXPECT_NE(start, std::string::npos) << key;

@@ -95,7 +95,7 @@ std::vector<cv::Point3d> points_ahead() {
   return points;
 }
 
-/// Where the points are in the rectified pair, against where they have to be.
+/// Compares the points in the rectified pair with their expected places.
 void expect_rectified(const RawPair& raw, const std::vector<cv::Point3d>& points, const Image<std::uint8_t>& raw_left,
                       const Image<std::uint8_t>& raw_right) {
   const Rectifier rectifier{raw, width_px, height_px};

@@ -109,7 +109,7 @@ TEST(WriteFile, LeavesAFifoWhatItIs) {
   EXPECT_EQ(files_in(folder.path()), 1);
 }
 
-// Of its own: a mistake would cost the machine its /dev/full.
+// Uses a device of its own: an error would remove the machine's /dev/full.
 TEST(WriteFile, LeavesADeviceWhatItIs) {
   const TemporaryFolder folder;
   const fs::path full{folder / "full"};

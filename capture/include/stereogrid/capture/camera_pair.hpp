@@ -24,10 +24,10 @@ struct PairingOptions {
   bool has_depth{false};                                              ///< add_depth() replaces the right images
 };
 
-/// Two cameras whose images somebody hands in: pairs them by their instants and rectifies them. What the other sources
-/// of cameras are made of, and what a program with a camera of another maker's library needs. Functions that take
-/// images may be called from any thread. Of grey16, `bits` 0 of a view means: found from the images
-/// (io::share_scale with the most bits so far), the same for both of a pair.
+/// Source of two cameras whose images the caller adds: pairs them by their stamps and rectifies them. The other camera
+/// sources use it, and programs with a camera library of their own. Functions that take images may be called from any
+/// thread. Of grey16, `bits` 0 of a view means: found from the images (io::share_scale with the most bits so far), the
+/// same for both of a pair.
 class STEREOGRID_EXPORT CameraPair final : public LiveSource {
  public:
   /// Images as the calibration has them: of its size, raw where it says so. Throws InputError: it has no size, or
@@ -46,7 +46,7 @@ class STEREOGRID_EXPORT CameraPair final : public LiveSource {
   void add(const PixelView& left, const PixelView& right, Clock::time_point captured);
   /// The same in one image, the left camera's in its left half.
   void add_side_by_side(const PixelView& both, Clock::time_point captured);
-  /// What came cannot be used; the next one may be.
+  /// Counts an unusable image; the next one may be usable.
   void add_unusable();
 
   /// The camera is lost, or whatever else stands in the way, and what would mend it; until the next pair comes.

@@ -14,7 +14,7 @@ namespace stereogrid::capture {
 /// A frame for a pipeline, with its pose, and what its source adds to the result.
 struct PreparedFrame {
   StereoFrame frame;
-  Clock::time_point captured{};         ///< of live sources: see LiveFrame
+  Clock::time_point captured{};         ///< live sources only: see LiveFrame
   std::string warning{};                ///< appended to the result's; empty: none
   std::optional<double> odometry_ms{};  ///< time of visual odometry; none: the pose came with the input
   bool begins_anew{false};              ///< Pipeline::reset() before this frame

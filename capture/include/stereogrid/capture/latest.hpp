@@ -39,7 +39,7 @@ class Latest {
     return has_ended_ && !waiting_;
   }
 
-  /// Values that nobody has taken.
+  /// Number of values replaced before they were taken.
   [[nodiscard]] std::int64_t replaced() const {
     const std::scoped_lock lock{mutex_};
     return replaced_;

@@ -13,24 +13,24 @@
 
 namespace stereogrid::capture {
 
-/// Of instants within this process; capture times of cameras are turned into it.
+/// Clock of instants within this process; capture times of cameras are converted to it.
 using Clock = std::chrono::steady_clock;
 
 /// A rectified frame that has just been captured. Its stamp is Unix time.
 struct LiveFrame {
   StereoFrame frame;
-  Clock::time_point captured;  ///< exposure, as far as the source knows it; else when it arrived
+  Clock::time_point captured;  ///< exposure if the source provides it, else arrival
   bool begins_anew{false};     ///< nothing that came before belongs to it: Pipeline::reset()
 };
 
-/// Frames that nobody has seen, and why.
+/// Unused frames, with the reason.
 struct Drop {
   std::string reason;
   std::int64_t frames{0};
 };
 
-/// Frames as they come. Never more than one waits: what is too late for its reader is replaced by what is newer, and
-/// counted. All functions may be called from any thread; next() from one at a time.
+/// Live frames. At most one waits: a newer frame replaces it, and the drop is counted. All functions may be called from
+/// any thread; next() from one at a time.
 class STEREOGRID_EXPORT LiveSource {
  public:
   LiveSource() = default;
@@ -39,12 +39,12 @@ class STEREOGRID_EXPORT LiveSource {
   virtual ~LiveSource();
 
   [[nodiscard]] virtual const Rig& rig() const = 0;
-  /// The newest frame that was not given yet, as soon as there is one; none: there was none within `patience`, or the
-  /// source has ended. Throws InputError: a frame came that cannot be used (it is counted); the next one may be.
+  /// Newest frame that was not returned yet. Waits up to `patience`; none: timeout, or the source has ended. Throws
+  /// InputError for an unusable frame (it is counted); the next one may be usable.
   [[nodiscard]] virtual std::optional<LiveFrame> next(std::chrono::milliseconds patience) = 0;
   /// Nothing will come any more, and next() has thrown what broke the source, if something did.
   [[nodiscard]] virtual bool has_ended() const = 0;
-  /// What is wrong at present, and what would mend it; empty: nothing.
+  /// Present fault and its remedy; empty: none.
   [[nodiscard]] virtual std::string fault() const = 0;
   /// Since the source was opened.
   [[nodiscard]] virtual std::vector<Drop> dropped() const = 0;

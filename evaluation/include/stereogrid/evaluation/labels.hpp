@@ -18,10 +18,10 @@ inline constexpr std::int8_t not_scored{-1};
 inline constexpr std::int8_t labelled_free{0};
 inline constexpr std::int8_t labelled_occupied{1};
 
-/// What the cells of one frame truly are, on the vehicle-frame grid that is scored.
+/// True state of the cells of one frame, on the vehicle-frame grid that is scored.
 struct Labels {
   GridGeometry geometry;
-  Rig rig;                   ///< whose image columns decide what is hidden and along what free space is measured
+  Rig rig;                   ///< rig whose image columns define hidden cells and free space
   Image<std::int8_t> cells;  ///< not_scored, labelled_free or labelled_occupied
   Image<std::uint8_t>
       partly_hidden;  ///< 1: labelled, though every image column of the cell meets an obstacle before it
@@ -34,10 +34,11 @@ struct CameraPoint {
   double z_m{0};
 };
 
-/// How much nearer (m) than a cell's near edge an obstacle has to be to hide the cell from the nearest-obstacle rule.
+/// Minimum depth difference (m) between an obstacle and a cell's near edge for the obstacle to hide the cell from the
+/// nearest-obstacle rule.
 inline constexpr double hiding_margin_m{0.5};
 
-/// Where the search for the road starts: as measured on KITTI's drives, whose calibrations give no height.
+/// Start of the search for the road, measured on KITTI's drives, whose calibrations have no height.
 inline constexpr double kitti_camera_height_m{1.64};
 
 /// Labels from one lidar sweep (docs/evaluation.md). A plane is fitted to low points 4–30 m ahead and within 8 m of the
@@ -63,7 +64,7 @@ inline constexpr double kitti_camera_height_m{1.64};
 [[nodiscard]] STEREOGRID_EXPORT Labels truth_labels(const FrameTruth& truth, const TruthGrid& truth_grid,
                                                     const Rig& rig, const GridGeometry& grid);
 
-/// Where cell (0, 0) of `truth` lies in the cells of `grid`. Throws InputError as truth_labels.
+/// Position of cell (0, 0) of `truth` in the cells of `grid`. Throws InputError as truth_labels.
 struct CellShift {
   int x{0};
   int y{0};

@@ -22,10 +22,10 @@ namespace stereogrid::evaluation {
 struct MotionFrame {
   const FrameTruth& truth;
   const TruthGrid& truth_grid;
-  const Rig& rig;     ///< of the recording
-  GridGeometry grid;  ///< of the next three
+  const Rig& rig;     ///< rig of the recording
+  GridGeometry grid;  ///< grid of the next three
   View<const float> occupancy;
-  View<const float> velocity_x;  ///< m/s relative to the ground, vehicle axes; empty: the series knows none
+  View<const float> velocity_x;  ///< m/s relative to the ground, vehicle axes; empty: not in the series
   View<const float> velocity_y;
   std::span<const Obstacle> obstacles;
 };
@@ -54,7 +54,7 @@ class STEREOGRID_EXPORT GhostTimes {
   std::int64_t now_ns_{0};
 };
 
-/// How long objects that were seen are believed in while nothing of them is visible.
+/// Time for which hidden objects stay occupied.
 class STEREOGRID_EXPORT HiddenSurvival {
  public:
   void add(const MotionFrame& frame);
@@ -82,12 +82,12 @@ class STEREOGRID_EXPORT HiddenSurvival {
   std::vector<Episode> finished_;
 };
 
-/// Whether obstacles keep their names, and whether what stands is told from what moves. Confirmed obstacles only.
+/// Stability of obstacle ids, and separation of static and dynamic obstacles. Confirmed obstacles only.
 class STEREOGRID_EXPORT Identities {
  public:
   void add(const MotionFrame& frame);
-  /// How often a moving object was found under another id than before. An obstacle that still is within 2 m goes before
-  /// one that is nearer.
+  /// Number of id changes of moving objects. The previous obstacle is preferred within 2 m, even if another one is
+  /// nearer.
   [[nodiscard]] std::size_t switches() const { return switches_; }
   /// Obstacles × frames farther than 3 m from everything that moves, and how many of them have more than 1 m/s.
   [[nodiscard]] std::size_t standing() const { return standing_; }
@@ -100,11 +100,11 @@ class STEREOGRID_EXPORT Identities {
   std::size_t standing_with_speed_{0};
 };
 
-/// What docs/evaluation.md defines. Medians; NaN where there is nothing to say it of.
+/// Figures defined in docs/evaluation.md. Medians; NaN: undefined.
 struct MotionSummary {
   static constexpr double nothing{std::numeric_limits<double>::quiet_NaN()};
   std::size_t sightings{0};  ///< moving object × frame
-  std::size_t found{0};      ///< of them, with a confirmed obstacle within 2 m
+  std::size_t found{0};      ///< found with a confirmed obstacle within 2 m
   double speed_error_mps{nothing};
   double direction_error_deg{nothing};
   double velocity_error_mps{nothing};  ///< length of the difference
@@ -125,7 +125,7 @@ struct MotionSummary {
   double survived_s{nothing};
 };
 
-/// How well motion is found. What moves is scored from one second after the first frame on, what stands still always.
+/// Scores of motion. Moving objects are scored from one second after the first frame on, static ones always.
 class STEREOGRID_EXPORT MotionScores {
  public:
   void add(const MotionFrame& frame);

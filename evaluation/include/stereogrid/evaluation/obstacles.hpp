@@ -24,16 +24,16 @@ struct Thing {
   std::int64_t id{0};
   std::string kind;
   std::vector<Point2> seen;       ///< places on it that the camera sees, from 3 to 20 m ahead
-  double reach_m{0};              ///< how near to them an outline has to be
+  double reach_m{0};              ///< maximum distance of an outline
   std::vector<Point2> footprint;  ///< polygon
-  double area_m2{0};              ///< of the footprint
-  Point2 centre;                  ///< of the box around the footprint, along the thing's heading
-  double length_m{0};             ///< of that box
+  double area_m2{0};              ///< area of the footprint
+  Point2 centre;                  ///< centre of the box around the footprint, along the thing's heading
+  double length_m{0};             ///< size of that box
   double width_m{0};
-  std::optional<Point2> velocity_mps;  ///< over ground; of what moves only
+  std::optional<Point2> velocity_mps;  ///< over ground; moving objects only
 };
 
-/// What is true of one frame's obstacles.
+/// Truth of one frame's obstacles.
 struct ObstacleTruth {
   /// Around something that moves.
   struct Circle {
@@ -42,17 +42,17 @@ struct ObstacleTruth {
   };
   std::vector<Thing> things;
   std::vector<Circle> movers;
-  bool knows_cells{false};       ///< is known what is free?
+  bool knows_cells{false};       ///< free space is labelled
   std::vector<Point2> free;      ///< centres of the cells that are seen free, from 3 to 20 m ahead
   std::vector<Point2> occupied;  ///< likewise
 };
 
-/// Of exact truth. Things are what is neither building, wall, hedge, tree, kerb, fence nor ground, with 250 pixels or
-/// more and two cells or more that are seen; those that are faster than 0.5 m/s move, but 0.3 m/s makes a circle.
+/// Builds it from exact truth. Things exclude buildings, walls, hedges, trees, kerbs, fences and ground, and have 250
+/// pixels or more and at least two seen cells. Those faster than 0.5 m/s move; from 0.3 m/s on they have a circle.
 [[nodiscard]] STEREOGRID_EXPORT ObstacleTruth obstacle_truth(const FrameTruth& truth, const TruthGrid& truth_grid);
 
-/// Of labelled boxes. Things are those not largely hidden, of which eight or more of 22 points on the two sides that
-/// face the camera lie 3 to 20 m ahead within the image's columns. `cells`: labels of the frame's cells; nullptr: none.
+/// Builds it from labelled boxes. Things are not largely hidden, and at least 8 of 22 points on the two sides that face
+/// the camera lie 3 to 20 m ahead within the image's columns. `cells`: labels of the frame's cells; nullptr: none.
 [[nodiscard]] STEREOGRID_EXPORT ObstacleTruth obstacle_truth(std::span<const LabelledObject> objects, const Rig& rig,
                                                              const Labels* cells);
 
@@ -61,7 +61,7 @@ struct ObstacleTruth {
   return place >= 10 || frames <= 12;
 }
 
-/// What docs/evaluation.md defines. NaN where there is nothing to say it of.
+/// Figures defined in docs/evaluation.md. NaN: undefined.
 struct ObstacleSummary {
   static constexpr double nothing{std::numeric_limits<double>::quiet_NaN()};
   struct Kind {
@@ -86,7 +86,8 @@ struct ObstacleSummary {
   double area_median_m2{nothing};
   double area_p90_m2{nothing};
 
-  bool knows_false{false};  ///< could obstacles be told that are false? Else false_positives and what follows is void.
+  bool knows_false{false};  ///< truth allows to find false obstacles; otherwise false_positives and the following are
+                            ///< void
   TrackingSummary tracking;
 
   // Medians over the matches of `tracking`.
@@ -110,7 +111,7 @@ class STEREOGRID_EXPORT ObstacleScores {
  private:
   struct Candidate;
   using Candidates = std::vector<Candidate>;
-  using Shares = std::vector<double>;  // [thing][candidate]: of what is seen of the thing
+  using Shares = std::vector<double>;  // [thing][candidate]: shares of the thing's seen points
   [[nodiscard]] static Candidates candidates_of(std::span<const Obstacle> reported);
   void add_cells(const ObstacleTruth& truth, const Candidates& candidates);
   void add_moving_cells(std::span<const Point2> cells, const Candidates& candidates);

@@ -36,12 +36,12 @@ struct ReliabilityBin {
 };
 inline constexpr std::size_t reliability_bins{15};
 
-/// What docs/evaluation.md defines, over all frames of a series in one band. p is clipped to [0.001, 0.999].
+/// Figures defined in docs/evaluation.md, over all frames of a series in one band. p is clipped to [0.001, 0.999].
 struct Summary {
   std::size_t frames{0};  ///< with cells in the band
   std::size_t cells{0};
   std::size_t occupied{0};
-  std::size_t hidden_occupied{0};  ///< of them, partly hidden
+  std::size_t hidden_occupied{0};  ///< partly hidden ones among them
   std::size_t hidden_free{0};
   std::size_t columns{0};  ///< image columns whose truth ends in the band
 
@@ -112,7 +112,7 @@ struct RocPoint {
 /// Free space along one image column.
 struct ColumnDepth {
   float truth_m{0};  ///< near edge of the first cell along the ray that is labelled occupied
-  float found_m{0};  ///< of the first cell with p ≥ 0.5; the grid's end where there is none
+  float found_m{0};  ///< first cell with p ≥ 0.5; the grid's end if there is none
 };
 
 /// Free space of one frame along every image column in which the truth has an occupied cell, from `from_m` ahead on.

@@ -82,7 +82,7 @@ struct TerrainSummary {
   std::size_t frames{0};
   std::array<TerrainCounts, 2> ranges;
   std::vector<SmallestStep> steps;  ///< ranges with steps of several heights
-  std::vector<ZoneScore> zones;     ///< that were seen
+  std::vector<ZoneScore> zones;     ///< zones that were seen
 };
 
 /// Scores one series of grids against terrain truth.

@@ -14,12 +14,12 @@
 
 namespace stereogrid::evaluation {
 
-/// A frame of true objects and of what was found, by their ids.
+/// True objects and found obstacles of a frame, by their ids.
 struct TrackingFrame {
   static constexpr double no_match{std::numeric_limits<double>::infinity()};
   struct Hypothesis {
     std::int64_t id{0};
-    bool ignored{false};  ///< left out where it is matched to nothing: whether it is false is not known
+    bool ignored{false};  ///< not counted if unmatched, as its truth is unknown
   };
   std::vector<std::int64_t> objects;
   std::vector<Hypothesis> hypotheses;

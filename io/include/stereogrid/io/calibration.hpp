@@ -13,7 +13,7 @@
 
 namespace stereogrid::io {
 
-/// How a lens bends rays: OpenCV's usual model, or that of cv::fisheye (ROS and Kalibr: "equidistant").
+/// Lens models: OpenCV's usual model, or that of cv::fisheye (ROS and Kalibr: "equidistant").
 enum class LensModel { perspective, fisheye };
 
 /// One camera of a pair that is not rectified, as OpenCV models it.
@@ -39,14 +39,14 @@ struct RawPair {
 using Transform = std::array<double, 12>;
 
 struct Calibration {
-  Rig rig;                                        ///< of the rectified pair; width and height 0 where the file has none
+  Rig rig;                                        ///< rectified pair; width and height 0 if the file has none
   std::optional<RawPair> raw;                     ///< there: images have to be rectified (Rectifier)
   std::optional<Transform> camera_from_velodyne;  ///< to the left rectified camera (x right, y down, z forward)
   std::string kind;                     ///< "calibration.yaml", "KITTI odometry", "KITTI raw", "ROS camera_info",
                                         ///< "OpenCV stereo calibration" or "Kalibr camchain"
   bool has_mounting{false};             ///< false: the rig's height is the usual one, its angles 0
   std::filesystem::path mask{};         ///< image for read_mask; empty: none
-  std::vector<std::string> notes{};     ///< how the file was understood where it leaves a choice
+  std::vector<std::string> notes{};     ///< interpretation of the file where it is ambiguous
   std::vector<std::string> warnings{};  ///< values that are probably those of other images
 };
 
@@ -55,10 +55,10 @@ enum class KittiPair { grey, colour };
 
 /// Reads any of our calibration.yaml, KITTI odometry's calib.txt, KITTI raw's calib_cam_to_cam.txt (with
 /// calib_velo_to_cam.txt beside it), a pair of ROS's camera_info files, OpenCV's intrinsics.yml and extrinsics.yml, and
-/// Kalibr's camchain.yaml (docs/input.md), told apart by content. Of two files either may be named; the other is found
-/// by its name. A raw pair that needs no rectification is given as a rectified one. Other tools give no mounting:
-/// height 1.65 m, pitch 0. `width_px`, `height_px`: size of the recording's images (fit_to_images), 0 = not known yet.
-/// Throws InputError with what is wrong: missing keys, `problems` of the rig, other image size, …
+/// Kalibr's camchain.yaml (docs/input.md), recognised by content. Of two files either may be named; the other is found
+/// by its name. A raw pair that needs no rectification is returned as a rectified one. Files of other tools have no
+/// extrinsics: height 1.65 m, pitch 0. `width_px`, `height_px`: size of the recording's images (fit_to_images), 0 =
+/// unknown. Throws InputError with what is wrong: missing keys, `problems` of the rig, other image size, …
 [[nodiscard]] STEREOGRID_EXPORT Calibration read_calibration(const std::filesystem::path& path, int width_px = 0,
                                                              int height_px = 0, KittiPair pair = KittiPair::grey);
 
@@ -76,7 +76,7 @@ enum class KittiPair { grey, colour };
 /// Throws InputError: no exact ratio; without a size, a principal point far from the middle of the images.
 STEREOGRID_EXPORT void fit_to_images(Calibration& calibration, const std::string& name, int width_px, int height_px);
 
-/// The rig's mounting as a line of calibration.yaml, to a millimetre and 0.0001 rad.
+/// Extrinsics of the rig as a line of calibration.yaml, to a millimetre and 0.0001 rad.
 [[nodiscard]] STEREOGRID_EXPORT std::string mount_line(const Rig& rig);
 
 /// Writes the rectified form of calibration.yaml. Throws DeviceError.

@@ -24,15 +24,15 @@ struct QueuedFrame {
   std::string warning{};             ///< for the preparation to fill
 };
 
-/// What is to be done with a loaded frame on the background threads. It sees the frames that can be used one after the
-/// other, in their order. An InputError makes the frame one that cannot be used.
+/// Work on a loaded frame on the background threads, called for usable frames one after the other, in order. An
+/// InputError marks the frame as unusable.
 using Preparation = std::function<void(QueuedFrame&)>;
 
 /// Loads the next frames of a source on background threads while the consumer works on the ones before. Frames come out
 /// in order, whatever the number of threads. next() is for one consumer.
 class STEREOGRID_EXPORT FrameQueue {
  public:
-  /// Frames [first, last) of the source, which has to live as long as the queue; at most `capacity` wait loaded.
+  /// Frames [first, last) of the source, which must outlive the queue; at most `capacity` are loaded ahead.
   FrameQueue(const FrameSource& source, std::size_t first, std::size_t last, std::size_t capacity = 4, int threads = 1,
              Preparation prepare = {});
   FrameQueue(const FrameQueue&) = delete;

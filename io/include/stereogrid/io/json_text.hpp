@@ -17,7 +17,7 @@
 // Templates over the type of JSON (nlohmann::json or ordered_json), so that this header needs no library.
 namespace stereogrid::io {
 
-/// JSON as text. Never throws: what is no UTF-8 (names of files need not be) becomes U+FFFD. `indent` < 0: one line.
+/// JSON as text. Never throws: bytes that are not UTF-8, as in names of files, become U+FFFD. `indent` < 0: one line.
 template <class Json>
 [[nodiscard]] std::string json_text(const Json& json, int indent = -1) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);

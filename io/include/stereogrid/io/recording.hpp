@@ -18,10 +18,10 @@
 
 namespace stereogrid::io {
 
-/// Where both cameras' images are: in images of their own, or as halves of one.
+/// Layout of both cameras' images: separate images, or halves of one.
 enum class ImageLayout { separate, side_by_side, top_bottom };
 
-/// What the user said about the input.
+/// Options of an input, as set by the user.
 struct InputArguments {
   std::vector<std::filesystem::path> paths;          ///< a folder, or LEFT and RIGHT image files
   std::optional<std::filesystem::path> calibration;  ///< instead of the input's own
@@ -29,16 +29,16 @@ struct InputArguments {
                       ///< else odometry
   std::optional<std::filesystem::path> disparities{};  ///< folder of disparity images to take instead of right images
   std::optional<std::filesystem::path> depth{};        ///< folder of depth images to take instead of right images
-  std::optional<double> depth_units_per_m{};           ///< of depth in whole numbers; none: 1000, of TUM's folders 5000
+  std::optional<double> depth_units_per_m{};           ///< depth in integers; none: 1000, for TUM's folders 5000
   std::optional<std::filesystem::path> mask{};         ///< image for read_mask, instead of the calibration's
-  std::optional<ImageLayout> layout{};                 ///< of images that show both cameras; none: found
+  std::optional<ImageLayout> layout{};                 ///< images that show both cameras; none: automatic
 };
 
 /// A frame of a recording as it lies on the disk.
 struct RecordedFrame {
   std::string name;
   std::int64_t stamp_ns{0};
-  std::filesystem::path left;  ///< where it is or should be; see the flags
+  std::filesystem::path left;  ///< path, also if missing; see the flags
   std::filesystem::path right;
   bool left_exists{true};
   bool right_exists{true};     ///< or the disparity image
@@ -60,7 +60,7 @@ struct ImagePair {
 /// brightest pixel keeps at least 32 levels), or more for a brighter pair (nothing saturates). 8-bit samples stay.
 STEREOGRID_EXPORT void share_scale(ImagePair& pair, int usual_bits);
 
-/// Disparities f·b/z of depths z along the camera's axis, m; what is not positive becomes 0 = none.
+/// Disparities f·b/z of depths z along the camera's axis, m; values that are not positive become 0 = none.
 [[nodiscard]] STEREOGRID_EXPORT Image<float> disparity_from_depth(const Image<float>& depth_m, const Rig& rig);
 
 /// Cuts an image of `bits` that shows both cameras; the left one is at the left or at the top. Throws InputError: a
@@ -81,11 +81,11 @@ class STEREOGRID_EXPORT ImageStore {
   [[nodiscard]] virtual ImagePair load(std::size_t index) const = 0;
 };
 
-/// A recording that is no folder of images, as somebody who knows its format has found it.
+/// Recording that is not a folder of images, as opened by a reader of its format.
 struct ForeignRecording {
   std::string kind;                     ///< as RecordingContents::kind
   std::filesystem::path root;           ///< for complaints
-  std::vector<std::int64_t> stamps_ns;  ///< of the frames; they grow
+  std::vector<std::int64_t> stamps_ns;  ///< ascending stamps of the frames
   std::unique_ptr<ImageStore> images;
   int width_px{0};
   int height_px{0};
@@ -112,12 +112,12 @@ struct RecordingContents {
   std::filesystem::path disparities;   ///< folder of the disparity images; empty: right images
   std::vector<RecordedFrame> frames;
   int sample_bits{8};                 ///< most of the images looked at: their usual scale (share_scale)
-  std::vector<std::string> notes;     ///< what was chosen: calibration, poses, stamps
-  std::vector<std::string> warnings;  ///< what is wrong but does not stop the recording
+  std::vector<std::string> notes;     ///< choices made on opening: calibration, poses, stamps
+  std::vector<std::string> warnings;  ///< faults that do not stop the recording
   std::string poses_source{};         ///< as ForeignRecording::poses_source
   std::string external{};             ///< source of disparities or depth instead of right images; empty: right images
   bool has_depth{false};              ///< `external` gives depth: of the left images before rectification
-  double depth_units_per_m{1000};     ///< of depth files in whole numbers
+  double depth_units_per_m{1000};     ///< depth files in integers
   ImageLayout layout{ImageLayout::separate};
 };
 
@@ -158,21 +158,20 @@ class STEREOGRID_EXPORT Recording final : public FrameSource {
 /// wrong, what would mend it) where the recording as a whole cannot be used.
 [[nodiscard]] STEREOGRID_EXPORT std::unique_ptr<Recording> open_recording(const InputArguments& arguments);
 
-/// The same with what was found; calibration, mask and poses are the arguments' where they name files. Throws
-/// InputError; ConfigError where disparities are given.
+/// Opens a foreign recording; calibration, mask and poses are the arguments' if they name files. Throws InputError;
+/// ConfigError with external disparities.
 [[nodiscard]] STEREOGRID_EXPORT std::unique_ptr<Recording> open_recording(const InputArguments& arguments,
                                                                           ForeignRecording found);
 
-/// A sentence where left and right seem to be swapped: more of the pair matches at negative disparities than at
-/// positive ones.
+/// Message if left and right seem to be swapped: more of the pair matches at negative disparities than at positive
+/// ones.
 [[nodiscard]] STEREOGRID_EXPORT std::optional<std::string> complaint_if_swapped(const StereoFrame& frame);
 
 /// Disparity (px) of the farthest points of a rectified pair where it is clearly negative; none: it is not, or the
 /// sides are swapped. 0.3 s for an image of 1280 × 720.
 [[nodiscard]] STEREOGRID_EXPORT std::optional<double> negative_disparity_px(const StereoFrame& frame);
 
-/// A sentence where the farthest points have negative disparities: the offset, and the line of calibration.yaml that
-/// mends it.
+/// Message if the farthest points have negative disparities: the offset, and the corrected line of calibration.yaml.
 [[nodiscard]] STEREOGRID_EXPORT std::optional<std::string> complaint_if_shifted(const StereoFrame& frame,
                                                                                 const Rig& rig);
 

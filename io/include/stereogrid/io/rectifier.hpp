@@ -20,7 +20,7 @@ class STEREOGRID_EXPORT Rectifier {
   Rectifier& operator=(Rectifier&&) noexcept;
   ~Rectifier();
 
-  /// Of the rectified pair; the mount is not known here and left at its defaults.
+  /// Rig of the rectified pair; its extrinsics have default values.
   [[nodiscard]] const Rig& rig() const;
 
   /// Size as given at construction. Safe to call from several threads.

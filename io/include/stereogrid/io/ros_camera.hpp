@@ -13,8 +13,8 @@ namespace stereogrid::io {
 
 /// One camera as ROS calibrates it (sensor_msgs/CameraInfo, REP 104). Matrices are row-major, lengths in pixels.
 struct RosCamera {
-  std::string name;  ///< where it comes from, for complaints
-  int width_px{0};   ///< of the calibration's images
+  std::string name;  ///< source, for messages
+  int width_px{0};   ///< size of the calibration's images
   int height_px{0};
   std::string distortion_model;  ///< plumb_bob, rational_polynomial or equidistant; "": plumb_bob
   std::vector<double> d;         ///< as many as the model has: 5 (or 4), 8 (or OpenCV's 12 or 14), 4
@@ -23,9 +23,9 @@ struct RosCamera {
   std::array<double, 12> p{};    ///< projection after rectification; of the right camera p[3] = −p[0] · baseline (m)
 };
 
-/// The pair of two messages. `are_rectified`: the images are as P has them, and K, D and R do not count; else they are
-/// raw, and `raw` of the result says how, unless they need no rectification. The mounting is not known: height 1.65 m,
-/// angles 0. Throws InputError: no calibrated pair, numbers that are none, a distortion model that is not known.
+/// Calibration from two messages. `are_rectified`: P applies to the images, and K, D and R are ignored. Otherwise they
+/// are raw, and `raw` of the result describes the rectification, unless none is needed. Extrinsics are defaults: height
+/// 1.65 m, angles 0. Throws InputError: no calibrated pair, non-finite numbers, an unsupported distortion model.
 [[nodiscard]] STEREOGRID_EXPORT Calibration ros_calibration(const RosCamera& left, const RosCamera& right,
                                                             bool are_rectified);
 

@@ -19,7 +19,7 @@ namespace stereogrid::io {
 /// The name of a frame from that of its file, or from a list of names: printable and whole.
 [[nodiscard]] STEREOGRID_EXPORT std::string frame_name(std::string_view text);
 
-/// Printable, and whole, since nobody finds a file by half of its name.
+/// Printable path, never shortened.
 [[nodiscard]] STEREOGRID_EXPORT std::string printable_path(const std::filesystem::path& path);
 
 }  // namespace stereogrid::io

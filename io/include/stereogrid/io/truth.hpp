@@ -39,7 +39,7 @@ class STEREOGRID_EXPORT TruthReader {
   std::filesystem::path folder_;
   TruthGrid grid_;
   std::vector<std::string> names_;
-  std::map<std::string, std::string> lines_;  // of objects.jsonl, by frame
+  std::map<std::string, std::string> lines_;  // lines of objects.jsonl, by frame
 };
 
 /// Writes a recording in the plain-folder layout. Call write() for each frame, then finish(): calibration.yaml,

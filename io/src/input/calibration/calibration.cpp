@@ -76,7 +76,7 @@ Calibration read_odometry(const std::filesystem::path& path, const KittiText& te
   for (const char* const key : {"Tr", "Tr_velo_cam", "Tr_velo_to_cam"}) {
     if (!text.has(key)) continue;
     cv::Matx44d cam0_from_velodyne{text.transform(key)};
-    if (text.has("R0_rect")) {  // of the object benchmark: the transform ends in the camera before rectification
+    if (text.has("R0_rect")) {  // object benchmark: the transform ends in the camera before rectification
       const auto& r{text.get("R0_rect", 9)};
       cam0_from_velodyne =
           cv::Matx44d{r[0], r[1], r[2], 0, r[3], r[4], r[5], 0, r[6], r[7], r[8], 0, 0, 0, 0, 1} * cam0_from_velodyne;

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 /// A file, or two that belong together.
 struct Files {
   const std::vector<fs::path>& paths;
-  const YamlGroup& root;  ///< of the first one
+  const YamlGroup& root;  ///< root of the first one
 
   /// The two files in the order of `pair_of`.
   [[nodiscard]] FilePair pair(FilePair (*pair_of)(const fs::path&)) const {

@@ -12,23 +12,24 @@
 
 namespace stereogrid::io {
 
-/// What is known beside a calibration file.
+/// Information beside a calibration file.
 struct CalibrationRequest {
-  int width_px{0};  ///< of the images, 0: not known
+  int width_px{0};  ///< size of the images, 0: unknown
   int height_px{0};
   KittiPair pair{KittiPair::grey};
-  // of the calibration.yaml that names the file with 'from'
+  // named by a calibration.yaml with 'from'
   bool is_named{false};
   bool has_stated_size{false};  ///< width and height are those that it states
   std::optional<bool> images_are_raw{};
   std::optional<double> baseline_m{};
-  bool has_depth{false};  ///< of images with depth: one camera is enough
+  bool has_depth{false};  ///< images with depth: one camera is enough
 };
 
-// The readers throw InputError: no such file, keys missing, values that are no numbers, cameras that are none. The
-// caller looks for `problems` of the rig.
+// Readers throw InputError: no such file, missing keys, invalid values or cameras. The caller checks `problems` of the
+// rig.
 
-/// Any file that other tools write, or calibration.yaml, told apart by content. `paths`: one file, or left and right.
+/// Reads a file of any supported tool, or calibration.yaml, recognised by content. `paths`: one file, or left and
+/// right.
 [[nodiscard]] Calibration read_form(const std::vector<std::filesystem::path>& paths, const CalibrationRequest& request);
 
 /// The keys of a file in any notation: YAML, JSON, OpenCV's XML, ZED's and Middlebury's texts, ost.txt.
@@ -50,7 +51,7 @@ struct CalibrationRequest {
 struct OpencvParts {
   bool has_intrinsics;
   bool has_extrinsics;
-  bool has_projections;  ///< of a rectified pair alone: P1 and P2, or Q, without R and T
+  bool has_projections;  ///< rectified pair without R and T: P1 and P2, or Q
 };
 [[nodiscard]] OpencvParts opencv_parts(const YamlGroup& root);
 /// Both may be the same file.

@@ -57,7 +57,7 @@ Plausibility plausibility_of(const Place& place) {
 
 bool is_exact_ratio(const Rig& from, int width_px, int height_px) {
   constexpr int largest{20};
-  constexpr int largest_rounded{12};  // of ratios that leave fractions of a pixel, which resizing rounds
+  constexpr int largest_rounded{12};  // maximum of ratios with fractions of a pixel, which are rounded
   const auto remainder = [](std::int64_t from_px, std::int64_t to_px, int times, int by) {
     return std::abs(to_px * by - from_px * times);
   };
@@ -123,7 +123,7 @@ void check_centre(Calibration& calibration, const Place& place, const char* came
   if (place.is_outside() || (plausibility == Plausibility::wrong && !has_size)) {
     origin.fail(finding_of(place, camera, size), remedy);
   }
-  // A stated size is believed where a crop or an unusual lens may explain the place.
+  // A stated size is accepted if a crop or an unusual lens may explain the principal point.
   if (has_size && plausibility == Plausibility::wrong) {
     add_once(calibration.warnings, finding_of(place, camera, size) +
                                        " Check that the focal length and the principal "

@@ -27,8 +27,8 @@ void set_transform(RawPair& raw, const cv::Matx33d& rotation, const cv::Vec3d& t
 /// A pair with the optics of a rectified one, but another cx of the right camera: `raw` where it differs.
 void take_row_aligned(Calibration& calibration, const Rig& optics, double right_centre_u_px);
 
-/// Of a file of another tool: takes the baseline that was measured, if one is given; else throws InputError where that
-/// of the file is in another unit than metres.
+/// Sets the baseline of another tool's file to the measured one, if given; else throws InputError if the file has
+/// another unit than metres.
 void take_unit(Calibration& calibration, const Origin& origin, const CalibrationRequest& request);
 
 /// Finds the rig of a raw pair, and drops `raw` where the pair is rectified as it is. Width and height of the rig may

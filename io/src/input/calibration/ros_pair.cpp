@@ -16,7 +16,7 @@ namespace {
 
 constexpr double alike_px{0.01};
 
-/// How many numbers each of ROS's models has.
+/// Number of coefficients of ROS's models.
 struct DistortionModel {
   std::string_view name;
   LensModel lens;
@@ -111,13 +111,13 @@ void check_pair(const RosSide& left, const RosSide& right, const RosTerms& terms
   }
 }
 
-/// How far right of the right camera the left one is, m: below 0.
+/// Position of the left camera to the right of the right one, m: negative.
 double shift_of(const RosSide& left, const RosSide& right, const RosTerms& terms, bool baseline_is_given) {
   const auto& p{left.camera.p};
   const auto& q{right.camera.p};
   const double shift_m{q[3] / q[0] - p[3] / p[0]};
   if (shift_m != 0) return shift_m;
-  if (baseline_is_given) return -1;  // of any length
+  if (baseline_is_given) return -1;  // any length
   right.origin.fail(fmt::format("has the same Tx in '{}' as the left camera: the baseline is zero.", terms.p),
                     "Tx of the right camera is −fx·baseline. " + std::string{calibrate_together} + terms.if_measured);
 }

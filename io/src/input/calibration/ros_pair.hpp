@@ -7,13 +7,13 @@
 
 namespace stereogrid::io {
 
-/// How complaints about a camera speak.
+/// Terms in messages about a camera.
 struct RosTerms {
   const char* k;
   const char* d;
   const char* r;
   const char* p;
-  const char* if_rectified;  ///< what to do where the images are rectified, and where the baseline was measured: a
+  const char* if_rectified;  ///< remedies for rectified images, and for a measured baseline: a
   const char* if_measured;   ///< sentence that begins with a blank; "": nothing
 };
 
@@ -26,8 +26,8 @@ struct RosSide {
   const Origin& origin;
 };
 
-/// What both cameras say: the rig of rectified images, or a raw pair, whose rig has its size only. `baseline_is_given`:
-/// it counts instead of the one here, which may then be zero. Throws InputError.
+/// Rig of rectified images, or a raw pair whose rig has its size only. `baseline_is_given`: replaces the baseline here,
+/// which may then be zero. Throws InputError.
 [[nodiscard]] Calibration ros_pair(const RosSide& left, const RosSide& right, const RosTerms& terms, bool are_rectified,
                                    bool baseline_is_given);
 

@@ -14,7 +14,7 @@
 
 namespace stereogrid::io {
 
-/// A mapping of a YAML file that knows where it stands, for complaints: each is an InputError with file, key and line.
+/// Mapping of a YAML file with its position: errors are InputError with file, key and line.
 class YamlGroup : public Origin {
  public:
   using Keys = std::initializer_list<std::string_view>;

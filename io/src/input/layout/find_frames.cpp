@@ -56,7 +56,7 @@ struct Side {
   fs::path folder;
   Images images;
 
-  /// Where the image is or should be.
+  /// Path of the image, also if missing.
   [[nodiscard]] fs::path path_of(const std::string& name) const {
     const auto found{images.find(name)};
     return found != images.end() ? found->second : folder / (name + images.begin()->second.extension().string());
@@ -68,7 +68,7 @@ struct Sides {
   Side right;        ///< may be empty where there are disparities
   Side disparities;  ///< no folder: none
 
-  /// What a left image needs.
+  /// Second side of a left image.
   [[nodiscard]] const Side& second() const { return disparities.folder.empty() ? right : disparities; }
 };
 

@@ -81,7 +81,7 @@ InputLayout raw_drive(const fs::path& root) {
 /// The folder itself, or the one in it that has the images.
 fs::path images_of(const fs::path& camera) {
   for (const char* const inside : {"data", "images", "image", "rgb", "frames", "image_raw", "image_rect"}) {
-    std::error_code error;  // a folder that cannot be read is reported where it is listed
+    std::error_code error;  // unreadable folders are reported when they are listed
     if (fs::is_directory(camera / inside, error)) return camera / inside;
   }
   return camera;
@@ -156,7 +156,7 @@ std::optional<InputLayout> recognise_folder(const fs::path& root) {
       inside.empty() ? what_input_may_be : "There are recordings inside; name one, such as " + inside + "."};
 }
 
-/// Both cameras' images in one folder: told apart by their names, or both in each image.
+/// Both cameras' images in one folder, recognised by their names, or both in each image.
 std::optional<InputLayout> folder_of_images(const fs::path& root) {
   const Images images{images_in(root, image_extensions)};
   if (images.empty()) return std::nullopt;

@@ -15,7 +15,7 @@ namespace stereogrid::io {
 
 enum class InputKind { kitti_odometry, kitti_raw, euroc, plain_folder, image_pair };
 
-/// Where the parts of an input lie. Paths of parts that are not there are empty.
+/// Paths of the parts of an input; empty if missing.
 struct InputLayout {
   InputKind kind{InputKind::plain_folder};
   std::filesystem::path root;

@@ -13,8 +13,8 @@ namespace stereogrid::io {
 /// The part of an image of this size that a camera has.
 [[nodiscard]] Size size_of_part(Size whole, ImageLayout layout);
 
-/// How the images of both cameras share images of this size: as `wanted`, else as the calibration fits, else by the
-/// aspect. `calibration` empty: none. Throws InputError: no way, or more than one.
+/// Layout of images of both cameras with this size: as `wanted`, else by the calibration, else by the aspect ratio.
+/// `calibration` empty: none. Throws InputError: no layout, or several.
 [[nodiscard]] ImageLayout find_layout(Size whole, std::optional<ImageLayout> wanted,
                                       const std::filesystem::path& calibration, const std::filesystem::path& images);
 

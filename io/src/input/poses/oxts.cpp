@@ -46,7 +46,7 @@ Record read_record(const fs::path& path) {
   return {n[0], n[1], n[2], n[3], n[4], n[5]};
 }
 
-/// Of the IMU (x forward, y left, z up) in the Mercator plane of KITTI's devkit (x east, y north, z up).
+/// Pose of the IMU (x forward, y left, z up) in the Mercator plane of KITTI's devkit (x east, y north, z up).
 cv::Matx44d world_from_imu(const Record& r, double scale) {
   constexpr double earth_radius_m{6378137};
   constexpr double degree{std::numbers::pi / 180};
@@ -107,7 +107,7 @@ OxtsPoses read_oxts(const fs::path& folder, std::span<const std::string> names, 
   const std::optional<cv::Matx44d> imu_from_left{imu_from_camera(calibration_folder)};
   OxtsPoses poses;
   poses.of_camera = imu_from_left.has_value();
-  double scale{0};  // of the first record: one plane for the drive
+  double scale{0};  // scale of the first record: one plane for the drive
   for (const std::string& name : names) {
     const auto file{folder / (name + ".txt")};
     if (!fs::is_regular_file(file)) {
@@ -118,7 +118,7 @@ OxtsPoses read_oxts(const fs::path& folder, std::span<const std::string> names, 
     if (scale == 0) scale = std::cos(record.latitude_deg * std::numbers::pi / 180);
     const cv::Matx44d imu{world_from_imu(record, scale)};
     const cv::Matx44d m{imu_from_left ? imu * *imu_from_left : imu};
-    const int forward{imu_from_left ? 2 : 0};  // the camera looks along z, the IMU along x
+    const int forward{imu_from_left ? 2 : 0};  // forward is z of the camera, x of the IMU
     poses.world_from_vehicle.push_back({m(0, 3), m(1, 3), std::atan2(m(1, forward), m(0, forward))});
   }
   return poses;

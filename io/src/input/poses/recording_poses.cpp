@@ -146,7 +146,7 @@ void take_tum_poses(RecordingContents& contents, const fs::path& file, bool stam
   contents.notes.push_back(fmt::format("poses: {}, and the images' stamps, in their order", printable_path(file)));
 }
 
-/// The file or oxts folder of poses; empty: none. Notes what was passed over.
+/// The file or oxts folder of poses; empty: none. Notes ignored ones.
 fs::path choose_poses(RecordingContents& contents, const InputLayout& layout, const std::string& wanted) {
   if (wanted == "none" || wanted == "odometry") return {};
   if (!wanted.empty() && wanted != "file") return wanted;

@@ -63,7 +63,7 @@ cv::Matx44d pose_of(const std::vector<double>& n, const std::filesystem::path& p
   return rigid_of({n[4], n[5], n[6], n[7]}, {n[1], n[2], n[3]}, origin, "qx qy qz qw");
 }
 
-/// Do the poses move along their own x, which is ahead of a body, and not along z, which is ahead of a camera?
+/// True if the poses move along their own x, the forward axis of a body, and not along z, that of a camera.
 bool are_of_body(const std::vector<cv::Matx44d>& poses) {
   constexpr double shortest_m{0.1};
   double along_x_m{0};

@@ -7,7 +7,7 @@
 
 namespace stereogrid::io {
 
-/// Where the files of one frame lie in a truth/ folder.
+/// Paths of a frame's files in a truth/ folder.
 struct TruthFiles {
   std::filesystem::path disparity, label, instance, seen_by_both, cells;
 

@@ -13,12 +13,12 @@
 
 namespace stereogrid::mcap {
 
-/// Messages of one type under one name, whoever sent them.
+/// Messages of one type under one name, from any publisher.
 struct Topic {
   std::string name;
   std::string type;                  ///< "sensor_msgs/msg/Image"
   std::string message_encoding;      ///< "cdr"
-  std::string offered_qos_profiles;  ///< of the first who sent; empty: not recorded
+  std::string offered_qos_profiles;  ///< QoS of the first publisher; empty: not recorded
   std::string schema_encoding;       ///< empty: the recording does not describe the type
   std::string schema;
   std::uint64_t message_count{0};
@@ -39,13 +39,13 @@ class STEREOGRID_EXPORT Bag {
   /// In the order of their log times. The bag has to live as long. Throws InputError and DeviceError (the disk),
   /// while reading, too.
   [[nodiscard]] virtual std::unique_ptr<MessageCursor> messages(const Selection& selection) const = 0;
-  /// What could not be read so far, in sentences that name the file.
+  /// Damage found so far, as messages that name the file.
   [[nodiscard]] virtual std::vector<std::string> damage() const = 0;
 };
 
-/// Recognised by what is in it, not by its name. Messages compressed one by one are unpacked as they are read; files
-/// compressed as a whole (rosbag2's compression mode "file", zstd) are unpacked first, into the folder of temporary
-/// files. Throws InputError: no recording; DeviceError: no space.
+/// Recognised by content, not by name. Messages compressed one by one are unpacked as they are read; files compressed
+/// as a whole (rosbag2's compression mode "file", zstd) are unpacked first, into the folder of temporary files. Throws
+/// InputError: no recording; DeviceError: no space.
 [[nodiscard]] STEREOGRID_EXPORT std::unique_ptr<Bag> open_bag(const std::filesystem::path& path);
 
 }  // namespace stereogrid::mcap

@@ -13,12 +13,12 @@
 
 namespace stereogrid::mcap {
 
-/// A reader skips what is larger: a chunk, unpacked or not, or another record.
+/// Size limit of a chunk, unpacked or not, and of other records; larger ones are skipped.
 inline constexpr std::uint64_t largest_chunk_bytes{std::uint64_t{512} << 20};
 /// Chunks whose times overlap are unpacked at the same time; more throws InputError.
 inline constexpr std::uint64_t most_unpacked_bytes{std::uint64_t{1} << 30};
 
-/// What a file declares and holds.
+/// Declarations and message counts of a file.
 struct Contents {
   std::string profile, library;
   std::map<std::uint16_t, Schema> schemas;
@@ -61,9 +61,9 @@ class STEREOGRID_EXPORT StreamReader : public MessageCursor {
   ~StreamReader() override;
 
   const Message* next() override;
-  /// What was declared so far, and of the messages so far.
+  /// Declarations and counts so far.
   [[nodiscard]] const Contents& contents() const;
-  /// So far; after the last message: all of it, how far it got and what was lost.
+  /// Damage so far; complete after the last message.
   [[nodiscard]] const Damage& damage() const;
 
  private:

@@ -14,9 +14,9 @@
 
 namespace stereogrid::mcap {
 
-/// How the messages of a type are described. `data`: in the words of `encoding`, "ros2msg" for ROS 2.
+/// Definition of a message type. `data`: in the language of `encoding`, "ros2msg" for ROS 2.
 struct Schema {
-  std::string name;  ///< of the type, "nav_msgs/msg/OccupancyGrid"
+  std::string name;  ///< type, such as "nav_msgs/msg/OccupancyGrid"
   std::string encoding;
   std::string data;
 
@@ -34,14 +34,14 @@ struct Channel {
 };
 
 struct Message {
-  std::uint16_t channel{0};  ///< of a Reader: the channel's id; of a Bag: index in Bag::topics()
+  std::uint16_t channel{0};  ///< Reader: the channel's id; Bag: index in Bag::topics()
   std::uint32_t sequence{0};
-  std::uint64_t log_time_ns{0};      ///< when it was recorded
-  std::uint64_t publish_time_ns{0};  ///< when it was sent
-  std::span<const std::byte> data;   ///< valid until the next message is asked for
+  std::uint64_t log_time_ns{0};      ///< time of recording
+  std::uint64_t publish_time_ns{0};  ///< time of publication
+  std::span<const std::byte> data;   ///< valid until the next message is read
 };
 
-/// Messages one after the other.
+/// Sequence of messages.
 class STEREOGRID_EXPORT MessageCursor {
  public:
   MessageCursor() = default;
@@ -60,11 +60,11 @@ struct Selection {
   std::uint64_t last_ns{std::numeric_limits<std::uint64_t>::max()};  ///< this one included
 };
 
-/// What could not be read of a file. A reader goes on where it can, and says here what it left out.
+/// Unreadable parts of a file. A reader continues where possible and lists here what it skipped.
 struct Damage {
   std::uint64_t chunks_skipped{0};
   std::uint64_t messages_skipped{0};   ///< whole ones, whose channel is declared nowhere
-  std::vector<std::string> sentences;  ///< what is wrong and where; no more than 20
+  std::vector<std::string> sentences;  ///< damage and its position; 20 at most
 
   [[nodiscard]] bool any() const { return !sentences.empty(); }
 };

@@ -19,10 +19,10 @@ enum class Compression { none, lz4, zstd };
 
 struct WriterOptions {
   Compression compression{Compression::zstd};
-  std::size_t chunk_bytes{std::size_t{1} << 20};  ///< a chunk is written as soon as its messages have as many
-  std::uint64_t chunk_ns{1'000'000'000};  ///< and before a message logged so much later or earlier than its first
+  std::size_t chunk_bytes{std::size_t{1} << 20};  ///< size of the messages at which a chunk is written
+  std::uint64_t chunk_ns{1'000'000'000};          ///< maximum difference of log times within a chunk
   std::string profile{"ros2"};
-  std::string library{"stereogrid"};  ///< who wrote the file
+  std::string library{"stereogrid"};  ///< program that wrote the file
 };
 
 /// Writes an MCAP file from its beginning to its end; a file of this name is replaced. Messages are gathered in chunks,
@@ -54,7 +54,7 @@ class STEREOGRID_EXPORT Writer {
   void write(std::uint16_t channel, std::uint32_t sequence, std::uint64_t log_time_ns, std::uint64_t publish_time_ns,
              std::span<const std::byte> data);
 
-  /// Whatever else there is to say of the recording.
+  /// Writes a metadata record.
   void write_metadata(std::string_view name, const std::map<std::string, std::string>& metadata);
 
   /// Writes the chunk as it is now, so that a crash loses none of it.
@@ -68,7 +68,7 @@ class STEREOGRID_EXPORT Writer {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// What a ROS 2 publisher offers.
+/// QoS of a ROS 2 publisher.
 struct OfferedQos {
   int depth{10};
   bool reliable{true};

@@ -16,7 +16,7 @@ namespace stereogrid::rosbag {
 /// A camera's calibration, and the topic that it came from.
 struct NamedInfo {
   messages::sensor_msgs::CameraInfo message;
-  std::string name;   ///< of the bag and the topic, for complaints
+  std::string name;   ///< bag and topic, for messages
   std::string topic;  ///< for people
 };
 
@@ -25,7 +25,7 @@ struct NamedInfo {
 void add_camera(std::vector<messages::sensor_msgs::CameraInfo>& cameras,
                 const messages::sensor_msgs::CameraInfo& message);
 
-/// What both say of images of this size. Throws InputError: they are not of such a pair.
+/// Calibration from both messages, for images of this size. Throws InputError: not a stereo pair.
 [[nodiscard]] io::Calibration calibration_of(NamedInfo left, NamedInfo right, bool are_rectified, int width_px,
                                              int height_px);
 
@@ -33,7 +33,7 @@ void add_camera(std::vector<messages::sensor_msgs::CameraInfo>& cameras,
 struct DepthInfoTopics {
   std::string images;  ///< beside the images, else beside their depth, else the only one
   std::string depth;
-  std::string right;  ///< of the right camera, whose baseline is that of the depth
+  std::string right;  ///< name of the right camera, whose baseline is that of the depth
 };
 [[nodiscard]] DepthInfoTopics depth_info_topics(const mcap::Topic& images, const mcap::Topic& depth,
                                                 const std::vector<std::string>& there);
@@ -54,9 +54,9 @@ struct DepthInfos {
 [[nodiscard]] io::Calibration calibration_of(DepthInfos infos, const mcap::Topic& images, const ImageTopics& topics,
                                              int width_px, int height_px);
 
-/// What the first CameraInfo of each camera says of images of this size, which are rectified where the topics' names
-/// say so, or where nothing is left to do. Both cameras' messages may be on one topic. Throws InputError: a camera has
-/// none, or it is not of such a pair.
+/// Calibration from the first CameraInfo of each camera, for images of this size. They are rectified if the topics'
+/// names say so, or if rectification would change nothing. Both cameras' messages may be on one topic. Throws
+/// InputError: a camera has none, or they are not of a pair.
 [[nodiscard]] io::Calibration calibration_of(const mcap::Bag& bag, const std::string& name, const ImageTopics& topics,
                                              int width_px, int height_px);
 

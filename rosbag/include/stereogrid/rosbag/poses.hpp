@@ -20,10 +20,10 @@ struct PoseTally {
   std::size_t undecodable{0};        ///< messages that are cut short or of another type
   std::size_t not_finite{0};         ///< NaN or infinity in the position or the orientation
   std::size_t not_unit{0};           ///< quaternions of another length than 1
-  double first_length{0};            ///< of the first of these
+  double first_length{0};            ///< length of the first one
   std::size_t too_far{0};            ///< positions beyond io::largest_position_m
   std::size_t contradicting{0};      ///< another pose has the same stamp
-  std::set<std::string> transforms;  ///< of /tf, between other frames: five at most
+  std::set<std::string> transforms;  ///< transforms on /tf between other frames: five at most
 
   [[nodiscard]] std::size_t dropped() const { return undecodable + not_finite + not_unit + too_far + contradicting; }
   /// "2 of 3 poses are dropped (…)", with the reasons; empty: none.
@@ -43,7 +43,7 @@ struct BagPoses {
   PoseTally tally;
 };
 
-/// Of the first nav_msgs/Odometry by name, else of the transform odom → base_link on /tf.
+/// Poses of the first nav_msgs/Odometry by name, else of the transform odom → base_link on /tf.
 [[nodiscard]] BagPoses poses_of(const mcap::Bag& bag);
 
 }  // namespace stereogrid::rosbag

@@ -11,16 +11,16 @@
 
 namespace stereogrid::rosbag {
 
-/// An .mcap, a .db3, or a folder of them?
+/// True for an .mcap, a .db3, or a folder of them.
 [[nodiscard]] bool is_bag(const std::filesystem::path& path);
 
-/// What the user said about a bag.
+/// Options for a bag, as set by the user.
 struct BagOptions {
   ImageTopics topics;  ///< "": found
   double pair_tolerance_ms{10};
 };
 
-/// Looks through the whole bag, whose path is that of the arguments, for the images of both cameras. Throws InputError.
+/// Searches the whole bag, whose path is that of the arguments, for the images of both cameras. Throws InputError.
 [[nodiscard]] std::unique_ptr<io::Recording> bag_recording(std::unique_ptr<mcap::Bag> bag,
                                                            const io::InputArguments& arguments,
                                                            const BagOptions& options);

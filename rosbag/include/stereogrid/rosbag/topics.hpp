@@ -31,9 +31,9 @@ struct ImageTopics {
 /// Encodings of the first messages (sensor_msgs/Image) by topic.
 using Encodings = std::map<std::string, std::string>;
 
-/// Returns the topics that were asked for, "": found by their names. Pairs come before depth and disparities, these
-/// before a single topic, which is `beside` until its images are seen. `bag`: for complaints. `encodings`: may lack
-/// topics. Throws InputError, which lists the candidates: there is no pair, or more than one camera has one.
+/// Returns the requested topics; "": found by their names. Pairs come before depth and disparities, these before a
+/// single topic, which is `beside` until its images are seen. `bag`: for messages. `encodings`: may lack topics. Throws
+/// InputError, which lists the candidates: there is no pair, or more than one camera has one.
 [[nodiscard]] ImageTopics choose_image_topics(const std::string& bag, const std::vector<mcap::Topic>& topics,
                                               const ImageTopics& asked, const Encodings& encodings = {});
 
@@ -48,12 +48,12 @@ using Encodings = std::map<std::string, std::string>;
 /// The right camera's topic by the name of the left camera's; empty: the name has no side.
 [[nodiscard]] std::string right_name_of(const std::string& left);
 
-/// Where the camera's calibration is: beside the images.
+/// CameraInfo topic of a camera, beside its images.
 [[nodiscard]] std::string info_topic_of(const mcap::Topic& images);
 /// The one of these topics of CameraInfo that is called after the images (image_left: camera_info_left; left:
 /// left_info, left/camera_info), else that beside them, which may not be there.
 [[nodiscard]] std::string info_topic_of(const mcap::Topic& images, const std::vector<std::string>& there);
-/// Does the name say that the images are rectified?
+/// True if the topic's name says that the images are rectified.
 [[nodiscard]] bool is_rectified(const mcap::Topic& images);
 [[nodiscard]] bool is_compressed(const mcap::Topic& images);
 

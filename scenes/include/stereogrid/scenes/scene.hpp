@@ -38,15 +38,15 @@ struct SceneOptions {
   double roll_noise_rad{0};
   double height_noise_m{0};
   // Scenes of uneven ground: "pallet", "step", "table", "terrain" and "course". 0: default of the scene or the kind.
-  std::string kind{"flat"};  ///< of "terrain": terrain_kinds(), or "random"
+  std::string kind{"flat"};  ///< kind of "terrain": terrain_kinds(), or "random"
   double edge_m{0};          ///< distance from the vehicle to the obstacle or edge in the last frame
   double rise_m{0};          ///< height of the obstacle or of the ground beyond the edge; negative: it falls
   double incline_deg{90};    ///< slope of a "step"; 90: vertical
-  double slope_deg{0};       ///< of the ground; negative: it falls
+  double slope_deg{0};       ///< slope of the ground; negative: falling
   double span_m{0};          ///< length of the feature in driving direction
   int steps{0};              ///< steps that the rise is divided into
   double skew_deg{0};        ///< heading of the vehicle against the normal of an edge
-  double speed_mps{-1};      ///< of "terrain" and "course"; negative: default of the scene
+  double speed_mps{-1};      ///< speed in "terrain" and "course"; negative: default of the scene
 };
 
 /// The built-in scenes, in alphabetical order.

@@ -12,9 +12,9 @@
 
 namespace stereogrid::io {
 
-/// What a run that was stopped goes on from: what pipeline and odometry remembered after a frame.
+/// State of a stopped run: that of pipeline and odometry after a frame.
 struct Checkpoint {
-  std::size_t index{0};  ///< of the frame, in the input
+  std::size_t index{0};  ///< index of the frame in the input
   std::vector<std::byte> pipeline;
   std::optional<OdometryState> odometry;  ///< none: the poses came with the input
 };

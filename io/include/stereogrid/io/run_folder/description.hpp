@@ -19,24 +19,24 @@ struct FrameRange {
   std::size_t end{0};
 };
 
-/// How many multiples of `every` there are from `first` to `last`, both included.
+/// Number of multiples of `every` from `first` to `last`, both included.
 [[nodiscard]] constexpr std::size_t multiples_between(std::size_t first, std::size_t last, std::size_t every) {
   return last < first ? 0 : last / every + 1 - (first + every - 1) / every;
 }
 
-/// What a run is made from.
+/// Input of a run.
 struct RunInput {
   std::string kind;  ///< "scene": a built-in one
   std::vector<std::string> paths;
-  std::string poses;        ///< of a recording: the file, "odometry", "": none; of a scene: as asked for
+  std::string poses;        ///< recordings: the file, "odometry", "": none; scenes: as requested
   std::string calibration;  ///< the file; of recordings only, as what follows
   std::string disparities;  ///< "": none were given
   std::string mask{};       ///< the file, of scenes, too; "": none
 };
 
-/// What is known of a run before its first frame.
+/// Description of a run before its first frame.
 struct RunDescription {
-  // A run that goes on must have these in common with its beginning: they decide about the results.
+  // Settings that affect the results; a resumed run must have the same ones.
   std::string preset;
   Config config;  ///< resolved
   RunInput input;
@@ -45,7 +45,7 @@ struct RunDescription {
   std::string fuse_source;
   std::string device;
   Rig rig;
-  GridGeometry grid;        ///< of the vehicle-frame arrays
+  GridGeometry grid;        ///< grid of the vehicle-frame arrays
   GridGeometry world_grid;  ///< its origin moves
   // These may differ, but for the first frame.
   std::string simd_target;

@@ -37,12 +37,12 @@ class STEREOGRID_EXPORT RunReader {
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
   [[nodiscard]] const GridGeometry& grid() const { return grid_; }
   [[nodiscard]] const std::vector<RunFrame>& frames() const { return frames_; }
-  /// What the run was made from.
+  /// Input of the run.
   [[nodiscard]] const RunInput& input() const { return input_; }
   /// As given: of the calibration.
   [[nodiscard]] const Rig& rig() const { return rig_; }
-  /// As it was mounted in a frame, by what the run has found out: of frames in which the road was not known what was
-  /// known of it next.
+  /// Rig with the extrinsics of a frame, as estimated by the run. Frames without a ground plane have those of the next
+  /// frame that has one.
   [[nodiscard]] Rig rig_of(const RunFrame& frame) const;
   /// "default" and so on.
   [[nodiscard]] const std::string& preset() const { return preset_; }
@@ -61,7 +61,7 @@ class STEREOGRID_EXPORT RunReader {
 
   std::filesystem::path folder_;
   GridGeometry grid_;
-  double world_cell_size_m_{0};  // 0: not known
+  double world_cell_size_m_{0};  // 0: unknown
   Rig rig_;
   RunInput input_;
   std::string preset_;

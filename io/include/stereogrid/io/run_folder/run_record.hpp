@@ -43,8 +43,7 @@ class STEREOGRID_EXPORT RunRecord {
   void add_frame(FrameSummary frame) { finished_.push_back(std::move(frame)); }
   /// Goes where its index belongs.
   void add_skipped(SkippedFrame frame);
-  /// Frames from there on go through the pipeline again: what was skipped of them, and is not before the last finished
-  /// one, is found out anew.
+  /// Continues from a frame: later frames are processed again, and their skipped frames are recorded again.
   void go_on_from(std::size_t index);
   /// Sets Pipeline::next_rig() after the last frame. Default: the description's rig.
   void set_rig(const Rig& mounted) { mounted_rig_ = mounted; }
@@ -57,7 +56,7 @@ class STEREOGRID_EXPORT RunRecord {
   [[nodiscard]] const std::vector<FrameSummary>& finished() const { return finished_; }
   [[nodiscard]] const std::vector<SkippedFrame>& skipped() const { return skipped_; }
   [[nodiscard]] bool is_skipped(std::size_t index) const;
-  /// Is the frame one of those that are written (RunDescription::every)?
+  /// True if the frame is one of those that are written (RunDescription::every).
   [[nodiscard]] bool is_written(std::size_t index) const { return index % run_.every == 0; }
   /// Number of frames that the run writes where none is skipped.
   [[nodiscard]] std::size_t frames_to_write() const {
@@ -65,7 +64,7 @@ class STEREOGRID_EXPORT RunRecord {
   }
   /// Before the last finished frame: those that are written, but neither are finished nor known to be skipped.
   [[nodiscard]] std::vector<std::size_t> unaccounted() const;
-  /// How many of the finished frames carry a flag.
+  /// Number of finished frames with a flag.
   [[nodiscard]] std::size_t frames_with(FrameStatus flag) const;
   [[nodiscard]] Percentiles timing(double StageTimes::*stage) const;
 

@@ -40,7 +40,7 @@ cv::Matx44d transform_of(const YamlGroup& camera, const char* key) {
   return rigid_of(camera.numbers(key, 16), camera, key);
 }
 
-/// Poses of both cameras on an IMU, where they are there, tell which way T_cn_cnm1 goes.
+/// Tests the direction of T_cn_cnm1 with the poses of both cameras on an IMU, if present.
 bool contradicts_imu(const cv::Matx44d& cam1_from_cam0, const YamlGroup& cam0, const YamlGroup& cam1) {
   if (!cam0.has("T_cam_imu") || !cam1.has("T_cam_imu")) return false;
   const cv::Matx44d expected{transform_of(cam1, "T_cam_imu") * inverse(transform_of(cam0, "T_cam_imu"))};
@@ -49,7 +49,7 @@ bool contradicts_imu(const cv::Matx44d& cam1_from_cam0, const YamlGroup& cam0, c
   return as_inverse < 0.1 * off(cam1_from_cam0) && as_inverse < 0.05;
 }
 
-/// Names of topics tell, too.
+/// Tests the direction with the names of topics.
 bool contradicts_topics(bool is_cam0_left, const YamlGroup& cam0, const YamlGroup& cam1) {
   if (!cam0.has("rostopic") || !cam1.has("rostopic")) return false;
   const auto says{[](const YamlGroup& camera, const char* side) {

@@ -7,7 +7,7 @@ namespace stereogrid::io {
 
 Calibration read_middlebury_calibration(const YamlGroup& root, const CalibrationRequest& request) {
   constexpr double mm{1e-3};
-  constexpr double shortest_mm{1};  // what is less is in metres
+  constexpr double shortest_mm{1};  // smaller values are in metres
   const CameraModel left{camera_of(root.numbers("cam0", 9), root, "cam0")};
   CameraModel right{root.has("cam1") ? camera_of(root.numbers("cam1", 9), root, "cam1") : left};
   if (root.has("doffs")) right.centre_u_px = left.centre_u_px + root.number("doffs");

@@ -131,7 +131,7 @@ OpencvParts opencv_parts(const YamlGroup& root) {
   const bool has_both{sides_of(file, matrix_names) != nullptr || sides_of(file, fx_names) != nullptr};
   const bool has_transform{has(file, rotation_names) && has(file, translation_names)};
   const bool has_baseline{has(file, baseline_names) && (has_both || has(file, fx_names))};
-  const bool is_half{has(file, rotation_names) || has(file, translation_names)};  // of two files
+  const bool is_half{has(file, rotation_names) || has(file, translation_names)};  // one of two files
   const bool has_projections{sides_of(file, projection_names) != nullptr || has(file, reprojection_names)};
   return {has_both || has_baseline, has_transform || has_baseline, has_projections && !is_half};
 }

@@ -18,7 +18,7 @@ std::string type_of(const YamlGroup& root) {
   return root.has("Camera.type") ? root.word("Camera.type") : "PinHole";
 }
 
-/// Of the keys Camera.fx, Camera1.fx or Camera2.fx and so on.
+/// Camera with the keys Camera.fx, Camera1.fx or Camera2.fx and so on.
 CameraModel camera_of(const YamlGroup& root, const std::string& name) {
   const auto number{[&](const char* key) { return root.number((name + "." + key).c_str()); }};
   const auto has{[&](const char* key) { return root.has((name + "." + key).c_str()); }};

@@ -25,13 +25,13 @@ std::array<double, size> array_of(const std::vector<double>& numbers) {
   return array;
 }
 
-/// Of rectified images the projection alone is needed.
+/// Rectified images need the projection alone.
 RosCamera camera_of(const YamlGroup& file, bool are_rectified) {
   RosCamera camera;
   camera.width_px = file.pixels("image_width");
   camera.height_px = file.pixels("image_height");
   if (!file.has("projection_matrix")) {
-    file.fail("has no 'projection_matrix': it is of one camera that knows of no other.", calibrate_together);
+    file.fail("has no 'projection_matrix': it is of a single camera.", calibrate_together);
   }
   camera.p = array_of<12>(file.matrix("projection_matrix", 3, 4));
   if (are_rectified) return camera;
@@ -42,7 +42,7 @@ RosCamera camera_of(const YamlGroup& file, bool are_rectified) {
   return camera;
 }
 
-/// Is it the same whether the images are raw or rectified?
+/// True if raw and rectified images are the same.
 bool is_of_both(const Calibration& calibration, const std::array<double, 12>& p) {
   const Rig& rig{calibration.rig};
   return !calibration.raw && std::abs(rig.focal_px - p[0]) <= 0.01 && std::abs(rig.centre_u_px - p[2]) <= 0.01 &&

@@ -1,0 +1,100 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+"""Writes the generated parts of README.md: snippets from example files and the table of measured figures.
+
+readme.py            writes README.md
+readme.py --check    exit status 1 if README.md differs from the sources
+readme.py --figures  renders the figures in docs/pictures; needs the release build (with tests) and ffmpeg
+"""
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+import results  # noqa: E402
+
+ROOT = Path(__file__).resolve().parents[1]
+README = ROOT / "README.md"
+# text of the first column, measurement, title of its table ("": any), first cells of the row, columns with their units
+MEASURED = (
+    ("Occupancy against lidar, KITTI odometry 04, filtered", "lidar-default", "grids", ("kitti_odo04", "21", "occupancy"),
+     {"AUC": "AUC {}", "log-loss": "log-loss {}"}),
+    ("Hidden obstacles found at 1 % false alarms, KITTI raw 0009: this library", "other-methods", "raw 0009",
+     ("`observed`",), {"hidden: recall at 1 %": "{}"}),
+    ("… ray casting on the same disparities", "other-methods", "raw 0009", ("`ray_casting`",), {"hidden: recall at 1 %": "{}"}),
+    ("Moving objects, rendered crossing", "exact-truth", "motion", ("B-crossing",),
+     {"found": "found {}", "speed error, m/s": "speed error {} m/s", "direction error, °": "direction error {}°"}),
+    ("Visual odometry, drift over KITTI odometry 04 (41 frames)", "odometry", "", ("kitti_odo04",), {"error at the end, %": "{} %"}),
+    ("`stereogrid run`, KITTI 1226 × 370 px, two cores, images and grids on disk", "run", "", ("all layers", "400"),
+     {"frames a second": "{} frames/s"}),
+    ("Pipeline alone, 512 × 320 px", "chain", "", ("default",), {"total": "{} ms per frame (least / median)"}),
+)
+
+
+def figure_row(label: str, name: str, title: str, first: tuple[str, ...], columns: dict[str, str]) -> str:
+    measurement = results.load(results.FOLDER / f"{name}.json")
+    for table in measurement["tables"]:
+        if title not in table["title"] or not columns.keys() <= set(table["columns"]):
+            continue
+        for row in table["rows"]:
+            cells = tuple(map(results.cell_text, row))
+            if cells[:len(first)] == first:
+                values = ", ".join(form.format(cells[table["columns"].index(column)]) for column, form in columns.items())
+                mark = "".join(f" ({note.split(' (')[0].removeprefix('Measured ').rstrip('.')})" for note in measurement.get("notes", [])
+                               if note.startswith("Measured before"))
+                return f"| {label} | {values} | {measurement['machine']} | {measurement['date']}{mark} |"
+    raise ValueError(f"bench/results/{name}.json: no row {first} with columns {list(columns)}. Correct MEASURED in scripts/readme.py.")
+
+
+def measured() -> str:
+    rows = [figure_row(*entry) for entry in MEASURED]
+    return "\n".join(["| measured | value | processor | date |", "| --- | --- | --- | --- |", *rows])
+
+
+def snippet(name: str) -> str:
+    """Body of an example file, without licence lines and the comment or docstring at its top."""
+    text = (ROOT / name).read_text(encoding="utf-8")
+    body = re.sub(r'\A(?:(?://|#(?!include)).*\n)*(?:"""[^"]*"""\n)?', "", text)
+    return f"```{'python' if name.endswith('.py') else 'cpp'}\n{body.strip()}\n```"
+
+
+def generated(readme: str) -> str:
+    readme = re.sub(r"(<!-- snippet (\S+) -->\n)```.*?^```", lambda match: match[1] + snippet(match[2]), readme, flags=re.DOTALL | re.MULTILINE)
+    return re.sub(r"(<!-- measured -->\n)(?:\|.*\n)*", lambda match: match[1] + measured() + "\n", readme)
+
+
+def render_figures() -> None:
+    """Camera and grid of a crossing; grids of this library and of other methods behind an obstacle."""
+    programs = ROOT / "build" / "release" / "bin"
+    with tempfile.TemporaryDirectory() as folder:
+        size = "width=1242&height=375"
+        subprocess.run([programs / "stereogrid", "run", f"scene:crossing?frames=20&{size}", "--out", f"{folder}/run", "--pictures", "-q"],
+                       check=True)
+        subprocess.run([programs / "stereogrid-compare", f"scene:occlusion?frames=8&{size}", "--pictures", f"{folder}/compared", "-q",
+                        "--only", "observed,nearest_obstacle,free_space,ray_casting"], check=True)
+        for source, target in (("run/pictures/000014.png", "crossing"), ("compared/000006.png", "hidden")):
+            subprocess.run(["ffmpeg", "-loglevel", "error", "-y", "-i", f"{folder}/{source}", "-vf", "scale=1500:-1:flags=area",
+                            "-quality", "80", ROOT / "docs" / "pictures" / f"{target}.webp"], check=True)
+
+
+def main() -> int:
+    if sys.argv[1:] == ["--figures"]:
+        render_figures()
+        return 0
+    if sys.argv[1:] not in ([], ["--check"]):
+        print(__doc__, file=sys.stderr)
+        return 64
+    present = README.read_text(encoding="utf-8")
+    if sys.argv[1:] == []:
+        README.write_text(generated(present), encoding="utf-8")
+    elif present != generated(present):
+        print("README.md differs from its sources (examples, bench/results). Run scripts/readme.py.", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

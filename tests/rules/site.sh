@@ -1,0 +1,16 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# Usage: site.sh VENV
+#
+# Builds the documentation site; every warning, such as a broken link, is an error. Exit status 77: mkdocs is missing.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+mkdocs=$1/bin/mkdocs
+[ -x "$mkdocs" ] || mkdocs=$(command -v mkdocs) || { echo "mkdocs is missing: not tested. Run scripts/install-dependencies.sh --python." >&2; exit 77; }
+site=$(mktemp -d)
+trap 'rm -rf "$site"' EXIT
+NO_MKDOCS_2_WARNING=1 "$mkdocs" build --strict --config-file "$root/mkdocs.yml" --site-dir "$site"
+[ -f "$site/concepts/index.html" ]
