@@ -8,9 +8,14 @@
 
 #include "stereogrid/export.hpp"
 #include "stereogrid/image.hpp"
+#include "stereogrid/io/file.hpp"
 #include "stereogrid/pixel_view.hpp"
 
 namespace stereogrid::io {
+
+/// Largest image that is read, far above any stereo camera's: what a few bytes declare must not fill the memory.
+inline constexpr int largest_side_px{32768};
+inline constexpr std::uint64_t most_pixels{largest_bytes::image / 8};
 
 /// An interleaved 8-bit colour image: `pixels` is 3·width wide, R G B R G B …
 struct RgbImage {
