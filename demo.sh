@@ -20,7 +20,10 @@ tool=$build/bin/stereogrid
 # what the preset "release" does, spelt out because Ubuntu 22.04's CMake is older than presets of this kind
 cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
   --log-level=WARNING
-cmake --build "$build" --target stereogrid_tool
+targets=(stereogrid_tool)
+# what --ros2 loads, where there is Cyclone DDS
+! cmake --build "$build" --target help | grep -q '^stereogrid_dds:' || targets+=(stereogrid_dds)
+cmake --build "$build" --target "${targets[@]}"
 
 if [ $# -eq 0 ]; then
   name=street
