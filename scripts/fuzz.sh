@@ -5,7 +5,7 @@
 # Usage: scripts/fuzz.sh [SECONDS [NAME…]]
 #
 # Gives every fuzzer (or those named, as in tests/fuzz/corpus/NAME) its share of SECONDS, an hour by default, as many at
-# a time as there are processors; the pipeline's gets two shares. Begins where the last run ended: what was worth keeping
+# a time as there are processors; the pipeline's gets two shares. An input that takes 10 s or 2 GB is a finding. Begins where the last run ended: what was worth keeping
 # is in build/fuzz/corpus. Findings go to build/fuzz/findings; exit status 1 where there are any.
 set -euo pipefail
 
@@ -46,7 +46,7 @@ fuzz() { # fuzz NAME
   mkdir -p "build/fuzz/corpus/$name"
   local folders=("build/fuzz/corpus/$name" "tests/fuzz/corpus/$name")
   [ ! -d "tests/fuzz/regressions/$name" ] || folders+=("tests/fuzz/regressions/$name")
-  "build/fuzz/bin/${name}_fuzzer" -max_total_time="$seconds" -timeout=25 -rss_limit_mb=2048 -print_final_stats=1 \
+  "build/fuzz/bin/${name}_fuzzer" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -malloc_limit_mb=2048 -print_final_stats=1 \
     -artifact_prefix="build/fuzz/findings/$name-" "${options[@]}" "${folders[@]}" >"$log" 2>&1 || status=$?
   local executions coverage
   executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")
