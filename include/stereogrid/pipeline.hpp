@@ -62,7 +62,8 @@ struct MemoryUse {
 /// Stereo frames in, occupancy grids out (T-ITS 2012, with the Bayesian Occupancy Filter and obstacle tracks behind
 /// it).
 ///
-/// Not thread-safe: one pipeline serves one camera, one frame after the other. One that has been moved from can only be
+/// Not thread-safe: one pipeline serves one camera, one frame after the other. process(), reset(), save_state() and
+/// load_state() throw std::logic_error while another thread is in one of them. One that has been moved from can only be
 /// assigned to or destroyed; its methods throw std::logic_error.
 class STEREOGRID_EXPORT Pipeline {
  public:

@@ -40,12 +40,15 @@ struct PixelView {
   int bits{16};  ///< of grey16: how many of a sample's lower bits carry the picture, 8 … 16; a sensor may have 10 or 12
 };
 
+/// Throws InputError: a size below 0, no data, rows that overlap or reach beyond any memory, no such format, `bits`
+/// outside 8 … 16.
+STEREOGRID_EXPORT void check(const PixelView& pixels);
+
 /// Writes the pixels to `grey`, whose memory is used again where it has their size: nothing is allocated then. grey8 is
 /// copied; of grey16 the upper 8 of its `bits` are taken, and brighter values saturate; colour becomes luma with the
 /// weights and the rounding of OpenCV's cvtColor (0.299 R + 0.587 G + 0.114 B). Alpha is ignored.
 ///
-/// Throws InputError: a size below 0, no data, rows that overlap, no such format, `bits` outside 8 … 16; `grey` is then
-/// as it was.
+/// Throws InputError as check(); `grey` is then as it was.
 STEREOGRID_EXPORT void assign(Image<std::uint8_t>& grey, const PixelView& pixels);
 
 }  // namespace stereogrid

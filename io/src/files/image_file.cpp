@@ -89,6 +89,7 @@ int sample_bits(const std::filesystem::path& path) {
 }
 
 int sample_bits(const PixelView& image) {
+  check(image);
   if (image.format != PixelFormat::grey16 || image.data == nullptr) return 8;
   const auto* const first{static_cast<const std::byte*>(image.data)};
   const auto width{static_cast<std::size_t>(image.width_px)};
