@@ -63,11 +63,12 @@ inline constexpr double kitti_camera_height_m{1.64};
 [[nodiscard]] STEREOGRID_EXPORT Labels truth_labels(const FrameTruth& truth, const TruthGrid& truth_grid,
                                                     const Rig& rig, const GridGeometry& grid);
 
-/// Where cell (0, 0) of `truth` lies in the cells of `grid`. Throws InputError as truth_labels.
+/// Cell of a grid in which cell (0, 0) of a truth grid lies.
 struct CellShift {
   int x{0};
   int y{0};
 };
+/// Throws InputError: other cell sizes, or origins that are no whole number of cells apart.
 [[nodiscard]] STEREOGRID_EXPORT CellShift shift_between(const GridGeometry& grid, const GridGeometry& truth);
 
 }  // namespace stereogrid::evaluation
