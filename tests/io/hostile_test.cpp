@@ -132,6 +132,10 @@ TEST_F(Hostile, DisparitiesThatDeclareAbsurdSizes) {
           {"f.tif", "tag 256"});
   refused(read_disparities, "g.tif", tiff(sides + "\x42\x01\x04\0\x01\0\0\0\0\0\x01\0"s), {"g.tif", "65536 × 1 px"});
   refused(read_disparities, "h.tif", tiff(sides + "\x15\x01\x03\0\x01\0\0\0\x09\0\0\0"s), {"h.tif", "9 samples"});
+  const std::string many{"\x00\x01\x03\0\x01\0\0\0\0\x1f\0\0\x01\x01\x03\0\x01\0\0\0\0\x1f\0\0"s};  // 7936 × 7936 px
+  refused(read_disparities, "i.tif",
+          tiff(many + "\x02\x01\x03\0\x01\0\0\0\x40\0\0\0\x15\x01\x03\0\x01\0\0\0\x03\0\0\0"s),
+          {"i.tif", "3 samples with 64 bits, more than 512 MiB"});
   refused(read_disparities, "d.tif", "MM\0+\0\x08\0\0\xff\xff\xff\xff\xff\xff\xff\xff"s, {"d.tif", "no pixels"});
   std::string npy{"\x93NUMPY\x01\0\x56\0{'descr': '<f4', 'fortran_order': False, 'shape': (0, 9999999999999), }"s};
   npy.resize(10 + 0x56, ' ');

@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
 #include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/text.hpp"
 
@@ -207,13 +208,20 @@ void check_tiff_size(const std::string& file, std::string_view bytes) {
   const auto entry{[&](std::uint64_t i) { return directory + (big ? 8 + 20 * i : 2 + 12 * i); }};
   std::uint64_t width{0};
   std::uint64_t height{0};
+  std::uint64_t bits{8};
+  std::uint64_t samples{1};
   std::uint64_t tile_width{1};
   std::uint64_t tile_height{1};
   for (std::uint64_t i{0}; i < entries && entry(i) < bytes.size(); ++i) {
     constexpr std::uint64_t type_short{3}, type_long{4}, type_long8{16};
-    constexpr std::uint64_t tag_width{256}, tag_height{257}, tag_samples{277}, tag_tile_width{322},
+    constexpr std::uint64_t tag_width{256}, tag_height{257}, tag_bits{258}, tag_samples{277}, tag_tile_width{322},
         tag_tile_height{323};
     const std::uint64_t tag{numbers.at(entry(i), 2)};
+    if (tag == tag_bits) {  // of every sample: from the third one on they stand elsewhere
+      const std::uint64_t place{entry(i) + (big ? 12 : 8)};
+      const bool is_here{numbers.at(entry(i) + 4, big ? 8 : 4) <= (big ? 4 : 2)};
+      bits = std::max(bits, numbers.at(is_here ? place : numbers.at(place, big ? 8 : 4), 2));
+    }
     if (tag != tag_width && tag != tag_height && tag != tag_samples && tag != tag_tile_width &&
         tag != tag_tile_height) {
       continue;
@@ -231,9 +239,14 @@ void check_tiff_size(const std::string& file, std::string_view bytes) {
     if (tag == tag_tile_width) tile_width = std::max(tile_width, value);
     if (tag == tag_tile_height) tile_height = std::max(tile_height, value);
     if (tag == tag_samples && value > 4) fail(file, fmt::format("has {} samples a pixel (allowed: 1 to 4).", value));
+    if (tag == tag_samples) samples = std::max(samples, value);
   }
   check_size(file, width, height);
   check_size(file, tile_width, tile_height);
+  if (width * height * samples * bits / 8 > largest_bytes::image) {
+    fail(file,
+         fmt::format("has {} × {} px of {} samples with {} bits, more than 512 MiB.", width, height, samples, bits));
+  }
 }
 
 std::string checked_image_bytes(const std::string& file, std::string bytes) {
