@@ -40,6 +40,17 @@ TEST(Tracker, MotionTakesSeveralFramesOfEvidence) {
   EXPECT_EQ(report_of(tracker)[0].kind, ObstacleKind::extended);
 }
 
+// Sides that are surely seen err by 0.2 m all the same, alike from frame to frame.
+TEST(Tracker, APlaceErrsByTwentyCentimetresAFrame) {
+  GroundSeenFree world;
+  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+  constexpr int frames{40};
+  for (int step{0}; step < frames; ++step) update(tracker, world, {blob_at(3, 0)}, 0);
+  const double of_a_frame_m{std::sqrt(frames * report_of(tracker).at(0).position_covariance.xx)};
+  EXPECT_GT(of_a_frame_m, 0.2);
+  EXPECT_LT(of_a_frame_m, 0.3);
+}
+
 // With a tree above it, velocities of points say nothing.
 TEST(Tracker, ATallThingEarnsNoMotion) {
   for (const auto& [height_m, moves] : {std::pair{4.0, true}, {4.4, false}, {6.0, false}}) {
