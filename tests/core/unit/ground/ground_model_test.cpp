@@ -150,6 +150,21 @@ TEST(GroundModel, GroundLiesElsewhereWhereAQuarterMoreOfItDoes) {
   EXPECT_TRUE(lies_elsewhere(0, ground_samples_min));
 }
 
+TEST(GroundModel, NumbersChangeWithTheGroundAsThePlaneDoes) {
+  const Rig rig{small_kitti_rig()};
+  const Ground ground{1.6, 0.02, -0.01, true};
+  const Matrix3 slopes{numbers_by_ground(rig, ground)};
+  constexpr double step{1e-6};
+  for (int k{0}; k < 3; ++k) {
+    Ground moved{ground};
+    (k == 0 ? moved.height_m : k == 1 ? moved.pitch_rad : moved.roll_rad) += step;
+    const Vector3 change{numbers_of(road_plane(rig, moved)) - numbers_of(road_plane(rig, ground))};
+    for (int i{0}; i < 3; ++i) {
+      EXPECT_NEAR(slopes[i][k], change[i] / step, 1e-3 * std::max(1.0, std::abs(slopes[i][k]))) << i << " " << k;
+    }
+  }
+}
+
 TEST(GroundModel, HorizonIsWhereTheRoadEnds) {
   const Rig rig{small_kitti_rig()};
   for (const double pitch_rad : {-0.04, 0.0, 0.05}) {

@@ -66,6 +66,16 @@ TEST(Tracker, IdsLiveThroughMerges) {
   }
 }
 
+TEST(Bounds, GapIsTheShortestWayBetweenThem) {
+  const Bounds one{{0, 0}, {1, 2}};
+  const Bounds beyond{{4, 6}, {5, 7}};
+  EXPECT_DOUBLE_EQ(one.gap_to(beyond, {}), 5) << "3 m and 4 m";
+  EXPECT_DOUBLE_EQ(beyond.gap_to(one, {}), 5);
+  EXPECT_DOUBLE_EQ(one.gap_to(beyond, {3, 0}), 4);
+  EXPECT_DOUBLE_EQ(one.gap_to(beyond, {0, 4}), 3);
+  EXPECT_DOUBLE_EQ(one.gap_to({{0.5, 1}, {9, 9}}, {}), 0) << "they overlap";
+}
+
 // Beyond four standard deviations of both velocities it is another thing.
 TEST(Tracker, WhatIsSurelyFasterIsAnotherTrack) {
   for (const auto& [sigmas, is_same] : {std::pair{3.0, true}, {5.0, false}}) {
