@@ -20,7 +20,10 @@ tool=$build/bin/stereogrid
 # options of the preset "release", spelt out because the CMake of Ubuntu 22.04 does not support such presets
 cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
   --log-level=WARNING
-cmake --build "$build" --target stereogrid_tool
+targets=(stereogrid_tool)
+# what --ros2 loads, where there is Cyclone DDS
+! cmake --build "$build" --target help | grep -q '^stereogrid_dds:' || targets+=(stereogrid_dds)
+cmake --build "$build" --target "${targets[@]}"
 
 if [ $# -eq 0 ]; then
   name=street

@@ -35,6 +35,15 @@ target_compile_options(
 if(STEREOGRID_WERROR)
   target_compile_options(stereogrid_compiler INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Werror>)
 endif()
+if(STEREOGRID_HARDENING
+   AND PROJECT_IS_TOP_LEVEL
+   AND CMAKE_BUILD_TYPE MATCHES "^Rel"
+   AND NOT STEREOGRID_SANITIZE)
+  add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-fstack-protector-strong>
+                      "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=2>"
+                      $<$<COMPILE_LANGUAGE:CXX>:-ffile-prefix-map=${PROJECT_SOURCE_DIR}=.>)
+  add_link_options(LINKER:-z,relro,-z,now)
+endif()
 if(STEREOGRID_SANITIZE)
   add_compile_options(-fsanitize=${STEREOGRID_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${STEREOGRID_SANITIZE})

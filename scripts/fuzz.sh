@@ -5,8 +5,8 @@
 # Usage: scripts/fuzz.sh [SECONDS [NAME…]]
 #
 # Gives every fuzzer (or those named, as in tests/fuzz/corpus/NAME) its share of SECONDS, an hour by default, as many at
-# a time as there are processors; the pipeline's gets two shares. Continues from the last run's corpus in
-# build/fuzz/corpus. Findings go to build/fuzz/findings; exit status 1 where there are any.
+# a time as there are processors; the pipeline's gets two shares. An input that takes 10 s or 2 GB is a finding. Continues
+# from the last run's corpus in build/fuzz/corpus. Findings go to build/fuzz/findings; exit status 1 where there are any.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -46,7 +46,7 @@ fuzz() { # fuzz NAME
   mkdir -p "build/fuzz/corpus/$name"
   local folders=("build/fuzz/corpus/$name" "tests/fuzz/corpus/$name")
   [ ! -d "tests/fuzz/regressions/$name" ] || folders+=("tests/fuzz/regressions/$name")
-  "build/fuzz/bin/${name}_fuzzer" -max_total_time="$seconds" -timeout=25 -rss_limit_mb=2048 -print_final_stats=1 \
+  "build/fuzz/bin/${name}_fuzzer" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -malloc_limit_mb=2048 -print_final_stats=1 \
     -artifact_prefix="build/fuzz/findings/$name-" "${options[@]}" "${folders[@]}" >"$log" 2>&1 || status=$?
   local executions coverage
   executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")

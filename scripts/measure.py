@@ -57,9 +57,21 @@ def tables_of(markdown: str) -> list:
     return tables
 
 
-def machine() -> str:
-    models = re.findall(r"^model name\s*: (.+)$", Path("/proc/cpuinfo").read_text(encoding="utf-8"), re.MULTILINE)
-    return f"{len(os.sched_getaffinity(0))} cores, {models[0] if models else 'unknown processor'}"
+# of Highway's targets on x86, best first, the flags of /proc/cpuinfo that each needs
+SIMD_TARGETS = {"AVX3_DL": ("avx512_vbmi2", "avx512_vnni", "vaes"), "AVX3": ("avx512f", "avx512bw", "avx512dq", "avx512vl"),
+                "AVX2": ("avx2", "fma", "bmi2"), "SSE4": ("sse4_1",), "SSSE3": ("ssse3",)}
+
+
+def machine(cpuinfo: str, cores: int) -> str:
+    """Cores, processor with family, model and stepping, and the instructions that decide on speed: one name may stand
+    for processors of which one takes twice as long."""
+    def field(name: str) -> str:
+        found = re.search(rf"^{name}\s*: (.+)$", cpuinfo, re.MULTILINE)
+        return found[1] if found else "unknown"
+    flags = set(field("flags").split())
+    target = next((name for name, needed in SIMD_TARGETS.items() if flags.issuperset(needed)), "unknown")
+    return (f"{cores} cores, {field('model name')}, family {field('cpu family')}, model {field('model')}, "
+            f"stepping {field('stepping')}, SIMD {target}")
 
 
 def git(*arguments: str) -> str:
@@ -67,9 +79,10 @@ def git(*arguments: str) -> str:
 
 
 def commit() -> str:
-    """Commit of the sources, with a plus if tracked files have been changed since."""
+    """Commit of the sources; empty: tracked files differ from it, except the figures themselves."""
     head = git("rev-parse", "--short", "HEAD").strip()
-    return head + ("+" if git("status", "--porcelain", "--untracked-files=no") else "") if head else "unknown"
+    changed = git("status", "--porcelain", "--untracked-files=no", "--", ".", ":!bench/results", ":!docs/results.md")
+    return "" if changed else head or "unknown"
 
 
 def shown(command: list) -> str:
@@ -101,13 +114,18 @@ def main() -> int:
         if not measurement[text]:
             print(f"{path.name} is new: give --{text}.", file=sys.stderr)
             return 64
+    measured = commit()
+    if not measured:
+        print("The working tree has changes that are not committed. Commit them, then measure.", file=sys.stderr)
+        return 64
     run = subprocess.run(given.command, stdout=subprocess.PIPE, text=True, check=False)
     print(run.stdout, end="")
     tables = tables_of(run.stdout)
     if run.returncode != 0 or not tables:
         print(f"Exit status {run.returncode}, {len(tables)} tables: nothing is kept.", file=sys.stderr)
         return 1
-    measurement |= {"date": datetime.date.today().isoformat(), "commit": commit(), "machine": machine(),
+    measurement |= {"date": datetime.date.today().isoformat(), "commit": measured,
+                    "machine": machine(Path("/proc/cpuinfo").read_text("utf-8"), len(os.sched_getaffinity(0))),
                     "command": shown(given.command), "tables": tables, "notes": []}
     path.write_text(results.dump(measurement), encoding="utf-8")
     results.write_page()

@@ -5,17 +5,11 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 
 #include "stereogrid/error.hpp"
 
 namespace stereogrid {
-namespace {
-
-// Luma in 1/2¹⁵, as OpenCV has it.
-constexpr int red_weight{9798};
-constexpr int green_weight{19235};
-constexpr int blue_weight{3735};
-constexpr int weight_bits{15};
 
 void check(const PixelView& pixels) {
   const auto require = [](bool fine, const char* problem, const char* remedy) {
@@ -26,11 +20,23 @@ void check(const PixelView& pixels) {
   require(pixels.data != nullptr || pixels.width_px == 0 || pixels.height_px == 0, "has a size, but no pixels.",
           "Give the address of its first one.");
   const std::ptrdiff_t row_bytes{std::ptrdiff_t{bytes_per_pixel(pixels.format)} * pixels.width_px};
-  require(pixels.stride_bytes == 0 || pixels.stride_bytes >= row_bytes || -pixels.stride_bytes >= row_bytes,
-          "has rows that overlap.", "The stride counts bytes and must be a row's at least.");
+  const std::ptrdiff_t stride{pixels.stride_bytes};
+  require(stride == 0 || stride >= row_bytes || stride <= -row_bytes, "has rows that overlap.",
+          "The stride counts bytes and must be a row's at least.");
+  const std::ptrdiff_t stride_max{std::numeric_limits<std::ptrdiff_t>::max() / (std::ptrdiff_t{pixels.height_px} + 1)};
+  require(stride <= stride_max && stride >= -stride_max, "has more rows than memory has room for.",
+          "Check its height and stride.");
   require(pixels.format != PixelFormat::grey16 || (pixels.bits >= 8 && pixels.bits <= 16),
           "cannot have that many bits.", "Use 8 … 16 bits with grey16.");
 }
+
+namespace {
+
+// Luma in 1/2¹⁵, as OpenCV has it.
+constexpr int red_weight{9798};
+constexpr int green_weight{19235};
+constexpr int blue_weight{3735};
+constexpr int weight_bits{15};
 
 void from_16_bits(const unsigned char* from, int width, int bits, std::uint8_t* to) {
   const int shift{bits - 8};

@@ -38,7 +38,7 @@ std::vector<ColumnDepth> free_space(View<const float> probability, const Labels&
     const auto truth{
         first_along(grid, slope, from_m, [&](int ix, int iy) { return labels.cells(ix, iy) == labelled_occupied; })};
     if (!truth) continue;
-    const auto found{first_along(grid, slope, from_m, [&](int ix, int iy) { return probability(ix, iy) >= 0.5F; })};
+    const auto found{first_along(grid, slope, from_m, [&](int ix, int iy) { return probability(ix, iy) > 0.5F; })};
     columns.push_back({static_cast<float>(*truth), static_cast<float>(found.value_or(end_m))});
   }
   return columns;

@@ -354,6 +354,7 @@ void visit_parameters(ConfigType& config, Visitor&& visit) {
 
 /// "default", "robot" or "paper". Throws ConfigError for other names.
 [[nodiscard]] STEREOGRID_EXPORT Config preset(std::string_view name);
+/// Names that preset() takes.
 [[nodiscard]] STEREOGRID_EXPORT std::vector<std::string> preset_names();
 
 /// Sets `key` ("group.name") from text. Throws ConfigError: unknown key (with the nearest known one), text that is no

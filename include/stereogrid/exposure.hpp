@@ -27,6 +27,7 @@ struct Exposure {
   double left_saturated{0};   ///< share of its pixels
   double right_saturated{0};  ///< share of its pixels
 };
+/// Exposure of a pair of images from their grey levels.
 [[nodiscard]] STEREOGRID_EXPORT Exposure exposure_of(const GreyCounts& left, const GreyCounts& right);
 
 /// True if the difference of the exposures costs matches (the brighter image is saturated where the other one is not)

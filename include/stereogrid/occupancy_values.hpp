@@ -23,6 +23,7 @@ constexpr std::array<std::string_view, 4> names_of(OccupancyScale) {
   return {"percent", "trinary", "nav2", "autoware"};
 }
 
+/// Value of one cell.
 [[nodiscard]] STEREOGRID_EXPORT std::int8_t occupancy_value(float occupancy, OccupancyScale scale);
 
 /// Values of all cells of a grid, in the order of nav_msgs/OccupancyGrid: row by row, x fastest, from the corner of the

@@ -59,7 +59,8 @@ struct MemoryUse {
 
 /// Computes occupancy grids and obstacle tracks from stereo frames (T-ITS 2012, with the Bayesian Occupancy Filter).
 ///
-/// Not thread-safe: one pipeline serves one camera, one frame after the other. A moved-from pipeline can only be
+/// Not thread-safe: one pipeline serves one camera, one frame after the other. process(), reset(), save_state() and
+/// load_state() throw std::logic_error while another thread is in one of them. A moved-from pipeline can only be
 /// assigned to or destroyed; its methods throw std::logic_error.
 class STEREOGRID_EXPORT Pipeline {
  public:

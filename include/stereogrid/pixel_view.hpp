@@ -40,12 +40,15 @@ struct PixelView {
   int bits{16};  ///< grey16: number of used lower bits of a sample, 8 … 16; sensors have 10 or 12
 };
 
+/// Throws InputError: a negative size, no data, rows that overlap or exceed any memory, unknown format, `bits` outside
+/// 8 … 16.
+STEREOGRID_EXPORT void check(const PixelView& pixels);
+
 /// Writes the pixels to `grey`, whose memory is reused if the size is equal. grey8 is copied. grey16: the upper 8 of
 /// its `bits`, brighter values saturate. Colour: luma with the weights and rounding of OpenCV's cvtColor (0.299 R +
 /// 0.587 G + 0.114 B). Alpha is ignored.
 ///
-/// Throws InputError: a negative size, no data, overlapping rows, unknown format, `bits` outside 8 … 16; `grey` is then
-/// unchanged.
+/// Throws InputError as check(); `grey` is then unchanged.
 STEREOGRID_EXPORT void assign(Image<std::uint8_t>& grey, const PixelView& pixels);
 
 }  // namespace stereogrid

@@ -11,7 +11,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-import figures
+try:
+    import figures
+except ModuleNotFoundError as missing:
+    sys.exit(f"Python has no {missing.name}. Install it: apt install python3-matplotlib, and use /usr/bin/python3.")
 
 SCENE, FRAMES = "scene:street?frames=45", "2:22"  # a person steps out from behind a parked car
 BUILT = Path(__file__).resolve().parents[2] / "build" / "release" / "bin"
@@ -55,6 +58,10 @@ def main():
     parser.add_argument("--set", action="append", default=[], dest="settings", metavar="KEY=VALUE")
     parser.add_argument("--programs", type=Path, default=BUILT, metavar="DIR", help=f"default: {BUILT}")
     given = parser.parse_args()
+    for program in ("stereogrid", "stereogrid-compare"):
+        if not (given.programs / program).exists():
+            sys.exit(f"{given.programs / program}: there is no such program. Build it: "
+                     "cmake --build build/release --target stereogrid_tool stereogrid_compare")
     options = ["--preset", given.preset, *settings(given.settings)]
     frames = given.frames or (None if given.input else FRAMES)
     options += ["--frames", frames] if frames else []

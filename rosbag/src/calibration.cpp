@@ -10,6 +10,7 @@
 
 #include "camera_infos.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/sensor_msgs.hpp"
@@ -20,7 +21,6 @@ namespace {
 using messages::sensor_msgs::CameraInfo;
 
 constexpr const char* give_file{"Give a calibration.yaml with --calibration FILE (docs/input.md)."};
-constexpr std::uint32_t largest_side_px{32768};
 
 struct InfoPair {
   NamedInfo left;
@@ -147,10 +147,9 @@ void crop(NamedInfo& info, int width_px, int height_px) {
 io::RosCamera camera_of(const NamedInfo& info) {
   const CameraInfo& message{info.message};
   if (message.k[0] == 0 && message.p[0] == 0) fail(info, "the camera is not calibrated: K[0] and P[0] are 0.");
-  if (message.width == 0 || message.height == 0 || message.width > largest_side_px ||
-      message.height > largest_side_px) {
+  if (message.width == 0 || message.height == 0 || std::max(message.width, message.height) > io::largest_side_px) {
     fail(info, fmt::format("the CameraInfo is for images of {}×{} px (allowed 1 to {}).", message.width, message.height,
-                           largest_side_px));
+                           io::largest_side_px));
   }
   io::RosCamera camera{info.name,
                        static_cast<int>(message.width),

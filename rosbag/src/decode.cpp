@@ -159,7 +159,6 @@ io::ScaledImage decode_compressed(std::span<const std::byte> cdr, const std::str
 }  // namespace
 
 cv::Mat pixels_of(messages::sensor_msgs::Image& message, int type, const std::string& name) {
-  constexpr std::uint32_t largest_side_px{32768};
   if (message.step % CV_ELEM_SIZE1(type) != 0) {
     throw InputError{
         name,
@@ -167,8 +166,8 @@ cv::Mat pixels_of(messages::sensor_msgs::Image& message, int type, const std::st
         "Its driver should write a step that is a multiple of the sample's size."};
   }
   const std::uint64_t row_bytes{std::uint64_t{message.width} * CV_ELEM_SIZE(type)};
-  const bool fits{message.width > 0 && message.height > 0 && message.width <= largest_side_px &&
-                  message.height <= largest_side_px && message.step >= row_bytes &&
+  const bool fits{message.width > 0 && message.height > 0 &&
+                  std::max(message.width, message.height) <= io::largest_side_px && message.step >= row_bytes &&
                   std::uint64_t{message.step} * (message.height - 1) + row_bytes <= message.data.size()};
   if (!fits) {
     throw InputError{name,

@@ -91,7 +91,8 @@ Shots find_shots(const mcap::Bag& bag, const std::string& topic) {
   }
   found.are_stamped = is_stamped;
   for (Shot& shot : found.shots) {
-    if (!is_stamped) shot.stamp_ns = static_cast<std::int64_t>(shot.log_ns);
+    constexpr std::uint64_t latest_ns{std::numeric_limits<std::int64_t>::max()};
+    if (!is_stamped) shot.stamp_ns = static_cast<std::int64_t>(std::min(shot.log_ns, latest_ns));
   }
   std::ranges::stable_sort(found.shots, {}, &Shot::stamp_ns);
   return found;

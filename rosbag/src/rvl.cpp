@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/image_file.hpp"
 
 namespace stereogrid::rosbag {
 namespace {
@@ -54,13 +55,11 @@ class Nibbles {
 }  // namespace
 
 Image<std::uint16_t> decode_rvl(std::span<const std::byte> bytes, const std::string& name) {
-  constexpr std::uint32_t largest_side_px{32768};
-  constexpr std::uint64_t largest_px{134'000'000};
   Nibbles code{bytes, name};
   const std::uint32_t width{code.word()};
   const std::uint32_t height{code.word()};
-  if (width == 0 || height == 0 || width > largest_side_px || height > largest_side_px ||
-      std::uint64_t{width} * height > largest_px) {
+  if (width == 0 || height == 0 || std::max(width, height) > io::largest_side_px ||
+      std::uint64_t{width} * height > io::most_pixels) {
     code.fail();
   }
   Image<std::uint16_t> image{static_cast<int>(width), static_cast<int>(height)};

@@ -22,6 +22,7 @@ void check(const Limits& limits) {
   using namespace std::chrono_literals;
   const bool fine{limits.clients > 0 && limits.connections > 0 && limits.queue_messages > 0 &&
                   limits.request_bytes > 0 && limits.requests_per_second > 0 && limits.faults > 0 &&
+                  limits.connections_per_address > 0 && limits.request_bytes_per_second > 0 &&
                   limits.http_timeout > 0ms && limits.idle_timeout > 0ms};
   if (!fine) throw ConfigError{"The server's limits have to be above 0."};
 }

@@ -3,6 +3,7 @@
 #include "stereogrid/pipeline.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -67,6 +68,22 @@ std::uint64_t settings_of(const Config& config, const Rig& rig, const PipelineOp
   numbers(same, mask);
   return checksum_of(numbers.bytes()) ^ checksum_of(std::as_bytes(std::span{text}));
 }
+
+// Throws std::logic_error where another thread holds the flag.
+class Exclusive {
+ public:
+  explicit Exclusive(std::atomic_flag& flag) : flag_{flag} {
+    if (flag.test_and_set(std::memory_order_acquire)) {
+      throw std::logic_error{"This Pipeline is in use by another thread. Give each thread a pipeline of its own."};
+    }
+  }
+  Exclusive(const Exclusive&) = delete;
+  Exclusive& operator=(const Exclusive&) = delete;
+  ~Exclusive() { flag_.clear(std::memory_order_release); }
+
+ private:
+  std::atomic_flag& flag_;
+};
 
 }  // namespace
 
@@ -184,6 +201,7 @@ struct Pipeline::Implementation {
   std::unique_ptr<FramePipeline> frames;
   StageImages unwanted_stages;
   GridGeometry window;  // window of the last frame
+  std::atomic_flag in_use;
 };
 
 Pipeline::Pipeline(const Config& config, const Rig& rig, const PipelineOptions& options) {
@@ -201,16 +219,21 @@ Pipeline::Implementation& Pipeline::implementation() const {
 
 const FrameResult& Pipeline::process(const StereoFrame& frame) {
   Implementation& self{implementation()};
+  const Exclusive use{self.in_use};
   self.process(frame, self.result);
   return self.result;
 }
 
 void Pipeline::process(const StereoFrame& frame, FrameResult& into) {
-  implementation().process(frame, into);
+  Implementation& self{implementation()};
+  const Exclusive use{self.in_use};
+  self.process(frame, into);
 }
 
 void Pipeline::reset() {
-  implementation().reset();
+  Implementation& self{implementation()};
+  const Exclusive use{self.in_use};
+  self.reset();
 }
 
 const Config& Pipeline::config() const {
@@ -246,16 +269,18 @@ const std::string& Pipeline::why_not_cuda() const {
 }
 std::vector<std::byte> Pipeline::save_state() const {
   Implementation& self{implementation()};
+  const Exclusive use{self.in_use};
   StateWriter state;
   state(self);
   return sealed(state.bytes(), settings_of(self.config, self.given_rig, self.options));
 }
 void Pipeline::load_state(std::span<const std::byte> saved) {
   Implementation& self{implementation()};
+  const Exclusive use{self.in_use};
   StateReader state{unsealed(saved, settings_of(self.config, self.given_rig, self.options))};
   state(self);
   if (state.fits()) return;
-  reset();  // the partly loaded state is invalid
+  self.reset();  // the partly loaded state is invalid
   throw InputError{"saved state", "does not fit this pipeline.", "Begin without it."};
 }
 

@@ -32,7 +32,8 @@ std::vector<float> sweep() {
 }  // namespace
 
 void put_lidar_drive(const fs::path& drive) {
-  run_well({"simulate", small_scene("empty", "&frames=3"), "--out", (drive / "plain").string()});
+  run_well({"simulate", small_scene("empty", "&frames=3&focal=80&baseline=0.5&camera_height=1.65"), "--out",
+            (drive / "plain").string()});
   fs::create_directories(drive / "velodyne");
   fs::rename(drive / "plain" / "left", drive / "image_0");
   fs::rename(drive / "plain" / "right", drive / "image_1");

@@ -5,6 +5,7 @@
 
 #include <chrono>
 
+#include "cli/config_options.hpp"
 #include "connect/listen_address.hpp"
 #include "stereogrid/error.hpp"
 #include "view/playback.hpp"
@@ -17,6 +18,24 @@ using std::chrono::steady_clock;
 
 Playback four_frames() {
   return Playback{{5'000'000'000, 5'100'000'000, 5'200'000'000, 5'300'000'000}};
+}
+
+TEST(UnreadParameters, HaveAReason) {
+  const Config standard{preset("default")};
+  const auto why = [&](const char* key, const InputUse& input = {}) { return why_unread(standard, key, input); };
+  for (const char* key : {"paper.tau_obstacle", "paper.left_border", "u_disparity.tau_obstacle"}) {
+    EXPECT_NE(why(key).find("projection.model=bins"), std::string::npos) << key;
+    EXPECT_EQ(why_unread(preset("paper"), key, {}), "") << key;
+  }
+  EXPECT_EQ(why("u_disparity.obstacle_height_m"), "");
+  EXPECT_EQ(why("matching.given_sigma_px"), "disparities or depth as input");
+  EXPECT_EQ(why("matching.given_sigma_px", {true, false}), "");
+  EXPECT_EQ(why("matching.uniqueness"), "");
+  EXPECT_EQ(why("matching.uniqueness", {true, false}), "right images as input");
+  EXPECT_EQ(why("fusion.stereo_confidence", {false, true}), "");
+  EXPECT_NE(why("fusion.stereo_confidence"), "");
+  EXPECT_EQ(why("vehicle.step_max_m"), "");
+  EXPECT_EQ(why_unread(preset("paper"), "vehicle.step_max_m", {}), "ground.model=terrain");
 }
 
 TEST(Playback, StandsAtTheFirstFrameUntilSomebodyWantsAnother) {
@@ -35,6 +54,20 @@ TEST(Playback, GoesToTheLastFrameThatIsNotLater) {
     EXPECT_EQ(playback.set({"player.time_s", time_s}), std::nullopt);
     EXPECT_EQ(playback.wait(10s).frame, frame) << time_s;
   }
+}
+
+TEST(Playback, StampsOfAnySizeAreSought) {
+  constexpr std::uint64_t first_ns{std::uint64_t{1} << 63};
+  Playback playback{{first_ns, std::numeric_limits<std::uint64_t>::max()}};
+  for (const auto& [time_s, frame] : {std::pair{1e308, 1}, {9e9, 0}, {-1e308, 0}, {9223372036.854775807, 1}}) {
+    EXPECT_EQ(playback.set({"player.time_s", time_s}), std::nullopt);
+    EXPECT_EQ(playback.wait(10s).frame, frame) << time_s;
+  }
+  EXPECT_EQ(playback.set({"player.frame", std::int64_t{0}}), std::nullopt);
+  EXPECT_EQ(playback.set({"player.speed", 0.05}), std::nullopt);
+  EXPECT_EQ(playback.set({"player.playing", true}), std::nullopt);
+  EXPECT_EQ(playback.wait(0ms).frame, 0);
+  EXPECT_EQ(playback.wait(50ms).frame, 0) << "the next one is due in thousands of years";
 }
 
 TEST(Playback, PlaysAtItsSpeedAndStandsAtTheEnd) {

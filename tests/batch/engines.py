@@ -57,6 +57,8 @@ for index in range(spec["completions"]):
             break
 """
 
+NAME = "it's \"one\"  $(touch harm) `touch harm` {} {.} {#} \\t %"
+
 
 def with_stand_ins(folder: Path, **programs) -> dict:
     """The environment with these programs."""
@@ -69,7 +71,7 @@ def with_stand_ins(folder: Path, **programs) -> dict:
 
 def by_engine(folder: Path, engine: str, *words, env=None):
     """`folder` has a name that shells, YAML and Python have to quote."""
-    folder = folder / "it's \"one\""
+    folder = folder / NAME
     bad = drive(folder / "bad", 3)
     plan = make_plan(folder, *(scene(12, seed) for seed in range(1, 7)), bad, "--frames-per-shard", 6, "--warm-up", 3)
     reference = copy_of(plan, "reference")
@@ -156,7 +158,7 @@ def main():
             "kubernetes": kubernetes}[sys.argv[2]]
     with tempfile.TemporaryDirectory(prefix="stereogrid-batch-") as name:
         folder = Path(name).resolve()
-        (folder / "it's \"one\"").mkdir()
+        (folder / NAME).mkdir()
         case(folder)
 
 

@@ -150,7 +150,7 @@ def scores(run, drive):
         truth = free_space_ends(label == 1, grid, cal, width)
         for layer, frames in layers.items():
             p = np.load(run / "grids" / f"{file.stem}.npz")[layer]
-            found = free_space_ends(p >= 0.5, grid, cal, width)
+            found = free_space_ends(p > 0.5, grid, cal, width)
             found[np.isinf(found)] = grid["x_min_m"] + grid["nx"] * grid["cell_size_m"]
             frames.append((p, label, hidden, truth, found))
     centres = grid["x_min_m"] + (np.arange(grid["nx"]) + 0.5) * grid["cell_size_m"]

@@ -217,13 +217,16 @@ TEST(Scores, RefuseWhatDoesNotFit) {
 }
 
 TEST(FreeSpace, EndsAtTheFirstOccupiedCell) {
-  // 12 metre cells; truth at 8 m, found at 6 m; everything before 3 m is left out
+  // 12 metre cells; truth and found at 8 m: an unknown cell ends nothing; everything before 3 m is left out
   const Image<float> grid(lane_of({0.9F, 0.9F, 0.9F, 0.1F, 0.1F, 0.1F, 0.5F, 0.1F, 0.9F, 0.1F, 0.1F, 0.1F}));
   const auto columns(free_space(grid.view(), lane_labels("1......01..."), 3));
   ASSERT_FALSE(columns.empty());
   const ColumnDepth middle{columns[columns.size() / 2]};
   EXPECT_EQ(middle.truth_m, 8);
-  EXPECT_EQ(middle.found_m, 6);
+  EXPECT_EQ(middle.found_m, 8);
+  const Image<float> nearer(lane_of({0.9F, 0.9F, 0.9F, 0.1F, 0.1F, 0.1F, 0.51F, 0.1F, 0.9F, 0.1F, 0.1F, 0.1F}));
+  const auto of_nearer(free_space(nearer.view(), lane_labels("1......01..."), 3));
+  EXPECT_EQ(of_nearer[of_nearer.size() / 2].found_m, 6);
   // the cell of 1 m by 1 m at 8 m is 100·1/8 columns wide, to either side of the middle one
   EXPECT_EQ(columns.size(), 13U);
 }

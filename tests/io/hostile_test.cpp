@@ -75,7 +75,7 @@ TEST_F(Hostile, PngWithAFlippedBitInTheNameOfAChunk) {
 }
 
 TEST_F(Hostile, ImagesThatDeclareAbsurdSizes) {
-  for (const auto& [width, height] : {std::pair{100'000U, 100'000U}, {1U << 31, 1U}, {32'768U, 32'768U}}) {
+  for (const auto& [width, height] : {std::pair{100'000U, 100'000U}, {1U << 31, 1U}, {8192U, 8193U}}) {
     refused(read_image, "bomb.png", png_of(width, height), {"bomb.png", "says that it has", "can be read"});
   }
   refused(read_image, "none.png", png_of(0, 7), {"none.png", "no pixels"});
@@ -86,8 +86,29 @@ TEST_F(Hostile, ImagesThatDeclareAbsurdSizes) {
   std::string jpeg{read_file(folder_ / "a.jpg")};
   const std::size_t frame{jpeg.find("\xff\xc0")};
   ASSERT_NE(frame, std::string::npos);
+  const std::string sound{jpeg};
   jpeg.replace(frame + 5, 4, "\xff\xff\xff\xff");
   refused(read_image, "bomb.jpg", jpeg, {"bomb.jpg", "says that it has 65535 × 65535 px"});
+  // a marker without length, before a comment that a reader of its length would land in
+  const std::string comment{"\xff\xfe\xea\x60" + std::string(59'998, 'x') + "\xff\xfe\x2e\xe2"};
+  std::string landing(12'000, 'y');
+  landing.replace(0xfffe - 60'002 - 4, sound.size() - 2, sound.substr(2));
+  for (const std::string_view hidden : {"\xff\x01"sv, "\xff\xd0"sv, "\xff\0"sv, "xyz\xff\xff"sv}) {
+    refused(read_image, "bomb.jpg", "\xff\xd8" + std::string{hidden} + comment + landing + jpeg.substr(2),
+            {"bomb.jpg", "says that it has 65535 × 65535 px"});
+  }
+}
+
+TEST_F(Hostile, JpegWithHundredsOfScans) {
+  const std::vector<int> progressive{cv::IMWRITE_JPEG_PROGRESSIVE, 1};
+  cv::imwrite((folder_ / "a.jpg").string(), cv::Mat(30, 40, CV_8UC1, cv::Scalar(99)), progressive);
+  std::string jpeg{read_file(folder_ / "a.jpg")};
+  EXPECT_EQ(read_grey(folder_ / "a.jpg").width(), 40);
+  const std::size_t scan{jpeg.rfind("\xff\xda")};
+  ASSERT_NE(scan, std::string::npos);
+  const std::string last{jpeg.substr(scan, jpeg.size() - 2 - scan)};
+  for (int i{0}; i < 40; ++i) jpeg.insert(scan, last);
+  refused(read_image, "scans.jpg", jpeg, {"scans.jpg", "more than 32 scans"});
 }
 
 void read_disparities(const fs::path& path) {
@@ -100,6 +121,21 @@ TEST_F(Hostile, DisparitiesThatDeclareAbsurdSizes) {
   refused(read_disparities, "a.tif", "II*\0\x08\0\0\0"s + directory, {"a.tif", "65536 × 65536 px"});
   refused(read_disparities, "b.tif", "II*\0\xff\xff\xff\xff"s, {"b.tif", "no pixels"});
   refused(read_disparities, "c.tif", "II", {"c.tif"});
+  // the width as 64 bits, which stand at its offset 8; and twice; a tile, and samples, of a small image
+  const auto tiff{[](std::string_view entries) {
+    return "II*\0\x08\0\0\0"s + static_cast<char>(entries.size() / 12) + "\0"s + std::string{entries};
+  }};
+  const std::string sides{"\x00\x01\x03\0\x01\0\0\0\x05\0\0\0\x01\x01\x03\0\x01\0\0\0\x05\0\0\0"s};
+  refused(read_disparities, "e.tif", tiff("\x00\x01\x10\0\x01\0\0\0\x08\0\0\0\x01\x01\x03\0\x01\0\0\0\x05\0\0\0"sv),
+          {"e.tif", "type of tag 256 is 16"});
+  refused(read_disparities, "f.tif", tiff("\x00\x01\x04\0\x02\0\0\0\x08\0\0\0\x01\x01\x03\0\x01\0\0\0\x05\0\0\0"sv),
+          {"f.tif", "tag 256"});
+  refused(read_disparities, "g.tif", tiff(sides + "\x42\x01\x04\0\x01\0\0\0\0\0\x01\0"s), {"g.tif", "65536 × 1 px"});
+  refused(read_disparities, "h.tif", tiff(sides + "\x15\x01\x03\0\x01\0\0\0\x09\0\0\0"s), {"h.tif", "9 samples"});
+  const std::string many{"\x00\x01\x03\0\x01\0\0\0\0\x1f\0\0\x01\x01\x03\0\x01\0\0\0\0\x1f\0\0"s};  // 7936 × 7936 px
+  refused(read_disparities, "i.tif",
+          tiff(many + "\x02\x01\x03\0\x01\0\0\0\x40\0\0\0\x15\x01\x03\0\x01\0\0\0\x03\0\0\0"s),
+          {"i.tif", "3 samples with 64 bits, more than 512 MiB"});
   refused(read_disparities, "d.tif", "MM\0+\0\x08\0\0\xff\xff\xff\xff\xff\xff\xff\xff"s, {"d.tif", "no pixels"});
   std::string npy{"\x93NUMPY\x01\0\x56\0{'descr': '<f4', 'fortran_order': False, 'shape': (0, 9999999999999), }"s};
   npy.resize(10 + 0x56, ' ');
@@ -126,7 +162,7 @@ TEST_F(Hostile, ArchiveThatWouldUnfoldIntoGigabytes) {
   }
   ASSERT_EQ(declared, 2);
   refused([](const fs::path& path) { static_cast<void>(read_npz(path)); }, "bomb.npz", bytes,
-          {"bomb.npz", "array a.npy", "holds more than 2048 MB"});
+          {"bomb.npz", "array a.npy", "holds more than 512 MB"});
 }
 
 void read_any_calibration(const fs::path& path) {

@@ -5,7 +5,10 @@
 #include <sqlite3.h>
 #include <zstd.h>
 
+#include <chrono>
+
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/mcap/reader.hpp"
 #include "support.hpp"
 
 namespace stereogrid::mcap::testing {
@@ -244,7 +247,82 @@ TEST(Bag, UnpacksMessagesThatRosbag2HasCompressedOneByOne) {
   write_db3(folder / "bag_1.db3", {{1, 1, "not packed"}});
   put(folder / "metadata.yaml",
       metadata_begin + "  compression_format: zstd\n  compression_mode: MESSAGE\n  relative_file_paths: [bag_1.db3]\n");
-  expect_complaint([&] { read_all(*open_bag(folder.path())); }, {"the message of 1 ns cannot be unpacked"});
+  EXPECT_THAT(read_all(*open_bag(folder.path())), IsEmpty());
+}
+
+TEST(Bag, AMessageThatCannotBeUnpackedIsSkipped) {
+  const TemporaryFolder folder;
+  write_db3(folder / "bag_0.db3", {{1, 1, zstd("first")}, {1, 2, "no zstd"}, {1, 3, zstd("third")}});
+  put(folder / "metadata.yaml",
+      metadata_begin + "  compression_format: zstd\n  compression_mode: MESSAGE\n  relative_file_paths: [bag_0.db3]\n");
+  const auto bag{open_bag(folder.path())};
+  for (int round{0}; round < 2; ++round) {
+    EXPECT_THAT(read_all(*bag), ElementsAre(Told{"/a", 1, "first"}, Told{"/a", 3, "third"}));
+  }
+  EXPECT_THAT(bag->damage(), ElementsAre(::testing::HasSubstr("The message of 2 ns is skipped")));
+}
+
+TEST(Bag, TensOfThousandsOfTopicsTakeNoLongerThanTheyMust) {
+  const TemporaryFolder folder;
+  const auto start{std::chrono::steady_clock::now()};
+  const auto topics{[](int count) {
+    return "WITH RECURSIVE c(x) AS (SELECT 3 UNION ALL SELECT x + 1 FROM c WHERE x < " + std::to_string(count) +
+           ") INSERT INTO topics SELECT x, '/t' || x, 'a/msg/B', 'cdr', '' FROM c;";
+  }};
+  NewDatabase{folder / "many.db3"}.run(tables + topics(65'536));
+  EXPECT_EQ(open_bag(folder / "many.db3")->topics().size(), 65'536);
+  NewDatabase{folder / "too_many.db3"}.run(tables + topics(65'537));
+  expect_complaint([&] { static_cast<void>(open_bag(folder / "too_many.db3")); },
+                   {"too_many.db3", "more than 65536 topics"});
+  std::string channels{magic + record(1, text("ros2") + text(""))};
+  for (int i{1}; i < 65'000; ++i) {
+    channels += record(4, number(static_cast<std::uint64_t>(i), 2) + number(0, 2) + text("/t" + std::to_string(i)) +
+                              text("cdr") + text(""));
+  }
+  put(folder / "many.mcap", channels + record(15, number(0, 4)) + record(2, std::string(20, '\0')) + magic);
+  EXPECT_EQ(open_bag(folder / "many.mcap")->topics().size(), 64'999);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds{20}) << "once 100 s and more";
+}
+
+/// Schema `id` of `size` zeros, and a channel of it, in a compressed chunk.
+std::string chunk_of_schema(int id, std::size_t size) {
+  const std::string number_of_id{number(static_cast<std::uint64_t>(id), 2)};
+  const std::string records{record(3, number_of_id + text("a") + text("b") + text(std::string(size, '\0'))) +
+                            record(4, number_of_id + number_of_id + text("/t") + text("cdr") + text(""))};
+  const std::string packed{zstd(records)};
+  return record(6, number(0, 8) + number(9, 8) + number(records.size(), 8) + number(0, 4) + text("zstd") +
+                       number(packed.size(), 8) + packed);
+}
+
+TEST(Bag, WhatAFileDeclaresIsBounded) {
+  const TemporaryFolder folder;
+  constexpr std::size_t size{std::size_t{20} << 20};
+  std::string bytes{magic + record(1, text("ros2") + text(""))};
+  for (int id{1}; id <= 5; ++id) bytes += chunk_of_schema(id, size);
+  put(folder / "a.mcap", bytes + magic);
+  const Reader reader{folder / "a.mcap"};
+  EXPECT_EQ(reader.contents().schemas.size(), 3);
+  EXPECT_LT(reader.contents().declared_bytes, std::size_t{64} << 20);
+  EXPECT_THAT(reader.damage().sentences, ::testing::Contains(::testing::HasSubstr("declares more than 64 MiB")));
+
+  std::string repeated{magic + record(1, text("ros2") + text(""))};
+  for (int i{0}; i < 5; ++i) repeated += chunk_of_schema(1, size);
+  put(folder / "b.mcap", repeated + magic);
+  EXPECT_THAT(Reader{folder / "b.mcap"}.damage().sentences,
+              ::testing::Not(::testing::Contains(::testing::HasSubstr("declares"))));
+}
+
+TEST(Bag, CopiesOfASchemaAreBounded) {
+  const TemporaryFolder folder;
+  std::string bytes{magic + record(1, text("ros2") + text("")) +
+                    record(3, number(1, 2) + text("a/msg/B") + text("ros2msg") + text(std::string(1 << 20, 'x')))};
+  for (int i{1}; i < 300; ++i) {
+    bytes += record(4, number(static_cast<std::uint64_t>(i), 2) + number(1, 2) + text("/t" + std::to_string(i)) +
+                           text("cdr") + text(""));
+  }
+  put(folder / "a.mcap", bytes + record(15, number(0, 4)) + record(2, std::string(20, '\0')) + magic);
+  expect_complaint([&] { static_cast<void>(open_bag(folder / "a.mcap")); },
+                   {"a.mcap", "more than 256 MiB of names and schemas"});
 }
 
 TEST(Bag, ComplainsOfFolders) {
@@ -263,6 +341,8 @@ TEST(Bag, ComplainsOfFolders) {
   complains(metadata_begin + "  relative_file_paths: [missing.db3]\n", "missing.db3: cannot be read");
   complains(metadata_begin + "  relative_file_paths: [../../etc/passwd]\n", "passwd: cannot be read (No such file");
   complains(metadata_begin + "  relative_file_paths: []\n", "holds no recording");
+  write_db3(folder / "a.db3", {{1, 1, "a"}});
+  complains(metadata_begin + "  relative_file_paths: [a.db3, x/a.db3]\n", "names a.db3 twice");
   complains("a: [", "is not as rosbag2 writes it");
   complains("- 1", "metadata.yaml");
 }

@@ -62,6 +62,10 @@ class Measuring(unittest.TestCase):
             patch.start()
             self.addCleanup(patch.stop)
 
+        patch = mock.patch.object(measure, "commit", return_value="0123abc")
+        self.clean = patch.start()
+        self.addCleanup(patch.stop)
+
     def measure(self, *arguments):
         with mock.patch.object(sys, "argv", ["measure.py", *arguments]), mock.patch("builtins.print"):
             return measure.main()
@@ -84,10 +88,42 @@ class Measuring(unittest.TestCase):
         self.assertIn("1.50", path.read_text(encoding="utf-8"), "digits stay")
         kept = results.load(path)
         self.assertEqual((kept["title"], kept["command"], len(kept["tables"])), ("Streets", "bench --fast", 2))
-        self.assertRegex(kept["commit"], r"^([0-9a-f]{7,}\+?|unknown)$")
+        self.assertEqual(kept["commit"], "0123abc")
+        self.assertRegex(kept["machine"], r"^\d+ cores, .+, family .+, model .+, stepping .+, SIMD \w+$")
         self.assertIn("| a | 1.50 | 0.2 / 0.3 |", results.PAGE.read_text(encoding="utf-8"))
         self.assertEqual(self.measure("new", "--", "false"), 1)
+        self.clean.return_value = ""
+        self.assertEqual(self.measure("new", "--", str(program)), 64, "figures of a tree that nobody else has")
         self.assertEqual(results.load(path), kept, "what fails changes nothing")
+
+    def test_a_tree_with_changes_has_no_commit(self):
+        mock.patch.stopall()
+        for status, expected in (("", "0123abc"), (" M src/camera.cpp\n", "")):
+            with mock.patch.object(measure, "git", side_effect=["0123abc\n", status]):
+                self.assertEqual(measure.commit(), expected)
+
+    def test_a_machine_is_more_than_a_name(self):
+        zen4 = ("model name\t: AMD EPYC\ncpu family\t: 25\nmodel\t\t: 17\nstepping\t: 1\n"
+                "flags\t\t: fpu avx2 fma bmi2 avx512f avx512bw avx512dq avx512vl avx512_vbmi2 avx512_vnni vaes\n")
+        self.assertEqual(measure.machine(zen4, 2), "2 cores, AMD EPYC, family 25, model 17, stepping 1, SIMD AVX3_DL")
+        self.assertIn("SIMD AVX2", measure.machine(zen4.replace("avx512", "x"), 2))
+        self.assertIn("unknown", measure.machine("", 2))
+
+    def test_rows_that_constants_were_fitted_on_are_marked(self):
+        table = {"title": "", "columns": ["input", "x"], "rows": [["kitti_odo04, observed", 1], ["kitti_raw0001", 2],
+                                                                  ["C street", 3]]}
+        text = results.table_text(table, "Grids against lidar")
+        self.assertIn("| kitti_odo04, observed † | 1 |", text)
+        self.assertIn("| kitti_raw0001 | 2 |", text)
+        self.assertIn("| C street † | 3 |", text)
+        self.assertNotIn("†", results.table_text(table, "Time"))
+
+    def test_older_captions_say_what_they_lack(self):
+        old = {"command": "x", "date": "2026-11-21", "commit": "0123abc+", "machine": "2 cores, AMD EPYC"}
+        self.assertIn("0123abc with changes that were not committed", results.source_text(old))
+        self.assertIn("not recorded", results.source_text(old))
+        new = old | {"commit": "0123abc", "machine": "2 cores, AMD EPYC, family 25, model 17, stepping 1, SIMD AVX2"}
+        self.assertEqual(results.source_text(new), f"`x`, 2026-11-21, commit 0123abc, {new['machine']}.")
 
     def test_what_is_incomplete_is_refused(self):
         good = {"section": "Time", "title": "t", "about": "a", "date": "2026-11-21", "commit": "c", "machine": "m",

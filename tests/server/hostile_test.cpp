@@ -5,6 +5,8 @@
 
 #include <random>
 
+#include "foxglove/request.hpp"
+#include "stereogrid/error.hpp"
 #include "support.hpp"
 
 namespace stereogrid::server::testing {
@@ -41,7 +43,9 @@ const std::vector<std::pair<std::string, std::string>> malformed{
     {R"({"op": "setParameters", "parameters": [{"name": "a", "value": 1e999}]})", "has to be JSON"},
     {R"({"op": "advertise", "channels": []})", "does not offer clientPublish"},
     {R"({"op": "fetchAsset", "uri": "package://x", "requestId": 1})", "does not offer assets"},
-    {std::string(500'000, '['), "nested too deeply"},
+    {std::string(50'000, '['), "nested too deeply"},
+    {R"({"op": "fly", "x": "\"[[[[[[[[[[[[", "y": "\\"})", "'fly' is not known"},
+    {R"({"op": "fly", "x": "\\", "y": [[[[[[[[[[[[]]]]]]]]]]]]})", "nested too deeply"},
     {R"({"op": "getParameters", "parameterNames": )" + std::string(20, '[') + std::string(20, ']') + "}",
      "nested too deeply"}};
 
@@ -84,6 +88,27 @@ TEST(Hostile, TooManyRequestsClose) {
   Client client{server.port()};
   for (int i{0}; i < 200; ++i) client.send({{"op", "unsubscribeConnectionGraph"}});
   EXPECT_EQ(client.expect_close(), 1008);
+}
+
+TEST(Hostile, TooManyBytesClose) {
+  ServerOptions given{options()};
+  given.limits.request_bytes_per_second = 10'000;
+  const Server server{given};
+  Client client{server.port()};
+  const std::string request{R"({"op": "subscribeConnectionGraph", "x": ")" + std::string(9'000, 'x') + "\"}"};
+  client.send_frame(1, request);
+  client.send_frame(1, request);
+  client.expect("connectionGraphUpdate");
+  client.send_frame(1, request);
+  EXPECT_EQ(client.expect_close(), 1008);
+}
+
+TEST(Hostile, ParsingTimeGrowsWithTheBytesOnly) {
+  std::string objects{"{}"};
+  for (int i{1}; i < 340'000; ++i) objects += ",{}";
+  const auto start{std::chrono::steady_clock::now()};
+  EXPECT_THROW(static_cast<void>(parse_request(R"({"op":"subscribe","subscriptions":[)" + objects + "]}")), InputError);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, 8s) << "once 42 s";
 }
 
 TEST(Hostile, TooLongAMessageCloses) {
@@ -196,6 +221,27 @@ TEST(Hostile, RepliesThatNobodyReadsClose) {
   EXPECT_EQ(server.counts().clients_ever, 1U);
 }
 
+TEST(Hostile, UnfinishedRequestsLeaveRoomForOthers) {
+  ServerOptions given{options()};
+  given.limits.connections = 12;
+  given.limits.connections_per_address = 8;
+  given.http.assets = {{"/", "text/html", "front"}, {"/large", "text/plain", std::string(60'000'000, 'x')}};
+  const Server server{given};
+  std::vector<Wire> held;
+  for (int i{0}; i < 40; ++i) {
+    held.emplace_back(server.port(), 4096);
+    held.back().send(i % 2 == 0 ? "GET / HTTP/1.1\r\n" : "GET /large HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  }
+  EXPECT_EQ(get(server.port(), "/").status, 200);
+  EXPECT_TRUE(soon([&] { return server.counts().refused >= 32; }));
+  const std::string other_request{"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"};
+  const Wire other{server.port(), 0, "127.0.0.1", "127.0.0.2"};
+  EXPECT_EQ(ask(other, other_request).status, 200);
+  for (int i{0}; i < 40; ++i) held.emplace_back(server.port(), 4096);
+  EXPECT_EQ(get(server.port(), "/").status, 200);
+  EXPECT_EQ(ask(other, other_request).status, 200) << "ended for connections of another address";
+}
+
 TEST(Hostile, NumbersOfClientsAreLimited) {
   ServerOptions given{options()};
   given.limits.clients = 2;
@@ -210,14 +256,23 @@ TEST(Hostile, NumbersOfClientsAreLimited) {
   EXPECT_EQ(answer.status, 503);
   EXPECT_THAT(answer.body, StartsWith("There are as many clients"));
   ASSERT_TRUE(soon([&] { return get(server.port(), "/").status == 200; }));
-  {
-    const Wire third{server.port()};
-    const Wire fourth{server.port()};
-    EXPECT_TRUE(soon([&] { return get(server.port(), "/").status == 503; }, 2s));
-  }
   first.reset();
   EXPECT_TRUE(soon([&] { return server.counts().clients == 1; }));
   EXPECT_TRUE(soon([&] { return refusal(server.port(), {}).status == 101; })) << "there is room again";
+}
+
+TEST(Hostile, WebSocketsAreNotReplaced) {
+  ServerOptions given{options()};
+  given.limits.connections = 3;
+  const Server server{given};
+  Client first{server.port()};
+  first.expect("advertise");
+  Client second{server.port()};
+  second.expect("advertise");
+  Client third{server.port()};
+  third.expect("advertise");
+  EXPECT_TRUE(soon([&] { return get(server.port(), "/").status == 503; }, 2s));
+  EXPECT_EQ(server.counts().clients, 3U);
 }
 
 }  // namespace

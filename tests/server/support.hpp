@@ -27,8 +27,9 @@ inline constexpr std::chrono::milliseconds patience{10'000};  ///< far more than
 /// A TCP connection to a port of this machine. Throws std::runtime_error where it cannot connect.
 class Wire {
  public:
-  /// `receive_buffer` > 0: bytes that the system takes in before anybody reads, about.
-  explicit Wire(std::uint16_t port, int receive_buffer = 0, const char* address = "127.0.0.1");
+  /// `receive_buffer` > 0: bytes that the system takes in before anybody reads, about. `source`: the client's address.
+  explicit Wire(std::uint16_t port, int receive_buffer = 0, const char* address = "127.0.0.1",
+                const char* source = nullptr);
   Wire(Wire&& other) noexcept;
   Wire& operator=(Wire&&) = delete;
   ~Wire();

@@ -43,12 +43,17 @@ HttpAnswer parsed_header(const std::string& text) {
 
 }  // namespace
 
-Wire::Wire(std::uint16_t port, int receive_buffer, const char* address) : socket_{::socket(AF_INET, SOCK_STREAM, 0)} {
+Wire::Wire(std::uint16_t port, int receive_buffer, const char* address, const char* source)
+    : socket_{::socket(AF_INET, SOCK_STREAM, 0)} {
   const int on{1};
   ::setsockopt(socket_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   if (receive_buffer > 0) ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof receive_buffer);
   sockaddr_in where{};
   where.sin_family = AF_INET;
+  if (source != nullptr) {
+    ::inet_pton(AF_INET, source, &where.sin_addr);
+    ::bind(socket_, reinterpret_cast<const sockaddr*>(&where), sizeof where);
+  }
   where.sin_port = htons(port);
   ::inet_pton(AF_INET, address, &where.sin_addr);
   if (::connect(socket_, reinterpret_cast<const sockaddr*>(&where), sizeof where) != 0) {

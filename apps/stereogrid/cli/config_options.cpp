@@ -3,8 +3,11 @@
 #include "cli/config_options.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
+#include <ranges>
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/config_file.hpp"
@@ -35,6 +38,52 @@ Config config_from(const ConfigOptions& options) {
     set(config, setting.substr(0, equals), setting.substr(equals + 1));
   }
   return config;
+}
+
+std::string why_unread(const Config& config, std::string_view key, const InputUse& input) {
+  struct Rule {
+    std::string_view keys;  // separated by blanks; one that ends in a dot is a group
+    bool is_read;
+    std::string_view condition;
+  };
+  const bool is_correlated{config.matching.method == MatchingMethod::correlation};
+  const std::array rules{
+      Rule{"paper.", config.projection.model == ProjectionModel::bins,
+           "projection.model=bins; with rays, stage images and pictures show it, grids do not"},
+      Rule{"vehicle.", config.ground.model == GroundModel::terrain, "ground.model=terrain"},
+      Rule{"ground.height_gate_m ground.pitch_gate_deg ground.roll_gate_deg", config.ground.estimate,
+           "ground.estimate=true"},
+      Rule{"filter.forgetting_in_view_s", config.filter.model == FilterModel::joint, "filter.model=joint"},
+      Rule{"matching.texture matching.cost_limit", is_correlated, "matching.method=correlation"},
+      Rule{"matching.given_sigma_px", input.has_disparities, "disparities or depth as input"},
+      Rule{"matching.method matching.align_rows matching.uniqueness matching.texture matching.cost_limit "
+           "matching.left_right_px matching.subpixel filter.scene_flow",
+           !input.has_disparities, "right images as input"},
+      Rule{"fusion.stereo_confidence", input.is_fused, "grids of another source (--fuse)"}};
+  bool is_known{false};
+  visit_parameters(config, [&](std::string_view group, const Parameter& parameter, const auto&) {
+    is_known = is_known || key == fmt::format("{}.{}", group, parameter.name);
+  });
+  constexpr std::string_view former{"u_disparity."};  // group of the parameters of `paper`
+  if (!is_known && key.starts_with(former))
+    return why_unread(config, fmt::format("paper.{}", key.substr(former.size())), input);
+  for (const Rule& rule : rules) {
+    if (rule.is_read) continue;
+    for (const auto word : std::views::split(rule.keys, ' ')) {
+      const std::string_view named{word.begin(), word.end()};
+      if (key == named || (named.ends_with('.') && key.starts_with(named))) return std::string{rule.condition};
+    }
+  }
+  return {};
+}
+
+void warn_of_unread(const ConfigOptions& options, const Config& config, const InputUse& input) {
+  for (const std::string& setting : options.settings) {
+    const std::string key{setting.substr(0, setting.find('='))};
+    if (const std::string condition{why_unread(config, key, input)}; !condition.empty()) {
+      spdlog::warn("--set {}: not read here. It needs {}.", io::printable(setting), condition);
+    }
+  }
 }
 
 }  // namespace stereogrid::app

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cli/cli_fwd.hpp"
@@ -21,5 +22,17 @@ void add_config_options(CLI::App& command, ConfigOptions& options);
 
 /// Throws ConfigError, InputError.
 [[nodiscard]] Config config_from(const ConfigOptions& options);
+
+/// Inputs of a pipeline that decide which parameters are read.
+struct InputUse {
+  bool has_disparities{false};  ///< instead of right images
+  bool is_fused{false};         ///< with grids of another source
+};
+
+/// Condition under which the parameter `key` would be read, where it is not; empty: it is read.
+[[nodiscard]] std::string why_unread(const Config& config, std::string_view key, const InputUse& input);
+
+/// Warns of each --set of a parameter that is not read.
+void warn_of_unread(const ConfigOptions& options, const Config& config, const InputUse& input);
 
 }  // namespace stereogrid::app

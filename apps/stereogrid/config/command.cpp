@@ -42,6 +42,9 @@ void print_yaml_like(const Config& config) {
     const std::string key{fmt::format("{}.{}", group, parameter.name)};
     const std::string unit{parameter.unit.empty() ? "" : fmt::format(" {}", parameter.unit)};
     tell("  {} = {}{}   [{}]\n      {}\n", key, get(config, key), unit, range_of(parameter, value), parameter.sentence);
+    if (const std::string condition{why_unread(config, key, {})}; !condition.empty()) {
+      tell("      Not read here: needs {}.\n", condition);
+    }
   });
 }
 

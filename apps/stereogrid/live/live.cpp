@@ -22,6 +22,7 @@
 #include "live/placed_frames.hpp"
 #include "live/service_manager.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/recording.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -190,6 +191,9 @@ int live(const LiveOptions& options) {
   MessageOptions messages{options.messages};
   const LiveInput input{open_live_input(options.input, messages.ros2)};
   check(messages, input.source->rig());
+  if (const auto* const recording{input.recording.recording}) {
+    warn_of_unread(options.config, config, {recording->gives_disparities()});
+  }
   Pipeline pipeline{start_pipeline(config, input.source->rig(), options.device,
                                    {.horizons_s = options.predict_s,
                                     .mask = input.mask,

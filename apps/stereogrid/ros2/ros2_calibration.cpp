@@ -82,8 +82,7 @@ io::Calibration stereo_calibration(dds::Node& node, const InputOptions& options,
   if (!options.calibration.empty()) return io::read_calibration(options.calibration);
   const std::array<std::string, 2> topics{rosbag::info_topic_of(found.left), rosbag::info_topic_of(found.right)};
   auto [left_info, right_info]{wait_for_infos(node, options.paths.front(), topics)};
-  constexpr std::uint32_t largest_side_px{32768};
-  if (left_info.width > largest_side_px || left_info.height > largest_side_px) {
+  if (std::max(left_info.width, left_info.height) > io::largest_side_px) {
     throw InputError{topics[0], fmt::format("the CameraInfo is for {}×{} px.", left_info.width, left_info.height),
                      "Give a calibration.yaml with --calibration FILE (docs/input.md)."};
   }

@@ -125,6 +125,8 @@ int run(const RunOptions& options) {
   const Config config{config_from(options.config)};
   const Input input{open_input(options.input)};
   check_options(options, input);
+  warn_of_unread(options.config, config,
+                 {input.recording != nullptr && input.recording->gives_disparities(), options.fuse == "lidar"});
   log_input(input);
   Pipeline pipeline{start_pipeline(config, input.source->rig(), options.device, pipeline_options(options, input))};
   const LidarStage lidar{options.fuse == "lidar", input, pipeline.vehicle_grid()};

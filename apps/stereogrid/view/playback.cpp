@@ -3,13 +3,14 @@
 #include "view/playback.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace stereogrid::app {
 namespace {
 
 constexpr double slowest{0.05};
 constexpr double fastest{20};
+constexpr double half_nanosecond_s{0.5e-9};
+constexpr double longest_gap_s{1e8};  // the clock counts nanoseconds in 64 bits
 
 }  // namespace
 
@@ -21,7 +22,11 @@ PlaybackState Playback::state() const {
 }
 
 double Playback::time_s(std::int64_t frame) const {
-  return static_cast<double>(stamps_ns_.at(static_cast<std::size_t>(frame)) - stamps_ns_.front()) * 1e-9;
+  return seconds_since_first(stamps_ns_.at(static_cast<std::size_t>(frame)));
+}
+
+double Playback::seconds_since_first(std::uint64_t stamp_ns) const {
+  return static_cast<double>(stamp_ns - stamps_ns_.front()) * 1e-9;
 }
 
 std::vector<server::Parameter> Playback::parameters_of(const PlaybackState& state) const {
@@ -47,9 +52,10 @@ std::optional<std::string> Playback::change(const server::Parameter& parameter) 
     if (frame < 0 || frame > last()) return "frames go from 0 to " + std::to_string(last()) + ".";
     state_.frame = frame;
   } else if (parameter.name == "player.time_s") {
-    const double wanted_s{std::clamp(std::get<double>(parameter.value), 0.0, time_s(last()))};
-    const auto wanted{stamps_ns_.front() + static_cast<std::uint64_t>(std::llround(wanted_s * 1e9))};
-    state_.frame = std::ranges::upper_bound(stamps_ns_, wanted) - stamps_ns_.begin() - 1;
+    const double wanted_s{std::max(std::get<double>(parameter.value), 0.0) + half_nanosecond_s};
+    const auto later{std::ranges::partition_point(
+        stamps_ns_, [&](std::uint64_t stamp_ns) { return seconds_since_first(stamp_ns) <= wanted_s; })};
+    state_.frame = later - stamps_ns_.begin() - 1;
   } else if (parameter.name == "player.speed") {
     const double speed{std::get<double>(parameter.value)};
     if (speed < slowest || speed > fastest) return "speeds go from 0.05 to 20.";
@@ -64,7 +70,7 @@ std::optional<std::string> Playback::change(const server::Parameter& parameter) 
 void Playback::schedule(Clock::time_point from) {
   if (state_.frame == last()) state_.playing = false;
   if (!state_.playing) return;
-  const double gap_s{(time_s(state_.frame + 1) - time_s(state_.frame)) / state_.speed};
+  const double gap_s{std::min((time_s(state_.frame + 1) - time_s(state_.frame)) / state_.speed, longest_gap_s)};
   due_ = from + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>{gap_s});
 }
 

@@ -51,6 +51,7 @@ class Playback {
   [[nodiscard]] PlaybackState state() const;
   [[nodiscard]] std::int64_t last() const { return static_cast<std::int64_t>(stamps_ns_.size()) - 1; }
   [[nodiscard]] double time_s(std::int64_t frame) const;
+  [[nodiscard]] double seconds_since_first(std::uint64_t stamp_ns) const;
   [[nodiscard]] std::optional<std::string> change(const server::Parameter& parameter);
   void schedule(Clock::time_point from);
   void advance();

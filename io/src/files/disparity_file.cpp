@@ -19,6 +19,7 @@
 #include "files/image_completeness.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
+#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/npz.hpp"
 #include "stereogrid/io/text.hpp"
 
@@ -79,7 +80,6 @@ Image<float> read_tiff(const std::string& file, const std::string& bytes, const 
 // OpenCV decodes PFM through a temporary file and complains on stderr, so it is read here: "Pf", width, height, a scale
 // whose sign tells the byte order, one white-space character, rows from the bottom up.
 Image<float> read_pfm(const std::string& file, const std::string& bytes) {
-  constexpr int most_px{largest_side_px};
   std::istringstream head{bytes.substr(0, 100)};
   std::string kind;
   int width{0};
@@ -87,7 +87,7 @@ Image<float> read_pfm(const std::string& file, const std::string& bytes) {
   double scale{0};
   char separator{};
   if (!(head >> kind >> width >> height >> scale) || !head.get(separator) || width <= 0 || height <= 0 ||
-      width > most_px || height > most_px || scale == 0) {
+      width > largest_side_px || height > largest_side_px || scale == 0) {
     throw InputError{file, "has a damaged PFM header.", again};
   }
   if (kind != "Pf") throw InputError{file, "is a PFM in colour.", kinds};

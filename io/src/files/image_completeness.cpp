@@ -13,6 +13,8 @@
 #include <string_view>
 
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/file.hpp"
+#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
@@ -30,7 +32,6 @@ std::uint32_t big_endian(std::string_view bytes) {
   return value;
 }
 
-// More than any stereo camera has. What a few bytes declare must not fill the memory.
 void check_size(const std::string& file, std::uint64_t width, std::uint64_t height) {
   if (width == 0 || height == 0) fail(file, "has no pixels.");
   if (std::max(width, height) <= largest_side_px && width * height <= most_pixels) return;
@@ -64,22 +65,30 @@ std::size_t big_endian_16(std::string_view bytes, std::size_t at) {
   return static_cast<std::size_t>(static_cast<std::uint8_t>(bytes[at])) << 8 | static_cast<std::uint8_t>(bytes[at + 1]);
 }
 
+/// Marker at or after `at`, as libjpeg finds it: bytes of a scan, escaped 0xff and fill bytes are passed over.
+std::size_t next_marker(std::string_view bytes, std::size_t at) {
+  while (at + 1 < bytes.size() && (bytes[at] != '\xff' || bytes[at + 1] == '\0' || bytes[at + 1] == '\xff')) ++at;
+  return at;
+}
+
+/// Reads the markers as libjpeg does, which must not find a frame that is not checked here.
 void check_jpeg(const std::string& file, std::string_view bytes) {
-  std::size_t at{2};
-  while (at + 4 <= bytes.size() && bytes[at] == '\xff') {
+  constexpr int most_scans{32};
+  int scans{0};
+  for (std::size_t at{next_marker(bytes, 2)}; at + 2 <= bytes.size(); at = next_marker(bytes, at)) {
     const auto marker{static_cast<std::uint8_t>(bytes[at + 1])};
-    if (marker == 0xff) {
-      ++at;
-      continue;
+    if (marker == 0xd9 && scans > 0) return;
+    if (marker == 0xd9) break;
+    at += 2;
+    if (marker == 0x01 || (marker >= 0xd0 && marker <= 0xd7)) continue;  // no length
+    const std::size_t length{at + 2 <= bytes.size() ? big_endian_16(bytes, at) : 0};
+    if (marker < 0xc0 || marker == 0xd8 || length < 2 || length > bytes.size() - at) break;
+    const bool is_frame{marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc};
+    if (is_frame && length >= 7) check_size(file, big_endian_16(bytes, at + 5), big_endian_16(bytes, at + 3));
+    if (marker == 0xda && ++scans > most_scans) {
+      throw InputError{file, fmt::format("is a JPEG of more than {} scans.", most_scans), "Write it again."};
     }
-    if (marker == 0xda) {  // the scan: only the true end marker follows, since 0xff is escaped in it
-      if (bytes.find("\xff\xd9", at) != std::string_view::npos) return;
-      break;
-    }
-    const bool is_frame{marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc};
-    if (is_frame && at + 9 <= bytes.size())
-      check_size(file, big_endian_16(bytes, at + 7), big_endian_16(bytes, at + 5));
-    at += 2 + big_endian_16(bytes, at + 2);
+    at += length;
   }
   fail(file, "is a truncated or damaged JPEG (its end is missing).");
 }
@@ -199,16 +208,45 @@ void check_tiff_size(const std::string& file, std::string_view bytes) {
   const auto entry{[&](std::uint64_t i) { return directory + (big ? 8 + 20 * i : 2 + 12 * i); }};
   std::uint64_t width{0};
   std::uint64_t height{0};
+  std::uint64_t bits{8};
+  std::uint64_t samples{1};
+  std::uint64_t tile_width{1};
+  std::uint64_t tile_height{1};
   for (std::uint64_t i{0}; i < entries && entry(i) < bytes.size(); ++i) {
-    constexpr std::uint64_t type_short{3}, type_long{4};
+    constexpr std::uint64_t type_short{3}, type_long{4}, type_long8{16};
+    constexpr std::uint64_t tag_width{256}, tag_height{257}, tag_bits{258}, tag_samples{277}, tag_tile_width{322},
+        tag_tile_height{323};
     const std::uint64_t tag{numbers.at(entry(i), 2)};
+    if (tag == tag_bits) {  // of every sample: from the third one on they stand elsewhere
+      const std::uint64_t place{entry(i) + (big ? 12 : 8)};
+      const bool is_here{numbers.at(entry(i) + 4, big ? 8 : 4) <= (big ? 4 : 2)};
+      bits = std::max(bits, numbers.at(is_here ? place : numbers.at(place, big ? 8 : 4), 2));
+    }
+    if (tag != tag_width && tag != tag_height && tag != tag_samples && tag != tag_tile_width &&
+        tag != tag_tile_height) {
+      continue;
+    }
+    // other types, and several values, do not stand in the entry itself, and the decoder may read them
     const std::uint64_t type{numbers.at(entry(i) + 2, 2)};
+    const bool has_type{type == type_short || type == type_long || (big && type == type_long8)};
+    if (!has_type || numbers.at(entry(i) + 4, big ? 8 : 4) != 1) {
+      fail(file, fmt::format("is a damaged TIFF (the type of tag {} is {}).", tag, type));
+    }
     const std::size_t size{type == type_short ? 2U : type == type_long ? 4U : 8U};
     const std::uint64_t value{numbers.at(entry(i) + (big ? 12 : 8), size)};
-    if (tag == 256) width = std::max(width, value);
-    if (tag == 257) height = std::max(height, value);
+    if (tag == tag_width) width = std::max(width, value);
+    if (tag == tag_height) height = std::max(height, value);
+    if (tag == tag_tile_width) tile_width = std::max(tile_width, value);
+    if (tag == tag_tile_height) tile_height = std::max(tile_height, value);
+    if (tag == tag_samples && value > 4) fail(file, fmt::format("has {} samples a pixel (allowed: 1 to 4).", value));
+    if (tag == tag_samples) samples = std::max(samples, value);
   }
   check_size(file, width, height);
+  check_size(file, tile_width, tile_height);
+  if (width * height * samples * bits / 8 > largest_bytes::image) {
+    fail(file,
+         fmt::format("has {} × {} px of {} samples with {} bits, more than 512 MiB.", width, height, samples, bits));
+  }
 }
 
 std::string checked_image_bytes(const std::string& file, std::string bytes) {

@@ -31,6 +31,7 @@ cv::Mat decode(const std::string& name, std::string file) {
   try {
     const cv::Mat buffer{1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data())};
     image = cv::imdecode(buffer, cv::IMREAD_UNCHANGED);
+    if (image.channels() == 4) cv::cvtColor(image, image, cv::COLOR_BGRA2BGR);
   } catch (const cv::Exception&) {
     image.release();
   }
@@ -38,7 +39,6 @@ cv::Mat decode(const std::string& name, std::string file) {
   if (image.depth() != CV_8U && image.depth() != CV_16U) {
     throw InputError{name, "has neither 8 nor 16 bits a sample.", "Convert it to an 8-bit PNG."};
   }
-  if (image.channels() == 4) cv::cvtColor(image, image, cv::COLOR_BGRA2BGR);
   if (image.channels() == 2) cv::extractChannel(image, image, 0);
   return image;
 }
@@ -89,6 +89,7 @@ int sample_bits(const std::filesystem::path& path) {
 }
 
 int sample_bits(const PixelView& image) {
+  check(image);
   if (image.format != PixelFormat::grey16 || image.data == nullptr) return 8;
   const auto* const first{static_cast<const std::byte*>(image.data)};
   const auto width{static_cast<std::size_t>(image.width_px)};

@@ -120,8 +120,11 @@ std::string read_entry(zip_t* archive, zip_uint64_t index, const std::string& wh
     if (size > most) fail(where, fmt::format("holds more than {} MB, the most that is read.", most >> 20));
   }};
   zip_stat_t declared;
-  if (zip_stat_index(archive, index, 0, &declared) == 0 && (declared.valid & ZIP_STAT_SIZE) != 0) check(declared.size);
   std::string npy;
+  if (zip_stat_index(archive, index, 0, &declared) == 0 && (declared.valid & ZIP_STAT_SIZE) != 0) {
+    check(declared.size);
+    npy.reserve(declared.size);
+  }
   std::array<char, 65536> block{};
   zip_int64_t count{0};
   while ((count = zip_fread(entry.get(), block.data(), block.size())) > 0) {

@@ -3,7 +3,10 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -23,9 +26,24 @@ namespace stereogrid::mcap {
 /// Any of them.
 [[nodiscard]] std::unique_ptr<Bag> open_file_bag(const std::filesystem::path& path);
 
-/// The topic of this name, type and encoding among `topics`, where it is added if it is new: its index, which is what
-/// Message::channel can have. Throws std::length_error where it cannot.
-std::uint16_t index_of(const Topic& topic, std::vector<Topic>& topics);
+/// Topics of a bag, distinct in name, type and encoding.
+class TopicList {
+ public:
+  /// `file`: name in complaints.
+  explicit TopicList(std::string file) : file_{std::move(file)} {}
+
+  /// Index of the topic, which Message::channel has; a known topic gets its messages. Throws InputError: more than
+  /// 65536 topics, or more than 256 MiB of text.
+  std::uint16_t add(const Topic& topic);
+  [[nodiscard]] const std::vector<Topic>& all() const { return topics_; }
+  void count_message(std::uint16_t index) { ++topics_[index].message_count; }
+
+ private:
+  std::string file_;
+  std::vector<Topic> topics_;
+  std::map<std::tuple<std::string, std::string, std::string>, std::uint16_t> indices_;
+  std::size_t text_bytes_{0};
+};
 
 /// Messages whose channels have other numbers outside: `numbers[channel]`.
 class Renumbered : public MessageCursor {

@@ -7,6 +7,8 @@
 #include <limits>
 #include <map>
 #include <string>
+#include <tuple>
+#include <utility>
 
 #include "bag/bags.hpp"
 #include "bag/sqlite.hpp"
@@ -69,15 +71,14 @@ class Db3Cursor : public MessageCursor {
 
 class Db3Bag : public Bag {
  public:
-  explicit Db3Bag(const std::filesystem::path& path) : database_{path} {
+  explicit Db3Bag(const std::filesystem::path& path) : database_{path}, topics_{database_.name()} {
     for (const char* const column : {"id", "name", "type", "serialization_format"}) require("topics", column);
     for (const char* const column : {"topic_id", "timestamp", "data"}) require("messages", column);
     read_topics();
     count_messages();
-    describe_types();
   }
 
-  [[nodiscard]] const std::vector<Topic>& topics() const override { return topics_; }
+  [[nodiscard]] const std::vector<Topic>& topics() const override { return topics_.all(); }
   [[nodiscard]] std::uint64_t first_ns() const override { return first_ns_; }
   [[nodiscard]] std::uint64_t last_ns() const override { return last_ns_; }
 
@@ -85,7 +86,7 @@ class Db3Bag : public Bag {
     TopicIds wanted{ids_};
     std::erase_if(wanted, [&](const auto& id) {
       return !selection.topics.empty() &&
-             std::ranges::find(selection.topics, topics_[id.second].name) == selection.topics.end();
+             std::ranges::find(selection.topics, topics_.all()[id.second].name) == selection.topics.end();
     });
     return std::make_unique<Db3Cursor>(database_, wanted, selection);
   }
@@ -104,13 +105,17 @@ class Db3Bag : public Bag {
     Statement rows{
         database_.prepare(fmt::format("SELECT id, name, type, serialization_format, {} FROM topics ORDER BY id",
                                       has_qos ? "offered_qos_profiles" : "''"))};
+    const std::map<std::string, std::pair<std::string, std::string>> definitions{read_definitions()};
     while (rows.step()) {
       Topic topic;
       topic.name = rows.text(1);
       topic.type = rows.text(2);
       topic.message_encoding = rows.text(3);
       topic.offered_qos_profiles = rows.text(4);
-      ids_[rows.integer(0)] = index_of(topic, topics_);
+      if (const auto found{definitions.find(topic.type)}; found != definitions.end()) {
+        std::tie(topic.schema_encoding, topic.schema) = found->second;
+      }
+      ids_[rows.integer(0)] = topics_.add(topic);
     }
   }
 
@@ -120,7 +125,7 @@ class Db3Bag : public Bag {
     while (rows.step()) {
       const auto topic{ids_.find(rows.integer(0))};
       if (topic == ids_.end()) continue;
-      ++topics_[topic->second].message_count;
+      topics_.count_message(topic->second);
       const std::uint64_t time_ns{time_of(database_, rows, 1)};
       first_ns_ = is_first ? time_ns : std::min(first_ns_, time_ns);
       last_ns_ = std::max(last_ns_, time_ns);
@@ -128,23 +133,18 @@ class Db3Bag : public Bag {
     }
   }
 
-  /// Since ROS 2 Iron.
-  void describe_types() {
-    if (!database_.has_column("message_definitions", "encoded_message_definition")) return;
+  /// Encoding and text by type. Since ROS 2 Iron.
+  [[nodiscard]] std::map<std::string, std::pair<std::string, std::string>> read_definitions() const {
+    std::map<std::string, std::pair<std::string, std::string>> definitions;
+    if (!database_.has_column("message_definitions", "encoded_message_definition")) return definitions;
     Statement rows{
         database_.prepare("SELECT topic_type, encoding, encoded_message_definition FROM message_definitions")};
-    while (rows.step()) {
-      const std::string type{rows.text(0)};
-      for (Topic& topic : topics_) {
-        if (topic.type != type) continue;
-        topic.schema_encoding = rows.text(1);
-        topic.schema = rows.text(2);
-      }
-    }
+    while (rows.step()) definitions.insert_or_assign(rows.text(0), std::pair{rows.text(1), rows.text(2)});
+    return definitions;
   }
 
   Database database_;
-  std::vector<Topic> topics_;
+  TopicList topics_;
   TopicIds ids_;
   std::uint64_t first_ns_{0}, last_ns_{0};
 };

@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 #include <string>
 #include <system_error>
 
 #include "bag/bags.hpp"
 #include "compression.hpp"
 #include "merge.hpp"
+#include "read/batch.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/text.hpp"
@@ -40,9 +42,15 @@ Metadata parse_metadata(const fs::path& folder, const std::string& text, const s
   const YAML::Node bag{YAML::Load(text)["rosbag2_bagfile_information"]};
   if (!bag.IsMap()) throw InputError{name, "has no 'rosbag2_bagfile_information'.", "Make it anew (ros2 bag reindex)."};
   Metadata metadata;
+  std::set<fs::path> named;
   for (const YAML::Node& part : bag["relative_file_paths"]) {
     // old versions put the folder's name before it, and no part is anywhere else
-    metadata.parts.push_back(folder / fs::path{part.as<std::string>()}.filename());
+    const fs::path file{fs::path{part.as<std::string>()}.filename()};
+    if (!named.insert(file).second) {
+      throw InputError{name, fmt::format("names {} twice.", io::printable_path(file)),
+                       "Make it anew (ros2 bag reindex)."};
+    }
+    metadata.parts.push_back(folder / file);
   }
   const std::string mode{lower(bag["compression_mode"].as<std::string>(""))};
   metadata.are_messages_packed = mode == "message";
@@ -91,49 +99,58 @@ Metadata read_metadata(const fs::path& folder) {
   throw InputError{io::printable_path(folder), "holds no recording: no .mcap, no .db3.", "Name the folder of a bag."};
 }
 
-/// Unpacks each message.
+/// Unpacks each message; skips those that cannot be.
 class UnpackedMessages : public MessageCursor {
  public:
-  UnpackedMessages(std::unique_ptr<MessageCursor> cursor, std::string bag)
-      : cursor_{std::move(cursor)}, bag_{std::move(bag)} {}
+  UnpackedMessages(std::unique_ptr<MessageCursor> cursor, Damage& damage)
+      : cursor_{std::move(cursor)}, damage_{damage} {}
 
   const Message* next() override {
-    const Message* const packed{cursor_->next()};
-    if (packed == nullptr) return nullptr;
-    try {
-      const std::uint64_t size{zstd_content_size(packed->data).value_or(largest_chunk_bytes)};
-      if (size > largest_chunk_bytes) throw Malformed{"it has more than 512 MiB"};
-      decompress(Compression::zstd, packed->data, size, data_);
-    } catch (const Malformed& wrong) {
-      throw InputError{bag_,
-                       fmt::format("the message of {} ns cannot be unpacked: {}.", packed->log_time_ns, wrong.what()),
-                       "Ask for the messages before it, or after it."};
+    while (const Message* const packed{cursor_->next()}) {
+      if (!unpack(*packed)) continue;
+      message_ = *packed;
+      message_.data = data_;
+      return &message_;
     }
-    message_ = *packed;
-    message_.data = data_;
-    return &message_;
+    return nullptr;
   }
 
  private:
+  bool unpack(const Message& packed) {
+    try {
+      const std::uint64_t size{zstd_content_size(packed.data).value_or(largest_chunk_bytes)};
+      if (size > largest_chunk_bytes) throw Malformed{"it has more than 512 MiB"};
+      decompress(Compression::zstd, packed.data, size, data_);
+      return true;
+    } catch (const Malformed& wrong) {
+      std::string sentence{fmt::format("The message of {} ns is skipped: {}.", packed.log_time_ns, wrong.what())};
+      if (std::ranges::find(damage_.sentences, sentence) == damage_.sentences.end()) {
+        ++damage_.messages_skipped;
+        note(damage_, std::move(sentence));
+      }
+      return false;
+    }
+  }
+
   std::unique_ptr<MessageCursor> cursor_;
-  std::string bag_;
+  Damage& damage_;
   Bytes data_;
   Message message_;
 };
 
 class FolderBag : public Bag {
  public:
-  explicit FolderBag(const fs::path& folder) : name_{io::printable_path(folder)} {
+  explicit FolderBag(const fs::path& folder) : name_{io::printable_path(folder)}, topics_{name_} {
     const Metadata metadata{read_metadata(folder)};
     are_messages_packed_ = metadata.are_messages_packed;
     for (const fs::path& part : metadata.parts) {
       parts_.push_back(open_file_bag(part));
       std::vector<std::uint16_t>& numbers{numbers_.emplace_back()};
-      for (const Topic& topic : parts_.back()->topics()) numbers.push_back(index_of(topic, topics_));
+      for (const Topic& topic : parts_.back()->topics()) numbers.push_back(topics_.add(topic));
     }
   }
 
-  [[nodiscard]] const std::vector<Topic>& topics() const override { return topics_; }
+  [[nodiscard]] const std::vector<Topic>& topics() const override { return topics_.all(); }
 
   [[nodiscard]] std::uint64_t first_ns() const override {
     std::optional<std::uint64_t> first;
@@ -156,7 +173,7 @@ class FolderBag : public Bag {
       return std::make_unique<Renumbered>(parts_[part]->messages(selection), numbers_[part]);
     })};
     if (!are_messages_packed_) return merged;
-    return std::make_unique<UnpackedMessages>(std::move(merged), name_);
+    return std::make_unique<UnpackedMessages>(std::move(merged), damage_);
   }
 
   [[nodiscard]] std::vector<std::string> damage() const override {
@@ -164,6 +181,7 @@ class FolderBag : public Bag {
     for (const auto& part : parts_) {
       for (std::string& sentence : part->damage()) sentences.push_back(std::move(sentence));
     }
+    for (const std::string& sentence : damage_.sentences) sentences.push_back(name_ + ": " + sentence);
     return sentences;
   }
 
@@ -175,7 +193,8 @@ class FolderBag : public Bag {
   std::string name_;
   std::vector<std::unique_ptr<Bag>> parts_;
   std::vector<std::vector<std::uint16_t>> numbers_;  // index of each part's topics among all
-  std::vector<Topic> topics_;
+  TopicList topics_;
+  mutable Damage damage_;  // of messages compressed one by one
   bool are_messages_packed_{false};
 };
 

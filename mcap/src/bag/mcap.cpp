@@ -15,7 +15,7 @@ constexpr std::size_t channels_max{std::size_t{std::numeric_limits<std::uint16_t
 class McapBag : public Bag {
  public:
   explicit McapBag(const std::filesystem::path& path)
-      : name_{io::printable_path(path)}, reader_{path}, topic_of_channel_(channels_max) {
+      : name_{io::printable_path(path)}, reader_{path}, topics_{name_}, topic_of_channel_(channels_max) {
     const Contents& contents{reader_.contents()};
     for (const auto& [id, channel] : contents.channels) {
       Topic topic;
@@ -31,11 +31,11 @@ class McapBag : public Bag {
       }
       const auto count{contents.message_counts.find(id)};
       topic.message_count = count == contents.message_counts.end() ? 0 : count->second;
-      topic_of_channel_[id] = index_of(topic, topics_);
+      topic_of_channel_[id] = topics_.add(topic);
     }
   }
 
-  [[nodiscard]] const std::vector<Topic>& topics() const override { return topics_; }
+  [[nodiscard]] const std::vector<Topic>& topics() const override { return topics_.all(); }
   [[nodiscard]] std::uint64_t first_ns() const override { return reader_.contents().first_ns; }
   [[nodiscard]] std::uint64_t last_ns() const override { return reader_.contents().last_ns; }
 
@@ -52,7 +52,7 @@ class McapBag : public Bag {
  private:
   std::string name_;
   Reader reader_;
-  std::vector<Topic> topics_;
+  TopicList topics_;
   std::vector<std::uint16_t> topic_of_channel_;
 };
 

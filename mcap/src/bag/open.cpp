@@ -2,10 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <limits>
-#include <stdexcept>
 #include <string>
 #include <string_view>
-#include <tuple>
 
 #include "bag/bags.hpp"
 #include "stereogrid/error.hpp"
@@ -27,17 +25,24 @@ std::string first_bytes_of(const std::filesystem::path& path) {
 
 }  // namespace
 
-std::uint16_t index_of(const Topic& topic, std::vector<Topic>& topics) {
-  const auto key = [](const Topic& one) { return std::tie(one.name, one.type, one.message_encoding); };
-  const auto found{std::ranges::find_if(topics, [&](const Topic& known) { return key(known) == key(topic); })};
-  const auto index{found - topics.begin()};
-  if (found != topics.end()) {
-    found->message_count += topic.message_count;
-  } else {
-    if (index > std::numeric_limits<std::uint16_t>::max()) throw std::length_error{"too many topics"};
-    topics.push_back(topic);
+std::uint16_t TopicList::add(const Topic& topic) {
+  constexpr std::size_t most_topics{std::size_t{std::numeric_limits<std::uint16_t>::max()} + 1};
+  constexpr std::size_t most_text_bytes{std::size_t{256} << 20};
+  const auto [found, is_new]{indices_.try_emplace({topic.name, topic.type, topic.message_encoding},
+                                                  static_cast<std::uint16_t>(topics_.size()))};
+  if (!is_new) {
+    topics_[found->second].message_count += topic.message_count;
+    return found->second;
   }
-  return static_cast<std::uint16_t>(index);
+  text_bytes_ += topic.name.size() + topic.type.size() + topic.offered_qos_profiles.size() + topic.schema.size();
+  if (topics_.size() == most_topics || text_bytes_ > most_text_bytes) {
+    throw InputError{file_,
+                     topics_.size() == most_topics ? "has more than 65536 topics."
+                                                   : "has topics with more than 256 MiB of names and schemas.",
+                     "Record the topics of the cameras only."};
+  }
+  topics_.push_back(topic);
+  return found->second;
 }
 
 std::unique_ptr<Bag> open_unpacked_bag(const std::filesystem::path& path) {

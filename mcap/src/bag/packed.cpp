@@ -45,11 +45,16 @@ struct Free {
   void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
 };
 
+/// Beyond it, and beyond 1 GiB, a file is no recording, and would fill the disk.
+constexpr std::uint64_t most_growth{200};
+
 void unpack(const FileInput& packed, FileOutput& out) {
   const std::unique_ptr<ZSTD_DCtx, Free> context{ZSTD_createDCtx()};
   if (!context) throw std::bad_alloc{};
   Bytes in(ZSTD_DStreamInSize());
   Bytes unpacked(ZSTD_DStreamOutSize());
+  const std::uint64_t most_bytes{std::max(std::uint64_t{1} << 30, most_growth * packed.size())};
+  std::uint64_t written{0};
   bool is_frame_whole{true};
   for (std::uint64_t at{0}; at < packed.size();) {
     const std::size_t count{static_cast<std::size_t>(std::min<std::uint64_t>(in.size(), packed.size() - at))};
@@ -62,6 +67,11 @@ void unpack(const FileInput& packed, FileOutput& out) {
       const std::size_t left{ZSTD_decompressStream(context.get(), &output, &input)};
       if (ZSTD_isError(left) != 0) {
         throw InputError{packed.name(), "is a damaged zstd file.", "Copy or record it again."};
+      }
+      written += output.pos;
+      if (written > most_bytes) {
+        throw InputError{packed.name(), fmt::format("unpacks to more than {} times its size.", most_growth),
+                         "Unpack it with zstd, and name the unpacked file."};
       }
       out.write(View{unpacked}.first(output.pos));
       is_full = output.pos == output.size;

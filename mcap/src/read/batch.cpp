@@ -13,6 +13,27 @@ namespace {
 
 constexpr std::size_t most_sentences{20};
 
+std::uint64_t size_of(const Schema& schema) {
+  return sizeof schema + schema.name.size() + schema.encoding.size() + schema.data.size();
+}
+
+std::uint64_t size_of(const Channel& channel) {
+  constexpr std::uint64_t entry_bytes{128};
+  std::uint64_t size{sizeof channel + channel.topic.size() + channel.message_encoding.size()};
+  for (const auto& [key, value] : channel.metadata) size += entry_bytes + key.size() + value.size();
+  return size;
+}
+
+/// Writers may repeat a declaration, which then counts once.
+template <class Declared>
+void replace(std::map<std::uint16_t, Declared>& declared, std::uint16_t id, Declared made, std::uint64_t& bytes) {
+  const auto old{declared.find(id)};
+  const std::uint64_t size{bytes + size_of(made) - (old == declared.end() ? 0 : size_of(old->second))};
+  if (size > most_declared_bytes) throw Malformed{"the file declares more than 64 MiB of schemas and channels"};
+  bytes = size;
+  declared.insert_or_assign(id, std::move(made));
+}
+
 }  // namespace
 
 Message Batch::message(const MessagePlace& place) const {
@@ -30,6 +51,8 @@ RecordHead head_at(View bytes) {
 }
 
 void declare(Op op, View content, Contents& contents) {
+  if (op != Op::schema && op != Op::channel) return;
+  if (content.size() > most_declared_bytes) throw Malformed{"it declares more than 64 MiB of schemas and channels"};
   Fields fields{content};
   if (op == Op::schema) {
     const auto id{fields.number<std::uint16_t>()};
@@ -37,15 +60,15 @@ void declare(Op op, View content, Contents& contents) {
     schema.name = fields.text();
     schema.encoding = fields.text();
     schema.data = fields.text();
-    if (id != 0) contents.schemas.insert_or_assign(id, std::move(schema));
-  } else if (op == Op::channel) {
+    if (id != 0) replace(contents.schemas, id, std::move(schema), contents.declared_bytes);
+  } else {
     const auto id{fields.number<std::uint16_t>()};
     Channel channel;
     channel.schema_id = fields.number<std::uint16_t>();
     channel.topic = fields.text();
     channel.message_encoding = fields.text();
     channel.metadata = fields.texts();
-    contents.channels.insert_or_assign(id, std::move(channel));
+    replace(contents.channels, id, std::move(channel), contents.declared_bytes);
   }
 }
 

@@ -12,6 +12,7 @@
 
 #include "foxglove/message_queue.hpp"
 #include "foxglove/request.hpp"
+#include "stereogrid/server/server.hpp"
 
 namespace stereogrid::server {
 
@@ -42,14 +43,14 @@ struct Frame {
   SharedMessage message;
 };
 
-/// A number of requests per second on average, twice as many at once.
+/// An amount per second on average, twice as much at once: requests, or their bytes.
 class RequestRate {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
   explicit RequestRate(int per_second) : per_second_{static_cast<double>(per_second)}, left_{2 * per_second_} {}
-  /// False: too many.
-  [[nodiscard]] bool take(Time now);
+  /// False: too much.
+  [[nodiscard]] bool take(Time now, double amount = 1);
 
  private:
   double per_second_;
@@ -60,8 +61,12 @@ class RequestRate {
 /// What the server knows of a client. What may be overtaken by something newer (the time, the graph, parameters) is not
 /// queued as text: it is marked as due, and written as it is when the client can take it.
 struct Client {
-  Client(Link& its_link, std::string its_name, QueueLimits limits, int requests_per_second)
-      : link{its_link}, name{std::move(its_name)}, messages{limits}, rate{requests_per_second} {}
+  Client(Link& its_link, std::string its_name, const Limits& limits)
+      : link{its_link},
+        name{std::move(its_name)},
+        messages{{limits.queue_bytes, limits.queue_messages}},
+        rate{limits.requests_per_second},
+        byte_rate{limits.request_bytes_per_second} {}
 
   Link& link;
   std::string name;  ///< in the connection graph
@@ -79,6 +84,7 @@ struct Client {
   MessageQueue messages;
 
   RequestRate rate;
+  RequestRate byte_rate;
   int faults{0};
   bool closed{false};
 };

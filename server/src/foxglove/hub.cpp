@@ -9,12 +9,12 @@
 
 namespace stereogrid::server {
 
-bool RequestRate::take(Time now) {
+bool RequestRate::take(Time now, double amount) {
   if (last_ != Time{}) left_ += per_second_ * std::chrono::duration<double>{now - last_}.count();
   last_ = now;
   left_ = std::min(left_, 2 * per_second_);
-  if (left_ < 1) return false;
-  left_ -= 1;
+  if (left_ < amount) return false;
+  left_ -= amount;
   return true;
 }
 
@@ -82,10 +82,7 @@ void Hub::put_parameter(const Parameter& parameter) {
 
 ClientId Hub::join(Link& link) {
   const ClientId id{++last_client_};
-  const QueueLimits limits{options_.limits.queue_bytes, options_.limits.queue_messages};
-  Client& client{
-      clients_.try_emplace(id, link, "client " + std::to_string(id), limits, options_.limits.requests_per_second)
-          .first->second};
+  Client& client{clients_.try_emplace(id, link, "client " + std::to_string(id), options_.limits).first->second};
   counters_.clients = clients_.size();
   ++counters_.clients_ever;
   send_control(client, server_info(options_.name, options_.session, {parameters_.size() > 0, options_.sends_time}));
@@ -110,6 +107,10 @@ void Hub::receive(ClientId id, std::string_view bytes, bool binary, RequestRate:
   if (client.closed) return;
   if (!client.rate.take(now)) {
     return close(client, "more than " + std::to_string(options_.limits.requests_per_second) + " requests per second");
+  }
+  if (!client.byte_rate.take(now, static_cast<double>(bytes.size()))) {
+    return close(client, "more than " + std::to_string(options_.limits.request_bytes_per_second) +
+                             " bytes of requests per second");
   }
   try {
     if (binary) throw InputError{complaint_on_binary(bytes)};

@@ -46,12 +46,22 @@ std::optional<HttpReply> reply_to(const Error& error) {
 }  // namespace
 
 HttpSession::HttpSession(Tcp::socket socket, Surroundings& around)
-    : Session{around}, stream_{std::move(socket)}, buffer_{2 * largest_header} {}
+    : Session{around, socket}, stream_{std::move(socket)}, buffer_{2 * largest_header} {}
+
+void HttpSession::cut() {
+  progress_.reset();
+  stream_.close();
+}
+
+void HttpSession::expect_step() {
+  progress_ = std::chrono::steady_clock::now();
+  stream_.expires_after(around_.limits.http_timeout);
+}
 
 void HttpSession::read() {
   parser_.emplace();
   parser_->header_limit(static_cast<std::uint32_t>(largest_header));
-  stream_.expires_after(around_.limits.http_timeout);
+  expect_step();
   http::async_read_header(stream_, buffer_, *parser_,
                           [this, self = shared_from_this()](Error error, std::size_t) { on_read(error); });
 }
@@ -81,6 +91,7 @@ void HttpSession::upgrade(const HttpRequest& request) {
     ++around_.counters.refused;
     return reply(std::move(*refusal), true, false);
   }
+  progress_.reset();
   stream_.expires_never();  // the WebSocket has times of its own
   std::make_shared<WebSocketSession>(std::move(stream_), around_)->accept(parser_->release(), request.subprotocols);
 }
@@ -113,7 +124,7 @@ void HttpSession::reply(HttpReply reply, bool with_body, bool keep_alive) {
   sent_ = 0;
   keep_alive_ = keep_alive;
   serializer_.emplace(*header_);
-  stream_.expires_after(around_.limits.http_timeout);
+  expect_step();
   http::async_write_header(stream_, *serializer_,
                            [this, self = shared_from_this()](Error error, std::size_t) { on_header(error); });
 }
@@ -127,7 +138,7 @@ void HttpSession::write_piece() {
   const net::const_buffer bytes{piece()};
   if (bytes.size() == 0) return cut();  // the length was promised already
   sent_ += bytes.size();
-  stream_.expires_after(around_.limits.http_timeout);
+  expect_step();
   net::async_write(stream_, bytes, [this, self = shared_from_this()](Error error, std::size_t) { on_header(error); });
 }
 
@@ -151,7 +162,7 @@ void HttpSession::finish() {
   buffer_.clear();
   length_ = 0;
   sent_ = 0;
-  stream_.expires_after(around_.limits.http_timeout);
+  expect_step();
   linger();
 }
 

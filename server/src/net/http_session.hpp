@@ -20,9 +20,11 @@ class HttpSession : public Session {
 
   void read();
   void stop() override { cut(); }
-  void cut() override { stream_.close(); }
+  void cut() override;
 
  private:
+  /// Gives the client the time of one request, or of one piece of a reply.
+  void expect_step();
   void on_read(Error error);
   void on_request();
   void upgrade(const HttpRequest& request);

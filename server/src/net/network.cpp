@@ -91,13 +91,31 @@ struct Network::State {
   }
 
   void admit(Tcp::socket socket) {
-    if (around->sessions.size() >= around->limits.connections) {
+    Error ignored;
+    if (!make_room(socket.remote_endpoint(ignored).address())) {
       ++around->counters.refused;
       return turn_away(socket);
     }
-    Error ignored;
     socket.set_option(Tcp::no_delay(true), ignored);
     std::make_shared<HttpSession>(std::move(socket), *around)->read();
+  }
+
+  /// Ends the connection without progress for longest where there are too many: of this address, or at all. False: none
+  /// can be ended, all are WebSockets.
+  bool make_room(const net::ip::address& address) {
+    std::size_t of_address{0};
+    for (const Session* const session : around->sessions) of_address += session->address() == address ? 1 : 0;
+    const bool address_is_full{of_address >= around->limits.connections_per_address};
+    if (!address_is_full && around->sessions.size() < around->limits.connections) return true;
+    Session* oldest{nullptr};
+    for (Session* const session : around->sessions) {
+      if (!session->progress() || (address_is_full && session->address() != address)) continue;
+      if (oldest == nullptr || *session->progress() < *oldest->progress()) oldest = session;
+    }
+    if (oldest == nullptr) return false;
+    ++around->counters.refused;
+    oldest->cut();
+    return true;
   }
 
   void say_goodbye() {

@@ -2,15 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <set>
 #include <vector>
 
 #include "counters.hpp"
 #include "foxglove/hub.hpp"
 #include "http/site.hpp"
+#include "net/asio.hpp"
 
 namespace stereogrid::server {
 
@@ -29,7 +32,13 @@ struct Surroundings {
 /// A client's connection, from its acceptance to its end; it lives as long as something of it is under way.
 class Session : public std::enable_shared_from_this<Session> {
  public:
-  explicit Session(Surroundings& around) : around_{around} { around_.sessions.insert(this); }
+  using Time = std::chrono::steady_clock::time_point;
+
+  Session(Surroundings& around, const Tcp::socket& socket) : around_{around} {
+    Error unconnected;
+    address_ = socket.remote_endpoint(unconnected).address();
+    around_.sessions.insert(this);
+  }
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
   virtual ~Session() {
@@ -41,8 +50,17 @@ class Session : public std::enable_shared_from_this<Session> {
   virtual void stop() = 0;
   virtual void cut() = 0;
 
+  /// The client's.
+  [[nodiscard]] const net::ip::address& address() const { return address_; }
+  /// Time of the last request or part of a reply that is complete; none: no newer connection may replace this one.
+  [[nodiscard]] std::optional<Time> progress() const { return progress_; }
+
  protected:
   Surroundings& around_;
+  std::optional<Time> progress_;
+
+ private:
+  net::ip::address address_;
 };
 
 }  // namespace stereogrid::server

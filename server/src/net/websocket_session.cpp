@@ -30,7 +30,7 @@ void keep_system_queue_short(Tcp::socket& socket) {
 }  // namespace
 
 WebSocketSession::WebSocketSession(beast::tcp_stream stream, Surroundings& around)
-    : Session{around}, stream_{std::move(stream)}, patience_{stream_.get_executor()} {
+    : Session{around, stream.socket()}, stream_{std::move(stream)}, patience_{stream_.get_executor()} {
   const auto& limits{around_.limits};
   stream_.set_option(websocket::stream_base::timeout{limits.http_timeout, limits.idle_timeout, true});
   stream_.read_message_max(limits.request_bytes);

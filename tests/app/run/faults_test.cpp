@@ -241,10 +241,13 @@ TEST_F(Faults, KillsAtAnyMomentLoseNothing) {
 
 class EveryFault : public Faults {
  protected:
+  /// Of every call, or of every fourth one: those of STEREOGRID_QUARTER, 0 to 3.
   static void try_every_fault(bool half) {
     const std::vector<std::string>& all{half ? half_calls() : calls()};
+    const char* const quarter{std::getenv("STEREOGRID_QUARTER")};
     int tried{0};
     for (std::size_t i{0}; i < all.size(); ++i) {
+      if (quarter != nullptr && i % 4 != std::stoul(quarter)) continue;
       for (const char* kind : kinds) {
         if (!makes_sense(all[i], kind)) continue;
         try_fault({static_cast<int>(i) + 1, kind}, half);
@@ -252,6 +255,7 @@ class EveryFault : public Faults {
       }
     }
     std::cout << tried << " faults in " << all.size() << " calls\n";
+    EXPECT_GT(tried, 0);
   }
 };
 

@@ -85,6 +85,7 @@ TEST(GroundChain, AWallOverEverythingIsNoRoad) {
   const Scene scene{scenes::parse_scene("wall"), 2};
   const std::vector<Ground> grounds{grounds_of(frames_of(scene, 5), scene.rig())};
   for (const Ground& ground : grounds) {
+    EXPECT_TRUE(ground.estimated);
     EXPECT_NEAR(ground.height_m, scene.rig().camera_height_m, 0.03);
     EXPECT_NEAR(ground.pitch_rad / degree, 0, 0.3);
   }

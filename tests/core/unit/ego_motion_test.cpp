@@ -88,6 +88,25 @@ INSTANTIATE_TEST_SUITE_P(, Jump,
                          ::testing::Values(Pose2{5, 0, 0}, Pose2{0, -1, 0}, Pose2{1000, 2000, 1}, Pose2{-1.3, 0, 0},
                                            Pose2{0, 0, 5 * degree}, Pose2{0, 0, 180 * degree}));
 
+// From middle to middle of two intervals, a mean rate changes by 12 m/s² and 180°/s² at most; steps of 0.3 m and 1° are
+// noise.
+TEST(EgoMotion, AJumpBeginsWhereNoVehicleGetsTo) {
+  const double between_s2{dt_s * (dt_s + dt_s) / 2};
+  const double most_m{0.3 + 12 * between_s2};
+  const double most_rad{(1 + 180 * between_s2) * degree};
+  for (const auto& [step, is_jump] : {std::pair{Pose2{0.99 * most_m, 0, 0}, false},
+                                      {Pose2{1.01 * most_m, 0, 0}, true},
+                                      {Pose2{0, 0, 0.99 * most_rad}, false},
+                                      {Pose2{0, 0, 1.01 * most_rad}, true}}) {
+    EgoMotion motion{{}};
+    Pose2 pose{};
+    static_cast<void>(motion.place(pose, 0));
+    for (int i{0}; i < 3; ++i) static_cast<void>(motion.place(pose = pose * Pose2{1.3, 0, 0}, dt_s));
+    const auto placing{motion.place(pose * Pose2{1.3, 0, 0} * step, dt_s)};
+    EXPECT_EQ(placing.warning.find("jumps") != std::string::npos, is_jump) << step.x_m << " " << step.yaw_rad;
+  }
+}
+
 TEST(EgoMotion, AnOutlierJumpsForthAndBack) {
   Drive drive;
   static_cast<void>(drive.begin());

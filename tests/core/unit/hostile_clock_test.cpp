@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 #include "hostile_run.hpp"
+#include "pipeline/frame_clock.hpp"
 #include "stereogrid/error.hpp"
 
 namespace stereogrid::test {
@@ -175,6 +177,21 @@ TEST_P(HostileClock, NextToNoTimeBetweenFramesIsSurvived) {
     drive(i * second_ns + 2 * frame_ns + 1, 2);
   }
   EXPECT_THAT(leaps_of(drive(6 * second_ns, 1)), IsEmpty());
+}
+
+TEST(FrameClock, AGapBeginsBeyondTheLargestInterval) {
+  for (const auto& [step_ns, is_gap] : {std::pair{second_ns, false}, {second_ns + 1, true}}) {
+    FrameClock clock{1};
+    EXPECT_EQ(clock.tick(0).dt_s, 0) << "a first frame";
+    EXPECT_EQ(clock.tick(step_ns).leap.has_value(), is_gap) << step_ns;
+  }
+  FrameClock clock{1};
+  EXPECT_FALSE(clock.stands_still(0));
+  static_cast<void>(clock.tick(0));
+  EXPECT_TRUE(clock.stands_still(0));
+  EXPECT_FALSE(clock.stands_still(1));
+  clock.reset();
+  EXPECT_FALSE(clock.stands_still(0));
 }
 
 }  // namespace

@@ -4,9 +4,11 @@
 // Numbers that nobody means: in poses, disparities, other grids and arguments.
 #include <gmock/gmock.h>
 
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 
 #include "hostile_run.hpp"
@@ -225,6 +227,33 @@ TEST(Pipeline, OneThatHasBeenMovedFromSaysSo) {
   EXPECT_THROW(empty.reset(), std::logic_error);
   empty = std::move(moved_to);
   EXPECT_FALSE(wall.step(frame_ns).world.occupancy.empty());
+}
+
+TEST(Pipeline, ASecondThreadIsRefused) {
+  Wall wall{BackEnd::cpu};
+  std::atomic<bool> is_refused{false};
+  std::atomic<bool> ends{false};
+  std::thread other{[&] {
+    while (!is_refused && !ends) {
+      try {
+        wall.pipeline.reset();
+      } catch (const std::logic_error&) {
+        is_refused = true;
+      }
+    }
+  }};
+  for (int i{0}; i < 2000 && !is_refused; ++i) {
+    try {
+      static_cast<void>(wall.step(i * frame_ns));
+    } catch (const std::logic_error& error) {
+      EXPECT_THAT(error.what(), HasSubstr("in use by another thread"));
+      is_refused = true;
+    }
+  }
+  ends = true;
+  other.join();
+  EXPECT_TRUE(is_refused);
+  EXPECT_NO_THROW(wall.pipeline.reset()) << "one after the other is fine";
 }
 
 TEST(Image, OneThatHasBeenMovedFromIsEmpty) {

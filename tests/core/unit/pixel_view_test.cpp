@@ -78,7 +78,10 @@ TEST(PixelView, WhatCannotBeAnImageIsRefusedAndNothingHasChanged) {
         PixelView{bytes.data(), 2, 2, 0, static_cast<PixelFormat>(6)},
         PixelView{bytes.data(), 2, 2, 0, static_cast<PixelFormat>(-1)},
         PixelView{bytes.data(), 2, 2, 0, PixelFormat::grey16, 7},
-        PixelView{bytes.data(), 2, 2, 0, PixelFormat::grey16, 17}}) {
+        PixelView{bytes.data(), 2, 2, 0, PixelFormat::grey16, 17},
+        PixelView{bytes.data(), 2, 2, std::numeric_limits<std::ptrdiff_t>::min()},
+        PixelView{bytes.data(), 2, 3, std::numeric_limits<std::ptrdiff_t>::min() + 1},
+        PixelView{bytes.data(), 2, 3, std::numeric_limits<std::ptrdiff_t>::max()}}) {
     EXPECT_THROW(assign(grey, view), InputError);
   }
   EXPECT_EQ(grey, (Image<std::uint8_t>{2, 2, 5}));

@@ -69,6 +69,7 @@ struct CellShift {
   int x{0};
   int y{0};
 };
+/// Throws InputError: other cell sizes, or origins that are no whole number of cells apart.
 [[nodiscard]] STEREOGRID_EXPORT CellShift shift_between(const GridGeometry& grid, const GridGeometry& truth);
 
 }  // namespace stereogrid::evaluation

@@ -61,6 +61,7 @@ struct LogOddsParameters {
 
 /// Clamped log-odds of every cell.
 [[nodiscard]] STEREOGRID_EXPORT Image<float> log_odds_of(const RayCounts& counts, const LogOddsParameters& parameters);
+/// Occupancy probability of every cell.
 [[nodiscard]] STEREOGRID_EXPORT Image<float> probabilities_of(Image<float> log_odds);
 
 }  // namespace stereogrid::evaluation

@@ -21,6 +21,7 @@ struct TerrainScale {
   std::array<Band, 2> ranges;
   double tolerance_m{0};
 };
+/// Scale of grids with cells of this size.
 [[nodiscard]] STEREOGRID_EXPORT TerrainScale terrain_scale(double cell_size_m);
 
 /// Counts of docs/evaluation.md in one range, over all frames.

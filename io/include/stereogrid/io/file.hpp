@@ -11,17 +11,17 @@
 
 namespace stereogrid::io {
 
-/// The largest file of each kind that is read, in bytes. Far above what is of use: a larger one is something else, and
-/// would only use up memory and time.
+/// The largest file of each kind that is read, in bytes, and the most that a compressed one may declare. Far above what
+/// is of use: a larger one is something else, and would only use up memory and time.
 namespace largest_bytes {
 constexpr std::size_t mebi{std::size_t{1} << 20};
 constexpr std::size_t settings{mebi};       ///< YAML: its reader takes seconds for more
 constexpr std::size_t calibration{mebi};    ///< KITTI's too; and records of GPS/IMU
 constexpr std::size_t lines{1024 * mebi};   ///< frames.txt, times and poses: a line per frame
-constexpr std::size_t image{1024 * mebi};   ///< disparities too
-constexpr std::size_t sweep{1024 * mebi};   ///< of a lidar
-constexpr std::size_t array{2048 * mebi};   ///< .npy, and each array of an .npz
-constexpr std::size_t arrays{8192 * mebi};  ///< an .npz, and all that it holds
+constexpr std::size_t image{512 * mebi};    ///< disparities too; and its pixels at 8 bytes each
+constexpr std::size_t sweep{512 * mebi};    ///< of a lidar
+constexpr std::size_t array{512 * mebi};    ///< .npy, and each array of an .npz
+constexpr std::size_t arrays{1024 * mebi};  ///< an .npz, and all that it holds
 constexpr std::size_t json{16384 * mebi};   ///< run.json, frames.jsonl, truth
 }  // namespace largest_bytes
 

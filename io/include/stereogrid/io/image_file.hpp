@@ -8,9 +8,14 @@
 
 #include "stereogrid/export.hpp"
 #include "stereogrid/image.hpp"
+#include "stereogrid/io/file.hpp"
 #include "stereogrid/pixel_view.hpp"
 
 namespace stereogrid::io {
+
+/// Largest image that is read, far above any stereo camera's: what a few bytes declare must not fill the memory.
+inline constexpr int largest_side_px{32768};
+inline constexpr std::uint64_t most_pixels{largest_bytes::image / 8};
 
 /// An interleaved 8-bit colour image: `pixels` is 3·width wide, R G B R G B …
 struct RgbImage {
@@ -33,8 +38,9 @@ struct ScaledImage {
 /// taken from this image by sample_bits. 8-bit files are taken as they are.
 [[nodiscard]] STEREOGRID_EXPORT Image<std::uint8_t> read_grey(const std::filesystem::path& path, int bits = 0);
 
-/// 8 for 8-bit samples; else the least of 10 … 16 bits that holds the image's brightest value.
+/// 8 for 8-bit samples; else the least of 10 … 16 bits that holds the image's brightest value. Throws InputError.
 [[nodiscard]] STEREOGRID_EXPORT int sample_bits(const std::filesystem::path& path);
+/// The same of an image in memory.
 [[nodiscard]] STEREOGRID_EXPORT int sample_bits(const PixelView& image);
 
 /// Reads an image at its own scale: nothing saturates.
@@ -52,8 +58,7 @@ struct ScaledImage {
 /// Reads an image as 8-bit colour; grey becomes R = G = B, 16 bits lose their lower half.
 [[nodiscard]] STEREOGRID_EXPORT RgbImage read_rgb(const std::filesystem::path& path);
 
-// Writers leave whole files only (file.hpp) and throw DeviceError.
-
+/// Writes a PNG: 8 or 16 bits of grey, or colour. Leaves whole files only (file.hpp). Throws DeviceError.
 STEREOGRID_EXPORT void write_png(const std::filesystem::path& path, const Image<std::uint8_t>& grey);
 STEREOGRID_EXPORT void write_png(const std::filesystem::path& path, const Image<std::uint16_t>& grey);
 STEREOGRID_EXPORT void write_png(const std::filesystem::path& path, const RgbImage& colour);

@@ -23,6 +23,7 @@ enum class DType { float16, float32, float64, int8, int16, int32, int64, uint8, 
 
 /// "<f4" and so on, as NumPy spells it.
 [[nodiscard]] STEREOGRID_EXPORT std::string_view spelling(DType dtype);
+/// Bytes of an element.
 [[nodiscard]] STEREOGRID_EXPORT std::size_t element_size(DType dtype);
 
 /// Half a float's bits, for small files: three digits (IEEE 754 binary16).

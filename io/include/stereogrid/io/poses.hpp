@@ -45,6 +45,7 @@ struct NamedPose {
 /// Complains of double names and of stamps that do not grow.
 [[nodiscard]] STEREOGRID_EXPORT std::vector<NamedPose> read_poses_csv(const std::filesystem::path& path);
 
+/// Writes what read_poses_csv() reads. Throws DeviceError.
 STEREOGRID_EXPORT void write_poses_csv(const std::filesystem::path& path, std::span<const NamedPose> poses);
 
 /// A pose and its instant.
@@ -64,6 +65,7 @@ struct TumPoses {
   std::vector<StampedPose> poses;
   bool are_of_body{false};
 };
+/// Reads a file of TUM's format. Throws InputError.
 [[nodiscard]] STEREOGRID_EXPORT TumPoses read_tum_poses(const std::filesystem::path& path);
 
 /// The poses at other instants: between the two around each, position linear, heading along the shorter arc. Up to one
@@ -91,6 +93,7 @@ struct OxtsTimes {
   std::vector<std::string> names;
   std::vector<std::int64_t> stamps_ns;
 };
+/// Reads the names and stamps of a folder's records. Throws InputError.
 [[nodiscard]] STEREOGRID_EXPORT OxtsTimes read_oxts_times(const std::filesystem::path& folder);
 
 /// The pose file of a folder: poses.csv, poses_gt.txt, poses.txt, poses_vo.txt, then any other poses*.txt,
@@ -99,6 +102,7 @@ struct PoseChoice {
   std::filesystem::path file;
   std::vector<std::filesystem::path> others;  ///< also there, not taken
 };
+/// Pose file of a folder; none: there is none.
 [[nodiscard]] STEREOGRID_EXPORT std::optional<PoseChoice> find_poses(const std::filesystem::path& folder);
 
 }  // namespace stereogrid::io

@@ -18,12 +18,16 @@ inline constexpr std::uint64_t largest_chunk_bytes{std::uint64_t{512} << 20};
 /// Chunks whose times overlap are unpacked at the same time; more throws InputError.
 inline constexpr std::uint64_t most_unpacked_bytes{std::uint64_t{1} << 30};
 
+/// Maximum size of a file's schemas and channels; a reader skips the chunk with the rest.
+inline constexpr std::uint64_t most_declared_bytes{std::uint64_t{64} << 20};
+
 /// Declarations and message counts of a file.
 struct Contents {
   std::string profile, library;
   std::map<std::uint16_t, Schema> schemas;
   std::map<std::uint16_t, Channel> channels;
   std::map<std::uint16_t, std::uint64_t> message_counts;  ///< by channel; one without messages may be missing
+  std::uint64_t declared_bytes{0};                        ///< of schemas and channels
   std::uint64_t first_ns{0}, last_ns{0};                  ///< log times of the first and last message; 0: there is none
 };
 

@@ -20,16 +20,18 @@ namespace stereogrid::server {
 
 /// What no client can make the server exceed.
 struct Limits {
-  std::size_t clients{64};                          ///< WebSockets at a time
-  std::size_t connections{256};                     ///< of any kind at a time
-  std::size_t queue_bytes{std::size_t{32} << 20};   ///< waiting for a client; a single larger message still goes out
-  std::size_t queue_messages{16};                   ///< of each channel, waiting for a client
-  std::size_t control_bytes{std::size_t{4} << 20};  ///< replies waiting; a client that leaves more unread is closed
-  std::size_t request_bytes{std::size_t{1} << 20};  ///< of a client's message
-  int requests_per_second{100};                     ///< of a client, on average; twice as many at once
-  int faults{20};                                   ///< malformed requests before a client is closed
-  std::chrono::milliseconds http_timeout{10'000};   ///< for a whole request, and each 64 KiB of a reply
-  std::chrono::milliseconds idle_timeout{30'000};   ///< for any sign of life of a WebSocket client, which is pinged
+  std::size_t clients{64};                           ///< WebSockets at a time
+  std::size_t connections{256};                      ///< of any kind at a time
+  std::size_t connections_per_address{128};          ///< of these, from one address
+  std::size_t queue_bytes{std::size_t{32} << 20};    ///< waiting for a client; a single larger message still goes out
+  std::size_t queue_messages{16};                    ///< of each channel, waiting for a client
+  std::size_t control_bytes{std::size_t{4} << 20};   ///< replies waiting; a client that leaves more unread is closed
+  std::size_t request_bytes{std::size_t{64} << 10};  ///< of a client's message
+  int requests_per_second{100};                      ///< of a client, on average; twice as many at once
+  int request_bytes_per_second{256 << 10};           ///< of a client's messages, on average; twice as many at once
+  int faults{20};                                    ///< malformed requests before a client is closed
+  std::chrono::milliseconds http_timeout{10'000};    ///< for a whole request, and each 64 KiB of a reply
+  std::chrono::milliseconds idle_timeout{30'000};    ///< for any sign of life of a WebSocket client, which is pinged
 };
 
 struct ServerOptions {

@@ -102,6 +102,69 @@ TEST(GroundModel, GroundOfUndoesRoadPlane) {
   }
 }
 
+TEST(GroundModel, TheFitsRadiusIsFourMediansWithinItsLimits) {
+  EXPECT_EQ(radius_of_bin(0), 0.4);
+  EXPECT_EQ(radius_of_bin(1), 0.4);
+  EXPECT_NEAR(radius_of_bin(2), 4 * 2.5 / 25, 1e-12);
+  EXPECT_NEAR(radius_of_bin(10), 4 * 10.5 / 25, 1e-12);
+  EXPECT_EQ(radius_of_bin(residual_bins - 1), 2.5);
+}
+
+TEST(GroundModel, TheFitSettlesAfterItsWideRounds) {
+  EXPECT_FALSE(has_settled(wide_rounds, 0));
+  EXPECT_TRUE(has_settled(wide_rounds + 1, 0.0019));
+  EXPECT_FALSE(has_settled(wide_rounds + 1, 0.0021));
+}
+
+TEST(GroundModel, AMeasurementNeedsSamplesInFourBlocks) {
+  FitSums sums;
+  for (int i{0}; i < ground_samples_min; ++i) {
+    sums.equations.add({1, 0.01 * (i % 7), 0.01 * (i % 11)}, 1, 0.1);
+  }
+  sums.equations.complete();
+  sums.weights = sums.slopes = 1;
+  const RoadPlane plane{10, 0, 0.1, 300, 90};
+  PlaneMeasurement measurement;
+  sums.blocks = 3;
+  EXPECT_FALSE(measured(plane, sums, measurement));
+  sums.blocks = 4;
+  EXPECT_TRUE(measured(plane, sums, measurement));
+  EXPECT_NEAR(measurement.covariance[0][0], 0.03 * 0.03, 1e-12) << "what all pixels of a frame have in common";
+  EXPECT_NEAR(measurement.covariance[1][1], 0.004 * 0.004, 1e-12);
+  EXPECT_NEAR(measurement.covariance[2][2], 0.02 * 0.02, 1e-12);
+  sums.equations.inliers = ground_samples_min - 1;
+  EXPECT_FALSE(measured(plane, sums, measurement));
+}
+
+TEST(GroundModel, SigmasGrowWithTimeUpToTheCalibrations) {
+  EXPECT_NEAR(grown(0.03, 0.04, 1, 1), 0.05, 1e-12);
+  EXPECT_NEAR(grown(0.03, 0.04, 0.25, 1), std::hypot(0.03, 0.02), 1e-12);
+  EXPECT_EQ(grown(0.03, 0.04, 1, 0.02), 0.02);
+  EXPECT_EQ(grown(0, 0, 1, 1), 1e-5);
+}
+
+TEST(GroundModel, GroundLiesElsewhereWhereAQuarterMoreOfItDoes) {
+  EXPECT_FALSE(lies_elsewhere(80 * ground_samples_min, 100 * ground_samples_min));
+  EXPECT_TRUE(lies_elsewhere(80 * ground_samples_min, 100 * ground_samples_min + 1));
+  EXPECT_FALSE(lies_elsewhere(0, ground_samples_min - 1));
+  EXPECT_TRUE(lies_elsewhere(0, ground_samples_min));
+}
+
+TEST(GroundModel, NumbersChangeWithTheGroundAsThePlaneDoes) {
+  const Rig rig{small_kitti_rig()};
+  const Ground ground{1.6, 0.02, -0.01, true};
+  const Matrix3 slopes{numbers_by_ground(rig, ground)};
+  constexpr double step{1e-6};
+  for (int k{0}; k < 3; ++k) {
+    Ground moved{ground};
+    (k == 0 ? moved.height_m : k == 1 ? moved.pitch_rad : moved.roll_rad) += step;
+    const Vector3 change{numbers_of(road_plane(rig, moved)) - numbers_of(road_plane(rig, ground))};
+    for (int i{0}; i < 3; ++i) {
+      EXPECT_NEAR(slopes[i][k], change[i] / step, 1e-3 * std::max(1.0, std::abs(slopes[i][k]))) << i << " " << k;
+    }
+  }
+}
+
 TEST(GroundModel, HorizonIsWhereTheRoadEnds) {
   const Rig rig{small_kitti_rig()};
   for (const double pitch_rad : {-0.04, 0.0, 0.05}) {

@@ -51,6 +51,53 @@ std::vector<GroundSample> seen(const Rig& rig, const Ground& ground, const Aroun
   return samples;
 }
 
+struct SupportCase {
+  const char* what;
+  RoadSupport support;
+  bool is_road;
+};
+
+// Near: a fifth of all at least. Below: a fifth of all and a third of the near ones at most.
+TEST(RoadSupport, IsARoad) {
+  constexpr int least{ground_samples_min};
+  for (const SupportCase& one :
+       {SupportCase{"all near", {5 * least, 5 * least, 0, 3, 8}, true},
+        {"as few as may be", {least, least, 0, 3, 8}, true},
+        {"too few", {least - 1, least - 1, 0, 3, 8}, false},
+        {"a fifth near", {50 * least, 10 * least, 0, 3, 8}, true},
+        {"less than a fifth near", {50 * least, 10 * least - 1, 0, 3, 8}, false},
+        {"a fifth below", {50 * least, 40 * least, 10 * least, 3, 8}, true},
+        {"more than a fifth below", {50 * least, 39 * least, 10 * least + 1, 3, 8}, false},
+        {"a third of the near ones below", {50 * least, 12 * least, 4 * least, 3, 8}, true},
+        {"more than a third of the near ones below", {50 * least, 12 * least, 4 * least + 1, 3, 8}, false},
+        {"a range of depths", {5 * least, 5 * least, 0, 1.4, 8}, true},
+        {"one depth", {5 * least, 5 * least, 0, 1.39, 8}, false},
+        {"half of the columns", {5 * least, 5 * least, 0, 3, 4}, true},
+        {"less than half of the columns", {5 * least, 5 * least, 0, 3, 3}, false}}) {
+    EXPECT_EQ(one.support.is_road(), one.is_road) << one.what;
+  }
+}
+
+TEST(RoadSupport, SamplesBelowThePlaneSpeakAgainstIt) {
+  const Rig rig{small_kitti_rig()};
+  const RoadPlane plane{road_plane(rig, {rig.camera_height_m, rig.camera_pitch_rad, 0, true})};
+  for (int percent{0}; percent <= 90; percent += 10) {
+    std::vector<GroundSample> samples;
+    for (int v{120}; v < rig.height_px; v += 2) {
+      for (int u{5}; u < rig.width_px; u += 7) {
+        const double d{plane.disparity(u, v)};
+        const bool is_below{static_cast<int>(samples.size()) % 10 < percent / 10};
+        samples.push_back({static_cast<float>(u), static_cast<float>(v), static_cast<float>(is_below ? 0.6 * d : d)});
+      }
+    }
+    const RoadSupport support{support_of(rig, samples, plane)};
+    EXPECT_EQ(support.all, static_cast<int>(samples.size()));
+    EXPECT_EQ(support.near + support.below, support.all);
+    EXPECT_NEAR(support.below, percent / 100.0 * support.all, 10);
+    EXPECT_EQ(support.is_road(), percent < 20) << percent;
+  }
+}
+
 void expect_found(const std::optional<Ground>& found, const Ground& truth) {
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->height_m, truth.height_m, 0.03 * truth.height_m);

@@ -148,6 +148,15 @@ TEST(Rays, RowsEndWhereACameraHigherThanObstaclesLooksOverThem) {
   }
 }
 
+TEST(Rays, NothingIsSurerThanAThousandToOne) {
+  for (const float log_odds : {6.9f, 20.0f, 80.0f}) {
+    EXPECT_NEAR(probability_of(log_odds), 0.999, 1e-5) << log_odds;
+    EXPECT_NEAR(probability_of(-log_odds), 0.001, 1e-5) << log_odds;
+  }
+  EXPECT_NEAR(probability_of(6.0f), 1 / (1 + std::exp(-6.0)), 1e-6) << "below it, it is as sure as it says";
+  EXPECT_NEAR(probability_of(-6.0f), 1 / (1 + std::exp(6.0)), 1e-6);
+}
+
 TEST(Rays, MathematicsAreNearTheRealOnes) {
   for (float x{1}; x < 5000; x *= 1.0173f) EXPECT_NEAR(natural_log(x), std::log(x), 2e-6 * (1 + std::log(x))) << x;
   for (float x{-80}; x <= 80; x += 0.137f) EXPECT_NEAR(exponential(x) / std::exp(static_cast<double>(x)), 1, 4e-6) << x;

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numbers>
 #include <tuple>
 #include <vector>
 
@@ -32,10 +34,12 @@ class Street {
     const Point2 wall{wall_.x + (wall_velocity_.x - vehicle_mps_) * t_s, wall_.y + wall_velocity_.y * t_s};
     const double disparity{rig.focal_px * rig.baseline_m / wall.x};
     const Image<std::uint8_t> left{view_of(wall, 0)};
-    const Image<std::uint8_t> right{view_of(wall, disparity)};
+    const Image<std::uint8_t> right{view_of(wall, disparity, right_rows_off)};
     const FlowFrame frame{left.view(), right.view(), {}, {vehicle_mps_ * t_s, 0, 0}, frame_ == 0 ? 0 : dt_s};
     Matches matches{rig.width_px, rig.height_px};
-    matches.obstacle.fill(static_cast<float>(disparity + 0.2));  // as matching errs
+    for (int v{first_matched_row}; v < std::min(end_of_matched_rows, rig.height_px); ++v) {
+      std::fill_n(matches.obstacle.row(v), rig.width_px, static_cast<float>(disparity + 0.2));  // as matching errs
+    }
     const auto here = [](int count, const auto& work) { work(0, count); };
     flow.follow(frame, here);
     flow.add_points(frame, matches, here);
@@ -43,22 +47,26 @@ class Street {
   }
 
   Rig rig{small_kitti_rig()};
+  int right_rows_off{0};
+  int first_matched_row{0};
+  int end_of_matched_rows{rig.height_px};
+  /// Grey level by the place on the wall, in 40ths of a metre.
+  std::function<double(double, double)> shade{[texture = Texture{7}](double x, double y) { return texture.at(x, y); }};
 
  private:
   // Metres of the wall are 40 px of its texture, so that it grows as it comes near.
-  [[nodiscard]] Image<std::uint8_t> view_of(Point2 wall, double disparity) const {
+  [[nodiscard]] Image<std::uint8_t> view_of(Point2 wall, double disparity, int rows_off = 0) const {
     Image<std::uint8_t> image{rig.width_px, rig.height_px};
     const double scale{40 * wall.x / rig.focal_px};
     for (int v{0}; v < rig.height_px; ++v) {
       for (int u{0}; u < rig.width_px; ++u) {
         const double across{scale * (u + disparity - rig.centre_u_px) + 40 * wall.y};
-        image(u, v) = static_cast<std::uint8_t>(texture_.at(across, scale * (v - rig.centre_v_px)) + 0.5);
+        image(u, v) = static_cast<std::uint8_t>(shade(across, scale * (v - rows_off - rig.centre_v_px)) + 0.5);
       }
     }
     return image;
   }
 
-  Texture texture_{7};
   Point2 wall_;
   Point2 wall_velocity_;
   double vehicle_mps_;
@@ -129,6 +137,63 @@ TEST(SceneFlow, LosesWhatIsNoLongerThereAndForgetsWhenTold) {
   EXPECT_TRUE(flow.vectors().empty());
 }
 
+std::size_t vectors_of(Street street, int frames = 2) {
+  SceneFlow flow{street.rig};
+  for (int i{0}; i < frames; ++i) street.step(flow);
+  return flow.vectors().size();
+}
+
+// Columns tell the velocity. A horizontal edge of which they tell next to nothing could slide along itself.
+TEST(SceneFlow, HorizontalEdgesAreNotFollowed) {
+  for (const auto& [contrast, is_followed] : {std::pair{10.0, false}, {15.0, true}}) {
+    Street street{{9, 0}, {0, 0}};
+    street.shade = [contrast = contrast](double x, double y) {
+      return 100 + 60 * std::sin(y / 3) + contrast * std::sin(x / 2.5) * std::cos(y / 9);
+    };
+    const std::size_t vectors{vectors_of(street)};
+    EXPECT_TRUE(is_followed ? vectors > 20 : vectors == 0) << contrast << ": " << vectors;
+  }
+}
+
+TEST(SceneFlow, ARightImageOfOtherRowsHasNoPoints) {
+  for (const int rows : {0, 2, -2}) {
+    Street street{{9, 0}, {0, 0}};
+    street.right_rows_off = rows;
+    const std::size_t vectors{vectors_of(street)};
+    EXPECT_TRUE(rows == 0 ? vectors > 40 : vectors < 4) << rows << ": " << vectors;
+  }
+}
+
+// A crown hangs above what moves below it.
+TEST(SceneFlow, WhatIsHigherThanThreeMetresIsNotFollowed) {
+  Street street{{20, 0}, {0, 0}};
+  const auto row_at = [&](double height_m) {
+    return static_cast<int>(street.rig.centre_v_px -
+                            (height_m - street.rig.camera_height_m) * street.rig.focal_px / 20);
+  };
+  street.end_of_matched_rows = row_at(3.2);
+  ASSERT_GT(street.end_of_matched_rows, 24);
+  EXPECT_EQ(vectors_of(street), 0u);
+  street.first_matched_row = row_at(2.8);
+  street.end_of_matched_rows = street.rig.height_px;
+  EXPECT_GT(vectors_of(street), 40u);
+}
+
+// Pickets of 12 px that have moved by nearly 2.5 of them, 29.5 px: several fit alike, and none of them is taken.
+TEST(SceneFlow, APicketFenceIsNotSearchedAtRandom) {
+  for (const bool has_pickets : {true, false}) {
+    Street street{{9, 0}, {0, 29.5 / dt_s * 9 / small_kitti_rig().focal_px}};
+    if (has_pickets) {
+      const double period{12 * 40 * 9 / street.rig.focal_px};
+      street.shade = [period](double x, double y) {
+        return 100 + 60 * std::sin(2 * std::numbers::pi * x / period) + 20 * std::sin(y / 3);
+      };
+    }
+    const std::size_t vectors{vectors_of(street, 2)};
+    EXPECT_TRUE(has_pickets ? vectors < 10 : vectors > 40) << has_pickets << ": " << vectors;
+  }
+}
+
 FlowVector vector_at(Point2 place, Point2 velocity, double sigma_mps = 0.5) {
   const double variance{sigma_mps * sigma_mps};
   return {place, {0.01, 0, 0.01}, velocity, {variance, 0, variance}};
@@ -154,6 +219,22 @@ TEST(EvidenceMap, CoversTheCellsAroundAPoint) {
   }
   EXPECT_EQ(surest, 20 * 40 + 20) << "the point's own cell";
   EXPECT_TRUE(map.gather({}, window, in_one).empty()) << "nothing is left of the frame before";
+}
+
+// What points err by together, they err by all: four of them say as much as twenty.
+TEST(EvidenceMap, InformationOfManyPointsIsBounded) {
+  EvidenceMap map{40, 8};
+  const auto information_of = [&](std::size_t points) {
+    const std::vector<FlowVector> equal(points, vector_at({0.1, 0.1}, {2, -1}));
+    for (const VelocityEvidence& one : map.gather(equal, window, in_one)) {
+      if (one.cell == 20 * 40 + 20) return one.xx;
+    }
+    return -1.0f;
+  };
+  constexpr double of_one{0.5 / (0.5 * 0.5)};  // half of a point's information, which enters several frames
+  EXPECT_NEAR(information_of(1), of_one, 1e-5);
+  EXPECT_NEAR(information_of(4), 4 * of_one, 1e-5);
+  EXPECT_NEAR(information_of(20), 4 * of_one, 1e-5);
 }
 
 TEST(EvidenceMap, IsTheSameHoweverTheRowsAreDivided) {

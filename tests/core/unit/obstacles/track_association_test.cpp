@@ -66,6 +66,54 @@ TEST(Tracker, IdsLiveThroughMerges) {
   }
 }
 
+TEST(Bounds, GapIsTheShortestWayBetweenThem) {
+  const Bounds one{{0, 0}, {1, 2}};
+  const Bounds beyond{{4, 6}, {5, 7}};
+  EXPECT_DOUBLE_EQ(one.gap_to(beyond, {}), 5) << "3 m and 4 m";
+  EXPECT_DOUBLE_EQ(beyond.gap_to(one, {}), 5);
+  EXPECT_DOUBLE_EQ(one.gap_to(beyond, {3, 0}), 4);
+  EXPECT_DOUBLE_EQ(one.gap_to(beyond, {0, 4}), 3);
+  EXPECT_DOUBLE_EQ(one.gap_to({{0.5, 1}, {9, 9}}, {}), 0) << "they overlap";
+}
+
+// Beyond four standard deviations of both velocities it is another thing.
+TEST(Tracker, WhatIsSurelyFasterIsAnotherTrack) {
+  for (const auto& [sigmas, is_same] : {std::pair{3.0, true}, {5.0, false}}) {
+    GroundSeenFree world;
+    Tracker tracker{plain_config(), PaintedObstacles::rig()};
+    Cluster blob{blob_at(3, 0)};
+    constexpr double sigma_mps{0.3};
+    blob.velocity_covariance = {sigma_mps * sigma_mps, 0, sigma_mps * sigma_mps};
+    for (int step{0}; step < 40; ++step) update(tracker, world, {blob}, 0);
+    const std::int64_t id{report_of(tracker).at(0).id};
+    blob.velocity = {sigmas * sigma_mps, 0};
+    blob.pixels = 1000;
+    update(tracker, world, {blob}, 0);
+    bool is_another{false};
+    for (const Obstacle& obstacle : report_of(tracker)) is_another = is_another || obstacle.id != id;
+    EXPECT_EQ(is_another, !is_same) << sigmas;
+  }
+}
+
+TEST(Tracker, WhatHasMergedPartsWithinSeventyCentimetres) {
+  for (const auto& [away_m, is_same] : {std::pair{0.6, true}, {0.8, false}}) {
+    GroundSeenFree world;
+    world.layers.occupancy.fill(0.5f);
+    Tracker tracker{plain_config(), PaintedObstacles::rig()};
+    const Cluster left{blob_at(4, 0.5)};
+    const Cluster right{blob_at(4, -0.5)};
+    for (int step{0}; step < 15; ++step) update(tracker, world, {left, right}, 0.1);
+    Cluster both{blob_at(4, -0.1)};
+    both.outline = {{3.7, 0.7}, {3.7, -0.7}, {4.3, -0.7}, {4.3, 0.7}};
+    both.bounds = {{3.7, -0.7}, {4.3, 0.7}};
+    for (int step{0}; step < 3; ++step) update(tracker, world, {both}, 0.1);
+    for (int step{0}; step < 3; ++step) update(tracker, world, {blob_at(4, 0.5 + away_m), right}, 0.1);
+    bool is_first{false};
+    for (const Obstacle& obstacle : report_of(tracker)) is_first = is_first || (obstacle.y_m > 0 && obstacle.id == 1);
+    EXPECT_EQ(is_first, is_same) << away_m;
+  }
+}
+
 // What was a part of another thing takes nothing from a track that is seen.
 TEST(Tracker, WhatHasMergedGetsOnlyWhatIsLeft) {
   GroundSeenFree world;

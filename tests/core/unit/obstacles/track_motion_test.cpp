@@ -40,6 +40,42 @@ TEST(Tracker, MotionTakesSeveralFramesOfEvidence) {
   EXPECT_EQ(report_of(tracker)[0].kind, ObstacleKind::boundary);
 }
 
+// Sides that are surely seen err by 0.2 m all the same, alike from frame to frame.
+TEST(Tracker, APlaceErrsByTwentyCentimetresAFrame) {
+  GroundSeenFree world;
+  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+  constexpr int frames{40};
+  for (int step{0}; step < frames; ++step) update(tracker, world, {blob_at(3, 0)}, 0);
+  const double of_a_frame_m{std::sqrt(frames * report_of(tracker).at(0).position_covariance.xx)};
+  EXPECT_GT(of_a_frame_m, 0.2);
+  EXPECT_LT(of_a_frame_m, 0.3);
+}
+
+// With a tree above it, velocities of points say nothing.
+TEST(Tracker, ATallThingEarnsNoMotion) {
+  for (const auto& [height_m, moves] : {std::pair{4.0, true}, {4.4, false}, {6.0, false}}) {
+    GroundSeenFree world;
+    Tracker tracker{plain_config(), PaintedObstacles::rig()};
+    Cluster blob{blob_at(3, 0, {5, 0})};
+    blob.velocity_covariance = {0.16, 0, 0.16};
+    blob.height_m = height_m;
+    for (int step{0}; step < 6; ++step) update(tracker, world, {blob}, 0);
+    EXPECT_EQ(report_of(tracker)[0].moving, moves) << height_m;
+  }
+}
+
+// Half of the squared velocity in variances, less 2, is evidence: 3 speak against motion, 5 for it.
+TEST(Tracker, EvidenceOfMotionBeginsAtTwoStandardDeviations) {
+  for (const auto& [square, moves] : {std::pair{3.0, false}, {3.9, false}, {4.6, true}}) {
+    GroundSeenFree world;
+    Tracker tracker{plain_config(), PaintedObstacles::rig()};
+    Cluster blob{blob_at(3, 0, {3, 0})};
+    blob.velocity_covariance = {9 / square, 0, 9 / square};
+    for (int step{0}; step < 40; ++step) update(tracker, world, {blob}, 0);
+    EXPECT_EQ(report_of(tracker)[0].moving, moves) << square;
+  }
+}
+
 // The filter has followed its cells before there was a thing.
 TEST(Tracker, WhatTheFilterHasSeenMovingNeedsLessEvidence) {
   for (const double share : {0.0, 1.0}) {

@@ -25,6 +25,7 @@ STEREOGRID_EXPORT void write_compact_grids(const std::filesystem::path& path, co
                                            const std::vector<std::string>& layers = {});
 /// The frame must have predictions.
 STEREOGRID_EXPORT void write_predictions(const std::filesystem::path& path, const FrameResult& result);
+/// Writes every stage image that is not empty.
 STEREOGRID_EXPORT void write_stages(const std::filesystem::path& path, const StageImages& stages);
 
 }  // namespace stereogrid::io

@@ -32,6 +32,7 @@ struct FrameSummary {
   Ground ground{};      ///< FrameResult::ground
   bool is_known{true};  ///< at least one cell of the observed grid is known
 };
+/// Summary of one frame.
 [[nodiscard]] STEREOGRID_EXPORT FrameSummary summary_of(const StereoFrame& frame, const FrameResult& result);
 
 /// How the camera is mounted, as a frame's line has it.
