@@ -81,11 +81,19 @@ bool RoadSupport::is_road() const {
          depth_ratio >= 1.4 && columns >= 4;
 }
 
+bool RoadSupport::is_certain() const {
+  return is_road() && near >= 0.6 * all && below <= 0.05 * all && depth_ratio >= 2 && columns >= 7 &&
+         nearest >= ground_samples_min / 2 && nearest >= 0.8 * nearest_all;
+}
+
 RoadSupport support_of(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane) {
-  constexpr double below_share{0.1};  // of the expected disparity, for a road that is not flat
+  constexpr double nearest_share{0.6};  // of the largest disparity expected of a sample
+  constexpr double below_share{0.1};    // of the expected disparity, for a road that is not flat
   constexpr int bins{1024};
   const double largest_px{
       std::max({plane.disparity(0, rig.height_px), plane.disparity(rig.width_px, rig.height_px), 1.0})};
+  double nearest_px{0};
+  for (const GroundSample& sample : samples) nearest_px = std::max(nearest_px, plane.disparity(sample.u, sample.v));
   std::array<int, bins> by_disparity{};
   std::array<int, columns> by_column{};
   RoadSupport support;
@@ -95,8 +103,11 @@ RoadSupport support_of(const Rig& rig, const std::vector<GroundSample>& samples,
     const double r{sample.disparity - expected_px};
     ++support.all;
     support.below += r < -1 - below_share * expected_px ? 1 : 0;
+    const bool is_nearest{expected_px >= nearest_share * nearest_px};
+    support.nearest_all += is_nearest ? 1 : 0;
     if (std::abs(r) >= 1) continue;
     ++support.near;
+    support.nearest += is_nearest ? 1 : 0;
     ++by_disparity[static_cast<std::size_t>(std::clamp(clamped_to_int(expected_px / largest_px * bins), 0, bins - 1))];
     ++by_column[static_cast<std::size_t>(
         std::clamp(static_cast<int>(sample.u) * columns / rig.width_px, 0, columns - 1))];
@@ -203,7 +214,10 @@ bool MountingSearch::may_replace(const std::vector<GroundSample>& samples, const
 bool MountingSearch::verify(const std::vector<GroundSample>& samples, const Ground& candidate) {
   const std::optional<Ground> seen{refine_mounting(rig_, turned_rad_, samples, candidate)};
   // a narrower plane leaves the roll, and with it the height, undetermined
-  if (!seen || support_of(rig_, samples, road_plane(rig_, *seen)).columns < columns_to_believe) return false;
+  if (!seen) return false;
+  const RoadSupport support{support_of(rig_, samples, road_plane(rig_, *seen))};
+  if (support.columns < columns_to_believe) return false;
+  is_certain_ = agreeing_ == 0 && fitting_ == 0 && support.is_certain();
   if (agreeing_ == 0 || !are_alike(*seen, mean_of(sum_, agreeing_))) {
     agreeing_ = 0;
     sum_ = {0, 0, 0};
@@ -217,12 +231,13 @@ bool MountingSearch::verify(const std::vector<GroundSample>& samples, const Grou
 
 void MountingSearch::begin_again() {
   agreeing_ = 0;
+  is_certain_ = false;
   lost_s_ = 0;
   is_better_ = false;
 }
 
 std::optional<Ground> MountingSearch::found() const {
-  if (agreeing_ < frames_to_believe) return std::nullopt;
+  if (agreeing_ < frames_to_believe && !is_certain_) return std::nullopt;
   return mean_of(sum_, agreeing_);
 }
 

@@ -17,12 +17,17 @@ struct RoadSupport {
   int all{0};
   int near{0};            ///< within a px of it
   int below{0};           ///< clearly below it, where nothing can be
+  int nearest_all{0};     ///< in the lowest rows: up to 1.7 times as far as the nearest ground in view
+  int nearest{0};         ///< of these, within a px of it
   double depth_ratio{1};  ///< of the near ones: the 90th percentile of the expected disparity to the 10th
   int columns{0};         ///< eighths of the image's width that hold near ones
 
   /// Enough of them lie on it, few below it, over a range of depths and across the image. A wall, of one depth, is
   /// none.
   [[nodiscard]] bool is_road() const;
+  /// One frame determines the extrinsics: most samples, and nearly all of the lowest rows, lie on it, over a wide range
+  /// of depths and across the image. A slope or a lower floor ahead does not reach the lowest rows.
+  [[nodiscard]] bool is_certain() const;
 };
 RoadSupport support_of(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane);
 
@@ -56,7 +61,8 @@ class MountingSearch {
   std::optional<Ground> look(const std::vector<GroundSample>& samples, const Ground& used, bool is_doubted);
   /// True: `candidate` may replace the extrinsics if verify() confirms it. `place`: of the vehicle, in the world.
   bool may_replace(const std::vector<GroundSample>& samples, const Ground& used, const Ground& candidate, Point2 place);
-  /// Takes that frame, matched again on the `candidate`. True: it confirms it.
+  /// Takes that frame, matched again on the `candidate`. True: it confirms it. A first frame that determines the plane
+  /// alone is enough for found().
   bool verify(const std::vector<GroundSample>& samples, const Ground& candidate);
   /// As the camera of the level rig sees it, once enough frames agree.
   [[nodiscard]] std::optional<Ground> found() const;
@@ -65,7 +71,7 @@ class MountingSearch {
 
   template <class State>
   void exchange(State& state) {
-    state(fitting_, agreeing_, sum_, lost_s_, is_better_, better_, better_from_);
+    state(fitting_, agreeing_, is_certain_, sum_, lost_s_, is_better_, better_, better_from_);
   }
 
  private:
@@ -75,8 +81,9 @@ class MountingSearch {
   GroundConfig config_;
   double turned_rad_;
   bool is_given_;
-  int fitting_{0};   ///< frames that have shown that the extrinsics fit
-  int agreeing_{0};  ///< frames that have shown another plane
+  int fitting_{0};          ///< frames that have shown that the extrinsics fit
+  int agreeing_{0};         ///< frames that have shown another plane
+  bool is_certain_{false};  ///< the first of them determines it
   Ground sum_{0, 0, 0};
   double lost_s_{0};
   bool is_better_{false};  ///< `better_` explains all that the extrinsics did, since the vehicle was at `better_from_`

@@ -13,7 +13,12 @@
 namespace stereogrid {
 
 FrameInput::FrameInput(const MotionConfig& config, const Rig& rig, const PipelineOptions& options)
-    : rig_{rig}, levelling_{rig}, clock_{config.gap_max_s}, ego_motion_{config, options.in_world_of_poses} {
+    : rig_{rig},
+      levelling_{rig},
+      clock_{config.gap_max_s},
+      ego_motion_{config, options.in_world_of_poses},
+      clock_before_{clock_},
+      ego_motion_before_{ego_motion_} {
   set_rig(rig);
   ego_motion_.start_at(options.start);
 }
@@ -39,6 +44,8 @@ void FrameInput::check(const StereoFrame& frame) const {
 }
 
 LevelFrame FrameInput::convert(const StereoFrame& frame, Cpu& cpu, FrameResult& result) {
+  clock_before_ = clock_;
+  ego_motion_before_ = ego_motion_;
   FrameClock::Tick tick{clock_.tick(frame.stamp_ns)};
   if (tick.leap) {
     ego_motion_.restart();
@@ -79,6 +86,11 @@ void FrameInput::level(const StereoFrame& frame, Cpu& cpu) {
   levelling_.apply(cpu, frame.left.view(), left_.view());
   if (!frame.right.empty()) levelling_.apply(cpu, frame.right.view(), right_.view());
   if (!frame.disparity.empty()) levelling_.apply(cpu, frame.disparity.view(), disparity_.view());
+}
+
+void FrameInput::rewind() {
+  clock_ = clock_before_;
+  ego_motion_ = ego_motion_before_;
 }
 
 void FrameInput::restart() {

@@ -30,6 +30,8 @@ class FrameInput {
   /// The views are of `frame` or of this object's images, until the next call. Sets status and warnings of clock and
   /// poses in `result`.
   LevelFrame convert(const StereoFrame& frame, Cpu& cpu, FrameResult& result);
+  /// Time and world as they were before the last convert(): the same frame may be converted again.
+  void rewind();
   /// Makes the next frame a first one.
   void restart();
 
@@ -48,6 +50,8 @@ class FrameInput {
   Levelling levelling_;
   FrameClock clock_;
   EgoMotion ego_motion_;
+  FrameClock clock_before_;
+  EgoMotion ego_motion_before_;
   Image<std::uint8_t> left_;
   Image<std::uint8_t> right_;
   Image<float> disparity_;

@@ -136,6 +136,18 @@ struct Pipeline::Implementation {
   void process(const StereoFrame& frame, FrameResult& into) {
     input.check(frame);
     Stopwatch watch;
+    process_on_rig(frame, into);
+    std::string found{use_found_extrinsics()};
+    if (is_first && !found.empty()) {  // a pair alone gets a grid, too
+      input.rewind();
+      process_on_rig(frame, into);
+    }
+    if (!found.empty()) into.warnings.push_back(std::move(found));
+    is_first = false;
+    into.timing_ms.total = watch.lap();
+  }
+
+  void process_on_rig(const StereoFrame& frame, FrameResult& into) {
     make_room(config, options.horizons_s, into);
     if (!options.stages) into.stages = std::exchange(unwanted_stages, {});
     make_room(config, input.level_rig(), into.stages);
@@ -151,16 +163,15 @@ struct Pipeline::Implementation {
     if (!options.stages) unwanted_stages = std::exchange(into.stages, {});
     into.world_from_vehicle = converted.world_from_vehicle;
     window = into.world.geometry;
-    use_found_extrinsics(into);
-    into.timing_ms.total = watch.lap();
   }
 
-  void use_found_extrinsics(FrameResult& into) {
+  // Returns the message; empty: none were found.
+  std::string use_found_extrinsics() {
     const std::optional<Ground> found{frames->found_mounting()};
-    if (!found) return;
+    if (!found) return {};
     const Rig rig{as_written(mounted_as(input.rig(), seen_from(*found, input.turned_rad())))};
     set_rig(rig);
-    into.warnings.push_back(sentence_of_mounting(rig));
+    return sentence_of_mounting(rig);
   }
 
   // Rebuilds all stages; time, world and ids continue. Nothing has changed where it throws.
@@ -172,13 +183,14 @@ struct Pipeline::Implementation {
   }
 
   void reset() {
+    is_first = true;
     input.restart();
     frames->reset();
   }
 
   template <class State>
   void exchange(State& state) {
-    state(input);
+    state(input, is_first);
     Rig rig{input.rig()};
     state(rig);
     if constexpr (std::is_same_v<State, StateWriter>) {
@@ -201,6 +213,7 @@ struct Pipeline::Implementation {
   std::unique_ptr<FramePipeline> frames;
   StageImages unwanted_stages;
   GridGeometry window;  // window of the last frame
+  bool is_first{true};
   std::atomic_flag in_use;
 };
 

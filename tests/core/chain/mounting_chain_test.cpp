@@ -75,6 +75,30 @@ TEST(MountingChain, GoesOnAsIfItHadBeenGiven) {
   }
 }
 
+TEST(MountingChain, APairAloneIsEnoughWhereMostOfItIsRoad) {
+  WrongRig drive{"crossing?width=512&height=320&pitch_deg=8&camera_height=1.0"};
+  const FrameResult& result{drive.step(0)};
+  EXPECT_TRUE(result.status.empty());
+  EXPECT_NE(result.warnings.back().find("mount: {camera_height_m: "), std::string::npos);
+  const Rig found{drive.pipeline.next_rig()};
+  EXPECT_NEAR(found.camera_height_m, 1.0, 0.01);
+  EXPECT_NEAR(found.camera_pitch_rad / degree, 8, 0.1);
+  Pipeline told{small_grid(), found, {.threads = 2, .extrinsics_given = false}};
+  for (std::size_t frame{0}; frame < 3; ++frame) {
+    if (frame > 0) drive.step(frame);
+    const FrameResult& expected{told.process(drive.scene.load(frame))};
+    EXPECT_GT(std::ranges::count_if(expected.observed, [](float p) { return p < 0.3f; }), 500);
+    EXPECT_EQ(count_differences(result.observed, expected.observed), 0) << frame;
+    EXPECT_EQ(count_differences(result.world.occupancy, expected.world.occupancy), 0) << frame;
+  }
+}
+
+TEST(MountingChain, APairAloneIsNotEnoughBeforeALowerFloor) {
+  WrongRig drive{"terrain?kind=stairs&rise=-0.17&at=3&width=512&height=320&pitch_deg=6&camera_height=0.9"};
+  EXPECT_TRUE(is_unknown(drive.step(0)));
+  EXPECT_EQ(drive.pipeline.next_rig(), usual_mounting(drive.scene.rig()));
+}
+
 TEST(MountingChain, TheReferenceFindsTheSame) {
   WrongRig drive{"street?width=128&height=96&pitch_deg=8&camera_height=1.0"};
   WrongRig reference{"street?width=128&height=96&pitch_deg=8&camera_height=1.0", BackEnd::reference};

@@ -150,6 +150,23 @@ TEST(MountingSearch, ChanceIsNoRoad) {
   EXPECT_FALSE(search_mounting(rig, 0, {}));
 }
 
+TEST(RoadSupport, IsCertainWhereTheLowestRowsAreRoad) {
+  const RoadSupport certain{
+      .all = 1000, .near = 700, .below = 20, .nearest_all = 200, .nearest = 180, .depth_ratio = 3, .columns = 8};
+  EXPECT_TRUE(certain.is_certain());
+  const auto without = [&](const auto& change) {
+    RoadSupport support{certain};
+    change(support);
+    return support.is_certain();
+  };
+  EXPECT_FALSE(without([](RoadSupport& s) { s.near = 590; }));
+  EXPECT_FALSE(without([](RoadSupport& s) { s.below = 60; }));
+  EXPECT_FALSE(without([](RoadSupport& s) { s.nearest = 150; }));
+  EXPECT_FALSE(without([](RoadSupport& s) { s.nearest_all = s.nearest = 40; }));
+  EXPECT_FALSE(without([](RoadSupport& s) { s.depth_ratio = 1.9; }));
+  EXPECT_FALSE(without([](RoadSupport& s) { s.columns = 6; }));
+}
+
 TEST(MountingSearch, ALevelledImageShiftsTheRange) {
   const Rig rig{small_kitti_rig()};
   const Ground steep{1.2, 33 * degree, 0};
