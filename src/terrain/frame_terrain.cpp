@@ -64,6 +64,18 @@ void FrameTerrain::write_window(const GridInVehicle& grid, int begin, int end) {
                  [&](int ix, int iy, const CellGround& ground) { window_rules_(ix, iy) = rule_of(ground, raised_m_); });
 }
 
+void FrameTerrain::withdraw_hidden(FrameResult& result) const {
+  const auto withdraw = [](const Image<CellRule>& rules, Image<float>& occupancy) {
+    for (int iy{0}; iy < rules.height(); ++iy) {
+      for (int ix{0}; ix < rules.width(); ++ix) {
+        if (rules(ix, iy) == CellRule::not_free) occupancy(ix, iy) = std::max(occupancy(ix, iy), 0.5f);
+      }
+    }
+  };
+  withdraw(vehicle_rules_, result.vehicle.occupancy);
+  withdraw(window_rules_, result.world.occupancy);
+}
+
 void FrameTerrain::clear(FrameResult& result) {
   result.elevation_m.fill(std::numeric_limits<float>::quiet_NaN());
   result.elevation_sigma_m.fill(std::numeric_limits<float>::quiet_NaN());

@@ -120,6 +120,25 @@ TEST(Terrain, IsNotFreeBeyondAnEdge) {
   }
 }
 
+// From 7 m the far side of the ditch is free ground; from 5 m on it is hidden.
+TEST(Terrain, FilteredCellsBehindAnEdgeAreNotFree) {
+  const scenes::Scene scene{scenes::parse_scene("terrain?kind=ditch&at=4&span=1&frames=14"), 2};
+  Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2}};
+  int hidden{0};
+  for (std::size_t frame{0}; frame < scene.size(); ++frame) {
+    const FrameResult& result{pipeline.process(scene.load(frame))};
+    hidden = 0;
+    for (int iy{0}; iy < result.terrain.height(); ++iy) {
+      for (int ix{0}; ix < result.terrain.width(); ++ix) {
+        if (result.terrain(ix, iy) != TerrainClass::hidden) continue;
+        ++hidden;
+        EXPECT_GE(result.vehicle.occupancy(ix, iy), 0.5f) << frame << ": " << ix << " " << iy;
+      }
+    }
+  }
+  EXPECT_GT(hidden, 500);
+}
+
 // Rising ground and large obstacles.
 TEST(Terrain, KeepsTheExtrinsicsBeforeWhatRises) {
   const auto check = [](const FrameResult& result, double) {
