@@ -100,6 +100,19 @@ void take_poses(io::ForeignRecording& found, const mcap::Bag& bag, const std::st
   }
 }
 
+/// Throws InputError. Topics are compared in pairs: O(n²).
+void check_number_of_topics(const std::string& name, const std::vector<mcap::Topic>& topics) {
+  constexpr std::ptrdiff_t most_topics{1000};
+  const auto of_cameras{std::ranges::count_if(topics, [](const mcap::Topic& topic) {
+    return topic.message_count > 0 && topic.type.starts_with("sensor_msgs/msg/") &&
+           (topic.type.ends_with("Image") || topic.type.ends_with("CameraInfo"));
+  })};
+  if (of_cameras <= most_topics) return;
+  throw InputError{name,
+                   fmt::format("has images and CameraInfo on {} topics (allowed up to {}).", of_cameras, most_topics),
+                   "Record the topics of the cameras that are used."};
+}
+
 /// Encodings of the first messages, which distinguish depth from images if names do not.
 Encodings encodings_of(const mcap::Bag& bag) {
   Encodings encodings;
@@ -193,6 +206,7 @@ std::unique_ptr<io::Recording> bag_recording(std::unique_ptr<mcap::Bag> bag, con
   const fs::path& path{arguments.paths.front()};
   const std::string name{io::printable_path(path)};
   const mcap::Bag& opened{*bag};
+  check_number_of_topics(name, bag->topics());
   ImageTopics topics{choose_image_topics(name, bag->topics(), options.topics, encodings_of(*bag))};
   if (topics.is_one_topic()) topics.second = layout_of(*bag, name, topics);
   const Shots left{find_shots(*bag, topics.left)};

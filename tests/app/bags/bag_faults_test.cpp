@@ -43,6 +43,17 @@ TEST_F(Bags, WhatIsWrongWithTheCalibrationIsNamed) {
   expect_equal_runs(plain(), *folder / "out");
 }
 
+TEST_F(Bags, ThousandsOfImageTopicsAreRefusedAtOnce) {
+  std::vector<Entry> many;
+  Entry image{entries({}).front()};
+  image.type = "sensor_msgs/msg/Image";
+  for (int i{0}; i < 1001; ++i) {
+    image.topic = "/c" + std::to_string(i) + "/left/image_rect";
+    many.push_back(image);
+  }
+  expect_complaint(many, "has images and CameraInfo on 1001 topics (allowed up to 1000)");
+}
+
 // The right camera is turned by 3°, so that rectification moves rows.
 TEST_F(Bags, ImagesThatAreRectifiedTwiceAreNoticed) {
   const double s{std::sin(0.052)};

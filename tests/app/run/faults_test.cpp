@@ -241,7 +241,7 @@ TEST_F(Faults, KillsAtAnyMomentLoseNothing) {
 
 class EveryFault : public Faults {
  protected:
-  /// Of every call, or of every fourth one: those of STEREOGRID_QUARTER, 0 to 3.
+  /// Tries every call, or every fourth one: the quarter STEREOGRID_QUARTER, 0 to 3.
   static void try_every_fault(bool half) {
     const std::vector<std::string>& all{half ? half_calls() : calls()};
     const char* const quarter{std::getenv("STEREOGRID_QUARTER")};

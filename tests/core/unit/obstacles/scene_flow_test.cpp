@@ -143,7 +143,7 @@ std::size_t vectors_of(Street street, int frames = 2) {
   return flow.vectors().size();
 }
 
-// Columns tell the velocity. A horizontal edge of which they tell next to nothing could slide along itself.
+// Aperture problem: a horizontal edge may slide along itself.
 TEST(SceneFlow, HorizontalEdgesAreNotFollowed) {
   for (const auto& [contrast, is_followed] : {std::pair{10.0, false}, {15.0, true}}) {
     Street street{{9, 0}, {0, 0}};
@@ -221,7 +221,7 @@ TEST(EvidenceMap, CoversTheCellsAroundAPoint) {
   EXPECT_TRUE(map.gather({}, window, in_one).empty()) << "nothing is left of the frame before";
 }
 
-// What points err by together, they err by all: four of them say as much as twenty.
+// Points share errors: twenty of them count as four.
 TEST(EvidenceMap, InformationOfManyPointsIsBounded) {
   EvidenceMap map{40, 8};
   const auto information_of = [&](std::size_t points) {
