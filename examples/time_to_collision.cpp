@@ -72,7 +72,7 @@ std::optional<double> on_path_m(Point2 a, Point2 b) {
 std::optional<double> on_path_m(const Obstacle& obstacle) {
   std::optional<double> nearest_m;
   const Outline& outline{obstacle.outline};
-  const std::size_t first{obstacle.kind == ObstacleKind::extended ? 1u : 0u};  // an open line
+  const std::size_t first{obstacle.kind == ObstacleKind::object ? 0u : 1u};  // an open line
   for (std::size_t i{first}; i < outline.size(); ++i) {
     const std::optional<double> here_m{on_path_m(outline[i], outline[i == 0 ? outline.size() - 1 : i - 1])};
     if (here_m && (!nearest_m || *here_m < *nearest_m)) nearest_m = here_m;

@@ -124,7 +124,7 @@ export class CameraView {
     if (!this.#intoCamera) return null;
     const { width, height } = this.canvas.getBoundingClientRect();
     const [u, v] = [(offsetX * this.#info.width) / width, (offsetY * this.#info.height) / height];
-    const found = this.obstacles.filter((one) => one.kind !== 'other' && one.position).filter((one) => {
+    const found = this.obstacles.filter((one) => !['other', 'drop'].includes(one.kind) && one.position).filter((one) => {
       const ends = this.#edges(one).flat();
       const [us, vs] = [ends.map((end) => end[0]), ends.map((end) => end[1])];
       return u >= Math.min(...us) && u <= Math.max(...us) && v >= Math.min(...vs) && v <= Math.max(...vs);

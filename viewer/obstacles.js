@@ -14,7 +14,8 @@ export function joined(markers, array) {
   const made = new Map();
   const having = (id) => made.get(id) ?? made.set(id, { id, kind: 'other', outline: [] }).get(id);
   for (const marker of markers?.markers ?? []) {
-    if (marker.ns === 'outlines' && marker.type === lineStrip) having(marker.id).outline = marker.points;
+    if (['outlines', 'drops'].includes(marker.ns) && marker.type === lineStrip) having(marker.id).outline = marker.points;
+    if (marker.ns === 'drops') having(marker.id).kind = 'drop';
     if (marker.ns === 'boxes') {
       having(marker.id).box = { pose: marker.pose, scale: marker.scale };
       if (having(marker.id).kind === 'other') having(marker.id).kind = 'thing';
@@ -27,7 +28,7 @@ export function joined(markers, array) {
   return [...made.values()];
 }
 
-const kindNames = { moving: 'moving', thing: 'standing', other: 'boundary' };
+const kindNames = { moving: 'moving', thing: 'standing', other: 'boundary', drop: 'drop' };
 
 /** Rows in the order of distance. Each can be focused and hovered (`onHover(id | null)`) and picked (`onPick(id)`). */
 export class ObstacleTable {

@@ -82,8 +82,8 @@ struct ObstacleScores::Candidate {
 ObstacleScores::Candidates ObstacleScores::candidates_of(std::span<const Obstacle> reported) {
   Candidates candidates;
   for (const Obstacle& o : reported) {
-    if (!o.confirmed) continue;
-    const bool closed{o.kind == ObstacleKind::thing};
+    if (!o.confirmed || o.kind == ObstacleKind::drop) continue;  // terrain scores edges
+    const bool closed{o.kind == ObstacleKind::object};
     std::vector<Point2> outline{o.outline.begin(), o.outline.end()};
     if (outline.empty()) outline = corners_of({o.x_m, o.y_m, o.yaw_rad}, o.length_m, o.width_m);
     const auto [least, most]{std::ranges::minmax(outline, {}, &Point2::y)};

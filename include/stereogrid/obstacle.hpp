@@ -21,11 +21,13 @@ struct Covariance2 {
   double yy{0};
 };
 
-/// thing: object that can be passed on either side (car, person, cycle, pole, box). extended: boundary (wall, hedge,
-/// façade, row of objects that cannot be separated).
-enum class ObstacleKind : std::uint8_t { thing, extended };
-constexpr std::array<std::string_view, 2> names_of(ObstacleKind) {
-  return {"thing", "extended"};
+enum class ObstacleKind : std::uint8_t {
+  object,    ///< car, person, cycle, pole, box: the vehicle can go around it
+  boundary,  ///< wall, hedge, façade, or a row of objects that cannot be separated
+  drop,      ///< edge behind which the ground is lower (docs/terrain.md)
+};
+constexpr std::array<std::string_view, 3> names_of(ObstacleKind) {
+  return {"object", "boundary", "drop"};
 }
 
 /// Points on the ground, m, in order. Fixed capacity: nothing is allocated.
@@ -56,8 +58,8 @@ class STEREOGRID_EXPORT Outline {
   std::size_t size_{0};
 };
 
-/// Tracked object or boundary. Positions in the vehicle frame of the same instant; velocities relative to the ground,
-/// in vehicle axes.
+/// Tracked object, boundary or drop. Positions in the vehicle frame of the same instant; velocities relative to the
+/// ground, in vehicle axes.
 struct Obstacle {
   std::int64_t id{0};  ///< constant while the obstacle is tracked; never reused
   double x_m{0};       ///< centre of the box
@@ -75,10 +77,12 @@ struct Obstacle {
   double unseen_s{0};               ///< time since the last observation
   Covariance2 position_covariance;  ///< m², vehicle axes
   Covariance2 velocity_covariance;  ///< m²/s², vehicle axes
-  ObstacleKind kind{ObstacleKind::thing};
-  double height_m{0};  ///< above the road, 0.9 quantile over its columns; parts above a gap do not count
-  /// Outline of the visible part at the last observation, moved with the track. Thing: a simple polygon, at least half
-  /// a metre deep. Extended: an open line along the near side, from left to right.
+  ObstacleKind kind{ObstacleKind::object};
+  /// Above the road, 0.9 quantile over its columns; parts above a gap do not count. Of a drop negative: the visible
+  /// part of its fall.
+  double height_m{0};
+  /// Outline of the visible part at the last observation, moved with the track. Object: a simple polygon, at least half
+  /// a metre deep. Boundary or drop: an open line along the near side, from left to right.
   Outline outline;
   /// Yaw rate of the velocity's direction, positive to the left; 0 if the obstacle is static or the rate is not
   /// significant.

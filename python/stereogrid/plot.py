@@ -48,7 +48,7 @@ def _outline(axes: Any, obstacle: Obstacle) -> None:
     points = obstacle.outline
     if len(points) == 0:
         return
-    if obstacle.kind == "thing":
+    if obstacle.kind == "object":
         points = np.vstack([points, points[:1]])
     color = "tab:red" if obstacle.moving else "tab:orange"
     axes.plot(points[:, 1], points[:, 0], color=color, linewidth=1.5)

@@ -274,7 +274,10 @@ void FramePipeline::find_segments(const LevelFrame& frame) {
 void FramePipeline::update_tracks(const LevelFrame& frame, bool is_usable, FrameResult& result) {
   const ScopedTimer timer{track_ms_};
   clusters_.clusters.clear();
-  if (is_usable) make_clusters(result.world, frame.world_from_vehicle, scene_flow_.vectors(), clusters_);
+  if (is_usable) {
+    const std::span<const EdgePoint> edges{terrain_ ? terrain_->edges() : std::span<const EdgePoint>{}};
+    make_clusters(result.world, frame.world_from_vehicle, scene_flow_.vectors(), edges, clusters_);
+  }
   const HeldObstacles& held{near_.held(is_usable)};
   tracker_.update(result.world, clusters_.clusters, frame.world_from_vehicle, frame.dt_s, held.ids);
   tracker_.report(frame.world_from_vehicle, result.obstacles);

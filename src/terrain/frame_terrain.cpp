@@ -46,7 +46,9 @@ FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const Gri
                config.matching.disparities,
                config.matching.window_px},
       vehicle_rules_{vehicle_grid.nx, vehicle_grid.ny},
-      window_rules_{window_cells, window_cells} {}
+      window_rules_{window_cells, window_cells} {
+  edges_.reserve(static_cast<std::size_t>(level_rig.width_px / sector_px + 1));
+}
 
 void FrameTerrain::write_vehicle(const GridInVehicle& grid, int begin, int end, FrameResult& result) {
   terrain_.visit(grid, begin, end, [&](int ix, int iy, const CellGround& ground) {

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
+#include <vector>
 
 #include "held_bytes.hpp"
 #include "stereogrid/config.hpp"
@@ -22,16 +24,22 @@ class FrameTerrain {
   void find(View<const float> obstacle, View<const float> road, const Ground& ground, const GridInVehicle& window,
             const ForRanges& for_ranges, FrameResult& result) {
     terrain_.find(obstacle, road, ground, for_ranges);
+    edges_.clear();
+    terrain_.add_edges(edges_);
     const GridInVehicle vehicle{grid_in_vehicle(vehicle_grid_, {})};
     for_ranges(vehicle_grid_.ny, [&](int begin, int end) { write_vehicle(vehicle, begin, end, result); });
     for_ranges(window.grid.ny, [&](int begin, int end) { write_window(window, begin, end); });
   }
 
+  /// Edges of the last find(), from left to right.
+  [[nodiscard]] std::span<const EdgePoint> edges() const { return edges_; }
   /// Marks all cells of `result` as unseen.
   static void clear(FrameResult& result);
   /// Rules of the last find().
   [[nodiscard]] TerrainRules rules() const { return {terrain_.relief(), vehicle_rules_.view(), window_rules_.view()}; }
-  [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(terrain_, vehicle_rules_, window_rules_); }
+  [[nodiscard]] std::size_t held_bytes() const {
+    return held_bytes_of(terrain_, edges_, vehicle_rules_, window_rules_);
+  }
 
  private:
   void write_vehicle(const GridInVehicle& grid, int begin, int end, FrameResult& result);
@@ -40,6 +48,7 @@ class FrameTerrain {
   GridGeometry vehicle_grid_;
   float raised_m_;  ///< drivable ground higher than this looks like an obstacle to the plane
   Terrain terrain_;
+  std::vector<EdgePoint> edges_;
   Image<CellRule> vehicle_rules_;
   Image<CellRule> window_rules_;
 };

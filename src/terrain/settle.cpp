@@ -1,9 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <array>
 #include <cstdlib>
-#include <limits>
 
 #include "terrain/walk.hpp"
 
@@ -24,34 +22,49 @@ int confirming(View<const SectorWalk> walks, int sector, int reach, int SectorWa
   return count;
 }
 
-// Ring at which two thirds of up to six neighbours end; no_ring: they do not agree. Neighbours that have lost the
-// ground nearer do not count.
-int common_end(View<const SectorWalk> walks, int sector) {
-  constexpr int reach{3};
-  std::array<int, 2 * reach> ends{};
-  ends.fill(std::numeric_limits<int>::max());
-  std::size_t count{0};
-  const int first{std::max(sector - reach, 0)};
-  const int last{std::min(sector + reach, walks.width - 1)};
-  for (int beside{first}; beside <= last; ++beside) {
-    if (beside != sector && walks(beside, 0).end != no_ring) ends[count++] = walks(beside, 0).end;
+// Nearest sector to one side that ends at an edge near `ring`, or at any edge for no_ring, within some sectors.
+// walks.width or −1: the image's border; the sector itself: none.
+int edge_beside(View<const SectorWalk> walks, int sector, int side, int ring) {
+  constexpr int reach{24};
+  for (int offset{1}; offset <= reach; ++offset) {
+    const int beside{sector + side * offset};
+    if (beside < 0 || beside >= walks.width) return beside;
+    const int end{walks(beside, 0).end};
+    if (end != no_ring && (ring == no_ring || std::abs(end - ring) <= neighbour_rings)) return beside;
   }
-  if (count < 2) return no_ring;
-  std::ranges::sort(ends);
-  const int middle{ends[count / 2]};
-  int passing{0};
-  for (int beside{first}; beside <= last; ++beside) {
-    const SectorWalk& walk{walks(beside, 0)};
-    if (beside != sector && walk.end == no_ring && walk.lost > middle) ++passing;
+  return sector;
+}
+
+// Ring of confirmed edges to both sides of a sector that passes between them; no_ring: none, or the passage is wide.
+int narrow_passage(const WalkInput& input, View<const SectorWalk> walks, int sector) {
+  constexpr float widest_passage{0.25f};  // of the vehicle's height
+  constexpr int edge_confirmations{3};
+  const auto is_sector = [&](int beside) { return beside >= 0 && beside < walks.width; };
+  int ring{no_ring};
+  for (const int side : {-1, 1}) {
+    const int beside{edge_beside(walks, sector, side, no_ring)};
+    if (beside == sector) return no_ring;
+    if (is_sector(beside)) ring = ring == no_ring ? walks(beside, 0).end : std::min(ring, walks(beside, 0).end);
   }
-  return confirming(walks, sector, reach, &SectorWalk::end, middle) >= 2 * std::max(passing, 1) ? middle : no_ring;
+  const SectorWalk& walk{walks(sector, 0)};
+  if (ring == no_ring || (walk.end != no_ring && walk.end <= ring + neighbour_rings)) return no_ring;
+  const int left{edge_beside(walks, sector, -1, ring)};
+  const int right{edge_beside(walks, sector, 1, ring)};
+  if (left == sector || right == sector) return no_ring;
+  const float width_m{static_cast<float>((right - left - 1) * sector_px) * input.rings.middle_m(ring) /
+                      input.camera.focal_px};
+  if (width_m > widest_passage * input.limits.height_m) return no_ring;
+  for (const int beside : {left, right}) {
+    if (is_sector(beside) && confirming(walks, beside, 3, &SectorWalk::end, ring) < edge_confirmations) return no_ring;
+  }
+  return ring;
 }
 
 }  // namespace
 
-void compare_walks(int sector, View<SectorWalk> walks) {
+void compare_walks(const WalkInput& input, int sector, View<SectorWalk> walks) {
   SectorWalk& walk{walks(sector, 0)};
-  walk.common_end = common_end(walks, sector);
+  walk.passage_end = narrow_passage(input, walks, sector);
   walk.is_block_confirmed =
       confirming(walks, sector, 2, &SectorWalk::blocked, walk.blocked) >= walk.block_confirmations;
 }

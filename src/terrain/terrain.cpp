@@ -117,6 +117,16 @@ CellGround Terrain::ground_at(float x, float y, float half_m) const {
   return ground;
 }
 
+void Terrain::add_edges(std::vector<EdgePoint>& edges) const {
+  for (int sector{0}; sector < samples_.sectors(); ++sector) {
+    const SectorWalk& walk{walks_(sector, 0)};
+    if (walk.end == no_ring || cells_(walk.end, sector).kind != TerrainClass::drop) continue;
+    const double x{rings_.begin_m(walk.end)};
+    const double u{(sector + 0.5) * sector_px - 0.5};
+    edges.push_back({sector, {x, (rig_.centre_u_px - u) * x / rig_.focal_px}, walk.end_fall_m});
+  }
+}
+
 std::size_t Terrain::held_bytes() const {
   return held_bytes_of(rings_, samples_, sigma_px_, plane_sigma_m_, cells_, walks_, relief_);
 }

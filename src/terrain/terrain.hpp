@@ -24,6 +24,13 @@ struct CellGround {
   float raised_m{0};  ///< wide ground around is so high, and this one, too: TerrainRelief
 };
 
+/// Point of an edge with lower ground behind it.
+struct EdgePoint {
+  int sector;
+  Point2 place;  ///< vehicle frame, m
+  float fall_m;  ///< visible part of the fall
+};
+
 /// Ground of a frame: elevation, drivable cells, steps, edges (docs/terrain.md). The same loops serve every back end:
 /// sectors are walked independently of each other, but for spread_ground.
 class Terrain {
@@ -46,7 +53,7 @@ class Terrain {
     for_sectors([&](int sector) { samples_.place(sector, rings_); });
     begin_walks();
     for_sectors([&](int sector) { walk_sector(input(), sector, cells_.view(), walks_(sector, 0)); });
-    for_sectors([&](int sector) { compare_walks(sector, walks_.view()); });
+    for_sectors([&](int sector) { compare_walks(input(), sector, walks_.view()); });
     spread_ground(input(), cells_.view(), walks_.view());
     const View<const SectorWalk> walks{std::as_const(walks_).view()};
     for_sectors([&](int sector) { settle_sector(sector, walks, rings_.count(), cells_.row(sector)); });
@@ -56,6 +63,8 @@ class Terrain {
     relief_.count_level(rings_.count());
     for_sectors([&](int sector) { relief_.fill(sector, camera_, rings_, cells_.row(sector)); });
   }
+  /// Edges of the last find(), from left to right: one a sector at most.
+  void add_edges(std::vector<EdgePoint>& edges) const;
   /// Calls work(ix, iy, ground) for the cells of rows begin … end − 1.
   template <class Work>
   void visit(const GridInVehicle& grid, int begin, int end, const Work& work) const {

@@ -3,6 +3,7 @@
 #include "terrain/walk.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "terrain/ring_view.hpp"
@@ -12,7 +13,8 @@ namespace {
 
 /// Ground found again behind missing samples, at the expected elevation, is the same surface up to here.
 constexpr float reconnect_share{0.3f};  ///< of the range
-constexpr int common_end_rings{1};      ///< behind the common edge, for its noise
+constexpr int passage_end_rings{1};     ///< behind the edge of a narrow passage, for its noise
+constexpr float passage_width{0.4f};    ///< of ground that leads past an edge, of the vehicle's height
 constexpr float slope_memory_m{0.8f};
 constexpr float far_px{14};           ///< wrong matches look like edges more often at smaller disparities
 constexpr float slope_base_rings{4};  ///< distance over which slope_max counts
@@ -44,6 +46,11 @@ class Walk {
  private:
   void meet_gap(int row, float z, float tolerance);
   [[nodiscard]] bool is_within_slope(float z) const;
+  bool meet_trench();
+  [[nodiscard]] std::array<SectorRows, 3> rows_around() const {
+    const int last{in_.samples.sectors() - 1};
+    return {in_.samples.rows(std::max(sector_ - 1, 0)), rows_, in_.samples.rows(std::min(sector_ + 1, last))};
+  }
   void end_at(const Gap& gap);
   void set_ground(float z);
   [[nodiscard]] float widest_gap() const;
@@ -108,6 +115,7 @@ void Walk::set_obstacle(const RingSamples& samples) {
   state_.is_alive = false;
   state_.is_blocked = true;
   walk_.blocked = ring_;
+  walk_.is_block_confirmed = false;
   // wrong matches hang in the air, or lie at the image's border
   const bool is_on_seen_ground{samples.is_standing && state_.x >= in_.rings.begin_m(0)};
   walk_.block_confirmations = is_on_seen_ground && !is_far() ? 0 : 2;
@@ -136,19 +144,24 @@ void Walk::miss() {
   state_.is_alive = false;
 }
 
-// Few sectors that pass an edge alone may have followed the matcher's smear.
+// Ground beside the sector that is as wide as a passage.
 bool Walk::has_wide_front() const {
-  constexpr int reach{6};
-  int ground{0};
-  for (int beside{std::max(sector_ - reach, 0)}; beside <= std::min(sector_ + reach, all_cells_.height - 1); ++beside) {
-    ground += all_cells_(ring_, beside).is_ground() ? 1 : 0;
+  const float sector_m{sector_px * view_.x / in_.camera.focal_px};
+  const auto is_ground = [&](int beside) {
+    return beside >= 0 && beside < all_cells_.height && all_cells_(ring_, beside).is_ground();
+  };
+  for (const int side : {-1, 1}) {
+    int count{0};
+    while (is_ground(sector_ + side * (count + 1))) ++count;
+    if (static_cast<float>(count) * sector_m >= passage_width * in_.limits.height_m) return true;
   }
-  return ground >= reach - 1;
+  return false;
 }
 
 // Continues from the ground of two neighbours; behind an edge, not within its smear.
 bool Walk::take_over() {
-  if (is_blind() || (walk_.end != no_ring && ring_ <= walk_.end_seen + 1)) return false;
+  const bool is_behind_edge{walk_.end != no_ring && ring_ >= walk_.end};
+  if (is_blind() || (is_behind_edge && ring_ <= walk_.end_seen + 1)) return false;
   float sum{0};
   float slopes{0};
   int count{0};
@@ -161,7 +174,7 @@ bool Walk::take_over() {
     slopes += cell.slope;
     ++count;
   }
-  if (count < 2 || (walk_.end != no_ring && !has_wide_front())) return false;
+  if (count < 2 || (is_behind_edge && !has_wide_front())) return false;
   const float z{sum / static_cast<float>(count)};
   const float slope{slopes / static_cast<float>(count)};
   const float across_m{1.5f * sector_px * view_.x / in_.camera.focal_px};
@@ -177,7 +190,7 @@ bool Walk::take_over() {
 // Rays that pass through the plane of the ground contradict it.
 void Walk::step_lost() {
   if (is_blind() || take_over()) return;
-  if (walk_.end != no_ring) {
+  if (walk_.end != no_ring && ring_ >= walk_.end) {
     cells_[ring_].kind = TerrainClass::hidden;
   } else if (!state_.is_blocked && view_.is_judged() && view_.row_through(0, 0, -in_.limits.step_m) != no_row) {
     cells_[ring_].kind = TerrainClass::hidden;
@@ -185,11 +198,7 @@ void Walk::step_lost() {
 }
 
 void Walk::meet_gap(int row, float z, float tolerance) {
-  const auto beside = [&](int offset) {
-    return in_.samples.rows(std::clamp(sector_ + offset, 0, in_.samples.sectors() - 1));
-  };
-  const Gap gap{
-      classify_gap(in_.camera, in_.limits, {beside(-1), rows_, beside(1)}, {row, z, view_.sigma_px, in_.window_rows})};
+  const Gap gap{classify_gap(in_.camera, in_.limits, rows_around(), {row, z, view_.sigma_px, in_.window_rows})};
   if (gap.kind == GapKind::descent) {
     state_.slope = gap.slope;
     const float sloped{state_.elevation(view_.x)};
@@ -206,18 +215,31 @@ void Walk::meet_gap(int row, float z, float tolerance) {
     return;
   }
   end_at(gap);
-  cells_[ring_].kind = TerrainClass::hidden;
-  state_.is_alive = false;
+}
+
+bool Walk::meet_trench() {
+  const int first{rows_.first[ring_]};
+  if (first == no_row || state_.x < in_.rings.begin_m(0)) return false;
+  int last{first};
+  while (rows_.next[last] != no_row) last = rows_.next[last];
+  const Gap gap{find_trench(in_.camera, in_.limits, rows_around(),
+                            {first, last, state_.x, state_.z, state_.slope, view_.sigma_px, in_.window_rows})};
+  if (gap.kind != GapKind::drop) return false;
+  end_at(gap);
+  return true;
 }
 
 // The nearest edge of a sector counts.
 void Walk::end_at(const Gap& gap) {
+  cells_[ring_].kind = TerrainClass::hidden;
+  state_.is_alive = false;
   if (walk_.end != no_ring) return;
   walk_.end = ring_;
   while (walk_.end > 0 && in_.rings.begin_m(walk_.end) > gap.mark_x) --walk_.end;
   walk_.end_seen = ring_;
   // what lies before the image may have any height
   walk_.end_kind = state_.x < in_.rings.begin_m(0) ? GapKind::unknown : gap.kind;
+  walk_.end_fall_m = std::max(state_.z - gap.landing_z, 0.0f);
   walk_.end_confirmations = is_far() ? 4 : 3;
 }
 
@@ -240,6 +262,7 @@ void Walk::step() {
     const float z_far{state_.elevation(view_.end_m)};
     const int row{view_.row_through(z_near, z_far, std::min(z_near, z_far))};
     if (row != no_row) return meet_gap(row, std::min(z, state_.z), allowed);
+    if (meet_trench()) return;
   }
   if (view_.has_ground(samples, z, state_.slope)) {
     const float found{samples.ground_z / static_cast<float>(samples.ground)};
@@ -256,9 +279,13 @@ void drop_lone_obstacle(PolarCell* cells, SectorWalk& walk) {
   walk.state.is_blocked = false;
 }
 
-void end_at_common(const WalkInput& input, int sector, View<PolarCell> cells, SectorWalk& walk) {
-  const int last{walk.common_end + common_end_rings};
-  if (walk.common_end == no_ring || walk.lost <= last || walk.end != no_ring) return;
+void end_in_passage(const WalkInput& input, int sector, View<PolarCell> cells, SectorWalk& walk) {
+  if (walk.passage_end == no_ring) return;
+  const int last{std::min(walk.passage_end + passage_end_rings, input.rings.count() - 1)};
+  if (walk.lost <= last) {
+    if (!walk.state.is_blocked) walk.end = walk.end_seen = last;
+    return;
+  }
   std::fill(cells.row(sector) + last, cells.row(sector) + input.rings.count(), PolarCell{});
   cells(last, sector).kind = TerrainClass::hidden;
   walk.lost = walk.end = walk.end_seen = last;
@@ -282,7 +309,7 @@ void walk_sector(const WalkInput& input, int sector, View<PolarCell> cells, Sect
 
 void spread_ground(const WalkInput& input, View<PolarCell> cells, View<SectorWalk> walks) {
   for (int sector{0}; sector < walks.width; ++sector) {
-    end_at_common(input, sector, cells, walks(sector, 0));
+    end_in_passage(input, sector, cells, walks(sector, 0));
     drop_lone_obstacle(cells.row(sector), walks(sector, 0));
   }
   for (int ring{0}; ring < input.rings.count(); ++ring) {

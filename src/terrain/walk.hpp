@@ -46,8 +46,9 @@ struct SectorWalk {
   int end{no_ring};       ///< ring of an edge behind which the ground is hidden
   int end_seen{no_ring};  ///< ring in which the gap was met: behind `end` by the matcher's smear
   GapKind end_kind{GapKind::unknown};
+  float end_fall_m{0};             ///< visible fall of the surface behind the edge
   int end_confirmations{0};        ///< of six neighbours that the edge needs
-  int common_end{no_ring};         ///< edge of most neighbours
+  int passage_end{no_ring};        ///< edge to both sides of a narrow passage
   int block_confirmations{0};      ///< neighbours' obstacles that `blocked` needs
   bool is_block_confirmed{false};  ///< it has them
 };
@@ -67,9 +68,9 @@ struct WalkInput {
 void walk_sector(const WalkInput& input, int sector, View<PolarCell> cells, SectorWalk& walk);
 
 /// Compares a sector with its neighbours, once all have been walked.
-void compare_walks(int sector, View<SectorWalk> walks);
+void compare_walks(const WalkInput& input, int sector, View<SectorWalk> walks);
 
-/// Ends walks at the edge of most neighbours: a sector that passes alone has followed the matcher's smear. Then
+/// Ends walks in passages between edges that are narrower than a vehicle: they have followed the matcher's smear. Then
 /// continues the walks of all sectors that have lost the ground, ring by ring: from the ground of neighbours, from the
 /// left to the right and back. `cells`: (ring, sector).
 void spread_ground(const WalkInput& input, View<PolarCell> cells, View<SectorWalk> walks);

@@ -133,7 +133,7 @@ TEST(Evaluate, ScoresObstaclesWhereOnlyTheyAreLabelled) {
            {"width_m", 2}, {"yaw_rad", 0}, {"age_s", 1}, {"occupancy", 1}, {"confirmed", true}};
   Json wall(car);
   wall["id"] = 5;
-  wall["kind"] = "extended";
+  wall["kind"] = "boundary";
   wall["outline_m"] = Json::array({{7, -2}, {7, 2}});
   lines[1]["obstacles"] = {car, wall};
   std::ofstream{run / "frames.jsonl"} << lines[0].dump() + "\n" + lines[1].dump() + "\n";

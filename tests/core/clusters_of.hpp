@@ -12,7 +12,7 @@ void find_clusters(View<const float> obstacle, const Ground& ground, const GridL
                    const Pose2& world_from_vehicle, const std::vector<FlowVector>& vectors, const ForRanges& for_ranges,
                    ClusterSpace& space) {
   find_segments(obstacle, ground, {}, world_from_vehicle, vectors, for_ranges, space);
-  make_clusters(world, world_from_vehicle, vectors, space);
+  make_clusters(world, world_from_vehicle, vectors, {}, space);
 }
 
 }  // namespace stereogrid::test

@@ -40,7 +40,7 @@ def give_outlines(run):
         for obstacle in line["obstacles"]:
             extended = obstacle["id"] % 5 == 0
             obstacle["outline_m"] = octagon(obstacle)[:5 if extended else 8]
-            obstacle["kind"] = "extended" if extended else "thing"
+            obstacle["kind"] = "boundary" if extended else "object"
             obstacle["moving"] = obstacle["id"] % 7 == 0
     (run / "frames.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
 

@@ -116,7 +116,7 @@ TEST(Obstacles, SplitAThing) {
 
 TEST(Obstacles, MayBeOpenLines) {
   auto wall{box(7, 8, 0, 0.2, 8)};
-  wall.kind = ObstacleKind::extended;
+  wall.kind = ObstacleKind::boundary;
   wall.outline = {{8, -4}, {8, 4}, {16, 4}};  // closed, it would contain the cells in between
   ObstacleTruth truth{with({thing(1, 10, 0), thing(2, 13, 2, 1, 1)})};
   truth.free = {{12, 3}};

@@ -201,10 +201,10 @@ TEST_F(RunFolder, MayHaveOutlinesOfObstacles) {
   ASSERT_EQ(frames[0].obstacles.size(), 1U);
   ASSERT_EQ(frames[0].obstacles[0].outline.size(), 2U);
   EXPECT_EQ(frames[0].obstacles[0].outline[1].y, 4.5);
-  EXPECT_EQ(frames[0].obstacles[0].kind, ObstacleKind::extended);
+  EXPECT_EQ(frames[0].obstacles[0].kind, ObstacleKind::boundary);
   const auto none{with(R"("outline_m":null,)")};
   EXPECT_TRUE(none[0].obstacles[0].outline.empty());
-  EXPECT_EQ(none[0].obstacles[0].kind, ObstacleKind::thing);
+  EXPECT_EQ(none[0].obstacles[0].kind, ObstacleKind::object);
   const auto refuses = [&](const std::string& fields) {
     expect_complaint([&] { static_cast<void>(with(fields)); }, {"frames.jsonl", "line 1 is not understood"});
   };

@@ -39,7 +39,7 @@ Obstacle wall() {
   Obstacle obstacle;
   obstacle.id = 7;
   obstacle.confirmed = true;
-  obstacle.kind = ObstacleKind::extended;
+  obstacle.kind = ObstacleKind::boundary;
   obstacle.outline = {{2, 3}, {6, 3}};
   return obstacle;
 }

@@ -92,7 +92,7 @@ def test_obstacles(scene: sg.Recording, frames: list[sg.Frame]) -> None:
     gc.collect()
     outlines: list[Any] = [obstacle.outline for obstacle in obstacles]
     first = obstacles[0]
-    assert first.kind in ("thing", "extended") and isinstance(first.moving, bool)
+    assert first.kind in ("object", "boundary", "drop") and isinstance(first.moving, bool)
     assert first.position_covariance.shape == (2, 2)
     assert first.position_covariance[0, 1] == first.position_covariance[1, 0]
     del obstacles, first

@@ -60,8 +60,19 @@ constexpr std::uint8_t nothing{0};
 constexpr std::uint8_t upright{1};
 constexpr std::uint8_t road{2};
 
-/// Class of each pixel according to the stages.
-cv::Mat1b understood(const StageImages& stages) {
+/// Behind an edge: no road, though the ground there may be visible.
+bool is_behind_edge(const FrameResult& result, const Rig& level_rig, int u, float disparity) {
+  const double x_m{level_rig.focal_px * level_rig.baseline_m / disparity};
+  const double y_m{(level_rig.centre_u_px - u) * x_m / level_rig.focal_px};
+  const auto cell = result.vehicle.geometry.cell_at({x_m, y_m});
+  if (!cell || result.terrain.empty()) return false;
+  const TerrainClass kind{result.terrain(cell->ix, cell->iy)};
+  return kind == TerrainClass::drop || kind == TerrainClass::hidden;
+}
+
+/// Classes of the pixels.
+cv::Mat1b classes_of(const FrameResult& result, const Rig& level_rig) {
+  const StageImages& stages{result.stages};
   const Image<float>& obstacles{stages.obstacle_disparity};
   cv::Mat1b kinds(obstacles.height(), obstacles.width(), nothing);
   for (int v{0}; v < kinds.rows; ++v) {
@@ -70,7 +81,8 @@ cv::Mat1b understood(const StageImages& stages) {
       const float of_road{stages.road_disparity(u, v)};
       if (of_obstacle > 0 && occupancy_at(stages, u, of_obstacle) > upright_above) {
         kinds(v, u) = upright;
-      } else if (of_road > 0 && occupancy_at(stages, u, of_road) < free_below) {
+      } else if (of_road > 0 && occupancy_at(stages, u, of_road) < free_below &&
+                 !is_behind_edge(result, level_rig, u, of_road)) {
         kinds(v, u) = road;
       }
     }
@@ -93,8 +105,9 @@ cv::Mat tinted(const cv::Mat& grey, const cv::Mat1b& kinds) {
 }  // namespace
 
 void draw_camera(cv::Mat& canvas, const Box& box, const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
-  cv::Mat colour{tinted(level_image(frame, rig), understood(result.stages))};
-  draw_obstacles_in_image(colour, result, LevelMapping{rig}.level_rig());
+  const Rig level_rig{LevelMapping{rig}.level_rig()};
+  cv::Mat colour{tinted(level_image(frame, rig), classes_of(result, level_rig))};
+  draw_obstacles_in_image(colour, result, level_rig);
   cv::Mat part{canvas(cv::Rect{box.x, box.y, box.width, box.height})};
   cv::resize(colour, part, part.size(), 0, 0, box.width < colour.cols ? cv::INTER_AREA : cv::INTER_LINEAR);
   frame_box(canvas, box);
@@ -103,8 +116,9 @@ void draw_camera(cv::Mat& canvas, const Box& box, const StereoFrame& frame, cons
 std::vector<std::uint8_t> annotated_jpeg(const StereoFrame& frame, const FrameResult& result, const Rig& rig) {
   constexpr int quality{80};
   const cv::Mat grey{grey_image(frame)};
-  cv::Mat1b kinds{understood(result.stages)};
-  if (const LevelMapping mapping{rig}; !mapping.is_identity()) {
+  const LevelMapping mapping{rig};
+  cv::Mat1b kinds{classes_of(result, mapping.level_rig())};
+  if (!mapping.is_identity()) {
     cv::Mat1b of_camera;
     cv::warpPerspective(kinds, of_camera, camera_from_level(rig, mapping.level_rig()), grey.size(), cv::INTER_NEAREST);
     kinds = of_camera;

@@ -25,6 +25,7 @@ constexpr Colour upright{230, 40, 40};
 constexpr Colour road{50, 110, 255};
 constexpr Colour ruler{60, 130, 190};
 constexpr Colour obstacle{235, 120, 0};
+constexpr Colour drop{190, 40, 200};
 }  // namespace palette
 
 /// Part of a canvas, in pixels.

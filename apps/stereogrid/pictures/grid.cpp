@@ -59,14 +59,17 @@ void draw_arrow(cv::Mat& part, const TopView& view, const Obstacle& obstacle, Co
   cv::arrowedLine(part, start, end, scalar(colour), 2, cv::LINE_AA, 0, std::min(0.5, 8 / length_px));
 }
 
-// The outline: closed around a thing, a line along a boundary.
+// The outline: closed around an object, a line along a boundary or an edge.
 void draw_obstacle(cv::Mat& part, const TopView& view, const Obstacle& obstacle) {
   std::vector<cv::Point> points;
   for (const Point2& point : obstacle.outline) points.push_back(view.at(point.x, point.y));
   const double speed{std::hypot(obstacle.vx_mps, obstacle.vy_mps)};
   const bool moves{speed > moving_above_mps};
-  const Colour colour{moves ? colour_of_direction(std::atan2(obstacle.vy_mps, obstacle.vx_mps)) : palette::obstacle};
-  cv::polylines(part, points, obstacle.kind == ObstacleKind::thing, scalar(colour), moves ? 2 : 1, cv::LINE_AA);
+  const bool is_drop{obstacle.kind == ObstacleKind::drop};
+  const Colour standing{is_drop ? palette::drop : palette::obstacle};
+  const Colour colour{moves ? colour_of_direction(std::atan2(obstacle.vy_mps, obstacle.vx_mps)) : standing};
+  cv::polylines(part, points, obstacle.kind == ObstacleKind::object, scalar(colour), moves || is_drop ? 2 : 1,
+                cv::LINE_AA);
   if (moves) draw_arrow(part, view, obstacle, colour);
 }
 
@@ -111,7 +114,8 @@ void draw_grid_legend(cv::Mat& canvas, const Box& box) {
   draw_text(canvas, box.x + ramp_width / 2, ramp_y + 27, "unknown", palette::ink, Align::centre, 0.4);
   draw_text(canvas, box.x + ramp_width, ramp_y + 27, "occupied", palette::ink, Align::right, 0.4);
   draw_text(canvas, box.x, ramp_y + 48, "outline: obstacle, number, speed", palette::obstacle, Align::left, 0.4);
-  draw_text(canvas, box.x, ramp_y + 66, "arrow: motion in 1 s", palette::ink, Align::left, 0.4);
+  draw_text(canvas, box.x, ramp_y + 66, "line: edge of a drop", palette::drop, Align::left, 0.4);
+  draw_text(canvas, box.x, ramp_y + 84, "arrow: motion in 1 s", palette::ink, Align::left, 0.4);
   constexpr int radius{24};
   const cv::Point centre{box.x + box.width - 50, box.y + 32};
   for (int dy{-radius}; dy <= radius; ++dy) {

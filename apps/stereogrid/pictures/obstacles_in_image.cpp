@@ -48,7 +48,7 @@ std::vector<Point2> corners_of(const Obstacle& obstacle) {
 // The line through the places on the road, the same at the obstacle's height, and what joins them.
 void draw_standing(cv::Mat& image, const View& view, const std::vector<Point2>& places, const Obstacle& obstacle,
                    Colour colour) {
-  const bool is_box{obstacle.kind == ObstacleKind::thing};
+  const bool is_box{obstacle.kind == ObstacleKind::object};
   std::vector<cv::Point> base;
   std::vector<cv::Point> top;
   for (const Point2& place : places) {
@@ -66,6 +66,14 @@ void draw_standing(cv::Mat& image, const View& view, const std::vector<Point2>& 
   }
 }
 
+void draw_edge(cv::Mat& image, const View& view, const Obstacle& obstacle) {
+  std::vector<cv::Point> line;
+  for (const Point2& place : obstacle.outline) {
+    if (const auto at = view.at(place, 0)) line.push_back(*at);
+  }
+  cv::polylines(image, line, false, scalar(palette::drop), 3, cv::LINE_AA, shift);
+}
+
 }  // namespace
 
 void draw_obstacles_in_image(cv::Mat& image, const FrameResult& result, const Rig& level_rig) {
@@ -74,7 +82,11 @@ void draw_obstacles_in_image(cv::Mat& image, const FrameResult& result, const Ri
     if (!obstacle.confirmed || obstacle.coasting) continue;
     const Colour colour{obstacle.moving ? colour_of_direction(std::atan2(obstacle.vy_mps, obstacle.vx_mps))
                                         : palette::obstacle};
-    const bool is_thing{obstacle.kind == ObstacleKind::thing};
+    if (obstacle.kind == ObstacleKind::drop) {
+      draw_edge(image, view, obstacle);
+      continue;
+    }
+    const bool is_thing{obstacle.kind == ObstacleKind::object};
     draw_standing(
         image, view,
         is_thing ? corners_of(obstacle) : std::vector<Point2>{obstacle.outline.begin(), obstacle.outline.end()},

@@ -158,9 +158,12 @@ class ObstacleReader {
   void operator()(const ObstacleField& field, bool& value) const {
     if (!is_missing(field)) value = object_.at(field.name).get<bool>();
   }
-  // Every kind that is not extended is a thing.
+  // "thing" and "extended": former names. Unknown kinds are objects.
   void operator()(const ObstacleField& field, ObstacleKind& kind) const {
-    kind = object_.value(field.name, "thing") == "extended" ? ObstacleKind::extended : ObstacleKind::thing;
+    const std::string name{object_.value(field.name, "object")};
+    kind = name == "drop"                             ? ObstacleKind::drop
+           : name == "boundary" || name == "extended" ? ObstacleKind::boundary
+                                                      : ObstacleKind::object;
   }
   void operator()(const ObstacleField& field, Covariance2& covariance) const;
   void operator()(const ObstacleField& field, Outline& outline) const;

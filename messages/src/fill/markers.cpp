@@ -24,8 +24,9 @@ constexpr std::int32_t lifetime_s{1};  // what nobody sends any more disappears
 std_msgs::ColorRGBA colour_of(const Obstacle& obstacle) {
   const float alpha{obstacle.coasting ? 0.4f : 1.0f};
   if (obstacle.moving) return {1.0f, 0.45f, 0.0f, alpha};
-  return obstacle.kind == ObstacleKind::thing ? std_msgs::ColorRGBA{0.1f, 0.6f, 1.0f, alpha}
-                                              : std_msgs::ColorRGBA{0.6f, 0.6f, 0.6f, alpha};
+  if (obstacle.kind == ObstacleKind::drop) return {0.75f, 0.2f, 0.8f, alpha};
+  return obstacle.kind == ObstacleKind::object ? std_msgs::ColorRGBA{0.1f, 0.6f, 1.0f, alpha}
+                                               : std_msgs::ColorRGBA{0.6f, 0.6f, 0.6f, alpha};
 }
 
 // Writes markers one after another over those of the frame before, whose memory they take.
@@ -40,10 +41,10 @@ class Markers {
 
   void add_outline(const Obstacle& obstacle) {
     if (obstacle.outline.size() < 2) return;
-    Marker& marker{next("outlines", line_strip, obstacle)};
+    Marker& marker{next(obstacle.kind == ObstacleKind::drop ? "drops" : "outlines", line_strip, obstacle)};
     marker.scale.x = line_width_m;
     for (const Point2& point : obstacle.outline) add_point(marker, point);
-    if (obstacle.kind == ObstacleKind::thing) add_point(marker, obstacle.outline[0]);
+    if (obstacle.kind == ObstacleKind::object) add_point(marker, obstacle.outline[0]);
   }
 
   void add_box(const Obstacle& obstacle) {
@@ -114,7 +115,7 @@ void fill(visualization_msgs::MarkerArray& message, const FrameResult& result, c
   for (const Obstacle& obstacle : result.obstacles) {
     if (!obstacle.confirmed) continue;
     markers.add_outline(obstacle);
-    if (obstacle.kind == ObstacleKind::thing) markers.add_box(obstacle);
+    if (obstacle.kind == ObstacleKind::object) markers.add_box(obstacle);
     if (obstacle.moving) markers.add_speed(obstacle);
   }
   markers.finish();

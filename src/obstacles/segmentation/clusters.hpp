@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "held_bytes.hpp"
@@ -13,6 +14,7 @@
 #include "stereogrid/frame.hpp"
 #include "stereogrid/grid.hpp"
 #include "stereogrid/obstacle.hpp"
+#include "terrain/terrain.hpp"
 
 namespace stereogrid {
 
@@ -25,7 +27,10 @@ struct Bounds {
   [[nodiscard]] double gap_to(const Bounds& other, Point2 moved) const;
 };
 
-/// A segment on the ground. World axes.
+/// Of an outline; empty: zeros.
+[[nodiscard]] Bounds bounds_of(const Outline& outline);
+
+/// A segment, or an edge with lower ground behind it, on the ground. World axes.
 struct Cluster {
   Point2 centre;                   ///< middle of its box
   Point2 velocity;                 ///< of its cells, or of the points followed on it
@@ -37,7 +42,7 @@ struct Cluster {
   double width_m{0};
   double yaw_rad{0};
   double height_m{0};
-  ObstacleKind kind{ObstacleKind::thing};
+  ObstacleKind kind{ObstacleKind::object};
   Outline outline;
   Bounds bounds{};  ///< of the outline
   /// It may go on beyond where its outline ends on the left, or on the right, as seen from the camera: there the image
@@ -76,7 +81,7 @@ struct ClusterSpace {
 
   Segmenter segmenter;
   Rig rig;
-  std::vector<Cluster> clusters;   ///< one for each segment
+  std::vector<Cluster> clusters;   ///< one for each segment, then those of edges
   std::vector<Followed> followed;  ///< by label
   std::vector<double> values;      ///< of a cluster's points, or columns
 };
@@ -89,6 +94,10 @@ void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle,
 
 /// Gives each cluster the velocity of the points that have been followed on it.
 void measure_velocities(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space);
+
+/// Clusters of kind drop: edges that are neighbours, from left to right.
+void add_drops(std::span<const EdgePoint> edges, const GridLayers& world, const Pose2& world_from_vehicle,
+               std::vector<Cluster>& clusters);
 
 /// Around the outlines: along the motion of what moves, else the smallest.
 void fit_boxes(std::vector<Cluster>& clusters);
@@ -103,11 +112,13 @@ void find_segments(View<const float> obstacle, const Ground& ground, const Relie
   separate_movers(vectors, world_from_vehicle, space);
 }
 
-/// A cluster of each segment.
+/// Clusters of segments and edges.
 inline void make_clusters(const GridLayers& world, const Pose2& world_from_vehicle,
-                          const std::vector<FlowVector>& vectors, ClusterSpace& space) {
+                          const std::vector<FlowVector>& vectors, std::span<const EdgePoint> edges,
+                          ClusterSpace& space) {
   describe_segments(world, world_from_vehicle, space);
   measure_velocities(vectors, world_from_vehicle, space);
+  add_drops(edges, world, world_from_vehicle, space.clusters);
   fit_boxes(space.clusters);
 }
 

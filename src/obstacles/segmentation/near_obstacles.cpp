@@ -36,7 +36,7 @@ double squared_distance(Point2 at, Point2 a, Point2 b) {
 // Within the outline of an object, or close to an outline.
 bool belongs(Point2 at, const Obstacle& obstacle) {
   const Outline& outline{obstacle.outline};
-  const bool is_closed{obstacle.kind == ObstacleKind::thing};
+  const bool is_closed{obstacle.kind == ObstacleKind::object};
   bool is_inside{false};
   for (std::size_t i{0}; i < outline.size(); ++i) {
     if (i == 0 && !is_closed && outline.size() > 1) continue;

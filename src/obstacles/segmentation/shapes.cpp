@@ -23,9 +23,9 @@ constexpr double tail_share{0.1};   // of a strip's pixels on either side that d
 constexpr double sigma_px{0.3};
 constexpr double overlap_m{0.1};
 constexpr double height_share{0.9};
-constexpr double extended_m{8};       // longer ones are boundaries …
+constexpr double boundary_m{8};       // longer ones are boundaries …
 constexpr double high_m{3.6};         // … and so are those that are higher than a van
-constexpr double high_extended_m{4};  // and longer than a tree's trunk
+constexpr double high_boundary_m{4};  // and longer than a tree's trunk
 
 /// What a strip of the image has of a segment: between two columns, from the near to the far side. While pixels are
 /// counted, `counted` are those that have been.
@@ -145,19 +145,19 @@ Point2 farthest_from(Point2 from, const Outline& outline) {
 }
 
 // `near`: its near side.
-bool is_extended(const Outline& near, double height_m) {
+bool is_boundary(const Outline& near, double height_m) {
   const Point2 end{farthest_from(near[0], near)};
   const Point2 other{farthest_from(end, near)};
   const double long_m{std::hypot(end.x - other.x, end.y - other.y)};
-  return long_m > extended_m || (height_m > high_m && long_m > high_extended_m);
+  return long_m > boundary_m || (height_m > high_m && long_m > high_boundary_m);
 }
 
 Cluster outlined(ClusterSpace& space, std::size_t segment) {
   Cluster cluster;
   Strips strips{space, segment, cluster};
   strips.draw_near(cluster.outline);
-  if (is_extended(cluster.outline, cluster.height_m)) {
-    cluster.kind = ObstacleKind::extended;
+  if (is_boundary(cluster.outline, cluster.height_m)) {
+    cluster.kind = ObstacleKind::boundary;
   } else {
     strips.draw_far(cluster.outline);
   }
@@ -203,15 +203,6 @@ void fit_smallest_box(Cluster& cluster) {
   fit_box(best_rad, cluster);
 }
 
-void find_bounds(Cluster& cluster) {
-  Bounds& bounds{cluster.bounds};
-  if (!cluster.outline.empty()) bounds = {cluster.outline[0], cluster.outline[0]};
-  for (const Point2& point : cluster.outline) {
-    bounds.least = {std::min(bounds.least.x, point.x), std::min(bounds.least.y, point.y)};
-    bounds.most = {std::max(bounds.most.x, point.x), std::max(bounds.most.y, point.y)};
-  }
-}
-
 // What the filter says of the segment's cells.
 void ask_grid(const Segmenter& segmenter, std::size_t segment, const GridLayers& world, const Pose2& world_from_vehicle,
               Cluster& cluster) {
@@ -238,6 +229,16 @@ void ask_grid(const Segmenter& segmenter, std::size_t segment, const GridLayers&
 
 }  // namespace
 
+Bounds bounds_of(const Outline& outline) {
+  Bounds bounds{};
+  if (!outline.empty()) bounds = {outline[0], outline[0]};
+  for (const Point2& point : outline) {
+    bounds.least = {std::min(bounds.least.x, point.x), std::min(bounds.least.y, point.y)};
+    bounds.most = {std::max(bounds.most.x, point.x), std::max(bounds.most.y, point.y)};
+  }
+  return bounds;
+}
+
 ClusterSpace::ClusterSpace(const Rig& level_rig, const UDisparityConfig& heights, int disparities, std::size_t points)
     : segmenter{level_rig, heights, disparities}, rig{level_rig} {
   clusters.reserve(things_reserved);
@@ -253,7 +254,7 @@ void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle,
     cluster.is_cut_left = cut_left;
     cluster.is_cut_right = cut_right;
     for (Point2& point : cluster.outline) point = world_from_vehicle * point;
-    find_bounds(cluster);
+    cluster.bounds = bounds_of(cluster.outline);
     ask_grid(space.segmenter, i, world, world_from_vehicle, cluster);
     space.clusters.push_back(cluster);
   }
@@ -261,7 +262,7 @@ void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle,
 
 void fit_boxes(std::vector<Cluster>& clusters) {
   for (Cluster& cluster : clusters) {
-    const bool moves{cluster.kind == ObstacleKind::thing &&
+    const bool moves{cluster.kind == ObstacleKind::object &&
                      std::hypot(cluster.velocity.x, cluster.velocity.y) > moving_mps};
     moves ? fit_box(std::atan2(cluster.velocity.y, cluster.velocity.x), cluster) : fit_smallest_box(cluster);
   }

@@ -53,7 +53,7 @@ double yaw_sigma_of(const Cluster& cluster, const BoxView& view) {
 
 // Evidence of one frame. Without tracked features, the grid indicates motion later and less reliably.
 double Tracker::evidence_of_motion(const Cluster& cluster) {
-  if (cluster.kind == ObstacleKind::extended) return -evidence_of_frame;
+  if (cluster.kind != ObstacleKind::object) return -evidence_of_frame;
   if (cluster.height_m > highest_mover_m) return 0;  // with a tree above it
   if (cluster.has_measured_velocity()) {
     const double square{squared(inverted(cluster.velocity_covariance), cluster.velocity)};
@@ -74,7 +74,7 @@ double Tracker::axes_of(const Track& track) {
 void Tracker::correct_place(Track& track, const Cluster& cluster, const Pose2& camera) const {
   const double yaw_rad{axes_of(track)};
   const BoxView view{cluster, yaw_rad, camera, rig_};
-  if (cluster.kind == ObstacleKind::extended || track.shape.kind == ObstacleKind::extended) {
+  if (cluster.kind != ObstacleKind::object || track.shape.kind != ObstacleKind::object) {
     const double sigma{large_sigma_of(cluster, track.shape)};
     track.motion.measure_place({1, 0}, cluster.centre.x, sigma * sigma);
     track.motion.measure_place({0, 1}, cluster.centre.y, sigma * sigma);
@@ -109,7 +109,7 @@ void Tracker::set_shape(Track& track, const Cluster& cluster, const Pose2& camer
   track.shape = cluster;
   const BoxView view{cluster, cluster.yaw_rad, camera, rig_};
   constexpr double unknown{std::numeric_limits<double>::infinity()};
-  track.yaw_sigma_rad = cluster.kind == ObstacleKind::thing ? yaw_sigma_of(cluster, view) : unknown;
+  track.yaw_sigma_rad = cluster.kind == ObstacleKind::object ? yaw_sigma_of(cluster, view) : unknown;
 }
 
 void Tracker::correct(Track& track, const Cluster& cluster, const Pose2& camera) const {

@@ -43,7 +43,7 @@ constexpr int surely_seen_px{300};
 // Initial evidence of motion from the filter's cells: log odds. Unknown cells do not count.
 double moving_before(const Cluster& cluster) {
   constexpr double open{0.05};  // prior of a cell's share that the filter has not observed
-  if (cluster.kind == ObstacleKind::extended) return 0;
+  if (cluster.kind != ObstacleKind::object) return 0;
   return std::clamp(std::log((cluster.moving + open) / (1 - cluster.moving + open)), 0.0, most_before);
 }
 
@@ -107,6 +107,7 @@ bool Tracker::differs(const Cluster& cluster, const Track& track) {
 
 // In metres; none: it is another thing.
 std::optional<double> Tracker::distance(const Track& track, const Cluster& cluster) const {
+  if ((track.shape.kind == ObstacleKind::drop) != (cluster.kind == ObstacleKind::drop)) return std::nullopt;
   const bool is_measured{cluster.has_measured_velocity()};
   if (is_measured && differs(cluster, track)) return std::nullopt;
   const double away_m{std::hypot(cluster.centre.x - track.shape.centre.x - track.moved.x,
@@ -243,6 +244,7 @@ bool Tracker::is_hidden(Point2 at, const std::vector<Cluster>& clusters, const P
     double least{far};
     double most{-far};
     double nearest{far};
+    if (cluster.kind == ObstacleKind::drop) return false;
     for (const Point2& point : cluster.outline) {
       const Point2 here{vehicle_from_world * point};
       if (!(here.x > 0)) continue;
@@ -261,7 +263,7 @@ bool Tracker::is_replaced(const Track& track, const std::vector<Cluster>& cluste
   for (const Point2& point : track.shape.outline) {
     const Point2 at{point.x + track.moved.x, point.y + track.moved.y};
     taken += std::any_of(clusters.begin(), clusters.end(), [&](const Cluster& cluster) {
-      return cluster.kind == ObstacleKind::thing && cluster.bounds.gap_to({at, at}, {}) < replaced_within_m;
+      return cluster.kind == ObstacleKind::object && cluster.bounds.gap_to({at, at}, {}) < replaced_within_m;
     });
   }
   return 2 * taken >= track.shape.outline.size();

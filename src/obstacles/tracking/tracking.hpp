@@ -45,7 +45,7 @@ class Tracker {
     state(tracks_, next_id_);
     if constexpr (requires { state.require(true); }) {
       for (const Track& track : tracks_) {
-        state.require(track.shape.outline.size() <= Outline::points_max && track.shape.kind <= ObstacleKind::extended);
+        state.require(track.shape.outline.size() <= Outline::points_max && track.shape.kind <= ObstacleKind::drop);
       }
     }
   }

@@ -210,6 +210,42 @@ INSTANTIATE_TEST_SUITE_P(Car, Edges,
                                          Edge{"robot, 0.1 m at 1 m", step(1, -0.1f), 1, 6, true},
                                          Edge{"robot, 0.9 m at 1.8 m", step(1.8f, -0.9f), 1.8, 6, true}));
 
+/// A jump to a farther surface turned into a slope over the eight rows before it, as a matcher leaves it.
+Image<float> smeared(Image<float> disparity) {
+  constexpr int rows{8};
+  for (int v{1}; v + rows < disparity.height(); ++v) {
+    for (int u{0}; u < disparity.width(); ++u) {
+      const float behind{disparity(u, v - 1)};
+      const float before{disparity(u, v + rows)};
+      if (disparity(u, v) - behind < 0.8f) continue;
+      for (int i{0}; i < rows; ++i) disparity(u, v + i) = behind + (before - behind) * static_cast<float>(i) / rows;
+    }
+  }
+  return disparity;
+}
+
+TEST(Terrain, TrenchesAreDropsThoughTheMatcherSmearsTheirEdges) {
+  const Vehicle vehicle{car()};
+  const Seen trench{walked(vehicle, smeared(disparity_of(vehicle.rig, ditch(5.6f, 0.8f))))};
+  EXPECT_GE(marked_share(vehicle, trench, 5.6, TerrainClass::drop), 0.95);
+  EXPECT_EQ(drivable_share(vehicle, trench, 6, 8), 0);
+  // a hollow has no upright wall, a step that the vehicle climbs none below the ground
+  const HeightField hollow{[](float x, float) { return -0.12f * std::max(0.0f, 1 - std::abs(x - 6)); }};
+  const Seen level{walked(vehicle, smeared(disparity_of(vehicle.rig, hollow)))};
+  EXPECT_GE(drivable_share(vehicle, level, vehicle.near_m, 8), 0.99);
+  const Seen kerb{walked(vehicle, smeared(disparity_of(vehicle.rig, step(5.6f, 0.1f))))};
+  EXPECT_GE(drivable_share(vehicle, kerb, vehicle.near_m, 8), 0.99);
+}
+
+TEST(Terrain, PassagesBetweenEdgesAreAsWideAsAVehicle) {
+  const Vehicle vehicle{car()};
+  const auto bridge = [](float width_m) {
+    return HeightField{[=](float x, float y) { return std::abs(y) < width_m / 2 ? 0.0f : ditch(4, 2)(x, y); }};
+  };
+  EXPECT_EQ(drivable_share(vehicle, walked(vehicle, bridge(0.4f), false), 6.4, 8), 0);
+  EXPECT_GE(drivable_share(vehicle, walked(vehicle, bridge(2.5f), false), 6.4, 8), 0.9);
+}
+
 TEST(Terrain, StepsUpAreObstacles) {
   for (const bool has_errors : {false, true}) {
     EXPECT_EQ(marked_share(car(), walked(car(), step(4, 0.25f), has_errors), 4, TerrainClass::obstacle), 1);

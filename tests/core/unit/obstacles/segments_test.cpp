@@ -118,7 +118,7 @@ TEST(Segments, OutlineOfAThingLiesBehindWhatIsSeenOfIt) {
   const std::vector<Cluster> found{clusters_of(PaintedObstacles{}.wall(8, -1, 1))};
   ASSERT_EQ(found.size(), 1u);
   const Cluster& car{found[0]};
-  EXPECT_EQ(car.kind, ObstacleKind::thing);
+  EXPECT_EQ(car.kind, ObstacleKind::object);
   EXPECT_TRUE(holds(car.outline, {8.2, 0}));
   EXPECT_TRUE(holds(car.outline, {8.2, 0.9}));
   EXPECT_FALSE(holds(car.outline, {7.5, 0}));
@@ -203,7 +203,7 @@ TEST(Segments, OutlinesOfThingsAreSimplePolygons) {
       painted.strip(u, x_m, 0, 1.5);
     }
     for (const Cluster& cluster : clusters_of(painted)) {
-      if (cluster.kind != ObstacleKind::thing) continue;
+      if (cluster.kind != ObstacleKind::object) continue;
       ++things;
       EXPECT_EQ(cluster.outline.size() % 4, 0U);
       EXPECT_TRUE(is_simple(cluster.outline)) << round;
@@ -275,7 +275,7 @@ TEST(Segments, PartsMakeNoDifference) {
 TEST(Segments, AWallIsALineAndNoBox) {
   const std::vector<Cluster> found{clusters_of(PaintedObstacles{}.wall(14, -6, 6))};
   ASSERT_EQ(found.size(), 1u);
-  EXPECT_EQ(found[0].kind, ObstacleKind::extended);
+  EXPECT_EQ(found[0].kind, ObstacleKind::boundary);
   for (const Point2& point : found[0].outline) EXPECT_NEAR(point.x, 14, 0.5);
   EXPECT_GT(found[0].outline[0].y, 5);
   EXPECT_LT(found[0].outline[found[0].outline.size() - 1].y, -5);

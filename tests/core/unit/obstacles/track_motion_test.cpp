@@ -34,10 +34,10 @@ TEST(Tracker, MotionTakesSeveralFramesOfEvidence) {
   }
   for (int step{0}; step < 4; ++step) update(tracker, world, {blob}, 0);
   EXPECT_TRUE(report_of(tracker)[0].moving);
-  blob.kind = ObstacleKind::extended;
+  blob.kind = ObstacleKind::boundary;
   for (int step{0}; step < 4; ++step) update(tracker, world, {blob}, 0);
   EXPECT_FALSE(report_of(tracker)[0].moving) << "walls do not move";
-  EXPECT_EQ(report_of(tracker)[0].kind, ObstacleKind::extended);
+  EXPECT_EQ(report_of(tracker)[0].kind, ObstacleKind::boundary);
 }
 
 // The filter has followed its cells before there was a thing.

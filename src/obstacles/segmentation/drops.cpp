@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "obstacles/segmentation/clusters.hpp"
+
+namespace stereogrid {
+namespace {
+
+constexpr int sectors_apart_max{3};
+constexpr double cells_apart_max{4};  ///< distance of neighbouring points, in cells
+constexpr std::size_t points_min{3};
+constexpr std::size_t outline_points_max{24};
+
+bool are_neighbours(const EdgePoint& a, const EdgePoint& b, double cell_m) {
+  const double apart_m{std::hypot(a.place.x - b.place.x, a.place.y - b.place.y)};
+  return b.sector - a.sector <= sectors_apart_max && apart_m <= cells_apart_max * cell_m;
+}
+
+Cluster drop_of(std::span<const EdgePoint> points, const GridLayers& world, const Pose2& world_from_vehicle) {
+  Cluster cluster;
+  cluster.kind = ObstacleKind::drop;
+  cluster.is_cut_left = cluster.is_cut_right = true;  // it may go on where nothing was seen
+  const std::size_t outline_points{std::min(points.size(), outline_points_max)};
+  for (std::size_t i{0}; i < outline_points; ++i) {
+    cluster.outline.push_back(world_from_vehicle * points[i * (points.size() - 1) / (outline_points - 1)].place);
+  }
+  for (const EdgePoint& point : points) {
+    cluster.height_m -= static_cast<double>(point.fall_m) / static_cast<double>(points.size());
+    const auto cell = world.geometry.cell_at(world_from_vehicle * point.place);
+    cluster.occupancy +=
+        (cell ? static_cast<double>(world.occupancy(cell->ix, cell->iy)) : 0.5) / static_cast<double>(points.size());
+  }
+  cluster.bounds = bounds_of(cluster.outline);
+  return cluster;
+}
+
+}  // namespace
+
+void add_drops(std::span<const EdgePoint> edges, const GridLayers& world, const Pose2& world_from_vehicle,
+               std::vector<Cluster>& clusters) {
+  std::size_t first{0};
+  for (std::size_t i{1}; i <= edges.size(); ++i) {
+    if (i < edges.size() && are_neighbours(edges[i - 1], edges[i], world.geometry.cell_size_m)) continue;
+    if (i - first >= points_min)
+      clusters.push_back(drop_of(edges.subspan(first, i - first), world, world_from_vehicle));
+    first = i;
+  }
+}
+
+}  // namespace stereogrid

@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Edges of lower ground as obstacles.
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "tracked_blobs.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+/// Points of an edge straight ahead, one a sector, from left to right.
+std::vector<EdgePoint> edge_at(double x, int first_sector, int count) {
+  std::vector<EdgePoint> edges;
+  for (int i{0}; i < count; ++i) edges.push_back({first_sector + i, {x, 2 - 0.1 * (first_sector + i)}, 0.8f});
+  return edges;
+}
+
+std::vector<Cluster> drops_of(const std::vector<EdgePoint>& edges) {
+  GroundSeenFree world;
+  std::vector<Cluster> clusters;
+  add_drops(edges, world.layers, {}, clusters);
+  fit_boxes(clusters);
+  return clusters;
+}
+
+TEST(Drops, AreLinesAlongTheEdge) {
+  const std::vector<Cluster> drops{drops_of(edge_at(5, 0, 40))};
+  ASSERT_EQ(drops.size(), 1u);
+  EXPECT_EQ(drops[0].kind, ObstacleKind::drop);
+  EXPECT_EQ(drops[0].outline.size(), 24u);
+  EXPECT_NEAR(drops[0].outline[0].y, 2, 1e-9);
+  EXPECT_NEAR(drops[0].outline[23].y, -1.9, 1e-9);
+  EXPECT_NEAR(drops[0].length_m, 3.9, 1e-6);
+  EXPECT_NEAR(drops[0].height_m, -0.8, 1e-6);
+}
+
+TEST(Drops, EndWhereTheEdgeDoes) {
+  std::vector<EdgePoint> edges{edge_at(5, 0, 10)};
+  const std::vector<EdgePoint> behind{edge_at(7, 10, 10)};
+  const std::vector<EdgePoint> aside{edge_at(7, 26, 2)};
+  edges.insert(edges.end(), behind.begin(), behind.end());
+  edges.insert(edges.end(), aside.begin(), aside.end());
+  const std::vector<Cluster> drops{drops_of(edges)};
+  ASSERT_EQ(drops.size(), 2u) << "two points are none";
+  EXPECT_EQ(drops[0].centre.x, 5);
+  EXPECT_EQ(drops[1].centre.x, 7);
+  EXPECT_TRUE(drops_of({}).empty());
+}
+
+TEST(Drops, AreTrackedApartFromObjectsAndStandStill) {
+  GroundSeenFree world;
+  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+  std::vector<Obstacle> found;
+  for (int step{0}; step < 6; ++step) {
+    std::vector<Cluster> seen{drops_of(edge_at(5 - 0.1 * step, 0, 40))};
+    seen.push_back(blob_at(5 - 0.1 * step, 0));
+    update(tracker, world, seen, 0.1);
+    found = report_of(tracker);
+    ASSERT_EQ(found.size(), 2u);
+    EXPECT_EQ(found[0].confirmed, step >= 2);
+  }
+  EXPECT_EQ(found[0].id, 1);
+  EXPECT_EQ(found[0].kind, ObstacleKind::drop);
+  EXPECT_FALSE(found[0].moving);
+  EXPECT_NEAR(found[0].x_m, 4.5, 0.1);
+  EXPECT_EQ(found[1].kind, ObstacleKind::object);
+}
+
+}  // namespace
+}  // namespace stereogrid::test
