@@ -59,8 +59,8 @@ class STEREOGRID_EXPORT Outline {
   std::size_t size_{0};
 };
 
-/// Tracked object, boundary or drop. Positions in the vehicle frame of the same instant; velocities relative to the ground,
-/// in vehicle axes.
+/// Tracked object, boundary or drop. Positions in the vehicle frame of the same instant; velocities relative to the
+/// ground, in vehicle axes.
 struct Obstacle {
   std::int64_t id{0};  ///< constant while the obstacle is tracked; never reused
   double x_m{0};       ///< centre of the box
@@ -79,11 +79,11 @@ struct Obstacle {
   Covariance2 position_covariance;  ///< m², vehicle axes
   Covariance2 velocity_covariance;  ///< m²/s², vehicle axes
   ObstacleKind kind{ObstacleKind::object};
-  /// Above the road, 0.9 quantile over its columns; parts above a gap do not count. Of a drop negative: the visible part
-  /// of its fall.
+  /// Above the road, 0.9 quantile over its columns; parts above a gap do not count. Of a drop negative: the visible
+  /// part of its fall.
   double height_m{0};
   /// Outline of the visible part at the last observation, moved with the track. Object: a simple polygon, at least half
-  /// a metre deep. Boundary, drop: an open line along the near side, from left to right.
+  /// a metre deep. Boundary or drop: an open line along the near side, from left to right.
   Outline outline;
   /// Yaw rate of the velocity's direction, positive to the left; 0 if the obstacle is static or the rate is not
   /// significant.

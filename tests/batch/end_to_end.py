@@ -224,7 +224,7 @@ def poison(folder: Path):
     # another file than when the plan was made
     changed = copy_of(plan, "changed")
     (good / "calibration.yaml").write_text((good / "calibration.yaml").read_text(encoding="utf-8") + "\n", encoding="utf-8")
-    assert "is not what it was" in tool("run", changed, "--shard", 0, expect=65).stderr
+    assert "has changed since the plan" in tool("run", changed, "--shard", 0, expect=65).stderr
 
 
 def clocks(folder: Path):

@@ -124,11 +124,11 @@ TEST(Resume, OfALongRunGoesOnExactly) {
     const fs::path unsaved{folder / way.name / "unsaved"};
     sit(whole, ":", options("100"));
     sit(saved, ":24", options("7"));
-    EXPECT_THAT(sit(saved, ":37", options("7")).errors, HasSubstr("frame 25, from what was saved after frame 20"));
-    EXPECT_THAT(sit(saved, ":", options("7")).errors, HasSubstr("frame 38, from what was saved after frame 34"));
+    EXPECT_THAT(sit(saved, ":37", options("7")).errors, HasSubstr("frame 25, from the state after frame 20"));
+    EXPECT_THAT(sit(saved, ":", options("7")).errors, HasSubstr("frame 38, from the state after frame 34"));
     expect_equal_runs(whole, saved);
     sit(unsaved, ":36", options("0"));
-    EXPECT_THAT(sit(unsaved, ":", options("0")).errors, HasSubstr("beginning with frame 0 again"));
+    EXPECT_THAT(sit(unsaved, ":", options("0")).errors, HasSubstr("processing from frame 0 again"));
     expect_equal_runs(whole, unsaved);
   }
 }

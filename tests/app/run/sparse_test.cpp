@@ -69,8 +69,8 @@ TEST(Sparse, GoesOnExactly) {
     const fs::path parts{folder / kind / "parts"};
     run_well(street(parts, options(":18", "5")));
     // due after 4, 9 and 14, and with the frames that are written then
-    EXPECT_THAT(run_well(street(parts, options(":30", "5"))).errors, HasSubstr("from what was saved after frame 16"));
-    EXPECT_THAT(run_well(street(parts, options(":", "5"))).errors, HasSubstr("from what was saved after frame 24"));
+    EXPECT_THAT(run_well(street(parts, options(":30", "5"))).errors, HasSubstr("from the state after frame 16"));
+    EXPECT_THAT(run_well(street(parts, options(":", "5"))).errors, HasSubstr("from the state after frame 24"));
     EXPECT_EQ(indices_of(parts).size(), 10U);
     expect_equal_runs(whole, parts);
     const fs::path unsaved{folder / kind / "unsaved"};
