@@ -28,8 +28,8 @@ TEST(UnreadParameters, HaveAReason) {
     EXPECT_EQ(why_unread(preset("paper"), key, {}), "") << key;
   }
   EXPECT_EQ(why("u_disparity.obstacle_height_m"), "");
-  EXPECT_EQ(why("matching.given_sigma_px"), "disparities or depth as input");
-  EXPECT_EQ(why("matching.given_sigma_px", {true, false}), "");
+  EXPECT_EQ(why("matching.external_sigma_px"), "disparities or depth as input");
+  EXPECT_EQ(why("matching.external_sigma_px", {true, false}), "");
   EXPECT_EQ(why("matching.uniqueness"), "");
   EXPECT_EQ(why("matching.uniqueness", {true, false}), "right images as input");
   EXPECT_EQ(why("fusion.stereo_confidence", {false, true}), "");

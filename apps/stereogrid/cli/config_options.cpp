@@ -53,9 +53,9 @@ std::string why_unread(const Config& config, std::string_view key, const InputUs
       Rule{"vehicle.", config.ground.model == GroundModel::terrain, "ground.model=terrain"},
       Rule{"ground.height_gate_m ground.pitch_gate_deg ground.roll_gate_deg", config.ground.estimate,
            "ground.estimate=true"},
-      Rule{"filter.forgetting_in_view_s", config.filter.model == FilterModel::joint, "filter.model=joint"},
+      Rule{"filter.decay_time_in_view_s", config.filter.model == FilterModel::joint, "filter.model=joint"},
       Rule{"matching.texture matching.cost_limit", is_correlated, "matching.method=correlation"},
-      Rule{"matching.given_sigma_px", input.has_disparities, "disparities or depth as input"},
+      Rule{"matching.external_sigma_px", input.has_disparities, "disparities or depth as input"},
       Rule{"matching.method matching.align_rows matching.uniqueness matching.texture matching.cost_limit "
            "matching.left_right_px matching.subpixel filter.scene_flow",
            !input.has_disparities, "right images as input"},

@@ -60,8 +60,8 @@ class Street {
     const double scale{40 * wall.x / rig.focal_px};
     for (int v{0}; v < rig.height_px; ++v) {
       for (int u{0}; u < rig.width_px; ++u) {
-        const double across{scale * (u + disparity - rig.centre_u_px) + 40 * wall.y};
-        image(u, v) = static_cast<std::uint8_t>(shade(across, scale * (v - rows_off - rig.centre_v_px)) + 0.5);
+        const double across{scale * (u + disparity - rig.cx_px) + 40 * wall.y};
+        image(u, v) = static_cast<std::uint8_t>(shade(across, scale * (v - rows_off - rig.cy_px)) + 0.5);
       }
     }
     return image;
@@ -168,8 +168,7 @@ TEST(SceneFlow, ARightImageOfOtherRowsHasNoPoints) {
 TEST(SceneFlow, WhatIsHigherThanThreeMetresIsNotFollowed) {
   Street street{{20, 0}, {0, 0}};
   const auto row_at = [&](double height_m) {
-    return static_cast<int>(street.rig.centre_v_px -
-                            (height_m - street.rig.camera_height_m) * street.rig.focal_px / 20);
+    return static_cast<int>(street.rig.cy_px - (height_m - street.rig.camera_height_m) * street.rig.focal_px / 20);
   };
   street.end_of_matched_rows = row_at(3.2);
   ASSERT_GT(street.end_of_matched_rows, 24);
