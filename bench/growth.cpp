@@ -77,7 +77,7 @@ Image<float> disparities_of_posts(const Rig& rig, int posts) {
   constexpr double post_m{1.5};
   Image<float> disparities{rig.width_px, rig.height_px};
   for (int v{0}; v < rig.height_px; ++v) {
-    const double below{v - rig.centre_v_px};
+    const double below{v - rig.cy_px};
     for (int u{0}; u < rig.width_px; ++u) {
       const double distance_m{u / pitch_px % 2 == 0 ? 10.0 : 14.0};
       const double height_m{rig.camera_height_m - below * distance_m / rig.focal_px};

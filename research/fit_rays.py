@@ -36,8 +36,8 @@ def count_rays(stages, frame: dict, rig: dict, heights: tuple) -> dict:
     rows, columns = obstacle.shape
     bins = stages["u_occupancy"].shape[0] * BINS_PER_PX
     ground = frame["ground"]
-    shift = np.round(-np.tan(ground.get("roll_rad", 0)) * (np.arange(columns) - rig["centre_u_px"]))
-    horizon = rig["centre_v_px"] - rig["focal_px"] * np.tan(ground["pitch_rad"])
+    shift = np.round(-np.tan(ground.get("roll_rad", 0)) * (np.arange(columns) - rig["cx_px"]))
+    horizon = rig["cy_px"] - rig["focal_px"] * np.tan(ground["pitch_rad"])
     drop = (np.arange(rows)[:, None] - shift - horizon) * rig["baseline_m"] * np.cos(ground["pitch_rad"])
     height = ground["height_m"]
     top = height - heights[1]
@@ -72,7 +72,7 @@ def columns_of(rig: dict, grid: dict, ix, iy) -> tuple:
     size = grid["cell_size_m"]
     x, y = (single(grid[low] + 0.5 * size) + single(size) * single(i) for low, i in (("x_min_m", ix), ("y_min_m", iy)))
     per_m = single(rig["focal_px"]) / x
-    left, right = (np.floor(single(rig["centre_u_px"]) - per_m * (y + single(side * size / 2)) + single(1)).astype(int)
+    left, right = (np.floor(single(rig["cx_px"]) - per_m * (y + single(side * size / 2)) + single(1)).astype(int)
                    for side in (1, -1))
     return left, np.maximum(right, left + 1)
 
@@ -124,7 +124,7 @@ def lidar_labels(points: np.ndarray, rig: dict, grid: dict) -> np.ndarray:
         plane = np.linalg.lstsq(np.c_[x, z, np.ones_like(x)][chosen], y[chosen], rcond=None)[0]
         within = 0.12
     height = x * plane[0] + z * plane[1] + plane[2] - y
-    u = rig["centre_u_px"] + rig["focal_px"] * x / np.maximum(z, 0.1)
+    u = rig["cx_px"] + rig["focal_px"] * x / np.maximum(z, 0.1)
     ix = np.floor((z - grid["x_min_m"]) / grid["cell_size_m"]).astype(int)
     iy = np.floor((-x - grid["y_min_m"]) / grid["cell_size_m"]).astype(int)
     seen = (z > 1) & (u > 0) & (u < rig["width_px"]) & (ix >= 0) & (ix < grid["nx"]) & (iy >= 0) & (iy < grid["ny"])

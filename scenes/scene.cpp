@@ -22,8 +22,8 @@ Rig rig_of(const SceneOptions& options) {
   rig.width_px = options.width_px;
   rig.height_px = options.height_px;
   rig.focal_px = options.focal_px;
-  rig.centre_u_px = options.width_px / 2.0;
-  rig.centre_v_px = options.height_px / 2.0;
+  rig.cx_px = options.width_px / 2.0;
+  rig.cy_px = options.height_px / 2.0;
   rig.baseline_m = options.baseline_m;
   rig.camera_height_m = options.camera_height_m;
   rig.camera_pitch_rad = options.camera_pitch_rad;

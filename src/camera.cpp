@@ -51,8 +51,9 @@ class Findings {
 };
 
 bool is_finite(const Rig& rig) {
-  const std::array<double, 7> numbers{rig.focal_px,        rig.centre_u_px,      rig.centre_v_px,    rig.baseline_m,
-                                      rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad};
+  const std::array<double, 7> numbers{rig.focal_px,       rig.cx_px,           rig.cy_px,
+                                      rig.baseline_m,     rig.camera_height_m, rig.camera_pitch_rad,
+                                      rig.camera_roll_rad};
   return std::all_of(numbers.begin(), numbers.end(), [](double number) { return std::isfinite(number); });
 }
 
@@ -90,9 +91,8 @@ std::vector<std::string> problems(const Rig& rig) {
                " px, less than a pixel: it is to be given in pixels, not in metres or millimetres.");
   found.add_if(rig.focal_px > focal_max_px, "The focal length is ", rig.focal_px, " px, more than any lens has.");
   look_at_baseline(rig.baseline_m, found);
-  found.add_if(is_outside(rig.centre_u_px, rig.width_px) || is_outside(rig.centre_v_px, rig.height_px),
-               "The principal point (" + text_of(rig.centre_u_px) + ", " + text_of(rig.centre_v_px) +
-                   ") lies outside the image.");
+  found.add_if(is_outside(rig.cx_px, rig.width_px) || is_outside(rig.cy_px, rig.height_px),
+               "The principal point (" + text_of(rig.cx_px) + ", " + text_of(rig.cy_px) + ") lies outside the image.");
   look_at_height(rig.camera_height_m, found);
   found.add_if(std::abs(rig.camera_pitch_rad) > angle_max_rad, "The camera pitch is ", rig.camera_pitch_rad,
                " rad, over 45°: is it in degrees?");

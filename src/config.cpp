@@ -199,7 +199,7 @@ Config paper_preset() {
   config.projection.model = ProjectionModel::bins;
   config.filter.model = FilterModel::tay2008;
   config.filter.speeds_mps = {2, 4, 6, 8, 10};
-  config.filter.forgetting_in_view_s = 2;
+  config.filter.decay_time_in_view_s = 2;
   config.filter.velocity_noise = 0.05;
   config.filter.likelihood_exponent = 1;
   config.filter.static_prior = 0;
@@ -233,6 +233,15 @@ std::vector<std::string> preset_names() {
 }
 
 void set(Config& config, std::string_view key, std::string_view text) {
+  constexpr std::array<std::array<std::string_view, 2>, 4> former{{
+      {"filter.forgetting_s", "filter.decay_time_s"},
+      {"filter.forgetting_in_view_s", "filter.decay_time_in_view_s"},
+      {"matching.given_sigma_px", "matching.external_sigma_px"},
+      {"motion.notice_jumps", "motion.detect_jumps"},
+  }};
+  for (const auto& [before, now] : former) {
+    if (key == before) return set(config, now, text);
+  }
   // former group of the parameters of `paper`
   const std::string_view before{"u_disparity."};
   if (key.starts_with(before) && !is_parameter(key)) {

@@ -28,8 +28,8 @@ class PointAt {
 
   [[nodiscard]] LabelledPoint operator()(int u, int v, float disparity, PointLabel label) const {
     const double z{rig_.focal_px * rig_.baseline_m / static_cast<double>(disparity)};
-    const double x{(u - rig_.centre_u_px) * z / rig_.focal_px};
-    const double y{(v - rig_.centre_v_px) * z / rig_.focal_px};
+    const double x{(u - rig_.cx_px) * z / rig_.focal_px};
+    const double y{(v - rig_.cy_px) * z / rig_.focal_px};
     return {static_cast<float>(z), static_cast<float>(-x),
             static_cast<float>(height_m_ - (down_x_ * x + down_y_ * y + down_z_ * z)), label};
   }

@@ -89,16 +89,16 @@ RoadPlane fit(const Rig& rig, const std::vector<TruthPoint>& points, const RoadP
   cv::Vec3d right{0, 0, 0};
   for (const TruthPoint& point : points) {
     const double depth{depth_m(rig, point)};
-    const double aside_m{(point.u - rig.centre_u_px) * depth / rig.focal_px};
+    const double aside_m{(point.u - rig.cx_px) * depth / rig.focal_px};
     if (depth < 4 || depth > farthest_m || std::abs(aside_m) > 8) continue;
     if (std::abs(height_above(start, rig.camera_height_m, point)) > band_m) continue;
-    const cv::Vec3d row{cv::Vec3d{1, point.u - rig.centre_u_px, point.v - rig.centre_v_px} / point.disparity};
+    const cv::Vec3d row{cv::Vec3d{1, point.u - rig.cx_px, point.v - rig.cy_px} / point.disparity};
     normal += row * row.t();
     right += row;
   }
   if (normal(0, 0) == 0 || std::abs(cv::determinant(normal)) < 1e-12) return start;
   const cv::Vec3d solved{normal.solve(right, cv::DECOMP_CHOLESKY)};
-  return {solved[0], solved[1], solved[2], rig.centre_u_px, rig.centre_v_px};
+  return {solved[0], solved[1], solved[2], rig.cx_px, rig.cy_px};
 }
 
 }  // namespace
@@ -112,8 +112,8 @@ std::vector<TruthPoint> points_of_scan(const std::vector<io::ScanPoint>& scan,
     const double y{t[4] * p.x_m + t[5] * p.y_m + t[6] * p.z_m + t[7]};
     const double z{t[8] * p.x_m + t[9] * p.y_m + t[10] * p.z_m + t[11]};
     if (z < 2) continue;
-    const double u{rig.centre_u_px + rig.focal_px * x / z};
-    const double v{rig.centre_v_px + rig.focal_px * y / z};
+    const double u{rig.cx_px + rig.focal_px * x / z};
+    const double v{rig.cy_px + rig.focal_px * y / z};
     if (!inside(column(u), column(v), rig.width_px, rig.height_px)) continue;
     points.push_back({static_cast<float>(u), static_cast<float>(v),
                       static_cast<float>(rig.focal_px * rig.baseline_m / z), Surface::other, false});
@@ -185,11 +185,11 @@ void turn_level(const Rig& pitched, const Rig& level, std::vector<TruthPoint>& p
   const double sin_pitch{std::sin(pitched.camera_pitch_rad)};
   const double cos_pitch{std::cos(pitched.camera_pitch_rad)};
   for (TruthPoint& point : points) {
-    const double x{(point.u - pitched.centre_u_px) / pitched.focal_px};
-    const double y{(point.v - pitched.centre_v_px) / pitched.focal_px};
+    const double x{(point.u - pitched.cx_px) / pitched.focal_px};
+    const double y{(point.v - pitched.cy_px) / pitched.focal_px};
     const double stretch{cos_pitch - y * sin_pitch};  // depth in the level camera per depth in the pitched one
-    point.u = static_cast<float>(pitched.centre_u_px + pitched.focal_px * x / stretch);
-    point.v = static_cast<float>(level.centre_v_px + pitched.focal_px * (y * cos_pitch + sin_pitch) / stretch);
+    point.u = static_cast<float>(pitched.cx_px + pitched.focal_px * x / stretch);
+    point.v = static_cast<float>(level.cy_px + pitched.focal_px * (y * cos_pitch + sin_pitch) / stretch);
     point.disparity = static_cast<float>(point.disparity / stretch);
   }
 }

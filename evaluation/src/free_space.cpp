@@ -34,7 +34,7 @@ std::vector<ColumnDepth> free_space(View<const float> probability, const Labels&
   const double end_m{grid.x_min_m + grid.nx * grid.cell_size_m};
   std::vector<ColumnDepth> columns;
   for (int u{0}; u < labels.rig.width_px; ++u) {
-    const double slope{-(u - labels.rig.centre_u_px) / labels.rig.focal_px};
+    const double slope{-(u - labels.rig.cx_px) / labels.rig.focal_px};
     const auto truth{
         first_along(grid, slope, from_m, [&](int ix, int iy) { return labels.cells(ix, iy) == labelled_occupied; })};
     if (!truth) continue;

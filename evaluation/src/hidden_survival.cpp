@@ -32,7 +32,7 @@ bool is_ahead(const MotionFrame& frame, const TruthObject& object) {
   const Point2 place{inverse(frame.truth.ego.world_from_vehicle) *
                      Point2{object.world_from_object.x_m, object.world_from_object.y_m}};
   if (place.x <= 0) return false;
-  const double u{frame.rig.centre_u_px - frame.rig.focal_px * place.y / place.x};
+  const double u{frame.rig.cx_px - frame.rig.focal_px * place.y / place.x};
   return u >= 0 && u < frame.rig.width_px;
 }
 

@@ -22,7 +22,7 @@ constexpr double hiding_from_m{3};   // nearer returns are often from the own ve
 constexpr double column_reach{1.5};  // returns are about 2 columns apart on KITTI: no gaps within a surface
 
 bool in_view(const CameraPoint& p, const Rig& rig) {
-  const double u{rig.centre_u_px + rig.focal_px * p.x_m / std::max(p.z_m, 0.1)};
+  const double u{rig.cx_px + rig.focal_px * p.x_m / std::max(p.z_m, 0.1)};
   return p.z_m > ahead_min_m && u > 0 && u < rig.width_px;
 }
 

@@ -12,7 +12,7 @@ NearestObstacle::NearestObstacle(const Rig& rig)
     : rig_{rig}, nearest_m_(static_cast<std::size_t>(rig.width_px), std::numeric_limits<double>::infinity()) {}
 
 double NearestObstacle::column_of(double x_m, double y_m) const {
-  return rig_.centre_u_px - rig_.focal_px * y_m / x_m;
+  return rig_.cx_px - rig_.focal_px * y_m / x_m;
 }
 
 void NearestObstacle::add(double x_m, double y_m, double columns) {

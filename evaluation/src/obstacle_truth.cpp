@@ -118,7 +118,7 @@ Thing thing_of(const LabelledObject& object, const Rig& rig) {
   if (object.moving.value_or(false)) thing.velocity_mps = object.velocity_mps;
   thing.seen = facing_points(object, thing.footprint);
   std::erase_if(thing.seen, [&rig](Point2 p) {
-    const double u{rig.centre_u_px - rig.focal_px * p.y / std::max(p.x, 0.1)};
+    const double u{rig.cx_px - rig.focal_px * p.y / std::max(p.x, 0.1)};
     return !is_ahead(p) || u <= 0 || u >= rig.width_px;
   });
   return thing;

@@ -24,11 +24,11 @@ NearestObstacle nearest_seen(const FrameTruth& truth, const TruthGrid& grid, con
       const double disparity{truth.disparity(u, v)};
       if (truth.label(u, v) != static_cast<std::uint8_t>(TruthLabel::obstacle) || disparity <= 0) continue;
       const double z{rig.focal_px * rig.baseline_m / disparity};
-      const double y{(v - rig.centre_v_px) * z / rig.focal_px};
+      const double y{(v - rig.cy_px) * z / rig.focal_px};
       const double height{rig.camera_height_m - z * s - y * c};
       const double ahead{z * c - y * s};
       if (height < grid.height_min_m || height > grid.height_max_m || ahead <= 0) continue;
-      nearest.add(ahead, -(u - rig.centre_u_px) * z / rig.focal_px, column_reach);
+      nearest.add(ahead, -(u - rig.cx_px) * z / rig.focal_px, column_reach);
     }
   }
   return nearest;

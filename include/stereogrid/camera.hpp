@@ -18,8 +18,8 @@ struct Rig {
   int width_px{0};
   int height_px{0};
   double focal_px{0};
-  double centre_u_px{0};
-  double centre_v_px{0};
+  double cx_px{0};
+  double cy_px{0};
   double baseline_m{0};
   double camera_height_m{1.65};  ///< height of the left camera's centre above the ground
   double camera_pitch_rad{0};    ///< positive: downwards

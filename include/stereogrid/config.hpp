@@ -55,7 +55,7 @@ struct MatchingConfig {
   int speckle_px{40};
   int road_speckle_px{200};
   bool subpixel{true};
-  double given_sigma_px{0.5};
+  double external_sigma_px{0.5};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
@@ -93,9 +93,9 @@ struct MatchingConfig {
           self.road_speckle_px);
     visit(Parameter{"subpixel", "", 0, 1, "Refine disparities between the integers on the winner's cost curve."},
           self.subpixel);
-    visit(Parameter{"given_sigma_px", "px", 0, 10,
+    visit(Parameter{"external_sigma_px", "px", 0, 10,
                     "External disparities: standard deviation. Pixels within two of the ground plane are road."},
-          self.given_sigma_px);
+          self.external_sigma_px);
   }
 };
 
@@ -244,8 +244,8 @@ struct FilterConfig {
   FilterModel model{FilterModel::joint};
   std::vector<double> speeds_mps{1.25, 2.52, 3.94,
                                  5.75, 8.34, 12.2};  // steps fine enough for pedestrians, range for cars
-  double forgetting_s{2};
-  double forgetting_in_view_s{0.5};
+  double decay_time_s{2};
+  double decay_time_in_view_s{0.5};
   double velocity_noise{0.01};
   double likelihood_exponent{0.8};
   double static_prior{0.85};
@@ -258,11 +258,11 @@ struct FilterConfig {
     visit(Parameter{"speeds_mps", "m/s", 0.1, 60,
                     "Velocities of the lattice along each world axis, in both directions, ascending; 0 is added."},
           self.speeds_mps);
-    visit(Parameter{"forgetting_s", "s", 0.05, 1000, "Time constant of the decay of unobserved cells to unknown."},
-          self.forgetting_s);
-    visit(Parameter{"forgetting_in_view_s", "s", 0.05, 1000,
+    visit(Parameter{"decay_time_s", "s", 0.05, 1000, "Time constant of the decay of unobserved cells to unknown."},
+          self.decay_time_s);
+    visit(Parameter{"decay_time_in_view_s", "s", 0.05, 1000,
                     "The same for cells in the camera's field of view that are not confirmed; joint only."},
-          self.forgetting_in_view_s);
+          self.decay_time_in_view_s);
     visit(
         Parameter{
             "velocity_noise", "", 0.0001, 0.9,
@@ -300,14 +300,14 @@ struct TrackingConfig {
 
 /// Poses over time.
 struct MotionConfig {
-  bool notice_jumps{true};
+  bool detect_jumps{true};
   double gap_max_s{5};
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
-    visit(Parameter{"notice_jumps", "", 0, 1,
+    visit(Parameter{"detect_jumps", "", 0, 1,
                     "Continue with the last motion at pose jumps and shift the pose frame; off: follow the poses."},
-          self.notice_jumps);
+          self.detect_jumps);
     visit(Parameter{"gap_max_s", "s", 0.05, 3600, "Longer time between frames resets all state, tracks included."},
           self.gap_max_s);
   }

@@ -44,7 +44,7 @@ struct StageTimes {
   double total{0};
 };
 
-/// Filtered grid after a time, if all motion continues and nothing is observed. Cells decay with filter.forgetting_s.
+/// Filtered grid after a time, if all motion continues and nothing is observed. Cells decay with filter.decay_time_s.
 struct Prediction {
   double horizon_s{0};
   Image<float> occupancy;        ///< P(occupied) in the cells of FrameResult::vehicle, relative to the present vehicle

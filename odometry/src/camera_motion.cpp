@@ -15,8 +15,7 @@ constexpr double near_expected_px{3};
 constexpr int ransac_rounds{200};
 
 struct Camera {
-  explicit Camera(const Rig& rig)
-      : matrix{rig.focal_px, 0, rig.centre_u_px, 0, rig.focal_px, rig.centre_v_px, 0, 0, 1} {}
+  explicit Camera(const Rig& rig) : matrix{rig.focal_px, 0, rig.cx_px, 0, rig.focal_px, rig.cy_px, 0, 0, 1} {}
   cv::Matx33d matrix;
 };
 

@@ -192,8 +192,8 @@ Landmarks find_landmarks(const StereoFrame& frame, const Pyramid& left, const Ri
     if (disparities[i] < disparity_min_px) continue;
     const double depth_m{rig.focal_px * rig.baseline_m / disparities[i]};
     landmarks.at_px.push_back(corners[i]);
-    landmarks.in_camera.emplace_back((corners[i].x - rig.centre_u_px) * depth_m / rig.focal_px,
-                                     (corners[i].y - rig.centre_v_px) * depth_m / rig.focal_px, depth_m);
+    landmarks.in_camera.emplace_back((corners[i].x - rig.cx_px) * depth_m / rig.focal_px,
+                                     (corners[i].y - rig.cy_px) * depth_m / rig.focal_px, depth_m);
   }
   return landmarks;
 }

@@ -42,7 +42,7 @@ struct Tracks {
 [[nodiscard]] inline cv::Point2d project(const cv::Affine3d& camera_from_points, const cv::Point3f& point,
                                          const Rig& rig) {
   const cv::Vec3d p{camera_from_points * cv::Vec3d{point.x, point.y, point.z}};
-  return {rig.centre_u_px + rig.focal_px * p[0] / p[2], rig.centre_v_px + rig.focal_px * p[1] / p[2]};
+  return {rig.cx_px + rig.focal_px * p[0] / p[2], rig.cy_px + rig.focal_px * p[1] / p[2]};
 }
 
 }  // namespace stereogrid

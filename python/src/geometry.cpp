@@ -103,8 +103,8 @@ void visit_rig_fields(const Visit& visit) {
   visit("width_px", &Rig::width_px, "Width of the images.");
   visit("height_px", &Rig::height_px, "Height of the images.");
   visit("focal_px", &Rig::focal_px, "Focal length.");
-  visit("cx_px", &Rig::centre_u_px, "Column of the principal point.");
-  visit("cy_px", &Rig::centre_v_px, "Row of the principal point.");
+  visit("cx_px", &Rig::cx_px, "Column of the principal point.");
+  visit("cy_px", &Rig::cy_px, "Row of the principal point.");
   visit("baseline_m", &Rig::baseline_m, "Distance between the cameras.");
   visit("camera_height_m", &Rig::camera_height_m, "Height of the left camera's center above the ground.");
   visit("camera_pitch_rad", &Rig::camera_pitch_rad, "Positive: downwards.");

@@ -46,7 +46,7 @@ RoadModel::RoadModel(const Rig& rig, const Ground& ground) : camera_height_m_{gr
   const double scale{rig.baseline_m / ground.height_m};
   per_u_ = scale * std::cos(ground.pitch_rad) * std::sin(ground.roll_rad);
   per_v_ = scale * std::cos(ground.pitch_rad) * std::cos(ground.roll_rad);
-  at_origin_ = scale * rig.focal_px * std::sin(ground.pitch_rad) - per_u_ * rig.centre_u_px - per_v_ * rig.centre_v_px;
+  at_origin_ = scale * rig.focal_px * std::sin(ground.pitch_rad) - per_u_ * rig.cx_px - per_v_ * rig.cy_px;
 }
 
 DisparityPlane::DisparityPlane(const DisparityFrame& frame, const ColumnGridParameters& parameters)
@@ -88,9 +88,8 @@ void DisparityPlane::forget_left_border() {
 
 float DisparityPlane::largest_in(int bin, double x_near, double x_far, double y0, double y1, float so_far) const {
   // the part of the cell within the bin's depth is a rectangle: its corners span the columns that see it
-  const double columns[4]{rig_.centre_u_px - rig_.focal_px * y0 / x_near, rig_.centre_u_px - rig_.focal_px * y0 / x_far,
-                          rig_.centre_u_px - rig_.focal_px * y1 / x_near,
-                          rig_.centre_u_px - rig_.focal_px * y1 / x_far};
+  const double columns[4]{rig_.cx_px - rig_.focal_px * y0 / x_near, rig_.cx_px - rig_.focal_px * y0 / x_far,
+                          rig_.cx_px - rig_.focal_px * y1 / x_near, rig_.cx_px - rig_.focal_px * y1 / x_far};
   const auto [smallest, largest]{std::minmax_element(columns, columns + 4)};
   const int first{std::max(0, static_cast<int>(std::ceil(*smallest - 0.5)))};
   const int last{std::min(plane_.width() - 1, static_cast<int>(std::floor(*largest + 0.5)))};

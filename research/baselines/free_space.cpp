@@ -78,8 +78,8 @@ Image<float> free_space_grid(const DisparityFrame& frame, const GridGeometry& gr
   std::vector<Strip> strips;
   for (int u{0}; u < width; u += parameters.column_px) strips.emplace_back(frame, parameters, road, u);
   // the first base is the horizon: no obstacle
-  const int horizon{static_cast<int>(std::floor(road.row(frame.rig.centre_u_px, 0)))};
-  const int last{static_cast<int>(road.row(frame.rig.centre_u_px, frame.disparities - 1))};
+  const int horizon{static_cast<int>(std::floor(road.row(frame.rig.cx_px, 0)))};
+  const int last{static_cast<int>(road.row(frame.rig.cx_px, frame.disparities - 1))};
   Image<float> costs{std::max(1, last - horizon + 1), static_cast<int>(strips.size())};
   for (int i{0}; i < costs.height(); ++i)
     strips[static_cast<std::size_t>(i)].fill(costs.row(i), horizon, costs.width());

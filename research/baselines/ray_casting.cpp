@@ -15,7 +15,7 @@ evaluation::Fan fan_of(const DisparityFrame& frame, const GridGeometry& grid,
                        const evaluation::LogOddsParameters& parameters) {
   std::vector<Point2> directions;
   for (int u{0}; u < frame.obstacle.width; ++u) {
-    directions.push_back({1, (frame.rig.centre_u_px - u) / frame.rig.focal_px});
+    directions.push_back({1, (frame.rig.cx_px - u) / frame.rig.focal_px});
   }
   evaluation::Fan fan{{0, 0}, std::move(directions), evaluation::farthest_corner_m(grid), grid.cell_size_m / 4};
   const RoadModel road{frame.rig, frame.ground};

@@ -96,8 +96,8 @@ def rulers(axes, run):
     """Draws the field of view and distances."""
     rig, grid = run.rig, run.grid
     far = grid["x_min_m"] + grid["nx"] * grid["cell_size_m"]
-    left = rig["centre_u_px"] / rig["focal_px"]
-    right = (rig["width_px"] - rig["centre_u_px"]) / rig["focal_px"]
+    left = rig["cx_px"] / rig["focal_px"]
+    right = (rig["width_px"] - rig["cx_px"]) / rig["focal_px"]
     for slope in (left, -right):
         axes.plot((0, slope * far), (0, far), color=RULER, linewidth=0.8)
     angles = np.linspace(-np.arctan(right), np.arctan(left), 60)
@@ -174,9 +174,9 @@ def overlaid(image, occupancy, run, ground):
     occupied, blue on the road where it is free. `ground` as a frame's line has it."""
     rig, config = run.level_rig, run.config["u_disparity"]
     height, width = image.shape
-    v = np.arange(height)[:, None] - rig["centre_v_px"] + rig["focal_px"] * np.tan(ground["pitch_rad"])
+    v = np.arange(height)[:, None] - rig["cy_px"] + rig["focal_px"] * np.tan(ground["pitch_rad"])
     if config["follow_roll"]:
-        v = v + np.tan(ground["roll_rad"]) * (np.arange(width) - rig["centre_u_px"])
+        v = v + np.tan(ground["roll_rad"]) * (np.arange(width) - rig["cx_px"])
     v = np.broadcast_to(v, image.shape)  # rows below the horizon
     per_metre = rig["baseline_m"] * np.cos(ground["pitch_rad"]) * len(occupancy) / run.disparities  # bins per row
     bins = np.floor(v * per_metre / ground["height_m"] + 0.5).astype(int)

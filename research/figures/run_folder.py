@@ -78,11 +78,11 @@ def level(image, rig, level_rig):
     if abs(pitch) <= LEVEL_BELOW_RAD:
         return image
     v, u = np.mgrid[0:level_rig["height_px"], 0:level_rig["width_px"]]
-    right = (u - level_rig["centre_u_px"]) / level_rig["focal_px"]
-    down = (v - level_rig["centre_v_px"]) / level_rig["focal_px"]
+    right = (u - level_rig["cx_px"]) / level_rig["focal_px"]
+    down = (v - level_rig["cy_px"]) / level_rig["focal_px"]
     ahead = np.sin(pitch) * down + np.cos(pitch)
-    column = np.rint(rig["centre_u_px"] + rig["focal_px"] * right / ahead).astype(int)
-    row = np.rint(rig["centre_v_px"] + rig["focal_px"] * (np.cos(pitch) * down - np.sin(pitch)) / ahead).astype(int)
+    column = np.rint(rig["cx_px"] + rig["focal_px"] * right / ahead).astype(int)
+    row = np.rint(rig["cy_px"] + rig["focal_px"] * (np.cos(pitch) * down - np.sin(pitch)) / ahead).astype(int)
     inside = (ahead > 0) & (column >= 0) & (column < image.shape[1]) & (row >= 0) & (row < image.shape[0])
     return np.where(inside, image[np.where(inside, row, 0), np.where(inside, column, 0)], 0)
 

@@ -75,7 +75,7 @@ Bounds bounds_of(const Camera& camera, const std::vector<Vector3>& points) {
 Camera camera_of(const Rig& rig, const Frame3& vehicle, double right_m) {
   const Direction pitch{direction_of(rig.camera_pitch_rad)};
   const Direction roll{direction_of(rig.camera_roll_rad)};
-  Camera camera{rig.width_px, rig.height_px, rig.focal_px, rig.centre_u_px, rig.centre_v_px, {}, {}, {}, {}};
+  Camera camera{rig.width_px, rig.height_px, rig.focal_px, rig.cx_px, rig.cy_px, {}, {}, {}, {}};
   camera.forward = pitch.cosine * vehicle.forward - pitch.sine * vehicle.up;
   const Vector3 below{-pitch.sine * vehicle.forward - pitch.cosine * vehicle.up};
   const Vector3 beside{-1 * vehicle.left};
@@ -98,8 +98,8 @@ Camera right_camera(const Rig& rig, const Frame3& vehicle) {
 Projection project(const Camera& camera, Vector3 point) {
   const Vector3 offset{point - camera.position};
   const double depth{dot(offset, camera.forward)};
-  return {camera.centre_u_px + camera.focal_px * dot(offset, camera.right) / depth,
-          camera.centre_v_px + camera.focal_px * dot(offset, camera.down) / depth, depth};
+  return {camera.cx_px + camera.focal_px * dot(offset, camera.right) / depth,
+          camera.cy_px + camera.focal_px * dot(offset, camera.down) / depth, depth};
 }
 
 bool inside(const Camera& camera, const Projection& at) {

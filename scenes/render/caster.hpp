@@ -15,8 +15,8 @@ struct Camera {
   int width_px{0};
   int height_px{0};
   double focal_px{0};
-  double centre_u_px{0};
-  double centre_v_px{0};
+  double cx_px{0};
+  double cy_px{0};
   Vector3 position;
   Vector3 right;
   Vector3 down;
@@ -24,7 +24,7 @@ struct Camera {
 
   /// Direction of a pixel, scaled to depth 1: position + depth · ray.
   [[nodiscard]] Vector3 ray(double u, double v) const {
-    return forward + ((u - centre_u_px) / focal_px) * right + ((v - centre_v_px) / focal_px) * down;
+    return forward + ((u - cx_px) / focal_px) * right + ((v - cy_px) / focal_px) * down;
   }
 };
 

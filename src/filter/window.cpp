@@ -166,8 +166,8 @@ FilterStep step_of(const FilterInput& input) {
   FilterStep step{};
   step.side = static_cast<int>(input.tables.axis_mps.size());
   const auto forgetting = [&](double time_s) { return static_cast<float>((1 - std::exp(-input.dt_s / time_s)) / 2); };
-  step.forgetting = forgetting(config.forgetting_s);
-  step.forgetting_in_view = forgetting(config.forgetting_in_view_s);
+  step.forgetting = forgetting(config.decay_time_s);
+  step.forgetting_in_view = forgetting(config.decay_time_in_view_s);
   step.border_occupancy = config.model == FilterModel::joint ? border_occupancy : 0.5f;
   const GridGeometry& grid{input.geometry};
   const CameraView& view{input.view};

@@ -10,7 +10,7 @@ namespace stereogrid {
 namespace {
 
 Vector3 row_of(const RoadPlane& plane, const GroundSample& sample) {
-  return {1, (sample.u - plane.centre_u_px) / 100, (sample.v - plane.centre_v_px) / 100};
+  return {1, (sample.u - plane.cx_px) / 100, (sample.v - plane.cy_px) / 100};
 }
 
 NormalEquations equations_of(std::span<const GroundSample> samples, const RoadPlane& plane, double radius_px) {

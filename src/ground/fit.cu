@@ -36,8 +36,8 @@ struct Lattice {
   int width;
   int height;
   int first_row;
-  float centre_u_px;
-  float centre_v_px;
+  float cx_px;
+  float cy_px;
   float moved[3];
 
   [[nodiscard]] __device__ int across(Parts parts) const { return (width - 1) / parts.columns + 1; }
@@ -64,7 +64,7 @@ struct Lattice {
  private:
   template <int rows, class Visit>
   __device__ void for_column(int i, int begin, const Visit& visit) const {
-    const float u{(static_cast<float>(i * lattice_px + lattice_px / 2) - centre_u_px) * 0.01f};
+    const float u{(static_cast<float>(i * lattice_px + lattice_px / 2) - cx_px) * 0.01f};
     float from_expected[rows];
     for (int k{0}; k < rows; ++k) {  // all of them are asked for before one is needed
       const int j{begin + k};
@@ -73,7 +73,7 @@ struct Lattice {
     const float along{moved[0] + moved[1] * u};
     for (int k{0}; k < rows; ++k) {
       if (from_expected[k] == no_ground_sample) continue;
-      const float v{(static_cast<float>((begin + k) * lattice_px + lattice_px / 2) - centre_v_px) * 0.01f};
+      const float v{(static_cast<float>((begin + k) * lattice_px + lattice_px / 2) - cy_px) * 0.01f};
       visit(Sample{from_expected[k] - (along + moved[2] * v), u, v});
     }
   }
@@ -192,7 +192,7 @@ __device__ void sum_round(const Lattice& lattice, FitSpace& space) {
 }
 
 __device__ RoadPlane plane_of(const FitSpace& space, const RoadPlane& expected) {
-  return {space.plane[0], space.plane[1], space.plane[2], expected.centre_u_px, expected.centre_v_px};
+  return {space.plane[0], space.plane[1], space.plane[2], expected.cx_px, expected.cy_px};
 }
 
 __device__ void move_plane(const RoadPlane& expected, FitSpace& space) {
@@ -272,8 +272,8 @@ __device__ void fit_plane(const View<const float, Device>& residual, const Groun
                   residual.width,
                   residual.height,
                   prior.first_row,
-                  static_cast<float>(expected.centre_u_px),
-                  static_cast<float>(expected.centre_v_px),
+                  static_cast<float>(expected.cx_px),
+                  static_cast<float>(expected.cy_px),
                   {}};
   if (is_first) {
     space.plane[0] = expected.at_centre;

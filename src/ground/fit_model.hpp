@@ -47,7 +47,7 @@ STEREOGRID_HD inline void move(RoadPlane& plane, const Vector3& numbers) {
 /// Row from which on the road is read. Farther away, where it is only a few px, what stands on it weighs as much.
 STEREOGRID_HD inline double first_ground_row(const Rig& rig, const RoadPlane& plane) {
   constexpr double nearest_px{4};
-  const double at_bottom{plane.disparity(rig.centre_u_px, rig.height_px)};
+  const double at_bottom{plane.disparity(rig.cx_px, rig.height_px)};
   const double from{at_bottom / 4 < nearest_px ? at_bottom / 4 : nearest_px};
   return rig.height_px - (at_bottom - from) / plane.per_v;
 }

@@ -15,11 +15,11 @@ struct RoadPlane {
   double at_centre{0};
   double per_u{0};
   double per_v{0};
-  double centre_u_px{0};
-  double centre_v_px{0};
+  double cx_px{0};
+  double cy_px{0};
 
   [[nodiscard]] STEREOGRID_HD double disparity(double u, double v) const {
-    return at_centre + per_u * (u - centre_u_px) + per_v * (v - centre_v_px);
+    return at_centre + per_u * (u - cx_px) + per_v * (v - cy_px);
   }
 
   friend bool operator==(const RoadPlane&, const RoadPlane&) = default;
@@ -31,7 +31,7 @@ STEREOGRID_HD inline RoadPlane road_plane(const Rig& rig, const Ground& ground) 
   const double scale{rig.baseline_m / ground.height_m};
   const double cos_pitch{std::cos(ground.pitch_rad)};
   return {scale * rig.focal_px * std::sin(ground.pitch_rad), scale * cos_pitch * std::sin(ground.roll_rad),
-          scale * cos_pitch * std::cos(ground.roll_rad), rig.centre_u_px, rig.centre_v_px};
+          scale * cos_pitch * std::cos(ground.roll_rad), rig.cx_px, rig.cy_px};
 }
 
 /// The inverse of road_plane: g has length 1.
@@ -77,8 +77,7 @@ STEREOGRID_HD inline Ground with_covariance(Ground ground, const Matrix3& covari
 
 /// Standard deviation, in px, of the disparity that road_plane gives at a pixel.
 STEREOGRID_HD inline double plane_sigma_px(const Rig& rig, const Ground& ground, double u, double v) {
-  const Vector3 by_ground{transposed(plane_by_ground(rig, ground)) *
-                          Vector3{1, u - rig.centre_u_px, v - rig.centre_v_px}};
+  const Vector3 by_ground{transposed(plane_by_ground(rig, ground)) * Vector3{1, u - rig.cx_px, v - rig.cy_px}};
   const Vector3 carried{covariance_of(ground) * by_ground};
   const double variance{by_ground[0] * carried[0] + by_ground[1] * carried[1] + by_ground[2] * carried[2]};
   return variance > 0 ? std::sqrt(variance) : 0.0;
@@ -86,7 +85,7 @@ STEREOGRID_HD inline double plane_sigma_px(const Rig& rig, const Ground& ground,
 
 /// Row of the horizon in the column u0: v0 − f·tan(pitch). docs/method.md §1.3.
 STEREOGRID_HD inline double horizon_row(const Rig& rig, const Ground& ground) {
-  return rig.centre_v_px - rig.focal_px * std::tan(ground.pitch_rad);
+  return rig.cy_px - rig.focal_px * std::tan(ground.pitch_rad);
 }
 
 /// Row at which a vertical obstacle at disparity d reaches `height_m` above the road. docs/method.md §1.3.

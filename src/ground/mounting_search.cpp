@@ -62,7 +62,7 @@ Ground mean_of(const Ground& sum, int count) {
 // lie on `candidate`, too.
 bool explains_nearest(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& used,
                       const RoadPlane& candidate) {
-  const double nearest_px{candidate.disparity(rig.centre_u_px, rig.height_px)};
+  const double nearest_px{candidate.disparity(rig.cx_px, rig.height_px)};
   int by_used_alone{0};
   int by_candidate{0};
   for (const GroundSample& sample : samples) {
@@ -131,7 +131,7 @@ std::optional<Ground> search_mounting(const Rig& rig, double turned_rad, const s
   // Where the plane rises by little from row to row, a px holds many wrong ones; where it rises fast, upright windows
   // have matched it poorly.
   for (const double inlier_px : {0.5, 1.0}) {
-    RoadPlane plane{0, 0, 0, rig.centre_u_px, rig.centre_v_px};
+    RoadPlane plane{0, 0, 0, rig.cx_px, rig.cy_px};
     if (!find_plane(any.rig, any.gates, samples, plane, {rounds, inlier_px})) continue;
     const std::optional<Ground> found{refine_mounting(rig, turned_rad, samples, ground_of(rig, plane))};
     if (found) return found;

@@ -33,7 +33,7 @@ void keep_plausible(const Rig& rig, const GroundConfig& config, std::vector<Grou
   const RoadPlane calibrated{road_plane(rig, {rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad})};
   std::erase_if(samples, [&](const GroundSample& sample) {
     const double expected{calibrated.disparity(sample.u, sample.v)};
-    const double slack{per_row * (pitch_px + roll * std::abs(sample.u - rig.centre_u_px)) +
+    const double slack{per_row * (pitch_px + roll * std::abs(sample.u - rig.cx_px)) +
                        std::abs(expected) * config.height_gate_m / rig.camera_height_m};
     return std::abs(sample.disparity - expected) > slack;
   });

@@ -190,7 +190,7 @@ double width_falling_away(const MatchedFrame& frame, const Rig& rig, const RoadP
       const int v{MatchLattice::first_v + j * MatchLattice::step_v};
       const double expected_px{plane.disparity(u, v)};
       const double disparity{disparity_at(frame, u, v)};
-      const bool is_in_path{std::abs(u - rig.centre_u_px) * rig.baseline_m <= path_m * expected_px};
+      const bool is_in_path{std::abs(u - rig.cx_px) * rig.baseline_m <= path_m * expected_px};
       if (expected_px < least_px || !is_in_path || !(disparity > 0)) continue;
       run = disparity < 0.9 * expected_px - 1.5 ? run + 1 : 0;
       if (run == run_min) width_m += MatchLattice::step_u * rig.baseline_m / expected_px;

@@ -25,7 +25,7 @@ std::optional<ImagePoint> turned(const Rig& rig, double turned_centre_v, double 
 /// Centre and height so that the image holds the rows that the camera sees, `level` being that camera turned level.
 void move_to_view(Rig& level, double sin_pitch, double cos_pitch) {
   const auto row_of = [&](double v, double behind) {
-    const TurnedRow row{level, level.centre_v_px, -sin_pitch, cos_pitch, v};
+    const TurnedRow row{level, level.cy_px, -sin_pitch, cos_pitch, v};
     return row.depth > 0 ? row.v : behind;
   };
   const double most{rows_max * level.height_px};
@@ -39,7 +39,7 @@ void move_to_view(Rig& level, double sin_pitch, double cos_pitch) {
       first = std::ceil(end - most);
     }
   }
-  level.centre_v_px -= first;
+  level.cy_px -= first;
   level.height_px = static_cast<int>(end - first);
 }
 
@@ -58,12 +58,12 @@ LevelMapping::LevelMapping(const Rig& rig)
 
 std::optional<ImagePoint> LevelMapping::level_from_camera(ImagePoint in_camera) const {
   if (is_identity_) return in_camera;
-  return turned(camera_rig_, level_rig_.centre_v_px, -sin_pitch_, cos_pitch_, in_camera);
+  return turned(camera_rig_, level_rig_.cy_px, -sin_pitch_, cos_pitch_, in_camera);
 }
 
 std::optional<ImagePoint> LevelMapping::camera_from_level(ImagePoint in_level) const {
   if (is_identity_) return in_level;
-  return turned(level_rig_, camera_rig_.centre_v_px, sin_pitch_, cos_pitch_, in_level);
+  return turned(level_rig_, camera_rig_.cy_px, sin_pitch_, cos_pitch_, in_level);
 }
 
 }  // namespace stereogrid

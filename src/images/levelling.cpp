@@ -34,7 +34,7 @@ float nearest(View<const float> image, double u, double v) {
 
 Levelling::Levelling(const Rig& rig)
     : mapping_{rig},
-      centre_v_px_{rig.centre_v_px},
+      centre_v_px_{rig.cy_px},
       sin_pitch_{std::sin(rig.camera_pitch_rad)},
       cos_pitch_{std::cos(rig.camera_pitch_rad)} {}
 

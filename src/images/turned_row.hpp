@@ -10,8 +10,8 @@ namespace stereogrid {
 /// another row, `turned_centre_v`. Rows map to rows; their scale changes. docs/method.md §2.1.
 struct TurnedRow {
   TurnedRow(const Rig& rig, double turned_centre_v, double sin_angle, double cos_angle, double row)
-      : centre_u{rig.centre_u_px} {
-    const double y{(row - rig.centre_v_px) / rig.focal_px};
+      : centre_u{rig.cx_px} {
+    const double y{(row - rig.cy_px) / rig.focal_px};
     depth = y * sin_angle + cos_angle;
     v = turned_centre_v + rig.focal_px * (y * cos_angle - sin_angle) / depth;
   }

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "backend/reference.hpp"
-#include "matching/checks/decide_simd.hpp"
+#include "matching/checks/classify_simd.hpp"
 #include "matching/checks/texture_simd.hpp"
 #include "matching/correlation/census_simd.hpp"
 #include "matching/correlation/correlate_simd.hpp"
@@ -113,10 +113,10 @@ class Decider final : public CandidateSink {
   void take(int v, const RowCandidates& candidates) override {
     // the working memory of the band whose candidates these are
     const std::size_t band{static_cast<std::size_t>(&candidates - space_.rows.data())};
-    decide_row({candidates, road_row(plane_, v), space_.textured.row(v), matches_.road.width(), config_.disparities,
-                config_.left_right_px, config_.subpixel, confidence_model(config_), matches_.obstacle.row(v),
-                matches_.road.row(v), matches_.confidence.row(v)},
-               space_.decisions[band]);
+    classify_row({candidates, road_row(plane_, v), space_.textured.row(v), matches_.road.width(), config_.disparities,
+                  config_.left_right_px, config_.subpixel, confidence_model(config_), matches_.obstacle.row(v),
+                  matches_.road.row(v), matches_.confidence.row(v)},
+                 space_.decisions[band]);
   }
 
  private:

@@ -8,7 +8,7 @@
 
 #include "backend/cuda.hpp"
 #include "ground/model.hpp"
-#include "matching/checks/given.hpp"
+#include "matching/checks/external.hpp"
 #include "matching/checks/mask.hpp"
 #include "matching/matching.hpp"
 

@@ -8,7 +8,7 @@
 #include "ground/model.hpp"
 #include "held_bytes.hpp"
 #include "matching/checks/candidates.hpp"
-#include "matching/checks/decide_simd.hpp"
+#include "matching/checks/classify_simd.hpp"
 #include "matching/checks/speckles.hpp"
 #include "matching/checks/texture_simd.hpp"
 #include "matching/matches.hpp"
@@ -50,7 +50,7 @@ struct MatchingSpace {
   Speckles speckles;
   std::vector<std::uint8_t> memory;  ///< CPU: working memory of the bands, see make_room
   std::vector<RowCandidates> rows;   ///< CPU: of each band
-  std::vector<DecideSpace> decisions;
+  std::vector<ClassifySpace> decisions;
   std::vector<TextureSpace> textures;
 };
 

@@ -99,7 +99,7 @@ bool is_textured(View<const std::uint8_t> left, int u, int v, const MatchingConf
   return sum >= least_texture(config);
 }
 
-// decide_row, a pixel at a time.
+// classify_row, a pixel at a time.
 class Decider final : public CandidateSink {
  public:
   Decider(View<const std::uint8_t> left, const RoadPlane& plane, const MatchingConfig& config, Matches& matches)

@@ -14,7 +14,7 @@ MatchingSpace::MatchingSpace(int width, int height, const MatchingConfig& config
       textured{width, height, row_overrun},
       speckles{width, height, threads},
       rows(static_cast<std::size_t>(threads), RowCandidates{width}),
-      decisions(static_cast<std::size_t>(threads), DecideSpace{width}),
+      decisions(static_cast<std::size_t>(threads), ClassifySpace{width}),
       textures(static_cast<std::size_t>(threads), TextureSpace{width, config.window_px / 2}) {
   if (config.method == MatchingMethod::semi_global) {
     for (auto* census : {&census_left, &census_right, &census_sheared}) *census = {width, height, row_overrun};

@@ -97,7 +97,7 @@ EgoMotion::Placing EgoMotion::place(const std::optional<Pose2>& pose, double dt_
   if (last_pose_) {
     const Pose2 motion{inverse(*last_pose_) * *pose};
     const bool drivable{is_drivable(motion)};
-    const bool believed{!config_.notice_jumps ||
+    const bool believed{!config_.detect_jumps ||
                         (drivable && (!rate_ || follows(motion, rate_) || follows(motion, pose_rate_)))};
     const std::optional<Rate> rate{rate_of(motion)};
     if (!believed) placing = move_along(*pose, motion);

@@ -138,7 +138,7 @@ SceneFlow::SceneFlow(const Rig& rig)
 
 Point2 SceneFlow::in_vehicle(Place left, double disparity) const {
   const double x_m{focal_baseline_pxm_ / disparity};
-  return {x_m, -(left.u - rig_.centre_u_px) / rig_.focal_px * x_m};
+  return {x_m, -(left.u - rig_.cx_px) / rig_.focal_px * x_m};
 }
 
 // A point that has been seen once may have moved far: where it is not, as if it stood, it is searched.
@@ -175,8 +175,8 @@ bool SceneFlow::follow(int i, const FlowFrame& frame) {
   if (at.x < nearest_m) return false;
   const auto disparity = static_cast<float>(focal_baseline_pxm_ / at.x);
   // at the same height
-  const auto centre_v = static_cast<float>(rig_.centre_v_px);
-  const Place expected{static_cast<float>(rig_.centre_u_px - rig_.focal_px * at.y / at.x),
+  const auto centre_v = static_cast<float>(rig_.cy_px);
+  const Place expected{static_cast<float>(rig_.cx_px - rig_.focal_px * at.y / at.x),
                        centre_v + (point.left.v - centre_v) * disparity / point.disparity};
   const std::optional<Place> left{in_left(point, patch, expected, frame)};
   if (!left) return false;
@@ -216,7 +216,7 @@ FlowVector SceneFlow::vector_of(const Point& point, const Pose2& world_from_vehi
   const double along_m{sigma_disparity_px * x_m / point.disparity};
   const double aside_m{sigma_column_px * x_m / rig_.focal_px};
   const Pose2 turn{0, 0, world_from_vehicle.yaw_rad};
-  const Point2 ray{turn * Point2{1, -(point.left.u - rig_.centre_u_px) / rig_.focal_px}};
+  const Point2 ray{turn * Point2{1, -(point.left.u - rig_.cx_px) / rig_.focal_px}};
   const Point2 side{turn * Point2{0, 1}};
   const auto product = [&](double ray_part, double side_part) {
     return along_m * along_m * ray_part + aside_m * aside_m * side_part;
@@ -273,7 +273,7 @@ std::optional<SceneFlow::Point> SceneFlow::candidate(int block, const FlowFrame&
 bool SceneFlow::is_near(int v, float disparity) const {
   if (disparity < disparity_min_px) return false;
   const double x_m{focal_baseline_pxm_ / disparity};
-  const double height_m{rig_.camera_height_m + (rig_.centre_v_px - v) / rig_.focal_px * x_m};
+  const double height_m{rig_.camera_height_m + (rig_.cy_px - v) / rig_.focal_px * x_m};
   return x_m < range_max_m && height_m < height_max_m;
 }
 

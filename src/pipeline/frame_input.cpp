@@ -71,7 +71,7 @@ Pose2 FrameInput::place(const StereoFrame& frame, double dt_s, FrameResult& resu
 
 CameraView FrameInput::view(const Pose2& world_from_vehicle, double travelled_m) const {
   const double focal_baseline_pxm{rig_.focal_px * rig_.baseline_m};
-  return {world_from_vehicle, rig_.centre_u_px / rig_.focal_px, (rig_.width_px - rig_.centre_u_px) / rig_.focal_px,
+  return {world_from_vehicle, rig_.cx_px / rig_.focal_px, (rig_.width_px - rig_.cx_px) / rig_.focal_px,
           focal_baseline_pxm * travelled_m, focal_baseline_pxm};
 }
 

@@ -168,8 +168,7 @@ void FramePipeline::keep_near_ground(const LevelFrame& frame, const Ground& expe
   add_samples(matched(frame), mounting_samples_);
   const RoadPlane plane{road_plane(rig_, expected)};
   ground_samples_.samples.clear();
-  const double first_row{rig_.height_px -
-                         (1 - near_part) * plane.disparity(rig_.centre_u_px, rig_.height_px) / plane.per_v};
+  const double first_row{rig_.height_px - (1 - near_part) * plane.disparity(rig_.cx_px, rig_.height_px) / plane.per_v};
   add_samples(stages_->obstacle_disparity(), first_row, ground_samples_.samples);
   add_samples(stages_->road_disparity(), first_row, ground_samples_.samples);
   const Ground near{fit_ground(rig_, config_.ground, expected, ground_samples_)};

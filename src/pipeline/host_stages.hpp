@@ -11,7 +11,7 @@
 #include "filter/filter.hpp"
 #include "fusion/fusion.hpp"
 #include "ground/ground.hpp"
-#include "matching/checks/given.hpp"
+#include "matching/checks/external.hpp"
 #include "matching/matching.hpp"
 #include "observation/projection/projection.hpp"
 #include "observation/rays/rays.hpp"

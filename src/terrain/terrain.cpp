@@ -62,7 +62,7 @@ Terrain::Terrain(const Rig& level_rig, const TerrainLimits& limits, float cell_m
 void Terrain::begin(const Ground& ground) {
   ground_ = ground;
   camera_ = TerrainCamera{rig_, ground};
-  const float lowest{camera_.tangent(static_cast<float>(rig_.centre_u_px), static_cast<float>(rig_.height_px - 1))};
+  const float lowest{camera_.tangent(static_cast<float>(rig_.cx_px), static_cast<float>(rig_.height_px - 1))};
   rings_.place(camera_, lowest > 0 ? camera_.height_m / lowest : 1e6f);
   samples_.begin(camera_, limits_);
 }
@@ -74,9 +74,9 @@ void Terrain::begin_walks() {
   for (int ring{0}; ring < rings_.count(); ++ring) {
     const auto r = static_cast<std::size_t>(ring);
     const float x{rings_.middle_m(ring)};
-    const float row{static_cast<float>(rig_.centre_v_px) + static_cast<float>(rig_.focal_px) * camera_.height_m / x};
-    plane_sigma_m_[r] = camera_.elevation_sigma(
-        camera_.height_m, x, static_cast<float>(plane_sigma_px(rig_, ground_, rig_.centre_u_px, row)));
+    const float row{static_cast<float>(rig_.cy_px) + static_cast<float>(rig_.focal_px) * camera_.height_m / x};
+    plane_sigma_m_[r] = camera_.elevation_sigma(camera_.height_m, x,
+                                                static_cast<float>(plane_sigma_px(rig_, ground_, rig_.cx_px, row)));
     is_judged =
         is_judged && judged_sigmas * camera_.elevation_sigma(camera_.height_m, x, sigma_px_[r]) <= limits_.step_m;
     if (is_judged) judged_rings_ = ring + 1;
@@ -85,7 +85,7 @@ void Terrain::begin_walks() {
 
 // The sector of a place ahead; outside the image: one before the first or behind the last one.
 int Terrain::sector_at(float x, float y) const {
-  const float u{static_cast<float>(rig_.centre_u_px) + 0.5f - camera_.focal_px * y / x};
+  const float u{static_cast<float>(rig_.cx_px) + 0.5f - camera_.focal_px * y / x};
   return static_cast<int>(std::clamp(u, -1.0f * sector_px, static_cast<float>(rig_.width_px)) / sector_px + 1) - 1;
 }
 
@@ -123,7 +123,7 @@ void Terrain::add_edges(std::vector<EdgePoint>& edges) const {
     if (walk.end == no_ring || cells_(walk.end, sector).kind != TerrainClass::drop) continue;
     const double x{rings_.begin_m(walk.end)};
     const double u{(sector + 0.5) * sector_px - 0.5};
-    edges.push_back({sector, {x, (rig_.centre_u_px - u) * x / rig_.focal_px}, walk.end_fall_m});
+    edges.push_back({sector, {x, (rig_.cx_px - u) * x / rig_.focal_px}, walk.end_fall_m});
   }
 }
 

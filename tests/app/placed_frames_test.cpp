@@ -20,8 +20,7 @@ using namespace std::chrono_literals;
 using capture::Drop;
 using capture::LiveFrame;
 
-constexpr Rig rig{
-    .width_px = 64, .height_px = 48, .focal_px = 50, .centre_u_px = 32, .centre_v_px = 24, .baseline_m = 0.1};
+constexpr Rig rig{.width_px = 64, .height_px = 48, .focal_px = 50, .cx_px = 32, .cy_px = 24, .baseline_m = 0.1};
 
 LiveFrame frame(int index, bool begins_anew = false, int width = rig.width_px) {
   LiveFrame live;

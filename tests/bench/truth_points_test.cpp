@@ -118,8 +118,7 @@ TEST(FitRoad, StaysWithTheMountWhereNothingIsLow) {
 TEST(LabelByHeight, Bands) {
   const RoadPlane plane{road_plane(rig, {1.65, 0, 0, false})};
   const auto at_height{[&](double height_m, double depth_m) {
-    return point(100, rig.centre_v_px + rig.focal_px * (1.65 - height_m) / depth_m,
-                 rig.focal_px * rig.baseline_m / depth_m);
+    return point(100, rig.cy_px + rig.focal_px * (1.65 - height_m) / depth_m, rig.focal_px * rig.baseline_m / depth_m);
   }};
   EXPECT_NEAR(height_above(plane, 1.65, at_height(0.7, 15)), 0.7, 1e-4);
   std::vector<TruthPoint> points{at_height(0.09, 10),  at_height(0.2, 10),  at_height(0.31, 10),
@@ -142,10 +141,9 @@ TEST(TurnLevel, APointOfTheWorldFromTwoCameras) {
   Rig pitched{rig};
   pitched.camera_pitch_rad = 0.05;
   Rig level{rig};
-  level.centre_v_px += 20;
+  level.cy_px += 20;
   const auto project{[](double x, double y, double z) {
-    return point(rig.centre_u_px + rig.focal_px * x / z, rig.centre_v_px + rig.focal_px * y / z,
-                 rig.focal_px * rig.baseline_m / z);
+    return point(rig.cx_px + rig.focal_px * x / z, rig.cy_px + rig.focal_px * y / z, rig.focal_px * rig.baseline_m / z);
   }};
   const double s{std::sin(0.05)};
   const double c{std::cos(0.05)};

@@ -11,8 +11,8 @@ io::Calibration small_calibration() {
   calibration.rig = {.width_px = width_px,
                      .height_px = height_px,
                      .focal_px = 30,
-                     .centre_u_px = 15.5,
-                     .centre_v_px = 7.5,
+                     .cx_px = 15.5,
+                     .cy_px = 7.5,
                      .baseline_m = 0.1,
                      .camera_height_m = 1};
   return calibration;

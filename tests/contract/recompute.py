@@ -23,7 +23,7 @@ def counts(stages, rig, ground):
     obstacle = np.rint(stages["obstacle_disparity"]).astype(int)
     road = np.rint(stages["road_disparity"]).astype(int)
     bins, (rows, columns) = len(stages["possible"]), obstacle.shape
-    horizon = rig["centre_v_px"] - rig["focal_px"] * math.tan(ground["pitch_rad"])
+    horizon = rig["cy_px"] - rig["focal_px"] * math.tan(ground["pitch_rad"])
     slope = 1 / (rig["baseline_m"] * math.cos(ground["pitch_rad"]))
     possible, visible, observed, has_road = [], *(np.zeros((bins, columns), int) for _ in range(3))
     for d in range(bins):
@@ -74,7 +74,7 @@ def cell(occupancy, rig, x, y, size):
         near, far = max(x, focal_baseline / (d + 0.5)), min(x + size, focal_baseline / (d - 0.5))
         if near >= far:
             continue
-        seen = [rig["centre_u_px"] - rig["focal_px"] * yy / xx for xx in (near, far) for yy in (y, y + size)]
+        seen = [rig["cx_px"] - rig["focal_px"] * yy / xx for xx in (near, far) for yy in (y, y + size)]
         columns = np.arange(occupancy.shape[1])
         touched = (columns + 0.5 > min(seen)) & (columns - 0.5 < max(seen))
         best += list(occupancy[d][touched])

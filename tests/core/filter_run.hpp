@@ -15,7 +15,7 @@ inline FilterConfig method_config(FilterModel model) {
   config.model = model;
   config.scene_flow = false;
   config.speeds_mps = {2, 4};
-  config.forgetting_s = 4.95;
+  config.decay_time_s = 4.95;
   config.velocity_noise = 0.01;
   config.likelihood_exponent = 1;
   config.static_prior = 0.5;

@@ -34,7 +34,7 @@ inline void nod(const Rig& rig, double pitch_rad, StereoFrame& frame) {
     Image<std::uint8_t> after{levelling.level_rig().width_px, levelling.level_rig().height_px};
     levelling.apply(cpu, std::as_const(*image).view(), after.view());
     // the camera stays: its image has the rows that it had
-    const int down{static_cast<int>(levelling.level_rig().centre_v_px - rig.centre_v_px)};
+    const int down{static_cast<int>(levelling.level_rig().cy_px - rig.cy_px)};
     for (int v{0}; v < image->height(); ++v) {
       const int from{v + down};
       if (from < 0 || from >= after.height()) {

@@ -40,7 +40,7 @@ inline Config small_config() {
 /// Columns by which the right image shows row v farther left: a wall 9 m away that stands on the road.
 inline double wall_disparity_px(int v) {
   const Rig rig{small_rig()};
-  return std::max(rig.focal_px * rig.baseline_m / 9, (v - rig.centre_v_px) * rig.baseline_m / rig.camera_height_m);
+  return std::max(rig.focal_px * rig.baseline_m / 9, (v - rig.cy_px) * rig.baseline_m / rig.camera_height_m);
 }
 
 /// What the clock and the poses are to blame for.

@@ -20,8 +20,8 @@ inline Rig staged_rig() {
   rig.width_px = 320;
   rig.height_px = 200;
   rig.focal_px = 256;
-  rig.centre_u_px = 160;
-  rig.centre_v_px = 100;
+  rig.cx_px = 160;
+  rig.cy_px = 100;
   rig.baseline_m = 0.22;
   rig.camera_height_m = 1.25;
   return rig;

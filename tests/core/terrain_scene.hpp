@@ -22,10 +22,10 @@ inline Image<float> disparity_of(const Rig& rig, const HeightField& height) {
   Image<float> disparity{rig.width_px, rig.height_px};
   const auto f = static_cast<float>(rig.focal_px);
   for (int u{0}; u < rig.width_px; ++u) {
-    const float across{(static_cast<float>(rig.centre_u_px) - static_cast<float>(u)) / f};
+    const float across{(static_cast<float>(rig.cx_px) - static_cast<float>(u)) / f};
     float x{0.1f};
     for (int v{rig.height_px - 1}; v >= 0; --v) {
-      const float tangent{(static_cast<float>(v) - static_cast<float>(rig.centre_v_px)) / f};
+      const float tangent{(static_cast<float>(v) - static_cast<float>(rig.cy_px)) / f};
       const auto is_over = [&] {
         return static_cast<float>(rig.camera_height_m) - tangent * x > height(x, across * x);
       };

@@ -45,8 +45,8 @@ TEST(the_paper_preset_equals_the_reference) {
 // No pixel is on the lattice of matches that the host reads.
 TEST(images_of_a_few_pixels_equal_the_reference) {
   Rig rig{small_rig()};
-  rig.centre_u_px -= (rig.width_px - 17) / 2.0;
-  rig.centre_v_px -= (rig.height_px - 17) / 2.0;
+  rig.cx_px -= (rig.width_px - 17) / 2.0;
+  rig.cy_px -= (rig.height_px - 17) / 2.0;
   rig.width_px = rig.height_px = 17;
   const Street street{rig};
   Pair pair{small_config(), rig};

@@ -10,7 +10,7 @@
 
 #include "backend/reference.hpp"
 #include "check.hpp"
-#include "matching/checks/given.hpp"
+#include "matching/checks/external.hpp"
 #include "matching/cuda.hpp"
 #include "matching/matching.hpp"
 

@@ -5,7 +5,7 @@
 #include "matching_run.hpp"
 
 #include "backend/reference.hpp"
-#include "matching/checks/given.hpp"
+#include "matching/checks/external.hpp"
 
 namespace stereogrid::test {
 namespace {
@@ -151,8 +151,8 @@ TEST(given_disparities) {
   rig.width_px = 67;
   rig.height_px = 45;
   rig.focal_px = 90;
-  rig.centre_u_px = 32.5;
-  rig.centre_v_px = 12.25;
+  rig.cx_px = 32.5;
+  rig.cy_px = 12.25;
   rig.baseline_m = 0.4;
   Ground ground{1.5, 0.02, -0.01};
   check_given(rig, ground);

@@ -95,10 +95,10 @@ class Street {
     const double c{std::cos(pitch_rad_)};
     const double s{std::sin(pitch_rad_)};
     for (int v{0}; v < rig_.height_px; ++v) {
-      const double y{(v - rig_.centre_v_px) / rig_.focal_px};
+      const double y{(v - rig_.cy_px) / rig_.focal_px};
       const double ahead{c - s * y};
       for (int u{0}; u < rig_.width_px; ++u) {
-        const double x{(u - rig_.centre_u_px) / rig_.focal_px};
+        const double x{(u - rig_.cx_px) / rig_.focal_px};
         result(u, v) = static_cast<std::uint8_t>(grey(x / ahead, (s + c * y) / ahead, camera_m, driven_m, index) + 0.5);
       }
     }

@@ -17,8 +17,8 @@ inline Rig small_rig() {
   rig.width_px = 201;
   rig.height_px = 101;
   rig.focal_px = 100;
-  rig.centre_u_px = 100;
-  rig.centre_v_px = 50;
+  rig.cx_px = 100;
+  rig.cy_px = 50;
   rig.baseline_m = 0.5;
   rig.camera_height_m = 1.64;
   return rig;

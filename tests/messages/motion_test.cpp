@@ -63,8 +63,8 @@ TEST(CameraInfoMessage, AndTheTransformBringThePointsIntoTheImage) {
     EXPECT_EQ(info.k[0], rig.focal_px);
     const LevelMapping mapping{rig};
     const Rig& level{mapping.level_rig()};
-    const auto expected{mapping.camera_from_level(
-        {level.centre_u_px - 2.0 / 10 * level.focal_px, level.centre_v_px + 1.5 / 10 * level.focal_px})};
+    const auto expected{
+        mapping.camera_from_level({level.cx_px - 2.0 / 10 * level.focal_px, level.cy_px + 1.5 / 10 * level.focal_px})};
     const ImagePoint found{drawn(recorder.last<TFMessage>("/tf_static"), info, {10, 2, 0})};
     EXPECT_NEAR(found.u, expected->u, 1e-9);
     EXPECT_NEAR(found.v, expected->v, 1e-9);

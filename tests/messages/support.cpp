@@ -33,8 +33,8 @@ Rig small_rig() {
   return {.width_px = 200,
           .height_px = 100,
           .focal_px = 100,
-          .centre_u_px = 99.5,
-          .centre_v_px = 49.5,
+          .cx_px = 99.5,
+          .cy_px = 49.5,
           .baseline_m = 0.5,
           .camera_height_m = 1.5};
 }

@@ -76,8 +76,8 @@ def test_own_disparities(drive: Path) -> None:
 
 
 def test_sweep() -> None:
-    lines = call("sweep.py", "filter.forgetting_s", "1", "4").splitlines()
-    assert [line.split(":")[0] for line in lines] == ["filter.forgetting_s=1", "filter.forgetting_s=4"]
+    lines = call("sweep.py", "filter.decay_time_s", "1", "4").splitlines()
+    assert [line.split(":")[0] for line in lines] == ["filter.decay_time_s=1", "filter.decay_time_s=4"]
     assert all(float(line.split()[1]) < 30 for line in lines)
 
 

@@ -21,8 +21,8 @@ inline Rig hundred_rig() {
   rig.width_px = 241;
   rig.height_px = 161;
   rig.focal_px = 200;
-  rig.centre_u_px = 120;
-  rig.centre_v_px = 60;
+  rig.cx_px = 120;
+  rig.cy_px = 60;
   rig.baseline_m = 0.5;
   rig.camera_height_m = 1.5;
   return rig;
@@ -64,7 +64,7 @@ class DisparityScene {
 
  private:
   // d = (b cos θ / H)(v − v_hor), v_hor = v0 − f tan θ
-  [[nodiscard]] double horizon() const { return rig_.centre_v_px - rig_.focal_px * std::tan(ground_.pitch_rad); }
+  [[nodiscard]] double horizon() const { return rig_.cy_px - rig_.focal_px * std::tan(ground_.pitch_rad); }
   [[nodiscard]] double road_disparity(int v) const {
     return rig_.baseline_m * std::cos(ground_.pitch_rad) / ground_.height_m * (v - horizon());
   }

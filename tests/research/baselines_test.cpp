@@ -118,8 +118,8 @@ TEST_P(EveryBaseline, TakesImagesAndGridsOfAnySize) {
     Rig rig{hundred_rig()};
     rig.width_px = width;
     rig.height_px = height;
-    rig.centre_u_px = width / 2.0;
-    rig.centre_v_px = height / 2.0;
+    rig.cx_px = width / 2.0;
+    rig.cy_px = height / 2.0;
     const Image<float> full{width, height, 5.5F};
     const Image<float> none{width, height};
     const GridGeometry grid{-3, -1.3, 0.7, 13, 5};  // partly behind the camera

@@ -17,7 +17,7 @@ import panels
 import run_folder
 
 PAPER = {"false_positive": 0.02, "false_negative": 0.02, "tau_obstacle": 0.1, "tau_road": 0.1}
-RIG = {"width_px": 512, "height_px": 320, "focal_px": 410, "centre_u_px": 256, "centre_v_px": 160, "baseline_m": 0.22,
+RIG = {"width_px": 512, "height_px": 320, "focal_px": 410, "cx_px": 256, "cy_px": 160, "baseline_m": 0.22,
        "camera_pitch_rad": 0}
 FOUR_BY_EIGHT = SimpleNamespace(rig=RIG, grid={"x_min_m": 0, "y_min_m": -2, "cell_size_m": 0.5, "nx": 4, "ny": 8},
                                 disparities=8)

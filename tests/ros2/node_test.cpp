@@ -58,10 +58,9 @@ sensor_msgs::msg::CameraInfo info_of(const stereogrid::Rig& rig, double baseline
   info.height = static_cast<std::uint32_t>(rig.height_px);
   info.distortion_model = "plumb_bob";
   info.d.resize(5);
-  info.k = {rig.focal_px, 0, rig.centre_u_px, 0, rig.focal_px, rig.centre_v_px, 0, 0, 1};
+  info.k = {rig.focal_px, 0, rig.cx_px, 0, rig.focal_px, rig.cy_px, 0, 0, 1};
   info.r = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  info.p = {
-      rig.focal_px, 0, rig.centre_u_px, -rig.focal_px * baseline_m, 0, rig.focal_px, rig.centre_v_px, 0, 0, 0, 1, 0};
+  info.p = {rig.focal_px, 0, rig.cx_px, -rig.focal_px * baseline_m, 0, rig.focal_px, rig.cy_px, 0, 0, 0, 1, 0};
   return info;
 }
 

@@ -170,8 +170,8 @@ TEST(TerrainTruth, DisparityIsThatOfTheHeightField) {
     for (int u{0}; u < rig.width_px; u += 11) {
       if (ramp.truth.disparity(u, v) <= 0) continue;
       const double z{rig.focal_px * rig.baseline_m / static_cast<double>(ramp.truth.disparity(u, v))};
-      const double right{(u - rig.centre_u_px) * z / rig.focal_px};
-      const double down{(v - rig.centre_v_px) * z / rig.focal_px};
+      const double right{(u - rig.cx_px) * z / rig.focal_px};
+      const double down{(v - rig.cy_px) * z / rig.focal_px};
       const double cr{std::cos(ego.camera_roll_rad)};
       const double sr{std::sin(ego.camera_roll_rad)};
       const double cp{std::cos(ego.camera_pitch_rad)};

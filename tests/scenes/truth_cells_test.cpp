@@ -23,8 +23,8 @@ TEST(TruthCells, EmptyRoadIsFreeWhereTheCameraLooks) {
     for (int ix{0}; ix < grid.nx; ++ix) {
       const double x{grid.x_min_m + (ix + 0.5) * grid.cell_size_m};
       const double y{grid.y_min_m + (iy + 0.5) * grid.cell_size_m};
-      const double u{rig.centre_u_px - rig.focal_px * y / x};
-      const double v{rig.centre_v_px + rig.focal_px * rig.camera_height_m / x};
+      const double u{rig.cx_px - rig.focal_px * y / x};
+      const double v{rig.cy_px + rig.focal_px * rig.camera_height_m / x};
       const bool in_image{u >= -0.5 && u < rig.width_px - 0.5 && v < rig.height_px - 0.5};
       const double margin{0.15 * rig.focal_px / x};  // near the border the nine points decide, not the middle
       const bool undecided{std::min({std::abs(u + 0.5), std::abs(u - rig.width_px + 0.5)}) < margin ||
@@ -85,7 +85,7 @@ TEST(TruthCells, PersonBehindTheCrateIsSeenThoughItsGroundIsNot) {
       if (truth.instance(u, v) != person.id) continue;
       person_seen = true;
       const double depth{rig.focal_px * rig.baseline_m / truth.disparity(u, v)};
-      const double height{rig.camera_height_m - (v - rig.centre_v_px) * depth / rig.focal_px};
+      const double height{rig.camera_height_m - (v - rig.cy_px) * depth / rig.focal_px};
       EXPECT_GT(height, 0.8);
     }
     if (person_seen) {
@@ -153,8 +153,8 @@ TEST(TruthCells, PixelsFallWhereTheirObjectStands) {
     for (int u{0}; u < rig.width_px; ++u) {
       if (truth.instance(u, v) == 0) continue;
       const double x{rig.focal_px * rig.baseline_m / truth.disparity(u, v)};
-      const double y{-(u - rig.centre_u_px) * x / rig.focal_px};
-      const double z{rig.camera_height_m - (v - rig.centre_v_px) * x / rig.focal_px};
+      const double y{-(u - rig.cx_px) * x / rig.focal_px};
+      const double z{rig.camera_height_m - (v - rig.cy_px) * x / rig.focal_px};
       const int ix{static_cast<int>(std::floor((x - grid.x_min_m) / grid.cell_size_m))};
       const int iy{static_cast<int>(std::floor((y - grid.y_min_m) / grid.cell_size_m))};
       if (z < 0.15 || z > 1.8 || ix < 0 || iy < 0 || ix >= grid.nx || iy >= grid.ny) continue;

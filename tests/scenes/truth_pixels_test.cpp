@@ -23,7 +23,7 @@ TEST(TruthPixels, RoadDisparityIsThePlanesEquation) {
     const Scene scene{parse_scene(text)};
     const Rig rig{scene.rig()};
     const FrameTruth truth{scene.truth(1)};
-    const double horizon{rig.centre_v_px - rig.focal_px * std::tan(rig.camera_pitch_rad)};
+    const double horizon{rig.cy_px - rig.focal_px * std::tan(rig.camera_pitch_rad)};
     for (int v{0}; v < rig.height_px; ++v) {
       const double expected{rig.baseline_m * std::cos(rig.camera_pitch_rad) / rig.camera_height_m * (v - horizon)};
       for (int u{0}; u < rig.width_px; u += 7) {
@@ -63,10 +63,10 @@ TEST(TruthPixels, LeftIsPositiveY) {
   const FrameTruth end{scene.truth(36)};
   const TruthObject walker{object_of(begin, "pedestrian")};
   EXPECT_LT(walker.world_from_object.y_m, -2);
-  EXPECT_GT(mean_u(begin, walker.id), scene.rig().centre_u_px + 50);
+  EXPECT_GT(mean_u(begin, walker.id), scene.rig().cx_px + 50);
   EXPECT_GT(object_of(end, "pedestrian").world_from_object.y_m, 2);
-  EXPECT_LT(mean_u(end, walker.id), scene.rig().centre_u_px - 50);
-  EXPECT_NEAR(mean_u(scene.truth(20), walker.id), scene.rig().centre_u_px, 1.5);
+  EXPECT_LT(mean_u(end, walker.id), scene.rig().cx_px - 50);
+  EXPECT_NEAR(mean_u(scene.truth(20), walker.id), scene.rig().cx_px, 1.5);
 }
 
 TEST(TruthPixels, DisparityOfAnObjectIsItsDistances) {

@@ -136,7 +136,7 @@ std::vector<std::string> swept_settings(const std::string& sweep) {
     const std::string value{values.substr(at, end - at)};
     if (key.empty() || value.empty() || !seen.insert(value).second) {
       throw ConfigError{
-          fmt::format("--sweep {}: give KEY=A,B,C with different values, such as filter.forgetting_s=1,2,4.",
+          fmt::format("--sweep {}: give KEY=A,B,C with different values, such as filter.decay_time_s=1,2,4.",
                       io::printable(sweep))};
     }
     settings.push_back(key + '=' + value);

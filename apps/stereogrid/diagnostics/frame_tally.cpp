@@ -155,7 +155,7 @@ class Complaining {
     const Rig& rig{context_.used};
     const int disparities{context_.config.matching.disparities};
     const double lowest{rig.focal_px * std::sin(rig.camera_pitch_rad) +
-                        (rig.height_px - 1 - rig.centre_v_px) * std::cos(rig.camera_pitch_rad)};
+                        (rig.height_px - 1 - rig.cy_px) * std::cos(rig.camera_pitch_rad)};
     const double needed{rig.baseline_m / rig.camera_height_m * lowest + 1};
     if (disparities == 0 || !(needed > farther * disparities)) return;
     const double from_m{rig.focal_px * rig.baseline_m / (disparities - 1)};

@@ -115,8 +115,8 @@ bool is_without_texture(const StereoFrame& frame) {
 bool is_upside_down(const StereoFrame& frame, const Config& config, const Rig& rig) {
   if (frame.right.empty()) return false;
   Rig below{rig};
-  below.centre_u_px = rig.width_px - 1 - rig.centre_u_px;
-  below.centre_v_px = rig.height_px - 1 - rig.centre_v_px;
+  below.cx_px = rig.width_px - 1 - rig.cx_px;
+  below.cy_px = rig.height_px - 1 - rig.cy_px;
   StereoFrame other{frame};
   other.left = turned(frame.right);
   other.right = turned(frame.left);

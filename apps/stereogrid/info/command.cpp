@@ -49,7 +49,7 @@ std::string text_or(const std::filesystem::path& path, const char* otherwise) {
 void print_camera(const Rig& rig, bool has_mounting) {
   print_row("size", fmt::format("{} × {} px", rig.width_px, rig.height_px));
   print_row("camera", fmt::format("focal length {:.6g} px, centre ({:.6g}, {:.6g}) px, baseline {:.4g} m", rig.focal_px,
-                                  rig.centre_u_px, rig.centre_v_px, rig.baseline_m));
+                                  rig.cx_px, rig.cy_px, rig.baseline_m));
   print_row("extrinsics", fmt::format("{:.3g} m above the road, pitch {:.2f}°, roll {:.2f}°{}", rig.camera_height_m,
                                       rig.camera_pitch_rad * degrees, rig.camera_roll_rad * degrees,
                                       has_mounting ? "" : " (assumed: not in the calibration)"));

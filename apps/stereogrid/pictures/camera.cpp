@@ -38,8 +38,8 @@ cv::Mat grey_image(const StereoFrame& frame) {
 cv::Matx33d camera_from_level(const Rig& rig, const Rig& level_rig) {
   const double c{std::cos(rig.camera_pitch_rad)};
   const double s{std::sin(rig.camera_pitch_rad)};
-  const cv::Matx33d camera{rig.focal_px, 0, rig.centre_u_px, 0, rig.focal_px, rig.centre_v_px, 0, 0, 1};
-  const cv::Matx33d level_camera{rig.focal_px, 0, rig.centre_u_px, 0, rig.focal_px, level_rig.centre_v_px, 0, 0, 1};
+  const cv::Matx33d camera{rig.focal_px, 0, rig.cx_px, 0, rig.focal_px, rig.cy_px, 0, 0, 1};
+  const cv::Matx33d level_camera{rig.focal_px, 0, rig.cx_px, 0, rig.focal_px, level_rig.cy_px, 0, 0, 1};
   const cv::Matx33d pitched_from_level{1, 0, 0, 0, c, -s, 0, s, c};
   return camera * pitched_from_level * level_camera.inv();
 }
@@ -63,7 +63,7 @@ constexpr std::uint8_t road{2};
 /// Behind an edge: no road, though the ground there may be visible.
 bool is_behind_edge(const FrameResult& result, const Rig& level_rig, int u, float disparity) {
   const double x_m{level_rig.focal_px * level_rig.baseline_m / disparity};
-  const double y_m{(level_rig.centre_u_px - u) * x_m / level_rig.focal_px};
+  const double y_m{(level_rig.cx_px - u) * x_m / level_rig.focal_px};
   const auto cell = result.vehicle.geometry.cell_at({x_m, y_m});
   if (!cell || result.terrain.empty()) return false;
   const TerrainClass kind{result.terrain(cell->ix, cell->iy)};

@@ -29,7 +29,7 @@ class View {
     const double down{((ground_.height_m - height_m) / place.x - level * std::sin(ground_.roll_rad) * right -
                        std::sin(ground_.pitch_rad)) /
                       (level * std::cos(ground_.roll_rad))};
-    return cv::Point{fixed(rig_.centre_u_px + rig_.focal_px * right), fixed(rig_.centre_v_px + rig_.focal_px * down)};
+    return cv::Point{fixed(rig_.cx_px + rig_.focal_px * right), fixed(rig_.cy_px + rig_.focal_px * down)};
   }
 
  private:

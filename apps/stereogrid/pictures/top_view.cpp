@@ -30,8 +30,8 @@ std::vector<double> ruler_marks(double from_m, double to_m, double length_m) {
 
 void draw_rulers(cv::Mat& part, const TopView& view, const Rig& rig) {
   const double far_m{view.far_m()};
-  const double left{rig.centre_u_px / rig.focal_px};
-  const double right{(rig.width_px - rig.centre_u_px) / rig.focal_px};
+  const double left{rig.cx_px / rig.focal_px};
+  const double right{(rig.width_px - rig.cx_px) / rig.focal_px};
   const cv::Scalar colour{scalar(palette::ruler)};
   cv::line(part, view.at(0, 0), view.at(far_m, left * far_m), colour, 1, cv::LINE_AA);
   cv::line(part, view.at(0, 0), view.at(far_m, -right * far_m), colour, 1, cv::LINE_AA);

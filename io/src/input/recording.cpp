@@ -74,7 +74,7 @@ namespace {
 
 /// External disparities include other centres of the right camera.
 void add_offset(Image<float>& disparity, const RawPair& raw) {
-  const auto offset_px{static_cast<float>(raw.right.centre_u_px - raw.left.centre_u_px)};
+  const auto offset_px{static_cast<float>(raw.right.cx_px - raw.left.cx_px)};
   for (float& d : disparity) {
     if (d != 0 && std::isfinite(d)) d = std::max(0.0F, d + offset_px);
   }

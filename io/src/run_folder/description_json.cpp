@@ -31,8 +31,8 @@ Json json_of(const RunInput& input) {
 
 Json rig_json(const Rig& rig) {
   return {{"focal_px", rig.focal_px},
-          {"centre_u_px", rig.centre_u_px},
-          {"centre_v_px", rig.centre_v_px},
+          {"cx_px", rig.cx_px},
+          {"cy_px", rig.cy_px},
           {"baseline_m", rig.baseline_m},
           {"width_px", rig.width_px},
           {"height_px", rig.height_px},

@@ -31,10 +31,17 @@ constexpr const char* mend{"Give the folder that `stereogrid run --out` has left
 Rig rig_of_run(const Json& rig) {
   constexpr double most{1e9};
   const auto value = [&rig](const char* key) { return number(rig, key, most); };
+  const auto renamed = [&](const char* key, const char* former) { return value(rig.contains(key) ? key : former); };
   const auto pixels = [&rig](const char* key) { return static_cast<int>(whole_number(rig, key, 1, 100'000)); };
-  return {pixels("width_px"),       pixels("height_px"),       value("focal_px"),
-          value("centre_u_px"),     value("centre_v_px"),      value("baseline_m"),
-          value("camera_height_m"), value("camera_pitch_rad"), value("camera_roll_rad")};
+  return {pixels("width_px"),
+          pixels("height_px"),
+          value("focal_px"),
+          renamed("cx_px", "centre_u_px"),
+          renamed("cy_px", "centre_v_px"),
+          value("baseline_m"),
+          value("camera_height_m"),
+          value("camera_pitch_rad"),
+          value("camera_roll_rad")};
 }
 
 bool is_road_unknown(const RunFrame& frame) {

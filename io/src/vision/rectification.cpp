@@ -15,7 +15,7 @@ namespace {
 constexpr double widest_tangent{1.7320508075688772};
 
 cv::Matx33d matrix_of(const CameraModel& camera) {
-  return {camera.focal_u_px, 0, camera.centre_u_px, 0, camera.focal_v_px, camera.centre_v_px, 0, 0, 1};
+  return {camera.focal_u_px, 0, camera.cx_px, 0, camera.focal_v_px, camera.cy_px, 0, 0, 1};
 }
 
 /// cv::fisheye requires four numbers.
@@ -89,7 +89,7 @@ bool is_row_aligned(const RawPair& raw) {
            std::ranges::all_of(camera.distortion, [](double number) { return number == 0; });
   }};
   const bool are_equal{is_alike(raw.left.focal_u_px, raw.right.focal_u_px) &&
-                       is_alike(raw.left.centre_v_px, raw.right.centre_v_px)};
+                       is_alike(raw.left.cy_px, raw.right.cy_px)};
   constexpr double turn_max{1e-6};
   const cv::Matx33d turn{raw.right_from_left_rotation.data()};
   const auto& t{raw.right_from_left_translation_m};
@@ -111,8 +111,8 @@ Rectification rectify(const RawPair& raw, int width_px, int height_px) {
   to.rig.width_px = width_px;
   to.rig.height_px = height_px;
   to.rig.focal_px = to.camera(0, 0);
-  to.rig.centre_u_px = to.camera(0, 2);
-  to.rig.centre_v_px = to.camera(1, 2);
+  to.rig.cx_px = to.camera(0, 2);
+  to.rig.cy_px = to.camera(1, 2);
   if (!(to.rig.focal_px > 0)) throw InputError{"The pair cannot be rectified: the calibration contradicts itself."};
   return to;
 }

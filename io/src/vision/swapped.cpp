@@ -95,9 +95,9 @@ std::optional<std::string> complaint_if_shifted(const StereoFrame& frame, const 
   if (!far_px) return std::nullopt;
   return fmt::format(
       "frame {}: the farthest points have disparities of {:.1f} px, which no calibration explains: the right image is "
-      "shifted by that offset, and distances are too large. Rectify the pair again, or add 'centre_u_right_px: {:.1f}' "
+      "shifted by that offset, and distances are too large. Rectify the pair again, or add 'cx_right_px: {:.1f}' "
       "to calibration.yaml (one with 'from: FILE' where another tool has written the calibration).",
-      frame.name, *far_px, rig.centre_u_px - *far_px);
+      frame.name, *far_px, rig.cx_px - *far_px);
 }
 
 double coarse_match_share(const Image<std::uint8_t>& left, const Image<std::uint8_t>& right) {

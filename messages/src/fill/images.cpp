@@ -88,8 +88,8 @@ void fill(sensor_msgs::PointCloud2& message, const FrameResult& result, const Ri
 
 void fill(sensor_msgs::CameraInfo& message, const Rig& rig) {
   const double f{rig.focal_px};
-  const double u{rig.centre_u_px};
-  const double v{rig.centre_v_px};
+  const double u{rig.cx_px};
+  const double v{rig.cy_px};
   message.height = static_cast<std::uint32_t>(rig.height_px);
   message.width = static_cast<std::uint32_t>(rig.width_px);
   message.distortion_model = "plumb_bob";

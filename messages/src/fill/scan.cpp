@@ -18,8 +18,8 @@ constexpr double steps_per_cell{4};
 // Bearings that the camera sees, rad, counter-clockwise.
 struct FieldOfView {
   explicit FieldOfView(const Rig& rig)
-      : right_rad{-std::atan((rig.width_px - 0.5 - rig.centre_u_px) / rig.focal_px)},
-        left_rad{std::atan((rig.centre_u_px + 0.5) / rig.focal_px)} {}
+      : right_rad{-std::atan((rig.width_px - 0.5 - rig.cx_px) / rig.focal_px)},
+        left_rad{std::atan((rig.cx_px + 0.5) / rig.focal_px)} {}
 
   double right_rad;
   double left_rad;
@@ -35,7 +35,7 @@ double length_within(const GridGeometry& grid, double bearing_rad) {
 
 // Nearest place straight ahead where the camera sees the road, m; infinite: nowhere.
 double road_begins_at(const Rig& rig) {
-  const double down_rad{std::atan((rig.height_px - 0.5 - rig.centre_v_px) / rig.focal_px) + rig.camera_pitch_rad};
+  const double down_rad{std::atan((rig.height_px - 0.5 - rig.cy_px) / rig.focal_px) + rig.camera_pitch_rad};
   return down_rad > 0 ? rig.camera_height_m / std::tan(down_rad) : std::numeric_limits<double>::infinity();
 }
 

@@ -78,7 +78,7 @@ void RowEquations::add(const RowSample& sample, double weight) {
 }
 
 RowAlignment::RowAlignment(const Rig& rig)
-    : width_px_{rig.width_px}, height_px_{rig.height_px}, offsets_{{}, rig.centre_u_px, rig.centre_v_px} {
+    : width_px_{rig.width_px}, height_px_{rig.height_px}, offsets_{{}, rig.cx_px, rig.cy_px} {
   const MatchLattice lattice{width_px_, height_px_};
   rows_.resize(static_cast<std::size_t>((lattice.down + alignment_rows - 1) / alignment_rows));
   for (std::vector<RowSample>& row : rows_) row.reserve(static_cast<std::size_t>(lattice.across));
@@ -113,7 +113,7 @@ void RowAlignment::collect(int row, View<const std::uint8_t> left, View<const st
 }
 
 double RowAlignment::largest(const RowTerms& terms) const {
-  const RowOffsets offsets{terms, offsets_.centre_u_px, offsets_.centre_v_px};
+  const RowOffsets offsets{terms, offsets_.cx_px, offsets_.cy_px};
   double most{0};
   for (const int u : {0, width_px_ / 4, width_px_ / 2, width_px_ - width_px_ / 4, width_px_}) {
     for (const int v : {0, height_px_}) most = std::max(most, std::abs(offsets.at(u, v)));

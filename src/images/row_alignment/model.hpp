@@ -21,12 +21,12 @@ using RowTerms = std::array<double, row_terms>;
 /// x·y, x²) with x = (u − u0)/400 and y = (v − v0)/100: pitch, roll, scale, yaw, lens.
 struct RowOffsets {
   RowTerms terms{};  ///< px
-  double centre_u_px{0};
-  double centre_v_px{0};
+  double cx_px{0};
+  double cy_px{0};
 
   [[nodiscard]] STEREOGRID_HD RowTerms basis(double u, double v) const {
-    const double x{(u - centre_u_px) / 400};
-    const double y{(v - centre_v_px) / 100};
+    const double x{(u - cx_px) / 400};
+    const double y{(v - cy_px) / 100};
     return {1, x, y, x * y, x * x};
   }
 

@@ -15,15 +15,15 @@ namespace stereogrid {
 /// frame (eq. 3, origin at the left camera).
 struct BinGeometry {
   double focal_px;
-  double centre_u_px;
+  double cx_px;
   double focal_baseline_pxm;
 
   STEREOGRID_HD explicit BinGeometry(const Rig& rig)
-      : focal_px{rig.focal_px}, centre_u_px{rig.centre_u_px}, focal_baseline_pxm{rig.focal_px * rig.baseline_m} {}
+      : focal_px{rig.focal_px}, cx_px{rig.cx_px}, focal_baseline_pxm{rig.focal_px * rig.baseline_m} {}
 
   [[nodiscard]] STEREOGRID_HD double nearest_x(int d) const { return focal_baseline_pxm / (d + 0.5); }
   [[nodiscard]] STEREOGRID_HD double farthest_x(int d) const { return d > 0 ? focal_baseline_pxm / (d - 0.5) : 1e30; }
-  [[nodiscard]] STEREOGRID_HD double column(double x, double y) const { return centre_u_px - focal_px * y / x; }
+  [[nodiscard]] STEREOGRID_HD double column(double x, double y) const { return cx_px - focal_px * y / x; }
   [[nodiscard]] STEREOGRID_HD double disparity(double x) const { return focal_baseline_pxm / x; }
 };
 

@@ -115,7 +115,7 @@ class Spans {
     for (int i{0}; i < 4; ++i) {
       const Point2 a{cell.corner[i].at};
       if ((a.x < x) == (cell.corner[(i + 1) % 4].at.x < x)) continue;
-      span.take(bins_.centre_u_px - scale * (a.y + (x - a.x) * slopes_[i % 2]));
+      span.take(bins_.cx_px - scale * (a.y + (x - a.x) * slopes_[i % 2]));
     }
     return span;
   }

@@ -14,7 +14,7 @@ constexpr int line_threads{32};
 struct Placement {
   double highest_m;
   double lowest_m;
-  double centre_u_px;
+  double cx_px;
   bool follow_roll;
 };
 
@@ -25,7 +25,7 @@ __global__ void place(Placement placement, Rig rig, const Ground* ground, int wi
   if (i == 0) *upright = upright_range(ground->height_m, placement.lowest_m, placement.highest_m);
   if (i < width) {
     const double slope{placement.follow_roll ? -tan(ground->roll_rad) : 0.0};
-    shift[i] = row_shift(slope, i - placement.centre_u_px, largest_shift(width));
+    shift[i] = row_shift(slope, i - placement.cx_px, largest_shift(width));
   }
   if (i < rows) out[i] = ray_row(RowsByHeight{rig, *ground}, placement.highest_m, i - margin, bins);
 }
@@ -120,9 +120,8 @@ void count_rays(Cuda& cuda, const MatchViews& matches, const Rig& rig, const Gro
   const int columns{space.width + 1};
   const int bins{space.bins + 1};
   launch(cuda, place, blocks_for(space.width > rows ? space.width : rows, threads), threads, 0,
-         Placement{config.obstacle_height_m, config.obstacle_min_height_m, rig.centre_u_px, config.follow_roll}, rig,
-         ground, space.width, rows, space.margin, space.bins, space.shift.data(), space.rows.data(),
-         space.upright.data());
+         Placement{config.obstacle_height_m, config.obstacle_min_height_m, rig.cx_px, config.follow_roll}, rig, ground,
+         space.width, rows, space.margin, space.bins, space.shift.data(), space.rows.data(), space.upright.data());
   clear(cuda, space.sums.data(), space.sums.size());
   launch(cuda, count_pixels, blocks_of(space.width, space.height), dim3{block_width, block_height}, 0,
          Counting{space.relief_view(), space.shift.data(), space.rows.data(), space.upright.data(), space.sums.data(),

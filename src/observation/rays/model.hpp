@@ -158,14 +158,14 @@ STEREOGRID_HD inline float occupancy_of(const CellRays& rays) {
 /// disparity, and faster on most machines.
 struct CellsInView {
   float focal_px;
-  float centre_u_px;
+  float cx_px;
   float focal_baseline_pxm;
   float half_m;       ///< half of a cell's side
   CellPlaces places;  ///< m in the vehicle frame
 
   STEREOGRID_HD CellsInView(const BinGeometry& geometry, const GridInVehicle& cells)
       : focal_px{static_cast<float>(geometry.focal_px)},
-        centre_u_px{static_cast<float>(geometry.centre_u_px)},
+        cx_px{static_cast<float>(geometry.cx_px)},
         focal_baseline_pxm{static_cast<float>(geometry.focal_baseline_pxm)},
         half_m{static_cast<float>(cells.grid.cell_size_m / 2)},
         places{cells, {0, 0}, 1} {}
@@ -186,7 +186,7 @@ STEREOGRID_HD inline bool find_rays(const RaySums<Space>& sums, int most_columns
   const int width{columns_of(sums)};
   const float columns_per_m{cells.focal_px / ahead_m};
   const auto border = [&](float to_left_m) {  // between two columns; some outside the image
-    const float column{cells.centre_u_px - columns_per_m * to_left_m};
+    const float column{cells.cx_px - columns_per_m * to_left_m};
     return static_cast<int>(Min(Max(column, -2.0f), static_cast<float>(width + 1)) + 3) - 2;
   };
   const auto within = [&](int column) { return Min(Max(column, 0), width); };

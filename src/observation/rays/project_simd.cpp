@@ -175,7 +175,7 @@ class CellVectors {
   }
   // Between two columns; some outside the image.
   [[nodiscard]] HWY_INLINE VInt border(VFloat columns_per_m, VFloat left_m) const {
-    const VFloat column{hn::Sub(floats(cells_.centre_u_px), hn::Mul(columns_per_m, left_m))};
+    const VFloat column{hn::Sub(floats(cells_.cx_px), hn::Mul(columns_per_m, left_m))};
     const VFloat last{floats(static_cast<float>(columns_of(sums_) + 1))};
     const VFloat limited{hn::Min(hn::Max(column, floats(-2)), last)};
     return hn::Sub(hn::ConvertTo(Ints{}, hn::Add(limited, floats(3))), ints(2));

@@ -19,7 +19,7 @@ RaySpace::RaySpace(int image_width, int image_height, int disparities, bool has_
 void RaySpace::place(const Rig& rig, const Ground& ground, const UDisparityConfig& config) {
   const double slope{config.follow_roll ? -std::tan(ground.roll_rad) : 0.0};
   const int most{largest_shift(width)};
-  for (int u{0}; u < width; ++u) shift[static_cast<std::size_t>(u)] = row_shift(slope, u - rig.centre_u_px, most);
+  for (int u{0}; u < width; ++u) shift[static_cast<std::size_t>(u)] = row_shift(slope, u - rig.cx_px, most);
   const RowsByHeight by_height{rig, ground};
   int row{-margin};
   for (RayRow& entry : rows) entry = ray_row(by_height, config.obstacle_height_m, row++, bins);

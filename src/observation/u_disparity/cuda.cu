@@ -22,7 +22,7 @@ struct Placement {
   int width;
   int height;
   int disparities;
-  double centre_u_px;
+  double cx_px;
   double lowest_m;  // lowest point of an obstacle
   double highest_m;
   bool follow_roll;
@@ -61,7 +61,7 @@ __global__ void place(Placement placement, Rig rig, const Ground* ground, BinRow
   }
   __syncthreads();
   const int i{static_cast<int>(blockIdx.x * place_threads + threadIdx.x)};
-  if (i < placement.width) out.shift[i] = row_shift(of_ground[3], i - placement.centre_u_px, out.margin);
+  if (i < placement.width) out.shift[i] = row_shift(of_ground[3], i - placement.cx_px, out.margin);
   if (i < placement.height + 2 * out.margin) {
     out.bins[i] = bins_with_row(rows, placement.disparities, i - out.margin);
     out.upright_bins[i] = bins_with_row(upright_rows, placement.disparities, i - out.margin);
@@ -203,7 +203,7 @@ void count(Cuda& cuda, const MatchViews& matches, const Rig& rig, const Ground* 
   const BinRowsOnDevice rows{space.rows()};
   const int places{width > height + 2 * space.margin ? width : height + 2 * space.margin};
   launch(cuda, place, blocks_for(places, place_threads), place_threads, 0,
-         Placement{width, height, disparities, rig.centre_u_px, config.obstacle_min_height_m, config.obstacle_height_m,
+         Placement{width, height, disparities, rig.cx_px, config.obstacle_min_height_m, config.obstacle_height_m,
                    config.follow_roll},
          rig, ground, rows);
   count_columns(cuda, matches, rows, space);

@@ -59,7 +59,7 @@ void BinRows::cut(int widest) {
 void BinRows::place(const Rig& rig, const Ground& ground, const UDisparityConfig& config) {
   const double slope{config.follow_roll ? -std::tan(ground.roll_rad) : 0.0};
   for (std::size_t u{0}; u < shift.size(); ++u) {
-    shift[u] = row_shift(slope, static_cast<double>(u) - rig.centre_u_px, margin);
+    shift[u] = row_shift(slope, static_cast<double>(u) - rig.cx_px, margin);
   }
   const RowsByHeight by_height{rig, ground};
   for (int d{0}; d < static_cast<int>(rows.size()); ++d) {

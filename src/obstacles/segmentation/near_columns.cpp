@@ -40,7 +40,7 @@ Point2 NearObstacles::centre(const Cell& cell, const Pose2& vehicle_from_world) 
 
 // May lie outside the image.
 int NearObstacles::column_at(Point2 place) const {
-  const double u{rig_.centre_u_px - rig_.focal_px * place.y / place.x};
+  const double u{rig_.cx_px - rig_.focal_px * place.y / place.x};
   return clamped_to_int(std::round((u - MatchLattice::first_u) / MatchLattice::step_u));
 }
 

@@ -73,7 +73,7 @@ void NearObstacles::begin() {
 // Nearer than where obstacles are lost soon: beyond the search, or in front of all ground in view.
 bool NearObstacles::is_near(const Obstacle& obstacle, const Ground& road) const {
   const double focal_baseline{rig_.focal_px * rig_.baseline_m};
-  const double nearest_road_px{road_plane(rig_, road).disparity(rig_.centre_u_px, rig_.height_px - 1)};
+  const double nearest_road_px{road_plane(rig_, road).disparity(rig_.cx_px, rig_.height_px - 1)};
   const double lost_px{std::min(matching_.disparities - 1.0, std::max(nearest_road_px, 1.0))};
   double nearest_m{infinite};
   for (const Point2& point : obstacle.outline) {

@@ -156,7 +156,7 @@ void Segmenter::take_nodes(const RoadPlane& plane, double camera_height_m, const
       const int index{static_cast<int>(nodes_.size())};
       const int raised{relief.is_plane() ? 0 : relief.rows_at(u, static_cast<float>(bin.disparity))};
       const double top_m{camera_height_m * (1 - plane.disparity(u, tallies_(u, k).top - 1 + raised) / bin.disparity)};
-      const Point2 place{rig_.focal_px * side_m, (rig_.centre_u_px - u) * side_m};
+      const Point2 place{rig_.focal_px * side_m, (rig_.cx_px - u) * side_m};
       nodes_.push_back({u, k, pixels, top_m, index, none, place, pixels * side_m * side_m});
       labels_(u, k) = index + 1;
     }
@@ -275,7 +275,7 @@ Segmenter::Cuts Segmenter::cuts_of(std::size_t segment) const {
 }
 
 Segmenter::Spot Segmenter::spot_of(Point2 place) const {
-  return {clamped_to_int(std::round(rig_.centre_u_px - rig_.focal_px * place.y / place.x)),
+  return {clamped_to_int(std::round(rig_.cx_px - rig_.focal_px * place.y / place.x)),
           clamped_to_int(rig_.focal_px * rig_.baseline_m / place.x * bins_per_px)};
 }
 

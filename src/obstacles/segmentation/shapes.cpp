@@ -126,7 +126,7 @@ class Strips {
     return strips_[static_cast<std::size_t>(i)];
   }
   void add(double u, double x_m, Outline& outline) const {
-    outline.push_back({x_m, (rig_.centre_u_px - u) * x_m / rig_.focal_px});
+    outline.push_back({x_m, (rig_.cx_px - u) * x_m / rig_.focal_px});
   }
   std::span<Strip> used() { return {strips_.data(), static_cast<std::size_t>(count_)}; }
   [[nodiscard]] std::span<const Strip> used() const { return {strips_.data(), static_cast<std::size_t>(count_)}; }

@@ -218,7 +218,7 @@ bool Tracker::is_forgotten(const Track& track) const {
 }
 
 bool Tracker::is_in_view(Point2 at) const {
-  const double column{rig_.centre_u_px - rig_.focal_px * at.y / at.x};
+  const double column{rig_.cx_px - rig_.focal_px * at.y / at.x};
   return at.x > 0 && column > 0 && column < rig_.width_px;
 }
 

@@ -108,15 +108,15 @@ CameraInfo Bags::info(bool is_right) {
   message.height = 100;
   message.distortion_model = "plumb_bob";
   message.d.resize(5);
-  message.k = {rig.focal_px, 0, rig.centre_u_px, 0, rig.focal_px, rig.centre_v_px, 0, 0, 1};
+  message.k = {rig.focal_px, 0, rig.cx_px, 0, rig.focal_px, rig.cy_px, 0, 0, 1};
   message.r = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   message.p = {rig.focal_px,
                0,
-               rig.centre_u_px,
+               rig.cx_px,
                is_right ? -rig.focal_px * rig.baseline_m : 0,
                0,
                rig.focal_px,
-               rig.centre_v_px,
+               rig.cy_px,
                0,
                0,
                0,

@@ -102,7 +102,7 @@ TEST_F(BagInfos, MayHaveCentresThatDiffer) {
   EXPECT_THAT(outcome.errors, HasSubstr("the right image is shifted"));
   const Json rig(json_of(out() / "run.json")["rig"]);
   const Json same(json_of(plain() / "run.json")["rig"]);
-  for (const char* const key : {"focal_px", "centre_u_px", "baseline_m"}) {
+  for (const char* const key : {"focal_px", "cx_px", "baseline_m"}) {
     EXPECT_NEAR(rig[key].get<double>(), same[key].get<double>(), 1e-9) << key;
   }
 }

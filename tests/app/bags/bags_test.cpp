@@ -108,8 +108,8 @@ TEST_F(Bags, ARawPairIsThatOfItsCameraInfo) {
     std::ofstream yaml{file};
     yaml.precision(17);
     for (const auto& [side, numbers] : {std::pair{"left", lens.left}, std::pair{"right", lens.right}}) {
-      yaml << side << ": {lens: " << lens.in_file << ", focal_u_px: 128, focal_v_px: 128, centre_u_px: " << k.k[2]
-           << ", centre_v_px: " << k.k[5] << ", distortion: [" << numbers[0];
+      yaml << side << ": {lens: " << lens.in_file << ", focal_u_px: 128, focal_v_px: 128, cx_px: " << k.k[2]
+           << ", cy_px: " << k.k[5] << ", distortion: [" << numbers[0];
       for (std::size_t i{1}; i < numbers.size(); ++i) yaml << ", " << numbers[i];
       yaml << "]}\n";
     }

@@ -25,8 +25,8 @@ class DepthBags : public Bags {
     Image<float> depth{160, 100};
     for (int v{0}; v < depth.height(); ++v) {
       for (int u{0}; u < depth.width(); ++u) {
-        const double below{(v - optics.centre_v_px) / optics.focal_px};
-        const double right{(u - optics.centre_u_px) / optics.focal_px};
+        const double below{(v - optics.cy_px) / optics.focal_px};
+        const double right{(u - optics.cx_px) / optics.focal_px};
         const bool is_box{std::abs(right) < 0.1 && below > 0};
         const double wall_m{is_box ? 5.0 : 9.0};
         depth(u, v) = static_cast<float>(below > 1.65 / wall_m ? 1.65 / below : wall_m);

@@ -27,7 +27,7 @@ def fails_read(expect: dict, out: Path) -> str:
     for key in ("focal_px", "baseline_m"):
         if key in expect and abs(rig[key] / expect[key] - 1) > 0.01:
             return f"{key} is {rig[key]}, not {expect[key]}"
-    for key, value in zip(("centre_u_px", "centre_v_px"), expect.get("centre_px", [])):
+    for key, value in zip(("cx_px", "cy_px"), expect.get("centre_px", [])):
         if abs(rig[key] - value) > 1:
             return f"{key} is {rig[key]}, not {value}"
     if "size_px" in expect and [rig["width_px"], rig["height_px"]] != expect["size_px"]:

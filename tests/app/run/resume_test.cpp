@@ -66,10 +66,10 @@ TEST(Resume, RefusesOtherSettingsAndNamesThem) {
   const TemporaryFolder folder;
   run_well(command(folder / "run", "0:0"));
   std::vector<std::string> words{command(folder / "run", "0:2", "--resume")};
-  words.insert(words.end(), {"--set", "filter.forgetting_s=5"});
+  words.insert(words.end(), {"--set", "filter.decay_time_s=5"});
   const Outcome other{run_tool(words)};
   EXPECT_EQ(other.exit_code, 64);
-  EXPECT_THAT(other.errors, HasSubstr("filter/forgetting_s: was 2"));
+  EXPECT_THAT(other.errors, HasSubstr("filter/decay_time_s: was 2"));
   words.insert(words.end() - 2, {"--compact"});
   const Outcome compact{run_tool(words)};
   EXPECT_EQ(compact.exit_code, 64);

@@ -91,7 +91,7 @@ TEST_F(RunFiles, RunJsonTellsWhatWasDone) {
     EXPECT_TRUE(json.contains(key)) << key;
   }
   EXPECT_EQ(keys_of(json["rig"]),
-            (std::set<std::string>{"focal_px", "centre_u_px", "centre_v_px", "baseline_m", "width_px", "height_px",
+            (std::set<std::string>{"focal_px", "cx_px", "cy_px", "baseline_m", "width_px", "height_px",
                                    "camera_height_m", "camera_pitch_rad", "camera_roll_rad"}));
   EXPECT_EQ(json["grid"],
             Json::parse(R"({"x_min_m": 0.0, "y_min_m": -10.0, "cell_size_m": 0.2, "nx": 80, "ny": 100})"));

@@ -24,7 +24,7 @@ constexpr RowTerms like_kitti{-0.2, 0.0, 0.0, 0.53, -0.15};
 StereoFrame turned(const Scene& scene, std::size_t index, const RowTerms& terms) {
   StereoFrame frame{scene.load(index)};
   const Image<std::uint8_t> right{frame.right};
-  RowOffsets opposite{terms, scene.rig().centre_u_px, scene.rig().centre_v_px};
+  RowOffsets opposite{terms, scene.rig().cx_px, scene.rig().cy_px};
   for (double& term : opposite.terms) term = -term;
   Reference reference;
   align_rows(reference, right.view(), opposite, frame.right.view());

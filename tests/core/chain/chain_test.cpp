@@ -247,7 +247,7 @@ TEST(Chain, APoseJumpDoesNotSmearTheGrid) {
   Drive undisturbed{scene};
   Drive noticing{scene};
   Config config{preset("default")};
-  config.motion.notice_jumps = false;
+  config.motion.detect_jumps = false;
   Drive following{scene, config};
   for (std::size_t i{0}; i < 8; ++i) {
     StereoFrame frame{noticing.scene.load(i)};

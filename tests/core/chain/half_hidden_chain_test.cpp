@@ -28,7 +28,7 @@ struct Person {
   [[nodiscard]] double disparity_px() const { return rig.focal_px * rig.baseline_m / pose.x_m; }
   [[nodiscard]] int bin() const { return static_cast<int>(std::lround(disparity_px())); }
   [[nodiscard]] int column() const {
-    return static_cast<int>(std::lround(rig.centre_u_px - rig.focal_px * pose.y_m / pose.x_m));
+    return static_cast<int>(std::lround(rig.cx_px - rig.focal_px * pose.y_m / pose.x_m));
   }
 
   Rig rig;

@@ -30,8 +30,8 @@ struct PitchedDrive : testing::Test {
     const double c{std::cos(rig.camera_pitch_rad)};
     const double s{std::sin(rig.camera_pitch_rad)};
     const double depth{s * rig.camera_height_m + c * x_m};
-    return {rig.centre_u_px - rig.focal_px * y_m / depth,
-            rig.centre_v_px + rig.focal_px * (c * rig.camera_height_m - s * x_m) / depth};
+    return {rig.cx_px - rig.focal_px * y_m / depth,
+            rig.cy_px + rig.focal_px * (c * rig.camera_height_m - s * x_m) / depth};
   }
 
   Drive drive{"street?width=400&height=250&frames=3&pitch_deg=5"};

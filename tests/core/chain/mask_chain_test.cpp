@@ -83,7 +83,7 @@ TEST(MaskChain, WhatIsSeenThroughItAloneStaysUnknown) {
   const Rig& rig{scene.rig()};
   // a post 1 m wide at the crate's distance of 6 m
   const double half_px{rig.focal_px * 0.5 / 6};
-  const Mask mask{mask_of(rig, [&](int u, int) { return std::abs(u - rig.centre_u_px) < half_px; })};
+  const Mask mask{mask_of(rig, [&](int u, int) { return std::abs(u - rig.cx_px) < half_px; })};
   Pipeline plain{small_grid(), rig, {.threads = 2}};
   Pipeline masked{pipeline_of(rig, mask)};
   const FrameResult& seen{plain.process(scene.load(0))};

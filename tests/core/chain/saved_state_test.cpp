@@ -120,7 +120,7 @@ TEST_F(Refusal, DamagedOrCutOffAndNothingHasChanged) {
 
 TEST_F(Refusal, OfAnotherConfigurationRigOrBackEnd) {
   Config other{small("default")};
-  other.filter.forgetting_s = 3;
+  other.filter.decay_time_s = 3;
   Pipeline other_config{other, drive.scene.rig()};
   expect_refused(other_config, saved);
   Rig rig{drive.scene.rig()};

@@ -176,8 +176,8 @@ Rig small_rig() {
   rig.width_px = 128;
   rig.height_px = 96;
   rig.focal_px = 128;
-  rig.centre_u_px = 64;
-  rig.centre_v_px = 48;
+  rig.cx_px = 64;
+  rig.cy_px = 48;
   return rig;
 }
 

@@ -144,13 +144,13 @@ TEST(Config, SetReachesOnlyTheNamedParameter) {
 TEST(Config, FractionsSurviveAsText) {
   Config config;
   config.grid.cell_size_m = 0.1;
-  config.filter.forgetting_s = 1.0 / 3;
+  config.filter.decay_time_s = 1.0 / 3;
   Config copy;
   set(copy, "grid.cell_size_m", get(config, "grid.cell_size_m"));
-  set(copy, "filter.forgetting_s", get(config, "filter.forgetting_s"));
+  set(copy, "filter.decay_time_s", get(config, "filter.decay_time_s"));
   EXPECT_EQ(get(config, "grid.cell_size_m"), "0.1");
   EXPECT_EQ(copy.grid.cell_size_m, 0.1);
-  EXPECT_EQ(copy.filter.forgetting_s, 1.0 / 3);
+  EXPECT_EQ(copy.filter.decay_time_s, 1.0 / 3);
 }
 
 TEST(Config, UnknownKeySuggestsTheNearest) {

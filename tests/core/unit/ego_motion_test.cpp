@@ -190,7 +190,7 @@ TEST(EgoMotion, WhereThereNeverWasAPoseNoneIsMissing) {
 TEST(EgoMotion, NextToNoTimeTellsNoMotion) {
   for (const bool notices : {true, false}) {
     MotionConfig config;
-    config.notice_jumps = notices;
+    config.detect_jumps = notices;
     Drive drive{config};
     static_cast<void>(drive.begin());
     for (int i{0}; i < 3; ++i) static_cast<void>(drive.step());
@@ -236,7 +236,7 @@ TEST(EgoMotion, AfterARestartItCanBeToldWhereTheVehicleIs) {
 
 TEST(EgoMotion, MayFollowJumps) {
   MotionConfig config;
-  config.notice_jumps = false;
+  config.detect_jumps = false;
   EgoMotion ego_motion{config};
   static_cast<void>(ego_motion.place(Pose2{}, 0));
   const auto placing{ego_motion.place(Pose2{500, 0, 1}, dt_s)};

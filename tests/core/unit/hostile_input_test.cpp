@@ -63,7 +63,7 @@ TEST_P(HostileInput, PosesOutOfThisWorldAreRefused) {
 TEST_P(HostileInput, PosesFromOneEndToTheOtherAreSurvived) {
   for (const bool notices : {true, false}) {
     Config config{small_config()};
-    config.motion.notice_jumps = notices;
+    config.motion.detect_jumps = notices;
     Wall wall{GetParam(), config};
     for (int i{0}; i < 6; ++i) {
       StereoFrame frame{wall.frame(i * frame_ns)};

@@ -23,8 +23,8 @@ Rig rig_of(int width, int height) {
   Rig rig{small_kitti_rig()};
   rig.width_px = width;
   rig.height_px = height;
-  rig.centre_u_px = width / 2.0;
-  rig.centre_v_px = height / 2.0;
+  rig.cx_px = width / 2.0;
+  rig.cy_px = height / 2.0;
   return rig;
 }
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "images/patch.hpp"
-#include "matching/checks/decide_simd.hpp"
+#include "matching/checks/classify_simd.hpp"
 #include "matching/checks/texture_simd.hpp"
 #include "matching/correlation/correlate_simd.hpp"
 #include "matching/surfaces_simd.hpp"
@@ -16,7 +16,7 @@ namespace stereogrid {
 
 // Only the CPU back end works in these.
 TextureSpace::TextureSpace(int /*width*/, int /*half_window*/) {}
-DecideSpace::DecideSpace(int /*width*/) {}
+ClassifySpace::ClassifySpace(int /*width*/) {}
 int correlate_border(Shifts upright, Shifts road) {
   return std::max(upright.count, road.count) + 128;
 }

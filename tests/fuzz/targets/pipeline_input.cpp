@@ -126,8 +126,8 @@ Rig choose_rig(Choices& choices) {
   rig.width_px = choose_size(choices, largest_width_px);
   rig.height_px = choose_size(choices, largest_height_px);
   rig.focal_px = mostly(choices, 20, 150);
-  rig.centre_u_px = choices.yes() ? rig.width_px / 2.0 : mostly(choices, -20, 120);
-  rig.centre_v_px = choices.yes() ? rig.height_px / 2.0 : mostly(choices, -20, 120);
+  rig.cx_px = choices.yes() ? rig.width_px / 2.0 : mostly(choices, -20, 120);
+  rig.cy_px = choices.yes() ? rig.height_px / 2.0 : mostly(choices, -20, 120);
   rig.baseline_m = mostly(choices, 0.05, 2);
   rig.camera_height_m = mostly(choices, 0.2, 3);
   if (choices.yes()) rig.camera_pitch_rad = mostly(choices, -0.8, 0.8);

@@ -12,8 +12,8 @@ extern "C" __attribute__((visibility("default"))) int plugin_works() {
   rig.width_px = 200;
   rig.height_px = 120;
   rig.focal_px = 160;
-  rig.centre_u_px = 100;
-  rig.centre_v_px = 60;
+  rig.cx_px = 100;
+  rig.cy_px = 60;
   rig.baseline_m = 0.5;
   const stereogrid::Pipeline pipeline{config, rig, {.threads = 1}};
   try {

@@ -12,8 +12,7 @@ using namespace stereogrid;
 
 int main() {
   io::Calibration calibration;
-  calibration.rig = {
-      .width_px = 32, .height_px = 16, .focal_px = 30, .centre_u_px = 16, .centre_v_px = 8, .baseline_m = 1};
+  calibration.rig = {.width_px = 32, .height_px = 16, .focal_px = 30, .cx_px = 16, .cy_px = 8, .baseline_m = 1};
   try {
     static_cast<void>(capture::open_gstreamer("nosuchelement", calibration));
     return 1;

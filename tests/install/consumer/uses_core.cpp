@@ -24,8 +24,8 @@ stereogrid::Rig small_rig() {
   rig.width_px = 200;
   rig.height_px = 120;
   rig.focal_px = 160;
-  rig.centre_u_px = 100;
-  rig.centre_v_px = 60;
+  rig.cx_px = 100;
+  rig.cy_px = 60;
   rig.baseline_m = 0.5;  // f·b/d = 8 m
   return rig;
 }

@@ -13,8 +13,8 @@ int main() {
   rig.width_px = 200;
   rig.height_px = 120;
   rig.focal_px = 160;
-  rig.centre_u_px = 100;
-  rig.centre_v_px = 60;
+  rig.cx_px = 100;
+  rig.cy_px = 60;
   rig.baseline_m = 0.5;
   try {
     const stereogrid::Pipeline pipeline{stereogrid::preset("default"), rig, {.back_end = stereogrid::BackEnd::cuda}};

@@ -107,8 +107,8 @@ std::size_t count_different(const Image<std::uint8_t>& a, const Image<std::uint8
 void expect_same_maps(const Calibration& a, const Calibration& b, const std::string& form) {
   ASSERT_TRUE(a.raw && b.raw) << form;
   EXPECT_NEAR(a.rig.focal_px, b.rig.focal_px, 1e-6) << form;
-  EXPECT_NEAR(a.rig.centre_u_px, b.rig.centre_u_px, 1e-6) << form;
-  EXPECT_NEAR(a.rig.centre_v_px, b.rig.centre_v_px, 1e-6) << form;
+  EXPECT_NEAR(a.rig.cx_px, b.rig.cx_px, 1e-6) << form;
+  EXPECT_NEAR(a.rig.cy_px, b.rig.cy_px, 1e-6) << form;
   EXPECT_NEAR(a.rig.baseline_m, b.rig.baseline_m, 1e-9) << form;
   const StereoFrame frame{textured_pair(a.rig.width_px, a.rig.height_px, 7)};
   const Rectifier first{*a.raw, a.rig.width_px, a.rig.height_px};

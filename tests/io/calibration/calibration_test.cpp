@@ -128,7 +128,7 @@ TEST_F(CalibrationFile, MountingMayBeUnknown) {
 }
 
 TEST_F(CalibrationFile, ComplainsOfMissingKeys) {
-  expect_refused("c.yaml", "focal_px: 410\n", {"no 'centre_u_px'", "docs/input.md"});
+  expect_refused("c.yaml", "focal_px: 410\n", {"no 'cx_px'", "docs/input.md"});
   expect_refused("c.yaml", rectified("0.2", "", "{camera_pitch_rad: 0}"), {"no 'mount.camera_height_m'"});
   expect_refused("calib.txt", "P0: 700 0 600 0 0 700 180 0 0 0 1 0\n", {"'P1:"});
   expect_refused("calib.txt", "P0: 700 0 600 0\nP1: 1 2 3\n", {"not 12"});

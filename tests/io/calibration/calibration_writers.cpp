@@ -27,7 +27,7 @@ std::string list_of(const std::vector<double>& numbers) {
 }
 
 cv::Matx33d matrix_of(const CameraModel& c) {
-  return {c.focal_u_px, 0, c.centre_u_px, 0, c.focal_v_px, c.centre_v_px, 0, 0, 1};
+  return {c.focal_u_px, 0, c.cx_px, 0, c.focal_v_px, c.cy_px, 0, 0, 1};
 }
 
 /// Turns and projections of both cameras.
@@ -76,7 +76,7 @@ std::string ros_file(const CameraModel& camera, const CameraPair& pair, const cv
 }
 
 std::string kalibr_camera(const CameraModel& camera, const CameraPair& pair) {
-  const std::vector<double> k{camera.focal_u_px, camera.focal_v_px, camera.centre_u_px, camera.centre_v_px};
+  const std::vector<double> k{camera.focal_u_px, camera.focal_v_px, camera.cx_px, camera.cy_px};
   const char* const model{camera.lens == LensModel::fisheye ? "equidistant"
                           : camera.distortion.empty()       ? "none"
                                                             : "radtan"};
@@ -88,7 +88,7 @@ std::string kalibr_camera(const CameraModel& camera, const CameraPair& pair) {
 
 std::string own_camera(const CameraModel& camera) {
   return "{focal_u_px: " + text_of(camera.focal_u_px) + ", focal_v_px: " + text_of(camera.focal_v_px) +
-         ", centre_u_px: " + text_of(camera.centre_u_px) + ", centre_v_px: " + text_of(camera.centre_v_px) +
+         ", cx_px: " + text_of(camera.cx_px) + ", cy_px: " + text_of(camera.cy_px) +
          ", distortion: " + list_of(camera.distortion) +
          (camera.lens == LensModel::fisheye ? ", lens: fisheye}\n" : "}\n");
 }
@@ -144,7 +144,7 @@ void put_files(const fs::path& folder, const Files& files) {
 }
 
 CameraPair rectified_pair(const Rig& rig) {
-  const CameraModel camera{rig.focal_px, rig.focal_px, rig.centre_u_px, rig.centre_v_px, {}};
+  const CameraModel camera{rig.focal_px, rig.focal_px, rig.cx_px, rig.cy_px, {}};
   CameraPair pair{{camera, camera}, rig.width_px, rig.height_px};
   pair.cameras.right_from_left_translation_m = {-rig.baseline_m, 0, 0};
   return pair;

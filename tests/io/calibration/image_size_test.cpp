@@ -73,8 +73,8 @@ TEST_F(ImageSize, OfAnExactRatioIsScaled) {
                                        {0.9, {231, 144}}}) {  // 230.4, rounded up
     const Calibration scaled{read("c.yaml", own_form(127.5, 79.5, "{width_px: 256, height_px: 160}"), images)};
     EXPECT_NEAR(scaled.rig.focal_px, 150 * factor, 0.5) << factor;
-    EXPECT_NEAR(scaled.rig.centre_u_px, (images.width_px - 1) / 2.0, 1e-9) << factor;
-    EXPECT_NEAR(scaled.rig.centre_v_px, (images.height_px - 1) / 2.0, 1e-9) << factor;
+    EXPECT_NEAR(scaled.rig.cx_px, (images.width_px - 1) / 2.0, 1e-9) << factor;
+    EXPECT_NEAR(scaled.rig.cy_px, (images.height_px - 1) / 2.0, 1e-9) << factor;
     EXPECT_EQ(scaled.rig.width_px, images.width_px);
     EXPECT_EQ(scaled.rig.height_px, images.height_px);
     EXPECT_EQ(scaled.rig.baseline_m, 0.25);
@@ -93,8 +93,8 @@ TEST_F(ImageSize, OfARawPairIsScaledBeforeRectification) {
   for (CameraModel* camera : {&half.cameras.left, &half.cameras.right}) {
     camera->focal_u_px /= 2;
     camera->focal_v_px /= 2;
-    camera->centre_u_px = (camera->centre_u_px + 0.5) / 2 - 0.5;
-    camera->centre_v_px = (camera->centre_v_px + 0.5) / 2 - 0.5;
+    camera->cx_px = (camera->cx_px + 0.5) / 2 - 0.5;
+    camera->cy_px = (camera->cy_px + 0.5) / 2 - 0.5;
   }
   for (const auto& form : {&ros_files, &kalibr_files, &own_files}) {
     put_files(folder_ / "half", form(half));
@@ -103,9 +103,9 @@ TEST_F(ImageSize, OfARawPairIsScaledBeforeRectification) {
     const Calibration expected{read_calibration(folder_ / "half" / name, 160, 120)};
     const Calibration scaled{read_calibration(folder_ / "whole" / name, 160, 120)};
     ASSERT_TRUE(scaled.raw) << name;
-    EXPECT_NEAR(scaled.raw->right.centre_u_px, half.cameras.right.centre_u_px, 1e-9);
+    EXPECT_NEAR(scaled.raw->right.cx_px, half.cameras.right.cx_px, 1e-9);
     EXPECT_NEAR(scaled.rig.focal_px, expected.rig.focal_px, 1e-6) << name;
-    EXPECT_NEAR(scaled.rig.centre_v_px, expected.rig.centre_v_px, 1e-6) << name;
+    EXPECT_NEAR(scaled.rig.cy_px, expected.rig.cy_px, 1e-6) << name;
     EXPECT_EQ(scaled.rig.width_px, 160);
   }
 }
@@ -176,7 +176,7 @@ TEST_F(ImageSize, OfCroppedImagesIsComplainedOf) {
 TEST_F(ImageSize, ThatIsStatedCounts) {
   const std::string size{"{width_px: 144, height_px: 100}"};
   const Calibration cropped{read("c.yaml", own_form(127.5, 79.5, size), {144, 100})};
-  EXPECT_EQ(cropped.rig.centre_u_px, 127.5);
+  EXPECT_EQ(cropped.rig.cx_px, 127.5);
   EXPECT_THAT(cropped.warnings, ElementsAre(HasSubstr("Check that")));
   EXPECT_THAT(read("c.yaml", own_form(97.5, 59.5, "{width_px: 210, height_px: 130}"), {210, 130}).warnings, IsEmpty());
   for_each_form([&](const std::string& name, const std::string& text) {
@@ -189,7 +189,7 @@ TEST_F(ImageSize, ThatIsStatedCounts) {
     const Calibration whole{named("{width_px: 256, height_px: 160}", {256, 160})};
     const Calibration half{named("{width_px: 256, height_px: 160}", {128, 80})};
     EXPECT_NEAR(half.rig.focal_px, whole.rig.focal_px / 2, 1e-3 * whole.rig.focal_px) << name;
-    EXPECT_NEAR(half.rig.centre_u_px, 63.5, 0.1) << name;
+    EXPECT_NEAR(half.rig.cx_px, 63.5, 0.1) << name;
     EXPECT_THAT(half.warnings, IsEmpty());
   });
 }

@@ -28,8 +28,8 @@ class OtherFormats : public ::testing::Test {
     EXPECT_EQ(calibration.rig.width_px, 256) << format;
     EXPECT_EQ(calibration.rig.height_px, 160) << format;
     EXPECT_DOUBLE_EQ(calibration.rig.focal_px, 150) << format;
-    EXPECT_DOUBLE_EQ(calibration.rig.centre_u_px, 127.5) << format;
-    EXPECT_DOUBLE_EQ(calibration.rig.centre_v_px, 79.5) << format;
+    EXPECT_DOUBLE_EQ(calibration.rig.cx_px, 127.5) << format;
+    EXPECT_DOUBLE_EQ(calibration.rig.cy_px, 79.5) << format;
     EXPECT_NEAR(calibration.rig.baseline_m, 0.25, 1e-12) << format;
   }
 
@@ -85,7 +85,7 @@ TEST_F(OtherFormats, LibrealsenseHasItsRotationByColumns) {
                                              R"(, "translation": [-0.25, 0, 0]}})")};
   ASSERT_TRUE(found.raw);
   EXPECT_DOUBLE_EQ(found.raw->right_from_left_rotation[3], 0.02);
-  EXPECT_DOUBLE_EQ(found.raw->left.centre_u_px, 127.5);
+  EXPECT_DOUBLE_EQ(found.raw->left.cx_px, 127.5);
 }
 
 TEST_F(OtherFormats, OpenCvRectificationAlone) {
@@ -97,7 +97,7 @@ TEST_F(OtherFormats, OpenCvRectificationAlone) {
   const Calibration shifted{
       read("a.json", R"({"Q": [[1, 0, 0, -127.5], [0, 1, 0, -79.5], [0, 0, 0, 150], [0, 0, 4, 48]]})")};
   ASSERT_TRUE(shifted.raw);
-  EXPECT_DOUBLE_EQ(shifted.raw->right.centre_u_px, 139.5);
+  EXPECT_DOUBLE_EQ(shifted.raw->right.cx_px, 139.5);
   refused("a.json", R"({"P1": [[150, 0, 127.5, 0], [0, 150, 79.5, 0], [0, 0, 1, 0]],
     "P2": [[150, 0, 127.5, -37.5], [0, 150, 70, 0], [0, 0, 1, 0]]})",
           {"P2", "cy"});
@@ -105,9 +105,9 @@ TEST_F(OtherFormats, OpenCvRectificationAlone) {
 
 TEST_F(OtherFormats, RightCentreInCalibrationYaml) {
   const std::string own{"focal_px: 150\ncentre_u_px: 127.5\ncentre_v_px: 79.5\nbaseline_m: 0.25\n"};
-  const Calibration found{read("c.yaml", own + "centre_u_right_px: 130.5\n")};
+  const Calibration found{read("c.yaml", own + "cx_right_px: 130.5\n")};
   ASSERT_TRUE(found.raw);
-  EXPECT_DOUBLE_EQ(found.raw->right.centre_u_px, 130.5);
+  EXPECT_DOUBLE_EQ(found.raw->right.cx_px, 130.5);
   put(folder_ / "p.json", R"({"fx": 150, "fy": 150, "cx": 127.5, "cy": 79.5, "baseline": 0.25})");
   EXPECT_TRUE(read("d.yaml", "from: p.json\ncentre_u_right_px: 130.5\n").raw);
 }
@@ -117,7 +117,7 @@ TEST_F(OtherFormats, OneCameraIsEnoughForDepth) {
     put(folder_ / name, text);
     const Calibration found{read_depth_calibration(folder_ / name, 256, 160)};
     EXPECT_DOUBLE_EQ(found.rig.focal_px, 150) << name;
-    EXPECT_DOUBLE_EQ(found.rig.centre_u_px, 127.5) << name;
+    EXPECT_DOUBLE_EQ(found.rig.cx_px, 127.5) << name;
     EXPECT_DOUBLE_EQ(found.rig.baseline_m, virtual_baseline_m(150, 256)) << name;
     expect_complaint([&] { static_cast<void>(read_calibration(folder_ / name, 256, 160)); }, {name});
   }};
@@ -233,7 +233,7 @@ TEST_F(OtherFormats, ZedTakesTheSectionsOfTheImages) {
   put(folder_ / "SN1.conf", text);
   const Rig vga{read_calibration(folder_ / "SN1.conf", 672, 376).rig};
   EXPECT_DOUBLE_EQ(vga.focal_px, 349.6);
-  EXPECT_DOUBLE_EQ(vga.centre_u_px, 338.4);
+  EXPECT_DOUBLE_EQ(vga.cx_px, 338.4);
   EXPECT_NEAR(vga.baseline_m, 0.12, 1e-12);
   EXPECT_DOUBLE_EQ(read_calibration(folder_ / "SN1.conf", 1280, 720).rig.focal_px, 699.2);
   EXPECT_DOUBLE_EQ(read_calibration(folder_ / "SN1.conf", 640, 360).rig.focal_px, 349.6) << "half of 1280×720";
@@ -249,10 +249,10 @@ TEST_F(OtherFormats, MiddleburyHasAnOffset) {
            "baseline=250\nwidth=256\nheight=160\nndisp=64\n")};
   EXPECT_EQ(calibration.kind, "Middlebury calib.txt");
   EXPECT_DOUBLE_EQ(calibration.rig.focal_px, 150);
-  EXPECT_DOUBLE_EQ(calibration.rig.centre_u_px, 127.5);
+  EXPECT_DOUBLE_EQ(calibration.rig.cx_px, 127.5);
   EXPECT_NEAR(calibration.rig.baseline_m, 0.25, 1e-12);
   ASSERT_TRUE(calibration.raw);
-  EXPECT_DOUBLE_EQ(calibration.raw->right.centre_u_px, 136.5);
+  EXPECT_DOUBLE_EQ(calibration.raw->right.cx_px, 136.5);
   refused("calib.txt", "cam0=[150 0 127.5; 0 150 79.5; 0 0 1]\nbaseline=x\n", {"calib.txt", "'baseline'"});
 }
 
@@ -287,9 +287,9 @@ TEST_F(OtherFormats, KittiWithAnotherCentreOfTheRightCamera) {
                                      "P1: 150 0 139.5 -37.5 0 150 79.5 0 0 0 1 0\n")};
   ASSERT_TRUE(calibration.raw);
   EXPECT_DOUBLE_EQ(calibration.rig.focal_px, 150);
-  EXPECT_DOUBLE_EQ(calibration.rig.centre_u_px, 127.5);
+  EXPECT_DOUBLE_EQ(calibration.rig.cx_px, 127.5);
   EXPECT_DOUBLE_EQ(calibration.rig.baseline_m, 0.25);
-  EXPECT_DOUBLE_EQ(calibration.raw->right.centre_u_px, 139.5);
+  EXPECT_DOUBLE_EQ(calibration.raw->right.cx_px, 139.5);
 }
 
 }  // namespace

@@ -20,9 +20,9 @@ constexpr int height_px{479};
 
 constexpr const char* raw_yaml{
     "image: {width_px: 641, height_px: 479}\n"
-    "left: {focal_u_px: 500, focal_v_px: 502, centre_u_px: 322, centre_v_px: 236, distortion: [-0.2, 0.05, 0.001, "
+    "left: {focal_u_px: 500, focal_v_px: 502, cx_px: 322, cy_px: 236, distortion: [-0.2, 0.05, 0.001, "
     "-0.0005, 0.01]}\n"
-    "right: {focal_u_px: 507, focal_v_px: 505, centre_u_px: 315, centre_v_px: 241, distortion: [-0.18, 0.04, 0, "
+    "right: {focal_u_px: 507, focal_v_px: 505, cx_px: 315, cy_px: 241, distortion: [-0.18, 0.04, 0, "
     "0.0008]}\n"
     "right_from_left: {rotation: [0.01, -0.02, 0.015], translation_m: [-0.2998, 0.006, -0.009]}\n"
     "mount: {camera_height_m: 1.4, camera_pitch_rad: 0.02}\n"};
@@ -31,7 +31,7 @@ constexpr const char* raw_yaml{
 /// is checked against the forward model.
 Image<std::uint8_t> dots(const std::vector<cv::Point3d>& points, const CameraModel& camera, const cv::Vec3d& turn,
                          const cv::Vec3d& shift) {
-  const cv::Matx33d k{camera.focal_u_px, 0, camera.centre_u_px, 0, camera.focal_v_px, camera.centre_v_px, 0, 0, 1};
+  const cv::Matx33d k{camera.focal_u_px, 0, camera.cx_px, 0, camera.focal_v_px, camera.cy_px, 0, 0, 1};
   std::vector<cv::Point2d> centres;
   if (camera.lens == LensModel::fisheye) {
     cv::fisheye::projectPoints(points, centres, turn, shift, k, camera.distortion);
@@ -68,9 +68,8 @@ cv::Point2d centroid(const Image<std::uint8_t>& image, cv::Point2d near) {
 
 /// The turn that takes points of the raw left camera to the rectified one.
 cv::Matx33d rectified_from_left(const RawPair& raw) {
-  const auto matrix{[](const CameraModel& c) {
-    return cv::Matx33d{c.focal_u_px, 0, c.centre_u_px, 0, c.focal_v_px, c.centre_v_px, 0, 0, 1};
-  }};
+  const auto matrix{
+      [](const CameraModel& c) { return cv::Matx33d{c.focal_u_px, 0, c.cx_px, 0, c.focal_v_px, c.cy_px, 0, 0, 1}; }};
   cv::Mat left, right, p, q, depth;
   const cv::Matx33d turn{raw.right_from_left_rotation.data()};
   const cv::Vec3d shift{raw.right_from_left_translation_m.data()};
@@ -109,8 +108,7 @@ void expect_rectified(const RawPair& raw, const std::vector<cv::Point3d>& points
   for (const auto& raw_point : points) {
     const cv::Point3d point{turn * raw_point};
     const double disparity{rig.focal_px * rig.baseline_m / point.z};
-    const cv::Point2d guess{rig.centre_u_px + rig.focal_px * point.x / point.z,
-                            rig.centre_v_px + rig.focal_px * point.y / point.z};
+    const cv::Point2d guess{rig.cx_px + rig.focal_px * point.x / point.z, rig.cy_px + rig.focal_px * point.y / point.z};
     const auto l{centroid(left, guess)};
     const auto r{centroid(right, {l.x - disparity, l.y})};
     if (std::isnan(l.x) || std::isnan(r.x) || l.x < 25 || r.x < 25 || l.x > width_px - 25) continue;
@@ -211,7 +209,7 @@ TEST_F(RawPairOnDisk, MatrixAndRodriguesFormsAgree) {
   }
   text.replace(text.find("[0.01, -0.02, 0.015]"), 20, matrix + "]");
   put(folder_ / "b.yaml", text);
-  EXPECT_NEAR(read_calibration(folder_ / "b.yaml").rig.centre_u_px, calibration_.rig.centre_u_px, 0.02);
+  EXPECT_NEAR(read_calibration(folder_ / "b.yaml").rig.cx_px, calibration_.rig.cx_px, 0.02);
 }
 
 TEST_F(RawPairOnDisk, Complaints) {
@@ -250,7 +248,7 @@ TEST(RectifierOfRowAlignedPairs, TheRightImageIsShiftedByWholePixels) {
   const StereoFrame frame{textured_pair(64, 40, 3)};
   const Rectifier rectifier{raw, 64, 40};
   EXPECT_EQ(rectifier.rig().focal_px, 100);
-  EXPECT_EQ(rectifier.rig().centre_u_px, 31);
+  EXPECT_EQ(rectifier.rig().cx_px, 31);
   EXPECT_EQ(rectifier.left(frame.left), frame.left);
   const Image<std::uint8_t> right{rectifier.right(frame.right)};
   for (int u{0}; u + 5 < 64; ++u) EXPECT_EQ(right.row(7)[u], frame.right.row(7)[u + 5]) << u;

@@ -30,7 +30,7 @@ TEST(Swapped, AShiftedRightImageIsNone) {
   set_below(frame.left, near.left);
   set_below(frame.right, near.right);
   Rig rig;
-  rig.centre_u_px = 320;
+  rig.cx_px = 320;
   EXPECT_FALSE(complaint_if_shifted(frame, rig));
   for (int v{0}; v < 240; ++v) {
     auto* const row{frame.right.row(v)};
@@ -39,7 +39,7 @@ TEST(Swapped, AShiftedRightImageIsNone) {
   const auto shift_px{negative_disparity_px(frame)};
   ASSERT_TRUE(shift_px);
   EXPECT_NEAR(*shift_px, -10, 0.5);
-  EXPECT_THAT(*complaint_if_shifted(frame, rig), ::testing::HasSubstr("'centre_u_right_px: 330"));
+  EXPECT_THAT(*complaint_if_shifted(frame, rig), ::testing::HasSubstr("'cx_right_px: 330"));
   EXPECT_FALSE(complaint_if_swapped(frame));
 }
 

@@ -20,8 +20,8 @@ enum class LensModel { perspective, fisheye };
 struct CameraModel {
   double focal_u_px{0};
   double focal_v_px{0};
-  double centre_u_px{0};
-  double centre_v_px{0};
+  double cx_px{0};
+  double cy_px{0};
   std::vector<double> distortion;  ///< k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [τx τy]]]], fisheye: k1 k2 k3 k4; empty:
                                    ///< all 0
   LensModel lens{LensModel::perspective};

@@ -41,8 +41,8 @@ void take_projections(Calibration& calibration, const std::string& file, const s
   }
   Rig rig;
   rig.focal_px = left[0];
-  rig.centre_u_px = left[2];
-  rig.centre_v_px = left[6];
+  rig.cx_px = left[2];
+  rig.cy_px = left[6];
   rig.baseline_m = left[0] > 0 ? (left[3] - right[3]) / left[0] : 0;
   take_row_aligned(calibration, rig, right[2]);
 }
@@ -154,8 +154,8 @@ void write_calibration_yaml(const std::filesystem::path& path, const Rig& rig) {
                   "image: {{width_px: {}, height_px: {}}}\n"
                   "focal_px: {}\ncentre_u_px: {}\ncentre_v_px: {}\nbaseline_m: {}\n"
                   "mount: {{camera_height_m: {}, camera_pitch_rad: {}, camera_roll_rad: {}}}\n",
-                  rig.width_px, rig.height_px, rig.focal_px, rig.centre_u_px, rig.centre_v_px, rig.baseline_m,
-                  rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad)};
+                  rig.width_px, rig.height_px, rig.focal_px, rig.cx_px, rig.cy_px, rig.baseline_m, rig.camera_height_m,
+                  rig.camera_pitch_rad, rig.camera_roll_rad)};
   write_file(path, text);
 }
 

@@ -9,13 +9,9 @@ namespace stereogrid::io {
 namespace {
 
 CameraModel read_camera(const YamlGroup& root, const char* name) {
-  const YamlGroup group{
-      root.group(name, {"focal_u_px", "focal_v_px", "centre_u_px", "centre_v_px", "distortion", "lens"})};
-  CameraModel camera{group.number("focal_u_px"),
-                     group.number("focal_v_px"),
-                     group.number("centre_u_px"),
-                     group.number("centre_v_px"),
-                     {}};
+  const YamlGroup group{root.group(name, {"focal_u_px", "focal_v_px", "cx_px", "cy_px", "distortion", "lens"})};
+  CameraModel camera{
+      group.number("focal_u_px"), group.number("focal_v_px"), group.number("cx_px"), group.number("cy_px"), {}};
   if (group.has("distortion")) camera.distortion = group.numbers("distortion");
   if (group.has("lens")) {
     const std::string lens{group.word("lens")};
@@ -47,18 +43,18 @@ void read_size(const YamlGroup& root, Rig& rig) {
 
 /// Principal point of the right camera where it differs from the left one's.
 void take_right_centre(Calibration& calibration, const YamlGroup& root) {
-  if (!root.has("centre_u_right_px")) return;
+  if (!root.has("cx_right_px")) return;
   if (calibration.raw) {
-    root.fail("has 'centre_u_right_px', but the calibration is of raw images, which are rectified on loading.",
+    root.fail("has 'cx_right_px', but the calibration is of raw images, which are rectified on loading.",
               "Leave it out, or name the calibration of the rectified images.");
   }
   const Rig rig{calibration.rig};
-  take_row_aligned(calibration, rig, root.number("centre_u_right_px"));
+  take_row_aligned(calibration, rig, root.number("cx_right_px"));
 }
 
 /// A calibration that names another tool's file, and says what such a file cannot say.
 Calibration read_named(const YamlGroup& root, const std::filesystem::path& path, CalibrationRequest request) {
-  root.need_only({"from", "image", "images", "baseline_m", "centre_u_right_px", "mount", "mask"});
+  root.need_only({"from", "image", "images", "baseline_m", "cx_right_px", "mount", "mask"});
   request.is_named = true;
   Rig stated;
   read_size(root, stated);
@@ -91,8 +87,8 @@ Calibration read_named(const YamlGroup& root, const std::filesystem::path& path,
 }
 
 Calibration read_whole(const YamlGroup& root, const CalibrationRequest& request) {
-  root.need_only({"image", "mount", "focal_px", "centre_u_px", "centre_v_px", "centre_u_right_px", "baseline_m", "left",
-                  "right", "right_from_left", "mask"});
+  root.need_only({"image", "mount", "focal_px", "cx_px", "cy_px", "cx_right_px", "baseline_m", "left", "right",
+                  "right_from_left", "mask"});
   Calibration calibration;
   calibration.kind = "calibration.yaml";
   read_size(root, calibration.rig);
@@ -103,11 +99,11 @@ Calibration read_whole(const YamlGroup& root, const CalibrationRequest& request)
     return calibration;
   }
   calibration.rig.focal_px = root.number("focal_px");
-  calibration.rig.centre_u_px = root.number("centre_u_px");
-  calibration.rig.centre_v_px = root.number("centre_v_px");
+  calibration.rig.cx_px = root.number("cx_px");
+  calibration.rig.cy_px = root.number("cy_px");
   if (request.has_depth && !root.has("baseline_m")) {
     const Rig& rig{calibration.rig};
-    take_single(calibration, {rig.focal_px, rig.focal_px, rig.centre_u_px, rig.centre_v_px, {}}, root, request);
+    take_single(calibration, {rig.focal_px, rig.focal_px, rig.cx_px, rig.cy_px, {}}, root, request);
     return calibration;
   }
   calibration.rig.baseline_m = root.number("baseline_m");

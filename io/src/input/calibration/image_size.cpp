@@ -142,15 +142,15 @@ void scale(double& centre_px, double factor) {
 void scale(Calibration& calibration, double along_u, double along_v) {
   if (!calibration.raw) {
     calibration.rig.focal_px *= along_u;
-    scale(calibration.rig.centre_u_px, along_u);
-    scale(calibration.rig.centre_v_px, along_v);
+    scale(calibration.rig.cx_px, along_u);
+    scale(calibration.rig.cy_px, along_v);
     return;
   }
   for (CameraModel* camera : {&calibration.raw->left, &calibration.raw->right}) {
     camera->focal_u_px *= along_u;
     camera->focal_v_px *= along_v;
-    scale(camera->centre_u_px, along_u);
-    scale(camera->centre_v_px, along_v);
+    scale(camera->cx_px, along_u);
+    scale(camera->cy_px, along_v);
   }
 }
 
@@ -185,17 +185,16 @@ void fit_size(Calibration& calibration, const Origin& origin, const CalibrationR
   const bool is_stated{has_size || request.has_stated_size};
   if (calibration.raw) {
     const auto check = [&](const CameraModel& camera, const char* name) {
-      check_centre(calibration, place_of(camera.centre_u_px, camera.centre_v_px, rig), name, origin, is_stated);
+      check_centre(calibration, place_of(camera.cx_px, camera.cy_px, rig), name, origin, is_stated);
     };
     const CameraModel& left{calibration.raw->left};
     const CameraModel& right{calibration.raw->right};
     const bool is_left_enough{is_row_aligned(*calibration.raw)};  // cx of the right one includes the disparity offset
-    const bool are_equal{is_left_enough ||
-                         (left.centre_u_px == right.centre_u_px && left.centre_v_px == right.centre_v_px)};
+    const bool are_equal{is_left_enough || (left.cx_px == right.cx_px && left.cy_px == right.cy_px)};
     check(left, are_equal ? "" : "left camera's ");
     if (!are_equal) check(right, "right camera's ");
   } else {
-    check_centre(calibration, place_of(rig.centre_u_px, rig.centre_v_px, rig), "", origin, is_stated);
+    check_centre(calibration, place_of(rig.cx_px, rig.cy_px, rig), "", origin, is_stated);
   }
 }
 

@@ -32,7 +32,7 @@ void check_distortion(const CameraModel& camera, const Origin& origin) {
 /// Cameras that see what a rectified pair sees: turning and bending them would change nothing.
 bool is_rectified(const RawPair& raw) {
   constexpr double alike_px{0.01};
-  return is_row_aligned(raw) && std::abs(raw.left.centre_u_px - raw.right.centre_u_px) <= alike_px;
+  return is_row_aligned(raw) && std::abs(raw.left.cx_px - raw.right.cx_px) <= alike_px;
 }
 
 }  // namespace
@@ -75,21 +75,21 @@ void set_transform(RawPair& raw, const cv::Matx33d& rotation, const cv::Vec3d& t
   std::copy_n(translation_m.val, 3, raw.right_from_left_translation_m.begin());
 }
 
-void take_row_aligned(Calibration& calibration, const Rig& optics, double right_centre_u_px) {
+void take_row_aligned(Calibration& calibration, const Rig& optics, double right_cx_px) {
   constexpr double alike_px{0.01};
   Rig& rig{calibration.rig};
   rig.focal_px = optics.focal_px;
-  rig.centre_u_px = optics.centre_u_px;
-  rig.centre_v_px = optics.centre_v_px;
+  rig.cx_px = optics.cx_px;
+  rig.cy_px = optics.cy_px;
   rig.baseline_m = optics.baseline_m;
-  if (std::abs(right_centre_u_px - rig.centre_u_px) <= alike_px) return;
+  if (std::abs(right_cx_px - rig.cx_px) <= alike_px) return;
   RawPair& raw{calibration.raw.emplace()};
-  raw.left = {rig.focal_px, rig.focal_px, rig.centre_u_px, rig.centre_v_px, {}};
-  raw.right = {rig.focal_px, rig.focal_px, right_centre_u_px, rig.centre_v_px, {}};
+  raw.left = {rig.focal_px, rig.focal_px, rig.cx_px, rig.cy_px, {}};
+  raw.right = {rig.focal_px, rig.focal_px, right_cx_px, rig.cy_px, {}};
   raw.right_from_left_translation_m = {-rig.baseline_m, 0, 0};
   calibration.notes.push_back(fmt::format(
       "centres: cx is {:.6g} px in the left image and {:.6g} px in the right one: the right image is shifted",
-      rig.centre_u_px, right_centre_u_px));
+      rig.cx_px, right_cx_px));
 }
 
 void take_unit(Calibration& calibration, const Origin& origin, const CalibrationRequest& request) {
@@ -122,8 +122,8 @@ void take_rig_of_raw(Calibration& calibration, const Origin& origin, const Calib
   fit_size(calibration, origin, request);
   if (is_rectified(raw)) {
     rig.focal_px = raw.left.focal_u_px;
-    rig.centre_u_px = raw.left.centre_u_px;
-    rig.centre_v_px = raw.left.centre_v_px;
+    rig.cx_px = raw.left.cx_px;
+    rig.cy_px = raw.left.cy_px;
     rig.baseline_m = -raw.right_from_left_translation_m[0];
     calibration.raw.reset();
     return;
@@ -132,8 +132,8 @@ void take_rig_of_raw(Calibration& calibration, const Origin& origin, const Calib
   try {
     const Rig rectified{rectify(raw, rig.width_px, rig.height_px).rig};
     rig.focal_px = rectified.focal_px;
-    rig.centre_u_px = rectified.centre_u_px;
-    rig.centre_v_px = rectified.centre_v_px;
+    rig.cx_px = rectified.cx_px;
+    rig.cy_px = rectified.cy_px;
     rig.baseline_m = rectified.baseline_m;
   } catch (const InputError& error) {
     origin.fail(error.what());

@@ -25,7 +25,7 @@ void check_camera(const CameraModel& camera, const Origin& origin);
 void set_transform(RawPair& raw, const cv::Matx33d& rotation, const cv::Vec3d& translation_m);
 
 /// A pair with the optics of a rectified one, but another cx of the right camera: `raw` where it differs.
-void take_row_aligned(Calibration& calibration, const Rig& optics, double right_centre_u_px);
+void take_row_aligned(Calibration& calibration, const Rig& optics, double right_cx_px);
 
 /// Sets the baseline of another tool's file to the measured one, if given; else throws InputError if the file has
 /// another unit than metres.

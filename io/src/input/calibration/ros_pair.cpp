@@ -133,8 +133,8 @@ void take_rectified(Calibration& calibration, const RosSide& left, const RosSide
   }
   Rig rig;
   rig.focal_px = p[0];
-  rig.centre_u_px = p[2];
-  rig.centre_v_px = p[6];
+  rig.cx_px = p[2];
+  rig.cy_px = p[6];
   rig.baseline_m = -shift_m;
   take_row_aligned(calibration, rig, q[2]);
 }

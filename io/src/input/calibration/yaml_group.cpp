@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "files/yaml_complaint.hpp"
@@ -55,10 +56,22 @@ void add_flat(YAML::Node& to, const YAML::Node& from, const std::string& path, i
   }
 }
 
+/// Keys that had other names.
+void take_former_names(YAML::Node& node) {
+  constexpr std::array<std::array<const char*, 2>, 3> names{
+      {{"centre_u_px", "cx_px"}, {"centre_v_px", "cy_px"}, {"centre_u_right_px", "cx_right_px"}}};
+  for (const auto& [former, now] : names) {
+    if (!node[former].IsDefined() || node[now].IsDefined()) continue;
+    node.force_insert(now, node[former]);
+    node.remove(former);
+  }
+}
+
 }  // namespace
 
 YamlGroup::YamlGroup(std::string file, std::string name, YAML::Node node, Keys known)
     : Origin{std::move(file), std::move(name)}, node_{std::move(node)} {
+  if (node_.IsMap()) take_former_names(node_);
   if (!node_.IsMap()) complain(part().empty() ? "is no YAML mapping." : "'" + part() + "' is no group of keys.");
   if (known.size() > 0) need_only(known);
 }

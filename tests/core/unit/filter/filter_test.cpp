@@ -196,7 +196,7 @@ TEST_P(FilterOfEachModel, ForgettingDoesNotDependOnTheFrameRate) {
   Cpu cpu{1};
   FilterConfig config{method_config(GetParam())};
   config.speeds_mps = {};
-  config.forgetting_s = 2;
+  config.decay_time_s = 2;
   const GridGeometry geometry{0, 0, cell_m, 5, 5};
   FilterRun coarse{cpu, config, geometry};
   FilterRun fine{cpu, config, geometry};
@@ -324,8 +324,8 @@ TEST(FilterForgetting, IsQuickerInTheCamerasView) {
     return view_of(step, cell.ix, cell.iy).forgetting;
   };
   const auto within = [](double time_s) { return (1 - std::exp(-0.1 / time_s)) / 2; };
-  const double in_view{within(config.forgetting_in_view_s)};
-  const double beside{within(config.forgetting_s)};
+  const double in_view{within(config.decay_time_in_view_s)};
+  const double beside{within(config.decay_time_s)};
   ASSERT_GT(in_view, beside);
   const CameraView ahead{{5, -3, 0}, 1, 0.5};  // 45° to the left, 27° to the right
   for (const Point2 at : {Point2{15, -3}, {15, 6}, {15, -7.5}})

@@ -24,7 +24,7 @@ constexpr Terms like_kitti{-0.25, 0.1, 0.05, 0.5, -0.15};
 
 RowOffsets offsets_of(const Terms& terms) {
   const Rig rig{small_kitti_rig()};
-  return {terms, rig.centre_u_px, rig.centre_v_px};
+  return {terms, rig.cx_px, rig.cy_px};
 }
 
 /// A wall above a road, the rows of the right image off by `terms`; and its true disparities.

@@ -41,8 +41,8 @@ class Camera {
   [[nodiscard]] Seen see(double right_m, double above_road_m, double forward_m) const {
     const Vector point{right_m, height_m_ - above_road_m, forward_m};
     const double depth{dot(forward_, point)};
-    return {rig_.centre_u_px + rig_.focal_px * dot(right_, point) / depth,
-            rig_.centre_v_px + rig_.focal_px * dot(down_, point) / depth, rig_.focal_px * rig_.baseline_m / depth};
+    return {rig_.cx_px + rig_.focal_px * dot(right_, point) / depth,
+            rig_.cy_px + rig_.focal_px * dot(down_, point) / depth, rig_.focal_px * rig_.baseline_m / depth};
   }
 
  private:
@@ -86,7 +86,7 @@ TEST(GroundModel, SignsOfPitchAndRoll) {
   EXPECT_NEAR(level.per_v, rig.baseline_m / 1.65, 1e-12);
   // looking down, the road fills the image's middle, so the horizon has moved up
   EXPECT_GT(road_plane(rig, {1.65, 0.05, 0, false}).at_centre, 0);
-  EXPECT_LT(horizon_row(rig, {1.65, 0.05, 0, false}), rig.centre_v_px);
+  EXPECT_LT(horizon_row(rig, {1.65, 0.05, 0, false}), rig.cy_px);
   // with its right side down the camera sees the road nearer on the right
   EXPECT_GT(road_plane(rig, {1.65, 0, 0.05, false}).per_u, 0);
 }
@@ -106,7 +106,7 @@ TEST(GroundModel, HorizonIsWhereTheRoadEnds) {
   const Rig rig{small_kitti_rig()};
   for (const double pitch_rad : {-0.04, 0.0, 0.05}) {
     const Ground ground{1.65, pitch_rad, 0, false};
-    EXPECT_NEAR(horizon_row(rig, ground), rig.centre_v_px - rig.focal_px * std::tan(pitch_rad), 1e-12);
+    EXPECT_NEAR(horizon_row(rig, ground), rig.cy_px - rig.focal_px * std::tan(pitch_rad), 1e-12);
     EXPECT_NEAR(Camera(rig, ground).see(0, 0, 1e9).v, horizon_row(rig, ground), 1e-5);
     EXPECT_NEAR(road_plane(rig, ground).disparity(10, horizon_row(rig, ground)), 0, 1e-12);
   }

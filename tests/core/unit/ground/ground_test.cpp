@@ -222,7 +222,7 @@ TEST(EstimateGround, APavementOnOneSideDoesNotTiltIt) {
   for (int v{0}; v < rig.height_px; ++v) {
     for (int u{0}; u < rig.width_px; ++u) {
       const double raised{seen.road(u, v) * truth.height_m / (truth.height_m - 0.12)};
-      const double right_m{(u - rig.centre_u_px) * rig.baseline_m / raised};
+      const double right_m{(u - rig.cx_px) * rig.baseline_m / raised};
       if (seen.road(u, v) > 0 && right_m > 1.7) seen.road(u, v) = static_cast<float>(raised);
     }
   }
@@ -232,8 +232,8 @@ TEST(EstimateGround, APavementOnOneSideDoesNotTiltIt) {
 
 // Level to the right of a crease 1.5 m left of the axis; from there it falls off by 6°, over 3.5 m.
 double cambered_road(const Rig& rig, double height_m, int u, int v) {
-  const double x{(u - rig.centre_u_px) / rig.focal_px};
-  const double y{(v - rig.centre_v_px) / rig.focal_px};
+  const double x{(u - rig.cx_px) / rig.focal_px};
+  const double y{(v - rig.cy_px) / rig.focal_px};
   double z{height_m / y};
   for (int step{0}; step < 30; ++step) {
     const double fallen_m{std::clamp(-1.5 - x * z, 0.0, 3.5) * std::tan(6 * degree)};
@@ -247,7 +247,7 @@ TEST(EstimateGround, OnACamberedRoadTheSamePlaneIsFoundFromEverywhere) {
   GroundSpace space{rig.width_px, rig.height_px};
   std::mt19937 generator{6};
   Image<float> road{rig.width_px, rig.height_px};
-  for (int v{static_cast<int>(rig.centre_v_px) + 12}; v < rig.height_px; ++v) {
+  for (int v{static_cast<int>(rig.cy_px) + 12}; v < rig.height_px; ++v) {
     for (int u{0}; u < rig.width_px; ++u)
       road(u, v) = static_cast<float>(cambered_road(rig, 1.65, u, v) + 0.1 * gaussian(generator));
   }

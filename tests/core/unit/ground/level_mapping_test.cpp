@@ -37,11 +37,11 @@ TEST(LevelMapping, TakesAPointToWhereALevelCameraHasIt) {
   const double down{c * 1 - s * 8};
   const double depth{s * 1 + c * 8};
   const LevelMapping mapping{rig};
-  const std::optional<ImagePoint> level{mapping.level_from_camera(
-      {rig.centre_u_px + rig.focal_px * 2 / depth, rig.centre_v_px + rig.focal_px * down / depth})};
+  const std::optional<ImagePoint> level{
+      mapping.level_from_camera({rig.cx_px + rig.focal_px * 2 / depth, rig.cy_px + rig.focal_px * down / depth})};
   ASSERT_TRUE(level);
-  EXPECT_NEAR(level->u, rig.centre_u_px + rig.focal_px * 2 / 8, 1e-9);
-  EXPECT_NEAR(level->v, mapping.level_rig().centre_v_px + rig.focal_px * 1 / 8, 1e-9);
+  EXPECT_NEAR(level->u, rig.cx_px + rig.focal_px * 2 / 8, 1e-9);
+  EXPECT_NEAR(level->v, mapping.level_rig().cy_px + rig.focal_px * 1 / 8, 1e-9);
 }
 
 TEST(LevelMapping, UpToOneDegreeNothingIsTurned) {
@@ -60,7 +60,7 @@ TEST(LevelMapping, WhatIsBehindTheOtherCameraHasNoPlace) {
   const LevelMapping mapping{pitched_rig(60)};
   EXPECT_FALSE(mapping.level_from_camera({80, 58 + 130 * 2}));
   EXPECT_TRUE(mapping.level_from_camera({80, 58}));
-  EXPECT_FALSE(mapping.camera_from_level({80, mapping.level_rig().centre_v_px - 130 * 2}));
+  EXPECT_FALSE(mapping.camera_from_level({80, mapping.level_rig().cy_px - 130 * 2}));
 }
 
 TEST(LevelMapping, TheLevelImageHasTheRowsThatTheCameraSees) {
@@ -69,14 +69,14 @@ TEST(LevelMapping, TheLevelImageHasTheRowsThatTheCameraSees) {
     const Rig rig{pitched_rig(pitch_deg)};
     const LevelMapping mapping{rig};
     const Rig& level{mapping.level_rig()};
-    const double top{mapping.level_from_camera({rig.centre_u_px, 0})->v};
-    const double bottom{mapping.level_from_camera({rig.centre_u_px, rig.height_px - 1.0})->v};
+    const double top{mapping.level_from_camera({rig.cx_px, 0})->v};
+    const double bottom{mapping.level_from_camera({rig.cx_px, rig.height_px - 1.0})->v};
     EXPECT_GE(top, 0);
     EXPECT_LT(top, 1);
     EXPECT_LE(bottom, level.height_px - 1);
     EXPECT_GT(bottom, level.height_px - 2);
     Rig same{level};
-    same.centre_v_px = rig.centre_v_px;
+    same.cy_px = rig.cy_px;
     same.height_px = rig.height_px;
     same.camera_pitch_rad = rig.camera_pitch_rad;
     EXPECT_EQ(same, rig) << "nothing else differs";
@@ -87,7 +87,7 @@ TEST(LevelMapping, OfASteepViewItHasWhatIsFarthest) {
   const Rig rig{pitched_rig(45)};
   const LevelMapping mapping{rig};
   EXPECT_EQ(mapping.level_rig().height_px, rig.height_px * 3 / 2);
-  EXPECT_LT(mapping.level_from_camera({rig.centre_u_px, 0})->v, 1);
+  EXPECT_LT(mapping.level_from_camera({rig.cx_px, 0})->v, 1);
 }
 
 }  // namespace

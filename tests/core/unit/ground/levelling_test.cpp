@@ -27,7 +27,7 @@ struct Pixel {
 Pixel seen_by(const Rig& rig, double pitch_rad, const Point& point) {
   const double down{std::cos(pitch_rad) * point.down - std::sin(pitch_rad) * point.forward};
   const double depth{std::sin(pitch_rad) * point.down + std::cos(pitch_rad) * point.forward};
-  return {rig.centre_u_px + rig.focal_px * point.right / depth, rig.centre_v_px + rig.focal_px * down / depth};
+  return {rig.cx_px + rig.focal_px * point.right / depth, rig.cy_px + rig.focal_px * down / depth};
 }
 
 // A soft blob, so that its centre of mass tells its place to a fraction of a pixel.
@@ -106,8 +106,8 @@ TEST(Levelling, DisparitiesAreThoseOfALevelCamera) {
     // the wall n·X = 1 in the level camera's frame; a ray r meets it at depth r_z/(n·r)
     const Point wall{0.02, 0.05, 0.1};
     const auto level_disparity = [&](double u, double v) {
-      return rig.baseline_m * (wall.right * (u - rig.centre_u_px) + wall.down * (v - level_rig.centre_v_px) +
-                               wall.forward * rig.focal_px);
+      return rig.baseline_m *
+             (wall.right * (u - rig.cx_px) + wall.down * (v - level_rig.cy_px) + wall.forward * rig.focal_px);
     };
     const double c{std::cos(rig.camera_pitch_rad)};
     const double s{std::sin(rig.camera_pitch_rad)};
@@ -115,9 +115,9 @@ TEST(Levelling, DisparitiesAreThoseOfALevelCamera) {
     Image<float> pitched{rig.width_px, rig.height_px};
     for (int v{0}; v < rig.height_px; ++v) {
       for (int u{0}; u < rig.width_px; ++u) {
-        pitched(u, v) = static_cast<float>(rig.baseline_m * (in_pitched.right * (u - rig.centre_u_px) +
-                                                             in_pitched.down * (v - rig.centre_v_px) +
-                                                             in_pitched.forward * rig.focal_px));
+        pitched(u, v) = static_cast<float>(rig.baseline_m *
+                                           (in_pitched.right * (u - rig.cx_px) + in_pitched.down * (v - rig.cy_px) +
+                                            in_pitched.forward * rig.focal_px));
       }
     }
     Image<float> level{rig.width_px, level_rig.height_px, 77};
@@ -159,9 +159,9 @@ TEST(Levelling, LevelRigDiffersInItsPitchItsRowsAndTheirCentreOnly) {
   Rig expected{pitched_rig(3)};
   expected.camera_pitch_rad = 0;
   expected.height_px = level.height_px;
-  expected.centre_v_px = level.centre_v_px;
+  expected.cy_px = level.cy_px;
   EXPECT_EQ(level, expected);
-  EXPECT_NEAR(level.centre_v_px, pitched_rig(3).centre_v_px - pitched_rig(3).focal_px * std::tan(3 * degree), 8);
+  EXPECT_NEAR(level.cy_px, pitched_rig(3).cy_px - pitched_rig(3).focal_px * std::tan(3 * degree), 8);
   EXPECT_GE(level.height_px, pitched_rig(3).height_px) << "no row that the camera sees is cut off";
   EXPECT_EQ(Levelling{pitched_rig(0.5)}.level_rig(), pitched_rig(0.5));
 }

@@ -40,7 +40,7 @@ std::vector<GroundSample> seen(const Rig& rig, const Ground& ground, const Aroun
       // inverse depths; walls stand upright whatever the pitch, which is close enough here
       double d{around.has_road ? road.disparity(u, v) : 0};
       if (around.kerb_to_wall_m > 0) {
-        d = std::max(d, rig.baseline_m * std::abs(u - rig.centre_u_px) / around.kerb_to_wall_m);
+        d = std::max(d, rig.baseline_m * std::abs(u - rig.cx_px) / around.kerb_to_wall_m);
       }
       if (around.ahead_m > 0) d = std::max(d, rig.focal_px * rig.baseline_m / around.ahead_m);
       d += around.noise_px * gaussian(generator);

@@ -21,7 +21,7 @@ using ::testing::IsEmpty;
 constexpr double infinity{std::numeric_limits<double>::infinity()};
 constexpr double nan{std::numeric_limits<double>::quiet_NaN()};
 
-const std::vector<double Rig::*> numbers{&Rig::focal_px,       &Rig::centre_u_px,     &Rig::centre_v_px,
+const std::vector<double Rig::*> numbers{&Rig::focal_px,       &Rig::cx_px,           &Rig::cy_px,
                                          &Rig::baseline_m,     &Rig::camera_height_m, &Rig::camera_pitch_rad,
                                          &Rig::camera_roll_rad};
 
@@ -70,7 +70,7 @@ TEST(RigProblems, WrongUnitsAreNamed) {
   EXPECT_THAT(problems(with(&Rig::focal_px, 0.001)), Contains(AllOf(HasSubstr("0.001"), HasSubstr("in pixels"))));
   EXPECT_THAT(problems(with(&Rig::camera_height_m, 165)), Contains(HasSubstr("centimetres")));
   EXPECT_THAT(problems(with(&Rig::camera_roll_rad, 3)), Contains(AllOf(HasSubstr("roll"), HasSubstr("degrees"))));
-  EXPECT_THAT(problems(with(&Rig::centre_u_px, 1e6)), Contains(HasSubstr("outside the image")));
+  EXPECT_THAT(problems(with(&Rig::cx_px, 1e6)), Contains(HasSubstr("outside the image")));
 }
 
 TEST(RigProblems, AllAreToldAtOnceTogetherWithTheConfiguration) {

@@ -45,7 +45,7 @@ Image<float> walked(int u, int d, const GridGeometry& grid, const Pose2& vehicle
     const double x{rig.focal_px * rig.baseline_m / disparity};
     for (int j{0}; j < steps; ++j) {
       const double column{u - 0.5 + (j + 0.5) / steps};
-      const double y{-(column - rig.centre_u_px) * rig.baseline_m / disparity};
+      const double y{-(column - rig.cx_px) * rig.baseline_m / disparity};
       const Point2 at{grid_from_vehicle * Point2{x, y}};
       const int ix{static_cast<int>(std::floor((at.x - grid.x_min_m) / grid.cell_size_m))};
       const int iy{static_cast<int>(std::floor((at.y - grid.y_min_m) / grid.cell_size_m))};

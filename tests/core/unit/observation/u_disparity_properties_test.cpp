@@ -16,7 +16,7 @@ struct Case {
   int width;
   int height;
   int disparities;
-  double centre_v_px;  // near the horizon
+  double cy_px;  // near the horizon
   Ground ground;
   BinConfig config;
 };
@@ -27,7 +27,7 @@ Case random_case(std::mt19937& generator) {
   c.height = uniform_int(generator, 1, 70);
   c.disparities = uniform_int(generator, 2, 70);
   // the horizon above, within and below the image; H below and above h
-  c.centre_v_px = uniform(generator, -30, c.height + 30);
+  c.cy_px = uniform(generator, -30, c.height + 30);
   c.ground = {uniform(generator, 0.5, 2.5), uniform(generator, -0.1, 0.1), uniform(generator, -0.3, 0.3), false};
   c.config.obstacle_height_m = uniform(generator, 0.3, 2.5);
   c.config.obstacle_min_height_m = uniform_int(generator, 0, 1) * uniform(generator, 0, 0.5);
@@ -45,7 +45,7 @@ Case random_case(std::mt19937& generator) {
 }
 
 Rig rig_of(const Case& c) {
-  return {c.width, c.height, 150, c.width / 2.0, c.centre_v_px, 0.4, c.ground.height_m, 0, 0};
+  return {c.width, c.height, 150, c.width / 2.0, c.cy_px, 0.4, c.ground.height_m, 0, 0};
 }
 
 Matches random_matches(const Case& c, std::mt19937& generator) {

@@ -20,8 +20,8 @@ Rig small_rig() {
   rig.width_px = 96;
   rig.height_px = 64;
   rig.focal_px = 80;
-  rig.centre_u_px = 48;
-  rig.centre_v_px = 32;
+  rig.cx_px = 48;
+  rig.cy_px = 32;
   rig.baseline_m = 0.3;
   return rig;
 }

@@ -51,8 +51,8 @@ class Street {
     const double scale{40 * wall.x / rig.focal_px};
     for (int v{0}; v < rig.height_px; ++v) {
       for (int u{0}; u < rig.width_px; ++u) {
-        const double across{scale * (u + disparity - rig.centre_u_px) + 40 * wall.y};
-        image(u, v) = static_cast<std::uint8_t>(texture_.at(across, scale * (v - rig.centre_v_px)) + 0.5);
+        const double across{scale * (u + disparity - rig.cx_px) + 40 * wall.y};
+        image(u, v) = static_cast<std::uint8_t>(texture_.at(across, scale * (v - rig.cy_px)) + 0.5);
       }
     }
     return image;

@@ -10,7 +10,7 @@ Calibration read_middlebury_calibration(const YamlGroup& root, const Calibration
   constexpr double shortest_mm{1};  // smaller values are in metres
   const CameraModel left{camera_of(root.numbers("cam0", 9), root, "cam0")};
   CameraModel right{root.has("cam1") ? camera_of(root.numbers("cam1", 9), root, "cam1") : left};
-  if (root.has("doffs")) right.centre_u_px = left.centre_u_px + root.number("doffs");
+  if (root.has("doffs")) right.cx_px = left.cx_px + root.number("doffs");
   Calibration calibration;
   calibration.kind = "Middlebury calib.txt";
   if (root.has("width") && root.has("height")) {

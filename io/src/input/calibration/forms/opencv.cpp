@@ -96,7 +96,7 @@ cv::Matx44d right_from_left(const YamlGroup& file) {
 /// P1 and P2 of stereoRectify, else Q.
 void take_projections(Calibration& calibration, const YamlGroup& file) {
   Rig rig;
-  double right_centre_u_px{0};
+  double right_cx_px{0};
   if (const Sides* const sides{sides_of(file, projection_names)}) {
     const std::vector<double> left{file.matrix(find(file, projection_names, sides->left).c_str(), 3, 4)};
     const std::string name{find(file, projection_names, sides->right)};
@@ -107,21 +107,21 @@ void take_projections(Calibration& calibration, const YamlGroup& file) {
                 "P1 and P2 of stereoRectify have them alike.");
     }
     rig.focal_px = left[0];
-    rig.centre_u_px = left[2];
-    rig.centre_v_px = left[6];
+    rig.cx_px = left[2];
+    rig.cy_px = left[6];
     rig.baseline_m = unit_of(file) * (left[3] - right[3]) / left[0];
-    right_centre_u_px = right[2];
+    right_cx_px = right[2];
   } else {
     const std::vector<double> q{file.matrix(find(file, reprojection_names).c_str(), 4, 4)};
     if (!(q[11] >= 1) || q[14] == 0)
       file.fail("has no focal length or no baseline in 'Q'.", "Give that of stereoRectify.");
     rig.focal_px = q[11];
-    rig.centre_u_px = -q[3];
-    rig.centre_v_px = -q[7];
+    rig.cx_px = -q[3];
+    rig.cy_px = -q[7];
     rig.baseline_m = unit_of(file) / std::abs(q[14]);
-    right_centre_u_px = rig.centre_u_px + q[15] / q[14];
+    right_cx_px = rig.cx_px + q[15] / q[14];
   }
-  take_row_aligned(calibration, rig, right_centre_u_px);
+  take_row_aligned(calibration, rig, right_cx_px);
 }
 
 }  // namespace

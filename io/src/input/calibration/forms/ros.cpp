@@ -45,8 +45,8 @@ RosCamera camera_of(const YamlGroup& file, bool are_rectified) {
 /// True if raw and rectified images are the same.
 bool is_of_both(const Calibration& calibration, const std::array<double, 12>& p) {
   const Rig& rig{calibration.rig};
-  return !calibration.raw && std::abs(rig.focal_px - p[0]) <= 0.01 && std::abs(rig.centre_u_px - p[2]) <= 0.01 &&
-         std::abs(rig.centre_v_px - p[6]) <= 0.01;
+  return !calibration.raw && std::abs(rig.focal_px - p[0]) <= 0.01 && std::abs(rig.cx_px - p[2]) <= 0.01 &&
+         std::abs(rig.cy_px - p[6]) <= 0.01;
 }
 
 }  // namespace

@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compiled once per instruction set; Highway picks one at run time. Vectors run along the pixels of a row.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "matching/checks/decide_simd.cpp"  // NOLINT
-#include "hwy/foreach_target.h"                               // IWYU pragma: keep
+#define HWY_TARGET_INCLUDE "matching/checks/classify_simd.cpp"  // NOLINT
+#include "hwy/foreach_target.h"                                 // IWYU pragma: keep
 // after foreach_target
 #include "hwy/highway.h"
-#include "matching/checks/decide_simd.hpp"
+#include "matching/checks/classify_simd.hpp"
 #include "numbers_simd.hpp"
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 
 namespace stereogrid {
 // Compiled for no instruction set: with one, g++ takes vectors for single numbers here, which is slower.
-void claim_places(int width, DecideSpace& space);
+void claim_places(int width, ClassifySpace& space);
 }  // namespace stereogrid
 
 HWY_BEFORE_NAMESPACE();
@@ -55,7 +55,7 @@ HWY_INLINE CandidateVectors candidates_from(const CandidateRow& row, int u) {
 }
 
 // winner_of, and whether anything is wrong with it but its claim
-HWY_INLINE void find_winners(const DecideRow& row, int u, DecideSpace& space) {
+HWY_INLINE void find_winners(const DecideRow& row, int u, ClassifySpace& space) {
   const Ints d32;
   const Floats df;
   const hn::Rebind<std::uint8_t, Ints> d8;
@@ -77,7 +77,7 @@ HWY_INLINE void find_winners(const DecideRow& row, int u, DecideSpace& space) {
 }
 
 // To obstacle[u] and so on, whole vectors.
-void write_results(const DecideRow& row, int u, const DecideSpace& space, float* obstacle, float* on_road,
+void write_results(const DecideRow& row, int u, const ClassifySpace& space, float* obstacle, float* on_road,
                    float* confidence) {
   const Ints d32;
   const Floats df;
@@ -99,7 +99,7 @@ void write_results(const DecideRow& row, int u, const DecideSpace& space, float*
   hn::StoreU(hn::IfThenElseZero(hn::Or(is(1), is(2)), sure), df, confidence + u);
 }
 
-void Decide(const DecideRow& row, DecideSpace& space) {
+void Decide(const DecideRow& row, ClassifySpace& space) {
   const int lanes{static_cast<int>(hn::Lanes(Ints{}))};
   for (int u{0}; u < row.width; u += lanes) find_winners(row, u, space);
   claim_places(row.width, space);
@@ -125,7 +125,7 @@ namespace stereogrid {
 
 HWY_EXPORT(Decide);
 
-void claim_places(int width, DecideSpace& space) {
+void claim_places(int width, ClassifySpace& space) {
   std::uint32_t* const claims{space.claims.data()};
   const std::int32_t* const place{space.place.data()};
   const std::uint32_t* const rank{space.rank.data()};
@@ -133,7 +133,7 @@ void claim_places(int width, DecideSpace& space) {
   for (int u{0}; u < width; ++u) claims[place[u]] = std::min(claims[place[u]], rank[u]);
 }
 
-DecideSpace::DecideSpace(int width) {
+ClassifySpace::ClassifySpace(int width) {
   const std::size_t size{static_cast<std::size_t>(width) + CandidateRow::padding};
   place.resize(size);
   rank.resize(size);
@@ -145,7 +145,7 @@ DecideSpace::DecideSpace(int width) {
   claims.resize(size);
 }
 
-void decide_row(const DecideRow& row, DecideSpace& space) {
+void classify_row(const DecideRow& row, ClassifySpace& space) {
   HWY_DYNAMIC_DISPATCH(Decide)(row, space);
 }
 

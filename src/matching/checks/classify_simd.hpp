@@ -10,10 +10,10 @@
 
 namespace stereogrid {
 
-/// Working memory of decide_row.
-struct DecideSpace {
-  DecideSpace() = default;
-  explicit DecideSpace(int width);
+/// Working memory of classify_row.
+struct ClassifySpace {
+  ClassifySpace() = default;
+  explicit ClassifySpace(int width);
 
   [[nodiscard]] std::size_t held_bytes() const {
     return held_bytes_of(place, rank, disparity, label, obstacle, on_road, confidence, claims);
@@ -46,6 +46,6 @@ struct DecideRow {
 
 /// Label and disparity of a row's pixels: the cheaper hypothesis (winner_of), if its minimum is clear and its window
 /// textured, and if no cheaper pixel of the row claims the same place of the right image with another disparity.
-void decide_row(const DecideRow& row, DecideSpace& space);
+void classify_row(const DecideRow& row, ClassifySpace& space);
 
 }  // namespace stereogrid

@@ -18,7 +18,7 @@ namespace stereogrid {
 
 /// Tests whether a disparity d is above or below the road with disparity r at the pixel. A point at height h above a
 /// plane at distance H has d = r·H/(H − h). Both need heights beyond ± road_height_m, and a difference d − r beyond two
-/// standard deviations: noise of the disparity, and the plane's own, σ² = given_sigma_px² + (r σ_H/H)² + (b/H)² ((f
+/// standard deviations: noise of the disparity, and the plane's own, σ² = external_sigma_px² + (r σ_H/H)² + (b/H)² ((f
 /// σ_pitch)² + (x σ_roll)²) with x = u − u0.
 struct HeightTest {
   static constexpr float never{std::numeric_limits<float>::infinity()};
@@ -50,7 +50,7 @@ STEREOGRID_HD inline HeightTest::HeightTest(const Rig& rig, const Ground& ground
   };
   const double scale{rig.baseline_m / ground.height_m};
   const double share{road_height_m / ground.height_m};
-  constant = squared(config.given_sigma_px) + squared(scale * rig.focal_px * ground.pitch_sigma_rad);
+  constant = squared(config.external_sigma_px) + squared(scale * rig.focal_px * ground.pitch_sigma_rad);
   per_r2 = squared(ground.height_sigma_m / ground.height_m);
   per_x2 = squared(scale * ground.roll_sigma_rad);
   above = share < 1 ? static_cast<float>(1 / (1 - share)) : never;
@@ -71,9 +71,9 @@ struct SplitDisparity {
 /// One row of `split`.
 struct SplitRow {
   STEREOGRID_HD SplitRow(const RoadPlane& plane, int v)
-      : centre_u{static_cast<float>(plane.centre_u_px)},
+      : centre_u{static_cast<float>(plane.cx_px)},
         per_u{static_cast<float>(plane.per_u)},
-        at_centre{static_cast<float>(plane.disparity(plane.centre_u_px, v))} {}
+        at_centre{static_cast<float>(plane.disparity(plane.cx_px, v))} {}
 
   [[nodiscard]] STEREOGRID_HD SplitDisparity at(int u, float d, const HeightTest& test, int disparities) const {
     const float x{static_cast<float>(u) - centre_u};

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "matching/checks/given.hpp"
+#include "matching/checks/external.hpp"
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ constexpr double by_noise{2};  // standard deviations within which a pixel count
 MatchingConfig config_for(double sigma_px) {
   MatchingConfig config;
   config.disparities = 128;
-  config.given_sigma_px = sigma_px;
+  config.external_sigma_px = sigma_px;
   return config;
 }
 
@@ -128,7 +128,7 @@ TEST(Given, TheMarginCoversPlanesWithinTheirSigmas) {
     for (const int u : {20, 305, 610}) {
       const double before{road_plane(rig, ground).disparity(u, 150)};
       const double after{road_plane(rig, moved).disparity(u, 150)};
-      const double expected{margin(rig, ground.height_m, sigmas, u - rig.centre_u_px, before)};
+      const double expected{margin(rig, ground.height_m, sigmas, u - rig.cx_px, before)};
       EXPECT_NEAR(std::abs(after - before), expected, 0.03 * expected + 2e-3) << u;
     }
   }
