@@ -113,9 +113,9 @@ TEST(EgoMotion, AnOutlierJumpsForthAndBack) {
   for (int i{0}; i < 5; ++i) static_cast<void>(drive.step());
   const Pose2 right{drive.input_from_world};
   drive.input_from_world = right * Pose2{3, 3, 0};
-  EXPECT_THAT(drive.step().warning, HasSubstr("jumps"));
+  EXPECT_THAT(drive.step().warning, HasSubstr("jump of"));
   drive.input_from_world = right;
-  EXPECT_THAT(drive.step().warning, HasSubstr("jumps"));
+  EXPECT_THAT(drive.step().warning, HasSubstr("jump of"));
   const auto after{drive.step()};
   EXPECT_THAT(after.warning, IsEmpty());
   expect_near(after.world_from_vehicle, drive.true_world_from_vehicle);
@@ -159,7 +159,7 @@ TEST(EgoMotion, IsNotLockedOut) {
   EgoMotion ego_motion{MotionConfig{}};
   static_cast<void>(ego_motion.place(Pose2{}, 0));
   EXPECT_THAT(ego_motion.place(Pose2{5, 0, 0}, dt_s).warning, IsEmpty()) << "50 m/s may be";
-  EXPECT_THAT(ego_motion.place(Pose2{5, 0, 0}, dt_s).warning, HasSubstr("jumps"));
+  EXPECT_THAT(ego_motion.place(Pose2{5, 0, 0}, dt_s).warning, HasSubstr("jump of"));
   for (int i{0}; i < 3; ++i) EXPECT_THAT(ego_motion.place(Pose2{5, 0, 0}, dt_s).warning, IsEmpty());
 }
 
