@@ -15,7 +15,7 @@ constexpr float trench_begin_sigmas{1};  ///< of the height over the ground
 constexpr float trench_depth_sigmas{2.5f};
 constexpr float trench_depth_steps{0.3f};  ///< visible depth, of the vehicle's step
 constexpr float trench_wall_growth{0.5f};  ///< of the disparity per row, of a level surface's
-constexpr int trench_wall_rows{5};
+constexpr int trench_wall_rows{4};
 
 /// Line d = at_gap + per_row·(row − gap's row − ½) through the samples behind a gap.
 struct Landing {

@@ -262,7 +262,7 @@ void Walk::step() {
     const float z_far{state_.elevation(view_.end_m)};
     const int row{view_.row_through(z_near, z_far, std::min(z_near, z_far))};
     if (row != no_row) return meet_gap(row, std::min(z, state_.z), allowed);
-    if (meet_trench()) return;
+    if (!is_far() && meet_trench()) return;
   }
   if (view_.has_ground(samples, z, state_.slope)) {
     const float found{samples.ground_z / static_cast<float>(samples.ground)};
