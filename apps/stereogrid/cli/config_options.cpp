@@ -7,7 +7,7 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
-#include <ranges>
+#include <vector>
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/config_file.hpp"
@@ -42,24 +42,27 @@ Config config_from(const ConfigOptions& options) {
 
 std::string why_unread(const Config& config, std::string_view key, const InputUse& input) {
   struct Rule {
-    std::string_view keys;  // separated by blanks; one that ends in a dot is a group
+    std::vector<std::string_view> keys;  // one that ends in a dot is a group
     bool is_read;
     std::string_view condition;
   };
   const bool is_correlated{config.matching.method == MatchingMethod::correlation};
   const std::array rules{
-      Rule{"paper.", config.projection.model == ProjectionModel::bins,
+      Rule{{"paper."},
+           config.projection.model == ProjectionModel::bins,
            "projection.model=bins; with rays, stage images and pictures show it, grids do not"},
-      Rule{"vehicle.", config.ground.model == GroundModel::terrain, "ground.model=terrain"},
-      Rule{"ground.height_gate_m ground.pitch_gate_deg ground.roll_gate_deg", config.ground.estimate,
+      Rule{{"vehicle."}, config.ground.model == GroundModel::terrain, "ground.model=terrain"},
+      Rule{{"ground.height_gate_m", "ground.pitch_gate_deg", "ground.roll_gate_deg"},
+           config.ground.estimate,
            "ground.estimate=true"},
-      Rule{"filter.decay_time_in_view_s", config.filter.model == FilterModel::joint, "filter.model=joint"},
-      Rule{"matching.texture matching.cost_limit", is_correlated, "matching.method=correlation"},
-      Rule{"matching.external_sigma_px", input.has_disparities, "disparities or depth as input"},
-      Rule{"matching.method matching.align_rows matching.uniqueness matching.texture matching.cost_limit "
-           "matching.left_right_px matching.subpixel filter.scene_flow",
-           !input.has_disparities, "right images as input"},
-      Rule{"fusion.stereo_confidence", input.is_fused, "grids of another source (--fuse)"}};
+      Rule{{"filter.decay_time_in_view_s"}, config.filter.model == FilterModel::joint, "filter.model=joint"},
+      Rule{{"matching.texture", "matching.cost_limit"}, is_correlated, "matching.method=correlation"},
+      Rule{{"matching.external_sigma_px"}, input.has_disparities, "disparities or depth as input"},
+      Rule{{"matching.method", "matching.align_rows", "matching.uniqueness", "matching.texture", "matching.cost_limit",
+            "matching.left_right_px", "matching.subpixel", "filter.scene_flow"},
+           !input.has_disparities,
+           "right images as input"},
+      Rule{{"fusion.stereo_confidence"}, input.is_fused, "grids of another source (--fuse)"}};
   bool is_known{false};
   visit_parameters(config, [&](std::string_view group, const Parameter& parameter, const auto&) {
     is_known = is_known || key == fmt::format("{}.{}", group, parameter.name);
@@ -69,8 +72,7 @@ std::string why_unread(const Config& config, std::string_view key, const InputUs
     return why_unread(config, fmt::format("paper.{}", key.substr(former.size())), input);
   for (const Rule& rule : rules) {
     if (rule.is_read) continue;
-    for (const auto word : std::views::split(rule.keys, ' ')) {
-      const std::string_view named{word.begin(), word.end()};
+    for (const std::string_view named : rule.keys) {
       if (key == named || (named.ends_with('.') && key.starts_with(named))) return std::string{rule.condition};
     }
   }

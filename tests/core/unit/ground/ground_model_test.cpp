@@ -150,6 +150,12 @@ TEST(GroundModel, GroundLiesElsewhereWhereAQuarterMoreOfItDoes) {
   EXPECT_TRUE(lies_elsewhere(0, ground_samples_min));
 }
 
+TEST(GroundModel, BinsWithinAPxAreNearThePlane) {
+  for (int k{0}; k < distance_bins; ++k) {
+    EXPECT_EQ(is_near_the_plane(k), k == 62 || k == 63 || k == 64 || k == 65 || k == 66) << k;
+  }
+}
+
 TEST(GroundModel, NumbersChangeWithTheGroundAsThePlaneDoes) {
   const Rig rig{small_kitti_rig()};
   const Ground ground{1.6, 0.02, -0.01, true};
