@@ -204,7 +204,7 @@ terrain/rings.cpp ¦ ), 2 *  ¦ ), 4 *
 terrain/rules.hpp ¦ ruled_edge{0.7f}; ¦ ruled_edge{0.35f};
 terrain/samples.cpp ¦ beside - s. ¦ beside + s.
 terrain/samples.hpp ¦ tangent_at_row_0 + tangent_per_v ¦ tangent_at_row_0 - tangent_per_v
-terrain/settle.cpp ¦ reach{3}; ¦ reach{6};
+terrain/settle.cpp ¦ reach{24}; ¦ reach{2};
 terrain/terrain.cpp ¦ obstacle, 3))  ¦ obstacle, 6)) 
 terrain/walk.cpp ¦ is_continued && !is_first ¦ is_continued || !is_first
 terrain/walk.cpp ¦ {0.5f  ¦ {0.25f 

@@ -17,10 +17,10 @@ struct RoadSupport {
   int all{0};
   int near{0};            ///< within a px of it
   int below{0};           ///< clearly below it, where nothing can be
-  int nearest_all{0};     ///< in the lowest rows: up to 1.7 times as far as the nearest ground in view
-  int nearest{0};         ///< of these, within a px of it
   double depth_ratio{1};  ///< of the near ones: the 90th percentile of the expected disparity to the 10th
   int columns{0};         ///< eighths of the image's width that hold near ones
+  int nearest_all{0};     ///< in the lowest rows: up to 1.7 times as far as the nearest ground in view
+  int nearest{0};         ///< of these, within a px of it
 
   /// Enough of them lie on it, few below it, over a range of depths and across the image. A wall, of one depth, is
   /// none.

@@ -152,7 +152,7 @@ TEST(MountingSearch, ChanceIsNoRoad) {
 
 TEST(RoadSupport, IsCertainWhereTheLowestRowsAreRoad) {
   const RoadSupport certain{
-      .all = 1000, .near = 700, .below = 20, .nearest_all = 200, .nearest = 180, .depth_ratio = 3, .columns = 8};
+      .all = 1000, .near = 700, .below = 20, .depth_ratio = 3, .columns = 8, .nearest_all = 200, .nearest = 180};
   EXPECT_TRUE(certain.is_certain());
   const auto without = [&](const auto& change) {
     RoadSupport support{certain};
