@@ -16,7 +16,7 @@ packages=(
   libtbb-dev libhwy-dev                              # threads, SIMD
   libzip-dev libdeflate-dev zlib1g-dev               # .npz
   libzstd-dev liblz4-dev libsqlite3-dev              # recordings: MCAP, rosbag2
-  libssl-dev                                         # digests of batches
+  libssl-dev                                         # digests of batches, hashes of types of ROS 2
   libgtest-dev libgmock-dev libbenchmark-dev         # tests, benchmarks
   libboost-dev                                       # server: WebSocket and HTTP (headers)
   libboost-context-dev                               # tests of CUDA kernels without a GPU

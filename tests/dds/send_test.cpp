@@ -146,10 +146,42 @@ TEST(DdsSend, ToolsOfRosSeeTheNodeAndWhatItWrites) {
   }
 }
 
-TEST(DdsSend, JazzyIsToldTheHashOfTheType) {
-  EXPECT_THAT(seen_by("jazzy").lines,
-              Contains("endpoint typehash=RIHS01_8d348150c12913a31ee0ec170fbf25089e4745d17035792a1ba94d6f0bc0cfc7;"));
-  EXPECT_THAT(seen_by("humble").lines, Not(Contains(HasSubstr("typehash"))));
+/// Lines of a peer that reads names of nodes in the layout of that distribution.
+std::vector<std::string> names_for(const std::string& distro, double seconds) {
+  Peer peer{bare_peer("node " + distro + " / stereo_grid rt" + topic + " " + std::to_string(seconds))};
+  return peer.rest();
+}
+
+TEST(DdsSend, NamesOfNodesAreInTheLayoutOfThePeers) {
+  const auto node{open_node()};
+  static_cast<void>(node->sink().add(grid_channel(topic, true)));
+  const auto has_node{Contains(StartsWith("node / stereo_grid writes "))};
+  EXPECT_THAT(names_for("humble", 10), has_node) << "no peer is seen yet";
+  Peer jazzy{bare_peer("announce jazzy 12")};
+  ASSERT_EQ(jazzy.line(), "announced");
+  EXPECT_THAT(names_for("jazzy", 10), has_node);
+  Peer humble{bare_peer("announce humble 5")};
+  ASSERT_EQ(humble.line(), "announced");
+  EXPECT_THAT(names_for("humble", 10), has_node) << "tools of Humble fail on the layout of Jazzy";
+}
+
+// A node of this kind announces Humble's layout before it sees a peer: no reason for another one to stay there.
+TEST(DdsSend, NodesOfItsOwnKindDoNotDecideTheLayout) {
+  const auto node{open_node()};
+  static_cast<void>(node->sink().add(grid_channel(topic, true)));
+  const auto other{open_node({.name = "other"})};
+  static_cast<void>(other->sink().add(grid_channel("/stereo_grid/scan", false)));
+  EXPECT_THAT(names_for("humble", 10), Contains(StartsWith("node / stereo_grid writes ")));
+  Peer jazzy{bare_peer("announce jazzy 5")};
+  ASSERT_EQ(jazzy.line(), "announced");
+  EXPECT_THAT(names_for("jazzy", 10), Contains(StartsWith("node / stereo_grid writes ")));
+}
+
+TEST(DdsSend, TheHashOfTheTypeIsInTheUserData) {
+  for (const char* distro : {"humble", "jazzy"}) {
+    EXPECT_THAT(seen_by(distro).lines,
+                Contains("endpoint typehash=RIHS01_8d348150c12913a31ee0ec170fbf25089e4745d17035792a1ba94d6f0bc0cfc7;"));
+  }
 }
 
 TEST(DdsSend, OnThisMachineOnlyWhereTheVariableSaysSo) {

@@ -66,7 +66,7 @@ ROOMS = (
     Room("capture", ("include", "io/include", "capture/include", "capture/src"), r"(fmt|gst)/.*|(sys/)?\w+\.h"),
     Room("rosbag", ("include", "io/include", "mcap/include", "messages/include", "rosbag/include", "rosbag/src"),
          r"(opencv2|fmt)/.*"),
-    Room("dds", ("include", "messages/include", "dds/include", "dds/src"), r"dds/.*"),
+    Room("dds", ("include", "messages/include", "dds/include", "dds/src"), r"dds/.*|openssl/evp\.h"),
     Room("ros2", ("include", "odometry/include", "io/include", "messages/include", "capture/include", "ros2/stereogrid_ros/src"),
          r"(geometry_msgs|rclcpp|rclcpp_components|sensor_msgs|tf2_ros)/.*"),
     Room("scenes", ("include", "scenes/include", "scenes"), TBB),

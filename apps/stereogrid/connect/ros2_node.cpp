@@ -65,7 +65,9 @@ dds::Distro distro_of(std::string name) {
     const char* const installed{std::getenv("ROS_DISTRO")};
     name = installed == nullptr ? "" : installed;
   }
-  return name == "humble" ? dds::Distro::humble : dds::Distro::jazzy;
+  if (name.empty()) return dds::Distro::automatic;
+  const bool is_before_iron{name == "humble" || name == "galactic" || name == "foxy"};
+  return is_before_iron ? dds::Distro::humble : dds::Distro::jazzy;
 }
 
 dds::NodeOptions node_options(const Ros2Options& options) {
@@ -102,9 +104,10 @@ void add_ros2_options(CLI::App& command, Ros2Options& options) {
       ->expected(2)
       ->type_name("WORLD,VEHICLE");
   command
-      .add_option("--ros2-distro", options.distro,
-                  "Whose tools are to see this node (ros2 node list); messages arrive anyway. Otherwise ROS_DISTRO's, "
-                  "or jazzy.")
+      .add_option(
+          "--ros2-distro", options.distro,
+          "Layout of ros_discovery_info, which ros2 node list reads; messages do not depend on it. Otherwise that "
+          "of ROS_DISTRO; without it, that of the peers (humble until one is seen).")
       ->check(CLI::IsMember({"humble", "jazzy"}));
 }
 

@@ -16,7 +16,7 @@ struct Ros2Options {
   bool publishes{false};
   std::string node{"stereo_grid"};
   std::vector<std::string> remappings{};
-  std::string distro{};               ///< "": that of ROS_DISTRO, else jazzy
+  std::string distro{};               ///< "": that of ROS_DISTRO, else of the peers
   bool uses_sim_time{false};          ///< of a live source
   bool leaves_tf{false};              ///< to others: /tf is not published
   std::vector<std::string> frames{};  ///< of the world and of the vehicle; none: odom, base_link

@@ -16,17 +16,18 @@
 
 namespace stereogrid::dds {
 
-/// What peers expect of a node besides its messages.
+/// Layout of ros_discovery_info, from which tools of ROS read names of nodes.
 enum class Distro {
-  humble,  ///< 24 bytes of an endpoint's number in ros_discovery_info, no hashes of types
-  jazzy    ///< 16 bytes (Iron and later), hashes of the types whose hash is known
+  automatic,  ///< that of the peers; humble where both are present, and until a peer is seen
+  humble,     ///< 24 bytes of an endpoint's number; peers since Iron read a message without nodes
+  jazzy       ///< 16 bytes (Iron and later); tools of Humble fail on such a message
 };
 
 struct NodeOptions {
   std::string name{"stereo_grid"};        ///< with its namespace, such as "robot/stereo_grid"
   std::vector<std::string> remappings{};  ///< "FROM:=TO"; without a slash in front: below the node
   std::vector<std::string> left_out{};    ///< topics of the sink that are not published: "/tf"
-  Distro distro{Distro::humble};
+  Distro distro{Distro::automatic};
   /// Takes sentences about peers that do not get messages, each once. Called by threads of the network.
   std::function<void(const std::string&)> warn{};
 };
@@ -70,7 +71,7 @@ struct Library {
   std::unique_ptr<Node> (*open)(const NodeOptions& options);
 };
 
-constexpr const char* library_function{"stereogrid_dds_library_2"};
+constexpr const char* library_function{"stereogrid_dds_library_3"};
 
 /// A number that changes with the structures that cross the interface.
 constexpr std::size_t interface_sizes() {
