@@ -199,5 +199,37 @@ TEST(DdsSend, OnThisMachineOnlyWhereTheVariableSaysSo) {
   EXPECT_EQ(peer.rest().size(), 1U);
 }
 
+/// Lines of a reader in this machine's loopback without multicast, which asks the first participants one by one.
+std::vector<std::string> grids_without_multicast() {
+  setenv("CYCLONEDDS_URI",
+         "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
+         "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
+         "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery></Domain></CycloneDDS>",
+         1);
+  Peer peer{grids("reliable transient_local", 1, 3)};
+  return peer.rest();
+}
+
+TEST(DdsSend, StaticPeersAreFoundWithoutMulticast) {
+  setenv("CYCLONEDDS_URI",
+         "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
+         "<AllowMulticast>false</AllowMulticast></General></Domain></CycloneDDS>",
+         1);
+  setenv("ROS_STATIC_PEERS", "127.0.0.1", 1);
+  const auto node{open_node()};
+  const std::uint32_t channel{node->sink().add(grid_channel(topic, true))};
+  send(node->sink(), channel, some_grid(4, 3, 1));
+  EXPECT_THAT(grids_without_multicast(), ::testing::SizeIs(1));
+}
+
+TEST(DdsSend, NobodyIsFoundWhereDiscoveryIsOff) {
+  unsetenv("CYCLONEDDS_URI");
+  setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF", 1);
+  const auto node{open_node()};
+  const std::uint32_t channel{node->sink().add(grid_channel(topic, true))};
+  send(node->sink(), channel, some_grid(4, 3, 1));
+  EXPECT_THAT(grids_without_multicast(), IsEmpty());
+}
+
 }  // namespace
 }  // namespace stereogrid::dds::testing

@@ -66,8 +66,8 @@ struct Library {
   std::size_t sizes;    ///< interface_sizes() there
   /// Throws ConfigError: a name or remapping that ROS does not take, one of ROS's variables that makes no sense.
   void (*check)(const NodeOptions& options);
-  /// In the domain ROS_DOMAIN_ID; on this machine only where ROS_LOCALHOST_ONLY or ROS_AUTOMATIC_DISCOVERY_RANGE say
-  /// so. Throws as check(); DeviceError: no network.
+  /// In the domain ROS_DOMAIN_ID; peers as ROS_LOCALHOST_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE and ROS_STATIC_PEERS
+  /// limit them. Throws as check(); DeviceError: no network.
   std::unique_ptr<Node> (*open)(const NodeOptions& options);
 };
 
