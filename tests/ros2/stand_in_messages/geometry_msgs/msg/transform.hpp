@@ -2,10 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-
-#include <std_msgs/msg/header.hpp>
-
 namespace geometry_msgs::msg {
 
 struct Vector3 {
@@ -24,12 +20,6 @@ struct Quaternion {
 struct Transform {
   Vector3 translation;
   Quaternion rotation;
-};
-
-struct TransformStamped {
-  std_msgs::msg::Header header;
-  std::string child_frame_id;
-  Transform transform;
 };
 
 }  // namespace geometry_msgs::msg
