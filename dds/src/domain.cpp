@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "domain.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cctype>
 #include <charconv>
@@ -11,6 +9,7 @@
 #include <cstring>
 #include <map>
 #include <mutex>
+#include <random>
 #include <sstream>
 #include <string_view>
 
@@ -73,7 +72,7 @@ std::string config_of(const Network& network) {
     return "<CycloneDDS><Domain><General><AllowMulticast>false</AllowMulticast></"
            "General><Discovery><ParticipantIndex>none"
            "</ParticipantIndex><Tag>stereogrid_" +
-           std::to_string(getpid()) + "</Tag></Discovery></Domain></CycloneDDS>,";
+           std::to_string(std::random_device{}()) + "</Tag></Discovery></Domain></CycloneDDS>,";
   }
   const bool is_local{network.range == DiscoveryRange::localhost};
   if (!is_local && network.static_peers.empty()) return "";
