@@ -43,7 +43,8 @@ DiscoveryRange range() {
     throw ConfigError{"ROS_LOCALHOST_ONLY is \"" + local + "\", but it is 0 or 1."};
   }
   const std::string range{variable("ROS_AUTOMATIC_DISCOVERY_RANGE")};
-  if (local == "1" || range == "LOCALHOST") return DiscoveryRange::localhost;
+  if (local == "1") return DiscoveryRange::loopback;
+  if (range == "LOCALHOST") return DiscoveryRange::localhost;
   if (range.empty() || range == "SUBNET" || range == "SYSTEM_DEFAULT") return DiscoveryRange::subnet;
   if (range == "OFF") return DiscoveryRange::off;
   throw ConfigError{"ROS_AUTOMATIC_DISCOVERY_RANGE: " + range + " (allowed SUBNET, LOCALHOST, OFF, SYSTEM_DEFAULT)."};
@@ -74,15 +75,17 @@ std::string config_of(const Network& network) {
            "</ParticipantIndex><Tag>stereogrid_" +
            std::to_string(std::random_device{}()) + "</Tag></Discovery></Domain></CycloneDDS>,";
   }
-  const bool is_local{network.range == DiscoveryRange::localhost};
+  const bool is_loopback{network.range == DiscoveryRange::loopback};
+  const bool is_local{is_loopback || network.range == DiscoveryRange::localhost};
   if (!is_local && network.static_peers.empty()) return "";
   std::string peers{is_local ? "<Peer address=\"127.0.0.1\"/>" : ""};
-  for (const std::string& peer : network.static_peers) peers += "<Peer address=\"" + peer + "\"/>";
+  if (!is_loopback) {
+    for (const std::string& peer : network.static_peers) peers += "<Peer address=\"" + peer + "\"/>";
+  }
   const char* const general{
-      !is_local ? ""
-      : network.static_peers.empty()
-          ? "<General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces></General>"
-          : "<General><AllowMulticast>false</AllowMulticast></General>"};
+      is_loopback ? "<General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces></General>"
+      : is_local  ? "<General><AllowMulticast>false</AllowMulticast></General>"
+                  : ""};
   return std::string{"<CycloneDDS><Domain>"} + general +
          "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</"
          "MaxAutoParticipantIndex><Peers>" +

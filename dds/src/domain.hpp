@@ -9,8 +9,9 @@
 
 namespace stereogrid::dds {
 
-/// Where peers are searched for.
-enum class DiscoveryRange { subnet, localhost, off };
+/// Where peers are searched for. localhost: on this machine through any interface, as Jazzy's middlewares do; loopback:
+/// through 127.0.0.1 alone (ROS_LOCALHOST_ONLY of Humble), where peers of the former are not found.
+enum class DiscoveryRange { subnet, localhost, loopback, off };
 
 /// Network of ROS's environment variables.
 struct Network {
