@@ -67,10 +67,10 @@ TEST(TransformBuffer, RefusesToExtrapolate) {
   };
   EXPECT_THAT(at(0), ThrowsMessage<InputError>(HasSubstr("odom and base_link are not connected")));
   buffer.add({{transform("odom", "base_link", 1000, 0), transform("odom", "base_link", 1100, 1)}}, false);
-  EXPECT_THAT(at(1110), ThrowsMessage<InputError>(HasSubstr("odom → base_link ends 0.010 s before the image")));
+  EXPECT_THAT(at(1110), ThrowsMessage<InputError>(HasSubstr("odom → base_link ends before the image")));
   const auto begun{std::chrono::steady_clock::now()};
   EXPECT_THAT([&] { (void)buffer.at("odom", "base_link", 900 * ms, 10s); },
-              ThrowsMessage<InputError>(HasSubstr("begins 0.100 s after the image")));
+              ThrowsMessage<InputError>(HasSubstr("begins after the image")));
   EXPECT_LT(std::chrono::steady_clock::now() - begun, 5s) << "what is over does not come";
 }
 

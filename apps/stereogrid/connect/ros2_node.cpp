@@ -7,11 +7,14 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
+#include "stereogrid/messages/cdr.hpp"
+#include "stereogrid/messages/tf2_msgs.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::app {
@@ -118,6 +121,23 @@ void refuse_without_node(const Ros2Options& options) {
 
 void check(const Ros2Options& options) {
   load().check(node_options(options));
+}
+
+void warn_of_other_tf(dds::Node& node, const std::string& vehicle_frame) {
+  using messages::tf2_msgs::TFMessage;
+  constexpr std::size_t depth{10};
+  node.subscribe("/tf", std::string{TFMessage::type_name}, depth,
+                 [vehicle_frame, is_told = false](std::span<const std::byte> cdr) mutable {
+                   if (is_told) return;
+                   TFMessage message;
+                   messages::decode(cdr, message);
+                   const auto found{std::ranges::find(message.transforms, vehicle_frame,
+                                                      &messages::geometry_msgs::TransformStamped::child_frame_id)};
+                   if (found == message.transforms.end()) return;
+                   is_told = true;
+                   spdlog::warn("/tf: another node publishes {} → {}, too. Give --ros2-leave-tf.",
+                                io::printable(found->header.frame_id, 60), io::printable(vehicle_frame, 60));
+                 });
 }
 
 std::shared_ptr<dds::Node> open_ros2_node(const Ros2Options& options) {

@@ -33,6 +33,9 @@ void refuse_without_node(const Ros2Options& options);
 /// Without opening anything. Throws as open_ros2_node().
 void check(const Ros2Options& options);
 
+/// Logs once that another node publishes the transform to this frame on /tf, too, as long as the node exists.
+void warn_of_other_tf(dds::Node& node, const std::string& vehicle_frame);
+
 /// The program's node: the same as before, while somebody has it, whatever the options are now.
 ///
 /// Loads libstereogrid_dds.so, which is looked for beside this program, in the folder that `cmake --install` put it in,

@@ -164,16 +164,15 @@ TransformBuffer::Found TransformBuffer::parent_from(const std::string& child, co
     return {affine(history.back().rotation, history.back().translation)};
   }
   const auto after{std::ranges::lower_bound(history, stamp_ns, {}, &Stamped::stamp_ns)};
-  const auto complain{[&](const char* where, std::int64_t other_ns, bool may_come) -> Found {
-    return {
-        {},
-        fmt::format("{} → {} {} {:.3f} s {} the image.", io::printable(link.parent, 60), io::printable(child, 60),
-                    where, std::abs(static_cast<double>(other_ns - stamp_ns)) * 1e-9, may_come ? "before" : "after"),
-        may_come};
+  // no numbers in the text: it is logged once
+  const auto complain{[&](const char* what, bool may_come) -> Found {
+    return {{},
+            fmt::format("{} → {} {} the image.", io::printable(link.parent, 60), io::printable(child, 60), what),
+            may_come};
   }};
-  if (after == history.end()) return complain("ends", history.back().stamp_ns, true);
+  if (after == history.end()) return complain("ends before", true);
   if (after->stamp_ns == stamp_ns) return {affine(after->rotation, after->translation)};
-  if (after == history.begin()) return complain("begins", after->stamp_ns, false);
+  if (after == history.begin()) return complain("begins after", false);
   const Stamped& before{*(after - 1)};
   const double part{static_cast<double>(stamp_ns - before.stamp_ns) /
                     static_cast<double>(after->stamp_ns - before.stamp_ns)};

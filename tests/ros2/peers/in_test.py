@@ -107,6 +107,24 @@ class In(unittest.TestCase):
                 publisher.publish(message)
         return send
 
+    def test_chain_of_transforms(self):
+        """Another process of the tool publishes odom → base_link and, latched, base_link → stereo_left_optical."""
+        cameras = Cameras(self.node, '/tracked', frame='stereo_left_optical')
+        grids, observed = self.grids_of('tf_grid'), []
+        self.node.create_subscription(OccupancyGrid, '/tf_grid/observed_grid', observed.append, LATCHED)
+        with Tool('live', 'scene:street?width=192&height=128&frames=60', '--loop', '--ros2', '--ros2-node', 'robot',
+                  '--listen', ':0'), Tool('live', 'ros2:/tracked', '--poses', 'tf', '--ros2', '--ros2-node', 'tf_grid',
+                                          '--listen', ':0') as tool:
+            # stamps of two seconds ago: on a busy machine the other process is late
+            done = self.send_until(lambda: len(grids) >= 10, [lambda ns: cameras.send(ns - 2 * 10**9)], seconds=20)
+            log = tool.end()
+        self.assertTrue(done, log)
+        self.assertIn('mounting of TF (base_link → stereo_left_optical)', log)
+        self.assertIn('poses of the camera: stereo_left_optical in odom', log)
+        self.assertNotIn('another node publishes', log)
+        self.assertEqual(observed[-1].header.frame_id, 'stereo_grid')
+        self.assertGreater(len({grid.info.origin.position.x for grid in grids}), 1)  # it follows
+
     def test_simulated_time_that_jumps_back(self):
         cameras = Cameras(self.node, '/simulated')
         grids = self.grids_of('sim_grid')

@@ -85,11 +85,11 @@ class Cameras:
 
     WIDTH, HEIGHT, SHIFT, FOCAL, BASELINE = 256, 160, 8, 100.0, 0.25
 
-    def __init__(self, node, at, qos=RELIABLE, encoding='mono8', odometry_type=Odometry):
-        self.node, self.at, self.encoding = node, at, encoding
+    def __init__(self, node, at, qos=RELIABLE, encoding='mono8', frame='left_optical'):
+        self.node, self.at, self.encoding, self.frame = node, at, encoding, frame
         self.images = [node.create_publisher(Image, f'{at}/{side}/image_rect', qos) for side in ('left', 'right')]
         self.infos = [node.create_publisher(CameraInfo, f'{at}/{side}/camera_info', qos) for side in ('left', 'right')]
-        self.odometry = node.create_publisher(odometry_type, f'{at}/odom', qos)
+        self.odometry = node.create_publisher(Odometry, f'{at}/odom', qos)
         self.clock = node.create_publisher(Clock, '/clock', qos)
         self.random = np.random.default_rng(1)
         self.sent = []
@@ -109,7 +109,7 @@ class Cameras:
                 pixels = np.repeat(pixels[:, :, None], 3, axis=2)
             image = Image(height=self.HEIGHT, width=self.WIDTH, encoding=self.encoding,
                           step=pixels.nbytes // self.HEIGHT)
-            image.header.stamp, image.header.frame_id = stamp, 'left_optical'
+            image.header.stamp, image.header.frame_id = stamp, self.frame
             image.data.frombytes(np.ascontiguousarray(pixels).tobytes())
             self.images[i].publish(image)
             self.infos[i].publish(self.info(stamp, i))
@@ -120,5 +120,5 @@ class Cameras:
         info = CameraInfo(height=self.HEIGHT, width=self.WIDTH, distortion_model='plumb_bob', d=[0.0] * 5,
                           k=[f, 0.0, u, 0.0, f, v, 0.0, 0.0, 1.0], r=[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
                           p=[f, 0.0, u, -i * f * self.BASELINE, 0.0, f, v, 0.0, 0.0, 0.0, 1.0, 0.0])
-        info.header.stamp, info.header.frame_id = stamp, 'left_optical'
+        info.header.stamp, info.header.frame_id = stamp, self.frame
         return info

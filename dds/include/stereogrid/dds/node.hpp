@@ -54,9 +54,11 @@ class STEREOGRID_EXPORT Node {
   [[nodiscard]] virtual messages::Sink& sink() = 0;
   /// What others publish at present, as far as it has been found, in the order of the names.
   [[nodiscard]] virtual std::vector<PublishedTopic> topics() const = 0;
-  /// Best effort and volatile, which every publisher can serve. `take` is called by one thread for all subscriptions;
-  /// what it throws is told by `warn`. Throws DeviceError.
-  virtual void subscribe(const std::string& topic, const std::string& type, std::size_t depth, Take take) = 0;
+  /// Best effort and volatile, which every publisher can serve; `is_latched`: reliable and transient local, as for
+  /// /tf_static. `take` is called by one thread for all subscriptions; what it throws is told by `warn`. Throws
+  /// DeviceError.
+  virtual void subscribe(const std::string& topic, const std::string& type, std::size_t depth, Take take,
+                         bool is_latched = false) = 0;
   /// Ends all subscriptions of a topic. A message that is being taken may still arrive.
   virtual void unsubscribe(const std::string& topic) = 0;
 };
@@ -71,7 +73,7 @@ struct Library {
   std::unique_ptr<Node> (*open)(const NodeOptions& options);
 };
 
-constexpr const char* library_function{"stereogrid_dds_library_3"};
+constexpr const char* library_function{"stereogrid_dds_library_4"};
 
 /// A number that changes with the structures that cross the interface.
 constexpr std::size_t interface_sizes() {
