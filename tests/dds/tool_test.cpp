@@ -112,9 +112,8 @@ TEST(DdsTool, TfGivesTheCamerasPoseAndItsMounting) {
   EXPECT_THAT(map.rest(), SizeIs(5));
   EXPECT_THAT(observed.line(), HasSubstr(" stereo_grid "));
   const std::string said{all_of(live)};
-  EXPECT_THAT(said,
-              AllOf(HasSubstr("mounting of TF (base_link → left_optical)"), HasSubstr("height 1.10 m, pitch 0.0°"),
-                    HasSubstr("poses of the camera: left_optical in odom"), Not(HasSubstr("cannot be used"))));
+  EXPECT_THAT(said, AllOf(HasSubstr("mounting of TF (base_link → left_optical)"), HasSubstr("height 1.10 m"),
+                          HasSubstr("poses of the camera: left_optical in odom"), Not(HasSubstr("cannot be used"))));
 }
 
 TEST(DdsTool, AnotherNodeWithTheSameTransformIsNamed) {

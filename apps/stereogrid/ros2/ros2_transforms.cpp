@@ -24,7 +24,7 @@ using messages::tf2_msgs::TFMessage;
 constexpr std::size_t dynamic_depth{100};  // as tf2_ros has it
 constexpr std::size_t static_depth{100};
 constexpr auto image_patience{1s};
-constexpr auto static_patience{500ms};
+constexpr auto static_patience{100ms};  // they have been received since before the images were found
 constexpr double degrees{180 / 3.14159265358979323846};
 
 }  // namespace

@@ -17,7 +17,7 @@ namespace stereogrid::app {
 /// frame_id of the next image on a topic; "": none has come within a second, or it has none.
 [[nodiscard]] std::string frame_of_images(dds::Node& node, const mcap::Topic& images);
 
-/// True: the frames are connected, which is waited for half a second.
+/// True: the frames are connected, which is waited for 0.1 s.
 [[nodiscard]] bool are_connected(TransformBuffer& transforms, const std::string& target, const std::string& source);
 
 /// Sets height, pitch and roll from base_footprint or base_link to the camera's frame; logs it. Returns false and
