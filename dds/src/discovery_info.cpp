@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "stereogrid/error.hpp"
 #include "stereogrid/messages/cdr.hpp"
 
 namespace stereogrid::dds {
@@ -33,10 +34,27 @@ std::vector<std::byte> encoded(const Entities& entities) {
   return {cdr.begin(), cdr.end()};
 }
 
+template <std::size_t bytes>
+bool is_layout(std::span<const std::byte> cdr) {
+  try {
+    ParticipantEntitiesInfo<bytes> message;
+    messages::decode(cdr, message);
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
 }  // namespace
 
 std::vector<std::byte> discovery_message(const Entities& entities, Distro distro) {
-  return distro == Distro::humble ? encoded<24>(entities) : encoded<16>(entities);
+  return distro == Distro::jazzy ? encoded<16>(entities) : encoded<24>(entities);
+}
+
+std::optional<Distro> layout_of(std::span<const std::byte> cdr) {
+  if (is_layout<24>(cdr)) return Distro::humble;
+  if (is_layout<16>(cdr)) return Distro::jazzy;
+  return std::nullopt;
 }
 
 }  // namespace stereogrid::dds

@@ -7,6 +7,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -75,5 +77,7 @@ struct Entities {
 
 /// Encoded as peers of that distribution read it.
 [[nodiscard]] std::vector<std::byte> discovery_message(const Entities& entities, Distro distro);
+/// Layout of a peer's message; none: neither.
+[[nodiscard]] std::optional<Distro> layout_of(std::span<const std::byte> cdr);
 
 }  // namespace stereogrid::dds

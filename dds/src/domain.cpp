@@ -2,11 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "domain.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cstdlib>
 #include <cstring>
 #include <map>
 #include <mutex>
+#include <random>
+#include <sstream>
 #include <string_view>
 
 #include "stereogrid/error.hpp"
@@ -15,12 +19,6 @@ namespace stereogrid::dds {
 namespace {
 
 constexpr dds_domainid_t last_domain{232};  // by the ports of RTPS
-
-// Found also where the loopback has no multicast: the first processes of the machine are asked one by one.
-constexpr std::string_view local_only{
-    "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces></General>"
-    "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
-    "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery></Domain></CycloneDDS>,"};
 
 std::string variable(const char* name) {
   const char* const value{std::getenv(name)};
@@ -39,17 +37,59 @@ dds_domainid_t domain_id() {
   return id;
 }
 
-bool is_local() {
+DiscoveryRange range() {
   const std::string local{variable("ROS_LOCALHOST_ONLY")};
   if (!local.empty() && local != "0" && local != "1") {
     throw ConfigError{"ROS_LOCALHOST_ONLY is \"" + local + "\", but it is 0 or 1."};
   }
-  if (local == "1") return true;
   const std::string range{variable("ROS_AUTOMATIC_DISCOVERY_RANGE")};
-  if (range.empty() || range == "SUBNET" || range == "SYSTEM_DEFAULT") return false;
-  if (range == "LOCALHOST") return true;
-  throw ConfigError{"ROS_AUTOMATIC_DISCOVERY_RANGE is \"" + range +
-                    "\", which is not known here: SUBNET, LOCALHOST or SYSTEM_DEFAULT."};
+  if (local == "1") return DiscoveryRange::loopback;
+  if (range == "LOCALHOST") return DiscoveryRange::localhost;
+  if (range.empty() || range == "SUBNET" || range == "SYSTEM_DEFAULT") return DiscoveryRange::subnet;
+  if (range == "OFF") return DiscoveryRange::off;
+  throw ConfigError{"ROS_AUTOMATIC_DISCOVERY_RANGE: " + range + " (allowed SUBNET, LOCALHOST, OFF, SYSTEM_DEFAULT)."};
+}
+
+std::vector<std::string> static_peers() {
+  std::vector<std::string> peers;
+  std::istringstream text{variable("ROS_STATIC_PEERS")};
+  for (std::string peer; std::getline(text, peer, ';');) {
+    const auto is_of_host{[](unsigned char letter) {
+      return std::isalnum(letter) != 0 ||
+             std::string_view{".:-_[]"}.find(static_cast<char>(letter)) != std::string_view::npos;
+    }};
+    if (!std::ranges::all_of(peer, is_of_host)) {
+      throw ConfigError{"ROS_STATIC_PEERS: " + peer + " (allowed addresses and names of hosts, with ; between them)."};
+    }
+    if (!peer.empty()) peers.push_back(std::move(peer));
+  }
+  return peers;
+}
+
+/// Configuration of Cyclone DDS as rmw_cyclonedds_cpp makes it for the same variables. Peers that are listed are asked
+/// one by one at the ports of the first 33 participants of a host, which needs no multicast.
+std::string config_of(const Network& network) {
+  if (network.range == DiscoveryRange::off) {
+    return "<CycloneDDS><Domain><General><AllowMulticast>false</AllowMulticast></"
+           "General><Discovery><ParticipantIndex>none"
+           "</ParticipantIndex><Tag>stereogrid_" +
+           std::to_string(std::random_device{}()) + "</Tag></Discovery></Domain></CycloneDDS>,";
+  }
+  const bool is_loopback{network.range == DiscoveryRange::loopback};
+  const bool is_local{is_loopback || network.range == DiscoveryRange::localhost};
+  if (!is_local && network.static_peers.empty()) return "";
+  std::string peers{is_local ? "<Peer address=\"127.0.0.1\"/>" : ""};
+  if (!is_loopback) {
+    for (const std::string& peer : network.static_peers) peers += "<Peer address=\"" + peer + "\"/>";
+  }
+  const char* const general{
+      is_loopback ? "<General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces></General>"
+      : is_local  ? "<General><AllowMulticast>false</AllowMulticast></General>"
+                  : ""};
+  return std::string{"<CycloneDDS><Domain>"} + general +
+         "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</"
+         "MaxAutoParticipantIndex><Peers>" +
+         peers + "</Peers></Discovery></Domain></CycloneDDS>,";
 }
 
 struct Shared {
@@ -66,7 +106,7 @@ std::map<dds_domainid_t, Shared>& domains() {
 }  // namespace
 
 Network network_of_environment() {
-  return {domain_id(), is_local()};
+  return {domain_id(), range(), static_peers()};
 }
 
 dds_return_t checked(dds_return_t code, const std::string& what) {
@@ -80,7 +120,7 @@ Domain::Domain(const Network& network) : id_{network.domain} {
     ++found->second.users;
     return;
   }
-  const std::string config{std::string{network.is_local ? local_only : ""} + variable("CYCLONEDDS_URI")};
+  const std::string config{config_of(network) + variable("CYCLONEDDS_URI")};
   const dds_entity_t entity{dds_create_domain(id_, config.c_str())};
   if (entity == DDS_RETCODE_PRECONDITION_NOT_MET) return;  // the program's own
   checked(entity, "domain " + std::to_string(id_) + " cannot be opened (is CYCLONEDDS_URI right, is there a network?)");

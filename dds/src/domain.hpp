@@ -5,16 +5,23 @@
 #include <dds/dds.h>
 
 #include <string>
+#include <vector>
 
 namespace stereogrid::dds {
 
-/// Which network, as ROS's environment variables say.
+/// Where peers are searched for. localhost: on this machine through any interface, as Jazzy's middlewares do; loopback:
+/// through 127.0.0.1 alone (ROS_LOCALHOST_ONLY of Humble), where peers of the former are not found.
+enum class DiscoveryRange { subnet, localhost, loopback, off };
+
+/// Network of ROS's environment variables.
 struct Network {
   dds_domainid_t domain{0};
-  bool is_local{false};  ///< this machine only
+  DiscoveryRange range{DiscoveryRange::subnet};
+  std::vector<std::string> static_peers{};  ///< addresses or names of hosts
 };
 
-/// ROS_DOMAIN_ID, ROS_LOCALHOST_ONLY and ROS_AUTOMATIC_DISCOVERY_RANGE. Throws ConfigError: no such number or range.
+/// ROS_DOMAIN_ID, ROS_LOCALHOST_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE, ROS_STATIC_PEERS. Throws ConfigError: no such
+/// number, range or host.
 [[nodiscard]] Network network_of_environment();
 
 /// A domain as Cyclone DDS calls its part of a process; nodes of one process share it. CYCLONEDDS_URI has the last

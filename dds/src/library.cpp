@@ -20,9 +20,9 @@ std::unique_ptr<Node> open(const NodeOptions& options) {
 }  // namespace
 }  // namespace stereogrid::dds
 
-extern "C" STEREOGRID_EXPORT const stereogrid::dds::Library* stereogrid_dds_library_2();
+extern "C" STEREOGRID_EXPORT const stereogrid::dds::Library* stereogrid_dds_library_4();
 
-const stereogrid::dds::Library* stereogrid_dds_library_2() {
+const stereogrid::dds::Library* stereogrid_dds_library_4() {
   using namespace stereogrid::dds;
   static const Library library{STEREOGRID_VERSION, interface_sizes(), check, open};
   return &library;

@@ -54,8 +54,9 @@ std::vector<PublishedTopic> NetworkNode::topics() const {
   return found;
 }
 
-void NetworkNode::subscribe(const std::string& topic, const std::string& type, std::size_t depth, Take take) {
-  subscriptions_->add(topic, type, depth, std::move(take));
+void NetworkNode::subscribe(const std::string& topic, const std::string& type, std::size_t depth, Take take,
+                            bool is_latched) {
+  subscriptions_->add(topic, type, depth, std::move(take), is_latched);
 }
 
 void NetworkNode::unsubscribe(const std::string& topic) {

@@ -19,7 +19,8 @@ class NetworkNode final : public Node {
 
   [[nodiscard]] messages::Sink& sink() override { return *sink_; }
   [[nodiscard]] std::vector<PublishedTopic> topics() const override;
-  void subscribe(const std::string& topic, const std::string& type, std::size_t depth, Take take) override;
+  void subscribe(const std::string& topic, const std::string& type, std::size_t depth, Take take,
+                 bool is_latched) override;
   void unsubscribe(const std::string& topic) override;
 
  private:

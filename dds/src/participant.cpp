@@ -3,6 +3,9 @@
 #include "participant.hpp"
 
 #include <algorithm>
+#include <array>
+#include <exception>
+#include <memory>
 #include <string_view>
 
 #include "bytes_type.hpp"
@@ -11,6 +14,9 @@ namespace stereogrid::dds {
 namespace {
 
 constexpr std::string_view enclave{"enclave=/;"};  // what peers of ROS look for
+// User data of our own writer of ros_discovery_info: its layout says nothing about the distribution of the peers.
+constexpr std::string_view own_mark{"stereogrid=1;"};
+constexpr int infos_at_once{64};
 
 dds_entity_t new_participant(dds_domainid_t domain) {
   const Qos qos{dds_create_qos()};
@@ -24,21 +30,45 @@ dds_guid_t guid_of(dds_entity_t entity) {
   return guid;
 }
 
+bool is_own_kind(const dds_builtintopic_endpoint_t& writer) {
+  void* data{nullptr};
+  std::size_t size{0};
+  const bool is_same{dds_qget_userdata(writer.qos, &data, &size) && data != nullptr &&
+                     std::string_view{static_cast<const char*>(data), size} == own_mark};
+  dds_free(data);
+  return is_same;
+}
+
+struct FreeEndpoint {
+  void operator()(dds_builtintopic_endpoint_t* endpoint) const { dds_builtintopic_free_endpoint(endpoint); }
+};
+/// The peer's writer; none: it is gone.
+std::unique_ptr<dds_builtintopic_endpoint_t, FreeEndpoint> writer_of(dds_entity_t reader, dds_instance_handle_t peer) {
+  return std::unique_ptr<dds_builtintopic_endpoint_t, FreeEndpoint>{dds_get_matched_publication_data(reader, peer)};
+}
+
 }  // namespace
 
 Participant::Participant(const NodeOptions& options)
     : names_{options},
-      distro_{options.distro},
       warnings_{options.warn},
       domain_{network_of_environment()},
-      entity_{new_participant(domain_.id())} {
+      entity_{new_participant(domain_.id())},
+      layout_{options.distro} {
   try {
     entities_ = {names_.node_namespace(), names_.node(), guid_of(entity_)};
     const DdsTopic topic{make_topic(discovery_topic, dds_type(discovery_type))};
-    announcer_ = checked(dds_create_writer(entity_, topic.entity, reliable_qos(true, 1).get(), nullptr),
-                         "the list of nodes cannot be written");
+    const Qos qos{reliable_qos(true, 1)};
+    dds_qset_userdata(qos.get(), own_mark.data(), own_mark.size());
+    announcer_ =
+        checked(dds_create_writer(entity_, topic.entity, qos.get(), nullptr), "ros_discovery_info cannot be written");
     announced_type_ = topic.type;
     announce();
+    if (layout_ != Distro::automatic) return;
+    const Listener listener{dds_create_listener(this)};
+    dds_lset_data_available(listener.get(), on_discovery_info);
+    checked(dds_create_reader(entity_, topic.entity, reliable_qos(true, infos_at_once).get(), listener.get()),
+            "ros_discovery_info cannot be read");
   } catch (...) {
     dds_delete(entity_);
     throw;
@@ -56,13 +86,8 @@ DdsTopic Participant::make_topic(const std::string& name, const std::string& typ
   return {checked(topic, "topic " + name + " cannot be made"), bytes_type};
 }
 
-void Participant::set_hash(dds_qos_t* qos, const std::string& type) const {
-  if (distro_ != Distro::humble) set_type_hash(qos, type);
-}
-
 std::pair<dds_entity_t, ddsi_sertype*> Participant::make_writer(const std::string& topic, const std::string& type,
                                                                 Qos qos, const dds_listener_t* listener) {
-  set_hash(qos.get(), type);
   const DdsTopic made{make_topic(dds_topic(topic), dds_type(type))};
   const dds_entity_t writer{
       checked(dds_create_writer(entity_, made.entity, qos.get(), listener), topic + " cannot be published")};
@@ -72,7 +97,6 @@ std::pair<dds_entity_t, ddsi_sertype*> Participant::make_writer(const std::strin
 
 dds_entity_t Participant::make_reader(const std::string& topic, const std::string& type, Qos qos,
                                       const dds_listener_t* listener) {
-  set_hash(qos.get(), type);
   const DdsTopic made{make_topic(dds_topic(topic), dds_type(type))};
   const dds_entity_t reader{
       checked(dds_create_reader(entity_, made.entity, qos.get(), listener), topic + " cannot be subscribed to")};
@@ -96,8 +120,38 @@ void Participant::add(dds_entity_t entity, std::vector<dds_guid_t>& list) {
 }
 
 void Participant::announce() {
-  checked(dds_writecdr(announcer_, new_sample(announced_type_, discovery_message(entities_, distro_))),
-          "the list of nodes cannot be written");
+  checked(dds_writecdr(announcer_, new_sample(announced_type_, discovery_message(entities_, layout_))),
+          "ros_discovery_info cannot be written");
+}
+
+void Participant::on_discovery_info(dds_entity_t reader, void* participant) noexcept {
+  Participant& one{*static_cast<Participant*>(participant)};
+  std::array<ddsi_serdata*, infos_at_once> samples{};
+  std::array<dds_sample_info_t, infos_at_once> infos{};
+  const dds_return_t count{dds_takecdr(reader, samples.data(), samples.size(), infos.data(), DDS_ANY_STATE)};
+  for (std::size_t i{0}; count > 0 && i < static_cast<std::size_t>(count); ++i) {
+    try {
+      const auto layout{infos[i].valid_data ? layout_of(bytes_of(samples[i])) : std::nullopt};
+      if (layout) one.set_layout_of(reader, infos[i].publication_handle, *layout);
+    } catch (const std::exception& error) {  // through C nothing may be thrown
+      one.warnings_.tell_once(std::string{"ROS 2: ros_discovery_info of a peer: "} + error.what());
+    }
+    ddsi_serdata_unref(samples[i]);
+  }
+}
+
+// Nodes of our own kind are skipped before the lock: two of them in one process may write at the same time.
+void Participant::set_layout_of(dds_entity_t reader, dds_instance_handle_t peer, Distro layout) {
+  const auto writer{writer_of(reader, peer)};
+  if (!writer || is_own_kind(*writer)) return;
+  const std::scoped_lock lock{mutex_};
+  layouts_[peer] = layout;
+  std::erase_if(layouts_, [&](const auto& one) { return one.first != peer && !writer_of(reader, one.first); });
+  const bool has_humble{std::ranges::any_of(layouts_, [](const auto& one) { return one.second == Distro::humble; })};
+  const Distro wanted{has_humble ? Distro::humble : Distro::jazzy};
+  if (wanted == layout_) return;
+  layout_ = wanted;
+  announce();
 }
 
 }  // namespace stereogrid::dds

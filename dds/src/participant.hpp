@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <mutex>
 #include <set>
 #include <string>
@@ -68,10 +69,11 @@ class Participant {
   void delete_reader(dds_entity_t reader);
 
  private:
-  void set_hash(dds_qos_t* qos, const std::string& type) const;
   /// To what tools of ROS see.
   void add(dds_entity_t entity, std::vector<dds_guid_t>& list);
   void announce();
+  static void on_discovery_info(dds_entity_t reader, void* participant) noexcept;
+  void set_layout_of(dds_entity_t reader, dds_instance_handle_t peer, Distro layout);
 
   Names names_;
   Distro distro_;
@@ -80,8 +82,10 @@ class Participant {
   dds_entity_t entity_;
   dds_entity_t announcer_{0};
   ddsi_sertype* announced_type_{nullptr};
-  std::mutex mutex_;  // of `entities_`
+  std::mutex mutex_;  // of what follows
   Entities entities_;
+  std::map<dds_instance_handle_t, Distro> layouts_;  // of ros_discovery_info, by peer
+  Distro layout_;
 };
 
 }  // namespace stereogrid::dds

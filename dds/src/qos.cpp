@@ -38,10 +38,9 @@ Qos best_effort_qos(int depth) {
   return qos_of(DDS_RELIABILITY_BEST_EFFORT, DDS_DURABILITY_VOLATILE, depth);
 }
 
-void set_type_hash(dds_qos_t* qos, std::string_view ros_type) {
-  const std::string_view hash{type_hash(ros_type)};
-  if (hash.empty()) return;
-  const std::string text{"typehash=" + std::string{hash} + ";"};
+void set_type_hash(dds_qos_t* qos, std::string_view ros_type, std::string_view definition) {
+  if (definition.empty()) return;  // unknown: peers assume that the types agree
+  const std::string text{"typehash=" + type_hash(ros_type, definition) + ";"};
   dds_qset_userdata(qos, text.data(), text.size());
 }
 

@@ -17,12 +17,17 @@ struct FreeQos {
 };
 using Qos = std::unique_ptr<dds_qos_t, FreeQos>;
 
+struct FreeListener {
+  void operator()(dds_listener_t* listener) const { dds_delete_listener(listener); }
+};
+using Listener = std::unique_ptr<dds_listener_t, FreeListener>;
+
 /// ROS 2's: reliable, the last `depth` messages; transient local: who comes later gets them, too.
 [[nodiscard]] Qos reliable_qos(bool is_transient_local, int depth);
 /// Matches every publisher.
 [[nodiscard]] Qos best_effort_qos(int depth);
-/// What peers of Jazzy are told of an endpoint's type.
-void set_type_hash(dds_qos_t* qos, std::string_view ros_type);
+/// Sets the endpoint's user data, from which peers since Iron read the hash of its type. Humble ignores it.
+void set_type_hash(dds_qos_t* qos, std::string_view ros_type, std::string_view definition);
 
 /// What a subscriber asks for that a publisher does not offer, for a person: "durability (transient local)".
 [[nodiscard]] std::string policy_in_words(std::uint32_t policy_id);

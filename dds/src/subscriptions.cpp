@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "bytes_type.hpp"
+#include "type_hashes.hpp"
 
 namespace stereogrid::dds {
 namespace {
@@ -30,11 +31,15 @@ Subscriptions::~Subscriptions() {
   thread_.join();
 }
 
-void Subscriptions::add(const std::string& topic, const std::string& type, std::size_t depth, Take take) {
+void Subscriptions::add(const std::string& topic, const std::string& type, std::size_t depth, Take take,
+                        bool is_latched) {
   auto reader{std::make_unique<Reader>()};
   reader->topic = participant_.names().remapped(topic);
   reader->take = std::move(take);
-  reader->entity = participant_.make_reader(reader->topic, type, best_effort_qos(static_cast<int>(depth)), nullptr);
+  const int messages{static_cast<int>(depth)};
+  Qos qos{is_latched ? reliable_qos(true, messages) : best_effort_qos(messages)};
+  set_type_hash(qos.get(), type, definition_of_subscribed(type));
+  reader->entity = participant_.make_reader(reader->topic, type, std::move(qos), nullptr);
   const dds_entity_t condition{
       checked(dds_create_readcondition(reader->entity, DDS_ANY_STATE), topic + " cannot be waited for")};
   const auto attached{reinterpret_cast<dds_attach_t>(reader.get())};

@@ -21,7 +21,7 @@ class Subscriptions {
   Subscriptions& operator=(const Subscriptions&) = delete;
   ~Subscriptions();
 
-  void add(const std::string& topic, const std::string& type, std::size_t depth, Take take);
+  void add(const std::string& topic, const std::string& type, std::size_t depth, Take take, bool is_latched);
   void remove(const std::string& topic);
 
  private:

@@ -11,10 +11,6 @@ namespace {
 
 constexpr int depth{10};
 
-struct FreeListener {
-  void operator()(dds_listener_t* listener) const { dds_delete_listener(listener); }
-};
-
 }  // namespace
 
 void TopicSink::tell_refused(dds_entity_t /*entity*/, dds_offered_incompatible_qos_status_t status,
@@ -35,11 +31,12 @@ std::uint32_t TopicSink::add(const messages::Channel& channel) {
     writers_.push_back(std::move(writer));
     return static_cast<std::uint32_t>(writers_.size() - 1);
   }
-  const std::unique_ptr<dds_listener_t, FreeListener> listener{dds_create_listener(nullptr)};
+  const Listener listener{dds_create_listener(nullptr)};
   dds_lset_offered_incompatible_qos_arg(listener.get(), tell_refused, writer.get(), true);
-  const auto [entity, type]{participant_.make_writer(writer->topic, std::string{channel.type},
-                                                     reliable_qos(channel.latched, channel.latched ? 1 : depth),
-                                                     listener.get())};
+  Qos qos{reliable_qos(channel.latched, channel.latched ? 1 : depth)};
+  set_type_hash(qos.get(), channel.type, channel.definition);
+  const auto [entity,
+              type]{participant_.make_writer(writer->topic, std::string{channel.type}, std::move(qos), listener.get())};
   writer->entity = entity;
   writer->type = type;
   writers_.push_back(std::move(writer));

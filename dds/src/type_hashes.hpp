@@ -2,12 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
 #include <string_view>
 
 namespace stereogrid::dds {
 
-/// What Jazzy tells of a type to find two that have the same name and differ (REP 2011), as its peers' user data has
-/// it: "RIHS01_…"; "": not known, which peers take for any.
-[[nodiscard]] std::string_view type_hash(std::string_view ros_type);
+/// Hash of a type by rosidl's rule (REP 2011, since Iron): "RIHS01_" and the SHA-256 of its type description.
+/// `definition`: schema encoding "ros2msg" with bool, byte, numbers, string, and arrays without a bound.
+/// Throws InputError: another kind of field.
+[[nodiscard]] std::string type_hash(std::string_view ros_type, std::string_view definition);
+
+/// Definition of a type that this library's users subscribe to; "": none of them.
+[[nodiscard]] std::string_view definition_of_subscribed(std::string_view ros_type);
 
 }  // namespace stereogrid::dds

@@ -3,6 +3,7 @@
 //
 // bare_peer grids TOPIC RELIABILITY DURABILITY COUNT SECONDS: a line for each nav_msgs/OccupancyGrid that comes.
 // bare_peer node humble|jazzy NAMESPACE NAME TOPIC SECONDS: what ROS's tools know of a node and of who writes TOPIC.
+// bare_peer announce humble|jazzy SECONDS: publishes ros_discovery_info as a node of that distribution does.
 // bare_peer pairs …: publish_pairs.cpp.
 // Exit code 0: as many came; 2: the time was over.
 #include "bare_peer.hpp"
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <cstring>
 #include <string_view>
+#include <type_traits>
 
 #include "ros.h"
 
@@ -88,26 +90,60 @@ void print_participants(dds_entity_t of) {
   });
 }
 
+/// ros_discovery_info's type, whose name both distributions share.
+dds_topic_descriptor_t info_type(bool is_humble) {
+  const dds_topic_descriptor_t& own{is_humble ? rmw_dds_common_msg_dds__ParticipantEntitiesInfo__desc
+                                              : since_iron_msg_dds__ParticipantEntitiesInfo__desc};
+  return {.m_size = own.m_size,
+          .m_align = own.m_align,
+          .m_flagset = own.m_flagset & ~DDS_TOPIC_XTYPES_METADATA,  // it has the other name
+          .m_nkeys = own.m_nkeys,
+          .m_typename = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_",
+          .m_keys = own.m_keys,
+          .m_nops = own.m_nops,
+          .m_ops = own.m_ops,
+          .m_meta = own.m_meta,
+          .type_information = {},
+          .type_mapping = {},
+          .restrict_data_representation = own.restrict_data_representation};
+}
+
+template <class Info>
+void write_node(dds_entity_t infos) {
+  char name[]{"peer"};
+  char root[]{"/"};
+  Info info{};
+  info.node_entities_info_seq._length = info.node_entities_info_seq._maximum = 1;
+  std::remove_pointer_t<decltype(info.node_entities_info_seq._buffer)> node{};
+  node.node_name = name;
+  node.node_namespace = root;
+  info.node_entities_info_seq._buffer = &node;
+  checked(dds_write(infos, &info), "write");
+}
+
+int announce(char** argv) {
+  const dds_entity_t of{participant()};
+  const bool is_humble{std::string_view{argv[2]} == "humble"};
+  const dds_topic_descriptor_t type{info_type(is_humble)};
+  const dds_entity_t infos{writer(of, type, "ros_discovery_info", qos_of("reliable", "transient_local", 1))};
+  if (is_humble) {
+    write_node<rmw_dds_common_msg_dds__ParticipantEntitiesInfo_>(infos);
+  } else {
+    write_node<since_iron_msg_dds__ParticipantEntitiesInfo_>(infos);
+  }
+  std::cout << "announced" << std::endl;
+  std::this_thread::sleep_for(std::chrono::duration<double>{std::atof(argv[3])});
+  dds_delete(of);
+  return 0;
+}
+
 int look_at_node(char** argv) {
   const dds_entity_t of{participant()};
   const bool is_humble{std::string_view{argv[2]} == "humble"};
   const std::string node_namespace{argv[3]}, name{argv[4]};
   const double seconds{std::atof(argv[6])};
-  const dds_topic_descriptor_t& own{is_humble ? rmw_dds_common_msg_dds__ParticipantEntitiesInfo__desc
-                                              : since_iron_msg_dds__ParticipantEntitiesInfo__desc};
-  const dds_topic_descriptor_t type{.m_size = own.m_size,
-                                    .m_align = own.m_align,
-                                    .m_flagset = own.m_flagset & ~DDS_TOPIC_XTYPES_METADATA,  // it has the other name
-                                    .m_nkeys = own.m_nkeys,
-                                    .m_typename = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_",
-                                    .m_keys = own.m_keys,
-                                    .m_nops = own.m_nops,
-                                    .m_ops = own.m_ops,
-                                    .m_meta = own.m_meta,
-                                    .type_information = {},
-                                    .type_mapping = {},
-                                    .restrict_data_representation = own.restrict_data_representation};
-  const dds_entity_t infos{reader(of, type, "ros_discovery_info", qos_of("reliable", "transient_local", 1))};
+  const dds_topic_descriptor_t type{info_type(is_humble)};
+  const dds_entity_t infos{reader(of, type, "ros_discovery_info", qos_of("reliable", "transient_local", 100))};
   if (!print_writers(of, argv[5], seconds)) return out_of_time;
   const auto print = [&](const auto& info) { return !print_node(info, node_namespace, name); };
   const bool came{is_humble ? read_for<rmw_dds_common_msg_dds__ParticipantEntitiesInfo_>(infos, seconds, print)
@@ -124,7 +160,8 @@ int main(int argc, char** argv) {
   const std::string_view what{argc > 1 ? argv[1] : ""};
   if (what == "grids" && argc == 7) return peer::read_grids(argv);
   if (what == "node" && argc == 7) return peer::look_at_node(argv);
+  if (what == "announce" && argc == 4) return peer::announce(argv);
   if (what == "pairs") return peer::publish_pairs(argc, argv);
-  std::cerr << "grids, node or pairs\n";
+  std::cerr << "grids, node, announce or pairs\n";
   return 1;
 }

@@ -67,6 +67,11 @@ TEST(DdsNames, SoAreVariablesThatMakeNoSense) {
   unsetenv("ROS_LOCALHOST_ONLY");
   setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "HERE", 1);
   EXPECT_THAT([] { check_options({}); }, ThrowsMessage<ConfigError>(HasSubstr("SUBNET, LOCALHOST")));
+  unsetenv("ROS_AUTOMATIC_DISCOVERY_RANGE");
+  setenv("ROS_STATIC_PEERS", "10.0.0.7;\"/>", 1);
+  EXPECT_THAT([] { check_options({}); }, ThrowsMessage<ConfigError>(HasSubstr("names of hosts")));
+  setenv("ROS_STATIC_PEERS", "10.0.0.7;;robot.local;[fe80::1]", 1);
+  check_options({});
 }
 
 TEST(DdsNames, WhatTheNetworkComplainsOfIsToldAndEndsTheStart) {

@@ -146,10 +146,42 @@ TEST(DdsSend, ToolsOfRosSeeTheNodeAndWhatItWrites) {
   }
 }
 
-TEST(DdsSend, JazzyIsToldTheHashOfTheType) {
-  EXPECT_THAT(seen_by("jazzy").lines,
-              Contains("endpoint typehash=RIHS01_8d348150c12913a31ee0ec170fbf25089e4745d17035792a1ba94d6f0bc0cfc7;"));
-  EXPECT_THAT(seen_by("humble").lines, Not(Contains(HasSubstr("typehash"))));
+/// Lines of a peer that reads names of nodes in the layout of that distribution.
+std::vector<std::string> names_for(const std::string& distro, double seconds) {
+  Peer peer{bare_peer("node " + distro + " / stereo_grid rt" + topic + " " + std::to_string(seconds))};
+  return peer.rest();
+}
+
+TEST(DdsSend, NamesOfNodesAreInTheLayoutOfThePeers) {
+  const auto node{open_node()};
+  static_cast<void>(node->sink().add(grid_channel(topic, true)));
+  const auto has_node{Contains(StartsWith("node / stereo_grid writes "))};
+  EXPECT_THAT(names_for("humble", 10), has_node) << "no peer is seen yet";
+  Peer jazzy{bare_peer("announce jazzy 12")};
+  ASSERT_EQ(jazzy.line(), "announced");
+  EXPECT_THAT(names_for("jazzy", 10), has_node);
+  Peer humble{bare_peer("announce humble 5")};
+  ASSERT_EQ(humble.line(), "announced");
+  EXPECT_THAT(names_for("humble", 10), has_node) << "tools of Humble fail on the layout of Jazzy";
+}
+
+// A node of this kind announces Humble's layout before it sees a peer: no reason for another one to stay there.
+TEST(DdsSend, NodesOfItsOwnKindDoNotDecideTheLayout) {
+  const auto node{open_node()};
+  static_cast<void>(node->sink().add(grid_channel(topic, true)));
+  const auto other{open_node({.name = "other"})};
+  static_cast<void>(other->sink().add(grid_channel("/stereo_grid/scan", false)));
+  EXPECT_THAT(names_for("humble", 10), Contains(StartsWith("node / stereo_grid writes ")));
+  Peer jazzy{bare_peer("announce jazzy 5")};
+  ASSERT_EQ(jazzy.line(), "announced");
+  EXPECT_THAT(names_for("jazzy", 10), Contains(StartsWith("node / stereo_grid writes ")));
+}
+
+TEST(DdsSend, TheHashOfTheTypeIsInTheUserData) {
+  for (const char* distro : {"humble", "jazzy"}) {
+    EXPECT_THAT(seen_by(distro).lines,
+                Contains("endpoint typehash=RIHS01_8d348150c12913a31ee0ec170fbf25089e4745d17035792a1ba94d6f0bc0cfc7;"));
+  }
 }
 
 TEST(DdsSend, OnThisMachineOnlyWhereTheVariableSaysSo) {
@@ -165,6 +197,38 @@ TEST(DdsSend, OnThisMachineOnlyWhereTheVariableSaysSo) {
          1);
   Peer peer{grids("reliable transient_local", 1)};
   EXPECT_EQ(peer.rest().size(), 1U);
+}
+
+/// Lines of a reader in this machine's loopback without multicast, which asks the first participants one by one.
+std::vector<std::string> grids_without_multicast() {
+  setenv("CYCLONEDDS_URI",
+         "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
+         "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
+         "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery></Domain></CycloneDDS>",
+         1);
+  Peer peer{grids("reliable transient_local", 1, 3)};
+  return peer.rest();
+}
+
+TEST(DdsSend, StaticPeersAreFoundWithoutMulticast) {
+  setenv("CYCLONEDDS_URI",
+         "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
+         "<AllowMulticast>false</AllowMulticast></General></Domain></CycloneDDS>",
+         1);
+  setenv("ROS_STATIC_PEERS", "127.0.0.1", 1);
+  const auto node{open_node()};
+  const std::uint32_t channel{node->sink().add(grid_channel(topic, true))};
+  send(node->sink(), channel, some_grid(4, 3, 1));
+  EXPECT_THAT(grids_without_multicast(), ::testing::SizeIs(1));
+}
+
+TEST(DdsSend, NobodyIsFoundWhereDiscoveryIsOff) {
+  unsetenv("CYCLONEDDS_URI");
+  setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF", 1);
+  const auto node{open_node()};
+  const std::uint32_t channel{node->sink().add(grid_channel(topic, true))};
+  send(node->sink(), channel, some_grid(4, 3, 1));
+  EXPECT_THAT(grids_without_multicast(), IsEmpty());
 }
 
 }  // namespace

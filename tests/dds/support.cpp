@@ -28,7 +28,8 @@ class Alone final : public ::testing::EmptyTestEventListener {
            "<MaxAutoParticipantIndex>9</MaxAutoParticipantIndex><Peers><Peer address=\"127.0.0.1\"/></Peers>"
            "</Discovery></Domain></CycloneDDS>",
            1);
-    for (const char* name : {"ROS_LOCALHOST_ONLY", "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_DISTRO"}) unsetenv(name);
+    for (const char* name : {"ROS_LOCALHOST_ONLY", "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_STATIC_PEERS", "ROS_DISTRO"})
+      unsetenv(name);
   }
 };
 

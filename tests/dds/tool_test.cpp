@@ -6,6 +6,9 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "stereogrid/messages/cdr.hpp"
+#include "stereogrid/messages/definition.hpp"
+#include "stereogrid/messages/tf2_msgs.hpp"
 #include "support.hpp"
 
 namespace stereogrid::dds::testing {
@@ -86,6 +89,37 @@ TEST(DdsTool, TheCameraMayBeElsewhereThanWhatThePosesAreOf) {
   constexpr std::size_t origin_x{5};
   EXPECT_NEAR(std::stod(word(far[4], origin_x)) - std::stod(word(near[4], origin_x)), 10, 2) << near[4] << far[4];
   EXPECT_THAT(vehicle.line(), HasSubstr(" stereo_grid "));
+}
+
+// odom → base_link is the cameras' peer's, base_link → left_optical is latched and 0.5 m ahead, 1.1 m up.
+TEST(DdsTool, TfGivesTheCamerasPoseAndItsMounting) {
+  messages::tf2_msgs::TFMessage message;
+  auto& one{message.transforms.emplace_back()};
+  one.header.frame_id = "base_link";
+  one.child_frame_id = "left_optical";
+  one.transform.translation = {0.5, 0, 1.1};
+  one.transform.rotation = {-0.5, 0.5, -0.5, 0.5};
+  const auto robot{open_node({.name = "robot_state_publisher"})};
+  const std::uint32_t channel{robot->sink().add({"/tf_static", messages::tf2_msgs::TFMessage::type_name,
+                                                 messages::definition_of<messages::tf2_msgs::TFMessage>(), true})};
+  messages::CdrWriter writer;
+  robot->sink().send(channel, 0, writer.encode(message));
+
+  Peer map{grids("/stereo_grid/occupancy_grid", 5, 40)};
+  Peer observed{grids("/stereo_grid/observed_grid", 1, 40)};
+  Peer live{tool("live ros2:/stereo --poses tf --ros2 --listen :0", 7)};
+  Peer cameras{bare_peer("pairs /stereo best_effort 256x160 10 6")};
+  EXPECT_THAT(map.rest(), SizeIs(5));
+  EXPECT_THAT(observed.line(), HasSubstr(" stereo_grid "));
+  const std::string said{all_of(live)};
+  EXPECT_THAT(said, AllOf(HasSubstr("mounting of TF (base_link → left_optical)"), HasSubstr("height 1.10 m"),
+                          HasSubstr("poses of the camera: left_optical in odom"), Not(HasSubstr("cannot be used"))));
+}
+
+TEST(DdsTool, AnotherNodeWithTheSameTransformIsNamed) {
+  Peer robot{bare_peer("pairs /elsewhere best_effort 64x48 10 5")};
+  Peer live{tool("live " + scene + " --loop --ros2 --listen :0", 5)};
+  EXPECT_THAT(all_of(live), HasSubstr("/tf: another node publishes odom → base_link, too. Give --ros2-leave-tf."));
 }
 
 TEST(DdsTool, LiveTakesCompressedImages) {

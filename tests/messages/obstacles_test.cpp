@@ -3,10 +3,12 @@
 //
 // Obstacles and their markers, in the world's frame while results are in the vehicle's.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <set>
 
+#include "stereogrid/messages/definition.hpp"
 #include "stereogrid/messages/nav2_dynamic_msgs.hpp"
 #include "stereogrid/messages/visualization_msgs.hpp"
 #include "support.hpp"
@@ -90,6 +92,24 @@ TEST(ObstacleMessage, HasABoxAlongTheAxes) {
   const nav2_dynamic_msgs::Obstacle across{obstacles_of(with({turned})).obstacles.at(0)};
   EXPECT_NEAR(across.size.x, 6 / std::numbers::sqrt2, 1e-9);
   EXPECT_NEAR(across.size.y, 6 / std::numbers::sqrt2, 1e-9);
+}
+
+// small_result()'s vehicle looks along y: its x is y there, its y is −x.
+TEST(ObstacleMessage, HasCovariancesInTheAxesOfTheWorld) {
+  Obstacle seen{car()};
+  seen.position_covariance = {.xx = 0.25, .xy = 0.1, .yy = 0.0625};
+  seen.velocity_covariance = {.xx = 4, .xy = -0.5, .yy = 1};
+  const nav2_dynamic_msgs::Obstacle one{obstacles_of(with({seen})).obstacles.at(0)};
+  const std::array<double, 9> position{0.0625, -0.1, 0, -0.1, 0.25, 0, 0, 0, 0};
+  const std::array<double, 9> velocity{1, 0.5, 0, 0.5, 4, 0, 0, 0, 0};
+  for (std::size_t i{0}; i < 9; ++i) {
+    EXPECT_NEAR(one.position_covariance.at(i), position.at(i), 1e-12) << i;
+    EXPECT_NEAR(one.velocity_covariance.at(i), velocity.at(i), 1e-12) << i;
+  }
+  EXPECT_TRUE(definition_of<nav2_dynamic_msgs::Obstacle>().starts_with(
+      "unique_identifier_msgs/UUID uuid\nfloat32 score\ngeometry_msgs/Point position\n"
+      "geometry_msgs/Vector3 velocity\ngeometry_msgs/Vector3 size\nfloat64[9] position_covariance\n"
+      "float64[9] velocity_covariance\n"));
 }
 
 TEST(ObstacleMessage, HasAnIdThatStaysAndIsItsOwn) {

@@ -3,8 +3,9 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # colcon.sh SOURCE BUILD WORK: ros2/stereogrid_ros as a workspace of colcon has it: ament_cmake is Debian's, stereogrid
-# is BUILD, installed; rclcpp and its company are the stand-ins of this folder. Where Debian has the linters of ament,
-# they look through the package.
+# is BUILD, installed; rclcpp, rclcpp_components and tf2_ros are the stand-ins of this folder, which export targets as the
+# real ones do. Messages are the real packages where scripts/install-dependencies.sh --python has put them. Where Debian has
+# the linters of ament, they check the package.
 set -euo pipefail
 
 source=$1
@@ -20,14 +21,32 @@ fail() { echo "FAILED: $*" >&2; exit 1; }
 rm -rf "$work"
 mkdir -p "$work/workspace/src"
 ln -s "$package" "$work/workspace/src/"
-for name in geometry_msgs rclcpp rclcpp_components sensor_msgs tf2_ros; do
-  mkdir -p "$work/stand_in/share/$name/cmake"
-  echo "set(${name}_INCLUDE_DIRS \"$stand_in\")" >"$work/stand_in/share/$name/cmake/${name}Config.cmake"
-done
+export_stand_in() { # export_stand_in PACKAGE TARGET FOLDER
+  mkdir -p "$work/stand_in/share/$1/cmake"
+  cat >"$work/stand_in/share/$1/cmake/$1Config.cmake" <<CONFIG
+add_library($1::$2 INTERFACE IMPORTED)
+target_include_directories($1::$2 INTERFACE "$3")
+set($1_TARGETS $1::$2)
+CONFIG
+}
+export_stand_in rclcpp rclcpp "$stand_in"
+export_stand_in rclcpp_components component "$stand_in"
+export_stand_in tf2_ros tf2_ros "$stand_in"
+ros=$source/build/ros/venv
+if [ -e "$ros/share/sensor_msgs/cmake/sensor_msgsConfig.cmake" ]; then
+  echo "Messages: the packages of $ros"
+  # these wheels name the folder of Python's headers on the machine that has built them
+  { grep -rlE '/opt/python/[^";]*' "$ros"/share/*/cmake || true; } | xargs -r sed -i -E 's#/opt/python/[^";]*#/usr/include#g'
+else
+  echo "Messages: stand-ins; scripts/install-dependencies.sh --python installs the real packages"
+  ros=
+  for name in geometry_msgs sensor_msgs; do
+    export_stand_in $name ${name}__rosidl_typesupport_cpp "${stand_in}_messages"
+  done
+fi
 cat >>"$work/stand_in/share/rclcpp_components/cmake/rclcpp_componentsConfig.cmake" <<'MACRO'
-macro(rclcpp_components_register_node target)
-  cmake_parse_arguments(NODE "" "PLUGIN;EXECUTABLE" "" ${ARGN})
-  if(NOT TARGET ${target} OR NOT NODE_PLUGIN STREQUAL "stereogrid_ros::StereoGridNode" OR NODE_UNPARSED_ARGUMENTS)
+macro(rclcpp_components_register_nodes target)
+  if(NOT TARGET ${target} OR NOT "${ARGN}" STREQUAL "stereogrid_ros::StereoGridNode")
     message(FATAL_ERROR "not as rclcpp_components has it")
   endif()
 endmacro()
@@ -38,9 +57,9 @@ version=$(sed -n 's/^project(stereogrid VERSION \([0-9.]*\).*/\1/p' "$source/CMa
 grep -q "<version>$version</version>" "$package/package.xml" || fail "package.xml is not of version $version"
 cd "$work/workspace"
 colcon list | grep -q "stereogrid_ros.*(ros.ament_cmake)" || fail "colcon does not see an ament_cmake package"
-colcon build --event-handlers console_direct+ --cmake-args -GNinja -DPython3_EXECUTABLE=/usr/bin/python3 -DBUILD_SHARED_LIBS=ON \
-  -DCMAKE_PREFIX_PATH="$work/installed;$work/stand_in" >"$work/colcon.log" 2>&1 || { tail -30 "$work/colcon.log"; fail "colcon build"; }
-for file in lib/libstereogrid_ros.so share/stereogrid_ros/launch/stereo_grid.launch.py \
+env ${ros:+AMENT_PREFIX_PATH="$ros"} colcon build --event-handlers console_direct+ --cmake-args -GNinja -DPython3_EXECUTABLE=/usr/bin/python3 -DBUILD_SHARED_LIBS=ON \
+  -DCMAKE_PREFIX_PATH="$work/installed;$work/stand_in${ros:+;$ros}" >"$work/colcon.log" 2>&1 || { tail -30 "$work/colcon.log"; fail "colcon build"; }
+for file in lib/libstereogrid_ros.so lib/stereogrid_ros/stereo_grid share/stereogrid_ros/launch/stereo_grid.launch.py \
   share/stereogrid_ros/config/stereo_grid.yaml share/ament_index/resource_index/packages/stereogrid_ros; do
   [ -e "install/stereogrid_ros/$file" ] || fail "not installed: $file"
 done

@@ -3,11 +3,17 @@
 //
 // The component of ROS 2 against stand-ins of rclcpp and tf2_ros: what it does with messages, not how they come.
 #include <gmock/gmock.h>
+#include <sys/wait.h>
 
+#include <algorithm>
+#include <array>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <optional>
 #include <string>
@@ -121,6 +127,8 @@ class Ros2Node : public ::testing::Test {
     world.subscribers.clear();
     world.missing_packages.clear();
     world.log.clear();
+    world.is_shut_down = false;
+    world.publishing_fails = false;
     stand_in::lookup() = [this](const std::string& target, const std::string&, std::int64_t stamp_ns) {
       return target == "base_footprint" ? mounting_ : way(stamp_ns);
     };
@@ -272,12 +280,113 @@ TEST_F(Ros2Node, TellsWhatImagesItCannotRead) {
   hand_in_frames(1);
   const stereogrid::StereoFrame frame{scene_.load(1)};
   sensor_msgs::msg::Image image{message_of(frame.left, begin_ns + frame.stamp_ns)};
-  image.encoding = "bayer_rggb8";
-  hand_in("left/image_rect", image);
-  EXPECT_THAT(told(), Contains(HasSubstr("bayer_rggb8")));
+  for (int i{0}; i < 10; ++i) {  // both sides in turn: one warning each
+    image.encoding = "yuv422";
+    hand_in("left/image_rect", image);
+    hand_in("right/image_rect", image);
+  }
+  EXPECT_EQ(std::ranges::count_if(told(), [](const std::string& one) { return one.find("yuv422") != one.npos; }), 2);
   image.encoding = "rgb8";
   hand_in("left/image_rect", image);
   EXPECT_THAT(told(), Contains(HasSubstr("fewer bytes")));
+}
+
+TEST_F(Ros2Node, ReadsBayerPatterns) {
+  start({{"poses", std::string{"none"}}});
+  hand_in_infos();
+  hand_in_frames(1);
+  const stereogrid::StereoFrame frame{scene_.load(1)};
+  for (const char* encoding : {"bayer_rggb8", "bayer_bggr8", "bayer_gbrg8", "bayer_grbg8"}) {
+    cv::Mat grey;
+    sensor_msgs::msg::Image image{message_of(stereogrid::Image<std::uint8_t>(8, 6, 100), begin_ns)};
+    image.encoding = encoding;
+    // red pixels are brighter: 0.299 of the difference remains
+    const bool is_first_row{std::string{encoding}.find("rg") == 6 || std::string{encoding}.find("gr") == 6};
+    const std::size_t red_column{std::string{encoding}.substr(is_first_row ? 6 : 8).find('r')};
+    for (std::size_t v{is_first_row ? 0U : 1U}; v < 6; v += 2) {
+      for (std::size_t u{red_column}; u < 8; u += 2) image.data[v * 8 + u] = 200;
+    }
+    const stereogrid::PixelView view{pixels_of(image, "image", grey)};
+    EXPECT_NEAR(static_cast<const std::uint8_t*>(view.data)[3 * view.stride_bytes + 4], 130, 2) << encoding;
+  }
+  sensor_msgs::msg::Image left{message_of(frame.left, begin_ns + frame.stamp_ns)};
+  sensor_msgs::msg::Image right{message_of(frame.right, begin_ns + frame.stamp_ns)};
+  left.encoding = right.encoding = "bayer_grbg8";
+  hand_in("left/image_rect", left);
+  hand_in("right/image_rect", right);
+  EXPECT_TRUE(wait_for([] { return published(grids).size() == 2; }));
+}
+
+TEST_F(Ros2Node, WarnsOnceOfCamerasThatAreSilent) {
+  start({{"poses", std::string{"none"}}});
+  hand_in_infos();
+  hand_in_frames(1);
+  const auto silent{[] {
+    return std::ranges::count_if(told(), [](const std::string& one) { return one.starts_with("No image has come"); });
+  }};
+  ASSERT_TRUE(wait_for([&] { return silent() > 0; }));
+  std::this_thread::sleep_for(2500ms);  // the number of seconds has changed
+  EXPECT_EQ(silent(), 1) << ::testing::PrintToString(told());
+}
+
+TEST_F(Ros2Node, StopsWhileATransformIsMissing) {
+  mounting_.reset();
+  start({{"transform_tolerance", 60.0}});
+  hand_in_infos();
+  std::this_thread::sleep_for(100ms);
+  const auto begun{std::chrono::steady_clock::now()};
+  node_.reset();
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, 2s);
+}
+
+TEST_F(Ros2Node, LateTransformsAreWaitedForAndWarnedOfOnce) {
+  std::atomic<bool> is_late{true};
+  stand_in::lookup() = [&](const std::string& target, const std::string&, std::int64_t stamp_ns) {
+    if (target == "base_footprint") return mounting_;
+    return is_late ? std::nullopt : way(stamp_ns);
+  };
+  start({{"transform_tolerance", 0.02}});
+  hand_in_infos();
+  const auto late{[] {
+    return std::ranges::count_if(told(), [](const std::string& one) { return one.find("connected") != one.npos; });
+  }};
+  for (int i{0}; i < 200 && late() == 0; ++i) {
+    hand_in_pair(0);
+    std::this_thread::sleep_for(20ms);
+  }
+  for (std::size_t i{1}; i < 4; ++i) {
+    hand_in_pair(i);
+    std::this_thread::sleep_for(50ms);
+  }
+  EXPECT_EQ(late(), 1);
+  is_late = false;
+  hand_in_pair(4);
+  EXPECT_TRUE(wait_for([] { return published(grids).size() == 1; }));
+}
+
+TEST_F(Ros2Node, EndsTheProcessAfterAnErrorOfItsThread) {
+  start({{"poses", std::string{"none"}}});
+  hand_in_infos();
+  stand_in::world().publishing_fails = true;
+  EXPECT_TRUE(wait_for([&] {
+    hand_in_pair(0);
+    return node_->has_failed();
+  }));
+  EXPECT_THAT(told(), Contains(HasSubstr("stopped: failed to publish message")));
+  const std::scoped_lock lock{stand_in::world().mutex};
+  EXPECT_TRUE(stand_in::world().is_shut_down);
+}
+
+TEST(Ros2Process, WrongParametersAreExitCode1AndOneSentence) {
+  FILE* const pipe{popen(STEREOGRID_ROS_STAND_IN " -p poses:=gps 2>&1", "re")};
+  std::array<char, 1000> text{};
+  const std::size_t size{std::fread(text.data(), 1, text.size() - 1, pipe)};
+  const int status{pclose(pipe)};
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 1);
+  EXPECT_STREQ(text.data(), "stereo_grid: parameter poses: gps (allowed tf, images, none).\n");
+  EXPECT_EQ(size, std::string{text.data()}.size());
+  EXPECT_EQ(std::system(STEREOGRID_ROS_STAND_IN " -p poses:=none"), 0);
 }
 
 TEST_F(Ros2Node, BeginsAnewWhereTheStampsStepBack) {
@@ -314,7 +423,8 @@ TEST_F(Ros2Node, RefusesParametersThatDoNotFit) {
   }};
   EXPECT_THAT(refusal({"grid.length_m", 1e6}), HasSubstr("grid.length_m"));
   EXPECT_THAT(refusal({"grid.length_m", std::string{"far"}}), HasSubstr("wrong type"));
-  EXPECT_THAT(refusal({"matching.method", std::string{"guess"}}), HasSubstr("matching.method is no guess"));
+  EXPECT_THAT(refusal({"matching.method", std::string{"guess"}}),
+              HasSubstr("matching.method: guess (allowed correlation, semi_global)"));
   EXPECT_THAT(refusal({"poses", std::string{"gps"}}), HasSubstr("poses"));
   EXPECT_THAT(refusal({"device", std::string{"tpu"}}), HasSubstr("device"));
   EXPECT_THAT(refusal({"pair_tolerance", -1.0}), HasSubstr("pair_tolerance"));

@@ -109,6 +109,7 @@ struct MessageOutput::State {
     if (options.ros2.publishes) {
       node = open_ros2_node(options.ros2);
       sinks.push_back(&node->sink());
+      if (!options.ros2.leaves_tf) warn_of_other_tf(*node, sent_by(options).vehicle_frame);
     }
     if (viewers != nullptr) sinks.push_back(&live.emplace(*viewers));
     if (!options.mcap.empty()) {

@@ -7,11 +7,14 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/text.hpp"
+#include "stereogrid/messages/cdr.hpp"
+#include "stereogrid/messages/tf2_msgs.hpp"
 #include "stereogrid/pipeline.hpp"
 
 namespace stereogrid::app {
@@ -65,7 +68,9 @@ dds::Distro distro_of(std::string name) {
     const char* const installed{std::getenv("ROS_DISTRO")};
     name = installed == nullptr ? "" : installed;
   }
-  return name == "humble" ? dds::Distro::humble : dds::Distro::jazzy;
+  if (name.empty()) return dds::Distro::automatic;
+  const bool is_before_iron{name == "humble" || name == "galactic" || name == "foxy"};
+  return is_before_iron ? dds::Distro::humble : dds::Distro::jazzy;
 }
 
 dds::NodeOptions node_options(const Ros2Options& options) {
@@ -104,8 +109,8 @@ void add_ros2_options(CLI::App& command, Ros2Options& options) {
   command
       .add_option(
           "--ros2-distro", options.distro,
-          "Distribution whose tools list this node (ros2 node list); messages arrive anyway. Default: ROS_DISTRO, "
-          "or jazzy.")
+          "Layout of ros_discovery_info, which ros2 node list reads; messages do not depend on it. Default: that of "
+          "ROS_DISTRO, otherwise that of the peers (humble until one is seen).")
       ->check(CLI::IsMember({"humble", "jazzy"}));
 }
 
@@ -116,6 +121,23 @@ void refuse_without_node(const Ros2Options& options) {
 
 void check(const Ros2Options& options) {
   load().check(node_options(options));
+}
+
+void warn_of_other_tf(dds::Node& node, const std::string& vehicle_frame) {
+  using messages::tf2_msgs::TFMessage;
+  constexpr std::size_t depth{10};
+  node.subscribe("/tf", std::string{TFMessage::type_name}, depth,
+                 [vehicle_frame, is_told = false](std::span<const std::byte> cdr) mutable {
+                   if (is_told) return;
+                   TFMessage message;
+                   messages::decode(cdr, message);
+                   const auto found{std::ranges::find(message.transforms, vehicle_frame,
+                                                      &messages::geometry_msgs::TransformStamped::child_frame_id)};
+                   if (found == message.transforms.end()) return;
+                   is_told = true;
+                   spdlog::warn("/tf: another node publishes {} → {}, too. Give --ros2-leave-tf.",
+                                io::printable(found->header.frame_id, 60), io::printable(vehicle_frame, 60));
+                 });
 }
 
 std::shared_ptr<dds::Node> open_ros2_node(const Ros2Options& options) {

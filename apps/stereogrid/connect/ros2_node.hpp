@@ -16,7 +16,7 @@ struct Ros2Options {
   bool publishes{false};
   std::string node{"stereo_grid"};
   std::vector<std::string> remappings{};
-  std::string distro{};               ///< "": that of ROS_DISTRO, else jazzy
+  std::string distro{};               ///< "": that of ROS_DISTRO, else of the peers
   bool uses_sim_time{false};          ///< live sources only
   bool leaves_tf{false};              ///< to others: /tf is not published
   std::vector<std::string> frames{};  ///< names of the world and vehicle frame; none: odom, base_link
@@ -32,6 +32,9 @@ void refuse_without_node(const Ros2Options& options);
 
 /// Without opening anything. Throws as open_ros2_node().
 void check(const Ros2Options& options);
+
+/// Logs once that another node publishes the transform to this frame on /tf, too, while the node exists.
+void warn_of_other_tf(dds::Node& node, const std::string& vehicle_frame);
 
 /// Node of the program: shared by all users, with the options of the first one.
 ///

@@ -12,6 +12,7 @@
 #include "ros2/ros2_calibration.hpp"
 #include "ros2/ros2_source.hpp"
 #include "ros2/ros2_topics.hpp"
+#include "ros2/ros2_transforms.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/mask.hpp"
 #include "stereogrid/io/text.hpp"
@@ -26,7 +27,7 @@ void check_options(const InputOptions& options) {
   const std::string& poses{options.poses};
   if (poses.empty() || poses == "odometry" || poses == "none" || poses == "tf" || poses.starts_with('/')) return;
   throw ConfigError{
-      "--poses with ROS 2 are 'odometry' (found from the images), 'none', 'tf' (odom → base_link on /tf), or a topic "
+      "--poses with ROS 2 are 'odometry' (found from the images), 'none', 'tf' (odom → the camera on /tf), or a topic "
       "of "
       "nav_msgs/Odometry, such as /odom."};
 }
@@ -57,17 +58,37 @@ LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2) {
   check_options(options);
   const bool has_poses{options.poses == "tf" || options.poses.starts_with('/')};
   const Pose2 camera{camera_in(ros2, has_poses)};
+  const bool is_of_tf{options.poses == "tf"};
+  if (is_of_tf && ros2.frames.empty()) ros2.frames = {"odom", "stereo_grid"};
   // the odometry publishes the robot's own frame
   if (has_poses && (ros2.frames.empty() || ros2.frames[1] == "base_link")) ros2.leaves_tf = true;
   std::shared_ptr<dds::Node> node{open_ros2_node(ros2)};
+  const std::shared_ptr<TransformBuffer> transforms{subscribe_transforms(*node)};
   const FoundImages found{wait_for_images(*node, options)};
+  io::Calibration calibration{live_calibration(*node, options, found)};
+  const std::string camera_frame{frame_of_images(*node, found.left)};
+  const bool are_extrinsics_given{calibration.has_mounting};
+  if (!are_extrinsics_given) {
+    calibration.has_mounting = set_extrinsics_of_tf(calibration.rig, *transforms, camera_frame);
+  }
+  const std::string world{is_of_tf ? ros2.frames[0] : ""};
+  const bool is_camera_tracked{is_of_tf && ros2.camera_at.empty() && ros2.frames[1] != "base_link" &&
+                               !camera_frame.empty() && are_connected(*transforms, "base_link", camera_frame)};
+  if (is_of_tf) {
+    spdlog::info("poses of {}: {} in {} on /tf", is_camera_tracked ? "the camera" : "the vehicle",
+                 is_camera_tracked ? io::printable(camera_frame, 60) : "base_link", io::printable(world, 60));
+  }
   const std::chrono::duration<double, std::milli> tolerance{options.pair_tolerance_ms};
   const Ros2Setup setup{.left = found.left,
                         .right = found.right,
-                        .calibration = live_calibration(*node, options, found),
+                        .calibration = std::move(calibration),
                         .pairing = {.tolerance = std::chrono::duration_cast<std::chrono::nanoseconds>(tolerance),
                                     .has_depth = found.images.has_depth()},
-                        .poses = has_poses ? options.poses : "",
+                        .poses = has_poses && !is_of_tf ? options.poses : "",
+                        .transforms = is_of_tf ? transforms : nullptr,
+                        .world_frame = world,
+                        .tracked_frame = is_camera_tracked ? camera_frame : "base_link",
+                        .is_camera_tracked = is_camera_tracked,
                         .posed_from_camera = camera,
                         .uses_sim_time = ros2.uses_sim_time};
   spdlog::info("{} and {}, {}", io::printable(setup.left.name), rosbag::second_of(found.images),
@@ -76,7 +97,7 @@ LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2) {
   LiveInput live;
   live.kind = options.paths.front();
   live.in_world_of_poses = has_poses;
-  live.recording.extrinsics_given = setup.calibration.has_mounting;
+  live.recording.extrinsics_given = are_extrinsics_given;
   live.poses = has_poses ? PoseSource::input : options.poses == "none" ? PoseSource::none : PoseSource::odometry;
   const std::filesystem::path mask{options.mask.empty() ? setup.calibration.mask : std::filesystem::path{options.mask}};
   if (!mask.empty()) live.mask = io::read_mask(mask, setup.calibration);

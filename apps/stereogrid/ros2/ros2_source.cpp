@@ -19,7 +19,6 @@
 #include "stereogrid/io/text.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/nav_msgs.hpp"
-#include "stereogrid/messages/tf2_msgs.hpp"
 #include "stereogrid/rosbag/decode.hpp"
 #include "stereogrid/rosbag/depth.hpp"
 #include "stereogrid/rosbag/poses.hpp"
@@ -67,10 +66,7 @@ struct Images {
 
 struct Ros2Source::State {
   explicit State(const Ros2Setup& given)
-      : setup{given},
-        poses_name{given.poses == "tf" ? "/tf (odom → base_link)" : io::printable(given.poses)},
-        poses{poses_name},
-        pair{new_pair()} {}
+      : setup{given}, poses_name{io::printable(given.poses)}, poses{poses_name}, pair{new_pair()} {}
 
   [[nodiscard]] std::shared_ptr<CameraPair> new_pair() const {
     return std::make_shared<CameraPair>(setup.calibration, setup.pairing);
@@ -79,7 +75,8 @@ struct Ros2Source::State {
   [[nodiscard]] std::shared_ptr<CameraPair> pair_of(Side side, std::int64_t stamp_ns);
   void take_clock(std::span<const std::byte> cdr);
   void begin_anew(const char* why);
-  void take_pose(std::string_view type, std::span<const std::byte> cdr);
+  void take_pose(std::span<const std::byte> cdr);
+  [[nodiscard]] Pose2 pose_at(std::int64_t stamp_ns);
   void tell_dropped_poses();
   void place(capture::LiveFrame& live);
 
@@ -132,6 +129,7 @@ void Ros2Source::State::take_clock(std::span<const std::byte> cdr) {
 void Ros2Source::State::begin_anew(const char* why) {
   spdlog::info("{}: all begins anew", why);
   poses.clear();
+  if (setup.transforms) setup.transforms->clear();
   for (const capture::Drop& drop : pair->dropped()) earlier[drop.reason] += drop.frames;
   pair = new_pair();
   newest_ns.fill(before_all);
@@ -157,11 +155,11 @@ void Ros2Source::State::take_image(const Images& images, std::span<const std::by
   }
 }
 
-void Ros2Source::State::take_pose(std::string_view type, std::span<const std::byte> cdr) {
+void Ros2Source::State::take_pose(std::span<const std::byte> cdr) {
   std::vector<io::StampedPose> found;
   {
     const std::scoped_lock lock{mutex};
-    rosbag::add_poses(found, tally, type, cdr);
+    rosbag::add_poses(found, tally, messages::nav_msgs::Odometry::type_name, cdr);
     if (tally.dropped() > 0 && tally.dropped() >= 10 * told_dropped) tell_dropped_poses();
   }
   poses.add(found);
@@ -174,10 +172,16 @@ void Ros2Source::State::tell_dropped_poses() {
   spdlog::warn("{}: {}. Correct what publishes them.", poses_name, tally.text());
 }
 
+Pose2 Ros2Source::State::pose_at(std::int64_t stamp_ns) {
+  if (!setup.transforms) return poses.at(stamp_ns, pose_patience) * setup.posed_from_camera;
+  const cv::Affine3d tracked{setup.transforms->at(setup.world_frame, setup.tracked_frame, stamp_ns, pose_patience)};
+  return setup.is_camera_tracked ? pose_of_camera(tracked) : pose_of_vehicle(tracked) * setup.posed_from_camera;
+}
+
 void Ros2Source::State::place(capture::LiveFrame& live) {
-  if (setup.poses.empty()) return;
+  if (setup.poses.empty() && !setup.transforms) return;
   try {
-    live.frame.world_from_vehicle = poses.at(live.frame.stamp_ns, pose_patience) * setup.posed_from_camera;
+    live.frame.world_from_vehicle = pose_at(live.frame.stamp_ns);
   } catch (const InputError& error) {
     const std::scoped_lock lock{mutex};
     ++without_pose;
@@ -194,18 +198,12 @@ Ros2Source::Ros2Source(std::shared_ptr<dds::Node> node, const Ros2Setup& setup)
     node_->subscribe("/clock", std::string{SimulatedClock::type_name}, 1,
                      [state = state_](std::span<const std::byte> cdr) { state->take_clock(cdr); });
   }
-  if (setup.poses == "tf") {
-    subscribe_poses(messages::tf2_msgs::TFMessage::type_name, "/tf");
-  } else if (!setup.poses.empty()) {
-    subscribe_poses(messages::nav_msgs::Odometry::type_name, setup.poses);
+  if (!setup.poses.empty()) {
+    node_->subscribe(setup.poses, std::string{messages::nav_msgs::Odometry::type_name}, pose_depth,
+                     [state = state_](std::span<const std::byte> cdr) { state->take_pose(cdr); });
   }
   subscribe_images(capture::Side::left, setup.left);
   subscribe_images(capture::Side::right, setup.right);
-}
-
-void Ros2Source::subscribe_poses(std::string_view type, const std::string& topic) {
-  node_->subscribe(topic, std::string{type}, pose_depth,
-                   [state = state_, type](std::span<const std::byte> cdr) { state->take_pose(type, cdr); });
 }
 
 void Ros2Source::subscribe_images(capture::Side side, const mcap::Topic& topic) {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "ros2/transform_buffer.hpp"
 #include "stereogrid/capture/camera_pair.hpp"
 #include "stereogrid/dds/node.hpp"
 #include "stereogrid/rosbag/topics.hpp"
@@ -17,9 +18,13 @@ struct Ros2Setup {
   mcap::Topic right;  ///< images, or depth or disparities of the left ones (PairingOptions::has_depth)
   io::Calibration calibration;
   capture::PairingOptions pairing{};
-  std::string poses{};  ///< a topic of nav_msgs/Odometry, "tf": odom → base_link on /tf; "": the frames have none
-  Pose2 posed_from_camera{};  ///< left camera in the frame of the poses
-  bool uses_sim_time{false};  ///< time is what /clock says
+  std::string poses{};  ///< a topic of nav_msgs/Odometry; "": the frames have none, or those of `transforms`
+  std::shared_ptr<TransformBuffer> transforms{};  ///< poses of `tracked_frame` in `world_frame`; none: `poses`
+  std::string world_frame{};
+  std::string tracked_frame{};
+  bool is_camera_tracked{false};  ///< `tracked_frame` is the left camera's optical frame, else a vehicle's
+  Pose2 posed_from_camera{};      ///< left camera in the frame of the poses
+  bool uses_sim_time{false};      ///< time is that of /clock
 };
 
 /// Images of two cameras, or of one with depth, as topics of ROS 2, paired by their stamps, which the frames keep. If
@@ -39,7 +44,6 @@ class Ros2Source final : public capture::LiveSource {
  private:
   struct State;
 
-  void subscribe_poses(std::string_view type, const std::string& topic);
   void subscribe_images(capture::Side side, const mcap::Topic& topic);
 
   std::shared_ptr<dds::Node> node_;

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string_view>
 
@@ -20,6 +21,16 @@ void put(std::uint64_t number, std::span<std::uint8_t, 8> bytes) {
   for (std::size_t i{0}; i < 8; ++i) bytes[i] = static_cast<std::uint8_t>(number >> (56 - 8 * i));
 }
 
+/// Row-major 3 × 3 in the world's axes; z is not tracked: 0.
+std::array<double, 9> in_world(const Covariance2& vehicle, double yaw_rad) {
+  const double c{std::cos(yaw_rad)};
+  const double s{std::sin(yaw_rad)};
+  const double xx{c * c * vehicle.xx - 2 * c * s * vehicle.xy + s * s * vehicle.yy};
+  const double xy{c * s * (vehicle.xx - vehicle.yy) + (c * c - s * s) * vehicle.xy};
+  const double yy{s * s * vehicle.xx + 2 * c * s * vehicle.xy + c * c * vehicle.yy};
+  return {xx, xy, 0, xy, yy, 0, 0, 0, 0};
+}
+
 void fill_obstacle(nav2_dynamic_msgs::Obstacle& message, const Obstacle& obstacle, const Pose2& world_from_vehicle) {
   const Point2 centre{world_from_vehicle * Point2{obstacle.x_m, obstacle.y_m}};
   const Pose2 turned{0, 0, world_from_vehicle.yaw_rad};
@@ -33,7 +44,9 @@ void fill_obstacle(nav2_dynamic_msgs::Obstacle& message, const Obstacle& obstacl
   message.position = {centre.x, centre.y, obstacle.height_m / 2};
   message.velocity = {velocity.x, velocity.y, 0};
   message.size = {c * obstacle.length_m + s * obstacle.width_m, s * obstacle.length_m + c * obstacle.width_m,
-                  obstacle.height_m};
+                  std::abs(obstacle.height_m)};  // a drop reaches below the ground
+  message.position_covariance = in_world(obstacle.position_covariance, world_from_vehicle.yaw_rad);
+  message.velocity_covariance = in_world(obstacle.velocity_covariance, world_from_vehicle.yaw_rad);
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <initializer_list>
+#include <sstream>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -17,9 +19,11 @@ using stereogrid::ConfigError;
 
 /// Without a fixed type: 30 is as good as 30.0.
 template <class T>
-T declared(rclcpp::Node& node, const std::string& name, const T& usual, const std::string& sentence) {
+T declared(rclcpp::Node& node, const std::string& name, const T& usual, const std::string& sentence,
+           const std::string& allowed = "") {
   rcl_interfaces::msg::ParameterDescriptor descriptor;
   descriptor.description = sentence;
+  descriptor.additional_constraints = allowed;  // as text: rclcpp's own check would not name the limits
   descriptor.read_only = true;
   descriptor.dynamic_typing = true;
   const rclcpp::ParameterValue value{node.declare_parameter(name, rclcpp::ParameterValue{usual}, descriptor)};
@@ -35,25 +39,38 @@ T declared(rclcpp::Node& node, const std::string& name, const T& usual, const st
   return value.get<T>();
 }
 
+template <class Words>
+std::string list_of(const Words& words) {
+  std::string list;
+  for (const std::string_view word : words) list += (list.empty() ? "" : ", ") + std::string{word};
+  return list;
+}
+
 template <class T>
-void declare_field(rclcpp::Node& node, const std::string& name, const std::string& sentence, T& value) {
+void declare_field(rclcpp::Node& node, const std::string& name, const std::string& sentence, T& value,
+                   const std::string& range = "") {
   if constexpr (std::is_enum_v<T>) {
     const auto names{names_of(T{})};
-    const std::string given{declared(node, name, std::string{names.at(static_cast<std::size_t>(value))}, sentence)};
+    const std::string usual{names.at(static_cast<std::size_t>(value))};
+    const std::string given{declared(node, name, usual, sentence, list_of(names))};
     const auto* const found{std::ranges::find(names, given)};
-    if (found == names.end()) throw ConfigError{"parameter " + name + " is no " + given + ". " + sentence};
+    if (found == names.end()) {
+      throw ConfigError{"parameter " + name + ": " + given + " (allowed " + list_of(names) + ")."};
+    }
     value = static_cast<T>(found - names.begin());
   } else if constexpr (std::is_same_v<T, int>) {
-    const std::int64_t given{declared(node, name, std::int64_t{value}, sentence)};
+    const std::int64_t given{declared(node, name, std::int64_t{value}, sentence, range)};
     value = static_cast<int>(std::clamp<std::int64_t>(given, -1'000'000'000, 1'000'000'000));  // problems() says more
   } else {
-    value = declared(node, name, value, sentence);
+    value = declared(node, name, value, sentence, range);
   }
 }
 
 std::chrono::nanoseconds seconds(rclcpp::Node& node, const std::string& name, double usual, const char* sentence) {
-  const double given{declared(node, name, usual, sentence)};
-  if (!(given >= 0 && given <= 60)) throw ConfigError{"parameter " + name + " is not within 0 and 60 s. " + sentence};
+  const double given{declared(node, name, usual, sentence, "0 to 60")};
+  if (!(given >= 0 && given <= 60)) {
+    throw ConfigError{"parameter " + name + ": " + std::to_string(given) + " s (allowed 0 to 60 s)."};
+  }
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>{given});
 }
 
@@ -64,7 +81,9 @@ stereogrid::Config declare_config(rclcpp::Node& node) {
   visit_parameters(config, [&](std::string_view group, const stereogrid::Parameter& parameter, auto& value) {
     std::string sentence{parameter.sentence};
     if (!parameter.unit.empty()) sentence += " [" + std::string{parameter.unit} + "]";
-    declare_field(node, std::string{group} + "." + std::string{parameter.name}, sentence, value);
+    std::ostringstream range;
+    range << parameter.minimum << " to " << parameter.maximum;
+    declare_field(node, std::string{group} + "." + std::string{parameter.name}, sentence, value, range.str());
   });
   std::string all;
   for (const std::string& problem : problems(config)) all += (all.empty() ? "" : " ") + problem;
@@ -75,14 +94,14 @@ stereogrid::Config declare_config(rclcpp::Node& node) {
 /// One of these words, of which the first is the usual one.
 std::string one_of(rclcpp::Node& node, const std::string& name, std::initializer_list<const char*> words,
                    const char* sentence) {
-  const std::string given{declared(node, name, std::string{*words.begin()}, sentence)};
+  const std::string given{declared(node, name, std::string{*words.begin()}, sentence, list_of(words))};
   if (std::ranges::find(words, given) != words.end()) return given;
-  throw ConfigError{"parameter " + name + " is no " + given + ". " + sentence};
+  throw ConfigError{"parameter " + name + ": " + given + " (allowed " + list_of(words) + ")."};
 }
 
 stereogrid::PipelineOptions declare_pipeline(rclcpp::Node& node) {
   stereogrid::PipelineOptions pipeline;
-  declare_field(node, "threads", "Of the pipeline; 0: all cores.", pipeline.threads);
+  declare_field(node, "threads", "Threads of the pipeline; 0: all cores.", pipeline.threads);
   const std::string device{
       one_of(node, "device", {"auto", "cpu", "cuda"}, "auto (a GPU where there is one), cpu or cuda.")};
   pipeline.back_end = device == "cpu"    ? stereogrid::BackEnd::cpu

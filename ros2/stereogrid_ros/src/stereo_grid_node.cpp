@@ -3,7 +3,10 @@
 #include "stereo_grid_node.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <chrono>
+#include <iterator>
+#include <opencv2/core/mat.hpp>
 #include <rclcpp_components/register_node_macro.hpp>
 #include <utility>
 
@@ -19,6 +22,8 @@ using stereogrid::InputError;
 using stereogrid::capture::Clock;
 
 constexpr std::int64_t step_back_ns{1'000'000'000};
+constexpr std::size_t warnings_max{100};
+constexpr auto warn_again_after{1min};
 
 template <class T>
 std::int64_t nanoseconds(T instant) {
@@ -78,17 +83,25 @@ void StereoGridNode::take_image(Side side, const sensor_msgs::msg::Image& image)
     pair = pair_;
   }
   try {
-    pair->add(side, pixels_of(image, side == Side::left ? "left image" : "right image"),
+    cv::Mat grey;
+    pair->add(side, pixels_of(image, side == Side::left ? "left image" : "right image", grey),
               Clock::time_point{std::chrono::nanoseconds{stamp_ns - clock_ns_}});
   } catch (const InputError& error) {
     pair->add_unusable();
-    tell(error.what());
+    warn(error.what());
   }
 }
 
-void StereoGridNode::tell(const std::string& sentence) {
+void StereoGridNode::warn(const std::string& sentence) {
+  std::string text;
+  std::ranges::remove_copy_if(sentence, std::back_inserter(text),
+                              [](unsigned char letter) { return std::isdigit(letter) != 0; });
   const std::scoped_lock lock{mutex_};
-  if (sentence != std::exchange(told_, sentence)) RCLCPP_WARN(get_logger(), "%s", sentence.c_str());
+  if (warned_.size() > warnings_max) warned_.clear();
+  const auto [last, is_new]{warned_.try_emplace(std::move(text), Clock::now())};
+  if (!is_new && Clock::now() - last->second < warn_again_after) return;
+  last->second = Clock::now();
+  RCLCPP_WARN(get_logger(), "%s", sentence.c_str());
 }
 
 void StereoGridNode::work() {
@@ -98,6 +111,8 @@ void StereoGridNode::work() {
     }
   } catch (const std::exception& error) {
     RCLCPP_FATAL(get_logger(), "stopped: %s", error.what());
+    has_failed_ = true;
+    rclcpp::shutdown();  // a node that does nothing is not left in the graph
   }
 }
 
@@ -105,7 +120,7 @@ bool StereoGridNode::open_pair() {
   std::unique_lock lock{mutex_};
   if (!changed_.wait_for(lock, 5s, [this] { return is_to_stop_ || (infos_[0] && infos_[1]); })) {
     lock.unlock();
-    tell("waiting for the CameraInfo of both cameras: left/camera_info, right/camera_info");
+    warn("waiting for the CameraInfo of both cameras: left/camera_info, right/camera_info");
     return false;
   }
   if (is_to_stop_) return false;
@@ -122,7 +137,7 @@ bool StereoGridNode::open_pair() {
     pair_ = std::make_shared<Pair>(calibration, pairing());
     return true;
   } catch (const InputError& error) {
-    tell(error.what());
+    warn(error.what());
     return false;  // the next CameraInfo may do
   }
 }
@@ -132,13 +147,19 @@ void StereoGridNode::set_mounting_from_tf(stereogrid::Rig& rig, const std::strin
   set_mounting(rig, transform(settings_.robot_base_frame, camera_frame, rclcpp::Time{0, 0, RCL_ROS_TIME}));
 }
 
+// Waits in wall time: the buffer's own wait is in ROS time, which stands still while a simulation is paused.
 geometry_msgs::msg::Transform StereoGridNode::transform(const std::string& target, const std::string& source,
                                                         const rclcpp::Time& instant) const {
-  try {
-    return transforms_.lookupTransform(target, source, instant, rclcpp::Duration{settings_.transform_tolerance})
-        .transform;
-  } catch (const tf2::TransformException& error) {
-    throw InputError{"TF", error.what(), "Publish it, or set robot_base_frame to \"\" and poses to images."};
+  const Clock::time_point end{Clock::now() + settings_.transform_tolerance};
+  for (;;) {
+    try {
+      return transforms_.lookupTransform(target, source, instant, rclcpp::Duration{0ns}).transform;
+    } catch (const tf2::TransformException& error) {
+      if (is_to_stop_ || Clock::now() >= end) {
+        throw InputError{"TF", error.what(), "Publish it, or set robot_base_frame to \"\" and poses to images."};
+      }
+    }
+    std::this_thread::sleep_for(2ms);
   }
 }
 
@@ -172,7 +193,7 @@ class StereoGridNode::Frames final : public stereogrid::capture::FrameHandler {
       odometry_.reset();
       begins_anew_ = true;
     }
-    if (const std::string fault{pair_->fault()}; !fault.empty()) node_.tell(fault);
+    if (const std::string fault{pair_->fault()}; !fault.empty()) node_.warn(fault);
     std::optional<stereogrid::capture::LiveFrame> live{pair_->next(100ms)};
     if (!live) return std::nullopt;
     PreparedFrame prepared{.frame = std::move(live->frame), .captured = live->captured};
@@ -184,14 +205,14 @@ class StereoGridNode::Frames final : public stereogrid::capture::FrameHandler {
 
   void deliver(PreparedFrame& prepared, stereogrid::FrameResult& result) override {
     if (result.rig != rig_) messages_.set_rig(rig_ = result.rig);  // found in an earlier frame
-    for (const std::string& warning : result.warnings) node_.tell(warning);
+    for (const std::string& warning : result.warnings) node_.warn(warning);
     const std::vector<stereogrid::messages::Dropped> dropped{node_.dropped_by(*pair_)};
     messages_.send(result, {.stamp_ns = prepared.frame.stamp_ns, .frames = ++frames_, .dropped = dropped});
   }
 
   void refuse(const std::string& reason) override {
     ++node_.refused_;
-    node_.tell(reason);
+    node_.warn(reason);
   }
 
  private:

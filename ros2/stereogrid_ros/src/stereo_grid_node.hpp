@@ -6,6 +6,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -35,6 +36,9 @@ class StereoGridNode : public rclcpp::Node {
   explicit StereoGridNode(const rclcpp::NodeOptions& options = rclcpp::NodeOptions{});
   ~StereoGridNode() override;
 
+  /// True after an error that has ended the thread; the context is shut down.
+  [[nodiscard]] bool has_failed() const { return has_failed_; }
+
  private:
   using Side = stereogrid::capture::Side;
   using Pair = stereogrid::capture::CameraPair;
@@ -44,7 +48,8 @@ class StereoGridNode : public rclcpp::Node {
   void subscribe(Side side, const std::string& camera);
   void take_info(Side side, const sensor_msgs::msg::CameraInfo& info);
   void take_image(Side side, const sensor_msgs::msg::Image& image);
-  void tell(const std::string& sentence);
+  /// Logs a warning; the same text, numbers aside, at most once a minute.
+  void warn(const std::string& sentence);
 
   // of the thread
   void work();
@@ -70,8 +75,8 @@ class StereoGridNode : public rclcpp::Node {
   std::array<std::optional<sensor_msgs::msg::CameraInfo>, 2> infos_;  // that were not tried yet
   std::array<std::int64_t, 2> newest_ns_{};
   stereogrid::io::Calibration calibration_;
-  std::shared_ptr<Pair> pair_;  // another one where time has stepped back
-  std::string told_;
+  std::shared_ptr<Pair> pair_;                                            // another one where time has stepped back
+  std::map<std::string, stereogrid::capture::Clock::time_point> warned_;  // by text without numbers
   std::string camera_frame_;
 
   // of the thread
@@ -79,6 +84,7 @@ class StereoGridNode : public rclcpp::Node {
 
   const std::int64_t clock_ns_;  // what a steady clock is behind the stamps
   std::atomic<bool> is_to_stop_{false};
+  std::atomic<bool> has_failed_{false};
   std::thread thread_;
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <opencv2/imgproc.hpp>
 #include <string_view>
 
 #include "stereogrid/error.hpp"
@@ -16,19 +17,26 @@ namespace {
 using stereogrid::InputError;
 using stereogrid::PixelFormat;
 
+constexpr int no_bayer{-1};
+
 struct Encoding {
   std::string_view name;
   PixelFormat format;
+  int bayer{no_bayer};  ///< OpenCV's conversion to grey, named after the second row's second and third pixel
 };
 
-constexpr std::array<Encoding, 8> encodings{{{"mono8", PixelFormat::grey8},
-                                             {"8UC1", PixelFormat::grey8},
-                                             {"mono16", PixelFormat::grey16},
-                                             {"16UC1", PixelFormat::grey16},
-                                             {"bgr8", PixelFormat::bgr8},
-                                             {"rgb8", PixelFormat::rgb8},
-                                             {"bgra8", PixelFormat::bgra8},
-                                             {"rgba8", PixelFormat::rgba8}}};
+constexpr std::array<Encoding, 12> encodings{{{"mono8", PixelFormat::grey8},
+                                              {"8UC1", PixelFormat::grey8},
+                                              {"mono16", PixelFormat::grey16},
+                                              {"16UC1", PixelFormat::grey16},
+                                              {"bgr8", PixelFormat::bgr8},
+                                              {"rgb8", PixelFormat::rgb8},
+                                              {"bgra8", PixelFormat::bgra8},
+                                              {"rgba8", PixelFormat::rgba8},
+                                              {"bayer_rggb8", PixelFormat::grey8, cv::COLOR_BayerBG2GRAY},
+                                              {"bayer_bggr8", PixelFormat::grey8, cv::COLOR_BayerRG2GRAY},
+                                              {"bayer_gbrg8", PixelFormat::grey8, cv::COLOR_BayerGR2GRAY},
+                                              {"bayer_grbg8", PixelFormat::grey8, cv::COLOR_BayerGB2GRAY}}};
 
 /// 3 × 4, row-major. Throws InputError: the rotation is not of length 1.
 std::array<double, 12> matrix_of(const geometry_msgs::msg::Transform& transform) {
@@ -50,7 +58,7 @@ std::array<double, 12> matrix_of(const geometry_msgs::msg::Transform& transform)
 
 }  // namespace
 
-stereogrid::PixelView pixels_of(const sensor_msgs::msg::Image& image, const std::string& name) {
+stereogrid::PixelView pixels_of(const sensor_msgs::msg::Image& image, const std::string& name, cv::Mat& grey) {
   const auto* const encoding{std::ranges::find(encodings, image.encoding, &Encoding::name)};
   if (encoding == encodings.end()) {
     throw InputError{name, "the encoding " + image.encoding + " is not read.",
@@ -64,12 +72,16 @@ stereogrid::PixelView pixels_of(const sensor_msgs::msg::Image& image, const std:
   if (image.is_bigendian != 0 && encoding->format == PixelFormat::grey16) {
     throw InputError{name, "16-bit pixels that are big-endian are not read.", "Publish mono8."};
   }
-  return {image.data.data(),
-          static_cast<int>(image.width),
-          static_cast<int>(image.height),
-          static_cast<std::ptrdiff_t>(image.step),
-          encoding->format,
-          0};
+  const int width{static_cast<int>(image.width)};
+  const int height{static_cast<int>(image.height)};
+  if (encoding->bayer == no_bayer) {
+    return {image.data.data(), width, height, static_cast<std::ptrdiff_t>(image.step), encoding->format, 0};
+  }
+  if (width < 3 || height < 3) throw InputError{name, "a Bayer image is smaller than 3×3 px.", "Publish mono8."};
+  // not written to
+  const cv::Mat pattern{height, width, CV_8UC1, const_cast<std::uint8_t*>(image.data.data()), image.step};
+  cv::cvtColor(pattern, grey, encoding->bayer);
+  return {grey.data, width, height, static_cast<std::ptrdiff_t>(grey.step[0]), PixelFormat::grey8, 0};
 }
 
 stereogrid::io::RosCamera camera_of(const sensor_msgs::msg::CameraInfo& info, const std::string& name) {

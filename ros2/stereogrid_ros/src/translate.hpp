@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <opencv2/core/mat.hpp>
 #include <string>
 
 #include <geometry_msgs/msg/transform.hpp>
@@ -16,9 +17,10 @@
 
 namespace stereogrid_ros {
 
-/// The message's pixels, where they lie. `name`: for complaints. Throws stereogrid::InputError: an encoding that is not
-/// read, fewer bytes than the size asks for.
-[[nodiscard]] stereogrid::PixelView pixels_of(const sensor_msgs::msg::Image& image, const std::string& name);
+/// The message's pixels, where they lie; 8-bit Bayer patterns as grey values, which `grey` stores. `name`: for errors.
+/// Throws stereogrid::InputError: an encoding that is not read, fewer bytes than the size asks for.
+[[nodiscard]] stereogrid::PixelView pixels_of(const sensor_msgs::msg::Image& image, const std::string& name,
+                                              cv::Mat& grey);
 
 /// Throws stereogrid::InputError: a part of the camera's image (binning, region of interest).
 [[nodiscard]] stereogrid::io::RosCamera camera_of(const sensor_msgs::msg::CameraInfo& info, const std::string& name);

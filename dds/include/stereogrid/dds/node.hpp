@@ -16,17 +16,18 @@
 
 namespace stereogrid::dds {
 
-/// What peers expect of a node besides its messages.
+/// Layout of ros_discovery_info, from which tools of ROS read names of nodes.
 enum class Distro {
-  humble,  ///< 24 bytes of an endpoint's number in ros_discovery_info, no hashes of types
-  jazzy    ///< 16 bytes (Iron and later), hashes of the types whose hash is known
+  automatic,  ///< that of the peers; humble where both are present, and until a peer is seen
+  humble,     ///< 24 bytes of an endpoint's number; peers since Iron read a message without nodes
+  jazzy       ///< 16 bytes (Iron and later); tools of Humble fail on such a message
 };
 
 struct NodeOptions {
   std::string name{"stereo_grid"};        ///< with its namespace, such as "robot/stereo_grid"
   std::vector<std::string> remappings{};  ///< "FROM:=TO"; without a slash in front: below the node
   std::vector<std::string> left_out{};    ///< topics of the sink that are not published: "/tf"
-  Distro distro{Distro::humble};
+  Distro distro{Distro::automatic};
   /// Takes sentences about peers that do not get messages, each once. Called by threads of the network.
   std::function<void(const std::string&)> warn{};
 };
@@ -53,9 +54,11 @@ class STEREOGRID_EXPORT Node {
   [[nodiscard]] virtual messages::Sink& sink() = 0;
   /// What others publish at present, as far as it has been found, in the order of the names.
   [[nodiscard]] virtual std::vector<PublishedTopic> topics() const = 0;
-  /// Best effort and volatile, which every publisher can serve. `take` is called by one thread for all subscriptions;
-  /// what it throws is told by `warn`. Throws DeviceError.
-  virtual void subscribe(const std::string& topic, const std::string& type, std::size_t depth, Take take) = 0;
+  /// Best effort and volatile, which every publisher can serve; `is_latched`: reliable and transient local, as for
+  /// /tf_static. `take` is called by one thread for all subscriptions; what it throws is told by `warn`. Throws
+  /// DeviceError.
+  virtual void subscribe(const std::string& topic, const std::string& type, std::size_t depth, Take take,
+                         bool is_latched = false) = 0;
   /// Ends all subscriptions of a topic. A message that is being taken may still arrive.
   virtual void unsubscribe(const std::string& topic) = 0;
 };
@@ -65,12 +68,12 @@ struct Library {
   std::size_t sizes;    ///< interface_sizes() there
   /// Throws ConfigError: a name or remapping that ROS does not take, one of ROS's variables that makes no sense.
   void (*check)(const NodeOptions& options);
-  /// In the domain ROS_DOMAIN_ID; on this machine only where ROS_LOCALHOST_ONLY or ROS_AUTOMATIC_DISCOVERY_RANGE say
-  /// so. Throws as check(); DeviceError: no network.
+  /// In the domain ROS_DOMAIN_ID; peers as ROS_LOCALHOST_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE and ROS_STATIC_PEERS
+  /// limit them. Throws as check(); DeviceError: no network.
   std::unique_ptr<Node> (*open)(const NodeOptions& options);
 };
 
-constexpr const char* library_function{"stereogrid_dds_library_2"};
+constexpr const char* library_function{"stereogrid_dds_library_4"};
 
 /// A number that changes with the structures that cross the interface.
 constexpr std::size_t interface_sizes() {

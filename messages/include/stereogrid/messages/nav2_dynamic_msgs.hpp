@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <string_view>
 #include <vector>
 
@@ -10,14 +11,17 @@
 
 namespace stereogrid::messages::nav2_dynamic_msgs {
 
+/// Layout since 2024, with covariances.
 struct Obstacle {
   static constexpr std::string_view type_name{"nav2_dynamic_msgs/msg/Obstacle"};
 
   unique_identifier_msgs::UUID uuid;
   float score{0};
-  geometry_msgs::Point position;    ///< m, centre
-  geometry_msgs::Vector3 velocity;  ///< m/s
-  geometry_msgs::Vector3 size;      ///< m, along the axes of the header's frame
+  geometry_msgs::Point position;                ///< m, centre
+  geometry_msgs::Vector3 velocity;              ///< m/s
+  geometry_msgs::Vector3 size;                  ///< m, along the axes of the header's frame
+  std::array<double, 9> position_covariance{};  ///< m², row-major, axes of the header's frame
+  std::array<double, 9> velocity_covariance{};  ///< m²/s²
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
@@ -26,6 +30,8 @@ struct Obstacle {
     visit("position", self.position);
     visit("velocity", self.velocity);
     visit("size", self.size);
+    visit("position_covariance", self.position_covariance);
+    visit("velocity_covariance", self.velocity_covariance);
   }
 };
 

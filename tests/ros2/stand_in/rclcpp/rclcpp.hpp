@@ -37,6 +37,7 @@ struct ParameterDescriptor {
   std::string name;
   std::uint8_t type{0};
   std::string description;
+  std::string additional_constraints;
   bool read_only{false};
   bool dynamic_typing{false};
 };
@@ -59,6 +60,9 @@ struct World {
   std::map<std::string, std::size_t> subscriptions;  // of others, by topic; usually 1
   std::vector<std::string> missing_packages;         // of messages
   std::vector<std::string> log;
+  bool is_shut_down{false};
+  bool publishing_fails{false};
+  std::vector<std::pair<std::string, std::string>> arguments;  // of -p NAME:=TEXT
 };
 inline World& world() {
   static World all;
@@ -217,6 +221,7 @@ class GenericPublisher {
   void publish(const SerializedMessage& message) {
     const rcl_serialized_message_t& bytes{message.get_rcl_serialized_message()};
     const std::scoped_lock lock{stand_in::world().mutex};
+    if (stand_in::world().publishing_fails) throw std::runtime_error{"failed to publish message"};
     stand_in::world().published.at(topic_).messages.emplace_back(bytes.buffer, bytes.buffer + bytes.buffer_length);
   }
   [[nodiscard]] std::size_t get_subscription_count() const {
@@ -236,7 +241,11 @@ class SubscriptionBase {
 
 class Node {
  public:
-  Node(const std::string& name, const NodeOptions& options) : full_name_{"/" + name}, options_{options} {}
+  Node(const std::string& name, const NodeOptions& options) : full_name_{"/" + name}, options_{options} {
+    std::vector<Parameter> all{options_.parameter_overrides()};
+    for (const auto& [parameter, text] : stand_in::world().arguments) all.emplace_back(parameter, text);
+    options_.parameter_overrides(all);
+  }
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
   virtual ~Node() = default;
@@ -282,5 +291,19 @@ class Node {
   NodeOptions options_;
   std::map<std::string, ParameterValue> declared_;
 };
+
+inline void init(int argc, char** argv) {
+  for (int i{1}; i + 1 < argc; ++i) {
+    const std::string word{argv[i + 1]};
+    if (std::string{argv[i]} != "-p") continue;
+    stand_in::world().arguments.emplace_back(word.substr(0, word.find(":=")), word.substr(word.find(":=") + 2));
+  }
+}
+inline void shutdown() {
+  const std::scoped_lock lock{stand_in::world().mutex};
+  stand_in::world().is_shut_down = true;
+}
+/// Ends at once: nothing comes.
+inline void spin(const std::shared_ptr<Node>&) {}
 
 }  // namespace rclcpp

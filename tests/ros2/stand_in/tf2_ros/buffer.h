@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-#include <geometry_msgs/msg/transform.hpp>
+#include <geometry_msgs/msg/transform_stamped.hpp>
 
 namespace tf2 {
 
@@ -39,10 +39,15 @@ class Buffer {
   [[nodiscard]] geometry_msgs::msg::TransformStamped lookupTransform(const std::string& target,
                                                                      const std::string& source,
                                                                      const rclcpp::Time& instant,
-                                                                     const rclcpp::Duration&) const {
+                                                                     const rclcpp::Duration& timeout) const {
+    // the real one waits in ROS time, for ever where that stands still
+    if (timeout.nanoseconds() > 0) throw std::logic_error{"waits in ROS time"};
     const auto known{stand_in::lookup() ? stand_in::lookup()(target, source, instant.nanoseconds()) : std::nullopt};
     if (!known) throw tf2::TransformException{"\"" + target + "\" and \"" + source + "\" are not connected"};
-    return {{}, source, *known};
+    geometry_msgs::msg::TransformStamped stamped;
+    stamped.child_frame_id = source;
+    stamped.transform = *known;
+    return stamped;
   }
 };
 

@@ -4,27 +4,10 @@
 
 #include <string>
 
+#include <geometry_msgs/msg/transform.hpp>
 #include <std_msgs/msg/header.hpp>
 
 namespace geometry_msgs::msg {
-
-struct Vector3 {
-  double x{0};
-  double y{0};
-  double z{0};
-};
-
-struct Quaternion {
-  double x{0};
-  double y{0};
-  double z{0};
-  double w{1};
-};
-
-struct Transform {
-  Vector3 translation;
-  Quaternion rotation;
-};
 
 struct TransformStamped {
   std_msgs::msg::Header header;

@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <opencv2/core/affine.hpp>
+#include <opencv2/core/quaternion.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "stereogrid/camera.hpp"
+#include "stereogrid/frame.hpp"
+#include "stereogrid/messages/tf2_msgs.hpp"
+
+namespace stereogrid::app {
+
+/// Transforms of /tf and /tf_static, the last ten seconds of them, as tf2 keeps them. For any threads.
+class TransformBuffer {
+ public:
+  /// Transforms with numbers that are not finite, quaternions of another length than 1 or a frame as its own parent are
+  /// dropped; the first one is logged.
+  void add(const messages::tf2_msgs::TFMessage& message, bool are_static);
+  /// Removes all but static transforms.
+  void clear();
+
+  /// Takes points of `source` to `target` at that instant: through chains of any depth, linear and slerp between two
+  /// stamps. No extrapolation. Waits for what has not arrived, in wall time, no longer than `patience`. Throws
+  /// InputError: the frames are not connected, or not at that instant.
+  [[nodiscard]] cv::Affine3d at(const std::string& target, const std::string& source, std::int64_t stamp_ns,
+                                std::chrono::milliseconds patience);
+  /// As at(), at the newest instant of each link.
+  [[nodiscard]] cv::Affine3d newest(const std::string& target, const std::string& source,
+                                    std::chrono::milliseconds patience);
+
+ private:
+  struct Stamped {
+    std::int64_t stamp_ns;
+    cv::Quatd rotation;
+    cv::Vec3d translation;
+  };
+  struct Link {
+    std::string parent;
+    bool is_static;
+    std::vector<Stamped> history;  // stamps grow; static: one
+  };
+  struct Found;
+
+  void add(const messages::geometry_msgs::TransformStamped& message, bool is_static);
+  [[nodiscard]] cv::Affine3d wait_for(const std::string& target, const std::string& source, std::int64_t stamp_ns,
+                                      std::chrono::milliseconds patience);
+  [[nodiscard]] std::vector<std::string> ancestors_of(const std::string& frame) const;
+  [[nodiscard]] Found find(const std::string& target, const std::string& source, std::int64_t stamp_ns) const;
+  [[nodiscard]] Found up_to(const std::string& ancestor, const std::string& frame, std::int64_t stamp_ns) const;
+  [[nodiscard]] static Found parent_from(const std::string& child, const Link& link, std::int64_t stamp_ns);
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::map<std::string, Link> links_;  // by child
+  bool has_dropped_{false};
+};
+
+/// Place and heading on the ground of a camera whose optical frame (z ahead) has that transform to the world.
+[[nodiscard]] Pose2 pose_of_camera(const cv::Affine3d& world_from_camera);
+/// Place and heading on the ground of a vehicle (x ahead).
+[[nodiscard]] Pose2 pose_of_vehicle(const cv::Affine3d& world_from_vehicle);
+/// Sets height, pitch and roll from the transform of the left optical frame to a frame on the ground. Returns false and
+/// changes nothing where the camera is not above the ground, or looks straight up or down.
+[[nodiscard]] bool set_extrinsics(Rig& rig, const cv::Affine3d& ground_from_camera);
+
+}  // namespace stereogrid::app

@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <rclcpp/rclcpp.hpp>
+
+#include "stereo_grid_node.hpp"
+
+/// The component in a process of its own. Exit code 1: wrong parameters, or the pipeline has failed.
+int main(int argc, char** argv) {
+  bool has_failed{false};
+  try {
+    rclcpp::init(argc, argv);
+    const auto node{std::make_shared<stereogrid_ros::StereoGridNode>()};
+    rclcpp::spin(node);
+    has_failed = node->has_failed();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "stereo_grid: %s\n", error.what());
+    has_failed = true;
+  }
+  rclcpp::shutdown();
+  return has_failed ? 1 : 0;
+}

@@ -1,0 +1,127 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "ros2/transform_buffer.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <thread>
+
+#include "stereogrid/error.hpp"
+
+namespace stereogrid::app {
+namespace {
+
+using namespace std::chrono_literals;
+using messages::geometry_msgs::TransformStamped;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+constexpr std::int64_t ms{1'000'000};
+
+TransformStamped transform(const std::string& parent, const std::string& child, std::int64_t stamp_ms, double x_m,
+                           double yaw_rad = 0) {
+  TransformStamped one;
+  one.header.stamp = {static_cast<std::int32_t>(stamp_ms / 1000), static_cast<std::uint32_t>(stamp_ms % 1000 * ms)};
+  one.header.frame_id = parent;
+  one.child_frame_id = child;
+  one.transform.translation.x = x_m;
+  one.transform.rotation.z = std::sin(yaw_rad / 2);
+  one.transform.rotation.w = std::cos(yaw_rad / 2);
+  return one;
+}
+
+/// x right of the camera is −y of the vehicle, y down is −z, z ahead is x.
+TransformStamped mount(double height_m) {
+  TransformStamped one{transform("camera_link", "optical", 0, 0)};
+  one.transform.translation.z = height_m;
+  one.transform.rotation = {-0.5, 0.5, -0.5, 0.5};
+  return one;
+}
+
+TEST(TransformBuffer, FollowsChainsAndInterpolates) {
+  TransformBuffer buffer;
+  buffer.add({{transform("base_link", "camera_link", 0, 0.4), mount(1.2)}}, true);
+  buffer.add({{transform("map", "odom", 0, 100), transform("odom", "/base_link", 1000, 2)}}, false);
+  buffer.add({{transform("map", "odom", 5000, 100), transform("odom", "base_link", 2000, 4, std::numbers::pi / 2)}},
+             false);
+  const cv::Affine3d half{buffer.at("map", "optical", 1500 * ms, 0ms)};
+  const double diagonal{0.4 / std::numbers::sqrt2};
+  EXPECT_NEAR(half.matrix(0, 3), 103 + diagonal, 1e-9);
+  EXPECT_NEAR(half.matrix(1, 3), diagonal, 1e-9);
+  EXPECT_NEAR(half.matrix(2, 3), 1.2, 1e-9);
+  EXPECT_NEAR(pose_of_camera(half).yaw_rad, std::numbers::pi / 4, 1e-9);
+  EXPECT_NEAR(pose_of_vehicle(buffer.at("map", "base_link", 2000 * ms, 0ms)).yaw_rad, std::numbers::pi / 2, 1e-9);
+  // the other way round, and between branches
+  EXPECT_NEAR(buffer.at("base_link", "odom", 1000 * ms, 0ms).matrix(0, 3), -2, 1e-9);
+  EXPECT_NEAR(buffer.newest("odom", "map", 0ms).matrix(0, 3), -100, 1e-9);
+  EXPECT_NEAR(buffer.at("optical", "optical", 0, 0ms).matrix(0, 0), 1, 1e-9);
+}
+
+TEST(TransformBuffer, RefusesToExtrapolate) {
+  TransformBuffer buffer;
+  const auto at = [&](std::int64_t stamp_ms) {
+    return [&buffer, stamp_ms] { (void)buffer.at("odom", "base_link", stamp_ms * ms, 20ms); };
+  };
+  EXPECT_THAT(at(0), ThrowsMessage<InputError>(HasSubstr("odom and base_link are not connected")));
+  buffer.add({{transform("odom", "base_link", 1000, 0), transform("odom", "base_link", 1100, 1)}}, false);
+  EXPECT_THAT(at(1110), ThrowsMessage<InputError>(HasSubstr("odom → base_link ends before the image")));
+  const auto begun{std::chrono::steady_clock::now()};
+  EXPECT_THAT([&] { (void)buffer.at("odom", "base_link", 900 * ms, 10s); },
+              ThrowsMessage<InputError>(HasSubstr("begins after the image")));
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, 5s) << "what is over does not come";
+}
+
+TEST(TransformBuffer, WaitsForWhatIsLate) {
+  TransformBuffer buffer;
+  buffer.add({{transform("odom", "base_link", 1000, 0)}}, false);
+  std::jthread late{[&] {
+    std::this_thread::sleep_for(30ms);
+    buffer.add({{transform("odom", "base_link", 1100, 1)}}, false);
+  }};
+  EXPECT_NEAR(buffer.at("odom", "base_link", 1050 * ms, 20s).matrix(0, 3), 0.5, 1e-9);
+}
+
+TEST(TransformBuffer, KeepsTenSecondsAndStaticTransforms) {
+  TransformBuffer buffer;
+  buffer.add({{transform("base_link", "camera", 0, 1)}}, true);
+  for (int i{0}; i < 400; ++i) buffer.add({{transform("odom", "base_link", 100 * i, i)}}, false);
+  EXPECT_NEAR(buffer.at("odom", "camera", 35'050 * ms, 0ms).matrix(0, 3), 351.5, 1e-9);
+  EXPECT_THROW(static_cast<void>(buffer.at("odom", "camera", 10'000 * ms, 0ms)), InputError);
+  buffer.add({{transform("odom", "base_link", 1000, 7)}}, false);  // a simulation begins again
+  EXPECT_NEAR(buffer.at("odom", "camera", 1000 * ms, 0ms).matrix(0, 3), 8, 1e-9);
+  buffer.clear();
+  EXPECT_THROW(static_cast<void>(buffer.newest("odom", "camera", 0ms)), InputError);
+  EXPECT_NEAR(buffer.newest("base_link", "camera", 0ms).matrix(0, 3), 1, 1e-9);
+}
+
+TEST(TransformBuffer, DropsWhatIsNoTransform) {
+  TransformBuffer buffer;
+  TransformStamped half{transform("odom", "base_link", 0, 0)};
+  half.transform.rotation.w = 0.5;
+  buffer.add({{half, transform("odom", "odom", 0, 0),
+               transform("odom", "base_link", 0, std::numeric_limits<double>::infinity())}},
+             false);
+  EXPECT_THROW(static_cast<void>(buffer.newest("odom", "base_link", 0ms)), InputError);
+  // a loop ends
+  buffer.add({{transform("a", "b", 0, 0), transform("b", "a", 0, 0)}}, false);
+  EXPECT_THROW(static_cast<void>(buffer.newest("odom", "a", 0ms)), InputError);
+}
+
+TEST(TransformBuffer, GivesExtrinsics) {
+  TransformBuffer buffer;
+  TransformStamped pitched{transform("base_footprint", "camera_link", 0, 0.3)};
+  pitched.transform.rotation = {0, std::sin(0.05), 0, std::cos(0.05)};  // 0.1 rad down
+  buffer.add({{pitched, mount(0.8)}}, true);
+  Rig rig;
+  ASSERT_TRUE(set_extrinsics(rig, buffer.newest("base_footprint", "optical", 0ms)));
+  EXPECT_NEAR(rig.camera_height_m, 0.8 * std::cos(0.1), 1e-9);
+  EXPECT_NEAR(rig.camera_pitch_rad, 0.1, 1e-9);
+  EXPECT_NEAR(rig.camera_roll_rad, 0, 1e-9);
+  EXPECT_FALSE(set_extrinsics(rig, cv::Affine3d{})) << "looks up";
+}
+
+}  // namespace
+}  // namespace stereogrid::app
