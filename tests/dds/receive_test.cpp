@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What others publish, as it comes to us.
+// Messages of other participants, received by the node.
 #include <atomic>
 #include <stdexcept>
 #include <thread>

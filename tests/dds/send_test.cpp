@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What we publish, as a bare participant of DDS with types of its own reads it.
+// Messages sent by the node, read by a bare DDS participant with its own types.
 #include <signal.h>
 
 #include <algorithm>

@@ -40,7 +40,7 @@ class Peer {
 /// tests/dds/bare_peer.cpp.
 [[nodiscard]] std::string bare_peer(const std::string& words);
 
-/// What a node has warned of.
+/// Warnings of a node.
 class Warned {
  public:
   [[nodiscard]] std::function<void(const std::string&)> taker();

@@ -430,7 +430,7 @@ TEST_F(Ros2Node, RefusesParametersThatDoNotFit) {
   EXPECT_THAT(refusal({"pair_tolerance", -1.0}), HasSubstr("pair_tolerance"));
 }
 
-/// What our own messages say of a mounting is read back as that mounting.
+/// Extrinsics in the node's own messages are read back unchanged.
 TEST(Ros2Translate, MountingIsTheInverseOfTfStatic) {
   stereogrid::scenes::Scene scene{stereogrid::scenes::parse_scene("scene:street?width=192&height=128&frames=1")};
   stereogrid::Rig rig{scene.rig()};
