@@ -21,7 +21,7 @@ tool=$build/bin/stereogrid
 cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
   --log-level=WARNING
 targets=(stereogrid_tool)
-# what --ros2 loads, where there is Cyclone DDS
+# library that --ros2 loads, if Cyclone DDS is installed
 ! cmake --build "$build" --target help | grep -q '^stereogrid_dds:' || targets+=(stereogrid_dds)
 cmake --build "$build" --target "${targets[@]}"
 

@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[1]
 WORK = ROOT / "build" / "mutants"
 TESTS = ["stereogrid_core_tests", "stereogrid_chain_tests"]
 TEST_S = 900
-AUDITED = 20  # the first so many of the list
+AUDITED = 20  # number of audited changes, at the head of the list
 # folder of src/: what most likely fails, and is run first
 FIRST = {"motion": "SceneFlow*:EvidenceMap*:EgoMotion*:VelocityEvidence*", "obstacles": "Tracker*:Segments*:UprightRow*:ClusterVelocities*",
          "ground": "*Ground*:Mounting*:RoadSupport*:Levelling*", "observation": "Rays*:UDisparity*:Projection*:Grid*",
@@ -213,7 +213,7 @@ terrain/walk.hpp ¦  z + slope ¦  z - slope
 
 
 def mutants() -> list:
-    """Those that an audit has found to survive first; the others in an order of chance that is the same each time, so
+    """Changes that an audit has found to survive first; the others in an order of chance that is the same each time, so
     that any first part is a sample."""
     found = [tuple(line.split(" ¦ ")) for line in MUTANTS.strip("\n").split("\n")]
     for file, before, _ in found:

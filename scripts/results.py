@@ -89,7 +89,7 @@ def table_text(table: dict, section: str) -> str:
 
 
 def source_text(measurement: dict) -> str:
-    """Says of older measurements what scripts/measure.py records or refuses now."""
+    """Source of a measurement. States of older ones the facts that scripts/measure.py now records or rejects."""
     commit, machine = measurement["commit"], measurement["machine"]
     if commit.endswith("+"):
         commit = f"{commit[:-1]} with changes that were not committed"

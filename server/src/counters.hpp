@@ -7,7 +7,7 @@
 
 namespace stereogrid::server {
 
-/// What ServerCounts is made of; counted on the server's thread and on those that send.
+/// Sources of ServerCounts; counted on the server's thread and on those that send.
 struct Counters {
   std::atomic<std::size_t> clients{0};
   std::atomic<std::uint64_t> clients_ever{0};

@@ -36,7 +36,7 @@ ServerOptions checked(ServerOptions options) {
 AccessRules rules_of(const ServerOptions& options, const Network& network) {
   const bool made_up{options.token.empty() && !network.loopback()};
   return {network.loopback(), network.address(), made_up ? random_token() : options.token,
-          "stereogrid_token_" + std::to_string(network.port()),  // browsers do not tell ports apart
+          "stereogrid_token_" + std::to_string(network.port()),  // browsers do not distinguish ports
           options.allowed_origins};
 }
 

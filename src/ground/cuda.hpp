@@ -7,17 +7,17 @@
 
 namespace stereogrid {
 
-/// Where the lattice has no road pixel, in px.
+/// Value where the lattice has no road pixel, in px.
 constexpr float no_ground_sample{1e30f};
 
-/// What the fit starts from; the host makes it.
+/// Input of the fit; the host makes it.
 struct GroundPrior {
   Ground previous;  ///< the frame before's
-  Ground before;    ///< what has become of it since
+  Ground before;    ///< `previous`, brought to this frame
   RoadPlane expected;
-  Matrix3 covariance;  ///< of the plane's numbers
-  int first_row;       ///< of the lattice, that the fit reads
-  int horizon_row;     ///< of the lattice, that the distances are counted from
+  Matrix3 covariance;  ///< covariance of the plane's numbers
+  int first_row;       ///< first row of the lattice that the fit reads
+  int horizon_row;     ///< row of the lattice from which distances are counted
 };
 /// `previous` is the ground dt_s ago.
 GroundPrior prior_of(const Rig& rig, const GroundConfig& config, const Ground& previous, double dt_s);
@@ -26,7 +26,7 @@ GroundPrior prior_of(const Rig& rig, const GroundConfig& config, const Ground& p
 struct GroundOnDevice {
   GroundOnDevice(int width, int height);
 
-  DeviceImage<float> residual;  ///< of the lattice's road pixels from the expected plane, or no_ground_sample
+  DeviceImage<float> residual;  ///< distance of the lattice's road pixels from the expected plane, or no_ground_sample
   DeviceBuffer<int> distances;  ///< pixels by their distance from it; all 0 between frames
 };
 

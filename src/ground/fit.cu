@@ -66,7 +66,7 @@ struct Lattice {
   __device__ void for_column(int i, int begin, const Visit& visit) const {
     const float u{(static_cast<float>(i * lattice_px + lattice_px / 2) - cx_px) * 0.01f};
     float from_expected[rows];
-    for (int k{0}; k < rows; ++k) {  // all of them are asked for before one is needed
+    for (int k{0}; k < rows; ++k) {  // all loads are issued before the first is needed
       const int j{begin + k};
       from_expected[k] = j >= first_row && j < height ? residual[j * width + i] : no_ground_sample;
     }
@@ -86,7 +86,7 @@ struct FitSpace {
   int in_bin[residual_bins];
   Matrix3 tether;
   double plane[3];  // at_centre, per_u, per_v
-  float moved[3];   // of its numbers, from the expected ones
+  float moved[3];   // difference of its numbers from the expected ones
   double radius_px;
   double largest_step;
 };
@@ -206,7 +206,7 @@ __device__ void move_plane(const RoadPlane& expected, FitSpace& space) {
   for (int i{0}; i < 3; ++i) space.moved[i] = static_cast<float>(moved[i]);
 }
 
-/// What the fit ends with.
+/// Result of the fit.
 struct GroundFit {
   RoadPlane plane;
   FitSums sums;

@@ -22,10 +22,10 @@ inline double residual(const RoadPlane& plane, const GroundSample& sample) {
 /// no plane.
 double refine(std::span<const GroundSample> samples, const Matrix3& covariance, RoadPlane& plane);
 
-/// How find_plane searches.
+/// Options of find_plane.
 struct PlaneDraws {
   int rounds{600};
-  double inlier_px{1};  ///< what lies so near to a plane is held by it
+  double inlier_px{1};  ///< largest distance of a sample that the plane holds
 };
 
 /// RANSAC from `plane`, which it replaces where another one within the gates holds half as many samples again, less

@@ -13,7 +13,7 @@ namespace stereogrid {
 /// Fewest samples that make a road.
 constexpr int ground_samples_min{100};
 
-/// Every so many pixels along rows and columns is a sample, from the half on.
+/// Spacing of the samples along rows and columns, in pixels; the first is at half of it.
 constexpr int lattice_px{4};
 /// Errors of pixels within a block are taken as one error, those of different blocks as independent.
 constexpr int block_u_px{96};
@@ -44,7 +44,7 @@ STEREOGRID_HD inline void move(RoadPlane& plane, const Vector3& numbers) {
   plane.per_v += numbers[2] / 100;
 }
 
-/// Row from which on the road is read. Farther away, where it is only a few px, what stands on it weighs as much.
+/// Row from which on the road is read. Farther away, where it is only a few px, objects on it weigh as much.
 STEREOGRID_HD inline double first_ground_row(const Rig& rig, const RoadPlane& plane) {
   constexpr double nearest_px{4};
   const double at_bottom{plane.disparity(rig.cx_px, rig.height_px)};
@@ -63,7 +63,7 @@ STEREOGRID_HD inline Real square_of_share(Real r, Real radius_px) {
   return r * r / (radius_px * radius_px);
 }
 
-/// Of weighted least squares, whose rows are (1, u, v) in units of the plane's numbers.
+/// Sums of weighted least squares, whose rows are (1, u, v) in units of the plane's numbers.
 struct NormalEquations {
   Matrix3 matrix{};
   Vector3 vector{};
@@ -104,7 +104,7 @@ STEREOGRID_HD inline int median_bin(const CountOf& count_of, int total) {
   return median;
 }
 
-/// How the robust fit goes: wide at first, and until it settles. A cambered road has planes that each hold a part of
+/// Schedule of the robust fit: wide at first, and until it settles. A cambered road has planes that each hold a part of
 /// it, and where this ends must not depend on where it began.
 constexpr int fit_rounds_max{12};
 constexpr int wide_rounds{2};
@@ -136,7 +136,7 @@ STEREOGRID_HD inline double fit_step(const NormalEquations& equations, const Mat
   return most;
 }
 
-/// What the samples alone say of a plane's numbers.
+/// Estimate of a plane's numbers from the samples alone.
 struct PlaneMeasurement {
   Vector3 numbers{};
   Matrix3 covariance{};
@@ -146,7 +146,7 @@ struct PlaneMeasurement {
 struct FitSums {
   NormalEquations equations;  ///< complete
   double weights{0};
-  double slopes{0};  ///< of weight·r
+  double slopes{0};  ///< sum of the slopes of weight·r
   Matrix3 spread{};  ///< squares of the blocks' shares of `equations.vector`
   int blocks{0};     ///< with any samples
 };
@@ -170,7 +170,7 @@ STEREOGRID_HD inline bool measured(const RoadPlane& plane, const FitSums& sums, 
   return true;
 }
 
-/// Is it within the gates around the calibration?
+/// Whether it is within the gates around the calibration.
 STEREOGRID_HD inline bool is_believable(const Rig& rig, const GroundConfig& config, const Ground& ground) {
   return std::abs(ground.height_m - rig.camera_height_m) <= config.height_gate_m &&
          std::abs(ground.pitch_rad - rig.camera_pitch_rad) <= radians(config.pitch_gate_deg) &&

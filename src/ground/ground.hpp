@@ -42,7 +42,7 @@ bool is_lost(const Rig& rig, const GroundConfig& config, View<const float> obsta
              View<const float> road_disparity, const Ground& ground, GroundSpace& space);
 
 /// Road plane without trusting `previous` beyond the gates: RANSAC over lines in v-disparity (docs/method.md §4.5;
-/// Labayrade 2002) and planes through three pixels, of both hypotheses. What is found is as uncertain as
+/// Labayrade 2002) and planes through three pixels, of both hypotheses. A found plane is as uncertain as
 /// calibrated_ground. `previous` with `estimated` false, where none is found.
 Ground search_ground(const Rig& rig, const GroundConfig& config, View<const float> obstacle_disparity,
                      View<const float> road_disparity, const Ground& previous, GroundSpace& space);

@@ -77,7 +77,7 @@ STEREOGRID_HD inline Matrix3 carried(const Matrix3& a, const Matrix3& covariance
   return a * covariance * transposed(a);
 }
 
-/// By cofactors; what comes out of a singular matrix is not finite.
+/// By cofactors; the result for a singular matrix is not finite.
 STEREOGRID_HD inline Matrix3 inverse(const Matrix3& a) {
   const auto cofactor = [&](int row, int column) {
     const int r1{(row + 1) % 3}, r2{(row + 2) % 3}, c1{(column + 1) % 3}, c2{(column + 2) % 3};

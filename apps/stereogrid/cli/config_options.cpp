@@ -50,7 +50,7 @@ std::string why_unread(const Config& config, std::string_view key, const InputUs
   const std::array rules{
       Rule{{"paper."},
            config.projection.model == ProjectionModel::bins,
-           "projection.model=bins; with rays, stage images and pictures show it, grids do not"},
+           "projection.model=bins; with rays, stage images and figures show it, grids do not"},
       Rule{{"vehicle."}, config.ground.model == GroundModel::terrain, "ground.model=terrain"},
       Rule{{"ground.height_gate_m", "ground.pitch_gate_deg", "ground.roll_gate_deg"},
            config.ground.estimate,

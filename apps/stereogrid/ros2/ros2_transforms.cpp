@@ -73,7 +73,7 @@ bool set_extrinsics_of_tf(Rig& rig, TransformBuffer& transforms, const std::stri
   // base_link may be above the road
   const char* const base{are_connected(transforms, "base_footprint", camera_frame) ? "base_footprint" : "base_link"};
   if (!set_extrinsics(rig, transforms.newest(base, camera_frame, 0ms))) {
-    spdlog::warn("TF: {} is not above z = 0 of {}, or looks straight up or down; the mounting is not taken from it",
+    spdlog::warn("TF: {} is not above z = 0 of {}, or points straight up or down; its extrinsics are not used",
                  io::printable(camera_frame, 60), base);
     return false;
   }

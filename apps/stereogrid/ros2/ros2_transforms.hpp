@@ -11,7 +11,7 @@
 
 namespace stereogrid::app {
 
-/// A buffer that receives /tf and /tf_static as long as the node exists.
+/// A buffer that receives /tf and /tf_static while the node exists.
 [[nodiscard]] std::shared_ptr<TransformBuffer> subscribe_transforms(dds::Node& node);
 
 /// frame_id of the next image on a topic; "": none has come within a second, or it has none.

@@ -22,9 +22,9 @@ namespace {
 
 constexpr std::int64_t kept_ns{10'000'000'000};
 constexpr std::size_t kept_max{20'000};
-constexpr std::size_t depth_max{100};  // of a chain; tf2 has 1000
+constexpr std::size_t depth_max{100};  // frames of a chain; tf2 has 1000
 constexpr std::int64_t newest_of_each{std::numeric_limits<std::int64_t>::max()};
-constexpr double steepest{0.99};  // of the optical axis
+constexpr double steepest{0.99};  // vertical component of the optical axis
 
 /// ROS 1 had a slash in front.
 std::string frame_name(std::string_view name) {
@@ -113,7 +113,7 @@ cv::Affine3d TransformBuffer::wait_for(const std::string& target, const std::str
     Found found{find(frame_name(target), frame_name(source), stamp_ns)};
     if (found.reason.empty()) return found.transform;
     if (!found.may_come || changed_.wait_until(lock, end) == std::cv_status::timeout) {
-      throw InputError{"/tf", found.reason, "Is it published, and by the same clock as the images?"};
+      throw InputError{"/tf", found.reason, "Check that it is published, by the same clock as the images."};
     }
   }
 }

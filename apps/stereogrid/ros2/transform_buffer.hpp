@@ -29,7 +29,7 @@ class TransformBuffer {
   void clear();
 
   /// Takes points of `source` to `target` at that instant: through chains of any depth, linear and slerp between two
-  /// stamps. No extrapolation. Waits for what has not arrived, in wall time, no longer than `patience`. Throws
+  /// stamps. No extrapolation. Waits for missing transforms, in wall time, no longer than `patience`. Throws
   /// InputError: the frames are not connected, or not at that instant.
   [[nodiscard]] cv::Affine3d at(const std::string& target, const std::string& source, std::int64_t stamp_ns,
                                 std::chrono::milliseconds patience);
@@ -69,7 +69,7 @@ class TransformBuffer {
 /// Place and heading on the ground of a vehicle (x ahead).
 [[nodiscard]] Pose2 pose_of_vehicle(const cv::Affine3d& world_from_vehicle);
 /// Sets height, pitch and roll from the transform of the left optical frame to a frame on the ground. Returns false and
-/// changes nothing where the camera is not above the ground, or looks straight up or down.
+/// changes nothing where the camera is not above the ground, or points straight up or down.
 [[nodiscard]] bool set_extrinsics(Rig& rig, const cv::Affine3d& ground_from_camera);
 
 }  // namespace stereogrid::app

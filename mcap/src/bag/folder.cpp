@@ -99,7 +99,7 @@ Metadata read_metadata(const fs::path& folder) {
   throw InputError{io::printable_path(folder), "holds no recording: no .mcap, no .db3.", "Name the folder of a bag."};
 }
 
-/// Unpacks each message; skips those that cannot be.
+/// Unpacks each message; skips damaged ones.
 class UnpackedMessages : public MessageCursor {
  public:
   UnpackedMessages(std::unique_ptr<MessageCursor> cursor, Damage& damage)
@@ -194,7 +194,7 @@ class FolderBag : public Bag {
   std::vector<std::unique_ptr<Bag>> parts_;
   std::vector<std::vector<std::uint16_t>> numbers_;  // index of each part's topics among all
   TopicList topics_;
-  mutable Damage damage_;  // of messages compressed one by one
+  mutable Damage damage_;  // damage of messages compressed one by one
   bool are_messages_packed_{false};
 };
 

@@ -31,12 +31,12 @@ class Link {
   Link& operator=(const Link&) = delete;
   virtual ~Link() = default;
 
-  /// There is something to send: to be fetched with Hub::next() as soon as it can be written.
+  /// There is something to send: to be fetched with Hub::next() when it can be written.
   virtual void wake() = 0;
   virtual void close(std::uint16_t code, const std::string& reason) = 0;
 };
 
-/// What goes out as one WebSocket message: the head, then the payload of the message, if there is one.
+/// Content of one WebSocket message: the head, then the payload of the message, if there is one.
 struct Frame {
   bool binary;
   std::string head;
@@ -58,7 +58,7 @@ class RequestRate {
   Time last_{};
 };
 
-/// What the server knows of a client. What may be overtaken by something newer (the time, the graph, parameters) is not
+/// State of a client. Content that newer content may replace (the time, the graph, parameters) is not
 /// queued as text: it is marked as due, and written as it is when the client can take it.
 struct Client {
   Client(Link& its_link, std::string its_name, const Limits& limits)
@@ -79,7 +79,7 @@ struct Client {
   std::size_t control_bytes{0};
   std::optional<std::uint64_t> time_due;
   bool graph_due{false};
-  std::set<std::string> removed_topics;  ///< to be told with the graph
+  std::set<std::string> removed_topics;  ///< to be sent with the graph
   std::set<std::string> parameters_due;
   MessageQueue messages;
 

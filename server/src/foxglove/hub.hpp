@@ -17,7 +17,7 @@
 
 namespace stereogrid::server {
 
-/// Of a client that is connected; never used twice.
+/// Identifier of a connected client; never used twice.
 using ClientId = std::uint64_t;
 
 struct HubOptions {
@@ -47,14 +47,14 @@ class Hub {
   ClientId join(Link& link);
   void leave(ClientId id);
   void receive(ClientId id, std::string_view bytes, bool binary, RequestRate::Time now);
-  /// What is to be written next to this client; none: nothing, until it is woken.
+  /// Next frame to write to this client; none: nothing, until it is woken.
   [[nodiscard]] std::optional<Frame> next(ClientId id);
 
  private:
   struct Stream {
     Channel channel;
     std::set<ClientId> subscribers;
-    SharedMessage last;  ///< of a latched channel
+    SharedMessage last;  ///< last message of a latched channel
   };
 
   void handle(ClientId id, const Subscribe& request);

@@ -11,8 +11,8 @@
 
 namespace stereogrid::server {
 
-/// Where any thread leaves messages for the server's thread. Its lock is never held for longer than a queue operation,
-/// and it holds no more than the queue's limits, however long the server's thread is busy.
+/// Queue in which any thread leaves messages for the server's thread. Its lock is never held for longer than a queue
+/// operation, and it holds no more than the queue's limits, however long the server's thread is busy.
 class Inbox {
  public:
   Inbox(QueueLimits limits, Counters& counters) : counters_{counters}, queue_{limits} {}
@@ -23,7 +23,7 @@ class Inbox {
   void set_subscribers(ChannelId channel, std::size_t count);
   [[nodiscard]] bool wanted(ChannelId channel) const;
 
-  /// Whether the server's thread has to be told to fetch messages: not if it was already told.
+  /// Whether the server's thread has to be notified to fetch messages: not if it was already notified.
   [[nodiscard]] bool put(SharedMessage message);
   /// The next message; none: the inbox is empty, and put() will ask for the server's thread again.
   [[nodiscard]] SharedMessage take();

@@ -22,17 +22,17 @@ struct Message {
 using SharedMessage = std::shared_ptr<const Message>;
 
 struct QueueLimits {
-  std::size_t bytes;     ///< of all messages; a single one may be larger
-  std::size_t messages;  ///< of each channel
+  std::size_t bytes;     ///< size of all messages; a single one may be larger
+  std::size_t messages;  ///< number for each channel
 };
 
-/// First in, first out, within limits: what is too much goes at the expense of the channel's own oldest messages, or,
-/// where it has none, of the channel that takes the most room.
+/// First in, first out, within limits: an excess drops the channel's own oldest messages, or,
+/// where it has none, those of the channel that takes the most room.
 class MessageQueue {
  public:
   explicit MessageQueue(QueueLimits limits) : limits_{limits} {}
 
-  /// How many messages had to go.
+  /// Returns the number of messages dropped.
   std::size_t push(SharedMessage message);
   /// None: it is empty.
   [[nodiscard]] SharedMessage pop();

@@ -29,11 +29,11 @@ bool is_finite(const ParameterValue& value) {
 }
 
 bool is_empty_array(const ParameterValue& value) {
-  const auto* const array{std::get_if<std::vector<bool>>(&value)};  // what request.cpp makes of []
+  const auto* const array{std::get_if<std::vector<bool>>(&value)};  // value that request.cpp makes of []
   return array != nullptr && array->empty();
 }
 
-/// JSON does not tell 3 from 3.0, nor what an empty array would hold.
+/// JSON does not distinguish 3 from 3.0, and an empty array has no type.
 ParameterValue adapted(const ParameterValue& value, const ParameterValue& like) {
   if (const auto* const whole{std::get_if<std::int64_t>(&value)}; whole && std::holds_alternative<double>(like)) {
     return static_cast<double>(*whole);

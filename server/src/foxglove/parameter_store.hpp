@@ -23,7 +23,8 @@ class ParameterStore {
   [[nodiscard]] const Parameter* find(const std::string& name) const;
   [[nodiscard]] std::vector<std::string> names() const;
 
-  /// A client's wish, in a type that JSON has. Returns why it cannot be; none: the parameter has this value now.
+  /// A client's value, in a type that JSON has. Returns the reason to reject it; none: the parameter has this value
+  /// now.
   [[nodiscard]] std::optional<std::string> set(const Parameter& wish);
   /// The owner's word. Throws ConfigError; see check().
   void put(const Parameter& parameter);

@@ -30,12 +30,12 @@ struct Features {
 [[nodiscard]] std::string parameter_values(std::span<const Parameter* const> parameters,
                                            const std::optional<std::string>& request);
 
-/// Who subscribes, by topic; all topics are there.
+/// Subscribers by topic; all topics are there.
 using Graph = std::map<std::string, std::vector<std::string>>;
 [[nodiscard]] std::string connection_graph(const std::string& publisher, const Graph& graph,
                                            const std::set<std::string>& removed_topics);
 
-/// What goes before a message's own bytes.
+/// Bytes before a message's own.
 [[nodiscard]] std::string message_head(SubscriptionId subscription, std::uint64_t stamp_ns);
 [[nodiscard]] std::string time_message(std::uint64_t stamp_ns);
 

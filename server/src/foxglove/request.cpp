@@ -16,7 +16,7 @@ using Json = nlohmann::json;
 
 constexpr int deepest{8};  // an array of values within setParameters is at 4
 
-/// Of a client's own text, in a complaint.
+/// Limit to a client's own text in an error message.
 std::string shortened(std::string text) {
   constexpr std::size_t longest{60};
   if (text.size() > longest) text = text.substr(0, longest) + "…";

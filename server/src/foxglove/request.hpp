@@ -33,7 +33,7 @@ struct GetParameters {
   std::optional<std::string> id;
 };
 struct SetParameters {
-  std::vector<Parameter> parameters;  ///< of the types that JSON has; the parameter's own may be another
+  std::vector<Parameter> parameters;  ///< values of the types that JSON has; the parameter's own type may be another
   std::optional<std::string> id;
 };
 struct SubscribeParameters {
@@ -45,14 +45,14 @@ struct UnsubscribeParameters {
 struct SubscribeGraph {};
 struct UnsubscribeGraph {};
 
-/// What a client may ask for.
+/// Requests that a client may send.
 using Request = std::variant<Subscribe, Unsubscribe, GetParameters, SetParameters, SubscribeParameters,
                              UnsubscribeParameters, SubscribeGraph, UnsubscribeGraph>;
 
 /// Reads a client's text message. Throws InputError: what is wrong with it, for the client to read.
 [[nodiscard]] Request parse_request(std::string_view text);
 
-/// What is wrong with a client's binary message: this server takes none.
+/// Error message on a client's binary message: this server takes none.
 [[nodiscard]] std::string complaint_on_binary(std::string_view bytes);
 
 }  // namespace stereogrid::server

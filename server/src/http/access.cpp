@@ -19,7 +19,7 @@ std::string lower(std::string_view text) {
   return result;
 }
 
-/// Without the port: whoever forwards the port (ssh -L) may have chosen another one.
+/// Without the port: a user who forwards the port (ssh -L) may have chosen another one.
 std::string host_name(std::string_view host) {
   const std::size_t colon{host.rfind(':')};
   const std::size_t bracket{host.rfind(']')};

@@ -12,7 +12,7 @@
 
 namespace stereogrid::server {
 
-/// Who may ask.
+/// Clients that are served.
 struct AccessRules {
   bool loopback{true};  ///< listens where only this machine reaches it
   std::string address;  ///< as in a URL: an IPv6 address is in brackets

@@ -6,7 +6,7 @@
 
 namespace stereogrid::server {
 
-/// What is looked at of an HTTP request; a header that is not there is empty.
+/// Evaluated parts of an HTTP request; a header that is not there is empty.
 struct HttpRequest {
   std::string method;
   std::string target;

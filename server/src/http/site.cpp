@@ -15,7 +15,7 @@
 namespace stereogrid::server {
 namespace {
 
-/// FNV-1a: tells versions of a page apart, no more.
+/// FNV-1a: distinguishes versions of a page, no more.
 std::string etag_of(const std::string& bytes) {
   std::uint64_t hash{0xcbf29ce484222325};
   for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;

@@ -14,7 +14,7 @@
 
 namespace stereogrid::server {
 
-/// What is served over HTTP, and to whom; without a network.
+/// Content served over HTTP, and its access rules; without a network.
 class Site {
  public:
   /// Throws ConfigError: a path that is no path or there twice; InputError: a folder that is not there.

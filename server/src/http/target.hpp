@@ -10,7 +10,7 @@
 
 namespace stereogrid::server {
 
-/// What a request asks for, decoded.
+/// Target of a request, decoded.
 struct Target {
   std::string path;  ///< from "/"; no empty segment but a last one, no "." or "..", no control character
   std::vector<std::pair<std::string, std::string>> query;
@@ -19,7 +19,7 @@ struct Target {
   [[nodiscard]] const std::string* find(std::string_view name) const;
 };
 
-/// Of a request line, such as /a%20b?token=x. None: it is malformed, or means something outside.
+/// Parses the target of a request line, such as /a%20b?token=x. None: it is malformed, or means something outside.
 [[nodiscard]] std::optional<Target> parse_target(std::string_view text);
 
 }  // namespace stereogrid::server

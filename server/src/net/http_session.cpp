@@ -32,7 +32,7 @@ std::string joined(const http::fields& fields, http::field name) {
   return all;
 }
 
-/// What a client hears whose request cannot be read; none: it has gone, or says nothing.
+/// Reply to an unreadable request; none: the client has gone, or sends nothing.
 std::optional<HttpReply> reply_to(const Error& error) {
   if (error == http::error::header_limit || error == http::error::buffer_overflow) {
     return plain_reply(431, "The request's header is too long.");
@@ -77,7 +77,7 @@ void HttpSession::on_request() {
   if (beast::websocket::is_upgrade(parser_->get())) return upgrade(asked);
   HttpReply answer{around_.site.answer(asked)};
   if (answer.status == 401 || answer.status == 403) ++around_.counters.refused;
-  // what is left of a body would be taken for the next request
+  // the rest of a body would be taken for the next request
   reply(std::move(answer), asked.method != "HEAD", parser_->keep_alive() && !asked.has_body);
 }
 

@@ -13,7 +13,7 @@
 
 namespace stereogrid::server {
 
-/// A connection that speaks HTTP; a WebSocket begins as one.
+/// A connection that uses HTTP; a WebSocket begins as one.
 class HttpSession : public Session {
  public:
   HttpSession(Tcp::socket socket, Surroundings& around);
@@ -44,7 +44,7 @@ class HttpSession : public Session {
   std::optional<beast::http::response_serializer<beast::http::empty_body>> serializer_;
   Body body_;
   std::uint64_t sent_{0};
-  std::uint64_t length_{0};  ///< of what is to be sent of the body
+  std::uint64_t length_{0};  ///< bytes of the body to be sent
   bool keep_alive_{false};
   std::string piece_;
 };

@@ -17,7 +17,7 @@ namespace stereogrid::server {
 namespace {
 
 constexpr std::chrono::milliseconds farewell{1000};
-constexpr std::chrono::milliseconds pause{100};  // where no more connections can be opened
+constexpr std::chrono::milliseconds pause{100};  // wait when no more connections can be opened
 
 net::ip::address parsed_address(const std::string& text) {
   Error error;
@@ -133,7 +133,7 @@ struct Network::State {
   }
 
   void for_each_session(void (Session::*what)()) {
-    std::vector<std::shared_ptr<Session>> sessions;  // what is done may end some
+    std::vector<std::shared_ptr<Session>> sessions;  // copied, since the calls may end some
     for (Session* const session : around->sessions) sessions.push_back(session->shared_from_this());
     for (const auto& session : sessions) (*session.*what)();
   }

@@ -13,7 +13,7 @@
 
 namespace stereogrid::server {
 
-/// The sockets: what the rest of the server knows of Boost.Beast.
+/// The sockets: the only interface to Boost.Beast for the rest of the server.
 class Network {
  public:
   /// Listens; clients wait until run(). Throws ConfigError, DeviceError as Server does.
@@ -28,7 +28,7 @@ class Network {
 
   /// Serves clients until stop(). What it is given has to stay until then.
   void run(Hub& hub, const Site& site, const Limits& limits, Counters& counters);
-  /// Has run() do something between requests. From any thread; what is posted after stop() may never be done.
+  /// Has run() do something between requests. From any thread; work posted after stop() may never be done.
   void post(std::function<void()> work);
   /// Makes run() say good-bye to clients and return, within little more than a second.
   void stop();

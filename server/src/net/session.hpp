@@ -19,7 +19,7 @@ namespace stereogrid::server {
 
 class Session;
 
-/// What all sessions share, on the server's thread.
+/// State that all sessions share, on the server's thread.
 struct Surroundings {
   Hub& hub;
   const Site& site;
@@ -29,7 +29,7 @@ struct Surroundings {
   std::function<void()> emptied{};  ///< called when the last session has gone
 };
 
-/// A client's connection, from its acceptance to its end; it lives as long as something of it is under way.
+/// A client's connection, from its acceptance to its end; it exists while an operation of it is pending.
 class Session : public std::enable_shared_from_this<Session> {
  public:
   using Time = std::chrono::steady_clock::time_point;

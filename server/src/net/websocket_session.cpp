@@ -21,7 +21,7 @@ namespace websocket = beast::websocket;
 constexpr std::chrono::milliseconds farewell{1000};
 constexpr std::size_t longest_reason{120};  // 123 fit into the frame
 
-/// What waits in the system's buffer can no longer be replaced by something newer.
+/// Data in the system's buffer can no longer be replaced by something newer.
 void keep_system_queue_short(Tcp::socket& socket) {
   const int bytes{256 << 10};
   ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &bytes, sizeof bytes);
@@ -113,7 +113,7 @@ void WebSocketSession::cut() {
 
 void WebSocketSession::on_closed() {
   if (client_) around_.hub.leave(*std::exchange(client_, std::nullopt));
-  if (!closing_) cut();  // ends what is still being written
+  if (!closing_) cut();  // ends pending writes
 }
 
 }  // namespace stereogrid::server

@@ -27,7 +27,7 @@ struct Contents {
   std::map<std::uint16_t, Schema> schemas;
   std::map<std::uint16_t, Channel> channels;
   std::map<std::uint16_t, std::uint64_t> message_counts;  ///< by channel; one without messages may be missing
-  std::uint64_t declared_bytes{0};                        ///< of schemas and channels
+  std::uint64_t declared_bytes{0};                        ///< bytes of schemas and channels
   std::uint64_t first_ns{0}, last_ns{0};                  ///< log times of the first and last message; 0: there is none
 };
 

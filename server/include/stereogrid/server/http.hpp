@@ -9,7 +9,7 @@
 
 namespace stereogrid::server {
 
-/// What a page may load and run, if its owner does not say otherwise: what this server has, no script within the page.
+/// Default policy for what a page may load and run: files of this server, no script within the page.
 inline constexpr const char* default_content_security_policy{
     "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; connect-src 'self'; "
     "object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"};
@@ -22,7 +22,7 @@ struct Asset {
   std::string content_security_policy{default_content_security_policy};
 };
 
-/// Regular files of a folder and of those within it. What is reached over a symbolic link is not served.
+/// Regular files of a folder and of those within it. Files behind a symbolic link are not served.
 struct Folder {
   std::string prefix;            ///< such as /results: file a/b.png is /results/a/b.png
   std::filesystem::path folder;  ///< has to exist when the server is made; looked up anew for every request
@@ -35,14 +35,14 @@ struct Answer {
   std::string body;
 };
 
-/// Text that is made when asked for, such as /metrics and /healthz. `answer` is called on the server's thread, which
-/// serves nobody meanwhile. An exception becomes status 500 with its text.
+/// Text that is made for each request, such as /metrics and /healthz. `answer` is called on the server's thread, which
+/// serves no client meanwhile. An exception becomes status 500 with its text.
 struct Endpoint {
   std::string path;
   std::function<Answer()> answer;
 };
 
-/// What is served over HTTP, to GET and HEAD. An asset goes before an endpoint, that before a folder.
+/// Content served over HTTP, to GET and HEAD. An asset goes before an endpoint, that before a folder.
 struct HttpContent {
   std::vector<Asset> assets;
   std::vector<Endpoint> endpoints;

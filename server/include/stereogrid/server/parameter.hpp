@@ -19,12 +19,13 @@ struct Parameter {
   ParameterValue value;  ///< its type stays; numbers are finite
 };
 
-/// What clients can read and set.
+/// Parameters that clients can read and set.
 struct Parameters {
   std::vector<Parameter> values;  ///< names are unique
-  /// A client asks for a new value, of the parameter's type. Returns why it cannot be; none: it is taken. Called on the
-  /// server's thread, which serves nobody meanwhile: it should be quick, and what it shares with other threads is the
-  /// owner's to guard. An exception counts as a refusal with its text. None at all: clients can only read.
+  /// Called for a client's new value, of the parameter's type. Returns the reason to reject it; none: it is accepted.
+  /// Runs on the server's thread, which serves no client meanwhile: it should be quick, and what it shares with other
+  /// threads is the owner's to guard. An exception counts as a refusal with its text. None at all: clients can only
+  /// read.
   std::function<std::optional<std::string>(const Parameter&)> set;
 };
 

@@ -18,28 +18,29 @@
 
 namespace stereogrid::server {
 
-/// What no client can make the server exceed.
+/// Limits that no client can make the server exceed.
 struct Limits {
   std::size_t clients{64};                           ///< WebSockets at a time
-  std::size_t connections{256};                      ///< of any kind at a time
-  std::size_t connections_per_address{128};          ///< of these, from one address
+  std::size_t connections{256};                      ///< connections of any kind at a time
+  std::size_t connections_per_address{128};          ///< connections from one address
   std::size_t queue_bytes{std::size_t{32} << 20};    ///< waiting for a client; a single larger message still goes out
-  std::size_t queue_messages{16};                    ///< of each channel, waiting for a client
+  std::size_t queue_messages{16};                    ///< messages of each channel, waiting for a client
   std::size_t control_bytes{std::size_t{4} << 20};   ///< replies waiting; a client that leaves more unread is closed
-  std::size_t request_bytes{std::size_t{64} << 10};  ///< of a client's message
-  int requests_per_second{100};                      ///< of a client, on average; twice as many at once
-  int request_bytes_per_second{256 << 10};           ///< of a client's messages, on average; twice as many at once
+  std::size_t request_bytes{std::size_t{64} << 10};  ///< size of a client's message
+  int requests_per_second{100};                      ///< average rate of a client; twice as many at once
+  int request_bytes_per_second{256 << 10};           ///< average rate of a client's messages; twice as many at once
   int faults{20};                                    ///< malformed requests before a client is closed
   std::chrono::milliseconds http_timeout{10'000};    ///< for a whole request, and each 64 KiB of a reply
   std::chrono::milliseconds idle_timeout{30'000};    ///< for any sign of life of a WebSocket client, which is pinged
 };
 
 struct ServerOptions {
-  std::string name{"stereogrid"};    ///< for clients to show
-  std::string address{"127.0.0.1"};  ///< of this machine, IPv4 or IPv6, or "localhost"; "0.0.0.0", "::": all of them
-  std::uint16_t port{8765};          ///< 0: any free one
-  /// What clients have to know, of 22 or more letters, digits, '-' and '_'. Empty: none where the address is a loopback
-  /// address; any other gets one made up, of 160 random bits.
+  std::string name{"stereogrid"};  ///< for clients to show
+  /// Address of this machine, IPv4 or IPv6, or "localhost"; "0.0.0.0", "::": all of them.
+  std::string address{"127.0.0.1"};
+  std::uint16_t port{8765};  ///< 0: any free one
+  /// Secret that clients have to send, of 22 or more letters, digits, '-' and '_'. Empty: none where the address is a
+  /// loopback address; any other gets one made up, of 160 random bits.
   std::string token;
   /// Pages of other sites that may open a WebSocket, such as https://app.foxglove.dev; as the browser's header Origin
   /// says it. This server's own pages, and programs that are no browser, always may.
@@ -57,7 +58,7 @@ struct ServerCounts {
   std::size_t clients{0};  ///< WebSockets now
   std::uint64_t clients_ever{0};
   std::uint64_t messages_sent{0};     ///< to each client
-  std::uint64_t bytes_sent{0};        ///< of these
+  std::uint64_t bytes_sent{0};        ///< bytes of these messages
   std::uint64_t messages_dropped{0};  ///< for clients that were too slow, or where the server itself was
   std::uint64_t faults{0};            ///< malformed requests of clients
   std::uint64_t refused{0};           ///< requests and clients turned away: host, origin, token, sub-protocol, limits
@@ -73,10 +74,10 @@ class STEREOGRID_EXPORT Server {
   explicit Server(ServerOptions options);
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
-  /// Tells clients that it goes away, waits a second at most for them, and for a callback that is running.
+  /// Sends clients the close code "going away", waits a second at most for them, and for a callback that is running.
   ~Server();
 
-  [[nodiscard]] std::uint16_t port() const;        ///< where it listens
+  [[nodiscard]] std::uint16_t port() const;        ///< port of the listening socket
   [[nodiscard]] const std::string& token() const;  ///< empty: none is needed
   /// To be opened in a browser, with the token: http://127.0.0.1:8765/?token=…
   [[nodiscard]] const std::string& url() const;
@@ -84,14 +85,14 @@ class STEREOGRID_EXPORT Server {
   ChannelId add_channel(Channel channel);
   /// Messages sent to it from now on are ignored.
   void remove_channel(ChannelId id);
-  /// Whether a message would be of use: somebody subscribes, or the channel is latched.
+  /// Whether a message would be of use: the channel has a subscriber or is latched.
   [[nodiscard]] bool wanted(ChannelId id) const;
-  /// Hands a message to all who subscribe. It is copied once; where nobody wants it, not at all. A client that is slow
+  /// Sends a message to all subscribers. It is copied once; without subscribers, not at all. A client that is slow
   /// loses the oldest messages of the channel.
   void send(ChannelId id, std::uint64_t stamp_ns, std::span<const std::byte> message);
   /// The time that clients should go by, such as that of a recording. Needs ServerOptions::sends_time.
   void send_time(std::uint64_t stamp_ns);
-  /// A sentence for all who are connected now.
+  /// Text for all clients that are connected now.
   void send_status(StatusLevel level, std::string_view text);
   /// A parameter has another value now; does not call Parameters::set. Throws ConfigError: no such parameter, another
   /// type, or a number that is not finite.
