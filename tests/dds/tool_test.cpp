@@ -112,7 +112,7 @@ TEST(DdsTool, TfGivesTheCamerasPoseAndItsMounting) {
   EXPECT_THAT(map.rest(), SizeIs(5));
   EXPECT_THAT(observed.line(), HasSubstr(" stereo_grid "));
   const std::string said{all_of(live)};
-  EXPECT_THAT(said, AllOf(HasSubstr("mounting of TF (base_link → left_optical)"), HasSubstr("height 1.10 m"),
+  EXPECT_THAT(said, AllOf(HasSubstr("extrinsics of TF (base_link → left_optical)"), HasSubstr("height 1.10 m"),
                           HasSubstr("poses of the camera: left_optical in odom"), Not(HasSubstr("cannot be used"))));
 }
 

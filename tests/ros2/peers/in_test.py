@@ -118,7 +118,7 @@ class In(unittest.TestCase):
             done = self.send_until(lambda: len(grids) >= 10, [lambda ns: cameras.send(ns - 2 * 10**9)], seconds=20)
             log = tool.end()
         self.assertTrue(done, log)
-        self.assertIn('mounting of TF (base_link → stereo_left_optical)', log)
+        self.assertIn('extrinsics of TF (base_link → stereo_left_optical)', log)
         self.assertIn('poses of the camera: stereo_left_optical in odom', log)
         self.assertNotIn('another node publishes', log)
         self.assertEqual(observed[-1].header.frame_id, 'stereo_grid')
