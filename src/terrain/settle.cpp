@@ -22,13 +22,13 @@ int confirming(View<const SectorWalk> walks, int sector, int reach, int SectorWa
   return count;
 }
 
-// Nearest sector to one side that ends at an edge near `ring`, or at any edge for no_ring, within some sectors.
-// walks.width or −1: the image's border; the sector itself: none.
+// Nearest sector to one side that ends at an edge near `ring`, or at any edge for no_ring, within some sectors; the
+// sector itself: none.
 int edge_beside(View<const SectorWalk> walks, int sector, int side, int ring) {
   constexpr int reach{24};
   for (int offset{1}; offset <= reach; ++offset) {
     const int beside{sector + side * offset};
-    if (beside < 0 || beside >= walks.width) return beside;
+    if (beside < 0 || beside >= walks.width) break;
     const int end{walks(beside, 0).end};
     if (end != no_ring && (ring == no_ring || std::abs(end - ring) <= neighbour_rings)) return beside;
   }
@@ -39,25 +39,19 @@ int edge_beside(View<const SectorWalk> walks, int sector, int side, int ring) {
 int narrow_passage(const WalkInput& input, View<const SectorWalk> walks, int sector) {
   constexpr float widest_passage{0.25f};  // of the vehicle's height
   constexpr int edge_confirmations{3};
-  const auto is_sector = [&](int beside) { return beside >= 0 && beside < walks.width; };
-  int ring{no_ring};
-  for (const int side : {-1, 1}) {
-    const int beside{edge_beside(walks, sector, side, no_ring)};
-    if (beside == sector) return no_ring;
-    if (is_sector(beside)) ring = ring == no_ring ? walks(beside, 0).end : std::min(ring, walks(beside, 0).end);
-  }
+  const auto nearest = [&](int side, int ring) { return edge_beside(walks, sector, side, ring); };
+  if (nearest(-1, no_ring) == sector || nearest(1, no_ring) == sector) return no_ring;
+  const int ring{std::min(walks(nearest(-1, no_ring), 0).end, walks(nearest(1, no_ring), 0).end)};
   const SectorWalk& walk{walks(sector, 0)};
-  if (ring == no_ring || (walk.end != no_ring && walk.end <= ring + neighbour_rings)) return no_ring;
-  const int left{edge_beside(walks, sector, -1, ring)};
-  const int right{edge_beside(walks, sector, 1, ring)};
+  if (walk.end != no_ring && walk.end <= ring + neighbour_rings) return no_ring;
+  const int left{nearest(-1, ring)};
+  const int right{nearest(1, ring)};
   if (left == sector || right == sector) return no_ring;
   const float width_m{static_cast<float>((right - left - 1) * sector_px) * input.rings.middle_m(ring) /
                       input.camera.focal_px};
-  if (width_m > widest_passage * input.limits.height_m) return no_ring;
-  for (const int beside : {left, right}) {
-    if (is_sector(beside) && confirming(walks, beside, 3, &SectorWalk::end, ring) < edge_confirmations) return no_ring;
-  }
-  return ring;
+  const bool are_confirmed{confirming(walks, left, 3, &SectorWalk::end, ring) >= edge_confirmations &&
+                           confirming(walks, right, 3, &SectorWalk::end, ring) >= edge_confirmations};
+  return are_confirmed && width_m <= widest_passage * input.limits.height_m ? ring : no_ring;
 }
 
 }  // namespace
