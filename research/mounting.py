@@ -91,7 +91,7 @@ def measure_drive(tool: str, drive: Path, root: Path, frames: int) -> None:
         pitch = math.atan(math.tan(own_pitch) + math.tan(pitch_deg * DEGREE))
         scale = height_m / (own_height * math.cos(pitch) / math.cos(own_pitch))
         calibration.write_text(
-            f"focal_px: {rig['focal_px']}\ncentre_u_px: {rig['cx_px']}\n"
+            f"focal_px: {rig['focal_px']}\ncx_px: {rig['cx_px']}\n"
             f"cy_px: {rig['cy_px'] + down}\nbaseline_m: {rig['baseline_m'] * scale}\n")
         run_on(tool, drive, run, "--calibration", calibration, "--poses", "none", "--frames", f":{frames - 1}")
         print(f"| {drive.name} | {pitch / DEGREE:.2f} | {height_m} | {judge(run, pitch / DEGREE, height_m)} |", flush=True)

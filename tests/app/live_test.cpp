@@ -85,7 +85,7 @@ std::string at(std::uint16_t port) {
 fs::path small_calibration(const TemporaryFolder& folder) {
   fs::path file{folder / "camera.yaml"};
   std::ofstream{file} << "image: {width_px: 192, height_px: 128}\nmount: {camera_height_m: 1.2}\n"
-                         "focal_px: 160\ncentre_u_px: 95.5\ncentre_v_px: 63.5\nbaseline_m: 0.12\n";
+                         "focal_px: 160\ncx_px: 95.5\ncy_px: 63.5\nbaseline_m: 0.12\n";
   return file;
 }
 

@@ -170,7 +170,7 @@ void read_any_calibration(const fs::path& path) {
 }
 
 constexpr const char* good_calibration{
-    "focal_px: 60\ncentre_u_px: 32\ncentre_v_px: 16\nbaseline_m: 0.2\nmount: {camera_height_m: 1.2}\n"};
+    "focal_px: 60\ncx_px: 32\ncy_px: 16\nbaseline_m: 0.2\nmount: {camera_height_m: 1.2}\n"};
 
 TEST_F(Hostile, CalibrationsThatAreNone) {
   put(folder_ / "good.yaml", "\xef\xbb\xbf"s + good_calibration);

@@ -11,7 +11,7 @@ namespace stereogrid::io::testing {
 namespace {
 
 constexpr const char* calibration{
-    "focal_px: 60\ncentre_u_px: 31.5\ncentre_v_px: 15.5\nbaseline_m: 0.2\nmount: {camera_height_m: 1.2}\n"};
+    "focal_px: 60\ncx_px: 31.5\ncy_px: 15.5\nbaseline_m: 0.2\nmount: {camera_height_m: 1.2}\n"};
 constexpr int width_px{64};
 constexpr int height_px{32};
 
@@ -96,7 +96,7 @@ TEST_F(Layouts, LayoutOfSeparateImagesIsRefused) {
 }
 
 TEST_F(Layouts, LayoutThatIsNotClear) {
-  put(folder_ / "calibration.yaml", "focal_px: 60\ncentre_u_px: 3\ncentre_v_px: 3\nbaseline_m: 0.2\n");
+  put(folder_ / "calibration.yaml", "focal_px: 60\ncx_px: 3\ncy_px: 3\nbaseline_m: 0.2\n");
   write_png(folder_ / "1.png", flat(90, 60, 50));
   expect_complaint(
       [&] {

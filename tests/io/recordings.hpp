@@ -14,7 +14,7 @@ constexpr int small_width_px{65};
 constexpr int small_height_px{33};
 
 constexpr const char* small_yaml{
-    "image: {width_px: 65, height_px: 33}\nfocal_px: 60\ncentre_u_px: 32\ncentre_v_px: 16\nbaseline_m: 0.2\n"
+    "image: {width_px: 65, height_px: 33}\nfocal_px: 60\ncx_px: 32\ncy_px: 16\nbaseline_m: 0.2\n"
     "mount: {camera_height_m: 1.2}\n"};
 constexpr const char* small_calib{
     "P0: 60 0 32 0 0 60 16 0 0 0 1 0\nP1: 60 0 32 -30 0 60 16 0 0 0 1 0\n"

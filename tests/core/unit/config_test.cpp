@@ -190,6 +190,8 @@ TEST(Config, ParametersOfThePaperAreFoundUnderTheirFormerGroup) {
   Config config;
   set(config, "u_disparity.tau_obstacle", "0.3");
   EXPECT_EQ(config.paper.tau_obstacle, 0.3);
+  set(config, "filter.forgetting_s", "3.5");
+  EXPECT_EQ(config.filter.decay_time_s, 3.5);
   EXPECT_THROW(set(config, "u_disparity.tau", "0.3"), ConfigError);
 }
 

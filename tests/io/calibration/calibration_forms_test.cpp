@@ -55,7 +55,7 @@ std::map<std::string, Files> rectified_forms(const Rig& rig) {
   const std::string q{" 0 256 64 0 0 0 1 0\n"};
   EXPECT_EQ(rig.focal_px, 256);
   forms["KITTI"] = {{"calib.txt", "P0: " + p + "0" + q + "P1: " + p + "-64" + q}};
-  forms["ours"] = {{"calibration.yaml", "focal_px: 256\ncentre_u_px: 128\ncentre_v_px: 64\nbaseline_m: 0.25\n"}};
+  forms["ours"] = {{"calibration.yaml", "focal_px: 256\ncx_px: 128\ncy_px: 64\nbaseline_m: 0.25\n"}};
   return forms;
 }
 

@@ -27,7 +27,7 @@ constexpr const char* raw_drive{
 
 std::string rectified(const std::string& baseline = "0.22", const std::string& rest = "",
                       const std::string& mount = "{camera_height_m: 1.25, camera_pitch_rad: 0.1}") {
-  return "image: {width_px: 512, height_px: 320}\nfocal_px: 410.0\ncentre_u_px: 256.0\ncentre_v_px: "
+  return "image: {width_px: 512, height_px: 320}\nfocal_px: 410.0\ncx_px: 256.0\ncy_px: "
          "160.0\nbaseline_m: " +
          baseline + "\nmount: " + mount + "\n" + rest;
 }
@@ -56,6 +56,14 @@ TEST_F(CalibrationFile, OwnFormRoundTrips) {
   EXPECT_FALSE(read.raw);
 }
 
+TEST_F(CalibrationFile, FormerNamesAreRead) {
+  const std::string rest{"centre_v_px: 160\nbaseline_m: 0.22\n"};
+  const Rig rig{read("c.yaml", "focal_px: 410\ncentre_u_px: 256\n" + rest, 512, 320).rig};
+  EXPECT_EQ(rig.cx_px, 256);
+  EXPECT_EQ(rig.cy_px, 160);
+  expect_refused("d.yaml", "focal_px: 410\ncx_px: 256\ncentre_u_px: 256\n" + rest, {"unknown key 'centre_u_px'"});
+}
+
 TEST_F(CalibrationFile, TheMaskStandsBesideIt) {
   EXPECT_EQ(read("c.yaml", rectified("0.22", "mask: masks/bonnet.png\n")).mask, folder_ / "masks/bonnet.png");
   EXPECT_EQ(read("c.yaml", rectified("0.22", "mask: /a/bonnet.png\n")).mask, "/a/bonnet.png");
@@ -72,8 +80,7 @@ TEST_F(CalibrationFile, OwnForm) {
 
 TEST_F(CalibrationFile, SizeComesFromTheImagesWhereTheFileHasNone) {
   EXPECT_EQ(read("calib.txt", odometry, 1226, 370).rig.width_px, 1226);
-  EXPECT_EQ(read("c.yaml",
-                 "focal_px: 9\ncentre_u_px: 32\ncentre_v_px: 24\nbaseline_m: 1\nmount: {camera_height_m: 1}\n", 64, 48)
+  EXPECT_EQ(read("c.yaml", "focal_px: 9\ncx_px: 32\ncy_px: 24\nbaseline_m: 1\nmount: {camera_height_m: 1}\n", 64, 48)
                 .rig.height_px,
             48);
 }
@@ -120,7 +127,7 @@ TEST_F(CalibrationFile, ComplainsOfTheBaseline) {
 }
 
 TEST_F(CalibrationFile, MountingMayBeUnknown) {
-  const Calibration unknown{read("c.yaml", "focal_px: 410\ncentre_u_px: 32\ncentre_v_px: 24\nbaseline_m: 1\n", 64, 48)};
+  const Calibration unknown{read("c.yaml", "focal_px: 410\ncx_px: 32\ncy_px: 24\nbaseline_m: 1\n", 64, 48)};
   EXPECT_FALSE(unknown.has_mounting);
   EXPECT_EQ(unknown.rig, (Rig{64, 48, 410, 32, 24, 1, 1.65, 0, 0}));
   EXPECT_TRUE(read("c.yaml", rectified()).has_mounting);

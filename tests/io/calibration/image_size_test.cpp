@@ -27,7 +27,7 @@ struct Size {
 /// Writes a calibration.yaml; `size`: its `image` line, "": none.
 std::string own_form(double cx, double cy, const std::string& size = "") {
   return (size.empty() ? "" : "image: " + size + "\n") +
-         fmt::format("focal_px: 150\ncentre_u_px: {}\ncentre_v_px: {}\nbaseline_m: 0.25\n", cx, cy);
+         fmt::format("focal_px: 150\ncx_px: {}\ncy_px: {}\nbaseline_m: 0.25\n", cx, cy);
 }
 
 std::string opencv_form(double cx, double cy) {

@@ -104,12 +104,12 @@ TEST_F(OtherFormats, OpenCvRectificationAlone) {
 }
 
 TEST_F(OtherFormats, RightCentreInCalibrationYaml) {
-  const std::string own{"focal_px: 150\ncentre_u_px: 127.5\ncentre_v_px: 79.5\nbaseline_m: 0.25\n"};
+  const std::string own{"focal_px: 150\ncx_px: 127.5\ncy_px: 79.5\nbaseline_m: 0.25\n"};
   const Calibration found{read("c.yaml", own + "cx_right_px: 130.5\n")};
   ASSERT_TRUE(found.raw);
   EXPECT_DOUBLE_EQ(found.raw->right.cx_px, 130.5);
   put(folder_ / "p.json", R"({"fx": 150, "fy": 150, "cx": 127.5, "cy": 79.5, "baseline": 0.25})");
-  EXPECT_TRUE(read("d.yaml", "from: p.json\ncentre_u_right_px: 130.5\n").raw);
+  EXPECT_TRUE(read("d.yaml", "from: p.json\ncx_right_px: 130.5\n").raw);
 }
 
 TEST_F(OtherFormats, OneCameraIsEnoughForDepth) {
@@ -124,7 +124,7 @@ TEST_F(OtherFormats, OneCameraIsEnoughForDepth) {
   expect_single("intrinsic_color.txt", "150 0 127.5 0\n0 150 79.5 0\n0 0 1 0\n0 0 0 1\n");
   expect_single("k.txt", "150 0 127.5\n0 150 79.5\n0 0 1\n");
   expect_single("camera.json", R"({"camera": {"fx": 150, "fy": 150, "cx": 127.5, "cy": 79.5, "scale": 6553.5}})");
-  expect_single("calibration.yaml", "focal_px: 150\ncentre_u_px: 127.5\ncentre_v_px: 79.5\n");
+  expect_single("calibration.yaml", "focal_px: 150\ncx_px: 127.5\ncy_px: 79.5\n");
   expect_single("tum.yaml", "Camera.fx: 150\nCamera.fy: 150\nCamera.cx: 127.5\nCamera.cy: 79.5\n");
 }
 

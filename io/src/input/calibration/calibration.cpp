@@ -152,7 +152,7 @@ void write_calibration_yaml(const std::filesystem::path& path, const Rig& rig) {
   const std::string text{
       fmt::format("# rectified pair, left image is the reference\n"
                   "image: {{width_px: {}, height_px: {}}}\n"
-                  "focal_px: {}\ncentre_u_px: {}\ncentre_v_px: {}\nbaseline_m: {}\n"
+                  "focal_px: {}\ncx_px: {}\ncy_px: {}\nbaseline_m: {}\n"
                   "mount: {{camera_height_m: {}, camera_pitch_rad: {}, camera_roll_rad: {}}}\n",
                   rig.width_px, rig.height_px, rig.focal_px, rig.cx_px, rig.cy_px, rig.baseline_m, rig.camera_height_m,
                   rig.camera_pitch_rad, rig.camera_roll_rad)};

@@ -61,8 +61,9 @@ void take_former_names(YAML::Node& node) {
   constexpr std::array<std::array<const char*, 2>, 3> names{
       {{"centre_u_px", "cx_px"}, {"centre_v_px", "cy_px"}, {"centre_u_right_px", "cx_right_px"}}};
   for (const auto& [former, now] : names) {
-    if (!node[former].IsDefined() || node[now].IsDefined()) continue;
-    node.force_insert(now, node[former]);
+    const YAML::Node& present{node};  // operator[] of a constant node inserts nothing
+    if (!present[former].IsDefined() || present[now].IsDefined()) continue;
+    node[now] = present[former];
     node.remove(former);
   }
 }
