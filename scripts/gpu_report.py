@@ -66,7 +66,7 @@ def table(kernels: list) -> str:
 def joined(folder: Path) -> dict:
     results = dict(line.split("\t") for line in (folder / "results.tsv").read_text().splitlines())
     bench, log = folder / "bench.json", folder / "build.log"
-    return {"date": datetime.date.today().isoformat(), "machine": measure.machine(), "commit": measure.commit(),
+    return {"date": datetime.date.today().isoformat(), "machine": measure.machine(), "commit": measure.commit() or "uncommitted",
             "results": results, "bench": json.loads(bench.read_text()) if bench.exists() else None,
             "resources": resources(log.read_text()) if log.exists() else None}
 

@@ -62,9 +62,12 @@ SIMD_TARGETS = {"AVX3_DL": ("avx512_vbmi2", "avx512_vnni", "vaes"), "AVX3": ("av
                 "AVX2": ("avx2", "fma", "bmi2"), "SSE4": ("sse4_1",), "SSSE3": ("ssse3",)}
 
 
-def machine(cpuinfo: str, cores: int) -> str:
+def machine(cpuinfo: str = "", cores: int = 0) -> str:
     """Cores, processor with family, model and stepping, and the instructions that decide on speed: one name may stand
     for processors of which one takes twice as long."""
+    cpuinfo = cpuinfo or Path("/proc/cpuinfo").read_text("utf-8")
+    cores = cores or len(os.sched_getaffinity(0))
+
     def field(name: str) -> str:
         found = re.search(rf"^{name}\s*: (.+)$", cpuinfo, re.MULTILINE)
         return found[1] if found else "unknown"
@@ -125,7 +128,7 @@ def main() -> int:
         print(f"Exit status {run.returncode}, {len(tables)} tables: nothing is kept.", file=sys.stderr)
         return 1
     measurement |= {"date": datetime.date.today().isoformat(), "commit": measured,
-                    "machine": machine(Path("/proc/cpuinfo").read_text("utf-8"), len(os.sched_getaffinity(0))),
+                    "machine": machine(),
                     "command": shown(given.command), "tables": tables, "notes": []}
     path.write_text(results.dump(measurement), encoding="utf-8")
     results.write_page()

@@ -139,6 +139,7 @@ void print_look(const Look& look, std::size_t frames, const Config& config) {
                         ? found
                         : fmt::format("{}: camera {:.2f} m above it, pitch {:.1f}°, roll {:.1f}°", found,
                                       look.road.height_m, tenths(look.road.pitch_rad), tenths(look.road.roll_rad)));
+  if (!look.mount.empty()) print_row("estimated", look.mount + " (for calibration.yaml)");
 }
 
 /// Takes the whole drive through the pipeline.

@@ -128,6 +128,10 @@ class Looking {
                                [this](std::size_t index) { return std::optional<StereoFrame>{source_.load(index)}; }})};
     look_.complaints.insert(look_.complaints.end(), found.texts.begin(), found.texts.end());
     measure_road();
+    if (const Rig & rig{pipeline_.next_rig()}; rig != source_.rig()) {
+      look_.mount = fmt::format("mount: {{camera_height_m: {:.3f}, camera_pitch_rad: {:.4f}, camera_roll_rad: {:.4f}}}",
+                                rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad);
+    }
     const bool is_nothing_known{look_.tried > 0 && tally_.unknown.frames == look_.tried};
     look_.is_hopeless = look_.usable == 0 || found.are_sides_swapped || is_nothing_known;
   }

@@ -77,8 +77,8 @@ bool set_extrinsics_of_tf(Rig& rig, TransformBuffer& transforms, const std::stri
                  io::printable(camera_frame, 60), base);
     return false;
   }
-  spdlog::info("extrinsics of TF ({} → {}), checked against the road: height {:.2f} m, pitch {:.1f}°, roll {:.1f}°", base,
-               io::printable(camera_frame, 60), rig.camera_height_m, rig.camera_pitch_rad * degrees,
+  spdlog::info("extrinsics of TF ({} → {}), checked against the road: height {:.2f} m, pitch {:.1f}°, roll {:.1f}°",
+               base, io::printable(camera_frame, 60), rig.camera_height_m, rig.camera_pitch_rad * degrees,
                rig.camera_roll_rad * degrees);
   return true;
 }

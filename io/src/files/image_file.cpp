@@ -89,7 +89,9 @@ int sample_bits(const std::filesystem::path& path) {
 }
 
 int sample_bits(const PixelView& image) {
-  check(image);
+  PixelView any_bits{image};
+  any_bits.bits = 16;
+  check(any_bits);
   if (image.format != PixelFormat::grey16 || image.data == nullptr) return 8;
   const auto* const first{static_cast<const std::byte*>(image.data)};
   const auto width{static_cast<std::size_t>(image.width_px)};

@@ -212,9 +212,8 @@ TEST_F(RunMcap, CountsTheFramesThatWereLeftOut) {
 
 TEST_F(RunMcap, AFoundMountingIsTold) {
   const fs::path drive{*folder / "pitched"};
-  run_well({"simulate",
-            "scene:empty?width=320&height=200&frames=6&focal=160&baseline=0.5&camera_height=1.2&pitch_deg=8", "--out",
-            drive.string(), "--no-truth"});
+  run_well({"simulate", "scene:terrain?kind=bank&at=5&width=320&height=200&frames=6&camera_height=1.2&pitch_deg=8",
+            "--out", drive.string(), "--no-truth"});
   std::istringstream lines{text_of(drive / "calibration.yaml")};
   std::string without;
   for (std::string line; std::getline(lines, line);) {

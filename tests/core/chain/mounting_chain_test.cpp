@@ -21,6 +21,9 @@ namespace {
 using scenes::Scene;
 
 constexpr const char* pitched_street{"street?width=320&height=200&pitch_deg=8&camera_height=1.0"};
+/// Too little of it is road for a single pair to determine the extrinsics.
+constexpr const char* pitched_bank{
+    "terrain?kind=bank&at=5&width=320&height=200&pitch_deg=8&camera_height=1.0&frames=8"};
 
 Rig usual_mounting(Rig rig) {
   rig.camera_height_m = 1.65;
@@ -29,7 +32,7 @@ Rig usual_mounting(Rig rig) {
 }
 
 struct WrongRig {
-  explicit WrongRig(const char* scene_text = pitched_street, BackEnd back_end = BackEnd::cpu)
+  explicit WrongRig(const char* scene_text = pitched_bank, BackEnd back_end = BackEnd::cpu)
       : scene{scenes::parse_scene(scene_text), 2},
         pipeline{small_grid(),
                  usual_mounting(scene.rig()),
