@@ -62,11 +62,11 @@ SIMD_TARGETS = {"AVX3_DL": ("avx512_vbmi2", "avx512_vnni", "vaes"), "AVX3": ("av
                 "AVX2": ("avx2", "fma", "bmi2"), "SSE4": ("sse4_1",), "SSSE3": ("ssse3",)}
 
 
-def machine(cpuinfo: str = "", cores: int = 0) -> str:
+def machine(cpuinfo: str | None = None, cores: int | None = None) -> str:
     """Cores, processor with family, model and stepping, and the instructions that decide on speed: one name may stand
     for processors of which one takes twice as long."""
-    cpuinfo = cpuinfo or Path("/proc/cpuinfo").read_text("utf-8")
-    cores = cores or len(os.sched_getaffinity(0))
+    cpuinfo = Path("/proc/cpuinfo").read_text("utf-8") if cpuinfo is None else cpuinfo
+    cores = len(os.sched_getaffinity(0)) if cores is None else cores
 
     def field(name: str) -> str:
         found = re.search(rf"^{name}\s*: (.+)$", cpuinfo, re.MULTILINE)
