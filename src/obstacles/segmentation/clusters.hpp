@@ -27,7 +27,7 @@ struct Bounds {
   [[nodiscard]] double gap_to(const Bounds& other, Point2 moved) const;
 };
 
-/// Of an outline; empty: zeros.
+/// Bounds of an outline; zeros if it is empty.
 [[nodiscard]] Bounds bounds_of(const Outline& outline);
 
 /// A segment, or an edge with lower ground behind it, on the ground. World axes.

@@ -55,8 +55,8 @@ class STEREOGRID_EXPORT Node {
   /// What others publish at present, as far as it has been found, in the order of the names.
   [[nodiscard]] virtual std::vector<PublishedTopic> topics() const = 0;
   /// Best effort and volatile, which every publisher can serve; `is_latched`: reliable and transient local, as for
-  /// /tf_static. `take` is called by one thread for all subscriptions; what it throws is told by `warn`. Throws
-  /// DeviceError.
+  /// /tf_static. One thread calls `take` for all subscriptions; its exceptions are passed to `warn`.
+  /// Throws DeviceError.
   virtual void subscribe(const std::string& topic, const std::string& type, std::size_t depth, Take take,
                          bool is_latched = false) = 0;
   /// Ends all subscriptions of a topic. A message that is being taken may still arrive.
