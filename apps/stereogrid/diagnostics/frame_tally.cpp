@@ -79,9 +79,15 @@ class Complaining {
     const FrameCount& flagged{tally_.with(flag)};
     if (flagged.frames == 0 || !is_of_images(flag)) return;
     if (flag == FrameStatus::few_matches) return complain_of_matches(flagged);
+    // a frame may have several statuses, each with its warning
+    const auto is_of_flag = [flag](const std::string& warning) {
+      const bool is_of_extrinsics{warning.find("does not fit the extrinsics") != std::string::npos};
+      return is_of_extrinsics == (flag == FrameStatus::extrinsics_disagree);
+    };
+    const auto& warnings{flagged.first_warnings};
+    const auto found{std::find_if(warnings.rbegin(), warnings.rend(), is_of_flag)};
     say(fmt::format("in {} (first: {}): {}: {}", share(flagged), flagged.first_name,
-                    names_of(flag)[static_cast<std::size_t>(flag)],
-                    flagged.first_warnings.empty() ? "" : flagged.first_warnings.back()));
+                    names_of(flag)[static_cast<std::size_t>(flag)], found == warnings.rend() ? "" : *found));
   }
 
   void complain_of_matches(const FrameCount& unmatched) {

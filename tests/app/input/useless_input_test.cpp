@@ -148,13 +148,21 @@ TEST(UselessInput, ARoadThatIsNotFoundIsSaid) {
   }
 }
 
+TEST(UselessInput, EachStatusOfAFrameHasItsOwnWarning) {
+  const TemporaryFolder folder;
+  const Outcome run{run_well({"run", "scene:terrain?kind=edge&depth=0.9&at=1.0&frames=22", "--out",
+                              (folder / "run").string(), "--device", "cpu"})};
+  EXPECT_THAT(run.errors, AllOf(HasSubstr("extrinsics_disagree: a plane in view does not fit"),
+                                HasSubstr("too_close: an obstacle is too close")));
+}
+
 TEST(UselessInput, ExtrinsicsThatWereFoundAreProposed) {
   const TemporaryFolder folder;
   const fs::path input{drive(folder, 3, "&pitch_deg=8")};
   const std::string text{std::regex_replace(text_of(input / "calibration.yaml"), std::regex{"mount:.*"}, "")};
   std::ofstream{input / "calibration.yaml"} << text;
-  EXPECT_THAT(run_well({"info", input.string()}).output, AllOf(HasSubstr("mount: {camera_height_m: 1.2"),
-                                                               HasSubstr("found in 3 of 3 frames"), HasSubstr("fine")));
+  EXPECT_THAT(run_well({"info", input.string()}).output,
+              AllOf(HasSubstr("mount: {camera_height_m: 1.2"), HasSubstr("found in 3 of 3 frames"), HasSubstr("fine")));
 }
 
 TEST(UselessInput, RunSaysInHowManyFramesThereAreFewMatches) {
