@@ -143,8 +143,10 @@ STEREOGRID_HD inline ViewOfCell<T> view_of_cell(const FilterStep& step, T x, T y
   const T beyond_left{left - ahead * of(step.view_left)};
   const T beyond_right{of(0) - left - ahead * of(step.view_right)};
   const auto is_in_view = And(ahead > of(0), Max(beyond_left, beyond_right) <= of(0));
+  const T faster{Max(squares / of(step.sharp_squares), of(1))};
+  const T forgetting_in_view{Min(of(step.forgetting_in_view) * faster, of(0.5f))};
   return {IfThenElseZero(squares > of(step.new_view_squares), of(1) - of(step.new_view_squares) / squares),
-          IfThenElse(is_in_view, of(step.forgetting_in_view), of(step.forgetting)), squares};
+          IfThenElse(is_in_view, forgetting_in_view, of(step.forgetting)), squares};
 }
 
 /// Limits repeated evidence, since errors repeat while the view is the same. A repeated observation moves a cell to its

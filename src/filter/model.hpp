@@ -40,6 +40,7 @@ struct FilterStep {
   float view_right;         ///< both negative: nothing is known of the camera
   float new_view_squares;   ///< squared radius around the camera, in cells, within which the view has changed
   float appearing_squares;  ///< likewise: within it, appearing mass has moved there; infinite: everywhere
+  float sharp_squares;      ///< likewise: beyond it, cells in view decay faster; infinite: nowhere
   float moving_squares;     ///< likewise: there, blocks can have masses
   float moving_velocities;  ///< velocities of the lattice except standstill
   float each_moving;        ///< one of them by their number; 0: there are none

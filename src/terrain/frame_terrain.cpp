@@ -16,7 +16,6 @@ TerrainLimits limits_of(const VehicleConfig& config) {
           tangent(config.drop_slope_deg)};
 }
 
-// Unknown cells keep what the ground plane says of them.
 CellRule rule_of(const CellGround& ground, float raised_m) {
   switch (ground.kind) {
     case TerrainClass::obstacle:
@@ -30,7 +29,7 @@ CellRule rule_of(const CellGround& ground, float raised_m) {
     case TerrainClass::unknown:
       break;
   }
-  return CellRule::as_observed;
+  return CellRule::ground_not_seen;
 }
 
 }  // namespace

@@ -13,14 +13,17 @@
 namespace stereogrid {
 
 /// Effect of the terrain on a cell's observed occupancy.
-enum class CellRule : std::uint8_t { as_observed, not_free, free, obstacle, edge };
+enum class CellRule : std::uint8_t { as_observed, ground_not_seen, not_free, free, obstacle, edge };
 
 /// P(occupied) of drivable ground where the plane sees an obstacle; least P of obstacles and edges (docs/terrain.md).
 constexpr float ruled_free{0.2f};
 constexpr float ruled_obstacle{0.7f};
 constexpr float ruled_edge{0.7f};
+/// P(occupied) from which on rays alone do not make a cell without ground free.
+constexpr float doubtful_free{0.2f};
 
 STEREOGRID_HD inline float ruled(float occupancy, CellRule rule) {
+  if (rule == CellRule::ground_not_seen) return occupancy > doubtful_free ? Max(occupancy, 0.5f) : occupancy;
   if (rule == CellRule::not_free) return Max(occupancy, 0.5f);
   if (rule == CellRule::free) return Min(occupancy, ruled_free);
   if (rule == CellRule::obstacle) return Max(occupancy, ruled_obstacle);

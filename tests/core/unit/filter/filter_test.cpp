@@ -337,5 +337,20 @@ TEST(FilterForgetting, IsQuickerInTheCamerasView) {
   EXPECT_NEAR(forgetting({}, {15, -3}), beside, 1e-6) << "nothing is known of the camera";
 }
 
+// A pixel of disparity is 1 m deep at a distance of √(f·b · 1 m/px); twice as far it is 4 m deep.
+TEST(FilterForgetting, IsQuickerWhereAPixelIsDeeperThanAMetre) {
+  const FilterConfig config;
+  const FilterTables tables{config};
+  const GridGeometry window{-10.1, -20.1, 0.2, 300, 300};
+  const auto forgetting = [&](double ahead_m) {
+    const CameraView view{{5, -3, 0}, 1, 1, std::numeric_limits<double>::infinity(), 100};
+    const CellIndex cell{*window.cell_at({5 + ahead_m, -3})};
+    return view_of(step_of({config, tables, window, 0.1, view}), cell.ix, cell.iy).forgetting;
+  };
+  EXPECT_EQ(forgetting(5), forgetting(9.5));
+  EXPECT_NEAR(forgetting(20), 4 * forgetting(5), 0.1 * forgetting(5));
+  EXPECT_LE(forgetting(40), 0.5f) << "a cell is unknown at most";
+}
+
 }  // namespace
 }  // namespace stereogrid::test

@@ -12,6 +12,7 @@
 #include <string>
 #include <utility>
 
+#include "terrain/rules.hpp"
 #include "terrain_scene.hpp"
 
 namespace stereogrid::test {
@@ -343,6 +344,22 @@ TEST(Terrain, ElevationIsThatOfTheSurfaceWithinItsDeviation) {
   });
   ASSERT_GT(count, 500);
   EXPECT_LT(squares / count, 1.5);
+}
+
+// P(occupied) before and after a rule.
+TEST(CellRules, BoundTheObservedOccupancy) {
+  const auto expect = [](CellRule rule, float before, float after) { EXPECT_EQ(ruled(before, rule), after) << before; };
+  for (const float p : {0.01f, 0.2f, 0.3f, 0.5f, 0.9f}) expect(CellRule::as_observed, p, p);
+  for (const float p : {0.01f, 0.2f, 0.5f, 0.9f}) expect(CellRule::ground_not_seen, p, p);
+  for (const float p : {0.21f, 0.3f, 0.49f}) expect(CellRule::ground_not_seen, p, 0.5f);
+  for (const float p : {0.01f, 0.3f}) expect(CellRule::not_free, p, 0.5f);
+  expect(CellRule::not_free, 0.9f, 0.9f);
+  expect(CellRule::free, 0.1f, 0.1f);
+  expect(CellRule::free, 0.9f, 0.2f);
+  for (const CellRule rule : {CellRule::obstacle, CellRule::edge}) {
+    expect(rule, 0.1f, 0.7f);
+    expect(rule, 0.9f, 0.9f);
+  }
 }
 
 TEST(Terrain, WithoutDisparitiesNothingIsSeen) {
