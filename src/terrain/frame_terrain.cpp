@@ -16,7 +16,7 @@ TerrainLimits limits_of(const VehicleConfig& config) {
           tangent(config.drop_slope_deg)};
 }
 
-// Unknown cells keep what the ground plane says of them.
+// Unknown cells keep the occupancy that they have by the ground plane.
 CellRule rule_of(const CellGround& ground, float raised_m) {
   switch (ground.kind) {
     case TerrainClass::obstacle:
