@@ -85,7 +85,7 @@ TEST(DdsSend, WhoAsksForMoreThanIsOfferedIsToldOfOnce) {
     send(node->sink(), channel, some_grid(4, 3, 9));
     EXPECT_THAT(peer.rest(), IsEmpty());
   }
-  EXPECT_THAT(warned.sentences(), ElementsAre(AllOf(HasSubstr("a subscriber of " + topic + " gets nothing"),
+  EXPECT_THAT(warned.sentences(), ElementsAre(AllOf(HasSubstr("a subscriber of " + topic + " receives nothing"),
                                                     HasSubstr("transient local"))));
 }
 

@@ -141,7 +141,7 @@ class Out(unittest.TestCase):
         self.assertTrue(self.best_effort)
         self.assertTrue(self.late)
         self.assertFalse(self.refused)
-        self.assertEqual(self.log.count(f'a subscriber of {AT}/scan gets nothing'), 1, self.log)
+        self.assertEqual(self.log.count(f'a subscriber of {AT}/scan receives nothing'), 1, self.log)
 
 
 if __name__ == '__main__':
