@@ -15,7 +15,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-/// Text messages, and what is said of them.
+/// Text messages and the answers to them.
 const std::vector<std::pair<std::string, std::string>> malformed{
     {"", "has to be JSON"},
     {"{", "has to be JSON"},
@@ -132,7 +132,7 @@ TEST(Hostile, FramesThatAreNoneClose) {
   for (const std::string& bytes : {std::string{"\x81\x05hello", 7},              // not masked
                                    std::string{"\x8b\x80\1\2\3\4", 6},           // unknown opcode
                                    std::string{"\xf1\x80\1\2\3\4", 6},           // reserved bits
-                                   std::string{"\x80\x80\1\2\3\4", 6},           // goes on with nothing
+                                   std::string{"\x80\x80\1\2\3\4", 6},           // continuation without a beginning
                                    std::string{"\x89\xfe\x01\x00\1\2\3\4", 8}})  // a long ping
   {
     Client client{server.port()};
