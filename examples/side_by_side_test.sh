@@ -17,4 +17,4 @@ ffmpeg -loglevel error -framerate 10 -pattern_type glob -i "$folder/drive/left/*
   -filter_complex hstack -c:v ffv1 "$folder/film.mkv"
 "$2" "$folder/film.mkv" "$folder/drive/calibration.yaml" 4 | tee "$folder/said"
 [ "$(grep -c '^frame [0-3]: [1-9][0-9]* cells occupied' "$folder/said")" -eq 4 ]
-! grep -q 'hardly match\|nothing is known' "$folder/said"
+! grep -q 'hardly match\|grid is unknown' "$folder/said"

@@ -17,7 +17,7 @@
 namespace stereogrid::dds {
 namespace {
 
-constexpr std::size_t word_bytes{4};  // what is sent may be filled up to whole words
+constexpr std::size_t word_bytes{4};  // DDS pads samples to whole words
 constexpr std::size_t largest_bytes{std::numeric_limits<std::uint32_t>::max() - word_bytes};
 
 struct Sample : ddsi_serdata {
@@ -37,7 +37,7 @@ const Sample& sample_of(const ddsi_serdata* data) {
   return *static_cast<const Sample*>(data);
 }
 
-// Cyclone DDS is C: nothing may be thrown through it. A null pointer is a sample that cannot be used.
+// No exceptions: Cyclone DDS is C. A null pointer marks an invalid sample.
 template <class Fill>
 ddsi_serdata* made(const ddsi_sertype* type, ddsi_serdata_kind kind, std::size_t bytes, Fill&& fill) noexcept {
   try {
@@ -163,11 +163,11 @@ void free_type(ddsi_sertype* type) {
 }
 
 bool equal_types(const ddsi_sertype* /*a*/, const ddsi_sertype* /*b*/) {
-  return true;  // their names have been compared
+  return true;  // names have been compared
 }
 
 std::uint32_t hash_of_type(const ddsi_sertype* /*type*/) {
-  return 0;  // that of the name is added
+  return 0;  // the hash of the name is added
 }
 
 void zero_values(const ddsi_sertype* /*type*/, void* /*values*/, std::size_t /*count*/) {}
@@ -191,7 +191,7 @@ const ddsi_sertype_ops type_functions{
     .free_samples = free_values,
     .equal = equal_types,
     .hash = hash_of_type,
-    .type_id = nullptr,  // peers go by the name, as those of ROS do
+    .type_id = nullptr,  // peers compare names, as those of ROS do
     .type_map = nullptr,
     .type_info = nullptr,
     .derive_sertype = same_type,

@@ -66,8 +66,8 @@ std::vector<std::string> static_peers() {
   return peers;
 }
 
-/// Configuration of Cyclone DDS as rmw_cyclonedds_cpp makes it for the same variables. Peers that are listed are asked
-/// one by one at the ports of the first 33 participants of a host, which needs no multicast.
+/// Configuration of Cyclone DDS as rmw_cyclonedds_cpp makes it for the same variables. Listed peers
+/// are contacted at the ports of the first 33 participants of a host, without multicast.
 std::string config_of(const Network& network) {
   if (network.range == DiscoveryRange::off) {
     return "<CycloneDDS><Domain><General><AllowMulticast>false</AllowMulticast></"
@@ -97,7 +97,7 @@ struct Shared {
   int users;
 };
 
-std::mutex mutex;  // of the domains that this process has made
+std::mutex mutex;  // guards domains()
 std::map<dds_domainid_t, Shared>& domains() {
   static std::map<dds_domainid_t, Shared> all;
   return all;
@@ -122,8 +122,8 @@ Domain::Domain(const Network& network) : id_{network.domain} {
   }
   const std::string config{config_of(network) + variable("CYCLONEDDS_URI")};
   const dds_entity_t entity{dds_create_domain(id_, config.c_str())};
-  if (entity == DDS_RETCODE_PRECONDITION_NOT_MET) return;  // the program's own
-  checked(entity, "domain " + std::to_string(id_) + " cannot be opened (is CYCLONEDDS_URI right, is there a network?)");
+  if (entity == DDS_RETCODE_PRECONDITION_NOT_MET) return;  // the program has opened it
+  checked(entity, "domain " + std::to_string(id_) + " cannot be opened (check CYCLONEDDS_URI and the network)");
   domains()[id_] = {entity, 1};
 }
 

@@ -9,8 +9,8 @@
 
 namespace stereogrid::dds {
 
-/// Where peers are searched for. localhost: on this machine through any interface, as Jazzy's middlewares do; loopback:
-/// through 127.0.0.1 alone (ROS_LOCALHOST_ONLY of Humble), where peers of the former are not found.
+/// Range of the discovery of peers. localhost: this machine through any interface, as in Jazzy; loopback: 127.0.0.1
+/// only (ROS_LOCALHOST_ONLY of Humble). Nodes of both ranges do not find each other.
 enum class DiscoveryRange { subnet, localhost, loopback, off };
 
 /// Network of ROS's environment variables.
@@ -20,12 +20,11 @@ struct Network {
   std::vector<std::string> static_peers{};  ///< addresses or names of hosts
 };
 
-/// ROS_DOMAIN_ID, ROS_LOCALHOST_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE, ROS_STATIC_PEERS. Throws ConfigError: no such
-/// number, range or host.
+/// ROS_DOMAIN_ID, ROS_LOCALHOST_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE, ROS_STATIC_PEERS. Throws
+/// ConfigError: invalid number, range or host.
 [[nodiscard]] Network network_of_environment();
 
-/// A domain as Cyclone DDS calls its part of a process; nodes of one process share it. CYCLONEDDS_URI has the last
-/// word.
+/// Domain of Cyclone DDS, shared by the nodes of a process. CYCLONEDDS_URI overrides its configuration.
 class Domain {
  public:
   /// Throws DeviceError.
@@ -40,7 +39,7 @@ class Domain {
   dds_domainid_t id_;
 };
 
-/// Throws DeviceError where that is an error's code of Cyclone DDS; `what` could not be made. Returns it else.
+/// Returns `code`. Throws DeviceError with `what` if it is an error of Cyclone DDS.
 dds_return_t checked(dds_return_t code, const std::string& what);
 
 }  // namespace stereogrid::dds

@@ -12,17 +12,17 @@
 
 namespace stereogrid::dds {
 
-/// What things are called in ROS, and what in DDS.
+/// Names of a node and its topics in ROS.
 class Names {
  public:
-  /// Throws ConfigError: a name or remapping that ROS does not take.
+  /// Throws ConfigError: a name or remapping that is invalid in ROS.
   explicit Names(const NodeOptions& options);
 
   [[nodiscard]] const std::string& node() const { return node_; }                 ///< "stereo_grid"
   [[nodiscard]] const std::string& node_namespace() const { return namespace_; }  ///< "/", "/robot"
-  /// The topic as peers know it: below this node instead of /stereo_grid, and remapped.
+  /// Published name of a topic: below this node instead of /stereo_grid, and remapped.
   [[nodiscard]] std::string topic(std::string_view given) const;
-  /// That of another node: remapped only.
+  /// Name of another node's topic: remapped only.
   [[nodiscard]] std::string remapped(const std::string& name) const;
 
  private:
@@ -37,7 +37,7 @@ class Names {
 /// "/a/b" is "rt/a/b" in DDS, "pkg/msg/T" is "pkg::msg::dds_::T_".
 [[nodiscard]] std::string dds_topic(std::string_view ros_topic);
 [[nodiscard]] std::string dds_type(std::string_view ros_type);
-/// The other way round; none: nothing of ROS.
+/// The inverse of both; empty: no topic of ROS.
 [[nodiscard]] std::optional<PublishedTopic> ros_topic(std::string_view dds_topic, std::string_view dds_type);
 
 }  // namespace stereogrid::dds

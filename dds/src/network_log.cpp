@@ -13,7 +13,7 @@ namespace stereogrid::dds {
 namespace {
 
 constexpr std::size_t told_max{1000};
-// as it mostly is, and nothing to be told of: peers are found without
+// normal, and harmless: discovery works without multicast
 constexpr std::string_view loopback{"selected interface \"lo\" is not multicast-capable"};
 
 struct Log {
@@ -32,12 +32,12 @@ std::string without_digits(std::string text) {
   return text;
 }
 
-// Called by C: nothing may be thrown through it.
+// No exceptions: called by C.
 void take(void* /*of*/, const dds_log_data_t* data) noexcept {
   if ((data->priority & (DDS_LC_FATAL | DDS_LC_ERROR | DDS_LC_WARNING)) == 0) return;
   try {
     std::string text{data->message};
-    std::erase_if(text, [](unsigned char letter) { return letter < ' '; });  // what a peer has said may be in it
+    std::erase_if(text, [](unsigned char letter) { return letter < ' '; });  // the text may include data of a peer
     if (text.starts_with(loopback)) return;
     Log& log{log_of_process()};
     std::function<void(const std::string&)> warn;

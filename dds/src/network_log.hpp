@@ -7,8 +7,8 @@
 
 namespace stereogrid::dds {
 
-/// What Cyclone DDS complains of goes there from now on, in this process: each sentence once, as with a cable that is
-/// pulled it says the same of every packet. Numbers make no other sentence.
+/// Passes warnings of Cyclone DDS in this process to `warn`, each once: a pulled cable causes one per packet. Texts
+/// that differ in numbers only are the same.
 void take_network_log(std::function<void(const std::string&)> warn);
 
 }  // namespace stereogrid::dds

@@ -30,11 +30,11 @@ NetworkNode::~NetworkNode() {
   participant_.reset();  // no listener of a writer is called afterwards
 }
 
-// A reader of this moment has what is known by now; one that stays would keep all that ever was.
+// A new reader has the current publishers only; a permanent one would keep former ones.
 std::vector<PublishedTopic> NetworkNode::topics() const {
   const dds_entity_t publications{
       checked(dds_create_reader(participant_->entity(), DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr),
-              "what others publish cannot be seen")};
+              "the topics of other publishers cannot be read")};
   std::vector<void*> samples(publications_max, nullptr);
   std::vector<dds_sample_info_t> infos(publications_max);
   const dds_return_t count{dds_read_mask(publications, samples.data(), infos.data(), publications_max, publications_max,
@@ -48,7 +48,7 @@ std::vector<PublishedTopic> NetworkNode::topics() const {
   }
   if (count > 0) dds_return_loan(publications, samples.data(), count);
   dds_delete(publications);
-  checked(count, "what others publish cannot be seen");
+  checked(count, "the topics of other publishers cannot be read");
   std::vector<PublishedTopic> found;
   for (const auto& [topic, number] : publishers) found.push_back({topic.first, topic.second, number});
   return found;

@@ -13,15 +13,15 @@
 namespace stereogrid::dds {
 namespace {
 
-constexpr std::string_view enclave{"enclave=/;"};  // what peers of ROS look for
-// User data of our own writer of ros_discovery_info: its layout says nothing about the distribution of the peers.
+constexpr std::string_view enclave{"enclave=/;"};  // expected by peers of ROS
+// User data of our own writers of ros_discovery_info, whose layout does not indicate the distribution of peers.
 constexpr std::string_view own_mark{"stereogrid=1;"};
 constexpr int infos_at_once{64};
 
 dds_entity_t new_participant(dds_domainid_t domain) {
   const Qos qos{dds_create_qos()};
   dds_qset_userdata(qos.get(), enclave.data(), enclave.size());
-  return checked(dds_create_participant(domain, qos.get(), nullptr), "no participant could be made");
+  return checked(dds_create_participant(domain, qos.get(), nullptr), "the participant cannot be created");
 }
 
 dds_guid_t guid_of(dds_entity_t entity) {
@@ -133,14 +133,14 @@ void Participant::on_discovery_info(dds_entity_t reader, void* participant) noex
     try {
       const auto layout{infos[i].valid_data ? layout_of(bytes_of(samples[i])) : std::nullopt};
       if (layout) one.set_layout_of(reader, infos[i].publication_handle, *layout);
-    } catch (const std::exception& error) {  // through C nothing may be thrown
+    } catch (const std::exception& error) {  // no exceptions: called by C
       one.warnings_.tell_once(std::string{"ROS 2: ros_discovery_info of a peer: "} + error.what());
     }
     ddsi_serdata_unref(samples[i]);
   }
 }
 
-// Nodes of our own kind are skipped before the lock: two of them in one process may write at the same time.
+// Our own nodes are skipped before the lock: two in one process may write at the same time.
 void Participant::set_layout_of(dds_entity_t reader, dds_instance_handle_t peer, Distro layout) {
   const auto writer{writer_of(reader, peer)};
   if (!writer || is_own_kind(*writer)) return;

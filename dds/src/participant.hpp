@@ -19,17 +19,17 @@ struct ddsi_sertype;
 
 namespace stereogrid::dds {
 
-/// Sentences for a person, each once.
+/// Warnings, each reported once.
 class Warnings {
  public:
   explicit Warnings(std::function<void(const std::string&)> warn) : warn_{std::move(warn)} {}
 
-  void tell_once(const std::string& sentence) {
+  void tell_once(const std::string& text) {
     {
       const std::scoped_lock lock{mutex_};
-      if (!told_.insert(sentence).second) return;
+      if (!told_.insert(text).second) return;
     }
-    if (warn_) warn_(sentence);
+    if (warn_) warn_(text);
   }
 
  private:
@@ -38,13 +38,13 @@ class Warnings {
   std::set<std::string> told_;
 };
 
-/// A topic of Cyclone DDS, and its type as that holds it.
+/// A topic of Cyclone DDS and its type.
 struct DdsTopic {
   dds_entity_t entity;
   ddsi_sertype* type;
 };
 
-/// This node in its domain: what is made of it goes with it.
+/// This node in its domain. Owns all its topics, writers and readers.
 class Participant {
  public:
   /// Throws ConfigError, DeviceError.
@@ -60,7 +60,7 @@ class Participant {
 
   /// `name`: in DDS.
   [[nodiscard]] DdsTopic make_topic(const std::string& name, const std::string& type);
-  /// As in ROS; `topic` by its name there. Tools of ROS see it from now on as this node's.
+  /// `topic`: in ROS. Tools of ROS list the writer with this node.
   [[nodiscard]] std::pair<dds_entity_t, ddsi_sertype*> make_writer(const std::string& topic, const std::string& type,
                                                                    Qos qos, const dds_listener_t* listener);
   [[nodiscard]] dds_entity_t make_reader(const std::string& topic, const std::string& type, Qos qos,
@@ -69,7 +69,7 @@ class Participant {
   void delete_reader(dds_entity_t reader);
 
  private:
-  /// To what tools of ROS see.
+  /// Adds an endpoint to the list for tools of ROS.
   void add(dds_entity_t entity, std::vector<dds_guid_t>& list);
   void announce();
   static void on_discovery_info(dds_entity_t reader, void* participant) noexcept;
@@ -82,9 +82,9 @@ class Participant {
   dds_entity_t entity_;
   dds_entity_t announcer_{0};
   ddsi_sertype* announced_type_{nullptr};
-  std::mutex mutex_;  // of what follows
+  std::mutex mutex_;  // guards the members below
   Entities entities_;
-  std::map<dds_instance_handle_t, Distro> layouts_;  // of ros_discovery_info, by peer
+  std::map<dds_instance_handle_t, Distro> layouts_;  // layout of ros_discovery_info, by peer
   Distro layout_;
 };
 

@@ -9,7 +9,7 @@
 namespace stereogrid::dds {
 namespace {
 
-constexpr dds_duration_t longest_wait{DDS_MSECS(50)};  // of no account: what keeps its last messages never waits
+constexpr dds_duration_t longest_wait{DDS_MSECS(50)};  // unused: writers that keep the last messages do not wait
 
 Qos qos_of(dds_reliability_kind reliability, dds_durability_kind durability, int depth) {
   Qos qos{dds_create_qos()};
@@ -47,9 +47,9 @@ void set_type_hash(dds_qos_t* qos, std::string_view ros_type, std::string_view d
 std::string policy_in_words(std::uint32_t policy_id) {
   switch (policy_id) {
     case DDS_DURABILITY_QOS_POLICY_ID:
-      return "durability (transient local: what was sent before it came)";
+      return "durability (transient local: earlier messages)";
     case DDS_RELIABILITY_QOS_POLICY_ID:
-      return "reliability (reliable: nothing may be lost)";
+      return "reliability (reliable: no lost messages)";
     case DDS_DEADLINE_QOS_POLICY_ID:
       return "a deadline between messages";
     case DDS_LIVELINESS_QOS_POLICY_ID:

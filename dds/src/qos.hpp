@@ -22,14 +22,14 @@ struct FreeListener {
 };
 using Listener = std::unique_ptr<dds_listener_t, FreeListener>;
 
-/// ROS 2's: reliable, the last `depth` messages; transient local: who comes later gets them, too.
+/// Reliable, keeps the last `depth` messages. `is_transient_local`: late subscribers receive them, too.
 [[nodiscard]] Qos reliable_qos(bool is_transient_local, int depth);
 /// Matches every publisher.
 [[nodiscard]] Qos best_effort_qos(int depth);
 /// Sets the endpoint's user data, from which peers since Iron read the hash of its type. Humble ignores it.
 void set_type_hash(dds_qos_t* qos, std::string_view ros_type, std::string_view definition);
 
-/// What a subscriber asks for that a publisher does not offer, for a person: "durability (transient local)".
+/// Description of a policy for messages: "liveliness with a lease".
 [[nodiscard]] std::string policy_in_words(std::uint32_t policy_id);
 
 }  // namespace stereogrid::dds

@@ -63,13 +63,13 @@ void Subscriptions::run() {
   for (;;) {
     const dds_return_t count{dds_waitset_wait(waitset_, triggered.data(), triggered.size(), DDS_INFINITY)};
     if (count < 0) {
-      return participant_.warnings().tell_once(std::string{"ROS 2: nothing is received any more: "} +
-                                               dds_strretcode(count) + ".");
+      return participant_.warnings().tell_once(std::string{"ROS 2: reception has ended: "} + dds_strretcode(count) +
+                                               ".");
     }
     bool is_stopped{false};
     dds_read_guardcondition(stop_, &is_stopped);
     if (is_stopped) return;
-    // more may have been triggered than have room; they come next
+    // readers beyond the array's size follow in the next wait
     for (const dds_attach_t one : std::span{triggered}.first(std::min<std::size_t>(count, at_once))) {
       if (one != 0) take_all(*reinterpret_cast<const Reader*>(one));
     }

@@ -13,7 +13,7 @@
 
 namespace stereogrid::dds {
 
-/// Hands what comes to its takers, on a thread of its own: those of the network are not held up.
+/// Passes received messages to subscribers on one thread, so that threads of the network do not wait.
 class Subscriptions {
  public:
   explicit Subscriptions(Participant& participant);
@@ -38,7 +38,7 @@ class Subscriptions {
   Participant& participant_;
   dds_entity_t waitset_;
   dds_entity_t stop_;
-  std::mutex mutex_;  // of `readers_`
+  std::mutex mutex_;  // guards `readers_`
   std::vector<std::unique_ptr<Reader>> readers_;
   std::thread thread_;
 };

@@ -17,10 +17,10 @@ void TopicSink::tell_refused(dds_entity_t /*entity*/, dds_offered_incompatible_q
                              void* writer) noexcept {
   const Writer& one{*static_cast<const Writer*>(writer)};
   try {
-    one.warnings.tell_once("ROS 2: a subscriber of " + one.topic + " gets nothing: it asks for " +
+    one.warnings.tell_once("ROS 2: a subscriber of " + one.topic + " receives nothing: it requires " +
                            policy_in_words(status.last_policy_id) +
-                           ", which this topic does not offer. Subscribe without.");
-  } catch (...) {  // through C nothing may be thrown
+                           ", which this topic does not offer. Subscribe without it.");
+  } catch (...) {  // no exceptions: called by C
   }
 }
 
@@ -54,8 +54,8 @@ bool TopicSink::wants(std::uint32_t channel) const {
 
 void TopicSink::send(std::uint32_t channel, std::int64_t /*stamp_ns*/, std::span<const std::byte> cdr) {
   const Writer& writer{*writers_.at(channel)};
-  if (writer.entity == 0) return;  // others of a Tee want it
-  // never waits: of what subscribers have not taken, the oldest is let go
+  if (writer.entity == 0) return;  // other publishers of a Tee may need the channel
+  // does not wait: the oldest unread messages are dropped
   checked(dds_writecdr(writer.entity, new_sample(writer.type, cdr)),
           "a message on " + writer.topic + " cannot be sent");
 }

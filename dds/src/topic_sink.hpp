@@ -16,7 +16,7 @@ namespace stereogrid::dds {
 /// A writer of DDS for each channel.
 class TopicSink final : public messages::Sink {
  public:
-  /// The participant has to be deleted before this: its threads tell of subscribers.
+  /// `participant` must be destroyed first: its threads report subscribers.
   TopicSink(Participant& participant, std::vector<std::string> left_out)
       : participant_{participant}, left_out_{std::move(left_out)} {}
 

@@ -96,7 +96,7 @@ struct FrameMessages::Implementation {
         rig{checked(given_rig)},
         level_rig{LevelMapping{rig}.level_rig()},
         outlet{sink, options.node, options.topics} {
-    static_cast<void>(outlet.topic<nav_msgs::OccupancyGrid>(predicted_name));  // to be known before there is one
+    static_cast<void>(outlet.topic<nav_msgs::OccupancyGrid>(predicted_name));  // selectable before its first message
     outlet.check_selection();
   }
 
@@ -268,7 +268,7 @@ void FrameMessages::Implementation::send_diagnostics(const FrameResult& result, 
     fill(message, result, facts, options.node);
   };
   outlet.offer(status, stamp_ns, tell);
-  // who watches over a robot reads once a second; not where the clock has stepped back
+  // diagnostics: once a second, and at once after the clock has stepped back
   const bool is_due{!diagnosed_ns || stamp_ns < *diagnosed_ns ||
                     elapsed_ns(stamp_ns, *diagnosed_ns) >= diagnostics_period_ns};
   if (is_due && outlet.offer(diagnostics, stamp_ns, tell)) diagnosed_ns = stamp_ns;

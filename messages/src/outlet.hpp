@@ -15,17 +15,17 @@
 
 namespace stereogrid::messages {
 
-/// A topic and its message, which keeps its memory from frame to frame.
+/// A topic and its message, whose memory is reused.
 template <Message M>
 struct Topic {
   std::string path;
   bool is_latched{false};
   bool is_selected{true};
   M message{};
-  std::optional<std::uint32_t> channel{};  // none: not yet added to the sink
+  std::optional<std::uint32_t> channel{};  // empty: not yet added to the publisher
 };
 
-/// Encodes what somebody wants, and nothing else, into one buffer.
+/// Encodes messages of topics with receivers into one buffer.
 class Outlet {
  public:
   /// `selected`: names of topics; empty: all.
@@ -41,10 +41,10 @@ class Outlet {
     return {(is_of_root ? "/" : of_node) + std::string{name} + suffix, is_latched, select(name)};
   }
 
-  /// Throws ConfigError: one of the selected names is that of none of the topics made so far.
+  /// Throws ConfigError: a selected name is none of the topics made so far.
   void check_selection() const;
 
-  /// Calls `fill` with the message, then sends it, if it is wanted. True: it was.
+  /// Calls `fill` with the message and sends it, if the topic has receivers. Returns true if it was sent.
   template <Message M, class Fill>
   bool offer(Topic<M>& topic, std::int64_t stamp_ns, Fill&& fill) {
     if (!topic.is_selected) return false;

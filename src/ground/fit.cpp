@@ -24,7 +24,7 @@ NormalEquations equations_of(std::span<const GroundSample> samples, const RoadPl
   return equations;
 }
 
-// The residual beyond which a pixel no longer counts.
+// Radius beyond which residuals have no weight.
 double radius_of(std::span<const GroundSample> samples, const RoadPlane& plane) {
   std::array<int, residual_bins> counts{};
   int total{0};

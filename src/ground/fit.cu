@@ -21,7 +21,7 @@ struct Parts {
   int rows;
 };
 constexpr Parts image_blocks{block_u_px / lattice_px, block_v_px / lattice_px};
-constexpr Parts strips{warp, 4};  // where blocks do not matter: no lane is idle
+constexpr Parts strips{warp, 4};  // parts without a relation to image blocks: no lane is idle
 
 // A sample as the fit sees it.
 struct Sample {

@@ -10,26 +10,25 @@
 
 namespace stereogrid {
 
-/// Pixels of a disparity image on a lattice, from the row `first_row` down; appended.
+/// Appends the pixels of a disparity image on a lattice, from the row `first_row` down.
 void add_samples(View<const float> disparity, double first_row, std::vector<GroundSample>& samples);
 
 inline double residual(const RoadPlane& plane, const GroundSample& sample) {
   return sample.disparity - plane.disparity(sample.u, sample.v);
 }
 
-/// Moves `plane` to where the samples around it lie: Tukey's robust least squares, whose radius follows the median
-/// residual, tethered to the first `plane` by the covariance of its numbers. Gives the radius; 0: the samples determine
-/// no plane.
+/// Fits `plane` to the samples around it: Tukey's robust least squares, whose radius follows the median residual, with
+/// the first `plane` and `covariance` as prior. Returns the radius; 0: the samples determine no plane.
 double refine(std::span<const GroundSample> samples, const Matrix3& covariance, RoadPlane& plane);
 
 /// Options of find_plane.
 struct PlaneDraws {
   int rounds{600};
-  double inlier_px{1};  ///< largest distance of a sample that the plane holds
+  double inlier_px{1};  ///< largest distance of a sample on the plane
 };
 
-/// RANSAC from `plane`, which it replaces where another one within the gates holds half as many samples again, less
-/// those that lie below. True: it holds enough for a road.
+/// RANSAC from `plane`, which is replaced if another one within the gates has 1.5 times the samples, less those below.
+/// True: the plane has enough samples for a road.
 bool find_plane(const Rig& rig, const GroundConfig& config, const std::vector<GroundSample>& samples, RoadPlane& plane,
                 const PlaneDraws& draws = {});
 

@@ -10,7 +10,7 @@
 
 namespace stereogrid {
 
-/// Fewest samples that make a road.
+/// Minimum number of samples of a road.
 constexpr int ground_samples_min{100};
 
 /// Spacing of the samples along rows and columns, in pixels; the first is at half of it.
@@ -44,7 +44,8 @@ STEREOGRID_HD inline void move(RoadPlane& plane, const Vector3& numbers) {
   plane.per_v += numbers[2] / 100;
 }
 
-/// Row from which on the road is read. Farther away, where it is only a few px, objects on it weigh as much.
+/// First image row whose road disparities are used. Farther away they are a few px, and objects on the road have as
+/// many samples as the road.
 STEREOGRID_HD inline double first_ground_row(const Rig& rig, const RoadPlane& plane) {
   constexpr double nearest_px{4};
   const double at_bottom{plane.disparity(rig.cx_px, rig.height_px)};
@@ -83,11 +84,11 @@ struct NormalEquations {
   }
 };
 
-/// Residuals are sorted into bins of this many to a px, to find their median.
+/// Bins per px of the residuals' histogram, for their median.
 constexpr int residual_bins_per_px{25};
 constexpr int residual_bins{50};
 
-/// The residual beyond which a sample no longer counts, from the bin of the median one.
+/// Radius beyond which samples have no weight, from the bin of the median residual.
 STEREOGRID_HD inline double radius_of_bin(int median) {
   constexpr double medians{4};
   constexpr double least_px{0.4};
@@ -104,8 +105,8 @@ STEREOGRID_HD inline int median_bin(const CountOf& count_of, int total) {
   return median;
 }
 
-/// Schedule of the robust fit: wide at first, and until it settles. A cambered road has planes that each hold a part of
-/// it, and where this ends must not depend on where it began.
+/// Schedule of the robust fit: wide rounds first, then rounds until it settles. Several planes fit a part of a cambered
+/// road each; the result must not depend on the start.
 constexpr int fit_rounds_max{12};
 constexpr int wide_rounds{2};
 STEREOGRID_HD constexpr double wide_radius_px(int round) {
@@ -116,8 +117,8 @@ STEREOGRID_HD inline bool has_settled(int round, double largest_step) {
   return round > wide_rounds && largest_step < settled_px;
 }
 
-/// What holds the fit where the samples leave it open: the inverse of the numbers' covariance, times what one pixel is
-/// worth.
+/// Prior of the fit, for directions that the samples do not determine: inverse of the numbers' covariance, times the
+/// variance of one pixel.
 STEREOGRID_HD inline Matrix3 tether_of(const Matrix3& covariance) {
   constexpr double pixel_variance{9};  // px²
   return scaled(pixel_variance, inverse(covariance));
@@ -148,20 +149,20 @@ struct FitSums {
   double weights{0};
   double slopes{0};  ///< sum of the slopes of weight·r
   Matrix3 spread{};  ///< squares of the blocks' shares of `equations.vector`
-  int blocks{0};     ///< with any samples
+  int blocks{0};     ///< blocks with samples
 };
 
 /// False: not determined.
 STEREOGRID_HD inline bool measured(const RoadPlane& plane, const FitSums& sums, PlaneMeasurement& measurement) {
-  // Standard deviations, in px and px per 100 px, of what all pixels of a frame have in common: kerbs and the feet of
-  // obstacles taken for road, which is worst far away. From the synthetic sets, whose plane is known.
+  // Standard deviations, in px and px per 100 px, of errors common to all pixels of a frame: kerbs and the feet of
+  // obstacles classified as road, mostly far away. Source: the synthetic sets, whose plane is exact.
   constexpr double common_px[3]{0.03, 0.004, 0.02};
   const NormalEquations& equations{sums.equations};
   if (equations.inliers < ground_samples_min || sums.blocks < 4 || !is_positive_definite(equations.matrix)) {
     return false;
   }
   const Matrix3 step{inverse(equations.matrix)};
-  // Residuals spread evenly over the radius, slopes near 0, say little of where the plane is.
+  // Residuals that are spread evenly over the radius (slopes near 0) determine the plane poorly.
   const double sharpness{clamped(sums.slopes / sums.weights, 0.3, 1.0)};
   measurement.numbers = numbers_of(plane) + step * equations.vector;
   measurement.covariance =
@@ -170,16 +171,16 @@ STEREOGRID_HD inline bool measured(const RoadPlane& plane, const FitSums& sums, 
   return true;
 }
 
-/// Whether it is within the gates around the calibration.
+/// True within the gates around the calibration.
 STEREOGRID_HD inline bool is_believable(const Rig& rig, const GroundConfig& config, const Ground& ground) {
   return std::abs(ground.height_m - rig.camera_height_m) <= config.height_gate_m &&
          std::abs(ground.pitch_rad - rig.camera_pitch_rad) <= radians(config.pitch_gate_deg) &&
          std::abs(ground.roll_rad - rig.camera_roll_rad) <= radians(config.roll_gate_deg);
 }
 
-/// The plane that the calibration gives, a quarter of the gates uncertain. Trusted where nothing is to be estimated.
+/// Plane of the calibration. Standard deviation: a quarter of the gates; 0 where nothing is estimated.
 STEREOGRID_HD inline Ground calibrated_ground(const Rig& rig, const GroundConfig& config) {
-  constexpr double gate_sigmas{4};  // standard deviations of the calibration that the gates are away
+  constexpr double gate_sigmas{4};  // gates in standard deviations
   Ground ground{rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad, false};
   if (!config.estimate) return ground;
   ground.height_sigma_m = config.height_gate_m / gate_sigmas;
@@ -201,7 +202,7 @@ STEREOGRID_HD inline double grown(double sigma, double noise, double dt_s, doubl
   return bounded < least ? least : bounded;
 }
 
-/// `previous` after `dt_s` in which nothing was measured: less certain, but no less than the calibration.
+/// `previous` after `dt_s` without a measurement: less certain, up to the uncertainty of the calibration.
 STEREOGRID_HD inline Ground predicted(const Rig& rig, const GroundConfig& config, const Ground& previous, double dt_s) {
   const Ground widest{calibrated_ground(rig, config)};
   Ground ground{previous};
@@ -209,7 +210,7 @@ STEREOGRID_HD inline Ground predicted(const Rig& rig, const GroundConfig& config
   ground.height_sigma_m = grown(previous.height_sigma_m, height_noise_m, dt_s, widest.height_sigma_m);
   ground.pitch_sigma_rad = grown(previous.pitch_sigma_rad, pitch_noise_rad, dt_s, widest.pitch_sigma_rad);
   ground.roll_sigma_rad = grown(previous.roll_sigma_rad, roll_noise_rad, dt_s, widest.roll_sigma_rad);
-  // What was added is independent: covariances stay, so correlations shrink.
+  // added noise is independent: covariances stay, and correlations shrink
   const double height{clamped(previous.height_sigma_m / ground.height_sigma_m, 0, 1)};
   const double pitch{clamped(previous.pitch_sigma_rad / ground.pitch_sigma_rad, 0, 1)};
   const double roll{clamped(previous.roll_sigma_rad / ground.roll_sigma_rad, 0, 1)};
@@ -223,8 +224,8 @@ STEREOGRID_HD inline double to_whole(double value, double steps) {
   return std::floor(value * steps + 0.5) / steps;
 }
 
-/// Height, angles and their standard deviations in whole 2⁻²⁰ m and rad, correlations in whole 2⁻¹². Sums in another
-/// order, as on another back end, then nearly always give the same ground to the bit, and with it the same matches.
+/// Height, angles and their standard deviations in whole 2⁻²⁰ m and rad, correlations in whole 2⁻¹². Back ends with
+/// another order of summation then nearly always give the same ground, and the same matches, to the bit.
 STEREOGRID_HD inline Ground rounded(Ground ground) {
   constexpr double lengths{1 << 20};
   constexpr double correlations{1 << 12};

@@ -36,19 +36,19 @@ struct GroundSpace {
 Ground estimate_ground(const Rig& rig, const GroundConfig& config, View<const float> road_disparity,
                        const Ground& previous, double dt_s, GroundSpace& space);
 
-/// Do clearly more pixels lie on a plane of another pitch than on this one? Road that is out of the road hypothesis'
-/// reach is matched as upright, so both images are read.
+/// True where clearly more pixels lie on a plane of another pitch than on this one. Both images are read, since road
+/// outside the range of the road hypothesis is matched as upright.
 bool is_lost(const Rig& rig, const GroundConfig& config, View<const float> obstacle_disparity,
              View<const float> road_disparity, const Ground& ground, GroundSpace& space);
 
-/// Road plane without trusting `previous` beyond the gates: RANSAC over lines in v-disparity (docs/method.md §4.5;
-/// Labayrade 2002) and planes through three pixels, of both hypotheses. A found plane is as uncertain as
-/// calibrated_ground. `previous` with `estimated` false, where none is found.
+/// Road plane anywhere within the gates, whatever `previous` is: RANSAC over lines in v-disparity (docs/method.md §4.5;
+/// Labayrade 2002) and planes through three pixels, of both hypotheses. A found plane has
+/// the covariance of calibrated_ground. `previous` with `estimated` false: none found.
 Ground search_ground(const Rig& rig, const GroundConfig& config, View<const float> obstacle_disparity,
                      View<const float> road_disparity, const Ground& previous, GroundSpace& space);
 
-/// Does a plane wherever a road can be under a camera (0.2 to 4 m below it, pitched by −20° to 35°, rolled by up to
-/// 10°) hold half as many samples again as `plane`, and at least so many?
+/// True where another plane has 1.5 times the samples of `plane`, and at least `least`. Candidates: 0.2 to 4 m below
+/// the camera, pitch −20° to 35°, roll up to 10°.
 bool has_better_plane(const Rig& rig, const std::vector<GroundSample>& samples, int least, const RoadPlane& plane);
 
 }  // namespace stereogrid

@@ -13,14 +13,14 @@
 namespace stereogrid {
 namespace {
 
-constexpr int rounds{2000};  // the range is wide, and the road may be a small part of the view
+constexpr int rounds{2000};  // for a wide range, and a road in a small part of the view
 constexpr double expected_min_px{1.5};
 constexpr int columns{8};
 constexpr int frames_to_believe{3};
 constexpr int columns_to_believe{6};
 constexpr double lost_max_s{1};
 
-// Wherever a camera can be.
+// Calibration with gates around all plausible extrinsics.
 struct AnyMounting {
   Rig rig;
   GroundConfig gates;
@@ -36,14 +36,14 @@ AnyMounting any_mounting(const Rig& rig, double turned_rad) {
   return any;
 }
 
-// Of the plane's numbers, so wide that the samples alone decide.
+// Covariance of the plane's numbers, wide enough for the samples alone to decide.
 Matrix3 wide_covariance(const Rig& rig, const Ground& ground) {
   const double height{ground.height_m / 2};
   const double angle{radians(10)};
   return carried(numbers_by_ground(rig, ground), diagonal({{height * height, angle * angle, angle * angle}}));
 }
 
-// Samples are in the order of their rows.
+// `samples`: in the order of their rows.
 std::span<const GroundSample> from_row(std::span<const GroundSample> samples, double row) {
   const auto first{std::ranges::partition_point(samples, [row](const GroundSample& s) { return s.v < row; })};
   return samples.subspan(static_cast<std::size_t>(first - samples.begin()));
@@ -58,8 +58,8 @@ Ground mean_of(const Ground& sum, int count) {
   return {sum.height_m / count, sum.pitch_rad / count, sum.roll_rad / count};
 }
 
-// True: nearly all samples of the nearest ground, within twice the distance at which the image ends, that lie on `used`
-// lie on `candidate`, too.
+// True: nearly all samples on `used` in the nearest ground, up to twice its least distance in view, lie on `candidate`,
+// too.
 bool explains_nearest(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& used,
                       const RoadPlane& candidate) {
   const double nearest_px{candidate.disparity(rig.cx_px, rig.height_px)};
@@ -87,8 +87,8 @@ bool RoadSupport::is_certain() const {
 }
 
 RoadSupport support_of(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane) {
-  constexpr double nearest_share{0.6};  // of the largest disparity expected of a sample
-  constexpr double below_share{0.1};    // of the expected disparity, for a road that is not flat
+  constexpr double nearest_share{0.6};  // relative to the largest expected disparity of a sample
+  constexpr double below_share{0.1};    // relative to the expected disparity: roads are not flat
   constexpr int bins{1024};
   const double largest_px{
       std::max({plane.disparity(0, rig.height_px), plane.disparity(rig.width_px, rig.height_px), 1.0})};
@@ -128,7 +128,7 @@ std::optional<Ground> refine_mounting(const Rig& rig, double turned_rad, const s
   const AnyMounting any{any_mounting(rig, turned_rad)};
   RoadPlane plane{road_plane(rig, start)};
   const Matrix3 covariance{wide_covariance(rig, start)};
-  for (int round{0}; round < 2; ++round) {  // where the road is read from follows from the plane
+  for (int round{0}; round < 2; ++round) {  // first_ground_row depends on the plane
     if (refine(from_row(samples, first_ground_row(rig, plane)), covariance, plane) == 0) return std::nullopt;
   }
   const Ground found{ground_of(rig, plane)};
@@ -139,8 +139,8 @@ std::optional<Ground> refine_mounting(const Rig& rig, double turned_rad, const s
 std::optional<Ground> search_mounting(const Rig& rig, double turned_rad, const std::vector<GroundSample>& samples) {
   if (static_cast<int>(samples.size()) < ground_samples_min) return std::nullopt;
   const AnyMounting any{any_mounting(rig, turned_rad)};
-  // Where the plane rises by little from row to row, a px holds many wrong ones; where it rises fast, upright windows
-  // have matched it poorly.
+  // 1 px is too wide for planes whose disparity grows slowly from row to row; fast ones are matched poorly by upright
+  // windows and need it.
   for (const double inlier_px : {0.5, 1.0}) {
     RoadPlane plane{0, 0, 0, rig.cx_px, rig.cy_px};
     if (!find_plane(any.rig, any.gates, samples, plane, {rounds, inlier_px})) continue;
@@ -185,10 +185,10 @@ std::optional<Ground> MountingSearch::look(const std::vector<GroundSample>& samp
   if (is_outside) {
     const RoadSupport here{support_of(rig_, samples, road_plane(rig_, used))};
     const RoadSupport there{support_of(rig_, samples, road_plane(rig_, *candidate))};
-    const bool is_confirmed{is_given_ && here.is_road()};  // before a slope or stairs that fill more of the view
+    const bool is_confirmed{is_given_ && here.is_road()};  // a slope or stairs ahead may have more samples
     if (!is_confirmed && 4 * there.near > 5 * here.near) return candidate;
   }
-  // the frame has a ground plane, and it is the one in use
+  // the frame's ground plane is the one in use
   if (!candidate) return std::nullopt;
   ++fitting_;
   agreeing_ = 0;
@@ -197,7 +197,7 @@ std::optional<Ground> MountingSearch::look(const std::vector<GroundSample>& samp
 
 bool MountingSearch::may_replace(const std::vector<GroundSample>& samples, const Ground& used, const Ground& candidate,
                                  Point2 place) {
-  constexpr double travel_of_height{4};  // way on which the plane must hold, in heights of the camera
+  constexpr double travel_of_height{4};  // distance over which the plane must hold, in heights of the camera
   if (is_given_) return false;
   if (!is_established()) return true;
   const bool explains_all{explains_nearest(rig_, samples, road_plane(rig_, used), road_plane(rig_, candidate))};

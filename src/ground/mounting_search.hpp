@@ -12,61 +12,60 @@
 
 namespace stereogrid {
 
-/// How samples bear a plane out. Only those count where it expects 1.5 px and more.
+/// Support of a plane by samples, at pixels where it expects 1.5 px and more.
 struct RoadSupport {
-  int all{0};
-  int near{0};            ///< within a px of it
-  int below{0};           ///< clearly below it, where nothing can be
-  double depth_ratio{1};  ///< of the near ones: the 90th percentile of the expected disparity to the 10th
-  int columns{0};         ///< eighths of the image's width that hold near ones
-  int nearest_all{0};     ///< in the lowest rows: up to 1.7 times as far as the nearest ground in view
-  int nearest{0};         ///< of these, within a px of it
+  int all{0};             ///< number of samples
+  int near{0};            ///< samples within 1 px of the plane
+  int below{0};           ///< samples clearly below the plane
+  double depth_ratio{1};  ///< 90th percentile of the near samples' expected disparity, relative to the 10th
+  int columns{0};         ///< eighths of the image's width with near samples
+  int nearest_all{0};     ///< samples up to 1.7 times the distance of the nearest ground in view
+  int nearest{0};         ///< samples among them within 1 px of the plane
 
-  /// Enough of them lie on it, few below it, over a range of depths and across the image. A wall, of one depth, is
-  /// none.
+  /// True: enough samples on the plane and few below it, over a range of depths and across the image. A wall has one
+  /// depth only.
   [[nodiscard]] bool is_road() const;
-  /// One frame determines the extrinsics: most samples, and nearly all of the lowest rows, lie on it, over a wide range
-  /// of depths and across the image. A slope or a lower floor ahead does not reach the lowest rows.
+  /// True: one frame determines the extrinsics. Most samples, and nearly all of the nearest ones, lie on the plane,
+  /// over a wide range of depths and across the image. A slope or a lower floor ahead has no samples as near.
   [[nodiscard]] bool is_certain() const;
 };
 RoadSupport support_of(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane);
 
-/// The road plane through `samples`, disparities of either hypothesis in the order of their rows, wherever a camera can
-/// be mounted: 0.2 to 4 m above the road, pitched by −10° to 35°, rolled by up to 10°. None: nothing there looks like a
-/// road. The same samples give the same plane. `turned_rad`: by how much the camera looks down more than the images do
-/// that `rig` is of (they may have been levelled).
+/// Road plane through `samples` (disparities of either hypothesis, in the order of their rows), 0.2 to 4 m below the
+/// camera, pitch −10° to 35°, roll up to 10°. Empty: no road found. The same samples give the same plane. `turned_rad`:
+/// pitch of the camera relative to the levelled images of `rig`, positive downwards.
 std::optional<Ground> search_mounting(const Rig& rig, double turned_rad, const std::vector<GroundSample>& samples);
 
-/// The plane close to `start`, under the same conditions.
+/// Road plane close to `start`, under the same conditions.
 std::optional<Ground> refine_mounting(const Rig& rig, double turned_rad, const std::vector<GroundSample>& samples,
                                       const Ground& start);
 
-/// `ground` as another camera at the same place sees it that looks down by `angle_rad` more.
+/// `ground` relative to a camera at the same place that is pitched down by `angle_rad` more.
 Ground seen_from(const Ground& ground, double angle_rad);
 
 /// Search for the camera's extrinsics in the frames. Given extrinsics are never replaced. Assumed ones are replaced by
-/// what the first frames agree on. Once they have explained the ground, they are replaced only by a plane that explains
-/// all that they did, the nearest ground included, while the vehicle travels: a slope, stairs or a lower floor does
-/// not.
+/// the plane on which the first frames agree. Once the extrinsics have fitted the ground, another plane must fit all
+/// ground that they did, the nearest included, while the vehicle travels. A slope, stairs or a lower floor does not.
 class MountingSearch {
  public:
   /// `turned_rad`: see search_mounting.
   MountingSearch(const Rig& level_rig, const GroundConfig& config, double turned_rad, bool is_given);
 
-  /// True: look() has to see this frame. Until a few frames have shown that the extrinsics fit: always. Later: where
-  /// the ground is lost; of extrinsics that can be replaced, after a second.
+  /// True: look() needs this frame. Until a few frames have confirmed the extrinsics: always. Later: where the ground
+  /// is lost; for extrinsics that can be replaced, after 1 s of it.
   bool is_wanted(bool is_lost, double dt_s);
-  /// The plane in a frame that was matched on `used`; none: no plane, or `used` may stay. Where `used` is not doubted,
-  /// another plane must lie outside the gates and have clearly more samples.
+  /// Plane in a frame that was matched on `used`. Empty: no plane, or `used` remains valid. If the frame does not
+  /// contradict `used`, another plane must lie outside the gates and have clearly more samples.
   std::optional<Ground> look(const std::vector<GroundSample>& samples, const Ground& used, bool is_doubted);
-  /// True: `candidate` may replace the extrinsics if verify() confirms it. `place`: of the vehicle, in the world.
+  /// True: `candidate` may replace the extrinsics if verify() confirms it. `place`: vehicle position
+  /// in the world frame, m.
   bool may_replace(const std::vector<GroundSample>& samples, const Ground& used, const Ground& candidate, Point2 place);
-  /// Takes that frame, matched again on the `candidate`. True: it confirms it. A first frame that determines the plane
-  /// alone is enough for found().
+  /// True: the frame, matched again on `candidate`, confirms it. found() needs no other frame if the first one
+  /// determines the plane alone.
   bool verify(const std::vector<GroundSample>& samples, const Ground& candidate);
-  /// As the camera of the level rig sees it, once enough frames agree.
+  /// Plane relative to the level rig's camera, once enough frames agree.
   [[nodiscard]] std::optional<Ground> found() const;
-  /// The next frame is a first one. Extrinsics that have explained the ground keep that.
+  /// Restarts the search with the next frame. Confirmed extrinsics remain confirmed.
   void begin_again();
 
   template <class State>
@@ -81,12 +80,12 @@ class MountingSearch {
   GroundConfig config_;
   double turned_rad_;
   bool is_given_;
-  int fitting_{0};          ///< frames that have shown that the extrinsics fit
-  int agreeing_{0};         ///< frames that have shown another plane
-  bool is_certain_{false};  ///< the first of them determines it
+  int fitting_{0};          ///< frames that have confirmed the extrinsics
+  int agreeing_{0};         ///< frames that have confirmed another plane
+  bool is_certain_{false};  ///< the first of them determines the plane
   Ground sum_{0, 0, 0};
   double lost_s_{0};
-  bool is_better_{false};  ///< `better_` explains all that the extrinsics did, since the vehicle was at `better_from_`
+  bool is_better_{false};  ///< `better_` has fitted all ground since `better_from_`
   Ground better_{0, 0, 0};
   Point2 better_from_;
 };

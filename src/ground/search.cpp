@@ -11,9 +11,9 @@
 namespace stereogrid {
 namespace {
 
-constexpr std::size_t jury_size{4000};  // samples on which a candidate is judged
+constexpr std::size_t jury_size{4000};  // samples that rate a candidate
 
-// A small generator, so that the search takes the same samples everywhere.
+// Generator of the same numbers on every platform.
 class Dice {
  public:
   std::size_t below(std::size_t count) {
@@ -25,7 +25,7 @@ class Dice {
   std::uint64_t state_{20120912};
 };
 
-// Samples that some plane within the gate could explain.
+// Keeps samples that fit some plane within the gates.
 void keep_plausible(const Rig& rig, const GroundConfig& config, std::vector<GroundSample>& samples) {
   const double pitch_px{rig.focal_px * std::tan(config.pitch_gate_deg * std::numbers::pi / 180)};
   const double roll{std::sin(config.roll_gate_deg * std::numbers::pi / 180)};
@@ -39,7 +39,7 @@ void keep_plausible(const Rig& rig, const GroundConfig& config, std::vector<Grou
   });
 }
 
-// Samples on the plane, less those below it, where nothing can be: or the plane leans on a kerb or an obstacle.
+// Samples on the plane, less those below it: planes through kerbs and obstacles have many.
 int support_of(const std::vector<GroundSample>& samples, std::size_t stride, const RoadPlane& plane,
                double inlier_px = 1) {
   int support{0};
@@ -77,7 +77,7 @@ bool find_plane(const Rig& rig, const GroundConfig& config, const std::vector<Gr
                 const PlaneDraws& draws) {
   const std::size_t stride{std::max<std::size_t>(samples.size() / jury_size, 1)};
   const RoadPlane start{plane};
-  // Another plane must hold clearly more: what is a little off, the fit will mend.
+  // another plane must have clearly more samples: the fit corrects small deviations
   int most{support_of(samples, stride, plane, draws.inlier_px) * 3 / 2};
   Dice dice;
   for (int round{0}; round < draws.rounds; ++round) {

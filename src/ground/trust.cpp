@@ -18,20 +18,20 @@
 namespace stereogrid {
 namespace {
 
-// Without the road for so long, it is not known any more: a van or a bend hides it for shorter.
+// Maximum time without a measurement of the road. Vans and bends hide it for shorter.
 constexpr double unmeasured_max_s{3};
-// At least so much of the texture has matched. Real drives have 0.79 and more; pairs that do not belong together have
-// up to 0.23 (swapped, rows off, noise) or 0.51 (a frame apart).
+// Minimum share of texture that has matched. Real drives have 0.79 and more; invalid pairs have up to 0.23 (swapped,
+// vertically misaligned, noise) or 0.51 (a frame apart).
 constexpr double texture_matched_min{0.6};
-// What differs by less between neighbours is not counted as texture: noise does not match.
+// Minimum difference of texture between neighbours, in grey levels and in noise sigmas: noise does not match.
 constexpr int texture_grey{4};
 constexpr double texture_sigmas{3};
-// Of the points where road is expected, on real drives at least a quarter lies on the plane, and under a tenth below
-// it.
+// Shares of the samples where road is expected. On real drives at least a quarter of them lies on the plane, and under
+// a tenth below it.
 constexpr double near_min{0.3};
 constexpr double below_max{0.3};
 constexpr double elsewhere_min{0.3};
-// Ground in the vehicle's path that may lie below the plane: matches in reflections and of repeated texture do.
+// Maximum width of ground below the plane in the vehicle's path: reflections and repeated texture give such matches.
 constexpr double falling_max_m{0.5};
 
 template <class Visit>
@@ -48,7 +48,7 @@ void for_lattice(const MatchedFrame& frame, double first_row, const Visit& visit
 }
 
 float disparity_at(const MatchedFrame& frame, int u, int v) {
-  // the matches of external disparities lack what lies below the road
+  // matches of external disparities exclude points below the road
   if (!frame.disparity.empty()) return frame.disparity(u, v);
   return std::max(frame.matches.obstacle(u, v), frame.matches.road(u, v));
 }
@@ -122,8 +122,8 @@ double share_of_texture_matched(const MatchedFrame& frame, double first_row, con
 
 namespace {
 
-// Nearly all have the same disparity: an upright surface fills the view, wherever the road is. Far off, all that there
-// is lies within a pixel.
+// True: nearly all samples have the same disparity, so an upright surface fills the view. Disparities below `least_px`
+// are excluded, since all far surfaces lie within a pixel.
 bool are_one_surface(const std::vector<GroundSample>& samples) {
   constexpr double nearly_all{0.8};
   constexpr std::size_t least_px{5};
@@ -140,7 +140,7 @@ bool are_one_surface(const std::vector<GroundSample>& samples) {
 
 bool speak_against(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane) {
   constexpr double near_px{1};
-  constexpr double below_share{0.1};  // of the expected disparity, for a road that is not flat
+  constexpr double below_share{0.1};  // relative to the expected disparity: roads are not flat
   int all{0};
   int near{0};
   int below{0};
@@ -213,7 +213,7 @@ std::size_t samples_max(const Rig& level_rig) {
 
 bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Ground& ground, int disparities) {
   if (!frame.disparity.empty()) return false;
-  // the camera may look above the horizon
+  // the horizon may lie below the image
   const double first_row{std::min(horizon_row(level_rig, ground), level_rig.height_px / 2.0)};
   const RoadPlane road{road_plane(level_rig, ground)};
   if (share_of_texture_matched(frame, first_row, road, disparities) >= texture_matched_min) return false;
@@ -266,23 +266,22 @@ void tell(const Doubt& doubt, FrameResult& result) {
   };
   if (doubt == Doubt::few_matches) {
     add(FrameStatus::few_matches,
-        "left and right image hardly match: nothing is known from this frame. Check that they are of the same instant, "
-        "not swapped and rectified, and that no lens is dark or covered.");
+        "left and right image hardly match: the grid is unknown. Check that the images are of the same instant, "
+        "rectified and not swapped, and that no lens is dark or covered.");
   } else if (doubt == Doubt::identical_images) {
     add(FrameStatus::few_matches,
-        "left and right are the same image, or both are black: nothing is known from this frame. Give the right "
-        "camera's image.");
+        "left and right are the same image, or both are black: the grid is unknown. Give the right camera's image.");
   } else if (doubt == Doubt::road_elsewhere) {
     add(FrameStatus::road_unknown,
-        "the road is not where it is assumed: nothing is known from this frame. The mounting in the calibration may be "
-        "wrong: measure mount.camera_height_m and mount.camera_pitch_rad.");
+        "the ground in view contradicts the extrinsics: the grid is unknown. Measure mount.camera_height_m and "
+        "mount.camera_pitch_rad in the calibration.");
   } else if (doubt == Doubt::falls_away) {
     add(FrameStatus::road_unknown,
-        "the ground in the vehicle's path falls away: an edge, stairs or a slope down. The grid is unknown.");
+        "the ground in the vehicle's path falls away (an edge, stairs or a slope down): the grid is unknown.");
   } else if (doubt == Doubt::road_not_seen) {
     add(FrameStatus::road_unknown,
-        "the road has not been seen for more than 3 s: nothing is known until it is. If it is in view, the mounting in "
-        "the calibration may be wrong.");
+        "the road has not been visible for more than 3 s: the grid is unknown. If the road is in view, correct mount "
+        "in the calibration.");
   }
   if (is_unequal(doubt.exposure)) result.warnings.push_back(text_of(doubt.exposure));
 }
@@ -295,8 +294,8 @@ void tell_disagreement(const Rig& level_rig, double turned_rad, const Ground& pl
   std::snprintf(
       text.data(), text.size(),
       "a plane in view does not fit the extrinsics, which are kept: camera height %.2f m, pitch %.1f°, roll %.1f° "
-      "in use; height %.2f m, pitch %.1f°, roll %.1f° seen. A slope, stairs, an edge or a large obstacle "
-      "looks like this. If the camera was moved, correct mount in the calibration.",
+      "in use; height %.2f m, pitch %.1f°, roll %.1f° seen. The cause may be a slope, stairs, an edge or a "
+      "large obstacle. If the camera was moved, correct mount in the calibration.",
       level_rig.camera_height_m, degrees(level_rig.camera_pitch_rad + turned_rad), degrees(level_rig.camera_roll_rad),
       seen.height_m, degrees(seen.pitch_rad), degrees(seen.roll_rad));
   result.status.push_back(FrameStatus::extrinsics_disagree);

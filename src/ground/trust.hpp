@@ -14,20 +14,20 @@
 
 namespace stereogrid {
 
-/// What a frame was matched in, and with what result. Of `matches` the pixels of MatchLattice are read.
+/// Images and matches of a frame. Only the pixels of MatchLattice in `matches` are read.
 struct MatchedFrame {
   View<const std::uint8_t> left;
   View<const std::uint8_t> right;
-  View<const float> disparity;  ///< given instead of the right image; empty: matched
+  View<const float> disparity;  ///< external disparities, instead of the right image; empty: matched
   const Matches& matches;
-  View<const std::uint8_t> masked{};  ///< PixelMask: these pixels say nothing; empty: all do
+  View<const std::uint8_t> masked{};  ///< PixelMask: excluded pixels; empty: none
 };
 
 /// Reason to reject the matches and the road plane of a frame, and the exposure of its images.
 struct Doubt {
   enum Reason { none, few_matches, identical_images, road_elsewhere, road_not_seen, falls_away };
 
-  // NOLINTNEXTLINE(google-explicit-constructor): a reason alone is a doubt of images with equal exposures
+  // NOLINTNEXTLINE(google-explicit-constructor): a reason alone has equal exposures
   Doubt(Reason given = none) : reason{given} {}
   friend bool operator==(const Doubt& doubt, Reason other) { return doubt.reason == other; }
 
@@ -35,36 +35,35 @@ struct Doubt {
   Exposure exposure{};  ///< equal, unless the images were compared
 };
 
-/// Standard deviation of the left image's noise below the row `first_row`, in grey levels: of the second differences
-/// between neighbours in a row, by their median, which texture raises a little.
+/// Standard deviation of the left image's noise below the row `first_row`, in grey levels. Source: the median of second
+/// differences between neighbours in a row, which texture raises a little.
 double noise_of(const MatchedFrame& frame, double first_row);
 
-/// Least difference between the pixels to the left and right of one with texture, below the row `first_row`.
+/// Minimum difference between both neighbours of a pixel with texture, below the row `first_row`, in grey levels.
 double textured_from(const MatchedFrame& frame, double first_row);
 
-/// Share of the pixels with texture below the row `first_row` that have matched; of all pixels there, where next to
-/// none has texture. 1 where the image has no pixels there. Those where `road` is too near for so many `disparities`
-/// could not match, and do not count. Texture is what differs clearly more than noise does, in the left image and,
-/// where `right_of_left` is given, after that in the right one: saturated or dark areas there have none.
+/// Share of the pixels with texture below the row `first_row` that have matched. The share of all pixels if next to
+/// none has texture; 1 if there are no pixels. Pixels where `road` has a disparity of `disparities` or more cannot
+/// match and are excluded. Texture is a difference clearly above noise in the left image. With `right_of_left` it must
+/// remain in the right image: saturated and dark areas there have none.
 double share_of_texture_matched(const MatchedFrame& frame, double first_row, const RoadPlane& road, int disparities,
                                 const GreyTransfer* right_of_left = nullptr);
 
 /// Disparities of either hypothesis at the pixels of MatchLattice; appended.
 void add_samples(const MatchedFrame& frame, std::vector<GroundSample>& samples);
-/// How many there can be.
+/// Maximum number of samples.
 std::size_t samples_max(const Rig& level_rig);
 
-/// Has so little of the texture below the horizon of `ground` matched that the images do not belong together? Where the
-/// exposures are unequal, only texture that both images can show counts.
+/// True where too little of the texture below the horizon of `ground` has matched for a valid pair. Where the exposures
+/// are unequal, only texture visible in both images counts.
 bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Ground& ground, int disparities);
 
-/// Do the samples say that the road is not where `plane` has it? Few of those where it expects road lie on it, and
-/// either many lie clearly below it, where nothing can be, or another plane holds clearly more. A wall that fills the
-/// view says nothing of the road.
+/// True where the samples contradict `plane`: few samples in its area lie on it, and either many lie clearly below it
+/// or another plane has clearly more. A wall that fills the view does not contradict it.
 bool speak_against(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane);
 
-/// The samples where the plane `nearest` expects at least `near_part` of the largest disparity in view, and how they
-/// fit `plane`. Slopes, stairs and edges farther away do not count.
+/// Fit to `plane` of the samples where the plane `nearest` has at least `near_part` of its largest disparity in view.
+/// Slopes, stairs and edges farther away do not count.
 struct NearGround {
   int samples{0};
   int on_plane{0};
@@ -74,23 +73,24 @@ struct NearGround {
 };
 NearGround near_ground(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& nearest,
                        const RoadPlane& plane, double near_part);
-/// Part of the largest disparity from which on ground is the nearest: up to 1.2 times the nearest distance.
+/// Minimum part of the largest disparity for the nearest ground: up to 1.2 times the nearest distance.
 constexpr double nearest_part{0.85};
 
-/// Width of the ground in the vehicle's path, 1 m to either side, that falls away from `plane`, m: in its columns some
-/// samples above one another lie clearly below it. Ground is searched where the line of sight descends by 6° or more:
-/// farther away a gentle slope looks the same (docs/method.md §4.6).
+/// Width of the ground that falls away from `plane` in the vehicle's path (1 m to either side), m. In its columns some
+/// samples above one another lie clearly below the plane. Ground is searched where the line of sight descends by 6° or
+/// more: farther away a gentle slope gives the same samples (docs/method.md §4.6).
 double width_falling_away(const MatchedFrame& frame, const Rig& rig, const RoadPlane& plane);
 
-/// Decides for each frame whether its grids can be relied on. One implementation serves every back end.
+/// Validates the matches and the road plane of each frame. One implementation serves every back end.
 class FrameTrust {
  public:
   FrameTrust(const Rig& level_rig, const GroundConfig& config, int disparities);
 
-  /// `ground`: as this frame's stages would use it, estimated or carried over. The road is known where the calibration
-  /// is trusted, where the frame does not speak against `ground`, and unless it has not been measured for too long.
+  /// `ground`: plane for this frame's stages, estimated or predicted. It is rejected if the frame contradicts it, or if
+  /// the road has not been measured for too long; never if nothing is to be estimated.
   Doubt judge(const MatchedFrame& frame, const Ground& ground, double dt_s);
-  /// The last frame's nearest ground lies on its plane, and GroundModel::terrain judges what is farther away.
+  /// True: the last frame's nearest ground lies on its plane, and GroundModel::terrain classifies the ground farther
+  /// away.
   [[nodiscard]] bool is_near_ground_known() const { return is_near_ground_known_; }
 
   template <class State>
@@ -110,15 +110,14 @@ class FrameTrust {
   std::vector<GroundSample> samples_;
 };
 
-/// Adds the flags and warnings of the doubt to the result.
+/// Adds the flags and warnings of the rejection to the result.
 void tell(const Doubt& doubt, FrameResult& result);
 
 /// Adds extrinsics_disagree with a warning: the extrinsics of `level_rig`, which stay, and the plane that contradicts
 /// them. `turned_rad`: see MountingSearch.
 void tell_disagreement(const Rig& level_rig, double turned_rad, const Ground& plane, FrameResult& result);
 
-/// What depends on the road, where it is not known: nothing could be seen in any bin, occupancy is 0.5. The disparity
-/// images stay.
+/// Sets the stages that depend on the road to unknown: no bin is visible, occupancy is 0.5. The disparity images stay.
 void leave_unknown(StageImages& stages);
 
 }  // namespace stereogrid

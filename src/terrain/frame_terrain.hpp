@@ -33,7 +33,7 @@ class FrameTerrain {
 
   /// Edges of the last find(), from left to right.
   [[nodiscard]] std::span<const EdgePoint> edges() const { return edges_; }
-  /// Filtered cells behind an edge are not free: the ground there may have been seen as free before the edge was.
+  /// Withdraws free space behind edges: the ground there may have been observed as free before the edge was detected.
   void withdraw_hidden(FrameResult& result) const;
   /// Marks all cells of `result` as unseen.
   static void clear(FrameResult& result);

@@ -11,10 +11,10 @@ namespace {
 constexpr int landing_rows{6};
 constexpr int landing_samples_min{6};
 constexpr float jump_min_px{0.9f};
-constexpr float trench_begin_sigmas{1};  ///< of the height over the ground
+constexpr float trench_begin_sigmas{1};  ///< noise of the height over the ground
 constexpr float trench_depth_sigmas{2.5f};
-constexpr float trench_depth_steps{0.3f};  ///< visible depth, of the vehicle's step
-constexpr float trench_wall_growth{0.5f};  ///< of the disparity per row, of a level surface's
+constexpr float trench_depth_steps{0.3f};  ///< visible depth, in largest steps of the vehicle
+constexpr float trench_wall_growth{0.5f};  ///< growth of the disparity per row, relative to a level surface
 constexpr int trench_wall_rows{4};
 
 /// Line d = at_gap + per_row·(row − gap's row − ½) through the samples behind a gap.

@@ -13,7 +13,7 @@ namespace stereogrid {
 /// Kinds of a gap between ground and the next visible surface behind it.
 enum class GapKind : std::uint8_t {
   none,     ///< not lower: an obstacle's foot, or noise
-  unknown,  ///< lower ground, too far to tell a drop from a slope
+  unknown,  ///< lower ground, too far to distinguish a drop from a slope
   descent,  ///< the same surface, sloping down
   bridge,   ///< a step that the vehicle can drive down
   drop,     ///< proved or assumed by drop_slope
@@ -26,18 +26,18 @@ struct Gap {
   float mark_x{0};     ///< the edge without the matcher's smear
   float landing_x{0};  ///< first visible point behind, m
   float landing_z{0};
-  float slope{0};  ///< of the descent
+  float slope{0};  ///< slope of the descent, tangent
 };
 
 /// Ground in front of a gap.
 struct GapFront {
-  int row;            ///< first row, upwards, that looks behind the gap
-  float z;            ///< of the ground at the edge
+  int row;            ///< first row, upwards, with samples behind the gap
+  float z;            ///< elevation of the ground at the edge, m
   float sigma_px;     ///< noise of disparities there
   float window_rows;  ///< rows over which the matcher smears a jump
 };
 
-/// `rows`: of the sector and its neighbours, the sector in the middle.
+/// `rows`: the sector, in the middle, and its neighbours.
 Gap classify_gap(const TerrainCamera& camera, const TerrainLimits& limits, const std::array<SectorRows, 3>& rows,
                  const GapFront& front);
 
@@ -45,7 +45,7 @@ Gap classify_gap(const TerrainCamera& camera, const TerrainLimits& limits, const
 struct TrenchFront {
   int first_row;  ///< first and last row, upwards, in which the trench may begin
   int last_row;
-  float x;  ///< of the ground seen last, m
+  float x;  ///< place of the last visible ground, m
   float z;
   float slope;
   float sigma_px;     ///< noise of disparities there

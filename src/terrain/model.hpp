@@ -21,7 +21,7 @@ struct TerrainCamera {
   float baseline_m;
   float focal_baseline_pxm;
   float height_m;
-  float tangent_at_origin;  ///< of pixel (0, 0)
+  float tangent_at_origin;  ///< tangent of the line of sight of pixel (0, 0)
   float tangent_per_u;
   float tangent_per_v;
 

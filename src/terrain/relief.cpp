@@ -12,10 +12,10 @@ namespace {
 
 constexpr float none{std::numeric_limits<float>::quiet_NaN()};
 // Lengths in heights of the vehicle.
-constexpr float half_width{1.4f};  ///< of ground that is wide
-constexpr float slope_base{1.4f};  ///< so much ground measures a slope
-constexpr float ahead{0.8f};       ///< ground continues so far
-constexpr float continued{1.7f};   ///< behind the last ground its slope continues so far
+constexpr float half_width{1.4f};  ///< least half width of wide ground
+constexpr float slope_base{1.4f};  ///< length over which a slope is measured
+constexpr float ahead{0.8f};       ///< length over which ground continues
+constexpr float continued{1.7f};   ///< length over which the slope of the last ground is extended
 constexpr int reach_max{24};       ///< sectors
 constexpr float noise_min_m{0.06f};
 constexpr float noise_sigmas{2};
@@ -69,13 +69,13 @@ void TerrainRelief::count_level(int rings) {
   }
 }
 
-// Median of the sectors around, if most of them have ground that the vehicle reaches from it across.
+// Median elevation of the sectors around, if most of them have ground that the vehicle can reach from it.
 float TerrainRelief::wide_ground(int sector, int ring, int reach, float rise_per_sector) const {
   const int first{std::max(sector - reach, 0)};
   const int last{std::min(sector + reach, elevation_m_.height() - 1)};
   const auto is_most = [&](int sectors) { return 2 * sectors > last + 1 - first; };
   if (!is_most(ground_before_(last + 1, ring) - ground_before_(first, ring))) return none;
-  if (is_most(level_before_(last + 1, ring) - level_before_(first, ring))) return 0;  // so is the median, but for noise
+  if (is_most(level_before_(last + 1, ring) - level_before_(first, ring))) return 0;  // the median is 0 but for noise
   std::array<float, 2 * reach_max + 1> around{};
   std::size_t count{0};
   for (int i{first}; i <= last; ++i) {
@@ -111,7 +111,8 @@ float TerrainRelief::continued_to(int sector, int ring, const Rings& rings) cons
   return line.z + line.slope * std::min(rings.middle_m(ring) - line.x, continued * limits_.height_m);
 }
 
-// Wide ground that continues what lies before it. Before an obstacle the matcher's smear raises it.
+// Wide ground that continues the ground before it. Rings in front of an obstacle, which the matcher's smear raises, are
+// excluded.
 void TerrainRelief::connect(int sector, const TerrainCamera& camera, const Rings& rings, const PolarCell* cells) {
   for (int ring{0}; ring < rings.count(); ++ring) {
     float& ground{ground_m_(ring, sector)};
@@ -126,7 +127,7 @@ void TerrainRelief::connect(int sector, const TerrainCamera& camera, const Rings
   }
 }
 
-// The foot of a wall looks like the beginning of a slope. Of the rings ahead three quarters must be ground.
+// The foot of a wall resembles the beginning of a slope: three quarters of the rings ahead must be ground.
 void TerrainRelief::drop_feet(int sector, const Rings& rings) {
   float* const ground{ground_m_.row(sector)};
   for (int ring{0}; ring < rings.count(); ++ring) {
@@ -141,7 +142,7 @@ void TerrainRelief::drop_feet(int sector, const Rings& rings) {
   }
 }
 
-// From 0 at the noise to all of it at twice the noise, which is twice as much where the ground is only continued.
+// Elevations grow from 0 at the noise to their full value at twice the noise. Extended ground has twice the noise.
 float TerrainRelief::elevation(int sector, int ring, const Rings& rings) const {
   const float known{ground_m_(ring, sector)};
   const float z{std::isnan(known) ? continued_to(sector, ring, rings) : known};

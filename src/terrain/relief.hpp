@@ -12,13 +12,13 @@
 
 namespace stereogrid {
 
-/// The ground of all sectors as a Relief. Only wide ground that continues counts, so that no obstacle's foot does.
-/// Elevations that the noise explains are 0: level ground is the plane.
+/// The ground of all sectors as a Relief. Ground must be wide and continue, which excludes the feet of obstacles.
+/// Elevations within the noise are 0: level ground is the plane.
 class TerrainRelief {
  public:
   TerrainRelief(int sectors, int rings, int disparities, int height_px);
 
-  /// Sets what all sectors share, before the functions below. `sigma_px`: noise of disparities by ring.
+  /// Sets the data of all sectors, before the functions below. `sigma_px`: noise of disparities by ring.
   void begin(const TerrainCamera& camera, const TerrainLimits& limits, const Rings& rings, const float* sigma_px,
              int judged_rings);
   /// Elevations of one sector's rings.
@@ -29,7 +29,7 @@ class TerrainRelief {
   /// Relief of one sector.
   void fill(int sector, const TerrainCamera& camera, const Rings& rings, const PolarCell* cells);
 
-  /// Elevation of wide ground, m; NaN: none, or too noisy to tell from an obstacle's foot.
+  /// Elevation of wide ground, m; NaN: none, or too noisy to distinguish from an obstacle's foot.
   [[nodiscard]] float wide_elevation(int sector, int ring) const {
     return ring < judged_rings_ ? ground_m_(ring, sector) : std::numeric_limits<float>::quiet_NaN();
   }
@@ -58,7 +58,7 @@ class TerrainRelief {
   int judged_rings_{0};
   Image<float> elevation_m_;           // (ring, sector); NaN: no firm ground
   Image<std::int16_t> ground_before_;  // (sector, ring): sectors before it with firm ground
-  Image<std::int16_t> level_before_;   // (sector, ring): with elevations that the noise explains
+  Image<std::int16_t> level_before_;   // (sector, ring): sectors before it with elevations within the noise
   Image<float> ground_m_;              // (ring, sector): wide ground; NaN: none
   Image<float> noise_m_;               // (ring, 0): elevations up to here are 0
   Image<std::int16_t> rows_;           // (bin, sector)

@@ -8,7 +8,7 @@
 namespace stereogrid {
 namespace {
 
-constexpr float ground_share{0.25f};  ///< of the rows in which a surface is visible
+constexpr float ground_share{0.25f};  ///< share of the rows in which a surface is visible
 
 }  // namespace
 
@@ -58,7 +58,7 @@ bool RingView::has_ground(const RingSamples& samples, float z, float slope) cons
   return samples.ground > 0 && static_cast<float>(samples.ground) >= ground_share * predicted_rows(z, slope);
 }
 
-// A face of two thirds of a step, or a level top, has so many rows; 30 % of them are an obstacle.
+// An obstacle has 30 % of the rows of a level top or of a face of two thirds of a step, whichever has fewer.
 bool RingView::has_obstacle(const RingSamples& samples, float z, float slope) const {
   const float step{in->limits.step_m};
   const float face_rows{step * 2 / 3 / (x * in->camera.tangent_per_v)};

@@ -12,8 +12,8 @@ struct RingSamples {
   float ground_z{0};  ///< sum
   int above{0};
   float top{-1e3f};         ///< highest sample of an obstacle
-  bool is_standing{false};  ///< the lowest one is near the ground
-  float face_top{-1e3f};    ///< of upright samples
+  bool is_standing{false};  ///< the obstacle begins near the ground
+  float face_top{-1e3f};    ///< highest upright sample over the surface
   float face_bottom{1e3f};
   int face{0};
 };
@@ -25,8 +25,8 @@ struct RingView {
   [[nodiscard]] RingSamples gather(float z, float slope, float tolerance) const;
   [[nodiscard]] bool has_ground(const RingSamples& samples, float z, float slope) const;
   [[nodiscard]] bool has_obstacle(const RingSamples& samples, float z, float slope) const;
-  /// First row, upwards, of those that show the expected ground, if half of them look behind it, lower than
-  /// `highest_z`; no_row: they do not. `z_near`, `z_far`: of the ground at both ends.
+  /// First row, upwards, with a sample behind the expected ground and lower than `highest_z`; no_row: fewer than half
+  /// of the ground's rows have one. `z_near`, `z_far`: elevation of the ground at both ends.
   [[nodiscard]] int row_through(float z_near, float z_far, float highest_z) const;
   [[nodiscard]] float predicted_rows(float z, float slope) const;
   [[nodiscard]] bool is_judged() const { return ring < in->judged_rings; }
@@ -40,7 +40,7 @@ struct RingView {
   int ring;
   float begin_m;
   float end_m;
-  float x;  ///< of its middle
+  float x;  ///< middle of the ring
   float sigma_px;
 };
 

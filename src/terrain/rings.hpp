@@ -13,8 +13,8 @@ namespace stereogrid {
 
 constexpr int no_ring{-1};
 
-/// Rings of the polar grid, from the nearest visible ground outwards. A ring is as long as a cell, two standard
-/// deviations of the range and two rows of the image, whichever is longest.
+/// Rings of the polar grid, from the nearest visible ground outwards. The length of a ring is the longest of a cell,
+/// two standard deviations of the range and two rows of the image.
 class Rings {
  public:
   Rings(float cell_m, float farthest_m, int disparities);

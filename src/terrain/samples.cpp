@@ -78,7 +78,7 @@ struct LineSums {
     float dr;
   };
 
-  // From the middle of the tile, so that numbers stay small.
+  // Rows are counted from the middle of the tile, which keeps numbers small.
   void add(const float* disparity) {
     for (std::size_t k{0}; k < rows; ++k) {
       const float row{static_cast<float>(static_cast<int>(k) - tile_rows / 2)};
@@ -132,7 +132,7 @@ void TerrainSamples::begin(const TerrainCamera& camera, const TerrainLimits& lim
 
 void TerrainSamples::read(int sector, View<const float> obstacle, View<const float> road) {
   float* const medians{disparity_.row(sector) + line_rows};
-  const auto columns = static_cast<std::size_t>(std::min(sector_px, obstacle.width));  // of a very narrow image fewer
+  const auto columns = static_cast<std::size_t>(std::min(sector_px, obstacle.width));  // fewer in a very narrow image
   std::fill_n(medians, first_row_, 0.0f);
   for (int v{first_row_}; v < height_px_; v += tile_rows) {
     Tile tile{};
@@ -175,8 +175,8 @@ void TerrainSamples::place(int sector, const Rings& rings) {
   }
 }
 
-// A surface is upright where its disparity grows by less than half of B/(h + S·x) per row (2): the line through nine
-// rows, by sums over rows that are counted from `begin`.
+// A surface is upright where its disparity grows by less than half of B/(h + S·x) per row (2), on the line through
+// nine rows.
 void TerrainSamples::mark_upright(int sector) {
   const SectorRows s{rows(sector)};
   std::uint8_t* const upright{upright_.row(sector)};
@@ -184,7 +184,7 @@ void TerrainSamples::mark_upright(int sector) {
   constexpr std::size_t window{2 * line_rows + 1};
   for (int begin{first_row_}; begin < height_px_; begin += tile_rows) {
     LineSums sums;
-    sums.add(s.disparity + begin - line_rows);  // rows behind the image: of the margin
+    sums.add(s.disparity + begin - line_rows);  // rows behind the image belong to the margin
     const int end{std::min(begin + tile_rows, height_px_)};
     for (int v{begin}; v < end; ++v) {
       const auto k = static_cast<std::size_t>(v - begin);

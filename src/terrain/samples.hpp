@@ -16,7 +16,7 @@ namespace stereogrid {
 
 constexpr int no_row{-1};
 
-/// One sector of the samples. Rows: of the image.
+/// One sector of the samples. Rows are rows of the image.
 struct SectorRows {
   const float* disparity;       ///< median of the sector's pixels in a row, px; 0: none
   const float* x;               ///< m; valid where there is a disparity
@@ -24,7 +24,7 @@ struct SectorRows {
   const std::uint8_t* upright;  ///< 1: surface steeper than the vehicle climbs
   const std::int16_t* next;     ///< next row, upwards, with a sample in the same ring
   const std::int16_t* first;    ///< lowest row with a sample in a ring
-  float tangent_at_row_0;       ///< of the line of sight
+  float tangent_at_row_0;       ///< tangent of the line of sight
   float tangent_per_v;
   int first_row;  ///< rows from here to end_row − 1 are used
   int end_row;
@@ -38,9 +38,9 @@ class TerrainSamples {
   TerrainSamples(int width_px, int height_px, int rings);
 
   [[nodiscard]] int sectors() const { return x_.height(); }
-  /// Sets what all sectors share, before the functions below.
+  /// Sets the data of all sectors, before the functions below.
   void begin(const TerrainCamera& camera, const TerrainLimits& limits);
-  /// Medians of one sector: of pixels with an obstacle's or a road disparity.
+  /// Medians of one sector, over pixels with an obstacle's or a road disparity.
   void read(int sector, View<const float> obstacle, View<const float> road);
   /// Places of one sector's samples, once it and the next sector have been read.
   void place(int sector, const Rings& rings);

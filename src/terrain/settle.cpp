@@ -8,7 +8,7 @@
 namespace stereogrid {
 namespace {
 
-constexpr int neighbour_rings{3};  ///< edges of neighbours are the same one within so many rings
+constexpr int neighbour_rings{3};  ///< distance within which edges of neighbours are the same
 
 // Neighbours, up to `reach` sectors to both sides, whose `what`, edge or obstacle, is near `ring`.
 int confirming(View<const SectorWalk> walks, int sector, int reach, int SectorWalk::*what, int ring) {
@@ -22,7 +22,7 @@ int confirming(View<const SectorWalk> walks, int sector, int reach, int SectorWa
   return count;
 }
 
-// Nearest sector to one side that ends at an edge near `ring`, or at any edge for no_ring, within some sectors; the
+// Nearest sector to one side that ends at an edge near `ring`, or at any edge for no_ring, within `reach`; the
 // sector itself: none.
 int edge_beside(View<const SectorWalk> walks, int sector, int side, int ring) {
   constexpr int reach{24};
@@ -37,7 +37,7 @@ int edge_beside(View<const SectorWalk> walks, int sector, int side, int ring) {
 
 // Ring of confirmed edges to both sides of a sector that passes between them; no_ring: none, or the passage is wide.
 int narrow_passage(const WalkInput& input, View<const SectorWalk> walks, int sector) {
-  constexpr float widest_passage{0.25f};  // of the vehicle's height
+  constexpr float widest_passage{0.25f};  // relative to the vehicle's height
   constexpr int edge_confirmations{3};
   const auto nearest = [&](int side, int ring) { return edge_beside(walks, sector, side, ring); };
   if (nearest(-1, no_ring) == sector || nearest(1, no_ring) == sector) return no_ring;
@@ -82,7 +82,7 @@ void settle_sector(int sector, View<const SectorWalk> walks, int rings, PolarCel
 
 namespace {
 
-// One step of spread_hidden: from the sector before, which is `from`.
+// One step of spread_hidden.
 void spread_to(const PolarCell* from, int rings, PolarCell* cells) {
   for (int ring{0}; ring < rings; ++ring) {
     const bool is_behind_edge{from[ring].kind == TerrainClass::hidden || from[ring].kind == TerrainClass::drop};

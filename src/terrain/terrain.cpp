@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kinds{5};
 constexpr int no_sector{-1};
-/// Noise of the elevation that must not exceed a step.
+/// Standard deviations of the elevation that must not exceed a step.
 constexpr float judged_sigmas{3};
 
 /// Sectors of a cell, by class.
@@ -30,7 +30,7 @@ struct CellSectors {
     slope += cell.slope;
     ++seen;
   }
-  // A third of the sectors decides for what is dangerous, half of them for ground.
+  // A third of the sectors decides for edges and obstacles, half of them for ground.
   [[nodiscard]] TerrainClass kind() const {
     const auto has = [this](TerrainClass one, int share) {
       const int of_kind{count[static_cast<std::size_t>(one)]};

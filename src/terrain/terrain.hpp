@@ -21,7 +21,7 @@ struct CellGround {
   float elevation_m{std::numeric_limits<float>::quiet_NaN()};
   float sigma_m{std::numeric_limits<float>::quiet_NaN()};
   TerrainClass kind{TerrainClass::unknown};
-  float raised_m{0};  ///< wide ground around is so high, and this one, too: TerrainRelief
+  float raised_m{0};  ///< elevation of the wide ground around, where this ground has it, too (TerrainRelief); else 0
 };
 
 /// Point of an edge with lower ground behind it.
@@ -32,10 +32,10 @@ struct EdgePoint {
 };
 
 /// Ground of a frame: elevation, drivable cells, steps, edges (docs/terrain.md). The same loops serve every back end:
-/// sectors are walked independently of each other, but for spread_ground.
+/// sectors are independent of each other in all steps but spread_ground().
 class Terrain {
  public:
-  /// `farthest_m`: end of the grid, `cell_m`: its cells.
+  /// `farthest_m`: end of the grid, `cell_m`: size of its cells.
   Terrain(const Rig& level_rig, const TerrainLimits& limits, float cell_m, float farthest_m, int disparities,
           int window_px);
 
@@ -96,7 +96,7 @@ class Terrain {
   Rings rings_;
   TerrainSamples samples_;
   std::vector<float> sigma_px_;       // by ring
-  std::vector<float> plane_sigma_m_;  // by ring: of the plane
+  std::vector<float> plane_sigma_m_;  // by ring: noise of the plane's height
   Image<PolarCell> cells_;            // (ring, sector)
   Image<SectorWalk> walks_;           // (sector, 0)
   TerrainRelief relief_;

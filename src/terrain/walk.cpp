@@ -11,10 +11,10 @@
 namespace stereogrid {
 namespace {
 
-/// Ground found again behind missing samples, at the expected elevation, is the same surface up to here.
-constexpr float reconnect_share{0.3f};  ///< of the range
-constexpr int passage_end_rings{1};     ///< behind the edge of a narrow passage, for its noise
-constexpr float passage_width{0.4f};    ///< of ground that leads past an edge, of the vehicle's height
+/// Longest gap behind which ground at the expected elevation is the same surface.
+constexpr float reconnect_share{0.3f};  ///< relative to the range
+constexpr int passage_end_rings{1};     ///< rings behind the edge of a narrow passage, for its noise
+constexpr float passage_width{0.4f};    ///< width of ground that leads past an edge, in heights of the vehicle
 constexpr float slope_memory_m{0.8f};
 constexpr float far_px{14};           ///< wrong matches look like edges more often at smaller disparities
 constexpr float slope_base_rings{4};  ///< distance over which slope_max counts
@@ -69,14 +69,14 @@ class Walk {
   int sector_;
   SectorRows rows_;
   View<PolarCell> all_cells_;
-  PolarCell* cells_;  ///< of the sector
+  PolarCell* cells_;  ///< cells of the sector
   SectorWalk& walk_;
   WalkState state_;
   int ring_{0};
   RingView view_;
 };
 
-// Elevation that is reached from the ground some cells nearer by a slope or a step within the limits.
+// A slope or a step within the limits leads to the elevation from the ground some cells nearer.
 bool Walk::is_within_slope(float z) const {
   const float base_m{slope_base_rings * (view_.end_m - view_.begin_m)};
   int ring{ring_ - 1};
@@ -237,14 +237,14 @@ void Walk::end_at(const Gap& gap) {
   walk_.end = ring_;
   while (walk_.end > 0 && in_.rings.begin_m(walk_.end) > gap.mark_x) --walk_.end;
   walk_.end_seen = ring_;
-  // what lies before the image may have any height
+  // the surface before the image may have any height
   walk_.end_kind = state_.x < in_.rings.begin_m(0) ? GapKind::unknown : gap.kind;
   walk_.end_fall_m = std::max(state_.z - gap.landing_z, 0.0f);
   walk_.end_confirmations = is_far() ? 4 : 3;
 }
 
 void Walk::step() {
-  if (is_blind()) {  // what lies before the first visible ground may be an edge
+  if (is_blind()) {  // there may be an edge before the first visible ground
     state_.is_alive = false;
     return;
   }
@@ -271,7 +271,7 @@ void Walk::step() {
   miss();
 }
 
-// Wrong matches look like an obstacle in a sector or two; rays see what is thin and tall.
+// Wrong matches resemble an obstacle in a sector or two. Rays detect thin and tall objects.
 void drop_lone_obstacle(PolarCell* cells, SectorWalk& walk) {
   if (walk.blocked == no_ring || walk.is_block_confirmed) return;
   cells[walk.blocked] = PolarCell{};
@@ -297,7 +297,7 @@ void end_in_passage(const WalkInput& input, int sector, View<PolarCell> cells, S
 void walk_sector(const WalkInput& input, int sector, View<PolarCell> cells, SectorWalk& walk) {
   std::fill_n(cells.row(sector), input.rings.count(), PolarCell{});
   walk = {};
-  // the plane is the prior of what lies before the image
+  // the plane is the prior of the ground before the image
   walk.state.x = 0.5f * input.rings.begin_m(0);
   Walk steps{input, sector, cells, walk};
   for (; walk.lost < input.rings.count(); ++walk.lost) {

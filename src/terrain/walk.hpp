@@ -16,24 +16,24 @@ namespace stereogrid {
 
 /// Cell of the polar grid.
 struct PolarCell {
-  float elevation_m{std::numeric_limits<float>::quiet_NaN()};  ///< of ground; of an obstacle's top
-  float slope{0};                                              ///< of the ground
+  float elevation_m{std::numeric_limits<float>::quiet_NaN()};  ///< elevation of ground, or of an obstacle's top
+  float slope{0};                                              ///< slope of the ground, tangent
   TerrainClass kind{TerrainClass::unknown};
-  bool is_firm{false};  ///< ground without a gap from the footprint on
+  bool is_firm{false};  ///< no gap between the footprint and this ground
 
   [[nodiscard]] bool is_ground() const { return kind == TerrainClass::drivable; }
 };
 
 /// Ground that a sector's walk continues from.
 struct WalkState {
-  float x{0};  ///< of the last ground, m
+  float x{0};  ///< place of the last ground, m
   float z{0};
-  float slope{0};          ///< of the ground there, tangent
+  float slope{0};          ///< slope of the ground there, tangent
   float reached{0};        ///< ground is interpolated up to here, m
   int missing{0};          ///< rings without ground since
   bool is_alive{true};     ///< the ground is connected with the vehicle's footprint
-  bool is_blocked{false};  ///< by an obstacle
-  bool is_firm{true};      ///< without a gap from the footprint on
+  bool is_blocked{false};  ///< an obstacle ended the walk
+  bool is_firm{true};      ///< no gap between the footprint and the ground
 
   [[nodiscard]] float elevation(float at_x) const { return z + slope * (at_x - x); }
 };
@@ -47,10 +47,10 @@ struct SectorWalk {
   int end_seen{no_ring};  ///< ring in which the gap was met: behind `end` by the matcher's smear
   GapKind end_kind{GapKind::unknown};
   float end_fall_m{0};             ///< visible fall of the surface behind the edge
-  int end_confirmations{0};        ///< of six neighbours that the edge needs
+  int end_confirmations{0};        ///< number of the six neighbours that must confirm the edge
   int passage_end{no_ring};        ///< edge to both sides of a narrow passage
-  int block_confirmations{0};      ///< neighbours' obstacles that `blocked` needs
-  bool is_block_confirmed{false};  ///< it has them
+  int block_confirmations{0};      ///< number of neighbours that must confirm `blocked`
+  bool is_block_confirmed{false};  ///< enough neighbours confirm `blocked`
 };
 
 /// Input of the walks of all sectors.
@@ -75,10 +75,10 @@ void compare_walks(const WalkInput& input, int sector, View<SectorWalk> walks);
 /// left to the right and back. `cells`: (ring, sector).
 void spread_ground(const WalkInput& input, View<PolarCell> cells, View<SectorWalk> walks);
 
-/// Completes one sector after all walks: marks edges that neighbours confirm, takes back others.
+/// Completes one sector after all walks: marks edges that neighbours confirm, withdraws others.
 void settle_sector(int sector, View<const SectorWalk> walks, int rings, PolarCell* cells);
 
-/// Unknown cells within some sectors of an edge are hidden, too: at the image's border and between poles the walk may
+/// Marks unknown cells within some sectors of an edge as hidden: at the image's border and between poles the walk may
 /// have lost the ground before the edge.
 void spread_hidden(int rings, View<PolarCell> cells);
 

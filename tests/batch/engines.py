@@ -3,8 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`stereogrid batch submit`, and its files: engines.py STEREOGRID local|parallel|snakemake|slurm_alone|kubernetes
 
-Two submit the same plan at once, and runners are killed; what is merged is what one undisturbed process leaves, byte
-for byte. slurm_alone, kubernetes: small programs stand in for sbatch, scontrol and kubectl. Exit status 77: the engine
+Two processes submit the same plan at once, and runners are killed. The merged result equals that of one undisturbed process,
+byte for byte. slurm_alone, kubernetes: small programs replace sbatch, scontrol and kubectl. Exit status 77: the engine
 is not installed.
 """
 import importlib.util

@@ -51,7 +51,7 @@ std::atomic<std::ptrdiff_t> live{0};
 std::atomic<bool> counts{false};
 std::atomic<int> seen{0};
 std::array<Allocation, kept_max> kept;
-thread_local bool is_looking{false};  // who looks for the callers may allocate
+thread_local bool is_looking{false};  // true during the search for callers, which may allocate
 
 // `caller`: the place behind the call of malloc.
 [[maybe_unused]] void note(std::size_t bytes, const void* caller) {
@@ -129,7 +129,7 @@ Allocations stop_counting() {
   const int all{seen.load()};
   Allocations found;
   for (int i{0}; i < std::min(all, kept_max); ++i) add(kept[static_cast<std::size_t>(i)], found);
-  found.count += std::max(all - kept_max, 0);  // whoever they belong to: too many they are
+  found.count += std::max(all - kept_max, 0);  // from any module: the total is too large
   return found;
 }
 

@@ -10,12 +10,11 @@
 
 namespace stereogrid::test {
 
-/// The vehicle's own bonnet, as both cameras see it in every frame: what lies below an arched line, upright and
-/// textured.
+/// The vehicle's own bonnet in every frame of both cameras: an upright, textured surface below an arched line.
 struct Bonnet {
-  int top_row;       ///< of the image, where it is highest
+  int top_row;       ///< highest image row of the bonnet
   double disparity;  ///< px
-  int arch_px{6};    ///< so much lower at the image's sides
+  int arch_px{6};    ///< difference to its row at the image's sides
 
   [[nodiscard]] bool covers(int u, int v, int width) const {
     const double x{(2.0 * u - width) / width};

@@ -50,7 +50,6 @@ class FilterRun {
   GridLayers layers;
 };
 
-/// Of each cell.
 inline Image<float> masses_of(const FilterState& state, std::size_t k) {
   const int cells{state.occupancy.width()};
   Image<float> masses{cells, cells};

@@ -18,7 +18,7 @@
 
 namespace stereogrid::test {
 
-/// The camera looks down by so much more than the source knows, from frame `first` to before frame `end`.
+/// Additional pitch that the source does not include, from frame `first` to before frame `end`.
 struct Nod {
   std::size_t first{0};
   std::size_t end{0};

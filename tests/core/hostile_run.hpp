@@ -43,7 +43,7 @@ inline double wall_disparity_px(int v) {
   return std::max(rig.focal_px * rig.baseline_m / 9, (v - rig.cy_px) * rig.baseline_m / rig.camera_height_m);
 }
 
-/// What the clock and the poses are to blame for.
+/// Statuses caused by the clock and the poses.
 inline std::vector<FrameStatus> leaps_of(const FrameResult& result) {
   std::vector<FrameStatus> leaps;
   for (const FrameStatus status : result.status) {
@@ -101,7 +101,7 @@ struct Wall {
   }
 
   Pipeline pipeline;
-  int number{0};  ///< of the next frame, up to 72
+  int number{0};  ///< number of the next frame, up to 72
   bool has_poses{false};
   double place_m{0};
   double speed_mps{0};

@@ -10,8 +10,8 @@
 
 namespace stereogrid::test {
 
-/// The library takes this instruction set instead of the machine's best as long as the object lives. Nothing may run in
-/// other threads meanwhile.
+/// Sets the instruction set of the library, instead of the machine's best, during its lifetime. No other thread may use
+/// the library meanwhile.
 class ForcedTarget {
  public:
   explicit ForcedTarget(std::int64_t target) {

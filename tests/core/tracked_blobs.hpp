@@ -47,7 +47,7 @@ inline Cluster blob_at(double x, double y, Point2 velocity = {}) {
   return cluster;
 }
 
-/// Hides what is seen ahead.
+/// Hides everything ahead.
 inline Cluster screen() {
   Cluster cluster{blob_at(1, 0)};
   cluster.outline = {{0.9, 1}, {0.9, -1}, {1.1, -1}, {1.1, 1}};

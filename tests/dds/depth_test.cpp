@@ -57,7 +57,7 @@ class Player {
 
  private:
   void send(const Entry& one) {
-    static std::set<std::string> types;  // of static duration
+    static std::set<std::string> types;  // with static lifetime
     const auto [channel, is_new]{channels_.try_emplace(one.topic)};
     if (is_new) channel->second = node_->sink().add({one.topic, *types.insert(one.type).first, ""});
     node_->sink().send(channel->second, one.log_ns, one.data);

@@ -41,7 +41,7 @@ TEST(DdsNames, FollowTheNodeAndItsRemappings) {
   EXPECT_EQ(robot.topic("/stereo_grid/left/camera_info"), "/robot/front/grid/left/camera_info");
   EXPECT_EQ(robot.topic("/tf"), "/robot/tf");
   EXPECT_EQ(robot.remapped("/tf"), "/robot/tf");
-  EXPECT_EQ(robot.remapped("/stereo_grid/scan"), "/stereo_grid/scan");  // of another node
+  EXPECT_EQ(robot.remapped("/stereo_grid/scan"), "/stereo_grid/scan");  // a topic of another node
 }
 
 TEST(DdsNames, ThatRosDoesNotTakeAreRefused) {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // bare_peer pairs NAMESPACE RELIABILITY WIDTHxHEIGHT HZ SECONDS [FIRST [WORD]]: sensor_msgs/Image and CameraInfo
-// of two cameras, whose pictures are a pattern 8 px apart, and nav_msgs/Odometry on NAMESPACE/odom at five times that
+// of two cameras, whose images are a pattern 8 px apart, and nav_msgs/Odometry on NAMESPACE/odom at five times that
 // rate, 2 m/s along x; the same on /tf, and /clock. FIRST: the first stamp, s; otherwise now. WORD: compressed: images
 // are CompressedImage; halved: every other quaternion has length 0.5; shared: both cameras' CameraInfo is on one topic.
 #include <cmath>
@@ -48,7 +48,7 @@ std::vector<std::uint8_t> picture(const Size& size, int shift_px, int frame) {
   return pixels;
 }
 
-/// As a PGM, which is one of the pictures that may be in such a message.
+/// Sends the image as a PGM, one of the formats of CompressedImage.
 void send_compressed(const Camera& camera, const Size& size, std::int64_t stamp_ns, std::vector<std::uint8_t>& pixels) {
   const std::string head{"P5\n" + std::to_string(size.width) + " " + std::to_string(size.height) + "\n255\n"};
   std::vector<std::uint8_t> bytes{head.begin(), head.end()};

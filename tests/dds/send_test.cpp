@@ -85,7 +85,7 @@ TEST(DdsSend, WhoAsksForMoreThanIsOfferedIsToldOfOnce) {
     send(node->sink(), channel, some_grid(4, 3, 9));
     EXPECT_THAT(peer.rest(), IsEmpty());
   }
-  EXPECT_THAT(warned.sentences(), ElementsAre(AllOf(HasSubstr("a subscriber of " + topic + " gets nothing"),
+  EXPECT_THAT(warned.sentences(), ElementsAre(AllOf(HasSubstr("a subscriber of " + topic + " receives nothing"),
                                                     HasSubstr("transient local"))));
 }
 
@@ -104,7 +104,7 @@ TEST(DdsSend, ASubscriberThatHangsHoldsNothingUp) {
   for (int i{0}; i < sent; ++i) send(node->sink(), channel, some_grid(700, 500, i));
   EXPECT_LT(Clock::now() - begun, std::chrono::seconds{5});
   kill(id, SIGCONT);
-  // then it hears the last ones, as many as are kept
+  // then it receives the last ones that are stored
   const std::vector<std::string> heard{peer.rest()};
   EXPECT_LT(heard.size(), static_cast<std::size_t>(sent));
   for (int i{sent - 10}; i < sent; ++i) EXPECT_THAT(heard, Contains(StartsWith(line_of(some_grid(700, 500, i))))) << i;
@@ -199,7 +199,7 @@ TEST(DdsSend, OnThisMachineOnlyWhereTheVariableSaysSo) {
   EXPECT_EQ(peer.rest().size(), 1U);
 }
 
-/// Lines of a reader in this machine's loopback without multicast, which asks the first participants one by one.
+/// Lines of a reader in this machine's loopback without multicast, which contacts the first participants one by one.
 std::vector<std::string> grids_without_multicast() {
   setenv("CYCLONEDDS_URI",
          "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"

@@ -73,7 +73,7 @@ TEST(DdsTool, LiveTakesImagesAndPosesAndGivesTheirStampsBack) {
   EXPECT_THAT(said, AllOf(HasSubstr("CameraInfo of /stereo/left/camera_info"), Not(HasSubstr("no pose"))));
 }
 
-// As if the same cameras were 10 m ahead of what the poses are of.
+// The same cameras, 10 m ahead of the frame of the poses.
 TEST(DdsTool, TheCameraMayBeElsewhereThanWhatThePosesAreOf) {
   Peer here{grids("/a/occupancy_grid", 5, 40)};
   Peer ahead{grids("/b/occupancy_grid", 5, 40)};

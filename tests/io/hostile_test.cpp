@@ -18,7 +18,7 @@
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/io/scan.hpp"
 
-// Files that nobody wrote by accident, and some that somebody did.
+// Malicious files, and some accidental ones.
 namespace stereogrid::io::testing {
 namespace {
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What sending allocates once it runs: nothing, but the points. And what hostile bytes make a decoder allocate.
+// Allocations of sending: none after the first frames but for points. Allocations of a decoder with malicious bytes.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -45,7 +45,7 @@ std::string complaint_of(const Bytes& cdr) {
   return "";
 }
 
-// Of numbers of all sizes, and arrays of those, at odd places.
+// Numbers of all sizes, and arrays of them, at odd places.
 struct Sizes {
   static constexpr std::string_view type_name{"test/msg/Sizes"};
   std::uint8_t a{0};
@@ -154,7 +154,7 @@ TEST(Cdr, TakesItsOwnEncodingOnly) {
   EXPECT_THAT(complaint_of<std_msgs::Header>({}), testing::HasSubstr(says));
 }
 
-// DDS fills messages up to a multiple of four; what is longer is another message.
+// DDS pads messages to a multiple of four; longer ones are invalid.
 TEST(Cdr, TakesThreeBytesMoreAtTheEnd) {
   Bytes cdr{encoded(std_msgs::Header{{1, 2}, "odom"})};
   cdr.resize(cdr.size() + 3);

@@ -104,7 +104,7 @@ TEST(OccupancyGridMessage, OfNoPipelineIsRefused) {
   EXPECT_TRUE(recorder.sent.empty());
 }
 
-// What GridMap's own library does with a message: element (row, column) of a layer, and where it lies.
+// Reads a message like GridMap's library: element (row, column) of a layer, and its position.
 struct GridMapReader {
   const grid_map_msgs::GridMap& map;
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Disparities, points and pictures.
+// Disparities, points and images.
 #include <array>
 #include <cstring>
 
@@ -57,7 +57,7 @@ TEST(DisparityMessage, HasDisparitiesOfObstaclesAndRoad) {
   EXPECT_EQ(message.max_disparity, 64);
 }
 
-// Readers take what is below min_disparity for none; 0 is not below 0, and would lie infinitely far away.
+// For readers, values below min_disparity are invalid; 0 is not below 0 and would be infinitely far away.
 TEST(DisparityMessage, HasLessThanTheLeastDisparityWhereThereIsNone) {
   const auto message{sent_on<DisparityImage>("/stereo_grid/disparity", with_stages())};
   EXPECT_LT(disparity_at(message, 0, 0), message.min_disparity);

@@ -34,7 +34,7 @@ void expect_near(const Vector& found, const Vector& expected) {
   for (std::size_t i{0}; i < 3; ++i) EXPECT_NEAR(found[i], expected[i], 1e-12) << "axis " << i;
 }
 
-/// Where viewers draw a point of the vehicle frame in the left image: by the transform and the calibration alone.
+/// Projection of a point of the vehicle frame to the left image, by the transform and the calibration alone.
 ImagePoint drawn(const TFMessage& transforms, const sensor_msgs::CameraInfo& info, const Vector& in_vehicle) {
   const geometry_msgs::Transform& mounted{transforms.transforms.front().transform};
   const geometry_msgs::Quaternion& q{mounted.rotation};

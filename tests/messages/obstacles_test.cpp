@@ -46,7 +46,7 @@ Obstacle wall() {
   return obstacle;
 }
 
-// The vehicle stands at (10, 20) and looks along y.
+// The vehicle is at (10, 20), heading along y.
 FrameResult with(std::vector<Obstacle> obstacles) {
   FrameResult result{small_result()};
   result.world_from_vehicle = {10, 20, std::numbers::pi / 2};
@@ -81,7 +81,7 @@ TEST(ObstacleMessage, IsInTheWorldsFrame) {
   EXPECT_NEAR(one.velocity.y, 3, 1e-9);
 }
 
-// The type knows no orientation: its box lies along the axes, around the one that is turned.
+// The type has no orientation: its box is along the axes, around the rotated one.
 TEST(ObstacleMessage, HasABoxAlongTheAxes) {
   const nav2_dynamic_msgs::Obstacle along{obstacles_of(with({car()})).obstacles.at(0)};
   EXPECT_NEAR(along.size.x, 2, 1e-9);
@@ -94,7 +94,7 @@ TEST(ObstacleMessage, HasABoxAlongTheAxes) {
   EXPECT_NEAR(across.size.y, 6 / std::numbers::sqrt2, 1e-9);
 }
 
-// small_result()'s vehicle looks along y: its x is y there, its y is −x.
+// The heading of small_result() is y: its x is the world's y, its y is −x.
 TEST(ObstacleMessage, HasCovariancesInTheAxesOfTheWorld) {
   Obstacle seen{car()};
   seen.position_covariance = {.xx = 0.25, .xy = 0.1, .yy = 0.0625};

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What planners make of the grids with the example parameters of ros2/planners, by their own rules, written again:
+// Interpretation of the grids by planners with the example parameters of ros2/planners, after
 // nav2_costmap_2d/plugins/{static_layer,obstacle_layer}.cpp, Autoware's cost_value.hpp.
 #include <yaml-cpp/yaml.h>
 
@@ -59,7 +59,7 @@ struct StaticLayer {
   bool is_trinary;
   int lethal_threshold;
   int unknown_value;
-  int inscribed_value{99};  // of newer ones
+  int inscribed_value{99};  // newer versions
 };
 
 // A layer's cell goes into a rolling costmap.
@@ -67,7 +67,7 @@ int combined(const YAML::Node& layer, int before, int cost) {
   return layer["use_maximum"].as<bool>() ? std::max(before, cost) : cost;
 }
 
-// Where a beam ends that is of use, m.
+// Range of a valid beam, m.
 std::optional<float> end_of(float range, const LaserScan& scan, bool infinite_is_valid) {
   if (infinite_is_valid && !std::isfinite(range) && range > 0) range = scan.range_max - 1e-4f;
   const bool is_within{range >= scan.range_min && range < scan.range_max};
@@ -79,7 +79,7 @@ bool marks(const YAML::Node& source, float range) {
          range >= source["obstacle_min_range"].as<float>();
 }
 
-// What a street leaves with the default preset, as Nav2 wants it.
+// Messages of a street with the default preset, scaled for Nav2.
 const Recorder& street() {
   static Recorder recorder;
   if (!recorder.sent.empty()) return recorder;
@@ -135,7 +135,7 @@ TEST(Nav2Example, GivesEachProbabilityItsCost) {
   EXPECT_EQ(layer.cost(occupancy_value(0.99f, OccupancyScale::percent)), inscribed) << "why it is not this scale";
 }
 
-// What the file says of track_unknown_space.
+// The file's comment on track_unknown_space.
 TEST(Nav2Example, DoesNotLoseObstaclesUnderUnknownPredictions) {
   const YAML::Node node{costmap()};
   StaticLayer layer{node};

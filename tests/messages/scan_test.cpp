@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The scan, on the rules of REP 117: a number where something is, +inf where nothing is, NaN where nobody knows.
+// The scan, on the rules of REP 117: a number for an obstacle, +inf for free, NaN for unknown.
 #include <cmath>
 #include <limits>
 #include <numbers>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What is sent, to whom, and what is not.
+// Selection of messages and their receivers.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -25,7 +25,7 @@ using diagnostic_msgs::DiagnosticArray;
 
 constexpr std::int64_t second_ns{1'000'000'000};
 
-// What a pipeline makes of a street, with all that can be sent.
+// All messages of a street.
 const Recorder& street() {
   static Recorder recorder;
   if (!recorder.sent.empty()) return recorder;

@@ -56,7 +56,7 @@ class Recorder : public Sink {
 /// Grids of 8 × 6 cells of half a metre ahead of the vehicle, and 5 × 4 cells in the world; nothing observed.
 [[nodiscard]] FrameResult small_result();
 
-/// What a new FrameMessages sends of a result.
+/// Message of a new FrameMessages about a result.
 template <Message M>
 [[nodiscard]] M sent_on(const std::string& topic, const FrameResult& result, const FrameFacts& facts = {},
                         const FrameMessagesOptions& options = {}, const Rig& rig = small_rig()) {

@@ -17,7 +17,7 @@
 
 namespace stereogrid::messages::test {
 
-/// Those that go over the wire; the others are parts of them.
+/// Published types; all others are parts of them.
 using Types =
     std::tuple<nav_msgs::OccupancyGrid, nav_msgs::Odometry, grid_map_msgs::GridMap, foxglove_msgs::Grid,
                nav2_dynamic_msgs::ObstacleArray, visualization_msgs::MarkerArray, stereo_msgs::DisparityImage,

@@ -149,7 +149,7 @@ class Ros2Node : public ::testing::Test {
     hand_in("left/camera_info", info_of(scene_.rig(), 0));
     hand_in("right/camera_info", info_of(scene_.rig(), scene_.rig().baseline_m));
   }
-  /// The pair is opened on another thread, and images before that are nobody's: again until the first grid is there.
+  /// Publishes frames repeatedly until the first grid: another thread opens the pair, and earlier images are dropped.
   void hand_in_frames(std::size_t count) {
     for (std::size_t i{0}; i < count; ++i) {
       const std::size_t before{published(grids).size()};
@@ -449,7 +449,7 @@ TEST(Ros2Translate, MountingIsTheInverseOfTfStatic) {
   EXPECT_NEAR(read.camera_height_m, 1.3, 1e-12);
   EXPECT_NEAR(read.camera_pitch_rad, 0.15, 1e-12);
   EXPECT_NEAR(read.camera_roll_rad, -0.04, 1e-12);
-  EXPECT_THROW(set_mounting(read, {{0, 0, 1}, {0, 0, 0, 1}}), stereogrid::InputError);  // looks up
+  EXPECT_THROW(set_mounting(read, {{0, 0, 1}, {0, 0, 0, 1}}), stereogrid::InputError);  // points up
   for (const double w : {0.0, 0.5, 1.02, std::nan("")})
     EXPECT_THROW(static_cast<void>(pose_of({{0, 0, 1}, {0, 0, 0, w}})), stereogrid::InputError) << w;
   EXPECT_THROW(set_mounting(read, {{0, 0, -1}, {-0.5, 0.5, -0.5, 0.5}}), stereogrid::InputError);  // below the road

@@ -3,21 +3,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks the language of comments, docstrings, messages and pages.
 
-language.py [ROOT]           prints file:line: rule: text: suggestion; exit status 1 if a folder has more findings than
-                             language_allowed.txt permits, or fewer than it states
-language.py --lower [ROOT]   reduces the allowed counts to the present ones; never raises one
+language.py [ROOT]   prints file:line: rule: text: suggestion; exit status 1 if there are findings
 """
 import ast
 import io
 import re
 import sys
 import tokenize
-from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
 MAX_WORDS = 30
-ALLOWED = "tests/rules/language_allowed.txt"
 # texts about banned words, and history
 SKIPPED = re.compile(r"tests/rules/|CHANGELOG\.md$|docs/results\.md$|tests/.*/data/")
 C_LIKE = {".hpp", ".cpp", ".cu", ".cuh", ".h", ".js"}
@@ -174,13 +170,8 @@ def findings(name: str, text: str) -> list[str]:
     return found
 
 
-def folder_of(name: str) -> str:
-    """First folder; of src/, the second, too; '.' for files of the root."""
-    parts = Path(name).parts[:-1]
-    return "/".join(parts[:2 if parts[:1] == ("src",) else 1]) or "."
-
-
-def all_findings(root: Path, names: list[str]) -> list[str]:
+def violations(root: Path, names: list[str]) -> list[str]:
+    """Findings of all files."""
     found = []
     for name in names:
         try:
@@ -190,51 +181,14 @@ def all_findings(root: Path, names: list[str]) -> list[str]:
     return found
 
 
-def counts(found: list[str]) -> Counter:
-    return Counter(folder_of(line.split(":")[0]) for line in found)
-
-
-def allowed_counts(root: Path) -> dict[str, int]:
-    path = root / ALLOWED
-    lines = path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
-    return {folder: int(count) for folder, count in (line.split() for line in lines if line and not line.startswith("#"))}
-
-
-def violations(root: Path, names: list[str]) -> list[str]:
-    """Findings of folders that have more than they are allowed, and folders whose allowed count is too large."""
-    found = all_findings(root, names)
-    present, allowed, wrong = counts(found), allowed_counts(root), []
-    for folder in sorted(present.keys() | allowed.keys()):
-        limit = allowed.get(folder, 0)
-        if present[folder] > limit:
-            wrong += [line for line in found if folder_of(line.split(":")[0]) == folder]
-            wrong.append(f"{folder}: {present[folder]} findings of language (at most {limit}): mend the new ones")
-        elif present[folder] < limit:
-            wrong.append(f"{ALLOWED}: {folder} has {present[folder]} findings ({limit} allowed): run tests/rules/language.py --lower")
-    return wrong
-
-
-def lower(root: Path, names: list[str]) -> None:
-    present, allowed = counts(all_findings(root, names)), allowed_counts(root)
-    head = [line for line in (root / ALLOWED).read_text(encoding="utf-8").splitlines() if line.startswith("#")]
-    lines = [f"{folder} {min(limit, present[folder])}" for folder, limit in sorted(allowed.items()) if present[folder]]
-    (root / ALLOWED).write_text("\n".join([*head, *lines]) + "\n", encoding="utf-8")
-
-
 def main() -> int:
     import check  # imports this file
 
-    arguments = [argument for argument in sys.argv[1:] if argument != "--lower"]
-    root = Path(arguments[0] if arguments else Path(__file__).parents[2]).resolve()
-    names = check.files_of(root)
-    if "--lower" in sys.argv:
-        lower(root, names)
-    found = all_findings(root, names)
+    root = Path(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parents[2]).resolve()
+    found = violations(root, check.files_of(root))
     for line in found:
         print(line)
-    for folder, count in sorted(counts(found).items()):
-        print(folder, count)
-    return 1 if violations(root, names) else 0
+    return 1 if found else 0
 
 
 if __name__ == "__main__":

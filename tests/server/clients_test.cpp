@@ -99,7 +99,7 @@ TEST(Clients, StalledOnesTakeABoundedMemory) {
   const std::size_t before{resident_bytes()};
   for (std::uint64_t number{0}; number < 2000; ++number) send(server, id, number, grid(number));  // 320 MB
   EXPECT_TRUE(soon([&] { return server.counts().messages_dropped > 1500; }));
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they keep what was freed
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers keep freed memory
   EXPECT_LT(resident_bytes(), before + (64 << 20));
 #else
   static_cast<void>(before);
@@ -167,7 +167,7 @@ TEST(End, ClientsAreToldAndPortIsFreeAgain) {
   Client polite{server->port()};
   subscribe(*server, polite, id);
   Client mute{server->port()};      // does not answer the close
-  const Wire idle{server->port()};  // has asked for nothing
+  const Wire idle{server->port()};  // no request
   Client stalled{server->port(), {}, 4096};
   subscribe(*server, stalled, id);
   for (std::uint64_t number{0}; number < 30; ++number) send(*server, id, number, grid(number));
@@ -184,7 +184,7 @@ TEST(End, ClientsAreToldAndPortIsFreeAgain) {
   EXPECT_EQ(Server{given}.port(), given.port);
 }
 
-/// How long a server with clients that answer its good-bye takes to end.
+/// Time of a server's destructor with clients that answer the close frame.
 std::chrono::nanoseconds end_with_polite_clients() {
   std::optional<Server> server{options()};
   std::vector<std::thread> threads;

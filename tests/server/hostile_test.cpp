@@ -15,7 +15,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-/// Text messages, and what is said of them.
+/// Text messages and the answers to them.
 const std::vector<std::pair<std::string, std::string>> malformed{
     {"", "has to be JSON"},
     {"{", "has to be JSON"},
@@ -24,7 +24,7 @@ const std::vector<std::pair<std::string, std::string>> malformed{
     {"3", "has to be a JSON object"},
     {"{}", "'op' is missing"},
     {R"({"op": 3})", "'op' has to be a string"},
-    {R"({"op": "fly"})", "'fly' is not known"},
+    {R"({"op": "fly"})", "unknown operation: 'fly'"},
     {R"({"op": "subscribe"})", "'subscriptions' is missing"},
     {R"({"op": "subscribe", "subscriptions": 1})", "has to be an array"},
     {R"({"op": "subscribe", "subscriptions": [1]})", "has to hold objects"},
@@ -44,7 +44,7 @@ const std::vector<std::pair<std::string, std::string>> malformed{
     {R"({"op": "advertise", "channels": []})", "does not offer clientPublish"},
     {R"({"op": "fetchAsset", "uri": "package://x", "requestId": 1})", "does not offer assets"},
     {std::string(50'000, '['), "nested too deeply"},
-    {R"({"op": "fly", "x": "\"[[[[[[[[[[[[", "y": "\\"})", "'fly' is not known"},
+    {R"({"op": "fly", "x": "\"[[[[[[[[[[[[", "y": "\\"})", "unknown operation: 'fly'"},
     {R"({"op": "fly", "x": "\\", "y": [[[[[[[[[[[[]]]]]]]]]]]]})", "nested too deeply"},
     {R"({"op": "getParameters", "parameterNames": )" + std::string(20, '[') + std::string(20, ']') + "}",
      "nested too deeply"}};
@@ -61,10 +61,11 @@ TEST(Hostile, MalformedRequestsAreAnsweredInWords) {
     EXPECT_EQ(status["level"], 2) << text.substr(0, 100);
     EXPECT_THAT(status["message"].get<std::string>(), HasSubstr(words)) << text.substr(0, 100);
   }
-  for (const auto& [bytes, words] : std::vector<std::pair<std::string, std::string>>{{"", "this one is empty"},
-                                                                                     {"\x01xxxx", "clientPublish"},
-                                                                                     {"\x02", "services"},
-                                                                                     {"\xff", "255 is not known"}}) {
+  for (const auto& [bytes, words] :
+       std::vector<std::pair<std::string, std::string>>{{"", "this one is empty"},
+                                                        {"\x01xxxx", "clientPublish"},
+                                                        {"\x02", "services"},
+                                                        {"\xff", "unknown binary operation: 255"}}) {
     client.send_frame(2, bytes);
     EXPECT_THAT(client.expect("status")["message"].get<std::string>(), HasSubstr(words));
   }
@@ -131,7 +132,7 @@ TEST(Hostile, FramesThatAreNoneClose) {
   for (const std::string& bytes : {std::string{"\x81\x05hello", 7},              // not masked
                                    std::string{"\x8b\x80\1\2\3\4", 6},           // unknown opcode
                                    std::string{"\xf1\x80\1\2\3\4", 6},           // reserved bits
-                                   std::string{"\x80\x80\1\2\3\4", 6},           // goes on with nothing
+                                   std::string{"\x80\x80\1\2\3\4", 6},           // continuation without a beginning
                                    std::string{"\x89\xfe\x01\x00\1\2\3\4", 8}})  // a long ping
   {
     Client client{server.port()};

@@ -98,7 +98,7 @@ TEST_F(Http, AConnectionIsKept) {
   const std::string request{"GET /app.js HTTP/1.1\r\nHost: localhost\r\n\r\n"};
   for (int i{0}; i < 3; ++i) EXPECT_EQ(ask(wire, request).body, "run()");
   EXPECT_EQ(ask(wire, "GET /none HTTP/1.1\r\nHost: localhost\r\n\r\n").status, 404);
-  // both at once; the last asks to close
+  // both at once; the last has Connection: close
   wire.send(request + "GET / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
   const std::string both{wire.receive_all()};
   EXPECT_LT(both.find("run()"), both.find("<p>front</p>"));
@@ -162,7 +162,7 @@ TEST_F(Http, RangesOfAFile) {
   EXPECT_EQ(part("bytes=0-0", "If-Range: \"old\"\r\n").status, 200);
 }
 
-/// Ways that others have found out of folders, to a file; and what is no file within it.
+/// Known path traversals to a file; and paths that are no files of the folder.
 std::vector<std::string> escapes(const std::filesystem::path& file) {
   const std::string name{file.parent_path().filename().string()};
   const std::string whole{file.string()};

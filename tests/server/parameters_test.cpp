@@ -136,7 +136,7 @@ TEST_F(Parameters, ChangesAreToldToWhoWatches) {
   Client none{server.port()};
   all.send({{"op", "subscribeParameterUpdates"}, {"parameterNames", Json::array()}});
   one.send({{"op", "subscribeParameterUpdates"}, {"parameterNames", {"count", "none"}}});
-  for (Client* const client : {&all, &one}) {  // an answer comes after what was asked before
+  for (Client* const client : {&all, &one}) {  // answers are in the order of requests
     client->send({{"op", "getParameters"}, {"parameterNames", {"on"}}});
     client->expect("parameterValues");
   }

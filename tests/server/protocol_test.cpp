@@ -19,7 +19,7 @@ TEST(Handshake, ServerPicksASubprotocol) {
     for (const std::string& offer : {name, "other, " + name, name + ",other", "x , " + name + " ,y"}) {
       const Client client{server.port(), {.subprotocols = offer}};
       EXPECT_EQ(client.accepted().fields.at("sec-websocket-protocol"), name) << offer;
-      // of the key that RFC 6455 has as its example
+      // for the example key of RFC 6455
       EXPECT_EQ(client.accepted().fields.at("sec-websocket-accept"), "s3pPLMBiTxaQ9kYGzzhZRbK+xOo=");
     }
   }

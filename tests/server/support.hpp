@@ -27,18 +27,18 @@ inline constexpr std::chrono::milliseconds patience{10'000};  ///< far more than
 /// A TCP connection to a port of this machine. Throws std::runtime_error where it cannot connect.
 class Wire {
  public:
-  /// `receive_buffer` > 0: bytes that the system takes in before anybody reads, about. `source`: the client's address.
+  /// `receive_buffer` > 0: approximate size of the system's receive buffer, bytes. `source`: the client's address.
   explicit Wire(std::uint16_t port, int receive_buffer = 0, const char* address = "127.0.0.1",
                 const char* source = nullptr);
   Wire(Wire&& other) noexcept;
   Wire& operator=(Wire&&) = delete;
   ~Wire();
 
-  /// Gives up where the other side takes nothing more.
+  /// Returns early if the peer accepts no more bytes.
   void send(std::string_view bytes) const;
-  /// What comes next, at least a byte; empty: the other side has closed, or `time` is over.
+  /// Receives at least one byte; empty: the peer has closed, or timeout.
   [[nodiscard]] std::string receive(std::chrono::milliseconds time = patience) const;
-  /// All until the other side closes. Throws where it does not within `time`.
+  /// Receives all until the peer closes. Throws on timeout.
   [[nodiscard]] std::string receive_all(std::chrono::milliseconds time = patience) const;
   /// Closes this side with a reset, as a machine does that has crashed.
   void reset();
@@ -107,7 +107,7 @@ HttpAnswer refusal(std::uint16_t port, const Handshake& handshake);
 [[nodiscard]] ServerOptions options();
 [[nodiscard]] Channel grid_channel(const std::string& topic = "/grid");
 void send(Server& server, ChannelId channel, std::uint64_t stamp_ns, std::string_view bytes);
-/// Of a message: op, subscription id, stamp, and its own bytes.
+/// Message: op, subscription id, stamp and payload.
 struct Data {
   int op;
   std::uint32_t subscription;
@@ -116,7 +116,7 @@ struct Data {
 };
 [[nodiscard]] Data data_of(const std::string& bytes);
 
-/// Subscribes with the channel's id as the subscription's, and waits until the server knows.
+/// Subscribes with the channel's id as the subscription's, and waits for the server to register it.
 void subscribe(Server& server, Client& client, ChannelId channel);
 
 /// Whether it becomes true in time.

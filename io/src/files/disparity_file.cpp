@@ -77,8 +77,8 @@ Image<float> read_tiff(const std::string& file, const std::string& bytes, const 
   return floats_of(image, 1);
 }
 
-// OpenCV decodes PFM through a temporary file and complains on stderr, so it is read here: "Pf", width, height, a scale
-// whose sign tells the byte order, one white-space character, rows from the bottom up.
+// PFM without OpenCV, which uses a temporary file and prints to stderr: "Pf", width, height, a scale whose sign is the
+// byte order, one white-space character, rows from the bottom up.
 Image<float> read_pfm(const std::string& file, const std::string& bytes) {
   std::istringstream head{bytes.substr(0, 100)};
   std::string kind;

@@ -217,7 +217,7 @@ void check_tiff_size(const std::string& file, std::string_view bytes) {
     constexpr std::uint64_t tag_width{256}, tag_height{257}, tag_bits{258}, tag_samples{277}, tag_tile_width{322},
         tag_tile_height{323};
     const std::uint64_t tag{numbers.at(entry(i), 2)};
-    if (tag == tag_bits) {  // of every sample: from the third one on they stand elsewhere
+    if (tag == tag_bits) {  // one value per sample; three and more are stored outside the entry
       const std::uint64_t place{entry(i) + (big ? 12 : 8)};
       const bool is_here{numbers.at(entry(i) + 4, big ? 8 : 4) <= (big ? 4 : 2)};
       bits = std::max(bits, numbers.at(is_here ? place : numbers.at(place, big ? 8 : 4), 2));
@@ -226,7 +226,7 @@ void check_tiff_size(const std::string& file, std::string_view bytes) {
         tag != tag_tile_height) {
       continue;
     }
-    // other types, and several values, do not stand in the entry itself, and the decoder may read them
+    // the decoder reads other types and several values outside the entry
     const std::uint64_t type{numbers.at(entry(i) + 2, 2)};
     const bool has_type{type == type_short || type == type_long || (big && type == type_long8)};
     if (!has_type || numbers.at(entry(i) + 4, big ? 8 : 4) != 1) {

@@ -67,7 +67,7 @@ ScaledImage scaled(const cv::Mat& grey, int bits = 0) {
 
 void write(const std::filesystem::path& path, const cv::Mat& mat) {
   std::vector<uchar> bytes;
-  // the fast strategy: pictures and truth of a drive are many
+  // fast compression: a drive has many images
   cv::imencode(".png", mat, bytes, {cv::IMWRITE_PNG_COMPRESSION, 3});
   write_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }

@@ -14,7 +14,7 @@ using diagnostic_msgs::KeyValue;
 constexpr std::byte fine{0};
 constexpr std::byte warning{1};
 
-// Writes values one after another over those of the frame before, whose memory they take.
+// Overwrites the previous frame's values and reuses their memory.
 class Values {
  public:
   explicit Values(std::vector<KeyValue>& values) : values_{values} {}

@@ -26,36 +26,36 @@
 #include "stereogrid/occupancy_values.hpp"
 #include "stereogrid/result.hpp"
 
-// What a frame's result becomes. Each writes all fields of a message but its header, and uses the memory that it has.
+// Conversion of a frame's result. All functions write all fields of a message but its header, and reuse its memory.
 namespace stereogrid::messages {
 
-/// Seconds that ROS cannot hold (before 1901, after 2038) become the first or the last ones that it can.
+/// Clamped to the range of ROS (1901 to 2038).
 [[nodiscard]] builtin_interfaces::Time time_of(std::int64_t stamp_ns);
 
 void fill(nav_msgs::OccupancyGrid& message, const GridGeometry& geometry, const Image<float>& occupancy,
           OccupancyScale scale);
 void fill(grid_map_msgs::GridMap& message, const GridLayers& grid);
-/// Seven bytes a cell (docs/messages.md).
+/// 7 bytes per cell (docs/messages.md).
 void fill(foxglove_msgs::Grid& message, const GridLayers& grid);
 
 /// In the world frame. `node`: part of what makes their ids unique.
 void fill(nav2_dynamic_msgs::ObstacleArray& message, const FrameResult& result, const std::string& node);
-/// In the world frame, whose name each marker carries.
+/// In the world frame.
 void fill(visualization_msgs::MarkerArray& message, const FrameResult& result, const builtin_interfaces::Time& stamp,
           const std::string& world_frame);
 
 void fill(stereo_msgs::DisparityImage& message, const StageImages& stages, const Rig& level_rig);
 /// In the vehicle frame. Throws InputError as points_of does.
 void fill(sensor_msgs::PointCloud2& message, const FrameResult& result, const Rig& level_rig);
-/// Of the left camera's rectified images.
+/// Calibration of the left camera's rectified images.
 void fill(sensor_msgs::CameraInfo& message, const Rig& rig);
 void fill(sensor_msgs::CompressedImage& message, std::span<const std::byte> jpeg);
 
 [[nodiscard]] geometry_msgs::Quaternion rotation_about_z(double yaw_rad);
-/// Takes points of the camera's frame (x right, y down, z forward) to the vehicle frame.
+/// Transform from the camera frame (x right, y down, z forward) to the vehicle frame.
 [[nodiscard]] geometry_msgs::Transform vehicle_from_camera(const Rig& rig);
 [[nodiscard]] geometry_msgs::Transform world_from_vehicle(const Pose2& pose);
-/// `moved`: by how much the vehicle has moved in `dt_s`, in its own frame before.
+/// `moved`: motion of the vehicle in `dt_s`, in its former frame.
 void fill(nav_msgs::Odometry& message, const Pose2& world_from_vehicle, const Pose2& moved, double dt_s);
 
 void fill(diagnostic_msgs::DiagnosticArray& message, const FrameResult& result, const FrameFacts& facts,

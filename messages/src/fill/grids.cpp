@@ -11,8 +11,8 @@
 namespace stereogrid::messages {
 namespace {
 
-// Readers compute edges of cells with the resolution that they find, which is float32: the corner has to be as many of
-// those cells away from the origin as it is in the grid.
+// Readers compute edges of cells with a float32 resolution: the corner must be the same number of such cells from the
+// origin as in the grid.
 double corner(double min_m, double cell_size_m, float resolution) {
   const double cells{min_m / cell_size_m};
   const double whole{std::round(cells)};
@@ -85,8 +85,7 @@ void fill(nav_msgs::OccupancyGrid& message, const GridGeometry& geometry, const 
   std::ranges::transform(occupancy, message.data.begin(), [&](float p) { return occupancy_value(p, scale); });
 }
 
-// Index (0, 0) is the corner of the largest x and y; rows go down x, columns down y, and one column comes after the
-// other: our order, backwards.
+// Index (0, 0) is the corner of the largest x and y, column-major, with x and y descending: our order reversed.
 void fill(grid_map_msgs::GridMap& message, const GridLayers& grid) {
   const GridGeometry& geometry{grid.geometry};
   message.info.resolution = geometry.cell_size_m;
@@ -106,7 +105,7 @@ void fill(grid_map_msgs::GridMap& message, const GridLayers& grid) {
   for (std::size_t i{0}; i < layers.size(); ++i) {
     message.layers[i] = layers[i].name;
     lay_out(message.data[i].layout, geometry.nx, geometry.ny);
-    // of cells that were never observed nothing is known
+    // unobserved cells are NaN
     const auto value = [](float cell, float age_s) {
       return std::isinf(age_s) ? std::numeric_limits<float>::quiet_NaN() : cell;
     };

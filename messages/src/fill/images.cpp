@@ -13,9 +13,9 @@ namespace stereogrid::messages {
 namespace {
 
 constexpr float no_disparity{-1};        // below min_disparity, which is 0
-constexpr float disparity_step{0.0625};  // finer ones the matches do not bear out
+constexpr float disparity_step{0.0625};  // resolution of the matches
 
-// of PointField::datatype
+// values of PointField::datatype
 constexpr std::uint8_t uint8{2};
 constexpr std::uint8_t float32{7};
 
@@ -36,7 +36,7 @@ void fill(stereo_msgs::DisparityImage& message, const StageImages& stages, const
   if (obstacle.width() != level_rig.width_px || obstacle.height() != level_rig.height_px ||
       road.size() != obstacle.size()) {
     throw InputError{"frame result", "its disparities do not have the rig's size.",
-                     "Tell FrameMessages of the rig that the pipeline has: set_rig(result.rig)."};
+                     "Call FrameMessages::set_rig(result.rig)."};
   }
   sensor_msgs::Image& image{message.image};
   image.header = message.header;

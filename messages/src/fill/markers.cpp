@@ -11,7 +11,7 @@ namespace {
 
 using visualization_msgs::Marker;
 
-// of Marker::type and Marker::action
+// values of Marker::type and Marker::action
 constexpr std::int32_t cube{1};
 constexpr std::int32_t line_strip{4};
 constexpr std::int32_t text_facing_the_viewer{9};
@@ -19,7 +19,7 @@ constexpr std::int32_t delete_all{3};
 
 constexpr double line_width_m{0.08};
 constexpr double text_height_m{0.6};
-constexpr std::int32_t lifetime_s{1};  // what nobody sends any more disappears
+constexpr std::int32_t lifetime_s{1};  // viewers remove older markers
 
 std_msgs::ColorRGBA colour_of(const Obstacle& obstacle) {
   const float alpha{obstacle.coasting ? 0.4f : 1.0f};
@@ -29,14 +29,14 @@ std_msgs::ColorRGBA colour_of(const Obstacle& obstacle) {
                                                : std_msgs::ColorRGBA{0.6f, 0.6f, 0.6f, alpha};
 }
 
-// Writes markers one after another over those of the frame before, whose memory they take.
+// Overwrites the previous frame's markers and reuses their memory.
 class Markers {
  public:
   Markers(std::vector<Marker>& markers, const Pose2& world_from_vehicle, const builtin_interfaces::Time& stamp,
           const std::string& frame)
       : markers_{markers}, world_from_vehicle_{world_from_vehicle}, stamp_{stamp}, frame_{frame} {}
 
-  // so that none is left of what is gone
+  // removes markers of former obstacles
   void add_delete_all() { next("", cube).action = delete_all; }
 
   void add_outline(const Obstacle& obstacle) {
@@ -71,7 +71,7 @@ class Markers {
  private:
   void add_point(Marker& marker, Point2 in_vehicle) const {
     const Point2 point{world_from_vehicle_ * in_vehicle};
-    marker.points.push_back({point.x, point.y, line_width_m});  // above what else is drawn on the ground
+    marker.points.push_back({point.x, point.y, line_width_m});  // above other drawings on the ground
   }
 
   Marker& next(const char* name_space, std::int32_t type) {

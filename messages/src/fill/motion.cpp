@@ -34,8 +34,8 @@ Quaternion rotation_about_z(double yaw_rad) {
 }
 
 // The camera's z becomes the vehicle's x, its x becomes −y, its y becomes −z; then roll (right side down) about the
-// vehicle's x, then pitch (down) about its y. It is the inverse of what docs/method.md §1.2 has as the road's direction
-// in the camera: (cos pitch · sin roll, cos pitch · cos roll, sin pitch).
+// vehicle's x, then pitch (down) about its y. It is the inverse of the road's direction in the camera
+// (docs/method.md §1.2): (cos pitch · sin roll, cos pitch · cos roll, sin pitch).
 geometry_msgs::Transform vehicle_from_camera(const Rig& rig) {
   const Quaternion level{-0.5, 0.5, -0.5, 0.5};
   const Quaternion roll{std::sin(rig.camera_roll_rad / 2), 0, 0, std::cos(rig.camera_roll_rad / 2)};
@@ -47,11 +47,11 @@ geometry_msgs::Transform world_from_vehicle(const Pose2& pose) {
   return {{pose.x_m, pose.y_m, 0}, rotation_about_z(pose.yaw_rad)};
 }
 
-// How good the poses are is not known: covariances stay 0.
+// Covariances remain 0: the accuracy of poses is unknown.
 void fill(nav_msgs::Odometry& message, const Pose2& world_from_vehicle, const Pose2& moved, double dt_s) {
   message.pose.pose = {{world_from_vehicle.x_m, world_from_vehicle.y_m, 0},
                        rotation_about_z(world_from_vehicle.yaw_rad)};
-  // seen from the heading in the middle between both instants
+  // in the frame of the mean heading
   const Pose2 halfway{0, 0, -moved.yaw_rad / 2};
   const Point2 way{halfway * Point2{moved.x_m, moved.y_m}};
   message.twist.twist.linear = {way.x / dt_s, way.y / dt_s, 0};

@@ -54,7 +54,7 @@ void fill_obstacle(nav2_dynamic_msgs::Obstacle& message, const Obstacle& obstacl
 void fill(nav2_dynamic_msgs::ObstacleArray& message, const FrameResult& result, const std::string& node) {
   message.obstacles.clear();
   for (const Obstacle& obstacle : result.obstacles) {
-    if (!obstacle.confirmed) continue;  // the type cannot tell
+    if (!obstacle.confirmed) continue;  // the type has no field for it
     fill_obstacle(message.obstacles.emplace_back(), obstacle, result.world_from_vehicle);
     put(hash_of(node), std::span{message.obstacles.back().uuid.uuid}.first<8>());
   }

@@ -15,7 +15,7 @@ constexpr float nothing_there{std::numeric_limits<float>::infinity()};
 constexpr float nothing_known{std::numeric_limits<float>::quiet_NaN()};
 constexpr double steps_per_cell{4};
 
-// Bearings that the camera sees, rad, counter-clockwise.
+// Bearings of the camera's field of view, rad, counter-clockwise.
 struct FieldOfView {
   explicit FieldOfView(const Rig& rig)
       : right_rad{-std::atan((rig.width_px - 0.5 - rig.cx_px) / rig.focal_px)},
@@ -25,7 +25,7 @@ struct FieldOfView {
   double left_rad;
 };
 
-// How far a beam from the origin stays within the grid.
+// Length of a beam from the origin within the grid, m.
 double length_within(const GridGeometry& grid, double bearing_rad) {
   const double x_max_m{grid.x_min_m + grid.nx * grid.cell_size_m};
   const double y_end_m{bearing_rad > 0 ? grid.y_min_m + grid.ny * grid.cell_size_m : grid.y_min_m};
@@ -33,7 +33,7 @@ double length_within(const GridGeometry& grid, double bearing_rad) {
   return bearing_rad == 0 ? ahead : std::min(ahead, y_end_m / std::sin(bearing_rad));
 }
 
-// Nearest place straight ahead where the camera sees the road, m; infinite: nowhere.
+// Distance of the nearest visible road straight ahead, m; infinite: none.
 double road_begins_at(const Rig& rig) {
   const double down_rad{std::atan((rig.height_px - 0.5 - rig.cy_px) / rig.focal_px) + rig.camera_pitch_rad};
   return down_rad > 0 ? rig.camera_height_m / std::tan(down_rad) : std::numeric_limits<double>::infinity();
@@ -44,7 +44,7 @@ class Beam {
   Beam(const GridGeometry& geometry, View<const float> occupancy, double bearing_rad)
       : geometry_{geometry}, occupancy_{occupancy}, c_{std::cos(bearing_rad)}, s_{std::sin(bearing_rad)} {}
 
-  // `seen_from_m`: how far ahead the nearest ground lies that the camera sees.
+  // `seen_from_m`: distance of the nearest visible ground.
   [[nodiscard]] float range(double min_m, double max_m, double seen_from_m) const {
     const double step_m{geometry_.cell_size_m / steps_per_cell};
     bool is_seen_free{seen_from_m < max_m * c_};
@@ -57,7 +57,7 @@ class Beam {
   }
 
  private:
-  // 100: occupied, 0: free, −1: not known.
+  // 100: occupied, 0: free, −1: unknown.
   [[nodiscard]] int value_at(double range_m) const {
     const auto cell{geometry_.cell_at({range_m * c_, range_m * s_})};
     return cell ? occupancy_value(occupancy_(cell->ix, cell->iy), OccupancyScale::trinary) : -1;
@@ -71,15 +71,16 @@ class Beam {
 
 }  // namespace
 
-// A beam that leaves the grid at its side says nothing of what lies beyond: the range ends where the first one does.
+// The maximum range is the length of the shortest beam within the grid: cells outside are unknown.
 void fill(sensor_msgs::LaserScan& message, const Rig& rig, const GridGeometry& geometry, View<const float> occupancy) {
   const FieldOfView view{rig};
   const double straight_rad{std::clamp(0.0, view.right_rad, view.left_rad)};
   const double reach_m{std::min({length_within(geometry, view.right_rad), length_within(geometry, view.left_rad),
                                  length_within(geometry, straight_rad)})};
-  const double max_m{std::max(reach_m, geometry.cell_size_m)};  // of a grid that the camera does not look at: nothing
+  const double max_m{
+      std::max(reach_m, geometry.cell_size_m)};  // an empty range if the grid is outside the field of view
   const double min_m{geometry.cell_size_m / 2};
-  // at the end of the range a cell's width lies between two beams
+  // beams are a cell's width apart at the maximum range
   const double span_rad{view.left_rad - view.right_rad};
   const auto beams{static_cast<std::size_t>(std::ceil(span_rad * max_m / geometry.cell_size_m)) + 1};
   const double increment_rad{span_rad / static_cast<double>(beams - 1)};

@@ -12,10 +12,10 @@
 
 namespace stereogrid_ros {
 
-/// Publishes messages that are encoded already. A topic whose message package is not installed is left out and told.
+/// Publishes encoded messages. Topics whose message package is not installed are left out with a warning.
 class PublisherSink final : public stereogrid::messages::Sink {
  public:
-  /// The node has to live longer.
+  /// `node` must outlive this object.
   explicit PublisherSink(rclcpp::Node& node) : node_{node} {}
 
   std::uint32_t add(const stereogrid::messages::Channel& channel) override;
@@ -24,13 +24,13 @@ class PublisherSink final : public stereogrid::messages::Sink {
 
  private:
   struct Topic {
-    rclcpp::GenericPublisher::SharedPtr publisher;  // none: left out
+    rclcpp::GenericPublisher::SharedPtr publisher;  // empty: left out
     bool latched;
   };
 
   rclcpp::Node& node_;
   std::vector<Topic> topics_;
-  rclcpp::SerializedMessage message_;  // its memory is used again
+  rclcpp::SerializedMessage message_;  // its memory is reused
 };
 
 }  // namespace stereogrid_ros

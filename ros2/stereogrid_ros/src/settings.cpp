@@ -74,7 +74,7 @@ std::chrono::nanoseconds seconds(rclcpp::Node& node, const std::string& name, do
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>{given});
 }
 
-/// Throws with all problems at once.
+/// Throws ConfigError with all problems at once.
 stereogrid::Config declare_config(rclcpp::Node& node) {
   stereogrid::Config config{
       stereogrid::preset(declared<std::string>(node, "preset", "default", "default, or paper: as published."))};
@@ -91,7 +91,7 @@ stereogrid::Config declare_config(rclcpp::Node& node) {
   return config;
 }
 
-/// One of these words, of which the first is the usual one.
+/// Parameter with one of these values; the first is the default.
 std::string one_of(rclcpp::Node& node, const std::string& name, std::initializer_list<const char*> words,
                    const char* sentence) {
   const std::string given{declared(node, name, std::string{*words.begin()}, sentence, list_of(words))};
@@ -102,8 +102,7 @@ std::string one_of(rclcpp::Node& node, const std::string& name, std::initializer
 stereogrid::PipelineOptions declare_pipeline(rclcpp::Node& node) {
   stereogrid::PipelineOptions pipeline;
   declare_field(node, "threads", "Threads of the pipeline; 0: all cores.", pipeline.threads);
-  const std::string device{
-      one_of(node, "device", {"auto", "cpu", "cuda"}, "auto (a GPU where there is one), cpu or cuda.")};
+  const std::string device{one_of(node, "device", {"auto", "cpu", "cuda"}, "auto (a GPU if present), cpu or cuda.")};
   pipeline.back_end = device == "cpu"    ? stereogrid::BackEnd::cpu
                       : device == "cuda" ? stereogrid::BackEnd::cuda
                                          : stereogrid::BackEnd::automatic;
@@ -119,24 +118,25 @@ Settings declare_settings(rclcpp::Node& node) {
   Settings settings;
   settings.config = declare_config(node);
   settings.pipeline = declare_pipeline(node);
-  settings.are_rectified = declared(node, "rectified", true, "Do the topics hold rectified images?");
+  settings.are_rectified = declared(node, "rectified", true, "True: the topics have rectified images.");
   settings.global_frame = text("global_frame", "odom", "Frame of the filtered grid.");
   settings.robot_base_frame = text("robot_base_frame", "base_footprint",
-                                   "Its z = 0 is the road; empty: the camera's mounting is not asked of TF.");
+                                   "Frame whose z = 0 is the road; empty: extrinsics are not read from TF.");
   settings.pipeline.extrinsics_given = !settings.robot_base_frame.empty();
   settings.poses = one_of(node, "poses", {"tf", "images", "none"},
-                          "Where the camera's way comes from: tf, images (found from them) or none.");
+                          "Source of the camera's poses: tf, images (visual odometry) or none.");
   settings.pipeline.in_world_of_poses = settings.poses == "tf";
-  settings.pair_tolerance = seconds(node, "pair_tolerance", 0.01, "Between the stamps of a pair's images, s.");
-  settings.transform_tolerance = seconds(node, "transform_tolerance", 0.2, "How long a transform is waited for, s.");
+  settings.pair_tolerance = seconds(node, "pair_tolerance", 0.01, "Maximum difference of a pair's stamps, s.");
+  settings.transform_tolerance = seconds(node, "transform_tolerance", 0.2, "Maximum wait for a transform, s.");
 
   settings.messages.node = std::string{node.get_fully_qualified_name()}.substr(1);
   settings.messages.world_frame = settings.global_frame;
-  settings.messages.vehicle_frame = text("vehicle_frame", "stereo_grid", "On the road below the left camera.");
+  settings.messages.vehicle_frame =
+      text("vehicle_frame", "stereo_grid", "Published frame on the road below the left camera.");
   settings.messages.camera_frame = settings.messages.vehicle_frame + "_left_optical";
-  declare_field(node, "value_scale", "What the values of occupancy grids mean: percent, trinary, nav2 or autoware.",
+  declare_field(node, "value_scale", "Values of occupancy grids: percent, trinary, nav2 or autoware.",
                 settings.messages.scale);
-  settings.messages.topics = declared(node, "topics", std::vector<std::string>{}, "Only these; empty: all.");
+  settings.messages.topics = declared(node, "topics", std::vector<std::string>{}, "Published topics; empty: all.");
   return settings;
 }
 

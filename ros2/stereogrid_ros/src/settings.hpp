@@ -18,15 +18,15 @@ struct Settings {
   stereogrid::PipelineOptions pipeline;
   stereogrid::messages::FrameMessagesOptions messages;
   bool are_rectified{true};
-  std::string global_frame;      ///< poses are in it
-  std::string robot_base_frame;  ///< how the camera is mounted is asked of it: its z = 0 is the road
+  std::string global_frame;      ///< frame of the poses
+  std::string robot_base_frame;  ///< frame of the extrinsics: its z = 0 is the road
   std::string poses;             ///< tf, images, none
   std::chrono::nanoseconds pair_tolerance{};
   std::chrono::nanoseconds transform_tolerance{};
 };
 
-/// Declares each parameter of stereogrid::Config as "group.name" with its range and sentence, and the node's own.
-/// Throws stereogrid::ConfigError: values that do not fit, all of them.
+/// Declares each parameter of stereogrid::Config as "group.name" with its range and description, and the node's own
+/// ones. Throws stereogrid::ConfigError: all invalid values.
 [[nodiscard]] Settings declare_settings(rclcpp::Node& node);
 
 }  // namespace stereogrid_ros

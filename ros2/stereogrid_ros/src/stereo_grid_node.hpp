@@ -29,10 +29,10 @@
 
 namespace stereogrid_ros {
 
-/// left/image_rect, left/camera_info, right/image_rect, right/camera_info in, stereogrid's topics out.
+/// Subscribes to left/image_rect, left/camera_info, right/image_rect and right/camera_info; publishes grids.
 class StereoGridNode : public rclcpp::Node {
  public:
-  /// Throws stereogrid::ConfigError: parameters that do not fit.
+  /// Throws stereogrid::ConfigError: invalid parameters.
   explicit StereoGridNode(const rclcpp::NodeOptions& options = rclcpp::NodeOptions{});
   ~StereoGridNode() override;
 
@@ -49,9 +49,9 @@ class StereoGridNode : public rclcpp::Node {
   void take_info(Side side, const sensor_msgs::msg::CameraInfo& info);
   void take_image(Side side, const sensor_msgs::msg::Image& image);
   /// Logs a warning; the same text, numbers aside, at most once a minute.
-  void warn(const std::string& sentence);
+  void warn(const std::string& text);
 
-  // of the thread
+  // called by the thread
   void work();
   [[nodiscard]] bool open_pair();
   [[nodiscard]] std::shared_ptr<Pair> current_pair();
@@ -70,19 +70,18 @@ class StereoGridNode : public rclcpp::Node {
   tf2_ros::TransformListener listener_{transforms_};
   std::vector<rclcpp::SubscriptionBase::SharedPtr> subscriptions_;
 
-  std::mutex mutex_;  // of what follows
+  std::mutex mutex_;  // guards the members up to camera_frame_
   std::condition_variable changed_;
-  std::array<std::optional<sensor_msgs::msg::CameraInfo>, 2> infos_;  // that were not tried yet
+  std::array<std::optional<sensor_msgs::msg::CameraInfo>, 2> infos_;  // not yet used
   std::array<std::int64_t, 2> newest_ns_{};
   stereogrid::io::Calibration calibration_;
-  std::shared_ptr<Pair> pair_;                                            // another one where time has stepped back
+  std::shared_ptr<Pair> pair_;                                            // replaced after time has stepped back
   std::map<std::string, stereogrid::capture::Clock::time_point> warned_;  // by text without numbers
   std::string camera_frame_;
 
-  // of the thread
-  std::int64_t refused_{0};
+  std::int64_t refused_{0};  // used by the thread only
 
-  const std::int64_t clock_ns_;  // what a steady clock is behind the stamps
+  const std::int64_t clock_ns_;  // clock of the stamps minus the steady clock
   std::atomic<bool> is_to_stop_{false};
   std::atomic<bool> has_failed_{false};
   std::thread thread_;

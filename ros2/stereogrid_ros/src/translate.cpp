@@ -61,16 +61,16 @@ std::array<double, 12> matrix_of(const geometry_msgs::msg::Transform& transform)
 stereogrid::PixelView pixels_of(const sensor_msgs::msg::Image& image, const std::string& name, cv::Mat& grey) {
   const auto* const encoding{std::ranges::find(encodings, image.encoding, &Encoding::name)};
   if (encoding == encodings.end()) {
-    throw InputError{name, "the encoding " + image.encoding + " is not read.",
-                     "Let image_proc make mono8 or bgr8 of it."};
+    throw InputError{name, "unsupported encoding: " + image.encoding + ".",
+                     "Convert the images to mono8 or bgr8 (image_proc)."};
   }
   const std::uint64_t row_bytes{std::uint64_t{image.width} * static_cast<unsigned>(bytes_per_pixel(encoding->format))};
   if (image.height == 0 || image.width == 0 || image.height > 32768 || image.width > 32768 || image.step < row_bytes ||
       std::uint64_t{image.step} * (image.height - 1) + row_bytes > image.data.size()) {
-    throw InputError{name, "the image has fewer bytes than its size asks for.", "Look at what publishes it."};
+    throw InputError{name, "the image has fewer bytes than its size requires.", "Check its publisher."};
   }
   if (image.is_bigendian != 0 && encoding->format == PixelFormat::grey16) {
-    throw InputError{name, "16-bit pixels that are big-endian are not read.", "Publish mono8."};
+    throw InputError{name, "big-endian 16-bit pixels are unsupported.", "Publish mono8."};
   }
   const int width{static_cast<int>(image.width)};
   const int height{static_cast<int>(image.height)};
@@ -86,8 +86,7 @@ stereogrid::PixelView pixels_of(const sensor_msgs::msg::Image& image, const std:
 
 stereogrid::io::RosCamera camera_of(const sensor_msgs::msg::CameraInfo& info, const std::string& name) {
   if (info.binning_x > 1 || info.binning_y > 1 || info.roi.x_offset != 0 || info.roi.y_offset != 0) {
-    throw InputError{name, "the images are a part of the camera's (binning, roi), which is not read.",
-                     "Publish whole images."};
+    throw InputError{name, "images with binning or a roi are unsupported.", "Publish whole images."};
   }
   stereogrid::io::RosCamera camera{
       name,  static_cast<int>(info.width), static_cast<int>(info.height), info.distortion_model, info.d, info.k, info.r,
@@ -113,7 +112,7 @@ void set_mounting(stereogrid::Rig& rig, const geometry_msgs::msg::Transform& bas
   rig.camera_pitch_rad = std::asin(std::clamp(-forward_z, -1.0, 1.0));
   rig.camera_roll_rad = std::atan2(-right_z, -down_z);
   if (rig.camera_height_m > 0 && std::abs(forward_z) < 0.99) return;
-  throw InputError{"TF", "the left camera is not above z = 0 of the base frame, or looks straight up or down.",
+  throw InputError{"TF", "the left camera is not above z = 0 of the base frame, or points straight up or down.",
                    "Set robot_base_frame to a frame on the road (base_footprint), or to \"\"."};
 }
 

@@ -17,20 +17,20 @@
 
 namespace stereogrid_ros {
 
-/// The message's pixels, where they lie; 8-bit Bayer patterns as grey values, which `grey` stores. `name`: for errors.
-/// Throws stereogrid::InputError: an encoding that is not read, fewer bytes than the size asks for.
+/// View of the message's pixels. 8-bit Bayer patterns are converted to grey values in `grey`. `name`: for errors.
+/// Throws stereogrid::InputError: unsupported encoding, fewer bytes than the size requires.
 [[nodiscard]] stereogrid::PixelView pixels_of(const sensor_msgs::msg::Image& image, const std::string& name,
                                               cv::Mat& grey);
 
-/// Throws stereogrid::InputError: a part of the camera's image (binning, region of interest).
+/// Throws stereogrid::InputError: binning, or a region of interest.
 [[nodiscard]] stereogrid::io::RosCamera camera_of(const sensor_msgs::msg::CameraInfo& info, const std::string& name);
 
-/// Position and heading of the camera on the ground. Throws stereogrid::InputError: a quaternion of another length than
-/// 1, by more than 1 %.
+/// Position and heading of the camera on the ground. Throws stereogrid::InputError: a quaternion whose length differs
+/// from 1 by more than 1 %.
 [[nodiscard]] stereogrid::Pose2 pose_of(const geometry_msgs::msg::Transform& world_from_camera);
 
-/// Sets height, pitch and roll of a camera whose optical frame is that. Throws stereogrid::InputError: it is not above
-/// z = 0, or looks straight up or down; a quaternion of another length than 1, by more than 1 %.
+/// Sets the extrinsics of `rig`. Throws stereogrid::InputError: the camera is not above z = 0 of the base frame, or
+/// points straight up or down; a quaternion whose length differs from 1 by more than 1 %.
 void set_mounting(stereogrid::Rig& rig, const geometry_msgs::msg::Transform& base_from_camera);
 
 }  // namespace stereogrid_ros

@@ -180,7 +180,7 @@ Request parse_request(std::string_view text) {
   const Json message(parsed(text));
   const std::string op{text_of(member(message, "op"), "op")};
   const auto reader{readers().find(op)};
-  if (reader == readers().end()) throw InputError{"the operation '" + shortened(op) + "' is not known."};
+  if (reader == readers().end()) throw InputError{"unknown operation: '" + shortened(op) + "'."};
   try {
     return reader->second(message);
   } catch (const InputError& error) {
@@ -196,7 +196,7 @@ std::string complaint_on_binary(std::string_view bytes) {
     case 2:
       return "service call: this server does not offer services.";
     default:
-      return "the binary operation " + std::to_string(static_cast<unsigned char>(bytes[0])) + " is not known.";
+      return "unknown binary operation: " + std::to_string(static_cast<unsigned char>(bytes[0])) + ".";
   }
 }
 

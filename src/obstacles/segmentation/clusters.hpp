@@ -18,12 +18,12 @@
 
 namespace stereogrid {
 
-/// Along the world's axes.
+/// Rectangle along the world's axes.
 struct Bounds {
   Point2 least;
   Point2 most;
 
-  /// How far `other` lies away from these, moved; 0: they overlap.
+  /// Distance of these bounds, moved by `moved`, from `other`; 0: they overlap.
   [[nodiscard]] double gap_to(const Bounds& other, Point2 moved) const;
 };
 
@@ -33,10 +33,10 @@ struct Bounds {
 /// A segment, or an edge with lower ground behind it, on the ground. World axes.
 struct Cluster {
   Point2 centre;                   ///< middle of its box
-  Point2 velocity;                 ///< of its cells, or of the points followed on it
-  Symmetric2 velocity_covariance;  ///< m²/s², of the points; 0: there are none
+  Point2 velocity;                 ///< velocity of its tracked features, or of its cells
+  Symmetric2 velocity_covariance;  ///< m²/s²; 0: no tracked features
   double occupancy{0};             ///< mean over its surface
-  double moving{0};                ///< share of its occupancy that moves, as the filter has it
+  double moving{0};                ///< dynamic share of its occupancy in the filter
   int pixels{0};
   double length_m{0};
   double width_m{0};
@@ -44,13 +44,12 @@ struct Cluster {
   double height_m{0};
   ObstacleKind kind{ObstacleKind::object};
   Outline outline;
-  Bounds bounds{};  ///< of the outline
-  /// It may go on beyond where its outline ends on the left, or on the right, as seen from the camera: there the image
-  /// ends, or something nearer is in the way.
+  Bounds bounds{};  ///< bounds of the outline
+  /// True: the object may continue beyond the left or right end of its outline, which is hidden or outside the image.
   bool is_cut_left{false};
   bool is_cut_right{false};
 
-  /// By points that have been followed.
+  /// Velocity by tracked features.
   [[nodiscard]] bool has_measured_velocity() const { return velocity_covariance.xx > 0; }
 
   template <class State>
@@ -60,21 +59,21 @@ struct Cluster {
   }
 };
 
-/// So many clusters, tracks and obstacles have room from the start, far more than a street has; as many as there might
-/// be, a few cells each, would be a waste. More make room once.
+/// Reserved capacity of clusters, tracks and obstacles: far more than a street has.
 constexpr std::size_t things_reserved{1024};
 
-/// Clusters, and what they are found in. Allocated once.
+/// Clusters and their working memory. Allocated once.
 struct ClusterSpace {
   enum class Motion { unknown, stands, moves };
-  /// A point that has been followed on a cluster.
+  /// Feature tracked on a cluster.
   struct Followed {
     int label;
     std::size_t vector;
     Segmenter::Spot spot;
-    Motion motion{Motion::unknown};  ///< `moves`: surely, as the other moving ones of its segment do
+    Motion motion{
+        Motion::unknown};  ///< `moves`: certainly, and with the velocity of the segment's other moving features
   };
-  /// `points` that are followed have room from the start.
+  /// `points`: reserved capacity for tracked features.
   ClusterSpace(const Rig& level_rig, const UDisparityConfig& heights, int disparities, std::size_t points = 0);
 
   [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(segmenter, clusters, followed, values); }
@@ -83,26 +82,26 @@ struct ClusterSpace {
   Rig rig;
   std::vector<Cluster> clusters;   ///< one for each segment, then those of edges
   std::vector<Followed> followed;  ///< by label
-  std::vector<double> values;      ///< of a cluster's points, or columns
+  std::vector<double> values;      ///< values of a cluster's features or columns
 };
 
-/// Separates what moves from what stands within a segment, where points of both have been followed.
+/// Splits segments whose tracked features are partly dynamic and partly static.
 void separate_movers(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space);
 
-/// A cluster for each segment, with its outline, and with occupancy and velocity as the filtered grid has them.
+/// A cluster for each segment, with its outline, and with occupancy and velocity of the filtered grid.
 void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle, ClusterSpace& space);
 
-/// Gives each cluster the velocity of the points that have been followed on it.
+/// Sets the velocities of clusters with tracked features.
 void measure_velocities(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space);
 
 /// Clusters of kind drop: edges that are neighbours, from left to right.
 void add_drops(std::span<const EdgePoint> edges, const GridLayers& world, const Pose2& world_from_vehicle,
                std::vector<Cluster>& clusters);
 
-/// Around the outlines: along the motion of what moves, else the smallest.
+/// Boxes around the outlines: along the velocity of dynamic objects, else the smallest ones.
 void fit_boxes(std::vector<Cluster>& clusters);
 
-/// Segments of the disparities of obstacles, (H, W) px, and of points followed to them. `for_ranges`: see
+/// Segments of obstacle disparities, (H, W) px, split by the velocities of tracked features. `for_ranges`: see
 /// Segmenter::find.
 template <class ForRanges>
 void find_segments(View<const float> obstacle, const Ground& ground, const Relief<Host>& relief,

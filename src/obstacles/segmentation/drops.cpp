@@ -21,7 +21,7 @@ bool are_neighbours(const EdgePoint& a, const EdgePoint& b, double cell_m) {
 Cluster drop_of(std::span<const EdgePoint> points, const GridLayers& world, const Pose2& world_from_vehicle) {
   Cluster cluster;
   cluster.kind = ObstacleKind::drop;
-  cluster.is_cut_left = cluster.is_cut_right = true;  // it may go on where nothing was seen
+  cluster.is_cut_left = cluster.is_cut_right = true;  // the edge may continue where it is hidden
   const std::size_t outline_points{std::min(points.size(), outline_points_max)};
   for (std::size_t i{0}; i < outline_points; ++i) {
     cluster.outline.push_back(world_from_vehicle * points[i * (points.size() - 1) / (outline_points - 1)].place);

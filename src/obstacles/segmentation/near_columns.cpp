@@ -15,15 +15,15 @@
 namespace stereogrid {
 namespace {
 
-/// Disparities from this many below the end of the search on are not matched reliably.
+/// Width of the unreliable part at the end of the disparity search, px.
 constexpr double end_of_search_px{3};
-/// Share of the textured pixels of a column that have matched behind the obstacle: it is gone. False matches reach 0.6,
-/// ground in view has 0.85 and more.
+/// Minimum share of a column's textured pixels that have matched behind the obstacle if it is gone. False matches reach
+/// 0.6, visible ground has 0.85 and more.
 constexpr double behind_min{0.75};
-/// Least difference of the disparities of the obstacle and what is behind it, as a share and in px.
+/// Minimum difference of the disparities of the obstacle and the surface behind it, as a share and in px.
 constexpr double behind_share{0.15};
 constexpr double behind_px{2};
-/// With a smaller share of textured pixels, all pixels count.
+/// Minimum share of textured pixels; with fewer, all pixels count.
 constexpr double textured_min{0.1};
 /// An obstacle fills the view where its foot is below this share of the image's rows, in this share of the columns.
 constexpr double foot_min{0.9};
@@ -78,7 +78,7 @@ void NearObstacles::find_columns(std::span<const Cell> cells, const Pose2& vehic
   }
 }
 
-// Between the rows of the obstacle's top and foot, below the horizon: the sky never matches.
+// Counts pixels between the rows of the obstacle's top and foot, and below the horizon: the sky never matches.
 void NearObstacles::count(const MatchedFrame& frame, const Ground& road, double height_m, double textured_grey) {
   const RowsByHeight rows{rig_, road};
   const MatchLattice lattice{rig_.width_px, rig_.height_px};
@@ -104,7 +104,6 @@ void NearObstacles::count(const MatchedFrame& frame, const Ground& road, double 
   }
 }
 
-// True where in a third of the columns the foot is in the last rows of the image, or below them.
 bool NearObstacles::fills_view(const RowsByHeight& rows) const {
   const double foot_px{(foot_min * rig_.height_px - rows.horizon) * rows.baseline_across_m / rows.camera_height_m};
   const auto hides_ground = [&](const Column& column) {
@@ -114,7 +113,7 @@ bool NearObstacles::fills_view(const RowsByHeight& rows) const {
   return static_cast<double>(columns) >= filled_min * static_cast<double>(columns_.size());
 }
 
-// True where the matches around a column show what is behind the obstacle.
+// True where the matches around a column lie behind the obstacle.
 bool NearObstacles::is_gone(int index) const {
   Column sum{};
   const int last{std::min(index + pooled_columns, static_cast<int>(columns_.size()) - 1)};

@@ -14,12 +14,12 @@
 namespace stereogrid {
 namespace {
 
-/// Obstacles up to this multiple of the distance at which they are lost are remembered.
+/// Maximum distance of held obstacles, relative to the distance at which they are lost.
 constexpr double near_share{1.5};
 constexpr float occupied_min{0.55f};
 /// Largest P(occupied) of a held cell.
 constexpr float occupancy_max{0.95f};
-/// Cells belong to an obstacle up to this distance from its outline.
+/// Maximum distance of an obstacle's cells from its outline.
 constexpr double beside_m{0.3};
 constexpr double infinite{std::numeric_limits<double>::infinity()};
 
@@ -70,7 +70,7 @@ void NearObstacles::begin() {
   states_.assign(cells_.size(), CellState::out_of_view);
 }
 
-// Nearer than where obstacles are lost soon: beyond the search, or in front of all ground in view.
+// Obstacles are lost beyond the disparity search, and in front of all ground in view.
 bool NearObstacles::is_near(const Obstacle& obstacle, const Ground& road) const {
   const double focal_baseline{rig_.focal_px * rig_.baseline_m};
   const double nearest_road_px{road_plane(rig_, road).disparity(rig_.cx_px, rig_.height_px - 1)};

@@ -21,24 +21,24 @@ namespace stereogrid {
 
 /// Cells and obstacles that remain as they were observed last.
 struct HeldObstacles {
-  std::vector<HeldCell> cells;    ///< each once
-  std::vector<std::int64_t> ids;  ///< of Obstacle, ascending
+  std::vector<HeldCell> cells;    ///< without duplicates
+  std::vector<std::int64_t> ids;  ///< ids of obstacles, ascending
 };
 
-/// Tracked obstacles that stand so near that the camera may lose them: nearer than the disparity search reaches, or in
-/// front of all ground in view. They stay occupied until the image shows what is behind them. docs/method.md §11.3.
+/// Static obstacles near enough for the camera to lose them: beyond the disparity search, or in front of all ground in
+/// view. They remain occupied until pixels match behind them. docs/method.md §11.3.
 class NearObstacles {
  public:
   NearObstacles(const Rig& level_rig, const MatchingConfig& matching, int window_cells);
 
   /// Clears the result of compare().
   void begin();
-  /// Compares the obstacles with a frame's matches, before the grids are made. `road`: as it is expected.
+  /// Compares the obstacles with a frame's matches, before the grids are made. `road`: predicted plane.
   void compare(const MatchedFrame& frame, const Ground& road, const Pose2& world_from_vehicle,
                const GridGeometry& window);
-  /// Result of compare(). In a reliable frame, only obstacles that cannot be matched are held.
+  /// Result of compare(). In a reliable frame, only unmatchable obstacles are held.
   [[nodiscard]] const HeldObstacles& held(bool is_reliable) const { return is_reliable ? unmatchable_ : present_; }
-  /// Replaces the cells of near obstacles that the frame has shown. Reads world and obstacles of `result`.
+  /// Replaces the cells of near obstacles observed in the frame. Reads world and obstacles of `result`.
   void update(const FrameResult& result, const Ground& road, const Pose2& world_from_vehicle, bool is_reliable);
 
   void clear() { cells_.clear(); }
@@ -57,19 +57,19 @@ class NearObstacles {
  private:
   /// Occupied cell of an obstacle.
   struct Cell {
-    std::int64_t id;  ///< of the obstacle
+    std::int64_t id;  ///< id of the obstacle
     int x;            ///< column and row of the world's grid, in cells from the world's origin
     int y;
     float occupancy;
-    float height_m;  ///< of the obstacle
+    float height_m;  ///< height of the obstacle
   };
-  /// State of a cell's obstacle: gone; in view; present, where it fills the view; present, but impossible to match.
+  /// State of a cell's obstacle. `present`: it fills the view; `unmatchable`: present, but impossible to match.
   enum class CellState : std::uint8_t { out_of_view, gone, in_view, present, unmatchable };
-  /// Pixels of MatchLattice in a column that the obstacle covers, if it is there.
+  /// Pixels of MatchLattice in a column that the obstacle would cover.
   struct Column {
     double near_m;  ///< distance of the obstacle; infinite: not in this column
     int pixels;
-    int pixels_behind;  ///< matched behind the obstacle
+    int pixels_behind;  ///< pixels matched behind the obstacle
     int textured;
     int textured_behind;
     CellState state;
@@ -90,12 +90,12 @@ class NearObstacles {
   Rig rig_;
   MatchingConfig matching_;
   double cell_size_m_{0};
-  std::vector<Cell> cells_;  // those of an obstacle one after the other
+  std::vector<Cell> cells_;  // sorted by obstacle
 
-  // of a frame
-  std::vector<CellState> states_;  // of each cell
-  std::vector<Column> columns_;    // of MatchLattice
-  Image<std::uint8_t> is_taken_;   // of each cell of the window: it is in cells_
+  // data of one frame
+  std::vector<CellState> states_;  // by cell of cells_
+  std::vector<Column> columns_;    // by column of MatchLattice
+  Image<std::uint8_t> is_taken_;   // by cell of the window: 1 for those in cells_
   HeldObstacles unmatchable_;
   HeldObstacles present_;
 };

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A car's side that is seen at a grazing angle, or has a window without texture, falls into segments that follow each
-// other in depth; and a long segment that was cut may have been cut within a thing. What is together no larger than a
-// car is one thing. docs/method.md §11.1.
+// Joins segments that together are no larger than a car. A car's side at a grazing angle, or with a window without
+// texture, has several segments at consecutive depths. Cutting a long segment may divide an object. docs/method.md
+// §11.1.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -16,9 +16,9 @@ namespace {
 constexpr double long_m{5.5};
 constexpr double wide_m{2.6};
 constexpr double high_m{2.8};
-constexpr double tops_m{0.7};  // by which the heights of two pieces may differ
-constexpr double depth_m{1};   // between two pieces …
-constexpr int depth_bins{2};   // … or so much, for noise
+constexpr double tops_m{0.7};  // maximum difference of two pieces' heights
+constexpr double depth_m{1};   // maximum gap between two pieces in depth …
+constexpr int depth_bins{2};   // … or in bins, for noise
 constexpr double top_share{0.9};
 
 double spread(double a, double b, double other_a, double other_b) {
@@ -27,7 +27,6 @@ double spread(double a, double b, double other_a, double other_b) {
 
 }  // namespace
 
-// In depth.
 bool Segmenter::Piece::is_near(const Piece& other) const {
   const int bins{std::max(far_bin, other.far_bin) - std::min(near_bin, other.near_bin)};
   return bins <= depth_bins || std::max(least.x, other.least.x) - std::min(most.x, other.most.x) <= depth_m;

@@ -12,16 +12,16 @@
 namespace stereogrid {
 namespace {
 
-constexpr double hanging_m{0.5};  // above such a gap begins something else: a bough, a sign, a roof
-constexpr double support_m{0.2};  // height of a surface below which a column of it does not count
-constexpr double gap_m{0.2};      // between columns of one thing
+constexpr double hanging_m{0.5};  // gap below another object: a bough, a sign, a roof
+constexpr double support_m{0.2};  // minimum height of a surface in a column
+constexpr double gap_m{0.2};      // maximum gap between columns of one object
 constexpr int gap_px_max{40};
-constexpr double depth_m{0.35};   // by which neighbouring columns of one thing may differ
-constexpr double depth_px{0.75};  // or by so much, for noise
+constexpr double depth_m{0.35};   // maximum difference of neighbouring columns of one object …
+constexpr double depth_px{0.75};  // … or in px, for noise
 constexpr int tolerance_max{8};
-constexpr int pixels_min{20};  // of a segment
+constexpr int pixels_min{20};  // minimum pixels of a segment
 constexpr double surface_min_m2{0.03};
-constexpr double longest_thing_m{6};  // a longer segment is cut where it is thin
+constexpr double longest_thing_m{6};  // longer segments are cut where they are thin
 constexpr double slice_m{0.5};
 constexpr int slices_around{6};
 constexpr double thin_share{0.2};
@@ -61,7 +61,7 @@ Axis principal_axis(const Segmenter& segmenter, std::span<const int> nodes) {
   return axis;
 }
 
-/// The slice where least is left of what lies on both sides of it, and how much, as a share.
+/// Thinnest slice, and its surface relative to the slices on both sides.
 struct Waist {
   int slice{-1};
   double share{std::numeric_limits<double>::max()};
@@ -106,7 +106,6 @@ Segmenter::Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int 
   profile_.reserve(std::max(static_cast<std::size_t>(4 * far_m / slice_m), nodes_reserved()));
 }
 
-// In the columns begin … end − 1.
 void Segmenter::count(View<const float> obstacle, const RoadPlane& plane, double camera_height_m,
                       const Relief<Host>& relief, int begin, int end) {
   UprightRow limits{.nearest_px = static_cast<float>(tallies_.height()) / bins_per_px,
@@ -149,7 +148,7 @@ void Segmenter::take_nodes(const RoadPlane& plane, double camera_height_m, const
   labels_.fill(0);
   for (int k{1}; k + 1 < tallies_.height(); ++k) {
     const Bin& bin{bins_[static_cast<std::size_t>(k)]};
-    const double side_m{rig_.baseline_m / bin.disparity};  // of a pixel on an upright surface
+    const double side_m{rig_.baseline_m / bin.disparity};  // side of a pixel on an upright surface
     for (int u{0}; u < tallies_.width(); ++u) {
       const int pixels{tallies_(u, k).pixels};
       if (pixels == 0 || pixels + tallies_(u, k - 1).pixels + tallies_(u, k + 1).pixels < bin.pixels_min) continue;
@@ -182,7 +181,7 @@ int Segmenter::root_of(int index) {
   return index;
 }
 
-// With the nearest column to the right, of each bin that may be the same surface.
+// Joins a node with the nearest one to the right, in each bin that may belong to the same surface.
 void Segmenter::join_right(int index) {
   const SegmentNode& from{node(index)};
   const Bin& bin{bins_[static_cast<std::size_t>(from.bin)]};
@@ -198,7 +197,7 @@ void Segmenter::join_right(int index) {
   }
 }
 
-// Nodes in the order of their segments. A node that stands for a segment comes before the others of it.
+// Sorts nodes by segment. The root of a segment has the lowest index.
 void Segmenter::gather() {
   segments_.clear();
   for (int i{0}; i < static_cast<int>(nodes_.size()); ++i) {
@@ -230,7 +229,7 @@ bool Segmenter::is_small(const Range& range) const {
   return pixels < pixels_min || surface_m2 < surface_min_m2;
 }
 
-// In two where it is thinnest, if it is longer than a thing. True: it was.
+// Cuts a segment longer than an object at its thinnest slice. True: it was cut.
 bool Segmenter::cut(std::size_t segment) {
   const Axis axis{principal_axis(*this, of(segment))};
   double least{std::numeric_limits<double>::max()};
@@ -248,7 +247,7 @@ bool Segmenter::cut(std::size_t segment) {
   return split(segment, [&](const SegmentNode& one) { return slice_of(one) < waist.slice + 0.5; });
 }
 
-// In the columns begin_u … end_u − 1, from a bin on?
+// True if another segment has nodes in the columns begin_u … end_u − 1, from a bin on.
 bool Segmenter::has_nearer(int begin_u, int end_u, int bin, std::size_t than) const {
   for (int k{bin}; k < labels_.height(); ++k) {
     for (int u{std::max(begin_u, 0)}; u < std::min(end_u, labels_.width()); ++u) {
@@ -269,7 +268,7 @@ Segmenter::Cuts Segmenter::cuts_of(std::size_t segment) const {
   const SegmentNode& first{node(*left)};
   const SegmentNode& last{node(*right)};
   const auto beyond = [this](int bin) { return bin + 2 * bins_[static_cast<std::size_t>(bin)].tolerance; };
-  // on the left, the right camera sees less than the left one: as many columns less as it is near
+  // the right camera does not see the first columns of the left image: as many as the disparity
   return {first.u - first.bin / bins_per_px < reach || has_nearer(first.u - reach, first.u, beyond(first.bin), segment),
           last.u >= labels_.width() - reach || has_nearer(last.u + 1, last.u + 1 + reach, beyond(last.bin), segment)};
 }

@@ -23,27 +23,27 @@ namespace stereogrid {
 struct SegmentNode {
   int u;
   int bin;
-  int pixels;     ///< between the heights of obstacles
-  double top_m;   ///< of the highest of them, and of those above without a gap
-  int parent;     ///< while nodes are joined: another one of the segment; itself where it stands for the segment
-  int segment;    ///< Segmenter::none: of a segment too small to count
+  int pixels;     ///< number of pixels between the heights of obstacles
+  double top_m;   ///< height of the highest pixel without a gap below it
+  int parent;     ///< while nodes are joined: another node of the segment; the node itself: root of the segment
+  int segment;    ///< Segmenter::none: the segment is too small
   Point2 place;   ///< vehicle frame
-  double weight;  ///< surface that the pixels show, m²
+  double weight;  ///< visible surface, m²
 };
 
-/// Separates what stands on the ground into things, in the u-disparity plane: there the noise is the same everywhere,
-/// and two things have a gap where the image has one. docs/method.md §11.1.
+/// Segments obstacles into objects in the u-disparity plane, where noise is uniform and gaps are those of the image.
+/// docs/method.md §11.1.
 class Segmenter {
  public:
   static constexpr int bins_per_px{2};
   static constexpr int none{-1};
-  /// Farther ones are not resolved.
+  /// Maximum distance of segmented obstacles, m.
   static constexpr double far_m{40};
 
   Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int disparities);
 
-  /// `obstacle`: (H, W) px, 0 = none. `for_ranges(count, work)` calls work(begin, end) on parts of [0, count), on
-  /// threads of its own if it likes. What the other functions say is of the last call.
+  /// `obstacle`: (H, W) px, 0 = none. `for_ranges(count, work)` calls work(begin, end) on disjoint parts of
+  /// [0, count), possibly on several threads. All other functions return results of the last call.
   template <class ForRanges>
   void find(View<const float> obstacle, const Ground& ground, const ForRanges& for_ranges,
             const Relief<Host>& relief = {}) {
@@ -56,29 +56,30 @@ class Segmenter {
   }
 
   [[nodiscard]] std::size_t size() const { return segments_.size(); }
-  /// So many nodes have room from the start.
+  /// Reserved capacity for nodes.
   [[nodiscard]] std::size_t nodes_reserved() const { return tallies_.size() / 8; }
   /// Indices of a segment's nodes, far ones first.
   [[nodiscard]] std::span<const int> of(std::size_t segment) const {
     return std::span{order_}.subspan(segments_[segment].begin, segments_[segment].end - segments_[segment].begin);
   }
   [[nodiscard]] const SegmentNode& node(int index) const { return nodes_[static_cast<std::size_t>(index)]; }
-  /// Whether a segment may go on beyond its first, or its last column: the image ends, or something nearer is there.
+  /// True: the segment may continue beyond its first (left) or last (right) column, hidden or outside the image.
   struct Cuts {
     bool left;
     bool right;
   };
   [[nodiscard]] Cuts cuts_of(std::size_t segment) const;
-  /// Where a place of the vehicle frame, x > 0, is seen.
+  /// Column and disparity bin.
   struct Spot {
     int u;
     int bin;
   };
+  /// Projection of a place of the vehicle frame, x > 0.
   [[nodiscard]] Spot spot_of(Point2 place) const;
-  /// The segment that is seen at a place of the vehicle frame, or the nearest within a few pixels, or none.
+  /// Segment visible at a place of the vehicle frame, or the nearest within a few pixels, or none.
   [[nodiscard]] int segment_at(Point2 place) const;
-  /// Makes of the nodes for which `belongs(node)` does not hold a segment of their own, the last one. False: there are
-  /// none, or no others.
+  /// Moves the nodes for which `belongs(node)` is false to a new last segment. False: unchanged, since all or none
+  /// belong.
   template <class Belongs>
   bool split(std::size_t segment, const Belongs& belongs) {
     const auto begin = order_.begin();
@@ -99,24 +100,24 @@ class Segmenter {
   }
 
  private:
-  /// What holds for a bin, whatever the frame.
+  /// Constants of a bin.
   struct Bin {
-    double disparity;  ///< of its middle, px
-    int pixels_min;    ///< of a node, with its neighbours
-    int gap_px;        ///< in the image, within a segment
-    int gap_rows;      ///< below which it ends: what hangs above is another thing
-    int tolerance;     ///< bins by which neighbours may differ
+    double disparity;  ///< middle of the bin, px
+    int pixels_min;    ///< minimum pixels of a node and its neighbours
+    int gap_px;        ///< maximum gap within a segment in the image
+    int gap_rows;      ///< maximum gap within an object, in rows
+    int tolerance;     ///< maximum difference of neighbours, bins
   };
-  /// Of a bin in a column.
+  /// Pixels of a bin in a column.
   struct Tally {
-    std::uint16_t pixels{0};  ///< between the heights of obstacles
+    std::uint16_t pixels{0};  ///< number of pixels between the heights of obstacles
     std::uint16_t top{0};     ///< first row + 1 of the lowest run of rows of any height; 0: none
-    std::uint16_t bottom{0};  ///< the last row so far
+    std::uint16_t bottom{0};  ///< last row so far
   };
-  /// Of a thing. What else it says is of all pieces that have joined it.
+  /// Part of an object. All members but `joined` and `root` include the pieces that have joined it.
   struct Piece {
-    std::size_t joined;  ///< an earlier piece of the thing; itself where it is the first
-    int root;            ///< node that stands for the segment
+    std::size_t joined;  ///< an earlier piece of the object; its own index: the first piece
+    int root;            ///< root node of the segment
     int left_u;
     int right_u;
     int near_bin;
@@ -158,8 +159,8 @@ class Segmenter {
   std::vector<SegmentNode> nodes_;
   std::vector<int> order_;  ///< nodes by segment
   std::vector<Range> segments_;
-  std::vector<Piece> pieces_;    ///< the segments, as long as they are joined
-  std::vector<double> profile_;  ///< of a segment: surface by slices, or tops of columns
+  std::vector<Piece> pieces_;    ///< segments, while they are joined
+  std::vector<double> profile_;  ///< surface by slices, or tops of columns, of a segment
 };
 
 }  // namespace stereogrid

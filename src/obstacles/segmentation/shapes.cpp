@@ -16,19 +16,18 @@ namespace stereogrid {
 namespace {
 
 constexpr double moving_mps{0.7};
-constexpr double strip_m{0.2};  // width of a part of an outline, at least
+constexpr double strip_m{0.2};  // minimum width of a part of an outline
 constexpr int strips_max{12};
-constexpr double thickness_m{0.5};  // of what is seen from one side only
-constexpr double tail_share{0.1};   // of a strip's pixels on either side that do not count: noise
+constexpr double thickness_m{0.5};  // assumed thickness of surfaces visible from one side only
+constexpr double tail_share{0.1};   // share of a strip's pixels excluded as noise at either end
 constexpr double sigma_px{0.3};
 constexpr double overlap_m{0.1};
 constexpr double height_share{0.9};
-constexpr double boundary_m{8};       // longer ones are boundaries …
-constexpr double high_m{3.6};         // … and so are those that are higher than a van
-constexpr double high_boundary_m{4};  // and longer than a tree's trunk
+constexpr double boundary_m{8};       // minimum length of boundaries …
+constexpr double high_m{3.6};         // … or minimum height, above a van's,
+constexpr double high_boundary_m{4};  // with this minimum length, above a tree trunk's
 
-/// What a strip of the image has of a segment: between two columns, from the near to the far side. While pixels are
-/// counted, `counted` are those that have been.
+/// Part of a segment between two image columns, from its near to its far side.
 struct Strip {
   double left_u{0};
   double right_u{0};
@@ -38,7 +37,7 @@ struct Strip {
   double middle_m{0};
   double far_m{0};
 
-  // Far pixels first.
+  // Requires far pixels first.
   void count(const SegmentNode& node) {
     const auto passes = [&](double share) {
       return counted < share * pixels && counted + node.pixels >= share * pixels;
@@ -48,7 +47,7 @@ struct Strip {
     if (passes(1 - tail_share)) near_m = node.place.x;
     counted += node.pixels;
   }
-  // Some of a surface's pixels are nearer than it is.
+  // Noise makes some pixels nearer than their surface.
   void bound(double focal_baseline) {
     const double noise_m{2 * sigma_px * middle_m * middle_m / focal_baseline};
     if (far_m - near_m < 2 * noise_m) near_m = std::max(near_m, middle_m - noise_m);
@@ -56,7 +55,7 @@ struct Strip {
   }
 };
 
-// Of the tops of its columns; the highest ones may be chance matches, or what stands behind.
+// Excludes the highest columns: false matches, or objects behind.
 double height_of(std::vector<double>& tops) {
   const auto at = tops.begin() + static_cast<std::ptrdiff_t>(height_share * static_cast<double>(tops.size() - 1));
   std::nth_element(tops.begin(), at, tops.end());
@@ -82,8 +81,8 @@ class Strips {
       add(strip.right_u, strip.near_m, outline);
     }
   }
-  // After the near side: back again. What is behind the near side of a strip is hidden; taken as far as the next strip
-  // begins, the outline is one polygon.
+  // Requires draw_near(). The hidden part of a strip is extended to where its neighbours begin, so that the outline is
+  // one polygon.
   void draw_far(Outline& outline) {
     for (int i{0}; i + 1 < count_; ++i) {
       Strip& left{strips_[static_cast<std::size_t>(i)]};
@@ -144,7 +143,7 @@ Point2 farthest_from(Point2 from, const Outline& outline) {
   });
 }
 
-// `near`: its near side.
+// `near`: near side of the outline.
 bool is_boundary(const Outline& near, double height_m) {
   const Point2 end{farthest_from(near[0], near)};
   const Point2 other{farthest_from(end, near)};
@@ -164,7 +163,6 @@ Cluster outlined(ClusterSpace& space, std::size_t segment) {
   return cluster;
 }
 
-// The box along `yaw` around the outline.
 void fit_box(double yaw_rad, Cluster& cluster) {
   const double c{std::cos(yaw_rad)};
   const double s{std::sin(yaw_rad)};
@@ -203,7 +201,7 @@ void fit_smallest_box(Cluster& cluster) {
   fit_box(best_rad, cluster);
 }
 
-// What the filter says of the segment's cells.
+// Sets occupancy and velocity by the segment's cells in the filtered grid.
 void ask_grid(const Segmenter& segmenter, std::size_t segment, const GridLayers& world, const Pose2& world_from_vehicle,
               Cluster& cluster) {
   double known{0};

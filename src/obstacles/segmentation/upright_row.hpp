@@ -6,19 +6,19 @@
 
 namespace stereogrid {
 
-/// About half a matching window: pixels so near an edge of depth …
+/// About half a matching window. Pixels within this distance of a depth edge …
 constexpr int edge_reach_px{5};
-/// … that lie between both surfaces by more than this belong to neither.
+/// … that differ from both of its surfaces by more than this belong to neither.
 constexpr float edge_step_px{1.2f};
 
-/// Which disparities of an image row are those of something that stands on the ground.
+/// Limits of the disparities of obstacles in an image row.
 struct UprightRow {
   float nearest_px;
   float farthest_px;
-  float road_px;        ///< of the road, in column 0
-  float road_per_px;    ///< and how it changes from column to column
-  float lowest_share;   ///< of a disparity: the road's behind what is just high enough, …
-  float highest_share;  ///< … and behind what is as high as an obstacle may be
+  float road_px;        ///< disparity of the road in column 0
+  float road_per_px;    ///< change of the road's disparity per column
+  float lowest_share;   ///< maximum ratio of the road's disparity to a pixel's, for the minimum obstacle height
+  float highest_share;  ///< its minimum, for the maximum obstacle height
 
   [[nodiscard]] float road(int u) const { return road_px + road_per_px * static_cast<float>(u); }
   [[nodiscard]] bool is_upright(int u, float d) const {
@@ -36,9 +36,9 @@ struct UprightPixels {
   float disparities[most];     // NOLINT(modernize-avoid-c-arrays)
 };
 
-/// Of the columns `begin` … `end` − 1, UprightPixels::most at most, of a row of `width` disparities (px, 0 = none),
-/// what is upright, by column; without pixels that have, within edge_reach_px, both a disparity larger and one smaller
-/// than theirs by more than edge_step_px.
+/// Obstacle pixels in the columns `begin` … `end` − 1 (UprightPixels::most at most) of a row of `width` disparities
+/// (px, 0 = none). Excludes pixels that have, within edge_reach_px, both a larger and a smaller disparity by more than
+/// edge_step_px.
 void find_upright(const float* row, int width, int begin, int end, const UprightRow& limits, UprightPixels& pixels);
 
 /// The same in plain loops: the definition.

@@ -34,7 +34,7 @@ HWY_INLINE VFloat floats(float value) {
   return hn::Set(Floats{}, value);
 }
 
-// A vector's pixels and those within reach, with none where there is no row.
+// A vector's pixels and those within reach; 0 outside the row.
 struct Border {
   static constexpr int size{lanes_most + 2 * edge_reach_px};
 
@@ -54,7 +54,7 @@ HWY_INLINE Mask are_upright(hn::Vec<Ints> columns, VFloat d, const UprightRow& l
   return hn::And(in_range, hn::Le(road, hn::Mul(floats(limits.lowest_share), d)));
 }
 
-// Of those that `count`.
+// Pixels of `count` that belong to neither surface of a depth edge.
 HWY_INLINE Mask are_between_surfaces(const float* at, VFloat d, Mask count) {
   const VFloat step{floats(edge_step_px)};
   VFloat most{d};

@@ -12,19 +12,20 @@
 namespace stereogrid {
 namespace {
 
-/// What the velocities of a thing's points err by together along the ray, as all their disparities drift, in px/s …
+/// Common velocity error of an object's features along the ray: drift of all disparities, px/s, and a constant part …
 constexpr double drift_pxps{0.35};
 constexpr double ray_sigma_mps{0.1};
-/// … and how these errors of any two of them correlate: windows that overlap.
+/// … and correlation of the individual errors along the ray, from overlapping windows.
 constexpr double correlation{0.05};
-/// What they err by together across it: columns are followed well, the camera's turning is known to so many rad/s.
+/// Common velocity error across the ray: constant part, error of the camera's yaw rate, and factor of individual
+/// errors.
 constexpr double side_sigma_mps{0.06};
 constexpr double turning_sigma_radps{0.01};
 constexpr double side_of_points{0.4};
-/// Of fewer points one that was followed wrongly is not told from the others.
+/// With fewer features, one false track cannot be separated from the others.
 constexpr std::size_t many{5};
 constexpr double few_sigma_mps{0.3};
-/// Where a pixel of disparity is worth more, disparities are too coarse to tell motion.
+/// Maximum depth change per px of disparity; beyond it, disparities do not resolve motion.
 constexpr double coarse_m_per_px{5};
 /// Squared Mahalanobis distance from the median.
 constexpr double outlier{9};
@@ -32,7 +33,7 @@ constexpr std::size_t points_min{2};
 using Followed = std::span<const ClusterSpace::Followed>;
 using Motion = ClusterSpace::Motion;
 
-// Of the points that `counts`; 0: of none.
+// Median velocity of the features for which `counts(feature)` is true; 0: none.
 template <class Counts>
 Point2 median_velocity(const std::vector<FlowVector>& vectors, Followed followed, std::vector<double>& values,
                        const Counts& counts) {
@@ -49,8 +50,8 @@ Point2 median_velocity(const std::vector<FlowVector>& vectors, Followed followed
   return {along(&Point2::x), along(&Point2::y)};
 }
 
-// Of `n` points at about `place` from the camera. `of_points`: as if each erred for itself. Fitted to the errors of
-// standing and moving things, rendered and real ones, by distance and number of points.
+// Covariance of the mean velocity of `n` features at about `place` from the camera. `of_points`: covariance with
+// independent errors. Fitted to the errors of static and dynamic objects, rendered and real, by distance and `n`.
 Symmetric2 covariance_of_mean(const Symmetric2& of_points, std::size_t n, Point2 place, double drift_mps) {
   const double distance_m{std::hypot(place.x, place.y)};
   const Point2 ray{place.x / distance_m, place.y / distance_m};
@@ -64,12 +65,12 @@ Symmetric2 covariance_of_mean(const Symmetric2& of_points, std::size_t n, Point2
           along_ray * ray.y * ray.y + to_side * ray.x * ray.x};
 }
 
-// Of the points of one cluster, which lie at about `place` from the camera. World axes.
+// Sets the velocity of a cluster with features at about `place` from the camera, world axes.
 void measure(const std::vector<FlowVector>& vectors, Followed followed, const Rig& rig, Point2 place,
              std::vector<double>& values, Cluster& cluster) {
-  // a disparity that errs by δ moves what lies at Z by Z²/(f·b)·δ along its ray
+  // a disparity error δ moves a point at Z by Z²/(f·b)·δ along its ray
   const double distance_m{std::hypot(place.x, place.y)};
-  const double per_px{distance_m / (rig.focal_px * rig.baseline_m)};  // of the distance
+  const double per_px{distance_m / (rig.focal_px * rig.baseline_m)};  // relative to the distance
   if (distance_m * per_px > coarse_m_per_px) return;
   const Point2 middle{median_velocity(vectors, followed, values, [](const auto&) { return true; })};
   InformationSum sum;
@@ -90,12 +91,12 @@ void measure(const std::vector<FlowVector>& vectors, Followed followed, const Ri
 
 // Squared Mahalanobis distance of a point's velocity from another.
 double distance(const FlowVector& vector, Point2 velocity) {
-  constexpr double common_sigma_mps{0.2};  // of points of all things, as poses err
+  constexpr double common_sigma_mps{0.2};  // common to all features: error of the poses
   const Symmetric2 covariance{widened(vector.velocity_covariance, common_sigma_mps * common_sigma_mps)};
   return squared(inverted(covariance), {vector.velocity.x - velocity.x, vector.velocity.y - velocity.y});
 }
 
-// Says of the points of one segment which stand, and which surely move and all alike.
+// Classifies the features of one segment: static, or certainly dynamic with one common velocity.
 void tell_motion(const std::vector<FlowVector>& vectors, std::span<ClusterSpace::Followed> followed,
                  std::vector<double>& values) {
   for (auto& one : followed) {
@@ -108,9 +109,9 @@ void tell_motion(const std::vector<FlowVector>& vectors, std::span<ClusterSpace:
   }
 }
 
-// Does the point that is seen nearest to a spot move, of those whose motion is known, and without `other`?
+// True if the nearest classified feature but `other` moves.
 bool moves_at(Segmenter::Spot spot, Followed followed, const ClusterSpace::Followed* other = nullptr) {
-  constexpr int columns_of_a_bin{4};  // so many are as far as a bin of half a pixel
+  constexpr int columns_of_a_bin{4};  // columns that equal a bin of half a pixel in distance
   Motion motion{Motion::unknown};
   int least{std::numeric_limits<int>::max()};
   for (const auto& one : followed) {
@@ -124,7 +125,7 @@ bool moves_at(Segmenter::Spot spot, Followed followed, const ClusterSpace::Follo
   return motion == Motion::moves;
 }
 
-// Something that moves beside something that stands?
+// True if a dynamic object is beside a static one.
 bool are_two(Followed followed) {
   constexpr std::ptrdiff_t each{3};
   const auto count = [&](Motion motion) {
@@ -134,11 +135,11 @@ bool are_two(Followed followed) {
   const auto together = std::count_if(followed.begin(), followed.end(), [&](const auto& one) {
     return one.motion == Motion::moves && moves_at(one.spot, followed, &one);
   });
-  // a few points of what moves are always followed wrongly
+  // dynamic objects always have a few false tracks
   return moving >= each && count(Motion::stands) >= std::max(each, moving / 2) && 3 * together >= 2 * moving;
 }
 
-// Those that are seen on a segment, by segment.
+// Assigns features to segments, sorted by segment.
 void find_followed(const std::vector<FlowVector>& vectors, const Pose2& world_from_vehicle, ClusterSpace& space) {
   const Pose2 vehicle_from_world{inverse(world_from_vehicle)};
   space.followed.clear();
@@ -151,7 +152,7 @@ void find_followed(const std::vector<FlowVector>& vectors, const Pose2& world_fr
             [](const auto& a, const auto& b) { return std::tie(a.label, a.vector) < std::tie(b.label, b.vector); });
 }
 
-// work(segment, points) for each segment that has some.
+// Calls work(segment, features) for each segment with features.
 template <class Work>
 void for_segments(std::vector<ClusterSpace::Followed>& followed, const Work& work) {
   for (auto begin = followed.begin(); begin != followed.end();) {

@@ -7,7 +7,7 @@
 namespace stereogrid {
 namespace {
 
-// A yaw rate comes and goes: of a thing of which nothing is known it has this standard deviation, and so long it lasts.
+// Yaw rate of an unobserved object: standard deviation, and time constant of its decay.
 constexpr double yaw_rate_sigma_radps{0.3};
 constexpr double yaw_rate_lasts_s{6};
 /// In standard deviations.

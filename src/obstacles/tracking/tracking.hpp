@@ -21,7 +21,7 @@
 namespace stereogrid {
 
 /// Follows clusters through time: nearest-neighbour association within a gate around each track's prediction, a Kalman
-/// filter for each track, of which the sides are measured that the camera sees, ids that are never used twice.
+/// filter for each track, measured by its visible sides, and unique ids.
 /// docs/method.md §11.
 class Tracker {
  public:
@@ -32,7 +32,7 @@ class Tracker {
   /// Continues the ids of `before`.
   void go_on_from(const Tracker& before) { next_id_ = before.next_id_; }
 
-  /// Moves all tracks on by dt_s, gives each its cluster, begins and ends tracks. `held`: ids of tracks that do not end
+  /// Predicts all tracks by dt_s, associates clusters, begins and ends tracks. `held`: ids of tracks that do not end
   /// while they are in view, ascending.
   void update(const GridLayers& world, const std::vector<Cluster>& clusters, const Pose2& world_from_vehicle,
               double dt_s, std::span<const std::int64_t> held = {});
@@ -55,7 +55,7 @@ class Tracker {
   }
 
  private:
-  /// Evidence of motion: a measured velocity says less than its covariance would have it, several frames say more.
+  /// Evidence of motion: a measured velocity is less reliable than its covariance; several frames are more.
   static constexpr double moving_mps{1};
   static constexpr double evidence_of_frame{1.5};
   static constexpr double surely_moving{3};
@@ -64,15 +64,15 @@ class Tracker {
     std::int64_t id{0};
     MotionState motion;
     TrackedBox box;           ///< around the place of `motion`
-    Cluster shape;            ///< as it was last seen
+    Cluster shape;            ///< last observation
     double yaw_sigma_rad{0};  ///< standard deviation of the shape's heading
     int sightings{0};
     std::int64_t pixels{0};  ///< sum over all observations
     double moving{0};        ///< evidence that it moves: logarithm of the odds
     double age_s{0};
     double unseen_s{0};
-    Point2 moved;           ///< since it was last seen, as predicted
-    bool is_merged{false};  ///< seen as a part of another thing: not reported, until it is seen alone again
+    Point2 moved;           ///< predicted since the last observation
+    bool is_merged{false};  ///< observed as a part of another object: not reported until it is separate again
 
     [[nodiscard]] Point2 middle() const;  ///< centre of the box
 

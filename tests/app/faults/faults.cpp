@@ -5,12 +5,12 @@
 //   STEREOGRID_FAULTS_UNDER   the folder, as an absolute path without symbolic links
 //   STEREOGRID_FAULTS_REPORT  a file that gets a line for each such call: its name and the file
 //   STEREOGRID_FAULTS_CALL    which call fails, from 1; 0 or none: none does
-//   STEREOGRID_FAULTS_KIND    EIO, ENOSPC or EINTR: it does nothing and says so (close: does its work and says so);
-//                             short: a write takes half of its bytes; full: it, and no more bytes from there on;
+//   STEREOGRID_FAULTS_KIND    EIO, ENOSPC or EINTR: it fails without an effect (close: with its effect);
+//                             short: a write writes half of its bytes; full: it, and nothing from there on;
 //                             kill: the process is killed instead of the call
 //   STEREOGRID_FAULTS_FLOCK   ENOLCK: no file can be locked
-//   STEREOGRID_FAULTS_HANG    a file: opening it never ends, as on a network file system that is gone
-//   STEREOGRID_FAULTS_READ    a file that cannot be read (EIO), as an absolute path without symbolic links
+//   STEREOGRID_FAULTS_HANG    a file: opening it never returns, as on a disconnected network file system
+//   STEREOGRID_FAULTS_READ    a file whose reads fail (EIO), as an absolute path without symbolic links
 //   STEREOGRID_FAULTS_READ_AFTER  only once this file exists
 #include <dlfcn.h>
 #include <fcntl.h>

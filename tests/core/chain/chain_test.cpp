@@ -89,9 +89,9 @@ struct FreeCells {
   }
 };
 
-// Where the road has too little texture to be matched, mostly at the edges of the view and beyond 15 m, cells are
-// unknown. Sky of nothing but noise matches in a patch or two where it meets the road, in another place in each frame:
-// few cells that do not last: from the fourth frame on the filtered grid has one in 2,000 at most (decisions 26, 27).
+// Cells are unknown where the road has too little texture, mostly at the edges of the view and beyond 15 m. Noise in
+// the sky matches in a few patches near the horizon, elsewhere in each frame. From the fourth frame on the filtered
+// grid has one in 2,000 at most (decisions 26, 27).
 TEST(Chain, KeepsAnEmptyRoadFree) {
   Drive run{"empty"};
   for (std::size_t i{0}; i < 10; ++i) {

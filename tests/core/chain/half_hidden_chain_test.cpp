@@ -76,7 +76,7 @@ TEST(HalfHidden, APersonIsFoundAsFarAsThePapersEquationsAllow) {
   }
 }
 
-// The default's rays ask what has ended in the cell, not how much of it is hidden.
+// The default's rays count matches that end in the cell, not its hidden part.
 TEST(HalfHidden, APersonIsFoundForSureByDefault) {
   Drive run{"occlusion"};
   const Person person{run.scene};

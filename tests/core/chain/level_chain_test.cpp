@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where a pitched camera has the road is where ground, stages and points have it, by the level rig and the mapping.
+// Ground, stages and points of a pitched camera agree with its road, by the level rig and the mapping.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ struct PitchedDrive : testing::Test {
     for (std::size_t i{0}; i < 3; ++i) result = &drive.step(i);
   }
 
-  // Of a point of the road, in the camera's image.
+  // Projection of a point of the road to the camera's image.
   [[nodiscard]] ImagePoint in_camera(double x_m, double y_m) const {
     const Rig& rig{drive.pipeline.next_rig()};
     const double c{std::cos(rig.camera_pitch_rad)};

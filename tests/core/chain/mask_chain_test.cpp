@@ -122,7 +122,7 @@ TEST(MaskChain, IsGivenInTheImageOfAPitchedCamera) {
   EXPECT_GT(near_it, 500) << "beside the mask";
 }
 
-// Without it the bonnet is an obstacle right ahead, or the frame is not believed.
+// Without a mask the bonnet is an obstacle right ahead, or the frame is rejected.
 TEST(MaskChain, TakesTheBonnetOut) {
   const Scene scene{scenes::parse_scene("street?width=400&height=250&frames=6"), 2};
   const Bonnet bonnet{200, 34.3};

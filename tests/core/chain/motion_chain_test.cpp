@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Velocities from images, against scenes whose objects move as they are told to.
+// Velocities from images, against the motion of rendered objects.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -101,7 +101,7 @@ TEST(MotionChain, WithoutSceneFlowTheImagesSayNothingOfVelocities) {
       ++k;
     }
   }
-  EXPECT_GT(moving[1], 1.3 * moving[0]);  // the grids alone tell some of it
+  EXPECT_GT(moving[1], 1.3 * moving[0]);  // the grids alone indicate a part of the motion
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Cameras that are not mounted as the rig says: found by the whole pipeline, which goes on as if it had been told.
+// Wrong extrinsics in the rig: the pipeline estimates the right ones and continues as with given ones.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A pipeline that loads what another one has saved goes on as that one does, bit for bit.
+// A pipeline that loads the state of another one continues like it, bit for bit.
 #include "chain_run.hpp"
 #include "stereogrid/error.hpp"
 
@@ -60,7 +60,7 @@ TEST_P(SavedState, GoesOnBitForBit) {
   Pipeline first{pipeline()};
   for (std::size_t i{0}; i < saved_after; ++i) step(first, i);
   Pipeline second{pipeline()};
-  step(second, 3);  // what it remembers of its own is replaced
+  step(second, 3);  // its own state is replaced
   second.load_state(first.save_state());
   bool has_obstacles{false};
   for (std::size_t i{saved_after}; i < frames; ++i) {

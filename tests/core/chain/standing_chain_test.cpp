@@ -88,7 +88,7 @@ bool has(const FrameResult& result, FrameStatus flag) {
 struct Close {
   const char* name;
   scenes::World world;
-  double left_m;  ///< of the obstacle's part in view, from … to
+  double left_m;  ///< extent of the visible part of the obstacle
   double right_m;
 };
 

@@ -76,7 +76,7 @@ void drive(const Layout& layout, const Check& check) {
   }
 }
 
-// From the second frame on. A ramp and what stands on it.
+// A ramp with a box on it, from the second frame on.
 TEST(Terrain, RampsAreFreeAndBoxesOnThemAreNot) {
   const auto last_frame = [](const std::string& text) {
     const scenes::Scene scene{scenes::parse_scene(text), 2};
@@ -157,7 +157,7 @@ TEST(Terrain, KeepsTheExtrinsicsBeforeWhatRises) {
   }
 }
 
-// The first riser stands in the grid as long as the floor before it is in view.
+// The first riser is in the grid while the floor before it is in view.
 TEST(Terrain, StairsUpAreObstaclesWhileTheFloorIsSeen) {
   drive({"step", car, 2.5, 1.36, 90, 8}, [](const FrameResult& result, double edge_m) {
     if (edge_m < 3.4) return;

@@ -173,7 +173,7 @@ TEST(Trust, ARoadTooNearForTheDisparitiesDoesNotCount) {
   EXPECT_EQ(pipeline.process(frame).status, std::vector<FrameStatus>{FrameStatus::few_matches});
 }
 
-// Most of what differs between neighbours is noise then, which cannot match.
+// Most differences between neighbours are noise, which does not match.
 TEST(Trust, ANoisyCameraIsTrusted) {
   const Scene scene{scenes::parse_scene("street?width=621&height=188&focal=360&noise=10"), 2};
   Pipeline pipeline{small_grid(), scene.rig(), {.threads = 2}};
@@ -240,7 +240,7 @@ TEST(Trust, OtherSourcesStillCount) {
   EXPECT_GT(*std::ranges::min_element(result.observed), 0.7f);
 }
 
-// A wall nearer than the road that the camera sees: nothing says where the road is, nothing speaks against the plane.
+// A wall in front of all visible road: no sample on the road, and none against the plane.
 TEST(Trust, ARoadThatIsHiddenIsKnownForThreeSeconds) {
   const Rig rig{small_kitti_rig()};
   const Texture texture{3};

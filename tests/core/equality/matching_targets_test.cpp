@@ -77,7 +77,7 @@ TEST(MatchingTargets, EveryWindow) {
   }
 }
 
-// Where everything differs the sums are the largest there are.
+// The sums of completely different windows are the largest possible ones.
 TEST(MatchingTargets, LargestCosts) {
   Pair pair{Image<std::uint8_t>{40, 9}, Image<std::uint8_t>{40, 9}};
   for (int v{0}; v < 9; ++v) {
@@ -129,7 +129,7 @@ MatchingConfig random_config(std::mt19937& generator) {
   return config;
 }
 
-// To search longer for what differs: --gtest_filter=*Random* --gtest_shuffle --gtest_repeat=1000, which seeds anew.
+// To search longer for differences: --gtest_filter=*Random* --gtest_shuffle --gtest_repeat=1000, which seeds anew.
 TEST(MatchingTargets, RandomSizesAndSettings) {
   std::mt19937 generator{131u + static_cast<unsigned>(testing::UnitTest::GetInstance()->random_seed())};
   for (int i{0}; i < 20; ++i) {

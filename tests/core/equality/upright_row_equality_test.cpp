@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Upright pixels by vectors, on every instruction set of this machine, against plain loops.
+// Obstacle pixels by vectors, on every instruction set of this machine, against plain loops.
 #include <gtest/gtest.h>
 
 #include <random>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What is told to the filter of velocities: cells side by side give the same as one after the other, bit for bit.
+// Evidence of velocities for the filter: cells in vectors give the same as one by one, bit for bit.
 #include <gtest/gtest.h>
 
 #include <random>

@@ -1,10 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pipeline::process() on the CPU allocates nothing once it runs, whatever is set, on a busy street; but the text of a
-// warning, in the frame that has one. oneTBB takes memory for its tasks where it likes: from a pool of its own, which
-// asks malloc for more now and then, more seldom the longer it runs. That is told apart (allocations.hpp) and only has
-// to be little.
+// Pipeline::process() on the CPU does not allocate on a busy street, with any settings, except for the text of a
+// warning. oneTBB's pool of memory for tasks calls malloc more and more rarely; its allocations are separate
+// (allocations.hpp) and only have to be few.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -194,7 +193,7 @@ TEST_P(Allocation, NoneOnceThePipelineRuns) {
 INSTANTIATE_TEST_SUITE_P(, Allocation, testing::ValuesIn(cases()),
                          [](const auto& run) { return std::string{run.param.name}; });
 
-// The test of the test: what is allocated here is seen.
+// The counter sees allocations of this test.
 TEST(AllocationCount, SeesWhatIsAllocated) {
   if (!can_count_allocations()) GTEST_SKIP() << "malloc cannot be counted under a sanitizer, nor without glibc";
   const std::ptrdiff_t before{live_bytes()};

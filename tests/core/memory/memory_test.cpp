@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a pipeline says it holds is what malloc has given it, before the first frame and after ten.
+// The pipeline's held bytes equal those of malloc, before the first frame and after ten.
 #include <gtest/gtest.h>
 
 #include <string>

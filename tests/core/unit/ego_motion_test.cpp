@@ -21,7 +21,7 @@ void expect_near(const Pose2& actual, const Pose2& expected, double tolerance = 
   EXPECT_NEAR(std::remainder(actual.yaw_rad - expected.yaw_rad, 360 * degree), 0, tolerance);
 }
 
-/// A drive at 13 m/s that turns by 10°/s, as its pose source tells it.
+/// Poses of a drive at 13 m/s that turns by 10°/s.
 class Drive {
  public:
   explicit Drive(const MotionConfig& config = {}) : ego_motion{config} {}
@@ -154,7 +154,7 @@ TEST(EgoMotion, ImpossibleSpeedIsNoticedAtTheSecondFrame) {
   expect_near(placing.world_from_vehicle, {});
 }
 
-// What was believed was wrong (the drive begins in a jump): the poses agree with themselves and are believed again.
+// Poses that agree with each other are accepted again after a drive that begins with a jump.
 TEST(EgoMotion, IsNotLockedOut) {
   EgoMotion ego_motion{MotionConfig{}};
   static_cast<void>(ego_motion.place(Pose2{}, 0));
@@ -205,7 +205,7 @@ TEST(EgoMotion, WhereThereNeverWasAPoseNoneIsMissing) {
   EXPECT_EQ(ego_motion.place(std::nullopt, dt_s).status, FrameStatus::pose_missing);
 }
 
-// A clock that stutters: the noise of a pose within a nanosecond is no motion to be carried on.
+// A clock that stutters: noise of a pose within a nanosecond is not extrapolated as motion.
 TEST(EgoMotion, NextToNoTimeTellsNoMotion) {
   for (const bool notices : {true, false}) {
     MotionConfig config;

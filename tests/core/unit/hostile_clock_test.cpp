@@ -49,7 +49,7 @@ TEST_P(HostileClock, AClockThatIsSetAfterBootIsAGap) {
 }
 
 TEST_P(HostileClock, AnyGapIsSurvivedWithPosesAndWithout) {
-  // what is decided stands once for every back end; the plain loops take long
+  // decisions are shared by all back ends; the plain loops are slow
   const std::vector<double> gaps_s{GetParam() == BackEnd::reference ? std::vector{9e9}
                                                                     : std::vector{6.0, 8e6, 1e9, 9e9}};
   for (const double gap_s : gaps_s) {
@@ -139,7 +139,7 @@ TEST_P(HostileClock, ThePlaceFollowsThePosesOverALeap) {
   wall_.speed_mps = 5;
   drive(0, 6);
   EXPECT_NEAR(result_->world_from_vehicle.x_m, 2.5, 1e-9);
-  wall_.place_m += 400;  // no vehicle drives so far in 1 s, but who knows how long it was
+  wall_.place_m += 400;  // too far for 1 s, but the duration is unknown
   EXPECT_THAT(leaps_of(drive(-second_ns, 1)), ElementsAre(FrameStatus::clock_stepped_back));
   EXPECT_NEAR(result_->world_from_vehicle.x_m, 403, 1e-9);
   EXPECT_THAT(leaps_of(drive(-second_ns + frame_ns, 3)), IsEmpty());

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Numbers that nobody means: in poses, disparities, other grids and arguments.
+// Implausible numbers: in poses, disparities, other grids and arguments.
 #include <gmock/gmock.h>
 
 #include <atomic>

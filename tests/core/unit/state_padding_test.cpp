@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What may be saved as it lies in memory.
+// Types that may be saved as raw memory.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -46,7 +46,7 @@ class Out(unittest.TestCase):
             cls.node.create_subscription(message_class(type_name), topic, cls.received[topic].append, qos, raw=True)
         grid = f'{AT}/occupancy_grid'
         cls.node.create_subscription(message_class(TYPES[grid]), grid, cls.best_effort.append, BEST_EFFORT, raw=True)
-        # asks for more than is offered
+        # requires more than is offered
         refused = []
         cls.node.create_subscription(message_class(OTHERS[f'{AT}/scan']), f'{AT}/scan', refused.append, LATCHED)
         spin_until(cls.node, lambda: all(sum(map(bool, one)) > 4 for one in cls.received.values()) and cls.best_effort, 25)
@@ -90,7 +90,7 @@ class Out(unittest.TestCase):
     def test_layouts_are_those_of_ros(self):
         for topic, received in self.received.items():
             with self.subTest(topic):
-                for one in received:  # Fast CDR leaves what lies in gaps of alignment undefined
+                for one in received:  # Fast CDR leaves padding undefined
                     again = serialize_message(deserialize_message(one, message_class(TYPES[topic])))
                     self.assertIn(len(one) - len(again), range(4))
 
@@ -141,7 +141,7 @@ class Out(unittest.TestCase):
         self.assertTrue(self.best_effort)
         self.assertTrue(self.late)
         self.assertFalse(self.refused)
-        self.assertEqual(self.log.count(f'a subscriber of {AT}/scan gets nothing'), 1, self.log)
+        self.assertEqual(self.log.count(f'a subscriber of {AT}/scan receives nothing'), 1, self.log)
 
 
 if __name__ == '__main__':

@@ -11,34 +11,34 @@
 
 namespace stereogrid::io {
 
-/// The largest file of each kind that is read, in bytes, and the most that a compressed one may declare. Far above what
-/// is of use: a larger one is something else, and would only use up memory and time.
+/// Maximum size of a file of each kind, and of the data that a compressed one declares, in bytes. Far above the sizes
+/// of valid files.
 namespace largest_bytes {
 constexpr std::size_t mebi{std::size_t{1} << 20};
-constexpr std::size_t settings{mebi};       ///< YAML: its reader takes seconds for more
+constexpr std::size_t settings{mebi};       ///< YAML: parsing more takes seconds
 constexpr std::size_t calibration{mebi};    ///< KITTI's too; and records of GPS/IMU
 constexpr std::size_t lines{1024 * mebi};   ///< frames.txt, times and poses: a line per frame
 constexpr std::size_t image{512 * mebi};    ///< disparities too; and its pixels at 8 bytes each
-constexpr std::size_t sweep{512 * mebi};    ///< of a lidar
+constexpr std::size_t sweep{512 * mebi};    ///< sweep of a lidar
 constexpr std::size_t array{512 * mebi};    ///< .npy, and each array of an .npz
-constexpr std::size_t arrays{1024 * mebi};  ///< an .npz, and all that it holds
+constexpr std::size_t arrays{1024 * mebi};  ///< an .npz, and all of its arrays
 constexpr std::size_t json{16384 * mebi};   ///< run.json, frames.jsonl, truth
 }  // namespace largest_bytes
 
-/// Returns false for the errno of a wrong path or a missing permission, true for EIO, ESTALE, EMFILE and all others:
-/// trying again may help.
+/// Returns false for the errno of a wrong path or a missing permission. True: a retry may succeed (EIO, ESTALE, EMFILE
+/// and all others).
 [[nodiscard]] STEREOGRID_EXPORT bool is_temporary(int error_number);
 
-/// The whole file. Throws InputError: missing, a folder, a device, FIFO or socket, not readable, of more than
-/// `most_bytes`, cut off while it was read. Throws DeviceError where the failure is_temporary().
+/// Reads a whole file. Throws InputError: missing, a folder, a device, FIFO or socket, not readable, larger than
+/// `most_bytes`, truncated during the read. Throws DeviceError if the failure is_temporary().
 [[nodiscard]] STEREOGRID_EXPORT std::string read_file(const std::filesystem::path& path,
                                                       std::size_t most_bytes = largest_bytes::array);
 
-/// The same for text: without the byte-order mark that some editors put before UTF-8.
+/// Reads a text file without the byte-order mark of UTF-8. Throws as read_file().
 [[nodiscard]] STEREOGRID_EXPORT std::string read_text(const std::filesystem::path& path, std::size_t most_bytes);
 
-/// Writes the file under a temporary name beside it and renames it, so that a file of this name is always whole. A
-/// symbolic link stays: what it points to is written. A file that is replaced keeps its permissions. Devices, FIFOs and
+/// Writes the file under a temporary name beside it and renames it, so that a file of this name is always complete.
+/// A symbolic link remains, and its target is written. A replaced file keeps its permissions. Devices, FIFOs and
 /// sockets are written directly. Throws DeviceError: disk full, no such folder, not writable, a folder of this name.
 STEREOGRID_EXPORT void write_file(const std::filesystem::path& path, std::string_view bytes);
 

@@ -27,20 +27,20 @@ struct RgbImage {
 /// An image as 8-bit grey, at its own scale.
 struct ScaledImage {
   Image<std::uint8_t> grey;
-  int bits{8};  ///< sample_bits: white stands for the largest number of so many bits
+  int bits{8};  ///< sample_bits(): white is the largest number of this many bits
 };
 
-// All readers take PNG, PGM/PPM, JPEG, WebP and TIFF, told apart by content, and throw InputError where the file is
-// missing, truncated, damaged or no such image.
+// All readers accept PNG, PGM/PPM, JPEG, WebP and TIFF, recognised by content. They throw InputError if the file is
+// missing, truncated, damaged or of another format.
 
-/// Reads an image as 8-bit grey; colour becomes luma. Sensors store 10, 12 or 14 bits in 16: `bits` (8–16) says how
-/// many of a 16-bit file carry the picture, so that all frames of a drive share one scale; brighter values saturate. 0:
-/// taken from this image by sample_bits. 8-bit files are taken as they are.
+/// Reads an image as 8-bit grey; colour becomes luma. Sensors store 10, 12 or 14 bits in 16: `bits` (8 to
+/// 16) is the number of used bits in 16-bit files, one scale for all frames of a drive. Brighter values saturate. 0:
+/// sample_bits() of this image. 8-bit files are unchanged.
 [[nodiscard]] STEREOGRID_EXPORT Image<std::uint8_t> read_grey(const std::filesystem::path& path, int bits = 0);
 
 /// 8 for 8-bit samples; else the least of 10 … 16 bits that holds the image's brightest value. Throws InputError.
 [[nodiscard]] STEREOGRID_EXPORT int sample_bits(const std::filesystem::path& path);
-/// The same of an image in memory.
+/// The same for an image in memory.
 [[nodiscard]] STEREOGRID_EXPORT int sample_bits(const PixelView& image);
 
 /// Reads an image at its own scale: nothing saturates.

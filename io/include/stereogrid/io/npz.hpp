@@ -55,7 +55,7 @@ template <class T>
   }
 }
 
-/// An array that somebody else owns, for writing. Row-major: the last dimension is the fastest.
+/// View of an array for writing; the caller owns the data. Row-major: the last dimension is the fastest.
 struct NpzArray {
   std::string name;
   DType dtype{DType::float32};

@@ -16,15 +16,15 @@
 
 namespace stereogrid::io {
 
-/// Of stamps that are read, on both sides of 0 (1970): the difference of any two fits into 64 bits.
+/// Largest absolute value of valid stamps: the difference of any two fits into 64 bits. 0: 1970.
 constexpr std::int64_t largest_stamp_ns{4'000'000'000'000'000'000};
 
-/// Largest x and y of a pose that is read: more than twice around the earth.
+/// Largest absolute x and y of valid poses: more than twice around the earth.
 constexpr double largest_position_m{1e8};
 
 /// A line of poses.csv.
 struct NamedPose {
-  std::string name;  ///< of the frame; empty in files without names
+  std::string name;  ///< name of the frame; empty in files without names
   std::int64_t stamp_ns{0};
   Pose2 world_from_vehicle;
 };
@@ -36,16 +36,16 @@ struct NamedPose {
 // Poses are relative to the file's own world, not to the first frame. Readers throw InputError and name the line.
 
 /// KITTI's pose file: 12 numbers a line, world_from_camera 3 × 4 row-major (x right, y down, z forward), projected on
-/// the ground: x forward, y left, heading of the optical axis. Complains of numbers that are not finite, of lines that
-/// are no rotation, and where there are not `expected` of them.
+/// the ground: x forward, y left, heading of the optical axis. Throws
+/// InputError: numbers that are not finite, no rotation, another number of lines than `expected`.
 [[nodiscard]] STEREOGRID_EXPORT std::vector<Pose2> read_kitti_poses(const std::filesystem::path& path,
                                                                     std::size_t expected);
 
-/// Our poses.csv: header name,stamp_ns,x_m,y_m,yaw_rad, or without the names, where the poses have times of their own.
-/// Complains of double names and of stamps that do not grow.
+/// stereogrid's poses.csv: header name,stamp_ns,x_m,y_m,yaw_rad, or without names, for poses with times of their own.
+/// Throws InputError: duplicate names, stamps that do not increase.
 [[nodiscard]] STEREOGRID_EXPORT std::vector<NamedPose> read_poses_csv(const std::filesystem::path& path);
 
-/// Writes what read_poses_csv() reads. Throws DeviceError.
+/// Writes a file for read_poses_csv(). Throws DeviceError.
 STEREOGRID_EXPORT void write_poses_csv(const std::filesystem::path& path, std::span<const NamedPose> poses);
 
 /// A pose and its instant.
@@ -59,8 +59,8 @@ struct StampedPose {
 
 /// TUM's format, "timestamp tx ty tz qx qy qz qw" with stamps in seconds and # comments: world_from_camera (x right, y
 /// down, z forward) in any world. Poses are relative to the first camera, projected on the plane of its x and z axes.
-/// Poses that move along their own x axis are those of a body (x ahead, z up). Complains of quaternions whose length is
-/// not 1, and of stamps that do not grow.
+/// Poses that move along their own x axis are those of a body (x ahead, z up). Invalid: quaternions whose length
+/// is not 1, and stamps that do not increase.
 struct TumPoses {
   std::vector<StampedPose> poses;
   bool are_of_body{false};
@@ -68,9 +68,9 @@ struct TumPoses {
 /// Reads a file of TUM's format. Throws InputError.
 [[nodiscard]] STEREOGRID_EXPORT TumPoses read_tum_poses(const std::filesystem::path& path);
 
-/// The poses at other instants: between the two around each, position linear, heading along the shorter arc. Up to one
-/// usual (median) interval before the first and behind the last pose, motion is carried on. `poses`: stamps grow.
-/// Throws InputError naming `source` where that does not reach, or there are fewer than two poses.
+/// Poses at other instants: linear interpolation of the position, heading along the shorter arc. Motion
+/// is extrapolated up to one median interval before the first and after the last pose. `poses`: stamps increase.
+/// Throws InputError naming `source`: an instant outside this range, or fewer than two poses.
 [[nodiscard]] STEREOGRID_EXPORT std::vector<Pose2> interpolate_poses(const std::filesystem::path& source,
                                                                      std::span<const StampedPose> poses,
                                                                      std::span<const std::int64_t> stamps_ns);

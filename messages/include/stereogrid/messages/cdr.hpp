@@ -167,9 +167,9 @@ class STEREOGRID_EXPORT CdrReader {
   std::size_t position_{0};
 };
 
-/// Reads `cdr` into `message`, whose memory is used again. Bytes from anywhere may be given: no more memory is taken
-/// than a small multiple of what they are. Throws InputError: not such a message, cut off, or with bytes left over;
-/// `message` then holds what was read until there.
+/// Decodes `cdr` into `message`, whose memory is reused. Safe for untrusted bytes: allocates at most a small multiple
+/// of their size. Throws InputError: not such a message, truncated, or followed by more bytes; `message` is then partly
+/// overwritten.
 template <Message M>
 void decode(std::span<const std::byte> cdr, M& message) {
   CdrReader reader{cdr, M::type_name};

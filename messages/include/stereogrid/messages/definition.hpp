@@ -79,7 +79,7 @@ class STEREOGRID_EXPORT DefinitionWriter {
   std::size_t current_{0};
 };
 
-/// The text that tells a reader how `M` is laid out: schema encoding "ros2msg". Without comments and constants.
+/// Definition of `M` for readers, schema encoding "ros2msg", without comments and constants.
 template <Message M>
 std::string_view definition_of() {
   static const std::string text{DefinitionWriter::write<M>()};

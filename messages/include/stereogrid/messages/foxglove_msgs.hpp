@@ -49,7 +49,7 @@ struct Grid {
 
   builtin_interfaces::Time timestamp;
   std::string frame_id;
-  geometry_msgs::Pose pose;  ///< of the corner of cell (0, 0)
+  geometry_msgs::Pose pose;  ///< pose of the corner of cell (0, 0)
   std::uint32_t column_count{0};
   Vector2 cell_size;             ///< m
   std::uint32_t row_stride{0};   ///< bytes

@@ -19,7 +19,7 @@ struct GridMapInfo {
   double resolution{0};      ///< m
   double length_x{0};        ///< m
   double length_y{0};        ///< m
-  geometry_msgs::Pose pose;  ///< of the map's middle
+  geometry_msgs::Pose pose;  ///< pose of the map's middle
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {
@@ -36,9 +36,8 @@ struct GridMap {
   std_msgs::Header header;
   GridMapInfo info;
   std::vector<std::string> layers;
-  std::vector<std::string> basic_layers;  ///< a cell that has no number in one of them has no data
-  std::vector<std_msgs::Float32MultiArray>
-      data;  ///< of each layer; column-major from the corner of the largest x and y
+  std::vector<std::string> basic_layers;          ///< cells without a number in one of them have no data
+  std::vector<std_msgs::Float32MultiArray> data;  ///< by layer; column-major from the corner of the largest x and y
   std::uint16_t outer_start_index{0};
   std::uint16_t inner_start_index{0};
 

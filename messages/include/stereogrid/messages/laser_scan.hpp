@@ -10,10 +10,10 @@
 
 namespace stereogrid::messages {
 
-/// The nearest obstacle of each bearing in the camera's field of view, seen from the origin of the vehicle frame, as
-/// docs/messages.md tells of the topic `scan`. Writes all fields but the header, and uses the memory that it has.
+/// Nearest obstacle at each bearing in the camera's field of view, relative to the origin of the vehicle frame
+/// (docs/messages.md, topic `scan`). Writes all fields but the header; reuses the message's memory.
 ///
-/// `geometry`: in the vehicle frame; `occupancy` has its size. `rig`: as it is mounted, Pipeline::rig().
+/// `geometry`: in the vehicle frame; `occupancy` has its size. `rig`: Pipeline::rig().
 STEREOGRID_EXPORT void fill(sensor_msgs::LaserScan& message, const Rig& rig, const GridGeometry& geometry,
                             View<const float> occupancy);
 

@@ -75,13 +75,13 @@ struct CameraInfo {
   static constexpr std::string_view type_name{"sensor_msgs/msg/CameraInfo"};
 
   std_msgs::Header header;
-  std::uint32_t height{0};  ///< of the calibration's images, px
+  std::uint32_t height{0};  ///< size of the calibration's images, px
   std::uint32_t width{0};
   std::string distortion_model;
   std::vector<double> d;
   std::array<double, 9> k{};  ///< all 0: not calibrated
   std::array<double, 9> r{};
-  std::array<double, 12> p{};  ///< of a right camera p[3] = −focal length · baseline
+  std::array<double, 12> p{};  ///< right camera: p[3] = −focal length · baseline
   std::uint32_t binning_x{0};
   std::uint32_t binning_y{0};
   RegionOfInterest roi;
@@ -151,13 +151,13 @@ struct LaserScan {
 
   std_msgs::Header header;
   float angle_min{0};  ///< rad, counter-clockwise, 0 along x
-  float angle_max{0};  ///< of the last beam
+  float angle_max{0};  ///< angle of the last beam, rad
   float angle_increment{0};
   float time_increment{0};    ///< s
   float scan_time{0};         ///< s
   float range_min{0};         ///< m
   float range_max{0};         ///< m
-  std::vector<float> ranges;  ///< m; +inf: nothing there; NaN: nothing known (REP 117)
+  std::vector<float> ranges;  ///< m; +inf: free; NaN: unknown (REP 117)
   std::vector<float> intensities;
 
   template <class Self, class Visitor>

@@ -12,15 +12,15 @@
 
 namespace stereogrid::messages {
 
-/// A topic and what comes on it.
+/// A topic and the type of its messages.
 struct Channel {
-  std::string topic;            ///< as ROS has it, from the root: "/stereo_grid/occupancy_grid"
-  std::string_view type;        ///< "nav_msgs/msg/OccupancyGrid"; of static duration, as the definition
+  std::string topic;            ///< absolute name in ROS: "/stereo_grid/occupancy_grid"
+  std::string_view type;        ///< "nav_msgs/msg/OccupancyGrid"; static storage, as for the definition
   std::string_view definition;  ///< schema encoding "ros2msg"
-  bool latched{false};          ///< who comes later wants the last message, too (ROS: transient local, depth 1)
+  bool latched{false};          ///< late subscribers receive the last message (ROS: transient local, depth 1)
 };
 
-/// Where messages go: a recording, a network. Called by one thread at a time.
+/// Publisher of messages to a recording or a network. Called by one thread at a time.
 class STEREOGRID_EXPORT Sink {
  public:
   Sink() = default;
@@ -28,12 +28,12 @@ class STEREOGRID_EXPORT Sink {
   Sink& operator=(const Sink&) = delete;
   virtual ~Sink();
 
-  /// Before the first message of a topic, which may be at any time; the number is what the other functions take.
+  /// Adds a channel, at any time before its first message. Returns its number for the other functions.
   virtual std::uint32_t add(const Channel& channel) = 0;
-  /// Would a message go anywhere? It is not even made where not. A sink that keeps the last message of latched channels
-  /// wants them always.
+  /// False: no receiver, so messages need not be encoded. Always true for latched channels if the publisher stores
+  /// their last messages.
   [[nodiscard]] virtual bool wants(std::uint32_t channel) const = 0;
-  /// `cdr`: the sender's memory, used again after the call.
+  /// `cdr`: valid during the call only.
   virtual void send(std::uint32_t channel, std::int64_t stamp_ns, std::span<const std::byte> cdr) = 0;
 };
 

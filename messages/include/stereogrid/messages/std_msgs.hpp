@@ -11,12 +11,12 @@
 
 namespace stereogrid::messages::builtin_interfaces {
 
-/// Since any moment that stays the same; ROS: since 1970.
+/// Time since a fixed moment; ROS: since 1970.
 struct Time {
   static constexpr std::string_view type_name{"builtin_interfaces/msg/Time"};
 
   std::int32_t sec{0};       ///< s
-  std::uint32_t nanosec{0};  ///< of that second, below 1e9
+  std::uint32_t nanosec{0};  ///< nanoseconds of that second, below 1e9
 
   template <class Self, class Visitor>
   static void visit_fields(Self& self, Visitor&& visit) {

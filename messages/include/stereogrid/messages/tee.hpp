@@ -12,7 +12,7 @@
 
 namespace stereogrid::messages {
 
-/// Several sinks as one: what one of them wants is encoded once and goes to all that want it. They have to live longer.
+/// Several publishers as one: messages are encoded once. The publishers must outlive it.
 class STEREOGRID_EXPORT Tee final : public Sink {
  public:
   explicit Tee(std::vector<Sink*> sinks);
@@ -23,7 +23,7 @@ class STEREOGRID_EXPORT Tee final : public Sink {
 
  private:
   std::vector<Sink*> sinks_;
-  std::vector<std::vector<std::uint32_t>> channels_;  // of each channel its number in each sink
+  std::vector<std::vector<std::uint32_t>> channels_;  // by channel: its number at each publisher
 };
 
 }  // namespace stereogrid::messages

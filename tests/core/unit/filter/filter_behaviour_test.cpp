@@ -106,8 +106,7 @@ TEST_P(FilterBehaviour, VelocityIsThatOverGround) {
   EXPECT_NEAR(mean_over(run.layers.velocity_y, 14, 14, 4, 4), 0, 0.5);
 }
 
-// All velocities are equally probable at first, as in the papers. A prior of standstill makes the filter slower to
-// believe in motion.
+// All velocities are equally probable at first, as in the papers. A static prior delays the detection of motion.
 FilterConfig without_static_prior(FilterModel model) {
   FilterConfig config{method_config(model)};
   config.static_prior = 1.0 / 25;
@@ -136,7 +135,7 @@ double hidden_for(const FilterConfig& config, int frames) {
   return mean_over(run.layers.occupancy, 15, 15, 2, 2);
 }
 
-// docs/method.md §8.6 and §8.7: inner cells of a 4 × 4 object that nobody sees any more.
+// docs/method.md §8.6 and §8.7: inner cells of a 4 × 4 object that is hidden.
 TEST(FilterHiding, JointKeepsWhatIsHidden) {
   for (const FilterConfig& config : {method_config(FilterModel::joint), without_static_prior(FilterModel::joint)}) {
     EXPECT_GT(hidden_for(config, 1), 0.95);
@@ -150,7 +149,7 @@ TEST(FilterHiding, TayLosesWhatIsHidden) {
   EXPECT_LT(hidden_for(method_config(FilterModel::tay2008), 10), 0.5);
 }
 
-// A moving thing goes on behind an obstacle: after 5 unseen steps its mass is 5 cells further.
+// A dynamic object continues behind an obstacle: after 5 unobserved steps its mass is 5 cells further.
 TEST(FilterHiding, JointMovesWhatIsHidden) {
   Cpu cpu{1};
   FilterRun run{cpu, method_config(FilterModel::joint), still_window()};
@@ -160,13 +159,13 @@ TEST(FilterHiding, JointMovesWhatIsHidden) {
   EXPECT_LT(mean_over(run.layers.occupancy, 15, 15, 2, 2), 0.3);
 }
 
-// Somebody walks at 1.4 m/s for 1.5 s and is hidden for 1.2 s: P > 0.5 where they are, for at least a second.
+// A pedestrian walks at 1.4 m/s for 1.5 s and is hidden for 1.2 s: P > 0.5 at their place, for at least a second.
 TEST(FilterHiding, AWalkerIsBelievedInForASecond) {
   Cpu cpu{2};
   const auto survived_s = [&](FilterModel model) {
     FilterConfig config;
     config.model = model;
-    config.scene_flow = false;  // nobody tells how they move
+    config.scene_flow = false;  // no measured velocity
     FilterRun run{cpu, config, still_window()};
     double x{4};
     const auto walker = [&](float free) { return covered(cells, x, 14, 3, 4, 0.9f, free); };

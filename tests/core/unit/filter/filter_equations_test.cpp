@@ -15,9 +15,9 @@ namespace stereogrid::test {
 namespace {
 
 // The equations of the method note once more, in double precision and for whole-cell velocities, straight from the
-// text. 3 × 3 velocities: v = (k % 3 − 1, k / 3 − 1) cells a step. Three departures of ours: the prior of a velocity is
-// mostly standstill, less so where the frame before has seen the place, and what stands starts ten times less often
-// than what moves changes its velocity.
+// text. 3 × 3 velocities: v = (k % 3 − 1, k / 3 − 1) cells a step. Three additions: the prior of a velocity is
+// mostly static; less so where the previous frame has observed the place; static mass starts ten times less often than
+// dynamic mass changes its velocity.
 constexpr int cells{24};
 constexpr int velocities{9};
 constexpr int standstill{4};
@@ -56,7 +56,7 @@ const Cell* antecedent(const Cells& before, int x, int y, std::size_t k) {
   return &before[static_cast<std::size_t>(from_y * cells + from_x)];
 }
 
-// Of what occupies a cell: mean velocity, covariance, and its part that moves.
+// Motion of a cell's mass: mean velocity, covariance and dynamic share.
 struct Motion {
   double x{0};
   double y{0};
@@ -178,7 +178,7 @@ TEST_P(FilterEquations, AreThoseOfTheMethodNote) {
   Reference reference;
   FilterRun run{reference, config, {0, 0, 0.2, cells, cells}};
   std::mt19937 generator{91};
-  run.step(observation(1, generator));  // cells that nobody has seen have a rule of their own
+  run.step(observation(1, generator));  // unobserved cells have a rule of their own
   Cells expected{cells_of(run.now)};
   for (int step{2}; step < 14; ++step) {
     const Image<float> observed{observation(step, generator)};

@@ -151,7 +151,7 @@ TEST_P(FilterOfEachModel, NeverObservedStaysUnknown) {
     geometry.y_min_m += step % 3 == 0 ? cell_m : 0;
     run.step(nothing, 0.1, geometry);
   }
-  // mass that streams out of what has entered the window moves a little between unseen cells
+  // mass from cells that entered the window moves a little between unobserved cells
   for (const float p : run.layers.occupancy) EXPECT_NEAR(p, 0.5, 0.03);
   for (const float age : run.layers.age_s) EXPECT_TRUE(std::isinf(age));
 }
@@ -163,7 +163,7 @@ TEST_P(FilterOfEachModel, OneCellByHand) {
   config.speeds_mps = {};
   FilterRun run{cpu, config, {0, 0, cell_m, 5, 5}};
   run.step(Image<float>(5, 5, 0.8f), 0.1);
-  // the prediction of 0.5 is 0.5 whatever is forgotten; then 0.8
+  // the prediction of 0.5 is 0.5 with any decay; then 0.8
   EXPECT_NEAR(run.layers.occupancy(2, 2), 0.8, 1e-5);
   run.step(Image<float>(5, 5, 0.3f), 0.1);
   // eps = (1 − exp(−0.1/4.95))/2 = 0.0100; prediction 0.8·0.9900 + 0.2·0.0100 = 0.7940;
@@ -209,7 +209,7 @@ TEST_P(FilterOfEachModel, ForgettingDoesNotDependOnTheFrameRate) {
   EXPECT_NEAR(fine.layers.occupancy(2, 2), coarse.layers.occupancy(2, 2), 1e-4);
 }
 
-// What the noise does in a second is the same in one step as in twenty.
+// The noise of a second is the same in one step as in twenty.
 TEST(FilterNoise, DoesNotDependOnTheFrameRate) {
   const FilterConfig config{method_config(FilterModel::joint)};
   const FilterTables tables{config};
@@ -239,7 +239,7 @@ TEST_P(FilterOfEachModel, AgeGrowsAndIsResetBySeeing) {
   EXPECT_TRUE(std::isinf(run.layers.age_s(5, 4)));
   observed.fill(0.5f);
   run.step(observed, 0.1);
-  // the window moves by a cell: what was at (3, 4) is at (2, 4)
+  // the window moves by a cell: (3, 4) becomes (2, 4)
   geometry.x_min_m += cell_m;
   run.step(observed, 0.25, geometry);
   EXPECT_NEAR(run.layers.age_s(2, 4), 0.35, 1e-6);
@@ -270,8 +270,8 @@ INSTANTIATE_TEST_SUITE_P(Models, FilterOfEachModel, testing::Values(FilterModel:
                            return std::string{names_of(name.param)[static_cast<std::size_t>(name.param)]};
                          });
 
-// What a vehicle that stands observes again takes a cell to its own odds and no farther; when it moves, evidence adds
-// up; what contradicts it counts in full.
+// Repeated observations of a static vehicle move a cell to their own odds at most. With motion, evidence accumulates;
+// contradicting evidence counts in full.
 TEST(FilterRepetition, TheSameViewIsHeardOnce) {
   FilterStep step{};
   step.kept_moving = step.kept_standing = step.prior_static = 1;
@@ -313,7 +313,7 @@ TEST(FilterRepetition, DependsOnTheParallaxOfTheCell) {
   EXPECT_EQ(repeated(std::numeric_limits<double>::infinity(), 29, -3), 0) << "unknown";
 }
 
-// What the camera looks at without seeing anything there is forgotten sooner than what lies beside it.
+// Cells in the field of view without matches decay faster than cells beside it.
 TEST(FilterForgetting, IsQuickerInTheCamerasView) {
   const FilterConfig config;
   const FilterTables tables{config};

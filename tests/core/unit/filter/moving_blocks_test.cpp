@@ -75,7 +75,7 @@ TEST(MovingBlocks, ChangeLittleOfWhatAllBlocksWouldSay) {
   EXPECT_NEAR(mean_over(sparse.layers.velocity_x, 49, 50, 4, 4), of_the_car, 0.1);
 }
 
-// Spread evenly, moving mass goes on as the sum over all velocities: the same as if each were kept.
+// Evenly spread moving mass continues as the sum over all velocities: the same as if each were stored.
 TEST(MovingBlocks, SpreadEvenlyIsTheSumOverAllVelocities) {
   Reference reference;
   for (const double dt_s : {0.1, 0.13, 0.5}) {
@@ -97,7 +97,7 @@ TEST(MovingBlocks, SpreadEvenlyIsTheSumOverAllVelocities) {
   }
 }
 
-// Beyond the room, what moves is spread evenly.
+// Beyond the capacity, moving mass is spread evenly.
 TEST(MovingBlocks, AreBounded) {
   constexpr int wide{280};
   Cpu cpu{2};

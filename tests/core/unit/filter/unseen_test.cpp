@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Cells of which nothing has ever been known, and cells that no ray reaches, cost next to nothing (docs/method.md
-// §8.7): what is passed over is what the plain loops say.
+// Never observed cells and cells without rays are skipped (docs/method.md §8.7), with the results of the plain loops.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -39,7 +38,7 @@ Image<float> patch(int step, std::mt19937& generator) {
   return observed;
 }
 
-// The CPU's step as the pipeline calls it, with layers that keep what is unseen.
+// The CPU's step as in the pipeline, with layers that keep unobserved cells.
 struct KeptRun {
   KeptRun(Cpu& back_end, const FilterConfig& parameters) : cpu{back_end}, run{cpu, parameters, window} {
     kinds.resize(run.now.kinds.size());
@@ -104,7 +103,7 @@ TEST(UnseenCells, StayAsTheyAreBesideWhatMoves) {
   EXPECT_NE(run.layers.occupancy(20, 20), 0.5f) << "little is known, but something";
 }
 
-// Far ahead nothing tells how things move, and what appears is mostly an error of matching.
+// Far ahead, motion is not measured, and most new mass is an error of matching.
 class FarCells : public ::testing::Test {
  protected:
   static constexpr GridGeometry far_window_{0, -40, 0.4, 200, 200};
@@ -200,7 +199,7 @@ TEST(Resample, UsesWhatIsKnownOfBlocks) {
   }
 }
 
-// A wall 8 m ahead hides what lies behind it, and nothing beside it.
+// A wall 8 m ahead hides the cells behind it, and none beside it.
 TEST(HiddenCellsOfRays, AreUnknown) {
   constexpr int disparities{40};
   const Rig rig{201, 200, 300, 100, 50, 0.5, 1.5, 0, 0};

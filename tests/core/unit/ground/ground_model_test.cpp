@@ -20,8 +20,8 @@ struct Seen {
   double disparity;
 };
 
-// A camera that stands `height_m` above the road. The level camera looks along +forward; it is then pitched nose down,
-// then rolled right side down. Axes of the world: right, down, forward; the road is at down = height_m.
+// A camera `height_m` above the road. The level camera points along +forward; it is then pitched nose down, then rolled
+// right side down. Axes of the world: right, down, forward; the road is at down = height_m.
 class Camera {
  public:
   Camera(const Rig& rig, const Ground& ground) : rig_{rig}, height_m_{ground.height_m} {

@@ -35,7 +35,7 @@ struct Flaws {
   int tile_px{1};        // the noise is the same within squares of this size
 };
 
-// What an ideal matcher makes of an endless road, with flaws.
+// Matches of an ideal matcher on an endless road, with flaws.
 Street street(const Rig& rig, const Ground& truth, const Flaws& flaws, unsigned seed) {
   std::mt19937 generator{seed};
   const RoadPlane plane{road_plane(rig, truth)};

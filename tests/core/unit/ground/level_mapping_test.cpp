@@ -29,7 +29,7 @@ TEST(LevelMapping, ThereAndBackIsTheSamePlace) {
   }
 }
 
-// A point 8 m ahead, 2 m to the right and 1 m below the camera, which looks down by 5°.
+// A point 8 m ahead, 2 m to the right and 1 m below the camera, which is pitched down by 5°.
 TEST(LevelMapping, TakesAPointToWhereALevelCameraHasIt) {
   const Rig rig{pitched_rig(5)};
   const double c{std::cos(5 * degree)};

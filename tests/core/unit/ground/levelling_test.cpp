@@ -23,14 +23,14 @@ struct Pixel {
   double v;
 };
 
-// The camera looks down by pitch_rad: a rotation about the axis to its right.
+// The camera is pitched down by pitch_rad: a rotation about the axis to its right.
 Pixel seen_by(const Rig& rig, double pitch_rad, const Point& point) {
   const double down{std::cos(pitch_rad) * point.down - std::sin(pitch_rad) * point.forward};
   const double depth{std::sin(pitch_rad) * point.down + std::cos(pitch_rad) * point.forward};
   return {rig.cx_px + rig.focal_px * point.right / depth, rig.cy_px + rig.focal_px * down / depth};
 }
 
-// A soft blob, so that its centre of mass tells its place to a fraction of a pixel.
+// A soft blob, whose centre of mass is its place to a fraction of a pixel.
 void draw_blob(Image<std::uint8_t>& image, Pixel at) {
   for (int v{0}; v < image.height(); ++v) {
     for (int u{0}; u < image.width(); ++u) {

@@ -30,7 +30,7 @@ struct Around {
   bool has_road{true};
 };
 
-// What matching finds of a street at every sixth pixel.
+// Matches of a street at every sixth pixel.
 std::vector<GroundSample> seen(const Rig& rig, const Ground& ground, const Around& around, unsigned seed) {
   std::mt19937 generator{seed};
   const RoadPlane road{road_plane(rig, ground)};
@@ -185,8 +185,6 @@ TEST(SeenFrom, TurnsPitchAndKeepsTheRest) {
   EXPECT_NEAR(back.pitch_rad, rolled.pitch_rad, 1e-12);
   EXPECT_NEAR(back.roll_rad, rolled.roll_rad, 1e-12);
 }
-
-// The class that believes.
 
 struct Watch {
   explicit Watch(bool is_given = false) : search{rig, gates(), 0, is_given} {}

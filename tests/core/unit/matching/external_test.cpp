@@ -34,7 +34,7 @@ float disparity_at(const Rig& rig, const Ground& ground, int u, int v, double he
 
 enum class Label { none, road, obstacle };
 
-// What becomes of a disparity at a pixel, all others being empty.
+// Label of a disparity at a pixel, all others being empty.
 Label label_of(const Rig& rig, const Ground& ground, const MatchingConfig& config, int u, int v, float d) {
   Image<float> disparity{rig.width_px, rig.height_px};
   disparity(u, v) = d;

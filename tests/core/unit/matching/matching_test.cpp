@@ -18,7 +18,7 @@ Image<std::uint8_t> left_image(const Texture& texture) {
   return textured_image(texture, width, height, [](int u, int) { return u; });
 }
 
-// What the right camera sees where the disparity depends on the row alone: left u is right u − d.
+// Right image for a disparity that depends on the row alone: left u is right u − d.
 Image<std::uint8_t> right_image(const Texture& texture, const std::function<double(int)>& disparity_of_row) {
   return textured_image(texture, width, height, [&](int u, int v) { return u + disparity_of_row(v); });
 }

@@ -46,7 +46,7 @@ TEST(Fusion, IndependentSourcesMultiplyTheirOdds) {
 }
 
 TEST(Fusion, ConfidenceMovesAnIndependentSourceTowardsUnknown) {
-  // believed by half, 0.9 counts as 0.7
+  // with weight 0.5, 0.9 counts as 0.7
   const float expected{fused_cell(0.6f, {saying(0.7f)}, independent)};
   EXPECT_NEAR(fused_cell(0.6f, {saying(0.9f, 0.5f)}, independent), expected, 1e-6);
   EXPECT_NEAR(fused_cell(0.9f, {saying(0.6f)}, {0.5}), expected, 1e-6);

@@ -92,7 +92,7 @@ TEST(Rays, ARoadIsFreeAndAWallOccupied) {
   EXPECT_LT(at(cells, 10.1, -1.9), 0.2f);
 }
 
-// What the paper is about: the half above a low wall is seen of a person behind it.
+// The paper's example: the upper half of a person is visible above a low wall.
 TEST(Rays, APersonHalfHiddenIsFound) {
   Matches matches{empty_road()};
   put_wall(92, 109, 8, 1.75, matches);  // 12.5 m ahead
@@ -162,7 +162,7 @@ TEST(Rays, MathematicsAreNearTheRealOnes) {
   for (float x{-80}; x <= 80; x += 0.137f) EXPECT_NEAR(exponential(x) / std::exp(static_cast<double>(x)), 1, 4e-6) << x;
 }
 
-// A count has 21 bits: a cell across so many columns that it might not do is unknown, not wrong.
+// Counts have 21 bits: cells across too many columns are unknown, not wrong.
 TEST(Rays, MoreColumnsThanTheCountsHoldAreUnknown) {
   EXPECT_LT(static_cast<long>(columns_max(2160)) * 2160, 1L << ray_bits);
   Cpu cpu{1};

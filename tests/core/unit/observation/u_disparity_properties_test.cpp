@@ -152,7 +152,7 @@ TEST(UDisparityProperties, AnObstaclePixelNeverLowersTheConfidenceOfItsBin) {
   EXPECT_GT(raised, 50);
 }
 
-// What is hidden by a nearer obstacle must not count for the bins in front of it, and the other way round.
+// Pixels hidden by a nearer obstacle must not count for the bins in front of it, and the other way round.
 TEST(UDisparityProperties, ARayIsSeenByEveryBinInFrontOfItsEnd) {
   std::mt19937 generator{43};
   Cpu cpu{1};

@@ -104,7 +104,7 @@ TEST(UDisparity, RoadPixelsAreRaysWhenAskedFor) {
 
 TEST(UDisparity, LowPixelsAreSeenButNoObstacle) {
   BinConfig config{tiny_config()};
-  config.obstacle_min_height_m = 0.3;  // of bin 3: up to row 2 + 3·(1 − 0.3)/0.5 = 6.2
+  config.obstacle_min_height_m = 0.3;  // last row of bin 3: 2 + 3·(1 − 0.3)/0.5 = 6.2
   Matches matches{5, 12};
   for (int v{5}; v < 9; ++v) matches.obstacle(2, v) = 3;
   const StageImages stages{tiny_count(config, matches)};
@@ -151,7 +151,7 @@ TEST(UDisparity, Probabilities) {
   EXPECT_NEAR(stages.obstacle_confidence(2, 5), 0.864665, 1e-6);
   EXPECT_NEAR(stages.road_confidence(2, 5), 0.028566, 1e-6);
   EXPECT_NEAR(stages.occupancy(2, 5), 0.553733, 1e-6);
-  // nobody has seen bin (0, 1) nor any road about it
+  // bin (0, 1) and the road around it are unobserved
   EXPECT_EQ(stages.visibility(0, 1), 0);
   EXPECT_NEAR(stages.occupancy(0, 1), 0.5 * (1 - 0.135335), 1e-6);
 }
@@ -210,7 +210,7 @@ TEST(UDisparity, BinZeroIsUnknown) {
     EXPECT_EQ(stages.occupancy_smooth(u, 0), 0.5f);
     EXPECT_EQ(stages.visible(u, 0), 0);
   }
-  // nor does a road pixel of bin 0 speak for its neighbours: (4, 1) sees road at (3, 2) alone
+  // a road pixel of bin 0 does not count for its neighbours: (4, 1) has road at (3, 2) only
   EXPECT_NEAR(stages.road_confidence(4, 1), std::exp(-(8.0 / 9) / 0.5), 1e-6);
 }
 
@@ -294,7 +294,7 @@ TEST(UDisparity, SeesWhoIsHalfHidden) {
   Reference reference;
   const StageImages stages{counted(reference, matches, rig, {1.65, 0, 0, false}, config, 32, 13)};
   constexpr int u{310};
-  float nearest{0};  // the rule that stops at the first obstacle of a column knows nothing behind it
+  float nearest{0};  // the rule that ends at the first obstacle of a column has nothing behind it
   for (int v{0}; v < rig.height_px; ++v) nearest = std::max(nearest, matches.obstacle(u, v));
   ASSERT_GT(nearest, person);
   EXPECT_GT(stages.occupancy(u, box), 0.9);

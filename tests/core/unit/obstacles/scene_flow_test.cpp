@@ -164,7 +164,7 @@ TEST(SceneFlow, ARightImageOfOtherRowsHasNoPoints) {
   }
 }
 
-// A crown hangs above what moves below it.
+// A crown hangs above moving objects.
 TEST(SceneFlow, WhatIsHigherThanThreeMetresIsNotFollowed) {
   Street street{{20, 0}, {0, 0}};
   const auto row_at = [&](double height_m) {
@@ -319,7 +319,7 @@ TEST(ClusterVelocities, AreThoseOfTheirPoints) {
   EXPECT_NEAR(world.clusters[world.second].velocity.x, -2, 0.01) << "points beside their cluster";
 }
 
-// Along the ray to the first point and across it: what is seen to the side is known far better.
+// Along the ray to the first point and across it: lateral velocity is far more accurate.
 TEST(ClusterVelocities, AreSurerAcrossTheRay) {
   const double distance_m{std::hypot(8, 1.2)};
   const Point2 ray{8 / distance_m, 1.2 / distance_m};

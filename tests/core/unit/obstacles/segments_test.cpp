@@ -103,7 +103,7 @@ TEST(Segments, ALongRowIsCutWhereItIsThin) {
   row.side(9.6, 13, 2);
   for (int u{0}; u < 256; ++u) {
     for (int v{0}; v < 160; ++v) {
-      // what joins them is as low as a bumper
+      // a part as low as a bumper joins them
       const double x_m{400.0 / (128 - (u + 0.5))};
       if (x_m > 9 && x_m < 9.6 && v > 80 + 200 * 0.8 / x_m && v < 80 + 200 * 1.2 / x_m) {
         row.disparity(u, v) = static_cast<float>(80 / x_m);
@@ -137,7 +137,7 @@ TEST(Segments, OutlineOfAThingLiesBehindWhatIsSeenOfIt) {
   }
 }
 
-// By the image's edge (on the left the right camera's, which sees less), or by what stands before it.
+// Cut by the image's edge (on the left the right camera's, which sees less), or by a nearer obstacle.
 TEST(Segments, SayWhereTheyMayGoOn) {
   const auto cuts = [](const PaintedObstacles& painted, double x_m) {
     for (const Cluster& one : clusters_of(painted)) {
@@ -167,7 +167,7 @@ double cross(Point2 a, Point2 b, Point2 c) {
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-// Do two edges have a point in common? Those that follow each other have their corner.
+// True if two edges intersect. The corner of consecutive edges does not count.
 bool meet(Point2 a, Point2 b, Point2 c, Point2 d) {
   const auto between = [](double p, double q) { return p * q < -1e-9; };
   return between(cross(a, b, c), cross(a, b, d)) && between(cross(c, d, a), cross(c, d, b));
@@ -285,7 +285,7 @@ TEST(Segments, HeightEndsWhereSomethingHangsAboveAGap) {
   PaintedObstacles painted;
   painted.wall(8, -1, 1, 0, 1.5).wall(8, -1, 1, 2.3, 3);
   EXPECT_NEAR(clusters_of(painted).at(0).height_m, 1.5, 0.1);
-  painted.wall(8, -1, 1, 1.5, 1.9);  // what is left is less than half a metre
+  painted.wall(8, -1, 1, 1.5, 1.9);  // the rest is lower than half a metre
   EXPECT_NEAR(clusters_of(painted).at(0).height_m, 3, 0.1);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Which cluster is whose, and what is one thing.
+// Association of clusters and tracks; merging of tracks.
 #include <gtest/gtest.h>
 
 #include <utility>
@@ -15,7 +15,7 @@ TEST(Tracker, KeepsTwoApart) {
   GroundSeenFree world;
   Tracker tracker{plain_config(), PaintedObstacles::rig()};
   for (int step{0}; step < 10; ++step) {
-    // handed over in changing order
+    // in changing order
     std::vector<Cluster> seen{blob_at(1 + 0.2 * step, 0, {2, 0}), blob_at(5, 3)};
     if (step % 2 == 1) std::swap(seen[0], seen[1]);
     update(tracker, world, seen, 0.1);
@@ -114,7 +114,7 @@ TEST(Tracker, WhatHasMergedPartsWithinSeventyCentimetres) {
   }
 }
 
-// What was a part of another thing takes nothing from a track that is seen.
+// A track that was a part of another object takes no cluster from an observed track.
 TEST(Tracker, WhatHasMergedGetsOnlyWhatIsLeft) {
   GroundSeenFree world;
   world.layers.occupancy.fill(0.5f);
@@ -122,7 +122,7 @@ TEST(Tracker, WhatHasMergedGetsOnlyWhatIsLeft) {
   for (int step{0}; step < 15; ++step) update(tracker, world, {blob_at(4, 0), blob_at(4, 0.5)}, 0.1);
   update(tracker, world, {blob_at(4, 0.2)}, 0.1);
   const std::int64_t kept{report_of(tracker).front().id};
-  update(tracker, world, {blob_at(4, kept == 1 ? 0.5 : 0)}, 0.1);  // where the other one was
+  update(tracker, world, {blob_at(4, kept == 1 ? 0.5 : 0)}, 0.1);  // at the other one's place
   ASSERT_EQ(report_of(tracker).size(), 1u);
   EXPECT_EQ(report_of(tracker).front().id, kept);
 }

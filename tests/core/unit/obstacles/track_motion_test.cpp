@@ -12,7 +12,7 @@
 namespace stereogrid::test {
 namespace {
 
-// What is seen of a thing changes, and its middle with it: places alone are no motion.
+// Positions alone are no evidence of motion: the visible part of an object changes, and its centre with it.
 TEST(Tracker, PlacesAloneAreNoMotion) {
   GroundSeenFree world;
   Tracker tracker{plain_config(), PaintedObstacles::rig()};
@@ -64,7 +64,7 @@ TEST(Tracker, ATallThingEarnsNoMotion) {
   }
 }
 
-// Half of the squared velocity in variances, less 2, is evidence: 3 speak against motion, 5 for it.
+// Half of the squared velocity in variances, less 2, is evidence: 3 are against motion, 5 for it.
 TEST(Tracker, EvidenceOfMotionBeginsAtTwoStandardDeviations) {
   for (const auto& [square, moves] : {std::pair{3.0, false}, {3.9, false}, {4.6, true}}) {
     GroundSeenFree world;
@@ -91,7 +91,7 @@ TEST(Tracker, WhatTheFilterHasSeenMovingNeedsLessEvidence) {
   }
 }
 
-// At the image's border other parts of what stands come into view, or go.
+// At the image's border parts of static objects enter or leave the view.
 TEST(Tracker, SlowMotionOfWhatIsCutOffNeedsMoreEvidence) {
   for (const bool is_cut : {false, true}) {
     for (const double speed_mps : {1.5, 4.0}) {

@@ -20,8 +20,8 @@
 
 #include <builtin_interfaces/msg/time.hpp>
 
-// What ros2/stereogrid_ros uses of rclcpp, with the signatures that it has there, in one process: a test hands messages
-// in and looks at what was published and logged.
+// The part of rclcpp that ros2/stereogrid_ros uses, with the same signatures, in one process: a test passes messages
+// and checks publications and logs.
 
 enum rcl_clock_type_t { RCL_SYSTEM_TIME, RCL_ROS_TIME, RCL_STEADY_TIME };
 
@@ -46,7 +46,7 @@ struct ParameterDescriptor {
 
 namespace stand_in {
 
-/// What all nodes of this process see of each other.
+/// Shared state of all nodes of this process.
 struct World {
   struct Published {
     std::string type;
@@ -57,12 +57,12 @@ struct World {
   std::mutex mutex;
   std::map<std::string, Published> published;
   std::map<std::string, std::function<void(const void*)>> subscribers;
-  std::map<std::string, std::size_t> subscriptions;  // of others, by topic; usually 1
-  std::vector<std::string> missing_packages;         // of messages
+  std::map<std::string, std::size_t> subscriptions;  // subscriptions of other nodes by topic; usually 1
+  std::vector<std::string> missing_packages;         // names of message packages
   std::vector<std::string> log;
   bool is_shut_down{false};
   bool publishing_fails{false};
-  std::vector<std::pair<std::string, std::string>> arguments;  // of -p NAME:=TEXT
+  std::vector<std::pair<std::string, std::string>> arguments;  // from -p NAME:=TEXT
 };
 inline World& world() {
   static World all;

@@ -21,7 +21,7 @@ class TransformException : public std::runtime_error {
 
 namespace stand_in {
 
-/// What TF knows: target, source, instant in; none: it is not known.
+/// Transforms of TF by target, source and instant; empty: unknown.
 using Lookup =
     std::function<std::optional<geometry_msgs::msg::Transform>(const std::string&, const std::string&, std::int64_t)>;
 inline Lookup& lookup() {

@@ -35,30 +35,30 @@ struct FrameSummary {
 /// Summary of one frame.
 [[nodiscard]] STEREOGRID_EXPORT FrameSummary summary_of(const StereoFrame& frame, const FrameResult& result);
 
-/// How the camera is mounted, as a frame's line has it.
+/// Extrinsics of the camera in a frame's line.
 struct Mounting {
   double camera_height_m{0};
   double camera_pitch_rad{0};
   double camera_roll_rad{0};
 };
 
-/// A frame of a finished run, without its grids. Of older versions, obstacles have no outlines.
+/// A frame of a finished run, without its grids. Obstacles of older versions have no outlines.
 struct RunFrame {
   std::size_t index{0};  ///< in the input
   std::string name;
   std::int64_t stamp_ns{0};
   Pose2 world_from_vehicle;
-  StageTimes timing_ms;  ///< 0: of a stage that an older version did not have
+  StageTimes timing_ms;  ///< 0: stage missing in an older version
   std::vector<Obstacle> obstacles;
   std::vector<FrameStatus> status{};
   std::optional<Mounting> mounting{};  ///< none: not in the file of an older version
 };
 
-// Both read frames.jsonl, in which frames stand in their order, each once. Throw InputError.
+// Both read frames.jsonl: frames in their order, without duplicates. Throw InputError.
 
-/// A missing file has no frames. A torn last line is cut off the file; DeviceError where that cannot be done.
+/// A missing file has no frames. An incomplete last line is removed from the file; DeviceError if that fails.
 [[nodiscard]] STEREOGRID_EXPORT std::vector<FrameSummary> take_finished_frames(const std::filesystem::path& path);
-/// The file must be there and whole. Names are those of files, each once.
+/// The file must be complete. Names are file names without duplicates.
 [[nodiscard]] STEREOGRID_EXPORT std::vector<RunFrame> read_run_frames(const std::filesystem::path& path);
 
 }  // namespace stereogrid::io
