@@ -79,7 +79,7 @@ void FramePipeline::process(const LevelFrame& frame, FrameResult& result) {
   }
   stages_->finish();
   if (!is_usable) leave_unknown(result.stages);
-  if (is_usable && terrain_) terrain_->withdraw_hidden(result);
+  if (is_usable && terrain_) terrain_->bound_filtered(result);
 
   is_first_ = false;
   cpu_.together([&] { update_tracks(frame, is_usable, result); },

@@ -63,16 +63,16 @@ void FrameTerrain::write_window(const GridInVehicle& grid, int begin, int end) {
                  [&](int ix, int iy, const CellGround& ground) { window_rules_(ix, iy) = rule_of(ground, raised_m_); });
 }
 
-void FrameTerrain::withdraw_hidden(FrameResult& result) const {
-  const auto withdraw = [](const Image<CellRule>& rules, Image<float>& occupancy) {
+void FrameTerrain::bound_filtered(FrameResult& result) const {
+  const auto bound = [](const Image<CellRule>& rules, Image<float>& occupancy) {
     for (int iy{0}; iy < rules.height(); ++iy) {
       for (int ix{0}; ix < rules.width(); ++ix) {
-        if (rules(ix, iy) == CellRule::not_free) occupancy(ix, iy) = std::max(occupancy(ix, iy), 0.5f);
+        occupancy(ix, iy) = std::max(occupancy(ix, iy), least_filtered(rules(ix, iy)));
       }
     }
   };
-  withdraw(vehicle_rules_, result.vehicle.occupancy);
-  withdraw(window_rules_, result.world.occupancy);
+  bound(vehicle_rules_, result.vehicle.occupancy);
+  bound(window_rules_, result.world.occupancy);
 }
 
 void FrameTerrain::clear(FrameResult& result) {

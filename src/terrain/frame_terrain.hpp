@@ -33,8 +33,8 @@ class FrameTerrain {
 
   /// Edges of the last find(), from left to right.
   [[nodiscard]] std::span<const EdgePoint> edges() const { return edges_; }
-  /// Withdraws free space behind edges: the ground there may have been observed as free before the edge was detected.
-  void withdraw_hidden(FrameResult& result) const;
+  /// Raises the filtered occupancy where the last find() has seen edges, obstacles, or nothing behind an edge.
+  void bound_filtered(FrameResult& result) const;
   /// Marks all cells of `result` as unseen.
   static void clear(FrameResult& result);
   /// Rules of the last find().

@@ -30,6 +30,13 @@ STEREOGRID_HD inline float ruled(float occupancy, CellRule rule) {
   return rule == CellRule::edge ? Max(occupancy, ruled_edge) : occupancy;
 }
 
+/// Least filtered occupancy in a frame with that rule: near observations override memory of ground that looked free
+/// from afar.
+STEREOGRID_HD inline float least_filtered(CellRule rule) {
+  if (rule == CellRule::edge) return ruled_edge;
+  return rule == CellRule::not_free || rule == CellRule::obstacle ? 0.5f : 0.0f;
+}
+
 /// The ground of a frame and the rules of its grids; empty: none.
 struct TerrainRules {
   Relief<Host> relief;

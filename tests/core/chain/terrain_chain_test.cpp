@@ -120,23 +120,28 @@ TEST(Terrain, IsNotFreeBeyondAnEdge) {
   }
 }
 
-// From 7 m the far side of the ditch is free ground; from 5 m on it is hidden.
-TEST(Terrain, FilteredCellsBehindAnEdgeAreNotFree) {
-  const scenes::Scene scene{scenes::parse_scene("terrain?kind=ditch&at=4&span=1&frames=14"), 2};
-  Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2}};
-  int hidden{0};
-  for (std::size_t frame{0}; frame < scene.size(); ++frame) {
-    const FrameResult& result{pipeline.process(scene.load(frame))};
-    hidden = 0;
-    for (int iy{0}; iy < result.terrain.height(); ++iy) {
-      for (int ix{0}; ix < result.terrain.width(); ++ix) {
-        if (result.terrain(ix, iy) != TerrainClass::hidden) continue;
-        ++hidden;
-        EXPECT_GE(result.vehicle.occupancy(ix, iy), 0.5f) << frame << ": " << ix << " " << iy;
+// From 7 m the ditch and the kerb look like free ground; from 5 m on they are seen.
+TEST(Terrain, HazardsOfAFrameAreNotFreeInTheFilteredGrid) {
+  const auto drive_to = [](const std::string& text, TerrainClass kind, float least) {
+    const scenes::Scene scene{scenes::parse_scene(text), 2};
+    Pipeline pipeline{preset("default"), scene.rig(), {.threads = 2}};
+    int cells{0};
+    for (std::size_t frame{0}; frame < scene.size(); ++frame) {
+      const FrameResult& result{pipeline.process(scene.load(frame))};
+      for (int iy{0}; iy < result.terrain.height(); ++iy) {
+        for (int ix{0}; ix < result.terrain.width(); ++ix) {
+          if (result.terrain(ix, iy) != kind) continue;
+          ++cells;
+          EXPECT_GE(result.vehicle.occupancy(ix, iy), least) << frame << ": " << ix << " " << iy;
+        }
       }
     }
-  }
-  EXPECT_GT(hidden, 500);
+    return cells;
+  };
+  const std::string ditch{"terrain?kind=ditch&at=4&span=1&frames=14"};
+  EXPECT_GT(drive_to(ditch, TerrainClass::hidden, 0.5f), 500);
+  EXPECT_GT(drive_to(ditch, TerrainClass::drop, 0.7f), 50);
+  EXPECT_GT(drive_to("terrain?kind=kerb&at=4&frames=14", TerrainClass::obstacle, 0.5f), 50);
 }
 
 // Rising ground and large obstacles.
