@@ -94,14 +94,16 @@ void compare(const char* scene_text, int disparities, int threads, std::int64_t 
                             [&] { correlation.run(frame); }, [&] { semi_global.run(frame); }},
                            threads);
   std::printf("| %d × %d × %d | %s | %d | %.1f | %.1f | %.2f | %.1f | %.1f | %.2f |\n", scene.rig().width_px,
-              scene.rig().height_px, disparities, simd_target().data(), threads, ms[0], ms[2], ms[2] / ms[0], ms[1], ms[3], ms[3] / ms[1]);
+              scene.rig().height_px, disparities, simd_target().data(), threads, ms[0], ms[2], ms[2] / ms[0], ms[1],
+              ms[3], ms[3] / ms[1]);
 }
 
 }  // namespace
 
 int main() {
   std::printf(
-      "| image × disparities | instructions | threads | StereoBM 21 ms | correlation 21 ms | ratio | StereoSGBM 3WAY ms | "
+      "| image × disparities | instructions | threads | StereoBM 21 ms | correlation 21 ms | ratio | StereoSGBM 3WAY "
+      "ms | "
       "semi_global ms | ratio |\n"
       "|---|---|---|---|---|---|---|---|---|\n");
   std::vector<std::int64_t> targets{0};

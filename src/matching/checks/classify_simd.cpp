@@ -44,13 +44,13 @@ IntVector load(const std::int16_t* values) {
 // A CandidateRow's members from u on.
 struct CandidateVectors {
   IntVector cost;
-  IntVector rivals;
+  IntVector has_rivals;
   IntVector before;
   IntVector after;
   IntVector shift;
 };
 HWY_INLINE CandidateVectors candidates_from(const CandidateRow& row, int u) {
-  return {load(row.cost() + u), load(row.rivals() + u), load(row.before() + u), load(row.after() + u),
+  return {load(row.cost() + u), load(row.has_rivals() + u), load(row.before() + u), load(row.after() + u),
           load(row.shift() + u)};
 }
 

@@ -78,7 +78,7 @@ STEREOGRID_HD inline auto winner_of(const Candidates& upright, const Candidates&
   const auto disparity = IfThenElseZero(condition(within, is_road), on_road) + within;
   const auto half = number(disparity, 0.5f);
   const auto in_range = And(disparity >= half, disparity < number(disparity, static_cast<float>(disparities) - 0.5f));
-  const auto unique = best(&Candidates::rivals) == number(cost, 0);
+  const auto unique = best(&Candidates::has_rivals) == number(cost, 0);
   const auto cheap = cost < number(cost, confidences.cost_limit + 1);
   const auto confidence = confidence_of(confidences, condition(disparity, is_road), cost, Min(before, after) - cost,
                                         Abs(level.cost - upright.cost), disparity);

@@ -21,25 +21,27 @@ namespace {
 
 #if HWY_TARGET != HWY_SCALAR
 
-template <int words>
+template <int words, bool is_tiled>
 void correlate_rows(const Band& band) {
   const ShortCensus& census{band.census};
   const int half{band.half_window};
   const int width{census.left.width()};
-  UprightRows<words> upright{width, band.upright, half, band.uniqueness_1024, band.memory};
-  LevelRows level{width, band.road, half, band.uniqueness_1024, band.memory + UprightRows<words>::memory(width, half)};
+  using Upright = UprightRows<words, is_tiled>;
+  Upright upright{width, band.upright, half, band.uniqueness_1024, band.memory};
+  LevelRows level{width, band.road, half, band.uniqueness_1024, band.memory + Upright::memory(width, half)};
   const auto upright_rows = [&](int v) {
     return RowPair{census.left_broadcast.clamped_row(v), census.right_reversed.clamped_row(v)};
   };
+  // one row too many, which the first step takes away
+  for (int v{band.first_row - half - 1}; v < band.first_row + half; ++v) upright.add_row(upright_rows(v));
   for (int v{band.first_row - half}; v < band.first_row + half; ++v) {
-    upright.add_row(upright_rows(v));
     level.update(census.left.clamped_row(v), census.sheared.clamped_row(v), nullptr, nullptr);
   }
   for (int v{band.first_row}; v < band.end_row; ++v) {
     const bool something_leaves{v > band.first_row};
     const int in{v + half};
     const int out{v - half - 1};
-    upright.finish_row(upright_rows(in), upright_rows(out), something_leaves, band.candidates->upright);
+    upright.finish_row(upright_rows(in), upright_rows(out), band.candidates->upright);
     level.update(census.left.clamped_row(in), census.sheared.clamped_row(in),
                  something_leaves ? census.left.clamped_row(out) : nullptr, census.sheared.clamped_row(out));
     level.finish_row(band.candidates->level);
@@ -47,16 +49,26 @@ void correlate_rows(const Band& band) {
   }
 }
 
+template <int words>
+void correlate_shifts(const Band& band) {
+  const int window{2 * band.half_window + 1};
+  if (UprightBlock<words, false>::holds(compared_bits(window) * window * window)) {
+    correlate_rows<words, false>(band);
+  } else {
+    correlate_rows<words, true>(band);
+  }
+}
+
 void Correlate(const Band& band) {
   switch (padded_upright(band.upright) / 64) {
     case 1:
-      return correlate_rows<1>(band);
+      return correlate_shifts<1>(band);
     case 2:
-      return correlate_rows<2>(band);
+      return correlate_shifts<2>(band);
     case 3:
-      return correlate_rows<3>(band);
+      return correlate_shifts<3>(band);
     default:
-      return correlate_rows<4>(band);
+      return correlate_shifts<4>(band);
   }
 }
 

@@ -15,6 +15,7 @@
 
 #include "hwy/highway.h"
 #include "matching/correlation/correlate_simd.hpp"
+#include "matching/correlation/rival_limit_simd.hpp"
 #include "matching/window_sums_simd.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -100,33 +101,19 @@ class LevelRows {
       after = hn::IfThenElse(better, inside ? hn::LoadU(d16, box(k + 1) + u) : here, after);
       cost = hn::Min(cost, here);
     }
-    const auto rival_limit = hn::Add(rival_costs(d16, cost), set(1));
+    const auto limit = rival_limit(d16, cost, uniqueness_1024_);
     auto rivals = set(0);
     for (int k{0}; k < count; ++k) {
       const auto is_far = hn::Gt(hn::Sub(set(k + 1), best), set(2));  // wraps round
-      const auto is_close = hn::Lt(hn::LoadU(d16, box(k) + u), rival_limit);
-      rivals = hn::Add(rivals, hn::IfThenElseZero(hn::And(is_far, is_close), set(1)));
+      const auto is_close = hn::Lt(hn::LoadU(d16, box(k) + u), limit);
+      rivals = hn::Or(rivals, hn::IfThenElseZero(hn::And(is_far, is_close), set(1)));
     }
     hn::StoreU(cost, d16, out.cost() + u);
-    hn::StoreU(rivals, d16, out.rivals() + u);
+    hn::StoreU(rivals, d16, out.has_rivals() + u);
     hn::StoreU(before, d16, out.before() + u);
     hn::StoreU(after, d16, out.after() + u);
     const auto shift = hn::Add(best, set(shifts_.first));
     hn::StoreU(shift, d16, reinterpret_cast<std::uint16_t*>(out.shift()) + u);
-  }
-
-  // highest_rival
-  template <class D16, class V16>
-  [[nodiscard]] V16 rival_costs(D16 d16, V16 cost) const {
-    const hn::Half<D16> half;
-    const hn::Rebind<std::int32_t, decltype(half)> d32;
-    const auto of_half = [&](auto costs) {
-      const auto wide = hn::PromoteTo(d32, costs);
-      const auto scaled = hn::Add(hn::Mul(wide, hn::Set(d32, 1024 + uniqueness_1024_)), hn::Set(d32, 1023));
-      const auto limit = hn::Sub(hn::ShiftRight<10>(scaled), hn::Set(d32, 1));
-      return hn::DemoteTo(half, hn::Max(wide, limit));
-    };
-    return hn::Combine(d16, of_half(hn::UpperHalf(half, cost)), of_half(hn::LowerHalf(half, cost)));
   }
 
   int width_;
