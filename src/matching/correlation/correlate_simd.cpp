@@ -28,23 +28,19 @@ void correlate_rows(const Band& band) {
   const int width{census.left.width()};
   using Upright = UprightRows<words, is_tiled>;
   Upright upright{width, band.upright, half, band.uniqueness_1024, band.memory};
-  LevelRows level{width, band.road, half, band.uniqueness_1024, band.memory + Upright::memory(width, half)};
+  LevelRows level{width, half, band.uniqueness_1024, band.memory + Upright::memory(width, half)};
   const auto upright_rows = [&](int v) {
     return RowPair{census.left_broadcast.clamped_row(v), census.right_reversed.clamped_row(v)};
   };
   // one row too many, which the first step takes away
   for (int v{band.first_row - half - 1}; v < band.first_row + half; ++v) upright.add_row(upright_rows(v));
   for (int v{band.first_row - half}; v < band.first_row + half; ++v) {
-    level.update(census.left.clamped_row(v), census.sheared.clamped_row(v), nullptr, nullptr);
+    level.add_row(census.left.clamped_row(v), census.sheared.clamped_row(v));
   }
   for (int v{band.first_row}; v < band.end_row; ++v) {
-    const bool something_leaves{v > band.first_row};
     const int in{v + half};
-    const int out{v - half - 1};
-    upright.finish_row(upright_rows(in), upright_rows(out), band.candidates->upright);
-    level.update(census.left.clamped_row(in), census.sheared.clamped_row(in),
-                 something_leaves ? census.left.clamped_row(out) : nullptr, census.sheared.clamped_row(out));
-    level.finish_row(band.candidates->level);
+    upright.finish_row(upright_rows(in), upright_rows(in - 2 * half - 1), band.candidates->upright);
+    level.finish_row(census.left.clamped_row(in), census.sheared.clamped_row(in), band.candidates->level);
     band.sink->take(v, *band.candidates);
   }
 }
@@ -93,15 +89,16 @@ namespace stereogrid {
 HWY_EXPORT(Correlate);
 HWY_EXPORT(Target);
 
-std::size_t correlate_memory(int width, Shifts upright, Shifts road, int half_window) {
+std::size_t correlate_memory(int width, Shifts upright, int half_window) {
   const std::size_t of_upright{static_cast<std::size_t>(width + 2 * half_window + 1) *
                                static_cast<std::size_t>(padded_upright(upright))};
   const std::size_t of_row{static_cast<std::size_t>(width + 4 * half_window + 256)};
-  return (of_upright + of_row * static_cast<std::size_t>(2 + 3 * road.count) + 63) / 64 * 64;
+  const int rows_of_level{2 + road_shifts.count * (2 * half_window + 4)};
+  return (of_upright + of_row * static_cast<std::size_t>(rows_of_level) + 63) / 64 * 64;
 }
 
-int correlate_border(Shifts upright, Shifts road) {
-  return std::max(padded_upright(upright), road.count) + 64;
+int correlate_border(Shifts upright) {
+  return std::max(padded_upright(upright), road_shifts.count) + 64;
 }
 
 void correlate_band(const Band& band) {

@@ -24,7 +24,6 @@ struct ShortCensus {
 struct Band {
   ShortCensus census;
   Shifts upright;
-  Shifts road;
   int half_window{0};
   int uniqueness_1024{0};
   int first_row{0};
@@ -40,10 +39,10 @@ inline int padded_upright(Shifts shifts) {
 }
 
 /// Bytes that a band works in, whatever the instruction set.
-std::size_t correlate_memory(int width, Shifts upright, Shifts road, int half_window);
+std::size_t correlate_memory(int width, Shifts upright, int half_window);
 
 /// Elements beyond the ends of the rows of `ShortCensus` that are read, whatever the instruction set.
-int correlate_border(Shifts upright, Shifts road);
+int correlate_border(Shifts upright);
 
 /// Writes the candidates of the band's rows, equal to the reference on every instruction set.
 void correlate_band(const Band& band);

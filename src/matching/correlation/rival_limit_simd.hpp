@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Test for uniqueness of both hypotheses. Included once per instruction set; the guard works per target.
+// Vectors of both hypotheses, and their test for uniqueness. Included once per instruction set; the guard works per
+// target.
 #if defined(STEREOGRID_RIVAL_LIMIT_SIMD) == defined(HWY_TARGET_TOGGLE)
 #ifdef STEREOGRID_RIVAL_LIMIT_SIMD
 #undef STEREOGRID_RIVAL_LIMIT_SIMD
@@ -19,9 +20,14 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// highest_rival + 1, of costs in 16 bits.
-template <class D16>
-HWY_INLINE hn::Vec<D16> rival_limit(D16 d16, hn::Vec<D16> cost, int uniqueness_1024) {
+using Bytes = hn::ScalableTag<std::uint8_t>;
+using Words = hn::ScalableTag<std::uint16_t>;
+using V8 = hn::Vec<Bytes>;
+using V16 = hn::Vec<Words>;
+
+// highest_rival + 1.
+HWY_INLINE V16 rival_limit(V16 cost, int uniqueness_1024) {
+  const Words d16;
   const auto set = [&](int value) { return hn::Set(d16, static_cast<std::uint16_t>(value)); };
   // ⌈cost · uniqueness / 1024⌉ above the cost
   const auto share_high = hn::MulHigh(cost, set(uniqueness_1024));

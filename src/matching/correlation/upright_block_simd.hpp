@@ -25,9 +25,6 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-using Bytes = hn::ScalableTag<std::uint8_t>;
-using Words = hn::ScalableTag<std::uint16_t>;
-
 // Candidates of up to 64 times `words` shifts. Sums are costs times `scale`, plus an eighth of the shift's place in its
 // tile: the smallest sum of a tile and its lane modulo 8 give the first of the best shifts. It goes step by step, each
 // for all pixels, without waits for values just written.
@@ -40,7 +37,6 @@ class UprightBlock {
   static constexpr int vectors{n / lanes};
   static constexpr int tile{is_tiled ? 32 : n};  // shifts whose sums are compared with each other
   static constexpr unsigned scale{std::bit_ceil(tile / 8u)};
-  using V16 = hn::Vec<Words>;
 
   // Whether sums fit in 16 bits.
   static constexpr bool holds(int cost_max) { return scale * (static_cast<unsigned>(cost_max) + 1) <= 65536; }
@@ -133,7 +129,7 @@ class UprightBlock {
     const auto cost = load_cost(best_);
     const auto shift = hn::Load(d16, shift_ + pixel);
     // no sum reaches 65535 − scale, but masked ones do
-    const auto limit = hn::Min(rival_limit(d16, cost, uniqueness_1024_), set(65535 >> scale_bits));
+    const auto limit = hn::Min(rival_limit(cost, uniqueness_1024_), set(65535 >> scale_bits));
     const auto has_rivals = hn::Lt(hn::Load(d16, second_ + pixel), hn::ShiftLeft<scale_bits>(limit));
     const auto at_end = hn::Or(hn::Eq(shift, set(0)), hn::Eq(shift, set(static_cast<unsigned>(shifts_.count - 1))));
     const auto store = [&](V16 values, std::uint16_t* to) { hn::StoreU(values, d16, to + u); };

@@ -24,9 +24,6 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-using V8 = hn::Vec<Bytes>;
-using V16 = hn::Vec<Words>;
-
 // Order in which the interleaved halves of a vector's blocks are in the order of `bytes`.
 HWY_INLINE V8 in_column_order(V8 bytes) {
 #if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
