@@ -29,18 +29,18 @@ void correlate_rows(const Band& band) {
   using Upright = UprightRows<words, is_tiled>;
   Upright upright{width, band.upright, half, band.uniqueness_1024, band.memory};
   LevelRows level{width, half, band.uniqueness_1024, band.memory + Upright::memory(width, half)};
-  const auto upright_rows = [&](int v) {
-    return RowPair{census.left_broadcast.clamped_row(v), census.right_reversed.clamped_row(v)};
-  };
+  const auto left = [&](int v) { return census.left.clamped_row(v); };
+  const auto right_reversed = [&](int v) { return census.right_reversed.clamped_row(v); };
   // one row too many, which the first step takes away
-  for (int v{band.first_row - half - 1}; v < band.first_row + half; ++v) upright.add_row(upright_rows(v));
+  for (int v{band.first_row - half - 1}; v < band.first_row + half; ++v) upright.add_row(left(v), right_reversed(v));
   for (int v{band.first_row - half}; v < band.first_row + half; ++v) {
-    level.add_row(census.left.clamped_row(v), census.sheared.clamped_row(v));
+    level.add_row(left(v), census.sheared.clamped_row(v));
   }
   for (int v{band.first_row}; v < band.end_row; ++v) {
     const int in{v + half};
-    upright.finish_row(upright_rows(in), upright_rows(in - 2 * half - 1), band.candidates->upright);
-    level.finish_row(census.left.clamped_row(in), census.sheared.clamped_row(in), band.candidates->level);
+    const int out{v - half - 1};
+    upright.finish_row(left(in), right_reversed(in), left(out), right_reversed(out), band.candidates->upright);
+    level.finish_row(left(in), census.sheared.clamped_row(in), band.candidates->level);
     band.sink->take(v, *band.candidates);
   }
 }
@@ -90,11 +90,12 @@ HWY_EXPORT(Correlate);
 HWY_EXPORT(Target);
 
 std::size_t correlate_memory(int width, Shifts upright, int half_window) {
-  const std::size_t of_upright{static_cast<std::size_t>(width + 2 * half_window + 1) *
-                               static_cast<std::size_t>(padded_upright(upright))};
+  const int n{padded_upright(upright)};
+  const std::size_t of_upright{static_cast<std::size_t>(width + 2 * half_window + 1) * static_cast<std::size_t>(n)};
+  const std::size_t of_split_rows{static_cast<std::size_t>(8 * (width + n) + 4 * width + 512)};
   const std::size_t of_row{static_cast<std::size_t>(width + 4 * half_window + 256)};
   const int rows_of_level{2 + road_shifts.count * (2 * half_window + 4)};
-  return (of_upright + of_row * static_cast<std::size_t>(rows_of_level) + 63) / 64 * 64;
+  return (of_upright + of_split_rows + of_row * static_cast<std::size_t>(rows_of_level) + 63) / 64 * 64;
 }
 
 int correlate_border(Shifts upright) {

@@ -15,8 +15,7 @@ namespace stereogrid {
 /// Short census of the images that `correlate` compares.
 struct ShortCensus {
   const Padded<std::uint8_t>& left;
-  const Padded<std::uint32_t>& left_broadcast;  ///< the left descriptor in each byte
-  const Padded<std::uint8_t>& right_reversed;   ///< each row from right to left: a left pixel's shifts lie in a row
+  const Padded<std::uint8_t>& right_reversed;  ///< each row from right to left: a left pixel's shifts lie in a row
   const Padded<std::uint8_t>& sheared;
 };
 

@@ -16,6 +16,7 @@
 
 #include "hwy/highway.h"
 #include "matching/correlation/correlate_simd.hpp"
+#include "matching/correlation/differing_bits_simd.hpp"
 #include "matching/correlation/upright_block_simd.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -72,20 +73,14 @@ HWY_INLINE V16 weighted_upper(V8 in, V8 out, V16 weights) {
 }
 #endif
 
-// Descriptors of an image row.
-struct RowPair {
-  const std::uint32_t* left;  // four times the byte: a vector is then filled without shuffling
-  const std::uint8_t* right_reversed;
-};
-
 // Costs of the shifts 0 … count − 1, padded to `words` times 64.
 template <int words, bool is_tiled>
 class UprightRows {
  public:
   using Block = UprightBlock<words, is_tiled>;
 
-  static std::size_t memory(int width, int half_window) {
-    return static_cast<std::size_t>(width + 2 * half_window + 1) * static_cast<std::size_t>(n);
+  static std::ptrdiff_t memory(int width, int half_window) {
+    return memory_of_columns(width, half_window) + (DifferingBits::memory(width, n) + 63) / 64 * 64;
   }
 
   UprightRows(int width, Shifts shifts, int half_window, int uniqueness_1024, std::uint8_t* memory)
@@ -93,6 +88,7 @@ class UprightRows {
         half_{half_window},
         is_padded_{shifts.count < n},
         columns_{memory + static_cast<std::ptrdiff_t>(half_window + 1) * n},
+        bits_{width, n, memory + memory_of_columns(width, half_window)},
         block_{shifts, uniqueness_1024} {
     std::fill(column(0), column(width), std::uint8_t{0});
     for (int k{0}; k < n; ++k) {
@@ -102,55 +98,53 @@ class UprightRows {
     }
   }
 
-  void add_row(RowPair entering) {
-    for (int u{0}; u < width_; ++u) update_column<false>(u, rows(entering), rows(entering), column(u));
+  void add_row(const std::uint8_t* left, const std::uint8_t* right_reversed) {
+    bits_.take_entering(left, right_reversed);
+    bits_.take_leaving(left, right_reversed);
+    for (int u{0}; u < width_; ++u) {
+      const auto pixel = bits_.pixel(u);
+      update_column([&](int i) { return DifferingBits::entering(pixel, i); }, column(u));
+    }
   }
 
-  void finish_row(RowPair entering, RowPair leaving, CandidateRow& out) {
-    if (is_padded_) {
-      finish_row_as<true>(rows(entering), rows(leaving), out);
-    } else {
-      finish_row_as<false>(rows(entering), rows(leaving), out);
-    }
+  // Adds a row, takes one away.
+  void finish_row(const std::uint8_t* left, const std::uint8_t* right_reversed, const std::uint8_t* leaving_left,
+                  const std::uint8_t* leaving_right_reversed, CandidateRow& out) {
+    bits_.take_entering(left, right_reversed);
+    bits_.take_leaving(leaving_left, leaving_right_reversed);
+    is_padded_ ? finish_row_as<true>(out) : finish_row_as<false>(out);
   }
 
  private:
   using Sums = typename Block::Sums;
   static constexpr int n{Block::n};
-  static constexpr int lanes{static_cast<int>(hn::MaxLanes(Bytes{}))};
+  static constexpr int lanes{bytes_of_vector};
   static constexpr int vectors{n / lanes};
 
-  // The loops below write bytes, which may alias members: local copies avoid reloads.
-  struct Rows {
-    const std::uint32_t* left;
-    const std::uint8_t* right;  // column 0 at shift 0; column u is u before it
-  };
-  [[nodiscard]] Rows rows(RowPair pair) const { return {pair.left, pair.right_reversed + width_ - 1}; }
-  [[nodiscard]] std::uint8_t* column(std::ptrdiff_t u) const { return columns_ + u * n; }
-
-  static HWY_INLINE V8 differing_bits(Rows rows, std::ptrdiff_t u, int i) {
-    const Bytes d8;
-    const hn::Repartition<std::uint32_t, Bytes> d32;
-    const auto left = hn::BitCast(d8, hn::Set(d32, rows.left[u]));
-    return hn::PopulationCount(hn::Xor(left, hn::LoadU(d8, rows.right - u + i * lanes)));
+  static std::ptrdiff_t memory_of_columns(int width, int half_window) {
+    return static_cast<std::ptrdiff_t>(width + 2 * half_window + 1) * n;
   }
 
-  template <bool something_leaves>
-  static HWY_INLINE void update_column(std::ptrdiff_t u, Rows entering, Rows leaving, std::uint8_t* column) {
+  [[nodiscard]] std::uint8_t* column(std::ptrdiff_t u) const { return columns_ + u * n; }
+
+  template <class Change>
+  static HWY_INLINE void update_column(const Change& change, std::uint8_t* column) {
     const Bytes d8;
     for (int i{0}; i < vectors; ++i) {
       std::uint8_t* at{column + i * lanes};
-      auto change = differing_bits(entering, u, i);
-      if constexpr (something_leaves) change = hn::Sub(change, differing_bits(leaving, u, i));
-      hn::Store(hn::Add(hn::Load(d8, at), in_column_order(change)), d8, at);
+      hn::Store(hn::Add(hn::Load(d8, at), in_column_order(change(i))), d8, at);
     }
   }
 
   // Columns beyond both ends repeat the border; the left ones are ready with the first, the right ones with the last.
-  HWY_INLINE void update_columns(std::ptrdiff_t begin, std::ptrdiff_t end, Rows entering, Rows leaving) const {
+  HWY_INLINE void update_columns(std::ptrdiff_t begin, std::ptrdiff_t end) const {
     const std::ptrdiff_t last{std::min<std::ptrdiff_t>(end, width_)};
     std::uint8_t* at{column(begin)};
-    for (std::ptrdiff_t u{begin}; u < last; ++u, at += n) update_column<true>(u, entering, leaving, at);
+    const auto bits = bits_;  // the loop writes bytes, which may alias members
+    for (std::ptrdiff_t u{begin}; u < last; ++u, at += n) {
+      const auto pixel = bits.pixel(u);
+      update_column([&](int i) { return DifferingBits::change(pixel, i); }, at);
+    }
     if (begin == 0) {
       for (int i{1}; i <= half_ + 1; ++i) std::copy_n(column(0), n, column(-i));
     }
@@ -176,15 +170,15 @@ class UprightRows {
   }
 
   template <bool is_padded>
-  HWY_NOINLINE void finish_row_as(Rows entering, Rows leaving, CandidateRow& out) {
-    update_columns(0, half_, entering, leaving);
+  HWY_NOINLINE void finish_row_as(CandidateRow& out) {
+    update_columns(0, half_);
     Sums box;
     for (int i{0}; i < Block::vectors; ++i) box.part[i] = hn::Load(Words{}, first_sums_ + i * lanes / 2);
     // one column too many, which the first step takes away
     for (int i{-half_ - 1}; i < half_; ++i) move_box<is_padded>(column(i), no_column_, box);
     for (int start{0}; start < width_; start += Block::pixels) {
       const int end{std::min(start + Block::pixels, width_)};
-      update_columns(start + half_, end + half_, entering, leaving);
+      update_columns(start + half_, end + half_);
       const std::uint8_t* in{column(start + half_)};
       const std::uint8_t* out_of{column(start - half_ - 1)};
       for (int i{0}; i < end - start; ++i, in += n, out_of += n) {
@@ -199,6 +193,7 @@ class UprightRows {
   int half_;
   bool is_padded_;
   std::uint8_t* columns_;  // [u][shift]: differing bits summed over the window's rows, in column order
+  DifferingBits bits_;
   alignas(64) std::uint8_t no_column_[n]{};
   alignas(64) std::uint16_t first_sums_[n];  // [shift]: 65535 where none is searched, which stays
   alignas(64) std::uint16_t weights_[n];     // [shift]: weight_of_columns, 0 where none is searched
