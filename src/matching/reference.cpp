@@ -130,7 +130,7 @@ class Decider final : public CandidateSink {
       const bool accepted{consistent && winner(u).is_plausible && is_textured(left_, u, v, config_)};
       matches_.road(u, v) = accepted && winner(u).is_road ? winner(u).disparity : 0;
       matches_.obstacle(u, v) = accepted && !winner(u).is_road ? winner(u).disparity : 0;
-      matches_.confidence(u, v) = accepted ? winner(u).confidence : 0;
+      matches_.confidence(u, v) = accepted ? single_numbers::confidence_of(winner(u).evidence) : 0;
     }
   }
 
