@@ -21,12 +21,12 @@ namespace {
 
 #if HWY_TARGET != HWY_SCALAR
 
-template <int words, bool is_tiled>
+template <int shift_count, int tile>
 void correlate_rows(const Band& band) {
   const ShortCensus& census{band.census};
   const int half{band.half_window};
   const int width{census.left.width()};
-  using Upright = UprightRows<words, is_tiled>;
+  using Upright = UprightRows<shift_count, tile>;
   Upright upright{width, band.upright, half, band.uniqueness_1024, band.memory};
   LevelRows level{width, half, band.uniqueness_1024, band.memory + Upright::memory(width, half)};
   const auto left = [&](int v) { return census.left.clamped_row(v); };
@@ -45,26 +45,28 @@ void correlate_rows(const Band& band) {
   }
 }
 
-template <int words>
+// In the largest tiles whose sums fit.
+template <int shift_count>
 void correlate_shifts(const Band& band) {
   const int window{2 * band.half_window + 1};
-  if (UprightBlock<words, false>::holds(compared_bits(window) * window * window)) {
-    correlate_rows<words, false>(band);
-  } else {
-    correlate_rows<words, true>(band);
+  const int cost_max{compared_bits(window) * window * window};
+  if (UprightBlock<shift_count, shift_count>::holds(cost_max)) return correlate_rows<shift_count, shift_count>(band);
+  if (UprightBlock<shift_count, shift_count / 2>::holds(cost_max)) {
+    return correlate_rows<shift_count, shift_count / 2>(band);
   }
+  correlate_rows<shift_count, 32>(band);
 }
 
 void Correlate(const Band& band) {
-  switch (padded_upright(band.upright) / 64) {
-    case 1:
-      return correlate_shifts<1>(band);
-    case 2:
-      return correlate_shifts<2>(band);
-    case 3:
-      return correlate_shifts<3>(band);
+  switch (padded_upright(band.upright)) {
+    case 64:
+      return correlate_shifts<64>(band);
+    case 128:
+      return correlate_shifts<128>(band);
+    case 192:
+      return correlate_shifts<192>(band);
     default:
-      return correlate_shifts<4>(band);
+      return correlate_shifts<256>(band);
   }
 }
 

@@ -25,17 +25,17 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Candidates of up to 64 times `words` shifts. Sums are costs times `scale`, plus an eighth of the shift's place in its
-// tile: the smallest sum of a tile and its lane modulo 8 give the first of the best shifts. It goes step by step, each
-// for all pixels, without waits for values just written.
-template <int words, bool is_tiled>
+// Candidates of up to `shift_count` shifts, a multiple of `tile`. Sums are costs times `scale`, plus an eighth of the
+// shift's place in its tile: the smallest sum of a tile and its lane modulo 8 give the first of the best shifts. It
+// goes step by step, each for all pixels, without waits for values just written.
+template <int shift_count, int tile_size>
 class UprightBlock {
  public:
   static constexpr int pixels{32};
-  static constexpr int n{64 * words};  // shifts with padding
+  static constexpr int n{shift_count};
+  static constexpr int tile{tile_size};
   static constexpr int lanes{static_cast<int>(hn::MaxLanes(Words{}))};
   static constexpr int vectors{n / lanes};
-  static constexpr int tile{is_tiled ? 32 : n};  // shifts whose sums are compared with each other
   static constexpr unsigned scale{std::bit_ceil(tile / 8u)};
 
   // Whether sums fit in 16 bits.
@@ -54,49 +54,52 @@ class UprightBlock {
   HWY_INLINE void take(const Sums& box, int pixel) {
     const Words d16;
     std::uint16_t* const sums{sums_of(pixel)};
-    auto least = box.part[0];
-    for (int i{0}; i < vectors; ++i) {
-      hn::Store(box.part[i], d16, sums + i * lanes);
-      least = hn::Min(least, box.part[i]);
+    for (int i{0}; i < tiles; ++i) {
+      const int first{i * vectors / tiles};
+      auto least = box.part[first];
+      for (int k{first}; k < first + vectors / tiles; ++k) {
+        hn::Store(box.part[k], d16, sums + k * lanes);
+        least = hn::Min(least, box.part[k]);
+      }
+      least_[i][pixel] = static_cast<std::int32_t>(minimum16_and_position(folded(d16, least)));
     }
-    if constexpr (!is_tiled) least_[pixel] = minimum16_and_position(folded(d16, least));
   }
 
   // Candidates of the first `count` pixels, to u and on; with vectors that run over.
   HWY_INLINE void finish(int u, int count, CandidateRow& out) {
-    if constexpr (is_tiled) join_tiles(count);
+    if constexpr (tiles > 1) join_tiles();
     mask_least(count);
     find_second(count);
     for (int i{0}; i < pixels; i += lanes) candidates_at(i, u + i, out);
   }
 
  private:
+  static constexpr int tiles{n / tile};
   static constexpr int stride{n + lanes};
   static constexpr int scale_bits{std::countr_zero(scale)};
 
   [[nodiscard]] std::uint16_t* sums_of(int pixel) { return sums_ + lanes + pixel * stride; }
 
-  void join_tiles(int count) {
-    const Words d16;
-    for (int pixel{0}; pixel < count; ++pixel) {
-      std::uint32_t least{65535};
-      for (int first{0}; first < n; first += tile) {
-        auto least_of_tile = hn::Load(d16, sums_of(pixel) + first);
-        for (int i{lanes}; i < tile; i += lanes) {
-          least_of_tile = hn::Min(least_of_tile, hn::Load(d16, sums_of(pixel) + first + i));
-        }
-        const std::uint32_t found{minimum16_and_position(folded(d16, least_of_tile))};
-        const bool is_less{(found & 65535) / scale < (least & 65535) / scale};
-        least = is_less ? found + (static_cast<std::uint32_t>(first) << 16) : least;
+  // The first tile's smallest sums become those of all.
+  void join_tiles() {
+    const hn::ScalableTag<std::int32_t> d32;
+    const auto cost = [&](auto sums) {
+      return hn::ShiftRight<scale_bits>(hn::And(sums, hn::Set(d32, std::int32_t{65535})));
+    };
+    for (int pixel{0}; pixel < pixels; pixel += static_cast<int>(hn::Lanes(d32))) {
+      auto least = hn::Load(d32, least_[0] + pixel);
+      for (int i{1}; i < tiles; ++i) {
+        const auto of_tile = hn::Add(hn::Load(d32, least_[i] + pixel), hn::Set(d32, (i * tile) << 16));
+        least = hn::IfThenElse(hn::Lt(cost(of_tile), cost(least)), of_tile, least);
       }
-      least_[pixel] = least;
+      hn::Store(least, d32, least_[0] + pixel);
     }
   }
 
   // Stores the best shifts and the sums beside them, and takes these out of the search.
   void mask_least(int count) {
     for (int pixel{0}; pixel < count; ++pixel) {
-      const std::uint32_t least{least_[pixel]};
+      const auto least = static_cast<std::uint32_t>(least_[0][pixel]);
       const std::uint32_t shift{8 * (least % scale) + (least >> 16)};
       std::uint16_t* const from{sums_of(pixel) + shift - 1};
       std::uint64_t around;
@@ -143,7 +146,7 @@ class UprightBlock {
   Shifts shifts_;
   int uniqueness_1024_;
   alignas(64) std::uint16_t sums_[pixels * stride + lanes]{};  // [pixel][shift], with space around each pixel's
-  alignas(64) std::uint32_t least_[pixels];                    // smallest sum | its place less eighths << 16
+  alignas(64) std::int32_t least_[tiles][pixels]{};            // smallest sum | its place less eighths << 16
   alignas(64) std::uint16_t best_[pixels]{};                   // smallest sum
   alignas(64) std::uint16_t shift_[pixels]{};                  // its shift
   alignas(64) std::uint16_t before_[pixels]{};                 // sums beside it

@@ -73,11 +73,11 @@ HWY_INLINE V16 weighted_upper(V8 in, V8 out, V16 weights) {
 }
 #endif
 
-// Costs of the shifts 0 … count − 1, padded to `words` times 64.
-template <int words, bool is_tiled>
+// Costs of the shifts 0 … count − 1, padded to `shift_count`, a multiple of 64.
+template <int shift_count, int tile>
 class UprightRows {
  public:
-  using Block = UprightBlock<words, is_tiled>;
+  using Block = UprightBlock<shift_count, tile>;
 
   static std::ptrdiff_t memory(int width, int half_window) {
     return memory_of_columns(width, half_window) + (DifferingBits::memory(width, n) + 63) / 64 * 64;
