@@ -68,28 +68,24 @@ void prepare(Cpu& cpu, View<const std::uint8_t> left, View<const std::uint8_t> r
 }
 
 std::size_t band_memory(const MatchingConfig& config, const MatchingSpace& space) {
-  return correlate_memory(space.left.width(), upright_shifts(config), road_shifts, config.window_px / 2);
+  return correlate_memory(space.left.width(), upright_shifts(config), config.window_px / 2);
 }
 
 void correlate(Cpu& cpu, const MatchingConfig& config, MatchingSpace& space, CandidateSink& sink) {
-  const int width{space.left.width()};
   const int height{space.left.height()};
   const int bits{compared_bits(config.window_px)};
   cpu.for_ranges(height, rows_grain, [&](int begin, int end) {
     short_census_rows(short_census_row, space.left, bits, space.short_left, begin, end);
-    for (int v{begin}; v < end; ++v) broadcast_row(space.short_left.row(v), width, space.short_left_broadcast.row(v));
     short_census_rows(short_census_reversed, space.right, bits, space.short_right_reversed, begin, end);
     short_census_rows(short_census_row, space.sheared, bits, space.short_sheared, begin, end);
   });
   const Shifts upright{upright_shifts(config)};
-  const Shifts road{road_shifts};
   const int half{config.window_px / 2};
   const std::size_t memory_of_band{band_memory(config, space)};
-  const ShortCensus census{space.short_left, space.short_left_broadcast, space.short_right_reversed,
-                           space.short_sheared};
+  const ShortCensus census{space.short_left, space.short_right_reversed, space.short_sheared};
   cpu.for_parts(height, cpu.threads(), [&](int part, int begin, int end) {
     const std::size_t p{static_cast<std::size_t>(part)};
-    correlate_band({census, upright, road, half, uniqueness_1024(config), begin, end,
+    correlate_band({census, upright, half, uniqueness_1024(config), begin, end,
                     aligned(space.memory.data()) + p * memory_of_band, &space.rows[p], &sink});
   });
 }

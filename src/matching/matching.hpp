@@ -37,16 +37,14 @@ struct MatchingSpace {
   MatchingSpace(int width, int height, const MatchingConfig& config, int threads);
 
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(left, right, sheared, short_left, short_right_reversed, short_sheared, short_left_broadcast,
-                         census_left, census_right, census_sheared, textured, speckles, memory, rows, decisions,
-                         textures);
+    return held_bytes_of(left, right, sheared, short_left, short_right_reversed, short_sheared, census_left,
+                         census_right, census_sheared, textured, speckles, memory, rows, decisions, textures);
   }
 
   Padded<std::uint8_t> left, right, sheared;                             ///< grey levels
   Padded<std::uint8_t> short_left, short_right_reversed, short_sheared;  ///< correlation: short census
-  Padded<std::uint32_t> short_left_broadcast;
-  Padded<std::uint32_t> census_left, census_right, census_sheared;  ///< semi-global: census
-  Padded<std::uint8_t> textured;                                    ///< 1 where a window has contrast
+  Padded<std::uint32_t> census_left, census_right, census_sheared;       ///< semi-global: census
+  Padded<std::uint8_t> textured;                                         ///< 1 where a window has contrast
   Speckles speckles;
   std::vector<std::uint8_t> memory;  ///< CPU: working memory of the bands, see make_room
   std::vector<RowCandidates> rows;   ///< CPU: of each band

@@ -84,11 +84,11 @@ STEREOGRID_HD inline std::uint8_t sheared(const std::uint8_t* right_row, int wid
 
 /// Best label of one hypothesis at a pixel.
 struct Candidate {
-  std::uint16_t cost;    ///< cost of the best shift
-  std::uint16_t rivals;  ///< other shifts, more than one step away, that cost no more than highest_rival
-  std::uint16_t before;  ///< cost one step below the best shift; `cost` where the best is at an end of the range
-  std::uint16_t after;   ///< cost one step above it
-  std::int16_t shift;    ///< best shift in px
+  std::uint16_t cost;        ///< cost of the best shift
+  std::uint16_t has_rivals;  ///< 1 if a shift more than one step away costs no more than highest_rival, else 0
+  std::uint16_t before;      ///< cost one step below the best shift; `cost` where the best is at an end of the range
+  std::uint16_t after;       ///< cost one step above it
+  std::int16_t shift;        ///< best shift in px
 
   friend bool operator==(const Candidate&, const Candidate&) = default;
 };
@@ -129,7 +129,7 @@ using Winner = single_numbers::WinnerOf<int, float, bool>;
 /// A Candidate's members as whole numbers.
 struct CandidateNumbers {
   int cost;
-  int rivals;
+  int has_rivals;
   int before;
   int after;
   int shift;
@@ -138,7 +138,7 @@ struct CandidateNumbers {
 STEREOGRID_HD inline Winner winner_of(const Candidate& upright, const Candidate& level, std::int32_t road_65536,
                                       int disparities, bool subpixel, const ConfidenceModel& confidences) {
   const auto numbers = [](const Candidate& of) {
-    return CandidateNumbers{of.cost, of.rivals, of.before, of.after, of.shift};
+    return CandidateNumbers{of.cost, of.has_rivals, of.before, of.after, of.shift};
   };
   return single_numbers::winner_of(numbers(upright), numbers(level), road_65536, disparities, subpixel, confidences);
 }

@@ -51,12 +51,12 @@ Candidate best_of(View<const std::uint8_t> left, View<const std::uint8_t> right,
   const auto least = std::min_element(costs.begin(), costs.end());
   const int best{static_cast<int>(least - costs.begin())};
   const int rival_cost{highest_rival(*least, uniqueness_1024(config))};
-  std::uint16_t rivals{0};
+  bool has_rivals{false};
   for (int k{0}; k < shifts.count; ++k) {
-    if (std::abs(k - best) > 1 && costs[static_cast<std::size_t>(k)] <= rival_cost) ++rivals;
+    has_rivals = has_rivals || (std::abs(k - best) > 1 && costs[static_cast<std::size_t>(k)] <= rival_cost);
   }
   const bool inside{best > 0 && best < shifts.count - 1};
-  return {*least, rivals, inside ? least[-1] : *least, inside ? least[1] : *least,
+  return {*least, has_rivals, inside ? least[-1] : *least, inside ? least[1] : *least,
           static_cast<std::int16_t>(shifts.first + best)};
 }
 
@@ -130,7 +130,7 @@ class Decider final : public CandidateSink {
       const bool accepted{consistent && winner(u).is_plausible && is_textured(left_, u, v, config_)};
       matches_.road(u, v) = accepted && winner(u).is_road ? winner(u).disparity : 0;
       matches_.obstacle(u, v) = accepted && !winner(u).is_road ? winner(u).disparity : 0;
-      matches_.confidence(u, v) = accepted ? winner(u).confidence : 0;
+      matches_.confidence(u, v) = accepted ? single_numbers::confidence_of(winner(u).evidence) : 0;
     }
   }
 

@@ -19,8 +19,7 @@ MatchingSpace::MatchingSpace(int width, int height, const MatchingConfig& config
   if (config.method == MatchingMethod::semi_global) {
     for (auto* census : {&census_left, &census_right, &census_sheared}) *census = {width, height, row_overrun};
   } else {
-    short_left_broadcast = {width, height, row_overrun};
-    const int border{correlate_border(upright_shifts(config), road_shifts)};
+    const int border{correlate_border(upright_shifts(config))};
     for (auto* census : {&short_left, &short_right_reversed, &short_sheared}) *census = {width, height, border};
   }
 }

@@ -105,7 +105,7 @@ inline int differences(const Image<Candidate>& expected, const Image<FoundLabel>
     const Candidate& a{expected.data()[i]};
     const FoundLabel& b{found.data()[i]};
     const bool same{a.cost == b.cost && a.before == b.before && a.after == b.after &&
-                    a.shift == shifts.first + b.label && (a.rivals != 0) == (b.has_rivals != 0)};
+                    a.shift == shifts.first + b.label && a.has_rivals == b.has_rivals};
     different += same ? 0 : 1;
   }
   return different;

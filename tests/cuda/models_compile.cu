@@ -30,7 +30,7 @@ __global__ void matching_models(const std::uint8_t* image, int width, RoadPlane 
   const Winner winner{
       winner_of(candidate, candidate, road.at(u), highest_rival(compared_bits(13), 20), true, ConfidenceModel{})};
   out[u] = static_cast<float>(bits) + short_census(GreyAt{image + u, width}) + sheared(image, width, u, road) +
-           winner.disparity + winner.confidence;
+           winner.disparity + single_numbers::confidence_of(winner.evidence);
 }
 
 __global__ void alignment_models(const std::uint8_t* image, int width, float* out) {

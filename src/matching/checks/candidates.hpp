@@ -22,20 +22,20 @@ class CandidateRow {
       : pitch_{static_cast<std::size_t>(width) + padding}, values_(4 * pitch_), shifts_(pitch_) {}
 
   [[nodiscard]] std::uint16_t* cost() { return values_.data(); }
-  [[nodiscard]] std::uint16_t* rivals() { return values_.data() + pitch_; }
+  [[nodiscard]] std::uint16_t* has_rivals() { return values_.data() + pitch_; }
   [[nodiscard]] std::uint16_t* before() { return values_.data() + 2 * pitch_; }
   [[nodiscard]] std::uint16_t* after() { return values_.data() + 3 * pitch_; }
   [[nodiscard]] std::int16_t* shift() { return shifts_.data(); }
   [[nodiscard]] const std::uint16_t* cost() const { return values_.data(); }
-  [[nodiscard]] const std::uint16_t* rivals() const { return values_.data() + pitch_; }
+  [[nodiscard]] const std::uint16_t* has_rivals() const { return values_.data() + pitch_; }
   [[nodiscard]] const std::uint16_t* before() const { return values_.data() + 2 * pitch_; }
   [[nodiscard]] const std::uint16_t* after() const { return values_.data() + 3 * pitch_; }
   [[nodiscard]] const std::int16_t* shift() const { return shifts_.data(); }
 
-  [[nodiscard]] Candidate at(int u) const { return {cost()[u], rivals()[u], before()[u], after()[u], shift()[u]}; }
+  [[nodiscard]] Candidate at(int u) const { return {cost()[u], has_rivals()[u], before()[u], after()[u], shift()[u]}; }
   void set(int u, const Candidate& candidate) {
     cost()[u] = candidate.cost;
-    rivals()[u] = candidate.rivals;
+    has_rivals()[u] = candidate.has_rivals;
     before()[u] = candidate.before;
     after()[u] = candidate.after;
     shift()[u] = candidate.shift;

@@ -39,7 +39,7 @@ __device__ void accept(const Decision& task, const Winner& winner, int claimed_w
   const bool accepted{consistent && winner.is_plausible && (task.textured.data == nullptr || task.textured(u, v) != 0)};
   task.road(u, v) = accepted && winner.is_road ? winner.disparity : 0.0f;
   task.obstacle(u, v) = accepted && !winner.is_road ? winner.disparity : 0.0f;
-  task.confidence(u, v) = accepted ? winner.confidence : 0.0f;
+  task.confidence(u, v) = accepted ? single_numbers::confidence_of(winner.evidence) : 0.0f;
 }
 
 // A block decides a row. A claim is cost · 65536 + whole: the cheapest wins, then the smaller disparity.

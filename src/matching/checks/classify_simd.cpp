@@ -14,8 +14,9 @@
 #include <type_traits>
 
 namespace stereogrid {
-// Compiled for no instruction set: with one, g++ takes vectors for single numbers here, which is slower.
-void claim_places(int width, ClassifySpace& space);
+// Smallest ranks of the row's places, and which of them each pixel meets. Compiled for no instruction set: with one,
+// g++ takes vectors for single numbers here, which is slower.
+HWY_NOINLINE void claim_places(int width, ClassifySpace& space);
 }  // namespace stereogrid
 
 HWY_BEFORE_NAMESPACE();
@@ -41,72 +42,89 @@ IntVector load(const std::int16_t* values) {
   return hn::PromoteTo(d32, hn::LoadU(d16, values));
 }
 
-// A CandidateRow's members from u on.
 struct CandidateVectors {
   IntVector cost;
-  IntVector rivals;
+  IntVector has_rivals;
   IntVector before;
   IntVector after;
   IntVector shift;
 };
-HWY_INLINE CandidateVectors candidates_from(const CandidateRow& row, int u) {
-  return {load(row.cost() + u), load(row.rivals() + u), load(row.before() + u), load(row.after() + u),
-          load(row.shift() + u)};
-}
+
+// A CandidateRow's members.
+struct CandidatePointers {
+  explicit CandidatePointers(const CandidateRow& row)
+      : cost{row.cost()}, has_rivals{row.has_rivals()}, before{row.before()}, after{row.after()}, shift{row.shift()} {}
+  [[nodiscard]] HWY_INLINE CandidateVectors from(int u) const {
+    return {load(cost + u), load(has_rivals + u), load(before + u), load(after + u), load(shift + u)};
+  }
+
+  const std::uint16_t* cost;
+  const std::uint16_t* has_rivals;
+  const std::uint16_t* before;
+  const std::uint16_t* after;
+  const std::int16_t* shift;
+};
 
 // winner_of, and whether anything is wrong with it but its claim
-HWY_INLINE void find_winners(const DecideRow& row, int u, ClassifySpace& space) {
+HWY_NOINLINE void find_winners(const DecideRow& of_row, ClassifySpace& space) {
   const Ints d32;
   const Floats df;
   const hn::Rebind<std::uint8_t, Ints> d8;
   const auto set = [&](int value) { return hn::Set(d32, value); };
-  const auto tilt = hn::ShiftRight<2>(hn::Add(hn::Mul(numbers_from(Ints{}, u), set(row.road.slope)), set(2)));
-  const auto winner = winner_of(candidates_from(row.candidates.upright, u), candidates_from(row.candidates.level, u),
-                                hn::Add(tilt, set(row.road.start)), row.disparities, row.subpixel, row.confidences);
-  const auto textured = hn::Gt(hn::PromoteTo(d32, hn::LoadU(d8, row.textured + u)), set(0));
-  const auto good = hn::And(winner.is_plausible, textured);
-  const auto label = hn::IfThenElseZero(good, hn::IfThenElse(winner.is_road, set(2), set(1)));
-  const auto right_u = hn::Sub(numbers_from(Ints{}, u), winner.whole);
-  const auto place = hn::Min(hn::Max(right_u, set(-1)), set(row.width));
-  const auto rank = hn::Or(hn::ShiftLeft<16>(winner.cost), hn::And(winner.whole, set(65535)));
-  hn::StoreU(hn::Add(place, set(1)), d32, space.place.data() + u);
-  hn::StoreU(rank, d32, reinterpret_cast<std::int32_t*>(space.rank.data()) + u);
-  hn::StoreU(winner.confidence, df, space.confidence.data() + u);
-  hn::StoreU(winner.disparity, df, space.disparity.data() + u);
-  hn::StoreU(hn::DemoteTo(d8, label), d8, space.label.data() + u);
+  // stores of vectors may alias everything: local copies avoid reloads
+  const DecideRow row{of_row};
+  const CandidatePointers upright{row.candidates.upright};
+  const CandidatePointers level{row.candidates.level};
+  auto* const places = reinterpret_cast<std::int32_t*>(space.place.data());
+  auto* const ranks = reinterpret_cast<std::int32_t*>(space.rank.data());
+  float* const evidence{space.evidence.data()};
+  float* const labelled{space.labelled.data()};
+  for (int u{0}; u < row.width; u += static_cast<int>(hn::Lanes(d32))) {
+    const auto tilt = hn::ShiftRight<2>(hn::Add(hn::Mul(numbers_from(d32, u), set(row.road.slope)), set(2)));
+    const auto winner = winner_of(upright.from(u), level.from(u), hn::Add(tilt, set(row.road.start)), row.disparities,
+                                  row.subpixel, row.confidences);
+    const auto textured = hn::Gt(hn::PromoteTo(d32, hn::LoadU(d8, row.textured + u)), set(0));
+    const auto is_good = condition(winner.disparity, hn::And(winner.is_plausible, textured));
+    const auto is_road = condition(winner.disparity, winner.is_road);
+    const auto right_u = hn::Sub(numbers_from(d32, u), winner.whole);
+    const auto place = hn::Min(hn::Max(right_u, set(-1)), set(row.width));
+    const auto rank = hn::Or(hn::ShiftLeft<16>(winner.cost), hn::And(winner.whole, set(65535)));
+    hn::StoreU(hn::Add(place, set(1)), d32, places + u);
+    hn::StoreU(rank, d32, ranks + u);
+    hn::StoreU(winner.evidence, df, evidence + u);
+    const auto signed_disparity = hn::IfThenElse(is_road, hn::Neg(winner.disparity), winner.disparity);
+    hn::StoreU(hn::IfThenElseZero(is_good, signed_disparity), df, labelled + u);
+  }
 }
 
 // To obstacle[u] and so on, whole vectors.
-void write_results(const DecideRow& row, int u, const ClassifySpace& space, float* obstacle, float* on_road,
-                   float* confidence) {
+HWY_INLINE void write_results(int left_right_px, int u, const ClassifySpace& space, float* obstacle, float* on_road,
+                              float* confidence) {
   const Ints d32;
   const Floats df;
-  const hn::Rebind<std::uint8_t, Ints> d8;
-  const auto set = [&](int value) { return hn::Set(d32, value); };
-  const auto lower_half = [](IntVector rank) { return hn::ShiftRight<16>(hn::ShiftLeft<16>(rank)); };
-  const auto rank = hn::LoadU(d32, reinterpret_cast<const std::int32_t*>(space.rank.data()) + u);
-  const auto place = hn::LoadU(d32, space.place.data() + u);
-  const auto claimed = hn::GatherIndex(d32, reinterpret_cast<const std::int32_t*>(space.claims.data()), place);
-  const auto difference = hn::Abs(hn::Sub(lower_half(claimed), lower_half(rank)));
-  const auto inside = hn::And(hn::Gt(place, set(0)), hn::Lt(place, set(row.width + 1)));
-  const auto consistent = hn::And(inside, hn::Lt(difference, set(row.left_right_px + 1)));
-  const auto label = hn::PromoteTo(d32, hn::LoadU(d8, space.label.data() + u));
-  const auto disparity = hn::LoadU(df, space.disparity.data() + u);
-  const auto is = [&](int wanted) { return hn::RebindMask(df, hn::And(consistent, hn::Eq(label, set(wanted)))); };
-  hn::StoreU(hn::IfThenElseZero(is(1), disparity), df, obstacle + u);
-  hn::StoreU(hn::IfThenElseZero(is(2), disparity), df, on_road + u);
-  const auto sure = hn::LoadU(df, space.confidence.data() + u);
-  hn::StoreU(hn::IfThenElseZero(hn::Or(is(1), is(2)), sure), df, confidence + u);
+  const auto load = [&](const std::uint32_t* of) {
+    return hn::LoadU(d32, reinterpret_cast<const std::int32_t*>(of) + u);
+  };
+  const auto of_ranks = hn::Sub(load(space.place.data()), load(space.rank.data()));
+  const auto difference = hn::Abs(hn::ShiftRight<16>(hn::ShiftLeft<16>(of_ranks)));
+  const auto is_consistent = hn::RebindMask(df, hn::Lt(difference, hn::Set(d32, left_right_px + 1)));
+  const auto labelled = hn::IfThenElseZero(is_consistent, hn::LoadU(df, space.labelled.data() + u));
+  const auto upright = hn::Max(labelled, hn::Zero(df));
+  const auto sure = confidence_of(hn::LoadU(df, space.evidence.data() + u));
+  hn::StoreU(upright, df, obstacle + u);
+  hn::StoreU(hn::Sub(upright, labelled), df, on_road + u);
+  hn::StoreU(hn::IfThenZeroElse(hn::Eq(labelled, hn::Zero(df)), sure), df, confidence + u);
 }
 
 void Decide(const DecideRow& row, ClassifySpace& space) {
   const int lanes{static_cast<int>(hn::Lanes(Ints{}))};
-  for (int u{0}; u < row.width; u += lanes) find_winners(row, u, space);
+  find_winners(row, space);
   claim_places(row.width, space);
+  const int most{row.left_right_px};
   int u{0};
-  for (; u + lanes <= row.width; u += lanes) write_results(row, u, space, row.obstacle, row.on_road, row.confidence);
+  for (; u + lanes <= row.width; u += lanes) write_results(most, u, space, row.obstacle, row.on_road, row.confidence);
   if (u == row.width) return;
-  write_results(row, u, space, space.obstacle.data(), space.on_road.data(), space.confidence.data());
+  write_results(most, u, space, space.obstacle.data(), space.on_road.data(), space.confidence.data());
   const auto copy = [&](const std::vector<float>& from, float* to) {
     std::copy(from.begin() + u, from.begin() + row.width, to + u);
   };
@@ -127,18 +145,22 @@ HWY_EXPORT(Decide);
 
 void claim_places(int width, ClassifySpace& space) {
   std::uint32_t* const claims{space.claims.data()};
-  const std::int32_t* const place{space.place.data()};
+  std::uint32_t* const place{space.place.data()};
   const std::uint32_t* const rank{space.rank.data()};
   std::fill(space.claims.begin(), space.claims.end(), ~std::uint32_t{0});
+#pragma GCC unroll 4
   for (int u{0}; u < width; ++u) claims[place[u]] = std::min(claims[place[u]], rank[u]);
+  claims[0] = claims[width + 1] = 0x8000;
+#pragma GCC unroll 4
+  for (int u{0}; u < width; ++u) place[u] = claims[place[u]];
 }
 
 ClassifySpace::ClassifySpace(int width) {
   const std::size_t size{static_cast<std::size_t>(width) + CandidateRow::padding};
   place.resize(size);
   rank.resize(size);
-  disparity.resize(size);
-  label.resize(size);
+  labelled.resize(size);
+  evidence.resize(size);
   obstacle.resize(size);
   on_road.resize(size);
   confidence.resize(size);

@@ -16,17 +16,17 @@ struct ClassifySpace {
   explicit ClassifySpace(int width);
 
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(place, rank, disparity, label, obstacle, on_road, confidence, claims);
+    return held_bytes_of(place, rank, labelled, evidence, obstacle, on_road, confidence, claims);
   }
 
-  std::vector<std::int32_t> place;  ///< [u]: 1 + column of the right image; 0 and width + 1: outside
-  std::vector<std::uint32_t> rank;  ///< [u]: cost << 16 | whole; the smallest claim of a place wins
-  std::vector<float> disparity;     ///< [u]: Winner::disparity
-  std::vector<std::uint8_t> label;  ///< [u]: 0 nothing, 1 upright, 2 road
-  std::vector<float> obstacle;      ///< [u]: results, where a whole vector has no room in the row
+  std::vector<std::uint32_t> place;  ///< [u]: 1 + column of the right image; 0 and width + 1: outside. Then its claim
+  std::vector<std::uint32_t> rank;   ///< [u]: cost << 16 | whole; the smallest claim of a place wins
+  std::vector<float> labelled;       ///< [u]: Winner::disparity, negative for road; 0: nothing
+  std::vector<float> evidence;       ///< [u]: Winner::evidence
+  std::vector<float> obstacle;       ///< [u]: results, where a whole vector has no room in the row
   std::vector<float> on_road;
   std::vector<float> confidence;
-  std::vector<std::uint32_t> claims;  ///< [place]: smallest rank
+  std::vector<std::uint32_t> claims;  ///< [place]: smallest rank; outside: one with a disparity that no pixel has
 };
 
 /// One row of `decide`.

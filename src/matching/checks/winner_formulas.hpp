@@ -27,12 +27,12 @@ STEREOGRID_HD inline Real inverse_root(Real x) {
   return root * (three_halves - half * root * root);
 }
 
-/// Probability that a disparity is right to a pixel, from the winner's cost, its rise to the cheaper neighbour, the
-/// other hypothesis' distance (all costs) and the disparity (px). A sigmoid of straight lines with ends, fitted to
-/// lidar and exact truth; nothing in it rounds differently elsewhere.
+/// Evidence for a disparity, from the winner's cost, its rise to the cheaper neighbour, the other hypothesis' distance
+/// (all costs) and the disparity (px): straight lines with ends, fitted to lidar and exact truth; nothing in it rounds
+/// differently elsewhere.
 template <class Condition, class Int, class Real>
-STEREOGRID_HD inline Real confidence_of(const ConfidenceModel& model, Condition is_road, Int cost, Int rise, Int margin,
-                                        Real disparity) {
+STEREOGRID_HD inline Real evidence_of(const ConfidenceModel& model, Condition is_road, Int cost, Int rise, Int margin,
+                                      Real disparity) {
   const auto constant = [&](float value) { return number(disparity, value); };
   const auto weight = [&](float ConfidenceWeights::*member) {
     return IfThenElse(is_road, constant(model.road.*member), constant(model.upright.*member));
@@ -42,13 +42,18 @@ STEREOGRID_HD inline Real confidence_of(const ConfidenceModel& model, Condition 
   };
   const auto share = [&](Int value) { return real(value) * constant(model.per_cost); };
   const Real rise_share{share(rise)};
-  const Real x{weight(&ConfidenceWeights::constant) + term(&ConfidenceWeights::cost, share(cost), 0.5f) +
-               term(&ConfidenceWeights::small_rise, rise_share, 0.02f) +
-               term(&ConfidenceWeights::rise, rise_share, 0.08f) +
-               term(&ConfidenceWeights::margin, share(margin), 0.06f) +
-               term(&ConfidenceWeights::near_disparity, disparity * constant(0.05f), 1.0f) +
-               term(&ConfidenceWeights::disparity, disparity * constant(0.0125f), 1.0f)};
-  return constant(0.5f) + constant(0.5f) * (x * inverse_root(constant(1.0f) + x * x));
+  return weight(&ConfidenceWeights::constant) + term(&ConfidenceWeights::cost, share(cost), 0.5f) +
+         term(&ConfidenceWeights::small_rise, rise_share, 0.02f) + term(&ConfidenceWeights::rise, rise_share, 0.08f) +
+         term(&ConfidenceWeights::margin, share(margin), 0.06f) +
+         term(&ConfidenceWeights::near_disparity, disparity * constant(0.05f), 1.0f) +
+         term(&ConfidenceWeights::disparity, disparity * constant(0.0125f), 1.0f);
+}
+
+/// Probability that a disparity is right to a pixel: a sigmoid of its evidence.
+template <class Real>
+STEREOGRID_HD inline Real confidence_of(Real evidence) {
+  const Real half{number(evidence, 0.5f)};
+  return half + half * (evidence * inverse_root(number(evidence, 1.0f) + evidence * evidence));
 }
 
 /// The cheaper hypothesis at a pixel.
@@ -59,7 +64,7 @@ struct WinnerOf {
   Real disparity;          ///< px
   Int whole;               ///< px: the column of the right image that is claimed is u − whole
   Condition is_plausible;  ///< unique, cheap enough and within the disparities searched
-  Real confidence;         ///< probability that the disparity is right
+  Real evidence;           ///< confidence_of makes a probability of it
 };
 
 /// The paper's decision without a threshold (T-ITS 2012, III-C): road where the road hypothesis costs less.
@@ -78,11 +83,10 @@ STEREOGRID_HD inline auto winner_of(const Candidates& upright, const Candidates&
   const auto disparity = IfThenElseZero(condition(within, is_road), on_road) + within;
   const auto half = number(disparity, 0.5f);
   const auto in_range = And(disparity >= half, disparity < number(disparity, static_cast<float>(disparities) - 0.5f));
-  const auto unique = best(&Candidates::rivals) == number(cost, 0);
+  const auto unique = best(&Candidates::has_rivals) == number(cost, 0);
   const auto cheap = cost < number(cost, confidences.cost_limit + 1);
-  const auto confidence = confidence_of(confidences, condition(disparity, is_road), cost, Min(before, after) - cost,
-                                        Abs(level.cost - upright.cost), disparity);
+  const auto evidence = evidence_of(confidences, condition(disparity, is_road), cost, Min(before, after) - cost,
+                                    Abs(level.cost - upright.cost), disparity);
   return WinnerOf<Int, std::decay_t<decltype(disparity)>, std::decay_t<decltype(is_road)>>{
-      is_road,   cost, disparity, whole(disparity + half), And(And(unique, cheap), condition(cost, in_range)),
-      confidence};
+      is_road, cost, disparity, whole(disparity + half), And(And(unique, cheap), condition(cost, in_range)), evidence};
 }

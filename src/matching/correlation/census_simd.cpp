@@ -78,14 +78,6 @@ void ShortCensusReversed(const std::uint8_t* const* window, int width, int bits,
   });
 }
 
-void BroadcastRow(const std::uint8_t* row, int width, std::uint32_t* out) {
-  const hn::ScalableTag<std::uint8_t> d8;
-  for (int u{0}; u < width; u += static_cast<int>(hn::Lanes(d8))) {
-    const auto bytes = hn::LoadU(d8, row + u);
-    hn::StoreInterleaved4(bytes, bytes, bytes, bytes, d8, reinterpret_cast<std::uint8_t*>(out + u));
-  }
-}
-
 void ShearRow(const std::uint8_t* right_row, int width, const RoadRow& road, std::uint8_t* out) {
   const hn::CappedTag<std::int32_t, 16> d32;
   const hn::Rebind<std::uint8_t, decltype(d32)> d8;
@@ -130,7 +122,6 @@ namespace stereogrid {
 HWY_EXPORT(CensusRow);
 HWY_EXPORT(ShortCensusRow);
 HWY_EXPORT(ShortCensusReversed);
-HWY_EXPORT(BroadcastRow);
 HWY_EXPORT(ShearRow);
 
 void census_row(const std::uint8_t* const* window, int width, std::uint32_t* out) {
@@ -143,10 +134,6 @@ void short_census_row(const std::uint8_t* const* window, int width, int bits, st
 
 void short_census_reversed(const std::uint8_t* const* window, int width, int bits, std::uint8_t* out) {
   HWY_DYNAMIC_DISPATCH(ShortCensusReversed)(window, width, bits, out);
-}
-
-void broadcast_row(const std::uint8_t* row, int width, std::uint32_t* out) {
-  HWY_DYNAMIC_DISPATCH(BroadcastRow)(row, width, out);
 }
 
 void shear_row(const std::uint8_t* right_row, int width, const RoadRow& road, std::uint8_t* out) {

@@ -21,9 +21,6 @@ void short_census_row(const std::uint8_t* const* window, int width, int bits, st
 /// The same from right to left.
 void short_census_reversed(const std::uint8_t* const* window, int width, int bits, std::uint8_t* out);
 
-/// Each byte of a row four times.
-void broadcast_row(const std::uint8_t* row, int width, std::uint32_t* out);
-
 /// A row of the right image as the road hypothesis sees it, equal to `sheared`.
 void shear_row(const std::uint8_t* right_row, int width, const RoadRow& road, std::uint8_t* out);
 

@@ -21,42 +21,52 @@ namespace {
 
 #if HWY_TARGET != HWY_SCALAR
 
-template <int words>
+template <int shift_count, int tile>
 void correlate_rows(const Band& band) {
   const ShortCensus& census{band.census};
   const int half{band.half_window};
   const int width{census.left.width()};
-  UprightRows<words> upright{width, band.upright, half, band.uniqueness_1024, band.memory};
-  LevelRows level{width, band.road, half, band.uniqueness_1024, band.memory + UprightRows<words>::memory(width, half)};
-  const auto upright_rows = [&](int v) {
-    return RowPair{census.left_broadcast.clamped_row(v), census.right_reversed.clamped_row(v)};
-  };
+  using Upright = UprightRows<shift_count, tile>;
+  Upright upright{width, band.upright, half, band.uniqueness_1024, band.memory};
+  LevelRows level{width, half, band.uniqueness_1024, band.memory + Upright::memory(width, half)};
+  const auto left = [&](int v) { return census.left.clamped_row(v); };
+  const auto right_reversed = [&](int v) { return census.right_reversed.clamped_row(v); };
+  // one row too many, which the first step takes away
+  for (int v{band.first_row - half - 1}; v < band.first_row + half; ++v) upright.add_row(left(v), right_reversed(v));
   for (int v{band.first_row - half}; v < band.first_row + half; ++v) {
-    upright.add_row(upright_rows(v));
-    level.update(census.left.clamped_row(v), census.sheared.clamped_row(v), nullptr, nullptr);
+    level.add_row(left(v), census.sheared.clamped_row(v));
   }
   for (int v{band.first_row}; v < band.end_row; ++v) {
-    const bool something_leaves{v > band.first_row};
     const int in{v + half};
     const int out{v - half - 1};
-    upright.finish_row(upright_rows(in), upright_rows(out), something_leaves, band.candidates->upright);
-    level.update(census.left.clamped_row(in), census.sheared.clamped_row(in),
-                 something_leaves ? census.left.clamped_row(out) : nullptr, census.sheared.clamped_row(out));
-    level.finish_row(band.candidates->level);
+    upright.finish_row(left(in), right_reversed(in), left(out), right_reversed(out), band.candidates->upright);
+    level.finish_row(left(in), census.sheared.clamped_row(in), band.candidates->level);
     band.sink->take(v, *band.candidates);
   }
 }
 
+// In the largest tiles whose sums fit.
+template <int shift_count>
+void correlate_shifts(const Band& band) {
+  const int window{2 * band.half_window + 1};
+  const int cost_max{compared_bits(window) * window * window};
+  if (UprightBlock<shift_count, shift_count>::holds(cost_max)) return correlate_rows<shift_count, shift_count>(band);
+  if (UprightBlock<shift_count, shift_count / 2>::holds(cost_max)) {
+    return correlate_rows<shift_count, shift_count / 2>(band);
+  }
+  correlate_rows<shift_count, 32>(band);
+}
+
 void Correlate(const Band& band) {
-  switch (padded_upright(band.upright) / 64) {
-    case 1:
-      return correlate_rows<1>(band);
-    case 2:
-      return correlate_rows<2>(band);
-    case 3:
-      return correlate_rows<3>(band);
+  switch (padded_upright(band.upright)) {
+    case 64:
+      return correlate_shifts<64>(band);
+    case 128:
+      return correlate_shifts<128>(band);
+    case 192:
+      return correlate_shifts<192>(band);
     default:
-      return correlate_rows<4>(band);
+      return correlate_shifts<256>(band);
   }
 }
 
@@ -81,15 +91,17 @@ namespace stereogrid {
 HWY_EXPORT(Correlate);
 HWY_EXPORT(Target);
 
-std::size_t correlate_memory(int width, Shifts upright, Shifts road, int half_window) {
-  const std::size_t of_upright{static_cast<std::size_t>(width + 2 * half_window + 1) *
-                               static_cast<std::size_t>(padded_upright(upright))};
+std::size_t correlate_memory(int width, Shifts upright, int half_window) {
+  const int n{padded_upright(upright)};
+  const std::size_t of_upright{static_cast<std::size_t>(width + 2 * half_window + 1) * static_cast<std::size_t>(n)};
+  const std::size_t of_split_rows{static_cast<std::size_t>(8 * (width + n) + 4 * width + 512)};
   const std::size_t of_row{static_cast<std::size_t>(width + 4 * half_window + 256)};
-  return (of_upright + of_row * static_cast<std::size_t>(2 + 3 * road.count) + 63) / 64 * 64;
+  const int rows_of_level{2 + road_shifts.count * (2 * half_window + 4)};
+  return (of_upright + of_split_rows + of_row * static_cast<std::size_t>(rows_of_level) + 63) / 64 * 64;
 }
 
-int correlate_border(Shifts upright, Shifts road) {
-  return std::max(padded_upright(upright), road.count) + 64;
+int correlate_border(Shifts upright) {
+  return std::max(padded_upright(upright), road_shifts.count) + 64;
 }
 
 void correlate_band(const Band& band) {

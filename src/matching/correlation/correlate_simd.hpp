@@ -15,8 +15,7 @@ namespace stereogrid {
 /// Short census of the images that `correlate` compares.
 struct ShortCensus {
   const Padded<std::uint8_t>& left;
-  const Padded<std::uint32_t>& left_broadcast;  ///< the left descriptor in each byte
-  const Padded<std::uint8_t>& right_reversed;   ///< each row from right to left: a left pixel's shifts lie in a row
+  const Padded<std::uint8_t>& right_reversed;  ///< each row from right to left: a left pixel's shifts lie in a row
   const Padded<std::uint8_t>& sheared;
 };
 
@@ -24,7 +23,6 @@ struct ShortCensus {
 struct Band {
   ShortCensus census;
   Shifts upright;
-  Shifts road;
   int half_window{0};
   int uniqueness_1024{0};
   int first_row{0};
@@ -40,10 +38,10 @@ inline int padded_upright(Shifts shifts) {
 }
 
 /// Bytes that a band works in, whatever the instruction set.
-std::size_t correlate_memory(int width, Shifts upright, Shifts road, int half_window);
+std::size_t correlate_memory(int width, Shifts upright, int half_window);
 
 /// Elements beyond the ends of the rows of `ShortCensus` that are read, whatever the instruction set.
-int correlate_border(Shifts upright, Shifts road);
+int correlate_border(Shifts upright);
 
 /// Writes the candidates of the band's rows, equal to the reference on every instruction set.
 void correlate_band(const Band& band);

@@ -15,6 +15,7 @@
 
 #include "hwy/highway.h"
 #include "matching/correlation/correlate_simd.hpp"
+#include "matching/correlation/rival_limit_simd.hpp"
 #include "matching/window_sums_simd.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -25,118 +26,118 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 class LevelRows {
  public:
-  LevelRows(int width, Shifts shifts, int half_window, int uniqueness_1024, std::uint8_t* memory)
+  LevelRows(int width, int half_window, int uniqueness_1024, std::uint8_t* memory)
       : width_{width},
         half_{half_window},
-        shifts_{shifts},
         uniqueness_1024_{uniqueness_1024},
         stride_{row_length(width, half_window)},
-        power_{reinterpret_cast<std::uint16_t*>(memory)},
-        boxes_{power_ + stride_},
-        columns_{reinterpret_cast<std::uint8_t*>(boxes_ + stride_ * shifts.count)} {
-    std::fill(columns_, columns_ + stride_ * shifts.count, std::uint8_t{0});
+        boxes_{reinterpret_cast<std::uint16_t*>(memory)},
+        differing_{memory + 2 * stride_ * count},
+        power_{differing_ + stride_},
+        rows_{power_ + stride_} {
+    std::fill(memory, memory + LevelRows::memory(width, half_window), std::uint8_t{0});
   }
 
-  static std::size_t memory(int width, Shifts shifts, int half_window) {
-    return static_cast<std::size_t>(row_length(width, half_window)) * static_cast<std::size_t>(2 + 3 * shifts.count);
+  static std::size_t memory(int width, int half_window) {
+    return static_cast<std::size_t>(row_length(width, half_window)) *
+           static_cast<std::size_t>(2 + count * (2 + slots(half_window)));
   }
 
-  // Adds the differing bits of one row to the columns' sums and takes those of another away (null: none).
-  void update(const std::uint8_t* left, const std::uint8_t* sheared, const std::uint8_t* old_left,
-              const std::uint8_t* old_sheared) {
-    const hn::ScalableTag<std::uint8_t> d8;
-    const int lanes{static_cast<int>(hn::Lanes(d8))};
-    for (int k{0}; k < shifts_.count; ++k) {
-      const int shift{shifts_.first + k};
-      std::uint8_t* sums{columns(k) + half_};
-      for (int u{0}; u < width_; u += lanes) {
-        const auto differing = [&](const std::uint8_t* a, const std::uint8_t* b) {
-          return hn::PopulationCount(hn::Xor(hn::LoadU(d8, a + u), hn::LoadU(d8, b + u - shift)));
-        };
-        auto sum = hn::Add(hn::LoadU(d8, sums + u), differing(left, sheared));
-        if (old_left != nullptr) sum = hn::Sub(sum, differing(old_left, old_sheared));
-        hn::StoreU(sum, d8, sums + u);
-      }
-    }
+  void add_row(const std::uint8_t* left, const std::uint8_t* sheared) {
+    sum_row(left, sheared);
+    for (int u{0}; u < width_; u += lanes) move_boxes(u);
   }
 
-  void finish_row(CandidateRow& out) {
-    for (int k{0}; k < shifts_.count; ++k) sum_window(k);
-    const hn::ScalableTag<std::uint16_t> d16;
-    const int lanes{static_cast<int>(hn::Lanes(d16))};
-    for (int u{0}; u < width_; u += lanes) find_best(u, out);
+  void finish_row(const std::uint8_t* left, const std::uint8_t* sheared, CandidateRow& out) {
+    sum_row(left, sheared);
+    for (int u{0}; u < width_; u += lanes) store_best(move_boxes(u), u, out);
   }
 
  private:
+  static constexpr int count{road_shifts.count};
+  static constexpr int lanes{static_cast<int>(hn::MaxLanes(Words{}))};
+  struct Sums {
+    HWY_INLINE Sums() {}  // the compiler's own would not be compiled for the instruction set
+    V16 of[count];
+  };
+
   // columns of the window beyond both ends, and vectors that run over
   static int row_length(int width, int half_window) { return (width + 4 * half_window + 256) / 64 * 64; }
-  [[nodiscard]] std::uint8_t* columns(int k) const { return columns_ + stride_ * k; }
-  [[nodiscard]] std::uint16_t* box(int k) const { return boxes_ + stride_ * k; }
+  // rows of the window, and the one that leaves it
+  static int slots(int half_window) { return 2 * half_window + 2; }
+  [[nodiscard]] std::uint8_t* row(int slot, int k) const { return rows_ + stride_ * (slot * count + k); }
 
-  void sum_window(int k) const {
-    const hn::ScalableTag<std::uint16_t> d16;
-    const hn::Rebind<std::uint8_t, decltype(d16)> d8;
-    std::uint8_t* sums{columns(k)};
-    std::fill(sums, sums + half_, sums[half_]);
-    std::fill(sums + half_ + width_, sums + 2 * half_ + width_, sums[half_ + width_ - 1]);
-    const auto load = [&](int u) { return hn::PromoteTo(d16, hn::LoadU(d8, sums + u)); };
-    window_sums(d16, load, width_, 2 * half_ + 1, power_, box(k));
+  // Sums of a row's differing bits over the window's columns, to the slot after the last one.
+  HWY_NOINLINE void sum_row(const std::uint8_t* left, const std::uint8_t* sheared) {
+    const Bytes d8;
+    slot_ = slot_ + 1 < slots(half_) ? slot_ + 1 : 0;
+    for (int k{0}; k < count; ++k) {
+      const std::uint8_t* const right{sheared - (road_shifts.first + k)};
+      std::uint8_t* const bits{differing_ + half_};
+      for (int u{0}; u < width_; u += 2 * lanes) {
+        hn::StoreU(hn::PopulationCount(hn::Xor(hn::LoadU(d8, left + u), hn::LoadU(d8, right + u))), d8, bits + u);
+      }
+      std::fill(differing_, bits, bits[0]);
+      std::fill(bits + width_, bits + width_ + half_, bits[width_ - 1]);
+      const auto load = [&](int u) { return hn::LoadU(d8, differing_ + u); };
+      window_sums(d8, load, width_, 2 * half_ + 1, power_, row(slot_, k));
+    }
   }
 
-  void find_best(int u, CandidateRow& out) const {
-    const hn::ScalableTag<std::uint16_t> d16;
+  // Adds the last row to the boxes and takes the one away that has left the window.
+  HWY_INLINE Sums move_boxes(int u) const {
+    const Words d16;
+    const int oldest{slot_ + 1 < slots(half_) ? slot_ + 1 : 0};
+    const auto load = [&](const std::uint8_t* sums) { return hn::PromoteTo(d16, hn::LoadU(hn::Half<Bytes>{}, sums)); };
+    Sums box;
+    for (int k{0}; k < count; ++k) {
+      std::uint16_t* const at{boxes_ + stride_ * k + u};
+      box.of[k] = hn::Add(hn::Load(d16, at), hn::Sub(load(row(slot_, k) + u), load(row(oldest, k) + u)));
+      hn::Store(box.of[k], d16, at);
+    }
+    return box;
+  }
+
+  HWY_INLINE void store_best(const Sums& box, int u, CandidateRow& out) const {
+    const Words d16;
     const auto set = [&](int value) { return hn::Set(d16, static_cast<std::uint16_t>(value)); };
-    const int count{shifts_.count};
-    auto cost = set(65535);
-    auto best = set(0);
+    Sums up_to;  // smallest of the shifts 0 … k
+    Sums from;   // smallest of the shifts k … count − 1
+    up_to.of[0] = box.of[0];
+    from.of[count - 1] = box.of[count - 1];
+    for (int k{1}; k < count; ++k) up_to.of[k] = hn::Min(up_to.of[k - 1], box.of[k]);
+    for (int k{count - 2}; k >= 0; --k) from.of[k] = hn::Min(from.of[k + 1], box.of[k]);
+    const auto cost = up_to.of[count - 1];
+    auto shift = set(road_shifts.first + count - 1);
     auto before = cost;
     auto after = cost;
-    for (int k{0}; k < count; ++k) {
-      const auto here = hn::LoadU(d16, box(k) + u);
-      const bool inside{k > 0 && k < count - 1};
-      const auto better = hn::Lt(here, cost);
-      best = hn::IfThenElse(better, set(k), best);
-      before = hn::IfThenElse(better, inside ? hn::LoadU(d16, box(k - 1) + u) : here, before);
-      after = hn::IfThenElse(better, inside ? hn::LoadU(d16, box(k + 1) + u) : here, after);
-      cost = hn::Min(cost, here);
+    auto second = up_to.of[count - 3];
+    for (int k{count - 2}; k >= 0; --k) {
+      const auto is_best = hn::Eq(box.of[k], cost);
+      const auto choose = [&](V16 chosen, V16 other) { return hn::IfThenElse(is_best, chosen, other); };
+      shift = choose(set(road_shifts.first + k), shift);
+      before = choose(k > 0 ? box.of[k - 1] : cost, before);
+      after = choose(k > 0 ? box.of[k + 1] : cost, after);
+      const auto below = k > 1 ? up_to.of[k - 2] : set(65535);
+      second = choose(k < count - 2 ? hn::Min(below, from.of[k + 2]) : below, second);
     }
-    const auto rival_limit = hn::Add(rival_costs(d16, cost), set(1));
-    auto rivals = set(0);
-    for (int k{0}; k < count; ++k) {
-      const auto is_far = hn::Gt(hn::Sub(set(k + 1), best), set(2));  // wraps round
-      const auto is_close = hn::Lt(hn::LoadU(d16, box(k) + u), rival_limit);
-      rivals = hn::Add(rivals, hn::IfThenElseZero(hn::And(is_far, is_close), set(1)));
-    }
+    const auto has_rivals = hn::Lt(second, rival_limit(cost, uniqueness_1024_));
     hn::StoreU(cost, d16, out.cost() + u);
-    hn::StoreU(rivals, d16, out.rivals() + u);
+    hn::StoreU(hn::IfThenElseZero(has_rivals, set(1)), d16, out.has_rivals() + u);
     hn::StoreU(before, d16, out.before() + u);
     hn::StoreU(after, d16, out.after() + u);
-    const auto shift = hn::Add(best, set(shifts_.first));
     hn::StoreU(shift, d16, reinterpret_cast<std::uint16_t*>(out.shift()) + u);
-  }
-
-  // highest_rival
-  template <class D16, class V16>
-  [[nodiscard]] V16 rival_costs(D16 d16, V16 cost) const {
-    const hn::Half<D16> half;
-    const hn::Rebind<std::int32_t, decltype(half)> d32;
-    const auto of_half = [&](auto costs) {
-      const auto wide = hn::PromoteTo(d32, costs);
-      const auto scaled = hn::Add(hn::Mul(wide, hn::Set(d32, 1024 + uniqueness_1024_)), hn::Set(d32, 1023));
-      const auto limit = hn::Sub(hn::ShiftRight<10>(scaled), hn::Set(d32, 1));
-      return hn::DemoteTo(half, hn::Max(wide, limit));
-    };
-    return hn::Combine(d16, of_half(hn::UpperHalf(half, cost)), of_half(hn::LowerHalf(half, cost)));
   }
 
   int width_;
   int half_;
-  Shifts shifts_;
   int uniqueness_1024_;
+  int slot_{0};  // the last row's
   std::ptrdiff_t stride_;
-  std::uint16_t* power_;   // [u]: sums of 2, 4, 8 … columns
-  std::uint16_t* boxes_;   // [shift][u]: costs
-  std::uint8_t* columns_;  // [shift][half_window + u]: differing bits summed over the window's rows
+  std::uint16_t* boxes_;     // [shift][u]: costs
+  std::uint8_t* differing_;  // [half_window + u]: differing bits of a row at one shift
+  std::uint8_t* power_;      // [u]: sums of 2, 4, 8 … columns
+  std::uint8_t* rows_;       // [slot][shift][u]: differing bits summed over the window's columns
 };
 
 }  // namespace HWY_NAMESPACE

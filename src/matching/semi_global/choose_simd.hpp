@@ -74,7 +74,7 @@ HWY_INLINE void finish(int width, Shifts shifts, int uniqueness_1024, const RowC
     const auto rival_cost = hn::Max(cost, hn::Sub(hn::ShiftRight<10>(scaled), set(1)));
     const auto is_unique = hn::Gt(bytes_at(choice.runner_up), rival_cost);
     store(cost, out.cost());
-    store(hn::IfThenZeroElse(is_unique, set(1)), out.rivals());
+    store(hn::IfThenZeroElse(is_unique, set(1)), out.has_rivals());
     store(hn::IfThenElse(inside, bytes_at(choice.before), cost), out.before());
     store(hn::IfThenElse(inside, bytes_at(choice.after), cost), out.after());
     hn::StoreU(hn::DemoteTo(signed16, hn::Add(label, set(shifts.first))), signed16, out.shift() + u);

@@ -13,6 +13,7 @@
 #include <cstdint>
 
 #include "hwy/highway.h"
+#include "matching/minima_simd.hpp"
 #include "matching/semi_global/paths_simd.hpp"
 
 #if HWY_TARGET != HWY_SCALAR
@@ -31,7 +32,6 @@ constexpr int lanes{16};
 #endif
 using D8 = hn::FixedTag<std::uint8_t, lanes>;
 using V8 = hn::Vec<D8>;
-using Block16 = hn::FixedTag<std::uint16_t, 8>;
 
 template <int n>
 struct Labels {
@@ -78,23 +78,6 @@ HWY_INLINE V8 first_block_behind(V8 low, V8 high) {
 #endif
 }
 
-// In every lane the smallest of all lanes.
-template <class D>
-HWY_INLINE auto folded([[maybe_unused]] D d, hn::Vec<D> values) {
-  if constexpr (hn::MaxLanes(D{}) * sizeof(hn::TFromD<D>) == 16) {
-    return values;
-  } else {
-    const hn::Half<D> half;
-    return folded(half, hn::Min(hn::LowerHalf(half, values), hn::UpperHalf(half, values)));
-  }
-}
-HWY_INLINE auto minimum16(hn::Vec<Block16> values) {
-#if HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
-  return hn::Vec<Block16>{_mm_minpos_epu16(values.raw)};  // hn::MinOfLanes would broadcast the result
-#else
-  return hn::MinOfLanes(Block16{}, values);
-#endif
-}
 // The smallest byte, in the first lane; the other lanes are not said.
 template <class D>
 HWY_INLINE hn::Vec<Block16> smallest_byte(D d, hn::Vec<D> values) {

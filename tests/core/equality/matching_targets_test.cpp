@@ -77,21 +77,41 @@ TEST(MatchingTargets, EveryWindow) {
   }
 }
 
-// The sums of completely different windows are the largest possible ones.
-TEST(MatchingTargets, LargestCosts) {
-  Pair pair{Image<std::uint8_t>{40, 9}, Image<std::uint8_t>{40, 9}};
-  for (int v{0}; v < 9; ++v) {
-    for (int u{0}; u < 40; ++u) {
+// Everything differs, so the sums are the largest there are.
+Pair opposed_pair(Size size) {
+  Pair pair{Image<std::uint8_t>{size.width, size.height}, Image<std::uint8_t>{size.width, size.height}};
+  for (int v{0}; v < size.height; ++v) {
+    for (int u{0}; u < size.width; ++u) {
       pair.left(u, v) = static_cast<std::uint8_t>(5 * u + 7 * v);
       pair.right(u, v) = static_cast<std::uint8_t>(255 - 5 * u - 7 * v);
     }
   }
+  return pair;
+}
+
+TEST(MatchingTargets, LargestCosts) {
+  const Pair pair{opposed_pair({40, 9})};
   for (const int window_px : {21, 29, 31, 33, 41}) {
     MatchingConfig config{config_of(window_px, 33)};
     config.uniqueness = 1;
     config.texture = 0;
     expect_equal_to_reference(pair, plain_plane, config, {2});
     expect_equal_to_reference(pair, plain_plane, semi_global(config), {2});
+  }
+}
+
+// Windows beside those at which sums of costs and places outgrow 16 bits, with few and many shifts.
+TEST(MatchingTargets, SumsThatFillTheirBits) {
+  std::mt19937 generator{113};
+  for (const int window_px : {15, 17, 21, 23, 33, 35}) {
+    for (const int disparities : {16, 64, 65, 100, 192, 256}) {
+      MatchingConfig config{config_of(window_px, disparities)};
+      config.texture = 0;
+      config.uniqueness = disparities % 2 == 0 ? 0 : 0.1;
+      expect_equal_to_reference(opposed_pair({11, 1}), plain_plane, config, {1});
+      config.uniqueness = disparities % 2 == 0 ? 0.1 : 0;
+      expect_equal_to_reference(noise_pair({27, 1}, generator), rolled_plane, config, {2});
+    }
   }
 }
 
@@ -129,7 +149,7 @@ MatchingConfig random_config(std::mt19937& generator) {
   return config;
 }
 
-// To search longer for differences: --gtest_filter=*Random* --gtest_shuffle --gtest_repeat=1000, which seeds anew.
+// To search longer for what differs: --gtest_filter=*Random* --gtest_shuffle --gtest_repeat=1000, which seeds anew.
 TEST(MatchingTargets, RandomSizesAndSettings) {
   std::mt19937 generator{131u + static_cast<unsigned>(testing::UnitTest::GetInstance()->random_seed())};
   for (int i{0}; i < 20; ++i) {

@@ -17,8 +17,8 @@ namespace stereogrid {
 // Only the CPU back end works in these.
 TextureSpace::TextureSpace(int /*width*/, int /*half_window*/) {}
 ClassifySpace::ClassifySpace(int /*width*/) {}
-int correlate_border(Shifts upright, Shifts road) {
-  return std::max(upright.count, road.count) + 128;
+int correlate_border(Shifts upright) {
+  return std::max(upright.count, road_shifts.count) + 128;
 }
 
 void flag_surfaces(const float* obstacle, const float* road, const float* above, int width, float* labelled,

@@ -12,9 +12,9 @@ namespace stereogrid::test {
 namespace {
 
 // Its neighbours' costs say that the minimum is a quarter of a pixel on.
-Candidate candidate(int shift, int cost, int rivals = 0) {
+Candidate candidate(int shift, int cost, int has_rivals = 0) {
   const auto word = [](int value) { return static_cast<std::uint16_t>(value); };
-  return {word(cost), word(rivals), word(cost + 40), word(cost + 20), static_cast<std::int16_t>(shift)};
+  return {word(cost), word(has_rivals), word(cost + 40), word(cost + 20), static_cast<std::int16_t>(shift)};
 }
 
 struct Decision {
