@@ -80,7 +80,7 @@ TEST_F(Gaps, LowerLevelGroundWithinAStepIsABridge) {
   const Gap gap{classified(5, -0.1f, 0, 0.2f)};
   EXPECT_EQ(gap.kind, GapKind::bridge);
   EXPECT_NEAR(gap.landing_z, -0.1, 0.02);
-  EXPECT_NEAR(gap.landing_x, 5.5, 0.1);
+  EXPECT_NEAR(gap.landing_x, 5.47, 0.02);
   EXPECT_LT(gap.mark_x, gap.edge_x);
 }
 
@@ -118,6 +118,12 @@ TEST_F(Gaps, TrenchesAreDeeperThanThreeTenthsOfAStepAndTheNoise) {
   EXPECT_NEAR(found.landing_z, -0.08, 0.005);
   EXPECT_EQ(trench(0.08f, 0.5f).kind, GapKind::none) << "2.5 sigma are 9 cm";
   EXPECT_EQ(trench(0.12f, 0.5f).kind, GapKind::drop);
+}
+
+// The far wall has to return within three windows.
+TEST_F(Gaps, DeepTrenchesAreNoneOfThese) {
+  EXPECT_EQ(trench(0.5f, 0.05f).kind, GapKind::drop);
+  EXPECT_EQ(trench(0.8f, 0.05f).kind, GapKind::none);
 }
 
 // From the first row that is below the ground by the noise, a quarter of the window farther. A row is 9 cm.

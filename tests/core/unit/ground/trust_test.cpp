@@ -44,6 +44,11 @@ TEST(Matrix3, IsPositiveDefiniteIfAllLeadingMinorsAre) {
   EXPECT_FALSE(is_positive_definite(matrix));
 }
 
+TEST(Matrix3, SumsOfVectors) {
+  const Vector3 sum{Vector3{{1, 2, 3}} + Vector3{{10, 20, 30}}};
+  for (int i{0}; i < 3; ++i) EXPECT_EQ(sum[i], 11 * (i + 1));
+}
+
 TEST(FindPlane, FindsTheRollOfARoad) {
   const RoadPlane road{plane_of(1.0, 0.12)};
   RoadPlane found{plane_of(1.0)};
@@ -67,6 +72,19 @@ TEST(NearGround, HoldsWithAHundredSamplesOfWhichSixtyAreOnThePlane) {
   EXPECT_TRUE((NearGround{100, 60, 0}.holds()));
   EXPECT_FALSE((NearGround{100, 59, 0}.holds()));
   EXPECT_FALSE((NearGround{99, 99, 0}.holds()));
+}
+
+// The lowest row is 1.94 m away.
+TEST(NearGround, IsThatUpToTheNearestDistanceAndAFifth) {
+  const RoadPlane road{plane_of(1.0)};
+  for (const double far_m : {2.4, 2.1}) {
+    std::vector<GroundSample> samples{samples_on(road)};
+    const double far_px{rig.focal_px * rig.baseline_m / far_m};
+    for (GroundSample& sample : samples) sample.disparity *= sample.disparity < far_px ? 0.7f : 1.0f;
+    const NearGround found{near_ground(rig, samples, road, road, nearest_part)};
+    EXPECT_GT(found.samples, 100);
+    EXPECT_EQ(found.on_plane == found.samples, far_m > 2.3) << far_m;
+  }
 }
 
 // Matches of a road that falls away from some distance on, between two lines along the road.
