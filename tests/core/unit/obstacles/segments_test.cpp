@@ -287,6 +287,11 @@ TEST(Segments, LongThingsHigherThanAVanAreBoundaries) {
   EXPECT_EQ(clusters_of(PaintedObstacles{}.wall(12, -1, 1, 0, 4.2)).at(0).kind, ObstacleKind::object) << "a tree";
 }
 
+// Two rows over the lowest height.
+TEST(Segments, AreThirtyCentimetresAtTwentyMetres) {
+  EXPECT_EQ(segments_of(PaintedObstacles{}.wall(20, -1, 1, 0, 0.58)), 1u);
+}
+
 TEST(Segments, AreFoundUpToFortyMetres) {
   EXPECT_EQ(segments_of(PaintedObstacles{}.wall(38, -3, 3)), 1u);
   EXPECT_EQ(segments_of(PaintedObstacles{}.wall(44, -3, 3)), 0u);
