@@ -149,7 +149,7 @@ MatchingConfig random_config(std::mt19937& generator) {
   return config;
 }
 
-// To search longer for what differs: --gtest_filter=*Random* --gtest_shuffle --gtest_repeat=1000, which seeds anew.
+// To search longer: --gtest_filter=*Random* --gtest_shuffle --gtest_repeat=1000, which seeds anew.
 TEST(MatchingTargets, RandomSizesAndSettings) {
   std::mt19937 generator{131u + static_cast<unsigned>(testing::UnitTest::GetInstance()->random_seed())};
   for (int i{0}; i < 20; ++i) {

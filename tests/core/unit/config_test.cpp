@@ -96,6 +96,13 @@ TEST(Config, PaperPresetHasThePapersValues) {
   EXPECT_EQ(config.matching.method, MatchingMethod::correlation);
 }
 
+TEST(Config, RobotPresetHasASmallFineGrid) {
+  const GridConfig grid{preset("robot").grid};
+  EXPECT_EQ(grid.length_m, 6);
+  EXPECT_EQ(grid.width_m, 6);
+  EXPECT_EQ(grid.cell_size_m, 0.05);
+}
+
 TEST(Config, PresetsAreFoundByName) {
   EXPECT_EQ(preset_names(), (std::vector<std::string>{"default", "robot", "paper"}));
   EXPECT_EQ(get(preset("default"), "grid.length_m"), "20");

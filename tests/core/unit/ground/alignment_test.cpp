@@ -118,6 +118,11 @@ TEST(Alignment, PlacesFollowTheFormula) {
   }
 }
 
+TEST(Alignment, PlacesAreRoundedToTheNearest256thOfARow) {
+  EXPECT_EQ(place_256(offsets_of({0.3, 0, 0, 0, 0}), 100, 50), 50 * 256 + 77);
+  EXPECT_EQ(place_256(offsets_of({-0.3, 0, 0, 0, 0}), 100, 50), 50 * 256 - 77);
+}
+
 TEST(Alignment, FindsARowErrorInOneFrame) {
   for (const Terms& terms :
        {like_kitti, Terms{0.6, 0, 0, 0}, Terms{0, -0.4, 0, 0}, Terms{-0.1, 0, 0.5, -0.3, 0}, Terms{0, 0, 0, 0, 0.5}}) {

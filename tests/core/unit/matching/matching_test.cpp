@@ -26,6 +26,17 @@ Image<std::uint8_t> right_image(const Texture& texture, const std::function<doub
 // A horizontal road whose horizon is row 5.
 const RoadPlane road{0.3 * (height / 2.0 - 5), 0, 0.3, width / 2.0, height / 2.0};
 
+TEST(Matching, RoadThatLiesOutsideTheRightImageHasItsBorder) {
+  const std::vector<std::uint8_t> row{10, 10, 20, 30, 40, 40, 99, 99, 99};
+  const auto seen = [&](int u, double disparity) {
+    return sheared(row.data() + 1, 4, u, {static_cast<std::int32_t>(disparity * 65536), 0});
+  };
+  EXPECT_EQ(seen(2, 1), 20);
+  EXPECT_EQ(seen(2, 0.5), 25);
+  EXPECT_EQ(seen(1, 4), 10);
+  EXPECT_EQ(seen(3, -3), 40);
+}
+
 double road_of_row(int v) {
   return std::max(road.disparity(0, v), 0.0);
 }

@@ -6,6 +6,8 @@
 
 #include <cmath>
 
+#include "images/patch_formulas.hpp"
+#include "matching/match_lattice.hpp"
 #include "support.hpp"
 
 namespace stereogrid::test {
@@ -34,6 +36,29 @@ TEST(Patch, IsFoundToAFractionOfAPixel) {
     ASSERT_TRUE(found);
     EXPECT_NEAR(found->u, at.u + 1.3, 0.05);
     EXPECT_NEAR(found->v, at.v - 0.6, 0.05);
+  }
+}
+
+// Gradients along a diagonal: a move along one axis looks like one along the other.
+TEST(Patch, StepSolvesBothAxesTogether) {
+  Template patch{};
+  patch.uu = 20;
+  patch.vv = 30;
+  patch.uv = 15;
+  const Place step{step_of(patch, 20 * 0.1 + 15 * 0.3, 15 * 0.1 + 30 * 0.3)};
+  EXPECT_NEAR(step.u, 0.1, 1e-6);
+  EXPECT_NEAR(step.v, 0.3, 1e-6);
+}
+
+TEST(MatchLattice, HasEverySixthPixelAroundWhichAPatchFits) {
+  for (const int size : {40, 41, 42, 43, 44, 45, 640}) {
+    const MatchLattice lattice{size, size};
+    const int after_u{MatchLattice::first_u + 6 * lattice.across};
+    const int after_v{MatchLattice::first_v + 6 * lattice.down};
+    EXPECT_LE(after_u - 6 + patch_reach_u, size - 1);
+    EXPECT_GE(after_u + patch_reach_u, size);
+    EXPECT_LE(after_v - 6 + patch_reach_v + 1, size - 1);
+    EXPECT_GE(after_v + patch_reach_v + 1, size);
   }
 }
 

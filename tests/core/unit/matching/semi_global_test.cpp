@@ -86,6 +86,13 @@ void expect_equal_on_random_problems(int count, int disparities_max, unsigned se
   }
 }
 
+TEST(SemiGlobal, RoadLabelsMeetTheUprightOnesOfTheSameDisparity) {
+  const RoadPlane plane{20.3, 0, 0, 0, 0};
+  EXPECT_EQ(meeting_label(plane, {0, 64}, road_shifts, 10, 10), 17);
+  EXPECT_EQ(meeting_label(plane, {0, 24}, road_shifts, 10, 10), -1) << "labels 17 to 23 are not all there";
+  EXPECT_EQ(meeting_label({2, 0, 0, 0, 0}, {0, 64}, road_shifts, 10, 10), -1);
+}
+
 TEST(SemiGlobal, CpuEqualsReference) {
   expect_equal_on_random_problems(150, 100, 3);
   expect_equal_on_random_problems(40, 256, 5);

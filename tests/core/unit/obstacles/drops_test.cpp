@@ -50,6 +50,23 @@ TEST(Drops, EndWhereTheEdgeDoes) {
   EXPECT_TRUE(drops_of({}).empty());
 }
 
+TEST(Drops, JoinPointsOfAnEdgeAcrossTwoMissingSectorsAndFourCells) {
+  const auto edge_with_gap = [](int missing, double step_x_m) {
+    std::vector<EdgePoint> edges{edge_at(5, 0, 10)};
+    for (const EdgePoint& point : edge_at(5 + step_x_m, 10 + missing, 10)) edges.push_back(point);
+    return drops_of(edges).size();
+  };
+  EXPECT_EQ(edge_with_gap(2, 0), 1u);
+  EXPECT_EQ(edge_with_gap(4, 0), 2u);
+  EXPECT_EQ(edge_with_gap(0, 0.7), 1u) << "cells of 0.2 m";
+  EXPECT_EQ(edge_with_gap(0, 1), 2u);
+}
+
+TEST(Drops, HaveTheOccupancyOfTheirCells) {
+  EXPECT_NEAR(drops_of(edge_at(5, 0, 10)).at(0).occupancy, 0.1, 1e-6);
+  EXPECT_NEAR(drops_of(edge_at(50, 0, 10)).at(0).occupancy, 0.5, 1e-6) << "outside the grid";
+}
+
 TEST(Drops, AreTrackedApartFromObjectsAndStandStill) {
   GroundSeenFree world;
   Tracker tracker{plain_config(), PaintedObstacles::rig()};

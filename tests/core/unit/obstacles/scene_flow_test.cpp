@@ -388,6 +388,15 @@ TEST_F(Passing, IsAThingOfItsOwn) {
   EXPECT_NEAR(clusters[1].centre.y, 1, 0.2);
 }
 
+// Errors of the poses are those of all points.
+TEST_F(Passing, PrecisePointsStandWithinTheErrorOfThePoses) {
+  std::vector<FlowVector> vectors{half_moving({-8, 0})};
+  for (FlowVector& vector : vectors) {
+    if (vector.velocity.x > 0) vector = vector_at(vector.place, {0.45, 0}, 0.05);
+  }
+  EXPECT_EQ(found(vectors).size(), 2u);
+}
+
 TEST_F(Passing, NeedsPointsThatSurelyMoveAlikeAndTogether) {
   EXPECT_EQ(found(half_moving({-1, 0})).size(), 1u) << "too slow to be sure";
   EXPECT_EQ(found(half_moving({-8, 0}, 2)).size(), 1u) << "too few";

@@ -281,6 +281,22 @@ TEST(Segments, AWallIsALineAndNoBox) {
   EXPECT_LT(found[0].outline[found[0].outline.size() - 1].y, -5);
 }
 
+TEST(Segments, LongThingsHigherThanAVanAreBoundaries) {
+  EXPECT_EQ(clusters_of(PaintedObstacles{}.wall(12, -2.5, 2.5, 0, 3)).at(0).kind, ObstacleKind::object);
+  EXPECT_EQ(clusters_of(PaintedObstacles{}.wall(12, -2.5, 2.5, 0, 4.2)).at(0).kind, ObstacleKind::boundary);
+  EXPECT_EQ(clusters_of(PaintedObstacles{}.wall(12, -1, 1, 0, 4.2)).at(0).kind, ObstacleKind::object) << "a tree";
+}
+
+// Two rows over the lowest height.
+TEST(Segments, AreThirtyCentimetresAtTwentyMetres) {
+  EXPECT_EQ(segments_of(PaintedObstacles{}.wall(20, -1, 1, 0, 0.58)), 1u);
+}
+
+TEST(Segments, AreFoundUpToFortyMetres) {
+  EXPECT_EQ(segments_of(PaintedObstacles{}.wall(38, -3, 3)), 1u);
+  EXPECT_EQ(segments_of(PaintedObstacles{}.wall(44, -3, 3)), 0u);
+}
+
 TEST(Segments, HeightEndsWhereSomethingHangsAboveAGap) {
   PaintedObstacles painted;
   painted.wall(8, -1, 1, 0, 1.5).wall(8, -1, 1, 2.3, 3);

@@ -186,6 +186,24 @@ TEST(Tracker, ATurningCarHasAYawRateAndCoastsAlongItsCircle) {
   EXPECT_LT(from_circle, 0.6 * std::hypot(straight.x - place_at(25).x, straight.y - place_at(25).y));
 }
 
+TEST(MotionState, KeepsTheCovarianceOfTheVelocity) {
+  MotionState state{{1, 2}, 0.1, {3, 4}, {0.5, 0.2, 0.4}};
+  EXPECT_EQ(state.velocity_covariance().xx, 0.5);
+  EXPECT_EQ(state.velocity_covariance().xy, 0.2);
+  EXPECT_EQ(state.velocity_covariance().yy, 0.4);
+}
+
+TEST(TrackedBox, GrowsByThreeTenthsOfWhatIsSeenOfItsFarSide) {
+  const auto view_to = [](double far_m) {
+    return BoxView{box_between({8, -1}, {far_m, 1}, {}, 0.5), 0, {}, PaintedObstacles::rig()};
+  };
+  TrackedBox box;
+  box.begin(view_to(9.5), 0, {8, 0});
+  EXPECT_NEAR(box.extent_m(0), 1.5, 1e-9);
+  box.update(view_to(10.5), {8, 0});
+  EXPECT_NEAR(box.extent_m(0), 1.8, 1e-9);
+}
+
 TEST(Tracker, WhatStandsHasNoYawRateAndAnUnknownSize) {
   GroundSeenFree world;
   Tracker tracker{plain_config(), PaintedObstacles::rig()};

@@ -1,0 +1,142 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Kinds of gaps behind ground, on rows of disparities as a car's camera sees them (docs/terrain.md, gaps and trenches).
+#include "terrain/gaps.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <vector>
+
+namespace stereogrid::test {
+namespace {
+
+/// Camera 1 m above level ground, f = 425 px, f·B = 85 px·m; a step is 0.15 m. All three sectors have the same rows.
+class Gaps : public testing::Test {
+ protected:
+  static constexpr int horizon{180};
+  static constexpr int rows{360};
+  static constexpr float per_row{1 / 425.0f};
+
+  static float tangent_of(int row) { return static_cast<float>(row - horizon) * per_row; }
+  /// First row, upwards, above the ground at range `x`.
+  static int row_over(float x) { return horizon + static_cast<int>(1 / (x * per_row)); }
+  /// Disparity in a row of the plane z = z_at_x + slope·(range − x).
+  [[nodiscard]] float of_plane(int row, float z, float slope = 0, float x = 0) const {
+    const float range{(1 - z + slope * x) / (tangent_of(row) + slope)};
+    return camera_.focal_baseline_pxm / range;
+  }
+  [[nodiscard]] SectorRows sector() const {
+    return {disparity_.data(), nullptr, nullptr, nullptr, nullptr, nullptr, tangent_of(0), per_row, horizon + 1, rows};
+  }
+
+  /// Level ground up to `edge_m`, behind it the plane.
+  Gap classified(float edge_m, float z, float slope, float sigma_px) {
+    const int edge{row_over(edge_m)};
+    for (int v{horizon + 1}; v < rows; ++v) {
+      disparity_[static_cast<std::size_t>(v)] = v > edge ? of_plane(v, 0) : of_plane(v, z, slope, edge_m);
+    }
+    return classify_gap(camera_, limits_, {sector(), sector(), sector()}, {edge, 0, sigma_px, 9});
+  }
+
+  /// Level ground, samples that fall to `depth_m` over five rows from 6 m on, and a far wall up to the ground, whose
+  /// disparity grows by `growth` of a level surface's.
+  Gap trench(float depth_m, float sigma_px, float growth = 0) {
+    const int begin{row_over(6)};
+    const int bottom{begin - 5};
+    const float at_bottom{of_plane(bottom, -depth_m)};
+    for (int v{horizon + 1}; v < rows; ++v) {
+      const float ground{of_plane(v, 0)};
+      const float falling{of_plane(v, -depth_m * static_cast<float>(begin - v) / 5)};
+      const float wall{at_bottom - growth * camera_.level_growth(1) * static_cast<float>(bottom - v)};
+      const float lower{v >= bottom ? falling : std::min(ground, wall)};
+      disparity_[static_cast<std::size_t>(v)] = v >= begin ? ground : lower;
+    }
+    return find_trench(camera_, limits_, {sector(), sector(), sector()},
+                       {begin + 3, begin - 2, 5.5f, 0, 0, sigma_px, 9});
+  }
+
+  TerrainCamera camera_{{640, 360, 425, 320, horizon, 0.2, 1.0, 0, 0}, [] {
+                          Ground ground;
+                          ground.height_m = 1;
+                          return ground;
+                        }()};
+  TerrainLimits limits_{0.15f, 0.364f, 1.8f, 0.105f};
+  std::vector<float> disparity_ = std::vector<float>(rows);
+};
+
+TEST_F(Gaps, SlopesDownWithinTheLimitsContinueTheGround) {
+  for (const float slope : {-0.05f, -0.1f}) {
+    const Gap gap{classified(5, -0.02f, slope, 0.3f)};
+    EXPECT_EQ(gap.kind, GapKind::descent);
+    EXPECT_NEAR(gap.slope, slope, 0.02);
+    EXPECT_NEAR(gap.edge_x, 5, 0.1);
+  }
+}
+
+// 1.5 px of disparity; the noise is lower.
+TEST_F(Gaps, LowerLevelGroundWithinAStepIsABridge) {
+  const Gap gap{classified(5, -0.1f, 0, 0.2f)};
+  EXPECT_EQ(gap.kind, GapKind::bridge);
+  EXPECT_NEAR(gap.landing_z, -0.1, 0.02);
+  EXPECT_NEAR(gap.landing_x, 5.47, 0.02);
+  EXPECT_LT(gap.mark_x, gap.edge_x);
+}
+
+TEST_F(Gaps, LowerGroundByMoreThanAStepIsADropWhereItIsNear) {
+  EXPECT_EQ(classified(5, -0.3f, 0, 0.2f).kind, GapKind::drop);
+  EXPECT_EQ(classified(5, -3, 0, 0.2f).kind, GapKind::drop);
+  EXPECT_EQ(classified(12, -3, 0, 0.2f).kind, GapKind::unknown) << "a hidden slope of 5 degrees explains it";
+}
+
+TEST_F(Gaps, RisingGroundBehindASmallStepIsABridge) {
+  EXPECT_EQ(classified(5, -0.1f, 0.2f, 0.2f).kind, GapKind::bridge);
+}
+
+TEST_F(Gaps, NoisyGroundFartherThanAStepHidesIsNoBridge) {
+  EXPECT_EQ(classified(10, -0.48f, 0.1f, 0.8f).kind, GapKind::none);
+}
+
+TEST_F(Gaps, UprightWallsBehindAreDropsIfTheyAreFartherThanTheNoise) {
+  EXPECT_EQ(classified(5, -10.1f, 20, 0.2f).kind, GapKind::drop);
+  EXPECT_EQ(classified(5, -10.1f, 20, 1).kind, GapKind::none);
+}
+
+TEST_F(Gaps, OneSectorOfThreeShowsTheSurfaceBehind) {
+  static_cast<void>(classified(5, -0.1f, 0, 0.2f));
+  std::vector<float> empty(rows);
+  const SectorRows none{empty.data(), nullptr,       nullptr, nullptr,     nullptr,
+                        nullptr,      tangent_of(0), per_row, horizon + 1, rows};
+  EXPECT_EQ(classify_gap(camera_, limits_, {none, sector(), none}, {row_over(5), 0, 0.2f, 9}).kind, GapKind::bridge);
+}
+
+TEST_F(Gaps, TrenchesAreDeeperThanThreeTenthsOfAStepAndTheNoise) {
+  EXPECT_EQ(trench(0.03f, 0.05f).kind, GapKind::none);
+  const Gap found{trench(0.08f, 0.05f)};
+  EXPECT_EQ(found.kind, GapKind::drop);
+  EXPECT_NEAR(found.landing_z, -0.08, 0.005);
+  EXPECT_EQ(trench(0.08f, 0.5f).kind, GapKind::none) << "2.5 sigma are 9 cm";
+  EXPECT_EQ(trench(0.12f, 0.5f).kind, GapKind::drop);
+}
+
+// The far wall has to return within three windows.
+TEST_F(Gaps, DeepTrenchesAreNoneOfThese) {
+  EXPECT_EQ(trench(0.5f, 0.05f).kind, GapKind::drop);
+  EXPECT_EQ(trench(0.8f, 0.05f).kind, GapKind::none);
+}
+
+// From the first row that is below the ground by the noise, a quarter of the window farther. A row is 9 cm.
+TEST_F(Gaps, TrenchesBeginWhereTheGroundFalls) {
+  EXPECT_NEAR(trench(0.12f, 0.05f).edge_x, 6.32, 0.04);
+  EXPECT_NEAR(trench(0.12f, 0.2f).edge_x, 6.32, 0.04);
+}
+
+TEST_F(Gaps, TheFarWallOfATrenchIsUpright) {
+  EXPECT_EQ(trench(0.15f, 0.05f, 0.3f).kind, GapKind::drop);
+  EXPECT_EQ(trench(0.08f, 0.05f, 0.3f).kind, GapKind::drop);
+  EXPECT_EQ(trench(0.08f, 0.05f, 0.7f).kind, GapKind::none);
+}
+
+}  // namespace
+}  // namespace stereogrid::test
