@@ -78,7 +78,7 @@ TEST(DdsNames, WhatTheNetworkComplainsOfIsToldAndEndsTheStart) {
   Warned warned;
   setenv("CYCLONEDDS_URI", "<CycloneDDS><Domain><Nonsense/></Domain></CycloneDDS>", 1);
   EXPECT_THAT([&] { (void)open_node({.warn = warned.taker()}); },
-              ThrowsMessage<DeviceError>(HasSubstr("is CYCLONEDDS_URI right")));
+              ThrowsMessage<DeviceError>(HasSubstr("check CYCLONEDDS_URI")));
   EXPECT_THAT(warned.sentences(), ::testing::Contains(AllOf(HasSubstr("ROS 2: config:"), HasSubstr("Nonsense"))));
 }
 
