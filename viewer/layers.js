@@ -60,6 +60,18 @@ const rampPixels = perTheme(() => {
   return (share) => (share !== share ? none : table[Math.round(clamp(share) * 255)]);
 });
 
+/** Of an elevation, m: one colour below level ground, another above it, in full from 0.5 m on. */
+const elevationPixels = perTheme(() => {
+  const [below, level, above] = ['below', 'level', 'above'].map((name) => rgb(`--elevation-${name}`));
+  const most = 0.5;
+  const table = Int32Array.from({ length: 256 }, (_, i) => {
+    const share = i / 127.5 - 1;
+    return packed(mix(level, share < 0 ? below : above, Math.sqrt(Math.abs(share)))); // roots: steps of 3 cm are visible
+  });
+  const none = packed(rgb('--cell-unknown'));
+  return (metres) => (metres !== metres ? none : table[Math.round(clamp(metres / (2 * most) + 0.5) * 255)]);
+});
+
 /** `pixelOf`: of each cell, packed. */
 function bitmapOf(width, height, pixelOf) {
   const bitmap = new ImageData(width, height);
@@ -80,22 +92,27 @@ export function occupancyLayer(message) {
   };
 }
 
-/** `kind`: velocity, moving or age. */
+/** `kind`: velocity, moving, age or elevation. */
 export function packedLayer(message, kind) {
   const { data, column_count: width, row_stride: rowBytes, cell_stride: step } = message;
-  const offsetOf = (wanted) => message.fields.find(({ name }) => name === wanted).offset;
+  const offsetOf = (wanted) => message.fields.find(({ name }) => name === wanted)?.offset;
   const byte = (offset) => (i) => data[i * step + offset];
   const word = (offset) => (i) => ((data[i * step + offset + 1] << 24) >> 16) | data[i * step + offset];
   const [occupancy, moving, age] = ['occupancy_255ths', 'moving_255ths', 'age_ds'].map(offsetOf).map(byte);
   const [vx, vy] = ['velocity_x_cm_s', 'velocity_y_cm_s'].map(offsetOf).map(word);
+  const elevationAt = offsetOf('elevation_cm'); // missing: ground.model is plane
+  const elevation = elevationAt === undefined ? () => -32768 : word(elevationAt);
+  const isSeen = (i) => elevation(i) !== -32768;
   const isKnown = (i) => age(i) !== 255;
   const velocity = velocityPixels();
   const ramp = rampPixels();
+  const colourOf = elevationPixels();
   const oldest = 30; // tenths of a second
   const pixelOf = {
     velocity: (i) => velocity(vx(i) / 100, vy(i) / 100, isKnown(i) ? Math.min(1, moving(i) / 128) : NaN),
     moving: (i) => ramp(isKnown(i) ? moving(i) / 255 : NaN),
     age: (i) => ramp(isKnown(i) ? age(i) / oldest : NaN),
+    elevation: (i) => colourOf(isSeen(i) ? elevation(i) / 100 : NaN),
   }[kind];
   const percent = (share) => ((100 * share) / 255).toFixed(0);
   const { position } = message.pose;
@@ -106,6 +123,7 @@ export function packedLayer(message, kind) {
     resolution: message.cell_size.x, width, height,
     pixels: bitmapOf(width, height, pixelOf),
     textOf: (i) => (isKnown(i) ? `occupied ${percent(occupancy(i))} %, moving ${percent(moving(i))} % at ` +
-      `${(Math.hypot(vx(i), vy(i)) / 100).toFixed(1)} m/s, seen ${(age(i) / 10).toFixed(1)} s ago` : 'never observed'),
+      `${(Math.hypot(vx(i), vy(i)) / 100).toFixed(1)} m/s, seen ${(age(i) / 10).toFixed(1)} s ago` : 'never observed') +
+      (isSeen(i) ? `, ${elevation(i)} cm high` : ''),
   };
 }

@@ -73,6 +73,9 @@ void check(const FrameResult& result) {
   for (const Image<float>* const layer : {&result.observed, &result.vehicle.occupancy}) {
     check_layer(result.vehicle.geometry, *layer);
   }
+  for (const Image<float>* const layer : {&result.elevation_m, &result.elevation_sigma_m}) {
+    if (!result.elevation_m.empty()) check_layer(result.vehicle.geometry, *layer);
+  }
   const GridLayers& world{result.world};
   for (const Image<float>* const layer :
        {&world.occupancy, &world.velocity_x, &world.velocity_y, &world.moving, &world.age_s}) {
@@ -212,12 +215,12 @@ void FrameMessages::Implementation::send_grids(const FrameResult& result) {
   send_predictions(result);
   outlet.offer(grid_map, stamp_ns, [&](grid_map_msgs::GridMap& message) {
     mark(message.header, options.world_frame);
-    fill(message, result.world);
+    fill(message, result);
   });
   outlet.offer(packed_grid, stamp_ns, [&](foxglove_msgs::Grid& message) {
     message.timestamp = stamp;
     message.frame_id = options.world_frame;
-    fill(message, result.world);
+    fill(message, result);
   });
   outlet.offer(scan, stamp_ns, [&](sensor_msgs::LaserScan& message) {
     mark(message.header, options.vehicle_frame);

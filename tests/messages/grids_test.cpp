@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "stereogrid/error.hpp"
 #include "stereogrid/messages/foxglove_msgs.hpp"
@@ -94,12 +95,28 @@ TEST(OccupancyGridMessage, OfEachPredictionHasATopic) {
   EXPECT_EQ(recorder.last<OccupancyGrid>("/stereo_grid/predicted_grid_2").header.frame_id, "odom");
 }
 
+/// A vehicle that has turned to the left, with an elevation in one cell of its grid.
+FrameResult raised_result() {
+  FrameResult result{small_result()};
+  result.world_from_vehicle = {0.5, 1, std::numbers::pi / 2};
+  for (Image<float>* const layer : {&result.elevation_m, &result.elevation_sigma_m}) {
+    *layer = Image<float>{8, 6, std::numeric_limits<float>::quiet_NaN()};
+  }
+  // cell (4, 3) of the vehicle's grid: 2.25 m ahead, 0.25 m to the left; (0.25, 3.25) in the world: cell (2, 2)
+  result.elevation_m(4, 3) = -0.125f;
+  result.elevation_sigma_m(4, 3) = 0.03125f;
+  return result;
+}
+
 TEST(OccupancyGridMessage, OfNoPipelineIsRefused) {
   Recorder recorder;
   FrameMessages messages{recorder, small_rig()};
   EXPECT_THROW(messages.send({}, {}), InputError);
   FrameResult result{small_result()};
   result.world.moving = Image<float>{5, 3};
+  EXPECT_THROW(messages.send(result, {}), InputError);
+  result = raised_result();
+  result.elevation_sigma_m = {};
   EXPECT_THROW(messages.send(result, {}), InputError);
   EXPECT_TRUE(recorder.sent.empty());
 }
@@ -163,6 +180,26 @@ TEST(GridMapMessage, HasItsLayersAndNoNumbersWhereNothingWasSeen) {
   }
 }
 
+TEST(GridMapMessage, HasElevationsOfThisFrameInTheWorldsCells) {
+  const FrameResult result{raised_result()};
+  const auto map{sent_on<grid_map_msgs::GridMap>("/stereo_grid/grid_map", result)};
+  EXPECT_THAT(map.layers, testing::ElementsAre("occupancy", "velocity_x", "velocity_y", "moving", "age", "elevation",
+                                               "elevation_sigma"));
+  const GridMapReader reader{map};
+  for (std::uint32_t row{0}; row < 5; ++row) {
+    for (std::uint32_t column{0}; column < 4; ++column) {
+      const auto cell{result.world.geometry.cell_at(reader.centre(row, column))};
+      const bool is_raised{cell == CellIndex{2, 2}};
+      EXPECT_EQ(std::isnan(reader.at(5, row, column)), !is_raised);
+      EXPECT_EQ(std::isnan(reader.at(6, row, column)), !is_raised);
+      EXPECT_TRUE(std::isnan(reader.at(0, row, column)));  // not observed by the filter
+      if (!is_raised) continue;
+      EXPECT_EQ(reader.at(5, row, column), -0.125f);
+      EXPECT_EQ(reader.at(6, row, column), 0.03125f);
+    }
+  }
+}
+
 /// A field of a packed grid's cell, as a reader finds it by its name.
 int packed(const foxglove_msgs::Grid& grid, const std::string& name, std::size_t ix, std::size_t iy) {
   const auto field{std::ranges::find(grid.fields, name, &foxglove_msgs::PackedElementField::name)};
@@ -195,6 +232,25 @@ TEST(PackedGridMessage, HasEachLayerOfEachCell) {
   EXPECT_EQ(packed(grid, "velocity_y_cm_s", 3, 2), -1250);
   EXPECT_EQ(packed(grid, "age_ds", 3, 2), 15);
   EXPECT_EQ(packed(grid, "age_ds", 2, 3), 255);
+}
+
+TEST(PackedGridMessage, HasElevationsIfTheResultHasThem) {
+  FrameResult result{raised_result()};
+  result.elevation_m(7, 0) = 500;  // 3.75 m ahead, outside the world's grid
+  result.elevation_m(4, 4) = 500;  // cell (1, 2)
+  const auto grid{sent_on<foxglove_msgs::Grid>("/stereo_grid/packed_grid", result)};
+  EXPECT_EQ(grid.cell_stride, 9u);
+  EXPECT_EQ(grid.data.size(), 4u * 5u * 9u);
+  for (std::size_t iy{0}; iy < 4; ++iy) {
+    for (std::size_t ix{0}; ix < 5; ++ix) {
+      const bool is_high{iy == 2 && ix == 1};
+      EXPECT_EQ(packed(grid, "elevation_cm", ix, iy), iy == 2 && ix == 2 ? -13 : is_high ? 32767 : -32768);
+      EXPECT_EQ(packed(grid, "age_ds", ix, iy), 255);
+    }
+  }
+  const auto flat{sent_on<foxglove_msgs::Grid>("/stereo_grid/packed_grid", small_result())};
+  EXPECT_EQ(flat.cell_stride, 7u);
+  EXPECT_EQ(flat.fields.back().name, "age_ds");
 }
 
 TEST(PackedGridMessage, KeepsWhatDoesNotFitAtItsEnds) {

@@ -34,9 +34,10 @@ namespace stereogrid::messages {
 
 void fill(nav_msgs::OccupancyGrid& message, const GridGeometry& geometry, const Image<float>& occupancy,
           OccupancyScale scale);
-void fill(grid_map_msgs::GridMap& message, const GridLayers& grid);
-/// 7 bytes per cell (docs/messages.md).
-void fill(foxglove_msgs::Grid& message, const GridLayers& grid);
+/// With elevation where the result has it, in the world's cells.
+void fill(grid_map_msgs::GridMap& message, const FrameResult& result);
+/// 7 bytes per cell, 9 with elevation (docs/messages.md).
+void fill(foxglove_msgs::Grid& message, const FrameResult& result);
 
 /// In the world frame. `node`: part of what makes their ids unique.
 void fill(nav2_dynamic_msgs::ObstacleArray& message, const FrameResult& result, const std::string& node);

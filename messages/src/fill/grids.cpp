@@ -25,19 +25,41 @@ struct Layer {
   const Image<float>* cells;
 };
 
-// A cell of a packed grid, byte by byte.
-constexpr std::size_t packed_bytes{7};
+constexpr float not_a_number{std::numeric_limits<float>::quiet_NaN()};
+
+// Calls `set(i, value)` for cell i of the world's grid, in its order, with the value of the vehicle's cell at its
+// centre; NaN outside the vehicle's grid.
+template <class Set>
+void for_world_cells(const FrameResult& result, const Image<float>& vehicle_layer, Set&& set) {
+  const GridGeometry& grid{result.world.geometry};
+  const Pose2 vehicle_from_world{inverse(result.world_from_vehicle)};
+  const Point2 origin{vehicle_from_world * grid.centre(0, 0)};
+  const Point2 along{vehicle_from_world * grid.centre(1, 0)};  // y: left of it
+  const Point2 step{along.x - origin.x, along.y - origin.y};
+  std::size_t i{0};
+  for (int iy{0}; iy < grid.ny; ++iy) {
+    for (int ix{0}; ix < grid.nx; ++ix) {
+      const Point2 place{origin.x + ix * step.x - iy * step.y, origin.y + ix * step.y + iy * step.x};
+      const auto cell{result.vehicle.geometry.cell_at(place)};
+      set(i++, cell ? vehicle_layer(cell->ix, cell->iy) : not_a_number);
+    }
+  }
+}
+
+// A cell of a packed grid, byte by byte. The last field is left out of results without elevation.
+constexpr std::size_t elevation_offset{7};
 struct PackedField {
   const char* name;
   std::uint8_t type;
   std::uint32_t offset;
 };
-constexpr std::array<PackedField, 5> packed_fields{
+constexpr std::array<PackedField, 6> packed_fields{
     {{"occupancy_255ths", foxglove_msgs::PackedElementField::type_uint8, 0},
      {"moving_255ths", foxglove_msgs::PackedElementField::type_uint8, 1},
      {"velocity_x_cm_s", foxglove_msgs::PackedElementField::type_int16, 2},
      {"velocity_y_cm_s", foxglove_msgs::PackedElementField::type_int16, 4},
-     {"age_ds", foxglove_msgs::PackedElementField::type_uint8, 6}}};
+     {"age_ds", foxglove_msgs::PackedElementField::type_uint8, 6},
+     {"elevation_cm", foxglove_msgs::PackedElementField::type_int16, elevation_offset}}};
 constexpr std::uint8_t never_observed{255};
 
 int rounded(float value) {
@@ -53,11 +75,13 @@ std::uint8_t packed_age(float age_s) {
   return static_cast<std::uint8_t>(rounded(std::clamp(10 * age_s, 0.0f, float{never_observed - 1})));
 }
 
-void pack_velocity(float metres_per_s, std::uint8_t* bytes) {
+// Hundredths of a value; NaN: −32768.
+void pack_hundredths(float value, std::uint8_t* bytes) {
   constexpr float most{std::numeric_limits<std::int16_t>::max()};
-  const auto cm_s{static_cast<std::uint16_t>(rounded(std::clamp(100 * metres_per_s, -most, most)))};
-  bytes[0] = static_cast<std::uint8_t>(cm_s & 0xff);
-  bytes[1] = static_cast<std::uint8_t>(cm_s >> 8);
+  const int number{std::isnan(value) ? std::numeric_limits<std::int16_t>::min()
+                                     : rounded(std::clamp(100 * value, -most, most))};
+  bytes[0] = static_cast<std::uint8_t>(number & 0xff);
+  bytes[1] = static_cast<std::uint8_t>(number >> 8 & 0xff);
 }
 
 void lay_out(std_msgs::MultiArrayLayout& layout, int rows, int columns) {
@@ -86,44 +110,58 @@ void fill(nav_msgs::OccupancyGrid& message, const GridGeometry& geometry, const 
 }
 
 // Index (0, 0) is the corner of the largest x and y, column-major, with x and y descending: our order reversed.
-void fill(grid_map_msgs::GridMap& message, const GridLayers& grid) {
+void fill(grid_map_msgs::GridMap& message, const FrameResult& result) {
+  const GridLayers& grid{result.world};
   const GridGeometry& geometry{grid.geometry};
   message.info.resolution = geometry.cell_size_m;
   message.info.length_x = geometry.nx * geometry.cell_size_m;
   message.info.length_y = geometry.ny * geometry.cell_size_m;
   message.info.pose.position = {geometry.x_min_m + message.info.length_x / 2,
                                 geometry.y_min_m + message.info.length_y / 2, 0};
-  const std::array<Layer, 5> layers{{{"occupancy", &grid.occupancy},
-                                     {"velocity_x", &grid.velocity_x},
-                                     {"velocity_y", &grid.velocity_y},
-                                     {"moving", &grid.moving},
-                                     {"age", &grid.age_s}}};
-  message.layers.resize(layers.size());
-  message.data.resize(layers.size());
+  const std::array<Layer, 5> filtered{{{"occupancy", &grid.occupancy},
+                                       {"velocity_x", &grid.velocity_x},
+                                       {"velocity_y", &grid.velocity_y},
+                                       {"moving", &grid.moving},
+                                       {"age", &grid.age_s}}};
+  const std::array<Layer, 2> observed{
+      {{"elevation", &result.elevation_m}, {"elevation_sigma", &result.elevation_sigma_m}}};
   message.basic_layers.resize(1);
   message.basic_layers.front() = "occupancy";
-  for (std::size_t i{0}; i < layers.size(); ++i) {
-    message.layers[i] = layers[i].name;
-    lay_out(message.data[i].layout, geometry.nx, geometry.ny);
+  const std::size_t layers{filtered.size() + (result.elevation_m.empty() ? 0 : observed.size())};
+  message.layers.resize(layers);
+  message.data.resize(layers);
+  std::size_t done{0};
+  const auto cells_of_next = [&](const Layer& layer) -> std::vector<float>& {
+    message.layers[done] = layer.name;
+    std_msgs::Float32MultiArray& array{message.data[done++]};
+    lay_out(array.layout, geometry.nx, geometry.ny);
+    array.data.resize(grid.age_s.size());
+    return array.data;
+  };
+  for (const Layer& layer : filtered) {
     // unobserved cells are NaN
-    const auto value = [](float cell, float age_s) {
-      return std::isinf(age_s) ? std::numeric_limits<float>::quiet_NaN() : cell;
-    };
-    message.data[i].data.resize(grid.age_s.size());
-    std::transform(layers[i].cells->begin(), layers[i].cells->end(), grid.age_s.begin(), message.data[i].data.rbegin(),
-                   value);
+    std::transform(layer.cells->begin(), layer.cells->end(), grid.age_s.begin(), cells_of_next(layer).rbegin(),
+                   [](float cell, float age_s) { return std::isinf(age_s) ? not_a_number : cell; });
+  }
+  if (result.elevation_m.empty()) return;
+  for (const Layer& layer : observed) {
+    std::vector<float>& cells{cells_of_next(layer)};
+    for_world_cells(result, *layer.cells, [&](std::size_t i, float value) { cells[cells.size() - 1 - i] = value; });
   }
 }
 
-void fill(foxglove_msgs::Grid& message, const GridLayers& grid) {
+void fill(foxglove_msgs::Grid& message, const FrameResult& result) {
+  const GridLayers& grid{result.world};
   const GridGeometry& geometry{grid.geometry};
+  const bool has_elevation{!result.elevation_m.empty()};
+  const std::size_t packed_bytes{has_elevation ? elevation_offset + 2 : elevation_offset};
   message.pose.position = {geometry.x_min_m, geometry.y_min_m, 0};
   message.column_count = static_cast<std::uint32_t>(geometry.nx);
   message.cell_size = {geometry.cell_size_m, geometry.cell_size_m};
-  message.cell_stride = packed_bytes;
+  message.cell_stride = static_cast<std::uint32_t>(packed_bytes);
   message.row_stride = message.column_count * message.cell_stride;
-  message.fields.resize(packed_fields.size());
-  for (std::size_t i{0}; i < packed_fields.size(); ++i) {
+  message.fields.resize(packed_fields.size() - (has_elevation ? 0 : 1));
+  for (std::size_t i{0}; i < message.fields.size(); ++i) {
     message.fields[i].name = packed_fields[i].name;
     message.fields[i].offset = packed_fields[i].offset;
     message.fields[i].type = packed_fields[i].type;
@@ -134,10 +172,14 @@ void fill(foxglove_msgs::Grid& message, const GridLayers& grid) {
     std::uint8_t* const cell{message.data.data() + packed_bytes * i};
     cell[0] = packed_share(grid.occupancy.data()[i]);
     cell[1] = packed_share(grid.moving.data()[i]);
-    pack_velocity(grid.velocity_x.data()[i], cell + 2);
-    pack_velocity(grid.velocity_y.data()[i], cell + 4);
+    pack_hundredths(grid.velocity_x.data()[i], cell + 2);
+    pack_hundredths(grid.velocity_y.data()[i], cell + 4);
     cell[6] = packed_age(grid.age_s.data()[i]);
   }
+  if (!has_elevation) return;
+  for_world_cells(result, result.elevation_m, [&](std::size_t i, float value) {
+    pack_hundredths(value, message.data.data() + packed_bytes * i + elevation_offset);
+  });
 }
 
 }  // namespace stereogrid::messages

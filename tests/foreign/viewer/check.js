@@ -106,7 +106,7 @@ async function checkPlayer(browser, address) {
 
 async function checkLayers(page) {
   const values = await page.locator("#layer option").evaluateAll((options) => options.map((option) => option.value));
-  assert.deepStrictEqual(values, ["occupancy", "observed", "0_5", "velocity", "moving", "age"]);
+  assert.deepStrictEqual(values, ["occupancy", "observed", "0_5", "velocity", "moving", "age", "elevation"]);
   const seen = new Set();
   for (const value of values) {
     await page.locator("#layer").selectOption(value);
