@@ -9,6 +9,7 @@ import json
 import sys
 
 BAND = "3-20"
+LABELS = {BAND: "all", f"{BAND} clear": "clear"}  # the second: without ground that the camera cannot see (lidar)
 COLUMNS = (("balanced_log_loss", "log-loss"), ("auc", "AUC"), ("iou_occupied", "IoU occupied"), ("iou_free", "IoU free"),
            ("missed", "missed"), ("known", "known"), ("calibration_error", "calibration error"),
            ("hidden_recall", "hidden: recall at 1 %"), ("hidden_recall_clear", "… without borders"))
@@ -23,15 +24,16 @@ def print_table(title: str, series: dict) -> None:
     first = next(iter(series.values()))["bands"][BAND]
     print(f"**{title}** ({first['frames']} frames, {first['cells']} cells, {first['occupied']} occupied, "
           f"{first['hidden_occupied']} of them partly hidden)\n")
-    print("| method | " + " | ".join(heading for _, heading in COLUMNS) + " |")
-    print("|---" * (len(COLUMNS) + 1) + "|")
+    print("| method | labels | " + " | ".join(heading for _, heading in COLUMNS) + " |")
+    print("|---" * (len(COLUMNS) + 2) + "|")
     over_time = False
     for name, method in series.items():
         if method["over_time"] and not over_time:
-            print("| *over time* " + "|" * (len(COLUMNS) + 1))
+            print("| *over time* " + "|" * (len(COLUMNS) + 2))
         over_time = method["over_time"]
-        figures = method["bands"][BAND]
-        print(f"| `{name}` | " + " | ".join(text_of(figures[key]["value"]) for key, _ in COLUMNS) + " |")
+        for band, labels in LABELS.items():
+            if figures := method["bands"].get(band):
+                print(f"| `{name}` | {labels} | " + " | ".join(text_of(figures[key]["value"]) for key, _ in COLUMNS) + " |")
     print()
 
 

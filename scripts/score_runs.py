@@ -14,6 +14,7 @@ from pathlib import Path
 
 GRIDS = {"balanced_log_loss": "log-loss", "auc": "AUC", "iou_occupied": "IoU occupied", "iou_free": "IoU free",
          "missed": "missed", "false_alarms": "false alarms", "known": "known", "calibration_error": "calibration error"}
+LABELS = {"3-20": "all", "3-20 clear": "clear"}  # the second: without ground that the camera cannot see (lidar)
 MOTION = {"speed_error_mps": ("speed error, m/s", 1, 2), "direction_error_deg": ("direction error, °", 1, 1),
           "id_switches": ("other id", 1, 0), "cell_velocity_error_mps": ("velocity error of moving cells, m/s", 1, 2),
           "static_moving": ("static cells that seem to move, %", 100, 1),
@@ -50,9 +51,9 @@ def print_table(title: str, columns: list, rows: list) -> None:
 
 
 def grid_rows(name: str, series: dict) -> list:
-    bands = {grid: series[grid]["bands"]["3-20"] for grid in ("observed", "occupancy")}
-    return [[name, str(band["frames"]), grid, *(text_of(band[figure]["value"], 3) for figure in GRIDS)]
-            for grid, band in bands.items()]
+    return [[name, str(band["frames"]), grid, labels, *(text_of(band[figure]["value"], 3) for figure in GRIDS)]
+            for grid in ("observed", "occupancy") for key, labels in LABELS.items()
+            if (band := series[grid]["bands"].get(key))]
 
 
 def motion_row(name: str, motion: dict) -> list:
@@ -90,7 +91,7 @@ def main() -> None:
             grids += grid_rows(name, series)
         if "motion" in series.get("occupancy", {}):
             motion.append(motion_row(name, series["occupancy"]["motion"]))
-    tables = {"grids": (["input", "frames", "grid", *GRIDS.values()], grids),
+    tables = {"grids": (["input", "frames", "grid", "labels", *GRIDS.values()], grids),
               "obstacles": (["input", "things", *(title for title, _ in OBSTACLES.values()), "said to move",
                              *(title for title, _ in TRACKING.values())], obstacles),
               "motion": (["input", "found", *(title for title, _, _ in MOTION.values())], motion)}

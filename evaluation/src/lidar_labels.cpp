@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -20,6 +21,10 @@ constexpr int obstacle_points_min{2};
 constexpr double ahead_min_m{1};
 constexpr double hiding_from_m{3};   // nearer returns are often from the own vehicle
 constexpr double column_reach{1.5};  // returns are about 2 columns apart on KITTI: no gaps within a surface
+constexpr double bearing_step_deg{0.5};
+constexpr double behind_from_m{0.25};
+constexpr double behind_to_m{4};
+constexpr int bearings_behind_min{2};
 
 bool in_view(const CameraPoint& p, const Rig& rig) {
   const double u{rig.cx_px + rig.focal_px * p.x_m / std::max(p.z_m, 0.1)};
@@ -88,6 +93,44 @@ NearestObstacle nearest_of(const std::vector<CameraPoint>& obstacle, const Label
   return nearest;
 }
 
+/// A cell as the camera sees it from above the vehicle frame's origin.
+struct Sight {
+  int bearing{0};  ///< steps of bearing_step_deg, from 1 on, with a free one at either end
+  double reach_m{0};
+};
+constexpr std::size_t bearings{static_cast<std::size_t>(360 / bearing_step_deg) + 3};
+
+Sight sight_of(const GridGeometry& grid, int ix, int iy) {
+  const double x{grid.x_min_m + (ix + 0.5) * grid.cell_size_m};
+  const double y{grid.y_min_m + (iy + 0.5) * grid.cell_size_m};
+  const double degrees{std::atan2(y, x) * 180 / std::numbers::pi};
+  return {static_cast<int>(std::nearbyint(degrees / bearing_step_deg) + bearings / 2), std::hypot(x, y)};
+}
+
+void mark_hidden_ground(Labels& labels) {
+  labels.hidden_ground = Image<std::uint8_t>{labels.geometry.nx, labels.geometry.ny};
+  std::vector<std::vector<double>> occupied_m(bearings);
+  const auto for_cells = [&](std::int8_t label, auto visit) {
+    for (int iy{0}; iy < labels.geometry.ny; ++iy) {
+      for (int ix{0}; ix < labels.geometry.nx; ++ix) {
+        if (labels.cells(ix, iy) == label) visit(ix, iy, sight_of(labels.geometry, ix, iy));
+      }
+    }
+  };
+  for_cells(labelled_occupied, [&](int, int, const Sight& sight) {
+    occupied_m[static_cast<std::size_t>(sight.bearing)].push_back(sight.reach_m);
+  });
+  for_cells(labelled_free, [&](int ix, int iy, const Sight& sight) {
+    const auto first = occupied_m.begin() + sight.bearing - 1;
+    const auto behind = std::count_if(first, first + 3, [&](const std::vector<double>& reaches_m) {
+      return std::ranges::any_of(reaches_m, [&](double reach_m) {
+        return reach_m >= sight.reach_m - behind_to_m && reach_m <= sight.reach_m - behind_from_m;
+      });
+    });
+    labels.hidden_ground(ix, iy) = behind >= bearings_behind_min ? 1 : 0;
+  });
+}
+
 }  // namespace
 
 Labels lidar_labels(std::span<const CameraPoint> points, const Rig& rig, const GridGeometry& grid,
@@ -98,6 +141,7 @@ Labels lidar_labels(std::span<const CameraPoint> points, const Rig& rig, const G
   const SeenPoints seen{sort_by_height(points, level, fit_road(level, level_frame.road(camera_height_m)), labels)};
   label(count(seen.obstacle, grid), count(seen.road, grid), labels.cells);
   mark_partly_hidden(nearest_of(seen.obstacle, labels), labels);
+  mark_hidden_ground(labels);
   return labels;
 }
 

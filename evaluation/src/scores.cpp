@@ -139,6 +139,7 @@ void Scores::add(std::string frame_name, View<const float> probability, const La
   }
   if (!frames_.empty() && grid != geometry_) throw std::invalid_argument{"Scores::add: the grid has changed"};
   geometry_ = grid;
+  knows_hidden_ground_ = labels.hidden_ground.size() > 0;
   Frame frame{std::move(frame_name), {}, free_space(probability, labels)};
   for (int iy{0}; iy < grid.ny; ++iy) {
     for (int ix{0}; ix < grid.nx; ++ix) {
@@ -146,8 +147,8 @@ void Scores::add(std::string frame_name, View<const float> probability, const La
       if (label == not_scored) continue;
       const bool is_occupied{label == labelled_occupied};
       frame.cells.push_back({probability(ix, iy), static_cast<std::uint16_t>(ix), is_occupied,
-                             labels.partly_hidden(ix, iy) != 0,
-                             !is_occupied && touches_occupied(labels.cells, ix, iy)});
+                             labels.partly_hidden(ix, iy) != 0, !is_occupied && touches_occupied(labels.cells, ix, iy),
+                             knows_hidden_ground_ && labels.hidden_ground(ix, iy) != 0});
     }
   }
   frames_.push_back(std::move(frame));
@@ -155,7 +156,7 @@ void Scores::add(std::string frame_name, View<const float> probability, const La
 
 bool Scores::contains(Band band, const Cell& cell) const {
   const double centre_m{geometry_.x_min_m + (cell.ix + 0.5) * geometry_.cell_size_m};
-  return centre_m >= band.from_m && centre_m < band.to_m;
+  return centre_m >= band.from_m && centre_m < band.to_m && !(band.clear && cell.is_hidden_ground);
 }
 
 Summary Scores::summary(Band band, int resamples) const {

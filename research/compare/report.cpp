@@ -19,6 +19,7 @@ using evaluation::Summary;
 using Json = nlohmann::ordered_json;
 
 constexpr Band table_band{3, 20};
+constexpr Band clear_band{3, 20, true};
 
 struct Column {
   const char* title;
@@ -44,6 +45,15 @@ Json number(double value) {
   return std::isfinite(value) ? Json(value) : Json{};
 }
 
+void print_figures(const ComparedMethod& method, Band band) {
+  const Summary summary{method.series.scores.summary(band, 0)};
+  app::tell("{:<42}", band.clear ? "  clear" : method.title);
+  for (const Column& column : columns) {
+    const double value{(summary.*column.estimate).value};
+    app::tell("{:>10}", std::isfinite(value) ? fmt::format("{:.3f}", value) : "–");
+  }
+}
+
 }  // namespace
 
 void print_table(const Comparison& comparison) {
@@ -55,17 +65,16 @@ void print_table(const Comparison& comparison) {
   for (const ComparedMethod& method : comparison.methods) {
     if (method.over_time && !over_time) app::tell("over time\n");
     over_time = method.over_time;
-    const Summary summary{method.series.scores.summary(table_band, 0)};
-    app::tell("{:<42}", method.title);
-    for (const Column& column : columns) {
-      const double value{(summary.*column.estimate).value};
-      app::tell("{:>10}", std::isfinite(value) ? fmt::format("{:.3f}", value) : "–");
-    }
+    print_figures(method, table_band);
     app::tell("{:>10.1f}\n", median(method.milliseconds));
+    if (!method.series.scores.knows_hidden_ground()) continue;
+    print_figures(method, clear_band);
+    app::tell("\n");
   }
   app::tell(
-      "\nhidden: recall of partly hidden obstacles at 1 % false alarms. ms: median from disparities and ground to the\n"
-      "grid. Methods: docs/baselines.md. Figures: docs/evaluation.md.\n");
+      "\nclear: without ground that the camera cannot see (lidar). hidden: recall of partly hidden obstacles at 1 %\n"
+      "false alarms. ms: median from disparities and ground to the grid. Methods: docs/baselines.md. Figures: "
+      "docs/evaluation.md.\n");
 }
 
 Json json_of(const Comparison& comparison, const std::vector<std::pair<std::string, std::string>>& about) {

@@ -25,6 +25,7 @@ TEST(Evaluate, ScoresARunAgainstItsScene) {
   const Json scores(json_of(json_file));
   EXPECT_EQ(scores["about"]["frames"], "13 of 13");
   EXPECT_EQ(scores["about"]["truth"], "exact");
+  EXPECT_FALSE(scores["series"]["observed"]["bands"].contains("3-20 clear")) << "exact truth labels no hidden ground";
   const Json band(scores["series"]["observed"]["bands"]["3-20"]);
   EXPECT_GT(band["cells"], 10000);
   EXPECT_GT(band["occupied"], 100);

@@ -28,7 +28,9 @@ class Sweep {
   void add(double x, double y, double height, int times) {
     for (int i{0}; i < times; ++i) add(x, y, height);
   }
-  [[nodiscard]] Labels labels() const { return lidar_labels(points_, small_rig(), metre_grid); }
+  [[nodiscard]] Labels labels(const GridGeometry& grid = metre_grid) const {
+    return lidar_labels(points_, small_rig(), grid);
+  }
 
  private:
   double slope_;
@@ -137,6 +139,26 @@ TEST(LidarLabels, KnowWhatIsPartlyHidden) {
   ASSERT_EQ(labels.cells(5, 4), labelled_free);
   EXPECT_EQ(labels.partly_hidden(5, 4), 0);
   EXPECT_EQ(labels.partly_hidden(13, 5), 0) << "not labelled";
+}
+
+TEST(LidarLabels, GroundBehindObstaclesIsHidden) {
+  Sweep sweep;
+  for (double y{-0.5}; y < 0.5; y += 0.01) sweep.add(6.02, y, 0.8);
+  for (const double x : {5.52, 6.12, 7.52, 9.52, 10.12}) sweep.add(x, 0.02, 0, 1);
+  sweep.add(7.52, 0.92, 0, 1);
+  const Labels labels(sweep.labels({0, -1, 0.05, 300, 40}));
+  const auto is_hidden = [&](int x, int y) {
+    EXPECT_EQ(labels.cells(x, y), labelled_free);
+    return labels.hidden_ground(x, y) == 1;
+  };
+  EXPECT_TRUE(is_hidden(150, 20));
+  EXPECT_TRUE(is_hidden(190, 20));
+  EXPECT_FALSE(is_hidden(202, 20)) << "more than 4 m behind it";
+  EXPECT_FALSE(is_hidden(122, 20)) << "less than 0.25 m behind it";
+  EXPECT_FALSE(is_hidden(110, 20)) << "in front of it";
+  EXPECT_FALSE(is_hidden(150, 38)) << "another bearing";
+  ASSERT_EQ(labels.cells(120, 20), labelled_occupied);
+  EXPECT_EQ(labels.hidden_ground(120, 20), 0);
 }
 
 TEST(LidarLabels, SingleReturnsAndTheOwnBonnetHideNothing) {

@@ -72,6 +72,24 @@ TEST(Scores, KeepToTheirBand) {
   EXPECT_NEAR(scores.summary({2, 4}).brier.value, 0.04, 1e-7);
 }
 
+TEST(Scores, ClearBandsLeaveHiddenGroundOut) {
+  const Image<float> grid(lane_of({0.1F, 0.9F, 0.9F, 0.1F}));
+  Labels labels(lane_labels("0100"));
+  Scores exact;
+  exact.add("", grid.view(), labels);
+  EXPECT_FALSE(exact.knows_hidden_ground());
+  labels.hidden_ground = Image<std::uint8_t>{4, 1};
+  labels.hidden_ground(2, 0) = 1;
+  Scores scores;
+  scores.add("", grid.view(), labels);
+  EXPECT_TRUE(scores.knows_hidden_ground());
+  EXPECT_EQ(scores.summary(everything).cells, 4);
+  EXPECT_NEAR(scores.summary(everything).false_alarms.value, 1.0 / 3, 1e-12);
+  const Band clear{everything.from_m, everything.to_m, true};
+  EXPECT_EQ(scores.summary(clear).cells, 3);
+  EXPECT_EQ(scores.summary(clear).false_alarms.value, 0);
+}
+
 TEST(Scores, OfPartlyHiddenCells) {
   // 100 free cells of which one has p = 0.8: at 1 % false alarms the threshold lies below 0.8
   std::vector<float> p(104, 0.1F);

@@ -93,6 +93,7 @@ Json json_of(const Series& series) {
   Json bands;
   Json frames;
   for (const evaluation::Band band : evaluation::bands) {
+    if (band.clear && !series.scores.knows_hidden_ground()) continue;
     const std::string key{key_of(band)};
     bands[key] = json_of(series.scores.summary(band));
     bands[key]["roc"] = json_of(series.scores.roc(band));
@@ -121,7 +122,7 @@ Json list_of_metrics() {
 }  // namespace
 
 std::string key_of(evaluation::Band band) {
-  return fmt::format("{:g}-{:g}", band.from_m, band.to_m);
+  return fmt::format("{:g}-{:g}{}", band.from_m, band.to_m, band.clear ? " clear" : "");
 }
 
 Json json_of(const Evaluation& evaluation) {

@@ -49,7 +49,7 @@ struct Evaluation {
 /// One HTML file that needs nothing else, from json_of. Throws DeviceError.
 void write_report(const std::filesystem::path& path, const nlohmann::ordered_json& evaluation);
 
-/// "3–20 m" as a key: "3-20".
+/// "3–20 m" as a key: "3-20"; "3-20 clear" without hidden ground.
 [[nodiscard]] std::string key_of(evaluation::Band band);
 
 }  // namespace stereogrid::app

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -31,7 +32,10 @@ std::string row(std::string_view title, const Json& bands, TextOf text) {
 
 std::string bands_of(const Json& bands) {
   std::string text{fmt::format("  {:<24}", "")};
-  for (const auto& [key, band] : bands.items()) text += fmt::format("{:>16}", key + " m");
+  for (const auto& [key, band] : bands.items()) {
+    std::string title{key};
+    text += fmt::format("{:>16}", title.insert(std::min(key.find(' '), key.size()), " m"));
+  }
   text += "\n";
   for (const char* count : {"cells", "occupied"}) {
     text += row(count, bands, [&](const Json& band) { return band.at(count).dump(); });
@@ -92,6 +96,7 @@ std::string table_of(const Json& evaluation) {
     if (series.contains("terrain")) text += terrain_table_of(series.at("terrain"));
   }
   if (evaluation.contains("obstacles")) text += obstacles_table_of(evaluation.at("obstacles"));
+  if (text.find(" clear\n") != std::string::npos) text += "\nclear: without ground that the camera cannot see.";
   text += evaluation.at("series").empty() ? "\n" : "\n± is half of the 95 % interval. ";
   return text + "Definitions: docs/evaluation.md\n";
 }

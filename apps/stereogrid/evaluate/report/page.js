@@ -7,6 +7,7 @@ const put = (id, html) => { document.getElementById(id).innerHTML = html; };
 const cells = (band, metric) => names.map(name => data.series[name].bands[band][metric]);
 const swatch = index => `<span class="swatch${index < 8 ? '' : ' dashed'}" style="--c:${colour(index)}"></span>`;
 const digits = value => value === null || value === undefined ? '–' : value.toFixed(3).replace('-', '−');
+const range = band => band.replace(/(\d+)-(\d+)/, '$1–$2 m');
 const explained = {
   balanced_log_loss: 'surprise at the truth, occupied and free weighing the same',
   auc: 'an occupied cell is rated above a free one',
@@ -54,7 +55,7 @@ function table(band) {
   };
   const group = (text, metrics) => `<tr class="group"><td colspan="${names.length + 1}">${text}</td></tr>${metrics.map(row).join('')}`;
   const of = prefix => data.metrics.filter(metric => metric.name.startsWith(prefix));
-  return `<p class="counts">${counts}</p><div class="scroll"><table><thead><tr><th>${band.replace('-', '–')} m</th>${names.map((name, i) => `<th>${swatch(i)}${escaped(name)}</th>`).join('')}</tr></thead>
+  return `<p class="counts">${counts}</p><div class="scroll"><table><thead><tr><th>${range(band)}</th>${names.map((name, i) => `<th>${swatch(i)}${escaped(name)}</th>`).join('')}</tr></thead>
     <tbody>${group('cells', data.metrics.filter(m => !/^(hidden|depth)/.test(m.name)))}${group('partly hidden cells', of('hidden'))}
     ${group('free space along image columns', of('depth'))}</tbody></table></div>`;
 }
@@ -62,7 +63,7 @@ function table(band) {
 /** The figures of the cards for every series and range. */
 function overview(filled) {
   const shown = data.metrics.filter(metric => explained[metric.name]);
-  const row = (name, index, band) => `<tr><td>${swatch(index)}${escaped(name)}, ${band.replace('-', '–')} m</td>${
+  const row = (name, index, band) => `<tr><td>${swatch(index)}${escaped(name)}, ${range(band)}</td>${
     shown.map(metric => `<td>${digits(data.series[name].bands[band][metric.name].value)}</td>`).join('')}</tr>`;
   return `<div class="scroll"><table><thead><tr><th></th>${shown.map(metric => `<th>${escaped(metric.title)}</th>`).join('')}</tr></thead>
     <tbody>${names.map((name, index) => filled.map(band => row(name, index, band)).join('')).join('')}</tbody></table></div>`;
@@ -132,7 +133,7 @@ put('obstacles', obstacles());
 if (names.length) {
   const bands = Object.keys(data.series[names[0]].bands);
   const filled = bands.filter(band => data.series[names[0]].bands[band].cells > 0);
-  put('bands', bands.map(band => `<button data-band="${band}">${band.replace('-', '–')} m</button>`).join(''));
+  put('bands', bands.map(band => `<button data-band="${band}">${range(band)}</button>`).join(''));
   put('legend', names.map((name, index) => `<span>${swatch(index)}${escaped(name)}</span>`).join(''));
   put('motion', motion());
   put('overview', overview(filled));

@@ -25,6 +25,7 @@ struct Labels {
   Image<std::int8_t> cells;  ///< not_scored, labelled_free or labelled_occupied
   Image<std::uint8_t>
       partly_hidden;  ///< 1: labelled, though every image column of the cell meets an obstacle before it
+  Image<std::uint8_t> hidden_ground{};  ///< 1: labelled free, though the camera cannot see it; empty: exact truth
 };
 
 /// A point in the left camera's frame: x right, y down, z forward.
@@ -49,6 +50,9 @@ inline constexpr double kitti_camera_height_m{1.64};
 /// Partly hidden: every image column that the cell covers holds a point of a cell labelled occupied that is nearer by
 /// hiding_margin_m and 3 m ahead or more. A point covers its column and one more at each side: that is how far apart
 /// returns are.
+///
+/// Hidden ground: a free cell with an occupied one 0.25–4 m nearer in at least two of the three bearings of 0.5° around
+/// it. The scanner is higher than the camera and reaches the road under and behind vehicles.
 ///
 /// `points` are in the frame of the camera as it is mounted; where the rig's pitch exceeds 1° they are turned level, as
 /// its images are. KITTI's calibrations give neither pitch nor roll: 0.

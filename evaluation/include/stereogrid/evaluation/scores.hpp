@@ -19,8 +19,9 @@ namespace stereogrid::evaluation {
 struct Band {
   double from_m{0};
   double to_m{0};
+  bool clear{false};  ///< without Labels::hidden_ground
 };
-inline constexpr std::array<Band, 4> bands{{{3, 10}, {10, 20}, {20, 30}, {3, 20}}};
+inline constexpr std::array<Band, 5> bands{{{3, 10}, {10, 20}, {20, 30}, {3, 20}, {3, 20, true}}};
 
 /// A figure with its 95 % interval. NaN: nothing to say it of, or too few frames for an interval.
 struct Estimate {
@@ -127,6 +128,8 @@ class STEREOGRID_EXPORT Scores {
   void add(std::string frame_name, View<const float> probability, const Labels& labels);
 
   [[nodiscard]] std::size_t frames() const { return frames_.size(); }
+  /// True if the labels say which free cells the camera cannot see. Clear bands require it.
+  [[nodiscard]] bool knows_hidden_ground() const { return knows_hidden_ground_; }
   /// Everything about a band. Intervals are found by resampling blocks of neighbouring frames with a fixed seed;
   /// `resamples` 0: no intervals.
   [[nodiscard]] Summary summary(Band band, int resamples = 1000) const;
@@ -151,6 +154,7 @@ class STEREOGRID_EXPORT Scores {
     bool occupied{false};
     bool partly_hidden{false};
     bool is_border{false};  ///< free, and one of the eight cells around it is labelled occupied
+    bool is_hidden_ground{false};
   };
 
  private:
@@ -162,6 +166,7 @@ class STEREOGRID_EXPORT Scores {
   [[nodiscard]] bool contains(Band band, const Cell& cell) const;
 
   GridGeometry geometry_;
+  bool knows_hidden_ground_{false};
   std::vector<Frame> frames_;
 };
 
