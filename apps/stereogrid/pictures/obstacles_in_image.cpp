@@ -13,6 +13,7 @@ namespace stereogrid::app {
 namespace {
 
 constexpr double nearest_m{1};  // before it, lines would run out of any image
+constexpr double near_m{10};    // static obstacles within it are boxes
 constexpr int shift{4};         // fixed-point bits of OpenCV's pixels
 
 // Projection of points over the road into the level image.
@@ -45,10 +46,25 @@ std::vector<Point2> corners_of(const Obstacle& obstacle) {
   return {box * half, box * Point2{half.x, -half.y}, box * Point2{-half.x, -half.y}, box * Point2{-half.x, half.y}};
 }
 
-// The line through the places on the road, the same at the obstacle's height, and what joins them.
-void draw_standing(cv::Mat& image, const View& view, const std::vector<Point2>& places, const Obstacle& obstacle,
-                   Colour colour) {
-  const bool is_box{obstacle.kind == ObstacleKind::object};
+// Clockwise corners: a side faces the camera if it has the camera on its left.
+bool faces_camera(Point2 from, Point2 to) {
+  return from.y * to.x - from.x * to.y < 0;
+}
+
+void draw_base(cv::Mat& image, const View& view, const std::vector<Point2>& places, bool is_box, Colour colour) {
+  const std::size_t sides{places.size() - (is_box || places.empty() ? 0 : 1)};
+  for (std::size_t i{0}; i < sides; ++i) {
+    const Point2 to{places[(i + 1) % places.size()]};
+    const auto begin = view.at(places[i], 0);
+    const auto end = view.at(to, 0);
+    if (!begin || !end || (is_box && !faces_camera(places[i], to))) continue;
+    cv::line(image, *begin, *end, scalar(colour), 1, cv::LINE_AA, shift);
+  }
+}
+
+// The outline on the road and at the obstacle's height, and upright lines at its corners.
+void draw_upright(cv::Mat& image, const View& view, const std::vector<Point2>& places, bool is_box,
+                  const Obstacle& obstacle, Colour colour) {
   std::vector<cv::Point> base;
   std::vector<cv::Point> top;
   for (const Point2& place : places) {
@@ -86,11 +102,14 @@ void draw_obstacles_in_image(cv::Mat& image, const FrameResult& result, const Ri
       draw_edge(image, view, obstacle);
       continue;
     }
-    const bool is_thing{obstacle.kind == ObstacleKind::object};
-    draw_standing(
-        image, view,
-        is_thing ? corners_of(obstacle) : std::vector<Point2>{obstacle.outline.begin(), obstacle.outline.end()},
-        obstacle, colour);
+    const bool is_box{obstacle.kind == ObstacleKind::object};
+    const std::vector<Point2> places{is_box ? corners_of(obstacle)
+                                            : std::vector<Point2>{obstacle.outline.begin(), obstacle.outline.end()}};
+    if (obstacle.moving || (is_box && std::hypot(obstacle.x_m, obstacle.y_m) < near_m)) {
+      draw_upright(image, view, places, is_box, obstacle, colour);
+    } else {
+      draw_base(image, view, places, is_box, colour);
+    }
     const auto place = view.at({obstacle.x_m, obstacle.y_m}, obstacle.height_m);
     if (!obstacle.moving || !place) continue;
     draw_text_on_picture(image, place->x >> shift, (place->y >> shift) - 4,
