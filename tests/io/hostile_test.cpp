@@ -25,31 +25,11 @@ namespace {
 using namespace std::string_literals;
 using namespace std::string_view_literals;
 
-std::uint32_t checksum_of(std::string_view bytes) {
-  std::uint32_t checksum{0xffffffff};
-  for (const char byte : bytes) {
-    checksum ^= static_cast<std::uint8_t>(byte);
-    for (int bit{0}; bit < 8; ++bit) checksum = checksum >> 1 ^ (checksum % 2 == 1 ? 0xedb88320U : 0U);
-  }
-  return ~checksum;
-}
-
-std::string big_endian(std::uint32_t value) {
-  std::string bytes;
-  for (int shift{24}; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift & 0xff);
-  return bytes;
-}
-
-std::string chunk(const std::string& type, const std::string& content) {
-  return big_endian(static_cast<std::uint32_t>(content.size())) + type + content +
-         big_endian(checksum_of(type + content));
-}
-
 /// A PNG that says how many pixels it has, and has none.
 std::string png_of(std::uint32_t width, std::uint32_t height) {
   const std::string signature{"\x89PNG\r\n\x1a\n"};
-  return signature + chunk("IHDR", big_endian(width) + big_endian(height) + std::string{"\x08\0\0\0\0", 5}) +
-         chunk("IDAT", "") + chunk("IEND", "");
+  return signature + png_chunk("IHDR", big_endian(width) + big_endian(height) + std::string{"\x08\0\0\0\0", 5}) +
+         png_chunk("IDAT", "") + png_chunk("IEND", "");
 }
 
 class Hostile : public ::testing::Test {

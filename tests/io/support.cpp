@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support.hpp"
 
+#include <libdeflate.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -28,6 +29,18 @@ std::optional<fs::path> data_folder() {
   const fs::path folder{named != nullptr ? fs::path{named}
                                          : fs::path{STEREOGRID_SOURCE_DIR} / ".." / "shared" / "data"};
   return fs::is_directory(folder) ? std::optional{folder.lexically_normal()} : std::nullopt;
+}
+
+std::string big_endian(std::uint32_t value) {
+  std::string bytes;
+  for (int shift{24}; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift & 0xff);
+  return bytes;
+}
+
+std::string png_chunk(const std::string& type, const std::string& content) {
+  const std::string covered{type + content};
+  return big_endian(static_cast<std::uint32_t>(content.size())) + covered +
+         big_endian(libdeflate_crc32(0, covered.data(), covered.size()));
 }
 
 void put(const fs::path& path, std::string_view text) {

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <initializer_list>
 #include <optional>
@@ -35,6 +36,10 @@ class TemporaryFolder {
 
 /// The project's data sets; none: not on this machine.
 [[nodiscard]] std::optional<fs::path> data_folder();
+
+[[nodiscard]] std::string big_endian(std::uint32_t value);
+/// A chunk of a PNG, with its length and checksum.
+[[nodiscard]] std::string png_chunk(const std::string& type, const std::string& content);
 
 /// Makes the parent folders too.
 void put(const fs::path& path, std::string_view text);

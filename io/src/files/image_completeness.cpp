@@ -3,7 +3,7 @@
 #include "files/image_completeness.hpp"
 
 #include <fmt/format.h>
-#include <zlib.h>
+#include <libdeflate.h>
 
 #include <algorithm>
 #include <cctype>
@@ -48,7 +48,7 @@ std::string checked_png(const std::string& file, std::string_view bytes) {
     if (length > bytes.size() - 12) break;
     const std::string_view type{bytes.substr(4, 4)};
     const std::string_view covered{bytes.substr(4, length + 4)};
-    const auto checksum{::crc32(0, reinterpret_cast<const Bytef*>(covered.data()), static_cast<uInt>(covered.size()))};
+    const std::uint32_t checksum{libdeflate_crc32(0, covered.data(), covered.size())};
     if (checksum != big_endian(bytes.substr(length + 8))) {
       fail(file, "is a damaged PNG (wrong checksum in chunk '" + printable(type) + "').");
     }

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "files/image_completeness.hpp"
+#include "files/png.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/text.hpp"
@@ -27,10 +28,10 @@ cv::Mat decode(const std::string& name, std::string file) {
   static const auto silenced{cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT)};
   static_cast<void>(silenced);
   const std::string bytes{checked_image_bytes(name, std::move(file))};
-  cv::Mat image;
+  cv::Mat image{bytes.starts_with("\x89PNG") ? decode_plain_png(bytes) : cv::Mat{}};
   try {
     const cv::Mat buffer{1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data())};
-    image = cv::imdecode(buffer, cv::IMREAD_UNCHANGED);
+    if (image.empty()) image = cv::imdecode(buffer, cv::IMREAD_UNCHANGED);
     if (image.channels() == 4) cv::cvtColor(image, image, cv::COLOR_BGRA2BGR);
   } catch (const cv::Exception&) {
     image.release();

@@ -2,11 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereogrid/io/image_file.hpp"
 
+#include <libdeflate.h>
 #include <sys/resource.h>
 
 #include <csignal>
+#include <memory>
 #include <opencv2/imgcodecs.hpp>
+#include <random>
 
+#include "files/png.hpp"
 #include "stereogrid/io/file.hpp"
 #include "support.hpp"
 
@@ -64,6 +68,51 @@ TEST(ImageFile, SixteenBitColourBecomesEightBits) {
   EXPECT_EQ(sample_bits(folder / "a.png"), 13);
   EXPECT_EQ(read_grey(folder / "a.png", 16)(2, 1), 0x12);
   EXPECT_EQ(read_rgb(folder / "a.png").pixels(8, 1), 0x12);
+}
+
+/// A PNG of noise whose rows have the filters 0 to 4 in turn, in two IDAT chunks.
+std::string png_with_every_filter(std::uint32_t width, std::uint32_t height, int bits, int colour_type) {
+  const std::size_t row_bytes{std::size_t{width} * static_cast<std::size_t>(bits / 8) * (colour_type == 2 ? 3 : 1)};
+  std::string rows;
+  std::mt19937 generator{7};
+  for (std::uint32_t v{0}; v < height; ++v) {
+    rows += static_cast<char>(v % 5);
+    for (std::size_t i{0}; i < row_bytes; ++i) rows += static_cast<char>(generator() & 0xff);
+  }
+  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor{
+      libdeflate_alloc_compressor(1), libdeflate_free_compressor};
+  std::string packed(libdeflate_zlib_compress_bound(compressor.get(), rows.size()), '\0');
+  packed.resize(libdeflate_zlib_compress(compressor.get(), rows.data(), rows.size(), packed.data(), packed.size()));
+  const std::string header{big_endian(width) + big_endian(height) + static_cast<char>(bits) +
+                           static_cast<char>(colour_type) + std::string(3, '\0')};
+  const std::size_t half{packed.size() / 2};
+  return "\x89PNG\r\n\x1a\n" + png_chunk("IHDR", header) + png_chunk("IDAT", packed.substr(0, half)) +
+         png_chunk("IDAT", packed.substr(half)) + png_chunk("IEND", "");
+}
+
+TEST(ImageFile, PngsOfEveryFilterAreWhatOpenCvReads) {
+  for (const int bits : {8, 16}) {
+    for (const int colour_type : {0, 2}) {
+      for (const auto& [width, height] : {std::pair{1u, 1u}, {1u, 12u}, {37u, 23u}}) {
+        SCOPED_TRACE(std::to_string(bits) + " " + std::to_string(colour_type) + " " + std::to_string(width));
+        const std::string bytes{png_with_every_filter(width, height, bits, colour_type)};
+        const cv::Mat fast{decode_plain_png(bytes)};
+        const cv::Mat wanted{cv::imdecode(std::vector<char>(bytes.begin(), bytes.end()), cv::IMREAD_UNCHANGED)};
+        ASSERT_EQ(fast.type(), wanted.type());
+        ASSERT_EQ(fast.size(), wanted.size());
+        EXPECT_EQ(cv::norm(fast, wanted, cv::NORM_INF), 0);
+      }
+    }
+  }
+}
+
+TEST(ImageFile, OtherPngsAreLeftToOpenCv) {
+  std::string bytes{png_with_every_filter(5, 5, 8, 0)};
+  EXPECT_FALSE(decode_plain_png(bytes).empty());
+  EXPECT_TRUE(decode_plain_png(png_with_every_filter(5, 6, 8, 3)).empty()) << "palette";
+  const std::size_t of_height{8 + 8 + 7};
+  bytes[of_height] = 9;
+  EXPECT_TRUE(decode_plain_png(bytes).empty()) << "rows are missing";
 }
 
 TEST(ImageFile, AlphaIsLeftOut) {
