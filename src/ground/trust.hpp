@@ -51,7 +51,6 @@ double share_of_texture_matched(const MatchedFrame& frame, double first_row, con
 
 /// Disparities of either hypothesis at the pixels of MatchLattice; appended.
 void add_samples(const MatchedFrame& frame, std::vector<GroundSample>& samples);
-/// Maximum number of samples.
 std::size_t samples_max(const Rig& level_rig);
 
 /// True where too little of the texture below the horizon of `ground` has matched for a valid pair. Where the exposures
