@@ -87,7 +87,7 @@ Input open_input(const InputOptions& options) {
   Input input;
   input.recording = recording.get();
   input.mask = recording->contents().mask;
-  input.extrinsics_given = recording->contents().calibration.has_mounting;
+  input.extrinsics_given = recording->contents().calibration.has_extrinsics;
   input.poses = recording->has_poses()                 ? PoseSource::input
                 : recording->contents().wants_odometry ? PoseSource::odometry
                                                        : PoseSource::none;

@@ -88,7 +88,7 @@ void log_input(const Input& input) {
 
 void log_calibration(const io::Calibration& calibration) {
   for (const std::string& note : calibration.notes) spdlog::info("{}", note);
-  if (!calibration.has_mounting) {
+  if (!calibration.has_extrinsics) {
     spdlog::info("extrinsics: not in the calibration; camera height 1.65 m and pitch 0 assumed");
   }
   for (const std::string& oddity : oddities(calibration.rig)) spdlog::warn("{}", oddity);

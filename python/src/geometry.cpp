@@ -123,7 +123,7 @@ std::string repr_of_rig(const MountedRig& self) {
 MountedRig rig_of_file(const std::filesystem::path& path, int width_px, int height_px) {
   io::Calibration calibration{io::read_calibration(path, width_px, height_px)};
   io::fit_to_images(calibration, path.string(), width_px, height_px);
-  MountedRig rig{calibration.rig, calibration.has_mounting};
+  MountedRig rig{calibration.rig, calibration.has_extrinsics};
   if (!calibration.mask.empty()) rig.mask = io::read_mask(calibration.mask, rig.rig.width_px, rig.rig.height_px);
   return rig;
 }

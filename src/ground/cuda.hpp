@@ -22,7 +22,6 @@ struct GroundPrior {
 /// `previous` is the ground dt_s ago.
 GroundPrior prior_of(const Rig& rig, const GroundConfig& config, const Ground& previous, double dt_s);
 
-/// Working memory of this stage on the device.
 struct GroundOnDevice {
   GroundOnDevice(int width, int height);
 

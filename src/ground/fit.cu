@@ -206,7 +206,6 @@ __device__ void move_plane(const RoadPlane& expected, FitSpace& space) {
   for (int i{0}; i < 3; ++i) space.moved[i] = static_cast<float>(moved[i]);
 }
 
-/// Result of the fit.
 struct GroundFit {
   RoadPlane plane;
   FitSums sums;

@@ -21,7 +21,6 @@ inline double residual(const RoadPlane& plane, const GroundSample& sample) {
 /// the first `plane` and `covariance` as prior. Returns the radius; 0: the samples determine no plane.
 double refine(std::span<const GroundSample> samples, const Matrix3& covariance, RoadPlane& plane);
 
-/// Options of find_plane.
 struct PlaneDraws {
   int rounds{600};
   double inlier_px{1};  ///< largest distance of a sample on the plane

@@ -172,7 +172,7 @@ STEREOGRID_HD inline bool measured(const RoadPlane& plane, const FitSums& sums, 
 }
 
 /// True within the gates around the calibration.
-STEREOGRID_HD inline bool is_believable(const Rig& rig, const GroundConfig& config, const Ground& ground) {
+STEREOGRID_HD inline bool is_within_gates(const Rig& rig, const GroundConfig& config, const Ground& ground) {
   return std::abs(ground.height_m - rig.camera_height_m) <= config.height_gate_m &&
          std::abs(ground.pitch_rad - rig.camera_pitch_rad) <= radians(config.pitch_gate_deg) &&
          std::abs(ground.roll_rad - rig.camera_roll_rad) <= radians(config.roll_gate_deg);
@@ -253,7 +253,7 @@ STEREOGRID_HD inline Ground updated(const Rig& rig, const GroundConfig& config, 
   move(plane, gain * (measurement.numbers - numbers_of(expected)));
   if (!(plane.per_v > 0)) return before;
   const Ground found{rounded(ground_of(rig, plane))};
-  if (!is_believable(rig, config, found)) return before;
+  if (!is_within_gates(rig, config, found)) return before;
   const Matrix3 rest{diagonal({{1, 1, 1}}) + scaled(-1, gain)};
   // Joseph's form keeps it positive
   const Matrix3 after{carried(rest, covariance) + carried(gain, measurement.covariance)};

@@ -12,14 +12,12 @@
 
 namespace stereogrid {
 
-/// A pixel and its disparity.
 struct GroundSample {
   float u;
   float v;
   float disparity;
 };
 
-/// Working memory of this stage.
 struct GroundSpace {
   GroundSpace(int width, int height);
 

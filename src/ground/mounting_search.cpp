@@ -16,8 +16,8 @@ namespace {
 constexpr int rounds{2000};  // for a wide range, and a road in a small part of the view
 constexpr double expected_min_px{1.5};
 constexpr int columns{8};
-constexpr int frames_to_believe{3};
-constexpr int columns_to_believe{6};
+constexpr int frames_to_confirm{3};
+constexpr int columns_to_confirm{6};
 constexpr double lost_max_s{1};
 
 // Calibration with gates around all plausible extrinsics.
@@ -132,7 +132,7 @@ std::optional<Ground> refine_mounting(const Rig& rig, double turned_rad, const s
     if (refine(from_row(samples, first_ground_row(rig, plane)), covariance, plane) == 0) return std::nullopt;
   }
   const Ground found{ground_of(rig, plane)};
-  if (!is_believable(any.rig, any.gates, found) || !support_of(rig, samples, plane).is_road()) return std::nullopt;
+  if (!is_within_gates(any.rig, any.gates, found) || !support_of(rig, samples, plane).is_road()) return std::nullopt;
   return found;
 }
 
@@ -167,7 +167,7 @@ MountingSearch::MountingSearch(const Rig& level_rig, const GroundConfig& config,
     : rig_{level_rig}, config_{config}, turned_rad_{turned_rad}, is_given_{is_given} {}
 
 bool MountingSearch::is_established() const {
-  return fitting_ >= frames_to_believe;
+  return fitting_ >= frames_to_confirm;
 }
 
 bool MountingSearch::is_wanted(bool is_lost, double dt_s) {
@@ -178,10 +178,10 @@ bool MountingSearch::is_wanted(bool is_lost, double dt_s) {
 }
 
 std::optional<Ground> MountingSearch::look(const std::vector<GroundSample>& samples, const Ground& used,
-                                           bool is_doubted) {
+                                           bool is_rejected) {
   const std::optional<Ground> candidate{search_mounting(rig_, turned_rad_, samples)};
-  const bool is_outside{candidate && !is_believable(rig_, config_, *candidate)};
-  if (is_doubted) return is_given_ && !is_outside ? std::nullopt : candidate;
+  const bool is_outside{candidate && !is_within_gates(rig_, config_, *candidate)};
+  if (is_rejected) return is_given_ && !is_outside ? std::nullopt : candidate;
   if (is_outside) {
     const RoadSupport here{support_of(rig_, samples, road_plane(rig_, used))};
     const RoadSupport there{support_of(rig_, samples, road_plane(rig_, *candidate))};
@@ -216,7 +216,7 @@ bool MountingSearch::verify(const std::vector<GroundSample>& samples, const Grou
   // a narrower plane leaves the roll, and with it the height, undetermined
   if (!seen) return false;
   const RoadSupport support{support_of(rig_, samples, road_plane(rig_, *seen))};
-  if (support.columns < columns_to_believe) return false;
+  if (support.columns < columns_to_confirm) return false;
   is_certain_ = agreeing_ == 0 && fitting_ == 0 && support.is_certain();
   if (agreeing_ == 0 || !are_alike(*seen, mean_of(sum_, agreeing_))) {
     agreeing_ = 0;
@@ -237,7 +237,7 @@ void MountingSearch::begin_again() {
 }
 
 std::optional<Ground> MountingSearch::found() const {
-  if (agreeing_ < frames_to_believe && !is_certain_) return std::nullopt;
+  if (agreeing_ < frames_to_confirm && !is_certain_) return std::nullopt;
   return mean_of(sum_, agreeing_);
 }
 

@@ -56,7 +56,7 @@ class MountingSearch {
   bool is_wanted(bool is_lost, double dt_s);
   /// Plane in a frame that was matched on `used`. Empty: no plane, or `used` remains valid. If the frame does not
   /// contradict `used`, another plane must lie outside the gates and have clearly more samples.
-  std::optional<Ground> look(const std::vector<GroundSample>& samples, const Ground& used, bool is_doubted);
+  std::optional<Ground> look(const std::vector<GroundSample>& samples, const Ground& used, bool is_rejected);
   /// True: `candidate` may replace the extrinsics if verify() confirms it. `place`: vehicle position
   /// in the world frame, m.
   bool may_replace(const std::vector<GroundSample>& samples, const Ground& used, const Ground& candidate, Point2 place);

@@ -86,7 +86,7 @@ bool find_plane(const Rig& rig, const GroundConfig& config, const std::vector<Gr
     const GroundSample& c{samples[dice.below(samples.size())]};
     RoadPlane candidate{start};
     if (!(round % 2 == 0 ? put_through(a, b, candidate) : put_through(a, b, c, candidate))) continue;
-    if (!is_believable(rig, config, ground_of(rig, candidate))) continue;
+    if (!is_within_gates(rig, config, ground_of(rig, candidate))) continue;
     const int support{support_of(samples, stride, candidate, draws.inlier_px)};
     if (support > most) {
       most = support;
@@ -150,7 +150,7 @@ Ground search_ground(const Rig& rig, const GroundConfig& config, View<const floa
   const Matrix3 covariance{carried(numbers_by_ground(rig, ground_of(rig, plane)), covariance_of(widest))};
   if (!enough || refine(samples, covariance, plane) == 0) return fallback;
   const Ground found{ground_of(rig, plane)};
-  return is_believable(rig, config, found) ? with_covariance(found, covariance_of(widest)) : fallback;
+  return is_within_gates(rig, config, found) ? with_covariance(found, covariance_of(widest)) : fallback;
 }
 
 }  // namespace stereogrid

@@ -138,7 +138,7 @@ bool are_one_surface(const std::vector<GroundSample>& samples) {
 
 }  // namespace
 
-bool speak_against(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane) {
+bool contradict(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane) {
   constexpr double near_px{1};
   constexpr double below_share{0.1};  // relative to the expected disparity: roads are not flat
   int all{0};
@@ -223,26 +223,26 @@ bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Grou
   return share_of_texture_matched(frame, first_row, road, disparities, &right_of_left) < texture_matched_min;
 }
 
-FrameTrust::FrameTrust(const Rig& level_rig, const GroundConfig& config, int disparities)
+FrameValidator::FrameValidator(const Rig& level_rig, const GroundConfig& config, int disparities)
     : rig_{level_rig}, config_{config}, disparities_{disparities} {
   samples_.reserve(samples_max(rig_));
 }
 
-Doubt FrameTrust::judge(const MatchedFrame& frame, const Ground& ground, double dt_s) {
-  Doubt doubt{reason_to_reject(frame, ground, dt_s)};
-  if (!frame.disparity.empty()) return doubt;
+Rejection FrameValidator::validate(const MatchedFrame& frame, const Ground& ground, double dt_s) {
+  Rejection rejection{reason_to_reject(frame, ground, dt_s)};
+  if (!frame.disparity.empty()) return rejection;
   const PairCounts counts{counts_of(frame)};
-  doubt.exposure = exposure_of(counts.left, counts.right);
-  return doubt;
+  rejection.exposure = exposure_of(counts.left, counts.right);
+  return rejection;
 }
 
-Doubt::Reason FrameTrust::reason_to_reject(const MatchedFrame& frame, const Ground& ground, double dt_s) {
+Rejection::Reason FrameValidator::reason_to_reject(const MatchedFrame& frame, const Ground& ground, double dt_s) {
   unmeasured_s_ += dt_s;
   is_near_ground_known_ = false;
   if (has_few_matches(frame, rig_, ground, disparities_)) {
-    return are_identical(frame) ? Doubt::identical_images : Doubt::few_matches;
+    return are_identical(frame) ? Rejection::identical_images : Rejection::few_matches;
   }
-  if (!config_.estimate) return Doubt::none;
+  if (!config_.estimate) return Rejection::none;
   const RoadPlane plane{road_plane(rig_, ground)};
   samples_.clear();
   add_samples(frame, samples_);
@@ -251,42 +251,42 @@ Doubt::Reason FrameTrust::reason_to_reject(const MatchedFrame& frame, const Grou
       config_.model == GroundModel::terrain && near_ground(rig_, samples_, plane, plane, nearest_part).holds();
   if (is_near_ground_known_) {
     unmeasured_s_ = 0;
-    return Doubt::none;
+    return Rejection::none;
   }
-  if (speak_against(rig_, samples_, plane)) return Doubt::road_elsewhere;
-  if (width_falling_away(frame, rig_, plane) > falling_max_m) return Doubt::falls_away;
+  if (contradict(rig_, samples_, plane)) return Rejection::plane_contradicted;
+  if (width_falling_away(frame, rig_, plane) > falling_max_m) return Rejection::falls_away;
   if (ground.estimated) unmeasured_s_ = 0;
-  return unmeasured_s_ > unmeasured_max_s ? Doubt::road_not_seen : Doubt::none;
+  return unmeasured_s_ > unmeasured_max_s ? Rejection::road_not_seen : Rejection::none;
 }
 
-void tell(const Doubt& doubt, FrameResult& result) {
+void report(const Rejection& rejection, FrameResult& result) {
   const auto add = [&](FrameStatus flag, const char* sentence) {
     result.status.push_back(flag);
     result.warnings.emplace_back(sentence);
   };
-  if (doubt == Doubt::few_matches) {
+  if (rejection == Rejection::few_matches) {
     add(FrameStatus::few_matches,
         "left and right image hardly match: the grid is unknown. Check that the images are of the same instant, "
         "rectified and not swapped, and that no lens is dark or covered.");
-  } else if (doubt == Doubt::identical_images) {
+  } else if (rejection == Rejection::identical_images) {
     add(FrameStatus::few_matches,
         "left and right are the same image, or both are black: the grid is unknown. Give the right camera's image.");
-  } else if (doubt == Doubt::road_elsewhere) {
+  } else if (rejection == Rejection::plane_contradicted) {
     add(FrameStatus::road_unknown,
         "the ground in view contradicts the extrinsics: the grid is unknown. Measure mount.camera_height_m and "
         "mount.camera_pitch_rad in the calibration.");
-  } else if (doubt == Doubt::falls_away) {
+  } else if (rejection == Rejection::falls_away) {
     add(FrameStatus::road_unknown,
         "the ground in the vehicle's path falls away (an edge, stairs or a slope down): the grid is unknown.");
-  } else if (doubt == Doubt::road_not_seen) {
+  } else if (rejection == Rejection::road_not_seen) {
     add(FrameStatus::road_unknown,
         "the road has not been visible for more than 3 s: the grid is unknown. If the road is in view, correct mount "
         "in the calibration.");
   }
-  if (is_unequal(doubt.exposure)) result.warnings.push_back(text_of(doubt.exposure));
+  if (is_unequal(rejection.exposure)) result.warnings.push_back(text_of(rejection.exposure));
 }
 
-void tell_disagreement(const Rig& level_rig, double turned_rad, const Ground& plane, FrameResult& result) {
+void report_disagreement(const Rig& level_rig, double turned_rad, const Ground& plane, FrameResult& result) {
   // to a tenth, without a sign of zero
   const auto degrees = [](double radians) { return std::round(radians * 1800 / std::numbers::pi) / 10 + 0.0; };
   const Ground seen{seen_from(plane, turned_rad)};
@@ -302,7 +302,7 @@ void tell_disagreement(const Rig& level_rig, double turned_rad, const Ground& pl
   result.warnings.emplace_back(text.data());
 }
 
-void leave_unknown(StageImages& stages) {
+void set_unknown(StageImages& stages) {
   std::ranges::fill(stages.possible, 0);
   for (Image<std::uint16_t>* counts : {&stages.visible, &stages.observed}) counts->fill(0);
   for (Image<float>* share : {&stages.visibility, &stages.obstacle_confidence, &stages.road_confidence}) share->fill(0);

@@ -24,12 +24,12 @@ struct MatchedFrame {
 };
 
 /// Reason to reject the matches and the road plane of a frame, and the exposure of its images.
-struct Doubt {
-  enum Reason { none, few_matches, identical_images, road_elsewhere, road_not_seen, falls_away };
+struct Rejection {
+  enum Reason { none, few_matches, identical_images, plane_contradicted, road_not_seen, falls_away };
 
   // NOLINTNEXTLINE(google-explicit-constructor): a reason alone has equal exposures
-  Doubt(Reason given = none) : reason{given} {}
-  friend bool operator==(const Doubt& doubt, Reason other) { return doubt.reason == other; }
+  Rejection(Reason given = none) : reason{given} {}
+  friend bool operator==(const Rejection& rejection, Reason other) { return rejection.reason == other; }
 
   Reason reason;
   Exposure exposure{};  ///< equal, unless the images were compared
@@ -51,7 +51,6 @@ double share_of_texture_matched(const MatchedFrame& frame, double first_row, con
 
 /// Disparities of either hypothesis at the pixels of MatchLattice; appended.
 void add_samples(const MatchedFrame& frame, std::vector<GroundSample>& samples);
-/// Maximum number of samples.
 std::size_t samples_max(const Rig& level_rig);
 
 /// True where too little of the texture below the horizon of `ground` has matched for a valid pair. Where the exposures
@@ -60,7 +59,7 @@ bool has_few_matches(const MatchedFrame& frame, const Rig& level_rig, const Grou
 
 /// True where the samples contradict `plane`: few samples in its area lie on it, and either many lie clearly below it
 /// or another plane has clearly more. A wall that fills the view does not contradict it.
-bool speak_against(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane);
+bool contradict(const Rig& rig, const std::vector<GroundSample>& samples, const RoadPlane& plane);
 
 /// Fit to `plane` of the samples where the plane `nearest` has at least `near_part` of its largest disparity in view.
 /// Slopes, stairs and edges farther away do not count.
@@ -82,13 +81,13 @@ constexpr double nearest_part{0.85};
 double width_falling_away(const MatchedFrame& frame, const Rig& rig, const RoadPlane& plane);
 
 /// Validates the matches and the road plane of each frame. One implementation serves every back end.
-class FrameTrust {
+class FrameValidator {
  public:
-  FrameTrust(const Rig& level_rig, const GroundConfig& config, int disparities);
+  FrameValidator(const Rig& level_rig, const GroundConfig& config, int disparities);
 
   /// `ground`: plane for this frame's stages, estimated or predicted. It is rejected if the frame contradicts it, or if
   /// the road has not been measured for too long; never if nothing is to be estimated.
-  Doubt judge(const MatchedFrame& frame, const Ground& ground, double dt_s);
+  Rejection validate(const MatchedFrame& frame, const Ground& ground, double dt_s);
   /// True: the last frame's nearest ground lies on its plane, and GroundModel::terrain classifies the ground farther
   /// away.
   [[nodiscard]] bool is_near_ground_known() const { return is_near_ground_known_; }
@@ -100,7 +99,7 @@ class FrameTrust {
   [[nodiscard]] std::size_t held_bytes() const { return held_bytes_of(samples_); }
 
  private:
-  Doubt::Reason reason_to_reject(const MatchedFrame& frame, const Ground& ground, double dt_s);
+  Rejection::Reason reason_to_reject(const MatchedFrame& frame, const Ground& ground, double dt_s);
 
   Rig rig_;
   GroundConfig config_;
@@ -111,13 +110,13 @@ class FrameTrust {
 };
 
 /// Adds the flags and warnings of the rejection to the result.
-void tell(const Doubt& doubt, FrameResult& result);
+void report(const Rejection& rejection, FrameResult& result);
 
 /// Adds extrinsics_disagree with a warning: the extrinsics of `level_rig`, which stay, and the plane that contradicts
 /// them. `turned_rad`: see MountingSearch.
-void tell_disagreement(const Rig& level_rig, double turned_rad, const Ground& plane, FrameResult& result);
+void report_disagreement(const Rig& level_rig, double turned_rad, const Ground& plane, FrameResult& result);
 
 /// Sets the stages that depend on the road to unknown: no bin is visible, occupancy is 0.5. The disparity images stay.
-void leave_unknown(StageImages& stages);
+void set_unknown(StageImages& stages);
 
 }  // namespace stereogrid

@@ -33,8 +33,8 @@ FramePipeline::FramePipeline(const Config& config, const Rig& level_rig, Cpu& cp
       stages_{std::move(stages)},
       window_{vehicle_grid_of(config.grid)},
       ground_{calibrated_ground(rig_, config.ground)},
-      trust_{rig_, config.ground, config.matching.disparities},
-      mounting_{rig_, config.ground, turned_rad, extrinsics_given},
+      validator_{rig_, config.ground, config.matching.disparities},
+      extrinsics_search_{rig_, config.ground, turned_rad, extrinsics_given},
       alignment_{rig_},
       scene_flow_{rig_},
       tracker_{config.tracking, rig_},
@@ -45,7 +45,7 @@ FramePipeline::FramePipeline(const Config& config, const Rig& level_rig, Cpu& cp
   if (config.ground.model == GroundModel::terrain) {
     terrain_.emplace(rig_, config, vehicle_grid_of(config.grid), window_.cells());
   }
-  mounting_samples_.reserve(samples_max(rig_));
+  extrinsics_samples_.reserve(samples_max(rig_));
   stages_->set_mask(mask_);
 }
 
@@ -64,21 +64,21 @@ void FramePipeline::process(const LevelFrame& frame, FrameResult& result) {
 
   find_terrain(frame, window, result);
 
-  Doubt doubt;
+  Rejection rejection;
   beside([&] { observe_and_filter(true, velocities); },  // IV, V-A, V-B
          [&] {
            if (!is_aligned) align(frame, before.expected);
-           doubt = validate(frame);
-           if (doubt == Doubt::none) find_segments(frame);
+           rejection = validate(frame);
+           if (rejection == Rejection::none) find_segments(frame);
          });
-  doubt = settle(frame, doubt, before, result);
-  const bool is_usable{doubt == Doubt::none};
+  rejection = settle(frame, rejection, before, result);
+  const bool is_usable{rejection == Rejection::none};
   if (!is_usable) {  // rejected: again from the state before the frame
     observe_and_filter(false, {});
     FrameTerrain::clear(result);
   }
   stages_->finish();
-  if (!is_usable) leave_unknown(result.stages);
+  if (!is_usable) set_unknown(result.stages);
   if (is_usable && terrain_) terrain_->bound_filtered(result);
 
   is_first_ = false;
@@ -165,17 +165,17 @@ void FramePipeline::keep_near_ground(const LevelFrame& frame, const Ground& expe
   constexpr double clearly_better{0.8};
   constexpr double near_part{0.7};  // up to 1.4 times the nearest distance
   if (!config_.ground.estimate) return;
-  mounting_samples_.clear();
-  add_samples(matched(frame), mounting_samples_);
+  extrinsics_samples_.clear();
+  add_samples(matched(frame), extrinsics_samples_);
   const RoadPlane plane{road_plane(rig_, expected)};
   ground_samples_.samples.clear();
   const double first_row{rig_.height_px - (1 - near_part) * plane.disparity(rig_.cx_px, rig_.height_px) / plane.per_v};
   add_samples(stages_->obstacle_disparity(), first_row, ground_samples_.samples);
   add_samples(stages_->road_disparity(), first_row, ground_samples_.samples);
   const Ground near{fit_ground(rig_, config_.ground, expected, ground_samples_)};
-  const NearGround fitted{near_ground(rig_, mounting_samples_, plane, road_plane(rig_, near), near_part)};
+  const NearGround fitted{near_ground(rig_, extrinsics_samples_, plane, road_plane(rig_, near), near_part)};
   const NearGround estimated{
-      near_ground(rig_, mounting_samples_, plane, road_plane(rig_, stages_->ground()), near_part)};
+      near_ground(rig_, extrinsics_samples_, plane, road_plane(rig_, stages_->ground()), near_part)};
   if (!fitted.holds() || fitted.misfit_px >= clearly_better * estimated.misfit_px) return;
   if (frame.is_given() || has_searched) match(near, false);
   stages_->set_ground(near);
@@ -215,53 +215,55 @@ MatchedFrame FramePipeline::matched(const LevelFrame& frame) const {
 }
 
 // Checks the extrinsics. A frame that is matched again on another ground plane is rejected.
-Doubt FramePipeline::check_extrinsics(const LevelFrame& frame, Doubt doubt) {
-  const bool is_lost{doubt == Doubt::road_elsewhere || doubt == Doubt::road_not_seen};
-  if (doubt == Doubt::none && trust_.is_near_ground_known()) return doubt;
-  if (doubt == Doubt::identical_images || !mounting_.is_wanted(is_lost, frame.dt_s)) return doubt;
-  mounting_samples_.clear();
-  add_samples(matched(frame), mounting_samples_);
-  const std::optional<Ground> candidate{mounting_.look(mounting_samples_, ground_, doubt != Doubt::none)};
-  if (!candidate) return doubt;
+Rejection FramePipeline::check_extrinsics(const LevelFrame& frame, Rejection rejection) {
+  const bool is_lost{rejection == Rejection::plane_contradicted || rejection == Rejection::road_not_seen};
+  if (rejection == Rejection::none && validator_.is_near_ground_known()) return rejection;
+  if (rejection == Rejection::identical_images || !extrinsics_search_.is_wanted(is_lost, frame.dt_s)) return rejection;
+  extrinsics_samples_.clear();
+  add_samples(matched(frame), extrinsics_samples_);
+  const std::optional<Ground> candidate{
+      extrinsics_search_.look(extrinsics_samples_, ground_, rejection != Rejection::none)};
+  if (!candidate) return rejection;
   const Point2 place{frame.world_from_vehicle.x_m, frame.world_from_vehicle.y_m};
-  if (!mounting_.may_replace(mounting_samples_, ground_, *candidate, place)) {
+  if (!extrinsics_search_.may_replace(extrinsics_samples_, ground_, *candidate, place)) {
     disagreeing_ = candidate;
-    return doubt == Doubt::none ? Doubt::road_elsewhere : doubt;
+    return rejection == Rejection::none ? Rejection::plane_contradicted : rejection;
   }
   if (!frame.is_given()) match(*candidate);
   const MatchedFrame again{matched(frame)};
-  mounting_samples_.clear();
-  add_samples(again, mounting_samples_);
+  extrinsics_samples_.clear();
+  add_samples(again, extrinsics_samples_);
   const bool holds{!has_few_matches(again, rig_, *candidate, config_.matching.disparities) &&
-                   mounting_.verify(mounting_samples_, *candidate)};
-  return holds || doubt == Doubt::none ? Doubt::road_elsewhere : doubt;
+                   extrinsics_search_.verify(extrinsics_samples_, *candidate)};
+  return holds || rejection == Rejection::none ? Rejection::plane_contradicted : rejection;
 }
 
-Doubt FramePipeline::validate(const LevelFrame& frame) {
+Rejection FramePipeline::validate(const LevelFrame& frame) {
   const bool jumps{is_jump(stages_->ground())};
   ground_ = stages_->ground();
-  Doubt doubt{trust_.judge(matched(frame), ground_, frame.dt_s)};
-  if (jumps && doubt == Doubt::none) doubt.reason = Doubt::road_elsewhere;
-  return doubt;
+  Rejection rejection{validator_.validate(matched(frame), ground_, frame.dt_s)};
+  if (jumps && rejection == Rejection::none) rejection.reason = Rejection::plane_contradicted;
+  return rejection;
 }
 
 // Returns the final reason to reject the frame, after a check of the extrinsics, and sets the result's ground.
-Doubt FramePipeline::settle(const LevelFrame& frame, Doubt doubt, const GroundBefore& before, FrameResult& result) {
+Rejection FramePipeline::settle(const LevelFrame& frame, Rejection rejection, const GroundBefore& before,
+                                FrameResult& result) {
   disagreeing_ = std::nullopt;
-  doubt = check_extrinsics(frame, doubt);
-  if (doubt != Doubt::none) {
+  rejection = check_extrinsics(frame, rejection);
+  if (rejection != Rejection::none) {
     // A plane through wrong matches would mislead the next frame; ground that lies elsewhere does not become more
     // plausible by lasting.
-    const bool lies_elsewhere{doubt == Doubt::road_elsewhere || doubt == Doubt::falls_away};
+    const bool lies_elsewhere{rejection == Rejection::plane_contradicted || rejection == Rejection::falls_away};
     if (config_.ground.estimate) ground_ = lies_elsewhere && has_measured_ground_ ? before.previous : before.expected;
     ground_.estimated = false;
     scene_flow_.clear();
   }
   result.ground = ground_;
   has_measured_ground_ = has_measured_ground_ || ground_.estimated;
-  tell(doubt, result);
-  if (disagreeing_) tell_disagreement(rig_, turned_rad_, *disagreeing_, result);
-  return doubt;
+  report(rejection, result);
+  if (disagreeing_) report_disagreement(rig_, turned_rad_, *disagreeing_, result);
+  return rejection;
 }
 
 void FramePipeline::find_segments(const LevelFrame& frame) {
@@ -299,8 +301,8 @@ void FramePipeline::reset() {
   is_first_ = true;
   has_measured_ground_ = false;
   alignment_ = RowAlignment{rig_};
-  trust_ = FrameTrust{rig_, config_.ground, config_.matching.disparities};
-  mounting_.begin_again();
+  validator_ = FrameValidator{rig_, config_.ground, config_.matching.disparities};
+  extrinsics_search_.begin_again();
   scene_flow_ = SceneFlow{rig_};
   tracker_.forget();
   near_.clear();
@@ -308,8 +310,8 @@ void FramePipeline::reset() {
 
 template <class State>
 void FramePipeline::exchange(State& state) {
-  state(ground_, frames_to_search_, is_first_, has_measured_ground_, alignment_, trust_, mounting_, scene_flow_,
-        tracker_, near_);
+  state(ground_, frames_to_search_, is_first_, has_measured_ground_, alignment_, validator_, extrinsics_search_,
+        scene_flow_, tracker_, near_);
 }
 
 void FramePipeline::save(StateWriter& state) {
@@ -325,8 +327,8 @@ void FramePipeline::load(StateReader& state) {
 MemoryUse FramePipeline::memory_use() const {
   MemoryUse use{stages_->memory_use()};
   if (terrain_) use.host_bytes += held_bytes_of(*terrain_);
-  use.host_bytes += sizeof *this + held_bytes_of(mask_, trust_, alignment_, scene_flow_, tracker_, near_,
-                                                 ground_samples_, mounting_samples_, velocity_evidence_, clusters_);
+  use.host_bytes += sizeof *this + held_bytes_of(mask_, validator_, alignment_, scene_flow_, tracker_, near_,
+                                                 ground_samples_, extrinsics_samples_, velocity_evidence_, clusters_);
   return use;
 }
 

@@ -38,7 +38,7 @@ class FramePipeline {
   void continue_ids(const FramePipeline& before) { tracker_.go_on_from(before.tracker_); }
 
   /// Plane that replaces assumed extrinsics: the next frame needs a pipeline for a rig with them.
-  [[nodiscard]] std::optional<Ground> found_mounting() const { return mounting_.found(); }
+  [[nodiscard]] std::optional<Ground> estimated_extrinsics() const { return extrinsics_search_.found(); }
 
   /// State between two frames.
   void save(StateWriter& state);
@@ -62,9 +62,9 @@ class FramePipeline {
   void keep_near_ground(const LevelFrame& frame, const Ground& expected, bool has_searched);
   void find_terrain(const LevelFrame& frame, const GridGeometry& window, FrameResult& result);
   void observe_and_filter(bool is_usable, std::span<const VelocityEvidence> velocities);
-  Doubt validate(const LevelFrame& frame);
+  Rejection validate(const LevelFrame& frame);
   void find_segments(const LevelFrame& frame);
-  Doubt settle(const LevelFrame& frame, Doubt doubt, const GroundBefore& before, FrameResult& result);
+  Rejection settle(const LevelFrame& frame, Rejection rejection, const GroundBefore& before, FrameResult& result);
   void update_tracks(const LevelFrame& frame, bool is_usable, FrameResult& result);
   void add_features(const LevelFrame& frame);
 
@@ -72,7 +72,7 @@ class FramePipeline {
   bool will_search();
   void search(const LevelFrame& frame);
   [[nodiscard]] bool is_jump(const Ground& found) const;
-  Doubt check_extrinsics(const LevelFrame& frame, Doubt doubt);
+  Rejection check_extrinsics(const LevelFrame& frame, Rejection rejection);
   [[nodiscard]] MatchedFrame matched(const LevelFrame& frame) const;
   [[nodiscard]] FlowFrame flow_frame(const LevelFrame& frame) const;
   [[nodiscard]] bool has_flow(const LevelFrame& frame) const { return config_.filter.scene_flow && !frame.is_given(); }
@@ -90,8 +90,8 @@ class FramePipeline {
 
   // between frames
   Ground ground_;
-  FrameTrust trust_;
-  MountingSearch mounting_;
+  FrameValidator validator_;
+  MountingSearch extrinsics_search_;
   int frames_to_search_{0};
   bool is_first_{true};
   bool has_measured_ground_{false};
@@ -107,7 +107,7 @@ class FramePipeline {
   double track_ms_{0};
   double terrain_ms_{0};
   GroundSpace ground_samples_;
-  std::vector<GroundSample> mounting_samples_;
+  std::vector<GroundSample> extrinsics_samples_;
   EvidenceMap velocity_evidence_;
   ClusterSpace clusters_;
 };

@@ -18,9 +18,9 @@
 #include "matching/correlation/correlate_simd.hpp"
 #include "pipeline/checks.hpp"
 #include "pipeline/cuda_library.hpp"
+#include "pipeline/extrinsics.hpp"
 #include "pipeline/frame_input.hpp"
 #include "pipeline/frame_pipeline.hpp"
-#include "pipeline/mounting.hpp"
 #include "pipeline/results.hpp"
 #include "pipeline/saved_state.hpp"
 #include "pipeline/stopwatch.hpp"
@@ -167,11 +167,11 @@ struct Pipeline::Implementation {
 
   // Returns the message; empty: none were found.
   std::string use_found_extrinsics() {
-    const std::optional<Ground> found{frames->found_mounting()};
+    const std::optional<Ground> found{frames->estimated_extrinsics()};
     if (!found) return {};
-    const Rig rig{as_written(mounted_as(input.rig(), seen_from(*found, input.turned_rad())))};
+    const Rig rig{as_written(with_extrinsics(input.rig(), seen_from(*found, input.turned_rad())))};
     set_rig(rig);
-    return sentence_of_mounting(rig);
+    return extrinsics_message(rig);
   }
 
   // Rebuilds all stages; time, world and ids continue. Nothing has changed where it throws.
@@ -196,7 +196,7 @@ struct Pipeline::Implementation {
     if constexpr (std::is_same_v<State, StateWriter>) {
       frames->save(state);
     } else {
-      const bool is_rig{problems(rig).empty() && mounted_as(given_rig, mounting_of(rig)) == rig};
+      const bool is_rig{problems(rig).empty() && with_extrinsics(given_rig, extrinsics_of(rig)) == rig};
       state.require(is_rig && (rig == input.rig() || !options.extrinsics_given));
       if (is_rig && rig != input.rig()) set_rig(rig);
       frames->load(state);

@@ -29,7 +29,6 @@ struct Gap {
   float slope{0};  ///< slope of the descent, tangent
 };
 
-/// Ground in front of a gap.
 struct GapFront {
   int row;            ///< first row, upwards, with samples behind the gap
   float z;            ///< elevation of the ground at the edge, m
@@ -41,7 +40,6 @@ struct GapFront {
 Gap classify_gap(const TerrainCamera& camera, const TerrainLimits& limits, const std::array<SectorRows, 3>& rows,
                  const GapFront& front);
 
-/// Ground in front of a trench.
 struct TrenchFront {
   int first_row;  ///< first and last row, upwards, in which the trench may begin
   int last_row;

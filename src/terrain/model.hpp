@@ -62,7 +62,6 @@ struct TerrainCamera {
   [[nodiscard]] float level_growth(float h) const { return focal_baseline_pxm * tangent_per_v / h; }
 };
 
-/// Limits of the vehicle.
 struct TerrainLimits {
   float step_m;      ///< largest step that a wheel climbs
   float slope;       ///< tangent of the steepest slope

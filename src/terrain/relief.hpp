@@ -26,7 +26,6 @@ class TerrainRelief {
                const PolarCell* cells);
   /// Prepares fill(), once all sectors have a profile.
   void count_level(int rings);
-  /// Relief of one sector.
   void fill(int sector, const TerrainCamera& camera, const Rings& rings, const PolarCell* cells);
 
   /// Elevation of wide ground, m; NaN: none, or too noisy to distinguish from an obstacle's foot.

@@ -82,7 +82,6 @@ void settle_sector(int sector, View<const SectorWalk> walks, int rings, PolarCel
 
 namespace {
 
-// One step of spread_hidden.
 void spread_to(const PolarCell* from, int rings, PolarCell* cells) {
   for (int ring{0}; ring < rings; ++ring) {
     const bool is_behind_edge{from[ring].kind == TerrainClass::hidden || from[ring].kind == TerrainClass::drop};

@@ -77,7 +77,6 @@ class Terrain {
     }
   }
 
-  /// Relief of the last find().
   [[nodiscard]] Relief<Host> relief() const { return relief_.view(); }
   [[nodiscard]] std::size_t held_bytes() const;
 

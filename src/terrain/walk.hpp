@@ -14,7 +14,6 @@
 
 namespace stereogrid {
 
-/// Cell of the polar grid.
 struct PolarCell {
   float elevation_m{std::numeric_limits<float>::quiet_NaN()};  ///< elevation of ground, or of an obstacle's top
   float slope{0};                                              ///< slope of the ground, tangent
@@ -38,7 +37,6 @@ struct WalkState {
   [[nodiscard]] float elevation(float at_x) const { return z + slope * (at_x - x); }
 };
 
-/// One sector's walk.
 struct SectorWalk {
   int lost{0};            ///< ring at which the walk first lost the ground
   WalkState state{};      ///< behind the last ring that was walked
@@ -53,7 +51,6 @@ struct SectorWalk {
   bool is_block_confirmed{false};  ///< enough neighbours confirm `blocked`
 };
 
-/// Input of the walks of all sectors.
 struct WalkInput {
   const TerrainCamera& camera;
   const TerrainLimits& limits;

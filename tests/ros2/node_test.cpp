@@ -142,7 +142,7 @@ class Ros2Node : public ::testing::Test {
   [[nodiscard]] stereogrid::Rig read_rig() const {
     const auto camera{[&](double baseline_m) { return camera_of(info_of(scene_.rig(), baseline_m), "camera"); }};
     stereogrid::Rig rig{stereogrid::io::ros_calibration(camera(0), camera(scene_.rig().baseline_m), true).rig};
-    set_mounting(rig, *mounting_);
+    set_extrinsics(rig, *mounting_);
     return rig;
   }
   void hand_in_infos() {
@@ -445,14 +445,14 @@ TEST(Ros2Translate, MountingIsTheInverseOfTfStatic) {
   stereogrid::messages::decode(std::as_bytes(std::span{kept.messages["/tf_static"].back()}), tf);
   const auto& [t, q]{tf.transforms.at(0).transform};
   stereogrid::Rig read{scene.rig()};
-  set_mounting(read, {{t.x, t.y, t.z}, {q.x, q.y, q.z, q.w}});
+  set_extrinsics(read, {{t.x, t.y, t.z}, {q.x, q.y, q.z, q.w}});
   EXPECT_NEAR(read.camera_height_m, 1.3, 1e-12);
   EXPECT_NEAR(read.camera_pitch_rad, 0.15, 1e-12);
   EXPECT_NEAR(read.camera_roll_rad, -0.04, 1e-12);
-  EXPECT_THROW(set_mounting(read, {{0, 0, 1}, {0, 0, 0, 1}}), stereogrid::InputError);  // points up
+  EXPECT_THROW(set_extrinsics(read, {{0, 0, 1}, {0, 0, 0, 1}}), stereogrid::InputError);  // points up
   for (const double w : {0.0, 0.5, 1.02, std::nan("")})
     EXPECT_THROW(static_cast<void>(pose_of({{0, 0, 1}, {0, 0, 0, w}})), stereogrid::InputError) << w;
-  EXPECT_THROW(set_mounting(read, {{0, 0, -1}, {-0.5, 0.5, -0.5, 0.5}}), stereogrid::InputError);  // below the road
+  EXPECT_THROW(set_extrinsics(read, {{0, 0, -1}, {-0.5, 0.5, -0.5, 0.5}}), stereogrid::InputError);  // below the road
 }
 
 }  // namespace

@@ -46,13 +46,13 @@ std::string text_or(const std::filesystem::path& path, const char* otherwise) {
   return path.empty() ? otherwise : io::printable_path(path);
 }
 
-void print_camera(const Rig& rig, bool has_mounting) {
+void print_camera(const Rig& rig, bool has_extrinsics) {
   print_row("size", fmt::format("{} × {} px", rig.width_px, rig.height_px));
   print_row("camera", fmt::format("focal length {:.6g} px, centre ({:.6g}, {:.6g}) px, baseline {:.4g} m", rig.focal_px,
                                   rig.cx_px, rig.cy_px, rig.baseline_m));
   print_row("extrinsics", fmt::format("{:.3g} m above the road, pitch {:.2f}°, roll {:.2f}°{}", rig.camera_height_m,
                                       rig.camera_pitch_rad * degrees, rig.camera_roll_rad * degrees,
-                                      has_mounting ? "" : " (assumed: not in the calibration)"));
+                                      has_extrinsics ? "" : " (assumed: not in the calibration)"));
 }
 
 std::string poses_text(const io::RecordingContents& contents) {
@@ -201,7 +201,7 @@ int show(const Options& options) {
   print_row("frames", frames == 0
                           ? "none"
                           : fmt::format("{}, {} to {}", frames, input.source->name(0), input.source->name(frames - 1)));
-  print_camera(rig, input.recording == nullptr || input.recording->contents().calibration.has_mounting);
+  print_camera(rig, input.recording == nullptr || input.recording->contents().calibration.has_extrinsics);
   if (input.recording != nullptr) print_recording(*input.recording);
   print_stamps(input);
   print_plan(config, rig);

@@ -87,7 +87,7 @@ LiveInput open_camera_input(const LiveInputOptions& options) {
   const fs::path mask{options.input.mask.empty() ? calibration.mask : fs::path{options.input.mask}};
   if (!mask.empty()) live.mask = io::read_mask(mask, calibration);
   live.source = open_camera(options, calibration);
-  live.recording.extrinsics_given = calibration.has_mounting;
+  live.recording.extrinsics_given = calibration.has_extrinsics;
   live.kind = options.input.paths.size() == 1 ? options.input.paths.front()
                                               : options.input.paths.front() + " " + options.input.paths.back();
   return live;

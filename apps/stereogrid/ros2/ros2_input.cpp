@@ -67,9 +67,9 @@ LiveInput open_ros2_input(const InputOptions& options, Ros2Options& ros2) {
   const FoundImages found{wait_for_images(*node, options)};
   io::Calibration calibration{live_calibration(*node, options, found)};
   const std::string camera_frame{frame_of_images(*node, found.left)};
-  const bool are_extrinsics_given{calibration.has_mounting};
+  const bool are_extrinsics_given{calibration.has_extrinsics};
   if (!are_extrinsics_given) {
-    calibration.has_mounting = set_extrinsics_of_tf(calibration.rig, *transforms, camera_frame);
+    calibration.has_extrinsics = set_extrinsics_of_tf(calibration.rig, *transforms, camera_frame);
   }
   const std::string world{is_of_tf ? ros2.frames[0] : ""};
   const bool is_camera_tracked{is_of_tf && ros2.camera_at.empty() && ros2.frames[1] != "base_link" &&

@@ -64,7 +64,7 @@ void note_calibration(RecordingContents& contents, const fs::path& source) {
   contents.notes.push_back(fmt::format("calibration: {} ({}{})", printable_path(source), contents.calibration.kind,
                                        contents.calibration.raw ? ", raw pair: rectified on loading" : ""));
   for (const std::string& note : contents.calibration.notes) contents.notes.push_back(note);
-  if (!contents.calibration.has_mounting) {
+  if (!contents.calibration.has_extrinsics) {
     contents.notes.push_back("extrinsics: not in the calibration; camera height 1.65 m and pitch 0 assumed");
   }
   std::vector<std::string> warnings{oddities(contents.calibration.rig)};

@@ -222,8 +222,8 @@ RunFrame frame_of(const Json& line) {
   frame.status = status_of(line);
   if (line.contains("mount")) {
     const Json& mount(line.at("mount"));
-    frame.mounting = {number(mount, "camera_height_m", most), number(mount, "camera_pitch_rad", most),
-                      number(mount, "camera_roll_rad", most)};
+    frame.extrinsics = {number(mount, "camera_height_m", most), number(mount, "camera_pitch_rad", most),
+                        number(mount, "camera_roll_rad", most)};
   }
   return frame;
 }

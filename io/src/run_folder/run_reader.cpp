@@ -107,7 +107,7 @@ void RunReader::read_run() {
 // Frames without a ground plane have the extrinsics from before the estimate.
 void RunReader::check_mountings() {
   for (std::size_t i{frames_.size()}; i-- > 1;) {
-    if (is_road_unknown(frames_[i - 1])) frames_[i - 1].mounting = frames_[i].mounting;
+    if (is_road_unknown(frames_[i - 1])) frames_[i - 1].extrinsics = frames_[i].extrinsics;
   }
   std::vector<std::string> found{problems(rig_)};
   for (const RunFrame& frame : frames_) {
@@ -120,10 +120,10 @@ void RunReader::check_mountings() {
 
 Rig RunReader::rig_of(const RunFrame& frame) const {
   Rig rig{rig_};
-  if (!frame.mounting) return rig;
-  rig.camera_height_m = frame.mounting->camera_height_m;
-  rig.camera_pitch_rad = frame.mounting->camera_pitch_rad;
-  rig.camera_roll_rad = frame.mounting->camera_roll_rad;
+  if (!frame.extrinsics) return rig;
+  rig.camera_height_m = frame.extrinsics->camera_height_m;
+  rig.camera_pitch_rad = frame.extrinsics->camera_pitch_rad;
+  rig.camera_roll_rad = frame.extrinsics->camera_roll_rad;
   return rig;
 }
 

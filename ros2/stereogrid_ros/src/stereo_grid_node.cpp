@@ -130,7 +130,7 @@ bool StereoGridNode::open_pair() {
   try {
     stereogrid::io::Calibration calibration{stereogrid::io::ros_calibration(
         camera_of(left, "left/camera_info"), camera_of(right, "right/camera_info"), settings_.are_rectified)};
-    set_mounting_from_tf(calibration.rig, left.header.frame_id);
+    set_extrinsics_from_tf(calibration.rig, left.header.frame_id);
     lock.lock();
     camera_frame_ = left.header.frame_id;
     calibration_ = calibration;
@@ -142,9 +142,9 @@ bool StereoGridNode::open_pair() {
   }
 }
 
-void StereoGridNode::set_mounting_from_tf(stereogrid::Rig& rig, const std::string& camera_frame) {
+void StereoGridNode::set_extrinsics_from_tf(stereogrid::Rig& rig, const std::string& camera_frame) {
   if (settings_.robot_base_frame.empty()) return;
-  set_mounting(rig, transform(settings_.robot_base_frame, camera_frame, rclcpp::Time{0, 0, RCL_ROS_TIME}));
+  set_extrinsics(rig, transform(settings_.robot_base_frame, camera_frame, rclcpp::Time{0, 0, RCL_ROS_TIME}));
 }
 
 // Waits in wall time: the buffer's own wait is in ROS time, which stands still while a simulation is paused.

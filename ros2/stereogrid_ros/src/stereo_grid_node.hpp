@@ -56,7 +56,7 @@ class StereoGridNode : public rclcpp::Node {
   [[nodiscard]] bool open_pair();
   [[nodiscard]] std::shared_ptr<Pair> current_pair();
   [[nodiscard]] stereogrid::capture::PairingOptions pairing() const { return {.tolerance = settings_.pair_tolerance}; }
-  void set_mounting_from_tf(stereogrid::Rig& rig, const std::string& camera_frame);
+  void set_extrinsics_from_tf(stereogrid::Rig& rig, const std::string& camera_frame);
   [[nodiscard]] geometry_msgs::msg::Transform transform(const std::string& target, const std::string& source,
                                                         const rclcpp::Time& instant) const;
   void go_on();

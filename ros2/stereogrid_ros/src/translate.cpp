@@ -103,7 +103,7 @@ stereogrid::Pose2 pose_of(const geometry_msgs::msg::Transform& world_from_camera
   return {m[3], m[7], std::atan2(m[6], m[2])};
 }
 
-void set_mounting(stereogrid::Rig& rig, const geometry_msgs::msg::Transform& base_from_camera) {
+void set_extrinsics(stereogrid::Rig& rig, const geometry_msgs::msg::Transform& base_from_camera) {
   const std::array<double, 12> m{matrix_of(base_from_camera)};
   const double right_z{m[8]};
   const double down_z{m[9]};

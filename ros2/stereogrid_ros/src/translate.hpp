@@ -31,6 +31,6 @@ namespace stereogrid_ros {
 
 /// Sets the extrinsics of `rig`. Throws stereogrid::InputError: the camera is not above z = 0 of the base frame, or
 /// points straight up or down; a quaternion whose length differs from 1 by more than 1 %.
-void set_mounting(stereogrid::Rig& rig, const geometry_msgs::msg::Transform& base_from_camera);
+void set_extrinsics(stereogrid::Rig& rig, const geometry_msgs::msg::Transform& base_from_camera);
 
 }  // namespace stereogrid_ros

@@ -111,7 +111,6 @@ void find_segments(View<const float> obstacle, const Ground& ground, const Relie
   separate_movers(vectors, world_from_vehicle, space);
 }
 
-/// Clusters of segments and edges.
 inline void make_clusters(const GridLayers& world, const Pose2& world_from_vehicle,
                           const std::vector<FlowVector>& vectors, std::span<const EdgePoint> edges,
                           ClusterSpace& space) {

@@ -37,7 +37,6 @@ class Segmenter {
  public:
   static constexpr int bins_per_px{2};
   static constexpr int none{-1};
-  /// Maximum distance of segmented obstacles, m.
   static constexpr double far_m{40};
 
   Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int disparities);
@@ -56,7 +55,6 @@ class Segmenter {
   }
 
   [[nodiscard]] std::size_t size() const { return segments_.size(); }
-  /// Reserved capacity for nodes.
   [[nodiscard]] std::size_t nodes_reserved() const { return tallies_.size() / 8; }
   /// Indices of a segment's nodes, far ones first.
   [[nodiscard]] std::span<const int> of(std::size_t segment) const {
@@ -69,7 +67,6 @@ class Segmenter {
     bool right;
   };
   [[nodiscard]] Cuts cuts_of(std::size_t segment) const;
-  /// Column and disparity bin.
   struct Spot {
     int u;
     int bin;
@@ -100,7 +97,6 @@ class Segmenter {
   }
 
  private:
-  /// Constants of a bin.
   struct Bin {
     double disparity;  ///< middle of the bin, px
     int pixels_min;    ///< minimum pixels of a node and its neighbours

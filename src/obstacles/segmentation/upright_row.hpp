@@ -27,7 +27,6 @@ struct UprightRow {
   [[nodiscard]] bool is_below_highest(int u, float d) const { return road(u) > highest_share * d; }
 };
 
-/// Pixels of a part of a row.
 struct UprightPixels {
   static constexpr int most{256};
 

@@ -249,16 +249,18 @@ TEST(Trust, ARoadThatIsHiddenIsKnownForThreeSeconds) {
   Matches matches{rig.width_px, rig.height_px};
   matches.obstacle.fill(70);
   Ground ground{rig.camera_height_m, 0, 0, false};
-  FrameTrust trust{rig, preset("default").ground, 128};
-  const auto judged = [&](double dt_s) { return trust.judge({left.view(), left.view(), {}, matches}, ground, dt_s); };
-  EXPECT_EQ(judged(0), Doubt::none);
-  EXPECT_EQ(judged(2.9), Doubt::none);
-  EXPECT_EQ(judged(0.2), Doubt::road_not_seen);
+  FrameValidator validator{rig, preset("default").ground, 128};
+  const auto reason_after = [&](double dt_s) {
+    return validator.validate({left.view(), left.view(), {}, matches}, ground, dt_s);
+  };
+  EXPECT_EQ(reason_after(0), Rejection::none);
+  EXPECT_EQ(reason_after(2.9), Rejection::none);
+  EXPECT_EQ(reason_after(0.2), Rejection::road_not_seen);
   ground.estimated = true;
-  EXPECT_EQ(judged(0.1), Doubt::none);
+  EXPECT_EQ(reason_after(0.1), Rejection::none);
   ground.estimated = false;
-  EXPECT_EQ(judged(2.9), Doubt::none);
-  EXPECT_EQ(judged(0.2), Doubt::road_not_seen);
+  EXPECT_EQ(reason_after(2.9), Rejection::none);
+  EXPECT_EQ(reason_after(0.2), Rejection::road_not_seen);
 }
 
 }  // namespace

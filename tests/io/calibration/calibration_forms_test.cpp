@@ -65,7 +65,7 @@ TEST_F(CalibrationForms, ARectifiedRigIsTheSame) {
     const Calibration calibration{read(files, 256, 128)};
     EXPECT_EQ(calibration.rig, rig) << form;
     EXPECT_FALSE(calibration.raw) << form;
-    EXPECT_FALSE(calibration.has_mounting) << form;
+    EXPECT_FALSE(calibration.has_extrinsics) << form;
   }
 }
 
@@ -212,7 +212,7 @@ TEST_F(CalibrationForms, CalibrationYamlNamesAnother) {
   const Calibration named{read_calibration(folder_ / "c.yaml")};
   EXPECT_EQ(named.rig.focal_px, raw.rig.focal_px);
   EXPECT_EQ(named.rig.camera_height_m, 1.2);
-  EXPECT_TRUE(named.raw && named.has_mounting && named.notes.empty());
+  EXPECT_TRUE(named.raw && named.has_extrinsics && named.notes.empty());
   EXPECT_EQ(named.mask, folder_ / "m.png");
   put(folder_ / "c.yaml", "from: [left.yaml, right.yaml]\nimages: rectified\n");
   const Calibration rectified{read_calibration(folder_ / "c.yaml")};

@@ -128,10 +128,10 @@ TEST_F(CalibrationFile, ComplainsOfTheBaseline) {
 
 TEST_F(CalibrationFile, MountingMayBeUnknown) {
   const Calibration unknown{read("c.yaml", "focal_px: 410\ncx_px: 32\ncy_px: 24\nbaseline_m: 1\n", 64, 48)};
-  EXPECT_FALSE(unknown.has_mounting);
+  EXPECT_FALSE(unknown.has_extrinsics);
   EXPECT_EQ(unknown.rig, (Rig{64, 48, 410, 32, 24, 1, 1.65, 0, 0}));
-  EXPECT_TRUE(read("c.yaml", rectified()).has_mounting);
-  EXPECT_FALSE(read("calib.txt", odometry, 1226, 370).has_mounting);
+  EXPECT_TRUE(read("c.yaml", rectified()).has_extrinsics);
+  EXPECT_FALSE(read("calib.txt", odometry, 1226, 370).has_extrinsics);
 }
 
 TEST_F(CalibrationFile, ComplainsOfMissingKeys) {

@@ -44,7 +44,7 @@ struct Calibration {
   std::optional<Transform> camera_from_velodyne;  ///< to the left rectified camera (x right, y down, z forward)
   std::string kind;                     ///< "calibration.yaml", "KITTI odometry", "KITTI raw", "ROS camera_info",
                                         ///< "OpenCV stereo calibration" or "Kalibr camchain"
-  bool has_mounting{false};             ///< false: the rig's height is the usual one, its angles 0
+  bool has_extrinsics{false};           ///< false: the rig's height is the usual one, its angles 0
   std::filesystem::path mask{};         ///< image for read_mask; empty: none
   std::vector<std::string> notes{};     ///< interpretation of the file where it is ambiguous
   std::vector<std::string> warnings{};  ///< values that are probably those of other images

@@ -118,8 +118,8 @@ Calibration read_own_calibration(const YamlGroup& root, const std::filesystem::p
   if (request.is_named) root.fail("is a calibration.yaml that another one names.", "Name another tool's file there.");
   Calibration calibration{root.has("from") ? read_named(root, path, request) : read_whole(root, request)};
   if (root.has("mask")) calibration.mask = path.parent_path() / root.file_name("mask");
-  calibration.has_mounting = root.has("mount");
-  if (!calibration.has_mounting) return calibration;
+  calibration.has_extrinsics = root.has("mount");
+  if (!calibration.has_extrinsics) return calibration;
   const YamlGroup mount{root.group("mount", {"camera_height_m", "camera_pitch_rad", "camera_roll_rad"})};
   calibration.rig.camera_height_m = mount.number("camera_height_m");
   calibration.rig.camera_pitch_rad = mount.number("camera_pitch_rad", 0);

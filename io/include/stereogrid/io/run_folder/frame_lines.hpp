@@ -36,7 +36,7 @@ struct FrameSummary {
 [[nodiscard]] STEREOGRID_EXPORT FrameSummary summary_of(const StereoFrame& frame, const FrameResult& result);
 
 /// Extrinsics of the camera in a frame's line.
-struct Mounting {
+struct Extrinsics {
   double camera_height_m{0};
   double camera_pitch_rad{0};
   double camera_roll_rad{0};
@@ -51,7 +51,7 @@ struct RunFrame {
   StageTimes timing_ms;  ///< 0: stage missing in an older version
   std::vector<Obstacle> obstacles;
   std::vector<FrameStatus> status{};
-  std::optional<Mounting> mounting{};  ///< none: not in the file of an older version
+  std::optional<Extrinsics> extrinsics{};  ///< none: not in the file of an older version
 };
 
 // Both read frames.jsonl: frames in their order, without duplicates. Throw InputError.

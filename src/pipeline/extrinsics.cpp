@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/mounting.hpp"
+#include "pipeline/extrinsics.hpp"
 
 #include <array>
 #include <cmath>
@@ -8,11 +8,11 @@
 
 namespace stereogrid {
 
-Ground mounting_of(const Rig& rig) {
+Ground extrinsics_of(const Rig& rig) {
   return {rig.camera_height_m, rig.camera_pitch_rad, rig.camera_roll_rad};
 }
 
-Rig mounted_as(Rig rig, const Ground& ground) {
+Rig with_extrinsics(Rig rig, const Ground& ground) {
   rig.camera_height_m = ground.height_m;
   rig.camera_pitch_rad = ground.pitch_rad;
   rig.camera_roll_rad = ground.roll_rad;
@@ -27,7 +27,7 @@ Rig as_written(Rig rig) {
   return rig;
 }
 
-std::string sentence_of_mounting(const Rig& rig) {
+std::string extrinsics_message(const Rig& rig) {
   std::array<char, 320> text{};
   std::snprintf(text.data(), text.size(),
                 "the assumed extrinsics do not fit. They are replaced by an estimate. "
