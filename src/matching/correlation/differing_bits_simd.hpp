@@ -27,7 +27,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 constexpr int bytes_of_vector{static_cast<int>(hn::MaxLanes(Bytes{}))};
 
 // Both classes have the same members, for `width` pixels and `shifts` shifts.
-#if HWY_ARCH_X86 && HWY_TARGET > HWY_AVX3
+#if HWY_ARCH_X86 && HWY_TARGET > HWY_AVX3 && HWY_TARGET <= HWY_SSSE3
 // [left][right]: differing bits of two halves of descriptors, the right ones again and again.
 using TablesOfHalves = std::array<std::array<std::uint8_t, bytes_of_vector>, 16>;
 constexpr TablesOfHalves tables_of_halves() {

@@ -96,7 +96,7 @@ class UprightBlock {
     }
   }
 
-  // Stores the best shifts and the sums beside them, and takes these out of the search.
+  // Stores the best sums and those beside them, and takes them out of the search.
   void mask_least(int count) {
     for (int pixel{0}; pixel < count; ++pixel) {
       const auto least = static_cast<std::uint32_t>(least_[0][pixel]);
@@ -104,10 +104,7 @@ class UprightBlock {
       std::uint16_t* const from{sums_of(pixel) + shift - 1};
       std::uint64_t around;
       std::memcpy(&around, from, sizeof around);
-      best_[pixel] = static_cast<std::uint16_t>(least);
-      shift_[pixel] = static_cast<std::uint16_t>(shift);
-      before_[pixel] = static_cast<std::uint16_t>(around);
-      after_[pixel] = static_cast<std::uint16_t>(around >> 32);
+      around_[pixel] = around;
       around |= 0xffffffffffff;
       std::memcpy(from, &around, sizeof around);
     }
@@ -126,11 +123,17 @@ class UprightBlock {
   HWY_INLINE void candidates_at(int pixel, int u, CandidateRow& out) const {
     const Words d16;
     const auto set = [&](unsigned value) { return hn::Set(d16, static_cast<std::uint16_t>(value)); };
-    const auto load_cost = [&](const std::uint16_t* sums) {
-      return hn::ShiftRight<scale_bits>(hn::Load(d16, sums + pixel));
+    const auto load = [&](const auto* of, int part) {
+      constexpr int numbers{lanes * static_cast<int>(sizeof(std::uint16_t)) / static_cast<int>(sizeof *of)};
+      return hn::Load(d16, reinterpret_cast<const std::uint16_t*>(of + pixel + part * numbers));
     };
-    const auto cost = load_cost(best_);
-    const auto shift = hn::Load(d16, shift_ + pixel);
+    const auto cost_of = [](V16 sums) { return hn::ShiftRight<scale_bits>(sums); };
+    const auto best = hn::ConcatEven(d16, load(least_[0], 1), load(least_[0], 0));
+    const auto place = hn::ConcatOdd(d16, load(least_[0], 1), load(least_[0], 0));
+    const auto shift = hn::Add(place, hn::ShiftLeft<3>(hn::And(best, set(scale - 1))));
+    const auto low = hn::ConcatEven(d16, load(around_, 1), load(around_, 0));
+    const auto high = hn::ConcatEven(d16, load(around_, 3), load(around_, 2));
+    const auto cost = cost_of(best);
     // no sum reaches 65535 − scale, but masked ones do
     const auto limit = hn::Min(rival_limit(cost, uniqueness_1024_), set(65535 >> scale_bits));
     const auto has_rivals = hn::Lt(hn::Load(d16, second_ + pixel), hn::ShiftLeft<scale_bits>(limit));
@@ -138,8 +141,8 @@ class UprightBlock {
     const auto store = [&](V16 values, std::uint16_t* to) { hn::StoreU(values, d16, to + u); };
     store(cost, out.cost());
     store(hn::IfThenElseZero(has_rivals, set(1)), out.has_rivals());
-    store(hn::IfThenElse(at_end, cost, load_cost(before_)), out.before());
-    store(hn::IfThenElse(at_end, cost, load_cost(after_)), out.after());
+    store(hn::IfThenElse(at_end, cost, cost_of(hn::ConcatEven(d16, high, low))), out.before());
+    store(hn::IfThenElse(at_end, cost, cost_of(hn::ConcatOdd(d16, high, low))), out.after());
     store(shift, reinterpret_cast<std::uint16_t*>(out.shift()));
   }
 
@@ -147,11 +150,8 @@ class UprightBlock {
   int uniqueness_1024_;
   alignas(64) std::uint16_t sums_[pixels * stride + lanes]{};  // [pixel][shift], with space around each pixel's
   alignas(64) std::int32_t least_[tiles][pixels]{};            // smallest sum | its place less eighths << 16
-  alignas(64) std::uint16_t best_[pixels]{};                   // smallest sum
-  alignas(64) std::uint16_t shift_[pixels]{};                  // its shift
-  alignas(64) std::uint16_t before_[pixels]{};                 // sums beside it
-  alignas(64) std::uint16_t after_[pixels]{};
-  alignas(64) std::uint16_t second_[pixels]{};  // smallest sum elsewhere
+  alignas(64) std::uint64_t around_[pixels]{};                 // sums before, at and after its shift
+  alignas(64) std::uint16_t second_[pixels]{};                 // smallest sum elsewhere
 };
 
 }  // namespace HWY_NAMESPACE

@@ -36,7 +36,7 @@ HWY_INLINE V8 in_column_order(V8 bytes) {
 #endif
 }
 
-#if HWY_ARCH_X86
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_SSSE3
 // For weighted_lower and weighted_upper: scale, −scale.
 constexpr std::uint16_t weight_of_columns(unsigned scale) {
   return static_cast<std::uint16_t>((256 - scale) << 8 | scale);
