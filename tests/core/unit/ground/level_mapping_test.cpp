@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "matching/checks/mask.hpp"
 #include "support.hpp"
 
 namespace stereogrid::test {
@@ -27,6 +28,25 @@ TEST(LevelMapping, ThereAndBackIsTheSamePlace) {
       EXPECT_NEAR(back->v, point.v, 1e-9);
     }
   }
+}
+
+// A masked pixel of the camera masks all pixels of the level image that it is part of.
+TEST(LevelMapping, LevelPixelsAreMaskedIfOneOfTheirFourPixelsIs) {
+  const Rig rig{pitched_rig(5)};
+  const LevelMapping mapping{rig};
+  Image<std::uint8_t> camera{rig.width_px, rig.height_px, 255};
+  for (int v{0}; v < rig.height_px; ++v) camera(80, v) = 0;
+  const PixelMask mask{camera, mapping};
+  int masked{0};
+  for (int v{0}; v < mapping.level_rig().height_px; ++v) {
+    for (int u{0}; u < mapping.level_rig().width_px; ++u) {
+      const auto place = mapping.camera_from_level({static_cast<double>(u), static_cast<double>(v)});
+      if (!place) continue;
+      EXPECT_EQ(mask.view()(u, v), std::abs(place->u - 80) < 1 ? 1 : 0) << u << " " << v;
+      masked += mask.view()(u, v);
+    }
+  }
+  EXPECT_GT(masked, 150);
 }
 
 // A point 8 m ahead, 2 m to the right and 1 m below the camera, which is pitched down by 5°.

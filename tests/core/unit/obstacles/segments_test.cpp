@@ -287,9 +287,9 @@ TEST(Segments, LongThingsHigherThanAVanAreBoundaries) {
   EXPECT_EQ(clusters_of(PaintedObstacles{}.wall(12, -1, 1, 0, 4.2)).at(0).kind, ObstacleKind::object) << "a tree";
 }
 
-// Two rows over the lowest height.
-TEST(Segments, AreThirtyCentimetresAtTwentyMetres) {
-  EXPECT_EQ(segments_of(PaintedObstacles{}.wall(20, -1, 1, 0, 0.58)), 1u);
+// 0.23 m over the lowest height, at 20 m.
+TEST(Segments, ThatShowTwoRowsAreFound) {
+  EXPECT_EQ(segments_of(PaintedObstacles{}.wall(20, -1, 1, 0, 0.48)), 1u);
 }
 
 TEST(Segments, AreFoundUpToFortyMetres) {
