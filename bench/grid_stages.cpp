@@ -17,6 +17,7 @@
 
 #include "backend/cpu.hpp"
 #include "filter/filter.hpp"
+#include "machine.hpp"
 #include "observation/projection/projection.hpp"
 #include "observation/rays/rays.hpp"
 #include "observation/u_disparity/u_disparity.hpp"
@@ -70,7 +71,7 @@ class GridStages {
         rig_{source.rig()},
         pipeline_{config_, rig_, {.threads = 1}},
         matches_{rig_.width_px, rig_.height_px},
-        tables_{config_.u_disparity, rig_.height_px, pipeline_.config().matching.window_px},
+        tables_{{config_.u_disparity, config_.paper}, rig_.height_px, pipeline_.config().matching.window_px},
         space_{rig_.width_px, rig_.height_px, disparities, 1},
         projection_{rig_.width_px, disparities},
         rays_{rig_.width_px, rig_.height_px, disparities},
@@ -213,6 +214,7 @@ void run(const char* recording) {
 
 int main(int argc, char** argv) {
   try {
+    print_machine();
     run(argc > 1 ? argv[1] : nullptr);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "bench_grid_stages: %s\n", error.what());

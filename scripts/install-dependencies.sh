@@ -40,6 +40,7 @@ if [ "${1:-}" = "--ci" ]; then
     python3-pip            # scripts/install-cuda.sh
     gstreamer1.0-plugins-bad gstreamer1.0-tools  # images from another program: shmsink
     faketime               # machines whose clocks differ
+    valgrind               # instructions of a frame
     colcon python3-colcon-cmake python3-colcon-ros python3-colcon-recursive-crawl python3-colcon-package-information
   )
   # foreign peers of tests; other packages of Node.js bring it themselves and exclude Debian's
