@@ -32,7 +32,7 @@ CONFIG
 export_stand_in rclcpp rclcpp "$stand_in"
 export_stand_in rclcpp_components component "$stand_in"
 export_stand_in tf2_ros tf2_ros "$stand_in"
-ros=$source/build/ros/venv
+ros=$source/build/ros/jazzy
 if [ -e "$ros/share/sensor_msgs/cmake/sensor_msgsConfig.cmake" ]; then
   echo "Messages: the packages of $ros"
   # these wheels name the folder of Python's headers on the machine that has built them

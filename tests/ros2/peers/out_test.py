@@ -6,7 +6,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from support import BEST_EFFORT, LATCHED, RELIABLE, Tool, hash_of, message_class, spin_until  # before rclpy
+from support import BEST_EFFORT, LATCHED, RELIABLE, SHARE, Tool, hash_of, message_class, spin_until  # before rclpy
 
 import rclpy
 from mcap.reader import make_reader
@@ -140,9 +140,12 @@ class Out(unittest.TestCase):
     def test_nodes_and_their_endpoints_have_names(self):
         self.assertIn(('grid', '/robot'), self.names)
         self.assertNotIn('', [name for name, _ in self.names])
+        # Endpoints of Cyclone DDS 0.10 do not announce their participant; Fast DDS 2 derives it, Fast DDS 3 does not.
+        unnamed = '_CREATED_BY_BARE_DDS_APP_'
+        expected = (unnamed, unnamed) if SHARE.parent.name == 'kilted' else ('grid', '/robot')
         for topic in TYPES:
             for one in self.endpoints[topic]:
-                self.assertEqual((one.node_name, one.node_namespace), ('grid', '/robot'), topic)
+                self.assertEqual((one.node_name, one.node_namespace), expected, topic)
 
     def test_types_have_the_hashes_of_ros(self):
         for topic, type_name in TYPES.items():
