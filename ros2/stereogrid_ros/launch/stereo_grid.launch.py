@@ -12,7 +12,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description():
-    """Arguments: camera (namespace of left/ and right/), parameters (a YAML file), rviz (true: show it)."""
+    """Arguments: camera (namespace of left/ and right/), parameters (YAML file), rviz (true)."""
     share = FindPackageShare('stereogrid_ros')
     usual = PathJoinSubstitution([share, 'config', 'stereo_grid.yaml'])
     camera = LaunchConfiguration('camera')
