@@ -5,7 +5,8 @@
 # Installs the Debian / Ubuntu packages that stereogrid is built, tested and run with.
 # Does nothing where they are all there. Uses sudo where the caller is not root.
 # --python: also the packages of PyPI that the Python package is built and tested with, into build/python/venv, and ROS 2
-# as peers of tests, into build/ros/venv. Where one of them cannot be installed, its tests are skipped.
+# as peers of tests, into build/ros/jazzy and build/ros/kilted. Where one of them cannot be installed, its tests are
+# skipped.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
@@ -65,7 +66,8 @@ install_python_packages() { # install_python_packages VENV REQUIREMENTS
 finish() {
   if [ "$1" = "--python" ]; then
     install_python_packages build/python/venv tests/python/requirements.txt
-    install_python_packages build/ros/venv tests/ros2/requirements.txt
+    ROS_DISTRO=jazzy install_python_packages build/ros/jazzy tests/ros2/requirements.txt
+    ROS_DISTRO=kilted install_python_packages build/ros/kilted tests/ros2/requirements.txt
   fi
   exit 0
 }
