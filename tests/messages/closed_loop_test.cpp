@@ -29,7 +29,6 @@ constexpr double blind_m{0.75};  // ground nearer than this is below the image
 constexpr double ahead_m{0.9};   // part of the path that has to be free and seen
 constexpr double most_mps{0.6};
 constexpr double step_s{0.1};
-constexpr Point2 start{0, 0};
 
 double distance(Point2 a, Point2 b) {
   return std::hypot(a.x - b.x, a.y - b.y);
@@ -44,7 +43,7 @@ class Costmap {
   static constexpr GridGeometry geometry{-1, -2, 0.05, 360, 80};
 
   /// `layers`: the filtered grid, then predictions with use_maximum.
-  Costmap(const std::vector<OccupancyGrid>& layers, Point2 robot) {
+  Costmap(const std::vector<OccupancyGrid>& layers, Point2 robot, Point2 start) {
     for (const OccupancyGrid& layer : layers) add(layer, &layer == &layers.front());
     for (int iy{0}; iy < geometry.ny; ++iy) {
       for (int ix{0}; ix < geometry.nx; ++ix) {
@@ -83,6 +82,7 @@ class Costmap {
 
   void inflate() {
     constexpr double inflation_m{0.6};
+    constexpr double padded_m{radius_m + geometry.cell_size_m};
     constexpr double scaling{4};
     constexpr int reach{static_cast<int>(inflation_m / geometry.cell_size_m)};
     const Image<int> before{cost_};
@@ -93,8 +93,8 @@ class Costmap {
           for (int x{std::max(0, ix - reach)}; x <= std::min(geometry.nx - 1, ix + reach); ++x) {
             const double away_m{std::hypot(x - ix, y - iy) * geometry.cell_size_m};
             if (away_m > inflation_m) continue;
-            const int cost{away_m <= radius_m ? inscribed
-                                              : static_cast<int>(252 * std::exp(-scaling * (away_m - radius_m)))};
+            const int cost{away_m <= padded_m ? inscribed
+                                              : static_cast<int>(252 * std::exp(-scaling * (away_m - padded_m)))};
             int& to{cost_(x, y)};
             if (to == lethal || (to == unknown && cost < inscribed)) continue;
             to = to == unknown ? cost : std::max(to, cost);
@@ -135,7 +135,7 @@ std::vector<Point2> path(const Costmap& map, Point2 from, Point2 to) {
       const CellIndex next{ix + k % 3 - 1, iy + k / 3 - 1};
       if (k == 4 || next.ix < 0 || next.ix >= grid.nx || next.iy < 0 || next.iy >= grid.ny) continue;
       const int there{map.at(next.ix, next.iy)};
-      const bool leaves{distance(grid.centre(next.ix, next.iy), from) < radius_m};  // a robot that is too near
+      const bool leaves{distance(grid.centre(next.ix, next.iy), from) < radius_m};  // it is too near
       if (there == Costmap::lethal || (there == Costmap::inscribed && !leaves)) continue;
       const double factor{there == Costmap::unknown ? 3 : 1 + there / 50.0};
       const auto at{static_cast<std::size_t>(index(next))};
@@ -157,7 +157,7 @@ std::vector<Point2> path(const Costmap& map, Point2 from, Point2 to) {
 /// A robot that follows paths: on ground that is free and was seen, once it is turned towards it. Its accelerations are
 /// those of Nav2's examples.
 struct Robot {
-  Pose2 pose{start.x, start.y, 0};
+  Pose2 pose;
   double speed_mps{0};
   double turn_radps{0};
 
@@ -212,6 +212,10 @@ class Surroundings {
     }
   }
 
+  [[nodiscard]] double box_y_m() const {
+    return std::ranges::find(objects_, "box", &TruthObject::kind)->world_from_object.y_m;
+  }
+
   struct Nearest {
     std::string kind;
     double gap_m;
@@ -247,17 +251,20 @@ TEST_P(ClosedLoop, ArrivesAndTouchesNothing) {
   const Surroundings surroundings{scene};
   const TruthZone stairs{scene.truth_grid().zones.front()};
   const Point2 goal{13.4, stairs.low.y < -1 ? 0.7 : -0.7};
-  Pipeline pipeline{preset("robot"), scene.rig(), {.threads = 2, .stages = false, .horizons_s = {0.5, 1, 1.5, 2}}};
+  Pipeline pipeline{preset("robot"),
+                    scene.rig(),
+                    {.threads = 2, .stages = false, .horizons_s = {0.5, 1, 1.5, 2}, .in_world_of_poses = true}};
   Recorder recorder;
   FrameMessages messages{recorder, pipeline.rig(), {.scale = OccupancyScale::nav2}};
-  Robot robot;
+  const Point2 start{0, surroundings.box_y_m()};  // behind the box
+  Robot robot{{start.x, start.y, 0}};
   Surroundings::Nearest closest{"", 10};
   std::size_t i{0};
   for (; i < scene.size() && closest.gap_m > 0 && distance(robot.place(), goal) > 0.2; ++i) {
     const StereoFrame frame{scene.load(i, robot.pose)};
     recorder.sent.clear();
     messages.send(pipeline.process(frame), {.stamp_ns = frame.stamp_ns});
-    const Costmap map{layers_of(recorder), robot.place()};
+    const Costmap map{layers_of(recorder), robot.place(), start};
     robot.follow(path(map, robot.place(), goal), map);
     const auto nearest{surroundings.nearest(robot.place(), static_cast<double>(i + 1) * step_s)};
     if (nearest.gap_m < closest.gap_m) closest = nearest;
