@@ -43,7 +43,8 @@ struct Cluster {
   double yaw_rad{0};
   double height_m{0};
   ObstacleKind kind{ObstacleKind::object};
-  Outline outline;
+  Outline outline;  ///< outline of its strips, or of an edge
+  Outline fitted;   ///< outline fitted to the strips within their noise, for reports; empty: as `outline`
   Bounds bounds{};  ///< bounds of the outline
   /// True: the object may continue beyond the left or right end of its outline, which is hidden or outside the image.
   bool is_cut_left{false};
@@ -55,7 +56,7 @@ struct Cluster {
   template <class State>
   void exchange(State& state) {
     state(centre, velocity, velocity_covariance, occupancy, moving, pixels, length_m, width_m, yaw_rad, height_m, kind,
-          outline, bounds, is_cut_left, is_cut_right);
+          outline, fitted, bounds, is_cut_left, is_cut_right);
   }
 };
 

@@ -34,9 +34,7 @@ double squared_distance(Point2 at, Point2 a, Point2 b) {
 }
 
 // Within the outline of an object, or close to an outline.
-bool belongs(Point2 at, const Obstacle& obstacle) {
-  const Outline& outline{obstacle.outline};
-  const bool is_closed{obstacle.kind == ObstacleKind::object};
+bool belongs(Point2 at, const Outline& outline, bool is_closed) {
   bool is_inside{false};
   for (std::size_t i{0}; i < outline.size(); ++i) {
     if (i == 0 && !is_closed && outline.size() > 1) continue;
@@ -71,22 +69,23 @@ void NearObstacles::begin() {
 }
 
 // Obstacles are lost beyond the disparity search, and in front of all ground in view.
-bool NearObstacles::is_near(const Obstacle& obstacle, const Ground& road) const {
+bool NearObstacles::is_near(const Outline& outline, const Ground& road) const {
   const double focal_baseline{rig_.focal_px * rig_.baseline_m};
   const double nearest_road_px{road_plane(rig_, road).disparity(rig_.cx_px, rig_.height_px - 1)};
   const double lost_px{std::min(matching_.disparities - 1.0, std::max(nearest_road_px, 1.0))};
   double nearest_m{infinite};
-  for (const Point2& point : obstacle.outline) {
+  for (const Point2& point : outline) {
     if (point.x > 0) nearest_m = std::min(nearest_m, point.x);
   }
   return nearest_m < near_share * focal_baseline / lost_px;
 }
 
-void NearObstacles::take_cells(const Obstacle& obstacle, const GridLayers& world, const Pose2& world_from_vehicle) {
+void NearObstacles::take_cells(const Obstacle& obstacle, const Outline& outline, const GridLayers& world,
+                               const Pose2& world_from_vehicle) {
   const GridGeometry& window{world.geometry};
   Point2 least{infinite, infinite};
   Point2 most{-infinite, -infinite};
-  for (const Point2& point : obstacle.outline) {
+  for (const Point2& point : outline) {
     const Point2 at{world_from_vehicle * point};
     least = {std::min(least.x, at.x), std::min(least.y, at.y)};
     most = {std::max(most.x, at.x), std::max(most.y, at.y)};
@@ -103,7 +102,7 @@ void NearObstacles::take_cells(const Obstacle& obstacle, const GridLayers& world
     for (int x{index(least.x - beside_m, window.x_min_m, window.nx)}; x <= last_x; ++x) {
       const float occupancy{world.occupancy(x, y)};
       if (!(occupancy > occupied_min) || is_taken_(x, y) != 0 || cells_.size() >= held_cells_max) continue;
-      if (!belongs(vehicle_from_world * window.centre(x, y), obstacle)) continue;
+      if (!belongs(vehicle_from_world * window.centre(x, y), outline, obstacle.kind == ObstacleKind::object)) continue;
       is_taken_(x, y) = 1;
       cells_.push_back({obstacle.id, first_x + x, first_y + y, std::min(occupancy, occupancy_max),
                         static_cast<float>(obstacle.height_m)});
@@ -128,8 +127,10 @@ void NearObstacles::update(const FrameResult& result, const Tracker& tracker, co
       cells_[kept++] = cells_[i];
   }
   cells_.resize(kept);
+  const Pose2 vehicle_from_world{inverse(world_from_vehicle)};
+  const auto outline_of = [&](const Obstacle& obstacle) { return tracker.strips_of(obstacle.id, vehicle_from_world); };
   const auto takes = [&](const Obstacle& obstacle) {
-    return is_seen(obstacle) && !obstacle.moving && is_near(obstacle, road);
+    return is_seen(obstacle) && !obstacle.moving && is_near(outline_of(obstacle), road);
   };
   if (std::ranges::none_of(result.obstacles, takes)) return;
   is_taken_.fill(0);
@@ -139,7 +140,7 @@ void NearObstacles::update(const FrameResult& result, const Tracker& tracker, co
     if (x >= 0 && x < window.nx && y >= 0 && y < window.ny) is_taken_(x, y) = 1;
   }
   for (const Obstacle& obstacle : result.obstacles) {
-    if (takes(obstacle)) take_cells(obstacle, result.world, world_from_vehicle);
+    if (takes(obstacle)) take_cells(obstacle, outline_of(obstacle), result.world, world_from_vehicle);
   }
   std::ranges::sort(cells_, {}, [](const Cell& cell) { return std::tuple{cell.id, cell.y, cell.x}; });
 }

@@ -87,8 +87,9 @@ class NearObstacles {
   [[nodiscard]] bool is_gone(int index) const;
   void decide_cells(std::span<const Cell> cells, std::span<CellState> states, const Pose2& vehicle_from_world);
   void hold(std::span<const Cell> cells, std::span<const CellState> states, const GridGeometry& window);
-  [[nodiscard]] bool is_near(const Obstacle& obstacle, const Ground& road) const;
-  void take_cells(const Obstacle& obstacle, const GridLayers& world, const Pose2& world_from_vehicle);
+  [[nodiscard]] bool is_near(const Outline& outline, const Ground& road) const;
+  void take_cells(const Obstacle& obstacle, const Outline& outline, const GridLayers& world,
+                  const Pose2& world_from_vehicle);
 
   Rig rig_;
   MatchingConfig matching_;

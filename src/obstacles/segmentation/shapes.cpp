@@ -11,16 +11,19 @@
 
 #include "clamped_to_int.hpp"
 #include "obstacles/segmentation/clusters.hpp"
+#include "obstacles/segmentation/side_fit.hpp"
 
 namespace stereogrid {
 namespace {
 
 constexpr double moving_mps{0.7};
 constexpr double strip_m{0.2};  // minimum width of a part of an outline
-constexpr int strips_max{12};
+constexpr int strips_max{SideFit::samples_max};
+constexpr std::size_t object_side_points{4};
 constexpr double thickness_m{0.5};  // assumed thickness of surfaces visible from one side only
 constexpr double tail_share{0.1};   // share of a strip's pixels excluded as noise at either end
 constexpr double sigma_px{0.3};
+constexpr double least_sigma_m{0.02};  // unevenness of a surface
 constexpr double overlap_m{0.1};
 constexpr double height_share{0.9};
 constexpr double boundary_m{8};       // minimum length of boundaries …
@@ -52,6 +55,10 @@ struct Strip {
     const double noise_m{2 * sigma_px * middle_m * middle_m / focal_baseline};
     if (far_m - near_m < 2 * noise_m) near_m = std::max(near_m, middle_m - noise_m);
     far_m = std::max(far_m, near_m + thickness_m);
+  }
+  [[nodiscard]] SideSample side(double at_m, double focal_baseline) const {
+    const double disparity{focal_baseline / at_m};
+    return {left_u, right_u, disparity, std::hypot(sigma_px, least_sigma_m * disparity / at_m)};
   }
 };
 
@@ -97,6 +104,14 @@ class Strips {
     }
   }
 
+  /// A side of the segment: `at_m` of its strips.
+  [[nodiscard]] std::span<const SideSample> side(double Strip::*at_m) {
+    for (std::size_t i{0}; i < used().size(); ++i) {
+      samples_[i] = used()[i].side(used()[i].*at_m, rig_.focal_px * rig_.baseline_m);
+    }
+    return {samples_.data(), used().size()};
+  }
+
  private:
   void place(const Segmenter& segmenter, std::size_t segment, std::vector<double>& tops, Cluster& cluster) {
     int right{0};
@@ -132,6 +147,7 @@ class Strips {
 
   const Rig& rig_;
   std::array<Strip, strips_max> strips_{};
+  std::array<SideSample, strips_max> samples_{};
   int count_{0};
   int left_{0};
   double width_px_{1};
@@ -151,15 +167,32 @@ bool is_boundary(const Outline& near, double height_m) {
   return long_m > boundary_m || (height_m > high_m && long_m > high_boundary_m);
 }
 
+// Fitted outline: the near side, and for objects the far side, at least thickness_m behind it along the rays. Both have
+// the same columns, and the outline is a simple polygon.
+void fit_outline(const Rig& rig, Strips& strips, Cluster& cluster) {
+  const bool is_object{cluster.kind == ObstacleKind::object};
+  const double focal_baseline{rig.focal_px * rig.baseline_m};
+  SideFit side{strips.side(&Strip::near_m), is_object ? object_side_points : SideFit::points_max};
+  for (std::size_t i{0}; i < side.size(); ++i) {
+    const double x_m{focal_baseline / side.disparity(i)};
+    cluster.fitted.push_back({x_m, (rig.cx_px - side.column(i)) * x_m / rig.focal_px});
+  }
+  if (!is_object) return;
+  side.refit(strips.side(&Strip::far_m));
+  for (std::size_t i{side.size()}; i-- > 0;) {
+    const Point2 near{cluster.fitted[i]};
+    const double x_m{std::max(focal_baseline / side.disparity(i), near.x + thickness_m)};
+    cluster.fitted.push_back({x_m, near.y * x_m / near.x});
+  }
+}
+
 Cluster outlined(ClusterSpace& space, std::size_t segment) {
   Cluster cluster;
   Strips strips{space, segment, cluster};
   strips.draw_near(cluster.outline);
-  if (is_boundary(cluster.outline, cluster.height_m)) {
-    cluster.kind = ObstacleKind::boundary;
-  } else {
-    strips.draw_far(cluster.outline);
-  }
+  if (is_boundary(cluster.outline, cluster.height_m)) cluster.kind = ObstacleKind::boundary;
+  fit_outline(space.rig, strips, cluster);
+  if (cluster.kind == ObstacleKind::object) strips.draw_far(cluster.outline);
   return cluster;
 }
 
@@ -252,6 +285,7 @@ void describe_segments(const GridLayers& world, const Pose2& world_from_vehicle,
     cluster.is_cut_left = cut_left;
     cluster.is_cut_right = cut_right;
     for (Point2& point : cluster.outline) point = world_from_vehicle * point;
+    for (Point2& point : cluster.fitted) point = world_from_vehicle * point;
     cluster.bounds = bounds_of(cluster.outline);
     ask_grid(space.segmenter, i, world, world_from_vehicle, cluster);
     space.clusters.push_back(cluster);

@@ -25,8 +25,7 @@ constexpr double assumed_m{0.65};
 /// Minimum standard deviation of an extent.
 constexpr double assumed_sigma_m{0.1};
 /// Share of the difference between size and observation that is corrected in a frame.
-constexpr double growing{0.3};
-constexpr double shrinking{0.3};
+constexpr double following{0.3};
 /// Rate for the hidden far side of dynamic things: their first observations are too deep, because errors lie along the
 /// rays.
 constexpr double hidden_shrinking{0.1};
@@ -159,9 +158,9 @@ void TrackedBox::update(const BoxView& view, Point2 place) {
       const double farther{outwards * (sides[end].at_m - from - reach_m[axis][end])};
       double taken{0};
       if (both) {
-        taken = 0.5 * larger * (larger > 0 ? growing : shrinking);
+        taken = 0.5 * larger * following;
       } else if (!sides[end].is_near || !sides[end].is_seen()) {
-        taken = farther * (farther > 0 ? growing : sides[end].is_seen() ? shrinking : axis == 1 ? hidden_shrinking : 0);
+        taken = farther * (farther > 0 || sides[end].is_seen() ? following : axis == 1 ? hidden_shrinking : 0);
       }
       reach_m[axis][end] += outwards * taken;
       if (sides[end].is_seen() || farther > side_m) sigma_m[axis][end] = sides[end].sigma_m;

@@ -80,7 +80,7 @@ Obstacle Tracker::obstacle_of(const Track& track, const Pose2& vehicle_from_worl
   obstacle.yaw_sigma_rad = obstacle.moving ? heading_sigma_of(track.motion) : track.yaw_sigma_rad;
   obstacle.kind = track.shape.kind;
   obstacle.height_m = track.shape.height_m;
-  obstacle.outline = track.shape.outline;
+  obstacle.outline = track.shape.fitted.empty() ? track.shape.outline : track.shape.fitted;
   for (Point2& point : obstacle.outline) {
     point = vehicle_from_world * (moves ? Point2{point.x + track.moved.x, point.y + track.moved.y} : point);
   }

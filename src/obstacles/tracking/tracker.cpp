@@ -180,6 +180,13 @@ bool Tracker::is_certain(std::int64_t id) const {
   return track != tracks_.end() && is_certain(*track);
 }
 
+Outline Tracker::strips_of(std::int64_t id, const Pose2& vehicle_from_world) const {
+  const auto track = std::ranges::find(tracks_, id, &Track::id);
+  Outline strips{track == tracks_.end() ? Outline{} : track->shape.outline};
+  for (Point2& point : strips) point = vehicle_from_world * point;
+  return strips;
+}
+
 // Pieces of a thing that moves, of which one has grown to where the other one is. It keeps its older id, whichever
 // piece is seen.
 void Tracker::merge_movers() {

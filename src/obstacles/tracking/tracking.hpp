@@ -42,13 +42,17 @@ class Tracker {
               std::vector<Obstacle>& obstacles) const;
   /// True: the track exists, and has been seen often or large enough not to be a false match.
   [[nodiscard]] bool is_certain(std::int64_t id) const;
+  /// Outline of a track's strips at its last observation, vehicle frame. Reported outlines are fitted to it. Empty: no
+  /// such track.
+  [[nodiscard]] Outline strips_of(std::int64_t id, const Pose2& vehicle_from_world) const;
 
   template <class State>
   void exchange(State& state) {
     state(tracks_, next_id_);
     if constexpr (requires { state.require(true); }) {
       for (const Track& track : tracks_) {
-        state.require(track.shape.outline.size() <= Outline::points_max && track.shape.kind <= ObstacleKind::drop);
+        state.require(track.shape.outline.size() <= Outline::points_max &&
+                      track.shape.fitted.size() <= Outline::points_max && track.shape.kind <= ObstacleKind::drop);
       }
     }
   }

@@ -190,6 +190,25 @@ bool is_simple(const Outline& outline) {
   return true;
 }
 
+/// Fitted: each point of the far side lies behind that of the near side with the same column.
+bool is_fitted_simple(const Outline& outline) {
+  const std::size_t n{outline.size()};
+  for (std::size_t i{0}; i < n / 2; ++i) {
+    const Point2 near{outline[i]};
+    const Point2 far{outline[n - 1 - i]};
+    if (!(far.x > near.x + 0.49) || std::abs(near.y / near.x - far.y / far.x) > 1e-9) return false;
+    if (i > 0 && !(near.y / near.x < outline[i - 1].y / outline[i - 1].x)) return false;
+  }
+  return n >= 4 && n <= 8 && n % 2 == 0;
+}
+
+TEST(Segments, OutlinesOfCratesAreBoxes) {
+  const std::vector<Cluster> found{clusters_of(PaintedObstacles{}.wall(8, -1, 1))};
+  ASSERT_EQ(found.size(), 1U);
+  ASSERT_EQ(found[0].fitted.size(), 4U);
+  EXPECT_NEAR(found[0].fitted[0].x, found[0].fitted[1].x, 1e-6);
+}
+
 // Slanted and ragged surfaces: depths jump from strip to strip.
 TEST(Segments, OutlinesOfThingsAreSimplePolygons) {
   std::mt19937 random{5};
@@ -207,6 +226,7 @@ TEST(Segments, OutlinesOfThingsAreSimplePolygons) {
       ++things;
       EXPECT_EQ(cluster.outline.size() % 4, 0U);
       EXPECT_TRUE(is_simple(cluster.outline)) << round;
+      EXPECT_TRUE(is_fitted_simple(cluster.fitted)) << round;
     }
   }
   EXPECT_GT(things, 60);
