@@ -44,7 +44,8 @@ struct NearestObstacleParameters {
   int spike_px{50};          ///< connected surfaces of fewer pixels are spikes and dropped
   double height_min_m{0.2};  ///< pixels between these heights are obstacles
   double height_max_m{1.8};
-  double filled_m{0.2};  ///< height that must be filled with pixels of one disparity
+  double filled_m{0.2};  ///< height that must be filled with pixels of one disparity; 0: a pixel is enough
+  bool open_road{true};  ///< a column without obstacle is free as far as its road is seen; false: it is unknown
 };
 [[nodiscard]] Image<float> nearest_obstacle_grid(const DisparityFrame& frame, const GridGeometry& grid,
                                                  const NearestObstacleParameters& parameters = {});

@@ -95,7 +95,8 @@ Image<float> nearest_obstacle_grid(const DisparityFrame& frame, const GridGeomet
                                    const NearestObstacleParameters& parameters) {
   const Image<float> obstacle{Surfaces{frame.obstacle}.without_spikes(parameters.spike_px)};
   const RoadModel road{frame.rig, frame.ground};
-  const std::vector<double> farthest{farthest_road(frame)};
+  std::vector<double> farthest(static_cast<std::size_t>(obstacle.width()));
+  if (parameters.open_road) farthest = farthest_road(frame);
   const double pixels_per_px{parameters.filled_m / frame.rig.baseline_m};
   std::vector<ColumnBoundary> columns;
   for (int u{0}; u < obstacle.width(); ++u) {

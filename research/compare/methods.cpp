@@ -25,6 +25,21 @@ Config with_paper_grid(Config config) {
   return config;
 }
 
+/// Ternary grid of the paper's figure 6 (c): the largest disparity of a column decides. Gaussian, probabilities and
+/// volume are those of the paper's own grid, which has no left border.
+NearestObstacleParameters paper_nearest_obstacle(const Config& config) {
+  const Config paper{with_paper_grid(config)};
+  return {.grid = {.bins_per_px = 1,
+                   .left_border_px = -config.matching.disparities,
+                   .sigma_column = paper.paper.sigma_column,
+                   .sigma_disparity = paper.paper.sigma_disparity},
+          .levels = {.free = paper.paper.false_negative, .occupied = 1 - paper.paper.false_positive},
+          .height_min_m = paper.u_disparity.obstacle_min_height_m,
+          .height_max_m = paper.u_disparity.obstacle_height_m,
+          .filled_m = 0,
+          .open_road = false};
+}
+
 void add_single_frame_methods(const Config& config, bool with_lidar, Methods& methods) {
   const auto add = [&](const char* name, const char* title, auto grid_of) {
     methods.push_back({name, title, false, std::nullopt, std::move(grid_of)});
@@ -33,6 +48,10 @@ void add_single_frame_methods(const Config& config, bool with_lidar, Methods& me
   methods.push_back({"observed_paper", "visibility grid as published", false, with_paper_grid(config)});
   add("nearest_obstacle", "nearest obstacle, ternary (2000)",
       [](const ComparedFrame& f) { return nearest_obstacle_grid(f.disparities, f.grid); });
+  add("nearest_obstacle_paper", "nearest obstacle as in the paper",
+      [parameters = paper_nearest_obstacle(config)](const ComparedFrame& f) {
+        return nearest_obstacle_grid(f.disparities, f.grid, parameters);
+      });
   add("occupancy_boundary", "stochastic grid, dyn. programming (2007)",
       [](const ComparedFrame& f) { return occupancy_boundary_grid(f.disparities, f.grid); });
   add("free_space", "free space of stixels (2009)",

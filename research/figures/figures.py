@@ -117,20 +117,21 @@ def figure_4(run, place, without_gaussian):
 def figure_6(run, place, compared):
     name = run.names[place]
     figure = sheet("Figure 6. Beside the grid of nearest obstacles", [
-        source_line(run, place) + " Lines: what the camera can see, and its distance."], 16, 10.5)
-    above, below = figure.subfigures(2, 1, height_ratios=(1, 1.2))
+        source_line(run, place) + " Lines: what the camera can see, and its distance."], 18, 11)
+    above, below = figure.subfigures(2, 1, height_ratios=(1.2, 1))
     left, right = above.subplots(1, 2)
     panels.camera(left, run.left_image(name), "(a) left image")
     panels.disparities(right, run.arrays("stages", name), run, "(b) disparity")
-    axes = below.subplots(1, 3)
-    panels.grid(axes[0], compared["nearest_obstacle"], run, "(c) nearest obstacle: free, occupied, unknown")
+    axes = below.subplots(1, 4)
+    panels.grid(axes[0], compared["nearest_obstacle_paper"], run, "(c) nearest obstacle, as in the paper")
     panels.grid(axes[1], run.arrays("grids", name)["observed"], run, "(d) visibility-based, frame alone")
+    panels.grid(axes[2], compared["nearest_obstacle"], run, "(e) nearest obstacle, tuned")
     if (known := run.truth(name)) is not None:
-        panels.truth(axes[2], known, run, "what is there")
+        panels.truth(axes[3], known, run, "what is there")
     elif "sweep" in compared:
-        panels.scan(axes[2], in_vehicle(compared["sweep"], run.rig, run.lines[place]["ground"]), run, "lidar, from above")
+        panels.scan(axes[3], in_vehicle(compared["sweep"], run.rig, run.lines[place]["ground"]), run, "lidar, from above")
     else:
-        axes[2].set_axis_off()
+        axes[3].set_axis_off()
     return figure
 
 

@@ -41,7 +41,8 @@ def make_runs(source, work, programs, options):
     for rate in RATES:
         run(tool, "run", source, "--out", work / rate, *options, *settings((f"paper.{rate}={RAISED}",)))
     try:
-        run(programs / "stereogrid-compare", source, "--grids", work / "compared", "--only", "nearest_obstacle", *options)
+        run(programs / "stereogrid-compare", source, "--grids", work / "compared", "--only",
+            "nearest_obstacle_paper,nearest_obstacle", *options)
     except subprocess.CalledProcessError as error:
         if error.returncode != 65:  # neither lidar nor truth, as it has said: the others can be drawn
             raise

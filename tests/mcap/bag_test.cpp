@@ -7,6 +7,7 @@
 
 #include <chrono>
 
+#include "bag/bags.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/mcap/reader.hpp"
 #include "support.hpp"
@@ -380,6 +381,19 @@ TEST(Bag, ReadsFilesThatAreCompressedAsAWhole) {
   const std::string whole{io::read_text(folder / "a.mcap.zstd", 1'000'000)};
   put(folder / "a.mcap.zstd", whole.substr(0, whole.size() - 9));
   expect_complaint([&] { read_all(*open_bag(folder / "a.mcap.zstd")); }, {"a.mcap.zstd: is a truncated zstd file"});
+}
+
+TEST(Bag, APackedFileThatGrowsTooMuchIsRejected) {
+  const TemporaryFolder folder;
+  const std::string data(1'000'000, 'x');
+  write_messages(folder / "a.mcap", {{"/a", 0, 1, 1, data}}, {.compression = Compression::none});
+  const std::string recording{io::read_file(folder / "a.mcap")};
+  const std::string packed{zstd(recording)};
+  ASSERT_GT(recording.size(), most_growth * packed.size());
+  put(folder / "a.mcap.zstd", packed);
+  EXPECT_EQ(read_all(*open_packed_bag(folder / "a.mcap.zstd", recording.size())), (std::vector{Told{"/a", 1, data}}));
+  expect_complaint([&] { static_cast<void>(open_packed_bag(folder / "a.mcap.zstd", recording.size() - 1)); },
+                   {"a.mcap.zstd", "unpacks to more than 200 times its size"});
 }
 
 TEST(Bag, TellsOfDamageInItsParts) {

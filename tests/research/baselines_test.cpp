@@ -145,6 +145,25 @@ TEST(NearestObstacleGrid, DropsSpikes) {
   EXPECT_LT(at_spike(10000), 0.45F);
 }
 
+TEST(NearestObstacleGrid, WithoutAFilledHeightTheNearestPixelsDecide) {
+  DisparityScene scene;
+  scene.road().wall(0, 240, 16, 2.5).wall(0, 240, 6, 0.6, 0.5);
+  NearestObstacleParameters parameters;
+  EXPECT_LT(around(nearest_obstacle_grid(scene.frame(), half_metre_grid, parameters), half_metre_grid, 6, 0).largest,
+            0.45F);
+  parameters.filled_m = 0;
+  const Image<float> cells{nearest_obstacle_grid(scene.frame(), half_metre_grid, parameters)};
+  EXPECT_GT(around(cells, half_metre_grid, 6, 0).largest, 0.6F);
+  EXPECT_NEAR(around(cells, half_metre_grid, 16, 0).largest, 0.5F, 1e-6F);
+}
+
+TEST(NearestObstacleGrid, OpenRoadMayBeUnknown) {
+  NearestObstacleParameters parameters;
+  parameters.open_road = false;
+  EXPECT_THAT(values_of(nearest_obstacle_grid(DisparityScene{}.road().frame(), half_metre_grid, parameters)),
+              Each(0.5F));
+}
+
 TEST(NearestObstacleGrid, ForgetsWhatTheRightCameraDoesNotSee) {
   NearestObstacleParameters parameters;
   parameters.grid.left_border_px = 30;

@@ -60,8 +60,8 @@ TEST_F(Compare, RunsEveryMethodAndFilterModel) {
   std::vector<std::string> names;
   const Json all(methods());
   for (const auto& [name, method] : all.items()) names.push_back(name);
-  for (const char* name : {"observed", "observed_paper", "nearest_obstacle", "occupancy_boundary", "free_space",
-                           "stixels", "ray_casting", "ray_casting_map"}) {
+  for (const char* name : {"observed", "observed_paper", "nearest_obstacle", "nearest_obstacle_paper",
+                           "occupancy_boundary", "free_space", "stixels", "ray_casting", "ray_casting_map"}) {
     EXPECT_THAT(names, Contains(name));
   }
   for (const std::string_view model : names_of(FilterModel{})) {

@@ -234,12 +234,12 @@ template Image<std::int64_t> NpyArray::to_image() const;
 template Image<std::uint8_t> NpyArray::to_image() const;
 template Image<std::uint16_t> NpyArray::to_image() const;
 
-std::map<std::string, NpyArray> read_npz(const std::filesystem::path& path) {
+std::map<std::string, NpyArray> read_npz(const std::filesystem::path& path, std::size_t most_bytes) {
   const std::string file{printable_path(path)};
-  const std::string bytes{read_file(path, largest_bytes::arrays)};
+  const std::string bytes{read_file(path, most_bytes)};
   const Archive archive{open_archive(bytes, file)};
   std::map<std::string, NpyArray> arrays;
-  std::size_t left{largest_bytes::arrays};
+  std::size_t left{most_bytes};
   const auto count{static_cast<zip_uint64_t>(zip_get_num_entries(archive.get(), 0))};
   for (zip_uint64_t i{0}; i < count; ++i) {
     const char* const raw_name{zip_get_name(archive.get(), i, 0)};

@@ -21,8 +21,12 @@ namespace stereogrid::mcap {
 
 /// An .mcap or a .db3, by its first bytes.
 [[nodiscard]] std::unique_ptr<Bag> open_unpacked_bag(const std::filesystem::path& path);
+/// A file that unpacks to more times its size, and to more than `always_bytes`, is no recording, and would fill the
+/// disk.
+inline constexpr std::uint64_t most_growth{200};
 /// The same compressed with zstd: unpacked into the folder of temporary files, where only the open file keeps it.
-[[nodiscard]] std::unique_ptr<Bag> open_packed_bag(const std::filesystem::path& path);
+[[nodiscard]] std::unique_ptr<Bag> open_packed_bag(const std::filesystem::path& path,
+                                                   std::uint64_t always_bytes = std::uint64_t{1} << 30);
 /// Any of them.
 [[nodiscard]] std::unique_ptr<Bag> open_file_bag(const std::filesystem::path& path);
 

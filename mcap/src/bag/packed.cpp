@@ -45,15 +45,12 @@ struct Free {
   void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
 };
 
-/// Beyond it, and beyond 1 GiB, a file is no recording, and would fill the disk.
-constexpr std::uint64_t most_growth{200};
-
-void unpack(const FileInput& packed, FileOutput& out) {
+void unpack(const FileInput& packed, FileOutput& out, std::uint64_t always_bytes) {
   const std::unique_ptr<ZSTD_DCtx, Free> context{ZSTD_createDCtx()};
   if (!context) throw std::bad_alloc{};
   Bytes in(ZSTD_DStreamInSize());
   Bytes unpacked(ZSTD_DStreamOutSize());
-  const std::uint64_t most_bytes{std::max(std::uint64_t{1} << 30, most_growth * packed.size())};
+  const std::uint64_t most_bytes{std::max(always_bytes, most_growth * packed.size())};
   std::uint64_t written{0};
   bool is_frame_whole{true};
   for (std::uint64_t at{0}; at < packed.size();) {
@@ -83,12 +80,12 @@ void unpack(const FileInput& packed, FileOutput& out) {
 
 }  // namespace
 
-std::unique_ptr<Bag> open_packed_bag(const fs::path& path) {
+std::unique_ptr<Bag> open_packed_bag(const fs::path& path, std::uint64_t always_bytes) {
   const FileInput packed{path};
   const TemporaryFolder folder;
   const fs::path file{folder.path() / path.stem()};
   FileOutput out{file};
-  unpack(packed, out);
+  unpack(packed, out, always_bytes);
   out.close();
   return open_unpacked_bag(file);
 }

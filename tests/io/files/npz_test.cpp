@@ -195,6 +195,17 @@ TEST(Npz, WeOpenNumpys) {
   expect_complaint([&] { static_cast<void>(read_npz(folder / "columns.npz")); }, {"columns.npz", "column by column"});
 }
 
+TEST(Npz, ArraysThatAreTooLargeTogetherAreRejected) {
+  const TemporaryFolder folder;
+  const std::vector<float> values(std::size_t{1} << 18);
+  write_npz(folder / "a.npz",
+            std::vector<NpzArray>{{"first", {values.size()}, values}, {"second", {values.size()}, values}});
+  const std::size_t both_bytes{2 * (values.size() * sizeof(float) + 128)};  // 128: header
+  EXPECT_EQ(read_npz(folder / "a.npz", both_bytes).size(), 2);
+  expect_complaint([&] { static_cast<void>(read_npz(folder / "a.npz", both_bytes - 1)); },
+                   {"a.npz, array second.npy", "the most that is read"});
+}
+
 TEST(Npz, NoArchive) {
   const TemporaryFolder folder;
   put(folder / "text.npz", "hello");

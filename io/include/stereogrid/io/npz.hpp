@@ -15,6 +15,7 @@
 
 #include "stereogrid/export.hpp"
 #include "stereogrid/image.hpp"
+#include "stereogrid/io/file.hpp"
 
 namespace stereogrid::io {
 
@@ -104,8 +105,9 @@ struct STEREOGRID_EXPORT NpyArray {
 };
 
 /// Every array of an .npz by name. Throws InputError: missing or damaged file, an element type or memory order that is
-/// not understood.
-[[nodiscard]] STEREOGRID_EXPORT std::map<std::string, NpyArray> read_npz(const std::filesystem::path& path);
+/// not understood, more than `most_bytes` in the file or in all arrays.
+[[nodiscard]] STEREOGRID_EXPORT std::map<std::string, NpyArray> read_npz(
+    const std::filesystem::path& path, std::size_t most_bytes = largest_bytes::arrays);
 
 /// The array of an .npy file. Throws as read_npz.
 [[nodiscard]] STEREOGRID_EXPORT NpyArray read_npy(const std::filesystem::path& path);
