@@ -113,17 +113,15 @@ images/row_alignment/model.hpp ¦ offset < 0  ¦ offset > 0
 images/row_alignment/reference.cpp ¦ height - 1) ¦ height + 1)
 images/row_alignment/row_alignment.hpp ¦ alignment_columns{4}; ¦ alignment_columns{8}; ¦ alone
 images/turned_row.hpp ¦ centre_u + (u ¦ centre_u - (u
-matching/checks/classify_simd.cpp ¦ data() + u)) ¦ data() - u))
+matching/checks/classify_simd.cpp ¦ left_right_px + 1) ¦ left_right_px + 2)
 matching/checks/external.hpp ¦ r && d ¦ r || d
 matching/checks/mask.cpp ¦ {u > left ¦ {u < left
 matching/checks/speckles.hpp ¦ 1 && road_px ¦ 1 || road_px
 matching/checks/texture_simd.cpp ¦  columns + half + width ¦  columns - half + width
 matching/checks/winner_formulas.hpp ¦ 0.02f)  ¦ 0.01f) 
 matching/correlation/census_simd.cpp ¦ >> 8; } ¦ >> 16; } ¦ equivalent
-matching/correlation/correlate_simd.cpp ¦ {v > band ¦ {v < band
-matching/correlation/level_simd.hpp ¦ + 1) + u) : ¦ + 1) - u) :
-matching/correlation/upright_block_simd.hpp ¦ ints, 1))) ¦ ints, 2)))
-matching/correlation/upright_simd.hpp ¦ uint16_t{255}); ¦ uint16_t{510});
+matching/correlation/correlate_simd.cpp ¦ first_row - half - 1} ¦ first_row - half}
+matching/correlation/upright_simd.hpp ¦ i <= half_ + 1; ++i) ¦ i <= half_; ++i)
 matching/match_lattice.hpp ¦ step_u{6}; ¦ step_u{12};
 matching/matching.hpp ¦ road_margin_px + 1} ¦ road_margin_px - 1} ¦ alone
 matching/model.hpp ¦ width - 1 : ¦ width + 1 :
@@ -213,7 +211,7 @@ pixel_view.cpp ¦  - 8}; ¦  - 16};
 points.cpp ¦ obstacle(u, v) > 0) { ¦ obstacle(u, v) < 0) {
 terrain/frame_terrain.cpp ¦ raised_m > raised_m ¦ raised_m < raised_m
 terrain/frame_terrain.cpp ¦ min_height_m / 2 ¦ min_height_m / 4
-terrain/frame_terrain.cpp ¦ occupancy(ix, iy), 0.5f ¦ occupancy(ix, iy), 0.25f
+terrain/rules.hpp ¦ CellRule::obstacle ? 0.5f : 0.0f ¦ CellRule::obstacle ? 0.25f : 0.0f
 terrain/gaps.cpp ¦  n + 0. ¦  n - 0.
 terrain/gaps.cpp ¦ jump_min_px{0.9f} ¦ jump_min_px{1.8f}
 terrain/gaps.cpp ¦ landing_samples_min{6} ¦ landing_samples_min{18}
