@@ -186,7 +186,7 @@ obstacles/segmentation/upright_row_simd.cpp ¦ () + (begin ¦ () - (begin
 obstacles/segmentation/velocities.cpp ¦ {0.2};  ¦ {0.1}; 
 obstacles/segmentation/velocities.cpp ¦ {n < many ¦ {n > many
 obstacles/tracking/box.cpp ¦ sigma_m < unknown ¦ sigma_m > unknown
-obstacles/tracking/box.cpp ¦ growing{0.3}; ¦ growing{0.15};
+obstacles/tracking/box.cpp ¦ following{0.3}; ¦ following{0.15};
 obstacles/tracking/box.hpp ¦ 1] - reach_m ¦ 1] + reach_m
 obstacles/tracking/motion_state.cpp ¦ 2] += q * dt_s / 2; ¦ 2] += q * dt_s / 4;
 obstacles/tracking/motion_state.cpp ¦ 1] + half_s ¦ 1] - half_s

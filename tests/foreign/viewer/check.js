@@ -184,7 +184,7 @@ async function checkToken(browser) {
   for (const wrong of [bare, `${bare}?token=${"x".repeat(27)}`, `${bare}main.js`]) {
     assert.strictEqual((await fetch(wrong)).status, 401);
   }
-  const { page, faults } = await opened(browser, local);
+  const { page, faults } = await opened(browser, `${local}#frame=17`);
   await until(page, () => document.getElementById("state").textContent === "connected");
   await settled(page);
   assert.deepStrictEqual(faults, []);
