@@ -91,7 +91,7 @@ def print_rows(run, data):
                 row.append(str(mask.sum()))
             ours, standing = (scores(p[mask], occupied[mask]) for p in (predicted, now))
             row += [f"{ours[0]:.3f} / {standing[0]:.3f}", f"{ours[1]:.3f} / {standing[1]:.3f}"]
-        print("| " + " | ".join(row) + " |")
+        print("| " + " | ".join(row).replace("nan / nan", "–") + " |")
 
 
 def main():
