@@ -15,6 +15,7 @@
 #include <memory>
 #include <vector>
 
+#include "machine.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "stereogrid/scenes/scene.hpp"
@@ -102,6 +103,7 @@ void run(const char* recording, int threads) {
 
 int main(int argc, char** argv) {
   try {
+    print_machine();
     run(argc > 1 && argv[1][0] != '\0' ? argv[1] : nullptr, argc > 2 ? std::atoi(argv[2]) : 2);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "bench_chain: %s\n", error.what());

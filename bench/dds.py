@@ -3,8 +3,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Latency, loss and CPU of ROS 2's messages between two processes of this machine, as Markdown.
 
-dds.py BIN SECONDS: BIN is the folder of a build with STEREOGRID_TESTS and STEREOGRID_BENCH. 400 x 400 grids at 20 Hz from
-libstereogrid_dds.so to a bare participant of Cyclone DDS and one of Fast DDS; pairs of 1242 x 375 px at 20 Hz the other way.
+dds.py BIN SECONDS [ROS...]: BIN is the folder of a build with STEREOGRID_TESTS and STEREOGRID_BENCH. 400 x 400 grids at
+20 Hz from libstereogrid_dds.so to a bare participant of Cyclone DDS and one of Fast DDS; pairs of 1242 x 375 px at 20 Hz
+the other way. ROS are environments with rclpy, such as build/ros/jazzy; their nodes do the same with Fast DDS.
+dds.py node grids|pairs SECONDS: such a node.
 """
 import os
 import re
@@ -22,14 +24,18 @@ LOOPBACK = ('<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=
             '<Peers><Peer address="127.0.0.1"/></Peers></Discovery></Domain></CycloneDDS>')
 
 
+BARE = {"CYCLONEDDS_URI": LOOPBACK}
+LOCAL = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+
+
 class Part:
     """A process, what it says, and the CPU that it takes."""
 
-    def __init__(self, *words):
+    def __init__(self, *words, env):
         self.file = tempfile.TemporaryFile("w+")
         self.begun = time.monotonic()
         self.process = subprocess.Popen([str(word) for word in words], stdout=self.file,
-                                        env=os.environ | {"ROS_DOMAIN_ID": "99", "CYCLONEDDS_URI": LOOPBACK})
+                                        env=os.environ | {"ROS_DOMAIN_ID": "99"} | env)
 
     def end(self) -> tuple:
         _, _, usage = os.wait4(self.process.pid, 0)
@@ -50,35 +56,77 @@ def row(what: str, sent: int, received: str, ours: float, theirs: float) -> None
           f"{percentile(latency_ms, 0.99):.2f} | {ours:.1f} | {theirs:.1f} |", flush=True)
 
 
-def grids(folder: Path, peer: str, qos: tuple, seconds: int) -> None:
-    reader = Part(folder / f"stereogrid_{peer}_peer", "grids", "rt/map", *qos, HZ * seconds, seconds + 4)
+def ros_node(ros: Path, what: str, seconds: int) -> Part:
+    env = {"AMENT_PREFIX_PATH": str(ros), "LD_LIBRARY_PATH": str(ros / "lib"), "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp"}
+    return Part(ros / "bin/python", __file__, "node", what, seconds, env=LOCAL | env)
+
+
+def grids(folder: Path, what: str, reader: Part, env: dict, seconds: int) -> None:
     time.sleep(0.5)
-    sender = Part(folder / "bench_dds", folder / "libstereogrid_dds.so", "send", "/map", CELLS, HZ, seconds)
+    sender = Part(folder / "bench_dds", folder / "libstereogrid_dds.so", "send", "/map", CELLS, HZ, seconds, env=env)
     sent, ours = sender.end()
     received, theirs = reader.end()
-    row(f"grids to {peer}, {qos[0]}", int(sent.split()[1]), received, ours, theirs)
+    row(f"grids to {what}", int(sent.split()[1]), received, ours, theirs)
 
 
-def pairs(folder: Path, reliability: str, seconds: int) -> None:
-    reader = Part(folder / "bench_dds", folder / "libstereogrid_dds.so", "receive", "/stereo", seconds + 3)
+def pairs(folder: Path, what: str, start, env: dict, seconds: int) -> None:
+    reader = Part(folder / "bench_dds", folder / "libstereogrid_dds.so", "receive", "/stereo", seconds + 4, env=env)
     time.sleep(1)
-    sender = Part(folder / "stereogrid_bare_peer", "pairs", "/stereo", reliability, SIZE, HZ, seconds)
+    sender = start()
     sent, theirs = sender.end()
     received, ours = reader.end()
     first = min(re.findall(r"image (\d+)", received))  # the camera does not wait until it is found
     stamps = [stamp for stamp in re.findall(r"pair (\d+)", sent) if stamp >= first]
-    row(f"images from bare, {reliability}", 2 * len(stamps), received, ours, theirs)
+    row(f"images from {what}", 2 * len(stamps), received, ours, theirs)
+
+
+def node(what: str, seconds: int) -> None:
+    import rclpy
+    from nav_msgs.msg import OccupancyGrid
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+    from sensor_msgs.msg import Image
+    rclpy.init()
+    made = rclpy.create_node("peer")
+    if what == "grids":
+        def show(grid: OccupancyGrid) -> None:
+            print(f"grid {grid.header.stamp.sec * 10**9 + grid.header.stamp.nanosec} at {time.time_ns()}")
+        made.create_subscription(OccupancyGrid, "/map", show,
+                                 QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        end = time.monotonic() + seconds + 4
+        while time.monotonic() < end:
+            rclpy.spin_once(made, timeout_sec=0.1)
+        return
+    width, height = (int(number) for number in SIZE.split("x"))
+    image = Image(width=width, height=height, step=width, encoding="mono8")
+    image.data.frombytes(bytes(width * height))
+    cameras = [made.create_publisher(Image, f"/stereo/{side}/image_rect", 5) for side in ("left", "right")]
+    for _ in range(HZ * seconds):
+        time.sleep(1 / HZ)
+        stamp_ns = time.time_ns()
+        image.header.stamp.sec, image.header.stamp.nanosec = divmod(stamp_ns, 10**9)
+        for camera in cameras:
+            camera.publish(image)
+        print(f"pair {stamp_ns}")
 
 
 def main() -> None:
-    folder, seconds = Path(sys.argv[1]), int(sys.argv[2])
+    if sys.argv[1] == "node":
+        return node(sys.argv[2], int(sys.argv[3]))
+    folder, seconds, systems = Path(sys.argv[1]), int(sys.argv[2]), [Path(name) for name in sys.argv[3:]]
     print("| what | sent | lost | latency, median ms | 99 % ms | CPU of ours, % of a core | of the peer |\n"
           "|---|---|---|---|---|---|---|")
     for qos in (("reliable", "transient_local"), ("best_effort", "volatile")):
         for peer in ("bare", "fast"):
-            grids(folder, peer, qos, seconds)
+            reader = Part(folder / f"stereogrid_{peer}_peer", "grids", "rt/map", *qos, HZ * seconds, seconds + 4, env=BARE)
+            grids(folder, f"{peer}, {qos[0]}", reader, BARE, seconds)
+    for ros in systems:
+        grids(folder, f"rclpy of {ros.name}, reliable", ros_node(ros, "grids", seconds), LOCAL, seconds)
     for reliability in ("best_effort", "reliable"):
-        pairs(folder, reliability, seconds)
+        pairs(folder, f"bare, {reliability}",
+              lambda: Part(folder / "stereogrid_bare_peer", "pairs", "/stereo", reliability, SIZE, HZ, seconds, env=BARE),
+              BARE, seconds)
+    for ros in systems:
+        pairs(folder, f"rclpy of {ros.name}, reliable", lambda: ros_node(ros, "pairs", seconds), LOCAL, seconds)
 
 
 if __name__ == "__main__":

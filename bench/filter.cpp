@@ -16,6 +16,7 @@
 
 #include "backend/cpu.hpp"
 #include "filter/filter.hpp"
+#include "machine.hpp"
 
 namespace {
 
@@ -155,6 +156,7 @@ int main(int argc, char** argv) {
   if (argc == 3) {
     run_one(std::atoi(argv[1]) % static_cast<int>(std::size(cases)), std::atoi(argv[2]));
   } else {
+    stereogrid::print_machine();
     compare();
   }
   return 0;

@@ -17,6 +17,7 @@
 
 #include "backend/cpu.hpp"
 #include "filter/filter.hpp"
+#include "machine.hpp"
 #include "observation/projection/projection.hpp"
 #include "observation/rays/rays.hpp"
 #include "observation/u_disparity/u_disparity.hpp"
@@ -204,6 +205,7 @@ void run() {
 
 int main() {
   try {
+    print_machine();
     run();
   } catch (const std::exception& error) {
     std::fprintf(stderr, "bench_grid_stages: %s\n", error.what());

@@ -15,6 +15,7 @@
 #include <thread>
 #include <vector>
 
+#include "machine.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "stereogrid/scenes/scene.hpp"
 
@@ -248,6 +249,7 @@ void print_cameras() {
 }  // namespace
 
 int main() {
+  print_machine();
   print_growth();
   print_cameras();
   return 0;

@@ -31,7 +31,7 @@ STAGES = {
 
 
 def count(program: str) -> tuple:
-    """Printed text of the program, and millions of instructions per frame of each stage."""
+    """Text that the program prints, and millions of instructions per frame of each stage."""
     with tempfile.TemporaryDirectory() as folder:
         profile = Path(folder) / "profile"
         run = subprocess.run(["valgrind", "-q", "--tool=callgrind", f"--callgrind-out-file={profile}", program],

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "backend/cpu.hpp"
+#include "machine.hpp"
 #include "matching/matching.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "stereogrid/scenes/scene.hpp"
@@ -101,6 +102,7 @@ void compare(const char* scene_text, int disparities, int threads, std::int64_t 
 }  // namespace
 
 int main() {
+  print_machine();
   std::printf(
       "| image × disparities | instructions | threads | StereoBM 21 ms | correlation 21 ms | ratio | StereoSGBM 3WAY "
       "ms | "

@@ -24,6 +24,7 @@
 #include <string>
 #include <vector>
 
+#include "machine.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/recording.hpp"
 #include "stereogrid/pipeline.hpp"
@@ -224,6 +225,7 @@ bool run(std::size_t frames, const std::vector<std::string>& recordings) {
 
 int main(int argc, char** argv) {
   try {
+    print_machine();
     const std::size_t frames{argc > 1 ? std::strtoul(argv[1], nullptr, 10) : 100'000};
     const bool fine{run(frames, {argv + std::min(argc, 2), argv + argc})};
     std::printf("%s\n", fine ? "steady" : "NOT steady");

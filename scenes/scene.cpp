@@ -43,10 +43,10 @@ Rig swayed(Rig rig, const SceneOptions& options, std::size_t index) {
 
 /// Everything that both cameras see at one instant.
 struct Instant {
-  Instant(const World& world, const Rig& of_instant, double time)
+  Instant(const World& world, const Rig& of_instant, double time, const Pose2& place)
       : time_s{time},
         rig{of_instant},
-        world_from_vehicle{world.ego.pose_at(time)},
+        world_from_vehicle{place},
         vehicle{standing_at(world.ground, world_from_vehicle, world.wheels)},
         parts{world.at(time)},
         left{left_camera(rig, vehicle), parts, world.ground},
@@ -72,12 +72,16 @@ struct Scene::Implementation {
         world{build_world(options)},
         arena{threads > 0 ? threads : tbb::task_arena::automatic} {}
 
-  [[nodiscard]] Instant at(std::size_t index) const {
+  [[nodiscard]] Pose2 driven_pose(std::size_t index) const {
+    return world.ego.pose_at(static_cast<double>(index) / options.rate_hz);
+  }
+
+  [[nodiscard]] Instant at(std::size_t index, const Pose2& place) const {
     if (index >= static_cast<std::size_t>(options.frames)) {
       throw InputError{"scene:" + options.name, "there is no frame " + std::to_string(index) + ".",
                        "It has " + std::to_string(options.frames) + "; ask for more with frames=N."};
     }
-    return {world, swayed(rig, options, index), static_cast<double>(index) / options.rate_hz};
+    return {world, swayed(rig, options, index), static_cast<double>(index) / options.rate_hz, place};
   }
 
   [[nodiscard]] Sensor sensor(std::size_t index, bool right) const {
@@ -115,7 +119,11 @@ const SceneOptions& Scene::options() const {
 }
 
 StereoFrame Scene::load(std::size_t index) const {
-  const Instant now{implementation_->at(index)};
+  return load(index, implementation_->driven_pose(index));
+}
+
+StereoFrame Scene::load(std::size_t index, const Pose2& world_from_vehicle) const {
+  const Instant now{implementation_->at(index, world_from_vehicle)};
   StereoFrame frame;
   frame.name = name(index);
   frame.index = static_cast<std::int64_t>(index);
@@ -129,7 +137,7 @@ StereoFrame Scene::load(std::size_t index) const {
 }
 
 FrameTruth Scene::truth(std::size_t index) const {
-  const Instant now{implementation_->at(index)};
+  const Instant now{implementation_->at(index, implementation_->driven_pose(index))};
   const Moment moment{implementation_->world, now.rig, now.vehicle, now.parts, now.left, now.right, now.time_s};
   FrameTruth truth;
   implementation_->arena.execute([&] { truth = truth_of(moment, truth_grid()); });

@@ -5,7 +5,8 @@
 # Installs the Debian / Ubuntu packages that stereogrid is built, tested and run with.
 # Does nothing where they are all there. Uses sudo where the caller is not root.
 # --python: also the packages of PyPI that the Python package is built and tested with, into build/python/venv, and ROS 2
-# as peers of tests, into build/ros/venv. Where one of them cannot be installed, its tests are skipped.
+# as peers of tests, into build/ros/jazzy and build/ros/kilted. Where one of them cannot be installed, its tests are
+# skipped.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
@@ -40,6 +41,7 @@ if [ "${1:-}" = "--ci" ]; then
     python3-pip            # scripts/install-cuda.sh
     gstreamer1.0-plugins-bad gstreamer1.0-tools  # images from another program: shmsink
     faketime               # machines whose clocks differ
+    valgrind               # instructions of a frame
     colcon python3-colcon-cmake python3-colcon-ros python3-colcon-recursive-crawl python3-colcon-package-information
   )
   # foreign peers of tests; other packages of Node.js bring it themselves and exclude Debian's
@@ -64,7 +66,8 @@ install_python_packages() { # install_python_packages VENV REQUIREMENTS
 finish() {
   if [ "$1" = "--python" ]; then
     install_python_packages build/python/venv tests/python/requirements.txt
-    install_python_packages build/ros/venv tests/ros2/requirements.txt
+    ROS_DISTRO=jazzy install_python_packages build/ros/jazzy tests/ros2/requirements.txt
+    ROS_DISTRO=kilted install_python_packages build/ros/kilted tests/ros2/requirements.txt
   fi
   exit 0
 }

@@ -98,6 +98,7 @@ void ObstacleScores::add(const ObstacleTruth& truth, std::span<const Obstacle> r
   const Candidates candidates{candidates_of(reported)};
   ++counts_.frames;
   add_cells(truth, candidates);
+  add_outlines(candidates);
   add_motion(truth, candidates);
   add_moving_cells(moving_cells, candidates);
   Shares shares;
@@ -120,6 +121,33 @@ void ObstacleScores::add_cells(const ObstacleTruth& truth, const Candidates& can
   counts_.covered += static_cast<std::size_t>(std::ranges::count_if(truth.free, is_covered));
   for (const Candidate& c : candidates) {
     if (c.closed) areas_m2_.push_back(c.area_m2);
+  }
+}
+
+void ObstacleScores::add_outlines(const Candidates& candidates) {
+  for (const Candidate& c : candidates) {
+    const OutlineShape shape{shape_of(c.outline, c.closed)};
+    ++counts_.outlines;
+    counts_.corners += shape.corners;
+    counts_.turns += shape.turns;
+    outlines_m_ += shape.length_m;
+  }
+}
+
+// Over the rays that meet both outline and footprint.
+void ObstacleScores::add_near_side(const Thing& thing, const Candidate& candidate, double sigma_per_m2) {
+  constexpr int rays{16};
+  const Slopes found{slopes_of(candidate.outline)};
+  const Slopes known{slopes_of(thing.footprint)};
+  const double least{std::max(found.least, known.least)};
+  const double most{std::min(found.most, known.most)};
+  for (int i{0}; i < rays && least < most; ++i) {
+    const double slope{std::lerp(least, most, (i + 0.5) / rays)};
+    const double true_m{nearest_on_ray(thing.footprint, slope)};
+    const double found_m{nearest_on_ray(candidate.outline, slope)};
+    if (!std::isfinite(true_m) || !std::isfinite(found_m)) continue;
+    ++counts_.rays;
+    near_sigmas_ += std::abs(found_m - true_m) / (sigma_per_m2 * true_m * true_m);
   }
 }
 
@@ -208,7 +236,9 @@ void ObstacleScores::add_tracks(const ObstacleTruth& truth, const Shares& shares
     frame.hypotheses.push_back({c.obstacle->id, !is_false});
   }
   for (const TrackingScores::Match& match : tracking_.add(frame)) {
-    add_errors(truth.things[match.object], candidates[match.hypothesis]);
+    const Thing& thing{truth.things[match.object]};
+    add_errors(thing, candidates[match.hypothesis]);
+    if (truth.sigma_per_m2 > 0) add_near_side(thing, candidates[match.hypothesis], truth.sigma_per_m2);
   }
 }
 
@@ -247,6 +277,9 @@ ObstacleSummary ObstacleScores::summary() const {
   s.speed_error_mps = median(errors_.velocity_mps);
   s.area_median_m2 = median(areas_m2_);
   s.area_p90_m2 = interpolated_quantile(areas_m2_, 0.9);
+  s.corners = share(counts_.corners, counts_.outlines);
+  if (outlines_m_ > 0) s.turns_per_m = static_cast<double>(counts_.turns) / outlines_m_;
+  if (counts_.rays > 0) s.near_side_sigmas = near_sigmas_ / static_cast<double>(counts_.rays);
   s.knows_false = counts_.knows_cells;
   s.tracking = tracking_.summary();
   s.centre_error_m = median(errors_.centre_m);

@@ -23,6 +23,7 @@ constexpr std::int64_t pixels_min{250};
 constexpr std::size_t cells_min{2};
 constexpr double cells_reach_m{0.3};
 constexpr double has_velocity_above_mps{0.5};
+constexpr double disparity_sigma_px{0.3};
 
 // labelled boxes
 constexpr int largely_hidden{2};
@@ -137,10 +138,11 @@ void sort_cells(const Labels& labels, ObstacleTruth& sorted) {
 
 }  // namespace
 
-ObstacleTruth obstacle_truth(const FrameTruth& truth, const TruthGrid& truth_grid) {
+ObstacleTruth obstacle_truth(const FrameTruth& truth, const TruthGrid& truth_grid, const Rig& rig) {
   const Pose2 vehicle_from_world{inverse(truth.ego.world_from_vehicle)};
   ObstacleTruth known;
   known.knows_cells = true;
+  known.sigma_per_m2 = disparity_sigma_px / (rig.focal_px * rig.baseline_m);
   auto seen{sort_cells(truth, truth_grid.geometry, known)};
   for (const TruthObject& object : truth.objects) {
     if (is_moving(object)) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numbers>
 
 namespace stereogrid::evaluation {
 namespace {
@@ -73,6 +74,55 @@ double share_near(std::span<const Point2> outline, bool closed, std::span<const 
   const auto near{
       std::ranges::count_if(points, [&](Point2 point) { return is_near(outline, closed, point, reach_m); })};
   return static_cast<double>(near) / static_cast<double>(points.size());
+}
+
+OutlineShape shape_of(std::span<const Point2> outline, bool closed) {
+  constexpr double same_m{1e-6};
+  constexpr double turn_rad{30 * std::numbers::pi / 180};
+  std::vector<Point2> points;
+  for (const Point2 p : outline) {
+    if (points.empty() || std::hypot(p.x - points.back().x, p.y - points.back().y) > same_m) points.push_back(p);
+  }
+  OutlineShape shape{points.size(), 0, 0};
+  if (points.empty()) return shape;
+  const std::size_t edges{closed ? points.size() : points.size() - 1};
+  const auto edge = [&](std::size_t i) {
+    const Point2 a{points[i % points.size()]};
+    const Point2 b{points[(i + 1) % points.size()]};
+    return Point2{b.x - a.x, b.y - a.y};
+  };
+  for (std::size_t i{0}; i < edges; ++i) {
+    const Point2 a{edge(i)};
+    const Point2 b{edge(i + 1)};
+    shape.length_m += std::hypot(a.x, a.y);
+    if (i + 1 == edges && !closed) break;
+    if (std::abs(std::atan2(a.x * b.y - a.y * b.x, a.x * b.x + a.y * b.y)) > turn_rad) ++shape.turns;
+  }
+  return shape;
+}
+
+Slopes slopes_of(std::span<const Point2> outline) {
+  constexpr double ahead_min_m{0.1};
+  Slopes slopes{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  for (const Point2 p : outline) {
+    const double slope{p.y / std::max(p.x, ahead_min_m)};
+    slopes = {std::min(slopes.least, slope), std::max(slopes.most, slope)};
+  }
+  return slopes;
+}
+
+double nearest_on_ray(std::span<const Point2> polygon, double slope) {
+  double nearest{std::numeric_limits<double>::infinity()};
+  for (std::size_t i{0}; i < polygon.size(); ++i) {
+    const Point2 a{polygon[i]};
+    const Point2 b{polygon[i + 1 == polygon.size() ? 0 : i + 1]};
+    const double beside_a{a.y - slope * a.x};
+    const double beside_b{b.y - slope * b.x};
+    if ((beside_a > 0) == (beside_b > 0)) continue;
+    const double x{std::lerp(a.x, b.x, beside_a / (beside_a - beside_b))};
+    if (x > 0) nearest = std::min(nearest, x);
+  }
+  return nearest;
 }
 
 double distance_m(std::span<const Point2> polygon, Point2 point) {

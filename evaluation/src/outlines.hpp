@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -24,6 +25,21 @@ namespace stereogrid::evaluation {
 /// Share of the points that it is near to; 0 where there are none.
 [[nodiscard]] double share_near(std::span<const Point2> outline, bool closed, std::span<const Point2> points,
                                 double reach_m);
+/// Shape of an outline, without repeated points.
+struct OutlineShape {
+  std::size_t corners{0};
+  std::size_t turns{0};  ///< corners of more than 30°
+  double length_m{0};
+};
+[[nodiscard]] OutlineShape shape_of(std::span<const Point2> outline, bool closed);
+/// Slopes y/x of the rays from the origin between which an outline lies, and x at which a ray first meets it; infinite:
+/// nowhere.
+struct Slopes {
+  double least;
+  double most;
+};
+[[nodiscard]] Slopes slopes_of(std::span<const Point2> outline);
+[[nodiscard]] double nearest_on_ray(std::span<const Point2> polygon, double slope);
 /// From a point to the nearest place of a polygon; 0 inside.
 [[nodiscard]] double distance_m(std::span<const Point2> polygon, Point2 point);
 

@@ -67,12 +67,12 @@ struct Obstacle {
   double y_m{0};
   double vx_mps{0};
   double vy_mps{0};
-  double length_m{0};   ///< extent along yaw_rad
-  double width_m{0};    ///< extent across yaw_rad
-  double yaw_rad{0};    ///< heading of the motion, or of the longer side if static
-  double occupancy{0};  ///< mean P(occupied) of its cells
-  double age_s{0};      ///< time since the first observation
-  bool confirmed{false};
+  double length_m{0};               ///< extent along yaw_rad
+  double width_m{0};                ///< extent across yaw_rad
+  double yaw_rad{0};                ///< heading of the motion, or of the longer side if static
+  double occupancy{0};              ///< mean P(occupied) of its cells
+  double age_s{0};                  ///< time since the first observation
+  bool confirmed{false};            ///< observed in tracking.confirm_frames frames, and not beside the vehicle grid
   bool moving{false};               ///< faster than 1 m/s; its velocity is 0 until several frames have shown motion
   bool coasting{false};             ///< not observed in this frame: predicted
   double unseen_s{0};               ///< time since the last observation

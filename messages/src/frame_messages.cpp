@@ -135,9 +135,12 @@ struct FrameMessages::Implementation {
   Topic<grid_map_msgs::GridMap> grid_map{outlet.topic<grid_map_msgs::GridMap>("grid_map", true)};
   Topic<foxglove_msgs::Grid> packed_grid{outlet.topic<foxglove_msgs::Grid>("packed_grid", true)};
   Topic<nav2_dynamic_msgs::ObstacleArray> obstacles{outlet.topic<nav2_dynamic_msgs::ObstacleArray>("obstacles")};
+  Topic<vision_msgs::Detection3DArray> detections{outlet.topic<vision_msgs::Detection3DArray>("detections")};
   Topic<visualization_msgs::MarkerArray> markers{outlet.topic<visualization_msgs::MarkerArray>("obstacle_markers")};
   Topic<stereo_msgs::DisparityImage> disparity{outlet.topic<stereo_msgs::DisparityImage>("disparity")};
   Topic<sensor_msgs::PointCloud2> points{outlet.topic<sensor_msgs::PointCloud2>("points")};
+  Topic<sensor_msgs::PointCloud2> obstacle_points{outlet.topic<sensor_msgs::PointCloud2>("obstacle_points")};
+  Topic<sensor_msgs::PointCloud2> ground_points{outlet.topic<sensor_msgs::PointCloud2>("ground_points")};
   Topic<sensor_msgs::CameraInfo> camera_info{outlet.topic<sensor_msgs::CameraInfo>("left/camera_info")};
   Topic<sensor_msgs::CompressedImage> annotated{
       outlet.topic<sensor_msgs::CompressedImage>("left/image_annotated/compressed")};
@@ -233,6 +236,10 @@ void FrameMessages::Implementation::send_obstacles(const FrameResult& result) {
     mark(message.header, options.world_frame);
     fill(message, result, options.node);
   });
+  outlet.offer(detections, stamp_ns, [&](vision_msgs::Detection3DArray& message) {
+    mark(message.header, options.world_frame);
+    fill(message, result);
+  });
   outlet.offer(markers, stamp_ns,
                [&](visualization_msgs::MarkerArray& message) { fill(message, result, stamp, options.world_frame); });
 }
@@ -243,10 +250,17 @@ void FrameMessages::Implementation::send_images(const FrameResult& result) {
     mark(message.header, level_frame());
     fill(message, result.stages, level_rig);
   });
-  outlet.offer(points, stamp_ns, [&](sensor_msgs::PointCloud2& message) {
-    mark(message.header, options.vehicle_frame);
-    fill(message, result, level_rig);
-  });
+  std::optional<std::vector<LabelledPoint>> measured;
+  const auto offer = [&](Topic<sensor_msgs::PointCloud2>& topic, std::optional<PointLabel> label) {
+    outlet.offer(topic, stamp_ns, [&](sensor_msgs::PointCloud2& message) {
+      if (!measured) measured = points_of(result, level_rig);
+      mark(message.header, options.vehicle_frame);
+      fill(message, *measured, label);
+    });
+  };
+  offer(points, std::nullopt);
+  offer(obstacle_points, PointLabel::obstacle);
+  offer(ground_points, PointLabel::road);
 }
 
 void FrameMessages::Implementation::send_pictures(const FrameFacts& facts) {

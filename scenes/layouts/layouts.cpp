@@ -5,18 +5,12 @@
 namespace stereogrid::scenes {
 
 const std::vector<Layout>& layouts() {
-  static const std::vector<Layout> all{{"boxes", 10, build_boxes},
-                                       {"course", 100, build_course, 170},
-                                       {"crossing", 40, build_crossing},
-                                       {"empty", 20, build_empty},
-                                       {"occlusion", 10, build_occlusion},
-                                       {"pallet", 50, build_pallet},
-                                       {"step", 50, build_step},
-                                       {"street", 60, build_street},
-                                       {"table", 50, build_table},
-                                       {"terrain", 3, build_terrain},
-                                       {"van", 30, build_van},
-                                       {"wall", 5, build_wall}};
+  static const std::vector<Layout> all{
+      {"boxes", 10, build_boxes},       {"corridor", 600, build_corridor}, {"course", 100, build_course, 170},
+      {"crossing", 40, build_crossing}, {"empty", 20, build_empty},        {"occlusion", 10, build_occlusion},
+      {"pallet", 50, build_pallet},     {"step", 50, build_step},          {"street", 60, build_street},
+      {"table", 50, build_table},       {"terrain", 3, build_terrain},     {"van", 30, build_van},
+      {"wall", 5, build_wall}};
   return all;
 }
 

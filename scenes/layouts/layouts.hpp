@@ -24,6 +24,8 @@ struct Layout {
 
 /// Car still. Boxes 0.1, 0.15, 0.2, 0.3 and 0.5 m high from right to left, 8 and 14 m ahead; a kerb on the right.
 [[nodiscard]] World build_boxes(const SceneOptions& options);
+/// For a robot that finds its own way: a box, a walker, a ramp and, beside the goal, stairs down between walls.
+[[nodiscard]] World build_corridor(const SceneOptions& options);
 /// Car still. A walker crosses from right to left, a car behind him from left to right.
 [[nodiscard]] World build_crossing(const SceneOptions& options);
 /// Nothing but the road, at 5 m/s.

@@ -282,8 +282,8 @@ void FramePipeline::update_tracks(const LevelFrame& frame, bool is_usable, Frame
   }
   const HeldObstacles& held{near_.held(is_usable)};
   tracker_.update(result.world, clusters_.clusters, frame.world_from_vehicle, frame.dt_s, held.ids);
-  tracker_.report(frame.world_from_vehicle, result.obstacles);
-  near_.update(result, ground_, frame.world_from_vehicle, is_usable);
+  tracker_.report(frame.world_from_vehicle, vehicle_grid_of(config_.grid), result.obstacles);
+  near_.update(result, tracker_, ground_, frame.world_from_vehicle, is_usable);
   tell(held, result);
 }
 

@@ -55,9 +55,10 @@ inline Cluster screen() {
   return cluster;
 }
 
-inline std::vector<Obstacle> report_of(const Tracker& tracker, const Pose2& world_from_vehicle = {}) {
+inline std::vector<Obstacle> report_of(const Tracker& tracker, const Pose2& world_from_vehicle = {},
+                                       const GridGeometry& vehicle_grid = {-50, -50, 1, 100, 100}) {
   std::vector<Obstacle> obstacles(2);
-  tracker.report(world_from_vehicle, obstacles);
+  tracker.report(world_from_vehicle, vehicle_grid, obstacles);
   return obstacles;
 }
 

@@ -14,13 +14,15 @@ namespace {
 
 using namespace messages;
 
-// Source: the packages of ROS 2 Jazzy. tf2_msgs, grid_map_msgs and nav2_dynamic_msgs: rosidl_generator_type_description
-// 4.6.6 applied to their definitions. foxglove_msgs has no package of ROS in that list.
+// Source: the packages of ROS 2 Jazzy. tf2_msgs, grid_map_msgs, nav2_dynamic_msgs and vision_msgs:
+// rosidl_generator_type_description 4.6.6 applied to their definitions. foxglove_msgs has no package of ROS in that
+// list.
 const std::map<std::string_view, std::string_view> hashes_of_ros{
     {"nav_msgs/msg/OccupancyGrid", "RIHS01_8d348150c12913a31ee0ec170fbf25089e4745d17035792a1ba94d6f0bc0cfc7"},
     {"nav_msgs/msg/Odometry", "RIHS01_3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0"},
     {"grid_map_msgs/msg/GridMap", "RIHS01_343b0e72887541beda6b035cc053f2d6fffaad9d6dcb2773c15a808dfca31fde"},
     {"nav2_dynamic_msgs/msg/ObstacleArray", "RIHS01_30bef8eb1da85ccb8d8fd860be402b7710dd81b368d1622325aa617436b0cb2a"},
+    {"vision_msgs/msg/Detection3DArray", "RIHS01_793f5eab9595ac1c0da07873cc859db42eae51f0ee76056db8562515d830e018"},
     {"visualization_msgs/msg/MarkerArray", "RIHS01_86cb8800b6fb05b5eff1abd7a56f62a5641d3ae9a1c29e78e67e704f1d067dcf"},
     {"stereo_msgs/msg/DisparityImage", "RIHS01_1ec1ff6b5bace919e4544a37f2d96ead9f81783701b7b7a4d97a09325ecf2711"},
     {"sensor_msgs/msg/PointCloud2", "RIHS01_9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5"},

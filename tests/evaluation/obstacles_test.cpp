@@ -66,6 +66,27 @@ TEST(Obstacles, OfTheTruthItself) {
   EXPECT_TRUE(std::isnan(s.moving_wrong));
 }
 
+TEST(Obstacles, ShapesOfOutlines) {
+  Obstacle straight{box(7, 10, 0)};
+  straight.outline = {{8, -1}, {8, 1}, {8, 1}, {12, 1}, {12, -1}};
+  Obstacle teeth{box(8, 10, 5)};
+  teeth.kind = ObstacleKind::boundary;
+  teeth.outline = {{8, 4}, {9, 4}, {9, 5}, {8, 5}};
+  const ObstacleSummary s(scored(with({}), {straight, teeth}));
+  EXPECT_EQ(s.corners, 4) << "the repeated point does not count";
+  EXPECT_NEAR(s.turns_per_m, 6.0 / 15, 1e-12);
+  EXPECT_TRUE(std::isnan(s.near_side_sigmas));
+}
+
+TEST(Obstacles, DistancesOfNearSides) {
+  ObstacleTruth truth(with({thing(1, 10, 0)}));
+  EXPECT_TRUE(std::isnan(scored(truth, {box(7, 10, 0)}).near_side_sigmas)) << "labelled boxes";
+  truth.sigma_per_m2 = 0.01;  // 0.64 m at the near side, 8 m ahead
+  EXPECT_NEAR(scored(truth, {box(7, 10, 0)}).near_side_sigmas, 0, 1e-12);
+  EXPECT_NEAR(scored(truth, {box(7, 10.16, 0)}).near_side_sigmas, 0.25, 1e-12);
+  EXPECT_NEAR(scored(truth, {box(7, 9.84, 0)}).near_side_sigmas, 0.25, 1e-12) << "nearer";
+}
+
 TEST(Obstacles, ThatAreNotConfirmedDoNotCount) {
   auto unsure{box(7, 10, 0)};
   unsure.confirmed = false;
@@ -233,6 +254,9 @@ TEST(Obstacles, TruthOfLabelledBoxes) {
 }
 
 TEST(Obstacles, ExactTruth) {
+  Rig rig;
+  rig.focal_px = 300;
+  rig.baseline_m = 0.5;
   FrameTruth truth;
   const TruthGrid grid{{0, -5, 1, 25, 10}, 0.15, 1.8};
   truth.ego.world_from_vehicle = {100, 50, std::numbers::pi / 2};  // ahead is the world's y
@@ -254,9 +278,10 @@ TEST(Obstacles, ExactTruth) {
   wall.id = 4;
   wall.kind = "wall";
   truth.objects = {car, wall};
-  const ObstacleTruth known{obstacle_truth(truth, grid)};
+  const ObstacleTruth known{obstacle_truth(truth, grid, rig)};
   EXPECT_EQ(known.free.size(), 17U * 10 - 3 - 1);
   EXPECT_EQ(known.occupied.size(), 3U);
+  EXPECT_NEAR(known.sigma_per_m2, 0.3 / 150, 1e-12);
   EXPECT_EQ(known.movers.size(), 2U);
   EXPECT_NEAR(known.movers[0].centre.x, 10, 1e-9);
   ASSERT_EQ(known.things.size(), 1U);

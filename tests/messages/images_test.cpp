@@ -107,6 +107,24 @@ TEST(PointMessage, HasThePointsOfTheResult) {
   }
 }
 
+TEST(PointMessage, OfALabelHasItsPointsAlone) {
+  const FrameResult result{with_stages()};
+  const auto all{sent_on<PointCloud2>("/stereo_grid/points", result)};
+  std::vector<std::uint8_t> joined;
+  for (const char* topic : {"/stereo_grid/obstacle_points", "/stereo_grid/ground_points"}) {
+    const auto message{sent_on<PointCloud2>(topic, result)};
+    EXPECT_EQ(message.header.frame_id, "base_link");
+    EXPECT_EQ(message.width, 1u);
+    EXPECT_EQ(message.row_step, 16u);
+    ASSERT_EQ(message.data.size(), 16u);
+    EXPECT_EQ(message.data[12], topic == std::string{"/stereo_grid/ground_points"} ? 1 : 2);
+    joined.insert(joined.end(), message.data.begin(), message.data.end());
+  }
+  const bool begins_with_ground{all.data.at(12) == 1};
+  if (begins_with_ground) std::rotate(joined.begin(), joined.begin() + 16, joined.end());
+  EXPECT_EQ(joined, all.data);
+}
+
 TEST(ImageMessages, AreLeftOutWithoutStagesAndPicture) {
   Recorder recorder;
   FrameMessages{recorder, small_rig()}.send(small_result(), {});

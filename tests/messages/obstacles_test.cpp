@@ -10,6 +10,7 @@
 
 #include "stereogrid/messages/definition.hpp"
 #include "stereogrid/messages/nav2_dynamic_msgs.hpp"
+#include "stereogrid/messages/vision_msgs.hpp"
 #include "stereogrid/messages/visualization_msgs.hpp"
 #include "support.hpp"
 
@@ -66,6 +67,43 @@ std::vector<Marker> of_namespace(const MarkerArray& array, const std::string& na
   std::vector<Marker> found;
   std::ranges::copy_if(array.markers, std::back_inserter(found), [&](const Marker& one) { return one.ns == name; });
   return found;
+}
+
+TEST(DetectionMessage, HasEachFieldOfAnObstacle) {
+  Obstacle turned{car()};
+  turned.yaw_rad = std::numbers::pi / 2;  // π in the world
+  turned.position_covariance = {.xx = 0.25, .xy = 0.1, .yy = 0.0625};
+  turned.yaw_sigma_rad = 0.5;
+  Obstacle unconfirmed{car()};
+  unconfirmed.confirmed = false;
+  const auto array{sent_on<vision_msgs::Detection3DArray>(
+      "/stereo_grid/detections", with({turned, unconfirmed, wall()}), {.stamp_ns = 1'000'000'002})};
+  EXPECT_EQ(array.header.frame_id, "odom");
+  ASSERT_EQ(array.detections.size(), 2u);
+  const vision_msgs::Detection3D& one{array.detections[0]};
+  EXPECT_EQ(one.header.frame_id, "odom");
+  EXPECT_EQ(one.header.stamp.sec, 1);
+  EXPECT_EQ(one.header.stamp.nanosec, 2u);
+  EXPECT_EQ(one.id, "258");
+  EXPECT_NEAR(one.bbox.center.position.x, 9, 1e-9);
+  EXPECT_NEAR(one.bbox.center.position.y, 24, 1e-9);
+  EXPECT_NEAR(one.bbox.center.position.z, 0.75, 1e-9);
+  EXPECT_NEAR(std::abs(one.bbox.center.orientation.z), 1, 1e-9);
+  EXPECT_NEAR(one.bbox.center.orientation.w, 0, 1e-9);
+  EXPECT_EQ(one.bbox.size.x, 4);
+  EXPECT_EQ(one.bbox.size.y, 2);
+  EXPECT_EQ(one.bbox.size.z, 1.5);
+  ASSERT_EQ(one.results.size(), 1u);
+  EXPECT_EQ(one.results[0].hypothesis.class_id, "object");
+  EXPECT_EQ(one.results[0].hypothesis.score, 0.875);
+  EXPECT_EQ(one.results[0].pose.pose.position.x, one.bbox.center.position.x);
+  std::array<double, 36> covariance{};
+  covariance[0] = 0.0625;
+  covariance[1] = covariance[6] = -0.1;
+  covariance[7] = covariance[35] = 0.25;
+  for (std::size_t i{0}; i < 36; ++i) EXPECT_NEAR(one.results[0].pose.covariance.at(i), covariance.at(i), 1e-12) << i;
+  EXPECT_EQ(array.detections[1].results.at(0).hypothesis.class_id, "boundary");
+  EXPECT_EQ(array.detections[1].results[0].pose.covariance[35], 0);  // unknown
 }
 
 TEST(ObstacleMessage, IsInTheWorldsFrame) {

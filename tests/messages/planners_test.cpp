@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -197,6 +198,30 @@ TEST(Nav2Example, KeepsAScanThatLiesOnTheGround) {
     EXPECT_LT(node["min_obstacle_height"].as<double>(), 0);
     EXPECT_GT(node["max_obstacle_height"].as<double>(), 0);
   }
+}
+
+// Displays of RViz: each topic is one of ours, with its type and a compatible QoS.
+TEST(RvizConfiguration, ShowsTopicsThatArePublished) {
+  const std::map<std::string, std::string> types{{"Map", "nav_msgs/msg/OccupancyGrid"},
+                                                 {"MarkerArray", "visualization_msgs/msg/MarkerArray"},
+                                                 {"PointCloud2", "sensor_msgs/msg/PointCloud2"},
+                                                 {"LaserScan", "sensor_msgs/msg/LaserScan"}};
+  const YAML::Node file{YAML::LoadFile(STEREOGRID_PLANNERS "/../stereogrid_ros/config/stereo_grid.rviz")};
+  const YAML::Node manager{file["Visualization Manager"]};
+  EXPECT_EQ(manager["Global Options"]["Fixed Frame"].as<std::string>(), "odom");
+  int displays{0};
+  for (const YAML::Node& display : manager["Displays"]) {
+    const YAML::Node topic{display["Topic"]};
+    if (!topic) continue;
+    ++displays;
+    const std::string name{topic["Value"].as<std::string>()};
+    const std::string kind{display["Class"].as<std::string>().substr(std::string{"rviz_default_plugins/"}.size())};
+    const auto channel{std::ranges::find(street().channels, name, &Channel::topic)};
+    ASSERT_NE(channel, street().channels.end()) << name;
+    EXPECT_EQ(channel->type, types.at(kind)) << name;
+    EXPECT_EQ(topic["Durability Policy"].as<std::string>() == "Transient Local", channel->latched) << name;
+  }
+  EXPECT_EQ(displays, 6);
 }
 
 TEST(AutowareExample, ReadsFreeUnknownAndOccupied) {

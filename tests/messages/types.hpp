@@ -13,16 +13,17 @@
 #include "stereogrid/messages/sensor_msgs.hpp"
 #include "stereogrid/messages/stereo_msgs.hpp"
 #include "stereogrid/messages/tf2_msgs.hpp"
+#include "stereogrid/messages/vision_msgs.hpp"
 #include "stereogrid/messages/visualization_msgs.hpp"
 
 namespace stereogrid::messages::test {
 
 /// Published types; all others are parts of them.
-using Types =
-    std::tuple<nav_msgs::OccupancyGrid, nav_msgs::Odometry, grid_map_msgs::GridMap, foxglove_msgs::Grid,
-               nav2_dynamic_msgs::ObstacleArray, visualization_msgs::MarkerArray, stereo_msgs::DisparityImage,
-               sensor_msgs::PointCloud2, sensor_msgs::CompressedImage, sensor_msgs::LaserScan, sensor_msgs::Image,
-               sensor_msgs::CameraInfo, tf2_msgs::TFMessage, diagnostic_msgs::DiagnosticArray>;
+using Types = std::tuple<nav_msgs::OccupancyGrid, nav_msgs::Odometry, grid_map_msgs::GridMap, foxglove_msgs::Grid,
+                         nav2_dynamic_msgs::ObstacleArray, vision_msgs::Detection3DArray,
+                         visualization_msgs::MarkerArray, stereo_msgs::DisparityImage, sensor_msgs::PointCloud2,
+                         sensor_msgs::CompressedImage, sensor_msgs::LaserScan, sensor_msgs::Image,
+                         sensor_msgs::CameraInfo, tf2_msgs::TFMessage, diagnostic_msgs::DiagnosticArray>;
 
 /// Calls `work` with a message of each type.
 template <class Work>

@@ -32,7 +32,7 @@ CONFIG
 export_stand_in rclcpp rclcpp "$stand_in"
 export_stand_in rclcpp_components component "$stand_in"
 export_stand_in tf2_ros tf2_ros "$stand_in"
-ros=$source/build/ros/venv
+ros=$source/build/ros/jazzy
 if [ -e "$ros/share/sensor_msgs/cmake/sensor_msgsConfig.cmake" ]; then
   echo "Messages: the packages of $ros"
   # these wheels name the folder of Python's headers on the machine that has built them
@@ -60,7 +60,7 @@ colcon list | grep -q "stereogrid_ros.*(ros.ament_cmake)" || fail "colcon does n
 env ${ros:+AMENT_PREFIX_PATH="$ros"} colcon build --event-handlers console_direct+ --cmake-args -GNinja -DPython3_EXECUTABLE=/usr/bin/python3 -DBUILD_SHARED_LIBS=ON \
   -DCMAKE_PREFIX_PATH="$work/installed;$work/stand_in${ros:+;$ros}" >"$work/colcon.log" 2>&1 || { tail -30 "$work/colcon.log"; fail "colcon build"; }
 for file in lib/libstereogrid_ros.so lib/stereogrid_ros/stereo_grid share/stereogrid_ros/launch/stereo_grid.launch.py \
-  share/stereogrid_ros/config/stereo_grid.yaml share/ament_index/resource_index/packages/stereogrid_ros; do
+  share/stereogrid_ros/config/stereo_grid.yaml share/stereogrid_ros/config/stereo_grid.rviz share/ament_index/resource_index/packages/stereogrid_ros; do
   [ -e "install/stereogrid_ros/$file" ] || fail "not installed: $file"
 done
 

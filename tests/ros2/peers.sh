@@ -2,11 +2,11 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# peers.sh SOURCE TOOL TEST: a test of tests/ros2/peers with the Python and the packages of ROS 2 of build/ros/venv.
+# peers.sh SOURCE TOOL DISTRO TEST: a test of tests/ros2/peers with the Python and the packages of build/ros/DISTRO.
 set -euo pipefail
 
 source=$1
-ros=$source/build/ros/venv
+ros=$source/build/ros/$3
 [ -e "$ros/installed.txt" ] || { echo "SKIPPED: no ROS 2 in $ros (scripts/install-dependencies.sh --python)"; exit 77; }
 export STEREOGRID_TOOL=$2 AMENT_PREFIX_PATH=$ros LD_LIBRARY_PATH=$ros/lib${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
-exec "$ros/bin/python" -W ignore "$source/tests/ros2/peers/$3_test.py"
+exec "$ros/bin/python" -W ignore "$source/tests/ros2/peers/$4_test.py"

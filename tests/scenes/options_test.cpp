@@ -69,9 +69,9 @@ TEST(ParseScene, PrefixAndSettingsMayBeLeftOut) {
 }
 
 TEST(ParseScene, ComplaintsNameWhatWouldMend) {
-  EXPECT_NE(
-      complaint("scene:stret").find("scene:stret: there is no such scene. Known scenes: boxes course crossing empty"),
-      std::string::npos);
+  EXPECT_NE(complaint("scene:stret")
+                .find("scene:stret: there is no such scene. Known scenes: boxes corridor course crossing empty"),
+            std::string::npos);
   EXPECT_NE(complaint("").find("Known scenes"), std::string::npos);
   EXPECT_NE(complaint("street?widht=3").find("no key \"widht\". Known keys: seed, frames, width"), std::string::npos);
   EXPECT_NE(complaint("street?frames").find("key=value"), std::string::npos);

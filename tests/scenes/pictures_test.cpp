@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -30,6 +31,19 @@ std::uint64_t hash_of(const Scene& scene, std::size_t index) {
   for (const std::uint8_t seen : truth.seen_by_both) add_to_hash(hash, seen);
   for (const std::uint8_t state : truth.state) add_to_hash(hash, state);
   return hash;
+}
+
+TEST(Pictures, ShowTheInstantFromElsewhere) {
+  const Scene scene{parse_scene("corridor?camera=robot&width=160&height=100")};
+  const auto is_same = [](const StereoFrame& a, const StereoFrame& b) { return std::ranges::equal(a.left, b.left); };
+  const StereoFrame driven{scene.load(5)};
+  const Pose2 place{*driven.world_from_vehicle};
+  EXPECT_TRUE(is_same(scene.load(5, place), driven));
+  const Pose2 elsewhere{place * Pose2{0.5, 0, 0.1}};
+  const StereoFrame moved{scene.load(5, elsewhere)};
+  EXPECT_EQ(moved.world_from_vehicle, elsewhere);
+  EXPECT_EQ(moved.stamp_ns, driven.stamp_ns);
+  EXPECT_FALSE(is_same(moved, driven));
 }
 
 TEST(Pictures, AreWhatTheyWere) {

@@ -6,14 +6,16 @@
 
 namespace stereogrid::app {
 
-McapSink::McapSink(const std::filesystem::path& file) : writer_{file} {}
+McapSink::McapSink(const std::filesystem::path& file, bool all) : writer_{file}, all_{all} {}
 
 std::uint32_t McapSink::add(const messages::Channel& channel) {
+  const bool is_wanted{!all_ || !channel.topic.ends_with("_points")};
+  Open& open{channels_.emplace_back(Open{0, 0, is_wanted})};
+  if (!is_wanted) return static_cast<std::uint32_t>(channels_.size() - 1);
   const mcap::OfferedQos qos{.depth = channel.latched ? 1 : 10, .transient_local = channel.latched};
   const std::uint16_t schema{writer_.add_schema(channel.type, "ros2msg", channel.definition)};
-  channels_.push_back(
-      {writer_.add_channel(channel.topic, "cdr", schema, {{"offered_qos_profiles", mcap::offered_qos_profiles(qos)}}),
-       0});
+  open.id =
+      writer_.add_channel(channel.topic, "cdr", schema, {{"offered_qos_profiles", mcap::offered_qos_profiles(qos)}});
   return static_cast<std::uint32_t>(channels_.size() - 1);
 }
 

@@ -24,7 +24,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 4> topics_of_stages{"disparity", "points", "left/image_annotated/compressed",
+constexpr std::array<std::string_view, 6> topics_of_stages{"disparity",
+                                                           "points",
+                                                           "obstacle_points",
+                                                           "ground_points",
+                                                           "left/image_annotated/compressed",
                                                            "u_disparity/compressed"};
 
 /// Makes its folder.
@@ -113,7 +117,7 @@ struct MessageOutput::State {
     }
     if (viewers != nullptr) sinks.push_back(&live.emplace(*viewers));
     if (!options.mcap.empty()) {
-      recording.emplace(ready(options.mcap));
+      recording.emplace(ready(options.mcap), options.topics.empty());
       if (options.topics.empty()) sinks.push_back(&*recording);
     }
     messages::FrameMessagesOptions sent{sent_by(options)};

@@ -43,6 +43,7 @@ Json errors_of(const evaluation::ObstacleSummary& s) {
   return {{"matches", s.tracking.matches},
           {"centre_m", number(s.centre_error_m)},
           {"nearest_edge_m", number(s.nearest_edge_error_m)},
+          {"near_side_sigmas", number(s.near_side_sigmas)},
           {"length_m", number(s.length_error_m)},
           {"width_m", number(s.width_error_m)},
           {"movers", s.movers},
@@ -75,7 +76,9 @@ std::string things_of(const Json& o) {
                o.at("moving_cells_standing"));
   text += line("velocity error of things that move", o.at("speed_error_mps"), "m/s");
   text += line("area, median", o.at("area_median_m2"), "m²");
-  return text + line("area that 90 % do not exceed", o.at("area_p90_m2"), "m²");
+  text += line("area that 90 % do not exceed", o.at("area_p90_m2"), "m²");
+  text += line("corners of an outline, mean", o.at("corners"));
+  return text + line("turns above 30°", o.at("turns_per_m"), "per m");
 }
 
 std::string tracks_of(const Json& t) {
@@ -95,6 +98,7 @@ std::string tracks_of(const Json& t) {
 std::string errors_text_of(const Json& e) {
   std::string text{line("error of the centre", e.at("centre_m"), "m")};
   text += line("error of the distance to the nearest edge", e.at("nearest_edge_m"), "m");
+  text += line("mean distance of near sides", e.at("near_side_sigmas"), "σ");
   text += line("error of the length", e.at("length_m"), "m");
   text += line("error of the width", e.at("width_m"), "m");
   text += line(fmt::format("speed error of {} that move", e.at("movers").dump()), e.at("speed_mps"), "m/s");
@@ -127,6 +131,8 @@ Json json_of(const evaluation::ObstacleSummary& s) {
           {"speed_error_mps", number(s.speed_error_mps)},
           {"area_median_m2", number(s.area_median_m2)},
           {"area_p90_m2", number(s.area_p90_m2)},
+          {"corners", number(s.corners)},
+          {"turns_per_m", number(s.turns_per_m)},
           {"tracking", tracking_of(s.tracking, s.knows_false)},
           {"errors", errors_of(s)}};
 }

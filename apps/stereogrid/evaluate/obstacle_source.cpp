@@ -47,7 +47,7 @@ std::optional<evaluation::ObstacleTruth> ObstacleSource::frame(
                                       known ? &known->labels : nullptr);
   }
   if (!known || !known->truth) return std::nullopt;
-  return evaluation::obstacle_truth(*known->truth, truth_.grid());
+  return evaluation::obstacle_truth(*known->truth, truth_.grid(), truth_.input().source->rig());
 }
 
 }  // namespace stereogrid::app

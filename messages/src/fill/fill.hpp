@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,8 +23,10 @@
 #include "stereogrid/messages/std_msgs.hpp"
 #include "stereogrid/messages/stereo_msgs.hpp"
 #include "stereogrid/messages/tf2_msgs.hpp"
+#include "stereogrid/messages/vision_msgs.hpp"
 #include "stereogrid/messages/visualization_msgs.hpp"
 #include "stereogrid/occupancy_values.hpp"
+#include "stereogrid/points.hpp"
 #include "stereogrid/result.hpp"
 
 // Conversion of a frame's result. All functions write all fields of a message but its header, and reuse its memory.
@@ -41,13 +44,16 @@ void fill(foxglove_msgs::Grid& message, const FrameResult& result);
 
 /// In the world frame. `node`: part of what makes their ids unique.
 void fill(nav2_dynamic_msgs::ObstacleArray& message, const FrameResult& result, const std::string& node);
+/// In the world frame. Copies the message's header into the detections.
+void fill(vision_msgs::Detection3DArray& message, const FrameResult& result);
 /// In the world frame.
 void fill(visualization_msgs::MarkerArray& message, const FrameResult& result, const builtin_interfaces::Time& stamp,
           const std::string& world_frame);
 
 void fill(stereo_msgs::DisparityImage& message, const StageImages& stages, const Rig& level_rig);
-/// In the vehicle frame. Throws InputError as points_of does.
-void fill(sensor_msgs::PointCloud2& message, const FrameResult& result, const Rig& level_rig);
+/// Points of points_of(), all or those of a label.
+void fill(sensor_msgs::PointCloud2& message, std::span<const LabelledPoint> points,
+          std::optional<PointLabel> label = std::nullopt);
 /// Calibration of the left camera's rectified images.
 void fill(sensor_msgs::CameraInfo& message, const Rig& rig);
 void fill(sensor_msgs::CompressedImage& message, std::span<const std::byte> jpeg);

@@ -7,7 +7,6 @@
 
 #include "fill/fill.hpp"
 #include "stereogrid/error.hpp"
-#include "stereogrid/points.hpp"
 
 namespace stereogrid::messages {
 namespace {
@@ -62,10 +61,10 @@ void fill(stereo_msgs::DisparityImage& message, const StageImages& stages, const
   message.delta_d = disparity_step;
 }
 
-void fill(sensor_msgs::PointCloud2& message, const FrameResult& result, const Rig& level_rig) {
-  const std::vector<LabelledPoint> points{points_of(result, level_rig)};
+void fill(sensor_msgs::PointCloud2& message, std::span<const LabelledPoint> points, std::optional<PointLabel> label) {
+  const auto is_wanted = [&](const LabelledPoint& point) { return !label || point.label == *label; };
   message.height = 1;
-  message.width = static_cast<std::uint32_t>(points.size());
+  message.width = static_cast<std::uint32_t>(std::ranges::count_if(points, is_wanted));
   message.fields.resize(point_fields.size());
   for (std::size_t i{0}; i < point_fields.size(); ++i) {
     message.fields[i].name = point_fields[i].name;
@@ -76,9 +75,10 @@ void fill(sensor_msgs::PointCloud2& message, const FrameResult& result, const Ri
   message.point_step = point_bytes;
   message.row_step = message.width * message.point_step;
   message.is_dense = true;
-  message.data.resize(points.size() * point_bytes);
+  message.data.resize(message.row_step);
   std::uint8_t* to{message.data.data()};
   for (const LabelledPoint& point : points) {
+    if (!is_wanted(point)) continue;
     const std::array<float, 3> place{point.x_m, point.y_m, point.z_m};
     std::memcpy(to, place.data(), sizeof(place));
     to[12] = static_cast<std::uint8_t>(point.label);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 #include <string_view>
 
 #include "fill/fill.hpp"
@@ -49,6 +50,24 @@ void fill_obstacle(nav2_dynamic_msgs::Obstacle& message, const Obstacle& obstacl
   message.velocity_covariance = in_world(obstacle.velocity_covariance, world_from_vehicle.yaw_rad);
 }
 
+void fill_detection(vision_msgs::Detection3D& message, const Obstacle& obstacle, const Pose2& world_from_vehicle) {
+  const Pose2 pose{world_from_vehicle * Pose2{obstacle.x_m, obstacle.y_m, obstacle.yaw_rad}};
+  message.bbox.center = {{pose.x_m, pose.y_m, obstacle.height_m / 2}, rotation_about_z(pose.yaw_rad)};
+  message.bbox.size = {obstacle.length_m, obstacle.width_m, std::abs(obstacle.height_m)};
+  message.id = std::to_string(obstacle.id);
+  message.results.resize(1);
+  vision_msgs::ObjectHypothesisWithPose& hypothesis{message.results.front()};
+  hypothesis.hypothesis.class_id = names_of(ObstacleKind{})[static_cast<std::size_t>(obstacle.kind)];
+  hypothesis.hypothesis.score = obstacle.occupancy;
+  hypothesis.pose.pose = message.bbox.center;
+  const std::array<double, 9> position{in_world(obstacle.position_covariance, world_from_vehicle.yaw_rad)};
+  for (std::size_t row{0}; row < 3; ++row) {
+    std::copy_n(position.begin() + 3 * row, 3, hypothesis.pose.covariance.begin() + 6 * row);
+  }
+  const bool is_known{std::isfinite(obstacle.yaw_sigma_rad)};
+  hypothesis.pose.covariance.back() = is_known ? obstacle.yaw_sigma_rad * obstacle.yaw_sigma_rad : 0;
+}
+
 }  // namespace
 
 void fill(nav2_dynamic_msgs::ObstacleArray& message, const FrameResult& result, const std::string& node) {
@@ -58,6 +77,18 @@ void fill(nav2_dynamic_msgs::ObstacleArray& message, const FrameResult& result, 
     fill_obstacle(message.obstacles.emplace_back(), obstacle, result.world_from_vehicle);
     put(hash_of(node), std::span{message.obstacles.back().uuid.uuid}.first<8>());
   }
+}
+
+void fill(vision_msgs::Detection3DArray& message, const FrameResult& result) {
+  std::size_t used{0};
+  for (const Obstacle& obstacle : result.obstacles) {
+    if (!obstacle.confirmed) continue;
+    if (used == message.detections.size()) message.detections.emplace_back();
+    vision_msgs::Detection3D& detection{message.detections[used++]};
+    detection.header = message.header;
+    fill_detection(detection, obstacle, result.world_from_vehicle);
+  }
+  message.detections.resize(used);
 }
 
 }  // namespace stereogrid::messages

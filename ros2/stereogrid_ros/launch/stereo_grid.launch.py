@@ -4,14 +4,15 @@
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
+from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
-from launch_ros.actions import ComposableNodeContainer
+from launch_ros.actions import ComposableNodeContainer, Node
 from launch_ros.descriptions import ComposableNode
 from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description():
-    """Arguments: camera (namespace of left/ and right/), parameters (a YAML file)."""
+    """Arguments: camera (namespace of left/ and right/), parameters (YAML file), rviz (true)."""
     share = FindPackageShare('stereogrid_ros')
     usual = PathJoinSubstitution([share, 'config', 'stereo_grid.yaml'])
     camera = LaunchConfiguration('camera')
@@ -26,6 +27,12 @@ def generate_launch_description():
     return LaunchDescription([
         DeclareLaunchArgument('camera', default_value='/stereo'),
         DeclareLaunchArgument('parameters', default_value=usual),
+        DeclareLaunchArgument('rviz', default_value='false'),
+        Node(
+            package='rviz2',
+            executable='rviz2',
+            arguments=['-d', PathJoinSubstitution([share, 'config', 'stereo_grid.rviz'])],
+            condition=IfCondition(LaunchConfiguration('rviz'))),
         ComposableNodeContainer(
             name='stereo_grid_container',
             namespace='',

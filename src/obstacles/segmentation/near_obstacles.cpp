@@ -111,13 +111,13 @@ void NearObstacles::take_cells(const Obstacle& obstacle, const GridLayers& world
   }
 }
 
-void NearObstacles::update(const FrameResult& result, const Ground& road, const Pose2& world_from_vehicle,
-                           bool is_reliable) {
+void NearObstacles::update(const FrameResult& result, const Tracker& tracker, const Ground& road,
+                           const Pose2& world_from_vehicle, bool is_reliable) {
   const GridGeometry& window{result.world.geometry};
   const auto obstacle_of = [&](std::int64_t id) {
     return std::ranges::find(result.obstacles, id, [](const Obstacle& obstacle) { return obstacle.id; });
   };
-  const auto is_seen = [&](const Obstacle& obstacle) { return obstacle.confirmed && !obstacle.coasting; };
+  const auto is_seen = [&](const Obstacle& obstacle) { return !obstacle.coasting && tracker.is_certain(obstacle.id); };
   std::size_t kept{0};
   for (std::size_t i{0}; i < cells_.size(); ++i) {
     const CellState state{states_[i]};

@@ -11,6 +11,7 @@
 #include "ground/model.hpp"
 #include "ground/trust.hpp"
 #include "held_bytes.hpp"
+#include "obstacles/tracking/tracking.hpp"
 #include "stereogrid/camera.hpp"
 #include "stereogrid/config.hpp"
 #include "stereogrid/frame.hpp"
@@ -38,8 +39,10 @@ class NearObstacles {
                const GridGeometry& window);
   /// Result of compare(). In a reliable frame, only unmatchable obstacles are held.
   [[nodiscard]] const HeldObstacles& held(bool is_reliable) const { return is_reliable ? unmatchable_ : present_; }
-  /// Replaces the cells of near obstacles observed in the frame. Reads world and obstacles of `result`.
-  void update(const FrameResult& result, const Ground& road, const Pose2& world_from_vehicle, bool is_reliable);
+  /// Replaces the cells of near obstacles observed in the frame. Reads world and obstacles of `result`, which `tracker`
+  /// has reported.
+  void update(const FrameResult& result, const Tracker& tracker, const Ground& road, const Pose2& world_from_vehicle,
+              bool is_reliable);
 
   void clear() { cells_.clear(); }
   [[nodiscard]] bool empty() const { return cells_.empty(); }

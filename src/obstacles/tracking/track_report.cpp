@@ -23,13 +23,23 @@ double heading_sigma_of(const MotionState& motion) {
   return std::sqrt(squared(motion.velocity_covariance(), {-velocity.y, velocity.x})) / square;
 }
 
+Bounds bounds_of(const GridGeometry& grid) {
+  return {{grid.x_min_m, grid.y_min_m},
+          {grid.x_min_m + grid.nx * grid.cell_size_m, grid.y_min_m + grid.ny * grid.cell_size_m}};
+}
+
 }  // namespace
 
-void Tracker::report(const Pose2& world_from_vehicle, std::vector<Obstacle>& obstacles) const {
+void Tracker::report(const Pose2& world_from_vehicle, const GridGeometry& vehicle_grid,
+                     std::vector<Obstacle>& obstacles) const {
+  const Bounds grid{bounds_of(vehicle_grid)};
   const Pose2 vehicle_from_world{inverse(world_from_vehicle)};
   obstacles.clear();
   for (const Track& track : tracks_) {
-    if (!track.is_merged) obstacles.push_back(obstacle_of(track, vehicle_from_world));
+    if (track.is_merged) continue;
+    Obstacle obstacle{obstacle_of(track, vehicle_from_world)};
+    obstacle.confirmed = track.sightings >= config_.confirm_frames && bounds_of(obstacle.outline).gap_to(grid, {}) == 0;
+    obstacles.push_back(obstacle);
   }
 }
 
@@ -56,7 +66,6 @@ Obstacle Tracker::obstacle_of(const Track& track, const Pose2& vehicle_from_worl
   obstacle.yaw_rad = std::remainder(yaw_rad + vehicle_from_world.yaw_rad, 2 * M_PI);
   obstacle.occupancy = track.shape.occupancy;
   obstacle.age_s = track.age_s;
-  obstacle.confirmed = is_confirmed(track);
   obstacle.moving = std::hypot(velocity.x, velocity.y) > moving_mps;
   obstacle.coasting = track.unseen_s > 0;
   obstacle.unseen_s = track.unseen_s;

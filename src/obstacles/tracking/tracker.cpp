@@ -171,8 +171,13 @@ void Tracker::begin_track(const Cluster& cluster, const Pose2& camera) {
   tracks_.push_back(track);
 }
 
-bool Tracker::is_confirmed(const Track& track) const {
+bool Tracker::is_certain(const Track& track) const {
   return track.sightings >= config_.confirm_frames || track.pixels >= surely_seen_px;
+}
+
+bool Tracker::is_certain(std::int64_t id) const {
+  const auto track = std::ranges::find(tracks_, id, &Track::id);
+  return track != tracks_.end() && is_certain(*track);
 }
 
 // Pieces of a thing that moves, of which one has grown to where the other one is. It keeps its older id, whichever
@@ -213,7 +218,7 @@ bool Tracker::are_one_mover(const Track& piece, const Track& whole) {
 // Time limit for unobserved tracks: twice their observed time, so that fragments of a frame end with it.
 bool Tracker::is_forgotten(const Track& track) const {
   const double seen_s{track.age_s - track.unseen_s};
-  return track.unseen_s > std::min(config_.coast_s, 2 * seen_s) || !is_confirmed(track) ||
+  return track.unseen_s > std::min(config_.coast_s, 2 * seen_s) || !is_certain(track) ||
          (track.is_merged && seen_s < known_s);
 }
 

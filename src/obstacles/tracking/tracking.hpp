@@ -37,8 +37,11 @@ class Tracker {
   void update(const GridLayers& world, const std::vector<Cluster>& clusters, const Pose2& world_from_vehicle,
               double dt_s, std::span<const std::int64_t> held = {});
 
-  /// The tracks as obstacles in the vehicle frame.
-  void report(const Pose2& world_from_vehicle, std::vector<Obstacle>& obstacles) const;
+  /// The tracks as obstacles in the vehicle frame. Obstacles beside `vehicle_grid` are not confirmed.
+  void report(const Pose2& world_from_vehicle, const GridGeometry& vehicle_grid,
+              std::vector<Obstacle>& obstacles) const;
+  /// True: the track exists, and has been seen often or large enough not to be a false match.
+  [[nodiscard]] bool is_certain(std::int64_t id) const;
 
   template <class State>
   void exchange(State& state) {
@@ -102,7 +105,7 @@ class Tracker {
   void correct(Track& track, const Cluster& cluster, const Pose2& camera) const;
   void correct_place(Track& track, const Cluster& cluster, const Pose2& camera) const;
   void begin_track(const Cluster& cluster, const Pose2& camera);
-  [[nodiscard]] bool is_confirmed(const Track& track) const;
+  [[nodiscard]] bool is_certain(const Track& track) const;
   static bool is_replaced(const Track& track, const std::vector<Cluster>& clusters);
   void merge_movers();
   static bool are_one_mover(const Track& piece, const Track& whole);

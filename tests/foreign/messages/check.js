@@ -9,7 +9,7 @@ const { MessageReader, MessageWriter } = require("@foxglove/rosmsg2-serializatio
 const { ros2humble, ros2jazzy } = require("@foxglove/rosmsg-msgs-common");
 
 // in none of ROS's own repositories, so not among these definitions
-const elsewhere = /^(foxglove_msgs|grid_map_msgs|nav2_dynamic_msgs)\//;
+const elsewhere = /^(foxglove_msgs|grid_map_msgs|nav2_dynamic_msgs|vision_msgs)\//;
 let compared = 0;
 
 function fail(text) {

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Images, CameraInfo, depth, odometry and /clock of nodes of ROS 2 Jazzy, as the tool receives them."""
+"""Images, CameraInfo, depth, odometry and /clock of nodes of ROS 2, as the tool receives them."""
 import time
 import unittest
 

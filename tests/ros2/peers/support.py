@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The stereogrid authors
 # SPDX-License-Identifier: Apache-2.0
-"""Nodes of ROS 2 Jazzy (rclpy with Fast DDS) beside the tool, on this machine only."""
+"""Nodes of ROS 2 (rclpy with Fast DDS) beside the tool, on this machine only."""
 import json
 import os
 import signal

@@ -100,7 +100,8 @@ function obstacles() {
       ['free cells inside outlines', digits(o.free_covered) + of(`of ${o.free_cells}`)],
       ['moving obstacles where nothing moves', digits(o.moving_wrong) + of(`of ${o.moving}`)],
       ['velocity error of things that move, median, m/s', digits(o.speed_error_mps)],
-      ['area, median and 90 %, m²', `${digits(o.area_median_m2)} and ${digits(o.area_p90_m2)}`]]],
+      ['area, median and 90 %, m²', `${digits(o.area_median_m2)} and ${digits(o.area_p90_m2)}`],
+      ['corners of an outline, turns per metre', `${digits(o.corners)} and ${digits(o.turns_per_m)}`]]],
     ['followed', [
       ['MOTA', digits(t.mota)], ['MOTP, mean distance of centres, m', digits(t.motp_m)], ['IDF1', digits(t.idf1)], ['IDP', digits(t.idp)],
       ['IDR', digits(t.idr)], ['misses', t.misses + of(`of ${t.objects}`)], ['false positives', count(t.false_positives)],
@@ -108,6 +109,7 @@ function obstacles() {
       ['mostly tracked, mostly lost', `${t.mostly_tracked}, ${t.mostly_lost}` + of(`of ${t.tracks}`)]]],
     [`matched, medians of ${e.matches}`, [
       ['error of the centre, m', digits(e.centre_m)], ['error of the distance to the nearest edge, m', digits(e.nearest_edge_m)],
+      ['mean distance of near sides, σ', digits(e.near_side_sigmas)],
       ['error of length and width, m', `${digits(e.length_m)} and ${digits(e.width_m)}`],
       ['speed error, m/s', digits(e.speed_mps) + of(`of ${e.movers} that move`)],
       ['heading error, °', digits(e.heading_deg) + of(`of ${e.headings} that are said to move`)]]],

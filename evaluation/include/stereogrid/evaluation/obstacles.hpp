@@ -42,6 +42,7 @@ struct ObstacleTruth {
   };
   std::vector<Thing> things;
   std::vector<Circle> movers;
+  double sigma_per_m2{0};        ///< standard deviation of a depth over its square; 0: near sides are not scored
   bool knows_cells{false};       ///< free space is labelled
   std::vector<Point2> free;      ///< centres of the cells that are seen free, from 3 to 20 m ahead
   std::vector<Point2> occupied;  ///< likewise
@@ -49,7 +50,9 @@ struct ObstacleTruth {
 
 /// Builds it from exact truth. Things exclude buildings, walls, hedges, trees, kerbs, fences and ground, and have 250
 /// pixels or more and at least two seen cells. Those faster than 0.5 m/s move; from 0.3 m/s on they have a circle.
-[[nodiscard]] STEREOGRID_EXPORT ObstacleTruth obstacle_truth(const FrameTruth& truth, const TruthGrid& truth_grid);
+/// `rig`: of the recording.
+[[nodiscard]] STEREOGRID_EXPORT ObstacleTruth obstacle_truth(const FrameTruth& truth, const TruthGrid& truth_grid,
+                                                             const Rig& rig);
 
 /// Builds it from labelled boxes. Things are not largely hidden, and at least 8 of 22 points on the two sides that face
 /// the camera lie 3 to 20 m ahead within the image's columns. `cells`: labels of the frame's cells; nullptr: none.
@@ -85,6 +88,8 @@ struct ObstacleSummary {
   double speed_error_mps{nothing};  ///< length of the difference of velocities
   double area_median_m2{nothing};
   double area_p90_m2{nothing};
+  double corners{nothing};      ///< mean number of an outline's distinct points
+  double turns_per_m{nothing};  ///< corners of more than 30° per metre of outline
 
   bool knows_false{false};  ///< truth allows to find false obstacles; otherwise false_positives and the following are
                             ///< void
@@ -93,6 +98,8 @@ struct ObstacleSummary {
   // Medians over the matches of `tracking`.
   double centre_error_m{nothing};
   double nearest_edge_error_m{nothing};
+  double near_side_sigmas{
+      nothing};  ///< mean distance of near sides along the rays, in standard deviations of the depth
   double length_error_m{nothing};
   double width_error_m{nothing};
   std::size_t movers{0};
@@ -114,12 +121,14 @@ class STEREOGRID_EXPORT ObstacleScores {
   using Shares = std::vector<double>;  // [thing][candidate]: shares of the thing's seen points
   [[nodiscard]] static Candidates candidates_of(std::span<const Obstacle> reported);
   void add_cells(const ObstacleTruth& truth, const Candidates& candidates);
+  void add_outlines(const Candidates& candidates);
   void add_moving_cells(std::span<const Point2> cells, const Candidates& candidates);
   void add_motion(const ObstacleTruth& truth, const Candidates& candidates);
   void add_thing(const Thing& thing, std::span<const double> shares, const Candidates& candidates);
   void add_merged(const ObstacleTruth& truth, const Shares& shares, const Candidates& candidates);
   void add_tracks(const ObstacleTruth& truth, const Shares& shares, const Candidates& candidates);
   void add_errors(const Thing& thing, const Candidate& candidate);
+  void add_near_side(const Thing& thing, const Candidate& candidate, double sigma_per_m2);
 
   struct Counts {
     std::size_t frames{0};
@@ -135,8 +144,14 @@ class STEREOGRID_EXPORT ObstacleScores {
     std::size_t moving_wrong{0};
     std::size_t moving_cells{0};
     std::size_t moving_cells_standing{0};
+    std::size_t outlines{0};
+    std::size_t corners{0};
+    std::size_t turns{0};
+    std::size_t rays{0};
     bool knows_cells{false};
   } counts_;
+  double outlines_m_{0};   ///< length of all
+  double near_sigmas_{0};  ///< sum over the rays
   struct Errors {
     std::vector<double> velocity_mps;
     std::vector<double> centre_m;

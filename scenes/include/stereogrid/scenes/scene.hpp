@@ -75,6 +75,8 @@ class STEREOGRID_EXPORT Scene : public FrameSource {
   [[nodiscard]] std::string name(std::size_t index) const override;
   /// Renders both images. Throws InputError beyond the last frame.
   [[nodiscard]] StereoFrame load(std::size_t index) const override;
+  /// The same instant, seen by a vehicle that is elsewhere than the scene's motion has it.
+  [[nodiscard]] StereoFrame load(std::size_t index, const Pose2& world_from_vehicle) const;
 
   /// With every default filled in.
   [[nodiscard]] const SceneOptions& options() const;

@@ -427,7 +427,7 @@ TEST(ClusterVelocities, OfPointsReachATrackSoon) {
     cluster.velocity_covariance = {sigma_mps * sigma_mps, 0, sigma_mps * sigma_mps};
     for (int frame{0}; frame < 3; ++frame) tracker.update(world, {cluster}, {}, 0.1);
     std::vector<Obstacle> obstacles;
-    tracker.report({}, obstacles);
+    tracker.report({}, {-50, -50, 1, 100, 100}, obstacles);
     return obstacles.at(0).vx_mps;
   };
   EXPECT_GT(speed_of(0.4), 2.2);

@@ -33,14 +33,41 @@ TEST(Tracker, FollowsAMovingBlob) {
   EXPECT_LT(last.velocity_covariance.xx, 1);
 }
 
-TEST(Tracker, WhatIsSeenLargeIsConfirmedAtOnce) {
+TEST(Tracker, LargeBlobsAreConfirmedByFramesToo) {
   GroundSeenFree world;
   Tracker tracker{plain_config(), PaintedObstacles::rig()};
   Cluster large{blob_at(3, 0)};
-  large.pixels = 400;
-  update(tracker, world, {large, blob_at(5, 2)}, 0.1);
+  large.pixels = 4000;
+  for (int step{0}; step < 3; ++step) {
+    update(tracker, world, {large, blob_at(5, 2)}, 0.1);
+    EXPECT_EQ(report_of(tracker).at(0).confirmed, step == 2) << step;
+    EXPECT_TRUE(tracker.is_certain(1)) << step;
+    EXPECT_EQ(tracker.is_certain(2), step == 2) << step;
+  }
+  EXPECT_FALSE(tracker.is_certain(3));
+}
+
+TEST(Tracker, OneFrameConfirmsIfSet) {
+  GroundSeenFree world;
+  TrackingConfig config{plain_config()};
+  config.confirm_frames = 1;
+  Tracker tracker{config, PaintedObstacles::rig()};
+  update(tracker, world, {blob_at(3, 0)}, 0.1);
   EXPECT_TRUE(report_of(tracker).at(0).confirmed);
-  EXPECT_FALSE(report_of(tracker).at(1).confirmed);
+}
+
+TEST(Tracker, BlobsBesideTheGridAreNotConfirmed) {
+  GroundSeenFree world;
+  Tracker tracker{plain_config(), PaintedObstacles::rig()};
+  for (int step{0}; step < 5; ++step) update(tracker, world, {blob_at(3, 0)}, 0.1);
+  const auto is_confirmed = [&](const GridGeometry& grid, const Pose2& vehicle = {}) {
+    return report_of(tracker, vehicle, grid).at(0).confirmed;
+  };
+  EXPECT_TRUE(is_confirmed({0, -5, 0.5, 10, 20}));
+  EXPECT_TRUE(is_confirmed({0, -5, 0.25, 11, 40})) << "partly inside";
+  EXPECT_FALSE(is_confirmed({0, -5, 0.25, 10, 40})) << "ahead of it";
+  EXPECT_FALSE(is_confirmed({0, 0.5, 0.5, 10, 20})) << "to the right of it";
+  EXPECT_FALSE(is_confirmed({0, -5, 0.5, 10, 20}, {4, 0, 0})) << "behind the vehicle";
 }
 
 TEST(Tracker, EndsWhereTheCameraDoesNotLook) {

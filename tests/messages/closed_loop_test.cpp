@@ -1,0 +1,281 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A round robot that finds its way through the scene "corridor" on the published grids: costs by Nav2's rules
+// (ros2/planners), A*, and a controller that follows the path. The scene is rendered from where the robot is.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <queue>
+#include <string>
+#include <vector>
+
+#include "stereogrid/messages/nav_msgs.hpp"
+#include "stereogrid/pipeline.hpp"
+#include "stereogrid/scenes/scene.hpp"
+#include "support.hpp"
+
+namespace stereogrid::messages::test {
+namespace {
+
+using nav_msgs::OccupancyGrid;
+
+constexpr double radius_m{0.25};
+constexpr double blind_m{0.75};  // ground nearer than this is below the image
+constexpr double ahead_m{0.9};   // part of the path that has to be free and seen
+constexpr double most_mps{0.6};
+constexpr double step_s{0.1};
+
+double distance(Point2 a, Point2 b) {
+  return std::hypot(a.x - b.x, a.y - b.y);
+}
+
+/// Global costmap of the corridor. Grids are written into it as by Nav2's static layer, then inflated.
+class Costmap {
+ public:
+  static constexpr int lethal{254};
+  static constexpr int inscribed{253};
+  static constexpr int unknown{255};
+  static constexpr GridGeometry geometry{-1, -2, 0.05, 360, 80};
+
+  /// `layers`: the filtered grid, then predictions with use_maximum.
+  Costmap(const std::vector<OccupancyGrid>& layers, Point2 robot, Point2 start) {
+    for (const OccupancyGrid& layer : layers) add(layer, &layer == &layers.front());
+    for (int iy{0}; iy < geometry.ny; ++iy) {
+      for (int ix{0}; ix < geometry.nx; ++ix) {
+        const Point2 place{geometry.centre(ix, iy)};
+        // the ground that the robot was put on, and its own footprint
+        const bool is_own{distance(place, start) < blind_m || distance(place, robot) < radius_m};
+        if (is_own && cost_(ix, iy) == unknown) cost_(ix, iy) = 0;
+      }
+    }
+    inflate();
+  }
+
+  [[nodiscard]] int at(Point2 place) const {
+    const auto cell{geometry.cell_at(place)};
+    return cell ? cost_(cell->ix, cell->iy) : lethal;
+  }
+  [[nodiscard]] int at(int ix, int iy) const { return cost_(ix, iy); }
+
+ private:
+  void add(const OccupancyGrid& grid, bool is_first) {
+    for (std::uint32_t row{0}; row < grid.info.height; ++row) {
+      for (std::uint32_t column{0}; column < grid.info.width; ++column) {
+        const auto cell{geometry.cell_at({grid.info.origin.position.x + (column + 0.5) * grid.info.resolution,
+                                          grid.info.origin.position.y + (row + 0.5) * grid.info.resolution})};
+        if (!cell) continue;
+        const int value{grid.data[row * grid.info.width + column]};  // scale nav2
+        const int cost{value < 0 ? unknown : value >= 100 ? lethal : value * lethal / 100};
+        int& to{cost_(cell->ix, cell->iy)};
+        if (is_first)
+          to = cost;
+        else if (cost != unknown && to < inscribed)
+          to = std::max(to, cost);
+      }
+    }
+  }
+
+  void inflate() {
+    constexpr double inflation_m{0.6};
+    constexpr double padded_m{radius_m + geometry.cell_size_m};
+    constexpr double scaling{4};
+    constexpr int reach{static_cast<int>(inflation_m / geometry.cell_size_m)};
+    const Image<int> before{cost_};
+    for (int iy{0}; iy < geometry.ny; ++iy) {
+      for (int ix{0}; ix < geometry.nx; ++ix) {
+        if (before(ix, iy) != lethal) continue;
+        for (int y{std::max(0, iy - reach)}; y <= std::min(geometry.ny - 1, iy + reach); ++y) {
+          for (int x{std::max(0, ix - reach)}; x <= std::min(geometry.nx - 1, ix + reach); ++x) {
+            const double away_m{std::hypot(x - ix, y - iy) * geometry.cell_size_m};
+            if (away_m > inflation_m) continue;
+            const int cost{away_m <= padded_m ? inscribed
+                                              : static_cast<int>(252 * std::exp(-scaling * (away_m - padded_m)))};
+            int& to{cost_(x, y)};
+            if (to == lethal || (to == unknown && cost < inscribed)) continue;
+            to = to == unknown ? cost : std::max(to, cost);
+          }
+        }
+      }
+    }
+  }
+
+  Image<int> cost_{geometry.nx, geometry.ny, unknown};
+};
+
+/// A* over eight neighbours; unknown cells cost three times free ones. Empty: there is no path.
+std::vector<Point2> path(const Costmap& map, Point2 from, Point2 to) {
+  constexpr GridGeometry grid{Costmap::geometry};
+  const auto begin{grid.cell_at(from)};
+  const auto end{grid.cell_at(to)};
+  if (!begin || !end) return {};
+  struct Open {
+    double total;
+    int cell;
+    bool operator<(const Open& other) const { return total > other.total; }
+  };
+  const auto index = [&](CellIndex cell) { return cell.iy * grid.nx + cell.ix; };
+  const auto size{static_cast<std::size_t>(grid.nx * grid.ny)};
+  std::vector<double> cost(size, std::numeric_limits<double>::infinity());
+  std::vector<int> before(size, -1);
+  std::priority_queue<Open> open;
+  cost[static_cast<std::size_t>(index(*begin))] = 0;
+  open.push({0, index(*begin)});
+  while (!open.empty()) {
+    const int cell{open.top().cell};
+    open.pop();
+    if (cell == index(*end)) break;
+    const int ix{cell % grid.nx};
+    const int iy{cell / grid.nx};
+    for (int k{0}; k < 9; ++k) {
+      const CellIndex next{ix + k % 3 - 1, iy + k / 3 - 1};
+      if (k == 4 || next.ix < 0 || next.ix >= grid.nx || next.iy < 0 || next.iy >= grid.ny) continue;
+      const int there{map.at(next.ix, next.iy)};
+      const bool leaves{distance(grid.centre(next.ix, next.iy), from) < radius_m};  // it is too near
+      if (there == Costmap::lethal || (there == Costmap::inscribed && !leaves)) continue;
+      const double factor{there == Costmap::unknown ? 3 : 1 + there / 50.0};
+      const auto at{static_cast<std::size_t>(index(next))};
+      const double total{cost[static_cast<std::size_t>(cell)] + factor * std::hypot(next.ix - ix, next.iy - iy)};
+      if (total >= cost[at]) continue;
+      cost[at] = total;
+      before[at] = cell;
+      open.push({total + std::hypot(next.ix - end->ix, next.iy - end->iy), static_cast<int>(at)});
+    }
+  }
+  std::vector<Point2> found;
+  for (int cell{index(*end)}; cell >= 0; cell = before[static_cast<std::size_t>(cell)]) {
+    found.push_back(grid.centre(cell % grid.nx, cell / grid.nx));
+  }
+  std::ranges::reverse(found);
+  return found.size() > 1 ? found : std::vector<Point2>{};
+}
+
+/// A robot that follows paths: on ground that is free and was seen, once it is turned towards it. Its accelerations are
+/// those of Nav2's examples.
+struct Robot {
+  Pose2 pose;
+  double speed_mps{0};
+  double turn_radps{0};
+
+  [[nodiscard]] Point2 place() const { return {pose.x_m, pose.y_m}; }
+
+  void follow(const std::vector<Point2>& path, const Costmap& map) {
+    Point2 target{pose * Point2{1, 0}};
+    double length_m{0};
+    bool is_free{!path.empty()};
+    for (std::size_t i{1}; i < path.size() && length_m < ahead_m; ++i) {
+      length_m += distance(path[i - 1], path[i]);
+      is_free = is_free && (map.at(path[i]) < Costmap::inscribed || distance(path[i], place()) < blind_m);
+      if (length_m < 0.8) target = path[i];
+    }
+    const double bearing{std::atan2(target.y - pose.y_m, target.x - pose.x_m) - pose.yaw_rad};
+    const double error{std::remainder(bearing, 2 * 3.14159265358979323846)};
+    change(turn_radps, std::clamp(1.5 * error, -1.0, 1.0), 2.5);
+    change(speed_mps, is_free ? most_mps * std::max(0.0, 1 - std::abs(error) / 0.8) : 0, 2.5);
+    pose = pose * Pose2{speed_mps * step_s, 0, turn_radps * step_s};
+  }
+
+ private:
+  static void change(double& value, double wanted, double per_s) {
+    value += std::clamp(wanted - value, -per_s * step_s, per_s * step_s);
+  }
+};
+
+/// Distance between a point and a convex polygon; 0 inside.
+double distance(Point2 point, const std::vector<Point2>& polygon) {
+  double least{std::numeric_limits<double>::infinity()};
+  bool is_inside{true};
+  for (std::size_t i{0}; i < polygon.size(); ++i) {
+    const Point2 a{polygon[i]};
+    const Point2 b{polygon[(i + 1) % polygon.size()]};
+    const Point2 side{b.x - a.x, b.y - a.y};
+    const Point2 to{point.x - a.x, point.y - a.y};
+    is_inside = is_inside && side.x * to.y - side.y * to.x >= 0;
+    const double share{std::clamp((side.x * to.x + side.y * to.y) / (side.x * side.x + side.y * side.y), 0.0, 1.0)};
+    least = std::min(least, distance(point, Point2{a.x + share * side.x, a.y + share * side.y}));
+  }
+  return is_inside ? 0 : least;
+}
+
+/// Objects and hazards, where they are at an instant.
+class Surroundings {
+ public:
+  explicit Surroundings(const scenes::Scene& scene) : objects_{scene.truth(0).objects} {
+    for (const TruthZone& zone : scene.truth_grid().zones) {
+      TruthObject& object{objects_.emplace_back()};
+      object.kind = zone.kind;
+      object.footprint = {zone.low, {zone.high.x, zone.low.y}, zone.high, {zone.low.x, zone.high.y}};
+    }
+  }
+
+  [[nodiscard]] double box_y_m() const {
+    return std::ranges::find(objects_, "box", &TruthObject::kind)->world_from_object.y_m;
+  }
+
+  struct Nearest {
+    std::string kind;
+    double gap_m;
+  };
+  [[nodiscard]] Nearest nearest(Point2 robot, double time_s) const {
+    Nearest found{"", std::numeric_limits<double>::infinity()};
+    for (const TruthObject& object : objects_) {
+      const Point2 relative{robot.x - object.vx_mps * time_s, robot.y - object.vy_mps * time_s};
+      const double gap_m{distance(relative, object.footprint) - radius_m};
+      if (gap_m < found.gap_m) found = {object.kind, gap_m};
+    }
+    return found;
+  }
+
+ private:
+  std::vector<TruthObject> objects_;
+};
+
+/// The last frame's grids, as Nav2 receives them.
+std::vector<OccupancyGrid> layers_of(const Recorder& recorder) {
+  std::vector<OccupancyGrid> layers;
+  for (const char* name :
+       {"occupancy_grid", "predicted_grid_0_5", "predicted_grid_1", "predicted_grid_1_5", "predicted_grid_2"}) {
+    layers.push_back(recorder.last<OccupancyGrid>(std::string{"/stereo_grid/"} + name));
+  }
+  return layers;
+}
+
+class ClosedLoop : public testing::TestWithParam<int> {};
+
+TEST_P(ClosedLoop, ArrivesAndTouchesNothing) {
+  const scenes::Scene scene{scenes::parse_scene("corridor?camera=robot&seed=" + std::to_string(GetParam())), 2};
+  const Surroundings surroundings{scene};
+  const TruthZone stairs{scene.truth_grid().zones.front()};
+  const Point2 goal{13.4, stairs.low.y < -1 ? 0.7 : -0.7};
+  Pipeline pipeline{preset("robot"),
+                    scene.rig(),
+                    {.threads = 2, .stages = false, .horizons_s = {0.5, 1, 1.5, 2}, .in_world_of_poses = true}};
+  Recorder recorder;
+  FrameMessages messages{recorder, pipeline.rig(), {.scale = OccupancyScale::nav2}};
+  const Point2 start{0, surroundings.box_y_m()};  // behind the box
+  Robot robot{{start.x, start.y, 0}};
+  Surroundings::Nearest closest{"", 10};
+  std::size_t i{0};
+  for (; i < scene.size() && closest.gap_m > 0 && distance(robot.place(), goal) > 0.2; ++i) {
+    const StereoFrame frame{scene.load(i, robot.pose)};
+    recorder.sent.clear();
+    messages.send(pipeline.process(frame), {.stamp_ns = frame.stamp_ns});
+    const Costmap map{layers_of(recorder), robot.place(), start};
+    robot.follow(path(map, robot.place(), goal), map);
+    const auto nearest{surroundings.nearest(robot.place(), static_cast<double>(i + 1) * step_s)};
+    if (nearest.gap_m < closest.gap_m) closest = nearest;
+  }
+  std::printf("seed %d: %zu frames, at (%.2f, %.2f); least gap %.2f m: %s\n", GetParam(), i, robot.pose.x_m,
+              robot.pose.y_m, closest.gap_m, closest.kind.c_str());
+  EXPECT_GT(closest.gap_m, 0) << closest.kind;
+  EXPECT_LE(distance(robot.place(), goal), 0.2);
+}
+
+INSTANTIATE_TEST_SUITE_P(TenSeeds, ClosedLoop, testing::Range(1, 11));
+
+}  // namespace
+}  // namespace stereogrid::messages::test
