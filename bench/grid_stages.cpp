@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Times of the stages after matching, on one thread: counting and projecting to the vehicle grid and to the
-// world-aligned window, by bins (eqs. 8–16) and by rays. The disparities are those of a built-in scene, or of a
-// recording given on the command line. All sizes take turns in one run. The doublings show the scaling.
+// world-aligned window, by bins (eqs. 8–16) and by rays. The disparities are those of a built-in scene. All sizes take
+// turns in one run. The doublings show the scaling.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -21,7 +21,6 @@
 #include "observation/projection/projection.hpp"
 #include "observation/rays/rays.hpp"
 #include "observation/u_disparity/u_disparity.hpp"
-#include "stereogrid/io/recording.hpp"
 #include "stereogrid/pipeline.hpp"
 #include "stereogrid/scenes/scene.hpp"
 
@@ -168,7 +167,7 @@ void print_row(const std::string& what, const Timed& time, double aim_ms, double
   }
 }
 
-void compare(std::vector<std::unique_ptr<GridStages>>& stages, const std::vector<Case>& described) {
+void compare(std::vector<std::unique_ptr<GridStages>>& stages) {
   std::vector<std::function<void()>> works;
   for (const auto& of_case : stages) {
     works.emplace_back([&] { of_case->run_count(); });
@@ -186,36 +185,28 @@ void compare(std::vector<std::unique_ptr<GridStages>>& stages, const std::vector
   constexpr std::size_t stage_count{std::size(names)};
   for (std::size_t stage{0}; stage < stage_count; ++stage) {
     for (std::size_t i{0}; i < stages.size(); ++i) {
-      const double aims[stage_count]{described[i].aim_count_ms, described[i].aim_project_ms};
-      print_row(std::string{names[stage]} + ", " + described[i].what, times[stage_count * i + stage], aims[stage],
+      const double aims[stage_count]{cases[i].aim_count_ms, cases[i].aim_project_ms};
+      print_row(std::string{names[stage]} + ", " + cases[i].what, times[stage_count * i + stage], aims[stage],
                 i > 0 ? times[stage].least_ms : 0);
     }
   }
 }
 
-void run(const char* recording) {
+void run() {
   std::vector<std::unique_ptr<GridStages>> stages;
-  std::vector<Case> described;
-  if (recording != nullptr) {
-    const auto source = io::open_recording({{recording}, {}, {}});
-    described.push_back({"recording", "", 128, 150, 100, 0.80, 0.40});
-    stages.push_back(std::make_unique<GridStages>(*source, 128, 150, 100));
-  } else {
-    for (const Case& one : cases) {
-      const scenes::Scene scene{scenes::parse_scene(one.scene)};
-      described.push_back(one);
-      stages.push_back(std::make_unique<GridStages>(scene, one.disparities, one.cells_ahead, one.cells_across));
-    }
+  for (const Case& one : cases) {
+    const scenes::Scene scene{scenes::parse_scene(one.scene)};
+    stages.push_back(std::make_unique<GridStages>(scene, one.disparities, one.cells_ahead, one.cells_across));
   }
-  compare(stages, described);
+  compare(stages);
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main() {
   try {
     print_machine();
-    run(argc > 1 ? argv[1] : nullptr);
+    run();
   } catch (const std::exception& error) {
     std::fprintf(stderr, "bench_grid_stages: %s\n", error.what());
     return 65;

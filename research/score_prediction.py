@@ -4,15 +4,16 @@
 """Scores predicted grids against the exact truth of their target frame, beside the present grid as a prediction of the
 grid of then (a world that stands still).
 
-stereogrid run DATA --out RUN --predict 0.5,1,2
-score_prediction.py RUN DATA      DATA: a plain folder with truth/
+score_prediction.py TOOL DATA...      DATA: a plain folder with truth/
 
 Truth of a later frame is read in the cells that the car sees now. Prints the balanced log-loss and the AUC of all cells that are
 then seen, and of those of them that something moving covers now or then.
 """
 import json
 import pathlib
+import subprocess
 import sys
+import tempfile
 
 import numpy as np
 
@@ -62,8 +63,7 @@ def scores(p, occupied):
     return loss, auc
 
 
-def main():
-    run, data = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
+def print_rows(run, data):
     run_grid = json.loads((run / "run.json").read_text())["grid"]
     frames = [json.loads(line) for line in (run / "frames.jsonl").read_text().splitlines()]
     by_stamp = {round(frame["stamp_ns"] / 1e7): frame for frame in frames}
@@ -83,16 +83,26 @@ def main():
             seen = state > 0
             pooled.setdefault(horizon_s, []).append(
                 (predicted[seen], now[seen], state[seen] == 2, moving[seen]))
-    print("| s | cells | log-loss predicted / standing | AUC | moving: cells | log-loss | AUC |\n|---|---|---|---|---|---|---|")
     for horizon_s, parts in sorted(pooled.items()):
         predicted, now, occupied, moving = (np.concatenate(column) for column in zip(*parts))
-        row = [f"{horizon_s:g}", str(len(occupied))]
+        row = [data.name, f"{horizon_s:g}", str(len(occupied))]
         for mask in (np.ones_like(moving), moving):
             if mask is moving:
                 row.append(str(mask.sum()))
             ours, standing = (scores(p[mask], occupied[mask]) for p in (predicted, now))
             row += [f"{ours[0]:.3f} / {standing[0]:.3f}", f"{ours[1]:.3f} / {standing[1]:.3f}"]
-        print("| " + " | ".join(row) + " |")
+        print("| " + " | ".join(row).replace("nan / nan", "–") + " |")
+
+
+def main():
+    tool, *inputs = sys.argv[1:]
+    print("| sequence | s | cells | log-loss predicted / standing | AUC | moving: cells | log-loss | AUC |")
+    print("|" + "---|" * 8)
+    for data in map(pathlib.Path, inputs):
+        with tempfile.TemporaryDirectory() as folder:
+            run = pathlib.Path(folder) / "run"
+            subprocess.run([tool, "-q", "run", data, "--out", run, "--predict", "0.5,1,2"], check=True, stdout=subprocess.DEVNULL)
+            print_rows(run, data)
 
 
 if __name__ == "__main__":

@@ -22,9 +22,9 @@ README = ROOT / "README.md"
 MEASURED = (
     ("Occupancy against lidar, KITTI odometry 04, filtered", "lidar-default", "grids", ("kitti_odo04", "21", "occupancy"),
      {"AUC": "AUC {}", "log-loss": "log-loss {}"}),
-    ("Hidden obstacles found at 1 % false alarms, KITTI raw 0009: this library", "other-methods", "raw 0009",
-     ("`observed`",), {"hidden: recall at 1 %": "{}"}),
-    ("… ray casting on the same disparities", "other-methods", "raw 0009", ("`ray_casting`",), {"hidden: recall at 1 %": "{}"}),
+    ("Hidden obstacles found at 1 % false alarms, KITTI raw 0009: this library", "lidar-default", "grids",
+     ("kitti_raw0009", "16", "observed"), {"hidden: recall at 1 %": "{}"}),
+    ("… ray casting on the same disparities", "other-methods", "0009", ("`ray_casting`",), {"hidden: recall at 1 %": "{}"}),
     ("Moving objects, rendered crossing", "exact-truth", "motion", ("B-crossing",),
      {"found": "found {}", "speed error, m/s": "speed error {} m/s", "direction error, °": "direction error {}°"}),
     ("Visual odometry, drift over KITTI odometry 04 (41 frames)", "odometry", "", ("kitti_odo04",), {"error at the end, %": "{} %"}),

@@ -13,7 +13,8 @@ import tempfile
 from pathlib import Path
 
 GRIDS = {"balanced_log_loss": "log-loss", "auc": "AUC", "iou_occupied": "IoU occupied", "iou_free": "IoU free",
-         "missed": "missed", "false_alarms": "false alarms", "known": "known", "calibration_error": "calibration error"}
+         "missed": "missed", "false_alarms": "false alarms", "known": "known", "calibration_error": "calibration error",
+         "hidden_recall": "hidden: recall at 1 %", "hidden_recall_clear": "… without borders"}
 LABELS = {"3-20": "all", "3-20 clear": "clear"}  # the second: without ground that the camera cannot see (lidar)
 MOTION = {"speed_error_mps": ("speed error, m/s", 1, 2), "direction_error_deg": ("direction error, °", 1, 1),
           "id_switches": ("other id", 1, 0), "cell_velocity_error_mps": ("velocity error of moving cells, m/s", 1, 2),

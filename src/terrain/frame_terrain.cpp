@@ -16,7 +16,7 @@ TerrainLimits limits_of(const VehicleConfig& config) {
           tangent(config.drop_slope_deg)};
 }
 
-CellRule rule_of(const CellGround& ground, float raised_m) {
+CellRule rule_of(const CellGround& ground, float raised_m, CellRule unknown) {
   switch (ground.kind) {
     case TerrainClass::obstacle:
       return CellRule::obstacle;
@@ -29,7 +29,7 @@ CellRule rule_of(const CellGround& ground, float raised_m) {
     case TerrainClass::unknown:
       break;
   }
-  return CellRule::ground_not_seen;
+  return unknown;
 }
 
 }  // namespace
@@ -38,6 +38,7 @@ FrameTerrain::FrameTerrain(const Rig& level_rig, const Config& config, const Gri
                            int window_cells)
     : vehicle_grid_{vehicle_grid},
       raised_m_{static_cast<float>(config.u_disparity.obstacle_min_height_m / 2)},
+      unknown_{config.projection.model == ProjectionModel::rays ? CellRule::ground_not_seen : CellRule::as_observed},
       terrain_{level_rig,
                limits_of(config.vehicle),
                static_cast<float>(config.grid.cell_size_m),
@@ -54,13 +55,14 @@ void FrameTerrain::write_vehicle(const GridInVehicle& grid, int begin, int end, 
     result.elevation_m(ix, iy) = ground.elevation_m;
     result.elevation_sigma_m(ix, iy) = ground.sigma_m;
     result.terrain(ix, iy) = ground.kind;
-    vehicle_rules_(ix, iy) = rule_of(ground, raised_m_);
+    vehicle_rules_(ix, iy) = rule_of(ground, raised_m_, unknown_);
   });
 }
 
 void FrameTerrain::write_window(const GridInVehicle& grid, int begin, int end) {
-  terrain_.visit(grid, begin, end,
-                 [&](int ix, int iy, const CellGround& ground) { window_rules_(ix, iy) = rule_of(ground, raised_m_); });
+  terrain_.visit(grid, begin, end, [&](int ix, int iy, const CellGround& ground) {
+    window_rules_(ix, iy) = rule_of(ground, raised_m_, unknown_);
+  });
 }
 
 void FrameTerrain::bound_filtered(FrameResult& result) const {

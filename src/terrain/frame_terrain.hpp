@@ -48,7 +48,8 @@ class FrameTerrain {
   void write_window(const GridInVehicle& grid, int begin, int end);
 
   GridGeometry vehicle_grid_;
-  float raised_m_;  ///< drivable ground higher than this looks like an obstacle to the plane
+  float raised_m_;    ///< drivable ground higher than this looks like an obstacle to the plane
+  CellRule unknown_;  ///< rule of cells without ground
   Terrain terrain_;
   std::vector<EdgePoint> edges_;
   Image<CellRule> vehicle_rules_;
