@@ -178,13 +178,14 @@ STEREOGRID_HD inline UpdateOfCell<T> joint_update(const FilterStep& step, T arri
   const T free{IfThenElse(is_repeated, one, likelihood.empty)};
   const T gain{occupied / (occupied * predicted + free * (one - predicted))};
   const T unseen{gain * kept * lacking};
-  const T appeared{gain * view.forgetting * empty};
+  const T changed{gain * Min(view.forgetting, of(step.forgetting_in_view)) * empty};
+  const T misplaced{gain * view.forgetting * empty - changed};  // its place is uncertain: it has not moved
   const auto was_seen = And(age_s <= of(0), view.squares <= of(step.appearing_squares));
   const T standing{IfThenElse(was_seen, of(step.appearing_static), of(step.prior_static))};
   const T moving{IfThenElse(was_seen, of(step.appearing_moving), of(step.prior_moving))};
   return {gain * kept * IfThenElse(arrived > one, one / arrived, one),
-          unseen * of(step.prior_static) + appeared * standing, unseen * of(step.prior_moving) + appeared * moving,
-          gain * predicted};
+          (unseen + misplaced) * of(step.prior_static) + changed * standing,
+          (unseen + misplaced) * of(step.prior_moving) + changed * moving, gain * predicted};
 }
 
 /// The same for the sums over a cell's masses. New mass has mean velocity 0.
