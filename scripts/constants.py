@@ -10,6 +10,8 @@ import re
 import sys
 from pathlib import Path
 
+from generated import write_or_check
+
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "constants.md"
 CONSTANT = re.compile(r"\s*constexpr (?:double|float) (\w+)\{(.+)\};\s*(?://+<? ?(.*))?$")
@@ -49,17 +51,5 @@ def page() -> str:
     return "".join(parts)
 
 
-def main() -> int:
-    if sys.argv[1:] == []:
-        PAGE.write_text(page(), encoding="utf-8")
-    elif sys.argv[1:] != ["--check"]:
-        print(__doc__, file=sys.stderr)
-        return 64
-    elif PAGE.read_text(encoding="utf-8") != page():
-        print("docs/constants.md is not what scripts/constants.py makes of src/: run it.", file=sys.stderr)
-        return 1
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(write_or_check(PAGE, page(), __doc__))

@@ -179,7 +179,7 @@ STEREOGRID_HD inline UpdateOfCell<T> joint_update(const FilterStep& step, T arri
   const T gain{occupied / (occupied * predicted + free * (one - predicted))};
   const T unseen{gain * kept * lacking};
   const T changed{gain * Min(view.forgetting, of(step.forgetting_in_view)) * empty};
-  const T misplaced{gain * view.forgetting * empty - changed};  // its place is uncertain: it has not moved
+  const T misplaced{gain * view.forgetting * empty - changed};  // by the growth with depth
   const auto was_seen = And(age_s <= of(0), view.squares <= of(step.appearing_squares));
   const T standing{IfThenElse(was_seen, of(step.appearing_static), of(step.prior_static))};
   const T moving{IfThenElse(was_seen, of(step.appearing_moving), of(step.prior_moving))};

@@ -12,6 +12,7 @@
 #include <optional>
 #include <string_view>
 
+#include "files/png.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/image_file.hpp"
@@ -20,16 +21,8 @@
 namespace stereogrid::io {
 namespace {
 
-constexpr std::string_view png_signature{"\x89PNG\r\n\x1a\n", 8};
-
 [[noreturn]] void fail(const std::string& file, const std::string& what) {
   throw InputError{file, what, "Copy or record it again."};
-}
-
-std::uint32_t big_endian(std::string_view bytes) {
-  std::uint32_t value{0};
-  for (const char byte : bytes.substr(0, 4)) value = value << 8 | static_cast<std::uint8_t>(byte);
-  return value;
 }
 
 void check_size(const std::string& file, std::uint64_t width, std::uint64_t height) {
@@ -43,20 +36,17 @@ void check_size(const std::string& file, std::uint64_t width, std::uint64_t heig
 std::string checked_png(const std::string& file, std::string_view bytes) {
   std::string kept{png_signature};
   bytes.remove_prefix(png_signature.size());
-  while (bytes.size() >= 12) {
-    const std::size_t length{big_endian(bytes)};
-    if (length > bytes.size() - 12) break;
-    const std::string_view type{bytes.substr(4, 4)};
-    const std::string_view covered{bytes.substr(4, length + 4)};
-    const std::uint32_t checksum{libdeflate_crc32(0, covered.data(), covered.size())};
-    if (checksum != big_endian(bytes.substr(length + 8))) {
-      fail(file, "is a damaged PNG (wrong checksum in chunk '" + printable(type) + "').");
+  while (const auto chunk = take_png_chunk(bytes)) {
+    const std::string_view content{chunk->content()};
+    if (libdeflate_crc32(0, chunk->covered.data(), chunk->covered.size()) != chunk->checksum) {
+      fail(file, "is a damaged PNG (wrong checksum in chunk '" + printable(chunk->type()) + "').");
     }
-    if (type == "IHDR" && length >= 8) check_size(file, big_endian(bytes.substr(8)), big_endian(bytes.substr(12)));
+    if (chunk->type() == "IHDR" && content.size() >= 8) {
+      check_size(file, big_endian(content), big_endian(content.substr(4)));
+    }
     // an upper-case first letter marks the chunks that decoding needs; tRNS is not wanted: alpha is no brightness
-    if (std::isupper(static_cast<unsigned char>(type[0])) != 0) kept += bytes.substr(0, length + 12);
-    if (type == "IEND") return kept;
-    bytes.remove_prefix(length + 12);
+    if (std::isupper(static_cast<unsigned char>(chunk->type()[0])) != 0) kept += chunk->whole;
+    if (chunk->type() == "IEND") return kept;
   }
   fail(file, "is a truncated PNG (its end is missing).");
 }

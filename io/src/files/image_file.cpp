@@ -28,7 +28,7 @@ cv::Mat decode(const std::string& name, std::string file) {
   static const auto silenced{cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT)};
   static_cast<void>(silenced);
   const std::string bytes{checked_image_bytes(name, std::move(file))};
-  cv::Mat image{bytes.starts_with("\x89PNG") ? decode_plain_png(bytes) : cv::Mat{}};
+  cv::Mat image{bytes.starts_with(png_signature) ? decode_plain_png(bytes) : cv::Mat{}};
   try {
     const cv::Mat buffer{1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data())};
     if (image.empty()) image = cv::imdecode(buffer, cv::IMREAD_UNCHANGED);

@@ -18,15 +18,6 @@
 namespace stereogrid::io {
 namespace {
 
-constexpr std::size_t signature_bytes{8};
-constexpr std::size_t chunk_frame_bytes{12};  // length, type, checksum
-
-std::uint32_t big_endian(std::string_view bytes) {
-  std::uint32_t value{0};
-  for (const char byte : bytes.substr(0, 4)) value = value << 8 | static_cast<std::uint8_t>(byte);
-  return value;
-}
-
 struct Header {
   int width{0};
   int height{0};
@@ -104,15 +95,29 @@ void copy_row(const std::uint8_t* from, std::size_t bytes, int bytes_per_sample,
 
 }  // namespace
 
+std::uint32_t big_endian(std::string_view bytes) {
+  std::uint32_t value{0};
+  for (const char byte : bytes.substr(0, 4)) value = value << 8 | static_cast<std::uint8_t>(byte);
+  return value;
+}
+
+std::optional<PngChunk> take_png_chunk(std::string_view& bytes) {
+  constexpr std::size_t frame_bytes{12};  // length, type, checksum
+  if (bytes.size() < frame_bytes) return {};
+  const std::size_t length{big_endian(bytes)};
+  if (length > bytes.size() - frame_bytes) return {};
+  const std::string_view whole{bytes.substr(0, length + frame_bytes)};
+  bytes.remove_prefix(whole.size());
+  return PngChunk{whole, whole.substr(4, length + 4), big_endian(whole.substr(length + 8))};
+}
+
 cv::Mat decode_plain_png(std::string_view bytes) {
   Header header;
   std::string packed;
-  for (bytes.remove_prefix(signature_bytes); bytes.size() >= chunk_frame_bytes;) {
-    const std::size_t length{big_endian(bytes)};
-    const std::string_view type{bytes.substr(4, 4)};
-    if (type == "IHDR") header = header_of(bytes.substr(8, length));
-    if (type == "IDAT") packed += bytes.substr(8, length);
-    bytes.remove_prefix(length + chunk_frame_bytes);
+  bytes.remove_prefix(png_signature.size());
+  while (const auto chunk = take_png_chunk(bytes)) {
+    if (chunk->type() == "IHDR") header = header_of(chunk->content());
+    if (chunk->type() == "IDAT") packed += chunk->content();
   }
   if (header.bytes_per_sample == 0) return {};
   const std::size_t pixel_bytes{static_cast<std::size_t>(header.channels) *
