@@ -28,11 +28,11 @@ BUILD = TREE / "build" / "release"
 CORE, CHAIN = TESTS = ["stereogrid_core_tests", "stereogrid_chain_tests"]
 WALL_S = 1800
 # unit tests that take longest
-SLOW = ("SceneFlow*:MountingSearch*:*HostileClock*:RigProblems*:*FilterOfEachModel*:Terrain*:Car*:*CallersResult*:"
+SLOW = ("SceneFlow*:ExtrinsicsSearch*:*HostileClock*:RigProblems*:*FilterOfEachModel*:Terrain*:Car*:*CallersResult*:"
         "MatchingTargets*:MatchingEquality*:Pipeline*:Projection*:*HostileInput*:Alignment*:SemiGlobal*:Matching.*:Subpixel*")
 # folder of src/: those of them, and the chain tests, that most likely fail
 FIRST = {"motion": ("SceneFlow*", "MotionChain*:Chain.*"), "obstacles": ("SceneFlow*", "*Standing*:MotionChain*"),
-         "ground": ("MountingSearch*:RigProblems*", "GroundChain*:Mounting*:Trust*"),
+         "ground": ("ExtrinsicsSearch*:RigProblems*", "GroundChain*:ExtrinsicsChain*:Trust*"),
          "observation": ("Projection*", "HalfHidden*:LowObstacles*"), "filter": ("*FilterOfEachModel*", "*Standing*:Chain.*"),
          "matching": ("Matching*:SemiGlobal*", "LowObstacles*:Chain.*"), "images": ("Alignment*", "AlignmentChain*"),
          "terrain": ("Terrain*:Car*", "Terrain*:LowObstacles*")}

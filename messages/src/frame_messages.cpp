@@ -154,7 +154,7 @@ struct FrameMessages::Implementation {
 
   std::int64_t stamp_ns{0};
   builtin_interfaces::Time stamp;  // the same
-  bool is_mounting_sent{false};
+  bool is_extrinsics_sent{false};
   std::optional<Last> last;
   std::optional<std::int64_t> diagnosed_ns;
 };
@@ -166,8 +166,8 @@ void FrameMessages::Implementation::send_transforms(const FrameResult& result) {
     one.child_frame_id = child;
     one.transform = transform;
   };
-  if (!is_mounting_sent) {
-    is_mounting_sent = outlet.offer(tf_static, stamp_ns, [&](tf2_msgs::TFMessage& message) {
+  if (!is_extrinsics_sent) {
+    is_extrinsics_sent = outlet.offer(tf_static, stamp_ns, [&](tf2_msgs::TFMessage& message) {
       message.transforms.resize(level_rig == rig ? 1 : 2);
       set(message.transforms.front(), options.vehicle_frame, options.camera_frame, vehicle_from_camera(rig));
       set(message.transforms.back(), options.vehicle_frame, level_frame(), vehicle_from_camera(level_rig));
@@ -314,7 +314,7 @@ void FrameMessages::send(const FrameResult& result, const FrameFacts& facts) {
 void FrameMessages::set_rig(const Rig& rig) {
   implementation_->rig = checked(rig);
   implementation_->level_rig = LevelMapping{rig}.level_rig();
-  implementation_->is_mounting_sent = false;
+  implementation_->is_extrinsics_sent = false;
 }
 
 }  // namespace stereogrid::messages

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "filter/filter.hpp"
+#include "ground/extrinsics_search.hpp"
+#include "ground/frame_validator.hpp"
 #include "ground/ground.hpp"
-#include "ground/mounting_search.hpp"
-#include "ground/trust.hpp"
 #include "images/row_alignment/row_alignment.hpp"
 #include "motion/scene_flow.hpp"
 #include "motion/velocity_evidence.hpp"
@@ -91,7 +91,7 @@ class FramePipeline {
   // between frames
   Ground ground_;
   FrameValidator validator_;
-  MountingSearch extrinsics_search_;
+  ExtrinsicsSearch extrinsics_search_;
   int frames_to_search_{0};
   bool is_first_{true};
   bool has_measured_ground_{false};

@@ -122,10 +122,10 @@ class Complaining {
       text += fmt::format("; in {} the ground plane is unknown, and so is the grid", share(unknown));
     }
     const bool is_explained{unknown.frames > 0 && context_.input.extrinsics_given};
-    say(is_explained ? text + ": " + unknown.first_warnings.front() : text + advice_on_mounting());
+    say(is_explained ? text + ": " + unknown.first_warnings.front() : text + advice_on_extrinsics());
   }
 
-  [[nodiscard]] std::string advice_on_mounting() const {
+  [[nodiscard]] std::string advice_on_extrinsics() const {
     const Rig& rig{context_.given};
     if (context_.used != rig) {
       return fmt::format(

@@ -83,7 +83,7 @@ RunReader::RunReader(fs::path folder) : folder_{std::move(folder)} {
   if (!fs::is_directory(folder_)) throw InputError{printable_path(folder_), "is not a folder.", mend};
   read_run();
   frames_ = read_run_frames(folder_ / "frames.jsonl");
-  check_mountings();
+  check_extrinsics();
   check_grids();
 }
 
@@ -105,7 +105,7 @@ void RunReader::read_run() {
 }
 
 // Frames without a ground plane have the extrinsics from before the estimate.
-void RunReader::check_mountings() {
+void RunReader::check_extrinsics() {
   for (std::size_t i{frames_.size()}; i-- > 1;) {
     if (is_road_unknown(frames_[i - 1])) frames_[i - 1].extrinsics = frames_[i].extrinsics;
   }

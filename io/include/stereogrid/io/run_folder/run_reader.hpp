@@ -55,7 +55,7 @@ class STEREOGRID_EXPORT RunReader {
 
  private:
   void read_run();
-  void check_mountings();
+  void check_extrinsics();
   void check_grids() const;
   [[noreturn]] void complain_of_array(const std::filesystem::path& file, const std::string& array) const;
 

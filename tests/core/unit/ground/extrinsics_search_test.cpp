@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The road plane of a camera of which nothing is known, from made-up disparities.
-#include "ground/mounting_search.hpp"
+#include "ground/extrinsics_search.hpp"
 
 #include <gtest/gtest.h>
 
@@ -105,7 +105,7 @@ void expect_found(const std::optional<Ground>& found, const Ground& truth) {
   EXPECT_NEAR(found->roll_rad / degree, truth.roll_rad / degree, 0.4);
 }
 
-TEST(MountingSearch, FindsTheRoadOfAnyCamera) {
+TEST(ExtrinsicsSearch, FindsTheRoadOfAnyCamera) {
   const Rig rig{small_kitti_rig()};
   unsigned seed{1};
   for (const double height_m : {0.4, 1.0, 1.65, 2.6, 3.9}) {
@@ -114,40 +114,40 @@ TEST(MountingSearch, FindsTheRoadOfAnyCamera) {
       for (const double roll_deg : {-8.0, 0.0, 3.0}) {
         const Ground truth{height_m, pitch_deg * degree, roll_deg * degree};
         SCOPED_TRACE(std::to_string(height_m) + " m, " + std::to_string(pitch_deg) + "°, " + std::to_string(roll_deg));
-        expect_found(search_mounting(rig, 0, seen(rig, truth, {std::max(6.0, 3 * height_m)}, seed++)), truth);
+        expect_found(search_extrinsics(rig, 0, seen(rig, truth, {std::max(6.0, 3 * height_m)}, seed++)), truth);
       }
     }
   }
 }
 
-TEST(MountingSearch, FindsTheFloorUnderASmallRobot) {
+TEST(ExtrinsicsSearch, FindsTheFloorUnderASmallRobot) {
   Rig rig{320, 240, 160, 160, 120, 0.06};
   for (const double pitch_deg : {0.0, 12.5, 25.0}) {
     const Ground truth{0.28, pitch_deg * degree, 0};
     SCOPED_TRACE(pitch_deg);
-    expect_found(search_mounting(rig, 0, seen(rig, truth, {1.5, 4, 0.2, 0.1}, 5)), truth);
+    expect_found(search_extrinsics(rig, 0, seen(rig, truth, {1.5, 4, 0.2, 0.1}, 5)), truth);
   }
 }
 
-TEST(MountingSearch, AWallIsNoRoad) {
+TEST(ExtrinsicsSearch, AWallIsNoRoad) {
   const Rig rig{small_kitti_rig()};
   const Rig small{320, 240, 160, 160, 120, 0.06};
   unsigned seed{100};
   for (const Rig& any : {rig, small}) {
     for (const double ahead_m : {1.0, 2.0, 3.5, 6.0, 12.0, 25.0}) {
       SCOPED_TRACE(ahead_m);
-      EXPECT_FALSE(search_mounting(any, 0, seen(any, {}, {0, ahead_m, 0.3, 0.1, false}, seed++)));
-      EXPECT_FALSE(search_mounting(any, 0, seen(any, {}, {3, ahead_m, 0.3, 0.1, false}, seed++))) << "a corridor";
+      EXPECT_FALSE(search_extrinsics(any, 0, seen(any, {}, {0, ahead_m, 0.3, 0.1, false}, seed++)));
+      EXPECT_FALSE(search_extrinsics(any, 0, seen(any, {}, {3, ahead_m, 0.3, 0.1, false}, seed++))) << "a corridor";
     }
   }
 }
 
-TEST(MountingSearch, ChanceIsNoRoad) {
+TEST(ExtrinsicsSearch, ChanceIsNoRoad) {
   const Rig rig{small_kitti_rig()};
   for (unsigned seed{1}; seed <= 5; ++seed) {
-    EXPECT_FALSE(search_mounting(rig, 0, seen(rig, {}, {6, 0, 0.3, 1.0}, seed)));
+    EXPECT_FALSE(search_extrinsics(rig, 0, seen(rig, {}, {6, 0, 0.3, 1.0}, seed)));
   }
-  EXPECT_FALSE(search_mounting(rig, 0, {}));
+  EXPECT_FALSE(search_extrinsics(rig, 0, {}));
 }
 
 TEST(RoadSupport, IsCertainWhereTheLowestRowsAreRoad) {
@@ -167,12 +167,12 @@ TEST(RoadSupport, IsCertainWhereTheLowestRowsAreRoad) {
   EXPECT_FALSE(without([](RoadSupport& s) { s.columns = 6; }));
 }
 
-TEST(MountingSearch, ALevelledImageShiftsTheRange) {
+TEST(ExtrinsicsSearch, ALevelledImageShiftsTheRange) {
   const Rig rig{small_kitti_rig()};
   const Ground steep{1.2, 33 * degree, 0};
   const std::vector<GroundSample> samples{seen(rig, steep, {}, 9)};
-  EXPECT_TRUE(search_mounting(rig, 0, samples));
-  EXPECT_FALSE(search_mounting(rig, 10 * degree, samples)) << "the camera would look down by 43°";
+  EXPECT_TRUE(search_extrinsics(rig, 0, samples));
+  EXPECT_FALSE(search_extrinsics(rig, 10 * degree, samples)) << "the camera would look down by 43°";
 }
 
 TEST(SeenFrom, TurnsPitchAndKeepsTheRest) {
@@ -201,10 +201,10 @@ struct Watch {
   }
 
   Rig rig{small_kitti_rig()};
-  MountingSearch search;
+  ExtrinsicsSearch search;
 };
 
-TEST(MountingSearch, BelievesWhatThreeFramesAgreeOn) {
+TEST(ExtrinsicsSearch, BelievesWhatThreeFramesAgreeOn) {
   Watch watch;
   const Ground truth{1.1, 10 * degree, 0};
   for (unsigned frame{1}; frame <= 3; ++frame) {
@@ -214,7 +214,7 @@ TEST(MountingSearch, BelievesWhatThreeFramesAgreeOn) {
   expect_found(watch.search.found(), truth);
 }
 
-TEST(MountingSearch, DoesNotBelieveWhatKeepsChanging) {
+TEST(ExtrinsicsSearch, DoesNotBelieveWhatKeepsChanging) {
   Watch watch;
   for (unsigned frame{1}; frame <= 8; ++frame) {
     watch.take({frame % 2 == 0 ? 1.1 : 2.4, 10 * degree, 0}, {1.65, 0, 0}, true, frame);
@@ -222,7 +222,7 @@ TEST(MountingSearch, DoesNotBelieveWhatKeepsChanging) {
   }
 }
 
-TEST(MountingSearch, AMountingThatFitsIsLeftAlone) {
+TEST(ExtrinsicsSearch, AMountingThatFitsIsLeftAlone) {
   Watch watch;
   const Ground truth{1.75, 2 * degree, 1 * degree};
   for (unsigned frame{1}; frame <= 4; ++frame) EXPECT_FALSE(watch.take(truth, truth, false, frame));
@@ -240,7 +240,7 @@ Watch established(bool is_given = false) {
   return watch;
 }
 
-TEST(MountingSearch, EstablishedExtrinsicsAreReplacedOnTheWay) {
+TEST(ExtrinsicsSearch, EstablishedExtrinsicsAreReplacedOnTheWay) {
   Watch watch{established()};
   int frames{0};
   while (frames < 60 && !watch.search.found()) {
@@ -252,13 +252,13 @@ TEST(MountingSearch, EstablishedExtrinsicsAreReplacedOnTheWay) {
   expect_found(watch.search.found(), moved);
 }
 
-TEST(MountingSearch, EstablishedExtrinsicsStayWhileTheVehicleStands) {
+TEST(ExtrinsicsSearch, EstablishedExtrinsicsStayWhileTheVehicleStands) {
   Watch watch{established()};
   for (unsigned frame{0}; frame < 60; ++frame) watch.take(moved, assumed, true, 50 + frame);
   EXPECT_FALSE(watch.search.found());
 }
 
-TEST(MountingSearch, GivenExtrinsicsStay) {
+TEST(ExtrinsicsSearch, GivenExtrinsicsStay) {
   Watch watch{true};
   for (unsigned frame{0}; frame < 40; ++frame) {
     EXPECT_TRUE(watch.take(moved, assumed, frame > 2, 50 + frame, {0.5 * frame, 0})) << "another plane is seen";
@@ -266,7 +266,7 @@ TEST(MountingSearch, GivenExtrinsicsStay) {
   EXPECT_FALSE(watch.search.found());
 }
 
-TEST(MountingSearch, ALowerFloorDoesNotExplainTheNearestGround) {
+TEST(ExtrinsicsSearch, ALowerFloorDoesNotExplainTheNearestGround) {
   Watch watch{established()};
   const RoadPlane own{road_plane(watch.rig, assumed)};
   const RoadPlane lower{road_plane(watch.rig, {2.6, 0, 0})};
@@ -278,21 +278,21 @@ TEST(MountingSearch, ALowerFloorDoesNotExplainTheNearestGround) {
       if (d > 1) samples.push_back({static_cast<float>(u), static_cast<float>(v), static_cast<float>(d)});
     }
   }
-  ASSERT_TRUE(search_mounting(watch.rig, 0, samples)) << "the lower floor is found";
+  ASSERT_TRUE(search_extrinsics(watch.rig, 0, samples)) << "the lower floor is found";
   for (int frame{0}; frame < 60; ++frame) watch.take(samples, assumed, true, {0.5 * frame, 0});
   EXPECT_FALSE(watch.search.found());
 }
 
-TEST(MountingSearch, ANewBeginningKeepsWhatIsEstablished) {
+TEST(ExtrinsicsSearch, ANewBeginningKeepsWhatIsEstablished) {
   Watch watch{established()};
   watch.search.begin_again();
   EXPECT_FALSE(watch.search.is_wanted(false, 0));
 }
 
-TEST(MountingSearch, WhatIsNotToBeEstimatedIsNotSearched) {
+TEST(ExtrinsicsSearch, WhatIsNotToBeEstimatedIsNotSearched) {
   GroundConfig trusted{gates()};
   trusted.estimate = false;
-  MountingSearch search{small_kitti_rig(), trusted, 0, false};
+  ExtrinsicsSearch search{small_kitti_rig(), trusted, 0, false};
   EXPECT_FALSE(search.is_wanted(true, 5));
 }
 

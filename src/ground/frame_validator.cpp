@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "ground/trust.hpp"
+#include "ground/frame_validator.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,8 +11,8 @@
 #include <numbers>
 
 #include "clamped_to_int.hpp"
+#include "ground/extrinsics_search.hpp"
 #include "ground/fit.hpp"
-#include "ground/mounting_search.hpp"
 #include "matching/match_lattice.hpp"
 
 namespace stereogrid {

@@ -113,7 +113,7 @@ class FrameValidator {
 void report(const Rejection& rejection, FrameResult& result);
 
 /// Adds extrinsics_disagree with a warning: the extrinsics of `level_rig`, which stay, and the plane that contradicts
-/// them. `turned_rad`: see MountingSearch.
+/// them. `turned_rad`: see ExtrinsicsSearch.
 void report_disagreement(const Rig& level_rig, double turned_rad, const Ground& plane, FrameResult& result);
 
 /// Sets the stages that depend on the road to unknown: no bin is visible, occupancy is 0.5. The disparity images stay.

@@ -25,7 +25,7 @@ constexpr const char* pitched_street{"street?width=320&height=200&pitch_deg=8&ca
 constexpr const char* pitched_bank{
     "terrain?kind=bank&at=5&width=320&height=200&pitch_deg=8&camera_height=1.0&frames=8"};
 
-Rig usual_mounting(Rig rig) {
+Rig usual_extrinsics(Rig rig) {
   rig.camera_height_m = 1.65;
   rig.camera_pitch_rad = rig.camera_roll_rad = 0;
   return rig;
@@ -35,7 +35,7 @@ struct WrongRig {
   explicit WrongRig(const char* scene_text = pitched_bank, BackEnd back_end = BackEnd::cpu)
       : scene{scenes::parse_scene(scene_text), 2},
         pipeline{small_grid(),
-                 usual_mounting(scene.rig()),
+                 usual_extrinsics(scene.rig()),
                  {.back_end = back_end, .threads = 2, .extrinsics_given = false}} {}
 
   const FrameResult& step(std::size_t index) { return pipeline.process(scene.load(index)); }
@@ -49,10 +49,10 @@ bool is_unknown(const FrameResult& result) {
          std::ranges::all_of(result.observed, [](float p) { return p == 0.5f; });
 }
 
-TEST(MountingChain, IsFoundInThreeFramesOfWhichNothingIsKnown) {
+TEST(ExtrinsicsChain, IsFoundInThreeFramesOfWhichNothingIsKnown) {
   WrongRig drive;
   for (std::size_t frame{0}; frame < 3; ++frame) {
-    EXPECT_EQ(drive.pipeline.next_rig(), usual_mounting(drive.scene.rig()));
+    EXPECT_EQ(drive.pipeline.next_rig(), usual_extrinsics(drive.scene.rig()));
     const FrameResult& result{drive.step(frame)};
     EXPECT_TRUE(is_unknown(result)) << frame;
     const bool is_told{std::ranges::any_of(result.warnings, [](const std::string& warning) {
@@ -68,7 +68,7 @@ TEST(MountingChain, IsFoundInThreeFramesOfWhichNothingIsKnown) {
   for (std::size_t frame{3}; frame < 6; ++frame) EXPECT_TRUE(drive.step(frame).status.empty());
 }
 
-TEST(MountingChain, GoesOnAsIfItHadBeenGiven) {
+TEST(ExtrinsicsChain, GoesOnAsIfItHadBeenGiven) {
   WrongRig drive;
   for (std::size_t frame{0}; frame < 3; ++frame) drive.step(frame);
   Pipeline told{small_grid(), drive.pipeline.next_rig(), {.threads = 2, .extrinsics_given = false}};
@@ -78,7 +78,7 @@ TEST(MountingChain, GoesOnAsIfItHadBeenGiven) {
   }
 }
 
-TEST(MountingChain, APairAloneIsEnoughWhereMostOfItIsRoad) {
+TEST(ExtrinsicsChain, APairAloneIsEnoughWhereMostOfItIsRoad) {
   WrongRig drive{"crossing?width=512&height=320&pitch_deg=8&camera_height=1.0"};
   const FrameResult& result{drive.step(0)};
   EXPECT_TRUE(result.status.empty());
@@ -96,21 +96,21 @@ TEST(MountingChain, APairAloneIsEnoughWhereMostOfItIsRoad) {
   }
 }
 
-TEST(MountingChain, APairAloneIsNotEnoughBeforeALowerFloor) {
+TEST(ExtrinsicsChain, APairAloneIsNotEnoughBeforeALowerFloor) {
   WrongRig drive{"terrain?kind=stairs&rise=-0.17&at=3&width=512&height=320&pitch_deg=6&camera_height=0.9"};
   EXPECT_TRUE(is_unknown(drive.step(0)));
-  EXPECT_EQ(drive.pipeline.next_rig(), usual_mounting(drive.scene.rig()));
+  EXPECT_EQ(drive.pipeline.next_rig(), usual_extrinsics(drive.scene.rig()));
 }
 
-TEST(MountingChain, TheReferenceFindsTheSame) {
+TEST(ExtrinsicsChain, TheReferenceFindsTheSame) {
   WrongRig drive{"street?width=128&height=96&pitch_deg=8&camera_height=1.0"};
   WrongRig reference{"street?width=128&height=96&pitch_deg=8&camera_height=1.0", BackEnd::reference};
   for (std::size_t frame{0}; frame < 4; ++frame) expect_equal(reference.step(frame), drive.step(frame));
   EXPECT_EQ(reference.pipeline.next_rig(), drive.pipeline.next_rig());
-  EXPECT_NE(drive.pipeline.next_rig(), usual_mounting(drive.scene.rig()));
+  EXPECT_NE(drive.pipeline.next_rig(), usual_extrinsics(drive.scene.rig()));
 }
 
-TEST(MountingChain, ASavedStateHasIt) {
+TEST(ExtrinsicsChain, ASavedStateHasIt) {
   WrongRig drive;
   for (std::size_t frame{0}; frame < 4; ++frame) drive.step(frame);
   WrongRig twin;
@@ -119,11 +119,11 @@ TEST(MountingChain, ASavedStateHasIt) {
   EXPECT_EQ(twin.pipeline.next_rig(), drive.pipeline.next_rig());
   expect_equal(twin.step(4), drive.step(4));
   twin.pipeline.load_state(nothing);
-  EXPECT_EQ(twin.pipeline.next_rig(), usual_mounting(drive.scene.rig()));
+  EXPECT_EQ(twin.pipeline.next_rig(), usual_extrinsics(drive.scene.rig()));
   EXPECT_TRUE(is_unknown(twin.step(0)));
 }
 
-TEST(MountingChain, IsKeptWhenThePipelineIsReset) {
+TEST(ExtrinsicsChain, IsKeptWhenThePipelineIsReset) {
   WrongRig drive;
   for (std::size_t frame{0}; frame < 3; ++frame) drive.step(frame);
   const Rig found{drive.pipeline.next_rig()};
@@ -132,9 +132,9 @@ TEST(MountingChain, IsKeptWhenThePipelineIsReset) {
   EXPECT_EQ(drive.pipeline.next_rig(), found);
 }
 
-TEST(MountingChain, GivenExtrinsicsStayAndTheDisagreementIsReported) {
+TEST(ExtrinsicsChain, GivenExtrinsicsStayAndTheDisagreementIsReported) {
   Scene scene{scenes::parse_scene(pitched_street), 2};
-  const Rig given{usual_mounting(scene.rig())};
+  const Rig given{usual_extrinsics(scene.rig())};
   Pipeline pipeline{small_grid(), given, {.threads = 2}};
   for (std::size_t frame{0}; frame < 6; ++frame) {
     const FrameResult& result{pipeline.process(scene.load(frame))};
@@ -146,7 +146,7 @@ TEST(MountingChain, GivenExtrinsicsStayAndTheDisagreementIsReported) {
   EXPECT_EQ(pipeline.next_rig(), given);
 }
 
-TEST(MountingChain, AnAssumedPitchThatIsNotThereIsFound) {
+TEST(ExtrinsicsChain, AnAssumedPitchThatIsNotThereIsFound) {
   Scene scene{scenes::parse_scene("street?width=320&height=200"), 2};
   Rig rig{scene.rig()};
   rig.camera_pitch_rad = 10 * degree;
@@ -156,7 +156,7 @@ TEST(MountingChain, AnAssumedPitchThatIsNotThereIsFound) {
   EXPECT_NEAR(pipeline.next_rig().camera_height_m, scene.rig().camera_height_m, 0.05);
 }
 
-TEST(MountingChain, AWallAheadMovesNothing) {
+TEST(ExtrinsicsChain, AWallAheadMovesNothing) {
   Scene scene{scenes::parse_scene("wall?width=320&height=200&frames=8"), 2};
   Pipeline pipeline{small_grid(), scene.rig(), {.threads = 2}};
   for (std::size_t frame{0}; frame < 6; ++frame) EXPECT_TRUE(pipeline.process(scene.load(frame)).status.empty());

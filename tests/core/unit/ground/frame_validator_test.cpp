@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Evidence for and against a frame's road plane, on disparities that are computed from planes.
-#include "ground/trust.hpp"
+#include "ground/frame_validator.hpp"
 
 #include <gtest/gtest.h>
 

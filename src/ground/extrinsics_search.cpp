@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
-#include "ground/mounting_search.hpp"
+#include "ground/extrinsics_search.hpp"
 
 #include <algorithm>
 #include <array>
@@ -21,12 +21,12 @@ constexpr int columns_to_confirm{6};
 constexpr double lost_max_s{1};
 
 // Calibration with gates around all plausible extrinsics.
-struct AnyMounting {
+struct AnyExtrinsics {
   Rig rig;
   GroundConfig gates;
 };
-AnyMounting any_mounting(const Rig& rig, double turned_rad) {
-  AnyMounting any{rig, {}};
+AnyExtrinsics any_extrinsics(const Rig& rig, double turned_rad) {
+  AnyExtrinsics any{rig, {}};
   any.rig.camera_height_m = 2.1;
   any.gates.height_gate_m = 1.9;
   any.rig.camera_pitch_rad = radians(12.5) - turned_rad;
@@ -123,9 +123,9 @@ RoadSupport support_of(const Rig& rig, const std::vector<GroundSample>& samples,
   return support;
 }
 
-std::optional<Ground> refine_mounting(const Rig& rig, double turned_rad, const std::vector<GroundSample>& samples,
-                                      const Ground& start) {
-  const AnyMounting any{any_mounting(rig, turned_rad)};
+std::optional<Ground> refine_extrinsics(const Rig& rig, double turned_rad, const std::vector<GroundSample>& samples,
+                                        const Ground& start) {
+  const AnyExtrinsics any{any_extrinsics(rig, turned_rad)};
   RoadPlane plane{road_plane(rig, start)};
   const Matrix3 covariance{wide_covariance(rig, start)};
   for (int round{0}; round < 2; ++round) {  // first_ground_row depends on the plane
@@ -136,15 +136,15 @@ std::optional<Ground> refine_mounting(const Rig& rig, double turned_rad, const s
   return found;
 }
 
-std::optional<Ground> search_mounting(const Rig& rig, double turned_rad, const std::vector<GroundSample>& samples) {
+std::optional<Ground> search_extrinsics(const Rig& rig, double turned_rad, const std::vector<GroundSample>& samples) {
   if (static_cast<int>(samples.size()) < ground_samples_min) return std::nullopt;
-  const AnyMounting any{any_mounting(rig, turned_rad)};
+  const AnyExtrinsics any{any_extrinsics(rig, turned_rad)};
   // 1 px is too wide for planes whose disparity grows slowly from row to row; fast ones are matched poorly by upright
   // windows and need it.
   for (const double inlier_px : {0.5, 1.0}) {
     RoadPlane plane{0, 0, 0, rig.cx_px, rig.cy_px};
     if (!find_plane(any.rig, any.gates, samples, plane, {rounds, inlier_px})) continue;
-    const std::optional<Ground> found{refine_mounting(rig, turned_rad, samples, ground_of(rig, plane))};
+    const std::optional<Ground> found{refine_extrinsics(rig, turned_rad, samples, ground_of(rig, plane))};
     if (found) return found;
   }
   return std::nullopt;
@@ -163,23 +163,23 @@ Ground seen_from(const Ground& ground, double angle_rad) {
   return seen;
 }
 
-MountingSearch::MountingSearch(const Rig& level_rig, const GroundConfig& config, double turned_rad, bool is_given)
+ExtrinsicsSearch::ExtrinsicsSearch(const Rig& level_rig, const GroundConfig& config, double turned_rad, bool is_given)
     : rig_{level_rig}, config_{config}, turned_rad_{turned_rad}, is_given_{is_given} {}
 
-bool MountingSearch::is_established() const {
+bool ExtrinsicsSearch::is_established() const {
   return fitting_ >= frames_to_confirm;
 }
 
-bool MountingSearch::is_wanted(bool is_lost, double dt_s) {
+bool ExtrinsicsSearch::is_wanted(bool is_lost, double dt_s) {
   if (!config_.estimate) return false;
   lost_s_ = is_lost ? lost_s_ + dt_s : 0;
   is_better_ = is_better_ && is_lost;
   return !is_established() || (is_given_ ? is_lost : lost_s_ >= lost_max_s);
 }
 
-std::optional<Ground> MountingSearch::look(const std::vector<GroundSample>& samples, const Ground& used,
-                                           bool is_rejected) {
-  const std::optional<Ground> candidate{search_mounting(rig_, turned_rad_, samples)};
+std::optional<Ground> ExtrinsicsSearch::look(const std::vector<GroundSample>& samples, const Ground& used,
+                                             bool is_rejected) {
+  const std::optional<Ground> candidate{search_extrinsics(rig_, turned_rad_, samples)};
   const bool is_outside{candidate && !is_within_gates(rig_, config_, *candidate)};
   if (is_rejected) return is_given_ && !is_outside ? std::nullopt : candidate;
   if (is_outside) {
@@ -195,8 +195,8 @@ std::optional<Ground> MountingSearch::look(const std::vector<GroundSample>& samp
   return std::nullopt;
 }
 
-bool MountingSearch::may_replace(const std::vector<GroundSample>& samples, const Ground& used, const Ground& candidate,
-                                 Point2 place) {
+bool ExtrinsicsSearch::may_replace(const std::vector<GroundSample>& samples, const Ground& used,
+                                   const Ground& candidate, Point2 place) {
   constexpr double travel_of_height{4};  // distance over which the plane must hold, in heights of the camera
   if (is_given_) return false;
   if (!is_established()) return true;
@@ -211,8 +211,8 @@ bool MountingSearch::may_replace(const std::vector<GroundSample>& samples, const
   return travelled_m >= travel_of_height * candidate.height_m;
 }
 
-bool MountingSearch::verify(const std::vector<GroundSample>& samples, const Ground& candidate) {
-  const std::optional<Ground> seen{refine_mounting(rig_, turned_rad_, samples, candidate)};
+bool ExtrinsicsSearch::verify(const std::vector<GroundSample>& samples, const Ground& candidate) {
+  const std::optional<Ground> seen{refine_extrinsics(rig_, turned_rad_, samples, candidate)};
   // a narrower plane leaves the roll, and with it the height, undetermined
   if (!seen) return false;
   const RoadSupport support{support_of(rig_, samples, road_plane(rig_, *seen))};
@@ -229,14 +229,14 @@ bool MountingSearch::verify(const std::vector<GroundSample>& samples, const Grou
   return true;
 }
 
-void MountingSearch::begin_again() {
+void ExtrinsicsSearch::begin_again() {
   agreeing_ = 0;
   is_certain_ = false;
   lost_s_ = 0;
   is_better_ = false;
 }
 
-std::optional<Ground> MountingSearch::found() const {
+std::optional<Ground> ExtrinsicsSearch::found() const {
   if (agreeing_ < frames_to_confirm && !is_certain_) return std::nullopt;
   return mean_of(sum_, agreeing_);
 }

@@ -53,7 +53,7 @@ void put_drive(const fs::path& drive, double pitch_deg) {
   }
 }
 
-class FoundMounting : public ::testing::Test {
+class FoundExtrinsics : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new TemporaryFolder;
@@ -69,7 +69,7 @@ class FoundMounting : public ::testing::Test {
   static TemporaryFolder* folder_;
 };
 
-TemporaryFolder* FoundMounting::folder_{nullptr};
+TemporaryFolder* FoundExtrinsics::folder_{nullptr};
 
 /// Maximum of the observed grid's row straight ahead, `from_m` to `to_m`.
 float largest_ahead(const fs::path& run, const std::string& name, double from_m, double to_m) {
@@ -79,7 +79,7 @@ float largest_ahead(const fs::path& run, const std::string& name, double from_m,
   return *std::max_element(row + std::lround(from_m / 0.2), row + std::lround(to_m / 0.2));
 }
 
-TEST_F(FoundMounting, StandsInTheLinesOfTheFrames) {
+TEST_F(FoundExtrinsics, StandsInTheLinesOfTheFrames) {
   const std::vector<Json> lines = lines_of(alone());  // no braces: they would make a list of it
   ASSERT_EQ(lines.size(), 6u);
   EXPECT_EQ(lines[0]["status"], Json{"pose_missing"}) << "the first pair determines them";
@@ -88,14 +88,14 @@ TEST_F(FoundMounting, StandsInTheLinesOfTheFrames) {
   EXPECT_EQ(lines[5]["mount"], json_of(alone() / "run.json")["mount"]);
 }
 
-TEST_F(FoundMounting, PlacesTheLidarThatIsFused) {
+TEST_F(FoundExtrinsics, PlacesTheLidarThatIsFused) {
   EXPECT_LT(largest_ahead(alone(), "000004", 7.4, 9), 0.5f);
   EXPECT_GT(largest_ahead(fused(), "000004", 8, 8.4), 0.8f) << "the wall";
   EXPECT_LT(largest_ahead(fused(), "000004", 4.4, 7.6), 0.5f) << "the road before it";
 }
 
 // With the calibration's extrinsics the road's returns rise by 1 m and more, and next to no cell is labelled.
-TEST_F(FoundMounting, LabelsTheCells) {
+TEST_F(FoundExtrinsics, LabelsTheCells) {
   const auto band_of = [&](const fs::path& run, const std::vector<std::string>& more) {
     const std::string file{(run.parent_path() / "scores.json").string()};
     std::vector<std::string> words{"evaluate", run.string(), "--json", file};

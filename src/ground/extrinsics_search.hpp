@@ -34,11 +34,11 @@ RoadSupport support_of(const Rig& rig, const std::vector<GroundSample>& samples,
 /// Road plane through `samples` (disparities of either hypothesis, in the order of their rows), 0.2 to 4 m below the
 /// camera, pitch −10° to 35°, roll up to 10°. Empty: no road found. The same samples give the same plane. `turned_rad`:
 /// pitch of the camera relative to the levelled images of `rig`, positive downwards.
-std::optional<Ground> search_mounting(const Rig& rig, double turned_rad, const std::vector<GroundSample>& samples);
+std::optional<Ground> search_extrinsics(const Rig& rig, double turned_rad, const std::vector<GroundSample>& samples);
 
 /// Road plane close to `start`, under the same conditions.
-std::optional<Ground> refine_mounting(const Rig& rig, double turned_rad, const std::vector<GroundSample>& samples,
-                                      const Ground& start);
+std::optional<Ground> refine_extrinsics(const Rig& rig, double turned_rad, const std::vector<GroundSample>& samples,
+                                        const Ground& start);
 
 /// `ground` relative to a camera at the same place that is pitched down by `angle_rad` more.
 Ground seen_from(const Ground& ground, double angle_rad);
@@ -46,10 +46,10 @@ Ground seen_from(const Ground& ground, double angle_rad);
 /// Search for the camera's extrinsics in the frames. Given extrinsics are never replaced. Assumed ones are replaced by
 /// the plane on which the first frames agree. Once the extrinsics have fitted the ground, another plane must fit all
 /// ground that they did, the nearest included, while the vehicle travels. A slope, stairs or a lower floor does not.
-class MountingSearch {
+class ExtrinsicsSearch {
  public:
-  /// `turned_rad`: see search_mounting.
-  MountingSearch(const Rig& level_rig, const GroundConfig& config, double turned_rad, bool is_given);
+  /// `turned_rad`: see search_extrinsics.
+  ExtrinsicsSearch(const Rig& level_rig, const GroundConfig& config, double turned_rad, bool is_given);
 
   /// True: look() needs this frame. Until a few frames have confirmed the extrinsics: always. Later: where the ground
   /// is lost; for extrinsics that can be replaced, after 1 s of it.

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Frames that cannot be relied on: pairs that do not belong together, cameras that are not mounted as assumed.
-#include "ground/trust.hpp"
+#include "ground/frame_validator.hpp"
 
 #include <gtest/gtest.h>
 
@@ -118,7 +118,7 @@ TEST(Trust, NothingIsKnownWhereTheRightImageIsAFrameLate) {
   }
 }
 
-TEST(Trust, ARoadThatIsNotWhereTheMountingSaysIsUnknown) {
+TEST(Trust, ARoadThatIsNotWhereTheExtrinsicsSayIsUnknown) {
   for (const double pitch_deg : {8.0, 10.0, -8.0}) {
     SCOPED_TRACE(pitch_deg);
     const Scene scene{scenes::parse_scene(std::string{street} + "&pitch_deg=" + std::to_string(pitch_deg)), 2};

@@ -4,7 +4,7 @@
 """Cameras with many extrinsics that the calibrations lack: frame in which the extrinsics are estimated, how far off
 it is, and whether any frame before has called a cell occupied. Prints a Markdown table.
 
-    python3 research/mounting.py build/release/bin/stereogrid [--drives FOLDER …]
+    python3 research/extrinsics.py build/release/bin/stereogrid [--drives FOLDER …]
 
 Real drives get other extrinsics by a changed calibration: a baseline of k times its length scales the camera height
 by k, and a principal point that is f·tan(pitch) lower adds a pitch, since the plane in disparity space is the same.
