@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The camera's view of single cells: repetition and decay.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "filter/filter.hpp"
+
+namespace stereogrid::test {
+namespace {
+
+// A camera of f·b = 90 px·m that has come 1 m nearer sees a point 12 m away by 5/8 px elsewhere, one 24 m away by 5/32.
+TEST(CellView, IsRepeatedDependingOnTheParallaxOfTheCell) {
+  const FilterConfig config;
+  const FilterTables tables{config};
+  const GridGeometry window{-10.1, -20.1, 0.2, 300, 300};
+  const Pose2 camera{5, -3, 0.4};
+  const auto repeated = [&](double parallax_px_m2, double x_m, double y_m) {
+    const FilterStep step{step_of({config, tables, window, 0.1, {camera, 1, 1, parallax_px_m2}})};
+    const CellIndex cell{*window.cell_at({x_m, y_m})};
+    return view_of(step, cell.ix, cell.iy).repeated;
+  };
+  EXPECT_EQ(repeated(0, 17, -3), 1) << "a vehicle that stands";
+  EXPECT_EQ(repeated(90, 17, -3), 0);
+  EXPECT_NEAR(repeated(90, 29, -3), 1 - 90.0 / (24 * 24) / 0.5, 1e-3);
+  EXPECT_NEAR(repeated(90, 5, 21), 1 - 90.0 / (24 * 24) / 0.5, 1e-3) << "whatever the direction";
+  EXPECT_EQ(repeated(std::numeric_limits<double>::infinity(), 29, -3), 0) << "unknown";
+}
+
+// Cells in the field of view without matches decay faster than cells beside it.
+TEST(CellView, DecayIsQuickerInTheField) {
+  const FilterConfig config;
+  const FilterTables tables{config};
+  const GridGeometry window{-10.1, -20.1, 0.2, 300, 300};
+  const auto forgetting = [&](const CameraView& view, Point2 at) {
+    const FilterStep step{step_of({config, tables, window, 0.1, view})};
+    const CellIndex cell{*window.cell_at(at)};
+    return view_of(step, cell.ix, cell.iy).forgetting;
+  };
+  const auto within = [](double time_s) { return (1 - std::exp(-0.1 / time_s)) / 2; };
+  const double in_view{within(config.decay_time_in_view_s)};
+  const double beside{within(config.decay_time_s)};
+  ASSERT_GT(in_view, beside);
+  const CameraView ahead{{5, -3, 0}, 1, 0.5};  // 45° to the left, 27° to the right
+  for (const Point2 at : {Point2{15, -3}, {15, 6}, {15, -7.5}})
+    EXPECT_NEAR(forgetting(ahead, at), in_view, 1e-6) << at.y;
+  for (const Point2 at : {Point2{15, 8}, {15, -9}, {0, -3}}) EXPECT_NEAR(forgetting(ahead, at), beside, 1e-6) << at.y;
+  const CameraView to_the_left{{5, -3, 1.5707963}, 1, 0.5};
+  EXPECT_NEAR(forgetting(to_the_left, {5, 7}), in_view, 1e-6);
+  EXPECT_NEAR(forgetting(to_the_left, {15, -3}), beside, 1e-6);
+  EXPECT_NEAR(forgetting({}, {15, -3}), beside, 1e-6) << "nothing is known of the camera";
+}
+
+// A pixel of disparity is 1 m deep at a distance of √(f·b · 1 m/px); twice as far it is 4 m deep.
+TEST(CellView, DecayIsQuickerWhereAPixelIsDeeperThanAMetre) {
+  const FilterConfig config;
+  const FilterTables tables{config};
+  const GridGeometry window{-10.1, -20.1, 0.2, 300, 300};
+  const auto forgetting = [&](double ahead_m) {
+    const CameraView view{{5, -3, 0}, 1, 1, std::numeric_limits<double>::infinity(), 100};
+    const CellIndex cell{*window.cell_at({5 + ahead_m, -3})};
+    return view_of(step_of({config, tables, window, 0.1, view}), cell.ix, cell.iy).forgetting;
+  };
+  EXPECT_EQ(forgetting(5), forgetting(9.5));
+  EXPECT_NEAR(forgetting(20), 4 * forgetting(5), 0.1 * forgetting(5));
+  EXPECT_LE(forgetting(40), 0.5f) << "a cell is unknown at most";
+}
+
+}  // namespace
+}  // namespace stereogrid::test
