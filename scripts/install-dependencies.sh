@@ -12,7 +12,8 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 packages=(
   g++ cmake ninja-build ccache pkg-config git        # build
-  libopencv-dev libyaml-cpp-dev nlohmann-json3-dev   # images and calibration, YAML in, JSON out
+  libopencv-dev libyaml-cpp-dev nlohmann-json3-dev   # calibration and odometry, YAML in, JSON out
+  libturbojpeg0-dev libtiff-dev                      # images
   libcli11-dev libspdlog-dev libfmt-dev              # command line, log
   libtbb-dev libhwy-dev                              # threads, SIMD
   libzip-dev libdeflate-dev zlib1g-dev               # .npz
@@ -24,7 +25,7 @@ packages=(
   libgstreamer-plugins-base1.0-dev                   # live cameras
   gstreamer1.0-plugins-base gstreamer1.0-plugins-good
   cyclonedds-dev                                     # ROS 2
-  ffmpeg                                             # --video
+  ffmpeg                                             # videos, and --video
   python3 python3-numpy                              # tests that read our files as users do
   python3-matplotlib                                 # research/figures
 )

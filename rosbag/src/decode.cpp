@@ -150,7 +150,7 @@ io::ScaledImage decode_compressed(std::span<const std::byte> cdr, const std::str
   std::ranges::transform(format, format.begin(), [](unsigned char letter) { return std::tolower(letter); });
   for (const std::string_view video : {"h264", "h.264", "h265", "h.265", "hevc", "av1"}) {
     if (format.find(video) == std::string::npos) continue;
-    throw InputError{name, fmt::format("holds video ({}), which is not read (allowed: PNG, JPEG, WebP, TIFF).", video),
+    throw InputError{name, fmt::format("holds video ({}), which is not read (allowed: PNG, JPEG, TIFF).", video),
                      "Decode it into sensor_msgs/Image and record that."};
   }
   return io::decode_scaled(name, {message.data.begin(), message.data.end()});

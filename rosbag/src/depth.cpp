@@ -69,7 +69,7 @@ Image<float> depth_of_values(const Image<std::uint16_t>& values, auto&& metres) 
 Image<float> decode_compressed_depth(const sensor_msgs::CompressedImage& message, const std::string& name) {
   std::string bytes{message.data.begin(), message.data.end()};
   const auto in_millimetres = [](double z) { return z * millimetre_m; };
-  if (bytes.starts_with("\x89PNG")) return depth_of_values(io::decode_u16(name, std::move(bytes)), in_millimetres);
+  if (bytes.starts_with("\x89PNG")) return depth_of_values(io::decode_u16(name, bytes), in_millimetres);
   const auto says = [&](std::string_view word) { return message.format.find(word) != std::string::npos; };
   if (says("jpeg") || bytes.size() < CompressedDepth::head_bytes) {
     throw InputError{name, fmt::format("depth as \"{}\" is not read.", io::printable(message.format)),
@@ -80,7 +80,7 @@ Image<float> decode_compressed_depth(const sensor_msgs::CompressedImage& message
   std::memcpy(&head.b, bytes.data() + 8, sizeof head.b);
   bytes.erase(0, CompressedDepth::head_bytes);
   const Image<std::uint16_t> values{says("rvl") ? decode_rvl(std::as_bytes(std::span{bytes}), name)
-                                                : io::decode_u16(name, std::move(bytes))};
+                                                : io::decode_u16(name, bytes)};
   if (!says("32FC1")) return depth_of_values(values, in_millimetres);
   return depth_of_values(values, [&](double value) { return value == 0 ? 0 : head.a / (value - head.b); });
 }

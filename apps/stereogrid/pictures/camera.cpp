@@ -2,12 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "pictures/panels.hpp"
 #include "pictures/picture.hpp"
+#include "stereogrid/io/image_file.hpp"
 #include "stereogrid/level_mapping.hpp"
+#include "stereogrid/opencv.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -124,10 +125,8 @@ std::vector<std::uint8_t> annotated_jpeg(const StereoFrame& frame, const FrameRe
     kinds = of_camera;
   }
   cv::Mat colour{tinted(grey, kinds)};
-  cv::cvtColor(colour, colour, cv::COLOR_RGB2BGR);  // as OpenCV writes
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".jpg", colour, bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
-  return bytes;
+  cv::cvtColor(colour, colour, cv::COLOR_RGB2BGR);
+  return io::encode_jpeg(view_of(colour), quality);
 }
 
 }  // namespace stereogrid::app

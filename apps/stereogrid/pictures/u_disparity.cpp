@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "pictures/panels.hpp"
 #include "pictures/picture.hpp"
+#include "stereogrid/io/image_file.hpp"
+#include "stereogrid/opencv.hpp"
 
 namespace stereogrid::app {
 namespace {
@@ -68,9 +69,7 @@ void draw_u_disparity(cv::Mat& canvas, const Box& box, const FrameResult& result
 
 std::vector<std::uint8_t> u_disparity_jpeg(const FrameResult& result) {
   constexpr int quality{90};
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".jpg", shades_of(result.stages.occupancy_smooth), bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
-  return bytes;
+  return io::encode_jpeg(view_of(shades_of(result.stages.occupancy_smooth)), quality);
 }
 
 }  // namespace stereogrid::app

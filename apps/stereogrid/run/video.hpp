@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <sys/types.h>
-
 #include <filesystem>
+#include <optional>
 
+#include "stereogrid/io/ffmpeg.hpp"
 #include "stereogrid/io/image_file.hpp"
 
 namespace stereogrid::app {
@@ -26,14 +26,10 @@ class Video {
   void finish();
 
  private:
-  void start(int width, int height);
-  [[nodiscard]] bool stop();
-
   std::filesystem::path file_;
   std::filesystem::path unfinished_;
   double rate_hz_;
-  int pipe_{-1};
-  pid_t ffmpeg_{-1};
+  std::optional<io::Ffmpeg> ffmpeg_;
 };
 
 }  // namespace stereogrid::app

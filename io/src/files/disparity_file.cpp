@@ -9,14 +9,12 @@
 #include <cmath>
 #include <cstring>
 #include <opencv2/core.hpp>
-#include <opencv2/core/utils/logger.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "files/image_completeness.hpp"
+#include "files/decode_image.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
 #include "stereogrid/io/image_file.hpp"
@@ -40,20 +38,6 @@ Image<float> floats_of(const cv::Mat& mat, double scale) {
   return image;
 }
 
-cv::Mat decode(const std::string& file, const std::string& bytes) {
-  static const auto silenced{cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT)};
-  static_cast<void>(silenced);
-  cv::Mat image;
-  try {
-    const cv::Mat buffer{1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data())};
-    image = cv::imdecode(buffer, cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception&) {
-    image.release();
-  }
-  if (image.empty()) throw InputError{file, "cannot be decoded, it is truncated or damaged.", again};
-  return image;
-}
-
 /// Meaning of a file's numbers.
 struct Coding {
   double units;  ///< whole numbers in a pixel, or a metre
@@ -62,14 +46,13 @@ struct Coding {
 };
 
 Image<float> read_png(const std::string& file, const std::string& bytes, const Coding& coding) {
-  const cv::Mat image{decode(file, checked_image_bytes(file, bytes))};
+  const cv::Mat image{decode_image(file, bytes)};
   if (image.type() != CV_16UC1) throw InputError{file, "is no PNG of one channel with 16 bits.", coding.kinds};
   return floats_of(image, 1 / coding.units);
 }
 
 Image<float> read_tiff(const std::string& file, const std::string& bytes, const Coding& coding) {
-  check_tiff_size(file, bytes);
-  const cv::Mat image{decode(file, bytes)};
+  const cv::Mat image{decode_image(file, bytes)};
   if (coding.has_whole_tiff && image.type() == CV_16UC1) return floats_of(image, 1 / coding.units);
   if (image.type() != CV_32FC1 && image.type() != CV_64FC1) {
     throw InputError{file, "is no TIFF of one channel of floats.", coding.kinds};

@@ -6,14 +6,12 @@
 #include <bit>
 #include <cstring>
 #include <opencv2/core.hpp>
-#include <opencv2/core/utils/logger.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
-#include <utility>
+#include <string_view>
 #include <vector>
 
-#include "files/image_completeness.hpp"
+#include "files/decode_image.hpp"
 #include "files/png.hpp"
 #include "stereogrid/error.hpp"
 #include "stereogrid/io/file.hpp"
@@ -24,23 +22,11 @@ namespace stereogrid::io {
 namespace {
 
 /// 8- or 16-bit unsigned, one or three channels (B G R).
-cv::Mat decode(const std::string& name, std::string file) {
-  static const auto silenced{cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT)};
-  static_cast<void>(silenced);
-  const std::string bytes{checked_image_bytes(name, std::move(file))};
-  cv::Mat image{bytes.starts_with(png_signature) ? decode_plain_png(bytes) : cv::Mat{}};
-  try {
-    const cv::Mat buffer{1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data())};
-    if (image.empty()) image = cv::imdecode(buffer, cv::IMREAD_UNCHANGED);
-    if (image.channels() == 4) cv::cvtColor(image, image, cv::COLOR_BGRA2BGR);
-  } catch (const cv::Exception&) {
-    image.release();
-  }
-  if (image.empty()) throw InputError{name, "cannot be decoded, it is damaged.", "Copy or record it again."};
+cv::Mat decode(const std::string& name, std::string_view bytes) {
+  cv::Mat image{decode_image(name, bytes)};
   if (image.depth() != CV_8U && image.depth() != CV_16U) {
     throw InputError{name, "has neither 8 nor 16 bits a sample.", "Convert it to an 8-bit PNG."};
   }
-  if (image.channels() == 2) cv::extractChannel(image, image, 0);
   return image;
 }
 
@@ -64,13 +50,6 @@ ScaledImage scaled(const cv::Mat& grey, int bits = 0) {
   ScaledImage image{{}, bits == 0 ? sample_bits(view_of(grey)) : bits};
   assign(image.grey, view_of(grey, image.bits));
   return image;
-}
-
-void write(const std::filesystem::path& path, const cv::Mat& mat) {
-  std::vector<uchar> bytes;
-  // fast compression: a drive has many images
-  cv::imencode(".png", mat, bytes, {cv::IMWRITE_PNG_COMPRESSION, 3});
-  write_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 template <class T>
@@ -110,16 +89,16 @@ ScaledImage read_scaled(const std::filesystem::path& path) {
   return scaled(grey_of(decode(path)));
 }
 
-ScaledImage decode_scaled(const std::string& name, std::string bytes) {
-  return scaled(grey_of(decode(name, std::move(bytes))));
+ScaledImage decode_scaled(const std::string& name, const std::string& bytes) {
+  return scaled(grey_of(decode(name, bytes)));
 }
 
 Image<std::uint16_t> read_u16(const std::filesystem::path& path) {
   return decode_u16(printable_path(path), read_file(path, largest_bytes::image));
 }
 
-Image<std::uint16_t> decode_u16(const std::string& name, std::string bytes) {
-  cv::Mat image{decode(name, std::move(bytes))};
+Image<std::uint16_t> decode_u16(const std::string& name, const std::string& bytes) {
+  cv::Mat image{decode(name, bytes)};
   if (image.channels() != 1) throw InputError{name, "is in colour.", "An image of one channel is needed."};
   image.convertTo(image, CV_16U);
   return copy_of<std::uint16_t>(image);
@@ -133,17 +112,17 @@ RgbImage read_rgb(const std::filesystem::path& path) {
 }
 
 void write_png(const std::filesystem::path& path, const Image<std::uint8_t>& grey) {
-  write(path, mat_of(grey, 1));
+  write_file(path, encode_png(mat_of(grey, 1)));
 }
 
 void write_png(const std::filesystem::path& path, const Image<std::uint16_t>& grey) {
-  write(path, mat_of(grey, 1));
+  write_file(path, encode_png(mat_of(grey, 1)));
 }
 
 void write_png(const std::filesystem::path& path, const RgbImage& colour) {
   cv::Mat swapped;
   cv::cvtColor(mat_of(colour.pixels, 3), swapped, cv::COLOR_RGB2BGR);
-  write(path, swapped);
+  write_file(path, encode_png(swapped));
 }
 
 }  // namespace stereogrid::io

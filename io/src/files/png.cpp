@@ -1,38 +1,104 @@
 // SPDX-FileCopyrightText: 2026 The stereogrid authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// PNG (Third Edition), W3C Recommendation 2025: §5 chunks, §9 filters.
+// PNG (Third Edition), W3C Recommendation 2025: §5 chunks, §9 filters. With libdeflate, which is faster than libpng.
 #include "files/png.hpp"
 
 #include <libdeflate.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
+#include <new>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "files/decode_image.hpp"
+#include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
 namespace {
 
-struct Header {
-  int width{0};
-  int height{0};
-  int bytes_per_sample{0};  // 0: a kind that is not decoded here
-  int channels{0};
+std::uint32_t big_endian(std::string_view bytes) {
+  std::uint32_t value{0};
+  for (const char byte : bytes.substr(0, 4)) value = value << 8 | static_cast<std::uint8_t>(byte);
+  return value;
+}
+
+struct Chunk {
+  std::string_view covered;  ///< part that the checksum is of: type and content
+  std::uint32_t checksum;
+
+  [[nodiscard]] std::string_view type() const { return covered.substr(0, 4); }
+  [[nodiscard]] std::string_view content() const { return covered.substr(4); }
 };
 
-Header header_of(std::string_view chunk) {
+/// Removes the first chunk from `bytes`. Empty: they end within it.
+std::optional<Chunk> take_chunk(std::string_view& bytes) {
+  constexpr std::size_t frame_bytes{12};  // length, type, checksum
+  if (bytes.size() < frame_bytes) return {};
+  const std::size_t length{big_endian(bytes)};
+  if (length > bytes.size() - frame_bytes) return {};
+  const Chunk chunk{bytes.substr(4, length + 4), big_endian(bytes.substr(length + 8))};
+  bytes.remove_prefix(length + frame_bytes);
+  return chunk;
+}
+
+/// Parts of a file that its pixels are made of.
+struct Parts {
+  std::string_view header;
+  std::string_view palette;
+  std::string packed;
+};
+
+Parts parts_of(const std::string& file, std::string_view bytes) {
+  Parts parts;
+  bytes.remove_prefix(png_signature.size());
+  while (const auto chunk = take_chunk(bytes)) {
+    if (libdeflate_crc32(0, chunk->covered.data(), chunk->covered.size()) != chunk->checksum) {
+      fail_damaged(file, "is a damaged PNG (wrong checksum in chunk '" + printable(chunk->type()) + "').");
+    }
+    if (chunk->type() == "IHDR" && parts.header.empty()) parts.header = chunk->content();
+    if (chunk->type() == "PLTE") parts.palette = chunk->content();
+    if (chunk->type() == "IDAT") parts.packed += chunk->content();
+    if (chunk->type() == "IEND") return parts;
+  }
+  fail_damaged(file, "is a truncated PNG (its end is missing).");
+}
+
+struct Header {
+  int width;
+  int height;
+  int bits;  ///< per sample
+  int channels;
+  bool is_indexed;
+
+  [[nodiscard]] std::size_t pixel_bytes() const { return static_cast<std::size_t>(std::max(1, bits * channels / 8)); }
+  [[nodiscard]] std::size_t row_bytes() const {
+    return (static_cast<std::size_t>(width) * static_cast<std::size_t>(bits * channels) + 7) / 8;
+  }
+};
+
+Header header_of(const std::string& file, std::string_view chunk) {
   constexpr std::size_t bytes{13};
-  if (chunk.size() != bytes) return {};
-  const int bits{chunk[8]};
-  const int colour_type{chunk[9]};
-  const bool is_plain{(bits == 8 || bits == 16) && (colour_type == 0 || colour_type == 2) && chunk[12] == 0};
-  return {static_cast<int>(big_endian(chunk)), static_cast<int>(big_endian(chunk.substr(4))), is_plain ? bits / 8 : 0,
-          colour_type == 2 ? 3 : 1};
+  if (chunk.size() != bytes) fail_damaged(file);
+  check_size(file, big_endian(chunk), big_endian(chunk.substr(4)));
+  constexpr int channels_of_type[]{1, 0, 3, 1, 2, 0, 4};  // grey, colour, indices, grey and colour with alpha
+  const auto bits{static_cast<std::uint8_t>(chunk[8])};
+  const auto type{static_cast<std::uint8_t>(chunk[9])};
+  const int channels{type <= 6 ? channels_of_type[type] : 0};
+  const bool has_few_bits{type == 0 || type == 3};
+  if (channels == 0 || !std::has_single_bit(bits) || bits > (type == 3 ? 8 : 16) || (bits < 8 && !has_few_bits)) {
+    fail_damaged(file);
+  }
+  if (chunk[12] != 0) fail_unsupported(file, "is an interlaced PNG.");
+  return {static_cast<int>(big_endian(chunk)), static_cast<int>(big_endian(chunk.substr(4))), bits, channels,
+          type == 3};
 }
 
 std::uint8_t paeth(int left, int above, int above_left) {
@@ -87,56 +153,107 @@ bool inflate(const std::string& packed, std::vector<std::uint8_t>& bytes) {
                                     nullptr) == LIBDEFLATE_SUCCESS;
 }
 
-// Samples of 16 bits are stored with the most significant byte first.
-void copy_row(const std::uint8_t* from, std::size_t bytes, int bytes_per_sample, std::uint8_t* to) {
-  const bool swaps{bytes_per_sample == 2 && std::endian::native == std::endian::little};
-  for (std::size_t i{0}; i < bytes; ++i) to[swaps ? i ^ 1 : i] = from[i];
+void copy_row(const Header& header, const std::uint8_t* from, std::uint8_t* to) {
+  // samples of 16 bits are stored with the most significant byte first
+  const bool swaps{header.bits == 16 && std::endian::native == std::endian::little};
+  if (header.bits >= 8) {
+    for (std::size_t i{0}; i < header.row_bytes(); ++i) to[swaps ? i ^ 1 : i] = from[i];
+    return;
+  }
+  const int largest{(1 << header.bits) - 1};
+  for (int u{0}; u < header.width; ++u) {
+    const int bit{u * header.bits};
+    const int value{from[bit / 8] >> (8 - header.bits - bit % 8) & largest};
+    to[u] = static_cast<std::uint8_t>(header.is_indexed ? value : value * 255 / largest);
+  }
+}
+
+/// Replaces indices by colours; those that the palette lacks are black.
+cv::Mat coloured(const std::string& file, const cv::Mat& indices, std::string_view palette) {
+  cv::Mat3b table(1, 256, cv::Vec3b{});
+  if (palette.empty() || palette.size() % 3 != 0 || palette.size() > table.total() * 3) fail_damaged(file);
+  std::ranges::copy(palette, table.ptr<char>());
+  cv::Mat image;
+  cv::cvtColor(indices, image, cv::COLOR_GRAY2BGR);
+  cv::LUT(image, table, image);
+  return image;
 }
 
 }  // namespace
 
-std::uint32_t big_endian(std::string_view bytes) {
-  std::uint32_t value{0};
-  for (const char byte : bytes.substr(0, 4)) value = value << 8 | static_cast<std::uint8_t>(byte);
-  return value;
-}
-
-std::optional<PngChunk> take_png_chunk(std::string_view& bytes) {
-  constexpr std::size_t frame_bytes{12};  // length, type, checksum
-  if (bytes.size() < frame_bytes) return {};
-  const std::size_t length{big_endian(bytes)};
-  if (length > bytes.size() - frame_bytes) return {};
-  const std::string_view whole{bytes.substr(0, length + frame_bytes)};
-  bytes.remove_prefix(whole.size());
-  return PngChunk{whole, whole.substr(4, length + 4), big_endian(whole.substr(length + 8))};
-}
-
-cv::Mat decode_plain_png(std::string_view bytes) {
-  Header header;
-  std::string packed;
-  bytes.remove_prefix(png_signature.size());
-  while (const auto chunk = take_png_chunk(bytes)) {
-    if (chunk->type() == "IHDR") header = header_of(chunk->content());
-    if (chunk->type() == "IDAT") packed += chunk->content();
-  }
-  if (header.bytes_per_sample == 0) return {};
-  const std::size_t pixel_bytes{static_cast<std::size_t>(header.channels) *
-                                static_cast<std::size_t>(header.bytes_per_sample)};
-  const std::size_t row_bytes{pixel_bytes * static_cast<std::size_t>(header.width)};
-  std::vector<std::uint8_t> rows((1 + row_bytes) * static_cast<std::size_t>(header.height));
-  if (!inflate(packed, rows)) return {};
-  cv::Mat image(header.height, header.width,  // braces would make a list of three numbers
-                CV_MAKETYPE(header.bytes_per_sample == 1 ? CV_8U : CV_16U, header.channels));
-  const std::vector<std::uint8_t> nothing_above(row_bytes, 0);
+cv::Mat decode_png(const std::string& file, std::string_view bytes) {
+  const Parts parts{parts_of(file, bytes)};
+  const Header header{header_of(file, parts.header)};
+  const std::size_t stored_bytes{1 + header.row_bytes()};  // the filter in front
+  const std::size_t all_bytes{stored_bytes * static_cast<std::size_t>(header.height)};
+  constexpr std::size_t largest_ratio{1032};  // deflate's: a small file does not reserve a large image
+  if (all_bytes / largest_ratio > parts.packed.size()) fail_damaged(file);
+  std::vector<std::uint8_t> rows(all_bytes);
+  if (!inflate(parts.packed, rows)) fail_damaged(file);
+  cv::Mat image(header.height, header.width, CV_MAKETYPE(header.bits == 16 ? CV_16U : CV_8U, header.channels));
+  const std::vector<std::uint8_t> nothing_above(stored_bytes, 0);
   const std::uint8_t* above{nothing_above.data()};
   for (int v{0}; v < header.height; ++v) {
-    std::uint8_t* const row{rows.data() + (1 + row_bytes) * static_cast<std::size_t>(v) + 1};
-    if (!remove_filter(row[-1], row, above, row_bytes, pixel_bytes)) return {};
-    copy_row(row, row_bytes, header.bytes_per_sample, image.ptr(v));
+    std::uint8_t* const row{rows.data() + stored_bytes * static_cast<std::size_t>(v) + 1};
+    if (!remove_filter(row[-1], row, above, header.row_bytes(), header.pixel_bytes())) fail_damaged(file);
+    copy_row(header, row, image.ptr(v));
     above = row;
   }
-  if (header.channels == 3) cv::cvtColor(image, image, cv::COLOR_RGB2BGR);
+  if (header.is_indexed) image = coloured(file, image, parts.palette);
+  if (image.channels() == 2) cv::extractChannel(image, image, 0);
+  if (image.channels() == 3) cv::cvtColor(image, image, cv::COLOR_RGB2BGR);
+  if (image.channels() == 4) cv::cvtColor(image, image, cv::COLOR_RGBA2BGR);
   return image;
+}
+
+namespace {
+
+std::string text_of(std::uint32_t number) {
+  std::string bytes;
+  for (int shift{24}; shift >= 0; shift -= 8) bytes += static_cast<char>(number >> shift);
+  return bytes;
+}
+
+void add_chunk(std::string& png, std::string_view type, std::string_view content) {
+  png += text_of(static_cast<std::uint32_t>(content.size()));
+  const std::size_t start{png.size()};
+  png.append(type).append(content);
+  png += text_of(libdeflate_crc32(0, png.data() + start, png.size() - start));
+}
+
+}  // namespace
+
+// Rows are stored as their difference from the one above (filter 2). A choice per row saves 5 % of a camera's image and
+// nothing of a visualisation.
+std::string encode_png(const cv::Mat& image) {
+  cv::Mat stored;
+  if (image.channels() == 3) cv::cvtColor(image, stored, cv::COLOR_BGR2RGB);
+  if (image.channels() == 1) stored = image;
+  const bool is_wide{image.depth() == CV_16U};
+  const std::size_t row_bytes{static_cast<std::size_t>(image.cols) * image.elemSize()};
+  const std::size_t order{is_wide && std::endian::native == std::endian::little ? 1U : 0U};
+  std::string rows;
+  rows.reserve((1 + row_bytes) * static_cast<std::size_t>(image.rows));
+  for (int v{0}; v < image.rows; ++v) {
+    rows += '\2';
+    const std::uint8_t* const row{stored.ptr(v)};
+    const std::uint8_t* const above{v > 0 ? stored.ptr(v - 1) : nullptr};
+    for (std::size_t i{0}; i < row_bytes; ++i)
+      rows += static_cast<char>(row[i ^ order] - (above ? above[i ^ order] : 0));
+  }
+  constexpr int level{3};  // fast: a drive has many images
+  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor{
+      libdeflate_alloc_compressor(level), libdeflate_free_compressor};
+  if (!compressor) throw std::bad_alloc{};
+  std::string packed(libdeflate_zlib_compress_bound(compressor.get(), rows.size()), '\0');
+  packed.resize(libdeflate_zlib_compress(compressor.get(), rows.data(), rows.size(), packed.data(), packed.size()));
+  std::string png{png_signature};
+  add_chunk(png, "IHDR",
+            text_of(static_cast<std::uint32_t>(image.cols)) + text_of(static_cast<std::uint32_t>(image.rows)) +
+                (is_wide ? '\x10' : '\x08') + (image.channels() == 3 ? '\2' : '\0') + std::string(3, '\0'));
+  add_chunk(png, "IDAT", packed);
+  add_chunk(png, "IEND", {});
+  return png;
 }
 
 }  // namespace stereogrid::io

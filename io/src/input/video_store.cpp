@@ -5,18 +5,23 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <array>
+#include <cinttypes>
+#include <cstdio>
 #include <iterator>
 #include <map>
 #include <mutex>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
+#include <optional>
+#include <sstream>
 #include <utility>
 
+#include "files/decode_image.hpp"
 #include "input/layout/side_names.hpp"
 #include "input/layout/stacked_images.hpp"
 #include "input/video_files.hpp"
 #include "stereogrid/error.hpp"
+#include "stereogrid/io/ffmpeg.hpp"
 #include "stereogrid/io/text.hpp"
 
 namespace stereogrid::io {
@@ -27,35 +32,33 @@ namespace fs = std::filesystem;
 /// Frames of a file by their place. Decodes in order: going back starts again.
 class Video {
  public:
-  explicit Video(fs::path path) : path_{std::move(path)} { open(); }
+  explicit Video(fs::path path) : path_{std::move(path)} {}
 
-  /// Decodes the whole file: containers do not all count their frames.
+  /// Decodes the whole file, because containers do not all count their frames, and finds the size of its frames.
   std::vector<std::int64_t> stamps_ns() {
-    const double rate_hz{capture_.get(cv::CAP_PROP_FPS)};
-    const double step_ns{1e9 / (rate_hz > 0.01 && rate_hz < 1e4 ? rate_hz : 10)};
+    std::istringstream lines{list_of_frames()};
     std::vector<std::int64_t> stamps;
     bool do_grow{true};
-    for (; grab(); ++next_) {
-      stamps.push_back(std::llround(capture_.get(cv::CAP_PROP_POS_MSEC) * 1e6));
-      do_grow = do_grow && (stamps.size() == 1 || stamps.back() > stamps[stamps.size() - 2]);
+    for (std::string line; std::getline(lines, line);) {
+      std::int64_t stamp_ns{0};
+      static_cast<void>(std::sscanf(line.c_str(), "#dimensions 0: %dx%d", &width_, &height_));
+      if (std::sscanf(line.c_str(), "0, %*d, %" SCNd64, &stamp_ns) != 1) continue;
+      do_grow = do_grow && (stamps.empty() || stamp_ns > stamps.back());
+      stamps.push_back(stamp_ns);
     }
-    for (std::size_t i{0}; !do_grow && i < stamps.size(); ++i) {
-      stamps[i] = std::llround(static_cast<double>(i) * step_ns);
+    if (stamps.empty()) fail("is a video that cannot be decoded: it is damaged, or of an unknown codec.");
+    check_size(name(), static_cast<std::uint64_t>(width_), static_cast<std::uint64_t>(height_));
+    for (std::size_t i{stamps.size()}; i-- > 0;) {
+      stamps[i] = do_grow ? stamps[i] - stamps[0] : static_cast<std::int64_t>(i) * usual_step_ns;
     }
-    if (stamps.empty()) fail("holds no frame that can be decoded.");
-    open();
     return stamps;
   }
 
   Image<std::uint8_t> load(std::size_t index) {
     const std::lock_guard lock{mutex_};
     if (const auto found{recent_.find(index)}; found != recent_.end()) return found->second;
-    if (index < next_) open();
-    while (next_ <= index) {
-      if (!grab()) fail(fmt::format("ends before frame {}.", index));
-      if (index - next_ < most_recent / 2) keep(next_, retrieved(next_));
-      ++next_;
-    }
+    if (!decoder_ || index < next_) open(index - std::min(index, most_recent / 2));
+    for (; next_ <= index; ++next_) keep(next_, next_frame());
     return recent_.at(index);
   }
 
@@ -64,6 +67,7 @@ class Video {
  private:
   /// Several threads load frames that are close to each other, in any order.
   static constexpr std::size_t most_recent{32};
+  static constexpr std::int64_t usual_step_ns{100'000'000};
 
   void keep(std::size_t index, Image<std::uint8_t> image) {
     recent_.insert_or_assign(index, std::move(image));
@@ -71,13 +75,38 @@ class Video {
       recent_.erase(index < recent_.rbegin()->first ? std::prev(recent_.end()) : recent_.begin());
   }
 
-  Image<std::uint8_t> retrieved(std::size_t index) {
-    cv::Mat frame;
-    if (!capture_.retrieve(frame) || frame.empty()) fail(fmt::format("has a frame {} that is damaged.", index));
-    if (frame.channels() == 3) cv::cvtColor(frame, frame, cv::COLOR_BGR2GRAY);
-    if (frame.type() != CV_8UC1) fail("has frames of another kind than 8-bit grey or colour.");
-    Image<std::uint8_t> image{frame.cols, frame.rows};
-    for (int v{0}; v < frame.rows; ++v) std::copy_n(frame.ptr<std::uint8_t>(v), frame.cols, image.row(v));
+  /// All frames of the first stream of images; a playlist must not name other files.
+  void start(std::vector<std::string> output) {
+    std::vector<std::string> arguments{
+        "-loglevel", "quiet",  "-protocol_whitelist", "file",   "-i", "file:" + path_.string(), "-map",
+        "0:v:0",     "-vsync", "passthrough",         "-copyts"};
+    arguments.insert(arguments.end(), output.begin(), output.end());
+    arguments.emplace_back("-");
+    decoder_.emplace(Ffmpeg::Pipe::output, std::move(arguments));
+  }
+
+  /// A line per frame: stream, two stamps, …
+  std::string list_of_frames() {
+    start({"-c:v", "rawvideo", "-enc_time_base", "1/1000000000", "-f", "framecrc"});
+    std::string text;
+    std::array<char, 4096> part{};
+    while (const std::size_t size{decoder_->read(part.data(), part.size())}) text.append(part.data(), size);
+    decoder_.reset();
+    return text;
+  }
+
+  void open(std::size_t first) {
+    start({"-vf", fmt::format("select=gte(n\\,{}),scale=in_color_matrix=bt601", first), "-f", "rawvideo", "-pix_fmt",
+           "bgr24"});
+    next_ = first;
+  }
+
+  Image<std::uint8_t> next_frame() {
+    cv::Mat frame(height_, width_, CV_8UC3);
+    const std::size_t bytes{frame.total() * frame.elemSize()};
+    if (decoder_->read(frame.ptr<char>(), bytes) != bytes) fail(fmt::format("ends before frame {}.", next_));
+    Image<std::uint8_t> image{width_, height_};
+    cv::cvtColor(frame, cv::Mat{height_, width_, CV_8UC1, image.data()}, cv::COLOR_BGR2GRAY);
     return image;
   }
 
@@ -85,27 +114,11 @@ class Video {
     throw InputError{name(), what, "Record it again, or extract its frames: ffmpeg -i FILE left/%06d.png."};
   }
 
-  bool grab() {
-    try {
-      return capture_.grab();
-    } catch (const cv::Exception&) {
-      return false;
-    }
-  }
-
-  void open() {
-    next_ = 0;
-    try {
-      // other backends take a name for a pattern of images
-      if (capture_.open(path_.string(), cv::CAP_FFMPEG)) return;
-    } catch (const cv::Exception&) {
-    }
-    fail("is a video that cannot be decoded: it is damaged, or of an unknown codec.");
-  }
-
   fs::path path_;
-  cv::VideoCapture capture_;
-  std::size_t next_{0};  ///< place of the frame that grab() decodes
+  int width_{0};
+  int height_{0};
+  std::optional<Ffmpeg> decoder_;
+  std::size_t next_{0};  ///< place of the frame that the decoder is at
   std::map<std::size_t, Image<std::uint8_t>> recent_;
   std::mutex mutex_;
 };

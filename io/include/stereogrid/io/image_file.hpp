@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "stereogrid/export.hpp"
 #include "stereogrid/image.hpp"
@@ -30,7 +31,7 @@ struct ScaledImage {
   int bits{8};  ///< sample_bits(): white is the largest number of this many bits
 };
 
-// All readers accept PNG, PGM/PPM, JPEG, WebP and TIFF, recognised by content. They throw InputError if the file is
+// All readers accept PNG, PGM/PPM, JPEG, TIFF and BMP, recognised by content. They throw InputError if the file is
 // missing, truncated, damaged or of another format.
 
 /// Reads an image as 8-bit grey; colour becomes luma. Sensors store 10, 12 or 14 bits in 16: `bits` (8 to
@@ -47,13 +48,13 @@ struct ScaledImage {
 [[nodiscard]] STEREOGRID_EXPORT ScaledImage read_scaled(const std::filesystem::path& path);
 
 /// The same of a file's bytes; `name`: for complaints.
-[[nodiscard]] STEREOGRID_EXPORT ScaledImage decode_scaled(const std::string& name, std::string bytes);
+[[nodiscard]] STEREOGRID_EXPORT ScaledImage decode_scaled(const std::string& name, const std::string& bytes);
 
 /// Reads a one-channel image without scaling; 8-bit values are widened. Throws InputError for colour.
 [[nodiscard]] STEREOGRID_EXPORT Image<std::uint16_t> read_u16(const std::filesystem::path& path);
 
 /// The same of a file's bytes; `name`: for complaints.
-[[nodiscard]] STEREOGRID_EXPORT Image<std::uint16_t> decode_u16(const std::string& name, std::string bytes);
+[[nodiscard]] STEREOGRID_EXPORT Image<std::uint16_t> decode_u16(const std::string& name, const std::string& bytes);
 
 /// Reads an image as 8-bit colour; grey becomes R = G = B, 16 bits lose their lower half.
 [[nodiscard]] STEREOGRID_EXPORT RgbImage read_rgb(const std::filesystem::path& path);
@@ -62,5 +63,8 @@ struct ScaledImage {
 STEREOGRID_EXPORT void write_png(const std::filesystem::path& path, const Image<std::uint8_t>& grey);
 STEREOGRID_EXPORT void write_png(const std::filesystem::path& path, const Image<std::uint16_t>& grey);
 STEREOGRID_EXPORT void write_png(const std::filesystem::path& path, const RgbImage& colour);
+
+/// Bytes of a JPEG of 8-bit grey or bgr8. `quality`: 1 to 100.
+[[nodiscard]] STEREOGRID_EXPORT std::vector<std::uint8_t> encode_jpeg(const PixelView& image, int quality);
 
 }  // namespace stereogrid::io

@@ -1,0 +1,146 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+#include "files/decode_image.hpp"
+
+#include <libdeflate.h>
+
+#include <memory>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <random>
+
+#include "files/png.hpp"
+#include "stereogrid/io/image_file.hpp"
+#include "stereogrid/opencv.hpp"
+#include "support.hpp"
+
+// OpenCV's imgcodecs is the oracle.
+namespace stereogrid::io::testing {
+namespace {
+
+/// A PNG of noise whose rows have the filters 0 to 4 in turn, in two IDAT chunks.
+std::string png_with_every_filter(std::uint32_t width, std::uint32_t height, int bits, int colour_type) {
+  constexpr int channels_of_type[]{1, 0, 3, 1, 2, 0, 4};
+  const std::size_t row_bytes{(width * static_cast<std::size_t>(bits * channels_of_type[colour_type]) + 7) / 8};
+  std::string rows;
+  std::mt19937 generator{7};
+  for (std::uint32_t v{0}; v < height; ++v) {
+    rows += static_cast<char>(v % 5);
+    for (std::size_t i{0}; i < row_bytes; ++i) rows += static_cast<char>(generator() & 0xff);
+  }
+  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor{
+      libdeflate_alloc_compressor(1), libdeflate_free_compressor};
+  std::string packed(libdeflate_zlib_compress_bound(compressor.get(), rows.size()), '\0');
+  packed.resize(libdeflate_zlib_compress(compressor.get(), rows.data(), rows.size(), packed.data(), packed.size()));
+  const std::string header{big_endian(width) + big_endian(height) + static_cast<char>(bits) +
+                           static_cast<char>(colour_type) + std::string(3, '\0')};
+  std::string palette;
+  for (int i{0}; i < 3 << bits && colour_type == 3; ++i) palette += static_cast<char>(generator() & 0xff);
+  const std::size_t half{packed.size() / 2};
+  return "\x89PNG\r\n\x1a\n" + png_chunk("IHDR", header) + (palette.empty() ? "" : png_chunk("PLTE", palette)) +
+         png_chunk("IDAT", packed.substr(0, half)) + png_chunk("IDAT", packed.substr(half)) + png_chunk("IEND", "");
+}
+
+void expect_as_opencv(const std::string& bytes, const std::string& what) {
+  const cv::Mat read{decode_image("image", bytes)};
+  cv::Mat wanted{cv::imdecode(std::vector<char>(bytes.begin(), bytes.end()), cv::IMREAD_UNCHANGED)};
+  if (wanted.channels() == 4) cv::cvtColor(wanted, wanted, cv::COLOR_BGRA2BGR);
+  if (wanted.channels() == 3 && read.channels() == 1)
+    cv::cvtColor(wanted, wanted, cv::COLOR_BGR2GRAY);  // grey with alpha
+  ASSERT_EQ(read.type(), wanted.type()) << what;
+  ASSERT_EQ(read.size(), wanted.size()) << what;
+  EXPECT_EQ(cv::norm(read, wanted, cv::NORM_INF), 0) << what;
+}
+
+cv::Mat noise(int type, int width = 37, int height = 23) {
+  cv::Mat image(height, width, type);
+  cv::RNG generator{5};
+  generator.fill(image, cv::RNG::UNIFORM, 0, image.depth() == CV_8U ? 256 : 65536);
+  return image;
+}
+
+TEST(DecodeImage, PngsOfEveryKindAreWhatOpenCvReads) {
+  for (const int colour_type : {0, 2, 3, 4, 6}) {
+    for (const int bits : {1, 2, 4, 8, 16}) {
+      if ((bits < 8 && colour_type != 0 && colour_type != 3) || (bits == 16 && colour_type == 3)) continue;
+      for (const auto& [width, height] : {std::pair{1u, 1u}, {1u, 12u}, {37u, 23u}}) {
+        expect_as_opencv(png_with_every_filter(width, height, bits, colour_type),
+                         std::to_string(bits) + " " + std::to_string(colour_type) + " " + std::to_string(width));
+      }
+    }
+  }
+}
+
+TEST(DecodeImage, OtherFormatsAreWhatOpenCvReads) {
+  std::vector<uchar> bytes;
+  const auto expect{[&](const std::string& ending, const cv::Mat& image, const std::vector<int>& options = {}) {
+    cv::imencode(ending, image, bytes, options);
+    expect_as_opencv({bytes.begin(), bytes.end()}, ending + " of type " + std::to_string(image.type()));
+  }};
+  for (const int type : {CV_8UC1, CV_8UC3}) {
+    expect(".bmp", noise(type));
+    for (const int quality : {50, 95}) expect(".jpg", noise(type), {cv::IMWRITE_JPEG_QUALITY, quality});
+    expect(".jpg", noise(type), {cv::IMWRITE_JPEG_PROGRESSIVE, 1});
+    for (const int is_binary : {0, 1})
+      expect(type == CV_8UC1 ? ".pgm" : ".ppm", noise(type), {cv::IMWRITE_PXM_BINARY, is_binary});
+  }
+  expect(".bmp", noise(CV_8UC4));
+  for (const int is_binary : {0, 1}) {
+    expect(".pgm", noise(CV_16UC1), {cv::IMWRITE_PXM_BINARY, is_binary});
+    expect(".ppm", noise(CV_16UC3), {cv::IMWRITE_PXM_BINARY, is_binary});
+  }
+  for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3, CV_32FC1, CV_64FC1}) {
+    for (const int compression : {1, 5, 32946})
+      expect(".tiff", noise(type), {cv::IMWRITE_TIFF_COMPRESSION, compression});
+  }
+  for (const char* const text :
+       {"P2 2 2 100 0 50 99 100\n", "P2 2 2 7 0 3 6 9\n", "P3 1 2 1000 0 1 999 1000 1001 7\n"}) {
+    expect_as_opencv(text, text);
+  }
+}
+
+TEST(DecodeImage, WrittenPngsAreWhatOpenCvReads) {
+  for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3}) {
+    const cv::Mat image{noise(type)};
+    const std::string bytes{encode_png(image)};
+    const cv::Mat read{cv::imdecode(std::vector<char>(bytes.begin(), bytes.end()), cv::IMREAD_UNCHANGED)};
+    ASSERT_EQ(read.type(), type);
+    EXPECT_EQ(cv::norm(read, image, cv::NORM_INF), 0);
+  }
+}
+
+TEST(DecodeImage, WrittenJpegsAreWhatOpenCvWrites) {
+  for (const int type : {CV_8UC1, CV_8UC3}) {
+    std::vector<uchar> wanted;
+    cv::imencode(".jpg", noise(type), wanted, {cv::IMWRITE_JPEG_QUALITY, 80});
+    EXPECT_EQ(encode_jpeg(view_of(noise(type)), 80), wanted);
+  }
+}
+
+TEST(DecodeImage, DamagedAndInterlacedPngs) {
+  const auto expect{[](std::string bytes, std::initializer_list<std::string_view> parts) {
+    expect_complaint([&] { static_cast<void>(decode_image("a.png", bytes)); }, parts);
+  }};
+  const std::string sound{png_with_every_filter(5, 5, 8, 0)};
+  const auto with_header{[&](std::size_t at, char value) {
+    std::string header{sound.substr(16, 13)};
+    header[at] = value;
+    return sound.substr(0, 8) + png_chunk("IHDR", header) + sound.substr(33);
+  }};
+  expect(with_header(7, 9), {"damaged"});     // rows are missing
+  expect(with_header(8, 3), {"damaged"});     // bits
+  expect(with_header(9, 3), {"damaged"});     // no palette
+  expect(with_header(6, 0x7f), {"damaged"});  // more rows than the data can hold
+  expect(with_header(12, 1), {"interlaced PNG", "Convert"});
+}
+
+TEST(DecodeImage, FormatsThatNoCameraRecordsAreRefused) {
+  const TemporaryFolder folder;
+  for (const char* const name : {"a.webp", "a.ras"}) {
+    cv::imwrite((folder / name).string(), noise(CV_8UC1));
+    expect_complaint([&] { static_cast<void>(read_grey(folder / name)); }, {name, "no image of a kind", "to PNG"});
+  }
+}
+
+}  // namespace
+}  // namespace stereogrid::io::testing
