@@ -54,10 +54,11 @@ if(STEREOGRID_CUDA)
 endif()
 if(STEREOGRID_IO)
   stereogrid_install_component(odometry stereogrid_odometry ${PROJECT_SOURCE_DIR}/odometry/include)
-  stereogrid_install_pc(stereogrid-odometry stereogrid_odometry "Visual odometry for stereogrid" "stereogrid" "opencv4;fmt" "")
+  stereogrid_install_pc(stereogrid-odometry stereogrid_odometry "Visual odometry for stereogrid" "stereogrid" "fmt"
+                        "-lopencv_video -lopencv_calib3d -lopencv_imgproc -lopencv_core")
   stereogrid_install_component(io stereogrid_io ${PROJECT_SOURCE_DIR}/io/include)
   stereogrid_install_pc(stereogrid-io stereogrid_io "Images, calibration and recordings for stereogrid" "stereogrid;stereogrid-odometry"
-                        "opencv4;yaml-cpp;fmt;libzip;libdeflate;libturbojpeg;libtiff-4;zlib" "-pthread")
+                        "yaml-cpp;fmt;libzip;libdeflate;libturbojpeg;libtiff-4;zlib" "-pthread")
   list(APPEND STEREOGRID_COMPONENTS odometry io)
 endif()
 if(STEREOGRID_CONNECTED)
