@@ -4,6 +4,7 @@
 
 #include <limits>
 #include <random>
+#include <span>
 
 #include "stereogrid/io/file.hpp"
 #include "support.hpp"
@@ -93,6 +94,30 @@ TEST(Npz, WhatHardlyShrinksIsStored) {
   EXPECT_EQ(read_npz(folder / "a.npz").at("steps").to<std::int32_t>(), steps);
   EXPECT_GT(fs::file_size(folder / "a.npz"), 80000);
   EXPECT_LT(fs::file_size(folder / "a.npz"), 90000);
+}
+
+// Runs around the longest repetition of deflate, repetitions within and beyond its window, values of every rarity.
+TEST(Npz, EveryPatternIsReadAsWritten) {
+  const TemporaryFolder folder;
+  std::mt19937 random{5};
+  std::vector<std::int32_t> words;
+  const auto add = [&](std::uint32_t word) { words.push_back(static_cast<std::int32_t>(word)); };
+  for (std::uint32_t run{1}; run < 140; ++run) {
+    for (std::uint32_t i{0}; i < run; ++i) add(run * 0x01020304U);
+  }
+  for (const std::uint32_t period : {8191U, 8192U, 8193U}) {
+    for (std::uint32_t i{0}; i < 3 * period; ++i) add(i % period * 0x9e3779b1U);
+  }
+  for (int i{0}; i < 60000; ++i) add(static_cast<std::uint32_t>(1U << random() % 32 & random()));
+  std::uint64_t rare{1};
+  for (std::uint32_t value{0}; value < 24; ++value, rare = rare * 8 / 5 + 1) {  // rarest codes would be too long
+    for (std::uint64_t i{0}; i < rare; ++i) add(static_cast<std::uint32_t>(value << 24 | (random() & 0xf0f0U)));
+  }
+  const std::span<const std::int32_t> none{};
+  write_npz(folder / "a.npz", std::vector<NpzArray>{{"a", {words.size()}, words}, {"none", {0}, none}});
+  const auto read{read_npz(folder / "a.npz")};
+  EXPECT_TRUE(read.at("a").to<std::int32_t>() == words);
+  EXPECT_EQ(read.at("none").size(), 0);
 }
 
 TEST(Npz, ShapeThatDoesNotFitIsABug) {
