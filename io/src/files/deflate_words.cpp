@@ -192,7 +192,6 @@ void add_words(const std::byte* bytes, std::size_t count, Block& block) {
       exchange(i - 1);
     }
   }
-  block.write();
 }
 
 void put_stored(std::string_view bytes, bool is_last, BitWriter& out) {
@@ -204,11 +203,12 @@ void put_stored(std::string_view bytes, bool is_last, BitWriter& out) {
 
 }  // namespace
 
-std::string deflate_words(std::string_view head, std::span<const std::byte> words) {
+std::string deflate_words(std::string_view head, std::span<const std::span<const std::byte>> words) {
   BitWriter out;
   put_stored(head, false, out);
   Block block{out};
-  add_words(words.data(), words.size() / 4, block);
+  for (const auto part : words) add_words(part.data(), part.size() / 4, block);
+  block.write();
   put_stored({}, true, out);
   return out.finish();
 }

@@ -41,12 +41,26 @@ std::string npy_head(const NpzArray& array) {
   return head + text;
 }
 
-void check_shape(const NpzArray& array) {
+using Parts = std::vector<std::span<const std::byte>>;
+
+Parts parts_of(const NpzArray& array) {
+  Parts parts{array.bytes};
+  parts.insert(parts.end(), array.further.begin(), array.further.end());
+  return parts;
+}
+
+std::size_t size_of(const Parts& parts) {
+  std::size_t bytes{0};
+  for (const auto part : parts) bytes += part.size();
+  return bytes;
+}
+
+void check_shape(const NpzArray& array, std::size_t bytes) {
   const std::size_t elements{
       std::accumulate(array.shape.begin(), array.shape.end(), std::size_t{1}, std::multiplies<>{})};
-  if (elements * element_size(array.dtype) != array.bytes.size()) {
-    throw std::invalid_argument{"array '" + array.name + "': its shape does not fit its " +
-                                std::to_string(array.bytes.size()) + " bytes"};
+  if (elements * element_size(array.dtype) != bytes) {
+    throw std::invalid_argument{"array '" + array.name + "': its shape does not fit its " + std::to_string(bytes) +
+                                " bytes"};
   }
 }
 
@@ -72,18 +86,20 @@ class Packer {
   }
 
   Packed operator()(const NpzArray& array) {
-    const std::string head{npy_head(array)};
-    const std::string_view values{reinterpret_cast<const char*>(array.bytes.data()), array.bytes.size()};
-    const std::size_t size{head.size() + values.size()};
-    const std::uint32_t of_head{libdeflate_crc32(0, head.data(), head.size())};
-    // without a buffer, libdeflate begins anew
-    const std::uint32_t checksum{values.empty() ? of_head : libdeflate_crc32(of_head, values.data(), values.size())};
+    const Parts parts{parts_of(array)};
+    check_shape(array, size_of(parts));
+    std::string npy{npy_head(array)};
+    const std::size_t size{npy.size() + size_of(parts)};
+    std::uint32_t checksum{libdeflate_crc32(0, npy.data(), npy.size())};
+    for (const auto part : parts) {
+      if (!part.empty()) checksum = libdeflate_crc32(checksum, part.data(), part.size());  // null: it begins anew
+    }
     if (element_size(array.dtype) == 4) {
-      std::string words{deflate_words(head, array.bytes)};
+      std::string words{deflate_words(npy, parts)};
       if (words.size() < size) return {std::move(words), size, checksum, ZIP_CM_DEFLATE};
     }
-    std::string npy{head};
-    npy += values;
+    npy.reserve(size);
+    for (const auto part : parts) npy.append(reinterpret_cast<const char*>(part.data()), part.size());
     if (!shrinks(npy)) return {std::move(npy), size, checksum, ZIP_CM_STORE};
     return {deflated(npy), size, checksum, ZIP_CM_DEFLATE};
   }
@@ -178,10 +194,7 @@ std::string content_of(zip_source_t* source, const std::filesystem::path& path) 
 void write_npz(const std::filesystem::path& path, std::span<const NpzArray> arrays) {
   std::vector<Packed> files;  // libzip reads them when the archive is closed
   Packer pack;
-  for (const NpzArray& array : arrays) {
-    check_shape(array);
-    files.push_back(pack(array));
-  }
+  for (const NpzArray& array : arrays) files.push_back(pack(array));
   zip_error_t error;
   zip_error_init(&error);
   const std::unique_ptr<zip_source_t, decltype(&zip_source_free)> memory{
