@@ -6,6 +6,7 @@
 // prints the expected gain of more threads by work and span, and frames per second of several cameras. Scene `street`;
 // all sizes of a row in turns, two threads. The exponent is that of a power law through a row's medians.
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -107,7 +108,11 @@ void drive(const Setting& setting, const Rig& rig, const std::vector<StereoFrame
   Pipeline pipeline{config_of(setting), rig, {.threads = setting.threads, .stages = false}};
   for (std::size_t i{0}; i < frames.size(); ++i) {
     const FrameResult& result{pipeline.process(frames[i])};
-    for (const std::string& warning : result.warnings) throw std::runtime_error{"not what is measured: " + warning};
+    // wide images see obstacles beside the vehicle that are too close
+    const bool is_close{std::ranges::equal(result.status, std::array{FrameStatus::too_close})};
+    if (!result.warnings.empty() && !is_close) {
+      throw std::runtime_error{"not what is measured: " + result.warnings.front()};
+    }
     if (i >= warm_up_frames) measured.total_ms.push_back(result.timing_ms.total);
   }
   measured.bytes = pipeline.memory_use().host_bytes;

@@ -5,6 +5,7 @@
 # Cross-compiles the core and its tests for 64-bit ARM (NEON) with warnings as errors, without CMake and oneTBB, and runs
 # the tests in an emulator where there is one. Needs g++-aarch64-linux-gnu; qemu-user to run.
 # Arguments go to the tests: scripts/check-neon.sh --gtest_filter='Matching*'. CXX names another compiler.
+# --instructions counts those of a frame's stages instead and prints them beside AVX2's (bench/instructions.py).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -23,29 +24,39 @@ ln -sfn "$includes/gtest" "$out/include/gtest"
 for header in blocked_range info parallel_for task_arena; do
   ln -sfn "$PWD/tests/neon/tbb.hpp" "$out/include/oneapi/tbb/$header.h"
 done
+ln -sfn oneapi/tbb "$out/include/tbb"
 googletest=/usr/src/googletest/googletest
 googlemock=/usr/src/googletest/googlemock
 
-mapfile -t sources < <(find src tests/core/unit tests/core/equality -name '*.cpp')
-sources+=(tests/core/support.cpp tests/neon/highway.cpp tests/neon/build_id.cpp "$googletest/src/gtest-all.cc" "$googlemock/src/gmock-all.cc" "$googlemock/src/gmock_main.cc")
-
-# definitions as in src/CMakeLists.txt, warnings as in cmake/compiler.cmake
-cat >"$out/flags" <<'FLAGS'
--std=c++20 -O2 -ffp-contract=off
--Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Wno-restrict -Werror
+# build PROGRAM OPTIMISATION WARNINGS INCLUDES SOURCE...: definitions as in src/CMakeLists.txt
+build() {
+  cat >"$out/flags" <<FLAGS
+-std=c++20 $2 -ffp-contract=off $3
 -DHWY_DISABLED_TARGETS=(HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128)
--DSTEREOGRID_VERSION=\"neon\" -DSTEREOGRID_LIBRARY_FOLDER=\"lib\"
--Iinclude -Isrc -Itests/core -isystem build/neon/include
+-DSTEREOGRID_VERSION=\\"neon\\" -DSTEREOGRID_LIBRARY_FOLDER=\\"lib\\"
+-Iinclude -Isrc $4 -isystem build/neon/include
 FLAGS
-echo "-isystem $googletest -isystem $googlemock" >>"$out/flags"
+  rm -f "$out"/objects/*
+  for source in "${@:5}" tests/neon/highway.cpp tests/neon/build_id.cpp; do
+    object=$(tr / _ <<<"${source#/}").o
+    echo "$(command -v ccache || true) $compiler @$out/flags -c $source -o $out/objects/$object"
+  done | tr '\n' '\0' | xargs -0 -n 1 -P "$(nproc)" sh -c '$0'
+  "$compiler" -static "$out"/objects/*.o -o "$out/$1"
+}
 
-compile=$(command -v ccache || true)
-rm -f "$out"/objects/*
-for source in "${sources[@]}"; do
-  object=$(tr / _ <<<"${source#/}").o
-  echo "$compile $compiler @$out/flags -c $source -o $out/objects/$object"
-done | tr '\n' '\0' | xargs -0 -n 1 -P "$(nproc)" sh -c '$0'
-"$compiler" -static "$out"/objects/*.o -o "$out/stereogrid_core_tests"
+if [ "${1:-}" = --instructions ]; then
+  mapfile -t sources < <(find src scenes -name '*.cpp')
+  build bench_instructions -O3 "" "-Iscenes -Iscenes/include" "${sources[@]}" bench/instructions.cpp
+  ${CC:-cc} -O2 -Wall -Wextra -Werror -shared -fPIC tests/neon/count_stages.c -o "$out/count_stages.so"
+  exec bench/instructions.py "$out/bench_instructions" --neon "$out/count_stages.so"
+fi
+
+mapfile -t sources < <(find src tests/core/unit tests/core/equality -name '*.cpp')
+# warnings as in cmake/compiler.cmake
+build stereogrid_core_tests -O2 \
+  "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Wno-restrict -Werror" \
+  "-Itests/core -isystem $googletest -isystem $googlemock" "${sources[@]}" tests/core/support.cpp \
+  "$googletest/src/gtest-all.cc" "$googlemock/src/gmock-all.cc" "$googlemock/src/gmock_main.cc"
 echo "The core and its tests compile for ARM: $out/stereogrid_core_tests"
 
 if [ "$(uname -m)" = aarch64 ]; then

@@ -43,6 +43,7 @@ void parallel_for(int begin, int end, const Work& work) {
 
 class task_arena {
  public:
+  static constexpr int automatic{-1};
   explicit task_arena(int) {}
   template <class Work>
   void execute(const Work& work) {

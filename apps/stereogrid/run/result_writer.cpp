@@ -105,7 +105,7 @@ struct ResultWriter::State {
     for (;;) {
       changed.wait(lock, [this] { return ended || !jobs.empty(); });
       if (jobs.empty()) return;
-      const Job job{std::move(jobs.front())};
+      Job job{std::move(jobs.front())};
       jobs.pop_front();
       changed.notify_all();
       lock.unlock();
@@ -116,6 +116,7 @@ struct ResultWriter::State {
         caught = std::current_exception();
       }
       lock.lock();
+      written = std::move(job.result);
       if (!caught) continue;
       failure = caught;
       changed.notify_all();
@@ -131,6 +132,7 @@ struct ResultWriter::State {
   std::mutex mutex;
   std::condition_variable changed;
   std::deque<Job> jobs;
+  FrameResult written;  ///< the last one, until its memory is used again
   std::exception_ptr failure;
   bool ended{false};
   std::thread thread;
@@ -150,12 +152,13 @@ ResultWriter::~ResultWriter() {
   if (state_->thread.joinable()) state_->thread.join();
 }
 
-void ResultWriter::write(StereoFrame frame, FrameResult result, std::optional<io::Checkpoint> checkpoint) {
+FrameResult ResultWriter::write(StereoFrame frame, FrameResult result, std::optional<io::Checkpoint> checkpoint) {
   std::unique_lock lock{state_->mutex};
   state_->changed.wait(lock, [this] { return state_->failure || state_->jobs.size() < capacity; });
   if (state_->failure) std::rethrow_exception(state_->failure);
   state_->jobs.push_back({std::move(frame), std::move(result), std::move(checkpoint)});
   state_->changed.notify_all();
+  return std::exchange(state_->written, {});
 }
 
 void ResultWriter::finish() {

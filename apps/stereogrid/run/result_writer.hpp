@@ -43,8 +43,9 @@ class ResultWriter {
   ~ResultWriter();
 
   /// Waits while too many frames wait. Throws what writing an earlier frame has thrown: DeviceError.
-  /// `checkpoint`: written once the frame is.
-  void write(StereoFrame frame, FrameResult result, std::optional<io::Checkpoint> checkpoint = {});
+  /// `checkpoint`: written once the frame is. Returns the result of a frame that is written, whose memory can be used
+  /// again, or an empty one.
+  FrameResult write(StereoFrame frame, FrameResult result, std::optional<io::Checkpoint> checkpoint = {});
   /// Waits for the last frame; throws as write().
   void finish();
 

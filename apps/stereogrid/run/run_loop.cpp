@@ -100,7 +100,7 @@ void RunLoop::deliver(capture::PreparedFrame& prepared, FrameResult& result) {
   record_.set_rig(pipeline_.next_rig());
   if (!record_.is_written(queued_.index)) return;
   record_.add_frame(io::summary_of(prepared.frame, result));
-  writer_.write(std::move(prepared.frame), std::move(result), checkpoint_after(queued_.index));
+  result = writer_.write(std::move(prepared.frame), std::move(result), checkpoint_after(queued_.index));
 }
 
 // The thread that waits for the file system cannot be ended: the process is.

@@ -40,12 +40,26 @@ std::string npy_head(const NpzArray& array) {
   return head + text;
 }
 
-void check_shape(const NpzArray& array) {
+using Parts = std::vector<std::span<const std::byte>>;
+
+Parts parts_of(const NpzArray& array) {
+  Parts parts{array.bytes};
+  parts.insert(parts.end(), array.further.begin(), array.further.end());
+  return parts;
+}
+
+std::size_t size_of(const Parts& parts) {
+  std::size_t bytes{0};
+  for (const auto part : parts) bytes += part.size();
+  return bytes;
+}
+
+void check_shape(const NpzArray& array, std::size_t bytes) {
   const std::size_t elements{
       std::accumulate(array.shape.begin(), array.shape.end(), std::size_t{1}, std::multiplies<>{})};
-  if (elements * element_size(array.dtype) != array.bytes.size()) {
-    throw std::invalid_argument{"array '" + array.name + "': its shape does not fit its " +
-                                std::to_string(array.bytes.size()) + " bytes"};
+  if (elements * element_size(array.dtype) != bytes) {
+    throw std::invalid_argument{"array '" + array.name + "': its shape does not fit its " + std::to_string(bytes) +
+                                " bytes"};
   }
 }
 
@@ -70,9 +84,14 @@ class Packer {
     if (!compressor_) throw std::bad_alloc{};
   }
 
-  Packed operator()(std::string npy) {
-    const std::uint32_t checksum{libdeflate_crc32(0, npy.data(), npy.size())};
+  Packed operator()(const NpzArray& array) {
+    const Parts parts{parts_of(array)};
+    check_shape(array, size_of(parts));
+    std::string npy{npy_head(array)};
+    npy.reserve(npy.size() + size_of(parts));
+    for (const auto part : parts) npy.append(reinterpret_cast<const char*>(part.data()), part.size());
     const std::size_t size{npy.size()};
+    const std::uint32_t checksum{libdeflate_crc32(0, npy.data(), npy.size())};
     if (!shrinks(npy)) return {std::move(npy), size, checksum, ZIP_CM_STORE};
     return {deflated(npy), size, checksum, ZIP_CM_DEFLATE};
   }
@@ -167,11 +186,7 @@ std::string content_of(zip_source_t* source, const std::filesystem::path& path) 
 void write_npz(const std::filesystem::path& path, std::span<const NpzArray> arrays) {
   std::vector<Packed> files;  // libzip reads them when the archive is closed
   Packer pack;
-  for (const NpzArray& array : arrays) {
-    check_shape(array);
-    files.push_back(
-        pack(npy_head(array).append(reinterpret_cast<const char*>(array.bytes.data()), array.bytes.size())));
-  }
+  for (const NpzArray& array : arrays) files.push_back(pack(array));
   zip_error_t error;
   zip_error_init(&error);
   const std::unique_ptr<zip_source_t, decltype(&zip_source_free)> memory{

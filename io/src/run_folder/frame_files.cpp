@@ -16,19 +16,6 @@ namespace {
 
 using Layers = std::vector<std::reference_wrapper<const Image<float>>>;
 
-/// Several grids as one array (n, ny, nx).
-struct Stack {
-  explicit Stack(const Layers& layers) {
-    const Image<float>& first{layers.front()};
-    shape = {layers.size(), static_cast<std::size_t>(first.height()), static_cast<std::size_t>(first.width())};
-    for (const Image<float>& layer : layers) values.insert(values.end(), layer.begin(), layer.end());
-  }
-  [[nodiscard]] NpzArray named(const char* name) const { return {name, shape, values}; }
-
-  std::vector<std::size_t> shape;
-  std::vector<float> values;
-};
-
 /// Several grids as one array of halves, (ny, nx) or (n, ny, nx). Steps whose numbers end in zeros pack well.
 struct CompactStack {
   CompactStack(const Layers& layers, float steps_per_unit) {
@@ -114,9 +101,7 @@ void write_compact_grids(const std::filesystem::path& path, const FrameResult& r
 }
 
 void write_grids(const std::filesystem::path& path, const FrameResult& result, const std::vector<std::string>& layers) {
-  std::vector<Stack> stacks;
   std::vector<NpzArray> arrays;
-  stacks.reserve(all_arrays.size());  // arrays point into them
   bool has_world{false};
   for (const GridArray& array : all_arrays) {
     if (!is_among(layers, array.name)) continue;
@@ -126,7 +111,7 @@ void write_grids(const std::filesystem::path& path, const FrameResult& result, c
     if (grids.size() == 1) {
       arrays.emplace_back(array.name, grids.front().get());
     } else {
-      arrays.push_back(stacks.emplace_back(grids).named(array.name));
+      arrays.emplace_back(array.name, grids);
     }
   }
   std::vector<std::uint8_t> terrain;
@@ -151,13 +136,11 @@ void write_predictions(const std::filesystem::path& path, const FrameResult& res
     vehicle.emplace_back(prediction.occupancy);
     world.emplace_back(prediction.world_occupancy);
   }
-  const Stack occupancy{vehicle};
-  const Stack world_occupancy{world};
   const std::vector<double> origin{result.world.geometry.x_min_m, result.world.geometry.y_min_m};
   const std::array<NpzArray, 4> arrays{
       NpzArray{"horizon_s", {horizons_s.size()}, horizons_s},
-      occupancy.named("occupancy"),
-      world_occupancy.named("world_occupancy"),
+      NpzArray{"occupancy", vehicle},
+      NpzArray{"world_occupancy", world},
       NpzArray{"world_origin", {2}, origin},
   };
   write_npz(path, arrays);

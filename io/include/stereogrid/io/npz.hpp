@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <span>
 #include <string>
@@ -62,8 +63,9 @@ struct NpzArray {
   DType dtype{DType::float32};
   std::vector<std::size_t> shape;
   std::span<const std::byte> bytes;
+  std::vector<std::span<const std::byte>> further;  ///< bytes behind `bytes`
 
-  /// `values` and `image` have to live until the file is written.
+  /// `values`, `image` and `layers` have to live until the file is written.
   template <class T>
   NpzArray(std::string array_name, std::vector<std::size_t> array_shape, std::span<const T> values)
       : name{std::move(array_name)},
@@ -79,6 +81,16 @@ struct NpzArray {
       : NpzArray{std::move(array_name),
                  {static_cast<std::size_t>(image.height()), static_cast<std::size_t>(image.width())},
                  std::span<const T>{image.data(), image.size()}} {}
+  /// Shape (layers, height, width); at least one layer, all of the same size.
+  template <class T>
+  NpzArray(std::string array_name, const std::vector<std::reference_wrapper<const Image<T>>>& layers)
+      : NpzArray{std::move(array_name), layers.front().get()} {
+    shape.insert(shape.begin(), layers.size());
+    for (std::size_t i{1}; i < layers.size(); ++i) {
+      const Image<T>& layer{layers[i].get()};
+      further.push_back(std::as_bytes(std::span<const T>{layer.data(), layer.size()}));
+    }
+  }
 };
 
 /// Writes a compressed .npz that numpy.load opens; the same arrays give the same bytes. Leaves whole files only. Throws
