@@ -4,14 +4,14 @@
 """Changes one option of the default preset at a time and scores the grids against lidar: prints Markdown
 tables, which scripts/measure.py keeps.
 
-ablation.py TOOL DRIVE... [--set KEY=VALUE ...]     DRIVE: a recording with lidar; --set: for every run
+ablation.py DRIVE... [--set KEY=VALUE ...]     DRIVE: a recording with lidar; --set: for every run
 """
 import argparse
-import json
 import pathlib
-import subprocess
 import sys
 import tempfile
+
+import stereogrid as sg
 
 CHANGES = [
     ("as it is", []),
@@ -31,15 +31,18 @@ FIGURES = [("balanced_log_loss", 3), ("auc", 3), ("iou_occupied", 3), ("missed",
            ("hidden_recall", 2)]
 
 
-def scores(tool, drive, settings):
+def scores(drive, settings):
     """{series: figures} of 3–20 m."""
+    config = sg.preset("default")
+    for setting in settings:
+        config.set(*setting.split("=", 1))
+    recording = sg.open(drive)
     with tempfile.TemporaryDirectory() as folder:
-        options = [part for setting in settings for part in ("--set", setting)]
-        subprocess.run([tool, "run", drive, "--out", f"{folder}/run", *options], check=True, capture_output=True)
-        subprocess.run([tool, "evaluate", f"{folder}/run", drive, "--truth", "lidar", "--json", f"{folder}/scores.json"],
-                       check=True, capture_output=True)
-        series = json.loads(pathlib.Path(f"{folder}/scores.json").read_text())["series"]
-        return {name: series[name]["bands"]["3-20"] for name in ("observed", "occupancy")}
+        with sg.RunWriter(folder, recording, sg.Pipeline(config, recording.rig, stages=False)) as run:
+            for frame in run:
+                run.process(frame)
+        series = sg.evaluate(folder, drive, truth="lidar")["series"]
+    return {name: series[name]["bands"]["3-20"] for name in ("observed", "occupancy")}
 
 
 def cells(figures):
@@ -50,7 +53,6 @@ def cells(figures):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("tool")
     parser.add_argument("drives", nargs="+")
     parser.add_argument("--set", action="append", default=[], dest="settings", metavar="KEY=VALUE")
     parser.add_argument("--only", nargs="+", metavar="TITLE", help="only changes whose title begins so")
@@ -62,7 +64,7 @@ def main():
         chosen = [change for change in CHANGES if not given.only or change[0].startswith(tuple(given.only))]
         for number, (title, changes) in enumerate(chosen, 1):
             print(f"\r{number} of {len(chosen)}: {title:40}", end="", file=sys.stderr)
-            found = scores(given.tool, drive, given.settings + changes)
+            found = scores(drive, given.settings + changes)
             print("| " + " | ".join([title, *cells(found["observed"]), *cells(found["occupancy"])[:4]]) + " |", flush=True)
     print(file=sys.stderr)
 

@@ -10,7 +10,7 @@ The three texts are needed for a new NAME; a known one keeps its own unless othe
 figures are dropped. For example:
 
 measure.py chain -- build/release/bin/bench_chain
-measure.py options -- research/ablation.py build/release/bin/stereogrid DRIVE... --set grid.length_m=30
+measure.py options -- research/ablation.py DRIVE... --set grid.length_m=30
 """
 import argparse
 import datetime

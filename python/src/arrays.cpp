@@ -6,6 +6,8 @@
 #include <cstring>
 #include <functional>
 #include <limits>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "stereogrid/pixel_view.hpp"
@@ -134,26 +136,45 @@ float measured_value(T value, double units) {
   return std::isfinite(measured) && measured > 0 ? measured : 0.0F;
 }
 
+/// NumPy's name of a sample's type, without NumPy: its own name costs more than the copy of a small image. "": a type
+/// that images do not have.
+std::string_view dtype_of(const char* buffer_format) {
+  const std::string_view format{buffer_format != nullptr ? buffer_format : ""};
+  return format == "B"   ? "uint8"
+         : format == "H" ? "uint16"
+         : format == "f" ? "float32"
+         : format == "d" ? "float64"
+                         : "";
+}
+
 }  // namespace
 
 Array::Array(nb::handle object, const char* name) : name_{name} {
+  if (takes_buffer(object)) return;
+  nb::object array;
+  std::string dtype;
   try {
-    array_ = nb::module_::import_("numpy").attr("asarray")(object);
-    const nb::object dtype{array_.attr("dtype")};
-    dtype_ = nb::str(dtype).c_str();
+    array = nb::module_::import_("numpy").attr("asarray")(object);
+    const nb::object type{array.attr("dtype")};
+    dtype = nb::str(type).c_str();
   } catch (nb::python_error& error) {
     if (!error.matches(PyExc_TypeError) && !error.matches(PyExc_ValueError)) throw;
-    dtype_.clear();
   }
-  if (dtype_.empty() || PyObject_GetBuffer(array_.ptr(), &buffer_, PyBUF_STRIDED_RO | PyBUF_FORMAT) != 0) {
-    PyErr_Clear();
+  if (dtype.empty() || !(takes_buffer(array) || buffer_.obj != nullptr)) {
     throw nb::type_error(
-        (std::string{name} + ": no array of numbers" + (dtype_.empty() ? "" : ", dtype " + dtype_) + ".").c_str());
+        (std::string{name} + ": no array of numbers" + (dtype.empty() ? "" : ", dtype " + dtype) + ".").c_str());
   }
+  dtype_ = std::move(dtype);
 }
 
-Array::~Array() {
+bool Array::takes_buffer(nb::handle object) {
   PyBuffer_Release(&buffer_);
+  if (PyObject_GetBuffer(object.ptr(), &buffer_, PyBUF_STRIDED_RO | PyBUF_FORMAT) != 0) {
+    PyErr_Clear();
+    return false;
+  }
+  dtype_ = dtype_of(buffer_.format);
+  return !dtype_.empty();
 }
 
 std::string Array::shape() const {

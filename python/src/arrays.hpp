@@ -42,7 +42,7 @@ class Array {
   Array(nb::handle object, const char* name);
   Array(const Array&) = delete;
   Array& operator=(const Array&) = delete;
-  ~Array();
+  ~Array() = default;
 
   [[nodiscard]] const Py_buffer& buffer() const { return buffer_; }
   [[nodiscard]] const char* name() const { return name_; }
@@ -51,10 +51,16 @@ class Array {
   [[nodiscard]] std::string shape() const;
 
  private:
-  nb::object array_;
+  struct Buffer : Py_buffer {
+    ~Buffer() { PyBuffer_Release(this); }
+  };
+
+  /// False: the object has no buffer, or its type has no name yet.
+  bool takes_buffer(nb::handle object);
+
   const char* name_;
   std::string dtype_;
-  Py_buffer buffer_{};
+  Buffer buffer_{};
 };
 
 /// Samples of grey and colour images.

@@ -5,6 +5,9 @@
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "recording.hpp"
@@ -72,10 +75,45 @@ std::unique_ptr<FrameTruth> truth_of(const Frame& frame) {
   return std::make_unique<FrameTruth>(frame.recording->truth(static_cast<std::size_t>(frame.data.index)));
 }
 
+using Cells = nb::ndarray<const float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+Image<float> copy_of(const Cells& cells) {
+  Image<float> image{static_cast<int>(cells.shape(1)), static_cast<int>(cells.shape(0))};
+  std::copy_n(cells.data(), image.size(), image.data());
+  return image;
+}
+
+void bind_observed_grid(nb::module_& module) {
+  nb::class_<ObservedGrid> grid{module, "ObservedGrid", "Grid of another source at a frame's time, to be fused."};
+  grid.def(
+      "__init__",
+      [](ObservedGrid* self, const GridGeometry& geometry, const Cells& occupancy,
+         const std::optional<Cells>& confidence) {
+        new (self) ObservedGrid{geometry, copy_of(occupancy), confidence ? copy_of(*confidence) : Image<float>{}};
+      },
+      nb::arg("grid"), nb::arg("occupancy"), nb::arg("confidence") = nb::none(),
+      "grid: in the vehicle frame. occupancy: (ny, nx), P(occupied), 0.5 = unknown. confidence: of each cell, in [0, "
+      "1]; "
+      "left out: 1.");
+  grid.def_ro("grid", &ObservedGrid::geometry);
+  grid.def_prop_ro("occupancy",
+                   [](handle self) { return view_of(nb::cast<const ObservedGrid&>(self).occupancy, self); });
+  grid.def_prop_ro("confidence",
+                   [](handle self) { return view_unless_empty(nb::cast<const ObservedGrid&>(self).confidence, self); });
+}
+
+void bind_other_grids(nb::class_<Frame>& frame) {
+  frame.def_prop_rw(
+      "other_grids", [](const Frame& self) { return self.data.other_grids; },
+      [](Frame& self, std::vector<ObservedGrid> grids) { self.data.other_grids = std::move(grids); },
+      "Grids of other sources, fused with the frame's own; a copy.");
+}
+
 }  // namespace
 
 void bind_frame(nb::module_& module) {
   bind_truth(module);
+  bind_observed_grid(module);
   nb::class_<Frame> frame{module, "Frame", "A rectified frame of a recording. Images are read-only views."};
   frame.def_prop_ro(
       "left", [](handle self) { return view_of(nb::cast<const Frame&>(self).data.left, self); },
@@ -98,6 +136,7 @@ void bind_frame(nb::module_& module) {
   frame.def_prop_ro(
       "warning", [](const Frame& self) { return self.warning; },
       "Warning of the odometry, added to the result's; \"\": none.");
+  bind_other_grids(frame);
   frame.def_prop_ro("truth", &truth_of,
                     "Exact truth of a scene or a rendered drive. Raises InputError: there is none.");
   frame.def("__repr__", [](const Frame& self) {

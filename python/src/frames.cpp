@@ -36,11 +36,13 @@ FrameTruth Recording::truth(std::size_t index) const {
   return input_.scene != nullptr ? input_.scene->truth(index) : reader().frame(source().name(index));
 }
 
-FrameIterator::FrameIterator(std::shared_ptr<Recording> recording)
+FrameIterator::FrameIterator(std::shared_ptr<Recording> recording,
+                             const std::function<std::size_t(app::PoseStage&)>& first_of,
+                             std::function<bool(std::size_t)> is_kept)
     : recording_{std::move(recording)},
-      poses_{recording_->input().poses, recording_->source().rig(), recording_->input().mask},
+      poses_{recording_->input().poses, recording_->source().rig(), recording_->input().mask, std::move(is_kept)},
       queue_{recording_->source(),
-             recording_->range().first,
+             first_of ? first_of(poses_) : recording_->range().first,
              recording_->range().end,
              frames_ahead,
              poses_.takes_time() ? 2 : 1,

@@ -60,6 +60,12 @@ void bind_pose(nb::module_& module) {
 void bind_grid(nb::module_& module) {
   nb::class_<GridGeometry> grid{module, "GridGeometry",
                                 "Places of the cells of a grid. Arrays over it have the shape (ny, nx)."};
+  grid.def(
+      "__init__",
+      [](GridGeometry* self, double x_min_m, double y_min_m, double cell_size_m, int nx, int ny) {
+        new (self) GridGeometry{x_min_m, y_min_m, cell_size_m, nx, ny};
+      },
+      nb::arg("x_min_m"), nb::arg("y_min_m"), nb::arg("cell_size_m"), nb::arg("nx"), nb::arg("ny"));
   grid.def_ro("x_min_m", &GridGeometry::x_min_m).def_ro("y_min_m", &GridGeometry::y_min_m);
   grid.def_ro("cell_size_m", &GridGeometry::cell_size_m);
   grid.def_ro("nx", &GridGeometry::nx).def_ro("ny", &GridGeometry::ny);

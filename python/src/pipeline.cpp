@@ -69,7 +69,7 @@ void PyPipeline::fill(const ArrayFrame& arrays, const Array& left, const Array& 
   }
 }
 
-std::unique_ptr<Result> PyPipeline::process(const ArrayFrame& arrays) {
+std::unique_ptr<Result> PyPipeline::process(ArrayFrame arrays) {
   const int given{!arrays.right.is_none() + !arrays.disparity.is_none() + !arrays.depth.is_none()};
   if (given != 1) {
     throw nb::type_error("process(): give exactly one of right, disparity and depth beside left.");
@@ -88,6 +88,7 @@ std::unique_ptr<Result> PyPipeline::process(const ArrayFrame& arrays) {
     frame_.data.index = next_index_;
     frame_.data.name = fmt::format("{:06}", next_index_);
     frame_.data.world_from_vehicle = arrays.pose;
+    frame_.data.other_grids = std::move(arrays.other_grids);
   }
   return process(frame_);
 }
@@ -118,25 +119,28 @@ void bind_process(nb::class_<PyPipeline>& pipeline) {
       "process",
       [](PyPipeline& self, nb::object left, nb::object right, nb::object disparity, nb::object depth,
          std::optional<double> depth_scale, std::optional<std::int64_t> stamp_ns, std::optional<Pose2> pose,
-         const std::string& color, std::optional<int> bits) {
+         std::vector<ObservedGrid> other_grids, const std::string& color, std::optional<int> bits) {
         PixelOptions pixels{color};
         pixels.bits = bits.value_or(pixels.bits);
         return self.process(ArrayFrame{std::move(left), std::move(right), std::move(disparity), std::move(depth),
-                                       depth_scale, stamp_ns, pose, pixels});
+                                       depth_scale, stamp_ns, pose, std::move(other_grids), pixels});
       },
       nb::arg("left"), nb::arg("right") = nb::none(), nb::kw_only(), nb::arg("disparity") = nb::none(),
       nb::arg("depth") = nb::none(), nb::arg("depth_scale") = nb::none(), nb::arg("stamp_ns") = nb::none(),
-      nb::arg("pose") = nb::none(), nb::arg("color") = "", nb::arg("bits") = nb::none(),
+      nb::arg("pose") = nb::none(), nb::arg("other_grids") = std::vector<ObservedGrid>{}, nb::arg("color") = "",
+      nb::arg("bits") = nb::none(),
       nb::sig(
           "def process(self, left: ArrayLike, right: ArrayLike | None = None, *, disparity: ArrayLike | None = None, "
           "depth: ArrayLike | None = None, depth_scale: float | None = None, stamp_ns: int | None = None, "
-          "pose: Pose | tuple[float, float, float] | None = None, color: str = '', bits: int | None = None) "
+          "pose: Pose | tuple[float, float, float] | None = None, other_grids: list[ObservedGrid] = [], color: str "
+          "= '', bits: int | None = None) "
           "-> FrameResult"),
       "Processes rectified images (height, width): uint8, uint16, or floats from 0 to 255; (height, width, 3 or 4) "
-      "uint8 "
-      "with color \"rgb\" or \"bgr\". Instead of right: disparity in px of left, or depth in m (uint16: depth_scale "
-      "units "
-      "are a metre). bits: number of lower bits of uint16 in use. stamp_ns: left out, 0.1 s after the frame before.");
+      "uint8 with color \"rgb\" or \"bgr\". Instead of right: disparity in px of left, or depth in m (uint16: "
+      "depth_scale "
+      "units are a metre). bits: number of lower bits of uint16 in use. stamp_ns: left out, 0.1 s after the frame "
+      "before. "
+      "other_grids: fused with the frame's own.");
 }
 
 void bind_state(nb::class_<PyPipeline>& pipeline) {

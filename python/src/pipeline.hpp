@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "arrays.hpp"
 #include "device_options.hpp"
@@ -21,6 +22,7 @@ struct ArrayFrame {
   std::optional<double> depth_scale;
   std::optional<std::int64_t> stamp_ns;
   std::optional<Pose2> pose;
+  std::vector<ObservedGrid> other_grids;
   PixelOptions pixels;
 };
 
@@ -31,7 +33,7 @@ class PyPipeline {
       : pipeline_{config, rig.rig, with(std::move(options), rig, device)} {}
 
   [[nodiscard]] std::unique_ptr<Result> process(const Frame& frame);
-  [[nodiscard]] std::unique_ptr<Result> process(const ArrayFrame& arrays);
+  [[nodiscard]] std::unique_ptr<Result> process(ArrayFrame arrays);
 
   template <class Do>
   auto exclusively(const Do& act) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -58,10 +59,14 @@ struct Frame {
 /// Loads the frames of a recording in order, as `stereogrid run` does: on background threads, with poses placed.
 class FrameIterator {
  public:
-  explicit FrameIterator(std::shared_ptr<Recording> recording);
+  /// `first_of` may load a state of the odometry, and returns the first frame. `is_kept`: see PoseStage.
+  explicit FrameIterator(std::shared_ptr<Recording> recording,
+                         const std::function<std::size_t(app::PoseStage&)>& first_of = {},
+                         std::function<bool(std::size_t)> is_kept = {});
 
   /// Waits for the next frame that can be used; none: the end. Requires the GIL, which it releases while it waits.
   [[nodiscard]] std::unique_ptr<Frame> next();
+  [[nodiscard]] app::PoseStage& poses() { return poses_; }
 
  private:
   [[nodiscard]] std::optional<io::QueuedFrame> wait();

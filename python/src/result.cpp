@@ -9,6 +9,9 @@
 #include <nanobind/stl/string_view.h>
 #include <nanobind/stl/vector.h>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <initializer_list>
 #include <map>
@@ -16,8 +19,10 @@
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "geometry.hpp"
+#include "stereogrid/error.hpp"
 #include "stereogrid/io/run_folder/frame_files.hpp"
 #include "stereogrid/io/run_folder/stages.hpp"
+#include "stereogrid/occupancy_values.hpp"
 
 namespace stereogrid::python {
 namespace {
@@ -126,6 +131,22 @@ void bind_grids(nb::class_<Result>& result) {
       nb::rv_policy::reference_internal, "Images between the stages; empty arrays: Pipeline(stages=False).");
 }
 
+/// Cells as ROS has them.
+nb::ndarray<nb::numpy, std::int8_t, nb::ndim<2>> occupancy_values_of(
+    nb::ndarray<const float, nb::ndim<2>, nb::c_contig, nb::device::cpu> occupancy, const std::string& scale) {
+  const auto& names{names_of(OccupancyScale{})};
+  const auto found{std::ranges::find(names, scale)};
+  if (found == names.end()) {
+    throw ConfigError{fmt::format("scale '{}' (allowed: {}).", scale, fmt::join(names, ", "))};
+  }
+  const View<const float> cells{occupancy.data(), static_cast<int>(occupancy.shape(1)),
+                                static_cast<int>(occupancy.shape(0)), static_cast<std::ptrdiff_t>(occupancy.shape(1))};
+  auto* const values{
+      new std::vector<std::int8_t>{occupancy_values(cells, static_cast<OccupancyScale>(found - names.begin()))}};
+  const nb::capsule owner{values, [](void* p) noexcept { delete static_cast<std::vector<std::int8_t>*>(p); }};
+  return {values->data(), {occupancy.shape(0), occupancy.shape(1)}, owner};
+}
+
 std::map<std::string, double> times_of(const Result& self) {
   std::map<std::string, double> times;
   for (const io::StageField& field : io::stage_fields)
@@ -191,6 +212,10 @@ void bind_result(nb::module_& module) {
   nb::list classes;
   for (const std::string_view name : names_of(TerrainClass{})) classes.append(nb::cast(name));
   module.attr("TERRAIN_CLASSES") = nb::tuple(classes);
+  module.def(
+      "occupancy_values", &occupancy_values_of, nb::arg("occupancy"), nb::arg("scale") = "percent",
+      "Returns the int8 cells of nav_msgs/OccupancyGrid. scale: \"percent\", \"trinary\", \"nav2\" (Nav2's static "
+      "layer) or \"autoware\". Raises ConfigError.");
   bind_world(module);
   bind_stages(module);
   nb::class_<Result> result{module, "FrameResult",

@@ -84,6 +84,26 @@ def test_disparity_and_depth(scene: sg.Recording, frames: list[sg.Frame]) -> Non
     np.testing.assert_array_equal(occupancy(scene, frames[0].left, depth=millimetres, depth_scale=1000), by_millimetres)
 
 
+def test_other_grids(scene: sg.Recording, frames: list[sg.Frame]) -> None:
+    frame = scene[0]
+    assert frame.right is not None and frame.other_grids == []
+    place = sg.GridGeometry(x_min_m=2, y_min_m=-4, cell_size_m=0.8, nx=12, ny=10)
+    cells = np.full(place.shape, 0.9, np.float32)
+    grids = [sg.ObservedGrid(place, cells), sg.ObservedGrid(place, cells, confidence=np.full_like(cells, 0.5))]
+    fused = occupancy(scene, frame.left, frame.right, pose=frame.pose, other_grids=grids)
+    assert (fused > occupancy(scene, frame.left, frame.right, pose=frame.pose)).any()
+    frame.other_grids = grids
+    del grids
+    by_frame = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu").process(frame)
+    np.testing.assert_array_equal(by_frame.occupancy, fused)
+    assert frame.other_grids[0].confidence is None
+    np.testing.assert_array_equal(frame.other_grids[1].occupancy, cells)
+    with pytest.raises(sg.InputError):
+        occupancy(scene, frame.left, frame.right, other_grids=[sg.ObservedGrid(place, 2 * cells)])
+    with pytest.raises(sg.InputError):
+        occupancy(scene, frame.left, frame.right, other_grids=[sg.ObservedGrid(place, cells[1:])])
+
+
 @pytest.mark.parametrize(
     ("left", "error", "text"),
     [

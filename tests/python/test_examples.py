@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -27,41 +26,6 @@ def call(name: str, *arguments: str | Path) -> str:
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
-
-
-def write_sweep(file: Path, frame: sg.Frame, rig: sg.Rig) -> None:
-    """A lidar's points, made of the exact disparities; the lidar is where the camera is."""
-    disparity = frame.truth.disparity
-    assert disparity is not None
-    v, u = np.nonzero(disparity[::2, ::2] > 1.5)
-    v, u = 2 * v, 2 * u
-    depth = rig.focal_px * rig.baseline_m / disparity[v, u]
-    right = (u - rig.cx_px) * depth / rig.focal_px
-    down = (v - rig.cy_px) * depth / rig.focal_px
-    points = np.stack([depth, -right, -down, np.zeros_like(depth)], axis=1)
-    points.astype(np.float32).tofile(file)
-
-
-@pytest.fixture(scope="module")
-def kitti(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A drive in KITTI's layout, with a lidar."""
-    folder = tmp_path_factory.mktemp("kitti") / "05"
-    scene = sg.simulate("street", frames=4, width_px=512, height_px=160)
-    scene.save(folder / "plain")
-    (folder / "velodyne").mkdir()
-    for side, name in (("left", "image_0"), ("right", "image_1")):
-        shutil.move(folder / "plain" / side, folder / name)
-    for frame in scene:
-        write_sweep(folder / "velodyne" / f"{frame.name}.bin", frame, scene.rig)
-    shutil.rmtree(folder / "plain")
-    rig = scene.rig
-    f, cu, cv = rig.focal_px, rig.cx_px, rig.cy_px
-    left = f"{f} 0 {cu} 0 0 {f} {cv} 0 0 0 1 0"
-    right = f"{f} 0 {cu} {-f * rig.baseline_m} 0 {f} {cv} 0 0 0 1 0"
-    lines = [f"P0: {left}", f"P1: {right}", f"P2: {left}", f"P3: {right}", "Tr: 0 -1 0 0 0 0 -1 0 1 0 0 0"]
-    (folder / "calib.txt").write_text("\n".join(lines) + "\n")
-    (folder / "times.txt").write_text("".join(f"{0.1 * i:e}\n" for i in range(4)))
-    return folder
 
 
 def test_kitti(kitti: Path) -> None:

@@ -102,6 +102,15 @@ def test_obstacles(scene: sg.Recording, frames: list[sg.Frame]) -> None:
         assert np.isfinite(outline).all()
 
 
+def test_occupancy_values(pipeline: sg.Pipeline, frames: list[sg.Frame]) -> None:
+    occupancy = np.array([[0, 0.5, 0.6], [0.34, 0.66, 1]], np.float32)
+    assert sg.occupancy_values(occupancy).tolist() == [[0, -1, 60], [34, 66, 100]]
+    assert sg.occupancy_values(occupancy, "trinary").tolist() == [[0, -1, -1], [0, 100, 100]]
+    assert sg.occupancy_values(pipeline.process(frames[0]).world.occupancy).dtype == np.int8
+    with pytest.raises(sg.ConfigError, match="scale 'ros' \\(allowed: percent, trinary, nav2, autoware\\)"):
+        sg.occupancy_values(occupancy, "ros")
+
+
 def test_state(scene: sg.Recording, frames: list[sg.Frame]) -> None:
     first = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")
     second = sg.Pipeline(sg.preset("default"), scene.rig, device="cpu")

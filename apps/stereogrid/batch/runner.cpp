@@ -136,7 +136,8 @@ class Runner {
     int code{exit_try_again};
     {
       const FolderLock lock{places_.work};
-      if (!lock.keeps_others_out()) {
+      if (!lock.warning().empty()) {
+        spdlog::warn("{}", lock.warning());
         places_.work += fmt::format(".{}-{}", host_name(), getpid());
         io::create_folder(places_.work);
       }

@@ -4,7 +4,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -77,9 +76,8 @@ FolderLock::FolderLock(const fs::path& folder) : file_{folder / ".lock"} {
     }
     if (error_number == EWOULDBLOCK) complain_of_other(folder, descriptor_.get());
     if (error_number == ENOLCK || error_number == ENOSYS || error_number == EOPNOTSUPP) {
-      spdlog::warn("{}: this file system cannot lock ({}): take care that no other stereogrid writes there.",
-                   folder.string(), reason(error_number));
-      keeps_others_out_ = false;
+      warning_ = fmt::format("{}: this file system cannot lock ({}): take care that no other stereogrid writes there.",
+                             folder.string(), reason(error_number));
       return;
     }
     if (error_number != 0) cannot_write(file_, error_number);

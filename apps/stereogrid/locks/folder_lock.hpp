@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "locks/descriptor.hpp"
 
@@ -12,20 +13,20 @@ namespace stereogrid::app {
 /// process has no effect.
 class FolderLock {
  public:
-  /// Creates the folder if there is none. Warns if the file system does not support locks. Throws DeviceError: another
-  /// process has the lock, or the folder cannot be written.
+  /// Creates the folder if there is none. Throws DeviceError: another process has the lock, or the folder cannot be
+  /// written.
   explicit FolderLock(const std::filesystem::path& folder);
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
   ~FolderLock();
 
-  /// False: the file system does not support locks.
-  [[nodiscard]] bool keeps_others_out() const { return keeps_others_out_; }
+  /// The file system does not support locks. Empty: other processes are kept out.
+  [[nodiscard]] const std::string& warning() const { return warning_; }
 
  private:
   std::filesystem::path file_;
   Descriptor descriptor_;
-  bool keeps_others_out_{true};
+  std::string warning_;
 };
 
 /// Returns whether a FolderLock exists for the folder, in any process. False where the file system has no locks.

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run/resume.hpp"
 
-#include <spdlog/spdlog.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <optional>
@@ -18,7 +18,8 @@ namespace {
 /// The frame after which a run's folder has saved what pipeline and odometry load; none: nothing there, or it does not
 /// fit.
 template <class Fits>
-std::optional<std::size_t> load(const std::filesystem::path& folder, Pipeline& pipeline, PoseStage& poses, Fits fits) {
+std::optional<std::size_t> load(const std::filesystem::path& folder, Pipeline& pipeline, PoseStage& poses,
+                                std::vector<std::string>& warnings, Fits fits) {
   const std::vector<std::byte> nothing{pipeline.save_state()};
   try {
     const std::optional<io::Checkpoint> saved{io::read_checkpoint(folder)};
@@ -27,7 +28,7 @@ std::optional<std::size_t> load(const std::filesystem::path& folder, Pipeline& p
     if (saved->odometry) poses.load(*saved->odometry);
     return saved->index;
   } catch (const InputError& error) {
-    spdlog::warn("{}", error.what());
+    warnings.emplace_back(error.what());
     pipeline.load_state(nothing);
     return std::nullopt;
   }
@@ -48,28 +49,37 @@ std::size_t first_to_do(const io::RunRecord& record) {
   return finished.empty() ? record.range().first : finished.back().index + 1;
 }
 
-std::size_t first_frame_of(const io::RunRecord& record, Pipeline& pipeline, PoseStage& poses,
-                           const Beginning& beginning) {
+Continuation continuation_of(const io::RunRecord& record, Pipeline& pipeline, PoseStage& poses,
+                             const Beginning& beginning) {
   const std::size_t next{first_to_do(record)};
   const std::size_t first{record.range().first};
-  if (next == record.range().end) return next;
+  Continuation continuation{first - std::min(first, beginning.warm_up)};
+  std::vector<std::string>& warnings{continuation.warnings};
+  if (next == record.range().end) return {next};
   if (next > first || record.every() > 1) {
-    const auto own{load(record.folder(), pipeline, poses, [&](std::size_t i) {
+    const auto own{load(record.folder(), pipeline, poses, warnings, [&](std::size_t i) {
       return i >= first && i < record.range().end && leaves_nothing_out(record, i);
     })};
     if (own) {
-      spdlog::info("continuing with frame {}, from the state after frame {}", std::max(next, *own + 1), *own);
-      return *own + 1;
+      continuation.first = *own + 1;
+      continuation.note =
+          fmt::format("continuing with frame {}, from the state after frame {}", std::max(next, *own + 1), *own);
+      return continuation;
     }
-    if (next > first)
-      spdlog::info("continuing with frame {}; no matching state: processing from frame {} again", next, first);
+    if (next > first) {
+      continuation.note =
+          fmt::format("continuing with frame {}; no matching state: processing from frame {} again", next, first);
+    }
   }
   if (!beginning.go_on_from.empty()) {
-    if (load(beginning.go_on_from, pipeline, poses, [=](std::size_t i) { return i < first; })) return first;
-    spdlog::warn("{}: its saved state does not fit; {} frames of warm-up instead",
-                 io::printable_path(beginning.go_on_from), beginning.warm_up);
+    if (load(beginning.go_on_from, pipeline, poses, warnings, [=](std::size_t i) { return i < first; })) {
+      continuation.first = first;
+    } else {
+      warnings.push_back(fmt::format("{}: its saved state does not fit; {} frames of warm-up instead",
+                                     io::printable_path(beginning.go_on_from), beginning.warm_up));
+    }
   }
-  return first - std::min(first, beginning.warm_up);
+  return continuation;
 }
 
 }  // namespace stereogrid::app

@@ -4,6 +4,8 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "pose_stage.hpp"
 #include "stereogrid/io/run_folder/run_record.hpp"
@@ -20,9 +22,16 @@ struct Beginning {
   std::filesystem::path go_on_from{};  ///< folder of the run that ends there; empty: none
 };
 
-/// Frame after the checkpoint that pipeline and odometry load, or the beginning of the run. Frames completed after the
-/// checkpoint are processed again, with the same results.
-[[nodiscard]] std::size_t first_frame_of(const io::RunRecord& record, Pipeline& pipeline, PoseStage& poses,
-                                         const Beginning& beginning);
+/// First frame to process, and messages for the user.
+struct Continuation {
+  std::size_t first{0};
+  std::string note{};  ///< empty: a new run, or a complete one
+  std::vector<std::string> warnings{};
+};
+
+/// Continues after the checkpoint that pipeline and odometry load, or at the beginning of the run. Frames completed
+/// after the checkpoint are processed again, with the same results.
+[[nodiscard]] Continuation continuation_of(const io::RunRecord& record, Pipeline& pipeline, PoseStage& poses,
+                                           const Beginning& beginning);
 
 }  // namespace stereogrid::app

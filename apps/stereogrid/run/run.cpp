@@ -132,6 +132,7 @@ int run(const RunOptions& options) {
   const LidarStage lidar{options.fuse == "lidar", input, pipeline.vehicle_grid()};
   io::RunRecord record{record_of(options, input, pipeline)};
   const FolderLock lock{record.folder()};
+  if (!lock.warning().empty()) spdlog::warn("{}", lock.warning());
   options.resume ? record.resume() : record.begin();
   recall_skipped(*input.source, record);
   io::remove_torn_checkpoint(record.folder());
@@ -147,10 +148,12 @@ int run(const RunOptions& options) {
                   [checkpoints, end = record.range().end, save_last = options.save_last](std::size_t index) {
                     return checkpoints.is_due_after(index) || (save_last && index + 1 == end);
                   }};
-  const std::size_t first{
-      first_frame_of(record, pipeline, poses, {static_cast<std::size_t>(options.warm_up), options.go_on_from})};
-  record.go_on_from(first);
-  RunLoop loop{pipeline, poses, lidar, record, writer, first, checkpoints, options.input_wait_s};
+  const Continuation from{
+      continuation_of(record, pipeline, poses, {static_cast<std::size_t>(options.warm_up), options.go_on_from})};
+  for (const std::string& warning : from.warnings) spdlog::warn("{}", warning);
+  if (!from.note.empty()) spdlog::info("{}", from.note);
+  record.go_on_from(from.first);
+  RunLoop loop{pipeline, poses, lidar, record, writer, from.first, checkpoints, options.input_wait_s};
   catch_interrupts();
   loop.go_through(*input.source);
   record.save(loop.is_complete());

@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: 2026 The stereogrid authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The C++ side of python.py, a library for ctypes: a pipeline whose frames' pixels are in foreign memory.
+#include <chrono>
+#include <cstdint>
+
+#include "stereogrid/pipeline.hpp"
+#include "stereogrid/pixel_view.hpp"
+#include "stereogrid/scenes/scene.hpp"
+
+namespace {
+
+struct Loop {
+  explicit Loop(const stereogrid::Rig& rig) : pipeline{stereogrid::preset("default"), rig, {.threads = 1}} {}
+
+  stereogrid::Pipeline pipeline;
+  stereogrid::StereoFrame frame;
+};
+
+double now_us() {
+  return std::chrono::duration<double, std::micro>{std::chrono::steady_clock::now().time_since_epoch()}.count();
+}
+
+}  // namespace
+
+extern "C" {
+
+STEREOGRID_EXPORT void* make_loop(const char* scene) {
+  return new Loop{stereogrid::scenes::Scene{stereogrid::scenes::parse_scene(scene)}.rig()};
+}
+
+STEREOGRID_EXPORT void delete_loop(void* loop) {
+  delete static_cast<Loop*>(loop);
+}
+
+/// Time of a frame outside Pipeline::process()'s own clock, in µs: copy of the pixels, checks and call.
+STEREOGRID_EXPORT double frame_us(void* loop, const void* left, const void* right, int width_px, int height_px,
+                                  std::int64_t stamp_ns) {
+  auto& [pipeline, frame]{*static_cast<Loop*>(loop)};
+  const double begin_us{now_us()};
+  assign(frame.left, stereogrid::PixelView{left, width_px, height_px});
+  assign(frame.right, stereogrid::PixelView{right, width_px, height_px});
+  frame.stamp_ns = stamp_ns;
+  const double total_ms{pipeline.process(frame).timing_ms.total};
+  return now_us() - begin_us - 1e3 * total_ms;
+}
+}

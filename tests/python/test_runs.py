@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: 2026 The stereogrid authors
+# SPDX-License-Identifier: Apache-2.0
+"""RunWriter: exclusive folders, stopped runs that continue, fusion. The results are those of the tool."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import stereogrid as sg
+
+
+def lines_of(run: Path) -> list[dict[str, Any]]:
+    lines = [json.loads(line) for line in (run / "frames.jsonl").read_text().splitlines()]
+    return [{key: value for key, value in line.items() if key != "timing_ms"} for line in lines]
+
+
+def check_equal(run: Path, expected: Path) -> None:
+    names = sorted(file.name for file in (expected / "grids").iterdir())
+    assert sorted(file.name for file in (run / "grids").iterdir()) == names
+    for name in names:
+        assert (run / "grids" / name).read_bytes() == (expected / "grids" / name).read_bytes(), name
+    assert lines_of(run) == lines_of(expected)
+    facts = [json.loads((folder / "run.json").read_text())["frames"] for folder in (run, expected)]
+    assert facts[0] == facts[1] and facts[0]["complete"]
+
+
+def writer(folder: Path, drive: Path, **options: Any) -> sg.RunWriter:
+    recording = sg.open(drive)
+    return sg.RunWriter(folder, recording, sg.Pipeline(sg.preset("default"), recording.rig, device="cpu"), **options)
+
+
+def write(folder: Path, drive: Path, count: int = 100, **options: Any) -> None:
+    with writer(folder, drive, **options) as run:
+        for number, frame in enumerate(run, 1):
+            run.process(frame)
+            if number == count:
+                break
+
+
+def test_a_folder_has_one_writer(drive: Path, tmp_path: Path) -> None:
+    with writer(tmp_path, drive):
+        for resume in (False, True):
+            with pytest.raises(sg.DeviceError, match=f"another stereogrid is writing to .* .process {os.getpid()}"):
+                writer(tmp_path, drive, resume=resume)
+    with pytest.raises(sg.ConfigError, match="already holds a run"):
+        writer(tmp_path, drive)
+    writer(tmp_path, drive, resume=True).close()
+    assert not (tmp_path / ".lock").exists()
+
+
+@pytest.mark.tool
+def test_the_tool_respects_a_writer(tool: Any, drive: Path, tmp_path: Path) -> None:
+    with writer(tmp_path, drive), pytest.raises(AssertionError, match="another stereogrid is writing"):
+        tool("run", drive, "--out", tmp_path, "--resume")
+
+
+@pytest.mark.tool
+@pytest.mark.parametrize("checkpoint_every", [0, 2, 100])
+@pytest.mark.parametrize("poses", [None, "odometry"])
+def test_a_stopped_run_continues(
+    poses: str | None, checkpoint_every: int, tool: Any, drive: Path, tmp_path: Path
+) -> None:
+    tool("run", drive, "--out", tmp_path / "tool", "--device", "cpu", *(["--poses", poses] if poses else []))
+    for count in (3, 1, 100):  # stopped twice
+        recording = sg.open(drive, poses=poses)
+        pipeline = sg.Pipeline(sg.preset("default"), recording.rig, device="cpu")
+        options: dict[str, Any] = {"resume": True, "checkpoint_every": checkpoint_every}
+        with sg.RunWriter(tmp_path / "run", recording, pipeline, **options) as run:
+            for frame in run:
+                run.process(frame)
+                if frame.index == count:
+                    break
+    check_equal(tmp_path / "run", tmp_path / "tool")
+
+
+@pytest.mark.tool
+def test_the_tool_continues_a_run(tool: Any, drive: Path, tmp_path: Path) -> None:
+    tool("run", drive, "--out", tmp_path / "tool", "--device", "cpu")
+    write(tmp_path / "run", drive, count=3)
+    assert not json.loads((tmp_path / "run/run.json").read_text())["frames"]["complete"]
+    tool("run", drive, "--out", tmp_path / "run", "--device", "cpu", "--resume")
+    check_equal(tmp_path / "run", tmp_path / "tool")
+
+
+def test_a_killed_run_continues(drive: Path, tmp_path: Path) -> None:
+    write(tmp_path / "whole", drive)
+    process = get_context("spawn").Process(target=end_killed, args=(tmp_path / "run", drive))
+    process.start()
+    process.join()
+    assert process.exitcode == -signal.SIGKILL and (tmp_path / "run/.lock").exists()
+    write(tmp_path / "run", drive, resume=True)
+    check_equal(tmp_path / "run", tmp_path / "whole")
+
+
+def end_killed(folder: Path, drive: Path) -> None:
+    run = writer(folder, drive, checkpoint_every=2)
+    for frame in run:
+        run.process(frame)
+        if frame.index == 3:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_settings_of_a_stopped_run(drive: Path, tmp_path: Path) -> None:
+    write(tmp_path, drive, count=2)
+    recording = sg.open(drive)
+    with pytest.raises(sg.ConfigError, match="was begun with other settings"):
+        sg.RunWriter(tmp_path, recording, sg.Pipeline(sg.preset("robot"), recording.rig), resume=True)
+    with writer(tmp_path, drive, resume=True) as run:
+        with pytest.raises(ValueError, match="iterate over the RunWriter"):
+            run.process(recording[0])
+        assert [frame.index for frame in run] == [2, 3, 4, 5]
+        with pytest.raises(ValueError, match="iterated once"):
+            iter(run)
+
+
+@pytest.mark.tool
+def test_fusion_with_lidar(tool: Any, kitti: Path, drive: Path, tmp_path: Path) -> None:
+    tool("run", kitti, "--out", tmp_path / "tool", "--device", "cpu", "--fuse", "lidar")
+    write(tmp_path / "run", kitti, fuse="lidar")
+    check_equal(tmp_path / "run", tmp_path / "tool")
+    write(tmp_path / "alone", kitti)
+    assert lines_of(tmp_path / "alone") != lines_of(tmp_path / "run")
+    with pytest.raises(sg.InputError, match="--fuse"):
+        writer(tmp_path / "none", drive, fuse="lidar")
+    with pytest.raises(sg.ConfigError, match=r"fuse 'radar' .allowed: none, lidar"):
+        writer(tmp_path / "none", drive, fuse="radar")
