@@ -81,12 +81,12 @@ class Visit:
                 self.stopped = time.monotonic()
             if time.monotonic() - self.stopped < 5:
                 return False
-        if self.kind == "leaves":
+        if self.kind == "leaves" and self.stopped is None:
             self.process.send_signal(signal.SIGUSR1)
-        else:
+            self.stopped = time.monotonic()
+        elif self.kind != "leaves" or time.monotonic() - self.stopped > VISIT_S:  # on a busy machine
             self.process.kill()
-        self.process.wait(20)
-        return True
+        return self.process.poll() is not None
 
 
 def sample(process: int) -> tuple:
@@ -114,7 +114,7 @@ def watch(tool: subprocess.Popen, seconds: int, start) -> None:
             begun_visits, next_visit = begun_visits + 1, next_visit + VISIT_EVERY_S
         for visit in [one for one in visits if one.is_over()]:
             visits.remove(visit)
-            results.append(visit.result)
+            results.append(visit.result or "none")
         if now >= next_camera:
             cameras.kill()
             cameras.wait()
@@ -126,6 +126,7 @@ def watch(tool: subprocess.Popen, seconds: int, start) -> None:
         if now >= next_row:
             memory_kb, threads, files = zip(*samples)
             served = sum(one.startswith("served") for one in results)
+            print(f"{(now - begun) / 60:.0f} min: {min(memory_kb)} to {max(memory_kb)} kB", file=sys.stderr)
             print(f"| {(now - begun) / 60:.0f} | {len(results)} | {served} | {min(memory_kb) / 1000:.2f} | "
                   f"{max(memory_kb) / 1000:.2f} | {max(threads)} | {max(files)} |", flush=True)
             samples, next_row = [], next_row + ROW_S
