@@ -72,7 +72,9 @@ class Visit:
         self.begun, self.stopped, self.result = time.monotonic(), None, ""
 
     def is_over(self) -> bool:
-        self.result = self.result or self.process.stdout.readline()
+        line = self.process.stdout.readline()
+        if line.startswith(("served", "missing")):  # Fast DDS logs there, too
+            self.result = line
         if not self.result and time.monotonic() - self.begun < 2 * VISIT_S:
             return False
         if self.kind == "hangs":
