@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // One end of what dds.py measures, by libstereogrid_dds.so:
-// bench_dds LIBRARY send TOPIC CELLS HZ SECONDS: latched grids of CELLS × CELLS, stamped when they are sent.
+// bench_dds LIBRARY send TOPIC CELLS HZ SECONDS: grids of CELLS × CELLS, stamped when they are sent; on /map latched.
 // bench_dds LIBRARY receive NAMESPACE SECONDS: "image STAMP at NOW", ns, for each image of both cameras.
 #include <dlfcn.h>
 
@@ -11,6 +11,7 @@
 #include <iostream>
 #include <span>
 #include <string>
+#include <string_view>
 #include <thread>
 
 #include "stereogrid/dds/node.hpp"
@@ -39,7 +40,8 @@ void send(dds::Node& node, char** argv) {
   grid.info.width = grid.info.height = static_cast<std::uint32_t>(std::atoi(argv[4]));
   grid.data.assign(std::size_t{grid.info.width} * grid.info.height, 50);
   const std::uint32_t channel{
-      node.sink().add({argv[3], OccupancyGrid::type_name, messages::definition_of<OccupancyGrid>(), true})};
+      node.sink().add({argv[3], OccupancyGrid::type_name, messages::definition_of<OccupancyGrid>(),
+                       std::string_view{argv[3]} == "/map"})};
   std::this_thread::sleep_for(std::chrono::seconds{1});  // to be found
   messages::CdrWriter writer;
   const double hz{std::atof(argv[5])};

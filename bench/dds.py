@@ -5,8 +5,9 @@
 
 dds.py BIN SECONDS [ROS...]: BIN is the folder of a build with STEREOGRID_TESTS and STEREOGRID_BENCH. 400 x 400 grids at
 20 Hz from libstereogrid_dds.so to a bare participant of Cyclone DDS and one of Fast DDS; pairs of 1242 x 375 px at 20 Hz
-the other way. ROS are environments with rclpy, such as build/ros/jazzy; their nodes do the same with Fast DDS.
-dds.py node grids|pairs SECONDS: such a node.
+the other way. ROS are environments with rclpy, such as build/ros/jazzy; their nodes do the same with Fast DDS, and receive
+grids of 0.47 and 1.9 MB at 10 Hz, as large as disparities, in our fragments and in those that Cyclone DDS makes by itself.
+dds.py node map|large|pairs SECONDS: such a node.
 """
 import os
 import re
@@ -18,6 +19,8 @@ from pathlib import Path
 
 HZ = 20
 CELLS = 400
+LARGE_HZ = 10
+LARGE_CELLS = {683: "0.47 MB", 1366: "1.9 MB"}
 SIZE = "1242x375"
 LOOPBACK = ('<CycloneDDS><Domain><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
             "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
@@ -25,6 +28,8 @@ LOOPBACK = ('<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=
 
 
 BARE = {"CYCLONEDDS_URI": LOOPBACK}
+SMALL_FRAGMENTS = {"CYCLONEDDS_URI": "<CycloneDDS><Domain><General><FragmentSize>1344B</FragmentSize></General></Domain>"
+                                     "</CycloneDDS>"}
 LOCAL = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
 
 
@@ -51,7 +56,8 @@ def percentile(sorted_values: list, share: float) -> float:
 def row(what: str, sent: int, received: str, ours: float, theirs: float) -> None:
     latency_ms = sorted((int(at) - int(stamp)) / 1e6 for stamp, at in re.findall(r"^\w+ (\d+).* at (\d+)$", received, re.M))
     if not latency_ms:
-        sys.exit(f"{what}: nothing came")
+        print(f"| {what} | {sent} | {sent} | – | – | {ours:.1f} | {theirs:.1f} |", flush=True)
+        return
     print(f"| {what} | {sent} | {sent - len(latency_ms)} | {percentile(latency_ms, 0.5):.2f} | "
           f"{percentile(latency_ms, 0.99):.2f} | {ours:.1f} | {theirs:.1f} |", flush=True)
 
@@ -61,9 +67,9 @@ def ros_node(ros: Path, what: str, seconds: int) -> Part:
     return Part(ros / "bin/python", __file__, "node", what, seconds, env=LOCAL | env)
 
 
-def grids(folder: Path, what: str, reader: Part, env: dict, seconds: int) -> None:
+def grids(folder: Path, what: str, reader: Part, env: dict, seconds: int, topic="/map", cells=CELLS, hz=HZ) -> None:
     time.sleep(0.5)
-    sender = Part(folder / "bench_dds", folder / "libstereogrid_dds.so", "send", "/map", CELLS, HZ, seconds, env=env)
+    sender = Part(folder / "bench_dds", folder / "libstereogrid_dds.so", "send", topic, cells, hz, seconds, env=env)
     sent, ours = sender.end()
     received, theirs = reader.end()
     row(f"grids to {what}", int(sent.split()[1]), received, ours, theirs)
@@ -87,11 +93,11 @@ def node(what: str, seconds: int) -> None:
     from sensor_msgs.msg import Image
     rclpy.init()
     made = rclpy.create_node("peer")
-    if what == "grids":
+    if what != "pairs":
         def show(grid: OccupancyGrid) -> None:
             print(f"grid {grid.header.stamp.sec * 10**9 + grid.header.stamp.nanosec} at {time.time_ns()}")
-        made.create_subscription(OccupancyGrid, "/map", show,
-                                 QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL) if what == "map" else QoSProfile(depth=10)
+        made.create_subscription(OccupancyGrid, f"/{what}", show, qos)
         end = time.monotonic() + seconds + 4
         while time.monotonic() < end:
             rclpy.spin_once(made, timeout_sec=0.1)
@@ -120,7 +126,11 @@ def main() -> None:
             reader = Part(folder / f"stereogrid_{peer}_peer", "grids", "rt/map", *qos, HZ * seconds, seconds + 4, env=BARE)
             grids(folder, f"{peer}, {qos[0]}", reader, BARE, seconds)
     for ros in systems:
-        grids(folder, f"rclpy of {ros.name}, reliable", ros_node(ros, "grids", seconds), LOCAL, seconds)
+        grids(folder, f"rclpy of {ros.name}, reliable", ros_node(ros, "map", seconds), LOCAL, seconds)
+        for cells, size in LARGE_CELLS.items():
+            for fragments, env in (("", LOCAL), (", fragments of 1344 B", LOCAL | SMALL_FRAGMENTS)):
+                grids(folder, f"rclpy of {ros.name}, {size}, reliable{fragments}", ros_node(ros, "large", seconds), env,
+                      seconds, "/large", cells, LARGE_HZ)
     for reliability in ("best_effort", "reliable"):
         pairs(folder, f"bare, {reliability}",
               lambda: Part(folder / "stereogrid_bare_peer", "pairs", "/stereo", reliability, SIZE, HZ, seconds, env=BARE),

@@ -6,8 +6,10 @@
 readme.py            writes README.md
 readme.py --check    exit status 1 if README.md differs from the sources
 readme.py --figures  renders the figures in docs/pictures; needs the release build (with tests) and ffmpeg
+readme.py --screens  renders the viewer's page for docs/ros2-cameras.md; needs Chromium, too
 """
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -32,6 +34,17 @@ MEASURED = (
      {"frames a second": "{} frames/s"}),
     ("Pipeline alone, 512 × 320 px", "chain", "", ("default",), {"total": "{} ms per frame (least / median)"}),
 )
+
+
+# screens of docs/ros2-cameras.md: a scene with the camera's image size, field of view and baseline
+INDOORS = "corridor?frames=16&speed=0.6&camera_height=0.4"
+OUTDOORS = "street?frames=16"
+SCREENS = {
+    "camera_realsense": (f"{INDOORS}&width=848&height=480&focal=424&baseline=0.05", "--preset=robot"),
+    "camera_oak": (f"{INDOORS}&width=640&height=400&focal=401&baseline=0.075", "--preset=robot"),
+    "camera_zed": (f"{OUTDOORS}&width=960&height=540&focal=478&baseline=0.12&camera_height=1", "--preset=default"),
+    "camera_pair": (f"{OUTDOORS}&width=640&height=480&focal=520&baseline=0.3&camera_height=1", "--preset=default"),
+}
 
 
 def figure_row(label: str, name: str, title: str, first: tuple[str, ...], columns: dict[str, str]) -> str:
@@ -80,9 +93,26 @@ def render_figures() -> None:
                             "-quality", "80", ROOT / "docs" / "pictures" / f"{target}.webp"], check=True)
 
 
+def render_screens() -> None:
+    tool = ROOT / "build" / "release" / "bin" / "stereogrid"
+    chromium = shutil.which("chromium") or shutil.which("google-chrome") or sys.exit("There is no Chromium. Install it.")
+    for name, (scene, preset) in SCREENS.items():
+        with tempfile.TemporaryDirectory() as folder:
+            recording, screen = f"{folder}/drive.mcap", f"{folder}/screen.png"
+            subprocess.run([tool, "run", f"scene:{scene}", preset, "--out", f"{folder}/run", "--mcap", recording, "-q"], check=True)
+            with subprocess.Popen([tool, "view", recording, "--listen", ":0"], stdout=subprocess.PIPE, text=True) as view:
+                page = re.search(r"http\S+", view.stdout.readline())[0]
+                subprocess.run([chromium, "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--window-size=1400,820",
+                                "--virtual-time-budget=6000", f"--screenshot={screen}", f"{page}#frame=14"], check=True,
+                               stderr=subprocess.DEVNULL)
+                view.terminate()
+            subprocess.run(["ffmpeg", "-loglevel", "error", "-y", "-i", screen, "-quality", "80",
+                            ROOT / "docs" / "pictures" / f"{name}.webp"], check=True)
+
+
 def main() -> int:
-    if sys.argv[1:] == ["--figures"]:
-        render_figures()
+    if sys.argv[1:] in (["--figures"], ["--screens"]):
+        render_figures() if sys.argv[1] == "--figures" else render_screens()
         return 0
     if sys.argv[1:] not in ([], ["--check"]):
         print(__doc__, file=sys.stderr)

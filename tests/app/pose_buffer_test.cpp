@@ -52,6 +52,19 @@ TEST(PoseBuffer, WaitsForThePoseBehindTheImage) {
   EXPECT_DOUBLE_EQ(buffer.at(150 * ms, 10s).x_m, 3);  // not 1.5, which it would be without the third
 }
 
+/// The first image may have the stamp of the first pose.
+TEST(PoseBuffer, WaitsForASecondPose) {
+  PoseBuffer buffer{"/odom"};
+  std::jthread later{[&] {
+    std::this_thread::sleep_for(20ms);
+    buffer.add({pose_at(100)});
+    std::this_thread::sleep_for(50ms);
+    buffer.add({pose_at(200)});
+  }};
+  buffer.wait_for_first(10s);
+  EXPECT_DOUBLE_EQ(buffer.at(100 * ms, 10s).x_m, 1);
+}
+
 TEST(PoseBuffer, ForgetsWhatCameBeforeTheStampsStepBack) {
   PoseBuffer buffer{"/odom"};
   buffer.add({pose_at(5000), pose_at(5100)});

@@ -3,7 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # colcon.sh SOURCE BUILD WORK: ros2/stereogrid_ros as a workspace of colcon has it: ament_cmake is Debian's, stereogrid
-# is BUILD, installed; rclcpp, rclcpp_components and tf2_ros are the stand-ins of this folder, which export targets as the
+# is BUILD, installed; rclcpp, rclcpp_components, rclcpp_lifecycle and tf2_ros are the stand-ins of this folder, which export targets as the
 # real ones do. Messages are the real packages where scripts/install-dependencies.sh --python has put them. Where Debian has
 # the linters of ament, they check the package.
 set -euo pipefail
@@ -31,6 +31,7 @@ CONFIG
 }
 export_stand_in rclcpp rclcpp "$stand_in"
 export_stand_in rclcpp_components component "$stand_in"
+export_stand_in rclcpp_lifecycle rclcpp_lifecycle "$stand_in"
 export_stand_in tf2_ros tf2_ros "$stand_in"
 ros=$source/build/ros/jazzy
 if [ -e "$ros/share/sensor_msgs/cmake/sensor_msgsConfig.cmake" ]; then
@@ -40,7 +41,7 @@ if [ -e "$ros/share/sensor_msgs/cmake/sensor_msgsConfig.cmake" ]; then
 else
   echo "Messages: stand-ins; scripts/install-dependencies.sh --python installs the real packages"
   ros=
-  for name in geometry_msgs sensor_msgs; do
+  for name in geometry_msgs sensor_msgs stereo_msgs; do
     export_stand_in $name ${name}__rosidl_typesupport_cpp "${stand_in}_messages"
   done
 fi

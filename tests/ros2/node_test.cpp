@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <memory>
 #include <optional>
 #include <string>
@@ -24,6 +25,7 @@
 #include "stereogrid/error.hpp"
 #include "stereogrid/messages/cdr.hpp"
 #include "stereogrid/messages/frame_messages.hpp"
+#include "stereogrid/messages/sensor_msgs.hpp"
 #include "stereogrid/messages/tf2_msgs.hpp"
 #include "stereogrid/scenes/scene.hpp"
 #include "translate.hpp"
@@ -238,6 +240,84 @@ TEST_F(Ros2Node, FollowsTf) {
   EXPECT_NEAR(last.transform.translation.y, 5, 1e-9);
 }
 
+TEST_F(Ros2Node, PublishesWhileActiveOnly) {
+  start({{"autostart", false}, {"poses", std::string{"none"}}});
+  const auto has_subscriptions{[] {
+    const std::scoped_lock lock{stand_in::world().mutex};
+    return !stand_in::world().subscribers.empty();
+  }};
+  EXPECT_EQ(node_->activate().id(), 1);  // unconfigured: refused
+  EXPECT_EQ(node_->configure().id(), 2);
+  EXPECT_FALSE(has_subscriptions());
+  for (int round{0}; round < 2; ++round) {
+    EXPECT_EQ(node_->activate().id(), 3);
+    hand_in_infos();
+    hand_in_frames(2);
+    EXPECT_EQ(published(grids).size(), 2U) << round;
+    EXPECT_EQ(node_->deactivate().id(), 2);
+    EXPECT_FALSE(has_subscriptions());
+  }
+  EXPECT_EQ(node_->cleanup().id(), 1);
+  EXPECT_EQ(node_->configure().id(), 2);
+  EXPECT_EQ(node_->activate().id(), 3);
+  EXPECT_EQ(node_->shutdown().id(), 4);
+  EXPECT_FALSE(has_subscriptions());
+}
+
+/// Disparities of 16 px as each kind of message.
+TEST_F(Ros2Node, TakesDepthAndDisparities) {
+  const stereogrid::Rig rig{scene_.rig()};
+  constexpr float disparity_px{16};
+  const double baseline_m{0.25};
+  const auto depth_m{static_cast<float>(rig.focal_px * baseline_m / disparity_px)};
+  for (const std::string kind : {"16UC1", "32FC1", "disparity"}) {
+    node_.reset();
+    start({{"poses", std::string{"none"}}, {"input", std::string{kind == "disparity" ? "disparity" : "depth"}}});
+    hand_in("left/camera_info", info_of(rig, 0));
+    for (int attempt{0}; attempt < 100 && published(grids).empty(); ++attempt) {
+      const std::int64_t stamp_ns{begin_ns + attempt * second_ns / 10};
+      sensor_msgs::msg::Image values{message_of(scene_.load(0).left, stamp_ns)};
+      hand_in("left/image_rect", values);
+      values.encoding = kind == "16UC1" ? kind : "32FC1";
+      const auto fill{[&]<class T>(T value) {
+        const std::vector<T> all(std::size_t{values.width} * values.height, value);
+        values.step = values.width * sizeof(T);
+        values.data.resize(all.size() * sizeof(T));
+        std::memcpy(values.data.data(), all.data(), values.data.size());
+      }};
+      kind == "16UC1"   ? fill(static_cast<std::uint16_t>(std::lround(1000 * depth_m)))
+      : kind == "32FC1" ? fill(depth_m)
+                        : fill(disparity_px);
+      if (kind == "disparity") {
+        stereo_msgs::msg::DisparityImage message{values.header, values, static_cast<float>(rig.focal_px),
+                                                 static_cast<float>(baseline_m)};
+        EXPECT_NEAR(depth_of(message).row(5)[7], depth_m, 1e-5F * depth_m);
+        message.max_disparity = 15;  // beyond the limits: none
+        EXPECT_EQ(depth_of(message).row(5)[7], 0);
+        message.max_disparity = 0;
+        hand_in("disparity", message);
+      } else {
+        EXPECT_NEAR(depth_of(values).row(5)[7], depth_m, 0.0006) << kind;
+        hand_in("depth/image_rect", values);
+      }
+      wait_for_grid(0);
+    }
+    ASSERT_FALSE(published(grids).empty()) << kind << ::testing::PrintToString(told());
+    EXPECT_TRUE(wait_for([] { return !published("/stereo_grid/points").empty(); }));
+    stereogrid::messages::sensor_msgs::PointCloud2 points;
+    stereogrid::messages::decode(std::as_bytes(std::span{published("/stereo_grid/points").front()}), points);
+    ASSERT_GT(points.data.size(), 0U);
+    float x_m{0};
+    std::memcpy(&x_m, points.data.data(), sizeof x_m);
+    EXPECT_NEAR(x_m, depth_m, 0.01F * depth_m) << kind;
+    sensor_msgs::msg::Image damaged{message_of(scene_.load(0).left, begin_ns)};
+    damaged.encoding = "16UC1";
+    EXPECT_THROW(static_cast<void>(depth_of(damaged)), stereogrid::InputError);
+    damaged.encoding = "mono8";
+    EXPECT_THROW(static_cast<void>(depth_of(damaged)), stereogrid::InputError);
+  }
+}
+
 TEST_F(Ros2Node, SaysThatTheMountingIsNotKnownAndGoesOnOnceItIs) {
   const auto mounting{std::exchange(mounting_, std::nullopt)};
   start({});
@@ -426,6 +506,7 @@ TEST_F(Ros2Node, RefusesParametersThatDoNotFit) {
   EXPECT_THAT(refusal({"matching.method", std::string{"guess"}}),
               HasSubstr("matching.method: guess (allowed correlation, semi_global)"));
   EXPECT_THAT(refusal({"poses", std::string{"gps"}}), HasSubstr("poses"));
+  EXPECT_THAT(refusal({"input", std::string{"lidar"}}), HasSubstr("input: lidar (allowed stereo, depth, disparity)"));
   EXPECT_THAT(refusal({"device", std::string{"tpu"}}), HasSubstr("device"));
   EXPECT_THAT(refusal({"pair_tolerance", -1.0}), HasSubstr("pair_tolerance"));
 }

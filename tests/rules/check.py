@@ -69,7 +69,7 @@ ROOMS = (
          r"(opencv2|fmt)/.*"),
     Room("dds", ("include", "messages/include", "dds/include", "dds/src"), r"dds/.*|openssl/evp\.h"),
     Room("ros2", ("include", "odometry/include", "io/include", "messages/include", "capture/include", "ros2/stereogrid_ros/src"),
-         r"opencv2/.*|(geometry_msgs|rclcpp|rclcpp_components|sensor_msgs|tf2_ros)/.*"),
+         r"opencv2/.*|(geometry_msgs|rclcpp|rclcpp_components|rclcpp_lifecycle|sensor_msgs|stereo_msgs|tf2_ros)/.*"),
     Room("scenes", ("include", "scenes/include", "scenes"), TBB),
     Room("evaluation", ("include", "evaluation/include", "evaluation/src"), TBB),
     Room("research", ("include", "io/include", "scenes/include", "evaluation/include", "apps/stereogrid", "research"),

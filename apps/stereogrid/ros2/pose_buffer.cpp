@@ -34,8 +34,13 @@ void PoseBuffer::clear() {
 
 Pose2 PoseBuffer::at(std::int64_t stamp_ns, std::chrono::milliseconds patience) {
   std::unique_lock lock{mutex_};
-  changed_.wait_for(lock, patience, [&] { return !poses_.empty() && poses_.back().stamp_ns >= stamp_ns; });
+  changed_.wait_for(lock, patience, [&] { return poses_.size() > 1 && poses_.back().stamp_ns >= stamp_ns; });
   return between(stamp_ns);
+}
+
+void PoseBuffer::wait_for_first(std::chrono::milliseconds patience) {
+  std::unique_lock lock{mutex_};
+  changed_.wait_for(lock, patience, [&] { return !poses_.empty(); });
 }
 
 Pose2 PoseBuffer::between(std::int64_t stamp_ns) const {

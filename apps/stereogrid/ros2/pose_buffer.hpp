@@ -27,6 +27,8 @@ class PoseBuffer {
   /// Pose at an instant, interpolated; up to one usual interval after the last pose the motion continues. Waits up to
   /// `patience` for a later pose. Throws InputError: there is none.
   [[nodiscard]] Pose2 at(std::int64_t stamp_ns, std::chrono::milliseconds patience);
+  /// Returns when there is a pose, or after `patience`.
+  void wait_for_first(std::chrono::milliseconds patience);
 
  private:
   [[nodiscard]] Pose2 between(std::int64_t stamp_ns) const;

@@ -34,6 +34,7 @@ using capture::Side;
 constexpr std::size_t image_depth{5};  // as ROS has it for sensors
 constexpr std::size_t pose_depth{100};
 constexpr auto pose_patience{200ms};
+constexpr auto first_pose_patience{1000ms};
 constexpr std::int64_t before_all{std::numeric_limits<std::int64_t>::min()};
 constexpr std::int64_t step_back_ns{1'000'000'000};  // images that overtake each other are nearer
 constexpr auto other_clock{10s};                     // so far off, stamps say nothing of latency
@@ -201,6 +202,7 @@ Ros2Source::Ros2Source(std::shared_ptr<dds::Node> node, const Ros2Setup& setup)
   if (!setup.poses.empty()) {
     node_->subscribe(setup.poses, std::string{messages::nav_msgs::Odometry::type_name}, pose_depth,
                      [state = state_](std::span<const std::byte> cdr) { state->take_pose(cdr); });
+    state_->poses.wait_for_first(first_pose_patience);  // images before it cannot be placed
   }
   subscribe_images(capture::Side::left, setup.left);
   subscribe_images(capture::Side::right, setup.right);

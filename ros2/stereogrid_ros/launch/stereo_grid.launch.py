@@ -8,25 +8,29 @@ from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import ComposableNodeContainer, Node
 from launch_ros.descriptions import ComposableNode
+from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description():
-    """Arguments: camera (namespace of left/ and right/), parameters (YAML file), rviz (true)."""
+    """Arguments: camera (namespace of left/), parameters (YAML file), autostart, rviz."""
     share = FindPackageShare('stereogrid_ros')
     usual = PathJoinSubstitution([share, 'config', 'stereo_grid.yaml'])
     camera = LaunchConfiguration('camera')
     images = ['left/image_rect', 'right/image_rect', 'left/camera_info', 'right/camera_info',
-              'left/image_raw', 'right/image_raw']
+              'left/image_raw', 'right/image_raw', 'depth/image_rect', 'depth/image_raw',
+              'disparity']
+    autostart = ParameterValue(LaunchConfiguration('autostart'), value_type=bool)
     node = ComposableNode(
         package='stereogrid_ros',
         plugin='stereogrid_ros::StereoGridNode',
         name='stereo_grid',
-        parameters=[LaunchConfiguration('parameters')],
+        parameters=[LaunchConfiguration('parameters'), {'autostart': autostart}],
         remappings=[(topic, [camera, '/' + topic]) for topic in images])
     return LaunchDescription([
         DeclareLaunchArgument('camera', default_value='/stereo'),
         DeclareLaunchArgument('parameters', default_value=usual),
+        DeclareLaunchArgument('autostart', default_value='true'),
         DeclareLaunchArgument('rviz', default_value='false'),
         Node(
             package='rviz2',

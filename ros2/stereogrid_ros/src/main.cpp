@@ -13,7 +13,7 @@ int main(int argc, char** argv) {
   try {
     rclcpp::init(argc, argv);
     const auto node{std::make_shared<stereogrid_ros::StereoGridNode>()};
-    rclcpp::spin(node);
+    rclcpp::spin(node->get_node_base_interface());
     has_failed = node->has_failed();
   } catch (const std::exception& error) {
     std::fprintf(stderr, "stereo_grid: %s\n", error.what());

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <rclcpp/rclcpp.hpp>
+#include <rclcpp_lifecycle/lifecycle_node.hpp>
 #include <span>
 #include <vector>
 
@@ -16,11 +17,13 @@ namespace stereogrid_ros {
 class PublisherSink final : public stereogrid::messages::Sink {
  public:
   /// `node` must outlive this object.
-  explicit PublisherSink(rclcpp::Node& node) : node_{node} {}
+  explicit PublisherSink(rclcpp_lifecycle::LifecycleNode& node) : node_{node} {}
 
   std::uint32_t add(const stereogrid::messages::Channel& channel) override;
   [[nodiscard]] bool wants(std::uint32_t channel) const override;
   void send(std::uint32_t channel, std::int64_t stamp_ns, std::span<const std::byte> cdr) override;
+  /// Removes all publishers, with their latched messages.
+  void clear() { topics_.clear(); }
 
  private:
   struct Topic {
@@ -28,7 +31,7 @@ class PublisherSink final : public stereogrid::messages::Sink {
     bool latched;
   };
 
-  rclcpp::Node& node_;
+  rclcpp_lifecycle::LifecycleNode& node_;
   std::vector<Topic> topics_;
   rclcpp::SerializedMessage message_;  // its memory is reused
 };

@@ -19,7 +19,7 @@ using stereogrid::ConfigError;
 
 /// Without a fixed type: 30 is as good as 30.0.
 template <class T>
-T declared(rclcpp::Node& node, const std::string& name, const T& usual, const std::string& sentence,
+T declared(rclcpp_lifecycle::LifecycleNode& node, const std::string& name, const T& usual, const std::string& sentence,
            const std::string& allowed = "") {
   rcl_interfaces::msg::ParameterDescriptor descriptor;
   descriptor.description = sentence;
@@ -47,8 +47,8 @@ std::string list_of(const Words& words) {
 }
 
 template <class T>
-void declare_field(rclcpp::Node& node, const std::string& name, const std::string& sentence, T& value,
-                   const std::string& range = "") {
+void declare_field(rclcpp_lifecycle::LifecycleNode& node, const std::string& name, const std::string& sentence,
+                   T& value, const std::string& range = "") {
   if constexpr (std::is_enum_v<T>) {
     const auto names{names_of(T{})};
     const std::string usual{names.at(static_cast<std::size_t>(value))};
@@ -66,7 +66,8 @@ void declare_field(rclcpp::Node& node, const std::string& name, const std::strin
   }
 }
 
-std::chrono::nanoseconds seconds(rclcpp::Node& node, const std::string& name, double usual, const char* sentence) {
+std::chrono::nanoseconds seconds(rclcpp_lifecycle::LifecycleNode& node, const std::string& name, double usual,
+                                 const char* sentence) {
   const double given{declared(node, name, usual, sentence, "0 to 60")};
   if (!(given >= 0 && given <= 60)) {
     throw ConfigError{"parameter " + name + ": " + std::to_string(given) + " s (allowed 0 to 60 s)."};
@@ -75,7 +76,7 @@ std::chrono::nanoseconds seconds(rclcpp::Node& node, const std::string& name, do
 }
 
 /// Throws ConfigError with all problems at once.
-stereogrid::Config declare_config(rclcpp::Node& node) {
+stereogrid::Config declare_config(rclcpp_lifecycle::LifecycleNode& node) {
   stereogrid::Config config{
       stereogrid::preset(declared<std::string>(node, "preset", "default", "default, or paper: as published."))};
   visit_parameters(config, [&](std::string_view group, const stereogrid::Parameter& parameter, auto& value) {
@@ -92,14 +93,14 @@ stereogrid::Config declare_config(rclcpp::Node& node) {
 }
 
 /// Parameter with one of these values; the first is the default.
-std::string one_of(rclcpp::Node& node, const std::string& name, std::initializer_list<const char*> words,
-                   const char* sentence) {
+std::string one_of(rclcpp_lifecycle::LifecycleNode& node, const std::string& name,
+                   std::initializer_list<const char*> words, const char* sentence) {
   const std::string given{declared(node, name, std::string{*words.begin()}, sentence, list_of(words))};
   if (std::ranges::find(words, given) != words.end()) return given;
   throw ConfigError{"parameter " + name + ": " + given + " (allowed " + list_of(words) + ")."};
 }
 
-stereogrid::PipelineOptions declare_pipeline(rclcpp::Node& node) {
+stereogrid::PipelineOptions declare_pipeline(rclcpp_lifecycle::LifecycleNode& node) {
   stereogrid::PipelineOptions pipeline;
   declare_field(node, "threads", "Threads of the pipeline; 0: all cores.", pipeline.threads);
   const std::string device{one_of(node, "device", {"auto", "cpu", "cuda"}, "auto (a GPU if present), cpu or cuda.")};
@@ -111,14 +112,21 @@ stereogrid::PipelineOptions declare_pipeline(rclcpp::Node& node) {
 
 }  // namespace
 
-Settings declare_settings(rclcpp::Node& node) {
+Settings declare_settings(rclcpp_lifecycle::LifecycleNode& node) {
   const auto text = [&](const char* name, const char* usual, const char* sentence) {
     return declared(node, name, std::string{usual}, sentence);
   };
   Settings settings;
   settings.config = declare_config(node);
   settings.pipeline = declare_pipeline(node);
+  settings.is_autostarted =
+      declared(node, "autostart", true, "True: active from the start. False: a lifecycle manager activates the node.");
+  settings.input = one_of(node, "input", {"stereo", "depth", "disparity"},
+                          "stereo (right images), depth (of the left images) or disparity (DisparityImage).");
   settings.are_rectified = declared(node, "rectified", true, "True: the topics have rectified images.");
+  if (settings.input == "disparity" && !settings.are_rectified) {
+    throw ConfigError{"parameter rectified: false (allowed true, since disparities are of rectified images)."};
+  }
   settings.global_frame = text("global_frame", "odom", "Frame of the filtered grid.");
   settings.robot_base_frame = text("robot_base_frame", "base_footprint",
                                    "Frame whose z = 0 is the road; empty: extrinsics are not read from TF.");
@@ -129,7 +137,7 @@ Settings declare_settings(rclcpp::Node& node) {
   settings.pair_tolerance = seconds(node, "pair_tolerance", 0.01, "Maximum difference of a pair's stamps, s.");
   settings.transform_tolerance = seconds(node, "transform_tolerance", 0.2, "Maximum wait for a transform, s.");
 
-  settings.messages.node = std::string{node.get_fully_qualified_name()}.substr(1);
+  settings.messages.node = std::string{node.get_node_base_interface()->get_fully_qualified_name()}.substr(1);
   settings.messages.world_frame = settings.global_frame;
   settings.messages.vehicle_frame =
       text("vehicle_frame", "stereo_grid", "Published frame on the road below the left camera.");

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <chrono>
-#include <rclcpp/rclcpp.hpp>
+#include <rclcpp_lifecycle/lifecycle_node.hpp>
 #include <string>
 
 #include "stereogrid/config.hpp"
@@ -17,6 +17,8 @@ struct Settings {
   stereogrid::Config config;
   stereogrid::PipelineOptions pipeline;
   stereogrid::messages::FrameMessagesOptions messages;
+  bool is_autostarted{true};
+  std::string input;  ///< stereo, depth, disparity
   bool are_rectified{true};
   std::string global_frame;      ///< frame of the poses
   std::string robot_base_frame;  ///< frame of the extrinsics: its z = 0 is the road
@@ -27,6 +29,6 @@ struct Settings {
 
 /// Declares each parameter of stereogrid::Config as "group.name" with its range and description, and the node's own
 /// ones. Throws stereogrid::ConfigError: all invalid values.
-[[nodiscard]] Settings declare_settings(rclcpp::Node& node);
+[[nodiscard]] Settings declare_settings(rclcpp_lifecycle::LifecycleNode& node);
 
 }  // namespace stereogrid_ros

@@ -37,27 +37,95 @@ std::size_t index_of(stereogrid::capture::Side side) {
 }  // namespace
 
 StereoGridNode::StereoGridNode(const rclcpp::NodeOptions& options)
-    : Node{"stereo_grid", options},
+    : LifecycleNode{"stereo_grid", options},
       settings_{declare_settings(*this)},
       clock_ns_{nanoseconds(std::chrono::system_clock::now()) - nanoseconds(Clock::now())} {
-  subscribe(Side::left, "left");
-  subscribe(Side::right, "right");
-  thread_ = std::thread{[this] { work(); }};
+  if (!settings_.is_autostarted) return;
+  configure();
+  activate();
 }
 
 StereoGridNode::~StereoGridNode() {
-  is_to_stop_ = true;
-  changed_.notify_all();
-  thread_.join();
+  stop();
 }
 
-void StereoGridNode::subscribe(Side side, const std::string& camera) {
-  subscriptions_.push_back(create_subscription<sensor_msgs::msg::CameraInfo>(
-      camera + "/camera_info", rclcpp::SensorDataQoS{},
-      [this, side](const sensor_msgs::msg::CameraInfo& info) { take_info(side, info); }));
-  subscriptions_.push_back(create_subscription<sensor_msgs::msg::Image>(
-      camera + (settings_.are_rectified ? "/image_rect" : "/image_raw"), rclcpp::SensorDataQoS{},
-      [this, side](const sensor_msgs::msg::Image& image) { take_image(side, image); }));
+StereoGridNode::CallbackReturn StereoGridNode::on_configure(const rclcpp_lifecycle::State& /*previous*/) {
+  transforms_.emplace(get_clock());
+  listener_.emplace(*transforms_);
+  return CallbackReturn::SUCCESS;
+}
+
+StereoGridNode::CallbackReturn StereoGridNode::on_activate(const rclcpp_lifecycle::State& /*previous*/) {
+  is_to_stop_ = false;
+  thread_ = std::thread{[this] { work(); }};
+  subscribe_all();
+  return CallbackReturn::SUCCESS;
+}
+
+StereoGridNode::CallbackReturn StereoGridNode::on_deactivate(const rclcpp_lifecycle::State& /*previous*/) {
+  stop();
+  return CallbackReturn::SUCCESS;
+}
+
+StereoGridNode::CallbackReturn StereoGridNode::on_cleanup(const rclcpp_lifecycle::State& /*previous*/) {
+  listener_.reset();
+  transforms_.reset();
+  return CallbackReturn::SUCCESS;
+}
+
+StereoGridNode::CallbackReturn StereoGridNode::on_shutdown(const rclcpp_lifecycle::State& previous) {
+  stop();
+  return on_cleanup(previous);
+}
+
+void StereoGridNode::stop() {
+  if (!thread_.joinable()) return;
+  subscriptions_.clear();
+  {
+    const std::scoped_lock lock{mutex_};
+    is_to_stop_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+  sink_.clear();
+  const std::scoped_lock lock{mutex_};
+  infos_ = {};
+  baseline_m_ = 0;
+  newest_ns_ = {};
+  pair_.reset();
+}
+
+template <class Message, class Callback>
+void StereoGridNode::subscribe(const std::string& topic, Callback callback) {
+  subscriptions_.push_back(create_subscription<Message>(topic, rclcpp::SensorDataQoS{}, std::move(callback)));
+}
+
+void StereoGridNode::subscribe_all() {
+  using sensor_msgs::msg::CameraInfo;
+  using sensor_msgs::msg::Image;
+  const std::string images{settings_.are_rectified ? "/image_rect" : "/image_raw"};
+  subscribe<CameraInfo>("left/camera_info", [this](const CameraInfo& info) { take_info(Side::left, info); });
+  subscribe_images(Side::left, "left" + images);
+  if (settings_.input == "depth") {
+    subscribe<Image>("depth" + images, [this](const Image& image) {
+      take(Side::right, image.header.stamp, [&](Pair& pair, auto at) { pair.add_depth(depth_of(image), at); });
+    });
+  } else if (settings_.input == "disparity") {
+    using stereo_msgs::msg::DisparityImage;
+    subscribe<DisparityImage>("disparity", [this](const DisparityImage& disparity) { take_disparity(disparity); });
+  } else {
+    subscribe<CameraInfo>("right/camera_info", [this](const CameraInfo& info) { take_info(Side::right, info); });
+    subscribe_images(Side::right, "right" + images);
+  }
+}
+
+void StereoGridNode::subscribe_images(Side side, const std::string& topic) {
+  subscribe<sensor_msgs::msg::Image>(topic, [this, side](const sensor_msgs::msg::Image& image) {
+    take(side, image.header.stamp, [&](Pair& pair, auto at) {
+      cv::Mat grey;
+      pair.add(side, pixels_of(image, side == Side::left ? "left image" : "right image", grey), at);
+    });
+  });
 }
 
 void StereoGridNode::take_info(Side side, const sensor_msgs::msg::CameraInfo& info) {
@@ -67,8 +135,18 @@ void StereoGridNode::take_info(Side side, const sensor_msgs::msg::CameraInfo& in
   changed_.notify_all();
 }
 
-void StereoGridNode::take_image(Side side, const sensor_msgs::msg::Image& image) {
-  const std::int64_t stamp_ns{rclcpp::Time{image.header.stamp}.nanoseconds()};
+void StereoGridNode::take_disparity(const stereo_msgs::msg::DisparityImage& disparity) {
+  if (baseline_m_ == 0 && disparity.t > 0) {
+    const std::scoped_lock lock{mutex_};
+    baseline_m_ = disparity.t;
+    changed_.notify_all();
+  }
+  take(Side::right, disparity.header.stamp, [&](Pair& pair, auto at) { pair.add_depth(depth_of(disparity), at); });
+}
+
+void StereoGridNode::take(Side side, const builtin_interfaces::msg::Time& stamp,
+                          const std::function<void(Pair&, Clock::time_point)>& add) {
+  const std::int64_t stamp_ns{rclcpp::Time{stamp}.nanoseconds()};
   std::shared_ptr<Pair> pair;
   {
     const std::scoped_lock lock{mutex_};
@@ -83,9 +161,7 @@ void StereoGridNode::take_image(Side side, const sensor_msgs::msg::Image& image)
     pair = pair_;
   }
   try {
-    cv::Mat grey;
-    pair->add(side, pixels_of(image, side == Side::left ? "left image" : "right image", grey),
-              Clock::time_point{std::chrono::nanoseconds{stamp_ns - clock_ns_}});
+    add(*pair, Clock::time_point{std::chrono::nanoseconds{stamp_ns - clock_ns_}});
   } catch (const InputError& error) {
     pair->add_unusable();
     warn(error.what());
@@ -116,20 +192,27 @@ void StereoGridNode::work() {
   }
 }
 
+// The mutex is locked.
+bool StereoGridNode::has_infos() const {
+  if (!infos_[0]) return false;
+  return settings_.input == "depth" || (settings_.input == "disparity" ? baseline_m_ > 0 : infos_[1].has_value());
+}
+
 bool StereoGridNode::open_pair() {
   std::unique_lock lock{mutex_};
-  if (!changed_.wait_for(lock, 5s, [this] { return is_to_stop_ || (infos_[0] && infos_[1]); })) {
+  if (!changed_.wait_for(lock, 5s, [this] { return is_to_stop_ || has_infos(); })) {
     lock.unlock();
-    warn("waiting for the CameraInfo of both cameras: left/camera_info, right/camera_info");
+    warn(settings_.input == "stereo" ? "waiting for the CameraInfo of both cameras: left/camera_info, right/camera_info"
+         : settings_.input == "depth" ? "waiting for left/camera_info"
+                                      : "waiting for left/camera_info and disparity");
     return false;
   }
   if (is_to_stop_) return false;
   const auto left{*std::exchange(infos_[0], std::nullopt)};
-  const auto right{*std::exchange(infos_[1], std::nullopt)};
+  const auto right{std::exchange(infos_[1], std::nullopt)};
   lock.unlock();
   try {
-    stereogrid::io::Calibration calibration{stereogrid::io::ros_calibration(
-        camera_of(left, "left/camera_info"), camera_of(right, "right/camera_info"), settings_.are_rectified)};
+    stereogrid::io::Calibration calibration{calibration_of(left, right)};
     set_extrinsics_from_tf(calibration.rig, left.header.frame_id);
     lock.lock();
     camera_frame_ = left.header.frame_id;
@@ -140,6 +223,19 @@ bool StereoGridNode::open_pair() {
     warn(error.what());
     return false;  // the next CameraInfo may do
   }
+}
+
+stereogrid::io::Calibration StereoGridNode::calibration_of(
+    const sensor_msgs::msg::CameraInfo& left, const std::optional<sensor_msgs::msg::CameraInfo>& right) const {
+  const stereogrid::io::RosCamera left_camera{camera_of(left, "left/camera_info")};
+  stereogrid::io::RosCamera right_camera{right ? camera_of(*right, "right/camera_info") : left_camera};
+  if (!right) {
+    const double focal_px{left_camera.p[0]};
+    const double known_m{baseline_m_};
+    right_camera.p[3] =
+        -focal_px * (known_m > 0 ? known_m : stereogrid::io::virtual_baseline_m(focal_px, left_camera.width_px));
+  }
+  return stereogrid::io::ros_calibration(left_camera, right_camera, settings_.are_rectified);
 }
 
 void StereoGridNode::set_extrinsics_from_tf(stereogrid::Rig& rig, const std::string& camera_frame) {
@@ -153,7 +249,7 @@ geometry_msgs::msg::Transform StereoGridNode::transform(const std::string& targe
   const Clock::time_point end{Clock::now() + settings_.transform_tolerance};
   for (;;) {
     try {
-      return transforms_.lookupTransform(target, source, instant, rclcpp::Duration{0ns}).transform;
+      return transforms_->lookupTransform(target, source, instant, rclcpp::Duration{0ns}).transform;
     } catch (const tf2::TransformException& error) {
       if (is_to_stop_ || Clock::now() >= end) {
         throw InputError{"TF", error.what(), "Publish it, or set robot_base_frame to \"\" and poses to images."};

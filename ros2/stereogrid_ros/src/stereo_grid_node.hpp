@@ -6,11 +6,13 @@
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <rclcpp/rclcpp.hpp>
+#include <rclcpp_lifecycle/lifecycle_node.hpp>
 #include <string>
 #include <thread>
 #include <vector>
@@ -19,6 +21,7 @@
 #include <tf2_ros/transform_listener.h>
 #include <sensor_msgs/msg/camera_info.hpp>
 #include <sensor_msgs/msg/image.hpp>
+#include <stereo_msgs/msg/disparity_image.hpp>
 
 #include "publisher_sink.hpp"
 #include "settings.hpp"
@@ -29,12 +32,19 @@
 
 namespace stereogrid_ros {
 
-/// Subscribes to left/image_rect, left/camera_info, right/image_rect and right/camera_info; publishes grids.
-class StereoGridNode : public rclcpp::Node {
+/// Subscribes to left/image_rect and left/camera_info, and to right/image_rect and right/camera_info, depth/image_rect
+/// or disparity; publishes grids while active.
+class StereoGridNode final : public rclcpp_lifecycle::LifecycleNode {
  public:
-  /// Throws stereogrid::ConfigError: invalid parameters.
+  /// Active afterwards, unless the parameter autostart is false. Throws stereogrid::ConfigError: invalid parameters.
   explicit StereoGridNode(const rclcpp::NodeOptions& options = rclcpp::NodeOptions{});
   ~StereoGridNode() override;
+
+  CallbackReturn on_configure(const rclcpp_lifecycle::State& previous) override;
+  CallbackReturn on_activate(const rclcpp_lifecycle::State& previous) override;
+  CallbackReturn on_deactivate(const rclcpp_lifecycle::State& previous) override;
+  CallbackReturn on_cleanup(const rclcpp_lifecycle::State& previous) override;
+  CallbackReturn on_shutdown(const rclcpp_lifecycle::State& previous) override;
 
   /// True after an error that has ended the thread; the context is shut down.
   [[nodiscard]] bool has_failed() const { return has_failed_; }
@@ -45,17 +55,30 @@ class StereoGridNode : public rclcpp::Node {
   using PreparedFrame = stereogrid::capture::PreparedFrame;
   class Frames;
 
-  void subscribe(Side side, const std::string& camera);
+  template <class Message, class Callback>
+  void subscribe(const std::string& topic, Callback callback);
+  void subscribe_all();
+  void subscribe_images(Side side, const std::string& topic);
+  void stop();
   void take_info(Side side, const sensor_msgs::msg::CameraInfo& info);
-  void take_image(Side side, const sensor_msgs::msg::Image& image);
+  void take_disparity(const stereo_msgs::msg::DisparityImage& disparity);
+  /// Adds an image by `add` to the pair, if there is one.
+  void take(Side side, const builtin_interfaces::msg::Time& stamp,
+            const std::function<void(Pair&, stereogrid::capture::Clock::time_point)>& add);
   /// Logs a warning; the same text, numbers aside, at most once a minute.
   void warn(const std::string& text);
 
   // called by the thread
   void work();
   [[nodiscard]] bool open_pair();
+  [[nodiscard]] bool has_infos() const;
+  /// `right`: empty unless the input is stereo.
+  [[nodiscard]] stereogrid::io::Calibration calibration_of(
+      const sensor_msgs::msg::CameraInfo& left, const std::optional<sensor_msgs::msg::CameraInfo>& right) const;
   [[nodiscard]] std::shared_ptr<Pair> current_pair();
-  [[nodiscard]] stereogrid::capture::PairingOptions pairing() const { return {.tolerance = settings_.pair_tolerance}; }
+  [[nodiscard]] stereogrid::capture::PairingOptions pairing() const {
+    return {.tolerance = settings_.pair_tolerance, .has_depth = settings_.input != "stereo"};
+  }
   void set_extrinsics_from_tf(stereogrid::Rig& rig, const std::string& camera_frame);
   [[nodiscard]] geometry_msgs::msg::Transform transform(const std::string& target, const std::string& source,
                                                         const rclcpp::Time& instant) const;
@@ -66,13 +89,14 @@ class StereoGridNode : public rclcpp::Node {
 
   const Settings settings_;
   PublisherSink sink_{*this};
-  tf2_ros::Buffer transforms_{get_clock()};
-  tf2_ros::TransformListener listener_{transforms_};
+  std::optional<tf2_ros::Buffer> transforms_;  // from configuration to cleanup
+  std::optional<tf2_ros::TransformListener> listener_;
   std::vector<rclcpp::SubscriptionBase::SharedPtr> subscriptions_;
 
   std::mutex mutex_;  // guards the members up to camera_frame_
   std::condition_variable changed_;
   std::array<std::optional<sensor_msgs::msg::CameraInfo>, 2> infos_;  // not yet used
+  std::atomic<double> baseline_m_{0};                                 // baseline of the disparities; 0: none so far
   std::array<std::int64_t, 2> newest_ns_{};
   stereogrid::io::Calibration calibration_;
   std::shared_ptr<Pair> pair_;                                            // replaced after time has stepped back

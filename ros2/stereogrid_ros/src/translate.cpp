@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <opencv2/imgproc.hpp>
 #include <string_view>
 
@@ -56,7 +57,60 @@ std::array<double, 12> matrix_of(const geometry_msgs::msg::Transform& transform)
           2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y), t.z};
 }
 
+void check_bytes(const sensor_msgs::msg::Image& image, std::uint64_t pixel_bytes, const std::string& name,
+                 bool has_endianness) {
+  const std::uint64_t row_bytes{image.width * pixel_bytes};
+  if (image.height == 0 || image.width == 0 || image.height > 32768 || image.width > 32768 || image.step < row_bytes ||
+      std::uint64_t{image.step} * (image.height - 1) + row_bytes > image.data.size()) {
+    throw InputError{name, "the image has fewer bytes than its size requires.", "Check its publisher."};
+  }
+  if (image.is_bigendian != 0 && has_endianness) {
+    throw InputError{name, "big-endian pixels are unsupported.", "Publish little-endian ones, or mono8."};
+  }
+}
+
+/// Depth of values of type T; a depth that is not finite and above 0 is none.
+template <class T, class Metres>
+stereogrid::Image<float> depth_of_values(const sensor_msgs::msg::Image& image, const char* name, Metres metres) {
+  check_bytes(image, sizeof(T), name, true);
+  stereogrid::Image<float> depth_m{static_cast<int>(image.width), static_cast<int>(image.height)};
+  for (std::size_t v{0}; v < image.height; ++v) {
+    for (std::size_t u{0}; u < image.width; ++u) {
+      T value{};
+      std::memcpy(&value, image.data.data() + v * image.step + u * sizeof(T), sizeof(T));
+      const float depth{static_cast<float>(metres(value))};
+      depth_m.row(static_cast<int>(v))[u] = depth > 0 && std::isfinite(depth) ? depth : 0;
+    }
+  }
+  return depth_m;
+}
+
 }  // namespace
+
+stereogrid::Image<float> depth_of(const sensor_msgs::msg::Image& image) {
+  constexpr const char* name{"depth image"};
+  if (image.encoding == "16UC1" || image.encoding == "mono16") {
+    return depth_of_values<std::uint16_t>(image, name, [](double millimetres) { return millimetres * 0.001; });
+  }
+  if (image.encoding == "32FC1") return depth_of_values<float>(image, name, [](double metres) { return metres; });
+  throw InputError{name, "unsupported encoding: " + image.encoding + ".", "Publish 16UC1 (mm) or 32FC1 (m)."};
+}
+
+stereogrid::Image<float> depth_of(const stereo_msgs::msg::DisparityImage& disparity) {
+  constexpr const char* name{"disparity image"};
+  const double focal_baseline{double{disparity.f} * disparity.t};
+  if (!(focal_baseline > 0) || !std::isfinite(focal_baseline) || disparity.image.encoding != "32FC1") {
+    throw InputError{name,
+                     "f is " + std::to_string(disparity.f) + " px, t " + std::to_string(disparity.t) +
+                         " m and the encoding " + disparity.image.encoding + " (allowed above 0, above 0, 32FC1).",
+                     "Correct its publisher."};
+  }
+  const bool has_limits{disparity.max_disparity > disparity.min_disparity};
+  return depth_of_values<float>(disparity.image, name, [&](float d) {
+    const bool is_outside{has_limits && (d < disparity.min_disparity || d > disparity.max_disparity)};
+    return is_outside || !(d > 0) ? 0.0 : focal_baseline / d;
+  });
+}
 
 stereogrid::PixelView pixels_of(const sensor_msgs::msg::Image& image, const std::string& name, cv::Mat& grey) {
   const auto* const encoding{std::ranges::find(encodings, image.encoding, &Encoding::name)};
@@ -64,14 +118,8 @@ stereogrid::PixelView pixels_of(const sensor_msgs::msg::Image& image, const std:
     throw InputError{name, "unsupported encoding: " + image.encoding + ".",
                      "Convert the images to mono8 or bgr8 (image_proc)."};
   }
-  const std::uint64_t row_bytes{std::uint64_t{image.width} * static_cast<unsigned>(bytes_per_pixel(encoding->format))};
-  if (image.height == 0 || image.width == 0 || image.height > 32768 || image.width > 32768 || image.step < row_bytes ||
-      std::uint64_t{image.step} * (image.height - 1) + row_bytes > image.data.size()) {
-    throw InputError{name, "the image has fewer bytes than its size requires.", "Check its publisher."};
-  }
-  if (image.is_bigendian != 0 && encoding->format == PixelFormat::grey16) {
-    throw InputError{name, "big-endian 16-bit pixels are unsupported.", "Publish mono8."};
-  }
+  check_bytes(image, static_cast<std::uint64_t>(bytes_per_pixel(encoding->format)), name,
+              encoding->format == PixelFormat::grey16);
   const int width{static_cast<int>(image.width)};
   const int height{static_cast<int>(image.height)};
   if (encoding->bayer == no_bayer) {

@@ -237,11 +237,36 @@ class GenericPublisher {
 class SubscriptionBase {
  public:
   using SharedPtr = std::shared_ptr<SubscriptionBase>;
+  explicit SubscriptionBase(std::string topic) : topic_{std::move(topic)} {}
+  SubscriptionBase(const SubscriptionBase&) = delete;
+  SubscriptionBase& operator=(const SubscriptionBase&) = delete;
+  ~SubscriptionBase() {
+    const std::scoped_lock lock{stand_in::world().mutex};
+    stand_in::world().subscribers.erase(topic_);
+  }
+
+ private:
+  std::string topic_;
 };
+
+namespace node_interfaces {
+
+class NodeBaseInterface {
+ public:
+  using SharedPtr = std::shared_ptr<NodeBaseInterface>;
+  explicit NodeBaseInterface(std::string full_name) : full_name_{std::move(full_name)} {}
+  [[nodiscard]] const char* get_fully_qualified_name() const { return full_name_.c_str(); }
+
+ private:
+  std::string full_name_;
+};
+
+}  // namespace node_interfaces
 
 class Node {
  public:
-  Node(const std::string& name, const NodeOptions& options) : full_name_{"/" + name}, options_{options} {
+  Node(const std::string& name, const NodeOptions& options)
+      : base_{std::make_shared<node_interfaces::NodeBaseInterface>("/" + name)}, options_{options} {
     std::vector<Parameter> all{options_.parameter_overrides()};
     for (const auto& [parameter, text] : stand_in::world().arguments) all.emplace_back(parameter, text);
     options_.parameter_overrides(all);
@@ -250,7 +275,7 @@ class Node {
   Node& operator=(const Node&) = delete;
   virtual ~Node() = default;
 
-  [[nodiscard]] const char* get_fully_qualified_name() const { return full_name_.c_str(); }
+  [[nodiscard]] node_interfaces::NodeBaseInterface::SharedPtr get_node_base_interface() { return base_; }
   [[nodiscard]] Logger get_logger() const { return {}; }
   [[nodiscard]] Clock::SharedPtr get_clock() { return std::make_shared<Clock>(); }
 
@@ -283,11 +308,11 @@ class Node {
     stand_in::world().subscribers[topic] = [callback](const void* message) {
       callback(*static_cast<const Message*>(message));
     };
-    return std::make_shared<SubscriptionBase>();
+    return std::make_shared<SubscriptionBase>(topic);
   }
 
  private:
-  std::string full_name_;
+  node_interfaces::NodeBaseInterface::SharedPtr base_;
   NodeOptions options_;
   std::map<std::string, ParameterValue> declared_;
 };
@@ -304,6 +329,6 @@ inline void shutdown() {
   stand_in::world().is_shut_down = true;
 }
 /// Ends at once: nothing comes.
-inline void spin(const std::shared_ptr<Node>&) {}
+inline void spin(const node_interfaces::NodeBaseInterface::SharedPtr&) {}
 
 }  // namespace rclcpp
