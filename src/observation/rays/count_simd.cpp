@@ -54,9 +54,8 @@ class RayCounter {
       const int u{begin + std::min(i, columns_ - 1)};
       unused_[i] = (u - begin) * pitch();
       rows_[i] = space.rows.data() + space.margin - space.shift[static_cast<std::size_t>(u)];
-      raised_[i] = relief.is_plane() ? &level : relief.rows.row(std::min(u / sector_px, relief.rows.height - 1));
-      const bool is_new{i == 0 || raised_[i] != raised_[i - 1]};
-      is_even_ = is_even_ && rows_[i] == rows_[0] && (!is_new || is_level(raised_[i]));
+      raised_[i] = relief.is_plane() ? &on_plane : relief.rows.row(std::min(u / sector_px, relief.rows.height - 1));
+      is_even_ = is_even_ && rows_[i] == rows_[0] && (i % sector_px != 0 || is_level(relief, u));
     }
   }
 
@@ -72,14 +71,10 @@ class RayCounter {
   }
 
  private:
-  static constexpr std::int16_t level{0};
+  static constexpr std::int16_t on_plane{0};
 
   [[nodiscard]] int pitch() const { return space_.bins + 1; }
   [[nodiscard]] int raised_bins() const { return space_.relief.is_plane() ? 1 : space_.relief.rows.width; }
-  [[nodiscard]] bool is_level(const std::int16_t* raised) const {
-    return std::all_of(raised, raised + raised_bins(), [](std::int16_t rows) { return rows == 0; });
-  }
-
   [[nodiscard]] HWY_INLINE RayRows rows_of(int v, int column, VInt bin) const {
     if (is_even_) {
       const RayRow& row{rows_[0][v]};

@@ -114,6 +114,8 @@ void Segmenter::count(View<const float> obstacle, const RoadPlane& plane, double
                     .road_per_px = static_cast<float>(plane.per_u),
                     .lowest_share = static_cast<float>(1 - lowest_m_ / camera_height_m),
                     .highest_share = static_cast<float>(1 - highest_m_ / camera_height_m)};
+  bool is_on_plane{true};
+  for (int u{begin}; u < end; u += sector_px) is_on_plane = is_on_plane && is_level(relief, u);
   UprightPixels pixels;
   for (int v{0}; v < obstacle.height; ++v) {
     limits.road_px = static_cast<float>(plane.disparity(0, v));
@@ -122,12 +124,14 @@ void Segmenter::count(View<const float> obstacle, const RoadPlane& plane, double
       for (int i{0}; i < pixels.size; ++i) {
         const int column{pixels.columns[i]};
         const float disparity{pixels.disparities[i]};
-        UprightRow local{limits};
-        if (!relief.is_plane()) {
-          local.road_px += static_cast<float>(plane.per_v) * static_cast<float>(relief.rows_at(column, disparity));
-          if (!local.is_upright(column, disparity)) continue;
+        const int raised{is_on_plane ? 0 : relief.rows_at(column, disparity)};
+        if (raised == 0) {
+          add(limits, v, column, disparity);
+          continue;
         }
-        add(local, v, column, disparity);
+        UprightRow local{limits};
+        local.road_px += static_cast<float>(plane.per_v) * static_cast<float>(raised);
+        if (local.is_upright(column, disparity)) add(local, v, column, disparity);
       }
     }
   }
@@ -136,7 +140,7 @@ void Segmenter::count(View<const float> obstacle, const RoadPlane& plane, double
 void Segmenter::add(const UprightRow& row, int v, int u, float d) {
   const int k{static_cast<int>(d * bins_per_px)};
   Tally& tally{tallies_(u, k)};
-  if (row.is_below_highest(u, d)) ++tally.pixels;
+  tally.pixels = static_cast<std::uint16_t>(tally.pixels + (row.is_below_highest(u, d) ? 1 : 0));
   if (tally.top == 0 || v - tally.bottom > bins_[static_cast<std::size_t>(k)].gap_rows) {
     tally.top = static_cast<std::uint16_t>(v + 1);
   }
@@ -149,12 +153,13 @@ void Segmenter::take_nodes(const RoadPlane& plane, double camera_height_m, const
   for (int k{1}; k + 1 < tallies_.height(); ++k) {
     const Bin& bin{bins_[static_cast<std::size_t>(k)]};
     const double side_m{rig_.baseline_m / bin.disparity};  // side of a pixel on an upright surface
+    const Tally* const here{tallies_.row(k)};
     for (int u{0}; u < tallies_.width(); ++u) {
-      const int pixels{tallies_(u, k).pixels};
+      const int pixels{here[u].pixels};
       if (pixels == 0 || pixels + tallies_(u, k - 1).pixels + tallies_(u, k + 1).pixels < bin.pixels_min) continue;
       const int index{static_cast<int>(nodes_.size())};
       const int raised{relief.is_plane() ? 0 : relief.rows_at(u, static_cast<float>(bin.disparity))};
-      const double top_m{camera_height_m * (1 - plane.disparity(u, tallies_(u, k).top - 1 + raised) / bin.disparity)};
+      const double top_m{camera_height_m * (1 - plane.disparity(u, here[u].top - 1 + raised) / bin.disparity)};
       const Point2 place{rig_.focal_px * side_m, (rig_.cx_px - u) * side_m};
       nodes_.push_back({u, k, pixels, top_m, index, none, place, pixels * side_m * side_m});
       labels_(u, k) = index + 1;
@@ -185,12 +190,14 @@ int Segmenter::root_of(int index) {
 void Segmenter::join_right(int index) {
   const SegmentNode& from{node(index)};
   const Bin& bin{bins_[static_cast<std::size_t>(from.bin)]};
-  for (int k{std::max(from.bin - bin.tolerance, 0)}; k <= std::min(from.bin + bin.tolerance, labels_.height() - 1);
-       ++k) {
-    for (int u{from.u + (k > from.bin ? 0 : 1)}; u <= std::min(from.u + bin.gap_px, labels_.width() - 1); ++u) {
-      if (labels_(u, k) == 0) continue;
+  const int last_bin{std::min(from.bin + bin.tolerance, labels_.height() - 1)};
+  const int last_u{std::min(from.u + bin.gap_px, labels_.width() - 1)};
+  for (int k{std::max(from.bin - bin.tolerance, 0)}; k <= last_bin; ++k) {
+    const int* const labels{labels_.row(k)};
+    for (int u{from.u + (k > from.bin ? 0 : 1)}; u <= last_u; ++u) {
+      if (labels[u] == 0) continue;
       const int a{root_of(index)};
-      const int b{root_of(labels_(u, k) - 1)};
+      const int b{root_of(labels[u] - 1)};
       nodes_[static_cast<std::size_t>(std::max(a, b))].parent = std::min(a, b);
       break;
     }

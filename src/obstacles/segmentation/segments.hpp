@@ -48,8 +48,10 @@ class Segmenter {
             const Relief<Host>& relief = {}) {
     tallies_.fill({});
     const RoadPlane plane{road_plane(rig_, ground)};
-    for_ranges(obstacle.width,
-               [&](int begin, int end) { count(obstacle, plane, ground.height_m, relief, begin, end); });
+    for_ranges((obstacle.width + block_columns - 1) / block_columns, [&](int first, int last) {
+      count(obstacle, plane, ground.height_m, relief, first * block_columns,
+            std::min(last * block_columns, obstacle.width));
+    });
     take_nodes(plane, ground.height_m, relief);
     separate();
   }
@@ -97,6 +99,8 @@ class Segmenter {
   }
 
  private:
+  static constexpr int block_columns{16};  ///< whole vectors
+
   struct Bin {
     double disparity;  ///< middle of the bin, px
     int pixels_min;    ///< minimum pixels of a node and its neighbours
