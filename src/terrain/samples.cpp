@@ -6,12 +6,13 @@
 #include <array>
 #include <cmath>
 
+#include "terrain/medians.hpp"
+
 namespace stereogrid {
 namespace {
 
-/// Rows whose medians are found together, in vectors.
+/// Rows that are computed together, in vectors.
 constexpr int tile_rows{32};
-using Tile = std::array<std::array<float, tile_rows>, sector_px>;
 
 /// Largest difference of neighbouring sectors on one surface, px.
 constexpr float spread_max_px{2};
@@ -21,66 +22,19 @@ constexpr float spread_samples_min{8};
 constexpr float noise_growth_max{1.5f};  ///< over the median of four nearer rings: jumps of the surface are no noise
 constexpr float noise_max_px{1};
 
-void sort_pair(Tile& tile, int low, int high) {
-  float* const a{tile[static_cast<std::size_t>(low)].data()};
-  float* const b{tile[static_cast<std::size_t>(high)].data()};
-  for (int i{0}; i < tile_rows; ++i) {
-    const float least{a[i] < b[i] ? a[i] : b[i]};
-    b[i] = a[i] < b[i] ? b[i] : a[i];
-    a[i] = least;
-  }
-}
-
-// Sorts the eight numbers of each row.
-void sort_rows(Tile& tile) {
-  constexpr std::array<std::array<int, 2>, 19> pairs{{{0, 1},
-                                                      {2, 3},
-                                                      {4, 5},
-                                                      {6, 7},
-                                                      {0, 2},
-                                                      {1, 3},
-                                                      {4, 6},
-                                                      {5, 7},
-                                                      {1, 2},
-                                                      {5, 6},
-                                                      {0, 4},
-                                                      {3, 7},
-                                                      {1, 5},
-                                                      {2, 6},
-                                                      {1, 4},
-                                                      {3, 6},
-                                                      {2, 4},
-                                                      {3, 5},
-                                                      {3, 4}}};
-  for (const auto& [low, high] : pairs) sort_pair(tile, low, high);
-}
-
-// Upper median of the numbers above 0, of at least three; 0: fewer. `tile` is sorted.
-void write_medians(const Tile& tile, int rows, float* medians) {
-  std::array<float, tile_rows> found{};
-  for (std::size_t i{0}; i < tile_rows; ++i) {
-    const float of_three{tile[5][i] > 0 ? tile[6][i] : 0.0f};  // three or four valid
-    const float of_five{tile[3][i] > 0 ? tile[5][i] : of_three};
-    found[i] = tile[1][i] > 0 ? tile[4][i] : of_five;
-  }
-  std::copy_n(found.begin(), rows, medians);
-}
-
-/// Sums over rows for lines d = a + g·row, row by row of a tile and the rows around it.
+/// Sums for lines d = a + g·row through the nine rows around each row of a tile.
 struct LineSums {
-  static constexpr std::size_t rows{tile_rows + 8};
-
-  struct Of {
-    float n;
-    float r;
-    float rr;
-    float d;
-    float dr;
-  };
+  using Sums = std::array<float, tile_rows>;
+  using Rows = std::array<float, tile_rows + 2 * line_rows>;
 
   // Rows are counted from the middle of the tile, which keeps numbers small.
-  void add(const float* disparity) {
-    for (std::size_t k{0}; k < rows; ++k) {
+  explicit LineSums(const float* disparity) {
+    Rows is_there;
+    Rows at;
+    Rows square;
+    Rows value;
+    Rows product;
+    for (std::size_t k{0}; k < is_there.size(); ++k) {
       const float row{static_cast<float>(static_cast<int>(k) - tile_rows / 2)};
       is_there[k] = disparity[k] > 0 ? 1.0f : 0.0f;
       at[k] = is_there[k] * row;
@@ -88,24 +42,27 @@ struct LineSums {
       value[k] = disparity[k];
       product[k] = disparity[k] * row;
     }
-  }
-  [[nodiscard]] Of over(std::size_t first, std::size_t count) const {
-    Of of{};
-    for (std::size_t k{first}; k < first + count; ++k) {
-      of.n += is_there[k];
-      of.r += at[k];
-      of.rr += square[k];
-      of.d += value[k];
-      of.dr += product[k];
-    }
-    return of;
+    n = around(is_there);
+    r = around(at);
+    rr = around(square);
+    d = around(value);
+    dr = around(product);
   }
 
-  std::array<float, rows> is_there;
-  std::array<float, rows> at;
-  std::array<float, rows> square;
-  std::array<float, rows> value;
-  std::array<float, rows> product;
+  Sums n;
+  Sums r;
+  Sums rr;
+  Sums d;
+  Sums dr;
+
+ private:
+  static Sums around(const Rows& of) {
+    Sums sums{};
+    for (std::size_t k{0}; k < sums.size(); ++k) {
+      for (std::size_t i{0}; i <= 2 * line_rows; ++i) sums[k] += of[k + i];
+    }
+    return sums;
+  }
 };
 
 }  // namespace
@@ -132,19 +89,8 @@ void TerrainSamples::begin(const TerrainCamera& camera, const TerrainLimits& lim
 
 void TerrainSamples::read(int sector, View<const float> obstacle, View<const float> road) {
   float* const medians{disparity_.row(sector) + line_rows};
-  const auto columns = static_cast<std::size_t>(std::min(sector_px, obstacle.width));  // fewer in a very narrow image
   std::fill_n(medians, first_row_, 0.0f);
-  for (int v{first_row_}; v < height_px_; v += tile_rows) {
-    Tile tile{};
-    for (int i{0}; i < tile_rows; ++i) {
-      const int row{std::min(v + i, height_px_ - 1)};
-      const float* const a{obstacle.row(row) + sector * sector_px};
-      const float* const b{road.row(row) + sector * sector_px};
-      for (std::size_t k{0}; k < columns; ++k) tile[k][static_cast<std::size_t>(i)] = std::max(a[k], b[k]);
-    }
-    sort_rows(tile);
-    write_medians(tile, std::min(tile_rows, height_px_ - v), medians + v);
-  }
+  find_medians(obstacle, road, sector * sector_px, first_row_, medians + first_row_);
 }
 
 void TerrainSamples::place(int sector, const Rings& rings) {
@@ -181,18 +127,15 @@ void TerrainSamples::mark_upright(int sector) {
   const SectorRows s{rows(sector)};
   std::uint8_t* const upright{upright_.row(sector)};
   const float limit{0.5f * camera_.focal_baseline_pxm * camera_.tangent_per_v};
-  constexpr std::size_t window{2 * line_rows + 1};
   for (int begin{first_row_}; begin < height_px_; begin += tile_rows) {
-    LineSums sums;
-    sums.add(s.disparity + begin - line_rows);  // rows behind the image belong to the margin
+    const LineSums of{s.disparity + begin - line_rows};  // rows behind the image belong to the margin
     const int end{std::min(begin + tile_rows, height_px_)};
     for (int v{begin}; v < end; ++v) {
       const auto k = static_cast<std::size_t>(v - begin);
-      const LineSums::Of of{sums.over(k, window)};
-      const float growth_times{of.n * of.dr - of.r * of.d};
-      const float times{of.n * of.rr - of.r * of.r};
+      const float growth_times{of.n[k] * of.dr[k] - of.r[k] * of.d[k]};
+      const float times{of.n[k] * of.rr[k] - of.r[k] * of.r[k]};
       const float steepest{s.x[v] * (s.tangent(static_cast<float>(v)) + limits_.slope)};
-      upright[v] = of.n >= 5 && growth_times * steepest < limit * times ? 1 : 0;
+      upright[v] = of.n[k] >= 5 && growth_times * steepest < limit * times ? 1 : 0;
     }
   }
 }

@@ -15,6 +15,8 @@
 namespace stereogrid {
 
 constexpr int no_row{-1};
+/// Rows on both sides of the line through a sample's neighbours.
+constexpr int line_rows{4};
 
 /// One sector of the samples. Rows are rows of the image.
 struct SectorRows {
@@ -53,9 +55,6 @@ class TerrainSamples {
   }
 
  private:
-  /// Rows on both sides of the line through a sample's neighbours.
-  static constexpr int line_rows{4};
-
   void mark_upright(int sector);
   void add_spread(int sector);
 
