@@ -47,23 +47,23 @@ HWY_INLINE V medians_of(const V (&column)[sector_px]) {
 
 void FindMedians(View<const float> obstacle, View<const float> road, int at, int first_row, float* medians) {
   constexpr int lanes{hn::MaxLanes(Rows{})};
-  for (int v{first_row}; v < obstacle.height; v += lanes) {
+  if (obstacle.height - first_row < lanes) return plain::find_medians(obstacle, road, at, first_row, medians);
+  for (int next{first_row}; next < obstacle.height; next += lanes) {
+    const int begin{std::min(next, obstacle.height - lanes)};
     HWY_ALIGN float halves[2][half_px * lanes];
-    for (int i{0}; i < lanes; ++i) {
-      const int row{std::min(v + i, obstacle.height - 1)};
+    const float* one{obstacle.row(begin) + at};
+    const float* other{road.row(begin) + at};
+    for (int i{0}; i < lanes; ++i, one += obstacle.pitch, other += road.pitch) {
       for (int k{0}; k < sector_px; k += static_cast<int>(hn::MaxLanes(Columns{}))) {
-        hn::StoreU(
-            hn::Max(hn::LoadU(Columns{}, obstacle.row(row) + at + k), hn::LoadU(Columns{}, road.row(row) + at + k)),
-            Columns{}, &halves[k / half_px][i * half_px + k % half_px]);
+        hn::StoreU(hn::Max(hn::LoadU(Columns{}, one + k), hn::LoadU(Columns{}, other + k)), Columns{},
+                   &halves[k / half_px][i * half_px + k % half_px]);
       }
     }
     V column[sector_px];
     hn::LoadInterleaved4(Rows{}, halves[0], column[0], column[1], column[2], column[3]);
     hn::LoadInterleaved4(Rows{}, halves[1], column[4], column[5], column[6], column[7]);
     sort_columns(column);
-    HWY_ALIGN float found[lanes];
-    hn::Store(medians_of(column), Rows{}, found);
-    medians = std::copy_n(found, std::min(lanes, obstacle.height - v), medians);
+    hn::StoreU(medians_of(column), Rows{}, medians + (begin - first_row));
   }
 }
 

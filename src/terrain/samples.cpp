@@ -34,9 +34,9 @@ struct LineSums {
     Rows square;
     Rows value;
     Rows product;
+    for (std::size_t k{0}; k < is_there.size(); ++k) is_there[k] = static_cast<float>(disparity[k] > 0);
     for (std::size_t k{0}; k < is_there.size(); ++k) {
       const float row{static_cast<float>(static_cast<int>(k) - tile_rows / 2)};
-      is_there[k] = disparity[k] > 0 ? 1.0f : 0.0f;
       at[k] = is_there[k] * row;
       square[k] = at[k] * row;
       value[k] = disparity[k];
@@ -56,10 +56,13 @@ struct LineSums {
   Sums dr;
 
  private:
+  // Written out, which g++ turns into vectors.
   static Sums around(const Rows& of) {
-    Sums sums{};
+    static_assert(line_rows == 4);
+    Sums sums;
     for (std::size_t k{0}; k < sums.size(); ++k) {
-      for (std::size_t i{0}; i <= 2 * line_rows; ++i) sums[k] += of[k + i];
+      sums[k] =
+          0.0f + of[k] + of[k + 1] + of[k + 2] + of[k + 3] + of[k + 4] + of[k + 5] + of[k + 6] + of[k + 7] + of[k + 8];
     }
     return sums;
   }
@@ -76,7 +79,8 @@ TerrainSamples::TerrainSamples(int width_px, int height_px, int rings)
       next_{height_px, disparity_.height()},
       first_{rings, disparity_.height()},
       spread_{rings, disparity_.height()},
-      spread_count_{rings, disparity_.height()} {}
+      spread_count_{rings, disparity_.height()},
+      rows_(static_cast<std::size_t>(disparity_.height())) {}
 
 // Rows above the line of sight along half the steepest slope show nothing that the walk reaches.
 void TerrainSamples::begin(const TerrainCamera& camera, const TerrainLimits& limits) {
@@ -85,6 +89,7 @@ void TerrainSamples::begin(const TerrainCamera& camera, const TerrainLimits& lim
   const float middle{camera.tangent(static_cast<float>(sectors() * sector_px) / 2, 0)};
   const float row{(-limits.slope / 2 - middle) / camera.tangent_per_v};
   first_row_ = static_cast<int>(std::clamp(row, 0.0f, static_cast<float>(height_px_)));
+  for (int sector{0}; sector < sectors(); ++sector) rows_[static_cast<std::size_t>(sector)] = rows_of(sector);
 }
 
 void TerrainSamples::read(int sector, View<const float> obstacle, View<const float> road) {
@@ -97,9 +102,12 @@ void TerrainSamples::place(int sector, const Rings& rings) {
   const SectorRows s{rows(sector)};
   float* const x{x_.row(sector)};
   float* const z{z_.row(sector)};
+  const float focal_baseline_pxm{camera_.focal_baseline_pxm};  // members might change with each store
+  const float height_m{camera_.height_m};
   for (int v{first_row_}; v < height_px_; ++v) {
-    x[v] = camera_.focal_baseline_pxm / std::max(s.disparity[v], 1e-3f);
-    z[v] = camera_.height_m - s.tangent(static_cast<float>(v)) * x[v];
+    const float there{s.disparity[v]};
+    x[v] = focal_baseline_pxm / (there < 1e-3f ? 1e-3f : there);
+    z[v] = height_m - s.tangent(static_cast<float>(v)) * x[v];
   }
   mark_upright(sector);
   std::fill_n(first_.row(sector), first_.width(), static_cast<std::int16_t>(no_row));
@@ -127,16 +135,20 @@ void TerrainSamples::mark_upright(int sector) {
   const SectorRows s{rows(sector)};
   std::uint8_t* const upright{upright_.row(sector)};
   const float limit{0.5f * camera_.focal_baseline_pxm * camera_.tangent_per_v};
+  const float slope{limits_.slope};
   for (int begin{first_row_}; begin < height_px_; begin += tile_rows) {
     const LineSums of{s.disparity + begin - line_rows};  // rows behind the image belong to the margin
-    const int end{std::min(begin + tile_rows, height_px_)};
-    for (int v{begin}; v < end; ++v) {
-      const auto k = static_cast<std::size_t>(v - begin);
+    std::array<std::uint8_t, tile_rows> found;
+    const int rows{std::min(tile_rows, height_px_ - begin)};
+    for (int i{0}; i < rows; ++i) {
+      const int v{begin + i};
+      const auto k = static_cast<std::size_t>(i);
       const float growth_times{of.n[k] * of.dr[k] - of.r[k] * of.d[k]};
       const float times{of.n[k] * of.rr[k] - of.r[k] * of.r[k]};
-      const float steepest{s.x[v] * (s.tangent(static_cast<float>(v)) + limits_.slope)};
-      upright[v] = of.n[k] >= 5 && growth_times * steepest < limit * times ? 1 : 0;
+      const float steepest{s.x[v] * (s.tangent(static_cast<float>(v)) + slope)};
+      found[k] = (of.n[k] >= 5) & (growth_times * steepest < limit * times) ? 1 : 0;
     }
+    std::copy_n(found.begin(), rows, upright + begin);
   }
 }
 
@@ -160,7 +172,7 @@ void TerrainSamples::measure_noise(int rings, std::vector<float>& sigma_px) cons
   }
 }
 
-SectorRows TerrainSamples::rows(int sector) const {
+SectorRows TerrainSamples::rows_of(int sector) const {
   return {disparity_.row(sector) + line_rows,
           x_.row(sector),
           z_.row(sector),
