@@ -3,6 +3,8 @@
 #include "obstacles/segmentation/segments.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -88,7 +90,8 @@ Segmenter::Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int 
       lowest_m_{heights.obstacle_min_height_m},
       highest_m_{heights.obstacle_height_m},
       tallies_{level_rig.width_px, bins_per_px * disparities},
-      labels_{tallies_.width(), tallies_.height()} {
+      labels_{tallies_.width(), tallies_.height()},
+      marks_{tallies_.width() / mark_bits + 2, tallies_.height()} {
   const double focal_baseline{rig_.focal_px * rig_.baseline_m};
   for (int k{0}; k < tallies_.height(); ++k) {
     const double d{(k + 0.5) / bins_per_px};
@@ -121,27 +124,42 @@ void Segmenter::count(View<const float> obstacle, const RoadPlane& plane, double
     limits.road_px = static_cast<float>(plane.disparity(0, v));
     for (int u{begin}; u < end; u += UprightPixels::most) {
       find_upright(obstacle.row(v), obstacle.width, u, std::min(u + UprightPixels::most, end), limits, pixels);
+      if (is_on_plane) {
+        add(limits, v, pixels);
+        continue;
+      }
       for (int i{0}; i < pixels.size; ++i) {
         const int column{pixels.columns[i]};
         const float disparity{pixels.disparities[i]};
-        const int raised{is_on_plane ? 0 : relief.rows_at(column, disparity)};
-        if (raised == 0) {
-          add(limits, v, column, disparity);
-          continue;
-        }
         UprightRow local{limits};
-        local.road_px += static_cast<float>(plane.per_v) * static_cast<float>(raised);
-        if (local.is_upright(column, disparity)) add(local, v, column, disparity);
+        local.road_px += static_cast<float>(plane.per_v) * static_cast<float>(relief.rows_at(column, disparity));
+        if (!local.is_upright(column, disparity)) continue;
+        add(v, column, static_cast<int>(disparity * bins_per_px), local.is_below_highest(column, disparity) ? 1 : 0);
       }
     }
   }
 }
 
-void Segmenter::add(const UprightRow& row, int v, int u, float d) {
-  const int k{static_cast<int>(d * bins_per_px)};
-  Tally& tally{tallies_(u, k)};
-  tally.pixels = static_cast<std::uint16_t>(tally.pixels + (row.is_below_highest(u, d) ? 1 : 0));
-  if (tally.top == 0 || v - tally.bottom > bins_[static_cast<std::size_t>(k)].gap_rows) {
+// Bins and heights first, which the compiler turns into vectors.
+void Segmenter::add(const UprightRow& row, int v, const UprightPixels& pixels) {
+  const UprightRow limits{row};
+  std::array<int, UprightPixels::most> bins;
+  std::array<int, UprightPixels::most> counted;
+  for (int i{0}; i < pixels.size; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    bins[k] = static_cast<int>(pixels.disparities[i] * bins_per_px);
+    counted[k] = static_cast<int>(limits.is_below_highest(pixels.columns[i], pixels.disparities[i]));
+  }
+  for (int i{0}; i < pixels.size; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    add(v, pixels.columns[i], bins[k], counted[k]);
+  }
+}
+
+void Segmenter::add(int v, int u, int bin, int pixels) {
+  Tally& tally{tallies_(u, bin)};
+  tally.pixels = static_cast<std::uint16_t>(tally.pixels + pixels);
+  if (tally.top == 0 || v - tally.bottom > bins_[static_cast<std::size_t>(bin)].gap_rows) {
     tally.top = static_cast<std::uint16_t>(v + 1);
   }
   tally.bottom = static_cast<std::uint16_t>(v);
@@ -150,6 +168,7 @@ void Segmenter::add(const UprightRow& row, int v, int u, float d) {
 void Segmenter::take_nodes(const RoadPlane& plane, double camera_height_m, const Relief<Host>& relief) {
   nodes_.clear();
   labels_.fill(0);
+  marks_.fill(0);
   for (int k{1}; k + 1 < tallies_.height(); ++k) {
     const Bin& bin{bins_[static_cast<std::size_t>(k)]};
     const double side_m{rig_.baseline_m / bin.disparity};  // side of a pixel on an upright surface
@@ -163,6 +182,7 @@ void Segmenter::take_nodes(const RoadPlane& plane, double camera_height_m, const
       const Point2 place{rig_.focal_px * side_m, (rig_.cx_px - u) * side_m};
       nodes_.push_back({u, k, pixels, top_m, index, none, place, pixels * side_m * side_m});
       labels_(u, k) = index + 1;
+      marks_(u / mark_bits, k) |= std::uint64_t{1} << u % mark_bits;
     }
   }
 }
@@ -192,15 +212,18 @@ void Segmenter::join_right(int index) {
   const Bin& bin{bins_[static_cast<std::size_t>(from.bin)]};
   const int last_bin{std::min(from.bin + bin.tolerance, labels_.height() - 1)};
   const int last_u{std::min(from.u + bin.gap_px, labels_.width() - 1)};
+  static_assert(gap_px_max < mark_bits);
   for (int k{std::max(from.bin - bin.tolerance, 0)}; k <= last_bin; ++k) {
-    const int* const labels{labels_.row(k)};
-    for (int u{from.u + (k > from.bin ? 0 : 1)}; u <= last_u; ++u) {
-      if (labels[u] == 0) continue;
-      const int a{root_of(index)};
-      const int b{root_of(labels[u] - 1)};
-      nodes_[static_cast<std::size_t>(std::max(a, b))].parent = std::min(a, b);
-      break;
-    }
+    const int first_u{from.u + (k > from.bin ? 0 : 1)};
+    if (first_u > last_u) continue;
+    const std::uint64_t* const word{marks_.row(k) + first_u / mark_bits};
+    const int shift{first_u % mark_bits};
+    const std::uint64_t next{shift == 0 ? 0 : word[1] << (mark_bits - shift)};
+    const int u{first_u + std::countr_zero(word[0] >> shift | next)};
+    if (u > last_u) continue;
+    const int a{root_of(index)};
+    const int b{root_of(labels_(u, k) - 1)};
+    nodes_[static_cast<std::size_t>(std::max(a, b))].parent = std::min(a, b);
   }
 }
 
