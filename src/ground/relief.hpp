@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "host_device.hpp"
@@ -32,5 +33,13 @@ struct Relief {
     return rows(bin < rows.width ? bin : rows.width - 1, sector < rows.height ? sector : rows.height - 1);
   }
 };
+
+/// True: the ground under column u is the plane.
+inline bool is_level(const Relief<Host>& relief, int u) {
+  if (relief.is_plane()) return true;
+  const int sector{u / sector_px < relief.rows.height ? u / sector_px : relief.rows.height - 1};
+  const std::int16_t* const rows{relief.rows.row(sector)};
+  return std::all_of(rows, rows + relief.rows.width, [](std::int16_t raised) { return raised == 0; });
+}
 
 }  // namespace stereogrid

@@ -102,11 +102,16 @@ HWY_INLINE bool sample(View<const std::uint8_t> image, Place place, float shear,
   const std::ptrdiff_t next_row{rows.next_row()};
   Row above[border + 1];
   for (Row& one : above) one = Row::all(0);
+  auto row = rows.row(-Rows::reach_v);
   for (int j{-Rows::reach_v}; j <= Rows::reach_v; ++j) {
-    const auto row = rows.row(j);
-    if (row.first == nullptr) return false;
-    // the row below of the previous step is the row above of this one, if both begin at the same column
-    const bool is_known{j > -Rows::reach_v && next_row != 0 && shear == 0};
+    const bool is_below{j > -Rows::reach_v && shear == 0};  // it begins at the same column as the row before
+    if (is_below) {
+      row.first += image.pitch;
+    } else {
+      row = rows.row(j);
+      if (row.first == nullptr) return false;
+    }
+    const bool is_known{is_below && next_row != 0};  // the row above: the row below of the step before
     for (int side{0}; side <= border; ++side) {
       const std::uint8_t* first{row.first + 2 * border * side};
       if (!is_known) above[side] = between_columns(first, row.share_next);

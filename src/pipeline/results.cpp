@@ -94,7 +94,13 @@ std::size_t held_bytes(const FrameResult& result) {
 }
 
 double share_matched(const Image<float>& disparity) {
-  const auto matched{std::count_if(disparity.begin(), disparity.end(), [](float d) { return d > 0; })};
+  std::ptrdiff_t matched{0};
+  for (int v{0}; v < disparity.height(); ++v) {  // in rows, whose counts are as wide as the disparities
+    const float* const row{disparity.row(v)};
+    int of_row{0};
+    for (int u{0}; u < disparity.width(); ++u) of_row += row[u] > 0 ? 1 : 0;
+    matched += of_row;
+  }
   return static_cast<double>(matched) / static_cast<double>(disparity.size());
 }
 

@@ -20,6 +20,38 @@ constexpr int reach_max{24};       ///< sectors
 constexpr float noise_min_m{0.06f};
 constexpr float noise_sigmas{2};
 
+/// Ground that continues from the rings before a ring, along the slope of the last slope_base m. Rings in ascending
+/// order; `ground_m`: NaN: none.
+class GroundLine {
+ public:
+  GroundLine(const float* ground_m, const Rings& rings, float vehicle_height_m)
+      : z_{ground_m}, rings_{rings}, vehicle_height_m_{vehicle_height_m}, base_m_{slope_base * vehicle_height_m} {}
+
+  [[nodiscard]] float elevation_at(int ring) {
+    for (; seen_ < ring; ++seen_) {
+      if (!std::isnan(z_[seen_])) last_ = seen_;
+    }
+    if (last_ < 0) return 0;
+    const float x{rings_.middle_m(last_)};
+    for (; searched_ <= last_ && x - rings_.middle_m(searched_) >= base_m_; ++searched_) {
+      if (!std::isnan(z_[searched_])) first_ = searched_;
+    }
+    const float slope{first_ < 0 ? z_[last_] / std::max(x, base_m_)  // from the footprint
+                                 : (z_[last_] - z_[first_]) / (x - rings_.middle_m(first_))};
+    return z_[last_] + slope * std::min(rings_.middle_m(ring) - x, continued * vehicle_height_m_);
+  }
+
+ private:
+  const float* z_;
+  const Rings& rings_;
+  float vehicle_height_m_;
+  float base_m_;
+  int last_{-1};     ///< last ring with ground
+  int first_{-1};    ///< last ring with ground by base_m_ before it
+  int seen_{0};      ///< rings that `last_` is of
+  int searched_{0};  ///< rings that `first_` is of
+};
+
 }  // namespace
 
 TerrainRelief::TerrainRelief(int sectors, int rings, int disparities, int height_px)
@@ -29,6 +61,8 @@ TerrainRelief::TerrainRelief(int sectors, int rings, int disparities, int height
       level_before_{sectors + 1, rings},
       ground_m_{rings, sectors},
       noise_m_{rings, 1},
+      border_m_{rings + 1, sectors},
+      bins_(static_cast<std::size_t>(disparities * relief_bins_per_px)),
       rows_{disparities * relief_bins_per_px, sectors} {}
 
 void TerrainRelief::begin(const TerrainCamera& camera, const TerrainLimits& limits, const Rings& rings,
@@ -38,6 +72,21 @@ void TerrainRelief::begin(const TerrainCamera& camera, const TerrainLimits& limi
   for (int ring{0}; ring < rings.count(); ++ring) {
     const float sigma_m{camera.elevation_sigma(camera.height_m, rings.middle_m(ring), sigma_px[ring])};
     noise_m_(ring, 0) = std::max(std::min(noise_min_m, limits.step_m / 2), noise_sigmas * sigma_m);
+  }
+  place_bins(camera, rings);
+}
+
+// The middles of two rings around each bin, which all sectors have in common; the footprint is before the first.
+void TerrainRelief::place_bins(const TerrainCamera& camera, const Rings& rings) {
+  const auto middle_m = [&](int border) { return border == 0 ? 0.0f : rings.middle_m(border - 1); };
+  int next{0};
+  for (int bin{rows_.width() - 1}; bin >= 0; --bin) {
+    const float x{camera.range((static_cast<float>(bin) + 0.5f) / relief_bins_per_px)};
+    while (x > middle_m(next) && next < rings.count()) ++next;
+    const bool is_beyond{x > middle_m(next)};
+    const int from{is_beyond ? next : next - 1};
+    bins_[static_cast<std::size_t>(bin)] = {from, next, is_beyond ? 0 : x - middle_m(from),
+                                            is_beyond ? 1 : middle_m(next) - middle_m(from), x * camera.tangent_per_v};
   }
 }
 
@@ -92,28 +141,10 @@ float TerrainRelief::wide_ground(int sector, int ring, int reach, float rise_per
   return is_most(reached) ? *middle : none;
 }
 
-// Ground ahead of `ring`, along the slope of the last slope_base_m.
-TerrainRelief::Line TerrainRelief::line_before(int sector, int ring, const Rings& rings) const {
-  const float* const z{ground_m_.row(sector)};
-  int last{ring - 1};
-  while (last >= 0 && std::isnan(z[last])) --last;
-  if (last < 0) return {};
-  const float base_m{slope_base * limits_.height_m};
-  const float x{rings.middle_m(last)};
-  int first{last};
-  while (first >= 0 && (std::isnan(z[first]) || x - rings.middle_m(first) < base_m)) --first;
-  if (first < 0) return {x, z[last], z[last] / std::max(x, base_m)};  // from the footprint
-  return {x, z[last], (z[last] - z[first]) / (x - rings.middle_m(first))};
-}
-
-float TerrainRelief::continued_to(int sector, int ring, const Rings& rings) const {
-  const Line line{line_before(sector, ring, rings)};
-  return line.z + line.slope * std::min(rings.middle_m(ring) - line.x, continued * limits_.height_m);
-}
-
 // Wide ground that continues the ground before it. Rings in front of an obstacle, which the matcher's smear raises, are
 // excluded.
 void TerrainRelief::connect(int sector, const TerrainCamera& camera, const Rings& rings, const PolarCell* cells) {
+  GroundLine line{ground_m_.row(sector), rings, limits_.height_m};
   for (int ring{0}; ring < rings.count(); ++ring) {
     float& ground{ground_m_(ring, sector)};
     ground = none;
@@ -122,7 +153,7 @@ void TerrainRelief::connect(int sector, const TerrainCamera& camera, const Rings
     const float sector_m{sector_px * x / camera.focal_px};
     const int reach{std::clamp(static_cast<int>(half_width * limits_.height_m / sector_m), 2, reach_max)};
     const float z{wide_ground(sector, ring, reach, limits_.slope * sector_m)};
-    const float expected{continued_to(sector, ring, rings)};
+    const float expected{line.elevation_at(ring)};
     if (std::abs(z - expected) < std::max(limits_.step_m, 2 * noise_m_(ring, 0))) ground = z;
   }
 }
@@ -143,34 +174,36 @@ void TerrainRelief::drop_feet(int sector, const Rings& rings) {
 }
 
 // Elevations grow from 0 at the noise to their full value at twice the noise. Extended ground has twice the noise.
-float TerrainRelief::elevation(int sector, int ring, const Rings& rings) const {
-  const float known{ground_m_(ring, sector)};
-  const float z{std::isnan(known) ? continued_to(sector, ring, rings) : known};
-  const float noise{(std::isnan(known) ? 2 : 1) * noise_m_(ring, 0)};
-  return std::clamp(2 * (z - std::clamp(z, -noise, noise)), std::min(z, 0.0f), std::max(z, 0.0f));
+void TerrainRelief::set_borders(int sector, const Rings& rings) {
+  float* const border{border_m_.row(sector)};
+  border[0] = 0;
+  GroundLine line{ground_m_.row(sector), rings, limits_.height_m};
+  for (int ring{0}; ring < rings.count(); ++ring) {
+    const float known{ground_m_(ring, sector)};
+    const float z{std::isnan(known) ? line.elevation_at(ring) : known};
+    const float noise{(std::isnan(known) ? 2 : 1) * noise_m_(ring, 0)};
+    border[ring + 1] = std::clamp(2 * (z - std::clamp(z, -noise, noise)), std::min(z, 0.0f), std::max(z, 0.0f));
+  }
 }
 
 void TerrainRelief::fill(int sector, const TerrainCamera& camera, const Rings& rings, const PolarCell* cells) {
   connect(sector, camera, rings, cells);
   drop_feet(sector, rings);
+  set_borders(sector, rings);
+  const float* const border{border_m_.row(sector)};
   std::int16_t* const rows{rows_.row(sector)};
+  if (std::all_of(border, border + rings.count() + 1, [](float z) { return z == 0; })) {
+    std::fill_n(rows, rows_.width(), std::int16_t{0});
+    return;
+  }
   const auto most = static_cast<float>(height_px_);
-  int ring{-1};
-  float x_from{0};
-  float z_from{0};
-  float x_to{0};
-  float z_to{0};
-  for (int bin{rows_.width() - 1}; bin >= 0; --bin) {
-    const float x{camera.range((static_cast<float>(bin) + 0.5f) / relief_bins_per_px)};
-    while (x > x_to && ring + 1 < rings.count()) {
-      ++ring;
-      x_from = x_to;
-      z_from = z_to;
-      x_to = rings.middle_m(ring);
-      z_to = elevation(sector, ring, rings);
-    }
-    const float z{x > x_to ? z_to : z_from + (z_to - z_from) * (x - x_from) / (x_to - x_from)};
-    rows[bin] = static_cast<std::int16_t>(std::clamp(std::round(z / (x * camera.tangent_per_v)), -most, most));
+  for (int bin{0}; bin < rows_.width(); ++bin) {
+    const Bin& at{bins_[static_cast<std::size_t>(bin)]};
+    const float z{border[at.from] + (border[at.to] - border[at.from]) * at.ahead_m / at.length_m};
+    const float raised{std::clamp(z / at.row_m, -most, most)};
+    const int whole{static_cast<int>(raised)};
+    const float part{raised - static_cast<float>(whole)};
+    rows[bin] = static_cast<std::int16_t>(whole + (part >= 0.5f ? 1 : 0) - (part <= -0.5f ? 1 : 0));
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <vector>
 
 #include "ground/relief.hpp"
 #include "held_bytes.hpp"
@@ -34,23 +35,24 @@ class TerrainRelief {
   }
   [[nodiscard]] Relief<Host> view() const { return {rows_.view()}; }
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(elevation_m_, ground_before_, level_before_, ground_m_, noise_m_, rows_);
+    return held_bytes_of(elevation_m_, ground_before_, level_before_, ground_m_, noise_m_, border_m_, bins_, rows_);
   }
 
  private:
-  /// Ground that continues from a place.
-  struct Line {
-    float x{0};
-    float z{0};
-    float slope{0};
+  /// Place of a bin between the middles of two rings. Border 0: the footprint, border k + 1: the middle of ring k.
+  struct Bin {
+    int from;
+    int to;
+    float ahead_m;   ///< distance from the border `from`
+    float length_m;  ///< distance between both
+    float row_m;     ///< height of a row of the image there
   };
 
+  void place_bins(const TerrainCamera& camera, const Rings& rings);
   void connect(int sector, const TerrainCamera& camera, const Rings& rings, const PolarCell* cells);
   void drop_feet(int sector, const Rings& rings);
-  [[nodiscard]] Line line_before(int sector, int ring, const Rings& rings) const;
-  [[nodiscard]] float continued_to(int sector, int ring, const Rings& rings) const;
   [[nodiscard]] float wide_ground(int sector, int ring, int reach, float rise_per_sector) const;
-  [[nodiscard]] float elevation(int sector, int ring, const Rings& rings) const;
+  void set_borders(int sector, const Rings& rings);
 
   TerrainLimits limits_{};
   int height_px_;
@@ -60,7 +62,9 @@ class TerrainRelief {
   Image<std::int16_t> level_before_;   // (sector, ring): sectors before it with elevations within the noise
   Image<float> ground_m_;              // (ring, sector): wide ground; NaN: none
   Image<float> noise_m_;               // (ring, 0): elevations up to here are 0
-  Image<std::int16_t> rows_;           // (bin, sector)
+  Image<float> border_m_;              // (border, sector): elevation
+  std::vector<Bin> bins_;
+  Image<std::int16_t> rows_;  // (bin, sector)
 };
 
 }  // namespace stereogrid

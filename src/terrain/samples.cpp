@@ -6,12 +6,13 @@
 #include <array>
 #include <cmath>
 
+#include "terrain/medians.hpp"
+
 namespace stereogrid {
 namespace {
 
-/// Rows whose medians are found together, in vectors.
+/// Rows that are computed together, in vectors.
 constexpr int tile_rows{32};
-using Tile = std::array<std::array<float, tile_rows>, sector_px>;
 
 /// Largest difference of neighbouring sectors on one surface, px.
 constexpr float spread_max_px{2};
@@ -21,91 +22,50 @@ constexpr float spread_samples_min{8};
 constexpr float noise_growth_max{1.5f};  ///< over the median of four nearer rings: jumps of the surface are no noise
 constexpr float noise_max_px{1};
 
-void sort_pair(Tile& tile, int low, int high) {
-  float* const a{tile[static_cast<std::size_t>(low)].data()};
-  float* const b{tile[static_cast<std::size_t>(high)].data()};
-  for (int i{0}; i < tile_rows; ++i) {
-    const float least{a[i] < b[i] ? a[i] : b[i]};
-    b[i] = a[i] < b[i] ? b[i] : a[i];
-    a[i] = least;
-  }
-}
-
-// Sorts the eight numbers of each row.
-void sort_rows(Tile& tile) {
-  constexpr std::array<std::array<int, 2>, 19> pairs{{{0, 1},
-                                                      {2, 3},
-                                                      {4, 5},
-                                                      {6, 7},
-                                                      {0, 2},
-                                                      {1, 3},
-                                                      {4, 6},
-                                                      {5, 7},
-                                                      {1, 2},
-                                                      {5, 6},
-                                                      {0, 4},
-                                                      {3, 7},
-                                                      {1, 5},
-                                                      {2, 6},
-                                                      {1, 4},
-                                                      {3, 6},
-                                                      {2, 4},
-                                                      {3, 5},
-                                                      {3, 4}}};
-  for (const auto& [low, high] : pairs) sort_pair(tile, low, high);
-}
-
-// Upper median of the numbers above 0, of at least three; 0: fewer. `tile` is sorted.
-void write_medians(const Tile& tile, int rows, float* medians) {
-  std::array<float, tile_rows> found{};
-  for (std::size_t i{0}; i < tile_rows; ++i) {
-    const float of_three{tile[5][i] > 0 ? tile[6][i] : 0.0f};  // three or four valid
-    const float of_five{tile[3][i] > 0 ? tile[5][i] : of_three};
-    found[i] = tile[1][i] > 0 ? tile[4][i] : of_five;
-  }
-  std::copy_n(found.begin(), rows, medians);
-}
-
-/// Sums over rows for lines d = a + g·row, row by row of a tile and the rows around it.
+/// Sums for lines d = a + g·row through the nine rows around each row of a tile.
 struct LineSums {
-  static constexpr std::size_t rows{tile_rows + 8};
-
-  struct Of {
-    float n;
-    float r;
-    float rr;
-    float d;
-    float dr;
-  };
+  using Sums = std::array<float, tile_rows>;
+  using Rows = std::array<float, tile_rows + 2 * line_rows>;
 
   // Rows are counted from the middle of the tile, which keeps numbers small.
-  void add(const float* disparity) {
-    for (std::size_t k{0}; k < rows; ++k) {
+  explicit LineSums(const float* disparity) {
+    Rows is_there;
+    Rows at;
+    Rows square;
+    Rows value;
+    Rows product;
+    for (std::size_t k{0}; k < is_there.size(); ++k) is_there[k] = static_cast<float>(disparity[k] > 0);
+    for (std::size_t k{0}; k < is_there.size(); ++k) {
       const float row{static_cast<float>(static_cast<int>(k) - tile_rows / 2)};
-      is_there[k] = disparity[k] > 0 ? 1.0f : 0.0f;
       at[k] = is_there[k] * row;
       square[k] = at[k] * row;
       value[k] = disparity[k];
       product[k] = disparity[k] * row;
     }
-  }
-  [[nodiscard]] Of over(std::size_t first, std::size_t count) const {
-    Of of{};
-    for (std::size_t k{first}; k < first + count; ++k) {
-      of.n += is_there[k];
-      of.r += at[k];
-      of.rr += square[k];
-      of.d += value[k];
-      of.dr += product[k];
-    }
-    return of;
+    n = around(is_there);
+    r = around(at);
+    rr = around(square);
+    d = around(value);
+    dr = around(product);
   }
 
-  std::array<float, rows> is_there;
-  std::array<float, rows> at;
-  std::array<float, rows> square;
-  std::array<float, rows> value;
-  std::array<float, rows> product;
+  Sums n;
+  Sums r;
+  Sums rr;
+  Sums d;
+  Sums dr;
+
+ private:
+  // Written out, which g++ turns into vectors.
+  static Sums around(const Rows& of) {
+    static_assert(line_rows == 4);
+    Sums sums;
+    for (std::size_t k{0}; k < sums.size(); ++k) {
+      sums[k] =
+          0.0f + of[k] + of[k + 1] + of[k + 2] + of[k + 3] + of[k + 4] + of[k + 5] + of[k + 6] + of[k + 7] + of[k + 8];
+    }
+    return sums;
+  }
 };
 
 }  // namespace
@@ -119,7 +79,8 @@ TerrainSamples::TerrainSamples(int width_px, int height_px, int rings)
       next_{height_px, disparity_.height()},
       first_{rings, disparity_.height()},
       spread_{rings, disparity_.height()},
-      spread_count_{rings, disparity_.height()} {}
+      spread_count_{rings, disparity_.height()},
+      rows_(static_cast<std::size_t>(disparity_.height())) {}
 
 // Rows above the line of sight along half the steepest slope show nothing that the walk reaches.
 void TerrainSamples::begin(const TerrainCamera& camera, const TerrainLimits& limits) {
@@ -128,32 +89,25 @@ void TerrainSamples::begin(const TerrainCamera& camera, const TerrainLimits& lim
   const float middle{camera.tangent(static_cast<float>(sectors() * sector_px) / 2, 0)};
   const float row{(-limits.slope / 2 - middle) / camera.tangent_per_v};
   first_row_ = static_cast<int>(std::clamp(row, 0.0f, static_cast<float>(height_px_)));
+  for (int sector{0}; sector < sectors(); ++sector) rows_[static_cast<std::size_t>(sector)] = rows_of(sector);
 }
 
 void TerrainSamples::read(int sector, View<const float> obstacle, View<const float> road) {
   float* const medians{disparity_.row(sector) + line_rows};
-  const auto columns = static_cast<std::size_t>(std::min(sector_px, obstacle.width));  // fewer in a very narrow image
   std::fill_n(medians, first_row_, 0.0f);
-  for (int v{first_row_}; v < height_px_; v += tile_rows) {
-    Tile tile{};
-    for (int i{0}; i < tile_rows; ++i) {
-      const int row{std::min(v + i, height_px_ - 1)};
-      const float* const a{obstacle.row(row) + sector * sector_px};
-      const float* const b{road.row(row) + sector * sector_px};
-      for (std::size_t k{0}; k < columns; ++k) tile[k][static_cast<std::size_t>(i)] = std::max(a[k], b[k]);
-    }
-    sort_rows(tile);
-    write_medians(tile, std::min(tile_rows, height_px_ - v), medians + v);
-  }
+  find_medians(obstacle, road, sector * sector_px, first_row_, medians + first_row_);
 }
 
 void TerrainSamples::place(int sector, const Rings& rings) {
   const SectorRows s{rows(sector)};
   float* const x{x_.row(sector)};
   float* const z{z_.row(sector)};
+  const float focal_baseline_pxm{camera_.focal_baseline_pxm};  // members might change with each store
+  const float height_m{camera_.height_m};
   for (int v{first_row_}; v < height_px_; ++v) {
-    x[v] = camera_.focal_baseline_pxm / std::max(s.disparity[v], 1e-3f);
-    z[v] = camera_.height_m - s.tangent(static_cast<float>(v)) * x[v];
+    const float there{s.disparity[v]};
+    x[v] = focal_baseline_pxm / (there < 1e-3f ? 1e-3f : there);
+    z[v] = height_m - s.tangent(static_cast<float>(v)) * x[v];
   }
   mark_upright(sector);
   std::fill_n(first_.row(sector), first_.width(), static_cast<std::int16_t>(no_row));
@@ -181,19 +135,20 @@ void TerrainSamples::mark_upright(int sector) {
   const SectorRows s{rows(sector)};
   std::uint8_t* const upright{upright_.row(sector)};
   const float limit{0.5f * camera_.focal_baseline_pxm * camera_.tangent_per_v};
-  constexpr std::size_t window{2 * line_rows + 1};
+  const float slope{limits_.slope};
   for (int begin{first_row_}; begin < height_px_; begin += tile_rows) {
-    LineSums sums;
-    sums.add(s.disparity + begin - line_rows);  // rows behind the image belong to the margin
-    const int end{std::min(begin + tile_rows, height_px_)};
-    for (int v{begin}; v < end; ++v) {
-      const auto k = static_cast<std::size_t>(v - begin);
-      const LineSums::Of of{sums.over(k, window)};
-      const float growth_times{of.n * of.dr - of.r * of.d};
-      const float times{of.n * of.rr - of.r * of.r};
-      const float steepest{s.x[v] * (s.tangent(static_cast<float>(v)) + limits_.slope)};
-      upright[v] = of.n >= 5 && growth_times * steepest < limit * times ? 1 : 0;
+    const LineSums of{s.disparity + begin - line_rows};  // rows behind the image belong to the margin
+    std::array<std::uint8_t, tile_rows> found;
+    const int rows{std::min(tile_rows, height_px_ - begin)};
+    for (int i{0}; i < rows; ++i) {
+      const int v{begin + i};
+      const auto k = static_cast<std::size_t>(i);
+      const float growth_times{of.n[k] * of.dr[k] - of.r[k] * of.d[k]};
+      const float times{of.n[k] * of.rr[k] - of.r[k] * of.r[k]};
+      const float steepest{s.x[v] * (s.tangent(static_cast<float>(v)) + slope)};
+      found[k] = (of.n[k] >= 5) & (growth_times * steepest < limit * times) ? 1 : 0;
     }
+    std::copy_n(found.begin(), rows, upright + begin);
   }
 }
 
@@ -217,7 +172,7 @@ void TerrainSamples::measure_noise(int rings, std::vector<float>& sigma_px) cons
   }
 }
 
-SectorRows TerrainSamples::rows(int sector) const {
+SectorRows TerrainSamples::rows_of(int sector) const {
   return {disparity_.row(sector) + line_rows,
           x_.row(sector),
           z_.row(sector),

@@ -15,6 +15,8 @@
 namespace stereogrid {
 
 constexpr int no_row{-1};
+/// Rows on both sides of the line through a sample's neighbours.
+constexpr int line_rows{4};
 
 /// One sector of the samples. Rows are rows of the image.
 struct SectorRows {
@@ -47,17 +49,14 @@ class TerrainSamples {
   /// Standard deviation of disparities by ring, once all sectors are placed, px (docs/terrain.md).
   void measure_noise(int rings, std::vector<float>& sigma_px) const;
 
-  [[nodiscard]] SectorRows rows(int sector) const;
+  [[nodiscard]] const SectorRows& rows(int sector) const { return rows_[static_cast<std::size_t>(sector)]; }
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(disparity_, x_, z_, upright_, next_, first_, spread_, spread_count_);
+    return held_bytes_of(disparity_, x_, z_, upright_, next_, first_, spread_, spread_count_, rows_);
   }
 
  private:
-  /// Rows on both sides of the line through a sample's neighbours.
-  static constexpr int line_rows{4};
-
+  [[nodiscard]] SectorRows rows_of(int sector) const;
   void mark_upright(int sector);
-  void add_spread(int sector);
 
   TerrainCamera camera_{Rig{}, Ground{}};
   TerrainLimits limits_{};
@@ -71,6 +70,7 @@ class TerrainSamples {
   Image<std::int16_t> first_;  // (sector, ring)
   Image<float> spread_;        // (sector, ring): sum of differences to the next sector
   Image<float> spread_count_;
+  std::vector<SectorRows> rows_;  // by sector, of the frame
 };
 
 }  // namespace stereogrid

@@ -6,13 +6,19 @@
 #include <array>
 #include <cmath>
 
+#include "numbers.hpp"
+
 namespace stereogrid {
 namespace {
 
 constexpr int kinds{5};
-constexpr int no_sector{-1};
 /// Standard deviations of the elevation that must not exceed a step.
 constexpr float judged_sigmas{3};
+
+/// −1, whose bits are all set, if there is no sector; else 0.
+constexpr int none_if(bool condition) {
+  return -static_cast<int>(condition);
+}
 
 /// Sectors of a cell, by class.
 struct CellSectors {
@@ -83,20 +89,40 @@ void Terrain::begin_walks() {
   }
 }
 
-// The sector of a place ahead; outside the image: one before the first or behind the last one.
-int Terrain::sector_at(float x, float y) const {
-  const float u{static_cast<float>(rig_.cx_px) + 0.5f - camera_.focal_px * y / x};
-  return static_cast<int>(std::clamp(u, -1.0f * sector_px, static_cast<float>(rig_.width_px)) / sector_px + 1) - 1;
+// Without branches, and with all members in variables, which g++ turns into vectors. Outside the image, sectors are one
+// before the first or behind the last one. A cell at the image's border has its sector.
+void Terrain::place(const CellPlaces& cells, float half_m, int ix, int iy, PolarPlaces& polar) const {
+  const float focal_px{camera_.focal_px};
+  const float focal_baseline_pxm{camera_.focal_baseline_pxm};
+  const float centre_px{static_cast<float>(rig_.cx_px) + 0.5f};
+  const float width_px{static_cast<float>(rig_.width_px)};
+  const int end{samples_.sectors() - 1};
+  for (std::size_t i{0}; i < PolarPlaces::size; ++i) {
+    const int column{ix + static_cast<int>(i)};
+    const float x{cells.x_of(column, iy)};
+    const float y{cells.y_of(column, iy)};
+    const float ahead{Max(x, half_m)};
+    const auto sector_at = [&](float left) {
+      const float u{centre_px - focal_px * left / ahead};
+      return static_cast<int>(Min(Max(u, -1.0f * sector_px), width_px) / sector_px + 1) - 1;
+    };
+    const int first{Max(sector_at(y + half_m), 0)};
+    const int right{sector_at(y - half_m)};
+    const int least{first | none_if(right < first)};
+    polar.x[i] = x;
+    polar.disparity[i] = focal_baseline_pxm / ahead;
+    polar.first[i] = first;
+    polar.last[i] = Min(Max(Max(right - 1, sector_at(y)), least), end) | none_if(x <= half_m);
+  }
 }
 
-CellGround Terrain::ground_at(float x, float y, float half_m) const {
-  const int ring{x > half_m ? rings_.at_disparity(camera_.focal_baseline_pxm / x) : no_ring};
-  if (ring == no_ring) return {};
-  const int first{std::max(sector_at(x, y + half_m), 0)};
-  const int right{sector_at(x, y - half_m)};
-  const int least{right >= first ? first : no_sector};  // a cell at the image's border has its sector
-  const int last{std::min(std::max({right - 1, sector_at(x, y), least}), samples_.sectors() - 1)};
+CellGround Terrain::ground_at(const PolarPlaces& polar, std::size_t cell) const {
+  const int first{polar.first[cell]};
+  const int last{polar.last[cell]};
   if (first > last) return {};
+  const int ring{rings_.at_disparity(polar.disparity[cell])};
+  if (ring == no_ring) return {};
+  const float x{polar.x[cell]};
   CellSectors found;
   float wide_m{0};  // NaN: not all sectors have any
   for (int sector{first}; sector <= last; ++sector) {

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <limits>
 #include <utility>
@@ -70,9 +72,12 @@ class Terrain {
   void visit(const GridInVehicle& grid, int begin, int end, const Work& work) const {
     const CellPlaces places{grid, {0, 0}, 1};
     const float half_m{static_cast<float>(grid.grid.cell_size_m / 2)};
+    PolarPlaces polar;
     for (int iy{begin}; iy < end; ++iy) {
-      for (int ix{0}; ix < grid.grid.nx; ++ix) {
-        work(ix, iy, ground_at(places.x_of(ix, iy), places.y_of(ix, iy), half_m));
+      for (int ix{0}; ix < grid.grid.nx; ix += PolarPlaces::size) {
+        place(places, half_m, ix, iy, polar);
+        const int cells{std::min(PolarPlaces::size, grid.grid.nx - ix)};
+        for (int i{0}; i < cells; ++i) work(ix + i, iy, ground_at(polar, static_cast<std::size_t>(i)));
       }
     }
   }
@@ -81,8 +86,18 @@ class Terrain {
   [[nodiscard]] std::size_t held_bytes() const;
 
  private:
-  [[nodiscard]] int sector_at(float x, float y) const;
-  [[nodiscard]] CellGround ground_at(float x, float y, float half_m) const;
+  /// Neighbouring cells of a grid's row in the polar grid.
+  struct PolarPlaces {
+    static constexpr int size{32};
+
+    std::array<float, size> x;
+    std::array<float, size> disparity;  ///< px
+    std::array<int, size> first;        ///< sectors first … last; none, or not ahead: first > last
+    std::array<int, size> last;
+  };
+
+  void place(const CellPlaces& cells, float half_m, int ix, int iy, PolarPlaces& polar) const;
+  [[nodiscard]] CellGround ground_at(const PolarPlaces& polar, std::size_t cell) const;
   void begin(const Ground& ground);
   void begin_walks();
   [[nodiscard]] WalkInput input() const {

@@ -67,7 +67,7 @@ class Walk {
   [[nodiscard]] bool is_far() const { return in_.camera.focal_baseline_pxm < far_px * view_.x; }
   const WalkInput& in_;
   int sector_;
-  SectorRows rows_;
+  const SectorRows& rows_;
   View<PolarCell> all_cells_;
   PolarCell* cells_;  ///< cells of the sector
   SectorWalk& walk_;

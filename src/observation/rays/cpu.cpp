@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "observation/rays/count_simd.hpp"
 #include "observation/rays/hidden.hpp"
 #include "observation/rays/project_simd.hpp"
 #include "observation/rays/rays.hpp"
@@ -17,33 +18,8 @@ constexpr int rows_grain{8};
 /// Columns of a grid that are tested together for being hidden, in rows_grain rows.
 constexpr int tile_columns{16};
 
-/// Columns that are counted together: their counts stay in the first cache.
-constexpr int block_columns{16};
-
 /// Bins of which a thread sums over all columns.
 constexpr int sum_bins{32};
-
-// Columns begin … end − 1: the counts of each bin, then their sums over the bins. `raised_at`: of the relief.
-template <class RaisedAt>
-void count_block(const Matches& matches, int begin, int end, const RaisedAt& raised_at, RaySpace& space) {
-  const UprightRange upright{space.upright};
-  const int bins{space.bins};
-  PackedRays* const counts{space.sums.row(begin + 1)};
-  std::fill(counts, counts + (end - begin) * (bins + 1), PackedRays{0});
-  for (int v{0}; v < space.height; ++v) {
-    const float* obstacle{matches.obstacle.row(v)};
-    const float* road{matches.road.row(v)};
-    const RayRow* rows{space.rows.data() + v + space.margin};
-    for (int u{begin}; u < end; ++u) {
-      PackedRays* const column{counts + (u - begin) * (bins + 1) + 1};
-      const int raised{raised_at(u, obstacle[u] > 0 ? obstacle[u] : road[u])};
-      count_ray(obstacle[u], road[u], rows[raised - space.shift[static_cast<std::size_t>(u)]], upright, bins,
-                [&](int bin, PackedRays rays) { column[bin] += rays; });
-    }
-  }
-  for (int u{begin}; u < end; ++u)
-    std::partial_sum(space.sums.row(u + 1), space.sums.row(u + 1) + bins + 1, space.sums.row(u + 1));
-}
 
 // Bins begin … end − 1.
 void sum_columns(int begin, int end, RaySpace& space) {
@@ -76,18 +52,14 @@ void for_visible(const HiddenCells& hidden, const CellRange& rows, View<float> c
 void count_rays(Cpu& cpu, const Matches& matches, const Rig& rig, const Ground& ground, const UDisparityConfig& config,
                 RaySpace& space) {
   space.place(rig, ground, config);
-  const int blocks{(space.width + block_columns - 1) / block_columns};
+  const int blocks{(space.width + ray_block_columns - 1) / ray_block_columns};
   cpu.for_ranges(blocks, 1, [&](int first, int last) {
     for (int block{first}; block < last; ++block) {
-      const int begin{block * block_columns};
-      const int end{std::min(begin + block_columns, space.width)};
-      if (space.relief.is_plane()) {
-        count_block(
-            matches, begin, end, [](int, float) { return 0; }, space);
-      } else {
-        count_block(
-            matches, begin, end, [&](int u, float d) { return space.relief.rows_at(u, d); }, space);
-      }
+      const int begin{block * ray_block_columns};
+      const int end{std::min(begin + ray_block_columns, space.width)};
+      count_ray_block(matches, begin, end, space);
+      for (int u{begin}; u < end; ++u)
+        std::partial_sum(space.sums.row(u + 1), space.sums.row(u + 1) + space.bins + 1, space.sums.row(u + 1));
     }
   });
   cpu.for_ranges(space.bins + 1, sum_bins, [&](int begin, int end) { sum_columns(begin, end, space); });

@@ -3,6 +3,8 @@
 #include "obstacles/segmentation/segments.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -88,7 +90,8 @@ Segmenter::Segmenter(const Rig& level_rig, const UDisparityConfig& heights, int 
       lowest_m_{heights.obstacle_min_height_m},
       highest_m_{heights.obstacle_height_m},
       tallies_{level_rig.width_px, bins_per_px * disparities},
-      labels_{tallies_.width(), tallies_.height()} {
+      labels_{tallies_.width(), tallies_.height()},
+      marks_{tallies_.width() / mark_bits + 2, tallies_.height()} {
   const double focal_baseline{rig_.focal_px * rig_.baseline_m};
   for (int k{0}; k < tallies_.height(); ++k) {
     const double d{(k + 0.5) / bins_per_px};
@@ -114,30 +117,49 @@ void Segmenter::count(View<const float> obstacle, const RoadPlane& plane, double
                     .road_per_px = static_cast<float>(plane.per_u),
                     .lowest_share = static_cast<float>(1 - lowest_m_ / camera_height_m),
                     .highest_share = static_cast<float>(1 - highest_m_ / camera_height_m)};
+  bool is_on_plane{true};
+  for (int u{begin}; u < end; u += sector_px) is_on_plane = is_on_plane && is_level(relief, u);
   UprightPixels pixels;
   for (int v{0}; v < obstacle.height; ++v) {
     limits.road_px = static_cast<float>(plane.disparity(0, v));
     for (int u{begin}; u < end; u += UprightPixels::most) {
       find_upright(obstacle.row(v), obstacle.width, u, std::min(u + UprightPixels::most, end), limits, pixels);
+      if (is_on_plane) {
+        add(limits, v, pixels);
+        continue;
+      }
       for (int i{0}; i < pixels.size; ++i) {
         const int column{pixels.columns[i]};
         const float disparity{pixels.disparities[i]};
         UprightRow local{limits};
-        if (!relief.is_plane()) {
-          local.road_px += static_cast<float>(plane.per_v) * static_cast<float>(relief.rows_at(column, disparity));
-          if (!local.is_upright(column, disparity)) continue;
-        }
-        add(local, v, column, disparity);
+        local.road_px += static_cast<float>(plane.per_v) * static_cast<float>(relief.rows_at(column, disparity));
+        if (!local.is_upright(column, disparity)) continue;
+        add(v, column, static_cast<int>(disparity * bins_per_px), local.is_below_highest(column, disparity) ? 1 : 0);
       }
     }
   }
 }
 
-void Segmenter::add(const UprightRow& row, int v, int u, float d) {
-  const int k{static_cast<int>(d * bins_per_px)};
-  Tally& tally{tallies_(u, k)};
-  if (row.is_below_highest(u, d)) ++tally.pixels;
-  if (tally.top == 0 || v - tally.bottom > bins_[static_cast<std::size_t>(k)].gap_rows) {
+// Bins and heights first, which the compiler turns into vectors.
+void Segmenter::add(const UprightRow& row, int v, const UprightPixels& pixels) {
+  const UprightRow limits{row};
+  std::array<int, UprightPixels::most> bins;
+  std::array<int, UprightPixels::most> counted;
+  for (int i{0}; i < pixels.size; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    bins[k] = static_cast<int>(pixels.disparities[i] * bins_per_px);
+    counted[k] = static_cast<int>(limits.is_below_highest(pixels.columns[i], pixels.disparities[i]));
+  }
+  for (int i{0}; i < pixels.size; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    add(v, pixels.columns[i], bins[k], counted[k]);
+  }
+}
+
+void Segmenter::add(int v, int u, int bin, int pixels) {
+  Tally& tally{tallies_(u, bin)};
+  tally.pixels = static_cast<std::uint16_t>(tally.pixels + pixels);
+  if (tally.top == 0 || v - tally.bottom > bins_[static_cast<std::size_t>(bin)].gap_rows) {
     tally.top = static_cast<std::uint16_t>(v + 1);
   }
   tally.bottom = static_cast<std::uint16_t>(v);
@@ -146,18 +168,21 @@ void Segmenter::add(const UprightRow& row, int v, int u, float d) {
 void Segmenter::take_nodes(const RoadPlane& plane, double camera_height_m, const Relief<Host>& relief) {
   nodes_.clear();
   labels_.fill(0);
+  marks_.fill(0);
   for (int k{1}; k + 1 < tallies_.height(); ++k) {
     const Bin& bin{bins_[static_cast<std::size_t>(k)]};
     const double side_m{rig_.baseline_m / bin.disparity};  // side of a pixel on an upright surface
+    const Tally* const here{tallies_.row(k)};
     for (int u{0}; u < tallies_.width(); ++u) {
-      const int pixels{tallies_(u, k).pixels};
+      const int pixels{here[u].pixels};
       if (pixels == 0 || pixels + tallies_(u, k - 1).pixels + tallies_(u, k + 1).pixels < bin.pixels_min) continue;
       const int index{static_cast<int>(nodes_.size())};
       const int raised{relief.is_plane() ? 0 : relief.rows_at(u, static_cast<float>(bin.disparity))};
-      const double top_m{camera_height_m * (1 - plane.disparity(u, tallies_(u, k).top - 1 + raised) / bin.disparity)};
+      const double top_m{camera_height_m * (1 - plane.disparity(u, here[u].top - 1 + raised) / bin.disparity)};
       const Point2 place{rig_.focal_px * side_m, (rig_.cx_px - u) * side_m};
       nodes_.push_back({u, k, pixels, top_m, index, none, place, pixels * side_m * side_m});
       labels_(u, k) = index + 1;
+      marks_(u / mark_bits, k) |= std::uint64_t{1} << u % mark_bits;
     }
   }
 }
@@ -185,15 +210,20 @@ int Segmenter::root_of(int index) {
 void Segmenter::join_right(int index) {
   const SegmentNode& from{node(index)};
   const Bin& bin{bins_[static_cast<std::size_t>(from.bin)]};
-  for (int k{std::max(from.bin - bin.tolerance, 0)}; k <= std::min(from.bin + bin.tolerance, labels_.height() - 1);
-       ++k) {
-    for (int u{from.u + (k > from.bin ? 0 : 1)}; u <= std::min(from.u + bin.gap_px, labels_.width() - 1); ++u) {
-      if (labels_(u, k) == 0) continue;
-      const int a{root_of(index)};
-      const int b{root_of(labels_(u, k) - 1)};
-      nodes_[static_cast<std::size_t>(std::max(a, b))].parent = std::min(a, b);
-      break;
-    }
+  const int last_bin{std::min(from.bin + bin.tolerance, labels_.height() - 1)};
+  const int last_u{std::min(from.u + bin.gap_px, labels_.width() - 1)};
+  static_assert(gap_px_max < mark_bits);
+  for (int k{std::max(from.bin - bin.tolerance, 0)}; k <= last_bin; ++k) {
+    const int first_u{from.u + (k > from.bin ? 0 : 1)};
+    if (first_u > last_u) continue;
+    const std::uint64_t* const word{marks_.row(k) + first_u / mark_bits};
+    const int shift{first_u % mark_bits};
+    const std::uint64_t next{shift == 0 ? 0 : word[1] << (mark_bits - shift)};
+    const int u{first_u + std::countr_zero(word[0] >> shift | next)};
+    if (u > last_u) continue;
+    const int a{root_of(index)};
+    const int b{root_of(labels_(u, k) - 1)};
+    nodes_[static_cast<std::size_t>(std::max(a, b))].parent = std::min(a, b);
   }
 }
 

@@ -48,8 +48,10 @@ class Segmenter {
             const Relief<Host>& relief = {}) {
     tallies_.fill({});
     const RoadPlane plane{road_plane(rig_, ground)};
-    for_ranges(obstacle.width,
-               [&](int begin, int end) { count(obstacle, plane, ground.height_m, relief, begin, end); });
+    for_ranges((obstacle.width + block_columns - 1) / block_columns, [&](int first, int last) {
+      count(obstacle, plane, ground.height_m, relief, first * block_columns,
+            std::min(last * block_columns, obstacle.width));
+    });
     take_nodes(plane, ground.height_m, relief);
     separate();
   }
@@ -93,10 +95,13 @@ class Segmenter {
   }
 
   [[nodiscard]] std::size_t held_bytes() const {
-    return held_bytes_of(bins_, tallies_, labels_, nodes_, order_, segments_, pieces_, profile_);
+    return held_bytes_of(bins_, tallies_, labels_, marks_, nodes_, order_, segments_, pieces_, profile_);
   }
 
  private:
+  static constexpr int block_columns{16};  ///< whole vectors
+  static constexpr int mark_bits{64};
+
   struct Bin {
     double disparity;  ///< middle of the bin, px
     int pixels_min;    ///< minimum pixels of a node and its neighbours
@@ -132,7 +137,8 @@ class Segmenter {
 
   void count(View<const float> obstacle, const RoadPlane& plane, double camera_height_m, const Relief<Host>& relief,
              int begin, int end);
-  void add(const UprightRow& row, int v, int u, float d);
+  void add(const UprightRow& row, int v, const UprightPixels& pixels);
+  void add(int v, int u, int bin, int pixels);
   void take_nodes(const RoadPlane& plane, double camera_height_m, const Relief<Host>& relief);
   void separate();
   void join_right(int index);
@@ -150,8 +156,9 @@ class Segmenter {
   double lowest_m_;
   double highest_m_;
   std::vector<Bin> bins_;
-  Image<Tally> tallies_;  ///< (bins, W)
-  Image<int> labels_;     ///< (bins, W): index of the node + 1; 0: none
+  Image<Tally> tallies_;        ///< (bins, W)
+  Image<int> labels_;           ///< (bins, W): index of the node + 1; 0: none
+  Image<std::uint64_t> marks_;  ///< (bins, W / mark_bits): a bit for each node
   std::vector<SegmentNode> nodes_;
   std::vector<int> order_;  ///< nodes by segment
   std::vector<Range> segments_;

@@ -85,6 +85,12 @@ void FindUpright(const float* row, int width, int begin, int end, const UprightR
       const Mask upright{hn::And(inside, are_upright(columns, d, limits))};
       if (hn::AllFalse(Floats{}, upright)) return;
       const Mask taken{hn::AndNot(are_between_surfaces(at, d, upright), upright)};
+      if (hn::AllTrue(Floats{}, taken)) {
+        hn::StoreU(columns, Ints{}, pixels.columns + size);
+        hn::StoreU(d, Floats{}, pixels.disparities + size);
+        size += lanes;
+        return;
+      }
       // one by one: Compress first copies a table of a kilobyte, with some compilers and instruction sets
       std::uint8_t bits[sizeof(std::uint64_t)]{};
       hn::StoreMaskBits(Floats{}, taken, bits);

@@ -11,6 +11,7 @@
 #include "matching/correlation/correlate_simd.hpp"
 #include "matching/surfaces_simd.hpp"
 #include "obstacles/segmentation/upright_row.hpp"
+#include "terrain/medians.hpp"
 
 namespace stereogrid {
 
@@ -44,6 +45,10 @@ std::optional<Place> find(View<const std::uint8_t> image, const Template& patch,
 
 void find_upright(const float* row, int width, int begin, int end, const UprightRow& limits, UprightPixels& pixels) {
   plain::find_upright(row, width, begin, end, limits, pixels);
+}
+
+void find_medians(View<const float> obstacle, View<const float> road, int column, int first_row, float* medians) {
+  plain::find_medians(obstacle, road, column, first_row, medians);
 }
 
 }  // namespace stereogrid
