@@ -40,15 +40,15 @@ std::string npy_head(const NpzArray& array) {
   return head + text;
 }
 
-using Parts = std::vector<std::span<const std::byte>>;
+using ArrayParts = std::vector<std::span<const std::byte>>;
 
-Parts parts_of(const NpzArray& array) {
-  Parts parts{array.bytes};
+ArrayParts parts_of(const NpzArray& array) {
+  ArrayParts parts{array.bytes};
   parts.insert(parts.end(), array.further.begin(), array.further.end());
   return parts;
 }
 
-std::size_t size_of(const Parts& parts) {
+std::size_t size_of(const ArrayParts& parts) {
   std::size_t bytes{0};
   for (const auto part : parts) bytes += part.size();
   return bytes;
@@ -85,7 +85,7 @@ class Packer {
   }
 
   Packed operator()(const NpzArray& array) {
-    const Parts parts{parts_of(array)};
+    const ArrayParts parts{parts_of(array)};
     check_shape(array, size_of(parts));
     std::string npy{npy_head(array)};
     npy.reserve(npy.size() + size_of(parts));
