@@ -13,7 +13,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 packages=(
   g++ cmake ninja-build ccache pkg-config git        # build
   libopencv-dev libyaml-cpp-dev nlohmann-json3-dev   # calibration and odometry, YAML in, JSON out
-  libturbojpeg0-dev libtiff-dev                      # images
+  libturbojpeg0-dev libtiff-dev libwebp-dev          # images
   libcli11-dev libspdlog-dev libfmt-dev              # command line, log
   libtbb-dev libhwy-dev                              # threads, SIMD
   libzip-dev libdeflate-dev zlib1g-dev               # .npz

@@ -9,9 +9,9 @@
 
 namespace stereogrid::io {
 
-/// Decodes a PNG, JPEG, PNM, BMP or TIFF, recognised by its first bytes, into 8 or 16 bits of one or three channels
-/// (B G R); a TIFF may have one channel of 32- or 64-bit floats. Alpha is left out. Throws InputError(file, …): another
-/// format, truncated, damaged, or too many pixels.
+/// Decodes a PNG, JPEG, PNM, BMP, WebP or TIFF, recognised by its first bytes, into 8 or 16 bits of one or three
+/// channels (B G R); a TIFF may have one channel of 32- or 64-bit floats. Alpha is left out. Throws InputError(file,
+/// …): another format, truncated, damaged, or too many pixels.
 [[nodiscard]] cv::Mat decode_image(const std::string& file, std::string_view bytes);
 
 // One format each; the first bytes have been checked.
@@ -20,6 +20,7 @@ namespace stereogrid::io {
 [[nodiscard]] cv::Mat decode_pnm(const std::string& file, std::string_view bytes);
 [[nodiscard]] cv::Mat decode_bmp(const std::string& file, std::string_view bytes);
 [[nodiscard]] cv::Mat decode_tiff(const std::string& file, std::string_view bytes);
+[[nodiscard]] cv::Mat decode_webp(const std::string& file, std::string_view bytes);
 
 /// Throws InputError: an image of this size has no pixels, or too many.
 void check_size(const std::string& file, std::uint64_t width, std::uint64_t height);
